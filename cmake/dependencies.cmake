@@ -1,10 +1,10 @@
-# Every library from outside, found on the system: nothing is downloaded at configure. Grouped by
-# the option that needs it, so that the host SDK alone asks for protobuf and gRPC only.
+# Finds every third-party library on the system; nothing is downloaded while configuring. Grouped by
+# the option that needs it, so that the host SDK alone requires protobuf and gRPC only.
 
 # lightwell_find(<package> <Debian package> [arguments of find_package...])
-# A macro, because the variables that find_package sets are wanted by the caller.
+# A macro, because the caller needs the variables that find_package sets.
 macro(lightwell_find package debian)
-  # Debian's package files chatter about optional parts, whether asked QUIETly or not.
+  # Debian's package files print messages about optional parts even with QUIET.
   set(CMAKE_MESSAGE_LOG_LEVEL NOTICE)
   find_package(${package} ${ARGN} QUIET)
   unset(CMAKE_MESSAGE_LOG_LEVEL)
@@ -25,8 +25,8 @@ function(lightwell_missing what debian)
                       "Run cmake/setup, which installs all that cmake/packages.txt lists.")
 endfunction()
 
-# What hil/report draws with. The package file of OpenCV comes with libopencv-dev alone, which brings some two hundred packages
-# along; these two libraries stand in one of their own.
+# The two OpenCV libraries that hil/report draws with. OpenCV's CMake package file is in libopencv-dev only,
+# which installs some two hundred packages; these two libraries have a package of their own.
 function(lightwell_find_opencv_drawing)
   find_path(LIGHTWELL_OPENCV_INCLUDE opencv2/imgproc.hpp PATH_SUFFIXES opencv4)
   foreach(part IN ITEMS opencv_core opencv_imgproc)
@@ -40,7 +40,7 @@ function(lightwell_find_opencv_drawing)
   endforeach()
 endfunction()
 
-# The contract and both ends of the network link
+# For proto and both ends of the network link
 find_package(Threads REQUIRED)
 lightwell_find(Protobuf libprotobuf-dev 3.21 MODULE)
 if(NOT TARGET protobuf::protoc)
@@ -64,11 +64,11 @@ target_compile_definitions(PkgConfig::LIBHWY INTERFACE
   "HWY_DISABLED_TARGETS=(HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128)")
 
 if(LIGHTWELL_BUILD_HOST_SDK)
-  # The host's USB link, which is left out, and says so in the summary, where it is absent.
+  # For the host's USB link. Without the library the link is left out; the summary reports it.
   lightwell_optional(usb LIBUSB libusb-1.0)
 endif()
 
-# MQTT and mDNS, on both sides of the wire: each is left out, and says so in the summary, where its library is absent.
+# For MQTT and mDNS in the firmware and in the SDK. Without its library each is left out; the summary reports it.
 lightwell_optional(mqtt LIBMOSQUITTO libmosquitto)
 lightwell_optional(mdns AVAHI_CLIENT avahi-client)
 
@@ -89,14 +89,14 @@ if(LIGHTWELL_BUILD_FIRMWARE)
     lightwell_find(Ceres libceres-dev CONFIG)
   endif()
   if(TARGET Ceres::ceres AND CMAKE_CROSSCOMPILING)
-    # Its package file names LAPACK by paths of the machine that it was built on. Of BLAS and LAPACK a sysroot has no choice to
-    # make, so that the links of developers are not there.
+    # The package file of Ceres names LAPACK by paths of the machine that it was built on. A sysroot has no alternatives
+    # for BLAS and LAPACK, so the unversioned links are missing.
     get_target_property(LIGHTWELL_CERES_NEEDS Ceres::ceres INTERFACE_LINK_LIBRARIES)
     list(TRANSFORM LIGHTWELL_CERES_NEEDS REPLACE "^(/usr/lib/[^/]*/lib(blas|lapack)[.]so)$" "\\1.3")
     list(TRANSFORM LIGHTWELL_CERES_NEEDS REPLACE "^/usr/" "${CMAKE_SYSROOT}/usr/")
     set_target_properties(Ceres::ceres PROPERTIES INTERFACE_LINK_LIBRARIES "${LIGHTWELL_CERES_NEEDS}")
   endif()
-  # Each in its camera backend, which is left out, and says so in the summary, where the library is absent.
+  # Each is for one camera backend. Without the library the backend is left out; the summary reports it.
   lightwell_optional(libcamera LIBCAMERA libcamera)
   if(NOT "depthai" IN_LIST LIGHTWELL_WITHOUT)
     find_package(depthai 3 CONFIG QUIET)
@@ -106,25 +106,25 @@ if(LIGHTWELL_BUILD_FIRMWARE)
     lightwell_missing(libsystemd libsystemd-dev)
   endif()
 elseif(LIGHTWELL_BUILD_HOST_SDK)
-  # Wanted by host_sdk/tools alone, which say in the summary when they are left out.
+  # Only for host_sdk/tools. Without the libraries the tools are left out; the summary reports it.
   find_package(OpenCV QUIET COMPONENTS core imgproc imgcodecs)
   find_package(CLI11 CONFIG QUIET)
 endif()
 
 if(LIGHTWELL_BUILD_HOST_SDK)
-  # Of host_sdk/examples/openxr_light, which says in the summary when it is left out.
+  # For host_sdk/examples/openxr_light. Without it the example is left out; the summary reports it.
   find_package(OpenXR CONFIG QUIET)
 endif()
 
 if(LIGHTWELL_BUILD_TESTS)
-  # Of the consumer of lightwell/glm.hpp in tests/install, which says so likewise.
+  # For the consumer of lightwell/glm.hpp in tests/install. Without it the consumer is left out; the summary reports it.
   find_package(glm CONFIG QUIET)
   lightwell_find(GTest libgtest-dev CONFIG)
   if(NOT TARGET GTest::gmock)
     lightwell_missing(GMock libgmock-dev)
   endif()
   lightwell_find(Python3 python3 COMPONENTS Interpreter)
-  # Debian's interpreter has Debian's packages; one that stands before it in the path may have none.
+  # Debian's interpreter has Debian's packages; another one that comes first in the path may not have them.
   foreach(python IN ITEMS "${Python3_EXECUTABLE}" /usr/bin/python3)
     execute_process(COMMAND "${python}" -c "import google.protobuf" RESULT_VARIABLE lacks OUTPUT_QUIET ERROR_QUIET)
     if(lacks STREQUAL 0)
@@ -135,8 +135,8 @@ if(LIGHTWELL_BUILD_TESTS)
   if(NOT LIGHTWELL_PYTHON_PROTOBUF)
     lightwell_missing(google.protobuf python3-protobuf)
   endif()
-  # Languages on top of the C ABI. Each one's tests are left out, and the summary says so, where its tools are absent;
-  # for another processor than this machine's there are none.
+  # For the languages on top of the C ABI. Without a language's tools its tests are left out; the summary reports it.
+  # A cross build has none of them.
   if(LIGHTWELL_BUILD_HOST_SDK AND NOT CMAKE_CROSSCOMPILING)
     foreach(python IN ITEMS "${Python3_EXECUTABLE}" /usr/bin/python3)
       execute_process(COMMAND "${python}" -c "import cffi, numpy" RESULT_VARIABLE lacks OUTPUT_QUIET ERROR_QUIET)
@@ -150,7 +150,7 @@ if(LIGHTWELL_BUILD_TESTS)
     find_program(LIGHTWELL_NODE NAMES node nodejs)
     find_program(LIGHTWELL_TSC tsc)
   endif()
-  # Preloaded, which under an emulated processor would reach the emulator: for this machine's own programs.
+  # umockdev is preloaded (LD_PRELOAD), under qemu-user into the emulator itself, so only native builds use it.
   if(LIGHTWELL_BUILD_FIRMWARE AND NOT CMAKE_CROSSCOMPILING)
     pkg_check_modules(UMOCKDEV QUIET IMPORTED_TARGET umockdev-1.0)
     if(NOT UMOCKDEV_FOUND)
@@ -160,6 +160,6 @@ if(LIGHTWELL_BUILD_TESTS)
 endif()
 
 if(LIGHTWELL_BUILD_HIL)
-  # Of hil/usb_camera, whose program is left out, and says so in the summary, where it is absent.
+  # For hil/usb_camera. Without the library its program is left out; the summary reports it.
   pkg_check_modules(USBREDIRPARSER QUIET IMPORTED_TARGET libusbredirparser-0.5)
 endif()

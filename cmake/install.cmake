@@ -1,18 +1,18 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-# What a board needs, and no more, is the component `board`, named where it is installed:
+# The component `board` contains exactly what a board needs. To install it:
 #   cmake --install build/board-aarch64 --component board --strip --prefix DIR
 
 # lightwell_install_sdk([<target>...])
 # Installs the host SDK as the CMake package `lightwell` with the target lightwell::lightwell:
-# archives, headers, .proto files; and liblightwell.so as its component `c`, with the target
-# lightwell::lightwell_c and for pkg-config as `lightwell`. The targets named besides are exported with it, under the names
-# that their EXPORT_NAME gives. Needs lightwell_host_sdk and the four libraries of proto.
+# static libraries, headers, .proto files; and liblightwell.so as the package's component `c`, with the target
+# lightwell::lightwell_c, and for pkg-config as `lightwell`. Further targets given are exported, too, under their
+# EXPORT_NAME. Needs lightwell_host_sdk and the four libraries of proto.
 function(lightwell_install_sdk)
   set_target_properties(lightwell_host_sdk PROPERTIES EXPORT_NAME lightwell)
   set_target_properties(lightwell_proto PROPERTIES EXPORT_NAME proto)
-  # Linked, never included: the SDK's static archive needs these three at the application's link.
+  # Applications link these three, because the SDK's static library needs them, but never include their headers.
   set_target_properties(lightwell_pairing PROPERTIES EXPORT_NAME pairing)
   set_target_properties(lightwell_proto_messages PROPERTIES EXPORT_NAME proto_messages)
   set_target_properties(lightwell_proto_services PROPERTIES EXPORT_NAME proto_services)
@@ -38,7 +38,7 @@ function(lightwell_install_sdk)
   set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/lightwell")
   install(EXPORT lightwellTargets NAMESPACE lightwell:: DESTINATION "${package_dir}")
 
-  # A set of its own: who takes the C ABI alone need not have gRPC and protobuf for building.
+  # A separate export set, so that applications of the C ABI build without gRPC and protobuf.
   install(TARGETS lightwell_c EXPORT lightwellCTargets
           INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
   install(EXPORT lightwellCTargets NAMESPACE lightwell:: DESTINATION "${package_dir}")
@@ -49,7 +49,7 @@ function(lightwell_install_sdk)
     "${PROJECT_SOURCE_DIR}/cmake/lightwellConfig.cmake.in"
     "${PROJECT_BINARY_DIR}/lightwellConfig.cmake"
     INSTALL_DESTINATION "${package_dir}")
-  # Before 1.0 a minor version may break what an application was written against.
+  # Before 1.0 a minor version may change the API incompatibly.
   write_basic_package_version_file("${PROJECT_BINARY_DIR}/lightwellConfigVersion.cmake"
     COMPATIBILITY SameMinorVersion)
   install(FILES "${PROJECT_BINARY_DIR}/lightwellConfig.cmake"

@@ -1,47 +1,47 @@
-# How a target of this project is made. Folders call these functions and set no flags themselves.
+# Functions that define the targets of this project. Folders call them and set no compiler flags themselves.
 
 if(NOT CMAKE_CXX_COMPILER_LAUNCHER)
   find_program(LIGHTWELL_CCACHE ccache)
   if(LIGHTWELL_CCACHE)
-    # Paths below the tree are relative in the cache, so that a second clone finds what the first compiled.
+    # Paths in the tree are relative in the cache, so that a second clone reuses what the first one compiled.
     set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1
                                     ${LIGHTWELL_CCACHE})
   endif()
 endif()
 
 set(CMAKE_CXX_EXTENSIONS OFF)
-# The SDK's static libraries end up in applications' and bindings' shared libraries.
+# Applications and language bindings link the SDK's static libraries into shared libraries.
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 
 add_library(lightwell_options INTERFACE)
 target_compile_features(lightwell_options INTERFACE cxx_std_20)
 target_compile_options(lightwell_options INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Wnon-virtual-dtor
-  # clang counts it into -Wconversion, GCC does not: the same warnings from both.
+  # clang includes -Wsign-conversion in -Wconversion and GCC does not: without it both give the same warnings.
   -Wno-sign-conversion
-  # GCC 12 for aarch64 inlines further and then takes an empty std::optional for uninitialised
-  # memory (its bug 80635); the native build keeps the warning. psabi: a note about calls between
-  # what GCC 9 compiled and what a later one did.
+  # GCC 12 for aarch64 inlines more and then reports an empty std::optional as uninitialised memory
+  # (GCC bug 80635); the native build keeps the warning. psabi: a note that GCC 9 and later versions
+  # pass some arguments differently.
   $<$<BOOL:${CMAKE_CROSSCOMPILING}>:-Wno-maybe-uninitialized>
   $<$<BOOL:${CMAKE_CROSSCOMPILING}>:-Wno-psabi>
-  # In a unity build GCC takes the anonymous namespaces of sources for those of a header.
+  # In a unity build GCC warns as if the anonymous namespaces of source files stood in a header.
   $<$<BOOL:${CMAKE_UNITY_BUILD}>:-Wno-subobject-linkage>
   $<$<BOOL:${LIGHTWELL_WERROR}>:-Werror>
   # GCC fuses a*b+c wherever the processor can, so the same source would round differently on the
-  # ARM board, on a PC, and under each -march of a vectorised row. It is said here, for libraries,
-  # tests, oracles and benchmarks alike: a figure measured with other float flags than those the
-  # firmware runs with is a figure about another program.
+  # ARM board, on a PC, and for each -march of a vectorised kernel. The flag applies to libraries, tests,
+  # reference implementations and benchmarks alike: a figure measured with floating-point flags other
+  # than the firmware's would not be about the firmware.
   -ffp-contract=off)
 
 if(LIGHTWELL_SANITIZE STREQUAL "address")
-  # What an application that links the instrumented SDK must be built with, too.
+  # An application that links the instrumented SDK must be built with the same flags.
   set(LIGHTWELL_SANITIZE_FLAGS -fsanitize=address,undefined)
   target_compile_options(lightwell_options INTERFACE -fno-sanitize-recover=undefined)
   target_compile_definitions(lightwell_options INTERFACE _GLIBCXX_ASSERTIONS)
 elseif(LIGHTWELL_SANITIZE STREQUAL "thread")
   set(LIGHTWELL_SANITIZE_FLAGS -fsanitize=thread)
 elseif(LIGHTWELL_SANITIZE)
-  message(FATAL_ERROR "LIGHTWELL_SANITIZE is '${LIGHTWELL_SANITIZE}': empty, address or thread")
+  message(FATAL_ERROR "LIGHTWELL_SANITIZE is '${LIGHTWELL_SANITIZE}': it must be empty, address or thread")
 endif()
 if(LIGHTWELL_SANITIZE)
   target_compile_options(lightwell_options INTERFACE
@@ -49,26 +49,27 @@ if(LIGHTWELL_SANITIZE)
   target_link_options(lightwell_options INTERFACE ${LIGHTWELL_SANITIZE_FLAGS})
 endif()
 
-# lightwell_room(<variable>): the top folder (proto, firmware, ...) that the caller stands in.
-function(lightwell_room result)
+# lightwell_top_folder(<variable>): the top-level folder (proto, firmware, ...) of the caller's CMakeLists.txt.
+function(lightwell_top_folder result)
   file(RELATIVE_PATH path "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_SOURCE_DIR}")
-  string(REGEX MATCH "^[^/]*" room "${path}")
-  set(${result} "${room}" PARENT_SCOPE)
+  string(REGEX MATCH "^[^/]*" top_folder "${path}")
+  set(${result} "${top_folder}" PARENT_SCOPE)
 endfunction()
 
 # lightwell_library(<name> SOURCES <file>... [HEADERS <file>...] [PUBLIC <library>...]
 #                   [PRIVATE <library>...] [INCLUDE_ROOT <dir>])
-# A static library; without SOURCES, one of headers alone. PUBLIC are the libraries that its headers
-# show, PRIVATE those that only its sources know. INCLUDE_ROOT is where #include lines start: by
-# default <room>/include for proto and host_sdk, and the room itself elsewhere, so that code says
-# <lightwell/probe.hpp> and "camera/frame.hpp". <room>/src is a root for the library's own sources.
+# A static library or, without SOURCES, a header-only one. PUBLIC are the libraries that its headers
+# include, PRIVATE those that only its sources include. INCLUDE_ROOT is the folder that #include lines are
+# relative to: by default <top folder>/include for proto and host_sdk, and the top folder elsewhere: for
+# example <lightwell/probe.hpp> and "camera/frame.hpp". The sources of proto and host_sdk may also include
+# relative to <top folder>/src.
 function(lightwell_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "INCLUDE_ROOT" "SOURCES;HEADERS;PUBLIC;PRIVATE")
   lightwell_refuse_unparsed(${name} "${arg_UNPARSED_ARGUMENTS}")
-  lightwell_room(room)
-  set(public_root "${PROJECT_SOURCE_DIR}/${room}")
+  lightwell_top_folder(top_folder)
+  set(public_root "${PROJECT_SOURCE_DIR}/${top_folder}")
   set(private_root)
-  if(room MATCHES "^(proto|host_sdk)$")
+  if(top_folder MATCHES "^(proto|host_sdk)$")
     set(private_root "${public_root}/src")
     string(APPEND public_root "/include")
   endif()
@@ -83,7 +84,7 @@ function(lightwell_library name)
   endif()
   add_library(${name} ${kind} ${arg_SOURCES} ${arg_HEADERS})
   target_compile_features(${name} ${visible} cxx_std_20)
-  # BUILD_INTERFACE: neither our folders nor our warnings go into the installed package.
+  # BUILD_INTERFACE: the installed package contains neither the paths of this tree nor its warning flags.
   target_include_directories(${name} ${visible} $<BUILD_INTERFACE:${public_root}>)
   target_link_libraries(${name} ${visible} ${arg_PUBLIC})
   if(arg_SOURCES)
@@ -93,7 +94,7 @@ function(lightwell_library name)
 endfunction()
 
 # lightwell_executable(<name> SOURCES <file>... [LIBRARIES <library>...])
-# Goes to <build>/bin. Installing it is the caller's decision.
+# Builds the program into <build>/bin. The caller installs it where that is wanted.
 function(lightwell_executable name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LIBRARIES")
   lightwell_refuse_unparsed(${name} "${arg_UNPARSED_ARGUMENTS}")
@@ -104,15 +105,15 @@ endfunction()
 
 # lightwell_test(<name> SOURCES <file>... LABELS <label>... [LIBRARIES <library>...]
 #                [TIMEOUT <seconds>] [ENVIRONMENT <NAME=value>...])
-# A Google Test program and one ctest of the same name. A test may look behind the public headers:
-# #include lines start in tests/, proto/src and host_sdk/src as well as where its LIBRARIES say.
-# The panoramas' folder is in the environment as LIGHTWELL_PANORAMA_DIR. The test is also labelled
-# with its folder below tests/ (firmware/estimate), so that what is about one folder can be chosen.
+# A Google Test program and one ctest of the same name. A test may include private headers: #include
+# lines are relative to tests/, proto/src and host_sdk/src as well as to the folders of its LIBRARIES.
+# The environment variable LIGHTWELL_PANORAMA_DIR is the folder of the panoramas. The test also gets its
+# folder below tests/ as a label (firmware/estimate), so that the tests of one folder can be selected.
 function(lightwell_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;LIBRARIES;LABELS;ENVIRONMENT")
   lightwell_refuse_unparsed(${name} "${arg_UNPARSED_ARGUMENTS}")
   if(NOT arg_LABELS)
-    message(FATAL_ERROR "lightwell_test(${name}): without LABELS nobody can choose it")
+    message(FATAL_ERROR "lightwell_test(${name}): LABELS is missing: give the labels that select the test")
   endif()
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 120)
@@ -136,9 +137,9 @@ function(lightwell_test name)
     ENVIRONMENT "LIGHTWELL_PANORAMA_DIR=${LIGHTWELL_PANORAMA_DIR};${arg_ENVIRONMENT}")
 endfunction()
 
-# A part of lightwell_test, whose arg_TIMEOUT and arg_ENVIRONMENT it changes: an emulated processor is
-# ten to fifty times slower, so it gets more time, and the Google Tests that tests/arm64/left_out.txt
-# names are not run.
+# Part of lightwell_test, whose arg_TIMEOUT and arg_ENVIRONMENT it changes: an emulated processor is
+# ten to fifty times slower, so the time limit is longer, and the Google Tests that
+# tests/arm64/left_out.txt names are not run.
 function(lightwell_emulated name)
   math(EXPR arg_TIMEOUT "${arg_TIMEOUT} * 5")
   set(list "${PROJECT_SOURCE_DIR}/tests/arm64/left_out.txt")
@@ -156,14 +157,14 @@ endfunction()
 # lightwell_proto_library(MESSAGES <name> SERVICES <name> IMPORT_ROOT <dir>
 #                         PROTOS <file>... SERVICE_PROTOS <file>...)
 # Generates C++ into the build tree: the library MESSAGES from all PROTOS and the library SERVICES
-# from SERVICE_PROTOS (which are among PROTOS); two, so that only the network links see gRPC.
-# Files are given relative to IMPORT_ROOT, as import lines and generated #include lines name them.
+# from SERVICE_PROTOS (which are among PROTOS); two, so that only the network links depend on gRPC.
+# Paths are relative to IMPORT_ROOT, as in import lines and generated #include lines.
 function(lightwell_proto_library)
   cmake_parse_arguments(PARSE_ARGV 0 arg
     "" "MESSAGES;SERVICES;IMPORT_ROOT" "PROTOS;SERVICE_PROTOS")
   lightwell_refuse_unparsed("${arg_MESSAGES}" "${arg_UNPARSED_ARGUMENTS}")
   cmake_path(ABSOLUTE_PATH arg_IMPORT_ROOT NORMALIZE)
-  # Any file may import any other, so each is generated anew when one changes: they are few.
+  # Any file may import any other, so all are generated again when one changes: there are few.
   list(TRANSFORM arg_PROTOS PREPEND "${arg_IMPORT_ROOT}/" OUTPUT_VARIABLE all_protos)
 
   lightwell_generate(${arg_MESSAGES} .pb "" "${arg_PROTOS}")
@@ -175,9 +176,9 @@ function(lightwell_proto_library)
   endif()
 endfunction()
 
-# A part of lightwell_proto_library, whose arg_IMPORT_ROOT and all_protos it reads.
+# Part of lightwell_proto_library, whose arg_IMPORT_ROOT and all_protos it reads.
 function(lightwell_generate name suffix plugin protos)
-  # A folder each: who does not link the services cannot include their headers.
+  # One folder per library, so that code that does not link the services cannot include their headers.
   set(folder "${PROJECT_BINARY_DIR}/generated/${name}")
   file(MAKE_DIRECTORY "${folder}")
   if(plugin)
@@ -198,18 +199,18 @@ function(lightwell_generate name suffix plugin protos)
     list(APPEND sources "${stem}.cc" "${stem}.h")
   endforeach()
   add_library(${name} STATIC ${sources})
-  # SYSTEM and -w: nobody mends generated code, so nobody wants its warnings.
+  # SYSTEM and -w suppress the warnings of generated code, which is not edited here.
   target_include_directories(${name} SYSTEM PUBLIC $<BUILD_INTERFACE:${folder}>)
   target_compile_features(${name} PUBLIC cxx_std_20)
   target_link_libraries(${name} PRIVATE $<BUILD_INTERFACE:lightwell_options>)
   target_compile_options(${name} PRIVATE -w)
-  # The files that protoc makes have static names in common.
+  # The files that protoc generates define static objects of the same names.
   set_target_properties(${name} PROPERTIES UNITY_BUILD OFF)
 endfunction()
 
-# A misspelt keyword would otherwise be taken for one more file or be lost.
+# Stops at a misspelt keyword, which would otherwise be taken as a file name or be ignored.
 function(lightwell_refuse_unparsed name unparsed)
   if(unparsed)
-    message(FATAL_ERROR "${name}: what is '${unparsed}'?")
+    message(FATAL_ERROR "${name}: unknown argument '${unparsed}'")
   endif()
 endfunction()

@@ -25,15 +25,15 @@
 namespace lightwell {
 namespace {
 
-/// Rendering ahead can take a minute, and a daemon that says nothing for so long looks dead.
+/// A simulated camera that logs its progress, because rendering ahead can take a minute.
 Result<std::unique_ptr<CameraBackend>> make_sim_with_progress(const CameraUri& uri, const CameraConfig& config) {
   Result<SimOptions> options = parse_sim_options(uri, config);
   if (!options) return options.status();
   auto camera = std::make_unique<SimBackend>(std::move(*options));
   camera->on_progress([next_quarter = 0](double share) mutable {
     if (stop_signal_pending()) {
-      log_info("asked to stop while rendering ahead");
-      std::_Exit(0);  // Nothing has begun that would have to be ended.
+      log_info("stopped by a signal while rendering ahead");
+      std::_Exit(0);  // Nothing has been started that needs to be stopped.
     }
     const int quarter = static_cast<int>(4 * share);
     if (quarter < next_quarter) return;
@@ -54,7 +54,7 @@ std::span<const BackendEntry> backend_table() {
                    &make_replay_backend},
 #endif
 #ifndef LIGHTWELL_WITHOUT_V4L2
-      BackendEntry{"v4l2", "v4l2:/dev/video0?width=1280&height=960  a camera that the kernel drives, as on USB",
+      BackendEntry{"v4l2", "v4l2:/dev/video0?width=1280&height=960  a camera with a kernel driver, for example on USB",
                    &make_v4l2_backend},
 #endif
 #ifdef LIGHTWELL_HAVE_LIBCAMERA

@@ -1,4 +1,4 @@
-// Which cameras this build knows. A backend that was not built is not in the table.
+// The table of camera backends in this build.
 #pragma once
 
 #include <memory>
@@ -21,7 +21,7 @@ struct BackendEntry {
 
 [[nodiscard]] std::span<const BackendEntry> backend_table();
 
-/// By the scheme of config.uri. not_found names the schemes that there are.
+/// Creates the backend for the scheme of config.uri. not_found: an unknown scheme; the message lists the known ones.
 [[nodiscard]] Result<std::unique_ptr<CameraBackend>> make_backend(const CameraConfig& config);
 
 }  // namespace lightwell

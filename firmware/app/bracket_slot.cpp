@@ -5,10 +5,10 @@
 namespace lightwell {
 
 void BracketSlot::push(Frame frame) {
-  Bracket replaced, spoiled;  // Given back after the lock: a backend's release() is not ours to hold locks over.
+  Bracket replaced, incomplete;  // Released after the lock, because a backend's release() must not run under it.
   {
     const std::lock_guard lock(mutex_);
-    // A camera that starts anew may count anew: only a jump forward is a loss.
+    // Only a forward jump is a loss: a restarted camera may begin again at 0.
     if (counts_.frames > 0 && frame.info.sequence > last_sequence_ + 1)
       counts_.lost += frame.info.sequence - last_sequence_ - 1;
     last_sequence_ = frame.info.sequence;
@@ -16,14 +16,14 @@ void BracketSlot::push(Frame frame) {
     if (closed_) return;
     const int index = frame.info.bracket_index, size = frame.info.bracket_size;
     const std::uint64_t first = frame.info.sequence - static_cast<std::uint64_t>(index);
-    const bool next_in_line = index > 0 && static_cast<std::size_t>(index) == filling_.frames().size() &&
-                              filling_.frames().back().info.sequence + 1 == frame.info.sequence;
-    if (!next_in_line) {
+    const bool continues = index > 0 && static_cast<std::size_t>(index) == filling_.frames().size() &&
+                           filling_.frames().back().info.sequence + 1 == frame.info.sequence;
+    if (!continues) {
       if (!filling_.empty()) count_incomplete(filling_.frames().front().info.sequence);
-      spoiled = std::move(filling_);
+      incomplete = std::move(filling_);
     }
-    if (index > 0 && !next_in_line) {
-      // An exposure is missing: the rest of this bracket is of no use either.
+    if (index > 0 && !continues) {
+      // An exposure is missing, so the rest of this bracket is discarded, too.
       count_incomplete(first);
       return;
     }

@@ -1,4 +1,4 @@
-// Between the camera's thread and the estimator's: one place, and the newest bracket wins it.
+// One-element buffer between the camera's thread and the estimator's: a newer bracket replaces one that waits.
 #pragma once
 
 #include <array>
@@ -12,13 +12,13 @@
 
 namespace lightwell {
 
-/// The frames of one bracket, in order. Move-only, like the frames.
+/// The frames of one bracket in the order of exposure. Move-only, like the frames.
 class Bracket {
  public:
   void clear() {
     while (size_ > 0) frames_[--size_] = Frame();
   }
-  /// Only the first kMaxBracket are taken.
+  /// Ignores frames beyond kMaxBracket.
   void add(Frame frame) {
     if (size_ < frames_.size()) frames_[size_++] = std::move(frame);
   }
@@ -40,16 +40,17 @@ class Bracket {
   std::size_t size_ = 0;
 };
 
-/// Collects frames to brackets and keeps the newest whole one until it is taken.
+/// Collects frames into brackets and keeps the newest complete one until it is taken.
 class BracketSlot final : public FrameSink {
  public:
   void push(Frame frame) override;
-  /// Until the whole bracket that waits was taken. After close(), until `stop`.
+  /// Waits until the complete bracket was taken; true then. False if `stop` was requested first; after close() it waits
+  /// for `stop`.
   [[nodiscard]] bool wait_for_space(std::stop_token stop) override;
 
-  /// Waits for a whole bracket; false once close() was called.
+  /// Waits for a complete bracket; false once close() was called.
   [[nodiscard]] bool take(Bracket& out);
-  /// Wakes take() for good and gives back what is held.
+  /// Ends take() permanently and releases all frames.
   void close();
 
   struct Counts {
@@ -58,12 +59,12 @@ class BracketSlot final : public FrameSink {
   [[nodiscard]] Counts counts() const;
 
  private:
-  /// Once a bracket, whichever of its exposures came. The bracket is known by its first exposure's number.
+  /// Counts each incomplete bracket once. A bracket is identified by the sequence number of its first exposure.
   void count_incomplete(std::uint64_t first_sequence);
 
   mutable std::mutex mutex_;
   std::condition_variable ready_;
-  std::condition_variable_any space_available_;  ///< The one that waits with a stop_token.
+  std::condition_variable_any space_available_;  ///< Supports a stop_token.
   Bracket filling_, whole_;
   Counts counts_;
   std::uint64_t last_sequence_ = 0;

@@ -28,7 +28,7 @@
 namespace lightwell {
 namespace {
 
-/// What is there before anything runs.
+/// The parts that are created before anything runs.
 struct DaemonComponents {
   std::unique_ptr<CameraBackend> camera;
   CameraInfo info;
@@ -37,8 +37,8 @@ struct DaemonComponents {
   std::optional<UncertainPose> mounting;
 };
 
-/// A calibration of another camera would refuse every frame: better said at once.
-Status check_fit(const RigParameters& rig, const CameraInfo& camera) {
+/// Checks that calibration and camera agree in the number and size of lenses; otherwise every frame would be refused.
+Status check_calibration_size(const RigParameters& rig, const CameraInfo& camera) {
   const auto size = [](std::size_t lenses, int width, int height) {
     return std::to_string(lenses) + " x " + std::to_string(width) + "x" + std::to_string(height);
   };
@@ -46,8 +46,9 @@ Status check_fit(const RigParameters& rig, const CameraInfo& camera) {
     if (rig.lenses.size() != static_cast<std::size_t>(camera.lenses) || lens.width != camera.width ||
         lens.height != camera.height)
       return {StatusCode::invalid_argument,
-              "the calibration speaks of " + size(rig.lenses.size(), lens.width, lens.height) + " pixels, camera " +
-                  camera.name + " gives " + size(static_cast<std::size_t>(camera.lenses), camera.width, camera.height) +
+              "the calibration is for " + size(rig.lenses.size(), lens.width, lens.height) + " pixels, camera " +
+                  camera.name + " delivers " +
+                  size(static_cast<std::size_t>(camera.lenses), camera.width, camera.height) +
                   ": calibrate at this size, or set camera.width and camera.height to the calibration's"};
   return {};
 }
@@ -66,7 +67,7 @@ Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const Ri
                 "marker: this lightwelld was built without the marker estimator; build it again with "
                 "LIGHTWELL_WITHOUT empty, or leave `marker` out");
 #else
-  // A budget is kept by going to a cheaper setting.
+  // The governor keeps a budget by choosing a cheaper setting.
   if (config.budget_ms > 0 && settings_of(EstimatorKind::marker).size() < 2)
     return Status(StatusCode::invalid_argument,
                   "budget_ms: the marker estimator has no cheaper setting to keep a budget with; leave budget_ms "
@@ -79,7 +80,7 @@ Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const Ri
   MarkerOptions options;
   options.config = config.estimator;
   options.probe_id = fnv1a_32(config.probe_name);
-  // A mounting tells which way is up, and so on which of its faces the body stands.
+  // With a mounting the up direction is known, and thus the face on which the body stands.
   if (mounting) options.sampler.up = rotate(mounting->pose.rotation.inverse(), Vec3d{0, 1, 0});
   Result<std::unique_ptr<MarkerEstimator>> marker = make_marker_estimator(rig, *body, std::move(*finder), options);
   if (!marker) return marker.status();
@@ -89,38 +90,38 @@ Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const Ri
 }
 
 Result<DaemonComponents> make_components(const Config& config) {
-  DaemonComponents parts;
+  DaemonComponents components;
   Result<std::unique_ptr<CameraBackend>> camera = make_backend(config.camera);
   if (!camera) return camera.status();
-  parts.camera = std::move(*camera);
-  Result<CameraInfo> info = parts.camera->open();
+  components.camera = std::move(*camera);
+  Result<CameraInfo> info = components.camera->open();
   if (!info) return info.status();
-  parts.info = std::move(*info);
-  log_info("camera " + parts.info.name + ": " + std::to_string(parts.info.lenses) + " x " +
-           std::to_string(parts.info.width) + "x" + std::to_string(parts.info.height) + " " +
-           std::string(to_string(parts.info.format)));
-  for (const std::string& note : parts.info.notes) log_info("camera: " + note);
+  components.info = std::move(*info);
+  log_info("camera " + components.info.name + ": " + std::to_string(components.info.lenses) + " x " +
+           std::to_string(components.info.width) + "x" + std::to_string(components.info.height) + " " +
+           std::string(to_string(components.info.format)));
+  for (const std::string& note : components.info.notes) log_info("camera: " + note);
   if (!config.calibration.empty()) {
     Result<RigParameters> rig = load_calibration(config.calibration);
     if (!rig) return rig.status();
-    parts.rig = std::move(*rig);
-  } else if (parts.info.calibration) {
-    parts.rig = *parts.info.calibration;
+    components.rig = std::move(*rig);
+  } else if (components.info.calibration) {
+    components.rig = *components.info.calibration;
   } else {
     return Status(StatusCode::failed_precondition,
-                  "the camera does not know its calibration: name one with `calibration` in the configuration or "
+                  "the camera has no calibration of its own: name one with `calibration` in the configuration or "
                   "--calibration");
   }
-  if (Status s = check_fit(parts.rig, parts.info); !s.ok()) return s;
+  if (Status s = check_calibration_size(components.rig, components.info); !s.ok()) return s;
   if (!config.mounting.empty()) {
     const Result<UncertainPose> mounting = load_mounting(config.mounting);
     if (!mounting) return mounting.status();
-    parts.mounting = *mounting;
+    components.mounting = *mounting;
   }
-  Result<std::unique_ptr<Estimator>> estimator = make_estimator(config, parts.rig, parts.mounting);
+  Result<std::unique_ptr<Estimator>> estimator = make_estimator(config, components.rig, components.mounting);
   if (!estimator) return estimator.status();
-  parts.estimator = std::move(*estimator);
-  return parts;
+  components.estimator = std::move(*estimator);
+  return components;
 }
 
 sigset_t stop_signals() {
@@ -131,25 +132,25 @@ sigset_t stop_signals() {
   return set;
 }
 
-/// One second, or less where a signal to stop comes.
-bool take_stop_signal() {
+/// Waits for a stop signal for up to one second; true if one came.
+bool wait_for_stop_signal() {
   const sigset_t set = stop_signals();
   const timespec second{1, 0};
   return sigtimedwait(&set, nullptr, &second) > 0;
 }
 
-std::string one_line(const StatusSnapshot& s) {
+std::string status_line(const StatusSnapshot& s) {
   return std::to_string(s.counters.estimates) + " estimates, " + std::to_string(s.counters.captures_dropped) +
          " captures dropped, " + std::to_string(s.counters.estimates_failed) + " failed, " +
          std::to_string(s.counters.clients) + " clients";
 }
 
-std::string beyond_budget(double ms, double budget_ms) {
+std::string over_budget_message(double ms, double budget_ms) {
   std::array<char, 256> text{};
   std::snprintf(
       text.data(), text.size(),
-      "budget: an estimate takes %.3g ms even at the setting fast, and the budget is %.3g ms; allow more with "
-      "--budget-ms, or take smaller pictures with --size",
+      "budget: an estimate takes %.3g ms even at the setting fast, and the budget is %.3g ms; set a larger one with "
+      "--budget-ms, or smaller pictures with --size",
       ms, budget_ms);
   return text.data();
 }
@@ -161,7 +162,7 @@ void block_stop_signals() {
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   // A client that closes its socket must not end the probe.
   std::signal(SIGPIPE, SIG_IGN);
-  // A recording that meets a limit of file size is told by the write, not by a signal.
+  // A file size limit must be reported by write(), not end the process by a signal.
   std::signal(SIGXFSZ, SIG_IGN);
 }
 
@@ -177,23 +178,23 @@ Status check_daemon(const Config& config) {
 }
 
 Status run_daemon(const Config& config) {
-  Result<DaemonComponents> parts = make_components(config);
-  if (!parts) return parts.status();
+  Result<DaemonComponents> components = make_components(config);
+  if (!components) return components.status();
 
   ProbeIdentity identity{config.probe_name,
                          fnv1a_32(config.probe_name),
-                         calibration_identity(parts->rig),
+                         calibration_identity(components->rig),
                          std::string(kFirmwareVersion),
-                         parts->info.name,
-                         parts->mounting};
-  Pipeline pipeline(identity, std::move(parts->estimator), config.estimator, config.budget_ms);
+                         components->info.name,
+                         components->mounting};
+  Pipeline pipeline(identity, std::move(components->estimator), config.estimator, config.budget_ms);
   pipeline.publisher().add(make_grpc_link(config.grpc, config.probe_name, pipeline));
   if (config.usb_gadget) pipeline.publisher().add(make_usb_gadget_link(*config.usb_gadget, pipeline));
   if (Status s = add_network_links(config, pipeline, pipeline.publisher()); !s.ok()) return s;
 
   std::unique_ptr<FrameRecorder> recorder;
   if (!config.record_path.empty()) {
-    const RecordingHeader header{RecordingKind::frames, config.probe_name, identity.version, parts->rig};
+    const RecordingHeader header{RecordingKind::frames, config.probe_name, identity.version, components->rig};
     Result<std::unique_ptr<FrameRecorder>> made = FrameRecorder::open(config.record_path, header, pipeline.sink());
     if (!made) return made.status();
     recorder = std::move(*made);
@@ -201,8 +202,8 @@ Status run_daemon(const Config& config) {
   }
   if (Status s = pipeline.start(); !s.ok()) return s;
   FrameSink& sink = recorder ? static_cast<FrameSink&>(*recorder) : pipeline.sink();
-  if (Status s = parts->camera->start(sink); !s.ok()) {
-    // The links ask for the recorder's counters, and the recorder goes before them.
+  if (Status s = components->camera->start(sink); !s.ok()) {
+    // The links use the recorder's counters, and the recorder is destroyed first.
     pipeline.stop();
     return s;
   }
@@ -216,9 +217,9 @@ Status run_daemon(const Config& config) {
   std::uint64_t logged_faults = 0;
   bool logged_end = false, logged_over_budget = false, logged_lost = false;
   Setting logged_setting = config.estimator.setting;
-  while (!take_stop_signal()) {
+  while (!wait_for_stop_signal()) {
     const StatusSnapshot status = pipeline.status();
-    notify_status(one_line(status));
+    notify_status(status_line(status));
     network.poll();
     if (const std::string e = pipeline.last_error(); e != logged_error) {
       log_error(e);
@@ -233,27 +234,27 @@ Status run_daemon(const Config& config) {
       logged_setting = now;
     }
     if (const std::optional<double> ms = pipeline.over_budget_ms(); ms && !logged_over_budget) {
-      log_error(beyond_budget(*ms, config.budget_ms));
+      log_error(over_budget_message(*ms, config.budget_ms));
       logged_over_budget = true;
     }
-    const CameraBackend::State state = parts->camera->state();
+    const CameraBackend::State state = components->camera->state();
     if (const bool lost = state == CameraBackend::State::lost; lost != logged_lost) {
       logged_lost = lost;
-      lost ? log_error("the camera went away") : log_info("the camera is back");
+      lost ? log_error("the camera was disconnected") : log_info("the camera is connected again");
     }
     if (state == CameraBackend::State::finished) {
-      // Once more around: a second in which the last capture is estimated and reaches the clients.
+      // Wait for one more second, in which the last capture is estimated and sent to the clients.
       if (logged_end) break;
       logged_end = true;
       log_info("the recording has come to its end");
     }
   }
   notify_stopping();
-  parts->camera->stop();
+  components->camera->stop();
   if (recorder)
     if (const Status s = recorder->finish(); !s.ok()) log_error("recording: " + s.message());
   pipeline.stop();
-  log_info(one_line(pipeline.status()));
+  log_info(status_line(pipeline.status()));
   return {};
 }
 

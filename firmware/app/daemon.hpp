@@ -1,4 +1,4 @@
-// lightwelld as a whole: builds the rooms from a configuration and runs them until a signal.
+// lightwelld: creates camera, estimator and links from a configuration and runs them until a signal.
 #pragma once
 
 #include <string_view>
@@ -8,19 +8,18 @@
 
 namespace lightwell {
 
-/// Of the firmware.
 inline constexpr std::string_view kFirmwareVersion = LIGHTWELL_VERSION;
 
-/// Blocks SIGINT and SIGTERM in this thread and all that follow; call first.
+/// Blocks SIGINT and SIGTERM in this thread and all threads it starts; call it before anything else.
 void block_stop_signals();
-/// One of them has come and waits to be taken. Any thread.
+/// Whether SIGINT or SIGTERM is pending. Any thread.
 [[nodiscard]] bool stop_signal_pending();
 
-/// Until SIGINT or SIGTERM, or until the camera has ended and every client could have the last descriptor. Logs to
-/// stderr; prints "lightwelld: listening on grpc://..." to stdout once clients may come.
+/// Runs until SIGINT or SIGTERM, or until the camera has finished and the last descriptor was published. Logs to
+/// stderr; prints "lightwelld: listening on grpc://..." to stdout when clients can connect.
 [[nodiscard]] Status run_daemon(const Config& config);
 
-/// Everything but running: opens the camera, loads the calibration, makes the estimator.
+/// Opens the camera, loads the calibration and creates the estimator, but does not run.
 [[nodiscard]] Status check_daemon(const Config& config);
 
 }  // namespace lightwell

@@ -6,24 +6,24 @@
 namespace lightwell {
 namespace {
 
-/// Late by more than this, twice in succession, is load and no accident.
+/// Duration relative to the budget; two in succession above it count as overload.
 constexpr double kOverloadRatio = 1.5;
-/// Share of late estimates that is borne in the long run, and over how many estimates it is watched.
+/// Largest tolerated share of late estimates in the long run, and the time constant of its average in estimates.
 constexpr double kLateShare = 0.05, kLateMemory = 256;
-/// A prediction must leave so much of the budget: noise, and what the prediction gets wrong.
+/// Share of the budget that a prediction may use; the rest allows for noise and errors of the prediction.
 constexpr double kBudgetShare = 0.9;
-/// A guess at what the steps from fast to balanced and from there to exact cost, until they are measured: on the high
-/// side of the 1.0 to 1.3 and 1.1 to 1.4 of lightwell-eval --pareto, as many lights make exact dearer.
+/// Initial costs of the steps from fast to balanced and from balanced to exact. lightwell-eval --pareto measures 1.0 to
+/// 1.3 and 1.1 to 1.4; these are higher, because many lights make exact more expensive.
 constexpr double kInitialStepCosts[] = {1.2, 1.8};
 constexpr double kMaxStepCost = 64;
 constexpr std::uint64_t kInitialBackoff = 30, kMaxBackoff = 30 * 256, kBackoffFactor = 4;
-/// Half-life of what is known of a step, in patiences.
+/// Half-life of the learnt cost of a step, in back-offs.
 constexpr double kStepCostHalfLife = 200;
-/// A climb that held for so many estimates was right.
+/// Number of estimates after which a raise is confirmed.
 constexpr std::uint64_t kStableEstimates = 900;
-/// It forgives former falls when it has held for so many patiences.
+/// Number of back-offs at one setting after which the back-off is reduced.
 constexpr std::uint64_t kBackoffReset = 100;
-/// Estimates after a move from which a step is learnt.
+/// Number of estimates after a move from which the cost of the step is computed.
 constexpr std::uint64_t kLearningWindow = 8;
 
 double step_between(double cheaper_ms, double richer_ms, double least) {
@@ -97,14 +97,15 @@ bool Governor::may_increase() {
 void Governor::decrease_setting() {
   const std::size_t n = history_size();
   double ms = sorted()[n - 1 - n / 16];
-  if (duration_at(0) > budget_ms_ && duration_at(1) > budget_ms_) ms = std::min(ms, std::max(duration_at(0), duration_at(1)));
+  if (duration_at(0) > budget_ms_ && duration_at(1) > budget_ms_)
+    ms = std::min(ms, std::max(duration_at(0), duration_at(1)));
   int to = static_cast<int>(setting_);
   do {
     --to;
     ms /= steps_[static_cast<std::size_t>(to) - 1].cost;
   } while (to > static_cast<int>(Setting::fast) && ms > kBudgetShare * budget_ms_);
 
-  // A climb that fell at once was a mistake; one that held for a while met another load, and may be tried sooner.
+  // A raise that failed at once was wrong. One that held for a while failed by a change of load: retry it sooner.
   const bool at_once = since_move_ < kLearningWindow;
   if (increased_) increase_backoff(lower_step(), at_once ? kBackoffFactor : kBackoffFactor / 2);
   const bool one_step = to + 1 == static_cast<int>(setting_);
@@ -116,17 +117,17 @@ void Governor::decrease_setting() {
   if (reverted_) upper_step().cost = step_between(lower_ms_, upper_ms_, upper_step().cost);
 }
 
-/// A step is the ratio of what was measured on its two sides at about the same time. Falls that load forced say nothing
-/// of it: the load is in one of the two alone.
+/// The cost of a step is the ratio of the durations at both settings measured at about the same time. A drop forced by
+/// load gives no measurement, because the load is in only one of the two durations.
 void Governor::update_step_cost() {
   if (increased_) {
     lower_step().cost = step_between(lower_ms_, typical_ms(), 1);
   } else if (reverted_) {
-    // Where the cheaper setting takes longer now than before the climb, load rose meanwhile and is no part of the step.
+    // If the cheaper setting takes longer now than before the raise, the difference is load, not part of the step.
     upper_step().cost = step_between(std::max(lower_ms_, typical_ms()), upper_ms_, 1);
   } else if (decreased_ && typical_ms() * upper_step().cost <= kBudgetShare * budget_ms_) {
-    // The richer setting would fit already: it was not load that rose, but noise that reaches over the budget from time
-    // to time. It will do so again.
+    // The richer setting is already predicted to fit: the drop was caused by noise that exceeds the budget from time to
+    // time, which will happen again.
     increase_backoff(upper_step(), kBackoffFactor / 2);
   }
   reverted_ = decreased_ = false;

@@ -1,16 +1,16 @@
-// Which setting comes next, so that estimates keep to a budget of time: along the measured front, cheaper under load,
-// richer again when there is room.
+// Chooses the estimator's setting (fast, balanced, exact) so that the time of an estimate stays within a budget.
 //
-// It falls when estimates are late: after two in succession by more than half the budget, when three of four are late,
-// or when more than 5 % are in the long run. One late estimate alone moves nothing: that is what a scheduler does.
+// Lowers the setting when estimates are late: two in succession by more than half the budget, three of four, or more
+// than 5 % in the long run. A single late estimate, which a scheduler can cause, changes nothing.
 //
-// It climbs when the richer setting is predicted to fit: what 30 of the last 32 estimates took, times what the step
-// costs, below 90 % of the budget for as many frames as it has patience. What a step costs is learnt from climbs. Each
-// fall that load does not explain makes it more patient: four times where a climb fell at once, twice otherwise;
-// holding for long makes it less so. What it knows of a step fades over 200 patiences, for the light may have changed:
-// so it tries again, ever more seldom, and does not swing.
+// Raises the setting when the richer one is predicted to fit: the 30th smallest of the last 32 durations, times the
+// cost of the step, is below 90 % of the budget for a back-off number of estimates in a row. The cost of a step (ratio
+// of durations) is measured when the setting is raised. The back-off grows by a factor of 4 when a raise fails at once,
+// by 2 after another drop that load does not explain, and shrinks by 4 after a long stable period. The learnt cost
+// decays with a half-life of 200 back-offs, because the scene may have changed: so failed raises are repeated ever more
+// rarely and the setting does not oscillate.
 //
-// It has no clock. Time is counted in estimates. Cost and patience are each step's own.
+// There is no clock: time is counted in estimates. Each step has its own cost and back-off.
 #pragma once
 
 #include <array>
@@ -25,26 +25,25 @@ namespace lightwell {
 /// One thread. Allocates nothing.
 class Governor {
  public:
-  /// `budget_ms` > 0, or 0: none, then the setting is `richest` for good.
+  /// `budget_ms`: ms, or 0 for no budget: the setting is then always `richest`.
   Governor(double budget_ms, Setting richest);
 
-  /// With which the next estimate is to be made: never richer than `richest`.
+  /// The setting for the next estimate; never richer than `richest`.
   [[nodiscard]] Setting setting() const { return setting_; }
-  /// How long one estimate at setting() took, to its encoded bytes.
+  /// Records the duration of one estimate at setting(), including encoding.
   void record_duration(double ms);
-  /// The estimator has been configured anew, so that what was learnt no longer holds. Another `richest` is tried at
-  /// once.
+  /// Discards the learnt costs after a reconfiguration of the estimator. If `richest` differs, it is used at once.
   void restart(Setting richest);
 
   struct Counts {
-    std::uint64_t moves = 0;         ///< Up or down.
+    std::uint64_t moves = 0;         ///< Changes of the setting.
     std::uint64_t late = 0;          ///< Estimates that took longer than the budget.
-    std::uint64_t late_at_fast = 0;  ///< Of those, the ones at the cheapest setting: nothing was left to do.
+    std::uint64_t late_at_fast = 0;  ///< Late estimates at the cheapest setting.
   };
   [[nodiscard]] const Counts& counts() const { return counts_; }
-  /// Estimates at the cheapest setting are late as well, and not only now and then. Stays so until restart().
+  /// Whether estimates were late at the cheapest setting, too, by the criterion for lowering. Kept until restart().
   [[nodiscard]] bool exceeds_budget_at_fast() const { return exceeds_budget_at_fast_; }
-  /// Median of the latest estimates at this setting, ms; 0 before the first.
+  /// Median duration of the latest estimates at this setting, ms; 0 before the first.
   [[nodiscard]] double typical_ms() const;
 
  private:
@@ -55,18 +54,18 @@ class Governor {
   void decrease_setting();
   void move_to(Setting setting);
   void update_step_cost();
-  /// From one setting to the next richer one.
+  /// The step from one setting to the next richer one.
   struct Step {
-    double cost = 1;             ///< Of the richer one relative to the cheaper one, as believed.
-    std::uint64_t backoff = 0;  ///< Estimates for which the richer one must be predicted to fit.
+    double cost = 1;            ///< Estimated ratio of the durations, richer / cheaper.
+    std::uint64_t backoff = 0;  ///< Number of estimates for which the richer setting must be predicted to fit.
   };
   static void increase_backoff(Step& step, std::uint64_t factor);
   [[nodiscard]] Step& upper_step() { return steps_[static_cast<std::size_t>(setting_) - 1]; }
   [[nodiscard]] Step& lower_step() { return steps_[static_cast<std::size_t>(setting_) - 2]; }
   [[nodiscard]] std::size_t history_size() const;
-  /// The latest is 0.
+  /// Duration of the estimate `frames` ago, ms; 0 is the latest.
   [[nodiscard]] double duration_at(std::size_t frames) const;
-  /// The estimates of this setting that are remembered, from small to large.
+  /// The recorded durations at this setting in ascending order.
   [[nodiscard]] std::span<const double> sorted() const;
 
   double budget_ms_;
@@ -77,15 +76,15 @@ class Governor {
   std::array<double, kHistory> durations_{};
   mutable std::array<double, kHistory> sorted_{};
   std::uint64_t since_move_ = 0;  ///< Estimates at this setting.
-  double late_share_ = 0;         ///< Of them, the recent ones weighing most.
+  double late_share_ = 0;         ///< Share of late estimates, exponential moving average.
 
   std::array<Step, kSettings.size() - 1> steps_;
-  std::uint64_t fitting_estimates_ = 0;  ///< Estimates in a row after which the richer setting was predicted to fit.
-  bool increased_ = false;    ///< The last move was up, and has not proved itself yet.
-  bool reverted_ = false;  ///< The last move took back a climb at once.
-  bool decreased_ = false;       ///< The last move was one step down from where it had stood long.
-  double lower_ms_ = 0;    ///< What the cheaper setting typically took before the climb.
-  double upper_ms_ = 0;    ///< What the richer one typically took before the fall back.
+  std::uint64_t fitting_estimates_ = 0;  ///< Estimates in a row for which the richer setting was predicted to fit.
+  bool increased_ = false;               ///< The last move was a raise that is not yet confirmed.
+  bool reverted_ = false;                ///< The last move reverted a raise at once.
+  bool decreased_ = false;               ///< The last move was one step down without a preceding raise.
+  double lower_ms_ = 0;                  ///< Median duration of the cheaper setting before the raise.
+  double upper_ms_ = 0;                  ///< Median duration of the richer setting before the drop.
 };
 
 }  // namespace lightwell

@@ -1,5 +1,5 @@
-// The daemon's log: lines on stderr, with the priority prefix that journald reads where stderr goes to it. A message is
-// one line, whatever it quotes of clients and brokers: printable() escapes it.
+// The daemon's log: one line per message on stderr, with journald's priority prefix if stderr is the journal. Control
+// characters, which texts from clients and brokers may contain, are escaped by printable().
 #pragma once
 
 #include <string>

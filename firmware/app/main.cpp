@@ -39,7 +39,7 @@ const std::map<std::string, lightwell::LinkSecurity>& securities() {
   return names;
 }
 
-/// A path in the file is meant from where the file is.
+/// Paths in the configuration file are relative to its folder.
 void make_absolute(std::string& path, const std::string& config_path) {
   if (!path.empty()) path = (std::filesystem::path(config_path).parent_path() / path).string();
 }
@@ -48,7 +48,7 @@ void make_absolute(std::string& path, const std::string& config_path) {
 
 int main(int argc, char** argv) {
   lightwell::block_stop_signals();
-  // What gRPC would write to stderr we say ourselves, in words; whoever wants both sets the variable.
+  // gRPC's own log is off unless the user sets the variable: lightwelld reports errors itself.
   setenv("GRPC_VERBOSITY", "NONE", 0);
 
   CLI::App app{"lightwelld turns a camera's frames into lighting descriptors and serves them to AR applications."};
@@ -59,14 +59,11 @@ int main(int argc, char** argv) {
       "  lightwelld --config /etc/lightwell/probe.textproto  everything from a file\n"
       "  lightwelld --camera v4l2:/dev/video0 --calibration webcam.textproto --estimator marker --body "
       "dodecahedron.textproto\n"
-      "  lightwelld --camera sim:city --budget-ms 3          cheaper settings under load, richer ones when there is "
-      "room\n"
-      "  lightwelld --camera sim:city --listen '[::]:7420' --security tls   for the network, to clients that were "
-      "paired\n"
-      "  lightwelld --pair --listen '[::]:7420' --security tls              beside it: lets one client be paired, then "
-      "ends\n"
-      "  lightwell watch grpc://127.0.0.1:7420               what a client sees\n"
-      "Fields of the file: proto/lightwell/v1/config.proto. Options here win over the file.\n"
+      "  lightwelld --camera sim:city --budget-ms 3          lowers the setting under load, raises it again later\n"
+      "  lightwelld --camera sim:city --listen '[::]:7420' --security tls   on the network, for paired clients\n"
+      "  lightwelld --pair --listen '[::]:7420' --security tls              in parallel: pairs one client, then ends\n"
+      "  lightwell watch grpc://127.0.0.1:7420               shows what a client receives\n"
+      "Fields of the file: proto/lightwell/v1/config.proto. Options override the file.\n"
       "Exit status: 0 stopped by a signal or at the end of a recording, 1 could not start, 2 wrong usage.");
   std::string config_path, camera, calibration, estimator, body, mounting, listen, mqtt, record, name, keys,
       pair_listen;
@@ -80,32 +77,32 @@ int main(int argc, char** argv) {
   app.add_option("--camera", camera, "Where frames come from; --cameras lists the kinds");
   app.add_option("--calibration", calibration, "Calibration in protobuf text format; default: the camera's own");
   app.add_option("--estimator", estimator,
-                 "What light is read from: panorama (all that the camera sees around it) or marker (a body with tags "
-                 "that it looks at) "
-                 "[marker where a body is named, else panorama]")
+                 "Source of the light: panorama (all that the camera sees around it) or marker (a body with tags in "
+                 "the picture) [marker if a body is named, otherwise panorama]")
       ->check(CLI::IsMember({"panorama", "marker"}));
   app.add_option("--body", body, "The marker's body, as lightwell-calibrate marker-sheet wrote it");
   app.add_option("--mounting", mounting,
-                 "Where the probe hangs, as lightwell-calibrate mounting wrote it: clients are told");
+                 "Pose of the probe in the room, as lightwell-calibrate mounting wrote it; clients receive it");
   app.add_option("--size", size, "Size of one lens's picture, WIDTHxHEIGHT [640x480]");
   app.add_option("--frame-rate", frame_rate, "Frames per second; 0 as fast as they come [30]")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--exposure-s", exposures, "Exposure in seconds; several make a bracket")->allow_extra_args(false);
   app.add_option(
          "--budget-ms", budget_ms,
-         "Milliseconds that an estimate may take; a cheaper setting than the configured one is used where it takes "
+         "Time limit of an estimate in milliseconds; a cheaper setting than the configured one is used if it takes "
          "longer. 0 for none [0]")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--listen", listen, "Address of the gRPC link, HOST:PORT; port 0 takes any [127.0.0.1:7420]");
+  app.add_option("--listen", listen,
+                 "Address of the gRPC link, HOST:PORT; port 0 means any free port [127.0.0.1:7420]");
   app.add_option(
          "--security", security,
-         "plain (anyone may ask), tls (a token or a certificate), mutual-tls (a certificate) [plain on a loopback "
-         "address, else it must be said]")
+         "plain (no authentication), tls (a token or a certificate), mutual-tls (a certificate) [plain on a loopback "
+         "address, required otherwise]")
       ->transform(CLI::CheckedTransformer(securities()));
   app.add_option("--keys", keys, "Folder of the probe's keys and of the list of its clients [the state folder]");
   app.add_flag(
       "--pair", pair,
-      "Let one client be paired: show a code, wait two minutes, exit. The probe itself may be running meanwhile");
+      "Pair one client: show a code, wait two minutes, exit. The probe itself may be running at the same time");
   app.add_option("--pair-listen", pair_listen, "Address for pairing, HOST:PORT [the host of --listen, port 7421]");
   app.add_option("--mqtt", mqtt,
                  "Publish at an MQTT broker, too: mqtt://BROKER:1883/venue/probe; files for TLS: --config");
@@ -153,8 +150,8 @@ int main(int argc, char** argv) {
   if (estimator == "panorama") config.marker.reset();
   if (estimator == "marker" && !config.marker) {
     lightwell::log_error(
-        "--estimator marker needs the body that is looked at: name its file with --body or marker.body; "
-        "lightwell-calibrate marker-sheet makes one, and the sheet to print");
+        "--estimator marker needs a body: name its file with --body or marker.body; lightwell-calibrate marker-sheet "
+        "creates one, and the sheet to print");
     return kUsage;
   }
   if (!mounting.empty()) config.mounting = mounting;
@@ -173,7 +170,7 @@ int main(int argc, char** argv) {
   if (announce) config.mdns = lightwell::Mdns::on;
   if (!record.empty()) config.record_path = record;
   if (!name.empty()) config.probe_name = name;
-  // Pairing takes no pictures.
+  // Pairing needs no camera.
   if (pair && config.camera.uri.empty()) config.camera.uri = "none";
   if (const lightwell::Status s = config.validate(); !s.ok()) {
     lightwell::log_error(s.message());

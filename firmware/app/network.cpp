@@ -39,7 +39,7 @@ Status add_network_links(const Config& config, [[maybe_unused]] Commands& comman
 }
 
 NetworkMonitor::NetworkMonitor(const Config& config, [[maybe_unused]] const StatusSnapshot& status,
-                           const Publisher& publisher)
+                               const Publisher& publisher)
     : publisher_(publisher) {
   if (config.mdns != Mdns::on) return;
 #ifdef LIGHTWELL_HAVE_DISCOVERY
@@ -48,14 +48,15 @@ NetworkMonitor::NetworkMonitor(const Config& config, [[maybe_unused]] const Stat
     if (AdvertisedLink shown = advertised_link(link->address()); !shown.uri.empty())
       a.links.push_back(std::move(shown));
   advertiser_ = std::make_unique<Advertiser>(a);
-  // The name that it got is worth a line.
-  last_logged_["discovery"] = "nothing said yet";
+  // Any text but "", so that the announced name is logged.
+  last_logged_["discovery"] = "nothing logged yet";
 #endif
 }
 
 NetworkMonitor::~NetworkMonitor() = default;
 
-void NetworkMonitor::log_transition(const std::string& what, const std::string& error_message, const std::string& good) {
+void NetworkMonitor::log_transition(const std::string& what, const std::string& error_message,
+                                    const std::string& good) {
   std::string& last_logged = last_logged_[what];
   if (last_logged == error_message) return;
   last_logged = error_message;
@@ -65,9 +66,10 @@ void NetworkMonitor::log_transition(const std::string& what, const std::string& 
 void NetworkMonitor::poll() {
   for (const auto& link : publisher_.links()) log_transition(link->address(), link->error_message(), "connected");
 #ifdef LIGHTWELL_HAVE_DISCOVERY
-  if (advertiser_) log_transition("discovery", advertiser_->error_message(), "announced as '" + advertiser_->announced_as() + "'");
+  if (advertiser_)
+    log_transition("discovery", advertiser_->error_message(), "announced as '" + advertiser_->announced_as() + "'");
 #endif
-  // Somebody who sends nonsense does not fill the log as well.
+  // At most once a minute, so that a flood of invalid messages does not fill the log.
   constexpr std::int64_t kMinute = 60'000'000'000;
   const std::uint64_t refused = publisher_.counters().messages_refused;
   const std::int64_t now = monotonic_now_ns();

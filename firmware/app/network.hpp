@@ -1,4 +1,4 @@
-// The links and the announcement that a configuration asks for, and what is told of them while they run.
+// Optional network parts (MQTT link, mDNS announcement) and the log of their state.
 #pragma once
 
 #include <cstdint>
@@ -16,21 +16,20 @@ namespace lightwell {
 
 class Advertiser;
 
-/// Adds the MQTT link to `publisher` where `config` has one. failed_precondition where it, or the announcement, is
-/// asked for and was not built.
+/// Adds the MQTT link to `publisher` if `config` has one. failed_precondition: the MQTT link or the announcement is
+/// configured, but not in this build.
 [[nodiscard]] Status add_network_links(const Config& config, Commands& commands, Publisher& publisher);
 
-/// Announces the probe where that is configured, and logs when links or the announcement get into trouble and out of
-/// it.
+/// Announces the probe if that is configured, and logs when a link or the announcement fails or recovers.
 class NetworkMonitor {
  public:
-  /// The links have been started.
+  /// Call it after the links have been started.
   NetworkMonitor(const Config& config, const StatusSnapshot& status, const Publisher& publisher);
   ~NetworkMonitor();
   NetworkMonitor(const NetworkMonitor&) = delete;
   NetworkMonitor& operator=(const NetworkMonitor&) = delete;
 
-  /// About once a second.
+  /// Logs changes; call it about once a second.
   void poll();
 
  private:

@@ -16,7 +16,7 @@
 namespace lightwell {
 namespace {
 
-/// What stands behind the last colon; 0 where that is no number.
+/// The number after the last colon; 0 if there is none.
 int port_of(const std::string& listen) {
   int port = 0;
   const char* const end = listen.data() + listen.size();
@@ -30,14 +30,14 @@ Status status_of(PairingOutcome outcome, const PairingWindow& window) {
       return {};
     case PairingOutcome::too_many_wrong_codes:
       return {StatusCode::unavailable,
-              "three wrong codes came and the window is closed: if you typed none of them, somebody on the network "
-              "guesses"};
+              "three wrong codes were received and the window is closed: if you entered none of them, somebody on the "
+              "network is guessing"};
     case PairingOutcome::open:
     case PairingOutcome::timed_out:
       break;
   }
-  return {StatusCode::unavailable,
-          "nobody was paired (" + std::to_string(window.wrong_codes()) + " wrong codes); start again for a new code"};
+  return {StatusCode::unavailable, "no client was paired (" + std::to_string(window.wrong_codes()) +
+                                       " wrong codes); start again for a new code"};
 }
 
 }  // namespace
@@ -45,8 +45,7 @@ Status status_of(PairingOutcome outcome, const PairingWindow& window) {
 Status run_pairing(const Config& config, const std::string& listen) {
   if (!config.grpc.encrypted())
     return {StatusCode::failed_precondition,
-            "pairing is for a probe that encrypts: set grpc.security to LINK_SECURITY_TLS or LINK_SECURITY_MUTUAL_TLS, "
-            "or say "
+            "pairing needs encryption: set grpc.security to LINK_SECURITY_TLS or LINK_SECURITY_MUTUAL_TLS, or use "
             "--security tls"};
   const Result<ProbeKeys> keys = load_probe_keys(config.grpc, config.probe_name, std::time(nullptr));
   if (!keys) return keys.status();
@@ -63,7 +62,8 @@ Status run_pairing(const Config& config, const std::string& listen) {
   std::cout << "lightwelld: pairing on " << window.address() << " for " << options.open_for.count() << " s, code "
             << window.code() << std::endl;
   PairingOutcome outcome = PairingOutcome::open;
-  while (outcome == PairingOutcome::open && !stop_signal_pending()) outcome = window.wait(std::chrono::milliseconds(100));
+  while (outcome == PairingOutcome::open && !stop_signal_pending())
+    outcome = window.wait(std::chrono::milliseconds(100));
   if (outcome == PairingOutcome::paired) log_info("paired with " + window.client_name());
   return status_of(outcome, window);
 }

@@ -46,12 +46,12 @@ void Pipeline::run() {
     Status status = estimator_->estimate(bracket.frames(), descriptor);
     if (status.ok()) status = publisher_.publish(descriptor);
     bracket.clear();
-    if (status.ok()) measured(static_cast<double>(publisher_.encoded_ns() - start_ns) * 1e-6);
-    // Counted last: who sees the count finds what was counted.
+    if (status.ok()) update_governor(static_cast<double>(publisher_.encoded_ns() - start_ns) * 1e-6);
+    // The counters are incremented last, so that a reader of the count also sees its result.
     if (status.ok()) {
       {
         const std::lock_guard lock(mutex_);
-        // Nobody asks it for its map, whose copy would take memory anew each time.
+        // newest_ is stored without its environment map, because a copy of it would allocate.
         std::optional<EnvironmentMap> map;
         map.swap(descriptor.environment);
         newest_ = descriptor;
@@ -78,7 +78,7 @@ void Pipeline::configure_estimator() {
   if (config_changed_ || used_ != governor_.setting()) {
     EstimatorConfig config = config_;
     config.setting = used_ = governor_.setting();
-    // Checked when it was set.
+    // Cannot fail: update_estimator() has validated it.
     (void)estimator_->configure(config);
   }
   if (scale_changed_) estimator_->set_scale(scale_);
@@ -86,15 +86,15 @@ void Pipeline::configure_estimator() {
   config_changed_ = scale_changed_ = recovery_changed_ = false;
 }
 
-void Pipeline::measured(double ms) {
+void Pipeline::update_governor(double ms) {
   governor_.record_duration(ms);
   const std::lock_guard lock(mutex_);
   setting_ = governor_.setting();
   governor_counts_ = governor_.counts();
   if (!governor_.exceeds_budget_at_fast())
-    beyond_budget_ms_.reset();
-  else if (!beyond_budget_ms_)
-    beyond_budget_ms_ = governor_.typical_ms();
+    over_budget_ms_.reset();
+  else if (!over_budget_ms_)
+    over_budget_ms_ = governor_.typical_ms();
 }
 
 Setting Pipeline::setting() const {
@@ -104,7 +104,7 @@ Setting Pipeline::setting() const {
 
 std::optional<double> Pipeline::over_budget_ms() const {
   const std::lock_guard lock(mutex_);
-  return beyond_budget_ms_;
+  return over_budget_ms_;
 }
 
 std::string Pipeline::last_error() const {
@@ -152,7 +152,7 @@ EstimatorConfig Pipeline::estimator() const {
 }
 
 Status Pipeline::update_estimator(const EstimatorUpdate& update) {
-  // Read, changed and written under one lock: clients of several links may change fields at once.
+  // Read-modify-write under one lock, because clients of several links may change fields concurrently.
   const std::lock_guard lock(mutex_);
   const EstimatorConfig config = updated(config_, update);
   if (Status s = config.validate(kind_); !s.ok()) return s;
@@ -164,15 +164,16 @@ Status Pipeline::update_estimator(const EstimatorUpdate& update) {
 Result<double> Pipeline::report_lux(double lux, Vec3d normal) {
   const std::lock_guard lock(mutex_);
   if (!has_newest_) return Status(StatusCode::failed_precondition, "no light has been measured yet");
-  // Where the scale is known, what is missing of a reading is what the sensor clipped.
+  // With a known scale, the difference between reading and estimate is attributed to clipped lights.
   if (newest_.flags.has(Flag::clipped) && newest_.units == Units::absolute && !scale_changed_)
     return recover_clipped_from_lux(lux, normal);
   for (const Flag flag : {Flag::unseen, Flag::clipped, Flag::dark})
     if (newest_.flags.has(flag) && !(flag == Flag::clipped && newest_.flags.has(Flag::recovered)))
       return Status(StatusCode::failed_precondition,
-                    "the light is not known well enough to set a scale by it: " + std::string(to_string(flag)));
+                    "the measured light is too uncertain to set a scale: " + std::string(to_string(flag)));
   const double measured = irradiance_at(newest_, vec_cast<float>(normal)).luminance();
-  if (!(measured > 0)) return Status(StatusCode::failed_precondition, "no light is measured where the meter faces");
+  if (!(measured > 0))
+    return Status(StatusCode::failed_precondition, "the measured irradiance in the meter's direction is zero");
   const double factor = newest_factor_ * lux / measured;
   if (!(factor > 0) || !std::isfinite(factor))
     return Status(StatusCode::invalid_argument, "the reading gives no scale: " + std::to_string(factor));
@@ -184,7 +185,7 @@ Result<double> Pipeline::report_lux(double lux, Vec3d normal) {
 Result<double> Pipeline::recover_clipped_from_lux(double lux, Vec3d normal) {
   if (newest_.flags.has(Flag::unseen))
     return Status(StatusCode::failed_precondition,
-                  "what is missing of the reading may be light that was not seen: unseen");
+                  "the missing part of the reading may come from directions that the camera does not see: unseen");
   if (Status s = status_of(recover(newest_, newest_clipped_, {vec_cast<float>(normalized(normal)), lux}, recovery_));
       !s.ok())
     return s;

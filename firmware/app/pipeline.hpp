@@ -1,4 +1,4 @@
-// The four rooms in a row: frames from the slot, through the estimator, to the publisher. One thread of its own.
+// The thread that takes brackets from the slot, estimates descriptors and publishes them.
 #pragma once
 
 #include <atomic>
@@ -17,39 +17,39 @@
 
 namespace lightwell {
 
-/// Who the probe says it is.
+/// Identity of the probe, part of its status.
 struct ProbeIdentity {
   std::string name;
   std::uint32_t probe_id = 0, calibration_id = 0;
   std::string version, camera;
-  std::optional<UncertainPose> T_world_probe{};  ///< Where it hangs, where it knows.
+  std::optional<UncertainPose> T_world_probe{};  ///< Pose in the room, if known.
 };
 
 class Pipeline final : public Commands {
  public:
-  /// `budget_ms`: what an estimate may take from the estimator's start to its encoded bytes; config.setting is the
-  /// richest setting then. 0: no budget.
+  /// `budget_ms`: time limit of an estimate including encoding; config.setting is then the richest setting. 0: no
+  /// limit.
   Pipeline(ProbeIdentity identity, std::unique_ptr<Estimator> estimator, const EstimatorConfig& config,
            double budget_ms = 0);
   ~Pipeline() override;
 
-  /// Links want the Commands, so they come after construction and before start().
+  /// Add links between construction and start(); they need this object as their Commands.
   Publisher& publisher() { return publisher_; }
-  /// Where the camera pushes.
+  /// The sink for the camera's frames.
   FrameSink& sink() { return slot_; }
-  /// For the counters; may be null.
+  /// Includes the recorder's counters in the status; may be null.
   void watch_recorder(const FrameRecorder* recorder) { recorder_ = recorder; }
 
   [[nodiscard]] Status start();
-  /// The camera has stopped. Ends the thread, then the links.
+  /// Ends the thread, then the links. Call it after the camera has stopped.
   void stop();
 
-  /// The last refusal of the estimator or the encoder; empty where there was none.
+  /// The last error of the estimator or the encoder; empty if there was none.
   [[nodiscard]] std::string last_error() const;
 
-  /// With which the next estimate will be made.
+  /// The setting for the next estimate.
   [[nodiscard]] Setting setting() const;
-  /// What an estimate typically took, ms, when even the cheapest setting was found to exceed the budget.
+  /// Median duration, ms, when even the cheapest setting was first found to exceed the budget; nullopt otherwise.
   [[nodiscard]] std::optional<double> over_budget_ms() const;
 
   // Commands
@@ -63,32 +63,32 @@ class Pipeline final : public Commands {
   void run();
   void configure_estimator();
   [[nodiscard]] Result<double> recover_clipped_from_lux(double lux, Vec3d normal);
-  void measured(double ms);
+  void update_governor(double ms);
 
   const ProbeIdentity identity_;
   BracketSlot slot_;
   Publisher publisher_;
   std::unique_ptr<Estimator> estimator_;
   const EstimatorKind kind_;
-  Governor governor_;  ///< Of the thread.
-  Setting used_;       ///< Of the thread: that the estimator has.
+  Governor governor_;  ///< Used by the thread only.
+  Setting used_;       ///< The estimator's present setting; used by the thread only.
   const FrameRecorder* recorder_ = nullptr;
   std::thread thread_;
   std::atomic<std::uint64_t> estimates_{0}, failed_{0};
 
-  /// Guards what commands change and the newest descriptor, held for copies only.
+  /// Guards the members below; held only for copies.
   mutable std::mutex mutex_;
   EstimatorConfig config_;
   RadianceScale scale_;
   bool config_changed_ = false, scale_changed_ = false, recovery_changed_ = false;
   Descriptor newest_;
-  double newest_factor_ = 1;                  ///< The scale that `newest_` was made with.
-  std::vector<ClippedLight> newest_clipped_;  ///< Those of its lights.
+  double newest_factor_ = 1;                  ///< The scale factor of `newest_`.
+  std::vector<ClippedLight> newest_clipped_;  ///< The clipped lights of `newest_`.
   Recovery recovery_;
   bool has_newest_ = false;
   Setting setting_;
   Governor::Counts governor_counts_;
-  std::optional<double> beyond_budget_ms_;
+  std::optional<double> over_budget_ms_;
   std::string last_error_;
 };
 

@@ -1,14 +1,13 @@
-// What systemd wants to hear. Without systemd every call does nothing.
+// Notifications to systemd (sd_notify). Without systemd the calls do nothing.
 #pragma once
 
 #include <string>
 
 namespace lightwell {
 
-/// READY=1: frames may come, clients may connect.
+/// READY=1 with STATUS=...: the camera runs and clients can connect.
 void notify_ready(const std::string& status);
-/// STATUS=...: one line for `systemctl status`, and WATCHDOG=1: whoever says how it goes has not hung. To be called
-/// each second, so a unit's WatchdogSec may be a few.
+/// STATUS=...: one line for `systemctl status`, with WATCHDOG=1. Call it once a second; WatchdogSec must be larger.
 void notify_status(const std::string& status);
 /// STOPPING=1.
 void notify_stopping();

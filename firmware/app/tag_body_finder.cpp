@@ -15,25 +15,26 @@ class TagBodyFinder final : public BodyFinder {
       : rig_(std::move(rig)), body_(std::move(body)), options_(std::move(options)), tracker_(std::move(tracker)) {}
 
   void set_decimation(const FinderDecimation& decimation) override {
-    options_.search_decimate = decimation.searched;
-    options_.decimate = decimation.followed;
-    tracker_.set_decimation(decimation.searched, decimation.followed);
+    options_.search_decimate = decimation.full_search;
+    options_.decimate = decimation.tracked;
+    tracker_.set_decimation(decimation.full_search, decimation.tracked);
   }
 
   Result<std::optional<DetectedBody>> find(const View& view, const FrameInfo& info) override {
     if (view.lens < 0 || static_cast<std::size_t>(view.lens) >= rig_.lenses.size())
       return Status(StatusCode::invalid_argument,
                     "frame: lens " + std::to_string(view.lens) + " is not in the calibration");
-    if (const Status s = know(view); !s.ok()) return s;
-    const Result<BodyObservation> seen = tracker_.track(grey_.of(view), info.mid_exposure, view.lens);
-    if (!seen) return seen.status();
-    if (!seen->pose) return std::optional<DetectedBody>();
-    return std::optional<DetectedBody>({seen->pose->probe_body, seen->pose->used, seen->pose->ambiguous});
+    if (const Status s = adapt_to_format(view); !s.ok()) return s;
+    const Result<BodyObservation> observation = tracker_.track(grey_.of(view), info.mid_exposure, view.lens);
+    if (!observation) return observation.status();
+    const std::optional<BodyPose>& pose = observation->pose;
+    if (!pose) return std::optional<DetectedBody>();
+    return std::optional<DetectedBody>({pose->probe_body, pose->used, pose->ambiguous});
   }
 
  private:
-  /// What the picture's values mean depends on their format, which the first picture tells.
-  Status know(const View& view) {
+  /// Recreates the tracker with the linearisation of the view's pixel format when the format changes.
+  Status adapt_to_format(const View& view) {
     if (format_ == view.format) return {};
     options_.linear = linear_of_grey(view.format, rig_.lenses[static_cast<std::size_t>(view.lens)].photometry);
     Result<BodyTracker> tracker = BodyTracker::make(body_, rig_, options_);

@@ -1,4 +1,4 @@
-// What pose knows of a body's place, handed to the estimator that looks at its light.
+// Connects the body tracker of pose with the marker estimator.
 #pragma once
 
 #include <memory>
@@ -12,8 +12,7 @@
 
 namespace lightwell {
 
-/// By the body's AprilTags, followed from picture to picture. invalid_argument: a rig, a body or options that do not
-/// validate.
+/// A BodyFinder that tracks the body by its AprilTags. invalid_argument: `rig`, `body` or `options` do not validate.
 [[nodiscard]] Result<std::unique_ptr<BodyFinder>> make_tag_body_finder(const RigParameters& rig, const MarkerBody& body,
                                                                        const BodyTrackerOptions& options = {});
 

@@ -14,24 +14,24 @@ namespace {
 
 using std::numbers::pi;
 
-/// An angle that rounding put behind the end of the domain still counts as the end: what project() gives for the last
-/// direction must come back from unproject().
+/// Tolerance of the domain's end for rounding errors, so that unproject() accepts the pixel that project() returns for
+/// the last direction.
 template <class T>
 constexpr T kEdgeTolerance = T(1e-12);
 template <>
 constexpr float kEdgeTolerance<float> = 4e-6F;
 
-// Where the domains end: always in double.
+// Largest angles of the domains, always computed in double.
 
 double slope(const KannalaBrandtParameters& k, double theta) {
   const double t = theta * theta;
   return 1 + t * (3 * k.k1 + t * (5 * k.k2 + t * (7 * k.k3 + t * 9 * k.k4)));
 }
 
-/// The angle where r(theta) stops growing, at most `end`.
+/// The angle up to which r(theta) increases, at most `end`.
 double domain_end(const KannalaBrandtParameters& k, double end) {
-  // The slope is a polynomial of fourth degree in theta²: steps of a thousandth of the domain cannot step over a dip
-  // that matters.
+  // The slope is a polynomial of fourth degree in theta²: at steps of a thousandth of the domain, an undetected dip
+  // would be negligible.
   constexpr int kSteps = 1000;
   double low = 0;
   for (int i = 1; i <= kSteps; ++i) {
@@ -49,20 +49,20 @@ double domain_end(const KannalaBrandtParameters& k, double end) {
   return end;
 }
 
-/// Usenko et al. 2018, eq. 43 to 45: z > -w2 |p|. For xi < 0 that reaches a little past the fold, so the fold counts
-/// too: the radius, as a function of the angle psi at the second sphere's centre, stops growing (alpha > 1/2) or
-/// becomes infinite at cos psi = -w1, which is this z on the first.
+/// Usenko et al. 2018, eq. 43 to 45: z > -w2 |p|. For xi < 0 this reaches slightly past the fold of the projection, so
+/// the fold is a limit, too: the radius, as a function of the angle psi at the second sphere's centre, has its maximum
+/// (alpha > 1/2) or becomes infinite (alpha <= 1/2) at cos psi = -w1; fold_z is that point's z on the first sphere.
 double domain_end(const DoubleSphereParameters& d, double end) {
   const double w1 = d.alpha <= 0.5 ? d.alpha / (1 - d.alpha) : (1 - d.alpha) / d.alpha;
   const double w2 = (w1 + d.xi) / std::sqrt(2 * w1 * d.xi + d.xi * d.xi + 1);
   const double bend = 1 - w1 * w1;
   const double fold_z = -d.xi * bend - w1 * std::sqrt(1 - d.xi * d.xi * bend);
-  // The end itself does not belong to it.
+  // The domain is open: exclude the end itself.
   return std::min(end, std::acos(std::clamp(std::max(-w2, fold_z), -1.0, 1.0)) - 1e-9);
 }
 
-/// Of the distorted plane point by the point, the determinant; positive where the picture is not folded.
-double fold(const MeiParameters& m, double x, double y) {
+/// Determinant of the Jacobian of the distortion at (x, y); positive where the projection is injective.
+double distortion_determinant(const MeiParameters& m, double x, double y) {
   const double r2 = x * x + y * y, along = 1 + r2 * (m.k1 + r2 * m.k2), steeper = 2 * m.k1 + 4 * m.k2 * r2;
   const double ux = along + x * x * steeper + 2 * m.p1 * y + 6 * m.p2 * x;
   const double uy = x * y * steeper + 2 * m.p1 * x + 2 * m.p2 * y;
@@ -70,8 +70,8 @@ double fold(const MeiParameters& m, double x, double y) {
   return ux > 0 && vy > 0 ? ux * vy - uy * uy : -1;
 }
 
-/// Where the sphere is seen edge-on (xi > 1: cos theta = -1/xi) or the plane ends (cos theta = -xi); or nearer, where
-/// the distortion folds the picture at any azimuth.
+/// The angle at which the view ray is tangent to the sphere (xi > 1: cos theta = -1/xi) or the plane coordinates become
+/// infinite (cos theta = -xi); or a smaller one, at which the distortion folds the picture at any azimuth.
 double domain_end(const MeiParameters& m, double end) {
   constexpr int kSteps = 1000, kAzimuths = 72;
   end = std::min(end, std::acos(m.xi > 1 ? -1 / m.xi : -m.xi) - 1e-9);
@@ -79,7 +79,7 @@ double domain_end(const MeiParameters& m, double end) {
     const double r = std::sin(theta) / (std::cos(theta) + m.xi);
     for (int i = 0; i < kAzimuths; ++i) {
       const double phi = 2 * pi * i / kAzimuths;
-      if (!(fold(m, r * std::cos(phi), r * std::sin(phi)) > 0)) return true;
+      if (!(distortion_determinant(m, r * std::cos(phi), r * std::sin(phi)) > 0)) return true;
     }
     return false;
   };
@@ -101,7 +101,7 @@ double domain_end(const MeiParameters& m, double end) {
 
 double domain_end(const EquirectangularParameters& /*unused*/, double /*end*/) { return pi; }
 
-/// The angle that has this radius: Newton's method, kept inside a bracket that bisection shrinks.
+/// Inverse of r(theta): Newton's method, safeguarded by bisection.
 template <class T>
 std::optional<T> kannala_brandt_angle(const T* p, T wanted, T end) {
   const T last = KannalaBrandtModel::radius(p, end);
@@ -145,13 +145,13 @@ std::optional<Vec3<T>> unproject_double_sphere(const T* p, T mx, T my) {
   return normalized(Vec3<T>{scale * mx, scale * my, scale * mz - xi});
 }
 
-/// The plane point that is distorted to (u, v), by Newton's method from the nearest of a few radii; nothing where the
-/// steps lead nowhere.
+/// Inverse of the distortion: the plane point that is distorted to (u, v), by Newton's method; empty if it does not
+/// converge.
 template <class T>
 std::optional<BasicPixelPosition<T>> mei_undistorted(const T* p, T u, T v, T farthest) {
   const T wanted = std::hypot(u, v);
   if (wanted == 0 && p[7] == 0 && p[8] == 0) return BasicPixelPosition<T>{};
-  // The radius alone, by bisection: without the small terms across it is monotonic up to `farthest`.
+  // Initial radius by bisection: without the tangential terms the radius is monotonic up to `farthest`.
   T low = 0, high = farthest;
   for (int i = 0; i < 30; ++i) {
     const T middle = (low + high) / 2, m2 = middle * middle;
@@ -177,7 +177,7 @@ std::optional<BasicPixelPosition<T>> mei_undistorted(const T* p, T u, T v, T far
   return std::nullopt;
 }
 
-/// Mei & Rives 2007, eq. 9, the inverse of the sphere's projection.
+/// Mei & Rives 2007, eq. 9: inverse of the projection of the sphere.
 template <class T>
 std::optional<Vec3<T>> unproject_mei(const T* p, T mx, T my, T end) {
   const T xi = p[4];
@@ -222,7 +222,7 @@ std::optional<BasicPixelPosition<T>> BasicCameraModel<T>::project(Vec3<T> direct
   const Vec3<T> d = normalized(direction_cv);
   if (d == Vec3<T>{}) return std::nullopt;
   if (kind_ == Kind::equirectangular) {
-    // The house's mapping is written for axes with y up and z back.
+    // equirect_uv() expects axes with y up and z backward.
     const EquirectUv uv = equirect_uv({static_cast<double>(d.x), -static_cast<double>(d.y), -static_cast<double>(d.z)});
     return BasicPixelPosition<T>{static_cast<T>(uv.u * width_ - 0.5), static_cast<T>(uv.v * height_ - 0.5)};
   }

@@ -9,10 +9,10 @@ namespace lightwell {
 
 namespace {
 
-// Files are written with seven digits at least; a matrix that is off by more is something else.
+// Tolerance of orthonormality: files have at least seven digits.
 constexpr double kOrthonormal = 1e-4;
 
-/// Shepperd 1978: divides by the largest of the four, so no rotation is near a zero.
+/// Shepperd 1978: divides by the largest of the four components, which is well away from zero.
 Quat quaternion_of(const std::array<Vec3d, 3>& m) {
   const double x = m[0].x, y = m[1].y, z = m[2].z, trace = x + y + z;
   Quat q;
@@ -51,7 +51,7 @@ Result<Pose> pose_of(const std::vector<std::vector<double>>& rows) {
 
 std::array<Pose, 2> pair_in_probe(const Pose& second_from_first) {
   const Quat first_from_second = second_from_first.rotation.inverse();
-  // Where lens 1 stands, in lens 0's axes.
+  // Position of lens 1 in lens 0's frame.
   const Vec3d place = -rotate(first_from_second, second_from_first.translation);
   const Vec3d half = rotate(upright_lens_cv(), place) * 0.5;
   return {Pose{upright_lens_cv(), -half}, Pose{(upright_lens_cv() * first_from_second).normalized(), half}};

@@ -17,15 +17,14 @@ namespace lightwell {
 
 namespace {
 
-/// Signed solid angle of a spherical triangle of unit vectors. Van Oosterom & Strackee 1983, eq. 8;
-/// the edges are subtracted first so that the triple product of neighbouring corners keeps its
-/// digits.
+/// Signed solid angle of a spherical triangle of unit vectors, Van Oosterom & Strackee 1983, eq. 8. The triple product
+/// is computed from edge vectors to avoid cancellation for neighbouring corners.
 double triangle_solid_angle(Vec3d a, Vec3d b, Vec3d c) {
   const double triple = dot(a, cross(b - a, c - a));
   return 2 * std::atan2(triple, 1 + dot(a, b) + dot(b, c) + dot(c, a));
 }
 
-/// A lens with what is asked of it for every pixel.
+/// A lens with precomputed values for queries per pixel.
 class Lens {
  public:
   Lens(const LensParameters& parameters, double feather_rad)
@@ -43,9 +42,9 @@ class Lens {
     return std::holds_alternative<EquirectangularParameters>(parameters_->model);
   }
 
-  /// The index of the pixel that sees a direction of the probe's frame.
-  [[nodiscard]] std::optional<std::int32_t> pixel_seeing(Vec3d direction) const {
-    // Most directions of the other lens end here, before anything costly.
+  /// Index of the pixel that sees a direction in the probe frame.
+  [[nodiscard]] std::optional<std::int32_t> pixel_at(Vec3d direction) const {
+    // Cheap rejection, which applies to most directions of the other lens.
     if (dot(direction, axis_) < cos_max_angle_ - 1e-9) return std::nullopt;
     const auto at = model_.project(rotate(to_probe_.inverse(), direction));
     if (!at) return std::nullopt;
@@ -56,7 +55,7 @@ class Lens {
 
   [[nodiscard]] Vec3d axis() const { return axis_; }
 
-  /// One inside, falling to zero over the last feather_rad of the domain and zero beyond it.
+  /// Weight of a direction: 1 inside, falling to 0 over the last feather_rad of the domain, and 0 beyond.
   [[nodiscard]] double weight(double cos_angle) const {
     if (cos_angle <= cos_max_angle_) return 0;
     const double left = model_.max_angle_rad() - std::acos(std::min(cos_angle, 1.0));
@@ -72,8 +71,8 @@ class Lens {
   double cos_max_angle_;
 };
 
-/// What one pixel sees, in the lens's axes: the middle of it, and how much. The corners in a
-/// circle; of a pixel on the rim all are the middle.
+/// The directions that one pixel sees, in the lens frame: centre, solid angle, and corners in order; for a pixel on the
+/// rim all corners are the centre.
 struct Patch {
   Vec3d direction;
   double solid_angle = 0;
@@ -86,17 +85,18 @@ struct Corner {
   std::optional<Vec3d> direction;
 };
 
-/// A corner at least, two cut points an edge at most, of four edges.
+/// The visible part of a pixel: at most one corner and two cut points for each of four edges.
 struct Polygon {
   std::array<Vec3d, 12> vertices;
   std::size_t count = 0;
   void add(Vec3d v) { vertices[count++] = v; }
 };
 
-/// Between a point that the lens sees and one that it does not: the last direction that it sees.
-Vec3d edge_of_sight(const CameraModel& model, PixelPosition seen, PixelPosition unseen) {
+/// The boundary of the field of view between a pixel position that the lens sees and one that it does not, by
+/// bisection.
+Vec3d field_boundary(const CameraModel& model, PixelPosition seen, PixelPosition unseen) {
   Vec3d last{};
-  // 2^-30 of a pixel: far below what the solid angle shows as a float.
+  // 2^-30 pixels: far below the float precision of the solid angle.
   for (int i = 0; i < 30; ++i) {
     const PixelPosition middle{(seen.x + unseen.x) / 2, (seen.y + unseen.y) / 2};
     if (const auto d = model.unproject(middle)) {
@@ -109,14 +109,14 @@ Vec3d edge_of_sight(const CameraModel& model, PixelPosition seen, PixelPosition 
   return last == Vec3d{} ? model.unproject(seen).value_or(last) : last;
 }
 
-/// A pixel on the rim: the part of it that the lens sees, the arc taken for its chord.
+/// A pixel on the rim: the visible part of it, with the boundary arc replaced by its chord.
 Patch rim_patch(const CameraModel& model, const std::array<Corner, 4>& corners) {
   Polygon polygon;
   for (std::size_t i = 0; i < 4; ++i) {
     const Corner &from = corners[i], &to = corners[(i + 1) % 4];
     if (from.direction) polygon.add(*from.direction);
-    if (from.direction && !to.direction) polygon.add(edge_of_sight(model, from.at, to.at));
-    if (!from.direction && to.direction) polygon.add(edge_of_sight(model, to.at, from.at));
+    if (from.direction && !to.direction) polygon.add(field_boundary(model, from.at, to.at));
+    if (!from.direction && to.direction) polygon.add(field_boundary(model, to.at, from.at));
   }
   Patch patch;
   Vec3d moment{};
@@ -143,9 +143,9 @@ Patch patch_of(const CameraModel& model, const std::array<Corner, 4>& corners, P
   return {*middle, omega, {a, b, c, d}};
 }
 
-/// The mean over a pixel of a lens's share in what both lenses see. The share bends within a pixel
-/// or two: taken at the middle alone, the shares of a direction would not sum to one.
-double mean_share(const Lens& lens, const Lens& other, Vec3d other_axis, const Patch& patch) {
+/// Mean over a pixel of a lens's normalised weight in the overlap. The weight changes its slope within a pixel or two:
+/// if it were evaluated only at the centre, the weights of a direction would not sum to one.
+double mean_overlap_weight(const Lens& lens, const Lens& other, Vec3d other_axis, const Patch& patch) {
   constexpr int kPerAxis = 4;
   const auto& [a, b, c, d] = patch.corners;
   double sum = 0;
@@ -154,11 +154,11 @@ double mean_share(const Lens& lens, const Lens& other, Vec3d other_axis, const P
     const Vec3d left = a * (1 - y) + d * y, right = b * (1 - y) + c * y;
     for (int i = 0; i < kPerAxis; ++i) {
       const double x = (i + 0.5) / kPerAxis;
-      // Inside the chord by a share of the pixel squared; its length is nearly one.
+      // Bilinear interpolation of the corners: the length is nearly one, by a term of second order in the pixel size.
       const Vec3d at = left * (1 - x) + right * x;
-      const double theirs = other.weight(dot(at, other_axis));
-      const double mine = theirs > 0 ? lens.weight(at.z) : 1;
-      sum += mine + theirs > 0 ? mine / (mine + theirs) : 0.5;
+      const double other_weight = other.weight(dot(at, other_axis));
+      const double own_weight = other_weight > 0 ? lens.weight(at.z) : 1;
+      sum += own_weight + other_weight > 0 ? own_weight / (own_weight + other_weight) : 0.5;
     }
   }
   return sum / (kPerAxis * kPerAxis);
@@ -176,13 +176,13 @@ class TableBuilder {
     table_.direction.resize(width * height);
     table_.solid_angle.resize(width * height);
     table_.inverse_vignetting.resize(width * height);
-    table_.twin.assign(width * height, -1);
+    table_.overlap_pixel.assign(width * height, -1);
     if (other != nullptr) other_axis_ = rotate(lens.to_probe().inverse(), other->axis());
   }
 
   LensTable build() {
     if (table_.equirectangular) {
-      strips();
+      equirectangular_rows();
     } else {
       corner_grid();
     }
@@ -192,7 +192,7 @@ class TableBuilder {
   [[nodiscard]] double covered_sr() const { return covered_sr_; }
 
  private:
-  void strips() {
+  void equirectangular_rows() {
     for (int j = 0; j < table_.height; ++j) {
       const double omega = equirect_solid_angle(j, table_.width, table_.height);
       for (int i = 0; i < table_.width; ++i) {
@@ -202,7 +202,7 @@ class TableBuilder {
     }
   }
 
-  /// Each corner is shared by four pixels: two rows of them are kept.
+  /// Processes rows with two rows of corners, because each corner is shared by four pixels.
   void corner_grid() {
     const auto fill = [&](std::vector<Corner>& row, int j) {
       for (std::size_t i = 0; i < row.size(); ++i) {
@@ -230,12 +230,11 @@ class TableBuilder {
     const Vec3d d = rotate(lens_.to_probe(), patch.direction);
     double share = 1;
     if (other_ != nullptr) {
-      const auto twin = other_->pixel_seeing(d);
-      if (twin) table_.twin[index] = *twin;
-      // Beyond the other's edge a part of the pixel may still be seen; beside its picture nothing
-      // is.
+      const auto overlap = other_->pixel_at(d);
+      if (overlap) table_.overlap_pixel[index] = *overlap;
+      // Beyond the edge of the other lens's field a part of the pixel may still be visible to it.
       const bool beyond = other_->weight(dot(patch.direction, other_axis_)) == 0;
-      if (twin || beyond) share = mean_share(lens_, *other_, other_axis_, patch);
+      if (overlap || beyond) share = mean_overlap_weight(lens_, *other_, other_axis_, patch);
     }
     const double angle = std::atan2(std::hypot(patch.direction.x, patch.direction.y), patch.direction.z);
     table_.direction[index] = vec_cast<float>(d);
@@ -249,16 +248,16 @@ class TableBuilder {
 
   const Lens& lens_;
   const Lens* other_;
-  Vec3d other_axis_;  ///< In this lens's axes.
+  Vec3d other_axis_;  ///< In this lens's frame.
   LensTable table_;
   double covered_sr_ = 0;
 };
 
-/// A pixel of which no corner is inside may contain a seen direction: it has no entry, so it is no
-/// twin.
+/// Removes references to pixels without an entry: a pixel may contain a visible direction although none of its corners
+/// is visible.
 void drop_empty_overlaps(LensTable& table, const LensTable& other) {
-  for (std::int32_t& twin : table.twin) {
-    if (twin >= 0 && other.direction[static_cast<std::size_t>(twin)] == Vec3f{}) twin = -1;
+  for (std::int32_t& overlap : table.overlap_pixel) {
+    if (overlap >= 0 && other.direction[static_cast<std::size_t>(overlap)] == Vec3f{}) overlap = -1;
   }
 }
 

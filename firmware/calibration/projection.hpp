@@ -1,9 +1,10 @@
-// From a direction to a pixel, for any scalar: float, double, and the dual numbers that a solver differentiates with.
+// Projection of directions to pixels for any scalar type: float, double, and dual numbers for automatic
+// differentiation.
 //   KannalaBrandtModel  DoubleSphereModel  MeiModel
-//   with_model  parameters_of  names_of  with_parameters
-// A model has kParameters numbers, in the order in which its parameters struct names them: fx, fy, cx, cy, then its
-// own. Directions are in the lens's axes, _cv (x right, y down, z forward), of any length. The domain is CameraModel's
-// business: here false says only that there is no number to give.
+//   with_model  parameters_of  parameter_names  with_parameters
+// A model has kParameters numbers, in the order of its parameters struct: fx, fy, cx, cy, then its own. Directions are
+// in the lens frame, axes _cv (x right, y down, z forward), of any length. project() returns false only if the formula
+// has no value; CameraModel checks the domain.
 #pragma once
 
 #include <array>
@@ -15,7 +16,7 @@
 
 namespace lightwell {
 
-/// Kannala & Brandt 2006, OpenCV's fisheye order: r = theta (1 + k1 theta² + ... + k4 theta⁸).
+/// Kannala & Brandt 2006, coefficients as in OpenCV's fisheye: r = theta (1 + k1 theta² + ... + k4 theta⁸).
 struct KannalaBrandtModel {
   using Parameters = KannalaBrandtParameters;
   static constexpr std::size_t kParameters = 8;
@@ -35,8 +36,8 @@ struct KannalaBrandtModel {
   static bool project(const T* p, const T& x, const T& y, const T& z, T& u, T& v) {
     using std::atan2, std::sqrt;
     const T across2 = x * x + y * y;
-    // About the axis r / across is 1 / z, and a square root has no derivative at zero. Nearer than this the next term
-    // is below the last digit.
+    // Near the axis r / across tends to 1 / z, and the square root has no derivative at zero. Below this threshold the
+    // next term of the series is below the precision of double.
     T scale;
     if (across2 <= T(1e-16) * z * z) {
       if (!(z > T(0))) return false;
@@ -51,7 +52,7 @@ struct KannalaBrandtModel {
   }
 };
 
-/// Usenko, Demmel, Cremers 2018, eq. 40 to 42.
+/// Usenko, Demmel & Cremers 2018, eq. 40 to 42.
 struct DoubleSphereModel {
   using Parameters = DoubleSphereParameters;
   static constexpr std::size_t kParameters = 6;
@@ -72,8 +73,8 @@ struct DoubleSphereModel {
   }
 };
 
-/// Mei & Rives 2007, eq. 2 to 6, with the distortion in OpenCV's order (omnidir): the unit sphere seen from xi behind
-/// its centre, then k1, k2 along and p1, p2 across the radius.
+/// Mei & Rives 2007, eq. 2 to 6, with the distortion in OpenCV's order (omnidir): projection of the unit sphere from a
+/// point xi behind its centre, then radial (k1, k2) and tangential (p1, p2) distortion.
 struct MeiModel {
   using Parameters = MeiParameters;
   static constexpr std::size_t kParameters = 9;
@@ -83,7 +84,7 @@ struct MeiModel {
   }
   static Parameters from(const double* p) { return {p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8]}; }
 
-  /// Of a point in the plane at distance one.
+  /// Distorts a point of the plane at distance one.
   template <class T>
   static void distort(const T* p, const T& x, const T& y, T& u, T& v) {
     const T r2 = x * x + y * y, along = T(1) + r2 * (p[5] + r2 * p[6]), xy2 = T(2) * x * y;
@@ -104,7 +105,7 @@ struct MeiModel {
   }
 };
 
-/// Calls `f(Model{}, parameters)` of the model that these are of; an equirectangular picture is none of them.
+/// Calls `f(Model{}, parameters)` with the model of these parameters, which must not be equirectangular.
 template <class F>
 decltype(auto) with_model(const ModelParameters& model, F&& f) {
   if (const auto* k = std::get_if<KannalaBrandtParameters>(&model)) return f(KannalaBrandtModel{}, *k);
@@ -112,7 +113,7 @@ decltype(auto) with_model(const ModelParameters& model, F&& f) {
   return f(MeiModel{}, std::get<MeiParameters>(model));
 }
 
-/// Its numbers in their order.
+/// The parameters as numbers, in the order of the model's kNames.
 [[nodiscard]] inline std::vector<double> parameters_of(const ModelParameters& model) {
   return with_model(model, [](auto m, const auto& parameters) {
     const auto values = decltype(m)::values(parameters);
@@ -120,14 +121,14 @@ decltype(auto) with_model(const ModelParameters& model, F&& f) {
   });
 }
 
-/// What they are called, as in calibration.proto.
+/// The names of the parameters, as in calibration.proto.
 [[nodiscard]] inline std::vector<const char*> parameter_names(const ModelParameters& model) {
   return with_model(model, [](auto m, const auto&) {
     return std::vector<const char*>(decltype(m)::kNames.begin(), decltype(m)::kNames.end());
   });
 }
 
-/// The same kind of model with other numbers, as many as parameters_of() gives.
+/// A model of the same kind as `like` with the given numbers, as many as parameters_of(like).
 [[nodiscard]] inline ModelParameters with_parameters(const ModelParameters& like, const double* numbers) {
   return with_model(like, [&](auto m, const auto&) -> ModelParameters { return decltype(m)::from(numbers); });
 }

@@ -17,7 +17,7 @@ double interpolated(const std::vector<double>& table, double value) {
   return table[i] * (1 - share) + table[i + 1] * share;
 }
 
-/// Where a rising table reaches `linear`. Of a level stretch, its beginning.
+/// Position (fractional index) at which an increasing table reaches `linear`; the beginning of a constant section.
 double position_in(const std::vector<double>& table, double linear) {
   if (table.size() < 2) return linear;
   const auto above = std::lower_bound(table.begin(), table.end(), linear);

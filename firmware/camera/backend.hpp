@@ -1,4 +1,4 @@
-// A camera: the one interface that every backend implements and the conformance suite holds them to.
+// The camera interface: every backend implements it, and the conformance suite (conformance/) tests it.
 #pragma once
 
 #include <memory>
@@ -15,24 +15,25 @@
 
 namespace lightwell {
 
-/// What a camera will deliver once started.
+/// Properties of the frames that a camera delivers after start().
 struct CameraInfo {
-  std::string name;           ///< For people: "sim:city", "UVC Camera (046d:0825)".
-  int width = 0, height = 0;  ///< Of each view.
+  std::string name;           ///< Display name: "sim:city", "UVC Camera (046d:0825)".
+  int width = 0, height = 0;  ///< Pixels, of each view.
   PixelFormat format = PixelFormat::rgb8;
   int lenses = 1;
-  double frame_rate = 0;                     ///< Nominal, 1/s; 0 where frames come as fast as they are taken.
-  std::vector<double> exposure_s;            ///< The cycle in force; one entry where exposure does not change.
-  std::optional<RigParameters> calibration;  ///< What the camera itself knows of its lenses, if anything.
-  std::vector<std::string> notes;            ///< What was changed or mended to get there; worth saying once.
+  double frame_rate = 0;                     ///< Nominal, 1/s; 0: no fixed rate, frames are delivered on demand.
+  std::vector<double> exposure_s;            ///< The exposure cycle in force, s; one entry if the exposure is constant.
+  std::optional<RigParameters> calibration;  ///< Calibration supplied by the camera itself, if any.
+  std::vector<std::string> notes;            ///< Deviations from the requested settings, for the log.
 };
 
-/// Life: open -> (start -> stop)* -> destroyed. Not thread-safe but for state(): one owner calls it.
-///   - open() takes the device and settles what comes; it may give another size or rate than asked for and says so.
-///   - start() begins calling sink.push() from one thread of the backend's own.
-///   - stop() returns when no further push() will come; frames that are still held stay valid until the backend dies.
-///   - A frame whose memory is still held is never written to; where all are held, the camera drops and the
-///     sequence shows the gap.
+/// Life cycle: open -> (start -> stop)* -> destruction. One owner calls it; only state() is thread-safe.
+///   - open() acquires the device and fixes format, size and rate. They may differ from the request; notes say so.
+///   - start() makes one thread of the backend call sink.push() for each frame.
+///   - stop() returns after the last push() has returned. Frames that are still held stay valid until the backend is
+///     destroyed.
+///   - The backend never writes to the memory of a frame that is held. If all buffers are held, it drops frames, and
+///     the sequence numbers show the gap.
 class CameraBackend {
  public:
   virtual ~CameraBackend() = default;
@@ -43,16 +44,16 @@ class CameraBackend {
 
   enum class State : std::uint8_t {
     idle,       ///< Not started, or stopped.
-    streaming,  ///< Frames come.
-    finished,   ///< A recording has come to its end.
-    lost,       ///< The device went away. A backend that takes it up again when it returns is streaming from then on.
+    streaming,  ///< Frames are delivered.
+    finished,   ///< The end of a recording was reached.
+    lost,       ///< The device was disconnected. The state is streaming again once the backend has reconnected.
   };
-  /// From any thread.
+  /// Thread-safe.
   [[nodiscard]] virtual State state() const = 0;
 };
 
-/// How many frames a backend must be able to lend at once for a bracket of `size` exposures: one bracket that the
-/// estimator works on, one that waits, one that is being filled, and a frame in the camera's hands.
+/// Number of frames that a backend must be able to lend at the same time, for brackets of `bracket_size` exposures: one
+/// bracket in the estimator, one queued, one being filled, and one frame being captured.
 [[nodiscard]] constexpr int required_buffer_count(int bracket_size) { return 3 * bracket_size + 1; }
 
 }  // namespace lightwell

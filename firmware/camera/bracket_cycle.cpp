@@ -24,7 +24,7 @@ ReportedCycle::ReportedCycle(std::span<const double> exposure_s)
 }
 
 std::optional<int> ReportedCycle::index_of(double exposure_s) const {
-  // A bracket may hold an exposure twice: its turn decides, where it fits.
+  // A bracket may contain an exposure twice: prefer the index that follows the previous frame's, if it fits.
   const auto fits = [&](int i) {
     const double declared = cycle_[static_cast<std::size_t>(i)];
     return std::abs(exposure_s - declared) <= kExposureTolerance * declared;
@@ -54,7 +54,7 @@ std::optional<CyclePlace> ReportedCycle::place(std::uint64_t camera_sequence, do
   return last_;
 }
 
-void HeldCycle::told(ProbeTime at) { requested_at_ = requested_at_ ? std::max(*requested_at_, at) : at; }
+void HeldCycle::exposure_requested(ProbeTime at) { requested_at_ = requested_at_ ? std::max(*requested_at_, at) : at; }
 
 CyclePlace HeldCycle::take() {
   const CyclePlace place{index_, next_sequence_++};

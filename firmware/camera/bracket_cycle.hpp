@@ -1,6 +1,6 @@
-// Which place of the declared cycle of exposures a frame has, for cameras that change the exposure between frames.
-//   ReportedCycle  the camera says of each frame which exposure was in force: places are told from that
-//   HeldCycle      it does not, or two cameras must agree: an exposure is held until a frame is sure to have it
+// Assigns each frame its index in the declared cycle of exposures, for cameras that change the exposure between frames.
+//   ReportedCycle  for cameras that report the exposure of each frame: the index follows from the report
+//   HeldCycle      for cameras that do not, or two cameras in step: each exposure is held until a frame surely has it
 #pragma once
 
 #include <array>
@@ -16,30 +16,30 @@
 
 namespace lightwell {
 
-/// Exposures that differ by less are the same one: sensors round them to their lines.
+/// Relative difference below which two exposures count as equal: sensors round exposures to whole rows.
 inline constexpr double kExposureTolerance = 0.05;
 
-/// invalid_argument where there is none, more than kMaxBracket, or one that is not a positive number.
+/// invalid_argument if there are no exposures, more than kMaxBracket, or one that is not finite and positive.
 [[nodiscard]] Status check_exposures(std::span<const double> exposure_s);
 
-/// A frame's place, and its number for FrameInfo::sequence.
+/// Index of a frame in the cycle, and its FrameInfo::sequence.
 struct CyclePlace {
   int index = 0;
   std::uint64_t sequence = 0;
 };
 
-/// Numbers grow over restarts. Where two frames follow each other and their exposures do not, the camera has left an
-/// exposure out; that counts as a lost frame, so that the numbers show a gap there, too.
+/// Sequence numbers increase across restarts. If two consecutive frames do not have consecutive exposures, the camera
+/// has skipped an exposure; that counts as a lost frame and leaves a gap in the sequence.
 class ReportedCycle {
  public:
-  /// Exposures as check_exposures() wants them.
+  /// `exposure_s` passes check_exposures().
   explicit ReportedCycle(std::span<const double> exposure_s);
 
-  /// The camera counts anew.
+  /// The camera's frame counter starts again.
   void restart() { fresh_ = true; }
 
-  /// Nothing for a frame that is none of ours: its exposure is not in the cycle (or no number), or its number does not
-  /// grow.
+  /// Empty for a frame to discard: its exposure is not in the cycle (or not finite), or its sequence number does not
+  /// increase.
   [[nodiscard]] std::optional<CyclePlace> place(std::uint64_t camera_sequence, double exposure_s);
 
  private:
@@ -50,28 +50,28 @@ class ReportedCycle {
   std::size_t size_;
   bool fresh_ = true;
   std::uint64_t camera_last_ = 0;
-  std::uint64_t shift_ = 0;  ///< From the camera's numbers to ours, modulo 2^64.
+  std::uint64_t shift_ = 0;  ///< Added to the camera's sequence number, modulo 2^64.
   std::optional<CyclePlace> last_;
 };
 
-/// One exposure is asked for and held. Its frame is the first one that began to be exposed `settle` after the camera
-/// was told; then the next exposure's turn comes. Frames in between are nobody's: numbers count exposures, not frames.
+/// Requests one exposure and holds it. The first frame whose exposure begins at least `settle` after the request has
+/// it; then the next exposure is requested. Frames in between are discarded: sequence numbers count exposures.
 class HeldCycle {
  public:
   HeldCycle(int size, Duration settle) : size_(size), settle_(settle) {}
 
-  /// The exposure that the camera is to have now.
+  /// Index of the exposure to request now.
   [[nodiscard]] int index() const { return index_; }
-  /// The camera was told so, at that time. The later of several counts.
-  void told(ProbeTime at);
-  /// Nobody knows any more what the camera has: it was started anew.
+  /// The exposure index() was requested from the camera at `at`. Of several requests the latest counts.
+  void exposure_requested(ProbeTime at);
+  /// The camera was restarted, so its exposure is unknown until the next request.
   void restart() { requested_at_.reset(); }
-  /// Whether a frame whose exposure began at `began` must have it.
+  /// Whether a frame whose exposure began at `began` certainly has exposure index().
   [[nodiscard]] bool settled(ProbeTime began) const { return requested_at_ && began >= *requested_at_ + settle_; }
 
-  /// The frame came and is handed on; the next exposure's turn.
+  /// Accepts the frame with exposure index() and goes on to the next exposure.
   [[nodiscard]] CyclePlace take();
-  /// It came and nobody had room for it: a gap, and the same exposure again.
+  /// Drops the frame with exposure index() (no free buffer): leaves a gap and repeats the exposure.
   void skip() { ++next_sequence_; }
 
  private:

@@ -1,4 +1,4 @@
-// A frame: one capture as the camera delivers it, one picture a lens, lent to whoever holds it.
+// A frame: one capture, one view per lens, in memory that is borrowed from the camera.
 #pragma once
 
 #include <array>
@@ -13,43 +13,43 @@
 
 namespace lightwell {
 
-/// A rig has at most so many lenses.
+/// Largest number of lenses in a rig.
 inline constexpr int kMaxLenses = 2;
-/// A bracket has at most so many exposures.
+/// Largest number of exposures in a bracket.
 inline constexpr int kMaxBracket = 8;
 
-/// What one lens saw. `data` is borrowed from the camera.
+/// The picture of one lens. `data` is borrowed from the camera.
 struct View {
-  int lens = 0;  ///< Number of the lens in the rig's calibration.
+  int lens = 0;  ///< Index of the lens in the rig's calibration.
   PixelFormat format = PixelFormat::rgb8;
   int width = 0, height = 0;
-  std::size_t stride = 0;  ///< Bytes from row to row.
+  std::size_t stride = 0;  ///< Bytes between the starts of successive rows.
   std::span<const std::byte> data;
 };
 
 struct FrameInfo {
-  std::uint64_t sequence = 0;  ///< Grows by one a frame; a gap is a frame that the camera lost.
-  ProbeTime mid_exposure;      ///< Of the centre row where the shutter rolls.
-  ProbeTime delivered;         ///< When the backend handed the frame over.
-  double exposure_s = 0;       ///< What was in force for this frame, not what was asked for.
+  std::uint64_t sequence = 0;  ///< Increases by one per frame; a gap is a lost frame.
+  ProbeTime mid_exposure;      ///< Of the centre row if the shutter is a rolling one.
+  ProbeTime delivered;         ///< When the backend called push().
+  double exposure_s = 0;       ///< The exposure of this frame, which may differ from the request.
   double gain = 1;             ///< Linear.
-  Duration row_readout;        ///< From one row's exposure to the next row's; zero for a global shutter.
-  int bracket_index = 0;       ///< Place in the cycle of exposures, 0 to bracket_size - 1.
+  Duration row_readout;        ///< Delay between successive rows; zero for a global shutter.
+  int bracket_index = 0;       ///< Index in the cycle of exposures, 0 to bracket_size - 1.
   int bracket_size = 1;
 };
 
-/// Whoever lent a frame's memory.
+/// Owner of the memory that frames borrow.
 class FrameOwner {
  public:
-  /// The frame of this slot is no longer looked at. Any thread; never blocks for long.
+  /// The frame in this slot is no longer in use. Thread-safe; must not block for long.
   virtual void release(int slot) = 0;
 
  protected:
   ~FrameOwner() = default;
 };
 
-/// Metadata and borrowed pictures. Moving hands the loan on; the destructor gives the memory back to the backend.
-/// A frame must not outlive the backend that made it.
+/// Metadata and borrowed pictures. Move-only; the destructor returns the memory to the backend. A frame must not
+/// outlive the backend that made it.
 class Frame {
  public:
   Frame() = default;
@@ -66,9 +66,9 @@ class Frame {
 
   FrameInfo info;
 
-  /// The pictures, in the order of the lenses.
+  /// In the order of the lenses.
   [[nodiscard]] std::span<const View> views() const { return {views_.data(), view_count_}; }
-  /// Only the first kMaxLenses are taken.
+  /// Views beyond kMaxLenses are ignored.
   void add_view(const View& view) {
     if (view_count_ < views_.size()) views_[view_count_++] = view;
   }
@@ -88,14 +88,14 @@ class Frame {
   int slot_ = 0;
 };
 
-/// Where frames go.
+/// Receiver of frames.
 class FrameSink {
  public:
   virtual ~FrameSink() = default;
-  /// Called from the backend's one thread, in order of sequence. Returns at once: it must not wait for the estimate.
+  /// Called from one thread of the backend, in order of sequence. Must return without waiting for the estimator.
   virtual void push(Frame frame) = 0;
-  /// For cameras without a rate of their own, before each push and from the same thread: waits while a frame pushed now
-  /// would replace one that nobody has taken yet. False once `stop` is requested.
+  /// Backends without a frame rate call it before each push, from the same thread: blocks while a frame pushed now
+  /// would replace one that the consumer has not taken yet. False once `stop` is requested.
   [[nodiscard]] virtual bool wait_for_space(std::stop_token stop) { return !stop.stop_requested(); }
 };
 

@@ -11,7 +11,7 @@
 namespace lightwell {
 namespace {
 
-/// A frame that no longer needs the camera's memory.
+/// A frame in memory of its own.
 struct Copy {
   std::int64_t arrival_ns = 0;
   FrameRecord record;
@@ -114,8 +114,8 @@ class FrameRecorder::Writer {
     if (last_error().ok()) note(file_.flush(), Counts::nothing);
   }
 
-  /// The oldest copy; flushes before it waits, so that a power cut takes no frame that there was
-  /// time to write. Nothing at the end.
+  /// The oldest copy in the queue; null at the end. Flushes the file before it waits, so that a power failure loses
+  /// only frames that were still queued.
   [[nodiscard]] Copy* next_waiting() {
     std::unique_lock lock(mutex_);
     if (waiting_.empty() && !ending_ && error_.ok()) {

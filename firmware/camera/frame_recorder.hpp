@@ -1,4 +1,4 @@
-// Writes a recording of the frames that pass by, without holding them up.
+// Records frames on their way from the camera to another sink, without delaying them.
 #pragma once
 
 #include <cstdint>
@@ -14,43 +14,41 @@
 namespace lightwell {
 
 struct FrameRecorderOptions {
-  /// Copies that wait for the disk. Each costs a frame's memory and bridges one frame's time.
+  /// Capacity of the queue of copies that wait to be written. Each costs the memory of a frame and lets the disk stall
+  /// for one frame interval.
   int queue = 8;
 
   [[nodiscard]] Status validate() const;
 };
 
-/// A sink between the camera and another sink. push() copies the frame, hands it on, and a thread
-/// of the recorder's own writes the copy. Where the disk is too slow, frames are skipped and
-/// counted. Where it is full (or writing fails otherwise) the recording ends, what was written
-/// stays readable, and frames go on to the next sink. Nothing is allocated for a frame once every
-/// place in the queue has held one of its size.
+/// A sink between the camera and another sink. push() copies the frame and forwards it; a thread of the recorder writes
+/// the copy. If the disk is too slow, frames are skipped and counted. If the disk is full (or writing fails otherwise)
+/// the recording ends, what was written stays readable, and frames are still forwarded. No memory is allocated per
+/// frame once every place in the queue has held a frame of that size.
 class FrameRecorder final : public FrameSink {
  public:
-  /// Makes the file, or goes on with one of kind frames. `header.kind` is set here. `next` must
-  /// outlive the recorder. Errors as RecordWriter::open(), and invalid_argument for the options.
+  /// Creates the file, or appends to a recording of kind frames. Sets `header.kind`. `next` must outlive the recorder.
+  /// Errors as RecordWriter::open(), and invalid_argument for the options.
   [[nodiscard]] static Result<std::unique_ptr<FrameRecorder>> open(const std::string& path, RecordingHeader header,
                                                                    FrameSink& next,
                                                                    const FrameRecorderOptions& options = {});
 
-  /// Writes what waits and ends the thread. No push() may be under way.
+  /// Writes the queue and ends the thread. No push() may be in progress.
   ~FrameRecorder() override;
 
-  /// From the camera's thread. A copy of the frame's pictures long (about 0.1 ms a megabyte).
+  /// Called on the camera's thread. Takes as long as copying the frame's pictures (about 0.1 ms per megabyte).
   void push(Frame frame) override;
-  /// Of the next sink: frames that the disk is too slow for are skipped, not waited for.
+  /// Forwarded to the next sink: the recorder skips frames rather than wait for the disk.
   [[nodiscard]] bool wait_for_space(std::stop_token stop) override { return next_.wait_for_space(std::move(stop)); }
 
-  /// Writes what waits and ends the recording; frames that still come are handed on. ok, or why not
-  /// all is on disk.
+  /// Writes the queue and ends the recording; later frames are only forwarded. The first write error, or ok.
   [[nodiscard]] Status finish();
 
-  // Counters, from any thread; recorded() + skipped() are all the frames that came and are no
-  // longer waiting.
-  [[nodiscard]] std::uint64_t recorded() const;  ///< Handed to the file.
-  [[nodiscard]] std::uint64_t skipped() const;   ///< Not recorded: no room in the queue, or the recording had ended.
+  // Counters, thread-safe; recorded() + skipped() is the number of frames pushed less those in the queue.
+  [[nodiscard]] std::uint64_t recorded() const;  ///< Written to the file.
+  [[nodiscard]] std::uint64_t skipped() const;   ///< Not recorded: the queue was full, or the recording had ended.
   [[nodiscard]] std::uint64_t faults() const;    ///< Writes that failed.
-  /// The first write that failed, or ok. Names the file.
+  /// Error of the first write that failed, with the file's path; or ok.
   [[nodiscard]] Status last_error() const;
 
  private:

@@ -15,8 +15,8 @@
 namespace lightwell {
 namespace {
 
-/// The first part's header alone. Imf::InputFile makes tables as large as a header says before
-/// anyone could ask for its size; this reads nothing beyond it.
+/// Reads the header of the first part, and nothing beyond it. Imf::InputFile would allocate tables of the size that the
+/// header states before the caller can check that size.
 Imf::Header first_header(const std::string& path) {
   Imf::StdIFStream stream(path.c_str());
   int magic = 0, version = 0;

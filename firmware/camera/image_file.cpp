@@ -26,7 +26,7 @@ Status io_error(const std::string& path, int error) {
 }
 
 Result<std::vector<std::byte>> read_whole(const std::string& path) {
-  // Looked at before it is opened: opening a pipe would wait for whoever writes to it.
+  // Check the type before opening: opening a pipe would block until somebody writes to it.
   struct stat info {};
   if (::stat(path.c_str(), &info) != 0) return io_error(path, errno);
   if (!S_ISREG(info.st_mode)) return image_refused(path, "not a file");

@@ -1,4 +1,4 @@
-// Still pictures from files: PNG and JPEG as bytes, OpenEXR and Radiance HDR as linear floats.
+// Reads image files: PNG and JPEG as 8-bit values, OpenEXR and Radiance HDR as linear floats.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,8 @@
 
 namespace lightwell {
 
-/// A picture that owns its pixels, rows packed from the top: rgb8 for PNG and JPEG, rgb_f32 for EXR and HDR
-/// (the values of the file, untouched).
+/// An image that owns its pixels; rows from the top, without padding. rgb8 from PNG and JPEG, rgb_f32 from EXR and HDR
+/// (the values as stored in the file).
 struct Image {
   int width = 0, height = 0;
   PixelFormat format = PixelFormat::rgb8;
@@ -20,9 +20,9 @@ struct Image {
   [[nodiscard]] std::size_t stride() const { return packed_stride(format, width); }
 };
 
-/// By the file's content, not its name. not_found, data_loss (truncated or damaged, with the reader's own words),
-/// invalid_argument (a kind that is not known, 16 bits, a channel missing).
-/// EXR: channels R, G, B, or Y alone; the data window is taken, a display window that differs is refused.
+/// The content of the file decides its format, not the name. Errors: not_found, data_loss (truncated or damaged),
+/// invalid_argument (unknown format, 16 bits per channel, a missing channel).
+/// EXR: channels R, G and B, or Y alone; data window and display window must be equal.
 [[nodiscard]] Result<Image> read_image(const std::string& path);
 
 /// 8-bit RGB to PNG.

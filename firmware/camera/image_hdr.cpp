@@ -1,6 +1,5 @@
-// Radiance pictures (Ward, "Radiance File Formats", and the Radiance reference: RGBE, run-length
-// coded in the new way, the old way, or not at all). OpenCV's decoder fills up what is missing,
-// hence a reader of our own.
+// Reads Radiance pictures (Ward, "Radiance File Formats", and the Radiance reference): RGBE, run-length encoded in the
+// new or the old way, or uncompressed. OpenCV's decoder fills in missing data without an error, hence this reader.
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -17,10 +16,10 @@ using Rgbe = std::array<std::uint8_t, 4>;
 
 struct Header {
   int width = 0, height = 0;
-  std::array<double, 3> scale{1, 1, 1};  ///< What the pixels were multiplied by, to be divided out.
+  std::array<double, 3> scale{1, 1, 1};  ///< Factors that the pixels were multiplied by; divided out.
 };
 
-/// The file from the front to the back.
+/// Sequential reader of the file's bytes.
 class Input {
  public:
   explicit Input(std::span<const std::byte> file) : rest_(file) {}
@@ -66,7 +65,7 @@ bool take_number(std::string_view& text, T& out) {
   return error == std::errc();
 }
 
-/// EXPOSURE and COLORCORR: factors that are already in the pixels; several lines multiply.
+/// EXPOSURE and COLORCORR: factors already applied to the pixels; several lines multiply.
 Status take_factor(const std::string& name, std::string_view line, Header& header) {
   std::string_view text = line;
   std::array<double, 3> factor{};
@@ -80,7 +79,7 @@ Status take_factor(const std::string& name, std::string_view line, Header& heade
   }
   for (std::size_t c = 0; c < 3; ++c) {
     if (!good || !(factor[c] > 0) || !std::isfinite(factor[c]))
-      return image_damaged(name, "the header line '" + std::string(line) + "' makes no sense");
+      return image_damaged(name, "the header line '" + std::string(line) + "' is invalid");
     header.scale[c] *= factor[c];
   }
   return {};
@@ -121,7 +120,7 @@ Result<Header> read_header(const std::string& name, Input& in) {
 
 enum class RowEnd { whole, cut_off, damaged };
 
-/// Each of the four components on its own: runs (128 + n, value) and literals (n, values).
+/// New run-length encoding: each of the four components separately, as runs (128 + n, value) and literals (n, values).
 RowEnd read_adaptive_rle(Input& in, std::span<Rgbe> row) {
   for (std::size_t c = 0; c < 4; ++c) {
     for (std::size_t i = 0; i < row.size();) {
@@ -141,8 +140,8 @@ RowEnd read_adaptive_rle(Input& in, std::span<Rgbe> row) {
   return RowEnd::whole;
 }
 
-/// Pixels, of which (1, 1, 1, n) repeats the one before n times; repeated, n counts 256, 65536, ...
-/// times as much.
+/// Old run-length encoding: a pixel (1, 1, 1, n) repeats the previous one n times; in successive repeat pixels n is
+/// multiplied by 256, 65536, ...
 RowEnd read_old_rle(Input& in, std::span<Rgbe> row, Rgbe first) {
   unsigned shift = 0;
   std::optional<Rgbe> pixel = first;
@@ -174,7 +173,7 @@ RowEnd read_row(Input& in, std::span<Rgbe> row) {
   return read_adaptive_rle(in, row);
 }
 
-/// (mantissa + 1/2) / 256 * 2^(exponent - 128): writers cut the mantissa off, so its middle is the
+/// (mantissa + 1/2) / 256 * 2^(exponent - 128): writers truncate the mantissa, so the middle of its interval is the
 /// unbiased value.
 void store(std::span<const Rgbe> row, const Header& header, std::byte* out) {
   for (const Rgbe& p : row) {
@@ -193,7 +192,7 @@ Result<Image> read_hdr(const std::string& name, std::span<const std::byte> file)
   Input in(file);
   const Result<Header> header = read_header(name, in);
   if (!header) return header.status();
-  // The least that a row takes: a pixel, or by the old runs four bytes for 2^24 pixels.
+  // The smallest size of a row: one pixel, or four bytes for 2^24 pixels in the old encoding.
   if (in.left() < 4 * static_cast<std::size_t>(header->height))
     return image_truncated(name, "the HDR's rows are missing");
   Image image{header->width, header->height, PixelFormat::rgb_f32, {}};

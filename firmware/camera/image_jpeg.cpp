@@ -1,6 +1,6 @@
-// JPEG's structure (ITU-T T.81, annex B): libjpeg paints what is missing grey, so the segments
-// are walked to the end marker first. The pixels: image_libjpeg.cpp. JPEG has no checksum: bits that
-// were changed inside the entropy-coded data without changing a marker cannot be found by anyone.
+// Checks the structure of a JPEG (ITU-T T.81, annex B): walks the segments to the end marker before decoding, because
+// libjpeg fills missing data with grey. image_libjpeg.cpp decodes the pixels. JPEG has no checksum: bit errors inside
+// the entropy-coded data that do not produce a marker cannot be detected.
 #include <algorithm>
 
 #include "camera/image_readers.hpp"
@@ -10,8 +10,7 @@ namespace {
 
 constexpr int kStartOfImage = 0xD8, kEndOfImage = 0xD9, kStartOfScan = 0xDA;
 
-/// Baseline and progressive, the kinds that libjpeg decodes; arithmetic coding, lossless and
-/// hierarchical are not.
+/// Start-of-frame markers of all JPEG processes.
 bool is_frame_header(int marker) {
   constexpr int kHuffmanTables = 0xC4, kReserved = 0xC8, kArithmeticTables = 0xCC;
   return marker >= 0xC0 && marker <= 0xCF && marker != kHuffmanTables && marker != kReserved &&
@@ -37,7 +36,7 @@ Status check_frame(const std::string& name, int marker, std::span<const std::byt
   return {};
 }
 
-/// The next marker's 0xFF at or after `at`, past entropy-coded data, stuffed zeros and restarts.
+/// Position of the next marker's 0xFF at or after `at`; skips entropy-coded data, stuffed zeros and restart markers.
 std::size_t scan_end(std::span<const std::byte> file, std::size_t at) {
   for (; at + 1 < file.size(); ++at) {
     if (byte_at(file, at) != 0xFF) continue;
@@ -47,8 +46,8 @@ std::size_t scan_end(std::span<const std::byte> file, std::size_t at) {
   return file.size();
 }
 
-/// Cameras append a second picture (MPF) or pad with zeros. Anything else is the rest of a scan
-/// whose end marker came too early.
+/// Whether the bytes after the end marker are legitimate: cameras append a second picture (MPF) or pad with zeros.
+/// Anything else is the rest of a scan with a premature end marker.
 bool may_follow_the_end(std::span<const std::byte> rest) {
   if (rest.size() >= 2 && byte_at(rest, 0) == 0xFF && byte_at(rest, 1) == kStartOfImage) return true;
   return std::ranges::all_of(rest, [](std::byte b) { return b == std::byte{0}; });

@@ -1,5 +1,5 @@
-// JPEG's pixels, through libjpeg; what it lets pass, image_jpeg.cpp looks at first. Frames of
-// cameras have a decoder of their own, which asks for no memory (backends/v4l2/jpeg_decoder.hpp).
+// Decodes JPEG pixels with libjpeg; image_jpeg.cpp first checks what libjpeg tolerates. Camera frames have another
+// decoder, which allocates no memory per frame (backends/v4l2/jpeg_decoder.hpp).
 #include "camera/image_readers.hpp"
 #include "camera/jpeg_errors.hpp"
 
@@ -43,7 +43,7 @@ class JpegReader {
  private:
   template <class Calls>
   bool attempt(const Calls& calls) {
-    if (setjmp(errors_.give_up) != 0) return false;
+    if (setjmp(errors_.jump) != 0) return false;
     calls();
     return true;
   }

@@ -1,4 +1,4 @@
-// PNG's pixels, through libpng; what it lets pass, image_png.cpp looks at first.
+// Decodes and encodes PNG pixels with libpng; image_png.cpp first checks what libpng tolerates.
 #include <algorithm>
 #include <array>
 #include <csetjmp>
@@ -11,23 +11,23 @@
 namespace lightwell {
 namespace {
 
-/// libpng leaves by longjmp: nothing with a destructor may live between a call of it and `attempt`.
+/// libpng reports errors by longjmp: no object with a destructor may live between a call of libpng and `attempt`.
 struct Errors {
-  std::jmp_buf give_up{};
-  std::array<char, 128> said{};
+  std::jmp_buf jump{};
+  std::array<char, 128> message{};
 
   [[noreturn]] static void fail(png_structp png, png_const_charp why) {
     auto& errors = *static_cast<Errors*>(png_get_error_ptr(png));
-    std::strncpy(errors.said.data(), why, errors.said.size() - 1);
-    std::longjmp(errors.give_up, 1);
+    std::strncpy(errors.message.data(), why, errors.message.size() - 1);
+    std::longjmp(errors.jump, 1);
   }
   static void discard_message(png_structp, png_const_charp) {}
 };
 
-/// False where libpng gave up meanwhile; `errors.said` is why.
+/// Runs `calls`. False if libpng failed; `errors.message` is its message.
 template <class Calls>
 bool attempt(Errors& errors, const Calls& calls) {
-  if (setjmp(errors.give_up) != 0) return false;
+  if (setjmp(errors.jump) != 0) return false;
   calls();
   return true;
 }
@@ -42,7 +42,7 @@ class PngReader {
   PngReader(const PngReader&) = delete;
   PngReader& operator=(const PngReader&) = delete;
 
-  /// No colours are managed: the values are the file's, whatever it says of their meaning.
+  /// No colour management: the values are those of the file; gamma and profile chunks are ignored.
   bool read_header() {
     if (info_ == nullptr) return false;
     return attempt(errors, [this] {
@@ -96,7 +96,7 @@ class Writer {
     if (info_ == nullptr) return false;
     return attempt(errors, [&] {
       png_set_write_fn(png_, this, &Writer::take, nullptr);
-      // Fast rather than small: frames are written by the thousand and read once.
+      // Speed matters more than size: thousands of frames are written and each is read once.
       png_set_compression_level(png_, 1);
       png_set_filter(png_, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
       png_set_IHDR(png_, info_, static_cast<png_uint_32>(image.width), static_cast<png_uint_32>(image.height), 8,
@@ -134,11 +134,11 @@ class Writer {
 
 Result<Image> decode_png(const std::string& name, std::span<const std::byte> file) {
   PngReader reader(file);
-  if (!reader.read_header()) return image_damaged(name, reader.errors.said.data());
+  if (!reader.read_header()) return image_damaged(name, reader.errors.message.data());
   Image image{reader.width(), reader.height(), PixelFormat::rgb8, {}};
-  if (reader.row_bytes() != image.stride()) return image_damaged(name, "its decoder gave no 8-bit colours");
+  if (reader.row_bytes() != image.stride()) return image_damaged(name, "it does not decode to 8-bit colours");
   image.data.resize(image.stride() * static_cast<std::size_t>(image.height));
-  if (!reader.read_rows(image.data.data(), image.stride())) return image_damaged(name, reader.errors.said.data());
+  if (!reader.read_rows(image.data.data(), image.stride())) return image_damaged(name, reader.errors.message.data());
   return image;
 }
 
@@ -151,7 +151,7 @@ Result<std::vector<std::byte>> encode_png(const Image& image) {
   Writer writer;
   if (!writer.write(image))
     return Status(StatusCode::internal,
-                  std::string("libpng could not encode the picture: ") + writer.errors.said.data());
+                  std::string("libpng could not encode the picture: ") + writer.errors.message.data());
   return std::move(writer.file);
 }
 

@@ -1,5 +1,5 @@
-// PNG's structure (W3C PNG, third edition): every chunk whole and with the right sum, IHDR first,
-// IEND last. The pixels: image_libpng.cpp.
+// Checks the structure of a PNG (W3C PNG, third edition): all chunks complete with the right CRC, IHDR first, IEND
+// last. image_libpng.cpp decodes the pixels.
 #include <array>
 #include <cstring>
 #include <string_view>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view kSignature("\x89PNG\r\n\x1A\n", 8);
 
-/// The CRC of PNG and zlib (reflected 0x04C11DB7), not the Castagnoli one of recordings.
+/// CRC-32 of PNG and zlib (polynomial 0x04C11DB7, reflected); recordings use CRC-32C instead.
 std::uint32_t crc32(std::span<const std::byte> bytes) {
   static const auto table = [] {
     std::array<std::uint32_t, 256> t{};
@@ -59,7 +59,7 @@ Result<Image> read_png(const std::string& name, std::span<const std::byte> file)
   std::size_t at = kSignature.size();
   bool has_header = false, has_pixels = false;
   while (true) {
-    constexpr std::size_t kChunkOverhead = 12;  // Length, type and sum.
+    constexpr std::size_t kChunkOverhead = 12;  // Length, type and CRC.
     const std::span<const std::byte> rest = file.subspan(at);
     if (rest.size() < kChunkOverhead || rest.size() - kChunkOverhead < big_endian_32(rest))
       return image_truncated(name, has_pixels ? "the PNG's end is missing" : "the PNG's pixels are missing");
@@ -67,7 +67,7 @@ Result<Image> read_png(const std::string& name, std::span<const std::byte> file)
     const std::string_view type(reinterpret_cast<const char*>(rest.data()) + 4, 4);
     const auto data = rest.subspan(8, length);
     if (crc32(rest.subspan(4, 4 + length)) != big_endian_32(rest.subspan(8 + length)))
-      return image_damaged(name, "a PNG chunk at byte " + std::to_string(at) + " has a wrong sum");
+      return image_damaged(name, "a PNG chunk at byte " + std::to_string(at) + " has a wrong CRC");
     at += kChunkOverhead + length;
 
     if (type == "IHDR" && !has_header) {

@@ -1,5 +1,4 @@
-// Behind read_image: one reader a kind of file. Private to this folder.
-//   Each takes `name` for messages and returns a picture whose values are the file's.
+// The readers behind read_image(), one per file format. Private to this folder. `name` is the file's name for messages.
 #pragma once
 
 #include <cstddef>
@@ -13,11 +12,11 @@
 
 namespace lightwell {
 
-/// A picture with more pixels, or a longer side, is refused before memory is asked for.
+/// Limits of an image, checked before memory is allocated.
 inline constexpr std::int64_t kMaxImagePixels = std::int64_t{64} << 20;
 inline constexpr std::int64_t kMaxImageSide = 65536;
 
-/// invalid_argument for a size that no camera of ours has.
+/// invalid_argument for a size that is not positive or beyond the limits.
 [[nodiscard]] Status check_image_size(const std::string& name, std::int64_t width, std::int64_t height);
 
 [[nodiscard]] Status image_truncated(const std::string& name, const std::string& where);
@@ -27,11 +26,11 @@ inline constexpr std::int64_t kMaxImageSide = 65536;
 [[nodiscard]] Result<Image> read_png(const std::string& name, std::span<const std::byte> file);
 [[nodiscard]] Result<Image> read_jpeg(const std::string& name, std::span<const std::byte> file);
 [[nodiscard]] Result<Image> read_hdr(const std::string& name, std::span<const std::byte> file);
-/// Reads the file by its path: OpenEXR seeks in it.
+/// Takes a path, because OpenEXR seeks in the file.
 [[nodiscard]] Result<Image> read_exr(const std::string& path);
 
-/// PNG and JPEG once their structure is known to be whole: 8-bit r, g, b in the order of the file's
-/// rows. EXIF orientation is ignored on purpose: a calibration speaks of the sensor's pixels.
+/// Decode a PNG or JPEG whose structure has been checked: 8-bit r, g, b, rows in the order of the file. EXIF
+/// orientation is ignored, because a calibration refers to the sensor's pixels.
 [[nodiscard]] Result<Image> decode_png(const std::string& name, std::span<const std::byte> file);
 [[nodiscard]] Result<Image> decode_jpeg(const std::string& name, std::span<const std::byte> file);
 [[nodiscard]] Result<std::vector<std::byte>> encode_png(const Image& image);

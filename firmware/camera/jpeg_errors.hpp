@@ -1,4 +1,4 @@
-// What libjpeg calls when a JPEG is wrong: for pictures in files and for frames of cameras alike.
+// Error callbacks of libjpeg, for image files and camera frames.
 #pragma once
 
 #include <array>
@@ -9,12 +9,12 @@
 
 namespace lightwell {
 
-/// libjpeg calls back with its own structure, which is therefore the first member. It leaves by longjmp to `give_up`:
-/// nothing with a destructor may live between that setjmp and a call of libjpeg.
+/// libjpeg passes a pointer to `manager` to the callbacks, so it must be the first member. Errors longjmp to `jump`: no
+/// object with a destructor may live between that setjmp and a call of libjpeg.
 struct JpegErrors {
   jpeg_error_mgr manager{};
-  std::jmp_buf give_up{};
-  std::array<char, JMSG_LENGTH_MAX> message{};  ///< Why it gave up.
+  std::jmp_buf jump{};
+  std::array<char, JMSG_LENGTH_MAX> message{};  ///< The error.
 
   /// For jpeg_decompress_struct::err, before the structure is created.
   [[nodiscard]] jpeg_error_mgr* install() {
@@ -29,12 +29,12 @@ struct JpegErrors {
   [[noreturn]] static void fail(j_common_ptr common) {
     auto& errors = *reinterpret_cast<JpegErrors*>(common->err);
     common->err->format_message(common, errors.message.data());
-    std::longjmp(errors.give_up, 1);
+    std::longjmp(errors.jump, 1);
   }
 
-  /// libjpeg mends what is broken, with grey, and warns: half a picture.
+  /// libjpeg only warns of damaged data and fills the rest of the picture with grey; here a warning is an error.
   static void on_message(j_common_ptr common, int level) {
-    // Webcams are known for a byte or two of padding before the end marker; more is a scan that came to its end early.
+    // Some webcams write a byte or two of padding before the end marker; more than that is a scan that ended early.
     constexpr int kPadding = 4;
     if (level >= 0) return;
     const jpeg_error_mgr& e = *common->err;

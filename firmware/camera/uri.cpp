@@ -15,7 +15,7 @@ bool is_scheme(std::string_view name) {
          std::ranges::all_of(name, [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; });
 }
 
-/// Levenshtein's distance with unit costs.
+/// Levenshtein distance.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -59,7 +59,7 @@ Result<CameraUri> parse_camera_uri(std::string_view text) {
     if (equals == std::string_view::npos || equals == 0)
       return bad_uri(text, "parameter '" + std::string(item) + "' is not key=value");
     const std::string key(item.substr(0, equals));
-    // Whoever writes a key twice means one of the two: which, nobody knows.
+    // A repeated key is ambiguous.
     if (std::ranges::any_of(uri.parameters, [&](const auto& p) { return p.first == key; }))
       return bad_uri(text, "parameter '" + key + "' is given twice");
     uri.parameters.emplace_back(key, item.substr(equals + 1));
@@ -68,14 +68,14 @@ Result<CameraUri> parse_camera_uri(std::string_view text) {
 }
 
 std::string nearest_name(std::string_view name, const std::vector<std::string_view>& known) {
-  // Beyond two edits, or a third of a long name, a guess would mislead.
+  // Beyond two edits, or a third of the length of a long name, a suggestion would be misleading.
   const std::size_t furthest = std::max<std::size_t>(2, name.size() / 3);
   std::size_t best = furthest + 1, best_prefix = 0;
   std::string nearest;
   for (const std::string_view candidate : known) {
     const std::size_t distance = edit_distance(name, candidate);
     if (distance > furthest || distance >= std::max(name.size(), candidate.size())) continue;
-    // Of two that are equally near, people rather leave the end off than get the beginning wrong.
+    // Ties: prefer the longer common prefix, because truncated names are more common than a wrong beginning.
     const std::size_t prefix = common_prefix(name, candidate);
     if (distance > best || (distance == best && prefix <= best_prefix)) continue;
     best = distance;

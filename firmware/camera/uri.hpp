@@ -1,4 +1,4 @@
-// "scheme:path?key=value&key=value": how a camera and its settings are named.
+// Camera URIs, "scheme:path?key=value&key=value".
 #pragma once
 
 #include <string>
@@ -16,13 +16,13 @@ struct CameraUri {
   std::vector<std::pair<std::string, std::string>> parameters;  ///< In the order written.
 };
 
-/// invalid_argument where there is no scheme or a parameter has no '='.
+/// invalid_argument if the scheme is missing, a parameter has no '=', or a parameter occurs twice.
 [[nodiscard]] Result<CameraUri> parse_camera_uri(std::string_view text);
 
-/// The known name with the smallest edit distance, or nothing where none is near.
+/// The name in `known` with the smallest edit distance (Levenshtein), or empty if that distance is too large.
 [[nodiscard]] std::string nearest_name(std::string_view name, const std::vector<std::string_view>& known);
 
-/// invalid_argument that names the first parameter which is not in `known`, with the nearest one that is.
+/// invalid_argument for the first parameter that is not in `known`; the message suggests the nearest known name.
 [[nodiscard]] Status check_parameters(const CameraUri& uri, const std::vector<std::string_view>& known);
 
 }  // namespace lightwell

@@ -20,7 +20,7 @@ Result<double> uri_quantity(std::string_view text, std::initializer_list<UriUnit
     if (error == std::errc() && std::isfinite(number) && suffix == unit.suffix) return number * unit.factor;
     if (!unit.suffix.empty()) known += (known.empty() ? "" : ", ") + std::string(unit.suffix);
   }
-  return bad("'" + std::string(text) + "' is no number with its unit (" + known + ")");
+  return bad("'" + std::string(text) + "' is not a number with a unit (" + known + ")");
 }
 
 Result<double> uri_duration_s(std::string_view text) {
@@ -46,7 +46,7 @@ Result<Duration> uri_row_readout(std::string_view text) {
   const Result<double> seconds = uri_quantity(text, {{"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}});
   if (!seconds) return seconds.status();
   if (!(*seconds >= 0 && *seconds <= 0.01))
-    return bad("'" + std::string(text) + "' does not lie between 0us and 10ms, from one row to the next");
+    return bad("'" + std::string(text) + "' is not a delay between rows from 0us to 10ms");
   return Duration::from_seconds(*seconds);
 }
 

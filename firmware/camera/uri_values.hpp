@@ -1,6 +1,6 @@
-// Values of a camera URI's parameters: numbers in a range, and numbers with a unit.
+// Parses the values of a camera URI's parameters: numbers in a range, and numbers with a unit.
 //   uri_number  uri_quantity  uri_duration_s  uri_durations_s  uri_row_readout
-// Each refuses with the text and what it should have been; none takes NaN or infinity.
+// Errors are invalid_argument and quote the text and the accepted form. NaN and infinity are refused.
 #pragma once
 
 #include <charconv>
@@ -18,11 +18,11 @@
 namespace lightwell {
 
 struct UriUnit {
-  std::string_view suffix;  ///< Empty for a bare number.
+  std::string_view suffix;  ///< Empty for a number without unit.
   double factor;
 };
 
-/// A number and one of the units, in the unit whose factor is 1.
+/// A number followed by one of the units; the result is in the unit whose factor is 1.
 [[nodiscard]] Result<double> uri_quantity(std::string_view text, std::initializer_list<UriUnit> units);
 
 /// A number from `least` to `most`.
@@ -31,21 +31,21 @@ template <class T>
   T value{};
   const char* const end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, value);
-  // Written so that NaN is refused, too.
+  // These comparisons also refuse NaN.
   if (error == std::errc() && stop == end && value >= least && value <= most) return value;
   std::ostringstream what;
-  what << "'" << text << "' is no number from " << least << " to " << most;
+  what << "'" << text << "' is not a number from " << least << " to " << most;
   return Status(StatusCode::invalid_argument, what.str());
 }
 
-/// "1.5ms", "200us", "40ns", "0.01s"; a bare number is seconds. Not negative.
+/// "1.5ms", "200us", "40ns", "0.01s"; a number without unit is in seconds. Not negative.
 [[nodiscard]] Result<double> uri_duration_s(std::string_view text);
-/// Durations between commas: "1ms,8ms".
+/// Durations separated by commas: "1ms,8ms".
 [[nodiscard]] Result<std::vector<double>> uri_durations_s(std::string_view text);
-/// From one row's exposure to the next row's, with its unit, up to 10 ms: "18.5us".
+/// Delay between successive rows of a rolling shutter, 0 to 10 ms: "18.5us".
 [[nodiscard]] Result<Duration> uri_row_readout(std::string_view text);
 
-/// Puts a value in its place, or says why there is none.
+/// Assigns the value, or returns the error.
 template <class T, class U>
 [[nodiscard]] Status assign(T& target, Result<U> value) {
   if (!value) return value.status();

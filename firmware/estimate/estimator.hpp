@@ -1,4 +1,4 @@
-// From a bracket of frames to a descriptor: the one interface of all sources of light.
+// Interface of the estimators: a bracket of frames in, a lighting descriptor out.
 #pragma once
 
 #include <span>
@@ -12,35 +12,37 @@
 
 namespace lightwell {
 
-/// How radiance is scaled on its way out.
+/// Units and scale of the radiance in a descriptor.
 struct RadianceScale {
   Units units = Units::relative;
   double factor = 1;  ///< Descriptor radiance per unit of (linear value / (exposure_s * gain * vignetting)).
 };
 
-/// One thread at a time. Holds all memory that it needs from the start: estimate() allocates nothing.
+/// Not thread-safe: one thread at a time. An estimator may allocate all memory when it is constructed; the panorama
+/// estimator's estimate() allocates none.
 class Estimator {
  public:
   virtual ~Estimator() = default;
 
-  /// Fills `out` (whose memory is used again) from the exposures of one bracket, in order; a single frame is a bracket
-  /// of one. Everything but the time of encoding is set. invalid_argument where a frame does not fit the calibration
-  /// (size, lens, format); `out` then holds nothing of use. Bad light is no error: it comes out flagged.
+  /// Fills `out` (its memory is reused) from the exposures of one bracket, in order; a single frame is a bracket of
+  /// one. Sets everything except the time of encoding. Returns invalid_argument where a frame does not match the
+  /// calibration (size, lens, format); `out` is then unspecified. Poor light (dark, clipped) is not an error: it sets
+  /// flags.
   [[nodiscard]] virtual Status estimate(std::span<const Frame> bracket, Descriptor& out) = 0;
 
-  /// Which options it has: see option_names() and settings_of().
+  /// The kind, which determines the options: see option_names() and settings_of().
   [[nodiscard]] virtual EstimatorKind kind() const = 0;
-  /// Takes effect with the next estimate; the tracks of lights go on. invalid_argument, which names an option that is
-  /// out of its range or not one of this estimator's, leaves all as it was.
+  /// Takes effect with the next estimate; light tracks persist. Returns invalid_argument, naming the option, where an
+  /// option is out of range or belongs to another estimator; the configuration is then unchanged.
   [[nodiscard]] virtual Status configure(const EstimatorConfig& config) = 0;
   virtual void set_scale(RadianceScale scale) = 0;
   [[nodiscard]] virtual RadianceScale scale() const = 0;
 
-  /// Of the last estimate: lights of it that were saturated in every exposure. Empty where nothing was, or where what
-  /// was is no light: then no reading can recover it.
+  /// Lights of the last estimate that were saturated in every exposure. Empty where no pixel was, or where the
+  /// saturated pixels belong to no light: a meter reading cannot recover their energy then.
   [[nodiscard]] virtual std::span<const ClippedLight> clipped_lights() const { return {}; }
-  /// Takes effect with the next estimate, and lasts for each light as long as it is clipped without a break and the
-  /// scale stays. What recover() made of the last estimate's descriptor and clipped_lights().
+  /// `recovery`: the result of recover() for the last estimate's descriptor and clipped_lights(). Takes effect with the
+  /// next estimate, and applies to each light as long as it stays clipped in every frame and the scale is unchanged.
   virtual void set_recovery(const Recovery& recovery) { (void)recovery; }
 };
 

@@ -1,4 +1,4 @@
-// A way out of the probe: takes encoded descriptors and never makes the estimator wait.
+// Interface of an output of the probe. Accepts encoded descriptors without blocking the estimator.
 #pragma once
 
 #include <cstddef>
@@ -10,36 +10,37 @@
 
 namespace lightwell {
 
-/// One descriptor as it goes over every wire: encoded once, shared, never changed.
+/// One encoded descriptor, immutable and shared by all links.
 using EncodedDescriptor = std::shared_ptr<const std::vector<std::byte>>;
 
-/// What a link can say of its listeners.
+/// Statistics of a link since its start; `clients` is the current number.
 struct LinkCounters {
   std::uint32_t clients = 0;
-  std::uint64_t coalesced = 0;  ///< Descriptors that a slow listener did not get because a newer one came.
-  std::uint64_t messages_refused =
-      0;  ///< From outside: no message, never whole, damaged, too large, not for us, played again or too many.
-  std::uint64_t authentication_failures = 0;  ///< Calls of nobody that the probe knows.
-  std::uint64_t client_list_faults = 0;       ///< Changes of the list of clients that could not be read.
+  std::uint64_t coalesced = 0;  ///< Descriptors that a slow client did not receive because a newer one replaced them.
+  /// Messages from clients that were malformed, incomplete, damaged, too large, misaddressed, replayed or too frequent.
+  std::uint64_t messages_refused = 0;
+  std::uint64_t authentication_failures = 0;  ///< Calls without a valid token or certificate.
+  std::uint64_t client_list_faults = 0;       ///< Changes of the client list that could not be read.
 };
 
 class Link {
  public:
   virtual ~Link() = default;
 
-  /// resource_exhausted or unavailable where the port or device cannot be had, naming it and the remedy.
+  /// resource_exhausted or unavailable: the port or device cannot be used; the message names it and the remedy.
   [[nodiscard]] virtual Status start() = 0;
-  /// Called from the one publishing thread, between start() and stop(). Queues and returns: a full queue loses its
-  /// oldest entry, counted.
+  /// Queues the descriptor and returns; a full queue drops its oldest entry and counts it. Called from one publishing
+  /// thread, between start() and stop().
   virtual void publish(const EncodedDescriptor& descriptor) = 0;
-  /// After it returns no client is served any more. Bounded: at most a second.
+  /// Ends the service of all clients; returns within a second.
   virtual void stop() = 0;
 
   [[nodiscard]] virtual LinkCounters counters() const = 0;
-  /// Where clients reach it, "grpc://127.0.0.1:7420". Known after start().
+  /// The address for clients, for example "grpc://127.0.0.1:7420". Valid after start().
   [[nodiscard]] virtual std::string address() const = 0;
-  /// What is wrong at the moment, for a person; empty while all is well. A link that needs a third party (a broker)
-  /// starts without it and says so here; one whose files were damaged goes on with what it read before and says so.
+  /// The present fault as text for people, empty without one. A link that depends on a third party (a broker) starts
+  /// without it and reports it here; a link whose files are damaged continues with their last valid content and reports
+  /// that here.
   [[nodiscard]] virtual std::string error_message() const { return {}; }
 };
 

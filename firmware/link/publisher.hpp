@@ -1,4 +1,4 @@
-// Encodes a descriptor once and hands the bytes to every link.
+// Encodes each descriptor once and passes the bytes to all links.
 #pragma once
 
 #include <cstdint>
@@ -12,21 +12,22 @@
 
 namespace lightwell {
 
-/// One thread publishes. Links are added before the first publish().
+/// publish() is called from one thread. All links are added before the first publish().
 class Publisher {
  public:
   void add(std::unique_ptr<Link> link) { links_.push_back(std::move(link)); }
 
-  /// Starts every link; the first that fails stops those before it.
+  /// Starts all links in order. If one fails, stops those already started and returns its status.
   [[nodiscard]] Status start();
   void stop();
 
-  /// Stamps `descriptor` with the time of encoding, encodes it (no allocation up to here) and gives it to the links.
+  /// Sets time.encoded_after of `descriptor`, encodes it (without allocation up to this point) and passes it to the
+  /// links.
   [[nodiscard]] Status publish(Descriptor& descriptor);
-  /// CLOCK_MONOTONIC when the bytes of the last descriptor were there, before any link had them.
+  /// CLOCK_MONOTONIC, ns, when the last descriptor was encoded, before it was passed to a link.
   [[nodiscard]] std::int64_t encoded_ns() const { return encoded_ns_; }
 
-  /// Over all links.
+  /// Sums over all links.
   [[nodiscard]] LinkCounters counters() const;
   [[nodiscard]] const std::vector<std::unique_ptr<Link>>& links() const { return links_; }
 

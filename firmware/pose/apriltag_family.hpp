@@ -1,4 +1,4 @@
-// AprilTag's own table of a family, held until nobody needs it. For this room's sources.
+// Owning pointer to the AprilTag library's table of a tag family. Private to firmware/pose.
 #pragma once
 
 #include <memory>

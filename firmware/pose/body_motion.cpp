@@ -9,12 +9,12 @@ namespace lightwell {
 
 namespace {
 
-/// Mean variance of three of the six numbers.
+/// Mean variance of three of the six pose parameters, from index `first` on.
 double mean_variance(const PoseCovariance& c, std::size_t first) {
   return (c[first][first] + c[first + 1][first + 1] + c[first + 2][first + 2]) / 3;
 }
 
-/// The turn that leads from `b` to `a`, as an axis times an angle, in the axes that both map into.
+/// The rotation vector (axis times angle, rad) of a * b^-1, in the frame that both rotations map into.
 Vec3d turn_between(Quat a, Quat b) {
   Quat q = a * b.inverse();
   if (q.w < 0) q = {-q.x, -q.y, -q.z, -q.w};
@@ -23,14 +23,15 @@ Vec3d turn_between(Quat a, Quat b) {
   return sine > 1e-12 ? v * (2 * std::atan2(sine, q.w) / sine) : v * 2.0;
 }
 
+/// `q` followed by the rotation vector `by`, rad.
 Quat turned(Vec3d by, Quat q) {
   const double angle = length(by);
   return angle > 0 ? (Quat::about(normalized(by), angle) * q).normalized() : q;
 }
 
-/// A velocity measured as a difference over `seconds`.
+/// Kalman prediction over `seconds` and update of one velocity; `measured` is a pose difference divided by `seconds`.
 void apply_measurement(Vec3d& velocity, double& variance, Vec3d measured, double measured_variance, double acceleration,
-           double seconds) {
+                       double seconds) {
   variance += acceleration * acceleration * seconds * seconds;
   const double gain = variance / (variance + measured_variance);
   velocity += (measured - velocity) * gain;
@@ -40,60 +41,62 @@ void apply_measurement(Vec3d& velocity, double& variance, Vec3d measured, double
 }  // namespace
 
 Status MotionOptions::validate() const {
-  for (const auto& [name, value] :
-       {std::pair("initial_speed_sigma_m_per_s", initial_speed_sigma_m_per_s), std::pair("initial_turn_sigma_rad_per_s", initial_turn_sigma_rad_per_s),
-        std::pair("acceleration_sigma_m_per_s2", acceleration_sigma_m_per_s2),
-        std::pair("acceleration_sigma_rad_per_s2", acceleration_sigma_rad_per_s2)})
+  for (const auto& [name, value] : {std::pair("initial_speed_sigma_m_per_s", initial_speed_sigma_m_per_s),
+                                    std::pair("initial_turn_sigma_rad_per_s", initial_turn_sigma_rad_per_s),
+                                    std::pair("acceleration_sigma_m_per_s2", acceleration_sigma_m_per_s2),
+                                    std::pair("acceleration_sigma_rad_per_s2", acceleration_sigma_rad_per_s2)})
     if (!(value > 0 && value <= 1e4))
       return {StatusCode::invalid_argument,
               std::string("motion: ") + name + " is " + std::to_string(value) + "; it must be above 0, to 10,000"};
   return {};
 }
 
-BodyMotion::State BodyMotion::start(ProbeTime at, const UncertainPose& noise, bool attitude_known) const {
-  return {at,
-          {noise, attitude_known},
+BodyMotion::State BodyMotion::start(ProbeTime time, const UncertainPose& observation, bool attitude_known) const {
+  return {time,
+          {observation, attitude_known},
           {},
           {},
           options_.initial_speed_sigma_m_per_s * options_.initial_speed_sigma_m_per_s,
           options_.initial_turn_sigma_rad_per_s * options_.initial_turn_sigma_rad_per_s};
 }
 
-void BodyMotion::update(ProbeTime at, const UncertainPose& noise, bool attitude_known) {
-  if (!last_ || at < last_->at) {
-    last_ = start(at, noise, attitude_known);
+void BodyMotion::update(ProbeTime time, const UncertainPose& observation, bool attitude_known) {
+  if (!last_ || time < last_->time) {
+    last_ = start(time, observation, attitude_known);
     return;
   }
-  const PoseCovariance &now = noise.covariance, &before = last_->seen.probe_body.covariance;
-  const double seconds = (at - last_->at).seconds();
+  const PoseCovariance &now = observation.covariance, &before = last_->observed.probe_body.covariance;
+  const double seconds = (time - last_->time).seconds();
   if (!(seconds > 0)) {
-    if (mean_variance(now, 0) < mean_variance(before, 0)) last_->seen = {noise, attitude_known};
+    if (mean_variance(now, 0) < mean_variance(before, 0)) last_->observed = {observation, attitude_known};
     return;
   }
-  State next = start(at, noise, attitude_known);
+  State next = start(time, observation, attitude_known);
   next.speed = last_->speed;
   next.speed_variance = last_->speed_variance;
-  const Pose &here = noise.pose, &there = last_->seen.probe_body.pose;
+  const Pose &here = observation.pose, &there = last_->observed.probe_body.pose;
   const double per = 1 / seconds;
   apply_measurement(next.speed, next.speed_variance, (here.translation - there.translation) * per,
-        (mean_variance(now, 3) + mean_variance(before, 3)) * per * per, options_.acceleration_sigma_m_per_s2, seconds);
-  // A turn from or to an attitude that may be the wrong one of two tells nothing.
-  if (attitude_known && last_->seen.attitude_known) {
+                    (mean_variance(now, 3) + mean_variance(before, 3)) * per * per,
+                    options_.acceleration_sigma_m_per_s2, seconds);
+  // A rotation from or to an ambiguous attitude is no measurement of the angular velocity.
+  if (attitude_known && last_->observed.attitude_known) {
     next.turn = last_->turn;
     next.turn_variance = last_->turn_variance;
     apply_measurement(next.turn, next.turn_variance, turn_between(here.rotation, there.rotation) * per,
-          (mean_variance(now, 0) + mean_variance(before, 0)) * per * per, options_.acceleration_sigma_rad_per_s2, seconds);
+                      (mean_variance(now, 0) + mean_variance(before, 0)) * per * per,
+                      options_.acceleration_sigma_rad_per_s2, seconds);
   }
   last_ = next;
 }
 
-std::optional<BodyPrediction> BodyMotion::at(ProbeTime when) const {
-  if (!last_ || when < last_->at) return std::nullopt;
-  const double t = (when - last_->at).seconds();
-  BodyPrediction out = last_->seen;
+std::optional<BodyPrediction> BodyMotion::predict(ProbeTime time) const {
+  if (!last_ || time < last_->time) return std::nullopt;
+  const double t = (time - last_->time).seconds();
+  BodyPrediction out = last_->observed;
   out.probe_body.pose.translation += last_->speed * t;
   out.probe_body.pose.rotation = turned(last_->turn * t, out.probe_body.pose.rotation);
-  // What the velocity adds, and what an acceleration that began with the last frame does.
+  // Variance from the velocity, and from an acceleration that began with the last frame.
   const auto grown = [&](double variance, double acceleration) {
     const double more = acceleration * t * t;
     return variance * t * t + more * more;

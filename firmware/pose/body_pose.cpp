@@ -15,18 +15,20 @@ namespace lightwell {
 
 namespace {
 
-/// A step that brings less than a millionth of chi² moves the answer by a thousandth of its deviation.
+/// A step that lowers chi² by less than 1e-7 of its value moves the pose by about a thousandth of its standard
+/// deviation.
 constexpr SolverLimits kPredictedSolverLimits{30, 1e-7};
-/// Of chi² with six degrees of freedom: one in 10,000 is beyond 28; predictions are coarse.
+/// Gate of a prediction with six degrees of freedom. The 99.99 % quantile of chi² is 28; predictions are coarse.
 constexpr double kMaxPredictionChiSquare = 50;
-/// Mean of a corner's squared error after the forgiving loss, in standard deviations: below it is no wrong valley.
+/// Mean cost of a corner after the Cauchy loss, in squared standard deviations: a solution with less is in the basin of
+/// the right minimum.
 constexpr double kMaxMeanLoss = 15;
 constexpr const char* kOutlierMessage = "it contradicts the others";
 
 Status wrong(const std::string& what) { return {StatusCode::invalid_argument, "body: " + what}; }
 
-/// `pose` against the prediction, whose doubt is much larger than the pose's own.
-bool near(const std::optional<BodyPrediction>& prediction, const Pose& pose) {
+/// Mahalanobis gate of `pose` against the prediction. The covariance of `pose` is neglected, being much smaller.
+bool is_near(const std::optional<BodyPrediction>& prediction, const Pose& pose) {
   if (!prediction) return false;
   const Pose& before = prediction->probe_body.pose;
   const Quat q = pose.rotation * before.rotation.inverse();
@@ -58,57 +60,59 @@ bool holds(const Quads& quads, const ObservedTag& quad) {
   return std::find(quads.begin(), quads.end(), &quad) != quads.end();
 }
 
-struct Choice {
+struct Consensus {
   CornerSolution solution;
   Quads used;
 };
 
-/// Which tags are believed, and the pose from them, roughly. A prediction that leads to a majority, or to where it
-/// predicted, spares the search.
-Choice choose(const Quads& all, const std::optional<BodyPrediction>& prediction) {
-  Choice out;
-  const auto enough = [&] { return 2 * out.used.size() > all.size(); };
+/// The inlier tags and an approximate pose. Starts from the prediction; searches for a start with consensus_pose() if
+/// that leads neither to a majority of the tags nor to a pose near the prediction. No majority: `used` is empty.
+Consensus find_consensus(const Quads& all, const std::optional<BodyPrediction>& prediction) {
+  Consensus out;
+  const auto is_majority = [&] { return 2 * out.used.size() > all.size(); };
   if (prediction) {
     out.solution = solve_pose(all, std::nullopt, prediction->probe_body.pose, Loss::cauchy, kPredictedSolverLimits);
     if (std::isfinite(out.solution.cost)) {
       const Pose found = out.solution.probe_world();
       out.used = visible_inliers(all, found);
       const bool fits = out.solution.cost < kMaxMeanLoss * 4 * static_cast<double>(all.size());
-      if ((fits && enough()) || (!out.used.empty() && near(prediction, found))) return out;
+      if ((fits && is_majority()) || (!out.used.empty() && is_near(prediction, found))) return out;
     }
   }
   out.solution = consensus_pose(all, std::nullopt, kPredictedSolverLimits);
   if (std::isfinite(out.solution.cost)) out.used = visible_inliers(all, out.solution.probe_world());
-  if (!enough()) out.used.clear();
+  if (!is_majority()) out.used.clear();
   return out;
 }
 
-/// The two attitudes of the tags that are used; the first is the better one.
+/// The two attitudes that minimise the cost over the tags used. `best` has the smaller cost, or is the one near the
+/// prediction if the costs do not decide.
 struct Attitudes {
   CornerSolution best, other;
   bool ambiguous = false;
 };
 
-Attitudes attitudes_of(const Choice& choice, const std::optional<BodyPrediction>& prediction, double odds,
+Attitudes attitudes_of(const Consensus& consensus, const std::optional<BodyPrediction>& prediction, double odds,
                        double freedom) {
   Attitudes out;
-  out.best = solve_pose(choice.used, std::nullopt, choice.solution.probe_world(), Loss::huber, kPredictedSolverLimits);
+  out.best =
+      solve_pose(consensus.used, std::nullopt, consensus.solution.probe_world(), Loss::huber, kPredictedSolverLimits);
   if (!std::isfinite(out.best.cost)) return out;
-  CornerSolution other =
-      solve_pose(choice.used, std::nullopt, mirror_pose(choice.used, out.best.probe_world()), Loss::huber, kPredictedSolverLimits);
+  CornerSolution other = solve_pose(consensus.used, std::nullopt, mirror_pose(consensus.used, out.best.probe_world()),
+                                    Loss::huber, kPredictedSolverLimits);
   if (!std::isfinite(other.cost)) return out;
-  const Quat between = other.probe_middle.rotation * out.best.probe_middle.rotation.inverse();
-  // Two runs into one valley.
+  const Quat between = other.probe_centroid.rotation * out.best.probe_centroid.rotation.inverse();
+  // Both minimisations converged to the same minimum.
   if (length(Vec3d{between.x, between.y, between.z}) < 1e-3) return out;
   const Pose turned = other.probe_world();
-  for (const ObservedTag* quad : choice.used)
+  for (const ObservedTag* quad : consensus.used)
     if (!faces_the_lens(*quad, turned)) return out;
   out.other = std::move(other);
   const double scale = std::max(1.0, out.best.cost / freedom);
   out.ambiguous = out.other.cost - out.best.cost < 2 * std::log(odds) * scale;
   if (out.ambiguous && prediction && prediction->attitude_known) {
-    const bool best_near = near(prediction, out.best.probe_world()),
-               other_near = near(prediction, out.other.probe_world());
+    const bool best_near = is_near(prediction, out.best.probe_world()),
+               other_near = is_near(prediction, out.other.probe_world());
     if (best_near != other_near) {
       if (other_near) std::swap(out.best, out.other);
       out.ambiguous = false;
@@ -117,12 +121,13 @@ Attitudes attitudes_of(const Choice& choice, const std::optional<BodyPrediction>
   return out;
 }
 
-std::string why_none(const std::vector<TagReport>& uses, std::size_t foreign) {
-  if (uses.empty()) return "no tag is seen";
-  if (foreign == uses.size()) return "none of the " + std::to_string(uses.size()) + " seen tags is one of the body's";
-  for (const TagReport& use : uses)
-    if (!use.left_out.empty()) return "no seen tag is of use: " + use.left_out;
-  return "no seen tag is of use";
+std::string no_tag_reason(const std::vector<TagReport>& reports, std::size_t foreign) {
+  if (reports.empty()) return "no tag is seen";
+  if (foreign == reports.size())
+    return "none of the " + std::to_string(reports.size()) + " seen tags is one of the body's";
+  for (const TagReport& report : reports)
+    if (!report.rejection_reason.empty()) return "no seen tag is usable: " + report.rejection_reason;
+  return "no seen tag is usable";
 }
 
 }  // namespace
@@ -134,8 +139,7 @@ Status BodyPoseOptions::validate() const {
     return wrong("ambiguity_odds is " + std::to_string(ambiguity_odds) + "; it must be at least 1");
   if (!(focal_sigma >= 0 && focal_sigma <= 0.5))
     return wrong("focal_sigma is " + std::to_string(focal_sigma) + "; it must be 0 to 0.5");
-  if (min_tags < 1 || min_tags > 64)
-    return wrong("min_tags is " + std::to_string(min_tags) + "; it must be 1 to 64");
+  if (min_tags < 1 || min_tags > 64) return wrong("min_tags is " + std::to_string(min_tags) + "; it must be 1 to 64");
   return {};
 }
 
@@ -147,51 +151,52 @@ Result<std::vector<WorldTag>> tags_of(const MarkerBody& body) {
   return out;
 }
 
-Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body, std::span<const TagObservation> seen,
+Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body,
+                                std::span<const TagObservation> observations,
                                 const std::optional<BodyPrediction>& prediction, const BodyPoseOptions& options) {
   if (const Status s = options.validate(); !s.ok()) return s;
   const Result<std::vector<WorldTag>> tags = tags_of(body);
   if (!tags) return tags.status();
   BodyPose out;
   std::vector<ObservedTag> known;
-  known.reserve(seen.size());
+  known.reserve(observations.size());
   std::size_t foreign = 0;
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    const TagObservation& s = seen[i];
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const TagObservation& s = observations[i];
     if (!rig.has(s.lens)) return wrong(name_of(s) + ": the rig has " + std::to_string(rig.lenses.size()) + " lenses");
-    TagReport& use = out.tags.emplace_back(TagReport{s.lens, s.tag.family, s.tag.id, 0, false, {}});
+    TagReport& report = out.tags.emplace_back(TagReport{s.lens, s.tag.family, s.tag.id, 0, false, {}});
     const auto tag = std::find_if(tags->begin(), tags->end(),
                                   [&](const WorldTag& t) { return t.family == s.tag.family && t.id == s.tag.id; });
     if (tag == tags->end()) {
-      use.left_out = "it is not one of the body's";
+      report.rejection_reason = "it is not one of the body's";
       ++foreign;
       continue;
     }
     Result<ObservedTag> quad = directions_of(rig.at(s.lens), s, *tag, options.model_error_px);
     if (!quad && quad.status().code() == StatusCode::invalid_argument) return quad.status();
     if (!quad) {
-      use.left_out = quad.status().message();
+      report.rejection_reason = quad.status().message();
       continue;
     }
     quad->index = i;
     known.push_back(std::move(*quad));
   }
-  if (known.empty()) return Status(StatusCode::not_found, "body: " + why_none(out.tags, foreign));
+  if (known.empty()) return Status(StatusCode::not_found, "body: " + no_tag_reason(out.tags, foreign));
 
   Quads all;
   for (const ObservedTag& quad : known) all.push_back(&quad);
-  const Choice choice = choose(all, prediction);
-  if (choice.used.empty())
+  const Consensus consensus = find_consensus(all, prediction);
+  if (consensus.used.empty())
     return Status(StatusCode::failed_precondition,
                   "body: the " + std::to_string(all.size()) +
                       " tags seen of it contradict each other, no majority "
                       "agrees on a pose; check that the body is built as its file says, and that only one is in view");
-  if (choice.used.size() < static_cast<std::size_t>(options.min_tags))
-    return Status(StatusCode::not_found, "body: " + std::to_string(choice.used.size()) +
+  if (consensus.used.size() < static_cast<std::size_t>(options.min_tags))
+    return Status(StatusCode::not_found, "body: " + std::to_string(consensus.used.size()) +
                                              " of its tags agree on a pose; min_tags asks for " +
                                              std::to_string(options.min_tags));
-  const double freedom = 8.0 * static_cast<double>(choice.used.size()) - 6;
-  const Attitudes found = attitudes_of(choice, prediction, options.ambiguity_odds, freedom);
+  const double freedom = 8.0 * static_cast<double>(consensus.used.size()) - 6;
+  const Attitudes found = attitudes_of(consensus, prediction, options.ambiguity_odds, freedom);
   const std::optional<Matrix6d> noise =
       std::isfinite(found.best.cost) ? pose_covariance_of(found.best) : std::optional<Matrix6d>();
   if (!noise)
@@ -199,18 +204,19 @@ Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body, 
                   "body: the corners seen do not determine a pose; it must be larger in the picture or less on edge");
 
   const Pose probe_body = found.best.probe_world();
-  out.used = static_cast<int>(choice.used.size());
+  out.used = static_cast<int>(consensus.used.size());
   out.chi_square = found.best.cost / freedom;
-  const FocalUncertainty focal = estimate_focal_uncertainty(rig, seen, choice.used, found.best);
+  const FocalUncertainty focal = estimate_focal_uncertainty(rig, observations, consensus.used, found.best);
   out.focal = focal.check;
-  const Matrix6d covariance = std::max(1.0, out.chi_square) * *noise +
-                              options.focal_sigma * options.focal_sigma * focal.focal_jacobian * focal.focal_jacobian.transpose();
-  const UncertainPose to_origin{Pose{{}, -found.best.middle}, {}};
-  out.probe_body = compose(UncertainPose{found.best.probe_middle, covariance_from(covariance)}, to_origin);
-  // The lever from the corners' middle to the body's origin.
+  const Matrix6d covariance = std::max(1.0, out.chi_square) * *noise + options.focal_sigma * options.focal_sigma *
+                                                                           focal.focal_jacobian *
+                                                                           focal.focal_jacobian.transpose();
+  const UncertainPose to_origin{Pose{{}, -found.best.centroid}, {}};
+  out.probe_body = compose(UncertainPose{found.best.probe_centroid, covariance_from(covariance)}, to_origin);
+  // A rotation about the corners' centroid also moves the body's origin.
   const Vec3d turn{focal.focal_jacobian[0], focal.focal_jacobian[1], focal.focal_jacobian[2]};
   const Vec3d moved = Vec3d{focal.focal_jacobian[3], focal.focal_jacobian[4], focal.focal_jacobian[5]} +
-                      cross(turn, rotate(found.best.probe_middle.rotation, -found.best.middle));
+                      cross(turn, rotate(found.best.probe_centroid.rotation, -found.best.centroid));
   out.focal_jacobian = {turn.x, turn.y, turn.z, moved.x, moved.y, moved.z};
   if (std::isfinite(found.other.cost)) {
     out.alternative = found.other.probe_world();
@@ -219,15 +225,16 @@ Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body, 
   }
   double squares = 0;
   for (const ObservedTag& quad : known) {
-    TagReport& use = out.tags[quad.index];
-    use.rms_px = rms_px(rig.at(seen[quad.index].lens), seen[quad.index], *quad.tag, probe_body);
-    use.used = holds(choice.used, quad);
-    if (use.used)
-      squares += use.rms_px * use.rms_px;
+    const TagObservation& observation = observations[quad.index];
+    TagReport& report = out.tags[quad.index];
+    report.rms_px = rms_px(rig.at(observation.lens), observation, *quad.tag, probe_body);
+    report.used = holds(consensus.used, quad);
+    if (report.used)
+      squares += report.rms_px * report.rms_px;
     else
-      use.left_out = faces_the_lens(quad, probe_body) ? kOutlierMessage : "its face would be turned away";
+      report.rejection_reason = faces_the_lens(quad, probe_body) ? kOutlierMessage : "its face would be turned away";
   }
-  out.rms_px = std::sqrt(squares / static_cast<double>(choice.used.size()));
+  out.rms_px = std::sqrt(squares / static_cast<double>(consensus.used.size()));
   return out;
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 Status wrong(const std::string& what) { return {StatusCode::invalid_argument, "body tracker: " + what}; }
 
-/// What of the doubt is new in each picture.
+/// The pose with the covariance of the noise that is independent between frames, without the focal length error.
 UncertainPose without_focal(const BodyPose& pose, double focal_sigma) {
   UncertainPose out = pose.probe_body;
   for (std::size_t i = 0; i < 6; ++i)
@@ -40,15 +40,16 @@ struct BodyTracker::Impl {
   std::vector<WorldTag> tags;
   TagDetector detector;
   BodyMotion motion;
-  std::vector<bool> seen;  ///< By each lens in its last picture.
-  int misses = 0;
+  std::vector<bool> seen;  ///< By lens: whether its last picture showed the body.
+  int misses = 0;          ///< Consecutive pictures without the body.
 
-  void look(const GreyPicture& picture, const PosedLens& lens, const std::optional<BodyPrediction>& expected,
-            BodyObservation& out) const;
+  /// Sets region and decimation of `out` from the prediction, or to the whole picture.
+  void choose_region(const GreyPicture& picture, const PosedLens& lens, const std::optional<BodyPrediction>& expected,
+                     BodyObservation& out) const;
 };
 
-void BodyTracker::Impl::look(const GreyPicture& picture, const PosedLens& lens,
-                               const std::optional<BodyPrediction>& expected, BodyObservation& out) const {
+void BodyTracker::Impl::choose_region(const GreyPicture& picture, const PosedLens& lens,
+                                      const std::optional<BodyPrediction>& expected, BodyObservation& out) const {
   out.region = {0, 0, picture.width, picture.height};
   out.decimate = options.search_decimate;
   if (!expected) return;
@@ -59,7 +60,7 @@ void BodyTracker::Impl::look(const GreyPicture& picture, const PosedLens& lens,
   out.decimate = options.decimate > 0 ? options.decimate : decimation_for(view->cell_px);
 }
 
-BodyTracker::BodyTracker(std::unique_ptr<Impl> inside) : impl_(std::move(inside)) {}
+BodyTracker::BodyTracker(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 BodyTracker::BodyTracker(BodyTracker&&) noexcept = default;
 BodyTracker& BodyTracker::operator=(BodyTracker&&) noexcept = default;
 BodyTracker::~BodyTracker() = default;
@@ -79,7 +80,7 @@ Result<BodyTracker> BodyTracker::make(const MarkerBody& body, const RigParameter
   if (!detector) return detector.status();
   return BodyTracker(
       std::make_unique<Impl>(Impl{body, rig, options, std::move(*tags), std::move(*detector),
-                                      BodyMotion(options.motion), std::vector<bool>(rig.lenses.size(), false)}));
+                                  BodyMotion(options.motion), std::vector<bool>(rig.lenses.size(), false)}));
 }
 
 void BodyTracker::set_decimation(double search_decimate, double decimate) {
@@ -88,7 +89,7 @@ void BodyTracker::set_decimation(double search_decimate, double decimate) {
 }
 
 void BodyTracker::reset() {
-  impl_->motion.forget();
+  impl_->motion.reset();
   impl_->seen.assign(impl_->seen.size(), false);
   impl_->misses = 0;
 }
@@ -107,10 +108,9 @@ Result<BodyObservation> BodyTracker::track(const GreyPicture& picture, ProbeTime
 
   BodyObservation out;
   out.min_contrast = contrast_above_noise(picture);
-  const std::optional<BodyPrediction> expected = in.motion.at(mid_exposure);
-  in.look(picture, through, in.seen[l] ? expected : std::nullopt, out);
-  Result<std::vector<TagDetection>> tags =
-      in.detector.detect_in(picture, {out.region, out.decimate, out.min_contrast});
+  const std::optional<BodyPrediction> expected = in.motion.predict(mid_exposure);
+  in.choose_region(picture, through, in.seen[l] ? expected : std::nullopt, out);
+  Result<std::vector<TagDetection>> tags = in.detector.detect_in(picture, {out.region, out.decimate, out.min_contrast});
   if (!tags) return tags.status();
   out.tags = std::move(*tags);
   std::vector<TagObservation> seen;
@@ -123,7 +123,7 @@ Result<BodyObservation> BodyTracker::track(const GreyPicture& picture, ProbeTime
     out.pose = std::move(*pose);
   } else {
     out.failure_reason = pose.status().message();
-    if (++in.misses >= in.options.lost_after) in.motion.forget();
+    if (++in.misses >= in.options.lost_after) in.motion.reset();
   }
   return out;
 }

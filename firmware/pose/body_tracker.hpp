@@ -1,10 +1,10 @@
-// A body in a stream of pictures: where it is in each, found where it is expected.
+// Tracks a body through a sequence of pictures: searches the predicted region of each picture for its tags.
 //
-//   picture ──> the part where the body should be ──AprilTag, once──> tags ──> find_body_pose ──> pose
-//                      ^   all of it, where nothing is expected                        │
-//                      └────────────── BodyMotion: time, velocity, doubt <─────────────┘
+//   picture ──> predicted region ──AprilTag, once──> tags ──> find_body_pose ──> pose
+//                   ^   the whole picture without a prediction                     │
+//                   └──────── BodyMotion: time, velocity, covariance <─────────────┘
 //
-// AprilTag allocates memory in each call, and so do Ceres and this.
+// Each call allocates memory: in AprilTag, in Ceres and here.
 #pragma once
 
 #include <memory>
@@ -27,16 +27,14 @@ namespace lightwell {
 struct BodyTrackerOptions {
   BodyPoseOptions pose;
   MotionOptions motion;
-  /// How much smaller the whole picture is made when it is searched, 1 to 8: 2 takes two thirds of the time and loses
-  /// tags below 20 px.
+  /// Decimation of a search of the whole picture, 1 to 8: 2 takes two thirds of the time and misses tags below 20 px.
   double search_decimate = 1.5;
-  /// The same in the predicted part; 0: from how large the tags should be.
+  /// Decimation in the predicted region, 1 to 8; 0: chosen from the predicted size of the tags.
   double decimate = 0;
-  /// After so many pictures without it the body is lost: nothing is expected any more.
+  /// Number of pictures without the body after which the prediction is discarded, 1 to 1,000.
   int lost_after = 5;
-  /// What becomes of corners: see CornerRefinement.
   CornerRefinement corners = CornerRefinement::edge_search;
-  /// As TagDetectorOptions::linear: give it where the picture is encoded (sRGB).
+  /// As TagDetectorOptions::linear; needed where the picture is encoded (sRGB).
   std::vector<float> linear;
 
   [[nodiscard]] Status validate() const;
@@ -44,37 +42,37 @@ struct BodyTrackerOptions {
 
 struct BodyObservation {
   std::optional<BodyPose> pose;
-  std::string failure_reason;             ///< Where there is none.
-  std::vector<TagDetection> tags;  ///< All that were found, of the body or not, in pixels of the whole picture.
-  bool predicted = false;          ///< Whether only a part of the picture was looked at, where the body was expected.
-  PixelRegion region;              ///< The part that was looked at.
-  double decimate = 1;             ///< How much smaller it was made.
-  int min_contrast = 5;          ///< What was taken for noise, see contrast_above_noise().
+  std::string failure_reason;      ///< Why there is no pose; empty otherwise.
+  std::vector<TagDetection> tags;  ///< All detected tags, of the body or not, in pixels of the whole picture.
+  bool predicted = false;          ///< Whether only the predicted region was searched.
+  PixelRegion region;              ///< The region that was searched.
+  double decimate = 1;             ///< Decimation of the search.
+  int min_contrast = 5;            ///< Contrast threshold of the search, from contrast_above_noise().
 };
 
 /// Not thread-safe: one call at a time. Movable.
 class BodyTracker {
  public:
-  /// invalid_argument: a body, a rig or options that do not validate.
+  /// invalid_argument: `body`, `rig` or `options` do not validate.
   [[nodiscard]] static Result<BodyTracker> make(const MarkerBody& body, const RigParameters& rig,
                                                 const BodyTrackerOptions& options = {});
   BodyTracker(BodyTracker&&) noexcept;
   BodyTracker& operator=(BodyTracker&&) noexcept;
   ~BodyTracker();
 
-  /// A picture that does not show the body is no error. The predicted part is looked at where the last picture of this
-  /// lens showed it; all of the picture otherwise. Times that go back are taken for a new beginning.
-  /// invalid_argument: a picture that does not validate or is not of the lens's size, a lens that the rig does not
+  /// Searches the predicted region if the last picture of this lens showed the body, otherwise the whole picture. A
+  /// picture without the body is no error. A time before the last one restarts the motion filter.
+  /// invalid_argument: a picture that does not validate or does not have the lens's size, a lens that the rig does not
   /// have.
   [[nodiscard]] Result<BodyObservation> track(const GreyPicture& picture, ProbeTime mid_exposure, int lens = 0);
-  /// As the options of these names, in their ranges; what is followed stays so.
+  /// Changes the options of these names, in the same ranges; the prediction is kept.
   void set_decimation(double search_decimate, double decimate);
-  /// Nothing is expected any more.
+  /// Discards the prediction: the next picture is searched as a whole.
   void reset();
 
  private:
   struct Impl;
-  explicit BodyTracker(std::unique_ptr<Impl> inside);
+  explicit BodyTracker(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -1,4 +1,5 @@
-// What of a body's tags a lens will see: where in the picture, and how large. For this room's sources.
+// Predicts which of a body's tags a lens sees: the region of the picture and the size of the cells. Private to
+// firmware/pose.
 #pragma once
 
 #include <optional>
@@ -10,16 +11,16 @@
 namespace lightwell {
 
 struct BodyView {
-  PixelRegion
-      region;  ///< Around all tags that may face the lens, by three standard deviations; may reach beyond the picture.
-  double cell_px = 0;  ///< The shorter side of a cell of the smallest tag that is worth finding.
+  /// Contains all tags that may face the lens, with a margin of three standard deviations; clipped to the picture.
+  PixelRegion region;
+  double cell_px = 0;  ///< Shorter side of a cell of the smallest tag that needs to be found.
 };
 
-/// Nothing where no tag faces the lens and falls into its picture.
+/// nullopt where no tag both faces the lens and lies in its picture. `tags` are in the body frame.
 [[nodiscard]] std::optional<BodyView> view_of(const PosedLens& lens, std::span<const WorldTag> tags,
                                               const UncertainPose& probe_body);
 
-/// By how much a picture may be made smaller so that tags with cells of `cell_px` are still found.
+/// The largest decimation at which AprilTag still finds tags with cells of `cell_px`.
 [[nodiscard]] double decimation_for(double cell_px);
 
 }  // namespace lightwell

@@ -1,10 +1,10 @@
-// Where the corners of a tag are, from the light on both sides of its edges.
+// Subpixel corners of a tag, from the intensities on both sides of its edges.
 //
-// Along each of the two edges that meet in a corner a picture of a blurred edge is fitted to the pixels:
+// Along each of the two edges that meet in a corner, a model of a blurred edge is fitted to the pixels:
 //   I(p) = inside + (outside - inside) S(d(p))
-// d is the distance from a parabola, which is what a straight edge is through a fisheye lens for a few dozen pixels;
-// S a step behind a normal blur, of a width that is fitted too, and behind the area of a square pixel.
-// The corner is where both curves meet. Pixels close to the corner are left out, as blur rounds it.
+// d(p) is the distance from a parabola, which approximates a straight edge seen through a fisheye lens over a few dozen
+// pixels. S is a step convolved with a Gaussian, whose width is fitted too, and with the area of a square pixel.
+// The corner is the intersection of both curves. Pixels close to the corner are not used, because blur rounds it.
 #pragma once
 
 #include <array>
@@ -18,27 +18,28 @@
 namespace lightwell {
 
 struct RefinedCorner {
-  PixelPosition at;
+  PixelPosition position;
   PixelCovariance covariance;
 };
 
-/// What is known of a tag's outline before.
+/// The detected outline of a tag, from which the refinement starts.
 struct TagOutline {
-  std::array<PixelPosition, 4> corners{};  ///< In order around the tag; good to a few pixels.
-  int edge_cells = 8;                      ///< Cells from corner to corner: how far the neighbouring edge is.
+  std::array<PixelPosition, 4> corners{};  ///< In order around the tag; accurate to a few pixels.
+  int edge_cells = 8;                      ///< Cells from corner to corner.
   bool dark_inside = true;
 };
 
-/// Each corner, or nothing where an edge cannot be followed: outside the picture, no contrast, covered.
-/// `linear` has 256 entries, or none where values are linear.
+/// Fits the edge model. nullopt for a corner with an edge that cannot be traced: outside the picture, without contrast,
+/// or occluded. `linear` has 256 entries (linear intensity of each pixel value, 0 to 1), or none if values are linear.
 [[nodiscard]] std::array<std::optional<RefinedCorner>, 4> refine_corners(const GreyPicture& picture,
                                                                          const TagOutline& outline,
                                                                          std::span<const float> linear);
 
-/// The same from where the picture is steepest across each whole edge, at most `reach` px from the straight line
-/// between the given corners: no light is fitted. Takes a fiftieth of the time.
+/// Intersects parabolas through the points of steepest gradient along each whole edge, at most `reach` px from the
+/// straight line between the given corners, without fitting intensities. Takes a fiftieth of the time.
 [[nodiscard]] std::array<std::optional<RefinedCorner>, 4> locate_corners_by_edge_search(const GreyPicture& picture,
-                                                                         const TagOutline& outline,
-                                                                         std::span<const float> linear, double reach);
+                                                                                        const TagOutline& outline,
+                                                                                        std::span<const float> linear,
+                                                                                        double reach);
 
 }  // namespace lightwell

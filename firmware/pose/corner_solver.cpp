@@ -19,8 +19,8 @@ using Vector3 = Eigen::Matrix<T, 3, 1>;
 Eigen::Vector3d eigen(Vec3d v) { return {v.x, v.y, v.z}; }
 Vec3d vec(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// Two components of `d` in the plane that touches the sphere at n, projected from -n: as long as the angle for small
-/// ones, growing without end towards -n, so that nothing rests there.
+/// Stereographic projection of the unit vector `d` from -n to the tangent plane at n: its length is the angle for small
+/// angles and grows without bound towards -n, so that the cost has no stationary point there.
 template <class T>
 void stereographic(const Vector3<T>& d, const Eigen::Vector3d& n, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
                    Eigen::Matrix<T, 2, 1>& out) {
@@ -29,26 +29,28 @@ void stereographic(const Vector3<T>& d, const Eigen::Vector3d& n, const Eigen::V
   out = {scale * d.dot(u.cast<T>()), scale * d.dot(v.cast<T>())};
 }
 
-/// Parameters of both residuals: the quaternion (x, y, z, w) and the translation of T_probe_middle.
+/// Whitened direction error of one corner. Parameters: the quaternion (x, y, z, w) and the translation of
+/// T_probe_centroid.
 struct CornerResidual {
   const CornerObservation* corner;
-  Vec3d middle;
+  Vec3d centroid;
 
   template <class T>
   bool operator()(const T* rotation, const T* translation, T* out) const {
     const Eigen::Map<const Eigen::Quaternion<T>> q(rotation);
     const Eigen::Map<const Vector3<T>> t(translation);
-    const Vector3<T> in_probe = q * eigen(corner->world - middle).cast<T>() + t - eigen(corner->lens).cast<T>();
+    const Vector3<T> in_probe = q * eigen(corner->world - centroid).cast<T>() + t - eigen(corner->lens).cast<T>();
     const T distance = in_probe.norm();
     if (!(distance > T(1e-9))) return false;
     Eigen::Matrix<T, 2, 1> off;
     stereographic<T>(in_probe / distance, eigen(corner->direction), eigen(corner->u), eigen(corner->v), off);
     Eigen::Map<Eigen::Matrix<T, 2, 1>> residual(out);
-    residual = corner->weigh.cast<T>() * off;
+    residual = corner->whitening.cast<T>() * off;
     return true;
   }
 };
 
+/// Error of the up direction against the gravity reading, in standard deviations. Parameter: the quaternion alone.
 struct UpResidual {
   Vec3d up, u, v;
   double sigma_rad;
@@ -75,7 +77,7 @@ struct Parameters {
   [[nodiscard]] Pose pose() const { return {Quat{q[0], q[1], q[2], q[3]}.normalized(), {t[0], t[1], t[2]}}; }
 };
 
-Vec3d middle_of(const Quads& quads) {
+Vec3d centroid_of(const Quads& quads) {
   Vec3d sum;
   int count = 0;
   for (const ObservedTag* quad : quads)
@@ -86,6 +88,7 @@ Vec3d middle_of(const Quads& quads) {
   return sum * (1.0 / count);
 }
 
+/// Cauchy-like cost of whole tags and gravity, to rank starts.
 double robust_cost(const Quads& quads, const std::optional<GravityReading>& gravity, const Pose& probe_world) {
   double sum = 0;
   for (const ObservedTag* quad : quads) sum += std::log1p(mean_squared_residual(*quad, probe_world) / 9);
@@ -97,14 +100,14 @@ double robust_cost(const Quads& quads, const std::optional<GravityReading>& grav
   return sum;
 }
 
-using Slopes = Eigen::Matrix<double, Eigen::Dynamic, 6>;
+using PoseJacobian = Eigen::Matrix<double, Eigen::Dynamic, 6>;
 
-Slopes slopes_of(const ceres::CRSMatrix& sparse) {
-  Slopes out = Slopes::Zero(sparse.num_rows, 6);
+PoseJacobian dense_jacobian(const ceres::CRSMatrix& sparse) {
+  PoseJacobian out = PoseJacobian::Zero(sparse.num_rows, 6);
   for (int row = 0; row < sparse.num_rows; ++row)
     for (int i = sparse.rows[static_cast<std::size_t>(row)]; i < sparse.rows[static_cast<std::size_t>(row) + 1]; ++i) {
       const int column = sparse.cols[static_cast<std::size_t>(i)];
-      // Ceres turns by the half of a rotation vector.
+      // The tangent space of Ceres' quaternion manifold is half a rotation vector.
       out(row, column) = sparse.values[static_cast<std::size_t>(i)] * (column < 3 ? 0.5 : 1.0);
     }
   return out;
@@ -113,26 +116,26 @@ Slopes slopes_of(const ceres::CRSMatrix& sparse) {
 }  // namespace
 
 CornerSolution solve_pose(const Quads& quads, const std::optional<GravityReading>& gravity, const Pose& probe_world,
-                      Loss loss, const SolverLimits& limits) {
+                          Loss loss, const SolverLimits& limits) {
   CornerSolution out;
-  out.middle = middle_of(quads);
-  Parameters at(compose(probe_world, Pose{{}, out.middle}));
+  out.centroid = centroid_of(quads);
+  Parameters at(compose(probe_world, Pose{{}, out.centroid}));
   ceres::CauchyLoss cauchy(3);
   ceres::HuberLoss huber(4);
-  ceres::EigenQuaternionManifold turns;
-  ceres::Problem::Options lent;
-  lent.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  lent.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  // Looks for each block in all others; each here is added once.
-  lent.disable_all_safety_checks = true;
-  ceres::Problem problem(lent);
-  problem.AddParameterBlock(at.q.data(), 4, &turns);
+  ceres::EigenQuaternionManifold manifold;
+  ceres::Problem::Options problem_options;
+  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  // The checks compare each block with all others; here each block is added once.
+  problem_options.disable_all_safety_checks = true;
+  ceres::Problem problem(problem_options);
+  problem.AddParameterBlock(at.q.data(), 4, &manifold);
   problem.AddParameterBlock(at.t.data(), 3);
   ceres::LossFunction* const robust = loss == Loss::cauchy ? static_cast<ceres::LossFunction*>(&cauchy) : &huber;
   for (const ObservedTag* quad : quads)
     for (const CornerObservation& corner : quad->corners)
       problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<CornerResidual, 2, 4, 3>(new CornerResidual{&corner, out.middle}), robust,
+          new ceres::AutoDiffCostFunction<CornerResidual, 2, 4, 3>(new CornerResidual{&corner, out.centroid}), robust,
           at.q.data(), at.t.data());
   if (gravity) {
     const Vec3d up = normalized(gravity->up_probe);
@@ -157,14 +160,14 @@ CornerSolution solve_pose(const Quads& quads, const std::optional<GravityReading
   double cost = 0;
   std::vector<double> residual;
   if (!problem.Evaluate(evaluate, &cost, nullptr, nullptr, &sparse) || sparse.num_cols != 6) return out;
-  const Slopes weighed = slopes_of(sparse);
-  out.information = weighed.transpose() * weighed;
+  const PoseJacobian weighted = dense_jacobian(sparse);
+  out.information = weighted.transpose() * weighted;
   evaluate.apply_loss_function = false;
   if (!problem.Evaluate(evaluate, nullptr, &residual, nullptr, &sparse)) return out;
   out.residual = Eigen::Map<const Eigen::VectorXd>(residual.data(), sparse.num_rows);
-  out.slope = slopes_of(sparse);
+  out.jacobian = dense_jacobian(sparse);
   out.cost = 2 * cost;
-  out.probe_middle = at.pose();
+  out.probe_centroid = at.pose();
   return out;
 }
 
@@ -180,27 +183,28 @@ double mean_squared_residual(const ObservedTag& quad, const Pose& probe_world) {
 }
 
 Pose mirror_pose(const Quads& quads, const Pose& probe_world) {
-  const Eigen::Vector3d middle = eigen(middle_of(quads));
+  const Eigen::Vector3d centroid = eigen(centroid_of(quads));
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   for (const ObservedTag* quad : quads)
     for (const CornerObservation& c : quad->corners) {
-      const Eigen::Vector3d off = eigen(c.world) - middle;
+      const Eigen::Vector3d off = eigen(c.world) - centroid;
       spread += off * off.transpose();
     }
   const Eigen::Vector3d normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0);
   const Quat& r = probe_world.rotation;
   const Eigen::Matrix3d turn = Eigen::Quaterniond(r.w, r.x, r.y, r.z).toRotationMatrix();
-  const Vec3d seen = transformed(probe_world, vec(middle));
+  const Vec3d seen = transformed(probe_world, vec(centroid));
   const Eigen::Vector3d sight = (eigen(seen) - eigen(quads[0]->corners[0].lens)).normalized();
   const Eigen::Matrix3d other = (Eigen::Matrix3d::Identity() - 2 * sight * sight.transpose()) * turn *
                                 (Eigen::Matrix3d::Identity() - 2 * normal * normal.transpose());
   const Eigen::Quaterniond q(other);
   Pose out{Quat{q.x(), q.y(), q.z(), q.w()}.normalized(), {}};
-  out.translation = seen - rotate(out.rotation, vec(middle));
+  out.translation = seen - rotate(out.rotation, vec(centroid));
   return out;
 }
 
-CornerSolution consensus_pose(const Quads& quads, const std::optional<GravityReading>& gravity, const SolverLimits& limits) {
+CornerSolution consensus_pose(const Quads& quads, const std::optional<GravityReading>& gravity,
+                              const SolverLimits& limits) {
   std::vector<std::pair<double, Pose>> starts;
   for (const ObservedTag* quad : quads) {
     const Quads one = {quad};
@@ -212,7 +216,7 @@ CornerSolution consensus_pose(const Quads& quads, const std::optional<GravityRea
     }
   }
   std::sort(starts.begin(), starts.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  // A good start is among the first; each of them is a solver's run over all corners.
+  // The best start is among the first few; each costs a minimisation over all corners.
   constexpr std::size_t kMaxStarts = 4;
   if (starts.size() > kMaxStarts) starts.resize(kMaxStarts);
   CornerSolution best;
@@ -226,16 +230,16 @@ Quads find_inliers(const Quads& quads, const Pose& probe_world) {
   for (const ObservedTag* quad : quads) all.push_back(mean_squared_residual(*quad, probe_world));
   std::vector<double> sorted = all;
   std::sort(sorted.begin(), sorted.end());
-  const double usual = sorted[(sorted.size() - 1) / 2];
-  const double most = std::max(25.0, 25 * usual);
+  const double median = sorted[(sorted.size() - 1) / 2];
+  const double threshold = std::max(25.0, 25 * median);
   Quads out;
   for (std::size_t i = 0; i < quads.size(); ++i)
-    if (all[i] <= most) out.push_back(quads[i]);
+    if (all[i] <= threshold) out.push_back(quads[i]);
   return out;
 }
 
 std::optional<Matrix6d> pose_covariance_of(const CornerSolution& solution) {
-  // Scaled to ones in the diagonal first: radians and metres are not of a size.
+  // Scaled to a unit diagonal first, because radians and metres have different magnitudes.
   const Vector6d unit = solution.information.diagonal().cwiseSqrt().cwiseInverse();
   const Matrix6d scaled = unit.asDiagonal() * solution.information * unit.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix6d> parts(scaled);
@@ -251,15 +255,15 @@ PoseCovariance covariance_from(const Matrix6d& m) {
   return out;
 }
 
-double rms_px(const PosedLens& lens, const TagObservation& seen, const WorldTag& tag, const Pose& probe_world) {
+double rms_px(const PosedLens& lens, const TagObservation& observation, const WorldTag& tag, const Pose& probe_world) {
   const Pose lens_world = compose(inverse(lens.probe_lens), probe_world);
   double sum = 0;
   const auto at = tag_corners(tag.size_m);
   for (std::size_t i = 0; i < 4; ++i) {
     const auto p = lens.model.project(transformed(lens_world, transformed(tag.world_tag, at[i])));
     if (!p) return kInfinite;
-    sum += (p->x - seen.tag.corners[i].x) * (p->x - seen.tag.corners[i].x) +
-           (p->y - seen.tag.corners[i].y) * (p->y - seen.tag.corners[i].y);
+    const PixelPosition observed = observation.tag.corners[i];
+    sum += (p->x - observed.x) * (p->x - observed.x) + (p->y - observed.y) * (p->y - observed.y);
   }
   return std::sqrt(sum / 4);
 }

@@ -19,13 +19,13 @@ LinearPicture::LinearPicture(const GreyPicture& picture, std::span<const float> 
 bool LinearPicture::along(Eigen::Vector2d from, Eigen::Vector2d step, std::span<double> out) const {
   const Eigen::Vector2d last = from + step * static_cast<double>(out.size() - 1);
   const Eigen::Vector2d low = from.cwiseMin(last), high = from.cwiseMax(last);
-  // A little room for the sum of steps, which rounds.
+  // A margin for the rounding errors of the accumulated steps.
   if (!(low.x() >= 1e-6 && low.y() >= 1e-6 && high.x() < picture_.width - 1 - 1e-6 &&
         high.y() < picture_.height - 1 - 1e-6))
     return false;
   double px = from.x(), py = from.y();
   for (double& v : out) {
-    // Positive, so that cutting off is rounding down.
+    // The coordinates are positive, so that truncation rounds down.
     const int x = static_cast<int>(px), y = static_cast<int>(py);
     const double u = px - x, w = py - y;
     const std::uint8_t* const row = picture_.data.data() + static_cast<std::size_t>(y) * picture_.stride + x;
@@ -46,67 +46,73 @@ using Parameters = Eigen::Matrix<double, 8, 1>;
 using Normal = Eigen::Matrix<double, 8, 8>;
 
 constexpr double kMinContrast = 5;  ///< Of 255.
-/// Rounding to whole values, as a standard deviation.
+/// Standard deviation of the rounding of pixel values to integers, 1/sqrt(12).
 constexpr double kRounding = 0.29;
-/// How much light changes, a share per pixel: 1 % is a falloff to half over fifty.
+/// Prior standard deviation of the relative illumination gradient along the edge, 1/px: 1 % halves it over 50 px.
 constexpr double kIlluminationGradient = 0.01;
-constexpr double kIlluminationGradientAcross = 0.003;  // Less, as much of it would be taken for blur.
-constexpr double kUnknown = 6;  ///< Numbers that each edge's pixels have to tell; two more are nearly known.
+constexpr double kIlluminationGradientAcross = 0.003;  // Smaller, because a gradient across resembles blur.
+constexpr double kUnknown =
+    6;  ///< Parameters that the pixels determine; the two gradients are mostly set by the prior.
 
-/// Standard deviation of the parabola's bend at its end, px. Straight edges have bends of the picture's own size
-/// through any lens; a weak hold on short edges, where noise could bend them further.
+/// Prior standard deviation of the parabola's quadratic term at its end, px. The radius of curvature of a straight edge
+/// in the picture is about the size of the picture. The prior matters for short edges, which noise would bend more.
 double bend_deviation(const LinearPicture& picture, double end) { return 0.5 * (8.0 / picture.sides()) * end * end; }
 
-/// Places along an edge that are looked at: more than these tell little more.
+/// Maximum number of points along an edge; more add little accuracy.
 constexpr std::size_t kMaxPoints = 48;
-/// Of one place, px, as far as the weak hold on the bend is concerned.
-constexpr double kPlaceDeviation = 0.5;
-/// Places that lie on a curve more exactly than this do so by chance.
+/// Standard deviation of one point relative to the prior of the quadratic term, px.
+constexpr double kPointDeviation = 0.5;
+/// Lower limit of the standard deviation of the points: a smaller scatter is by chance.
 constexpr double kMinScatter_px = 0.03;
-/// Two places a pixel apart count as one and a half would: values between pixels are means of the same ones.
+/// Variance inflation for correlated neighbouring points, which interpolate the same pixels.
 constexpr double kCorrelationFactor = 1.5;
-/// By what share of its width a blurred edge is out of place where cells are half as wide again; measured.
+/// Bias of a blurred edge relative to its width, per unit of (width / cell - 0.5); measured.
 constexpr double kBlurBias = 0.1;
-/// The widest look, px.
+/// Largest half width of the searched band, px.
 constexpr double kMaxHalfWidth_px = 20;
 
 struct Steepest {
   double d = 0;
-  double width_px = 0;  ///< Of the edge: how far it would go from dark to bright were it as steep all the way.
+  double width_px = 0;  ///< Width of the edge: its intensity range divided by its steepest slope.
 };
 
-/// Where along `p0 + out * d` the picture grows fastest outwards (times `sign`), |d| <= reach <= kMaxHalfWidth_px.
+/// The point of steepest ascent (times `sign`) along `p0 + out * d`, |d| <= reach <= kMaxHalfWidth_px; nullopt without
+/// enough contrast.
 std::optional<Steepest> steepest(const LinearPicture& picture, Vector2d p0, Vector2d out, double reach, double sign) {
   constexpr double kStep = 0.5;
-  constexpr std::size_t kGradientOffset = 2;  // Differences over 2 px: less is noise, more is the next cell.
-  constexpr auto kMost = static_cast<std::size_t>(kMaxHalfWidth_px / kStep);
-  const std::size_t half = std::min(static_cast<std::size_t>(std::ceil(reach / kStep)), kMost);
-  std::array<double, 2 * (kMost + kGradientOffset) + 1> room;
-  const std::span<double> values = std::span(room).first(2 * (half + kGradientOffset) + 1);
+  constexpr std::size_t kGradientOffset = 2;  // Differences over 2 px: shorter is noisy, longer mixes the next cell.
+  constexpr auto kMaxHalf = static_cast<std::size_t>(kMaxHalfWidth_px / kStep);
+  const std::size_t half = std::min(static_cast<std::size_t>(std::ceil(reach / kStep)), kMaxHalf);
+  std::array<double, 2 * (kMaxHalf + kGradientOffset) + 1> buffer;
+  const std::span<double> values = std::span(buffer).first(2 * (half + kGradientOffset) + 1);
   const double first = -kStep * static_cast<double>(half + kGradientOffset);
   if (!picture.along(p0 + out * first, out * kStep, values)) return std::nullopt;
   double best = 0;
   std::size_t where = 0;
-  const auto growth = [&](std::size_t i) { return sign * (values[i + kGradientOffset] - values[i - kGradientOffset]); };
+  const auto gradient = [&](std::size_t i) {
+    return sign * (values[i + kGradientOffset] - values[i - kGradientOffset]);
+  };
   for (std::size_t i = kGradientOffset; i + kGradientOffset < values.size(); ++i)
-    if (const double g = growth(i); g > best) {
+    if (const double g = gradient(i); g > best) {
       best = g;
       where = i;
     }
   if (best < kMinContrast) return std::nullopt;
   double fine = 0;
   if (where > kGradientOffset && where + kGradientOffset + 1 < values.size()) {
-    const double before = growth(where - 1), after = growth(where + 1), bend = before - 2 * best + after;
+    const double before = gradient(where - 1), after = gradient(where + 1), bend = before - 2 * best + after;
     if (bend < 0) fine = std::clamp(0.5 * (before - after) / bend, -0.5, 0.5);
   }
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  return Steepest{first + (static_cast<double>(where) + fine) * kStep, 2 * kGradientOffset * kStep * (*most - *least) / best};
+  return Steepest{first + (static_cast<double>(where) + fine) * kStep,
+                  2 * kGradientOffset * kStep * (*most - *least) / best};
 }
 
 struct Sample {
   double t, d, value;
 };
 
+/// The pixels within `half` px of the edge; t = s / edge.end.
 std::vector<Sample> band(const LinearPicture& picture, const Edge& edge, double half) {
   Vector2d low = edge.at(edge.begin), high = low;
   for (const double s : {edge.begin, (edge.begin + edge.end) / 2, edge.end})
@@ -127,8 +133,8 @@ std::vector<Sample> band(const LinearPicture& picture, const Edge& edge, double 
   return out;
 }
 
-/// Normal distribution and density, by cubics between values 1/32 apart: to 4e-9, in a tenth of the time of erfc and
-/// exp, which took a third of a fit's.
+/// Normal distribution function and density by cubic Hermite interpolation in a table with steps of 1/32. The error is
+/// 4e-9; it takes a tenth of the time of erfc and exp, which would be a third of the time of a fit.
 class NormalTable {
  public:
   struct Value {
@@ -146,7 +152,7 @@ class NormalTable {
     const auto i = static_cast<std::size_t>(scaled);
     const double t = scaled - static_cast<double>(i), x0 = static_cast<double>(i) / kPerUnit - kEnd;
     const Value &a = table_[i], &b = table_[i + 1];
-    // Hermite's: the slope of one is the other, of which the slope is -x times itself.
+    // Derivatives at the nodes: the integral's is the density, the density's is -x times the density.
     const double h = 1.0 / kPerUnit, u = 1 - t;
     const double wa = u * u * (1 + 2 * t), wb = t * t * (3 - 2 * t), sa = u * u * t * h, sb = -t * t * u * h;
     return {wa * a.integral + wb * b.integral + sa * a.density + sb * b.density,
@@ -163,9 +169,9 @@ const NormalTable& normal_table() {
   return table;
 }
 
-/// The share of light at a distance from an edge, and its derivatives: a step behind a normal blur and a square pixel.
-/// A pixel whose sides are not along the edge sees it through a trapezium; its longer side is kept as it is, the
-/// shorter one goes into the blur by its variance.
+/// Edge profile: a step convolved with a Gaussian and the area of a square pixel, with derivatives. The profile of a
+/// pixel that is rotated against the edge is the convolution of two boxes: the wider is exact, the narrower is added to
+/// the Gaussian by its variance.
 class BlurredStep {
  public:
   BlurredStep(double sigma, Vector2d across)
@@ -175,7 +181,7 @@ class BlurredStep {
     double share, by_distance, by_sigma;
   };
   [[nodiscard]] Value at(double distance) const {
-    // Most pixels are far from the edge; beyond six deviations the share differs from 0 or 1 by 1e-9.
+    // Shortcut for the many pixels far from the edge: beyond 6 sigma the share differs from 0 or 1 by 1e-9.
     if (const double beyond = std::abs(distance) - width_ / 2; beyond > 6 * sigma_)
       return {distance > 0 ? 1.0 : 0.0, 0, 0};
     const double a = (distance + width_ / 2) / sigma_, b = (distance - width_ / 2) / sigma_;
@@ -199,24 +205,24 @@ double median_of(std::vector<double> values) {
   return *middle;
 }
 
-/// Curve (3), value inside, value outside, sigma, and by how much the light grows along and across the edge, a share
-/// per pixel: lamps and lenses are not even.
+/// Parameters: curve (3), value inside, value outside, blur sigma (px), and the relative illumination gradients along
+/// and across the edge (1/px).
 class EdgeModel {
  public:
   EdgeModel(const Edge& edge, std::vector<Sample> samples) : edge_(edge), samples_(std::move(samples)) {}
 
   struct Sums {
-    Normal normal = Normal::Zero();
-    Parameters right = Parameters::Zero();
+    Normal normal = Normal::Zero();         ///< Normal equations: weighted J'J,
+    Parameters right = Parameters::Zero();  ///< and the right-hand side, weighted J'r.
     double cost = 0, squares = 0, count = 0;
 
-    /// Of one pixel; never below what rounding makes.
+    /// Estimated variance of one pixel, at least that of rounding.
     [[nodiscard]] double variance() const {
       return std::max(squares / std::max(count - kUnknown, 1.0), kRounding * kRounding);
     }
   };
 
-  /// `scale` is that of Tukey's weights; 0: all count fully.
+  /// Sums at the parameters `at`. `scale` is the scale of Tukey's biweight, in pixel values; 0: all weights are 1.
   [[nodiscard]] Sums sums(const Parameters& at, double scale) {
     Sums out;
     residuals_.clear();
@@ -247,7 +253,7 @@ class EdgeModel {
     return out;
   }
 
-  /// Of the last sums.
+  /// Median absolute residual of the last call of sums().
   [[nodiscard]] double median_residual() const { return median_of(residuals_); }
 
  private:
@@ -256,7 +262,7 @@ class EdgeModel {
   std::vector<double> residuals_;
 };
 
-/// Levels on both sides of the edge and a usual blur; nothing where there are too few pixels.
+/// Start of the fit: mean values on both sides of the edge and a blur of 0.7 px; nullopt if there are too few pixels.
 std::optional<Parameters> first_guess(const Edge& edge, const std::vector<Sample>& samples, double half) {
   double inside = 0, outside = 0;
   int insides = 0, outsides = 0;
@@ -282,13 +288,13 @@ bool trace_edge(const LinearPicture& picture, Edge& edge, double reach, double s
   struct Point {
     double t, d, width_px;
   };
-  std::array<Point, kMaxPoints> room;
+  std::array<Point, kMaxPoints> points;
   std::size_t count = 0;
   const int steps = std::clamp(static_cast<int>(edge.end - edge.begin), 4, static_cast<int>(kMaxPoints) - 1);
   for (int i = 0; i <= steps; ++i) {
     const double s = edge.begin + (edge.end - edge.begin) * i / steps;
     if (const auto d = steepest(picture, edge.origin + edge.along * s, edge.out, reach, sign))
-      room[count++] = {s / edge.end, d->d, d->width_px};
+      points[count++] = {s / edge.end, d->d, d->width_px};
   }
   if (count < 4 || 2 * count < static_cast<std::size_t>(steps)) return false;
   const double bend = bend_deviation(picture, edge.end);
@@ -298,10 +304,10 @@ bool trace_edge(const LinearPicture& picture, Edge& edge, double reach, double s
   for (int pass = 0; pass < 6; ++pass) {
     normal.setZero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    normal(2, 2) = kPlaceDeviation * kPlaceDeviation / (bend * bend);
+    normal(2, 2) = kPointDeviation * kPointDeviation / (bend * bend);
     double sum = 0;
     squares = weights = 0;
-    for (const auto& [t, d, width_px] : std::span(room).first(count)) {
+    for (const auto& [t, d, width_px] : std::span(points).first(count)) {
       const Eigen::Vector3d row(1, t, t * t);
       const double r = d - row.dot(curve);
       const double w = pass == 0 ? 1 : 1 / (1 + (r / scale) * (r / scale));
@@ -316,19 +322,19 @@ bool trace_edge(const LinearPicture& picture, Edge& edge, double reach, double s
   }
   if (!curve.allFinite()) return false;
   edge.curve = curve;
-  // Neighbouring places share pixels.
-  const double variance = std::max(squares / std::max(weights - 3, 1.0), kMinScatter_px * kMinScatter_px) * kCorrelationFactor;
+  const double variance =
+      std::max(squares / std::max(weights - 3, 1.0), kMinScatter_px * kMinScatter_px) * kCorrelationFactor;
   edge.covariance = variance * normal.inverse();
-  // Where blur mixes a cell with the next, the steepest place is no longer where the edge is, along all of it.
-  const auto middle = room.begin() + static_cast<std::ptrdiff_t>(count / 2);
-  std::nth_element(room.begin(), middle, room.begin() + static_cast<std::ptrdiff_t>(count),
+  // Where blur mixes neighbouring cells, the steepest points have a common bias along the whole edge.
+  const auto middle = points.begin() + static_cast<std::ptrdiff_t>(count / 2);
+  std::nth_element(points.begin(), middle, points.begin() + static_cast<std::ptrdiff_t>(count),
                    [](const Point& a, const Point& b) { return a.width_px < b.width_px; });
-  const double pulled = kBlurBias * middle->width_px * std::clamp(middle->width_px / edge.cell - 0.5, 0.0, 2.0);
-  edge.covariance(0, 0) += pulled * pulled;
+  const double bias = kBlurBias * middle->width_px * std::clamp(middle->width_px / edge.cell - 0.5, 0.0, 2.0);
+  edge.covariance(0, 0) += bias * bias;
   return true;
 }
 
-/// By Gauss and Newton with Marquardt's damping, first with all pixels alike, then with Tukey's weights.
+/// Levenberg-Marquardt, first with equal weights, then twice with Tukey's biweight.
 bool fit(const LinearPicture& picture, Edge& edge, double sign) {
   const double half = std::clamp(0.6 * edge.cell, 1.2, 5.0);
   const std::vector<Sample> samples = band(picture, edge, half);
@@ -340,21 +346,21 @@ bool fit(const LinearPicture& picture, Edge& edge, double sign) {
   EdgeModel::Sums here;
   for (int round = 0; round < 3; ++round) {
     double scale = 0;
-    // Most pixels are flat and only tell of noise; those on the slope also show how far the model is from the lens.
+    // The median residual measures the noise of the flat areas; the second term allows for model error on the slope.
     if (round > 0) scale = std::max(1.4826 * model.median_residual(), 1 + 0.02 * std::abs(x[4] - x[3]));
     here = model.sums(x, scale);
     double damping = 1e-3;
     for (int i = 0; i < 10; ++i) {
       Normal damped = here.normal;
       Parameters right = here.right;
-      const auto hold = [&](int k, double deviation) {
+      const auto add_zero_prior = [&](int k, double deviation) {
         const double weight = here.variance() / (deviation * deviation);
         damped(k, k) += weight;
         right[k] -= weight * x[k];
       };
-      hold(2, bend);
-      hold(6, kIlluminationGradient);
-      hold(7, kIlluminationGradientAcross);
+      add_zero_prior(2, bend);
+      add_zero_prior(6, kIlluminationGradient);
+      add_zero_prior(7, kIlluminationGradientAcross);
       damped.diagonal() *= 1 + damping;
       const Parameters step = damped.ldlt().solve(right);
       if (!step.allFinite()) return false;

@@ -1,4 +1,5 @@
-// One edge of a tag next to a corner: followed first, then fitted to the light on both sides. For this room's sources.
+// One edge of a tag next to a corner: traced along its steepest gradient, then fitted with a blurred-edge model.
+// Private to firmware/pose.
 #pragma once
 
 #include <array>
@@ -10,15 +11,15 @@
 
 namespace lightwell {
 
-/// Linear values, 0 to 255.
+/// A grey picture with linearised values, 0 to 255.
 class LinearPicture {
  public:
-  /// `linear` has 256 entries, 0 to 1, or none where values are linear.
+  /// `linear` has 256 entries, 0 to 1, or none if the pixel values are linear.
   LinearPicture(const GreyPicture& picture, std::span<const float> linear);
 
   [[nodiscard]] double at(int x, int y) const { return values_[picture_.at(x, y)]; }
   [[nodiscard]] bool holds(int x, int y) const { return x >= 0 && y >= 0 && x < picture_.width && y < picture_.height; }
-  /// Between pixels, at `from`, `from + step` and so on; false where a part of that lies outside.
+  /// Samples bilinearly at `from`, `from + step`, ...; false if a sample lies outside the picture.
   [[nodiscard]] bool along(Eigen::Vector2d from, Eigen::Vector2d step, std::span<double> out) const;
   [[nodiscard]] int sides() const { return picture_.width + picture_.height; }
 
@@ -27,13 +28,13 @@ class LinearPicture {
   std::array<double, 256> values_{};
 };
 
-/// The part of an edge next to a corner, in axes of its own: s along the edge away from the corner, d outwards.
+/// The part of an edge next to a corner, in its own axes, px: s along the edge away from the corner, d outwards.
 struct Edge {
   Eigen::Vector2d origin, along, out;
-  double begin = 0, end = 0;                        ///< Of s.
-  double cell = 0;                                  ///< Width of the tag's cells across the edge, px.
-  Eigen::Vector3d curve = Eigen::Vector3d::Zero();  ///< d = c0 + c1 t + c2 t², t = s / end.
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  double begin = 0, end = 0;                             ///< Range of s.
+  double cell = 0;                                       ///< Width of the tag's cells perpendicular to the edge, px.
+  Eigen::Vector3d curve = Eigen::Vector3d::Zero();       ///< d = c0 + c1 t + c2 t², t = s / end.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< Of `curve`, px².
 
   [[nodiscard]] double offset(double s) const {
     const double t = s / end;
@@ -44,12 +45,12 @@ struct Edge {
   [[nodiscard]] Eigen::Vector2d tangent(double s) const { return (along + out * slope(s)).normalized(); }
 };
 
-/// A parabola through the places where the picture grows fastest outwards (times `sign`), at most `reach` px aside;
-/// fills `curve` and `covariance`. False where there is no edge for half of the way.
+/// Fits a parabola to the points of steepest outward ascent (times `sign`) within `reach` px of the edge; sets `curve`
+/// and `covariance`. False if fewer than half of the points along the edge have enough contrast.
 [[nodiscard]] bool trace_edge(const LinearPicture& picture, Edge& edge, double reach, double sign);
 
-/// The blurred edge itself, from where `edge.curve` says it is; fills `curve` and `covariance`. False where there is no
-/// contrast of the right `sign`, or the fit went elsewhere.
+/// Fits the blurred-edge model, starting from `edge.curve`; sets `curve` and `covariance`. False if there is no
+/// contrast of this `sign`, or the fit moved too far from its start.
 [[nodiscard]] bool fit(const LinearPicture& picture, Edge& edge, double sign);
 
 }  // namespace lightwell

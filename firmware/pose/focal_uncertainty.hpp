@@ -1,4 +1,4 @@
-// What a wrong focal length does to a pose, and what corners say of it. For this room's sources.
+// Effect of a focal length error on a pose, and the estimate of that error from the corners. Private to firmware/pose.
 #pragma once
 
 #include <span>
@@ -9,13 +9,14 @@
 namespace lightwell {
 
 struct FocalUncertainty {
-  Vector6d focal_jacobian = Vector6d::Zero();  ///< Of CornerSolution::probe_middle, as BodyPose::focal_jacobian.
+  Vector6d focal_jacobian = Vector6d::Zero();  ///< As BodyPose::focal_jacobian, of CornerSolution::probe_centroid.
   FocalCheck check;
 };
 
-/// `quads` are those that it was solved from. A lens without a focal length (the whole
-/// sphere) has none that could be wrong.
-[[nodiscard]] FocalUncertainty estimate_focal_uncertainty(const PosedLenses& rig, std::span<const TagObservation> seen, const Quads& quads,
-                                     const CornerSolution& solution);
+/// `solution` was solved from `quads`, which are indices into `observations`. An equirectangular lens has no focal
+/// length and contributes a zero derivative.
+[[nodiscard]] FocalUncertainty estimate_focal_uncertainty(const PosedLenses& rig,
+                                                          std::span<const TagObservation> observations,
+                                                          const Quads& quads, const CornerSolution& solution);
 
 }  // namespace lightwell

@@ -25,10 +25,10 @@ Status GreyPicture::validate() const {
 }
 
 int contrast_above_noise(const GreyPicture& picture) {
-  // What AprilTag compares: 3 x 3 tiles of 4 x 4 pixels.
+  // AprilTag's contrast test covers 3 x 3 tiles of 4 x 4 pixels.
   constexpr int kWindow = 12, kColumns = 16, kRows = 12;
   constexpr int kMinContrast = 5, kMaxContrast = 15;
-  // So many are flat in most pictures; where all is busy the most is taken.
+  // The share of flat windows in most pictures; where fewer are flat, kMaxContrast limits the result.
   constexpr double kFlat = 0.4;
   if (picture.width < kWindow || picture.height < kWindow) return kMinContrast;
   std::array<int, static_cast<std::size_t>(kColumns) * kRows> ranges;
@@ -48,7 +48,7 @@ int contrast_above_noise(const GreyPicture& picture) {
     }
   const auto flat = ranges.begin() + static_cast<std::ptrdiff_t>(kFlat * static_cast<double>(n));
   std::nth_element(ranges.begin(), flat, ranges.end());
-  // Some windows are noisier than the usual one.
+  // A margin for windows with more noise than the typical one.
   return std::clamp(*flat + *flat / 4 + 1, kMinContrast, kMaxContrast);
 }
 

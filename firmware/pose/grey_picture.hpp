@@ -1,4 +1,4 @@
-// A grey picture that somebody else owns.
+// A non-owning view of an 8-bit grey picture.
 #pragma once
 
 #include <cstddef>
@@ -19,12 +19,12 @@ struct GreyPicture {
     return data[static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x)];
   }
 
-  /// invalid_argument where the bytes do not hold the picture, or it is empty or beyond 16,384 pixels a side.
+  /// invalid_argument: too few bytes for the size and stride, an empty picture, or more than 16,384 pixels per side.
   [[nodiscard]] Status validate() const;
 };
 
-/// The least contrast that is more than noise, for TagDetector: from by how much values differ within windows of 12 x
-/// 12 pixels all over the picture, those that are rather flat. 5 (a clean picture) to 15; takes 20 us.
+/// Estimates the noise of a picture as a contrast threshold for TagDetector: from the 40 % quantile of the ranges (max
+/// - min) of windows of 12 x 12 pixels all over the picture, with a margin. 5 (a clean picture) to 15; takes 20 us.
 [[nodiscard]] int contrast_above_noise(const GreyPicture& picture);
 
 }  // namespace lightwell

@@ -15,9 +15,9 @@ float float_at(const std::byte* at) {
   return v;
 }
 
-/// The share of pixels of a float picture that may be brighter than white.
+/// The share of pixels of a float picture that are brighter than white and clipped.
 constexpr double kAboveWhite = 0.01;
-/// Every so many-th of them is looked at for that.
+/// Every 37th pixel is sampled to estimate white.
 constexpr std::size_t kSampleStride = 37;
 
 void grey_of_mosaic(const View& view, int shift, std::uint8_t* out) {
@@ -31,7 +31,7 @@ void grey_of_mosaic(const View& view, int shift, std::uint8_t* out) {
   };
   for (int y = 0; y < view.height; ++y)
     for (int x = 0; x < view.width; ++x) {
-      // Green stands where x + y is odd.
+      // In an RGGB mosaic green is where x + y is odd.
       if (((x + y) & 1) != 0) {
         *out++ = static_cast<std::uint8_t>(site(x, y));
         continue;

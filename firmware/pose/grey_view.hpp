@@ -1,4 +1,4 @@
-// A camera's picture as the grey one that tags are looked for in.
+// Converts a camera image to the grey picture in which tags are detected.
 #pragma once
 
 #include <cstdint>
@@ -11,12 +11,12 @@
 
 namespace lightwell {
 
-/// Holds the grey picture's memory, which is used again for the next one.
+/// Owns the memory of the grey picture and reuses it for the next one.
 class GreyView {
  public:
-  /// Luma of NV12 as it is; of the others r + 2 g + b, luma, or what a mosaic's green says around each photosite; of
-  /// floats the root of green, as bright as its brightest hundredth. Good until the next call, and as long as the
-  /// view's data. A view that does not hold what its size says comes out empty.
+  /// NV12 and YUYV: luma (NV12 without a copy). RGB: (r + 2 g + b) / 4. Bayer: green, interpolated from the four
+  /// neighbours at red and blue sites. Float: the square root of green, with the 99 % quantile as white. Valid until
+  /// the next call and as long as the data of `view`. Empty if `view` has fewer bytes than its size requires.
   [[nodiscard]] GreyPicture of(const View& view);
 
  private:
@@ -24,7 +24,7 @@ class GreyView {
   std::vector<float> sample_;
 };
 
-/// Linear light of each of the 256 values that GreyView makes of such a picture.
+/// Relative linear intensity, 0 to 1, of each of the 256 values that GreyView produces for this format.
 [[nodiscard]] std::vector<float> linear_of_grey(PixelFormat format, const PhotometricCalibration& photometry);
 
 }  // namespace lightwell

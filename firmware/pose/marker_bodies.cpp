@@ -14,7 +14,7 @@ namespace lightwell {
 namespace {
 
 constexpr double kMaxSize_m = 10;
-/// A slit of this area is rounding, no patch, m².
+/// Polygons of a smaller area are rounding errors, not patches, m².
 constexpr double kNoArea = 1e-12;
 
 Status wrong(const std::string& what) { return {StatusCode::invalid_argument, what}; }
@@ -25,17 +25,19 @@ std::string brief(double value) {
   return text;
 }
 
-/// To a picometre: files stay readable, and zero is zero.
+/// Rounding keeps the decimal numbers of body files short; + 0.0 turns -0 into 0.
 double round_to_picometre(double metres) { return std::round(metres * 1e12) / 1e12 + 0.0; }
 FacePoint round_to_picometre(FacePoint p) { return {round_to_picometre(p.x), round_to_picometre(p.y)}; }
-Vec3d round_to_picometre(Vec3d v) { return {round_to_picometre(v.x), round_to_picometre(v.y), round_to_picometre(v.z)}; }
+Vec3d round_to_picometre(Vec3d v) {
+  return {round_to_picometre(v.x), round_to_picometre(v.y), round_to_picometre(v.z)};
+}
 
 /// Points p with a x + b y <= c.
 struct HalfPlane {
   double a = 0, b = 0, c = 0;
 };
 
-/// What of a convex outline lies in the half plane: Sutherland and Hodgman 1974, one edge.
+/// The part of a convex outline within the half plane (Sutherland & Hodgman 1974, one edge).
 FaceOutline clipped(const FaceOutline& outline, HalfPlane h) {
   const auto beyond = [&](FacePoint p) { return h.a * p.x + h.b * p.y - h.c; };
   FaceOutline out;
@@ -60,7 +62,7 @@ double area_of(const FaceOutline& outline) {
   return twice / 2;
 }
 
-/// All of `outline` but the white square of half width `half`, by quadrants.
+/// `outline` minus the white square of half width `half`, by quadrants.
 std::vector<MarkerPatch> patches_around(const FaceOutline& outline, double half, PaperKind kind) {
   const std::array<double, 4> albedos = quadrant_albedos(kind);
   std::vector<MarkerPatch> out;
@@ -80,14 +82,14 @@ std::vector<MarkerPatch> patches_around(const FaceOutline& outline, double half,
   return out;
 }
 
-/// Of a face whose x and y axes are these.
+/// The rotation that maps a face's axes to these orthonormal vectors.
 Quat rotation_of(Vec3d x, Vec3d y, Vec3d z) {
   Eigen::Matrix3d m;
   m << x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z;
   const Eigen::Quaterniond q(m);
   const auto zero = [](double v) { return std::abs(v) < 1e-15 ? 0.0 : v; };
   Quat out = Quat{zero(q.x()), zero(q.y()), zero(q.z()), zero(q.w())}.normalized();
-  // Of two that are the same rotation the one that starts with a positive number, from the end.
+  // q and -q are the same rotation: take the one whose last non-zero component, in the order x, y, z, w, is positive.
   for (const double v : {out.w, out.z, out.y, out.x}) {
     if (v == 0) continue;
     if (v < 0) out = {0.0 - out.x, 0.0 - out.y, 0.0 - out.z, 0.0 - out.w};
@@ -96,11 +98,11 @@ Quat rotation_of(Vec3d x, Vec3d y, Vec3d z) {
   return out;
 }
 
-/// One face of a solid of inradius r, by the normals of all.
+/// One face of a solid, computed from the normals of all faces and the inradius.
 struct Shaped {
   Pose body_face;
   FaceOutline outline;
-  std::vector<HalfPlane> edges;  ///< Unit normals, outwards.
+  std::vector<HalfPlane> edges;  ///< (a, b) is the unit normal, pointing outwards.
 };
 
 Shaped shape(const std::vector<Vec3d>& normals, std::size_t index, double r, Vec3d wanted_up) {
@@ -108,7 +110,7 @@ Shaped shape(const std::vector<Vec3d>& normals, std::size_t index, double r, Vec
   double nearest = -1;
   for (std::size_t j = 0; j < normals.size(); ++j)
     if (j != index) nearest = std::max(nearest, dot(n, normals[j]));
-  // Planes of faces that share no edge with this one would only cut through its corners.
+  // Only adjacent faces: others meet this one at most in a corner.
   std::vector<Vec3d> neighbours;
   for (std::size_t j = 0; j < normals.size(); ++j)
     if (j != index && dot(n, normals[j]) > nearest - 1e-9) neighbours.push_back(normals[j]);
@@ -125,11 +127,11 @@ Shaped shape(const std::vector<Vec3d>& normals, std::size_t index, double r, Vec
   Shaped out;
   out.body_face = {rotation_of(x, y, n), round_to_picometre(n * r)};
   for (const Vec3d& m : neighbours) {
-    // On this face's plane p = r n + u x + v y, on the neighbour's m.p = r.
+    // This face's plane is p = r n + u x + v y, the neighbour's is m.p = r.
     const double a = dot(m, x), b = dot(m, y), inclined = std::hypot(a, b);
     out.edges.push_back({a / inclined, b / inclined, r * (1 - dot(m, n)) / inclined});
   }
-  // Counter-clockwise from below; the small turn keeps what is exactly below first.
+  // Sorted counter-clockwise, starting at the bottom; 1e-6 keeps an edge exactly at the bottom first despite rounding.
   const auto angle = [](const HalfPlane& e) {
     return std::fmod(std::atan2(e.b, e.a) + 2.5 * std::numbers::pi + 1e-6, 2 * std::numbers::pi);
   };
@@ -144,7 +146,7 @@ Shaped shape(const std::vector<Vec3d>& normals, std::size_t index, double r, Vec
   return out;
 }
 
-/// Half the largest square, sides along x and y, that these edges leave room for.
+/// Half the side of the largest axis-parallel square, centred at the origin, within these edges.
 double largest_half_square(const std::vector<HalfPlane>& edges) {
   double out = kMaxSize_m;
   for (const HalfPlane& e : edges) out = std::min(out, e.c / (std::abs(e.a) + std::abs(e.b)));
@@ -161,7 +163,7 @@ Status check(double size_m, const std::string& field, TagFamily family, int firs
   return {};
 }
 
-/// `given` or, where that is 0, `chosen`; its white square is at most 2 * half wide.
+/// `given` or, if that is 0, `chosen`. Error if the white square is wider than 2 * half.
 Result<double> tag_size(double given, double chosen, TagFamily family, double half) {
   const double largest = 2 * half / white_square_m(family, 1);
   const double size = given == 0 ? chosen : given;
@@ -197,7 +199,7 @@ Result<MarkerBody> make_solid(const std::string& name, const std::vector<Vec3d>&
   return out;
 }
 
-/// By the sine of its height over the horizon and its azimuth from +Z towards +X.
+/// Unit vector from the sine of its elevation and its azimuth from +Z towards +X.
 Vec3d normal_at(double height, double azimuth_rad) {
   const double level = std::sqrt(1 - height * height);
   return {level * std::sin(azimuth_rad), height, level * std::cos(azimuth_rad)};
@@ -230,7 +232,7 @@ std::array<double, 4> quadrant_albedos(PaperKind kind) {
 
 double white_square_m(TagFamily family, double tag_size_m) {
   const TagShape shape = shape_of(family);
-  // tag36h11 brings its rim along; what tagStandard41h12 has outside of its edge is data, and needs one of its own.
+  // The cells of tag36h11 include a white rim. The outermost cells of tagStandard41h12 are data, so a rim is added.
   const int cells = shape.dark_inside ? shape.cells : shape.cells + 2;
   return tag_size_m * cells / shape.edge_cells;
 }
@@ -257,8 +259,8 @@ Result<MarkerBody> make_cube(const SolidOptions& options) {
 Result<MarkerBody> make_icosahedron(const SolidOptions& options) {
   std::vector<Vec3d> normals = {{0, 1, 0}};
   for (int k = 0; k < 3; ++k) normals.push_back(normal_at(std::sqrt(5.0) / 3, degrees(120 * k)));
-  // Normals of neighbours have sqrt(5)/3 as their product; this azimuth from a face of the first ring gives that at
-  // height 1/3.
+  // The dot product of neighbouring normals is sqrt(5)/3; this azimuth difference to a face of the first ring gives
+  // that at height 1/3.
   const double turn = std::acos(std::sqrt(5.0 / 8));
   for (int k = 0; k < 3; ++k) {
     normals.push_back(normal_at(1.0 / 3, degrees(120 * k) + turn));
@@ -273,7 +275,8 @@ Result<MarkerBody> make_icosahedron(const SolidOptions& options) {
 Result<MarkerBody> make_ball_on_tag(const BallOnTagOptions& options) {
   const double d = options.ball_diameter_m;
   if (const Status s = check(d, "ball_diameter_m", options.family, options.id, 1); !s.ok()) return s;
-  // The ball hides the sheet beyond 0.5 d from the tag's centre; the white square ends before.
+  // Seen from above, the ball covers the sheet from 0.5 d behind the tag's centre on; the white square ends before
+  // that.
   const Result<double> tag =
       tag_size(options.tag_size_m, tag_size_for(options.family, 0.75 * d), options.family, 0.45 * d);
   if (!tag) return tag.status();

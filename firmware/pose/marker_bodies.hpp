@@ -1,21 +1,21 @@
-// Bodies to print, cut and fold, made as values: what lightwell-calibrate marker-sheet prints and
-// firmware/estimate/marker/bodies holds.
+// Marker bodies as values: printed by lightwell-calibrate marker-sheet, stored in firmware/estimate/marker/bodies.
 //   make_dodecahedron, make_cube, make_icosahedron   a regular solid with a tag in the middle of each face
-//   make_ball_on_tag                                 a tag on a sheet that lies on the table, a matte ball behind it
-//   white_square_m, tag_size_for                     how much of a face a tag and its white rim take
+//   make_ball_on_tag                                 a tag on a horizontal sheet, a matte ball behind it
+//   white_square_m, tag_size_for                     size of a tag with its white rim
 //
-// Solids: origin in the centre, face 0 on top (normal +Y), the last one below (-Y), the body stands on it. Between them
-// rings from top to bottom; in a ring numbers grow with the azimuth from +Z towards +X, counter-clockwise seen from
-// above. In the lower half each face is opposite to one of the upper half, in the same order:
+// Solids: origin in the centre; face 0 on top (normal +Y), the last face at the bottom (-Y). Between them are rings of
+// faces from top to bottom; within a ring the face index increases with the azimuth from +Z towards +X,
+// counter-clockwise seen from above. Each face of the lower half is opposite to one of the upper half, in the same
+// order:
 //   dodecahedron   1..5 normals 26.565 degrees above the horizon, 6 + k opposite to 1 + k
-//   cube           1..4 towards +Z, +X, -Z, -X
+//   cube           1..4 normals +Z, +X, -Z, -X
 //   icosahedron    1..3, then 4..9; 10 + k opposite to 4 + k, 16 + k opposite to 1 + k
-// Tags are numbered as faces, from first_id on. A tag's up is the face's axis (from an edge's middle through the
-// centre, either way) that is nearest to +Y, on face 0 nearest to -Z, on the last one to +Z.
+// Tag ids are the face index plus first_id. The up axis of a tag is the one of the face's axes (from the middle of an
+// edge through the centre, in either direction) nearest to +Y; on face 0 nearest to -Z, on the last face to +Z.
 //
-// A face around its tag: a white rim that belongs to no patch, being too narrow to be sampled; the rest is cut by the
-// tag's x and y axes into four quadrants, each of one albedo. A quadrant without the rim's corner is not convex: it is
-// two patches, above the rim and beside it.
+// A face around its tag: the white rim belongs to no patch, because it is too narrow to be sampled. The tag's x and y
+// axes divide the rest into four quadrants, each of one albedo. A quadrant minus the rim is not convex, so it consists
+// of two convex patches, above the rim and beside it.
 #pragma once
 
 #include <array>
@@ -29,31 +29,31 @@
 
 namespace lightwell {
 
-/// Albedo of plain matte paper, and so of a tag's white rim.
+/// Albedo of plain matte paper, including the white rim of a tag.
 inline constexpr double kPaperAlbedo = 0.80;
 
 enum class PaperKind : std::uint8_t {
-  white,  ///< Paper all over.
-  grey,   ///< Quadrants of 100, 75, 50 and 25 % of the paper's albedo: one exposure reads bright and dim light.
+  white,  ///< Plain paper.
+  grey,   ///< Quadrants of 100, 75, 50 and 25 % of the paper's albedo, which extend the dynamic range of one exposure.
 };
 
 [[nodiscard]] std::string_view to_string(PaperKind kind);
-/// invalid_argument names those that are known.
+/// invalid_argument: an unknown name; the message lists the known ones.
 [[nodiscard]] Result<PaperKind> parse_paper_kind(std::string_view name);
 
 /// Albedo of the quadrants: top left, top right, bottom left, bottom right of the upright tag.
 [[nodiscard]] std::array<double, 4> quadrant_albedos(PaperKind kind);
 
 struct SolidOptions {
-  double size_m = 0.1;  ///< From a face to the one opposite.
+  double size_m = 0.1;  ///< Distance between opposite faces.
   PaperKind paper = PaperKind::white;
   TagFamily family = TagFamily::tag36h11;
   int first_id = 0;
-  double tag_size_m = 0;  ///< Between the corners that are detected; 0: tag_size_for() the circle that a face holds.
+  double tag_size_m = 0;  ///< Distance between detected corners; 0: tag_size_for(inradius of a face).
 };
 
-/// invalid_argument naming the field: a size that is not positive, finite and at most 10 m, a tag that does not fit a
-/// face (with the largest that does), numbers that the family does not have.
+/// invalid_argument: a size that is not positive, finite and at most 10 m; a tag that does not fit the face (the
+/// message gives the largest that does); ids that the family does not have. The message names the field.
 [[nodiscard]] Result<MarkerBody> make_dodecahedron(const SolidOptions& options = {});
 [[nodiscard]] Result<MarkerBody> make_cube(const SolidOptions& options = {});
 [[nodiscard]] Result<MarkerBody> make_icosahedron(const SolidOptions& options = {});
@@ -61,22 +61,21 @@ struct SolidOptions {
 struct BallOnTagOptions {
   double ball_diameter_m = 0.04;
   double ball_albedo = kPaperAlbedo;
-  PaperKind paper = PaperKind::white;  ///< Of the sheet around the tag.
+  PaperKind paper = PaperKind::white;  ///< The sheet around the tag.
   TagFamily family = TagFamily::tag36h11;
   int id = 0;
-  double tag_size_m = 0;  ///< 0: tag_size_for() three quarters of the ball's diameter.
+  double tag_size_m = 0;  ///< Distance between detected corners; 0: tag_size_for(0.75 ball_diameter_m).
 };
 
-/// Origin in the ball's centre, +Y up from the sheet, the tag's up is -Z: seen upright from +Z the ball stands behind
-/// the tag and touches the sheet one diameter from the tag's centre. The sheet is 2.5 diameters square. Its patches end
-/// where the tag's rim ends, so that none lies beneath the ball. Errors as of solids.
+/// Origin in the ball's centre, +Y up from the sheet. The up axis of the tag is -Z: seen from +Z the ball is behind the
+/// tag, and it touches the sheet one diameter from the tag's centre. The sheet is a square of 2.5 diameters. Its
+/// patches do not extend behind the tag's rim, so that none lies beneath the ball. Errors as for solids.
 [[nodiscard]] Result<MarkerBody> make_ball_on_tag(const BallOnTagOptions& options = {});
 
-/// Side of the square around a tag's centre that a quadrant leaves white: the tag with the rim that its family asks
-/// for, one cell.
+/// Side of the square around a tag's centre that belongs to no patch, m: the tag with its white rim of one cell.
 [[nodiscard]] double white_square_m(TagFamily family, double tag_size_m);
-/// The tag whose white square is as wide as `radius_m`, in cells of whole tenths of a millimetre, downwards. 0 where
-/// that is none.
+/// Size of the tag whose white square has the side `radius_m`, m, with the cell rounded down to 0.1 mm; 0 if that
+/// leaves no cell.
 [[nodiscard]] double tag_size_for(TagFamily family, double radius_m);
 
 }  // namespace lightwell

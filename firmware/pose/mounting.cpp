@@ -19,9 +19,10 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 Status wrong(const std::string& what) { return {StatusCode::invalid_argument, what}; }
 
-Quat turn_to(Vec3d from, Vec3d to) {
+/// The smallest rotation that maps the unit vector `from` to `to`.
+Quat rotation_between(Vec3d from, Vec3d to) {
   const Vec3d axis = cross(from, to);
-  // Half a turn: about any axis across.
+  // Opposite directions: half a turn about any perpendicular axis.
   if (dot(from, to) < -1 + 1e-12) {
     const Vec3d any = tangent_basis(from)[0];
     return {any.x, any.y, any.z, 0};
@@ -48,7 +49,7 @@ Status check(std::span<const WorldTag> room) {
     if (!(tag.size_m > 0) || !std::isfinite(tag.size_m)) return wrong(name + ": its size must be positive, in metres");
     if (!(std::abs(norm - 1) < 1e-3))
       return wrong(name + ": its quaternion has the length " + std::to_string(norm) + ", not 1");
-    if (!std::isfinite(t.x + t.y + t.z)) return wrong(name + ": its place is not a number");
+    if (!std::isfinite(t.x + t.y + t.z)) return wrong(name + ": its position is not a number");
     if (!known.emplace(tag.family, tag.id).second) return wrong(name + " is listed twice");
   }
   return {};
@@ -77,15 +78,16 @@ std::vector<WorldTag> tags_of(const TagBoard& board, const Pose& world_board) {
 Result<Mounting> gravity_mounting(const GravityReading& gravity) {
   if (const Status s = check(gravity); !s.ok()) return s;
   Mounting out;
-  out.world_probe.pose.rotation = turn_to(normalized(gravity.up_probe), {0, 1, 0});
+  out.world_probe.pose.rotation = rotation_between(normalized(gravity.up_probe), {0, 1, 0});
   PoseCovariance& c = out.world_probe.covariance;
-  // A turn about the world's X or Z tips up; one about Y cannot be felt.
+  // Gravity measures rotations about the world's X and Z; it does not depend on the heading (about Y).
   c[0][0] = c[2][2] = gravity.sigma_rad * gravity.sigma_rad;
   for (const std::size_t i : {1u, 3u, 4u, 5u}) c[i][i] = kInfinite;
   return out;
 }
 
-Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTag> room, std::span<const TagObservation> seen,
+Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTag> room,
+                               std::span<const TagObservation> observations,
                                const std::optional<GravityReading>& gravity, const MountingOptions& options) {
   if (const Status s = options.validate(); !s.ok()) return s;
   if (const Status s = check(room); !s.ok()) return s;
@@ -93,25 +95,25 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTa
     if (const Status s = check(*gravity); !s.ok()) return s;
   const PosedLenses lenses(rig);
   std::vector<ObservedTag> known;
-  std::vector<TagReport> uses;
-  std::set<std::tuple<int, TagFamily, int>> met;
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    const TagObservation& s = seen[i];
+  std::vector<TagReport> reports;
+  std::set<std::tuple<int, TagFamily, int>> unique;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const TagObservation& s = observations[i];
     if (s.lens < 0 || static_cast<std::size_t>(s.lens) >= rig.lenses.size())
       return wrong(name_of(s) + ": the rig has " + std::to_string(rig.lenses.size()) + " lenses");
-    uses.push_back({s.lens, s.tag.family, s.tag.id, 0, false, {}});
+    reports.push_back({s.lens, s.tag.family, s.tag.id, 0, false, {}});
     const auto tag = std::find_if(room.begin(), room.end(),
                                   [&](const WorldTag& t) { return t.family == s.tag.family && t.id == s.tag.id; });
     if (tag == room.end()) {
-      uses.back().left_out = "it is not in the room's list";
+      reports.back().rejection_reason = "it is not in the room's list";
       continue;
     }
-    if (!met.emplace(s.lens, s.tag.family, s.tag.id).second)
-      return wrong(name_of(s) + " is seen twice; a number may hang in the room only once");
+    if (!unique.emplace(s.lens, s.tag.family, s.tag.id).second)
+      return wrong(name_of(s) + " is seen twice; a tag number may occur only once in the room");
     Result<ObservedTag> quad = directions_of(lenses.at(s.lens), s, *tag, options.model_error_px);
     if (!quad && quad.status().code() == StatusCode::invalid_argument) return quad.status();
     if (!quad) {
-      uses.back().left_out = quad.status().message();
+      reports.back().rejection_reason = quad.status().message();
       continue;
     }
     quad->index = i;
@@ -120,14 +122,14 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTa
   if (known.empty()) {
     if (!gravity) {
       std::string why = "no tag is seen";
-      for (const TagReport& use : uses)
-        why = uses.size() == 1 || use.left_out != "it is not in the room's list"
-                  ? use.left_out
-                  : "none of the " + std::to_string(seen.size()) + " seen tags is in the room's list";
+      for (const TagReport& report : reports)
+        why = reports.size() == 1 || report.rejection_reason != "it is not in the room's list"
+                  ? report.rejection_reason
+                  : "none of the " + std::to_string(observations.size()) + " seen tags is in the room's list";
       return wrong(why + ", and no gravity is given");
     }
     Result<Mounting> up = gravity_mounting(*gravity);
-    if (up) up->tags = std::move(uses);
+    if (up) up->tags = std::move(reports);
     return up;
   }
   Quads all;
@@ -139,17 +141,16 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTa
     std::string names;
     for (const ObservedTag* quad : all)
       if (std::find(used.begin(), used.end(), quad) == used.end())
-        names += (names.empty() ? "" : ", ") + name_of(seen[quad->index]);
-    return Status(StatusCode::failed_precondition,
-                  "the tags contradict each other (against the rest: " + names +
-                      "); check that each hangs where the room's list says, in that size");
+        names += (names.empty() ? "" : ", ") + name_of(observations[quad->index]);
+    return Status(StatusCode::failed_precondition, "the tags contradict each other (against the rest: " + names +
+                                                       "); check the pose and the size of each in the room's list");
   }
   best = solve_pose(used, gravity, best.probe_world(), Loss::huber);
   CornerSolution other = solve_pose(used, gravity, mirror_pose(used, best.probe_world()), Loss::huber);
   if (other.cost < best.cost) std::swap(best, other);
 
   Mounting out;
-  out.tags = std::move(uses);
+  out.tags = std::move(reports);
   out.position_known = out.heading_known = true;
   const double freedom = 8.0 * static_cast<double>(used.size()) + (gravity ? 2 : 0) - 6;
   out.chi_square = best.cost / freedom;
@@ -159,12 +160,12 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTa
     return Status(
         StatusCode::failed_precondition,
         "the corners seen do not determine a pose; move the probe so that it sees a tag larger or less on edge");
-  // Moving the world's origin moves no doubt.
-  out.world_probe = inverse(UncertainPose{best.probe_middle, covariance_from(scale * *noise)});
-  out.world_probe.pose.translation += best.middle;
+  // The covariance of T_world_probe does not depend on the position of the world's origin.
+  out.world_probe = inverse(UncertainPose{best.probe_centroid, covariance_from(scale * *noise)});
+  out.world_probe.pose.translation += best.centroid;
 
-  // The way from one to the other in standard deviations, against two runs into the same valley.
-  const Quat between = other.probe_middle.rotation * best.probe_middle.rotation.inverse();
+  // Report the second pose only if the two minimisations did not converge to the same minimum.
+  const Quat between = other.probe_centroid.rotation * best.probe_centroid.rotation.inverse();
   const Vec3d axis{between.x, between.y, between.z};
   if (std::isfinite(other.cost) && length(axis) > 1e-3) {
     out.alternative = inverse(other.probe_world());
@@ -173,13 +174,14 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTa
   }
   double squares = 0;
   for (const ObservedTag& quad : known) {
-    TagReport& use = out.tags[quad.index];
-    use.rms_px = rms_px(lenses.at(seen[quad.index].lens), seen[quad.index], *quad.tag, best.probe_world());
-    use.used = std::find(used.begin(), used.end(), &quad) != used.end();
-    if (use.used) {
-      squares += use.rms_px * use.rms_px;
+    const TagObservation& observation = observations[quad.index];
+    TagReport& report = out.tags[quad.index];
+    report.rms_px = rms_px(lenses.at(observation.lens), observation, *quad.tag, best.probe_world());
+    report.used = std::find(used.begin(), used.end(), &quad) != used.end();
+    if (report.used) {
+      squares += report.rms_px * report.rms_px;
     } else {
-      use.left_out = "it contradicts the others";
+      report.rejection_reason = "it contradicts the others";
     }
   }
   out.rms_px = std::sqrt(squares / static_cast<double>(used.size()));

@@ -1,13 +1,13 @@
-// Where in the room the probe is and which way it looks, from tags whose places are known, and from gravity.
-//   find_mounting     T_world_probe with covariance, from all tags that all lenses see together
-//   gravity_mounting  what gravity alone tells: which way is up
+// Pose of the probe in the room, from tags at known poses and from gravity.
+//   find_mounting     T_world_probe with covariance, from all tags in all lenses together
+//   gravity_mounting  the up direction alone, from gravity
 //
-// What is minimised is the distance between where a corner is seen and where it should be, by the covariance that the
-// detector gives it. It is measured between directions, in the tangent plane of the seen one (stereographic), after the
-// pixel's covariance was carried there through the camera model: the same as in the picture to first order, and smooth
-// beyond the edge of the lens, where a projection has no value.
+// The least-squares cost is the distance between observed and predicted corners, weighted by the detector's covariance.
+// The residual is the difference of directions in the tangent plane of the observed one (stereographic projection),
+// with the pixel covariance propagated through the camera model. To first order this equals the reprojection error; it
+// is also smooth outside the field of view, where the projection is undefined.
 //
-// A tag's pose: T_world_tag, origin in its centre, +X right, +Y up, +Z towards who reads it (tag_corners()).
+// A tag's pose: T_world_tag, origin in its centre, +X right, +Y up, +Z towards the viewer (tag_corners()).
 #pragma once
 
 #include <optional>
@@ -25,7 +25,7 @@
 
 namespace lightwell {
 
-/// A tag that hangs in the room. Its pose is taken as exact: measure it better than the probe is wanted.
+/// A tag at a known pose. The pose is assumed to be exact: measure it more accurately than the probe's pose is needed.
 struct WorldTag {
   TagFamily family = TagFamily::tag36h11;
   int id = 0;
@@ -33,7 +33,7 @@ struct WorldTag {
   Pose world_tag;
 };
 
-/// All tags of a board that hangs at `world_board`, which validates.
+/// All tags of a board with the pose `world_board`. `board` has passed validate().
 [[nodiscard]] std::vector<WorldTag> tags_of(const TagBoard& board, const Pose& world_board);
 
 struct TagObservation {
@@ -42,58 +42,56 @@ struct TagObservation {
 };
 
 struct GravityReading {
-  Vec3d up_probe;  ///< Away from the earth's centre, in the probe's frame (what a resting accelerometer reads); any
-                   ///< length.
-  double sigma_rad = 0;  ///< Standard deviation of its direction, about each of two axes across it.
+  Vec3d up_probe;  ///< Away from the earth's centre, probe frame, any length: the reading of a resting accelerometer.
+  double sigma_rad = 0;  ///< Standard deviation of the direction, about each of the two axes perpendicular to it.
 };
 
 struct MountingOptions {
-  /// How far the camera model may be wrong, px: added to each corner's standard deviation.
+  /// Standard deviation of the camera model's error, px; its square is added to the variance of each coordinate.
   double model_error_px = 0.05;
-  /// The second solution of a flat target is reported as ambiguous while the pictures make it less than so many times
-  /// as unlikely: 400 is a difference of 12 in chi².
+  /// Likelihood ratio below which the second pose of a planar target makes the result ambiguous: 400 is a difference of
+  /// 12 in chi².
   double ambiguity_odds = 400;
 
   [[nodiscard]] Status validate() const;
 };
 
-/// What a seen tag contributed.
+/// Whether an observed tag was used, and its residual.
 struct TagReport {
   int lens = 0;
   TagFamily family = TagFamily::tag36h11;
   int id = 0;
-  double rms_px = 0;  ///< Of its corners against the answer; infinite where the lens would not see one of them. 0 where
-                      ///< there is nothing to compare with.
+  double rms_px = 0;  ///< RMS reprojection error at the resulting pose; infinite if a corner projects outside the field
+                      ///< of view, 0 if the tag's pose in the world is unknown or none was computed.
   bool used = false;
-  std::string left_out;  ///< Otherwise why not: not in the room's list, seen on edge, contradicts the others.
+  std::string rejection_reason;  ///< If not used: not in the room's list, on edge, contradicts the others.
 };
 
 struct Mounting {
   UncertainPose world_probe;
-  bool position_known = false;  ///< Otherwise the position is 0 with infinite variance,
-  bool heading_known = false;   ///< and likewise the turn about the world's Y.
-  /// A flat target that covers a small part of the picture looks alike in two attitudes. The second one, where there
-  /// is one, by how much its chi² is larger, and whether that leaves the choice open.
+  bool position_known = false;  ///< If false, the position is 0 with infinite variance.
+  bool heading_known = false;   ///< If false, the rotation about the world's Y is arbitrary, with infinite variance.
+  /// The second pose of a planar target that covers a small part of the picture (a T_world_probe, like world_probe),
+  /// the excess of its chi², and whether that is too small to decide.
   std::optional<Pose> alternative;
   double alternative_excess = 0;
   bool ambiguous = false;
-  std::vector<TagReport> tags;  ///< In the order given.
-  double rms_px = 0;         ///< Over the corners used.
-  double chi_square = 0;     ///< Over the degrees of freedom; the covariance is scaled by it where it is above 1.
+  std::vector<TagReport> tags;  ///< One per observation, in their order.
+  double rms_px = 0;            ///< RMS reprojection error of the tags used.
+  double chi_square = 0;        ///< Reduced chi²; multiplies the covariance where it is above 1.
 };
 
-/// `rig` has passed validate(). A tag whose corners lie in a line, are turned round (seen from behind, or through a
-/// mirror) or outside of what the lens sees is left out, and refused where nothing else is left.
-/// invalid_argument: no tag of the room is seen and no gravity given; a number that is NaN; a tag twice in one lens or
-/// in the room; options that do not validate. failed_precondition: the tags contradict each other, so that no majority
-/// agrees on a place.
+/// `rig` has passed validate(). A tag is rejected if its corners are collinear, run clockwise (seen from behind or in a
+/// mirror) or lie outside the field of view. Without any tag left, gravity alone gives the result.
+/// invalid_argument: no usable tag and no gravity; NaN; a tag twice in one lens or in the room; options that do not
+/// validate. failed_precondition: no majority of the tags agrees on a pose; the corners determine no pose.
 [[nodiscard]] Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTag> room,
-                                             std::span<const TagObservation> seen,
+                                             std::span<const TagObservation> observations,
                                              const std::optional<GravityReading>& gravity = std::nullopt,
                                              const MountingOptions& options = {});
 
-/// Up is known, the turn about it and the position are not: infinite variance. The rotation is the smallest that brings
-/// the probe upright. invalid_argument: no direction, no positive uncertainty.
+/// The smallest rotation that brings the measured up direction to the world's +Y. The heading and the position have
+/// infinite variance. invalid_argument: up_probe is zero or NaN, sigma_rad is not positive and finite.
 [[nodiscard]] Result<Mounting> gravity_mounting(const GravityReading& gravity);
 
 }  // namespace lightwell

@@ -1,4 +1,4 @@
-// A rig's lenses, ready to be asked: their camera models and where on the probe they are.
+// The lenses of a rig, prepared for repeated use: camera model and pose on the probe.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@ struct PosedLens {
   int width = 0, height = 0;
   Pose probe_lens;  ///< T_probe_lens, lens axes _cv, the rotation normalised.
   CameraModel model;
-  std::optional<PixelPosition> axis;  ///< The principal point; a picture of the whole sphere has none.
+  std::optional<PixelPosition> axis;  ///< The principal point; an equirectangular picture has none.
 
   explicit PosedLens(const LensParameters& lens)
       : width(lens.width),
@@ -30,12 +30,12 @@ struct PosedLens {
   }
 };
 
-/// Made from a rig that has passed validate(). Takes about a millisecond a lens, as a model looks for where its
-/// projection ends: whoever asks for every frame keeps one. A rig is taken where these are asked for.
+/// Made from a rig that has passed validate(). Construction takes about a millisecond per lens, because the model
+/// computes the limit of its projection: callers that process a video keep one. Converts implicitly from a rig.
 struct PosedLenses {
   std::vector<PosedLens> lenses;
 
-  PosedLenses(const RigParameters& rig) {  // NOLINT: meant to be implicit
+  PosedLenses(const RigParameters& rig) {  // NOLINT: implicit by intention
     for (const LensParameters& lens : rig.lenses) lenses.emplace_back(lens);
   }
   [[nodiscard]] bool has(int lens) const { return lens >= 0 && static_cast<std::size_t>(lens) < lenses.size(); }

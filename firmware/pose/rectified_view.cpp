@@ -9,22 +9,22 @@ namespace lightwell {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr int kRing = 8;
+constexpr int kViewsPerRing = 8;
 constexpr double kRingHalf = 40 * kDegree, kMiddleHalf = 45 * kDegree;
-/// The first ring's centre: further out a view would look past the edge of most lenses. A lens that sees more has
-/// others.
+/// Largest angle of the first ring's centres from the axis: views further out would exceed the field of view of most
+/// lenses. A lens with a larger field has further rings.
 constexpr double kRingCenter = 70 * kDegree, kRingStep = 50 * kDegree;
 constexpr int kMaxSize_px = 1600;
 constexpr std::uint8_t kGrey = 128;
-/// The lens is asked for the corners of blocks of so many pixels; between them its mapping is bent by some hundredths
-/// of a pixel, and corners are measured in the original.
+/// The camera model is evaluated at the corners of blocks of this many pixels and interpolated bilinearly between them.
+/// The error of some hundredths of a pixel does not matter, because corners are refined in the original picture.
 constexpr int kBlock = 8;
 
 Vec3d direction_cv(double theta, double phi) {
   return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
 }
 
-/// Pixels a radian of the lens at an angle from its axis, radially and around, the finer of the two.
+/// Resolution of the lens in a direction, px/rad: the larger of the radial and the tangential one.
 std::optional<double> density(const CameraModel& lens, double theta, double phi) {
   const Vec3d ahead = direction_cv(theta, phi);
   const Vec3d radial = direction_cv(theta + std::numbers::pi / 2, phi), around = cross(ahead, radial);
@@ -43,7 +43,7 @@ std::optional<ViewAxes> view_towards(const CameraModel& lens, double theta, doub
   if (!focal) return std::nullopt;
   ViewAxes view;
   view.forward = direction_cv(theta, phi);
-  // "Down" is away from the axis: any choice does, as tags are read in any orientation.
+  // "Down" points away from the axis; any choice will do, because tags are detected in any orientation.
   view.down = direction_cv(theta + std::numbers::pi / 2, phi);
   view.right = cross(view.down, view.forward);
   const double wanted = 2 * *focal * std::tan(half);
@@ -52,19 +52,19 @@ std::optional<ViewAxes> view_towards(const CameraModel& lens, double theta, doub
   return view;
 }
 
-/// The largest angle from the axis that is in the picture; the model's own end where the rim of the field is.
+/// The largest angle from the axis that the picture shows, rad; the model's limit where its rim lies in the picture.
 double largest_angle(const CameraModel& lens, int width, int height) {
   const double end = lens.max_angle_rad();
   constexpr int kSteps = 64;
   double seen = 0;
-  const auto look = [&](double x, double y) {
+  const auto include = [&](double x, double y) {
     if (const auto d = lens.unproject({x, y})) seen = std::max(seen, std::atan2(std::hypot(d->x, d->y), d->z));
   };
   for (int i = 0; i <= kSteps; ++i) {
     const double x = (width - 1.0) * i / kSteps, y = (height - 1.0) * i / kSteps;
-    look(x, 0), look(x, height - 1.0), look(0, y), look(width - 1.0, y);
+    include(x, 0), include(x, height - 1.0), include(0, y), include(width - 1.0, y);
   }
-  // A field that ends within the picture does so all around, or somewhere.
+  // The rim of the field of view may lie in the picture all around, or in a part of it.
   for (int i = 0; i < kSteps; ++i) {
     const auto p = lens.project(direction_cv(end * (1 - 1e-9), 2 * std::numbers::pi * i / kSteps));
     if (p && p->x >= 0 && p->y >= 0 && p->x <= width - 1 && p->y <= height - 1) return end;
@@ -124,8 +124,8 @@ std::vector<ViewAxes> views_of(const CameraModel& lens, int width, int height, d
   if (!(end > beyond_rad)) return views;
   if (const auto middle = view_towards(lens, 0, 0, kMiddleHalf)) views.push_back(*middle);
   for (double theta = std::clamp(end - 20 * kDegree, 35 * kDegree, kRingCenter);; theta += kRingStep) {
-    for (int i = 0; i < kRing; ++i)
-      if (const auto view = view_towards(lens, theta, 2 * std::numbers::pi * i / kRing, kRingHalf))
+    for (int i = 0; i < kViewsPerRing; ++i)
+      if (const auto view = view_towards(lens, theta, 2 * std::numbers::pi * i / kViewsPerRing, kRingHalf))
         views.push_back(*view);
     if (theta + kRingHalf >= end) break;
   }

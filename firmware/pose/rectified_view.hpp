@@ -1,4 +1,4 @@
-// A part of a fisheye picture as a pinhole camera would have taken it: straight edges are straight there.
+// Pinhole views of a fisheye picture, in which straight edges are straight.
 #pragma once
 
 #include <cstdint>
@@ -10,20 +10,20 @@
 
 namespace lightwell {
 
-/// Where a pinhole view looks.
+/// Orientation and intrinsics of a square pinhole view.
 struct ViewAxes {
-  Vec3d right, down, forward;  ///< Unit vectors in the lens's _cv axes.
+  Vec3d right, down, forward;  ///< Unit vectors in the lens's _cv frame.
   double focal_px = 0;
-  int size = 0;  ///< Pixels a side; the axis meets the middle.
+  int size = 0;  ///< Pixels per side; the principal point is the centre.
 };
 
 class RectifiedView {
  public:
-  /// Where the lens sees nothing the view is grey.
+  /// Pixels outside the field of view or the picture are grey (128).
   RectifiedView(const GreyPicture& picture, const CameraModel& lens, const ViewAxes& axes);
 
   [[nodiscard]] GreyPicture picture() const;
-  /// A place in the view as a pixel of the original; nothing where the lens does not see it.
+  /// Maps a pixel of the view to the original picture; nullopt outside the field of view.
   [[nodiscard]] std::optional<PixelPosition> original(const CameraModel& lens, PixelPosition in_view) const;
 
  private:
@@ -31,9 +31,9 @@ class RectifiedView {
   std::vector<std::uint8_t> pixels_;
 };
 
-/// Views that together cover a lens from `beyond_rad` outwards and its middle, each about as fine as the picture there;
-/// neighbours share 35 degrees, so that a tag narrower than that is whole in one. None where the picture does not reach
-/// `beyond_rad`: a model may go on far beyond the picture's edge.
+/// Views that together cover the centre of a lens and its field from `beyond_rad` (angle from the axis) outwards, each
+/// with about the resolution of the picture there. Neighbours overlap by 35 degrees, so that a narrower tag is complete
+/// in one of them. Empty if the picture, whatever the model's range, does not extend to `beyond_rad`.
 [[nodiscard]] std::vector<ViewAxes> views_of(const CameraModel& lens, int width, int height, double beyond_rad);
 
 }  // namespace lightwell

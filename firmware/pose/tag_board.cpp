@@ -14,18 +14,18 @@ namespace lightwell {
 
 namespace {
 
-/// More is a slip of the pen: 100 tags a side, or one as large as a house.
+/// Larger values are taken for typing errors.
 constexpr int kMaxTagsPerSide = 100;
 constexpr double kMaxTagSize_m = 10;
 constexpr double kMaxSpacing = 100;
 
-std::string text_of(double value) {
+std::string to_text(double value) {
   char digits[32];
   const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
   return {digits, end};
 }
 
-/// The gap at which the prints of neighbours touch; of a family with a white rim they may share it.
+/// The spacing at which neighbouring tags touch; tags with a white rim may share one rim of one cell.
 double min_spacing(TagFamily family) {
   const TagShape shape = shape_of(family);
   const double outside = (shape.cells - shape.edge_cells) / 2.0;
@@ -38,14 +38,14 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-/// A scalar as YAML writes it: quotes of either kind taken off, a comment left out.
+/// The value of a YAML scalar without its quotes, single or double, and without a comment.
 std::string_view scalar(std::string_view text) {
   text = trimmed(text);
   if (!text.empty() && (text[0] == '\'' || text[0] == '"')) {
     const auto end = text.find(text[0], 1);
     return end == std::string_view::npos ? text : text.substr(1, end - 1);
   }
-  // A '#' opens a comment where it stands first or after a blank.
+  // YAML: '#' starts a comment at the beginning or after white space.
   for (std::size_t i = 0; i < text.size(); ++i)
     if (text[i] == '#' && (i == 0 || text[i - 1] == ' ' || text[i - 1] == '\t')) return trimmed(text.substr(0, i));
   return text;
@@ -64,7 +64,7 @@ enum Key : std::size_t { kType, kColumns, kRows, kSize, kSpacing, kOffset, kFami
 const std::vector<std::string_view> kNames = {"target_type", "tagCols",    "tagRows",  "tagSize",
                                               "tagSpacing",  "codeOffset", "tagFamily"};
 
-/// Sets one field; a message where the value is none that it can take.
+/// Sets one field; returns a message if the value is invalid.
 std::optional<std::string> set(TagBoard& board, std::size_t key, std::string_view value) {
   const auto whole = [&](int& field) -> std::optional<std::string> {
     const auto n = number<int>(value);
@@ -107,18 +107,19 @@ std::optional<std::string> set(TagBoard& board, std::size_t key, std::string_vie
 Status TagBoard::validate() const {
   const auto wrong = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
   if (columns < 1 || columns > kMaxTagsPerSide)
-    return wrong("columns (tagCols) is " + std::to_string(columns) + "; it must be 1 to " + std::to_string(kMaxTagsPerSide));
+    return wrong("columns (tagCols) is " + std::to_string(columns) + "; it must be 1 to " +
+                 std::to_string(kMaxTagsPerSide));
   if (rows < 1 || rows > kMaxTagsPerSide)
     return wrong("rows (tagRows) is " + std::to_string(rows) + "; it must be 1 to " + std::to_string(kMaxTagsPerSide));
   if (!(tag_size_m > 0 && tag_size_m <= kMaxTagSize_m))
-    return wrong("tag_size_m (tagSize) is " + text_of(tag_size_m) + "; it is in metres, above 0 and at most " +
-                 text_of(kMaxTagSize_m));
+    return wrong("tag_size_m (tagSize) is " + to_text(tag_size_m) + "; it is in metres, above 0 and at most " +
+                 to_text(kMaxTagSize_m));
   const double least = min_spacing(family);
-  // What a person rounds to three digits still touches.
+  // Tolerates a spacing that the user rounded to three digits.
   if (!(spacing >= least - 1e-3 && spacing <= kMaxSpacing))
-    return wrong("spacing (tagSpacing) is " + text_of(spacing) + "; tags of " + std::string(to_string(family)) +
-                 " need at least " + text_of(least) + " of their size between them, and at most " +
-                 text_of(kMaxSpacing));
+    return wrong("spacing (tagSpacing) is " + to_text(spacing) + "; tags of " + std::string(to_string(family)) +
+                 " need at least " + to_text(least) + " of their size between them, and at most " +
+                 to_text(kMaxSpacing));
   const int known = shape_of(family).tags;
   if (first_id < 0 || first_id > known - tags())
     return wrong("first_id (codeOffset) is " + std::to_string(first_id) + " and the board has " +
@@ -168,7 +169,7 @@ Result<TagBoard> parse_tag_board(std::string_view text, const std::string& name)
       return wrong("unknown field '" + std::string(key) + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
     }
     if (line_of[index] != 0)
-      return wrong(std::string(key) + " stands on line " + std::to_string(line_of[index]) + " already");
+      return wrong(std::string(key) + " is given twice; the first is on line " + std::to_string(line_of[index]));
     line_of[index] = line_number;
     if (const auto problem = set(board, index, value)) return wrong(std::string(key) + ": " + *problem);
   }
@@ -199,10 +200,10 @@ std::string tag_board_to_text(const TagBoard& board) {
          std::to_string(board.rows) +
          "\n"
          "tagSize: " +
-         text_of(board.tag_size_m) +
+         to_text(board.tag_size_m) +
          "  # m, between the corners that are detected\n"
          "tagSpacing: " +
-         text_of(board.spacing) +
+         to_text(board.spacing) +
          "  # gap / tagSize\n"
          "codeOffset: " +
          std::to_string(board.first_id) + "  # number of the bottom left tag\n";

@@ -13,14 +13,13 @@ namespace lightwell {
 
 namespace {
 
-/// Below, AprilTag's tiles of 4 x 4 pixels leave nothing to look at, and no tag is readable.
+/// Smallest side of a decimated picture, px: below it AprilTag, which works in tiles of 4 x 4 pixels, detects nothing.
 constexpr int kMinSide_px = 32;
-/// In AprilTag's coordinates the top left pixel's centre.
+/// The centre of the top left pixel in AprilTag's coordinates.
 constexpr double kApriltagCenter = 0.5;
-/// Of AprilTag's own corners, px; measured a few tenths, more where edges are bent.
+/// Standard deviation of AprilTag's own corners, px; measured a few tenths, more with curved edges.
 constexpr double kCoarseDeviation = 0.5;
-/// How far from AprilTag's straight edges the true ones are looked for, px; more by as much as the picture was made
-/// smaller.
+/// Distance from AprilTag's straight edges within which the true ones are searched, px; the decimation is added to it.
 constexpr double kEdgeSearchReach_px = 1.5;
 
 PixelPosition middle_of(const std::array<PixelPosition, 4>& c) {
@@ -40,14 +39,15 @@ void sort(std::vector<TagDetection>& tags) {
   });
 }
 
-/// Whether two detections are of one tag on the wall, not of two copies.
+/// Whether two detections are of the same printed tag, not of two copies.
 bool same_tag(const TagDetection& a, const TagDetection& b) {
   const PixelPosition ma = middle_of(a.corners), mb = middle_of(b.corners);
   return a.family == b.family && a.id == b.id &&
          std::hypot(ma.x - mb.x, ma.y - mb.y) < std::max(reach_of(a.corners), reach_of(b.corners));
 }
 
-/// False where a corner is not in the original, or an edge is torn there by the seam of a picture of the whole sphere.
+/// Maps corners from the view to the original. False if a corner is not in the original, or an edge crosses the seam of
+/// an equirectangular picture.
 bool to_original(const RectifiedView& view, const CameraModel& lens, std::array<PixelPosition, 4>& corners) {
   std::array<PixelPosition, 4> out;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -107,18 +107,19 @@ struct TagDetector::Impl {
   std::vector<std::pair<TagFamily, ApriltagFamily>> families;
   std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)> detector{nullptr, apriltag_detector_destroy};
 
-  /// AprilTag's view of a picture; corners in our pixels, not refined.
-  [[nodiscard]] std::vector<TagDetection> look(const GreyPicture& picture, double decimate, int min_contrast) const;
+  /// AprilTag's detections, not refined, in the pixel convention of TagDetection.
+  [[nodiscard]] std::vector<TagDetection> detect_coarse(const GreyPicture& picture, double decimate,
+                                                        int min_contrast) const;
   void refine(const GreyPicture& picture, TagDetection& tag, double decimate) const;
 };
 
-std::vector<TagDetection> TagDetector::Impl::look(const GreyPicture& picture, double decimate,
-                                                    int min_contrast) const {
+std::vector<TagDetection> TagDetector::Impl::detect_coarse(const GreyPicture& picture, double decimate,
+                                                           int min_contrast) const {
   std::vector<TagDetection> out;
   if (std::min(picture.width, picture.height) < kMinSide_px * decimate) return out;
   detector->quad_decimate = static_cast<float>(decimate);
   detector->qtp.min_white_black_diff = min_contrast;
-  // AprilTag does not write to the picture; its type cannot say so.
+  // AprilTag does not write to the picture, but image_u8_t has a non-const pointer.
   image_u8_t image{picture.width, picture.height, static_cast<std::int32_t>(picture.stride),
                    const_cast<std::uint8_t*>(picture.data.data())};
   const std::unique_ptr<zarray_t, void (*)(zarray_t*)> found(apriltag_detector_detect(detector.get(), &image),
@@ -147,13 +148,14 @@ void TagDetector::Impl::refine(const GreyPicture& picture, TagDetection& tag, do
   if (options.corners == CornerRefinement::none) return;
   const TagShape shape = shape_of(tag.family);
   const TagOutline outline{tag.corners, shape.edge_cells, shape.dark_inside};
-  const auto corners = options.corners == CornerRefinement::edge_fit
-                           ? refine_corners(picture, outline, options.linear)
-                           : locate_corners_by_edge_search(picture, outline, options.linear, kEdgeSearchReach_px + decimate);
+  const auto corners =
+      options.corners == CornerRefinement::edge_fit
+          ? refine_corners(picture, outline, options.linear)
+          : locate_corners_by_edge_search(picture, outline, options.linear, kEdgeSearchReach_px + decimate);
   tag.refined = true;
   for (std::size_t k = 0; k < 4; ++k) {
     if (corners[k]) {
-      tag.corners[k] = corners[k]->at;
+      tag.corners[k] = corners[k]->position;
       tag.covariance[k] = corners[k]->covariance;
     } else {
       tag.refined = false;
@@ -161,37 +163,37 @@ void TagDetector::Impl::refine(const GreyPicture& picture, TagDetection& tag, do
   }
 }
 
-TagDetector::TagDetector(std::unique_ptr<Impl> inside) : impl_(std::move(inside)) {}
+TagDetector::TagDetector(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 TagDetector::TagDetector(TagDetector&&) noexcept = default;
 TagDetector& TagDetector::operator=(TagDetector&&) noexcept = default;
 TagDetector::~TagDetector() = default;
 
 Result<TagDetector> TagDetector::make(const TagDetectorOptions& options) {
   if (const Status s = options.validate(); !s.ok()) return Status(s.code(), "tag detector: " + s.message());
-  auto inside = std::make_unique<Impl>();
-  inside->options = options;
-  inside->detector.reset(apriltag_detector_create());
-  apriltag_detector_t& detector = *inside->detector;
+  auto impl = std::make_unique<Impl>();
+  impl->options = options;
+  impl->detector.reset(apriltag_detector_create());
+  apriltag_detector_t& detector = *impl->detector;
   detector.nthreads = options.threads;
   detector.quad_decimate = static_cast<float>(options.decimate);
   detector.quad_sigma = static_cast<float>(options.blur_px);
   for (const TagFamily family : options.families) {
-    inside->families.emplace_back(family, make_apriltag_family(family));
-    apriltag_detector_add_family_bits(&detector, inside->families.back().second.get(), options.max_hamming);
+    impl->families.emplace_back(family, make_apriltag_family(family));
+    apriltag_detector_add_family_bits(&detector, impl->families.back().second.get(), options.max_hamming);
   }
-  return TagDetector(std::move(inside));
+  return TagDetector(std::move(impl));
 }
 
 Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture, const CameraModel* lens) {
   if (const Status s = picture.validate(); !s.ok()) return s;
-  std::vector<TagDetection> tags = impl_->look(picture, impl_->options.decimate, impl_->options.min_contrast);
-  // What a rectified view says of tags that were found plainly: a better start where edges are bent.
+  std::vector<TagDetection> tags = impl_->detect_coarse(picture, impl_->options.decimate, impl_->options.min_contrast);
+  // Detections in rectified views of tags that were also found in the picture: a better start where edges are curved.
   std::vector<std::optional<TagDetection>> straight(tags.size());
   if (lens != nullptr) {
     for (const ViewAxes& axes : views_of(*lens, picture.width, picture.height, impl_->options.rectify_beyond_rad)) {
       const RectifiedView view(picture, *lens, axes);
       for (TagDetection tag :
-           impl_->look(view.picture(), impl_->options.decimate, impl_->options.min_contrast)) {
+           impl_->detect_coarse(view.picture(), impl_->options.decimate, impl_->options.min_contrast)) {
         tag.rectified = true;
         if (!to_original(view, *lens, tag.corners)) continue;
         const auto known = std::find_if(tags.begin(), tags.end(), [&](const auto& t) { return same_tag(t, tag); });
@@ -216,23 +218,23 @@ Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture
   return tags;
 }
 
-Result<std::vector<TagDetection>> TagDetector::detect_in(const GreyPicture& picture, const DetectionWindow& look) {
+Result<std::vector<TagDetection>> TagDetector::detect_in(const GreyPicture& picture, const DetectionWindow& window) {
   if (const Status s = picture.validate(); !s.ok()) return s;
-  if (const Status s = look.validate(); !s.ok()) return s;
-  const PixelRegion& region = look.region;
+  if (const Status s = window.validate(); !s.ok()) return s;
+  const PixelRegion& region = window.region;
   const int left = std::max(region.x, 0), top = std::max(region.y, 0);
-  // Sums of what a caller made up may not be an int.
-  const auto end = [](int first, int size, int most) {
-    return static_cast<int>(std::min<std::int64_t>(std::int64_t{first} + size, most));
+  // The sum of arbitrary values from a caller may overflow an int.
+  const auto end = [](int first, int size, int limit) {
+    return static_cast<int>(std::min<std::int64_t>(std::int64_t{first} + size, limit));
   };
   const int right = end(region.x, region.width, picture.width), bottom = end(region.y, region.height, picture.height);
   if (right <= left || bottom <= top) return std::vector<TagDetection>();
   const std::size_t first = static_cast<std::size_t>(top) * picture.stride + static_cast<std::size_t>(left);
   const GreyPicture part{picture.data.subspan(first), right - left, bottom - top, picture.stride};
-  std::vector<TagDetection> tags = impl_->look(part, look.decimate, look.min_contrast);
+  std::vector<TagDetection> tags = impl_->detect_coarse(part, window.decimate, window.min_contrast);
   for (TagDetection& tag : tags) {
     for (PixelPosition& p : tag.corners) p = {p.x + left, p.y + top};
-    impl_->refine(picture, tag, look.decimate);
+    impl_->refine(picture, tag, window.decimate);
   }
   sort(tags);
   return tags;

@@ -1,12 +1,11 @@
-// Finds AprilTags in a grey picture, and where exactly their corners are.
+// Detects AprilTags in a grey picture and refines their corners.
 //
-//   picture ──AprilTag──> quads with numbers ──> corner_refiner ──> corners to hundredths of a pixel, with covariance
-//      └──rectified views──AprilTag──┘           (always in the picture itself)
+//   picture ──AprilTag──> quads with ids ──> corner_refiner ──> corners to hundredths of a pixel, with covariance
+//      └──rectified views──AprilTag──┘       (always in the picture itself)
 //
-// AprilTag takes the edges of a tag for straight. Through a fisheye lens those of a large tag are not: where a camera
-// model is given, the picture is looked at again through pinhole views that cover the outer part of the lens, and
-// corners found there are mapped back. The model only has to be good enough for edges to be straight: what is measured
-// comes from the picture.
+// AprilTag (Wang & Olson 2016) assumes straight edges. Through a fisheye lens the edges of a large tag are curved:
+// given a camera model, the detector also searches pinhole views of the outer field and maps their corners back. An
+// approximate model is sufficient if it makes the edges straight, because the corners are refined in the picture.
 #pragma once
 
 #include <array>
@@ -21,7 +20,7 @@
 
 namespace lightwell {
 
-/// Of a corner's position, px².
+/// Covariance of a corner's position, px².
 struct PixelCovariance {
   double xx = 0, xy = 0, yy = 0;
 };
@@ -29,63 +28,65 @@ struct PixelCovariance {
 struct TagDetection {
   TagFamily family = TagFamily::tag36h11;
   int id = 0;
-  /// Bottom left, bottom right, top right, top left of the tag upright (tag_board.hpp). Pixels, the centre of the top
-  /// left one is (0, 0); AprilTag's own, in which that is (0.5, 0.5), end here.
+  /// Bottom left, bottom right, top right, top left of the upright tag (tag_board.hpp), px. The centre of the top left
+  /// pixel is (0, 0), unlike (0.5, 0.5) in AprilTag.
   std::array<PixelPosition, 4> corners{};
-  /// Of each by itself. Neighbours share an edge, so their errors are not quite independent.
+  /// Covariance of each corner. The correlation between neighbours, which share an edge, is not given.
   std::array<PixelCovariance, 4> covariance{};
-  int hamming = 0;             ///< Bits that had to be corrected.
-  double decision_margin = 0;  ///< Mean difference of a cell from the threshold, 0 to 255: below 20 is doubtful.
-  bool refined = false;    ///< Whether all four corners are from corner_refiner; AprilTag's are good to half a pixel.
-  bool rectified = false;  ///< Found in a rectified view, or refined from there.
+  int hamming = 0;             ///< Number of corrected bits.
+  double decision_margin = 0;  ///< Mean difference of a cell from the threshold, 0 to 255: below 20 is unreliable.
+  bool refined = false;        ///< Whether all four corners are refined; unrefined ones are accurate to half a pixel.
+  bool rectified = false;      ///< Detected in a rectified view, or refined from there.
 };
 
-/// What becomes of AprilTag's corners.
+/// Refinement of AprilTag's corners.
 enum class CornerRefinement : std::uint8_t {
-  none,      ///< Kept: good to half a pixel, to one where the picture was made smaller.
-  edge_search,  ///< Edges are followed, no light is fitted: to hundredths where they are sharp and straight, 0.04 ms a
-             ///< tag.
-  edge_fit,    ///< The blurred edges are fitted: to hundredths of a pixel, 1 to 3 ms a tag.
+  none,         ///< No refinement: accurate to half a pixel, to one pixel in a decimated picture.
+  edge_search,  ///< Steepest gradient along the edges: hundredths of a pixel for sharp straight edges, 0.04 ms per tag.
+  edge_fit,     ///< Fit of a blurred-edge model: hundredths of a pixel, 1 to 3 ms per tag.
 };
 
 struct TagDetectorOptions {
   std::vector<TagFamily> families = {TagFamily::tag36h11};
-  /// Edges are looked for in a picture that many times smaller: 2 takes a third of the time and loses tags below 20 px.
+  /// Quads are searched in a picture reduced by this factor, 1 to 8: 2 takes a third of the time and misses tags below
+  /// 20 px.
   double decimate = 1;
-  /// Standard deviation of a blur before edges are looked for, px: 0.8 finds more in a noisy picture, fewer small ones.
+  /// Standard deviation of a Gaussian blur before the search, px, 0 to 5: 0.8 finds more tags in a noisy picture, but
+  /// fewer small ones.
   double blur_px = 0;
-  /// Bits corrected, 0 to 2: more finds dirty tags, and tags that are none. 2 takes 100 MB for tagStandard41h12.
+  /// Maximum number of corrected bits, 0 to 2: a larger one finds more dirty tags, and more false ones. 2 takes 100 MB
+  /// for tagStandard41h12.
   int max_hamming = 1;
-  /// Detections below are dropped.
+  /// Detections with a smaller decision margin are dropped.
   double min_decision_margin = 10;
-  /// Parts of the picture whose values differ by less are taken for flat, 1 to 255. Where noise differs by more, edges
-  /// are looked for in noise, which takes three to six times as long: see contrast_above_noise().
+  /// Tiles whose values differ by less are ignored as flat, 1 to 255. If the noise exceeds it, the search takes three
+  /// to six times as long: see contrast_above_noise().
   int min_contrast = 5;
   CornerRefinement corners = CornerRefinement::edge_fit;
-  /// Linear light for each of 256 picture values (linear_table() of calibration/response.hpp); empty: they are linear.
-  /// Matters where the picture is encoded (sRGB): a blurred edge's middle is then not half way between the values, and
-  /// every tag looks up to half a pixel larger or smaller.
+  /// Linear intensity for each of the 256 pixel values (linear_table() of calibration/response.hpp); empty: the values
+  /// are linear. In an encoded picture (sRGB), the centre of a blurred edge is not half way between the values: without
+  /// this table every tag appears up to half a pixel larger or smaller.
   std::vector<float> linear;
-  /// Half the angle from which on rectified views help, rad. Looking at them takes two to five times as long as at the
-  /// picture.
+  /// Angle from the lens axis beyond which rectified views are searched, rad, 0 to 4. That takes two to five times as
+  /// long as the search of the picture.
   double rectify_beyond_rad = 0.7;
   int threads = 1;
 
   [[nodiscard]] Status validate() const;
 };
 
-/// A part of a picture: pixels [x, x + width) of rows [y, y + height).
+/// A rectangle of pixels: columns [x, x + width) of rows [y, y + height).
 struct PixelRegion {
   int x = 0, y = 0, width = 0, height = 0;
 
   friend bool operator==(const PixelRegion&, const PixelRegion&) = default;
 };
 
-/// Where and how a picture is looked at.
+/// The part of a picture to search, with its own search parameters.
 struct DetectionWindow {
-  PixelRegion region;      ///< What it holds beyond the picture is left out.
-  double decimate = 1;     ///< In place of the options'.
-  int min_contrast = 5;  ///< In place of the options'.
+  PixelRegion region;    ///< Clipped to the picture.
+  double decimate = 1;   ///< Replaces TagDetectorOptions::decimate.
+  int min_contrast = 5;  ///< Replaces TagDetectorOptions::min_contrast.
 
   [[nodiscard]] Status validate() const;
 };
@@ -99,19 +100,19 @@ class TagDetector {
   TagDetector& operator=(TagDetector&&) noexcept;
   ~TagDetector();
 
-  /// All tags in the picture, by family and number; the same number twice where it is there twice. `lens`, where given,
-  /// adds rectified views; a tag across the seam of a picture of the whole sphere is not found. invalid_argument: a
-  /// picture that does not validate.
+  /// All tags in the picture, sorted by family and id; an id may occur several times. With `lens`, rectified views are
+  /// searched, too. A tag across the seam of an equirectangular picture is not found. invalid_argument: a picture that
+  /// does not validate.
   [[nodiscard]] Result<std::vector<TagDetection>> detect(const GreyPicture& picture, const CameraModel* lens = nullptr);
 
-  /// Tags in a part of the picture, as plainly as that: no rectified views. A tag must lie inside with the white around
-  /// it; its corners are places in the whole picture, and found there. invalid_argument: a picture or a look that does
+  /// Tags in a part of the picture, without rectified views. The tag and its white rim must lie inside the window. The
+  /// corners are refined in the whole picture and in its coordinates. invalid_argument: a picture or a window that does
   /// not validate.
-  [[nodiscard]] Result<std::vector<TagDetection>> detect_in(const GreyPicture& picture, const DetectionWindow& look);
+  [[nodiscard]] Result<std::vector<TagDetection>> detect_in(const GreyPicture& picture, const DetectionWindow& window);
 
  private:
   struct Impl;
-  explicit TagDetector(std::unique_ptr<Impl> inside);
+  explicit TagDetector(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -14,8 +14,8 @@ using Eigen::Vector3d;
 Vector3d eigen(Vec3d v) { return {v.x, v.y, v.z}; }
 Vec3d vec(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// What a quad's corners must have across, in its own length, to say where its plane is: a fiftieth of a degree on
-/// edge, which no picture resolves.
+/// Least width of the four corners relative to their length; below it their plane is undetermined. It corresponds to a
+/// tag 0.06 degrees from on edge, which no picture resolves.
 constexpr double kMinRelativeWidth = 1e-3;
 
 struct Outcome {
@@ -23,10 +23,10 @@ struct Outcome {
   std::string problem;
 };
 
-/// The tag's pose by the direct linear transform from its plane to directions; there is no picture plane, so that
-/// angles beyond 90 degrees are like others. Hartley & Zisserman 2004, section 4.1, for rays in place of pixels.
+/// The tag's pose by the direct linear transform from its plane to directions (Hartley & Zisserman 2004, section 4.1,
+/// with rays instead of pixels, so that angles beyond 90 degrees need no special case).
 Outcome plane_pose(const std::array<Vec3d, 4>& directions, double size_m) {
-  // Directions on one great circle: all corners in a line.
+  // Reject directions on one great circle: the corners are collinear.
   Eigen::Matrix<double, 4, 3> rays;
   Vector3d mean = Vector3d::Zero();
   for (std::size_t i = 0; i < 4; ++i) {
@@ -38,7 +38,7 @@ Outcome plane_pose(const std::array<Vec3d, 4>& directions, double size_m) {
   across.rowwise() -= across.colwise().mean().eval();
   const Vector3d spread = across.jacobiSvd().singularValues();
   if (!(spread[0] > 0) || spread[1] < kMinRelativeWidth * spread[0])
-    return {{}, "its corners lie in a line, so that the plane it hangs in is not seen"};
+    return {{}, "its corners lie in a line, so that its plane cannot be determined"};
   // Seen from the front the corners run counterclockwise about the direction towards the viewer.
   double turn = 0;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -85,18 +85,18 @@ Outcome plane_pose(const std::array<Vec3d, 4>& directions, double size_m) {
 
 }  // namespace
 
-std::string name_of(const TagObservation& seen) {
-  return std::string(to_string(seen.tag.family)) + " " + std::to_string(seen.tag.id) + " in lens " +
-         std::to_string(seen.lens);
+std::string name_of(const TagObservation& observation) {
+  return std::string(to_string(observation.tag.family)) + " " + std::to_string(observation.tag.id) + " in lens " +
+         std::to_string(observation.lens);
 }
 
-Result<ObservedTag> directions_of(const PosedLens& lens, const TagObservation& seen, const WorldTag& tag,
-                               double model_error_px) {
+Result<ObservedTag> directions_of(const PosedLens& lens, const TagObservation& observation, const WorldTag& tag,
+                                  double model_error_px) {
   const auto wrong = [&](const std::string& what) {
-    return Status(StatusCode::invalid_argument, name_of(seen) + ": " + what);
+    return Status(StatusCode::invalid_argument, name_of(observation) + ": " + what);
   };
-  const auto useless = [&](const std::string& what) {
-    return Status(StatusCode::failed_precondition, name_of(seen) + ": " + what);
+  const auto unusable = [&](const std::string& what) {
+    return Status(StatusCode::failed_precondition, name_of(observation) + ": " + what);
   };
   const CameraModel& model = lens.model;
   const Quat to_probe = lens.probe_lens.rotation;
@@ -105,14 +105,14 @@ Result<ObservedTag> directions_of(const PosedLens& lens, const TagObservation& s
   out.tag = &tag;
   std::array<Vec3d, 4> directions;
   for (std::size_t i = 0; i < 4; ++i) {
-    const PixelPosition p = seen.tag.corners[i];
-    const PixelCovariance c = seen.tag.covariance[i];
+    const PixelPosition p = observation.tag.corners[i];
+    const PixelCovariance c = observation.tag.covariance[i];
     const std::string corner = "corner " + std::to_string(i);
     if (!std::isfinite(p.x) || !std::isfinite(p.y)) return wrong(corner + " is not a number");
     if (!(c.xx > 0 && c.yy > 0 && c.xx * c.yy > c.xy * c.xy) || !std::isfinite(c.xx + c.yy))
-      return wrong(corner + "'s covariance is not one; it must be positive definite");
+      return wrong(corner + "'s covariance is not positive definite");
     const auto d = model.unproject(p);
-    if (!d) return useless(corner + " is outside of what the lens sees");
+    if (!d) return unusable(corner + " is outside the lens's field of view");
     CornerObservation seen_corner;
     seen_corner.world = transformed(tag.world_tag, at[i]);
     seen_corner.lens = lens.probe_lens.translation;
@@ -120,8 +120,8 @@ Result<ObservedTag> directions_of(const PosedLens& lens, const TagObservation& s
     const auto basis = tangent_basis(seen_corner.direction);
     seen_corner.u = basis[0];
     seen_corner.v = basis[1];
-    // Pixels to the tangent plane, by differences on the side where the lens still sees.
-    Eigen::Matrix2d slope;
+    // Jacobian from pixels to the tangent plane, by one-sided differences within the field of view.
+    Eigen::Matrix2d jacobian;
     for (int k = 0; k < 2; ++k) {
       constexpr double kStep = 0.05;
       bool done = false;
@@ -129,24 +129,24 @@ Result<ObservedTag> directions_of(const PosedLens& lens, const TagObservation& s
         const auto moved = model.unproject({p.x + (k == 0 ? step : 0), p.y + (k == 1 ? step : 0)});
         if (!moved) continue;
         const Vec3d change = rotate(to_probe, *moved - *d) * (1 / step);
-        slope(0, k) = dot(change, basis[0]);
-        slope(1, k) = dot(change, basis[1]);
+        jacobian(0, k) = dot(change, basis[0]);
+        jacobian(1, k) = dot(change, basis[1]);
         done = true;
         break;
       }
-      if (!done) return useless(corner + " is on the very edge of what the lens sees");
+      if (!done) return unusable(corner + " is on the very edge of the lens's field of view");
     }
     Eigen::Matrix2d covariance;
     const double more = model_error_px * model_error_px;
     covariance << c.xx + more, c.xy, c.xy, c.yy + more;
-    const Eigen::Matrix2d angular = slope * covariance * slope.transpose();
+    const Eigen::Matrix2d angular = jacobian * covariance * jacobian.transpose();
     const Eigen::LLT<Eigen::Matrix2d> root(angular);
-    if (root.info() != Eigen::Success) return useless(corner + ": the lens does not tell directions apart there");
-    seen_corner.weigh = root.matrixL().solve(Eigen::Matrix2d::Identity());
+    if (root.info() != Eigen::Success) return unusable(corner + ": the camera model is singular there");
+    seen_corner.whitening = root.matrixL().solve(Eigen::Matrix2d::Identity());
     out.corners.push_back(seen_corner);
   }
   const Outcome found = plane_pose(directions, tag.size_m);
-  if (!found.problem.empty()) return useless(found.problem);
+  if (!found.problem.empty()) return unusable(found.problem);
   Pose probe_tag = found.lens_tag;
   probe_tag.translation += lens.probe_lens.translation;
   out.probe_world = compose(probe_tag, inverse(tag.world_tag));

@@ -1,4 +1,4 @@
-// Seen corners as directions in the probe's frame, and the first pose that a single tag gives. For this room's sources.
+// Observed corners as directions in the probe frame, and the initial pose from a single tag. Private to firmware/pose.
 #pragma once
 
 #include <string>
@@ -15,28 +15,29 @@
 
 namespace lightwell {
 
-/// A corner that is seen and whose place in the room is known.
+/// An observed corner whose position in the world is known.
 struct CornerObservation {
-  Vec3d world;            ///< Where it is.
-  Vec3d lens;             ///< Where the lens is, probe frame.
-  Vec3d direction;        ///< Unit, probe frame.
-  Vec3d u, v;             ///< The tangent plane's axes at `direction`.
-  Eigen::Matrix2d weigh;  ///< Makes (u, v) of an error a pair of independent numbers of variance 1.
+  Vec3d world;                ///< Position of the corner, world frame, m.
+  Vec3d lens;                 ///< Position of the lens, probe frame, m.
+  Vec3d direction;            ///< Observed direction, unit vector, probe frame.
+  Vec3d u, v;                 ///< Axes of the tangent plane at `direction`, probe frame.
+  Eigen::Matrix2d whitening;  ///< Maps an error (u, v), rad, to independent components of variance 1.
 };
 
 /// The four corners of one tag in one lens.
 struct ObservedTag {
-  std::size_t index = 0;  ///< In the list of seen tags.
+  std::size_t index = 0;  ///< Index of the TagObservation.
   const WorldTag* tag = nullptr;
   std::vector<CornerObservation> corners;
-  Pose probe_world;  ///< From this tag alone: algebraic, good to a few pixels.
+  Pose probe_world;  ///< Algebraic estimate from this tag alone, accurate to a few pixels.
 };
 
 /// "tag36h11 5 in lens 0", as messages name it.
-[[nodiscard]] std::string name_of(const TagObservation& seen);
+[[nodiscard]] std::string name_of(const TagObservation& observation);
 
-/// invalid_argument: a number that is none. failed_precondition: corners that do not show where the tag is.
-[[nodiscard]] Result<ObservedTag> directions_of(const PosedLens& lens, const TagObservation& seen, const WorldTag& tag,
-                                             double model_error_px);
+/// Unprojects the corners of `observation`; ObservedTag::index is left 0 and `tag` must outlive the result.
+/// invalid_argument: NaN or an invalid covariance. failed_precondition: corners that do not determine the tag's pose.
+[[nodiscard]] Result<ObservedTag> directions_of(const PosedLens& lens, const TagObservation& observation,
+                                                const WorldTag& tag, double model_error_px);
 
 }  // namespace lightwell

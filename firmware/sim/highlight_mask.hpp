@@ -1,4 +1,4 @@
-// Where a panorama is so bright that a renderer has to look closely.
+// Marks the pixels of a panorama that are so bright that the renderer must supersample them.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace lightwell::sim {
 
-/// The pixels of a panorama above 50 times its mean luminance, and their eight neighbours, over
-/// which bilinear interpolation spreads them.
+/// The pixels of a panorama above 50 times its mean luminance, and their eight neighbours, because bilinear
+/// interpolation spreads them that far.
 class HighlightMask {
  public:
   HighlightMask() = default;

@@ -15,7 +15,7 @@ std::uint64_t mixed(std::uint64_t z) {
   return z ^ (z >> 31);
 }
 
-/// The middle of one of 2^32 equal cells: never 0 or 1.
+/// The centre of one of 2^32 equal cells of [0, 1], which is never 0 or 1.
 double unit(std::uint32_t bits) { return (bits + 0.5) / 4294967296.0; }
 
 }  // namespace
@@ -52,7 +52,7 @@ double normal_quantile(double p) {
 int poisson_quantile(double mean, double p) {
   double term = std::exp(-mean), sum = term;
   int count = 0;
-  // Rounding may leave the sum below a p next to one: the tail ends where terms no longer count.
+  // For p near 1, rounding may keep the sum below p; the limit ends the tail, whose terms are negligible.
   while (sum < p && count < 1000) {
     ++count;
     term *= mean / count;

@@ -20,7 +20,7 @@ std::size_t index_of(const Panorama& p, int i, int j) {
   return 3 * (static_cast<std::size_t>(j) * static_cast<std::size_t>(p.width) + static_cast<std::size_t>(i));
 }
 
-/// A pixel whose row may lie one beyond a pole: there comes the same row, half a turn away.
+/// A pixel whose row may be one beyond a pole: that is the pole's own row on the opposite meridian.
 Radiance neighbour(const Panorama& p, int i, int j) {
   if (j < 0) return p.pixel(i + p.width / 2, -1 - j);
   if (j >= p.height) return p.pixel(i + p.width / 2, 2 * p.height - 1 - j);
@@ -45,7 +45,7 @@ Radiance Panorama::pixel(int i, int j) const {
 Radiance Panorama::radiance(SpherePoint point) const {
   const double x = static_cast<double>(point.u) / kTwoTo32 * width - 0.5;
   const double y = static_cast<double>(point.v) / kTwoTo32 * height - 0.5;
-  // Both are above -1: adding one before cutting off rounds downwards.
+  // floor(): both are above -1, so truncation after adding 1 rounds down.
   const int i = static_cast<int>(x + 1) - 1, j = static_cast<int>(y + 1) - 1;
   const auto fx = static_cast<float>(x - i), fy = static_cast<float>(y - j);
   const Radiance above = neighbour(*this, i, j) * (1 - fx) + neighbour(*this, i + 1, j) * fx;

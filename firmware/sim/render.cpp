@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kSupersamplingPerAxis = 4;
 
-/// Sample k of n along one axis of a pixel whose middle is `centre`.
+/// Position of sample k of n along one axis of the pixel with centre `centre`.
 double sample_position(int centre, int k, int n) { return centre - 0.5 + (k + 0.5) / n; }
 
 }  // namespace
@@ -28,7 +28,7 @@ LensRays::LensRays(const LensParameters& lens, int samples_per_axis)
   samples_.shrink_to_fit();
 }
 
-/// Appends n² samples where at least one is seen. Returns how many are.
+/// Appends n² samples if at least one is visible. Returns the number of visible ones.
 int LensRays::sample_pixel(int column, int row, std::vector<SpherePoint>& out) const {
   const std::size_t before = out.size();
   const auto add = [&](PixelPosition at) {
@@ -38,7 +38,7 @@ int LensRays::sample_pixel(int column, int row, std::vector<SpherePoint>& out) c
     for (int a = 0; a < per_axis_; ++a)
       add({sample_position(column, a, per_axis_), sample_position(row, b, per_axis_)});
   }
-  // A lens table takes a pixel for seen as soon as a corner is: then this one must have light.
+  // The lens table includes a pixel as soon as a corner is visible, so such a pixel must not be black: use its corners.
   for (int corner = 0; corner < 4 && out.size() == before; ++corner)
     add({column - 0.5 + corner % 2, row - 0.5 + corner / 2});
   const std::size_t seen = out.size() - before;
@@ -46,7 +46,7 @@ int LensRays::sample_pixel(int column, int row, std::vector<SpherePoint>& out) c
   return static_cast<int>(seen);
 }
 
-/// The first and last pixel of a row that see anything. No lens has a hole in a row.
+/// The range of visible pixels of a row, which is contiguous for all lens models.
 RowSpan LensRays::sample_row(int row) {
   RowSpan span;
   for (int i = 0; i < width_; ++i) {
@@ -81,7 +81,7 @@ Radiance LensRays::supersample(const Panorama& world, std::uint32_t shift, int c
 void LensRays::render(const Scene& scene, const SceneState& state, RowSpan rows, std::span<float> out) const {
   const Panorama& world = scene.panorama(state);
   const HighlightMask& highlights = scene.highlights(state);
-  // phi_world = phi_probe - yaw, for a right-handed turn about +Y; u is phi in turns.
+  // phi_world = phi_probe - yaw for a right-handed rotation about +Y; u is phi in turns.
   const double turns = state.yaw_rad / (2 * std::numbers::pi);
   const auto shift = static_cast<std::uint32_t>(static_cast<std::int64_t>(std::llround(turns * 4294967296.0)));
   const auto width = static_cast<std::size_t>(width_);
@@ -118,7 +118,7 @@ int samples_for(const LensParameters& lens, const Panorama& panorama) {
   const auto here = model.unproject({x, y}), next = model.unproject({x + 1, y});
   if (!here || !next) return 2;
   const double wanted_rad = std::numbers::pi / panorama.width;
-  // A thousandth to spare: an equirectangular lens as large as the panorama needs two, not three.
+  // Tolerance for rounding: an equirectangular lens of the panorama's size needs two samples, not three.
   return std::clamp(static_cast<int>(std::ceil(angle_between(*here, *next) / wanted_rad - 1e-3)), 2, 8);
 }
 

@@ -1,4 +1,4 @@
-// What a lens sees of a scene, before any sensor: the radiance that reaches each photosite.
+// Renders the radiance that a lens projects onto each photosite, before the sensor model.
 #pragma once
 
 #include <cstddef>
@@ -14,20 +14,20 @@
 
 namespace lightwell::sim {
 
-/// The directions that the photosites of a lens integrate over: n x n on a regular grid inside each
-/// pixel. They depend on the lens alone: worked out once, so that a frame is lookups.
+/// Sample directions of a lens: n x n on a regular grid inside each pixel. They depend only on the lens and are
+/// precomputed, so that rendering a frame consists of lookups.
 class LensRays {
  public:
-  /// 1 <= samples_per_axis <= 8. Takes 8 n² bytes for each pixel that sees something.
+  /// 1 <= samples_per_axis <= 8. Takes 8 n² bytes per pixel in the field of view.
   LensRays(const LensParameters& lens, int samples_per_axis);
 
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
 
-  /// Rows [rows.first, rows.end) of the picture: each pixel the mean of the radiance over those of
-  /// its samples that the lens sees, 0 where it sees none. A pixel with a sample in
-  /// Scene::glare() is sampled four times as densely each way: the energy of a sun would otherwise
-  /// depend on where it falls. `out` is the whole picture, r g b a pixel. Allocates nothing.
+  /// Renders rows [rows.first, rows.end): each pixel is the mean radiance of those of its samples that are in the field
+  /// of view, 0 if none is. A pixel with a sample in Scene::highlights() is sampled four times as densely in each
+  /// direction; otherwise the energy of a sun would depend on its position relative to the samples. `out`: the whole
+  /// picture, r, g, b per pixel. No allocation.
   void render(const Scene& scene, const SceneState& state, RowSpan rows, std::span<float> out) const;
 
  private:
@@ -39,17 +39,16 @@ class LensRays {
   Quat to_probe_;
   int width_, height_;
   int per_axis_;
-  std::vector<RowSpan> rows_;           ///< Pixels that see anything.
-  std::vector<std::size_t> row_start_;  ///< Index among the pixels of all spans of a row's first.
-  std::vector<SpherePoint> samples_;    ///< n² for each pixel of the spans, in the probe's frame.
-  std::vector<std::uint8_t> seen_;      ///< How many of a pixel's n² count; those come first.
+  std::vector<RowSpan> rows_;           ///< Pixels in the field of view.
+  std::vector<std::size_t> row_start_;  ///< By row: index of its first pixel among the pixels of all spans.
+  std::vector<SpherePoint> samples_;    ///< n² per pixel of the spans, probe frame.
+  std::vector<std::uint8_t> seen_;      ///< Per pixel: number of valid samples; these come first.
 };
 
-/// So many that neighbouring samples lie half a pixel of the panorama apart on the lens's axis, 2
-/// to 8.
+/// Samples per axis so that neighbouring samples are half a panorama pixel apart on the lens's axis; 2 to 8.
 [[nodiscard]] int samples_for(const LensParameters& lens, const Panorama& panorama);
 
-/// A whole picture in one state of the scene.
+/// Renders a whole picture in one state of the scene.
 [[nodiscard]] std::vector<float> render_radiance(const Scene& scene, const SceneState& state,
                                                  const LensParameters& lens, int samples_per_axis = 2);
 

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kHalfField = 95.0 / 180.0 * std::numbers::pi;
 constexpr double kCircleShare = 0.99;
-// What a radiance of 1 does in a hundredth of a second: it fills the scale.
+// Radiance units: radiance 1 gives full scale in 10 ms at gain 1.
 constexpr double kRadiancePerUnit = 0.01;
 constexpr double kFullWellElectrons = 10000, kReadElectrons = 3;
 
@@ -36,8 +36,8 @@ PhotometricCalibration photometry_of(PixelFormat format) {
   return p;
 }
 
-/// A lens along the probe's -Z whose circle fills the picture. The model is given for focal lengths
-/// of 1 px: the circle scales with them.
+/// A lens along the probe's -Z whose image circle fills the picture. `model` has focal lengths of 1 px, which are
+/// scaled.
 template <class Model>
 LensParameters circle_lens(int width, int height, Model model) {
   LensParameters lens;
@@ -81,8 +81,8 @@ LensParameters equirect_lens(int width, int height) {
   return lens;
 }
 
-/// The same lens on the probe's back, its picture upright.
-LensParameters turned_back(LensParameters lens) {
+/// The same lens along the probe's +Z, picture upright.
+LensParameters rear_lens(LensParameters lens) {
   lens.pose_cv.rotation = Quat::about({0, 1, 0}, std::numbers::pi) * lens.pose_cv.rotation;
   return lens;
 }
@@ -107,12 +107,12 @@ Result<RigParameters> make_rig(std::string_view kind, int width, int height, Pix
   RigParameters rig;
   if (kind == "pair") {
     rig.lenses = {kannala_brandt_lens(width, height)};
-    rig.lenses.push_back(turned_back(rig.lenses[0]));
+    rig.lenses.push_back(rear_lens(rig.lenses[0]));
   } else if (kind == "single") {
     rig.lenses = {kannala_brandt_lens(width, height)};
   } else if (kind == "double_sphere") {
     rig.lenses = {double_sphere_lens(width, height)};
-    rig.lenses.push_back(turned_back(rig.lenses[0]));
+    rig.lenses.push_back(rear_lens(rig.lenses[0]));
   } else if (kind == "equirect") {
     rig.lenses = {equirect_lens(width, height)};
   } else {
@@ -124,7 +124,7 @@ Result<RigParameters> make_rig(std::string_view kind, int width, int height, Pix
   }
   for (LensParameters& lens : rig.lenses) {
     lens.photometry = photometry_of(format);
-    // A stitched picture has no axis to fall off from.
+    // An equirectangular picture has no optical axis, hence no vignetting.
     if (kind == "equirect") lens.photometry.vignetting = {};
   }
   if (format != PixelFormat::rgb_f32) rig.nits_per_unit = kRadiancePerUnit;

@@ -14,13 +14,13 @@ namespace {
 constexpr std::array<std::string_view, 8> kScenes = {"city",  "courtyard", "forest",  "interior",
                                                      "night", "studio",    "sunrise", "sunset"};
 
-/// An unset variable and an empty one are the same.
+/// Value of an environment variable; empty if unset.
 std::string environment(const char* name) {
   const char* value = std::getenv(name);
   return value == nullptr ? "" : value;
 }
 
-/// The folder that cmake/fetch_panoramas fills; empty where not even a home is known.
+/// The folder of cmake/fetch_panoramas; empty if there is no home directory.
 std::filesystem::path panorama_folder() {
   if (const std::string folder = environment("LIGHTWELL_PANORAMA_DIR"); !folder.empty()) return folder;
   std::filesystem::path cache = environment("LIGHTWELL_CACHE");

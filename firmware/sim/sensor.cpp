@@ -13,19 +13,20 @@ namespace lightwell::sim {
 
 namespace {
 
-// Interpolated between so many values, the response is right to a hundredth of an 8-bit level.
+// Cells of the response table; with interpolation the error is below a hundredth of an 8-bit level.
 constexpr std::size_t kResponseCells = 4096;
-// Above so many electrons the Poisson distribution is a Gaussian to within 2 % of its deviation.
+// Number of electrons above which the Poisson distribution is approximated by a Gaussian: error within 2 % of its
+// standard deviation.
 constexpr double kGaussianElectrons = 50;
 
 std::byte byte_of(double v) { return static_cast<std::byte>(static_cast<int>(std::clamp(v, 0.0, 255.0) + 0.5)); }
 
-// BT.601, limited range, of encoded r g b between 0 and 1: the inverse of rgb8_of_ycbcr601().
+// BT.601, limited range, from encoded r, g, b in 0 to 1: the inverse of rgb8_of_ycbcr601().
 double luma(const float* p) { return 16 + 65.481 * p[0] + 128.553 * p[1] + 24.966 * p[2]; }
 double blue_difference(const std::array<double, 3>& p) { return 128 - 37.797 * p[0] - 74.203 * p[1] + 112 * p[2]; }
 double red_difference(const std::array<double, 3>& p) { return 128 + 112 * p[0] - 93.786 * p[1] - 18.214 * p[2]; }
 
-/// Mean of the pixels that share one pair of chroma values.
+/// Mean of N pixels that share one pair of chroma values.
 template <std::size_t N>
 std::array<double, 3> mean_of(const std::array<const float*, N>& pixels) {
   std::array<double, 3> mean{};
@@ -35,15 +36,15 @@ std::array<double, 3> mean_of(const std::array<const float*, N>& pixels) {
   return mean;
 }
 
-/// 0 red, 1 green, 2 blue of the RGGB mosaic.
+/// Channel of a photosite of the RGGB mosaic: 0 red, 1 green, 2 blue.
 std::size_t mosaic_channel(int column, int row) { return static_cast<std::size_t>(column % 2 + row % 2); }
 
 }  // namespace
 
-/// One picture being exposed.
-class Sensor::Exposing {
+/// Computes the rows of one exposure.
+class Sensor::RowExposure {
  public:
-  Exposing(const Sensor& sensor, std::span<const float> radiance, const Exposure& exposure)
+  RowExposure(const Sensor& sensor, std::span<const float> radiance, const Exposure& exposure)
       : sensor_(sensor),
         photometry_(sensor.model_.photometry),
         radiance_(radiance),
@@ -55,7 +56,7 @@ class Sensor::Exposing {
     }
   }
 
-  /// The picture value, 0 to 1, that one channel of one pixel shows.
+  /// Picture value, 0 to 1, of one channel of one pixel.
   [[nodiscard]] float value(std::size_t pixel, std::size_t channel) const {
     const std::size_t k = 3 * pixel + channel;
     const double x = radiance_[k] * per_radiance_[channel] * sensor_.vignetting_[pixel];
@@ -63,7 +64,7 @@ class Sensor::Exposing {
     return response(black + (1 - black) * noisy(x, noise_.at(k)));
   }
 
-  /// The same for a whole row, r g b a pixel.
+  /// Picture values of row j, r, g, b per pixel.
   void row(int j, std::vector<float>& out) const {
     const std::size_t start = static_cast<std::size_t>(j) * static_cast<std::size_t>(sensor_.width_);
     for (std::size_t k = 0; k < out.size(); ++k) out[k] = value(start + k / 3, k % 3);
@@ -115,7 +116,7 @@ Sensor::Sensor(const LensParameters& lens, const SensorModel& model)
   }
 }
 
-void Sensor::develop(std::span<const float> radiance, const Exposure& exposure, std::span<std::byte> out) const {
+void Sensor::expose(std::span<const float> radiance, const Exposure& exposure, std::span<std::byte> out) const {
   if (model_.format == PixelFormat::rgb_f32) {
     const auto scale = static_cast<float>(exposure.exposure_s * exposure.gain / model_.radiance_per_unit);
     for (std::size_t k = 0; k < radiance.size(); ++k) {
@@ -125,7 +126,7 @@ void Sensor::develop(std::span<const float> radiance, const Exposure& exposure, 
     return;
   }
 
-  const Exposing exposing(*this, radiance, exposure);
+  const RowExposure pixels(*this, radiance, exposure);
   const auto width = static_cast<std::size_t>(width_);
   if (is_bayer(model_.format)) {
     const bool bytes = model_.format == PixelFormat::bayer_rggb8;
@@ -133,7 +134,7 @@ void Sensor::develop(std::span<const float> radiance, const Exposure& exposure, 
     for (int j = 0; j < height_; ++j) {
       for (int i = 0; i < width_; ++i) {
         const std::size_t k = static_cast<std::size_t>(j) * width + static_cast<std::size_t>(i);
-        const auto word = static_cast<unsigned>(exposing.value(k, mosaic_channel(i, j)) * top + 0.5);
+        const auto word = static_cast<unsigned>(pixels.value(k, mosaic_channel(i, j)) * top + 0.5);
         if (bytes) {
           out[k] = static_cast<std::byte>(word);
           continue;
@@ -149,7 +150,7 @@ void Sensor::develop(std::span<const float> radiance, const Exposure& exposure, 
   for (int j = 0; j < height_; ++j) {
     std::byte* row = out.data() + stride() * static_cast<std::size_t>(j);
     upper.swap(lower);
-    exposing.row(j, lower);
+    pixels.row(j, lower);
     switch (model_.format) {
       case PixelFormat::rgb8:
         for (std::size_t k = 0; k < 3 * width; ++k) row[k] = byte_of(255.0 * lower[k]);

@@ -1,4 +1,4 @@
-// A sensor: from the radiance at each photosite to the bytes of a picture.
+// Sensor model: converts the radiance at each photosite to the bytes of a picture.
 #pragma once
 
 #include <cstddef>
@@ -11,22 +11,21 @@
 
 namespace lightwell::sim {
 
-/// What a sensor is. With x the linear value that calibration/response.hpp speaks of:
+/// Parameters of a sensor. With the linear value x of calibration/response.hpp:
 ///   x = radiance / radiance_per_unit / white_balance * exposure_s * gain * vignetting(theta)
 ///   variance of x = gain² read_noise² + gain shot_noise x
 ///   picture value = response(clamp(black + (1 - black) x, 0, 1)), rounded to the format's levels
-/// Full scale at gain 1 is 1 / shot_noise electrons, which come in whole numbers.
-/// rgb_f32 is the ideal sensor: radiance / radiance_per_unit * exposure_s * gain, nothing else.
+/// Full scale at gain 1 is 1 / shot_noise electrons; electron counts are integers.
+/// rgb_f32 is the ideal sensor: radiance / radiance_per_unit * exposure_s * gain.
 struct SensorModel {
   PixelFormat format = PixelFormat::rgb_f32;
   PhotometricCalibration photometry;
-  /// Radiance that fills the scale in one second at gain 1: the rig's nits_per_unit.
+  /// Radiance of full scale in one second at gain 1: the rig's nits_per_unit.
   double radiance_per_unit = 1;
   std::uint64_t seed = 1;
 };
 
-/// One exposure of one lens. The noise is a pure function of these two numbers, the seed and the
-/// pixel.
+/// One exposure of one lens. The noise is a pure function of `frame`, `lens`, the seed and the pixel.
 struct Exposure {
   double exposure_s = 1;
   double gain = 1;
@@ -34,7 +33,7 @@ struct Exposure {
   int lens = 0;
 };
 
-/// The sensor behind one lens: keeps what depends on the lens and the response alone.
+/// The sensor of one lens, with tables of vignetting and response.
 class Sensor {
  public:
   Sensor(const LensParameters& lens, const SensorModel& model);
@@ -42,17 +41,16 @@ class Sensor {
   [[nodiscard]] std::size_t stride() const { return packed_stride(model_.format, width_); }
   [[nodiscard]] std::size_t bytes() const { return picture_bytes(model_.format, stride(), height_); }
 
-  /// `radiance`: r g b a pixel, as LensRays::render() gives it. `out`: bytes() bytes. Two rows of
-  /// floats are the only memory that it takes.
-  void develop(std::span<const float> radiance, const Exposure& exposure, std::span<std::byte> out) const;
+  /// `radiance`: r, g, b per pixel, from LensRays::render(). `out`: bytes() bytes. Allocates two rows of floats.
+  void expose(std::span<const float> radiance, const Exposure& exposure, std::span<std::byte> out) const;
 
  private:
-  class Exposing;
+  class RowExposure;
 
   SensorModel model_;
   int width_, height_;
   std::vector<float> vignetting_;  ///< Per pixel; empty for rgb_f32.
-  std::vector<float> response_;    ///< Picture value at evenly spaced linear values.
+  std::vector<float> response_;    ///< Picture values at evenly spaced linear values.
 };
 
 }  // namespace lightwell::sim

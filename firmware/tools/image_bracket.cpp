@@ -25,7 +25,7 @@ std::size_t count_invalid(const Image& image) {
   return count;
 }
 
-struct Taken {
+struct ExposedImage {
   double exposure_s;
   std::size_t image;
 };
@@ -48,7 +48,7 @@ RigParameters equirectangular_rig(int width, int height) {
 Result<ImageBracket> read_bracket(const RigParameters& rig, const std::vector<ImageArgument>& arguments) {
   if (arguments.empty()) return invalid("no image is given");
   ImageBracket out;
-  std::map<int, std::vector<Taken>> by_lens;
+  std::map<int, std::vector<ExposedImage>> by_lens;
   for (const ImageArgument& a : arguments) {
     if (a.lens < 0 || static_cast<std::size_t>(a.lens) >= rig.lenses.size())
       return invalid(a.path + ": lens " + std::to_string(a.lens) + " is not in the calibration, which has " +
@@ -58,31 +58,33 @@ Result<ImageBracket> read_bracket(const RigParameters& rig, const std::vector<Im
     const LensParameters& lens = rig.lenses[static_cast<std::size_t>(a.lens)];
     if (image->width != lens.width || image->height != lens.height)
       return invalid(a.path + ": it has " + size_text(image->width, image->height) +
-                     " pixels, the calibration of lens " + std::to_string(a.lens) + " speaks of " +
+                     " pixels, the calibration of lens " + std::to_string(a.lens) + " is for " +
                      size_text(lens.width, lens.height));
-    out.unusual += count_invalid(*image);
+    out.invalid_values += count_invalid(*image);
     out.images.push_back(std::make_unique<Image>(std::move(*image)));
     by_lens[a.lens].push_back({a.exposure_s > 0 ? a.exposure_s : 1, out.images.size() - 1});
   }
 
-  std::vector<Taken>& first = by_lens.begin()->second;
+  std::vector<ExposedImage>& first = by_lens.begin()->second;
   for (auto& [lens, taken] : by_lens) {
-    std::sort(taken.begin(), taken.end(), [](const Taken& a, const Taken& b) { return a.exposure_s < b.exposure_s; });
+    std::sort(taken.begin(), taken.end(),
+              [](const ExposedImage& a, const ExposedImage& b) { return a.exposure_s < b.exposure_s; });
     for (std::size_t i = 0; i + 1 < taken.size(); ++i)
       if (taken[i].exposure_s == taken[i + 1].exposure_s)
         return invalid(
             "lens " + std::to_string(lens) + " has two images of " + std::to_string(taken[i].exposure_s) +
             " s; a bracket gives a different --exposure-s before each image, and --lens N before the images of "
             "another lens");
-    const bool same = std::equal(
-        taken.begin(), taken.end(), first.begin(), first.end(),
-        [](const Taken& a, const Taken& b) { return std::abs(a.exposure_s - b.exposure_s) <= 1e-6 * b.exposure_s; });
+    const bool same = std::equal(taken.begin(), taken.end(), first.begin(), first.end(),
+                                 [](const ExposedImage& a, const ExposedImage& b) {
+                                   return std::abs(a.exposure_s - b.exposure_s) <= 1e-6 * b.exposure_s;
+                                 });
     if (!same)
       return invalid("lens " + std::to_string(lens) + " and lens " + std::to_string(by_lens.begin()->first) +
                      " have different exposures; give every lens the same list of --exposure-s");
   }
   if (first.size() > kMaxBracket)
-    return invalid("a bracket has at most " + std::to_string(kMaxBracket) + " exposures, here are " +
+    return invalid("a bracket has at most " + std::to_string(kMaxBracket) + " exposures, this one has " +
                    std::to_string(first.size()));
 
   std::vector<int> numbers;

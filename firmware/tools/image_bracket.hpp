@@ -1,4 +1,4 @@
-// Frames from still images: what lightwell-estimate hands to the estimator in place of a camera.
+// Frames from still images, as input of the estimator for lightwell-estimate.
 #pragma once
 
 #include <memory>
@@ -13,28 +13,28 @@
 
 namespace lightwell {
 
-/// One image as the command line gives it.
+/// One image of the command line.
 struct ImageArgument {
   std::string path;
   int lens = 0;
-  double exposure_s = 0;  ///< 0: none was given.
+  double exposure_s = 0;  ///< 0: not given.
 };
 
-/// A bracket whose frames look into images that it owns.
+/// A bracket whose frames refer to the images that it owns.
 struct ImageBracket {
   std::vector<std::unique_ptr<Image>> images;
   std::vector<Frame> frames;
-  std::size_t unusual =
-      0;              ///< Numbers of float images that are negative, NaN or infinite: the estimator replaces them.
-  RigParameters rig;  ///< Of the lenses that have images, renumbered from 0 in their order.
+  /// Number of values of float images that are negative, NaN or infinite, which the estimator replaces.
+  std::size_t invalid_values = 0;
+  RigParameters rig;  ///< The lenses that have images, renumbered from 0 in their order.
 };
 
-/// Reads the images and pairs the lenses' exposures, shortest first. Without exposure_s an image counts as taken with
-/// one second, and every lens has one image. invalid_argument names the image and the remedy: a lens that is not in
-/// the rig, a size that is not the calibration's, lenses with different exposures, one exposure twice.
+/// Reads the images and combines the exposures of all lenses to frames, shortest first. An image without exposure_s has
+/// an exposure of one second. invalid_argument, with image and remedy: a lens that is not in the rig, a size that
+/// differs from the calibration's, lenses with different exposures, a repeated exposure.
 [[nodiscard]] Result<ImageBracket> read_bracket(const RigParameters& rig, const std::vector<ImageArgument>& arguments);
 
-/// A rig that is one equirectangular picture of this size.
+/// A rig of one equirectangular lens with this picture size and an sRGB response.
 [[nodiscard]] RigParameters equirectangular_rig(int width, int height);
 
 }  // namespace lightwell

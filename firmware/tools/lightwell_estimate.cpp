@@ -21,7 +21,7 @@ namespace {
 
 using namespace lightwell;
 
-constexpr const char* kHelp = R"(lightwell-estimate: how a place is lit, from still images.
+constexpr const char* kHelp = R"(lightwell-estimate: estimates the lighting of a place from still images.
 
   lightwell-estimate --equirect PANORAMA.exr --json -
   lightwell-estimate --calibration RIG.textproto fisheye.png --json -
@@ -29,22 +29,22 @@ constexpr const char* kHelp = R"(lightwell-estimate: how a place is lit, from st
   lightwell-estimate --calibration RIG.textproto --exposure-s 0.001 a.png --exposure-s 0.03 b.png --json -
   lightwell-estimate --calibration WEBCAM.textproto --body DODECAHEDRON.textproto photo.png --json -
 
-Images are read in order; --lens and --exposure-s speak of the images after them.
-  --calibration FILE   what each pixel means (proto/lightwell/v1/calibration.proto, text format)
+Images are read in order; --lens and --exposure-s apply to the images after them.
+  --calibration FILE   the camera's calibration (proto/lightwell/v1/calibration.proto, text format)
   --equirect IMAGE     a whole panorama; needs no calibration (PNG and JPEG: sRGB response)
   --lens N             lens of the rig that the images after it belong to [0]
   --exposure-s E       exposure of the next image in seconds; a bracket gives one before each image
-  --body FILE          read light from this marker in the picture (lightwell-calibrate marker-sheet makes the file)
+  --body FILE          estimate light from this marker in the picture (the file of lightwell-calibrate marker-sheet)
   --json FILE          write the descriptor as protobuf JSON; - is standard output
-  --binary FILE        write the descriptor's bytes as they would go over the wire
+  --binary FILE        write the encoded descriptor (wire format)
   --band N             highest band of the harmonics, 0 to 6 [4]
-  --max-lights N       most lights, 0 to 64 [8]
+  --max-lights N       maximum number of lights, 0 to 64 [8]
   --help               this text
 
-PNG and JPEG: 8 bits, through the response curve that the calibration names. EXR and HDR: linear radiance in relative
-units (divided by the exposure where one is given). Directions in the answer are in the probe's frame: +X right, +Y up,
--Z forward. What the fields mean: proto/README.md.
-Exit status: 0 done, 1 an input is wrong (standard error says which and how to mend it), 2 wrong usage.
+PNG and JPEG: 8 bits, decoded with the response curve of the calibration. EXR and HDR: linear radiance in relative units
+(divided by the exposure if one is given). Directions in the result are in the probe's frame: +X right, +Y up, -Z
+forward. Meaning of the fields: proto/README.md.
+Exit status: 0 done, 1 an input is wrong (standard error has the reason and the remedy), 2 wrong usage.
 )";
 
 enum Exit : int { kOk = 0, kBadInput = 1, kUsage = 2 };
@@ -64,7 +64,7 @@ std::optional<T> number(const std::string& text) {
   return value;
 }
 
-/// By hand, because --lens and --exposure-s mean the images that follow them.
+/// Parsed without CLI11, because --lens and --exposure-s apply to the images that follow them.
 Result<Arguments> parse(const std::vector<std::string>& words) {
   Arguments out;
   int lens = 0;
@@ -97,7 +97,7 @@ Result<Arguments> parse(const std::vector<std::string>& words) {
       value = words[++i];
     }
     if (!value) return usage(word + " needs a value");
-    const auto bad = [&] { return usage(word + ": '" + *value + "' is not a value it can take"); };
+    const auto bad = [&] { return usage(word + ": '" + *value + "' is not a valid value"); };
     if ((word == "--calibration" && !out.calibration.empty()) || (word == "--equirect" && !out.equirect.empty()))
       return usage(word + " is given twice");
     if (word == "--calibration") {
@@ -132,11 +132,10 @@ Result<Arguments> parse(const std::vector<std::string>& words) {
     return usage(
         "--equirect takes one image without exposure; a bracket of panoramas needs --calibration with equirectangular "
         "{}");
-  if (exposure > 0) return usage("--exposure-s has no image after it; it speaks of the next one");
+  if (exposure > 0) return usage("--exposure-s has no image after it; it applies to the next one");
   if (out.equirect.empty() == out.calibration.empty())
     return usage("give either --calibration with images or --equirect with one");
-  if (!out.equirect.empty() && !out.body.empty())
-    return usage("--body needs --calibration: of a camera that looks at the marker");
+  if (!out.equirect.empty() && !out.body.empty()) return usage("--body needs --calibration, that of the camera");
   if (!out.equirect.empty() && !out.images.empty())
     return usage("--equirect takes one image; more images need --calibration");
   if (const Status s = out.config.validate(); !s.ok()) return usage(s.message());
@@ -181,9 +180,9 @@ Result<Descriptor> descriptor_of(const Arguments& arguments) {
   }
   const Result<ImageBracket> bracket = read_bracket(rig, images);
   if (!bracket) return bracket.status();
-  if (bracket->unusual > 0)
-    std::cerr << "lightwell-estimate: " << bracket->unusual
-              << " numbers are negative, NaN or infinite and were replaced (flag CLEANED)\n";
+  if (bracket->invalid_values > 0)
+    std::cerr << "lightwell-estimate: " << bracket->invalid_values
+              << " values are negative, NaN or infinite and were replaced (flag CLEANED)\n";
   Result<std::unique_ptr<Estimator>> estimator = make_estimator(arguments, bracket->rig);
   if (!estimator) return estimator.status();
   Descriptor descriptor;

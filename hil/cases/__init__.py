@@ -1,1 +1,1 @@
-"""What is tested on a board: one file a topic, one function a test of the roster, case(rig, test, measured)."""
+"""Tests that run on a board: one file per topic, one function case(rig, test, measured) per test of the roster."""

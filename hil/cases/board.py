@@ -1,4 +1,4 @@
-"""What the board itself takes: the figures of hil/README.md."""
+"""Time and memory that the board itself needs: the figures of hil/README.md."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from hil.harness.runner import Measured
 
 
 def costs(rig: Rig, test: Any, measured: Measured) -> None:
-    """Boots, looks, and ends it."""
+    """Measures shutdown, boot, memory and the daemon's start."""
     board = rig.board
     begun = time.monotonic()
     measured.figure("ended by itself when it was told to", str(board.stop()), "", "== True")
     measured.time("down, clean", time.monotonic() - begun, "s")
     begun = time.monotonic()
-    # As new, whatever it was told before.
+    # With a new state disk, independent of earlier tests.
     board.start(fresh=True)
     measured.time("from QEMU's start to ssh", time.monotonic() - begun, "s")
     board.wait_for_service()
@@ -28,7 +28,7 @@ def costs(rig: Rig, test: Any, measured: Measured) -> None:
     used = board.run("free -m | awk '/^Mem/ {print $3}'", check=True).out
     measured.figure("memory used in the board", float(used), "MB")
     measured.figure("lightwelld's memory", rig.daemon()["rss_kb"] / 1024, "MB")
-    # OpenCV's imgcodecs would bring a hundred more, and three seconds of each start.
+    # Linking OpenCV's imgcodecs would add a hundred libraries and three seconds to each start.
     libraries = board.run("ldd $(readlink -f /opt/lightwell/bin/lightwelld) | wc -l", check=True).out
     measured.figure("libraries that lightwelld loads", float(libraries), "", "<= 140")
     measured.time(
@@ -42,7 +42,7 @@ def costs(rig: Rig, test: Any, measured: Measured) -> None:
 
 
 def _seconds(rig: Rig, command: str) -> float:
-    """What a command of the board's takes, by ssh."""
+    """Duration of a command on the board, run by ssh, in seconds."""
     begun = time.monotonic()
     rig.board.run(command, check=True)
     return time.monotonic() - begun

@@ -1,4 +1,4 @@
-"""A long time on the board."""
+"""Long runs on the board."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _FRAMES = 10_000
 
 
 @contextmanager
-def small_pages(rig: Rig) -> Iterator[None]:
-    """Else the kernel makes huge pages of small ones while a process runs, whose untouched parts then count as its
-    memory: a step of 3.5 MB within the first minutes."""
+def without_huge_pages(rig: Rig) -> Iterator[None]:
+    """Disables transparent huge pages. Otherwise the kernel merges small pages while a process runs, and their
+    untouched parts count as its memory: a step of 3.5 MB within the first minutes."""
     switch = "/sys/kernel/mm/transparent_hugepage/enabled"
     before = rig.board.run(f"cat {switch}", check=True).out.split("[")[1].split("]")[0]
     rig.board.run(f"echo never > {switch}", check=True)
@@ -29,9 +29,9 @@ def small_pages(rig: Rig) -> Iterator[None]:
 
 
 def ten_thousand_frames(rig: Rig, test: Any, measured: Measured) -> None:
-    """Memory, threads and handles over ten thousand frames, with a client that watches."""
-    camera = rig.described(test.camera).usb_simulated
-    with small_pages(rig), rig.usb_camera(test.camera, arguments=ahead(camera)) as outside:
+    """Memory, threads and file descriptors of lightwelld over ten thousand frames, with a client connected."""
+    camera = rig.camera_entry(test.camera).usb_simulated
+    with without_huge_pages(rig), rig.usb_camera(test.camera, arguments=ahead(camera)) as outside:
         uri = rig.configure(camera_text(rig, camera, rig.wait_for_video()), more=calibrate(rig, camera))
         with rig.watcher(uri) as watcher:
             watcher.wait_for("light", 60, since=0)
@@ -45,21 +45,20 @@ def ten_thousand_frames(rig: Rig, test: Any, measured: Measured) -> None:
                 pools.append(rig.pool_threads())
                 return frames >= _FRAMES
 
-            # A look every few seconds: the board's processors have other things to do.
+            # Sampled only every few seconds, because sampling takes time of the board's processors.
             wait_for(f"{_FRAMES} frames", enough, test.limit_s - 60, every_s=6)
             last = rig.snapshot(outside, uri)
-    # What pools and caches take is taken after a fifth.
+    # Pools and caches have reached their size after a fifth of the frames.
     settled = [(frames, daemon) for frames, daemon in seen if frames >= _FRAMES / 5]
-    # Its own: parts of programs and libraries come from the disk when they are first used, and are the kernel's to
-    # drop.
+    # Anonymous memory only: pages of programs and libraries are read on first use, and the kernel may drop them again.
     slope = _slope([(frames, float(daemon["own_kb"])) for frames, daemon in settled])
     measured.figure("frames", seen[-1][0], "", f">= {_FRAMES}")
     measured.figure("of these, frames that became light", last["estimates"] - first["estimates"])
     measured.figure("memory, all and its own, every fifth look",
                     ", ".join(f"{daemon['rss_kb']}/{daemon['own_kb']}" for _, daemon in seen[::5]), "kB")
     measured.figure("its own memory, slope over the last four fifths", 1000 * slope, "kB in a thousand frames")
-    # What leaks grows between any two looks; an allocator that takes another piece grows once. A descriptor kept of
-    # each frame would be more than 100 kB in a thousand.
+    # The median ignores single steps of the allocator; a leak grows between all samples. Leaking one descriptor per
+    # frame would be more than 100 kB per thousand frames.
     steps = [1000 * (b["own_kb"] - a["own_kb"]) / (n - m) for (m, a), (n, b) in zip(settled, settled[1:]) if n > m]
     measured.figure(
         "its own memory, median growth from look to look", median(steps), "kB in a thousand frames", "<= 10"
@@ -76,7 +75,7 @@ def ten_thousand_frames(rig: Rig, test: Any, measured: Measured) -> None:
         "",
         "<= 0",
     )
-    # These fill when their work happens to come together, be it after hours, and are as large as they may be then.
+    # The pools grow up to their limit when work coincides, possibly after hours, so their growth is not a leak.
     measured.figure(
         "threads of gRPC's pools, first and last, of so many at most",
         "; ".join(f"{name} {pools[0][name][0]}, {threads} of {most}" for name, (threads, most) in pools[-1].items()),
@@ -88,7 +87,7 @@ def ten_thousand_frames(rig: Rig, test: Any, measured: Measured) -> None:
 
 
 def _slope(points: list[tuple[float, float]]) -> float:
-    """Of the straight line nearest to the points; NaN where there are fewer than three."""
+    """Slope of the least-squares line through the points; NaN for fewer than three."""
     if len(points) < 3:
         return float("nan")
     x, y = sum(p[0] for p in points) / len(points), sum(p[1] for p in points) / len(points)

@@ -1,4 +1,5 @@
-"""What goes wrong around a probe: each is survived, counted, and over within a stated time."""
+"""Faults of camera, network, clock, process, disk and memory: the probe counts each and recovers within a stated
+time."""
 
 from __future__ import annotations
 
@@ -7,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from hil.cases.stream import UNTOLD, ahead, calibrate, camera_text, unknown_to_client
+from hil.cases.stream import MAX_UNCOUNTED, ahead, calibrate, camera_text, unknown_to_client
 from hil.harness.camera import UsbCamera
 from hil.harness.rig import Rig
 from hil.harness.runner import Measured
@@ -17,8 +18,8 @@ from hil.harness.watcher import Watcher
 
 @contextmanager
 def running(rig: Rig, test: Any, *, more: str = "") -> Iterator[tuple[UsbCamera, str, Watcher]]:
-    """A camera that streams, lightwelld with it, and a client that watches."""
-    camera = rig.described(test.camera).usb_simulated
+    """A simulated USB camera, lightwelld that uses it, and a connected client that receives light."""
+    camera = rig.camera_entry(test.camera).usb_simulated
     with rig.usb_camera(test.camera, arguments=ahead(camera)) as outside:
         uri = rig.configure(camera_text(rig, camera, rig.wait_for_video()), more=calibrate(rig, camera) + more)
         with rig.watcher(uri) as watcher:
@@ -26,26 +27,27 @@ def running(rig: Rig, test: Any, *, more: str = "") -> Iterator[tuple[UsbCamera,
             yield outside, uri, watcher
 
 
-def the_same_daemon(rig: Rig, before: dict[str, int], measured: Measured) -> None:
-    # A connection that broke is held until its server notices, by its keepalive of 10 and 5 s; what leaks stays.
-    looks: list[dict[str, int]] = []
+def check_daemon_survived(rig: Rig, before: dict[str, int], measured: Measured) -> None:
+    """Adds figures: lightwelld was not restarted, and has no more open file descriptors than `before`."""
+    # The server keeps a broken connection until its keepalive (10 s, then 5 s) has expired; a leaked descriptor stays.
+    samples: list[dict[str, int]] = []
 
-    def given_back() -> bool:
-        looks.append(rig.daemon())
-        return looks[-1]["handles"] <= before["handles"]
+    def released() -> bool:
+        samples.append(rig.daemon())
+        return samples[-1]["handles"] <= before["handles"]
 
     try:
-        wait_for("handles to be given back", given_back, 20, every_s=1)
+        wait_for("lightwelld to close its file descriptors", released, 20, every_s=1)
     except TimedOut:
-        pass  # The figure says so.
-    after = looks[-1]
+        pass  # The figure below fails.
+    after = samples[-1]
     measured.figure("restarts of lightwelld", after["restarts"] - before["restarts"], "", "== 0")
     measured.figure("lightwelld's process is the same", str(after["pid"] == before["pid"]), "", "== True")
     measured.figure("handles more than before", after["handles"] - before["handles"], "", "<= 0")
 
 
 def camera_unplugged(rig: Rig, test: Any, measured: Measured) -> None:
-    """Pulled out and put in again, three times."""
+    """The camera is unplugged and plugged in again, three times."""
     with running(rig, test) as (camera, uri, watcher):
         before = rig.daemon()
         times = []
@@ -56,43 +58,43 @@ def camera_unplugged(rig: Rig, test: Any, measured: Measured) -> None:
             rig.wait_for_video()
             times.append(watcher.back_after("light after the camera was put in again", 60))
         measured.time("light again after the kernel has its device, largest of three", max(times), "s", "<= 6")
-        the_same_daemon(rig, before, measured)
+        check_daemon_survived(rig, before, measured)
 
 
 def camera_silent(rig: Rig, test: Any, measured: Measured) -> None:
-    """It takes transfers and sends nothing for ten seconds."""
+    """The camera accepts transfers and sends nothing for ten seconds."""
     silence_s = 10
     with running(rig, test) as (camera, uri, watcher):
         before = rig.daemon()
         begun = time.monotonic()
         camera.command("silence", seconds=silence_s)
-        watcher.dark()
+        watcher.wait_until_silent()
         time.sleep(max(0.0, begun + silence_s - time.monotonic()))
         measured.time(
             "light again after ten seconds of silence", watcher.back_after("light after the silence", 60), "s", "<= 6"
         )
         withheld = camera.counters()["counters"]["silent"]
         measured.figure("frames that the camera withheld", withheld, "", f">= {silence_s}")
-        the_same_daemon(rig, before, measured)
+        check_daemon_survived(rig, before, measured)
 
 
 def camera_stalled(rig: Rig, test: Any, measured: Measured) -> None:
-    """Its endpoint stalls in the middle of a frame, and stays so until somebody clears it."""
+    """The camera's endpoint stalls in the middle of a frame until the host clears the halt."""
     with running(rig, test) as (camera, uri, watcher):
         before, streams = rig.daemon(), camera.counters()["counters"]["streams"]
         begun = time.monotonic()
         camera.command("stall")
-        # Clearing the endpoint begins a new stream: without one the light that follows would be of before.
-        wait_for("somebody to clear the endpoint", lambda: camera.counters()["counters"]["streams"] > streams, 90)
+        # Clearing the halt begins a new stream. Waiting for it excludes light of frames from before the stall.
+        wait_for("the host to clear the endpoint", lambda: camera.counters()["counters"]["streams"] > streams, 90)
         watcher.back_after("light after the stall", 90)
         measured.time("light again after the endpoint stalled", time.monotonic() - begun, "s", "<= 15")
         measured.figure("streams begun anew", camera.counters()["counters"]["streams"] - streams, "", ">= 1")
-        the_same_daemon(rig, before, measured)
+        check_daemon_survived(rig, before, measured)
 
 
 def _damage(camera: UsbCamera, fault: str, outcome: str, frames: int) -> None:
-    """So many, or one more. A frame that was to be damaged and found the one before still on its way counts as
-    neither."""
+    """Makes the camera damage `frames` frames, or one more, and waits until its counter `outcome` shows them. The
+    command is repeated, because a frame that is dropped since the previous one is still being sent does not count."""
     sent: Callable[[], int] = lambda: camera.counters()["counters"][outcome]
     end = sent() + frames
 
@@ -105,16 +107,16 @@ def _damage(camera: UsbCamera, fault: str, outcome: str, frames: int) -> None:
 
 
 def frames_damaged(rig: Rig, test: Any, measured: Measured) -> None:
-    """Frames without their middle, without their end, and marked as bad: none becomes light, each is counted."""
-    # Of each kind, twice. More in a row would take two seconds on a busy machine, after which the firmware starts the
-    # camera anew.
+    """Frames without their middle, without their end, and with the error bit: none is estimated, each is counted."""
+    # Twice for each kind. More in a row could take two seconds on a busy machine, after which the firmware restarts the
+    # camera.
     in_a_row = 10
     with running(rig, test) as (camera, uri, watcher):
         before, streams = rig.daemon(), camera.counters()["counters"]["streams"]
         begun = rig.at_rest(camera, uri, watcher)
         for fault, outcome in 2 * (("tear", "torn"), ("shorten", "shortened"), ("mark", "marked")):
             _damage(camera, fault, outcome, in_a_row)
-            # Whole ones behind them: a lost frame is known by the number of the next.
+            # Complete frames must follow: the sequence number of the next frame reveals a lost one.
             watcher.back_after("light after damaged frames", 30)
         ended = rig.at_rest(camera, uri, watcher)
         grown = {name: ended[name] - begun[name] for name in ended}
@@ -124,19 +126,20 @@ def frames_damaged(rig: Rig, test: Any, measured: Measured) -> None:
             "frames that were neither whole nor counted",
             abs(grown["sent"] - grown["frames"] - grown["frames_lost"]),
             "",
-            UNTOLD,
+            MAX_UNCOUNTED,
         )
         unknown_to_client(grown, measured)
         measured.figure("streams begun anew", camera.counters()["counters"]["streams"] - streams, "", "== 0")
-        the_same_daemon(rig, before, measured)
+        check_daemon_survived(rig, before, measured)
 
 
 def network_down(rig: Rig, test: Any, measured: Measured) -> None:
-    """The board's network card has no link for five seconds."""
+    """The link of the board's network card goes down; it comes up again three seconds after the client has no more
+    light."""
     with running(rig, test) as (camera, uri, watcher):
         before = rig.daemon()
         rig.board.qmp("set_link", name="net0", up=False)
-        watcher.dark()
+        watcher.wait_until_silent()
         time.sleep(3)
         rig.board.qmp("set_link", name="net0", up=True)
         measured.time(
@@ -145,11 +148,11 @@ def network_down(rig: Rig, test: Any, measured: Measured) -> None:
             "s",
             "<= 8",
         )
-        the_same_daemon(rig, before, measured)
+        check_daemon_survived(rig, before, measured)
 
 
 def clock_set_back(rig: Rig, test: Any, measured: Measured) -> None:
-    """The board's calendar clock is an hour wrong from one moment to the next."""
+    """The board's wall clock jumps back by an hour, and later forward again."""
     with running(rig, test) as (camera, uri, watcher):
         before = rig.daemon()
         rig.board.run("date -s @$(( $(date +%s) - 3600 ))", check=True)
@@ -159,11 +162,11 @@ def clock_set_back(rig: Rig, test: Any, measured: Measured) -> None:
         measured.time("age of descriptors at their arrival, p99, largest second",
                         max(line["age_p99_ms"] or 0 for line in lines), "ms", "<= 2000")
         measured.figure("descriptors refused", lines[-1]["rejected"] - lines[0]["rejected"], "", "== 0")
-        the_same_daemon(rig, before, measured)
+        check_daemon_survived(rig, before, measured)
 
 
 def daemon_killed(rig: Rig, test: Any, measured: Measured) -> None:
-    """SIGKILL, twice: systemd starts it anew, and the client goes on by itself."""
+    """lightwelld is killed by SIGKILL, twice: systemd restarts it, and the client reconnects by itself."""
     with running(rig, test) as (camera, uri, watcher):
         before = rig.daemon()
         times = []
@@ -177,8 +180,8 @@ def daemon_killed(rig: Rig, test: Any, measured: Measured) -> None:
 
 
 @contextmanager
-def room_again(rig: Rig) -> Iterator[None]:
-    """The next test finds a disk with room: lightwelld, which would go on recording into it, ends first."""
+def free_disk_afterwards(rig: Rig) -> Iterator[None]:
+    """On exit stops lightwelld, which would go on recording, and frees the disk for the next test."""
     try:
         yield
     finally:
@@ -188,9 +191,9 @@ def room_again(rig: Rig) -> Iterator[None]:
 
 
 def disk_full(rig: Rig, test: Any, measured: Measured) -> None:
-    """A recording fills its disk: the recording ends, the light does not."""
+    """A recording fills its disk: the recording ends, the estimates continue."""
     with (
-        room_again(rig),
+        free_disk_afterwards(rig),
         running(rig, test, more='record { path: "/var/lib/lightwell/full.lwr" }\n') as (camera, uri, watcher),
     ):
         before = rig.daemon()
@@ -204,14 +207,14 @@ def disk_full(rig: Rig, test: Any, measured: Measured) -> None:
         measured.figure("frames recorded before", info["frames_recorded"])
         measured.figure("faults of the recording, counted", info["recording_faults"], "", ">= 1")
         measured.figure("seconds without light", sum(1 for line in lines if line["frames"] == 0), "", "== 0")
-        the_same_daemon(rig, before, measured)
+        check_daemon_survived(rig, before, measured)
 
 
 def memory_exhausted(rig: Rig, test: Any, measured: Measured) -> None:
-    """Another program takes all memory: the kernel ends it, and the probe lives or comes back."""
+    """Another program exhausts the memory: the kernel kills it, and lightwelld survives or is restarted."""
     with running(rig, test) as (camera, uri, watcher):
         before = rig.daemon()
-        # tail keeps a line until it ends, and this one does not.
+        # tail buffers a line until it ends, and this line never ends.
         rig.board.run("systemd-run --wait --collect --quiet -p OOMScoreAdjust=1000 tail /dev/zero", timeout_s=240)
         ended = rig.board.run("dmesg | grep -c 'Killed process.*(tail)'; true", timeout_s=120).out.strip()
         measured.figure("gluttons that the kernel ended", float(ended or 0), "", "== 1")

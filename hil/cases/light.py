@@ -1,4 +1,4 @@
-"""What the board answers, against the desktop and against the truth."""
+"""The board's light compared with that of the desktop's firmware and with the scene's true light."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from hil.cases.stream import ahead, calibrate, camera_text
 from hil.harness.rig import Rig
 from hil.harness.runner import Measured
 
-# UVC's shortest exposure is 100 us: it holds the courtyard's brightest lamp, but not a sun, which would be flagged as
-# clipped. From there in even ratios to where the walls are well exposed.
+# Exposure times in seconds. At UVC's shortest, 100 us, the courtyard's brightest lamp is not clipped (a sun would be).
+# The others follow in equal ratios up to a good exposure of the walls.
 BRACKET = ("0.0001", "0.0012", "0.0144")
 
 
 def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
-    """The same frames, recorded on the board, through the board's firmware and through the desktop's."""
-    camera = type(rig.described(test.camera).usb_simulated)()
-    camera.CopyFrom(rig.described(test.camera).usb_simulated)
-    # So slow that both take every frame, for what is compared is arithmetic.
+    """The board's and the desktop's firmware estimate the same light from the same frames, recorded on the board."""
+    camera = type(rig.camera_entry(test.camera).usb_simulated)()
+    camera.CopyFrom(rig.camera_entry(test.camera).usb_simulated)
+    # Slow enough for both to process every frame, because the arithmetic is to be compared.
     camera.width, camera.height, camera.frame_rate = 320, 240, 15
     frames = rig.folder / "frames.lwr"
     with rig.usb_camera(test.camera, arguments=ahead(camera)):
@@ -32,8 +32,8 @@ def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
 
 
 def bracket(rig: Rig, test: Any, measured: Measured) -> None:
-    """Three exposures, set through the kernel's controls frame by frame, against the scene's own light."""
-    camera = rig.described(test.camera).usb_simulated
+    """Three exposures, set frame by frame through the kernel's controls; the light is compared with the scene's."""
+    camera = rig.camera_entry(test.camera).usb_simulated
     recording = rig.folder / "bracket.lwr"
     with rig.usb_camera(test.camera, arguments=ahead(camera, ",".join(BRACKET))) as outside:
         uri = rig.configure(camera_text(rig, camera, rig.wait_for_video(), exposure="&exposure=" + ",".join(BRACKET)),
@@ -43,7 +43,7 @@ def bracket(rig: Rig, test: Any, measured: Measured) -> None:
         controls = outside.counters()["counters"]["controls_set"]
     report = rig.evaluate(recording, camera.scene, camera, BRACKET)
     measured.figure("descriptors", report["frames"], "", ">= 20")
-    # Of the simulated sensor on the desktop 1 % was promised.
+    # The promise for the simulated sensor on the desktop is 1 %.
     measured.figure("irradiance error, median", 100 * report["median_error"], "%", "<= 1.5")
     measured.figure("irradiance error, largest", 100 * report["largest_error"], "%", "<= 1.5")
     measured.figure("descriptors whose bound holds", 100 * report["held"] / max(1, report["frames"]), "%", ">= 99")

@@ -1,4 +1,4 @@
-"""Every link of the board: encrypted, found by itself, on a bad network, by cable."""
+"""The board's links: TLS and pairing, discovery, impaired network, USB."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from pathlib import Path
 from typing import Any
 
 from hil.harness.rig import Rig
-from hil.harness.runner import Broken, CannotRun, Measured
+from hil.harness.runner import CannotRun, Measured, TestFailure
 from hil.harness.waits import wait_for
 from hil.harness.usb_wire import UsbWire
 from hil.harness.watcher import WatcherOnBoard
 
-# These look at links: a small simulated camera of the firmware's own does.
+# These tests are about links: a small camera, simulated by the firmware itself, is enough.
 _CAMERA = 'uri: "sim:studio?sensor=rgb8&rig=single" width: 160 height: 120 frame_rate: 10'
 
 
 def tls_and_pairing(rig: Rig, test: Any, measured: Measured) -> None:
-    """A client is paired with the board by a code, follows it over TLS, and a stranger does not."""
+    """A client is paired with the board by a code and connects over TLS; a client without credentials is rejected."""
     rig.configure(_CAMERA, grpc='security: LINK_SECURITY_TLS keys: "/var/lib/lightwell/keys"')
     host, port = rig.board.network().reach(7420)
     _, pairing_port = rig.board.network().reach(7421)
     rig.board.run("lightwelld --pair --config /etc/lightwell/probe.textproto --camera none: --pair-listen 0.0.0.0:7421 "
                   ">/run/pair.log 2>&1 &", check=True)
-    # As root, which an administrator is: what it writes must be the daemon's all the same.
+    # Run as root, as an administrator would: the files that it writes must belong to the daemon's user all the same.
     code = wait_for("the pairing code", lambda: _code(rig.board.run("cat /run/pair.log").out), 60, every_s=0.5,
                     state=lambda: rig.board.run("cat /run/pair.log").out.strip())
     store = rig.folder / "store"
@@ -48,6 +48,7 @@ def tls_and_pairing(rig: Rig, test: Any, measured: Measured) -> None:
 
 
 def _code(said: str) -> str | None:
+    """The six-digit pairing code in the output of lightwelld --pair."""
     digits = [
         word.strip(".,:;") for word in said.split() if word.strip(".,:;").isdigit() and len(word.strip(".,:;")) == 6
     ]
@@ -55,10 +56,10 @@ def _code(said: str) -> str | None:
 
 
 def bad_network(rig: Rig, test: Any, measured: Measured) -> None:
-    """Loss, reordering and delay on the board's own network card, by the kernel's netem."""
+    """Delay, loss, reordering and corruption of packets on the board's network card, by the kernel's netem."""
     uri = rig.configure(_CAMERA)
     if rig.board.run("modprobe sch_netem && tc qdisc add dev eth0 root netem delay 1ms").status != 0:
-        raise Broken("the board's kernel has no netem")
+        raise TestFailure("the board's kernel has no netem")
     try:
         with rig.watcher(uri) as watcher:
             watcher.wait_for("light", 60, since=0)
@@ -76,7 +77,7 @@ def bad_network(rig: Rig, test: Any, measured: Measured) -> None:
                 measured.figure(f"{name}: refused", lines[-1]["rejected"] - lines[0]["rejected"], "", "== 0")
             rig.board.run("tc qdisc del dev eth0 root", check=True)
             begun, since = time.monotonic(), len(watcher.seconds())
-            watcher.wait_for("all light of a second", 60, since=since, frames=8)
+            watcher.wait_for("a second at the full rate", 60, since=since, frames=8)
             measured.time("full rate again after the network was good", time.monotonic() - begun, "s", "<= 4")
     finally:
         rig.board.run("tc qdisc del dev eth0 root 2>/dev/null; true")
@@ -84,7 +85,8 @@ def bad_network(rig: Rig, test: Any, measured: Measured) -> None:
 
 @contextmanager
 def _avahi(rig: Rig, folder: Path) -> Iterator[dict[str, str]]:
-    """A bus and an avahi-daemon of this machine on the board's wire, as another computer of that network has them."""
+    """Runs a D-Bus daemon and an avahi-daemon on the board's wire, as on another computer of that network. Yields the
+    environment for clients."""
     bus = folder / "bus"
     (folder / "bus.conf").write_text(
         f"<busconfig><type>system</type><listen>unix:path={bus}</listen><auth>EXTERNAL</auth><policy "
@@ -102,7 +104,7 @@ def _avahi(rig: Rig, folder: Path) -> Iterator[dict[str, str]]:
             subprocess.Popen(["dbus-daemon", f"--config-file={folder / 'bus.conf'}", "--nofork", "--nopidfile"])
         )
         wait_for("the bus", bus.exists, 20, every_s=0.05)
-        # avahi-daemon keeps its process number in /run, one for each machine: this one's own /run is not touched.
+        # avahi-daemon keeps its process id in /run, so it gets a /run of its own.
         inside = [
             "unshare",
             "-m",
@@ -123,19 +125,19 @@ def _avahi(rig: Rig, folder: Path) -> Iterator[dict[str, str]]:
 def found_by_mdns(rig: Rig, test: Any, measured: Measured) -> None:
     """`lightwell discover` on another machine of the wire finds the board."""
     if rig.board.options.net != "tap":
-        raise CannotRun("multicast needs a wire, and this board has none")
+        raise CannotRun("multicast needs a board with net: \"tap\"")
     rig.configure(_CAMERA, more="discovery { mdns: MDNS_ON }\n")
     with tempfile.TemporaryDirectory() as folder, _avahi(rig, Path(folder)) as environment:
         begun = time.monotonic()
 
-        def look() -> Any:
+        def poll() -> Any:
             said = rig.client(["discover", "--json"], environment=environment, good=range(256))
             return next((line for line in map(json.loads, said.splitlines()) if line.get("name") == "board"), None)
 
-        found = wait_for("the board to be found", look, 60)
+        found = wait_for("the board to be found", poll, 60)
         measured.time("found after", time.monotonic() - begun, "s", "<= 20")
         links = [link["uri"] for link in found["links"] if link["uri"].startswith("grpc")]
-        # By the name that it told, which only multicast DNS knows.
+        # Connects by the announced host name, which only multicast DNS resolves.
         summary = json.loads(
             rig.client(["watch", links[0], "--seconds", "4", "--json"], environment=environment).splitlines()[-1]
         )
@@ -145,9 +147,9 @@ def found_by_mdns(rig: Rig, test: Any, measured: Measured) -> None:
 
 
 def usb_cable(rig: Rig, test: Any, measured: Measured) -> None:
-    """The board's gadget on dummy_hcd, the SDK by libusb in the same guest: unplugged, reset and detached under way."""
+    """The board's gadget on dummy_hcd, the SDK with libusb in the same guest; the gadget is unplugged and detached."""
     if rig.board.run("modprobe dummy_hcd is_super_speed=0 is_high_speed=1").status != 0:
-        raise Broken("the board's kernel has no dummy_hcd")
+        raise TestFailure("the board's kernel has no dummy_hcd")
     rig.board.run("lightwell-usb-gadget up --user lightwell", check=True, timeout_s=120)
     rig.configure(_CAMERA, more="usb_gadget {}\n")
     rig.board.run("lightwell-usb-gadget bind", check=True, timeout_s=60)
@@ -160,8 +162,8 @@ def usb_cable(rig: Rig, test: Any, measured: Measured) -> None:
             check=True,
         ).out.strip()
         if not port:
-            raise Broken(
-                "no device of ours is on the bus: " + rig.board.run("ls /sys/bus/usb/devices; dmesg | tail -5").out
+            raise TestFailure(
+                "the gadget is not on the bus: " + rig.board.run("ls /sys/bus/usb/devices; dmesg | tail -5").out
             )
         times: dict[str, list[float]] = {"unplugged": [], "detached": []}
         for _ in range(2):
@@ -179,10 +181,10 @@ def usb_cable(rig: Rig, test: Any, measured: Measured) -> None:
 
 
 def usb_two_boards(rig: Rig, test: Any, measured: Measured) -> None:
-    """The gadget on one machine's usbip-vudc, the SDK on another machine's vhci-hcd, the cable's packets on the wire
-    between them."""
+    """The gadget on one board's usbip-vudc, the SDK on another board with vhci-hcd; usbip carries the USB packets over
+    the network between them."""
     if rig.peer is None:
-        raise Broken("the roster's entry has no peer")
+        raise TestFailure("the roster's entry has no peer")
     device = rig.board
     wire = UsbWire(device, rig.peer)
     device.run("lightwell-usb-gadget up --user lightwell", check=True, timeout_s=120)
@@ -195,7 +197,7 @@ def usb_two_boards(rig: Rig, test: Any, measured: Measured) -> None:
 
 
 def _follow_by_wire(rig: Rig, client: WatcherOnBoard, wire: UsbWire, measured: Measured) -> None:
-    """What a client on the peer sees of the gadget, and how it comes back to it."""
+    """Rates and ages at a client on the peer, and how fast it recovers from detaching and unbinding."""
     device, host, before = rig.board, rig.peer, rig.daemon()
     lines = client.next_seconds(10)
     measured.time(
@@ -208,12 +210,12 @@ def _follow_by_wire(rig: Rig, client: WatcherOnBoard, wire: UsbWire, measured: M
     times: dict[str, list[float]] = {"detached by its host": [], "hidden by its device": []}
     for _ in range(2):
         wire.detach()
-        client.dark()
+        client.wait_until_silent()
         begun = wire.attach()
         client.back_after("light after the host attached it again", 60)
         times["detached by its host"].append(time.monotonic() - begun)
         device.run("lightwell-usb-gadget unbind", check=True)
-        client.dark()
+        client.wait_until_silent()
         device.run(f"lightwell-usb-gadget bind --udc {wire.udc}", check=True)
         begun = wire.attach()
         client.back_after("light after the gadget was bound again", 60)

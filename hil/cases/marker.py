@@ -1,5 +1,5 @@
-"""Light from a marker on the board: pictures that an independent path tracer made, against the desktop and against the
-lamps."""
+"""Light from a marker body, estimated on the board from path-traced images (an independent renderer), compared with the
+desktop's firmware and with the true lamps."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from hil.cases.same_light import tell_apart
+from hil.cases.same_light import measure_difference
 from hil.harness.rig import Rig
 from hil.harness.runner import Measured
 
-# A lamp behind the marker, which the faces and the shadow on the table tell together.
+# A lamp behind the marker, which is determined by the faces together with the shadow on the table.
 PICTURE = "grid_straight_white_back_right"
 BODY = "dodecahedron_100mm_white.textproto"
 _FRAMES = "/var/lib/lightwell/marker"
@@ -23,10 +23,10 @@ _SHOWN_S = 30
 
 
 def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
-    """The same pictures at the same pace through the board's firmware and the desktop's, side by side."""
+    """The board's and the desktop's firmware process the same images at the same rate, at the same time."""
     frames = rig.folder / "marker"
-    # So slow that the board, whose processor has its floats emulated, takes every frame: body and lamp are followed
-    # from one to the next.
+    # Slow enough for the board, whose floating point is emulated, to process every frame, because body and light are
+    # tracked from frame to frame.
     rig.marker_frames(frames, [PICTURE], noisy=4, period_s=2)
     rig.board.copy_in(frames, _FRAMES)
     on_board, on_desktop = rig.folder / "board.lwr", rig.folder / "desktop.lwr"
@@ -44,21 +44,22 @@ def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
         "<= 5",
     )
     measured.figure("pictures in which it did not find the marker", info["estimates_failed"], "", "== 0")
-    told = [light["direction"] for light in lights if "direction" in light]
-    off = _degrees(told[0], _true_lamp(rig)) if told else 180
+    directions = [light["direction"] for light in lights if "direction" in light]
+    off = _degrees(directions[0], _true_lamp(rig)) if directions else 180
     measured.figure("its strongest light, from the lamp that was shown", off, "deg", "<= 3")
-    # arm64's compiler fuses products with sums, and both the corners' fit and the lamps' go on until a step is small,
-    # not until it is none.
-    tell_apart(rig, on_board, on_desktop, measured, least=8, irradiance_percent=0.1, direction_deg=0.1)
+    # The compiler contracts products and sums on arm64 (FMA), and the fits of corners and lights stop at a small step,
+    # so results differ slightly.
+    measure_difference(rig, on_board, on_desktop, measured, least=8, irradiance_percent=0.1, direction_deg=0.1)
 
 
 def _true_lamp(rig: Rig) -> list[float]:
-    """Where the picture's lamp is, from the marker's centre."""
+    """Direction from the marker's centre to the lamp of the image."""
     scenes = json.loads((rig.tools.root / "tests/reference/mitsuba/marker/scenes.json").read_text(encoding="utf-8"))
     return scenes["frames"][PICTURE]["lamps"][0]["direction"]
 
 
 def _degrees(a: Sequence[float], b: Sequence[float]) -> float:
+    """The angle between two vectors in degrees."""
     return math.degrees(math.acos(max(-1, min(1, sum(x * y for x, y in zip(a, b)) / math.hypot(*a) / math.hypot(*b)))))
 
 

@@ -1,4 +1,4 @@
-"""The plug is pulled."""
+"""Power failures."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 from hil.harness.rig import Rig
-from hil.harness.runner import Broken, Measured
+from hil.harness.runner import Measured, TestFailure
 
 _FILE = "/var/lib/lightwell/rig.textproto"
 _CUTS = 3
@@ -21,7 +21,8 @@ def _kalibr(focal: float) -> str:
 
 
 def _prepare(rig: Rig) -> None:
-    """Two calibrations to be imported, and who saves them again and again. /run is memory: it is empty after a cut."""
+    """Writes two calibrations and a script that imports them in turn, endlessly. They are in /run, a tmpfs that is
+    empty after a power cut."""
     for name, focal in (("old", 200.0), ("new", 215.5)):
         rig.board.run(f"cat > /run/{name}.yaml", text=_kalibr(focal), check=True)
     rig.board.run("cat > /run/save.sh", check=True, text=(
@@ -31,7 +32,7 @@ def _prepare(rig: Rig) -> None:
 
 
 def _imported(rig: Rig) -> dict[str, str]:
-    """What each of them becomes."""
+    """The text of each calibration after its import."""
     whole = {
         name: rig.board.run(
             f"lightwell-calibrate import /run/{name}.yaml --output /run/{name}.textproto >/dev/null && "
@@ -41,12 +42,12 @@ def _imported(rig: Rig) -> dict[str, str]:
         for name in ("old", "new")
     }
     if whole["old"] == whole["new"]:
-        raise Broken("the two calibrations are the same: nothing could be told")
+        raise TestFailure("the two imported calibrations are equal, so they cannot be distinguished after a cut")
     return whole
 
 
 def cut_while_saving(rig: Rig, test: Any, measured: Measured) -> None:
-    """QEMU is killed while calibrations are saved, one over the other: afterwards one of them is there, whole."""
+    """QEMU is killed while two calibrations overwrite each other: afterwards the file holds one of them completely."""
     chance = random.Random(11)
     saves = cuts = 0
     found: list[str] = []

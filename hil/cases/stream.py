@@ -1,4 +1,4 @@
-"""Frames from a camera through the kernel, the firmware and the network, and an account of every one of them."""
+"""Streams frames from a camera through kernel, firmware and network, and checks that every frame is counted."""
 
 from __future__ import annotations
 
@@ -10,54 +10,56 @@ from hil.cases import vivid
 from hil.harness.rig import Rig, processed_frames
 from hil.harness.runner import Measured
 
-# Of streaming that are measured.
+# Duration of a measurement.
 _SECONDS = 8.0
-# A frame that was lost is known by the number of the next: one that was the last before a rest is told after it.
-UNTOLD = "<= 1"
+# A lost frame is detected by the sequence number of the next one, so one lost directly before a pause is not yet
+# counted.
+MAX_UNCOUNTED = "<= 1"
 
 
 def camera_text(rig: Rig, camera: Any, device: str, *, exposure: str = "") -> str:
-    """The CameraConfig of lightwelld for a simulated camera that the board has as `device`; `exposure`: more of its
+    """lightwelld's CameraConfig for a simulated camera with the device node `device`; `exposure`: appended to its
     URI."""
-    # The camera's white is D65, as its calibration says; the firmware would set 5000 K.
+    # The calibration holds for the camera's neutral white balance, 6500 K; the firmware's default is 5000 K.
     uri = (f"v4l2:{device}?format={camera.format.lower()}&white_balance=6500" if camera.backend == "v4l2"
            else f"libcamera:1?format={camera.format.lower()}")
     return (f'uri: "{uri}{exposure}" width: {camera.width} height: {camera.height} frame_rate: {camera.frame_rate}')
 
 
 def ahead(camera: Any, exposures: str = "") -> list[str]:
-    """That the camera's pictures are rendered before they are due: the processor belongs to the board."""
+    """Arguments that make the camera render its frames in advance, which leaves this machine's processor to the
+    board."""
     text = f"{camera.width}x{camera.height}:{camera.format.lower()}:{camera.frame_rate:.0f}"
     return ["--ahead", text + (f":{exposures}" if exposures else "")]
 
 
 def calibrate(rig: Rig, camera: Any, scene: str = "") -> str:
-    """Puts the camera's calibration onto the board; the field of lightwelld's configuration that names it."""
+    """Writes the camera's calibration to the board; returns the configuration field that refers to it."""
     text = rig.camera_calibration(scene or camera.scene, f"{camera.width}x{camera.height}:{camera.format.lower()}")
     rig.board.run("cat > /etc/lightwell/rig.textproto", text=text, check=True)
     return 'calibration: "rig.textproto"\n'
 
 
 def unknown_to_client(grown: Mapping[str, float], measured: Measured) -> None:
-    """Between two looks at rest: a client sees as holes in the numbers of descriptors what was dropped and what was
-    lost before."""
-    told = grown["arrived"] + grown["missing"]
+    """Adds a figure: between two snapshots at rest, every frame either arrived at the client as a descriptor or is
+    missing in its sequence numbers (dropped by the estimator, or lost before). `grown`: increments of the counters."""
+    known = grown["arrived"] + grown["missing"]
     measured.figure(
         "frames that the client neither got as light nor knows as missing",
-        abs(processed_frames(grown) + grown["frames_lost"] - told),
+        abs(processed_frames(grown) + grown["frames_lost"] - known),
         "",
-        UNTOLD,
+        MAX_UNCOUNTED,
     )
 
 
 def measure_stream(rig: Rig, test: Any, measured: Measured) -> None:
-    """Streams for a while and accounts for every frame: camera, kernel and firmware, estimator, client."""
-    camera = rig.described(test.camera).usb_simulated
+    """Streams for _SECONDS and compares the frame counters of camera, firmware, estimator and client."""
+    camera = rig.camera_entry(test.camera).usb_simulated
     with rig.usb_camera(test.camera, arguments=["--pace", "rate", *ahead(camera)]) as outside:
         uri = rig.configure(camera_text(rig, camera, rig.wait_for_video()), more=calibrate(rig, camera))
         with rig.watcher(uri) as watcher:
             watcher.wait_for("light", 60, since=0)
-            time.sleep(4)  # A stream that has just begun is not what is measured.
+            time.sleep(4)  # Excludes the start of the stream.
             begun = rig.at_rest(outside, uri, watcher)
             time.sleep(_SECONDS)
             ended = rig.at_rest(outside, uri, watcher)
@@ -76,11 +78,14 @@ def measure_stream(rig: Rig, test: Any, measured: Measured) -> None:
         "frames sent that neither came nor were counted as lost",
         abs(grown["sent"] - grown["frames"] - grown["frames_lost"]),
         "",
-        UNTOLD,
+        MAX_UNCOUNTED,
     )
     measured.figure("captures dropped for the estimator's sake, a newer one being there", grown["captures_dropped"])
     measured.figure(
-        "frames that were neither estimated nor counted as dropped", abs(grown["frames"] - processed_frames(grown)), "", "== 0"
+        "frames that were neither estimated nor counted as dropped",
+        abs(grown["frames"] - processed_frames(grown)),
+        "",
+        "== 0",
     )
     unknown_to_client(grown, measured)
     measured.time("from delivery to the client, p50", summary["latency_p50_ms"] or float("nan"), "ms")
@@ -91,43 +96,43 @@ def measure_stream(rig: Rig, test: Any, measured: Measured) -> None:
 
 
 def usb_camera_yuyv(rig: Rig, test: Any, measured: Measured) -> None:
-    """The kernel and the firmware's camera keep up; what the emulated processor estimates of it is reported, with its
-    profile."""
+    """YUYV: the kernel and the firmware's camera backend must keep up. The estimator's rate on the emulated processor
+    is only reported, with a profile."""
     measure_stream(rig, test, measured)
 
 
 def usb_camera_nv12(rig: Rig, test: Any, measured: Measured) -> None:
-    """As the raw one; the estimator has more to do."""
+    """The same in NV12, which costs the estimator more."""
     measure_stream(rig, test, measured)
 
 
 def usb_camera_mjpeg(rig: Rig, test: Any, measured: Measured) -> None:
-    """An emulated processor decodes each frame."""
+    """The same in motion JPEG, which the emulated processor decodes."""
     measure_stream(rig, test, measured)
 
 
 def libcamera(rig: Rig, test: Any, measured: Measured) -> None:
-    """The other way to the same camera."""
+    """The same camera through libcamera."""
     measure_stream(rig, test, measured)
 
 
 def vivid_bayer10(rig: Rig, test: Any, measured: Measured) -> None:
-    """Another driver, and a format that no USB camera has."""
-    with vivid.room(rig):
+    """Another kernel driver, with a raw format that UVC lacks."""
+    with vivid.recording_disk(rig):
         vivid.measure_loop(rig, test, measured)
 
 
 def vivid_bayer12(rig: Rig, test: Any, measured: Measured) -> None:
-    """Likewise, of which the account is the same; and the light of these frames against the desktop's."""
-    with vivid.room(rig):
+    """The same with 12 bits; the light of the recorded frames is compared with the desktop's."""
+    with vivid.recording_disk(rig):
         vivid.measure_loop(rig, test, measured, dropping=False)
         vivid.compare_light(rig, measured)
 
 
 def limits(rig: Rig, test: Any, measured: Measured) -> None:
-    """At which size and rate the emulated board gives out: the camera sends as fast as it is taken."""
-    camera = rig.described(test.camera).usb_simulated
-    # One that does not move has few pictures to be rendered ahead.
+    """The highest frame rate of the emulated board at several sizes: the camera sends as fast as the board accepts."""
+    camera = rig.camera_entry(test.camera).usb_simulated
+    # A static scene has few frames to render in advance.
     still = camera.scene.split("&turn=")[0]
     for width, height in ((640, 480), (1280, 720), (1920, 1080)):
         sized = type(camera)()

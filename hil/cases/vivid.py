@@ -1,5 +1,5 @@
-"""vivid's loop as a camera: formats that UVC lacks, at the driver's full rate, every frame counted and every byte
-looked at."""
+"""The vivid driver's loopback as a camera: formats that UVC lacks, at the driver's full rate; every frame is counted
+and every byte compared."""
 
 from __future__ import annotations
 
@@ -11,40 +11,43 @@ from typing import Any
 from hil.cases.same_light import same_light
 from hil.harness import recording
 from hil.harness.rig import Rig, processed_frames
-from hil.harness.runner import Broken, Measured
+from hil.harness.runner import Measured, TestFailure
 from hil.harness.vivid import VividLoop, render
 
-# A disk in memory: an emulated one would be slower than the frames.
-_ROOM = "/run/vivid"
+# A tmpfs: an emulated disk would be slower than the stream.
+_FOLDER = "/run/vivid"
 _RECORDED = 32
 
 
 @contextmanager
-def room(rig: Rig) -> Iterator[None]:
-    """Where the board records."""
-    rig.board.run(f"mkdir -p {_ROOM} && mount -t tmpfs -o size=600m,uid=$(id -u lightwell) tmpfs {_ROOM}", check=True)
+def recording_disk(rig: Rig) -> Iterator[None]:
+    """Mounts the tmpfs into which the board records; removes it on exit."""
+    rig.board.run(
+        f"mkdir -p {_FOLDER} && mount -t tmpfs -o size=600m,uid=$(id -u lightwell) tmpfs {_FOLDER}", check=True
+    )
     try:
         yield
     finally:
-        rig.board.run(f"systemctl stop lightwelld; umount {_ROOM} && rmdir {_ROOM}; true", timeout_s=60)
+        rig.board.run(f"systemctl stop lightwelld; umount {_FOLDER} && rmdir {_FOLDER}; true", timeout_s=60)
 
 
 def measure_loop(rig: Rig, test: Any, measured: Measured, *, dropping: bool = True) -> None:
-    """Rate and account, then the same with frames that the driver keeps (`dropping`), then the bytes, which rig.folder
-    / loop.lwr holds afterwards. In a room()."""
-    camera = rig.described(test.camera).vivid
+    """Measures the frame rate and compares the frame counts; with `dropping` a second time while the driver drops half
+    of the frames; then compares the bytes of frames, which rig.folder / loop.lwr holds afterwards. Needs
+    recording_disk()."""
+    camera = rig.camera_entry(test.camera).vivid
     calibration, pictures = render(rig.tools.host / "lightwelld", camera)
-    # What it was told before may be a device that vivid will make: it would have it open.
+    # lightwelld may still be configured for a device node that vivid is about to create, and would open it.
     rig.board.run("systemctl stop lightwelld", check=True, timeout_s=60)
     rig.board.run("cat > /etc/lightwell/rig.textproto", text=calibration, check=True)
     more = 'calibration: "rig.textproto"\n'
     with VividLoop(rig.board, camera, pictures) as loop:
         text = (f'uri: "v4l2:{loop.device}?format={camera.format}" width: {camera.width} height: {camera.height} '
                 f"frame_rate: {loop.rate}")
-        # What the driver itself has no time for on an emulated processor.
-        measured.time("frames that the kernel's own tool takes in the firmware's place", loop.taken_by_the_tool(), "/s")
+        # The rate that an emulated processor reaches without the firmware.
+        measured.time("frames that the kernel's own tool takes in the firmware's place", loop.tool_frame_rate(), "/s")
         uri = rig.configure(text, more=more)
-        time.sleep(3)  # A stream that has just begun is not what is measured.
+        time.sleep(3)  # Excludes the start of the stream.
         _check_frame_counts(rig, loop, uri, measured, seconds=5)
         if dropping:
             loop.drop(50)
@@ -52,35 +55,37 @@ def measure_loop(rig: Rig, test: Any, measured: Measured, *, dropping: bool = Tr
             loop.drop(0)
         _record(rig, text, more)
         if not loop.feeds():
-            raise Broken("v4l2-ctl, which feeds the loop, ended")
+            raise TestFailure("v4l2-ctl, which feeds the loop, ended")
     _bytes(rig, pictures, measured)
 
 
 def compare_light(rig: Rig, measured: Measured) -> None:
-    """What the board and the desktop make of the frames that measure_loop recorded."""
+    """Compares the light of board and desktop for the frames that measure_loop recorded."""
     thinned = rig.folder / "thinned.lwr"
-    # So few a second that both take each: what is compared is arithmetic.
+    # Few enough frames per second for both to process each, because the arithmetic is to be compared.
     recording.thin(rig.folder / "loop.lwr", thinned, apart=6, frames=5)
-    rig.board.copy_in(thinned, f"{_ROOM}/thinned.lwr")
-    same_light(rig, thinned, f"{_ROOM}/thinned.lwr", measured, board_s=4, desktop_s=8)
+    rig.board.copy_in(thinned, f"{_FOLDER}/thinned.lwr")
+    same_light(rig, thinned, f"{_FOLDER}/thinned.lwr", measured, board_s=4, desktop_s=8)
 
 
-def _check_frame_counts(rig: Rig, loop: VividLoop, uri: str, measured: Measured, *, seconds: float, dropped: int = 0) -> None:
-    """vivid makes a frame at each tick of its clock, whether somebody takes it or not: that is what must have come or
-    be counted."""
-    def look() -> tuple[float, dict[str, Any], float]:
+def _check_frame_counts(
+    rig: Rig, loop: VividLoop, uri: str, measured: Measured, *, seconds: float, dropped: int = 0
+) -> None:
+    """vivid makes a frame at each tick of its clock, whether it is captured or not: the firmware must have received
+    each or counted it as lost. `dropped`: percentage of frames that the driver drops."""
+    def sample() -> tuple[float, dict[str, Any], float]:
         before = time.monotonic()
         return before, rig.info(uri), time.monotonic()
 
-    asked, first, answered = look()
+    asked, first, answered = sample()
     summary = rig.watch(uri, seconds)
-    asked_again, last, answered_again = look()
+    asked_again, last, answered_again = sample()
     grown = {
         name: last[name] - first[name]
         for name in ("frames", "frames_lost", "estimates", "captures_dropped", "estimates_failed")
     }
     took = (asked_again + answered_again - asked - answered) / 2
-    # A look is of some moment between question and answer.
+    # The counters were read at some moment between query and response.
     least, most = loop.rate * (asked_again - answered), loop.rate * (answered_again - asked)
     seen = grown["frames"] + grown["frames_lost"]
     what = f"{dropped} % kept by vivid: " if dropped else ""
@@ -88,7 +93,7 @@ def _check_frame_counts(rig: Rig, loop: VividLoop, uri: str, measured: Measured,
     measured.time(f"{what}descriptors at the client", summary["frames_per_s"], "/s", ">= 1")
     measured.figure(f"{what}frames that vivid's clock made ({loop.rate:g}/s)", loop.rate * took)
     measured.figure(f"{what}frames that came", grown["frames"])
-    # Five standard deviations below the mean of what is drawn by lot.
+    # Five standard deviations below the mean of the randomly dropped frames.
     fewest = max(0.0, least * dropped / 100 - 5 * (least * dropped / 100) ** 0.5)
     measured.figure(f"{what}frames counted as lost", grown["frames_lost"], "", f">= {fewest:.0f}" if dropped else "")
     measured.figure(
@@ -108,21 +113,21 @@ def _check_frame_counts(rig: Rig, loop: VividLoop, uri: str, measured: Measured,
 
 
 def _record(rig: Rig, text: str, more: str) -> None:
-    """Some frames as the firmware's camera delivered them, into rig.folder / loop.lwr."""
-    rig.configure(text, more=more + f'record {{ path: "{_ROOM}/loop.lwr" }}\n')
+    """Records _RECORDED frames as the firmware's camera delivers them into rig.folder / loop.lwr."""
+    rig.configure(text, more=more + f'record {{ path: "{_FOLDER}/loop.lwr" }}\n')
     rig.wait_for_recorded(_RECORDED)
     rig.board.run("systemctl stop lightwelld", check=True, timeout_s=60)
-    # What is cut off at any byte can be read up to there.
+    # A recording that is truncated at any byte can be read up to there.
     rig.board.run(
-        f"cd {_ROOM} && size=$(stat -c %s loop.lwr) && frames={_RECORDED} && "
+        f"cd {_FOLDER} && size=$(stat -c %s loop.lwr) && frames={_RECORDED} && "
         "head -c $(( size < frames * 700000 ? size : frames * 700000 )) loop.lwr > some.lwr && rm loop.lwr",
         check=True,
     )
-    rig.board.copy_out(f"{_ROOM}/some.lwr", rig.folder / "loop.lwr")
+    rig.board.copy_out(f"{_FOLDER}/some.lwr", rig.folder / "loop.lwr")
 
 
 def _bytes(rig: Rig, pictures: list[bytes], measured: Measured) -> None:
-    """Each recorded frame is one of the pictures that were fed, byte for byte, and they follow each other."""
+    """Each recorded frame equals one of the frames that were fed, byte for byte."""
     number = {picture: at for at, picture in enumerate(pictures)}
     frames = recording.read(rig.folder / "loop.lwr")[1]
     shown = [(frame.sequence, number.get(frame.data)) for frame in frames]
@@ -136,8 +141,7 @@ def _bytes(rig: Rig, pictures: list[bytes], measured: Measured) -> None:
     measured.figure(
         "different pictures among them", len({at for _, at in shown if at is not None}), "", f">= {len(pictures) // 2}"
     )
-    # Output and camera tick each for itself: of two neighbours one may show the other's picture again, or leave one
-    # out.
+    # Output and capture run at independent clocks, so a frame may be repeated or left out.
     steps = [
         (b - a) % len(pictures)
         for (m, a), (n, b) in zip(shown, shown[1:])

@@ -1,1 +1,1 @@
-"""What runs, reaches and judges boards: Python's standard library alone."""
+"""Starts, reaches and tests boards."""

@@ -1,17 +1,17 @@
-"""A board: a whole machine of its own, in QEMU, that runs the firmware as an appliance does.
+"""A board: a complete arm64 machine emulated by QEMU that runs the firmware as its systemd service.
 
-Options      what a board is made of
+Options      the board's hardware, disks and network
 Board        start, stop, power_cut, remove; run, copy_in, copy_out; qmp; serial_tail; status
 
     board = Board("camera", Options(usb_sockets={"cam0": path}))
     board.start()
     print(board.run("uname -m").out, board.grpc())
-    board.power_cut()          # the state's disk stays as it was
+    board.power_cut()          # the state disk keeps its content
     board.start()
     board.stop()
 
-A board is_alive in a folder of its own (runs.py): pid and addresses (board.json), the state's disk, the serial log, QEMU's
-sockets. It goes on when the process that started it ends, unless that process said that it owns it (Options.owned).
+Each board has its own folder (runs.py) with its process id and addresses (board.json), the state disk, the serial log
+and QEMU's sockets. A board keeps running after the process that started it has ended, unless Options.owned is set.
 """
 
 from __future__ import annotations
@@ -41,32 +41,34 @@ DOWN_S = 60.0
 
 @dataclass(frozen=True)
 class Options:
-    """`config`: text of probe.textproto for a state disk that is made, None for hil/image/probe.textproto."""
+    """`config`: text of probe.textproto, written when the state disk is created; None: hil/image/probe.textproto."""
     build: Path = image.REPOSITORY / "build/board-aarch64"
     cpus: int = 2
     memory_mb: int = 2048
     state_mb: int = 64
     config: str | None = None
-    # "user", or "tap" for addresses of their own (root).
+    # "user" (forwarded ports), or "tap" (board and host each have an IP address; needs root).
     net: str = "user"
-    # Boards of one wire see each other, and have different numbers.
+    # Boards on the same wire can reach each other; each needs a different number.
     wire: str = ""
     number: int = 1
-    # More of the board's ports that the user network forwards, beside ssh, gRPC and pairing.
+    # Ports of the board that the user network forwards in addition to ssh, gRPC and pairing.
     ports: tuple[int, ...] = ()
-    # Programs that are USB devices, by their ids; a socket that nobody listens at yet is a device not plugged in.
+    # Sockets of programs that emulate USB devices, by device id. The device counts as plugged in while its program
+    # listens.
     usb_sockets: dict[str, Path] = field(default_factory=dict)
-    # More disks, by their serial numbers; writable, raw.
+    # Additional writable raw disks, by serial number.
     disks: dict[str, Path] = field(default_factory=dict)
     qemu_arguments: tuple[str, ...] = ()
-    # For the kernel's command line; lightwell.eth1=ADDRESS/BITS is the address of a second network card.
+    # Added to the kernel's command line; lightwell.eth1=ADDRESS/BITS is the address of a second network card.
     kernel_words: tuple[str, ...] = ()
-    # Ends with the process that starts it: at the latest, the next start of any board cleans it up.
+    # The board belongs to the process that starts it. If that process is gone, the next start of any board ends the
+    # board.
     owned: bool = False
 
 
 class Board:
-    """One board by its name; several may run at once. Not for two threads at a time."""
+    """One board, identified by its name; several may run at once. Not thread-safe."""
 
     def __init__(self, name: str = "board", options: Options | None = None) -> None:
         clone = hashlib.sha256(str(image.REPOSITORY).encode()).hexdigest()[:6]
@@ -84,7 +86,7 @@ class Board:
     def __exit__(self, *_: object) -> None:
         self.stop()
 
-    # --- what is known of it
+    # --- state
 
     @property
     def serial_log(self) -> Path:
@@ -95,30 +97,30 @@ class Board:
         return self.folder / "state.ext4"
 
     def process(self) -> Process | None:
-        """QEMU, while it runs."""
+        """QEMU's process; None if the board does not run."""
         if self._child is not None:
-            self._child.poll()  # Or a QEMU that ended would stay as our zombie.
-        told = self._record.told()
-        if told is None:
+            self._child.poll()  # Reaps QEMU if it has ended.
+        record = self._record.load()
+        if record is None:
             return None
-        process = Process(told["pid"], told["began"])
+        process = Process(record["pid"], record["began"])
         return process if process.is_alive() else None
 
     def running(self) -> bool:
         return self.process() is not None
 
     def network(self) -> Network:
-        """How the running board is reached."""
+        """The network of the running board."""
         return network_from(self._need()["network"])
 
     def _need(self) -> dict[str, Any]:
-        told = self._record.told()
-        if told is None or self.process() is None:
+        record = self._record.load()
+        if record is None or self.process() is None:
             raise BoardError(f"the board {self.name} is not running (hil/board up starts it)")
-        return told
+        return record
 
     def serial_tail(self, lines: int = 20) -> str:
-        """The last that the board's kernel and systemd said."""
+        """The last lines that the board's kernel and systemd printed."""
         try:
             text = self.serial_log.read_text(encoding="utf-8", errors="replace")
         except OSError:
@@ -133,34 +135,34 @@ class Board:
         return "\n".join(text for text in (self.serial_tail(), own) if text)
 
     def status(self) -> dict[str, Any]:
-        """For people and programs: whether it runs, how it is reached, what it is made of."""
-        told = self._record.told() or {}
+        """Whether the board runs, its addresses and its hardware, as JSON data."""
+        record = self._record.load() or {}
         process = self.process()
         answer: dict[str, Any] = {"name": self.name, "running": process is not None, "folder": str(self.folder)}
         if process is None:
             return answer
-        network = network_from(told["network"])
-        answer |= {key: told[key] for key in ("pid", "accelerator", "why", "cpus", "memory_mb", "seconds", "network")}
+        network = network_from(record["network"])
+        answer |= {key: record[key] for key in ("pid", "accelerator", "why", "cpus", "memory_mb", "seconds", "network")}
         answer["ssh"] = "{}:{}".format(*network.reach(SSH_PORT))
         answer["grpc"] = self.grpc()
         answer["resident_mb"] = round(process.memory_mb())
-        answer["up_s"] = round(time.time() - told["started"], 1)
+        answer["up_s"] = round(time.time() - record["started"], 1)
         return answer
 
     def grpc(self) -> str:
-        """The probe's address for clients: those of a namespace are started by host_command()."""
+        """The probe's URI for clients. With a tap network, start the client with host_command()."""
         host, port = self.network().reach(GRPC_PORT)
         return f"grpc://{host}:{port}"
 
     def host_command(self, command: Sequence[str]) -> list[str]:
-        """A command of this machine, as it must be started to reach the board."""
+        """`command`, extended so that the process it starts on this machine can reach the board."""
         return self.network().host_command(command)
 
-    # --- on and off
+    # --- start and stop
 
     @contextmanager
     def _alone(self) -> Iterator[None]:
-        """Starting and stopping is done by one process at a time."""
+        """Holds the lock that lets only one process at a time start or stop the board."""
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         with ExitStack() as stack:
             try:
@@ -170,13 +172,14 @@ class Board:
             yield
 
     def start(self, *, fresh: bool = False, timeout_s: float = BOOT_S) -> None:
-        """Switches it on and waits until it answers by ssh; nothing where it runs. The state's disk stays as it was
-        left, `fresh` makes a new one. Raises NoQemu, ImageError, NetworkError, or BoardError with its last words."""
+        """Starts the board and waits until it answers by ssh; does nothing if it runs already. The state disk keeps its
+        content; `fresh` creates a new one. Raises NoQemu, ImageError, NetworkError, or BoardError with the end of the
+        board's log."""
         program = qemu.find()
         remove_stale()
         with self._alone():
             if self.running() and not fresh:
-                if self._record.told()["seconds"].get("ssh") is None:
+                if self._record.load()["seconds"].get("ssh") is None:
                     self._wait_for_ssh(timeout_s)
                 return
             self._end()
@@ -218,7 +221,7 @@ class Board:
                 "panic=5",
                 "cryptomgr.notests",
                 "rcupdate.rcu_expedited=1",
-                # A process for each of many small events at a time is what costs an emulated processor most.
+                # Starting a process for each of many small events dominates the boot time of an emulated processor.
                 "udev.children_max=2",
                 f"systemd.machine_id={identity}",
                 "systemd.show_status=auto",
@@ -236,11 +239,11 @@ class Board:
         network.open()
         try:
             with open(self.folder / "qemu.log", "wb") as log:
-                # A session of its own: the terminal's Ctrl-C is meant for the harness, not for the board.
+                # A separate session, so that the terminal's Ctrl-C does not reach QEMU.
                 self._child = subprocess.Popen(network.host_command(machine.arguments()), stdin=subprocess.DEVNULL,
                                                stdout=log, stderr=log, start_new_session=True)
             process = Process.of(self._child.pid)
-            told = {
+            record = {
                 "name": self.name,
                 "pid": self._child.pid,
                 "began": process.began if process else 0,
@@ -253,9 +256,9 @@ class Board:
                 "seconds": {},
             }
             if options.owned:
-                owner = Process.own()
-                told["owner"] = {"pid": owner.pid, "began": owner.began}
-            self._record.tell(told)
+                owner = Process.current()
+                record["owner"] = {"pid": owner.pid, "began": owner.began}
+            self._record.save(record)
 
             def connect() -> bool:
                 self._raise_if_exited()
@@ -270,7 +273,7 @@ class Board:
 
             wait_for("QEMU to open its socket", lambda: machine.qmp.exists() and connect(), 30, every_s=0.05,
                      state=self._exit_log)
-            self._record.tell(told | {"network": network.describe()})
+            self._record.save(record | {"network": network.describe()})
         except (OSError, QmpError, TimedOut) as error:
             last = self._exit_log()
             self._end()
@@ -281,28 +284,28 @@ class Board:
 
     def _raise_if_exited(self) -> None:
         if not self.running():
-            raise BoardError(f"the board {self.name} switched itself off; its last words:\n{self._exit_log()}")
+            raise BoardError(f"the board {self.name} powered off unexpectedly; the end of its log:\n{self._exit_log()}")
 
     def _wait_for_ssh(self, timeout_s: float) -> None:
-        told = self._need()
+        record = self._need()
         ssh = self.ssh()
 
-        def look() -> bool:
+        def poll() -> bool:
             self._raise_if_exited()
             return ssh.is_reachable() and ssh.open(60).status == 0
 
         try:
-            wait_for(f"the board {self.name} to answer by ssh", look, timeout_s, state=lambda: self.serial_tail(1))
+            wait_for(f"the board {self.name} to answer by ssh", poll, timeout_s, state=lambda: self.serial_tail(1))
         except TimedOut as error:
-            raise BoardError(f"{error}; all of it: {self.serial_log}") from error
-        told["seconds"]["ssh"] = round(time.time() - told["started"], 2)
-        self._record.tell(told)
+            raise BoardError(f"{error}; complete log: {self.serial_log}") from error
+        record["seconds"]["ssh"] = round(time.time() - record["started"], 2)
+        self._record.save(record)
 
     def _end(self) -> None:
-        """No QEMU of this board runs afterwards."""
-        told = self._record.told()
-        if told is not None and (self.folder / "ssh.sock").exists():
-            # The client that keeps the connection would wait for a board that is gone.
+        """Kills the board's QEMU if it runs, and removes its network, its record and its sockets."""
+        record = self._record.load()
+        if record is not None and (self.folder / "ssh.sock").exists():
+            # Otherwise the ssh client that holds the shared connection waits for a board that is gone.
             self.ssh().close()
         self._ssh = None
         process = self.process()
@@ -311,13 +314,13 @@ class Board:
         if self._child is not None:
             self._child.wait(10)
             self._child = None
-        if told is not None:
-            network_from(told["network"]).close()
+        if record is not None:
+            network_from(record["network"]).close()
         for name in ("board.json", "qmp.sock", "ssh.sock"):
             (self.folder / name).unlink(missing_ok=True)
 
     def stop(self, timeout_s: float = DOWN_S) -> bool:
-        """Switches it off as an owner does, and pulls the plug where that takes longer than `timeout_s`: False then."""
+        """Shuts the board down with systemctl. After `timeout_s` QEMU is killed, and the result is False."""
         with self._alone():
             if not self.running():
                 self._end()
@@ -328,13 +331,14 @@ class Board:
                 wait_for(f"the board {self.name} to switch off", lambda: not self.running(), timeout_s,
                          state=lambda: self.serial_tail(1))
             except (TimeoutError, TimedOut) as error:
-                say(f"{error}; pulling the plug")
+                say(f"{error}; killing QEMU")
                 clean = False
             self._end()
             return clean
 
     def power_cut(self) -> None:
-        """Kills QEMU, as a plug that is pulled. What the board had handed to its disk is on it, the rest is lost."""
+        """Kills QEMU, which simulates a power failure. Data that the board had flushed to its disk stays, the rest is
+        lost."""
         with self._alone():
             process = self.process()
             if process is not None:
@@ -342,19 +346,19 @@ class Board:
             self._end()
 
     def remove(self) -> None:
-        """Power cut, and its folder goes with its state and its log."""
+        """Kills the board and removes its folder, with its state disk and log."""
         self.power_cut()
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    # --- inside it
+    # --- commands and files
 
     def ssh(self) -> Ssh:
-        """The way in."""
+        """The ssh client of the board."""
         if self._ssh is None:
-            told = self._record.told()
-            if told is None:
+            record = self._record.load()
+            if record is None:
                 raise BoardError(f"the board {self.name} is not running (hil/board up starts it)")
-            network = network_from(told["network"])
+            network = network_from(record["network"])
             known = image.keys()
             self._ssh = Ssh(network.reach(SSH_PORT), known.client, known.host, self.folder, network.host_command(()))
         return self._ssh
@@ -367,35 +371,36 @@ class Board:
         return self.ssh().run(command, timeout_s=timeout_s, text=text, check=check)
 
     def copy_in(self, source: Path, target: str, timeout_s: float = 120.0) -> None:
-        """A file or folder of this machine into the board."""
+        """Copies a file or folder of this machine to `target` on the board."""
         self._need()
         self.ssh().copy_in(source, target, timeout_s)
 
     def copy_out(self, source: str, target: Path, timeout_s: float = 120.0) -> None:
-        """A file or folder of the board to this machine."""
+        """Copies a file or folder of the board to `target` on this machine."""
         self._need()
         self.ssh().copy_out(source, target, timeout_s)
 
     def wait_for_service(self, unit: str = "lightwelld.service", timeout_s: float = 180.0) -> float:
-        """Waits until systemd counts `unit` as active: lightwelld, when it serves. Seconds of the board's clock from
-        its kernel's start to that moment. Raises BoardError with the unit's last lines."""
+        """Waits until systemd reports `unit` as active; lightwelld becomes active when it serves. Returns the time from
+        the kernel's start to that moment in seconds of the board's clock. Raises BoardError with the end of the unit's
+        journal."""
         shown: dict[str, str] = {}
         restarts: list[int] = []
 
-        def look() -> bool:
+        def poll() -> bool:
             self._raise_if_exited()
             done = self.run(
                 ["systemctl", "show", unit, "-p", "ActiveState,SubState,ActiveEnterTimestampMonotonic,NRestarts"]
             )
             shown.update(line.split("=", 1) for line in done.out.splitlines() if "=" in line)
             restarts.append(int(shown.get("NRestarts", "0")))
-            # What has failed three times from its start will not come.
+            # A unit that was restarted three times is not expected to recover.
             if restarts[-1] >= restarts[0] + 3:
                 raise TimedOut(f"{unit} on the board {self.name} failed three times")
             return shown.get("ActiveState") == "active"
 
         try:
-            wait_for(f"{unit} on the board {self.name}", look, timeout_s, every_s=0.5,
+            wait_for(f"{unit} on the board {self.name}", poll, timeout_s, every_s=0.5,
                      state=lambda: " ".join(f"{key}={value}" for key, value in shown.items()))
         except TimedOut as error:
             journal = self.run(["journalctl", "-u", unit, "-n", "20", "--no-pager", "-o", "cat"]).out
@@ -403,7 +408,7 @@ class Board:
         return int(shown["ActiveEnterTimestampMonotonic"]) / 1e6
 
     def write_config(self, text: str, timeout_s: float = 180.0) -> None:
-        """Another configuration for lightwelld, which is started anew with it."""
+        """Replaces lightwelld's configuration by `text` and restarts lightwelld. Returns when it serves."""
         self.run(
             "cat > /etc/lightwell/probe.textproto.new && mv /etc/lightwell/probe.textproto.new "
             "/etc/lightwell/probe.textproto",
@@ -411,18 +416,19 @@ class Board:
             check=True,
         )
         begun = time.monotonic()
-        # Returns when the service is ready or has failed: looks by ssh would take the processor that it starts with.
+        # This call returns when the service is ready or has failed. Polling by ssh would compete with it for the
+        # processor.
         self.run(f"timeout {timeout_s:.0f} systemctl restart lightwelld", timeout_s=timeout_s + 30)
         self.wait_for_service(timeout_s=max(1.0, begun + timeout_s - time.monotonic()))
 
-    # --- around it
+    # --- QEMU's control protocol
 
     def qmp_session(self, timeout_s: float = 10.0) -> Qmp:
-        """QEMU's own commands and events; QEMU serves one session at a time, so close it."""
+        """A session for QEMU's commands and events. QEMU serves one session at a time: close it after use."""
         self._need()
         return Qmp(self.folder / "qmp.sock", timeout_s)
 
     def qmp(self, command: str, /, **arguments: Any) -> Any:
-        """One command of QEMU's."""
+        """Runs one QMP command in a session of its own and returns its result."""
         with self.qmp_session() as session:
             return session.command(command, **arguments)

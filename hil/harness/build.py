@@ -1,7 +1,7 @@
-"""Builds what the board and its surroundings run, from this clone.
+"""Builds the programs of the board and of the host from this clone.
 
-build_for_board   lightwelld, the CLI and lightwell-calibrate, against the board's own root
-build_for_host    what stands outside of the board
+build_for_board   lightwelld, the CLI and lightwell-calibrate, against the board's sysroot
+build_for_host    the programs that run on this machine: simulated camera, CLI, daemon, evaluation
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ HOST_TARGETS = (
 
 
 class NotBuilt(Exception):
-    """Something could not be set up or built; the text has the last lines of its log, and where all of it is."""
+    """Configuring or building failed; the text has the last lines of the log and the log's path."""
 
 
 def _run(steps: Sequence[Sequence[str | Path]], log: Path) -> None:
@@ -37,12 +37,12 @@ def _run(steps: Sequence[Sequence[str | Path]], log: Path) -> None:
                 words, cwd=image.REPOSITORY, stdin=subprocess.DEVNULL, stdout=out, stderr=out, check=False
             ).returncode:
                 last = "\n".join(log.read_text(encoding="utf-8", errors="replace").splitlines()[-20:])
-                raise NotBuilt(f"'{' '.join(words)}' failed:\n{last}\nall of it: {log}")
+                raise NotBuilt(f"'{' '.join(words)}' failed:\n{last}\ncomplete log: {log}")
 
 
 def build_for_board(folder: Path) -> None:
-    """Configured anew where the root of packages is another one: what was found in the old one would be mixed with
-    it."""
+    """Builds into `folder`. Configures it anew if the sysroot has changed, because CMake's cache still refers to the
+    old one."""
     packages = image.sysroot()
     steps: list[Sequence[str | Path]] = [["cmake", "--build", folder, "--target", *BOARD_TARGETS]]
     try:
@@ -52,13 +52,13 @@ def build_for_board(folder: Path) -> None:
     except FileNotFoundError:
         in_use = False
     if not in_use:
-        say("configuring and building the firmware for the board: minutes, the first time")
+        say("configuring and building the firmware for the board; this takes minutes the first time")
         steps.insert(0, ["cmake", "--fresh", "--preset", "board-aarch64", "-B", folder])
     _run(steps, folder.parent / "board.log")
 
 
 def build_for_host(folder: Path, panoramas: Path) -> None:
-    """With the preset dev."""
-    say("building what stands outside of the board")
+    """Builds into `folder` with the preset dev."""
+    say("building the programs of the host")
     _run([["cmake", "--preset", "dev", "-B", folder, f"-DLIGHTWELL_PANORAMA_DIR={panoramas}"],
           ["cmake", "--build", folder, "--target", *HOST_TARGETS]], folder.parent / "host.log")

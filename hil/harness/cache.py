@@ -1,8 +1,8 @@
-"""Things that are made once and kept by the content of what they were made from.
+"""A cache of generated folders, keyed by a digest of their inputs.
 
-cache_root()   where they are
-digest()       the name of a content
-kept()         finds a folder of that name or makes it: whole or absent, one maker at a time
+cache_root()   the cache's folder
+digest()       digest of a set of inputs
+kept()         returns the folder of a key, generated if missing: atomically, by one process at a time
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from .locks import held
 
 DAYS_KEPT = 30
 MOST_KEPT = 4
-# Longer than the slowest maker needs on a busy machine.
+# Longer than the slowest generator needs on a busy machine.
 MAKING_S = 1800.0
 
 
 def cache_root() -> Path:
-    """The folder that cmake/sysroot_aarch64 and cmake/fetch_panoramas use as well; made where it is missing."""
+    """The folder that cmake/sysroot_aarch64 and cmake/fetch_panoramas use as well; created if missing."""
     named = os.environ.get("LIGHTWELL_CACHE")
     base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     root = Path(named) if named else Path(base) / "lightwell"
@@ -43,8 +43,8 @@ def _walk(folder: Path) -> Iterator[Path]:
 
 
 def digest(parts: Iterable[str | Path]) -> str:
-    """Twelve hex digits. A str counts as itself; a Path as its content: a file's bytes and whether it may be executed,
-    a folder's tree of those with names. Times and owners do not count."""
+    """The first twelve hex digits of a SHA-256. A str contributes its text; a Path its content: a file's bytes and
+    executable bit, a folder's tree of these with their names. Times and owners are ignored."""
     sha = hashlib.sha256()
 
     def add(*words: bytes) -> None:
@@ -72,7 +72,7 @@ def digest(parts: Iterable[str | Path]) -> str:
 
 
 def _sweep(root: Path, kind: str) -> None:
-    """Removes what was not asked for lately, and of the rest all but the few that were asked for last."""
+    """Keeps the MOST_KEPT most recently used folders of a kind and removes those unused for DAYS_KEPT days."""
     folders = sorted(
         (folder for folder in root.glob(f"{kind}-*") if folder.is_dir()), key=lambda folder: -folder.stat().st_mtime
     )
@@ -83,9 +83,9 @@ def _sweep(root: Path, kind: str) -> None:
 
 
 def kept(kind: str, key: str, make: Callable[[Path], None], root: Path | None = None) -> Path:
-    """The folder KIND-KEY of the cache. Where it is missing, `make` fills an empty folder, which gets that name when
-    `make` has returned: a run that is killed or fails leaves nothing that could be taken for whole. Of a kind, the four
-    folders stay that were asked for last, none for longer than 30 days."""
+    """The folder KIND-KEY of the cache. If it is missing, `make` fills an empty folder, which is renamed to it after
+    `make` has returned: a run that is killed or fails leaves no incomplete folder of that name. Of each kind, the four
+    most recently used folders are kept, for 30 days after their last use."""
     root = root or cache_root()
     folder = root / f"{kind}-{key}"
 
@@ -100,7 +100,7 @@ def kept(kind: str, key: str, make: Callable[[Path], None], root: Path | None = 
     with held(root / f".{kind}.lock", f"the place of {kind}", MAKING_S):
         if found():
             return folder
-        # Under the lock, such a folder is what a killed run left.
+        # While the lock is held, such a folder can only be a leftover of a killed run.
         for leftover in root.glob(f".{kind}.tmp.*"):
             shutil.rmtree(leftover, ignore_errors=True)
         # In the cache itself, so that the last step is a rename within one file system.

@@ -1,4 +1,4 @@
-"""lightwell-usb-camera, the simulated camera outside of the guest, as the harness holds it.
+"""Controls lightwell-usb-camera, the simulated USB camera, which runs outside of the guest.
 
 UsbCamera   start, stop, command, counters, frames
 """
@@ -18,11 +18,11 @@ from .waits import wait_for
 
 
 class CameraError(Exception):
-    """The camera did not start, or refused a command; the text says which."""
+    """The camera did not start, or rejected a command; the text says which."""
 
 
 class UsbCamera:
-    """One camera as a process. `redir` is where QEMU's chardev looks for it: a board's Options.usb_sockets."""
+    """One camera process. `redir`: the usb-redir socket that it creates, one of the board's Options.usb_sockets."""
 
     def __init__(self, program: Path, redir: Path, scene: str, arguments: Sequence[str] = ()) -> None:
         self.redir = redir
@@ -52,20 +52,20 @@ class UsbCamera:
         self._folder.cleanup()
 
     def start(self, timeout_s: float = 180.0) -> None:
-        """Returns when it takes commands: what it renders ahead is rendered."""
+        """Starts the camera. Returns when it accepts commands, after it has rendered its frames."""
         self.redir.unlink(missing_ok=True)
         with open(self._said, "wb") as said:
             self._child = subprocess.Popen(self._command, stdin=subprocess.DEVNULL, stdout=said, stderr=said)
 
         def ready() -> bool:
             if self._child is None or self._child.poll() is not None:
-                raise CameraError(f"{' '.join(self._command)} ended at once: {self.words()}")
+                raise CameraError(f"{' '.join(self._command)} ended at once: {self.log_tail()}")
             return self._control.exists() and self.redir.exists()
 
-        wait_for("the camera to render ahead", ready, timeout_s, every_s=0.05, state=self.words)
+        wait_for("the camera to render ahead", ready, timeout_s, every_s=0.05, state=self.log_tail)
 
     def stop(self) -> None:
-        """Unplugs it for good."""
+        """Ends the camera's process and removes its socket: the board sees it unplugged."""
         if self._child is not None:
             self._child.terminate()
             try:
@@ -76,12 +76,12 @@ class UsbCamera:
             self._child = None
         self.redir.unlink(missing_ok=True)
 
-    def words(self) -> str:
-        """The last that it said."""
+    def log_tail(self) -> str:
+        """The end of its log."""
         return self._said.read_text(encoding="utf-8", errors="replace").strip()[-500:] if self._said.exists() else ""
 
     def command(self, name: str, **values: Any) -> dict[str, Any]:
-        """A command of hil/README.md and its answer."""
+        """Sends a command (hil/README.md lists them) and returns the response. Raises CameraError if it is rejected."""
         with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as control:
             control.settimeout(20)
             control.connect(str(self._control))
@@ -94,9 +94,9 @@ class UsbCamera:
                 heard += piece
         answer: dict[str, Any] = json.loads(heard)
         if not answer.get("ok"):
-            raise CameraError(f"the camera refused {name}: {answer.get('error')}")
+            raise CameraError(f"the camera rejected {name}: {answer.get('error')}")
         return answer
 
     def counters(self) -> dict[str, Any]:
-        """What it counted since its start or `reset_counters`."""
+        """Its counters since its start or `reset_counters`."""
         return self.command("counters")

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""hil/demo --board: the demo with the firmware on the emulated board and a simulated USB camera plugged into it. Called
-by hil/demo."""
+"""hil/demo --board: runs the demo with the firmware on the emulated board and a simulated USB camera attached to it.
+hil/demo calls it."""
 
 import argparse
 import subprocess
@@ -17,10 +17,10 @@ from hil.harness import roster  # noqa: E402
 from hil.harness.board import BoardError  # noqa: E402
 from hil.harness.build import NotBuilt  # noqa: E402
 from hil.harness.rig import open_rig, prepare  # noqa: E402
-from hil.harness.runner import Broken, CannotRun  # noqa: E402
+from hil.harness.runner import CannotRun, TestFailure  # noqa: E402
 from hil.harness.waits import TimedOut, say  # noqa: E402
 
-# The roster's stitched 360 camera: the light of one lens alone cannot be judged whole.
+# The roster's stitched 360-degree camera: a single lens does not see the whole sphere that the evaluation needs.
 _CAMERA = "sphere"
 
 
@@ -33,7 +33,7 @@ def demo(scene: str, seconds: float, out: Path) -> int:
     camera = next(entry for entry in everything.camera if entry.name == _CAMERA).usb_simulated
     say("booting the board")
     with open_rig(everything.board[0], everything, tools) as rig:
-        say("the board runs; rendering the camera's pictures ahead and plugging it in")
+        say("the board runs; rendering the camera's frames and plugging it in")
         with rig.usb_camera(_CAMERA, scene=uri, arguments=ahead(camera, ",".join(BRACKET))):
             probe = rig.configure(
                 camera_text(rig, camera, rig.wait_for_video(), exposure="&exposure=" + ",".join(BRACKET)),
@@ -79,7 +79,7 @@ def main() -> int:
     except CannotRun as why:
         say(f"hil/demo: SKIP: {why}")
         return 77
-    except (NotBuilt, BoardError, Broken, TimedOut) as why:
+    except (NotBuilt, BoardError, TestFailure, TimedOut) as why:
         say(f"hil/demo: {why}")
         return 3
     print(f"picture: {arguments.out / 'demo.png'}")

@@ -1,10 +1,10 @@
-"""The disks of a board, made from the arm64 root of packages (cmake/sysroot_aarch64) and from hil/image.
+"""Makes a board's disks from the arm64 sysroot (cmake/sysroot_aarch64) and from hil/image.
 
-keys()       the pair that this machine's boards and clients know each other by
+keys()       the ssh key pairs of this machine's boards and clients
 base()       kernel, initrd and root file system
-firmware()   what a build installs on a board, as a disk
-state()      a disk for what outlives a power cut
-Disks are ext4 made by mke2fs -d: no root, no loop device. Owners are root whoever makes them.
+firmware()   the disk with the files that a build installs
+state()      the disk with the board's persistent state
+Disks are ext4 file systems made by mke2fs -d, which needs neither root nor a loop device. All files belong to root.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from .waits import say
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 SOURCES = REPOSITORY / "hil/image"
-# The unit that is installed with the firmware. The board has it in its root, because systemd looks for it before the
-# firmware's disk is mounted; what differs there is a drop-in below hil/image/root.
+# The systemd unit that is installed with the firmware. The board has it in its root file system, because systemd loads
+# it before the firmware's disk is mounted; a drop-in below hil/image/root holds the board's settings.
 UNIT = REPOSITORY / "firmware/app/service/lightwelld.service.in"
-# What is compiled against, and not run.
+# Parts of the sysroot that are only needed to compile.
 NOT_ON_A_BOARD = ("usr/include", "usr/share/doc", "usr/share/perl", "usr/share/perl5", "usr/lib/aarch64-linux-gnu/perl",
                   "usr/lib/aarch64-linux-gnu/perl-base", "usr/share/cmake", "usr/lib/aarch64-linux-gnu/cmake",
                   "usr/share/initramfs-tools", "usr/lib/klibc", "usr/lib/gcc", "etc/rc0.d", "boot")
 
 
 class ImageError(Exception):
-    """A disk cannot be made; the text says what to do."""
+    """A disk cannot be made; the text says why and what to do."""
 
 
 def _run(command: Sequence[str | Path], *, cwd: Path | None = None) -> str:
@@ -50,25 +50,25 @@ def _run(command: Sequence[str | Path], *, cwd: Path | None = None) -> str:
 
 
 def sysroot() -> Path:
-    """The arm64 root of packages, made where it is missing (a minute and a half)."""
+    """The arm64 sysroot; created if missing, which takes a minute and a half."""
     named = os.environ.get("LIGHTWELL_SYSROOT_AARCH64")
     if named:
         return Path(named)
     done = subprocess.run([REPOSITORY / "cmake/sysroot_aarch64"], stdout=subprocess.PIPE, text=True, check=False)
     if done.returncode != 0:
-        raise ImageError("there is no arm64 root of packages (cmake/sysroot_aarch64 says why)")
+        raise ImageError("the arm64 sysroot cannot be made; see the output of cmake/sysroot_aarch64")
     return Path(done.stdout.strip())
 
 
 @dataclass(frozen=True)
 class Keys:
-    """OpenSSH files of this machine alone: `client` may enter as root, `host` is how a board is known."""
+    """Private OpenSSH key files: `client` logs in as root, `host` identifies a board."""
     client: Path
     host: Path
 
 
 def keys() -> Keys:
-    """The two key pairs, made once on this machine; each has its public part beside it as .pub."""
+    """The two key pairs, created once on this machine; the public keys are beside them with the suffix .pub."""
     def make(folder: Path) -> None:
         for name in ("client", "host"):
             _run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-C", f"lightwell-board-{name}", "-f", folder / name])
@@ -78,13 +78,13 @@ def keys() -> Keys:
 
 
 def _lines(path: Path) -> list[list[str]]:
-    """Words of each line, without comments."""
+    """The words of each line, without comments and empty lines."""
     words = (line.split("#")[0].split() for line in path.read_text(encoding="utf-8").splitlines())
     return [line for line in words if line]
 
 
 def _replace(path: Path, text: str, mode: int = 0o644) -> None:
-    """Writes a file anew: the tree's files share their content with the sysroot, which stays as it is."""
+    """Writes a new file. The tree's files are hard links into the sysroot, which must not change."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.unlink(missing_ok=True)
     path.write_text(text, encoding="utf-8")
@@ -98,7 +98,7 @@ def _link(path: Path, target: str) -> None:
 
 
 def add_accounts(root: Path, accounts: Path) -> None:
-    """Writes passwd, group and shadow as hil/image/accounts says, on top of Debian's fixed ones."""
+    """Writes passwd, group and shadow: Debian's fixed accounts and those of hil/image/accounts."""
     master = root / "usr/share/base-passwd"
     passwd = (master / "passwd.master").read_text(encoding="utf-8")
     members: dict[str, list[str]] = {}
@@ -115,7 +115,7 @@ def add_accounts(root: Path, accounts: Path) -> None:
         lines.append(":".join((name, password, number, ",".join(members.pop(name, [])))))
     if members:
         raise ImageError(f"{accounts}: there is no group {', '.join(sorted(members))}")
-    # A board has a shell that scripts may ask for, and nobody has a password: ! would shut ssh's door for keys, too.
+    # No account has a password. It is marked by *, because ! would make sshd reject keys, too.
     passwd = re.sub(r"^([^:]*):\*:", r"\1:x:", passwd, flags=re.MULTILINE)
     names = [line.split(":")[0] for line in passwd.splitlines()]
     _replace(root / "etc/passwd", passwd)
@@ -124,8 +124,8 @@ def add_accounts(root: Path, accounts: Path) -> None:
 
 
 def set_units(root: Path, units: Path) -> None:
-    """The links that systemctl makes, as hil/image/units says. A unit that is not there is an error: its name is
-    misspelt or its package is gone."""
+    """Makes the links that systemctl would make for the lines of hil/image/units. A unit that does not exist is an
+    error: its name is misspelt or its package is missing."""
     folders = (root / "etc/systemd/system", root / "usr/lib/systemd/system")
     own = folders[0]
     for verb, unit, *target in _lines(units):
@@ -150,8 +150,9 @@ def set_units(root: Path, units: Path) -> None:
 
 
 def _fill_root(root: Path, packages: Path, known: Keys) -> None:
-    """`root` becomes the board's root file system: what packages hold, and what their scripts would have made."""
-    # Links to the same content: a second and no space, where a copy takes a gigabyte.
+    """Fills `root` with the board's root file system: the packages' files, and what their scripts would have
+    created."""
+    # Hard links: a copy would take a gigabyte.
     _run(["cp", "-al", f"{packages}/.", root])
     for name in NOT_ON_A_BOARD:
         if (root / name).exists():
@@ -175,7 +176,7 @@ def _fill_root(root: Path, packages: Path, known: Keys) -> None:
     for name, target in (("run", "/run"), ("lock", "/run/lock")):
         (root / "var" / name).rmdir()
         _link(root / "var" / name, target)
-    # The owner's files are on the state's disk; the tool that builds the USB gadget on the firmware's.
+    # The owner's configuration is on the state disk; the tool that sets up the USB gadget is on the firmware's disk.
     _link(root / "etc/lightwell", "/var/lib/lightwell/etc")
     _link(root / "usr/sbin/lightwell-usb-gadget", "/opt/lightwell/sbin/lightwell-usb-gadget")
     _link(root / "usr/bin/awk", "mawk")
@@ -185,7 +186,7 @@ def _fill_root(root: Path, packages: Path, known: Keys) -> None:
 def _kernel_version(root: Path) -> str:
     versions = sorted(path.name for path in (root / "usr/lib/modules").iterdir())
     if len(versions) != 1:
-        raise ImageError(f"{root}/usr/lib/modules holds {versions or 'no kernel'}: one is wanted")
+        raise ImageError(f"{root}/usr/lib/modules holds {versions or 'no kernel'} and must hold exactly one")
     return versions[0]
 
 
@@ -222,8 +223,9 @@ def _make_initrd(root: Path, version: str, initrd: Path) -> None:
 
 
 def make_ext4(tree: Path, disk: Path, label: str, *, journal: bool, room_mb: float, inodes: int | None = None) -> None:
-    """An ext4 of what `tree` holds and `room_mb` MiB besides; sparse. Owners are root: as root the tree's are."""
-    # By their numbers, because a file may have several names.
+    """Makes the sparse file `disk`, an ext4 file system with the content of `tree` and `room_mb` MiB of free space.
+    Files belong to root; if this process is root, to their owners in `tree`."""
+    # By inode number, because a file may have several names.
     files = {entry.st_ino: entry for entry in (path.lstat() for path in tree.rglob("*"))}
     blocks = sum(-(-entry.st_size // 4096) for entry in files.values()) + len(files)
     megabytes = int(blocks * 4096 / 2**20 * 1.02 + len(files) * 256 / 2**20 + room_mb) + 2
@@ -250,14 +252,14 @@ def make_ext4(tree: Path, disk: Path, label: str, *, journal: bool, room_mb: flo
         f"{megabytes}M",
     ]
     if os.geteuid() != 0:
-        # In a namespace of its own the maker counts as root, and so the files that it made.
+        # In a user namespace, this user and its files are mapped to root.
         command = ["unshare", "--map-root-user", *command]
     _run(command)
 
 
 @dataclass(frozen=True)
 class Base:
-    """Kernel, initrd and root file system, all read only."""
+    """Kernel, initrd and root file system, all read-only."""
     folder: Path
 
     @property
@@ -274,12 +276,12 @@ class Base:
 
 
 def base() -> Base:
-    """Kernel, initrd and root disk, made where something that they are made of has changed."""
+    """Kernel, initrd and root disk; made anew if one of their inputs has changed."""
     packages = sysroot()
     known = keys()
 
     def make(folder: Path) -> None:
-        say("making the board's root disk (half a minute, 1.2 GB), once")
+        say("making the board's root disk, once (half a minute, 1.2 GB)")
         root = folder / "root"
         root.mkdir()
         _fill_root(root, packages, known)
@@ -290,17 +292,17 @@ def base() -> Base:
         make_ext4(root, folder / "base.ext4", "lw-base", journal=False, room_mb=8)
         shutil.rmtree(root)
 
-    # The folder's own number: a sysroot that was made again has newer packages under the same name.
+    # The folder's inode number: a sysroot that was made again has the same name and newer packages.
     key = cache.digest([packages.name, str(packages.stat().st_ino), SOURCES, UNIT, Path(__file__),
                         known.client.with_suffix(".pub"), known.host.with_suffix(".pub")])
     return Base(cache.kept("board-base", key, make))
 
 
 def firmware(build: Path) -> Path:
-    """The disk that a board has at /opt/lightwell: what `build` installs of the component `board`, stripped, and the
-    panoramas of simulated cameras. Raises ImageError where the build is not there or not whole."""
+    """The disk that the board mounts at /opt/lightwell: the stripped files that `build` installs for the component
+    `board`, and the panoramas of simulated cameras. Raises ImageError if the build is missing or incomplete."""
     if not (build / "CMakeCache.txt").exists():
-        raise ImageError(f"{build} is not a configured build: cmake --preset board-aarch64")
+        raise ImageError(f"{build} is not a configured build: run cmake --preset board-aarch64")
     panoramas = _run([REPOSITORY / "cmake/fetch_panoramas"]).strip()
     with tempfile.TemporaryDirectory(dir=cache.cache_root(), prefix=".board-stage.") as name:
         stage = Path(name)
@@ -315,7 +317,8 @@ def firmware(build: Path) -> Path:
 
 
 def state(disk: Path, size_mb: int, config: str) -> None:
-    """A journaled disk with `size_mb` MiB for the board to fill, `config` on it as /etc/lightwell/probe.textproto."""
+    """Makes a journaled disk with `size_mb` MiB of free space; it holds `config` as etc/probe.textproto, which is
+    /etc/lightwell/probe.textproto on the board."""
     with tempfile.TemporaryDirectory() as name:
         tree = Path(name)
         (tree / "etc").mkdir()

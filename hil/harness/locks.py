@@ -1,4 +1,4 @@
-"""One run at a time at a thing, whoever starts it."""
+"""Exclusive locks between processes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .waits import wait_for
 
 
 def lock_folder() -> Path:
-    """Where locks are that hold for all checkouts of this user."""
+    """The folder of the locks that all checkouts of this user share."""
     folder = Path(os.environ.get("XDG_RUNTIME_DIR") or "/tmp") / f"lightwell-hil-{os.getuid()}"
     folder.mkdir(mode=0o700, exist_ok=True)
     return folder
@@ -21,8 +21,9 @@ def lock_folder() -> Path:
 
 @contextmanager
 def held(path: Path, what: str, limit_s: float) -> Iterator[None]:
-    """Holds the lock file `path`; `what` completes "waiting for ...". TimedOut, naming who has it, where it is not free
-    in time. A lock ends with its process, however that ends."""
+    """Holds an exclusive flock() on `path`; `what` completes the message "waiting for ...". Raises TimedOut, which
+    names the process that holds it, if it is not free within `limit_s` seconds. The kernel releases it when the process
+    ends."""
     descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
     try:
         def free() -> bool:

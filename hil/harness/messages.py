@@ -1,4 +1,4 @@
-"""Classes of protobuf messages, from their .proto files."""
+"""Makes classes of protobuf messages from .proto files at run time."""
 
 import functools
 import subprocess
@@ -11,8 +11,8 @@ from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
 @functools.cache
 def message_class(folder: Path, file: str, name: str) -> Any:
-    """Of the message `name` with its package, by protoc, which is there because the firmware needs it; `file` as it is
-    imported from `folder`."""
+    """The class of the message `name` (with its package). `file`: the .proto file, relative to the import folder
+    `folder`. Runs protoc, which the firmware's build needs as well."""
     with tempfile.TemporaryDirectory() as scratch:
         out = Path(scratch) / "messages.pb"
         subprocess.run(["protoc", f"-I{folder}", "--include_imports", f"--descriptor_set_out={out}", file], check=True)

@@ -1,8 +1,8 @@
-"""How a board and this machine reach each other.
+"""The network between a board and this machine.
 
-UserNetwork   needs no rights: QEMU forwards ports of the loopback address to the board
-TapNetwork    as root: a wire in a network namespace of its own, on which board and host have addresses
-On either the board is 10.77.0.2 (its number on the wire plus one) and the host 10.77.0.1.
+UserNetwork   needs no privileges: QEMU forwards ports of the loopback address to the board
+TapNetwork    needs root: a bridge in a network namespace, on which board and host have addresses
+In both, the board's address is 10.77.0.2 (10.77.0.N+1 for number N on the wire) and the host's is 10.77.0.1.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ PORTS = (SSH_PORT, GRPC_PORT, PAIRING_PORT)
 
 
 class NetworkError(Exception):
-    """A network cannot be made here; the text says why."""
+    """The network cannot be set up on this machine; the text says why."""
 
 
 def board_address(number: int) -> str:
-    """The address of the board with that number on its wire, from 1."""
+    """The address of the board with that number on its wire; numbers start at 1."""
     if not 1 <= number <= 200:
         raise NetworkError(f"boards on a wire have numbers from 1 to 200, not {number}")
     return f"10.77.0.{number + 1}"
@@ -38,27 +38,27 @@ def mac_address(number: int) -> str:
 
 
 def kernel_words(number: int, name: str) -> list[str]:
-    """What the kernel's command line says of the network; a rule of udev reads it (hil/image/root)."""
+    """Network settings for the kernel's command line; a udev rule below hil/image/root reads the address."""
     return ["net.ifnames=0", f"lightwell.eth0={board_address(number)}/24", f"systemd.hostname={name}"]
 
 
 @dataclass
 class UserNetwork:
-    """Ports are free ones, chosen by the kernel when QEMU binds them: no other program can be given the same in
-    between."""
+    """QEMU's user network with forwarded ports. The kernel chooses the free host ports when QEMU binds them, so that no
+    other program can take one in between."""
     number: int = 1
-    # The board's ports that can be reached, and by which of ours once QEMU runs.
+    # Ports of the board that are forwarded; `ports` maps them to host ports once QEMU runs.
     wanted: tuple[int, ...] = PORTS
     ports: dict[int, int] = field(default_factory=dict)
 
     def open(self) -> None:
-        """Nothing to be made."""
+        """Does nothing: QEMU sets this network up."""
 
     def close(self) -> None:
-        """Ends with QEMU."""
+        """Does nothing: this network ends with QEMU."""
 
     def arguments(self) -> list[str]:
-        # restrict: what a board sends out reaches nobody, and no other machine's mDNS reaches it.
+        # restrict: isolates the board from other networks, in both directions (mDNS, too).
         forwards = "".join(f",hostfwd=tcp:127.0.0.1:0-{board_address(self.number)}:{port}" for port in self.wanted)
         return [
             "-netdev",
@@ -68,7 +68,7 @@ class UserNetwork:
         ]
 
     def learn(self, qmp: Qmp) -> None:
-        """Asks QEMU which ports it was given."""
+        """Reads from QEMU which host ports it bound."""
         shown = qmp.monitor("info usernet")
         self.ports = {int(guest): int(host)
                       for host, guest in re.findall(r"TCP\[HOST_FORWARD\]\s+\S+\s+\S+\s+(\d+)\s+\S+\s+(\d+)", shown)}
@@ -76,11 +76,11 @@ class UserNetwork:
             raise QmpError(f"QEMU does not forward the ports {self.wanted}: {shown}")
 
     def reach(self, port: int) -> tuple[str, int]:
-        """Host and port by which the board's `port` is reached from this machine."""
+        """Host and port at which this machine reaches the board's `port`."""
         return "127.0.0.1", self.ports[port]
 
     def host_command(self, command: Sequence[str]) -> list[str]:
-        """`command` as it must be started to reach the board."""
+        """`command`, extended so that the process it starts can reach the board."""
         return list(command)
 
     def describe(self) -> dict[str, object]:
@@ -106,8 +106,8 @@ def _ip(*words: str) -> str:
 
 @dataclass
 class TapNetwork:
-    """A bridge with the host's address in the network namespace lightwell-WIRE, and one tap a board. Boards that name
-    the same wire and have different numbers see each other. Programs of the host are started in the namespace:
+    """A bridge with the host's address in the network namespace lightwell-WIRE, and one tap device per board. Boards
+    with the same wire and different numbers can reach each other. Programs of the host must run in the namespace: see
     host_command().
     """
     wire: str
@@ -123,7 +123,7 @@ class TapNetwork:
 
     def open(self) -> None:
         if os.geteuid() != 0:
-            raise NetworkError("a network namespace needs root: take the user network, or run it as root")
+            raise NetworkError("a network namespace needs root: use the user network, or run as root")
         if not os.path.exists("/dev/net/tun"):
             raise NetworkError("there is no /dev/net/tun on this machine")
         if self.namespace not in _ip("netns", "list").split():
@@ -140,7 +140,7 @@ class TapNetwork:
         _ip(*inside, "link", "set", self.tap, "master", "br0", "up")
 
     def close(self) -> None:
-        """Takes the board off the wire, and the wire away with its last board."""
+        """Removes the board's tap device, and the namespace with the last one."""
         if self.namespace not in _ip("netns", "list").split():
             return
         inside = ("-n", self.namespace)
@@ -154,7 +154,7 @@ class TapNetwork:
                 "-device", f"virtio-net-pci,netdev=net0,mac={mac_address(self.number)},romfile="]
 
     def learn(self, qmp: Qmp) -> None:
-        """Nothing to be asked: the addresses are fixed."""
+        """Does nothing: the addresses are fixed."""
 
     def reach(self, port: int) -> tuple[str, int]:
         return board_address(self.number), port
@@ -170,7 +170,7 @@ Network = UserNetwork | TapNetwork
 
 
 def network_from(description: dict) -> Network:
-    """The network that describe() told of."""
+    """The network that describe() described."""
     if description["kind"] == "tap":
         return TapNetwork(description["wire"], description["number"])
     ports = {int(port): host for port, host in description["ports"].items()}

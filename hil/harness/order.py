@@ -1,4 +1,4 @@
-"""In which order tests run: random, so that none leans on another, and the same again for the same seed."""
+"""The order in which tests run: random, so that no test depends on another, and reproducible from a seed."""
 
 import random
 from collections.abc import Sequence
@@ -6,7 +6,8 @@ from typing import Any
 
 
 def shuffled(tests: Sequence[Any], seed: int) -> list[Any]:
-    """Tests that share a board stay together, for starting one takes long; those that spoil it come last."""
+    """A random order in which tests of one board are adjacent (starting a board takes long), and tests that need a
+    fresh board after them (`spoils_board`) come last on it."""
     chance = random.Random(seed)
     boards = sorted({test.board for test in tests})
     chance.shuffle(boards)

@@ -1,4 +1,4 @@
-"""Processes of other runs, told apart from strangers that were given the same number."""
+"""Identifies processes across runs, although the kernel reuses process ids."""
 
 from __future__ import annotations
 
@@ -11,23 +11,24 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Process:
-    """A number, and the kernel's tick at which that process began: together never given twice within a boot."""
+    """A process id and the process's start time in kernel ticks (`began`): together unique within a boot."""
     pid: int
     began: int
 
     @staticmethod
     def of(pid: int) -> Process | None:
-        """The process that has this number now; None where there is none, or only its exit status is left."""
+        """The process that has this id now; None if there is none or it is a zombie."""
         try:
             text = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
         except OSError:
             return None
-        # The name in parentheses may hold anything; fields are counted from behind it (proc(5): 3 is the state).
+        # The name in parentheses may contain any character; fields are counted after it (proc(5): field 3 is the
+        # state).
         fields = text[text.rindex(")") + 2:].split()
         return None if fields[0] in "ZX" else Process(pid, int(fields[19]))
 
     @staticmethod
-    def own() -> Process:
+    def current() -> Process:
         process = Process.of(os.getpid())
         assert process is not None
         return process
@@ -36,7 +37,7 @@ class Process:
         return Process.of(self.pid) == self
 
     def kill(self, timeout_s: float = 10.0) -> None:
-        """SIGKILL, and waits until it is gone."""
+        """Sends SIGKILL and waits until the process is gone, at most `timeout_s` seconds."""
         deadline = time.monotonic() + timeout_s
         while self.is_alive() and time.monotonic() < deadline:
             try:
@@ -46,11 +47,11 @@ class Process:
             time.sleep(0.02)
 
     def memory_mb(self) -> float:
-        """Resident memory; 0 where it is gone."""
+        """Resident memory in MiB; 0 if the process is gone."""
         try:
             for line in Path(f"/proc/{self.pid}/status").read_text(encoding="ascii").splitlines():
                 if line.startswith("VmRSS:"):
                     return int(line.split()[1]) / 1024
         except OSError:
-            pass  # It ended meanwhile.
+            pass  # The process ended in the meantime.
         return 0.0

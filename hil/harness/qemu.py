@@ -1,8 +1,8 @@
-"""QEMU: whether it is here, what may drive its processor, and its command line.
+"""QEMU: whether it is installed, which accelerator works, and its command line.
 
-find()          the program, or why there is none
-accelerator()   kvm where a guest was seen to run in it, else tcg
-Machine         what a board is made of; arguments() is its command line
+find()          path of the program
+accelerator()   kvm if a guest boots with it, otherwise tcg
+Machine         hardware of a board; arguments() is QEMU's command line
 """
 
 from __future__ import annotations
@@ -26,26 +26,27 @@ CONSOLE = "console=ttyAMA0"
 
 
 class NoQemu(Exception):
-    """A board cannot run on this machine at all: tests are skipped with this reason."""
+    """QEMU is missing, so no board can run on this machine; tests are skipped with this reason."""
 
 
 def find() -> str:
-    """Full path of QEMU for arm64 boards."""
+    """Full path of QEMU for arm64. Raises NoQemu."""
     path = shutil.which(PROGRAM)
     if path is None:
-        raise NoQemu(f"{PROGRAM} is not installed (Debian's qemu-system-arm; cmake/setup installs it)")
+        raise NoQemu(f"{PROGRAM} is not installed: run cmake/setup (Debian's package qemu-system-arm)")
     return path
 
 
 def acceleration(name: str) -> list[str]:
-    """QEMU's words for an accelerator. The processor is that of the smallest supported board where it is emulated."""
+    """QEMU's arguments for an accelerator. An emulated processor is that of the smallest supported board."""
     if name == "kvm":
         return ["-machine", "virt,gic-version=host", "-accel", "kvm", "-cpu", "host"]
     return ["-machine", "virt", "-accel", "tcg,thread=multi", "-cpu", "cortex-a72"]
 
 
 def boots(command: Sequence[str], timeout_s: float) -> bool:
-    """Whether the board of `command` says within `timeout_s` that its kernel runs; it is killed then."""
+    """Whether the guest that `command` starts reports within `timeout_s` that its kernel runs. It is killed
+    afterwards."""
     try:
         done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                               timeout=timeout_s, check=False)
@@ -55,7 +56,7 @@ def boots(command: Sequence[str], timeout_s: float) -> bool:
 
 
 def probe_command(program: str, base: Base, name: str) -> list[str]:
-    """The smallest board there is: a kernel and the initrd, which says a word and switches off."""
+    """Command of a minimal guest: kernel and initrd, which prints one line and powers off."""
     return [
         program,
         *acceleration(name),
@@ -79,32 +80,32 @@ def probe_command(program: str, base: Base, name: str) -> list[str]:
 
 
 def accelerator(program: str, base: Base) -> tuple[str, str]:
-    """("kvm" or "tcg", why). /dev/kvm may open and its guests hang, so one is booted within 10 s; what came of it is
-    kept until this machine boots again."""
+    """("kvm" or "tcg", reason). Guests may hang although /dev/kvm can be opened, so a minimal guest is booted, with a
+    limit of 10 s. The result is cached until this machine reboots."""
     if platform.machine() != "aarch64":
-        return "tcg", f"a processor of {platform.machine()} cannot run arm64 by KVM"
+        return "tcg", f"a processor of {platform.machine()} cannot run arm64 with KVM"
     if not os.access("/dev/kvm", os.R_OK | os.W_OK):
         return "tcg", "/dev/kvm cannot be opened"
     boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
-    told = cache.cache_root() / "board-accelerator.json"
+    cached = cache.cache_root() / "board-accelerator.json"
     try:
-        known = json.loads(told.read_text(encoding="utf-8"))
+        known = json.loads(cached.read_text(encoding="utf-8"))
         if known["boot"] == boot:
             return known["name"], known["why"]
     except (OSError, ValueError, KeyError):
-        pass  # Not asked before, or by another version: it is asked now.
+        pass  # No valid cached result.
     say(f"trying KVM, for {PROBE_S:g} s at most")
     works = boots(probe_command(program, base, "kvm"), PROBE_S)
     name, why = ("kvm", "a guest ran in it") if works else ("tcg", f"no guest ran in KVM within {PROBE_S:g} s")
-    written = told.with_suffix(f".{os.getpid()}")
+    written = cached.with_suffix(f".{os.getpid()}")
     written.write_text(json.dumps({"boot": boot, "name": name, "why": why}), encoding="utf-8")
-    written.rename(told)
+    written.rename(cached)
     return name, why
 
 
 @dataclass(frozen=True)
 class Disk:
-    """A file that the board sees as a virtio disk with that serial number."""
+    """A file that the board has as a virtio disk with that serial number."""
     path: Path
     serial: str
     writable: bool = False
@@ -112,7 +113,7 @@ class Disk:
 
 @dataclass(frozen=True)
 class Machine:
-    """A board's hardware. All paths are this machine's."""
+    """A board's hardware. All paths are paths on this machine."""
     program: str
     accelerator: str
     kernel: Path
@@ -124,21 +125,21 @@ class Machine:
     serial_log: Path
     cpus: int = 2
     memory_mb: int = 2048
-    # Sockets of USB devices' programs, by their ids (usb-redir); one that does not listen yet is plugged in when it
-    # does.
+    # usb-redir sockets of programs that emulate USB devices, by device id. A device is plugged in when its program
+    # starts to listen.
     usb_sockets: tuple[tuple[str, Path], ...] = ()
     extra: tuple[str, ...] = ()
 
     def arguments(self) -> list[str]:
         words = [self.program, *acceleration(self.accelerator), "-smp", str(self.cpus), "-m", str(self.memory_mb),
                  "-nodefaults", "-display", "none",
-                 # A board that is started again goes on writing where it was.
+                 # A board that is started again appends to its log.
                  "-chardev", f"file,id=serial,path={self.serial_log},append=on", "-serial", "chardev:serial",
                  "-qmp", f"unix:{self.qmp},server=on,wait=off",
                  "-kernel", str(self.kernel), "-initrd", str(self.initrd), "-append", " ".join(self.kernel_words),
                  "-device", "virtio-rng-pci", "-device", "qemu-xhci,id=xhci"]
         for index, disk in enumerate(self.disks):
-            # Told, not probed: what a board writes into the first block of a raw disk must not make it another format.
+            # The format is given, not probed: data in the first block of a raw disk must not be taken for a header.
             kind = "qcow2" if disk.path.suffix == ".qcow2" else "raw"
             access = "off" if disk.writable else "on"
             words += ["-drive", f"if=none,id=disk{index},file={disk.path},format={kind},readonly={access}",

@@ -1,4 +1,4 @@
-"""QEMU's machine protocol: one connection at a time, a line of JSON each way (QEMU 7.2, docs/interop/qmp-spec.txt)."""
+"""QEMU's machine protocol (QMP): one connection at a time, JSON lines (QEMU 7.2, docs/interop/qmp-spec.txt)."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Any
 
 
 class QmpError(Exception):
-    """QEMU refused a command, or cannot be spoken to."""
+    """QEMU rejected a command or does not answer."""
 
 
 class Qmp:
-    """A session; QEMU serves one at a time, so it is opened for what it is needed for and closed.
+    """A session. QEMU serves one at a time: keep it open only as long as it is needed.
 
     with Qmp(path) as qmp:
         qmp.command("device_del", id="cam0")
@@ -64,7 +64,7 @@ class Qmp:
         return json.loads(line)
 
     def command(self, name: str, /, **arguments: Any) -> Any:
-        """What QEMU returns. An underscore of an argument's name stands for QEMU's hyphen."""
+        """Runs a command and returns its result. Underscores in argument names become hyphens. Raises QmpError."""
         message: dict[str, Any] = {"execute": name}
         if arguments:
             message["arguments"] = {key.replace("_", "-"): value for key, value in arguments.items()}
@@ -83,11 +83,12 @@ class Qmp:
                 return answer["return"]
 
     def monitor(self, line: str) -> str:
-        """A command of the monitor for people, for what QMP has no command for."""
+        """Runs a command of the human monitor, for functions that QMP lacks, and returns its output."""
         return self.command("human-monitor-command", **{"command-line": line})
 
     def wait_event(self, name: str, timeout_s: float, **data: Any) -> dict[str, Any]:
-        """The first event of that name whose data has these entries, since the session began."""
+        """Waits for an event of that name whose data contains these entries, and returns it. Events since the session
+        began count; each is returned once. Raises QmpError after `timeout_s`."""
         self._deadline = time.monotonic() + timeout_s
         while True:
             for index, event in enumerate(self._events):

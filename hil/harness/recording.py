@@ -1,7 +1,7 @@
-"""Recordings of frames, as lightwelld --record writes them: the container of proto/README.md.
+"""Recordings of frames as lightwelld --record writes them; proto/README.md defines the container.
 
-read    what a recording's pixels mean, and its frames
-thin    some of its frames, byte for byte, as a recording of their own
+read    returns a recording's calibration and frames
+thin    copies some of the frames unchanged into a new recording
 """
 
 import struct
@@ -20,17 +20,17 @@ _HEAD = struct.Struct("<IIq")
 
 
 class RecordingError(Exception):
-    """A file that is no recording of frames; the text names it."""
+    """The file is not a recording of frames; the text names it."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Of a camera with one lens."""
+    """A frame of a camera with one lens."""
     sequence: int
     format: str
     width: int
     height: int
-    # The picture's bytes with its padding.
+    # Bytes of the image, with the padding of its rows.
     data: bytes
 
 
@@ -39,11 +39,11 @@ def _message(name: str) -> Any:
 
 
 def _records(path: Path) -> Iterator[tuple[bytes, bytes]]:
-    """Each record's head and payload, up to one that is cut off. Sums are not checked: whoever plays a recording does
-    that."""
+    """Header and payload of each record, up to the first truncated one. Checksums are not verified; the replay camera
+    verifies them."""
     with open(path, "rb") as file:
         if file.read(len(MAGIC)) != MAGIC:
-            raise RecordingError(f"{path} is no recording")
+            raise RecordingError(f"{path} is not a recording")
         while len(head := file.read(_HEAD.size)) == _HEAD.size:
             size = _HEAD.unpack(head)[0]
             payload = file.read(size)
@@ -59,19 +59,20 @@ def _frame(payload: bytes) -> Frame:
 
 
 def read(path: Path) -> tuple[str, list[Frame]]:
-    """The calibration as text, and the frames."""
+    """The calibration in text form, and the frames. Raises RecordingError."""
     records = _records(path)
     first = next(records, None)
     if first is None:
-        raise RecordingError(f"{path} holds nothing")
+        raise RecordingError(f"{path} has no records")
     header = _message("RecordingHeader").FromString(first[1])
     if not header.HasField("calibration"):
-        raise RecordingError(f"{path} is no recording of frames")
+        raise RecordingError(f"{path} is not a recording of frames")
     return text_format.MessageToString(header.calibration), [_frame(payload) for _, payload in records]
 
 
 def thin(source: Path, target: Path, *, apart: int, frames: int) -> int:
-    """The first frames, so many at most, whose numbers are at least `apart` from each other; how many that are."""
+    """Copies at most `frames` frames, whose sequence numbers differ by at least `apart`; returns the number of
+    frames."""
     kept, last = 0, None
     with open(target, "wb") as out:
         out.write(MAGIC)

@@ -1,8 +1,8 @@
-"""What a run found: figures instead of bare pass and fail, as Markdown for people and JSON for programs.
+"""Results of a run as measured values with limits, written as Markdown and as JSON.
 
-A Figure holds where what was measured is as asked; one that asks for nothing is reported. A Result is one test's: good
-where it ran to its end and each of its figures holds. Results stay in a file from run to run, so that an entry of the
-roster that was not run since the last commit is seen.
+A Figure holds if its measured value satisfies its limit; one without a limit is only reported. A Result belongs to one
+test: it is good if the test ran to its end and all figures hold. Results are kept in a file between runs, so that
+roster entries that were not run since the last commit can be found.
 """
 
 import json
@@ -13,9 +13,11 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-# How a limit is written, and what it means.
+# Comparison operators of limits.
 _LIMITS = {"<=": lambda measured, limit: measured <= limit, ">=": lambda measured, limit: measured >= limit,
            "==": lambda measured, limit: measured == limit}
+# Members of Result that have another key in saved reports.
+_SAVED_KEYS = {"error": "trouble", "check_times": "times_judged"}
 
 
 @dataclass
@@ -23,8 +25,8 @@ class Figure:
     name: str
     measured: float | str
     unit: str = ""
-    asked: str = ""  # "<= 3", ">= 30", "== 0"; empty: reported.
-    timed: bool = False  # Of a clock: a busy machine moves it.
+    asked: str = ""  # The limit: "<= 3", ">= 30", "== 0"; empty: the value is only reported.
+    timed: bool = False  # A time or a rate, which depends on the machine's load.
 
     @property
     def holds(self) -> bool:
@@ -33,7 +35,7 @@ class Figure:
         sign, limit = self.asked.split(maxsplit=1)
         if isinstance(self.measured, str):
             return sign == "==" and self.measured == limit
-        # NaN is what could not be measured.
+        # NaN: the value could not be measured.
         return not math.isnan(self.measured) and _LIMITS[sign](self.measured, float(limit))
 
 
@@ -43,39 +45,43 @@ class Result:
     commit: str
     seconds: float
     figures: list[Figure] = field(default_factory=list)
-    trouble: str = ""  # Why it did not run to its end.
-    skipped: str = ""  # Why it could not run here. Not good, and no failure of what is tested.
-    times_judged: bool = True
+    error: str = ""  # Why the test did not run to its end.
+    skipped: str = ""  # Why this machine cannot run the test. Neither good nor a failure.
+    check_times: bool = True  # False: figures that are times or rates are reported, and their limits ignored.
 
     @property
     def good(self) -> bool:
-        return not self.trouble and not self.skipped and bool(self.figures) and all(
-            f.holds for f in self.figures if self.times_judged or not f.timed)
+        return not self.error and not self.skipped and bool(self.figures) and all(
+            f.holds for f in self.figures if self.check_times or not f.timed)
 
 
 def save(results: dict[str, Result], path: Path) -> None:
-    """Whole or not at all."""
+    """Replaces the file atomically."""
     path.parent.mkdir(parents=True, exist_ok=True)
+    saved = {name: {_SAVED_KEYS.get(key, key): value for key, value in asdict(result).items()}
+             for name, result in results.items()}
     with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8") as file:
-        json.dump({name: asdict(result) for name, result in results.items()}, file, indent=1)
+        json.dump(saved, file, indent=1)
     os.replace(file.name, path)
 
 
 def load(path: Path) -> dict[str, Result]:
-    """Of earlier runs; nothing where there were none."""
+    """Results of earlier runs; empty if there is no file."""
     if not path.exists():
         return {}
     raw: dict[str, dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))
-    return {name: Result(**{**entry, "figures": [Figure(**figure) for figure in entry["figures"]]})
+    members = {saved: member for member, saved in _SAVED_KEYS.items()}
+    return {name: Result(**{**{members.get(key, key): value for key, value in entry.items()},
+                            "figures": [Figure(**figure) for figure in entry["figures"]]})
             for name, entry in raw.items()}
 
 
 def _short(commit: str) -> str:
-    return commit[:10] + (" with changes that are not committed" if commit.endswith("+") else "")
+    return commit[:10] + (" with uncommitted changes" if commit.endswith("+") else "")
 
 
 def stale(tests: list[Any], results: dict[str, Result], commit: str) -> list[str]:
-    """Of the roster's tests those without a good run of this commit, with the reason."""
+    """A line for each of the roster's tests without a good run of this commit, with the reason."""
     out = []
     for test in tests:
         result = results.get(test.name)
@@ -84,7 +90,7 @@ def stale(tests: list[Any], results: dict[str, Result], commit: str) -> list[str
         elif result.commit != commit:
             out.append(f"{test.name}: last run at {_short(result.commit)}, not at {_short(commit)}")
         elif not result.good:
-            out.append(f"{test.name}: {result.skipped or result.trouble or 'a figure does not hold'}")
+            out.append(f"{test.name}: {result.skipped or result.error or 'a figure does not hold'}")
     return out
 
 
@@ -95,7 +101,7 @@ def _value(figure: Figure) -> str:
 
 
 def markdown(roster: Any, results: dict[str, Result], run: dict[str, str]) -> str:
-    """`run`: what is to be known of the run itself, in the order in which it is said."""
+    """The report as Markdown. `run`: names and values that describe the run itself, in the order of the report."""
     lines = ["# What the board did", ""]
     lines += [f"- {name}: {value}" for name, value in run.items()] + [""]
     good = sum(1 for test in roster.test if (r := results.get(test.name)) and r.good)
@@ -107,8 +113,8 @@ def markdown(roster: Any, results: dict[str, Result], run: dict[str, str]) -> st
         lines += [f"## {test.name}: {state}", f"{test.what} ({where})", ""]
         if result is None:
             continue
-        if result.skipped or result.trouble:
-            lines += ["```", result.skipped or result.trouble, "```", ""]
+        if result.skipped or result.error:
+            lines += ["```", result.skipped or result.error, "```", ""]
         if result.figures:
             lines += ["| figure | asked | measured | holds |", "| --- | --- | --- | --- |"]
             lines += [

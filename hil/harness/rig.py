@@ -1,9 +1,9 @@
-"""What a test of hil/cases holds: a board with its firmware, cameras outside of it, clients beside it.
+"""The test fixture of hil/cases: a board with its firmware, simulated cameras and clients.
 
-prepare    builds what is missing; Tools are the programs
-open_rig   a Rig for a board of the roster
-Rig        cameras; the firmware on the board; clients outside of it; the desktop's firmware; what judges
-processed_frames    what became of frames
+prepare            builds the programs that are missing (Tools)
+open_rig           a Rig for a board of the roster
+Rig                cameras; firmware on the board; clients; firmware on this machine; evaluation programs
+processed_frames   number of frames whose outcome is known
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ from . import qemu
 from .board import Board, Options
 from .build import NotBuilt, build_for_board, build_for_host
 from .camera import UsbCamera
-from .runner import Broken, CannotRun
+from .runner import CannotRun, TestFailure
 from .waits import wait_for
 from .watcher import Watcher, WatcherHere
 
 
-# What the camera damaged as it was told to.
+# The camera's counters of frames damaged by injected faults.
 DAMAGED = ("torn", "shortened", "marked")
-# Threads that gRPC 1.51 starts as it needs them, by what the kernel shows of their names. Those of an executor stay, at
-# most two a core. Those of the event engine are one a core and at least two, and one more a second while all are busy,
-# which ends after 30 s without work: gRPC sets no bound there, the tests ask for the same.
+# Thread pools of gRPC 1.51, by the thread names that the kernel shows. Executor threads are kept, at most two per core.
+# The event engine has one thread per core and at least two, and starts one more per second while all are busy, which
+# ends after 30 s without work. gRPC does not limit these; the tests apply the executors' limit to them, too.
 _EXECUTORS = ("default-executo", "resolver-execut")
 _ENGINE = "event_engine"
 _REST_S = 1.8
-# What is on its way through kernel, firmware, network and client when the camera falls silent.
+# Time for frames in flight to pass kernel, firmware, network and client after the camera has stopped sending.
 _UNDER_WAY_S = 0.5
 
 
 @dataclass(frozen=True)
 class Tools:
-    """Programs of this machine, and where the board's build is."""
+    """Folders of the source tree, of this machine's programs and of the board's build."""
     root: Path
     host: Path
     board: Path
@@ -54,7 +54,8 @@ class Tools:
 
 
 def _output_of(command: Sequence[str | Path], root: Path, what: str) -> str:
-    """What a program of this machine printed."""
+    """The output of a program that runs on this machine. Raises NotBuilt if it fails; `what` names it in the
+    message."""
     done = subprocess.run(
         [str(word) for word in command], cwd=root, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )
@@ -64,9 +65,9 @@ def _output_of(command: Sequence[str | Path], root: Path, what: str) -> str:
 
 
 def prepare(root: Path, built: tuple[Path, Path] | None = None) -> Tools:
-    """Builds the programs of both sides, which takes minutes where nothing is there yet; `built` are the folders of
-    builds, the host's and the board's, that are taken as they are. CannotRun where this machine has no QEMU, or `built`
-    lacks a program; NotBuilt."""
+    """Builds the programs of host and board, which takes minutes the first time. `built`: build folders of host and
+    board to use as they are instead. Raises CannotRun if QEMU is not installed or `built` lacks a program; NotBuilt if
+    a build fails."""
     try:
         qemu.find()
     except qemu.NoQemu as why:
@@ -86,41 +87,41 @@ def prepare(root: Path, built: tuple[Path, Path] | None = None) -> Tools:
 
 @contextmanager
 def open_rig(board: Any, roster: Any, tools: Tools, peer: Any | None = None) -> Iterator[Rig]:
-    """Starts the board, and the second one on its wire where there is a `peer`; ends both."""
+    """Starts the board, and a second one on the same wire if `peer` is given; ends both on exit."""
     kind = board.WhichOneof("kind")
     if kind != "qemu":
-        raise CannotRun(f"the bench {board.name} is reached as {board.bench.ssh}: no bench is attached to this machine")
+        raise CannotRun(f"the bench {board.name} ({board.bench.ssh}) is not attached to this machine")
     with tempfile.TemporaryDirectory(prefix="lightwell-rig-") as folder, ExitStack() as stack:
         socket = Path(folder) / "cam0"
-        machine = _switched_on(board, tools, stack, usb_sockets={"cam0": socket})
+        machine = _start_board(board, tools, stack, usb_sockets={"cam0": socket})
         second = None
         if peer is not None:
-            second = _switched_on(peer, tools, stack, wire=machine.folder.name, number=2)
-            # Its own firmware would be a second probe, and costs the processors that the first one needs.
+            second = _start_board(peer, tools, stack, wire=machine.folder.name, number=2)
+            # The peer's firmware would be a second probe and would compete with the first for the host's processors.
             second.run("systemctl mask --runtime --now lightwelld", check=True)
         yield Rig(machine, socket, roster, tools, Path(folder), second)
 
 
-def _switched_on(board: Any, tools: Tools, stack: ExitStack, **more: Any) -> Board:
-    """The board that a roster's entry describes, as new; `stack` switches it off. `more`: of Options."""
+def _start_board(board: Any, tools: Tools, stack: ExitStack, **more: Any) -> Board:
+    """Starts the board of a roster entry with a new state disk; `stack` ends it. `more`: further Options."""
     options = Options(build=tools.board, cpus=board.qemu.cpus or 2, memory_mb=board.qemu.memory_mb or 2048,
                       net=board.qemu.net or "user", owned=True, **more)
     machine = Board(f"hil-{board.name}", options)
-    # Before the start: QEMU may run when the start gives up. The next one is as new: how this one would go down is
-    # board.costs' to tell.
+    # Registered before the start, because QEMU may run although start() fails. A power cut is enough: the next board
+    # has a new state disk, and board.costs measures the regular shutdown.
     stack.callback(machine.power_cut)
     machine.start(fresh=True)
     return machine
 
 
 def processed_frames(grown: Mapping[str, float]) -> float:
-    """Of frames that the firmware took, those whose end is told: made into light, dropped because a newer one was
-    there, or failed."""
+    """The number of received frames whose outcome the firmware has counted: estimated, dropped for a newer frame, or
+    failed. `grown`: increments of the counters."""
     return grown["estimates"] + grown["captures_dropped"] + grown["estimates_failed"]
 
 
 class Rig:
-    """One board and what stands around it. `peer`: the second board on its wire, where the test has one."""
+    """One board with its cameras and clients. `peer`: the second board on its wire, if the test has one."""
 
     def __init__(
         self, board: Board, socket: Path, roster: Any, tools: Tools, folder: Path, peer: Board | None = None
@@ -134,14 +135,14 @@ class Rig:
 
     # --- cameras
 
-    def described(self, name: str) -> Any:
-        """A camera of the roster."""
+    def camera_entry(self, name: str) -> Any:
+        """The roster entry of a camera."""
         return self._cameras[name]
 
     @contextmanager
     def usb_camera(self, name: str, *, scene: str = "", arguments: Sequence[str] = ()) -> Iterator[UsbCamera]:
-        """A simulated camera of the roster, plugged in; ends unplugged. Waits until the board has made a device of
-        it."""
+        """A simulated camera of the roster, plugged in until exit. Waits until the board has its video device, and on
+        exit until that is gone."""
         camera = self._cameras[name].usb_simulated
         program = self.tools.host / "lightwell-usb-camera"
         with UsbCamera(program, self._socket, scene or camera.scene, arguments) as running:
@@ -150,7 +151,8 @@ class Rig:
         self.wait_for_no_video()
 
     def video_devices(self) -> list[str]:
-        """Nodes of USB cameras that give pictures: each has a second one for metadata."""
+        """Device nodes of USB cameras that deliver frames. Each camera has a second node for metadata, which is left
+        out."""
         found = self.board.run(
             "for d in /sys/class/video4linux/video*; do [ -e $d ] && readlink -f $d/device/driver | grep -q uvc "
             "&& [ $(cat $d/index) = 0 ] && basename $d; done; true"
@@ -158,31 +160,31 @@ class Rig:
         return sorted(f"/dev/{name}" for name in found.split())
 
     def wait_for_video(self, limit_s: float = 60) -> str:
-        """The first node, once udev has made it."""
+        """Waits until udev has made a device node, and returns it."""
         return wait_for("uvcvideo's device", lambda: self.video_devices() or None, limit_s, every_s=0.3)[0]
 
     def wait_for_no_video(self, limit_s: float = 60) -> None:
         wait_for("the camera's device to go", lambda: not self.video_devices(), limit_s, every_s=0.3)
 
     def camera_calibration(self, scene: str, what: str) -> str:
-        """What the pixels of a simulated camera mean, as text; `what` is WIDTHxHEIGHT:FORMAT."""
-        return _output_of([self.tools.host / "lightwell-usb-camera", "--scene", scene, "--calibration", what], self.folder,
-                     "the camera's calibration")
+        """The calibration of a simulated camera in text form; `what` is WIDTHxHEIGHT:FORMAT."""
+        command = [self.tools.host / "lightwell-usb-camera", "--scene", scene, "--calibration", what]
+        return _output_of(command, self.folder, "the camera's calibration")
 
     # --- the firmware
 
     def configure(
         self, camera: str, *, more: str = "", grpc: str = "security: LINK_SECURITY_PLAIN", timeout_s: float = 240
     ) -> str:
-        """lightwelld with `camera` (text of a CameraConfig), `grpc` (of a GrpcConfig) and `more` fields, serving; the
-        client's URI."""
+        """Restarts lightwelld with `camera` (text of a CameraConfig), `grpc` (of a GrpcConfig) and `more` fields of the
+        configuration. Returns the URI for clients when it serves."""
         self.board.write_config(f'probe_name: "board"\ncamera {{ {camera} }}\n'
                                 f'grpc {{ listen: "0.0.0.0:7420" {grpc} }}\n' + more, timeout_s)
         return self.board.grpc()
 
     def daemon(self) -> dict[str, int]:
-        """lightwelld's process as the board has it: pid, resident kB and those of them that are its own, threads
-        (without those of gRPC's pools), handles; and how often systemd started it anew."""
+        """State of lightwelld's process: `pid`, resident memory (`rss_kb`) and its anonymous part (`own_kb`) in KiB,
+        `threads` without gRPC's pools, open file descriptors (`handles`), and `restarts` by systemd."""
         shown = self.board.run(
             "p=$(systemctl show -p MainPID --value lightwelld); echo pid $p; "
             "systemctl show -p NRestarts lightwelld | sed 's/NRestarts=/restarts /'; "
@@ -194,14 +196,14 @@ class Rig:
         return {name: int(value) for name, value, *_ in (line.split() for line in shown.splitlines())}
 
     def pool_threads(self) -> dict[str, tuple[int, int]]:
-        """Of lightwelld's: how many threads each of gRPC's pools has, and how many it may have at most."""
+        """For each of gRPC's thread pools in lightwelld: its number of threads, and the limit of that number."""
         shown = self.board.run("nproc --all; cat /proc/$(pidof lightwelld)/task/*/comm", check=True).out.split("\n")
         bound = 2 * int(shown[0])
         return {name: (shown.count(name), bound) for name in (*_EXECUTORS, _ENGINE)}
 
     def snapshot(self, camera: UsbCamera, uri: str) -> dict[str, float]:
-        """Counters of camera and firmware, and when: as near to one moment as two questions are. Frames that a fault
-        asked the camera to keep are none that it could not hand over."""
+        """Counters of camera and firmware with the time of the query ("at"). They are read by two queries, one directly
+        after the other. Frames that an injected fault withheld do not count as dropped by the camera."""
         at = time.monotonic()
         counts = camera.counters()["counters"]
         info = self.info(uri)
@@ -219,44 +221,43 @@ class Rig:
         }
 
     def at_rest(self, camera: UsbCamera, uri: str, watcher: Watcher) -> dict[str, float]:
-        """A snapshot while nothing is under way, so that what went in can be held against what came out, with what the
-        client got ("arrived", "missing"). The camera is silent from "at" until "until", which is shorter than the 2 s
-        after which the firmware takes it for gone; returns when that is over. Where this machine was too busy for that,
-        it is tried again."""
+        """A snapshot while no frame is in flight, so that counters of input and output can be compared; adds the
+        client's counts ("arrived", "missing"). The camera sends nothing from "at" until "until", which is less than the
+        2 s after which the firmware restarts it; returns afterwards. Repeated, four times at most, if this machine was
+        too busy."""
         streams: Callable[[], int] = lambda: camera.counters()["counters"]["streams"]
         for _ in range(4):
             before = streams()
             camera.command("silence", seconds=_REST_S)
             begun = time.monotonic()
             time.sleep(_UNDER_WAY_S)
-            told = len(watcher.seconds())
-            looked = self.snapshot(camera, uri)
-            # The client's second in which the last frames came must have ended, and the next frames not have begun.
+            known = len(watcher.seconds())
+            counters = self.snapshot(camera, uri)
+            # The client's report of the second with the last frames must be complete before the next frames arrive.
             lines = wait_for(
                 "the client's second to end",
-                lambda: watcher.seconds() if len(watcher.seconds()) > told else None,
+                lambda: watcher.seconds() if len(watcher.seconds()) > known else None,
                 10,
                 every_s=0.05,
             )
             late = time.monotonic() - begun
             watcher.wait_for("light after the rest", 60, since=len(lines))
             if late <= _REST_S and streams() == before:
-                return looked | {
+                return counters | {
                     "at": begun,
                     "until": begun + _REST_S,
                     "arrived": sum(line["frames"] for line in lines),
                     "missing": lines[-1]["gaps"],
                 }
-        raise Broken(
-            f"four looks at a camera at rest took more than {_REST_S} s each, or the firmware took it for gone: "
-            "this machine "
-            "is too busy"
+        raise TestFailure(
+            f"four snapshots of a silent camera took more than {_REST_S} s each, or the firmware restarted the camera: "
+            "this machine is too busy"
         )
 
     def profile(self, seconds: float) -> str:
-        """Where the time of the board's processors goes, in percent of all of them."""
-        script = (f"p=$(pidof lightwelld); look() {{ head -1 /proc/stat; cat /proc/$p/task/*/stat; }}; "
-                  f"look; echo --; sleep {seconds}; look")
+        """How the board's processor time is used over `seconds`, in percent of all processors, as text."""
+        script = (f"p=$(pidof lightwelld); sample() {{ head -1 /proc/stat; cat /proc/$p/task/*/stat; }}; "
+                  f"sample; echo --; sleep {seconds}; sample")
         first, second = self.board.run(script, check=True, timeout_s=seconds + 60).out.split("--\n")
         def read(text: str) -> tuple[list[int], dict[str, int]]:
             lines = [line for line in text.splitlines() if " " in line]
@@ -276,29 +277,30 @@ class Rig:
         return text + " (" + ", ".join(f"{name} {share(own[name])}" for name in busiest) + ")"
 
     def wait_for_recorded(self, frames: int, limit_s: float = 120) -> None:
-        """Until lightwelld has written so many frames."""
+        """Waits until lightwelld has recorded so many frames."""
         uri = self.board.grpc()
         wait_for(
             f"{frames} frames to be recorded", lambda: self.info(uri)["frames_recorded"] >= frames, limit_s, every_s=1
         )
 
     def journal(self, lines: int = 15) -> str:
-        """The last that lightwelld said."""
+        """The last lines of lightwelld's journal."""
         return self.board.run(["journalctl", "-u", "lightwelld", "-n", str(lines), "--no-pager", "-o", "cat"]).out
 
-    # --- clients, in processes of their own outside of the board
+    # --- clients, as separate processes outside of the board
 
     def client(self, words: Sequence[str], *, timeout_s: float = 90, good: Collection[int] = (0,),
                environment: Mapping[str, str] | None = None) -> str:
-        """What `lightwell` with these words printed. Broken where it ends otherwise than `good`, or not at all."""
+        """The output of `lightwell` with these arguments. Raises TestFailure if its exit status is not in `good`, or it
+        does not end within `timeout_s`."""
         command = self.board.host_command([str(self.tools.host / "lightwell"), *words])
         try:
             done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=timeout_s,
                                   env={**os.environ, **(environment or {})})
         except subprocess.TimeoutExpired as error:
-            raise Broken(f"{' '.join(words)} did not end within {timeout_s:.0f} s") from error
+            raise TestFailure(f"{' '.join(words)} did not end within {timeout_s:.0f} s") from error
         if done.returncode not in good:
-            raise Broken(
+            raise TestFailure(
                 f"lightwell {' '.join(words)} ended with {done.returncode}: {done.stderr.strip()}\n{self.journal()}"
             )
         return done.stdout
@@ -310,32 +312,32 @@ class Rig:
 
     @contextmanager
     def watcher(self, uri: str) -> Iterator[Watcher]:
-        """A client that goes on while something happens."""
+        """`lightwell watch` as a background process."""
         command = self.board.host_command([str(self.tools.host / "lightwell"), "watch", uri, "--json"])
         with WatcherHere(command) as running:
             yield running
 
     def record(self, uri: str, seconds: float, file: Path) -> None:
-        """Descriptors byte for byte, into a new file: an old one would be carried on."""
+        """Records descriptors into a new file; an existing file is deleted first, because it would be continued."""
         file.unlink(missing_ok=True)
         self.client(["record", uri, str(file), "--seconds", str(seconds)], timeout_s=seconds + 60)
 
     def info(self, uri: str) -> dict[str, Any]:
-        """Who the probe is, and its counters."""
+        """The probe's identity and counters."""
         return json.loads(self.client(["info", uri, "--json", "--no-map"]))
 
-    # --- the desktop's firmware, and what judges
+    # --- firmware on this machine ("desktop"), and evaluation programs
 
     @contextmanager
     def desktop_daemon(self, camera: str, *words: str | Path) -> Iterator[str]:
-        """lightwelld of this machine with that camera, and what else it is told; its URI."""
+        """Runs lightwelld on this machine with that camera and further arguments; yields its URI."""
         with open(self.folder / "desktop.log", "w+", encoding="utf-8") as said, subprocess.Popen(
                 [self.tools.host / "lightwelld", "--camera", camera, "--listen", "127.0.0.1:0", *words], stdout=said,
                 stderr=subprocess.STDOUT) as child:
             def address() -> str | None:
                 text = Path(said.name).read_text(encoding="utf-8")
                 if child.poll() is not None:
-                    raise Broken(f"the desktop's lightwelld ended: {text}")
+                    raise TestFailure(f"the desktop's lightwelld ended: {text}")
                 found = [line for line in text.splitlines() if line.startswith("lightwelld: listening on ")]
                 return found[0].split()[-1] if found else None
 
@@ -345,7 +347,7 @@ class Rig:
                 child.terminate()
 
     def record_here(self, uri: str, seconds: float, file: Path) -> None:
-        """As record(), of a probe of this machine."""
+        """As record(), for a probe on this machine."""
         file.unlink(missing_ok=True)
         _output_of(
             [self.tools.host / "lightwell", "record", uri, file, "--seconds", str(seconds)],
@@ -354,7 +356,7 @@ class Rig:
         )
 
     def marker_frames(self, folder: Path, pictures: Sequence[str], *, noisy: int, period_s: float) -> None:
-        """Path-traced pictures of a marker as a webcam's frames, for the replay camera:
+        """Converts path-traced images of a marker to frames of a webcam for the replay camera: see
         hil/report/marker_frames_main.cpp."""
         _output_of(
             [
@@ -372,13 +374,13 @@ class Rig:
         )
 
     def compare(self, one: Path, other: Path) -> dict[str, float]:
-        """What tells the light of two recordings apart: hil/report/compare_main.cpp."""
+        """Differences between the light of two recordings: see hil/report/compare_main.cpp."""
         return json.loads(
             _output_of([self.tools.host / "compare_recordings", one, other], self.folder, "compare_recordings")
         )
 
     def evaluate(self, recording: Path, scene: str, camera: Any, exposures: Sequence[str] = ()) -> dict[str, float]:
-        """A recording against the truth of its scene: demo_report's summary."""
+        """Compares a recording with the true light of its scene; returns demo_report's summary."""
         command = [
             self.tools.host / "demo_report",
             "--recording",
@@ -399,5 +401,5 @@ class Rig:
             [str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
         if done.returncode > 1:
-            raise Broken(f"demo_report ended with {done.returncode}: {done.stderr}")
+            raise TestFailure(f"demo_report ended with {done.returncode}: {done.stderr}")
         return json.loads(done.stdout)

@@ -1,4 +1,4 @@
-"""hil/roster.textproto as checked data."""
+"""Reads and validates hil/roster.textproto."""
 
 from pathlib import Path
 from typing import Any
@@ -12,11 +12,11 @@ HIL = Path(__file__).resolve().parent.parent
 
 
 class RosterError(Exception):
-    """A roster that cannot be run: the message names file, entry and remedy."""
+    """The roster is invalid: the message names the file, the entry and what to do."""
 
 
 def parse(text: str, name: str) -> Any:
-    """The Roster. RosterError with line and column where it is none, and where an entry cannot be run."""
+    """The Roster. Raises RosterError if the text cannot be parsed (with line and column) or an entry is invalid."""
     roster = message_class(HIL, "roster.proto", "lightwell.hil.Roster")()
     try:
         text_format.Parse(text, roster)
@@ -36,7 +36,7 @@ def _check(roster: Any, name: str) -> None:
         seen: set[str] = set()
         for entry in getattr(roster, kind):
             if not entry.name or entry.name in seen:
-                raise RosterError(f"{name}: a {kind} is called '{entry.name}'; each needs a name of its own")
+                raise RosterError(f"{name}: a {kind} is called '{entry.name}'; give each a name of its own")
             seen.add(entry.name)
             if kind in ("board", "camera") and entry.WhichOneof("kind") is None:
                 raise RosterError(f"{name}: {kind} {entry.name} is of no kind; see hil/roster.proto")
@@ -56,7 +56,7 @@ def _check(roster: Any, name: str) -> None:
             raise RosterError(f"{name}: test {test.name} has no limit_s: how long may it take?")
         for kind in ("board", "camera", "link"):
             wanted = getattr(test, kind)
-            # A test may do without a camera or a link, but not without a board.
+            # Camera and link are optional, the board is not.
             if (wanted or kind == "board") and wanted not in names[kind]:
                 known = ", ".join(sorted(names[kind]))
                 raise RosterError(f"{name}: test {test.name} asks for {kind} '{wanted}'; there are {known}")

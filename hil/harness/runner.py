@@ -1,5 +1,5 @@
-"""Runs tests of the roster: boards are started when first needed and ended after their last test, faults of the harness
-included."""
+"""Runs tests of the roster. A board is started when first needed and ended after its last test, also if the harness
+fails."""
 
 import importlib
 import signal
@@ -16,47 +16,49 @@ from .waits import TimedOut, say
 
 
 class CannotRun(Exception):
-    """This machine cannot: the reason, and what would help. A test that ends so is skipped, which is not good."""
+    """This machine cannot run the test; the text says why and what to do. The test counts as skipped, which is not
+    good."""
 
 
-class Broken(Exception):
-    """What a test found wrong where no number can say it."""
+class TestFailure(Exception):
+    """A failed expectation that is not a measured value."""
 
 
 class Measured:
-    """What a test writes its figures into."""
+    """Collects a test's figures."""
 
     def __init__(self) -> None:
         self.figures: list[Figure] = []
 
     def figure(self, name: str, measured: float | str, unit: str = "", asked: str = "") -> None:
-        """asked: "<= 3", ">= 30", "== 0"; empty: reported."""
+        """Adds a value. `asked` is its limit: "<= 3", ">= 30", "== 0"; empty: the value is only reported."""
         self._add(Figure(name, measured if isinstance(measured, str) else float(measured), unit, asked))
 
     def time(self, name: str, measured: float, unit: str, asked: str = "") -> None:
-        """The same of what a clock says: a time or a rate."""
+        """As figure(), for a time or a rate."""
         self._add(Figure(name, float(measured), unit, asked, timed=True))
 
     def _add(self, figure: Figure) -> None:
         self.figures.append(figure)
         shown = figure.measured if isinstance(figure.measured, str) else format(figure.measured, ".4g")
-        say(f"    {figure.name}: {shown} {figure.unit}{'' if figure.holds else f', and {figure.asked} was asked'}")
+        say(f"    {figure.name}: {shown} {figure.unit}{'' if figure.holds else f', but the limit is {figure.asked}'}")
 
 
-# Starts the board that a roster's entry describes, and its peer where a test has one, in a stack that ends them.
+# Starts the board of a roster entry, and the peer if the test has one; registers their end in the ExitStack.
 StartBoard = Callable[[Any, Any | None, ExitStack], Any]
-# Calls a test: function, board, test's entry, figures.
+# A test function; its arguments are the board's rig, the test's entry and its figures.
 Case = Callable[..., None]
 
 
 def case_of(test: Any, package: str = "hil.cases") -> Case:
-    """The function of hil/cases that a test names. CannotRun would hide a typing mistake: it is an error."""
+    """The function of hil/cases that a test names. An unknown name raises an ordinary error, not CannotRun, so that a
+    misspelt name fails."""
     file, function = test.name.split(".")
     return getattr(importlib.import_module(f"{package}.{file}"), function)
 
 
 class _Limit:
-    """Ends a test that hangs where it is: between two steps of Python."""
+    """Raises TimedOut in the test after a time limit, by SIGALRM."""
 
     def __init__(self, seconds: int, what: str) -> None:
         self._seconds, self._what = seconds, what
@@ -74,9 +76,9 @@ class _Limit:
 
 
 def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed: int, commit: str, lock_limit_s: float,
-        times_judged: bool = True, finished: Callable[[Result], None], case: Callable[[Any], Case] = case_of,
+        check_times: bool = True, finished: Callable[[Result], None], case: Callable[[Any], Case] = case_of,
         lock_folder: Path | None = None) -> list[Result]:
-    """Every test once; `finished` hears of each when it is over."""
+    """Runs every test once in a random order and calls `finished` with each result."""
     results = []
     todo = order.shuffled(tests, seed)
     with ExitStack() as everything:
@@ -86,12 +88,12 @@ def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed
             say(f"[{number} of {len(todo)}] {test.name}: {test.what}")
             begun = time.monotonic()
             measured = Measured()
-            result = Result(test.name, commit, 0, measured.figures, times_judged=times_judged)
+            result = Result(test.name, commit, 0, measured.figures, check_times=check_times)
             try:
                 if board is None or name != test.board or test.peer:
                     stack.close()
                     stack, board, name = ExitStack(), None, test.board
-                    # In one order for everybody: two runs never wait for each other.
+                    # All runs take the locks in the same order, so that they cannot deadlock.
                     for wanted in sorted(filter(None, (test.board, test.peer))):
                         stack.enter_context(locks.held((lock_folder or locks.lock_folder()) / f"board-{wanted}.lock",
                                                        f"the board {wanted}", lock_limit_s))
@@ -100,19 +102,19 @@ def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed
                     case(test)(board, test, measured)
             except CannotRun as why:
                 result.skipped = str(why)
-            except (TimedOut, Broken) as what:
-                result.trouble = str(what)
-            except Exception:  # Of a case or a board: shown in the report, and the next test is run.
-                result.trouble = traceback.format_exc()
-            if not result.skipped and not result.trouble and not measured.figures:
-                result.trouble = "it measured nothing"
+            except (TimedOut, TestFailure) as what:
+                result.error = str(what)
+            except Exception:  # Any error of a case or a board is reported, and the next test runs.
+                result.error = traceback.format_exc()
+            if not result.skipped and not result.error and not measured.figures:
+                result.error = "it measured nothing"
             result.seconds = time.monotonic() - begun
-            if (result.trouble or test.spoils_board) and board is not None:
-                # Who knows what it left behind.
+            if (result.error or test.spoils_board) and board is not None:
+                # The state of the board is unknown.
                 stack.close()
                 board = None
             say(f"  {'good' if result.good else 'SKIPPED: ' + result.skipped if result.skipped else 'FAILED'}"
-                f" after {result.seconds:.0f} s" + (f"\n{result.trouble}" if result.trouble else ""))
+                f" after {result.seconds:.0f} s" + (f"\n{result.error}" if result.error else ""))
             results.append(result)
             finished(result)
     return results

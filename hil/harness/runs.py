@@ -1,8 +1,8 @@
-"""What is known of boards on this machine, from process to process: a folder each, below runs_folder().
+"""Records of the boards on this machine, shared by all processes: one folder per board below runs_folder().
 
-runs_folder    where they are
-BoardRecord    board.json of one: its QEMU, its addresses, who owns it
-remove_stale   what a run left that died
+runs_folder    the parent folder
+BoardRecord    a board's board.json: its QEMU process, addresses and owner
+remove_stale   ends boards whose owner has died
 """
 
 from __future__ import annotations
@@ -20,54 +20,56 @@ from .waits import say
 
 
 class BoardError(Exception):
-    """A board does not do what it was asked; the text says what was seen of it."""
+    """An operation on a board failed; the text says which, with the end of the board's log where there is one."""
 
 
 def runs_folder() -> Path:
-    """Where boards live: short, because a socket's path holds 107 bytes, and this user's alone."""
+    """The folder of all boards; only this user may write to it. Its path is short, because a socket's path is limited
+    to 107 bytes."""
     named = os.environ.get("LIGHTWELL_BOARDS")
     folder = Path(named) if named else Path(tempfile.gettempdir()) / f"lightwell-boards-{os.geteuid()}"
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     owner = folder.stat()
     if owner.st_uid != os.geteuid() or stat.S_IMODE(owner.st_mode) & 0o022:
-        raise BoardError(f"{folder} may be written by others: set LIGHTWELL_BOARDS to a folder of your own")
+        raise BoardError(f"{folder} may be written by others: set LIGHTWELL_BOARDS to a folder that only you can write")
     return folder
 
 
 class BoardRecord:
-    """board.json: there while its QEMU should run."""
+    """board.json, which exists while the board's QEMU should run."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / "board.json"
 
-    def told(self) -> dict[str, Any] | None:
+    def load(self) -> dict[str, Any] | None:
+        """The record; None if there is none or it cannot be read."""
         try:
             return json.loads(self.path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
 
-    def tell(self, told: dict[str, Any]) -> None:
-        """Whole or not at all."""
+    def save(self, record: dict[str, Any]) -> None:
+        """Replaces the file atomically."""
         written = self.path.with_suffix(".json.new")
-        written.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+        written.write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
         written.rename(self.path)
 
 
 def remove_stale() -> None:
-    """Ends boards of this user whose owner is gone, and forgets those whose QEMU is."""
+    """Ends this user's boards whose owner is gone, and removes the records of boards whose QEMU is gone."""
     for path in runs_folder().glob("*/board.json"):
         try:
-            told = json.loads(path.read_text(encoding="utf-8"))
-            board = Process(told["pid"], told["began"])
-            owner = told.get("owner")
+            record = json.loads(path.read_text(encoding="utf-8"))
+            board = Process(record["pid"], record["began"])
+            owner = record.get("owner")
             if board.is_alive() and (owner is None or Process(owner["pid"], owner["began"]).is_alive()):
                 continue
             if board.is_alive():
-                say(f"ending the board {told['name']} of a run that died")
+                say(f"ending the board {record['name']} of a run that died")
                 board.kill()
-            network_from(told["network"]).close()
+            network_from(record["network"]).close()
             path.unlink(missing_ok=True)
         except FileNotFoundError:
-            continue  # Another run was faster.
+            continue  # Another process has removed it.
         except (ValueError, KeyError, NetworkError) as error:
             say(f"{path} cannot be cleaned up: {error}")

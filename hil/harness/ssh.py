@@ -1,4 +1,4 @@
-"""Commands and files into a board, through OpenSSH's client and one connection that stays open."""
+"""Runs commands on a board and copies files, with OpenSSH's client over one shared connection."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-# What ssh itself ends with where it cannot reach the board.
+# Exit status of ssh itself if it cannot reach the board.
 UNREACHABLE = 255
-# is_reachable(), for another process. A board that is not up does not answer the call, so it is called anew, not waited for.
+# is_reachable() as a program. Connecting has a limit of 1 s, because a board that is not up does not answer; the caller
+# tries again.
 GREETING = """
 import socket, sys
 connection = socket.create_connection((sys.argv[1], int(sys.argv[2])), timeout=1)
@@ -23,18 +24,18 @@ sys.exit(connection.recv(4) != b"SSH-")
 
 @dataclass(frozen=True)
 class Ran:
-    """A command that ended by itself. `status` is its exit status, or 255 where ssh could not reach the board."""
+    """Result of a command. `status` is its exit status, or 255 if ssh could not reach the board."""
     status: int
     out: str
     err: str
 
 
 class CommandFailed(Exception):
-    """A command that was to succeed did not; the text holds its last words."""
+    """A command failed that had to succeed; the text has the end of its output."""
 
 
 class Ssh:
-    """Commands run as root. `before` are words that the client is started with (a network namespace's)."""
+    """Runs commands as root. `before`: prefix of the client's command line (for a network namespace)."""
 
     def __init__(
         self, address: tuple[str, int], key: Path, host_key: Path, folder: Path, before: Sequence[str] = ()
@@ -48,12 +49,13 @@ class Ssh:
             "-F", "none", "-i", str(key), "-o", "IdentitiesOnly=yes", "-o", "BatchMode=yes", "-o", "LogLevel=ERROR",
             "-o", f"UserKnownHostsFile={known}", "-o", "HostKeyAlias=board", "-o", "StrictHostKeyChecking=yes",
             "-o", "GSSAPIAuthentication=no", "-o", "ConnectTimeout=30",
-            # A board that was cut off is noticed within half a minute, not after two hours.
+            # Detects a lost board within half a minute instead of two hours.
             "-o", "ServerAliveInterval=10", "-o", "ServerAliveCountMax=3",
             "-o", "ControlMaster=auto", "-o", f"ControlPath={folder}/ssh.sock", "-o", "ControlPersist=600"]
 
     def command(self, remote: Sequence[str] = (), *, terminal: bool = False) -> list[str]:
-        """The client's whole command line; a `remote` of several words arrives as these words."""
+        """The client's complete command line. A `remote` of several words is quoted, so that it arrives as these
+        words."""
         host, port = self.address
         text = [remote[0]] if len(remote) == 1 else [shlex.join(remote)] if remote else []
         return [
@@ -68,12 +70,12 @@ class Ssh:
         ]
 
     def is_reachable(self, timeout_s: float = 15.0) -> bool:
-        """Whether a server says its name at the port: cheaper for the board than a connection. A server that is asked
-        and not waited for has to make a process each time, for nothing."""
+        """Whether an ssh server sends its identification at the port. This costs the board less than a login. The limit
+        is generous, because each attempt that is given up costs the server a process."""
         host, port = self.address
         try:
             if self._before:
-                # In a namespace the port is out of this process's sight.
+                # The port is only reachable from within the network namespace.
                 program = [*self._before, sys.executable, "-c", GREETING, host, str(port), str(timeout_s)]
                 return (
                     subprocess.run(
@@ -94,12 +96,13 @@ class Ssh:
     def run(
         self, remote: str | Sequence[str], *, timeout_s: float = 60.0, text: str | None = None, check: bool = False
     ) -> Ran:
-        """Runs a command (a str: by the board's shell) with `text` as its input. Raises TimeoutError after `timeout_s`:
-        the command may then go on in the board; CommandFailed with `check` where its status is not 0."""
+        """Runs a command (a str: with the board's shell) with `text` as its input. Raises TimeoutError after
+        `timeout_s` (the command may then still run on the board), and with `check` CommandFailed if its status is not
+        0."""
         words = [remote] if isinstance(remote, str) else list(remote)
         try:
-            # The connection that stays open inherits stderr: read from a pipe it would be waited for as long as it
-            # stays.
+            # open() has made the shared connection. If this command made it, the connection's background process would
+            # inherit stderr, and reading that pipe would end only with the connection.
             done = subprocess.run(
                 self.command(words),
                 input=text,
@@ -119,7 +122,7 @@ class Ssh:
         return Ran(done.returncode, done.stdout, done.stderr)
 
     def open(self, timeout_s: float) -> Ran:
-        """Makes the connection that the others use. Nothing of it is read, so that nobody waits for its end."""
+        """Makes the shared connection. Its output is not read, because the pipes would stay open as long as it does."""
         try:
             done = subprocess.run(self.command(["true"]), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                                   stderr=subprocess.DEVNULL, timeout=timeout_s, check=False)
@@ -128,7 +131,7 @@ class Ssh:
         return Ran(done.returncode, "", "")
 
     def close(self) -> None:
-        """Ends the connection that stays open, if there is one."""
+        """Ends the shared connection, if there is one."""
         host, port = self.address
         subprocess.run(
             [*self._before, "ssh", *self._options, "-O", "exit", "-p", str(port), f"root@{host}"],
@@ -157,9 +160,9 @@ class Ssh:
             raise CommandFailed(f"{source} was not copied to {target}: {done.stderr.strip()}")
 
     def copy_in(self, source: Path, target: str, timeout_s: float = 120.0) -> None:
-        """A file or folder of this machine into the board."""
+        """Copies a file or folder of this machine to `target` on the board."""
         self._copy(str(source), f"root@{self.address[0]}:{target}", timeout_s)
 
     def copy_out(self, source: str, target: Path, timeout_s: float = 120.0) -> None:
-        """A file or folder of the board to this machine."""
+        """Copies a file or folder of the board to `target` on this machine."""
         self._copy(f"root@{self.address[0]}:{source}", str(target), timeout_s)

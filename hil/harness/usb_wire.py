@@ -1,4 +1,4 @@
-"""A USB cable between two boards by usbip: the gadget on one's usbip-vudc, the other's vhci-hcd plugs it in.
+"""A USB connection between two boards by usbip: the gadget on the device's usbip-vudc, attached to the host's vhci-hcd.
 
 UsbWire   attach, detach
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 
 from .board import Board
-from .runner import Broken
+from .runner import TestFailure
 from .waits import wait_for
 
 _PORT = 3240
@@ -17,23 +17,23 @@ _THERE, _DROPPED = "there", "dropped"
 
 
 class UsbWire:
-    """`device` has the gadget, which is bound to the controller `udc`; `host` plugs it in."""
+    """`device` has the gadget, which is bound to the controller `udc`; `host` attaches it."""
 
     udc = "usbip-vudc.0"
 
     def __init__(self, device: Board, host: Board) -> None:
-        self.dropped = 0  # Attachments that the kernel gave up at once.
+        self.dropped = 0  # Attachments that the kernel dropped at once.
         self._device, self._host = device, host
         if device.run("modprobe usbip-vudc").status != 0 or host.run("modprobe vhci-hcd").status != 0:
-            raise Broken("the board's kernel has no usbip")
+            raise TestFailure("the board's kernel has no usbip")
         device.run("usbipd --device -D", check=True)
         self._address = device.network().reach(_PORT)[0]
 
     def attach(self) -> float:
-        """Returns when the gadget is on the host's bus: time.monotonic() of the attachment's beginning. The kernel's
-        usbip-vudc (6.1) may answer to a new host what the one before had asked. Either usbip reads that in place of
-        usbipd's answer ("version mismatch: 0"), or vhci-hcd does and lets go of the gadget ("cannot find a urb of
-        seqnum"): whoever attached it has to do so again.
+        """Attaches the gadget; returns when it is on the host's bus, with time.monotonic() at the start of the
+        successful attempt. The kernel's usbip-vudc (6.1) may send a new host a response to a request of the previous
+        one. Then usbip reads it instead of usbipd's response ("version mismatch: 0"), or vhci-hcd drops the gadget
+        ("cannot find a urb of seqnum"). In both cases the gadget is attached again.
         """
         def attached() -> float | None:
             wait_for(
@@ -61,11 +61,11 @@ class UsbWire:
                         state=lambda: f"{last[-1]} {self._host.run('dmesg | tail -n 3').out.strip()}")
 
     def detach(self) -> None:
-        """The host pulls it out."""
+        """Detaches the gadget on the host's side."""
         self._host.run("usbip detach -p 0", check=True)
 
     def _outcome(self) -> str | None:
-        # Of vhci-hcd's ports; state 4 is free.
+        # Third column of vhci-hcd's status: the port's state; 4 is free.
         return (
             self._host.run(
                 f"grep -qsx 'Lightwell light probe' /sys/bus/usb/devices/*/product && echo {_THERE} && exit; "

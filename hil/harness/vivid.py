@@ -1,8 +1,8 @@
-"""vivid's loop: a camera of the board's own kernel that shows what is written into its output.
+"""Loopback of the kernel's vivid driver: a virtual camera on the board that delivers the frames written to its output.
 
-FOURCC      formats that go through it and that the product's sensor model renders
-render      pictures of a scene, by this machine's lightwelld
-VividLoop   the driver, loaded and fed
+FOURCC      formats that pass through it and that the simulated sensor renders
+render      renders frames of a scene with this machine's lightwelld
+VividLoop   loads the driver and feeds it
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from typing import Any
 
 from . import recording
 from .board import Board
-from .runner import Broken
+from .runner import TestFailure
 from .waits import wait_for
 
-# By the names that lightwelld gives them, as V4L2 does. Of these UVC has YUYV and NV12 alone.
+# V4L2's codes by lightwelld's names. Of these, UVC has only YUYV and NV12.
 FOURCC = {"bayer10": "RG10", "bayer12": "RG12", "rgb8": "RGB3", "yuyv": "YUYV", "nv12": "NV12"}
 PICTURES = 12
 _FEEDER = "vivid-feeder"
@@ -28,7 +28,7 @@ _FILE = "/run/vivid.raw"
 
 
 def render(daemon: Path, camera: Any) -> tuple[str, list[bytes]]:
-    """Calibration, as text, and a dozen pictures that follow each other in the scene of a Vivid entry of the roster."""
+    """The calibration in text form and PICTURES consecutive frames of the scene of a Vivid entry of the roster."""
     with tempfile.TemporaryDirectory(prefix="lightwell-vivid-") as folder:
         file, said = Path(folder) / "frames.lwr", Path(folder) / "said"
         command = [
@@ -50,8 +50,8 @@ def render(daemon: Path, camera: Any) -> tuple[str, list[bytes]]:
         ):
             def enough() -> bool:
                 if child.poll() is not None:
-                    raise Broken(f"lightwelld ended: {said.read_text(encoding='utf-8')}")
-                # No format has less than a byte a pixel.
+                    raise TestFailure(f"lightwelld ended: {said.read_text(encoding='utf-8')}")
+                # Every format has at least one byte per pixel.
                 return file.exists() and file.stat().st_size > 4 * PICTURES * camera.width * camera.height
 
             try:
@@ -61,15 +61,15 @@ def render(daemon: Path, camera: Any) -> tuple[str, list[bytes]]:
         calibration, frames = recording.read(file)
     pictures = [frame.data for frame in frames[:PICTURES]]
     if len(set(pictures)) != PICTURES:
-        raise Broken(
-            f"of {len(pictures)} pictures of {camera.scene} {len(set(pictures))} differ: nothing could be told apart"
+        raise TestFailure(
+            f"of {len(pictures)} frames of {camera.scene} only {len(set(pictures))} differ: frames cannot be identified"
         )
     return calibration, pictures
 
 
 class VividLoop:
-    """Pictures, one after the other and again and again, through the loop of a board. `device`: whom a camera's reader
-    opens; `rate`: how many frames a second the driver makes."""
+    """Plays `pictures` repeatedly through the loopback on a board. `device`: the capture device; `rate`: its frame rate
+    in frames per second."""
 
     def __init__(self, board: Board, camera: Any, pictures: Sequence[bytes]) -> None:
         self.device, self.rate = "", 0.0
@@ -78,11 +78,11 @@ class VividLoop:
         self._pictures = pictures
 
     def __enter__(self) -> VividLoop:
-        # HDMI on both sides: the loop wants the same kind, size, format and signal.
+        # HDMI on both sides: the loopback needs the same kind of connector, size, format and timings.
         if self._board.run(
             "modprobe vivid n_devs=1 node_types=0x101 num_inputs=1 input_types=3 num_outputs=1 output_types=1"
         ).status:
-            raise Broken("the board's kernel has no vivid")
+            raise TestFailure("the board's kernel has no vivid")
         try:
             self._start()
         except BaseException:
@@ -103,7 +103,7 @@ class VividLoop:
                 file.write(picture)
             file.flush()
             self._board.copy_in(Path(file.name), _FILE)
-        # osd_text_mode 2: without the text that the driver writes over each picture.
+        # osd_text_mode 2: without the text that the driver otherwise draws into each frame.
         self._board.run(
             f"for d in {self.device} {output}; do v4l2-ctl -d $d --set-dv-bt-timings cvt,{size},fps=60 || exit 1; "
             f"done; "
@@ -116,8 +116,9 @@ class VividLoop:
         said = self._board.run(f"v4l2-ctl -d {self.device} --get-parm", check=True).out
         self.rate = float(said.split("Frames per second:")[1].split()[0])
 
-    def taken_by_the_tool(self, seconds: float = 3) -> float:
-        """Frames a second that v4l2-ctl gets, by their numbers; nobody else may have the device open."""
+    def tool_frame_rate(self, seconds: float = 3) -> float:
+        """Frames per second that v4l2-ctl captures, from their sequence numbers. No other program may have the device
+        open."""
         said = self._board.run(
             f"v4l2-ctl -d {self.device} --stream-mmap=4 --stream-count={seconds * self.rate:.0f} --verbose 2>&1",
             check=True,
@@ -125,25 +126,25 @@ class VividLoop:
         ).out
         numbers = [int(number) for number in re.findall(r"seq:\s*(\d+)", said)]
         if len(numbers) < 2:
-            raise Broken(f"v4l2-ctl got nothing of vivid: {said[-500:]}")
+            raise TestFailure(f"v4l2-ctl captured nothing from vivid: {said[-500:]}")
         return self.rate * (len(numbers) - 1) / (numbers[-1] - numbers[0])
 
     def drop(self, percent: int) -> None:
-        """So many of the frames that the driver makes are kept by it, at random; their numbers are missing."""
+        """Makes the driver drop that percentage of its frames at random; their sequence numbers are missing then."""
         self._board.run(f"v4l2-ctl -d {self.device} --set-ctrl=percentage_of_dropped_buffers={percent}", check=True)
 
     def feeds(self) -> bool:
-        """Whether pictures still go in."""
+        """Whether frames are still being written into the loopback."""
         return self._board.run(["systemctl", "is-active", "--quiet", _FEEDER]).status == 0
 
     def __exit__(
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
         if not self._end() and kind is None:
-            raise Broken("vivid cannot be unloaded: somebody has it open")
+            raise TestFailure("vivid cannot be unloaded: a program has it open")
 
     def _end(self) -> bool:
-        # In this order: the driver stays as long as somebody has it open.
+        # In this order, because the driver cannot be unloaded while a program has it open.
         return (
             self._board.run(
                 f"systemctl stop lightwelld {_FEEDER}; rm -f {_FILE}; modprobe -r vivid", timeout_s=90

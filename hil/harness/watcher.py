@@ -1,8 +1,8 @@
-"""A client that goes on while something happens, here or on a board: what `lightwell watch --json` says, line by line.
+"""`lightwell watch --json` as a background process, on this machine or on a board, and waits for its output.
 
-Watcher         what it said, and waits for what it will say
-WatcherHere     a process of this machine
-WatcherOnBoard  a process of a board, which is read by ssh
+Watcher         reads the client's output and waits for it
+WatcherHere     the client is a process on this machine
+WatcherOnBoard  the client is a process on a board; its output is read by ssh
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from types import TracebackType
 from typing import Any
 
 from .board import Board
-from .runner import Broken
+from .runner import TestFailure
 from .waits import wait_for
 
 
 class Watcher(ABC):
-    """Ends the client when it is left."""
+    """A context manager that ends the client on exit."""
 
-    # Between two looks: one costs what reading the lines costs.
+    # Polling period; each poll reads the whole output.
     every_s: float
 
     def __enter__(self) -> Watcher:
@@ -38,45 +38,46 @@ class Watcher(ABC):
 
     @abstractmethod
     def _text(self) -> str:
-        """All that it printed."""
+        """The client's whole output."""
 
     @abstractmethod
     def end(self) -> None:
-        """As Ctrl-C would, so that it still sums up. A second time does nothing."""
+        """Ends the client by SIGTERM, so that it still prints its summary. Does nothing the second time."""
 
     def state(self) -> str:
-        """What it knows of its link, for people who wait: its last second, and its last words."""
+        """The state of its link for progress messages: its last report and, on a board, the end of its log."""
         lines = self.seconds()
-        return json.dumps(lines[-1]) if lines else "it has said nothing yet"
+        return json.dumps(lines[-1]) if lines else "no output yet"
 
     def _lines(self, kind: str) -> list[dict[str, Any]]:
         whole = [json.loads(line) for line in self._text().splitlines(keepends=True) if line.endswith("\n")]
         return [line for line in whole if line["kind"] == kind]
 
     def seconds(self) -> list[dict[str, Any]]:
-        """What it said of each second so far."""
+        """Its reports so far, one per second."""
         return self._lines("second")
 
     def summary(self) -> dict[str, Any]:
-        """Ends it; what it said of all."""
+        """Ends the client and returns its summary."""
         self.end()
         lines = self._lines("summary")
         if not lines:
-            raise Broken("the client ended without a summary")
+            raise TestFailure("the client ended without a summary")
         return lines[0]
 
     def wait_for(self, what: str, limit_s: float, *, since: int, frames: int = 1) -> dict[str, Any]:
-        """The first line after the `since`th in which at least `frames` came."""
-        def look() -> dict[str, Any] | None:
+        """Waits for the first report after the first `since` ones that counts at least `frames` frames, and returns
+        it."""
+        def poll() -> dict[str, Any] | None:
             return next((line for line in self.seconds()[since:] if line["frames"] >= frames), None)
 
-        return wait_for(what, look, limit_s, every_s=self.every_s, state=self.state)
+        return wait_for(what, poll, limit_s, every_s=self.every_s, state=self.state)
 
     def next_seconds(self, count: int, limit_s: float = 60, *, skipped: int = 0) -> list[dict[str, Any]]:
-        """What it says of so many seconds that end from now on, without the first `skipped`."""
+        """Waits for `count` new reports, after leaving out the first `skipped` ones, and returns them."""
         since = len(self.seconds()) + skipped
         return wait_for(
-            f"{count} seconds of the client's",
+            f"{count} reports of the client",
             lambda: seen if len(seen := self.seconds()[since:]) >= count else None,
             limit_s,
             every_s=self.every_s,
@@ -84,15 +85,15 @@ class Watcher(ABC):
         )
 
     def back_after(self, what: str, limit_s: float) -> float:
-        """Seconds from now until a whole second of the client's had light in it. It tells each when it is over, so this
-        is up to two seconds more than the light itself took."""
+        """Waits until a report for a whole second counts frames; returns the seconds from now until then. The client
+        reports a second after it has ended, so the result is up to two seconds more than the light itself took."""
         begun, since = time.monotonic(), len(self.seconds())
-        # The second that is under way when the fault ends may hold frames of before it.
+        # The report of the current second may count frames from before the fault ended.
         self.wait_for(what, limit_s, since=since + 1)
         return time.monotonic() - begun
 
-    def dark(self, limit_s: float = 60) -> None:
-        """Until a whole second brought the client nothing."""
+    def wait_until_silent(self, limit_s: float = 60) -> None:
+        """Waits until a report for a whole second counts no frames."""
         since = len(self.seconds())
         wait_for("the light to stop", lambda: any(line["frames"] == 0 for line in self.seconds()[since + 1:]), limit_s,
                  every_s=self.every_s, state=self.state)
@@ -120,7 +121,7 @@ class WatcherHere(Watcher):
 
 
 class WatcherOnBoard(Watcher):
-    """`lightwell watch URI` on `board`: one at a time on each."""
+    """`lightwell watch URI` on `board`; at most one on each board."""
     every_s = 0.3
 
     def __init__(self, board: Board, uri: str) -> None:

@@ -1,4 +1,4 @@
-// compare_recordings: what tells the light of two recordings of descriptors apart.
+// compare_recordings: differences between the light of two recordings of descriptors.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -36,8 +36,8 @@ bool same(const Light& a, const Light& b) {
          a.irradiance.b == b.irradiance.b && a.angular_radius_rad == b.angular_radius_rad;
 }
 
-/// RMS over normals and channels of the difference, by the RMS of the first: the house's measure of error.
-double irradiance_apart(const Descriptor& a, const Descriptor& b) {
+/// Relative RMS difference of irradiance over 2,048 normals and three channels; the reference is `a`.
+double irradiance_difference(const Descriptor& a, const Descriptor& b) {
   constexpr int kNormals = 2048;
   const Lighting one = Lighting::of(a), other = Lighting::of(b);
   double difference = 0, whole = 0;
@@ -54,12 +54,12 @@ double irradiance_apart(const Descriptor& a, const Descriptor& b) {
   return whole > 0 ? std::sqrt(difference / whole) : difference > 0 ? INFINITY : 0;
 }
 
-struct Apart {
+struct Differences {
   std::size_t both = 0, same = 0, unmatched = 0;
   double irradiance = 0, direction_rad = 0;
 };
 
-void add(const Descriptor& a, const Descriptor& b, Apart& out) {
+void add(const Descriptor& a, const Descriptor& b, Differences& out) {
   ++out.both;
   bool equal = a.radiance == b.radiance && a.lights.size() == b.lights.size();
   out.unmatched +=
@@ -74,20 +74,20 @@ void add(const Descriptor& a, const Descriptor& b, Apart& out) {
         out.direction_rad, angle_between(vec_cast<double>(light.direction), vec_cast<double>(nearest->direction)));
   }
   out.same += equal ? 1 : 0;
-  out.irradiance = std::max(out.irradiance, irradiance_apart(a, b));
+  out.irradiance = std::max(out.irradiance, irradiance_difference(a, b));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{
-      "What tells the light of two recordings of descriptors apart, as one JSON object: descriptors of the same "
-      "number in both, how many have every number of their light the same, largest relative difference of "
-      "irradiance over 2,048 normals, largest angle between lights, lights that only one has."};
-  app.footer("Exit status: 0 compared, 2 wrong usage, 3 an input is wrong.");
+      "Compares the light of two recordings of descriptors and prints one JSON object: descriptors with the same "
+      "sequence number in both, how many of them are identical, largest relative RMS difference of irradiance over "
+      "2,048 normals, largest angle between lights, number of lights that only one has."};
+  app.footer("Exit status: 0 compared, 2 wrong usage, 3 invalid input.");
   std::string one, other;
-  app.add_option("one", one, "What `lightwell record` wrote")->required();
-  app.add_option("other", other, "Likewise")->required();
+  app.add_option("one", one, "Recording of `lightwell record`")->required();
+  app.add_option("other", other, "Recording to compare with")->required();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -99,13 +99,13 @@ int main(int argc, char** argv) {
       std::cerr << "compare_recordings: " << *path << ": " << read->status().message() << "\n";
       return kBadInput;
     }
-  Apart apart;
+  Differences differences;
   for (const auto& [sequence, descriptor] : *a)
-    if (const auto found = b->find(sequence); found != b->end()) add(descriptor, found->second, apart);
+    if (const auto found = b->find(sequence); found != b->end()) add(descriptor, found->second, differences);
   std::printf(
       "{\"one\": %zu, \"other\": %zu, \"both\": %zu, \"same\": %zu, \"irradiance\": %.6g, \"direction_deg\": %.6g, "
       "\"unmatched\": %zu}\n",
-      a->size(), b->size(), apart.both, apart.same, apart.irradiance, apart.direction_rad * 180 / std::numbers::pi,
-      apart.unmatched);
+      a->size(), b->size(), differences.both, differences.same, differences.irradiance,
+      differences.direction_rad * 180 / std::numbers::pi, differences.unmatched);
   return kOk;
 }

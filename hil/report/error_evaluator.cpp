@@ -16,7 +16,7 @@ double median(std::vector<double> v) {
 
 }  // namespace
 
-Evaluation ErrorEvaluator::judge(const Descriptor& descriptor, const sim::SceneState& state) {
+Evaluation ErrorEvaluator::evaluate(const Descriptor& descriptor, const sim::SceneState& state) {
   std::vector<reference::Rgb>& truth = truth_[state.lamp_factor];
   if (truth.empty()) {
     const sim::Panorama& p = scene_.panorama(state);
@@ -38,11 +38,11 @@ Evaluation ErrorEvaluator::judge(const Descriptor& descriptor, const sim::SceneS
   return v;
 }
 
-Summary summarize(const std::vector<Evaluation>& verdicts) {
+Summary summarize(const std::vector<Evaluation>& evaluations) {
   Summary s;
-  s.frames = verdicts.size();
+  s.frames = evaluations.size();
   std::vector<double> errors, ratios;
-  for (const Evaluation& v : verdicts) {
+  for (const Evaluation& v : evaluations) {
     s.held += v.held() ? 1 : 0;
     s.flagged += v.flagged ? 1 : 0;
     errors.push_back(v.error);

@@ -1,4 +1,4 @@
-// demo_report: judges a recording of descriptors against the scene that they were made of, and draws it.
+// demo_report: compares a recording of descriptors with the true light of their simulated scene, and draws a picture.
 #include <cstdio>
 #include <iostream>
 
@@ -37,13 +37,13 @@ void print_text(const hil::Summary& s) {
       s.frames > 0 ? 100.0 * static_cast<double>(s.flagged) / static_cast<double>(s.frames) : 0, 100 * s.median_error,
       100 * s.largest_error, s.median_bound_over_error);
   if (s.frames == 0)
-    std::printf("no descriptor came\n");
+    std::printf("the recording has no descriptors\n");
   else if (!s.good())
     std::printf("not good: the bound must hold in 99 %%, and at most 10 %% may be flagged%s\n",
                 s.flagged > 0 ? " (clipped light: give the sensor a bracket, --bracket)" : "");
 }
 
-/// The scene in the middle of a capture of so many exposures, a frame each.
+/// The scene at the middle of a capture that consists of `exposures` frames, one per exposure.
 sim::SceneState state_of(const SimBackend& sim, std::uint64_t exposures, std::uint64_t capture) {
   const double middle = static_cast<double>(exposures - 1) / 2;
   const auto whole = static_cast<std::uint64_t>(middle);
@@ -54,22 +54,23 @@ sim::SceneState state_of(const SimBackend& sim, std::uint64_t exposures, std::ui
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Judges a recording of descriptors against the simulated scene that they were made of, and draws it."};
+  CLI::App app{
+      "Compares a recording of descriptors with the true light of their simulated scene, and draws a picture."};
   app.footer(
-      "Exit status: 0 the bound held in 99 % of the descriptors and at most 10 % were flagged, 1 it did not, "
-      "2 wrong usage, 3 an input is wrong.");
+      "Exit status: 0 the bound held in 99 % of the descriptors and at most 10 % were flagged, 1 otherwise, "
+      "2 wrong usage, 3 invalid input.");
   std::string recording, camera, picture, title;
   CameraConfig config;
   bool json = false;
-  app.add_option("--recording", recording, "What `lightwell record` wrote")->required();
-  app.add_option("--camera", config.uri, "The camera that lightwelld ran with, sim:...")->required();
-  app.add_option("--width", config.width, "Of one lens's picture");
-  app.add_option("--height", config.height, "Of one lens's picture");
-  app.add_option("--frame-rate", config.frame_rate, "As lightwelld ran with");
-  app.add_option("--exposure-s", config.exposure_s, "As lightwelld ran with")->allow_extra_args(false);
-  app.add_option("--picture", picture, "PNG to draw");
-  app.add_option("--title", title, "Of the picture");
-  app.add_flag("--json", json, "One JSON object instead of a line");
+  app.add_option("--recording", recording, "Recording of `lightwell record`")->required();
+  app.add_option("--camera", config.uri, "Camera URI of lightwelld, sim:...")->required();
+  app.add_option("--width", config.width, "Width of one lens's image");
+  app.add_option("--height", config.height, "Height of one lens's image");
+  app.add_option("--frame-rate", config.frame_rate, "Frame rate of lightwelld");
+  app.add_option("--exposure-s", config.exposure_s, "Exposure times of lightwelld")->allow_extra_args(false);
+  app.add_option("--picture", picture, "PNG file to draw");
+  app.add_option("--title", title, "Title of the picture");
+  app.add_flag("--json", json, "Print one JSON object instead of text");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -86,29 +87,29 @@ int main(int argc, char** argv) {
   Result<RecordReader> reader = RecordReader::open(recording);
   if (!reader) return fail(reader.status());
 
-  hil::ErrorEvaluator judge(sim.scene());
-  std::vector<hil::Evaluation> verdicts;
+  hil::ErrorEvaluator evaluator(sim.scene());
+  std::vector<hil::Evaluation> evaluations;
   Record record;
-  // Drawn is the last one, where maps for reflections were sent the last that brought a whole one.
+  // The last descriptor is drawn; if environment maps were sent, the last one with a complete map.
   Descriptor drawn;
   std::size_t drawn_bytes = 0;
-  hil::Evaluation drawn_verdict;
+  hil::Evaluation drawn_evaluation;
   while (reader->next(record)) {
     Result<Descriptor> d = decode_descriptor(record.payload);
     if (!d) return fail(d.status());
-    verdicts.push_back(judge.judge(*d, state_of(sim, info->exposure_s.size(), d->sequence)));
+    evaluations.push_back(evaluator.evaluate(*d, state_of(sim, info->exposure_s.size(), d->sequence)));
     if (drawn.environment && !(d->environment && d->environment->whole())) continue;
     drawn = std::move(*d);
     if (drawn.environment && !drawn.environment->whole()) drawn.environment.reset();
     drawn_bytes = record.payload.size();
-    drawn_verdict = verdicts.back();
+    drawn_evaluation = evaluations.back();
   }
-  const hil::Summary summary = hil::summarize(verdicts);
+  const hil::Summary summary = hil::summarize(evaluations);
   json ? print_json(summary) : print_text(summary);
-  if (!picture.empty() && !verdicts.empty()) {
+  if (!picture.empty() && !evaluations.empty()) {
     const sim::SceneState state = state_of(sim, info->exposure_s.size(), drawn.sequence);
     const Status s = hil::draw_report(picture, title.empty() ? uri->path : title, sim.scene(), state,
-                                      *info->calibration, Lighting::of(drawn), drawn_bytes, drawn_verdict);
+                                      *info->calibration, Lighting::of(drawn), drawn_bytes, drawn_evaluation);
     if (!s.ok()) return fail(s);
   }
   return summary.good() ? kOk : kBoundFailed;

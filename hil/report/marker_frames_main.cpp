@@ -1,4 +1,4 @@
-// marker_frames: path-traced pictures of a marker as a webcam's frames, in a folder that the replay camera plays.
+// marker_frames: converts path-traced images of a marker to frames of a webcam, in a folder for the replay camera.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -29,27 +29,25 @@ int fail(int code, const std::string& why) {
 
 int main(int argc, char** argv) {
   CLI::App app{
-      "Makes noisy 8-bit frames (sRGB, as a webcam gives them) of the path-traced pictures of "
-      "tests/reference/mitsuba/marker, with "
-      "frames.csv and calibration.textproto: a folder for replay:FOLDER."};
+      "Converts path-traced images of tests/reference/mitsuba/marker to noisy 8-bit sRGB frames, as of a webcam, and "
+      "writes them with frames.csv and calibration.textproto to a folder for replay:FOLDER."};
   app.footer(
       "Example:\n"
       "  marker_frames /tmp/frames --picture grid_straight_white_front_right,grid_straight_white_back_right --noisy 3\n"
       "  lightwelld --camera 'replay:/tmp/frames?loop=0' --estimator marker --body dodecahedron_100mm_white.textproto\n"
-      "All pictures are to be of one camera and one body.\n"
-      "Exit status: 0 made, 2 wrong usage, 3 an input is wrong, 4 the folder cannot be written.");
+      "All images must be of the same camera and the same body.\n"
+      "Exit status: 0 done, 2 wrong usage, 3 invalid input, 4 the folder cannot be written.");
   std::string out, names = "grid_straight_white_front_right", frames_folder = LIGHTWELL_MARKER_FRAMES,
                    bodies = LIGHTWELL_MARKER_BODIES;
   int noisy = 3;
   double period_s = 1;
-  app.add_option("folder", out, "Where they go; made where it is not there")->required();
-  app.add_option("--picture", names,
-                 "Names of pictures, with commas between, in the order in which they are shown [" + names + "]");
-  app.add_option("--noisy", noisy, "Frames of each picture, one after the other, each with its own noise [3]")
+  app.add_option("folder", out, "Output folder; created if missing")->required();
+  app.add_option("--picture", names, "Names of images, separated by commas, in their order [" + names + "]");
+  app.add_option("--noisy", noisy, "Number of frames of each image, each with its own noise [3]")
       ->check(CLI::Range(1, 1000));
-  app.add_option("--period-s", period_s, "Between frames, s [1]")->check(CLI::PositiveNumber);
-  app.add_option("--frames", frames_folder, "Folder with scenes.json and the pictures");
-  app.add_option("--bodies", bodies, "Folder with the bodies' files");
+  app.add_option("--period-s", period_s, "Time between frames in seconds [1]")->check(CLI::PositiveNumber);
+  app.add_option("--frames", frames_folder, "Folder with scenes.json and the images");
+  app.add_option("--bodies", bodies, "Folder with the marker bodies");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -69,14 +67,14 @@ int main(int argc, char** argv) {
   for (std::istringstream each(names); std::getline(each, name, ',');) {
     const auto frame = std::ranges::find(*frames, name, &measure::TracedFrame::name);
     if (frame == frames->end())
-      return fail(kBadInput, "there is no picture '" + name + "' in " + frames_folder + "/scenes.json");
+      return fail(kBadInput, "there is no image '" + name + "' in " + frames_folder + "/scenes.json");
     const auto body = load_marker_body(bodies + "/dodecahedron_100mm_" + frame->body + ".textproto");
     if (!body) return fail(kBadInput, body.status().message());
     const auto picture = measure::TracedPicture::load(frames_folder, *frame, *body);
     if (!picture) return fail(kBadInput, picture.status().message());
     const std::string lens = calibration_to_text(picture->rig_for(webcam));
     if (!calibration.empty() && (lens != calibration || body->name != body_name))
-      return fail(kBadInput, "the picture '" + name + "' is of another camera or body than those before it");
+      return fail(kBadInput, "the image '" + name + "' is of another camera or body than the previous ones");
     calibration = lens;
     body_name = body->name;
     for (int k = 0; k < noisy; ++k, ++number) {
@@ -91,7 +89,7 @@ int main(int argc, char** argv) {
   }
   std::ofstream lens(out + "/calibration.textproto");
   lens << calibration;
-  if (!list.flush() || !lens.flush()) return fail(kNotWritten, "cannot write into " + out);
+  if (!list.flush() || !lens.flush()) return fail(kNotWritten, "cannot write to " + out);
   std::printf("%d frames of the body %s in %s\n", number, body_name.c_str(), out.c_str());
   return kOk;
 }

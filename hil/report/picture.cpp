@@ -46,7 +46,7 @@ void write(cv::Mat& page, const std::string& text, int x, int y, double scale = 
   cv::putText(page, text, {x, y}, cv::FONT_HERSHEY_SIMPLEX, scale, kInk, 1, cv::LINE_AA);
 }
 
-/// A ring around each light that a lens sees, numbered from the strongest.
+/// Draws a ring around each light in the lens's view, numbered from the strongest.
 void mark_lights(cv::Mat& picture, double shrink, const LensParameters& lens, const Lighting& lighting) {
   const CameraModel model(lens);
   int number = 0;
@@ -66,7 +66,7 @@ void mark_lights(cv::Mat& picture, double shrink, const LensParameters& lens, co
   }
 }
 
-/// A mirror sees the lights as discs; radiance(d, 0) leaves them out.
+/// Radiance towards `d` with the lights as discs, which radiance(d, 0) does not contain.
 Radiance mirror(const Lighting& lighting, Vec3f d) {
   Radiance l = lighting.radiance(d, 0).value;
   for (const Light& light : lighting.lights()) {
@@ -99,7 +99,7 @@ Row lit_by(const sim::Scene& scene, const sim::SceneState& state) {
           still_life(kStillWidth, kBallEdge, thinned(all, 1200))};
 }
 
-/// What brings the mean of a picture to a quarter of white: bright enough to see, dark enough to keep highlights.
+/// The factor that brings the mean luminance of a picture to a quarter of white, which leaves room for highlights.
 double exposure_for(const LinearPicture& p) {
   double sum = 0, weight = 0;
   for (std::size_t i = 0; i < p.pixels.size(); ++i) {

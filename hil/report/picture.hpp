@@ -1,4 +1,4 @@
-// The picture that the demo leaves behind.
+// Draws the result picture of the demo.
 #pragma once
 
 #include <string>
@@ -11,8 +11,8 @@
 
 namespace lightwell::hil {
 
-/// The fisheye pictures with the lights drawn on them; below, the balls and the still life lit by the descriptor, and
-/// the same lit by the true panorama. 8-bit sRGB PNG. The error names the file.
+/// Writes an 8-bit sRGB PNG: the lens images with the lights marked; below, three balls and a still life lit by the
+/// descriptor, and the same lit by the true panorama. The error names the file.
 [[nodiscard]] Status draw_report(const std::string& path, const std::string& title, const sim::Scene& scene,
                                  const sim::SceneState& state, const RigParameters& rig, const Lighting& lighting,
                                  std::size_t descriptor_bytes, const Evaluation& evaluation);

@@ -11,7 +11,7 @@ constexpr double kGolden = 2.399963229728653;  // pi (3 - sqrt 5)
 
 Radiance scaled(Irradiance e, float s) { return {e.r * s, e.g * s, e.b * s}; }
 
-/// Directions evenly over a cap, equal in solid angle.
+/// Adds directions of equal solid angle within the cap of a light (Fibonacci lattice).
 void add_cap(const Light& light, std::vector<LightSample>& out) {
   constexpr int kCount = 64;
   const auto [u, v] = tangent_basis(vec_cast<double>(light.direction));
@@ -24,7 +24,7 @@ void add_cap(const Light& light, std::vector<LightSample>& out) {
     out.push_back({vec_cast<float>(d), {}});
     sum += c;
   }
-  // The vector irradiance counts each direction by its cosine to the axis.
+  // The vector irradiance weights each direction by its cosine with the axis.
   for (std::size_t i = first; i < out.size(); ++i) out[i].flux = scaled(light.irradiance, static_cast<float>(1 / sum));
 }
 
@@ -79,7 +79,7 @@ std::vector<LightSample> thinned(const std::vector<LightSample>& samples, std::s
     skipped += s.flux;
     at += l;
     if (at < next) continue;
-    // What was passed over since the last one goes with this direction: its neighbours in the list lie near it.
+    // Flux skipped since the last chosen sample is added to this direction, because neighbours in the list are close.
     out.push_back({s.direction, skipped});
     skipped = {};
     while (next <= at) next += step;

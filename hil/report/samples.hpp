@@ -1,5 +1,5 @@
-// Light as a list of directions with their share of it: what the pictures' objects are lit by, whether it comes from a
-// descriptor or from the true panorama.
+// Light as a list of directional samples, from a descriptor or from the true panorama; it lights the objects of the
+// picture.
 #pragma once
 
 #include <vector>
@@ -14,18 +14,19 @@ namespace lightwell::hil {
 
 struct LightSample {
   Vec3f direction;  ///< Unit, towards the light.
-  Radiance flux;    ///< Radiance times solid angle.
+  Radiance flux;    ///< Radiance times solid angle: irradiance normal to `direction`.
 };
 
-/// The caps of the lights, each as many directions within it, and radiance(d, 0), which has none of them and is never
-/// negative, at directions all around.
+/// Samples of a descriptor: 64 directions in the cap of each light, and radiance(d, 0), which does not contain the
+/// lights and is never negative, on an equirectangular grid.
 [[nodiscard]] std::vector<LightSample> samples_of(const Lighting& lighting);
 
-/// Every pixel of the panorama, joined four by four, as the probe sees it: turned by the inverse of R_world_probe.
+/// Samples of the panorama in the probe's frame, one per block of 4x4 pixels: rotated by the inverse of R_world_probe.
 [[nodiscard]] std::vector<LightSample> samples_of(const sim::Panorama& panorama, Quat rotation_world_probe);
 
-/// A list that gives nearly the same light with `count` entries: drawn by luminance, stratified, repeatable. Neighbours
-/// in the list must be neighbours on the sphere, as the panorama's are: what is passed over goes to the next one drawn.
+/// About `count` samples with nearly the same light, chosen deterministically by systematic sampling of the luminance.
+/// The flux of skipped samples is added to the next chosen one, so neighbours in the list must be neighbours on the
+/// sphere.
 [[nodiscard]] std::vector<LightSample> thinned(const std::vector<LightSample>& samples, std::size_t count);
 
 }  // namespace lightwell::hil

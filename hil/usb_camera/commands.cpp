@@ -15,7 +15,7 @@ namespace lightwell::usb_camera {
 
 namespace {
 
-/// One command being carried out.
+/// A command with its parsed values.
 struct Call {
   const JsonObject& values;
   const CommandTargets& targets;
@@ -30,7 +30,7 @@ struct Call {
   }
 };
 
-/// More members for the answer, ", \"name\": value", or what went wrong.
+/// Further members of the response as text, ", \"name\": value", or an error.
 using Answer = Result<std::string>;
 
 std::string counters_json(const Call& call) {
@@ -132,7 +132,8 @@ Answer scene(const Call& call) {
   const auto found = call.values.find("uri");
   const auto* const uri = found == call.values.end() ? nullptr : std::get_if<std::string>(&found->second);
   if (uri == nullptr) return Status(StatusCode::invalid_argument, "\"uri\" must be a text, \"sim:SCENE?...\"");
-  if (!call.targets.set_scene) return Status(StatusCode::failed_precondition, "these pictures have no scene");
+  if (!call.targets.set_scene)
+    return Status(StatusCode::failed_precondition, "the frame source has no scene to replace");
   if (Status set = call.targets.set_scene(*uri); !set.ok()) return set;
   call.targets.device->scene_changed();
   return std::string();
@@ -142,7 +143,7 @@ Answer help(const Call& call);
 
 struct Command {
   std::string_view name;
-  std::vector<std::string_view> values;  ///< That it may have.
+  std::vector<std::string_view> values;  ///< Names of the values that it accepts.
   Answer (*run)(const Call&);
 };
 

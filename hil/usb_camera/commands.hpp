@@ -1,4 +1,4 @@
-// What can be asked of a running camera through its control socket: one JSON object a line, one answered by another.
+// Commands of the control socket: each request is one JSON object on a line, and so is each response.
 #pragma once
 
 #include <functional>
@@ -12,12 +12,12 @@
 
 namespace lightwell::usb_camera {
 
-/// Whoever owns the cable between device and host.
+/// The simulated USB cable between device and host.
 class Cable {
  public:
-  /// `close`: the connection to QEMU ends; otherwise the device is only reported gone.
+  /// `close`: closes the connection to QEMU; otherwise only reports that the device is gone.
   virtual void unplug(bool close) = 0;
-  /// As at power-on. Where no host is there, it is plugged into the next one that comes.
+  /// Plugs the device in, in its power-on state. Without a host, it is plugged into the next one that connects.
   virtual void plug() = 0;
   [[nodiscard]] virtual bool plugged() const = 0;
   [[nodiscard]] virtual bool host_there() const = 0;
@@ -26,18 +26,18 @@ class Cable {
   ~Cable() = default;
 };
 
-/// What commands act on. The functions may be empty: then there is no such thing to act on.
+/// The objects that commands act on. Functions may be empty; a command that needs one then returns an error.
 struct CommandTargets {
   Device* device = nullptr;
   FrameLog* log = nullptr;
   Cable* cable = nullptr;
   TransferSink* sink = nullptr;
   std::function<Status(const std::string& uri)> set_scene;
-  std::function<std::string()> rendering;  ///< A JSON object with what the renderer counts.
+  std::function<std::string()> rendering;  ///< Returns the renderer's counters as a JSON object.
 };
 
-/// Carries one out. The answer is {"ok": true, ...} or {"ok": false, "error": "..."}, without a line's end. Commands
-/// and their values: hil/README.md, and `help`.
+/// Executes one command. The response is {"ok": true, ...} or {"ok": false, "error": "..."}, without a newline.
+/// Commands and their values: hil/README.md, and the command `help`.
 [[nodiscard]] std::string execute_command(std::string_view line, const CommandTargets& targets, CameraTime now);
 
 }  // namespace lightwell::usb_camera

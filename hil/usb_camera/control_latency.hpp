@@ -1,4 +1,4 @@
-// Which frame a control acts from: a sensor takes new settings up a frame or two after it was told.
+// Latency of controls: a sensor applies new settings one or two frames after they are set.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,16 @@ namespace lightwell::usb_camera {
 
 class ControlLatency {
  public:
-  /// Set while frame n is being exposed, settings act from frame n + latency. 0: from that very frame.
+  /// Settings made while frame n is exposed act from frame n + latency; 0: from frame n.
   explicit ControlLatency(int latency) : latency_(static_cast<std::uint64_t>(latency)) {}
 
-  /// A stream begins: frame 0 has these.
+  /// Begins a stream; frame 0 has these settings.
   void start(const SensorSettings& settings);
-  /// Of several during one frame the last one counts.
+  /// Sets new settings while frame `exposing` is exposed. Of several during one frame the last one counts.
   void set(const SensorSettings& settings, std::uint64_t exposing);
-  /// In force for a frame. Frames are asked for in order: what lies before is forgotten when `frame` is passed.
+  /// The settings of a frame, which must not precede a discarded one.
   [[nodiscard]] const SensorSettings& at(std::uint64_t frame) const;
+  /// Discards settings that only frames before `frame` need.
   void discard_before(std::uint64_t frame);
 
  private:

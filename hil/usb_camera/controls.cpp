@@ -10,7 +10,7 @@ namespace lightwell::usb_camera {
 
 namespace {
 
-// Places in the table below.
+// Indices into the table below.
 constexpr std::size_t kMode = 0, kExposure = 1, kGain = 2, kWhite = 3, kAutoWhite = 4, kPowerLine = 5;
 
 constexpr std::uint32_t kManual = 1, kAperturePriority = 8;
@@ -21,7 +21,7 @@ struct Spec {
   int bit;  ///< In bmControls.
   std::uint8_t length;
   std::uint32_t min, max, res, initial;
-  bool bitmap = false;  ///< Its resolution is the set of its values, and it has no least and largest.
+  bool bitmap = false;  ///< `res` is the bit mask of the values, and there is no minimum and maximum.
 };
 
 constexpr std::array<Spec, 6> kSpecs = {{
@@ -46,7 +46,7 @@ ControlReply number(std::uint32_t value, std::size_t bytes) {
 }
 
 bool allowed(const Spec& spec, std::uint32_t value) {
-  // Of several automatics exactly one can be in force.
+  // Exactly one of the modes can be active.
   if (spec.bitmap) return (value & spec.res) == value && value != 0 && (value & (value - 1)) == 0;
   return value >= spec.min && value <= spec.max && (value - spec.min) % spec.res == 0;
 }
@@ -79,10 +79,11 @@ bool Controls::automatic(std::size_t control) const {
 double Controls::automatic_exposure_s() const {
   double exposure = std::min(automatic_s_ / (values_[kGain] / kGainCodes), longest_s_);
   if (values_[kPowerLine] != 0) {
-    // Light swings twice a period; an exposure of whole swings does not see it. A shorter one cannot help seeing it.
-    const double swings_per_s = values_[kPowerLine] == 1 ? 100 : 120;
-    const double swings = std::floor(exposure * swings_per_s);
-    if (swings >= 1) exposure = swings / swings_per_s;
+    // Lamps flicker at twice the mains frequency. An exposure of whole flicker periods is not affected; a shorter one
+    // is.
+    const double flicker_hz = values_[kPowerLine] == 1 ? 100 : 120;
+    const double periods = std::floor(exposure * flicker_hz);
+    if (periods >= 1) exposure = periods / flicker_hz;
   }
   return exposure;
 }
@@ -101,7 +102,7 @@ RequestError Controls::set(std::size_t control, std::span<const std::uint8_t> da
   if (automatic(control)) return RequestError::wrong_state;
   const std::uint32_t value = get(data, 0, spec.length);
   if (!allowed(spec, value)) return RequestError::out_of_range;
-  // Who takes over from an automatic goes on from where it was.
+  // Leaving automatic mode keeps the automatically chosen value.
   if (control == kMode && value == kManual) values_[kExposure] = current(kExposure);
   if (control == kAutoWhite && value == 0) values_[kWhite] = current(kWhite);
   values_[control] = value;
@@ -131,9 +132,10 @@ ControlReply Controls::request(std::uint8_t unit, std::uint8_t selector, Control
     case ControlRequest::get_len:
       return number(spec.length, 2);
     case ControlRequest::get_info: {
-      // May be read and set; what an automatic can have changes by itself, and is disabled while it does (table 4-3).
-      const bool follows = *found == kExposure || *found == kWhite;
-      return number(0x03U | (follows ? 0x08U : 0U) | (automatic(*found) ? 0x04U : 0U), 1);
+      // Table 4-3: get and set supported; controls with an automatic mode have autoupdate, and are disabled in that
+      // mode.
+      const bool autoupdate = *found == kExposure || *found == kWhite;
+      return number(0x03U | (autoupdate ? 0x08U : 0U) | (automatic(*found) ? 0x04U : 0U), 1);
     }
   }
   return {RequestError::invalid_request, {}};
@@ -141,7 +143,7 @@ ControlReply Controls::request(std::uint8_t unit, std::uint8_t selector, Control
 
 SensorSettings Controls::settings() const {
   SensorSettings settings;
-  // A quotient is the double nearest to the decimal number, as whoever writes "0.3ms" gets it.
+  // The quotient is the double nearest to the decimal number, the same value that parsing "0.3ms" gives.
   settings.exposure_s = automatic(kExposure) ? automatic_exposure_s() : values_[kExposure] / kExposuresPerSecond;
   settings.gain = values_[kGain] / kGainCodes;
   settings.kelvin = static_cast<int>(current(kWhite));

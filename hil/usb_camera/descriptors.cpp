@@ -29,28 +29,28 @@ void set16(Bytes& out, std::size_t at, std::size_t value) {
   out[at + 1] = static_cast<std::uint8_t>(value >> 8);
 }
 
-void append_frame(Bytes& out, const SupportedFormats& offer, Encoding encoding, std::size_t number) {
-  const FrameSize size = offer.sizes[number - 1];
+void append_frame(Bytes& out, const SupportedFormats& formats, Encoding encoding, std::size_t number) {
+  const FrameSize size = formats.sizes[number - 1];
   const std::size_t bytes = largest_frame(encoding, size);
   const auto bits_per_second = [&](int rate) {
     return std::min<std::uint64_t>(0xFFFFFFFF, std::uint64_t{8} * bytes * static_cast<std::uint64_t>(rate));
   };
   // VS_FRAME_UNCOMPRESSED (5) and VS_FRAME_MJPEG (7) have the same fields.
-  append(out, {static_cast<unsigned>(26 + 4 * offer.rates.size()), kClassInterface,
+  append(out, {static_cast<unsigned>(26 + 4 * formats.rates.size()), kClassInterface,
                encoding == Encoding::mjpeg ? 7U : 5U, static_cast<unsigned>(number), 0});
   put(out, static_cast<std::uint64_t>(size.width), 2);
   put(out, static_cast<std::uint64_t>(size.height), 2);
-  put(out, bits_per_second(offer.rates.back()), 4);
-  put(out, bits_per_second(offer.rates.front()), 4);
+  put(out, bits_per_second(formats.rates.back()), 4);
+  put(out, bits_per_second(formats.rates.front()), 4);
   put(out, bytes, 4);
-  put(out, interval_of(offer.default_rate), 4);
-  put(out, offer.rates.size(), 1);
-  for (const int rate : offer.rates) put(out, interval_of(rate), 4);
+  put(out, interval_of(formats.default_rate), 4);
+  put(out, formats.rates.size(), 1);
+  for (const int rate : formats.rates) put(out, interval_of(rate), 4);
 }
 
-void append_format(Bytes& out, const SupportedFormats& offer, std::size_t number) {
-  const Encoding encoding = offer.encodings[number - 1];
-  const auto frames = static_cast<unsigned>(offer.sizes.size());
+void append_format(Bytes& out, const SupportedFormats& formats, std::size_t number) {
+  const Encoding encoding = formats.encodings[number - 1];
+  const auto frames = static_cast<unsigned>(formats.sizes.size());
   if (encoding == Encoding::mjpeg) {
     // VS_FORMAT_MJPEG: sizes vary from frame to frame.
     append(out, {11, kClassInterface, 6, static_cast<unsigned>(number), frames, 0, 1, 0, 0, 0, 0});
@@ -62,7 +62,7 @@ void append_format(Bytes& out, const SupportedFormats& offer, std::size_t number
     append(out, kGuidTail);
     append(out, {yuyv ? 16U : 12U, 1, 0, 0, 0, 0});
   }
-  for (std::size_t frame = 1; frame <= offer.sizes.size(); ++frame) append_frame(out, offer, encoding, frame);
+  for (std::size_t frame = 1; frame <= formats.sizes.size(); ++frame) append_frame(out, formats, encoding, frame);
   // Color matching (3.9.2.6): Rec. 709 primaries, sRGB transfer, SMPTE 170M (BT.601) matrix.
   append(out, {6, kClassInterface, 0x0D, 1, 1, 4});
 }
@@ -70,7 +70,7 @@ void append_format(Bytes& out, const SupportedFormats& offer, std::size_t number
 void append_video_control(Bytes& out) {
   append(out, {9, 4, kControlInterface, 0, 0, kInterfaceClass, 1, 0, 0});
   const std::size_t header = out.size();
-  // 3.7.2: version 1.1, total length to be filled in, clock, one streaming interface.
+  // 3.7.2: version 1.1, total length (filled in below), clock, one streaming interface.
   append(out, {13, kClassInterface, 1, 0x10, 0x01, 0, 0});
   put(out, kClockFrequency, 4);
   append(out, {1, kStreamingInterface});
@@ -86,15 +86,15 @@ void append_video_control(Bytes& out) {
   set16(out, header + 5, out.size() - header);
 }
 
-void append_video_streaming(Bytes& out, const SupportedFormats& offer) {
+void append_video_streaming(Bytes& out, const SupportedFormats& formats) {
   append(out, {9, 4, kStreamingInterface, 0, 1, kInterfaceClass, 2, 0, 0});
   const std::size_t header = out.size();
-  const std::size_t formats = offer.encodings.size();
-  // 3.9.2.1: no still pictures, no hardware trigger, nothing settable for each format alone.
-  append(out, {static_cast<unsigned>(13 + formats), kClassInterface, 1, static_cast<unsigned>(formats), 0, 0,
+  const std::size_t count = formats.encodings.size();
+  // 3.9.2.1: no still images, no hardware trigger, no controls per format.
+  append(out, {static_cast<unsigned>(13 + count), kClassInterface, 1, static_cast<unsigned>(count), 0, 0,
                kStreamingEndpoint, 0, kOutputTerminal, 0, 0, 0, 1});
-  for (std::size_t i = 0; i < formats; ++i) append(out, {0});
-  for (std::size_t number = 1; number <= formats; ++number) append_format(out, offer, number);
+  for (std::size_t i = 0; i < count; ++i) append(out, {0});
+  for (std::size_t number = 1; number <= count; ++number) append_format(out, formats, number);
   set16(out, header + 4, out.size() - header);
   append(out, {7, 5, kStreamingEndpoint, 2, kBulkPacket & 0xFF, kBulkPacket >> 8, 0});
 }
@@ -103,7 +103,7 @@ void append_video_streaming(Bytes& out, const SupportedFormats& offer) {
 
 Bytes device_descriptor() {
   Bytes out;
-  // Class EF/02/01: interfaces belong together by an association descriptor.
+  // Class EF/02/01: the interfaces are grouped by an interface association descriptor.
   append(out, {18, 1, 0x00, 0x02, 0xEF, 0x02, 0x01, 64});
   put(out, kVendor, 2);
   put(out, kProduct, 2);
@@ -118,13 +118,13 @@ Bytes device_qualifier() {
   return out;
 }
 
-Bytes configuration_descriptor(const SupportedFormats& offer) {
+Bytes configuration_descriptor(const SupportedFormats& formats) {
   Bytes out;
   // Powered by the bus, 500 mA.
   append(out, {9, 2, 0, 0, 2, 1, 0, 0x80, 250});
   append(out, {8, 0x0B, kControlInterface, 2, kInterfaceClass, 3, 0, 0});
   append_video_control(out);
-  append_video_streaming(out, offer);
+  append_video_streaming(out, formats);
   set16(out, 2, out.size());
   return out;
 }

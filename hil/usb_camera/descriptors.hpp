@@ -1,5 +1,5 @@
-// The descriptors by which a host knows the camera: USB 2.0, chapter 9, and the USB Video Class 1.1 (USB Device Class
-// Definition for Video Devices, revision 1.1; section numbers below are its own).
+// The camera's USB descriptors: USB 2.0, chapter 9, and the USB Video Class 1.1 (USB Device Class Definition for Video
+// Devices, revision 1.1; section numbers below refer to it).
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace lightwell::usb_camera {
 
-/// pid.codes' numbers 1209:0001 to 0010 are for tests; the first is the probe's (lightwell/usb_ids.hpp).
+/// pid.codes reserves 1209:0001 to 1209:0010 for tests; the probe uses the first (lightwell/usb_ids.hpp).
 inline constexpr std::uint16_t kVendor = 0x1209;
 inline constexpr std::uint16_t kProduct = 0x0002;
 inline constexpr std::uint16_t kRelease = 0x0100;
@@ -21,27 +21,27 @@ inline constexpr std::uint8_t kStreamingInterface = 1;
 inline constexpr std::uint8_t kStreamingEndpoint = 0x81;
 inline constexpr std::uint16_t kBulkPacket = 512;  ///< The only size that high speed allows.
 
-/// The units of the video function and their numbers.
+/// Unit and terminal IDs of the video function.
 inline constexpr std::uint8_t kCameraTerminal = 1;
 inline constexpr std::uint8_t kProcessingUnit = 2;
 inline constexpr std::uint8_t kOutputTerminal = 3;
 
-/// Of presentation times and source clocks: they count microseconds, and 32 bits of them wrap after 71 minutes.
+/// Clock of presentation times and source clocks, in Hz: microseconds, which wrap after 71 minutes (32 bits).
 inline constexpr std::uint32_t kClockFrequency = 1'000'000;
 
 struct Identity {
-  std::string manufacturer = "Lightwell simulation";  ///< None of a probe's, whose udev rule looks at it.
+  std::string manufacturer = "Lightwell simulation";  ///< Must differ from a probe's, which a udev rule matches.
   std::string product = "Simulated USB camera";
   std::string serial = "0001";
 };
 
 [[nodiscard]] Bytes device_descriptor();
 /// Configuration, both interfaces with their class-specific parts, and the endpoint. Format and frame numbers of UVC
-/// start at 1 and follow the offer's order.
-[[nodiscard]] Bytes configuration_descriptor(const SupportedFormats& offer);
-/// What the device would be at full speed: it would have no configuration, as no stream fits there.
+/// start at 1 and follow the order in `formats`.
+[[nodiscard]] Bytes configuration_descriptor(const SupportedFormats& formats);
+/// Device qualifier for full speed: no configuration, because full speed is too slow for a stream.
 [[nodiscard]] Bytes device_qualifier();
-/// Index 0 is the list of languages. Nothing for a number that no descriptor names.
+/// Index 0 is the list of languages. std::nullopt for an unknown index.
 [[nodiscard]] std::optional<Bytes> string_descriptor(const Identity& identity, std::uint8_t index);
 
 }  // namespace lightwell::usb_camera

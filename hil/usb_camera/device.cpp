@@ -21,7 +21,7 @@ const SetupReply kDone{false, {}};
 
 SetupReply stall_unless(bool done) { return done ? kDone : kStall; }
 
-/// A control that tells what went wrong last: one byte, read only.
+/// A control with the last request's error code: one byte, read-only.
 ControlReply error_code(RequestError last, ControlRequest request) {
   switch (request) {
     case ControlRequest::get_cur:
@@ -46,7 +46,7 @@ bool is_video_request(std::uint8_t request) {
 Device::Device(const DeviceOptions& options, FrameSource& source, FrameLog& log)
     : options_(options),
       source_(source),
-      negotiation_(options.offer, options.payload_bytes),
+      negotiation_(options.formats, options.payload_bytes),
       stream_(options.stream, source, log) {
   power_on();
 }
@@ -54,7 +54,7 @@ Device::Device(const DeviceOptions& options, FrameSource& source, FrameLog& log)
 void Device::power_on() {
   configuration_ = 0;
   controls_.reset();
-  controls_.set_automatic(source_.automatic_exposure_s(), 1.0 / options_.offer.default_rate);
+  controls_.set_automatic(source_.automatic_exposure_s(), 1.0 / options_.formats.default_rate);
   negotiation_.reset();
   stream_.reset();
   last_control_error_ = last_stream_error_ = RequestError::none;
@@ -68,7 +68,8 @@ void Device::bus_reset() {
 }
 
 void Device::scene_changed() {
-  const int rate = stream_.negotiated_format() ? stream_.negotiated_format()->format.rate : options_.offer.default_rate;
+  const int rate =
+      stream_.negotiated_format() ? stream_.negotiated_format()->format.rate : options_.formats.default_rate;
   controls_.set_automatic(source_.automatic_exposure_s(), 1.0 / rate);
   stream_.set(controls_.settings());
 }
@@ -131,7 +132,7 @@ SetupReply Device::descriptor(const SetupPacket& packet) const {
       return {false, device_descriptor()};
     case 2:
       if (index != 0) return kStall;
-      return {false, configuration_descriptor(options_.offer)};
+      return {false, configuration_descriptor(options_.formats)};
     case 3: {
       std::optional<Bytes> text = string_descriptor(options_.identity, index);
       if (!text) return kStall;
@@ -148,7 +149,7 @@ SetupReply Device::feature(const SetupPacket& packet, TransferSink& sink) {
   const bool of_stream = (packet.request_type & kRecipientMask) == kToEndpoint && packet.value == kEndpointHalt &&
                          packet.index == kStreamingEndpoint && configuration_ != 0;
   if (!of_stream) {
-    // The control endpoint's halt ends by itself; nothing else can be switched.
+    // Clearing the control endpoint's halt always succeeds, because it ends by itself; no other feature is supported.
     return stall_unless((packet.request_type & kRecipientMask) == kToEndpoint && (packet.index & 0x7F) == 0);
   }
   if (packet.request == kSetFeature) {
@@ -192,10 +193,10 @@ SetupReply Device::video(const SetupPacket& packet, Data data) {
   if (is_video_request(packet.request) && direction_fits)
     reply =
         of_control ? control_interface(unit, selector, request, data) : streaming_interface(selector, request, data);
-  // Asking what went wrong is not the next thing that went right.
-  const bool asks =
+  // Reading the error code does not change it.
+  const bool reads_error =
       (of_control && unit == 0 && selector == kRequestErrorCode) || (!of_control && selector == kStreamErrorCode);
-  if (!asks) (of_control ? last_control_error_ : last_stream_error_) = reply.error;
+  if (!reads_error) (of_control ? last_control_error_ : last_stream_error_) = reply.error;
   return {!reply.ok(), std::move(reply.data)};
 }
 

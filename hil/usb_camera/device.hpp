@@ -1,4 +1,4 @@
-// The whole camera as a USB device: what answers on the control endpoint, and the streaming endpoint behind it.
+// The camera as a USB device: the control endpoint and the streaming endpoint.
 //   SetupPacket, Device
 #pragma once
 
@@ -18,7 +18,7 @@ struct SetupPacket {
   std::uint16_t value = 0, index = 0, length = 0;
 };
 
-/// What the control endpoint answers: a stall, or bytes for the host (none where the host gave some).
+/// Response of the control endpoint: a stall, or data for the host (empty for a request towards the device).
 struct SetupReply {
   bool stalled = false;
   Bytes data;
@@ -26,43 +26,44 @@ struct SetupReply {
 
 struct DeviceOptions {
   StreamOptions stream;
-  SupportedFormats offer;
-  std::uint32_t payload_bytes = 0;  ///< Negotiation's.
+  SupportedFormats formats;
+  std::uint32_t payload_bytes = 0;  ///< See Negotiation.
   Identity identity;
 };
 
 /// Requests since the program began.
 struct DeviceCounts {
   std::uint64_t setups = 0;
-  std::uint64_t stalls = 0;  ///< Of those, how many were answered by a stall.
-  std::uint64_t resets = 0;  ///< Of the bus.
+  std::uint64_t stalls = 0;  ///< Setup requests that were answered by a stall.
+  std::uint64_t resets = 0;  ///< Bus resets.
 };
 
-/// No thread, no clock, no socket: redir_port.hpp joins it to a host.
+/// Has no thread, clock or socket; redir_port.hpp connects it to a host.
 class Device {
  public:
   Device(const DeviceOptions& options, FrameSource& source, FrameLog& log);
 
-  /// Plugged in: everything as at power-on.
+  /// Resets everything, as when the device is plugged in.
   void power_on();
-  /// The host resets the bus: no configuration, no stream. Controls keep their values, as power stays.
+  /// Handles a bus reset: ends configuration and stream. Controls keep their values, because the device stays powered.
   void bus_reset();
 
   [[nodiscard]] SetupReply setup(const SetupPacket& packet, std::span<const std::uint8_t> data, TransferSink& sink);
 
-  /// False for a number that there is not. 0 takes the configuration away.
+  /// Handles SET_CONFIGURATION; 0: unconfigured. False for an unknown number.
   [[nodiscard]] bool set_configuration(std::uint8_t number);
   [[nodiscard]] std::uint8_t configuration() const { return configuration_; }
-  /// Each interface has the one setting, 0; setting it stops a stream. False for any other.
+  /// Handles SET_INTERFACE. Each interface has only the alternate setting 0; setting it on the streaming interface
+  /// stops the stream. False for any other setting.
   [[nodiscard]] bool set_interface(std::uint16_t interface, std::uint16_t setting);
 
-  /// The pictures are of another scene: automatic exposure looks anew.
+  /// To be called when the frame source shows another scene: updates automatic exposure.
   void scene_changed();
 
   [[nodiscard]] Stream& stream() { return stream_; }
   [[nodiscard]] const Stream& stream() const { return stream_; }
   [[nodiscard]] const Controls& controls() const { return controls_; }
-  [[nodiscard]] const SupportedFormats& offer() const { return negotiation_.offer(); }
+  [[nodiscard]] const SupportedFormats& formats() const { return negotiation_.formats(); }
   [[nodiscard]] const DeviceCounts& counts() const { return counts_; }
   void reset_counts() { counts_ = {}; }
 

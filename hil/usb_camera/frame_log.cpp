@@ -20,7 +20,7 @@ std::string to_json(const FrameRecord& r) {
 Status FrameLog::write_to(const std::string& path) {
   file_.reset(std::fopen(path.c_str(), "w"));
   if (file_ != nullptr) return {};
-  return {StatusCode::unavailable, "the log " + path + " cannot be written: " + std::strerror(errno)};
+  return {StatusCode::unavailable, "cannot write the log " + path + ": " + std::strerror(errno)};
 }
 
 void FrameLog::add(const FrameRecord& record) {
@@ -29,7 +29,7 @@ void FrameLog::add(const FrameRecord& record) {
   if (records_.size() > keep_) records_.pop_front();
   if (file_ == nullptr) return;
   std::fputs((to_json(record) + "\n").c_str(), file_.get());
-  // Whoever reads along sees every frame; a killed program has lost none.
+  // Flushed per frame, so that other programs can read along and nothing is lost if this one is killed.
   std::fflush(file_.get());
 }
 

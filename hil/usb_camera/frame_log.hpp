@@ -1,4 +1,4 @@
-// What became of every frame: the camera's own account, against which a test holds what arrived.
+// Log of the outcome of every frame, with which a test compares the frames that arrived.
 //   Outcome, FrameRecord, FrameLog
 #pragma once
 
@@ -18,16 +18,16 @@
 namespace lightwell::usb_camera {
 
 enum class Outcome : std::uint8_t {
-  sent,        ///< Whole.
-  torn,        ///< Sent without its middle, as a fault asked.
-  shortened,   ///< Sent without its end, likewise.
-  marked,      ///< Sent whole with the error bit, likewise.
-  skipped,     ///< Not sent, likewise.
-  silent,      ///< Not sent while a fault kept the camera silent.
-  busy,        ///< Not sent: the one before was still on its way when it was due.
-  replaced,    ///< Not sent: the host took nothing until the next one was due.
-  unrendered,  ///< Not sent: its picture was not ready.
-  aborted,     ///< Sent in part: the host, a stall or an unplugging ended the stream.
+  sent,        ///< Sent completely.
+  torn,        ///< Sent without its middle third (injected fault).
+  shortened,   ///< Sent without its last third (injected fault).
+  marked,      ///< Sent completely with the error bit (injected fault).
+  skipped,     ///< Not sent (injected fault).
+  silent,      ///< Not sent, because an injected fault keeps the camera silent.
+  busy,        ///< Not sent: the previous frame was still being sent when it was due.
+  replaced,    ///< Not sent: the host fetched nothing until the next frame was due.
+  unrendered,  ///< Not sent: its image was not rendered in time.
+  aborted,     ///< Sent in part: the host, a stall or unplugging ended the stream.
 };
 inline constexpr std::array<std::string_view, 10> kOutcomes = {"sent",   "torn", "shortened", "marked",     "skipped",
                                                                "silent", "busy", "replaced",  "unrendered", "aborted"};
@@ -38,11 +38,11 @@ inline constexpr std::array<std::string_view, 10> kOutcomes = {"sent",   "torn",
 
 struct FrameRecord {
   std::uint64_t stream = 0;  ///< Number of the stream since the program began, from 1.
-  std::uint64_t number = 0;  ///< Of the frame in its stream, from 0. Every frame has one, sent or not.
-  CameraTime began;          ///< Its exposure. clock_ticks() of it is the presentation time in payload headers.
-  SensorSettings settings;   ///< What it was exposed with.
-  std::uint64_t bytes = 0;   ///< Of the picture.
-  std::uint64_t sent = 0;    ///< Of these, how many went out.
+  std::uint64_t number = 0;  ///< Number of the frame in its stream, from 0, whether it was sent or not.
+  CameraTime began;          ///< Start of exposure. clock_ticks() of it is the presentation time in payload headers.
+  SensorSettings settings;   ///< Settings of the exposure.
+  std::uint64_t bytes = 0;   ///< Size of the image.
+  std::uint64_t sent = 0;    ///< Bytes of the image that were sent.
   Outcome outcome = Outcome::sent;
 };
 
@@ -52,14 +52,14 @@ struct FrameRecord {
 
 class FrameLog {
  public:
-  /// The latest frames that are kept.
+  /// `keep`: number of latest frames that are kept.
   explicit FrameLog(std::size_t keep = 4096) : keep_(keep) {}
 
-  /// A line of JSON a frame from now on; an old file is overwritten. unavailable where it cannot be written.
+  /// Writes a line of JSON for each frame from now on; overwrites an old file. unavailable: the file cannot be written.
   [[nodiscard]] Status write_to(const std::string& path);
 
   void add(const FrameRecord& record);
-  /// Counts start at zero again; numbers of frames do not.
+  /// Sets all counts to zero; frame numbers continue.
   void reset_counts() { counts_ = {}; }
 
   [[nodiscard]] std::uint64_t count(Outcome outcome) const { return counts_[static_cast<std::size_t>(outcome)]; }

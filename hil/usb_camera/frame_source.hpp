@@ -1,4 +1,4 @@
-// Where pictures come from: what the camera's streaming side asks, and scene_source.hpp answers.
+// Interface through which the stream gets its images; scene_source.hpp implements it.
 #pragma once
 
 #include <cstddef>
@@ -13,22 +13,22 @@
 
 namespace lightwell::usb_camera {
 
-/// The bytes of one frame, never written to again.
+/// The immutable bytes of one frame.
 using Picture = std::shared_ptr<const std::vector<std::byte>>;
 
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
 
-  /// Pictures of this format from now on.
+  /// Sets the format of the images from now on.
   [[nodiscard]] virtual Status configure(const StreamFormat& format) = 0;
-  /// What automatic exposure chooses at gain 1. Known without a format.
+  /// Automatic exposure time at gain 1 in seconds. Does not need configure().
   [[nodiscard]] virtual double automatic_exposure_s() const = 0;
   /// From the end of the first row's exposure to the end of the last row's, in the format configured.
   [[nodiscard]] virtual double readout_s() const = 0;
-  /// The picture of a frame, or nothing while it is not ready: then it has been ordered, before all others.
+  /// The image of a frame, or nullptr while it is not ready; it is then queued for rendering before all others.
   [[nodiscard]] virtual Picture picture(std::uint64_t number, const SensorSettings& settings) = 0;
-  /// It will be wanted soon.
+  /// Queues an image that will be needed soon.
   virtual void order(std::uint64_t number, const SensorSettings& settings) = 0;
 };
 

@@ -14,7 +14,7 @@ constexpr std::size_t kDigits = 16;
 Picture stamped(const Picture& picture, Encoding encoding, std::uint64_t number) {
   auto out = std::make_shared<std::vector<std::byte>>(*picture);
   if (encoding == Encoding::mjpeg) {
-    // Two bytes of start marker, then the comment: marker, length with itself, number.
+    // After the two bytes of the start marker, the comment: marker, length including itself, number.
     std::array<std::byte, 12> comment = {std::byte{0xFF}, std::byte{0xFE}, std::byte{0}, std::byte{10}};
     for (std::size_t i = 0; i < 8; ++i) comment[4 + i] = static_cast<std::byte>(number >> (8 * i));
     if (out->size() >= 2) out->insert(out->begin() + 2, comment.begin(), comment.end());

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <string>
 
-// jpeglib.h leaves the definition of FILE to whoever includes it, so it comes after <cstdio>.
+// jpeglib.h needs the definition of FILE from <cstdio>.
 #include <jpeglib.h>
 
 namespace lightwell::usb_camera {
@@ -14,26 +14,27 @@ namespace {
 
 struct Failure {
   jpeg_error_mgr manager;
-  std::jmp_buf back;
+  std::jmp_buf jump;
   char text[JMSG_LENGTH_MAX];
 };
 
 [[noreturn]] void fail(j_common_ptr info) {
   auto* const failure = reinterpret_cast<Failure*>(info->err);
   info->err->format_message(info, failure->text);
-  std::longjmp(failure->back, 1);
+  std::longjmp(failure->jump, 1);
 }
 
 void discard_message(j_common_ptr, int) {}
 
-/// One attempt. `memory` and `bytes` are libjpeg's. Nothing with a destructor lives here: errors jump out.
+/// Encodes at one quality. `memory`: allocated by libjpeg, `bytes`: its size. This function has no objects with
+/// destructors, because libjpeg's errors leave it by longjmp().
 bool compress(const std::byte* rgb, FrameSize size, int quality, Failure& failure, unsigned char** memory,
               unsigned long* bytes) {
   jpeg_compress_struct info{};
   info.err = jpeg_std_error(&failure.manager);
   failure.manager.error_exit = fail;
   failure.manager.emit_message = discard_message;
-  if (setjmp(failure.back) != 0) {
+  if (setjmp(failure.jump) != 0) {
     jpeg_destroy_compress(&info);
     return false;
   }
@@ -47,11 +48,11 @@ bool compress(const std::byte* rgb, FrameSize size, int quality, Failure& failur
   jpeg_set_quality(&info, quality, TRUE);
   info.comp_info[0].h_samp_factor = 2;
   info.comp_info[0].v_samp_factor = 1;
-  // To the bit the same whatever vector unit a machine has.
+  // The integer DCT gives identical bits on all machines.
   info.dct_method = JDCT_ISLOW;
   jpeg_start_compress(&info, TRUE);
   while (info.next_scanline < info.image_height) {
-    // libjpeg does not write to what it compresses; its interface is older than const.
+    // libjpeg does not write to its input, although the parameter is not const.
     auto* row = reinterpret_cast<JSAMPROW>(const_cast<std::byte*>(rgb)) +
                 3 * static_cast<std::size_t>(info.next_scanline) * static_cast<std::size_t>(size.width);
     jpeg_write_scanlines(&info, &row, 1);
@@ -64,7 +65,7 @@ bool compress(const std::byte* rgb, FrameSize size, int quality, Failure& failur
 }  // namespace
 
 Result<std::vector<std::byte>> encode_jpeg(std::span<const std::byte> rgb, FrameSize size, int quality,
-                                           std::size_t most) {
+                                           std::size_t max_bytes) {
   for (;; quality -= 5) {
     Failure failure{};
     unsigned char* memory = nullptr;
@@ -72,12 +73,13 @@ Result<std::vector<std::byte>> encode_jpeg(std::span<const std::byte> rgb, Frame
     const bool done = compress(rgb.data(), size, quality, failure, &memory, &bytes);
     const auto* const begin = reinterpret_cast<const std::byte*>(memory);
     std::vector<std::byte> out;
-    if (done && bytes <= most) out.assign(begin, begin + bytes);
+    if (done && bytes <= max_bytes) out.assign(begin, begin + bytes);
     std::free(memory);
     if (!done) return Status(StatusCode::internal, std::string("JPEG: ") + failure.text);
     if (!out.empty()) return out;
     if (quality <= 5)
-      return Status(StatusCode::internal, "JPEG: no quality makes this picture fit " + std::to_string(most) + " bytes");
+      return Status(StatusCode::internal,
+                    "JPEG: the image exceeds " + std::to_string(max_bytes) + " bytes even at the lowest quality");
   }
 }
 

@@ -1,4 +1,4 @@
-// Motion JPEG as cameras send it: baseline, 4:2:2.
+// JPEG encoder for motion JPEG: baseline, 4:2:2, as USB cameras send it.
 #pragma once
 
 #include <cstddef>
@@ -11,9 +11,9 @@
 
 namespace lightwell::usb_camera {
 
-/// `rgb`: r g b bytes a pixel, rows without padding. `quality` 1 to 95 as libjpeg counts it; it is lowered, in steps of
-/// 5, until the picture has at most `most` bytes. internal where libjpeg fails.
+/// `rgb`: 3 bytes per pixel, rows without padding. `quality`: libjpeg's, 1 to 95; it is lowered in steps of 5 until the
+/// image has at most `max_bytes` bytes. internal: libjpeg fails, or no quality suffices.
 [[nodiscard]] Result<std::vector<std::byte>> encode_jpeg(std::span<const std::byte> rgb, FrameSize size, int quality,
-                                                         std::size_t most);
+                                                         std::size_t max_bytes);
 
 }  // namespace lightwell::usb_camera

@@ -20,10 +20,10 @@ class Reader {
       do {
         skip_space();
         std::optional<std::string> name = text();
-        if (!name) return stopped("a name in quotes");
+        if (!name) return stopped("a quoted name");
         if (!accept(':')) return stopped("':'");
         std::optional<JsonValue> read = value();
-        if (!read) return stopped("a text, a number, true or false");
+        if (!read) return stopped("a string, a number, true or false");
         out[std::move(*name)] = std::move(*read);
       } while (accept(','));
       if (!accept('}')) return stopped("',' or '}'");
@@ -35,7 +35,7 @@ class Reader {
 
  private:
   [[nodiscard]] Status stopped(const std::string& wanted) const {
-    return {StatusCode::invalid_argument, "JSON: at character " + std::to_string(at_ + 1) + " should be " + wanted};
+    return {StatusCode::invalid_argument, "JSON: expected " + wanted + " at character " + std::to_string(at_ + 1)};
   }
 
   void skip_space() {

@@ -1,4 +1,4 @@
-// The little JSON that the control socket understands: objects of one level, whose values are texts, numbers or truths.
+// Parser for the JSON of the control socket: flat objects whose values are strings, numbers or booleans.
 #pragma once
 
 #include <map>
@@ -13,8 +13,8 @@ namespace lightwell::usb_camera {
 using JsonValue = std::variant<std::string, double, bool>;
 using JsonObject = std::map<std::string, JsonValue, std::less<>>;
 
-/// RFC 8259, without arrays, objects in objects and null, which no command has. Of \u escapes those below 128.
-/// invalid_argument says at which character it stopped.
+/// RFC 8259 without arrays, nested objects and null; \u escapes only below 128. invalid_argument names the character at
+/// which parsing failed.
 [[nodiscard]] Result<JsonObject> parse_json_object(std::string_view text);
 
 }  // namespace lightwell::usb_camera

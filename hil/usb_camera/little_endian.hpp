@@ -1,5 +1,5 @@
-// Numbers as USB writes them: the least byte first.
-//   put   appends a number of so many bytes      get   reads one
+// Little-endian integers, as USB transmits them.
+//   put   appends an integer of `bytes` bytes      get   reads one
 #pragma once
 
 #include <cstddef>

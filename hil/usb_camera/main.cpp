@@ -1,4 +1,4 @@
-// lightwell-usb-camera: a simulated USB camera that QEMU plugs into its guest.
+// lightwell-usb-camera: a simulated USB camera that QEMU attaches to its guest.
 #include <csignal>
 #include <cstdio>
 #include <iostream>
@@ -10,9 +10,9 @@
 
 #include "camera/uri.hpp"
 #include "camera/uri_values.hpp"
+#include "usb_camera/scene_renderer.hpp"
 #include "usb_camera/scene_source.hpp"
 #include "usb_camera/server.hpp"
-#include "usb_camera/scene_renderer.hpp"
 
 namespace {
 
@@ -30,13 +30,13 @@ int fail(Exit code, const Status& status) {
   return code;
 }
 
-/// "640x480:yuyv:30:1ms,8ms"; rate and exposures may be left out.
+/// Value of --ahead: "640x480:yuyv:30:1ms,8ms"; rate and exposures are optional.
 struct Ahead {
   StreamFormat format;
   std::vector<double> exposure_s;
 };
 
-Result<Ahead> parse_ahead(const std::string& text, const SupportedFormats& offer) {
+Result<Ahead> parse_ahead(const std::string& text, const SupportedFormats& formats) {
   std::vector<std::string> parts;
   for (std::size_t at = 0; at <= text.size();) {
     const std::size_t end = std::min(text.find(':', at), text.size());
@@ -46,24 +46,24 @@ Result<Ahead> parse_ahead(const std::string& text, const SupportedFormats& offer
   const auto bad = [&](const std::string& what) {
     return Status(StatusCode::invalid_argument, "--ahead " + text + ": " + what);
   };
-  if (parts.size() < 2 || parts.size() > 4) return bad("should be WIDTHxHEIGHT:FORMAT[:RATE[:EXPOSURE,...]]");
+  if (parts.size() < 2 || parts.size() > 4) return bad("must be WIDTHxHEIGHT:FORMAT[:RATE[:EXPOSURE,...]]");
   Ahead out;
-  out.format.rate = offer.default_rate;
+  out.format.rate = formats.default_rate;
   const std::size_t cross = std::min(parts[0].find('x'), parts[0].size());
   const Result<int> width = uri_number(parts[0].substr(0, cross), 1, 10000);
   const Result<int> height = uri_number(cross < parts[0].size() ? parts[0].substr(cross + 1) : "", 1, 10000);
-  if (!width || !height) return bad("'" + parts[0] + "' is no size, as 640x480 is");
+  if (!width || !height) return bad("'" + parts[0] + "' is not a size such as 640x480");
   out.format.size = {*width, *height};
-  if (std::find(offer.sizes.begin(), offer.sizes.end(), out.format.size) == offer.sizes.end())
-    return bad("the camera does not offer this size");
-  const auto encoding = std::find_if(offer.encodings.begin(), offer.encodings.end(),
+  if (std::find(formats.sizes.begin(), formats.sizes.end(), out.format.size) == formats.sizes.end())
+    return bad("the camera does not support this size");
+  const auto encoding = std::find_if(formats.encodings.begin(), formats.encodings.end(),
                                      [&](Encoding e) { return to_string(e) == parts[1]; });
-  if (encoding == offer.encodings.end()) return bad("'" + parts[1] + "' is none of yuyv, nv12, mjpeg");
+  if (encoding == formats.encodings.end()) return bad("'" + parts[1] + "' is none of yuyv, nv12, mjpeg");
   out.format.encoding = *encoding;
   if (parts.size() > 2) {
     const Result<int> rate = uri_number(parts[2], 1, 1000);
-    if (!rate || std::find(offer.rates.begin(), offer.rates.end(), *rate) == offer.rates.end())
-      return bad("the camera does not offer the rate '" + parts[2] + "'");
+    if (!rate || std::find(formats.rates.begin(), formats.rates.end(), *rate) == formats.rates.end())
+      return bad("the camera does not support the rate '" + parts[2] + "'");
     out.format.rate = *rate;
   }
   if (parts.size() > 3) {
@@ -84,9 +84,10 @@ std::string rig_of(const std::string& scene) {
 }
 
 int print_calibration(const std::string& of, const SceneOptions& scene) {
-  const Result<Ahead> what = parse_ahead(of, offer_for(rig_of(scene.uri)));
+  const Result<Ahead> what = parse_ahead(of, formats_for(rig_of(scene.uri)));
   if (!what) return fail(kUsage, what.status());
-  const Result<std::shared_ptr<SceneRenderer>> renderer = SceneRenderer::open(scene.uri, scene.lens, scene.jpeg_quality, what->format);
+  const Result<std::shared_ptr<SceneRenderer>> renderer =
+      SceneRenderer::open(scene.uri, scene.lens, scene.jpeg_quality, what->format);
   if (!renderer) return fail(kBadInput, renderer.status());
   std::cout << calibration_to_text((*renderer)->calibration());
   return kOk;
@@ -106,17 +107,18 @@ std::string rendering_json(const SceneSource& source) {
 
 int main(int argc, char** argv) {
   CLI::App app{
-      "A simulated USB camera (USB Video Class 1.1) outside of QEMU, plugged into the guest through usb-redir. What it "
-      "shows is rendered by the simulated camera's own scene and sensor model."};
+      "A simulated USB camera (USB Video Class 1.1) outside of QEMU, attached to the guest by usb-redir. Its images "
+      "are "
+      "rendered with the scene and sensor model of the firmware's simulated camera."};
   app.footer(
-      "Try:\n"
+      "Example:\n"
       "  lightwell-usb-camera --redir cam0.sock --control cam0.control --scene 'sim:city?rig=single&turn=30deg/s'\n"
       "and give QEMU:\n"
       "  -device qemu-xhci,id=xhci -chardev socket,id=cam0,path=cam0.sock,reconnect=1\n"
       "  -device usb-redir,chardev=cam0,bus=xhci.0\n"
-      "In the guest it is a stock uvcvideo camera. Commands to the control socket: hil/README.md.\n"
-      "It ends on SIGINT and SIGTERM.\n"
-      "Exit status: 0 it was told to end, 1 it cannot go on, 2 wrong usage, 3 an input is wrong.");
+      "The guest uses its uvcvideo driver. Commands of the control socket: hil/README.md.\n"
+      "The program ends on SIGINT and SIGTERM.\n"
+      "Exit status: 0 ended by a signal, 1 run-time error, 2 wrong usage, 3 invalid input.");
   ServerOptions sockets;
   SceneOptions scene;
   DeviceOptions device_options;
@@ -124,39 +126,41 @@ int main(int argc, char** argv) {
   std::vector<std::string> ahead_texts;
   std::string calibration_of;
   std::size_t memory_mib = 1024;
-  app.add_option("--redir", sockets.redir_path, "Unix socket at which QEMU's chardev finds the camera");
-  app.add_option("--control", sockets.control_path, "Unix socket for commands; without it there are none");
-  app.add_option("--scene", scene.uri, "What it shows: a URI of the simulated camera, without sensor=")
+  app.add_option("--redir", sockets.redir_path, "Unix socket to which QEMU's chardev connects");
+  app.add_option("--control", sockets.control_path, "Unix socket for commands [none]");
+  app.add_option("--scene", scene.uri, "The scene: a URI of the simulated camera, without sensor=")
       ->capture_default_str();
-  app.add_option("--lens", scene.lens, "Of the scene's rig; a pair of lenses is two cameras")->capture_default_str();
+  app.add_option("--lens", scene.lens, "Index of the lens in the scene's rig; each lens is a camera")
+      ->capture_default_str();
   const std::map<std::string, Pace> paces = {{"rate", Pace::rate}, {"guest", Pace::guest}, {"free", Pace::free}};
   app.add_option(
          "--pace", device_options.stream.pace,
-         "rate: its own, drops what the guest does not take (default); guest: waits for the guest; free: as fast "
-         "as the guest takes frames")
+         "rate: at the negotiated rate, dropping frames that the guest does not fetch (default); guest: waits for the "
+         "guest; free: as fast as the guest fetches frames")
       ->transform(CLI::CheckedTransformer(paces, CLI::ignore_case).description("{rate,guest,free}"));
   app.add_option("--ahead", ahead_texts,
-                 "Renders before it is plugged in: WIDTHxHEIGHT:FORMAT[:RATE[:EXPOSURE,...]], again for more")
+                 "Renders these frames before the start: WIDTHxHEIGHT:FORMAT[:RATE[:EXPOSURE,...]]; may be repeated")
       ->allow_extra_args(false);
   app.add_option("--control-latency", device_options.stream.control_latency,
-                 "A control that is set while frame n is exposed acts from frame n + this")
+                 "A control that is set while frame n is exposed acts from frame n + this number")
       ->check(CLI::Range(0, 30))
       ->capture_default_str();
-  app.add_option("--payload", device_options.payload_bytes, "Bytes of a UVC payload with its header; 0: a whole frame")
+  app.add_option("--payload", device_options.payload_bytes,
+                 "Bytes of a UVC payload including its header; 0: a whole frame")
       ->check(CLI::IsMember({0}) | CLI::Range(64, 1 << 30))
       ->capture_default_str();
-  app.add_option("--jpeg-quality", scene.jpeg_quality, "Of motion JPEG")
+  app.add_option("--jpeg-quality", scene.jpeg_quality, "Quality of motion JPEG")
       ->check(CLI::Range(1, 95))
       ->capture_default_str();
   app.add_flag("--stamp", device_options.stream.stamp, "Writes each frame's number into its first 16 pixels");
   app.add_option("--serial", device_options.identity.serial, "The device's serial number")->capture_default_str();
-  app.add_option("--threads", scene.threads, "That render")->check(CLI::Range(1, 64))->capture_default_str();
-  app.add_option("--memory", memory_mib, "MiB of rendered pictures that are kept")
-      ->check(CLI::Range(16, 65536))
+  app.add_option("--threads", scene.threads, "Number of rendering threads")
+      ->check(CLI::Range(1, 64))
       ->capture_default_str();
-  app.add_option("--log", log_path, "File that gets a line of JSON for every frame");
+  app.add_option("--memory", memory_mib, "MiB of cached images")->check(CLI::Range(16, 65536))->capture_default_str();
+  app.add_option("--log", log_path, "Writes a line of JSON for every frame to this file");
   app.add_option("--calibration", calibration_of,
-                 "Prints what the pixels of WIDTHxHEIGHT:FORMAT mean, for lightwelld --calibration, and ends");
+                 "Prints the calibration for WIDTHxHEIGHT:FORMAT, for lightwelld --calibration, and ends");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -165,19 +169,19 @@ int main(int argc, char** argv) {
   scene.memory = memory_mib << 20;
   if (!calibration_of.empty()) return print_calibration(calibration_of, scene);
   if (sockets.redir_path.empty()) {
-    std::cerr << "lightwell-usb-camera: where is it plugged in? Give --redir; see --help\n";
+    std::cerr << "lightwell-usb-camera: --redir is missing; see --help\n";
     return kUsage;
   }
 
-  // Signals have a server from the moment that there is one.
+  // Declared before the frame source, whose threads wake the server.
   std::unique_ptr<Server> server;
   Result<std::unique_ptr<SceneSource>> source = SceneSource::open(scene, [&] {
     if (running != nullptr) running->wake();
   });
   if (!source) return fail(kBadInput, source.status());
-  device_options.offer = offer_for(rig_of(scene.uri));
+  device_options.formats = formats_for(rig_of(scene.uri));
   for (const std::string& text : ahead_texts) {
-    const Result<Ahead> ahead = parse_ahead(text, device_options.offer);
+    const Result<Ahead> ahead = parse_ahead(text, device_options.formats);
     if (!ahead) return fail(kUsage, ahead.status());
     if (Status done = (*source)->render_ahead(ahead->format, ahead->exposure_s); !done.ok()) return fail(kFailed, done);
   }
@@ -201,7 +205,7 @@ int main(int argc, char** argv) {
   std::printf("lightwell-usb-camera: plugged in at %s\n", sockets.redir_path.c_str());
   std::fflush(stdout);
   const Status ended = server->run();
-  // Rendering threads wake the server: they end first.
+  // The rendering threads wake the server, so they end first.
   std::signal(SIGINT, SIG_DFL);
   std::signal(SIGTERM, SIG_DFL);
   source->reset();

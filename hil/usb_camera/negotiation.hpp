@@ -1,4 +1,4 @@
-// Probe and commit: how host and camera agree on a format (UVC 1.1, 4.3.1.1).
+// Probe and commit: negotiation of the stream's format (UVC 1.1, 4.3.1.1).
 #pragma once
 
 #include <cstdint>
@@ -10,29 +10,29 @@
 
 namespace lightwell::usb_camera {
 
-/// What was agreed on.
+/// The result of a commit.
 struct NegotiatedFormat {
   StreamFormat format;
-  std::uint32_t frame_bytes = 0;    ///< dwMaxVideoFrameSize: none is larger.
-  std::uint32_t payload_bytes = 0;  ///< dwMaxPayloadTransferSize: header included.
+  std::uint32_t frame_bytes = 0;    ///< dwMaxVideoFrameSize.
+  std::uint32_t payload_bytes = 0;  ///< dwMaxPayloadTransferSize, including the header.
 };
 
 class Negotiation {
  public:
-  /// `payload_bytes`: of a payload with its header; 0: one payload a frame, which costs a host least.
-  explicit Negotiation(SupportedFormats offer, std::uint32_t payload_bytes = 0);
+  /// `payload_bytes`: size of a payload including its header; 0: one payload per frame, which costs the host least.
+  explicit Negotiation(SupportedFormats formats, std::uint32_t payload_bytes = 0);
 
-  /// As at power-on.
+  /// Restores the initial state.
   void reset();
 
-  /// Of the streaming interface. A probe that asks for something else than is offered is answered with the nearest
-  /// that is; a commit of it stalls.
+  /// Answers a request to the streaming interface. A probe for an unsupported format is answered with the nearest
+  /// supported one; a commit of an unsupported format is out_of_range.
   [[nodiscard]] ControlReply request(std::uint8_t selector, ControlRequest request, std::span<const std::uint8_t> data);
 
-  /// Set by the latest commit; the caller takes it.
+  /// Returns the format of the latest commit once; std::nullopt without a new commit.
   [[nodiscard]] std::optional<NegotiatedFormat> take_commit();
 
-  [[nodiscard]] const SupportedFormats& offer() const { return offer_; }
+  [[nodiscard]] const SupportedFormats& formats() const { return formats_; }
 
  private:
   struct Choice {
@@ -44,7 +44,7 @@ class Negotiation {
   [[nodiscard]] NegotiatedFormat negotiated_format(const Choice& choice) const;
   [[nodiscard]] Bytes written(const Choice& choice) const;
 
-  SupportedFormats offer_;
+  SupportedFormats formats_;
   std::uint32_t payload_bytes_;
   Choice initial_, probe_, committed_;
   std::optional<NegotiatedFormat> commit_;

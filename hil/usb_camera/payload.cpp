@@ -17,7 +17,7 @@ std::uint32_t clock_ticks(CameraTime time) { return static_cast<std::uint32_t>(t
 std::uint16_t start_of_frame(CameraTime time) { return static_cast<std::uint16_t>(time.ns / 1'000'000 & 0x7FF); }
 
 PayloadSplitter::PayloadSplitter(std::vector<std::span<const std::byte>> parts, std::uint32_t payload_bytes,
-                             PayloadFields fields)
+                                 PayloadFields fields)
     : parts_(std::move(parts)), payload_bytes_(payload_bytes), fields_(fields) {
   for (const auto& part : parts_) total_ += part.size();
   left_ = total_;

@@ -16,9 +16,9 @@ namespace lightwell::usb_camera {
 
 namespace {
 
-// What may wait to be fetched: all transfers that a well-behaved host has queued, and more.
+// Limit of pending output, more than all transfers that a well-behaved host queues.
 constexpr std::uint64_t kMaxPendingBytes = std::uint64_t{8} << 20;
-// What is taken in before others have their turn.
+// Limit of input per read(), so that one connection cannot block the others.
 constexpr std::size_t kMaxReadBytes = std::size_t{64} << 10;
 
 // Endpoints are numbered as in libusbredirhost: 0 to 15 towards the device, 16 to 31 towards the host.
@@ -39,20 +39,20 @@ std::uint8_t wire_status(TransferStatus status) {
   return usb_redir_ioerror;
 }
 
-/// The parser's functions take pointers to what they do not change.
+/// The parser's functions take non-const pointers to data that they do not change.
 std::uint8_t* unchanged(std::span<const std::uint8_t> data) {
   return data.empty() ? nullptr : const_cast<std::uint8_t*>(data.data());
 }
 
 }  // namespace
 
-/// What the parser calls. It calls each without looking whether there is one, so that a host could end the program with
-/// a request that we forgot: there is a function for everything that a usb-guest can send.
+/// The parser's callbacks. The parser does not test whether a callback is set, so there is one for everything that a
+/// usb-guest can send; otherwise a host could crash the program.
 struct RedirPort::Callbacks {
   static RedirPort& port(void* self) { return *static_cast<RedirPort*>(self); }
   static usbredirparser* parser(void* self) { return port(self).parser_.get(); }
 
-  /// Data of a packet is ours to free.
+  /// Frees the data of a packet.
   struct Data {
     void* self;
     std::uint8_t* data;
@@ -67,8 +67,8 @@ struct RedirPort::Callbacks {
   static void log(void*, int, const char*) {}
 
   static int read(void* self, std::uint8_t* data, int count) {
-    // The parser reads until there is nothing: a flood would keep it from ever coming back, and its answers without
-    // end.
+    // The parser reads until no data is left. Without a limit, a flood of requests would keep it from returning, and
+    // its responses would grow without bound.
     RedirPort& p = port(self);
     const std::size_t most = std::min(static_cast<std::size_t>(count), p.may_read_);
     if (most == 0 || !p.wants_read()) return 0;
@@ -163,7 +163,7 @@ struct RedirPort::Callbacks {
 
   static void cancel(void* self, std::uint64_t id) { port(self).device_.stream().cancel(id, port(self)); }
 
-  // What the camera has not: isochronous and interrupt endpoints, streams of USB 3, buffered bulk.
+  // Not supported: isochronous and interrupt endpoints, USB 3 streams, buffered bulk.
   static void iso(void* self, std::uint64_t, usb_redir_iso_packet_header*, std::uint8_t* data, int) {
     const Data owned(self, data);
   }
@@ -263,7 +263,9 @@ bool RedirPort::write() {
 
 bool RedirPort::wants_write() const { return usbredirparser_has_data_to_write(parser_.get()) > 0; }
 
-bool RedirPort::wants_read() const { return usbredirparser_get_bufferered_output_size(parser_.get()) < kMaxPendingBytes; }
+bool RedirPort::wants_read() const {
+  return usbredirparser_get_bufferered_output_size(parser_.get()) < kMaxPendingBytes;
+}
 
 void RedirPort::plug() {
   plugged_ = true;

@@ -1,5 +1,5 @@
-// The camera's plug: USB over a socket, as QEMU's usb-redir device speaks it (usbredir protocol 0.7). This side is the
-// protocol's usb-host, which has the device; QEMU is its usb-guest.
+// USB over a socket by the usbredir protocol 0.7, which QEMU's usb-redir device implements. This side is the protocol's
+// usb-host, which has the device; QEMU is its usb-guest.
 #pragma once
 
 #include <cstdint>
@@ -12,21 +12,22 @@ struct usbredirparser;
 
 namespace lightwell::usb_camera {
 
-/// One connection. Nothing here blocks; the owner waits for the socket and calls read() and write().
+/// One connection. No function blocks; the owner polls the socket and calls read() and write().
 class RedirPort final : public TransferSink {
  public:
-  /// The device outlives the port. `plugged`: it is reported to the host as soon as the host has said hello.
+  /// `device` must outlive the port. `plugged`: the device is reported to the host after the host's hello packet.
   RedirPort(Device& device, FileDescriptor socket, bool plugged);
   RedirPort(const RedirPort&) = delete;
   RedirPort& operator=(const RedirPort&) = delete;
   ~RedirPort();
 
-  /// Takes in some of what has come. False where the other side has gone, or speaks something else.
+  /// Processes part of the received data. False: the connection is closed or the protocol is violated.
   [[nodiscard]] bool read();
-  /// Sends what is ready, as far as the socket takes it. False as above.
+  /// Sends pending data as far as the socket accepts it. False as for read().
   [[nodiscard]] bool write();
   [[nodiscard]] bool wants_write() const;
-  /// False while a host asks for more than it fetches: then its requests have to wait.
+  /// False while too much data is pending, because the host requests more than it reads: its requests then have to
+  /// wait.
   [[nodiscard]] bool wants_read() const;
   [[nodiscard]] int socket() const { return socket_.get(); }
 
@@ -45,7 +46,7 @@ class RedirPort final : public TransferSink {
 
   Device& device_;
   FileDescriptor socket_;
-  std::size_t may_read_ = 0;  ///< Bytes that are left of one read().
+  std::size_t may_read_ = 0;  ///< Remaining bytes of the current read().
   bool plugged_, greeted_ = false, announced_ = false;
   std::unique_ptr<usbredirparser, Destroy> parser_;
 };

@@ -12,7 +12,7 @@ namespace lightwell::usb_camera {
 namespace {
 
 constexpr std::size_t kLightMemory = std::size_t{256} << 20;
-// Colour temperatures whose sensor is kept ready.
+// Maximum number of cached sensors, one per colour temperature.
 constexpr std::size_t kSensors = 8;
 
 PixelFormat sensor_format(Encoding encoding) {
@@ -30,14 +30,15 @@ PixelFormat sensor_format(Encoding encoding) {
 }  // namespace
 
 Result<std::shared_ptr<SceneRenderer>> SceneRenderer::open(const std::string& uri, int lens, int jpeg_quality,
-                                             const StreamFormat& format) {
+                                                           const StreamFormat& format) {
   Result<CameraUri> parsed = parse_camera_uri(uri);
   if (!parsed) return parsed.status();
   if (parsed->scheme != "sim")
-    return Status(StatusCode::invalid_argument, "'" + uri + "' is none of the simulated camera's: sim:SCENE?...");
+    return Status(StatusCode::invalid_argument, "'" + uri + "' is not a URI of the simulated camera, sim:SCENE?...");
   for (const auto& [name, value] : parsed->parameters) {
     if (name == "sensor")
-      return Status(StatusCode::invalid_argument, "sensor=" + value + ": the host chooses the format; leave it out");
+      return Status(StatusCode::invalid_argument,
+                    "sensor=" + value + " is not allowed, because the host chooses the format; leave it out");
   }
   CameraConfig config;
   config.width = format.size.width;
@@ -49,9 +50,9 @@ Result<std::shared_ptr<SceneRenderer>> SceneRenderer::open(const std::string& ur
   Result<std::unique_ptr<SimWorld>> world = make_sim_world(std::move(*options));
   if (!world) return world.status();
   if (lens < 0 || static_cast<std::size_t>(lens) >= (*world)->rig.lenses.size())
-    return Status(StatusCode::invalid_argument, "the rig " + (*world)->options.rig + " has no lens " +
-                                                    std::to_string(lens) + ", but " +
-                                                    std::to_string((*world)->rig.lenses.size()));
+    return Status(StatusCode::invalid_argument,
+                  "the rig " + (*world)->options.rig + " has no lens " + std::to_string(lens) +
+                      "; number of lenses: " + std::to_string((*world)->rig.lenses.size()));
   return std::shared_ptr<SceneRenderer>(new SceneRenderer(std::move(*world), lens, jpeg_quality, format));
 }
 
@@ -125,7 +126,7 @@ Result<std::vector<std::byte>> SceneRenderer::render(std::uint64_t picture, cons
   }
   const std::shared_ptr<const sim::Sensor> chip = sensor(settings.kelvin);
   std::vector<std::byte> out(chip->bytes());
-  chip->develop(seen, {settings.exposure_s, settings.gain, picture, static_cast<int>(lens_)}, out);
+  chip->expose(seen, {settings.exposure_s, settings.gain, picture, static_cast<int>(lens_)}, out);
   if (format_.encoding != Encoding::mjpeg) return out;
   return encode_jpeg(out, format_.size, jpeg_quality_, largest_frame(Encoding::mjpeg, format_.size));
 }

@@ -1,4 +1,4 @@
-// One scene in one format: everything from the number of a picture and the settings of the sensor to bytes.
+// Renders one scene in one format: from the number of an image and the sensor settings to bytes.
 #pragma once
 
 #include <cstdint>
@@ -21,21 +21,21 @@ namespace lightwell::usb_camera {
 /// render() may be called from any thread; the rest is constant.
 class SceneRenderer {
  public:
-  /// `uri` is the simulated camera's. Errors of parse_sim_options() and make_sim_world(); invalid_argument for a
-  /// `sensor` in the URI or a lens that the rig has not.
+  /// `uri`: URI of the simulated camera. Errors of parse_sim_options() and make_sim_world(); invalid_argument for a
+  /// `sensor` in the URI or a lens index that the rig does not have.
   [[nodiscard]] static Result<std::shared_ptr<SceneRenderer>> open(const std::string& uri, int lens, int jpeg_quality,
-                                                            const StreamFormat& format);
+                                                                   const StreamFormat& format);
 
   [[nodiscard]] const StreamFormat& format() const { return format_; }
   [[nodiscard]] const RingPlan& plan() const { return world_->plan; }
-  /// The URI's first exposure, or the one that suits the scene at gain 1.
+  /// The first exposure time of the URI, or the automatic one at gain 1, in seconds.
   [[nodiscard]] double exposure_s() const { return world_->options.exposure_s.front(); }
   [[nodiscard]] double readout_s() const { return world_->options.readout_s; }
-  /// What each pixel of a picture means: the truth, which the simulation knows.
+  /// The true calibration of the images.
   [[nodiscard]] RigParameters calibration() const;
   [[nodiscard]] const std::string& rig() const { return world_->options.rig; }
 
-  /// Frame n shows picture plan().picture(n). internal where a JPEG cannot be made.
+  /// Renders an image; frame n shows image plan().picture(n). internal: JPEG encoding fails.
   [[nodiscard]] Result<std::vector<std::byte>> render(std::uint64_t picture, const SensorSettings& settings);
 
  private:
@@ -52,10 +52,11 @@ class SceneRenderer {
   StreamFormat format_;
 
   std::once_flag built_;
-  std::unique_ptr<LensRenderer> renderer_;  ///< Built by the first picture: a host that only looks costs nothing.
+  std::unique_ptr<LensRenderer>
+      renderer_;  ///< Built for the first image, so that a host that only enumerates costs nothing.
 
   std::mutex mutex_;  ///< Guards what follows.
-  /// Light of the frames rendered last, so that other exposures of them cost the sensor alone.
+  /// Radiance of the latest frames, most recent first: other exposures of them need only the sensor model.
   std::list<std::pair<std::uint64_t, std::shared_future<Light>>> lights_;
   std::map<int, std::shared_ptr<const sim::Sensor>> sensors_;  ///< By colour temperature.
 };

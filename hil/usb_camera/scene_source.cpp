@@ -9,15 +9,15 @@ namespace lightwell::usb_camera {
 
 namespace {
 
-// Each holds two copies of a panorama; and, once it has rendered, the directions of all its pixels.
+// Each renderer holds two copies of a panorama and, after its first image, the directions of all its pixels.
 constexpr std::size_t kMaxRenderers = 4;
-// Orders that nobody has waited for: settings changed, or the stream ended.
+// Limit of queued jobs; jobs become obsolete when settings change or the stream ends.
 constexpr std::size_t kMaxJobs = 256;
 
 }  // namespace
 
 Result<std::unique_ptr<SceneSource>> SceneSource::open(SceneOptions options, std::function<void()> ready) {
-  // The format in which automatic exposure looks at the scene, until a host has chosen one.
+  // The format that determines automatic exposure until a host has chosen one.
   Result<std::shared_ptr<SceneRenderer>> renderer =
       SceneRenderer::open(options.uri, options.lens, options.jpeg_quality, {Encoding::yuyv, {640, 480}, 30});
   if (!renderer) return renderer.status();
@@ -62,7 +62,8 @@ Status SceneSource::configure(const StreamFormat& format) {
     std::rotate(renderers_.begin(), known, known + 1);
     return {};
   }
-  Result<std::shared_ptr<SceneRenderer>> renderer = SceneRenderer::open(options_.uri, options_.lens, options_.jpeg_quality, format);
+  Result<std::shared_ptr<SceneRenderer>> renderer =
+      SceneRenderer::open(options_.uri, options_.lens, options_.jpeg_quality, format);
   if (!renderer) return renderer.status();
   renderers_.emplace_front(next_renderer_++, std::move(*renderer));
   if (renderers_.size() > kMaxRenderers) renderers_.pop_back();
@@ -130,7 +131,7 @@ Status SceneSource::render_ahead(const StreamFormat& format, const std::vector<d
   const RingPlan& plan = renderers_.front().second->plan();
   std::vector<double> exposures = exposure_s;
   if (exposures.empty()) exposures = {automatic_exposure_s()};
-  // Each picture of the cycle with each exposure: who sets exposures frame by frame may begin anywhere.
+  // Each image of the cycle with each exposure, because a bracket may start at any frame.
   for (const double exposure : exposures) {
     for (std::uint64_t number = 0; number < std::max(plan.cycle, plan.pictures()); ++number) {
       Job wanted = job(number, {exposure, 1, kNeutralKelvin});
@@ -141,7 +142,7 @@ Status SceneSource::render_ahead(const StreamFormat& format, const std::vector<d
   }
   std::unique_lock lock(mutex_);
   finished_.wait(lock, [&] { return pending_.empty(); });
-  if (counts_.failed > 0) return {StatusCode::internal, "a picture could not be made"};
+  if (counts_.failed > 0) return {StatusCode::internal, "an image could not be rendered"};
   return {};
 }
 
@@ -171,7 +172,7 @@ void SceneSource::work() {
     Result<std::vector<std::byte>> bytes = job.renderer->render(job.picture, job.settings);
     const std::chrono::duration<double> taken = Clock::now() - start;
     lock.lock();
-    // A job that is pending no more was of a scene that has been left.
+    // A job that is no longer pending belongs to a scene that was replaced.
     const bool wanted = pending_.erase(job.key) > 0;
     counts_.render_s += taken.count();
     if (bytes) {

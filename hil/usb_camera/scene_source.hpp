@@ -1,5 +1,5 @@
-// Pictures of the product's own scene and sensor model, rendered ahead by threads of their own and kept: the same bytes
-// that the simulated camera (firmware/camera/backends/sim) delivers with the same options.
+// Renders images with the firmware's scene and sensor model, in advance in background threads, and caches them: the
+// same bytes that the simulated camera (firmware/camera/backends/sim) delivers with the same options.
 #pragma once
 
 #include <condition_variable>
@@ -21,32 +21,33 @@
 namespace lightwell::usb_camera {
 
 struct SceneOptions {
-  std::string uri = "sim:city?rig=single";  ///< Of the simulated camera; no sensor, which the host chooses.
-  int lens = 0;                             ///< Of the rig: a USB camera has one. A pair of them is two cameras.
+  std::string uri =
+      "sim:city?rig=single";  ///< URI of the simulated camera, without sensor=: the host chooses the format.
+  int lens = 0;               ///< Index of the lens in the rig; a USB camera has one lens.
   int jpeg_quality = 90;
-  int threads = 2;                            ///< That render.
-  std::size_t memory = std::size_t{1} << 30;  ///< Of pictures kept; those not wanted for longest go first.
+  int threads = 2;                            ///< Number of rendering threads.
+  std::size_t memory = std::size_t{1} << 30;  ///< Bytes of cached images; the least recently used are dropped.
 };
 
 struct RenderCounts {
   std::uint64_t rendered = 0;
   std::uint64_t kept = 0, kept_bytes = 0;
-  double render_s = 0;  ///< Spent on all of them together.
+  double render_s = 0;  ///< Total rendering time.
   std::uint64_t failed = 0;
 };
 
 class SceneSource final : public FrameSource {
  public:
-  /// `ready` is called from a rendering thread when a picture is; it must return at once. Errors of parse_sim_options()
+  /// `ready` is called from a rendering thread after each image; it must return at once. Errors of parse_sim_options()
   /// and of reading the scene.
   [[nodiscard]] static Result<std::unique_ptr<SceneSource>> open(SceneOptions options, std::function<void()> ready);
   ~SceneSource() override;
 
-  /// Another scene, in the format in force; pictures of the old one are forgotten. Reads a file: takes a tenth of a
-  /// second. After an error everything is as it was.
+  /// Changes the scene, in the current format; cached images of the old one are dropped. Reads a file, which takes a
+  /// tenth of a second. After an error nothing has changed.
   [[nodiscard]] Status set_scene(const std::string& uri);
-  /// Renders all pictures that a stream of this format and these exposures cycles through, and waits for them.
-  /// `exposure_s` empty: the automatic one.
+  /// Renders all images of a stream's cycle in this format with each of these exposure times, and waits for them. An
+  /// empty `exposure_s` stands for the automatic exposure time.
   [[nodiscard]] Status render_ahead(const StreamFormat& format, const std::vector<double>& exposure_s);
 
   [[nodiscard]] Status configure(const StreamFormat& format) override;
@@ -59,7 +60,8 @@ class SceneSource final : public FrameSource {
   [[nodiscard]] const std::string& uri() const { return options_.uri; }
 
  private:
-  /// SceneRenderer, number of the picture, exposure in nanoseconds, gain in thousandths, kelvin.
+  /// Number of the renderer, number of the image, exposure in nanoseconds, gain in thousandths, white balance in
+  /// kelvin.
   using Key = std::tuple<std::uint64_t, std::uint64_t, std::int64_t, std::int64_t, int>;
   struct Kept {
     Picture picture;
@@ -72,7 +74,8 @@ class SceneSource final : public FrameSource {
     SensorSettings settings;
   };
 
-  SceneSource(SceneOptions options, std::function<void()> ready, std::uint64_t serial, std::shared_ptr<SceneRenderer> renderer);
+  SceneSource(SceneOptions options, std::function<void()> ready, std::uint64_t serial,
+              std::shared_ptr<SceneRenderer> renderer);
   [[nodiscard]] Job job(std::uint64_t number, const SensorSettings& settings) const;
   void enqueue(Job job, bool first);
   void work();
@@ -80,7 +83,7 @@ class SceneSource final : public FrameSource {
 
   SceneOptions options_;
   std::function<void()> ready_;
-  /// Of the formats used last; a number tells the pictures of one from those of another.
+  /// Renderers of the formats used last, most recent first; their numbers identify their images in the cache.
   std::deque<std::pair<std::uint64_t, std::shared_ptr<SceneRenderer>>> renderers_;
   std::uint64_t next_renderer_ = 1;
 

@@ -45,7 +45,7 @@ Server::~Server() = default;
 
 void Server::wake() {
   const std::uint64_t one = 1;
-  // Full is as awake as can be.
+  // If the counter is full, the thread wakes up anyway.
   [[maybe_unused]] const ssize_t written = ::write(event_.get(), &one, sizeof one);
 }
 
@@ -69,7 +69,7 @@ void Server::unplug(bool close) {
   if (port_ == nullptr) return;
   port_->unplug();
   if (!close) return;
-  // What is said last need not arrive: a connection that ends says it too.
+  // This message need not arrive: the end of the connection has the same meaning.
   (void)port_->write();
   close_port();
 }
@@ -117,7 +117,7 @@ void Server::serve_clients() {
 
 Status Server::wait() {
   std::vector<pollfd> fds = {{event_.get(), POLLIN, 0}};
-  // While one host is there, or none may be, the next one waits in the socket's queue.
+  // While a host is connected, or the camera is unplugged, the next host waits in the socket's queue.
   if (port_ == nullptr && plugged_) fds.push_back({redir_->get(), POLLIN, 0});
   if (port_ != nullptr) {
     const int events = (port_->wants_read() ? POLLIN : 0) | (port_->wants_write() ? POLLOUT : 0);
@@ -134,8 +134,8 @@ Status Server::wait() {
   }
   if (::ppoll(fds.data(), fds.size(), timeout ? &*timeout : nullptr, nullptr) < 0 && errno != EINTR)
     return {StatusCode::unavailable, std::string("poll: ") + std::strerror(errno)};
-  std::uint64_t rung = 0;
-  [[maybe_unused]] const ssize_t read = ::read(event_.get(), &rung, sizeof rung);
+  std::uint64_t events = 0;
+  [[maybe_unused]] const ssize_t read = ::read(event_.get(), &events, sizeof events);
   return {};
 }
 
@@ -145,7 +145,7 @@ Status Server::run() {
     serve_clients();
     serve_port();
   }
-  // The host learns that the camera has gone from the connection's end.
+  // Closing the connection tells the host that the camera has gone.
   close_port();
   return {};
 }

@@ -1,4 +1,4 @@
-// The running camera: one thread that waits for QEMU, for commands, for pictures and for the time, and does what comes.
+// The camera's event loop: one thread that serves QEMU, the control socket, finished images and the frame timer.
 #pragma once
 
 #include <atomic>
@@ -16,24 +16,24 @@ namespace lightwell::usb_camera {
 
 struct ServerOptions {
   std::string redir_path;    ///< Where QEMU's chardev connects.
-  std::string control_path;  ///< Where commands come from; empty: from nowhere.
+  std::string control_path;  ///< Control socket; empty: none.
 };
 
 /// CLOCK_MONOTONIC.
 [[nodiscard]] CameraTime camera_now();
 
-/// At most one host at a time: another one waits until that is gone.
+/// Serves one host at a time; another one waits in the socket's queue until the first has gone.
 class Server final : public Cable, private TransferSink {
  public:
-  /// `subject` says what commands act on; its cable and sink are this server. Errors of Listener::at().
+  /// `targets`: the objects that commands act on; cable and sink are set to this server. Errors of Listener::at().
   [[nodiscard]] static Result<std::unique_ptr<Server>> open(const ServerOptions& options, CommandTargets targets);
   ~Server();
 
-  /// Until stop(). unavailable where waiting fails.
+  /// Runs until stop(). unavailable: ppoll() fails.
   [[nodiscard]] Status run();
-  /// From any thread, or a signal handler.
+  /// May be called from any thread or a signal handler.
   void stop();
-  /// A picture is ready. From any thread.
+  /// To be called when an image is ready, from any thread.
   void wake();
 
   void unplug(bool close) override;
@@ -53,7 +53,7 @@ class Server final : public Cable, private TransferSink {
   void serve_port();
   void close_port();
   void serve_clients();
-  /// False where the client has gone or is not worth keeping.
+  /// False: the client has disconnected, or exceeds the limits of unread input or output.
   [[nodiscard]] bool serve(Client& client);
 
   CommandTargets targets_;

@@ -34,7 +34,7 @@ void FileDescriptor::close() {
 Result<Listener> Listener::at(const std::string& path) {
   const Result<sockaddr_un> address = address_of(path);
   if (!address) return address.status();
-  if (connect_to(path)) return Status(StatusCode::resource_exhausted, "somebody listens at " + path + " already");
+  if (connect_to(path)) return Status(StatusCode::resource_exhausted, "another process listens at " + path);
   ::unlink(path.c_str());
   FileDescriptor socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!socket.open() || ::bind(socket.get(), generic(*address), sizeof *address) != 0 || ::listen(socket.get(), 8) != 0)
@@ -55,7 +55,7 @@ Result<FileDescriptor> connect_to(const std::string& path) {
   if (!address) return address.status();
   FileDescriptor socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
   if (!socket.open() || ::connect(socket.get(), generic(*address), sizeof *address) != 0)
-    return Status(StatusCode::unavailable, "nobody listens at " + path + ": " + std::strerror(errno));
+    return Status(StatusCode::unavailable, "cannot connect to " + path + ": " + std::strerror(errno));
   return socket;
 }
 

@@ -1,4 +1,4 @@
-// Unix sockets, without surprises: a file descriptor that closes itself, and a socket that listens.
+// Unix domain sockets: an owning file descriptor and a listening socket.
 #pragma once
 
 #include <string>
@@ -27,16 +27,16 @@ class FileDescriptor {
   int fd_ = -1;
 };
 
-/// Listens at a path, where an old socket that nobody listens at is removed. Both it and what it accepts never block.
+/// Listens at a path, after removing a stale socket there. The listening and the accepted sockets are non-blocking.
 class Listener {
  public:
-  /// resource_exhausted where somebody listens there already; invalid_argument for a path of more than 107 bytes.
+  /// resource_exhausted: another process listens there; invalid_argument: the path has more than 107 bytes.
   [[nodiscard]] static Result<Listener> at(const std::string& path);
   Listener(Listener&&) = default;
   Listener& operator=(Listener&&) = default;
   ~Listener();
 
-  /// The next that waits, or a closed one where none does.
+  /// Accepts the next waiting connection; a closed descriptor if there is none.
   [[nodiscard]] FileDescriptor accept() const;
   [[nodiscard]] int get() const { return socket_.get(); }
 
@@ -46,7 +46,7 @@ class Listener {
   std::string path_;
 };
 
-/// Connects to a socket that listens at a path; blocking. unavailable where none does.
+/// Connects to the socket at a path; the connection is blocking. unavailable: no process listens there.
 [[nodiscard]] Result<FileDescriptor> connect_to(const std::string& path);
 
 }  // namespace lightwell::usb_camera

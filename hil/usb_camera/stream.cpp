@@ -10,12 +10,12 @@ namespace lightwell::usb_camera {
 
 namespace {
 
-// A machine that slept for longer has missed frames that nobody wants listed one by one.
+// Limit of frames that are logged individually as missed after the machine was suspended.
 constexpr int kMaxMissedFrames = 10'000;
 
 Duration seconds(double s) { return {std::llround(s * 1e9)}; }
 
-/// Takes one from a count of faults to come.
+/// Decrements a count of faults; false if it was 0.
 bool take(std::uint64_t& count) {
   if (count == 0) return false;
   --count;
@@ -92,7 +92,7 @@ void Stream::clear_halt() {
 
 double Stream::interval_s(const SensorSettings& settings) const {
   if (options_.pace == Pace::free) return 0;
-  // A camera cannot expose for longer than a frame lasts: its frames last longer then.
+  // An exposure longer than the frame interval extends the interval.
   return std::max(1.0 / negotiated_format_->format.rate, settings.exposure_s + readout_s_);
 }
 
@@ -113,7 +113,7 @@ void Stream::drop(FrameRecord record, Outcome outcome) {
 void Stream::abort_frame() {
   if (!sending_) return;
   FrameRecord record = sending_->record;
-  record.sent = sending_->cutter.sent();
+  record.sent = sending_->splitter.sent();
   record.outcome = Outcome::aborted;
   log_.add(record);
   sending_.reset();
@@ -134,7 +134,7 @@ void Stream::order_ahead() {
   }
 }
 
-/// Of a frame that is due: why it is not even tried.
+/// The outcome that an injected fault forces on a frame that is due, if there is one.
 std::optional<Outcome> Stream::injected_outcome(CameraTime now) {
   if (faults_.silent_until && now < *faults_.silent_until) return Outcome::silent;
   faults_.silent_until.reset();
@@ -160,7 +160,8 @@ void Stream::begin(CameraTime due, Picture picture) {
   }
   frame_id_ = !frame_id_;
   const PayloadFields fields{frame_id_, r.outcome == Outcome::marked, clock_ticks(r.began)};
-  sending_.emplace(Sending{r, std::move(picture), PayloadSplitter(std::move(parts), negotiated_format_->payload_bytes, fields)});
+  sending_.emplace(
+      Sending{r, std::move(picture), PayloadSplitter(std::move(parts), negotiated_format_->payload_bytes, fields)});
 }
 
 void Stream::advance(CameraTime due) {
@@ -174,7 +175,7 @@ void Stream::run_at_rate(CameraTime now) {
   for (int missed = 0; now >= due_ && missed < kMaxMissedFrames; ++missed) {
     const FrameRecord frame = record(due_);
     std::optional<Outcome> lost = injected_outcome(now);
-    if (!lost && sending_ && sending_->cutter.begun()) lost = Outcome::busy;
+    if (!lost && sending_ && sending_->splitter.begun()) lost = Outcome::busy;
     if (!lost) {
       Picture picture = source_.picture(next_, frame.settings);
       if (picture == nullptr) {
@@ -182,7 +183,7 @@ void Stream::run_at_rate(CameraTime now) {
       } else {
         if (sending_) {
           drop(sending_->record, Outcome::replaced);
-          // Nobody has seen it: to the host the next one follows the one before.
+          // The host has not seen the replaced frame, so the next one gets the frame ID that it had.
           frame_id_ = !frame_id_;
           sending_.reset();
         }
@@ -197,7 +198,7 @@ void Stream::run_at_rate(CameraTime now) {
 
 void Stream::run_for_guest(CameraTime now) {
   wants_picture_ = false;
-  // A silent camera's time goes by, and its frames with it.
+  // Frames of a silent camera are dropped when they are due.
   while (now >= due_ && !sending_ && !transfers_.empty()) {
     if (const std::optional<Outcome> lost = injected_outcome(now)) {
       drop(record(now), *lost);
@@ -209,7 +210,8 @@ void Stream::run_for_guest(CameraTime now) {
     wants_picture_ = picture == nullptr;
     if (wants_picture_) return;
     begin(now, std::move(picture));
-    // Due when it was, where that was just now: rounding up to polls would lower the rate.
+    // If the frame was started promptly, the next one is due one interval after its due time, not after `now`:
+    // otherwise the delay of polling would lower the rate.
     const bool prompt = now - due_ < seconds(interval_s(settings_.at(next_)));
     advance(prompt ? due_ : now);
   }
@@ -219,14 +221,14 @@ void Stream::send(CameraTime now, TransferSink& sink) {
   while (sending_ && !transfers_.empty()) {
     const Transfer transfer = transfers_.front();
     transfers_.pop_front();
-    sending_->cutter.fill(transfer.length, now, buffer_);
-    if (sending_->cutter.done()) {
-      sending_->record.sent = sending_->cutter.sent();
+    sending_->splitter.fill(transfer.length, now, buffer_);
+    if (sending_->splitter.done()) {
+      sending_->record.sent = sending_->splitter.sent();
       log_.add(sending_->record);
       sending_.reset();
     }
     sink.complete(transfer.id, TransferStatus::success, buffer_);
-    // The next frame of a host that sets the pace may begin in the next transfer.
+    // If the host determines the pace, the next frame may begin in the next transfer.
     if (!sending_ && options_.pace != Pace::rate) run_for_guest(now);
   }
 }
@@ -235,7 +237,7 @@ void Stream::run(CameraTime now, TransferSink& sink) {
   if (halted_ || !negotiated_format_) return;
   if (state_ == State::armed && !transfers_.empty()) state_ = State::starting;
   if (state_ == State::starting) {
-    // A sensor that ran while its first picture is being rendered would only count what it has not got.
+    // The clock starts when the first image is rendered; otherwise the frames before would be counted as unrendered.
     if (source_.picture(0, latest_) == nullptr) return;
     start(now);
     order_ahead();

@@ -1,4 +1,4 @@
-// The streaming endpoint: frames begun at their time, cut into the transfers that the host has queued.
+// The streaming endpoint: starts frames when they are due and sends them in the transfers that the host has queued.
 //   Pace, StreamOptions, Faults, TransferStatus, TransferSink, Stream
 #pragma once
 
@@ -8,29 +8,30 @@
 #include <optional>
 #include <string_view>
 
+#include "usb_camera/control_latency.hpp"
 #include "usb_camera/frame_log.hpp"
 #include "usb_camera/frame_source.hpp"
 #include "usb_camera/negotiation.hpp"
 #include "usb_camera/payload.hpp"
-#include "usb_camera/control_latency.hpp"
 
 namespace lightwell::usb_camera {
 
-/// When the next frame is due.
+/// Determines when the next frame is due.
 enum class Pace : std::uint8_t {
-  rate,   ///< At the agreed rate, as a sensor runs. What the host does not take in time is dropped and counted.
-  guest,  ///< Not before the agreed rate says, and not before the host has taken the one before and asks for more.
-  free,   ///< As soon as the host asks for more: shows how many frames it can take.
+  rate,   ///< At the negotiated rate, as a sensor. Frames that the host does not fetch in time are dropped and counted.
+  guest,  ///< At the negotiated rate at most, and only after the host has fetched the previous frame and queued
+          ///< transfers.
+  free,   ///< As soon as the host has queued transfers: measures the host's maximum frame rate.
 };
 
 struct StreamOptions {
   Pace pace = Pace::rate;
-  int control_latency = 2;  ///< ControlLatency's.
-  bool stamp = false;       ///< Frames carry their number: frame_stamp.hpp.
-  int ahead = 8;            ///< Frames whose pictures are ordered before they are due.
+  int control_latency = 2;  ///< In frames; see ControlLatency.
+  bool stamp = false;       ///< Embeds the frame's number in the image: frame_stamp.hpp.
+  int ahead = 8;            ///< Number of frames whose images are ordered before they are due.
 };
 
-/// What is to go wrong. Counts are of frames yet to come.
+/// Injected faults. Counts are numbers of frames still to be affected.
 struct Faults {
   std::uint64_t tear = 0, shorten = 0, mark = 0, skip = 0;
   std::optional<CameraTime> silent_until;
@@ -38,7 +39,7 @@ struct Faults {
 
 enum class TransferStatus : std::uint8_t { success, cancelled, stalled, refused };
 
-/// Where finished transfers go. Called from within Stream's functions.
+/// Receives completed transfers. Called from within Stream's functions.
 class TransferSink {
  public:
   virtual void complete(std::uint64_t id, TransferStatus status, std::span<const std::uint8_t> data) = 0;
@@ -47,48 +48,49 @@ class TransferSink {
   ~TransferSink() = default;
 };
 
-/// No thread and no clock of its own: whoever owns it says what time it is.
+/// Has no thread and no clock; the owner passes the time.
 ///
-/// A frame n is being exposed from when frame n - 1 is due until it is due itself; then its transfer begins. It is due
-/// one interval after the one before, or later by what its exposure lasts longer. Numbers start at 0 with each stream;
-/// a stream starts with the first transfer after a commit, and the clock of Pace::rate with its first picture.
+/// Frame n is exposed after frame n - 1 is due and until it is due itself; then its transfer begins. It is due one
+/// frame interval after the previous one, or later if its exposure takes longer. Numbers start at 0 with each stream. A
+/// stream starts with the first transfer after a commit, the clock of Pace::rate when the first image is ready.
 class Stream {
  public:
   Stream(const StreamOptions& options, FrameSource& source, FrameLog& log);
 
-  /// The host has committed: the next transfer starts a stream.
+  /// To be called after a commit: the next transfer starts a stream.
   [[nodiscard]] Status arm(const NegotiatedFormat& negotiated_format, const SensorSettings& settings);
-  /// The host has cleared the endpoint, which is how it stops a stream: frames end, the commit stays.
+  /// Stops the stream, as a host does by clearing the endpoint; the committed format stays.
   void stop();
-  /// Nothing is committed any more. Transfers that wait are dropped without an answer.
+  /// Discards the committed format. Queued transfers are dropped without completion.
   void reset();
 
-  /// Settings were changed just now.
+  /// Changes the settings; they act on later frames (ControlLatency).
   void set(const SensorSettings& settings);
 
-  /// A transfer that takes `length` bytes; it is completed now or during a run(). Refused where too many wait.
+  /// Queues a transfer of at most `length` bytes; it is completed now or during a run(). Refused if too many are
+  /// queued.
   void submit(std::uint64_t id, std::size_t length, TransferSink& sink);
-  /// The host has given it up; completed as cancelled. Nothing happens where it is done already.
+  /// Cancels a transfer and completes it as cancelled. Does nothing if it has been completed.
   void cancel(std::uint64_t id, TransferSink& sink);
 
-  /// Every transfer ends in a stall until clear_halt().
+  /// Halts the endpoint: every transfer is completed as stalled until clear_halt().
   void halt(TransferSink& sink);
   void clear_halt();
   [[nodiscard]] bool halted() const { return halted_; }
 
-  /// Does what is due.
+  /// Starts and sends the frames that are due.
   void run(CameraTime now, TransferSink& sink);
-  /// When run() has something to do even if nothing else happens.
+  /// The time at which run() must be called even if nothing else happens.
   [[nodiscard]] std::optional<CameraTime> next_due() const;
 
   [[nodiscard]] Faults& faults() { return faults_; }
   [[nodiscard]] bool streaming() const { return state_ == State::running; }
   [[nodiscard]] const std::optional<NegotiatedFormat>& negotiated_format() const { return negotiated_format_; }
-  /// Since the program began.
+  /// Number of streams since the program began.
   [[nodiscard]] std::uint64_t streams() const { return streams_; }
   [[nodiscard]] std::size_t waiting_transfers() const { return transfers_.size(); }
 
-  /// A host that queues more at a time is none that behaves.
+  /// Limits that no well-behaved host exceeds.
   static constexpr std::size_t kMaxTransfers = 256;
   static constexpr std::size_t kMaxTransferBytes = std::size_t{1} << 20;
 
@@ -98,11 +100,11 @@ class Stream {
     std::uint64_t id;
     std::size_t length;
   };
-  /// A frame on its way.
+  /// A frame that is being sent.
   struct Sending {
     FrameRecord record;
     Picture picture;
-    PayloadSplitter cutter;
+    PayloadSplitter splitter;
   };
 
   [[nodiscard]] double interval_s(const SensorSettings& settings) const;
@@ -131,9 +133,9 @@ class Stream {
   std::optional<NegotiatedFormat> negotiated_format_;
   std::deque<Transfer> transfers_;
   std::uint64_t streams_ = 0;
-  std::uint64_t next_ = 0;      ///< The frame that is being exposed.
-  CameraTime due_;              ///< When it is due.
-  bool wants_picture_ = false;  ///< It is due, and waits for its picture: whoever has it calls run().
+  std::uint64_t next_ = 0;      ///< Number of the frame that is being exposed.
+  CameraTime due_;              ///< Time at which that frame is due.
+  bool wants_picture_ = false;  ///< The frame is due, but its image is not ready; run() is called when it is.
   bool frame_id_ = false;
   std::optional<Sending> sending_;
   Bytes buffer_;

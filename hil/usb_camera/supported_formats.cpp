@@ -2,14 +2,14 @@
 
 namespace lightwell::usb_camera {
 
-SupportedFormats offer_for(std::string_view rig) {
-  SupportedFormats offer;
+SupportedFormats formats_for(std::string_view rig) {
+  SupportedFormats formats;
   if (rig == "equirect") {
-    offer.sizes = {{640, 320}, {320, 160}, {1280, 640}, {1920, 960}};
+    formats.sizes = {{640, 320}, {320, 160}, {1280, 640}, {1920, 960}};
   } else {
-    offer.sizes = {{640, 480}, {160, 120}, {320, 240}, {1280, 720}, {1280, 960}, {1920, 1080}};
+    formats.sizes = {{640, 480}, {160, 120}, {320, 240}, {1280, 720}, {1280, 960}, {1920, 1080}};
   }
-  return offer;
+  return formats;
 }
 
 std::size_t largest_frame(Encoding encoding, FrameSize size) {

@@ -1,4 +1,4 @@
-// What the camera offers: formats, sizes, rates. Descriptors and negotiation are both made from this list.
+// The formats, sizes and frame rates that the camera supports, from which descriptors and negotiation are derived.
 #pragma once
 
 #include <cstddef>
@@ -28,22 +28,22 @@ struct FrameSize {
   friend bool operator==(const FrameSize&, const FrameSize&) = default;
 };
 
-/// UVC's frame intervals count in these.
+/// Unit of UVC's frame intervals.
 inline constexpr double kIntervalUnit_s = 1e-7;
 
 struct SupportedFormats {
   std::vector<Encoding> encodings = {Encoding::yuyv, Encoding::nv12, Encoding::mjpeg};
-  /// The same for each encoding, the first one being the default.
+  /// The same for each encoding; the first one is the default.
   std::vector<FrameSize> sizes;
-  /// Frames a second, whole numbers from fast to slow.
+  /// In frames per second, in descending order.
   std::vector<int> rates = {60, 30, 15};
   int default_rate = 30;
 };
 
-/// 4:3 and 16:9 for rigs of a picture a lens; 2:1 for the equirectangular one.
-[[nodiscard]] SupportedFormats offer_for(std::string_view rig);
+/// 4:3 and 16:9 for rigs with one image per lens; 2:1 for the rig "equirect".
+[[nodiscard]] SupportedFormats formats_for(std::string_view rig);
 
-/// One choice from an offer.
+/// One of the supported formats.
 struct StreamFormat {
   Encoding encoding = Encoding::yuyv;
   FrameSize size;
@@ -51,10 +51,10 @@ struct StreamFormat {
   friend bool operator==(const StreamFormat&, const StreamFormat&) = default;
 };
 
-/// In units of 100 ns, as UVC rounds it: downwards.
+/// Frame interval in units of 100 ns, rounded down as in UVC.
 [[nodiscard]] constexpr std::uint32_t interval_of(int rate) { return 10'000'000U / static_cast<std::uint32_t>(rate); }
 
-/// The bytes of a frame; of a motion JPEG, the bytes that none exceeds.
+/// Size of a frame in bytes; for motion JPEG the maximum.
 [[nodiscard]] std::size_t largest_frame(Encoding encoding, FrameSize size);
 
 }  // namespace lightwell::usb_camera

@@ -8,7 +8,7 @@ namespace {
 
 double cubic(double t, double a, double b, double c, double d) { return ((a * t + b) * t + c) * t + d; }
 
-/// Linear Rec. 709 of the black body, Y being 1.
+/// Linear Rec. 709 of the black body with Y = 1.
 std::array<double, 3> planckian_rgb(double kelvin) {
   const double t = 1000 / kelvin;
   const double x = kelvin <= 4000 ? cubic(t, -0.2661239, -0.2343589, 0.8776956, 0.179910)

@@ -1,13 +1,14 @@
-// What a sensor's channels see of a white of some colour temperature.
+// White balance of the sensor's channels for a colour temperature.
 #pragma once
 
 #include <array>
 
 namespace lightwell::usb_camera {
 
-/// PhotometricCalibration::white_balance of a camera that shows a black body of this temperature as grey: of Rec. 709
-/// red, green and blue what such a light has, by what it has at 6500 K, green being 1. Exactly 1, 1, 1 at 6500 K.
-/// 1667 to 25000 K: Kim et al. 2002, US patent 7024034, the cubic splines of the Planckian locus.
+/// PhotometricCalibration::white_balance of a camera that renders a black body of this temperature as grey: the black
+/// body's linear Rec. 709 red, green and blue relative to those of a black body of 6500 K, normalized to green 1;
+/// exactly 1, 1, 1 at 6500 K. Valid from 1667 to 25000 K: cubic splines of the Planckian locus, Kim et al. 2002, US
+/// patent 7024034.
 [[nodiscard]] std::array<double, 3> white_balance(double kelvin);
 
 }  // namespace lightwell::usb_camera

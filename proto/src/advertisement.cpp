@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kMaxLinks = 8;
 constexpr std::size_t kMaxStrings = 64;
-/// Of one string of a TXT record (RFC 6763, section 6.1).
+/// Limit of one string of a TXT record, bytes (RFC 6763, section 6.1).
 constexpr std::size_t kMaxEntry = 255;
 constexpr std::size_t kMaxName = 64;
 constexpr std::size_t kMaxVersion = 32;
@@ -33,7 +33,7 @@ std::optional<std::uint32_t> number(std::string_view text, int base) {
   return value;
 }
 
-/// scheme://[host][:port][/topic], of ASCII without space: enough to be shown; who connects checks it again.
+/// scheme://[host][:port][/topic], printable ASCII without space: safe to display; a connection checks it further.
 bool is_link(std::string_view uri) {
   const std::size_t scheme = uri.find("://");
   if (scheme == std::string_view::npos || scheme == 0 || scheme > 16 || uri.size() <= scheme + 3) return false;
@@ -53,7 +53,7 @@ AdvertisedLink advertised_link(std::string_view address) {
   const std::string_view scheme = address.substr(0, scheme_end);
   const std::string security = scheme.ends_with('s') ? "tls" : "none";
   const std::string_view rest = address.substr(scheme_end + 3);
-  // The broker of MQTT is another machine, and named as the probe knows it.
+  // An MQTT broker is another machine; its address is advertised as configured.
   if (scheme.starts_with("mqtt")) return {std::string(address), security};
   const std::size_t colon = rest.rfind(':');
   if (colon == std::string_view::npos) return {};
@@ -100,11 +100,11 @@ Result<Advertisement> advertisement_from_txt(const std::vector<std::string>& txt
   }
   const auto wire = value("wire");
   const auto wire_number = wire ? number(*wire, 10) : std::nullopt;
-  if (!wire_number || *wire_number == 0) return wrong("wire", "it must be a number from 1 on");
+  if (!wire_number || *wire_number == 0) return wrong("wire", "it must be a number, at least 1");
   out.wire_version = *wire_number;
   const auto name = value("name");
   if (!name || name->empty() || name->size() > kMaxName) return wrong("name", "it must have 1 to 64 bytes");
-  if (printable(*name) != *name) return wrong("name", "it has control characters or is no UTF-8");
+  if (printable(*name) != *name) return wrong("name", "it has control characters or is not UTF-8");
   out.name = *name;
   const auto version = value("version");
   if (!version || version->empty() || version->size() > kMaxVersion)
@@ -112,7 +112,7 @@ Result<Advertisement> advertisement_from_txt(const std::vector<std::string>& txt
   for (const char c : *version)
     if (!((c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '.' || c == '-' ||
           c == '+' || c == '~'))
-      return wrong("version", "it has a character that versions do not have");
+      return wrong("version", "it has a character that is not allowed in versions");
   out.version = *version;
   for (std::size_t i = 0; i < kMaxLinks; ++i) {
     const std::string key = "link" + std::to_string(i);

@@ -27,12 +27,12 @@ Status model_problem(const LensParameters& lens) {
     if (!finite({p->fx, p->fy, p->cx, p->cy, p->k1, p->k2, p->k3, p->k4}))
       return bad("kannala_brandt has a value that is not finite");
     if (!(p->fx > 0) || !(p->fy > 0)) return bad("kannala_brandt.fx and fy must be positive");
-    // The radius must grow with the angle over the whole field, or two directions would share a pixel.
+    // The radius must increase with the angle over the whole field of view, so that each pixel has one direction.
     for (int i = 0; i <= 256; ++i) {
       const double t = lens.max_angle_rad * i / 256, t2 = t * t;
       if (!(1 + t2 * (3 * p->k1 + t2 * (5 * p->k2 + t2 * (7 * p->k3 + t2 * 9 * p->k4))) > 0))
         return bad("kannala_brandt: the radius stops growing at " + std::to_string(t / kDegree) +
-                   " deg, inside max_angle_deg; lower max_angle_deg or mend k1 to k4");
+                   " deg, inside max_angle_deg; lower max_angle_deg or correct k1 to k4");
     }
   } else if (const auto* d = std::get_if<DoubleSphereParameters>(&lens.model)) {
     if (!finite({d->fx, d->fy, d->cx, d->cy, d->xi, d->alpha}))
@@ -64,9 +64,9 @@ Status photometry_problem(const PhotometricCalibration& p, double max_angle_rad)
     if (t.size() < 2) return bad("response.inverse needs at least two values");
     for (std::size_t i = 0; i < t.size(); ++i)
       if (!std::isfinite(t[i]) || (i > 0 && t[i] < t[i - 1]))
-        return bad("response.inverse must rise; it does not at entry " + std::to_string(i));
+        return bad("response.inverse must increase; it does not at entry " + std::to_string(i));
     if (!(t.front() >= 0 && t.front() <= 0.1) || !(std::abs(t.back() - 1) <= 1e-3))
-      return bad("response.inverse must rise from 0 (at most 0.1) to 1; it goes from " + std::to_string(t.front()) +
+      return bad("response.inverse must increase from 0 (at most 0.1) to 1; it goes from " + std::to_string(t.front()) +
                  " to " + std::to_string(t.back()));
   }
   if (p.response.kind == ResponseCurve::Kind::gamma && !(p.response.gamma > 0 && std::isfinite(p.response.gamma)))

@@ -9,7 +9,8 @@ namespace {
 
 constexpr double kHalfPi = std::numbers::pi / 2;
 
-/// Below this the closed forms lose more to cancellation (1e-16 / rho²) than a point loses to a cap (rho).
+/// Radius below which the cap is treated as a point: the error of that (rho) is less than the cancellation error of the
+/// closed forms (1e-16 / rho²).
 constexpr double kPointRadius = 2e-5;
 
 double clamped(double rho) { return rho > 0 ? std::min(rho, kHalfPi) : 0; }
@@ -45,7 +46,7 @@ double cap_irradiance(double cos_angle, double rho) {
 double cap_zonal(int l, double rho) {
   const double sigma = clamped(rho);
   if (sigma < kPointRadius) return 1;
-  // 2 pi times the integral of P_l over the cap: (P_{l-1}(a) - P_{l+1}(a)) / (2l+1), with P_{-1} = 1.
+  // 2 pi times the integral of P_l from a to 1, (P_{l-1}(a) - P_{l+1}(a)) / (2l+1), with P_{-1} = 1.
   const double a = std::cos(sigma);
   double below = 1, p = 1, above = a;
   for (int n = 1; n <= l; ++n) {
@@ -61,7 +62,7 @@ double cap_radiance(double cos_angle, double rho, const GgxLobe& lobe) {
   const double c = std::clamp(cos_angle, -1.0, 1.0);
   if (sigma < kPointRadius) return lobe.value(c);
   const double omega = std::acos(c);
-  // Rings of polar angle t around the lobe's axis: inside the cap lies the share phi_max/pi of each.
+  // Integrate over rings of polar angle t around the lobe's axis; the fraction phi_max/pi of each is inside the cap.
   const double first = std::max(0.0, omega - sigma), last = std::min(omega + sigma, kHalfPi);
   if (first >= last) return 0;
   const double sin_w = std::sin(omega), cos_s = std::cos(sigma);
@@ -70,14 +71,14 @@ double cap_radiance(double cos_angle, double rho, const GgxLobe& lobe) {
     if (reach < 1e-15) return x * c >= cos_s ? 1.0 : 0.0;
     return std::acos(std::clamp((cos_s - c * x) / reach, -1.0, 1.0)) / std::numbers::pi;
   };
-  // Split where whole rings become arcs, and where arcs meet the cap's edge: the share has a root there.
+  // Split where full rings become arcs and where arcs end: there the fraction has a square-root singularity.
   const double whole = sigma > omega ? sigma - omega : 0;
   double sum = 0;
   if (whole > 0) sum += lobe.integral(std::cos(std::min(whole, kHalfPi)), 1, [](double) { return 1.0; });
   const double a = std::cos(last), b = std::cos(std::max(first, whole));
   constexpr int kPieces = 4;
   for (int i = 0; i < kPieces && a < b; ++i) {
-    // Pieces that shrink towards both ends.
+    // Subintervals that get shorter towards both ends.
     const auto knot = [&](int k) {
       const double s = 0.5 - 0.5 * std::cos(std::numbers::pi * k / kPieces);
       return a + (b - a) * s;

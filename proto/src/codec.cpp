@@ -19,7 +19,7 @@ namespace {
 
 constexpr float kDirectionScale = 8191;
 constexpr double kRadiusUnit = 1e-5;
-/// One byte as a zigzag varint: two digits of a covariance are plenty.
+/// Fits one byte as a zigzag varint; two significant digits suffice for a covariance.
 constexpr std::int32_t kCovarianceLimit = 63;
 constexpr std::uint32_t kInfiniteBound = 0xFFFFFFFF;
 
@@ -43,7 +43,7 @@ float largest_coefficient(const RadianceSh& sh) {
 
 bool share(float v) { return v >= 0 && v <= 1; }
 
-/// What the wire cannot hold, or what no estimator may say.
+/// invalid_argument for values that the wire format cannot hold or the specification forbids.
 Status problem(const Descriptor& d) {
   if (d.radiance.band < 0 || d.radiance.band > kMaxBand) return invalid("radiance.band must be 0 to 6");
   for (std::size_t i = 0; i < static_cast<std::size_t>(d.radiance.count()); ++i)
@@ -68,8 +68,8 @@ Status problem(const Descriptor& d) {
   return {};
 }
 
-/// Lowest bits that none of the numbers has: the exponent may grow by these. Small numbers are short varints, and who
-/// rounds to coarser steps saves bytes. 0 where all numbers are zero.
+/// Number of trailing zero bits that all mantissas have in common, which can be moved to the exponent. Smaller
+/// mantissas are shorter varints, so coarser steps save bytes. 0 if all mantissas are zero.
 int common_zeros(std::uint32_t all_bits) { return all_bits == 0 ? 0 : std::countr_zero(all_bits); }
 
 int radiance_exponent(const Descriptor& d) {
@@ -141,7 +141,7 @@ std::uint32_t microseconds(Duration d) {
 }
 
 Status read_radiance(const v1::SphericalHarmonics& m, RadianceSh& sh) {
-  if (m.bands() >= 1U << (kMaxBand + 1)) return invalid("radiance.bands names a band above 6");
+  if (m.bands() >= 1U << (kMaxBand + 1)) return invalid("radiance.bands has a band above 6");
   int needed = 0;
   for (int l = 0; l <= kMaxBand; ++l)
     if ((m.bands() >> l & 1U) != 0) needed += 3 * (2 * l + 1);
@@ -149,7 +149,7 @@ Status read_radiance(const v1::SphericalHarmonics& m, RadianceSh& sh) {
     return invalid("radiance.mantissa has " + std::to_string(m.mantissa_size()) + " numbers, its bands need " +
                    std::to_string(needed));
   sh.band = m.bands() == 0 ? 0 : std::bit_width(m.bands()) - 1;
-  // 2^100 times 8191 still is a float.
+  // 2^100 times 8191 is within the range of float.
   if (m.exponent() < -150 || m.exponent() > 100) return invalid("radiance.exponent is out of range");
   int next = 0;
   for (int l = 0; l <= sh.band; ++l) {
@@ -181,8 +181,7 @@ Status read_light(const v1::Light& m, Light& light) {
     light.irradiance[k] = value_of(m.irradiance_mantissa(k), m.irradiance_exponent());
   }
   const double radius = m.angular_radius_e5() * kRadiusUnit;
-  if (radius > std::numbers::pi / 2 + 2 * kRadiusUnit)
-    return invalid("light.angular_radius_e5 is beyond a quarter turn");
+  if (radius > std::numbers::pi / 2 + 2 * kRadiusUnit) return invalid("light.angular_radius_e5 is above pi/2");
   light.angular_radius_rad = static_cast<float>(std::min(radius, std::numbers::pi / 2));
   for (int k = 0; k < m.covariance_mantissa_size(); ++k) {
     if (std::abs(static_cast<std::int64_t>(m.covariance_mantissa(k))) > kCovarianceLimit)
@@ -199,13 +198,13 @@ Status read_light(const v1::Light& m, Light& light) {
 
 struct Encoder::State {
   v1::LightingDescriptor message;
-  /// Lent to `message` while it is written: a map that comes and goes would give its memory back each time.
+  /// Owned here and attached to `message` only while it is serialised, so that its memory is kept between maps.
   v1::EnvironmentMap environment;
   std::vector<std::byte> bytes;
 };
 
 Encoder::Encoder() : state_(std::make_unique<State>()) {
-  // Room for the largest message, so that neither a lamp more nor a map allocates.
+  // Reserve the largest message, so that neither another light nor a map allocates.
   state_->bytes.reserve(kMaxDescriptorBytes);
   reserve_environment(state_->environment);
   for (std::size_t i = 0; i < kMaxLights; ++i) {
@@ -226,7 +225,7 @@ Encoder& Encoder::operator=(Encoder&&) noexcept = default;
 Result<std::span<const std::byte>> Encoder::encode(const Descriptor& d) {
   if (const Status s = problem(d); !s.ok()) return s;
   v1::LightingDescriptor& m = state_->message;
-  // Part by part: Clear() of the whole would give back the memory of `radiance`, `time` and `bound`.
+  // Field by field: Clear() of the whole message would free the memory of `radiance`, `time` and `bound`.
   m.mutable_radiance()->Clear();
   m.clear_lights();
   m.clear_flags();
@@ -304,7 +303,7 @@ Result<Descriptor> decode_descriptor(std::span<const std::byte> bytes) {
   for (const int f : m.flags()) {
     const auto known =
         std::find_if(kWireFlags.begin(), kWireFlags.end(), [&](Flag k) { return static_cast<int>(k) == f; });
-    // A reason not to trust the answer stays one where it has no name here.
+    // An unknown flag still means that the estimate may be wrong; it is decoded as `newer`.
     d.flags.set(known != kWireFlags.end() ? *known : Flag::newer);
   }
   for (const Setting s : kSettings)
@@ -337,8 +336,9 @@ Result<std::string> descriptor_from_json(std::string_view json) {
 
 double wire_error(const Descriptor& d, double rms_irradiance) {
   if (!(rms_irradiance > 0)) return 0;
-  // What each coefficient loses, weighed by its lobe (Parseval); for lights half a step of irradiance, and of direction
-  // the diagonal of a cell, each times the RMS of a clipped cosine, sqrt(1/6), or of its slope, below 1/2.
+  // Rounding error of each coefficient, weighted by the cosine lobe (Parseval's theorem). For lights, half a step of
+  // irradiance times the RMS of the clamped cosine, sqrt(1/6), and the diagonal of a direction cell times the RMS of
+  // its slope, below 1/2.
   const int exponent = radiance_exponent(d);
   double squares[3] = {};
   for (int l = 0; l <= d.radiance.band; ++l) {

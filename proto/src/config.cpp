@@ -86,7 +86,7 @@ Status EstimatorConfig::validate(EstimatorKind kind) const {
       if (!differencer.CompareWithFields(has, had, {field}, {field}))
         return {StatusCode::invalid_argument,
                 "estimator." + owner + "." + field->name() + ": the " + name +
-                    " estimator, which runs, has no such option; the " + owner +
+                    " estimator, which is active, has no such option; the " + owner +
                     " estimator has it: leave it out, or run that estimator (lightwelld --estimator " + owner + ")"};
   }
   const std::span<const Setting> settings = settings_of(kind);
@@ -113,7 +113,7 @@ std::vector<std::string> option_names(EstimatorKind kind) {
 }
 
 std::span<const Setting> settings_of(EstimatorKind kind) {
-  // A marker's options do not hang together as one setting.
+  // The options of the marker estimator do not form a single trade-off, so its settings make no difference.
   const std::span<const Setting> all(kSettings);
   return kind == EstimatorKind::marker ? all.subspan(1, 1) : all;
 }
@@ -142,9 +142,9 @@ Result<MqttAddress> MqttConfig::address() const {
   const bool tls = out->transport == MqttTransport::tls;
   if (security > LinkSecurity::mutual_tls) return bad("security is not known");
   if (security == LinkSecurity::plain && tls) return bad("security: plain text contradicts mqtts://; leave one out");
-  if (security >= LinkSecurity::tls && !tls) return bad("security: TLS wants an address that begins with mqtts://");
+  if (security >= LinkSecurity::tls && !tls) return bad("security: TLS needs an address that begins with mqtts://");
   if (security == LinkSecurity::mutual_tls && certificate_file.empty())
-    return bad("certificate_file is missing, which LINK_SECURITY_MUTUAL_TLS demands");
+    return bad("certificate_file is missing, which LINK_SECURITY_MUTUAL_TLS requires");
   if (security == LinkSecurity::plain) out->plain_login = PlainLogin::allowed;
   if (const Status s = check_plain_login(*out); !login_file.empty() && !s.ok())
     return bad("login_file: " + s.message());
@@ -156,7 +156,7 @@ Status MqttConfig::validate() const {
   const Result<MqttAddress> address = this->address();
   if (!address) return address.status();
   if (certificate_file.empty() != key_file.empty())
-    return bad("certificate_file and key_file come together or not at all");
+    return bad("certificate_file and key_file must be given together or not at all");
   if (address->transport == MqttTransport::plain && !(ca_file.empty() && certificate_file.empty()))
     return bad("ca_file and certificate_file have no meaning without TLS: write mqtts://, or leave them out");
   if (client_id.size() > 128) return bad("client_id is longer than 128 bytes");
@@ -166,12 +166,12 @@ Status MqttConfig::validate() const {
 Status Config::validate() const {
   const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
   if (probe_name.empty() || probe_name.size() > 64) return bad("probe_name must have 1 to 64 characters");
-  if (camera.uri.empty()) return bad("camera.uri is missing: say where frames come from, for example \"sim:city\"");
+  if (camera.uri.empty()) return bad("camera.uri is missing: give the source of frames, for example \"sim:city\"");
   if (camera.width < 16 || camera.height < 16 || camera.width > 16384 || camera.height > 16384)
     return bad("camera size is " + std::to_string(camera.width) + "x" + std::to_string(camera.height) +
-               "; each side must be 16 to 16384 pixels");
+               "; each of them must be 16 to 16384 pixels");
   if (!(camera.frame_rate >= 0) || camera.frame_rate > 1000)
-    return bad("camera.frame_rate must be 0 (as fast as frames come) to 1000 per second");
+    return bad("camera.frame_rate must be 0 (as fast as possible) to 1000 per second");
   if (camera.exposure_s.size() > 8) return bad("camera.exposure_s: a bracket has at most 8 exposures");
   for (const double e : camera.exposure_s)
     if (!(e > 0) || !std::isfinite(e)) return bad("camera.exposure_s must be positive and finite, in seconds");
@@ -179,8 +179,9 @@ Status Config::validate() const {
   if (!(budget_ms >= 0) || !std::isfinite(budget_ms))
     return bad("budget_ms must be milliseconds an estimate may take, or 0 for no budget");
   if (marker && marker->body.empty())
-    return bad("marker.body is missing: name a body's file, as lightwell-calibrate marker-sheet wrote it");
-  if (marker && grey_patch) return bad("grey_patch has no meaning beside marker: the marker's own paper is known");
+    return bad("marker.body is missing: give the path of a body file, as written by lightwell-calibrate marker-sheet");
+  if (marker && grey_patch)
+    return bad("grey_patch cannot be combined with marker, whose own albedo is known; leave one of them out");
   if (mqtt)
     if (Status s = mqtt->validate(); !s.ok()) return s;
   if (mdns < Mdns::off || mdns > Mdns::on) return bad("discovery.mdns is not known");
@@ -196,7 +197,7 @@ Status GrpcConfig::validate() const {
         "grpc.certificate and grpc.key belong together: name both files, or neither to let the probe make its own");
   if (!encrypted() && (!certificate.empty() || !client_ca.empty()))
     return bad(
-        "grpc.certificate, grpc.key and grpc.client_ca want grpc.security: LINK_SECURITY_TLS or "
+        "grpc.certificate, grpc.key and grpc.client_ca need grpc.security: LINK_SECURITY_TLS or "
         "LINK_SECURITY_MUTUAL_TLS");
   if (paired_days < 1 || paired_days > 7300)
     return bad("grpc.paired_days is " + std::to_string(paired_days) + "; it must be 1 to 7300");

@@ -17,7 +17,7 @@ namespace {
 
 namespace pb = google::protobuf;
 
-/// Each field, of an EstimatorConfig and of an EstimatorUpdate alike.
+/// Visits each field; for EstimatorConfig and EstimatorUpdate.
 constexpr auto kFields = std::tuple{
     [](auto& c) -> decltype(auto) { return (c.band); },
     [](auto& c) -> decltype(auto) { return (c.max_lights); },
@@ -39,7 +39,7 @@ void for_each_field(Visit&& visit) {
   std::apply([&](const auto&... field) { (visit(field), ...); }, kFields);
 }
 
-/// An enumerator's number is cut to a byte: what is none must not become one thereby.
+/// Enums of the value types are bytes: a number that is not an enumerator must not become one by truncation.
 template <class Value>
 Value known(int number, bool valid) {
   return valid ? static_cast<Value>(number) : Value{};
@@ -47,15 +47,15 @@ Value known(int number, bool valid) {
 
 /// "UNSEEN_FILL_MIRROR" is "mirror".
 std::string word_of(const pb::EnumValueDescriptor& value) {
-  // Each value begins with the name of its enum, and the first is ..._UNSPECIFIED.
+  // The names of an enum's values have a common prefix, and the first of them is ..._UNSPECIFIED.
   const std::string& unspecified = value.type()->value(0)->name();
   std::string word = value.name().substr(unspecified.rfind('_') + 1);
   for (char& c : word) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return word;
 }
 
-/// Moves deprecated fields into the message that has them by the same name and type now, unless they are set there.
-/// By reflection, as their accessors warn whoever compiles them.
+/// Moves deprecated fields into the submessage that has a field of the same name and type, unless that is set. By
+/// reflection, because the accessors of deprecated fields cause compiler warnings.
 std::vector<std::string> move_deprecated(v1::EstimatorConfig& m, EstimatorKind kind) {
   std::vector<std::string> warnings;
   v1::PanoramaEstimatorConfig& to = *m.mutable_panorama();
@@ -67,10 +67,10 @@ std::vector<std::string> move_deprecated(v1::EstimatorConfig& m, EstimatorKind k
     const std::string& name = old->name();
     const pb::FieldDescriptor* now = to.GetDescriptor()->FindFieldByName(name);
     warnings.push_back(kind == EstimatorKind::panorama
-                           ? "estimator." + name + " is deprecated: write estimator { panorama { " + name + " } }"
+                           ? "estimator." + name + " is deprecated; write estimator { panorama { " + name + " } }"
                            : "estimator." + name +
-                                 " does nothing: it is an option of the panorama estimator, and the " +
-                                 std::string(to_string(kind)) + " estimator runs; leave it out");
+                                 " has no effect: it is an option of the panorama estimator, but the " +
+                                 std::string(to_string(kind)) + " estimator is active; leave it out");
     if (kind != EstimatorKind::panorama || to_fields.HasField(to, now)) continue;
     if (old->cpp_type() == pb::FieldDescriptor::CPPTYPE_DOUBLE)
       to_fields.SetDouble(&to, now, from_fields.GetDouble(m, old));
@@ -82,7 +82,7 @@ std::vector<std::string> move_deprecated(v1::EstimatorConfig& m, EstimatorKind k
   return warnings;
 }
 
-/// Of a field by its name in option_names(): the message that has it, and which it is there.
+/// Looks up a field by its name in option_names(): the message that contains it, and its descriptor.
 std::pair<pb::Message*, const pb::FieldDescriptor*> find_field(v1::EstimatorConfig& m, std::string_view name) {
   pb::Message* in = &m;
   if (const auto dot = name.find('.'); dot != std::string_view::npos) {

@@ -1,4 +1,4 @@
-// An EstimatorConfig message, whose fields are present or not, and the values that are.
+// Conversion of EstimatorConfig messages, with field presence, to and from values.
 #pragma once
 
 #include <string>
@@ -12,14 +12,14 @@ namespace lightwell {
 
 struct ReceivedUpdate {
   EstimatorUpdate update;
-  std::vector<std::string> warnings;  ///< One for each deprecated field: its name, and what to write.
+  std::vector<std::string> warnings;  ///< One for each deprecated field: its name and its replacement.
 };
-/// The fields that the message has, for an estimator of this kind. A number that no enumerator has becomes 0, which is
-/// none of its values and never valid.
+/// The fields that are present in the message, for an estimator of this kind. An unknown enum value becomes 0, which is
+/// never valid.
 [[nodiscard]] ReceivedUpdate update_of(v1::EstimatorConfig m, EstimatorKind kind);
-/// Sets the fields that `update` has, and no other.
+/// Sets exactly the fields of `update` that have a value.
 void fill_config(const EstimatorUpdate& update, v1::EstimatorConfig& m);
-/// With every field set that is not deprecated.
+/// Sets every field that is not deprecated.
 [[nodiscard]] v1::EstimatorConfig message_of(const EstimatorConfig& config);
 
 }  // namespace lightwell

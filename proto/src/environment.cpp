@@ -11,7 +11,7 @@
 namespace lightwell {
 namespace {
 
-/// Feeds numbers to the checksum in the order of their bytes on the wire, some at a time.
+/// CRC-32C of 32-bit numbers in little-endian byte order, buffered.
 class Checksum {
  public:
   void add(std::uint32_t v) {
@@ -33,8 +33,8 @@ class Checksum {
   std::uint32_t crc_ = 0;
 };
 
-/// The texel of column i, row j, each from -1 to edge. Beyond an edge the sphere goes on at the same edge, seen from
-/// its other end: the square's sides are folded onto themselves at their middles.
+/// Index of the texel in column i, row j, each from -1 to edge. Beyond an edge of the square the sphere continues at
+/// the same edge with the order of texels reversed, because each side of an octahedral map is folded at its middle.
 std::size_t texel_at(int edge, int i, int j) {
   if (i < 0 || i >= edge) {
     i = i < 0 ? -1 - i : 2 * edge - 1 - i;
@@ -99,7 +99,7 @@ Vec3f texel_direction(int edge, int i, int j) {
 
 Radiance texel_radiance(std::uint32_t texel, int exponent) {
   const std::array<float, 3> c = rgb9e5_decode(texel);
-  // In double: 2^-150 alone is no float, the product may be.
+  // In double: 2^-150 is below the range of float, though the product may be within it.
   const double unit = std::ldexp(1.0, exponent);
   return {static_cast<float>(c[0] * unit), static_cast<float>(c[1] * unit), static_cast<float>(c[2] * unit)};
 }
@@ -109,7 +109,7 @@ Radiance environment_radiance(const EnvironmentMap& whole, Vec3f direction, floa
   if (!whole.whole() || d == Vec3f{}) return {};
   const OctUv uv = oct_encode(d);
   const auto& levels = whole.levels;
-  // The order of the comparison sends NaN to the last level.
+  // The negated comparison selects the last level for NaN.
   std::size_t upper = 0, offset = 0, lower_offset = 0;
   const auto texels_of = [&](std::size_t k) { return texel_count(std::span(levels).subspan(k, 1)); };
   while (upper + 1 < levels.size() && !(perceptual_roughness <= levels[upper].roughness)) {

@@ -10,7 +10,7 @@ Status invalid_map(const std::string& what) {
 }
 
 Status problem_of_whole(const EnvironmentMap& map) {
-  if (map.levels.size() > kMaxEnvironmentLevels) return invalid_map("levels are more than 8");
+  if (map.levels.size() > kMaxEnvironmentLevels) return invalid_map("levels: there are more than 8");
   for (std::size_t k = 0; k < map.levels.size(); ++k) {
     const EnvironmentLevel& level = map.levels[k];
     if (level.edge < 0 || !is_environment_edge(static_cast<std::uint64_t>(level.edge)))
@@ -18,31 +18,31 @@ Status problem_of_whole(const EnvironmentMap& map) {
     if (!(level.roughness >= 0 && level.roughness <= 1)) return invalid_map("levels: a roughness must be 0 to 1");
     if (k == 0) continue;
     if (level.edge > map.levels[k - 1].edge) return invalid_map("levels: an edge is larger than the one before");
-    if (!(level.roughness > map.levels[k - 1].roughness)) return invalid_map("levels: roughness must rise");
+    if (!(level.roughness > map.levels[k - 1].roughness)) return invalid_map("levels: roughness must increase");
   }
   const std::size_t count = texel_count(map.levels);
   if (count > kMaxEnvironmentTexels) return invalid_map("levels have more than 8192 texels");
-  if (map.texels.size() != count) return invalid_map("texels have not the length that the levels need");
+  if (map.texels.size() != count) return invalid_map("texels: the length does not match the levels");
   if (map.exponent < kMinEnvironmentExponent || map.exponent > kMaxEnvironmentExponent)
     return invalid_map("exponent is out of range");
-  if (!map.runs.empty()) return invalid_map("runs stand in a whole map");
-  if (map.key != environment_key(map)) return invalid_map("key is not that of this map");
+  if (!map.runs.empty()) return invalid_map("runs: not allowed in a whole map");
+  if (map.key != environment_key(map)) return invalid_map("key does not match the content of the map");
   return {};
 }
 
 Status problem_of_changes(const EnvironmentMap& map) {
-  if (map.exponent != 0) return invalid_map("exponent stands in changes");
-  if (map.key_interval_ms != 0) return invalid_map("key_interval_ms stands in changes");
-  if (map.runs.size() % 2 != 0) return invalid_map("runs come in pairs");
+  if (map.exponent != 0) return invalid_map("exponent: not allowed in changes");
+  if (map.key_interval_ms != 0) return invalid_map("key_interval_ms: not allowed in changes");
+  if (map.runs.size() % 2 != 0) return invalid_map("runs: the number is odd; they are pairs");
   std::uint64_t reach = 0, taken = 0;
   for (std::size_t k = 0; k < map.runs.size(); ++k) {
-    // One spelling for one meaning: a run without texels stands at most at the start.
+    // Canonical form: only the first run may be empty.
     if (map.runs[k] == 0 && k > 0) return invalid_map("runs: one is empty");
     reach += map.runs[k];
     if (k % 2 == 1) taken += map.runs[k];
-    if (reach > kMaxEnvironmentTexels) return invalid_map("runs reach beyond any map");
+    if (reach > kMaxEnvironmentTexels) return invalid_map("runs: they exceed the size of any map");
   }
-  if (map.texels.size() != taken) return invalid_map("texels have not the length that the runs need");
+  if (map.texels.size() != taken) return invalid_map("texels: the length does not match the runs");
   return {};
 }
 
@@ -81,7 +81,7 @@ void fill_environment(const EnvironmentMap& map, v1::EnvironmentMap& m) {
 
 Status read_environment(const v1::EnvironmentMap& m, EnvironmentMap& map) {
   if (m.encoding() != v1::EnvironmentMap::RGB9E5) return invalid_map("encoding is not known");
-  if (m.texels().size() % 4 != 0) return invalid_map("texels are no whole number of texels");
+  if (m.texels().size() % 4 != 0) return invalid_map("texels: the length is not a multiple of 4 bytes");
   map.key = m.key();
   map.levels.clear();
   for (const v1::EnvironmentMap::Level& level : m.levels()) {

@@ -1,4 +1,4 @@
-// The environment map between value and generated message.
+// Conversion of environment maps to and from the generated message.
 #pragma once
 
 #include <lightwell/environment.hpp>
@@ -8,14 +8,14 @@
 
 namespace lightwell {
 
-/// invalid_argument, naming the field, for a map that breaks the specification: what is neither sent nor let in.
+/// invalid_argument, naming the field, for a map that violates the specification. Checked when encoding and decoding.
 [[nodiscard]] Status environment_problem(const EnvironmentMap& map);
 
-/// Room for the largest map, so that fill_environment() allocates nothing.
+/// Reserves memory for the largest map, so that fill_environment() allocates nothing.
 void reserve_environment(v1::EnvironmentMap& m);
-/// Replaces what `m` held.
+/// Replaces the content of `m`.
 void fill_environment(const EnvironmentMap& map, v1::EnvironmentMap& m);
-/// Checks only what a value cannot hold; environment_problem() checks the rest.
+/// Checks only what the value type cannot represent; environment_problem() checks the rest.
 [[nodiscard]] Status read_environment(const v1::EnvironmentMap& m, EnvironmentMap& map);
 
 }  // namespace lightwell

@@ -21,10 +21,10 @@ namespace lightwell {
 namespace {
 
 constexpr std::size_t kMaxFileBytes = std::size_t{1} << 20;
-/// As many as the kernel follows.
+/// The kernel's limit (MAXSYMLINKS).
 constexpr int kMaxLinksFollowed = 40;
 
-/// Closes what it was given.
+/// Owner of a file descriptor.
 class OpenFile {
  public:
   explicit OpenFile(int number) : number_(number) {}
@@ -58,7 +58,7 @@ Status refused_path(const std::string& path, const char* why) {
 
 bool is_ours(uid_t owner) { return owner == 0 || owner == ::geteuid(); }
 
-/// An entry of a folder: whoever opens it there with O_NOFOLLOW gets that entry or an error.
+/// An entry of an open folder. openat() with O_NOFOLLOW opens this entry or fails.
 struct Place {
   OpenFile folder;  ///< O_PATH
   std::string name = ".";
@@ -67,7 +67,7 @@ struct Place {
 enum class FinalLink : std::uint8_t { follow, refuse };
 enum class Parents : std::uint8_t { expect, make };
 
-/// In reverse, as a stack.
+/// Pushes the components of `path` in reverse order: `names` is a stack with the next component at its end.
 void push_names(std::vector<std::string>& names, std::string_view path) {
   const auto at = static_cast<std::ptrdiff_t>(names.size());
   while (!path.empty()) {
@@ -81,7 +81,7 @@ void push_names(std::vector<std::string>& names, std::string_view path) {
 OpenFile start_of(std::string_view path) {
   constexpr int kFlags = O_PATH | O_DIRECTORY | O_CLOEXEC;
   if (!path.starts_with('/')) return OpenFile(::open(".", kFlags));
-  // The root of this process whatever the path "/" is mapped to: qemu-user with -L maps it to the sysroot.
+  // The root of this process, even if the path "/" is mapped: qemu-user with -L maps it to the sysroot.
   const int root = ::open("/proc/self/root", kFlags);
   return OpenFile(root >= 0 ? root : ::open("/", kFlags));
 }
@@ -108,12 +108,12 @@ Result<Place> find(const std::string& path, FinalLink final_link, Parents parent
     if (S_ISLNK(facts.st_mode)) {
       if (!is_ours(facts.st_uid))
         return refused_path(path, ("'" + at.name +
-                                   "' on the way is a symbolic link that another user made; name the place "
-                                   "that it points to")
+                                   "' in this path is a symbolic link that another user made; use the path to which "
+                                   "it points")
                                       .c_str());
       std::array<char, PATH_MAX> target{};
       const ssize_t size = ::readlinkat(step.get(), "", target.data(), target.size());
-      if (size < 0 || ++links > kMaxLinksFollowed) return refused_path(path, "too many symbolic links on the way");
+      if (size < 0 || ++links > kMaxLinksFollowed) return refused_path(path, "too many symbolic links in this path");
       const std::string_view to(target.data(), static_cast<std::size_t>(size));
       push_names(left, to);
       if (to.starts_with('/')) at.folder = start_of(to);
@@ -129,11 +129,11 @@ Result<Place> find(const std::string& path, FinalLink final_link, Parents parent
 }
 
 OpenFile open_at(const Place& place, int flags, mode_t mode = 0) {
-  // O_NONBLOCK: a FIFO would wait for its other end before it can be looked at.
+  // O_NONBLOCK: otherwise open() of a FIFO blocks until its other end is opened.
   return OpenFile(::openat(place.folder.get(), place.name.c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, mode));
 }
 
-/// O_NOFOLLOW says ELOOP; with O_DIRECTORY, ENOTDIR.
+/// The error of a failed open(). For a symbolic link O_NOFOLLOW fails with ELOOP (with O_DIRECTORY: ENOTDIR).
 Status cannot_open(const std::string& path) {
   if (errno == ELOOP)
     return refused_path(path, "is a symbolic link, which is not followed here; put the file itself there");
@@ -142,29 +142,31 @@ Status cannot_open(const std::string& path) {
 
 enum class Names : std::uint8_t { any, one };
 
-/// A regular file of an owner who may write there anyway, and of nobody else.
+/// Checks that `file` is a regular file; with Names::one, also that it has one hard link and belongs to root, to this
+/// user, or to the folder's owner, who can write there anyway.
 Status check_plain(const OpenFile& file, const Place& place, const std::string& path, Names names) {
   struct stat facts {
   }, folder{};
   if (::fstat(file.get(), &facts) != 0 || ::fstat(place.folder.get(), &folder) != 0)
-    return failed(path, "cannot be looked at");
-  if (!S_ISREG(facts.st_mode)) return refused_path(path, "is no regular file; remove it");
+    return failed(path, "cannot be examined");
+  if (!S_ISREG(facts.st_mode)) return refused_path(path, "is not a regular file; remove it");
   if (names == Names::any) return {};
   if (facts.st_nlink != 1)
-    return refused_path(path, "has a second name (a hard link), behind which another file may stand; remove it");
+    return refused_path(path, "has a second hard link and may be another user's file; remove it");
   if (!is_ours(facts.st_uid) && facts.st_uid != folder.st_uid)
     return refused_path(path, "belongs neither to its folder's owner nor to this user; remove it or `chown` it");
   return {};
 }
 
-/// Such as /dev/null. Only root makes one.
+/// A character device such as /dev/null; only root can create one.
 bool is_device(const OpenFile& file) {
   struct stat facts {};
   return ::fstat(file.get(), &facts) == 0 && S_ISCHR(facts.st_mode);
 }
 
-/// What an administrator's `lightwelld --pair` writes belongs to the daemon's user, as the folder does: else the daemon
-/// could not read it. `made` was made by this process; an existing file is never given away.
+/// If root writes (`lightwelld --pair`), gives the new file or folder to the owner of its folder: otherwise the
+/// daemon's user could not read it. `made` must have been created by this process: an existing file never changes its
+/// owner.
 bool chown_to_owner_of(const OpenFile& folder, const OpenFile& made) {
   if (::geteuid() != 0) return true;
   struct stat facts {};
@@ -186,7 +188,7 @@ bool write_all(int descriptor, std::string_view text) {
   return true;
 }
 
-/// Never used twice by this process, and by others at most by chance: O_EXCL and mkdir notice.
+/// A temporary name, unique within this process. O_EXCL and mkdir detect a collision with another process.
 std::string beside(const std::string& name) {
   static std::atomic<unsigned> count{0};
   return "." + name.substr(0, 200) + "." + std::to_string(::getpid()) + "." + std::to_string(count++);
@@ -217,7 +219,7 @@ Result<std::optional<std::string>> read_file(const std::string& path, FinalLink 
     if (n == 0) return std::optional<std::string>(std::move(text));
     text.append(buffer.data(), static_cast<std::size_t>(n));
     if (text.size() > kMaxFileBytes)
-      return Status(StatusCode::resource_exhausted, path + ": is larger than a mebibyte, which no file of keys is");
+      return Status(StatusCode::resource_exhausted, path + ": is larger than the limit of 1 MiB");
   }
 }
 
@@ -227,19 +229,19 @@ Status make_private_folder(const std::string& path) {
   const Result<Place> place = find(path, FinalLink::refuse, Parents::make);
   if (!place) return place.status();
   const bool made = ::mkdirat(place->folder.get(), place->name.c_str(), S_IRWXU) == 0;
-  if (!made && errno != EEXIST) return failed(path, "cannot be made");
+  if (!made && errno != EEXIST) return failed(path, "cannot be created");
   const OpenFile folder = open_at(*place, O_RDONLY | O_DIRECTORY);
   if (!folder)
     return errno == ENOTDIR || errno == ELOOP ? refused_path(path,
-                                                             "is no folder; remove it, or name the folder itself where "
-                                                             "it is a symbolic link")
+                                                             "is not a folder; remove it, or, if it is a symbolic "
+                                                             "link, use the path of the folder itself")
                                               : failed(path, "cannot be opened");
   struct stat facts {};
-  if (::fstat(folder.get(), &facts) != 0) return failed(path, "cannot be looked at");
+  if (::fstat(folder.get(), &facts) != 0) return failed(path, "cannot be examined");
   if ((facts.st_mode & (S_IWGRP | S_IWOTH)) != 0)
-    return refused_path(path, "others may write there, and could put keys of their own in it; `chmod 700` it");
+    return refused_path(path, "is writable by other users, who could place keys in it; `chmod 700` it");
   if (::geteuid() != 0 && facts.st_uid != ::geteuid())
-    return refused_path(path, "belongs to another user, who could put keys of their own in it; `chown` it");
+    return refused_path(path, "belongs to another user, who could place keys in it; `chown` it");
   if (made && facts.st_uid == ::geteuid() && !chown_to_owner_of(place->folder, folder))
     return failed(path, "cannot be given to the owner of the folder above it");
   return {};
@@ -252,7 +254,7 @@ Status write_atomically(const std::string& path, std::string_view bytes, FileMod
   struct stat there {};
   if (::fstatat(folder, place->name.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0 && !S_ISREG(there.st_mode)) {
     if (!S_ISCHR(there.st_mode))
-      return refused_path(path, "is no regular file and is not replaced; remove it or name another file");
+      return refused_path(path, "is not a regular file and is not replaced; remove it or name another file");
     const OpenFile device = open_at(*place, O_WRONLY);
     return device && write_all(device.get(), bytes) ? Status() : failed(path, "cannot be written");
   }
@@ -263,7 +265,7 @@ Status write_atomically(const std::string& path, std::string_view bytes, FileMod
     file = open_at(aside, O_WRONLY | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR);
     if (!file && errno != EEXIST) break;
   }
-  if (!file) return failed(path, "cannot be written, no file can be made beside it");
+  if (!file) return failed(path, "cannot be written, no file can be created beside it");
   const mode_t mode = readers == FileMode::owner ? S_IRUSR | S_IWUSR : 0666 & ~process_umask();
   const bool written = write_all(file.get(), bytes) && chown_to_owner_of(place->folder, file) &&
                        ::fchmod(file.get(), mode) == 0 && ::fsync(file.get()) == 0;
@@ -272,7 +274,7 @@ Status write_atomically(const std::string& path, std::string_view bytes, FileMod
     ::unlinkat(folder, aside.name.c_str(), 0);
     return s;
   }
-  // Without this the new name may be lost with the power, though what it names is on the disk.
+  // Without this a power failure can lose the new directory entry although the file's data are on the disk.
   if (!flush_folder(place->folder)) return failed(path, "is in its place, but the disk did not confirm it");
   return {};
 }
@@ -301,7 +303,7 @@ Status truncate_file(std::FILE* file, std::uint64_t bytes) {
   const auto size = static_cast<off_t>(bytes);
   if (std::fflush(file) == 0 && ::ftruncate(::fileno(file), size) == 0 && ::fseeko(file, size, SEEK_SET) == 0)
     return {};
-  return failed("the file", "cannot be cut");
+  return failed("the file", "cannot be truncated");
 }
 
 Result<std::string> make_folder_beside(const std::string& path) {
@@ -313,7 +315,7 @@ Result<std::string> make_folder_beside(const std::string& path) {
       return (std::filesystem::path(path).parent_path() / name).string();
     if (errno != EEXIST) break;
   }
-  return failed(path, "no folder can be made beside it");
+  return failed(path, "no folder can be created beside it");
 }
 
 Status replace_folder(const std::string& made, const std::string& path) {
@@ -323,8 +325,8 @@ Status replace_folder(const std::string& made, const std::string& path) {
     return ::renameat2(from->folder.get(), from->name.c_str(), to->folder.get(), to->name.c_str(), flags) == 0;
   };
   const bool exchanged = rename(RENAME_EXCHANGE);
-  // Where there is nothing to exchange it with it is just renamed: over an empty folder at most.
-  if (!exchanged && (errno != ENOENT || !rename(0))) return failed(path, "cannot be put in its place");
+  // If there is nothing to exchange, it is renamed, which replaces at most an empty folder.
+  if (!exchanged && (errno != ENOENT || !rename(0))) return failed(path, "cannot be replaced");
   if (!flush_folder(to->folder)) return failed(path, "is in its place, but the disk did not confirm it");
   std::error_code ignored;
   if (exchanged) std::filesystem::remove_all(made, ignored);

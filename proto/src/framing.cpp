@@ -9,10 +9,10 @@
 namespace lightwell {
 namespace {
 
-// 'L' 'W' 'F', and a byte that is no text.
+// 'L' 'W' 'F', and a byte that does not occur in text.
 constexpr std::array<std::byte, 4> kMagic = {std::byte{'L'}, std::byte{'W'}, std::byte{'F'}, std::byte{0xA7}};
 
-// Where each field of a header lies; all little-endian.
+// Offsets of the header's fields; all little-endian.
 constexpr std::size_t kVersionAt = 4, kKindAt = 5, kSessionAt = 8, kLengthAt = 12, kSequenceAt = 16, kPayloadCrcAt = 24,
                       kHeaderCrcAt = 28;
 
@@ -28,7 +28,7 @@ T get_le(const std::byte* at) {
   return v;
 }
 
-/// A kind that nobody knows may be as long as any.
+/// Limit of the payload. An unknown kind has the largest limit.
 std::size_t limit_of(std::uint8_t kind) {
   const bool message =
       kind == static_cast<std::uint8_t>(FrameKind::request) || kind == static_cast<std::uint8_t>(FrameKind::response);
@@ -134,7 +134,7 @@ FrameReader::Step FrameReader::step(Search search, const FrameCallback& on_frame
     return Step::advanced;
   }
   const Header header(at);
-  // What an oversized frame holds is not read: it is looked through like damage.
+  // The content of an oversized frame is treated as damage: it is searched for the next header.
   if (header.length > limit_of(header.kind)) {
     ++counters_.oversized;
     skip();
@@ -142,7 +142,7 @@ FrameReader::Step FrameReader::step(Search search, const FrameCallback& on_frame
   }
   if (here < kFrameHeaderBytes + header.length) return unfinished();
   const std::span payload(at + kFrameHeaderBytes, header.length);
-  // The length may be that of bytes which were cut away: nothing behind the header is passed over.
+  // The length may be wrong because bytes were lost, so the search continues directly after the header's first byte.
   if (crc32c(payload) != header.payload_crc) {
     ++counters_.bad_payloads;
     skip();
@@ -184,7 +184,8 @@ bool FrameReader::is_new(const Header& header) {
     if (std::find(ended_.begin(), ended_.begin() + static_cast<std::ptrdiff_t>(known), header.session) !=
         ended_.begin() + static_cast<std::ptrdiff_t>(known))
       return false;
-    // Nothing is known of what a session sent before its reader came.
+    // In the first frame of a session, earlier sequence numbers do not count as lost: the reader may have started
+    // later.
     if (session_) ended_[ended_count_++ % ended_.size()] = *session_;
     session_ = header.session;
   }

@@ -7,10 +7,10 @@
 namespace lightwell {
 
 struct GaussLegendreNode {
-  double x, weight;  ///< On [-1, 1]; x falls with the index.
+  double x, weight;  ///< On [-1, 1]; x decreases with the index.
 };
 
-/// Node i of the n-point rule: Newton on P_n from Tricomi's guess (Abramowitz & Stegun 25.4.29).
+/// Node i of the n-point rule (Abramowitz & Stegun 25.4.29), by Newton's method on P_n from Tricomi's initial value.
 inline GaussLegendreNode gauss_legendre_node(int n, int i) {
   double x = std::cos(std::numbers::pi * (i + 0.75) / (n + 0.5)), slope = 1;
   for (int step = 0; step < 50; ++step) {

@@ -29,7 +29,7 @@ const ShRecursion kRecursion = make_recursion();
 
 template <class T>
 void basis(int band, Vec3<T> d, std::span<T> out) {
-  // Real and imaginary part of (x + iy)^m carry the azimuth and the sine factor together.
+  // Real and imaginary part of (x + iy)^m are sin(theta)^m times the cosine and sine of m phi.
   T re = 1, im = 0;
   for (int m = 0; m <= band; ++m) {
     T previous = 0, current = static_cast<T>(kRecursion.start[m]);
@@ -50,7 +50,7 @@ void basis(int band, Vec3<T> d, std::span<T> out) {
   }
 }
 
-/// Band 2, what most lights need, without the recursion's loops.
+/// Bands 0 to 2, the most frequent case, without the recursion's loops.
 template <class Quantity>
 Rgb<Quantity> evaluate_band_2(const Sh<Quantity>& sh, Vec3f d) {
   constexpr float k0 = 0.28209479177387814F, k1 = 0.4886025119029199F, k2 = 1.0925484305920792F,
@@ -79,7 +79,7 @@ Rgb<Quantity> evaluate_any(const Sh<Quantity>& sh, Vec3f d) {
   return sum;
 }
 
-/// Nodes that integrate products of two functions of band kMaxBand exactly: Gauss-Legendre in z, even steps in
+/// Quadrature that is exact for products of two functions of band kMaxBand: Gauss-Legendre in z, equidistant in
 /// azimuth.
 struct SphereRule {
   struct Node {
@@ -117,7 +117,7 @@ RadianceSh rotated(const RadianceSh& sh, Quat q) {
   std::array<std::array<double, 3>, sh_count(kMaxBand)> sum{};
   std::array<double, sh_count(kMaxBand)> here, there;
   for (const SphereRule::Node& node : rule.nodes) {
-    // rotated(f)(d) = f(q^-1 d); projecting that back is exact, as both factors end at the same band.
+    // rotated(f)(d) = f(q^-1 d). Its projection by the quadrature is exact, because f has no band above kMaxBand.
     basis<double>(sh.band, rotate(unit.inverse(), node.direction), there);
     basis<double>(sh.band, node.direction, here);
     double value[3] = {};

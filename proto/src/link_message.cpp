@@ -10,7 +10,7 @@
 namespace lightwell {
 namespace {
 
-// The wire's codes are those of Status.
+// The numbers on the wire are those of StatusCode.
 static_assert(static_cast<int>(StatusCode::invalid_argument) == v1::LINK_CODE_INVALID_ARGUMENT);
 static_assert(static_cast<int>(StatusCode::not_found) == v1::LINK_CODE_NOT_FOUND);
 static_assert(static_cast<int>(StatusCode::data_loss) == v1::LINK_CODE_DATA_LOSS);
@@ -19,7 +19,7 @@ static_assert(static_cast<int>(StatusCode::unavailable) == v1::LINK_CODE_UNAVAIL
 static_assert(static_cast<int>(StatusCode::resource_exhausted) == v1::LINK_CODE_RESOURCE_EXHAUSTED);
 static_assert(static_cast<int>(StatusCode::internal) == v1::LINK_CODE_INTERNAL);
 
-/// Longer texts are cut.
+/// Longer texts are truncated.
 constexpr std::size_t kMaxTextBytes = 1024;
 
 template <class Message>
@@ -33,18 +33,18 @@ bool parse(std::span<const std::byte> bytes, Message& message) {
   return bytes.size() <= kMaxLinkMessageBytes && message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
 }
 
-std::string cut(std::string text) {
+std::string truncated(std::string text) {
   if (text.size() <= kMaxTextBytes) return text;
   std::size_t end = kMaxTextBytes;
-  // Not within a character: protobuf's strings are UTF-8.
+  // Truncate between characters, because protobuf strings must be UTF-8.
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
   text.resize(end);
   return text;
 }
 
-/// A response fits its limit whatever a camera calls itself.
+/// Truncates the texts of a status so that the response keeps its size limit, whatever name a camera has.
 StatusSnapshot with_short_texts(StatusSnapshot status) {
-  for (std::string* text : {&status.probe_name, &status.version, &status.camera}) *text = cut(std::move(*text));
+  for (std::string* text : {&status.probe_name, &status.version, &status.camera}) *text = truncated(std::move(*text));
   return status;
 }
 
@@ -70,7 +70,7 @@ Status answer(const v1::LinkRequest& request, Commands& commands, v1::LinkRespon
       break;
   }
   return {StatusCode::invalid_argument,
-          "the request asks nothing that this probe knows; is its firmware older than the SDK?"};
+          "this kind of request is not known to the probe; is its firmware older than the SDK?"};
 }
 
 }  // namespace
@@ -105,13 +105,13 @@ void encode_report_lux_request(std::uint32_t id, double lux, Vec3d normal, std::
 
 Status answer_link_request(std::span<const std::byte> request, Commands& commands, std::vector<std::byte>& response) {
   response.clear();
-  v1::LinkRequest asked;
-  if (!parse(request, asked)) return {StatusCode::data_loss, "not a LinkRequest"};
+  v1::LinkRequest link_request;
+  if (!parse(request, link_request)) return {StatusCode::data_loss, "not a LinkRequest"};
   v1::LinkResponse m;
-  m.set_id(asked.id());
-  const Status done = answer(asked, commands, m);
+  m.set_id(link_request.id());
+  const Status done = answer(link_request, commands, m);
   m.set_code(static_cast<v1::LinkCode>(done.code()));
-  m.set_message(cut(done.message()));
+  m.set_message(truncated(done.message()));
   serialize(m, response);
   return {};
 }
@@ -122,7 +122,7 @@ Result<LinkResponse> decode_link_response(std::span<const std::byte> bytes) {
   LinkResponse out;
   out.id = m.id();
   if (m.code() != v1::LINK_CODE_OK) {
-    // A code of a later version says at least that it did not work.
+    // An unknown code of a later version is still an error.
     const bool known = v1::LinkCode_IsValid(m.code());
     out.status = Status(known ? static_cast<StatusCode>(m.code()) : StatusCode::internal, m.message());
     return out;

@@ -12,7 +12,7 @@ double cosine_lobe(int l) {
   if (l == 0) return std::numbers::pi;
   if (l == 1) return 2 * std::numbers::pi / 3;
   if (l % 2 == 1) return 0;
-  // 2 pi (-1)^(l/2-1) / ((l+2)(l-1)) * l! / (2^l (l/2)!²), the last factor as a product that stays near one.
+  // 2 pi (-1)^(l/2-1) / ((l+2)(l-1)) * l! / (2^l (l/2)!²), the last factor as a product of terms near one.
   double central = 1;
   for (int k = 1; k <= l / 2; ++k) central *= (2.0 * k - 1) / (2.0 * k);
   const double sign = (l / 2) % 2 == 1 ? 1 : -1;
@@ -33,7 +33,7 @@ const GaussLegendre32& GaussLegendre32::get() {
 }
 
 GgxLobe::GgxLobe(double roughness) {
-  // The order of the comparison sends NaN to the widest lobe.
+  // The order of the comparison maps NaN to the widest lobe.
   const double r = roughness < 1 ? std::max(roughness, kMinRoughness) : 1;
   const double alpha = r * r;
   alpha2_ = alpha * alpha;

@@ -12,14 +12,14 @@ namespace lightwell {
 namespace {
 
 constexpr std::size_t kMaxFaces = 64;
-/// What rounding in a file may do to a patch that ends at its face's edge, m.
+/// Tolerance for patches at the edge of their face, for numbers rounded in a file, m.
 constexpr double kEdgeTolerance_m = 1e-6;
 
 Status wrong(const std::string& what) { return {StatusCode::invalid_argument, what}; }
 
 bool finite(Vec3d v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-/// Twice the area of the triangle a, b, c; positive where it turns left.
+/// Twice the signed area of the triangle a, b, c; positive if it is counter-clockwise.
 double turn(FacePoint a, FacePoint b, FacePoint c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
 
 Status validate_outline(const FaceOutline& outline, const std::string& who) {
@@ -105,13 +105,13 @@ Status MarkerBody::validate() const {
   if (tag_family != "tag36h11" && tag_family != "tagStandard41h12")
     return wrong("tag_family: '" + tag_family + "' is not known; tag36h11 and tagStandard41h12 are");
   if (!(tag_size_m > 0) || !std::isfinite(tag_size_m)) return wrong("tag_size_m must be positive and finite");
-  if (faces.empty()) return wrong("no face: a body needs at least one, with a tag that tells where it is");
+  if (faces.empty()) return wrong("no face: a body needs at least one, with a tag for its pose");
   if (faces.size() > kMaxFaces) return wrong("more than " + std::to_string(kMaxFaces) + " faces");
   std::set<int> ids;
   for (const MarkerFace& face : faces) {
     const std::string who = "face of tag " + std::to_string(face.tag_id);
     if (face.tag_id < 0) return wrong(who + ": tag_id must not be negative");
-    if (!ids.insert(face.tag_id).second) return wrong(who + ": there twice; a face is told by its tag");
+    if (!ids.insert(face.tag_id).second) return wrong(who + ": occurs twice; each face needs its own tag");
     const Quat& q = face.body_face.rotation;
     const double squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
     if (!(squared > 1e-18) || !std::isfinite(squared))
@@ -158,7 +158,7 @@ Result<MarkerBody> parse_marker_body(std::string_view text, const std::string& n
   if (const Status s = out.validate(); !s.ok()) return in_file(s);
   for (MarkerFace& face : out.faces) {
     const Quat& q = face.body_face.rotation;
-    // What is of length one stays as it is, so that text and value are the same to the last bit.
+    // Unit quaternions are kept unchanged, so that writing and reading a body restores it exactly.
     if (std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) > 1e-12) face.body_face.rotation = q.normalized();
   }
   return out;

@@ -1,4 +1,4 @@
-// Between generated messages and values, for more than one file of the codec.
+// Conversions between generated messages and values that several codec files use.
 #pragma once
 
 #include <lightwell/calibration.hpp>

@@ -10,7 +10,7 @@
 namespace lightwell {
 namespace {
 
-constexpr int kTriangle = 21;  // of six by six
+constexpr int kTriangle = 21;  // Upper triangle of a 6x6 matrix.
 
 }  // namespace
 
@@ -27,10 +27,10 @@ Status validate_mounting(const UncertainPose& T_world_probe) {
     if (!(c[r][r] >= 0)) return wrong("covariance: variance " + std::to_string(r) + " must not be negative");
     for (std::size_t k = r + 1; k < 6; ++k) {
       const bool known = std::isfinite(c[r][r]) && std::isfinite(c[k][k]);
-      // Rounding may leave a correlation of one a little above it.
+      // Rounding can make a correlation of 1 slightly larger.
       if (known ? !(c[r][k] * c[r][k] <= c[r][r] * c[k][k] * (1 + 1e-9)) : c[r][k] != 0)
         return wrong("covariance of " + std::to_string(r) + " and " + std::to_string(k) +
-                     " is larger than their variances allow; beside an infinite variance it must be 0");
+                     " is larger than their variances allow; with an infinite variance it must be 0");
     }
   }
   return {};

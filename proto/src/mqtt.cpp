@@ -14,15 +14,15 @@ constexpr std::size_t kMaxReplyTopic = 256;
 
 Status refused(std::string_view uri, std::string_view why) {
   return {StatusCode::invalid_argument, "'" + std::string(uri) +
-                                            "' is no address of a probe at a broker: " + std::string(why) +
-                                            "; mqtt://BROKER:1883/venue/probe is one, mqtts:// with TLS"};
+                                            "' is not a valid MQTT address of a probe: " + std::string(why) +
+                                            "; write mqtt://BROKER:1883/venue/probe, or mqtts:// for TLS"};
 }
 
-/// Why it is none; empty where it is one.
+/// Why it is not a valid base topic; empty if it is one.
 std::string_view base_problem(std::string_view base) {
   if (base.size() > kMaxBase) return "the topic is longer than 200 bytes";
-  if (base.find_first_of("+#") != std::string_view::npos) return "a topic with a wildcard (+, #) names no single probe";
-  if (base.starts_with('$')) return "topics that begin with $ are the broker's own";
+  if (base.find_first_of("+#") != std::string_view::npos) return "the topic has a wildcard (+, #)";
+  if (base.starts_with('$')) return "the topic begins with $, which is reserved for the broker";
   for (const char c : base)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) return "the topic has a control character";
   if (base.starts_with('/') || base.find("//") != std::string_view::npos) return "a level of the topic is empty";
@@ -46,11 +46,11 @@ Result<MqttAddress> parse_mqtt_address(std::string_view uri, MqttBase base) {
   } else if (uri.starts_with(kPlain)) {
     rest = uri.substr(kPlain.size());
   } else {
-    return refused(uri, "it begins with neither mqtt:// nor mqtts://");
+    return refused(uri, "the scheme is neither mqtt:// nor mqtts://");
   }
   if (rest.ends_with(kPlainLogin)) {
     if (out.transport == MqttTransport::tls)
-      return refused(uri, "?security=plain contradicts mqtts://, which is TLS: leave one of them out");
+      return refused(uri, "?security=plain contradicts mqtts://, which is TLS; leave one of them out");
     out.plain_login = PlainLogin::allowed;
     rest.remove_suffix(kPlainLogin.size());
   }
@@ -59,32 +59,30 @@ Result<MqttAddress> parse_mqtt_address(std::string_view uri, MqttBase base) {
   std::string_view topic = slash == std::string_view::npos ? std::string_view() : rest.substr(slash + 1);
   if (topic.ends_with('/')) topic.remove_suffix(1);
   if (authority.find('@') != std::string_view::npos)
-    return refused(
-        uri,
-        "a user name and password do not belong into an address, which is shown and logged; they have fields "
-        "of their own");
+    return refused(uri, "it contains a user name or password, which would be shown and logged; use their own fields");
   if (authority.starts_with('[')) {
     const std::size_t bracket = authority.find(']');
     if (bracket == std::string_view::npos) return refused(uri, "the bracket of the IPv6 address is not closed");
     out.host = authority.substr(1, bracket - 1);
     authority.remove_prefix(bracket + 1);
-    if (!authority.empty() && !authority.starts_with(':')) return refused(uri, "behind ] comes :PORT");
+    if (!authority.empty() && !authority.starts_with(':'))
+      return refused(uri, "] must be followed by :PORT or nothing");
   } else {
     const std::size_t colon = authority.find(':');
     out.host = authority.substr(0, colon);
     authority = colon == std::string_view::npos ? std::string_view() : authority.substr(colon);
     if (authority.find(':', 1) != std::string_view::npos)
-      return refused(uri, "an IPv6 address wants brackets, mqtt://[::1]/...");
+      return refused(uri, "an IPv6 address needs brackets, mqtt://[::1]/...");
   }
-  if (out.host.empty()) return refused(uri, "no broker");
+  if (out.host.empty()) return refused(uri, "the broker is missing");
   for (const char c : out.host)
     if (static_cast<unsigned char>(c) <= 0x20 || c == 0x7F || c == '?' || c == '#')
-      return refused(uri, "the broker's name has a character that names do not have");
+      return refused(uri, "the broker's name has a character that is not allowed in host names");
   if (!authority.empty()) {
     const std::string_view digits = authority.substr(1);
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), out.port);
     if (error != std::errc() || end != digits.data() + digits.size() || out.port < 1 || out.port > 65535)
-      return refused(uri, "the port is a number, 1 to 65535");
+      return refused(uri, "the port must be a number from 1 to 65535");
   }
   if (const std::string_view problem = base_problem(topic); !problem.empty()) return refused(uri, problem);
   if (topic.empty() && base == MqttBase::needed) return refused(uri, "no topic");
@@ -93,7 +91,7 @@ Result<MqttAddress> parse_mqtt_address(std::string_view uri, MqttBase base) {
 }
 
 bool is_loopback_host(std::string_view host) {
-  // A name that begins with 127. is none of these: it has letters.
+  // Only digits and dots: excludes host names that begin with "127.".
   const bool four = host.starts_with("127.") && host.find_first_not_of("0123456789.") == std::string_view::npos;
   return four || host == "::1" || host == "localhost";
 }
@@ -103,10 +101,10 @@ Status check_plain_login(const MqttAddress& address) {
       is_loopback_host(address.host))
     return {};
   return {StatusCode::invalid_argument,
-          "user name and password would go to '" + address.host +
-              "' in plain text, for everyone on the network to read: use TLS (mqtts://), or, on a network that you "
-              "trust, ask for plain text by name: in a probe's configuration mqtt.security: LINK_SECURITY_PLAIN, in a "
-              "client's address " +
+          "user name and password would be sent to '" + address.host +
+              "' in plain text, readable by everyone on the network: use TLS (mqtts://), or, on a network that you "
+              "trust, allow plain text: in a probe's configuration mqtt.security: LINK_SECURITY_PLAIN, in a client's "
+              "address " +
               address.uri() + std::string(kPlainLogin)};
 }
 

@@ -19,16 +19,16 @@ namespace lightwell {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
-/// A broker takes a client for lost, and publishes its will, after one and a half of these without a word; a client a
-/// broker after two.
+/// Keep alive interval (MQTT 5, 3.1.2.10). Without a packet, the broker treats a client as lost, and publishes its
+/// will, after 1.5 intervals; the client treats the broker as lost after two.
 constexpr int kKeepAliveSeconds = 5;
 
-/// A key that is encrypted is refused; OpenSSL would ask for its password at the terminal.
+/// Password callback that rejects encrypted keys; without it OpenSSL prompts at the terminal.
 int no_password(char*, int, int, void*) { return 0; }
 
 const char* or_null(const std::string& text) { return text.empty() ? nullptr : text.c_str(); }
 
-/// Owned by the library's allocator.
+/// Strings and bytes that libmosquitto allocated with malloc.
 struct PropertyString {
   char* text = nullptr;
   ~PropertyString() { std::free(text); }
@@ -39,10 +39,10 @@ struct PropertyBytes {
   ~PropertyBytes() { std::free(bytes); }
 };
 
-/// Where a broker wants a certificate and is shown none, TLS 1.3 tells so behind the handshake: by an alert (116; 40 of
-/// TLS 1.2, RFC 8446 and 5246), where that is read; by a write that fails ("Protocol error" is the library's word for
-/// it) or a reset, where it is not. Which of them comes first is a race, so each gets the remedy.
-bool may_want_a_certificate(const std::string& why) {
+/// Whether the error can mean that the broker requires a client certificate. TLS 1.3 reports that after the handshake:
+/// by an alert (116, RFC 8446; in TLS 1.2 alert 40, RFC 5246) if it is read in time, otherwise by a failed write
+/// ("Protocol error" in libmosquitto) or a reset. Which of them is seen is a race, so all are recognised.
+bool may_require_certificate(const std::string& why) {
   for (const char* sign : {"certificate required", "handshake failure", "connection to the broker was lost"})
     if (why.find(sign) != std::string::npos) return true;
   for (const int error : {EPROTO, ECONNRESET, EPIPE, ECONNABORTED})
@@ -82,7 +82,7 @@ struct MqttSession::Callbacks {
 
   static void disconnected(mosquitto*, void* data, int reason, const mosquitto_property*) {
     auto& self = *static_cast<MqttSession*>(data);
-    // The library uses its own codes below 128 and the broker's from there on.
+    // Codes below 128 are the library's, the others are MQTT 5 reason codes of the broker.
     const std::string why = reason >= 128 ? mosquitto_reason_string(reason) : mosquitto_strerror(reason);
     if (self.disconnected_.empty()) self.disconnected_ = self.library_error_.empty() ? why : self.library_error_;
   }
@@ -106,7 +106,7 @@ struct MqttSession::Callbacks {
     for (int i = 0; i < count; ++i)
       if (granted[i] >= 128)
         self.disconnected_ = std::string("the broker refused a subscription: ") + mosquitto_reason_string(granted[i]) +
-                             "; may this user read there?";
+                             "; check this user's read permission for these topics";
   }
 
   static void log(mosquitto*, void* data, int level, const char* text) {
@@ -120,7 +120,7 @@ MqttSession::MqttSession(Options options)
     : options_(std::move(options)),
       wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
       backoff_(options_.retry_min, options_.retry_max, std::random_device{}()) {
-  // Once a process; other parts of it may use the library, so it is never taken down.
+  // Once per process, without cleanup, because other parts of the process may use the library.
   static const int initialised = mosquitto_lib_init();
   (void)initialised;
 }
@@ -166,8 +166,8 @@ void MqttSession::attempt(std::int64_t now_ns) {
   if (const std::string problem = configure(client_.get()); !problem.empty()) return handle_disconnect(problem);
   Properties properties;
   mosquitto_property_add_int32(&properties.list, MQTT_PROP_MAXIMUM_PACKET_SIZE, options_.largest_packet);
-  // The call that does not wait takes no properties. The one that does keeps them, and refuses this port before it
-  // connects.
+  // The non-blocking connect takes no properties. The blocking one stores them in the client, and then fails without
+  // connecting, because port -1 is invalid.
   mosquitto_connect_bind_v5(client_.get(), host, -1, kKeepAliveSeconds, nullptr, properties.list);
   resolving_ = true;
   const int rc = mosquitto_connect_async(client_.get(), host, options_.address.port, kKeepAliveSeconds);
@@ -182,7 +182,7 @@ void MqttSession::attempt(std::int64_t now_ns) {
 }
 
 void MqttSession::handle_disconnect(std::string why) {
-  if (!connected_ && options_.address.transport == MqttTransport::tls && may_want_a_certificate(why))
+  if (!connected_ && options_.address.transport == MqttTransport::tls && may_require_certificate(why))
     why += "; does the broker ask for a certificate of ours?";
   client_.reset();
   connected_ = false;
@@ -194,7 +194,7 @@ bool MqttSession::idle() const { return connected_ && client_ && !mosquitto_want
 
 void MqttSession::wake() const {
   const std::uint64_t one = 1;
-  // A counter that is full wakes as well.
+  // The write fails only if the eventfd counter is full, and then the other thread wakes anyway.
   if (::write(wake_, &one, sizeof one) < 0) return;
 }
 
@@ -217,7 +217,7 @@ void MqttSession::run_once(Duration timeout) {
   if ((fds[0].revents & POLLIN) != 0) wait_for_wake(0);
   serve(fds[1].revents);
   if (disconnected_.empty() && !connected_ && monotonic_now_ns() - attempt_ns_ > options_.connect_timeout.ns)
-    disconnected_ = "the broker does not answer";
+    disconnected_ = "the broker does not respond";
   if (!disconnected_.empty()) handle_disconnect(std::exchange(disconnected_, {}));
 }
 
@@ -250,17 +250,17 @@ bool MqttSession::publish(const std::string& topic, std::span<const std::byte> p
 }
 
 bool MqttSession::request(const std::string& topic, const std::string& response_topic,
-                      std::span<const std::byte> correlation) {
+                          std::span<const std::byte> correlation) {
   Properties properties;
   properties.add_response_topic(response_topic);
   properties.add_correlation(correlation);
   return connected_ && send(topic, {}, false, properties);
 }
 
-bool MqttSession::respond(const MqttMessage& question, std::span<const std::byte> payload) {
+bool MqttSession::respond(const MqttMessage& request, std::span<const std::byte> payload) {
   Properties properties;
-  properties.add_correlation(question.correlation);
-  return send(std::string(question.response_topic), payload, false, properties);
+  properties.add_correlation(request.correlation);
+  return send(std::string(request.response_topic), payload, false, properties);
 }
 
 void MqttSession::close(Duration timeout) {

@@ -7,7 +7,7 @@
 namespace lightwell {
 namespace {
 
-/// Bytes of the UTF-8 character (RFC 3629) that begins here; 0 where none does.
+/// Length in bytes of the UTF-8 character (RFC 3629) that begins here; 0 if there is none.
 std::size_t utf8_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(text[i])); };
   const unsigned first = byte(0);
@@ -19,14 +19,13 @@ std::size_t utf8_length(std::string_view text) {
   if (length == 0 || text.size() < length) return 0;
   for (std::size_t i = 1; i < length; ++i)
     if ((byte(i) & 0xC0U) != 0x80U) return 0;
-  // Overlong forms, surrogates, and what lies beyond U+10FFFF.
+  // Overlong forms, surrogates, and code points above U+10FFFF.
   if ((first == 0xE0 && byte(1) < 0xA0) || (first == 0xED && byte(1) >= 0xA0)) return 0;
   if ((first == 0xF0 && byte(1) < 0x90) || (first == 0xF4 && byte(1) >= 0x90)) return 0;
   return length;
 }
 
-/// C0 and C1 controls and DEL: what a terminal obeys. And the marks that turn the direction of text, which make a name
-/// look like another one.
+/// Control characters (C0, C1, DEL), which a terminal executes, and bidirectional controls, which can disguise a name.
 bool is_control(std::string_view character) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(character[i]); };
   if (character.size() == 1) return byte(0) < 0x20 || byte(0) == 0x7F;
@@ -37,7 +36,7 @@ bool is_control(std::string_view character) {
   return false;
 }
 
-/// Hands each character to `keep`, or to `escape`, where it is to be escaped or is a byte that is no UTF-8.
+/// Passes each character to `keep`, or to `escape` if it must be escaped or is a byte that is not UTF-8.
 template <class Keep, class Escape>
 void each_character(std::string_view text, Keep keep, Escape escape) {
   while (!text.empty()) {
@@ -54,7 +53,7 @@ std::string formatted(const char* format, unsigned value) {
   return text.data();
 }
 
-/// Of a whole character of up to three bytes.
+/// Code point of a valid character of up to three bytes.
 unsigned code_point(std::string_view character) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(character[i])); };
   if (character.size() == 1) return byte(0);

@@ -14,7 +14,7 @@
 namespace lightwell {
 namespace {
 
-/// The fields of a request that a running probe cannot change, by name.
+/// Names of the fields of a request that a running probe cannot change.
 std::string fixed_fields(const v1::Config& config) {
   std::vector<const google::protobuf::FieldDescriptor*> set;
   config.GetReflection()->ListFields(config, &set);
@@ -24,7 +24,7 @@ std::string fixed_fields(const v1::Config& config) {
   return names;
 }
 
-/// Of fields that a newer client set and this version would pass over, the first; 0 where there is none.
+/// Number of the first field that this version does not know (set by a newer client); 0 if there is none.
 int unknown_field(const google::protobuf::Message& m) {
   const google::protobuf::Reflection& values = *m.GetReflection();
   if (const auto& unknown = values.GetUnknownFields(m); !unknown.empty()) return unknown.field(0).number();
@@ -37,7 +37,7 @@ int unknown_field(const google::protobuf::Message& m) {
 }
 
 Status no_message(const std::string& what) {
-  return {StatusCode::data_loss, what + " is no message of proto/lightwell/v1/probe_service.proto"};
+  return {StatusCode::data_loss, what + " is not a message of proto/lightwell/v1/probe_service.proto"};
 }
 
 template <class Message>
@@ -52,14 +52,14 @@ Result<Message> parsed(std::span<const std::byte> response) {
   Message m;
   if (response.size() <= kMaxLinkMessageBytes && m.ParseFromArray(response.data(), static_cast<int>(response.size())))
     return m;
-  return no_message("the probe's answer");
+  return no_message("the probe's response");
 }
 
 }  // namespace
 
 void answer_info(const StatusSnapshot& status, v1::InfoResponse& response) {
   fill_status(status, response);
-  // Last, so that what came before does not sit between the clock and the wire.
+  // The clock is read last, so that the time of the other work does not count as transmission delay.
   response.set_clock_now_ns(static_cast<std::uint64_t>(monotonic_now_ns()));
 }
 
@@ -72,17 +72,17 @@ Status answer_set_config(const v1::Config& config, Commands& commands, v1::SetCo
   if (const std::string fixed = fixed_fields(config); !fixed.empty())
     return {StatusCode::failed_precondition,
             fixed +
-                ": only `estimator` can change while the probe runs; put the rest into "
+                ": only `estimator` can change while the probe runs; change the rest in "
                 "the configuration file and restart lightwelld"};
   if (!config.has_estimator()) return {StatusCode::invalid_argument, "no field is set"};
   if (const int number = unknown_field(config.estimator()); number != 0)
     return {StatusCode::invalid_argument,
             "estimator has a field, number " + std::to_string(number) +
                 ", that this probe does not know; is its firmware older than the client?"};
-  // What the request leaves out stays as it is.
-  const ReceivedUpdate asked = update_of(config.estimator(), commands.estimator_kind());
-  for (const std::string& warning : asked.warnings) response.add_warnings(warning);
-  if (Status done = commands.update_estimator(asked.update); !done.ok()) return done;
+  // Fields that are not in the request keep their values.
+  const ReceivedUpdate parsed_request = update_of(config.estimator(), commands.estimator_kind());
+  for (const std::string& warning : parsed_request.warnings) response.add_warnings(warning);
+  if (Status done = commands.update_estimator(parsed_request.update); !done.ok()) return done;
   answer_get_config(commands, *response.mutable_now());
   return {};
 }
@@ -98,37 +98,37 @@ Result<double> answer_report_lux(const v1::ReportLuxRequest& request, Commands& 
 Result<std::string> answer_probe_call(ProbeCall call, std::string_view request, Commands& commands) {
   switch (call) {
     case ProbeCall::info: {
-      const auto asked = parsed<v1::InfoRequest>(request);
-      if (!asked) return asked.status();
+      const auto parsed_request = parsed<v1::InfoRequest>(request);
+      if (!parsed_request) return parsed_request.status();
       v1::InfoResponse response;
       answer_info(commands.status(), response);
       return response.SerializeAsString();
     }
     case ProbeCall::set_config: {
-      const auto asked = parsed<v1::SetConfigRequest>(request);
-      if (!asked) return asked.status();
+      const auto parsed_request = parsed<v1::SetConfigRequest>(request);
+      if (!parsed_request) return parsed_request.status();
       v1::SetConfigResponse response;
-      if (Status done = answer_set_config(asked->config(), commands, response); !done.ok()) return done;
+      if (Status done = answer_set_config(parsed_request->config(), commands, response); !done.ok()) return done;
       return response.SerializeAsString();
     }
     case ProbeCall::report_lux: {
-      const auto asked = parsed<v1::ReportLuxRequest>(request);
-      if (!asked) return asked.status();
-      const Result<double> scale = answer_report_lux(*asked, commands);
+      const auto parsed_request = parsed<v1::ReportLuxRequest>(request);
+      if (!parsed_request) return parsed_request.status();
+      const Result<double> scale = answer_report_lux(*parsed_request, commands);
       if (!scale) return scale.status();
       v1::ReportLuxResponse response;
       response.set_scale(*scale);
       return response.SerializeAsString();
     }
     case ProbeCall::get_config: {
-      const auto asked = parsed<v1::GetConfigRequest>(request);
-      if (!asked) return asked.status();
+      const auto parsed_request = parsed<v1::GetConfigRequest>(request);
+      if (!parsed_request) return parsed_request.status();
       v1::GetConfigResponse response;
       answer_get_config(commands, response);
       return response.SerializeAsString();
     }
   }
-  return Status(StatusCode::invalid_argument, "there is no such call");
+  return Status(StatusCode::invalid_argument, "unknown call of ProbeService");
 }
 
 void fill_set_config(const EstimatorUpdate& update, v1::SetConfigRequest& request) {

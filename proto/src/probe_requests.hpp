@@ -1,4 +1,4 @@
-// What a probe does with each request that asks its Commands, whichever link brought it, and how a host words it.
+// Execution of requests by a probe's Commands, and encoding of requests by a host; shared by all links.
 #pragma once
 
 #include <lightwell/result.hpp>
@@ -8,17 +8,17 @@
 
 namespace lightwell {
 
-/// Status and clock.
+/// The response to Info: status and clock.
 void answer_info(const StatusSnapshot& status, v1::InfoResponse& response);
-/// The estimator's part of the configuration, and nothing else of it.
+/// The estimator's part of the configuration only.
 void answer_get_config(const Commands& commands, v1::GetConfigResponse& response);
-/// failed_precondition, naming them, where fields are set that a running probe cannot change.
+/// failed_precondition, naming them, if fields are set that a running probe cannot change.
 [[nodiscard]] Status answer_set_config(const v1::Config& config, Commands& commands, v1::SetConfigResponse& response);
 [[nodiscard]] Result<double> answer_report_lux(const v1::ReportLuxRequest& request, Commands& commands);
 
 void fill_set_config(const EstimatorUpdate& update, v1::SetConfigRequest& request);
 void fill_report_lux(double lux, Vec3d normal, v1::ReportLuxRequest& request);
-/// data_loss where it is none that this version knows.
+/// data_loss if this version does not know the configuration.
 [[nodiscard]] Result<EstimatorState> state_of(const v1::GetConfigResponse& response);
 
 }  // namespace lightwell

@@ -1,4 +1,5 @@
-// Integers times a power of two: how the wire holds coefficients, irradiances and directions.
+// Block floating point, integers times a common power of two: the wire format of coefficients, irradiances,
+// covariances.
 #pragma once
 
 #include <algorithm>
@@ -8,10 +9,10 @@
 
 namespace lightwell {
 
-/// Magnitudes up to here take at most two bytes as a zigzag varint.
+/// Largest magnitude that takes at most two bytes as a zigzag varint.
 inline constexpr std::int32_t kMantissaLimit = 8191;
 
-/// The smallest e for which |largest| / 2^e still rounds to at most `limit`, one less than a power of two; 0 for zero.
+/// The smallest e for which |largest| / 2^e rounds to at most `limit`, which is a power of two minus one; 0 for zero.
 [[nodiscard]] inline int exponent_for(float largest, std::int32_t limit = kMantissaLimit) {
   if (!(largest > 0)) return 0;
   int k = 0;

@@ -3,8 +3,7 @@
 namespace lightwell {
 namespace {
 
-/// In double: near the middle of a narrow lobe, or of the sun's disc, a float's cosine has no digits left to tell
-/// angles apart.
+/// In double, because near 1 a float's cosine cannot resolve angles inside of a narrow lobe or the sun's disc.
 double cos_between(Vec3f a, Vec3f b) { return dot(normalized(vec_cast<double>(a)), normalized(vec_cast<double>(b))); }
 
 }  // namespace

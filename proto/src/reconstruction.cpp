@@ -14,30 +14,31 @@ constexpr int kCount = sh_count(kMaxBand);
 using Coefficients = std::array<double, kCount>;
 using Factors = std::array<double, kMaxBand + 1>;
 
-/// The estimate takes bands up to this: above, the number of unknowns costs more than they bring.
+/// Bands that enter the maximum entropy estimate: higher ones cost more time than they improve it.
 constexpr int kEstimateBand = 4;
 constexpr int kMaxUnknowns = sh_count(kEstimateBand);
-/// Variance of a coefficient over the mean squared: what no distribution has, as rounding can leave it, stays finite.
+/// Variance of a coefficient, relative to the mean squared: regularises coefficients that, after rounding, no positive
+/// distribution has.
 constexpr double kVariance = 1e-3;
 constexpr int kMaxIterations = 20;
-/// In the potential of a distribution of mean 1: far below what shows, and reached from above by the last quadratic
-/// step.
+/// Convergence threshold: expected decrease of the potential, for a distribution of integral 1. Far below a visible
+/// difference; the last Newton step converges quadratically below it.
 constexpr double kConverged = 1e-7;
-/// Largest exponent that a step may reach.
+/// Limit of the exponent of the distribution in a step.
 constexpr double kMaxExponent = 40;
 
-/// A window keeps at least this share of what is around a direction.
+/// Floor of the windowed radiance, as a fraction of the local mean.
 constexpr double kMinLocalMeanFraction = 0.1;
-/// Up to this share of band 0 is what a rotation in single precision makes of the zeros of a band that was not sent.
+/// A band below this fraction of band 0 counts as not sent: a rotation in single precision turns its zeros into that.
 constexpr double kRounding = 1e-5;
-/// Below this share of the brightest channel's mean a channel is rounding, and asks for no window.
+/// A channel whose mean is below this fraction of the brightest channel's is rounding noise and is ignored.
 constexpr double kMinChannelRatio = 1e-3;
 /// t = kBlurUnit s / (1 - s), s in [0, 1] by bisection.
 constexpr double kBlurUnit = 0.1, kMaxBlur = 100;
 constexpr int kBisections = 11;
 constexpr int kDirections = 512;
 
-/// Integrates functions up to band 19 exactly: Gauss-Legendre in z, even steps in azimuth.
+/// Quadrature that is exact up to band 19: Gauss-Legendre in z, equidistant in azimuth.
 struct EstimateGrid {
   static constexpr int kRows = 10, kColumns = 20, kNodes = kRows * kColumns;
   std::array<double, kNodes> weight;
@@ -64,7 +65,7 @@ struct EstimateGrid {
 
 using Row = std::array<double, kDirections>;
 
-/// Each function on a spiral of equal areas: where ringing is looked for.
+/// Values of the basis functions on an equal-area spiral of directions, at which ringing is detected.
 const std::array<Row, kCount>& window_directions() {
   static const auto directions = [] {
     std::array<Row, kCount> out;
@@ -84,7 +85,7 @@ double coefficient(const RadianceSh& sh, int i, int k) {
   return static_cast<double>(sh.c[static_cast<std::size_t>(i)][k]);
 }
 
-/// Mean over the sphere; 0 where the channel cannot be radiance.
+/// Mean over the sphere; 0 if the channel is not a valid radiance.
 double mean_of(const RadianceSh& sh, int k) {
   double sum = 0;
   for (int i = 0; i < sh.count(); ++i) sum += coefficient(sh, i, k);
@@ -102,9 +103,9 @@ std::array<bool, kMaxBand + 1> sent_bands(const RadianceSh& sh) {
   return sent;
 }
 
-/// Maximum entropy by Newton's method on its dual, the convex potential
-/// integral exp(sum lambda_i Y_i) - sum lambda_i c_i + variance/2 sum lambda_i², whose gradient is what the moments
-/// miss.
+/// Maximum entropy by Newton's method on the dual problem, the convex potential
+/// integral exp(sum lambda_i Y_i) - sum lambda_i c_i + variance/2 sum lambda_i², whose gradient is the error of the
+/// moments.
 class MaxEntropy {
  public:
   explicit MaxEntropy(const std::array<bool, kMaxBand + 1>& sent) : grid_(EstimateGrid::get()) {
@@ -116,7 +117,8 @@ class MaxEntropy {
     lambda_[0] = -std::log(4 * std::numbers::pi) * std::sqrt(4 * std::numbers::pi);
   }
 
-  /// Of a channel of that mean: the coefficients of all bands, of integral 1. Begins at the last channel's solution.
+  /// Coefficients of all bands for a channel with that mean, scaled to integral 1. Starts at the last channel's
+  /// solution.
   Coefficients estimate(const RadianceSh& sh, int k, double mean) {
     moments(sh, k, mean);
     double potential = evaluate(lambda_);
@@ -142,7 +144,8 @@ class MaxEntropy {
   }
 
  private:
-  /// Of mean 1/(4 pi), band by band within what a distribution can have: sum of squares below (2l+1) of band 0's.
+  /// Scales to mean 1/(4 pi) and limits each band to what a distribution can have: sum of squares below (2l+1) times
+  /// that of band 0.
   void moments(const RadianceSh& sh, int k, double mean) {
     const double unit = 1 / (4 * std::numbers::pi * mean);
     std::array<double, kMaxBand + 1> square{};
@@ -159,7 +162,7 @@ class MaxEntropy {
     }
   }
 
-  /// The potential; flux_ is that of the nodes.
+  /// Computes the potential, and flux_ at the nodes.
   double evaluate(const std::array<double, kMaxUnknowns>& lambda) {
     double sum = 0;
     for (std::size_t n = 0; n < y_.size(); ++n) {
@@ -173,7 +176,7 @@ class MaxEntropy {
     return sum;
   }
 
-  /// step_, and by how much the potential falls along it to first order. Cholesky.
+  /// Computes the Newton step by Cholesky decomposition; returns the decrease of the potential along it to first order.
   double newton_step() {
     std::array<std::array<double, kMaxUnknowns>, kMaxUnknowns> h{};
     std::array<double, kMaxUnknowns> g{};
@@ -224,7 +227,7 @@ RadianceSh completed(const RadianceSh& sh) {
   const auto sent = sent_bands(sh);
   RadianceSh out = sh;
   std::fill(out.c.begin() + sh.count(), out.c.end(), Radiance{});
-  // Of a mean alone, or of all bands, nothing is left to be estimated.
+  // With only band 0, or with all bands, there is nothing to estimate.
   const bool known = std::any_of(sent.begin() + 1, sent.begin() + kEstimateBand + 1, [](bool s) { return s; });
   if (!known || std::all_of(sent.begin(), sent.end(), [](bool s) { return s; })) return out;
   out.band = kMaxBand;
@@ -241,7 +244,7 @@ RadianceSh completed(const RadianceSh& sh) {
   return out;
 }
 
-/// exp(-t l(l+1)).
+/// The window exp(-t l(l+1)).
 Factors window(double t) {
   const double q = std::exp(-2 * t);
   Factors out;
@@ -251,7 +254,7 @@ Factors window(double t) {
   return out;
 }
 
-/// Of ((1 + x)/2)^6, the narrowest of its kind that ends at band 6.
+/// Legendre coefficients of ((1 + x)/2)^6, the narrowest positive kernel of this form without bands above 6.
 Factors positive_kernel() {
   Factors out;
   out[0] = 1;
@@ -271,7 +274,8 @@ const std::array<Factors, RadianceReconstruction::kKnots>& lobes_at_knots() {
   return lobes;
 }
 
-/// What each band brings in the directions of a spiral, of the channels that count, relative to their mean.
+/// Contribution of each band at the directions of the spiral, for the channels that are not ignored, relative to their
+/// mean.
 class WindowSearch {
  public:
   explicit WindowSearch(const RadianceSh& sh) : bands_(static_cast<std::size_t>(sh.band) + 1) {
@@ -292,7 +296,7 @@ class WindowSearch {
     }
   }
 
-  /// The least t, at least `least`, whose window leaves the floor everywhere under that lobe.
+  /// The smallest t, at least `least`, whose window keeps the radiance under that lobe above the floor everywhere.
   double blur(const Factors& lobe, double least) {
     Factors around = positive_kernel();
     for (std::size_t l = 0; l < lobe.size(); ++l) around[l] *= lobe[l];
@@ -382,7 +386,7 @@ Radiance radiance_at(const RadianceReconstruction& reconstruction, Vec3f d, doub
       shown.c[static_cast<std::size_t>(i)] = reconstruction.sh.c[static_cast<std::size_t>(i)] * k;
   }
   const Radiance l = evaluate(shown, d);
-  // The order of the comparison sends NaN to 0.
+  // The order of the comparison maps NaN to 0.
   return {std::max(0.0F, l.r), std::max(0.0F, l.g), std::max(0.0F, l.b)};
 }
 

@@ -11,7 +11,7 @@
 namespace lightwell {
 namespace {
 
-// "LWREC", the container's version, and bytes that a transfer in text mode would break.
+// "LWREC", the container's version, and bytes that reveal a transfer in text mode (as in PNG).
 constexpr std::array<unsigned char, 8> kMagic = {'L', 'W', 'R', 'E', 'C', 1, '\r', '\n'};
 constexpr std::size_t kRecordHead = 16;  // size u32, crc32c u32, time i64; little-endian.
 
@@ -59,7 +59,7 @@ Result<RecordWriter> RecordWriter::open(const std::string& path, const Recording
     Result<RecordReader> old = RecordReader::read_header(std::move(*file), path);
     if (!old)
       return Status(StatusCode::failed_precondition,
-                    path + " is there and is no recording; it is left alone, choose another name (" +
+                    path + " exists and is no recording; it is not changed, choose another name (" +
                         old.status().message() + ")");
     if (old->header().kind != header.kind)
       return Status(StatusCode::failed_precondition, path + " is a recording of another kind; choose another name");
@@ -85,7 +85,7 @@ Status RecordWriter::append(std::int64_t time_ns, std::span<const std::byte> pay
   put_le(head + 8, time_ns);
   put_le(head + 4, record_crc(head + 8, payload));
   if (std::fwrite(head, 1, sizeof head, file_.get()) != sizeof head ||
-      // An empty span has no address, and fwrite() wants one.
+      // An empty span may have a null pointer, which fwrite() does not allow.
       (!payload.empty() && std::fwrite(payload.data(), 1, payload.size(), file_.get()) != payload.size()))
     return write_error("recording");
   return {};
@@ -111,10 +111,10 @@ Result<RecordReader> RecordReader::read_header(FilePointer file, const std::stri
   std::fseek(f, 0, SEEK_SET);
   std::array<unsigned char, 8> magic{};
   if (std::fread(magic.data(), 1, magic.size(), f) != magic.size() || std::memcmp(magic.data(), kMagic.data(), 5) != 0)
-    return Status(StatusCode::data_loss, path + ": no Lightwell recording (its first bytes are not \"LWREC\")");
+    return Status(StatusCode::data_loss, path + ": not a Lightwell recording (its first bytes are not \"LWREC\")");
   if (magic[5] != kMagic[5])
-    return Status(StatusCode::data_loss, path + ": container version " + std::to_string(magic[5]) +
-                                             " is not known here; a newer lightwell may read it");
+    return Status(StatusCode::data_loss,
+                  path + ": container version " + std::to_string(magic[5]) + " is not known; use a newer lightwell");
   if (magic != kMagic)
     return Status(StatusCode::data_loss, path + ": damaged by a transfer in text mode; copy it again in binary mode");
   reader.good_bytes_ = kMagic.size();
@@ -129,7 +129,7 @@ Result<RecordReader> RecordReader::read_header(FilePointer file, const std::stri
   if (m.has_calibration()) {
     reader.header_.calibration = rig_from(m.calibration());
     if (const Status s = reader.header_.calibration->validate(); !s.ok())
-      return Status(StatusCode::data_loss, path + ": the calibration inside is impossible: " + s.message());
+      return Status(StatusCode::data_loss, path + ": the calibration in it is invalid: " + s.message());
   }
   reader.first_ = reader.good_bytes_;
   return reader;
@@ -143,7 +143,7 @@ bool RecordReader::read(Record& out) {
   };
   if (std::fread(head, 1, sizeof head, file_.get()) != sizeof head) return torn();
   const auto size = get_le<std::uint32_t>(head);
-  // A damaged size must not make us ask for memory that the file cannot fill.
+  // A damaged size must not cause an allocation larger than the file.
   if (size > kMaxRecordBytes || good_bytes_ + kRecordHead + size > file_bytes_) return torn();
   out.payload.resize(size);
   if (std::fread(out.payload.data(), 1, size, file_.get()) != size) return torn();
@@ -162,7 +162,7 @@ void RecordReader::rewind() {
 }
 
 void encode_frame_record(const FrameRecord& frame, std::vector<std::byte>& out) {
-  // The message is kept per thread so that its buffers are used again: frames are large.
+  // One message per thread, so that its large buffers are reused.
   thread_local v1::FrameRecord m;
   m.Clear();
   m.set_sequence(frame.sequence);
@@ -198,7 +198,7 @@ Status DecodedFrame::decode(std::span<const std::byte> payload) {
   v1::FrameRecord& m = state_->message;
   frame = {};
   if (!m.ParseFromArray(payload.data(), static_cast<int>(payload.size())))
-    return {StatusCode::data_loss, "frame record: no message"};
+    return {StatusCode::data_loss, "frame record: not a protobuf message"};
   frame.sequence = m.sequence();
   frame.mid_exposure = {static_cast<std::int64_t>(m.mid_exposure_ns())};
   frame.exposure_s = m.exposure_s();
@@ -207,15 +207,16 @@ Status DecodedFrame::decode(std::span<const std::byte> payload) {
   frame.bracket_index = static_cast<int>(m.bracket_index());
   frame.bracket_size = static_cast<int>(m.bracket_size());
   if (m.bracket_size() < 1 || m.bracket_size() > 8 || m.bracket_index() >= m.bracket_size())
-    return {StatusCode::invalid_argument, "frame record: bracket_index and bracket_size do not fit"};
+    return {StatusCode::invalid_argument, "frame record: bracket_index is not below bracket_size"};
   for (const v1::ViewRecord& v : m.view()) {
     const auto format = pixel_format_of(v.format());
     if (!format) return {StatusCode::invalid_argument, "frame record: view.format '" + v.format() + "' is not known"};
     if (v.width() < 1 || v.width() > 16384 || v.height() < 1 || v.height() > 16384)
-      return {StatusCode::invalid_argument, "frame record: view.width or height is impossible"};
+      return {StatusCode::invalid_argument, "frame record: view.width or height is out of range"};
     const auto width = static_cast<int>(v.width()), height = static_cast<int>(v.height());
     if (v.stride() < packed_stride(*format, width) || v.data().size() < picture_bytes(*format, v.stride(), height))
-      return {StatusCode::invalid_argument, "frame record: view.data is shorter than its size says"};
+      return {StatusCode::invalid_argument,
+              "frame record: view.data is shorter than its width, height and stride need"};
     frame.views.push_back({static_cast<int>(v.lens()), *format, width, height, v.stride(), bytes_of(v.data())});
   }
   if (frame.views.empty() || frame.views.size() > 2)

@@ -51,10 +51,10 @@ std::string encode_clock(ProbeTime now) {
 Result<ProbeTime> decode_clock(std::span<const std::byte> bytes) {
   v1::InfoResponse m;
   if (!parse(bytes, m)) return Status(StatusCode::data_loss, "clock: not a protobuf message");
-  // Far from where differences of times would leave the range.
+  // Well inside of the range in which differences of times do not overflow.
   constexpr auto kLast = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max() / 4);
   if (m.clock_now_ns() == 0 || m.clock_now_ns() > kLast)
-    return Status(StatusCode::data_loss, "clock: clock_now_ns is missing or no time");
+    return Status(StatusCode::data_loss, "clock: clock_now_ns is missing or out of range");
   return ProbeTime{static_cast<std::int64_t>(m.clock_now_ns())};
 }
 

@@ -55,7 +55,7 @@ StatusSnapshot status_of(const v1::InfoResponse& m) {
                   .messages_refused = c.messages_refused(),
                   .authentication_failures = c.authentication_failures(),
                   .client_list_faults = c.client_list_faults()};
-  // A mounting that cannot be is none: who asks for the world is told that it is not known.
+  // An invalid mounting is dropped: queries in world axes then report that the pose is unknown.
   if (m.has_mounting())
     if (const Result<UncertainPose> mounting = mounting_from(m.mounting()); mounting.ok())
       out.T_world_probe = *mounting;

@@ -1,4 +1,4 @@
-// A probe's status in the generated message: the one place that names its fields, whichever link it goes over.
+// Conversion of a probe's status to and from the generated message, shared by all links.
 #pragma once
 
 #include <lightwell/status.hpp>
@@ -7,7 +7,7 @@
 
 namespace lightwell {
 
-/// All but the clock.
+/// All fields except the clock.
 void fill_status(const StatusSnapshot& status, v1::InfoResponse& m);
 [[nodiscard]] StatusSnapshot status_of(const v1::InfoResponse& m);
 

@@ -19,7 +19,7 @@ namespace {
 
 namespace pb = google::protobuf;
 
-/// Keeps the first error: later ones mostly follow from it.
+/// Keeps the first error, because later ones are usually consequences of it.
 class FirstError final : public pb::io::ErrorCollector {
  public:
   void AddError(int line, pb::io::ColumnNumber column, const std::string& message) override {
@@ -72,7 +72,7 @@ std::string between(const std::string& s, const std::string& open, const std::st
   return end == std::string::npos ? std::string() : s.substr(begin, end - begin);
 }
 
-/// Protobuf says: Message type "x.Y" has no field named "z".
+/// Parses protobuf's error: Message type "x.Y" has no field named "z".
 std::string suggestion(const std::string& error, const pb::Descriptor* root) {
   std::set<const void*> seen;
   const std::string wrong = between(error, "no field named \"", "\"");
@@ -90,7 +90,7 @@ std::string nearest_name(std::string_view wrong, const std::vector<std::string>&
   std::size_t smallest = std::string::npos;
   for (const std::string& name : names) {
     all += (all.empty() ? "" : ", ") + name;
-    // Who leaves out what stands before the last dot means the same name.
+    // A name without the part before its last dot also matches.
     const std::size_t d = std::min(edit_distance(wrong, name), edit_distance(wrong, name.substr(name.rfind('.') + 1)));
     if (d < smallest) {
       smallest = d;
@@ -98,7 +98,7 @@ std::string nearest_name(std::string_view wrong, const std::vector<std::string>&
     }
   }
   if (nearest.empty()) return {};
-  // Further away than half its length it is no slip of the pen: list what there is.
+  // A name that differs in more than half its length is hardly a typing error: list all names.
   if (smallest * 2 > std::max(wrong.size(), nearest.size()))
     return " (nearest known name: '" + nearest + "'; known: " + all + ")";
   return " (did you mean '" + nearest + "'?)";

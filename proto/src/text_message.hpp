@@ -1,4 +1,4 @@
-// Messages in protobuf text format, with errors that a person can act on.
+// Parsing of messages in protobuf text format, with errors that name the position and the nearest known field.
 #pragma once
 
 #include <string>
@@ -11,14 +11,14 @@
 
 namespace lightwell {
 
-/// The whole file. not_found or data_loss, naming the path.
+/// Reads the whole file. not_found or data_loss, naming the path.
 [[nodiscard]] Result<std::string> read_text_file(const std::string& path);
 
 /// Fills `message`. Errors: "NAME:LINE:COLUMN: what; did you mean 'nearest'?".
 [[nodiscard]] Status parse_text_message(std::string_view text, const std::string& name,
                                         google::protobuf::Message& message);
 
-/// For the end of a message about a name that is none of `names`: " (did you mean 'nearest'?)".
+/// Suffix of an error message about a name that is not one of `names`: " (did you mean 'nearest'?)".
 [[nodiscard]] std::string nearest_name(std::string_view wrong, const std::vector<std::string>& names);
 
 }  // namespace lightwell

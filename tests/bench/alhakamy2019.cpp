@@ -12,7 +12,7 @@ namespace lightwell::bench {
 
 namespace {
 
-/// OpenCV's number of threads belongs to the process: it is given back.
+/// Sets OpenCV's number of threads, which is global to the process, to one and restores it.
 class OneThread {
  public:
   OneThread() : before_(cv::getNumThreads()) { cv::setNumThreads(1); }
@@ -24,7 +24,7 @@ class OneThread {
   int before_;
 };
 
-/// The grey level that half of the pixels are at or below.
+/// The median grey level.
 int median_of(const cv::Mat& histogram, double pixels) {
   double below = 0;
   for (int level = 0; level < 256; ++level) {
@@ -34,7 +34,7 @@ int median_of(const cv::Mat& histogram, double pixels) {
   return 255;
 }
 
-/// Of 0..255 values, 0..1.
+/// Luminance, 0..1, of a colour with values 0..255.
 double intensity_of(const Triple& rgb) { return (0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]) / 255; }
 
 }  // namespace
@@ -43,7 +43,7 @@ AlhakamyResult alhakamy_detect(const EquirectFrame& frame, const AlhakamyOptions
   AlhakamyResult result;
   if (frame.width < 1 || frame.height < 1) return result;
   const OneThread one;
-  // OpenCV has no constant view of foreign pixels; nothing here writes to them.
+  // OpenCV has no const view of external pixels; nothing writes to them.
   const cv::Mat picture(frame.height, frame.width, CV_8UC3, const_cast<std::uint8_t*>(frame.rgb.data()), frame.stride);
 
   cv::Mat grey, histogram, mask;
@@ -57,7 +57,7 @@ AlhakamyResult alhakamy_detect(const EquirectFrame& frame, const AlhakamyOptions
       options.threshold == AlhakamyOptions::Threshold::median ? result.median_grey : (result.median_grey + 256) / 2;
 
   cv::GaussianBlur(grey, grey, {options.blur_size, options.blur_size}, 0);
-  // OpenCV keeps what is above the value: one less keeps the value itself, "to 255".
+  // OpenCV keeps values above the threshold; one less also keeps the threshold itself, "to 255".
   cv::threshold(grey, mask, result.threshold_grey - 1, 255, cv::THRESH_BINARY);
   cv::erode(mask, mask, {}, {-1, -1}, options.erosions);
   cv::dilate(mask, mask, {}, {-1, -1}, options.dilations);
@@ -78,7 +78,7 @@ AlhakamyResult alhakamy_detect(const EquirectFrame& frame, const AlhakamyOptions
     cv::drawContours(inside, contours, static_cast<int>(k), 255, cv::FILLED, cv::LINE_8, cv::noArray(), 0, -box.tl());
     const cv::Scalar colour = cv::mean(picture(box), inside);
     const cv::Moments moments = cv::moments(contours[k]);
-    // A contour of a line or a point has no area: its box has a middle.
+    // A contour that is a line or a point has no area; the centre of its bounding box is used.
     const bool flat = !(moments.m00 > 0);
     const double x = flat ? box.x + 0.5 * (box.width - 1) : moments.m10 / moments.m00;
     const double y = flat ? box.y + 0.5 * (box.height - 1) : moments.m01 / moments.m00;

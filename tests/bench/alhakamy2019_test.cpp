@@ -14,7 +14,7 @@ namespace ref = lightwell::reference;
 
 constexpr int kWidth = 1024, kHeight = 512;
 
-/// 8-bit values as they are in `p`: no gamma is wanted where only places count.
+/// An 8-bit frame with the values of `p`, without gamma, because only positions matter.
 struct Frame {
   std::vector<std::uint8_t> pixels;
 
@@ -35,7 +35,7 @@ double degrees_off(const AlhakamyLight& light, const ref::V3& direction) {
   return ref::angle_deg({light.direction[0], light.direction[1], light.direction[2]}, direction);
 }
 
-TEST(S0Detection, FindsLampsLargestFirst) {
+TEST(AlhakamyDetection, FindsLampsLargestFirst) {
   const std::vector<std::pair<ref::V3, double>> discs{{{0.3, 0.4, -1}, 0.06}, {{-1, 0.2, -0.3}, 0.15}};
   const Frame frame(room_with(discs, {215, 205, 190}));
   const AlhakamyResult found = alhakamy_detect(frame.frame());
@@ -49,11 +49,11 @@ TEST(S0Detection, FindsLampsLargestFirst) {
   EXPECT_GT(found.lights[0].area_px, found.lights[1].area_px);
 }
 
-TEST(S0Detection, ColourAndIntensityAreTheLamps) {
+TEST(AlhakamyDetection, ColourAndIntensityAreThoseOfTheLamp) {
   const Frame frame(room_with({{{0, 0, -1}, 0.2}}, {215, 165, 115}));
   const AlhakamyResult found = alhakamy_detect(frame.frame());
   ASSERT_EQ(found.lights.size(), 1U);
-  // Two more dilations than erosions take in two pixels of the room about a disc of 33: up to 13 % of the area.
+  // Two more dilations than erosions add two pixels of the room around a disc of 33: up to 13 % of the area.
   const ref::Rgb lamp{255, 205, 155};
   for (std::size_t c = 0; c < 3; ++c) {
     EXPECT_LT(found.lights[0].colour[c], lamp[c] + 1);
@@ -64,14 +64,14 @@ TEST(S0Detection, ColourAndIntensityAreTheLamps) {
   EXPECT_LT(found.lights[0].shadow_strength, 1);
 }
 
-TEST(S0Detection, SpecksAreErodedAway) {
+TEST(AlhakamyDetection, SpecksAreErodedAway) {
   ref::Panorama p = room_with({{{0, 0, -1}, 0.1}}, {215, 215, 215});
   ref::set_pixel(p, 100, 100, {255, 255, 255});
   EXPECT_EQ(alhakamy_detect(Frame(p).frame()).lights.size(), 1U);
 }
 
-TEST(S0Detection, ToTheLetterTheMedianTakesHalfOfThePicture) {
-  // Brightness falls from the top row to the bottom one: half of the rows are at or above the median.
+TEST(AlhakamyDetection, TheLiteralMedianThresholdKeepsHalfOfTheImage) {
+  // Brightness decreases from top to bottom: half of the rows are at or above the median.
   const Frame frame(ref::from_function(
       kWidth, kHeight,
       [](const ref::V3& d) {
@@ -88,17 +88,17 @@ TEST(S0Detection, ToTheLetterTheMedianTakesHalfOfThePicture) {
   EXPECT_NEAR(found.lights[0].area_px, 0.5 * kWidth * kHeight, 0.02 * kWidth * kHeight);
 }
 
-TEST(S0Detection, AnEvenFrameBelowWhiteAndAnEmptyOneHaveNoLights) {
+TEST(AlhakamyDetection, AUniformFrameBelowWhiteAndAnEmptyOneHaveNoLights) {
   EXPECT_TRUE(alhakamy_detect(Frame(room_with({}, {})).frame()).lights.empty());
   EXPECT_TRUE(alhakamy_detect({}).lights.empty());
 }
 
-TEST(S0Detection, ManyLampsAreCutToTheMainOnes) {
+TEST(AlhakamyDetection, ManyLampsAreCutToTheMainOnes) {
   std::vector<std::pair<ref::V3, double>> discs;
   for (const ref::V3& d : ref::fibonacci_normals(12)) discs.emplace_back(d, 0.12);
   const AlhakamyResult found = alhakamy_detect(Frame(room_with(discs, {215, 215, 215})).frame());
   EXPECT_EQ(found.lights.size(), 8U);
-  EXPECT_GE(found.contours, 12);  // one over the seam is two
+  EXPECT_GE(found.contours, 12);  // A lamp across the seam gives two contours.
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ std::size_t index_of(const EquirectImage& image, int i, int j) {
   return static_cast<std::size_t>(j) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(i);
 }
 
-/// The luminance that half of the sphere stays below.
+/// The median luminance by solid angle.
 double median_luminance(const EquirectImage& image) {
   std::vector<std::pair<double, double>> patches;
   for (int j = 0; j < image.height; ++j) {
@@ -50,7 +50,7 @@ double median_luminance(const EquirectImage& image) {
   return patches.empty() ? 0 : patches.back().first;
 }
 
-/// The pixels of the bright region; empty where the picture is black.
+/// The pixels of the bright region; empty for a black image.
 std::vector<std::size_t> bright_pixels(const EquirectImage& image) {
   const int w = image.width, h = image.height;
   const std::size_t count = image.rgb.size() / 3;
@@ -63,7 +63,7 @@ std::vector<std::size_t> bright_pixels(const EquirectImage& image) {
   std::vector<bool> seen(count);
   std::vector<std::size_t> open{peak}, found;
   seen[peak] = true;
-  const auto look = [&](int i, int j) {
+  const auto visit = [&](int i, int j) {
     const std::size_t k = index_of(image, ((i % w) + w) % w, j);
     if (seen[k] || luminance(pixel(image, k)) < threshold) return;
     seen[k] = true;
@@ -76,8 +76,8 @@ std::vector<std::size_t> bright_pixels(const EquirectImage& image) {
     const int i = static_cast<int>(at % static_cast<std::size_t>(w)),
               j = static_cast<int>(at / static_cast<std::size_t>(w));
     for (int dj = -1; dj <= 1; ++dj) {
-      const bool across = j + dj < 0 || j + dj >= h;  // beyond a pole lies the same row, half a turn away
-      for (int di = -1; di <= 1; ++di) look(i + di + (across ? w / 2 : 0), across ? j : j + dj);
+      const bool across = j + dj < 0 || j + dj >= h;  // beyond a pole is the same row, rotated by 180 degrees
+      for (int di = -1; di <= 1; ++di) visit(i + di + (across ? w / 2 : 0), across ? j : j + dj);
     }
   }
   return found;

@@ -1,5 +1,5 @@
-// Peers: what applications get from the two platforms' own light estimation, made from a panorama (so as
-// good as such an output can be, not as those platforms' cameras make it).
+// Peers: the light estimates that the two AR platforms give to applications, computed from a panorama: as good as such
+// output can be, without the errors of those platforms' cameras.
 #pragma once
 
 #include <array>
@@ -8,15 +8,15 @@
 
 namespace lightwell::bench {
 
-/// Nine coefficients of radiance, bands 0 to 2, index l (l + 1) + m, a colour each; real, orthonormal,
-/// without Condon-Shortley phase (see to_condon_shortley for the sign that ARCore uses).
+/// Nine RGB coefficients of radiance, bands 0 to 2, index l (l + 1) + m; real, orthonormal, without Condon-Shortley
+/// phase (to_condon_shortley converts to ARCore's signs).
 using NineCoefficients = std::array<Triple, 9>;
 
-/// The projection of a whole picture, with exact solid angles and the functions at pixel centres.
+/// Projection of an image, with exact solid angles and the functions evaluated at pixel centres.
 [[nodiscard]] NineCoefficients nine_coefficients(const EquirectImage& image);
 
-/// The same coefficients in the basis with the phase, as ARCore's and OpenXR's lists have them: those of
-/// odd m change sign. Its own inverse.
+/// Converts to the basis with the Condon-Shortley phase, as in ARCore and OpenXR: coefficients of odd m change sign. It
+/// is its own inverse.
 [[nodiscard]] NineCoefficients to_condon_shortley(NineCoefficients coefficients);
 
 /// ARKit-style (AREnvironmentProbe, ARDirectionalLightEstimate's sphericalHarmonicsCoefficients): all of
@@ -28,21 +28,20 @@ struct ArkitOutput {
 /// ARCore-style (Environmental HDR): a main light, and the rest as ambient coefficients.
 struct ArcoreOutput {
   Triple main_direction{0, 1, 0};  ///< Towards the light.
-  Triple main_irradiance{};        ///< At a receiver that faces it. Zero where the picture is black.
+  Triple main_irradiance{};        ///< At normal incidence. Zero for a black image.
   NineCoefficients ambient{};      ///< Without the main light.
 };
 
 [[nodiscard]] ArkitOutput arkit_output(const EquirectImage& image);
 
-/// The main light is the bright region (proto/README.md: the 8-connected pixels at or above half the peak's
-/// luminance, over seam and poles, its luminance-weighted centroid). All of the radiance of those pixels
-/// above the median luminance of the picture (by solid angle) goes into it, in its colour; what is left,
-/// there as elsewhere, is ambient. ARCore does not publish its rule; this one is exact for a lamp
-/// before an even background.
+/// The main light is the bright region (proto/README.md: the 8-connected pixels at or above half the peak's luminance,
+/// across seam and poles) at its luminance-weighted centroid. The radiance of those pixels above the median luminance
+/// of the image (by solid angle) belongs to it, in its colour; all other radiance is ambient. ARCore does not publish
+/// its rule; this one is exact for a lamp in front of a uniform background.
 [[nodiscard]] ArcoreOutput arcore_output(const EquirectImage& image);
 
-/// The irradiance that an application computes from each at a unit normal, as the platforms' guides
-/// have it: cosine lobe pi, 2 pi / 3, pi / 4 on the coefficients (Ramamoorthi & Hanrahan 2001, eq. 7)
+/// The irradiance that an application computes at a unit normal by the platforms' guides: cosine lobe pi, 2 pi / 3, pi
+/// / 4 on the coefficients (Ramamoorthi & Hanrahan 2001, eq. 7)
 /// plus, for ARCore, main_irradiance * max(0, n . main_direction). Not divided by pi; may be negative.
 [[nodiscard]] Triple irradiance_of(const NineCoefficients& radiance, const Triple& normal);
 [[nodiscard]] Triple irradiance_of(const ArkitOutput& output, const Triple& normal);

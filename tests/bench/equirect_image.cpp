@@ -16,7 +16,7 @@ Triple equirect_direction(double x, double y, int width, int height) {
 }
 
 double equirect_solid_angle(int j, int width, int height) {
-  // The difference of two sines as a product: it loses no digits at the poles.
+  // The difference of two sines is computed as a product, which loses no digits at the poles.
   return 2 * kPi / width * 2 * std::sin(kPi * (j + 0.5) / height) * std::sin(0.5 * kPi / height);
 }
 

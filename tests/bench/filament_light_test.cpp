@@ -1,4 +1,4 @@
-// Our light in Filament's terms, judged by Filament itself: the library that Debian has, its engine without a screen.
+// Lightwell's light in Filament's conventions, evaluated by Filament itself: Debian's library, with a headless engine.
 #include <cmath>
 #include <cstddef>
 #include <memory>
@@ -18,15 +18,15 @@ namespace {
 
 using filament::math::float3;
 
-class FilamentItself : public ::testing::Test {
+class FilamentEngine : public ::testing::Test {
  protected:
-  FilamentItself() : engine_(filament::Engine::create(filament::Engine::Backend::NOOP)) {}
-  ~FilamentItself() override { filament::Engine::destroy(&engine_); }
+  FilamentEngine() : engine_(filament::Engine::create(filament::Engine::Backend::NOOP)) {}
+  ~FilamentEngine() override { filament::Engine::destroy(&engine_); }
 
   filament::Engine* engine_;
 };
 
-/// All nine functions in three colours, no main light: everything goes through the harmonics.
+/// All nine functions in three colours without a main light, so that everything is in the harmonics.
 Lighting room() {
   Descriptor descriptor;
   descriptor.radiance.band = 2;
@@ -53,7 +53,7 @@ std::unique_ptr<float3[]> list_of(const std::array<std::array<float, 3>, 9>& coe
   return out;
 }
 
-TEST_F(FilamentItself, ShadesASphereAsWeDo) {
+TEST_F(FilamentEngine, ShadesASphereAsLightwell) {
   // renderPreScaledSH3Bands "is exactly the code ran by our shader" (CubemapSH.h), over the normals of a cube.
   const Lighting lighting = room();
   const auto sh = list_of(to_filament(lighting).value.irradiance);
@@ -68,18 +68,18 @@ TEST_F(FilamentItself, ShadesASphereAsWeDo) {
         const auto n = cube.getDirectionFor(which, x, y);
         const float3& shown = *static_cast<const float3*>(cube.getImageForFace(which).getPixelRef(x, y));
         const Radiance white = reflected_radiance(lighting.irradiance({n.x, n.y, n.z}).value, {1, 1, 1});
-        // Sums of nine products in single precision.
+        // Rounding of sums of nine products in single precision.
         ASSERT_NEAR(shown.r, white.r, 1e-4);
         ASSERT_NEAR(shown.g, white.g, 1e-4);
         ASSERT_NEAR(shown.b, white.b, 1e-4);
       }
 }
 
-TEST_F(FilamentItself, FindsTheLampWhereItIs) {
+TEST_F(FilamentEngine, FindsTheDirectionOfALamp) {
   for (const Vec3f towards : {Vec3f{1, 0, 0}, Vec3f{0, 1, 0}, Vec3f{0, 0, -1}, Vec3f{-0.4F, 0.7F, 0.5F}}) {
     const auto inside = to_filament(lamp(towards), MainLight::in_harmonics).value;
     const auto apart = to_filament(lamp(towards)).value;
-    // What Filament would give a directional light, from our harmonics, and what we give it.
+    // Compares the direction that Filament derives from the harmonics with Lightwell's main light.
     const float3 found = filament::IndirectLight::getDirectionEstimate(list_of(inside.irradiance).get());
     EXPECT_NEAR(found.x, apart.direction[0], 1e-5);
     EXPECT_NEAR(found.y, apart.direction[1], 1e-5);
@@ -87,8 +87,8 @@ TEST_F(FilamentItself, FindsTheLampWhereItIs) {
   }
 }
 
-TEST_F(FilamentItself, TakesRadianceAndIrradianceForTheSameLight) {
-  // A light built from either list is the same to the engine: it pre-scales what radiance() gets.
+TEST_F(FilamentEngine, RadianceAndIrradianceCoefficientsGiveTheSameLight) {
+  // The engine pre-scales the coefficients of radiance(), so both lists must give the same light.
   const auto light = to_filament(room()).value;
   const auto irradiance = list_of(light.irradiance), radiance = list_of(light.radiance);
   const auto built = [&](filament::IndirectLight::Builder&& builder) { return builder.build(*engine_); };
@@ -99,7 +99,7 @@ TEST_F(FilamentItself, TakesRadianceAndIrradianceForTheSameLight) {
   filament::IndirectLight* const b = built(std::move(from_radiance));
   ASSERT_TRUE(a != nullptr && b != nullptr);
 #pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wdeprecated-declarations"  // The only way to what the engine has stored.
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"  // The only access to the stored coefficients.
   for (const float3 d : {float3{1, 0, 0}, float3{0, 1, 0}, float3{0, 0, 1}, float3{0.6F, -0.48F, 0.64F}}) {
     const auto of_a = a->getColorEstimate(d), of_b = b->getColorEstimate(d);
     for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(of_a[k], of_b[k], 1e-4 * std::abs(of_a[k]));

@@ -1,4 +1,4 @@
-// In the place of filament_sh.cpp where libfilament-dev is not installed.
+// Replaces filament_sh.cpp if libfilament-dev is not installed.
 #include "bench/filament_sh.hpp"
 
 namespace lightwell::bench {

@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kFace = 256;  // cmgen's default
 constexpr std::size_t kBands = 3;
 
-/// The calling thread on one processor while this lives; threads that it starts inherit that.
+/// Pins the calling thread to one processor during its lifetime; threads started by it inherit that.
 class OneProcessor {
  public:
   OneProcessor() {
@@ -45,7 +45,7 @@ class OneProcessor {
   bool set_ = false;
 };
 
-/// Filament greets on stdout, where programs print what others parse.
+/// Redirects stdout while Filament prints its banner, because the program's stdout is parsed.
 class QuietStdout {
  public:
   QuietStdout() {
@@ -109,7 +109,7 @@ FilamentSh FilamentRoute::run() {
   const auto sh = filament::ibl::CubemapSH::computeSH(jobs, cube, kBands, false);
   const double end = seconds_now();
   for (std::size_t k = 0; k < result.radiance.size(); ++k) {
-    const double sign = k >= 1 && k <= 3 ? -1 : 1;  // band 1 alone is odd
+    const double sign = k >= 1 && k <= 3 ? -1 : 1;  // only band 1 is odd
     result.radiance[k] = {sign * sh[k].x, sign * sh[k].y, sign * sh[k].z};
   }
   result.cube_s = middle - start;

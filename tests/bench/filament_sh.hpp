@@ -1,7 +1,7 @@
-// Peer: Filament's way from a panorama to nine coefficients (its libibl, as its tool cmgen calls it):
-// equirectangular to a cube of 256x256 a face, then a projection onto three bands.
-// cmgen besides compresses radiance above 4,096 and, where the coefficients ring, windows them: left out, since both
-// change the answer.
+// Peer: Filament's conversion of a panorama to nine coefficients (its libibl, as called by its tool cmgen):
+// equirectangular to a cube with 256x256 texels per face, then a projection onto three bands.
+// cmgen also compresses radiance above 4,096 and windows coefficients that ring; both are omitted here, because they
+// change the result.
 #pragma once
 
 #include <array>
@@ -13,21 +13,20 @@
 namespace lightwell::bench {
 
 struct FilamentSh {
-  /// Radiance, in the house's order and signs. Filament's own have the Condon-Shortley phase and +Z in
-  /// the middle of the picture: coefficient l, m is (-1)^l times its.
+  /// Radiance in the order and signs of proto/README.md. Filament's coefficients have the Condon-Shortley phase and +Z
+  /// in the centre of the image: coefficient l, m is (-1)^l times Filament's.
   std::array<Triple, 9> radiance{};
   double cube_s = 0;  ///< Panorama to cube.
   double sh_s = 0;    ///< Cube to coefficients.
 };
 
-/// Its cube takes single pixels, few a texel: a sun of one pixel comes out with up to a tenth of the whole light too
-/// much or too little. Owns Filament's engine (its no-op back end, for its job system, the only way to it that Debian's
-/// headers leave) and the picture in Filament's own layout, so that neither start-up nor copying is
-/// counted. Filament's threads and run() stay on one processor: the times are of one thread.
-/// One thread at a time.
+/// Filament samples few pixels per texel: the energy of a sun of one pixel has an error of up to a tenth of the whole
+/// light. Owns Filament's engine (its no-op backend, the only access to its job system with Debian's headers) and the
+/// image in Filament's layout, so that neither start-up nor copying is measured. Filament's threads and run() are
+/// pinned to one processor, so the times are comparable with one thread. Not thread-safe.
 class FilamentRoute {
  public:
-  /// False where the project was built without libfilament-dev; then load() and run() do nothing.
+  /// False if the project was built without libfilament-dev; then load() and run() do nothing.
   [[nodiscard]] static bool available();
 
   FilamentRoute();

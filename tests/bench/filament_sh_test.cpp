@@ -28,14 +28,16 @@ void expect_near_oracle(const ref::Panorama& panorama, double tolerance) {
   EXPECT_GT(got.sh_s, 0);
 }
 
-// Filament takes the nearest pixel to the left of and above a position that it scales by W - 1 instead of W:
-// up to a pixel of shift, 2 pi / 1024 = 0.6 % of the linear part, which here is less than half of the mean.
-TEST(Filament, CoefficientsAreTheOraclesInOrderAndSign) { expect_near_oracle(scenes::smooth(1024), 0.005); }
+// Filament truncates a position that it scales by W - 1 instead of W: a shift of up to one pixel, 2 pi / 1024 = 0.6 %
+// of the linear part, which is less than half of the mean here.
+TEST(Filament, CoefficientsMatchTheReferenceInOrderAndSign) { expect_near_oracle(scenes::smooth(1024), 0.005); }
 
-// The lamp has 2.5 times the light of the room: it moves by the same shift, and the nine samples per texel are few.
-TEST(Filament, ALampIsFoundWhereItIs) { expect_near_oracle(scenes::lamp_in_room(1024, {1, 2, -3}), 0.02); }
+// The lamp has 2.5 times the light of the room; it has the same shift, and there are only nine samples per texel.
+TEST(Filament, CoefficientsOfALampMatchTheReference) {
+  expect_near_oracle(scenes::lamp_in_room(1024, {1, 2, -3}), 0.02);
+}
 
-TEST(Filament, NothingIsDoneWithoutAPicture) {
+TEST(Filament, DoesNothingWithoutAnImage) {
   FilamentRoute route;
   EXPECT_EQ(route.run().cube_s, 0);
 }

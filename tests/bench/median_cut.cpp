@@ -14,7 +14,7 @@ struct Region {
   int i0 = 0, i1 = 0, j0 = 0, j1 = 0;
 };
 
-/// Luminance times solid angle of any rectangle of pixels in four look-ups.
+/// Summed-area table (Crow 1984) of luminance times solid angle.
 class EnergyTable {
  public:
   explicit EnergyTable(const EquirectImage& image)
@@ -45,7 +45,7 @@ class EnergyTable {
   std::vector<double> sums_;
 };
 
-/// Both parts of a region along one side; the cut is the one of `from`..`to` that halves best.
+/// Cuts a region along one side, at the position in `from`..`to` that halves its energy best.
 template <typename FirstPart>
 int best_cut(int from, int to, double half, const EnergyTable& table, FirstPart first_part) {
   int low = from, high = to;  // the first cut whose first part has at least half, if any
@@ -60,7 +60,7 @@ int best_cut(int from, int to, double half, const EnergyTable& table, FirstPart 
   return low;
 }
 
-/// The two parts in place of the region; false where it is one pixel.
+/// Replaces a region by its two parts; false if it is one pixel.
 bool cut(const Region& r, const EquirectImage& image, const EnergyTable& table, std::vector<Region>& parts) {
   const int columns = r.i1 - r.i0, rows = r.j1 - r.j0;
   if (columns * rows <= 1) return false;

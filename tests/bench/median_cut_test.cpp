@@ -22,7 +22,7 @@ Triple total_of(const std::vector<CutLight>& lights) {
 
 double luminance_of(const CutLight& l) { return ref::luminance({l.irradiance[0], l.irradiance[1], l.irradiance[2]}); }
 
-TEST(MedianCut, KeepsAllOfTheLightAndTheSphere) {
+TEST(MedianCut, ConservesEnergyAndSolidAngle) {
   const Scene scene(scenes::lamp_in_room(256, {1, 2, -3}));
   const auto lights = median_cut(scene.image());
   ASSERT_EQ(lights.size(), 64U);
@@ -38,8 +38,8 @@ TEST(MedianCut, LightsHaveAboutTheSameEnergy) {
   const auto lights = median_cut(scene.image());
   const Triple sum = total_of(lights);
   const double each = ref::luminance({sum[0], sum[1], sum[2]}) / 64;
-  // A cut falls between pixels: of a region of at least 40 columns or rows, up to half a one is misplaced
-  // in each of six generations.
+  // Cuts are between pixels: for regions of at least 40 columns or rows, up to half a column is misplaced in each of
+  // six generations.
   for (const CutLight& l : lights) EXPECT_NEAR(luminance_of(l) / each, 1, 0.08);
 }
 
@@ -50,20 +50,21 @@ TEST(MedianCut, DirectionsOfAConstantAreCentroidsOfTheirRegions) {
     EXPECT_NEAR(std::hypot(l.direction[0], l.direction[1], l.direction[2]), 1, 1e-12);
     for (std::size_t c = 0; c < 3; ++c) first_moment[c] += l.solid_angle_sr * l.direction[c];
   }
-  // The regions tile the sphere by halves: their centroids cancel, but for their different spread (a few percent).
+  // The regions tile the sphere symmetrically: their centroids cancel except for their different spread (a few
+  // percent).
   for (const double m : first_moment) EXPECT_NEAR(m / (4 * ref::pi), 0, 0.02);
 }
 
-TEST(MedianCut, IrradianceIsNearTheOracles) {
+TEST(MedianCut, IrradianceIsNearTheReference) {
   const Scene room(scenes::smooth(256)), lamp(scenes::lamp_in_room(256, {1, 2, -3}));
-  // 64 point lights of 0.2 sr each: the cosine's kink at the horizon is sampled in steps of 0.44 rad.
+  // 64 point lights for 0.2 sr each sample the cosine's kink at the horizon in steps of 0.44 rad.
   EXPECT_LT(scenes::error_of(room.panorama, median_cut(room.image())).rms, 0.03);
   EXPECT_LT(scenes::error_of(lamp.panorama, median_cut(lamp.image())).rms, 0.03);
   EXPECT_LT(scenes::error_of(room.panorama, median_cut(room.image(), 10)).rms,
             scenes::error_of(room.panorama, median_cut(room.image())).rms);
 }
 
-TEST(MedianCut, ALampGetsLightsOfItsOwn) {
+TEST(MedianCut, ALampIsRepresentedByItsOwnLights) {
   const ref::V3 where = ref::normalised({1, 2, -3});
   const Scene scene(scenes::lamp_in_room(256, where));
   double near = 0, all = 0;
@@ -74,10 +75,10 @@ TEST(MedianCut, ALampGetsLightsOfItsOwn) {
   const ref::Panorama room = scenes::smooth(256);
   const double lamp_share =
       1 - ref::luminance(ref::mean_radiance(room)) / ref::luminance(ref::mean_radiance(scene.panorama));
-  EXPECT_NEAR(near / all, lamp_share, 0.05);  // the regions at its rim hold some room, and two of 64 are 3 %
+  EXPECT_NEAR(near / all, lamp_share, 0.05);  // Regions at its rim include some of the room; two of 64 are 3 %.
 }
 
-TEST(MedianCut, SmallAndBlackPicturesGiveWhatTheyHave) {
+TEST(MedianCut, HandlesSmallAndBlackImages) {
   EXPECT_TRUE(median_cut({}).empty());
   const Scene one(ref::constant(1, 1, {1, 2, 3})), few(ref::constant(4, 2, {1, 1, 1})),
       black(ref::constant(64, 32, {0, 0, 0}));

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kBuffers = 32;
 constexpr int kRounds = 5;
 
-/// The compiler must take it that somebody reads what was copied.
+/// Keeps the compiler from removing the copy.
 void keep(const void* memory) { asm volatile("" : : "r"(memory) : "memory"); }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The yardstick of every speed figure: how fast this machine copies, in this run.
+// Speed of memcpy on this machine in this run: the reference for all timings.
 #pragma once
 
 #include <cstddef>
@@ -6,13 +6,13 @@
 namespace lightwell::bench {
 
 struct MemcpySpeed {
-  double seconds_per_copy = 0;  ///< Of `bytes` bytes; the best of the rounds.
-  double gigabytes_per_s = 0;   ///< Bytes copied (read once, written once) a second, in 1e9.
+  double seconds_per_copy = 0;  ///< Time to copy `bytes` bytes, best of the rounds.
+  double gigabytes_per_s = 0;   ///< Copied bytes per second (each is read and written once), in 1e9.
 };
 
-/// memcpy of `bytes` bytes through 32 rotating buffers, buffer i to i + 1 mod 32, so that frames of a
-/// megabyte come from memory and not from a cache; the best of five rounds of 32 copies each. All
-/// pages are touched before. Takes 32 * bytes of memory. `bytes` of 0 gives zeros.
+/// Measures memcpy of `bytes` bytes between 32 rotating buffers, buffer i to i + 1 mod 32, so that frames of a megabyte
+/// come from memory instead of a cache: the best of five rounds of 32 copies each. All pages are touched before. Uses
+/// 32 * bytes of memory. Returns zeros for 0 bytes.
 [[nodiscard]] MemcpySpeed memcpy_speed(std::size_t bytes);
 
 }  // namespace lightwell::bench

@@ -8,12 +8,12 @@ namespace {
 TEST(MemcpySpeed, IsAPlausibleSpeedOfMemory) {
   const MemcpySpeed speed = memcpy_speed(1 << 20);
   EXPECT_NEAR(speed.gigabytes_per_s * speed.seconds_per_copy, 1.048576e-3, 1e-9);
-  // Were the copies left out by the compiler, it would be terabytes; the slowest board has more than 50 MB/s.
+  // If the compiler removed the copies, it would be terabytes per second; the slowest board reaches more than 50 MB/s.
   EXPECT_LT(speed.gigabytes_per_s, 1000);
   EXPECT_GT(speed.gigabytes_per_s, 0.05);
 }
 
-TEST(MemcpySpeed, NothingTakesNoTime) { EXPECT_EQ(memcpy_speed(0).seconds_per_copy, 0); }
+TEST(MemcpySpeed, ZeroBytesTakeNoTime) { EXPECT_EQ(memcpy_speed(0).seconds_per_copy, 0); }
 
 }  // namespace
 }  // namespace lightwell::bench

@@ -1,4 +1,4 @@
-// Scenes for the peers' tests, made by the oracle.
+// Scenes for the peers' tests, made with tests/reference.
 #pragma once
 
 #include <vector>
@@ -11,7 +11,7 @@ namespace lightwell::bench::scenes {
 
 namespace ref = lightwell::reference;
 
-/// A picture as peers take it, and the very same numbers as the oracle takes them.
+/// An image for the peers, and the same values for the reference implementation.
 struct Scene {
   std::vector<float> pixels;
   ref::Panorama panorama;
@@ -21,7 +21,7 @@ struct Scene {
   [[nodiscard]] EquirectImage image() const { return {panorama.width, panorama.height, pixels}; }
 };
 
-/// Nothing that a wrong sign, axis or order leaves as it is: every harmonic of bands 0 to 2 in some colour.
+/// A scene that detects any wrong sign, axis or order: every harmonic of bands 0 to 2 occurs in some colour.
 inline ref::Panorama smooth(int width) {
   const ref::RadianceFunction f = [](const ref::V3& d) {
     return ref::Rgb{2 + d.x + 0.3 * d.x * d.y, 2 + d.y + 0.5 * d.y * d.z + 0.4 * d.z * d.z,
@@ -30,7 +30,7 @@ inline ref::Panorama smooth(int width) {
   return ref::from_function(width, width / 2, f, 1);
 }
 
-/// A warm lamp of 3 degrees before an uneven room.
+/// A warm lamp with a radius of 3 degrees in a non-uniform room.
 inline ref::Panorama lamp_in_room(int width, const ref::V3& direction) {
   return ref::sum(smooth(width),
                   ref::disc_lamp(width, width / 2, ref::normalised(direction), 0.052, {900, 700, 400}, 8));

@@ -12,7 +12,7 @@ namespace lightwell::bench {
 
 namespace {
 
-/// Eq. 3.13 with its weights as they are printed, which sum to 1.03; the division by a point's maximum takes that out.
+/// Eq. 3.13 with its weights as printed, which sum to 1.03; the division by a point's maximum cancels that.
 double luminance_of(double r, double g, double b) { return 0.33 * r + 0.59 * g + 0.11 * b; }
 
 double encoded(double linear, StraughnEncoding encoding) {
@@ -35,7 +35,7 @@ FacePoint centroid(const FaceOutline& outline) {
   return {sum.x / (3 * area), sum.y / (3 * area)};
 }
 
-/// How far inside of its outline a point is.
+/// Distance of a point inside its outline to the outline.
 double depth(const FaceOutline& outline, FacePoint p) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < outline.size(); ++k) {
@@ -45,7 +45,8 @@ double depth(const FaceOutline& outline, FacePoint p) {
   return least;
 }
 
-std::vector<StraughnPoint> points_of(const MarkerFace& face, double white, StraughnEncoding encoding, std::size_t per_quadrant) {
+std::vector<StraughnPoint> points_of(const MarkerFace& face, double white, StraughnEncoding encoding,
+                                     std::size_t per_quadrant) {
   struct Candidate {
     double depth;
     StraughnPoint point;
@@ -67,20 +68,20 @@ std::vector<StraughnPoint> points_of(const MarkerFace& face, double white, Strau
 
 Vec3d normal_of(const Pose& pose) { return rotate(pose.rotation, Vec3d{0, 0, 1}); }
 
-/// The third column of P F_C: P as ARToolkit makes it from a camera's calibration, near plane by far plane taken for
-/// zero.
+/// The third column of P F_C, with the perspective matrix P that ARToolkit makes from a camera's calibration; near /
+/// far is taken as zero.
 Vec3d perceived(Vec3d normal, const StraughnCamera& camera) {
   const double skew_x = (2 * camera.cx + 1) / camera.width - 1, skew_y = (2 * camera.cy + 1) / camera.height - 1;
   return normalized(Vec3d{2 * camera.fx / camera.width * normal.x + skew_x * normal.z,
                           2 * camera.fy / camera.height * normal.y + skew_y * normal.z, normal.z});
 }
 
-/// The luminance at a point of a face, eq. 3.6 to 3.13; nothing outside of the picture or behind the camera.
-std::optional<double> luminance_at(const StraughnPicture& picture, const StraughnCamera& camera, const Pose& camera_face,
-                                   FacePoint p) {
+/// The luminance at a point of a face, eq. 3.6 to 3.13; std::nullopt outside the image or behind the camera.
+std::optional<double> luminance_at(const StraughnPicture& picture, const StraughnCamera& camera,
+                                   const Pose& camera_face, FacePoint p) {
   const Vec3d at = transformed(camera_face, {p.x, p.y, 0});
   if (!(at.z > 0)) return std::nullopt;
-  // 3.6 to 3.8: the perspective matrix and the division by z; the image plane's y points up, the house's pixels' down.
+  // 3.6 to 3.8: the perspective matrix and the division by z; y points up in the image plane and down in pixels.
   const double plane_x = 2 * (camera.fx * at.x / at.z + camera.cx + 0.5) / camera.width - 1;
   const double plane_y = 1 - 2 * (camera.fy * at.y / at.z + camera.cy + 0.5) / camera.height;
   const double texture_x = (plane_x + 1) / 2, texture_y = (plane_y + 1) / 2;                     // 3.9, 3.10
@@ -102,7 +103,8 @@ double area_px(const StraughnTag& tag) {
 }
 
 /// The light vector of a shadowed face, unweighted.
-Vec3d shadowed_vector(const StraughnMarker& marker, std::span<const StraughnView> seen, const StraughnView& face, double threshold) {
+Vec3d shadowed_vector(const StraughnMarker& marker, std::span<const StraughnView> seen, const StraughnView& face,
+                      double threshold) {
   Vec3d sum;
   for (const StraughnView& other : seen) {
     const auto& adjacent = marker.faces[face.face].adjacent;
@@ -128,7 +130,7 @@ StraughnMarker straughn_marker(const MarkerBody& body, StraughnEncoding encoding
     for (const MarkerFace& b : body.faces)
       if (&a != &b) nearest = std::max(nearest, dot(normal_of(a.body_face), normal_of(b.body_face)));
   }
-  // Of the regular bodies the cosine of the next nearest is less by 0.4 and more.
+  // For regular bodies the cosine of the next nearest face is smaller by 0.4 or more.
   constexpr double kSame = 0.05;
   for (std::size_t a = 0; a < marker.faces.size(); ++a)
     for (std::size_t b = 0; b < marker.faces.size(); ++b)
@@ -139,8 +141,8 @@ StraughnMarker straughn_marker(const MarkerBody& body, StraughnEncoding encoding
 
 std::optional<Pose> straughn_face_pose(const StraughnTag& tag, const StraughnCamera& camera, double tag_size_m) {
   const double half = tag_size_m / 2;
-  // The order that IPPE_SQUARE asks for, of a tag whose y points down and whose z points away from who reads it: of one
-  // that faces the camera with y up the rotation vector is pi long, where OpenCV's IPPE makes zero of it.
+  // The corner order of IPPE_SQUARE for a tag with y down and z away from the viewer. With y up, a tag that faces the
+  // camera has a rotation vector of length pi, for which OpenCV's IPPE returns zero.
   const std::vector<cv::Point3d> corners{{-half, half, 0}, {half, half, 0}, {half, -half, 0}, {-half, -half, 0}};
   std::vector<cv::Point2d> pixels;
   for (const FacePoint& p : tag.corners_px) pixels.emplace_back(p.x, p.y);
@@ -155,8 +157,9 @@ std::optional<Pose> straughn_face_pose(const StraughnTag& tag, const StraughnCam
   return Pose{(Quat::about(axis, angle) * kOver).normalized(), {shift[0], shift[1], shift[2]}};
 }
 
-std::vector<StraughnView> straughn_sample(const StraughnPicture& picture, const StraughnCamera& camera, const StraughnMarker& marker,
-                              std::span<const StraughnTag> tags, const StraughnOptions& options) {
+std::vector<StraughnView> straughn_sample(const StraughnPicture& picture, const StraughnCamera& camera,
+                                          const StraughnMarker& marker, std::span<const StraughnTag> tags,
+                                          const StraughnOptions& options) {
   std::vector<std::optional<Pose>> poses(marker.faces.size());
   std::vector<double> areas(marker.faces.size(), 0.0);
   std::optional<Pose> camera_body;
@@ -181,7 +184,7 @@ std::vector<StraughnView> straughn_sample(const StraughnPicture& picture, const 
     const bool letter = options.normals == StraughnOptions::Normals::letter;
     const Vec3d normal = letter ? perceived(normal_of(pose), camera) : normalized(normal_of(pose));
     if (!poses[k]) {
-      // Behind the matrix all rays run along the axis.
+      // After the perspective matrix, all rays are parallel to the axis.
       const Vec3d towards_eye = letter ? Vec3d{0, 0, -1} : normalized(-pose.translation);
       if (!(dot(normal, towards_eye) > options.visible_cosine)) continue;
     }
@@ -198,7 +201,8 @@ std::vector<StraughnView> straughn_sample(const StraughnPicture& picture, const 
   return seen;
 }
 
-StraughnLight straughn_light(const StraughnMarker& marker, std::span<const StraughnView> seen, const StraughnOptions& options) {
+StraughnLight straughn_light(const StraughnMarker& marker, std::span<const StraughnView> seen,
+                             const StraughnOptions& options) {
   StraughnLight light;
   if (seen.empty()) return light;
   const auto [lowest, highest] = std::minmax_element(

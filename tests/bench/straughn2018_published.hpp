@@ -1,5 +1,5 @@
-// What the seed of bench/straughn2018.hpp measured of itself, with a lamp two feet away: percent of 180 degrees, and
-// where its text says so.
+// Results published in the thesis of bench/straughn2018.hpp, with a lamp at a distance of two feet: percent of 180
+// degrees, and the place in its text.
 #pragma once
 
 #include <array>
@@ -7,21 +7,21 @@
 namespace lightwell::bench {
 
 struct StraughnPublished {
-  const char* what;   ///< A name for programs.
-  double percent;     ///< Error of the light's direction, of 180 degrees.
+  const char* what;   ///< Identifier.
+  double percent;     ///< Error of the light's direction in percent of 180 degrees.
   const char* where;  ///< Section and paragraph.
 
   [[nodiscard]] constexpr double degrees() const { return percent * 1.8; }
 };
 
-// A case is a body (white or grey), a way to see it (straight: a face towards the camera; turned: an edge) and a place
-// of the lamp. Ten light vectors of each were averaged before they were compared with the truth (4.3).
+// A case is a body (white or grey), a view (straight: a face towards the camera; turned: an edge) and a place of the
+// lamp. Ten light vectors of each case were averaged before comparison with the truth (4.3).
 
-/// Over all twenty cases, and their median.
+/// Mean and median over all twenty cases.
 inline constexpr StraughnPublished kStraughnMean{"mean", 37.49, "5.2.2, first paragraph: 67.48 deg"};
 inline constexpr StraughnPublished kStraughnMedian{"median", 33.34, "5.2.2, first paragraph: 60.01 deg"};
 
-/// Mean of the four cases of a place of the lamp.
+/// Mean over the four cases of each place of the lamp.
 inline constexpr std::array kStraughnByLamp = {
     StraughnPublished{"front", 36.98, "5.2.2, paragraph below figure 9"},
     StraughnPublished{"front_right", 34.72, "5.2.2, paragraph below figure 9"},
@@ -30,7 +30,7 @@ inline constexpr std::array kStraughnByLamp = {
     StraughnPublished{"behind", 60.63, "5.2.2, paragraph below figure 9"},
 };
 
-/// Mean of the five cases of a body and a way to see it.
+/// Mean over the five cases of each body and view.
 inline constexpr std::array kStraughnByView = {
     StraughnPublished{"grey.straight", 43.16, "5.2.2, second paragraph"},
     StraughnPublished{"grey.turned", 31.63, "5.2.2, second paragraph"},

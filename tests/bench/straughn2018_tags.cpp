@@ -24,7 +24,8 @@ Result<StraughnTagDetector> StraughnTagDetector::make(const StraughnTagOptions& 
   return StraughnTagDetector(options, std::move(*made));
 }
 
-Status StraughnTagDetector::look(const StraughnPicture& picture, const std::vector<std::uint8_t>& grey, std::vector<StraughnTag>& tags) {
+Status StraughnTagDetector::detect_pass(const StraughnPicture& picture, const std::vector<std::uint8_t>& grey,
+                                        std::vector<StraughnTag>& tags) {
   const auto found = detector_.detect({grey, picture.width, picture.height, static_cast<std::size_t>(picture.width)});
   if (!found) return found.status();
   const std::size_t before = tags.size();
@@ -43,11 +44,11 @@ Result<std::vector<StraughnTag>> StraughnTagDetector::detect(const StraughnPictu
   const auto height = static_cast<std::size_t>(std::max(0, picture.height));
   const std::size_t row = width * static_cast<std::size_t>(picture.channels);
   if (width == 0 || height == 0 || picture.stride < row || picture.data.size() < (height - 1) * picture.stride + row)
-    return Status(StatusCode::invalid_argument, "the bytes do not hold the picture");
+    return Status(StatusCode::invalid_argument, "the data is smaller than the image");
   grey_.resize(width * height);
   for (std::size_t y = 0; y < height; ++y) {
     const std::uint8_t* from = picture.data.data() + y * picture.stride;
-    // Luma of Rec. 601, in 256ths: what webcams send.
+    // Rec. 601 luma in 256ths, as sent by webcams.
     for (std::size_t x = 0; x < width; ++x) {
       const std::uint8_t* p = from + 3 * x;
       grey_[y * width + x] =
@@ -56,13 +57,13 @@ Result<std::vector<StraughnTag>> StraughnTagDetector::detect(const StraughnPictu
   }
   std::vector<StraughnTag> tags;
   if (options_.thresholds.empty()) {
-    if (const Status s = look(picture, grey_, tags); !s.ok()) return s;
+    if (const Status s = detect_pass(picture, grey_, tags); !s.ok()) return s;
   }
   for (const int threshold : options_.thresholds) {
     binary_.resize(grey_.size());
     std::transform(grey_.begin(), grey_.end(), binary_.begin(),
                    [&](std::uint8_t v) { return static_cast<std::uint8_t>(v > threshold ? 255 : 0); });
-    if (const Status s = look(picture, binary_, tags); !s.ok()) return s;
+    if (const Status s = detect_pass(picture, binary_, tags); !s.ok()) return s;
   }
   return tags;
 }

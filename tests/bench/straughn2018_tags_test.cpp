@@ -7,7 +7,7 @@ namespace {
 
 constexpr int kWidth = 160, kHeight = 120, kCell = 8, kLeft = 40, kTop = 20;
 
-/// tag36h11 number 5, upright, its paper's white corner at (kLeft, kTop).
+/// Tag 5 of tag36h11, upright; its white margin starts at (kLeft, kTop).
 std::vector<std::uint8_t> picture_of_a_tag(std::uint8_t dark, std::uint8_t bright) {
   std::vector<std::uint8_t> grey(kWidth * kHeight, bright);
   const TagBitmap bitmap = *tag_bitmap(TagFamily::tag36h11, 5);
@@ -22,13 +22,13 @@ std::vector<std::uint8_t> picture_of_a_tag(std::uint8_t dark, std::uint8_t brigh
 
 StraughnPicture view(const std::vector<std::uint8_t>& grey) { return {kWidth, kHeight, 1, grey, kWidth}; }
 
-TEST(S1Tags, FindsATagAndItsCornersInGreyAndInColour) {
+TEST(StraughnTags, FindsATagAndItsCornersInGreyAndInColour) {
   const auto grey = picture_of_a_tag(30, 220);
   std::vector<std::uint8_t> rgb;
   for (const std::uint8_t v : grey) rgb.insert(rgb.end(), 3, v);
   auto detector = StraughnTagDetector::make();
   ASSERT_TRUE(detector);
-  // The black edge is eight cells wide, within the rim where the bitmap has one; pixel k is from k - 0.5 to k + 0.5.
+  // The black border is eight cells wide, inside the margin if the bitmap has one; pixel k is from k - 0.5 to k + 0.5.
   const double rim = tag_bitmap(TagFamily::tag36h11, 5)->cells == 10 ? kCell : 0;
   const double left = kLeft + rim - 0.5, top = kTop + rim - 0.5, size = 8 * kCell;
   for (const StraughnPicture& picture : {view(grey), StraughnPicture{kWidth, kHeight, 3, rgb, 3 * kWidth}}) {
@@ -48,8 +48,8 @@ TEST(S1Tags, FindsATagAndItsCornersInGreyAndInColour) {
   }
 }
 
-TEST(S1Tags, PassesFindATagOnceIfAnyThresholdPartsItsInk) {
-  // Ink 20 and paper 35: black and white at 30 alone; ink 20 and paper 200: at all four.
+TEST(StraughnTags, PassesFindATagOnceIfAnyThresholdSeparatesInkAndPaper) {
+  // Ink 20 and paper 35 are separated only at 30; ink 20 and paper 200 at all four thresholds.
   auto detector = StraughnTagDetector::make({.thresholds = straughn_four_passes()});
   ASSERT_TRUE(detector);
   EXPECT_EQ(detector->detect(view(picture_of_a_tag(20, 35)))->size(), 1U);
@@ -57,7 +57,7 @@ TEST(S1Tags, PassesFindATagOnceIfAnyThresholdPartsItsInk) {
   EXPECT_EQ(detector->detect(view(picture_of_a_tag(70, 200)))->size(), 0U);
 }
 
-TEST(S1Tags, APictureThatLacksBytesIsRefused) {
+TEST(StraughnTags, AnImageWithTooFewBytesIsRejected) {
   auto detector = StraughnTagDetector::make();
   ASSERT_TRUE(detector);
   const std::vector<std::uint8_t> few(kWidth * kHeight - 1);

@@ -1,6 +1,6 @@
-// Each rule of the seed by a case whose numbers are worked out by hand. The camera is 200x100 with a focal length of
-// 100 px and its axis through the picture's middle: a point x to the right and y up at the distance z is in the column
-// floor(100 + 100 x/z) and the row floor(50 - 100 y/z).
+// Each rule of the thesis with a case computed by hand. The camera is 200x100 with a focal length of 100 px and its
+// axis through the image centre: a point x to the right and y up at distance z is in column floor(100 + 100 x/z) and
+// row floor(50 - 100 y/z).
 #include "bench/straughn2018.hpp"
 
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 constexpr int kWidth = 200, kHeight = 100;
 constexpr StraughnCamera kCamera{kWidth, kHeight, 100, 100, 99.5, 49.5};
 constexpr double kTag = 0.2;
-/// A face that looks at the camera, upright: its up is the camera's, its outside the way back.
+/// Pose of an upright face towards the camera: its up is the camera's up, its normal points back to the camera.
 constexpr Quat kFacing{1, 0, 0, 0};
 
 struct Picture {
@@ -37,7 +37,7 @@ StraughnTag tag_at(int id, const Pose& camera_face) {
   return tag;
 }
 
-/// A face of the body without turn or shift.
+/// A face at the body's origin without rotation.
 StraughnFace plain_face(int tag_id, std::vector<StraughnPoint> points) { return {tag_id, {}, std::move(points), {}}; }
 
 void expect_near(Vec3d a, Vec3d b, double tolerance) {
@@ -48,8 +48,8 @@ void expect_near(Vec3d a, Vec3d b, double tolerance) {
 
 // --- 3.2.2: poses ---
 
-TEST(S1Pose, OfATagOneMetreAheadIsThat) {
-  // 0.1 m to each side at 1 m are 10 px from the middle, (99.5, 49.5).
+TEST(StraughnPose, ATagAtOneMetreGivesThatPose) {
+  // 0.1 m to each side at 1 m are 10 px from the image centre, (99.5, 49.5).
   const StraughnTag tag{0, {{{89.5, 59.5}, {109.5, 59.5}, {109.5, 39.5}, {89.5, 39.5}}}};
   const auto pose = straughn_face_pose(tag, kCamera, kTag);
   ASSERT_TRUE(pose);
@@ -58,7 +58,7 @@ TEST(S1Pose, OfATagOneMetreAheadIsThat) {
   expect_near(rotate(pose->rotation, Vec3d{0, 1, 0}), {0, -1, 0}, 1e-4);
 }
 
-TEST(S1Pose, OfATurnedTagIsFound) {
+TEST(StraughnPose, ARotatedTagGivesItsPose) {
   const Pose truth{Quat::about({0, 1, 0}, 0.7) * kFacing, {0.1, -0.05, 0.8}};
   const auto pose = straughn_face_pose(tag_at(0, truth), kCamera, kTag);
   ASSERT_TRUE(pose);
@@ -67,16 +67,16 @@ TEST(S1Pose, OfATurnedTagIsFound) {
     expect_near(rotate(pose->rotation, axis), rotate(truth.rotation, axis), 1e-6);
 }
 
-TEST(S1Sample, WithoutATagNothingIsSeen) {
+TEST(StraughnSample, IsEmptyWithoutTags) {
   const Picture picture;
   EXPECT_TRUE(straughn_sample(picture.picture(), kCamera, {kTag, {plain_face(0, {{{0, 0}, 1}})}}, {}).empty());
 }
 
-TEST(S1Sample, TheBodyIsWhereTheLargestTagSays) {
-  // Both tags are found, face 0's at 1 m and face 1's at 2 m, though the body has them in one place. Face 2 lies 0.5 m
-  // to the right: by face 0 in column 100 + 100 (0.505 / 1), by face 1 in column 100 + 100 (0.505 / 2).
-  StraughnMarker marker{kTag,
-                  {plain_face(0, {{{0, 0}, 1}}), plain_face(1, {{{0, 0}, 1}}), plain_face(2, {{{0.005, 0.005}, 1}})}};
+TEST(StraughnSample, TheLargestTagDeterminesTheBodysPose) {
+  // Both tags are detected, face 0's at 1 m and face 1's at 2 m, which contradict each other. Face 2 is 0.5 m to the
+  // right: by face 0 in column 100 + 100 (0.505 / 1), by face 1 in column 100 + 100 (0.505 / 2).
+  StraughnMarker marker{
+      kTag, {plain_face(0, {{{0, 0}, 1}}), plain_face(1, {{{0, 0}, 1}}), plain_face(2, {{{0.005, 0.005}, 1}})}};
   marker.faces[2].body_face.translation = {0.5, 0, 0};
   Picture picture;
   picture.set(150, 49, {255, 255, 255});
@@ -91,10 +91,9 @@ TEST(S1Sample, TheBodyIsWhereTheLargestTagSays) {
 
 // --- 3.3: luminance ---
 
-TEST(S1Sample, AFacesLuminanceIsTheMeanOfItsPointsByTheirMaximum) {
-  // The first point: column 100 + 10.5, row 50 - 20.5; 0.33 * 0.4 + 0.59 * 0.8 + 0.11 * 0.2 = 0.626; by 0.515 that
-  // is 1.2155. The second: column 100 - 30.5, row 50 + 10.5; 1.03 * 0.2 = 0.206; by 1.03 that is 0.2. The third is
-  // outside.
+TEST(StraughnSample, AFacesLuminanceIsTheMeanOfItsPointsDividedByTheirMaximum) {
+  // First point: column 100 + 10.5, row 50 - 20.5; 0.33 * 0.4 + 0.59 * 0.8 + 0.11 * 0.2 = 0.626; divided by 0.515:
+  // 1.2155. Second: column 100 - 30.5, row 50 + 10.5; 1.03 * 0.2 = 0.206; divided by 1.03: 0.2. The third is outside.
   const StraughnMarker marker{kTag, {plain_face(7, {{{0.105, 0.205}, 0.515}, {{-0.305, -0.105}, 1.03}, {{2, 0}, 1}})}};
   Picture picture;
   picture.set(110, 29, {102, 204, 51});
@@ -106,7 +105,7 @@ TEST(S1Sample, AFacesLuminanceIsTheMeanOfItsPointsByTheirMaximum) {
   expect_near(seen[0].normal_cv, {0, 0, -1}, 1e-4);
 }
 
-TEST(S1Sample, AGreyPictureIsOneOfThreeEqualChannels) {
+TEST(StraughnSample, AGreyImageEqualsOneWithThreeEqualChannels) {
   const StraughnMarker marker{kTag, {plain_face(7, {{{0.105, 0.205}, 1.03}})}};
   std::vector<std::uint8_t> grey(kWidth * kHeight, 0);
   grey[29 * kWidth + 110] = 153;
@@ -116,7 +115,7 @@ TEST(S1Sample, AGreyPictureIsOneOfThreeEqualChannels) {
   EXPECT_NEAR(seen[0].luminance, 0.6, 1e-9);
 }
 
-/// Face 0 is found at 1 m, the body's centre is 0.1 m behind it; face 1 is turned by `turn`.
+/// Face 0 is detected at 1 m, the body's centre is 0.1 m behind it; face 1 is rotated by `turn`.
 struct Projected {
   StraughnMarker marker;
   std::vector<StraughnTag> tags{tag_at(0, {kFacing, {0, 0, 1}})};
@@ -127,10 +126,10 @@ struct Projected {
   }
 };
 
-TEST(S1Sample, AFaceWhoseTagIsNotFoundIsProjectedIfItFacesTheCamera) {
-  // Turned by 60 degrees to the right: normal (0.8660, 0, -0.5), centre (0.08660, 0, 1.1 - 0.05), from there to the eye
-  // (-0.08660, 0, -1.05) / 1.05357: cosine (-0.075 + 0.525) / 1.05357 = 0.42712. Column 100 + 8.66025 / 1.05 = 108.2,
-  // row 50 - 0.525 / 1.05 = 49.5.
+TEST(StraughnSample, AFaceWithoutADetectedTagIsSampledIfItFacesTheCamera) {
+  // Rotated by 60 degrees to the right: normal (0.8660, 0, -0.5), centre (0.08660, 0, 1.1 - 0.05), from there to the
+  // eye (-0.08660, 0, -1.05) / 1.05357: cosine (-0.075 + 0.525) / 1.05357 = 0.42712. Column 100 + 8.66025 / 1.05 =
+  // 108.2, row 50 - 0.525 / 1.05 = 49.5.
   const Projected body(Quat::about({0, 1, 0}, std::acos(0.5)));
   Picture picture;
   picture.set(108, 49, {153, 153, 153});
@@ -146,14 +145,14 @@ TEST(S1Sample, AFaceWhoseTagIsNotFoundIsProjectedIfItFacesTheCamera) {
   EXPECT_EQ(straughn_sample(picture.picture(), kCamera, body.marker, body.tags, options).size(), 1U);
 }
 
-TEST(S1Sample, ToTheLetterThePerspectiveMatrixStretchesNormals) {
-  // Turned down, sine 0.6: the normal is (0, 0.6, -0.8). 2 * 100 / 200 = 1 across, 2 * 100 / 100 = 2 down: (0, 1.2,
+TEST(StraughnSample, LiterallyThePerspectiveMatrixScalesNormals) {
+  // Rotated down, sine 0.6: the normal is (0, 0.6, -0.8). 2 * 100 / 200 = 1 across, 2 * 100 / 100 = 2 down: (0, 1.2,
   // -0.8), of length 1.442221: (0, 0.832050, -0.554700), and the last number is the cosine with the axis.
   const Projected body(Quat::about({1, 0, 0}, std::asin(0.6)));
   const Picture picture;
   StraughnOptions options;
-  expect_near(straughn_sample(picture.picture(), kCamera, body.marker, body.tags, options).at(1).normal_cv, {0, 0.6, -0.8},
-              1e-4);
+  expect_near(straughn_sample(picture.picture(), kCamera, body.marker, body.tags, options).at(1).normal_cv,
+              {0, 0.6, -0.8}, 1e-4);
   options.normals = StraughnOptions::Normals::letter;
   options.visible_cosine = 0.554;
   expect_near(straughn_sample(picture.picture(), kCamera, body.marker, body.tags, options).at(1).normal_cv,
@@ -162,7 +161,7 @@ TEST(S1Sample, ToTheLetterThePerspectiveMatrixStretchesNormals) {
   EXPECT_EQ(straughn_sample(picture.picture(), kCamera, body.marker, body.tags, options).size(), 1U);
 }
 
-// --- the seed's files ---
+// --- the thesis's files ---
 
 MarkerBody three_sides() {
   const auto square = [](double x, double y, double half, double albedo) {
@@ -182,8 +181,8 @@ MarkerBody three_sides() {
   return body;
 }
 
-TEST(StraughnMarker, PointsLieInTheQuadrantsAndKnowTheirShareOfWhite) {
-  // The small patch at the top right is less deep than the other one there.
+TEST(StraughnMarker, PointsAreInTheQuadrantsAndHaveTheirRelativeAlbedo) {
+  // The small patch at the top right is less deep than the other patch there.
   const StraughnMarker marker = straughn_marker(three_sides(), StraughnEncoding::linear, 1);
   ASSERT_EQ(marker.faces.size(), 3U);
   ASSERT_EQ(marker.faces[0].points.size(), 4U);
@@ -199,24 +198,25 @@ TEST(StraughnMarker, PointsLieInTheQuadrantsAndKnowTheirShareOfWhite) {
   EXPECT_NEAR(bottom_right, 0.25 * 1.03, 1e-12);
 }
 
-TEST(StraughnMarker, TheReferenceImageIsEncodedAsThePictureIs) {
+TEST(StraughnMarker, TheReferenceImageHasTheEncodingOfTheImage) {
   // sRGB of 0.5: 1.055 * 0.5^(1 / 2.4) - 0.055 = 0.735357.
   const StraughnMarker marker = straughn_marker(three_sides(), StraughnEncoding::srgb, 1);
   int found = 0;
-  for (const StraughnPoint& p : marker.faces[0].points) found += std::abs(p.max_luminance - 1.03 * 0.735357) < 1e-6 ? 1 : 0;
+  for (const StraughnPoint& p : marker.faces[0].points)
+    found += std::abs(p.max_luminance - 1.03 * 0.735357) < 1e-6 ? 1 : 0;
   EXPECT_EQ(found, 1);
 }
 
-TEST(StraughnMarker, SidesAreAdjacentWhoseNormalsAreNearest) {
+TEST(StraughnMarker, SidesWithTheNearestNormalsAreAdjacent) {
   const StraughnMarker marker = straughn_marker(three_sides(), StraughnEncoding::linear, 1);
   EXPECT_EQ(marker.faces[0].adjacent, (std::vector<std::size_t>{1}));
   EXPECT_EQ(marker.faces[1].adjacent, (std::vector<std::size_t>{0, 2}));
   EXPECT_EQ(marker.faces[2].adjacent, (std::vector<std::size_t>{1}));
 }
 
-// --- 3.4: the light. Directions come out in the house's axes: y and z change their signs. ---
+// --- 3.4: the light. Directions are returned in axes y up, z back, so y and z change their signs. ---
 
-/// Faces 0, 1 and 2; 0 and 1 are adjacent, and 1 and 2 where asked for.
+/// Faces 0, 1 and 2; 0 and 1 are adjacent, and optionally 1 and 2.
 StraughnMarker three_faces(bool second_pair = false) {
   StraughnMarker marker{kTag, {plain_face(0, {}), plain_face(1, {}), plain_face(2, {})}};
   marker.faces[0].adjacent = {1};
@@ -226,7 +226,7 @@ StraughnMarker three_faces(bool second_pair = false) {
 }
 constexpr Vec3d kAhead{0, 0, -1}, kAside{0.6, 0, -0.8};
 
-TEST(StraughnLight, LitFacesGiveTheirNormalsTimesLuminance) {
+TEST(StraughnLight, LitFacesContributeTheirNormalTimesLuminance) {
   // 0.9 (0, 0, -1) + 0.5 (0, -0.6, -0.8) = (0, -0.3, -1.3), of length 1.334166. A face at the threshold is lit.
   const std::vector<StraughnView> seen{{0, true, kAhead, 0.9}, {1, true, {0, -0.6, -0.8}, 0.5}};
   const StraughnLight light = straughn_light(three_faces(), seen);
@@ -247,7 +247,7 @@ TEST(StraughnLight, AShadowedFacesNormalIsReflectedAcrossItsLitNeighbour) {
   EXPECT_DOUBLE_EQ(light.ambient, 0.2);
 }
 
-TEST(StraughnLight, WithoutALitNeighbourTheNormalIsReversedAndDarknessWeighs) {
+TEST(StraughnLight, WithoutALitNeighbourTheNormalIsReversedAndWeightedByDarkness) {
   // Ambient 0.1; face 1: 1 - (0.2 - 0.1) / (0.5 - 0.1) = 0.75; face 2: 1. 0.8 (0, 0, -1) + 0.75 (-0.6, 0, -0.8) + (0,
   // -1, 0) = (-0.45, -1, -1.4), of length 1.778342.
   const std::vector<StraughnView> seen{{0, true, kAhead, 0.8}, {1, true, kAside, 0.2}, {2, false, {0, 1, 0}, 0.1}};
@@ -267,36 +267,38 @@ TEST(StraughnLight, ReflectionsAcrossTwoLitNeighboursAreAveragedAndNormalised) {
   expect_near(light.direction, {-0.707107, 0.424264, 0.565685}, 1e-6);
 }
 
-TEST(StraughnLight, AmbientIsTheLowestLuminanceUnlessThatIsAboveAHalf) {
+TEST(StraughnLight, AmbientIsTheLowestLuminanceUnlessAboveOneHalf) {
   const StraughnMarker marker = three_faces();
-  EXPECT_DOUBLE_EQ(straughn_light(marker, std::vector<StraughnView>{{0, true, kAhead, 0.8}, {1, true, kAside, 0.5}}).ambient, 0.5);
-  EXPECT_DOUBLE_EQ(straughn_light(marker, std::vector<StraughnView>{{0, true, kAhead, 0.8}, {1, true, kAside, 0.51}}).ambient, 0.3);
+  EXPECT_DOUBLE_EQ(
+      straughn_light(marker, std::vector<StraughnView>{{0, true, kAhead, 0.8}, {1, true, kAside, 0.5}}).ambient, 0.5);
+  EXPECT_DOUBLE_EQ(
+      straughn_light(marker, std::vector<StraughnView>{{0, true, kAhead, 0.8}, {1, true, kAside, 0.51}}).ambient, 0.3);
 }
 
-TEST(StraughnLight, TheDefaultAmbientIsThatOfRelativeDarknessToo) {
-  // Ambient 0.3 as both are above 0.5. Face 1: 1 - (0.6 - 0.3) / (0.7 - 0.3) = 0.25. 0.8 (0, 0, -1) + 0.25 (-0.6, 0,
-  // -0.8) =
-  // (-0.15, 0, -1), of length 1.011187.
+TEST(StraughnLight, RelativeDarknessUsesTheDefaultAmbient) {
+  // Ambient 0.3, because both are above 0.5. Face 1: 1 - (0.6 - 0.3) / (0.7 - 0.3) = 0.25.
+  // 0.8 (0, 0, -1) + 0.25 (-0.6, 0, -0.8) = (-0.15, 0, -1), of length 1.011187.
   StraughnOptions options;
   options.threshold = 0.7;
   const std::vector<StraughnView> seen{{0, true, kAhead, 0.8}, {1, true, kAside, 0.6}};
   expect_near(straughn_light(three_faces(), seen, options).direction, {-0.148340, 0, 0.988936}, 1e-6);
 }
 
-TEST(StraughnLight, FacesInShadowAloneSendItToTheOtherSide) {
+TEST(StraughnLight, WithOnlyShadowedFacesTheLightIsOnTheOppositeSide) {
   const StraughnLight light = straughn_light(three_faces(), std::vector<StraughnView>{{0, true, kAhead, 0.2}});
   ASSERT_TRUE(light.known);
   expect_near(light.direction, {0, 0, -1}, 1e-12);
 }
 
-TEST(StraughnLight, NothingSeenOrVectorsThatCancelAreNoLight) {
+TEST(StraughnLight, NoFacesOrCancellingVectorsGiveNoLight) {
   EXPECT_FALSE(straughn_light(three_faces(), {}).known);
-  EXPECT_FALSE(straughn_light(three_faces(), std::vector<StraughnView>{{0, true, kAhead, 0.8}, {2, true, -kAhead, 0.8}}).known);
+  EXPECT_FALSE(
+      straughn_light(three_faces(), std::vector<StraughnView>{{0, true, kAhead, 0.8}, {2, true, -kAhead, 0.8}}).known);
 }
 
-TEST(StraughnThreshold, IsTheMiddleOfThoseThatAreBest) {
-  // Between 0.2 and 0.8 the faces are told apart and the answer is that of the reflected normal above; 52 to 204 of
-  // 256.
+TEST(StraughnThreshold, IsTheMiddleOfTheBestRange) {
+  // Between 0.2 and 0.8 (52 to 204 of 256) the faces are separated, and the result is that of the reflected normal
+  // above.
   const StraughnMarker marker = three_faces();
   const std::vector<StraughnCase> cases{
       {&marker, {{0, true, kAhead, 0.8}, {1, true, kAside, 0.2}}, normalized(Vec3d{-0.6, 0, 1.6})}};
@@ -306,14 +308,14 @@ TEST(StraughnThreshold, IsTheMiddleOfThoseThatAreBest) {
   EXPECT_NEAR(best->mean_error_rad, 0, 1e-7);
 }
 
-TEST(StraughnThreshold, FramesWithoutAnAnswerDoNotCount) {
+TEST(StraughnThreshold, FramesWithoutAnEstimateDoNotCount) {
   const StraughnMarker marker = three_faces();
   const std::vector<StraughnCase> none{{&marker, {}, {0, 0, 1}}};
   EXPECT_FALSE(straughn_best_threshold(none));
 }
 
-TEST(StraughnPublished, FiguresAgreeWithEachOther) {
-  // The text gives the mean in degrees as well; twenty cases in groups of four and of five have one mean.
+TEST(StraughnPublished, FiguresAreConsistent) {
+  // The text also gives the mean in degrees; groups of four and of five of the twenty cases must have the same mean.
   EXPECT_NEAR(kStraughnMean.degrees(), 67.48, 0.01);
   EXPECT_NEAR(kStraughnMedian.degrees(), 60.01, 0.01);
   double by_lamp = 0, by_view = 0;

@@ -1,11 +1,11 @@
-// The clock of timed programs whose work is one thread's.
+// Clock for measuring single-threaded work.
 #pragma once
 
 #include <ctime>
 
 namespace lightwell::bench {
 
-/// Of this thread on a processor, ms: others that use the machine make it wait, which is not what is asked.
+/// CPU time of this thread in ms, which does not include waiting for other processes.
 [[nodiscard]] inline double thread_time_ms() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

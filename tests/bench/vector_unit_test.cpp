@@ -7,7 +7,7 @@
 namespace lightwell::bench {
 namespace {
 
-/// Restores what the processor has: other tests share the process.
+/// Restores all targets, because other tests share the process.
 struct VectorUnit : testing::Test {
   ~VectorUnit() override { hwy::DisableTargets(0); }
 };
@@ -23,16 +23,16 @@ void expect_limited(const char* name, std::int64_t target) {
   }
   ASSERT_TRUE(selected) << selected.status().message();
   EXPECT_EQ(*selected, hwy::TargetName(target));
-  EXPECT_EQ(hwy::SupportedTargets() & (target - 1), 0) << "a better target is left";
+  EXPECT_EQ(hwy::SupportedTargets() & (target - 1), 0) << "a better target is still enabled";
   EXPECT_NE(hwy::SupportedTargets() & target, 0);
 }
 
-TEST_F(VectorUnit, NothingBetterThanWhatIsNamedIsUsed) {
+TEST_F(VectorUnit, LimitsTheTargets) {
   expect_limited("avx2", HWY_AVX2);
   expect_limited("sse4", HWY_SSE4);
 }
 
-TEST_F(VectorUnit, BestIsAllThatTheProcessorHas) {
+TEST_F(VectorUnit, BestEnablesAllTargetsOfTheProcessor) {
   const std::int64_t before = hwy::SupportedTargets();
   (void)select_vector_unit("sse4");
   const Result<std::string> best = select_vector_unit("best");
@@ -41,12 +41,12 @@ TEST_F(VectorUnit, BestIsAllThatTheProcessorHas) {
   EXPECT_EQ(hwy::SupportedTargets(), before);
 }
 
-TEST_F(VectorUnit, AnUnknownNameIsRefused) {
+TEST_F(VectorUnit, AnUnknownNameIsRejected) {
   EXPECT_FALSE(select_vector_unit("mmx"));
   EXPECT_FALSE(select_vector_unit(""));
 }
 
-TEST_F(VectorUnit, TheOptionIsTakenOutOfTheArguments) {
+TEST_F(VectorUnit, TheOptionIsRemovedFromTheArguments) {
   char program[] = "p", option[] = "--vector", name[] = "best", part[] = "sizes";
   char* argv[] = {program, option, name, part};
   int argc = 4;

@@ -1,4 +1,4 @@
-// Bad input gets a clear error and a non-zero exit, or is mended and said once.
+// Invalid input causes a clear error and a non-zero exit status, or is replaced and reported once.
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -21,11 +21,11 @@ class BadInputTest : public ::testing::Test {
   BadInputTest() { write_exr(folder_.path("room.exr"), room_with_lamp_at_plus_x()); }
   [[nodiscard]] std::string camera() const { return "sim:" + folder_.path("room.exr"); }
 
-  /// What it says on stderr where it refuses to start with exit code 1.
+  /// Expects that the daemon exits with 1 and one error; returns its stderr.
   std::string refusal(const DaemonOptions& options) {
     Child child(daemon_command(options), options.child);
-    EXPECT_EQ(child.wait(), (Ending{1, 0})) << child.err();
-    EXPECT_EQ(child.out(), "") << "nobody may think that it listens";
+    EXPECT_EQ(child.wait(), (ExitStatus{1, 0})) << child.err();
+    EXPECT_EQ(child.out(), "") << "no listening address may be printed";
     EXPECT_EQ(occurrences(child.err(), "error: "), 1U) << child.err();
     return child.err();
   }
@@ -60,8 +60,8 @@ TEST_F(BadInputTest, AnImpossibleValueOfTheConfigurationIsNamed) {
   EXPECT_THAT(refusal({.more = {"--config", file}}), AllOf(HasSubstr(file), HasSubstr("estimator.band")));
 }
 
-TEST_F(BadInputTest, ABudgetThatTheMarkerCannotKeepIsRefused) {
-  // No setting of the marker is cheaper: the budget would be moved along for nothing.
+TEST_F(BadInputTest, ABudgetForTheMarkerEstimatorIsRejected) {
+  // The marker estimator has no cheaper setting, so a budget would have no effect.
   EXPECT_THAT(refusal({.camera = camera(), .more = {"--body", "any.textproto", "--budget-ms", "5"}}),
               AllOf(HasSubstr("budget_ms"), HasSubstr("marker"), HasSubstr("estimator.marker.decimation")));
 }
@@ -72,7 +72,7 @@ TEST_F(BadInputTest, AGreyPatchOutsideThePictureIsNamed) {
   EXPECT_THAT(refusal({.more = {"--config", file}}), HasSubstr("grey_patch: lens must be 0 to 1"));
 }
 
-TEST_F(BadInputTest, AMountingThatCannotBeIsNamed) {
+TEST_F(BadInputTest, AnInvalidMountingIsNamed) {
   const std::string file = folder_.write("room.textproto", "pose { tx: 1 }\n");
   EXPECT_THAT(refusal({.camera = camera(), .more = {"--mounting", file}}),
               AllOf(HasSubstr(file), HasSubstr("qx, qy, qz, qw")));
@@ -88,14 +88,14 @@ TEST_F(BadInputTest, AnImpossibleCalibrationIsNamedWithLensAndField) {
               AllOf(HasSubstr(file), HasSubstr("lens 0"), HasSubstr("fx")));
 }
 
-TEST_F(BadInputTest, ACalibrationThatFoldsIsRefused) {
+TEST_F(BadInputTest, ANonMonotonicCalibrationIsRejected) {
   const std::string file = folder_.write("rig.textproto",
                                          "lens { width: 160 height: 120 max_angle_deg: 95\n"
                                          "  kannala_brandt { fx: 40 fy: 40 cx: 79.5 cy: 59.5 k1: -0.5 } }\n");
   EXPECT_THAT(refusal({.camera = camera(), .more = {"--calibration", file}}), HasSubstr("stops growing"));
 }
 
-TEST_F(BadInputTest, ACalibrationOfAnotherCameraIsRefusedWithBothSizes) {
+TEST_F(BadInputTest, ACalibrationOfAnotherCameraIsRejectedWithBothSizes) {
   const std::string file = folder_.write("rig.textproto",
                                          "lens { width: 320 height: 240 max_angle_deg: 95\n"
                                          "  kannala_brandt { fx: 70 fy: 70 cx: 159.5 cy: 119.5 } }\n");
@@ -115,7 +115,7 @@ TEST_F(BadInputTest, AnUnknownCameraNamesTheNearest) {
   EXPECT_THAT(refusal({.camera = "smi:city"}), HasSubstr("'sim'"));
 }
 
-TEST_F(BadInputTest, ATruncatedPanoramaIsSaidToBeTruncatedOrDamaged) {
+TEST_F(BadInputTest, ATruncatedPanoramaIsNamed) {
   const std::string file = folder_.path("room.exr");
   for (const double share : {0.9, 0.5, 0.01}) {
     write_exr(file, room_with_lamp_at_plus_x());
@@ -125,7 +125,7 @@ TEST_F(BadInputTest, ATruncatedPanoramaIsSaidToBeTruncatedOrDamaged) {
   }
 }
 
-TEST_F(BadInputTest, ARecordingThatIsNoneIsNamed) {
+TEST_F(BadInputTest, AnInvalidRecordingIsNamed) {
   const std::string file = folder_.write("frames.lwrec", "no recording at all");
   EXPECT_THAT(refusal({.camera = "replay:" + file}), HasSubstr(file));
 }
@@ -141,11 +141,11 @@ TEST_F(BadInputTest, WrongUsageIsExitTwo) {
     DaemonOptions options{.camera = camera(), .more = wrong};
     if (wrong.front() == "--name") options.camera = "";
     Child child(daemon_command(options));
-    EXPECT_EQ(child.wait(), (Ending{2, 0})) << wrong.front() << " " << wrong.back();
+    EXPECT_EQ(child.wait(), (ExitStatus{2, 0})) << wrong.front() << " " << wrong.back();
   }
 }
 
-TEST_F(BadInputTest, ARadianceThatIsNoneIsReplacedCountedAndSaidOnce) {
+TEST_F(BadInputTest, InvalidRadiancesAreReplacedCountedAndReportedOnce) {
   PanoramaPixels room = room_with_lamp_at_plus_x();
   const float inf = std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < 5; ++i) room.rgb[i] = std::nanf("");
@@ -154,8 +154,8 @@ TEST_F(BadInputTest, ARadianceThatIsNoneIsReplacedCountedAndSaidOnce) {
   write_exr(folder_.path("room.exr"), room);
   Daemon daemon({.camera = camera()});
   const Observer observer(daemon.uri());
-  ASSERT_TRUE(observer.gets(40)) << "long enough for a second line";
-  EXPECT_EQ(daemon.stop(), (Ending{0, 0}));
+  ASSERT_TRUE(observer.gets(40)) << "long enough for a second report";
+  EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0}));
   const std::string said = daemon.process().err();
   EXPECT_EQ(occurrences(said, "replaced 5 NaN, 2 infinite, 7 negative values"), 1U) << said;
   EXPECT_EQ(occurrences(said, "NaN"), 1U) << said;
@@ -163,15 +163,15 @@ TEST_F(BadInputTest, ARadianceThatIsNoneIsReplacedCountedAndSaidOnce) {
     ASSERT_TRUE(std::isfinite(d.radiance.c[0].g) && std::isfinite(d.bound.total));
 }
 
-TEST_F(BadInputTest, AGoodPanoramaIsNotSpokenOf) {
+TEST_F(BadInputTest, AValidPanoramaIsNotReported) {
   Daemon daemon({.camera = camera()});
   (void)daemon.uri();
   EXPECT_THAT(daemon.process().err(), Not(HasSubstr("replaced")));
 }
 
-TEST_F(BadInputTest, CheckSaysThatAllIsWellWithoutRunning) {
+TEST_F(BadInputTest, CheckReportsSuccessWithoutRunning) {
   Child child(daemon_command({.camera = camera(), .more = {"--check"}}));
-  EXPECT_EQ(child.wait(), (Ending{0, 0})) << child.err();
+  EXPECT_EQ(child.wait(), (ExitStatus{0, 0})) << child.err();
   EXPECT_THAT(child.out(), HasSubstr("all is well"));
 }
 

@@ -1,5 +1,5 @@
-// Someone stands between at a pairing: ends the encryption on both sides, reads all and passes it on. Or takes the
-// probe's place afterwards, with a certificate of the same authority.
+// Man in the middle: at pairing, one that terminates TLS on both sides, reads and forwards everything; after pairing,
+// an impostor with a certificate of the same authority.
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -26,10 +26,10 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/// Hands every message on as it is.
-class OneBetween final : public v1::PairingService::Service {
+/// Forwards every message unchanged.
+class ManInTheMiddle final : public v1::PairingService::Service {
  public:
-  OneBetween(const ProbeKeys& shown, const PairingMode& probe, const std::string& probes_authority) {
+  ManInTheMiddle(const ProbeKeys& shown, const PairingMode& probe, const std::string& probes_authority) {
     grpc::ChannelArguments arguments;
     arguments.SetSslTargetNameOverride(kProbeHostName);
     onwards_ = v1::PairingService::NewStub(grpc::CreateCustomChannel(probe.uri().substr(std::string("grpcs://").size()),
@@ -42,7 +42,7 @@ class OneBetween final : public v1::PairingService::Service {
     builder.RegisterService(this);
     server_ = builder.BuildAndStart();
   }
-  ~OneBetween() override { server_->Shutdown(std::chrono::system_clock::now()); }
+  ~ManInTheMiddle() override { server_->Shutdown(std::chrono::system_clock::now()); }
 
   [[nodiscard]] std::string uri() const { return "grpcs://127.0.0.1:" + std::to_string(port_); }
   int finishes = 0;
@@ -65,12 +65,12 @@ class OneBetween final : public v1::PairingService::Service {
   int port_ = 0;
 };
 
-class BetweenTest : public SecureDaemonTest {
+class ManInTheMiddleTest : public SecureDaemonTest {
  protected:
-  [[nodiscard]] Result<PairedProbe> pair_through(const OneBetween& between, const std::string& code) const {
+  [[nodiscard]] Result<PairedProbe> pair_through(const ManInTheMiddle& proxy, const std::string& code) const {
     PairOptions options;
     options.store = folder_.path("store");
-    return pair_with_probe(between.uri(), code, options);
+    return pair_with_probe(proxy.uri(), code, options);
   }
   static ProbeKeys keys_in(const std::string& folder) {
     GrpcConfig config;
@@ -79,28 +79,28 @@ class BetweenTest : public SecureDaemonTest {
   }
 };
 
-TEST_F(BetweenTest, WhoStandsBetweenGetsNothingEvenWhereTheCodeIsRight) {
+TEST_F(ManInTheMiddleTest, GetsNothingAlthoughTheCodeIsRight) {
   PairingMode mode(keys(), "tls", 7420);
-  const OneBetween between(keys_in(folder_.path("thief")), mode, file_text(keys() + "/ca.pem"));
-  const Result<PairedProbe> paired = pair_through(between, mode.code());
+  const ManInTheMiddle proxy(keys_in(folder_.path("thief")), mode, file_text(keys() + "/ca.pem"));
+  const Result<PairedProbe> paired = pair_through(proxy, mode.code());
   ASSERT_FALSE(paired.ok());
   EXPECT_THAT(paired.status().message(), HasSubstr("somebody stands between"));
-  EXPECT_EQ(between.finishes, 1);
+  EXPECT_EQ(proxy.finishes, 1);
   EXPECT_FALSE(std::filesystem::exists(keys() + "/clients"));
   EXPECT_FALSE(std::filesystem::exists(folder_.path("store")));
 }
 
-TEST_F(BetweenTest, TheSameOneWithTheProbesOwnKeyWouldGetThrough) {
-  // So that the test above cannot pass because the one between is broken.
+TEST_F(ManInTheMiddleTest, WithTheProbesKeyPairingSucceeds) {
+  // Control experiment: the test above must not pass because the proxy is broken.
   PairingMode mode(keys(), "tls", 7420);
-  const OneBetween between(keys_in(keys()), mode, file_text(keys() + "/ca.pem"));
-  const Result<PairedProbe> paired = pair_through(between, mode.code());
+  const ManInTheMiddle proxy(keys_in(keys()), mode, file_text(keys() + "/ca.pem"));
+  const Result<PairedProbe> paired = pair_through(proxy, mode.code());
   ASSERT_TRUE(paired.ok()) << paired.status().message();
   EXPECT_TRUE(std::filesystem::exists(paired->folder + "/token"));
 }
 
-TEST_F(BetweenTest, AProbeThatDoesNotKnowTheCodeIsNotBelieved) {
-  // A thief that answers in the probe's place, with a code of its own.
+TEST_F(ManInTheMiddleTest, AProbeWithAnotherCodeIsRejected) {
+  // An impostor that answers in the probe's place with another code.
   PairingMode mode(keys(), "tls", 7420);
   std::string other = mode.code();
   other.back() = other.back() == '0' ? '1' : '0';
@@ -109,7 +109,7 @@ TEST_F(BetweenTest, AProbeThatDoesNotKnowTheCodeIsNotBelieved) {
   EXPECT_FALSE(std::filesystem::exists(folder_.path("store")));
 }
 
-/// Answers where the probe would, and writes down what clients send.
+/// Answers in the probe's place and records what clients send.
 class Impostor final : public v1::ProbeService::Service {
  public:
   Impostor(const std::string& certificate, const std::string& key) {
@@ -123,27 +123,27 @@ class Impostor final : public v1::ProbeService::Service {
   ~Impostor() override { server_->Shutdown(std::chrono::system_clock::now()); }
 
   [[nodiscard]] std::string uri() const { return "grpcs://127.0.0.1:" + std::to_string(port_); }
-  /// All metadata of all calls.
-  [[nodiscard]] std::string heard() const {
+  /// The metadata of all calls.
+  [[nodiscard]] std::string recorded() const {
     const std::lock_guard lock(mutex_);
-    return heard_;
+    return recorded_;
   }
 
   grpc::Status Info(grpc::ServerContext* context, const v1::InfoRequest*, v1::InfoResponse*) override {
     const std::lock_guard lock(mutex_);
     for (const auto& [name, value] : context->client_metadata())
-      heard_.append(name.data(), name.size()).append("=").append(value.data(), value.size()).append("\n");
+      recorded_.append(name.data(), name.size()).append("=").append(value.data(), value.size()).append("\n");
     return {grpc::StatusCode::UNAVAILABLE, "an impostor"};
   }
 
  private:
   mutable std::mutex mutex_;
-  std::string heard_;
+  std::string recorded_;
   std::unique_ptr<grpc::Server> server_;
   int port_ = 0;
 };
 
-/// An owner's authority, as openssl makes it: a root and an intermediate, which sells certificates to anyone.
+/// An owner's certificate authority: a root and an intermediate that issues certificates to anyone.
 class OwnersAuthority {
  public:
   explicit OwnersAuthority(const TempDir& folder) : folder_(folder) {
@@ -153,7 +153,7 @@ class OwnersAuthority {
     make_key("intermediate.key");
     issue("intermediate", "intermediate.key", "root", "root.key", "authority.ext");
   }
-  /// A certificate for `host`, with the intermediate and the root behind it.
+  /// A certificate chain for `host`: certificate, intermediate, root.
   std::string chain_for(const std::string& host, const std::string& key_file) {
     folder_.write("leaf.ext",
                   "basicConstraints=critical,CA:FALSE\nextendedKeyUsage=serverAuth\nsubjectAltName=DNS:" + host + "\n");
@@ -170,7 +170,7 @@ class OwnersAuthority {
   static void openssl(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "/usr/bin/openssl");
     Child child(arguments);
-    EXPECT_EQ(child.wait(), (Ending{0, 0})) << child.err();
+    EXPECT_EQ(child.wait(), (ExitStatus{0, 0})) << child.err();
   }
   void issue(const std::string& file, const std::string& key, const std::string& issuer, const std::string& issuer_key,
              const std::string& extensions) {
@@ -191,7 +191,7 @@ class PinnedChainTest : public SecureDaemonTest {
         other_chain_(authority_.chain_for("shop.example", "other_key.pem")) {
     show(chain_);
   }
-  /// From its next start on, the probe shows this chain.
+  /// Makes the probe present this chain from its next start on.
   void show(const std::string& chain) const { folder_.write("own.pem", chain); }
   [[nodiscard]] DaemonOptions showing() const {
     const std::string config = folder_.write(
@@ -205,19 +205,19 @@ class PinnedChainTest : public SecureDaemonTest {
     PairingMode mode(showing().more, 7420);
     return pair(mode);
   }
-  /// A refusal ends with the patience: less of it than for a probe.
-  static Result<Probe> ask(const Impostor& impostor, const std::string& folder) {
+  /// Connects with a short timeout, because a rejected connection ends only with the timeout.
+  static Result<Probe> try_connect(const Impostor& impostor, const std::string& folder) {
     ProbeCredentials c;
     c.folder = folder;
     return connect(impostor.uri(), c);
   }
   static void expect_refused(const std::string& folder, const Impostor& impostor) {
-    const Result<Probe> probe = ask(impostor, folder);
+    const Result<Probe> probe = try_connect(impostor, folder);
     ASSERT_FALSE(probe.ok());
     EXPECT_THAT(probe.status().message(), AllOf(HasSubstr("TLS handshake failed"), HasSubstr("pair with it again")));
-    EXPECT_EQ(impostor.heard(), "") << "not even a call came, let alone a token";
+    EXPECT_EQ(impostor.recorded(), "") << "no call, and so no token, may arrive";
   }
-  static ::testing::AssertionResult lights(const std::string& uri, const std::string& folder) {
+  static ::testing::AssertionResult receives_light(const std::string& uri, const std::string& folder) {
     const Result<Probe> probe = connect(uri, folder);
     return probe.ok() ? gets_light(*probe) : ::testing::AssertionFailure() << probe.status().message();
   }
@@ -226,35 +226,35 @@ class PinnedChainTest : public SecureDaemonTest {
   const std::string key_, chain_, other_key_, other_chain_;
 };
 
-TEST_F(PinnedChainTest, AnotherCertificateOfTheSameIntermediateIsRefusedAndNoTokenLeaves) {
+TEST_F(PinnedChainTest, AnotherCertificateOfTheSameIntermediateIsRejectedBeforeTheTokenIsSent) {
   const std::string folder = paired();
   const std::string token = file_text(folder + "/token");
   ASSERT_GE(token.size(), kTokenLength);
   expect_refused(folder, Impostor(other_chain_, other_key_));
-  // Who holds the pinned key is told the token: the test above is able to hear it.
-  const Impostor thief(chain_, key_);
-  EXPECT_FALSE(ask(thief, folder).ok());
-  EXPECT_THAT(thief.heard(), HasSubstr(token.substr(0, kTokenLength)));
-  EXPECT_TRUE(lights(Daemon(showing()).uri(), folder));
+  // Control experiment: an impostor with the pinned key receives the token, so the check above can detect it.
+  const Impostor impostor(chain_, key_);
+  EXPECT_FALSE(try_connect(impostor, folder).ok());
+  EXPECT_THAT(impostor.recorded(), HasSubstr(token.substr(0, kTokenLength)));
+  EXPECT_TRUE(receives_light(Daemon(showing()).uri(), folder));
 }
 
-TEST_F(PinnedChainTest, AFolderThatHoldsTheWholeChainFromAnEarlierPairingIsReadAsItsFirstCertificate) {
+TEST_F(PinnedChainTest, OfAStoredChainOnlyTheFirstCertificateIsPinned) {
   const std::string folder = paired();
   std::ofstream(folder + "/probe_ca.pem") << chain_;
   std::filesystem::remove(folder + "/host");
   expect_refused(folder, Impostor(other_chain_, other_key_));
-  EXPECT_TRUE(lights(Daemon(showing()).uri(), folder));
+  EXPECT_TRUE(receives_light(Daemon(showing()).uri(), folder));
 }
 
-TEST_F(PinnedChainTest, ARenewedCertificateIsTheProbesForAsLongAsItsKeyIsTheSame) {
+TEST_F(PinnedChainTest, ARenewedCertificateWithTheSameKeyIsAccepted) {
   const std::string folder = paired();
   show(authority_.chain_for("attic.example", "own_key.pem"));
-  EXPECT_TRUE(lights(Daemon(showing()).uri(), folder));
+  EXPECT_TRUE(receives_light(Daemon(showing()).uri(), folder));
   const std::string key = authority_.make_key("own_key.pem");
   expect_refused(folder, Impostor(authority_.chain_for("attic.example", "own_key.pem"), key));
 }
 
-TEST_F(PinnedChainTest, APinnedAuthorityVouchesForTheProbesNameAlone) {
+TEST_F(PinnedChainTest, APinnedAuthorityIsOnlyTrustedForTheProbesName) {
   ProbeCredentials c;
   c.pinned = file_text(folder_.path("intermediate"));
   c.token = std::string(kTokenLength, 'x');
@@ -263,10 +263,10 @@ TEST_F(PinnedChainTest, APinnedAuthorityVouchesForTheProbesNameAlone) {
   ASSERT_FALSE(refused.ok());
   EXPECT_THAT(refused.status().message(),
               AllOf(HasSubstr("does not name probe.lightwell.internal"), HasSubstr("`ca`")));
-  EXPECT_EQ(other.heard(), "");
+  EXPECT_EQ(other.recorded(), "");
   const Impostor named(authority_.chain_for(kProbeHostName, "other_key.pem"), other_key_);
   EXPECT_FALSE(connect(named.uri(), c).ok());
-  EXPECT_THAT(named.heard(), HasSubstr(c.token)) << "the name was all that the other lacked";
+  EXPECT_THAT(named.recorded(), HasSubstr(c.token)) << "the other impostor was rejected only for its name";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A place whose light is 2,000 times brighter in one spot than elsewhere, through an 8-bit camera.
+// Exposure brackets: an 8-bit camera in a scene with a lamp that is 2,000 times brighter than the walls.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -9,7 +9,8 @@
 namespace lightwell::test {
 namespace {
 
-/// A radiance of 0.01 fills the scale in a second. The first holds the lamp, the last the walls.
+/// Exposure times in seconds. In one second a radiance of 0.01 saturates. The first does not clip the lamp, the last
+/// exposes the walls well.
 const std::vector<double> kBracket = {0.000008, 0.00028, 0.01};
 
 class BracketTest : public ::testing::Test {
@@ -28,7 +29,7 @@ class BracketTest : public ::testing::Test {
   TempDir folder_;
 };
 
-TEST_F(BracketTest, ThreeExposuresHoldAllOfIt) {
+TEST_F(BracketTest, ThreeExposuresCoverTheDynamicRange) {
   const LightTruth truth(room_);
   Daemon daemon({.camera = camera(), .frame_rate = 60, .exposure_s = kBracket});
   const Observer observer(daemon.uri());
@@ -50,8 +51,8 @@ TEST_F(BracketTest, ABracketIsOneCaptureAndLeavesNoGap) {
   const Observer observer(daemon.uri());
   ASSERT_TRUE(observer.gets(20)) << daemon.process().err();
   const std::vector<Descriptor> all = observer.descriptors();
-  // The last number counts the captures, not the frames: a machine that loses some cannot lose two
-  // of three in every bracket.
+  // Sequence numbers count captures, not frames. Frames lost on a busy machine cannot amount to two of three in every
+  // bracket.
   EXPECT_LT(all.back().sequence - all.front().sequence, 2 * all.size());
 }
 

@@ -1,4 +1,4 @@
-// Clients that vanish, sleep or come in crowds, as processes: the others see nothing of it.
+// Clients that are killed, stopped, slow or numerous do not affect other clients.
 #include <atomic>
 #include <csignal>
 #include <mutex>
@@ -20,10 +20,10 @@ class ClientsTest : public ::testing::Test {
   }
   [[nodiscard]] static ::testing::AssertionResult clients_become(const Observer& observer, std::uint32_t count) {
     return becomes_true("the probe counts " + std::to_string(count) + " clients",
-                      [&] { return observer.counters().clients == count; });
+                        [&] { return observer.counters().clients == count; });
   }
-  /// What one of two good clients missed and the other did not: the link's doing. What neither got
-  /// was lost before, by a machine that was busy.
+  /// Descriptors that one of two good clients missed and the other received: lost by the link. Those that neither
+  /// received were lost before, on a busy machine.
   static std::vector<std::uint64_t> missing_in_one(const Observer& one, const Observer& other) {
     std::vector<std::uint64_t> out;
     const auto others = other.bytes();
@@ -35,7 +35,7 @@ class ClientsTest : public ::testing::Test {
   TempDir folder_;
 };
 
-TEST_F(ClientsTest, AKilledClientIsForgottenAndTheOthersSeeNoGap) {
+TEST_F(ClientsTest, AKilledClientIsRemovedAndOthersHaveNoGap) {
   Daemon daemon(at(10));
   const Observer one(daemon.uri()), other(daemon.uri());
   ASSERT_TRUE(clients_become(one, 2));
@@ -47,32 +47,33 @@ TEST_F(ClientsTest, AKilledClientIsForgottenAndTheOthersSeeNoGap) {
     ASSERT_TRUE(one.gets(5));
     ASSERT_TRUE(clients_become(one, 2));
   }
-  // A machine that is busy may hold one of them up for a frame.
+  // On a busy machine one of them may be delayed by a frame.
   EXPECT_LE(missing_in_one(one, other).size() + missing_in_one(other, one).size(), one.count() / 10);
   EXPECT_EQ(one.probe().stats().reconnects, 0U);
 }
 
-TEST_F(ClientsTest, ASleepingClientIsCoalescedAndTheOthersSeeNoGap) {
+TEST_F(ClientsTest, ForAStoppedClientDescriptorsAreCoalescedAndOthersHaveNoGap) {
   Daemon daemon(at(20));
   const Observer one(daemon.uri()), other(daemon.uri());
   Child sleeper(tool_command({"record", daemon.uri(), folder_.path("sleeper.lwr")}));
   ASSERT_TRUE(clients_become(one, 3));
   sleeper.signal(SIGSTOP);
   const std::uint64_t before = one.counters().descriptors_coalesced;
-  ASSERT_TRUE(becomes_true("the sleeper is behind and what it misses is counted",
-                         [&] { return one.counters().descriptors_coalesced > before + 10; }));
+  ASSERT_TRUE(becomes_true("the descriptors that the stopped client misses are counted",
+                           [&] { return one.counters().descriptors_coalesced > before + 10; }));
   ASSERT_TRUE(one.gets(30));
   const auto lost = missing_in_one(one, other).size() + missing_in_one(other, one).size();
-  // A machine that is busy may hold one of them up for a frame; a sleeper that did would cost all.
-  EXPECT_LE(lost, one.count() / 10) << "a client that sleeps costs the others nothing";
+  // On a busy machine one of them may be delayed by a frame; a blocking link would lose all.
+  EXPECT_LE(lost, one.count() / 10) << "a stopped client must not delay others";
   sleeper.signal(SIGCONT);
   ASSERT_TRUE(one.gets(10));
   sleeper.signal(SIGTERM);
-  EXPECT_EQ(sleeper.wait(), (Ending{0, 0})) << sleeper.err();
-  EXPECT_THAT(sleeper.out(), ::testing::Not(::testing::HasSubstr(" 0 gaps"))) << "the gap shows where it was made";
+  EXPECT_EQ(sleeper.wait(), (ExitStatus{0, 0})) << sleeper.err();
+  EXPECT_THAT(sleeper.out(), ::testing::Not(::testing::HasSubstr(" 0 gaps")))
+      << "the stopped client must count its gap";
 }
 
-TEST_F(ClientsTest, AnApplicationThatIsSlowIsGivenTheNewest) {
+TEST_F(ClientsTest, ASlowApplicationGetsTheNewestDescriptor) {
   Daemon daemon(at(50));
   const Observer quick(daemon.uri());
   std::mutex gate;
@@ -86,16 +87,16 @@ TEST_F(ClientsTest, AnApplicationThatIsSlowIsGivenTheNewest) {
   };
   Result<Probe> slow = Probe::connect(daemon.uri(), options);
   ASSERT_TRUE(slow.ok()) << slow.status().message();
-  ASSERT_TRUE(becomes_true("the slow one gets its first", [&] { return came > 0; }));
+  ASSERT_TRUE(becomes_true("the slow client gets its first descriptor", [&] { return came > 0; }));
   std::unique_lock closed(gate);
   const std::uint64_t before = quick.counters().descriptors_coalesced;
-  ASSERT_TRUE(becomes_true("the probe leaves out what it is too slow for",
-                         [&] { return quick.counters().descriptors_coalesced > before + 50; }));
+  ASSERT_TRUE(becomes_true("the probe coalesces descriptors",
+                           [&] { return quick.counters().descriptors_coalesced > before + 50; }));
   const std::uint64_t now = quick.descriptors().back().sequence;
   const int had = came;
   closed.unlock();
   ASSERT_TRUE(becomes_true("it is up to date again", [&] { return newest >= now; }));
-  EXPECT_LT(came - had, 60) << "old light is not worth waiting for";
+  EXPECT_LT(came - had, 60) << "outdated descriptors must not be delivered";
 }
 
 TEST_F(ClientsTest, TheNumberOfThreadsDoesNotDependOnTheNumberOfClients) {
@@ -109,11 +110,11 @@ TEST_F(ClientsTest, TheNumberOfThreadsDoesNotDependOnTheNumberOfClients) {
     EXPECT_TRUE(first.gets(10));
     return daemon.process().status_number("Threads");
   };
-  // gRPC's own pools grow with the work, up to two threads a core: they are filled first.
+  // gRPC's thread pools grow with the load, up to two threads per core, so they are filled first.
   threads_with(32);
   const long with_one = threads_with(1), with_many = threads_with(32);
   EXPECT_GT(with_one, 0);
-  EXPECT_LT(with_many - with_one, 4) << "a thread a client would be 31 more";
+  EXPECT_LT(with_many - with_one, 4) << "one thread per client would be 31 more";
 }
 
 TEST_F(ClientsTest, EveryClientGetsTheSameBytes) {

@@ -36,7 +36,7 @@ const std::string& Daemon::uri() {
   std::string out;
   EXPECT_TRUE(becomes_true("lightwelld listens", [&] {
     out = child_.out();
-    return child_.ended() || out.find('\n') != std::string::npos;
+    return child_.exit_status() || out.find('\n') != std::string::npos;
   })) << child_.err();
   const std::size_t at = out.find(kListenerTimeout);
   if (at == std::string::npos) {
@@ -47,7 +47,7 @@ const std::string& Daemon::uri() {
   return uri_ = out.substr(begin, out.find('\n', begin) - begin);
 }
 
-Ending Daemon::stop() {
+ExitStatus Daemon::stop() {
   child_.signal(SIGTERM);
   return child_.wait();
 }
@@ -87,7 +87,7 @@ std::vector<std::uint64_t> Observer::missing() const {
 
 ::testing::AssertionResult Observer::gets(std::size_t more) const {
   const std::size_t enough = count() + more;
-  return becomes_true(std::to_string(more) + " more descriptors have come", [&] { return count() >= enough; });
+  return becomes_true(std::to_string(more) + " more descriptors have arrived", [&] { return count() >= enough; });
 }
 
 }  // namespace lightwell::test

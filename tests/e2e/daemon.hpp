@@ -1,4 +1,4 @@
-// lightwelld and lightwell as processes, and a client in this one.
+// lightwelld and the tool lightwell as child processes, and an SDK client in this process.
 #pragma once
 
 #include <map>
@@ -12,7 +12,7 @@
 
 namespace lightwell::test {
 
-/// Builds with a sanitizer are slow: what is right is not younger than this, but it is right.
+/// max_age of clients in tests that are not about age: builds with a sanitizer are slow.
 inline constexpr Duration kAnyAge{60'000'000'000};
 
 struct DaemonOptions {
@@ -20,12 +20,12 @@ struct DaemonOptions {
   double frame_rate = 30;
   std::vector<double> exposure_s{};
   std::string listen = "127.0.0.1:0";
-  /// Behind the options that follow from the above.
+  /// Further arguments, appended to those from the above.
   std::vector<std::string> more{};
   ChildOptions child{};
 };
 
-/// The arguments with which a Daemon starts: 160x120.
+/// The command line of a Daemon, with images of 160x120.
 [[nodiscard]] std::vector<std::string> daemon_command(const DaemonOptions& options);
 
 /// A running lightwelld.
@@ -35,21 +35,21 @@ class Daemon {
 
   [[nodiscard]] Child& process() { return child_; }
 
-  /// "grpc://127.0.0.1:41234"; waits until it is said. A daemon that never says it is a failure.
+  /// "grpc://127.0.0.1:41234"; waits until the daemon prints it. If it does not, the test fails.
   [[nodiscard]] const std::string& uri();
 
-  /// SIGTERM, and how it ended.
-  [[nodiscard]] Ending stop();
+  /// Sends SIGTERM and returns the exit status.
+  [[nodiscard]] ExitStatus stop();
 
  private:
   Child child_;
   std::string uri_;
 };
 
-/// The tool.
+/// The command line of the tool lightwell.
 [[nodiscard]] std::vector<std::string> tool_command(std::vector<std::string> arguments);
 
-/// A client in this process that keeps all that comes, by sequence.
+/// An SDK client that keeps all descriptors by sequence number.
 class Observer {
  public:
   explicit Observer(const std::string& uri);
@@ -60,12 +60,12 @@ class Observer {
   [[nodiscard]] std::size_t count() const;
   [[nodiscard]] std::map<std::uint64_t, std::vector<std::byte>> bytes() const;
   [[nodiscard]] std::vector<Descriptor> descriptors() const;
-  /// Sequences from the first to the last that never came.
+  /// Sequence numbers missing between the first and the last received descriptor.
   [[nodiscard]] std::vector<std::uint64_t> missing() const;
 
-  /// So many more than now.
+  /// Waits for `more` further descriptors.
   [[nodiscard]] ::testing::AssertionResult gets(std::size_t more) const;
-  /// The probe's own counters, asked for about once a second.
+  /// The probe's counters, which the SDK requests about once a second.
   [[nodiscard]] Counters counters() const { return probe_->info().counters; }
 
  private:

@@ -1,4 +1,4 @@
-// Probes that announce themselves on a network of two machines, and who looks for them.
+// Discovery by mDNS on a network of two simulated machines, and at a broker.
 #include <charconv>
 #include <cstdlib>
 
@@ -23,17 +23,17 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// Discovery as a program on `machine` meets it.
-struct Look {
-  Ending ending;
+/// Exit status and output of the tool.
+struct ToolOutput {
+  ExitStatus status;
   std::string out, err;
 };
-Look look(const Machine& machine, std::vector<std::string> more = {}) {
+ToolOutput run_discover(const Machine& machine, std::vector<std::string> more = {}) {
   std::vector<std::string> arguments = {"discover", "--json", "--timeout", "1.5"};
   arguments.insert(arguments.end(), more.begin(), more.end());
   Child child(tool_command(arguments), {.environment = {machine.environment()}});
-  const Ending ending = child.wait();
-  return {ending, child.out(), child.err()};
+  const ExitStatus status = child.wait();
+  return {status, child.out(), child.err()};
 }
 
 class DiscoverTest : public ::testing::Test {
@@ -46,20 +46,20 @@ class DiscoverTest : public ::testing::Test {
   }
   [[nodiscard]] DaemonOptions on(const Machine& machine, const std::string& name,
                                  std::vector<std::string> more = {}) const {
-    // In plain text, as on a network that its owner trusts.
+    // Unencrypted, as on a trusted network.
     more.insert(more.end(), {"--announce", "--security", "plain", "--name", name});
     return {.camera = "sim:" + folder_.path("room.exr"),
             .listen = "0.0.0.0:0",
             .more = std::move(more),
             .child = {.environment = {machine.environment()}}};
   }
-  /// Looks until it is seen; a busy network takes its time.
+  /// Repeats discovery until its output contains `what` `times` times; mDNS may take long on a busy machine.
   static ::testing::AssertionResult seen_from(const Machine& machine, const std::string& what, std::size_t times = 1) {
-    Look last;
+    ToolOutput last;
     const auto result = becomes_true(
         "'" + what + "' is seen from " + machine.name(),
         [&] {
-          last = look(machine);
+          last = run_discover(machine);
           return occurrences(last.out, what) == times;
         },
         3 * kTestTimeout);
@@ -75,8 +75,8 @@ TEST_F(DiscoverTest, AProbeIsSeenFromAnotherMachineWithVersionCalibrationAndLink
   const std::string uri = daemon.uri();
   const std::string port = uri.substr(uri.rfind(':'));
   ASSERT_TRUE(seen_from(cellar_, "\"name\":\"attic window\""));
-  const Look found = look(cellar_);
-  EXPECT_EQ(found.ending, (Ending{0, 0})) << found.err;
+  const ToolOutput found = run_discover(cellar_);
+  EXPECT_EQ(found.status, (ExitStatus{0, 0})) << found.err;
   const Result<Probe> probe = Probe::connect("grpc://127.0.0.1" + port);
   ASSERT_TRUE(probe.ok());
   char calibration[9];
@@ -86,25 +86,25 @@ TEST_F(DiscoverTest, AProbeIsSeenFromAnotherMachineWithVersionCalibrationAndLink
       AllOf(HasSubstr("\"found_by\":\"mdns\""), HasSubstr("\"version\":\"" + probe->info().version + "\""),
             HasSubstr("\"calibration_id\":\"" + std::string(calibration) + "\""), HasSubstr("\"wire_version\":1,"),
             HasSubstr("\"uri\":\"grpc://attic.local" + port + "\",\"security\":\"none\"")));
-  EXPECT_EQ(occurrences(found.out, "\n"), 1U) << "one probe is one line, on however many interfaces";
-  EXPECT_EQ(daemon.stop(), (Ending{0, 0}));
-  EXPECT_TRUE(seen_from(cellar_, "attic window", 0)) << "who stops withdraws";
+  EXPECT_EQ(occurrences(found.out, "\n"), 1U) << "one line per probe, whatever the number of interfaces";
+  EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0}));
+  EXPECT_TRUE(seen_from(cellar_, "attic window", 0)) << "a stopped probe withdraws its announcement";
 }
 
-TEST_F(DiscoverTest, TheNameThatIsToldLeadsToTheProbe) {
+TEST_F(DiscoverTest, TheAnnouncedHostNameLeadsToTheProbe) {
   DaemonOptions options = on(attic_, "attic");
   options.listen = "0.0.0.0:7420";
   Child daemon(attic_.inside(daemon_command(options)), options.child);
   ASSERT_TRUE(seen_from(cellar_, "\"uri\":\"grpc://attic.local:7420\"")) << daemon.err();
   const auto info = [&](const std::string& uri) {
     Child child(cellar_.inside(tool_command({"info", uri, "--json"})), {.environment = {cellar_.environment()}});
-    const Ending ending = child.wait();
-    return Look{ending, child.out(), child.err()};
+    const ExitStatus status = child.wait();
+    return ToolOutput{status, child.out(), child.err()};
   };
   for (const char* uri : {"grpc://attic.local", "grpc://ATTIC.local.:7420"}) {
-    const Look told = info(uri);
-    EXPECT_EQ(told.ending, (Ending{0, 0})) << uri << ": " << told.err;
-    EXPECT_THAT(told.out, HasSubstr("\"name\":\"attic\"")) << uri;
+    const ToolOutput answer = info(uri);
+    EXPECT_EQ(answer.status, (ExitStatus{0, 0})) << uri << ": " << answer.err;
+    EXPECT_THAT(answer.out, HasSubstr("\"name\":\"attic\"")) << uri;
   }
   EXPECT_THAT(info("grpc://nobody.local").err, HasSubstr("is avahi-daemon running"));
   cellar_.stop_avahi();
@@ -119,7 +119,7 @@ TEST_F(DiscoverTest, TwoProbesOfOneNameOnOneMachineAreBothSeen) {
   (void)other.uri();
   ASSERT_TRUE(seen_from(cellar_, "\"instance\":\"twin #2\""));
   EXPECT_TRUE(seen_from(cellar_, "\"name\":\"twin\"", 2));
-  EXPECT_TRUE(becomes_true("the second says how it is announced", [&] {
+  EXPECT_TRUE(becomes_true("the second probe logs its announced name", [&] {
     return occurrences(other.process().err(), "announced as 'twin #2'") == 1;
   })) << other.process().err();
 }
@@ -134,12 +134,12 @@ TEST_F(DiscoverTest, TwoProbesOfOneNameOnTwoMachinesAreBothSeen) {
   EXPECT_TRUE(seen_from(cellar_, "\"name\":\"twin\"", 2));
 }
 
-TEST_F(DiscoverTest, TheAbsenceAndTheRestartOfAvahiAndOfTheBusAreSurvived) {
+TEST_F(DiscoverTest, SurvivesAbsenceAndRestartOfAvahiAndTheBus) {
   attic_.stop_avahi();
   Daemon daemon(on(attic_, "attic"));
   (void)daemon.uri();
-  EXPECT_TRUE(becomes_true("it says that nobody sees it",
-                         [&] { return occurrences(daemon.process().err(), "discovery: ") > 0; }));
+  EXPECT_TRUE(becomes_true("the log says that the probe is not announced",
+                           [&] { return occurrences(daemon.process().err(), "discovery: ") > 0; }));
   attic_.start_avahi();
   EXPECT_TRUE(seen_from(cellar_, "\"name\":\"attic\""));
   attic_.stop_avahi();
@@ -152,35 +152,35 @@ TEST_F(DiscoverTest, TheAbsenceAndTheRestartOfAvahiAndOfTheBusAreSurvived) {
   attic_.start_bus();
   attic_.start_avahi();
   EXPECT_TRUE(seen_from(cellar_, "\"name\":\"attic\"")) << daemon.process().err();
-  EXPECT_EQ(daemon.stop(), (Ending{0, 0}));
+  EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0}));
 }
 
-TEST_F(DiscoverTest, WithoutAvahiTheToolSaysSoAndFails) {
+TEST_F(DiscoverTest, WithoutAvahiTheToolFailsWithTheReason) {
   cellar_.stop_avahi();
-  const Look found = look(cellar_);
-  EXPECT_EQ(found.ending, (Ending{3, 0}));
+  const ToolOutput found = run_discover(cellar_);
+  EXPECT_EQ(found.status, (ExitStatus{3, 0}));
   EXPECT_EQ(found.out, "");
   EXPECT_THAT(found.err, HasSubstr("is avahi-daemon running"));
 }
 
 TEST_F(DiscoverTest, AnEmptyNetworkIsNoError) {
-  const Look found = look(cellar_);
-  EXPECT_EQ(found.ending, (Ending{1, 0}));
+  const ToolOutput found = run_discover(cellar_);
+  EXPECT_EQ(found.status, (ExitStatus{1, 0}));
   EXPECT_THAT(found.err, HasSubstr("no probe was found"));
 }
 
-TEST_F(DiscoverTest, AProbeThatListensForItselfAloneAdvertisesItsBrokerAlone) {
+TEST_F(DiscoverTest, AProbeThatListensOnTheLoopbackOnlyAnnouncesItsBroker) {
   Broker broker;
   DaemonOptions options = on(attic_, "attic", {"--mqtt", broker.uri("venue/attic")});
   options.listen = "127.0.0.1:0";
   Daemon daemon(options);
   (void)daemon.uri();
   ASSERT_TRUE(seen_from(cellar_, "\"name\":\"attic\""));
-  const Look found = look(cellar_);
+  const ToolOutput found = run_discover(cellar_);
   EXPECT_THAT(found.out, AllOf(HasSubstr("\"uri\":\"" + broker.uri("venue/attic") + "\""), Not(HasSubstr("grpc://"))));
 }
 
-/// Somebody who announces whatever strings he likes.
+/// Announces arbitrary service records.
 class Impostor {
  public:
   Impostor(const Machine& machine, const std::string& name, const std::vector<std::string>& txt) {
@@ -217,7 +217,7 @@ class Impostor {
   AvahiEntryGroup* group_ = nullptr;
 };
 
-TEST_F(DiscoverTest, HostileRecordsAreLeftOutCountedAndNeverObeyedByTheTerminal) {
+TEST_F(DiscoverTest, HostileRecordsAreOmittedCountedAndEscaped) {
   Daemon daemon(on(attic_, "attic"));
   (void)daemon.uri();
   const std::vector<std::string> good = {"txtvers=1", "id=00000001", "name=ok", "version=1", "cal=00000002", "wire=1"};
@@ -232,7 +232,7 @@ TEST_F(DiscoverTest, HostileRecordsAreLeftOutCountedAndNeverObeyedByTheTerminal)
       instance(attic_, "in\x1b[31mstance", good);
   ASSERT_TRUE(seen_from(cellar_, "\"name\":\"attic\""));
   ASSERT_TRUE(seen_from(cellar_, "\"name\":\"ok\""));
-  const Look found = look(cellar_);
+  const ToolOutput found = run_discover(cellar_);
   EXPECT_EQ(occurrences(found.out, "\n"), 2U) << found.out;
   EXPECT_EQ(found.out.find('\x1b'), std::string::npos);
   EXPECT_EQ(found.out.find("owned"), std::string::npos);
@@ -251,8 +251,9 @@ TEST_F(DiscoverTest, AtABrokerProbesAreListedByTheirRetainedStatus) {
   mallory.publish("venue/gone/status", "gone", MqttClient::Keep::retained);
   mallory.publish("venue/bad/status", "\x1b[2J", MqttClient::Keep::retained);
   mallory.publish("venue//status", "gone", MqttClient::Keep::retained);
-  const Look found = look(cellar_, {"--broker", "mqtt://127.0.0.1:" + std::to_string(broker.port()) + "/venue"});
-  EXPECT_EQ(found.ending, (Ending{0, 0})) << found.err;
+  const ToolOutput found =
+      run_discover(cellar_, {"--broker", "mqtt://127.0.0.1:" + std::to_string(broker.port()) + "/venue"});
+  EXPECT_EQ(found.status, (ExitStatus{0, 0})) << found.err;
   EXPECT_EQ(occurrences(found.out, "\n"), 2U) << found.out;
   EXPECT_THAT(found.out,
               AllOf(HasSubstr("\"found_by\":\"mqtt\",\"name\":\"attic\""),
@@ -260,7 +261,7 @@ TEST_F(DiscoverTest, AtABrokerProbesAreListedByTheirRetainedStatus) {
   EXPECT_EQ(found.out.find('\x1b'), std::string::npos);
   EXPECT_THAT(found.err, HasSubstr("2 announcements were malformed"));
   broker.stop();
-  EXPECT_THAT(look(cellar_, {"--broker", broker.uri("venue")}).err, HasSubstr("Connection refused"));
+  EXPECT_THAT(run_discover(cellar_, {"--broker", broker.uri("venue")}).err, HasSubstr("Connection refused"));
 }
 
 }  // namespace

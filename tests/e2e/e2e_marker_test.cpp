@@ -1,4 +1,4 @@
-// Pictures of a marker go in at the daemon, and the lamp that lit it comes out of the SDK.
+// From images of a marker at the daemon to the light of its lamp in the SDK.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -31,12 +31,12 @@ using ::testing::Not;
 
 const std::string kBody = std::string(LIGHTWELL_MARKER_BODIES) + "/dodecahedron_100mm_white.textproto";
 
-/// A picture that an independent path tracer made, as a webcam's noisy bytes.
+/// Path-traced images (an independent renderer) as noisy frames of a webcam.
 class MarkerTest : public ::testing::Test {
  protected:
   void SetUp() override { take("grid_straight_white_front_right"); }
 
-  /// Frames of this picture from now on.
+  /// Selects the image of the following frames.
   void take(const std::string& name) {
     const auto frames = measure::load_traced_frames(LIGHTWELL_MARKER_FRAMES);
     ASSERT_TRUE(frames.ok()) << frames.status().message();
@@ -68,13 +68,13 @@ class MarkerTest : public ::testing::Test {
     return folder_.path(name);
   }
 
-  /// As if a cloth hung before the body: a disc of one colour over all of it, its shadow left as it was.
+  /// Covers the body by a disc of one colour; its shadow stays visible.
   [[nodiscard]] Pixels covered(Pixels pixels) const {
     const LensParameters& lens = frame_.rig.lenses.front();
     const Pose lens_body = compose(inverse(lens.pose_cv), frame_.probe_body);
     const auto center = CameraModel(lens).project(lens_body.translation);
     EXPECT_TRUE(center);
-    // Its corners are 63 mm from its centre.
+    // The body's corners are 63 mm from its centre.
     const double radius = 0.07 * std::get<MeiParameters>(lens.model).fx / length(frame_.probe_body.translation);
     for (int y = 0; y < lens.height; ++y)
       for (int x = 0; x < lens.width; ++x)
@@ -83,7 +83,7 @@ class MarkerTest : public ::testing::Test {
     return pixels;
   }
 
-  /// A camera that shows these pictures in turn, for ever.
+  /// A replay camera that shows these images in a loop.
   [[nodiscard]] std::string camera(std::span<const Pixels> pictures) const {
     std::string list = "file,exposure_s,time_s\n";
     for (std::size_t i = 0; i < pictures.size(); ++i) {
@@ -102,11 +102,11 @@ class MarkerTest : public ::testing::Test {
     return {.camera = camera(pictures), .more = std::move(more)};
   }
 
-  /// What it says where it does not start.
+  /// Expects that the daemon does not start and exits with `code`; returns its stderr.
   std::string refusal(const std::vector<std::string>& more, int code) {
     Child child(daemon_command(options(std::span(seen_).first(1), more)));
-    EXPECT_EQ(child.wait(), (Ending{code, 0})) << child.err();
-    EXPECT_EQ(child.out(), "") << "nobody may think that it listens";
+    EXPECT_EQ(child.wait(), (ExitStatus{code, 0})) << child.err();
+    EXPECT_EQ(child.out(), "") << "no listening address may be printed";
     EXPECT_EQ(occurrences(child.err(), "error: "), 1U) << child.err();
     return child.err();
   }
@@ -129,8 +129,8 @@ TEST_F(MarkerTest, TheLampThatLightsItIsTheStrongestLight) {
   EXPECT_LT(angle_between(vec_cast<double>(lamp->direction), frame_.lamps.front().direction), 3 * kDegree);
   EXPECT_TRUE(light.descriptor().flags.has(Flag::unseen)) << "half of the body is never seen";
   EXPECT_FALSE(light.descriptor().flags.has(Flag::unsure));
-  EXPECT_TRUE(std::isinf(light.descriptor().bound.total)) << "no bound speaks of what is not seen";
-  EXPECT_EQ(daemon.stop(), (Ending{0, 0})) << daemon.process().err();
+  EXPECT_TRUE(std::isinf(light.descriptor().bound.total)) << "no finite bound holds for unobserved directions";
+  EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0})) << daemon.process().err();
   EXPECT_THAT(daemon.process().err(), HasSubstr("looking for " + name_));
 }
 
@@ -154,28 +154,28 @@ TEST_F(MarkerTest, IrradianceAgreesWithTheTruthWhereNormalsFaceTheCamera) {
   EXPECT_LT(std::sqrt(errors / squares), 0.1);
 }
 
-TEST_F(MarkerTest, AClientIsToldThatNothingTellsOfALampBehindTheBody) {
+TEST_F(MarkerTest, AnUnobservableLampBehindTheBodyIsFlagged) {
   take("air_turned_white_behind");
   Daemon daemon(options(seen_));
   const Observer observer(daemon.uri());
   ASSERT_TRUE(observer.gets(1)) << daemon.process().err();
   const Lighting light = observer.probe().latest();
   ASSERT_EQ(light.validity(), Validity::valid);
-  EXPECT_TRUE(light.descriptor().flags.has(Flag::unsure)) << "no face that is seen is lit, and there is no table";
+  EXPECT_TRUE(light.descriptor().flags.has(Flag::unsure)) << "no visible face is lit, and there is no table";
   EXPECT_FALSE(light.descriptor().flags.has(Flag::newer));
 }
 
-TEST_F(MarkerTest, ACoveredBodyIsAGapAndNoGuess) {
+TEST_F(MarkerTest, ACoveredBodyGivesNoDescriptor) {
   Daemon daemon(options(std::vector<Pixels>{seen_[0], covered(seen_[1])}));
   const Observer observer(daemon.uri());
   ASSERT_TRUE(observer.gets(4)) << daemon.process().err();
-  // The covered picture is the second of each round.
+  // The covered body is in the second image of the loop.
   for (const Descriptor& d : observer.descriptors()) EXPECT_EQ(d.sequence % 2, 0U);
   EXPECT_TRUE(
-      becomes_true("the pictures without a body are counted", [&] { return observer.counters().estimates_failed > 0; }));
+      becomes_true("the frames without a body are counted", [&] { return observer.counters().estimates_failed > 0; }));
 }
 
-TEST_F(MarkerTest, WithoutItsBodyThereIsNoLightAndTheReasonIsSaidOnce) {
+TEST_F(MarkerTest, WithoutItsBodyThereIsNoLightAndTheReasonIsLoggedOnce) {
   Daemon daemon(options(std::vector<Pixels>{covered(seen_[0])}));
   const Observer observer(daemon.uri());
   ASSERT_TRUE(becomes_true("failures are counted", [&] { return observer.counters().estimates_failed >= 10; }))
@@ -186,11 +186,11 @@ TEST_F(MarkerTest, WithoutItsBodyThereIsNoLightAndTheReasonIsSaidOnce) {
   EXPECT_TRUE(becomes_true("the log says why", [&] {
     return occurrences(daemon.process().err(), "no tag of the body '" + name_ + "'") > 0;
   })) << daemon.process().err();
-  EXPECT_EQ(daemon.stop(), (Ending{0, 0}));
+  EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0}));
   EXPECT_EQ(occurrences(daemon.process().err(), "no tag of the body"), 1U) << daemon.process().err();
 }
 
-TEST_F(MarkerTest, ABodyInTheConfigurationIsMeantFromWhereTheFileIs) {
+TEST_F(MarkerTest, ABodyPathIsRelativeToTheConfigurationFile) {
   std::filesystem::copy_file(kBody, folder_.path("body.textproto"));
   const std::string file = folder_.write("probe.textproto", "marker { body: \"body.textproto\" }\n");
   Daemon daemon(options(seen_, {"--config", file}));
@@ -202,16 +202,16 @@ TEST_F(MarkerTest, CheckReadsTheBodyWithoutRunning) {
   DaemonOptions checked = options(seen_);
   checked.more.push_back("--check");
   Child child(daemon_command(checked));
-  EXPECT_EQ(child.wait(), (Ending{0, 0})) << child.err();
+  EXPECT_EQ(child.wait(), (ExitStatus{0, 0})) << child.err();
   EXPECT_THAT(child.out(), HasSubstr("all is well"));
 }
 
-TEST_F(MarkerTest, AMarkerWithoutABodyIsToldHowToGetOne) {
+TEST_F(MarkerTest, TheErrorForAMissingBodySaysHowToGetOne) {
   EXPECT_THAT(refusal({"--estimator", "marker"}, 2),
               AllOf(HasSubstr("--body"), HasSubstr("lightwell-calibrate marker-sheet")));
 }
 
-TEST_F(MarkerTest, ABodyThatIsNotThereIsNamed) {
+TEST_F(MarkerTest, AnUnreadableBodyFileIsNamed) {
   EXPECT_THAT(refusal({"--body", "/no/such/body.textproto"}, 1), HasSubstr("/no/such/body.textproto"));
 }
 
@@ -222,18 +222,18 @@ TEST_F(MarkerTest, AnUnknownFieldOfABodyIsNamedWithFileLineAndTheNearest) {
               AllOf(HasSubstr(file + ":3"), HasSubstr("tag_size"), HasSubstr("'tag_size_m'")));
 }
 
-TEST_F(MarkerTest, AGreyPatchBesideAMarkerIsRefused) {
+TEST_F(MarkerTest, AGreyPatchTogetherWithAMarkerIsRejected) {
   const std::string file = folder_.write("probe.textproto", "grey_patch { width: 8 height: 8 }\n");
   EXPECT_THAT(refusal({"--config", file, "--body", kBody}, 2), AllOf(HasSubstr("grey_patch"), HasSubstr("marker")));
 }
 
-/// lightwell-estimate, once.
+/// Waits for a run of lightwell-estimate and checks its exit code.
 Child& run(Child& tool, int code) {
-  EXPECT_EQ(tool.wait(), (Ending{code, 0})) << tool.err();
+  EXPECT_EQ(tool.wait(), (ExitStatus{code, 0})) << tool.err();
   return tool;
 }
 
-TEST_F(MarkerTest, TheToolReadsTheLampFromOnePicture) {
+TEST_F(MarkerTest, TheToolEstimatesTheLightFromOneImage) {
   Child tool({LIGHTWELL_ESTIMATE, "--calibration", calibration_, "--body", kBody, "--exposure-s",
               std::to_string(exposure_s_), write_picture("picture.png", seen_[0]), "--json", "-"});
   google::protobuf::Struct answer;
@@ -249,14 +249,14 @@ TEST_F(MarkerTest, TheToolReadsTheLampFromOnePicture) {
   EXPECT_THAT(tool.out(), AllOf(HasSubstr("FLAG_UNSEEN"), Not(HasSubstr("FLAG_UNSURE"))));
 }
 
-TEST_F(MarkerTest, TheToolSaysThatABodyIsNotInThePicture) {
+TEST_F(MarkerTest, TheToolReportsAnImageWithoutABody) {
   const std::string picture = write_picture("picture.png", covered(seen_[0]));
   Child tool({LIGHTWELL_ESTIMATE, "--calibration", calibration_, "--body", kBody, picture, "--json", "-"});
   EXPECT_THAT(run(tool, 1).err(), HasSubstr("no tag of the body '" + name_ + "'"));
   EXPECT_EQ(tool.out(), "");
 }
 
-TEST_F(MarkerTest, TheToolWantsACalibrationBesideABody) {
+TEST_F(MarkerTest, TheToolNeedsACalibrationForABody) {
   Child tool({LIGHTWELL_ESTIMATE, "--equirect", "room.exr", "--body", kBody, "--json", "-"});
   EXPECT_THAT(run(tool, 2).err(), HasSubstr("--body needs --calibration"));
 }

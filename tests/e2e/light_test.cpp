@@ -1,4 +1,4 @@
-// A panorama goes in at the daemon, and its light comes out of the SDK.
+// From a panorama at the daemon to its light in the SDK.
 #include <atomic>
 #include <thread>
 
@@ -42,20 +42,20 @@ TEST_F(LightTest, TheLatestIsValidAndYoung) {
   EXPECT_GT(light.descriptor().coverage, 0.999F);
 }
 
-TEST_F(LightTest, ALampAtPlusXIsTheLightAtPlusX) {
+TEST_F(LightTest, ALampAtPlusXGivesALightAtPlusX) {
   const Observer observer(daemon_.uri());
   ASSERT_TRUE(observer.gets(1));
   const std::optional<Light> lamp = observer.probe().latest().primary_light();
   ASSERT_TRUE(lamp);
   EXPECT_LT(angle_between(vec_cast<double>(lamp->direction), Vec3d{1, 0, 0}), 0.5 * kDegree);
-  // pi sin² rho L: what a uniform disc gives at normal incidence.
+  // Irradiance of a uniform disc at normal incidence: pi sin² rho L.
   const double exact = 3.14159265 * std::pow(std::sin(6 * kDegree), 2) * 400;
   EXPECT_NEAR(lamp->irradiance.r, exact, 0.05 * exact);
   EXPECT_NEAR(lamp->irradiance.g / lamp->irradiance.r, 0.95, 0.02);
   EXPECT_NEAR(lamp->angular_radius_rad, 6 * kDegree, 1 * kDegree);
 }
 
-TEST_F(LightTest, IrradianceAgreesWithTheOracleWithinItsOwnBound) {
+TEST_F(LightTest, TheErrorOfIrradianceIsWithinTheBound) {
   const LightTruth truth(room_);
   const Observer observer(daemon_.uri());
   ASSERT_TRUE(observer.gets(1));
@@ -65,10 +65,10 @@ TEST_F(LightTest, IrradianceAgreesWithTheOracleWithinItsOwnBound) {
   EXPECT_LE(error.rms, bound);
   EXPECT_LE(error.luminance_weighted, bound);
   EXPECT_LE(error.rms, 0.02) << "the promise for the ideal sensor";
-  EXPECT_LT(bound, 0.1) << "a bound that says nothing is no bound";
+  EXPECT_LT(bound, 0.1) << "the bound must be tight enough to be useful";
 }
 
-TEST_F(LightTest, TheProbeSaysWhoItIs) {
+TEST_F(LightTest, ReportsItsIdentity) {
   const Observer observer(daemon_.uri());
   const ProbeInfo info = observer.probe().info();
   EXPECT_EQ(info.name, "lightwell");
@@ -78,8 +78,8 @@ TEST_F(LightTest, TheProbeSaysWhoItIs) {
   EXPECT_EQ(observer.probe().latest().descriptor().calibration_id, info.calibration_id);
 }
 
-TEST_F(LightTest, AProbeThatWasToldWhereItHangsLightsItsRoom) {
-  // It looks the other way: half a turn about up.
+TEST_F(LightTest, WithAMountingLightIsAvailableInTheRoomsFrame) {
+  // The mounting is a rotation by 180 degrees about the up axis.
   const std::string mounting = folder_.write("mounting.textproto", "pose { qy: 1 tx: 0.5 ty: 2.5 }\n");
   Daemon mounted({.camera = "sim:" + folder_.path("room.exr"), .more = {"--mounting", mounting}});
   const Observer observer(mounted.uri());
@@ -91,7 +91,7 @@ TEST_F(LightTest, AProbeThatWasToldWhereItHangsLightsItsRoom) {
   EXPECT_GT(room.irradiance({-1, 0, 0}).value.r, 4 * room.irradiance({1, 0, 0}).value.r)
       << "the lamp is at the room's -X";
   Child tool(tool_command({"info", mounted.uri(), "--json"}));
-  EXPECT_EQ(tool.wait(), (Ending{0, 0})) << tool.err();
+  EXPECT_EQ(tool.wait(), (ExitStatus{0, 0})) << tool.err();
   EXPECT_THAT(tool.out(), ::testing::HasSubstr("\"position_m\":[0.5,2.5,0]"));
 }
 
@@ -101,7 +101,7 @@ TEST_F(LightTest, TheEstimatorCanBeChangedWhileItRuns) {
   config.band = 1;
   config.max_lights = 0;
   ASSERT_TRUE(observer.probe().set_estimator(config).ok());
-  EXPECT_TRUE(becomes_true("descriptors of band 1 without lights come", [&] {
+  EXPECT_TRUE(becomes_true("descriptors of band 1 without lights arrive", [&] {
     const Lighting light = observer.probe().latest();
     return light.validity() == Validity::valid && light.descriptor().radiance.band <= 1 && light.lights().empty();
   }));
@@ -128,7 +128,7 @@ TEST_F(LightTest, TwoClientsChangeDifferentFieldsAndBothHold) {
         one.probe().estimator_config()->panorama.epsilon != 0.001 * i)
       ++wrong;
   lights.join();
-  EXPECT_EQ(wrong, 0) << "nobody else changes either field";
+  EXPECT_EQ(wrong, 0) << "no other client changes these fields";
 
   EstimatorConfig expected;
   expected.max_lights = (kChanges - 1) % 65;
@@ -141,9 +141,9 @@ TEST_F(LightTest, TwoClientsChangeDifferentFieldsAndBothHold) {
 TEST_F(LightTest, TheToolReadsTheConfigurationAndChangesAFieldOfIt) {
   const auto run = [&](std::vector<std::string> arguments) {
     Child tool(tool_command(std::move(arguments)));
-    const Ending ending = tool.wait();
-    EXPECT_EQ(ending.signal, 0);
-    return std::pair{ending.code, tool.out() + tool.err()};
+    const ExitStatus status = tool.wait();
+    EXPECT_EQ(status.signal, 0);
+    return std::pair{status.code, tool.out() + tool.err()};
   };
   const std::string& uri = daemon_.uri();
   EXPECT_EQ(run({"config", "set", uri, "setting=fast", "panorama.epsilon=0.0123456789"}).first, 0);
@@ -158,7 +158,7 @@ TEST_F(LightTest, TheToolReadsTheConfigurationAndChangesAFieldOfIt) {
   EXPECT_EQ(code, 0);
   EXPECT_THAT(text, ::testing::StartsWith("# estimator: panorama\nband=6\nmax_lights=3\n"));
 
-  // Of several fields none is set where one is wrong; an option of another estimator is refused by the probe.
+  // If one of several fields is invalid, none is set; the probe rejects options of another estimator.
   const auto [refused, reason] = run({"config", "set", uri, "band=2", "marker.max_faces=3"});
   EXPECT_EQ(refused, 2) << reason;
   EXPECT_THAT(reason, ::testing::HasSubstr("marker.max_faces"));
@@ -171,8 +171,8 @@ TEST_F(LightTest, ALuxReadingMakesUnitsAbsolute) {
   ASSERT_EQ(observer.probe().latest().units(), Units::relative);
   const Result<double> factor = observer.probe().report_lux(1000, {0, 1, 0});
   ASSERT_TRUE(factor.ok()) << factor.status().message();
-  ASSERT_TRUE(
-      becomes_true("absolute descriptors come", [&] { return observer.probe().latest().units() == Units::absolute; }));
+  ASSERT_TRUE(becomes_true("absolute descriptors arrive",
+                           [&] { return observer.probe().latest().units() == Units::absolute; }));
   EXPECT_NEAR(observer.probe().latest().irradiance({0, 1, 0}).value.luminance(), 1000, 5);
 }
 

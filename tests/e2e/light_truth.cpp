@@ -4,7 +4,7 @@ namespace lightwell::test {
 namespace {
 
 constexpr int kNormals = 2048;
-/// Columns of the refined panorama: an eighth of the pixels that the simulator shows.
+/// Each pixel of the panorama is subdivided to this many columns in total, for bilinear interpolation.
 constexpr int kWidth = 384;
 
 reference::Panorama refined(const PanoramaPixels& pixels) {

@@ -1,4 +1,4 @@
-// What the light of a panorama truly is, by the oracles of tests/reference.
+// True irradiance of a panorama, computed by the reference implementation (tests/reference).
 #pragma once
 
 #include <optional>
@@ -12,8 +12,8 @@
 
 namespace lightwell::test {
 
-/// The irradiance of a panorama, each pixel's neighbourhood taken bilinear as the simulator does,
-/// at the house's 2,048 normals.
+/// True irradiance of a panorama at 2,048 normals (Fibonacci lattice). The panorama is interpolated bilinearly between
+/// pixel centres, as in the simulator.
 class LightTruth {
  public:
   explicit LightTruth(const PanoramaPixels& pixels);
@@ -25,7 +25,7 @@ class LightTruth {
   std::vector<reference::Rgb> truth_;
 };
 
-/// The light nearest to a direction, where one is within `reach_rad`.
+/// The light nearest to a direction within `reach_rad`, if there is one.
 [[nodiscard]] std::optional<Light> light_near(const Descriptor& descriptor, Vec3d direction, double reach_rad);
 
 constexpr double kDegree = 3.14159265358979323846 / 180;

@@ -1,4 +1,4 @@
-// The probe turns, lamps switch: every descriptor is held against the scene of its own frame.
+// Rotating probe and switching lamps: every descriptor is compared with the scene at its own frame.
 #include <gtest/gtest.h>
 
 #include "e2e/daemon.hpp"
@@ -37,7 +37,7 @@ TEST(MovingLight, ALampTurnsAgainstTheProbe) {
     ASSERT_TRUE(light_near(d, expected, 0.5 * kDegree))
         << "descriptor " << d.sequence << ", yaw " << state.yaw_rad / kDegree << " deg";
   }
-  EXPECT_GT(most - least, 25 * kDegree) << "it was to turn";
+  EXPECT_GT(most - least, 25 * kDegree) << "the probe must rotate";
 }
 
 TEST(MovingLight, ALampKeepsItsTrackWhileTheProbeTurns) {
@@ -54,8 +54,8 @@ TEST(MovingLight, ALampKeepsItsTrackWhileTheProbeTurns) {
   }
 }
 
-TEST(MovingLight, ALampThatSwitchesComesBackUnderItsTrackNumber) {
-  // So weak that what is left of it when it is off is no light; no pixel at its rim is half a lamp.
+TEST(MovingLight, ALampThatIsSwitchedOnAgainKeepsItsTrackNumber) {
+  // Weak enough that its remaining radiance is not reported as a light when it is off; no pixel at its rim is blended.
   const PanoramaPixels room = test::room(128,
                                          [](Vec3d d) {
                                            const float l = angle_between(d, kPlusX) < 6 * kDegree ? 40 : 0.5F;
@@ -86,7 +86,7 @@ TEST(MovingLight, ALampThatSwitchesComesBackUnderItsTrackNumber) {
     if (track == 0) track = lamp->track;
     EXPECT_EQ(lamp->track, track) << "descriptor " << d.sequence;
   }
-  EXPECT_GE(changes, 3) << "off and on again was to be seen";
+  EXPECT_GE(changes, 3) << "the lamp must switch off and on again";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// lightwelld and clients at a real broker: what a venue runs.
+// lightwelld and clients at an MQTT broker, as in a venue.
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -31,13 +31,13 @@ class MqttTest : public ::testing::Test {
   }
   static ::testing::AssertionResult is_at_the_broker(const Broker& broker) {
     const MqttClient client(broker.port(), {kTopics.descriptor});
-    return becomes_true("descriptors come to the broker", [&] { return client.count(kTopics.descriptor) > 2; });
+    return becomes_true("descriptors arrive at the broker", [&] { return client.count(kTopics.descriptor) > 2; });
   }
   static ::testing::AssertionResult state_becomes(const Observer& observer, LinkState state) {
     return becomes_true("the link is " + std::string(to_string(state)),
-                      [&] { return observer.probe().stats().state == state; });
+                        [&] { return observer.probe().stats().state == state; });
   }
-  /// As an application has it: what is older is stale.
+  /// Options of an application; older light is stale.
   static Result<Probe> application(const std::string& uri) {
     ProbeOptions options;
     options.max_age = {1'000'000'000};
@@ -51,7 +51,7 @@ class MqttTest : public ::testing::Test {
   TempDir folder_;
 };
 
-TEST_F(MqttTest, ManyHeadsetsGetTheBytesThatGrpcClientsGet) {
+TEST_F(MqttTest, ManyClientsGetTheSameBytesAsGrpcClients) {
   Broker broker;
   const std::string uri = broker.uri("venue/attic");
   Daemon daemon(at(uri));
@@ -62,7 +62,7 @@ TEST_F(MqttTest, ManyHeadsetsGetTheBytesThatGrpcClientsGet) {
   ASSERT_TRUE(two.gets(20));
   EXPECT_EQ(one.probe().info().name, "attic");
   EXPECT_EQ(one.probe().info().camera, direct.probe().info().camera);
-  // Both clocks are this machine's.
+  // Both use this machine's clock.
   EXPECT_LE(std::abs(one.probe().info().clock_offset.ns), one.probe().info().clock_uncertainty.ns);
   std::size_t same = 0;
   const auto there = direct.bytes();
@@ -79,7 +79,7 @@ TEST_F(MqttTest, ManyHeadsetsGetTheBytesThatGrpcClientsGet) {
   }
 }
 
-TEST_F(MqttTest, AKilledProbeIsGoneByItsLastWillAndItsLightGrowsStale) {
+TEST_F(MqttTest, TheLastWillOfAKilledProbeIsPublishedAndItsLightBecomesStale) {
   Broker broker;
   const std::string uri = broker.uri("venue/attic");
   Daemon daemon(at(uri));
@@ -88,18 +88,18 @@ TEST_F(MqttTest, AKilledProbeIsGoneByItsLastWillAndItsLightGrowsStale) {
   const Observer observer(uri);
   const Result<Probe> headset = application(uri);
   ASSERT_TRUE(headset.ok()) << headset.status().message();
-  ASSERT_TRUE(becomes_true("it is lit", [&] { return headset->latest().validity() == Validity::valid; }));
+  ASSERT_TRUE(becomes_true("the light is valid", [&] { return headset->latest().validity() == Validity::valid; }));
   daemon.process().signal(SIGKILL);
   EXPECT_EQ(daemon.process().wait().signal, SIGKILL);
   EXPECT_TRUE(state_becomes(observer, LinkState::gone));
   EXPECT_TRUE(grows_stale(*headset));
   const MqttClient late(broker.port(), {kTopics.status, kTopics.descriptor});
   EXPECT_EQ(late.newest(kTopics.status)->payload, kMqttGone);
-  EXPECT_TRUE(late.newest(kTopics.descriptor)->retained) << "the last light is still there";
+  EXPECT_TRUE(late.newest(kTopics.descriptor)->retained) << "the last descriptor is retained";
   ProbeOptions options;
   options.connect_timeout = {1'000'000'000};
   const Status refused = Probe::connect(uri, options).status();
-  EXPECT_THAT(refused.message(), HasSubstr("has left")) << "and is not handed to who comes late";
+  EXPECT_THAT(refused.message(), HasSubstr("has left")) << "and is not delivered to new clients";
   Daemon next(at(uri));
   (void)next.uri();
   EXPECT_TRUE(state_becomes(observer, LinkState::connected));
@@ -107,17 +107,17 @@ TEST_F(MqttTest, AKilledProbeIsGoneByItsLastWillAndItsLightGrowsStale) {
   EXPECT_TRUE(becomes_true("the light is fresh", [&] { return headset->latest().validity() == Validity::valid; }));
 }
 
-TEST_F(MqttTest, AStoppedProbeSaysGoodbye) {
+TEST_F(MqttTest, AStoppedProbePublishesThatItIsGone) {
   Broker broker;
   Daemon daemon(at(broker.uri("venue/attic")));
   (void)daemon.uri();
   ASSERT_TRUE(is_at_the_broker(broker));
   const Observer observer(broker.uri("venue/attic"));
-  EXPECT_EQ(daemon.stop(), (Ending{0, 0})) << daemon.process().err();
+  EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0})) << daemon.process().err();
   EXPECT_TRUE(state_becomes(observer, LinkState::gone));
 }
 
-TEST_F(MqttTest, ProbeAndClientComeBackWhenTheBrokerDoes) {
+TEST_F(MqttTest, ProbeAndClientReconnectToARestartedBroker) {
   Broker broker;
   const std::string uri = broker.uri("venue/attic");
   Daemon daemon(at(uri));
@@ -130,18 +130,18 @@ TEST_F(MqttTest, ProbeAndClientComeBackWhenTheBrokerDoes) {
   broker.stop();
   EXPECT_TRUE(state_becomes(observer, LinkState::waiting));
   EXPECT_TRUE(grows_stale(*headset));
-  EXPECT_TRUE(direct.gets(10)) << "other links see nothing of it";
+  EXPECT_TRUE(direct.gets(10)) << "other links are not affected";
   broker.start();
   EXPECT_TRUE(state_becomes(observer, LinkState::connected));
   EXPECT_TRUE(observer.gets(5));
   EXPECT_EQ(observer.probe().stats().reconnects, 1U);
-  EXPECT_TRUE(becomes_true("the log tells both", [&] {
+  EXPECT_TRUE(becomes_true("the log reports loss and recovery", [&] {
     const std::string said = daemon.process().err();
     return occurrences(said, uri + ": connected") >= 1 && occurrences(said, "it is tried again") >= 1;
   })) << daemon.process().err();
 }
 
-TEST_F(MqttTest, StartsWithoutABrokerSaysSoAndFindsIt) {
+TEST_F(MqttTest, StartsWithoutABrokerReportsItAndConnectsLater) {
   Broker broker;
   broker.stop();
   const std::string uri = broker.uri("venue/attic");
@@ -157,19 +157,19 @@ TEST_F(MqttTest, StartsWithoutABrokerSaysSoAndFindsIt) {
   EXPECT_TRUE(observer.gets(5));
 }
 
-TEST_F(MqttTest, AStalledHeadsetCostsTheOthersNothing) {
+TEST_F(MqttTest, AStalledClientDoesNotAffectOthers) {
   Broker broker;
   const std::string uri = broker.uri("venue/attic");
   Daemon daemon(at(uri));
   const Observer direct(daemon.uri());
   ASSERT_TRUE(is_at_the_broker(broker));
   Child stalled(tool_command({"watch", uri}));
-  ASSERT_TRUE(becomes_true("it watches", [&] { return !stalled.out().empty(); })) << stalled.err();
+  ASSERT_TRUE(becomes_true("the client receives light", [&] { return !stalled.out().empty(); })) << stalled.err();
   stalled.signal(SIGSTOP);
   const Observer observer(uri);
   const std::uint64_t coalesced = direct.counters().descriptors_coalesced;
   ASSERT_TRUE(observer.gets(60));
-  EXPECT_LE(observer.missing().size(), observer.count() / 10) << "a busy machine may hold a frame up";
+  EXPECT_LE(observer.missing().size(), observer.count() / 10) << "frames may be delayed on a busy machine";
   EXPECT_LE(direct.counters().descriptors_coalesced - coalesced, observer.count() / 10);
   stalled.signal(SIGCONT);
 }
@@ -193,7 +193,7 @@ TEST_F(MqttTest, HostilePublishersAreCountedAndSurvived) {
     mallory.publish(kTopics.descriptor, std::string(kMaxDescriptorBytes + 1, 'x'));
     mallory.publish({kTopics.clock, "", false, kTopics.status, "x"});
     const std::uint64_t sequence = observer.probe().latest().descriptor().sequence;
-    EXPECT_GE(sequence, newest) << "an old answer became the newest";
+    EXPECT_GE(sequence, newest) << "an old descriptor replaced a newer one";
     newest = sequence;
   }
   EXPECT_TRUE(becomes_true("replays are counted", [&] { return observer.probe().stats().untimely == 30; }))
@@ -202,13 +202,13 @@ TEST_F(MqttTest, HostilePublishersAreCountedAndSurvived) {
   EXPECT_EQ(observer.probe().stats().undecodable, 60U);
   EXPECT_TRUE(observer.gets(5));
   EXPECT_EQ(observer.probe().stats().state, LinkState::connected);
-  EXPECT_TRUE(becomes_true("the probe tells what it refused", [&] {
+  EXPECT_TRUE(becomes_true("the probe logs the rejected messages", [&] {
     return occurrences(daemon.process().err(), "messages from outside have been refused") == 1;
   })) << daemon.process().err();
-  EXPECT_EQ(daemon.stop(), (Ending{0, 0}));
+  EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0}));
 }
 
-TEST_F(MqttTest, FromAFileWithTlsPasswordsAndRightsAsTheReadmeHasThem) {
+TEST_F(MqttTest, TheReadmesConfigurationWithTlsPasswordsAndAccessRightsWorks) {
   const Authority authority("venue");
   const std::string rights = folder_.write("acl",
                                            "pattern read venue/+/descriptor\npattern read venue/+/status\n"
@@ -231,19 +231,19 @@ TEST_F(MqttTest, FromAFileWithTlsPasswordsAndRightsAsTheReadmeHasThem) {
       .ca_file = authority.certificate(), .certificate_file = {}, .key_file = {}, .user = "ann", .password = "guest"};
   const Result<Probe> headset = Probe::connect(uri, options);
   ASSERT_TRUE(headset.ok()) << headset.status().message() << daemon.process().err();
-  EXPECT_TRUE(becomes_true("it is lit", [&] { return headset->stats().received > 5; }));
+  EXPECT_TRUE(becomes_true("descriptors arrive", [&] { return headset->stats().received > 5; }));
   const std::vector<std::string> watch = tool_command({"watch", uri, "--seconds", "1", "--json"});
   Child stranger(watch, {.environment = {"LIGHTWELL_MQTT_CA=" + authority.certificate()}});
-  EXPECT_EQ(stranger.wait(), (Ending{3, 0})) << "nobody comes in without a password";
+  EXPECT_EQ(stranger.wait(), (ExitStatus{3, 0})) << "the broker must reject clients without a password";
   Child guest(watch, {.environment = {"LIGHTWELL_MQTT_CA=" + authority.certificate(),
                                       "LIGHTWELL_MQTT_LOGIN=" + folder_.write("guest", "ann\nguest\n")}});
-  EXPECT_EQ(guest.wait(), (Ending{0, 0})) << guest.err();
+  EXPECT_EQ(guest.wait(), (ExitStatus{0, 0})) << guest.err();
   EXPECT_THAT(guest.out(), HasSubstr("\"state\":\"connected\""));
 }
 
-TEST_F(MqttTest, AnAddressThatNamesNoSingleProbeRefusesToStart) {
+TEST_F(MqttTest, AnAddressWithAWildcardIsRejected) {
   Child child(daemon_command(at("mqtt://127.0.0.1/venue/+")));
-  EXPECT_EQ(child.wait(), (Ending{2, 0}));
+  EXPECT_EQ(child.wait(), (ExitStatus{2, 0}));
   EXPECT_THAT(child.err(), AllOf(HasSubstr("mqtt.uri"), HasSubstr("wildcard")));
 }
 

@@ -1,4 +1,4 @@
-// A probe in a room is a camera in a room: what leaves it are harmonics and lights, and never a picture.
+// Privacy: only spherical harmonics and lights leave the probe, and no part of an image.
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -22,16 +22,17 @@
 namespace lightwell::test {
 namespace {
 
-/// So many bytes of a picture in a row, all different enough not to come about by chance (2^-96).
+/// Length of a searched piece of an image in bytes; by chance a piece occurs with a probability of 2^-96.
 constexpr std::size_t kPiece = 12;
 
 std::string piece_at(std::span<const std::byte> bytes, std::size_t i) {
   return {reinterpret_cast<const char*>(bytes.data()) + i, kPiece};
 }
-bool tells_something(const std::string& piece) { return std::set<char>(piece.begin(), piece.end()).size() >= 6; }
+/// Whether a piece has enough different bytes to be identified.
+bool is_distinctive(const std::string& piece) { return std::set<char>(piece.begin(), piece.end()).size() >= 6; }
 
-/// All that went from the probe to the client in a while, and all pictures that its camera took meanwhile.
-struct Watched {
+/// All bytes from the probe to the client during a test, and all images of its camera.
+struct Traffic {
   std::vector<std::byte> wire;
   std::vector<std::vector<std::byte>> pictures;
   std::size_t descriptors = 0, maps = 0, longest = 0;
@@ -40,8 +41,8 @@ struct Watched {
 class Privacy : public ::testing::Test {
  protected:
   /// `more` are further arguments of lightwelld.
-  [[nodiscard]] Watched watch(std::vector<std::string> more) {
-    // No two pixels alike, so that a piece of any picture is known by its bytes.
+  [[nodiscard]] Traffic watch(std::vector<std::string> more) {
+    // A scene with high variation, so that pieces of images can be identified.
     write_exr(folder_.path("room.exr"),
               room(256,
                    [](Vec3d d) {
@@ -52,7 +53,7 @@ class Privacy : public ::testing::Test {
                    },
                    {}));
     more.insert(more.end(), {"--record", folder_.path("frames.lwr")});
-    Watched out;
+    Traffic out;
     {
       Daemon daemon({.camera = "sim:" + folder_.path("room.exr") + "?sensor=rgb8", .exposure_s = {0.01}, .more = more});
       ImpairingProxy proxy(std::stoi(daemon.uri().substr(daemon.uri().rfind(':') + 1)));
@@ -79,13 +80,13 @@ class Privacy : public ::testing::Test {
     return out;
   }
 
-  static std::size_t pieces_of_pictures(const Watched& watched) {
+  static std::size_t pieces_of_pictures(const Traffic& traffic) {
     std::unordered_set<std::string> wire;
-    for (std::size_t i = 0; i + kPiece <= watched.wire.size(); ++i)
-      if (std::string piece = piece_at(watched.wire, i); tells_something(piece)) wire.insert(std::move(piece));
+    for (std::size_t i = 0; i + kPiece <= traffic.wire.size(); ++i)
+      if (std::string piece = piece_at(traffic.wire, i); is_distinctive(piece)) wire.insert(std::move(piece));
     EXPECT_GT(wire.size(), 1000U);
     std::size_t found = 0;
-    for (const auto& picture : watched.pictures)
+    for (const auto& picture : traffic.pictures)
       for (std::size_t i = 0; i + kPiece <= picture.size(); ++i)
         if (wire.contains(piece_at(picture, i))) ++found;
     return found;
@@ -94,26 +95,26 @@ class Privacy : public ::testing::Test {
   TempDir folder_;
 };
 
-TEST_F(Privacy, NoPieceOfAPictureIsOnTheWire) {
-  const Watched watched = watch({});
-  ASSERT_GE(watched.pictures.size(), 20U);
-  ASSERT_GE(watched.descriptors, 30U);
-  EXPECT_EQ(pieces_of_pictures(watched), 0U);
-  // A room in as many numbers as tell how it lights something, and no map unless one is asked for.
-  EXPECT_EQ(watched.maps, 0U);
-  EXPECT_LT(watched.longest, 1500U);
+TEST_F(Privacy, NoPieceOfAnImageIsSent) {
+  const Traffic traffic = watch({});
+  ASSERT_GE(traffic.pictures.size(), 20U);
+  ASSERT_GE(traffic.descriptors, 30U);
+  EXPECT_EQ(pieces_of_pictures(traffic), 0U);
+  // Descriptors are small, and have no environment map unless one is requested.
+  EXPECT_EQ(traffic.maps, 0U);
+  EXPECT_LT(traffic.longest, 1500U);
 }
 
-TEST_F(Privacy, AMapThatTheOwnerTurnsOnIsCoarseAndHasNoPieceOfAPictureEither) {
+TEST_F(Privacy, AnEnabledEnvironmentMapIsCoarseAndHasNoPieceOfAnImage) {
   const std::string config = folder_.path("map.textproto");
   std::ofstream(config) << "estimator { panorama { environment_edge: 64 } }\n";
-  const Watched watched = watch({"--config", config});
-  EXPECT_GT(watched.maps, 0U);
-  EXPECT_EQ(pieces_of_pictures(watched), 0U);
-  EXPECT_LE(watched.longest, kMaxDescriptorBytes);
+  const Traffic traffic = watch({"--config", config});
+  EXPECT_GT(traffic.maps, 0U);
+  EXPECT_EQ(pieces_of_pictures(traffic), 0U);
+  EXPECT_LE(traffic.longest, kMaxDescriptorBytes);
 }
 
-TEST_F(Privacy, AFinerMapIsRefused) {
+TEST_F(Privacy, AFinerMapIsRejected) {
   const std::string config = folder_.path("fine.textproto");
   std::ofstream(config) << "estimator { environment_edge: 128 }\n";
   DaemonOptions options{.camera = "sim:city", .more = {"--config", config}};
@@ -122,12 +123,12 @@ TEST_F(Privacy, AFinerMapIsRefused) {
   EXPECT_THAT(child.err(), ::testing::HasSubstr("environment_edge"));
 }
 
-/// The search itself would find one.
-TEST_F(Privacy, APieceOfAPictureWouldBeFound) {
-  Watched watched;
-  for (int i = 0; i < 5000; ++i) watched.wire.push_back(static_cast<std::byte>((i * 7919 + i * i) >> 3));
-  watched.pictures.emplace_back(watched.wire.begin() + 300, watched.wire.begin() + 300 + 64);
-  EXPECT_GT(pieces_of_pictures(watched), 20U);
+/// Control experiment: the search can find a piece.
+TEST_F(Privacy, APieceOfAnImageWouldBeFound) {
+  Traffic traffic;
+  for (int i = 0; i < 5000; ++i) traffic.wire.push_back(static_cast<std::byte>((i * 7919 + i * i) >> 3));
+  traffic.pictures.emplace_back(traffic.wire.begin() + 300, traffic.wire.begin() + 300 + 64);
+  EXPECT_GT(pieces_of_pictures(traffic), 20U);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A client made from proto/ alone, in another language, reads the same light.
+// A Python client generated from proto/ alone computes the same light as the SDK.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// A line of the client's.
+/// A line of the client's output.
 struct Line {
   unsigned long long sequence = 0;
   int bands = 0;
@@ -46,12 +46,12 @@ std::vector<Line> lines_of(const std::string& out) {
 
 class PythonClientTest : public SecureDaemonTest {
  protected:
-  /// Runs it beside a client of the SDK and compares what both got.
+  /// Runs it together with a client of the SDK and compares their light.
   void reads_the_same_as(const Observer& observer, std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), LIGHTWELL_PYTHON_CLIENT);
     arguments.insert(arguments.end(), {"--count", "10"});
     Child client(arguments);
-    ASSERT_EQ(client.wait(), (Ending{0, 0})) << client.err();
+    ASSERT_EQ(client.wait(), (ExitStatus{0, 0})) << client.err();
     const std::vector<Line> lines = lines_of(client.out());
     ASSERT_EQ(lines.size(), 10U) << client.out();
     int both = 0;
@@ -65,39 +65,39 @@ class PythonClientTest : public SecureDaemonTest {
           EXPECT_NEAR(line.y00[c], static_cast<double>(y00[c]), 1e-6 * std::abs(line.y00[c]));
         EXPECT_GT(line.up[0], 0);
       }
-    EXPECT_GE(both, 5) << "some were seen by both";
+    EXPECT_GE(both, 5) << "descriptors received by both";
   }
   static std::array<float, 3> rgb(const Descriptor& d) {
     return {d.radiance.c[0].r, d.radiance.c[0].g, d.radiance.c[0].b};
   }
 };
 
-TEST_F(PythonClientTest, InPlainTextOnTheLoopback) {
+TEST_F(PythonClientTest, WithoutEncryptionOnTheLoopback) {
   Daemon daemon({.camera = "sim:" + folder_.path("room.exr")});
   const Observer observer(daemon.uri());
   reads_the_same_as(observer, {daemon.uri()});
 }
 
-TEST_F(PythonClientTest, OverTlsWithATokenOrACertificateThatPairingBrought) {
+TEST_F(PythonClientTest, OverTlsWithTheTokenOrTheCertificateOfAPairing) {
   Daemon daemon(options("tls"));
   const std::string folder = pair(daemon.uri());
   for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--certificate"}}) {
     std::vector<std::string> command = {LIGHTWELL_PYTHON_CLIENT, daemon.uri(), "--credentials", folder};
     command.insert(command.end(), more.begin(), more.end());
     Child client(command);
-    EXPECT_EQ(client.wait(), (Ending{0, 0})) << client.err();
+    EXPECT_EQ(client.wait(), (ExitStatus{0, 0})) << client.err();
     EXPECT_EQ(lines_of(client.out()).size(), 5U) << client.out();
   }
 }
 
-TEST_F(PythonClientTest, IsRefusedWithoutWhatPairingBrought) {
+TEST_F(PythonClientTest, IsRejectedWithoutCredentials) {
   Daemon daemon(options("tls"));
   const std::string folder = pair(daemon.uri());
   folder_.write("token", "no token of this probe's");
   std::filesystem::copy_file(folder_.path("token"), folder + "/token",
                              std::filesystem::copy_options::overwrite_existing);
   Child client({LIGHTWELL_PYTHON_CLIENT, daemon.uri(), "--credentials", folder});
-  EXPECT_EQ(client.wait(), (Ending{1, 0}));
+  EXPECT_EQ(client.wait(), (ExitStatus{1, 0}));
   EXPECT_THAT(client.err(), HasSubstr("UNAUTHENTICATED"));
 }
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A Python program follows a real lightwelld over a real socket: light, map, estimator, lux meter, and its end.
+"""The Python package against a lightwelld process: light, environment map, estimator settings, lux reading, shutdown.
 
 usage: python_client_test.py LIGHTWELLD
 """
@@ -22,13 +22,13 @@ import lightwell
 from lightwell import Error, EstimatorKind, LinkState, Setting, Status, Units, UnseenFill, Validity
 
 LIGHTWELLD = sys.argv[1]
-PATIENCE = 60.0
+TIMEOUT_S = 60.0
 WALL = 0.5
 LAMP, LAMP_RADIUS = 200.0, math.radians(8)
 
 
 def panorama(path):
-    """Grey walls and a lamp at +X, as an uncompressed Radiance picture: 128 x 64, rows from the top."""
+    """Writes grey walls and a lamp at +X as an uncompressed Radiance image: 128 x 64, rows from the top."""
     width, height = 128, 64
     phi = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
     theta = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
@@ -46,7 +46,7 @@ class Daemon:
         self.process = subprocess.Popen(
             [LIGHTWELLD, "--listen", "127.0.0.1:0", "--size", "160x120", "--camera", f"sim:{folder}/room.hdr"],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        ready, _, _ = select.select([self.process.stdout], [], [], PATIENCE)
+        ready, _, _ = select.select([self.process.stdout], [], [], TIMEOUT_S)
         line = self.process.stdout.readline() if ready else ""
         found = re.search(r"listening on (\S+)", line)
         if not found:
@@ -57,7 +57,7 @@ class Daemon:
     def stop(self):
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
-        out, err = self.process.communicate(timeout=PATIENCE)
+        out, err = self.process.communicate(timeout=TIMEOUT_S)
         return self.process.returncode, out, err
 
 
@@ -69,23 +69,23 @@ class PythonClient(unittest.TestCase):
         self.addCleanup(self.daemon.stop)
 
     def until(self, probe, condition):
-        """The first lighting that satisfies it."""
-        seen, end = None, time.monotonic() + PATIENCE
+        """Waits for a lighting that satisfies the condition and returns it."""
+        seen, end = None, time.monotonic() + TIMEOUT_S
         while time.monotonic() < end:
-            light = probe.wait_for_next(seen, timeout=PATIENCE)
+            light = probe.wait_for_next(seen, timeout=TIMEOUT_S)
             if condition(light):
                 return light
             seen = light.info().sequence
-        raise AssertionError("what was waited for never came")
+        raise AssertionError(f"no lighting satisfied the condition within {TIMEOUT_S:g} s")
 
-    def test_follows_a_probe_from_light_to_silence(self):
-        with lightwell.connect(self.daemon.uri, max_age=1.0, connect_timeout=PATIENCE) as probe:
-            light = probe.wait_for_next(timeout=PATIENCE)
+    def test_client_from_first_light_to_shutdown(self):
+        with lightwell.connect(self.daemon.uri, max_age=1.0, connect_timeout=TIMEOUT_S) as probe:
+            light = probe.wait_for_next(timeout=TIMEOUT_S)
             lamp = light.lights()[0]
             self.assertLess(np.degrees(np.arccos(np.clip(lamp.direction @ [1, 0, 0], -1, 1))), 1.0)
             answer = light.irradiance([[1, 0, 0], [-1, 0, 0]])
             self.assertEqual((answer.units, answer.refused), (Units.RELATIVE, 0))
-            # Units are relative: what holds is the ratio of the lamp's side to that of the walls alone.
+            # Units are relative, so the ratio of the lamp's side to the opposite side is compared.
             full = math.pi * (WALL + (LAMP - WALL) * math.sin(LAMP_RADIUS) ** 2)
             ratio = answer.value[0] / answer.value[1] / (full / (math.pi * WALL))
             np.testing.assert_allclose(ratio, 1, atol=0.05)
@@ -93,18 +93,18 @@ class PythonClient(unittest.TestCase):
             info = probe.info()
             self.assertEqual((info.name, info.version), ("lightwell", lightwell.__version__))
             self.assertGreater(info.frames, 0)
-            # One clock for both: the offset is nothing but its doubt.
+            # Both use the same clock, so the offset must be within its uncertainty.
             self.assertLessEqual(abs(info.clock_offset_ns), info.clock_uncertainty_ns + 1_000_000)
 
             self.assertIsNone(light.environment())
-            owners = probe.estimator_config()
-            self.assertEqual(owners.estimator, EstimatorKind.PANORAMA)
-            self.assertEqual((owners.band, owners.setting), (6, Setting.BALANCED))
+            initial = probe.estimator_config()
+            self.assertEqual(initial.estimator, EstimatorKind.PANORAMA)
+            self.assertEqual((initial.band, initial.setting), (6, Setting.BALANCED))
             probe.change_estimator(epsilon=0.02, setting="fast", unseen=UnseenFill.MIRROR)
             probe.set_estimator(environment_edge=16)
             self.assertEqual(
                 probe.estimator_config(),
-                replace(owners, epsilon=0.02, setting=Setting.FAST, unseen=UnseenFill.MIRROR, environment_edge=16))
+                replace(initial, epsilon=0.02, setting=Setting.FAST, unseen=UnseenFill.MIRROR, environment_edge=16))
             mapped = self.until(probe, lambda l: l.environment() is not None)
             self.assertEqual(mapped.environment().levels[0].radiance.shape, (16, 16, 3))
             with self.assertRaises(Error) as refused:
@@ -119,14 +119,14 @@ class PythonClient(unittest.TestCase):
 
             code, _, err = self.daemon.stop()
             self.assertEqual(code, 0, err)
-            end = time.monotonic() + PATIENCE
+            end = time.monotonic() + TIMEOUT_S
             while probe.latest().validity != Validity.STALE and time.monotonic() < end:
                 time.sleep(0.01)
             last = probe.latest()
             self.assertEqual(last.validity, Validity.STALE)
             self.assertIn("max_age", last.reason)
             self.assertGreater(last.irradiance([0, 1, 0]).value[0], 0, "the last light stays")
-            self.assertNotEqual(probe.stats().state, LinkState.ENDED, "a probe is looked for as long as it is wanted")
+            self.assertNotEqual(probe.stats().state, LinkState.ENDED, "the client keeps trying to reconnect")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-// Recordings of frames and of descriptors: what was is what comes back.
+// Recordings of frames and of descriptors reproduce the original descriptors.
 #include <csignal>
 #include <map>
 
@@ -21,7 +21,7 @@ class RecordingTest : public ::testing::Test {
   RecordingTest() { write_exr(folder_.path("room.exr"), room_with_lamp_at_plus_x()); }
   [[nodiscard]] std::string camera(const std::string& query) const { return "sim:" + folder_.path("room.exr") + query; }
 
-  /// Compares what both saw of the same captures; how many those were.
+  /// Compares the descriptors of captures that both received; returns their number.
   static std::size_t compare(const std::vector<Descriptor>& a, const std::vector<Descriptor>& b) {
     std::map<std::uint64_t, const Descriptor*> by_sequence;
     for (const Descriptor& d : a) by_sequence[d.sequence] = &d;
@@ -40,8 +40,8 @@ class RecordingTest : public ::testing::Test {
     return both;
   }
 
-  /// Records frames while a client looks on, then plays them to another client. What a descriptor holds of earlier
-  /// captures is the same only where none is lost: the frame rates leave a busy machine time for each.
+  /// Records frames while one client is connected, then replays them to another. Temporal filtering gives the same
+  /// result only if no capture is lost, so the frame rates are low enough for a busy machine.
   void records_and_replays(const DaemonOptions& original, std::size_t captures) {
     const std::string file = folder_.path("frames.lwrec");
     DaemonOptions recording = original;
@@ -49,11 +49,11 @@ class RecordingTest : public ::testing::Test {
     Daemon daemon(recording);
     const Observer live(daemon.uri());
     ASSERT_TRUE(live.gets(captures)) << daemon.process().err();
-    ASSERT_EQ(daemon.stop(), (Ending{0, 0})) << daemon.process().err();
+    ASSERT_EQ(daemon.stop(), (ExitStatus{0, 0})) << daemon.process().err();
 
     Daemon player({.camera = "replay:" + file});
     const Observer again(player.uri());
-    ASSERT_EQ(player.process().wait(), (Ending{0, 0})) << "it ends with the recording";
+    ASSERT_EQ(player.process().wait(), (ExitStatus{0, 0})) << "the replay ends with the recording";
     EXPECT_THAT(player.process().err(), HasSubstr("come to its end"));
     EXPECT_GE(compare(live.descriptors(), again.descriptors()), captures / 2);
     const std::vector<Descriptor> replayed = again.descriptors();
@@ -78,7 +78,7 @@ TEST_F(RecordingTest, ReplayedIdealFramesGiveTheSameDescriptors) {
   records_and_replays({.camera = camera("?turn=30deg/s"), .frame_rate = 15}, 30);
 }
 
-TEST_F(RecordingTest, AFullDiskEndsTheRecordingAndNotTheProbe) {
+TEST_F(RecordingTest, AFullDiskEndsOnlyTheRecording) {
   const std::string file = folder_.path("frames.lwrec");
   DaemonOptions options{.camera = camera("?sensor=rgb8"), .more = {"--record", file}};
   options.child.largest_file_bytes = 1'000'000;  // About eight frames.
@@ -86,7 +86,7 @@ TEST_F(RecordingTest, AFullDiskEndsTheRecordingAndNotTheProbe) {
   const Observer observer(daemon.uri());
   ASSERT_TRUE(becomes_true("the fault is counted", [&] { return observer.counters().recording_faults > 0; }));
   ASSERT_TRUE(observer.gets(40)) << "the probe goes on";
-  EXPECT_EQ(daemon.stop(), (Ending{0, 0}));
+  EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0}));
   const std::string said = daemon.process().err();
   EXPECT_EQ(occurrences(said, "the probe goes on without it"), 1U) << said;
   EXPECT_THAT(said, HasSubstr(file));
@@ -96,10 +96,10 @@ TEST_F(RecordingTest, AFullDiskEndsTheRecordingAndNotTheProbe) {
   Record record;
   int frames = 0;
   while (reader->next(record)) ++frames;
-  EXPECT_GE(frames, 3) << "what was written before stays readable";
+  EXPECT_GE(frames, 3) << "frames written before are readable";
 }
 
-TEST_F(RecordingTest, TheToolKeepsDescriptorsByteForByte) {
+TEST_F(RecordingTest, TheToolRecordsDescriptorsByteForByte) {
   const std::string file = folder_.path("evening.lwr");
   Daemon daemon({.camera = camera("?turn=30deg/s")});
   const Observer observer(daemon.uri());
@@ -107,7 +107,7 @@ TEST_F(RecordingTest, TheToolKeepsDescriptorsByteForByte) {
   ASSERT_TRUE(becomes_true("the tool is a client", [&] { return observer.counters().clients == 2; }));
   ASSERT_TRUE(observer.gets(30));
   tool.signal(SIGTERM);
-  ASSERT_EQ(tool.wait(), (Ending{0, 0})) << tool.err();
+  ASSERT_EQ(tool.wait(), (ExitStatus{0, 0})) << tool.err();
 
   Result<RecordReader> reader = RecordReader::open(file);
   ASSERT_TRUE(reader.ok()) << reader.status().message();
@@ -130,15 +130,15 @@ TEST_F(RecordingTest, TheToolKeepsDescriptorsByteForByte) {
   EXPECT_GE(both, 20U);
 
   Child replay(tool_command({"replay", file}));
-  ASSERT_EQ(replay.wait(), (Ending{0, 0})) << replay.err();
-  EXPECT_EQ(occurrences(replay.out(), "\n"), records) << "a line for each";
+  ASSERT_EQ(replay.wait(), (ExitStatus{0, 0})) << replay.err();
+  EXPECT_EQ(occurrences(replay.out(), "\n"), records) << "one line per descriptor";
   EXPECT_THAT(replay.out(), HasSubstr("#" + std::to_string(last) + " "));
   Child json(tool_command({"replay", file, "--json"}));
-  ASSERT_EQ(json.wait(), (Ending{0, 0}));
+  ASSERT_EQ(json.wait(), (ExitStatus{0, 0}));
   EXPECT_EQ(occurrences(json.out(), "\"sequence\""), records);
 }
 
-TEST_F(RecordingTest, ARecordingOfDescriptorsIsNoCamera) {
+TEST_F(RecordingTest, ARecordingOfDescriptorsIsRejectedAsACamera) {
   const std::string file = folder_.path("evening.lwr");
   {
     Result<RecordWriter> writer = RecordWriter::open(file, {RecordingKind::descriptors, "attic", "0.1.0", {}});
@@ -146,7 +146,7 @@ TEST_F(RecordingTest, ARecordingOfDescriptorsIsNoCamera) {
     ASSERT_TRUE(writer->flush().ok());
   }
   Child child(daemon_command({.camera = "replay:" + file}));
-  EXPECT_EQ(child.wait(), (Ending{1, 0}));
+  EXPECT_EQ(child.wait(), (ExitStatus{1, 0}));
   EXPECT_THAT(child.err(), HasSubstr("a recording of descriptors"));
 }
 

@@ -1,4 +1,4 @@
-// A daemon that encrypts, its pairing mode beside it, and what a client keeps of both.
+// A daemon with TLS, lightwelld --pair, and the credentials of a client.
 #pragma once
 
 #include <string>
@@ -9,16 +9,16 @@
 
 namespace lightwell::test {
 
-/// What stands behind the last colon of an address.
+/// The port of an address: the number after the last colon.
 [[nodiscard]] int port_of(const std::string& address);
 [[nodiscard]] std::string file_text(const std::string& path);
 
-/// `lightwelld --pair`, once it shows its code.
+/// Runs `lightwelld --pair`; the constructor waits until it shows its code.
 class PairingMode {
  public:
   PairingMode(const std::string& keys, const std::string& security, int link_port)
       : PairingMode({"--security", security, "--keys", keys}, link_port) {}
-  /// With the options of the daemon that it stands beside.
+  /// `options`: those of the daemon for which it pairs clients.
   PairingMode(std::vector<std::string> options, int link_port);
 
   [[nodiscard]] const std::string& uri() const { return uri_; }
@@ -43,13 +43,13 @@ class SecureDaemonTest : public ::testing::Test {
   [[nodiscard]] ChildOptions environment() const {
     return {.environment = {"XDG_CONFIG_HOME=" + folder_.path("config")}};
   }
-  /// The tool with a home of its own.
+  /// The command line of the tool; run it with environment() for a separate configuration folder.
   [[nodiscard]] std::vector<std::string> tool(std::vector<std::string> arguments) const {
     return tool_command(std::move(arguments));
   }
-  /// Pairs by the tool, through `port` where somebody listens; returns the folder of credentials.
+  /// Pairs with the tool, through the proxy at `through_port` if it is not 0; returns the folder of credentials.
   std::string pair(PairingMode& mode, int through_port = 0);
-  /// The same with a mode of its own, for the daemon at `uri`.
+  /// Runs a pairing mode for the daemon at `uri` and pairs with it.
   std::string pair(const std::string& uri, const std::string& security = "tls") {
     PairingMode mode(keys(), security, port_of(uri));
     return pair(mode);
@@ -69,7 +69,7 @@ class SecureDaemonTest : public ::testing::Test {
   }
   [[nodiscard]] static ::testing::AssertionResult gets_light(const Probe& probe) {
     const std::uint64_t before = probe.stats().received;
-    return becomes_true("a descriptor comes", [&] { return probe.stats().received > before; });
+    return becomes_true("a descriptor arrives", [&] { return probe.stats().received > before; });
   }
 
   TempDir folder_;

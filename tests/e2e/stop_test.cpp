@@ -1,4 +1,4 @@
-// How the daemon ends, and what it tells the service manager.
+// Shutdown of the daemon, and its notifications to the service manager.
 #include <csignal>
 #include <cstring>
 #include <unistd.h>
@@ -24,50 +24,51 @@ class StopTest : public ::testing::Test {
   TempDir folder_;
 };
 
-TEST_F(StopTest, SigtermEndsItWell) {
+TEST_F(StopTest, SigtermEndsTheDaemonCleanly) {
   Daemon daemon({.camera = camera()});
   (void)daemon.uri();
-  EXPECT_EQ(daemon.stop(), (Ending{0, 0})) << daemon.process().err();
+  EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0})) << daemon.process().err();
 }
 
-TEST_F(StopTest, SigintEndsItWell) {
+TEST_F(StopTest, SigintEndsTheDaemonCleanly) {
   Daemon daemon({.camera = camera()});
   (void)daemon.uri();
   daemon.process().signal(SIGINT);
-  EXPECT_EQ(daemon.process().wait(), (Ending{0, 0}));
+  EXPECT_EQ(daemon.process().wait(), (ExitStatus{0, 0}));
 }
 
 TEST_F(StopTest, ASignalWhileItIsStillRenderingEndsIt) {
-  // More frames than two seconds are enough for.
+  // More frames than can be rendered in two seconds.
   Daemon daemon({.camera = camera() + "?turn=1deg/s&ring=2000&sensor=rgb8"});
   Child& child = daemon.process();
-  ASSERT_TRUE(
-      becomes_true("it says how far the rendering is", [&] { return occurrences(child.err(), "rendering ahead") > 0; }));
+  ASSERT_TRUE(becomes_true("the progress of rendering is printed",
+                           [&] { return occurrences(child.err(), "rendering ahead") > 0; }));
   child.signal(SIGTERM);
-  EXPECT_EQ(child.wait(), (Ending{0, 0})) << child.err();
-  EXPECT_EQ(child.out(), "") << "it never came to listen";
+  EXPECT_EQ(child.wait(), (ExitStatus{0, 0})) << child.err();
+  EXPECT_EQ(child.out(), "") << "it must not listen yet";
 }
 
-TEST_F(StopTest, NeitherAClientNorAStalledOneHoldsItUp) {
+TEST_F(StopTest, NeitherAClientNorAStalledOneDelaysTheEnd) {
   Daemon daemon({.camera = camera(), .frame_rate = 100});
   const Observer observer(daemon.uri());
   Child stalled(tool_command({"watch", daemon.uri()}));
   ASSERT_TRUE(becomes_true("both are clients", [&] { return observer.counters().clients >= 2; }));
   stalled.signal(SIGSTOP);
-  ASSERT_TRUE(becomes_true("the stalled one is behind", [&] { return observer.counters().descriptors_coalesced > 0; }));
-  EXPECT_EQ(daemon.stop(), (Ending{0, 0})) << daemon.process().err();
+  ASSERT_TRUE(becomes_true("descriptors for the stalled client are coalesced",
+                           [&] { return observer.counters().descriptors_coalesced > 0; }));
+  EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0})) << daemon.process().err();
   EXPECT_TRUE(becomes_true("the client notices that the probe has gone",
-                         [&] { return observer.probe().stats().state != LinkState::connected; }));
+                           [&] { return observer.probe().stats().state != LinkState::connected; }));
   stalled.signal(SIGCONT);
 }
 
-TEST_F(StopTest, AClientFindsTheNextDaemonOnTheSamePort) {
+TEST_F(StopTest, AClientReconnectsToTheNextDaemonOnTheSamePort) {
   std::optional<Daemon> daemon;
   daemon.emplace(DaemonOptions{.camera = camera()});
   const std::string uri = daemon->uri();
   const Observer observer(uri);
   ASSERT_TRUE(observer.gets(3));
-  EXPECT_EQ(daemon->stop(), (Ending{0, 0}));
+  EXPECT_EQ(daemon->stop(), (ExitStatus{0, 0}));
   const std::string port = uri.substr(std::strlen("grpc://"));
   daemon.emplace(DaemonOptions{.camera = camera(), .listen = port});
   EXPECT_EQ(daemon->uri(), uri);
@@ -75,7 +76,7 @@ TEST_F(StopTest, AClientFindsTheNextDaemonOnTheSamePort) {
   EXPECT_GE(observer.probe().stats().reconnects, 1U);
 }
 
-/// What systemd listens at.
+/// The notification socket of systemd.
 class ServiceManager {
  public:
   explicit ServiceManager(const std::string& path) {
@@ -88,36 +89,36 @@ class ServiceManager {
   ServiceManager& operator=(const ServiceManager&) = delete;
   ~ServiceManager() { ::close(socket_); }
 
-  /// All that has been said so far.
-  [[nodiscard]] const std::string& heard() {
+  /// All notifications received so far.
+  [[nodiscard]] const std::string& received() {
     char buffer[4096];
     for (;;) {
       const ssize_t n = ::recv(socket_, buffer, sizeof buffer, MSG_DONTWAIT);
-      if (n <= 0) return heard_;
-      heard_ += std::string(buffer, static_cast<std::size_t>(n)) + "\n";
+      if (n <= 0) return received_;
+      received_ += std::string(buffer, static_cast<std::size_t>(n)) + "\n";
     }
   }
 
  private:
   int socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  std::string heard_;
+  std::string received_;
 };
 
-TEST_F(StopTest, TheServiceManagerHearsReadyStatusWatchdogAndStopping) {
+TEST_F(StopTest, NotifiesReadyStatusWatchdogAndStopping) {
   const std::string path = folder_.path("notify");
   ServiceManager manager(path);
   Daemon daemon({.camera = camera(), .child = {.environment = {"NOTIFY_SOCKET=" + path}}});
   const std::string uri = daemon.uri();
-  ASSERT_TRUE(becomes_true("READY=1 is said", [&] { return manager.heard().find("READY=1") != std::string::npos; }));
-  EXPECT_TRUE(Probe::connect(uri).ok()) << "ready means that clients may come";
-  EXPECT_TRUE(becomes_true("a status with its counters is said",
-                         [&] { return manager.heard().find(" estimates") != std::string::npos; }));
-  EXPECT_TRUE(becomes_true("the watchdog is told, and told again",
-                         [&] { return occurrences(manager.heard(), "WATCHDOG=1") >= 2; }));
-  EXPECT_EQ(occurrences(manager.heard(), "STOPPING=1"), 0U);
-  EXPECT_EQ(daemon.stop(), (Ending{0, 0}));
-  EXPECT_EQ(occurrences(manager.heard(), "STOPPING=1"), 1U);
-  EXPECT_EQ(occurrences(manager.heard(), "READY=1"), 1U);
+  ASSERT_TRUE(becomes_true("READY=1 is sent", [&] { return manager.received().find("READY=1") != std::string::npos; }));
+  EXPECT_TRUE(Probe::connect(uri).ok()) << "clients must be accepted after READY=1";
+  EXPECT_TRUE(becomes_true("a status with counters is sent",
+                           [&] { return manager.received().find(" estimates") != std::string::npos; }));
+  EXPECT_TRUE(becomes_true("the watchdog is notified twice",
+                           [&] { return occurrences(manager.received(), "WATCHDOG=1") >= 2; }));
+  EXPECT_EQ(occurrences(manager.received(), "STOPPING=1"), 0U);
+  EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0}));
+  EXPECT_EQ(occurrences(manager.received(), "STOPPING=1"), 1U);
+  EXPECT_EQ(occurrences(manager.received(), "READY=1"), 1U);
 }
 
 TEST_F(StopTest, UnderTheJournalEveryLineCarriesItsPriority) {

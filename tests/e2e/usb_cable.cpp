@@ -11,7 +11,7 @@ namespace {
 
 using core::UsbEvent;
 
-/// Where a frame's header says what it is.
+/// Offset of the type in a frame's header.
 constexpr std::size_t kKindAt = 5;
 
 bool is_descriptor(std::span<const std::byte> frame) {
@@ -40,7 +40,7 @@ class UsbCable::ProbeEnd final : public GadgetPort {
   }
   bool begin_send(std::span<const std::byte> bytes) override {
     const std::lock_guard lock(cable_.mutex_);
-    // Two at once would break the promise of GadgetPort, and the count of what is in flight.
+    // GadgetPort guarantees one transfer at a time, on which the counts rely.
     if (cable_.probe_sends_) std::abort();
     ++cable_.to_host_.begun;
     if (!cable_.configured_) {
@@ -137,10 +137,10 @@ class UsbCable::HostEnd final : public core::UsbTransport {
         ++cable_.to_host_.whole;
       }
       cable_.pump();
-      return {UsbEvent::Kind::received, read_, UsbEvent::Ending::of_transfer, {}};
+      return {UsbEvent::Kind::received, read_, UsbEvent::TransferEnd::of_transfer, {}};
     }
     if (std::exchange(cable_.gone_, false)) {
-      // A probe that is plugged in again meanwhile is another one.
+      // A probe that was plugged in again in the meantime counts as another device.
       cable_.open_ = false;
       return {UsbEvent::Kind::gone, {}, {}, "the probe is gone"};
     }
@@ -226,7 +226,7 @@ std::uint64_t UsbCable::opened() const {
   return opened_;
 }
 
-/// Transfers under way end in errors; what had arrived at the host is there to be read before it learns of it.
+/// Ends transfers in flight with errors. The host can still read what had arrived before it sees the error.
 void UsbCable::break_stream() {
   if (std::exchange(probe_sends_, false)) {
     drop(to_host_, sending_);
@@ -251,7 +251,7 @@ void UsbCable::enabled() {
   host_changed_.notify_all();
 }
 
-/// Moves what can move.
+/// Completes all transfers that can be completed.
 void UsbCable::pump() {
   if (!open_ || !configured_ || gone_ || asleep_) return;
   if (std::exchange(stall_to_host_, false)) {
@@ -282,10 +282,10 @@ void UsbCable::pump() {
   }
 }
 
-/// Flips some bits, or cuts out a piece.
+/// Flips some bits or removes a piece at random; false if the bytes are unchanged.
 bool UsbCable::harmed(std::vector<std::byte>& bytes) {
   if (bytes.size() < 2 || random_() % 1000 >= damage_per_mille_) return false;
-  // The zero that may follow a frame is none of it.
+  // A zero byte that may follow the frame does not belong to it.
   const std::size_t at = random_() % (bytes.size() - 1);
   if (random_() % 2 == 0) {
     bytes[at] ^= static_cast<std::byte>(1U << random_() % 8);

@@ -1,5 +1,5 @@
-// A USB cable in memory: the probe's GadgetPort at one end, the host's UsbTransport at the other, and a hand that
-// pulls, resets, stalls and damages. It knows of every transfer what became of it.
+// A simulated USB cable: the probe's GadgetPort at one end, the host's UsbTransport at the other. Tests unplug, reset,
+// stall and damage it. It counts the outcome of every transfer.
 #pragma once
 
 #include <condition_variable>
@@ -15,44 +15,44 @@
 
 namespace lightwell::test {
 
-/// What became of the transfers in one direction, each one frame.
+/// Outcomes of the transfers in one direction; each transfer is one frame.
 struct Carried {
   std::uint64_t begun = 0;
-  std::uint64_t whole = 0;                                         ///< Reached the other end as they were.
+  std::uint64_t whole = 0;                                         ///< Arrived unchanged.
   std::uint64_t dropped = 0;                                       ///< In flight when the stream broke.
-  std::uint64_t damaged = 0;                                       ///< Reached it with bits flipped or a piece missing.
-  std::uint64_t descriptors_dropped = 0, descriptors_damaged = 0;  ///< Of these.
+  std::uint64_t damaged = 0;                                       ///< Arrived with flipped bits or a piece missing.
+  std::uint64_t descriptors_dropped = 0, descriptors_damaged = 0;  ///< Descriptors among these.
 };
 
 class UsbCable {
  public:
   explicit UsbCable(std::uint32_t seed) : random_(seed) {}
 
-  /// The probe's end and the host's; each lives no longer than the cable.
+  /// The probe's and the host's end; the cable must outlive both.
   [[nodiscard]] std::unique_ptr<GadgetPort> probe_end();
   [[nodiscard]] std::unique_ptr<core::UsbTransport> host_end();
 
   void plug_in();
   void pull_out();
-  /// As a hub does: the probe is configured anew, and whoever has it open must open it again.
+  /// Resets the device, as a hub does: the probe is configured again, and the host must reopen it.
   void reset();
-  /// The host's next transfer of that direction is refused, once.
+  /// Stalls the host's next transfer in that direction, once.
   void stall_to_host();
   void stall_to_probe();
   void suspend();
   void resume();
-  /// So many of a thousand transfers are damaged, in each direction.
+  /// Damages this many of a thousand transfers in each direction, at random.
   void damage(unsigned per_mille);
 
   [[nodiscard]] Carried to_host() const;
   [[nodiscard]] Carried to_probe() const;
-  /// How often the host opened the probe.
+  /// Number of times that the host opened the probe.
   [[nodiscard]] std::uint64_t opened() const;
 
  private:
   class ProbeEnd;
   class HostEnd;
-  /// What libusb keeps in flight.
+  /// Number of transfers that the libusb transport keeps in flight.
   static constexpr std::size_t kInFlight = 4;
 
   void break_stream();
@@ -70,14 +70,14 @@ class UsbCable {
   bool arrived_ = false, probe_woken_ = false, host_woken_ = false;
   bool stall_to_host_ = false, stall_to_probe_ = false;
 
-  std::span<const std::byte> sending_;  ///< The probe's transfer under way.
+  std::span<const std::byte> sending_;  ///< The probe's transfer in flight.
   bool probe_sends_ = false;
   std::span<std::byte> receiving_;
   bool probe_receives_ = false;
   std::deque<PortEvent> probe_events_;
 
-  std::deque<std::vector<std::byte>> arrived_transfers_;  ///< Ended at the host, and not yet looked at.
-  std::vector<std::byte> requested_;                      ///< The host's transfer under way.
+  std::deque<std::vector<std::byte>> arrived_transfers_;  ///< Completed at the host and not yet read.
+  std::vector<std::byte> requested_;                      ///< The host's transfer in flight.
   bool host_sends_ = false;
   std::deque<core::UsbEvent> host_events_;
 

@@ -1,4 +1,4 @@
-// The probe's real USB link and the host's real one, joined by a cable that a test pulls, resets, stalls and damages.
+// The probe's and the host's USB links, connected by a simulated cable that tests unplug, reset, stall and damage.
 #include <atomic>
 #include <chrono>
 #include <filesystem>
@@ -26,7 +26,7 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-/// Quick to come back; slow to give up, as the machine may be busy.
+/// Short retry periods; long timeouts, because the machine may be busy.
 ProbeOptions options() {
   ProbeOptions o;
   o.connect_timeout = Duration::from_seconds(20);
@@ -48,7 +48,7 @@ EncodedDescriptor descriptor(std::uint64_t sequence) {
   return std::make_shared<const std::vector<std::byte>>(bytes->begin(), bytes->end());
 }
 
-/// Both ends of one cable, and a probe that sees.
+/// Both ends of one cable, and a probe that publishes descriptors.
 class Usb {
  public:
   explicit Usb(std::uint32_t seed, const ProbeOptions& o = options()) : cable(seed) {
@@ -56,7 +56,7 @@ class Usb {
     EXPECT_TRUE(link->start().ok());
     ProbeOptions with_observer = o;
     with_observer.on_descriptor = [this](const Arrival& a) {
-      // What arrives is what was sent, and newer than what was there.
+      // A descriptor that arrives must have been published and be newer than the previous one.
       if (a.descriptor.sequence <= newest_arrived || a.descriptor.sequence > published) ++out_of_order;
       newest_arrived = a.descriptor.sequence;
       if (first_arrived == 0) first_arrived = a.descriptor.sequence;
@@ -89,11 +89,11 @@ class Usb {
     publishing_ = false;
     if (publisher_.joinable()) publisher_.join();
   }
-  [[nodiscard]] ::testing::AssertionResult news_come(const std::string& after) {
+  [[nodiscard]] ::testing::AssertionResult descriptors_arrive(const std::string& after) {
     const std::uint64_t before = receiver->stats().received;
-    return becomes_true("descriptors come again after " + after, [&] { return receiver->stats().received > before; });
+    return becomes_true("descriptors arrive again after " + after, [&] { return receiver->stats().received > before; });
   }
-  /// Until all that was published is accounted for.
+  /// Stops publishing and waits until the last descriptor has arrived.
   [[nodiscard]] ::testing::AssertionResult settles() {
     stop_publishing();
     return becomes_true("the last descriptor has arrived", [&] {
@@ -117,7 +117,7 @@ class Usb {
   std::thread publisher_;
 };
 
-/// Every descriptor that was published is in one of these, and every frame.
+/// The counters of probe, cable and host account for every published descriptor and every frame.
 void expect_all_accounted_for(Usb& usb) {
   const LinkStats host = usb.receiver->stats();
   const UsbGadgetCounters probe = usb.link->usb_counters();
@@ -125,24 +125,25 @@ void expect_all_accounted_for(Usb& usb) {
   EXPECT_EQ(usb.out_of_order, 0U);
   EXPECT_EQ(probe.frames_begun, to_host.begun);
   EXPECT_EQ(to_host.begun, to_host.whole + to_host.dropped + to_host.damaged);
-  EXPECT_EQ(host.frames_lost, to_host.dropped + to_host.damaged) << "the host knows how many frames it missed";
-  EXPECT_EQ(probe.frames_failed, to_host.dropped) << "and the probe, which of them it could not send";
+  EXPECT_EQ(host.frames_lost, to_host.dropped + to_host.damaged) << "the host must count the frames that it missed";
+  EXPECT_EQ(probe.frames_failed, to_host.dropped) << "the probe must count the frames that it could not send";
   EXPECT_EQ(host.received, probe.descriptors_begun - to_host.descriptors_dropped - to_host.descriptors_damaged);
-  EXPECT_EQ(usb.published, probe.descriptors_begun + usb.link->counters().coalesced + probe.descriptors_without_listener);
+  EXPECT_EQ(usb.published,
+            probe.descriptors_begun + usb.link->counters().coalesced + probe.descriptors_without_listener);
   EXPECT_EQ(usb.newest_arrived, usb.published);
   EXPECT_EQ(host.gaps, usb.published - usb.first_arrived + 1 - host.received)
-      << "holes in the sequence are exactly what did not come";
-  EXPECT_EQ(host.undecodable, 0U) << "nothing damaged was believed";
+      << "gaps must be exactly the descriptors that did not arrive";
+  EXPECT_EQ(host.undecodable, 0U) << "damaged frames must be rejected by their checksum";
   EXPECT_EQ(host.oversized, 0U);
   EXPECT_EQ(probe.invalid_requests, 0U);
-  // Of a request that did not come the next one tells, a second later.
-  EXPECT_TRUE(becomes_true("the probe knows how many requests it missed", [&] {
+  // A lost request is detected by the number of the next one, a second later.
+  EXPECT_TRUE(becomes_true("the probe has counted the requests that it missed", [&] {
     const Carried to_probe = usb.cable.to_probe();
     return usb.link->usb_counters().from_host.lost == to_probe.dropped + to_probe.damaged;
   }));
 }
 
-/// What a leak would make grow.
+/// Resources of this process, to detect leaks.
 struct Resources {
   long threads = 0, kilobytes = 0;
   std::size_t handles = 0;
@@ -161,7 +162,7 @@ TEST(Usb, DescriptorsAnswersAndCommandsGoThroughTheCable) {
   EXPECT_EQ(usb.receiver->info().id, 11U);
   EXPECT_EQ(usb.receiver->info().counters, usb.commands.status().counters);
   EXPECT_EQ(usb.receiver->info().T_world_probe, usb.commands.status().T_world_probe);
-  // Both ends have this machine's clock: what the host believes of the probe's must be true of it.
+  // Both ends use this machine's clock, so the host's estimate of the offset can be checked.
   EXPECT_LE(std::abs(usb.receiver->info().clock_offset.ns), usb.receiver->info().clock_uncertainty.ns);
   EXPECT_EQ(usb.link->counters().clients, 1U);
   ASSERT_TRUE(usb.settles());
@@ -177,15 +178,15 @@ TEST(Usb, DescriptorsAnswersAndCommandsGoThroughTheCable) {
   const Result<double> scale = usb.source->report_lux(200, {0, 0, 1});
   ASSERT_TRUE(scale.ok()) << scale.status().message();
   EXPECT_EQ(*scale, 400);
-  // What another link's client changed stands beside what this one changes.
+  // A field changed by a client of another link is kept.
   ASSERT_TRUE(usb.commands.update_estimator({.max_lights = 5}).ok());
   EXPECT_TRUE(usb.source->change_estimator({.panorama = {.epsilon = 0.02}}).ok());
   config.max_lights = 5;
   config.panorama.epsilon = 0.02;
-  const Result<EstimatorState> told = usb.source->estimator();
-  ASSERT_TRUE(told.ok()) << told.status().message();
-  EXPECT_EQ(told->config, config);
-  EXPECT_EQ(told->kind, EstimatorKind::panorama);
+  const Result<EstimatorState> answer = usb.source->estimator();
+  ASSERT_TRUE(answer.ok()) << answer.status().message();
+  EXPECT_EQ(answer->config, config);
+  EXPECT_EQ(answer->kind, EstimatorKind::panorama);
   config.band = 99;
   EXPECT_EQ(usb.source->change_estimator(all_fields(config)).code(), StatusCode::invalid_argument);
 }
@@ -198,17 +199,18 @@ TEST(Usb, WithoutAProbeCommandsFailAndTheLastLightStays) {
   usb.cable.plug_in();
   ASSERT_TRUE(usb.settles());
   usb.cable.pull_out();
-  ASSERT_TRUE(becomes_true("the host waits", [&] { return usb.receiver->stats().state != LinkState::connected; }));
+  ASSERT_TRUE(
+      becomes_true("the host is disconnected", [&] { return usb.receiver->stats().state != LinkState::connected; }));
   EXPECT_EQ(usb.source->change_estimator({}).code(), StatusCode::unavailable);
   EXPECT_EQ(usb.receiver->latest({monotonic_now_ns()}).descriptor().sequence, usb.newest_arrived);
   EXPECT_NE(usb.receiver->stats().last_error, "");
-  ASSERT_TRUE(becomes_true("the probe knows that nobody listens", [&] { return usb.link->counters().clients == 0; }));
+  ASSERT_TRUE(becomes_true("the probe counts no clients", [&] { return usb.link->counters().clients == 0; }));
   const std::uint64_t before = usb.link->usb_counters().descriptors_without_listener;
   usb.publish();
   EXPECT_EQ(usb.link->usb_counters().descriptors_without_listener, before + 1);
 }
 
-TEST(Usb, ASleepingBusHoldsTheNewestAlone) {
+TEST(Usb, OnASuspendedBusOnlyTheNewestDescriptorIsKept) {
   Usb usb(3);
   usb.cable.plug_in();
   ASSERT_TRUE(usb.settles());
@@ -220,7 +222,7 @@ TEST(Usb, ASleepingBusHoldsTheNewestAlone) {
   expect_all_accounted_for(usb);
 }
 
-TEST(Usb, TenThousandPullsResetsAndStallsLoseNothingButWhatWasInFlight) {
+TEST(Usb, TenThousandUnplugsResetsAndStallsLoseOnlyFramesInFlight) {
   Usb usb(4);
   std::mt19937 random(4);
   usb.cable.plug_in();
@@ -257,20 +259,20 @@ TEST(Usb, TenThousandPullsResetsAndStallsLoseNothingButWhatWasInFlight) {
         usb.cable.resume();
         break;
     }
-    // Some come in bursts, most into a link that works.
+    // Some occur in bursts, most on a working link.
     if (random() % 4 != 0) {
-      ASSERT_TRUE(usb.news_come("event " + std::to_string(event)));
+      ASSERT_TRUE(usb.descriptors_arrive("event " + std::to_string(event)));
     }
-    // What caches and pools take is taken by then.
+    // Caches and pools have reached their size by then.
     if (event == kEvents / 4) early = resources();
   }
-  ASSERT_TRUE(usb.news_come("the last event"));
+  ASSERT_TRUE(usb.descriptors_arrive("the last event"));
   const Resources late = resources();
   ASSERT_TRUE(usb.settles());
   expect_all_accounted_for(usb);
 
   const Carried to_host = usb.cable.to_host();
-  EXPECT_LE(to_host.dropped, breaks + usb.cable.opened()) << "one frame is in flight, and a stream broke so often";
+  EXPECT_LE(to_host.dropped, breaks + usb.cable.opened()) << "at most one frame is in flight per broken stream";
   EXPECT_GE(usb.receiver->stats().reconnects, breaks / 3);
   EXPECT_EQ(late.threads, early.threads);
   EXPECT_EQ(late.handles, early.handles);
@@ -285,7 +287,7 @@ TEST(Usb, TenThousandPullsResetsAndStallsLoseNothingButWhatWasInFlight) {
       static_cast<unsigned long long>(usb.receiver->stats().received), early.kilobytes, late.kilobytes);
 }
 
-TEST(Usb, FlippedBitsAndCutsCostTheirOwnFramesAlone) {
+TEST(Usb, DamageLosesOnlyTheDamagedFrames) {
   Usb usb(5);
   usb.cable.plug_in();
   ASSERT_TRUE(usb.settles());
@@ -294,18 +296,18 @@ TEST(Usb, FlippedBitsAndCutsCostTheirOwnFramesAlone) {
   ASSERT_TRUE(becomes_true(
       "five thousand frames were sent", [&] { return usb.cable.to_host().begun > 5000; }, milliseconds(120'000)));
   usb.cable.damage(0);
-  ASSERT_TRUE(usb.news_come("the damage"));
+  ASSERT_TRUE(usb.descriptors_arrive("the damage"));
   ASSERT_TRUE(usb.settles());
   expect_all_accounted_for(usb);
   const Carried to_host = usb.cable.to_host();
   EXPECT_GT(to_host.damaged, 800U);
   EXPECT_EQ(to_host.dropped, 0U);
   EXPECT_GE(usb.receiver->stats().frames_refused, to_host.damaged / 3)
-      << "damage that began with the first byte is no frame";
-  EXPECT_EQ(usb.receiver->stats().reconnects, 0U) << "damage is no reason to leave";
+      << "a frame damaged from its first byte on is not recognized as one";
+  EXPECT_EQ(usb.receiver->stats().reconnects, 0U) << "damage must not cause a reconnect";
 }
 
-TEST(Usb, ADaemonThatRestartsIsANewSessionAndNoLoss) {
+TEST(Usb, ARestartedDaemonIsANewSessionWithoutLoss) {
   Usb usb(6);
   usb.cable.plug_in();
   ASSERT_TRUE(usb.settles());
@@ -332,7 +334,7 @@ TEST(Usb, BothEndsEndWithinASecondInEveryState) {
     }
     const auto start = Clock::now();
     usb.reset();
-    // Ten times the promise: a busy machine must not fail this, a thread that hangs does.
+    // Ten times the promised time, for a busy machine; a hanging thread still fails.
     EXPECT_LT(std::chrono::duration<double>(Clock::now() - start).count(), 10) << "state " << state;
   }
 }

@@ -10,7 +10,7 @@ BENT = "simulated sightings of a board bent by 2 mm, or of spacing 0.32 that say
 LENSES = "published intrinsics beyond 180 deg"
 SENSOR = "simulated sensor, 100 seeds"
 
-# Google Test programs whose tests are promises of their own, and what is real in them.
+# Google Test programs whose tests are requirements, and what is real in them.
 PROGRAMS = [
     ("calibration_test", "models, derivatives against small steps; " + LENSES),
     ("geometry_test", "simulated sightings: kinds of lenses, pairs, time offset, degenerate input"),
@@ -37,7 +37,9 @@ def lines_of(command, say):
 
 
 def normalized(rows, name, get):
-    """Errors in standard deviations, RMS: of directions, and the mean over the model's numbers. 1 is honest."""
+    """Adds rows of the normalized error (error / sigma, RMS) of directions, and its mean over the model's parameters.
+
+    It is 1 if the stated sigmas are correct."""
     for what in ("direction", "mean"):
         figure = get(f"normalized.{what}")
         rows.append(at_least(f"{name}: error / sigma, {what}, at least", 0.9, figure, "", SIGHTINGS))
@@ -83,7 +85,7 @@ def geometry(programs, say):
             rows.append(at_most(f"{name}: focal length, median", 0.1, percent(get("focal.median")), "%", SIGHTINGS))
             rows.append(at_most(f"{name}: focal length, largest", 0.1, percent(get("focal.largest")), "%", SIGHTINGS))
         else:
-            # It goes with xi, and only the two together are known well: README of geometry.
+            # The focal length is correlated with xi; only their combination is well determined (README of geometry).
             rows.append(reported(f"{name}: focal length, median", percent(get("focal.median")), "%", SIGHTINGS))
     for noise in ("contaminated", "by_picture", "within_tag"):
         get = lambda figure: values.get(f"geometry.noise.{noise}.{figure}")
@@ -140,7 +142,7 @@ def photometry(programs, say):
 
 
 def converters(programs, say):
-    """What the v4l2 backend does to a buffer on the way; raw, YUYV and NV12 are lent as they are and cost nothing."""
+    """Times the conversions of the v4l2 backend. Raw, YUYV and NV12 buffers are passed on without conversion."""
     panorama = os.path.join(os.environ["LIGHTWELL_PANORAMA_DIR"], "interior.exr")
     rows = []
     for figure, item in lines_of([programs / "measure_converters", panorama], say).items():
@@ -153,7 +155,7 @@ def converters(programs, say):
 
 
 def programs_pass(say):
-    """Each as two rows. One that did not run, or was skipped, does not hold."""
+    """Two rows for each program. One that did not run, or was skipped, does not hold."""
     rows = []
     for name, real in PROGRAMS:
         say(name)

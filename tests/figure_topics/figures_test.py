@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""What tests/figures says of rows, and its exit status, with rows that hold, fall short, and are known to fall
-short."""
+"""The table and the exit status of tests/figures for rows that hold, fall short, and are known to fall short."""
 
 import contextlib
 import importlib.machinery
@@ -27,7 +26,7 @@ KNOWN = known_short(FALLS_SHORT, "until a better day")
 
 
 def run(*rows):
-    """Exit status and what is printed where a topic's rows are these."""
+    """Runs tests/figures on a topic with the given rows; returns the exit status and the text printed."""
     printed = io.StringIO()
     topic = types.SimpleNamespace(measure=lambda folder, say: list(rows))
     with mock.patch.object(figures, "build"), mock.patch.object(sys, "argv", ["figures", "panorama"]), \
@@ -50,18 +49,18 @@ class Figures(unittest.TestCase):
         self.assertIn("1 of 2 figures hold", printed)
         self.assertFalse(KNOWN["holds"])
 
-    def test_it_excuses_no_other_row(self):
+    def test_a_known_short_row_excuses_no_other_row(self):
         self.assertEqual(run(HOLDS, KNOWN, FALLS_SHORT)[0], 1)
         self.assertEqual(run(KNOWN)[0], 1)
 
     def test_a_row_that_was_not_measured_is_not_excused(self):
         self.assertEqual(run(HOLDS, known_short(NOT_MEASURED, "until a better day"))[0], 1)
 
-    def test_a_marked_row_that_holds_says_that_the_mark_can_go(self):
+    def test_a_marked_row_that_holds_asks_to_remove_its_mark(self):
         status, printed = run(known_short(HOLDS, "until a better day"))
         self.assertEqual(status, 0)
         self.assertIn("yes, unmark  quick", printed)
-        self.assertIn("take their mark away", printed)
+        self.assertIn("remove their marks", printed)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Topic links: what goes over every wire, and what the SDK answers."""
+"""Topic links: latency, recovery and endurance of every link, and the speed of the SDK's queries."""
 import json
 import pathlib
 import subprocess
@@ -9,10 +9,10 @@ from figure_topics.tests import run_test
 
 TARGETS = ["lightwelld", "lightwell_cli", "measure_queries", "measure_latency", "measure_recovery", "measure_day",
            "measure_mqtt", "measure_trade"]
-# Languages and consumers are tests of ctest, of programs all over the tree.
+# The tests of languages and consumers are programs of the whole tree.
 TEST_TARGETS = ["all"]
 
-# ctest's tests that are promises of their own, and what is real in them.
+# The ctests that are requirements, and what is real in them.
 TESTS = [
     ("codec_test", "frozen messages of wire version 1, a newer probe's, damage"),
     ("pairing_test", "SPAKE2 against RFC 9382's published vectors"),
@@ -61,7 +61,7 @@ def by_figure(items):
 
 
 def queries(programs, say):
-    """Absolute times: best of five, beside this run's memcpy."""
+    """Absolute times, best of five; the memcpy speed of this run is printed with them."""
     figures = by_figure(lines_of([programs / "measure_queries"], say))
     value = lambda figure: figures.get(figure, {}).get("value")
     speed = next((item["memcpy_gb_per_s"] for item in figures.values()), None)
@@ -156,8 +156,8 @@ def day(programs, say):
     grown = lambda what: None if get(f"{what}.settled") is None else get(f"{what}.last") - get(f"{what}.settled")
     return [
         equals("descriptors of a day", 24 * 3600 * 30, get("published"), "", real),
-        # The allocator's pools fill ever more slowly (over 60 hours 1.2 MB, half of it in the first nine). Every
-        # thousandth descriptor kept would be 600 kB in half a day.
+        # The allocator's pools grow ever more slowly (over 60 hours 1.2 MB, half of it in the first nine). A leak of
+        # every thousandth descriptor would be 600 kB in half a day.
         at_most(
             "memory after a day, over that at noon",
             600,
@@ -174,7 +174,7 @@ def day(programs, say):
             "",
             real,
         ),
-        # gRPC starts them when work comes together, be it after hours; its executors have at most two a core.
+        # gRPC starts threads when calls coincide, even after hours; its executors have at most two threads per core.
         at_most(
             "threads of the largest of gRPC's pools, at any look",
             get("pool_threads.bound", 0),
@@ -225,7 +225,7 @@ def trade(programs, say):
 
 
 def tests_pass(say):
-    """Each as a row. One that did not run, or was skipped, does not hold."""
+    """One row for each test. One that did not run, or was skipped, does not hold."""
     rows = []
     for name, real in TESTS:
         say(name)

@@ -1,7 +1,8 @@
-"""Topic marker: light from a marker body, beside the seed's algorithm and the seed's own figures.
+"""Topic marker: light from a marker body, compared with Straughn's algorithm ("the seed") and its published figures.
 
-The thesis's grid: body of 10 cm face to face on a dark board, lamp 35 degrees above the board at 61 cm, path-traced;
-ten noisy 8-bit frames of each picture. Errors are of the direction from the body's centre.
+The grid of Straughn's thesis: a body of 10 cm between opposite faces on a dark board, the lamp 35 degrees above the
+board at 61 cm, path-traced; ten noisy 8-bit frames of each picture. Errors are those of the direction from the body's
+centre.
 """
 
 import json
@@ -10,7 +11,7 @@ import subprocess
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 
-from figure_topics.rows import at_least, at_most, equals, known, reported, row
+from figure_topics.rows import at_least, at_most, equals, is_measured, reported, row
 
 TARGETS = [
     "measure_marker",
@@ -29,13 +30,13 @@ PLACES = {
     "back_right": "back right",
     "behind": "behind",
 }
-# Two visible faces or more are lit: the faces tell.
+# Two or more visible faces are lit: shading determines the direction.
 LIT = ("front", "front_right", "right")
 LIT_MEAN_DEG, LIT_WORST_DEG = 3, 8
-# No face or the top one alone is lit: the shadow on the board has to tell.
+# No visible face, or only the top one, is lit: the shadow on the board must determine the direction.
 BACK = ("back_right", "behind")
 BACK_WORST_DEG = 10
-# As in topic panorama: accuracy of which more than a tenth was flagged does not hold.
+# Percent. As in topic panorama: an accuracy row does not hold if more than a tenth of its frames is flagged.
 MOST_FLAGGED = 10
 GROUPS = {"grid": "", "low": ", camera 10 deg above the board"}
 SEEN_LOW = {"low": "camera 10 deg above the board", "air": "camera 10 deg above, no board"}
@@ -46,14 +47,14 @@ SEEDS = {"seed_letter": "its perspective matrix to the letter, best fixed thresh
 
 REAL = "Mitsuba's pictures, simulated 8-bit sensor, {encoding}; real AprilTag"
 
-# Why all of these are flagged.
+# Why all frames of a row may be flagged.
 OPEN = (
     "what these faces leave open, whoever looks at them: tests/reference/mitsuba/marker/what_faces_tell.py --direction"
 )
 
 
 def lines_of(command, say):
-    """What a program prints, by figure; nothing of one that failed."""
+    """Runs a program; returns the JSON objects that it prints by figure, {} if it failed."""
     say(" ".join(str(getattr(c, "name", c)) for c in command))
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
     if done.returncode:
@@ -62,24 +63,25 @@ def lines_of(command, say):
 
 
 def items_of(command, say):
-    """What a program prints, line by line; nothing of one that failed."""
+    """Runs a program; returns the JSON objects that it prints, one a line; [] if it failed."""
     say(" ".join(str(getattr(c, "name", c)) for c in command))
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
     return [] if done.returncode else [json.loads(line) for line in done.stdout.splitlines()]
 
 
 def share_flagged(item):
-    """Percent of frames; an answer that was not given at all counts as flagged."""
+    """Flagged frames in percent; a frame without an estimate counts as flagged. None without frames."""
     return 100 * (item["flagged"] + item["unanswered"]) / item["frames"] if item.get("frames") else None
 
 
-def unless_flagged(judged, item):
+def unless_flagged(figure, item):
+    """The row, which does not hold if more than MOST_FLAGGED percent of the item's frames are flagged."""
     share = share_flagged(item)
-    return {**judged, "holds": judged["holds"] and share is not None and share <= MOST_FLAGGED}
+    return {**figure, "holds": figure["holds"] and share is not None and share <= MOST_FLAGGED}
 
 
 def right_or_flagged(name, limit, item, real):
-    """Nothing is asked but that no answer is confident and wrong."""
+    """A row that holds if all frames are flagged or the largest error is at most `limit` degrees."""
     if not item.get("frames"):
         return row(name, f"flagged, or <= {limit:g}", "not measured", "deg", False, real)
     if share_flagged(item) == 100:
@@ -88,9 +90,9 @@ def right_or_flagged(name, limit, item, real):
     return row(
         name,
         f"flagged, or <= {limit:g}",
-        worst if known(worst) else "not measured",
+        worst if is_measured(worst) else "not measured",
         "deg",
-        known(worst) and worst <= limit,
+        is_measured(worst) and worst <= limit,
         real,
     )
 
@@ -132,8 +134,7 @@ def grid_of_ours(figures):
 
 
 def grid_of_seed(figures):
-    """Context: what the thesis measured of itself (`published`), and its algorithm on these frames at the best fixed
-    threshold."""
+    """For comparison: the thesis's published errors, and its algorithm on these frames at the best fixed threshold."""
     rows = []
     thesis = lambda what: figures.get(f"thesis.{what}", {}).get("value")
     for encoding, encoding_name in ENCODINGS.items():
@@ -175,8 +176,8 @@ def grid_of_seed(figures):
 
 
 def light(items):
-    """Two lamps, near and far ones, rooms; whether errors are as large as they are said to be. Every frame counts,
-    flagged ones are told."""
+    """Two lamps, near and far lamps, rooms; and whether the stated sigmas match the errors. Every frame counts; the
+    share of flagged ones has a row of its own."""
     real = REAL.format(encoding="sRGB")
     rows = []
     of_group = lambda group: [i for i in items if i["group"] == group]
@@ -246,16 +247,16 @@ def light(items):
     rows.append(reported("lamp at 5 m: direction, worst", largest([x["error_deg"] for x in far]), "deg", real))
     for name in sorted({i["frame"] for i in of_group("room")}):
         of = [i for i in items if i["frame"] == name]
-        told = [i["error_deg"] for i in of if not i["unsure"] and "error_deg" in i]
+        unflagged = [i["error_deg"] for i in of if not i["unsure"] and "error_deg" in i]
         share = f"{100 * of[0]['strongest_share']:.0f} % of what faces it, {of[0]['faces_lit']} seen faces lit"
         if of[0]["faces_lit"] >= 2:
             rows.append(
                 row(
                     f"{name}: direction of the strongest light, worst",
                     "<= 6",
-                    max(told) if told else "all flagged",
+                    max(unflagged) if unflagged else "all flagged",
                     "deg",
-                    bool(told) and len(told) == len(of) and max(told) <= 6,
+                    bool(unflagged) and len(unflagged) == len(of) and max(unflagged) <= 6,
                     f"{real}; {share}; {OPEN}",
                 )
             )
@@ -263,7 +264,7 @@ def light(items):
             equals(
                 f"{name}: confident and further off than 6 deg",
                 0,
-                sum(e > 6 for e in told),
+                sum(e > 6 for e in unflagged),
                 "frames",
                 f"{real}; {share}",
             )
@@ -271,7 +272,7 @@ def light(items):
         rows.append(at_most(f"{name}: irradiance over normals within 60 degrees of the camera, RMS", 10,
                             largest([100 * i["irradiance_rms"] for i in of if "irradiance_rms" in i]), "%", real))
     lit = [i for i in items if i["group"] != "room" and "deviations2" in i]
-    # 11.83: of two numbers what three deviations are of one.
+    # 11.83: chi-square quantile of two degrees of freedom at the probability of three sigma in one dimension (99.73 %).
     within = 100 * sum(i["deviations2"] < 11.83 for i in lit) / len(lit) if lit else None
     rows.append(at_least("errors within 3 sigma, all frames with lamps", 95, within, "%", real))
     sure = [i for i in items if not i["unsure"] and "deviations2" in i]
@@ -296,7 +297,7 @@ def speed(figures):
 
 
 def extremes(items):
-    """Every answer to a hard picture is refused, flagged or right; those to pictures that are not hard are right."""
+    """An estimate from an extreme picture must be refused, flagged or right; one from an easy picture must be right."""
     real = "oracle's pictures, simulated 8-bit sensor; real AprilTag"
     rows, cases = [], {}
     for item in items:
@@ -308,19 +309,19 @@ def extremes(items):
             outcome: sum(a["outcome"] == outcome for a in answers)
             for outcome in ("refused", "flagged", "right", "wrong")
         }
-        told = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
+        outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
         worst = max((a["error_deg"] for a in answers if a["outcome"] == "right"), default=None)
         off = "" if worst is None else f"; right ones off by {worst:.2g} deg at most"
         easy = answers[0]["easy"]
         holds = counts["right"] == len(answers) if easy else counts["wrong"] == 0
         rows.append(
-            row(f"extremes, {name}", "right" if easy else "refused, flagged or right", told, "", holds, real + off)
+            row(f"extremes, {name}", "right" if easy else "refused, flagged or right", outcomes, "", holds, real + off)
         )
     return rows
 
 
-def judged(eval_program, cases, say):
-    """The same cases, each with whether it is on their front, and who beats it: lightwell-eval's own judgement."""
+def with_pareto_front(eval_program, cases, say):
+    """The same cases, each with whether it is on their Pareto front and which cases dominate it, by lightwell-eval."""
     with tempfile.NamedTemporaryFile("w", suffix=".jsonl") as file:
         file.writelines(json.dumps(case) + "\n" for case in cases)
         file.flush()
@@ -334,19 +335,19 @@ def judged(eval_program, cases, say):
 
 
 def trade(cases):
-    """What the knobs cost and give, and whether the default is a point of the front that they draw."""
+    """Time and accuracy of each option's values, and whether the default is on their Pareto front."""
     real = REAL.format(encoding="sRGB") + "; 640x480, grid, two lamps and near ones; time of one thread's processor"
-    shown = lambda value, form: form.format(value) if known(value) else "none"
+    shown = lambda value, form: form.format(value) if is_measured(value) else "none"
     rows = []
     for case in cases:
-        told = (f"irradiance RMS {shown(case['rms'] and 100 * case['rms'], '{:.2f} %')}, "
-                f"direction {shown(case['direction_deg'], '{:.2f} deg')} (medians); "
-                f"{100 * case['flagged']:.0f} % flagged, {100 * case['unanswered']:.0f} % unanswered")
-        rows.append(reported(f"trade, {case['what']}: ms of a followed frame", case["ms"], "ms", f"{real}; {told}"))
+        measures = (f"irradiance RMS {shown(case['rms'] and 100 * case['rms'], '{:.2f} %')}, "
+                    f"direction {shown(case['direction_deg'], '{:.2f} deg')} (medians); "
+                    f"{100 * case['flagged']:.0f} % flagged, {100 * case['unanswered']:.0f} % unanswered")
+        rows.append(reported(f"trade, {case['what']}: ms of a followed frame", case["ms"], "ms", f"{real}; {measures}"))
     default = next((case for case in cases if case["knob"] == "setting"), None)
     name = ("trade: the default is on the measured front of time, irradiance RMS (median, worst) and frames that are "
             "not sure")
-    if default is None or not known(default["ms"]) or not known(default["rms"]):
+    if default is None or not is_measured(default["ms"]) or not is_measured(default["rms"]):
         return rows + [row(name, "yes", "not measured", "", False, real)]
     by = [
         f"{case['what']} ({100 * (case['ms'] / default['ms'] - 1):+.0f} % of time, "
@@ -358,7 +359,7 @@ def trade(cases):
 
 
 def measure(programs, say):
-    # What is timed has the machine to itself; the rest has as many processors as there are.
+    # Timing programs run one at a time; the others run in parallel.
     times = lines_of([programs / "measure_marker_speed"], say)
     cases = items_of([programs / "measure_marker_trade"], say)
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
@@ -366,4 +367,4 @@ def measure(programs, say):
         figures = pool.submit(lines_of, [programs / "measure_marker"], say)
         lights = pool.submit(items_of, [programs / "measure_marker_light"], say)
     return (grid_of_ours(figures.result()) + grid_of_seed(figures.result()) + light(lights.result()) + speed(times) +
-            extremes(hard.result()) + trade(judged(programs / "lightwell-eval", cases, say)))
+            extremes(hard.result()) + trade(with_pareto_front(programs / "lightwell-eval", cases, say)))

@@ -1,7 +1,7 @@
 """Topic panorama: the panorama estimator's speed, accuracy, bound and extremes.
 
-Thresholds, scene lists and exclusions stand here and at the top of the programs of tests/measure; seeds in those.
-Timings come first, one at a time; what is no timing then runs two programs at a time.
+Thresholds, scene lists and exclusions are defined here and at the top of the programs of tests/measure; random seeds in
+those. Timing programs run first, one at a time; then the others run in parallel.
 """
 import concurrent.futures
 import json
@@ -28,51 +28,54 @@ SIMULATED = "real panorama, simulated sensor"
 ORACLE = "26 real panoramas, simulated ideal pair of 640x480, encoded and decoded, double-precision oracle"
 NOISY = "26 real panoramas, simulated 8-bit pair of 640x480: noise, vignetting, three exposures; oracle"
 
-# One picture against memcpy of its bytes, at `fast`; `balanced` and brackets at `balanced` may take 2.5 times as long.
+# Limits of the time of one picture at `fast`, as a multiple of the time of memcpy of its bytes; `balanced`, with one
+# exposure or three, may take 2.5 times as long.
 FAST_LIMITS = {"rgb8_linear": 2.5, "rgb8": 4, "bayer8": 6, "nv12": 6, "yuyv": 6}
 BALANCED_FACTOR = 2.5
 RIGS = {"single": "one lens of 1280x960", "pair": "two lenses of 1280x960", "equirect": "sphere of 1568x784"}
 FORMAT_NAMES = {"rgb8_linear": "RGB8 linear", "rgb8": "RGB8 gamma", "bayer8": "Bayer8", "nv12": "NV12", "yuyv": "YUYV",
                 "bayer10": "Bayer10", "bayer12": "Bayer12", "rgb_f32": "RGB of floats"}
-# Timed with all that this machine has and as on a lesser processor: measure_speed --vector.
+# Timed with the best vector unit of this machine and with narrower ones: measure_speed --vector.
 VECTORS = ["best", "avx2", "sse4"]
-# By the names of rows: measured above their limits on narrower vectors.
+# Names of the rows that exceed their limits on narrower vectors.
 KNOWN_SHORT = re.compile(r"^time by memcpy's, fast, (RGB8 linear|NV12|YUYV), .*, (AVX2|SSE4)$")
 KNOWN_SHORT_REASON = "the kernels are shaped for 512-bit vectors; narrower ones await work on speed"
 SIZES = ["640x480", "1280x960", "1920x1440", "2560x1920", "3840x3840"]
-# Linear: a pixel that the lens sees costs at no size more than a tenth above what it costs at any smaller one. What is
-# done once a frame may make small pictures dearer. Pixels outside of the image circle cost nothing, and a 4:3 picture
-# has more of them than a square one, so they are not counted.
+# Linear in pixels: the time per pixel in the image circle is at no size more than a tenth above that at any smaller
+# one. Constant costs of a frame may raise the time per pixel of small pictures. Pixels outside of the image circle cost
+# nothing, and a 4:3 picture has more of them than a square one, so they are not counted.
 MOST_COST_PER_PIXEL = 1.1
 
 SENSORS = ["rgb8", "bayer8", "nv12", "yuyv"]
-# Promised of the 8-bit sensor with a colour a pixel. Where pixels share colour, what a lamp of one pixel gives is not
-# in the picture: there each scene's error must lie within the bound that the same descriptor states.
+# The limit of 3 % is required of the 8-bit sensor that measures all colours at every pixel. With shared or interpolated
+# colour, the picture does not determine the colour of a lamp of one pixel: there each scene's error must lie within the
+# error bound of the same descriptor.
 OWN_COLOR = "rgb8"
 MOST_FLAGGED = 10
-# Suns and bare lamps: the brightest region's peak is above a hundred times the mean, as in topic skeleton.
+# Panoramas with the sun or a bare lamp: the peak of the brightest region is above a hundred times the mean, as in topic
+# skeleton.
 LAMP_PEAK = 100
-# Wider than the sun by five times: a window, a softbox or a piece of sky, whose middle depends on where its edge is
-# drawn. Reported.
+# Five times the sun's radius. The direction of a larger region (a window, a softbox or a piece of sky) depends on where
+# its edge is drawn, and is only reported.
 LAMP_RADIUS_DEG = 1.25
 BOUND_FRAMES = 1000
 BOUND_SENSORS = {"rgb_f32": "ideal sensor", "rgb8": "rgb8, three exposures", "nv12": "nv12, three exposures",
                  "bayer8": "bayer8, three exposures"}
 KERNEL_FORMATS = 7
-# RMSE and si-RMSE of StyleLight on Laval Indoor, other panoramas than these (tests/measure/three_balls.hpp).
+# RMSE and si-RMSE of StyleLight on Laval Indoor, a different set of panoramas (tests/measure/three_balls.hpp).
 PUBLISHED_BALLS = {"diffuse": (0.15, 0.11), "matte silver": (0.30, 0.29), "mirror": (0.56, 0.55)}
 BALLS = ["diffuse", "matte silver", "mirror", "mirror 0.25", "mirror 0.5"]
 COUNTED = {"single": 1280 * 960, "equirect": 1568 * 784}
 SETTINGS = ["fast", "balanced", "exact"]
-# Instructions a pixel at `fast` that are promised of aarch64; every other format and setting is reported.
+# Limits of the instructions per pixel at `fast` on aarch64; every other format and setting is only reported.
 MOST_INSTRUCTIONS = {"rgb8_linear": 20}
 WORK = (10, 20)  # Frames of the two counted runs.
-# As the preset bench has it. g++ 12 warns falsely at -O3 (-Wrestrict); the board's preset makes errors of warnings.
+# As in the preset bench. g++ 12 gives false warnings at -O3 (-Wrestrict), which are errors in the board's preset.
 OPTIMISED = ["-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O3 -DNDEBUG", "-DLIGHTWELL_WERROR=OFF"]
 
 
 class Programs:
-    """Runs the programs of tests/measure: what they print, or nothing where they fail."""
+    """Runs the programs of tests/measure; returns the JSON objects that they print, [] if they fail."""
 
     def __init__(self, folder, say):
         self.folder, self.say = folder, say
@@ -83,7 +86,7 @@ class Programs:
         start = time.monotonic()
         done = subprocess.run([*prefix, (folder or self.folder) / name, *arguments], stdout=subprocess.PIPE, text=True)
         self.say(f"{called}: {time.monotonic() - start:.0f} s, status {done.returncode}")
-        # A program that broke off is not trusted with what it had printed before.
+        # Discard the output of a program that failed.
         if done.returncode:
             return []
         return [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
@@ -106,8 +109,7 @@ def percent(value):
 
 
 def vector_units(programs):
-    """The argument of --vector by the unit that it selects here, the best first: what this machine lacks is not in
-    it."""
+    """Maps each vector unit of this machine to the argument of --vector that selects it, the best first."""
     units = {}
     for vector in VECTORS:
         for item in programs.run("measure_speed", "--vector", vector, "unit"):
@@ -119,9 +121,9 @@ def timings(programs, units):
     rows = []
     for unit, vector in units.items():
         run = lambda name, *arguments: by_figure(programs.run(name, "--vector", vector, *arguments))
-        for judged in speed(run) + linearity(run) + small_lights(run) + peers(run):
-            judged["name"] += f", {unit}"
-            rows.append(known_short(judged, KNOWN_SHORT_REASON) if KNOWN_SHORT.search(judged["name"]) else judged)
+        for figure in speed(run) + linearity(run) + small_lights(run) + peers(run):
+            figure["name"] += f", {unit}"
+            rows.append(known_short(figure, KNOWN_SHORT_REASON) if KNOWN_SHORT.search(figure["name"]) else figure)
     return rows
 
 
@@ -166,12 +168,12 @@ def linearity(run):
         for size, cost in zip(SIZES, costs):
             rows.append(reported(f"time a pixel that the lens sees, {setting}, RGB8 linear, {size}", cost, "ns",
                                  SIMULATED))
-        whole = all(items)
-        worst = max(cost / min(costs[:k]) for k, cost in enumerate(costs) if k) if whole else None
+        complete = all(items)
+        worst = max(cost / min(costs[:k]) for k, cost in enumerate(costs) if k) if complete else None
         rows.append(at_most(f"linear in pixels, {setting}: time a pixel, of that at any smaller size",
                             MOST_COST_PER_PIXEL, worst, "x", SIMULATED))
         slope = None
-        if whole:
+        if complete:
             slope = statistics.linear_regression([math.log(item["seen_pixels"]) for item in items],
                                                  [math.log(item["ms"]) for item in items]).slope
         rows.append(reported(f"linear in pixels, {setting}: slope of log time over log pixels", slope, "",
@@ -186,14 +188,14 @@ def small_lights(run):
         for setting in ("fast", "balanced"):
             for format in ("rgb8_linear", "rgb8"):
                 none, all_lit = (figures.get(f"lights.{choice}.{setting}.{format}.{count}") for count in (0, 64))
-                ratio, came_out = None, "?"
+                ratio, sent = None, "?"
                 if none and all_lit:
-                    came_out = all_lit["lights"]
+                    sent = all_lit["lights"]
                     ratio = all_lit["ms"] / none["ms"]
                 name = f"time with 64 small lights by that with none, {setting}, {FORMAT_NAMES[format]}, {what}"
-                real = f"generated room, sphere of 1568x784, {came_out} lights in the descriptor"
-                # The promise is of an estimator that models what the scene requires. What it takes to send all 64 one
-                # by one is shown beside it.
+                real = f"generated room, sphere of 1568x784, {sent} lights in the descriptor"
+                # The limit applies at the default epsilon, where the estimator sends only the lights that it needs. The
+                # time with all 64 sent is reported for comparison.
                 rows.append(at_most(name, 1.10, ratio, "x", real) if choice == "as_rich_as_needed" else
                             reported(name, ratio, "x", real))
     return rows
@@ -227,23 +229,24 @@ def flagged_share(items):
     return 100 * sum(item["flagged"] for item in items) / len(items) if items else None
 
 
-def unless_flagged(judged, flagged):
-    """Accuracy of which more than a tenth is flagged does not hold."""
+def unless_flagged(figure, flagged):
+    """The row, which does not hold if more than MOST_FLAGGED percent of its frames are flagged."""
     if flagged is None or flagged > MOST_FLAGGED:
-        judged["holds"] = False
-        judged["real"] += f"; {flagged or 0:.0f} % flagged"
-    return judged
+        figure["holds"] = False
+        figure["real"] += f"; {flagged or 0:.0f} % flagged"
+    return figure
 
 
 def error_of_scenes(items, what, most, most_median, real):
-    """The rows of one sensor and epsilon: each scene where `most` is a limit, the median, the share of flagged."""
+    """The rows of one sensor and epsilon: each scene's error in percent (if `most` is None, the largest one only), the
+    median, and the share of flagged frames."""
     flagged = flagged_share(items)
     errors = [percent(item["error"]) for item in items if item["error"] is not None]
     rows = []
     if most is not None:
         for item in items:
-            judged = at_most(f"irradiance error, {what}, {item['scene']}", most, percent(item["error"]), "%", real)
-            rows.append(unless_flagged(judged, flagged))
+            figure = at_most(f"irradiance error, {what}, {item['scene']}", most, percent(item["error"]), "%", real)
+            rows.append(unless_flagged(figure, flagged))
         rows.append(equals(f"panoramas measured, {what}", PANORAMAS, len(errors), "", real))
     else:
         rows.append(reported(f"largest irradiance error, {what}", max(errors, default=None), "%", real))
@@ -256,7 +259,7 @@ def error_of_scenes(items, what, most, most_median, real):
 
 
 def accuracy(run):
-    """`run`: measure_accuracy's results by its arguments."""
+    """`run` maps the arguments of measure_accuracy to its results."""
     rows = []
     one, half = run["--epsilon", "0.01"], run["--epsilon", "0.005"]
     what = "epsilon 1 %"
@@ -298,7 +301,7 @@ def accuracy(run):
 
 
 def platforms(items):
-    """What the two platforms' kinds of output would give of the same light."""
+    """Errors of the same light in the output formats of ARCore and ARKit."""
     real = "26 real panoramas, made from the panorama itself; oracle"
     rows = []
     for key, name in (("arcore", "ARCore-style output (main light and nine coefficients)"),
@@ -317,10 +320,10 @@ def bound(items):
     for sensor, what in BOUND_SENSORS.items():
         whole = next((item for item in items if item["scene"] == "all" and item["sensor"] == sensor), {})
         frames, flagged = whole.get("frames", 0), whole.get("flagged", 0)
-        judged = frames - flagged
+        unflagged = frames - flagged
         real = f"26 real panoramas, probe turning 30 deg/s, lamps switching, smoothing on; {what}; oracle"
         share = percent(flagged / frames) if frames else None
-        held = percent(whole["held"] / judged) if judged else None
+        held = percent(whole["held"] / unflagged) if unflagged else None
         rows.append(at_least(f"frames of the bound, {what}", BOUND_FRAMES, frames, "", real))
         rows.append(at_most(f"flagged frames of the bound, {what}", MOST_FLAGGED, share, "%", real))
         rows.append(unless_flagged(at_least(f"bound holds, {what}", 99, held, "%", real), share))
@@ -350,7 +353,7 @@ def balls(items):
 
 
 def kernels(items, machine):
-    """A row for every vector unit, pass and format."""
+    """A row for every vector unit, format and number of exposures."""
     rows, targets = [], {}
     for item in items:
         named = re.fullmatch(r"float_vs_double\.(\w+)\.(\w+?)(_bracket)?", item["figure"])
@@ -369,7 +372,9 @@ def kernels(items, machine):
 
 
 def build_for_aarch64(root, say):
-    """Optimised as what ships, in a folder of its own: the preset's is for tests. None where it cannot be had."""
+    """Builds AARCH64_TARGETS optimised as for release, in a separate folder, because the preset's build is for tests.
+
+    Returns the folder of the programs and the sysroot; None, None without a sysroot, qemu-aarch64 or a good build."""
     folder = root / "build/figures-aarch64"
     sysroot = subprocess.run([root / "cmake/sysroot_aarch64"], stdout=subprocess.PIPE, text=True)
     if sysroot.returncode or not shutil.which("qemu-aarch64"):
@@ -400,7 +405,7 @@ def instructions(root, folder, say):
         limit = MOST_INSTRUCTIONS.get(format) if setting == "fast" else None
         return reported(name, value, "", real) if limit is None else at_most(name, limit, value, "", real)
 
-    # Half a minute a run, for start-up: a whole sphere is counted of the promised formats alone.
+    # Start-up takes half a minute a run, so the whole sphere is counted only for the formats with a limit.
     cases = [(rig, format, setting) for rig, formats in (("single", FORMAT_NAMES), ("equirect", MOST_INSTRUCTIONS))
              for format in formats for setting in SETTINGS]
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -416,7 +421,7 @@ def measure(folder, say):
 
     accuracies = [("--epsilon", "0.01"), ("--epsilon", "0.005"), *(("--sensor", sensor) for sensor in SENSORS)]
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        # The longest first.
+        # Start the longest ones first.
         of_bound = pool.submit(programs.run, "measure_bound")
         of_extremes = pool.submit(programs.run, "measure_extremes")
         of_accuracy = {arguments: pool.submit(programs.run, "measure_accuracy", "--all", *arguments)

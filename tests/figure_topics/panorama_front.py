@@ -1,4 +1,4 @@
-"""Topic panorama, the trade: whether the named settings are points of the front that lightwell-eval measures."""
+"""Topic panorama, trade-off: whether the named settings are on the Pareto front that lightwell-eval measures."""
 import json
 import subprocess
 import tempfile
@@ -10,7 +10,7 @@ REAL = "8 real panoramas, simulated pair; front of time, bytes, error and bound"
 
 
 def sweep(folder, say):
-    """The rows of `lightwell-eval --pareto`, or nothing where it fails."""
+    """Runs `lightwell-eval --pareto`; returns its rows, [] if it fails."""
     with tempfile.TemporaryDirectory() as out:
         say("lightwell-eval --pareto")
         start = time.monotonic()
@@ -21,9 +21,9 @@ def sweep(folder, say):
 
 
 def front(folder, say, unit):
-    """`unit`: the vectors of this machine, by name."""
+    """The rows of the named settings. `unit`: name of this machine's vector unit."""
     named = [item for item in sweep(folder, say) if item["named"]]
-    # Every setting at three sizes through the ideal sensor, and with three exposures of an 8-bit one.
+    # Every setting at three sizes with the ideal sensor, and with three exposures of an 8-bit one.
     rows = [equals("named settings that were measured", 12, len(named), "rows", REAL)]
     for item in named:
         name = f"{item['what']}, pair of {item['width']} pixels wide"

@@ -1,4 +1,4 @@
-"""Topic repairs: what outside readers found wrong, each as a statement that a test or a command shows."""
+"""Topic repairs: one row per defect found in reviews, with the test or command that shows that it is repaired."""
 import os
 import subprocess
 import tempfile
@@ -6,24 +6,24 @@ import tempfile
 from figure_topics.rows import at_most, equals, reported
 from figure_topics.tests import ROOT, run_test
 
-# Tests of ctest are programs all over the tree.
+# The tests are programs of the whole tree.
 TEST_TARGETS = ["all"]
 
-# What is promised; the test of ctest that shows it; which of its Google Tests, where it is not all.
+# The requirement; the ctest that checks it; the filter of its Google Tests (None: all); what is real in it.
 PROMISES = [
     ("1 another certificate of the owner's intermediate is refused, and no token leaves",
      "e2e_security_test", "PinnedChainTest.*", "real daemon, gRPC and TLS; chains made by openssl"),
     ("1 certificates are renewed in service, streams go on",
-     "grpc_security_test", "*TheCertificateIsRenewedWhileAStreamRuns:*ClockWasYearsBehind*",
+     "grpc_security_test", "*TheCertificateIsRenewedWhileAStreamRuns:*AsSoonAsItsClockIsSet*",
      "real gRPC and TLS, a clock of the test's own"),
     ("1 keys in service: renewed, read again, never replaced by keys that no client knows",
-     "link_access_test", "ServedKeysTest.*", "real OpenSSL"),
+     "link_access_test", "ReloadingKeysTest.*", "real OpenSSL"),
     ("1 links, second names, FIFOs and folders in place of private files are refused",
-     "link_access_test", "*InPlaceOf*:*SymbolicLink*", "real files"),
+     "link_access_test", "*HostileFiles*:*HostileClientList*:*SymbolicLink*", "real files"),
     ("1 the same for every file that is opened in another user's folder",
      "proto_files_test", "Files.*", "real files"),
     ("1 sessions that were never begun do not close a pairing window",
-     "grpc_security_test", "*SessionsThatNobodyBegan*", "real gRPC and TLS"),
+     "grpc_security_test", "*InventedSessions*", "real gRPC and TLS"),
     ("1 a pairing exchange seals once", "pairing_test", None, "values alone"),
     ("1 a mistake in the client list keeps the last good one, is said and counted",
      "link_access_test", "ClientListTest.*", "real files"),
@@ -31,7 +31,7 @@ PROMISES = [
      "host_sdk_test", "CredentialStore.OutlastsAPowerCut", "calls of fsync and rename, recorded"),
     ("1 an MQTT login over plain text is refused unless it is asked for by name",
      "proto_files_test", "Config.ALogin*:MqttAddress.Says*", "values alone"),
-    ("1 the same at the daemon's link", "mqtt_link_test", "*AConfiguration*", "real Mosquitto"),
+    ("1 the same at the daemon's link", "mqtt_link_test", "*InvalidConfiguration*", "real Mosquitto"),
     ("1 the same at the SDK's link", "mqtt_source_test", "*ALogin*", "real Mosquitto"),
     ("1 names from the network forge no line", "log_test", None, "real daemon's log"),
     ("1 the same in the command line's output", "lightwell_cli_test", "*WhatAProbeSays*", "real program"),
@@ -40,9 +40,9 @@ PROMISES = [
      "wire_decoder_test", None, "Python without protobuf"),
     ("3 two clients change different fields, both hold",
      "e2e_light_test", "*TwoClientsChangeDifferentFields*", "real daemon, gRPC"),
-    ("3 two updates at once, none is lost", "app_test", "*OfTwoUpdatesAtOnce*", "real threads"),
+    ("3 two updates at once, none is lost", "app_test", "*ConcurrentUpdates*", "real threads"),
     ("3 a client reads the configuration, and nothing else of the daemon's",
-     "grpc_link_test", "*GetConfigTells*:*DoesNotKnow*:*IsImpossible*", "real gRPC"),
+     "grpc_link_test", "*GetConfigReturns*:*UnknownFields*:*InvalidValues*", "real gRPC"),
     ("3 a change sends its own fields alone", "host_sdk_links_test", "*AChangeSends*:*WhatAnOldProbe*", "real gRPC"),
     ("3 lightwell config get, set", "e2e_light_test", "*TheToolReads*", "real daemon and program"),
     ("3 from C", "c_questions_test", None, "liblightwell.so"),
@@ -51,9 +51,9 @@ PROMISES = [
     ("4 what an estimator lacks is refused by name; deprecated fields warn",
      "proto_files_test", "Config.AnOption*:Config.AnEstimator*:Config.Deprecated*", "values alone"),
     ("4 the same over the link",
-     "grpc_link_test", "GrpcServiceTest.SetConfigRefusesWhatTheEstimatorLacks*", "real gRPC"),
+     "grpc_link_test", "GrpcServiceTest.SetConfigRefusesInapplicableFields*", "real gRPC"),
     ("4 a budget that nothing can keep is refused with a marker",
-     "e2e_life_test", "BadInputTest.ABudgetThatTheMarker*", "real daemon"),
+     "e2e_life_test", "BadInputTest.ABudgetForTheMarker*", "real daemon"),
     ("4 the marker's coverage is a share of directions", "marker_light_test", "SphereCoverage*", "closed forms"),
     ("4 tracks are followed in time, at any frame rate", "estimate_common_test", "LightTracker*", "values alone"),
     ("5 rows that are known to fall short are named, and excuse no other", "figures_test", None, "values alone"),
@@ -81,8 +81,8 @@ def promises(say):
 
 
 def demo(say):
-    """A newcomer's first build, without a cache, in a folder of its own."""
-    say("preset demo, compiled anew without a cache (minutes)")
+    """Measures a first build of the demo, without ccache, in a temporary folder."""
+    say("preset demo, compiling without ccache (minutes)")
     real = "preset demo, g++, no ccache"
     setup = subprocess.run([ROOT / "cmake/setup", "demo", "--list"], stdout=subprocess.PIPE, text=True)
     packages = len(setup.stdout.split()) if setup.returncode == 0 else None
@@ -95,10 +95,10 @@ def demo(say):
         before = os.times()
         built = subprocess.run(["ninja", "-C", folder, *targets], **quiet) if configured.returncode == 0 else None
         after = os.times()
-    good = built is not None and built.returncode == 0
+    succeeded = built is not None and built.returncode == 0
     spent = after.children_user + after.children_system - before.children_user - before.children_system
-    objects = sum("Building CXX" in line for line in built.stdout.splitlines()) if good else None
-    rows.append(at_most("7 processor time of compiling the demo", 300, spent if good else None, "s", real))
+    objects = sum("Building CXX" in line for line in built.stdout.splitlines()) if succeeded else None
+    rows.append(at_most("7 processor time of compiling the demo", 300, spent if succeeded else None, "s", real))
     rows.append(reported("7 objects of the demo", objects, "", real))
     return rows
 

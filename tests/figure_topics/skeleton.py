@@ -1,4 +1,4 @@
-"""Topic skeleton: from a real panorama to a lit object, the whole way, on the desktop."""
+"""Topic skeleton: the whole pipeline on the desktop, from a real panorama to a lit object."""
 import json
 import os
 import pathlib
@@ -28,7 +28,7 @@ class Probe:
             stderr=subprocess.DEVNULL,
             text=True,
         )
-        line = self.process.stdout.readline()  # Comes once clients may; empty where the daemon ended.
+        line = self.process.stdout.readline()  # Printed once clients can connect; empty if the daemon ended.
         if "listening on " not in line:
             raise RuntimeError(f"lightwelld did not start with {camera} {options}")
         self.address = line.split("listening on ")[1].strip()
@@ -41,7 +41,7 @@ class Probe:
         self.process.wait(timeout=10)
 
     def watch(self, seconds, *options):
-        """The summary of `lightwell watch`."""
+        """Runs `lightwell watch` for `seconds`; returns its summary, {} if there is none."""
         done = subprocess.run(
             [self.programs / "lightwell", "watch", self.address, "--json", "--seconds", str(seconds), *options],
             stdout=subprocess.PIPE,
@@ -51,7 +51,7 @@ class Probe:
         return next((line for line in reversed(lines) if line.get("kind") == "summary"), {})
 
 
-def measured_alone(programs):
+def run_measure_skeleton(programs):
     done = subprocess.run([programs / "measure_skeleton"], stdout=subprocess.PIPE, text=True)
     if done.returncode:
         return {}
@@ -82,7 +82,7 @@ def accuracy(values):
 
 
 def real_time(programs, memory_speed, say):
-    """Best of five, beside this run's memory speed: the machines of tests are noisy."""
+    """Frame rate and latency, best of five because the machines of tests are noisy; memcpy speed is printed with it."""
     rows = []
     for size in ("640x480", "1280x960"):
         say(f"latency at {size}, five runs")
@@ -92,14 +92,14 @@ def real_time(programs, memory_speed, say):
                 summary = probe.watch(3)
                 if not summary:
                     continue
-                # Every descriptor is counted: those that came and those whose numbers are missing make up the run.
+                # Received descriptors plus gaps (missing sequence numbers) must add up to the frames of the run.
                 expected = round(30 * summary["seconds"])
                 uncounted = max(uncounted, abs(summary["frames"] + summary["gaps"] - expected) - 2)
                 if best is None or summary["latency_p99_ms"] < best["latency_p99_ms"]:
                     best = summary
         beside = f"{PROCESSES}; memcpy {memory_speed:.1f} GB/s" if memory_speed else PROCESSES
         best = best or {}
-        # A window of three seconds cuts a frame at one of its ends.
+        # A window of three seconds misses part of one frame interval at its ends.
         rate = (best["frames"] + 1) / best["seconds"] if best else None
         rows.append(at_least(f"frame rate, two lenses of {size}", 30, rate, "1/s", beside))
         rows.append(at_most(f"latency p99, delivery to latest(), two lenses of {size}, best of five", 15,
@@ -113,11 +113,11 @@ def real_time(programs, memory_speed, say):
 
 
 def bound_over_a_run(programs, say):
-    """A moving scene with lamps that switch: the bound against the truth of each frame."""
+    """Compares the error bound with the true error of each frame, in rotating scenes whose lamps are switched."""
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for scene in SCENES:
-            say(f"the bound in a moving scene: {scene}")
+            say(f"error bound in a rotating scene: {scene}")
             camera, recording = f"sim:{scene}?turn=30deg/s&switch=1s", pathlib.Path(folder) / f"{scene}.lwr"
             with Probe(programs, camera) as probe:
                 probe.watch(4, "--record", str(recording))
@@ -140,8 +140,8 @@ def bound_over_a_run(programs, say):
     return rows
 
 
-def rude_clients(programs, say):
-    say("clients that vanish, stall and read slowly")
+def misbehaving_clients(programs, say):
+    say("clients that are killed and that stall")
     with Probe(programs, "sim:city") as probe:
         watch = [programs / "lightwell", "watch", probe.address]
         stalled = subprocess.Popen(watch, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -161,7 +161,7 @@ def rude_clients(programs, say):
 
 
 def bad_input(programs, say):
-    """Each must end by itself with a status other than 0 and one clear line that names what is wrong."""
+    """Each program must exit with a status other than 0 and a message that names the defect."""
     say("bad input")
     rows = []
     with tempfile.TemporaryDirectory() as name:
@@ -173,7 +173,7 @@ def bad_input(programs, say):
             "lens { width: 640 height: 480 max_angle_deg: 95 kannala_brandt { fx: 0 fy: 0 } }\n"
         )
         daemon, estimate = str(programs / "lightwelld"), str(programs / "lightwell-estimate")
-        with Probe(programs, "sim:city", "--size", "64x48") as taken:
+        with Probe(programs, "sim:city", "--size", "64x48") as running:
             cases = {
                 "missing panorama": ([daemon, "--camera", f"sim:{folder}/none.exr"], "none.exr"),
                 "truncated EXR": ([estimate, "--equirect", f"{folder}/truncated.exr"], "truncated.exr"),
@@ -191,7 +191,7 @@ def bad_input(programs, say):
                         "--size",
                         "64x48",
                         "--listen",
-                        taken.address.removeprefix("grpc://"),
+                        running.address.removeprefix("grpc://"),
                     ],
                     "in use",
                 ),
@@ -202,21 +202,21 @@ def bad_input(programs, say):
                         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=60
                     )
                     clear = done.returncode > 0 and named in done.stderr
-                    said = done.stderr.strip().splitlines()[-1] if done.stderr.strip() else "nothing"
+                    message = done.stderr.strip().splitlines()[-1] if done.stderr.strip() else "nothing"
                 except subprocess.TimeoutExpired:
-                    clear, said = False, "did not end"
+                    clear, message = False, "did not end"
                 rows.append(
-                    row(f"bad input: {what}", f"exit status not 0, names {named}", said, "", clear, "real programs")
+                    row(f"bad input: {what}", f"exit status not 0, names {named}", message, "", clear, "real programs")
                 )
     return rows
 
 
 def measure(programs, say):
     say("accuracy on the eight panoramas")
-    values = measured_alone(programs)
+    values = run_measure_skeleton(programs)
     rows = accuracy(values)
     rows += real_time(programs, values.get("memcpy_gb_per_s"), say)
     rows += bound_over_a_run(programs, say)
-    rows += rude_clients(programs, say)
+    rows += misbehaving_clients(programs, say)
     rows += bad_input(programs, say)
     return rows

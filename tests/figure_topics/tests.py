@@ -1,4 +1,4 @@
-"""Promises that are tests: run by ctest, in the build that tests/run makes."""
+"""Requirements that tests check: run by ctest in the build of tests/run."""
 import json
 import os
 import pathlib
@@ -12,11 +12,11 @@ BUILD = ROOT / "build" / PRESET
 
 
 def run_test(name, chosen=None):
-    """Runs ctest's test of that name, of a Google Test program the chosen tests alone (a filter of Google Test).
+    """Runs the ctest of that name; `chosen` is a Google Test filter that selects tests of the program.
 
-    Returns passed: 1 where it ran and passed, with a filter at least one test of it and none skipped; 0 where it failed
-    or was skipped; None where there is no such test. And ran: the tests of a Google Test program that ran to their
-    end, None for other programs."""
+    Returns a dict. "passed": 1 if it ran and passed (with a filter: at least one test ran and none was skipped), 0 if
+    it failed or was skipped, None if there is no such ctest. "ran": the number of Google Tests that ran to their end,
+    None for other programs."""
     with tempfile.TemporaryDirectory() as folder:
         report, counts = pathlib.Path(folder) / "junit.xml", pathlib.Path(folder) / "gtest.json"
         environment = os.environ | {"GTEST_OUTPUT": f"json:{counts}"} | ({"GTEST_FILTER": chosen} if chosen else {})
@@ -29,8 +29,8 @@ def run_test(name, chosen=None):
     passed = all(case.get("status") == "run" for case in cases)
     if suites is None:
         return {"passed": 1 if passed and not chosen else 0, "ran": None}
-    begun = [test for suite in suites for test in suite["testsuite"] if test["status"] == "RUN"]
-    skipped = [test for test in begun if test.get("result") == "SKIPPED"]
+    started = [test for suite in suites for test in suite["testsuite"] if test["status"] == "RUN"]
+    skipped = [test for test in started if test.get("result") == "SKIPPED"]
     if chosen:
-        passed = passed and begun and not skipped
-    return {"passed": 1 if passed else 0, "ran": len(begun) - len(skipped)}
+        passed = passed and started and not skipped
+    return {"passed": 1 if passed else 0, "ran": len(started) - len(skipped)}

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""One board, really booted, from switching on to switching off: boot_test.py HOST_CLI BUILD_OF_THE_BOARD.
+"""Boots an emulated board, tests it and shuts it down: boot_test.py HOST_CLI BUILD_OF_THE_BOARD.
 
-Ends with 77 and the reason where there is no QEMU or no firmware for the board. Times are printed and not judged.
+Exits with 77 and the reason if QEMU or the board's firmware is missing. Times are printed, without limits.
 """
 import os
 import pathlib
@@ -28,15 +28,15 @@ def missing():
     programs = [BUILD / "bin" / name for name in ("lightwelld", "lightwell", "lightwell-calibrate")]
     if absent := [str(program) for program in programs if not program.exists()]:
         return f"not built for the board: {', '.join(absent)} (hil/board up builds them)"
-    # Made from the network, in minutes: not by a test.
+    # Making it needs the network and minutes, so a test does not.
     if not os.environ.get("LIGHTWELL_SYSROOT_AARCH64") and subprocess.run(
             [image.REPOSITORY / "cmake/sysroot_aarch64", "--find"], stdout=subprocess.DEVNULL, check=False).returncode:
-        return "there is no arm64 root of packages (cmake/sysroot_aarch64 makes it)"
+        return "there is no arm64 sysroot (cmake/sysroot_aarch64 makes it)"
     return None
 
 
 class Boot(unittest.TestCase):
-    """The tests share one board, and run in the order of their names: what they do to it is said by the letters."""
+    """The tests share one board. They run in the order of their names, which the letters determine."""
 
     @classmethod
     def setUpClass(cls):
@@ -44,10 +44,10 @@ class Boot(unittest.TestCase):
         cls.addClassCleanup(cls.board.remove)
         begin = time.monotonic()
         cls.board.start(fresh=True)
-        told = cls.board.status()
+        status = cls.board.status()
         print(
-            f"{told['accelerator']} ({told['why']}): ssh {told['seconds']['ssh']} s after QEMU, "
-            f"{time.monotonic() - begin:.1f} s after being asked; {told['resident_mb']} MB of this machine's memory",
+            f"{status['accelerator']} ({status['why']}): ssh {status['seconds']['ssh']} s after QEMU, "
+            f"{time.monotonic() - begin:.1f} s after being asked; {status['resident_mb']} MB of this machine's memory",
             flush=True,
         )
 
@@ -55,7 +55,7 @@ class Boot(unittest.TestCase):
         return self.board.run(command, check=True, **options).out.strip()
 
     def probe(self):
-        """What a client on this machine is told by the probe."""
+        """Output of `lightwell info`, run on this machine."""
         return subprocess.run(
             self.board.host_command([CLI, "info", self.board.grpc()]),
             text=True,
@@ -77,26 +77,26 @@ class Boot(unittest.TestCase):
         self.assertRegex(done.stdout, r"camera +sim:studio")
         self.assertEqual(self.out("stat -c %U /proc/$(systemctl show -P MainPID lightwelld)"), "lightwell")
 
-    def test_bb_the_watchdog_is_told_that_it_lives(self):
+    def test_bb_the_watchdog_is_notified(self):
         self.assertEqual(self.out("systemctl show -P WatchdogUSec lightwelld"), "30s")
         ask = "systemctl show -P WatchdogTimestampMonotonic lightwelld"
         first = int(self.out(ask))
         self.assertGreater(first, 0)
-        wait_for("the next word to the watchdog", lambda: int(self.out(ask)) > first, 60)
+        wait_for("the next notification of the watchdog", lambda: int(self.out(ask)) > first, 60)
 
     def test_c_nothing_failed(self):
         done = self.board.run("systemctl is-system-running --wait", timeout_s=180)
         why = self.board.run("systemctl --failed --no-legend; journalctl -p err -b --no-pager").out
         self.assertEqual(done.out.strip(), "running", why)
 
-    def test_d_statuses_and_words_come_through(self):
+    def test_d_exit_status_arguments_and_input_are_passed(self):
         self.assertEqual(self.board.run("exit 7").status, 7)
         self.assertEqual(self.board.run(["printf", "%s|", "a b", "$c"]).out, "a b|$c|")
         self.assertEqual(self.board.run("cat", text="what goes in").out, "what goes in")
         with self.assertRaises(TimeoutError):
             self.board.run("sleep 60", timeout_s=2)
 
-    def test_e_files_go_in_and_come_out(self):
+    def test_e_files_are_copied_in_and_out(self):
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
             (folder / "in").mkdir()
@@ -105,12 +105,12 @@ class Boot(unittest.TestCase):
             self.board.copy_out("/tmp/in/data", folder / "out")
             self.assertEqual((folder / "out").read_bytes(), (folder / "in/data").read_bytes())
 
-    def test_f_disks_are_what_they_should_be(self):
+    def test_f_disks_are_mounted_with_the_right_modes_and_owners(self):
         self.assertNotEqual(self.board.run("touch /opt/lightwell/x").status, 0)
         self.assertEqual(self.out("findmnt -no FSTYPE /var/lib/lightwell"), "ext4")
         self.assertEqual(self.out("stat -c %U /etc/lightwell/probe.textproto"), "lightwell")
 
-    def test_g_a_daemon_that_is_killed_comes_back(self):
+    def test_g_a_killed_daemon_is_restarted(self):
         before = self.out("systemctl show -P MainPID lightwelld")
         self.out("kill -9 " + before)
         wait_for("systemd to start it again", lambda: self.out("systemctl show -P NRestarts lightwelld") == "1", 60)
@@ -118,15 +118,16 @@ class Boot(unittest.TestCase):
         after = self.out("systemctl show -P MainPID lightwelld")
         self.assertNotEqual(before, after)
 
-    def test_h_a_probe_of_an_accelerator_sees_the_kernel_run(self):
+    def test_h_the_accelerator_probe_detects_a_running_kernel(self):
         command = qemu.probe_command(qemu.find(), image.base(), "tcg")
         self.assertTrue(qemu.boots(command, 120))
-        self.assertFalse(qemu.boots([word.replace("lightwell.probe", "") for word in command], 5), "it speaks unasked")
+        self.assertFalse(qemu.boots([word.replace("lightwell.probe", "") for word in command], 5),
+                         "reported without lightwell.probe")
 
     def test_h_qemu_answers(self):
         self.assertEqual(self.board.qmp("query-status")["status"], "running")
 
-    def test_i_a_power_cut_leaves_the_state_and_nothing_else(self):
+    def test_i_a_power_cut_keeps_only_the_state_disk(self):
         self.out("echo kept > /var/lib/lightwell/kept; sync; echo gone > /root/gone")
         self.board.power_cut()
         self.assertFalse(self.board.running())
@@ -136,12 +137,12 @@ class Boot(unittest.TestCase):
         self.board.wait_for_service()
         self.assertEqual(self.probe().returncode, 0)
 
-    def test_j_it_switches_off(self):
+    def test_j_the_board_shuts_down_cleanly(self):
         begin = time.monotonic()
-        self.assertTrue(self.board.stop(), "it had to be killed")
+        self.assertTrue(self.board.stop(), "the board had to be killed")
         print(f"off {time.monotonic() - begin:.1f} s after being asked", flush=True)
         self.assertFalse(self.board.running())
-        # What was mounted was unmounted: nothing to be repaired.
+        # The state disk was unmounted cleanly and needs no repair.
         subprocess.run(["e2fsck", "-fn", self.board.state_disk], check=True, stdout=subprocess.DEVNULL)
         self.assertNotIn(
             "needs_recovery",

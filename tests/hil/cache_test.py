@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What is kept is whole, is made once, and is made anew when what it is made of changes."""
+"""Cached folders are complete, are made once, and are made anew when their inputs change."""
 import os
 import pathlib
 import signal
@@ -37,21 +37,21 @@ class Digest(unittest.TestCase):
         (self.folder / "a").rename(self.folder / "c")
         self.assertTrue(self.differs())
 
-    def test_a_program_is_not_a_file(self):
+    def test_the_executable_bit_counts(self):
         (self.folder / "a").chmod(0o755)
         self.assertTrue(self.differs())
 
-    def test_a_link_is_not_what_it_points_to(self):
+    def test_a_link_differs_from_its_target(self):
         (self.folder / "a").rename(self.folder / "sub/a")
         (self.folder / "a").symlink_to("sub/a")
         self.assertTrue(self.differs())
 
-    def test_what_python_compiled_does_not_count(self):
+    def test_pycache_does_not_count(self):
         (self.folder / "__pycache__").mkdir()
         (self.folder / "__pycache__/a.pyc").write_text("three")
         self.assertFalse(self.differs())
 
-    def test_words_do_not_run_together(self):
+    def test_texts_are_not_concatenated(self):
         self.assertNotEqual(cache.digest(["ab", "c"]), cache.digest(["a", "bc"]))
 
 
@@ -64,7 +64,7 @@ class Kept(unittest.TestCase):
         self.made += 1
         (folder / "file").write_text("content")
 
-    def test_the_second_call_makes_nothing(self):
+    def test_the_second_call_reuses_the_folder(self):
         first = cache.kept("thing", "1", self.make, self.root)
         self.assertEqual(cache.kept("thing", "1", self.make, self.root), first)
         self.assertEqual(self.made, 1)
@@ -75,7 +75,7 @@ class Kept(unittest.TestCase):
         cache.kept("thing", "2", self.make, self.root)
         self.assertEqual(self.made, 2)
 
-    def test_a_maker_that_fails_leaves_nothing(self):
+    def test_a_failed_generator_leaves_no_folder(self):
         def fail(folder):
             (folder / "half").write_text("")
             raise RuntimeError("no")
@@ -86,7 +86,7 @@ class Kept(unittest.TestCase):
         cache.kept("thing", "1", self.make, self.root)
         self.assertEqual(self.made, 1)
 
-    def test_a_maker_that_is_killed_leaves_nothing_that_counts(self):
+    def test_a_killed_generator_leaves_no_valid_folder(self):
         program = (
             "import sys, pathlib, time; sys.path.insert(0, sys.argv[1]); from hil.harness import cache\n"
             "def make(folder):\n    (folder / 'half').write_text('')\n    print('half', flush=True)\n    "
@@ -104,7 +104,7 @@ class Kept(unittest.TestCase):
         self.assertEqual([path.name for path in folder.iterdir()], ["file"])
         self.assertEqual(sorted(path.name for path in self.root.iterdir()), [".thing.lock", "thing-1"])
 
-    def test_two_at_once_make_it_once(self):
+    def test_concurrent_calls_make_it_once(self):
         def slowly(folder):
             time.sleep(0.3)
             self.make(folder)
@@ -116,7 +116,7 @@ class Kept(unittest.TestCase):
             thread.join()
         self.assertEqual(self.made, 1)
 
-    def test_of_many_the_last_asked_for_stay(self):
+    def test_the_most_recently_used_are_kept(self):
         for key in range(cache.MOST_KEPT + 2):
             folder = cache.kept("thing", str(key), self.make, self.root)
             os.utime(folder, (time.time() - 1000 + key,) * 2)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The harness, on boards and tests that are none."""
+"""Tests of the harness with fake boards and fake tests."""
 
 import struct
 import tempfile
@@ -28,7 +28,7 @@ test { name: "a.b" what: "x" board: "box" camera: "eye" link: "wire" limit_s: 3 
 
 
 class Locks(unittest.TestCase):
-    def test_one_at_a_time_and_the_holder_is_named(self) -> None:
+    def test_a_lock_is_exclusive_and_names_its_holder(self) -> None:
         with tempfile.TemporaryDirectory() as folder:
             where = Path(folder)
             with locks.held(where / "box", "the box", 1):
@@ -40,7 +40,7 @@ class Locks(unittest.TestCase):
             with locks.held(where / "box", "the box", 0.05):
                 pass
 
-    def test_who_waits_gets_it(self) -> None:
+    def test_a_waiting_thread_gets_the_lock(self) -> None:
         with tempfile.TemporaryDirectory() as folder:
             got = threading.Event()
 
@@ -63,13 +63,13 @@ class TheRoster(unittest.TestCase):
             roster.parse(text, "r.textproto")
         return str(caught.exception)
 
-    def test_ours_can_be_run(self) -> None:
+    def test_the_roster_is_valid(self) -> None:
         ours = roster.load()
         for test in ours.test:
             self.assertTrue(callable(runner.case_of(test)), test.name)
         self.assertTrue(any(test.short for test in ours.test))
 
-    def test_what_cannot_be_run_is_named(self) -> None:
+    def test_errors_name_the_entry(self) -> None:
         roster.parse(SMALL, "r")
         self.assertIn("r.textproto:2:", self.refusal(SMALL.replace("cpus", "cups")))
         self.assertIn("camera 'nose'; there are eye", self.refusal(SMALL.replace('camera: "eye"', 'camera: "nose"')))
@@ -101,12 +101,12 @@ class Order(unittest.TestCase):
     def names(self, seed: int) -> list[str]:
         return [test.name for test in order.shuffled(self.tests, seed)]
 
-    def test_is_another_for_another_seed_and_the_same_for_the_same(self) -> None:
+    def test_depends_only_on_the_seed(self) -> None:
         self.assertEqual(self.names(5), self.names(5))
         self.assertGreater(len({tuple(self.names(seed)) for seed in range(10)}), 8)
         self.assertEqual(sorted(self.names(5)), sorted(test.name for test in self.tests))
 
-    def test_keeps_boards_together_and_what_spoils_them_last(self) -> None:
+    def test_keeps_boards_together_and_spoiling_tests_last(self) -> None:
         for seed in range(10):
             boards = [test.board for test in order.shuffled(self.tests, seed)]
             self.assertEqual(sum(1 for a, b in zip(boards, boards[1:]) if a != b), 1)
@@ -116,7 +116,7 @@ class Order(unittest.TestCase):
 
 
 class Reports(unittest.TestCase):
-    def test_a_figure_holds_where_it_is_as_asked(self) -> None:
+    def test_a_figure_holds_within_its_limit(self) -> None:
         for asked, measured, holds in [
             ("<= 3", 3, True),
             ("<= 3", 3.1, False),
@@ -133,20 +133,20 @@ class Reports(unittest.TestCase):
         with self.assertRaises(KeyError):
             _ = report.Figure("f", 1, "", "about 3").holds
 
-    def test_a_result_is_good_only_whole(self) -> None:
+    def test_a_good_result_is_complete_and_all_its_figures_hold(self) -> None:
         good = [report.Figure("f", 1)]
         self.assertTrue(report.Result("t", "c", 1, good).good)
         self.assertFalse(report.Result("t", "c", 1, []).good)
-        self.assertFalse(report.Result("t", "c", 1, good, trouble="x").good)
+        self.assertFalse(report.Result("t", "c", 1, good, error="x").good)
         self.assertFalse(report.Result("t", "c", 1, good, skipped="no QEMU").good)
         self.assertFalse(report.Result("t", "c", 1, [*good, report.Figure("f", 4, "", "<= 3")]).good)
 
-    def test_times_may_be_reported_alone(self) -> None:
+    def test_limits_of_times_may_be_ignored(self) -> None:
         late = [report.Figure("f", 1, "", "<= 2"), report.Figure("t", 9, "s", "<= 3", timed=True)]
         self.assertFalse(report.Result("t", "c", 1, late).good)
-        self.assertTrue(report.Result("t", "c", 1, late, times_judged=False).good)
+        self.assertTrue(report.Result("t", "c", 1, late, check_times=False).good)
         wrong = [report.Figure("f", 3, "", "<= 2")]
-        self.assertFalse(report.Result("t", "c", 1, wrong, times_judged=False).good)
+        self.assertFalse(report.Result("t", "c", 1, wrong, check_times=False).good)
 
     def test_an_entry_without_a_run_of_this_commit_is_stale(self) -> None:
         tests = [SimpleNamespace(name=name) for name in ("never", "old", "bad", "skipped", "good")]
@@ -154,10 +154,10 @@ class Reports(unittest.TestCase):
         results = {"old": report.Result("old", "before", 1, good), "bad": report.Result("bad", "now", 1, good, "broke"),
                    "skipped": report.Result("skipped", "now", 1, [], skipped="no QEMU"),
                    "good": report.Result("good", "now", 1, good)}
-        told = report.stale(tests, results, "now")
-        self.assertEqual([line.split(":")[0] for line in told], ["never", "old", "bad", "skipped"])
+        stale = report.stale(tests, results, "now")
+        self.assertEqual([line.split(":")[0] for line in stale], ["never", "old", "bad", "skipped"])
 
-    def test_is_kept_and_shown(self) -> None:
+    def test_is_saved_loaded_and_written_as_markdown(self) -> None:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "deep" / "hil.json"
             self.assertEqual(report.load(path), {})
@@ -172,7 +172,7 @@ class Reports(unittest.TestCase):
 
 
 class Runs(unittest.TestCase):
-    """Tests are functions here; boards are numbers that count up."""
+    """Fake tests are functions; fake boards are consecutive numbers."""
 
     def setUp(self) -> None:
         self.started: list[int] = []
@@ -211,14 +211,14 @@ class Runs(unittest.TestCase):
     def well(_: Any, __: Any, measured: runner.Measured) -> None:
         measured.figure("f", 1, "", "<= 2")
 
-    def test_that_go_well_share_a_board(self) -> None:
+    def test_good_tests_share_a_board(self) -> None:
         results = self.run_them(a=self.well, b=self.well, c=self.well)
         self.assertTrue(all(result.good for result in results.values()))
         self.assertEqual(len(self.started), 1)
 
-    def test_whatever_goes_wrong_is_told_and_the_next_is_run_on_a_new_board(self) -> None:
+    def test_errors_are_reported_and_the_next_test_gets_a_new_board(self) -> None:
         def breaks(*_: Any) -> None:
-            raise runner.Broken("the light is wrong")
+            raise runner.TestFailure("the light is wrong")
 
         def stumbles(*_: Any) -> None:
             raise KeyError("typing mistake")
@@ -233,15 +233,15 @@ class Runs(unittest.TestCase):
             pass
 
         results = self.run_them(breaks=breaks, stumbles=stumbles, hangs=hangs, cannot=cannot, idle=idle, well=self.well)
-        self.assertEqual(results["breaks"].trouble, "the light is wrong")
-        self.assertIn("typing mistake", results["stumbles"].trouble)
-        self.assertIn("took longer than its 1 s", results["hangs"].trouble)
+        self.assertEqual(results["breaks"].error, "the light is wrong")
+        self.assertIn("typing mistake", results["stumbles"].error)
+        self.assertIn("took longer than its 1 s", results["hangs"].error)
         self.assertEqual(results["cannot"].skipped, "there is no camera")
-        self.assertEqual(results["idle"].trouble, "it measured nothing")
+        self.assertEqual(results["idle"].error, "it measured nothing")
         self.assertEqual([name for name, result in results.items() if result.good], ["well"])
         self.assertGreaterEqual(len(self.started), 3)
 
-    def test_a_board_that_is_spoiled_is_nobodys_afterwards(self) -> None:
+    def test_a_spoiled_board_is_not_used_again(self) -> None:
         boards: list[int] = []
 
         def looks(board: int, _: Any, measured: runner.Measured) -> None:
@@ -249,10 +249,10 @@ class Runs(unittest.TestCase):
             measured.figure("f", 1)
 
         self.run_them(spoils_a=looks, spoils_b=looks, c=looks)
-        # Whoever spoils it comes last, and what comes then has another.
+        # Spoiling tests come last, and the test after one gets another board.
         self.assertEqual(boards, [0, 0, 1])
 
-    def test_a_peer_is_started_for_its_test_alone_and_nobody_else_has_it_meanwhile(self) -> None:
+    def test_a_peer_is_started_for_one_test_and_locked_meanwhile(self) -> None:
         def looks(_: int, __: Any, measured: runner.Measured) -> None:
             with self.assertRaises(waits.TimedOut):
                 with locks.held(Path(self.folder.name) / "board-another.lock", "the other", 0.05):
@@ -271,18 +271,18 @@ class Runs(unittest.TestCase):
 
         self.start = broken_start  # type: ignore[method-assign]
         results = self.run_them(a=self.well, b=self.well)
-        self.assertTrue(all("to boot" in result.trouble for result in results.values()))
+        self.assertTrue(all("to boot" in result.error for result in results.values()))
 
 
 class Rigs(unittest.TestCase):
-    """Boards are notes in a list here."""
+    """Fake boards record their calls in a list."""
 
     def setUp(self) -> None:
         self.notes = notes = []
         self.roster = roster.parse(SMALL + 'board { name: "head" qemu { memory_mb: 512 net: "tap" } }', "r")
         self.tools = rig.Tools(Path("."), Path("."), Path("."))
 
-        class Noted:
+        class FakeBoard:
             def __init__(self, name: str, options: Any) -> None:
                 self.name, self.folder, self.options = name, Path("/boards/" + name), options
 
@@ -297,7 +297,7 @@ class Rigs(unittest.TestCase):
             def run(self, command: str, *, check: bool) -> None:
                 notes.append(f"{self.name}: {command}")
 
-        patch = mock.patch.object(rig, "Board", Noted)
+        patch = mock.patch.object(rig, "Board", FakeBoard)
         patch.start()
         self.addCleanup(patch.stop)
 
@@ -306,7 +306,7 @@ class Rigs(unittest.TestCase):
             self.assertIsNone(alone.peer)
         self.assertEqual(self.notes, ["hil-box on its own wire as 1", "hil-box off"])
 
-    def test_a_recording_never_carries_on_that_of_another_test(self) -> None:
+    def test_a_recording_does_not_continue_that_of_another_test(self) -> None:
         with (
             tempfile.TemporaryDirectory() as folder,
             rig.open_rig(self.roster.board[0], self.roster, self.tools) as alone,
@@ -314,13 +314,13 @@ class Rigs(unittest.TestCase):
             file = Path(folder) / "board.lwr"
             there = []
             with mock.patch.object(alone, "client", lambda *_, **__: there.append(file.exists())), \
-                    mock.patch.object(rig, "_said", lambda *_: there.append(file.exists())):
+                    mock.patch.object(rig, "_output_of", lambda *_: there.append(file.exists())):
                 for record in (alone.record, alone.record_here):
                     file.write_bytes(b"of another test")
                     record("grpc://127.0.0.1:1", 1, file)
         self.assertEqual(there, [False, False])
 
-    def test_a_peer_is_on_the_first_ones_wire_without_firmware_and_ends_with_it(self) -> None:
+    def test_a_peer_shares_the_wire_runs_no_firmware_and_ends_with_the_board(self) -> None:
         with rig.open_rig(self.roster.board[0], self.roster, self.tools, self.roster.board[1]) as both:
             self.assertEqual((both.board.name, both.peer.name), ("hil-box", "hil-head"))
         self.assertEqual(
@@ -343,7 +343,7 @@ class Rigs(unittest.TestCase):
 
 
 class Recordings(unittest.TestCase):
-    """The container, written by hand from proto/README.md."""
+    """The container is written by hand from its description in proto/README.md."""
 
     def setUp(self) -> None:
         folder = tempfile.TemporaryDirectory()
@@ -369,33 +369,33 @@ class Recordings(unittest.TestCase):
         self.assertEqual([frame.sequence for frame in frames], [3, 4, 7, 9, 10])
         self.assertEqual(frames[2], recording.Frame(7, "bayer10", 2, 1, b"\7\7\7\7"))
 
-    def test_what_is_cut_off_at_any_byte_is_read_up_to_there(self) -> None:
+    def test_a_truncated_recording_is_read_up_to_its_last_complete_record(self) -> None:
         whole = self.path.read_bytes()
         for less in (1, len(self.records[-1]), len(self.records[-1]) + 15):
             self.write(whole[:-less])
             self.assertEqual([frame.sequence for frame in recording.read(self.path)[1]], [3, 4, 7, 9], less)
 
-    def test_what_is_none_is_named(self) -> None:
+    def test_errors_name_the_file(self) -> None:
         for content in (b"", b"RIFFxxxxx", b"LWREC\x01\r\n", b"LWREC\x01\r\n" + bytes(16)):
             self.write(content)
             with self.assertRaisesRegex(recording.RecordingError, "frames.lwr"):
                 recording.read(self.path)
 
-    def test_thinned_it_holds_frames_that_are_far_enough_apart_as_they_were(self) -> None:
+    def test_thinning_copies_frames_with_a_minimum_distance_unchanged(self) -> None:
         target = self.path.with_name("thin.lwr")
         self.assertEqual(recording.thin(self.path, target, apart=3, frames=9), 3)
         self.assertEqual([frame.sequence for frame in recording.read(target)[1]], [3, 7, 10])
         self.assertEqual(recording.read(target)[0], recording.read(self.path)[0])
         self.assertEqual(recording.thin(self.path, target, apart=1, frames=2), 2)
-        # Byte for byte: sums and times are the old ones.
+        # Byte for byte, including checksums and times.
         self.assertTrue(self.path.read_bytes().startswith(target.read_bytes()))
 
 
 class Vivid(unittest.TestCase):
-    """The board is a list of what it was told."""
+    """The fake board records its commands."""
 
     def setUp(self) -> None:
-        self.told: list[str] = []
+        self.commands: list[str] = []
         self.fails = "nothing"
         self.fed = b""
         self.camera = SimpleNamespace(format="bayer10", width=640, height=480)
@@ -403,7 +403,7 @@ class Vivid(unittest.TestCase):
     def board(self) -> Any:
         def run(command: Any, *, check: bool = False, timeout_s: float = 60) -> SimpleNamespace:
             text = command if isinstance(command, str) else " ".join(command)
-            self.told.append(text)
+            self.commands.append(text)
             if self.fails in text:
                 if check:
                     raise CommandFailed(text)
@@ -431,23 +431,23 @@ class Vivid(unittest.TestCase):
     def test_is_loaded_fed_and_unloaded(self) -> None:
         with VividLoop(self.board(), self.camera, [b"one", b"two"]) as loop:
             self.assertEqual((loop.device, loop.rate, self.fed), ("/dev/video4", 58.75, b"onetwo"))
-            # Four numbers, three frames after the first one's: one is missing.
-            self.assertAlmostEqual(loop.taken_by_the_tool(), 58.75 * 3 / 4)
-        setup = next(text for text in self.told if "--set-dv-bt-timings" in text)
+            # Sequence numbers 7, 8, 10, 11: of four frame periods, three delivered a frame.
+            self.assertAlmostEqual(loop.tool_frame_rate(), 58.75 * 3 / 4)
+        setup = next(text for text in self.commands if "--set-dv-bt-timings" in text)
         self.assertIn("--set-fmt-video=width=640,height=480,pixelformat=RG10", setup)
         self.assertIn("-d /dev/video5 --stream-out-mmap", setup)
-        self.assertIn("modprobe -r vivid", self.told[-1])
+        self.assertIn("modprobe -r vivid", self.commands[-1])
 
-    def test_what_goes_wrong_leaves_it_unloaded(self) -> None:
+    def test_is_unloaded_after_an_error(self) -> None:
         self.fails = "--set-dv-bt-timings"
         with self.assertRaises(CommandFailed):
             with VividLoop(self.board(), self.camera, [b"one"]):
                 self.fail("it started")
-        self.assertIn("modprobe -r vivid", self.told[-1])
+        self.assertIn("modprobe -r vivid", self.commands[-1])
 
-    def test_a_driver_that_is_missing_or_stays_is_told(self) -> None:
+    def test_a_driver_that_is_missing_or_cannot_be_unloaded_is_an_error(self) -> None:
         for self.fails, what in (("modprobe vivid", "has no vivid"), ("modprobe -r", "cannot be unloaded")):
-            with self.assertRaisesRegex(runner.Broken, what):
+            with self.assertRaisesRegex(runner.TestFailure, what):
                 with VividLoop(self.board(), self.camera, [b"one"]):
                     pass
 

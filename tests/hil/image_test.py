@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What goes into a board's disks: accounts, units, and file systems that hold what they were made of."""
+"""Content of a board's disks: accounts, units and file systems."""
 import pathlib
 import shutil
 import subprocess
@@ -38,11 +38,11 @@ class Accounts(Tree):
         for line in ("video:*:44:probe\n", "probe:x:910:\n", "netdev:x:925:\n"):
             self.assertIn(line, group)
 
-    def test_nobody_is_locked_out_and_nobody_has_a_password(self):
+    def test_accounts_are_not_locked_and_have_no_password(self):
         self.add("")
         self.assertEqual((self.root / "etc/shadow").read_text(), "root:*:19000:0:99999:7:::\n")
 
-    def test_a_group_that_is_not_there_is_an_error(self):
+    def test_an_unknown_group_is_an_error(self):
         with self.assertRaisesRegex(image.ImageError, "no group vidoe"):
             self.add("probe 910 / vidoe\n")
 
@@ -60,7 +60,7 @@ class Units(Tree):
     def link(self, name):
         return (self.root / "etc/systemd" / name).readlink()
 
-    def test_links_are_systemctls(self):
+    def test_links_are_those_of_systemctl(self):
         self.set("enable ssh.service multi-user.target\nenable own.service sysinit.target\nmask ssh.service\n"
                  "silence some-generator\n")
         self.assertEqual(
@@ -79,11 +79,11 @@ class Units(Tree):
 
 
 class Sources(unittest.TestCase):
-    def test_what_is_in_the_repository_can_be_read(self):
+    def test_the_files_of_the_repository_exist(self):
         for name in ("accounts", "units", "modules", "probe.textproto", "initrd_init", "root/etc/fstab"):
             self.assertTrue((image.SOURCES / name).stat().st_size, name)
 
-    def test_numbers_are_not_given_twice(self):
+    def test_account_numbers_are_unique(self):
         numbers = [line[1] for line in image._lines(image.SOURCES / "accounts")]
         self.assertEqual(len(numbers), len(set(numbers)))
 
@@ -92,7 +92,7 @@ class Sources(unittest.TestCase):
 
 
 class Disks(Tree):
-    def look(self, disk, command):
+    def debugfs(self, disk, command):
         return subprocess.run(
             ["debugfs", "-R", command, disk], text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True
         ).stdout
@@ -100,40 +100,40 @@ class Disks(Tree):
     def sound(self, disk):
         subprocess.run(["e2fsck", "-fn", disk], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
-    def test_holds_what_it_was_made_of(self):
+    def test_has_the_content_of_the_tree(self):
         self.write("tree/bin/program", "x" * 100_000).chmod(0o755)
         self.write("tree/deep/er/file", "text")
         (self.root / "tree/link").symlink_to("deep")
         disk = self.root / "disk"
         image.make_ext4(self.root / "tree", disk, "lw-test", journal=False, room_mb=1)
         self.sound(disk)
-        self.assertEqual(self.look(disk, "cat /deep/er/file"), "text")
-        self.assertIn("lw-test", self.look(disk, "show_super_stats -h"))
-        self.assertNotIn("has_journal", self.look(disk, "show_super_stats -h"))
-        shown = self.look(disk, "stat /bin/program")
+        self.assertEqual(self.debugfs(disk, "cat /deep/er/file"), "text")
+        self.assertIn("lw-test", self.debugfs(disk, "show_super_stats -h"))
+        self.assertNotIn("has_journal", self.debugfs(disk, "show_super_stats -h"))
+        shown = self.debugfs(disk, "stat /bin/program")
         self.assertRegex(shown, r"Mode:\s+0755")
         self.assertRegex(shown, r"User:\s+0\s+Group:\s+0")
 
-    def test_a_file_of_two_names_is_counted_once(self):
+    def test_hard_links_are_counted_once(self):
         big = self.write("tree/a", "x" * 20_000_000)
         for name in "bcde":
             (self.root / f"tree/{name}").hardlink_to(big)
         image.make_ext4(self.root / "tree", self.root / "disk", "lw-test", journal=False, room_mb=1)
         self.assertLess((self.root / "disk").stat().st_size, 40_000_000)
 
-    def test_state_has_a_journal_room_and_the_configuration(self):
+    def test_state_has_a_journal_free_space_and_the_configuration(self):
         disk = self.root / "state"
         image.state(disk, 16, "probe_name: \"x\"\n")
         self.sound(disk)
-        stats = self.look(disk, "show_super_stats -h")
+        stats = self.debugfs(disk, "show_super_stats -h")
         self.assertIn("has_journal", stats)
-        self.assertEqual(self.look(disk, "cat /etc/probe.textproto"), "probe_name: \"x\"\n")
+        self.assertEqual(self.debugfs(disk, "cat /etc/probe.textproto"), "probe_name: \"x\"\n")
         numbers = dict(line.split(":", 1) for line in stats.splitlines() if ":" in line)
         free_mb = int(numbers["Free blocks"]) * int(numbers["Block size"]) / 2**20
         self.assertGreater(free_mb, 12)
         self.assertLess(free_mb, 24)
 
-    def test_a_build_that_is_not_there_says_what_to_do(self):
+    def test_the_error_for_a_missing_build_says_what_to_do(self):
         with self.assertRaisesRegex(image.ImageError, "cmake --preset board-aarch64"):
             image.firmware(self.root / "nowhere")
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""QEMU's protocol against a server that says what QEMU says."""
+"""The QMP client against a fake server."""
 import json
 import pathlib
 import socket
@@ -12,7 +12,7 @@ from hil.harness.qmp import Qmp, QmpError
 
 
 class Server:
-    """Answers the first line with answers[0], and so on; each answer is a list of messages."""
+    """Sends the messages answers[i] in response to command i after qmp_capabilities."""
 
     def __init__(self, path, answers, greeting='{"QMP": {"version": {}, "capabilities": []}}'):
         self.asked = []
@@ -56,7 +56,7 @@ class Sessions(unittest.TestCase):
             qmp.command("x", in_command=1)
         self.assertEqual(server.asked[1], {"execute": "x", "arguments": {"in-command": 1}})
 
-    def test_a_refusal_is_an_error(self):
+    def test_an_error_response_raises(self):
         self.serve([{"error": {"class": "GenericError", "desc": "Device 'cam9' not found"}}])
         with Qmp(self.path) as qmp, self.assertRaisesRegex(QmpError, "device_del: Device 'cam9' not found"):
             qmp.command("device_del", id="cam9")
@@ -68,7 +68,7 @@ class Sessions(unittest.TestCase):
             qmp.command("device_del", id="cam0")
             self.assertEqual(qmp.wait_event("DEVICE_DELETED", 5, device="cam0"), event)
 
-    def test_an_event_that_does_not_come_is_an_error_that_says_what_came(self):
+    def test_the_error_for_a_missing_event_names_the_events_seen(self):
         self.serve([{"event": "RESUME"}, {"return": {}}])
         with Qmp(self.path) as qmp:
             qmp.command("cont")
@@ -80,7 +80,7 @@ class Sessions(unittest.TestCase):
         with Qmp(self.path, timeout_s=0.2) as qmp, self.assertRaisesRegex(QmpError, "did not answer in time"):
             qmp.command("query-status")
 
-    def test_nobody_there(self):
+    def test_no_server_is_an_error(self):
         with self.assertRaisesRegex(QmpError, "does not answer"):
             Qmp(pathlib.Path("/nonexistent/qmp"))
 

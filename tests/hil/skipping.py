@@ -1,10 +1,10 @@
-"""How a test says that this machine lacks what it needs: never as a test that passed."""
+"""Skips a test program if this machine lacks something that it needs."""
 import sys
 import unittest
 
 
 def main(missing: str | None, argv: list[str] | None = None) -> None:
-    """Runs the tests of the program; with 77 and the reason as the last line where something is `missing`."""
+    """Runs the program's tests. If something is `missing`, prints that reason and exits with 77 instead."""
     if missing:
         print(f"SKIP: {missing}")
         sys.exit(77)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""As root: a wire is made and taken away."""
+"""Needs root: creates and removes a tap network."""
 import os
 import subprocess
 import unittest
@@ -20,13 +20,13 @@ def missing():
 
 
 class Tap(unittest.TestCase):
-    def test_a_wire_comes_and_goes_with_its_boards(self):
+    def test_a_wire_exists_while_it_has_boards(self):
         wire = f"test{os.getpid()}"
         first, second = network.TapNetwork(wire, 1), network.TapNetwork(wire, 2)
         try:
             first.open()
             second.open()
-            first.open()  # As after a run that died.
+            first.open()  # Again, as after a run that died.
             shown = subprocess.run(
                 first.host_command(["ip", "-brief", "address"]), text=True, stdout=subprocess.PIPE, check=True
             )
@@ -39,7 +39,7 @@ class Tap(unittest.TestCase):
             first.close()
             second.close()
         self.assertFalse(os.path.exists(f"/run/netns/{first.namespace}"))
-        second.close()  # Once more does no harm.
+        second.close()  # Closing twice is allowed.
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-// The tool as a script meets it: exit codes, one line of error, JSON.
+// The tool as used by scripts: exit codes, one-line errors, JSON.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -61,7 +61,7 @@ class Cli : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-TEST_F(Cli, HelpTeaches) {
+TEST_F(Cli, HelpHasExamples) {
   const Outcome help = run("--help");
   EXPECT_EQ(help.code, 0);
   for (const char* word : {"watch", "query", "record", "replay", "info", "config", "grpc://", "Exit codes"})
@@ -71,7 +71,7 @@ TEST_F(Cli, HelpTeaches) {
     EXPECT_THAT(run("watch --help").out, HasSubstr(key));
 }
 
-TEST_F(Cli, MisuseIsOneLineAndTwo) {
+TEST_F(Cli, MisuseIsOneLineAndExitCodeTwo) {
   for (const std::string bad :
        {"", "frobnicate", "watch", "watch mqtt://x", "watch grpc://h --seconds no", "query grpc://h",
         "query grpc://h --normal 1,2", "query grpc://h --normal 0,0,0",
@@ -83,7 +83,7 @@ TEST_F(Cli, MisuseIsOneLineAndTwo) {
   }
 }
 
-TEST_F(Cli, NobodyThereIsThree) {
+TEST_F(Cli, UnreachableIsExitCodeThree) {
   // Port 1 (tcpmux) answers on no machine that runs tests.
   const Outcome result = run("info grpc://127.0.0.1:1");
   EXPECT_EQ(result.code, 3) << result.out;
@@ -98,12 +98,12 @@ TEST_F(Cli, AConfigurationOfNoProbeIsFourAndOfAnAbsentOneThree) {
   EXPECT_EQ(run("config set grpc://127.0.0.1:1 band=2").code, 3);
 }
 
-TEST_F(Cli, MissingFileIsFour) {
+TEST_F(Cli, MissingFileIsExitCodeFour) {
   EXPECT_EQ(run("replay " + copy()).code, 4);
   EXPECT_EQ(run("info replay:" + copy()).code, 4);
 }
 
-TEST_F(Cli, WatchSumsUp) {
+TEST_F(Cli, WatchPrintsASummary) {
   const Outcome result = run("watch replay:" + recording() + " --json");
   EXPECT_EQ(result.code, 0) << result.out;
   const std::string summary = result.out.substr(result.out.find("{\"kind\":\"summary\""));
@@ -115,14 +115,14 @@ TEST_F(Cli, WatchSumsUp) {
   EXPECT_THAT(run("watch replay:" + recording()).out, HasSubstr("all: "));
 }
 
-TEST_F(Cli, WatchOfNothingIsOne) {
+TEST_F(Cli, WatchWithoutDescriptorsIsExitCodeOne) {
   const std::string empty = (folder_ / "empty").string();
   ASSERT_TRUE(RecordWriter::open(empty, {RecordingKind::descriptors, "x", "0", {}}).ok());
   EXPECT_EQ(run("watch replay:" + empty).code, 1);
   EXPECT_EQ(run("replay " + empty).code, 1);
 }
 
-TEST_F(Cli, QueryAnswers) {
+TEST_F(Cli, QueryPrintsResults) {
   const std::string uri = "replay:'" + recording() + "?speed=0'";
   const Outcome result = run("query " + uri + " --normal 0,1,0 --direction=-1,0,0 --roughness 0 --lights --json");
   EXPECT_EQ(result.code, 0) << result.out;
@@ -133,7 +133,7 @@ TEST_F(Cli, QueryAnswers) {
   EXPECT_THAT(result.out, HasSubstr("\"quantity\":\"light\""));
 }
 
-TEST_F(Cli, RecordKeepsEveryByte) {
+TEST_F(Cli, RecordStoresTheReceivedBytes) {
   const Outcome result = run("record 'replay:" + recording() + "?speed=0' " + copy());
   EXPECT_EQ(result.code, 0) << result.out;
   Result<RecordReader> a = RecordReader::open(recording()), b = RecordReader::open(copy());
@@ -147,7 +147,7 @@ TEST_F(Cli, RecordKeepsEveryByte) {
   EXPECT_FALSE(b->next(y));
 }
 
-TEST_F(Cli, ReplayLists) {
+TEST_F(Cli, ReplayListsDescriptors) {
   EXPECT_EQ(lines(run("replay " + recording()).out), 20);
   const Outcome json = run("replay " + recording() + " --json");
   EXPECT_EQ(json.code, 0);
@@ -171,7 +171,7 @@ TEST_F(Cli, WhatAProbeSaysOfItselfCommandsNoTerminalAndForgesNoLine) {
   EXPECT_THAT(json, HasSubstr(R"("version":"0.0.2\u001b[2J\u202e")"));
 }
 
-TEST_F(Cli, SaysWhetherAMapIsThere) {
+TEST_F(Cli, InfoReportsTheEnvironmentMap) {
   const std::string uri = "'replay:" + recording() + "?speed=0'";
   EXPECT_THAT(run("info " + uri).out, HasSubstr("no map"));
   EXPECT_THAT(run("info " + uri + " --json").out, HasSubstr("\"environment_edge\":0,"));
@@ -200,7 +200,7 @@ TEST_F(Cli, SaysWhetherAMapIsThere) {
   EXPECT_THAT(run("query " + mapped + " --direction 0,1,0").out, HasSubstr("from map"));
 }
 
-TEST_F(Cli, InfoTellsWho) {
+TEST_F(Cli, InfoReportsIdentity) {
   const Outcome json = run("info replay:" + recording() + " --json");
   EXPECT_EQ(json.code, 0);
   EXPECT_THAT(json.out, HasSubstr("\"name\":\"attic\""));

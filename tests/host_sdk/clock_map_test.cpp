@@ -12,12 +12,12 @@ namespace {
 constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kSecond = 1'000 * kMs;
 
-/// A probe whose clock is `offset` ahead, asked at `sent` over a link with these two delays.
+/// Adds a round trip to a probe whose clock is `offset` ahead, sent at `sent`, over a link with these two delays.
 void ask(ClockMap& map, std::int64_t offset, std::int64_t sent, std::int64_t there, std::int64_t back) {
   map.add({sent}, {sent + there + offset}, {sent + there + back});
 }
 
-TEST(ClockMap, KnowsNothingAtFirst) {
+TEST(ClockMap, IsUnknownInitially) {
   const ClockMap map;
   EXPECT_FALSE(map.known());
   EXPECT_EQ(map.offset({5}).ns, 0);
@@ -50,7 +50,7 @@ TEST(ClockMap, TheTruthIsAlwaysWithinTheUncertainty) {
   }
 }
 
-TEST(ClockMap, OneSlowAnswerSpoilsNothing) {
+TEST(ClockMap, SlowRoundTripDoesNotIncreaseTheUncertainty) {
   ClockMap map;
   ask(map, kSecond, 10 * kSecond, kMs, kMs);
   ask(map, kSecond, 11 * kSecond, kMs, 300 * kMs);
@@ -58,7 +58,7 @@ TEST(ClockMap, OneSlowAnswerSpoilsNothing) {
   EXPECT_LT(map.uncertainty({11 * kSecond}).ns, 2 * kMs);
 }
 
-TEST(ClockMap, AQuickerAnswerImproves) {
+TEST(ClockMap, FasterRoundTripReducesTheUncertainty) {
   ClockMap map;
   ask(map, kSecond, 10 * kSecond, kMs, 9 * kMs);
   EXPECT_NEAR(static_cast<double>(map.offset({10 * kSecond + 10 * kMs}).ns - (kSecond - 4 * kMs)), 0, 2);
@@ -66,7 +66,7 @@ TEST(ClockMap, AQuickerAnswerImproves) {
   EXPECT_NEAR(static_cast<double>(map.offset({11 * kSecond}).ns - kSecond), 0, 0.2 * kMs);
 }
 
-TEST(ClockMap, AgeMakesItLessCertainAndFollowsDrift) {
+TEST(ClockMap, UncertaintyGrowsWithAgeAndDriftIsFollowed) {
   // The probe's quartz runs 80 ppm fast: within what the map allows for.
   ClockMap map;
   double worst = 0;
@@ -80,18 +80,18 @@ TEST(ClockMap, AgeMakesItLessCertainAndFollowsDrift) {
     EXPECT_LE(error, static_cast<double>(map.uncertainty(now).ns) + 1e3) << i;
     worst = std::max(worst, error);
   }
-  // Ten minutes of drift are 48 ms; ten seconds of it, until the next quick answer, would be 0.8 ms.
+  // Ten minutes of drift are 48 ms; ten seconds of drift, until the next fast round trip, are 0.8 ms.
   EXPECT_LT(worst, 2.5e6);
 }
 
-TEST(ClockMap, AClockThatWasSetAnewIsBelievedAtOnce) {
+TEST(ClockMap, ClockResetIsFollowedAtOnce) {
   ClockMap map;
   ask(map, 100 * kSecond, 10 * kSecond, kMs, kMs);
   ask(map, -3 * kSecond, 11 * kSecond, 5 * kMs, 5 * kMs);  // rebooted, over a slower link
   EXPECT_NEAR(static_cast<double>(map.offset({11 * kSecond + 10 * kMs}).ns + 3 * kSecond), 0, 2);
 }
 
-/// Two minutes of an honest probe whose quartz is fast by `ppm`, over a link whose delays are random each way.
+/// Two minutes of round trips with a probe whose clock is fast by `ppm`, over a link with random delays each way.
 ClockMap asked_for_two_minutes(double ppm, std::uint32_t seed,
                                std::int64_t (*offset_at)(double ppm, std::int64_t host)) {
   std::minstd_rand random(seed);
@@ -113,7 +113,7 @@ TEST(ClockMap, DriftIsKnownAfterTwoMinutesAndCarriesOverAnOutage) {
     for (std::uint32_t seed = 1; seed <= 20; ++seed) {
       const ClockMap map = asked_for_two_minutes(ppm, seed, steady);
       EXPECT_NEAR(1e6 * map.drift(), ppm, 8) << seed;
-      // A minute without a word: 100 ppm alone would be 6 ms.
+      // A minute without round trips; a drift of 100 ppm alone would be 6 ms.
       const HostTime later{180 * kSecond};
       EXPECT_LE(std::llabs(map.offset(later).ns - steady(ppm, later.ns)), map.uncertainty(later).ns)
           << ppm << " " << seed;
@@ -124,8 +124,8 @@ TEST(ClockMap, DriftIsKnownAfterTwoMinutesAndCarriesOverAnOutage) {
   }
 }
 
-TEST(ClockMap, TheTruthIsWithinTheUncertaintyAlsoWhereDriftWanders) {
-  // By 1 ppm to and fro in four minutes, which is what it allows for.
+TEST(ClockMap, TheTruthIsWithinTheUncertaintyWithVaryingDrift) {
+  // The drift varies by 1 ppm with a period of four minutes, which kMaxDriftChange allows.
   const auto wandering = [](double ppm, std::int64_t host) {
     const double t = 1e-9 * static_cast<double>(host);
     return steady(ppm, host) + static_cast<std::int64_t>(1e9 * 0.5e-6 * 38 * std::sin(t / 38));
@@ -137,9 +137,9 @@ TEST(ClockMap, TheTruthIsWithinTheUncertaintyAlsoWhereDriftWanders) {
   }
 }
 
-TEST(ClockMap, AfterAJumpNothingOfBeforeIsBelieved) {
+TEST(ClockMap, AClockJumpDiscardsOldRoundTrips) {
   ClockMap map = asked_for_two_minutes(50, 1, steady);
-  // The host slept for an hour, which its clock does not count.
+  // The host was suspended for an hour, which CLOCK_MONOTONIC does not count.
   for (int i = 0; i < 3; ++i) {
     const std::int64_t sent = kSecond * (121 + i);
     ask(map, 3'607 * kSecond, sent, kMs, kMs);
@@ -149,17 +149,17 @@ TEST(ClockMap, AfterAJumpNothingOfBeforeIsBelieved) {
   }
 }
 
-TEST(ClockMap, TimesAtTheEndsOfTheirRangeBreakNothing) {
+TEST(ClockMap, ExtremeTimesDoNotOverflow) {
   constexpr std::int64_t kEnd = std::int64_t{1} << 60;
   ClockMap map;
   map.add({kEnd - 1000}, {-kEnd + 5000}, {kEnd});
   EXPECT_TRUE(map.known());
   EXPECT_LE(std::llabs(map.to_host({-kEnd + 5000}).ns - kEnd), 2000);
-  map.add({0}, {0}, {1});  // Before what is known: passed over.
+  map.add({0}, {0}, {1});  // Before the last round trip: ignored.
   EXPECT_LE(std::llabs(map.to_host({-kEnd + 5000}).ns - kEnd), 2000);
   map.forget();
   EXPECT_FALSE(map.known());
-  // What a hostile probe may say of its clock is no clock.
+  // Invalid clock values of a hostile probe.
   map.add({5}, {std::numeric_limits<std::int64_t>::min()}, {6});
   map.add({5}, {std::numeric_limits<std::int64_t>::max()}, {6});
   EXPECT_FALSE(map.known());
@@ -169,7 +169,7 @@ TEST(ClockMap, TimesAtTheEndsOfTheirRangeBreakNothing) {
   EXPECT_LE(map.uncertainty({5}).ns, 4);
 }
 
-TEST(ClockMap, AnAnswerBeforeTheQuestionIsPassedOver) {
+TEST(ClockMap, ResponseBeforeTheRequestIsIgnored) {
   ClockMap map;
   map.add({10}, {5}, {9});
   EXPECT_FALSE(map.known());

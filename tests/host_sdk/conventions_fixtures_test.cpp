@@ -1,4 +1,4 @@
-// Lamps in known places, written by hand in each engine's own axes, and answers where there is no light.
+// Lights in known directions, written by hand in each engine's axes, and conversions without an estimate.
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -44,14 +44,14 @@ std::array<float, 9> red(const std::array<float, 27>& interleaved) {
 
 // --- Where the main light is ---
 
-TEST(ConventionFixtures, ALampToTheRight) {
+TEST(ConventionFixtures, LightToTheRight) {
   const Lighting lighting = Lighting::of(test::one_light({1, 0, 0}, {3, 2, 1}));
   expect_direction(xyz(to_webxr(lighting).value.primaryLightDirection), 1, 0, 0, "WebXR");
   expect_direction(to_arcore(lighting).value.environmentalHdrMainLightDirection, 1, 0, 0, "ARCore");
   expect_direction(to_openxr(lighting, XrSphericalHarmonicsKind::ambient).value.directionalLight.direction, 1, 0, 0,
                    "OpenXR");
   expect_direction(to_three(lighting).value.position, 1, 0, 0, "three.js");
-  // These say where it shines: to the left.
+  // These store the direction in which the light shines: to the left.
   expect_direction(to_arkit(lighting).value.primaryLightDirection, -1, 0, 0, "ARKit");
   expect_direction(to_filament(lighting).value.direction, -1, 0, 0, "Filament");
   expect_direction(to_unity(lighting, UnityPipeline::universal).value.forward, -1, 0, 0, "Unity");
@@ -71,12 +71,12 @@ TEST(ConventionFixtures, TheSunAtTheZenith) {
   expect_direction(to_unreal(lighting).value.forward, 0, 0, -1, "Unreal");
 }
 
-TEST(ConventionFixtures, ALampStraightAhead) {
+TEST(ConventionFixtures, LightStraightAhead) {
   const Lighting lighting = Lighting::of(test::one_light({0, 0, -1}, {3, 2, 1}));
   expect_direction(xyz(to_webxr(lighting).value.primaryLightDirection), 0, 0, -1, "WebXR");
   expect_direction(to_three(lighting).value.position, 0, 0, -1, "three.js");
   expect_direction(to_filament(lighting).value.direction, 0, 0, 1, "Filament");
-  // Ahead is +Z in Unity and +X in Unreal; the lamp shines back at us.
+  // Forward is +Z in Unity and +X in Unreal; the light shines backwards.
   expect_direction(to_unity(lighting, UnityPipeline::universal).value.forward, 0, 0, -1, "Unity");
   expect_direction(to_unreal(lighting).value.forward, -1, 0, 0, "Unreal");
 }
@@ -87,7 +87,7 @@ TEST(ConventionFixtures, ALampStraightAhead) {
 constexpr std::array<double, 9> kLampAtPlusX{0.282095, 0, 0, 0.488603, 0, 0, -0.315392, 0, 0.546274};
 constexpr std::array<double, 9> kLampAtPlusXWithPhase{0.282095, 0, 0, -0.488603, 0, 0, -0.315392, 0, 0.546274};
 
-TEST(ConventionFixtures, ALampToTheRightInHarmonics) {
+TEST(ConventionFixtures, LightToTheRightInHarmonics) {
   const Lighting lighting = Lighting::of(test::one_light({1, 0, 0}, {1, 0, 0}));
   const auto openxr = to_openxr(lighting, XrSphericalHarmonicsKind::total).value.sphericalHarmonics;
   std::array<float, 9> reds{};
@@ -101,7 +101,7 @@ TEST(ConventionFixtures, ALampToTheRightInHarmonics) {
   // Right is +Y in Unreal: -Y_1^-1, and x²-y² is negative.
   expect_list(to_unreal(lighting, MainLight::in_harmonics).value.R,
               {0.282095, -0.488603, 0, 0, 0, 0, -0.315392, 0, -0.546274}, "Unreal");
-  // Times 0.282095, 0.325735, 0.273137, 0.078848, 0.136569: functions, cosine and 1/pi.
+  // Factors 0.282095, 0.325735, 0.273137, 0.078848, 0.136569: basis constants times A_l / pi.
   const auto unity = to_unity(lighting, UnityPipeline::universal, MainLight::in_harmonics).value.sphericalHarmonicsL2;
   std::copy_n(unity.begin(), 9, reds.begin());
   expect_list(reds, {0.0795775, 0, 0, 0.159155, 0, 0, -0.0248680, 0, 0.0746041}, "Unity");
@@ -110,7 +110,7 @@ TEST(ConventionFixtures, ALampToTheRightInHarmonics) {
   expect_list(reds, {0.0795775, 0, 0, 0.159155, 0, 0, -0.0248680, 0, 0.0746041}, "Filament");
 }
 
-TEST(ConventionFixtures, ALampAheadInHarmonicsOfLeftHandedEngines) {
+TEST(ConventionFixtures, LightAheadInHarmonicsOfLeftHandedEngines) {
   const Lighting lighting = Lighting::of(test::one_light({0, 0, -1}, {1, 0, 0}));
   std::array<float, 9> reds{};
   const auto unity = to_unity(lighting, UnityPipeline::universal, MainLight::in_harmonics).value.sphericalHarmonicsL2;
@@ -149,8 +149,8 @@ TEST(ConventionFixtures, ARedWallOnTheLeftIsOnTheLeftInEveryEngine) {
 
 // --- Units, one by one ---
 
-TEST(ConventionFixtures, IntensitiesOfALampOfPiLux) {
-  // pi lux: a white surface that faces it has the radiance 1.
+TEST(ConventionFixtures, IntensitiesOfALightOfPiLux) {
+  // pi lux: a white surface that faces the light has radiance 1.
   constexpr float pi = 3.14159265F;
   const Lighting lighting = Lighting::of(test::one_light({0, 1, 0}, {pi, pi, pi / 2}));
   EXPECT_NEAR(to_unity(lighting, UnityPipeline::universal).value.intensity, 1, kTight);
@@ -167,18 +167,18 @@ TEST(ConventionFixtures, IntensitiesOfALampOfPiLux) {
     expect_direction(color, 1, 1, 0.5F, "colour");
 }
 
-TEST(ConventionFixtures, AppleCallsAThousandNeutral) {
+TEST(ConventionFixtures, ArKitNeutralIsAThousand) {
   constexpr float pi = 3.14159265F;
   const ArKitLightEstimate one = to_arkit(Lighting::of(test::constant_scene({1, 1, 1}))).value;
   EXPECT_NEAR(one.ambientIntensity, 1000, 1e-3);
   EXPECT_NEAR(one.ambientColorTemperature, 6504, 10);  // D65; McCamy is good to some kelvin
   EXPECT_EQ(one.primaryLightIntensity, 0);
-  const ArKitLightEstimate lamp = to_arkit(Lighting::of(test::one_light({0, 1, 0}, {pi, pi, pi}))).value;
-  EXPECT_NEAR(lamp.primaryLightIntensity, 1000, 1e-3);
-  EXPECT_NEAR(lamp.ambientIntensity, 250, 1e-3);  // pi over 4 pi
+  const ArKitLightEstimate estimate = to_arkit(Lighting::of(test::one_light({0, 1, 0}, {pi, pi, pi}))).value;
+  EXPECT_NEAR(estimate.primaryLightIntensity, 1000, 1e-3);
+  EXPECT_NEAR(estimate.ambientIntensity, 250, 1e-3);  // pi over 4 pi
 }
 
-TEST(ConventionFixtures, WidthsOfALamp) {
+TEST(ConventionFixtures, WidthsOfALight) {
   const Lighting lighting = Lighting::of(test::one_light({0, 1, 0}, {1, 1, 1}, 0.1F));
   EXPECT_NEAR(to_filament(lighting).value.sunAngularRadius, 5.7295780, 1e-5);
   EXPECT_NEAR(to_unreal(lighting).value.lightSourceAngle, 11.459156, 1e-5);
@@ -204,7 +204,7 @@ TEST(ConventionFixtures, TimesAndStatesOfAnEstimate) {
   static_assert(static_cast<int>(ArLightEstimateState::AR_LIGHT_ESTIMATE_STATE_VALID) == 1);
 }
 
-TEST(ConventionFixtures, WithoutALightTheDirectionalOneIsDark) {
+TEST(ConventionFixtures, WithoutLightsTheDirectionalLightIsZero) {
   const Lighting lighting = Lighting::of(test::constant_scene({1, 2, 3}));
   EXPECT_EQ(to_webxr(lighting).value.primaryLightDirection, (DomPoint{0, 1, 0, 0}));
   EXPECT_EQ(to_webxr(lighting).value.primaryLightIntensity, (DomPoint{0, 0, 0, 1}));
@@ -216,11 +216,11 @@ TEST(ConventionFixtures, WithoutALightTheDirectionalOneIsDark) {
   EXPECT_EQ(to_unreal(lighting).value.intensity, 0);
 }
 
-TEST(ConventionFixtures, TheStrongestIsTheMainLightWhateverItsPlaceInTheList) {
+TEST(ConventionFixtures, TheStrongestLightIsTheMainLightInAnyOrder) {
   Descriptor descriptor = test::one_light({1, 0, 0}, {1, 1, 1});
   descriptor.lights.push_back(test::light({0, 1, 0}, {5, 5, 5}));
   EXPECT_FLOAT_EQ(to_webxr(Lighting::of(descriptor)).value.primaryLightDirection.y, 1);
-  // A colour map may make another one the strongest.
+  // A colour matrix can make another light the strongest.
   descriptor.lights[0].irradiance = {0, 0, 30};
   ConversionOptions blue;
   blue.color = ColorMatrix::gains(0.1F, 0.1F, 10);
@@ -249,9 +249,9 @@ void expect_no_estimate(const Lighting& lighting, Validity why, const Conversion
   EXPECT_EQ(to_arkit(lighting, options).value.ambientIntensity, 0);
 }
 
-TEST(ConventionFixtures, NothingIsNoEstimate) { expect_no_estimate(Lighting(), Validity::none); }
+TEST(ConventionFixtures, EmptyLightingIsNoEstimate) { expect_no_estimate(Lighting(), Validity::none); }
 
-TEST(ConventionFixtures, LightThatIsNoNumberIsNoEstimate) {
+TEST(ConventionFixtures, NonFiniteLightIsNoEstimate) {
   for (const float bad : {kNan, kInf, -kInf, 3e38F}) {
     Descriptor harmonics = test::constant_scene({1, 1, 1});
     harmonics.radiance.c[0].g = bad;
@@ -265,7 +265,7 @@ TEST(ConventionFixtures, LightThatIsNoNumberIsNoEstimate) {
   expect_no_estimate(Lighting::of(nowhere), Validity::invalid_query);
 }
 
-TEST(ConventionFixtures, AColourMapThatIsNoneIsRefused) {
+TEST(ConventionFixtures, NonFiniteColorMatrixIsRejected) {
   for (const float bad : {kNan, kInf}) {
     ConversionOptions options;
     options.color.m[1][2] = bad;
@@ -275,7 +275,7 @@ TEST(ConventionFixtures, AColourMapThatIsNoneIsRefused) {
   }
 }
 
-TEST(ConventionFixtures, OldLightIsConvertedAndSaysSo) {
+TEST(ConventionFixtures, StaleLightIsConvertedAsStale) {
   const Lighting old = Lighting::of(test::constant_scene({1, 1, 1}), {312'000'000}, {250'000'000});
   const auto arcore = to_arcore(old);
   EXPECT_EQ(arcore.validity, Validity::stale);

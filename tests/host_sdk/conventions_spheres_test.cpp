@@ -1,4 +1,5 @@
-// A sphere lit by an engine with our numbers, and lit by us: the same, but for what the engine cannot hold.
+// Irradiance of a sphere lit by each engine with converted values, against Lighting: equal except for what the engine
+// cannot represent.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -25,7 +26,7 @@ using test::EngineView;
 using test::every_engine;
 using test::MainLightIs;
 
-/// Coefficients in single precision, of sums of a few dozen terms.
+/// Tolerance: coefficients in single precision, sums of a few dozen terms.
 constexpr double kExact = 1e-5;
 
 const std::vector<V3>& normals() {
@@ -58,17 +59,17 @@ Descriptor with(Descriptor descriptor, std::vector<Light> lights) {
 
 std::vector<Scene> scenes() {
   const Light sun = test::light({0.3F, 0.8F, -0.5F}, {90, 80, 60}, 0.0047F, 1);
-  const Light lamp = test::light({-0.7F, 0.2F, 0.6F}, {20, 30, 10}, 0, 2);
+  const Light point = test::light({-0.7F, 0.2F, 0.6F}, {20, 30, 10}, 0, 2);
   const Light window = test::light({0.1F, 0.1F, 0.9F}, {40, 45, 50}, 0.6F, 3);
   const Light sky = test::light({0, 1, 0.2F}, {200, 220, 260}, 1.5F, 4);
   return {{"harmonics alone", room(2)},
-          {"bands that nobody else has", room(6)},
-          {"one lamp in the dark", with({}, {sun})},
-          {"a point and a room", with(room(2), {lamp})},
-          {"several lights", with(room(4), {sun, lamp, window})},
-          {"the main light is a wide window", with(room(2), {window, lamp})},
-          {"half the sky is one light", with(room(4), {sky, window, sun, lamp})},
-          {"band zero and a lamp", with(test::constant_scene({1, 2, 3}), {lamp})}};
+          {"bands above 2", room(6)},
+          {"one light without background", with({}, {sun})},
+          {"a point and a room", with(room(2), {point})},
+          {"several lights", with(room(4), {sun, point, window})},
+          {"the main light is a wide window", with(room(2), {window, point})},
+          {"half the sky is one light", with(room(4), {sky, window, sun, point})},
+          {"band zero and a light", with(test::constant_scene({1, 2, 3}), {point})}};
 }
 
 /// What bands 0 to 2 hold of a cap at cosine c from its axis, for vector irradiance 1: sum of A_l (2l+1)/(4 pi) z_l
@@ -78,8 +79,8 @@ double cap_in_three_bands(double c, double rho) {
   return 0.25 * (2 / (1 + a)) + 0.5 * c + 5.0 / 16 * a * (3 * c * c - 1) / 2;
 }
 
-/// The irradiance of what an engine can hold: bands 0 to 2 of everything, and of a main light apart the clipped cosine
-/// of a point in place of its three bands.
+/// The irradiance that an engine can represent: bands 0 to 2 of everything; for a separate main light, the clamped
+/// cosine of a point light instead of its three bands.
 Rgb expected(const Descriptor& descriptor, MainLightIs main, const V3& n) {
   std::vector<Rgb> nine(9);
   for (int i = 0; i < std::min(9, descriptor.radiance.count()); ++i) {
@@ -102,7 +103,7 @@ Rgb expected(const Descriptor& descriptor, MainLightIs main, const V3& n) {
   return sum;
 }
 
-TEST(Conventions, ASphereLitByEachEngineIsLitAsByUs) {
+TEST(Conventions, SphereIrradianceInEachEngineMatchesLighting) {
   for (const Scene& scene : scenes())
     for (const EngineView& engine : every_engine(Lighting::of(scene.descriptor))) {
       ASSERT_EQ(engine.validity, Validity::valid);
@@ -115,8 +116,8 @@ TEST(Conventions, ASphereLitByEachEngineIsLitAsByUs) {
     }
 }
 
-TEST(Conventions, ASphereInAnyLight) {
-  // Bands, lights, widths and colours by chance, from starlight to what a float hardly holds.
+TEST(Conventions, SphereIrradianceMatchesForRandomLight) {
+  // Random bands, lights, sizes and colours, over the whole range of float.
   std::mt19937 random(7);
   std::uniform_real_distribution<float> signed_unit(-1, 1), unit(0, 1);
   const auto few = reference::fibonacci_normals(64);
@@ -144,8 +145,8 @@ TEST(Conventions, ASphereInAnyLight) {
   }
 }
 
-TEST(Conventions, WhatFitsIntoAnEngineIsOurAnswerItself) {
-  // Band 2 and one lamp without width, apart: nothing is lost, so Lighting's own answer is the truth.
+TEST(Conventions, RepresentableLightIsExact) {
+  // Band 2 and one separate point light are representable, so the result of Lighting is exact.
   const Lighting lighting = Lighting::of(with(room(2), {test::light({-0.7F, 0.2F, 0.6F}, {20, 30, 10})}));
   for (const EngineView& engine : every_engine(lighting)) {
     if (engine.main != MainLightIs::apart) continue;
@@ -162,9 +163,9 @@ TEST(Conventions, WhatFitsIntoAnEngineIsOurAnswerItself) {
   }
 }
 
-TEST(Conventions, NoLightIsCountedTwiceAndNoneIsLost) {
-  // The mean over all normals is pi times the mean radiance: bands above 0 cancel, so that it tells a light which is
-  // there twice, and one that is nowhere, whatever else an engine loses.
+TEST(Conventions, MeanIrradianceIsConserved) {
+  // The mean irradiance over all normals is pi times the mean radiance (bands above 0 cancel), so it detects a light
+  // that is counted twice or lost, independently of other representation errors.
   for (const Scene& scene : scenes())
     for (const EngineView& engine : every_engine(Lighting::of(scene.descriptor))) {
       Rgb shown{}, whole{};
@@ -180,13 +181,13 @@ TEST(Conventions, NoLightIsCountedTwiceAndNoneIsLost) {
           // pi times mean radiance: the cap's solid angle over 4 for radiance one; 1/4 of a point's irradiance.
           whole[at] += light.irradiance[k] * 0.25 * 2 / (1 + std::cos(rho));
         }
-        // The lattice integrates a clipped cosine to 1e-5.
+        // Tolerance: the lattice integrates a clamped cosine to 1e-5.
         EXPECT_NEAR(shown[at], whole[at], 1e-4 * whole[at]) << engine.name << ": " << scene.name;
       }
     }
 }
 
-TEST(Conventions, TheResidualIsTheErrorThatIsMeasured) {
+TEST(Conventions, ResidualMatchesTheMeasuredError) {
   for (const Scene& scene : scenes()) {
     const Lighting lighting = Lighting::of(scene.descriptor);
     std::vector<Rgb> truth;
@@ -200,13 +201,13 @@ TEST(Conventions, TheResidualIsTheErrorThatIsMeasured) {
       for (const V3& n : normals()) shown.push_back(engine.at(n));
       const double measured = reference::irradiance_error(truth, shown).rms;
       ASSERT_TRUE(engine.residual);
-      // 512 normals against 2,048, and few of either see only a part of the sun.
+      // Tolerance: 512 normals against 2,048, few of which see a partially occluded sun.
       EXPECT_NEAR(*engine.residual, measured, 0.05 * measured + 1e-4) << engine.name << ": " << scene.name;
     }
   }
 }
 
-TEST(Conventions, TheMainLightApartLosesLessThanInHarmonics) {
+TEST(Conventions, SeparateMainLightHasASmallerResidual) {
   const Lighting lighting = Lighting::of(with(room(2), {test::light({0.3F, 0.8F, -0.5F}, {90, 80, 60}, 0.3F)}));
   const auto apart = to_three(lighting);
   const auto inside = to_three(lighting, ThreeLights::physical, MainLight::in_harmonics);
@@ -215,13 +216,13 @@ TEST(Conventions, TheMainLightApartLosesLessThanInHarmonics) {
   EXPECT_GT(*apart.residual, 1e-4F);  // its width is lost
 }
 
-TEST(Conventions, ResidualMayBeLeftOut) {
+TEST(Conventions, ResidualIsOptional) {
   ConversionOptions quick;
   quick.residual = Residual::left_out;
   for (const EngineView& engine : every_engine(Lighting::of(room(2)), quick)) EXPECT_FALSE(engine.residual);
 }
 
-TEST(Conventions, AColourMapIsAppliedToEveryPartOfTheLight) {
+TEST(Conventions, ColorMatrixIsAppliedToEveryPartOfTheLight) {
   ConversionOptions options;
   options.color.m = {{{0.5F, 0.1F, 0}, {0.05F, 0.25F, 0}, {0, 0.2F, 2}}};
   for (const Scene& scene : scenes()) {
@@ -239,8 +240,8 @@ TEST(Conventions, AColourMapIsAppliedToEveryPartOfTheLight) {
   }
 }
 
-TEST(Conventions, ADirectionalLightIsNeverNegativeAndTheSumStays) {
-  // A map of white points makes red negative of deep blue light: the negative part belongs into the harmonics.
+TEST(Conventions, DirectionalLightIsNonNegativeAndTheSumIsConserved) {
+  // Chromatic adaptation makes red negative for deep blue light; the negative part goes into the harmonics.
   ConversionOptions options;
   options.color.m = {{{1, 0, -0.5F}, {0, 1, 0}, {0, 0, 1}}};
   const Descriptor scene = with(room(2), {test::light({0, 1, 0}, {1, 4, 40})});

@@ -1,4 +1,4 @@
-// What a client keeps of the probes that it was paired with, as files.
+// The client's credential store.
 #include "core/credential_store.hpp"
 
 #include <algorithm>
@@ -19,11 +19,11 @@
 #include "support/temp_dir.hpp"
 
 namespace {
-/// What was told to reach the disk since it was cleared; a folder by its path, a file too. Null: nobody asks.
+/// Paths of files and folders that were synced since the last clear. Null: not recorded.
 std::vector<std::string>* flushed = nullptr;
 }  // namespace
 
-/// In the place of the C library's.
+/// Replaces the C library's function.
 extern "C" int fsync(int descriptor) {
   if (flushed != nullptr)
     flushed->push_back(std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(descriptor)).string());
@@ -36,7 +36,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/// Two probes' authorities: self-signed, made once with OpenSSL; their keys are gone.
+/// Certificates of two probes' authorities: self-signed, generated with OpenSSL; the keys are not kept.
 constexpr const char* kAttic =
     "-----BEGIN CERTIFICATE-----\n"
     "MIIBdjCCAR2gAwIBAgIUNxODX3IwyoM4YTdiaoBey1vSZ7owCgYIKoZIzj0EAwIw\n"
@@ -63,7 +63,7 @@ constexpr const char* kCellar =
 PairedFiles files_of(const char* authority, const std::string& name, const std::string& address) {
   PairedFiles f;
   f.credentials.pinned = authority;
-  f.credentials.client_certificate = authority;  // any certificate does: nobody shows it here
+  f.credentials.client_certificate = authority;  // Any certificate; it is not used in a handshake here.
   f.credentials.client_key = "-----BEGIN PRIVATE KEY-----\n";
   f.credentials.token = "token-of-" + name;
   f.name = name;
@@ -96,13 +96,13 @@ TEST_F(CredentialStore, AProbeIsFoundByItsAddress) {
   EXPECT_THAT(token_for("10.0.0.9:7420"), AllOf(HasSubstr("attic ("), HasSubstr("cellar ("), HasSubstr("credentials")));
 }
 
-TEST_F(CredentialStore, TheOnlyProbeMayHaveMoved) {
+TEST_F(CredentialStore, SingleStoredProbeMatchesAnyAddress) {
   EXPECT_THAT(token_for("attic:7420"), AllOf(HasSubstr("lightwell pair"), HasSubstr(folder_.path("config"))));
   keep(files_of(kAttic, "attic", "attic:7420"));
-  EXPECT_EQ(token_for("10.0.0.9:7420"), "token-of-attic") << "its certificate says whether it is the one";
+  EXPECT_EQ(token_for("10.0.0.9:7420"), "token-of-attic") << "the TLS handshake verifies the probe's certificate";
 }
 
-TEST_F(CredentialStore, PairedAgainAProbeReplacesItself) {
+TEST_F(CredentialStore, PairingAgainReplacesTheCredentials) {
   const std::string first = keep(files_of(kAttic, "attic", "attic:7420"));
   PairedFiles again = files_of(kAttic, "attic", "attic:7420");
   again.credentials.token = "a-new-one";
@@ -112,7 +112,7 @@ TEST_F(CredentialStore, PairedAgainAProbeReplacesItself) {
     EXPECT_EQ(entry.path().string(), first) << "nothing is left beside it";
 }
 
-/// A power cut cannot be had here; that each step was told to reach the disk before the next can be.
+/// A power failure cannot be tested; the test checks that each step is synced before the next.
 TEST_F(CredentialStore, OutlastsAPowerCut) {
   namespace fs = std::filesystem;
   for (const char* round : {"the first", "the second, over the first"}) {
@@ -125,7 +125,7 @@ TEST_F(CredentialStore, OutlastsAPowerCut) {
     const std::string made = fs::path(paths.front()).parent_path();
     EXPECT_EQ(std::count(paths.begin(), paths.end(), made), 7) << round << ": the name of each file";
     for (const auto& entry : fs::directory_iterator(folder)) {
-      // Under the name that it had before it was in its place.
+      // Under its temporary name.
       const std::string name = entry.path().filename();
       EXPECT_TRUE(std::any_of(paths.begin(), paths.end(),
                               [&](const std::string& path) { return path.starts_with(made + "/." + name + "."); }))
@@ -134,7 +134,7 @@ TEST_F(CredentialStore, OutlastsAPowerCut) {
   }
 }
 
-TEST_F(CredentialStore, AFileThatWouldWaitForAWriterIsNamed) {
+TEST_F(CredentialStore, FifoIsRejectedByName) {
   ProbeCredentials given;
   given.folder = keep(files_of(kAttic, "attic", "attic:7420"));
   const std::string token = given.folder + "/token";
@@ -143,7 +143,7 @@ TEST_F(CredentialStore, AFileThatWouldWaitForAWriterIsNamed) {
   EXPECT_THAT(credentials_for(given, {"attic:7420", Transport::tls}).status().message(), HasSubstr(token));
 }
 
-TEST_F(CredentialStore, AnAddressBelongsToWhomWasPairedWithLast) {
+TEST_F(CredentialStore, AnAddressBelongsToTheLastPairedProbe) {
   keep(files_of(kAttic, "attic", "10.0.0.9:7420"));
   keep(files_of(kCellar, "cellar", "10.0.0.9:7420"));
   EXPECT_EQ(token_for("10.0.0.9:7420"), "token-of-cellar");
@@ -151,7 +151,7 @@ TEST_F(CredentialStore, AnAddressBelongsToWhomWasPairedWithLast) {
   EXPECT_EQ(token_for("10.0.0.9:7420"), "token-of-attic");
 }
 
-TEST_F(CredentialStore, IsForItsOwnerAlone) {
+TEST_F(CredentialStore, IsAccessibleToItsOwnerOnly) {
   namespace fs = std::filesystem;
   const std::string folder = keep(files_of(kAttic, "attic", "attic:7420"));
   EXPECT_EQ(fs::status(folder).permissions(), fs::perms::owner_all);
@@ -163,7 +163,7 @@ TEST_F(CredentialStore, IsForItsOwnerAlone) {
   EXPECT_EQ(files, 7);
 }
 
-TEST_F(CredentialStore, SaysWhichNameTheCertificateBears) {
+TEST_F(CredentialStore, StoresTheHostNameOfTheCertificate) {
   const std::string folder = keep(files_of(kAttic, "attic", "attic:7420"));
   std::ifstream file(folder + "/host");
   std::string host;
@@ -171,7 +171,7 @@ TEST_F(CredentialStore, SaysWhichNameTheCertificateBears) {
   EXPECT_EQ(host, kProbeHostName) << "an authority's: the one that probes' certificates bear";
 }
 
-TEST_F(CredentialStore, AFolderThatLacksWhatMattersIsNamed) {
+TEST_F(CredentialStore, IncompleteFolderIsNamed) {
   const std::string folder = keep(files_of(kAttic, "attic", "attic:7420"));
   ProbeCredentials given;
   given.folder = folder;
@@ -183,7 +183,7 @@ TEST_F(CredentialStore, AFolderThatLacksWhatMattersIsNamed) {
   EXPECT_THAT(credentials_for(given, address).status().message(), HasSubstr(folder + "/probe_ca.pem"));
 }
 
-TEST_F(CredentialStore, GoesNowhereInPlainText) {
+TEST_F(CredentialStore, CredentialsAreNotSentInPlainText) {
   ProbeCredentials given;
   EXPECT_TRUE(credentials_for(given, {"attic:7420", Transport::plain}).ok());
   given.token = "x";
@@ -192,7 +192,7 @@ TEST_F(CredentialStore, GoesNowhereInPlainText) {
   EXPECT_THAT(s.message(), HasSubstr("grpcs://attic:7420"));
 }
 
-TEST(ProbeCredentials, ContradictionsAreNamed) {
+TEST(ProbeCredentials, RejectsContradictoryFields) {
   EXPECT_TRUE(ProbeCredentials{}.validate().ok());
   const auto refusal = [](const ProbeCredentials& c) { return c.validate().message(); };
   ProbeCredentials c;

@@ -1,4 +1,4 @@
-// The SDK's conversions, seen by the oracles of the engines that they are for.
+// The SDK's conversions, evaluated by reference implementations of the target engines.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,7 @@ namespace lightwell::test {
 
 enum class MainLightIs { apart, in_harmonics };
 
-/// A lighting as one engine shows it.
+/// A lighting converted to one engine.
 struct EngineView {
   std::string name;
   reference::engines::Frame frame;
@@ -24,13 +24,13 @@ struct EngineView {
   Validity validity;
   std::optional<float> residual;
 
-  /// At a normal in our axes: so far right, up and forward as there.
+  /// Irradiance at a normal in Lightwell's axes.
   [[nodiscard]] reference::Rgb at(const reference::V3& ours) const {
     return irradiance(reference::engines::in_frame(frame, ours.x, ours.y, -ours.z));
   }
 };
 
-/// Every target, in every variant that it has.
+/// Every target in every variant.
 [[nodiscard]] std::vector<EngineView> every_engine(const Lighting& lighting, const ConversionOptions& options = {});
 
 }  // namespace lightwell::test

@@ -1,4 +1,4 @@
-// Maps as a reader meets them: whole, changed, missed, old, turned.
+// Environment maps in the SDK: whole maps, changes, lost messages, age, rotation.
 #include <cmath>
 #include <random>
 
@@ -8,8 +8,8 @@
 #include <lightwell/pixel.hpp>
 #include <lightwell/query.hpp>
 
-#include "core/environment_assembler.hpp"
 #include "core/descriptor_receiver.hpp"
+#include "core/environment_assembler.hpp"
 #include "host_sdk/scenes.hpp"
 
 namespace lightwell::core {
@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
 
-/// Sharp: 2 + x. Rough: a constant.
+/// A map with radiance 2 + x at the sharp level, constant at the rough level.
 EnvironmentMap whole_map(float rough = 5) {
   EnvironmentMap map;
   map.levels = {{32, 0}, {8, 1}};
@@ -53,56 +53,56 @@ float rough_of(const std::shared_ptr<const EnvironmentSnapshot>& kept) {
   return kept ? environment_radiance(kept->map, {0, 1, 0}, 1).r : 0;
 }
 
-TEST(EnvironmentAssembler, HoldsTheNewestThroughMessagesWithoutOne) {
-  EnvironmentAssembler keeper;
+TEST(EnvironmentAssembler, KeepsTheNewestMapThroughMessagesWithoutMap) {
+  EnvironmentAssembler assembler;
   const Descriptor none = with_map({}, 1, 0);
-  EXPECT_TRUE(keeper.take(none));
-  EXPECT_EQ(keeper.map_for(none), nullptr);
-  EXPECT_TRUE(keeper.take(with_map(whole_map(), 2, 100)));
-  EXPECT_EQ(rough_of(keeper.map_for(with_map({}, 3, 133))), 5);
-  EXPECT_TRUE(keeper.take(with_map(changes(whole_map(), 6), 4, 200)));
-  const auto changed = keeper.map_for(with_map({}, 5, 233));
+  EXPECT_TRUE(assembler.take(none));
+  EXPECT_EQ(assembler.map_for(none), nullptr);
+  EXPECT_TRUE(assembler.take(with_map(whole_map(), 2, 100)));
+  EXPECT_EQ(rough_of(assembler.map_for(with_map({}, 3, 133))), 5);
+  EXPECT_TRUE(assembler.take(with_map(changes(whole_map(), 6), 4, 200)));
+  const auto changed = assembler.map_for(with_map({}, 5, 233));
   EXPECT_EQ(rough_of(changed), 6);
   EXPECT_EQ(changed->sequence, 4U);
   // Changes are to the whole map, not to each other.
   EnvironmentMap undone;
   undone.key = whole_map().key;
-  EXPECT_TRUE(keeper.take(with_map(undone, 6, 300)));
-  EXPECT_EQ(rough_of(keeper.map_for(with_map({}, 7, 333))), 5);
+  EXPECT_TRUE(assembler.take(with_map(undone, 6, 300)));
+  EXPECT_EQ(rough_of(assembler.map_for(with_map({}, 7, 333))), 5);
 }
 
-TEST(EnvironmentAssembler, WithoutTheKeyItWaitsForTheNextWholeOneAndSaysSo) {
-  EnvironmentAssembler keeper;
+TEST(EnvironmentAssembler, ChangesWithoutTheirWholeMapAreRejected) {
+  EnvironmentAssembler assembler;
   const EnvironmentMap other = whole_map(7);
-  EXPECT_FALSE(keeper.take(with_map(changes(other, 6), 1, 0)));
-  EXPECT_EQ(keeper.map_for(with_map({}, 1, 0)), nullptr);
-  EXPECT_TRUE(keeper.take(with_map(whole_map(), 2, 100)));
-  EXPECT_FALSE(keeper.take(with_map(changes(other, 6), 3, 200)));
-  EXPECT_EQ(rough_of(keeper.map_for(with_map({}, 3, 200))), 5) << "the last one stays";
-  EXPECT_TRUE(keeper.take(with_map(other, 4, 300)));
-  EXPECT_EQ(rough_of(keeper.map_for(with_map({}, 4, 300))), 7);
+  EXPECT_FALSE(assembler.take(with_map(changes(other, 6), 1, 0)));
+  EXPECT_EQ(assembler.map_for(with_map({}, 1, 0)), nullptr);
+  EXPECT_TRUE(assembler.take(with_map(whole_map(), 2, 100)));
+  EXPECT_FALSE(assembler.take(with_map(changes(other, 6), 3, 200)));
+  EXPECT_EQ(rough_of(assembler.map_for(with_map({}, 3, 200))), 5) << "the last one stays";
+  EXPECT_TRUE(assembler.take(with_map(other, 4, 300)));
+  EXPECT_EQ(rough_of(assembler.map_for(with_map({}, 4, 300))), 7);
 }
 
-TEST(EnvironmentAssembler, IsNoMapOfAnotherLightOrOfLongAgo) {
-  EnvironmentAssembler keeper;
-  (void)keeper.take(with_map(whole_map(), 1, 10'000));
-  EXPECT_NE(keeper.map_for(with_map({}, 2, 13'000)), nullptr);
-  EXPECT_EQ(keeper.map_for(with_map({}, 2, 13'001)), nullptr) << "three intervals";
-  EXPECT_EQ(keeper.map_for(with_map({}, 2, 9'999)), nullptr) << "the clock began anew";
+TEST(EnvironmentAssembler, MapOfAnotherProbeOrTooOldIsNotUsed) {
+  EnvironmentAssembler assembler;
+  (void)assembler.take(with_map(whole_map(), 1, 10'000));
+  EXPECT_NE(assembler.map_for(with_map({}, 2, 13'000)), nullptr);
+  EXPECT_EQ(assembler.map_for(with_map({}, 2, 13'001)), nullptr) << "three intervals";
+  EXPECT_EQ(assembler.map_for(with_map({}, 2, 9'999)), nullptr) << "the clock was reset";
   const auto other = [&](auto&& change) {
     Descriptor d = with_map({}, 2, 10'100);
     change(d);
-    return keeper.map_for(d);
+    return assembler.map_for(d);
   };
   EXPECT_EQ(other([](Descriptor& d) { d.units = Units::relative; }), nullptr);
   EXPECT_EQ(other([](Descriptor& d) { d.probe_id = 99; }), nullptr);
   EXPECT_EQ(other([](Descriptor& d) { d.calibration_id = 99; }), nullptr);
 }
 
-TEST(EnvironmentAssembler, LostInAnyPatternNeverShowsAWrongMap) {
+TEST(EnvironmentAssembler, AnyPatternOfLossNeverGivesAWrongMap) {
   std::mt19937 random(11);
   for (int run = 0; run < 200; ++run) {
-    EnvironmentAssembler keeper;
+    EnvironmentAssembler assembler;
     EnvironmentMap key;
     std::vector<float> truth;
     const auto loss = random() % 10;
@@ -113,8 +113,8 @@ TEST(EnvironmentAssembler, LostInAnyPatternNeverShowsAWrongMap) {
       truth.push_back(rough);
       const Descriptor d = with_map(whole ? key : changes(key, rough), static_cast<std::uint64_t>(n), 50 * n);
       if (random() % 10 < loss) continue;
-      (void)keeper.take(d);
-      if (const auto kept = keeper.map_for(d)) {
+      (void)assembler.take(d);
+      if (const auto kept = assembler.map_for(d)) {
         // 200 has eight bits, and nine are there.
         ASSERT_EQ(rough_of(kept), truth[kept->sequence]);
       }
@@ -133,17 +133,17 @@ TEST(LightingEnvironment, RadianceComesFromTheMapAndTheLights) {
     EXPECT_NEAR(mirror.value.r, 2 + unit.x, 0.04);
     EXPECT_EQ(mirror.lights, LightsIncluded::no);
     for (const float r : {0.3F, 0.5F, 1.0F}) {
-      const float lamp = lights_radiance(d.lights, v, GgxLobe(static_cast<double>(r))).r;
+      const float lights_part = lights_radiance(d.lights, v, GgxLobe(static_cast<double>(r))).r;
       const float map = (1 - r) * mirror.value.r + r * 5;
-      EXPECT_NEAR(lighting.radiance(v, r).value.r, map + lamp, 1e-4 * (map + lamp));
+      EXPECT_NEAR(lighting.radiance(v, r).value.r, map + lights_part, 1e-4 * (map + lights_part));
       EXPECT_EQ(lighting.radiance(v, r).lights, LightsIncluded::yes);
     }
   }
-  // Irradiance is the harmonics' business.
+  // Irradiance comes from the harmonics, not from the map.
   EXPECT_NEAR(lighting.irradiance({0, -1, 0}).value.r, 9 * 3.14159265, 1e-3);
 }
 
-TEST(LightingEnvironment, WithoutAMapItIsTheHarmonics) {
+TEST(LightingEnvironment, WithoutAMapRadianceComesFromTheHarmonics) {
   EXPECT_FALSE(Lighting::of(with_map({}, 1, 0)).environment());
   EXPECT_NEAR(Lighting::of(with_map({}, 1, 0)).radiance({1, 0, 0}, 0.4F).value.r, 9, 1e-4);
   const Lighting changes_alone = Lighting::of(with_map(changes(whole_map(), 6), 1, 0));
@@ -152,7 +152,7 @@ TEST(LightingEnvironment, WithoutAMapItIsTheHarmonics) {
   EXPECT_FALSE(Lighting().environment());
 }
 
-TEST(LightingEnvironment, TurnsWithTheLight) {
+TEST(LightingEnvironment, RotatesWithTheLighting) {
   const Lighting lighting = Lighting::of(with_map(whole_map(), 1, 0));
   const Quat q = Quat::about({0, 1, 0}, 0.7), p = Quat::about(normalized(Vec3d{1, 2, 3}), -1.9);
   const Lighting turned = lighting.rotated(q).rotated(p);
@@ -164,17 +164,19 @@ TEST(LightingEnvironment, TurnsWithTheLight) {
   EXPECT_NEAR(length(x - wanted), 0, 1e-6);
 }
 
-class EnvironmentIntake : public ::testing::Test {
+class EnvironmentReceiver : public ::testing::Test {
  protected:
   void take(const Descriptor& d) {
     const std::string bytes = test::encoded(d);
     ASSERT_FALSE(bytes.empty());
-    receiver_.take(test::as_bytes(bytes), {0}, [](const CaptureTime& t) { return MappedTime{{t.mid_exposure.ns}, {}}; });
+    receiver_.receive(test::as_bytes(bytes), {0}, [](const CaptureTime& t) {
+      return MappedTime{{t.mid_exposure.ns}, {}};
+    });
   }
   DescriptorReceiver receiver_{ProbeOptions{}};
 };
 
-TEST_F(EnvironmentIntake, CountsMapsAndThoseWithoutTheirKey) {
+TEST_F(EnvironmentReceiver, CountsMapsAndMapsWithoutKey) {
   take(with_map({}, 1, 0));
   take(with_map(changes(whole_map(), 6), 2, 30));
   EXPECT_FALSE(receiver_.latest({30 * kMs}).environment());
@@ -192,7 +194,7 @@ TEST_F(EnvironmentIntake, CountsMapsAndThoseWithoutTheirKey) {
   EXPECT_EQ(latest.radiance({1, 0, 0}, 1).value.r, 6);
 }
 
-TEST_F(EnvironmentIntake, TimeTravelSeesTheMapOfItsTime) {
+TEST_F(EnvironmentReceiver, QueryInThePastUsesTheMapOfThatTime) {
   take(with_map({}, 1, 0));
   take(with_map(whole_map(), 2, 100));
   take(with_map({}, 3, 200));

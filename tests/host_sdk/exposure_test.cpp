@@ -1,4 +1,4 @@
-// Exposure and white points: closed forms, published numbers, and a white patch that looks as it should.
+// Exposure and white balance against closed forms, published values, and the picture value of a white patch.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -34,7 +34,7 @@ TEST(Exposure, ExposureValuesOfKnownCameras) {
   EXPECT_NEAR(ev(8, 1 / 60.0, 100) - ev(4, 1 / 60.0, 100), 2, 1e-12) << "twice the number is two stops";
 }
 
-TEST(Exposure, TheSaturatingLuminanceIsTheStandards) {
+TEST(Exposure, SaturatingLuminanceMatchesIso12232) {
   EXPECT_NEAR(saturating_luminance(0), 1.2, 1e-12);
   EXPECT_NEAR(saturating_luminance(15), 39321.6, 1e-8);  // 1.2 * 2^15
   for (const double e : {-3.0, 0.0, 7.5, 16.0}) {
@@ -44,7 +44,7 @@ TEST(Exposure, TheSaturatingLuminanceIsTheStandards) {
   }
 }
 
-TEST(Exposure, ACameraThatIsNoneIsRefusedByName) {
+TEST(Exposure, InvalidCameraIsRejectedByName) {
   for (const double bad : {0.0, -1.0, kNan, std::numeric_limits<double>::infinity()}) {
     EXPECT_NE(ev100({bad, 0.01, 100}).status().message().find("f_number"), std::string::npos);
     EXPECT_NE(ev100({4, bad, 100}).status().message().find("shutter_s"), std::string::npos);
@@ -65,14 +65,14 @@ TEST(Exposure, ACameraThatIsNoneIsRefusedByName) {
 }
 
 TEST(Exposure, ColourTemperatures) {
-  // D65 is the daylight of 6504 K; illuminant A the glowing body of 2856 K (CIE 15).
+  // D65 is daylight of 6504 K; illuminant A is a black body of 2856 K (CIE 15).
   const auto d65 = chromaticity_of(6504, Locus::daylight);
   ASSERT_TRUE(d65.ok());
   EXPECT_NEAR(d65->x, 0.3127, 1e-4);
   EXPECT_NEAR(d65->y, 0.3291, 2e-4);
   const auto a = chromaticity_of(2856, Locus::planckian);
   ASSERT_TRUE(a.ok());
-  EXPECT_NEAR(a->x, 0.44758, 6e-4);  // what the cubic fit is good to
+  EXPECT_NEAR(a->x, 0.44758, 6e-4);  // accuracy of the cubic fit
   EXPECT_NEAR(a->y, 0.40745, 6e-4);
   EXPECT_NEAR(correlated_temperature(kD65), 6504, 5);
   EXPECT_NEAR(correlated_temperature({0.44758, 0.40745}), 2856, 5);
@@ -82,7 +82,7 @@ TEST(Exposure, ColourTemperatures) {
     EXPECT_FALSE(chromaticity_of(bad, Locus::planckian).ok());
   }
   EXPECT_FALSE(chromaticity_of(3000, Locus::daylight).ok());
-  // The pieces of a fit meet.
+  // The pieces of the fit are continuous.
   for (const auto& [seam, locus] :
        {std::pair{7000.0, Locus::daylight}, std::pair{2222.0, Locus::planckian}, std::pair{4000.0, Locus::planckian}}) {
     EXPECT_NEAR(chromaticity_of(seam, locus)->x, chromaticity_of(seam + 0.01, locus)->x, 3e-4);
@@ -90,7 +90,7 @@ TEST(Exposure, ColourTemperatures) {
   }
 }
 
-TEST(Exposure, OurWhiteIsD65) {
+TEST(Exposure, WhiteIsD65) {
   const Chromaticity white = chromaticity_of(5, 5, 5);
   EXPECT_NEAR(white.x, 0.3127, 1e-6);
   EXPECT_NEAR(white.y, 0.3290, 1e-6);
@@ -99,7 +99,7 @@ TEST(Exposure, OurWhiteIsD65) {
   EXPECT_EQ(chromaticity_of(0, 0, 0), kD65);
 }
 
-TEST(Exposure, BradfordIsThePublishedOne) {
+TEST(Exposure, BradfordMatchesPublishedMatrices) {
   // sRGB adapted to D50, as in every ICC profile (Lindbloom, "RGB/XYZ Matrices"): from linear r, g, b to XYZ. Ours
   // gives r, g, b; sRGB's own matrix makes XYZ of them.
   const double d50[3][3] = {
@@ -112,12 +112,12 @@ TEST(Exposure, BradfordIsThePublishedOne) {
     for (std::size_t j = 0; j < 3; ++j) {
       double xyz = 0;
       for (std::size_t k = 0; k < 3; ++k) xyz += srgb[i][k] * static_cast<double>(m->m[k][j]);
-      // Whites of four digits.
+      // Tolerance: white points with four digits.
       EXPECT_NEAR(xyz, d50[i][j], 3e-4) << i << j;
     }
 }
 
-TEST(Exposure, AdaptationToTheSameWhiteChangesNothingAndBackUndoesIt) {
+TEST(Exposure, AdaptationToTheSameWhiteIsTheIdentityAndInverts) {
   const Chromaticity a{0.44758, 0.40745};
   const auto none = white_adaptation(a, a), there = white_adaptation(kD65, a), back = white_adaptation(a, kD65);
   ASSERT_TRUE(none.ok() && there.ok() && back.ok());
@@ -129,7 +129,7 @@ TEST(Exposure, AdaptationToTheSameWhiteChangesNothingAndBackUndoesIt) {
     }
 }
 
-TEST(Exposure, LightThatTheCameraCallsWhiteIsNeutralAndAsBright) {
+TEST(Exposure, LightOfTheCamerasWhiteIsNeutralWithTheSameLuminance) {
   for (const Chromaticity white : {kD65, Chromaticity{0.44758, 0.40745}, Chromaticity{0.28, 0.29}}) {
     PassThroughCamera camera;
     camera.ev100 = 9;
@@ -147,8 +147,8 @@ TEST(Exposure, LightThatTheCameraCallsWhiteIsNeutralAndAsBright) {
   }
 }
 
-TEST(Exposure, AWhitePatchLooksInTheRenderedPictureAsInTheCameras) {
-  // White paper under 800 lux of lamp light; the camera is set to half of what saturates it, and to another white.
+TEST(Exposure, RenderedWhitePatchMatchesTheCamerasPicture) {
+  // White paper under 800 lux of lamp light; the camera is exposed for half of saturation, with another white point.
   const Chromaticity lamp{0.44758, 0.40745};
   const auto of_lamp = white_adaptation(kD65, lamp);
   ASSERT_TRUE(of_lamp.ok());
@@ -161,14 +161,14 @@ TEST(Exposure, AWhitePatchLooksInTheRenderedPictureAsInTheCameras) {
   ASSERT_TRUE(mapping.ok());
   options.color = *mapping;
   for (const auto& engine : test::every_engine(Lighting::of(test::one_light({0, 1, 0}, e)), options)) {
-    // A point in harmonics alone is 15/16 of itself where it shines straight down: 1/4 + 1/2 + 5/16.
+    // A point light in bands 0 to 2 gives 1/4 + 1/2 + 5/16 of its irradiance at normal incidence.
     const double held = engine.main == test::MainLightIs::apart ? 1 : 1.0625;
     const auto up = engine.at({0, 1, 0});
     for (const double channel : up) EXPECT_NEAR(channel / std::numbers::pi, 0.5 * held, 1e-5) << engine.name;
   }
 }
 
-TEST(Exposure, APatchInThePictureTellsTheGains) {
+TEST(Exposure, PatchInThePictureGivesTheGains) {
   const Irradiance e{500, 400, 300};
   const Albedo grey{0.18F, 0.18F, 0.2F};
   const std::array<float, 3> seen{0.2F, 0.25F, 0.3F};
@@ -178,14 +178,14 @@ TEST(Exposure, APatchInThePictureTellsTheGains) {
   EXPECT_NEAR(shown.r, 0.2, kTight);
   EXPECT_NEAR(shown.g, 0.25, kTight);
   EXPECT_NEAR(shown.b, 0.3, kTight);
-  // In relative units all light is off by one factor; the patch undoes it.
+  // In relative units all light has one unknown factor, which the patch determines.
   const auto relative = mapping_of_patch(e * 0.01F, grey, seen);
   ASSERT_TRUE(relative.ok());
   const Radiance same = *relative * reflected_radiance(e * 0.01F, grey);
   EXPECT_NEAR(same.g, 0.25, kTight);
 }
 
-TEST(Exposure, VarjosMatricesInTheirOrder) {
+TEST(Exposure, VarjoMatricesAreAppliedInOrder) {
   VarjoWhiteBalance camera;
   camera.inv_ccm.m = {{{1, 2, 0}, {0, 1, 0}, {0, 0, 1}}};
   camera.white_balance_color_gains = {2, 3, 5};
@@ -201,7 +201,7 @@ TEST(Exposure, VarjosMatricesInTheirOrder) {
   EXPECT_NEAR(out.b, 1, 1e-5);
 }
 
-TEST(Exposure, MatricesFollowOneAnother) {
+TEST(Exposure, ColorMatrixProductAppliesTheRightFactorFirst) {
   const ColorMatrix a{{{{1, 2, 0}, {0, 1, 0}, {0, 3, 1}}}}, b = ColorMatrix::gains(2, 3, 4);
   const Radiance c{1, 10, 100};
   EXPECT_EQ((a * b) * c, a * (b * c));

@@ -17,7 +17,7 @@ namespace {
 
 using Raw = v1::ProbeService::WithRawCallbackMethod_StreamDescriptors<v1::ProbeService::Service>;
 
-/// Sends its script, then waits for the client to go.
+/// Sends the scripted messages, then waits for the client to disconnect.
 class Stream final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
   explicit Stream(std::vector<std::string> script) : script_(std::move(script)) { send_next(); }
@@ -109,7 +109,7 @@ FakeProbe::FakeProbe() : service_(std::make_unique<Service>()) { start(); }
 FakeProbe::~FakeProbe() { stop(); }
 
 void FakeProbe::start() {
-  // The port of a server that just stopped may take a moment to be free again.
+  // The port of a stopped server may not be free at once.
   for (int attempt = 0; attempt < 200 && !server_; ++attempt) {
     grpc::ServerBuilder builder;
     int bound = 0;

@@ -1,4 +1,4 @@
-// A probe on the loopback whose stream says exactly what a test wants.
+// A fake probe on the loopback interface that sends scripted bytes.
 #pragma once
 
 #include <atomic>
@@ -28,24 +28,24 @@ class FakeProbe {
 
   /// Listens on the same port every time (any free one at first).
   void start();
-  /// Breaks every connection.
+  /// Closes every connection.
   void stop();
   [[nodiscard]] std::string uri() const;
 
-  /// What each stream sends at its beginning, one message each; then it stays open.
+  /// Messages that each stream sends at its beginning; then it stays open.
   void set_script(std::vector<std::string> messages);
-  /// The probe's clock is this host's plus so much.
+  /// Offset of the probe's clock to this host's.
   void set_clock_offset_ns(std::int64_t offset_ns);
 
-  /// What Info says of where the probe hangs; nothing at first.
+  /// The mounting in Info; none at first.
   void set_mounting(const v1::Mounting& mounting);
 
   enum class Firmware { present, old };
-  /// An old one has no GetConfig, and does not say what holds after SetConfig.
+  /// An old probe has no GetConfig, and does not report the configuration after SetConfig.
   void set_firmware(Firmware firmware);
 
   enum class Answering { yes, no };
-  /// While no, Info is not answered and the streams that exist say nothing: a probe that hangs.
+  /// If `no`, Info gets no response and existing streams send nothing, as from a probe that hangs.
   void set_answering(Answering answering);
 
   [[nodiscard]] std::optional<v1::SetConfigRequest> last_config() const;

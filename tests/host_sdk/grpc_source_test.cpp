@@ -1,4 +1,4 @@
-// The network link against a probe on the loopback.
+// The gRPC connection against a fake probe on the loopback interface.
 #include <chrono>
 #include <cstdlib>
 #include <mutex>
@@ -25,7 +25,7 @@ using test::numbered;
 constexpr Duration kTestTimeout{30'000'000'000};
 constexpr std::int64_t kSecond = 1'000'000'000;
 
-/// Quick to come back, slow to give up: the machine may be busy.
+/// Short retry pauses and long timeouts, because the machine may be busy.
 ProbeOptions options() {
   ProbeOptions o;
   o.connect_timeout = Duration{20 * kSecond};
@@ -34,7 +34,7 @@ ProbeOptions options() {
   return o;
 }
 
-/// Everything that arrived, as bytes.
+/// All received messages, as bytes.
 class Tap {
  public:
   std::function<void(const Arrival&)> observer() {
@@ -58,7 +58,7 @@ std::string with_unknown_field(std::string message) {
   return message + std::string("\xC0\x3E\x05", 3);
 }
 
-TEST(GrpcSource, DescriptorsArrive) {
+TEST(GrpcSource, ReceivesDescriptors) {
   FakeProbe fake;
   fake.set_script({encoded(numbered(5, 1)), encoded(numbered(6, 2))});
   const Result<Probe> probe = Probe::connect(fake.uri(), options());
@@ -70,10 +70,10 @@ TEST(GrpcSource, DescriptorsArrive) {
   EXPECT_EQ(probe->stats().gaps, 0U);
 }
 
-TEST(GrpcSource, ADescriptorThatIsSentAgainIsDroppedAndCounted) {
+TEST(GrpcSource, DuplicateDescriptorIsDroppedAndCounted) {
   FakeProbe fake;
   const std::string old = encoded(numbered(5, 1'000));
-  // The last is a daemon that began anew: it counts from the start, and its machine's clock goes on.
+  // The last one is of a restarted daemon: its sequence starts again, the clock of its machine continues.
   fake.set_script({old, encoded(numbered(6, 2'000)), old, encoded(numbered(6, 2'000)), encoded(numbered(7, 3'000)),
                    encoded(numbered(1, 4'000))});
   const Result<Probe> probe = Probe::connect(fake.uri(), options());
@@ -85,7 +85,7 @@ TEST(GrpcSource, ADescriptorThatIsSentAgainIsDroppedAndCounted) {
   EXPECT_EQ(probe->latest().descriptor().time.mid_exposure.ns, 4'000);
 }
 
-TEST(GrpcSource, InfoTellsWhoAndWhen) {
+TEST(GrpcSource, InfoReportsIdentityAndClock) {
   FakeProbe fake;
   const std::int64_t offset = 1'000 * kSecond;
   fake.set_clock_offset_ns(offset);
@@ -106,10 +106,10 @@ TEST(GrpcSource, InfoTellsWhoAndWhen) {
   EXPECT_GT(info.clock_uncertainty.ns, 0);
 }
 
-TEST(GrpcSource, AProbeThatKnowsWhereItHangsLightsItsRoom) {
+TEST(GrpcSource, MountingGivesTheLightingInTheRoom) {
   FakeProbe fake;
   v1::Mounting mounting;
-  // On the ceiling, upside down: half a turn about forward.
+  // On the ceiling, upside down: rotated by pi about the forward axis.
   mounting.mutable_pose()->set_qz(-2);
   mounting.mutable_pose()->set_ty(2.5);
   for (int i = 0; i < 21; ++i) mounting.add_covariance(i == 0 ? 1e-4 : 0);
@@ -123,14 +123,14 @@ TEST(GrpcSource, AProbeThatKnowsWhereItHangsLightsItsRoom) {
   const Lighting own = probe->latest(), room = probe->latest_in_world();
   ASSERT_NE(own.mounting(), nullptr);
   EXPECT_EQ(own.mounting()->pose.rotation, (Quat{0, 0, -1, 0})) << "normalised";
-  EXPECT_EQ(room.mounting(), nullptr) << "who turns it twice would be wrong";
+  EXPECT_EQ(room.mounting(), nullptr) << "the mounting must not be applied twice";
   const Vec3f up = own.lights()[0].direction;
   EXPECT_NEAR(room.lights()[0].direction.x, -up.x, 1e-6);
   EXPECT_NEAR(room.lights()[0].direction.y, -up.y, 1e-6);
   EXPECT_NEAR(room.lights()[0].direction.z, up.z, 1e-6);
   EXPECT_GT(room.lights()[0].direction_covariance[0] + room.lights()[0].direction_covariance[2],
             own.lights()[0].direction_covariance[0] + own.lights()[0].direction_covariance[2] + 0.9e-4F);
-  // What the application says goes before.
+  // The application's option has precedence.
   ProbeOptions placed = options();
   placed.T_world_probe = UncertainPose{};
   const Result<Probe> there = Probe::connect(fake.uri(), placed);
@@ -155,7 +155,7 @@ TEST(GrpcSource, MidExposureIsMappedToTheHostsClock) {
   EXPECT_GE(lighting->received().ns, host_ns);
 }
 
-TEST(GrpcSource, BytesAreThoseThatWereSent) {
+TEST(GrpcSource, BytesAreUnchanged) {
   FakeProbe fake;
   const std::string future = with_unknown_field(encoded(numbered(1, 1)));
   const std::string plain = encoded(numbered(2, 2));
@@ -171,7 +171,7 @@ TEST(GrpcSource, BytesAreThoseThatWereSent) {
   EXPECT_EQ(probe->stats().bytes, future.size() + plain.size());
 }
 
-TEST(GrpcSource, DamagedMessagesAreCountedAndTheLastGoodOneStays) {
+TEST(GrpcSource, DamagedMessagesAreCountedAndTheLastValidOneIsKept) {
   FakeProbe fake;
   const std::string too_long(kMaxDescriptorBytes + 1, 'x');
   fake.set_script({encoded(numbered(3, 1)), "\xFF\xFF garbage", "", too_long});
@@ -182,10 +182,10 @@ TEST(GrpcSource, DamagedMessagesAreCountedAndTheLastGoodOneStays) {
   EXPECT_EQ(probe->stats().undecodable, 2U);
   EXPECT_FALSE(probe->stats().last_error.empty());
   EXPECT_EQ(probe->latest().descriptor().sequence, 3U);
-  EXPECT_EQ(probe->stats().reconnects, 0U) << "a bad message is no reason to leave";
+  EXPECT_EQ(probe->stats().reconnects, 0U) << "an invalid message does not close the connection";
 }
 
-TEST(GrpcSource, AMessageAboveGrpcsOwnLimitIsCountedAndTheLinkComesBack) {
+TEST(GrpcSource, MessageAboveGrpcsLimitIsCountedAndTheLinkReconnects) {
   FakeProbe fake;
   fake.set_script({std::string((std::size_t{4} << 20) + 1, 'x')});
   const Result<Probe> probe = Probe::connect(fake.uri(), options());
@@ -196,7 +196,7 @@ TEST(GrpcSource, AMessageAboveGrpcsOwnLimitIsCountedAndTheLinkComesBack) {
   EXPECT_GE(probe->stats().reconnects, 1U);
 }
 
-TEST(GrpcSource, HolesInTheSequenceAreCounted) {
+TEST(GrpcSource, SequenceGapsAreCounted) {
   FakeProbe fake;
   fake.set_script({encoded(numbered(3, 1)), encoded(numbered(4, 2)), encoded(numbered(8, 3))});
   const Result<Probe> probe = Probe::connect(fake.uri(), options());
@@ -205,7 +205,7 @@ TEST(GrpcSource, HolesInTheSequenceAreCounted) {
   EXPECT_EQ(probe->stats().gaps, 3U);
 }
 
-TEST(GrpcSource, ARestartedProbeIsFoundAgain) {
+TEST(GrpcSource, ReconnectsToARestartedProbe) {
   FakeProbe fake;
   fake.set_script({encoded(numbered(900, 1))});
   const Result<Probe> probe = Probe::connect(fake.uri(), options());
@@ -214,17 +214,17 @@ TEST(GrpcSource, ARestartedProbeIsFoundAgain) {
   fake.stop();
   ASSERT_TRUE(eventually([&] { return probe->stats().state != LinkState::connected; }));
   EXPECT_FALSE(probe->stats().last_error.empty());
-  EXPECT_EQ(probe->latest().descriptor().sequence, 900U) << "what was known stays";
+  EXPECT_EQ(probe->latest().descriptor().sequence, 900U) << "the last descriptor is kept";
   fake.set_script({encoded(numbered(1, 1))});
   fake.start();
   const Result<Lighting> next = probe->wait_for_next(900, kTestTimeout);
   ASSERT_TRUE(next.ok()) << next.status().message();
   EXPECT_EQ(next->descriptor().sequence, 1U);
   EXPECT_EQ(probe->stats().reconnects, 1U);
-  EXPECT_EQ(probe->stats().gaps, 0U) << "a new run is no gap";
+  EXPECT_EQ(probe->stats().gaps, 0U) << "a restart does not count as a gap";
 }
 
-TEST(GrpcSource, AProbeThatHangsIsLeftAndFoundAgain) {
+TEST(GrpcSource, ReconnectsToAProbeThatHangs) {
   FakeProbe fake;
   ProbeOptions o = options();
   o.silence_limit = Duration::from_seconds(2);
@@ -238,7 +238,7 @@ TEST(GrpcSource, AProbeThatHangsIsLeftAndFoundAgain) {
   EXPECT_TRUE(eventually([&] { return probe->stats().reconnects >= 1; }));
 }
 
-TEST(GrpcSource, NobodyThereIsSaidClearly) {
+TEST(GrpcSource, UnreachableProbeIsReported) {
   std::string uri;
   {
     FakeProbe fake;
@@ -255,7 +255,7 @@ TEST(GrpcSource, NobodyThereIsSaidClearly) {
   EXPECT_EQ(message.find('\n'), std::string::npos) << message;
 }
 
-TEST(GrpcSource, WaitingForNothingEnds) {
+TEST(GrpcSource, WaitForNextTimesOut) {
   FakeProbe fake;
   const Result<Probe> probe = Probe::connect(fake.uri(), options());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
@@ -318,7 +318,7 @@ TEST(GrpcSource, WhatAnOldProbeDoesNotKnowIsSaid) {
   }
 }
 
-TEST(GrpcSource, CommandsThatMeanNothingStayHere) {
+TEST(GrpcSource, InvalidCommandsAreNotSent) {
   FakeProbe fake;
   Result<Probe> probe = Probe::connect(fake.uri(), options());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
@@ -342,7 +342,7 @@ TEST(GrpcSource, EndsWithinASecondInEveryState) {
     { const Probe gone = std::move(*probe); }
     return std::chrono::duration<double>(Clock::now() - start).count();
   };
-  // Ten times the promise: a busy machine must not fail this, a thread that hangs does.
+  // Ten times the specified limit: passes on a busy machine, fails for a thread that hangs.
   Result<Probe> streaming = Probe::connect(fake.uri(), options());
   ASSERT_TRUE(streaming.ok());
   EXPECT_LT(seconds_to_end(std::move(streaming)), 10);

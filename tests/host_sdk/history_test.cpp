@@ -1,4 +1,4 @@
-// What was when: interpolation between descriptors, and the ends of what is kept.
+// Queries at a time: interpolation, extrapolation, and the limits of the stored history.
 #include "core/history.hpp"
 
 #include <cmath>
@@ -24,7 +24,7 @@ std::shared_ptr<const History> with(std::shared_ptr<const History> history, Desc
   return appended(history.get(), std::make_shared<const Sample>(std::move(sample)), capacity);
 }
 
-/// Sequence n at n * 100 ms, brightness n.
+/// Sequence number n at n * 100 ms with radiance n.
 std::shared_ptr<const History> steady(std::uint64_t first, std::uint64_t last, std::size_t capacity = 64) {
   std::shared_ptr<const History> history;
   for (std::uint64_t n = first; n <= last; ++n) {
@@ -34,35 +34,35 @@ std::shared_ptr<const History> steady(std::uint64_t first, std::uint64_t last, s
   return history;
 }
 
-TEST(History, NothingBeforeTheFirst) {
+TEST(History, IsEmptyBeforeTheFirstDescriptor) {
   EXPECT_EQ(newest_lighting(nullptr, {0}, kMaxAge).validity(), Validity::none);
   EXPECT_EQ(lighting_at(nullptr, {0}, kMaxAge, kAhead).validity(), Validity::none);
 }
 
-TEST(History, NewestTellsItsAge) {
+TEST(History, NewestReportsItsAge) {
   const auto history = steady(1, 3);
   const Lighting lighting = newest_lighting(history.get(), {340 * kMs}, kMaxAge);
   EXPECT_EQ(lighting.descriptor().sequence, 3U);
   EXPECT_EQ(lighting.age().ns, 40 * kMs);
   EXPECT_EQ(lighting.validity(), Validity::valid);
   EXPECT_EQ(newest_lighting(history.get(), {551 * kMs}, kMaxAge).validity(), Validity::stale);
-  // A clock that is a little off must not make light from the future.
+  // A clock error must not give a negative age.
   EXPECT_EQ(newest_lighting(history.get(), {299 * kMs}, kMaxAge).age().ns, 0);
 }
 
-TEST(History, HalfWayIsTheMean) {
+TEST(History, MidpointIsTheMean) {
   const Lighting lighting = lighting_at(steady(1, 3).get(), {250 * kMs}, kMaxAge, kAhead);
   EXPECT_EQ(lighting.validity(), Validity::valid);
   EXPECT_EQ(lighting.mid_exposure().ns, 250 * kMs);
   EXPECT_EQ(lighting.descriptor().time.mid_exposure.ns, 250 * kMs);
   EXPECT_EQ(lighting.age().ns, 50 * kMs);
-  // Single-precision blends of 2 and 3.
+  // Tolerance: single-precision interpolation between 2 and 3.
   EXPECT_NEAR(lighting.radiance({1, 0, 0}, 0).value.r, 2.5, 1e-5);
   ASSERT_EQ(lighting.lights().size(), 1U);
   EXPECT_NEAR(lighting.lights()[0].irradiance.g, 2.5, 1e-5);
 }
 
-TEST(History, AtAnExposureItIsThatDescriptor) {
+TEST(History, AtMidExposureItIsThatDescriptor) {
   const auto history = steady(1, 3);
   const Lighting lighting = lighting_at(history.get(), {200 * kMs}, kMaxAge, kAhead);
   EXPECT_EQ(lighting.descriptor(), test::numbered(2, 200 * kMs));
@@ -76,7 +76,7 @@ TEST(History, BeforeTheOldestThereIsNone) {
   EXPECT_EQ(lighting.irradiance({0, 1, 0}).value, Irradiance{});
 }
 
-TEST(History, AfterTheNewestItIsHeldAndGrowsStale) {
+TEST(History, AfterTheNewestItIsHeldAndBecomesStale) {
   const auto history = steady(1, 3);
   const Lighting soon = lighting_at(history.get(), {400 * kMs}, kMaxAge, kAhead);
   EXPECT_EQ(soon.descriptor().sequence, 3U);
@@ -87,7 +87,7 @@ TEST(History, AfterTheNewestItIsHeldAndGrowsStale) {
   EXPECT_EQ(late.validity(), Validity::stale);
 }
 
-/// A lamp that goes round the horizon by 30 degrees a second, seen every 20 ms up to 1 s.
+/// A light that moves around the horizon at 30 deg/s, in descriptors every 20 ms up to 1 s.
 Descriptor lamp_on_its_way(double t_s) {
   const double phi = t_s * 30 * std::numbers::pi / 180;
   Descriptor d = test::constant_scene({1, 1, 1});
@@ -100,7 +100,7 @@ std::shared_ptr<const History> lamp_until_one_second() {
   return history;
 }
 
-TEST(History, ALampGoesOnItsWayForAsLongAsIsAllowed) {
+TEST(History, MovingLightIsExtrapolatedWithinTheLimit) {
   const auto history = lamp_until_one_second();
   for (const std::int64_t ahead : {1, 13, 20, 33, 50}) {
     const Lighting lighting = lighting_at(history.get(), {(1000 + ahead) * kMs}, kMaxAge, kAhead);
@@ -109,7 +109,7 @@ TEST(History, ALampGoesOnItsWayForAsLongAsIsAllowed) {
     EXPECT_EQ(lighting.age().ns, ahead * kMs);
     const Vec3f truth = lamp_on_its_way(1 + 1e-3 * static_cast<double>(ahead)).lights[0].direction;
     EXPECT_LT(angle_between(lighting.lights()[0].direction, truth), 1e-5F) << ahead;
-    // What was added to the bound is what it moved.
+    // The error bound grows by the irradiance error of the extrapolated motion.
     const Descriptor as_it_was = lamp_on_its_way(1);
     double difference = 0, all = 0;
     for (int i = 0; i < 2048; ++i) {
@@ -128,7 +128,7 @@ TEST(History, ALampGoesOnItsWayForAsLongAsIsAllowed) {
   EXPECT_EQ(lighting_at(history.get(), {1010 * kMs}, kMaxAge, {0}).derivation(), Derivation::held);
 }
 
-TEST(History, ALampThatWasSwitchedOnStaysAsBrightAsItIs) {
+TEST(History, IrradianceIsNotExtrapolated) {
   std::shared_ptr<const History> history;
   for (int i = 0; i <= 5; ++i) {
     Descriptor d = test::constant_scene({1, 1, 1});
@@ -140,7 +140,7 @@ TEST(History, ALampThatWasSwitchedOnStaysAsBrightAsItIs) {
   EXPECT_EQ(lighting.lights()[0].irradiance, (Irradiance{9, 9, 9}));
 }
 
-TEST(History, NothingIsExtrapolatedFromOneOrAcrossAHoleOrFromOtherUnits) {
+TEST(History, NoExtrapolationFromOneSampleAcrossGapsOrOtherUnits) {
   EXPECT_EQ(lighting_at(steady(1, 1).get(), {120 * kMs}, kMaxAge, kAhead).derivation(), Derivation::held);
   auto hole = with(nullptr, lamp_on_its_way(0), 0);
   hole = with(hole, lamp_on_its_way(1), 1000 * kMs);
@@ -148,12 +148,12 @@ TEST(History, NothingIsExtrapolatedFromOneOrAcrossAHoleOrFromOtherUnits) {
   Descriptor absolute = lamp_on_its_way(0.02), relative = lamp_on_its_way(0);
   relative.units = Units::relative;
   EXPECT_EQ(extrapolated(relative, absolute, 1).lights[0].direction, absolute.lights[0].direction);
-  // Half a turn at most.
+  // Rotation is limited to pi.
   const Vec3f far = extrapolated(lamp_on_its_way(0), lamp_on_its_way(1), 1e9F).lights[0].direction;
   EXPECT_LT(angle_between(far, lamp_on_its_way(7).lights[0].direction), 1e-5F);
 }
 
-TEST(History, SaysHowAnAnswerCameAbout) {
+TEST(History, ReportsTheDerivation) {
   const auto history = steady(1, 3);
   EXPECT_EQ(lighting_at(history.get(), {200 * kMs}, kMaxAge, kAhead).derivation(), Derivation::measured);
   const Lighting between = lighting_at(history.get(), {250 * kMs}, kMaxAge, kAhead);
@@ -162,7 +162,7 @@ TEST(History, SaysHowAnAnswerCameAbout) {
   EXPECT_EQ(newest_lighting(history.get(), {300 * kMs}, kMaxAge).derivation(), Derivation::measured);
 }
 
-TEST(History, WhatTheClocksLeaveOpenCountsAgainstAnAnswer) {
+TEST(History, ClockUncertaintyCountsTowardsStaleness) {
   Sample sample = sample_of(test::numbered(1, 0));
   sample.time_uncertainty = {100 * kMs};
   const auto history = appended(nullptr, std::make_shared<const Sample>(sample), 8);
@@ -174,7 +174,7 @@ TEST(History, WhatTheClocksLeaveOpenCountsAgainstAnAnswer) {
   EXPECT_NE(perhaps.reason().find("within 100 ms"), std::string::npos) << perhaps.reason();
 }
 
-TEST(History, AcrossAHoleItIsStale) {
+TEST(History, InterpolationAcrossAGapIsStale) {
   auto history = steady(1, 1);
   history = with(history, test::numbered(2, 2'100 * kMs), 2'100 * kMs);
   EXPECT_EQ(lighting_at(history.get(), {1'100 * kMs}, kMaxAge, kAhead).validity(), Validity::stale);
@@ -189,7 +189,7 @@ TEST(History, KeepsNoMoreThanItsCapacity) {
   EXPECT_EQ(steady(1, 20, 1)->samples.size(), 1U);
 }
 
-TEST(History, ACorrectedClockLeavesTimeAscending) {
+TEST(History, CorrectedClockKeepsTimesAscending) {
   auto history = steady(1, 5);
   history = with(history, test::numbered(6, 600 * kMs), 350 * kMs);
   ASSERT_EQ(history->samples.size(), 4U);
@@ -208,20 +208,20 @@ TEST(Interpolate, MatchesLightsByTrack) {
   EXPECT_NEAR(moving.angular_radius_rad, 0.2F, 1e-6);
   EXPECT_NEAR(moving.direction.x, std::sqrt(0.5), 1e-6);
   EXPECT_NEAR(moving.direction.z, std::sqrt(0.5), 1e-6);
-  EXPECT_EQ(half.lights[1].track, 7U);  // comes, at half its strength
+  EXPECT_EQ(half.lights[1].track, 7U);  // fades in, at half its irradiance
   EXPECT_NEAR(half.lights[1].irradiance.r, 1.5, 1e-6);
-  EXPECT_EQ(half.lights[2].track, 6U);  // goes
+  EXPECT_EQ(half.lights[2].track, 6U);  // fades out
   EXPECT_NEAR(half.lights[2].irradiance.r, 1, 1e-6);
 }
 
-TEST(Interpolate, LightsWithoutTrackAreNeverTheSame) {
+TEST(Interpolate, LightsWithoutTrackAreNotMatched) {
   Descriptor a, b;
   a.lights = {test::light({1, 0, 0}, {4, 4, 4}, 0, 0)};
   b.lights = {test::light({0, 1, 0}, {4, 4, 4}, 0, 0)};
   EXPECT_EQ(interpolated(a, b, 0.5F).lights.size(), 2U);
 }
 
-TEST(Interpolate, MovesAtAnEvenPaceAlongTheGreatCircle) {
+TEST(Interpolate, MovesAtConstantSpeedAlongTheGreatCircle) {
   Descriptor a, b;
   a.lights = {test::light({1, 0, 0}, {1, 1, 1})};
   b.lights = {test::light({0, 1, 0}, {1, 1, 1})};
@@ -238,7 +238,7 @@ TEST(Interpolate, OppositeDirectionsStayUnit) {
   for (const float f : {0.2F, 0.5F, 0.8F}) EXPECT_NEAR(length(interpolated(a, b, f).lights[0].direction), 1, 1e-6);
 }
 
-TEST(Interpolate, TakesTheWorseOfBounds) {
+TEST(Interpolate, TakesTheLargerBound) {
   Descriptor a = test::numbered(1, 0), b = test::numbered(2, 10);
   a.bound = {0.1F, 0.05F, 0.2F, 0.01F, 0.4F, 0.02F};
   b.bound = {0.3F, 0.02F, 0.1F, 0.03F, 0.3F, 0.04F};
@@ -252,14 +252,14 @@ TEST(Interpolate, TakesTheWorseOfBounds) {
   EXPECT_FLOAT_EQ(half.coverage, 0.5F);
 }
 
-TEST(Interpolate, DifferentUnitsDoNotBlend) {
+TEST(Interpolate, DifferentUnitsAreNotInterpolated) {
   Descriptor a = test::numbered(1, 0), b = test::numbered(2, 10);
   a.units = Units::relative;
   EXPECT_EQ(interpolated(a, b, 0.4F), a);
   EXPECT_EQ(interpolated(a, b, 0.6F), b);
 }
 
-TEST(Interpolate, ABandThatOneLacksComesFromZero) {
+TEST(Interpolate, MissingBandIsInterpolatedFromZero) {
   Descriptor a = test::constant_scene({1, 1, 1}), b = a;
   b.radiance.band = 2;
   b.radiance.c[4] = {1, 1, 1};
@@ -268,7 +268,7 @@ TEST(Interpolate, ABandThatOneLacksComesFromZero) {
   EXPECT_FLOAT_EQ(half.radiance.c[4].r, 0.5F);
 }
 
-TEST(Interpolate, NeverMakesMoreLightsThanADescriptorHolds) {
+TEST(Interpolate, NeverExceedsTheLimitOfLights) {
   Descriptor a, b;
   for (std::uint32_t i = 1; i <= kMaxLights; ++i) {
     a.lights.push_back(test::light({1, 0, 0}, {1, 1, 1}, 0, i));

@@ -1,4 +1,4 @@
-// Many normals at once are lit as one is, on every processor's vectors that this machine can run.
+// Batch irradiance against the single query, on every SIMD target that this machine supports.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,7 +20,7 @@ namespace {
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
-/// All of a sphere, of lengths from 0.5 to 2, and not a multiple of any vector's lanes.
+/// Normals over the sphere with lengths from 0.5 to 2; their number is not a multiple of any vector length.
 std::vector<Vec3f> normals_all_over(int count) {
   std::vector<Vec3f> out;
   for (int i = 0; i < count; ++i) {
@@ -45,7 +45,7 @@ Descriptor scene_of(int band, float radius) {
   return d;
 }
 
-/// In the definitions' own words (query.hpp), which no vector has seen.
+/// Scalar reference from the definitions in query.hpp.
 float largest_difference(const Descriptor& d, std::span<const Vec3f> normals, std::span<const Irradiance> found) {
   float largest = 0, difference = 0;
   for (std::size_t i = 0; i < normals.size(); ++i) {
@@ -58,7 +58,7 @@ float largest_difference(const Descriptor& d, std::span<const Vec3f> normals, st
   return difference / largest;
 }
 
-/// Each in turn, and then again the best of this machine.
+/// Selects each target in turn, and finally the best one again.
 class EveryTarget : public testing::TestWithParam<std::int64_t> {
  public:
   EveryTarget() { hwy::SetSupportedTargetsForTest(GetParam()); }
@@ -67,23 +67,23 @@ class EveryTarget : public testing::TestWithParam<std::int64_t> {
 INSTANTIATE_TEST_SUITE_P(, EveryTarget, testing::ValuesIn(hwy::SupportedAndGeneratedTargets()),
                          [](const auto& each) { return std::string(hwy::TargetName(each.param)); });
 
-TEST_P(EveryTarget, LightsManyNormalsAsItLightsOne) {
+TEST_P(EveryTarget, BatchMatchesSingleNormals) {
   const std::vector<Vec3f> normals = normals_all_over(1003);
   std::vector<Irradiance> found(normals.size());
   for (int band = 0; band <= kMaxBand; ++band) {
-    // Without lights, points, the sun, windows, and half the sky.
+    // No lights, point lights, the sun, windows, and half the sky.
     for (const float radius : {-1.0F, 0.0F, 0.0047F, 0.3F, 0.78F}) {
       const Descriptor d = scene_of(band, radius);
       const auto answer = Lighting::of(d).irradiance(normals, found);
       EXPECT_EQ(answer.value, 0U);
       EXPECT_EQ(answer.validity, Validity::valid);
-      // Sums of 49 terms in float, in another order.
+      // Tolerance: sums of 49 float terms in another order.
       EXPECT_LT(largest_difference(d, normals, found), 1e-5) << "band " << band << ", radius " << radius;
     }
   }
 }
 
-TEST_P(EveryTarget, TellsASunOnTheHorizonAsOneNormalDoes) {
+TEST_P(EveryTarget, BatchMatchesSingleNormalsForASunAtTheHorizon) {
   const Descriptor d = test::one_light({1, 0, 0}, {1, 1, 1}, 0.0047F);
   std::vector<Vec3f> normals;
   for (int i = 0; i <= 200; ++i) {
@@ -95,7 +95,7 @@ TEST_P(EveryTarget, TellsASunOnTheHorizonAsOneNormalDoes) {
   for (std::size_t i = 0; i < normals.size(); ++i) EXPECT_NEAR(found[i].r, irradiance_at(d, normals[i]).r, 1e-7) << i;
 }
 
-TEST_P(EveryTarget, CountsNormalsThatAreNoneAndLightsTheOthers) {
+TEST_P(EveryTarget, CountsInvalidNormalsAndEvaluatesTheOthers) {
   std::vector<Vec3f> normals = normals_all_over(64);
   normals[3] = {};
   normals[17] = {kNan, 0, 1};
@@ -117,7 +117,7 @@ TEST_P(EveryTarget, CountsNormalsThatAreNoneAndLightsTheOthers) {
   }
 }
 
-TEST(ManyNormals, NoLightIsNoneEverywhereAndSpansMustMatch) {
+TEST(ManyNormals, EmptyLightingIsZeroAndSpansMustMatch) {
   const std::vector<Vec3f> normals = normals_all_over(10);
   std::vector<Irradiance> found(10, {7, 7, 7});
   EXPECT_EQ(Lighting().irradiance(normals, found).validity, Validity::none);

@@ -1,4 +1,4 @@
-// What Lighting says of questions without an answer, of its age, and after a turn.
+// Lighting: invalid queries, age, and rotation.
 #include <cmath>
 #include <limits>
 #include <type_traits>
@@ -17,7 +17,7 @@ constexpr float kInf = std::numeric_limits<float>::infinity();
 constexpr float kMax = std::numeric_limits<float>::max();
 constexpr float kTiny = std::numeric_limits<float>::denorm_min();
 
-/// A bit of everything: all bands, a point and a window.
+/// A descriptor with all bands, a point light and a window.
 Descriptor mixed_scene() {
   Descriptor descriptor = test::constant_scene({3, 2, 1});
   descriptor.radiance.band = 4;
@@ -45,7 +45,7 @@ void expect_near(const Rgb<T>& a, const Rgb<T>& b, double tolerance) {
   EXPECT_NEAR(a.b, b.b, tolerance);
 }
 
-TEST(LightingQuery, DirectionsThatAreNoneAreFlagged) {
+TEST(LightingQuery, InvalidDirectionsAreFlagged) {
   const Lighting lighting = Lighting::of(mixed_scene());
   for (const Vec3f bad :
        {Vec3f{}, Vec3f{kNan, 0, 1}, Vec3f{0, kInf, 0}, Vec3f{-kInf, kInf, 1}, Vec3f{kNan, kNan, kNan}}) {
@@ -71,7 +71,7 @@ TEST(LightingQuery, LengthDoesNotMatter) {
   }
 }
 
-TEST(LightingQuery, RoughnessIsClampedOrRefused) {
+TEST(LightingQuery, RoughnessIsClampedOrRejected) {
   const Lighting lighting = Lighting::of(mixed_scene());
   const Vec3f d{0.1F, 1, 0.2F};
   for (const float bad : {kNan, kInf, -kInf}) EXPECT_EQ(lighting.radiance(d, bad).validity, Validity::invalid_query);
@@ -80,7 +80,7 @@ TEST(LightingQuery, RoughnessIsClampedOrRefused) {
   expect_near(lighting.radiance(d, -1).value, lighting.radiance(d, 0).value, 0);
 }
 
-TEST(LightingQuery, MirrorLeavesLightsOutAndSaysSo) {
+TEST(LightingQuery, MirrorExcludesLightsAndSaysSo) {
   const Lighting lighting = Lighting::of(test::one_light({0, 1, 0}, {1, 1, 1}, 0.3F));
   const Answer<Radiance> mirror = lighting.radiance({0, 1, 0}, 0);
   EXPECT_EQ(mirror.lights, LightsIncluded::no);
@@ -91,7 +91,7 @@ TEST(LightingQuery, MirrorLeavesLightsOutAndSaysSo) {
   EXPECT_GT(rough.value.r, 0.1F);
 }
 
-TEST(LightingQuery, AnswersCarryWhatTheyAreWorth) {
+TEST(LightingQuery, AnswersHaveValidityAndErrorBound) {
   const Lighting lighting = Lighting::of(mixed_scene(), {100'000'000}, {250'000'000});
   const Answer<Irradiance> e = lighting.irradiance({0, 1, 0});
   EXPECT_EQ(e.validity, Validity::valid);
@@ -101,7 +101,7 @@ TEST(LightingQuery, AnswersCarryWhatTheyAreWorth) {
   EXPECT_TRUE(lighting.reason().empty());
 }
 
-TEST(LightingQuery, OldLightIsStaleButThere) {
+TEST(LightingQuery, OldLightIsStaleButUsable) {
   const Lighting fresh = Lighting::of(mixed_scene(), {250'000'000}, {250'000'000});
   EXPECT_EQ(fresh.validity(), Validity::valid);
   const Lighting stale = Lighting::of(mixed_scene(), {312'000'000}, {250'000'000});
@@ -111,7 +111,7 @@ TEST(LightingQuery, OldLightIsStaleButThere) {
   EXPECT_EQ(stale.irradiance({0, 1, 0}).value, fresh.irradiance({0, 1, 0}).value);
 }
 
-TEST(LightingQuery, NothingIsAnAnswerToo) {
+TEST(LightingQuery, EmptyLightingGivesZero) {
   const Lighting nothing;
   EXPECT_EQ(nothing.validity(), Validity::none);
   EXPECT_FALSE(nothing.reason().empty());
@@ -139,7 +139,7 @@ TEST(LightingQuery, CopiesShareOneState) {
   static_assert(std::is_nothrow_move_constructible_v<Lighting>);
 }
 
-TEST(LightingQuery, RotatedTurnsEveryAnswer) {
+TEST(LightingQuery, RotatedRotatesEveryQuery) {
   const Lighting lighting = Lighting::of(mixed_scene());
   for (const Vec3f axis : test::directions()) {
     const Quat q = Quat::about(normalized(vec_cast<double>(axis)), 1.1);
@@ -155,7 +155,7 @@ TEST(LightingQuery, RotatedTurnsEveryAnswer) {
   }
 }
 
-TEST(LightingQuery, QuarterTurnAboutUpTakesRightToForward) {
+TEST(LightingQuery, RotationByNinetyDegreesAboutUpMapsRightToForward) {
   // By hand: right-handed about +Y by 90° takes +X to -Z.
   const Lighting lighting = Lighting::of(test::one_light({1, 0, 0}, {1, 1, 1}));
   const Lighting turned = lighting.rotated(Quat::about({0, 1, 0}, 1.5707963267948966));
@@ -163,7 +163,7 @@ TEST(LightingQuery, QuarterTurnAboutUpTakesRightToForward) {
   EXPECT_NEAR(turned.irradiance({0, 0, -1}).value.r, 1, 1e-6);
 }
 
-TEST(LightingQuery, RotatedCarriesTheCovarianceAlong) {
+TEST(LightingQuery, RotatedTransportsTheCovariance) {
   const Lighting lighting = Lighting::of(mixed_scene());
   const auto world = [](const Light& l, Vec3d axis) {
     const auto basis = tangent_basis(vec_cast<double>(l.direction));
@@ -183,7 +183,7 @@ TEST(LightingQuery, RotatedCarriesTheCovarianceAlong) {
   }
 }
 
-TEST(LightingQuery, RotationThatIsNoneIsFlagged) {
+TEST(LightingQuery, InvalidRotationIsFlagged) {
   const Lighting lighting = Lighting::of(mixed_scene());
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();

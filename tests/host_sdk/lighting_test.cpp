@@ -20,7 +20,7 @@ using test::directions;
 using test::one_light;
 
 constexpr float kPi = std::numbers::pi_v<float>;
-/// Sums of at most 49 single-precision products: a few 1e-7 of the largest term.
+/// Tolerance: sums of at most 49 single-precision products, a few 1e-7 of the largest term.
 constexpr double kExact = 1e-5;
 constexpr float kRoughnesses[] = {0.02F, 0.1F, 0.3F, 0.5F, 0.8F, 1};
 
@@ -30,7 +30,7 @@ reference::V3 v3(Vec3f v) {
 
 double cos_of(Vec3f a, Vec3f b) { return reference::dot(v3(a), v3(b)); }
 
-TEST(Lighting, ConstantRadianceGivesPiTimesItToEveryNormal) {
+TEST(Lighting, ConstantRadianceGivesPiTimesItAsIrradiance) {
   const Lighting lighting = Lighting::of(constant_scene({1, 20, 300}));
   for (const Vec3f normal : directions()) {
     const Answer<Irradiance> e = lighting.irradiance(normal);
@@ -41,7 +41,7 @@ TEST(Lighting, ConstantRadianceGivesPiTimesItToEveryNormal) {
   }
 }
 
-TEST(Lighting, ConstantRadianceIsSeenByEveryRoughness) {
+TEST(Lighting, ConstantRadianceIsTheSameAtEveryRoughness) {
   const Lighting lighting = Lighting::of(constant_scene({1, 20, 300}));
   for (const Vec3f direction : directions())
     for (const float roughness : {0.0F, 0.02F, 0.1F, 0.3F, 0.5F, 0.8F, 1.0F}) {
@@ -64,14 +64,14 @@ TEST(Lighting, DirectionalLightFollowsTheCosine) {
   }
 }
 
-TEST(Lighting, DirectionalLightShowsTheGgxLobe) {
+TEST(Lighting, DirectionalLightGivesTheGgxLobe) {
   for (const float roughness : kRoughnesses) {
     const reference::GgxKernel kernel(static_cast<double>(roughness));
     const double peak = kernel.at_cosine(1);
     for (const Vec3f towards : directions()) {
       const Lighting lighting = Lighting::of(one_light(towards, {1, 2, 3}));
       for (const Vec3f direction : directions()) {
-        // Of the light's direction as it was rounded, which matters where the lobe ends.
+        // With the light's direction rounded to float, which matters at the edge of the lobe.
         const double expected = kernel.at_cosine(cos_of(lighting.lights()[0].direction, direction));
         const double tolerance = kExact * std::max(expected, 1e-6 * peak);
         EXPECT_NEAR(lighting.radiance(direction, roughness).value.r, expected, tolerance) << roughness;
@@ -80,8 +80,8 @@ TEST(Lighting, DirectionalLightShowsTheGgxLobe) {
   }
 }
 
-TEST(Lighting, NarrowLobeIsFollowedBesideItsPeak) {
-  // Where a cosine in single precision has lost its digits: 0.01° to 1° beside a lobe of 0.6°.
+TEST(Lighting, NarrowLobeIsAccurateBesideItsPeak) {
+  // Where a single-precision cosine has lost its digits: 0.01° to 1° from the peak of a lobe of 0.6°.
   const Vec3f towards{0, 1, 0};
   const Lighting lighting = Lighting::of(one_light(towards, {1, 1, 1}));
   const reference::GgxKernel kernel(0.1);
@@ -111,8 +111,8 @@ TEST(Lighting, EachHarmonicIsScaledByItsLobe) {
     }
 }
 
-/// Every band is sent and the light is far from ringing, so that nothing is estimated and nothing windowed.
-TEST(Lighting, EachHarmonicOfEvenLightIsScaledByTheGgxLobe) {
+/// All bands are sent and the light does not ring, so that no band is estimated and no window is applied.
+TEST(Lighting, EachHarmonicOfSmoothLightIsScaledByTheGgxLobe) {
   std::vector<float> roughnesses{0};
   roughnesses.insert(roughnesses.end(), std::begin(kRoughnesses), std::end(kRoughnesses));
   for (int l = 0; l <= kMaxBand; ++l)
@@ -145,7 +145,7 @@ TEST(Lighting, EachHarmonicOfEvenLightIsScaledByTheGgxLobe) {
 }
 
 TEST(Lighting, IrradianceIsThatOfTheHarmonicsAsSent) {
-  // Of a lamp in bands 0, 1, 2, 4, which rings: radiance() is repaired, irradiance is the sum of A_l c_lm Y_lm to the
+  // A light in bands 0, 1, 2, 4 rings: radiance() is windowed, irradiance is the sum of A_l c_lm Y_lm to the
   // bit.
   Descriptor descriptor;
   descriptor.radiance.band = 4;
@@ -180,7 +180,7 @@ TEST(Lighting, CapIsClippedAtTheHorizon) {
       const double expected = reference::cap_irradiance(radius, angle) / reference::cap_vector_irradiance(radius);
       // The angle itself is rounded to single precision in the normal.
       EXPECT_NEAR(e, expected, kExact) << rho << " " << angle;
-      // Continuous: no step is larger than the steepest slope, one per rad, allows.
+      // Continuous: steps are within the largest slope, one per rad.
       EXPECT_NEAR(e, before, std::numbers::pi / kSteps + kExact) << rho << " " << angle;
       before = e;
     }
@@ -197,7 +197,7 @@ TEST(Lighting, LightsAndHarmonicsAdd) {
 }
 
 TEST(Lighting, RingingIsNotClamped) {
-  // A lone band 1 is negative on one side; the SDK says so rather than hide the error.
+  // Band 1 alone is negative on one side; the SDK returns that value instead of clamping it.
   Descriptor descriptor;
   descriptor.radiance.band = 1;
   descriptor.radiance.c[1] = {1, 1, 1};

@@ -1,4 +1,4 @@
-// Others who publish where a probe does: what they say is refused and counted, and the probe's own light stays.
+// Other clients that publish on a probe's topics: their messages are rejected and counted, the probe's light is kept.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ class MqttHostileTest : public ::testing::Test {
     attic_.say(first_);
     EXPECT_TRUE(newest_becomes(*probe_, 100));
   }
-  /// The newest is still the probe's, and the next of its own comes through.
+  /// Checks that the newest descriptor is still the probe's, and that its next one is received.
   void survived() {
     EXPECT_EQ(probe_->latest().descriptor().sequence, 100U);
     attic_.say(attic_.descriptor(101, 0));
@@ -37,7 +37,7 @@ class MqttHostileTest : public ::testing::Test {
   std::string first_;
 };
 
-TEST_F(MqttHostileTest, GarbageAndWhatIsCutOffIsNoDescriptor) {
+TEST_F(MqttHostileTest, GarbageAndTruncatedMessagesAreRejected) {
   publish("");
   publish(std::string(1, '\0'));
   publish("gone");
@@ -56,14 +56,14 @@ TEST_F(MqttHostileTest, GarbageAndWhatIsCutOffIsNoDescriptor) {
   survived();
 }
 
-TEST_F(MqttHostileTest, WhatIsTooLongIsNotRead) {
+TEST_F(MqttHostileTest, OversizedMessagesAreRejected) {
   publish(std::string(kMaxDescriptorBytes + 1, 'x'));
   publish(std::string(200'000, 'x'));
   EXPECT_TRUE(becomes_true("both are counted", [&] { return probe_->stats().oversized == 2; }));
-  // The broker was told how much we take: this one it keeps to itself.
+  // Above the client's Maximum Packet Size: the broker does not forward it.
   publish(std::string(3'000'000, 'x'));
-  EXPECT_TRUE(becomes_true("others get it",
-                         [&] { return mallory_.newest(attic_.topics.descriptor)->payload.size() == 3'000'000; }));
+  EXPECT_TRUE(becomes_true("other subscribers receive it",
+                           [&] { return mallory_.newest(attic_.topics.descriptor)->payload.size() == 3'000'000; }));
   survived();
   EXPECT_EQ(probe_->stats().oversized, 2U);
   EXPECT_EQ(probe_->stats().reconnects, 0U);
@@ -73,13 +73,14 @@ TEST_F(MqttHostileTest, AReplayNeverBecomesTheNewest) {
   publish(first_);                                                           // the same again
   publish(attic_.descriptor(7, 10'000 * kMs));                               // an old one
   publish(attic_.descriptor(9'999, 51 * kMs + monotonic_now_ns() / 1'000));  // old, with a sequence to come
-  EXPECT_TRUE(becomes_true("all are counted", [&] { return probe_->stats().untimely == 3; })) << probe_->stats().untimely;
+  EXPECT_TRUE(becomes_true("all are counted", [&] { return probe_->stats().untimely == 3; }))
+      << probe_->stats().untimely;
   EXPECT_THAT(probe_->stats().last_error, HasSubstr("not newer"));
   survived();
   EXPECT_EQ(probe_->stats().gaps, 0U);
 }
 
-TEST_F(MqttHostileTest, WhatIsDatedInTheFutureWouldStayFreshForEverAndIsRefused) {
+TEST_F(MqttHostileTest, DescriptorFromTheFutureIsRejected) {
   publish(attic_.descriptor(200, -60'000 * kMs));
   publish(attic_.descriptor(201, -86'400'000 * kMs));
   Descriptor beyond = numbered(202, 0);
@@ -91,7 +92,7 @@ TEST_F(MqttHostileTest, WhatIsDatedInTheFutureWouldStayFreshForEverAndIsRefused)
   survived();
 }
 
-TEST_F(MqttHostileTest, AForgedStatusChangesNothingThatTheNextTrueOneDoesNotMend) {
+TEST_F(MqttHostileTest, ForgedStatusIsCorrectedByTheNextOne) {
   for (const std::string& bad :
        {std::string(), std::string("going"), std::string(5'000, 'x'), std::string("\x0a\xff", 2)})
     mallory_.publish(attic_.topics.status, bad);
@@ -99,19 +100,20 @@ TEST_F(MqttHostileTest, AForgedStatusChangesNothingThatTheNextTrueOneDoesNotMend
       << probe_->stats().undecodable;
   EXPECT_EQ(probe_->stats().state, LinkState::connected);
   mallory_.publish(attic_.topics.status, "gone");
-  EXPECT_TRUE(becomes_true("it is believed", [&] { return probe_->stats().state == LinkState::gone; }));
+  EXPECT_TRUE(becomes_true("the forged status is accepted", [&] { return probe_->stats().state == LinkState::gone; }));
   attic_.say_alive();
-  EXPECT_TRUE(becomes_true("and mended", [&] { return probe_->stats().state == LinkState::connected; }));
+  EXPECT_TRUE(
+      becomes_true("the next status corrects it", [&] { return probe_->stats().state == LinkState::connected; }));
   survived();
 }
 
-TEST_F(MqttHostileTest, AnAnswerThatNobodyAskedForMovesNoClock) {
-  // The reply topic is seen by whoever may read everything; what was asked last is not.
+TEST_F(MqttHostileTest, UnsolicitedClockResponseIsIgnored) {
+  // A client with full read access knows the reply topic, but not the correlation data of the last request.
   const auto question = mallory_.newest(attic_.topics.clock);
   ASSERT_TRUE(question);
   const Duration before = probe_->info().clock_offset;
-  // Let the round trips of the start end, so that no question is open.
-  ASSERT_TRUE(becomes_true("the first questions were asked", [&] { return attic_.questions == 4; }));
+  // Wait until the initial round trips are complete, so that no request is pending.
+  ASSERT_TRUE(becomes_true("the initial clock requests were received", [&] { return attic_.clock_requests == 4; }));
   const std::string lie = encode_clock({attic_.now() - 3'000'000 * kMs});
   const std::uint64_t counted = probe_->stats().undecodable;
   mallory_.publish({question->response_topic, lie, false, {}, question->correlation});

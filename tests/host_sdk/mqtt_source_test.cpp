@@ -1,4 +1,4 @@
-// A probe at a broker, followed by the SDK.
+// The MQTT connection against a fake probe at a real broker.
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -18,7 +18,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-TEST(MqttSource, FollowsAProbeByItsClock) {
+TEST(MqttSource, ReceivesDescriptorsMappedToTheHostsClock) {
   Broker broker;
   ProbeAtBroker attic(broker);
   attic.say_alive();
@@ -35,13 +35,13 @@ TEST(MqttSource, FollowsAProbeByItsClock) {
   const Lighting light = probe->latest();
   EXPECT_EQ(light.validity(), Validity::valid);
   EXPECT_GE(light.age().ns, 20 * kMs - info.clock_uncertainty.ns);
-  EXPECT_GT(light.age_uncertainty().ns, 0) << "what the clocks leave open stands beside the age";
+  EXPECT_GT(light.age_uncertainty().ns, 0) << "the clock uncertainty is reported with the age";
   EXPECT_EQ(probe->stats().received, 20U);
   EXPECT_EQ(probe->stats().gaps, 0U);
   EXPECT_EQ(probe->stats().last_error, "");
 }
 
-TEST(MqttSource, TellsALateComerHowOldTheRetainedDescriptorIs) {
+TEST(MqttSource, RetainedDescriptorHasItsAge) {
   Broker broker;
   ProbeAtBroker attic(broker);
   attic.say_alive();
@@ -55,7 +55,7 @@ TEST(MqttSource, TellsALateComerHowOldTheRetainedDescriptorIs) {
   EXPECT_GE(probe->latest().age().ns, 3'000 * kMs - probe->info().clock_uncertainty.ns);
 }
 
-TEST(MqttSource, WithoutTheProbesClockThereIsNoAnswer) {
+TEST(MqttSource, WithoutTheProbesClockConnectFails) {
   Broker broker;
   ProbeAtBroker attic(broker);
   attic.answers = false;
@@ -68,12 +68,12 @@ TEST(MqttSource, WithoutTheProbesClockThereIsNoAnswer) {
   const Result<Probe> probe = Probe::connect(broker.uri("venue/attic"), options);
   ASSERT_FALSE(probe.ok());
   EXPECT_EQ(probe.status().code(), StatusCode::unavailable);
-  EXPECT_THAT(probe.status().message(), HasSubstr("does not tell its clock"));
+  EXPECT_THAT(probe.status().message(), HasSubstr("does not report its clock"));
   EXPECT_EQ(taken, 0);
-  EXPECT_GE(attic.questions, 2) << "it asked again";
+  EXPECT_GE(attic.clock_requests, 2) << "the clock was requested again";
 }
 
-TEST(MqttSource, WhereAProbeHasLeftOrNeverWasConnectSaysSo) {
+TEST(MqttSource, ConnectReportsAGoneOrUnknownProbe) {
   Broker broker;
   ProbeAtBroker attic(broker);
   ProbeOptions options = patient();
@@ -87,7 +87,7 @@ TEST(MqttSource, WhereAProbeHasLeftOrNeverWasConnectSaysSo) {
   EXPECT_THAT(gone.message(), HasSubstr("the probe has left venue/attic"));
 }
 
-TEST(MqttSource, AfterTheLastWillTheLightGrowsStaleUntilTheProbeIsBackWithAnotherClock) {
+TEST(MqttSource, LastWillMakesLightStaleUntilTheProbeIsBack) {
   Broker broker;
   ProbeAtBroker attic(broker);
   attic.say_alive();
@@ -98,21 +98,22 @@ TEST(MqttSource, AfterTheLastWillTheLightGrowsStaleUntilTheProbeIsBackWithAnothe
   attic.say(attic.descriptor(1'000, 0));
   ASSERT_TRUE(newest_becomes(*probe, 1'000));
   attic.say_gone();
-  EXPECT_TRUE(becomes_true("the link knows", [&] { return probe->stats().state == LinkState::gone; }));
+  EXPECT_TRUE(becomes_true("the link reports it", [&] { return probe->stats().state == LinkState::gone; }));
   EXPECT_TRUE(becomes_true("the light is stale", [&] { return probe->latest().validity() == Validity::stale; }));
   EXPECT_THAT(probe->stats().last_error, HasSubstr("has left"));
   attic.say(attic.descriptor(1'001, 0));
   attic.offset_ns = 5'000 * kMs - monotonic_now_ns();  // it rebooted: five seconds since
   attic.say_alive();
-  EXPECT_TRUE(becomes_true("it is followed again", [&] { return probe->stats().state == LinkState::connected; }));
-  EXPECT_EQ(probe->latest().descriptor().sequence, 1'000U) << "what nobody's clock dates is not taken";
+  EXPECT_TRUE(
+      becomes_true("descriptors are received again", [&] { return probe->stats().state == LinkState::connected; }));
+  EXPECT_EQ(probe->latest().descriptor().sequence, 1'000U) << "a descriptor is not accepted while the clock is unknown";
   attic.say(attic.descriptor(1, 10 * kMs));
   ASSERT_TRUE(newest_becomes(*probe, 1));
   EXPECT_LT(probe->latest().age().ns, 60'000 * kMs);
   EXPECT_GE(probe->stats().reconnects, 1U);
 }
 
-TEST(MqttSource, ComesBackWhenTheBrokerDoes) {
+TEST(MqttSource, ReconnectsToTheBroker) {
   Broker broker;
   auto attic = std::make_unique<ProbeAtBroker>(broker);
   attic->say_alive();
@@ -132,7 +133,7 @@ TEST(MqttSource, ComesBackWhenTheBrokerDoes) {
   EXPECT_EQ(probe->stats().reconnects, 1U);
 }
 
-TEST(MqttSource, ABrokerThatStallsIsSilenceAndEndsWithinASecond) {
+TEST(MqttSource, StalledBrokerIsReportedAndClosesWithinASecond) {
   Broker broker;
   ProbeAtBroker attic(broker);
   attic.say_alive();
@@ -148,7 +149,7 @@ TEST(MqttSource, ABrokerThatStallsIsSilenceAndEndsWithinASecond) {
   attic.say(attic.descriptor(1, 0));
   ASSERT_TRUE(newest_becomes(*probe, 1));
   broker.process().signal(SIGSTOP);
-  EXPECT_TRUE(becomes_true("the silence is told", [&] { return probe->stats().state == LinkState::waiting; }));
+  EXPECT_TRUE(becomes_true("the silence is reported", [&] { return probe->stats().state == LinkState::waiting; }));
   EXPECT_THAT(probe->stats().last_error, HasSubstr("silent"));
   EXPECT_EQ(probe->latest().validity(), Validity::stale);
   const std::int64_t begin = monotonic_now_ns();
@@ -157,7 +158,7 @@ TEST(MqttSource, ABrokerThatStallsIsSilenceAndEndsWithinASecond) {
   broker.process().signal(SIGCONT);
 }
 
-TEST(MqttSource, AnObserverThatTakesItsTimeIsWaitedFor) {
+TEST(MqttSource, DestructorWaitsForASlowCallback) {
   Broker broker;
   ProbeAtBroker attic(broker);
   attic.say_alive();
@@ -172,12 +173,12 @@ TEST(MqttSource, AnObserverThatTakesItsTimeIsWaitedFor) {
     const Result<Probe> probe = Probe::connect(broker.uri("venue/attic"), options);
     ASSERT_TRUE(probe.ok()) << probe.status().message();
     attic.say(attic.descriptor(1, 0));
-    ASSERT_TRUE(becomes_true("it looks", [&] { return begun == 1; }));
+    ASSERT_TRUE(becomes_true("the callback runs", [&] { return begun == 1; }));
   }
   EXPECT_EQ(ended, 1) << "nothing of ours runs when the probe is gone";
 }
 
-TEST(MqttSource, TakesNoCommands) {
+TEST(MqttSource, AcceptsNoCommands) {
   Broker broker;
   ProbeAtBroker attic(broker);
   attic.say_alive();
@@ -191,7 +192,7 @@ TEST(MqttSource, TakesNoCommands) {
 }
 
 TEST(MqttSource, ALoginGoesOverPlainTextOnlyWhereTheAddressAsksForIt) {
-  // An address that nobody has (RFC 5737): what is refused is refused before anybody is called.
+  // A documentation address (RFC 5737): the rejection happens before any connection attempt.
   ProbeOptions options = patient();
   options.mqtt.user = "ann";
   options.mqtt.password = "s3cret";
@@ -203,7 +204,7 @@ TEST(MqttSource, ALoginGoesOverPlainTextOnlyWhereTheAddressAsksForIt) {
   options.connect_timeout = {100 * kMs};
   EXPECT_EQ(Probe::connect("mqtt://192.0.2.1/venue/attic?security=plain", options).status().code(),
             StatusCode::unavailable);
-  // The session is the last to see it, whoever made it.
+  // The session checks the login itself, whoever created it.
   std::string lost;
   MqttSession::Options session;
   session.address = *parse_mqtt_address("mqtt://192.0.2.1/venue/attic");
@@ -214,7 +215,7 @@ TEST(MqttSource, ALoginGoesOverPlainTextOnlyWhereTheAddressAsksForIt) {
   EXPECT_THAT(lost, HasSubstr("?security=plain"));
 }
 
-TEST(MqttSource, ComesInWithTlsAndAPasswordAndNotWithout) {
+TEST(MqttSource, ConnectsOnlyWithTlsAndPassword) {
   const Authority authority("venue"), other("elsewhere");
   Broker broker({.tls = authority.sign("broker"), .client_ca = authority.certificate(), .users = {{"ann", "s3cret"}}});
   const KeyPair own = authority.sign("headset");
@@ -228,7 +229,7 @@ TEST(MqttSource, ComesInWithTlsAndAPasswordAndNotWithout) {
   const auto said = [&](const ProbeOptions& o) {
     return Probe::connect(broker.uri("venue/attic"), o).status().message();
   };
-  // Nobody is there; but the broker let us look.
+  // There is no probe, but the broker accepted the connection.
   EXPECT_THAT(said(options), HasSubstr("no probe has published"));
   ProbeOptions wrong = options;
   wrong.mqtt.password = "guess";
@@ -243,7 +244,7 @@ TEST(MqttSource, ComesInWithTlsAndAPasswordAndNotWithout) {
   EXPECT_THAT(said(wrong), HasSubstr("/no/such.pem"));
 }
 
-TEST(MqttSource, DoesNotTrustABrokerWhoseCertificateExpiredOrNamesAnother) {
+TEST(MqttSource, RejectsABrokerWithAnExpiredOrForeignCertificate) {
   const Authority authority("venue");
   for (const KeyPair& bad :
        {authority.sign("old", "IP:127.0.0.1", -1), authority.sign("other", "DNS:elsewhere.example")}) {
@@ -256,7 +257,7 @@ TEST(MqttSource, DoesNotTrustABrokerWhoseCertificateExpiredOrNamesAnother) {
   }
 }
 
-TEST(MqttSource, AnAddressOfNoSingleProbeIsRefusedAtOnce) {
+TEST(MqttSource, InvalidAddressIsRejectedAtOnce) {
   for (const char* bad : {"mqtt://127.0.0.1/venue/+", "mqtt://127.0.0.1/#", "mqtt://127.0.0.1"})
     EXPECT_EQ(Probe::connect(bad).status().code(), StatusCode::invalid_argument) << bad;
   ProbeOptions options;

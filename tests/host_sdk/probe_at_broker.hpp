@@ -1,4 +1,4 @@
-// A probe at a real broker that says exactly what a test wants.
+// A fake probe at a real broker that publishes scripted messages.
 #pragma once
 
 #include <atomic>
@@ -24,7 +24,7 @@ class ProbeAtBroker {
  public:
   explicit ProbeAtBroker(const Broker& broker, const std::string& base = "venue/attic")
       : topics(base), client(broker.port(), {topics.clock}, [this](const BrokerMessage& question) {
-          ++questions;
+          ++clock_requests;
           if (answers) client.answer({question.response_topic, encode_clock({now()}), false, {}, question.correlation});
         }) {}
 
@@ -38,7 +38,7 @@ class ProbeAtBroker {
   }
   void say_gone() { client.publish(topics.status, std::string(kMqttGone), MqttClient::Keep::retained); }
 
-  /// So old by the probe's clock; below zero: of the future.
+  /// Age by the probe's clock; negative: in the future.
   [[nodiscard]] std::string descriptor(std::uint64_t sequence, std::int64_t age_ns) const {
     return encoded(numbered(sequence, now() - age_ns));
   }
@@ -47,11 +47,11 @@ class ProbeAtBroker {
   const MqttTopics topics;
   std::atomic<std::int64_t> offset_ns{3'600'000 * kMs};
   std::atomic<bool> answers{true};
-  std::atomic<int> questions{0};
+  std::atomic<int> clock_requests{0};
   MqttClient client;  // last: its thread uses the others
 };
 
-/// A sanitizer's build is slow: what is right is not younger than this, but it is right.
+/// Generous limit of the age, because builds with sanitizers are slow.
 inline ProbeOptions patient() {
   ProbeOptions options;
   options.max_age = {60'000 * kMs};
@@ -61,7 +61,7 @@ inline ProbeOptions patient() {
 
 [[nodiscard]] inline ::testing::AssertionResult newest_becomes(const Probe& probe, std::uint64_t sequence) {
   return becomes_true("descriptor " + std::to_string(sequence) + " is the newest; " + probe.stats().last_error,
-                    [&] { return probe.latest().descriptor().sequence == sequence; });
+                      [&] { return probe.latest().descriptor().sequence == sequence; });
 }
 
 }  // namespace lightwell::test

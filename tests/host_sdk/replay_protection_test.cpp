@@ -10,7 +10,7 @@ namespace {
 constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kNow = 5'000 * kMs;
 
-/// The probe's clock is a second ahead of the host's; a round trip of 10 ms says so, within 5 ms.
+/// The probe's clock is a second ahead of the host's, measured by a round trip of 10 ms (uncertainty 5 ms).
 ClockMap a_second_ahead() {
   ClockMap clock;
   clock.add({kNow - 10 * kMs}, {kNow - 5 * kMs + 1'000 * kMs}, {kNow});
@@ -22,10 +22,10 @@ TEST(ReplayProtection, MapsToTheHostsClock) {
   const auto at = gate.admit({kNow + 900 * kMs}, {kNow}, a_second_ahead());
   ASSERT_TRUE(at);
   EXPECT_EQ(at->at.ns, kNow - 100 * kMs);
-  EXPECT_EQ(at->uncertainty, a_second_ahead().uncertainty({kNow})) << "what the clocks leave open goes with it";
+  EXPECT_EQ(at->uncertainty, a_second_ahead().uncertainty({kNow})) << "the clock uncertainty is included";
 }
 
-TEST(ReplayProtection, WhatCameBeforeDoesNotComeAgain) {
+TEST(ReplayProtection, RejectsEarlierDescriptors) {
   ReplayProtection gate;
   const ClockMap clock = a_second_ahead();
   ASSERT_TRUE(gate.admit({kNow + 900 * kMs}, {kNow}, clock));
@@ -35,16 +35,17 @@ TEST(ReplayProtection, WhatCameBeforeDoesNotComeAgain) {
   EXPECT_TRUE(gate.admit({kNow + 901 * kMs}, {kNow}, clock));
 }
 
-TEST(ReplayProtection, WhatIsDatedInTheFutureWouldNeverGrowOld) {
+TEST(ReplayProtection, RejectsDescriptorsFromTheFuture) {
   ReplayProtection gate;
   const ClockMap clock = a_second_ahead();
-  EXPECT_TRUE(gate.admit({kNow + 1'004 * kMs}, {kNow}, clock)) << "within what the clocks may be off";
+  EXPECT_TRUE(gate.admit({kNow + 1'004 * kMs}, {kNow}, clock)) << "within the clock uncertainty";
   EXPECT_FALSE(gate.admit({kNow + 1'006 * kMs}, {kNow}, clock));
   EXPECT_FALSE(gate.admit({kNow + 3'600'000 * kMs}, {kNow}, clock));
-  EXPECT_TRUE(gate.admit({kNow + 1'005 * kMs}, {kNow + 10 * kMs}, clock)) << "what was refused left no trace";
+  EXPECT_TRUE(gate.admit({kNow + 1'005 * kMs}, {kNow + 10 * kMs}, clock))
+      << "a rejected descriptor does not change the state";
 }
 
-TEST(ReplayProtection, TimesOutOfRangeAreRefused) {
+TEST(ReplayProtection, RejectsTimesOutOfRange) {
   ReplayProtection gate;
   const ClockMap clock = a_second_ahead();
   EXPECT_FALSE(gate.admit({-1}, {kNow}, clock));
@@ -52,7 +53,7 @@ TEST(ReplayProtection, TimesOutOfRangeAreRefused) {
   EXPECT_FALSE(gate.admit({std::numeric_limits<std::int64_t>::min()}, {kNow}, clock));
 }
 
-TEST(ReplayProtection, AProbeThatBeganAnewBeginsAnew) {
+TEST(ReplayProtection, ForgetAcceptsARestartedProbe) {
   ReplayProtection gate;
   ASSERT_TRUE(gate.admit({kNow + 900 * kMs}, {kNow}, a_second_ahead()));
   ClockMap rebooted;

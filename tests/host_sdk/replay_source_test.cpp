@@ -1,4 +1,4 @@
-// A recording as a link, from recordings made here.
+// Replay of recordings that the test writes.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -25,7 +25,7 @@ constexpr std::int64_t kMs = 1'000'000;
 class ReplaySource : public ::testing::Test {
  protected:
   void SetUp() override {
-    // One folder a test: ctest runs several at once.
+    // One folder per test, because ctest runs several in parallel.
     const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
     folder_ = std::filesystem::temp_directory_path() /
               ("lightwell_replay_" + std::string(test->name()) + std::to_string(monotonic_now_ns()));
@@ -92,7 +92,7 @@ TEST_F(ReplaySource, PlaysEveryDescriptorByteForByte) {
   EXPECT_EQ(probe->stats().state, LinkState::ended);
 }
 
-TEST_F(ReplaySource, TellsWhoWasRecorded) {
+TEST_F(ReplaySource, ReportsTheRecordedProbe) {
   record(messages(1), 0);
   const Result<Probe> probe = Probe::connect("replay:" + path());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
@@ -103,7 +103,7 @@ TEST_F(ReplaySource, TellsWhoWasRecorded) {
   EXPECT_EQ(info.calibration_id, 9U);
 }
 
-TEST_F(ReplaySource, KeepsItsOwnPace) {
+TEST_F(ReplaySource, PlaysAtTheOriginalSpeed) {
   record(messages(6), 20 * kMs);
   const std::int64_t start = monotonic_now_ns();
   const Result<Probe> probe = Probe::connect("replay:" + path());
@@ -112,7 +112,7 @@ TEST_F(ReplaySource, KeepsItsOwnPace) {
   EXPECT_GE(monotonic_now_ns() - start, 5 * 20 * kMs) << "earlier than it was recorded";
 }
 
-TEST_F(ReplaySource, ThePastCanBeAsked) {
+TEST_F(ReplaySource, QueriesInThePastWork) {
   record(messages(6), 20 * kMs);
   const Result<Probe> probe = Probe::connect("replay:" + path());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
@@ -127,9 +127,9 @@ TEST_F(ReplaySource, ThePastCanBeAsked) {
   EXPECT_EQ(probe->at(newest - Duration{3600'000 * kMs}).validity(), Validity::before_history);
 }
 
-TEST_F(ReplaySource, ThePlaceOfAProbeThatHangsOnAWallIsSaidOnce) {
+TEST_F(ReplaySource, WorldPoseOptionIsUsed) {
   record(messages(1), 0);
-  // Half a turn about forward: what is above the probe is below in the world.
+  // Rotated by pi about the forward axis: the probe's up is the world's down.
   ProbeOptions hanging;
   hanging.T_world_probe = UncertainPose{{Quat::about({0, 0, -1}, 3.14159265358979), {0, 2, 0}}, {}};
   hanging.T_world_probe->covariance[0][0] = 1e-4;
@@ -141,10 +141,10 @@ TEST_F(ReplaySource, ThePlaceOfAProbeThatHangsOnAWallIsSaidOnce) {
   ASSERT_FALSE(world.lights().empty());
   EXPECT_NEAR(world.lights()[0].direction.y, -1, 1e-3);
   const auto& covariance = world.lights()[0].direction_covariance;
-  EXPECT_NEAR(covariance[0] + covariance[2], 1e-4, 1e-6) << "a turn about X moves what is at -Y";
+  EXPECT_NEAR(covariance[0] + covariance[2], 1e-4, 1e-6) << "a rotation about X moves a direction at -Y";
 }
 
-TEST_F(ReplaySource, WithoutAPlaceThereIsNoWorld) {
+TEST_F(ReplaySource, WithoutAPoseThereIsNoWorldLighting) {
   record(messages(1), 0);
   const Result<Probe> probe = Probe::connect("replay:" + path() + "?speed=0");
   ASSERT_TRUE(probe.ok()) << probe.status().message();
@@ -158,7 +158,7 @@ TEST_F(ReplaySource, WithoutAPlaceThereIsNoWorld) {
   EXPECT_NE(refused.status().message().find("T_world_probe"), std::string::npos);
 }
 
-TEST_F(ReplaySource, NothingIsFromTheFuture) {
+TEST_F(ReplaySource, NoDescriptorIsFromTheFuture) {
   record(messages(10), 20 * kMs);
   ProbeOptions options;
   int future = 0;
@@ -174,7 +174,7 @@ TEST_F(ReplaySource, NothingIsFromTheFuture) {
   EXPECT_EQ(future, 0);
 }
 
-TEST_F(ReplaySource, DamageIsCountedAndPassedOver) {
+TEST_F(ReplaySource, DamagedRecordsAreCountedAndSkipped) {
   std::vector<std::string> sent = messages(3);
   sent.insert(sent.begin() + 1, "no descriptor");
   sent.insert(sent.begin() + 2, std::string(70'000, 'x'));
@@ -189,10 +189,10 @@ TEST_F(ReplaySource, DamageIsCountedAndPassedOver) {
   EXPECT_EQ(probe->stats().received, 3U);
   EXPECT_EQ(probe->stats().undecodable, 1U);
   EXPECT_EQ(probe->stats().oversized, 1U);
-  EXPECT_NE(probe->stats().last_error.find("cut off"), std::string::npos);
+  EXPECT_NE(probe->stats().last_error.find("truncated"), std::string::npos);
 }
 
-TEST_F(ReplaySource, WhatCannotBePlayedIsSaid) {
+TEST_F(ReplaySource, UnplayableFilesAreReported) {
   const Result<Probe> missing = Probe::connect("replay:" + path());
   ASSERT_FALSE(missing.ok());
   EXPECT_EQ(missing.status().code(), StatusCode::not_found) << missing.status().message();
@@ -206,7 +206,7 @@ TEST_F(ReplaySource, WhatCannotBePlayedIsSaid) {
   EXPECT_EQ(letter.status().code(), StatusCode::data_loss) << letter.status().message();
 }
 
-TEST_F(ReplaySource, ARecordingCannotBeTold) {
+TEST_F(ReplaySource, RecordingAcceptsNoCommands) {
   record(messages(1), 0);
   Result<Probe> probe = Probe::connect("replay:" + path());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
@@ -216,7 +216,7 @@ TEST_F(ReplaySource, ARecordingCannotBeTold) {
   EXPECT_EQ(probe->report_lux(100, {0, 1, 0}).status().code(), StatusCode::failed_precondition);
 }
 
-TEST_F(ReplaySource, AnEmptyRecordingEnds) {
+TEST_F(ReplaySource, EmptyRecordingEnds) {
   record({}, 0);
   const Result<Probe> probe = Probe::connect("replay:" + path());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
@@ -224,7 +224,7 @@ TEST_F(ReplaySource, AnEmptyRecordingEnds) {
   EXPECT_EQ(probe->latest().validity(), Validity::none);
 }
 
-TEST_F(ReplaySource, EndsInTheMiddleOfALongPause) {
+TEST_F(ReplaySource, ClosesDuringALongPause) {
   record(messages(2), 3'600'000 * kMs);
   const std::int64_t start = monotonic_now_ns();
   {

@@ -1,4 +1,4 @@
-// Scenes whose light is known in closed form.
+// Scenes whose irradiance is known in closed form.
 #pragma once
 
 #include <cstddef>
@@ -39,7 +39,7 @@ inline Descriptor one_light(Vec3f direction, Irradiance irradiance, float rho = 
   return descriptor;
 }
 
-/// A descriptor that tells its sequence in its light, too: whoever mixes two of them is seen.
+/// A descriptor whose radiance encodes its sequence number, so that a mixture of two is detected.
 inline Descriptor numbered(std::uint64_t sequence, std::int64_t mid_exposure_ns) {
   Descriptor descriptor = constant_scene(Radiance{1, 1, 1} * static_cast<float>(sequence));
   descriptor.sequence = sequence;
@@ -52,7 +52,7 @@ inline Descriptor numbered(std::uint64_t sequence, std::int64_t mid_exposure_ns)
   return descriptor;
 }
 
-/// Empty where it cannot be encoded, which every test would notice.
+/// Empty if it cannot be encoded, which makes the test fail.
 inline std::string encoded(const Descriptor& descriptor) {
   Encoder encoder;
   const auto bytes = encoder.encode(descriptor);
@@ -64,7 +64,7 @@ inline std::span<const std::byte> as_bytes(const std::string& text) {
   return std::as_bytes(std::span(text.data(), text.size()));
 }
 
-/// Ten directions that lie on no axis and in all octants, and the six axes.
+/// Ten directions in all octants that are on no axis, and the six axes.
 inline std::vector<Vec3f> directions() {
   return {{0.3F, 0.8F, -0.5F}, {-0.7F, 0.2F, 0.6F}, {0.1F, -0.9F, 0.4F}, {-0.5F, -0.5F, -0.7F},
           {0.9F, 0.1F, 0.2F},  {-0.2F, 0.3F, 0.9F}, {0.6F, -0.6F, 0.5F}, {-0.8F, 0.6F, -0.1F},

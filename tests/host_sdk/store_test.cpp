@@ -12,7 +12,7 @@
 namespace lightwell::core {
 namespace {
 
-/// Large enough that a torn or freed one would show; counts those that live.
+/// Large enough to detect torn or freed values; counts live instances.
 struct Page {
   explicit Page(std::uint64_t n, std::atomic<int>& living) : alive(living) {
     words.fill(n);
@@ -29,12 +29,12 @@ struct Page {
   std::array<std::uint64_t, 64> words{};
 };
 
-TEST(LatestStore, IsEmptyBeforeTheFirst) {
+TEST(LatestStore, IsNullBeforeTheFirstPublish) {
   const LatestStore<int> store;
   EXPECT_EQ(store.read(), nullptr);
 }
 
-TEST(LatestStore, GivesTheNewest) {
+TEST(LatestStore, ReturnsTheNewest) {
   LatestStore<int> store;
   for (int i = 0; i < 100; ++i) {
     store.publish(std::make_shared<const int>(i));
@@ -43,7 +43,7 @@ TEST(LatestStore, GivesTheNewest) {
   }
 }
 
-TEST(LatestStore, WhatAReaderHoldsStaysWhole) {
+TEST(LatestStore, HeldValueStaysValid) {
   LatestStore<int> store;
   store.publish(std::make_shared<const int>(1));
   const std::shared_ptr<const int> held = store.read();
@@ -51,7 +51,7 @@ TEST(LatestStore, WhatAReaderHoldsStaysWhole) {
   EXPECT_EQ(*held, 1);
 }
 
-/// Run under TSan and ASan, too: they see what the assertions cannot.
+/// Also run under TSan and ASan, which detect races that the assertions do not.
 template <std::size_t kSlots>
 void stress(std::uint64_t published) {
   constexpr int kReaders = 4;
@@ -81,7 +81,7 @@ void stress(std::uint64_t published) {
     while (ready.load() < kReaders) std::this_thread::yield();
     for (std::uint64_t n = 2; n <= published; ++n) {
       store.publish(std::make_shared<const Page>(n, alive));
-      // On few cores the readers would otherwise sleep through it.
+      // Otherwise, on few cores, the readers might not run meanwhile.
       if (n % 100 == 0) std::this_thread::yield();
     }
     done = true;
@@ -97,7 +97,7 @@ void stress(std::uint64_t published) {
 
 TEST(LatestStore, ManyReadersSeeWholeValuesInOrder) { stress<8>(6'000); }
 
-/// The slot that a reader is about to pin is the next one to be written: every race is a near one.
+/// With two slots, the slot that a reader is about to pin is the next one to be written, which provokes races.
 TEST(LatestStore, ManyReadersSeeWholeValuesInTwoSlots) { stress<2>(1'500); }
 
 }  // namespace

@@ -22,7 +22,7 @@
 namespace lightwell::test {
 namespace {
 
-/// A transfer that libusb has begun; both of its pieces of memory are libusb's.
+/// A transfer submitted by libusb, which owns both of its buffers.
 struct Urb {
   UMockdevIoctlData* urb = nullptr;
   UMockdevIoctlData* buffer = nullptr;
@@ -33,7 +33,7 @@ void refuse(const char* what, GError* error) {
   std::exit(1);
 }
 
-/// From plugging in to pulling out.
+/// State of the device from plugging in to unplugging.
 struct Device {
   FrameReader reader;
   std::vector<std::byte> frame, answer;
@@ -75,7 +75,7 @@ struct UmockProbe::Port {
 };
 
 UMockdevTestbed* UmockProbe::Port::bed() {
-  // One in a process, never ended.
+  // One per process, never destroyed.
   static UMockdevTestbed* const one = [] {
     UMockdevTestbed* const made = umockdev_testbed_new();
     if (umockdev_in_mock_environment() == FALSE) {
@@ -158,7 +158,7 @@ gboolean UmockProbe::Port::on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* cli
   int failed = 0;
   {
     const std::lock_guard lock(port.mutex);
-    // Whoever opened the device before it was pulled out has that one, even if it is back.
+    // A handle opened before unplugging stays with the old device, even if a new one is plugged in.
     using Opened = std::shared_ptr<Device>;
     auto* opened = static_cast<Opened*>(g_object_get_data(G_OBJECT(client), "lightwell-opened"));
     if (opened == nullptr) {
@@ -246,7 +246,7 @@ int UmockProbe::Port::submit(Device& d, UMockdevIoctlData* address) {
   return 0;
 }
 
-/// String descriptors are all that is asked for: the rest is in /sys.
+/// libusb requests only string descriptors; everything else is in /sys.
 int UmockProbe::Port::control(const usbdevfs_urb&, std::span<std::uint8_t> buffer, int& actual) const {
   constexpr std::size_t kSetup = 8;
   if (buffer.size() < kSetup || buffer[1] != 6 || buffer[3] != 3) return -EPIPE;
@@ -289,7 +289,7 @@ int UmockProbe::Port::reap(Device& d, UMockdevIoctlData* address) {
       const std::size_t n = std::min(bytes.size(), static_cast<std::size_t>(urb.buffer_length));
       umockdev_ioctl_data_update(u.buffer, 0, reinterpret_cast<guint8*>(bytes.data()), static_cast<gint>(n));
       urb.actual_length = static_cast<int>(n);
-      // What is longer goes on in the next; what fills this one to the last byte as well, with nothing.
+      // Longer data continue in the next transfer; data that fill a transfer exactly are followed by an empty one.
       bytes.erase(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(n));
       if (urb.actual_length < urb.buffer_length) d.to_host.pop_front();
     }

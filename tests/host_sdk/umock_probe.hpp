@@ -1,8 +1,8 @@
 // A probe on USB by umockdev, for the unmodified libusb: what the kernel's usbfs would do, without a kernel's help.
 //
 // The program runs with LD_PRELOAD=libumockdev-preload.so.0 (CMakeLists.txt), which leads /sys, udev's events, open()
-// and ioctl() here. The node is a regular file, which poll() finds always ready: libusb asks again and again instead of
-// sleeping, so that nothing is to be learnt here of waiting and of time.
+// and ioctl() here. The node is a regular file, which poll() always reports as ready, so libusb polls instead of
+// sleeping; timing cannot be tested here.
 #pragma once
 
 #include <cstddef>
@@ -14,16 +14,16 @@
 
 namespace lightwell::test {
 
-/// What the device says of itself.
+/// Properties of the device.
 struct UsbDeviceKind {
   std::string serial = "LW-1";
   std::uint8_t in = 0x81, out = 0x02;  ///< Endpoints.
   std::uint8_t interface_subclass = 0x4C;
-  /// Interfaces before the probe's: of a network function, say.
+  /// Number of interfaces before the probe's, for example of a network function.
   int interfaces_before = 0;
 };
 
-/// One in one port; two ports there are. Answers requests as a probe does. Made plugged in.
+/// A device in one of two ports, plugged in at construction. Responds to requests as a probe does.
 class UmockProbe {
  public:
   explicit UmockProbe(const UsbDeviceKind& kind = {}, int port = 1);
@@ -34,9 +34,9 @@ class UmockProbe {
   void unplug();
   void plug_in();
 
-  /// A descriptor in a frame, as one transfer.
+  /// Sends a descriptor in a frame, as one transfer.
   void send(const std::string& descriptor);
-  /// Bytes as they are, as one transfer.
+  /// Sends the bytes unchanged, as one transfer.
   void send_bytes(std::vector<std::byte> bytes);
   /// The next transfer to the host ends with this status of a URB, -EPIPE for a stall.
   void fail_next(int status);

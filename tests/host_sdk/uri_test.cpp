@@ -17,7 +17,7 @@ std::string address(std::string_view uri) {
   return std::get<GrpcAddress>(*parsed).host_port;
 }
 
-TEST(ProbeUri, NamesHostAndPort) {
+TEST(ProbeUri, ParsesHostAndPort) {
   EXPECT_EQ(address("grpc://10.0.0.7:7000"), "10.0.0.7:7000");
   EXPECT_EQ(address("grpc://probe.local"), "probe.local:7420");
   EXPECT_EQ(address("grpc://probe.local/"), "probe.local:7420");
@@ -25,7 +25,7 @@ TEST(ProbeUri, NamesHostAndPort) {
   EXPECT_EQ(address("grpc://[fe80::2]"), "[fe80::2]:7420");
 }
 
-TEST(ProbeUri, ANameInLocalIsOneOfMulticastDns) {
+TEST(ProbeUri, NameInLocalIsMulticastDns) {
   for (const char* name : {"attic.local:7420", "ATTIC.LOCAL:1", "attic.local.:7420", "east.attic.local:7420"})
     EXPECT_TRUE(is_mdns_name(name)) << name;
   for (const char* other :
@@ -33,14 +33,14 @@ TEST(ProbeUri, ANameInLocalIsOneOfMulticastDns) {
     EXPECT_FALSE(is_mdns_name(other)) << other;
 }
 
-TEST(ProbeUri, TellsWhetherItIsOverTls) {
+TEST(ProbeUri, ParsesTls) {
   EXPECT_EQ(std::get<GrpcAddress>(*parse_probe_uri("grpc://attic")).transport, Transport::plain);
   EXPECT_EQ(std::get<GrpcAddress>(*parse_probe_uri("grpcs://attic")).transport, Transport::tls);
   EXPECT_EQ(address("grpcs://attic"), "attic:7420");
   EXPECT_EQ(address("grpcs://[::1]:7000/"), "[::1]:7000");
 }
 
-TEST(ProbeUri, PairingIsOverTlsAloneAndHasItsOwnPort) {
+TEST(ProbeUri, PairingNeedsTlsAndHasItsOwnPort) {
   EXPECT_EQ(parse_pairing_uri("grpcs://attic")->host_port, "attic:7421");
   EXPECT_EQ(parse_pairing_uri("grpcs://[fe80::2]:9")->host_port, "[fe80::2]:9");
   for (const char* bad : {"grpc://attic", "attic", "grpcs://", "grpcs://x:0", "replay:x", "grpcs://x/y"}) {
@@ -50,7 +50,7 @@ TEST(ProbeUri, PairingIsOverTlsAloneAndHasItsOwnPort) {
   }
 }
 
-TEST(ProbeUri, NamesARecording) {
+TEST(ProbeUri, ParsesARecording) {
   const Result<ProbeUri> plain = parse_probe_uri("replay:/tmp/a b?.lwr");
   ASSERT_TRUE(plain.ok());
   EXPECT_EQ(std::get<ReplayPath>(*plain).path, "/tmp/a b?.lwr");
@@ -61,7 +61,7 @@ TEST(ProbeUri, NamesARecording) {
   EXPECT_EQ(std::get<ReplayPath>(*quick).speed, 2.5);
 }
 
-TEST(ProbeUri, NamesAProbeOnUsb) {
+TEST(ProbeUri, ParsesAUsbProbe) {
   const Result<ProbeUri> only = parse_probe_uri("usb:");
   ASSERT_TRUE(only.ok());
   EXPECT_EQ(std::get<UsbAddress>(*only).serial, "");
@@ -70,7 +70,7 @@ TEST(ProbeUri, NamesAProbeOnUsb) {
   EXPECT_EQ(std::get<UsbAddress>(*one).serial, "LW-00-7f:3");
 }
 
-TEST(ProbeUri, RefusalsSayWhatWouldBeRight) {
+TEST(ProbeUri, ErrorsSayWhatIsAllowed) {
   for (const char* bad : {"",
                           "probe.local",
                           "http://x",
@@ -107,7 +107,7 @@ TEST(ProbeUri, RefusalsSayWhatWouldBeRight) {
   EXPECT_NE(unknown.find("replay:"), std::string::npos) << unknown;
 }
 
-TEST(ProbeOptions, ImpossibleOnesAreNamed) {
+TEST(ProbeOptions, RejectsInvalidValuesByName) {
   EXPECT_TRUE(ProbeOptions{}.validate().ok());
   ProbeOptions options;
   options.history = 0;

@@ -1,4 +1,4 @@
-// The SDK's USB link and the real libusb, on a device by umockdev.
+// The SDK's USB connection with the real libusb, on a device simulated by umockdev.
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
@@ -31,10 +31,10 @@ ProbeOptions options() {
 
 ::testing::AssertionResult received(const Probe& probe, std::uint64_t count) {
   return becomes_true(std::to_string(count) + " descriptors are here (" + probe.stats().last_error + ")",
-                    [&] { return probe.stats().received >= count; });
+                      [&] { return probe.stats().received >= count; });
 }
 
-TEST(UsbDevice, IsFoundAskedAndRead) {
+TEST(UsbDevice, IsOpenedAndDescriptorsAreReceived) {
   UmockProbe device;
   Result<Probe> probe = Probe::connect("usb:", options());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
@@ -45,7 +45,7 @@ TEST(UsbDevice, IsFoundAskedAndRead) {
   ASSERT_TRUE(received(*probe, 2));
   EXPECT_EQ(probe->latest().descriptor().sequence, 6U);
   EXPECT_EQ(probe->stats().state, LinkState::connected);
-  EXPECT_EQ(device.interfaces_set(), 1) << "which tells the probe that a new reader is here";
+  EXPECT_EQ(device.interfaces_set(), 1) << "SET_INTERFACE tells the probe that a new reader is connected";
 
   EstimatorConfig config;
   config.band = 2;
@@ -97,7 +97,7 @@ TEST(UsbDevice, EndpointsAndInterfaceAreReadFromItsDescriptors) {
   EXPECT_TRUE(received(*probe, 1));
 }
 
-TEST(UsbDevice, OthersWithTheSameNumberAreLeftAlone) {
+TEST(UsbDevice, OtherDevicesWithTheSameNumberAreIgnored) {
   UsbDeviceKind other;
   other.interface_subclass = 0;
   const UmockProbe not_a_probe(other, 2);
@@ -107,7 +107,7 @@ TEST(UsbDevice, OthersWithTheSameNumberAreLeftAlone) {
   EXPECT_EQ(not_a_probe.interfaces_set(), 0);
 }
 
-TEST(UsbDevice, OfSeveralTheSerialNumberChooses) {
+TEST(UsbDevice, SerialNumberSelectsOneOfSeveral) {
   UsbDeviceKind second;
   second.serial = "LW-2";
   UmockProbe one;
@@ -127,7 +127,7 @@ TEST(UsbDevice, OfSeveralTheSerialNumberChooses) {
   EXPECT_EQ(two.interfaces_set(), 1);
 }
 
-TEST(UsbDevice, NoneIsSaidClearlyAndComesWhenItIsPluggedIn) {
+TEST(UsbDevice, MissingProbeIsReportedAndFoundWhenPluggedIn) {
   ProbeOptions quick = options();
   quick.connect_timeout = Duration::from_seconds(0.3);
   const Result<Probe> none = Probe::connect("usb:", quick);
@@ -147,8 +147,8 @@ TEST(UsbDevice, NoneIsSaidClearlyAndComesWhenItIsPluggedIn) {
       becomes_true("it is found by its event, not by looking again", [&] { return probe->stats().reconnects == 1; }));
 }
 
-/// Open handles but for the bed's own sockets, by which it answers ioctl: they are closed by its thread, later, and
-/// where two threads open and close devices at once its preloaded library keeps a pair of them for good.
+/// Number of open file descriptors without umockdev's sockets for ioctl: its thread closes them later, and when two
+/// threads open and close devices concurrently, its preloaded library leaks a pair of them.
 std::ptrdiff_t handles_of_ours() {
   const auto named_by_the_bed = [](int fd, auto name_of) {
     sockaddr_un name{};
@@ -163,7 +163,7 @@ std::ptrdiff_t handles_of_ours() {
                        });
 }
 
-TEST(UsbDevice, AHundredReplugsAreSurvivedWithoutAGrowingProcess) {
+TEST(UsbDevice, HundredReplugsLeakNothing) {
   UmockProbe device;
   const Result<Probe> probe = Probe::connect("usb:", options());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
@@ -178,10 +178,10 @@ TEST(UsbDevice, AHundredReplugsAreSurvivedWithoutAGrowingProcess) {
     }
     device.unplug();
     ASSERT_TRUE(becomes_true("the link is down", [&] { return probe->stats().state != LinkState::connected; }));
-    EXPECT_EQ(probe->latest().descriptor().sequence, i + 1) << "what was known stays";
+    EXPECT_EQ(probe->latest().descriptor().sequence, i + 1) << "the last descriptor is kept";
     device.plug_in();
     ASSERT_TRUE(becomes_true("the link is back (" + probe->stats().last_error + ")",
-                           [&] { return probe->stats().reconnects == i + 1; }));
+                             [&] { return probe->stats().reconnects == i + 1; }));
   }
   EXPECT_EQ(probe->stats().gaps, 0U);
   EXPECT_TRUE(becomes_true("as many handles are open as early on", [&] { return handles_of_ours() <= files; }))
@@ -189,7 +189,7 @@ TEST(UsbDevice, AHundredReplugsAreSurvivedWithoutAGrowingProcess) {
   EXPECT_LE(proc_status_number(::getpid(), "Threads"), threads);
 }
 
-TEST(UsbDevice, AStallIsClearedAndErrorsOfTheBusAreSurvived) {
+TEST(UsbDevice, StallIsClearedAndBusErrorsAreTolerated) {
   UmockProbe device;
   const Result<Probe> probe = Probe::connect("usb:", options());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
@@ -204,7 +204,7 @@ TEST(UsbDevice, AStallIsClearedAndErrorsOfTheBusAreSurvived) {
   EXPECT_NE(probe->stats().last_error, "");
 }
 
-TEST(UsbDevice, MessagesOfEverySizeArrive) {
+TEST(UsbDevice, ReceivesMessagesOfEverySize) {
   UmockProbe device;
   std::vector<std::string> arrived;
   ProbeOptions o = options();
@@ -232,7 +232,7 @@ TEST(UsbDevice, MessagesOfEverySizeArrive) {
   EXPECT_EQ(probe->stats().frames_refused, 0U);
 }
 
-TEST(UsbDevice, HostileBytesAreRefusedCountedAndSurvived) {
+TEST(UsbDevice, HostileBytesAreRejectedAndCounted) {
   UmockProbe device;
   const Result<Probe> probe = Probe::connect("usb:", options());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
@@ -249,7 +249,7 @@ TEST(UsbDevice, HostileBytesAreRefusedCountedAndSurvived) {
   EXPECT_EQ(probe->latest().descriptor().sequence, 3U);
 }
 
-TEST(UsbDevice, IsServedToOneProgramAtATime) {
+TEST(UsbDevice, OnlyOneProgramCanOpenIt) {
   UmockProbe device;
   ProbeOptions quick = options();
   quick.connect_timeout = Duration::from_seconds(1);
@@ -263,7 +263,7 @@ TEST(UsbDevice, IsServedToOneProgramAtATime) {
   EXPECT_TRUE(Probe::connect("usb:", options()).ok()) << "free again";
 }
 
-TEST(UsbDevice, AProbeThatHangsIsLeftAndFoundAgain) {
+TEST(UsbDevice, ReconnectsToAProbeThatHangs) {
   UmockProbe device;
   ProbeOptions o = options();
   o.silence_limit = Duration::from_seconds(2);
@@ -276,7 +276,7 @@ TEST(UsbDevice, AProbeThatHangsIsLeftAndFoundAgain) {
   EXPECT_TRUE(becomes_true("it is back", [&] { return probe->stats().reconnects >= 1; }));
 }
 
-TEST(UsbDevice, EndsWithinASecondPluggedInOrNot) {
+TEST(UsbDevice, ClosesWithinASecondPluggedInOrNot) {
   using Clock = std::chrono::steady_clock;
   UmockProbe device;
   for (int round = 0; round < 2; ++round) {

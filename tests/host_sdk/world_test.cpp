@@ -1,4 +1,4 @@
-// Light in the application's own world.
+// Lighting in the application's world frame.
 #include <array>
 #include <cmath>
 #include <limits>
@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kQuarter = std::numbers::pi / 2;
 
-TEST(World, APosesRotationTurnsTheLightAndItsPlaceDoesNot) {
-  // The probe's -Z looks along the world's -X: turned left by a quarter about up. Its +X is then the world's -Z.
+TEST(World, OnlyThePosesRotationMatters) {
+  // The probe is rotated left by pi/2 about up: its -Z is the world's -X, its +X the world's -Z.
   const Lighting lighting = Lighting::of(test::one_light({1, 0, 0}, {1, 2, 3}));
   const Pose here{Quat::about({0, 1, 0}, kQuarter), {0, 0, 0}}, there{here.rotation, {5, -2, 100}};
   for (const Pose& T_world_probe : {here, there}) {
@@ -28,7 +28,7 @@ TEST(World, APosesRotationTurnsTheLightAndItsPlaceDoesNot) {
   }
 }
 
-TEST(World, APoseThatTurnsNothingIsFlagged) {
+TEST(World, InvalidPoseIsFlagged) {
   const Lighting lighting = Lighting::of(test::one_light({1, 0, 0}, {1, 2, 3}));
   const Pose none{{0, 0, 0, 0}, {}};
   EXPECT_EQ(lighting.in_world(none).validity(), Validity::invalid_query);
@@ -45,21 +45,21 @@ double along(const Light& light, Vec3d axis) {
   return static_cast<double>(c[0]) * a * a + 2 * static_cast<double>(c[1]) * a * b + static_cast<double>(c[2]) * b * b;
 }
 
-TEST(World, DoubtAboutTheRotationIsDoubtAboutDirections) {
+TEST(World, RotationCovarianceAddsToDirectionCovariance) {
   Descriptor scene = test::one_light({1, 0, 0}, {3, 3, 3});
   scene.lights.push_back(test::light({0, 1, 0}, {2, 2, 2}));
   scene.lights[0].direction_covariance = {1e-6F, 0, 1e-6F};
   UncertainPose pose;
   pose.covariance[1][1] = 4e-4;  // about the world's up, 0.02 rad
   const Lighting world = Lighting::of(scene).in_world(pose);
-  // A turn about up moves what is at +X along Z, and what is at the zenith not at all.
+  // A rotation about up moves a direction at +X along Z, and does not move the zenith.
   EXPECT_NEAR(along(world.lights()[0], {0, 0, 1}), 4e-4 + 1e-6, 1e-9);
   EXPECT_NEAR(along(world.lights()[0], {0, 1, 0}), 1e-6, 1e-9);
   EXPECT_NEAR(along(world.lights()[1], {1, 0, 0}), 0, 1e-9);
   EXPECT_NEAR(along(world.lights()[1], {0, 0, 1}), 0, 1e-9);
 }
 
-TEST(World, CorrelatedDoubtIsCarriedAsAMatrix) {
+TEST(World, CorrelatedRotationCovarianceIsTransformed) {
   // One axis (1, 1, 0) / sqrt 2 of 0.1 rad: at +X the direction moves by w x d = (0, w_z, -w_y), so 0.005 along Z.
   UncertainPose pose;
   pose.covariance[0][0] = pose.covariance[1][1] = pose.covariance[0][1] = pose.covariance[1][0] = 0.005;
@@ -70,7 +70,7 @@ TEST(World, CorrelatedDoubtIsCarriedAsAMatrix) {
   EXPECT_NEAR(along(world.lights()[1], {0, 0, 1}), 0.01, 1e-8) << "it lies across";
 }
 
-TEST(World, ARotationOfWhichNothingIsKnownLeavesNothingKnown) {
+TEST(World, UnknownRotationGivesInfiniteVariance) {
   UncertainPose pose;
   pose.covariance[1][1] = std::numeric_limits<double>::infinity();
   Descriptor scene = test::one_light({1, 0, 0}, {3, 3, 3});

@@ -1,5 +1,5 @@
-# Installs the build into a fresh prefix, and configures, builds and runs an application that knows
-# of nothing but that prefix.
+# Installs the build into a new prefix, and configures, builds and runs an application against that prefix
+# alone.
 cmake_minimum_required(VERSION 3.25)
 set(prefix "${WORK}/prefix")
 set(build "${WORK}/consumer")
@@ -11,7 +11,7 @@ endfunction()
 
 run("${CMAKE_COMMAND}" --install "${BUILD}" --prefix "${prefix}")
 
-# A path of this machine's source or build tree in the package works here and nowhere else.
+# The package must not contain paths of this machine's source or build tree.
 file(GLOB_RECURSE package "${prefix}/*/lightwell*.cmake")
 if(NOT package)
   message(FATAL_ERROR "no CMake package was installed under ${prefix}")
@@ -26,7 +26,7 @@ foreach(file IN LISTS package)
   endforeach()
 endforeach()
 
-# Bodies that light is read from: lightwelld --body, byte for byte.
+# Marker bodies for lightwelld --body must be installed unchanged.
 if(BODIES)
   file(GLOB names RELATIVE "${BODIES}" "${BODIES}/*.textproto")
   if(NOT names)
@@ -40,7 +40,7 @@ endif()
 run("${CMAKE_COMMAND}" -S "${CONSUMER}" -B "${build}" -G "${GENERATOR}"
     "-DCMAKE_PREFIX_PATH=${prefix}" "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_CXX_FLAGS=${FLAGS}"
     -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF)
-# Another Lightwell on the machine must not be what was tested.
+# The test must not find another Lightwell on this machine.
 load_cache("${build}" READ_WITH_PREFIX found_ lightwell_DIR)
 cmake_path(IS_PREFIX prefix "${found_lightwell_DIR}" NORMALIZE inside)
 if(NOT inside)
@@ -58,7 +58,7 @@ if(NOT C_CONSUMER)
   return()
 endif()
 
-# The C ABI: by CMake's component and by pkg-config, each with a C compiler alone.
+# The C ABI: by CMake's component and by pkg-config, each with only a C compiler.
 set(build "${WORK}/c_consumer")
 run("${CMAKE_COMMAND}" -S "${C_CONSUMER}" -B "${build}" -G "${GENERATOR}"
     "-DCMAKE_PREFIX_PATH=${prefix}" "-DCMAKE_C_COMPILER=${C_COMPILER}" "-DCMAKE_C_FLAGS=${FLAGS}"

@@ -12,7 +12,7 @@ import unittest
 
 CMAKE, BUILD = sys.argv[1], pathlib.Path(sys.argv[2])
 SOURCES = pathlib.Path(__file__).resolve().parents[2] / "firmware/app/service"
-# What hil/image's board has besides.
+# The unit's drop-in for the board of hil/image.
 BOARD = SOURCES.parents[2] / "hil/image/root/etc/systemd/system/lightwelld.service.d/board.conf"
 
 
@@ -44,7 +44,7 @@ class Service(unittest.TestCase):
         self.exposure()
 
     def test_the_unit_is_one_that_systemd_understands(self):
-        # What is verified is the unit; the program, and the units of systemd that it names, only have to be there.
+        # Only the unit is verified; the program and the systemd units that it names only have to exist.
         program = self.root / "usr/bin/lightwelld"
         program.parent.mkdir(parents=True)
         program.write_text("#!/bin/sh\n")

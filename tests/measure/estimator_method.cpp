@@ -8,7 +8,7 @@ namespace lightwell::measure {
 
 namespace {
 
-/// The product: each frame by itself, as if it were the first.
+/// lightwelld's marker estimator; each frame is estimated on its own, as a first frame.
 class EstimatorMethod final : public MarkerMethod {
  public:
   Status process(const TracedFrame&, const RigParameters& rig, const MarkerBody& body, const Shot& shot) override {

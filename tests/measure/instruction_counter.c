@@ -1,8 +1,8 @@
-// A plugin of QEMU's that counts the instructions that the emulated program executes, over all of its
-// threads, and writes the number to the file that its argument `out=` names when the program exits.
-// tests/measure/count_instructions builds and loads it.
+// A QEMU plugin that counts the instructions that the emulated program executes in all its threads, and writes the
+// number to the file named by its argument `out=` when the program exits. tests/measure/count_instructions builds and
+// loads it.
 //
-// Debian's qemu-user loads plugins but ships no header for them, so what is used of QEMU's interface
+// Debian's qemu-user loads plugins but ships no header for them, so the used part of QEMU's interface
 // (docs/devel/tcg-plugins; version 1, as of the QEMU 7.2 of Debian 12) is declared here.
 #include <inttypes.h>
 #include <stdio.h>
@@ -23,7 +23,7 @@ void qemu_plugin_register_atexit_cb(PluginId id, void (*ended)(PluginId, void*),
 
 EXPORT int qemu_plugin_version = 1;
 
-// One for each thread of the program, so that none waits for another; a cache line each.
+// One counter per thread, in separate cache lines, so that threads do not contend.
 enum { max_threads = 1024 };
 static struct { _Alignas(64) uint64_t instructions; } counts[max_threads];
 static const char* out;
@@ -36,7 +36,7 @@ static void executed(unsigned thread, void* instructions) {
   counts[thread].instructions += (uintptr_t)instructions;
 }
 
-// A block has one entry, and is left early only by a signal that an instruction of it raises.
+// A block has one entry, and is left early only by a signal raised by one of its instructions.
 static void translated(PluginId id, struct qemu_plugin_tb* block) {
   (void)id;
   qemu_plugin_register_vcpu_tb_exec_cb(block, executed, no_registers, (void*)(uintptr_t)qemu_plugin_tb_n_insns(block));

@@ -1,7 +1,7 @@
-// Who finds light in frames of a marker, side by side: each looks at every frame once and answers afterwards, because
-// the seed's one threshold is chosen over all of them.
-//   MarkerMethod       the interface
-//   make_straughn_method       bench/s1_dodecahedron with our tag detector
+// Methods that estimate a light from frames of a marker, behind one interface. Results are read after all frames,
+// because the threshold of Straughn's method is chosen over all of them.
+//   MarkerMethod           the interface
+//   make_straughn_method   bench/straughn2018 with lightwell's tag detector
 //   make_estimator_method  lightwelld's estimator
 #pragma once
 
@@ -18,37 +18,37 @@
 namespace lightwell::measure {
 
 struct MarkerAnswer {
-  bool given = false;    ///< Whether a light was answered.
-  bool flagged = false;  ///< Whether the answer says of itself that it is not to be trusted.
-  Vec3d direction;       ///< Towards the strongest light from the body's centre, probe's frame.
+  bool given = false;    ///< Whether a light was estimated.
+  bool flagged = false;  ///< Whether the method flags the estimate as unreliable.
+  Vec3d direction;       ///< From the body's centre towards the strongest light, probe frame.
 };
 
-/// One answer a frame, in the order of look().
+/// One answer per frame, in the order of process().
 struct MarkerColumn {
   std::string name;
   std::vector<MarkerAnswer> answers;
-  double setting = 0;  ///< What was chosen over all frames, where the method has that; else 0.
+  double setting = 0;  ///< The value chosen over all frames, for methods that have one; otherwise 0.
 };
 
 class MarkerMethod {
  public:
   virtual ~MarkerMethod() = default;
 
-  /// `shot` holds one frame of `rig`, which sees `body`. Shots of one picture come in a row, 1/30 s apart; of the next
-  /// picture's time nothing is said. Frames whose group is "grid" are those that a setting may be chosen over.
+  /// `shot` holds one frame of `rig`, which shows `body`. Shots of one image are consecutive, 1/30 s apart; times of
+  /// different images are unrelated. A setting may only be chosen over frames of the group "grid".
   [[nodiscard]] virtual Status process(const TracedFrame& frame, const RigParameters& rig, const MarkerBody& body,
-                                    const Shot& shot) = 0;
+                                       const Shot& shot) = 0;
   [[nodiscard]] virtual std::vector<MarkerColumn> columns() const = 0;
 };
 
-/// Columns, all of the same tags:
-///   seed           the one threshold that is best for the grid
-///   seed_letter    the same with its perspective matrix to the letter
+/// Columns, all with the same tag detections:
+///   seed           the single threshold that is best for the grid
+///   seed_letter    the same with the perspective matrix as printed in the thesis
 ///   seed_half      a threshold of 0.5, which the text implies
-///   seed_each      for every frame the threshold that is best for it, which nobody can know: a lower limit
+///   seed_each      the best threshold for each frame, which needs the truth: a lower limit of the error
 [[nodiscard]] Result<std::unique_ptr<MarkerMethod>> make_straughn_method(bool srgb);
 
-/// One column, ours: flagged where the descriptor says unsure.
+/// One column, "ours"; flagged if the descriptor has Flag::unsure.
 [[nodiscard]] std::unique_ptr<MarkerMethod> make_estimator_method();
 
 }  // namespace lightwell::measure

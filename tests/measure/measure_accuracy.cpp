@@ -1,8 +1,8 @@
-// How far descriptors are from the truth, over the real panoramas: prints one JSON object a scene for tests/figures.
+// Error of descriptors over the real panoramas: prints one JSON object per scene for tests/figures.
 //   measure_accuracy [--epsilon E] [--setting S] [--sensor FORMAT] [--all]
-// --sensor rgb8|bayer_rggb8|nv12|yuyv|...: a bracket of three through noise and vignetting; without, an ideal sensor.
-// Besides: what ARCore- and ARKit-style output would give of the same light. They are made from the panorama itself, so
-// that neither lens nor pixels cost them anything.
+// --sensor rgb8|bayer_rggb8|nv12|yuyv|...: a bracket of three exposures with noise and vignetting; default: an ideal
+// sensor. Also the error of ARCore- and ARKit-style output for the same light, computed from the panorama itself, so
+// that lenses and pixels cause no error.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -74,7 +74,7 @@ void measure_scene(const std::string& path, PixelFormat format, const PanoramaOp
   measure::Camera camera(rig, format);
   const measure::LensRadiance radiance = camera.render(scene, scene.state_at(0));
   const std::vector<double> exposures = camera.bracket_of_three(measure::peak_of(radiance), measure::mean_of(radiance));
-  const measure::Shot shot = camera.develop(radiance, exposures, 0);
+  const measure::Shot shot = camera.expose(radiance, exposures, 0);
 
   auto estimator = make_panorama_estimator(rig, options);
   if (!estimator) fail(estimator.status());

@@ -1,8 +1,8 @@
-// Three balls lit by descriptors of the real panoramas, against the same lit by the panoramas themselves: prints one
-// JSON object a panorama, ball and answer for tests/figures. What is compared and how: three_balls.hpp.
-//   answer "irradiance"    the descriptor as it comes, as rich as irradiance needs
-//   answer "reflections"   with an environment map of 32x32 and lights and bands as rich as glossy surfaces need
-// Of each: rmse, si_rmse, angular_deg in linear light, and *_published by the literature's protocol; bytes.
+// Error of three balls lit by descriptors of the real panoramas, compared with balls lit by the panoramas: prints one
+// JSON object per panorama, ball and kind of descriptor for tests/figures. Method: three_balls.hpp.
+//   answer "irradiance"    the default descriptor, with the bands and lights that irradiance needs
+//   answer "reflections"   with an environment map of 32x32, and the lights and bands that glossy surfaces need
+// Values: rmse, si_rmse, angular_deg in linear light; *_published by the protocol of the literature; bytes.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -26,7 +26,7 @@ namespace ref = reference;
 constexpr int kViewSize = 64;
 constexpr int kMapEdge = 32;
 constexpr double kRadianceEpsilon = 0.01;
-/// A light that is looked at in a mirror is drawn no smaller than a pixel of the view.
+/// Minimum radius of a light in a mirror reflection: a pixel of the view.
 constexpr double kSmallestDiscRad = 0.02;
 
 [[noreturn]] void fail(const Status& s) {
@@ -37,7 +37,7 @@ constexpr double kSmallestDiscRad = 0.02;
 ref::Rgb rgb(const auto& v) { return {v.r, v.g, v.b}; }
 Vec3f vec(const ref::V3& d) { return vec_cast<float>(Vec3d{d.x, d.y, d.z}); }
 
-/// Lights as whoever looks into a mirror sees them.
+/// Radiance of the lights as discs in a mirror reflection towards `d`.
 ref::Rgb discs(std::span<const Light> lights, const ref::V3& d) {
   ref::Rgb sum{};
   for (const Light& l : lights) {
@@ -73,7 +73,7 @@ int main() {
     if (!panorama) fail(panorama.status());
     const sim::Scene scene(std::move(*panorama));
     const double second[] = {1};
-    const measure::Shot shot = camera.develop(camera.render(scene, scene.state_at(0)), second, 0);
+    const measure::Shot shot = camera.expose(camera.render(scene, scene.state_at(0)), second, 0);
     const measure::BallPictures linear = measure::ball_pictures(view, truth->sums);
     const measure::BallPictures published =
         measure::ball_pictures(view, measure::PanoramaSums(measure::published_environment(truth->sums.panorama())));

@@ -1,9 +1,9 @@
-// The bound against the truth, over a run of frames in every real panorama: prints one JSON object a scene and sensor
-// for tests/figures, and one of all scenes a sensor.
-//   measure_bound [--frames N]     of each of the 26 panoramas; 40 where not said
-// The probe turns by 30 degrees a second and the lamps switch every second, as in topic skeleton's run; smoothing is
-// on, so that what it leaves out counts. Sensors: ideal, and rgb8, nv12 and bayer_rggb8 with noise, vignetting and
-// three exposures of one moment. A bound that is infinite is flagged; such frames count neither as held nor as missed.
+// Compares the descriptor's error bound with the true error over a run of frames in every real panorama: prints one
+// JSON object per scene and sensor for tests/figures, and one per sensor for all scenes.
+//   measure_bound [--frames N]     frames in each of the 26 panoramas [40]
+// The probe rotates by 30 degrees per second and the lamps switch every second, as in topic skeleton; temporal
+// smoothing is on, so its error counts. Sensors: ideal; rgb8, nv12 and bayer_rggb8 with noise, vignetting and three
+// simultaneous exposures. Frames with an infinite bound count as flagged, neither as held nor as missed.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -38,7 +38,7 @@ constexpr std::uint64_t kSwitchFrames = 30;
 struct Run {
   int frames = 0, flagged = 0, held = 0;
   double worst_error = 0;
-  std::vector<double> errors, ratios;  ///< Of frames that were not flagged; bound by error.
+  std::vector<double> errors, ratios;  ///< Of frames that are not flagged: error, and bound divided by error.
 
   void add(double error, double bound) {
     ++frames;
@@ -85,7 +85,7 @@ void print(const std::string& scene, PixelFormat format, const Run& run) {
   std::fflush(stdout);
 }
 
-/// The panorama as it is with its lamps in this state.
+/// Ground truth of the panorama in this state of its lamps.
 measure::PanoramaTruth truth_of(const sim::Panorama& p) {
   return measure::panorama_truth("", {p.width, p.height, {p.rgb.begin(), p.rgb.end()}});
 }
@@ -120,7 +120,7 @@ int main(int argc, char** argv) {
     if (!panorama) fail(panorama.status());
     sim::Motion motion;
     motion.turn_rad_per_s = kTurnRadPerS;
-    motion.cycle_frames = 4096;  // Longer than any run: it never turns back.
+    motion.cycle_frames = 4096;  // Longer than any run, so that the rotation does not reverse.
     motion.switch_period_frames = kSwitchFrames;
     const sim::Scene scene(std::move(*panorama), motion);
     sim::SceneState off = scene.state_at(0);
@@ -128,7 +128,7 @@ int main(int argc, char** argv) {
     const measure::PanoramaTruth lit = truth_of(scene.panorama(scene.state_at(0))),
                                  unlit = truth_of(scene.panorama(off));
 
-    // One bracket for the whole run, which no pixel can exceed wherever the probe turns.
+    // One bracket for the whole run, in which no pixel saturates at any orientation.
     const sim::Panorama& bright = scene.panorama(scene.state_at(0));
     const double peak = measure::peak_of(bright.rgb), mean = sim::mean_luminance(bright);
     for (Probe& probe : probes) {
@@ -145,7 +145,7 @@ int main(int argc, char** argv) {
       const measure::PanoramaTruth& truth = state.lamp_factor < 1 ? unlit : lit;
       const Quat to_probe = state.rotation_world_probe.inverse();
       for (Probe& probe : probes) {
-        const Descriptor d = delivered(*probe.estimator, probe.camera.develop(radiance, probe.exposures, index));
+        const Descriptor d = delivered(*probe.estimator, probe.camera.expose(radiance, probe.exposures, index));
         const ref::IrradianceError e = measure::irradiance_error(truth, [&](const ref::V3& n) {
           const Irradiance v = irradiance_at(d, vec_cast<float>(rotate(to_probe, Vec3d{n.x, n.y, n.z})));
           return ref::Rgb{v.r, v.g, v.b};

@@ -1,6 +1,6 @@
-// Times what handing light out in other engines' terms costs, with and without the residual, and turning it into the
-// world, by the number of discrete lights. One JSON object a line for tests/figures: figure, value (microseconds, the
-// best of five passes), lights.
+// Measures the time to convert light to the conventions of other engines, with and without the residual, and to rotate
+// it into the world frame, by the number of discrete lights. Prints one JSON object per line for tests/figures: figure,
+// value (microseconds, best of five passes), lights.
 //   measure_conventions
 #include <algorithm>
 #include <chrono>
@@ -18,7 +18,7 @@ using namespace lightwell;
 
 constexpr int kPasses = 5, kRepetitions = 200;
 
-/// Band 4 and lights that are small, as a probe sends them.
+/// A typical descriptor: band 4 and small lights.
 Lighting room(int lights) {
   Descriptor descriptor;
   descriptor.radiance.band = 4;
@@ -37,7 +37,7 @@ Lighting room(int lights) {
   return Lighting::of(descriptor);
 }
 
-/// `work` returns a number that the compiler cannot know.
+/// `work` returns a number that the compiler cannot compute in advance.
 void report(const char* figure, int lights, auto&& work) {
   double best = std::numeric_limits<double>::infinity();
   volatile float sink = 0;

@@ -1,13 +1,13 @@
-// Times what the v4l2 backend does to a driver's buffer before it is a picture of ours, beside memcpy of that picture
-// in the same run: 1280x960 of a real room through a fisheye. One JSON object a line for tests/figures: figure, value
-// (time by that of memcpy), ms, memcpy_gb_per_s, bytes (of the driver's picture).
+// Measures the time that the v4l2 backend takes to convert a driver's buffer to an image, and of memcpy of that image
+// in the same run: 1280x960 of a real room through a fisheye. Prints one JSON object per line for tests/figures:
+// figure, value (time relative to memcpy), ms, memcpy_gb_per_s, bytes (of the driver's buffer).
 //   measure_converters PANORAMA
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <jpeglib.h>  // Wants <cstdio> before it.
+#include <jpeglib.h>  // Needs <cstdio> before it.
 #include <string>
 #include <vector>
 
@@ -23,10 +23,10 @@ namespace {
 using namespace lightwell;
 
 constexpr int kWidth = 1280, kHeight = 960;
-/// More than any cache holds, and so many passes that each buffer has a good moment.
+/// More buffers than any cache holds, and enough passes for a good minimum per buffer.
 constexpr std::size_t kBuffers = 32;
 constexpr int kPasses = 5;
-/// A webcam's usual choice, and coded as webcams do: colours of two pixels beside each other are one.
+/// JPEG quality of a typical webcam; chroma is subsampled horizontally (4:2:2), as by webcams.
 constexpr int kJpegQuality = 85;
 
 [[noreturn]] void fail(const std::string& what) {
@@ -71,7 +71,7 @@ std::vector<std::byte> motion_jpeg(std::span<const std::byte> rgb) {
   return coded;
 }
 
-/// Of a picture of noise: what is unpacked costs the same whatever it shows.
+/// Random bytes: the time to unpack does not depend on the content.
 std::vector<std::byte> noise(std::size_t bytes) {
   std::vector<std::byte> all(bytes);
   std::uint32_t state = 1;
@@ -82,7 +82,7 @@ std::vector<std::byte> noise(std::size_t bytes) {
 void measure_one(const char* name, std::uint32_t fourcc, std::size_t bytes_per_line,
                  const std::vector<std::byte>& driver) {
   const v4l2::Encoding* encoding = v4l2::encoding_of(fourcc);
-  if (encoding == nullptr) fail(std::string(name) + " is no encoding");
+  if (encoding == nullptr) fail(std::string(name) + " is not a supported encoding");
   const auto layout = v4l2::layout_of(*encoding, kWidth, kHeight, bytes_per_line, driver.size(), false);
   if (!layout) fail(layout.status().message());
   v4l2::Converter converter(*encoding, *layout);
@@ -92,7 +92,8 @@ void measure_one(const char* name, std::uint32_t fourcc, std::size_t bytes_per_l
   for (int pass = 0; pass < kPasses; ++pass) {
     for (std::size_t k = 0; k < kBuffers; ++k)
       converting[k] = std::min(converting[k], seconds_of([&] {
-                                 if (!converter.convert(from[k], to[k])) fail(std::string(name) + ": no whole picture");
+                                 if (!converter.convert(from[k], to[k]))
+                                   fail(std::string(name) + ": the image is incomplete");
                                }));
     for (std::size_t k = 0; k < kBuffers; ++k)
       copying[k] = std::min(
@@ -117,9 +118,9 @@ int main(int argc, char** argv) {
   if (!rig) fail(rig.status().message());
   measure::Camera camera(*rig, PixelFormat::rgb8);
   const measure::LensRadiance seen = camera.render(scene, scene.state_at(0));
-  // The middle one of a bracket is a picture as a webcam would expose it.
+  // The middle exposure of a bracket, as a webcam would expose.
   const std::vector<double> exposures = camera.bracket_of_three(measure::peak_of(seen), measure::mean_of(seen));
-  const measure::Shot shot = camera.develop(seen, exposures, 0);
+  const measure::Shot shot = camera.expose(seen, exposures, 0);
 
   constexpr std::size_t kPixels = std::size_t{kWidth} * kHeight;
   measure_one("packed10", V4L2_PIX_FMT_SRGGB10P, kWidth * 5 / 4, noise(kPixels * 5 / 4));

@@ -1,11 +1,12 @@
-// A day of a probe in minutes: as many descriptors as 30 a second make in 24 hours go from a real publisher over real
-// gRPC to real clients, one of which stays and others of which come and go; stamps advance by a thirtieth of a second
-// each. Prints what the process holds in the first three hours at most, at the end (of threads and handles the fewest
-// at the last three hours' ends), and at most in between: one JSON object a line for tests/figures (figure, value).
+// Simulates a day of a probe in minutes: as many descriptors as 24 hours at 30 per second go from a publisher over gRPC
+// to clients, one of which stays connected while others connect and disconnect; time stamps advance by 1/30 s. Prints
+// resources of the process: the maximum over the first three hours, the value at the end (for threads and file
+// descriptors the minimum over the ends of the last three hours), and the maximum in between. One JSON object per line
+// for tests/figures (figure, value).
 //   measure_day [--hours H]      24
 //     rss_kb.settled, rss_kb.half (of the time), rss_kb.largest, rss_kb.last; fds...; threads... (without those of
-//     gRPC's pools); pool_threads.most (of the largest pool, at any look), pool_threads.bound; received, coalesced,
-//     reconnects
+//     gRPC's pools); pool_threads.most (of the largest pool, over all samples), pool_threads.bound; received,
+//     coalesced, reconnects
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -48,9 +49,10 @@ std::size_t entries_of(const char* folder) {
   return n;
 }
 
-/// Of gRPC 1.51, as the kernel shows their names: it starts threads there when work comes together, be it after hours.
-/// Executors keep them, at most two a core; the event engine has one a core and at least two, and one more a second
-/// while all are busy, which ends after 30 s without work: it has no bound of gRPC's, and is held to the same here.
+/// Thread pools of gRPC 1.51 by the thread names that the kernel shows. They grow when work coincides, possibly after
+/// hours. Executor threads are kept, at most two per core. The event engine has one thread per core and at least two,
+/// and starts one more per second while all are busy, which ends after 30 s without work; gRPC does not limit these,
+/// and the executors' limit is applied to them here.
 constexpr std::array<std::string_view, 3> kPools{"default-executo", "resolver-execut", "event_engine"};
 
 double pool_bound() { return 2.0 * static_cast<double>(::sysconf(_SC_NPROCESSORS_CONF)); }
@@ -67,7 +69,7 @@ struct Threads {
       if (entry->d_name[0] == '.') continue;
       std::ifstream comm(std::string("/proc/self/task/") + entry->d_name + "/comm");
       std::string name;
-      if (!std::getline(comm, name)) continue;  // It ended meanwhile.
+      if (!std::getline(comm, name)) continue;  // The thread has ended in the meantime.
       const auto pool = std::find(kPools.begin(), kPools.end(), name);
       ++(pool == kPools.end() ? out.others : pools[static_cast<std::size_t>(pool - kPools.begin())]);
     }
@@ -79,7 +81,7 @@ struct Threads {
 
 struct Held {
   double rss_kb = 0, fds = 0, threads = 0;
-  double largest_pool = 0;  ///< Threads of one of gRPC's pools.
+  double largest_pool = 0;  ///< Number of threads of gRPC's largest pool.
 
   static Held now() {
     const Threads threads = Threads::now();
@@ -93,7 +95,7 @@ struct Held {
     return {std::max(rss_kb, o.rss_kb), std::max(fds, o.fds), std::max(threads, o.threads),
             std::max(largest_pool, o.largest_pool)};
   }
-  /// This memory; of what comes and goes the fewer.
+  /// This memory, and the minimum of threads and file descriptors, which fluctuate.
   [[nodiscard]] Held fewest(const Held& o) const {
     return {rss_kb, std::min(fds, o.fds), std::min(threads, o.threads), largest_pool};
   }
@@ -107,7 +109,7 @@ struct Held {
 
 void print(const char* figure, double value) { std::printf("{\"figure\": \"%s\", \"value\": %.0f}\n", figure, value); }
 
-/// A probe without a camera.
+/// Commands of a probe without a camera.
 class NoCommands final : public Commands {
  public:
   [[nodiscard]] StatusSnapshot status() const override {
@@ -122,7 +124,7 @@ class NoCommands final : public Commands {
   [[nodiscard]] Result<double> report_lux(double, Vec3d) override { return 1.0; }
 };
 
-/// The sun goes round, lamps come and go, and so do bands.
+/// A synthetic descriptor: the sun moves, and the numbers of lights and bands vary.
 Descriptor at_frame(std::uint64_t n) {
   Descriptor d;
   d.sequence = n;
@@ -165,15 +167,15 @@ int main(int argc, char** argv) {
   const auto hour = static_cast<std::uint64_t>(3600 * kRate),
              visit = static_cast<std::uint64_t>(60 * kMinutesBetweenClients * kRate);
   std::optional<Probe> visitor;
-  // The clients that come and go have threads and handles at their ends: as many as at most in the first hours may be
-  // there at some of the last looks, and what leaks is there at all of them.
+  // Threads and file descriptors of connecting and disconnecting clients may be counted in some of the last samples; a
+  // leak is present in all of them.
   constexpr std::uint64_t kSettling = 3;
   Held settled, half, most, last;
   for (std::uint64_t n = 1; n <= frames; ++n) {
     Descriptor d = at_frame(n);
     if (const Status s = publisher.publish(d); !s.ok()) fail(s.message());
     (void)stays->latest().irradiance({0, 1, 0});
-    // So that the links' own threads have their turn: what they fall behind by is coalesced, not kept.
+    // Lets the links' threads run; otherwise descriptors would be coalesced instead of sent.
     if (n % 64 == 0) std::this_thread::yield();
     if (n % visit == 0) {
       visitor.reset();

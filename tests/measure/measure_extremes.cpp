@@ -1,10 +1,9 @@
-// Prints one JSON object a line for every row of the figure `extremes`:
+// Prints one JSON object per line for every row of the figure `extremes`:
 //   {"figure": "extremes.ROW", "value": NUMBER, "flagged": SHARE, "answers": N, "refused": N, "unsound": N, "missed":
 //   N,
 //    "lies": N, "worst_error": E, "worst_over_bound": R, "worst_case": TEXT, ...}
-//   measure_extremes [ROW...]   rows whose name begins with one of these; all where none is given
-// Scenes and seeds are fixed in tests/firmware/estimate/extremes; what is asked of each row is for tests/figures to
-// say.
+//   measure_extremes [ROW...]   rows whose name begins with one of these; default: all
+// Scenes and seeds are fixed in tests/firmware/estimate/extremes; the limits of the rows are in tests/figure_topics.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -60,7 +59,7 @@ void print(const std::string& row, double value, const Tally& t,
   std::fflush(stdout);
 }
 
-/// Where nothing but truth is asked for, the value is the number of lies.
+/// For rows without another value, the value is the number of violations ("lies").
 void print(const std::string& row, const Tally& t) { print(row, t.lies(), t); }
 
 void print(const std::string& row, const SpotRow& r, std::initializer_list<std::pair<const char*, double>> more = {}) {

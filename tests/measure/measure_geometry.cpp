@@ -1,7 +1,7 @@
-// Calibrates simulated lenses many times and prints how right the answers are and whether they know: one JSON object a
-// line for tests/figures (figure, value, and what else is worth knowing).
-//   measure_geometry [TRIALS]     100 of each kind of lens, of noise and of pairs, 25 of each board that is not as it
-//   says
+// Calibrates simulated lenses many times and prints the errors and whether the stated covariances match them: one JSON
+// object per line for tests/figures (figure, value, ...).
+//   measure_geometry [TRIALS]     trials for each kind of lens, of noise and of pairs [100]; a quarter of that for each
+//                                 board that differs from its description
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -35,7 +35,7 @@ double least_share(const std::vector<int>& within, std::size_t of) {
              : static_cast<double>(*std::min_element(within.begin(), within.end())) / static_cast<double>(of);
 }
 
-/// Errors in standard deviations: 1 where the covariance says what is true.
+/// Errors normalized by their stated standard deviations: RMS 1 if the covariance is right.
 void print_normalized(const std::string& prefix, const shown::Trials& t) {
   print(prefix + "normalized.mean",
         std::accumulate(t.normalized.begin(), t.normalized.end(), 0.0) / static_cast<double>(t.normalized.size()));

@@ -1,9 +1,9 @@
-// A program to be counted (tests/measure/count_instructions): N frames from frame to encoded descriptor. What is done
-// once (scene, tables, first frame) is done alike for any N.
+// The program for tests/measure/count_instructions: processes N frames from frame to encoded descriptor. One-time work
+// (scene, tables, first frame) does not depend on N.
 //   measure_instructions --frames N [RIG [FORMAT [SETTING]]]
-// RIG: single, one lens of 1280x960; equirect, a whole sphere of 1568x784. FORMAT: rgb8_linear, RGB8 of linear
-// response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 as they come. SETTING: fast, balanced, exact. Where
-// they are not given: single, rgb8_linear, fast.
+// RIG: single, one lens of 1280x960; equirect, a whole sphere of 1568x784. FORMAT: rgb8_linear, RGB8 with linear
+// response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 with the rig's response. SETTING: fast, balanced,
+// exact. Defaults: single, rgb8_linear, fast.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -24,7 +24,7 @@ namespace {
 
 using namespace lightwell;
 
-/// As in measure_speed.
+/// Exposure time as in measure_speed.
 constexpr double kExposure = 1e-3;
 
 [[noreturn]] void fail(const Status& s) {
@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
   if (linear) lens.photometry.response.kind = ResponseCurve::Kind::linear;
   const sim::Sensor sensor(lens, sim::sensor_of(rig, *format, 1));
   std::vector<std::byte> pixels(sensor.bytes());
-  sensor.develop(sim::render_radiance(scene, scene.state_at(0), lens), {kExposure, 1, 0, 0}, pixels);
+  sensor.expose(sim::render_radiance(scene, scene.state_at(0), lens), {kExposure, 1, 0, 0}, pixels);
 
   PanoramaOptions options;
   options.config.setting = *setting;

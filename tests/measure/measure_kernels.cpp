@@ -1,8 +1,8 @@
-// How far coefficients by float and integer kernels are from the double oracle: one JSON object a line for
-// tests/figures, for every vector unit that this machine has and every pixel format. Runs under qemu-user too.
-//   float_vs_double.<target>.<format>      the pass that the estimator takes for one exposure of this format
+// Deviation of coefficients computed by the float and integer kernels from the reference in double: one JSON object per
+// line for tests/figures, for every vector unit of this machine and every pixel format. Also runs under qemu-user.
+//   float_vs_double.<target>.<format>           the pass that the estimator uses for one exposure of this format
 //   float_vs_double.<target>.<format>_bracket   three exposures merged pixel by pixel (BlockPass)
-// The value is the largest deviation of a coefficient over the largest coefficient, the worst of all cases.
+// The value is the largest deviation of a coefficient relative to the largest coefficient, over all cases.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -25,12 +25,12 @@ struct Rig {
   int width, height;
   int edge;
 };
-/// Sizes with the estimator's own blocks for them at `balanced` and `fast`.
+/// Image sizes with the block sizes that the estimator uses for them at `balanced` and `fast`.
 constexpr Rig kRigs[] = {{"pair", 320, 240, 2},     {"pair", 320, 240, 4},     {"single", 320, 240, 4},
                          {"equirect", 512, 256, 4}, {"equirect", 512, 256, 8}, {"double_sphere", 320, 240, 4}};
 constexpr unsigned kSeeds[] = {1, 2};
 
-/// By figure.
+/// Worst deviation by figure.
 std::map<std::string, double> worst;
 
 void measure(test::OracleCase& c, const Rig& rig, const reference::RandomScene& scene,

@@ -1,6 +1,7 @@
-// How old a descriptor is when latest() has it: clients of a running lightwelld on this machine, some of which never
-// read. One JSON object a line for tests/figures: p50, p99, largest (ms, over all clients that read, from the bytes
-// being made to latest()), received, gaps, and of the probe over the same time: frames, captures_dropped, coalesced.
+// Age of descriptors when latest() returns them, for clients of a running lightwelld on this machine, some of which
+// never read. One JSON object per line for tests/figures: p50, p99, largest (ms, over all reading clients, from
+// encoding to latest()), received, gaps, and the probe's counters over the same time: frames, captures_dropped,
+// coalesced.
 //   measure_latency URI [--clients N] [--stalled N] [--seconds S] [--repeats N]
 #include <algorithm>
 #include <atomic>
@@ -29,13 +30,13 @@ using namespace lightwell;
   std::exit(1);
 }
 
-/// A stream that is opened and never read.
+/// Opens a stream and never reads from it.
 class Stalled {
  public:
   explicit Stalled(const std::string& host_port) {
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-    // Room for a few descriptors and no more: it stalls within the second, not after 64 kB.
+    // A small buffer for a few descriptors, so that the stream stalls within a second instead of after 64 kB.
     arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 1024);
     arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
     stub_ =
@@ -56,7 +57,7 @@ class Stalled {
   std::unique_ptr<grpc::ClientReader<v1::LightingDescriptor>> stream_;
 };
 
-/// What one client's reader thread notes.
+/// Data recorded by one client's reader thread.
 struct Client {
   std::mutex mutex;
   std::vector<double> latency_ms;
@@ -68,7 +69,7 @@ double quantile(std::vector<double>& sorted, double share) {
                                           static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
 }
 
-/// As the probe says itself; it is asked about once a second.
+/// The probe's counters, which the SDK requests about once a second.
 Counters settled_counters(const Probe& probe) {
   std::this_thread::sleep_for(std::chrono::milliseconds(1300));
   return probe.info().counters;
@@ -109,7 +110,7 @@ int main(int argc, char** argv) {
     options.connect_timeout = Duration::from_seconds(20);
     options.on_descriptor = [mine, &counting](const Arrival& a) {
       if (!counting) return;
-      // The probe's clock is this machine's: no map between them blurs what is measured.
+      // The probe uses this machine's clock, so no clock estimation adds errors.
       const std::int64_t made_ns = a.descriptor.time.mid_exposure.ns + a.descriptor.time.encoded_after.ns;
       const std::lock_guard lock(mine->mutex);
       mine->latency_ms.push_back(1e-6 * static_cast<double>(a.stored.ns - made_ns));

@@ -1,14 +1,14 @@
-// Light from a marker on path-traced frames: prints one JSON object a line for tests/figures: figure, value (degrees
-// between the answered and the true direction from the body's centre), frames, flagged, unanswered (numbers of frames;
-// those do not count into the value).
-//   thesis.mean, .median, .PLACE, .BODY.VIEW     what the seed's author measured, with `where`
-//   COLUMN.ENCODING.setting                      what was chosen over all frames (the seed's threshold)
+// Light from a marker in path-traced frames: prints one JSON object per line for tests/figures: figure, value (angle in
+// degrees between estimated and true direction from the body's centre), frames, flagged, unanswered (numbers of frames;
+// flagged and unanswered frames do not count for the value).
+//   thesis.mean, .median, .PLACE, .BODY.VIEW     results published in the thesis (Straughn 2018), with `where`
+//   COLUMN.ENCODING.setting                      the value chosen over all frames (the thesis's threshold)
 //   COLUMN.ENCODING.GROUP.mean, .median, .worst  over a group of frames (grid, low, air)
 //   COLUMN.ENCODING.GROUP.PLACE.mean, .worst     lamp in front, front_right, right, back_right, behind
 //   COLUMN.ENCODING.GROUP.BODY.VIEW.mean         white or grey, straight or turned
 //   COLUMN.ENCODING.GROUP.BODY.VIEW.PLACE.mean   one case
-// Columns: measure/marker_methods.hpp. Encodings: srgb, linear. Sensor, exposure: measure/traced_frames.hpp; the same
-// noise in every run.
+// Columns: measure/marker_methods.hpp. Encodings: srgb, linear. Sensor, exposure: measure/traced_frames.hpp; the noise
+// is the same in every run.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -30,12 +30,12 @@ using namespace lightwell;
 
 constexpr const char* kUsage =
     "usage: measure_marker [--noisy N] [--frames FOLDER] [--bodies FOLDER]\n"
-    "Light from a marker on path-traced frames, one JSON object a line: the seed of the literature, and what it "
+    "Light from a marker in path-traced frames, one JSON object per line: the thesis (Straughn 2018), and what it "
     "published.\n"
-    "  --noisy N         noisy 8-bit frames of each picture [10]\n"
-    "  --frames FOLDER   with scenes.json and the pictures [tests/reference/mitsuba/marker]\n"
-    "  --bodies FOLDER   with dodecahedron_100mm_{white,grey}.textproto [firmware/estimate/marker/bodies]\n"
-    "Exit status: 0 measured, 1 could not, 2 wrong usage.\n";
+    "  --noisy N         noisy 8-bit frames of each image [10]\n"
+    "  --frames FOLDER   folder of scenes.json and the images [tests/reference/mitsuba/marker]\n"
+    "  --bodies FOLDER   folder of dodecahedron_100mm_{white,grey}.textproto [firmware/estimate/marker/bodies]\n"
+    "Exit status: 0 measured, 1 failed, 2 wrong usage.\n";
 
 [[noreturn]] void fail(const Status& s) {
   std::fprintf(stderr, "measure_marker: %s\n", s.message().c_str());
@@ -69,7 +69,7 @@ struct Errors {
   }
 };
 
-/// The first of a picture's captures: its noise is its own, whichever other pictures there are. FNV-1a, 32 bits.
+/// Number of an image's first capture, which seeds its noise independently of other images: FNV-1a, 32 bits.
 std::uint64_t first_capture(const std::string& name) {
   std::uint32_t hash = 2166136261U;
   for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;

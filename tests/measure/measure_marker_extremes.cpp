@@ -1,10 +1,11 @@
-// What lightwelld's marker estimator says of pictures that are hard, or no pictures of the marker at all: one JSON
-// object a line for every case (tests/firmware/estimate/marker/extreme_scenes.cpp) and seed of its noise:
-//   extreme                 which case
-//   outcome                 refused, flagged, right, wrong (judge_extreme in extreme_scenes.hpp); of a sequence of
-//   frames, its worst easy                    whether nothing keeps this one from being answered error_deg, sigma_deg
-//   of the strongest light that was answered; null where there is none deviations2             the error's squared
-//   Mahalanobis distance why                     the refusal's message, the flags, what is wrong
+// Results of lightwelld's marker estimator for difficult images and for images without a marker: one JSON object per
+// line for every case (tests/firmware/estimate/marker/extreme_scenes.cpp) and noise seed:
+//   extreme                name of the case
+//   outcome                refused, flagged, right, wrong (extreme_scenes.hpp); for a sequence of frames the worst one
+//   easy                   whether nothing prevents an estimate in this case
+//   error_deg, sigma_deg   of the strongest estimated light; null if there is none
+//   deviations2            squared Mahalanobis distance of the error
+//   why                    the error message, the flags, or what is wrong
 // Usage: --help.
 #include <algorithm>
 #include <cmath>
@@ -24,12 +25,12 @@ using namespace lightwell::marker::test;
 
 constexpr const char* kUsage =
     "usage: measure_marker_extremes [--seeds N] [--case PART] [--verbose] [--bodies FOLDER]\n"
-    "What the marker estimator says of hard pictures, one JSON object a line.\n"
-    "  --seeds N     noisy pictures of each case [10]\n"
-    "  --case PART   cases whose name has this in it [all]\n"
-    "  --verbose     what answers were made from, on standard error\n"
-    "  --bodies FOLDER  body files [firmware/estimate/marker/bodies]\n"
-    "Exit status: 0 measured, 1 could not, 2 wrong usage.\n";
+    "Results of the marker estimator for difficult images, one JSON object per line.\n"
+    "  --seeds N     noisy images of each case [10]\n"
+    "  --case PART   only cases whose name contains PART [all]\n"
+    "  --verbose     details of the estimates on standard error\n"
+    "  --bodies FOLDER  folder of the marker bodies [firmware/estimate/marker/bodies]\n"
+    "Exit status: 0 measured, 1 failed, 2 wrong usage.\n";
 
 void print_number(const char* name, bool there, double value) {
   if (there && std::isfinite(value))
@@ -38,21 +39,22 @@ void print_number(const char* name, bool there, double value) {
     std::printf(", \"%s\": null", name);
 }
 
-void tell(const Evaluation& v) {
+void print_result(const Evaluation& v) {
   const lightwell::MarkerReport& r = v.report;
   const lightwell::marker::LightingEstimate& l = r.light;
   std::fprintf(stderr,
                "  tags %d%s, patches %d, faces %d, small %d, uneven %d, covered %d, clipped %d; used %d, left out %d, "
                "chi2 %.2f%s%s\n",
-               r.body.tags, r.body.ambiguous ? " ambiguous" : "", r.counts.patches, r.counts.faces, r.counts.small,
-               r.counts.uneven, r.counts.covered, r.counts.clipped, l.used, l.outliers, l.chi_square,
-               l.around == lightwell::marker::SurroundModel::ground_plane_with_shadow ? ", shadow" : "", l.unsure ? ", unsure" : "");
-  for (const lightwell::marker::LightEstimate& lamp : l.lamps) {
-    const lightwell::Vec3d& d = lamp.lamp.direction;
+               r.body.tags, r.body.ambiguous ? " ambiguous" : "", r.counts.patches, r.counts.faces, r.counts.too_small,
+               r.counts.nonuniform, r.counts.occluded, r.counts.clipped, l.used, l.outliers, l.chi_square,
+               l.surround_model == lightwell::marker::SurroundModel::ground_plane_with_shadow ? ", shadow" : "",
+               l.uncertain ? ", unsure" : "");
+  for (const lightwell::marker::LightEstimate& light : l.lights) {
+    const lightwell::Vec3d& d = light.light.direction;
     std::fprintf(stderr, "  lamp (%.3f %.3f %.3f) 1/m %.2f, irradiance %.4g, sigma %.2f deg%s%s\n", d.x, d.y, d.z,
-                 lamp.lamp.inverse_distance, lamp.lamp.irradiance[1],
-                 57.3 * std::sqrt(std::max(lamp.direction_covariance[0], lamp.direction_covariance[2])),
-                 lamp.near ? ", near" : "", lamp.unsure ? ", unsure" : "");
+                 light.light.inverse_distance, light.light.irradiance[1],
+                 57.3 * std::sqrt(std::max(light.direction_covariance[0], light.direction_covariance[2])),
+                 light.distance_observable ? ", near" : "", light.uncertain ? ", unsure" : "");
   }
 }
 
@@ -67,9 +69,9 @@ int measure(const std::string& bodies, const std::string& part, int seeds, bool 
                   picture.what().easy ? "true" : "false");
       print_number("error_deg", v.direction.has_value(), v.error_deg);
       print_number("sigma_deg", v.direction.has_value(), v.sigma_deg);
-      print_number("deviations2", v.direction.has_value(), v.deviations2);
+      print_number("deviations2", v.direction.has_value(), v.squared_mahalanobis);
       std::printf(", \"why\": %s}\n", lightwell::json_string(v.why).c_str());
-      if (verbose) tell(v);
+      if (verbose) print_result(v);
     }
     std::fflush(stdout);
   }

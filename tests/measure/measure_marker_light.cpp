@@ -1,20 +1,20 @@
-// What lightwelld's marker estimator says of path-traced frames, one JSON object a line for every noisy 8-bit frame:
-//   frame, group, body, view, place   which one (tests/reference/mitsuba/marker/scenes.json)
-//   answered, unsure                  whether there is a descriptor; whether it says that its light is not sure
-//   error_deg, sigma_deg, deviations2 of the strongest true lamp's direction from the nearest answered one of the
-//   strongest two: the angle, the
-//                                     answer's standard deviation along it, and the error's squared Mahalanobis
-//                                     distance (two numbers)
-//   lamps                             of each true lamp: error_deg, color (largest relative error of r, g, b with their
-//   sum made equal),
-//                                     irradiance (relative error of their sum), position (error as a share of its
-//                                     distance; where the answer is near)
-//   irradiance_rms, strongest_share, faces_lit   in a room: the irradiance's error over normals within 60 degrees of
-//   the camera, relative RMS; how much of what
-//                                     meets a surface that faces it comes from the strongest light, and how many seen
-//                                     faces that lights
-//   found, near, shadow               how many lamps were answered, whether the first is near, whether the table's
-//   shadow told too
+// Results of lightwelld's marker estimator for path-traced frames, one JSON object per line for every noisy 8-bit
+// frame:
+//   frame, group, body, view, place   the frame (tests/reference/mitsuba/marker/scenes.json)
+//   answered, unsure                  whether there is a descriptor; whether its light is flagged as uncertain
+//   error_deg, sigma_deg, deviations2 direction of the strongest true lamp compared with the nearer of the two
+//                                     strongest estimated lights: the angle, the estimate's standard deviation along
+//                                     the error, and the squared Mahalanobis distance of the error (two degrees of
+//                                     freedom)
+//   lamps                             for each true lamp: error_deg; color (largest relative error of r, g, b,
+//                                     normalized to equal sums); irradiance (relative error of the sum); position
+//                                     (error relative to the distance) and distance, if the light's distance is
+//                                     observable
+//   irradiance_rms, strongest_share, faces_lit   in a room: relative RMS error of irradiance over normals within 60
+//                                     degrees of the camera; the share of the strongest light in the irradiance of a
+//                                     surface that faces it; the number of visible faces that it lights
+//   found, near, shadow               number of estimated lights; whether the distance of the first is observable;
+//                                     whether the shadow on the table was used
 // Usage: --help.
 #include <algorithm>
 #include <cmath>
@@ -38,13 +38,13 @@ using namespace lightwell;
 constexpr const char* kUsage =
     "usage: measure_marker_light [--noisy N] [--group NAME] [--frame NAME] [--linear] [--frames FOLDER] [--bodies "
     "FOLDER]\n"
-    "What the marker estimator says of path-traced frames, one JSON object a line.\n"
-    "  --noisy N         noisy 8-bit frames of each picture [10]\n"
+    "Results of the marker estimator for path-traced frames, one JSON object per line.\n"
+    "  --noisy N         noisy 8-bit frames of each image [10]\n"
     "  --group NAME      grid, low, air, two, near, panorama, ... [all]\n"
-    "  --frame NAME      one picture [all]\n"
-    "  --linear          linear bytes in place of sRGB\n"
-    "  --verbose         all lamps that were answered, and what was sampled, on standard error\n"
-    "Exit status: 0 measured, 1 could not, 2 wrong usage.\n";
+    "  --frame NAME      one image [all]\n"
+    "  --linear          linear response instead of sRGB\n"
+    "  --verbose         all estimated lights and the sample counts on standard error\n"
+    "Exit status: 0 measured, 1 failed, 2 wrong usage.\n";
 
 constexpr double kDegree = std::numbers::pi / 180;
 
@@ -74,11 +74,11 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
     std::printf(", \"unsure\": true}\n");
     return;
   }
-  const auto& lamps = report.light.lamps;
+  const auto& lights = report.light.lights;
   std::printf(", \"unsure\": %s, \"found\": %zu, \"shadow\": %s, \"near\": %s",
-              out.flags.has(Flag::unsure) ? "true" : "false", lamps.size(),
-              report.light.around == marker::SurroundModel::ground_plane_with_shadow ? "true" : "false",
-              !lamps.empty() && lamps[0].near ? "true" : "false");
+              out.flags.has(Flag::unsure) ? "true" : "false", lights.size(),
+              report.light.surround_model == marker::SurroundModel::ground_plane_with_shadow ? "true" : "false",
+              !lights.empty() && lights[0].distance_observable ? "true" : "false");
   if (!frame.normals.empty()) {
     double squares = 0, truth = 0;
     for (std::size_t i = 0; i < frame.normals.size(); ++i) {
@@ -94,14 +94,15 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
   }
   std::printf(", \"left_out\": %d, \"used\": %d, \"chi2\": %.3g", report.light.outliers, report.light.used,
               report.light.chi_square);
-  if (!lamps.empty() && !frame.lamps.empty()) {
+  if (!lights.empty() && !frame.lamps.empty()) {
     const Vec3d truth = frame.lamps[0].direction;
-    // Of two lamps the weaker may be answered first.
+    // With two lamps, the weaker one may be the first estimated light.
     std::size_t which = 0;
-    for (std::size_t k = 1; k < std::min(lamps.size(), frame.lamps.size()); ++k)
-      if (angle_between(lamps[k].lamp.direction, truth) < angle_between(lamps[which].lamp.direction, truth)) which = k;
-    const auto& c = lamps[which].direction_covariance;
-    const Turn t = turn_of(lamps[which].lamp.direction, truth);
+    for (std::size_t k = 1; k < std::min(lights.size(), frame.lamps.size()); ++k)
+      if (angle_between(lights[k].light.direction, truth) < angle_between(lights[which].light.direction, truth))
+        which = k;
+    const auto& c = lights[which].direction_covariance;
+    const Turn t = turn_of(lights[which].light.direction, truth);
     const double det = c[0] * c[2] - c[1] * c[1];
     const double along =
         t.angle > 0 ? (c[0] * t.u * t.u + 2 * c[1] * t.u * t.v + c[2] * t.v * t.v) / (t.angle * t.angle) : c[0];
@@ -110,22 +111,23 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
     std::printf(", \"lamps\": [");
     for (std::size_t i = 0; i < frame.lamps.size(); ++i) {
       const measure::TracedLamp& lamp = frame.lamps[i];
-      const marker::LightEstimate* nearest = &lamps[0];
-      for (const marker::LightEstimate& one : lamps)
-        if (angle_between(one.lamp.direction, lamp.direction) < angle_between(nearest->lamp.direction, lamp.direction))
+      const marker::LightEstimate* nearest = &lights[0];
+      for (const marker::LightEstimate& one : lights)
+        if (angle_between(one.light.direction, lamp.direction) <
+            angle_between(nearest->light.direction, lamp.direction))
           nearest = &one;
-      const auto& e = nearest->lamp.irradiance;
+      const auto& e = nearest->light.irradiance;
       double color = 0;
       for (std::size_t k = 0; k < 3; ++k)
         color = std::max(color, std::abs(e[k] / sum(e) * sum(lamp.irradiance) / lamp.irradiance[k] - 1));
       std::printf("%s{\"error_deg\": %.4g, \"color\": %.4g, \"irradiance\": %.4g", i == 0 ? "" : ", ",
-                  angle_between(nearest->lamp.direction, lamp.direction) / kDegree, color,
+                  angle_between(nearest->light.direction, lamp.direction) / kDegree, color,
                   sum(e) / sum(lamp.irradiance) - 1);
-      if (nearest->near && lamp.distance_m > 0) {
-        const Vec3d at = nearest->lamp.direction * (1 / nearest->lamp.inverse_distance);
+      if (nearest->distance_observable && lamp.distance_m > 0) {
+        const Vec3d at = nearest->light.direction * (1 / nearest->light.inverse_distance);
         std::printf(", \"position\": %.4g, \"distance\": %.4g",
                     length(at - lamp.direction * lamp.distance_m) / lamp.distance_m,
-                    1 / nearest->lamp.inverse_distance / lamp.distance_m - 1);
+                    1 / nearest->light.inverse_distance / lamp.distance_m - 1);
       }
       std::printf("}");
     }
@@ -134,7 +136,7 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
   std::printf("}\n");
 }
 
-void tell(const measure::TracedFrame& frame, const MarkerReport& report) {
+void print_result(const measure::TracedFrame& frame, const MarkerReport& report) {
   const Pose off = compose(inverse(frame.probe_body), report.body.probe_body.pose);
   const auto& c = report.body.probe_body.covariance;
   std::fprintf(stderr, "  pose off by %.3f deg (sigma %.3f), %.4f of its distance\n",
@@ -146,15 +148,17 @@ void tell(const measure::TracedFrame& frame, const MarkerReport& report) {
   std::fprintf(stderr,
                "  patches %d faces %d small %d uneven %d clipped %d used %d left out %d chi2 %.2f shadow %d tags %d "
                "ambient %.3f (%.3f %.3f %.3f)\n",
-               report.counts.patches, report.counts.faces, report.counts.small, report.counts.uneven,
-               report.counts.clipped, l.used, l.outliers, l.chi_square, l.around == marker::SurroundModel::ground_plane_with_shadow,
-               report.body.tags, l.ambient[0][1], l.ambient[1][1], l.ambient[2][1], l.ambient[3][1]);
-  for (const marker::LightEstimate& lamp : l.lamps)
+               report.counts.patches, report.counts.faces, report.counts.too_small, report.counts.nonuniform,
+               report.counts.clipped, l.used, l.outliers, l.chi_square,
+               l.surround_model == marker::SurroundModel::ground_plane_with_shadow, report.body.tags, l.ambient[0][1],
+               l.ambient[1][1], l.ambient[2][1], l.ambient[3][1]);
+  for (const marker::LightEstimate& light : l.lights)
     std::fprintf(stderr, "  lamp (%.3f %.3f %.3f) w %.2f +- %.2f irradiance %.3f %.3f %.3f sigma %.2f deg%s%s\n",
-                 lamp.lamp.direction.x, lamp.lamp.direction.y, lamp.lamp.direction.z, lamp.lamp.inverse_distance,
-                 lamp.inverse_distance_sigma, lamp.lamp.irradiance[0], lamp.lamp.irradiance[1], lamp.lamp.irradiance[2],
-                 std::sqrt(std::max(lamp.direction_covariance[0], lamp.direction_covariance[2])) / kDegree,
-                 lamp.near ? " near" : "", lamp.unsure ? " unsure" : "");
+                 light.light.direction.x, light.light.direction.y, light.light.direction.z,
+                 light.light.inverse_distance, light.inverse_distance_sigma, light.light.irradiance[0],
+                 light.light.irradiance[1], light.light.irradiance[2],
+                 std::sqrt(std::max(light.direction_covariance[0], light.direction_covariance[2])) / kDegree,
+                 light.distance_observable ? " near" : "", light.uncertain ? " unsure" : "");
 }
 
 }  // namespace
@@ -208,7 +212,7 @@ int main(int argc, char** argv) {
       const Status s = (*estimator)->estimate(shot.frames, out);
       if (!s.ok() && s.code() != StatusCode::not_found) fail(s);
       print(frame, s.ok(), out, (*estimator)->report());
-      if (verbose) tell(frame, (*estimator)->report());
+      if (verbose) print_result(frame, (*estimator)->report());
     }
     std::fflush(stdout);
   }

@@ -1,13 +1,13 @@
-// How long a body's pose takes and how good it is: a dodecahedron of 10 cm in pictures of 1280x960, one thread. Prints
-// one JSON object a line for tests/figures. Times are the thread's on its processor: a picture's best of five, then the
-// mean over twelve attitudes.
-//   marker_pose.tracked.*      a picture in which the body is expected: all of track() and its parts, by width of the
-//   body marker_pose.search.*       a first picture: nothing is expected; .no_body: and nothing is there
-//   marker_pose.pose_only.*    find_body_pose from tags, with a prediction and without
-//   marker_pose.part.D.WORK    the expected part alone, made D times smaller, by what becomes of corners
-// Accuracies, of poses that are not flagged: direction of the body's axes, deg; place, % of the distance; rms of the
-// twelve and largest; normalized: mean of e' C⁻¹ e / 6.
-//   measure_marker_pose [--quick]     two attitudes: that it runs
+// Time and accuracy of a body's pose: a dodecahedron of 10 cm in images of 1280x960, one thread. Prints one JSON object
+// per line for tests/figures. Times are CPU times of the thread: the best of five for each image, then the mean over
+// twelve attitudes.
+//   marker_pose.tracked.*      an image in which the body is expected: track() and its parts, by the body's width
+//   marker_pose.search.*       a first image, without a prediction; .no_body: without a body in the image
+//   marker_pose.pose_only.*    find_body_pose from tags, with and without a prediction
+//   marker_pose.part.D.WORK    the expected part only, decimated by D, by the method of corner refinement
+// Accuracy, of poses that are not flagged: direction of the body's axes, deg; place, % of the distance; RMS and maximum
+// over the twelve attitudes; normalized: mean of e' C⁻¹ e / 6.
+//   measure_marker_pose [--quick]     two attitudes, to test the program
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -96,20 +96,19 @@ class Errors {
   }
 
  private:
-  double turn_squares_ = 0, place_squares_ = 0, max_turn_ = 0, max_place_ = 0, normalized_ = 0, tags_ = 0,
-         rms_px_ = 0;
+  double turn_squares_ = 0, place_squares_ = 0, max_turn_ = 0, max_place_ = 0, normalized_ = 0, tags_ = 0, rms_px_ = 0;
   int count_ = 0, flagged_ = 0;
 };
 
 ProbeTime frame(int n) { return ProbeTime{n * 16'666'667LL}; }
 
-std::vector<TagObservation> seen_in(const std::vector<TagDetection>& tags) {
+std::vector<TagObservation> observations_of(const std::vector<TagDetection>& tags) {
   std::vector<TagObservation> out;
   for (const TagDetection& tag : tags) out.push_back({0, tag});
   return out;
 }
 
-/// As delivered but for the camera, which is known: what is asked is what pictures bring.
+/// Default options, but with an exactly known camera, so that the errors are those of the images only.
 BodyTrackerOptions options_of(CornerRefinement corners) {
   BodyTrackerOptions options;
   options.corners = corners;
@@ -149,8 +148,9 @@ void measure_tracker(const RigParameters& rig, const MarkerBody& body, const std
 }
 
 void measure_parts(const RigParameters& rig, const MarkerBody& body, const std::vector<View>& views) {
-  const std::vector<std::pair<CornerRefinement, const char*>> works = {
-      {CornerRefinement::none, "none"}, {CornerRefinement::edge_search, "followed"}, {CornerRefinement::edge_fit, "fitted"}};
+  const std::vector<std::pair<CornerRefinement, const char*>> works = {{CornerRefinement::none, "none"},
+                                                                       {CornerRefinement::edge_search, "followed"},
+                                                                       {CornerRefinement::edge_fit, "fitted"}};
   const PosedLenses lenses(rig);
   double with = 0, without = 0;
   int poses = 0;
@@ -174,7 +174,7 @@ void measure_parts(const RigParameters& rig, const MarkerBody& body, const std::
         tags += static_cast<double>(found.size());
         BodyPoseOptions options;
         options.focal_sigma = 0;
-        const auto seen = seen_in(found);
+        const auto seen = observations_of(found);
         const auto pose = find_body_pose(rig, body, seen, std::nullopt, options);
         if (!pose) continue;
         errors.add(*pose, view.truth);

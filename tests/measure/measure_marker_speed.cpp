@@ -1,9 +1,9 @@
-// How long a frame with a marker in view takes, on one thread: a path-traced frame of 1280x960 as a camera at rest sees
-// it, noise anew in each frame; time of the thread's processor. Prints one JSON object a line for tests/figures
+// Processing time of a frame with a marker in view, on one thread: a path-traced frame of 1280x960 from a camera at
+// rest, with new noise in each frame; CPU time of the thread. Prints one JSON object per line for tests/figures
 // (figure, value), each the best of five runs:
-//   marker_speed.fps                        frames a second, camera's bytes to descriptor, body and lamps followed
-//   marker_speed.ms_detection_and_pose, .ms_sampling, .ms_light, .ms_all     milliseconds of a frame, followed
-//   marker_speed.ms_first                   of the first frame: body and lamps are looked for everywhere
+//   marker_speed.fps                        frames per second from the camera's bytes to the descriptor, while tracking
+//   marker_speed.ms_detection_and_pose, .ms_sampling, .ms_light, .ms_all     milliseconds per frame, while tracking
+//   marker_speed.ms_first                   first frame, with a full search for body and lights
 //   marker_speed.memcpy_gb_per_s
 //   measure_marker_speed [--frame NAME] [--frames FOLDER] [--bodies FOLDER]
 #include <algorithm>
@@ -19,8 +19,8 @@
 #include "bench/memcpy_speed.hpp"
 #include "bench/thread_time.hpp"
 #include "calibration/lens_table.hpp"
-#include "estimate/marker/marker_estimator.hpp"
 #include "estimate/marker/ground_reflection.hpp"
+#include "estimate/marker/marker_estimator.hpp"
 #include "measure/traced_frames.hpp"
 
 namespace {
@@ -34,7 +34,7 @@ constexpr int kFrames = 30, kRuns = 5;
   std::exit(1);
 }
 
-/// The finder with a clock around it.
+/// A BodyFinder that measures its time.
 class TimedFinder final : public BodyFinder {
  public:
   TimedFinder(std::unique_ptr<BodyFinder> finder, double& spent) : finder_(std::move(finder)), spent_(spent) {}
@@ -100,8 +100,8 @@ int main(int argc, char** argv) {
       } else {
         all += spent;
       }
-      if (k > 0 && !(*estimator)->report().light.followed)
-        std::fprintf(stderr, "measure_marker_speed: frame %d was searched\n", k);
+      if (k > 0 && !(*estimator)->report().light.tracked)
+        std::fprintf(stderr, "measure_marker_speed: frame %d was searched instead of tracked\n", k);
     }
     best.first = std::min(best.first, first);
     best.all = std::min(best.all, all / (kFrames - 1));

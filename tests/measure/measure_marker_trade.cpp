@@ -1,22 +1,21 @@
-// What the marker estimator's knobs cost and give: one JSON object a line for every case, read by tests/figures and by
+// Cost and benefit of the marker estimator's options: one JSON object per line for every case, for tests/figures and
 // lightwell-eval --marker:
-//   what, knob          the case, and what it varies: setting (the default), decimation (of the picture where the body
-//   is followed), search
-//                       (of the picture where it is looked for), faces (most that are sampled), order (most lamps;
-//                       without the table)
-//   width, height       of the pictures
-//   ms, ms_first        milliseconds of a frame whose body was found in the frame before too, the best of some runs,
-//   and of the first frame,
-//                       where body and lamps are looked for everywhere: medians over pictures; time of the thread's
-//                       processor
-//   memcpy_ratio        ms by what memcpy of a frame takes
-//   rms, worst_rms      error of the irradiance over normals within 60 degrees of the camera, relative RMS: median and
-//   worst frame direction_deg       of the strongest true lamp's direction from the nearest of the strongest answered
-//   ones, as many as there are: median worst_direction_deg the same, the worst of answers that are not flagged flagged,
-//   unanswered share of all frames: the answer says that it is not sure; there is none
-// A case that answers some frames has medians of these alone; what no frame tells is null.
-// Pictures are path-traced, frames noisy 8-bit sRGB, as a camera at rest sees them: one that is searched, then some
-// that are followed. Errors are of all of them. Usage: --help.
+//   what, knob          the case, and the option that it varies: setting (the default), decimation (of the image while
+//                       the body is tracked), search (decimation of the full search), faces (maximum that is sampled),
+//                       order (maximum number of lights; without the table)
+//   width, height       of the images
+//   ms, ms_first        milliseconds for a frame while tracking, the best of some runs, and for the first frame, with a
+//                       full search for body and lights: medians over images; CPU time of the thread
+//   memcpy_ratio        ms relative to memcpy of a frame
+//   rms, worst_rms      relative RMS error of irradiance over normals within 60 degrees of the camera: median and
+//                       maximum
+//   direction_deg       angle between the strongest true lamp and the nearest of the strongest estimated lights, as
+//                       many as there are lamps: median
+//   worst_direction_deg the same: maximum over estimates that are not flagged
+//   flagged, unanswered share of all frames: the estimate is flagged as uncertain; there is none
+// Medians are over the frames with an estimate; a value without any frame is null.
+// Images are path-traced, frames are noisy 8-bit sRGB of a camera at rest: the first is searched, the others are
+// tracked. Errors are of all frames. Usage: --help.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -46,13 +45,13 @@ using namespace lightwell;
 constexpr const char* kUsage =
     "usage: measure_marker_trade [--followed N] [--runs N] [--group NAME] [--case WHAT] [--verbose] [--frames FOLDER] "
     "[--bodies FOLDER]\n"
-    "What decimation, faces and lamps cost and give in light from a marker, one JSON object a line.\n"
-    "  --followed N      noisy frames of each picture after the first one [4]\n"
-    "  --runs N          of each followed frame's times the best of so many [5]\n"
+    "Cost and benefit of the marker estimator's decimation, faces and lights, one JSON object per line.\n"
+    "  --followed N      noisy frames of each image after the first one [4]\n"
+    "  --runs N          runs of which the best time of each tracked frame counts [5]\n"
     "  --group NAME      grid, two or near [all three]\n"
     "  --case WHAT       one case [all]\n"
-    "  --verbose         errors of every frame, on standard error\n"
-    "Exit status: 0 measured, 1 could not, 2 wrong usage.\n";
+    "  --verbose         errors of every frame on standard error\n"
+    "Exit status: 0 measured, 1 failed, 2 wrong usage.\n";
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kNormals = 2048;
@@ -74,7 +73,7 @@ std::string short_number(double v) {
   return out.data();
 }
 
-/// Each knob at its values, the default's own among them: what differs between equal cases is the clock.
+/// Each option at its values, including the default; equal cases differ only by the noise of timing.
 std::vector<Case> all_cases() {
   std::vector<Case> out;
   const auto add = [&](const std::string& what, const std::string& knob) -> Case& {
@@ -94,20 +93,20 @@ std::vector<Case> all_cases() {
         .marker.config.marker.max_faces = faces;
   for (const int lamps : {0, 1, 2, 3})
     add(lamps == 1 ? "1 lamp" : std::to_string(lamps) + " lamps", "order").marker.config.max_lights = lamps;
-  // Where nothing is up, the body stands on nothing.
+  // Without an up direction, no ground plane is assumed.
   add("no table", "order").marker.sampler.up = {};
   return out;
 }
 
-/// What one case came to so far.
+/// Results of one case so far.
 struct Tally {
   std::vector<double> ms, ms_first, rms, direction_deg;
-  double worst_sure_deg = -1;
+  double worst_unflagged_deg = -1;
   int frames = 0, flagged = 0, unanswered = 0;
   bool verbose = false;
 };
 
-/// Golden spiral (Fibonacci lattice); those within 60 degrees of the way to the camera.
+/// Normals of a Fibonacci lattice within 60 degrees of the direction to the camera.
 std::vector<Vec3d> normals_towards(Vec3d camera) {
   const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
   std::vector<Vec3d> out;
@@ -123,25 +122,26 @@ double irradiance_error(const measure::TracedFrame& frame, const Descriptor& ans
   double squares = 0, truth = 0;
   for (const Vec3d& n : normals_towards(normalized(-frame.probe_body.translation))) {
     const Irradiance e = irradiance_at(answer, vec_cast<float>(n));
-    const std::array<double, 3> told = {e.r, e.g, e.b}, is = measure::true_irradiance(frame, n);
-    for (std::size_t c = 0; c < 3; ++c) squares += std::pow(told[c] - is[c], 2), truth += is[c] * is[c];
+    const std::array<double, 3> estimate = {e.r, e.g, e.b}, truth_rgb = measure::true_irradiance(frame, n);
+    for (std::size_t c = 0; c < 3; ++c)
+      squares += std::pow(estimate[c] - truth_rgb[c], 2), truth += truth_rgb[c] * truth_rgb[c];
   }
   return std::sqrt(squares / truth);
 }
 
-/// Of two lamps the weaker may be answered first.
+/// With two lamps, the weaker one may be the first estimated light: the smallest angle counts.
 std::optional<double> direction_error_deg(const measure::TracedFrame& frame,
-                                          const std::vector<marker::LightEstimate>& lamps) {
+                                          const std::vector<marker::LightEstimate>& lights) {
   std::optional<double> out;
-  for (std::size_t k = 0; k < std::min(lamps.size(), frame.lamps.size()); ++k) {
-    const double deg = angle_between(lamps[k].lamp.direction, frame.lamps[0].direction) / kDegree;
+  for (std::size_t k = 0; k < std::min(lights.size(), frame.lamps.size()); ++k) {
+    const double deg = angle_between(lights[k].light.direction, frame.lamps[0].direction) / kDegree;
     if (!out || deg < *out) out = deg;
   }
   return out;
 }
 
 void evaluate(const measure::TracedFrame& frame, bool answered, const Descriptor& answer, const MarkerReport& report,
-           Tally& tally) {
+              Tally& tally) {
   ++tally.frames;
   if (!answered) {
     ++tally.unanswered;
@@ -150,17 +150,19 @@ void evaluate(const measure::TracedFrame& frame, bool answered, const Descriptor
   const bool unsure = answer.flags.has(Flag::unsure);
   tally.flagged += unsure ? 1 : 0;
   tally.rms.push_back(irradiance_error(frame, answer));
-  const std::optional<double> deg = direction_error_deg(frame, report.light.lamps);
+  const std::optional<double> deg = direction_error_deg(frame, report.light.lights);
   if (tally.verbose)
-    std::fprintf(stderr, "%s: RMS %.4f, direction %.2f deg, lamps %zu, faces %d, %s%s\n", frame.name.c_str(),
-                 tally.rms.back(), deg.value_or(-1), report.light.lamps.size(), report.counts.faces,
-                 report.light.around == marker::SurroundModel::ground_plane_with_shadow ? "shadow" : "faces alone", unsure ? ", unsure" : "");
+    std::fprintf(
+        stderr, "%s: RMS %.4f, direction %.2f deg, lamps %zu, faces %d, %s%s\n", frame.name.c_str(), tally.rms.back(),
+        deg.value_or(-1), report.light.lights.size(), report.counts.faces,
+        report.light.surround_model == marker::SurroundModel::ground_plane_with_shadow ? "shadow" : "faces alone",
+        unsure ? ", unsure" : "");
   if (!deg) return;
   tally.direction_deg.push_back(*deg);
-  if (!unsure) tally.worst_sure_deg = std::max(tally.worst_sure_deg, *deg);
+  if (!unsure) tally.worst_unflagged_deg = std::max(tally.worst_unflagged_deg, *deg);
 }
 
-/// One case on one picture: a camera at rest looks at the body, the first frame is searched, the others are followed.
+/// One case with one image: a camera at rest; the first frame needs a full search, in the others the body is tracked.
 class Stream {
  public:
   Stream(const Case& of, const MarkerBody& body, const RigParameters& rig) : what_(of.what) {
@@ -171,8 +173,8 @@ class Stream {
     estimator_ = std::move(*estimator);
   }
 
-  /// All frames, or all but the first where they come again. `tally` learns what is answered.
-  void look(const measure::TracedFrame& frame, std::vector<measure::Shot>& shots, Tally* tally) {
+  /// Processes all frames, in later calls all but the first. The results are added to `tally` if it is not null.
+  void process(const measure::TracedFrame& frame, std::vector<measure::Shot>& shots, Tally* tally) {
     best_ms_.resize(shots.size(), std::numeric_limits<double>::infinity());
     for (std::size_t k = frames_ == 0 ? 0 : 1; k < shots.size(); ++k) {
       shots[k].frames.front().info.mid_exposure = ProbeTime{++frames_ * kFrameNs};
@@ -181,7 +183,7 @@ class Stream {
       const Status s = estimator_->estimate(shots[k].frames, out);
       const double spent = bench::thread_time_ms() - begin;
       if (!s.ok() && s.code() != StatusCode::not_found) fail(what_ + ", " + frame.name + ": " + s.message());
-      // Of the others, only what was expected where it is: a body that was lost is looked for in all of the picture.
+      // Later frames only count if the body was tracked: after a loss the whole image is searched.
       if (k == 0 || (s.ok() && answered_)) best_ms_[k] = std::min(best_ms_[k], spent);
       answered_ = s.ok();
       if (tally != nullptr) evaluate(frame, s.ok(), out, estimator_->report(), *tally);
@@ -202,7 +204,7 @@ class Stream {
   std::unique_ptr<MarkerEstimator> estimator_;
   std::vector<double> best_ms_;
   std::int64_t frames_ = 0;
-  bool answered_ = false;  ///< The frame before.
+  bool answered_ = false;  ///< Whether the previous frame gave an estimate.
 };
 
 double median(std::vector<double> values) {
@@ -229,7 +231,7 @@ void print(const Case& of, const Tally& tally, int width, int height, double mem
       "\"rms\": %s, \"worst_rms\": %s, \"direction_deg\": %s, \"worst_direction_deg\": %s, \"flagged\": %s, "
       "\"unanswered\": %s}\n",
       number(median(tally.rms)).c_str(), number(worst).c_str(), number(median(tally.direction_deg)).c_str(),
-      number(tally.worst_sure_deg < 0 ? std::nan("") : tally.worst_sure_deg).c_str(),
+      number(tally.worst_unflagged_deg < 0 ? std::nan("") : tally.worst_unflagged_deg).c_str(),
       number(static_cast<double>(tally.flagged) / tally.frames).c_str(),
       number(static_cast<double>(tally.unanswered) / tally.frames).c_str());
 }
@@ -278,7 +280,7 @@ int main(int argc, char** argv) {
     if (!swept || (!group.empty() && frame.group != group)) continue;
     const LensParameters& lens = frame.rig.lenses.front();
     if (width == 0) width = lens.width, height = lens.height;
-    if (lens.width != width || lens.height != height) fail(frame.name + " has another size than the pictures before");
+    if (lens.width != width || lens.height != height) fail(frame.name + " has another size than the previous images");
     const MarkerBody& body = bodies->at(frame.body);
     const auto picture = measure::TracedPicture::load(frames_folder, frame, body);
     if (!picture) fail(picture.status().message());
@@ -289,9 +291,9 @@ int main(int argc, char** argv) {
     for (int k = 0; k <= followed; ++k) shots.push_back(picture->expose(sensor, number++));
     std::vector<Stream> streams;
     for (const Case& one : cases) streams.emplace_back(one, body, rig);
-    // All cases in turn: a machine that is slow for a while is so for all of them.
+    // Cases alternate, so that a temporary slowdown of the machine affects all of them.
     for (int run = 0; run < runs; ++run)
-      for (std::size_t i = 0; i < cases.size(); ++i) streams[i].look(frame, shots, run == 0 ? &tallies[i] : nullptr);
+      for (std::size_t i = 0; i < cases.size(); ++i) streams[i].process(frame, shots, run == 0 ? &tallies[i] : nullptr);
     for (std::size_t i = 0; i < cases.size(); ++i) streams[i].add_times(tallies[i]);
   }
   if (width == 0) fail("no frames of that group");

@@ -1,5 +1,5 @@
-// How far pixels are from where they came from, through direction and back, over the whole of published lenses; and
-// lamps told through lenses that were calibrated. One JSON object a line for tests/figures: figure, value.
+// Round-trip error of pixels through direction and back, over the whole image of published lenses; and errors of light
+// directions through calibrated lenses. One JSON object per line for tests/figures: figure, value.
 //   measure_models
 #include <algorithm>
 #include <cmath>
@@ -44,7 +44,8 @@ double largest_miss(const LensParameters& lens) {
   return seen > 0 ? worst : INFINITY;
 }
 
-/// Of a lamp of a degree at several angles, through the lens as it is and a calibration of it.
+/// Largest difference of the estimated direction of a lamp of one degree, at several angles, between the true lens and
+/// a calibration of it.
 double worst_lamp(calibration::LensKind kind, std::uint32_t seed) {
   const LensParameters truth = shown::lens_of(kind);
   const Result<calibration::GeometryFit> fit =

@@ -1,9 +1,9 @@
-// How many descriptors a second one Mosquitto brings to many subscribers at QoS 0, and how late: the rate is raised in
-// steps until messages are lost or late. Publisher and all subscribers are this one process, so that one clock times
-// both ends. One JSON object a line for tests/figures: figure, value. Latency is from the call that publishes to the
-// subscriber's callback.
+// Maximum rate of descriptors that one Mosquitto delivers to many subscribers at QoS 0, and their latency: the rate is
+// raised in steps until messages are lost or late. Publisher and subscribers are in this process, so that one clock
+// times both ends. One JSON object per line for tests/figures: figure, value. Latency is from the publishing call to
+// the subscriber's callback.
 //   measure_mqtt [--subscribers 1000] [--seconds 5] [--bytes 213] [--rates 1,2,5,10,...]
-// The knee is the highest step up to which all steps kept what is said at kDelivered and kLate.
+// The knee is the highest step up to which all steps satisfy kDelivered and kLate.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -41,7 +41,7 @@ namespace {
 using lightwell::monotonic_now_ns;
 
 constexpr double kDelivered = 0.999;
-/// A frame and a half at 30 a second: later than that, the next descriptor is there.
+/// One and a half frame intervals at 30 per second: a later descriptor is outdated by the next one.
 constexpr double kLateMs = 50;
 constexpr const char* kTopic = "venue/probe/descriptor";
 constexpr std::int64_t kSecond = 1'000'000'000;
@@ -49,7 +49,7 @@ constexpr std::int64_t kSecond = 1'000'000'000;
 struct Options {
   int subscribers = 1000;
   double seconds = 5;
-  /// Of a descriptor of a real panorama, at most, without a map: README.md.
+  /// Maximum size of a descriptor of a real panorama without an environment map: README.md.
   std::size_t bytes = 213;
   std::vector<double> rates = {1, 2, 5, 10, 15, 20, 25, 30, 40, 50, 60, 80, 100, 130, 170, 220, 300, 400};
 };
@@ -67,7 +67,7 @@ void print(const std::string& figure, double value) {
   std::fflush(stdout);
 }
 
-/// A Mosquitto of our own.
+/// Runs a Mosquitto for this program.
 class Broker {
  public:
   Broker() {
@@ -103,7 +103,7 @@ class Broker {
   }
 
   [[nodiscard]] int port() const { return port_; }
-  /// Processor time so far, s.
+  /// CPU time so far in seconds.
   [[nodiscard]] double cpu_s() const {
     std::ifstream file("/proc/" + std::to_string(pid_) + "/stat");
     std::string text((std::istreambuf_iterator<char>(file)), {});
@@ -133,13 +133,13 @@ struct Free {
 };
 using Client = std::unique_ptr<mosquitto, Free>;
 
-/// What the subscribers saw of one step. Written by their one thread while it is the current one.
+/// Results of one step, written by the subscribers' thread while it is the current step.
 struct Step {
   std::uint32_t number = 0;
   std::vector<std::uint32_t> latency_us;
 };
 
-/// All subscribers, one thread, one epoll.
+/// All subscribers, in one thread with one epoll instance.
 class Subscribers {
  public:
   Subscribers(const Options& options, int port) : epoll_(::epoll_create1(EPOLL_CLOEXEC)) {
@@ -163,7 +163,7 @@ class Subscribers {
     const std::int64_t end = monotonic_now_ns() + 60 * kSecond;
     while (ready_ < options.subscribers)
       if (monotonic_now_ns() > end)
-        fail("not all subscribers came in within a minute");
+        fail("not all subscribers connected within a minute");
       else
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
@@ -175,7 +175,7 @@ class Subscribers {
     ::close(epoll_);
   }
 
-  /// Messages of this step count from now on; nobody publishes at the moment.
+  /// Makes messages of this step count from now on; to be called while nothing is published.
   void begin(Step& step) { step_ = &step; }
   [[nodiscard]] std::uint64_t received() const { return received_; }
   void end() { step_ = nullptr; }
@@ -227,7 +227,7 @@ class Publisher {
     turn(monotonic_now_ns() + kSecond / 5);
   }
 
-  /// How many were published.
+  /// Publishes at a rate; returns the number of published messages.
   std::uint64_t publish(const Options& options, double rate, std::uint32_t step) {
     std::string payload(std::max<std::size_t>(options.bytes, 12), 'x');
     const auto count = static_cast<std::uint64_t>(std::max(1.0, std::round(rate * options.seconds)));
@@ -270,7 +270,7 @@ Options options_of(int argc, char** argv) {
   Options o;
   for (int i = 1; i < argc; i += 2) {
     const std::string key = argv[i];
-    if (i + 1 == argc) fail(key + " wants a value");
+    if (i + 1 == argc) fail(key + " needs a value");
     const std::string value = argv[i + 1];
     if (key == "--subscribers") {
       o.subscribers = std::atoi(value.c_str());
@@ -283,7 +283,7 @@ Options options_of(int argc, char** argv) {
       std::istringstream list(value);
       for (std::string rate; std::getline(list, rate, ',');) o.rates.push_back(std::atof(rate.c_str()));
     } else {
-      fail("what is '" + key + "'? --subscribers, --seconds, --bytes, --rates");
+      fail("unknown option '" + key + "'; options: --subscribers, --seconds, --bytes, --rates");
     }
   }
   if (o.subscribers < 1 || !(o.seconds > 0) || o.rates.empty() || !(*std::ranges::min_element(o.rates) > 0))
@@ -300,10 +300,10 @@ int main(int argc, char** argv) {
   const auto wanted = static_cast<rlim_t>(options.subscribers + 64);
   if (files.rlim_cur < wanted) files.rlim_cur = std::min(files.rlim_max, wanted);
   if (::setrlimit(RLIMIT_NOFILE, &files) != 0 || files.rlim_cur < wanted)
-    fail("too few files may be open for so many subscribers: raise `ulimit -Hn`");
+    fail("the limit of open files is too low for so many subscribers: raise `ulimit -Hn`");
   mosquitto_lib_init();
   const Broker broker;
-  // First: the library's own loop waits by select(), which knows the lowest 1,024 files alone.
+  // Created first: libmosquitto's loop uses select(), which supports only file descriptors below 1,024.
   Publisher publisher(broker.port());
   Subscribers subscribers(options, broker.port());
 
@@ -323,12 +323,12 @@ int main(int argc, char** argv) {
     const std::uint64_t published = publisher.publish(options, rate, step.number);
     const double seconds = static_cast<double>(monotonic_now_ns() - begin) * 1e-9;
     const double expected = static_cast<double>(published) * options.subscribers;
-    // What is late still comes; what has not come by then has been dropped by the broker.
+    // Waits for late messages; those that are still missing have been dropped by the broker.
     const std::int64_t end = monotonic_now_ns() + 3 * kSecond;
     while (static_cast<double>(subscribers.received() - before) < expected && monotonic_now_ns() < end)
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     subscribers.end();
-    // Its thread may be inside the last callback.
+    // The subscribers' thread may still be in the last callback.
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     const double all = static_cast<double>(monotonic_now_ns() - begin) * 1e-9;
     const double delivered = static_cast<double>(step.latency_us.size()) / expected;
@@ -341,7 +341,7 @@ int main(int argc, char** argv) {
           static_cast<double>(step.latency_us.size()) / std::max(seconds, options.seconds));
     print(name + at + "p50_ms", p50);
     print(name + at + "p99_ms", p99);
-    // Which of the two is at its end: a processor is 1.
+    // CPU loads show which side is the bottleneck; 1 is one processor.
     print(name + at + "broker_cpu", (broker.cpu_s() - broker_cpu) / all);
     print(name + at + "load_cpu", (own_cpu_s() - cpu) / all);
     kept = kept && delivered >= kDelivered && p99 <= kLateMs;

@@ -1,12 +1,12 @@
-// The estimator at `balanced` beside what others do, one thread, on the same panorama: prints one JSON object a line
-// for tests/figures: figure, ms (best of five runs of each, in turns), vector (the unit of our kernels; the others' are
-// what their compiler made), and error (of irradiance) where it has one.
+// The estimator at `balanced` compared with other methods, one thread, on the same panorama: prints one JSON object per
+// line for tests/figures: figure, ms (best of five runs of each, in turn), vector (vector unit of lightwell's kernels;
+// the others are vectorized by their compiler), and error (of irradiance) if there is one.
 //   measure_peers [--vector best|avx2|sse4]
-//   ours.floats       the panorama as it is, from frame to encoded descriptor
+//   ours.floats       the panorama in floats, from frame to encoded descriptor
 //   filament          the panorama to nine coefficients (cube_ms, sh_ms)
 //   median_cut        the panorama to 64 lights
 //   ours.frame        an 8-bit frame of the whole sphere, from frame to encoded descriptor
-//   s0_detection      the same 8-bit frame to the lights of seed S0's Algorithm 1
+//   s0_detection      the same 8-bit frame to the lights of Algorithm 1 of Alhakamy and Tuceryan 2019
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -18,10 +18,10 @@
 #include <lightwell/codec.hpp>
 #include <lightwell/query.hpp>
 
+#include "bench/alhakamy2019.hpp"
 #include "bench/ar_output.hpp"
 #include "bench/filament_sh.hpp"
 #include "bench/median_cut.hpp"
-#include "bench/alhakamy2019.hpp"
 #include "bench/vector_unit.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "measure/panorama_truth.hpp"
@@ -44,7 +44,7 @@ std::string vector_unit;
   std::exit(1);
 }
 
-/// Frame to encoded descriptor, again and again with the time going on.
+/// lightwell's panorama estimator, from frame to encoded descriptor, with advancing time.
 class LightwellMethod {
  public:
   LightwellMethod(const RigParameters& rig, measure::Shot shot) : shot_(std::move(shot)) {
@@ -103,14 +103,14 @@ int main(int argc, char** argv) {
   const RigParameters float_rig = *sim::make_rig("equirect", width, height, PixelFormat::rgb_f32);
   const measure::LensRadiance radiance = {panorama->rgb};
   const double second[] = {1};
-  LightwellMethod floats(float_rig, measure::Camera(float_rig, PixelFormat::rgb_f32).develop(radiance, second, 0));
+  LightwellMethod floats(float_rig, measure::Camera(float_rig, PixelFormat::rgb_f32).expose(radiance, second, 0));
 
   const RigParameters code_rig = *sim::make_rig("equirect", width, height, PixelFormat::rgb8);
-  // Four times the mean just below saturation, as a camera's exposure control has it: the lamps are clipped.
+  // Four times the mean is just below saturation, as with a typical exposure control: the lamps are clipped.
   const double exposure = sim::exposure_below_saturation(sim::sensor_of(code_rig, PixelFormat::rgb8, 1),
                                                          4 * sim::mean_luminance(*panorama), 1);
   const double once[] = {exposure};
-  measure::Shot shot = measure::Camera(code_rig, PixelFormat::rgb8).develop(radiance, once, 0);
+  measure::Shot shot = measure::Camera(code_rig, PixelFormat::rgb8).expose(radiance, once, 0);
   const std::vector<std::byte> codes = shot.pixels.front();
   const bench::EquirectFrame frame{width,
                                    height,
@@ -126,7 +126,8 @@ int main(int argc, char** argv) {
   bench::AlhakamyResult s0;
 
   Timed ours_floats{[&] { floats.run(); }}, ours_frame{[&] { coded.run(); }},
-      by_cut{[&] { cut = bench::median_cut(image); }}, by_s0{[&] { s0 = bench::alhakamy_detect(frame); }}, by_filament{[&] {
+      by_cut{[&] { cut = bench::median_cut(image); }}, by_s0{[&] { s0 = bench::alhakamy_detect(frame); }},
+      by_filament{[&] {
         sh = filament.run();
         cube_s = std::min(cube_s, sh.cube_s);
         sh_s = std::min(sh_s, sh.sh_s);
@@ -134,7 +135,7 @@ int main(int argc, char** argv) {
   for (int run = 0; run < kRuns; ++run) {
     for (Timed* t : {&ours_floats, &by_cut, &ours_frame, &by_s0, &by_filament}) {
       if (t == &by_filament && !bench::FilamentRoute::available()) continue;
-      // Once unmeasured: all begin with what they last touched, as they would frame after frame.
+      // One unmeasured run, so that every method starts with its data in the cache, as in continuous operation.
       if (t != &by_filament) t->run();
       const double start = bench::seconds_now();
       t->run();
@@ -159,7 +160,7 @@ int main(int argc, char** argv) {
   print("ours.floats", ours_floats.best, error(of_descriptor(floats.descriptor)));
   if (bench::FilamentRoute::available()) {
     const double e = error([&](const ref::V3& n) { return bench::irradiance_of(sh.radiance, {n.x, n.y, n.z}); });
-    // Its own clock around the two steps; what run() does besides is not Filament's.
+    // Times of Filament's two steps only; other work of run() does not belong to Filament.
     std::printf("{\"figure\": \"filament\", \"ms\": %.5g, \"cube_ms\": %.5g, \"sh_ms\": %.5g, \"error\": %.5g}\n",
                 (cube_s + sh_s) * 1e3, cube_s * 1e3, sh_s * 1e3, e);
   }

@@ -1,11 +1,11 @@
-// Calibrates simulated cameras a hundred times each and prints one JSON object a line for tests/figures: figure, value
-// (the largest error of all trials), unit, inside (share of trials with the truth within three stated deviations; null
-// where none is stated), trials.
-//   measure_photometry response    response.CURVE.curve (RMS, share of full scale), .kind (inside: named rightly),
-//                                  .worst_knot (the free curve), .gamma (relative)
+// Calibrates simulated cameras a hundred times each and prints one JSON object per line for tests/figures: figure,
+// value (the largest error of all trials), unit, inside (share of trials with the truth within three stated standard
+// deviations; null if none is stated), trials.
+//   measure_photometry response    response.CURVE.curve (RMS, share of full scale), .kind (inside: identified
+//                                  correctly), .worst_knot (the free curve), .gamma (relative)
 //   measure_photometry noise       noise.BITS.black (share of full scale), .read, .read_noise, .shot_noise (relative)
 //   measure_photometry vignetting  vignetting.edge (relative, anywhere in the field), .v1 .v2 .v3
-//   measure_photometry card        card.BITS.red, .blue (relative), .scale (relative, but for the meter's own error)
+//   measure_photometry card        card.BITS.red, .blue (relative), .scale (relative, without the meter's own error)
 //   measure_photometry             all of these
 #include <cstdio>
 #include <string>

@@ -1,10 +1,10 @@
-// Times what an application asks of the SDK: one JSON object a line for tests/figures (figure, value, memcpy_gb_per_s:
-// of this run; vector: the unit of what answers many at once). Best of five repeats of a long loop each, one thread.
+// Times of the SDK's queries: one JSON object per line for tests/figures (figure, value, memcpy_gb_per_s: of this run;
+// vector: vector unit of the batch queries). Best of five repeats of a long loop each, one thread.
 //   measure_queries [--vector best|avx2|sse4]
-//     latest_ns                      Probe::latest(), with a recording behind it
+//     latest_ns                      Probe::latest(), with a recording as source
 //     irradiance_ns.bandL.N          one normal, N lights, over normals of the whole sphere
-//     normals_per_s.bandL.N          many at once, in arrays that no cache of a core holds, in millions
-//     radiance_ns, at_ns, rotated_ns the same of the other questions
+//     normals_per_s.bandL.N          batches in arrays larger than a core's caches, in millions
+//     radiance_ns, at_ns, rotated_ns the same for the other queries
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -42,7 +42,7 @@ void print(const std::string& figure, double value) {
   std::exit(1);
 }
 
-/// Seconds of one call, the best of five repeats of `calls`.
+/// Seconds per call: the best of five repeats of `calls` calls.
 template <class Work>
 double seconds_of_one(int calls, Work&& work) {
   double best = 1e9;
@@ -54,20 +54,20 @@ double seconds_of_one(int calls, Work&& work) {
   return best;
 }
 
-volatile float kept;  ///< What was computed was wanted.
+volatile float kept;  ///< Keeps the compiler from removing the computation.
 
 std::vector<Vec3f> normals_all_over(std::size_t count) {
   std::vector<Vec3f> out;
   for (std::size_t i = 0; i < count; ++i) {
     const double y = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(count), s = std::sqrt(1 - y * y);
-    // In no order: neighbours on the sphere would make branches easy to foresee.
+    // In random order: neighbours on the sphere would make branches predictable.
     const double phi = static_cast<double>(i * 7919 % count) * std::numbers::pi * (3 - std::sqrt(5.0));
     out.push_back(vec_cast<float>(Vec3d{s * std::cos(phi), y, s * std::sin(phi)}));
   }
   return out;
 }
 
-/// The sun and a lamp of three degrees, where there are lights.
+/// A synthetic descriptor; its lights, if any, are the sun and lamps of three degrees.
 Descriptor scene(int band, int lights) {
   Descriptor d;
   d.radiance.band = band;

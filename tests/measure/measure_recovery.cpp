@@ -1,9 +1,9 @@
-// How long after a network is back the light is back: a client of a running lightwelld behind an impairing proxy. One
-// JSON object a line for tests/figures: figure (cut.SECONDS, held.SECONDS, delayed), value (s from the link's return to
-// a valid answer that was made after it; the largest of the repeats), lies (answers called valid that were older than
+// Time from the return of a network to valid light, for a client of a running lightwelld behind an impairing proxy. One
+// JSON object per line for tests/figures: figure (cut.SECONDS, held.SECONDS, delayed), value (s from the link's return
+// to a valid light that was made after it; the maximum over the repeats), lies (number of valid lights older than
 // max_age).
 //   measure_recovery grpc://127.0.0.1:PORT [--seconds S] [--repeats N]     outages of S seconds [10], N of each kind
-//   [3]
+//                                                                          [3]
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -26,9 +26,9 @@ using std::chrono::milliseconds;
   std::exit(1);
 }
 
-/// Looks for `seconds`, or until `enough`; counts answers that were called valid and were too old.
+/// Queries the light for `seconds`, or until `enough` holds; counts valid lights that are too old in `lies`.
 template <class Enough>
-double look(const Probe& probe, double seconds, int& lies, Enough&& enough) {
+double watch(const Probe& probe, double seconds, int& lies, Enough&& enough) {
   const std::int64_t begin = monotonic_now_ns();
   for (;;) {
     const std::int64_t now = monotonic_now_ns();
@@ -42,7 +42,7 @@ double look(const Probe& probe, double seconds, int& lies, Enough&& enough) {
   }
 }
 
-/// Made after `ns`, by the probe's clock, which is this machine's.
+/// Whether a light was made after `ns` by the probe's clock, which is this machine's clock, too.
 auto fresh_since(std::int64_t ns) {
   return [ns](const Lighting& light) {
     return light.validity() == Validity::valid && light.descriptor().time.mid_exposure.ns > ns;
@@ -71,34 +71,34 @@ int main(int argc, char** argv) {
   if (!probe) fail(probe.status().message());
   int lies = 0;
   const auto never = [](const Lighting&) { return false; };
-  look(*probe, 1, lies, never);
+  watch(*probe, 1, lies, never);
 
   double worst = 0;
   for (int i = 0; i < repeats; ++i) {
     proxy.cut();
-    look(*probe, seconds, lies, never);
+    watch(*probe, seconds, lies, never);
     proxy.restore();
-    worst = std::max(worst, look(*probe, 30, lies, fresh_since(monotonic_now_ns())));
-    look(*probe, 1, lies, never);
+    worst = std::max(worst, watch(*probe, 30, lies, fresh_since(monotonic_now_ns())));
+    watch(*probe, 1, lies, never);
   }
   print("cut." + std::to_string(static_cast<int>(seconds)), worst, lies);
 
   worst = 0, lies = 0;
   for (int i = 0; i < repeats; ++i) {
     proxy.hold();
-    look(*probe, seconds, lies, never);
+    watch(*probe, seconds, lies, never);
     proxy.resume();
-    worst = std::max(worst, look(*probe, 30, lies, fresh_since(monotonic_now_ns())));
-    look(*probe, 1, lies, never);
+    worst = std::max(worst, watch(*probe, 30, lies, fresh_since(monotonic_now_ns())));
+    watch(*probe, 1, lies, never);
   }
   print("held." + std::to_string(static_cast<int>(seconds)), worst, lies);
 
-  // 200 ms each way and jitter, for a while, and back: answers are stale or told their age, and fresh at once
-  // afterwards.
+  // A delay of 200 ms in each direction with jitter for a while: lights are stale or have their true age, and fresh at
+  // once afterwards.
   lies = 0;
   proxy.impair({.delay = milliseconds(200), .jitter = milliseconds(60)});
-  look(*probe, seconds, lies, never);
+  watch(*probe, seconds, lies, never);
   proxy.impair({});
-  print("delayed", look(*probe, 30, lies, fresh_since(monotonic_now_ns())), lies);
+  print("delayed", watch(*probe, 30, lies, fresh_since(monotonic_now_ns())), lies);
   return 0;
 }

@@ -1,6 +1,6 @@
-// Prints one JSON object a line for every figure of topic `skeleton` that needs no other process:
+// Prints one JSON object per line for every figure of topic `skeleton` that needs no other process:
 //   {"figure": NAME, "value": NUMBER}
-// Seeds and scenes are fixed here; thresholds are in tests/figure_topics/skeleton.py.
+// Seeds and scenes are fixed here; limits are in tests/figure_topics/skeleton.py.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -63,7 +63,7 @@ Descriptor estimate(Estimator& estimator, const Frame& frame) {
   return d;
 }
 
-/// As an application gets it: over the wire, through the SDK.
+/// The light as an application receives it: over the wire, through the SDK.
 Lighting delivered(const Descriptor& d) {
   Encoder encoder;
   const auto bytes = encoder.encode(d);
@@ -113,7 +113,8 @@ void real_panoramas() {
       nearest = std::min(nearest, ref::angle_deg({l.direction.x, l.direction.y, l.direction.z}, brightest->direction));
     print(std::string("light_direction_deg.") + name, nearest);
 
-    // The probe turned by 77 degrees about an oblique axis: the answer, turned back, against the same truth.
+    // The probe is rotated by 77 degrees about an oblique axis; the light, rotated back, is compared with the same
+    // truth.
     sim::SceneState turned = scene.state_at(0);
     turned.yaw_rad = 77 * std::numbers::pi / 180;
     turned.rotation_world_probe = Quat::about({0, 1, 0}, turned.yaw_rad);
@@ -173,7 +174,7 @@ void analytic_scenes() {
   }
   print("analytic.directional", worst);
 
-  // A clipped cosine has every even band; what a descriptor holds of it is its first seven.
+  // A clamped cosine has all even bands; a descriptor holds its bands up to 6.
   worst = 0;
   double worst_single = 0;
   const auto single = [&](const std::vector<double>& coefficients) {
@@ -181,7 +182,7 @@ void analytic_scenes() {
     d.radiance.band = 6;
     for (std::size_t i = 0; i < 49; ++i) d.radiance.c[i].r = static_cast<float>(coefficients[i]);
     const Lighting lighting = Lighting::of(d);
-    // radiance() is the series itself where every band is sent and nothing rings: on an even sky.
+    // radiance() is the series itself if every band is sent and nothing rings: for a uniform sky.
     std::vector<double> on_sky = coefficients;
     for (std::size_t i = 0; i < 49; ++i) {
       on_sky[i] += i == 0 ? 10 : 0.002;
@@ -222,7 +223,8 @@ void analytic_scenes() {
   print("analytic.cosine_lobe", single(lobe));
 }
 
-/// The same from pictures: what the estimator makes of single harmonics, of the largest coefficient; before the wire.
+/// The same from images: error of the estimated coefficients for single harmonics, relative to the largest coefficient;
+/// before the wire.
 void estimated_harmonics() {
   const RigParameters rig = *sim::make_rig("pair", 640, 480, PixelFormat::rgb_f32);
   PanoramaOptions options;
@@ -256,7 +258,7 @@ void estimated_harmonics() {
   print("estimated.single_harmonics", worst);
 }
 
-/// GB/s of memcpy over buffers that no cache holds: what absolute times of this run are to be read beside.
+/// GB/s of memcpy over buffers larger than the caches, for comparison with the times of this run.
 void memory_speed() {
   std::vector<std::byte> from(64 << 20, std::byte{1}), to(64 << 20);
   double best = 0;

@@ -1,16 +1,16 @@
-// Times the panorama estimator, from frame to encoded descriptor, beside memcpy of the same bytes in the same run.
-// Prints one JSON object a line for tests/figures: figure, value (time by that of memcpy), ms, memcpy_gb_per_s, bytes
-// (of the descriptor), lights, vector (the unit of the kernels), and what else the part below names.
-//   measure_speed formats    SETTING.RIG.FORMAT     one picture
+// Measures the panorama estimator's time from frame to encoded descriptor, and of memcpy of the same bytes in the same
+// run. Prints one JSON object per line for tests/figures: figure, value (time relative to memcpy), ms, memcpy_gb_per_s,
+// bytes (of the descriptor), lights, vector (vector unit of the kernels), and further members named below.
+//   measure_speed formats    SETTING.RIG.FORMAT     one image
 //   measure_speed brackets   bracket.RIG.FORMAT     three exposures at `balanced`
-//   measure_speed sizes      size.SETTING.WxH       one lens; seen_pixels: that the lens sees at all, the others cost
+//   measure_speed sizes      size.SETTING.WxH       one lens; seen_pixels: pixels in the lens's field; the others cost
 //                                                   nothing
-//   measure_speed lights     lights.CHOICE.SETTING.FORMAT.N  N small lights in an even room. CHOICE
+//   measure_speed lights     lights.CHOICE.SETTING.FORMAT.N  N small lights in a uniform room. CHOICE:
 //                            as_rich_as_needed: the default of 1 %; all_sent: epsilon 0, 64 lights in the descriptor
-//   measure_speed unit       unit: nothing but vector
+//   measure_speed unit       unit: only vector
 //   measure_speed            all of these but the last
-//   measure_speed --vector avx2|sse4|best ...   with the kernels limited to what a lesser processor has
-// Rigs: single, one lens of 1280x960; pair, two of these; equirect, a whole sphere of as many pixels as 1280x960.
+//   measure_speed --vector avx2|sse4|best ...   with kernels limited to a smaller vector unit
+// Rigs: single, one lens of 1280x960; pair, two of these; equirect, a whole sphere with as many pixels as 1280x960.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -34,15 +34,15 @@ using namespace lightwell;
 constexpr const char* kRigs[] = {"single", "pair", "equirect"};
 constexpr PixelFormat kFormats[] = {PixelFormat::rgb8, PixelFormat::bayer_rggb8, PixelFormat::nv12, PixelFormat::yuyv};
 constexpr int kSizes[][2] = {{640, 480}, {1280, 960}, {1920, 1440}, {2560, 1920}, {3840, 3840}};
-/// Pictures of every size take turns in as much memory, more than any cache holds: eight of 3840x3840.
+/// Images of every size use the same amount of memory in total, more than any cache: eight of 3840x3840.
 constexpr std::size_t kBytesOfSizes = 8UL * 3 * 3840 * 3840;
 constexpr int kLights = 64;
-/// The same estimator takes up to 6 % longer where its tables happen to lie otherwise in memory: both sides of a ratio
-/// are the best of as many estimators, each made anew.
+/// The time varies by up to 6 % with the placement of an estimator's tables in memory. Both sides of a ratio are the
+/// best of this number of newly constructed estimators.
 constexpr int kPlacements = 6;
 constexpr int kPassesInTurns = 8;
-/// A degree and a half wide, six pixels of 1568x784, and 150 times the room: each gives 0.5 % of all light, and a lamp
-/// of less than 0.2 % is none to the estimator.
+/// Lamps of 1.5 degrees (six pixels of 1568x784) with 150 times the room's radiance: each contributes 0.5 % of all
+/// light; the estimator ignores lamps below 0.2 %.
 constexpr double kLightRadiusRad = 0.75 * std::numbers::pi / 180;
 constexpr float kLightRadiance = 150;
 
@@ -131,7 +131,7 @@ void sizes(const sim::Scene& scene) {
 }
 
 sim::Scene room(int lights) {
-  std::vector<Vec3d> towards;  // Evenly over the sphere: Gonzalez 2010.
+  std::vector<Vec3d> towards;  // Fibonacci lattice: Gonzalez 2010.
   for (int i = 0; i < lights; ++i) {
     const double y = 1 - (2.0 * i + 1) / lights, phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
     towards.push_back({std::sqrt(1 - y * y) * std::cos(phi), y, std::sqrt(1 - y * y) * std::sin(phi)});

@@ -1,10 +1,10 @@
-// The trade as an application sees it: bytes a second and time of a query against error, for bands, lights and sizes of
-// the map, medians over the eight panoramas; from an ideal camera over the wire through the SDK. One JSON object a line
-// for tests/figures, and a picture.
+// Cost and accuracy for an application: bytes per second and query time against error, for bands, lights and sizes of
+// the environment map, medians over the eight panoramas; from an ideal camera over the wire through the SDK. One JSON
+// object per line for tests/figures, and a chart.
 //   measure_trade [PICTURE.png|.svg]
-//     figure trade.bandL.lightsN.mapE: bytes (a message), bytes_per_s (30 descriptors and 5 maps a second),
+//     figure trade.bandL.lightsN.mapE: bytes (of a message), bytes_per_s (30 descriptors and 5 maps per second),
 //     irradiance_ns, radiance_ns (roughness 0.33, a new direction each), irradiance_percent (proto/README.md's error),
-//     silver_percent (RMS of a matte silver ball, of the true one's)
+//     silver_percent (RMS error of a matte silver ball relative to the RMS of the true one)
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -37,7 +37,7 @@ struct Choice {
   }
 };
 
-/// One choice on each panorama, then their medians.
+/// Results of one choice for each panorama; medians are taken over them.
 struct Cost {
   std::vector<double> bytes, bytes_per_s, irradiance_ns, radiance_ns, irradiance_percent, silver_percent;
 };
@@ -55,9 +55,9 @@ double median(std::vector<double> v) {
 ref::Rgb rgb(const auto& v) { return {v.r, v.g, v.b}; }
 Vec3f vec(const ref::V3& d) { return vec_cast<float>(Vec3d{d.x, d.y, d.z}); }
 
-volatile float kept;  ///< What was computed was wanted.
+volatile float kept;  ///< Keeps the compiler from removing the computation.
 
-/// Best of five.
+/// Nanoseconds per call, best of five.
 template <class Ask>
 double ns_of_one(int calls, Ask&& ask) {
   const std::vector<ref::V3>& directions = measure::truth_normals();
@@ -82,7 +82,7 @@ std::vector<Choice> choices() {
   return all;
 }
 
-/// Error over a cost, both logarithmic, every choice a mark.
+/// A log-log chart of error over cost with one mark per choice.
 struct Panel {
   std::string title;
   double left;
@@ -184,14 +184,14 @@ int main(int argc, char** argv) {
     if (!panorama) fail(panorama.status());
     const sim::Scene scene(std::move(*panorama));
     const double second[] = {1};
-    const measure::Shot shot = camera.develop(camera.render(scene, scene.state_at(0)), second, 0);
+    const measure::Shot shot = camera.expose(camera.render(scene, scene.state_at(0)), second, 0);
     const measure::BallPictures true_balls = measure::ball_pictures(view, truth->sums);
     for (std::size_t i = 0; i < all.size(); ++i) {
       PanoramaOptions options;
       options.config.band = all[i].band;
       options.config.max_lights = all[i].lights;
       options.config.panorama.environment_edge = all[i].edge;
-      // All that is allowed is sent: what each costs is the question here.
+      // Everything that is allowed is sent, because the cost of each is measured.
       options.config.panorama.epsilon = 0;
       auto estimator = make_panorama_estimator(rig, options);
       if (!estimator) fail(estimator.status());

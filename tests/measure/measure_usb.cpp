@@ -1,5 +1,5 @@
-// What frames of the USB link cost beside the messages in them: writing, reading, and reading what is damaged. One JSON
-// object a line for tests/figures: figure, value.
+// Overhead of the USB link's framing: writing, reading, and reading a damaged stream. One JSON object per line for
+// tests/figures: figure, value.
 //   measure_usb
 #include <chrono>
 #include <cstdio>
@@ -19,7 +19,7 @@ void print(const std::string& figure, double value) {
   std::fflush(stdout);
 }
 
-/// The best of five, in seconds.
+/// Best time of five in seconds.
 template <class Work>
 double seconds(Work&& work) {
   double best = 1e9;
@@ -42,7 +42,7 @@ Bytes stream_of(std::size_t payload, int frames) {
   return all;
 }
 
-/// A new reader each time: a frame that was read once is played again.
+/// Uses a new reader each time, because a reader rejects a repeated stream as a replay.
 double read_seconds(const Bytes& stream, std::uint64_t& frames) {
   return seconds([&] {
     FrameReader reader;

@@ -12,11 +12,11 @@ namespace {
 
 constexpr int kLeafPixels = 16;
 
-/// A block stands as one light where its radius is below this share of the kernel's scale at its distance.
-/// The error falls with its square or better; the cost rises with it.
+/// Opening criterion: a block is treated as one light if its radius is below this fraction of the kernel's scale at its
+/// distance. The error falls at least with its square.
 constexpr double kOpening = 0.12;
 
-/// A larger block does not stand as one light across the horizon, where the kernel has a kink.
+/// A larger block is opened if it crosses the horizon, where the kernel has a kink.
 constexpr double kHorizon = 0.1;
 
 std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
@@ -37,7 +37,7 @@ void PanoramaSums::build(int i0, int i1, int j0, int j1) {
 
   const int columns = i1 - i0, rows = j1 - j0;
   if (block.pixels > kLeafPixels) {
-    // The side that is longer on the sphere, at the block's widest row.
+    // Splits the side that is longer on the sphere, measured at the block's widest row.
     const double widest_row =
         std::clamp(0.5 * (panorama_.height - 1), static_cast<double>(j0), static_cast<double>(j1 - 1));
     const double width = 2.0 * columns / panorama_.width * std::sin(ref::pi * (widest_row + 0.5) / panorama_.height);
@@ -73,7 +73,7 @@ void PanoramaSums::build(int i0, int i1, int j0, int j1) {
       moments[c].vector = moments[c].vector + weight_[c][k] * ref::V3{x_[k], y_[k], z_[k]};
     }
   }
-  // The vector of a sphere or a belt is about zero: any centre is right for a block as wide as that.
+  // The vector sum of a whole sphere or belt is about zero; any centre is valid for such a block.
   block.centre = ref::normalised(moments[3].vector);
   if (!(ref::length(block.centre) > 0.5)) block.centre = {0, 1, 0};
   for (std::size_t k = first; k < end; ++k)
@@ -123,8 +123,8 @@ ref::Rgb PanoramaSums::irradiance(const ref::V3& n) const {
 
 ref::Rgb PanoramaSums::radiance(const ref::V3& d, double perceptual_roughness) const {
   if (perceptual_roughness == 0) return ref::sample(panorama_, d);
-  // reference::GgxKernel::weight, t / D^2 with D = a2 + slope (1 - t), but for a constant, which the division
-  // at the end takes out.
+  // reference::GgxKernel::weight up to a constant factor, which the final division cancels: t / D^2 with
+  // D = a2 + slope (1 - t).
   const double a2 = std::pow(perceptual_roughness, 4), slope = 0.5 * (1 - a2);
   std::array<double, 4> sum{};
   const auto whole = [&](const Block& block, const Moments& moments, double cosine) {

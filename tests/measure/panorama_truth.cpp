@@ -75,7 +75,7 @@ Result<std::vector<std::string>> all_panoramas() {
     std::error_code error;
     if (!std::filesystem::exists(path, error))
       return Status(StatusCode::not_found,
-                    "the panorama " + path.string() + " is not there: run cmake/fetch_panoramas --all");
+                    "the panorama " + path.string() + " does not exist: run cmake/fetch_panoramas --all");
     paths->push_back(path.string());
   }
   return paths;

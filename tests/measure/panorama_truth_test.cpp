@@ -12,7 +12,7 @@ namespace {
 
 namespace ref = reference;
 
-/// A sun of 2 degrees over a seam before a coloured, uneven room, with the corners where blocks go wrong: poles, seam.
+/// A sun of 2 degrees on the seam and a coloured, non-uniform background: includes the critical places, poles and seam.
 ref::Panorama scene(int width) {
   const ref::RadianceFunction room = [](const ref::V3& d) {
     return ref::Rgb{1 + 0.9 * std::sin(9 * d.x) * d.y, 1 + 0.8 * d.y, 1 + 0.9 * std::cos(7 * d.z + d.x)};
@@ -23,19 +23,19 @@ ref::Panorama scene(int width) {
   return p;
 }
 
-TEST(PanoramaSums, IrradianceIsTheOraclesToRounding) {
+TEST(PanoramaSums, IrradianceEqualsTheReferenceUpToRounding) {
   for (const int width : {2, 6, 64, 256}) {
     const ref::Panorama p = scene(width);
     const PanoramaSums sums(p);
     for (const ref::V3& n : ref::fibonacci_normals(40)) {
       const ref::Rgb want = ref::irradiance(p, n), got = sums.irradiance(n);
-      // Sums of up to 32,768 terms in two orders.
+      // Rounding errors of up to 32,768 terms summed in different orders.
       for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(got[c], want[c], 1e-11 * (1 + want[c])) << width;
     }
   }
 }
 
-TEST(PanoramaSums, RadianceIsTheOracles) {
+TEST(PanoramaSums, RadianceMatchesTheReference) {
   const ref::Panorama p = scene(256);
   const PanoramaSums sums(p);
   for (const double roughness : {0.25, 0.3271, 0.5, 1.0}) {
@@ -48,19 +48,19 @@ TEST(PanoramaSums, RadianceIsTheOracles) {
         relative = std::max(relative, std::abs(got[c] - want[c]) / want[c]);
       }
     }
-    // The blocks' rule: their radius is 0.12 of the kernel's scale, and its next term is of the order of 0.12^3.
+    // Blocks have a radius of at most 0.12 of the kernel's scale; the neglected term is of the order of 0.12^3.
     EXPECT_LT(std::sqrt(error / power), 2e-3) << roughness;
     EXPECT_LT(relative, 1e-2) << roughness;
   }
 }
 
-TEST(PanoramaSums, RoughnessZeroIsTheSample) {
+TEST(PanoramaSums, RoughnessZeroIsABilinearSample) {
   const PanoramaSums sums(scene(64));
   const ref::V3 d = ref::normalised({0.3, 0.2, 1});
   EXPECT_EQ(sums.radiance(d, 0), ref::sample(sums.panorama(), d));
 }
 
-TEST(PanoramaSums, AConstantStaysItself) {
+TEST(PanoramaSums, AConstantPanoramaIsReproduced) {
   const PanoramaSums sums(ref::constant(128, 64, {1, 2, 3}));
   for (const ref::V3& d : ref::fibonacci_normals(20)) {
     const ref::Rgb got = sums.radiance(d, 0.25);
@@ -78,7 +78,7 @@ TEST(PanoramaTruth, CleansAndFindsTheBrightest) {
   EXPECT_EQ(truth.irradiance.size(), 2048U);
 }
 
-TEST(PanoramaTruth, ErrorIsTheHouses) {
+TEST(PanoramaTruth, ErrorOfIrradianceIsThatOfTheReference) {
   const PanoramaTruth truth = panorama_truth("room", scene(64));
   const auto exact = ref::irradiance_at(truth.sums.panorama(), truth_normals());
   EXPECT_LT(ref::irradiance_error(exact, truth.irradiance).largest, 1e-11);
@@ -89,7 +89,7 @@ TEST(PanoramaTruth, ErrorIsTheHouses) {
   EXPECT_NEAR(e.rms, 0.03, 1e-12);
 }
 
-TEST(PanoramaTruth, FilesThatAreNone) {
+TEST(PanoramaTruth, InvalidFilesAreErrors) {
   EXPECT_EQ(load_panorama_truth("/nowhere/x.exr").status().code(), StatusCode::not_found);
 }
 

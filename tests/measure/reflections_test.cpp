@@ -1,4 +1,4 @@
-// What reflections show of real panoramas without a map: never black where there is light, at any roughness.
+// Reflections of real panoramas without an environment map are nowhere black where there is light, at any roughness.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -21,7 +21,7 @@ namespace {
 
 constexpr int kDirections = 300;
 
-TEST(Reflections, OfEightPanoramasAreNowhereBlack) {
+TEST(Reflections, AreNowhereBlackInEightPanoramas) {
   const Result<std::vector<std::string>> paths = measure::eight_panoramas();
   ASSERT_TRUE(paths.ok()) << paths.status().message();
   const RigParameters rig = *sim::make_rig("pair", 640, 480, PixelFormat::rgb_f32);
@@ -33,7 +33,7 @@ TEST(Reflections, OfEightPanoramasAreNowhereBlack) {
     ASSERT_TRUE(panorama.ok()) << panorama.status().message();
     const sim::Scene scene(std::move(*panorama));
     const double second[] = {1};
-    const measure::Shot shot = camera.develop(camera.render(scene, scene.state_at(0)), second, 0);
+    const measure::Shot shot = camera.expose(camera.render(scene, scene.state_at(0)), second, 0);
     auto estimator = make_panorama_estimator(rig, {});
     ASSERT_TRUE(estimator.ok());
     Result<measure::Delivered> delivered = measure::deliver(**estimator, shot);
@@ -48,7 +48,8 @@ TEST(Reflections, OfEightPanoramasAreNowhereBlack) {
         const Vec3f direction = vec_cast<float>(Vec3d{d.x, d.y, d.z});
         const Radiance got = light.radiance(direction, static_cast<float>(roughness)).value;
         EXPECT_TRUE(got.r >= 0 && got.g >= 0 && got.b >= 0) << truth->name << " " << roughness;
-        // Six bands are as soft as a roughness of a half; a mirror leaves lights out, which that softness spreads.
+        // Six bands have the resolution of roughness 0.5. A mirror reflection excludes the lights, which would be
+        // spread.
         double lights = 0;
         const double soft = std::max(roughness, 0.5);
         if (roughness < 0.5) {
@@ -68,7 +69,7 @@ TEST(Reflections, OfEightPanoramasAreNowhereBlack) {
       RecordProperty(truth->name + "_" + std::to_string(roughness), std::to_string(darkest));
       EXPECT_GT(darkest, 0.08) << truth->name << " " << roughness;
       EXPECT_LT(dark, kDirections / 20) << truth->name << " " << roughness;
-      // The picture of hil/demo, which had a black crescent.
+      // The view of hil/demo.
       if (truth->name == "city") {
         EXPECT_GT(darkest, 0.3) << roughness;
       }

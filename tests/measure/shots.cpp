@@ -44,7 +44,7 @@ std::vector<double> Camera::bracket_of_three(double peak, double mean) const {
   return {shortest, std::sqrt(shortest * longest), longest};
 }
 
-Shot Camera::develop(const LensRadiance& radiance, std::span<const double> exposures, std::uint64_t capture) const {
+Shot Camera::expose(const LensRadiance& radiance, std::span<const double> exposures, std::uint64_t capture) const {
   Shot out;
   const std::uint64_t number = kHourOfCaptures + capture;
   for (std::size_t e = 0; e < exposures.size(); ++e) {
@@ -58,7 +58,7 @@ Shot Camera::develop(const LensRadiance& radiance, std::span<const double> expos
     for (std::size_t k = 0; k < sensors_.size(); ++k) {
       const int lens = static_cast<int>(k);
       out.pixels.emplace_back(sensors_[k].bytes());
-      sensors_[k].develop(radiance[k], {exposures[e], 1, frame.info.sequence, lens}, out.pixels.back());
+      sensors_[k].expose(radiance[k], {exposures[e], 1, frame.info.sequence, lens}, out.pixels.back());
       frame.add_view(
           {lens, format_, rig_.lenses[k].width, rig_.lenses[k].height, sensors_[k].stride(), out.pixels.back()});
     }

@@ -1,4 +1,5 @@
-// What a simulated rig sees of a scene, as frames for an estimator: one ideal picture, or a bracket through a sensor.
+// Renders a scene with a simulated rig and exposes it through the sensor model: frames for an estimator, one ideal
+// image or a bracket per lens.
 #pragma once
 
 #include <cstddef>
@@ -19,16 +20,16 @@
 
 namespace lightwell::measure {
 
-/// Radiance at each photosite, a picture a lens.
+/// Radiance at each photosite, one image per lens.
 using LensRadiance = std::vector<std::vector<float>>;
 
-/// The frames borrow the pictures: a Shot may be moved, not copied.
+/// The frames refer to `pixels`, so a Shot may be moved but not copied.
 struct Shot {
   std::vector<std::vector<std::byte>> pixels;
   std::vector<Frame> frames;
 };
 
-/// A rig and its sensors; what depends on the lenses alone is worked out once.
+/// A rig with its sensors; data that depend only on the lenses are computed once.
 class Camera {
  public:
   Camera(const RigParameters& rig, PixelFormat format);
@@ -36,17 +37,17 @@ class Camera {
   [[nodiscard]] const RigParameters& rig() const { return rig_; }
   [[nodiscard]] PixelFormat format() const { return format_; }
 
-  /// As densely sampled as the scene's panorama asks for.
+  /// Renders each lens with enough samples per pixel for the scene's panorama.
   [[nodiscard]] LensRadiance render(const sim::Scene& scene, const sim::SceneState& state);
 
-  /// Exposures evenly apart in stops: the shortest puts `peak` 5 % below saturation, the longest twice `mean`, and is
-  /// at least four times the shortest. One, of a second, for rgb_f32, which has no ceiling.
+  /// Three exposure times in seconds, in equal ratios: the shortest puts `peak` 5 % below saturation, the longest twice
+  /// `mean`, and is at least four times the shortest. For rgb_f32, which does not saturate, a single exposure of 1 s.
   [[nodiscard]] std::vector<double> bracket_of_three(double peak, double mean) const;
 
-  /// Capture number `capture` at 30 captures a second of a probe that has run for an hour: sequence numbers, times and
-  /// latencies are as long on the wire as a daemon's.
-  [[nodiscard]] Shot develop(const LensRadiance& radiance, std::span<const double> exposures,
-                             std::uint64_t capture) const;
+  /// Exposes the sensors. The frame has number `capture` after an hour at 30 captures per second, so that sequence
+  /// numbers, times and latencies are as long on the wire as those of a daemon.
+  [[nodiscard]] Shot expose(const LensRadiance& radiance, std::span<const double> exposures,
+                            std::uint64_t capture) const;
 
  private:
   RigParameters rig_;
@@ -56,18 +57,18 @@ class Camera {
   int samples_ = 0;
 };
 
-/// The largest number of any channel: no pixel of any picture exceeds a panorama's.
+/// The largest value of any channel; for a panorama, an upper limit for all images of it.
 [[nodiscard]] double peak_of(std::span<const float> rgb);
-/// Of all that the lenses see: their brightest channel, and their mean luminance.
+/// The largest channel and the mean luminance over all lenses.
 [[nodiscard]] double peak_of(const LensRadiance& radiance);
 [[nodiscard]] double mean_of(const LensRadiance& radiance);
 
-/// What an application gets.
+/// A descriptor as an application receives it.
 struct Delivered {
   Descriptor descriptor;
-  std::size_t bytes = 0;  ///< Of the message.
+  std::size_t bytes = 0;  ///< Size of the encoded message.
 };
-/// From the frames through the estimator and over the wire: encoded, as a daemon says, 30 ms after mid-exposure.
+/// Estimates, encodes and decodes a descriptor; its encoding time is 30 ms after mid-exposure.
 [[nodiscard]] Result<Delivered> deliver(Estimator& estimator, const Shot& shot);
 
 }  // namespace lightwell::measure

@@ -25,7 +25,7 @@ constexpr int kPasses = 5;
   std::exit(1);
 }
 
-/// One turn through the buffers; keeps the best of each.
+/// One pass over the buffers; updates the best time of each.
 void turn(std::vector<double>& best, const std::function<void(std::size_t)>& once) {
   for (std::size_t i = 0; i < best.size(); ++i) {
     const std::int64_t start = monotonic_now_ns();
@@ -57,8 +57,8 @@ SpeedBench::SpeedBench(const sim::Scene& scene, const SpeedCase& c) {
     for (std::size_t e = 0; e < c.exposures.size(); ++e) {
       offsets.push_back(bracket.size());
       bracket.resize(bracket.size() + sensor.bytes());
-      sensor.develop(radiance, {c.exposures[e], 1, e, static_cast<int>(k)},
-                     std::span(bracket).subspan(offsets.back(), sensor.bytes()));
+      sensor.expose(radiance, {c.exposures[e], 1, e, static_cast<int>(k)},
+                    std::span(bracket).subspan(offsets.back(), sensor.bytes()));
     }
   }
 
@@ -99,7 +99,7 @@ void SpeedBench::pass() {
     shown_.descriptor_bytes = static_cast<double>(encoded->size());
   });
   shown_.lights = static_cast<int>(made_.lights.size());
-  // All buffers hold the same, so copying changes nothing.
+  // All buffers have the same content, so copying does not change them.
   turn(memcpy_seconds_,
        [&](std::size_t i) { std::memcpy(buffers_[(i + 1) % count].data(), buffers_[i].data(), buffers_[i].size()); });
 }

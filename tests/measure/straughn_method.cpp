@@ -16,7 +16,8 @@ class StraughnMethod final : public MarkerMethod {
   StraughnMethod(bench::StraughnEncoding encoding, bench::StraughnTagDetector detector)
       : encoding_(encoding), detector_(std::move(detector)) {}
 
-  Status process(const TracedFrame& frame, const RigParameters& rig, const MarkerBody& body, const Shot& shot) override {
+  Status process(const TracedFrame& frame, const RigParameters& rig, const MarkerBody& body,
+                 const Shot& shot) override {
     const LensParameters& lens = rig.lenses.front();
     const auto& pinhole = std::get<MeiParameters>(lens.model);
     const bench::StraughnCamera camera{lens.width, lens.height, pinhole.fx, pinhole.fy, pinhole.cx, pinhole.cy};
@@ -25,7 +26,7 @@ class StraughnMethod final : public MarkerMethod {
     const bench::StraughnPicture picture{view.width, view.height, 3, {bytes, view.data.size()}, view.stride};
     const auto tags = detector_.detect(picture);
     if (!tags) return tags.status();
-    // References of a map stay where they are.
+    // References to elements of a map stay valid.
     auto marker = markers_.find(body.name);
     if (marker == markers_.end()) marker = markers_.emplace(body.name, bench::straughn_marker(body, encoding_)).first;
     for (std::vector<StraughnCase>* cases : {&plain_, &letter_}) {

@@ -13,7 +13,7 @@ constexpr double kAlbedo = 0.8;
 constexpr int kProtocolWidth = 256, kProtocolHeight = 128;
 constexpr double kProtocolGamma = 2.4, kProtocolMedian = 0.5;
 
-/// Each target pixel is the mean over the source area that it covers, which need not be whole pixels.
+/// Area resampling: each target pixel is the mean over the source area that it covers, including parts of pixels.
 ref::Panorama resized(const ref::Panorama& p, int width, int height) {
   if (p.width == width && p.height == height) return p;
   ref::Panorama out{width, height,
@@ -41,7 +41,7 @@ ref::Panorama resized(const ref::Panorama& p, int width, int height) {
   return out;
 }
 
-/// 0 where nothing is positive.
+/// The median of the positive values; 0 if there are none.
 double median_of_positive(const std::vector<double>& values) {
   std::vector<double> positive;
   std::copy_if(values.begin(), values.end(), std::back_inserter(positive), [](double v) { return v > 0; });

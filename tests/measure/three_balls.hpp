@@ -1,17 +1,17 @@
-// The balls by which light estimation is compared: pictures of a grey diffuse, a matte silver and a mirror ball lit
-// by the truth and by an answer, and the errors between them.
+// Images of a diffuse, a matte silver and a mirror ball, lit by the true panorama and by an estimate, and the errors
+// between them: the usual comparison of light estimates.
 //
-// The protocol is the one of the literature (Wang et al., "StyleLight", ECCV 2022, followed by DiffusionLight, CVPR
-// 2024; code: github.com/DiffusionLight/DiffusionLight-evaluation, stylelight/), except where said: errors over the
-// pixels of the ball alone; ONE scale for all pixels and channels in si-RMSE; albedo 0.8. Their camera is 16 radii
-// away and 7 degrees above; ours is at infinity and level, so that a mirror ball shows every direction once.
+// The protocol is that of the literature (Wang et al., "StyleLight", ECCV 2022, followed by DiffusionLight, CVPR 2024;
+// code: github.com/DiffusionLight/DiffusionLight-evaluation, stylelight/) with these differences: errors are taken over
+// the pixels of the ball only; si-RMSE has ONE scale for all pixels and channels; the albedo is 0.8. Their camera is 16
+// radii away and 7 degrees above; here it is at infinity and level, so that a mirror ball shows every direction once.
 //
-// They render under environments that were tone-mapped first (published_environment); what an application renders is
-// linear. Both can be had:
+// They render with tone-mapped environments (published_environment); applications render linear radiance. Both are
+// available:
 //   linear     ball_error(ball_pictures(view, truth.sums), ball_pictures(view, irradiance, radiance), ball,
 //                         exposure(truth.sums.panorama()))
-//   published  the same with both environments through published_environment() and PanoramaSums, exposure 1;
-//              to be set beside StyleLight's own on Laval Indoor (its issue 9): mirror, matte silver, diffuse:
+//   published  the same with both environments through published_environment() and PanoramaSums, exposure 1; comparable
+//              to StyleLight's results on Laval Indoor (its issue 9): mirror, matte silver, diffuse:
 //              RMSE 0.56, 0.30, 0.15; si-RMSE 0.55, 0.29, 0.11; angular error 4.30, 2.96, 2.41 degrees.
 #pragma once
 
@@ -35,66 +35,67 @@ inline constexpr std::array<Ball, 5> kBalls = {Ball::diffuse, Ball::matte_silver
 /// "diffuse", "matte silver", "mirror", "mirror 0.25", "mirror 0.5".
 [[nodiscard]] std::string_view ball_name(Ball ball);
 
-/// Perceptual roughness of the reflection; 1 for the diffuse one, which asks for none. Matte silver is the 0.3271 of
-/// the protocol's matte_silver.py (which mixes in a lobe of 0.369 at grazing angles, left out here).
+/// Perceptual roughness of the reflection; 1 for the diffuse ball, which does not use it. Matte silver has 0.3271, from
+/// the protocol's matte_silver.py (whose additional lobe of 0.369 at grazing angles is omitted here).
 [[nodiscard]] double ball_roughness(Ball ball);
 
-/// An answer to proto/README.md's radiance(d, r).
+/// An estimate of radiance(d, r) as defined in proto/README.md.
 using RadianceAnswer = std::function<reference::Rgb(const reference::V3& unit_direction, double perceptual_roughness)>;
 
-/// Where an orthographic camera sees a ball that fills its square picture.
+/// Geometry of a ball that fills the square image of an orthographic camera.
 struct BallView {
   /// `towards_viewer` is the direction from ball to camera, of any length but zero, not along +Y.
   explicit BallView(int size = 128, const reference::V3& towards_viewer = {0, 0, 1});
 
   int size = 0;
   std::vector<std::size_t> pixels;         ///< Row-major indices of the pixels whose centre is on the ball.
-  std::vector<reference::V3> normals;      ///< Of each.
-  std::vector<reference::V3> reflections;  ///< Of each: the direction that a mirror there shows.
+  std::vector<reference::V3> normals;      ///< Unit normal at each of these pixels.
+  std::vector<reference::V3> reflections;  ///< Mirrored view direction at each of these pixels.
 };
 
-/// Linear radiance towards the camera, one entry a pixel of the view, in the environment's unit.
+/// Linear radiance towards the camera, one entry per pixel of the view, in the environment's unit.
 using BallPicture = std::vector<reference::Rgb>;
 
 /// Index: static_cast<std::size_t>(Ball).
 using BallPictures = std::array<BallPicture, kBalls.size()>;
 
 /// 0.8 E(n) / pi for the diffuse ball, 0.8 radiance(reflection, roughness) for the others (N = V = R = d, as
-/// proto/README.md defines radiance(d, r), so without the stretch of highlights at grazing angles).
+/// proto/README.md defines radiance(d, r), so highlights are not elongated at grazing angles).
 [[nodiscard]] BallPictures ball_pictures(const BallView& view, const IrradianceAnswer& irradiance,
                                          const RadianceAnswer& radiance);
 
-/// Lit by a panorama. At roughness 0 it is looked up, bilinear. 1.7 s at 1024x512, 0.8 s at 512x256.
+/// Balls lit by a panorama; at roughness 0 it is interpolated bilinearly. 1.7 s at 1024x512, 0.8 s at 512x256.
 [[nodiscard]] BallPictures ball_pictures(const BallView& view, const PanoramaSums& sums);
 
 struct BallError {
   double rmse = 0;  ///< sqrt(sum over pixels and channels of the squared difference / pixels): fast_rmse.py divides by
                     ///< pixels, not by three times as many.
-  double si_rmse = 0;      ///< The same after the answer is scaled by the one factor that makes it least.
+  double si_rmse = 0;      ///< RMSE after scaling the estimate by the one factor that minimizes it.
   double angular_deg = 0;  ///< Mean over pixels of the angle between the two colours, 0 where one is black.
-  double truth_rms = 0;    ///< Of the truth, as rmse is: what makes the others relative.
+  double truth_rms = 0;    ///< RMS of the truth, normalized as rmse; divide by it for relative errors.
 };
 
-/// Both pictures times `exposure`, which the first two and the last scale with. Pictures of one view.
+/// Errors between two images of one view, both multiplied by `exposure`; all errors but the angular one scale with it.
 [[nodiscard]] BallError ball_error(const BallPicture& truth, const BallPicture& answer, double exposure);
 
-/// The factor that brings the median of the positive values of a panorama (at 256x128, all channels) to 0.5: what
-/// the protocol's tone-mapping does without its gamma. One for truth and answer, so that RMSE sees a wrong scale.
+/// The factor that brings the median of the positive values of a panorama (at 256x128, all channels) to 0.5: the
+/// protocol's tone mapping without its gamma. Use the same factor for truth and estimate, so that RMSE includes errors
+/// of scale.
 [[nodiscard]] double exposure(const reference::Panorama& panorama);
 
-/// The environment that the protocol lights balls with: the mean over the pixels of 256x128, then x^(1/2.4), times the
-/// factor that brings the median of the positive values to 0.5 (its own, for truth and answer each); not clipped.
+/// The protocol's tone-mapped environment: averaged to 256x128, then x^(1/2.4), times the factor that brings the median
+/// of the positive values to 0.5 (a separate factor for truth and estimate); not clipped.
 [[nodiscard]] reference::Panorama published_environment(const reference::Panorama& panorama);
 
-/// A light of an answer: a uniform cap.
+/// A light of an estimate: a uniform spherical cap.
 struct CapLight {
   reference::V3 direction;  ///< Towards it, unit.
   double angular_radius_rad = 0;
   reference::Rgb vector_irradiance{};
 };
 
-/// An answer as an environment of 256x128: its radiance without lights (negative values become 0) with the lights
-/// drawn as discs of their power, those smaller than half a pixel as large as that.
+/// An estimate as an environment of 256x128: its radiance without lights (negative values become 0), and the lights
+/// drawn as discs with their power and a radius of at least half a pixel.
 [[nodiscard]] reference::Panorama answer_environment(
     const std::function<reference::Rgb(const reference::V3&)>& radiance, std::span<const CapLight> lights);
 

@@ -16,11 +16,11 @@ TEST(BallView, FillsItsSquareAndFacesTheViewer) {
   for (const ref::V3 towards : {ref::V3{0, 0, 1}, {0, 0, -1}, {2, 0.5, 1}}) {
     const BallView view(128, towards);
     const ref::V3 v = ref::normalised(towards);
-    // The area of a disc; the pixels at its rim are in or out, about 4 sqrt(128) of them at random.
+    // The area of a disc. Pixels at its rim are inside or outside, which varies the count by about 4 sqrt(128).
     EXPECT_NEAR(static_cast<double>(view.pixels.size()), ref::pi * 64 * 64, 45);
     for (std::size_t k = 0; k < view.pixels.size(); ++k) {
       ASSERT_GT(ref::dot(view.normals[k], v), 0);
-      // In and out at the same angle, all three in one plane.
+      // Law of reflection: equal angles, all three vectors in one plane.
       ASSERT_NEAR(ref::dot(view.normals[k], v), ref::dot(view.normals[k], view.reflections[k]), 1e-12);
       ASSERT_NEAR(ref::dot(ref::cross(view.normals[k], v), view.reflections[k]), 0, 1e-12);
     }
@@ -33,15 +33,15 @@ TEST(BallView, ByHand) {
     const auto index = static_cast<std::size_t>(128 * j + i);
     return static_cast<std::size_t>(std::find(view.pixels.begin(), view.pixels.end(), index) - view.pixels.begin());
   };
-  // Half a pixel of 64 from the middle; the reflection is off by twice the angle.
+  // Half a pixel from the centre, at a radius of 64 pixels; the reflection deviates by twice the angle.
   EXPECT_LT(ref::angle_deg(view.normals[at(64, 64)], {0, 0, 1}), 0.7);
   EXPECT_LT(ref::angle_deg(view.reflections[at(64, 64)], {0, 0, 1}), 1.4);
-  // Where the normal is at 45 degrees to the right, or up, a mirror shows what is there.
+  // Where the normal is 45 degrees to the right (up), the mirrored direction is +X (+Y).
   EXPECT_LT(ref::angle_deg(view.reflections[at(64 + 45, 64)], {1, 0, 0}), 2);
   EXPECT_LT(ref::angle_deg(view.reflections[at(64, 63 - 45)], {0, 1, 0}), 2);
 }
 
-TEST(BallPictures, AConstantLightsAllAlike) {
+TEST(BallPictures, AConstantEnvironmentLightsAllPixelsEqually) {
   const PanoramaSums sums(ref::constant(256, 128, {1, 2, 3}));
   const BallPictures pictures = ball_pictures(BallView(32), sums);
   for (const Ball ball : kBalls) {
@@ -110,7 +110,7 @@ TEST(Protocol, AnyScaleOfAnAnswerIsTheSameAfterToneMapping) {
 
 TEST(Protocol, ResizingKeepsTheMeanWithPartsOfPixels) {
   const ref::RadianceFunction f = [](const ref::V3& d) { return ref::Rgb{1 + d.x, 1 + d.y, 1 + d.z}; };
-  // 300 does not divide by 256: the median of an even ramp stays where it was.
+  // 300 is not a multiple of 256; the median of a linear ramp must not change.
   const double whole = exposure(ref::from_function(512, 256, f, 1)),
                parts = exposure(ref::from_function(300, 150, f, 1));
   EXPECT_NEAR(parts / whole, 1, 0.01);
@@ -122,7 +122,7 @@ TEST(AnswerEnvironment, LightsKeepTheirPowerAtAnySize) {
     const CapLight light{ref::normalised({1, 1, -1}), radius, {3, 2, 1}};
     const ref::Panorama p = answer_environment(dark, std::span(&light, 1));
     const ref::Rgb e = ref::irradiance(p, light.direction);
-    // A disc of half a pixel's radius is drawn in 32 steps a pixel, and its pixels have their centres beside it.
+    // A disc with a radius of half a pixel is drawn with 32 steps per pixel; pixel centres may lie outside it.
     for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(e[c] / (3.0 - static_cast<double>(c)), 1, 0.03) << radius;
   }
 }

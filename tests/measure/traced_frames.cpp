@@ -23,7 +23,7 @@ namespace {
 using google::protobuf::Struct;
 using google::protobuf::Value;
 
-/// Reads fields of one frame; the first one that is missing or of another kind is remembered.
+/// Reads fields of one frame and stores the name of the first field that is missing or has the wrong type.
 class Fields {
  public:
   explicit Fields(const Struct& s) : struct_(&s) {}
@@ -143,7 +143,7 @@ Result<TracedFrame> frame_of(const std::string& name, const Struct& s) {
   pinhole.cx = camera.number("cx_px");
   pinhole.cy = camera.number("cy_px");
   lens.model = pinhole;
-  // A pinhole of any sense; the picture's corner is well within.
+  // Any useful pinhole has its image corners within this angle.
   lens.max_angle_rad = 1.2;
   lens.pose_cv = {upright_lens_cv(), {}};
   frame.rig.lenses = {lens};
@@ -170,7 +170,7 @@ Result<TracedFrame> frame_of(const std::string& name, const Struct& s) {
   return frame;
 }
 
-/// Whether a pixel lies so far inside of a convex outline, which may run either way.
+/// Whether a pixel lies at least `margin_px` inside a convex outline of either orientation.
 bool inside(const std::vector<PixelPosition>& outline, double x, double y, double margin_px) {
   double area = 0;
   for (std::size_t k = 0; k < outline.size(); ++k) {
@@ -185,7 +185,7 @@ bool inside(const std::vector<PixelPosition>& outline, double x, double y, doubl
   return true;
 }
 
-/// The mean of the largest channel over the pixels inside; nothing of fewer than 20.
+/// Mean of the largest channel over the pixels inside; none for fewer than 20 pixels.
 std::optional<double> mean_inside(const std::vector<float>& rgb, int width, int height,
                                   const std::vector<PixelPosition>& outline) {
   double left = width, right = 0, top = height, bottom = 0;
@@ -248,7 +248,7 @@ Result<std::vector<TracedFrame>> load_traced_frames(const std::string& folder) {
     if (!frame) return frame.status();
     out.push_back(std::move(*frame));
   }
-  // Of protobuf's map, which has no order of its own.
+  // protobuf's map is unordered.
   std::sort(out.begin(), out.end(), [](const TracedFrame& a, const TracedFrame& b) { return a.name < b.name; });
   return out;
 }
@@ -300,7 +300,7 @@ RigParameters TracedPicture::rig_for(const TracedSensor& sensor) const {
 
 Shot TracedPicture::expose(const TracedSensor& sensor, std::uint64_t number) const {
   const double exposure[] = {sensor.white_level / white_};
-  return Camera(rig_for(sensor), PixelFormat::rgb8).develop(radiance_, exposure, number);
+  return Camera(rig_for(sensor), PixelFormat::rgb8).expose(radiance_, exposure, number);
 }
 
 }  // namespace lightwell::measure

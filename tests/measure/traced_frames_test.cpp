@@ -13,9 +13,8 @@
 namespace lightwell::measure {
 namespace {
 
-// A pinhole of 120x90 with 100 px, and a body of one square face of 0.4 m, a metre ahead, that looks back at it: a
-// quarter turn of the body about its own x would show it from the side. In the picture the face is 40 px wide about the
-// middle, (59.5, 44.5).
+// A pinhole of 120x90 with a focal length of 100 px, and a body with one square face of 0.4 m that faces it at a
+// distance of 1 m. In the image the face is 40 px wide and centred at (59.5, 44.5).
 constexpr const char* kScenes = R"({"frames": {
   "b_frame": {"file": "b.exr", "group": "grid", "body": "white", "turn_about_y_deg": 36.0,
     "camera": {"width": 120, "height": 90, "fx_px": 100.0, "fy_px": 100.0, "cx_px": 59.5, "cy_px": 44.5},
@@ -63,7 +62,7 @@ int byte_at(const Shot& shot, int x, int y) {
   return static_cast<int>(view.data[static_cast<std::size_t>(y) * view.stride + 3 * static_cast<std::size_t>(x)]);
 }
 
-TEST(TracedFrames, AreReadInTheOrderOfTheirNames) {
+TEST(TracedFrames, AreSortedByName) {
   const test::TempDir folder;
   folder.write("scenes.json", kScenes);
   const auto frames = load_traced_frames(folder.path(""));
@@ -85,7 +84,7 @@ TEST(TracedFrames, AreReadInTheOrderOfTheirNames) {
   EXPECT_NEAR(angle_between(b.lamps[0].direction, Vec3d{0, 0.6, 0.8}), 0, 1e-9);
   EXPECT_EQ(b.lamps[0].irradiance[1], 2);
   EXPECT_EQ(b.lamps[0].visible_lit_faces, 1);
-  // The probe's -Z is the picture's middle, its +Y up.
+  // The probe's -Z axis points to the image centre, its +Y axis up.
   const CameraModel model(b.rig.lenses.front());
   const auto pixel = model.project(transformed(inverse(b.rig.lenses.front().pose_cv), {0.1, 0.2, -1}));
   ASSERT_TRUE(pixel);
@@ -93,7 +92,7 @@ TEST(TracedFrames, AreReadInTheOrderOfTheirNames) {
   EXPECT_NEAR(pixel->y, 24.5, 1e-9);
 }
 
-TEST(TracedFrames, IrradianceIsOfTheLampsAboveTheHorizonAndOfTheLightAround) {
+TEST(TracedFrames, IrradianceIsTheSumOfLampsAboveTheHorizonAndAmbientLight) {
   const test::TempDir folder;
   folder.write("scenes.json", kScenes);
   const TracedFrame frame = load_traced_frames(folder.path(""))->at(1);
@@ -107,7 +106,7 @@ TEST(TracedFrames, IrradianceIsOfTheLampsAboveTheHorizonAndOfTheLightAround) {
   }
 }
 
-TEST(TracedFrames, WhatIsMissingIsNamed) {
+TEST(TracedFrames, MissingFieldsAreNamed) {
   const test::TempDir folder;
   EXPECT_EQ(load_traced_frames(folder.path("")).status().code(), StatusCode::not_found);
   std::string text = kScenes;
@@ -125,7 +124,7 @@ TEST(TracedPicture, TheWhitePatchIsExposedToFourFifths) {
   const TracedFrame frame = load_traced_frames(folder.path(""))->at(1);
   const auto picture = TracedPicture::load(folder.path(""), frame, one_face());
   ASSERT_TRUE(picture) << picture.status().message();
-  // The brighter half has no white patch in it.
+  // The brighter half contains no white patch.
   EXPECT_NEAR(picture->white_radiance(), 2.0, 1e-6);
   TracedSensor quiet;
   quiet.electrons = quiet.read_noise = 0;
@@ -136,7 +135,7 @@ TEST(TracedPicture, TheWhitePatchIsExposedToFourFifths) {
   EXPECT_EQ(byte_at(picture->expose(quiet, 1), 20, 45), 231);
 }
 
-TEST(TracedPicture, NoiseIsWhatWasAskedForAndItsOwnInEveryFrame) {
+TEST(TracedPicture, NoiseHasTheSpecifiedSigmaAndDiffersBetweenFrames) {
   const test::TempDir folder;
   folder.write("scenes.json", kScenes);
   write_exr(folder.path("b.exr"), 120, 2.0F, 2.0F);
@@ -154,12 +153,12 @@ TEST(TracedPicture, NoiseIsWhatWasAskedForAndItsOwnInEveryFrame) {
   }
   const auto count = static_cast<double>(first.pixels.front().size());
   // Shot noise sqrt(0.8 / 10,000) = 0.00894, read noise 0.003, rounding 1 / 255 / sqrt(12) = 0.00113: together 0.00950.
-  // Of 32,400 numbers the mean is known to 5e-5, the deviation to 4e-5.
+  // With 32,400 values the standard error of the mean is 5e-5, of the standard deviation 4e-5.
   EXPECT_NEAR(sum / count, 0, 3e-4);
   EXPECT_NEAR(std::sqrt(squares / count), 0.00950, 2e-4);
 }
 
-TEST(TracedPicture, AnotherSizeOrNoWhiteInViewIsRefused) {
+TEST(TracedPicture, AWrongSizeOrNoVisibleWhitePatchIsRejected) {
   const test::TempDir folder;
   folder.write("scenes.json", kScenes);
   const TracedFrame frame = load_traced_frames(folder.path(""))->at(1);

@@ -21,13 +21,13 @@ Advertisement attic() {
           .links = {{"grpc://:7420", "none"}, {"mqtts://broker:8883/venue/attic", "tls"}}};
 }
 
-TEST(Advertisement, IsReadAsItWasWritten) {
+TEST(Advertisement, RoundTrips) {
   const Result<Advertisement> back = advertisement_from_txt(advertisement_to_txt(attic()));
   ASSERT_TRUE(back.ok()) << back.status().message();
   EXPECT_EQ(*back, attic());
 }
 
-TEST(Advertisement, KeysThatNobodyKnowsArePassedOverAndOfTwoTheFirstCounts) {
+TEST(Advertisement, IgnoresUnknownKeysAndUsesTheFirstOfRepeatedKeys) {
   std::vector<std::string> txt = advertisement_to_txt(attic());
   txt.insert(txt.begin(), {"colour=red", "", "=", "nothing"});
   txt.push_back("name=impostor");
@@ -36,7 +36,7 @@ TEST(Advertisement, KeysThatNobodyKnowsArePassedOverAndOfTwoTheFirstCounts) {
   EXPECT_EQ(back->name, attic().name);
 }
 
-TEST(Advertisement, HostileRecordsAreRefusedByKey) {
+TEST(Advertisement, RejectsInvalidRecordsNamingTheKey) {
   const auto refusal = [](const std::string& key, const std::string& value) {
     std::vector<std::string> txt = advertisement_to_txt(attic());
     const auto entry = std::ranges::find_if(txt, [&](const std::string& e) { return e.starts_with(key + "="); });
@@ -66,7 +66,7 @@ TEST(Advertisement, HostileRecordsAreRefusedByKey) {
   EXPECT_FALSE(advertisement_from_txt(std::vector<std::string>(65, "a=b")).ok());
 }
 
-TEST(Advertisement, WhateverIsRandomIsRefusedOrPrintable) {
+TEST(Advertisement, RandomRecordsAreRejectedOrPrintable) {
   std::mt19937 random(7);
   for (int i = 0; i < 20'000; ++i) {
     std::vector<std::string> txt = advertisement_to_txt(attic());
@@ -82,7 +82,7 @@ TEST(Advertisement, WhateverIsRandomIsRefusedOrPrintable) {
   }
 }
 
-TEST(Advertisement, SpeaksOfLinksAsOtherMachinesReachThem) {
+TEST(Advertisement, AdvertisesLinksAsOtherMachinesReachThem) {
   EXPECT_EQ(advertised_link("grpc://0.0.0.0:7420"), (AdvertisedLink{"grpc://:7420", "none"}));
   EXPECT_EQ(advertised_link("grpcs://[::]:7420"), (AdvertisedLink{"grpcs://:7420", "tls"}));
   EXPECT_EQ(advertised_link("grpc://10.0.0.7:7420"), (AdvertisedLink{"grpc://10.0.0.7:7420", "none"}));
@@ -91,7 +91,7 @@ TEST(Advertisement, SpeaksOfLinksAsOtherMachinesReachThem) {
     EXPECT_EQ(advertised_link(nobody_else).uri, "") << nobody_else;
 }
 
-TEST(Advertisement, ALinkThatDoesNotFitIsLeftOut) {
+TEST(Advertisement, OmitsALinkThatDoesNotFit) {
   Advertisement a = attic();
   a.links = {{"mqtt://" + std::string(250, 'b') + ":1883/a", "none"}, {"grpc://:7420", "none"}};
   const std::vector<std::string> txt = advertisement_to_txt(a);
@@ -101,7 +101,7 @@ TEST(Advertisement, ALinkThatDoesNotFitIsLeftOut) {
   EXPECT_EQ(back->links, (std::vector<AdvertisedLink>{{"grpc://:7420", "none"}}));
 }
 
-TEST(Printable, KeepsLettersAndShowsTheRest) {
+TEST(Printable, KeepsLettersAndEscapesTheRest) {
   EXPECT_EQ(printable("caf\xC3\xA9 \xE2\x82\xAC"), "caf\xC3\xA9 \xE2\x82\xAC");
   EXPECT_EQ(printable("\x1b[31m"), "\\x1b[31m");
   EXPECT_EQ(printable(std::string_view("a\0b", 3)), "a\\x00b");

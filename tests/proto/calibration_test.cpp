@@ -29,7 +29,7 @@ std::string refusal(const std::string& text) {
   return c.status().message();
 }
 
-TEST(Calibration, IsReadWithItsDefaults) {
+TEST(Calibration, ParsesWithDefaults) {
   const auto rig = parse_calibration(kPair, "x");
   ASSERT_TRUE(rig.ok()) << rig.status().message();
   ASSERT_EQ(rig->lenses.size(), 2U);
@@ -40,7 +40,7 @@ TEST(Calibration, IsReadWithItsDefaults) {
   EXPECT_EQ(rig->nits_per_unit, 2);
 }
 
-TEST(Calibration, OfAnUprightLensTurnsCvAxesToTheProbes) {
+TEST(Calibration, UprightLensRotatesCvAxesToProbeAxes) {
   // _cv: x right, y down, z forward; the probe: x right, y up, z back.
   const Quat q = upright_lens_cv();
   EXPECT_EQ(rotate(q, Vec3d{1, 0, 0}), (Vec3d{1, 0, 0}));
@@ -48,7 +48,7 @@ TEST(Calibration, OfAnUprightLensTurnsCvAxesToTheProbes) {
   EXPECT_EQ(rotate(q, Vec3d{0, 0, 1}), (Vec3d{0, 0, -1}));
 }
 
-TEST(Calibration, ThroughTextAndBackKeepsItsIdentity) {
+TEST(Calibration, RoundTripThroughTextKeepsTheIdentity) {
   const auto rig = parse_calibration(kPair, "x");
   ASSERT_TRUE(rig.ok());
   const auto back = parse_calibration(calibration_to_text(*rig), "y");
@@ -74,7 +74,7 @@ TEST(Calibration, ThatIsImpossibleIsRefusedByLensAndField) {
   EXPECT_NE(
       refusal(lens +
               "kannala_brandt { fx: 100 fy: 100 } photometry { response { kind: TABLE inverse: [0, 0.5, 0.4] } } }")
-          .find("must rise"),
+          .find("must increase"),
       std::string::npos);
   const std::string good = lens + "kannala_brandt { fx: 100 fy: 100 } photometry { ";
   EXPECT_NE(refusal(good + "vignetting: -1 } }").find("vignetting"), std::string::npos);
@@ -84,7 +84,7 @@ TEST(Calibration, ThatIsImpossibleIsRefusedByLensAndField) {
   EXPECT_NE(refusal(lens + "kannala_brandt { fx: 100 fy: 100 } pose { tx: 1 } }").find("rotation"), std::string::npos);
 }
 
-TEST(Calibration, WithAMisspeltFieldNamesLineAndNearest) {
+TEST(Calibration, MisspeltFieldIsReportedWithLineAndNearestName) {
   const std::string m = refusal("lens {\n  width: 640\n  heigth: 480\n}\n");
   EXPECT_NE(m.find("rig.textproto:3:"), std::string::npos) << m;
   EXPECT_NE(m.find("'height'"), std::string::npos) << m;

@@ -17,23 +17,23 @@ namespace {
 namespace ref = reference;
 constexpr double kPi = std::numbers::pi;
 
-TEST(Cap, IrradianceIsTheOraclesAtEveryAngleAcrossTheHorizon) {
+TEST(Cap, IrradianceMatchesTheOracleAcrossTheHorizon) {
   for (const double rho : {1e-3, 0.0047, 0.05, 0.3, 0.8, 1.2, kPi / 2}) {
     for (int i = 0; i <= 180; ++i) {
       const double angle = kPi * i / 180;
       const double truth = ref::cap_irradiance(rho, angle) / ref::cap_vector_irradiance(rho);
-      // The closed form cancels by 1e-16 / rho².
+      // Tolerance: cancellation of the closed form, 1e-16 / rho².
       EXPECT_NEAR(cap_irradiance(std::cos(angle), rho), truth, 1e-7 + 1e-15 / (rho * rho)) << rho << " at " << i;
     }
   }
 }
 
-TEST(Cap, ThatShrinksBecomesADirectionWithoutAStep) {
+TEST(Cap, ShrinkingCapConvergesToADirectionalLight) {
   for (const double c : {1.0, 0.5, 1e-3, 0.0, -1e-3, -0.5}) {
     double before = cap_irradiance(c, 1e-3);
     for (double rho = 1e-3; rho > 1e-7; rho *= 0.5) {
       const double now = cap_irradiance(c, rho);
-      // At the horizon half a small cap of width rho counts 2 rho / (3 pi); elsewhere nothing changes.
+      // At the horizon a small cap that is half visible adds 2 rho / (3 pi); elsewhere nothing changes.
       EXPECT_NEAR(now, before, rho) << c << " " << rho;
       before = now;
     }
@@ -41,7 +41,7 @@ TEST(Cap, ThatShrinksBecomesADirectionWithoutAStep) {
   }
 }
 
-TEST(Cap, CrossingTheHorizonIsContinuousAndNeverNegative) {
+TEST(Cap, IrradianceIsContinuousAndNonNegativeAtTheHorizon) {
   for (const double rho : {0.01, 0.2, 1.0}) {
     double before = cap_irradiance(std::cos(kPi / 2 - rho - 0.01), rho);
     for (double a = kPi / 2 - rho - 0.01; a < kPi / 2 + rho + 0.01; a += 1e-4) {
@@ -53,14 +53,14 @@ TEST(Cap, CrossingTheHorizonIsContinuousAndNeverNegative) {
   }
 }
 
-TEST(Cap, OfAHemisphereGivesHalfOfOnePlusCosine) {
+TEST(Cap, HemisphereIrradianceIsHalfOfOnePlusCosine) {
   for (double a = 0; a < kPi; a += 0.1) EXPECT_NEAR(cap_irradiance(std::cos(a), kPi / 2), (1 + std::cos(a)) / 2, 1e-9);
 }
 
-TEST(Cap, ZonalCoefficientsAreTheIntegralOfLegendreOverTheCap) {
+TEST(Cap, ZonalCoefficientsAreTheLegendreIntegralOverTheCap) {
   for (const double rho : {1e-6, 1e-4, 0.01, 0.3, kPi / 2}) {
     for (int l = 0; l <= 12; ++l) {
-      // Over the angle: the cosine of a tiny one has no digits left.
+      // Integrate over the angle, because the cosine of a tiny angle loses its digits.
       const auto p = [l](double t) { return std::legendre(static_cast<unsigned>(l), std::cos(t)) * std::sin(t); };
       const double truth = 2 * kPi * ref::integrate(p, 0, rho, 1e-18) / (kPi * std::sin(rho) * std::sin(rho));
       EXPECT_NEAR(cap_zonal(l, rho), truth, 1e-6) << l << " " << rho;
@@ -74,7 +74,7 @@ TEST(Cap, RadianceIsTheLobeIntegratedOverTheCap) {
     const ref::GgxKernel kernel(r);
     for (const double rho : {0.01, 0.1, 0.4}) {
       for (const double angle : {0.0, 0.05, 0.2, 0.5, 1.0, 1.5, 1.9}) {
-        // Over the cap in polar coordinates about its own axis: slow and plain.
+        // Brute-force sum over the cap in polar coordinates about its axis.
         constexpr int rings = 400, steps = 400;
         double sum = 0;
         for (int i = 0; i < rings; ++i) {
@@ -86,7 +86,7 @@ TEST(Cap, RadianceIsTheLobeIntegratedOverTheCap) {
           }
         }
         const double truth = sum / (kPi * std::sin(rho) * std::sin(rho));
-        // The plain sum's own error is about 1e-4 where the horizon cuts the cap.
+        // The brute-force sum has an error of about 1e-4 where the horizon intersects the cap.
         EXPECT_NEAR(cap_radiance(std::cos(angle), rho, lobe), truth, 2e-4 * kernel.at_cosine(1))
             << r << " " << rho << " " << angle;
       }
@@ -101,7 +101,7 @@ TEST(Cap, RadiusAndMeanAreInverse) {
   }
 }
 
-TEST(Cap, OfNonsenseIsNeverNan) {
+TEST(Cap, InvalidInputNeverGivesNan) {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   for (const double rho : {-1.0, 0.0, 10.0, nan, inf}) {
     for (const double c : {-2.0, 0.0, 2.0}) {

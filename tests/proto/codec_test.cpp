@@ -50,7 +50,7 @@ std::vector<Vec3f> normals() {
   return out;
 }
 
-TEST(Codec, RoundTripsEveryFieldOfTheFullestDescriptor) {
+TEST(Codec, RoundTripsEveryFieldOfTheLargestDescriptor) {
   const Descriptor d = golden_vectors().back().descriptor;
   const auto back = decode_descriptor(encoded(d));
   ASSERT_TRUE(back.ok()) << back.status().message();
@@ -66,7 +66,7 @@ TEST(Codec, RoundTripsEveryFieldOfTheFullestDescriptor) {
   EXPECT_EQ(back->flags, d.flags);
 }
 
-TEST(Codec, ChangesTheIrradianceByNoMoreThanItSays) {
+TEST(Codec, IrradianceErrorIsWithinWireError) {
   for (std::uint32_t seed = 0; seed < 50; ++seed) {
     for (const float scale : {1e-8F, 1.0F, 1e8F}) {
       const Descriptor d = lit(seed, scale);
@@ -82,13 +82,13 @@ TEST(Codec, ChangesTheIrradianceByNoMoreThanItSays) {
       }
       const double rms = std::sqrt(whole / (3 * 2048)), relative = std::sqrt(error / whole);
       EXPECT_LE(relative, wire_error(d, rms)) << seed << " " << scale;
-      // The house wants the wire to cost next to nothing: 0.1 % of an irradiance of ten terms.
+      // The rounding of the wire format must be negligible: 0.1 % of an irradiance of ten terms.
       EXPECT_LE(wire_error(d, rms), 1e-3);
     }
   }
 }
 
-TEST(Codec, OfAConstantSphereSendsBandZeroAlone) {
+TEST(Codec, ConstantSphereSendsOnlyBandZero) {
   Descriptor d;
   d.radiance.band = 6;
   d.radiance.c[0] = {1, 1, 1};
@@ -108,7 +108,7 @@ TEST(Codec, KeepsTheBoundOfATypicalDescriptorUnderTheBudget) {
   EXPECT_LE((with_lights - without) / 3, 45U);
 }
 
-TEST(Codec, RefusesToSayNonsense) {
+TEST(Codec, RejectsEncodingOfInvalidValues) {
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   Encoder encoder;
   const auto refused = [&](auto&& spoil) {
@@ -128,7 +128,7 @@ TEST(Codec, RefusesToSayNonsense) {
   EXPECT_TRUE(encoder.encode(lit(1, 1)).ok()) << "and goes on after a refusal";
 }
 
-TEST(Codec, RefusesMessagesThatBreakTheSpecificationNamingTheField) {
+TEST(Codec, RejectsInvalidMessagesNamingTheField) {
   const std::vector<std::byte> good = encoded(lit(1, 1));
   const auto message_of = [&](auto&& spoil) {
     v1::LightingDescriptor m;
@@ -165,7 +165,7 @@ TEST(Codec, PassesOverFieldsThatItDoesNotKnow) {
   EXPECT_TRUE(decode_descriptor(bytes).ok());
 }
 
-TEST(Codec, EveryFlagOfTheWirePassesByItself) {
+TEST(Codec, RoundTripsEachFlag) {
   for (const Flag flag : kWireFlags) {
     Descriptor d = lit(1, 1);
     d.flags = {};
@@ -176,8 +176,8 @@ TEST(Codec, EveryFlagOfTheWirePassesByItself) {
   }
 }
 
-/// To a reader of yesterday the last of our flags is what the one behind it is to us.
-TEST(Codec, AFlagBehindTheLastOneThatHasANameIsAReasonToDoubt) {
+/// A flag number after the last known one, as an older reader sees the newest flag.
+TEST(Codec, UnknownFlagIsDecodedAsNewer) {
   Descriptor d = lit(1, 1);
   d.flags = {};
   d.flags.set(kWireFlags.back());
@@ -203,14 +203,14 @@ TEST(Codec, SurvivesEveryTruncationAndRandomDamage) {
     for (int k = 0; k < 3; ++k) bad[random() % bad.size()] = static_cast<std::byte>(random());
     const auto d = decode_descriptor(bad);
     if (!d) continue;
-    // What is let through is a descriptor that could be encoded again: no NaN, nothing out of range.
+    // An accepted message is a descriptor that can be encoded again: no NaN, nothing out of range.
     Encoder encoder;
     EXPECT_TRUE(encoder.encode(*d).ok());
   }
   EXPECT_FALSE(decode_descriptor(std::vector<std::byte>(kMaxDescriptorBytes + 1)).ok());
 }
 
-TEST(Codec, JsonAndBackAreTheSameBytes) {
+TEST(Codec, JsonRoundTripGivesTheSameBytes) {
   const std::vector<std::byte> bytes = encoded(lit(3, 1));
   const auto json = descriptor_to_json(bytes);
   ASSERT_TRUE(json.ok());

@@ -13,7 +13,7 @@ std::string refusal(std::string_view text) {
   return c.status().message();
 }
 
-TEST(Config, OfACameraAloneHasTheDocumentedDefaults) {
+TEST(Config, CameraOnlyHasTheDocumentedDefaults) {
   const auto c = parse_config("camera { uri: \"sim:city\" }", "x");
   ASSERT_TRUE(c.ok()) << c.status().message();
   EXPECT_EQ(c->probe_name, "lightwell");
@@ -30,7 +30,7 @@ TEST(Config, OfACameraAloneHasTheDocumentedDefaults) {
   EXPECT_EQ(c->grpc.listen, "127.0.0.1:7420");
 }
 
-TEST(Config, SaysHowTheLinkIsGuarded) {
+TEST(Config, ParsesGrpcSecurity) {
   const auto c = parse_config(
       "camera { uri: \"sim:city\" } grpc { security: LINK_SECURITY_MUTUAL_TLS keys: \"k\" certificate: \"c.pem\" key: "
       "\"c_key.pem\" client_ca: \"ca.pem\" paired_days: 30 }",
@@ -47,19 +47,19 @@ TEST(Config, SaysHowTheLinkIsGuarded) {
   EXPECT_EQ(plain->grpc.paired_days, 365);
 }
 
-TEST(Config, AGuardThatContradictsItselfIsNamed) {
+TEST(Config, ContradictoryGrpcSecurityIsRejected) {
   const auto with = [](const std::string& grpc) {
     return refusal("camera { uri: \"sim:city\" } grpc { " + grpc + " }");
   };
   EXPECT_NE(with("security: LINK_SECURITY_TLS certificate: \"c.pem\"").find("grpc.key"), std::string::npos);
   EXPECT_NE(with("certificate: \"c.pem\" key: \"k.pem\"").find("LINK_SECURITY_TLS"), std::string::npos)
-      << "a certificate that nobody would be shown";
+      << "a certificate that would not be used";
   EXPECT_NE(with("security: LINK_SECURITY_PLAIN client_ca: \"c.pem\"").find("grpc.security"), std::string::npos);
   EXPECT_NE(with("security: LINK_SECURITY_TLS paired_days: 9999").find("paired_days"), std::string::npos);
   EXPECT_NE(with("security: LINK_SECURITY_TLS paired_days: 4294967295").find("paired_days"), std::string::npos);
 }
 
-TEST(Config, ASettingStretchesTheLimitsOfError) {
+TEST(Config, SettingScalesTheErrorTolerances) {
   EstimatorConfig c;
   c.panorama.epsilon = 0.01;
   c.panorama.radiance_epsilon = 0.05;
@@ -75,17 +75,17 @@ TEST(Config, ASettingStretchesTheLimitsOfError) {
   EXPECT_EQ(config_for_setting(c).panorama.radiance_epsilon, 0);
 }
 
-TEST(Config, NeedsNoCameraWhereOneIsGivenBesideIt) {
+TEST(Config, CameraUriArgumentReplacesTheFiles) {
   EXPECT_EQ(parse_config("estimator { band: 2 }", "x", "sim:night")->camera.uri, "sim:night");
   EXPECT_EQ(parse_config("camera { uri: \"sim:city\" }", "x", "sim:night")->camera.uri, "sim:night");
 }
 
-TEST(Config, HasNoBudgetUnlessOneIsSet) {
+TEST(Config, DefaultHasNoBudget) {
   EXPECT_EQ(parse_config("camera { uri: \"sim:city\" }", "x")->budget_ms, 0);
   EXPECT_EQ(parse_config("camera { uri: \"sim:city\" } budget_ms: 2.5", "x")->budget_ms, 2.5);
 }
 
-TEST(Config, SetToZeroWhereZeroMeansSomethingIsZero) {
+TEST(Config, ExplicitZeroIsKept) {
   const auto c = parse_config("camera { uri: \"sim:city\" } estimator { band: 0 max_lights: 0 }", "x");
   ASSERT_TRUE(c.ok());
   EXPECT_EQ(c->estimator.band, 0);
@@ -99,13 +99,13 @@ TEST(Config, WithAnUnknownFieldNamesFileLineAndTheNearestName) {
   EXPECT_NE(m.find("did you mean"), std::string::npos) << m;
 }
 
-TEST(Config, WithAFieldLikeNoOtherListsWhatThereIs) {
+TEST(Config, FieldWithoutASimilarNameListsAllFields) {
   const std::string m = refusal("zzzzzzzzzzzzz: 1");
   EXPECT_NE(m.find("probe.textproto:1:"), std::string::npos) << m;
   EXPECT_NE(m.find("camera"), std::string::npos) << m;
 }
 
-TEST(Config, ThatCannotWorkIsRefusedByName) {
+TEST(Config, RejectsInvalidValuesNamingTheField) {
   EXPECT_NE(refusal("camera { width: 640 }").find("camera.uri"), std::string::npos);
   EXPECT_NE(refusal("camera { uri: \"x:\" width: 3 }").find("size"), std::string::npos);
   EXPECT_NE(refusal("camera { uri: \"x:\" exposure_s: -1 }").find("exposure_s"), std::string::npos);
@@ -117,7 +117,7 @@ TEST(Config, ThatCannotWorkIsRefusedByName) {
   EXPECT_NE(refusal("camera { uri: \"x:\" } estimator { max_lights: 65 }").find("max_lights"), std::string::npos);
 }
 
-TEST(Config, AnUpdateChangesItsFieldsAlone) {
+TEST(Config, UpdateChangesOnlyItsFields) {
   EstimatorConfig c;
   c.band = 1;
   c.panorama.unseen = UnseenFill::average;
@@ -128,7 +128,7 @@ TEST(Config, AnUpdateChangesItsFieldsAlone) {
   EXPECT_EQ(updated({}, all_fields(c)), c);
 }
 
-TEST(Config, EveryFieldIsReadAsItIsWritten) {
+TEST(Config, FieldsRoundTripThroughText) {
   EstimatorConfig c;
   c.band = 2;
   c.setting = Setting::fast;
@@ -147,7 +147,7 @@ TEST(Config, EveryFieldIsReadAsItIsWritten) {
   EXPECT_EQ(read, all_fields(c)) << "not a bit is lost";
 }
 
-TEST(Config, AFieldThatThereIsNotIsRefusedWithTheNearest) {
+TEST(Config, UnknownFieldIsRejectedWithTheNearestName) {
   EstimatorUpdate update;
   const auto refusal = [&](std::string_view name, std::string_view value) {
     const Status s = set_field(update, name, value);
@@ -168,7 +168,7 @@ TEST(Config, AFieldThatThereIsNotIsRefusedWithTheNearest) {
   EXPECT_EQ(update, EstimatorUpdate{}) << "and nothing changed";
 }
 
-TEST(Config, WhatAnEstimatorAloneHasStandsInItsOwnMessage) {
+TEST(Config, EstimatorOptionsAreInTheirOwnMessage) {
   const auto c = parse_config(
       "camera { uri: \"x:\" } estimator { band: 3 panorama { epsilon: 0.02 unseen: UNSEEN_FILL_MIRROR } }", "x");
   ASSERT_TRUE(c.ok()) << c.status().message();
@@ -193,7 +193,7 @@ TEST(Config, DeprecatedFieldsMeanThePanoramasAndWarn) {
   EXPECT_EQ(c->estimator.panorama, meant);
   ASSERT_EQ(c->warnings.size(), 7U);
   EXPECT_EQ(c->warnings[1],
-            "probe.textproto: estimator.epsilon is deprecated: write estimator { panorama { epsilon } }");
+            "probe.textproto: estimator.epsilon is deprecated; write estimator { panorama { epsilon } }");
   EXPECT_EQ(parse_config(old + "panorama { epsilon: 0.04 } }", "x")->estimator.panorama.epsilon, 0.04)
       << "the new spelling has precedence";
 }
@@ -217,7 +217,7 @@ TEST(Config, AnOptionOfAnotherEstimatorIsRefusedByName) {
   EXPECT_NE(refusal("camera { uri: \"x:\" } marker { body: \"b\" } estimator { setting: SETTING_FAST }")
                 .find("estimator.setting: the marker estimator has no setting fast"),
             std::string::npos);
-  EXPECT_TRUE(EstimatorConfig{}.validate(EstimatorKind::marker).ok()) << "defaults ask for nothing";
+  EXPECT_TRUE(EstimatorConfig{}.validate(EstimatorKind::marker).ok()) << "defaults need no option";
 }
 
 TEST(Config, AnEstimatorAnswersWhichOptionsItHas) {
@@ -227,7 +227,7 @@ TEST(Config, AnEstimatorAnswersWhichOptionsItHas) {
   EXPECT_EQ(option_names(EstimatorKind::panorama).size(), 10U);
 }
 
-TEST(Config, TellsWhichMarkerIsLookedAt) {
+TEST(Config, ParsesTheMarkerBody) {
   EXPECT_FALSE(parse_config("camera { uri: \"sim:city\" }", "x")->marker.has_value())
       << "a panorama, unless a marker is named";
   const auto c = parse_config("camera { uri: \"v4l2:/dev/video0\" } marker { body: \"dodecahedron.textproto\" }", "x");
@@ -236,18 +236,18 @@ TEST(Config, TellsWhichMarkerIsLookedAt) {
   EXPECT_EQ(c->marker->body, "dodecahedron.textproto");
 }
 
-TEST(Config, AMarkerThatCannotWorkIsRefusedByName) {
+TEST(Config, InvalidMarkerIsRejectedByName) {
   const std::string bodiless = refusal("camera { uri: \"x:\" } marker {}");
   EXPECT_NE(bodiless.find("marker.body is missing"), std::string::npos) << bodiless;
   EXPECT_NE(bodiless.find("lightwell-calibrate marker-sheet"), std::string::npos) << bodiless;
   const std::string both = refusal("camera { uri: \"x:\" } marker { body: \"b\" } grey_patch { width: 8 height: 8 }");
-  EXPECT_NE(both.find("grey_patch has no meaning beside marker"), std::string::npos) << both;
+  EXPECT_NE(both.find("grey_patch cannot be combined with marker"), std::string::npos) << both;
   const std::string misspelt = refusal("camera { uri: \"x:\" }\nmarker {\n  bdy: \"b\"\n}\n");
   EXPECT_NE(misspelt.find("probe.textproto:3:"), std::string::npos) << misspelt;
   EXPECT_NE(misspelt.find("'body'"), std::string::npos) << misspelt;
 }
 
-TEST(Config, TellsWhereAGreyPatchIs) {
+TEST(Config, ParsesTheGreyPatch) {
   EXPECT_FALSE(parse_config("camera { uri: \"sim:city\" }", "x")->grey_patch.has_value());
   const auto c = parse_config(
       "camera { uri: \"sim:city\" }\n"
@@ -270,7 +270,7 @@ TEST(Config, TellsWhereAGreyPatchIs) {
             std::string::npos);
 }
 
-TEST(Config, NamesABrokerAndWhetherItIsFound) {
+TEST(Config, ParsesMqttAndDiscovery) {
   const Result<Config> c = parse_config(
       "camera { uri: \"sim:city\" }\n"
       "mqtt { uri: \"mqtts://broker/venue/attic\" ca_file: \"ca.pem\" certificate_file: \"me.pem\" key_file: "
@@ -292,7 +292,7 @@ TEST(Config, NamesABrokerAndWhetherItIsFound) {
   EXPECT_EQ(plain->mdns, Mdns::off);
 }
 
-TEST(Config, ABrokerThatCannotWorkIsRefusedByField) {
+TEST(Config, InvalidMqttConfigIsRejectedByField) {
   const auto refusal = [](const std::string& mqtt) {
     return parse_config("camera { uri: \"sim:city\" } mqtt { " + mqtt + " }", "probe.textproto").status().message();
   };
@@ -300,7 +300,7 @@ TEST(Config, ABrokerThatCannotWorkIsRefusedByField) {
   EXPECT_NE(refusal("").find("mqtt.uri"), std::string::npos);
   EXPECT_NE(refusal("uri: \"mqtts://broker/a\" key_file: \"me.key\"").find("certificate_file"), std::string::npos);
   EXPECT_NE(refusal("uri: \"mqtt://broker/a\" ca_file: \"ca.pem\"").find("mqtts://"), std::string::npos)
-      << "who names an authority means TLS";
+      << "an authority implies TLS";
 }
 
 TEST(Config, ALoginGoesOverPlainTextOnlyWhereThatIsAskedForByName) {
@@ -324,14 +324,14 @@ TEST(Config, ALoginGoesOverPlainTextOnlyWhereThatIsAskedForByName) {
     EXPECT_FALSE(parsed(bad).ok()) << bad;
 }
 
-TEST(Config, TellsWhetherThereIsAUsbLinkAndWhere) {
+TEST(Config, ParsesTheUsbGadget) {
   EXPECT_FALSE(parse_config("camera { uri: \"x:\" }", "x")->usb_gadget.has_value());
   EXPECT_EQ(parse_config("camera { uri: \"x:\" } usb_gadget {}", "x")->usb_gadget->ffs, "/dev/ffs-lightwell");
   EXPECT_EQ(parse_config("camera { uri: \"x:\" } usb_gadget { ffs: \"/run/f\" }", "x")->usb_gadget->ffs, "/run/f");
 }
 
-/// The one that is installed, as it is and with each of its examples.
-TEST(Config, ThatIsInstalledIsReadAndSoAreItsExamples) {
+/// The installed configuration file, unchanged and with each of its examples.
+TEST(Config, InstalledFileAndItsExamplesAreValid) {
   const Result<Config> installed = load_config(LIGHTWELL_CONFIGURATION);
   ASSERT_TRUE(installed.ok()) << installed.status().message();
   EXPECT_EQ(installed->grpc.listen, "127.0.0.1:7420");
@@ -348,7 +348,7 @@ TEST(Config, ThatIsInstalledIsReadAndSoAreItsExamples) {
   EXPECT_GE(examples, 5);
 }
 
-TEST(Config, OfAMissingFileNamesIt) {
+TEST(Config, MissingFileIsNamed) {
   const auto c = load_config("/nonexistent/probe.textproto");
   EXPECT_EQ(c.status().code(), StatusCode::not_found);
   EXPECT_NE(c.status().message().find("/nonexistent/probe.textproto"), std::string::npos);

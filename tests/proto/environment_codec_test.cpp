@@ -1,4 +1,4 @@
-// The environment map on the wire: there and back, its size, and what is refused.
+// Encoding of environment maps: round trip, size, and rejection of invalid maps.
 #include <functional>
 #include <limits>
 #include <random>
@@ -56,14 +56,14 @@ TEST(EnvironmentCodec, RoundTripsWholeMapsAndChanges) {
   }
 }
 
-TEST(EnvironmentCodec, TheFullestDescriptorWithTheLargestMapFits) {
+TEST(EnvironmentCodec, LargestDescriptorWithTheLargestMapFits) {
   Descriptor d = golden_vectors().back().descriptor;
   d.environment = random_map({{64, 0}, {64, 1}});
   ASSERT_EQ(d.environment->texels.size(), kMaxEnvironmentTexels);
   std::size_t bytes = 0;
   EXPECT_TRUE(there_and_back(d, &bytes).ok());
   EXPECT_LE(bytes, kMaxDescriptorBytes);
-  // Changes at their worst: every other texel.
+  // Worst case of changes: every other texel.
   EnvironmentMap worst;
   worst.key = d.environment->key;
   for (std::size_t k = 0; k < kMaxEnvironmentTexels / 2; ++k) {
@@ -75,7 +75,7 @@ TEST(EnvironmentCodec, TheFullestDescriptorWithTheLargestMapFits) {
   EXPECT_LE(bytes, kMaxDescriptorBytes);
 }
 
-TEST(EnvironmentCodec, AnEncoderGoesOnAfterAMapAndWithoutOne) {
+TEST(EnvironmentCodec, EncoderHandlesDescriptorsWithAndWithoutMaps) {
   Encoder encoder;
   Descriptor d;
   const auto size = [&] { return encoder.encode(d)->size(); };
@@ -90,15 +90,15 @@ TEST(EnvironmentCodec, AnEncoderGoesOnAfterAMapAndWithoutOne) {
 struct Refusal {
   const char* name;
   std::function<void(EnvironmentMap&)> spoil;
-  bool rekey = true;  ///< The key is made right again, so that it is the named field that is refused.
+  bool rekey = true;  ///< Recompute the key, so that the named field is the reason of the rejection.
 };
 
-TEST(EnvironmentCodec, RefusesToSendAndToReadWhatBreaksTheSpecification) {
+TEST(EnvironmentCodec, RejectsEncodingAndDecodingOfInvalidMaps) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const std::vector<Refusal> of_whole = {
       {"key is 0", [](EnvironmentMap& m) { m.key = 0; }, false},
-      {"key is not", [](EnvironmentMap& m) { ++m.key; }, false},
-      {"key is not", [](EnvironmentMap& m) { m.texels[7] ^= 1; }, false},
+      {"key does not match", [](EnvironmentMap& m) { ++m.key; }, false},
+      {"key does not match", [](EnvironmentMap& m) { m.texels[7] ^= 1; }, false},
       {"edge must", [](EnvironmentMap& m) { m.levels[0].edge = 12; }},
       {"edge must", [](EnvironmentMap& m) { m.levels[0].edge = 128; }},
       {"edge must", [](EnvironmentMap& m) { m.levels[0].edge = 0; }},
@@ -106,7 +106,7 @@ TEST(EnvironmentCodec, RefusesToSendAndToReadWhatBreaksTheSpecification) {
       {"roughness must be", [=](EnvironmentMap& m) { m.levels[1].roughness = nan; }},
       {"roughness must be", [](EnvironmentMap& m) { m.levels[0].roughness = -0.5F; }},
       {"roughness must be", [](EnvironmentMap& m) { m.levels[2].roughness = 1.5F; }},
-      {"roughness must rise", [](EnvironmentMap& m) { m.levels[1].roughness = 0; }},
+      {"roughness must increase", [](EnvironmentMap& m) { m.levels[1].roughness = 0; }},
       {"are more than 8",
        [](EnvironmentMap& m) {
          m.levels.clear();
@@ -117,26 +117,26 @@ TEST(EnvironmentCodec, RefusesToSendAndToReadWhatBreaksTheSpecification) {
        [](EnvironmentMap& m) {
          m = random_map({{64, 0}, {64, 0.5F}, {8, 1}});
        }},
-      {"texels have not", [](EnvironmentMap& m) { m.texels.pop_back(); }},
-      {"texels have not", [](EnvironmentMap& m) { m.texels.push_back(0); }},
+      {"does not match the levels", [](EnvironmentMap& m) { m.texels.pop_back(); }},
+      {"does not match the levels", [](EnvironmentMap& m) { m.texels.push_back(0); }},
       {"exponent is out", [](EnvironmentMap& m) { m.exponent = 101; }},
       {"exponent is out", [](EnvironmentMap& m) { m.exponent = -151; }},
-      {"runs stand",
+      {"runs: not allowed",
        [](EnvironmentMap& m) {
          m.runs = {1, 1};
        }},
   };
   const std::vector<Refusal> of_changes = {
       {"key is 0", [](EnvironmentMap& m) { m.key = 0; }, false},
-      {"exponent stands", [](EnvironmentMap& m) { m.exponent = 1; }, false},
-      {"key_interval_ms stands", [](EnvironmentMap& m) { m.key_interval_ms = 1; }, false},
+      {"exponent: not allowed", [](EnvironmentMap& m) { m.exponent = 1; }, false},
+      {"key_interval_ms: not allowed", [](EnvironmentMap& m) { m.key_interval_ms = 1; }, false},
       {"pairs", [](EnvironmentMap& m) { m.runs.push_back(1); }, false},
       {"empty", [](EnvironmentMap& m) { m.runs[2] = 0; }, false},
       {"empty", [](EnvironmentMap& m) { m.runs[1] = 0; }, false},
-      {"beyond", [](EnvironmentMap& m) { m.runs[0] = 8192; }, false},
-      {"beyond", [](EnvironmentMap& m) { m.runs[0] = m.runs[2] = 0xFFFFFFFF; }, false},
-      {"length that the runs", [](EnvironmentMap& m) { m.texels.pop_back(); }, false},
-      {"length that the runs", [](EnvironmentMap& m) { m.texels.push_back(0); }, false},
+      {"exceed", [](EnvironmentMap& m) { m.runs[0] = 8192; }, false},
+      {"exceed", [](EnvironmentMap& m) { m.runs[0] = m.runs[2] = 0xFFFFFFFF; }, false},
+      {"does not match the runs", [](EnvironmentMap& m) { m.texels.pop_back(); }, false},
+      {"does not match the runs", [](EnvironmentMap& m) { m.texels.push_back(0); }, false},
   };
   const auto expect_refused = [](const EnvironmentMap& good, const Refusal& r) {
     EnvironmentMap bad = good;
@@ -149,7 +149,7 @@ TEST(EnvironmentCodec, RefusesToSendAndToReadWhatBreaksTheSpecification) {
     EXPECT_EQ(sent.status().code(), StatusCode::invalid_argument) << r.name;
     EXPECT_NE(sent.status().message().find(r.name), std::string::npos) << r.name << ": " << sent.status().message();
     EXPECT_NE(sent.status().message().find("environment."), std::string::npos);
-    // The same on the wire, where only others could have written it.
+    // The same map in a message, as another implementation could write it.
     d.environment.reset();
     const auto bytes = *encoder.encode(d);
     v1::LightingDescriptor m;
@@ -177,7 +177,7 @@ TEST(EnvironmentCodec, RefusesToSendAndToReadWhatBreaksTheSpecification) {
   for (const Refusal& r : of_changes) expect_refused(changes_of(whole), r);
 }
 
-TEST(EnvironmentCodec, RefusesWhatOnlyTheWireCanSay) {
+TEST(EnvironmentCodec, RejectsWhatOnlyTheWireCanRepresent) {
   Encoder encoder;
   Descriptor d;
   d.environment = small_map();

@@ -1,4 +1,4 @@
-// What a map says of a direction, and what changes make of it.
+// Evaluation of environment maps, and application of changes.
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -42,13 +42,13 @@ std::vector<Vec3f> directions() {
   return out;
 }
 
-TEST(Environment, OfOneRadianceIsThatEverywhere) {
+TEST(Environment, ConstantMapGivesConstantRadiance) {
   const EnvironmentMap map = map_of({{16, 0}, {8, 1}}, [](Vec3f, std::size_t) { return 3.0F; });
   for (const Vec3f d : directions())
     for (const float r : {0.0F, 0.3F, 1.0F}) EXPECT_FLOAT_EQ(environment_radiance(map, d, r).r, 3) << d.x << " " << d.y;
 }
 
-TEST(Environment, SaysASmoothSceneOverEveryEdgeAndCorner) {
+TEST(Environment, InterpolatesASmoothSceneAcrossEdgesAndCorners) {
   // Bilinear between centres h apart, up to 4.7/edge rad: h²/8 of the second derivatives, which sum to twice the slope;
   // where the octahedron is bent, at its edges, an eighth of the change of slope times h; half a step of nine bits.
   const auto scene = [](Vec3f d) { return 2 + d.x + 0.5F * d.y - 0.7F * d.z; };
@@ -61,10 +61,10 @@ TEST(Environment, SaysASmoothSceneOverEveryEdgeAndCorner) {
   }
 }
 
-TEST(Environment, IsContinuousOverTheSeams) {
+TEST(Environment, IsContinuousAcrossTheSeams) {
   std::mt19937 random(1);
   const EnvironmentMap map = map_of({{8, 0}}, [&](Vec3f, std::size_t) { return static_cast<float>(random() % 1000); });
-  // Pairs on either side of the square's border: z = 0 or x = 0 below the horizon.
+  // Pairs of directions on both sides of the square's border: z = 0 or x = 0 below the horizon.
   for (int k = 0; k < 400; ++k) {
     const float a = -3.1415926F * static_cast<float>(k) / 400;  // From +X over -Y to -X.
     const float c = std::cos(a), s = std::sin(a), e = 1e-5F;
@@ -73,7 +73,7 @@ TEST(Environment, IsContinuousOverTheSeams) {
   }
 }
 
-TEST(Environment, GoesLinearlyFromLevelToLevelAndStopsAtTheEnds) {
+TEST(Environment, InterpolatesLinearlyBetweenLevelsAndClamps) {
   const EnvironmentMap map = map_of({{16, 0.25F}, {8, 0.5F}, {8, 1}}, [](Vec3f, std::size_t k) {
     return k == 0 ? 1.0F : k == 1 ? 2.0F : 4.0F;
   });
@@ -88,7 +88,7 @@ TEST(Environment, GoesLinearlyFromLevelToLevelAndStopsAtTheEnds) {
   EXPECT_FLOAT_EQ(at(std::numeric_limits<float>::quiet_NaN()), 4);
 }
 
-TEST(Environment, OfNonsenseIsDark) {
+TEST(Environment, InvalidInputGivesZero) {
   const EnvironmentMap map = map_of({{8, 0}}, [](Vec3f, std::size_t) { return 1.0F; });
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   for (const Vec3f d : {Vec3f{}, Vec3f{nan, 0, 1}, Vec3f{0, inf, 0}})
@@ -104,7 +104,7 @@ TEST(Environment, ScalesByTheExponent) {
   }
 }
 
-TEST(EnvironmentKey, IsOfEveryPartOfTheContent) {
+TEST(EnvironmentKey, DependsOnEveryPartOfTheContent) {
   const EnvironmentMap map = map_of({{16, 0}, {8, 1}}, [](Vec3f d, std::size_t) { return 2 + d.x; });
   EnvironmentMap other = map;
   other.exponent = 1;
@@ -118,11 +118,11 @@ TEST(EnvironmentKey, IsOfEveryPartOfTheContent) {
     EXPECT_NE(environment_key(other), map.key);
   }
   other = map;
-  other.key_interval_ms = 77;  // When the next comes is nothing that the map says.
+  other.key_interval_ms = 77;  // The interval is not part of the content.
   EXPECT_EQ(environment_key(other), map.key);
 }
 
-TEST(EnvironmentChanges, AreAppliedWhereTheyBelongAndNowhereElse) {
+TEST(EnvironmentChanges, AreAppliedToTheirMapOnly) {
   const EnvironmentMap map = map_of({{8, 0}}, [](Vec3f d, std::size_t) { return 2 + d.x; });
   EnvironmentMap out;
   EnvironmentMap none;

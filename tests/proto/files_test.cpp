@@ -1,5 +1,5 @@
-// Files in folders that another user owns. Run by root the folder belongs to somebody else, as the daemon's does when
-// an administrator runs `lightwelld --pair`.
+// Files in folders of another user. If the test runs as root, the folder belongs to another user, as the daemon's does
+// when an administrator runs `lightwelld --pair`.
 #include <filesystem>
 #include <fstream>
 #include <unistd.h>
@@ -10,8 +10,8 @@
 
 #include <lightwell/files.hpp>
 
-#include "support/temp_dir.hpp"
 #include "support/hostile_file.hpp"
+#include "support/temp_dir.hpp"
 
 namespace lightwell::test {
 namespace {
@@ -46,7 +46,7 @@ class Files : public ::testing::Test {
   const std::string keys_ = folder_.path("keys"), file_ = keys_ + "/token";
 };
 
-TEST_F(Files, AreForTheFoldersOwnerAlone) {
+TEST_F(Files, AreAccessibleToTheFoldersOwnerOnly) {
   ASSERT_TRUE(write_atomically(file_, "secret", FileMode::owner).ok());
   ASSERT_TRUE(FolderLock::take(keys_).ok());
   for (const std::string& path : {file_, keys_ + "/lock"}) {
@@ -57,7 +57,7 @@ TEST_F(Files, AreForTheFoldersOwnerAlone) {
   EXPECT_EQ(read_private_file(file_).value(), "secret");
 }
 
-TEST_F(Files, ForEverybodyKeepTheUmask) {
+TEST_F(Files, UmaskModeRespectsTheUmask) {
   const mode_t before = ::umask(027);
   const Status s = write_atomically(file_, "light", FileMode::umask);
   ::umask(before);
@@ -65,11 +65,11 @@ TEST_F(Files, ForEverybodyKeepTheUmask) {
   EXPECT_EQ(facts_of(file_).st_mode & 0777, 0640U);
 }
 
-TEST_F(Files, ALockIsTakenOfNoTrapAndNothingBehindItIsGivenAway) {
+TEST_F(Files, LockRefusesHostileFilesAndChangesNoOwner) {
   for (const HostileFileKind kind : kHostileFileKinds) {
     const std::string lock = keys_ + "/lock";
     trap_.set(kind, lock);
-    // A hard link has the owner of what it leads to.
+    // A hard link has the owner of its target.
     if (kind != HostileFileKind::hard_link) give_away(lock);
     const Result<FolderLock> taken = FolderLock::take(keys_);
     EXPECT_THAT(taken.status().message(), HasSubstr(lock)) << to_string(kind);
@@ -78,16 +78,16 @@ TEST_F(Files, ALockIsTakenOfNoTrapAndNothingBehindItIsGivenAway) {
   }
 }
 
-TEST_F(Files, NoTrapIsRead) {
+TEST_F(Files, HostileFilesAreNotRead) {
   for (const HostileFileKind kind : kHostileFileKinds) {
     trap_.set(kind, file_);
     EXPECT_THAT(read_private_file(file_).status().message(), HasSubstr(file_)) << to_string(kind);
     std::filesystem::remove(file_);
   }
-  EXPECT_EQ(read_private_file(file_).value(), std::nullopt) << "no file is no error";
+  EXPECT_EQ(read_private_file(file_).value(), std::nullopt) << "a missing file is not an error";
 }
 
-TEST_F(Files, ARecordingIsWrittenThroughNoTrap) {
+TEST_F(Files, RecordingIsNotWrittenThroughHostileFiles) {
   for (const HostileFileKind kind : {HostileFileKind::hard_link, HostileFileKind::fifo, HostileFileKind::folder}) {
     trap_.set(kind, file_);
     EXPECT_THAT(open_for_update(file_).status().message(), HasSubstr(file_)) << to_string(kind);
@@ -97,7 +97,7 @@ TEST_F(Files, ARecordingIsWrittenThroughNoTrap) {
   EXPECT_TRUE(open_for_update("/dev/null").ok());
 }
 
-TEST_F(Files, WhatIsWrittenReplacesNoTrapButAHardLinksName) {
+TEST_F(Files, AtomicWriteReplacesNoHostileFileExceptAHardLink) {
   for (const HostileFileKind kind : {HostileFileKind::fifo, HostileFileKind::folder}) {
     trap_.set(kind, file_);
     EXPECT_THAT(write_atomically(file_, "x", FileMode::owner).message(), HasSubstr(file_)) << to_string(kind);
@@ -108,13 +108,13 @@ TEST_F(Files, WhatIsWrittenReplacesNoTrapButAHardLinksName) {
   EXPECT_TRUE(write_atomically(file_, "x", FileMode::owner).ok());
   trap_.expect_untouched(file_, "hard link");
   EXPECT_EQ(read_private_file(file_).value(), "x");
-  // A device is written to: with root's rights a rename would put a file in its place.
+  // A device is written directly; a rename as root would replace it by a file.
   EXPECT_TRUE(write_atomically("/dev/null", "x", FileMode::umask).ok());
   EXPECT_TRUE(S_ISCHR(facts_of("/dev/null").st_mode));
 }
 
-/// What the daemon's user points elsewhere, root does not follow; what root or the user himself did, he does.
-TEST_F(Files, ALinkOnTheWayIsFollowedWhereItsMakerIsTrusted) {
+/// Root does not follow symbolic links of the daemon's user; links of root or of the same user are followed.
+TEST_F(Files, SymbolicLinkIsFollowedIfItsOwnerIsTrusted) {
   const std::string elsewhere = folder_.path("elsewhere"), link = keys_ + "/link";
   ASSERT_TRUE(make_private_folder(elsewhere).ok());
   std::filesystem::create_directory_symlink(elsewhere, link);
@@ -125,16 +125,16 @@ TEST_F(Files, ALinkOnTheWayIsFollowedWhereItsMakerIsTrusted) {
   if (!is_root()) return;
   give_away(link);
   give_away(file_);
-  for (const Status& s :
-       {write_atomically(link + "/a", "y", FileMode::owner), read_named_file(link + "/a").status(),
-        open_for_update(link + "/b").status(), make_private_folder(link + "/c"), FolderLock::take(link).status(),
-        read_named_file(file_).status(), write_atomically(file_, "y", FileMode::umask), open_for_update(file_).status()})
+  for (const Status& s : {write_atomically(link + "/a", "y", FileMode::owner), read_named_file(link + "/a").status(),
+                          open_for_update(link + "/b").status(), make_private_folder(link + "/c"),
+                          FolderLock::take(link).status(), read_named_file(file_).status(),
+                          write_atomically(file_, "y", FileMode::umask), open_for_update(file_).status()})
     EXPECT_THAT(s.message(), HasSubstr("another user made"));
   EXPECT_EQ(read_named_file(elsewhere + "/a").value(), "x");
   EXPECT_FALSE(std::filesystem::exists(elsewhere + "/lock"));
 }
 
-TEST_F(Files, AFolderThatIsALinkAFileOrSomebodyElsesIsRefused) {
+TEST_F(Files, FolderThatIsALinkAFileOrForeignIsRefused) {
   std::filesystem::create_directory_symlink(keys_, folder_.path("link"));
   EXPECT_THAT(make_private_folder(folder_.path("link")).message(), AllOf(HasSubstr("link"), HasSubstr("no folder")));
   EXPECT_THAT(make_private_folder(folder_.write("file", "x")).message(), HasSubstr("no folder"));
@@ -142,7 +142,7 @@ TEST_F(Files, AFolderThatIsALinkAFileOrSomebodyElsesIsRefused) {
   EXPECT_EQ(facts_of(keys_ + "/new/keys").st_mode & 0777, 0700U);
 }
 
-TEST_F(Files, AFolderIsReplacedWholeAndNothingIsLeftBeside) {
+TEST_F(Files, FolderIsReplacedAtomicallyWithoutRemains) {
   const std::string folder = folder_.path("store/probe");
   std::filesystem::create_directory(folder_.path("store"));
   for (const char* text : {"old", "new"}) {
@@ -160,7 +160,7 @@ TEST_F(Files, AFolderIsReplacedWholeAndNothingIsLeftBeside) {
   EXPECT_EQ(entries, 1U);
 }
 
-TEST_F(Files, AboveAMebibyteAreNotRead) {
+TEST_F(Files, AboveOneMebibyteAreNotRead) {
   ASSERT_TRUE(write_atomically(file_, std::string((1 << 20) + 1, 'x'), FileMode::owner).ok());
   EXPECT_EQ(read_private_file(file_).status().code(), StatusCode::resource_exhausted);
 }

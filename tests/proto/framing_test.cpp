@@ -32,7 +32,7 @@ struct Received {
   Bytes payload;
 };
 
-/// A reader and all that it handed on.
+/// A reader and all frames that it delivered.
 struct Listener {
   FrameReader reader;
   std::vector<Received> all;
@@ -58,7 +58,7 @@ Bytes operator+(Bytes a, const Bytes& b) {
   return a;
 }
 
-TEST(Framing, MessagesOfEverySizeArriveInWhateverPiecesTheirBytesCome) {
+TEST(Framing, MessagesOfEverySizeAreReceivedInPiecesOfAnySize) {
   std::mt19937 random(1);
   for (const std::size_t piece : {std::size_t{1}, std::size_t{7}, std::size_t{512}, std::size_t{1} << 20}) {
     FrameWriter writer(5);
@@ -79,7 +79,7 @@ TEST(Framing, MessagesOfEverySizeArriveInWhateverPiecesTheirBytesCome) {
       EXPECT_EQ(listener.all[i].sequence, i + 1);
       EXPECT_EQ(listener.all[i].session, 5U);
     }
-    EXPECT_EQ(listener.reader.counters().skipped_bytes, 0U) << "the bytes between frames are no damage";
+    EXPECT_EQ(listener.reader.counters().skipped_bytes, 0U) << "padding between frames does not count as damage";
     EXPECT_EQ(listener.reader.counters().refused(), 0U);
   }
 }
@@ -90,7 +90,7 @@ TEST(Framing, ATransferOfOneFrameAlwaysEndsWithAShortPacket) {
   EXPECT_LE(frame_of(writer, Bytes(kMaxDescriptorBytes)).size(), kMaxFrameBytes);
 }
 
-TEST(Framing, LargestMessagesPassAndLargerOnesAreRefusedWithoutSpendingANumber) {
+TEST(Framing, OversizedMessagesAreRefusedWithoutUsingASequenceNumber) {
   FrameWriter writer(1);
   Bytes out;
   EXPECT_EQ(writer.write(FrameKind::descriptor, Bytes(kMaxDescriptorBytes + 1), out).code(),
@@ -104,7 +104,7 @@ TEST(Framing, LargestMessagesPassAndLargerOnesAreRefusedWithoutSpendingANumber) 
   EXPECT_EQ(listener.numbers(), (std::vector<std::uint64_t>{1, 2}));
 }
 
-TEST(Framing, AnyFlippedBitLosesItsOwnFrameAlone) {
+TEST(Framing, AFlippedBitLosesOnlyItsFrame) {
   FrameWriter writer(9);
   const Bytes first = frame_of(writer, bytes_of("first")), second = frame_of(writer, bytes_of("second")),
               third = frame_of(writer, bytes_of("third"));
@@ -112,7 +112,7 @@ TEST(Framing, AnyFlippedBitLosesItsOwnFrameAlone) {
     Bytes damaged = second;
     damaged[bit / 8] ^= static_cast<std::byte>(1U << bit % 8);
     Listener listener;
-    // A length that grew waits for bytes; the end of the transfer says that there are none.
+    // With an increased length the reader waits for more bytes, until the end of the transfer.
     listener.push(first + damaged + third);
     listener.reader.end_transfer(listener.take);
     // The two reserved bytes of a header are covered by its checksum, too.
@@ -123,7 +123,7 @@ TEST(Framing, AnyFlippedBitLosesItsOwnFrameAlone) {
   }
 }
 
-TEST(Framing, ACutAnywhereLosesWhatWasCutAndNothingThatFollows) {
+TEST(Framing, LostBytesLoseOnlyTheirFrames) {
   FrameWriter writer(9);
   const Bytes first = frame_of(writer, bytes_of("first")), second = frame_of(writer, bytes_of("second one")),
               third = frame_of(writer, bytes_of("third")), fourth = frame_of(writer, Bytes(100, std::byte{7}));
@@ -140,7 +140,7 @@ TEST(Framing, ACutAnywhereLosesWhatWasCutAndNothingThatFollows) {
     }
 }
 
-TEST(Framing, WhatFollowsACutComesWithoutWaitingWhereTransfersEnd) {
+TEST(Framing, EndOfTransferDeliversFramesAfterLostBytesAtOnce) {
   FrameWriter writer(9);
   const Bytes large = frame_of(writer, Bytes(60'000, std::byte{1})), next = frame_of(writer, bytes_of("next"));
   Listener listener;
@@ -169,11 +169,11 @@ TEST(Framing, AFrameInsideAPayloadIsPayload) {
   EXPECT_EQ(listener.all[0].session, 4U);
 }
 
-TEST(Framing, NothingIsMadeOfNoise) {
+TEST(Framing, NoFrameIsFoundInNoise) {
   std::mt19937 random(2);
   Listener listener;
   Bytes noise(1 << 20);
-  for (std::byte& b : noise) b = static_cast<std::byte>(random() | 1U);  // No filler among it.
+  for (std::byte& b : noise) b = static_cast<std::byte>(random() | 1U);  // Contains no padding byte.
   listener.push(noise);
   listener.reader.end_transfer(listener.take);
   EXPECT_TRUE(listener.all.empty());
@@ -183,7 +183,7 @@ TEST(Framing, NothingIsMadeOfNoise) {
   EXPECT_EQ(listener.all.size(), 1U);
 }
 
-TEST(Framing, OversizedUnknownAndReplayedFramesAreCountedEachByItsName) {
+TEST(Framing, OversizedUnknownAndReplayedFramesAreCountedSeparately) {
   FrameWriter writer(1), next_life(2);
   const Bytes first = frame_of(writer, bytes_of("1"));
   Bytes oversized = frame_of(writer, bytes_of("2"));
@@ -213,12 +213,12 @@ TEST(Framing, OversizedUnknownAndReplayedFramesAreCountedEachByItsName) {
   EXPECT_EQ(c.refused(), 6U);
   EXPECT_EQ(c.lost, 3U) << "the two that were too large, and number 6, which called itself 0";
 
-  // A probe that restarted begins anew; whoever plays the old session again is refused.
+  // A restarted probe starts a new session; frames of the old session are then rejected as replays.
   const Bytes anew = frame_of(next_life, bytes_of("new")), old = frame_of(writer, bytes_of("8"));
   listener.push(anew + first + old);
   EXPECT_EQ(listener.all.back().payload, bytes_of("new"));
   EXPECT_EQ(c.replayed, 4U);
-  EXPECT_EQ(c.lost, 3U) << "a new session is no loss";
+  EXPECT_EQ(c.lost, 3U) << "a new session does not count as loss";
 }
 
 /// One random mistake in a stream of frames: which of its bytes are not what was sent, or where something was put
@@ -245,7 +245,7 @@ class Damage {
         Bytes noise(1 + below(100));
         for (std::byte& b : noise) b = static_cast<std::byte>(random_());
         f.insert(here, noise.begin(), noise.end());
-        // In front of a frame it harms nothing.
+        // Inserted before a frame, it does not damage the frame.
         if (at == 0) return;
         break;
       }
@@ -258,7 +258,7 @@ class Damage {
         if (at == 0) return;
         break;
       }
-      case 5:  // A header that is whole, of a payload that is not.
+      case 5:  // An intact header with an incomplete payload.
         f.resize(std::min<std::size_t>(f.size() - 1, kFrameHeaderBytes + below(8)));
         break;
     }
@@ -271,7 +271,7 @@ class Damage {
   std::mt19937 random_;
 };
 
-TEST(Framing, WhateverTheDamageEveryIntactFrameArrivesAndNoOther) {
+TEST(Framing, WithRandomDamageExactlyTheIntactFramesAreReceived) {
   std::uint64_t frames_sent = 0, frames_got = 0;
   for (std::uint32_t seed = 0; seed < 3000; ++seed) {
     Damage damage(seed);
@@ -281,14 +281,15 @@ TEST(Framing, WhateverTheDamageEveryIntactFrameArrivesAndNoOther) {
     for (std::size_t i = 0; i < 20; ++i) {
       Bytes payload(damage.below(seed % 3 == 0 ? 2000 : 150));
       for (std::byte& b : payload) b = static_cast<std::byte>(damage.below(5) == 0 ? 'L' : damage.below(256));
-      // Cut off, an 'L' at its end would be made good by the next frame's first byte: the same bytes, another reading.
+      // After truncation, an 'L' at its end could be completed by the next frame's first byte: same bytes, other
+      // frames.
       if (!payload.empty()) payload.back() = std::byte{'x'};
       payloads[i + 1] = payload;
       frames.push_back(frame_of(writer, payload));
     }
     std::vector<bool> intact(frames.size(), true);
     for (std::size_t k = damage.below(8); k > 0; --k) {
-      // A second mistake may hit a frame that is damaged already, which stays damaged.
+      // A second fault may affect a frame that is damaged already; it stays damaged.
       damage.harm(frames, intact);
     }
     Bytes stream;
@@ -304,7 +305,7 @@ TEST(Framing, WhateverTheDamageEveryIntactFrameArrivesAndNoOther) {
     std::vector<std::uint64_t> expected;
     for (std::size_t i = 0; i < frames.size(); ++i)
       if (intact[i]) expected.push_back(i + 1);
-    // A trailing filler that was damaged leaves its frame whole.
+    // A damaged padding byte leaves its frame intact.
     std::vector<std::uint64_t> got = listener.numbers();
     std::size_t whole_bytes = 0;
     for (const Received& r : listener.all) {
@@ -324,7 +325,7 @@ TEST(Framing, WhateverTheDamageEveryIntactFrameArrivesAndNoOther) {
     frames_sent += expected.size();
     frames_got += got.size();
   }
-  // Fillers (one frame in 64 has one) and the damage that fell on them.
+  // Padding bytes (one frame in 64 has one) and their damage.
   EXPECT_LE(frames_got - frames_sent, frames_sent / 500);
   EXPECT_GT(frames_sent, 40'000U);
 }

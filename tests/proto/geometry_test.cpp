@@ -8,7 +8,7 @@
 namespace lightwell {
 namespace {
 
-TEST(Normalized, WorksFromTheSmallestToTheLargestNumber) {
+TEST(Normalized, WorksOverTheWholeRangeOfFloat) {
   for (const float s : {1e-38F, 1e-20F, 1.0F, 1e20F, 1e38F}) {
     const Vec3f v = normalized(Vec3f{0.3F * s, -0.4F * s, 0});
     EXPECT_NEAR(v.x, 0.6F, 1e-6F) << s;
@@ -16,21 +16,21 @@ TEST(Normalized, WorksFromTheSmallestToTheLargestNumber) {
   }
 }
 
-TEST(Normalized, OfNothingOrNonsenseIsZero) {
+TEST(Normalized, InvalidInputGivesZero) {
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   for (const Vec3f v : {Vec3f{}, Vec3f{nan, 1, 0}, Vec3f{0, inf, 0}, Vec3f{1, 0, -inf}})
     EXPECT_EQ(normalized(v), Vec3f{});
 }
 
 TEST(Rotate, IsRightHanded) {
-  // A quarter turn about +Y takes +Z to +X, about +X takes +Y to +Z.
+  // A rotation by pi/2 about +Y maps +Z to +X; about +X it maps +Y to +Z.
   const Vec3d x = rotate(Quat::about({0, 1, 0}, std::numbers::pi / 2), Vec3d{0, 0, 1});
   EXPECT_NEAR(x.x, 1, 1e-12);
   const Vec3d z = rotate(Quat::about({1, 0, 0}, std::numbers::pi / 2), Vec3d{0, 1, 0});
   EXPECT_NEAR(z.z, 1, 1e-12);
 }
 
-TEST(Rotate, ByAProductIsFirstTheRightThenTheLeft) {
+TEST(Rotate, ProductAppliesTheRightFactorFirst) {
   const Quat a = Quat::about({0, 1, 0}, 0.7), b = Quat::about({1, 0, 0}, -1.1);
   const Vec3d v{0.2, -0.5, 0.9};
   const Vec3d once = rotate(a * b, v), twice = rotate(a, rotate(b, v));
@@ -48,7 +48,7 @@ TEST(TangentBasis, IsRightHandedAndOrthonormalEverywhere) {
   }
 }
 
-TEST(AngleBetween, IsRightForTinyAnglesAndNearHalfATurn) {
+TEST(AngleBetween, IsAccurateForTinyAnglesAndNearPi) {
   EXPECT_NEAR(angle_between(Vec3d{1, 0, 0}, Vec3d{1, 1e-9, 0}), 1e-9, 1e-15);
   EXPECT_NEAR(angle_between(Vec3d{1, 0, 0}, Vec3d{-1, 1e-9, 0}), std::numbers::pi - 1e-9, 1e-12);
 }

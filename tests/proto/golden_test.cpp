@@ -19,7 +19,7 @@ std::string file(const std::string& name) {
   return text.str();
 }
 
-TEST(GoldenVectors, MadeAnewAreTheSameBytesAndTheSameJson) {
+TEST(GoldenVectors, RegenerationGivesTheSameBytesAndJson) {
   Encoder encoder;
   for (const GoldenVector& v : golden_vectors()) {
     const auto bytes = encoder.encode(v.descriptor);
@@ -30,7 +30,7 @@ TEST(GoldenVectors, MadeAnewAreTheSameBytesAndTheSameJson) {
   }
 }
 
-TEST(GoldenVectors, AreReadAsTheValuesTheyWereMadeOf) {
+TEST(GoldenVectors, DecodeToTheValuesTheyWereMadeFrom) {
   for (const GoldenVector& v : golden_vectors()) {
     const std::string bytes = file(v.name + ".bin");
     const auto d = decode_descriptor(std::as_bytes(std::span(bytes)));
@@ -46,9 +46,8 @@ TEST(GoldenVectors, AreReadAsTheValuesTheyWereMadeOf) {
   }
 }
 
-/// Version 1 of the wire is frozen: these bytes were given out, and whatever is added is read beside them. A vector may
-/// be added, never changed.
-TEST(GoldenVectors, OfVersion1StayAsTheyWereGivenOut) {
+/// Version 1 of the wire format is frozen: these bytes must stay decodable. Vectors may be added, but not changed.
+TEST(GoldenVectors, OfVersion1AreUnchanged) {
   struct Frozen {
     const char* name;
     std::size_t bytes;
@@ -64,8 +63,8 @@ TEST(GoldenVectors, OfVersion1StayAsTheyWereGivenOut) {
   }
 }
 
-/// What a probe of tomorrow may send: fields, flags and settings that have no name today.
-TEST(GoldenVectors, OfANewerProbeAreReadForWhatIsKnown) {
+/// A message of a newer probe: with unknown fields, flags and settings.
+TEST(GoldenVectors, MessagesOfANewerProbeAreDecodedAsFarAsKnown) {
   const std::string known = file("v1_lamp_at_plus_x.bin");
   const auto plain = decode_descriptor(std::as_bytes(std::span(known)));
   ASSERT_TRUE(plain.ok());
@@ -80,14 +79,14 @@ TEST(GoldenVectors, OfANewerProbeAreReadForWhatIsKnown) {
   EXPECT_TRUE(d->flags.has(Flag::newer));
   EXPECT_FALSE(plain->flags.has(Flag::newer));
   EXPECT_EQ(d->flicker, Flicker::unknown);
-  // It is a reader's word and never sent.
+  // Flag::newer is set by the decoder only and never encoded.
   Encoder encoder;
   const auto again = encoder.encode(*d);
   ASSERT_TRUE(again.ok());
   EXPECT_FALSE(decode_descriptor(*again)->flags.has(Flag::newer));
 }
 
-TEST(GoldenVectors, OfALampAtPlusXSayPlusX) {
+TEST(GoldenVectors, LightAtPlusXHasDirectionPlusX) {
   const std::string bytes = file("v1_lamp_at_plus_x.bin");
   const auto d = decode_descriptor(std::as_bytes(std::span(bytes)));
   ASSERT_TRUE(d.ok());

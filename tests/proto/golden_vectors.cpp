@@ -55,7 +55,7 @@ EnvironmentMap whole_map() {
   return map;
 }
 
-/// Three texels from the eighth on and the last one of whole_map() are others.
+/// Changes to whole_map(): three texels from the eighth on, and the last one.
 Descriptor environment_changes() {
   Descriptor d = base();
   EnvironmentMap map;
@@ -66,7 +66,7 @@ Descriptor environment_changes() {
   return d;
 }
 
-/// Every field at once, every number as large as it may be.
+/// Every field set, every number at its maximum.
 Descriptor fullest() {
   Descriptor d = base();
   d.sequence = std::numeric_limits<std::uint64_t>::max();
@@ -86,7 +86,7 @@ Descriptor fullest() {
   }
   d.environment = whole_map();
   d.saturated = 0.25F;
-  // Those that version 1 was frozen with.
+  // The vectors with which version 1 was frozen.
   for (const Flag f :
        {Flag::unseen, Flag::clipped, Flag::cleaned, Flag::dark, Flag::moved, Flag::filled, Flag::recovered})
     d.flags.set(f);

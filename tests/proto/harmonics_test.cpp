@@ -28,17 +28,17 @@ RadianceSh single(int band, int index) {
   return sh;
 }
 
-TEST(Harmonics, AreTheOraclesInEveryBandAndDirectionPolesIncluded) {
+TEST(Harmonics, MatchTheOracleInEveryBandIncludingPoles) {
   std::vector<double> y(sh_count(kMaxBasisBand));
   for (const Vec3d& d : directions()) {
     sh_basis(kMaxBasisBand, d, y);
     const std::vector<double> truth = ref::harmonics({d.x, d.y, d.z}, kMaxBasisBand);
-    // Two recursions of 16 steps in double.
+    // Tolerance: rounding of two recursions of 16 steps in double.
     for (std::size_t i = 0; i < y.size(); ++i) ASSERT_NEAR(y[i], truth[i], 1e-12) << "function " << i;
   }
 }
 
-TEST(Harmonics, InFloatStayWithinTheHousePrecision) {
+TEST(Harmonics, FloatStaysWithinTheSpecifiedPrecision) {
   std::vector<float> y(sh_count(kMaxBand));
   for (const Vec3d& d : directions()) {
     sh_basis(kMaxBand, vec_cast<float>(d), y);
@@ -72,7 +72,7 @@ TEST(Harmonics, HavePositiveConstantsAndBandOneInTheOrderYzx) {
   EXPECT_NEAR(y[7], 1.092548 / 2, 1e-6);
 }
 
-TEST(Harmonics, RotationTurnsEveryFunctionOfEveryBand) {
+TEST(Harmonics, RotationIsCorrectForEveryFunction) {
   const Quat turns[] = {Quat::about({0, 1, 0}, 0.3), Quat::about({1, 0, 0}, -2.5),
                         Quat::about(normalized(Vec3d{1, -2, 3}), 3.1)};
   for (const Quat& q : turns) {
@@ -82,14 +82,14 @@ TEST(Harmonics, RotationTurnsEveryFunctionOfEveryBand) {
       for (const Vec3d& d : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, normalized(Vec3d{-1, 2, 0.5})}) {
         const Radiance before = evaluate(sh, vec_cast<float>(d));
         const Radiance after = evaluate(turned, vec_cast<float>(rotate(q, d)));
-        // Exact quadrature; what is left is float evaluation.
+        // Tolerance: float evaluation; the quadrature is exact.
         ASSERT_NEAR(before.g, after.g, 2e-5) << "function " << i;
       }
     }
   }
 }
 
-TEST(Harmonics, RotationByQAndBackIsNothing) {
+TEST(Harmonics, RotationAndItsInverseAreTheIdentity) {
   RadianceSh sh;
   sh.band = 6;
   for (std::size_t i = 0; i < 49; ++i) sh.c[i] = {std::sin(static_cast<float>(i)), 1, std::cos(static_cast<float>(i))};

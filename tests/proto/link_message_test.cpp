@@ -30,7 +30,7 @@ LinkResponse asked(std::span<const std::byte> request, Commands& commands) {
   return out ? *out : LinkResponse{};
 }
 
-TEST(LinkMessage, InfoTellsWhoAndWhen) {
+TEST(LinkMessage, InfoReportsStatusAndClock) {
   test::FakeCommands commands;
   Bytes request;
   encode_info_request(77, request);
@@ -44,7 +44,7 @@ TEST(LinkMessage, InfoTellsWhoAndWhen) {
   EXPECT_LE(r.info->clock_now.ns, monotonic_now_ns());
 }
 
-TEST(LinkMessage, CommandsReachTheProbeAndItsRefusalsComeBack) {
+TEST(LinkMessage, CommandsAreExecutedAndErrorsReturned) {
   test::FakeCommands commands;
   Bytes request;
   EstimatorConfig config;
@@ -69,7 +69,7 @@ TEST(LinkMessage, CommandsReachTheProbeAndItsRefusalsComeBack) {
   EXPECT_EQ(commands.normal_.y, 1) << "normalised on the way";
 }
 
-TEST(LinkMessage, TheConfigurationIsToldAndAFieldOfItChanged) {
+TEST(LinkMessage, ConfigurationIsReportedAndChanged) {
   test::FakeCommands commands;
   commands.kind_ = EstimatorKind::marker;
   Bytes request;
@@ -105,7 +105,7 @@ TEST(LinkMessage, AConfigurationThatIsNoneIsNotBelieved) {
   EXPECT_EQ(decoded().code(), StatusCode::data_loss);
 }
 
-TEST(LinkMessage, WhatMeansNothingIsRefusedWithTheReason) {
+TEST(LinkMessage, InvalidRequestsAreRefusedWithTheReason) {
   test::FakeCommands commands;
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
   Bytes request;
@@ -136,7 +136,7 @@ TEST(LinkMessage, WhatMeansNothingIsRefusedWithTheReason) {
   EXPECT_EQ(asked(bytes_of(fixed), commands).status.code(), StatusCode::invalid_argument);
 }
 
-TEST(LinkMessage, BytesThatAreNoMessageAreNeitherAnsweredNorBelieved) {
+TEST(LinkMessage, BytesThatAreNotAMessageAreRejectedByBothSides) {
   test::FakeCommands commands;
   Bytes response;
   const Bytes garbage(40, std::byte{0xFF});
@@ -146,7 +146,7 @@ TEST(LinkMessage, BytesThatAreNoMessageAreNeitherAnsweredNorBelieved) {
   const Bytes long_one(kMaxLinkMessageBytes + 1);
   EXPECT_EQ(answer_link_request(long_one, commands, response).code(), StatusCode::data_loss);
 
-  // Truncated and flipped everywhere: some answer or none, but it ends.
+  // Truncated or with a flipped bit at any position: with or without a response, but without a crash.
   std::mt19937 random(3);
   Bytes request;
   encode_set_config_request(4, all_fields({}), request);
@@ -161,7 +161,7 @@ TEST(LinkMessage, BytesThatAreNoMessageAreNeitherAnsweredNorBelieved) {
   }
 }
 
-/// A camera whose name is endless.
+/// A probe whose camera has a very long name.
 class Talkative final : public test::FakeCommands {
  public:
   StatusSnapshot status() const override {
@@ -172,7 +172,7 @@ class Talkative final : public test::FakeCommands {
   }
 };
 
-TEST(LinkMessage, AResponseKeepsItsLimitWhateverTheNames) {
+TEST(LinkMessage, ResponseKeepsItsSizeLimitForAnyName) {
   Talkative commands;
   Bytes request;
   encode_info_request(1, request);

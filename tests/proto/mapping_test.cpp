@@ -25,7 +25,7 @@ TEST(Equirect, LooksAlongMinusZWithXToTheRight) {
   EXPECT_NEAR(top.y, 1, 1e-12);
 }
 
-TEST(Equirect, IsTheOraclesMapping) {
+TEST(Equirect, MatchesTheOracle) {
   for (int j = 0; j < 16; ++j) {
     EXPECT_NEAR(equirect_solid_angle(j, 32, 16), ref::pixel_solid_angle(j, 32, 16), 1e-15);
     for (int i = 0; i < 32; ++i) {
@@ -38,7 +38,7 @@ TEST(Equirect, IsTheOraclesMapping) {
   }
 }
 
-TEST(Equirect, ThereAndBackIsTheSameDirection) {
+TEST(Equirect, RoundTrips) {
   for (const ref::V3& p : ref::fibonacci_normals(500)) {
     const EquirectUv uv = equirect_uv({p.x, p.y, p.z});
     ASSERT_GE(uv.u, 0);
@@ -48,7 +48,7 @@ TEST(Equirect, ThereAndBackIsTheSameDirection) {
   }
 }
 
-TEST(Octahedral, ThereAndBackIsTheSameDirectionPolesAndFoldsIncluded) {
+TEST(Octahedral, RoundTripsIncludingPolesAndFolds) {
   std::vector<Vec3f> all = {{0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {0, 0, 1}, {-1, 0, 0}, {0, 0, -1}};
   for (const ref::V3& p : ref::fibonacci_normals(500)) all.push_back(vec_cast<float>(Vec3d{p.x, p.y, p.z}));
   for (const Vec3f& d : all) {
@@ -67,7 +67,7 @@ TEST(Rgb9e5, HoldsNineBitsOverThirtyOneOctaves) {
   }
 }
 
-TEST(Rgb9e5, TakesWhatIsNoLightForDarknessAndTheTooBrightForTheBrightest) {
+TEST(Rgb9e5, InvalidValuesBecomeZeroAndTooLargeOnesAreClamped) {
   EXPECT_EQ(rgb9e5_encode(std::numeric_limits<float>::quiet_NaN(), -1, 0), 0U);
   EXPECT_NEAR(rgb9e5_decode(rgb9e5_encode(1e9F, 0, 0))[0], 65408, 1);
 }
@@ -77,13 +77,13 @@ TEST(Ycbcr, HasWhiteBlackAndThePrimariesOfBt601LimitedRange) {
              red = rgb8_of_ycbcr601(81, 90, 240);
   for (const int v : white) EXPECT_EQ(v, 255);
   for (const int v : black) EXPECT_EQ(v, 0);
-  // Bytes are rounded: a step of chroma is two codes.
+  // Tolerance: inputs are rounded to bytes, and a step of chroma is two codes.
   EXPECT_NEAR(red[0], 255, 2);
   EXPECT_NEAR(red[1], 0, 2);
   EXPECT_NEAR(red[2], 0, 2);
 }
 
-TEST(Ycbcr, IsWithinOneCodeOfItsRealNumbersForAllBytes) {
+TEST(Ycbcr, IsWithinOneCodeOfTheExactConversion) {
   double worst = 0;
   for (int y = 0; y < 256; y += 3)
     for (int cb = 0; cb < 256; cb += 5)
@@ -99,7 +99,7 @@ TEST(Ycbcr, IsWithinOneCodeOfItsRealNumbersForAllBytes) {
   EXPECT_LT(worst, 0.55);
 }
 
-TEST(Srgb, ThereAndBackIsTheSame) {
+TEST(Srgb, RoundTrips) {
   for (int i = 0; i <= 255; ++i) EXPECT_NEAR(linear_to_srgb(srgb_to_linear(i / 255.0)), i / 255.0, 1e-12);
 }
 

@@ -1,4 +1,4 @@
-// A body with tags is refused wherever it could mislead, and reads back as it was written.
+// Validation of marker bodies, and round trip through text.
 #include <cmath>
 #include <limits>
 #include <string>
@@ -34,7 +34,7 @@ MarkerBody body() {
   return out;
 }
 
-/// What is said to a body after `spoil` did something to it.
+/// The error message for a valid body modified by `spoil`.
 template <class Spoil>
 std::string refusal(Spoil spoil) {
   MarkerBody b = body();
@@ -50,21 +50,21 @@ std::string refusal_of_text(const std::string& text) {
   return b ? "" : b.status().message();
 }
 
-/// A body in words, `more` after its only face's fields.
+/// A body in text format, with `more` after the fields of its only face.
 std::string text_with(const std::string& more, const std::string& outside = "") {
   return "tag_family: \"tag36h11\"\ntag_size_m: 0.024\nface {\n  tag_id: 3\n  pose { qw: 1 }\n"
          "  outline_m: [0, 0, 1, 0, 1, 1, 0, 1]\n" +
          more + "}\n" + outside;
 }
 
-TEST(MarkerBody, AWholeOneValidates) {
+TEST(MarkerBody, ValidBodyPasses) {
   EXPECT_TRUE(body().validate().ok()) << body().validate().message();
   MarkerBody with_ball = body();
   with_ball.ball = MarkerBall{{0, 0.1, 0}, 0.02, {0.7, 0.6, 0.5}};
   EXPECT_TRUE(with_ball.validate().ok());
 }
 
-TEST(MarkerBody, ItsTagsAreOfAKnownFamilyAndSize) {
+TEST(MarkerBody, TagFamilyAndSizeAreChecked) {
   EXPECT_THAT(refusal([](MarkerBody& b) { b.tag_family = "tag16h5"; }),
               HasSubstr("'tag16h5' is not known; tag36h11 and tagStandard41h12 are"));
   for (const double size : {0.0, -0.024, kNan, kInf})
@@ -72,7 +72,7 @@ TEST(MarkerBody, ItsTagsAreOfAKnownFamilyAndSize) {
                 HasSubstr("tag_size_m must be positive and finite"));
 }
 
-TEST(MarkerBody, ItsFacesAreToldByTheirTags) {
+TEST(MarkerBody, TagNumbersAreUniqueAndNonNegative) {
   EXPECT_THAT(refusal([](MarkerBody& b) { b.faces.clear(); }), HasSubstr("needs at least one, with a tag"));
   EXPECT_THAT(refusal([](MarkerBody& b) {
                 for (int i = 0; i < 64; ++i) b.faces.push_back(b.faces[0]), b.faces.back().tag_id = 100 + i;
@@ -82,7 +82,7 @@ TEST(MarkerBody, ItsFacesAreToldByTheirTags) {
   EXPECT_THAT(refusal([](MarkerBody& b) { b.faces.push_back(b.faces[0]); }), HasSubstr("face of tag 3: there twice"));
 }
 
-TEST(MarkerBody, ItsFacesAreSomewhere) {
+TEST(MarkerBody, FacePosesAreChecked) {
   EXPECT_THAT(refusal([](MarkerBody& b) {
                 b.faces[0].body_face.rotation = {0, 0, 0, 0};
               }),
@@ -106,7 +106,7 @@ TEST(MarkerBody, OutlinesAreConvexAndCounterClockwise) {
   EXPECT_THAT(outline({{0, 0}, {1, 0}, {2, 0}}), HasSubstr("has no area"));
 }
 
-TEST(MarkerBody, PatchesAreOnTheirFaceAndHaveAnAlbedo) {
+TEST(MarkerBody, PatchesAreInsideTheirFaceWithAValidAlbedo) {
   EXPECT_THAT(refusal([](MarkerBody& b) { b.faces[0].patches[0].outline.resize(2); }),
               HasSubstr("face of tag 3, patch 0: outline_m needs three points"));
   EXPECT_THAT(refusal([](MarkerBody& b) {
@@ -117,14 +117,14 @@ TEST(MarkerBody, PatchesAreOnTheirFaceAndHaveAnAlbedo) {
   MarkerBody rounded = body();
   for (FacePoint& p : rounded.faces[0].patches[0].outline)
     if (p.x == 0.03) p.x += 5e-7;
-  EXPECT_TRUE(rounded.validate().ok()) << "half a micrometre beyond the edge is what rounding does";
+  EXPECT_TRUE(rounded.validate().ok()) << "half a micrometre beyond the edge is within the rounding tolerance";
   for (const double albedo : {0.0, -0.1, 1.01, kNan})
     for (const std::size_t channel : {0U, 1U, 2U})
       EXPECT_THAT(refusal([&](MarkerBody& b) { b.faces[0].patches[0].albedo[channel] = albedo; }),
                   HasSubstr("patch 0: albedo must be above 0 and at most 1"));
 }
 
-TEST(MarkerBody, ItsBallIsOne) {
+TEST(MarkerBody, BallIsChecked) {
   const auto ball = [](MarkerBall wrong) { return refusal([&](MarkerBody& b) { b.ball = wrong; }); };
   EXPECT_THAT(ball({{0, kNan, 0}, 0.02, {0.8, 0.8, 0.8}}), HasSubstr("ball: center_m must be finite"));
   for (const double radius : {0.0, -0.02, kInf})
@@ -132,7 +132,7 @@ TEST(MarkerBody, ItsBallIsOne) {
   EXPECT_THAT(ball({{0, 0, 0}, 0.02, {0.8, 2, 0.8}}), HasSubstr("ball: albedo must be above 0"));
 }
 
-TEST(MarkerBody, TextGivesTheSameBodyToTheLastBit) {
+TEST(MarkerBody, TextRoundTripsExactly) {
   MarkerBody b = body();
   b.tag_family = "tagStandard41h12";
   b.faces[0].body_face = {Quat::about(normalized(Vec3d{1, 2, 3}), 0.7), {1.0 / 3, -2.0 / 7, 1e-17}};
@@ -159,7 +159,7 @@ TEST(MarkerBody, TextMayGiveOneAlbedoForAllChannelsAndARotationOfAnyLength) {
   EXPECT_FALSE(b->ball);
 }
 
-TEST(MarkerBody, TextThatIsWrongIsNamedByFileAndPlace) {
+TEST(MarkerBody, InvalidTextIsReportedWithFileAndPosition) {
   EXPECT_TRUE(parse_marker_body(text_with(""), "x").ok());
   EXPECT_THAT(refusal_of_text(text_with("  outlin_m: 3\n")),
               testing::AllOf(StartsWith("cube.textproto:7:"), HasSubstr("did you mean 'outline_m'?")));
@@ -182,7 +182,7 @@ TEST(MarkerBody, TextThatIsWrongIsNamedByFileAndPlace) {
   EXPECT_THAT(refusal_of_text("tag_family: \"tag36h11\" tag_size_m: 1"), HasSubstr("no face"));
 }
 
-TEST(MarkerBody, FilesAreLoadedOrNamed) {
+TEST(MarkerBody, LoadsFilesAndNamesMissingOnes) {
   EXPECT_THAT(load_marker_body("/nonexistent.textproto").status().message(), StartsWith("/nonexistent.textproto: "));
   const test::TempDir folder;
   const auto loaded = load_marker_body(folder.write("body.textproto", marker_body_to_text(body())));

@@ -13,7 +13,7 @@ std::string refusal(std::string_view text) {
   return mounting.status().message();
 }
 
-TEST(Mounting, IsReadAsItWasWritten) {
+TEST(Mounting, RoundTrips) {
   UncertainPose hangs{{Quat::about({0, 1, 0}, 0.7), {1, 2.5, -3}}, {}};
   for (std::size_t i = 0; i < 6; ++i) hangs.covariance[i][i] = 1e-6 * static_cast<double>(i + 1);
   hangs.covariance[0][4] = hangs.covariance[4][0] = -1e-6;
@@ -21,10 +21,10 @@ TEST(Mounting, IsReadAsItWasWritten) {
   ASSERT_TRUE(back.ok()) << back.status().message();
   EXPECT_EQ(back->covariance, hangs.covariance);
   EXPECT_EQ(back->pose.translation, hangs.pose.translation);
-  EXPECT_NEAR(back->pose.rotation.y, hangs.pose.rotation.y, 1e-15) << "it is normalised anew";
+  EXPECT_NEAR(back->pose.rotation.y, hangs.pose.rotation.y, 1e-15) << "it is normalised";
 }
 
-TEST(Mounting, WhatGravityAloneTellsStaysUnknown) {
+TEST(Mounting, UnknownHeadingStaysInfinite) {
   UncertainPose up{};
   constexpr double kInf = std::numeric_limits<double>::infinity();
   for (const std::size_t i : {1U, 3U, 4U, 5U}) up.covariance[i][i] = kInf;
@@ -40,7 +40,7 @@ TEST(Mounting, WithoutCovarianceIsExact) {
   EXPECT_EQ(back->covariance, PoseCovariance{});
 }
 
-TEST(Mounting, WhatCannotBeIsNamed) {
+TEST(Mounting, RejectsInvalidValuesNamingTheField) {
   EXPECT_EQ(refusal("pose { qq: 1 }").find("room.textproto:1"), 0U);
   EXPECT_NE(refusal("").find("qx, qy, qz, qw"), std::string::npos);
   EXPECT_NE(refusal("pose { qw: nan }").find("qx, qy, qz, qw"), std::string::npos);
@@ -56,7 +56,7 @@ TEST(Mounting, WhatCannotBeIsNamed) {
   EXPECT_NE(refusal(with("nan", "0")).find("variance 0"), std::string::npos);
   EXPECT_NE(refusal(with("1", "1.1")).find("of 0 and 1"), std::string::npos);
   EXPECT_NE(refusal(with("1", "nan")).find("of 0 and 1"), std::string::npos);
-  EXPECT_NE(refusal(with("inf", "1")).find("beside an infinite variance"), std::string::npos);
+  EXPECT_NE(refusal(with("inf", "1")).find("with an infinite variance"), std::string::npos);
 }
 
 }  // namespace

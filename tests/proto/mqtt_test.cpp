@@ -26,7 +26,7 @@ TEST(MqttAddress, NamesABrokerAndATopic) {
   EXPECT_TRUE(parse_mqtt_address("mqtt://broker", MqttBase::optional).ok());
 }
 
-TEST(MqttAddress, ThatNamesNoSingleProbeIsRefusedWithTheRemedy) {
+TEST(MqttAddress, InvalidAddressIsRejectedWithTheRemedy) {
   for (const char* bad :
        {"", "mqtt://", "mqtt:///a", "mqtt://broker", "mqtt://broker/", "mqtt://broker:0/a", "mqtt://broker:70000/a",
         "mqtt://broker:1883x/a", "mqtt://::1/a", "mqtt://[::1/a", "mqtt://[::1]x/a", "mqtt://broker/venue/+",
@@ -40,12 +40,12 @@ TEST(MqttAddress, ThatNamesNoSingleProbeIsRefusedWithTheRemedy) {
   EXPECT_FALSE(parse_mqtt_address("mqtt://broker/" + std::string(201, 'a')).ok());
 }
 
-TEST(MqttAddress, HoldsNoPassword) {
+TEST(MqttAddress, RejectsAPasswordInTheAddress) {
   const std::string said = parsed("mqtt://ann:s3cret@broker/a");
-  EXPECT_NE(said.find("fields of their own"), std::string::npos) << said;
+  EXPECT_NE(said.find("their own fields"), std::string::npos) << said;
 }
 
-TEST(MqttTopics, AnAnswerGoesBelowTheProbesOwnReplyTopicAlone) {
+TEST(MqttTopics, ResponseTopicMustBeBelowTheProbesReplyTopic) {
   const MqttTopics topics("venue/attic");
   EXPECT_TRUE(is_reply_topic(topics, "venue/attic/clock/reply/0123abcd"));
   for (const std::string bad :
@@ -61,7 +61,7 @@ TEST(MqttAddress, SaysWhetherALoginMayGoOverPlainText) {
   ASSERT_TRUE(plain.ok()) << plain.status().message();
   EXPECT_EQ(plain->base, "venue/attic");
   EXPECT_TRUE(check_plain_login(*plain).ok());
-  EXPECT_EQ(plain->uri(), "mqtt://broker:1883/venue/attic") << "who is told of it decides for himself";
+  EXPECT_EQ(plain->uri(), "mqtt://broker:1883/venue/attic") << "the permission for plain text is not passed on";
   const Status refused = check_plain_login(*parse_mqtt_address("mqtt://broker/venue/attic"));
   EXPECT_EQ(refused.code(), StatusCode::invalid_argument);
   EXPECT_NE(refused.message().find("mqtt://broker:1883/venue/attic?security=plain"), std::string::npos);
@@ -75,7 +75,7 @@ TEST(MqttLogin, IsTheFirstTwoLines) {
   EXPECT_EQ(mqtt_login_of(""), Login("", ""));
 }
 
-TEST(StatusMessage, CarriesWhatAProbeIsAndCounts) {
+TEST(StatusMessage, RoundTripsIdentityAndCounters) {
   StatusSnapshot s = test::FakeCommands().status();
   s.probe_id = 0xFFFFFFFF;
   s.counters.frames = ~std::uint64_t{0};
@@ -86,7 +86,7 @@ TEST(StatusMessage, CarriesWhatAProbeIsAndCounts) {
   EXPECT_EQ(*decode_status(bytes(encode_status(s))), s);
 }
 
-TEST(StatusMessage, WithAMountingThatCannotBeKnowsNone) {
+TEST(StatusMessage, InvalidMountingIsDropped) {
   StatusSnapshot s = test::FakeCommands().status();
   s.T_world_probe->pose.rotation = {0, 0, 0, 0};
   const Result<StatusSnapshot> back = decode_status(bytes(encode_status(s)));
@@ -94,17 +94,17 @@ TEST(StatusMessage, WithAMountingThatCannotBeKnowsNone) {
   EXPECT_FALSE(back->T_world_probe);
 }
 
-TEST(StatusMessage, OfAProbeThatHasGoneIsNoStatus) { EXPECT_FALSE(decode_status(bytes(kMqttGone)).ok()); }
+TEST(StatusMessage, GonePayloadIsNotAStatus) { EXPECT_FALSE(decode_status(bytes(kMqttGone)).ok()); }
 
-TEST(StatusMessage, CutOffAnywhereOrTooLongIsRefused) {
+TEST(StatusMessage, TruncatedOrOversizedIsRejected) {
   StatusSnapshot s;
   s.probe_name = "attic";
   s.version = "0.1.0";
   s.camera = "sim:city";
   const std::string whole = encode_status(s);
-  EXPECT_FALSE(decode_status({}).ok()) << "nobody has no name";
+  EXPECT_FALSE(decode_status({}).ok()) << "a probe has a name";
   for (std::size_t n = 1; n < whole.size(); ++n) {
-    // Cut between two fields it is a shorter message; it never says anything else than what was sent.
+    // Truncated between two fields, it is a valid shorter message, whose fields must have the sent values.
     const Result<StatusSnapshot> cut = decode_status(bytes(whole).first(n));
     EXPECT_EQ(cut.ok() ? cut->probe_name : "attic", "attic") << n;
   }
@@ -115,7 +115,7 @@ TEST(StatusMessage, CutOffAnywhereOrTooLongIsRefused) {
   EXPECT_FALSE(decode_status(bytes(encode_status(s))).ok());
 }
 
-TEST(ClockMessage, IsAClockOrRefused) {
+TEST(ClockMessage, DecodesAClockOrRejects) {
   const Result<ProbeTime> clock = decode_clock(bytes(encode_clock({1'234'567'890'123})));
   ASSERT_TRUE(clock.ok());
   EXPECT_EQ(clock->ns, 1'234'567'890'123);

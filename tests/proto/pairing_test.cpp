@@ -1,4 +1,4 @@
-// Two who know the same code come to the same key, and nobody else does.
+// Pairing: peers with the same code derive the same key, others do not.
 #include <set>
 #include <string>
 #include <type_traits>
@@ -77,7 +77,7 @@ constexpr Published kPublished[] = {
      "d0f0609d1613138d354f7e95f19fb556bf52d751947241e8c7118df5ef0ae175"},
 };
 
-TEST(Spake2, IsThatOfTheStandard) {
+TEST(Spake2, MatchesTheVectorsOfRfc9382) {
   using enum PairingSide;
   for (const Published& p : kPublished) {
     const std::string w = from_hex(p.w), x = from_hex(p.x), y = from_hex(p.y);
@@ -97,11 +97,11 @@ TEST(Spake2, IsThatOfTheStandard) {
   }
 }
 
-TEST(Spake2, SharesThatAreNoPointsAreRefused) {
+TEST(Spake2, RejectsInvalidShares) {
   const std::string w = from_hex(kPublished[0].w), x = from_hex(kPublished[0].x), own = from_hex(kPublished[0].share_a);
   std::string off_the_curve = from_hex(kPublished[0].share_b);
   off_the_curve.back() = static_cast<char>(off_the_curve.back() ^ 1);
-  // w N: K would be the point at infinity, which everyone can guess.
+  // The share w N makes K the point at infinity, a known value.
   const Result<std::string> nothing = pairing::share_of(PairingSide::probe, w, std::string(32, '\0'));
   ASSERT_TRUE(nothing.ok());
   for (const std::string& bad :
@@ -113,7 +113,7 @@ TEST(Spake2, SharesThatAreNoPointsAreRefused) {
   }
 }
 
-/// Both ends, as far as they come.
+/// Both sides of an exchange, as far as it succeeds.
 struct Pair {
   Pair(const std::string& code_of_client, const std::string& code_of_probe, const std::string& seen = "certificate",
        const std::string& shown = "certificate")
@@ -128,7 +128,7 @@ struct Pair {
     EXPECT_EQ(one, other);
     return one;
   }
-  /// Uses that side up.
+  /// Consumes the exchange of that side.
   static std::string seal(Result<PairingExchange>& side, const std::string& text) {
     const Result<SealedMessage> sealed = std::move(*side).seal(text);
     EXPECT_TRUE(sealed.ok()) << sealed.status().message();
@@ -137,7 +137,7 @@ struct Pair {
   Result<PairingExchange> client, probe;
 };
 
-TEST(PairingExchange, TheSameCodeGivesOneKey) {
+TEST(PairingExchange, SameCodeGivesTheSameKey) {
   for (const std::string& text : {std::string(), std::string("a token"), std::string(3000, 'x')}) {
     Pair pair("042917", "042917");
     EXPECT_TRUE(pair.agree());
@@ -147,7 +147,7 @@ TEST(PairingExchange, TheSameCodeGivesOneKey) {
   }
 }
 
-// The nonce is fixed: a second message under the same key would give both away.
+// The nonce is fixed: a second message with the same key would break the confidentiality of both.
 template <class T>
 concept SealsInPlace = requires(T& exchange) {
   exchange.seal(std::string_view());
@@ -159,7 +159,7 @@ concept SealsAtAll = requires(T exchange) {
 static_assert(SealsAtAll<PairingExchange> && !SealsInPlace<PairingExchange> && !SealsAtAll<PairingChannel>);
 static_assert(!std::is_copy_constructible_v<PairingExchange> && !std::is_copy_assignable_v<PairingExchange>);
 
-TEST(PairingExchange, SealingUsesItUpAndLeavesAReader) {
+TEST(PairingExchange, SealingConsumesTheExchangeAndReturnsAReader) {
   Pair pair("042917", "042917");
   const std::string answer = Pair::seal(pair.probe, "a token"), confirmation = pair.client->confirmation();
   const Result<SealedMessage> first = std::move(*pair.client).seal("mine");
@@ -171,17 +171,17 @@ TEST(PairingExchange, SealingUsesItUpAndLeavesAReader) {
   EXPECT_THAT(second.status().message(), HasSubstr("begin another"));
 }
 
-TEST(PairingExchange, AnotherCodeGivesNone) {
+TEST(PairingExchange, DifferentCodesGiveDifferentKeys) {
   Pair pair("042917", "042918");
   EXPECT_FALSE(pair.agree());
   EXPECT_EQ(pair.client->open(Pair::seal(pair.probe, "a token")).status().code(), StatusCode::data_loss);
 }
 
-TEST(PairingExchange, WhoStandsBetweenWithACertificateOfItsOwnGetsNowhere) {
+TEST(PairingExchange, ManInTheMiddleWithAnotherCertificateFails) {
   EXPECT_FALSE(Pair("042917", "042917", "of the one between", "of the probe").agree());
 }
 
-TEST(PairingExchange, TheProbesConfirmationIsNotTheClients) {
+TEST(PairingExchange, ConfirmationsOfBothSidesDiffer) {
   Pair pair("042917", "042917");
   EXPECT_FALSE(pair.probe->confirms(pair.probe->confirmation())) << "a mirror proves nothing";
   EXPECT_FALSE(pair.probe->confirms(""));
@@ -190,7 +190,7 @@ TEST(PairingExchange, TheProbesConfirmationIsNotTheClients) {
   EXPECT_FALSE(sealed->reader.open(sealed->bytes).ok()) << "each side has its own key";
 }
 
-TEST(PairingExchange, BeforeTheOtherShareCameNothingIsConfirmedOrSealed) {
+TEST(PairingExchange, NothingIsConfirmedOrSealedBeforeThePeersShare) {
   auto alone = PairingExchange::begin(PairingSide::probe, "042917");
   ASSERT_TRUE(alone.ok());
   EXPECT_FALSE(alone->confirms(""));
@@ -198,7 +198,7 @@ TEST(PairingExchange, BeforeTheOtherShareCameNothingIsConfirmedOrSealed) {
   EXPECT_FALSE(std::move(*alone).seal("x").ok());
 }
 
-TEST(PairingExchange, AChangedBitOfWhatIsSealedIsNoticed) {
+TEST(PairingExchange, ModifiedSealedMessageIsRejected) {
   Pair pair("042917", "042917");
   const std::string sealed = Pair::seal(pair.probe, "a token");
   for (std::size_t i = 0; i < sealed.size(); ++i) {
@@ -209,13 +209,13 @@ TEST(PairingExchange, AChangedBitOfWhatIsSealedIsNoticed) {
   for (std::size_t n = 0; n < sealed.size(); ++n) EXPECT_FALSE(pair.client->open(sealed.substr(0, n)).ok()) << n;
 }
 
-TEST(PairingExchange, EveryRunHasAShareOfItsOwn) {
+TEST(PairingExchange, SharesAreDifferentInEveryRun) {
   std::set<std::string> shares;
   for (int i = 0; i < 20; ++i) shares.insert(PairingExchange::begin(PairingSide::probe, "042917")->share());
   EXPECT_EQ(shares.size(), 20U);
 }
 
-TEST(Secrets, DigestsAndTextFormsAreThoseOfTheStandards) {
+TEST(Secrets, DigestsAndEncodingsMatchTheStandards) {
   // FIPS 180-2, appendix B.1.
   EXPECT_EQ(to_hex(sha256("abc")), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   // RFC 4648, section 10, without padding; and the two characters that differ.
@@ -228,7 +228,7 @@ TEST(Secrets, DigestsAndTextFormsAreThoseOfTheStandards) {
   EXPECT_FALSE(same_secret("abc", "abcd"));
 }
 
-TEST(Secrets, CodesHaveSixDigitsAndReachAllOver) {
+TEST(Secrets, CodesHaveSixDigitsAndAreUniform) {
   double sum = 0;
   std::set<char> first;
   for (int i = 0; i < 2000; ++i) {
@@ -239,11 +239,11 @@ TEST(Secrets, CodesHaveSixDigitsAndReachAllOver) {
     first.insert(code->front());
   }
   EXPECT_EQ(first.size(), 10U);
-  // Uniform over a million: the mean of 2000 is off by 6,455 (one sigma).
+  // Uniform over a million: the standard deviation of the mean of 2000 codes is 6,455.
   EXPECT_NEAR(sum / 2000, 500'000, 6 * 6'455);
 }
 
-TEST(Secrets, KeysAreNewEachTime) {
+TEST(Secrets, KeysDifferEachTime) {
   const Result<KeyPair> one = KeyPair::make(), other = KeyPair::make();
   ASSERT_TRUE(one.ok() && other.ok());
   EXPECT_THAT(one->private_pem, HasSubstr("BEGIN PRIVATE KEY"));

@@ -1,5 +1,4 @@
-// Radiance out of harmonics, as reflections show it: never negative, without ringing, and the truth where that is
-// known.
+// Reconstruction of radiance from harmonics: non-negative, without ringing, and accurate where the truth is known.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -25,7 +24,7 @@ std::array<double, kMaxBand + 1> lobe_at(double roughness) {
   return roughness > 0 ? GgxLobe(roughness).coefficients() : out;
 }
 
-/// Others than those where the window is searched.
+/// Directions other than those at which the window is searched.
 std::vector<Vec3f> directions(int count) {
   std::vector<Vec3f> out;
   for (int i = 0; i < count; ++i) {
@@ -37,9 +36,9 @@ std::vector<Vec3f> directions(int count) {
 
 enum class Bands { all, of_irradiance };
 
-/// Lamps on a sky, as harmonics see them: points are the hardest light there is. What is sent for irradiance lacks the
-/// bands 3 and 5.
-RadianceSh lamps(std::mt19937& random, int band, Bands bands, double radius = 0) {
+/// Harmonics of point lights on a uniform sky, the worst case for ringing. Descriptors for irradiance lack bands 3
+/// and 5.
+RadianceSh point_lights_on_sky(std::mt19937& random, int band, Bands bands, double radius = 0) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform;
   RadianceSh out;
@@ -69,18 +68,18 @@ double lowest(const RadianceReconstruction& r, int channel, const std::vector<Ve
   return low;
 }
 
-TEST(Reconstruction, IsNeverNegativeAndNeverBlackBesideLamps) {
+TEST(Reconstruction, IsPositiveBesideStrongLights) {
   std::mt19937 random(17);
   const std::vector<Vec3f> dense = directions(400);
   for (int trial = 0; trial < 280; ++trial) {
     const int band = trial % (kMaxBand + 1);
-    const RadianceSh sh = lamps(random, band, trial % 2 == 0 ? Bands::all : Bands::of_irradiance);
+    const RadianceSh sh = point_lights_on_sky(random, band, trial % 2 == 0 ? Bands::all : Bands::of_irradiance);
     const RadianceReconstruction r = reconstruct(sh);
     for (const double roughness : kRoughnesses)
       for (int c = 0; c < 3; ++c) {
         const double mean = static_cast<double>(sh.c[0][c]) / kSqrtSphere;
-        // The least that a positive kernel of six bands leaves of a mean of 1 is (sky / mean); a lamp alone leaves 0,
-        // and then the floor is rounding.
+        // A positive kernel of six bands leaves at least sky / mean of a mean of 1; without a sky it leaves 0, and the
+        // floor is rounding.
         EXPECT_GE(lowest(r, c, dense, roughness), 0) << trial << " " << roughness;
         const double positive = [&] {
           RadianceReconstruction smooth = r;
@@ -94,13 +93,14 @@ TEST(Reconstruction, IsNeverNegativeAndNeverBlackBesideLamps) {
           smooth.blur = {};
           return std::clamp(lowest(smooth, c, dense, roughness), 0.0, mean);
         }();
-        // A tenth is asked for in 512 directions and at five roughnesses; between them it is less, and still not black.
+        // The floor of a tenth is enforced in 512 directions and at five roughnesses; between these it is lower, but
+        // positive.
         EXPECT_GE(lowest(r, c, dense, roughness), 0.01 * positive) << trial << " " << roughness << " " << c;
       }
   }
 }
 
-TEST(Reconstruction, StaysFiniteAndPositiveForWhatNoLightCanBe) {
+TEST(Reconstruction, IsFiniteAndPositiveForInvalidCoefficients) {
   std::mt19937 random(3);
   std::normal_distribution<float> normal;
   const std::vector<Vec3f> some = directions(50);
@@ -126,12 +126,12 @@ TEST(Reconstruction, StaysFiniteAndPositiveForWhatNoLightCanBe) {
   EXPECT_EQ(radiance_at(reconstruct({}), {0, 1, 0}, 0.3, lobe_at(0.3)), Radiance{});
 }
 
-TEST(Reconstruction, KeepsWhatWasSentAndWhatNeedsNoWindow) {
+TEST(Reconstruction, KeepsSentCoefficientsAndSmoothLight) {
   std::mt19937 random(5);
   for (int trial = 0; trial < 20; ++trial) {
-    const RadianceSh sh = lamps(random, kMaxBand, Bands::all);
+    const RadianceSh sh = point_lights_on_sky(random, kMaxBand, Bands::all);
     EXPECT_EQ(reconstruct(sh).sh, sh);
-    const RadianceSh thin = lamps(random, 4, Bands::of_irradiance);
+    const RadianceSh thin = point_lights_on_sky(random, 4, Bands::of_irradiance);
     const RadianceReconstruction r = reconstruct(thin);
     for (const int l : {0, 1, 2, 4})
       for (int i = l * l; i < sh_count(l); ++i)
@@ -150,12 +150,13 @@ TEST(Reconstruction, KeepsTheMeanOverTheSphere) {
   std::mt19937 random(8);
   const std::vector<Vec3f> dense = directions(2000);
   for (int trial = 0; trial < 20; ++trial) {
-    const RadianceSh sh = lamps(random, 2 + trial % 5, trial % 2 == 0 ? Bands::all : Bands::of_irradiance);
+    const RadianceSh sh =
+        point_lights_on_sky(random, 2 + trial % 5, trial % 2 == 0 ? Bands::all : Bands::of_irradiance);
     const RadianceReconstruction r = reconstruct(sh);
     for (const double roughness : {0.0, 0.3, 0.8}) {
       Radiance sum;
       for (const Vec3f d : dense) sum += radiance_at(r, d, roughness, lobe_at(roughness)) * (1.0F / 2000);
-      // What is cut off below zero is between the directions of the search.
+      // Clamping at zero occurs only between the directions of the search.
       EXPECT_NEAR(sum.g * kSqrtSphere / sh.c[0].g, 1, 5e-3) << trial << " " << roughness;
     }
   }
@@ -189,7 +190,7 @@ TEST(Reconstruction, FindsTheVonMisesFisherDistributionFromItsFirstBand) {
     const RadianceReconstruction r = reconstruct(sh);
     ASSERT_EQ(r.sh.band, kMaxBand);
     for (int i = 4; i < sh_count(kMaxBand); ++i) {
-      // The variance of the prior costs this much.
+      // Tolerance: the bias due to the regularisation by kVariance.
       EXPECT_NEAR(r.sh.c[static_cast<std::size_t>(i)].r, expected(i), 0.01 * kSqrtSphere) << kappa << " " << i;
       EXPECT_NEAR(r.sh.c[static_cast<std::size_t>(i)].g, 2 * expected(i), 0.02 * kSqrtSphere) << kappa << " " << i;
       EXPECT_EQ(r.sh.c[static_cast<std::size_t>(i)].b, 0);
@@ -197,10 +198,11 @@ TEST(Reconstruction, FindsTheVonMisesFisherDistributionFromItsFirstBand) {
   }
 }
 
-TEST(Reconstruction, TurnsAndBlendsWithTheLight) {
+TEST(Reconstruction, CommutesWithRotationAndInterpolation) {
   std::mt19937 random(13);
   for (int trial = 0; trial < 20; ++trial) {
-    const RadianceSh a = lamps(random, 4, Bands::of_irradiance, 0.6), b = lamps(random, 6, Bands::all, 0.6);
+    const RadianceSh a = point_lights_on_sky(random, 4, Bands::of_irradiance, 0.6),
+                     b = point_lights_on_sky(random, 6, Bands::all, 0.6);
     const Quat q = Quat::about(normalized(Vec3d{1, 2, -0.5}), 0.7 * trial);
     const RadianceReconstruction whole = reconstruct(a), turned = reconstruct(rotated(a, q));
     const RadianceReconstruction half = interpolated(whole, reconstruct(b), 0.5F);
@@ -213,7 +215,7 @@ TEST(Reconstruction, TurnsAndBlendsWithTheLight) {
         const Radiance other = radiance_at(reconstruct(b), d, roughness, lobe);
         const float mean = static_cast<float>(a.c[0].g / kSqrtSphere);
         EXPECT_NEAR(here.g, exact.g, 1e-4 * mean);
-        // Another grid and other directions of the search.
+        // Tolerance: quadrature grid and search directions differ in the rotated frame.
         EXPECT_NEAR(here.g, there.g, 0.15 * mean) << trial << " " << roughness;
         EXPECT_GE(radiance_at(half, d, roughness, lobe).g, 0.3F * std::min(here.g, other.g));
       }

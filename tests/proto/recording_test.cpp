@@ -44,16 +44,16 @@ class Recording : public testing::Test {
   std::int64_t time_ = 0;
 };
 
-TEST_F(Recording, KeepsBytesAsTheyCameEmptyOnesToo) {
+TEST_F(Recording, RoundTripsRecordsIncludingEmptyOnes) {
   const std::vector<std::string> all = {"one", "", std::string("\0\xFF", 2), std::string(100000, 'x')};
   write(all);
   EXPECT_EQ(read(), all);
 }
 
-TEST_F(Recording, CutOffAnywhereKeepsWhatIsWholeAndGoesOnFromThere) {
+TEST_F(Recording, TruncatedFileKeepsCompleteRecordsAndCanBeContinued) {
   write({"first", "second", "third"});
   const auto size = std::filesystem::file_size(path_);
-  // "third" with its head is 21 bytes; every cut inside it loses it alone.
+  // "third" with its record header has 21 bytes; truncation inside of it loses only this record.
   for (std::uintmax_t cut = 1; cut <= 20; ++cut) {
     std::filesystem::resize_file(path_, size - cut);
     std::uint64_t torn = 0;
@@ -77,7 +77,7 @@ TEST_F(Recording, EndsAtADamagedRecord) {
   EXPECT_GT(torn, 0U);
 }
 
-TEST_F(Recording, LeavesAFileThatIsNoneAlone) {
+TEST_F(Recording, DoesNotChangeAFileThatIsNotARecording) {
   std::ofstream(path_) << "my diary";
   const auto writer = RecordWriter::open(path_, {RecordingKind::descriptors, "probe", "1", std::nullopt});
   EXPECT_EQ(writer.status().code(), StatusCode::failed_precondition);
@@ -87,19 +87,19 @@ TEST_F(Recording, LeavesAFileThatIsNoneAlone) {
   EXPECT_EQ(text, "my diary");
 }
 
-TEST_F(Recording, OfAnotherKindIsNotContinued) {
+TEST_F(Recording, DoesNotContinueAnotherKind) {
   write({"a"});
   EXPECT_FALSE(RecordWriter::open(path_, {RecordingKind::frames, "probe", "1", std::nullopt}).ok());
 }
 
-TEST_F(Recording, OnAFullDiskSaysSo) {
+TEST_F(Recording, ReportsAFullDisk) {
   if (!std::filesystem::exists("/dev/full")) FAIL() << "this machine has no /dev/full";
   std::filesystem::create_symlink("/dev/full", path_);
   auto writer = RecordWriter::open(path_, {RecordingKind::descriptors, "probe", "1", std::nullopt});
   EXPECT_EQ(writer.status().code(), StatusCode::resource_exhausted) << writer.status().message();
 }
 
-TEST(Crc32c, IsThatOfRfc3720) {
+TEST(Crc32c, MatchesRfc3720) {
   // RFC 3720, B.4: 32 bytes of zeroes, of ones, and counting up.
   std::vector<std::byte> v(32);
   EXPECT_EQ(crc32c(v), 0x8A9136AAU);
@@ -110,7 +110,7 @@ TEST(Crc32c, IsThatOfRfc3720) {
   EXPECT_EQ(crc32c(std::span(v).subspan(16), crc32c(std::span(v).first(16))), 0x46DD794EU);
 }
 
-TEST(FrameRecord, KeepsMetadataAndPictures) {
+TEST(FrameRecord, RoundTripsMetadataAndPictures) {
   std::vector<std::byte> pixels(3 * 4 * 2);
   for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<std::byte>(i);
   FrameRecord f;

@@ -1,4 +1,4 @@
-// Doubt goes along with poses from frame to frame.
+// Covariance propagation of poses against finite differences and hand-computed cases.
 #include "lightwell/uncertain_pose.hpp"
 
 #include <cmath>
@@ -14,13 +14,13 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 Pose some_pose(double angle, Vec3d axis, Vec3d t) { return {Quat::about(normalized(axis), angle), t}; }
 
-/// A pose that is off by `error`, six numbers as the header says.
+/// `pose` perturbed by `error`: rotation (rad) and translation (m), as defined in the header.
 Pose shifted(const Pose& p, const std::array<double, 6>& error) {
   const Vec3d w{error[0], error[1], error[2]};
   return {Quat::about(normalized(w), length(w)) * p.rotation, p.translation + Vec3d{error[3], error[4], error[5]}};
 }
 
-/// The other way round.
+/// The inverse: the error between two poses.
 std::array<double, 6> error_of(const Pose& truth, const Pose& off) {
   const Quat q = off.rotation * truth.rotation.inverse();
   const double sign = q.w < 0 ? -1 : 1;
@@ -40,7 +40,7 @@ UncertainPose uncertain(const Pose& pose, std::uint64_t seed) {
   return {pose, c};
 }
 
-/// The covariance that f has for errors of 1e-6 in each number of `in` by itself.
+/// Covariance of f(in) from finite differences of 1e-6 in each component of the error.
 template <class F>
 PoseCovariance by_differences(const UncertainPose& in, F f) {
   constexpr double kStep = 1e-6;
@@ -61,24 +61,24 @@ PoseCovariance by_differences(const UncertainPose& in, F f) {
 void expect_same(const PoseCovariance& a, const PoseCovariance& b) {
   for (std::size_t i = 0; i < 6; ++i)
     for (std::size_t j = 0; j < 6; ++j)
-      // Differences of 1e-6 are exact to about as much.
+      // Finite differences of 1e-6 have a relative error of about 1e-6.
       EXPECT_NEAR(a[i][j], b[i][j], 1e-4 * std::sqrt(b[i][i] * b[j][j])) << i << " " << j;
 }
 
 const Pose kA = some_pose(1.1, {1, 2, -0.5}, {0.3, -1.2, 2}), kB = some_pose(-2.3, {0.2, -1, 0.7}, {1.5, 0.4, -0.8});
 
-TEST(Pose, ComposeIsOneAfterTheOtherAndInverseUndoes) {
+TEST(Pose, ComposeAndInverseAreConsistent) {
   const Vec3d p{0.2, 0.5, -3};
   EXPECT_LT(length(transformed(compose(kA, kB), p) - transformed(kA, transformed(kB, p))), 1e-14);
   EXPECT_LT(length(transformed(inverse(kA), transformed(kA, p)) - p), 1e-14);
 }
 
-TEST(UncertainPose, TheCovarianceOfTheInverseIsThatOfSmallErrors) {
+TEST(UncertainPose, InverseCovarianceMatchesFiniteDifferences) {
   const UncertainPose a = uncertain(kA, 1);
   expect_same(inverse(a).covariance, by_differences(a, [](const Pose& p) { return inverse(p); }));
 }
 
-TEST(UncertainPose, TheCovarianceOfAChainIsThatOfSmallErrorsInBothLinks) {
+TEST(UncertainPose, ComposedCovarianceMatchesFiniteDifferences) {
   const UncertainPose a = uncertain(kA, 2), b = uncertain(kB, 3);
   PoseCovariance sum = by_differences(a, [&](const Pose& p) { return compose(p, kB); });
   const PoseCovariance second = by_differences(b, [&](const Pose& p) { return compose(kA, p); });
@@ -87,7 +87,7 @@ TEST(UncertainPose, TheCovarianceOfAChainIsThatOfSmallErrorsInBothLinks) {
   expect_same(compose(a, b).covariance, sum);
 }
 
-TEST(UncertainPose, ATiltOfAHandheldDeviceCarriesAFarProbeAlong) {
+TEST(UncertainPose, DeviceTiltDisplacesADistantProbe) {
   UncertainPose device;
   device.covariance[0][0] = 1e-4;  // 0.01 rad about X
   UncertainPose tag;
@@ -95,10 +95,10 @@ TEST(UncertainPose, ATiltOfAHandheldDeviceCarriesAFarProbeAlong) {
   const UncertainPose out = compose(device, tag);
   EXPECT_NEAR(out.covariance[4][4], 9e-4, 1e-12) << "3 m ahead, 3 cm up or down";
   EXPECT_EQ(out.covariance[3][3], 0);
-  EXPECT_NEAR(out.covariance[0][4], 3e-4, 1e-12) << "a turn about X lifts what is ahead";
+  EXPECT_NEAR(out.covariance[0][4], 3e-4, 1e-12) << "a rotation about X raises a point ahead";
 }
 
-TEST(UncertainPose, WhatIsUnknownStaysUnknownAndPoisonsNothing) {
+TEST(UncertainPose, InfiniteVariancesPropagateWithoutAffectingOthers) {
   UncertainPose a{kA, {}};
   for (std::size_t i = 0; i < 6; ++i) a.covariance[i][i] = 1e-6;
   a.covariance[4][4] = kInfinite;
@@ -119,14 +119,14 @@ TEST(UncertainPose, WhatIsUnknownStaysUnknownAndPoisonsNothing) {
   for (const std::size_t i : {0u, 1u, 2u}) EXPECT_NEAR(back.covariance[i][i], 1e-6, 1e-12);
 }
 
-TEST(OwnTag, ADeviceThatSeesTheProbesTagKnowsWhereTheProbeIs) {
-  // By hand: the device stands at (1, 1.5, 0) and looks along the world's -X; the probe, 2 m ahead of it, turns its
-  // back, on which the tag is, 5 cm behind its origin, towards the device.
+TEST(OwnTag, DetectedTagGivesTheProbePose) {
+  // By hand: the device is at (1, 1.5, 0) and looks along the world's -X; the probe is 2 m ahead of it with its back
+  // towards the device; the tag is on its back, 5 cm behind its origin.
   UncertainPose world_device, device_tag, probe_tag;
   const double quarter = std::acos(0.0);
   world_device.pose = {Quat::about({0, 1, 0}, quarter), {1, 1.5, 0}};
   device_tag.pose = {{}, {0, 0, -2}};
-  // The tag's face looks along the probe's +Z, backwards.
+  // The tag's normal is the probe's +Z (backwards).
   probe_tag.pose = {{}, {0, 0, 0.05}};
   const UncertainPose probe = probe_from_own_tag(world_device, device_tag, probe_tag);
   EXPECT_LT(length(probe.pose.translation - Vec3d{-1.05, 1.5, 0}), 1e-12);

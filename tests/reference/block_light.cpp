@@ -27,7 +27,7 @@ double curve(const Sensor& sensor, double value) {
   return value;
 }
 
-/// One picture's word on a pixel.
+/// Radiance of a pixel from one image of the bracket.
 struct Reading {
   Rgb x{};
   double variance = 0;
@@ -74,7 +74,7 @@ std::vector<PixelLight> light_of(const LensPixels& lens, const Sensor& sensor, s
     for (std::size_t e = 0; e < bracket.size(); ++e) {
       const Reading r = read(sensor, bracket[e], linear[e], i, bracket.size() == 1);
       const double unit = 1 / bracket[e].exposure;
-      // A camera without noise and rounding would weigh infinitely.
+      // Avoids an infinite weight for a camera without noise and rounding.
       const double w = 1 / ((r.variance + 1e-12) * unit * unit);
       for (std::size_t c = 0; c < 3; ++c) bound[c] = std::max(bound[c], r.x[c] * unit);
       if (r.saturated && bracket.size() > 1) continue;
@@ -141,7 +141,7 @@ std::vector<double> block_harmonics(const LensPixels& lens, int edge, int band) 
       const double sr = lens.solid_angle[i];
       if (!(sr > 0)) continue;
       const std::size_t block = static_cast<std::size_t>(y / edge) * columns + static_cast<std::size_t>(x / edge);
-      // Directions come as floats; the harmonics are those of the unit vector.
+      // Directions are floats; the harmonics need a unit vector.
       const std::vector<double> at = harmonics(normalised(lens.direction[i]), band);
       total[block] += sr;
       for (std::size_t k = 0; k < count; ++k) means[block * count + k] += sr * at[k];

@@ -1,4 +1,5 @@
-// Light of blocks by hand, and the fit of harmonics to cells against scenes that it must give back.
+// Radiance of blocks compared with values computed by hand, and the fit of harmonics to cells compared with known
+// scenes.
 #include "reference/block_light.hpp"
 
 #include <cmath>
@@ -29,10 +30,10 @@ TEST(LinearValue, OfEachCurve) {
   Sensor sensor;
   sensor.black = 0.25;
   EXPECT_NEAR(linear_value(sensor, 0.5), 1.0 / 3, rounding);
-  EXPECT_NEAR(linear_value(sensor, 0), -1.0 / 3, rounding) << "noise below black stays";
+  EXPECT_NEAR(linear_value(sensor, 0), -1.0 / 3, rounding) << "negative values by noise are kept";
   sensor = {};
   sensor.curve = Sensor::Curve::srgb;
-  // The standard's own example of a middle grey: code 119 of 255 is 18.4 %.
+  // Middle grey: code 119 of 255 is 18.4 %.
   EXPECT_NEAR(linear_value(sensor, 119.0 / 255), 0.1845, 1e-4);
   EXPECT_NEAR(linear_value(sensor, 1), 1, rounding);
   sensor.curve = Sensor::Curve::gamma;
@@ -48,7 +49,7 @@ TEST(BlockLight, OfFourPixelsByHand) {
   LensPixels lens{2, 2, std::vector<V3>(4, V3{0, 0, 1}), {1, 2, 3, 0}, {1, 2, 1, 1}};
   CodePicture picture;
   picture.exposure = 0.5;
-  // The last sees nothing: it is neither a peak nor saturated.
+  // The last pixel has no solid angle: it counts neither for the peak nor as saturated.
   picture.codes = {{51, 51, 51, 51}, {102, 51, 153, 102}, {255, 0, 0, 0}, {255, 255, 255, 255}};
   Sensor sensor;
   sensor.read_noise = 0.1;
@@ -69,7 +70,7 @@ TEST(BlockLight, OfFourPixelsByHand) {
   EXPECT_EQ(block_light(lens, light, 1).blocks.size(), 4U);
 }
 
-TEST(BlockLight, OfABracketTrustsTheExposureThatKnows) {
+TEST(BlockLight, OfABracketIsWeightedByInverseVariance) {
   LensPixels lens{3, 1, std::vector<V3>(3, V3{0, 0, 1}), {1, 1, 1}, {1, 1, 1}};
   Sensor sensor;
   sensor.read_noise = 0.01;
@@ -77,15 +78,15 @@ TEST(BlockLight, OfABracketTrustsTheExposureThatKnows) {
   const std::vector<CodePicture> bracket = {{256, 1, {grey(51), grey(255), grey(255)}},
                                             {256, 0.1, {grey(6), grey(51), grey(255)}}};
   const std::vector<PixelLight> light = light_of(lens, sensor, bracket);
-  // Equal noise of x: the longer exposure has a hundred times the weight.
+  // With equal noise of x, the longer exposure has a hundred times the weight.
   EXPECT_NEAR(light[0].radiance[1], (100 * 0.2 + 60.0 / 255) / 101, rounding);
-  EXPECT_NEAR(light[1].radiance[1], 2, 1e-6) << "the longer is saturated";
+  EXPECT_NEAR(light[1].radiance[1], 2, 1e-6) << "the longer exposure is saturated";
   EXPECT_FALSE(light[1].clipped);
   EXPECT_NEAR(light[2].radiance[1], 10, rounding) << "saturated in both: the higher bound";
   EXPECT_TRUE(light[2].clipped);
 }
 
-TEST(CellCoefficients, GiveBackAnyBandLimitedScene) {
+TEST(CellCoefficients, ReproduceBandLimitedScenes) {
   const RandomScene scene(1, 0);
   const LensPixels lens = whole_sphere(64, 32);
   std::vector<PixelLight> pixels;
@@ -99,7 +100,7 @@ TEST(CellCoefficients, GiveBackAnyBandLimitedScene) {
   }
   const std::vector<double> means = block_harmonics(lens, 4, 8);
   const std::vector<Rgb> fit = cell_coefficients(means, 8, solid_angle, sums, 6);
-  // Blocks of 22 degrees: the plain sums are percents off, the fit is not.
+  // With blocks of 22 degrees, the plain sums have errors of some percent, the fit has none.
   double plain_off = 0;
   const std::vector<Rgb> plain = cell_coefficients(means, 8, solid_angle, sums, -1);
   for (std::size_t k = 0; k < 49; ++k) {
@@ -112,7 +113,7 @@ TEST(CellCoefficients, GiveBackAnyBandLimitedScene) {
   for (std::size_t k = 49; k < 81; ++k) EXPECT_EQ(fit[k], plain[k]) << "bands above the fit are plain sums";
 }
 
-TEST(RandomScene, IsLightAndTheSameForTheSameSeed) {
+TEST(RandomScene, IsNonNegativeAndReproducible) {
   const RandomScene a(3), b(3), c(4);
   double differs = 0;
   for (const V3& d : fibonacci_normals(500)) {

@@ -69,7 +69,7 @@ std::vector<std::size_t> connected(const std::vector<double>& y, std::size_t pea
   return found;
 }
 
-/// Direction, irradiance and sizes of region.pixels; `peak` serves where the directions cancel.
+/// Computes direction, irradiance and sizes of region.pixels; `peak` is the direction if the sum cancels.
 void measure(BrightRegion& region, const Panorama& p, const std::vector<double>& y, std::size_t peak) {
   const auto direction_of = [&](std::size_t index) {
     const Place at = place_of(index, p.width);
@@ -83,7 +83,7 @@ void measure(BrightRegion& region, const Panorama& p, const std::vector<double>&
     sum = sum + share * direction_of(index);
     power += share;
   }
-  // Directions that cancel leave rounding only.
+  // If the directions cancel, only rounding errors remain.
   const bool cancelled = length(sum) <= 1e-12 * power;
   region.direction = cancelled ? direction_of(peak) : normalised(sum);
 

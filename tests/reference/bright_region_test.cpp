@@ -1,4 +1,4 @@
-// The written rule for bright regions, against closed forms.
+// The definition of bright regions, compared with closed forms.
 #include "reference/bright_region.hpp"
 
 #include <cmath>
@@ -18,8 +18,8 @@ TEST(BrightRegion, DiscLampAnywhere) {
     const double rho = 0.15;
     const Panorama lamp = disc_lamp(256, 128, axis, rho, {10, 20, 30});
     const BrightRegion region = bright_region(lamp).value();
-    // Half-covered rim pixels come or go (pixels of 0.025 rad, 38 on the rim): they move the
-    // centre by less than a tenth of a pixel and the radii by less than a fifth.
+    // Half-covered rim pixels may be inside or outside (pixels of 0.025 rad, 38 on the rim): this moves
+    // the centre by less than a tenth of a pixel and the radii by less than a fifth.
     EXPECT_LT(angle_deg(region.direction, axis), 0.14);
     EXPECT_NEAR(region.angular_radius_rad, rho, 0.005);
     EXPECT_NEAR(region.solid_angle_radius_rad, rho, 0.005);
@@ -43,8 +43,8 @@ TEST(BrightRegion, ConnectionBySeamPoleAndHalf) {
   p = constant(8, 6, {});
   light(1, 0, 10);
   light(5, 0, 8);  // across the pole
-  light(6, 1, 8);  // beside that
-  light(3, 0, 8);  // a quarter turn away: not connected
+  light(6, 1, 8);  // adjacent to that
+  light(3, 0, 8);  // 90 degrees away: not connected
   EXPECT_EQ(bright_region(p).value().pixels, (std::vector<std::size_t>{1, 5, 8 + 6}));
 
   p = constant(7, 4, {});
@@ -63,7 +63,7 @@ TEST(BrightRegion, SeveralAndNone) {
   EXPECT_LT(angle_deg(found[0].direction, {1, 0, 0}), 0.2);
   EXPECT_LT(angle_deg(found[1].direction, {0, 1, 0}), 0.2);
   EXPECT_FALSE(bright_region(constant(4, 2, {-1, 0, 0})).has_value());
-  // A constant image has no direction but its first pixel's.
+  // A constant image has the direction of its first pixel.
   const V3 first = bright_region(constant(8, 4, {1, 1, 1})).value().direction;
   EXPECT_LT(distance(first, pixel_direction(0, 0, 8, 4)), rounding);
 }

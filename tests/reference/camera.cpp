@@ -9,7 +9,7 @@ namespace lightwell::reference {
 
 namespace {
 
-/// The point in [low, high] where f, not positive at low and not negative at high, changes sign.
+/// The root of f in [low, high] by bisection; f(low) <= 0 <= f(high).
 double bisect(const std::function<double(double)>& f, double low, double high) {
   for (;;) {
     const double middle = low + 0.5 * (high - low);
@@ -32,7 +32,7 @@ V2 pixel_at(const Camera& camera, const V3& point_cv, double radius) {
   return {camera.fx * radius * point_cv.x / across + camera.cx, camera.fy * radius * point_cv.y / across + camera.cy};
 }
 
-/// Inverts a radius function that grows over 0..end.
+/// Inverts a radius function that increases over 0..end.
 template <class Camera>
 std::optional<V3> unproject_radially(const Camera& camera, const V2& pixel, double end) {
   const double x = (pixel.x - camera.cx) / camera.fx;
@@ -77,7 +77,7 @@ double largest_theta(const KannalaBrandt& camera) {
 std::optional<V2> project(const KannalaBrandt& camera, const V3& point_cv) {
   if (!finite_and_not_zero(point_cv)) return std::nullopt;
   const double theta = theta_of(point_cv);
-  // The point straight behind has no azimuth, hence no one pixel.
+  // The point exactly behind the camera has no azimuth and so no unique pixel.
   if (theta > largest_theta(camera) || theta == pi) return std::nullopt;
   return pixel_at(camera, point_cv, radius(camera, theta));
 }

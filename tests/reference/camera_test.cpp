@@ -19,8 +19,8 @@ void expect_round_trip(const Camera& camera, double end) {
       const V3 d{std::sin(theta) * std::cos(azimuth), std::sin(theta) * std::sin(azimuth), std::cos(theta)};
       const V2 image = project(camera, 2.5 * d).value();
       const V3 back = unproject(camera, image).value();
-      // Bisection ends at neighbouring doubles; pixels of about 1e3 with focal lengths of
-      // about 300 carry 1e-13 / 300, divided by the slope of the radius (above 0.01 here).
+      // Bisection ends at neighbouring doubles; pixels of about 1e3 with focal lengths of about
+      // 300 have an error of 1e-13 / 300, divided by the slope of the radius (above 0.01 here).
       EXPECT_LT(distance(back, d), 1e-13);
       const V2 again = project(camera, back).value();
       EXPECT_LT(std::hypot(again.x - image.x, again.y - image.y), 3e-12);
@@ -79,7 +79,7 @@ TEST(Camera, DoubleSphere) {
     EXPECT_FALSE(project(camera, {std::sin(end + 1e-6), 0, std::cos(end + 1e-6)}).has_value());
     EXPECT_TRUE(unproject(camera, {640 + 300 / std::sqrt(0.3) - 0.01, 480}).has_value());
     EXPECT_FALSE(unproject(camera, {640 + 300 / std::sqrt(0.3) + 0.01, 480}).has_value());
-    // Short of the flat end, where no method could keep the digits.
+    // Before the flat end, where the inverse is ill-conditioned.
     expect_round_trip(camera, 0.9 * end);
     // Below one half the radius is unbounded, and so are the pixels: keep to 0.8.
     const DoubleSphere narrow{300, 310, 640, 480, xi, 0.3};
@@ -87,7 +87,7 @@ TEST(Camera, DoubleSphere) {
   }
 }
 
-TEST(Camera, EquirectangularIsTheHousesMappingTurned) {
+TEST(Camera, EquirectangularIsTheRotatedPanoramaMapping) {
   const Equirectangular camera{64, 32};
   for (int j = 0; j < 32; ++j) {
     for (int i = 0; i < 64; ++i) {

@@ -18,7 +18,7 @@ TEST(Cap, FullyVisibleHiddenAndHemispherical) {
     for (double gamma = 0; gamma <= pi / 2 - rho; gamma += 0.05) {
       EXPECT_NEAR(cap_irradiance(rho, gamma), whole * std::cos(gamma), 1e-9 * whole);
     }
-    // Just hidden, away from rounding at the tangent.
+    // Just below the horizon, with a margin for rounding.
     for (double gamma = pi / 2 + rho + 1e-6; gamma <= pi; gamma += 0.1) {
       EXPECT_EQ(cap_irradiance(rho, gamma), 0);
     }
@@ -43,7 +43,7 @@ TEST(Cap, ClippedAgreesWithTheClosedForm) {
       const double root = std::sin(gamma) * std::sqrt(1 - y * y);
       const double s = std::sin(rho);
       const double closed = (std::cos(gamma) * std::acos(y) - x * root) * s * s + std::atan(root / x);
-      // The accuracy promised.
+      // The documented accuracy.
       EXPECT_NEAR(cap_irradiance(rho, gamma), closed, 1e-9 * cap_vector_irradiance(rho));
     }
   }

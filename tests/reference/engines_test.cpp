@@ -1,4 +1,4 @@
-// The oracles of other engines, against what their documents print and against light in closed form.
+// The reference for other engines compared with tables in their documentation and with light in closed form.
 #include <cstddef>
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace lightwell::reference::engines {
 namespace {
 
-/// The tables print six decimals.
+/// The tables have six decimals.
 constexpr double printed = 6e-7;
 constexpr double y00 = 0.28209479177387814;
 
@@ -23,7 +23,7 @@ void expect_same(const Rgb& e, double r, double g, double b, double tolerance) {
   EXPECT_NEAR(e[2], b, tolerance);
 }
 
-TEST(Engines, CondonShortleyDiffersFromOursInOddOrders) {
+TEST(Engines, CondonShortleyDiffersInOddOrders) {
   for (const V3& d : fibonacci_normals(64)) {
     const auto ours = harmonics(d, 3);
     for (int l = 0; l <= 3; ++l)
@@ -35,7 +35,7 @@ TEST(Engines, CondonShortleyDiffersFromOursInOddOrders) {
 }
 
 TEST(Engines, FilamentsTableOfTheFunctions) {
-  // IndirectLight.h, column A_l^m, at directions that leave one term: A times its polynomial.
+  // IndirectLight.h, column A_l^m, at directions where only one term remains: A times its polynomial.
   const double a[9] = {0.282095, -0.488602, 0.488602, -0.488602, 1.092548, -1.092548, 0.315392, -1.092548, 0.546274};
   const double r = std::sqrt(0.5);
   const V3 at[9] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}, {r, r, 0}, {0, r, r}, {0, 0, 1}, {r, 0, r}, {1, 0, 0}};
@@ -60,7 +60,7 @@ TEST(Engines, ArCoresTableOfFactors) {
   }
 }
 
-TEST(Engines, OneRadianceFromEverywhereIsPiTimesItForAll) {
+TEST(Engines, UniformRadianceGivesPiTimesItInAllEngines) {
   const double c0 = 1 / y00;  // the first coefficient of radiance 1
   ArCoreEstimate arcore;
   WebXrEstimate webxr;
@@ -92,8 +92,8 @@ TEST(Engines, OneRadianceFromEverywhereIsPiTimesItForAll) {
   }
 }
 
-TEST(Engines, ADirectionalLightOfPiLuxMakesWhiteOne) {
-  // pi lux on a white matte surface that faces the light are one cd/m2: Lagarde & de Rousiers 2014, section 3.
+TEST(Engines, ADirectionalLightOfPiLuxGivesAWhiteSurfaceUnitRadiance) {
+  // pi lux on a white matte surface that faces the light give 1 cd/m2: Lagarde & de Rousiers 2014, section 3.
   const V3 up{0, 1, 0};
   UnityScene unity{{}, {0, -1, 0}, {1, 1, 1}, pi};
   expect_same(unity_irradiance(unity, UnityPipeline::high_definition, up), pi, pi, pi, 1e-12);

@@ -49,7 +49,7 @@ std::vector<double> GgxKernel::legendre_coefficients(int band) const {
   std::vector<double> coefficients;
   for (int l = 0; l <= band; ++l) {
     const auto product = [this, l](double s) { return at_versine(s) * legendre(l, 1 - s); };
-    // Enough parts that the first look at each sees the oscillation of P_l.
+    // Enough parts to resolve the oscillation of P_l.
     coefficients.push_back(integral_over_hemisphere(product, a2_, 8 + l));
   }
   return coefficients;

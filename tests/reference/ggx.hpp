@@ -23,7 +23,7 @@ class GgxKernel {
   /// Perceptual roughness, 0 < r <= 1; throws std::domain_error otherwise (at 0 it is a delta).
   explicit GgxKernel(double perceptual_roughness);
 
-  /// k at s = 1 - cos theta, 0..2: exact for narrow lobes, where the cosine has lost its digits.
+  /// k at s = 1 - cos theta, 0..2: accurate for narrow lobes, for which the cosine lacks digits.
   [[nodiscard]] double at_versine(double s) const;
   /// k at cos theta, -1..1.
   [[nodiscard]] double at_cosine(double cosine) const;

@@ -44,7 +44,7 @@ TEST(Ggx, LegendreCoefficients) {
   }
   for (const double r : {0.02, 0.1, 0.3, 0.6}) {
     const std::vector<double> k = ggx_legendre(r, 30);
-    EXPECT_NEAR(k[0], 1, 1e-10);  // the accuracy promised
+    EXPECT_NEAR(k[0], 1, 1e-10);  // the documented accuracy
     for (std::size_t l = 1; l < k.size(); ++l) EXPECT_LT(std::abs(k[l]), 1);
     // A narrower lobe keeps more of every low band.
     EXPECT_GT(k[2], ggx_legendre(r + 0.1, 2)[2]);
@@ -71,7 +71,7 @@ TEST(Ggx, BandsRebuildTheKernel) {
     sum += (2.0 * l + 1) / (4 * pi) * value * legendre(l, 0.8);
     power += (2.0 * l + 1) / (4 * pi) * value * value;
   }
-  // The kernel's kink at the horizon lets K_l fall as l^-2.5: the tail beyond 300 is about 1e-5.
+  // By the kernel's kink at the horizon, K_l decreases as l^-2.5: the tail beyond 300 is about 1e-5.
   EXPECT_NEAR(sum, kernel.at_cosine(0.8), 2e-5);
   const auto square = [&](double s) { return 2 * pi * std::pow(kernel.at_versine(s), 2); };
   EXPECT_NEAR(power, integrate(square, 0, 1, 1e-13), 1e-6);

@@ -8,14 +8,14 @@
 
 namespace lightwell::reference {
 
-/// Where Y_l^m stands in every list of coefficients: l (l + 1) + m, m = -l..l.
+/// Index of Y_l^m in every list of coefficients: l (l + 1) + m, m = -l..l.
 int harmonic_index(int l, int m);
 
 /// The Legendre polynomial P_l(x), |x| <= 1, by Bonnet's recursion.
 double legendre(int l, double x);
 
 /// All Y_l^m(d) for l = 0..band at a unit direction: (band + 1)^2 real orthonormal functions
-/// WITHOUT the Condon-Shortley phase, polar axis z of our axes, cos(m phi) for m > 0 and
+/// WITHOUT the Condon-Shortley phase, polar axis z, cos(m phi) for m > 0 and
 /// sin(|m| phi) for m < 0 with phi from x towards y. Hence Y_1 = 0.488603 (y, z, x) and
 /// Y_2 = 1.092548 xy, 1.092548 yz, 0.315392 (3zz - 1), 1.092548 xz, 0.546274 (xx - yy).
 /// Fully normalised associated Legendre recursion, Holmes & Featherstone (2002), eq. 11-13, with

@@ -12,7 +12,7 @@
 namespace lightwell::reference {
 namespace {
 
-TEST(Harmonics, PolynomialFormsOfTheHouse) {
+TEST(Harmonics, PolynomialFormsOfTheReadme) {
   for (const V3& d : fibonacci_normals(50)) {
     const std::vector<double> y = harmonics(d, 2);
     const double expected[] = {0.282095,

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t lanes = 4;
 constexpr std::size_t block_pixels = 512;  // six arrays of this length stay in a 32 KiB cache
 
-/// A block of pixels: direction, and radiance times solid angle. Unused places stay zero and so add
+/// A block of pixels: direction, and radiance times solid angle. Unused entries are zero and contribute
 /// nothing.
 struct Block {
   std::array<double, block_pixels> x{}, y{}, z{}, r{}, g{}, b{};
@@ -46,8 +46,8 @@ std::vector<Block> blocks_of(const Panorama& p) {
 
 using Lanes = std::array<double, lanes>;
 
-/// A few normals side by side, so that the compiler may treat them in one vector register without
-/// changing the order of any sum.
+/// A few normals that the compiler can process in one vector register without changing the order of
+/// any sum.
 struct Bundle {
   Lanes x{}, y{}, z{}, r{}, g{}, b{};
 };

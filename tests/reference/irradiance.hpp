@@ -17,16 +17,16 @@ Rgb irradiance(const Panorama& p, const V3& n);
 /// take seconds. Every pixel counts for every normal.
 std::vector<Rgb> irradiance_at(const Panorama& p, const std::vector<V3>& normals);
 
-/// How far an estimate is from the truth, without unit.
+/// Relative error of an estimate.
 struct IrradianceError {
-  /// RMS of the difference over normals and three channels, by the RMS of the truth: the house's
-  /// metric when the normals are fibonacci_normals(2048).
+  /// RMS of the difference over normals and three channels, divided by the RMS of the truth. With
+  /// fibonacci_normals(2048) it is proto/README.md's error of irradiance.
   double rms = 0;
   /// The same with squared difference and squared truth weighted 0.2126, 0.7152, 0.0722 by
   /// channel.
   double luminance_weighted = 0;
-  /// The largest absolute difference of any normal and channel, by the (unweighted) RMS of the
-  /// truth.
+  /// The largest absolute difference of any normal and channel, divided by the (unweighted) RMS of
+  /// the truth.
   double largest = 0;
 };
 

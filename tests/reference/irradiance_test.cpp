@@ -26,8 +26,8 @@ TEST(Irradiance, ConstantAndDelta) {
 }
 
 TEST(Irradiance, BlockedSumIsThePlainSum) {
-  const Panorama p = from_function(50, 31, smooth_scene, 1);  // fills no block
-  const std::vector<V3> normals = fibonacci_normals(21);      // fills no bundle
+  const Panorama p = from_function(50, 31, smooth_scene, 1);  // not a multiple of the block size
+  const std::vector<V3> normals = fibonacci_normals(21);      // not a multiple of the bundle size
   const std::vector<Rgb> found = irradiance_at(p, normals);
   for (std::size_t n = 0; n < normals.size(); ++n) {
     const Rgb plain = irradiance(p, normals[n]);

@@ -36,7 +36,7 @@ Rgb pixel_mean(int i, int j, int width, int height, const RadianceFunction& f, i
 
 int wrapped(int i, int width) { return ((i % width) + width) % width; }
 
-/// Row j at the fractional column x, linear between centres, over the seam.
+/// Row j at the fractional column x, linear between centres, with wrap-around at the seam.
 Rgb row_at(const Panorama& p, double x, int j) {
   const double floor_x = std::floor(x);
   const double t = x - floor_x;
@@ -138,8 +138,8 @@ Panorama from_function(int width, int height, const RadianceFunction& f, int sam
 Panorama disc_lamp(int width, int height, const V3& direction, double angular_radius_rad, const Rgb& radiance,
                    int rim_samples) {
   const double ramp = pi / height / rim_samples;
-  // No point of a pixel is farther from its centre than half a step along the parallel plus half
-  // a step along the meridian.
+  // Every point of a pixel is within half a step along the parallel plus half a step along the
+  // meridian of its centre.
   const double reach = pi / width + 0.5 * pi / height + 0.5 * ramp;
   const auto distance = [&](const V3& d) { return angle_deg(direction, d) * pi / 180.0; };
   const RadianceFunction scene = [&](const V3& d) {

@@ -37,15 +37,15 @@ V2 direction_to_pixel(const V3& direction, int width, int height);
 /// the difference of sines written as a product, which loses no digits at the poles.
 double pixel_solid_angle(int j, int width, int height);
 
-/// The image that every oracle may take: NaN and negative (also -Inf) become 0; +Inf becomes the
-/// largest finite value of the image over all channels (0 where there is none).
+/// A valid image for all functions of this folder: NaN and negative values (also -Inf) become 0;
+/// +Inf becomes the largest finite value of the image over all channels (0 if there is none).
 Panorama cleaned(const Panorama& p);
 
 /// (1 / 4 pi) times the integral of radiance over the sphere.
 Rgb mean_radiance(const Panorama& p);
 
-/// The radiance from `direction`, bilinear between pixel centres. Columns wrap over the seam;
-/// beyond row 0 and row H - 1 comes the same row seen across the pole, half a turn away.
+/// The radiance from `direction`, bilinear between pixel centres. Columns wrap around at the seam;
+/// beyond row 0 and row H - 1 the same row is continued on the opposite meridian.
 Rgb sample(const Panorama& p, const V3& direction);
 
 /// The same radiance everywhere.
@@ -55,18 +55,18 @@ Panorama constant(int width, int height, const Rgb& radiance);
 /// weighted with its own cell's solid angle, so that f = constant is reproduced exactly.
 Panorama from_function(int width, int height, const RadianceFunction& f, int samples_per_axis);
 
-/// A uniform disc of `radiance` about `direction` before black. Pixels at the rim hold the covered
-/// fraction by rim_samples^2 samples, each of which sees the rim as a ramp as wide as the cell's
-/// height (a hard step would err by up to half a cell where the rim runs along a row); all others
-/// are exact.
+/// A uniform disc of `radiance` around `direction` on black. Pixels at the rim have the covered
+/// fraction from rim_samples^2 samples, each of which treats the rim as a ramp as wide as the cell's
+/// height (a hard step would cause errors of up to half a cell where the rim is parallel to a row);
+/// all other pixels are exact.
 Panorama disc_lamp(int width, int height, const V3& direction, double angular_radius_rad, const Rgb& radiance,
                    int rim_samples = 32);
 
 /// The sum of two images of the same size.
 Panorama sum(const Panorama& a, const Panorama& b);
 
-/// The scene turned as a rigid whole: what came from d comes from `rotation` d afterwards. Output
-/// of any size, each pixel the mean of samples_per_axis^2 bilinear samples of p.
+/// The rotated scene: radiance from d comes from `rotation` d afterwards. The output may have any
+/// size; each pixel is the mean of samples_per_axis^2 bilinear samples of p.
 Panorama turned(const Panorama& p, const M3& rotation, int width, int height, int samples_per_axis);
 
 }  // namespace lightwell::reference

@@ -54,8 +54,8 @@ inline double luminance(const Rgb& c) {
   return luminance_weights[0] * c[0] + luminance_weights[1] * c[1] + luminance_weights[2] * c[2];
 }
 
-/// `count` unit vectors spread evenly over the sphere: bands of equal area along z, each turned by
-/// the golden angle pi (3 - sqrt 5) against the one before. Vector i has z = 1 - (2i + 1) / count.
+/// `count` unit vectors evenly distributed over the sphere: bands of equal area along z, each rotated
+/// by the golden angle pi (3 - sqrt 5) relative to the previous. Vector i has z = 1 - (2i + 1) / count.
 /// The lattice of Gonzalez, "Measurement of areas on a sphere using Fibonacci and
 /// latitude-longitude lattices" (2010), with half a step left at either pole.
 inline std::vector<V3> fibonacci_normals(int count) {

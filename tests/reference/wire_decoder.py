@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""A second reader of Lightwell's LightingDescriptor, wire version 1, written from the prose of proto/README.md alone.
+"""A second decoder of Lightwell's LightingDescriptor, wire version 1, written from the text of proto/README.md alone.
 
-An oracle of tests: slow, obvious, and independent of protobuf, of the .proto files and of the library's codec.
+A reference implementation for tests: slow, simple, and independent of protobuf, of the .proto files and of the codec.
 
     decode(message)              bytes -> dict, or WireError
     irradiance(decoded, normal)  dict and unit vector -> [r, g, b]
@@ -18,7 +18,7 @@ HIGHEST_BAND = 6
 COEFFICIENTS = (HIGHEST_BAND + 1) ** 2
 MANTISSA = 8191
 COVARIANCE_MANTISSA = 63
-DEEPEST = 100  # groups and messages in one another, the outermost message aside
+DEEPEST = 100  # nesting depth of groups and messages, without the outermost message
 LOWEST_EXPONENT, HIGHEST_EXPONENT = -150, 100
 LIGHTS, LEVELS, TEXELS = 64, 8, 8192
 EDGES = (8, 16, 32, 64)
@@ -29,7 +29,7 @@ INFINITE_BOUND = 4294967295
 
 VARINT, EIGHT_BYTES, LENGTH, GROUP_BEGINS, GROUP_ENDS, FOUR_BYTES = range(6)
 
-# Of each message: number -> (name, type, whether repeated). A type that is a key of this table is a message.
+# Message name -> field number -> (name, type, whether repeated). A type that is a key of this table is a message.
 SCHEMA = {
     "LightingDescriptor": {
         1: ("wire_version", "uint32", False), 2: ("sequence", "uint64", False), 3: ("time", "CaptureTime", False),
@@ -67,7 +67,7 @@ class WireError(ValueError):
 
 
 def _require(holds, why):
-    """Refuses the message with the text `why` where `holds` is false; NaN compares false, so it is refused."""
+    """Raises WireError with the text `why` unless `holds`. A comparison with NaN is false, so NaN is refused."""
     if not holds:
         raise WireError(why)
 
@@ -75,7 +75,7 @@ def _require(holds, why):
 # ---------------------------------------------------------------------------------------------------------- bytes
 
 def _varint(data, at, longest=10):
-    """The varint at `at`, with all of its up to 7 * longest bits, and the position behind it."""
+    """The varint at offset `at`, of up to 7 * longest bits, and the offset behind it."""
     value = 0
     for index in range(longest):
         _require(at + index < len(data), "ends within a varint")
@@ -87,7 +87,7 @@ def _varint(data, at, longest=10):
 
 
 def _tag(data, at):
-    """Field number, wire type and the position behind the tag. Of a tag of more than 32 bits the lowest 32 count."""
+    """Field number, wire type and the offset behind the tag. Only the lowest 32 bits of a tag count."""
     tag, at = _varint(data, at, longest=5)
     tag &= 0xFFFFFFFF
     number, wire_type = tag >> 3, tag & 7
@@ -97,14 +97,14 @@ def _tag(data, at):
 
 
 def _piece(data, at, size):
-    """`size` bytes at `at`, and the position behind them."""
+    """`size` bytes at offset `at`, and the offset behind them."""
     _require(size <= len(data) - at, "ends within a field")
     return data[at:at + size], at + size
 
 
 def _payload(data, at, number, wire_type, depth):
-    """What follows a tag: an int for varints, bytes for types 1, 2 and 5, None for groups; and the position behind.
-    `depth`: how many messages lie about the one that holds the field."""
+    """The payload after a tag (int for varints, bytes for types 1, 2 and 5, None for groups), and the offset behind it.
+    `depth`: the number of messages around the one that contains the field."""
     if wire_type == VARINT:
         return _varint(data, at)
     if wire_type == EIGHT_BYTES:
@@ -129,7 +129,7 @@ def _payload(data, at, number, wire_type, depth):
 
 
 def _from_varint(kind, raw):
-    """The value of a varint's bits: the lowest 64 or 32; enums are signed, as protobuf's int32; sint32 is zigzag."""
+    """The value of a varint: its lowest 64 or 32 bits; enums are signed like protobuf's int32; sint32 is zigzag."""
     if kind == "uint64":
         return raw & 0xFFFFFFFFFFFFFFFF
     raw &= 0xFFFFFFFF
@@ -141,7 +141,7 @@ def _from_varint(kind, raw):
 
 
 def _single(kind, payload):
-    """The value of one number or of bytes, from what _payload() gave."""
+    """The value of one number or of bytes, from the payload that _payload() returned."""
     if WIRE_TYPES[kind] == VARINT:
         return _from_varint(kind, payload)
     if kind == "float":
@@ -150,7 +150,7 @@ def _single(kind, payload):
 
 
 def _empty(message_type):
-    """The message of which every field is absent. A single message that is absent is None."""
+    """The fields of an empty message. An absent field of message type is None."""
     fields = {}
     for name, kind, repeated in SCHEMA[message_type].values():
         fields[name] = [] if repeated else None if kind in SCHEMA else b"" if kind == "bytes" else 0
@@ -158,7 +158,7 @@ def _empty(message_type):
 
 
 def _parse(data, message_type, into=None, depth=0):
-    """The fields of one message, by name; merged into `into` where that is given."""
+    """The fields of one message, by name; merged into `into` if given."""
     fields = _empty(message_type) if into is None else into
     at = 0
     while at < len(data):
@@ -200,7 +200,7 @@ def _mantissas(values, lengths, largest, of):
 
 
 def _harmonics(fields):
-    """49 triples of red, green, blue, function l(l+1)+m at that index; zero where not sent."""
+    """49 coefficients [r, g, b], that of Y_lm at index l(l+1)+m; zero if not sent."""
     bands = fields["bands"]
     _require(bands < 1 << (HIGHEST_BAND + 1), f"bands {bands:#x}")
     held = [band for band in range(HIGHEST_BAND + 1) if bands >> band & 1]
@@ -226,17 +226,18 @@ def _light(fields):
     radius = fields["angular_radius_e5"]
     _require(radius <= math.floor(math.pi / 2 * 1e5) + 2, f"angular radius {radius}e-5 rad")
     covariance = _mantissas(fields["covariance_mantissa"], [0, 1, 3], COVARIANCE_MANTISSA, "a light's covariance")
-    doubt_exponent = _exponent(fields["covariance_exponent"], "a light's covariance")
-    uu, uv, vv = {0: lambda: [0, 0, 0], 1: lambda: [covariance[0], 0, covariance[0]], 3: lambda: covariance}[len(covariance)]()
+    covariance_exponent = _exponent(fields["covariance_exponent"], "a light's covariance")
+    uu, uv, vv = {0: lambda: [0, 0, 0], 1: lambda: [covariance[0], 0, covariance[0]],
+                  3: lambda: covariance}[len(covariance)]()
     return {"direction": [value / length for value in direction],
             "irradiance": [math.ldexp(value, exponent) for value in mantissa],
             "angular_radius_rad": min(radius / 1e5, math.pi / 2),
-            "covariance": [math.ldexp(value, doubt_exponent) for value in (uu, uv, vv)],
+            "covariance": [math.ldexp(value, covariance_exponent) for value in (uu, uv, vv)],
             "track": fields["track"]}
 
 
 def crc32c(data):
-    """CRC-32C (Castagnoli): polynomial 0x1EDC6F41, reflected, begins with and ends by exclusive or of all ones."""
+    """CRC-32C (Castagnoli): polynomial 0x1EDC6F41, reflected, initial value and final XOR of all ones."""
     crc = 0xFFFFFFFF
     for byte in data:
         crc ^= byte
@@ -254,7 +255,7 @@ def map_key(exponent, levels, texels):
 
 
 def _texels(data, exponent):
-    """[r, g, b] of each four bytes RGB9E5, times 2^exponent."""
+    """[r, g, b] of each RGB9E5 word of four bytes, times 2^exponent."""
     result = []
     for (word,) in struct.iter_unpack("<I", data):
         scale = (word >> 27) - 24 + exponent
@@ -294,12 +295,12 @@ def _environment(fields):
 
 
 def decode(message):
-    """What a LightingDescriptor says, or WireError.
+    """Decodes a LightingDescriptor into a dict; raises WireError if the message is invalid.
 
     sequence, mid_exposure_ns, delivered_after_us, encoded_after_us, probe_id, calibration_id: int
     units, setting, flicker: int, the enum's number; an unknown setting or flicker is 0
-    flags: list of int, as they came
-    radiance: 49 x [r, g, b], coefficient of function l(l+1)+m at that index; zero where not sent
+    flags: list of int, as sent
+    radiance: 49 x [r, g, b], the coefficient of Y_lm at index l(l+1)+m; zero if not sent
     lights: list of dict: direction [x, y, z] (unit, towards the light), irradiance [r, g, b], angular_radius_rad (0 to
         pi/2), covariance [uu, uv, vv] (rad²), track (0 is none)
     environment: None or dict: key, levels [[edge, roughness], ...], exponent, key_interval_ms, texels [[r, g, b], ...]
@@ -335,7 +336,7 @@ def decode(message):
 # ----------------------------------------------------------------------------------------------------- irradiance
 
 def _legendre_over_sine(degree, order, z):
-    """P_l^m(z) / (1 - z²)^(m/2) without the Condon-Shortley phase: a polynomial in z, by the usual recurrences."""
+    """P_l^m(z) / (1 - z²)^(m/2) without the Condon-Shortley phase: a polynomial in z, by the recurrence in l."""
     before, here = 0.0, 1.0
     for odd in range(1, 2 * order, 2):
         here *= odd  # (2m-1)!!, at l = m
@@ -359,7 +360,8 @@ def _within_one(value):
 
 
 def clipped_cosine(cosine, radius):
-    """The factor of a light's irradiance: a uniform cap of that radius (rad), clipped at the horizon (Snyder 1996)."""
+    """Irradiance factor of a light: a uniform cap of angular radius `radius` (rad), clipped at the horizon (Snyder 1996).
+    `cosine`: of the angle between the normal and the cap's centre."""
     w = math.acos(_within_one(cosine))
     if w + radius <= math.pi / 2:
         return cosine
@@ -376,12 +378,12 @@ def clipped_cosine(cosine, radius):
     return (large_g + large_h) / (math.pi * sin_rho ** 2)
 
 
-# A_l, the factor of band l between radiance and irradiance, which is not divided by pi.
+# A_l: irradiance (not divided by pi) per radiance in band l (Ramamoorthi and Hanrahan 2001).
 COSINE_LOBE = [math.pi, 2 * math.pi / 3, math.pi / 4, 0.0, -math.pi / 24, 0.0, math.pi / 64]
 
 
 def irradiance(decoded, normal):
-    """[r, g, b] at a unit normal: of the harmonics, which may be negative, and of the lights."""
+    """Irradiance [r, g, b] at a unit normal: that of the harmonics, which may be negative, plus that of the lights."""
     result = [0.0, 0.0, 0.0]
     for band in range(HIGHEST_BAND + 1):
         for order in range(-band, band + 1):
@@ -399,7 +401,7 @@ def irradiance(decoded, normal):
 # --------------------------------------------------------------------------------------------------- command line
 
 def _answer(line):
-    """The JSON text for one line of hex digits; an empty line is an empty message, which is refused."""
+    """The JSON text for one line of hexadecimal digits; an empty line is an empty message, which is invalid."""
     try:
         decoded = decode(bytes.fromhex(line.strip()))
     except ValueError as error:  # WireError, or no hex digits

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""proto/README.md against the codec: wire_decoder.py, which was written from that prose alone, reads what C++ reads.
+"""Compares wire_decoder.py, which was written from the text of proto/README.md alone, with the C++ codec.
 
 usage: wire_decoder_test.py ANSWERS VECTORS
 ANSWERS is the folder of make_answers (its header has the format), VECTORS that of the golden messages.
@@ -12,7 +12,7 @@ from pathlib import Path
 
 from wire_decoder import WireError, decode, irradiance
 
-# C++ computes in float: 24 bits, a few operations.
+# Relative tolerance: C++ computes in float (24 bits) with a few operations.
 RELATIVE = 1e-5
 
 
@@ -23,32 +23,32 @@ class Failure(Exception):
 def near(what, ours, theirs, scale):
     for a, b in zip(ours, theirs, strict=True):
         if not abs(a - b) <= RELATIVE * (abs(b) + scale):
-            raise Failure(f"{what}: the prose says {ours}, C++ says {theirs}")
+            raise Failure(f"{what}: wire_decoder.py: {ours}, C++: {theirs}")
 
 
 def equal(what, ours, theirs):
     if ours != theirs:
-        raise Failure(f"{what}: the prose says {ours}, C++ says {theirs}")
+        raise Failure(f"{what}: wire_decoder.py: {ours}, C++: {theirs}")
 
 
 def scale_of(d):
-    """What an irradiance of this message is computed from: the tolerance's scale where terms cancel."""
+    """Sum of the largest absolute terms of this message's irradiance: the scale of the tolerance where terms cancel."""
     return (sum(max(map(abs, c)) for c in d["radiance"])
             + sum(max(map(abs, light["irradiance"])) for light in d["lights"]))
 
 
 def unit(normal):
-    """C++ takes normals of any length."""
+    """The normalized normal; C++ accepts normals of any length."""
     return [x / math.hypot(*normal) for x in normal]
 
 
 def bits_of(flags):
-    """The SDK's bits: those that have a name, and bit 31 for all others."""
+    """The SDK's bit mask of flags: one bit for each named flag, and bit 31 for all others."""
     return sum({1 << flag if 1 <= flag <= 8 else 1 << 31 for flag in flags})
 
 
 def check_answers(path):
-    """Every number of answers.txt that is a matter of the wire alone."""
+    """Checks every number of answers.txt that depends on the wire format alone; returns the number of messages."""
     message, lights, words, levels = None, 0, 0, []
     for line in path.read_text().splitlines():
         word, *v = line.split()
@@ -92,17 +92,17 @@ def check_answers(path):
 
 
 def check_mutants(path):
-    """Damaged messages: the same are refused, and those that are taken mean the same."""
+    """Checks that both decoders refuse the same damaged messages and decode the others to the same values."""
     message, taken, refused, lines = None, 0, 0, path.read_text().splitlines()
     for line in lines:
         word, *v = line.split()
         if word == "mutant":
             try:
-                message = decode(bytes.fromhex("".join(v[1:])))  # One is cut down to nothing.
+                message = decode(bytes.fromhex("".join(v[1:])))  # One is truncated to no bytes.
             except WireError as error:
                 message = error
             if (v[0] == "ok") != isinstance(message, dict):
-                raise Failure(f"{line}: the prose says {message}")
+                raise Failure(f"{line}: wire_decoder.py: {message}")
             taken, refused = taken + (v[0] == "ok"), refused + (v[0] != "ok")
         elif word == "flags":
             equal("flags", bits_of(message["flags"]), int(v[0]))
@@ -115,15 +115,15 @@ def check_mutants(path):
 
 
 def check_vectors(folder):
-    """The golden messages' fields as protobuf's own JSON has them."""
+    """Compares the fields of the golden messages with protobuf's JSON; returns the number of messages."""
     files = sorted(folder.glob("*.bin"))
     for file in files:
-        d, said = decode(file.read_bytes()), json.loads(file.with_suffix(".json").read_text())
-        time, bound = said.get("time", {}), said.get("bound", {})
-        for ours, theirs in (("sequence", said["sequence"]), ("mid_exposure_ns", time.get("midExposureNs", 0)),
+        d, expected = decode(file.read_bytes()), json.loads(file.with_suffix(".json").read_text())
+        time, bound = expected.get("time", {}), expected.get("bound", {})
+        for ours, theirs in (("sequence", expected["sequence"]), ("mid_exposure_ns", time.get("midExposureNs", 0)),
                              ("delivered_after_us", time.get("deliveredAfterUs", 0)),
                              ("encoded_after_us", time.get("encodedAfterUs", 0)),
-                             ("probe_id", said["probeId"]), ("calibration_id", said["calibrationId"])):
+                             ("probe_id", expected["probeId"]), ("calibration_id", expected["calibrationId"])):
             equal(f"{file.name} {ours}", d[ours], int(theirs))
         for name, value in d["bound"].items():
             theirs = bound.get(name, 0)
@@ -131,8 +131,8 @@ def check_vectors(folder):
                 equal(f"{file.name} bound.{name}", value, math.inf)
             else:
                 near(f"{file.name} bound.{name}", [value], [theirs * 1e-6], 0)
-        near(f"{file.name} unseen", [d["unseen"], d["saturated"]], [said["unseen"], said["saturated"]], 0)
-        equal(f"{file.name} flags", len(d["flags"]), len(said["flags"]))
+        near(f"{file.name} unseen", [d["unseen"], d["saturated"]], [expected["unseen"], expected["saturated"]], 0)
+        equal(f"{file.name} flags", len(d["flags"]), len(expected["flags"]))
     if len(files) < 5:
         raise Failure(f"{folder} has {len(files)} golden messages only")
     return len(files)

@@ -32,7 +32,7 @@ int free_port() {
 }
 
 Broker::Broker(BrokerOptions options) : options_(std::move(options)), port_(free_port()) {
-  // `user root`: started by root it would become another user, who cannot read the test's folder.
+  // `user root`: started by root, mosquitto would otherwise switch to a user who cannot read the test's folder.
   std::string conf =
       "listener " + std::to_string(port_) + " 127.0.0.1\nuser root\nset_tcp_nodelay true\nlog_dest stderr\n";
   if (options_.users.empty()) {
@@ -42,7 +42,7 @@ Broker::Broker(BrokerOptions options) : options_(std::move(options)), port_(free
     for (const auto& [user, password] : options_.users) lines += user + ":" + password + "\n";
     const std::string file = folder_.write("passwords", lines);
     Child hashed({LIGHTWELL_MOSQUITTO_PASSWD, "-U", file});
-    EXPECT_EQ(hashed.wait(), (Ending{0, 0})) << hashed.err();
+    EXPECT_EQ(hashed.wait(), (ExitStatus{0, 0})) << hashed.err();
     conf += "allow_anonymous false\npassword_file " + file + "\n";
   }
   if (options_.tls) conf += "certfile " + options_.tls->certificate + "\nkeyfile " + options_.tls->key + "\n";
@@ -53,8 +53,8 @@ Broker::Broker(BrokerOptions options) : options_(std::move(options)), port_(free
 
 void Broker::start() {
   child_.emplace(std::vector<std::string>{LIGHTWELL_MOSQUITTO, "-c", folder_.path("mosquitto.conf")});
-  EXPECT_TRUE(becomes_true("the broker listens", [&] { return child_->ended() || is_listening(port_); }));
-  EXPECT_FALSE(child_->ended()) << child_->err();
+  EXPECT_TRUE(becomes_true("the broker listens", [&] { return child_->exit_status() || is_listening(port_); }));
+  EXPECT_FALSE(child_->exit_status()) << child_->err();
 }
 
 void Broker::stop() {

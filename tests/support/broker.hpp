@@ -1,4 +1,4 @@
-// A mosquitto of the test's own, on a free port of the loopback.
+// Runs a mosquitto broker for a test, on a free port of the loopback address.
 #pragma once
 
 #include <map>
@@ -12,11 +12,11 @@ namespace lightwell::test {
 
 struct BrokerOptions {
   std::optional<KeyPair> tls{};
-  /// Clients must show a certificate of this authority.
+  /// If set, clients must present a certificate of this authority.
   std::string client_ca{};
-  /// Names and passwords; where there are any, nobody comes in without.
+  /// Names and passwords; if there are any, anonymous clients are rejected.
   std::map<std::string, std::string> users{};
-  /// Lines of mosquitto.conf.
+  /// Further lines of mosquitto.conf.
   std::string more{};
 };
 
@@ -24,7 +24,7 @@ class Broker {
  public:
   explicit Broker(BrokerOptions options = {});
 
-  /// Comes back on the same port, having forgotten what was retained.
+  /// Starts again on the same port; retained messages are lost.
   void start();
   void stop();
   [[nodiscard]] Child& process() { return *child_; }
@@ -40,7 +40,7 @@ class Broker {
   std::optional<Child> child_;
 };
 
-/// A TCP port of 127.0.0.1 that nobody listens on.
+/// A TCP port of 127.0.0.1 on which no process listens.
 [[nodiscard]] int free_port();
 
 }  // namespace lightwell::test

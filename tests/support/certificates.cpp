@@ -8,7 +8,7 @@ namespace {
 void openssl(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), LIGHTWELL_OPENSSL);
   Child child(arguments);
-  EXPECT_EQ(child.wait(), (Ending{0, 0})) << child.err();
+  EXPECT_EQ(child.wait(), (ExitStatus{0, 0})) << child.err();
 }
 
 std::vector<std::string> request(const KeyPair& out, const std::string& name) {

@@ -1,4 +1,4 @@
-// Certificates that a test makes for its broker, with openssl.
+// Certificates for tests, made with openssl.
 #pragma once
 
 #include <string>
@@ -7,19 +7,19 @@
 
 namespace lightwell::test {
 
-/// Paths of PEM files, without pass phrases.
+/// Paths of PEM files without passphrases.
 struct KeyPair {
   std::string certificate, key;
 };
 
-/// An authority of a test's own, as long as the test lives.
+/// A certificate authority; its files are deleted with the object.
 class Authority {
  public:
   explicit Authority(const std::string& name);
 
   [[nodiscard]] const std::string& certificate() const { return ca_.certificate; }
 
-  /// For 127.0.0.1 and localhost, or for another name alone. `days` below zero: expired.
+  /// Issues a certificate, by default for 127.0.0.1 and localhost. Negative `days`: expired.
   [[nodiscard]] KeyPair sign(const std::string& name,
                              const std::string& subject_alt_name = "IP:127.0.0.1,DNS:localhost", int days = 1) const;
 

@@ -43,13 +43,13 @@ std::vector<std::string> merged_environment(const std::vector<std::string>& adde
 
 }  // namespace
 
-std::ostream& operator<<(std::ostream& out, const Ending& ending) {
-  if (ending.signal != 0) return out << "killed by signal " << ending.signal;
-  return out << "exit code " << ending.code;
+std::ostream& operator<<(std::ostream& out, const ExitStatus& status) {
+  if (status.signal != 0) return out << "killed by signal " << status.signal;
+  return out << "exit code " << status.code;
 }
 
 Child::Child(const std::vector<std::string>& command, const ChildOptions& options) {
-  // All memory is taken before the fork: this process has threads, one of which may hold the heap.
+  // All memory is allocated before fork(), because another thread of this process may hold the heap's lock.
   std::vector<std::string> arguments = command;
   std::vector<std::string> environment = merged_environment(options.environment);
   const std::vector<char*> argv = pointers(arguments), envp = pointers(environment);
@@ -76,30 +76,30 @@ Child::Child(const std::vector<std::string>& command, const ChildOptions& option
 }
 
 Child::~Child() {
-  if (pid_ < 0 || ended()) return;
+  if (pid_ < 0 || exit_status()) return;
   ::kill(pid_, SIGKILL);
   ::waitpid(pid_, nullptr, 0);
 }
 
 void Child::signal(int number) const {
-  if (pid_ > 0 && !ending_) ::kill(pid_, number);
+  if (pid_ > 0 && !exit_status_) ::kill(pid_, number);
 }
 
-std::optional<Ending> Child::ended() {
-  if (ending_ || pid_ < 0) return ending_;
+std::optional<ExitStatus> Child::exit_status() {
+  if (exit_status_ || pid_ < 0) return exit_status_;
   int status = 0;
   if (::waitpid(pid_, &status, WNOHANG) != pid_) return std::nullopt;
-  if (WIFEXITED(status)) ending_ = Ending{WEXITSTATUS(status), 0};
-  if (WIFSIGNALED(status)) ending_ = Ending{-1, WTERMSIG(status)};
-  return ending_;
+  if (WIFEXITED(status)) exit_status_ = ExitStatus{WEXITSTATUS(status), 0};
+  if (WIFSIGNALED(status)) exit_status_ = ExitStatus{-1, WTERMSIG(status)};
+  return exit_status_;
 }
 
-Ending Child::wait(std::chrono::milliseconds timeout) {
+ExitStatus Child::wait(std::chrono::milliseconds timeout) {
   EXPECT_TRUE(becomes_true(
-      "the process ends", [this] { return ended().has_value(); }, timeout))
-      << "it said:\n"
+      "the process ends", [this] { return exit_status().has_value(); }, timeout))
+      << "its output:\n"
       << out() << err();
-  return ending_.value_or(Ending{});
+  return exit_status_.value_or(ExitStatus{});
 }
 
 std::string Child::out() const { return content(folder_.path("out")); }

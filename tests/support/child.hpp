@@ -1,4 +1,4 @@
-// A program under test, run as a process of its own.
+// Runs a program under test as a child process.
 #pragma once
 
 #include <chrono>
@@ -15,22 +15,24 @@
 namespace lightwell::test {
 
 struct ChildOptions {
-  /// Added to this process's own, NAME=value.
+  /// NAME=value, added to this process's environment.
   std::vector<std::string> environment{};
-  /// RLIMIT_FSIZE; 0: none.
+  /// RLIMIT_FSIZE; 0: no limit.
   std::size_t largest_file_bytes = 0;
 };
 
 /// How a process ended: an exit code, or the signal that killed it.
-struct Ending {
+struct ExitStatus {
   int code = -1;
   int signal = 0;
 
-  friend bool operator==(const Ending&, const Ending&) = default;
+  friend bool operator==(const ExitStatus&, const ExitStatus&) = default;
 };
-std::ostream& operator<<(std::ostream& out, const Ending& ending);
+std::ostream& operator<<(std::ostream& out, const ExitStatus& status);
+/// Former name, for files that still use it.
+using Ending = ExitStatus;
 
-/// Starts on construction; killed and reaped by the destructor where it still runs.
+/// Starts on construction. The destructor kills and reaps the process if it still runs.
 class Child {
  public:
   explicit Child(const std::vector<std::string>& command, const ChildOptions& options = {});
@@ -41,28 +43,28 @@ class Child {
   [[nodiscard]] pid_t pid() const { return pid_; }
   void signal(int number) const;
 
-  /// Nothing while it runs.
-  [[nodiscard]] std::optional<Ending> ended();
-  /// Waits; a process that goes on running is a failure, told with all that it has said.
-  [[nodiscard]] Ending wait(std::chrono::milliseconds timeout = kTestTimeout);
+  /// std::nullopt while the process runs.
+  [[nodiscard]] std::optional<ExitStatus> exit_status();
+  /// Waits for the end of the process. A process that still runs after `timeout` is a test failure, with its output.
+  [[nodiscard]] ExitStatus wait(std::chrono::milliseconds timeout = kTestTimeout);
 
-  /// So far.
+  /// Output on stdout and stderr so far.
   [[nodiscard]] std::string out() const;
   [[nodiscard]] std::string err() const;
 
-  /// The number behind "Name:" in /proc/PID/status, such as "Threads"; 0 where it is gone.
+  /// The number after "name:" in /proc/PID/status, such as "Threads"; 0 if the process is gone.
   [[nodiscard]] long status_number(std::string_view name) const;
 
  private:
-  TempDir folder_;  ///< Of both outputs: files never make a child wait for a reader.
+  TempDir folder_;  ///< Holds both outputs as files, which never block the child as pipes would.
   pid_t pid_ = -1;
-  std::optional<Ending> ending_;
+  std::optional<ExitStatus> exit_status_;
 };
 
-/// The same of any process.
+/// As Child::status_number(), for any process.
 [[nodiscard]] long proc_status_number(pid_t pid, std::string_view name);
 
-/// How often `part` is in `text`.
+/// Number of non-overlapping occurrences of `part` in `text`.
 [[nodiscard]] std::size_t occurrences(std::string_view text, std::string_view part);
 
 }  // namespace lightwell::test

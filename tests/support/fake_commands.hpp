@@ -1,4 +1,4 @@
-// What a link hands on, kept for a test to look at.
+// A fake of the daemon's Commands interface that records calls, for tests of links.
 #pragma once
 
 #include <mutex>
@@ -8,7 +8,7 @@
 
 namespace lightwell::test {
 
-/// Says who it is and keeps what it is asked.
+/// Returns a fixed status and stores the arguments of commands.
 class FakeCommands : public Commands {
  public:
   StatusSnapshot status() const override {
@@ -18,7 +18,7 @@ class FakeCommands : public Commands {
     s.calibration_id = 12;
     s.version = "0.1.0";
     s.camera = "fake camera";
-    // Each its own number, so that none is taken for another.
+    // All values differ, so that swapped counters are detected.
     s.counters = {.frames = 5,
                   .captures_dropped = 102,
                   .brackets_incomplete = 103,

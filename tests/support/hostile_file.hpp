@@ -1,4 +1,4 @@
-// What another user may put where a file is expected, and the file that it aims at.
+// Objects that an attacker may place where a file is expected, and the victim file that links point to.
 #pragma once
 
 #include <array>
@@ -15,8 +15,9 @@
 namespace lightwell::test {
 
 enum class HostileFileKind { symbolic_link, dangling_link, hard_link, fifo, folder };
-inline constexpr std::array kHostileFileKinds{HostileFileKind::symbolic_link, HostileFileKind::dangling_link, HostileFileKind::hard_link,
-                                       HostileFileKind::fifo, HostileFileKind::folder};
+inline constexpr std::array kHostileFileKinds{HostileFileKind::symbolic_link, HostileFileKind::dangling_link,
+                                              HostileFileKind::hard_link, HostileFileKind::fifo,
+                                              HostileFileKind::folder};
 inline std::string to_string(HostileFileKind kind) {
   return std::array{"symbolic link", "dangling link", "hard link", "FIFO", "folder"}[static_cast<std::size_t>(kind)];
 }
@@ -41,7 +42,8 @@ class HostileFile {
     }
   }
 
-  /// The victim has its owner, mode and text, nothing was made behind the dangling link, and the trap still stands.
+  /// Owner, mode and content of the victim are unchanged, the dangling link's target was not created, and `path` still
+  /// exists. `what` is added to failure messages.
   void expect_untouched(const std::string& path, const std::string& what) const {
     const struct stat now = facts();
     EXPECT_EQ(now.st_uid, before_.st_uid) << what;

@@ -16,7 +16,7 @@
 namespace lightwell::test {
 namespace {
 
-/// What a router would hold; beyond, the sender is not read from.
+/// Size of the buffer per direction, as in a router. While it is full, nothing is read from the sender.
 constexpr std::size_t kMaxInFlightBytes = 4 << 20;
 
 [[noreturn]] void broken(const char* what) {
@@ -31,7 +31,7 @@ void set_up(int socket) {
   ::fcntl(socket, F_SETFD, FD_CLOEXEC);
 }
 
-/// With a reset, as a network does that is gone.
+/// Closes a socket with a TCP reset (SO_LINGER 0).
 void reset(int socket) {
   const linger now{1, 0};
   ::setsockopt(socket, SOL_SOCKET, SO_LINGER, &now, sizeof now);
@@ -90,16 +90,16 @@ std::vector<std::byte> ImpairingProxy::carried(Direction direction) const {
   const std::lock_guard lock(mutex_);
   std::vector<std::byte> out;
   for (const auto& connection : carried_) {
-    const std::vector<std::byte>& way = connection[static_cast<std::size_t>(direction)];
-    out.insert(out.end(), way.begin(), way.end());
+    const std::vector<std::byte>& flow = connection[static_cast<std::size_t>(direction)];
+    out.insert(out.end(), flow.begin(), flow.end());
   }
   return out;
 }
 
 void ImpairingProxy::close_all() {
   for (Pair& pair : pairs_) {
-    reset(pair.ways[0].from);
-    reset(pair.ways[1].from);
+    reset(pair.flows[0].from);
+    reset(pair.flows[1].from);
   }
   pairs_.clear();
 }
@@ -122,17 +122,17 @@ void ImpairingProxy::accept_one() {
     pair.number = carried_.size();
     carried_.emplace_back();
   }
-  pair.ways[0].from = pair.ways[1].to = client;
-  pair.ways[0].to = pair.ways[1].from = server;
+  pair.flows[0].from = pair.flows[1].to = client;
+  pair.flows[0].to = pair.flows[1].from = server;
 }
 
 void ImpairingProxy::read_some(Pair& pair, std::size_t direction) {
-  Flow& way = pair.ways[direction];
+  Flow& flow = pair.flows[direction];
   std::vector<std::byte> bytes(16384);
-  const ssize_t n = ::read(way.from, bytes.data(), bytes.size());
+  const ssize_t n = ::read(flow.from, bytes.data(), bytes.size());
   if (n < 0 && (errno == EAGAIN || errno == EINTR)) return;
   if (n <= 0) {
-    way.ended = true;
+    flow.ended = true;
     return;
   }
   bytes.resize(static_cast<std::size_t>(n));
@@ -144,28 +144,28 @@ void ImpairingProxy::read_some(Pair& pair, std::size_t direction) {
     due +=
         std::chrono::nanoseconds(std::uniform_int_distribution<std::int64_t>(0, impairment_.jitter.count())(random_));
   if (impairment_.bytes_per_s > 0) {
-    way.free_at =
-        std::max(way.free_at, Clock::now()) +
+    flow.free_at =
+        std::max(flow.free_at, Clock::now()) +
         std::chrono::nanoseconds(static_cast<std::int64_t>(1e9 * static_cast<double>(n) / impairment_.bytes_per_s));
-    due = std::max(due, way.free_at + impairment_.delay);
+    due = std::max(due, flow.free_at + impairment_.delay);
   }
-  if (!way.under_way.empty()) due = std::max(due, way.under_way.back().due);
-  way.held_bytes += bytes.size();
-  way.under_way.push_back({std::move(bytes), 0, due});
+  if (!flow.in_flight.empty()) due = std::max(due, flow.in_flight.back().due);
+  flow.held_bytes += bytes.size();
+  flow.in_flight.push_back({std::move(bytes), 0, due});
 }
 
-bool ImpairingProxy::write_due(Flow& way) {
-  while (!way.under_way.empty() && way.under_way.front().due <= Clock::now()) {
-    Piece& piece = way.under_way.front();
+bool ImpairingProxy::write_due(Flow& flow) {
+  while (!flow.in_flight.empty() && flow.in_flight.front().due <= Clock::now()) {
+    Piece& piece = flow.in_flight.front();
     const ssize_t n =
-        ::send(way.to, piece.bytes.data() + piece.written, piece.bytes.size() - piece.written, MSG_NOSIGNAL);
+        ::send(flow.to, piece.bytes.data() + piece.written, piece.bytes.size() - piece.written, MSG_NOSIGNAL);
     if (n < 0) return errno == EAGAIN || errno == EINTR;
     piece.written += static_cast<std::size_t>(n);
     if (piece.written < piece.bytes.size()) return true;
-    way.held_bytes -= piece.bytes.size();
-    way.under_way.pop_front();
+    flow.held_bytes -= piece.bytes.size();
+    flow.in_flight.pop_front();
   }
-  return !(way.ended && way.under_way.empty());
+  return !(flow.ended && flow.in_flight.empty());
 }
 
 void ImpairingProxy::run() {
@@ -181,13 +181,13 @@ void ImpairingProxy::run() {
     const std::size_t first = polled.size();
     auto next = Clock::now() + std::chrono::milliseconds(50);
     for (Pair& pair : pairs_) {
-      for (Flow& way : pair.ways) {
-        const bool wanted = !way.ended && !held_ && way.held_bytes < kMaxInFlightBytes;
-        polled.push_back({wanted ? way.from : -1, POLLIN, 0});
-        const bool waiting = !held_ && !way.under_way.empty();
-        const bool due = waiting && way.under_way.front().due <= Clock::now();
-        polled.push_back({due ? way.to : -1, POLLOUT, 0});
-        if (waiting && !due) next = std::min(next, way.under_way.front().due);
+      for (Flow& flow : pair.flows) {
+        const bool wanted = !flow.ended && !held_ && flow.held_bytes < kMaxInFlightBytes;
+        polled.push_back({wanted ? flow.from : -1, POLLIN, 0});
+        const bool waiting = !held_ && !flow.in_flight.empty();
+        const bool due = waiting && flow.in_flight.front().due <= Clock::now();
+        polled.push_back({due ? flow.to : -1, POLLOUT, 0});
+        if (waiting && !due) next = std::min(next, flow.in_flight.front().due);
       }
     }
     const auto wait = std::max(std::chrono::nanoseconds(next - Clock::now()), std::chrono::nanoseconds(0));
@@ -207,10 +207,10 @@ void ImpairingProxy::run() {
           if ((polled[at].revents & (POLLIN | POLLHUP | POLLERR)) != 0) read_some(*pair, direction);
       }
       if (!held_)
-        for (Flow& way : pair->ways) over = !write_due(way) || over;
+        for (Flow& flow : pair->flows) over = !write_due(flow) || over;
       if (over) {
-        ::close(pair->ways[0].from);
-        ::close(pair->ways[1].from);
+        ::close(pair->flows[0].from);
+        ::close(pair->flows[1].from);
         pair = pairs_.erase(pair);
       } else {
         ++pair;

@@ -1,4 +1,4 @@
-// A network between a client and a server that the test may make as bad as it likes.
+// A TCP proxy that impairs the network between a client and a server.
 #pragma once
 
 #include <array>
@@ -18,14 +18,15 @@ namespace lightwell::test {
 
 enum class Direction : std::size_t { to_server = 0, to_client = 1 };
 
-/// What happens to each direction's bytes. They are never lost or changed: TCP would send them again.
+/// Impairment of each direction. Bytes are never lost or changed, as TCP retransmits them.
 struct Impairment {
-  std::chrono::nanoseconds delay{0};   ///< Of every piece, each way.
-  std::chrono::nanoseconds jitter{0};  ///< Up to so much more, evenly at random; order is kept, as TCP keeps it.
+  std::chrono::nanoseconds delay{0};   ///< Added to every piece, in each direction.
+  std::chrono::nanoseconds jitter{0};  ///< Maximum of a further, uniformly random delay; the order of bytes is kept.
   double bytes_per_s = 0;              ///< 0: no limit.
 };
 
-/// TCP from a port of its own to a server on the loopback address. One thread; counts what it carried.
+/// Forwards TCP connections from its own port to a server on the loopback address, in one thread, and records all
+/// bytes.
 class ImpairingProxy {
  public:
   explicit ImpairingProxy(int server_port, std::uint32_t seed = 1);
@@ -35,18 +36,18 @@ class ImpairingProxy {
 
   [[nodiscard]] int port() const { return port_; }
 
-  /// From now on; pieces under way keep the delay that they had.
+  /// Sets the impairment from now on; pieces in flight keep their delay.
   void impair(const Impairment& impairment);
-  /// Nothing is carried any more, and nobody is told: connections stay open, new ones are taken, and bytes pile up.
+  /// Stops forwarding without closing anything: connections stay open, new ones are accepted, and bytes are buffered.
   void hold();
-  /// What piled up goes on its way.
+  /// Forwards the buffered bytes and continues.
   void resume();
-  /// Connections are reset, new ones refused.
+  /// Resets all connections and refuses new ones.
   void cut();
-  /// After cut(): new ones are taken again.
+  /// Ends cut(): accepts new connections again.
   void restore();
 
-  /// All that went that way so far, each connection's in one piece.
+  /// All bytes sent in that direction so far, connection after connection.
   [[nodiscard]] std::vector<std::byte> carried(Direction direction) const;
 
  private:
@@ -56,25 +57,25 @@ class ImpairingProxy {
     std::size_t written = 0;
     Clock::time_point due;
   };
-  /// From one socket to the other.
+  /// Bytes from one socket to the other.
   struct Flow {
     int from = -1, to = -1;
-    bool ended = false;  ///< The sender will send no more.
-    std::deque<Piece> under_way;
+    bool ended = false;  ///< The sender has closed its side.
+    std::deque<Piece> in_flight;
     std::size_t held_bytes = 0;
-    Clock::time_point free_at{};  ///< Of the throttle.
+    Clock::time_point free_at{};  ///< When the rate limit allows the next bytes.
   };
   struct Pair {
-    Flow ways[2];
-    std::size_t number = 0;  ///< In carried_.
+    Flow flows[2];
+    std::size_t number = 0;  ///< Index in carried_.
   };
 
   void run();
   void listen_again();
   void accept_one();
   void read_some(Pair& pair, std::size_t direction);
-  /// False where the connection is over.
-  [[nodiscard]] bool write_due(Flow& way);
+  /// False: the connection has ended.
+  [[nodiscard]] bool write_due(Flow& flow);
   void close_all();
 
   const int server_port_;

@@ -1,4 +1,4 @@
-// Ports of this machine alone.
+// Socket addresses of the loopback interface.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace lightwell::test {
 
-/// 127.0.0.1.
+/// The address 127.0.0.1 with `port`.
 [[nodiscard]] inline sockaddr_in loopback(int port) {
   sockaddr_in address{};
   address.sin_family = AF_INET;

@@ -9,7 +9,7 @@ namespace {
 
 void run(const std::vector<std::string>& command) {
   Child child(command);
-  EXPECT_EQ(child.wait(), (Ending{0, 0})) << command[0] << ": " << child.err();
+  EXPECT_EQ(child.wait(), (ExitStatus{0, 0})) << command[0] << ": " << child.err();
 }
 
 }  // namespace
@@ -21,12 +21,13 @@ Machine::Machine(const std::string& name) : name_(name) {
                     "<allow receive_sender=\"*\"/><allow own=\"*\"/><allow user=\"*\"/></policy></busconfig>\n");
   folder_.write("avahi.conf",
                 "[server]\nhost-name=" + name + "\nuse-ipv6=no\n[publish]\npublish-workstation=no\npublish-hinfo=no\n");
-  // avahi-daemon keeps its process number in /run, one for each machine.
+  // avahi-daemon keeps its process id in /run, so each machine has its own /run.
   namespaces_.emplace(std::vector<std::string>{LIGHTWELL_UNSHARE, "-m", "-n", "/bin/sh", "-c",
                                                "mount -t tmpfs none /run && mkdir /run/avahi-daemon && "
                                                "ip link set lo up && echo up && exec sleep infinity"});
-  EXPECT_TRUE(becomes_true("the machine is up", [&] { return namespaces_->out() == "up\n" || namespaces_->ended(); }))
-      << namespaces_->err();
+  EXPECT_TRUE(becomes_true("the machine is up", [&] {
+    return namespaces_->out() == "up\n" || namespaces_->exit_status();
+  })) << namespaces_->err();
   start_bus();
 }
 
@@ -55,7 +56,7 @@ void Machine::start_avahi() {
                                "--no-drop-root", "--no-chroot", "--no-rlimits", "-f", folder_.path("avahi.conf")},
       ChildOptions{.environment = {environment()}});
   EXPECT_TRUE(becomes_true("avahi-daemon is there", [&] {
-    return avahi_->ended() || avahi_->err().find("Server startup complete") != std::string::npos;
+    return avahi_->exit_status() || avahi_->err().find("Server startup complete") != std::string::npos;
   })) << avahi_->err();
 }
 

@@ -1,5 +1,5 @@
-// Machines on a network of the test's own: each has its interfaces, its system bus and its avahi-daemon. Needs root and
-// namespaces.
+// Simulated machines on a private network, by Linux namespaces: each has its network interfaces, its D-Bus system bus
+// and its avahi-daemon. Needs root.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,8 @@
 
 namespace lightwell::test {
 
-/// Processes run on this very machine; what makes it another one to them is the bus that `environment()` names.
+/// Programs under test run outside of the namespaces; environment() connects them to the machine's bus and so to its
+/// avahi-daemon. inside() runs a command in the namespaces.
 class Machine {
  public:
   explicit Machine(const std::string& name);
@@ -20,7 +21,7 @@ class Machine {
   void start_avahi();
   void stop_avahi();
 
-  /// A command that runs on this machine's network and files.
+  /// `command`, extended so that it runs in this machine's network and mount namespaces.
   [[nodiscard]] std::vector<std::string> inside(std::vector<std::string> command) const;
 
   /// For ChildOptions; "DBUS_SYSTEM_BUS_ADDRESS=...".
@@ -32,11 +33,11 @@ class Machine {
  private:
   const std::string name_;
   TempDir folder_;
-  std::optional<Child> namespaces_;  ///< Sleeps; what it stands in is the machine.
+  std::optional<Child> namespaces_;  ///< A sleeping process that holds the namespaces.
   std::optional<Child> bus_, avahi_;
 };
 
-/// An Ethernet cable. Gone with the machines.
+/// Connects two machines by a virtual Ethernet cable, which is removed with them.
 void connect(const Machine& one, const Machine& other);
 
 }  // namespace lightwell::test

@@ -28,23 +28,23 @@ struct MqttClient::Callbacks {
   }
   static void message(mosquitto*, void* data, const mosquitto_message* m, const mosquitto_property* properties) {
     auto& self = *static_cast<MqttClient*>(data);
-    BrokerMessage note{m->topic,
-                  std::string(static_cast<const char*>(m->payload), static_cast<std::size_t>(m->payloadlen)),
-                  m->retain,
-                  {},
-                  {}};
+    BrokerMessage received{m->topic,
+                           std::string(static_cast<const char*>(m->payload), static_cast<std::size_t>(m->payloadlen)),
+                           m->retain,
+                           {},
+                           {}};
     char* topic = nullptr;
     if (mosquitto_property_read_string(properties, MQTT_PROP_RESPONSE_TOPIC, &topic, false) != nullptr)
-      note.response_topic = topic;
+      received.response_topic = topic;
     std::free(topic);
     void* bytes = nullptr;
     std::uint16_t size = 0;
     if (mosquitto_property_read_binary(properties, MQTT_PROP_CORRELATION_DATA, &bytes, &size, false) != nullptr)
-      note.correlation.assign(static_cast<const char*>(bytes), size);
+      received.correlation.assign(static_cast<const char*>(bytes), size);
     std::free(bytes);
-    if (self.on_message_) self.on_message_(note);
+    if (self.on_message_) self.on_message_(received);
     const std::lock_guard lock(self.mutex_);
-    self.notes_.push_back(std::move(note));
+    self.messages_.push_back(std::move(received));
   }
 };
 
@@ -77,51 +77,51 @@ void MqttClient::publish(const std::string& topic, const std::string& payload, K
   publish(BrokerMessage{topic, payload, keep == Keep::retained, {}, {}});
 }
 
-int MqttClient::send(const BrokerMessage& note, int qos) {
+int MqttClient::send(const BrokerMessage& message, int qos) {
   mosquitto_property* properties = nullptr;
-  if (!note.response_topic.empty())
-    mosquitto_property_add_string(&properties, MQTT_PROP_RESPONSE_TOPIC, note.response_topic.c_str());
-  if (!note.correlation.empty())
-    mosquitto_property_add_binary(&properties, MQTT_PROP_CORRELATION_DATA, note.correlation.data(),
-                                  static_cast<std::uint16_t>(note.correlation.size()));
-  const int rc = mosquitto_publish_v5(client_, nullptr, note.topic.c_str(), static_cast<int>(note.payload.size()),
-                                      note.payload.data(), qos, note.retained, properties);
+  if (!message.response_topic.empty())
+    mosquitto_property_add_string(&properties, MQTT_PROP_RESPONSE_TOPIC, message.response_topic.c_str());
+  if (!message.correlation.empty())
+    mosquitto_property_add_binary(&properties, MQTT_PROP_CORRELATION_DATA, message.correlation.data(),
+                                  static_cast<std::uint16_t>(message.correlation.size()));
+  const int rc = mosquitto_publish_v5(client_, nullptr, message.topic.c_str(), static_cast<int>(message.payload.size()),
+                                      message.payload.data(), qos, message.retained, properties);
   mosquitto_property_free_all(&properties);
   return rc;
 }
 
-void MqttClient::publish(const BrokerMessage& note) {
+void MqttClient::publish(const BrokerMessage& message) {
   const auto published = [&] {
     const std::lock_guard lock(mutex_);
     return published_;
   };
   const std::size_t before = published();
-  // QoS 1: it has come to the broker when this returns.
-  EXPECT_EQ(send(note, 1), MOSQ_ERR_SUCCESS);
+  // QoS 1: the broker has received it when this returns.
+  EXPECT_EQ(send(message, 1), MOSQ_ERR_SUCCESS);
   EXPECT_TRUE(becomes_true("the broker has taken it", [&] { return published() > before; }));
 }
 
-void MqttClient::flood(const BrokerMessage& note, std::size_t times) {
-  for (std::size_t i = 0; i < times; ++i) EXPECT_EQ(send(note, 0), MOSQ_ERR_SUCCESS);
+void MqttClient::flood(const BrokerMessage& message, std::size_t times) {
+  for (std::size_t i = 0; i < times; ++i) EXPECT_EQ(send(message, 0), MOSQ_ERR_SUCCESS);
 }
 
-std::vector<BrokerMessage> MqttClient::notes() const {
+std::vector<BrokerMessage> MqttClient::messages() const {
   const std::lock_guard lock(mutex_);
-  return notes_;
+  return messages_;
 }
 
 std::optional<BrokerMessage> MqttClient::newest(const std::string& topic) const {
   EXPECT_TRUE(becomes_true("something comes on " + topic, [&] { return count(topic) > 0; }));
   const std::lock_guard lock(mutex_);
-  for (auto note = notes_.rbegin(); note != notes_.rend(); ++note)
-    if (note->topic == topic) return *note;
+  for (auto message = messages_.rbegin(); message != messages_.rend(); ++message)
+    if (message->topic == topic) return *message;
   return std::nullopt;
 }
 
 std::size_t MqttClient::count(const std::string& topic) const {
   const std::lock_guard lock(mutex_);
   std::size_t n = 0;
-  for (const BrokerMessage& note : notes_) n += note.topic == topic ? 1U : 0U;
+  for (const BrokerMessage& message : messages_) n += message.topic == topic ? 1U : 0U;
   return n;
 }
 

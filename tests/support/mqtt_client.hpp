@@ -1,4 +1,4 @@
-// A client of a broker that publishes whatever bytes it is told to, and keeps what comes.
+// An MQTT client that publishes arbitrary bytes and keeps all received messages.
 #pragma once
 
 #include <functional>
@@ -19,7 +19,7 @@ struct BrokerMessage {
   std::string response_topic, correlation;
 };
 
-/// MQTT 5 without TLS, on the loopback; one thread of the library's.
+/// MQTT 5 without TLS, on the loopback address; uses one thread of libmosquitto.
 class MqttClient {
  public:
   /// `on_message` runs on the library's thread.
@@ -31,14 +31,14 @@ class MqttClient {
 
   enum class Keep { retained, live };
   void publish(const std::string& topic, const std::string& payload, Keep keep = Keep::live);
-  void publish(const BrokerMessage& note);
-  /// For `on_message`: QoS 0, without waiting.
-  void answer(const BrokerMessage& note) { EXPECT_EQ(send(note, 0), 0); }
-  /// As fast as they go, without waiting for the broker.
-  void flood(const BrokerMessage& note, std::size_t times);
+  void publish(const BrokerMessage& message);
+  /// Publishes with QoS 0, without waiting; may be called from `on_message`.
+  void answer(const BrokerMessage& message) { EXPECT_EQ(send(message, 0), 0); }
+  /// Publishes a message `times` times without waiting for the broker.
+  void flood(const BrokerMessage& message, std::size_t times);
 
-  [[nodiscard]] std::vector<BrokerMessage> notes() const;
-  /// The last of a topic, waited for.
+  [[nodiscard]] std::vector<BrokerMessage> messages() const;
+  /// Waits for a message of the topic and returns the last one.
   [[nodiscard]] std::optional<BrokerMessage> newest(const std::string& topic) const;
   [[nodiscard]] std::size_t count(const std::string& topic) const;
 
@@ -49,10 +49,10 @@ class MqttClient {
   const std::function<void(const BrokerMessage&)> on_message_;
   mosquitto* client_ = nullptr;
   mutable std::mutex mutex_;
-  std::vector<BrokerMessage> notes_;
+  std::vector<BrokerMessage> messages_;
   std::size_t subscribed_ = 0;
   std::size_t published_ = 0;
-  [[nodiscard]] int send(const BrokerMessage& note, int qos);
+  [[nodiscard]] int send(const BrokerMessage& message, int qos);
 };
 
 }  // namespace lightwell::test

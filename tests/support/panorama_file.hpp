@@ -1,4 +1,4 @@
-// Small panoramas, written on the spot: what a test needs to know of its light, it has made itself.
+// Makes small panoramas with known light and writes them as OpenEXR files.
 #pragma once
 
 #include <functional>
@@ -10,20 +10,21 @@
 
 namespace lightwell::test {
 
-/// Equirectangular, rows from the top, r g b a pixel.
+/// Equirectangular, rows from the top, three floats per pixel.
 struct PanoramaPixels {
   int width = 0, height = 0;
   std::vector<float> rgb;
 };
 
-/// A lamp: a disc of radiance before whatever else is there.
+/// A disc of constant radiance that covers the background.
 struct Lamp {
   Vec3d direction;
   double radius_rad = 0;
   Radiance radiance;
 };
 
-/// `rest` at the pixel centres, and the lamps before it; pixels at a lamp's rim hold their share.
+/// The background radiance `rest`, evaluated at the pixel centres, covered by lamps; pixels at a lamp's rim are blended
+/// by their coverage.
 [[nodiscard]] PanoramaPixels room(int width, const std::function<Radiance(Vec3d)>& rest,
                                   const std::vector<Lamp>& lamps);
 

@@ -1,4 +1,4 @@
-// A folder that lives as long as a test.
+// A temporary folder that is deleted with the object.
 #pragma once
 
 #include <cstdlib>
@@ -27,7 +27,7 @@ class TempDir {
 
   [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
-  /// Returns the path.
+  /// Writes a file and returns its path.
   std::string write(const std::string& name, std::string_view text) const {
     std::ofstream(path(name), std::ios::binary) << text;
     return path(name);

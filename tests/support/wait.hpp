@@ -1,4 +1,4 @@
-// Waiting for what other threads and processes do: bounded, and it says for what.
+// Bounded waits for conditions that other threads or processes fulfil.
 #pragma once
 
 #include <chrono>
@@ -10,18 +10,19 @@
 
 namespace lightwell::test {
 
-/// A bound for a machine that is busy or hung; no test expects anything to take so long. More under
-/// a sanitizer, which makes all of it slow.
+/// Time limit for events on a busy machine; no test expects to wait that long. Longer with a sanitizer, which slows
+/// everything down.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr std::chrono::milliseconds kTestTimeout{60'000};
 #else
 inline constexpr std::chrono::milliseconds kTestTimeout{30'000};
 #endif
 
-/// Looks every few milliseconds. EXPECT_TRUE(becomes_true("the client is gone", [&] { ... }));
+/// Tests `condition` every 5 ms until it holds or `timeout` has passed.
+///   EXPECT_TRUE(becomes_true("the client is gone", [&] { ... }));
 [[nodiscard]] inline ::testing::AssertionResult becomes_true(const std::string& what,
-                                                           const std::function<bool()>& condition,
-                                                           std::chrono::milliseconds timeout = kTestTimeout) {
+                                                             const std::function<bool()>& condition,
+                                                             std::chrono::milliseconds timeout = kTestTimeout) {
   const auto end = std::chrono::steady_clock::now() + timeout;
   do {
     if (condition()) return ::testing::AssertionSuccess();

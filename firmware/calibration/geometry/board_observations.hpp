@@ -1,4 +1,4 @@
-// What geometry is calibrated from: where known points of flat boards were seen, as plain values.
+// Input of the geometric calibration: observations of known points on flat boards.
 #pragma once
 
 #include <string>
@@ -10,28 +10,30 @@
 
 namespace lightwell::calibration {
 
-/// A flat board: points that are known in its own frame, m, all with z = 0.
+/// A flat board: points in the board frame, m, all with z = 0.
 struct Board {
   std::string name;
   std::vector<Vec3d> points;
-  /// So many points that follow each other are of one tag, whose size is right where its place is not; 0: not known.
+  /// Number of consecutive points that belong to one tag; 0: unknown. The size of a tag is assumed to be exact, its
+  /// position on the board is not.
   int points_per_tag = 0;
 };
 
-/// One point of a board in a picture.
+/// Observation of one board point in a picture.
 struct PointObservation {
   int board = 0;  ///< Index into BoardObservations::boards.
   int point = 0;  ///< Index into that board's points.
   PixelPosition pixel;
 };
 
-/// One lens's picture.
+/// A picture of one lens.
 struct Picture {
-  std::string name;  ///< For messages.
+  std::string name;  ///< Used in messages.
   int lens = 0;
-  /// Pictures of one capture were taken at the same time but for the lenses' time offset: they share the rig's pose.
+  /// Pictures with the same capture index were taken at the same time, except for the lenses' time offset: they share
+  /// the rig's pose.
   int capture = 0;
-  double time_s = 0;  ///< Of the capture; used where a time offset is asked for.
+  double time_s = 0;  ///< Of the capture; used to estimate the time offset.
   std::vector<PointObservation> observations;
 };
 

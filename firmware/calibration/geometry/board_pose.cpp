@@ -7,14 +7,14 @@
 namespace lightwell::calibration {
 namespace {
 
-/// The second smallest singular value, relative to the largest, below which more than one homography fits.
+/// Second smallest singular value, relative to the largest, below which the homography is not unique.
 constexpr double kMinSingularValueRatio = 1e-7;
 
 }  // namespace
 
 std::optional<Pose> board_pose(std::span<const Vec3d> points, std::span<const Vec3d> directions_cv) {
   if (points.size() < 4 || points.size() != directions_cv.size()) return std::nullopt;
-  // About their middle and of size one, so that the equations weigh alike (Hartley 1997).
+  // Normalise to centroid 0 and mean size 1 for conditioning (Hartley 1997).
   double mx = 0, my = 0, size = 0;
   const auto n = static_cast<double>(points.size());
   for (const Vec3d& p : points) mx += p.x / n, my += p.y / n;
@@ -31,7 +31,7 @@ std::optional<Pose> board_pose(std::span<const Vec3d> points, std::span<const Ve
     a.block<1, 9>(row + 1, 0) << d.z * x, Eigen::RowVector3d::Zero(), -d.x * x;
     a.block<1, 9>(row + 2, 0) << -d.y * x, d.x * x, Eigen::RowVector3d::Zero();
   }
-  // Nine by nine is enough: the right singular vectors are those of the triangle.
+  // QR first: the triangular factor (9 x 9) has the same right singular vectors.
   const Eigen::MatrixXd triangle =
       Eigen::HouseholderQR<Eigen::MatrixXd>(a).matrixQR().topRows(9).triangularView<Eigen::Upper>();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(triangle, Eigen::ComputeFullV);
@@ -40,7 +40,7 @@ std::optional<Pose> board_pose(std::span<const Vec3d> points, std::span<const Ve
   Eigen::Matrix3d h;
   h << v(0), v(1), v(2), v(3), v(4), v(5), v(6), v(7), v(8);
 
-  // Points are seen in front of the eye, not behind it.
+  // Choose the sign for which the points are along their rays, not opposite to them.
   double forward = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3d seen = h * Eigen::Vector3d((points[i].x - mx) / size, (points[i].y - my) / size, 1);

@@ -1,5 +1,5 @@
-// Where a flat board stands, from the directions in which its points are seen. Directions, not pixels: beyond 90
-// degrees from the axis there is no plane to look at.
+// Pose of a flat board from the directions of its points. Directions instead of pixels, because an image plane does not
+// exist beyond 90 degrees from the axis.
 #pragma once
 
 #include <optional>
@@ -9,10 +9,9 @@
 
 namespace lightwell::calibration {
 
-/// T_lens_board in _cv axes, from at least four points that do not lie in one line: the homography between the board
-/// and the bundle of rays (each ray crossed with its image is zero; Hartley & Zisserman 2004, section 4.1), taken apart
-/// as Zhang 2000, section 3.1, does. Nothing where the points do not tell: fewer than four, in a line, in one place,
-/// NaN.
+/// T_lens_board, axes _cv: the homography from the board to the rays by the direct linear transform (the cross product
+/// of each ray with its mapped point is zero; Hartley & Zisserman 2004, section 4.1), decomposed as in Zhang 2000,
+/// section 3.1. Empty if the points do not determine the pose: fewer than four, collinear, coincident, or NaN.
 [[nodiscard]] std::optional<Pose> board_pose(std::span<const Vec3d> points, std::span<const Vec3d> directions_cv);
 
 }  // namespace lightwell::calibration

@@ -9,7 +9,7 @@ namespace lightwell::calibration {
 namespace {
 
 constexpr double kSpacingPrior = 0.1, kAspectPrior = 0.01;
-/// Of half the longer side: 5 mm of a board of 20 cm.
+/// Prior standard deviation of heights, relative to half the longer side: 5 mm for a board of 20 cm.
 constexpr double kHeightPrior = 0.05;
 constexpr int kMaxPower = 4;
 

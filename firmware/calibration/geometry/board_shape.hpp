@@ -1,7 +1,7 @@
-// How a printed board differs from what its file says: another spacing of its tags, another scale across than along,
-// and a surface that is bent. A plane is calibrated with for as long as the sightings do not contradict it; beyond, the
-// shape is fitted together with the lens, as Strobl & Hirzinger 2011 ("More accurate pinhole camera calibration with
-// imperfect planar target") do, here with a few numbers for the whole board in place of three for each point.
+// Deviation of a printed board from its description: spacing of the tags, aspect ratio, and bending. The calibration
+// assumes a plane unless the observations contradict it; then the shape is estimated together with the lens, as by
+// Strobl & Hirzinger 2011 ("More accurate pinhole camera calibration with imperfect planar target"), but with a few
+// parameters per board instead of three per point.
 #pragma once
 
 #include <array>
@@ -11,12 +11,12 @@
 
 namespace lightwell::calibration {
 
-/// In the order in which the bundle fits them:
-///   0       how much further apart the centres of tags are, relative (tags keep their size);
-///   1       how much longer the board is along x than along y, relative;
-///   2 to 13 the surface's height, m: coefficients of u², uv, v², u³ ... v⁴, where u and v are the place from the
-///           board's middle in half its longer side.
-/// Constant and linear terms are the board's pose.
+/// Parameters, in the order of the bundle adjustment:
+///   0       relative change of the distance between tag centres (tags keep their size);
+///   1       relative excess of the scale along x over the scale along y;
+///   2 to 13 height of the surface, m: coefficients of u², uv, v², u³ ... v⁴, where u and v are the position relative
+///           to the board's centre, in units of half its longer side.
+/// Constant and linear terms are part of the board's pose.
 struct BoardShape {
   static constexpr std::size_t kParameters = 14, kFirstHeight = 2;
   std::array<double, kParameters> numbers{};
@@ -24,7 +24,7 @@ struct BoardShape {
   [[nodiscard]] double spacing_change() const { return numbers[0]; }
 };
 
-/// What each number of a shape does to one point: derivatives of its place, which are constant.
+/// Derivatives of one point's position with respect to the parameters of BoardShape; they are constant.
 struct ShapeBasis {
   std::array<Vec3d, BoardShape::kParameters> per_number{};
 
@@ -38,11 +38,11 @@ struct ShapeBasis {
   }
 };
 
-/// By point of the board.
+/// One basis per point of the board.
 [[nodiscard]] std::vector<ShapeBasis> shape_basis(const Board& board);
-/// Standard deviation of each number before anything is seen: what a printer and a hand with glue may do.
+/// Prior standard deviation of each parameter: tolerances of printing and of gluing by hand.
 [[nodiscard]] std::array<double, BoardShape::kParameters> shape_prior(const Board& board);
-/// The largest height above the best plane less the smallest, m.
+/// Flatness deviation: largest less smallest height above the best-fit plane, m.
 [[nodiscard]] double flatness(const Board& board, const BoardShape& shape);
 
 }  // namespace lightwell::calibration

@@ -19,7 +19,7 @@
 namespace lightwell::calibration {
 namespace {
 
-/// A pose as Ceres moves it: quaternion x, y, z, w (Eigen's order, and ours), then translation.
+/// Parameter blocks of a pose: quaternion x, y, z, w (Eigen's order), and translation.
 struct PoseBlock {
   std::array<double, 4> q{0, 0, 0, 1};
   std::array<double, 3> t{};
@@ -43,9 +43,9 @@ Point<T> moved(const T* q, const T* t, const Point<T>& p) {
   return Eigen::Map<const Eigen::Quaternion<T>>(q) * p + Eigen::Map<const Point<T>>(t);
 }
 
-/// A sighting of the frame's own lens and board: poses of both are the identity.
+/// Reprojection error of an observation by lens 0 of board 0, whose poses are the identity.
 template <class Model>
-struct OwnSighting {
+struct Lens0Residual {
   Vec3d point;
   PixelPosition seen;
 
@@ -60,10 +60,10 @@ struct OwnSighting {
   }
 };
 
-/// Any sighting: lens, rig and board each have their pose, and the rig moves on with `twist` (rad/s, m/s, in the rig's
-/// axes) for the lens's time offset.
+/// Reprojection error of any observation, with poses of lens, rig and board; the rig moves with `twist` (rad/s, m/s,
+/// rig frame) during the lens's time offset.
 template <class Model>
-struct AnySighting {
+struct RigResidual {
   Vec3d point;
   PixelPosition seen;
   Twist twist;
@@ -90,10 +90,10 @@ struct AnySighting {
   }
 };
 
-/// The same of a board that has a shape.
+/// RigResidual for a board with an estimated shape.
 template <class Model>
-struct ShapedSighting {
-  AnySighting<Model> flat;
+struct ShapeResidual {
+  RigResidual<Model> flat;
   ShapeBasis basis;
 
   template <class T>
@@ -105,7 +105,7 @@ struct ShapedSighting {
   }
 };
 
-/// Ceres tells of ranks and steps through glog, to standard error; here the answer tells.
+/// Silences Ceres' messages through glog to standard error; errors are returned as Status.
 class ScopedLogSilencer {
  public:
   ScopedLogSilencer() : before_(FLAGS_minloglevel) { FLAGS_minloglevel = google::GLOG_FATAL; }
@@ -125,7 +125,7 @@ class Bundle {
 
  private:
   struct Lens {
-    ModelParameters model;  ///< As it was at first; its kind counts.
+    ModelParameters model;  ///< The initial model; only its kind is used.
     std::vector<double> numbers;
     PoseBlock from_rig;
   };
@@ -136,7 +136,7 @@ class Bundle {
   template <class Model>
   void add(const Picture& picture, const PointObservation& s, Boards boards);
   [[nodiscard]] bool moves() const { return options_.time_offset && lenses_.size() > 1; }
-  /// Taken with the offset that is being fitted.
+  /// Whether the picture has the estimated time offset.
   [[nodiscard]] bool late(const Picture& picture) const { return moves() && picture.lens == 1; }
   [[nodiscard]] BundleState state() const;
   [[nodiscard]] Eigen::VectorXd prior_of(std::size_t board) const;
@@ -175,26 +175,27 @@ void Bundle::add(const Picture& picture, const PointObservation& s, Boards board
   Lens& lens = lenses_[static_cast<std::size_t>(picture.lens)];
   PoseBlock& rig = rigs_[static_cast<std::size_t>(picture.capture)];
   PoseBlock& board = boards_[static_cast<std::size_t>(s.board)];
-  const Vec3d& point = observations_.boards[static_cast<std::size_t>(s.board)].points[static_cast<std::size_t>(s.point)];
+  const Vec3d& point =
+      observations_.boards[static_cast<std::size_t>(s.board)].points[static_cast<std::size_t>(s.point)];
   ceres::LossFunction* loss = new ceres::HuberLoss(options_.robust_px);
   ceres::ResidualBlockId id = nullptr;
   if (boards == Boards::with_shapes) {
     const Twist twist = late(picture) ? *twists_[static_cast<std::size_t>(picture.capture)] : Twist{};
     const auto at = static_cast<std::size_t>(s.board);
     id = problem_->AddResidualBlock(
-        new ceres::AutoDiffCostFunction<ShapedSighting<Model>, 2, kValues, 4, 3, 4, 3, 4, 3, 1, kShape>(
-            new ShapedSighting<Model>{{point, s.pixel, twist}, bases_[at][static_cast<std::size_t>(s.point)]}),
+        new ceres::AutoDiffCostFunction<ShapeResidual<Model>, 2, kValues, 4, 3, 4, 3, 4, 3, 1, kShape>(
+            new ShapeResidual<Model>{{point, s.pixel, twist}, bases_[at][static_cast<std::size_t>(s.point)]}),
         loss, lens.numbers.data(), lens.from_rig.q.data(), lens.from_rig.t.data(), rig.q.data(), rig.t.data(),
         board.q.data(), board.t.data(), &offset_, shapes_[at].numbers.data());
   } else if (picture.lens == 0 && s.board == 0) {
-    id = problem_->AddResidualBlock(
-        new ceres::AutoDiffCostFunction<OwnSighting<Model>, 2, kValues, 4, 3>(new OwnSighting<Model>{point, s.pixel}),
-        loss, lens.numbers.data(), rig.q.data(), rig.t.data());
+    id = problem_->AddResidualBlock(new ceres::AutoDiffCostFunction<Lens0Residual<Model>, 2, kValues, 4, 3>(
+                                        new Lens0Residual<Model>{point, s.pixel}),
+                                    loss, lens.numbers.data(), rig.q.data(), rig.t.data());
   } else {
     const Twist twist = late(picture) ? *twists_[static_cast<std::size_t>(picture.capture)] : Twist{};
     id =
-        problem_->AddResidualBlock(new ceres::AutoDiffCostFunction<AnySighting<Model>, 2, kValues, 4, 3, 4, 3, 4, 3, 1>(
-                                       new AnySighting<Model>{point, s.pixel, twist}),
+        problem_->AddResidualBlock(new ceres::AutoDiffCostFunction<RigResidual<Model>, 2, kValues, 4, 3, 4, 3, 4, 3, 1>(
+                                       new RigResidual<Model>{point, s.pixel, twist}),
                                    loss, lens.numbers.data(), lens.from_rig.q.data(), lens.from_rig.t.data(),
                                    rig.q.data(), rig.t.data(), board.q.data(), board.t.data(), &offset_);
   }
@@ -206,7 +207,7 @@ void Bundle::build(Boards boards) {
   blocks_.clear();
   for (std::size_t i = 0; i < observations_.pictures.size(); ++i) {
     const Picture& picture = observations_.pictures[i];
-    // Where the motion is not known, nothing says where a late picture was taken.
+    // Without the rig's velocity the pose at a picture with a time offset is unknown.
     if (late(picture) && !twists_[static_cast<std::size_t>(picture.capture)]) continue;
     for (std::size_t k = 0; k < picture.observations.size(); ++k) {
       with_model(lenses_[static_cast<std::size_t>(picture.lens)].model,
@@ -233,7 +234,7 @@ void Bundle::build(Boards boards) {
                                  nullptr, shapes_[b].numbers.data());
 }
 
-/// In pixels, as residuals are: the loss turns at three deviations of theirs.
+/// Prior of a board's shape in units of the residuals, pixels: the Huber scale is three standard deviations of these.
 Eigen::VectorXd Bundle::prior_of(std::size_t board) const {
   const auto sigmas = shape_prior(observations_.boards[board]);
   return options_.robust_px / 3 * Eigen::Map<const Eigen::VectorXd>(sigmas.data(), kShapeNumbers).cwiseInverse();
@@ -265,7 +266,7 @@ void Bundle::find_residuals(BundleFit& out) {
     squares += r[0] * r[0] + r[1] * r[1];
   }
   out.rms_px = std::sqrt(squares / static_cast<double>(blocks_.size()));
-  // What was fitted takes its share of the residuals.
+  // Degrees of freedom: number of residuals less number of estimated parameters.
   Eigen::Index fitted = 0;
   std::vector<double*> blocks;
   problem_->GetParameterBlocks(&blocks);
@@ -279,7 +280,7 @@ void Bundle::find_residuals(BundleFit& out) {
   out.spread_px = 1.4826 * *middle * share;
 }
 
-/// By capture, derivatives by `shared` blocks, with the capture's own pose eliminated.
+/// One cluster per capture: Jacobian with respect to the `shared` blocks, with the capture's pose eliminated.
 std::vector<Cluster> Bundle::clusters(const std::vector<double*>& shared) {
   std::vector<std::vector<ceres::ResidualBlockId>> of_capture(rigs_.size());
   for (const auto& [id, residual] : blocks_)
@@ -302,7 +303,7 @@ std::vector<Cluster> Bundle::clusters(const std::vector<double*>& shared) {
         dense(row, sparse.cols[static_cast<std::size_t>(k)]) = sparse.values[static_cast<std::size_t>(k)];
     constexpr Eigen::Index kPose = 6;
     out[c] = eliminate_nuisance(dense.rightCols(kPose), dense.leftCols(dense.cols() - kPose),
-                        Eigen::Map<const Eigen::VectorXd>(residuals.data(), sparse.num_rows));
+                                Eigen::Map<const Eigen::VectorXd>(residuals.data(), sparse.num_rows));
   }
   return out;
 }
@@ -367,7 +368,7 @@ Status Bundle::find_covariances(BundleFit& out) {
     out.shape_covariance.resize(shapes_.size());
     out.shape_covariance[b] = block(with_shapes.covariance, at, kShapeNumbers);
   }
-  // A capture by itself, all else as it was fitted.
+  // Estimate from each capture separately, with all other parameters fixed.
   for (const Cluster& c : each) {
     Eigen::VectorXd spacing = Eigen::VectorXd::Zero(c.jacobian.rows());
     for (std::size_t b = 0; b < shapes_.size() && c.jacobian.cols() > 0; ++b)
@@ -382,7 +383,7 @@ Status Bundle::find_covariances(BundleFit& out) {
 
 void Bundle::find_pair_covariance(const Eigen::MatrixXd& c, Eigen::Index q, Eigen::Index t, BundleFit& out) const {
   out.pair_covariance.resize(36);
-  // Ceres's tangent of a quaternion is half the turn.
+  // Ceres' tangent of a quaternion is half the rotation vector.
   const auto place = [&](Eigen::Index i) { return i < 3 ? q + i : t + i - 3; };
   for (Eigen::Index i = 0; i < 6; ++i)
     for (Eigen::Index j = 0; j < 6; ++j)
@@ -399,7 +400,7 @@ Result<BundleFit> Bundle::fit() {
   options.parameter_tolerance = 1e-12;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
-  // The rig's motion is taken from its poses, which the offset moves: a few rounds settle both.
+  // The velocity is computed from the poses, which depend on the offset: iterate a few times.
   const int rounds = moves() ? 4 : 1;
   for (int round = 0; round < rounds; ++round) {
     if (moves()) {
@@ -411,8 +412,8 @@ Result<BundleFit> Bundle::fit() {
     ceres::Solver::Summary summary;
     ceres::Solve(options, problem_.get(), &summary);
     if (!summary.IsSolutionUsable() || !std::isfinite(summary.final_cost))
-      return Status(StatusCode::failed_precondition, "calibration: no lens was found that explains the pictures (" +
-                                                         summary.message + "); check the boards' sizes");
+      return Status(StatusCode::failed_precondition,
+                    "calibration: no lens model fits the pictures (" + summary.message + "); check the boards' sizes");
   }
   BundleFit out;
   find_residuals(out);
@@ -423,7 +424,8 @@ Result<BundleFit> Bundle::fit() {
 
 }  // namespace
 
-Result<BundleFit> fit_bundle(const BoardObservations& observations, const BundleState& start, const BundleOptions& options) {
+Result<BundleFit> fit_bundle(const BoardObservations& observations, const BundleState& start,
+                             const BundleOptions& options) {
   return Bundle(observations, start, options).fit();
 }
 

@@ -6,15 +6,16 @@
 namespace lightwell::calibration {
 namespace {
 
-/// Singular values of columns of length one, relative to the largest, below which a parameter is not determined.
+/// Singular value of the matrix with normalised columns, relative to the largest, below which a parameter is not
+/// determined.
 constexpr double kSingular = 1e-9;
-/// A cluster that alone determines a direction leaves no residual there; its score is then at most so many times
-/// enlarged.
+/// Lower limit of 1 - leverage in the correction: a cluster that alone determines a direction leaves no residual there.
 constexpr double kMinLeverageComplement = 0.05;
 
 }  // namespace
 
-Cluster eliminate_nuisance(const Eigen::MatrixXd& own, const Eigen::MatrixXd& shared, const Eigen::VectorXd& residuals) {
+Cluster eliminate_nuisance(const Eigen::MatrixXd& own, const Eigen::MatrixXd& shared,
+                           const Eigen::VectorXd& residuals) {
   const Eigen::VectorXd lengths = own.colwise().norm().cwiseMax(1e-300);
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(own * lengths.cwiseInverse().asDiagonal());
   Eigen::MatrixXd all(shared.rows(), shared.cols() + 1);
@@ -47,13 +48,13 @@ ClusteredCovariance clustered_covariance(const std::vector<Cluster>& clusters, c
   const Eigen::VectorXd& values = svd.singularValues();
   if (!(values(n - 1) > kSingular * values(0))) return out;
   out.determined = true;
-  // a * whitener has orthonormal columns: with noise that is alike everywhere scores have the covariance sigma² I.
+  // a * whitener has orthonormal columns: for homoscedastic noise the scores have the covariance sigma² I.
   const Eigen::MatrixXd whitener = svd.matrixV() * values.cwiseInverse().asDiagonal();
   const Eigen::MatrixXd back = lengths.cwiseInverse().asDiagonal() * whitener;
   out.step = -back * (whitener.transpose() * (a.transpose() * r));
 
   Eigen::MatrixXd middle = Eigen::MatrixXd::Zero(n, n), seen = middle;
-  // After the step: what a parameter that was held would explain is no noise.
+  // Residuals after the step: the part that a held parameter would explain is not noise.
   std::vector<Eigen::VectorXd> scores;
   at = 0;
   for (const Cluster& c : clusters) {
@@ -67,7 +68,7 @@ ClusteredCovariance clustered_covariance(const std::vector<Cluster>& clusters, c
                      (b.transpose() * (c.residuals + c.jacobian * out.step)));
     middle += scores.back() * scores.back().transpose();
   }
-  // `seen` is the identity but for what the prior knows.
+  // `seen` is the identity except for the contribution of the prior.
   const double mean = middle.trace() / seen.trace(), count = static_cast<double>(scores.size());
   const Eigen::MatrixXd alike = mean * seen;
   const double distance = (middle - alike).squaredNorm();
@@ -76,7 +77,7 @@ ClusteredCovariance clustered_covariance(const std::vector<Cluster>& clusters, c
     variance += (count * s * s.transpose() - middle).squaredNorm() / (count * count);
   const double share = distance > 0 ? std::min(1.0, variance / distance) : 1;
   middle = share * alike + (1 - share) * middle;
-  // The prior is an observation with noise of its own.
+  // The prior is an observation with its own noise.
   const Eigen::MatrixXd known = whitener.transpose() * lengths.cwiseInverse().cwiseProduct(prior).asDiagonal();
   middle += mean * known * known.transpose();
   out.covariance = back * middle * back.transpose();

@@ -1,5 +1,5 @@
-// What a fit knows, from the residuals that it left, without taking them for independent of each other or alike: those
-// of one capture share its blur, its motion and its light, and a tag's corners share edges.
+// Covariance of estimated parameters from the residuals, without assuming that these are independent or identically
+// distributed: the residuals of one capture share its blur, motion and light, and the corners of a tag share edges.
 #pragma once
 
 #include <vector>
@@ -8,28 +8,28 @@
 
 namespace lightwell::calibration {
 
-/// The rows of one capture: derivatives by the shared parameters after the capture's own were eliminated, and residuals
-/// projected likewise; both weighted by the loss.
+/// The residuals of one capture: Jacobian with respect to the shared parameters and residuals, both projected onto the
+/// complement of the capture's own parameters and weighted by the loss.
 struct Cluster {
   Eigen::MatrixXd jacobian;
   Eigen::VectorXd residuals;
 };
 
 struct ClusteredCovariance {
-  bool determined = false;     ///< Whether the rows determine every parameter.
-  Eigen::VectorXd step;        ///< The Gauss-Newton step that is left: of what was held, how it would move.
-  Eigen::MatrixXd covariance;  ///< Empty where not determined.
+  bool determined = false;     ///< Whether the residuals determine all parameters.
+  Eigen::VectorXd step;        ///< Remaining Gauss-Newton step; for parameters that were held, their estimated change.
+  Eigen::MatrixXd covariance;  ///< Empty if not determined.
 };
 
-/// Eliminates columns that only this cluster has: what `own` spans is projected out.
+/// Eliminates the nuisance parameters of one cluster: projects onto the orthogonal complement of the columns of `own`.
 [[nodiscard]] Cluster eliminate_nuisance(const Eigen::MatrixXd& own, const Eigen::MatrixXd& shared,
-                                 const Eigen::VectorXd& residuals);
+                                         const Eigen::VectorXd& residuals);
 
-/// Sandwich covariance, clustered (Liang & Zeger 1986) and corrected for the leverage of each cluster (CR2, Bell &
-/// McCaffrey 2002): exact in the mean for noise that is alike everywhere, valid for noise that differs from capture to
-/// capture or is correlated within one. As a few captures do not tell a whole matrix, the scores' covariance is shrunk
-/// towards that of noise that is alike everywhere (Ledoit & Wolf 2004). `prior`: one row a parameter, its diagonal in
-/// the residuals' unit; 0 for none.
+/// Cluster-robust sandwich covariance (Liang & Zeger 1986) with a leverage correction (CR2, Bell & McCaffrey 2002):
+/// unbiased for homoscedastic noise, and valid for noise that differs between captures or is correlated within one.
+/// Because a few captures do not determine a full matrix, the covariance of the scores is shrunk towards that of
+/// homoscedastic noise (Ledoit & Wolf 2004). `prior`: one row per parameter, given by its diagonal entry in the
+/// residuals' unit; 0: no prior.
 [[nodiscard]] ClusteredCovariance clustered_covariance(const std::vector<Cluster>& clusters,
                                                        const Eigen::VectorXd& prior);
 

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kCellsAcross = 12;
 constexpr int kMinPictures = 20;
-/// A region of the picture asks for a view where more than this share of its cells lacks some.
+/// Fraction of uncovered cells in a region above which a view is suggested.
 constexpr double kMaxUncoveredFraction = 0.25;
 
 }  // namespace
@@ -19,7 +19,7 @@ double Coverage::share() const {
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     if (!counts[i]) continue;
     ++counted;
-    known += pictures[i] >= kEnough ? 1 : 0;
+    known += pictures[i] >= kMinViewsPerCell ? 1 : 0;
   }
   return counted > 0 ? static_cast<double>(known) / counted : 0;
 }

@@ -18,24 +18,26 @@ namespace {
 
 using std::numbers::pi;
 
-/// Zhang 2000 needs three poses of a plane; with fewer than these the covariance is too wide to be of use.
+/// Zhang 2000 needs three poses of a plane; with fewer pictures or observations than these the covariance is too large
+/// to be useful.
 constexpr std::size_t kMinPictures = 5, kMinObservations = 100;
-/// Boards whose normals differ by less face the lens all alike, and size cannot be told from distance.
+/// Smallest angle between board normals: with parallel boards focal length and distance are not separable.
 constexpr double kMinTilt_rad = 10 * pi / 180;
-/// A focal length that is not known to this is none.
+/// Largest relative standard deviation of the focal length.
 constexpr double kMaxFocalSigma = 0.02;
-/// Of double sphere and Mei the focal length goes with xi; where it is known to less than this, so is every number.
+/// The same for double sphere and Mei, whose focal length is correlated with xi.
 constexpr double kMaxFocalSigmaWithXi = 0.2;
-/// A board's shape is fitted from here on: mean of its numbers' squares in deviations (Wald), and one number alone.
-constexpr double kShapeEvidence = 4, kSpacingDeviations = 5;
-/// A picture whose tags are spaced so differently, in shares and in deviations, shows another board.
-constexpr double kOtherSpacing = 0.01, kOtherDeviations = 6;
-/// A picture that loses this share of its points, and so many, is named.
+/// Evidence from which a board's shape is estimated: Wald statistic per parameter, and standard deviations of the
+/// spacing alone.
+constexpr double kShapeEvidence = 4, kSpacingSigmas = 5;
+/// Difference of the tag spacing, relative and in standard deviations, from which a picture shows another board.
+constexpr double kSpacingDifference = 0.01, kSpacingDifferenceSigmas = 6;
+/// Fraction (and number) of outliers from which a picture is reported.
 constexpr double kMaxOutlierFraction = 0.2;
 constexpr std::size_t kMinReportedOutliers = 8;
-/// A surface that is bent by less is flat as far as anyone can glue.
+/// Flatness deviation below which no note is made.
 constexpr double kMinFlatness_m = 2e-4;
-/// What lies so many deviations away after the first fit is no sighting of the point that it says.
+/// Residual after the first fit, in standard deviations, from which an observation is an outlier.
 constexpr double kOutlierThreshold = 6;
 constexpr std::size_t kMinPointsPerPicture = 4;
 constexpr int kOutlierRounds = 3;
@@ -72,7 +74,7 @@ Status check(const BoardObservations& s) {
   return {};
 }
 
-/// Before anything is fitted: whether there is enough of it.
+/// Checks before fitting that there are enough observations.
 Status check_enough(const BoardObservations& s, int lens) {
   std::size_t pictures = 0, observations = 0, max_points = 0;
   for (const Picture& p : s.pictures) {
@@ -84,15 +86,15 @@ Status check_enough(const BoardObservations& s, int lens) {
   const std::string who = s.lenses.size() > 1 ? "lens " + std::to_string(lens) + ": " : "";
   if (pictures < kMinPictures)
     return is_underdetermined(who + std::to_string(pictures) + " pictures show a board; take at least " +
-                            std::to_string(kMinPictures) + ", 20 to 40 are better");
+                              std::to_string(kMinPictures) + ", 20 to 40 are better");
   if (max_points <= 4)
     return is_underdetermined(
         who +
-        "one tag alone is seen in every picture, which does not tell a lens from a pose; use a board of "
+        "every picture shows only one tag, which does not determine both lens and pose; use a board of "
         "several tags (lightwell-calibrate board)");
   if (observations < kMinObservations)
     return is_underdetermined(who + std::to_string(observations) +
-                            " points are seen in all; take more pictures, nearer to the board");
+                              " points are seen in all; take more pictures, nearer to the board");
   return {};
 }
 
@@ -119,7 +121,7 @@ ModelParameters as_kind(const KannalaBrandtParameters& k, LensKind kind, double 
   return k;
 }
 
-/// The numbers' covariance carried to directions, by small steps of each along the covariance's axes.
+/// Propagates the covariance of the parameters to directions, by finite differences along its principal axes.
 double direction_uncertainty(const LensSize& size, const ModelParameters& model, const std::vector<double>& covariance,
                              double max_observed_angle_rad) {
   const std::vector<double> at = parameters_of(model);
@@ -157,7 +159,7 @@ const char* name_of(LensKind kind) {
   return kind == LensKind::mei ? "mei" : kind == LensKind::double_sphere ? "double-sphere" : "kannala-brandt";
 }
 
-/// Whether every number of the lens is known well enough to be one.
+/// Whether the observations determine all parameters of the lens with sufficient precision.
 bool is_determined(const BundleFit& fit, LensKind kind) {
   for (std::size_t k = 0; k < fit.state.lenses.size(); ++k) {
     const double focal = parameters_of(fit.state.lenses[k])[0], variance = fit.lens_covariance[k][0];
@@ -167,18 +169,19 @@ bool is_determined(const BundleFit& fit, LensKind kind) {
   return true;
 }
 
-/// Whether the residuals contradict a board's points.
+/// Whether the residuals contradict a board's description.
 bool has_shape(const BundleFit& fit, std::size_t board) {
   if (fit.shape_covariance.empty() || fit.shape_covariance[board].empty()) return false;
   constexpr auto kSize = static_cast<Eigen::Index>(BoardShape::kParameters);
   const Eigen::Map<const Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>> c(fit.shape_covariance[board].data());
   const Eigen::Map<const Eigen::Vector<double, kSize>> d(fit.shapes[board].numbers.data());
-  if (d[0] * d[0] > kSpacingDeviations * kSpacingDeviations * c(0, 0)) return true;
+  if (d[0] * d[0] > kSpacingSigmas * kSpacingSigmas * c(0, 0)) return true;
   const double evidence = d.dot(c.completeOrthogonalDecomposition().solve(d)) / static_cast<double>(kSize);
   return evidence > kShapeEvidence;
 }
 
-/// Pictures of captures whose tags are spaced unlike those of most; none where that is not the exception.
+/// Pictures of captures whose tag spacing differs from that of most captures; none if such captures are not
+/// exceptional.
 std::vector<bool> other_boards(const BundleFit& fit, const BoardObservations& s) {
   std::vector<double> spacings;
   for (const Estimate& e : fit.capture_spacing)
@@ -190,14 +193,15 @@ std::vector<bool> other_boards(const BundleFit& fit, const BoardObservations& s)
   for (std::size_t i = 0; i < s.pictures.size(); ++i) {
     const Estimate& e = fit.capture_spacing[static_cast<std::size_t>(s.pictures[i].capture)];
     const double off = std::abs(e.value - *middle);
-    out[i] = e.sigma > 0 && off > kOtherSpacing && off > kOtherDeviations * e.sigma && !s.pictures[i].observations.empty();
+    out[i] = e.sigma > 0 && off > kSpacingDifference && off > kSpacingDifferenceSigmas * e.sigma &&
+             !s.pictures[i].observations.empty();
   }
   if (3 * std::count(out.begin(), out.end(), true) > static_cast<std::ptrdiff_t>(s.pictures.size()))
     out.assign(out.size(), false);
   return out;
 }
 
-/// Leaves out what the first fit shows to be no sighting of its point. Returns how many.
+/// Removes the outliers of the first fit. Returns their number.
 std::size_t drop_outliers(const BundleFit& fit, BoardObservations& s) {
   const double limit = kOutlierThreshold * std::max(fit.spread_px, 0.05);
   std::vector<std::set<int>> out(s.pictures.size());
@@ -211,7 +215,7 @@ std::size_t drop_outliers(const BundleFit& fit, BoardObservations& s) {
     std::vector<PointObservation> kept;
     for (std::size_t k = 0; k < s.pictures[i].observations.size(); ++k)
       if (!out[i].contains(static_cast<int>(k))) kept.push_back(s.pictures[i].observations[k]);
-    // What is left of a picture must still tell where the board was.
+    // The remaining points of a picture must determine the board's pose.
     if (kept.size() < kMinPointsPerPicture && kept.size() < s.pictures[i].observations.size()) kept.clear();
     s.pictures[i].observations = std::move(kept);
   }
@@ -235,13 +239,14 @@ std::string rounded(double value, int digits) {
 
 std::vector<std::string> shape_notes(const BoardFit& board, const Board& of) {
   std::vector<std::string> out;
-  if (std::abs(board.shape.spacing_change()) > kSpacingDeviations * board.spacing_sigma && board.spacing_sigma > 0)
-    out.push_back("board '" + of.name + "': its tags are " + rounded(100 * board.shape.spacing_change(), 2) + " +- " +
-                  rounded(100 * board.spacing_sigma, 2) +
-                  " % further apart than it says, and were taken so; measure the spacing and the size of its tags");
+  if (std::abs(board.shape.spacing_change()) > kSpacingSigmas * board.spacing_sigma && board.spacing_sigma > 0)
+    out.push_back(
+        "board '" + of.name + "': its tags are " + rounded(100 * board.shape.spacing_change(), 2) + " +- " +
+        rounded(100 * board.spacing_sigma, 2) +
+        " % further apart than its description states; this was used; measure the spacing and the size of its tags");
   if (board.flatness_m > kMinFlatness_m)
     out.push_back("board '" + of.name + "' is not flat: its points span " + rounded(1e3 * board.flatness_m, 2) +
-                  " mm across the best plane; its shape was fitted and used, but glue it to something flat");
+                  " mm across the best-fit plane; its shape was estimated and used; glue the board to something flat");
   return out;
 }
 
@@ -256,8 +261,8 @@ Result<GeometryFit> calibrate_geometry(const BoardObservations& given, const Geo
     if (!start) return start.status();
     if (start->tilt_rad < kMinTilt_rad)
       return is_underdetermined(
-          "all boards face the lens alike (their tilts differ by " + std::to_string(start->tilt_rad * 180 / pi) +
-          " degrees), so that size cannot be told from distance; tilt the board by 30 degrees and more");
+          "all boards are parallel (their tilts differ by " + std::to_string(start->tilt_rad * 180 / pi) +
+          " degrees), so that focal length and distance cannot be separated; tilt the board by 30 degrees and more");
     starts.push_back(std::move(*start));
   }
   Result<BundleState> state = initialize_bundle(given, starts);
@@ -285,7 +290,7 @@ Result<GeometryFit> calibrate_geometry(const BoardObservations& given, const Geo
     observations.pictures[i].observations.clear();
     out.pictures[i].other_board = true;
     out.notes.push_back(given.pictures[i].name +
-                        " was left out: its tags are spaced unlike those of the other pictures, so it shows another "
+                        " was rejected: its tag spacing differs from that of the other pictures, so it shows another "
                         "board with the same numbers");
   }
   if (std::find(other.begin(), other.end(), true) != other.end()) {
@@ -293,8 +298,8 @@ Result<GeometryFit> calibrate_geometry(const BoardObservations& given, const Geo
     if (!first) return first.status();
   }
   const BoardObservations of_board = observations;
-  // What hid behind the worst shows after them.
-  const auto settle = [&](const BundleState& start) -> Result<BundleFit> {
+  // Iterate, because large outliers mask smaller ones.
+  const auto fit_and_reject = [&](const BundleState& start) -> Result<BundleFit> {
     Result<BundleFit> fit = fit_bundle(observations, start, bundle);
     for (int round = 0; fit && round < kOutlierRounds; ++round) {
       if (drop_outliers(*fit, observations) == 0) break;
@@ -311,9 +316,9 @@ Result<GeometryFit> calibrate_geometry(const BoardObservations& given, const Geo
     return start;
   };
   bundle.robust_px = std::max(0.05, 3 * first->spread_px);
-  Result<BundleFit> fit = settle(as(options.kind));
+  Result<BundleFit> fit = fit_and_reject(as(options.kind));
   if (!fit || !is_determined(*fit, options.kind)) {
-    // Of the models that they do determine, the one that leaves the least.
+    // Suggest the model with the smallest residuals among those that are determined.
     std::optional<LensKind> better;
     double least = std::numeric_limits<double>::infinity();
     for (const LensKind kind : {LensKind::kannala_brandt, LensKind::mei, LensKind::double_sphere}) {
@@ -325,21 +330,22 @@ Result<GeometryFit> calibrate_geometry(const BoardObservations& given, const Geo
     }
     if (better)
       return is_underdetermined("the pictures do not determine the numbers of the model " +
-                              std::string(name_of(options.kind)) + "; they determine " + name_of(*better) +
-                              " (--model " + name_of(*better) + ")");
+                                std::string(name_of(options.kind)) + "; they determine " + name_of(*better) +
+                                " (--model " + name_of(*better) + ")");
     if (!fit) return fit.status();
-    return is_underdetermined("the focal length is not known to " + std::to_string(static_cast<int>(100 * kMaxFocalSigma)) +
-                            " %; take more pictures, with the board tilted and in all parts of the picture");
+    return is_underdetermined("the focal length is not determined to " +
+                              std::to_string(static_cast<int>(100 * kMaxFocalSigma)) +
+                              " %; take more pictures, with the board tilted and in all parts of the picture");
   }
   std::vector<bool> shaped(given.boards.size());
   for (std::size_t b = 0; b < shaped.size(); ++b) shaped[b] = has_shape(*fit, b);
   if (std::find(shaped.begin(), shaped.end(), true) != shaped.end()) {
-    // What a plane left out may be right.
+    // Observations rejected under the assumption of a plane may fit with shapes.
     bundle.shapes = true;
     observations = of_board;
     BundleState start = fit->state;
     start.shapes.clear();
-    fit = settle(start);
+    fit = fit_and_reject(start);
     if (!fit) return fit.status();
   }
   std::size_t dropped = 0;
@@ -348,13 +354,15 @@ Result<GeometryFit> calibrate_geometry(const BoardObservations& given, const Geo
     p.points = given.pictures[i].observations.size();
     p.outliers = p.other_board ? 0 : p.points - observations.pictures[i].observations.size();
     dropped += p.outliers;
-    if (p.outliers >= kMinReportedOutliers && static_cast<double>(p.outliers) > kMaxOutlierFraction * static_cast<double>(p.points))
+    if (p.outliers >= kMinReportedOutliers &&
+        static_cast<double>(p.outliers) > kMaxOutlierFraction * static_cast<double>(p.points))
       out.notes.push_back(given.pictures[i].name + ": " + std::to_string(p.outliers) + " of " +
-                          std::to_string(p.points) + " points were left out; look at the picture, or take it away");
+                          std::to_string(p.points) + " points were rejected; check the picture, or remove it");
   }
   if (dropped > 0)
-    out.notes.push_back(std::to_string(dropped) + " points were left out: they lie more than " +
-                        std::to_string(static_cast<int>(kOutlierThreshold)) + " deviations from where they belong");
+    out.notes.push_back(std::to_string(dropped) + " points were rejected as outliers: they are more than " +
+                        std::to_string(static_cast<int>(kOutlierThreshold)) +
+                        " standard deviations from their predicted positions");
   for (std::size_t b = 0; b < given.boards.size(); ++b) {
     BoardFit board;
     if (bundle.shapes) board = board_fit(*fit, given.boards[b], b);

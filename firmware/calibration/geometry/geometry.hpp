@@ -1,6 +1,6 @@
-// Calibrates lenses from pictures of boards: from nothing but the sightings to a model, with the covariance of what was
-// found. One lens and one board; or two lenses back to back and several boards around them, whose relative poses are
-// found in the same fit.
+// Calibrates lenses from observations of boards, without an initial estimate: lens models with covariance. One lens and
+// one board; or two lenses back to back and several boards around them, whose relative poses are estimated in the same
+// fit.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
 
-#include "calibration/geometry/bundle.hpp"
 #include "calibration/geometry/board_observations.hpp"
+#include "calibration/geometry/bundle.hpp"
 
 namespace lightwell::calibration {
 
@@ -19,49 +19,50 @@ enum class LensKind { kannala_brandt, double_sphere, mei };
 
 struct GeometryOptions {
   LensKind kind = LensKind::kannala_brandt;
-  /// Fit how much later than lens 0 lens 1 takes its pictures; the rig has to move and Picture::time_s to be given.
+  /// Estimate the time of lens 1's pictures relative to lens 0's; the rig must move, and Picture::time_s must be set.
   bool time_offset = false;
 };
 
 struct LensFit {
   ModelParameters model;
-  std::vector<double> covariance;  ///< Of its numbers in projection.hpp's order, row by row.
-  double max_observed_angle_rad = 0;             ///< The largest angle from the axis at which a point was seen.
-  double max_model_angle_rad = 0;          ///< Where the model ends.
-  /// What three deviations of the model's numbers do to directions, RMS over the angles that were seen, rad.
+  std::vector<double> covariance;     ///< Of the parameters in the order of projection.hpp, row-major.
+  double max_observed_angle_rad = 0;  ///< Largest angle from the axis of an observation.
+  double max_model_angle_rad = 0;     ///< Largest angle of the model's domain.
+  /// Three standard deviations of the model's directions, RMS over the observed angles, rad.
   double direction_uncertainty_rad = 0;
 };
 
-/// How far the sightings of one board are from what its points say.
+/// Estimated deviation of one board from its description.
 struct BoardFit {
-  BoardShape shape;          ///< All zero where the sightings agree with a plane and the stated spacing.
-  double spacing_sigma = 0;  ///< Of its spacing_change().
-  double flatness_m = 0;     ///< Height of the fitted surface above the best plane, largest less smallest.
+  BoardShape shape;          ///< All zero if the observations agree with a plane and the stated spacing.
+  double spacing_sigma = 0;  ///< Standard deviation of shape.spacing_change().
+  double flatness_m = 0;     ///< flatness() of the shape, m.
 };
 
-/// What became of one of the pictures, as they were given.
+/// Result for one of the given pictures.
 struct PictureFit {
   std::size_t points = 0, outliers = 0;
-  bool other_board = false;  ///< Its tags are spaced unlike those of the other pictures; it was left out.
+  bool other_board = false;  ///< Rejected: its tag spacing differs from that in the other pictures.
 };
 
 struct GeometryFit {
   std::vector<LensFit> lenses;
   std::vector<BoardFit> boards;
   std::vector<PictureFit> pictures;
-  /// T_lens1_lens0, _cv axes, and its covariance: a turn about lens 1's axes (rad), then a translation (m). Of two
-  /// lenses.
+  /// For two lenses: T_lens1_lens0, axes _cv, and its covariance: rotation about lens 1's axes (rad), then translation
+  /// (m).
   Pose pair;
   std::vector<double> pair_covariance;
   double time_offset_s = 0, time_offset_sigma_s = 0;
   BundleFit bundle;
-  BoardObservations used;                  ///< Those of the bundle: what was given less what was left out.
-  std::vector<std::string> notes;  ///< Worth saying: sightings that were left out, boards that are bent.
+  BoardObservations used;  ///< The observations of the bundle adjustment: the given ones without the rejected ones.
+  std::vector<std::string> notes;  ///< For the user: rejected observations, bent boards.
 };
 
-/// invalid_argument where sightings are no sightings (sizes, indices, NaN); failed_precondition where they do not tell:
-/// too few pictures or points, one tag alone, boards that all face the lens, boards or lenses that nothing joins, a
-/// kind of lens whose numbers the pictures do not determine. The message says what to do.
-[[nodiscard]] Result<GeometryFit> calibrate_geometry(const BoardObservations& observations, const GeometryOptions& options);
+/// invalid_argument for invalid observations (sizes, indices, NaN); failed_precondition for insufficient ones: too few
+/// pictures or points, only one tag, all boards parallel, boards or lenses that no capture connects,
+/// a lens kind whose parameters are not determined. The message states the remedy.
+[[nodiscard]] Result<GeometryFit> calibrate_geometry(const BoardObservations& observations,
+                                                     const GeometryOptions& options);
 
 }  // namespace lightwell::calibration

@@ -16,12 +16,11 @@ namespace {
 
 using std::numbers::pi;
 
-/// Fields of view to start from, of the picture's shorter side; each reaches those about it.
+/// Initial fields of view along the shorter side; from each the optimisation converges to neighbouring ones.
 constexpr double kFields_deg[] = {60, 100, 140, 180, 220};
-/// A board's pose is worth having from so many points on.
+/// Minimum number of points for a board's pose.
 constexpr std::size_t kMinPoints = 4;
-/// Points that are this many medians from where a pose puts them, or of this angle where that is more, are left out of
-/// it.
+/// Residual from which a point is rejected: this many times the median residual, or this angle if it is larger.
 constexpr double kOutlierMedians = 5, kNear_rad = 2e-3;
 constexpr int kPoseRounds = 6;
 
@@ -35,9 +34,10 @@ LensParameters equidistant(const LensSize& size, double field_rad) {
   return lens;
 }
 
-/// Without the few points that are elsewhere than they seem: what is many times further off than half of them is left
-/// out, and the rest tried again.
-std::optional<Pose> pose_of(const BoardObservations& all, const Picture& picture, int board, const CameraModel& camera) {
+/// Pose of a board with rejection of outliers: points with residuals far above the median are removed, and the pose is
+/// computed again.
+std::optional<Pose> pose_of(const BoardObservations& all, const Picture& picture, int board,
+                            const CameraModel& camera) {
   std::vector<Vec3d> points, directions;
   for (const PointObservation& s : picture.observations) {
     if (s.board != board) continue;
@@ -69,11 +69,11 @@ std::optional<Pose> pose_of(const BoardObservations& all, const Picture& picture
   return points.size() >= kMinPoints ? board_pose(points, directions) : std::nullopt;
 }
 
-/// One lens's sightings with each board of each picture as a capture of its own of one board that has all points.
+/// The observations of one lens, with each board in each picture as a separate capture of one board with all points.
 struct SplitByBoard {
   BoardObservations observations;
   BundleState state;
-  std::vector<std::pair<std::size_t, int>> captures;  ///< Picture and board that each was.
+  std::vector<std::pair<std::size_t, int>> captures;  ///< Picture and board of each capture.
 };
 
 SplitByBoard split_by_board(const BoardObservations& all, int lens, const LensParameters& guess) {
@@ -98,7 +98,8 @@ SplitByBoard split_by_board(const BoardObservations& all, int lens, const LensPa
       Picture picture;
       picture.capture = static_cast<int>(out.captures.size());
       for (const PointObservation& s : all.pictures[i].observations)
-        if (s.board == b) picture.observations.push_back({0, first_point[static_cast<std::size_t>(b)] + s.point, s.pixel});
+        if (s.board == b)
+          picture.observations.push_back({0, first_point[static_cast<std::size_t>(b)] + s.point, s.pixel});
       out.observations.pictures.push_back(std::move(picture));
       out.state.rig_from_world.push_back(*pose);
       out.captures.emplace_back(i, b);
@@ -113,10 +114,10 @@ Result<LensInitialization> initialize_lens(const BoardObservations& observations
   LensInitialization best;
   best.rms_px = std::numeric_limits<double>::infinity();
   for (const double field : kFields_deg) {
-    const SplitByBoard start =
-        split_by_board(observations, lens, equidistant(observations.lenses[static_cast<std::size_t>(lens)], field * pi / 180));
+    const SplitByBoard start = split_by_board(
+        observations, lens, equidistant(observations.lenses[static_cast<std::size_t>(lens)], field * pi / 180));
     if (start.captures.empty()) continue;
-    // A start from afar pulls in far sightings, too, so that all count alike at first.
+    // The initial estimate may be far off, so weight all observations equally at first.
     BundleOptions options;
     options.robust_px = 20;
     options.max_iterations = 60;
@@ -137,12 +138,13 @@ Result<LensInitialization> initialize_lens(const BoardObservations& observations
   }
   if (!std::isfinite(best.rms_px))
     return Status(StatusCode::failed_precondition, "calibration: lens " + std::to_string(lens) +
-                                                       ": no lens explains the pictures; check the board's size and "
+                                                       ": no lens model fits the pictures; check the board's size and "
                                                        "spacing, and that all pictures are of this lens");
   return best;
 }
 
-Result<BundleState> initialize_bundle(const BoardObservations& observations, const std::vector<LensInitialization>& lenses) {
+Result<BundleState> initialize_bundle(const BoardObservations& observations,
+                                      const std::vector<LensInitialization>& lenses) {
   const std::size_t boards = observations.boards.size();
   std::size_t captures = 0;
   for (const Picture& p : observations.pictures) captures = std::max(captures, static_cast<std::size_t>(p.capture) + 1);
@@ -150,8 +152,8 @@ Result<BundleState> initialize_bundle(const BoardObservations& observations, con
   world_from_board[0] = Pose{};
   lens_from_rig[0] = Pose{};
 
-  // Each sighting of a board, T_lens_board = T_lens_rig T_rig_world T_world_board, tells one of the three from the
-  // others. Round after round, those with the most points first, until nothing more is told.
+  // Each pose T_lens_board = T_lens_rig T_rig_world T_world_board determines one of the three factors from the other
+  // two. Repeat, those with the most points first, until no further pose is determined.
   struct Link {
     std::size_t lens, capture, board, points;
     Pose pose;
@@ -162,8 +164,9 @@ Result<BundleState> initialize_bundle(const BoardObservations& observations, con
     for (std::size_t b = 0; b < boards; ++b) {
       const std::optional<Pose>& pose = lenses[static_cast<std::size_t>(p.lens)].board_poses[i][b];
       if (!pose) continue;
-      const auto points = std::count_if(p.observations.begin(), p.observations.end(),
-                                        [&](const PointObservation& s) { return static_cast<std::size_t>(s.board) == b; });
+      const auto points = std::count_if(p.observations.begin(), p.observations.end(), [&](const PointObservation& s) {
+        return static_cast<std::size_t>(s.board) == b;
+      });
       links.push_back({static_cast<std::size_t>(p.lens), static_cast<std::size_t>(p.capture), b,
                        static_cast<std::size_t>(points), *pose});
     }
@@ -185,14 +188,15 @@ Result<BundleState> initialize_bundle(const BoardObservations& observations, con
       else
         lens = compose(k.pose, inverse(compose(*rig, *board)));
       more = true;
-      break;  // From the one with the most points again.
+      break;  // Restart with the one with the most points.
     }
   }
   for (std::size_t b = 0; b < boards; ++b) {
     if (world_from_board[b]) continue;
     return Status(StatusCode::failed_precondition,
-                  "calibration: board '" + observations.boards[b].name + "' is joined to '" + observations.boards[0].name +
-                      "' by no picture; take pictures in which one lens sees both, or leave it out");
+                  "calibration: board '" + observations.boards[b].name + "' is joined to '" +
+                      observations.boards[0].name +
+                      "' by no picture; take pictures that show both to one lens, or remove the board");
   }
   if (lens_from_rig.size() > 1 && !lens_from_rig[1])
     return Status(StatusCode::failed_precondition,
@@ -207,7 +211,7 @@ Result<BundleState> initialize_bundle(const BoardObservations& observations, con
 
 namespace {
 
-/// One direction that both models are to put on the same pixel.
+/// Difference of the pixels of one direction in both models.
 template <class Model>
 struct SamePixel {
   Vec3d direction;
@@ -216,7 +220,7 @@ struct SamePixel {
   template <class T>
   bool operator()(const T* lens, T* residual) const {
     T u, v;
-    // Where the model ends before the angle does, a large error says so and its slope leads back.
+    // Outside the model's domain the residual is large and its slope leads back into the domain.
     if (!Model::project(lens, T(direction.x), T(direction.y), T(direction.z), u, v)) return false;
     residual[0] = u - pixel.x;
     residual[1] = v - pixel.y;
@@ -227,7 +231,7 @@ struct SamePixel {
 template <class Model>
 struct Of {};
 
-/// Models with the scale of `k` on the axis to start from: more than one valley leads down.
+/// Initial parameters with the same scale on the axis as `k`; several, because there are local minima.
 std::vector<std::array<double, 9>> first_numbers(const KannalaBrandtParameters& k, Of<DoubleSphereModel> /*of*/) {
   std::vector<std::array<double, 9>> out;
   for (const double xi : {-0.4, -0.2, 0.0, 0.3})
@@ -242,9 +246,10 @@ std::vector<std::array<double, 9>> first_numbers(const KannalaBrandtParameters& 
   return out;
 }
 
-/// The error that is left; infinite where the start does not reach all angles.
+/// Minimises from one start and returns the remaining error; infinite if the start does not cover all angles.
 template <class Model>
-double fit_equivalent_model(const KannalaBrandtParameters& lens, double max_model_angle_rad, std::array<double, 9>& values) {
+double fit_equivalent_model(const KannalaBrandtParameters& lens, double max_model_angle_rad,
+                            std::array<double, 9>& values) {
   ceres::Problem problem;
   const auto k = KannalaBrandtModel::values(lens);
   constexpr int kThetas = 40, kAzimuths = 12;

@@ -1,4 +1,4 @@
-// First guesses, good enough for a bundle to start from.
+// Initial estimates for the bundle adjustment.
 #pragma once
 
 #include <optional>
@@ -8,30 +8,34 @@
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
 
-#include "calibration/geometry/bundle.hpp"
 #include "calibration/geometry/board_observations.hpp"
+#include "calibration/geometry/bundle.hpp"
 
 namespace lightwell::calibration {
 
-/// A lens by itself, each board of each picture with a pose of its own.
+/// Initial estimate of one lens, with an independent pose for each board in each picture.
 struct LensInitialization {
   KannalaBrandtParameters lens;
   double rms_px = 0;
-  /// T_lens_board by picture of BoardObservations::pictures and board; nothing of other lenses and where too little was seen.
+  /// T_lens_board by picture (index into BoardObservations::pictures) and board; empty for pictures of other lenses and
+  /// for too few observations.
   std::vector<std::vector<std::optional<Pose>>> board_poses;
-  double tilt_rad = 0;  ///< The largest angle between two boards' normals, seen from the lens.
+  double tilt_rad = 0;  ///< Largest angle between the normals of two boards in the lens frame.
 };
 
-/// Tries equidistant lenses of several fields of view and keeps the one that a fit makes the best of.
+/// Starts from equidistant lenses with several fields of view, refines each, and returns the one with the smallest
+/// error.
 [[nodiscard]] Result<LensInitialization> initialize_lens(const BoardObservations& observations, int lens);
 
-/// Joins what the lenses saw by themselves: where the rig stood, how boards and lenses stand to each other.
-/// failed_precondition names what nothing joins.
-[[nodiscard]] Result<BundleState> initialize_bundle(const BoardObservations& observations, const std::vector<LensInitialization>& lenses);
+/// Chains the poses of the individual lenses: rig poses, and relative poses of boards and lenses. failed_precondition
+/// names a capture, board or lens that is not connected to the others.
+[[nodiscard]] Result<BundleState> initialize_bundle(const BoardObservations& observations,
+                                                    const std::vector<LensInitialization>& lenses);
 
-/// Another model that maps the angles up to `largest_rad` as `lens` does, as nearly as it can. All zero where none
-/// reaches so far.
+/// Parameters of `Model` that best approximate `lens` at angles up to `max_model_angle_rad`. All zero if the model
+/// cannot represent such angles.
 template <class Model>
-[[nodiscard]] typename Model::Parameters equivalent_model(const KannalaBrandtParameters& lens, double max_model_angle_rad);
+[[nodiscard]] typename Model::Parameters equivalent_model(const KannalaBrandtParameters& lens,
+                                                          double max_model_angle_rad);
 
 }  // namespace lightwell::calibration

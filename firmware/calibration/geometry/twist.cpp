@@ -11,7 +11,7 @@ namespace {
 constexpr double kMaxGap_s = 1;
 constexpr std::size_t kMinPoints = 8;
 
-/// Of T_after T_before^-1 over `seconds`.
+/// Twist of T_after T_before^-1 over `seconds`.
 Twist between(const Pose& before, const Pose& after, double seconds) {
   const Pose moved = compose(after, inverse(before));
   Quat q = moved.rotation;
@@ -23,12 +23,13 @@ Twist between(const Pose& before, const Pose& after, double seconds) {
 
 }  // namespace
 
-std::vector<std::optional<Twist>> twists_of(const BoardObservations& observations, std::span<const Pose> rig_from_world) {
+std::vector<std::optional<Twist>> twists_of(const BoardObservations& observations,
+                                            std::span<const Pose> rig_from_world) {
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> time(rig_from_world.size(), kUnknown);
   std::vector<std::size_t> seen(rig_from_world.size());
   for (const Picture& p : observations.pictures) seen[static_cast<std::size_t>(p.capture)] += p.observations.size();
-  // A pose that hardly anything was seen from is no pose.
+  // Exclude poses with too few observations.
   for (const Picture& p : observations.pictures)
     if (seen[static_cast<std::size_t>(p.capture)] >= kMinPoints) time[static_cast<std::size_t>(p.capture)] = p.time_s;
   std::vector<std::size_t> order;

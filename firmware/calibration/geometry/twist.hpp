@@ -1,4 +1,4 @@
-// How a rig moves from capture to capture.
+// Velocity of the rig, from its poses in successive captures.
 #pragma once
 
 #include <optional>
@@ -14,23 +14,23 @@
 
 namespace lightwell::calibration {
 
-/// Velocity of the world as the rig sees it: a turn (rad/s) and a shift (m/s) in the rig's axes.
+/// Velocity of the world relative to the rig, in the rig frame: angular (rad/s) and linear (m/s).
 struct Twist {
   Vec3d turn, shift;
 };
 
-/// Where a point of the rig's frame is after `seconds`, to first order in the shift.
+/// Position of a point in the rig frame after `seconds`, to first order in the translation.
 template <class T>
 Eigen::Matrix<T, 3, 1> transform_by_twist(const Twist& twist, const T& seconds, const Eigen::Matrix<T, 3, 1>& p) {
-  // A turn by half angles, normalised: good to the third order, for offsets within which the rig hardly turns.
+  // Normalised quaternion from half angles: the error is of third order in the rotation angle, which is small.
   const Eigen::Quaternion<T> q(T(1), T(0.5) * seconds * twist.turn.x, T(0.5) * seconds * twist.turn.y,
                                T(0.5) * seconds * twist.turn.z);
   const Eigen::Matrix<T, 3, 1> shift(seconds * twist.shift.x, seconds * twist.shift.y, seconds * twist.shift.z);
   return q.normalized() * p + shift;
 }
 
-/// By capture, from the poses before and after it in time (central differences); not known of the first, the last,
-/// beside gaps of more than a second, and where too little was seen.
+/// By capture, from the previous and the next pose in time (central differences). Empty for the first and the last
+/// capture, next to gaps of more than a second, and for too few observations.
 [[nodiscard]] std::vector<std::optional<Twist>> twists_of(const BoardObservations& observations,
                                                           std::span<const Pose> rig_from_world);
 

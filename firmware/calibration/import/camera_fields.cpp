@@ -8,7 +8,7 @@ namespace lightwell {
 
 namespace {
 
-// As RigParameters::validate() has it.
+// Limit of RigParameters::validate().
 constexpr double kMaxSide_px = 16384;
 
 std::string text_of(double value) {
@@ -53,7 +53,7 @@ std::string camera_matrix_problem(std::span<const double> k) {
     return "must be fx 0 cx, 0 fy cy, 0 0 1, row by row; it is " + listed(k);
   if (k[1] != 0)
     return "has a skew of " + text_of(k[1]) +
-           ", which no model here has; calibrate again with it held at zero (OpenCV: CALIB_FIX_SKEW)";
+           ", which is not supported; calibrate again with it fixed at zero (OpenCV: CALIB_FIX_SKEW)";
   return pinhole_problem(pinhole_of(k));
 }
 
@@ -72,7 +72,7 @@ std::optional<ModelParameters> unified_lens(const PinholeFields& p, double xi, s
 }
 
 std::string no_exact_model(const std::string& model, const std::string& why) {
-  return model + " is no model of ours, and none of ours is exactly it: " + why +
+  return model + " is not supported, and no supported model is exactly equal: " + why +
          "; calibrate again with Kalibr's pinhole-equi, ds-none or omni-radtan, or with OpenCV's fisheye or omnidir";
 }
 

@@ -1,4 +1,4 @@
-// What the formats have in common: sizes, the camera matrix, and lenses below 180 degrees.
+// Common parts of the formats: picture sizes, the camera matrix, and conversion of lens models.
 #pragma once
 
 #include <array>
@@ -10,28 +10,28 @@
 
 namespace lightwell {
 
-/// Focal lengths and principal point, pixels; the centre of the top left one is (0, 0).
+/// Focal lengths and principal point, pixels; the centre of the top left pixel is (0, 0).
 struct PinholeFields {
   double fx = 0, fy = 0, cx = 0, cy = 0;
 };
 
-/// What is wrong with a picture's size, a pinhole, a list of numbers; empty where nothing is.
+/// Error text for an invalid picture size, pinhole or list of numbers; empty if valid.
 [[nodiscard]] std::string size_problem(double width, double height);
 [[nodiscard]] std::string pinhole_problem(const PinholeFields& p);
 [[nodiscard]] std::string numbers_problem(std::span<const double> values);
-/// Of a 3x3 camera matrix, row by row: its shape, a skew, and what pinhole_problem() says.
+/// Checks a 3x3 camera matrix (row-major): shape, skew, and pinhole_problem().
 [[nodiscard]] std::string camera_matrix_problem(std::span<const double> k);
-/// Of a matrix without problem.
+/// The fields of a camera matrix (row-major) that passes camera_matrix_problem().
 [[nodiscard]] PinholeFields pinhole_of(std::span<const double> k);
 
-/// Of four coefficients k1 k2 k3 k4, which all three formats order alike.
+/// From four coefficients k1 k2 k3 k4; the order is the same in all three formats.
 [[nodiscard]] KannalaBrandtParameters kannala_brandt_of(const PinholeFields& p, std::span<const double> k);
 
 /// The unified model (Geyer & Daniilidis 2000, Mei & Rives 2007) with OpenCV's distortion in its order k1 k2 p1 p2 k3
-/// k4 ...; with xi = 0 it is a pinhole. Nothing where no model of ours is exactly that.
+/// k4 ...; with xi = 0 it is a pinhole. Empty if no supported model is exactly equal.
 [[nodiscard]] std::optional<ModelParameters> unified_lens(const PinholeFields& p, double xi, std::span<const double> d);
 
-/// Why a lens whose model we have not is refused, and what to do.
+/// Error text for a lens model that has no exact equivalent here: the reason and the remedy.
 [[nodiscard]] std::string no_exact_model(const std::string& model, const std::string& why);
 
 /// "1, 2"

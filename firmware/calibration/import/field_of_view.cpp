@@ -16,17 +16,17 @@ FieldOfView field_of_view(const LensParameters& lens) {
   out.model_rad = model.max_angle_rad();
   const auto centre = model.project({0, 0, 1});
   if (!centre) return out;
-  // The picture's edges are those of its outermost pixels.
+  // The edge of the picture is the outer edge of its outermost pixels.
   const double radius =
       std::min({centre->x + 0.5, lens.width - 0.5 - centre->x, centre->y + 0.5, lens.height - 0.5 - centre->y});
   if (!(radius > 0)) return out;
   double angle = out.model_rad;
-  // Tangential distortion turns with the azimuth once and twice: half a degree apart misses nothing of it.
+  // Tangential distortion varies with the azimuth and its double: steps of half a degree suffice.
   constexpr int kAzimuths = 720;
   for (int i = 0; i < kAzimuths; ++i) {
     const double phi = 2 * std::numbers::pi * i / kAzimuths;
     const auto d = model.unproject({centre->x + radius * std::cos(phi), centre->y + radius * std::sin(phi)});
-    // A point of the circle that no direction reaches is beyond the model's end, which is counted already.
+    // A point of the circle without a direction is beyond the model's domain, which model_rad already limits.
     if (d) angle = std::min(angle, std::atan2(std::hypot(d->x, d->y), d->z));
   }
   out.circle_rad = angle;

@@ -1,4 +1,4 @@
-// The field of view, of which no format says anything.
+// Derives the field of view of an imported lens; none of the formats contains it.
 #pragma once
 
 #include <optional>
@@ -8,13 +8,13 @@
 namespace lightwell {
 
 struct FieldOfView {
-  double model_rad = 0;  ///< Where the model itself ends, at most pi.
-  /// The largest angle whose directions, whatever their azimuth, land inside the largest circle round the principal
-  /// point that fits into the picture. Nothing where the principal point is outside.
+  double model_rad = 0;  ///< Largest angle of the model's domain, at most pi.
+  /// The largest angle that projects, at every azimuth, into the largest circle about the principal point that fits
+  /// into the picture. Empty if the principal point is outside the picture.
   std::optional<double> circle_rad;
 };
 
-/// Of a lens whose max_angle_rad is not known yet.
+/// `lens.max_angle_rad` is ignored.
 [[nodiscard]] FieldOfView field_of_view(const LensParameters& lens);
 
 }  // namespace lightwell

@@ -19,12 +19,12 @@ namespace lightwell {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-// Half the field of view is written to a thousandth of a degree, downwards: what is written stays inside the model
-// after it has been through a file. Half a hundredth of a pixel of most lenses.
+// Half the field of view is rounded down to a thousandth of a degree, so that it is still inside the model's domain
+// after being written and read. This is about 0.005 pixels for most lenses.
 constexpr double kPerDegree = 1000;
-// OpenCV's omnidir sample writes every corner that it saw into the file.
+// Large, because OpenCV's omnidir sample writes all detected corners into the file.
 constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{64} << 20;
-// OpenCV's parser recurses without end; no calibration has more than four levels.
+// OpenCV's parser has no limit of recursion; calibrations have at most four levels.
 constexpr int kMaxNesting = 1000;
 
 constexpr std::array<std::pair<ImportKind, std::string_view>, 3> kKinds{{
@@ -41,7 +41,7 @@ std::string degrees(double rad) {
 
 double down_to_a_thousandth(double rad) { return std::floor(rad / kDegree * kPerDegree) / kPerDegree * kDegree; }
 
-/// How deep brackets, tags and dashes nest, at least: a bound on the parsers' recursion.
+/// Nesting depth of brackets, tags and dashes, a bound on the parsers' recursion.
 int nesting(std::string_view text) {
   int depth = 0, deepest = 0, dashes = 0;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -51,7 +51,7 @@ int nesting(std::string_view text) {
     } else if (c == ']' || c == '}' || (c == '<' && next == '/') || (c == '/' && next == '>')) {
       depth = std::max(depth - 1, 0);
     }
-    // "- - - 1" is a list in a list in a list.
+    // "- - - 1" is three nested lists.
     if (c == '-' && (next == ' ' || next == '\t')) {
       ++dashes;
     } else if (c != ' ' && c != '\t') {
@@ -63,7 +63,7 @@ int nesting(std::string_view text) {
 }
 
 Result<ImportKind> kind_of(std::string_view text, const std::string& name) {
-  // A byte order mark and blank lines are nobody's concern.
+  // Skip a byte order mark and blank lines.
   const auto begin = text.find_first_not_of("\xEF\xBB\xBF \t\r\n");
   const std::string_view body = begin == std::string_view::npos ? std::string_view() : text.substr(begin);
   if (body.empty()) return Status(StatusCode::data_loss, name + ": is empty; copy it again");
@@ -72,13 +72,13 @@ Result<ImportKind> kind_of(std::string_view text, const std::string& name) {
     return ImportKind::opencv;
   const Result<YamlKinds> kinds = yaml_kinds(text, name);
   if (kinds && kinds->kalibr != kinds->ros) return kinds->kalibr ? ImportKind::kalibr : ImportKind::ros;
-  // A broken one of ours is better told by where it is broken.
+  // If the text resembles one of the YAML formats, the parser's error is the most useful message.
   for (const std::string_view word : {"cam0:", "camera_matrix:", "distortion_model:"})
     if (!kinds && body.find(word) != std::string_view::npos) return kinds.status();
   return Status(StatusCode::invalid_argument,
                 name +
                     ": none of the known kinds of calibration: opencv begins with %YAML:1.0 or <?xml, kalibr has cam0, "
-                    "ros has camera_matrix and distortion_model; --kind says which it is meant to be");
+                    "ros has camera_matrix and distortion_model; --kind selects one of them");
 }
 
 Result<ImportedCameras> read(std::string_view text, const std::string& name, ImportKind kind,
@@ -89,7 +89,7 @@ Result<ImportedCameras> read(std::string_view text, const std::string& name, Imp
   return kind == ImportKind::opencv ? read_opencv_storage(text, name) : read_ros_camera_info(text, name);
 }
 
-/// max_angle_rad of a lens, and why.
+/// Sets max_angle_rad of a lens, and adds the reason to the notes.
 Status set_angle(const ImportedCamera& camera, const ImportOptions& options, LensParameters& lens,
                  std::vector<std::string>& notes) {
   const FieldOfView view = field_of_view(lens);
@@ -99,23 +99,23 @@ Status set_angle(const ImportedCamera& camera, const ImportOptions& options, Len
     angle = *options.max_angle_rad;
     if (angle > view.model_rad) {
       angle = down_to_a_thousandth(view.model_rad);
-      why = "where the model ends; beyond, two directions would share a pixel";
+      why = "the end of the model's domain; beyond, two directions would project to the same pixel";
     }
   } else {
     if (!view.circle_rad)
       return {StatusCode::invalid_argument, camera.name +
                                                 ": the principal point is outside the picture, so no circle round "
-                                                "it says how far the lens sees; give --max-angle-deg"};
+                                                "it determines the field of view; give --max-angle-deg"};
     angle = down_to_a_thousandth(*view.circle_rad);
-    why = *view.circle_rad < view.model_rad ? "the edge of the largest circle that fits into the picture; "
-                                              "--max-angle-deg says otherwise where the lens's "
-                                              "circle is smaller, or cut by the picture (the model goes on to " +
-                                                  degrees(view.model_rad) + ")"
-                                            : "where the model ends, inside the picture; --max-angle-deg lowers it";
+    why = *view.circle_rad < view.model_rad
+              ? "the edge of the largest circle that fits into the picture; "
+                "use --max-angle-deg if the lens's "
+                "circle is smaller, or cut by the picture (the model goes on to " +
+                    degrees(view.model_rad) + ")"
+              : "the end of the model's domain, inside the picture; --max-angle-deg lowers it";
   }
   if (!(angle > 0))
-    return {StatusCode::invalid_argument,
-            camera.name + ": the model ends on the axis; its coefficients cannot be right"};
+    return {StatusCode::invalid_argument, camera.name + ": the model's domain is empty; check its coefficients"};
   lens.max_angle_rad = angle;
   if (!why.empty()) notes.push_back(camera.name + ": max_angle_deg " + degrees(angle) + ", " + why);
   if (angle > std::numbers::pi / 2 && !camera.valid_beyond_90_deg)

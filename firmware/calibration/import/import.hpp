@@ -1,4 +1,4 @@
-// Calibrations of other programs, read into ours. What each format means and where that is written: README.md here.
+// Imports calibrations of other programs. README.md describes the formats and their sources.
 //   import_calibration        from text
 //   import_calibration_file   from a file
 //   model_name                "mei", as calibration.proto calls the models
@@ -21,28 +21,28 @@ enum class ImportKind {
 };
 
 [[nodiscard]] std::string_view to_string(ImportKind kind);
-/// By the name that to_string() gives; nothing for another.
+/// Inverse of to_string(); empty for an unknown name.
 [[nodiscard]] std::optional<ImportKind> import_kind(std::string_view name);
 
 struct ImportOptions {
-  std::optional<ImportKind> kind;  ///< Absent: told by the content.
-  std::optional<int> camera;       ///< Which of a camchain's cameras, a rig of it alone. Absent: one, or a pair.
-  /// Half the field of view of every lens; lowered to where the model ends. Absent: the largest angle that lands in the
-  /// largest circle round the principal point that fits into the picture.
+  std::optional<ImportKind> kind;  ///< Empty: derived from the content.
+  std::optional<int> camera;       ///< Index of the one camera of a camchain to import. Empty: all; one, or a pair.
+  /// Half the field of view of every lens, rad; limited to the model's domain. Empty: the largest angle that projects
+  /// into the largest circle about the principal point that fits into the picture.
   std::optional<double> max_angle_rad;
 
   [[nodiscard]] Status validate() const;
 };
 
 struct ImportedCalibration {
-  RigParameters rig;  ///< Validated. Photometry is that of a linear sensor: no format here knows better.
+  RigParameters rig;  ///< Validated. Photometry: a linear sensor, because none of the formats contains any.
   ImportKind kind = ImportKind::opencv;
-  std::vector<std::string> cameras;  ///< What the file calls each lens, "cam0".
-  std::vector<std::string> notes;    ///< What a reader should know: what was assumed, what the file says besides.
+  std::vector<std::string> cameras;  ///< Name of each lens in the file, "cam0".
+  std::vector<std::string> notes;    ///< Assumptions made, and further contents of the file.
 };
 
-/// `name` stands before messages, which name the line or the field and the remedy. A single camera looks along the
-/// probe's -Z, upright. Of two, the origin is midway and -Z is the first one's axis.
+/// Errors begin with `name` and state line or field, and the remedy. A single camera looks along the probe's -Z,
+/// upright. For two, the origin is midway between them and -Z is the axis of the first.
 [[nodiscard]] Result<ImportedCalibration> import_calibration(std::string_view text, const std::string& name,
                                                              const ImportOptions& options = {});
 [[nodiscard]] Result<ImportedCalibration> import_calibration_file(const std::string& path,

@@ -1,4 +1,4 @@
-// Kalibr's camchain YAML. Parameters and their order: github.com/ethz-asl/kalibr/wiki/yaml-formats and
+// Reads Kalibr's camchain YAML. Parameters and their order: github.com/ethz-asl/kalibr/wiki/yaml-formats and
 // supported-models.
 #include <algorithm>
 #include <charconv>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kKnown = "known are pinhole (with equidistant; radtan and none), ds, omni (radtan or none), eucm";
 
-/// The N of "camN", or nothing.
+/// The N of "camN"; empty for another key.
 std::optional<int> camera_number(const std::string& key) {
   int n = 0;
   const char* end = key.data() + key.size();
@@ -63,7 +63,7 @@ class Camera {
 
     const Result<std::string> model = fields_.word("camera_model");
     if (!model) return model.status();
-    // Kalibr's own examples of models without distortion leave the field out.
+    // Kalibr's examples of models without distortion omit the field.
     distortion_ = "none";
     if (fields_.has("distortion_model")) {
       const Result<std::string> word = fields_.word("distortion_model");
@@ -87,7 +87,7 @@ class Camera {
   }
 
  private:
-  /// The last four of the intrinsics, checked.
+  /// The pinhole from the last four intrinsics.
   Result<PinholeFields> focal_and_centre(const std::vector<double>& values) const {
     const std::size_t n = values.size();
     const PinholeFields p{values[n - 4], values[n - 3], values[n - 2], values[n - 1]};
@@ -99,7 +99,7 @@ class Camera {
     return fields_.problem("distortion_model", "'" + distortion_ + "' is unknown for " + model + "; known: " + known);
   }
 
-  /// Four coefficients, or four zeros where there is no distortion.
+  /// Four coefficients; zeros without distortion.
   Result<std::vector<double>> distortion(const std::string& order) const {
     if (distortion_ != "none") return exactly(fields_, "distortion_coeffs", 4, order);
     if (Status s = no_coefficients(); !s.ok()) return s;
@@ -135,7 +135,7 @@ class Camera {
       return no_such_distortion("pinhole", "equidistant, radtan, none");
     const Result<std::vector<double>> d = distortion("k1 k2 r1 r2");
     if (!d) return d.status();
-    // Four coefficients are all that Mei has, so there always is one.
+    // Always has a value: the Mei model has the same four coefficients.
     out.model = *unified_lens(*p, 0, *d);
     return {};
   }
@@ -170,7 +170,7 @@ class Camera {
     return {};
   }
 
-  /// Khomutenko et al. 2016, eq. 2 to 4: z alpha rho + (1 - alpha) z below, rho² = beta (x² + y²) + z².
+  /// Khomutenko et al. 2016, eq. 2 to 4: denominator alpha rho + (1 - alpha) z, rho² = beta (x² + y²) + z².
   Status eucm(ImportedCamera& out) const {
     if (distortion_ != "none") return no_such_distortion("eucm", "none");
     if (Status s = no_coefficients(); !s.ok()) return s;
@@ -181,7 +181,7 @@ class Camera {
     const double alpha = (*v)[0], beta = (*v)[1];
     if (!(alpha >= 0 && alpha <= 1))
       return fields_.problem("intrinsics", "alpha must be 0 to 1; the order is alpha beta fu fv pu pv");
-    // With beta = 1 its surface is a sphere, and the double sphere with xi = 0 the same formula.
+    // With beta = 1 it is equal to the double sphere model with xi = 0.
     if (beta != 1)
       return fields_.problem("camera_model", no_exact_model("eucm", "its surface is an ellipsoid, beta " +
                                                                         listed(std::array{beta}) + " instead of 1"));
@@ -200,7 +200,7 @@ Status note_timeshift(const YamlMap& camera, const std::string& name, std::vecto
   if (!shift) return shift.status();
   if (!std::isfinite(*shift)) return camera.problem(kKey, "is not finite");
   notes.push_back(name + ": timeshift_cam_imu " + listed(std::array{*shift}) +
-                  " s (t_imu = t_cam + shift) is of no use to a rig without an IMU and is left out");
+                  " s (t_imu = t_cam + shift) is ignored, because a rig has no IMU");
   return {};
 }
 
@@ -208,7 +208,7 @@ Result<Pose> chain_pose(const YamlMap& camera) {
   static constexpr const char* kKey = "T_cn_cnm1";
   if (!camera.has(kKey))
     return camera.problem(kKey,
-                          "is missing, so nobody knows how the two lenses stand; calibrate both together, or "
+                          "is missing, so the relative pose of the two lenses is unknown; calibrate both together, or "
                           "import one with --camera");
   const Result<std::vector<std::vector<double>>> rows = camera.rows(kKey);
   if (!rows) return rows.status();
@@ -247,8 +247,8 @@ Result<ImportedCameras> read_kalibr_camchain(std::string_view text, const std::s
         std::to_string(numbers.size()) + " cameras (" + names +
         "), a rig has one or two lenses; choose one with --camera, or write two of them into a file of their own");
   if (numbers.size() == 2 && numbers[1] != numbers[0] + 1)
-    return refuse(
-        names + " do not follow each other, and T_cn_cnm1 is relative to the camera before; choose one with --camera");
+    return refuse(names +
+                  " are not consecutive, but T_cn_cnm1 is relative to the previous camera; choose one with --camera");
 
   ImportedCameras out;
   for (const int n : numbers) {
@@ -263,7 +263,8 @@ Result<ImportedCameras> read_kalibr_camchain(std::string_view text, const std::s
       if (!pose) return pose.status();
       out.second_from_first = *pose;
     } else if (fields->has("T_cn_cnm1")) {
-      out.notes.push_back(name_of(n) + ": T_cn_cnm1 is relative to a camera that is not imported, and left out");
+      out.notes.push_back(name_of(n) +
+                          ": T_cn_cnm1 is ignored, because it is relative to a camera that is not imported");
     }
   }
   return out;

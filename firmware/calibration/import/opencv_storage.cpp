@@ -1,4 +1,4 @@
-// Files of cv::FileStorage, YAML or XML, with the spellings of OpenCV's samples (calibration.cpp,
+// Reads files of cv::FileStorage, YAML or XML, with the spellings of OpenCV's samples (calibration.cpp,
 // camera_calibration.cpp, omni_calibration.cpp) and of the fisheye tutorials (K, D, DIM).
 #include <algorithm>
 #include <array>
@@ -34,7 +34,7 @@ std::string joined(const Names& names) {
   return out;
 }
 
-/// A field that was found, for its messages.
+/// A field, with its key for messages.
 struct Field {
   std::string key;
   cv::FileNode node;
@@ -48,13 +48,13 @@ class Storage {
     return {StatusCode::invalid_argument, name_ + ": " + key + ": " + what};
   }
 
-  /// Empty key where none of the spellings is there.
+  /// The key is empty if none of the spellings is present.
   [[nodiscard]] Result<Field> find(const Names& spellings) const {
     Field found;
     for (const std::string& key : spellings) {
       const cv::FileNode node = storage_[key];
       if (node.empty()) continue;
-      if (!found.key.empty()) return problem(key, "says the same as " + found.key + "; leave one of them out");
+      if (!found.key.empty()) return problem(key, "has the same meaning as " + found.key + "; leave one of them out");
       found = {key, node};
     }
     return found;
@@ -62,7 +62,7 @@ class Storage {
 
   [[nodiscard]] bool has(const std::string& key) const { return !storage_[key].empty(); }
 
-  /// A matrix with rows, cols and data, or a list, or a list of rows: its numbers, row by row.
+  /// The numbers, row-major, of a matrix with rows, cols and data, a list, or a list of rows.
   [[nodiscard]] Result<std::vector<double>> numbers(const Field& field) const {
     std::vector<double> out;
     const cv::FileNode& node = field.node;
@@ -90,7 +90,7 @@ class Storage {
     return values->front();
   }
 
-  /// A word in lower case, or nothing where it is not there.
+  /// A word in lower case; empty if the key is missing.
   [[nodiscard]] Result<std::string> word(const std::string& key) const {
     const cv::FileNode node = storage_[key];
     if (node.empty()) return std::string();
@@ -130,8 +130,8 @@ Result<Size> size_of(const Storage& file) {
   if (!both->key.empty()) {
     key = both->key;
     if (!width->key.empty() || !height->key.empty())
-      return file.problem(
-          key, "says the same as " + (width->key.empty() ? height->key : width->key) + "; leave one of them out");
+      return file.problem(key, "has the same meaning as " + (width->key.empty() ? height->key : width->key) +
+                                   "; leave one of them out");
     const Result<std::vector<double>> values = file.numbers(*both);
     if (!values) return values.status();
     if (values->size() != 2) return file.problem(key, "must be width and height");
@@ -150,7 +150,7 @@ Result<Size> size_of(const Storage& file) {
 
 enum class Lens { unsaid, fisheye, pinhole };
 
-/// What the file itself says of its coefficients.
+/// The lens model that the file declares.
 Result<Lens> declared_lens_model(const Storage& file) {
   static const Names kFisheye{"fisheye", "equidistant"};
   static const Names kPinhole{"plumb_bob", "rational_polynomial", "radtan", "pinhole"};
@@ -193,13 +193,14 @@ Result<ModelParameters> model_of(const Storage& file, const PinholeFields& p, Im
   if (*lens == Lens::fisheye || (*lens == Lens::unsaid && d->size() == 4)) {
     if (d->size() != 4) return file.problem(d_field->key, "fisheye has 4 coefficients, k1 k2 k3 k4" + has);
     if (*lens == Lens::unsaid)
-      out.notes.push_back(d_field->key +
-                          ": taken as cv::fisheye's k1 k2 k3 k4, as the file does not say; k1 k2 p1 p2 of a "
-                          "pinhole would look the same (write distortion_model: plumb_bob)");
+      out.notes.push_back(
+          d_field->key +
+          ": taken as cv::fisheye's k1 k2 k3 k4, because the file does not state the model; k1 k2 p1 p2 of a "
+          "pinhole would look the same (write distortion_model: plumb_bob)");
     out.cameras.front().valid_beyond_90_deg = false;
     return ModelParameters(kannala_brandt_of(p, *d));
   }
-  // cv::calibrateCamera's numbers of coefficients.
+  // Numbers of coefficients of cv::calibrateCamera.
   static constexpr std::array<std::size_t, 5> kCounts{4, 5, 8, 12, 14};
   if (std::find(kCounts.begin(), kCounts.end(), d->size()) == kCounts.end())
     return file.problem(d_field->key,
@@ -245,7 +246,7 @@ Result<ImportedCameras> read_opencv_storage(std::string_view text, const std::st
       return Status(StatusCode::invalid_argument, name + ": not a file of cv::FileStorage; YAML begins with %YAML:1.0");
     return read(storage, name);
   } catch (const cv::Exception& e) {
-    // Of what it cannot parse, OpenCV says where and what in `func`: "(LINE): what".
+    // For parse errors, OpenCV puts line and text into `func`: "(LINE): what".
     const auto end = e.func.find("): ");
     if (e.code == cv::Error::StsParseError && e.func.starts_with('(') && end != std::string::npos)
       return Status(StatusCode::invalid_argument, name + ":" + e.func.substr(1, end - 1) +

@@ -1,4 +1,4 @@
-// A reader per format; each ends in the same values, which import.cpp makes a rig of.
+// One reader per format; import.cpp makes a rig from their common result.
 #pragma once
 
 #include <optional>
@@ -15,23 +15,23 @@ struct ImportedCamera {
   std::string name;
   int width = 0, height = 0;
   ModelParameters model;
-  /// Whether the format's own calibration can have seen directions beyond 90 degrees.
+  /// Whether the program that calibrated it can use observations beyond 90 degrees; otherwise the model extrapolates.
   bool valid_beyond_90_deg = true;
 };
 
 struct ImportedCameras {
   std::vector<ImportedCamera> cameras;  ///< One, or two.
-  Pose second_from_first;               ///< T_c1_c0 of two, axes in the sense of _cv.
+  Pose second_from_first;               ///< T_c1_c0 of two cameras, axes _cv.
   std::vector<std::string> notes;
 };
 
-/// `camera`: only that one of the chain.
+/// `camera`: index of the only camera to read; empty: all.
 [[nodiscard]] Result<ImportedCameras> read_kalibr_camchain(std::string_view text, const std::string& name,
                                                            std::optional<int> camera);
 [[nodiscard]] Result<ImportedCameras> read_ros_camera_info(std::string_view text, const std::string& name);
 [[nodiscard]] Result<ImportedCameras> read_opencv_storage(std::string_view text, const std::string& name);
 
-/// Which of these a YAML document looks like.
+/// The formats that a YAML document resembles.
 struct YamlKinds {
   bool kalibr = false, ros = false;
 };

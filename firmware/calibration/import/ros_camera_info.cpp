@@ -1,5 +1,5 @@
-// sensor_msgs/CameraInfo as camera_calibration writes it (camera_matrix: {rows, cols, data}) and as the message itself
-// is printed (K or k: [...]). docs.ros.org sensor_msgs/CameraInfo, and REP 104 on binning and regions of interest.
+// Reads sensor_msgs/CameraInfo as written by camera_calibration (camera_matrix: {rows, cols, data}) and as the printed
+// message (K or k: [...]). Sources: docs.ros.org sensor_msgs/CameraInfo; REP 104 on binning and regions of interest.
 #include <array>
 #include <cmath>
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kKnown = "known are equidistant (also called fisheye), plumb_bob, rational_polynomial";
 
-/// A whole number from zero on; `absent` where the field is not there.
+/// A non-negative integer; `absent` if the field is missing.
 Result<int> whole(const YamlMap& map, const std::string& key, int absent) {
   if (!map.has(key)) return absent;
   const Result<double> value = map.number(key);
@@ -51,14 +51,14 @@ Result<Numbers> matrix(const YamlMap& info, const std::vector<std::string>& keys
   return Numbers{*key, std::move(*values)};
 }
 
-/// Of the whole sensor's picture, width or height.
+/// Width or height of the full picture of the sensor.
 Result<double> side(const YamlMap& info, const std::string& written, const std::string& message) {
   const Result<std::string> key = info.one_of({written, message});
   if (!key) return key.status();
   return info.number(key->empty() ? written : *key);
 }
 
-/// The pictures that the camera delivers: a region of the sensor, and its pixels in groups.
+/// The delivered pictures: a region of interest of the sensor, with binning.
 struct Window {
   int x = 0, y = 0, width = 0, height = 0;
   int group_x = 1, group_y = 1;
@@ -73,7 +73,7 @@ Result<Window> window_of(const YamlMap& info, int width, int height) {
     const Result<int> cols = whole(*roi, "width", 0), rows = whole(*roi, "height", 0);
     for (const Result<int>* r : {&x, &y, &cols, &rows})
       if (!*r) return r->status();
-    // The message: width = height = 0 is the whole picture.
+    // By the definition of the message, width = height = 0 is the full picture.
     if (*cols != 0 || *rows != 0) {
       w.x = *x, w.y = *y, w.width = *cols, w.height = *rows;
       if (w.width < 1 || w.height < 1 || w.x + w.width > width || w.y + w.height > height)
@@ -86,7 +86,7 @@ Result<Window> window_of(const YamlMap& info, int width, int height) {
   const Result<int> bx = whole(info, "binning_x", 1), by = whole(info, "binning_y", 1);
   if (!bx) return bx.status();
   if (!by) return by.status();
-  // The message: 0 is the same as 1.
+  // By the definition of the message, 0 is the same as 1.
   w.group_x = *bx == 0 ? 1 : *bx;
   w.group_y = *by == 0 ? 1 : *by;
   if (w.width % w.group_x != 0 || w.height % w.group_y != 0)
@@ -97,8 +97,8 @@ Result<Window> window_of(const YamlMap& info, int width, int height) {
   return w;
 }
 
-/// The same lens in the window's pixels. A group's centre is the mean of its pixels' centres, so 0 of the group is
-/// (group - 1) / 2 of the pixels.
+/// Converts the intrinsics to the pixels of the window. The centre of a binned pixel is the mean of its pixels'
+/// centres, so its coordinate 0 is (group - 1) / 2 of the sensor's pixels.
 PinholeFields seen_through(const Window& w, const PinholeFields& p) {
   return {p.fx / w.group_x, p.fy / w.group_y, (p.cx - w.x + 0.5) / w.group_x - 0.5,
           (p.cy - w.y + 0.5) / w.group_y - 0.5};

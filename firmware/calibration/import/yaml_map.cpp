@@ -12,7 +12,7 @@ std::string at_line(const std::string& file, const YAML::Mark& mark) {
   return mark.is_null() ? file : file + ":" + std::to_string(mark.line + 1);
 }
 
-/// The numbers of a sequence, or nothing where one of its elements is none.
+/// Appends the numbers of a sequence to `out`; false if an element is not a number.
 bool all_numbers(const YAML::Node& node, std::vector<double>& out) {
   if (!node.IsSequence()) return false;
   for (const YAML::Node& element : node) {
@@ -68,7 +68,7 @@ Result<std::string> YamlMap::one_of(const std::vector<std::string>& spellings) c
   std::string found;
   for (const std::string& s : spellings) {
     if (!has(s)) continue;
-    if (!found.empty()) return problem(s, "says the same as " + found + "; leave one of them out");
+    if (!found.empty()) return problem(s, "has the same meaning as " + found + "; leave one of them out");
     found = s;
   }
   return found;

@@ -1,4 +1,4 @@
-// A map in a YAML file, read field by field; every problem names file, line and field.
+// A map in a YAML file, read field by field; error messages state file, line and field.
 #pragma once
 
 #include <cstddef>
@@ -14,12 +14,12 @@ namespace lightwell {
 
 class YamlMap {
  public:
-  /// `name` stands before messages. Refuses what is no YAML, no map, or names a key twice.
+  /// Messages begin with `name`. Refuses invalid YAML, a document that is not a map, and duplicate keys.
   [[nodiscard]] static Result<YamlMap> parse(std::string_view text, const std::string& name);
 
   [[nodiscard]] bool has(const std::string& key) const;
   [[nodiscard]] std::vector<std::string> keys() const;
-  /// The one of several spellings that is there, or empty; two of them are a problem.
+  /// The spelling of a key that is present, or empty; an error if two are.
   [[nodiscard]] Result<std::string> one_of(const std::vector<std::string>& spellings) const;
 
   [[nodiscard]] Result<YamlMap> map(const std::string& key) const;
@@ -31,12 +31,13 @@ class YamlMap {
   [[nodiscard]] Result<std::vector<std::vector<double>>> rows(const std::string& key) const;
   [[nodiscard]] bool is_map(const std::string& key) const;
 
-  /// "FILE:LINE: cam0.KEY: WHAT"; the line of the key's value, or of this map where there is none.
+  /// "FILE:LINE: cam0.KEY: WHAT"; the line is that of the key's value, or of this map if the key is missing.
   [[nodiscard]] Status problem(const std::string& key, const std::string& what) const;
 
  private:
   YamlMap(std::string file, std::string path, YAML::Node node);
-  /// A YAML::Node hands out shared state even when const; a missing key gives an undefined node.
+  /// The node of a key; undefined if the key is missing. Not a reference, because even a const YAML::Node shares
+  /// mutable state.
   [[nodiscard]] YAML::Node at(const std::string& key) const;
   [[nodiscard]] Status check_keys() const;
 

@@ -34,7 +34,7 @@ Result<AbsoluteScale> solve_absolute_scale(const PatchMean& patch, const std::ar
   if (!positive(exposure.exposure_s) || !positive(exposure.gain))
     return invalid("exposure and gain of the patch's picture must be given and positive");
   if (!(exposure.vignetting >= 0.05))
-    return invalid("the patch lies where the lens sees next to nothing; put it into the middle");
+    return invalid("the vignetting at the patch is too strong; put the patch into the middle of the picture");
   std::array<double, 3> seen{};
   double variance = 0;
   for (std::size_t c = 0; c < 3; ++c) {

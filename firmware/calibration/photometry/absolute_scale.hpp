@@ -1,4 +1,4 @@
-// The absolute scale from one reading of a meter.
+// Absolute radiometric scale from one reading of a luminance or lux meter.
 #pragma once
 
 #include <array>
@@ -9,27 +9,27 @@
 
 namespace lightwell::photometry {
 
-/// What is known of the patch in cd/m². Deviations are relative.
+/// Luminance of the patch, cd/m², with its relative standard deviation.
 struct MeterReading {
   double nits = 0;
   double deviation = 0;
 };
 
-/// A luminance meter's. DIN 5032-7 allows class B 7.5 %, about two deviations: 0.04.
+/// Reading of a luminance meter. DIN 5032-7 allows 7.5 % for class B, about two standard deviations: 0.04.
 [[nodiscard]] Result<MeterReading> luminance_reading(double nits, double deviation = 0.04);
-/// A lux meter's, lying on a matte grey of known albedo: nits = lux * albedo / pi.
+/// Reading of a lux meter that lies on a matte surface of known albedo: nits = lux * albedo / pi.
 [[nodiscard]] Result<MeterReading> illuminance_reading(double lux, double albedo, double deviation = 0.04,
                                                        double albedo_deviation = 0.02);
 
-/// How the patch was seen.
+/// Exposure of the picture of the patch.
 struct PatchExposure {
   double exposure_s = 0, gain = 1;
-  double vignetting = 1;  ///< Relative illumination where the patch is, its mean.
+  double vignetting = 1;  ///< Mean relative illumination over the patch.
 };
 
 struct AbsoluteScale {
-  double nits_per_unit = 0;  ///< RigParameters'.
-  double deviation = 0;      ///< Of the same, cd/m².
+  double nits_per_unit = 0;  ///< RigParameters::nits_per_unit.
+  double deviation = 0;      ///< Standard deviation, cd/m².
 };
 
 /// nits_per_unit = nits / (luminance of white_balance * x / (exposure_s * gain * vignetting)).

@@ -12,7 +12,7 @@
 namespace lightwell::photometry {
 namespace {
 
-/// Values without codes are counted in so many: far finer than any noise.
+/// Number of histogram bins for values that are not quantised: much finer than any noise.
 constexpr int kFineLevels = 65536;
 constexpr double kMaxDarkValue = 0.3;
 constexpr double kWindow = 6;
@@ -24,7 +24,7 @@ struct Histogram {
   double total = 0;
 
   [[nodiscard]] int levels() const { return static_cast<int>(count.size()); }
-  /// Picture value below which `share` of all lie.
+  /// Picture value below which the fraction `share` of all values lies.
   [[nodiscard]] double quantile(double share) const {
     double below = 0;
     for (std::size_t k = 0; k < count.size(); ++k) {
@@ -53,14 +53,14 @@ double density(double z) { return std::exp(-z * z / 2) / std::sqrt(2 * std::numb
 double tail(double z) { return std::erfc(z / std::numbers::sqrt2) / 2; }
 double probability(double a, double b) { return a > 0 ? tail(a) - tail(b) : tail(-b) - tail(-a); }
 
-/// A Gaussian's mean and deviation by the counts of codes, with their variances.
+/// Mean and standard deviation of a Gaussian fitted to the counts of codes, with their variances.
 struct Grouped {
   double mean = 0, deviation = 0, mean_variance = 0, deviation_variance = 0;
 };
 
 class GroupedLikelihood {
  public:
-  /// Codes `first` to `last`; edges in linear values.
+  /// Uses codes `first` to `last`; bin edges are linear values.
   GroupedLikelihood(const Histogram& histogram, const ResponseCurve& response, int first, int last) {
     const double top = histogram.levels() - 1;
     for (int k = first; k <= last; ++k) {
@@ -71,7 +71,7 @@ class GroupedLikelihood {
     }
   }
 
-  /// Fisher scoring over mean and ln deviation.
+  /// Fisher scoring over mean and ln of the standard deviation.
   [[nodiscard]] Grouped solve(double mean, double deviation) const {
     Grouped out{mean, deviation};
     for (int pass = 0; pass < 100; ++pass) {
@@ -106,7 +106,7 @@ class GroupedLikelihood {
   std::vector<double> low_, high_, count_;
 };
 
-/// Scatter of the pictures' means: what drifts from one to the next.
+/// Variance of the pictures' means: drift between pictures.
 double drift_variance(std::span<const Picture> pictures, const ResponseCurve& response, double low, double high) {
   std::vector<double> means;
   for (const Picture& p : pictures) {
@@ -131,7 +131,7 @@ double difference_variance(std::span<const double> differences, double least, do
   double mean = median_of({differences.begin(), differences.end()});
   std::vector<double> centred(differences.begin(), differences.end());
   for (double& d : centred) d -= mean;
-  // Of rounded values the median of the absolute ones may be 0; the mean of those near is not.
+  // For rounded values the median absolute value may be 0; then iterate from `least`.
   double scale = std::max(scale_about_zero(centred), least);
   double variance = 0;
   count = 0;
@@ -168,11 +168,11 @@ Result<DarkEstimate> solve_dark(std::span<const Picture> pictures, const Respons
   if (!value) return value.status();
   const Histogram histogram = histogram_of(pictures);
   const double top = histogram.levels() - 1;
-  // The upper half alone: the lower one may be cut.
+  // Use the upper half only, because the lower half may be censored.
   const double spread = std::max(histogram.quantile(0.8413) - *value, 0.25 / top);
   if (spread > 0.1)
     return invalid("the values differ by " + std::to_string(spread) +
-                   " of full scale: some light comes in; cover the lens");
+                   " of full scale: light enters the camera; cover the lens");
   const int first = std::max(0, static_cast<int>(std::floor((*value - kWindow * spread) * top)) - 2);
   const int last = std::min(histogram.levels() - 1, static_cast<int>(std::ceil((*value + kWindow * spread) * top)) + 2);
 
@@ -191,7 +191,7 @@ Result<DarkEstimate> solve_dark(std::span<const Picture> pictures, const Respons
   const auto in_x = [&](double deviation) { return deviation / (1 - out.black_level) / gain; };
 
   if (occupied < 3 || inside - largest < 30) {
-    // One code, or a border between two: rounding is all there is to see.
+    // One code, or two adjacent ones: only rounding is visible.
     out.resolved = false;
     out.black_level = std::clamp(linear_at(*value), 0.0, 0.49);
     out.black_deviation = code / std::sqrt(12.0);
@@ -222,7 +222,7 @@ Result<DarkEstimate> solve_dark(std::span<const Picture> pictures, const Respons
       differences.push_back(linear_at(static_cast<double>(a)) - linear_at(static_cast<double>(b)));
     }
   if (std::all_of(differences.begin(), differences.end(), [](double d) { return d == 0; }))
-    return invalid("two pictures are the same to the last pixel; each must be taken anew");
+    return invalid("two pictures are identical; each must be a new capture");
   if (out.clipped || gauss.deviation < 0.5 * code) return out;
   double count = 0;
   const double rounding = pictures.front().levels > 1 ? code * code / 12 : 0;

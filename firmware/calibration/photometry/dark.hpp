@@ -1,4 +1,4 @@
-// Black level and read noise from pictures that were taken with the lens covered.
+// Black level and read noise from dark frames (lens covered).
 #pragma once
 
 #include <span>
@@ -11,29 +11,32 @@
 namespace lightwell::photometry {
 
 struct DarkEstimate {
-  double black_level = 0, black_deviation = 0;  ///< PhotometricCalibration's, and its standard deviation.
-  double read_noise = 0, read_deviation = 0;    ///< The same, at gain 1.
-  /// Part of the noise lies below the lowest code: it was completed as a Gaussian, and holds the fixed pattern, too.
+  double black_level = 0, black_deviation = 0;  ///< As in PhotometricCalibration, and its standard deviation.
+  double read_noise = 0, read_deviation = 0;    ///< Likewise, at gain 1.
+  /// Part of the noise is censored at the lowest code: read_noise is of a censored Gaussian fit and includes
+  /// fixed-pattern noise.
   bool clipped = false;
-  /// false: (nearly) all pixels show one code. read_noise is then 0 and read_deviation what may hide in a code.
+  /// False: (nearly) all pixels have one or two codes. Then read_noise is 0, and read_deviation is the noise that
+  /// quantisation may conceal.
   bool resolved = true;
-  double outlier_share = 0;  ///< Hot and dead pixels, more than six deviations away.
+  double outlier_share = 0;  ///< Fraction of hot and dead pixels: more than six standard deviations off.
 };
 
-/// The picture value of no light: the median, between codes by their counts; 0 where half of the pixels show code 0.
-/// invalid_argument where there is no picture or it is not dark.
+/// Picture value without light: the median, interpolated between codes by their counts; 0 if half of the pixels have
+/// code 0. invalid_argument without pictures, or if they are not dark.
 [[nodiscard]] Result<double> dark_value_of(std::span<const Picture> pictures);
 
-/// Mean and deviation of a Gaussian that was rounded to codes and cut at the lowest, by maximum likelihood of the
-/// codes' counts (grouped data: Kulldorff 1961), which neither rounding nor a black level of 0 biases. Where nothing is
-/// cut and rounding hides nothing, read noise is that of differences between pictures: without the fixed pattern.
-/// `gain`: of all pictures. invalid_argument for fewer than two pictures, unequal ones, ones that are not dark, and
-/// two that are the same file.
+/// Maximum-likelihood fit of a Gaussian, rounded to codes and censored at the lowest, to the histogram of codes
+/// (grouped data: Kulldorff 1961); neither rounding nor a black level of 0 biases it. If neither censoring nor rounding
+/// matters, read noise is computed from the differences between pictures instead, which excludes fixed-pattern noise.
+/// `gain`: of all pictures. invalid_argument for fewer than two pictures, pictures that differ in kind, are not dark,
+/// or are identical.
 [[nodiscard]] Result<DarkEstimate> solve_dark(std::span<const Picture> pictures, const ResponseCurve& response,
                                               double gain = 1);
 
-/// Variance of half the difference-of-two of equal pictures: mean square about their mean, by two, without what is more
-/// than five deviations off. `count` becomes what was counted. `least`: deviation below which none is believed.
+/// Noise variance of one picture from the differences of two pictures of the same scene: half the mean square about the
+/// mean, without differences more than five standard deviations off. `count` is set to the number of differences used.
+/// `least`: lower limit of the standard deviation for that rejection.
 [[nodiscard]] double difference_variance(std::span<const double> differences, double least, double& count);
 
 }  // namespace lightwell::photometry

@@ -11,18 +11,18 @@ namespace {
 
 constexpr std::size_t kMaxCandidates = 40000;
 constexpr int kTiles = 4;
-/// By so much of full scale a longer exposure may look darker and it is still noise.
+/// Decrease in a longer exposure, as a fraction of full scale, up to which it counts as noise.
 constexpr double kMaxDecrease = 0.03;
-/// Noise may carry some pixels of a block above saturation while their mean is below; leaving those blocks out would
-/// leave the dark ones.
+/// Margin above saturation for single pixels of a block: noise may carry some above saturation while the mean is below,
+/// and rejecting such blocks would bias the selection towards dark ones.
 constexpr double kSaturationMargin = 0.015;
 
 Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "response: " + what}; }
 
 struct Candidate {
   PixelSeries series;
-  double shade = 0;   ///< Mean over the exposures: grows with the light.
-  double uneven = 0;  ///< Largest difference inside the block, summed over the exposures.
+  double shade = 0;          ///< Mean over the exposures; increases with the light.
+  double nonuniformity = 0;  ///< Largest difference inside the block, summed over the exposures.
   int tile = 0;
 };
 
@@ -39,11 +39,11 @@ Candidate candidate_at(std::span<const Picture> pictures, int x, int y, int chan
         low = std::min(low, v);
         high = std::max(high, v);
       }
-    const bool cut = high >= std::min(1.0, saturation + kSaturationMargin);
-    const double mean = cut ? std::max(high, 1.0) : sum / (options.block * options.block);
+    const bool saturated = high >= std::min(1.0, saturation + kSaturationMargin);
+    const double mean = saturated ? std::max(high, 1.0) : sum / (options.block * options.block);
     out.series.values.push_back(mean);
     out.shade += std::clamp(mean, 0.0, 1.0) / static_cast<double>(pictures.size());
-    out.uneven += cut ? 0 : high - low;
+    out.nonuniformity += saturated ? 0 : high - low;
   }
   out.tile = x * kTiles / pictures.front().width + kTiles * (y * kTiles / pictures.front().height);
   return out;
@@ -95,9 +95,9 @@ Result<ResponseSamples> choose_samples(std::span<const Picture> pictures, std::s
   if (candidates.size() < 20 || moved > candidates.size())
     return invalid(std::to_string(moved) + " of " + std::to_string(moved + candidates.size()) +
                    " places get darker in a longer exposure, " + std::to_string(candidates.size()) +
-                   " are left; let camera and scene stand still, and see that the list has the right exposures");
+                   " are left; keep camera and scene still, and check the exposures in the list");
 
-  // Shades that never leave dark or saturation say nothing.
+  // Blocks that are dark or saturated in all exposures are not usable.
   const auto [low, high] = std::minmax_element(candidates.begin(), candidates.end(),
                                                [](const auto& a, const auto& b) { return a.shade < b.shade; });
   const double darkest = std::max(low->shade, dark_value + 1e-3), brightest = std::min(high->shade, saturation);
@@ -116,10 +116,10 @@ Result<ResponseSamples> choose_samples(std::span<const Picture> pictures, std::s
   const auto wanted = static_cast<std::size_t>((options.pixels + options.shades - 1) / options.shades);
   for (auto& shade : shades) {
     std::stable_sort(shade.begin(), shade.end(),
-                     [](const Candidate* a, const Candidate* b) { return a->uneven < b->uneven; });
+                     [](const Candidate* a, const Candidate* b) { return a->nonuniformity < b->nonuniformity; });
     std::vector<std::size_t> in_tile(kTiles * kTiles);
     std::size_t taken = 0;
-    // At most a quarter from one sixteenth of the picture.
+    // At most a quarter of the series from one of 16 regions of the picture.
     for (const Candidate* c : shade) {
       auto& count = in_tile[static_cast<std::size_t>(c->tile)];
       if (taken == wanted || count > wanted / 4) continue;

@@ -1,4 +1,4 @@
-// From pictures to the samples that the response solver wants.
+// Extracts the samples for the response solver from pictures.
 #pragma once
 
 #include <span>
@@ -11,17 +11,17 @@
 namespace lightwell::photometry {
 
 struct SampleOptions {
-  int pixels = 600;  ///< Series to choose; time grows in proportion.
-  int block =
-      3;  ///< A series is the mean of so many by so many sites: less noise, and less harm where the camera shook.
-  int shades = 20;  ///< As many series of each shade, from the darkest that changes to the brightest.
+  int pixels = 600;  ///< Number of series; time is proportional to it.
+  /// Side of the block of sites that a series averages: reduces noise and the effect of camera shake.
+  int block = 3;
+  int shades = 20;  ///< Number of brightness classes; each contributes the same number of series.
   [[nodiscard]] Status validate() const;
 };
 
-/// Blocks spread over shades first and over the picture second, the most even ones of each, each of one channel.
-/// `exposures`: exposure_s * gain, one a picture. Left out: blocks that get darker in a longer exposure (something
-/// moved), and a block with a pixel well above saturation counts as saturated. invalid_argument: pictures that differ
-/// in size or kind, a number of exposures that is not that of the pictures, pictures too small, fewer than 20 blocks
+/// Chooses blocks spread first over brightness classes, then over the picture, preferring uniform ones; each gives a
+/// series of one channel. `exposures`: exposure_s * gain, one per picture. Blocks that become darker in a longer
+/// exposure (motion) are rejected; a block with a pixel well above saturation counts as saturated. invalid_argument:
+/// pictures that differ in size or kind, a wrong number of exposures, pictures that are too small, fewer than 20 blocks
 /// left.
 [[nodiscard]] Result<ResponseSamples> choose_samples(std::span<const Picture> pictures,
                                                      std::span<const double> exposures, double dark_value,

@@ -12,12 +12,11 @@
 namespace lightwell::photometry {
 namespace {
 
-/// The lamp's pixels are those of more than this share of its peak, and a rim of pixels around them for what the lens
-/// blurs.
+/// The lamp's pixels are those above this fraction of its peak, and a margin around them for the blur of the lens.
 constexpr double kMinShareOfPeak = 0.1;
 constexpr double kRim = 3;
 
-/// Linear light and solid angle a site.
+/// Linear value and solid angle by site.
 struct Sites {
   int width = 0, height = 0;
   std::vector<double> light, solid_angle;
@@ -28,7 +27,7 @@ struct Sites {
   }
 };
 
-/// Means of three by three sites of the field: one noisy site is no lamp.
+/// Box filter of 3 x 3 sites, so that a single noisy site is not taken for a lamp.
 std::vector<double> smoothed(const Sites& s) {
   std::vector<double> out(s.light.size());
   for (int y = 1; y + 1 < s.height; ++y)
@@ -45,8 +44,8 @@ struct Blob {
   double x = 0, y = 0, radius = 0;
 };
 
-/// The sites around `peak` that are at least `least`, connected.
-Blob grow(const Sites& s, const std::vector<double>& light, std::size_t peak, double least) {
+/// The connected region around `peak` of sites with light of at least `least`.
+Blob connected_region(const Sites& s, const std::vector<double>& light, std::size_t peak, double least) {
   std::vector<std::size_t> found{peak};
   std::vector<bool> seen(light.size());
   seen[peak] = true;
@@ -77,7 +76,7 @@ Blob grow(const Sites& s, const std::vector<double>& light, std::size_t peak, do
 }  // namespace
 
 Result<LampFinder> LampFinder::make(const LensParameters& lens) {
-  RigParameters rig;  // Alone: no share of its solid angles goes to another lens.
+  RigParameters rig;  // Only this lens, so that its solid angles are not weighted for an overlap.
   rig.lenses = {lens};
   Result<RigTable> table = make_rig_table(rig);
   if (!table) return table.status();
@@ -88,7 +87,7 @@ Result<LampFinder> LampFinder::make(const LensParameters& lens) {
 }
 
 Result<LampObservation> LampFinder::find(const Picture& picture, double exposure, std::optional<double> angle_rad,
-                                      const std::string& name) const {
+                                         const std::string& name) const {
   const auto invalid = [&](const std::string& what) {
     return Status(StatusCode::invalid_argument, name + ": " + what);
   };
@@ -126,9 +125,9 @@ Result<LampObservation> LampFinder::find(const Picture& picture, double exposure
   const std::vector<double> light = smoothed(sites);
   const auto peak = static_cast<std::size_t>(std::max_element(light.begin(), light.end()) - light.begin());
   if (!(light[peak] > around + 20 * noise && light[peak] > 0.05))
-    return invalid("no lamp stands out; darken the room, or take it with a longer exposure");
+    return invalid("no lamp stands out; darken the room, or use a longer exposure");
 
-  const Blob blob = grow(sites, light, peak, around + kMinShareOfPeak * (light[peak] - around));
+  const Blob blob = connected_region(sites, light, peak, around + kMinShareOfPeak * (light[peak] - around));
   const double inner = blob.radius + kRim / pitch, outer = 1.5 * inner + kRim;
   const int across = std::min(sites.width, sites.height);
   if (2 * blob.radius > across / 10.0)
@@ -144,7 +143,7 @@ Result<LampObservation> LampFinder::find(const Picture& picture, double exposure
       const bool there =
           x >= 0 && y >= 0 && x < sites.width && y < sites.height && sites.solid_angle[sites.index(x, y)] > 0;
       if (!there && distance <= inner)
-        return invalid("the lamp is cut by the edge of the picture or of the field; leave this picture out");
+        return invalid("the lamp is cut by the edge of the picture or of the field of view; remove this picture");
       if (!there) continue;
       const std::size_t k = sites.index(x, y);
       if (distance > inner) {
@@ -168,7 +167,7 @@ Result<LampObservation> LampFinder::find(const Picture& picture, double exposure
   }
   const auto direction =
       CameraModel(lens_).unproject({pitch * blob.x + (pitch - 1) / 2.0, pitch * blob.y + (pitch - 1) / 2.0});
-  if (!direction) return invalid("the lamp lies outside the field of view; leave this picture out");
+  if (!direction) return invalid("the lamp is outside the field of view; remove this picture");
   out.angle_rad = std::atan2(std::hypot(direction->x, direction->y), direction->z);
   return out;
 }

@@ -20,7 +20,7 @@ constexpr double kMinRange = 3;
 
 Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "noise: " + what}; }
 
-/// Picture values to x, and how much of x a step of the picture value is.
+/// Converts picture values to x, with the slope dx / dv.
 class Linear {
  public:
   explicit Linear(const PhotometricCalibration& p) : p_(p) {}
@@ -40,7 +40,7 @@ class Linear {
 struct Bin {
   std::vector<double> differences;
   double sum = 0, slope_squares = 0;
-  double cut = 0;  ///< Differences one of whose values is saturated or at the lowest code.
+  double clipped = 0;  ///< Number of differences with a value that is saturated or at the lowest code.
 };
 
 struct Fit {
@@ -53,11 +53,11 @@ struct Row {
   Eigen::Vector2d factors;
   double variance = 0;
   double rounding = 0, count = 0;
-  double deviation = 0;  ///< Where it is fixed, of the dark.
+  double deviation = 0;  ///< Standard deviation, if it is fixed (dark frames).
 };
 
-/// The deviation of a row's variance, which grows with that variance itself: of the line, not of the row, whose own
-/// chance would else pull the line down.
+/// Standard deviation of a row's variance. It is proportional to the variance; the line's value is used instead of the
+/// row's, because weighting by the row's own noise would bias the line downwards.
 double deviation_of(const Row& row, const Eigen::Vector2d& line) {
   if (row.deviation > 0) return row.deviation;
   const double total = std::max(row.factors.dot(line), 0.1 * row.variance) + row.rounding;
@@ -66,7 +66,7 @@ double deviation_of(const Row& row, const Eigen::Vector2d& line) {
 
 Fit fit_line(const std::vector<Row>& rows) {
   Fit fit;
-  // To begin with, the line through the middle of each row's ratio.
+  // Initial line: the median ratio of variance and mean.
   std::vector<double> slopes;
   for (const Row& r : rows)
     if (r.factors(1) > 0) slopes.push_back(r.variance / r.factors(1));
@@ -80,19 +80,19 @@ Fit fit_line(const std::vector<Row>& rows) {
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const double deviation = deviation_of(rows[k], fit.line);
-      // All count to begin with: a start that is off must not exclude what is right.
+      // No robust weights at first, because a poor start would reject inliers.
       const double weight = (pass < 5 ? 1 : tukey_weight(scaled[k] / fit.scatter)) / (deviation * deviation);
       normal += weight * rows[k].factors * rows[k].factors.transpose();
       right += weight * rows[k].factors * rows[k].variance;
     }
-    // Columns of one size: read² is a millionth, shot a ten thousandth.
+    // Normalise the columns: read² is about 1e-6, shot 1e-4.
     const Eigen::Vector2d size = normal.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
     const Eigen::Matrix2d even = size.asDiagonal() * normal * size.asDiagonal();
     const Eigen::Matrix2d inverse = size.asDiagonal() * even.inverse() * size.asDiagonal();
     const Eigen::Vector2d line = inverse * right;
     const bool still = (line - fit.line).cwiseAbs().maxCoeff() <= 1e-12 * line.cwiseAbs().maxCoeff();
     fit.line = line;
-    // Tukey's biweight gives away 5 %.
+    // Tukey's biweight has an efficiency of 95 %.
     fit.covariance = fit.scatter * fit.scatter / 0.95 * inverse;
     if (still && pass > 6) break;
   }
@@ -113,21 +113,21 @@ Result<std::vector<NoiseLevel>> noise_levels(std::span<const FlatPair> pairs,
     const Picture both[] = {pair.a, pair.b};
     if (const Status s = check_alike(both, 2, name); !s.ok()) return s;
     if (!(pair.gain > 0) || !std::isfinite(pair.gain)) return invalid(name + ": gain must be positive");
-    // Pictures that are all white, or all black, may well be the same.
+    // Pictures that are entirely white or black may be identical.
     const bool shades = std::any_of(pair.a.rgb.begin(), pair.a.rgb.end(), [&](float v) {
       return static_cast<double>(v) > 0 && static_cast<double>(v) < photometry.saturation;
     });
     if (shades && pair.a.rgb == pair.b.rgb)
-      return invalid(name + ": both pictures are the same to the last pixel; each must be taken anew");
+      return invalid(name + ": both pictures are identical; each must be a new capture");
     const double code = pair.a.levels > 1 ? 1.0 / (pair.a.levels - 1) : 0;
     std::vector<Bin> bins(kBins);
     for (std::size_t i = 0; i < pair.a.rgb.size(); ++i) {
       const double va = static_cast<double>(pair.a.rgb[i]), vb = static_cast<double>(pair.b.rgb[i]);
       const double a = linear.x(va), b = linear.x(vb), mean = (a + b) / 2;
-      // By the root: its noise is the same everywhere.
+      // Bins are uniform in the square root, whose noise is constant.
       auto& bin = bins[static_cast<std::size_t>(std::clamp(std::sqrt(std::max(mean, 0.0)), 0.0, 0.999) * kBins)];
       if (std::max(va, vb) >= photometry.saturation || std::min(va, vb) <= code / 2) {
-        ++bin.cut;
+        ++bin.clipped;
         continue;
       }
       bin.differences.push_back(a - b);
@@ -136,8 +136,8 @@ Result<std::vector<NoiseLevel>> noise_levels(std::span<const FlatPair> pairs,
       bin.slope_squares += slope * slope;
     }
     for (const Bin& bin : bins) {
-      // Where tails are cut, so is the variance.
-      if (bin.differences.size() < kMinCount || bin.cut > 1e-3 * static_cast<double>(bin.differences.size()))
+      // Censored tails would bias the variance.
+      if (bin.differences.size() < kMinCount || bin.clipped > 1e-3 * static_cast<double>(bin.differences.size()))
         continue;
       const auto size = static_cast<double>(bin.differences.size());
       const double slope = std::sqrt(bin.slope_squares / size);
@@ -170,7 +170,7 @@ Result<NoiseEstimate> solve_noise(std::span<const NoiseLevel> levels, const std:
   double lowest = levels.front().mean, highest = 0;
   for (const NoiseLevel& l : levels) {
     if (!std::isfinite(l.mean) || !std::isfinite(l.variance) || !(l.count > 1) || !(l.gain > 0))
-      return invalid("a level's mean, variance or count is impossible");
+      return invalid("a level has an invalid mean, variance or count");
     rows.push_back({{l.gain * l.gain, l.gain * l.mean}, l.variance, l.rounding, l.count, 0});
     lowest = std::min(lowest, l.mean);
     highest = std::max(highest, l.mean);
@@ -189,7 +189,7 @@ Result<NoiseEstimate> solve_noise(std::span<const NoiseLevel> levels, const std:
     return invalid("the variance does not grow with light; turn off noise reduction, and do not take JPEG");
   const double squared = std::max(0.0, fit.line(0)), squared_deviation = std::sqrt(std::max(0.0, fit.covariance(0, 0)));
   out.read_noise = std::sqrt(squared);
-  // The root's derivative has no end at 0, its values do.
+  // First-order propagation diverges at read_noise 0, so it is limited by the root of read²'s standard deviation.
   out.read_deviation =
       std::min(squared_deviation / (2 * std::max(out.read_noise, 1e-12)), std::sqrt(squared_deviation));
   out.covariance = {fit.covariance(0, 0), fit.covariance(0, 1), fit.covariance(1, 0), fit.covariance(1, 1)};

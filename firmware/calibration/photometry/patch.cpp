@@ -21,7 +21,7 @@ Result<PatchMean> patch_mean(const Picture& picture, const PatchRect& patch, con
     return Status(StatusCode::invalid_argument, name + ": " + what);
   };
   const int pitch = picture.pitch;
-  // 64 bits: a patch is what somebody typed.
+  // 64 bits, because the patch is user input and may overflow 32.
   const std::int64_t right = std::int64_t{patch.x} + patch.width, below = std::int64_t{patch.y} + patch.height;
   if (patch.x < 0 || patch.y < 0 || patch.width < 1 || patch.height < 1 ||
       right > std::int64_t{picture.width} * pitch || below > std::int64_t{picture.height} * pitch)

@@ -1,4 +1,4 @@
-// An even patch of a picture, such as a grey card, in linear values.
+// Mean linear values of a uniform patch of a picture, such as a grey card.
 #pragma once
 
 #include <array>
@@ -11,20 +11,20 @@
 
 namespace lightwell::photometry {
 
-/// Pixels of the lens's picture: from (x, y) so many to the right and down.
+/// Rectangle in pixels of the lens's picture; (x, y) is the top left pixel.
 struct PatchRect {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
 struct PatchMean {
-  std::array<double, 3> mean{};       ///< Linear value x, black taken off.
-  std::array<double, 3> deviation{};  ///< Of these means.
-  double count = 0;                   ///< Sites.
+  std::array<double, 3> mean{};       ///< Linear value x, black level subtracted.
+  std::array<double, 3> deviation{};  ///< Standard deviation of the means.
+  double count = 0;                   ///< Number of sites.
 };
 
-/// Means without what is more than five deviations off (a speck). invalid_argument naming `name`, with what to do: a
-/// patch of fewer than 16 sites or outside the picture, one of which more than a thousandth is saturated, one darker
-/// than 0.02 of full scale in some channel, and one that is not even (deviation above a fifth of the mean).
+/// Means without sites more than five standard deviations off (specks). invalid_argument, with `name` and remedy: a
+/// patch of fewer than 16 sites or outside the picture, more than 0.1 % saturated, darker than 0.02 of full scale in a
+/// channel, or not uniform (standard deviation above a fifth of the mean).
 [[nodiscard]] Result<PatchMean> patch_mean(const Picture& picture, const PatchRect& patch,
                                            const PhotometricCalibration& photometry, const std::string& name);
 

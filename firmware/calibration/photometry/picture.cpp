@@ -10,7 +10,7 @@ Status invalid(const std::string& what) { return {StatusCode::invalid_argument, 
 
 std::string size_text(const Picture& p) { return std::to_string(p.width) + "x" + std::to_string(p.height); }
 
-/// The code at photosite (x, y) of a mosaic.
+/// Code at photosite (x, y) of a mosaic.
 double code_at(const View& view, int x, int y) {
   const std::byte* row = view.data.data() + static_cast<std::size_t>(y) * view.stride;
   const auto column = static_cast<std::size_t>(x);

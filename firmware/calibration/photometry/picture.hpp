@@ -1,4 +1,4 @@
-// A picture as numbers that the solvers understand, whatever its encoding was.
+// Pictures of the photometric solvers, independent of the pixel format.
 #pragma once
 
 #include <cstddef>
@@ -13,13 +13,12 @@
 
 namespace lightwell::photometry {
 
-/// Picture values as shares of full scale, r g b a site, rows from the top. Of a Bayer mosaic a site is a square of
-/// four photosites with its red, its upper right green and its blue: the mean of both greens would have less noise than
-/// a pixel.
+/// Picture values as fractions of full scale, r, g, b per site, rows from the top. In a Bayer mosaic a site is a 2 x 2
+/// block with its red, its upper right green and its blue; the mean of both greens would have less noise than a pixel.
 struct Picture {
   int width = 0, height = 0;  ///< Sites.
-  int levels = 0;             ///< Codes that a value can have, 256 of 8 bits; 0: not quantised.
-  int pitch = 1;              ///< Pixels of the lens's picture from site to site, 2 of a mosaic.
+  int levels = 0;             ///< Number of codes, 256 for 8 bits; 0: not quantised.
+  int pitch = 1;              ///< Distance of sites in pixels of the lens's picture, 2 for a mosaic.
   std::vector<float> rgb;
 
   [[nodiscard]] std::size_t sites() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
@@ -29,16 +28,16 @@ struct Picture {
   }
 };
 
-/// rgb8, Bayer, and rgb_f32, whose numbers count as shares of full scale too (raw files that were converted);
-/// `float_levels` says how many codes these had. invalid_argument naming `name`: nv12 and yuyv, whose values are
-/// mixtures of neighbours; data too small for its size; floats that are not finite.
+/// Accepts rgb8, Bayer formats, and rgb_f32 (converted raw files), whose values are fractions of full scale, too;
+/// `float_levels` is the number of codes before the conversion. invalid_argument, with `name`: nv12 and yuyv, whose
+/// values mix neighbours; data too small for the size; floats that are not finite.
 [[nodiscard]] Result<Picture> picture_of(const View& view, const std::string& name, int float_levels = 0);
 
-/// Standard deviation of rounding to a code, as a share of full scale.
+/// Standard deviation of rounding to a code, as a fraction of full scale.
 [[nodiscard]] double rounding_deviation(int levels);
 
-/// invalid_argument unless all have one size, kind and number of levels, and there are `least` of them; `what` names
-/// them.
+/// invalid_argument unless there are at least `least` pictures, all with the same size, kind and number of levels;
+/// `what` names them in the message.
 [[nodiscard]] Status check_alike(std::span<const Picture> pictures, std::size_t least, const std::string& what);
 
 }  // namespace lightwell::photometry

@@ -15,12 +15,12 @@ namespace {
 
 using Samples = std::span<const ResponseSample>;
 
-/// By which the curve that is departed from may be wrong near dark.
+/// Prior uncertainty of the base curve's gamma near dark.
 constexpr double kGammaDifference = 0.2;
-/// Of the lowest knots by that of the highest.
+/// Smallest weight in the smoothness penalty, at the lowest knots; it is about 1 at the highest.
 constexpr double kMinStiffness = 0.0025;
 
-/// Calls with the first and the end of each pixel's samples.
+/// Calls `each` with first and end index of each pixel's samples.
 template <class Each>
 void each_pixel(Samples samples, const Each& each) {
   for (std::size_t first = 0, end = 0; first < samples.size(); first = end) {
@@ -52,13 +52,13 @@ std::vector<double> median_light(Samples samples, std::size_t pixels, const std:
   return light;
 }
 
-/// Sums over samples with each pixel's weighted mean taken off, which is what eliminating its light means.
+/// Sums over samples after subtracting each pixel's weighted mean, which eliminates its light.
 struct CentredSums {
   Eigen::MatrixXd normal;    ///< J' W J
   Eigen::VectorXd gradient;  ///< J' W y
   double squares = 0;        ///< y' W y
   Eigen::MatrixXd meat;      ///< Sum over pixels of the outer product of their J' W y.
-  Eigen::MatrixXd exposure;  ///< J' W, a column for each exposure: what an error of it, the same for all pixels, does.
+  Eigen::MatrixXd exposure;  ///< J' W summed by exposure: effect of an error of that exposure, common to all pixels.
 };
 
 CentredSums centred_sums(Samples samples, const Eigen::MatrixXd& jacobian, const std::vector<double>& y,
@@ -68,8 +68,8 @@ CentredSums centred_sums(Samples samples, const Eigen::MatrixXd& jacobian, const
   for (const ResponseSample& s : samples) exposures = std::max(exposures, s.exposure + 1);
   CentredSums sums{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), 0, Eigen::MatrixXd::Zero(n, n),
                    Eigen::MatrixXd::Zero(n, static_cast<Eigen::Index>(exposures))};
-  // Few entries of a row are not 0: sums of these, less what the means take off, cost a tenth of centring each row.
-  std::vector<Eigen::Index> there;
+  // Rows are sparse: summing the non-zero entries and correcting for the means is ten times as fast as centring rows.
+  std::vector<Eigen::Index> nonzero;
   each_pixel(samples, [&](std::size_t first, std::size_t end) {
     double total = 0, mean_y = 0;
     Eigen::VectorXd mean = Eigen::VectorXd::Zero(n), score = Eigen::VectorXd::Zero(n);
@@ -84,11 +84,11 @@ CentredSums centred_sums(Samples samples, const Eigen::MatrixXd& jacobian, const
     for (std::size_t k = first; k < end; ++k) {
       const auto row = jacobian.row(static_cast<Eigen::Index>(k));
       const double centred = y[k] - mean_y;
-      there.clear();
+      nonzero.clear();
       for (Eigen::Index i = 0; i < n; ++i)
-        if (row(i) != 0) there.push_back(i);
-      for (const Eigen::Index i : there) {
-        for (const Eigen::Index j : there) sums.normal(i, j) += weight[k] * row(i) * row(j);
+        if (row(i) != 0) nonzero.push_back(i);
+      for (const Eigen::Index i : nonzero) {
+        for (const Eigen::Index j : nonzero) sums.normal(i, j) += weight[k] * row(i) * row(j);
         score(i) += weight[k] * centred * row(i);
       }
       sums.exposure.col(static_cast<Eigen::Index>(samples[k].exposure)) += weight[k] * (row.transpose() - mean);
@@ -101,7 +101,7 @@ CentredSums centred_sums(Samples samples, const Eigen::MatrixXd& jacobian, const
   return sums;
 }
 
-/// By how much weights overstate the curvature of Tukey's loss (Huber 1981, 7.6).
+/// Ratio of the mean curvature of Tukey's loss to the mean weight (Huber 1981, section 7.6).
 double curvature_share(Samples samples, const ResponseFit& fit) {
   double slope = 0, weight = 0;
   for (std::size_t k = 0; k < samples.size(); ++k) {
@@ -112,10 +112,10 @@ double curvature_share(Samples samples, const ResponseFit& fit) {
   return weight > 0 ? std::clamp(slope / weight, 0.2, 1.0) : 1;
 }
 
-/// Among knots 0 to `last`, which lie evenly.
+/// Fractional knot index among the evenly spaced knots 0 to `last`.
 double knot_position(double share, std::size_t last) { return std::clamp(share, 0.0, 1.0) * static_cast<double>(last); }
 
-/// Samples that count, and of these the ones that are left once each pixel's light is told.
+/// Number of samples with weight, and degrees of freedom after estimating each pixel's light.
 struct Counts {
   double all = 0, free = 0;
 };
@@ -148,7 +148,7 @@ ResponseFit fit_light(Samples samples, std::size_t pixels, const LogCurve& curve
   fit.residual.resize(samples.size());
   fit.weight.resize(samples.size());
   std::vector<double> scaled(samples.size()), counted;
-  // Each pixel's light is fitted, which leaves residuals smaller than the noise.
+  // Correct for the estimated light of each pixel, which makes residuals smaller than the noise.
   const Counts counts = counts_of(samples);
   const double lost = std::sqrt(counts.all / std::max(1.0, counts.free));
   const auto weigh = [&] {
@@ -242,10 +242,10 @@ DepartureFit fit_departure(Samples samples, std::size_t pixels, const LogCurve& 
     basis(static_cast<Eigen::Index>(k), i) = 1 - share;
     if (i + 1 < n) basis(static_cast<Eigen::Index>(k), i + 1) = share;
   }
-  // Third differences of all knots, so that a curve's end beyond the last values goes on bending as it did; second
-  // ones, the paper's, would go on straight. Weighted not by the hat, whose ends are where smoothness is needed most,
-  // but by the square of the value: towards dark the logarithms of two curves depart from each other like that of the
-  // value.
+  // Penalty on third differences, so that the curve is extrapolated with constant curvature; the second differences of
+  // the paper would extrapolate linearly. The weight is the square of the value instead of the hat, which vanishes at
+  // the ends, where smoothness is needed most: towards dark the logarithms of two curves differ like the logarithm of
+  // the value.
   constexpr std::array<double, 4> kDifference{-1, 3, -3, 1};
   Eigen::MatrixXd bend = Eigen::MatrixXd::Zero(knots - 3, n);
   for (Eigen::Index i = 0; i < knots - 3; ++i)
@@ -257,7 +257,7 @@ DepartureFit fit_departure(Samples samples, std::size_t pixels, const LogCurve& 
   const auto rank = static_cast<double>(knots - 3);
   const double freedom = std::max(2.0, counts_of(samples).free - 2);
 
-  std::vector<double> plain(samples.size());  // What is left without a departure.
+  std::vector<double> plain(samples.size());  // Residuals without a departure.
   Eigen::LDLT<Eigen::MatrixXd> solved;
   Eigen::MatrixXd normal;
   double stiffness = 0, variance = 0;
@@ -292,8 +292,8 @@ DepartureFit fit_departure(Samples samples, std::size_t pixels, const LogCurve& 
   out.fit = fit_light(samples, pixels, curve, 0, min_scale);
   out.freedom = solved.solve(normal).trace();
 
-  // Between pixels residuals are independent, within one they need not be: the sandwich of White 1980, a pixel a
-  // cluster. The penalty's own share is that of a prior (Wahba 1983), which covers what smoothing bends.
+  // Sandwich covariance (White 1980), clustered by pixel: residuals are independent between pixels, not within one. The
+  // penalty contributes like a prior (Wahba 1983), which covers the bias of smoothing.
   const CentredSums sums = centred_sums(samples, basis, out.fit.residual, out.fit.weight);
   const double share = curvature_share(samples, out.fit);
   const Eigen::MatrixXd inverse = (share * sums.normal + stiffness * penalty).inverse();
@@ -302,8 +302,8 @@ DepartureFit fit_departure(Samples samples, std::size_t pixels, const LogCurve& 
   const Eigen::MatrixXd shared = exposure_deviation * exposure_deviation * sums.exposure * sums.exposure.transpose();
   out.covariance.topLeftCorner(n, n) =
       inverse * (small_sample * sums.meat + shared + variance * stiffness * penalty) * inverse;
-  // Between knots the departure is linear, which towards dark it is not: there it is like ln v, whose chord is off by
-  // 1/(8 k²) at the k-th knot, times the difference of two gammas.
+  // Discretisation error: the departure is interpolated linearly, but towards dark it is like ln v, whose chord has an
+  // error of 1/(8 k²) at knot k, times the difference of the two gammas.
   for (Eigen::Index k = 1; k < n; ++k) {
     const double chord = kGammaDifference / (8.0 * static_cast<double>(k * k));
     out.covariance(k, k) += chord * chord;

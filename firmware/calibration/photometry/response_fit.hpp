@@ -1,4 +1,5 @@
-// Inside of response_solver: curves fitted to ln g(Z) = ln E + ln t with the light of each pixel eliminated.
+// Implementation of response_solver: fits curves to ln x(Z) = ln E + ln t, with the log light ln E of each pixel
+// eliminated.
 #pragma once
 
 #include <functional>
@@ -9,33 +10,33 @@
 
 namespace lightwell::photometry {
 
-/// A usable value. Those of one pixel follow each other.
+/// A usable value. The samples of one pixel are consecutive.
 struct ResponseSample {
   std::size_t pixel = 0, exposure = 0;
   double value = 0, log_exposure = 0;
-  double hat = 0;  ///< Weight of the residual: 0 at both ends of the scale.
-  /// What the fit so far expects the value to be; `value` to begin with. Curves are taken on their tangent there: noise
-  /// in the value is then noise in the logarithm, of mean zero, which through the curve itself it is not.
+  double hat = 0;  ///< Hat weight of the residual (Debevec & Malik): 0 at both ends of the scale.
+  /// The value predicted by the previous iteration; initially `value`. Curves are linearised there: zero-mean noise of
+  /// the value then remains zero-mean in the logarithm, unlike through the curve itself.
   double expected = 0;
 };
 
-/// ln of the linear value (x = 1 at full scale) of a picture value.
+/// Maps a picture value to ln of the linear value (x = 1 at full scale).
 using LogCurve = std::function<double(double)>;
 
-/// A curve's residuals once each pixel has the light that fits it best.
+/// Residuals of a curve with the best-fit light of each pixel.
 struct ResponseFit {
-  std::vector<double> residual;   ///< ln, a sample.
-  std::vector<double> weight;     ///< hat² times Tukey's.
-  std::vector<double> log_light;  ///< A pixel.
+  std::vector<double> residual;   ///< In ln x, by sample.
+  std::vector<double> weight;     ///< By sample: hat² times Tukey's weight.
+  std::vector<double> log_light;  ///< ln E by pixel.
   double scale = 0;               ///< Standard deviation of hat * residual.
-  double loss = 0;                ///< Sum of 2 * Tukey's loss: chi² where nothing is wrong.
+  double loss = 0;                ///< Sum of 2 * Tukey's loss: chi² without outliers.
 };
 
-/// `scale` 0: from the residuals, at least `min_scale`.
+/// `scale` 0: estimated from the residuals, at least `min_scale`.
 [[nodiscard]] ResponseFit fit_light(std::span<const ResponseSample> samples, std::size_t pixels, const LogCurve& curve,
                                     double scale, double min_scale);
 
-/// The same with the sum of absolute residuals as `loss`: what a search starts from.
+/// Sum of absolute residuals, the criterion of the initial search.
 [[nodiscard]] double absolute_loss(std::span<const ResponseSample> samples, std::size_t pixels, const LogCurve& curve);
 
 struct GammaFit {
@@ -43,20 +44,20 @@ struct GammaFit {
   ResponseFit fit;
 };
 
-/// x = (v^gamma - dark^gamma) / (1 - dark^gamma), gamma from 0.2 to 6. `exposure_deviation`: relative, of each
-/// exposure.
+/// Fits x = (v^gamma - dark^gamma) / (1 - dark^gamma), gamma from 0.2 to 6. `exposure_deviation`: relative standard
+/// deviation of each exposure.
 [[nodiscard]] GammaFit fit_gamma(std::span<const ResponseSample> samples, std::size_t pixels, double dark,
                                  double min_scale, double exposure_deviation);
 
 struct DepartureFit {
   std::vector<double> knots;   ///< Picture values, evenly spaced from dark to 1.
-  Eigen::VectorXd departure;   ///< Of ln x at each knot; 0 at the last.
-  Eigen::MatrixXd covariance;  ///< Of the same.
+  Eigen::VectorXd departure;   ///< Departure of ln x from the base curve at each knot; 0 at the last.
+  Eigen::MatrixXd covariance;  ///< Of the departure.
   double freedom = 0;          ///< Effective number of parameters.
   ResponseFit fit;
 };
 
-/// `base` plus a smooth departure, linear between knots. `start`: a departure that is near already.
+/// Fits `base` plus a smooth departure that is linear between knots. `start`: initial departure.
 [[nodiscard]] DepartureFit fit_departure(std::span<const ResponseSample> samples, std::size_t pixels,
                                          const LogCurve& base, double dark, int knots, double min_scale,
                                          double exposure_deviation, const Eigen::VectorXd& start = {});

@@ -16,12 +16,12 @@ namespace {
 
 constexpr double kMinExposureRange = 4;
 constexpr std::size_t kMinPixels = 20;
-/// Values so near to dark are left out: their logarithm is mostly noise.
+/// Distance from dark below which values are rejected: their logarithm is mostly noise.
 constexpr double kFoot = 0.005;
-/// Weight begins so far above dark and ends so far below saturation: where noise could carry a value out of what is
-/// used.
+/// Margins of the hat above dark and below saturation, so that noise does not carry weighted values out of the used
+/// range.
 constexpr double kHatFoot = 0.02, kHatEnd = 0.007;
-/// Share of the scale over which weight falls to nothing towards saturation.
+/// Fraction of the scale over which the weight falls to zero towards saturation.
 constexpr double kShoulder = 0.03;
 constexpr int kRounds = 2;
 
@@ -53,10 +53,10 @@ Status check_exposures(const ResponseSamples& in) {
 struct Usable {
   std::vector<ResponseSample> samples;
   std::size_t pixels = 0;
-  double low = 0, high = 1;        ///< Where the hat begins and ends.
-  double lowest = 1, highest = 0;  ///< Of all samples.
+  double low = 0, high = 1;        ///< Support of the hat.
+  double lowest = 1, highest = 0;  ///< Range of all samples.
 
-  /// Its top is near white: what a value says about the logarithm of light is surer in proportion to the value.
+  /// Maximum near white: the precision of the logarithm is proportional to the value.
   [[nodiscard]] double hat(double value) const {
     const double top = high - kShoulder * (high - low);
     return std::max(0.0, std::min((value - low) / (top - low), (high - value) / (high - top)));
@@ -68,7 +68,7 @@ Result<Usable> usable_of(const ResponseSamples& in, int channel) {
   Usable out;
   out.low = in.dark_value + kHatFoot * (1 - in.dark_value);
   out.high = high - kHatEnd;
-  std::vector<double> follows;  // Of each pixel that has two values to compare.
+  std::vector<double> increases;  // One entry per pixel with two comparable values.
   for (const PixelSeries& pixel : in.pixels) {
     if (channel >= 0 && pixel.channel != channel) continue;
     if (pixel.values.size() != in.exposures.size())
@@ -84,7 +84,7 @@ Result<Usable> usable_of(const ResponseSamples& in, int channel) {
     if (own.size() < 2) continue;
     const auto [first, last] = std::minmax_element(
         own.begin(), own.end(), [](const auto& a, const auto& b) { return a.log_exposure < b.log_exposure; });
-    if (last->log_exposure - first->log_exposure > 0.5) follows.push_back(last->value - first->value);
+    if (last->log_exposure - first->log_exposure > 0.5) increases.push_back(last->value - first->value);
     ++out.pixels;
     for (const ResponseSample& s : own) {
       out.lowest = std::min(out.lowest, s.value);
@@ -96,11 +96,11 @@ Result<Usable> usable_of(const ResponseSamples& in, int channel) {
     return invalid(std::to_string(out.pixels) + " pixels are neither dark nor saturated in two exposures or more, " +
                    std::to_string(kMinPixels) +
                    " are needed; choose exposures closer to each other, or a scene with more shades");
-  if (median_of(follows) < 0.02)
+  if (median_of(increases) < 0.02)
     return invalid(
         "the picture values do not follow the exposures; turn off automatic exposure and gain, and see that each "
         "exposure was in force when its picture was taken");
-  // By the quarters of the scale, since a hat weighs both ends little.
+  // Compare with a quarter of the scale, since the hat has small weights at both ends.
   const double span = high - low;
   if (out.lowest > low + 0.25 * span || out.highest < high - 0.25 * span)
     return invalid("values of pixels seen in several exposures cover " + text(out.lowest) + " to " + text(out.highest) +
@@ -108,18 +108,18 @@ Result<Usable> usable_of(const ResponseSamples& in, int channel) {
   return out;
 }
 
-/// x of a picture value on a closed curve: 0 at dark, 1 at full scale.
-double closed_x(const ResponseCurve& curve, double dark, double value) {
+/// Linear value x of a picture value on a parametric curve: 0 at dark, 1 at full scale.
+double parametric_x(const ResponseCurve& curve, double dark, double value) {
   const double black = linearized(curve, dark);
   return (linearized(curve, value) - black) / (1 - black);
 }
 
 LogCurve log_curve(const ResponseCurve& curve, double dark) {
-  return [curve, dark](double v) { return std::log(std::max(1e-12, closed_x(curve, dark, v))); };
+  return [curve, dark](double v) { return std::log(std::max(1e-12, parametric_x(curve, dark, v))); };
 }
 
-/// Makes a sequence rise by averaging neighbours that do not (pool adjacent violators, Ayer 1955).
-void make_rising(std::vector<double>& values) {
+/// Isotonic regression by pooling adjacent violators (Ayer et al. 1955).
+void make_increasing(std::vector<double>& values) {
   struct Run {
     double mean;
     std::size_t count;
@@ -147,8 +147,8 @@ struct Table {
   double black_level = 0;
 };
 
-/// response^-1 = b + (1 - b) x. Below dark x is negative and goes on with the slope it has there; b is chosen such that
-/// the table begins with 0.
+/// Table of response^-1 = b + (1 - b) x. Below dark x is negative, extrapolated linearly; the black level b is chosen
+/// so that the table begins with 0.
 Table table_of(const std::function<double(double)>& x, double dark, int entries) {
   constexpr double kStep = 1.0 / 512;
   const double slope = dark > 0 ? x(dark + kStep) / kStep : 0;
@@ -160,20 +160,20 @@ Table table_of(const std::function<double(double)>& x, double dark, int entries)
     const double light = v < dark ? slope * (v - dark) : x(v);
     out.curve.inverse.push_back(std::clamp(out.black_level + (1 - out.black_level) * light, 0.0, 1.0));
   }
-  make_rising(out.curve.inverse);
+  make_increasing(out.curve.inverse);
   out.curve.inverse.front() = 0;
   out.curve.inverse.back() = 1;
   return out;
 }
 
-/// What a fit expects each value to be, and its hat by that: one that rises with a sample's own noise would prefer
-/// noise upwards. `x`: the fitted curve.
-void expect(const Usable& usable, const std::function<double(double)>& x, const ResponseFit& fit, double dark,
-            std::vector<ResponseSample>& samples) {
+/// Updates each sample's predicted value, and the hat weight from it: a weight that depends on the sample's own noise
+/// would favour positive noise. `x`: the fitted curve.
+void update_predictions(const Usable& usable, const std::function<double(double)>& x, const ResponseFit& fit,
+                        double dark, std::vector<ResponseSample>& samples) {
   constexpr int kSteps = 2048;
   std::vector<double> logs;
   for (int i = 0; i <= kSteps; ++i) logs.push_back(std::log(std::max(1e-12, x(dark + (1 - dark) * i / kSteps))));
-  make_rising(logs);
+  make_increasing(logs);
   for (ResponseSample& s : samples) {
     const double log_linear = fit.log_light[s.pixel] + s.log_exposure;
     const auto above =
@@ -186,47 +186,48 @@ void expect(const Usable& usable, const std::function<double(double)>& x, const 
   }
 }
 
-/// All kinds of curves, each fitted at the values that it expects itself: another's would add that one's errors.
+/// Fits of all kinds of curves. Each is linearised at its own predictions, because another curve's would add its
+/// errors.
 struct Fits {
-  std::vector<ResponseCurve> closed;  ///< The simplest first.
+  std::vector<ResponseCurve> parametric;  ///< Parametric curves, the simplest first.
   GammaFit gamma;
-  ResponseCurve near;  ///< The closed one that comes nearest: what the free one departs from.
+  ResponseCurve base;  ///< The best parametric curve: base of the free one.
   DepartureFit free;
-  std::vector<ResponseSample> samples;  ///< As the free one expects them: what all are compared by.
+  std::vector<ResponseSample> samples;  ///< With predictions of the free curve, for the comparison of all curves.
 
   [[nodiscard]] double free_x(double dark, double v) const {
-    return closed_x(near, dark, v) * std::exp(departure_at(free, v));
+    return parametric_x(base, dark, v) * std::exp(departure_at(free, v));
   }
 };
 
 Fits fit_all(const Usable& usable, const ResponseSamples& in, int knots, double least) {
   const double dark = in.dark_value;
   Fits out;
-  out.closed.resize(3);
-  out.closed[1].kind = ResponseCurve::Kind::srgb;
-  out.closed[2].kind = ResponseCurve::Kind::gamma;
+  out.parametric.resize(3);
+  out.parametric[1].kind = ResponseCurve::Kind::srgb;
+  out.parametric[2].kind = ResponseCurve::Kind::gamma;
   out.samples = usable.samples;
   out.gamma = fit_gamma(out.samples, usable.pixels, dark, least, in.exposure_deviation);
   for (int round = 0; round < kRounds; ++round) {
     const LogCurve curve = gamma_curve(out.gamma.gamma, dark);
-    expect(
+    update_predictions(
         usable, [&](double v) { return std::exp(curve(v)); }, out.gamma.fit, dark, out.samples);
     out.gamma = fit_gamma(out.samples, usable.pixels, dark, least, in.exposure_deviation);
   }
-  out.closed[2].gamma = out.gamma.gamma;
+  out.parametric[2].gamma = out.gamma.gamma;
 
   out.samples = usable.samples;
   double nearest = -1;
-  for (const ResponseCurve& c : out.closed) {
+  for (const ResponseCurve& c : out.parametric) {
     const double loss = absolute_loss(out.samples, usable.pixels, log_curve(c, dark));
     if (nearest >= 0 && loss >= nearest) continue;
     nearest = loss;
-    out.near = c;
+    out.base = c;
   }
-  const LogCurve base = log_curve(out.near, dark);
+  const LogCurve base = log_curve(out.base, dark);
   out.free = fit_departure(out.samples, usable.pixels, base, dark, knots, least, in.exposure_deviation);
   for (int round = 0; round < kRounds; ++round) {
-    expect(
+    update_predictions(
         usable, [&](double v) { return out.free_x(dark, v); }, out.free.fit, dark, out.samples);
     out.free =
         fit_departure(out.samples, usable.pixels, base, dark, knots, least, in.exposure_deviation, out.free.departure);
@@ -273,11 +274,10 @@ Result<ResponseEstimate> solve_response(const ResponseSamples& in, const Respons
   if (const Status s = check_exposures(in); !s.ok()) return s;
   if (!(in.dark_value >= 0 && in.dark_value < 0.5 && in.saturation > in.dark_value + 0.2 && in.saturation <= 1))
     return invalid("dark value " + text(in.dark_value) + " and saturation " + text(in.saturation) +
-                   " leave no scale between them; see to the dark pictures");
+                   " leave no range between them; check the dark pictures");
   const Result<Usable> usable = usable_of(in, options.channel);
   if (!usable) return usable.status();
-  // A residual's scale cannot be less than what rounding makes of it: half its deviation where a hat and a slope of one
-  // are.
+  // Lower limit of the residuals' scale: the standard deviation of rounding.
   const double least = std::max(1e-6, rounding_deviation(in.levels));
   const Fits fits = fit_all(*usable, in, options.knots, least);
   const std::vector<ResponseSample>& samples = fits.samples;
@@ -298,20 +298,20 @@ Result<ResponseEstimate> solve_response(const ResponseSamples& in, const Respons
     bool near_enough = false;
   };
   Choice choice;
-  for (const ResponseCurve& c : fits.closed) {
+  for (const ResponseCurve& c : fits.parametric) {
     ResponseFit fit = fit_light(samples, usable->pixels, log_curve(c, in.dark_value), free.fit.scale, least);
     double from_table = 0;
     for (int i = 0; i <= 256; ++i) {
       const double v = in.dark_value + (1 - in.dark_value) * i / 256;
-      from_table = std::max(from_table, std::abs(closed_x(c, in.dark_value, v) - free_x(v)));
+      from_table = std::max(from_table, std::abs(parametric_x(c, in.dark_value, v) - free_x(v)));
     }
     const bool first = out.scores.empty(), near_enough = from_table <= options.tolerance;
     const ResponseScore s = score(c.kind, fit.loss, c.kind == ResponseCurve::Kind::gamma ? 1 : 0, from_table);
-    // The simplest of those that are near enough, else the best of all.
+    // Choose the simplest curve within the tolerance, otherwise the one with the best criterion.
     if (choice.near_enough || !(first || near_enough || s.criterion < choice.score.criterion)) continue;
     choice = {s, c, std::move(fit), near_enough};
   }
-  const double of_near = fits.near.kind == ResponseCurve::Kind::gamma ? 1 : 0;
+  const double of_near = fits.base.kind == ResponseCurve::Kind::gamma ? 1 : 0;
   const ResponseScore of_table = score(ResponseCurve::Kind::table, free.fit.loss, free.freedom + of_near, 0);
   const bool is_free = !choice.near_enough && of_table.criterion < choice.score.criterion;
   const ResponseFit& fit = is_free ? free.fit : choice.fit;

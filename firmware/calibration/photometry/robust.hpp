@@ -1,4 +1,4 @@
-// What all solvers of this folder share: estimates that a few wrong observations do not move.
+// Robust statistics shared by the solvers of this folder.
 #pragma once
 
 #include <span>
@@ -6,17 +6,17 @@
 
 namespace lightwell::photometry {
 
-/// 0 of nothing.
+/// Median; 0 if `values` is empty.
 [[nodiscard]] double median_of(std::vector<double> values);
-/// The value with half of all weight on either side; 0 where there is no weight.
+/// Weighted median; 0 if the total weight is 0.
 [[nodiscard]] double weighted_median(std::span<const double> values, std::span<const double> weights);
-/// Standard deviation of Gaussian values by the median of their absolute values, which are about zero.
+/// Standard deviation of zero-mean Gaussian values, from the median of their absolute values.
 [[nodiscard]] double scale_about_zero(std::span<const double> values);
 
-/// Tukey's biweight (Beaton & Tukey 1974) with the constant 4.685, 95 % efficient where noise is Gaussian. `u` is a
+/// Weight of Tukey's biweight (Beaton & Tukey 1974) with the constant 4.685: 95 % efficiency for Gaussian noise. `u`:
 /// residual in standard deviations.
 [[nodiscard]] double tukey_weight(double u);
-/// u²/2 for small u, 3.66 for those that do not count.
+/// Loss of Tukey's biweight: u²/2 for small u, 3.66 for outliers.
 [[nodiscard]] double tukey_loss(double u);
 /// Derivative of u * tukey_weight(u).
 [[nodiscard]] double tukey_slope(double u);

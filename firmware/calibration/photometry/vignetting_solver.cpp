@@ -14,7 +14,7 @@ namespace lightwell::photometry {
 namespace {
 
 constexpr std::size_t kMinObservations = 8;
-constexpr double kMinVignetting = 0.05;  // What a calibration may hold.
+constexpr double kMinVignetting = 0.05;  // Lower limit in a calibration.
 
 Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "vignetting: " + what}; }
 
@@ -28,7 +28,7 @@ Status check_sightings(std::span<const LampObservation> observations, double max
   if (!(max_angle_rad > 0 && max_angle_rad <= std::numbers::pi))
     return invalid("half the field of view must be above 0 and at most 180 deg");
   if (observations.size() < kMinObservations)
-    return invalid(std::to_string(observations.size()) + " sightings of the lamp, at least " +
+    return invalid(std::to_string(observations.size()) + " observations of the lamp, at least " +
                    std::to_string(kMinObservations) + " are needed; turn the camera in smaller steps");
   std::vector<double> angles;
   for (const LampObservation& s : observations) {
@@ -36,16 +36,16 @@ Status check_sightings(std::span<const LampObservation> observations, double max
       return invalid("an angle of " + degrees(s.angle_rad) + " deg lies outside the field of " +
                      degrees(max_angle_rad) + " deg to either side");
     if (!(s.value > 0) || !std::isfinite(s.value) || !(s.deviation >= 0) || !std::isfinite(s.deviation))
-      return invalid("the lamp's value at " + degrees(s.angle_rad) + " deg is not positive; leave that picture out");
+      return invalid("the lamp's value at " + degrees(s.angle_rad) + " deg is not positive; remove that picture");
     angles.push_back(s.angle_rad);
   }
   std::sort(angles.begin(), angles.end());
-  const std::string asked = "turn the camera such that the lamp goes from the middle of the picture to its edge";
+  const std::string asked = "rotate the camera so that the lamp moves from the middle of the picture to its edge";
   if (angles.front() > 0.25 * max_angle_rad)
-    return invalid("no sighting is nearer to the axis than " + degrees(angles.front()) + " deg; " + asked);
+    return invalid("no observation is nearer to the axis than " + degrees(angles.front()) + " deg; " + asked);
   if (angles.back() < 0.9 * max_angle_rad)
-    return invalid("no sighting is further out than " + degrees(angles.back()) + " deg of " + degrees(max_angle_rad) +
-                   "; " + asked + ", or lower max_angle_deg");
+    return invalid("no observation is further from the axis than " + degrees(angles.back()) + " deg of " +
+                   degrees(max_angle_rad) + "; " + asked + ", or lower max_angle_deg");
   for (std::size_t i = 1; i < angles.size(); ++i)
     if (angles[i] - angles[i - 1] > max_angle_rad / 3)
       return invalid("nothing between " + degrees(angles[i - 1]) + " and " + degrees(angles[i]) +
@@ -63,11 +63,12 @@ Eigen::RowVector4d powers(double share) {
 Result<VignettingEstimate> solve_vignetting(std::span<const LampObservation> observations, double max_angle_rad) {
   if (const Status s = check_sightings(observations, max_angle_rad); !s.ok()) return s;
   const auto n = static_cast<Eigen::Index>(observations.size());
-  // Angles as shares of the field and values of their median: the columns are then of one size.
+  // Normalise angles by the field and values by their median, so that the columns have similar magnitude.
   std::vector<double> values;
   for (const LampObservation& s : observations) values.push_back(s.value);
   const double unit = median_of(values);
-  const bool all_known = std::all_of(observations.begin(), observations.end(), [](const auto& s) { return s.deviation > 0; });
+  const bool all_known =
+      std::all_of(observations.begin(), observations.end(), [](const auto& s) { return s.deviation > 0; });
   Eigen::MatrixXd rows(n, 4);
   Eigen::VectorXd right(n), deviation(n);
   for (Eigen::Index k = 0; k < n; ++k) {
@@ -89,21 +90,21 @@ Result<VignettingEstimate> solve_vignetting(std::span<const LampObservation> obs
     found = solver.solve(root.cwiseProduct(right));
     for (Eigen::Index k = 0; k < n; ++k)
       scaled[static_cast<std::size_t>(k)] = (right(k) - rows.row(k).dot(found)) / deviation(k);
-    // Four numbers were fitted. An exact lamp leaves nothing, which is no scale.
+    // Corrected for four estimated parameters; limited from below, because exact data have a scale of 0.
     scale = std::max(1e-9, scale_about_zero(scaled) *
                                std::sqrt(static_cast<double>(n) / std::max<double>(1, static_cast<double>(n - 4))));
     if (all_known) scale = std::max(scale, 1.0);
     for (Eigen::Index k = 0; k < n; ++k) {
-      // First the smoothed absolute residual, whose minimum is one, then Tukey's, which forgets what is far off.
+      // First a smoothed L1 loss, which has a unique minimum, then Tukey's biweight, which rejects outliers.
       const double u = scaled[static_cast<std::size_t>(k)] / scale;
       weight(k) = pass < 10 ? 1 / std::max(1.0, std::abs(u)) : tukey_weight(u);
-      // Without stated deviations they are shares of the curve, not of what was seen: an outlier would else weigh by
-      // itself.
+      // Unknown standard deviations are proportional to the curve, not to the observation, whose error would affect its
+      // own weight.
       if (!all_known) deviation(k) = std::max(rows.row(k).dot(found), 1e-3);
     }
     if (pass > 12 && (found - before).cwiseAbs().maxCoeff() < 1e-13 * found.cwiseAbs().maxCoeff()) break;
   }
-  if (!(found(0) > 0)) return invalid("the lamp's light on the axis comes out as nothing; see to the list of angles");
+  if (!(found(0) > 0)) return invalid("the estimated light on the axis is not positive; check the list of angles");
 
   VignettingEstimate out;
   double slope = 0, squares = 0;
@@ -118,7 +119,7 @@ Result<VignettingEstimate> solve_vignetting(std::span<const LampObservation> obs
     out.outliers += w > 0 ? 0 : 1;
     shares.push_back(scaled[static_cast<std::size_t>(k)] * deviation(k) / std::max(rows.row(k).dot(found), 1e-3));
   }
-  // Huber 1981, eq. 7.6.6.
+  // Variance of an M-estimator: Huber 1981, eq. 7.6.6.
   const double variance = scale * scale * squares / static_cast<double>(n - 4) / (slope * slope);
   const Eigen::Matrix4d covariance = variance * normal.completeOrthogonalDecomposition().pseudoInverse();
   out.residual = scale_about_zero(shares);
@@ -138,7 +139,7 @@ Result<VignettingEstimate> solve_vignetting(std::span<const LampObservation> obs
   for (int i = 0; i <= 128; ++i) {
     const double left = powers(i / 128.0).dot(found) / found(0);
     if (!(left >= kMinVignetting))
-      return invalid("the curve leaves " + std::to_string(left) + " of the light at " +
+      return invalid("the relative illumination is " + std::to_string(left) + " at " +
                      degrees(max_angle_rad * i / 128.0) +
                      " deg, at least 0.05 is needed; lower max_angle_deg to where the lens still sees");
   }

@@ -6,7 +6,7 @@
 namespace lightwell::photometry {
 
 Result<std::array<double, 3>> rgb_of_chromaticity(double x, double y) {
-  // IEC 61966-2-1, 5.2: XYZ to linear RGB.
+  // XYZ to linear RGB, IEC 61966-2-1, 5.2.
   const double xn = x / y, zn = (1 - x - y) / y;
   const std::array<double, 3> rgb{3.2406255 * xn - 1.5372080 - 0.4986286 * zn,
                                   -0.9689307 * xn + 1.8757561 + 0.0415175 * zn,
@@ -14,8 +14,7 @@ Result<std::array<double, 3>> rgb_of_chromaticity(double x, double y) {
   for (const double c : rgb)
     if (!(c > 0.01) || !std::isfinite(c))
       return Status(StatusCode::invalid_argument, "white balance: the chromaticity " + std::to_string(x) + ", " +
-                                                      std::to_string(y) +
-                                                      " is none of a light that a card could be seen white in");
+                                                      std::to_string(y) + " is outside the gamut of Rec. 709");
   return rgb;
 }
 

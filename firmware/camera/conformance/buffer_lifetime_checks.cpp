@@ -1,4 +1,4 @@
-// Memory that is lent, and sinks that are slow with it.
+// Checks of the lifetime of lent buffers, and of slow sinks.
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -22,7 +22,7 @@ bool is_over(Session& session) {
   return state == CameraBackend::State::finished || state == CameraBackend::State::lost;
 }
 
-/// Gives frames back from another thread than the one that they came on.
+/// Releases frames on another thread than the one that pushed them.
 class Releaser {
  public:
   void take(Frame frame) {
@@ -30,7 +30,7 @@ class Releaser {
     frames_.push_back(std::move(frame));
     changed_.notify_all();
   }
-  /// Until all are given back.
+  /// Waits until all frames are released.
   void drain() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return frames_.empty() && !releasing_; });
@@ -73,16 +73,16 @@ Violations check_held_across_stop(const BackendUnderTest& camera) {
   Violations violations;
   Session session(camera, violations);
   if (!session.good()) return violations;
-  // One stays free, so that frames come after the restart.
+  // One buffer stays free, so that frames come after the restart.
   const std::size_t held = session.min_lent_frames() - 1;
-  auto watcher = std::make_shared<Watcher>();
-  watcher->keep(held);
-  if (!session.start(watcher)) return violations;
-  if (!watcher->wait_for(held, session.camera())) {
-    violations.push_back("only " + std::to_string(watcher->count()) + " of " + std::to_string(held) + " frames came");
+  auto sink = std::make_shared<RecordingSink>();
+  sink->keep(held);
+  if (!session.start(sink)) return violations;
+  if (!sink->wait_for(held, session.camera())) {
+    violations.push_back("only " + std::to_string(sink->count()) + " of " + std::to_string(held) + " frames came");
     return violations;
   }
-  const std::vector<Frame> frames = watcher->take_kept();
+  const std::vector<Frame> frames = sink->take_kept();
   const std::vector<std::uint32_t> sums = checksums(frames);
   if (!session.stop()) return violations;
   expect_unchanged(frames, sums, "by stop()", violations);
@@ -97,22 +97,22 @@ Violations check_retaining_sink(const BackendUnderTest& camera) {
   Violations violations;
   Session session(camera, violations);
   if (!session.good()) return violations;
-  auto watcher = std::make_shared<Watcher>();
-  // No camera has reason to lend so many; a recording's frames all fit where there are fewer.
+  auto sink = std::make_shared<RecordingSink>();
+  // More than any camera needs to lend; a shorter recording may lend all its frames.
   const std::size_t too_many = 4 * session.min_lent_frames() + 32;
-  watcher->keep(too_many);
-  // At once: a camera may write into memory before we have looked at it.
+  sink->keep(too_many);
+  // Computed inside push(): a faulty camera may overwrite the memory soon afterwards.
   auto sums = std::make_shared<std::vector<std::uint32_t>>();
-  watcher->on_frame = [sums](const Frame& frame) { sums->push_back(checksum(frame)); };
-  if (!session.start(watcher)) return violations;
-  // Longer than a busy machine keeps a thread from its work.
+  sink->on_frame = [sums](const Frame& frame) { sums->push_back(checksum(frame)); };
+  if (!session.start(sink)) return violations;
+  // Longer than a busy machine delays a thread.
   const auto quiet = std::max(8 * session.interval(), std::chrono::milliseconds(500));
-  if (!watcher->wait_until_idle(quiet, too_many)) {
-    violations.emplace_back("frames are lent without end");
+  if (!sink->wait_until_idle(quiet, too_many)) {
+    violations.emplace_back("the number of frames lent at the same time is not limited");
     (void)session.stop();
     return violations;
   }
-  std::vector<Frame> frames = watcher->take_kept();
+  std::vector<Frame> frames = sink->take_kept();
   if (frames.size() < session.min_lent_frames() && !is_over(session))
     violations.push_back("only " + std::to_string(frames.size()) + " frames are lent at once, not " +
                          std::to_string(session.min_lent_frames()));
@@ -120,15 +120,15 @@ Violations check_retaining_sink(const BackendUnderTest& camera) {
 
   const bool over = is_over(session) || frames.empty();
   const std::uint64_t last = frames.empty() ? 0 : frames.back().info.sequence;
-  const std::size_t before = watcher->count();
+  const std::size_t before = sink->count();
   frames.clear();
   if (!over) {
-    if (!watcher->wait_for(before + 1, session.camera())) {
-      violations.emplace_back("no frame comes after all were given back");
-    } else if (camera.pace == BackendUnderTest::Pace::own && watcher->seen()[before].info.sequence == last + 1) {
+    if (!sink->wait_for(before + 1, session.camera())) {
+      violations.emplace_back("no frame comes after all were released");
+    } else if (camera.pace == BackendUnderTest::Pace::own && sink->seen()[before].info.sequence == last + 1) {
       violations.emplace_back("frames were lost and the sequence shows no gap");
-    } else if (camera.pace == BackendUnderTest::Pace::taken && watcher->seen()[before].info.sequence != last + 1) {
-      violations.emplace_back("frames were lost by a camera that waits");
+    } else if (camera.pace == BackendUnderTest::Pace::on_demand && sink->seen()[before].info.sequence != last + 1) {
+      violations.emplace_back("an on-demand camera lost frames");
     }
   }
   (void)session.stop();
@@ -140,12 +140,12 @@ Violations check_release_on_other_thread(const BackendUnderTest& camera) {
   Session session(camera, violations);
   if (!session.good()) return violations;
   auto releaser = std::make_shared<Releaser>();
-  auto watcher = std::make_shared<Watcher>();
-  watcher->on_frame = [releaser](Frame& frame) { releaser->take(std::move(frame)); };
-  if (!session.start(watcher)) return violations;
+  auto sink = std::make_shared<RecordingSink>();
+  sink->on_frame = [releaser](Frame& frame) { releaser->take(std::move(frame)); };
+  if (!session.start(sink)) return violations;
   const std::size_t enough = camera.frames > 0 ? kFramesWanted : 2 * session.min_lent_frames();
-  if (!watcher->wait_for(enough, session.camera()))
-    violations.emplace_back("frames given back on another thread do not come again");
+  if (!sink->wait_for(enough, session.camera()))
+    violations.emplace_back("frames released on another thread are not reused");
   (void)session.stop();
   releaser->drain();
   return violations;
@@ -154,37 +154,38 @@ Violations check_release_on_other_thread(const BackendUnderTest& camera) {
 namespace {
 
 Violations slow_sink_once(const BackendUnderTest& camera) {
-  // The frame that waited, the one that is due, and one for a machine that is busy.
+  // The frame that was queued, the one that is due, and one more for scheduling delays.
   constexpr int kMaxPerInterval = 3;
   constexpr int kIntervalsSlept = 12;
   Violations violations;
   Session session(camera, violations);
-  if (!session.good() || camera.pace == BackendUnderTest::Pace::taken || !(session.info().frame_rate > 0))
+  if (!session.good() || camera.pace == BackendUnderTest::Pace::on_demand || !(session.info().frame_rate > 0))
     return violations;
   const std::chrono::milliseconds interval = session.interval();
-  auto watcher = std::make_shared<Watcher>();
-  watcher->on_frame = [n = 0, sleep = kIntervalsSlept * interval](const Frame&) mutable {
+  auto sink = std::make_shared<RecordingSink>();
+  sink->on_frame = [n = 0, sleep = kIntervalsSlept * interval](const Frame&) mutable {
     if (++n == 3) std::this_thread::sleep_for(sleep);
   };
-  if (!session.start(watcher)) return violations;
-  (void)watcher->wait_for(3 + 8, session.camera());
+  if (!session.start(sink)) return violations;
+  (void)sink->wait_for(3 + 8, session.camera());
   if (!session.stop()) return violations;
-  const std::vector<ReceivedFrame> seen = watcher->seen();
+  const std::vector<ReceivedFrame> seen = sink->seen();
   if (seen.size() < 4) {
-    violations.emplace_back("no frame comes after the sink was slow once");
+    violations.emplace_back("no frame comes after the sink blocked once");
     return violations;
   }
   const ProbeTime end = seen[3].at + Duration{std::chrono::nanoseconds(interval).count()};
   const auto burst = std::count_if(seen.begin() + 3, seen.end(), [end](const ReceivedFrame& s) { return s.at < end; });
   if (burst > kMaxPerInterval)
-    violations.push_back(std::to_string(burst) + " frames came within one interval after the sink was slow once");
+    violations.push_back(std::to_string(burst) + " frames came within one frame interval after the sink blocked once");
   return violations;
 }
 
 }  // namespace
 
 Violations check_slow_sink(const BackendUnderTest& camera) {
-  // A busy machine holds threads up, and frames come at once then. A camera that catches up does it every time.
+  // On a busy machine a delayed thread can cause a burst, too; a camera that makes up for lost frames does it every
+  // time.
   constexpr int kTries = 3;
   Violations violations;
   for (int i = 0; i < kTries; ++i)

@@ -1,5 +1,5 @@
-// What every camera backend is held to, as functions that list what is wrong: the conformance suite
-// runs them, and a test of the suite runs them on cameras that are broken on purpose.
+// The checks of the conformance suite, as functions that return violations. The suite runs them on every camera
+// backend; a test of the suite runs them on cameras that are broken on purpose.
 #pragma once
 
 #include <chrono>
@@ -17,29 +17,29 @@
 
 namespace lightwell::conformance {
 
-/// A camera and what may be expected of it.
+/// A camera backend and its expected behaviour.
 struct BackendUnderTest {
-  std::string name;  ///< Letters, digits and underscores: it becomes part of the tests' names.
-  /// A new camera each time, not opened yet; the one before is gone by then.
+  std::string name;  ///< Part of the test names: letters, digits and underscores.
+  /// Makes a camera that is not open yet. The previous one has been destroyed by then.
   std::function<Result<std::unique_ptr<CameraBackend>>()> make;
 
   enum class Pace {
-    own,    ///< Frames come at the camera's rate; it drops what nobody has room for.
-    taken,  ///< Frames come as soon as there is room; none is dropped.
+    own,        ///< Frames come at the camera's rate; it drops frames if no buffer is free.
+    on_demand,  ///< Frames come as soon as the sink has space; none is dropped.
   };
   Pace pace = Pace::own;
-  /// The camera ends by itself after so many frames, 0: never. At least kFramesWanted.
+  /// Number of frames after which the camera ends by itself, at least kFramesWanted; 0: it never ends.
   std::uint64_t frames = 0;
-  /// Takes the device away while it streams; empty where a test cannot.
-  std::function<void()> lose = nullptr;
-  /// What is waited for comes within this, or never; long, because build machines are busy.
+  /// Disconnects the device while it streams; empty if the test cannot do that.
+  std::function<void()> disconnect = nullptr;
+  /// Timeout of each wait; generous, because build machines are busy.
   std::chrono::milliseconds timeout{6000};
 };
 
-/// So many frames a check looks at; at 30 per second that is 0.5 s.
+/// Number of frames that a check examines: 0.5 s at 30 frames per second.
 inline constexpr int kFramesWanted = 16;
 
-/// One sentence a violation, empty where there is none.
+/// One sentence per violation; empty if the camera passes.
 using Violations = std::vector<std::string>;
 
 [[nodiscard]] Violations check_sequence(const BackendUnderTest& camera);
@@ -54,18 +54,18 @@ using Violations = std::vector<std::string>;
 [[nodiscard]] Violations check_held_across_stop(const BackendUnderTest& camera);
 [[nodiscard]] Violations check_retaining_sink(const BackendUnderTest& camera);
 [[nodiscard]] Violations check_release_on_other_thread(const BackendUnderTest& camera);
-/// Only for Pace::own with a declared frame rate; nothing to find otherwise.
+/// Applies to Pace::own with a declared frame rate; passes otherwise.
 [[nodiscard]] Violations check_slow_sink(const BackendUnderTest& camera);
-/// Only where `frames` is set; nothing to find otherwise.
+/// Applies if `frames` is set; passes otherwise.
 [[nodiscard]] Violations check_end(const BackendUnderTest& camera);
-/// Only where `lose` is set; nothing to find otherwise.
+/// Applies if `disconnect` is set; passes otherwise.
 [[nodiscard]] Violations check_loss(const BackendUnderTest& camera);
 
 struct Check {
-  std::string_view name;  ///< The function's, without "check_".
+  std::string_view name;  ///< Name of the function without "check_".
   Violations (*run)(const BackendUnderTest&);
 };
-/// All of the above.
+/// All checks above.
 [[nodiscard]] std::span<const Check> all_checks();
 
 }  // namespace lightwell::conformance

@@ -6,7 +6,7 @@ namespace lightwell::conformance {
 namespace {
 
 void expect_none(const Violations& violations) {
-  // A camera that is wrong is often wrong in each frame: the first ones say it.
+  // A fault often repeats in every frame: the first violations suffice.
   constexpr std::size_t kShown = 8;
   for (std::size_t i = 0; i < violations.size() && i < kShown; ++i) ADD_FAILURE() << violations[i];
   if (violations.size() > kShown) ADD_FAILURE() << "and " << violations.size() - kShown << " more like these";
@@ -22,7 +22,7 @@ std::string name_of(const ::testing::TestParamInfo<BackendUnderTest>& info) { re
 
 void PrintTo(const BackendUnderTest& camera, std::ostream* out) { *out << camera.name; }
 
-// A library need not be instantiated by every test that links it.
+// Tests may link this library without instantiating the suite.
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(CameraConformance);
 
 TEST_P(CameraConformance, SequenceRepeatsOrGoesBack) { expect_none(check_sequence(GetParam())); }
@@ -50,7 +50,7 @@ TEST_P(CameraConformance, LentMemoryIsWrittenToOrLossesAreHidden) { expect_none(
 TEST_P(CameraConformance, ReleaseOnAnotherThreadIsLost) { expect_none(check_release_on_other_thread(GetParam())); }
 
 TEST_P(CameraConformance, SlowSinkIsFollowedByABurst) {
-  if (GetParam().pace == BackendUnderTest::Pace::taken) GTEST_SKIP() << "frames come as they are taken";
+  if (GetParam().pace == BackendUnderTest::Pace::on_demand) GTEST_SKIP() << "frames come on demand";
   expect_none(check_slow_sink(GetParam()));
 }
 
@@ -60,7 +60,7 @@ TEST_P(CameraConformance, EndIsNotSeen) {
 }
 
 TEST_P(CameraConformance, LossIsNotSeen) {
-  if (!GetParam().lose) GTEST_SKIP() << "this camera cannot be taken away";
+  if (!GetParam().disconnect) GTEST_SKIP() << "this camera cannot be disconnected by the test";
   expect_none(check_loss(GetParam()));
 }
 

@@ -1,7 +1,6 @@
-// The suite that every camera backend passes. In the backend's test:
+// The conformance suite that every camera backend must pass. In the backend's test:
 //   using lightwell::conformance::CameraConformance;
-//   INSTANTIATE_TEST_SUITE_P(Replay, CameraConformance, conformance::cameras({{"recording",
-//   make_recording}}),
+//   INSTANTIATE_TEST_SUITE_P(Replay, CameraConformance, conformance::cameras({{"recording", make_recording}}),
 //                            conformance::name_of);
 #pragma once
 
@@ -15,13 +14,13 @@
 
 namespace lightwell::conformance {
 
-/// One test a check, named for the failure that it catches.
+/// One test per check, named after the failure that it detects.
 class CameraConformance : public ::testing::TestWithParam<BackendUnderTest> {};
 
-/// The suite's values. A call, so that the linker takes the suite's tests out of their library.
+/// Parameters of the suite. A function of this library, so that the linker includes the suite's tests.
 [[nodiscard]] ::testing::internal::ParamGenerator<BackendUnderTest> cameras(const std::vector<BackendUnderTest>& all);
 
-/// Names the tests after the cameras.
+/// Test name suffix: the camera's name.
 [[nodiscard]] std::string name_of(const ::testing::TestParamInfo<BackendUnderTest>& info);
 
 void PrintTo(const BackendUnderTest& camera, std::ostream* out);

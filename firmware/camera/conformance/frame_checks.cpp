@@ -1,4 +1,4 @@
-// What can be told from frames as they come.
+// Checks of the frames themselves: sequence, times, views, exposures, thread.
 #include <cmath>
 #include <cstdint>
 #include <set>
@@ -10,16 +10,16 @@ namespace {
 
 std::string frame_name(const FrameInfo& info) { return "frame " + std::to_string(info.sequence); }
 
-/// The frames of a short run; what went wrong on the way is in `violations`.
+/// The frames of a short run; failures are appended to `violations`.
 std::vector<ReceivedFrame> frames_of(const BackendUnderTest& camera, Violations& violations) {
   Session session(camera, violations);
   if (!session.collect() || !session.stop()) return {};
-  return session.watcher().seen();
+  return session.sink().seen();
 }
 
 bool positive(double v) { return v > 0 && std::isfinite(v); }
 
-/// Too short data, rows that overlap, words that are not aligned: an estimator would read wild
+/// Reports data that are too short, rows that overlap, and values that are not aligned: an estimator would read invalid
 /// memory.
 void check_layout(const View& view, const std::string& name, Violations& violations) {
   if (view.stride < packed_stride(view.format, view.width))
@@ -28,7 +28,7 @@ void check_layout(const View& view, const std::string& name, Violations& violati
     violations.push_back(name + ": the data are shorter than the picture");
   const std::size_t words = pixel_alignment(view.format);
   if (view.stride % words != 0 || reinterpret_cast<std::uintptr_t>(view.data.data()) % words != 0)
-    violations.push_back(name + ": rows are not aligned to their numbers");
+    violations.push_back(name + ": rows are not aligned for the pixel type");
 }
 
 void check_frame_views(const Frame& frame, const CameraInfo& info, Violations& violations) {
@@ -39,7 +39,7 @@ void check_frame_views(const Frame& frame, const CameraInfo& info, Violations& v
   for (const View& view : frame.views()) {
     const std::string name = frame_name(frame.info) + " lens " + std::to_string(view.lens);
     if (view.lens < 0 || view.lens >= info.lenses || !lenses.insert(view.lens).second)
-      violations.push_back(name + ": no such lens, or twice");
+      violations.push_back(name + ": invalid or repeated lens index");
     if (!lenses.empty() && *lenses.rbegin() > view.lens)
       violations.push_back(name + ": not in the order of the lenses");
     if (view.width != info.width || view.height != info.height)
@@ -47,12 +47,12 @@ void check_frame_views(const Frame& frame, const CameraInfo& info, Violations& v
     if (view.format != info.format) violations.push_back(name + ": not of the declared format");
     check_layout(view, name, violations);
   }
-  (void)checksum(frame);  // Reads it all: a sanitizer sees memory that is not there.
+  (void)checksum(frame);  // Reads all bytes, so that a sanitizer detects invalid memory.
 }
 
 void check_declared(const CameraInfo& info, Violations& violations) {
   if (info.name.empty()) violations.push_back("the camera has no name");
-  if (info.width < 1 || info.height < 1) violations.push_back("the declared size is none");
+  if (info.width < 1 || info.height < 1) violations.push_back("the declared size is not positive");
   if (info.lenses < 1 || info.lenses > kMaxLenses) violations.push_back("the declared number of lenses is impossible");
   if (!(info.frame_rate >= 0) || !std::isfinite(info.frame_rate))
     violations.push_back("the declared frame rate is impossible");
@@ -76,7 +76,7 @@ Violations check_sequence(const BackendUnderTest& camera) {
 }
 
 Violations check_times(const BackendUnderTest& camera) {
-  // A frame that is older was stamped by another clock.
+  // An older mid-exposure time is of another clock.
   constexpr Duration kMaxAge = Duration::from_seconds(5);
   Violations violations;
   const std::vector<ReceivedFrame> seen = frames_of(camera, violations);
@@ -89,7 +89,7 @@ Violations check_times(const BackendUnderTest& camera) {
     if (seen[i].at - info.mid_exposure > kMaxAge)
       violations.push_back(name + ": its mid-exposure is " +
                            std::to_string((seen[i].at - info.mid_exposure).seconds()) + " s ago; not CLOCK_MONOTONIC?");
-    if (info.row_readout.ns < 0) violations.push_back(name + ": rows are read backwards in time");
+    if (info.row_readout.ns < 0) violations.push_back(name + ": row_readout is negative");
     if (i == 0) continue;
     if (info.mid_exposure <= seen[i - 1].info.mid_exposure)
       violations.push_back(name + ": its mid-exposure is not after that of the frame before");
@@ -103,21 +103,21 @@ Violations check_views(const BackendUnderTest& camera) {
   Session session(camera, violations);
   if (!session.good()) return violations;
   check_declared(session.info(), violations);
-  // Shared: a stop() that hangs leaves the watcher behind.
+  // Shared, because a stop() that hangs leaks the sink.
   auto in_frames = std::make_shared<Violations>();
-  auto watcher = std::make_shared<Watcher>();
-  watcher->on_frame = [in_frames, info = session.info()](const Frame& frame) {
+  auto sink = std::make_shared<RecordingSink>();
+  sink->on_frame = [in_frames, info = session.info()](const Frame& frame) {
     check_frame_views(frame, info, *in_frames);
   };
-  if (!session.start(watcher)) return violations;
-  if (!watcher->wait_for(kFramesWanted, session.camera())) violations.emplace_back("too few frames came");
+  if (!session.start(sink)) return violations;
+  if (!sink->wait_for(kFramesWanted, session.camera())) violations.emplace_back("too few frames came");
   if (!session.stop()) return violations;
   violations.insert(violations.end(), in_frames->begin(), in_frames->end());
   return violations;
 }
 
 Violations check_exposures(const BackendUnderTest& camera) {
-  // Cameras round what is asked for to lines of their sensor.
+  // Cameras round exposures to whole rows of their sensor.
   constexpr double kTolerance = 0.05;
   Violations violations;
   Session session(camera, violations);
@@ -130,7 +130,7 @@ Violations check_exposures(const BackendUnderTest& camera) {
   if (!session.collect(std::max<std::size_t>(kFramesWanted, 2 * cycle.size() + 1)) || !session.stop())
     return violations;
   const FrameInfo* before = nullptr;
-  const std::vector<ReceivedFrame> seen = session.watcher().seen();
+  const std::vector<ReceivedFrame> seen = session.sink().seen();
   for (const ReceivedFrame& one : seen) {
     const FrameInfo& info = one.info;
     const std::string name = frame_name(info);
@@ -138,7 +138,7 @@ Violations check_exposures(const BackendUnderTest& camera) {
     if (!positive(info.gain)) violations.push_back(name + ": gain is not positive");
     if (info.bracket_size != static_cast<int>(cycle.size()) || info.bracket_index < 0 ||
         info.bracket_index >= info.bracket_size) {
-      violations.push_back(name + ": its place is outside the declared cycle");
+      violations.push_back(name + ": bracket_index is outside the declared cycle");
       continue;
     }
     const double declared = cycle[static_cast<std::size_t>(info.bracket_index)];
@@ -147,7 +147,7 @@ Violations check_exposures(const BackendUnderTest& camera) {
                            std::to_string(declared) + " s");
     if (before != nullptr && info.sequence == before->sequence + 1 &&
         info.bracket_index != (before->bracket_index + 1) % info.bracket_size)
-      violations.push_back(name + ": the cycle of exposures does not go on");
+      violations.push_back(name + ": bracket_index does not continue the cycle");
     before = &info;
   }
   return violations;
@@ -158,12 +158,11 @@ Violations check_one_thread(const BackendUnderTest& camera) {
   Session session(camera, violations);
   if (!session.collect() || !session.stop()) return violations;
   std::set<std::thread::id> threads;
-  for (const ReceivedFrame& seen : session.watcher().seen()) threads.insert(seen.thread);
+  for (const ReceivedFrame& seen : session.sink().seen()) threads.insert(seen.thread);
   if (threads.size() != 1) violations.push_back("push() came from " + std::to_string(threads.size()) + " threads");
   if (threads.contains(std::this_thread::get_id()))
     violations.emplace_back("push() came from the thread that called start()");
-  if (session.watcher().overlapped())
-    violations.emplace_back("push() was called before the push() before had returned");
+  if (session.sink().overlapped()) violations.emplace_back("push() was called before the push() before had returned");
   return violations;
 }
 

@@ -1,4 +1,4 @@
-// Starting, stopping, ending.
+// Checks of the life cycle: start, stop, restart, end, loss of the device.
 #include <algorithm>
 #include <string>
 
@@ -20,7 +20,7 @@ std::string name_of(State state) {
     case State::lost:
       return "lost";
   }
-  return "no state at all";
+  return "invalid";
 }
 
 void expect_state(Session& session, State wanted, const std::string& when, Violations& violations) {
@@ -28,16 +28,16 @@ void expect_state(Session& session, State wanted, const std::string& when, Viola
   if (state != wanted) violations.push_back("the state " + when + " is " + name_of(state) + ", not " + name_of(wanted));
 }
 
-/// Long enough for a thread that was forgotten to come round again.
+/// Waits long enough for a thread that was not stopped to push again.
 void linger(const Session& session) {
   std::this_thread::sleep_for(std::max(5 * session.interval(), std::chrono::milliseconds(100)));
 }
 
 void expect_no_frames(Session& session, const std::string& after, Violations& violations) {
-  const std::size_t before = session.watcher().count();
+  const std::size_t before = session.sink().count();
   linger(session);
-  if (session.watcher().count() != before)
-    violations.push_back(std::to_string(session.watcher().count() - before) + " frames were pushed after " + after);
+  if (session.sink().count() != before)
+    violations.push_back(std::to_string(session.sink().count() - before) + " frames were pushed after " + after);
 }
 
 }  // namespace
@@ -55,13 +55,13 @@ Violations check_restart(const BackendUnderTest& camera) {
   Session session(camera, violations);
   ProbeTime last;
   for (int run = 0; run < 3; ++run) {
-    // Stopped at once, too: a thread that has only just begun must be able to end.
+    // Also stop immediately after start: a thread that has only just begun must be able to end.
     if (!session.start() || !session.stop()) return violations;
     if (!session.collect() || !session.stop()) return violations;
-    const ReceivedFrame first = session.watcher().seen().front();
+    const ReceivedFrame first = session.sink().seen().front();
     if (run > 0 && first.info.mid_exposure <= last)
       violations.emplace_back("the first frame after a restart is older than the last one before");
-    last = session.watcher().seen().back().info.mid_exposure;
+    last = session.sink().seen().back().info.mid_exposure;
   }
   return violations;
 }
@@ -83,8 +83,7 @@ Violations check_lifecycle_without_frames(const BackendUnderTest& camera) {
   {
     Result<std::unique_ptr<CameraBackend>> never_opened = camera.make();
     if (!never_opened) violations.push_back("make: " + never_opened.status().message());
-    // Destroyed here; a camera that hangs is found by the sessions below, which do not wait for
-    // ever.
+    // Destroyed here without a timeout; the sessions below detect a destructor that hangs.
   }
   { const Session never_started(camera, violations); }
   {
@@ -108,8 +107,8 @@ Violations check_end(const BackendUnderTest& camera) {
       return violations;
     }
     expect_no_frames(session, "the end", violations);
-    const std::size_t count = session.watcher().count();
-    const bool all_must_come = camera.pace == BackendUnderTest::Pace::taken;
+    const std::size_t count = session.sink().count();
+    const bool all_must_come = camera.pace == BackendUnderTest::Pace::on_demand;
     if (count > camera.frames || (all_must_come && count < camera.frames))
       violations.push_back(std::to_string(count) + " frames came, there are " + std::to_string(camera.frames));
     if (!session.stop()) return violations;
@@ -120,10 +119,10 @@ Violations check_end(const BackendUnderTest& camera) {
 
 Violations check_loss(const BackendUnderTest& camera) {
   Violations violations;
-  if (!camera.lose) return violations;
+  if (!camera.disconnect) return violations;
   Session session(camera, violations);
   if (!session.collect(2)) return violations;
-  camera.lose();
+  camera.disconnect();
   if (!session.wait_for_state(State::lost))
     violations.push_back("the device is gone and the state is " + name_of(session.camera().state()) + ", not lost");
   if (!session.stop()) return violations;

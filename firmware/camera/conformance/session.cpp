@@ -13,7 +13,7 @@ using Clock = std::chrono::steady_clock;
 
 }  // namespace
 
-void Watcher::push(Frame frame) {
+void RecordingSink::push(Frame frame) {
   if (inside_.fetch_add(1) != 0) overlapped_ = true;
   const ReceivedFrame seen{frame.info, {monotonic_now_ns()}, std::this_thread::get_id()};
   if (on_frame) on_frame(frame);
@@ -26,31 +26,31 @@ void Watcher::push(Frame frame) {
   inside_.fetch_sub(1);
 }
 
-void Watcher::keep(std::size_t frames) {
+void RecordingSink::keep(std::size_t frames) {
   const std::lock_guard lock(mutex_);
   keep_ = frames;
 }
 
-std::vector<Frame> Watcher::take_kept() {
+std::vector<Frame> RecordingSink::take_kept() {
   const std::lock_guard lock(mutex_);
   keep_ = 0;
   return std::exchange(kept_, {});
 }
 
-bool Watcher::wait_for(std::size_t frames, const CameraBackend& camera) const {
+bool RecordingSink::wait_for(std::size_t frames, const CameraBackend& camera) const {
   const Clock::time_point limit = Clock::now() + timeout;
   std::unique_lock lock(mutex_);
   while (seen_.size() < frames) {
     const CameraBackend::State state = camera.state();
     const bool over = state == CameraBackend::State::finished || state == CameraBackend::State::lost;
-    // The last frames may have come between the two looks.
+    // The last frames may have come between the two queries.
     if (over || Clock::now() > limit) return seen_.size() >= frames;
     changed_.wait_for(lock, std::chrono::milliseconds(20));
   }
   return true;
 }
 
-bool Watcher::wait_until_idle(std::chrono::milliseconds time, std::size_t most) const {
+bool RecordingSink::wait_until_idle(std::chrono::milliseconds time, std::size_t most) const {
   const Clock::time_point limit = Clock::now() + timeout;
   std::unique_lock lock(mutex_);
   while (Clock::now() < limit && seen_.size() <= most) {
@@ -60,12 +60,12 @@ bool Watcher::wait_until_idle(std::chrono::milliseconds time, std::size_t most) 
   return false;
 }
 
-std::vector<ReceivedFrame> Watcher::seen() const {
+std::vector<ReceivedFrame> RecordingSink::seen() const {
   const std::lock_guard lock(mutex_);
   return seen_;
 }
 
-std::size_t Watcher::count() const {
+std::size_t RecordingSink::count() const {
   const std::lock_guard lock(mutex_);
   return seen_.size();
 }
@@ -105,18 +105,18 @@ Session::Session(const BackendUnderTest& camera, Violations& violations)
 Session::~Session() {
   if (!good()) return;
   (void)stop();
-  // Frames go back before the camera dies.
-  for (const auto& watcher : state_->watchers) (void)watcher->take_kept();
+  // Release all frames before the camera is destroyed.
+  for (const auto& sink : state_->sinks) (void)sink->take_kept();
   if (!returns([](State& state) { state.backend.reset(); })) violations_.push_back("the destructor does not return");
 }
 
-bool Session::start() { return start(std::make_shared<Watcher>()); }
+bool Session::start() { return start(std::make_shared<RecordingSink>()); }
 
-bool Session::start(std::shared_ptr<Watcher> watcher) {
+bool Session::start(std::shared_ptr<RecordingSink> sink) {
   if (!good()) return false;
-  watcher->timeout = timeout_;
-  state_->watchers.push_back(std::move(watcher));
-  const Status started = camera().start(*state_->watchers.back());
+  sink->timeout = timeout_;
+  state_->sinks.push_back(std::move(sink));
+  const Status started = camera().start(*state_->sinks.back());
   if (!started.ok()) violations_.push_back("start(): " + started.message());
   return started.ok();
 }
@@ -125,7 +125,7 @@ bool Session::stop() {
   if (!good()) return false;
   if (returns([](State& state) { state.backend->stop(); })) return true;
   violations_.push_back("stop() does not return");
-  // What the hanging thread uses is its own from now on.
+  // The hanging thread keeps the old state.
   state_ = std::make_shared<State>();
   return false;
 }
@@ -141,12 +141,14 @@ bool Session::wait_for_state(CameraBackend::State wanted) {
 
 bool Session::collect(std::size_t frames) {
   if (!start()) return false;
-  if (watcher().wait_for(frames, camera())) return true;
-  violations_.push_back("only " + std::to_string(watcher().count()) + " of " + std::to_string(frames) + " frames came");
+  if (sink().wait_for(frames, camera())) return true;
+  violations_.push_back("only " + std::to_string(sink().count()) + " of " + std::to_string(frames) + " frames came");
   return false;
 }
 
-std::size_t Session::min_lent_frames() const { return static_cast<std::size_t>(required_buffer_count(std::max(1, bracket()))); }
+std::size_t Session::min_lent_frames() const {
+  return static_cast<std::size_t>(required_buffer_count(std::max(1, bracket())));
+}
 
 std::chrono::milliseconds Session::interval() const {
   const double rate = info_.frame_rate > 0 ? info_.frame_rate : 50;

@@ -1,4 +1,4 @@
-// One life of a camera under test: opened, started, watched, and stopped without waiting for ever.
+// A session with a camera under test: open, start, record frames, stop; all waits have a timeout.
 #pragma once
 
 #include <atomic>
@@ -15,30 +15,30 @@
 
 namespace lightwell::conformance {
 
-/// What is left of a frame once it is given back.
+/// Record of a frame that has been released.
 struct ReceivedFrame {
   FrameInfo info;
   ProbeTime at;  ///< When push() was called.
   std::thread::id thread;
 };
 
-/// Notes every frame and, where asked to, keeps it.
-class Watcher final : public FrameSink {
+/// Records the metadata of every frame and optionally holds frames.
+class RecordingSink final : public FrameSink {
  public:
   void push(Frame frame) override;
 
-  /// Called inside push(), before anything else is done with the frame. Set before start().
+  /// Called at the beginning of push(). Set before start().
   std::function<void(Frame&)> on_frame;
-  /// Frames are kept up to this number and given back beyond it.
+  /// Holds up to `frames` frames; further ones are released at once.
   void keep(std::size_t frames);
-  /// What is kept until now; from now on nothing is.
+  /// Returns the held frames and stops holding new ones.
   [[nodiscard]] std::vector<Frame> take_kept();
 
-  /// Of the backend under test. Set before start().
+  /// Timeout of the wait functions, from BackendUnderTest. Set before start().
   std::chrono::milliseconds timeout{0};
-  /// Until `frames` have come in all; false when that takes too long or `camera` ends first.
+  /// Waits until `frames` frames in total have come; false on timeout or if `camera` ends first.
   [[nodiscard]] bool wait_for(std::size_t frames, const CameraBackend& camera) const;
-  /// Until none has come for `time`; false when more than `most` came in all, or it takes too long.
+  /// Waits until no frame has come for `time`; false if more than `most` came in total, or on timeout.
   [[nodiscard]] bool wait_until_idle(std::chrono::milliseconds time, std::size_t most) const;
   [[nodiscard]] std::vector<ReceivedFrame> seen() const;
   [[nodiscard]] std::size_t count() const;
@@ -54,7 +54,7 @@ class Watcher final : public FrameSink {
   std::atomic<bool> overlapped_{false};
 };
 
-/// Makes and opens a camera, and writes down in `violations` what goes wrong on the way.
+/// Makes and opens a camera. Appends failures to `violations`.
 class Session {
  public:
   Session(const BackendUnderTest& camera, Violations& violations);
@@ -63,34 +63,33 @@ class Session {
   Session& operator=(const Session&) = delete;
 
   [[nodiscard]] bool good() const { return state_->backend != nullptr; }
-  /// Starts with a watcher of its own, the session's watcher() from now on.
+  /// Starts with a new sink, which sink() returns from now on.
   [[nodiscard]] bool start();
-  /// The same with what the caller has prepared.
-  [[nodiscard]] bool start(std::shared_ptr<Watcher> watcher);
-  /// False, and the session is over, where stop() does not return.
+  /// Starts with the given sink.
+  [[nodiscard]] bool start(std::shared_ptr<RecordingSink> sink);
+  /// False, and the session is over, if the camera's stop() does not return.
   bool stop();
-  /// start() and until `frames` have come.
+  /// start(), then waits until `frames` frames have come.
   [[nodiscard]] bool collect(std::size_t frames = kFramesWanted);
 
-  /// False where that takes too long.
+  /// False on timeout.
   [[nodiscard]] bool wait_for_state(CameraBackend::State wanted);
   [[nodiscard]] CameraBackend& camera() { return *state_->backend; }
-  [[nodiscard]] Watcher& watcher() { return *state_->watchers.back(); }
+  [[nodiscard]] RecordingSink& sink() { return *state_->sinks.back(); }
   [[nodiscard]] const CameraInfo& info() const { return info_; }
   [[nodiscard]] int bracket() const { return static_cast<int>(info_.exposure_s.size()); }
-  /// So many frames must be lent at once, and no camera has reason to lend four times as many.
+  /// Number of frames that the camera must be able to lend at the same time: required_buffer_count().
   [[nodiscard]] std::size_t min_lent_frames() const;
-  /// Between two frames; a guess where frames come as they are taken.
+  /// Frame interval; an assumed one if the camera has no frame rate.
   [[nodiscard]] std::chrono::milliseconds interval() const;
 
  private:
-  /// What a stop() that hangs still uses. Watchers outlive the camera: a broken one pushes until it
-  /// dies.
+  /// Shared with a stop() that hangs. Sinks outlive the camera, because a broken camera pushes until it is destroyed.
   struct State {
-    std::vector<std::shared_ptr<Watcher>> watchers;
+    std::vector<std::shared_ptr<RecordingSink>> sinks;
     std::unique_ptr<CameraBackend> backend;
   };
-  /// Calls what must return. Where it does not, a thread is left in there, with what it uses.
+  /// Runs `call` on a thread; false on timeout. Then the thread and the state it uses are leaked.
   [[nodiscard]] bool returns(const std::function<void(State&)>& call) const;
 
   std::shared_ptr<State> state_ = std::make_shared<State>();
@@ -99,7 +98,7 @@ class Session {
   CameraInfo info_;
 };
 
-/// Of all that a frame's views show; reads every byte that the view promises.
+/// Checksum of all views of a frame; reads every byte of the declared size.
 [[nodiscard]] std::uint32_t checksum(const Frame& frame);
 [[nodiscard]] std::vector<std::uint32_t> checksums(const std::vector<Frame>& frames);
 

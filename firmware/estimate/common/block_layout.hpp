@@ -1,4 +1,4 @@
-// The pictures of a rig cut into square blocks.
+// Partition of a rig's images into square blocks.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,10 @@
 
 namespace lightwell::estimate {
 
-/// Where the blocks of a rig lie. Block k of all lenses together is cell k of the grid.
+/// Blocks of all lenses of a rig, numbered consecutively. Block k is cell k of the grid.
 class BlockLayout {
  public:
-  /// Blocks of `edge` pixels, a power of two; the last of a row or column may be smaller.
+  /// Blocks of `edge` x `edge` pixels, a power of two; the last of a row or column may be smaller.
   BlockLayout(const RigTable& table, int edge);
 
   struct Place {
@@ -31,7 +31,7 @@ class BlockLayout {
   [[nodiscard]] std::size_t first(int lens) const { return lenses_[static_cast<std::size_t>(lens)].first; }
   [[nodiscard]] int lens_count() const { return static_cast<int>(lenses_.size()); }
 
-  /// The grid of cells that these blocks are.
+  /// The grid whose cells are these blocks.
   [[nodiscard]] CellGrid make_grid(const RigTable& table) const;
 
  private:

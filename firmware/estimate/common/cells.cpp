@@ -79,40 +79,41 @@ void CellGrid::finish() {
   inverse_gram_.assign(inverse.data(), inverse.data() + kCellCoefficients * kCellCoefficients);
 }
 
-void CellGrid::project(std::span<const CellSum> sums, std::span<const CentroidOverride> moved, Projection& out) const {
+void CellGrid::project(std::span<const CellSum> sums, std::span<const CentroidOverride> overrides,
+                       Projection& out) const {
   std::array<std::array<double, kRowCount>, 3> total{};
-  // Sums in float over a few hundred cells, then in double: rounding stays below 1e-6 of the largest coefficient.
+  // Sums 256 cells in float, then in double: the rounding error stays below 1e-6 of the largest coefficient.
   constexpr std::size_t kChunk = 256;
-  CellSum even[kChunk];
-  auto next_moved = moved.begin();
+  CellSum without_overrides[kChunk];
+  auto next_override = overrides.begin();
   for (std::size_t begin = 0; begin < sums.size(); begin += kChunk) {
     const std::size_t count = std::min(kChunk, sums.size() - begin);
     const CellSum* from = &sums[begin];
-    if (next_moved != moved.end() && next_moved->cell < begin + count) {
-      std::copy_n(from, count, even);
-      for (; next_moved != moved.end() && next_moved->cell < begin + count; ++next_moved)
-        even[next_moved->cell - begin] = {};
-      from = even;
+    if (next_override != overrides.end() && next_override->cell < begin + count) {
+      std::copy_n(from, count, without_overrides);
+      for (; next_override != overrides.end() && next_override->cell < begin + count; ++next_override)
+        without_overrides[next_override->cell - begin] = {};
+      from = without_overrides;
     }
-    float part[3][kRowFloats] = {};
-    add_weighted_rows(rows_[begin].data(), &from->r, count, part);
+    float partial[3][kRowFloats] = {};
+    add_weighted_rows(rows_[begin].data(), &from->r, count, partial);
     for (std::size_t k = 0; k < 3; ++k)
-      for (std::size_t i = 0; i < kRowCount; ++i) total[k][i] += part[k][i];
+      for (std::size_t i = 0; i < kRowCount; ++i) total[k][i] += partial[k][i];
   }
   LightPoints points;
-  for (std::size_t begin = 0; begin < moved.size(); begin += LightPoints::kMaxPoints) {
-    float part[3][kRowCount] = {};
-    points.count = std::min(LightPoints::kMaxPoints, moved.size() - begin);
+  for (std::size_t begin = 0; begin < overrides.size(); begin += LightPoints::kMaxPoints) {
+    float partial[3][kRowCount] = {};
+    points.count = std::min(LightPoints::kMaxPoints, overrides.size() - begin);
     for (std::size_t k = 0; k < points.count; ++k) {
-      const CentroidOverride& m = moved[begin + k];
+      const CentroidOverride& m = overrides[begin + k];
       const CellSum& s = sums[m.cell];
       const Vec3f to = vec_cast<float>(m.centroid);
       points.x[k] = to.x, points.y[k] = to.y, points.z[k] = to.z;
       points.r[k] = s.r, points.g[k] = s.g, points.b[k] = s.b;
     }
-    add_points(points, part);
+    add_points(points, partial);
     for (std::size_t k = 0; k < 3; ++k)
-      for (std::size_t i = 0; i < kRowCount; ++i) total[k][i] += part[k][i];
+      for (std::size_t i = 0; i < kRowCount; ++i) total[k][i] += partial[k][i];
   }
   for (std::size_t i = 0; i < kRowCount; ++i)
     for (std::size_t k = 0; k < 3; ++k) out.c[i][k] = total[k][i];

@@ -15,8 +15,8 @@ const Light* light_of(const Descriptor& d, std::uint32_t track) {
   return nullptr;
 }
 
-/// Irradiance of a receiver per vector irradiance of the light.
-double share_at(const Light& light, Vec3f normal) {
+/// Irradiance of a receiver with this normal per vector irradiance of the light.
+double receiver_factor(const Light& light, Vec3f normal) {
   return cap_irradiance(dot(vec_cast<double>(light.direction), vec_cast<double>(normal)), light.angular_radius_rad);
 }
 
@@ -31,23 +31,24 @@ RecoveryFault recover(const Descriptor& d, std::span<const ClippedLight> clipped
                       Recovery& out) {
   const double reading = constraint.irradiance;
   if (!(reading > 0) || !std::isfinite(reading) || !is_unit(constraint.normal)) return RecoveryFault::no_reading;
-  double seen = irradiance_at(d, constraint.normal).luminance(), at_receiver = 0, whole = 0;
+  double observed = irradiance_at(d, constraint.normal).luminance(), at_receiver = 0, at_normal = 0;
   for (const ClippedLight& c : clipped) {
     const Light* light = light_of(d, c.track);
     if (light == nullptr) return RecoveryFault::nothing_clipped;
-    const double measured = c.measured.luminance(), share = share_at(*light, constraint.normal);
-    seen -= (light->irradiance.luminance() - measured) * share;
-    at_receiver += measured * share;
-    whole += measured;
+    const double measured = c.measured.luminance(), factor_at_receiver = receiver_factor(*light, constraint.normal);
+    observed -= (light->irradiance.luminance() - measured) * factor_at_receiver;
+    at_receiver += measured * factor_at_receiver;
+    at_normal += measured;
   }
-  if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(seen)) return RecoveryFault::nothing_clipped;
-  if (at_receiver < kMinReceiverFactor * whole) return RecoveryFault::faces_away;
-  if (reading < (1 - kMeterRelativeError) * seen) return RecoveryFault::below_observed;
-  const auto factor = static_cast<float>(1 + std::max(0.0, reading - seen) / at_receiver);
-  const double unsure = kMeterRelativeError * reading / at_receiver;
+  if (!(at_normal > 0) || !std::isfinite(at_normal) || !std::isfinite(observed)) return RecoveryFault::nothing_clipped;
+  if (at_receiver < kMinReceiverFactor * at_normal) return RecoveryFault::faces_away;
+  if (reading < (1 - kMeterRelativeError) * observed) return RecoveryFault::below_observed;
+  const auto factor = static_cast<float>(1 + std::max(0.0, reading - observed) / at_receiver);
+  const double relative_uncertainty = kMeterRelativeError * reading / at_receiver;
   out.count = 0;
   for (const ClippedLight& c : clipped.first(std::min(clipped.size(), out.lights.size())))
-    out.lights[out.count++] = {c.track, c.measured * factor, static_cast<float>(unsure * c.measured.luminance())};
+    out.lights[out.count++] = {c.track, c.measured * factor,
+                               static_cast<float>(relative_uncertainty * c.measured.luminance())};
   return RecoveryFault::none;
 }
 
@@ -56,14 +57,16 @@ Status status_of(RecoveryFault fault) {
     case RecoveryFault::none:
       return {};
     case RecoveryFault::no_reading:
-      return {StatusCode::invalid_argument, "the reading must be positive and finite, its normal of length one"};
+      return {StatusCode::invalid_argument, "the reading must be positive and finite, and its normal a unit vector"};
     case RecoveryFault::nothing_clipped:
-      return {StatusCode::failed_precondition, "what is clipped are not lights alone: a reading cannot be shared out"};
+      return {StatusCode::failed_precondition,
+              "no light is clipped, or pixels outside of lights are: the reading cannot be attributed to lights"};
     case RecoveryFault::faces_away:
       return {StatusCode::failed_precondition,
-              "the clipped light hardly reaches a receiver that faces so: turn it towards the light"};
+              "the receiver gets too little of the clipped light for its normal: turn it towards the light"};
     case RecoveryFault::below_observed:
-      return {StatusCode::invalid_argument, "the reading is less than what the camera saw without the clipped light"};
+      return {StatusCode::invalid_argument,
+              "the reading is below the irradiance that the camera observed: check its unit"};
   }
   return {StatusCode::internal, "unknown"};
 }

@@ -1,4 +1,4 @@
-// The part of a descriptor that says what it is about, alike for every estimator.
+// The header fields of a descriptor, common to all estimators.
 #pragma once
 
 #include <cstdint>
@@ -16,9 +16,9 @@ struct DescriptorHeader {
   Setting setting = Setting::balanced;
 };
 
-/// Sets sequence, times, units, identities and setting of `out`. The sequence is that of the capture: a bracket is one
-/// capture, and no gap follows it. The time is the middle between the first and the last mid-exposure. The time of
-/// encoding is not known yet and is set to that of delivery.
+/// Sets sequence, times, units, identities and setting of `out`. The sequence counts captures; a bracket is one
+/// capture, so that descriptors of brackets are numbered without gaps. The time is the middle between the first and the
+/// last mid-exposure. The time of encoding is not known yet; it is set to that of delivery.
 inline void fill_header(std::span<const Frame> bracket, const DescriptorHeader& header, Descriptor& out) {
   const FrameInfo &first = bracket.front().info, &last = bracket.back().info;
   out.sequence = first.sequence / bracket.size();

@@ -10,47 +10,47 @@
 namespace lightwell::estimate {
 namespace {
 
-constexpr std::size_t kChosenCoefficients = sh_count(kMaxBand);
 constexpr double kSphere = 4 * std::numbers::pi;
 
-/// Share of the limit that a prediction may reach: the truncation is exact but for the bands above 12, the other errors
+/// Share of the limit that a prediction may reach. Truncation is exact except for the bands above 12; the other errors
 /// are expected values.
 constexpr double kLimitMargin = 0.9;
-/// A poorer choice than the last one is taken where it reaches at most this share of the limit.
+/// A selection with fewer lights or bands than the previous one may reach this share of the limit.
 constexpr double kHysteresis = 0.8;
-/// Share of the limit that rounding may take. In quadrature it costs a hundredth of that.
+/// Share of the limit that rounding may use; in quadrature it adds at most a twentieth to the error.
 constexpr double kRoundingShare = 0.3;
-/// Bytes of a light, and of what else there is in a message (see proto/README.md, caps and sizes).
+/// Bytes of a light, and of the message without lights and coefficients (see proto/README.md, caps and sizes).
 constexpr double kLightBytes = 32, kOtherBytes = 64;
-/// Where nothing keeps the limit, errors that differ by less are alike.
-constexpr double kClearlyLess = 0.98;
-/// A light that was sent before counts for so much more: two that are alike must not take turns.
+/// Where no configuration is within the limit, one replaces another only if its error is below this share.
+constexpr double kDecisiveRatio = 0.98;
+/// The gain of a light that was sent before is divided by this, so that two similar lights do not alternate.
 constexpr double kTrackHysteresis = 0.8;
 
-/// What a zigzag varint of a rounded number takes.
+/// Bytes of the zigzag varint of a rounded coefficient.
 double varint_bytes(double value, double inverse_step) {
   const double m = std::abs(value) * inverse_step;
   return m < 63.5 ? 1 : m < 8191.5 ? 2 : 3;
 }
 
-/// By how much the bands up to `band` may be rounded.
+/// Quantization step of the bands up to `band` that causes an RMS error of irradiance of `allowed_rms`.
 double allowed_step(int band, bool all_bands, double allowed_rms) {
   double sum = 0;
   for (int l = 0; l <= band; ++l)
     if (all_bands || cosine_lobe(l) != 0)
       sum += (2 * l + 1) * std::max(cosine_lobe(l) * cosine_lobe(l), all_bands ? 0.1 : 0.0);
-  // Rounding by a step q has the variance q²/12 in every coefficient.
+  // Rounding with step q has a variance of q²/12 in each coefficient.
   return allowed_rms / std::sqrt(sum / kSphere / 12);
 }
 
-/// The largest power of two that is no larger.
+/// Exponent of the largest power of two that is at most `step`.
 int exponent_within(double step) {
   return step > 0 && std::isfinite(step) ? std::clamp(static_cast<int>(std::floor(std::log2(step))), -140, 100) : -140;
 }
 
-/// The error of irradiance that is to be expected, by its limit.
-double excess_of(double truncation, const OptimizerOptions& limits) {
-  return std::hypot(truncation, limits.independent_error, kRoundingShare / 2 * limits.epsilon) / (kLimitMargin * limits.epsilon);
+/// Expected error of irradiance, relative to its limit.
+double error_ratio(double truncation, const OptimizerOptions& limits) {
+  return std::hypot(truncation, limits.independent_error, kRoundingShare / 2 * limits.epsilon) /
+         (kLimitMargin * limits.epsilon);
 }
 
 bool needs_all_bands(const OptimizerOptions& limits) { return limits.radiance_epsilon > 0 || !(limits.epsilon > 0); }
@@ -67,36 +67,38 @@ bool DescriptorOptimizer::was_selected(std::uint32_t track) const {
   return std::find(previous_tracks_.begin(), previous_tracks_.end(), track) != previous_tracks_.end();
 }
 
-void DescriptorOptimizer::subtract(const Light& light, const Shape& shape, ResidualSh& rest) const {
+void DescriptorOptimizer::subtract(const Light& light, const Shape& shape, ResidualSh& residual) const {
   for (int k = 0; k < 3; ++k) {
     const float e = light.irradiance[k];
-    float* __restrict c = rest.c[k];
+    float* __restrict c = residual.c[k];
     for (std::size_t i = 0; i < kRowCount; ++i) c[i] -= e * shape.y[i];
   }
 }
 
-double DescriptorOptimizer::residual_energy_above_band2(const ResidualSh& rest, const Light& light, const Shape& shape,
-                               const float (&inverse_whole)[3]) const {
-  // Bands 0 to 2 cost few bytes and hold nine tenths of what irradiance feels: a light is worth what it takes from the
-  // others.
+double DescriptorOptimizer::residual_energy_above_band2(const ResidualSh& residual, const Light& light,
+                                                        const Shape& shape,
+                                                        const float (&inverse_mean_square)[3]) const {
+  // Bands 0 to 2 cost few bytes and contain about nine tenths of the irradiance; a light is valued by its reduction of
+  // the other bands.
   const BandWeights& w = band_weights();
   double sum = 0;
   for (int k = 0; k < 3; ++k) {
     const float e = light.irradiance[k];
-    const float* __restrict c = rest.c[k];
+    const float* __restrict c = residual.c[k];
     float part = 0;
     for (std::size_t i = sh_count(2); i < kRowCount; ++i) {
-      const float left = c[i] - e * shape.y[i];
-      part += w.irradiance[i] * left * left;
+      const float residual_coefficient = c[i] - e * shape.y[i];
+      part += w.irradiance[i] * residual_coefficient * residual_coefficient;
     }
-    sum += static_cast<double>(part * inverse_whole[k]);
+    sum += static_cast<double>(part * inverse_mean_square[k]);
   }
   return sum;
 }
 
-void DescriptorOptimizer::order_lights(std::span<const Light> found, int required, std::size_t most, const float (&inverse_whole)[3]) {
+void DescriptorOptimizer::order_lights(std::span<const Light> candidates, int required, std::size_t most,
+                                       const float (&inverse_mean_square)[3]) {
   order_.clear();
-  const std::size_t considered = std::min(found.size(), kMaxConsidered);
+  const std::size_t considered = std::min(candidates.size(), kMaxConsidered);
   Light none;
   for (std::size_t step = 0; step < most && step < considered; ++step) {
     std::size_t best = considered;
@@ -104,11 +106,12 @@ void DescriptorOptimizer::order_lights(std::span<const Light> found, int require
     if (step == 0 && required >= 0) {
       best = static_cast<std::size_t>(required);
     } else {
-      const double now = residual_energy_above_band2(residuals_[step], none, shapes_[0], inverse_whole);
+      const double now = residual_energy_above_band2(residuals_[step], none, shapes_[0], inverse_mean_square);
       for (std::size_t j = 0; j < considered; ++j) {
         if (std::find(order_.begin(), order_.end(), j) != order_.end()) continue;
-        double gain = now - residual_energy_above_band2(residuals_[step], found[j], shapes_[j], inverse_whole);
-        if (was_selected(found[j].track)) gain /= kTrackHysteresis;
+        double gain =
+            now - residual_energy_above_band2(residuals_[step], candidates[j], shapes_[j], inverse_mean_square);
+        if (was_selected(candidates[j].track)) gain /= kTrackHysteresis;
         if (-gain < least) {
           least = -gain;
           best = j;
@@ -118,17 +121,17 @@ void DescriptorOptimizer::order_lights(std::span<const Light> found, int require
     }
     order_.push_back(best);
     residuals_[step + 1] = residuals_[step];
-    subtract(found[best], shapes_[best], residuals_[step + 1]);
+    subtract(candidates[best], shapes_[best], residuals_[step + 1]);
   }
 }
 
-void DescriptorOptimizer::truncation_energy(const ResidualSh& rest, bool all_bands, double (&irradiance)[kBands][3],
-                         double (&radiance)[kBands][3]) const {
+void DescriptorOptimizer::truncation_energy(const ResidualSh& residual, bool all_bands, double (&irradiance)[kBands][3],
+                                            double (&radiance)[kBands][3]) const {
   const BandWeights& w = band_weights();
   double e[3][kTailBands.back() + 1] = {}, l2[3][kTailBands.back() + 1] = {};
   for (std::size_t k = 0; k < 3; ++k) {
     for (std::size_t i = 0; i < kRowCount; ++i) {
-      const double c2 = static_cast<double>(rest.c[k][i]) * rest.c[k][i];
+      const double c2 = static_cast<double>(residual.c[k][i]) * residual.c[k][i];
       e[k][w.band[i]] += w.irradiance[i] * c2;
       l2[k][w.band[i]] += w.radiance[i] * c2;
     }
@@ -139,7 +142,7 @@ void DescriptorOptimizer::truncation_energy(const ResidualSh& rest, bool all_ban
     }
     e_tail *= 1 + w.above_irradiance;
     for (int band = kMaxBand; band >= 0; --band) {
-      // Bands without irradiance are not sent where it alone counts.
+      // Bands without irradiance are not sent where only irradiance is limited.
       double skipped = 0;
       if (!all_bands)
         for (int l = 3; l < band; l += 2) skipped += l2[k][l];
@@ -173,124 +176,129 @@ void DescriptorOptimizer::shape_of(const Light& light, Shape& out) {
 }
 
 template <class Visit>
-void DescriptorOptimizer::for_bands(std::size_t lights, const OptimizerOptions& limits, const ReferenceRms& whole, Visit&& visit) const {
+void DescriptorOptimizer::for_each_band(std::size_t lights, const OptimizerOptions& limits,
+                                        const ReferenceRms& reference, Visit&& visit) const {
   const bool all_bands = needs_all_bands(limits);
-  // The step will be a power of two between all and half of that. To reckon with the one it will be would choose
-  // otherwise for a scene that is the same but brighter.
-  const double step = allowed_step(limits.band, all_bands, kRoundingShare * limits.epsilon * whole.irradiance.plain);
+  // The step will be rounded down to a power of two. Using its geometric mean makes the selection independent of the
+  // scene's brightness.
+  const double step =
+      allowed_step(limits.band, all_bands, kRoundingShare * limits.epsilon * reference.irradiance.plain);
   const double inverse_step = step > 0 ? std::numbers::sqrt2 / step : 0;
-  double irradiance_lost[kBands][3], radiance_lost[kBands][3];
-  truncation_energy(residuals_[lights], all_bands, irradiance_lost, radiance_lost);
-  Configuration o;
-  o.lights = lights;
-  o.bytes = kOtherBytes + kLightBytes * static_cast<double>(lights);
+  double lost_irradiance[kBands][3], lost_radiance[kBands][3];
+  truncation_energy(residuals_[lights], all_bands, lost_irradiance, lost_radiance);
+  Configuration configuration;
+  configuration.lights = lights;
+  configuration.bytes = kOtherBytes + kLightBytes * static_cast<double>(lights);
   for (int l = 0; l <= limits.band; ++l) {
     if (!all_bands && l > 1 && l % 2 != 0) continue;
     for (std::size_t i = static_cast<std::size_t>(l * l); i < static_cast<std::size_t>(sh_count(l)); ++i)
-      for (std::size_t k = 0; k < 3; ++k) o.bytes += varint_bytes(residuals_[lights].c[k][i], inverse_step);
-    o.band = l;
-    const double truncation = relative(rms(irradiance_lost[l]), whole.irradiance);
-    o.excess = excess_of(truncation, limits);
+      for (std::size_t k = 0; k < 3; ++k) configuration.bytes += varint_bytes(residuals_[lights].c[k][i], inverse_step);
+    configuration.band = l;
+    const double truncation = relative(rms(lost_irradiance[l]), reference.irradiance);
+    configuration.error_ratio = error_ratio(truncation, limits);
     if (limits.radiance_epsilon > 0)
-      o.excess =
-          std::max(o.excess, relative(rms(radiance_lost[l]), whole.radiance) / (kLimitMargin * limits.radiance_epsilon));
-    visit(o);
+      configuration.error_ratio =
+          std::max(configuration.error_ratio,
+                   relative(rms(lost_radiance[l]), reference.radiance) / (kLimitMargin * limits.radiance_epsilon));
+    visit(configuration);
   }
 }
 
-int DescriptorOptimizer::max_lights_to_find(const Projection& scene, const Light* brightest, const OptimizerOptions& limits) {
+int DescriptorOptimizer::max_lights_to_find(const Projection& scene, const Light* brightest,
+                                            const OptimizerOptions& limits) {
   if (!(limits.epsilon > 0)) return limits.max_lights;
-  const ReferenceRms whole = begin(scene);
-  // What has other causes no light makes better.
-  const double good_enough = std::max(kHysteresis, excess_of(0, limits) / kClearlyLess);
+  const ReferenceRms reference = begin(scene);
+  // Lights do not reduce errors that have other causes.
+  const double good_enough = std::max(kHysteresis, error_ratio(0, limits) / kDecisiveRatio);
   double bytes = std::numeric_limits<double>::infinity();
-  const auto look = [&](const Configuration& o) {
-    if (o.excess <= good_enough) bytes = std::min(bytes, o.bytes);
+  const auto update_bytes = [&](const Configuration& c) {
+    if (c.error_ratio <= good_enough) bytes = std::min(bytes, c.bytes);
   };
-  for_bands(0, limits, whole, look);
+  for_each_band(0, limits, reference, update_bytes);
   if (brightest != nullptr) {
     shape_of(*brightest, shapes_[0]);
     residuals_[1] = residuals_[0];
     subtract(*brightest, shapes_[0], residuals_[1]);
-    for_bands(1, limits, whole, look);
+    for_each_band(1, limits, reference, update_bytes);
   }
   if (!std::isfinite(bytes)) return limits.max_lights;
-  const int paying = static_cast<int>((bytes - kOtherBytes) / kLightBytes),
-            kept = static_cast<int>(previous_tracks_.size());
-  return std::min(limits.max_lights, paying > 0 ? std::max(paying, kept) + 1 : std::max(kept, 1));
+  const int worthwhile = static_cast<int>((bytes - kOtherBytes) / kLightBytes),
+            selected = static_cast<int>(previous_tracks_.size());
+  return std::min(limits.max_lights, worthwhile > 0 ? std::max(worthwhile, selected) + 1 : std::max(selected, 1));
 }
 
-void DescriptorOptimizer::optimize(const Projection& scene, std::span<const Light> found, int required, const OptimizerOptions& limits,
-                     std::vector<Light>& kept, OptimizedDescriptor& out) {
+void DescriptorOptimizer::optimize(const Projection& scene, std::span<const Light> candidates, int required,
+                                   const OptimizerOptions& limits, std::vector<Light>& selected,
+                                   OptimizedDescriptor& out) {
   const BandWeights& w = band_weights();
   const bool all_bands = needs_all_bands(limits);
-  const auto most = std::min<std::size_t>(static_cast<std::size_t>(limits.max_lights), found.size());
-  const ReferenceRms whole = begin(scene);
-  out.whole = whole.irradiance;
-  const std::size_t shaped = std::min(found.size(), limits.epsilon > 0 ? kMaxConsidered : most);
-  for (std::size_t j = 0; j < shaped; ++j) shape_of(found[j], shapes_[j]);
+  const auto most = std::min<std::size_t>(static_cast<std::size_t>(limits.max_lights), candidates.size());
+  const ReferenceRms reference = begin(scene);
+  out.scene_rms = reference.irradiance;
+  const std::size_t shaped = std::min(candidates.size(), limits.epsilon > 0 ? kMaxConsidered : most);
+  for (std::size_t j = 0; j < shaped; ++j) shape_of(candidates[j], shapes_[j]);
   if (required >= static_cast<int>(shaped))
-    shape_of(found[static_cast<std::size_t>(required)], shapes_[static_cast<std::size_t>(required)]);
+    shape_of(candidates[static_cast<std::size_t>(required)], shapes_[static_cast<std::size_t>(required)]);
 
   std::size_t lights = 0;
   int band = limits.band;
   if (limits.epsilon > 0) {
-    // Relative to the whole, over all channels as errors are counted.
-    const auto inverse = static_cast<float>(out.whole.plain > 0 ? 1 / (out.whole.plain * out.whole.plain) : 0);
-    order_lights(found, required, most, {inverse, inverse, inverse});
+    // Gains are relative to the scene's mean square over all channels.
+    const auto inverse =
+        static_cast<float>(out.scene_rms.plain > 0 ? 1 / (out.scene_rms.plain * out.scene_rms.plain) : 0);
+    order_lights(candidates, required, most, {inverse, inverse, inverse});
     Configuration best, fallback;
-    best.bytes = fallback.excess = std::numeric_limits<double>::infinity();
+    best.bytes = fallback.error_ratio = std::numeric_limits<double>::infinity();
     for (std::size_t n = required >= 0 && !order_.empty() ? 1 : 0; n <= order_.size(); ++n) {
       if (kOtherBytes + kLightBytes * static_cast<double>(n) > best.bytes) break;
       bool same_lights = n == previous_tracks_.size();
-      for (std::size_t j = 0; j < n && same_lights; ++j) same_lights = was_selected(found[order_[j]].track);
-      for_bands(n, limits, whole, [&](const Configuration& o) {
-        if (o.excess < kClearlyLess * fallback.excess) fallback = o;
-        const bool poorer = n < previous_tracks_.size() || o.band < previous_band_;
-        if (o.excess > (poorer ? kHysteresis : 1.0)) return;
-        // What was sent before is left only for a fair gain.
-        const double price = same_lights && o.band == previous_band_ ? 0.93 * o.bytes : o.bytes;
+      for (std::size_t j = 0; j < n && same_lights; ++j) same_lights = was_selected(candidates[order_[j]].track);
+      for_each_band(n, limits, reference, [&](const Configuration& c) {
+        if (c.error_ratio < kDecisiveRatio * fallback.error_ratio) fallback = c;
+        const bool reduced = n < previous_tracks_.size() || c.band < previous_band_;
+        if (c.error_ratio > (reduced ? kHysteresis : 1.0)) return;
+        // Hysteresis: the previous selection counts as 7 % cheaper.
+        const double price = same_lights && c.band == previous_band_ ? 0.93 * c.bytes : c.bytes;
         if (price < best.bytes) {
-          best = o;
+          best = c;
           best.bytes = price;
         }
       });
     }
-    const Configuration& taken = std::isfinite(best.bytes) ? best : fallback;
-    lights = taken.lights;
-    band = taken.band;
+    const Configuration& chosen = std::isfinite(best.bytes) ? best : fallback;
+    lights = chosen.lights;
+    band = chosen.band;
   } else {
     order_.clear();
     for (std::size_t j = 0; j < shaped; ++j) {
       order_.push_back(j);
       residuals_[j + 1] = residuals_[j];
-      subtract(found[j], shapes_[j], residuals_[j + 1]);
+      subtract(candidates[j], shapes_[j], residuals_[j + 1]);
     }
     lights = shaped;
   }
 
-  const ResidualSh& rest = residuals_[lights];
-  double irradiance_lost[kBands][3], radiance_lost[kBands][3];
-  truncation_energy(rest, all_bands, irradiance_lost, radiance_lost);
-  out.truncation = rms(irradiance_lost[band]);
-  out.step =
-      limits.epsilon > 0 && out.whole.plain > 0
-          ? std::ldexp(
-                1.0F, exponent_within(allowed_step(band, all_bands, kRoundingShare * limits.epsilon * out.whole.plain)))
-          : 0.0F;
-  out.rest = {};
-  out.rest.band = band;
+  const ResidualSh& residual = residuals_[lights];
+  double lost_irradiance[kBands][3], lost_radiance[kBands][3];
+  truncation_energy(residual, all_bands, lost_irradiance, lost_radiance);
+  out.truncation = rms(lost_irradiance[band]);
+  out.step = limits.epsilon > 0 && out.scene_rms.plain > 0
+                 ? std::ldexp(1.0F, exponent_within(allowed_step(
+                                        band, all_bands, kRoundingShare * limits.epsilon * out.scene_rms.plain)))
+                 : 0.0F;
+  out.residual = {};
+  out.residual.band = band;
   for (std::size_t i = 0; i < static_cast<std::size_t>(sh_count(band)); ++i)
     if (all_bands || w.irradiance[i] != 0)
-      for (std::size_t k = 0; k < 3; ++k) out.rest.c[i][static_cast<int>(k)] = rest.c[k][i];
+      for (std::size_t k = 0; k < 3; ++k) out.residual.c[i][static_cast<int>(k)] = residual.c[k][i];
 
-  kept.clear();
-  for (std::size_t j = 0; j < found.size(); ++j)
+  selected.clear();
+  for (std::size_t j = 0; j < candidates.size(); ++j)
     if (std::find(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(lights), j) !=
         order_.begin() + static_cast<std::ptrdiff_t>(lights))
-      kept.push_back(found[j]);
+      selected.push_back(candidates[j]);
   previous_tracks_.clear();
-  for (const Light& light : kept) previous_tracks_.push_back(light.track);
+  for (const Light& light : selected) previous_tracks_.push_back(light.track);
   previous_band_ = band;
 }
 

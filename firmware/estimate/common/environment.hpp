@@ -1,4 +1,4 @@
-// The environment map of a descriptor, from the cells of a rig: the one thing that an estimator needs of maps.
+// Interface of environment maps for estimators: from the sums of cells to the map in a descriptor.
 #pragma once
 
 #include <optional>
@@ -12,30 +12,30 @@
 
 namespace lightwell::estimate {
 
-/// Makes maps at a rate of its own. All memory is taken at construction. One thread at a time.
+/// Produces prefiltered maps at its own rate. Allocates all memory when constructed. Not thread-safe.
 ///
-///   // Where the rig is known (some tenths of a second, so not per frame):
+///   // Once per rig (takes some tenths of a second):
 ///   EnvironmentMapper mapper(cell_directions, cell_solid_angles, config.panorama.environment_edge,
 ///                            {.rate_hz = config.panorama.environment_rate});
-///   // In every frame, also where none is due: what `out` held goes back to the mapper (do not reset it before).
-///   if (mapper.due(out.time.mid_exposure)) {
-///     sums_without_lights = sums;   // then take the lights' pixels out of their cells
+///   // In every frame, even where no map is due, because the mapper reuses the memory in `out` (do not reset it
+///   before): if (mapper.due(out.time.mid_exposure)) {
+///     sums_without_lights = sums;   // then subtract the lights from their cells
 ///   }
 ///   mapper.update(sums_without_lights, scale.factor, out.time.mid_exposure, out.environment);
 class EnvironmentMapper {
  public:
-  /// As EnvironmentFilter and EnvironmentUpdates.
+  /// Parameters as for EnvironmentFilter and EnvironmentUpdates.
   EnvironmentMapper(std::span<const Vec3f> direction, std::span<const float> solid_angle, int edge,
                     EnvironmentUpdateOptions options = {})
       : filter_(direction, solid_angle, edge), updates_({filter_.levels().begin(), filter_.levels().end()}, options) {}
 
-  /// update() will look at the sums. Whoever has another factor than at the last map is due at once.
+  /// Whether update() reads the sums in this frame. With a factor other than that of the last map, it always does.
   [[nodiscard]] bool due(ProbeTime mid_exposure) const { return updates_.due(mid_exposure); }
 
-  /// `sums`: each cell's integral of radiance over its solid angle, lights taken out; cells in the order of the
-  /// constructor. `factor`: descriptor radiance per unit of those; where it is another than before, a whole map is
-  /// sent, because readers hold the last map beside newer descriptors. Where none is due `out` is none afterwards, and
-  /// the sums are not looked at. Allocates nothing as long as `out` is the one of the last call.
+  /// Sets `out` to a map where one is due, otherwise to nullopt. `sums`: integral of radiance over each cell without
+  /// the lights, in the constructor's order of cells; ignored where no map is due. `factor`: descriptor radiance per
+  /// unit of radiance in `sums`; where it has changed, a whole map is sent, because readers use the last map with newer
+  /// descriptors. Allocates nothing where `out` is that of the previous call.
   void update(std::span<const CellSum> sums, double factor, ProbeTime mid_exposure,
               std::optional<EnvironmentMap>& out) {
     if (factor != factor_) updates_.restart();

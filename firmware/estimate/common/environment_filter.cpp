@@ -9,7 +9,7 @@ namespace lightwell::estimate {
 namespace {
 
 constexpr int kMaxBaseEdge = 64;
-/// Samples along the whole square: a third of a degree to a degree and a half apart, finer than any rig's cells need.
+/// Samples along an edge of the square: 0.3 to 1.5 degrees apart, fine compared with the cells of any rig.
 constexpr int kSamplesAcross = 256;
 
 OctahedralGrid base_grid(int edge) {
@@ -22,7 +22,7 @@ OctahedralGrid base_grid(int edge) {
 std::vector<EnvironmentLevel> environment_levels(int edge) {
   if (!is_environment_edge(static_cast<std::uint64_t>(std::max(edge, 0)))) return {};
   if (edge == 8) return {{8, 0}, {8, 0.5F}, {8, 0.75F}, {8, 1}};
-  // The lobe at half its height is 2.6 roughness² rad wide, a mean texel 3.5 / edge.
+  // The lobe's full width at half maximum is 2.6 roughness² rad, the mean width of a texel 3.5 / edge rad.
   const int middle = std::min(edge, 32), wide = std::min(edge / 2, 16);
   return {{edge, 0}, {middle, 0.25F}, {edge == 64 ? 32 : 16, 0.5F}, {wide, 0.75F}, {wide, 1}};
 }

@@ -1,4 +1,4 @@
-// From the light of a rig's cells to the levels of an environment map.
+// Filters the sums of a rig's cells to the levels of a prefiltered environment map.
 #pragma once
 
 #include <span>
@@ -12,38 +12,38 @@
 
 namespace lightwell::estimate {
 
-/// The levels of a map with this edge: roughness 0, 0.25 (not for edge 8, whose texels are wider than that lobe), 0.5,
-/// 0.75, 1, each with texels narrower than half its lobe as far as `edge` allows. Empty for an edge that is none.
+/// Levels of a map with this edge: roughness 0, 0.25 (not for edge 8, whose texels are wider than that lobe), 0.5, 0.75
+/// and 1, with texels narrower than half the lobe as far as `edge` allows. Empty for an invalid edge.
 [[nodiscard]] std::vector<EnvironmentLevel> environment_levels(int edge);
 
-/// Weights worked out once from the cells of a rig, then applied to each map's light. One thread at a time.
+/// Precomputes weights from the cells of a rig, then applies them to each map. Not thread-safe.
 class EnvironmentFilter {
  public:
-  /// `direction` (unit, probe frame) and `solid_angle` (sr) of each cell; what no cell sees is dark (splat_rows()).
-  /// edge: 8, 16, 32 or 64. Takes some tenths of a second.
+  /// `direction` (unit, probe frame) and `solid_angle` (sr) of each cell; directions without a cell are dark
+  /// (splat_rows()). `edge`: 8, 16, 32 or 64. Takes some tenths of a second.
   EnvironmentFilter(std::span<const Vec3f> direction, std::span<const float> solid_angle, int edge);
 
   [[nodiscard]] std::span<const EnvironmentLevel> levels() const { return levels_; }
   [[nodiscard]] std::size_t cells() const { return light_.size(); }
-  /// Weights in use: the cost of run() is about a nanosecond each.
+  /// Number of weights; run() takes about a nanosecond per weight.
   [[nodiscard]] std::size_t weights() const;
 
-  /// The texels of all levels, in the order of EnvironmentMap::texels, radiance in units of the sums by sr, never
-  /// negative and never NaN: of a sum, what is negative, NaN or beyond kMaxCellSum counts as dark. Too few sums leave
-  /// the other cells dark. Allocates nothing; lives until the next call.
+  /// Returns the texels of all levels in the order of EnvironmentMap::texels: radiance in units of the sums per sr,
+  /// never negative or NaN. Sums that are negative, NaN, above kMaxCellSum or missing count as 0. Allocates nothing;
+  /// the result is valid until the next call.
   [[nodiscard]] std::span<const Rgbx> run(std::span<const CellSum> sums);
 
-  /// No light of this world, and far enough from the end of a float for every product that follows.
+  /// Largest valid sum; products with all weights stay in the range of float.
   static constexpr float kMaxCellSum = 1e24F;
 
  private:
   std::vector<EnvironmentLevel> levels_;
-  OctahedralGrid base_;  ///< Twice as fine as the map where that is not too fine: lobes are gathered from it.
+  OctahedralGrid base_;  ///< Grid from which lobes are integrated: twice the map's edge, at most 64.
   MeanPyramid pyramid_;
   SparseRows splat_;
   std::vector<SparseRows> lobes_;  ///< Of the levels after the first.
-  std::vector<Rgbx> light_;        ///< Of the cells.
-  std::vector<Rgbx> means_;        ///< The pyramid's list.
+  std::vector<Rgbx> light_;        ///< Valid sums of the cells.
+  std::vector<Rgbx> means_;        ///< All layers of the pyramid.
   std::vector<Rgbx> texels_;
 };
 

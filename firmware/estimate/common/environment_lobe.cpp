@@ -5,12 +5,13 @@
 namespace lightwell::estimate {
 namespace {
 
-/// Half the side of a part that is taken as one, in units of the angle over which the lobe changes by its own size; and
-/// at most, in rad: the widest lobe still ends at a horizon.
+/// Largest half side of a texel that is used as a whole: relative to the angle over which the lobe changes by its own
+/// value, and absolute, because the widest lobe still ends at the horizon.
 constexpr double kRelativeResolution = 0.1, kMaxResolution_rad = 0.06;
-/// Parts of less weight are left out: together less than rounding to the wire.
+/// Texels of less weight are left out; their sum is below the rounding of RGB9E5.
 constexpr double kMinWeight = 1e-7;
 
+/// Computes the row of weights for one direction.
 class LobeRow {
  public:
   LobeRow(const OctahedralGrid& grid, const MeanPyramid& pyramid, double roughness)
@@ -20,13 +21,13 @@ class LobeRow {
       for (int i = 0; i < grid.edge; ++i) centre_.push_back(texel_direction(grid.edge, i, j));
   }
 
-  std::span<const SparseRows::Entry> around(Vec3f centre) {
-    weigh_texels(centre);
-    for (std::size_t k = 1; k < pyramid_.layers().size(); ++k) sum_layer(k);
+  std::span<const SparseRows::Entry> weights_at(Vec3f centre) {
+    compute_texel_weights(centre);
+    for (std::size_t k = 1; k < pyramid_.layers().size(); ++k) compute_layer_weights(k);
     row_.clear();
     const auto& coarsest = pyramid_.layers().back();
     for (int j = 0; j < coarsest.edge; ++j)
-      for (int i = 0; i < coarsest.edge; ++i) take(centre, pyramid_.layers().size() - 1, i, j);
+      for (int i = 0; i < coarsest.edge; ++i) add_part(centre, pyramid_.layers().size() - 1, i, j);
     double sum = 0;
     for (const auto& e : row_) sum += e.weight;
     for (auto& e : row_) e.weight = static_cast<float>(e.weight / sum);
@@ -34,20 +35,22 @@ class LobeRow {
   }
 
  private:
-  /// Half the side of a part, at `cosine` from the lobe's middle, over which the lobe is nearly flat. It changes by its
-  /// own size over its width in the middle, and over the angle to the middle farther out.
-  [[nodiscard]] double grain(double cosine) const {
-    return std::min(kMaxResolution_rad, kRelativeResolution * std::sqrt(width_ * width_ + 2 * std::max(0.0, 1 - cosine)));
+  /// Half side of a texel, rad, at an angle with this cosine from the lobe's middle, over which the lobe is nearly
+  /// flat. The lobe changes by its own value over its width in the middle, and over the angle to the middle farther
+  /// out.
+  [[nodiscard]] double resolution(double cosine) const {
+    return std::min(kMaxResolution_rad,
+                    kRelativeResolution * std::sqrt(width_ * width_ + 2 * std::max(0.0, 1 - cosine)));
   }
 
-  void weigh_texels(Vec3f centre) {
-    // 1 - cos by the chord: the cosine itself has no digits left near the middle of a narrow lobe.
+  void compute_texel_weights(Vec3f centre) {
+    // 1 - cos is computed from the chord: in float, the cosine has too few digits near the middle of a narrow lobe.
     const auto cosine_to = [centre](Vec3f d) {
       const Vec3f chord = d - centre;
       return 1 - 0.5 * static_cast<double>(dot(chord, chord));
     };
     for (std::size_t texel = 0; texel < grid_.texels(); ++texel) {
-      if (const double cosine = cosine_to(centre_[texel]); half_side_[0] < grain(cosine)) {
+      if (const double cosine = cosine_to(centre_[texel]); half_side_[0] < resolution(cosine)) {
         weight_[texel] = lobe_.value(cosine) * grid_.solid_angle[texel];
         continue;
       }
@@ -58,7 +61,7 @@ class LobeRow {
     }
   }
 
-  void sum_layer(std::size_t k) {
+  void compute_layer_weights(std::size_t k) {
     const auto& fine = pyramid_.layers()[k - 1];
     const auto& coarse = pyramid_.layers()[k];
     for (int j = 0; j < coarse.edge; ++j)
@@ -70,17 +73,17 @@ class LobeRow {
       }
   }
 
-  void take(Vec3f centre, std::size_t k, int i, int j) {
+  void add_part(Vec3f centre, std::size_t k, int i, int j) {
     const auto& layer = pyramid_.layers()[k];
     const std::size_t index = at(layer, i, j);
     if (weight_[index] < kMinWeight) return;
     const double cosine = dot(texel_direction(layer.edge, i, j), centre);
-    if (k == 0 || half_side_[k] < grain(cosine)) {
+    if (k == 0 || half_side_[k] < resolution(cosine)) {
       row_.push_back({static_cast<std::uint32_t>(index), static_cast<float>(weight_[index])});
       return;
     }
     for (int dj = 0; dj < 2; ++dj)
-      for (int di = 0; di < 2; ++di) take(centre, k - 1, 2 * i + di, 2 * j + dj);
+      for (int di = 0; di < 2; ++di) add_part(centre, k - 1, 2 * i + di, 2 * j + dj);
   }
 
   static std::size_t at(const MeanPyramid::Layer& layer, int i, int j) {
@@ -92,9 +95,9 @@ class LobeRow {
   const MeanPyramid& pyramid_;
   GgxLobe lobe_;
   double width_;
-  std::vector<double> weight_;     ///< Of every part, the lobe's integral over it.
-  std::vector<Vec3f> centre_;      ///< Of every texel.
-  std::vector<double> half_side_;  ///< Of a part of mean solid angle, rad, by layer.
+  std::vector<double> weight_;     ///< Integral of the lobe over each texel of all layers.
+  std::vector<Vec3f> centre_;      ///< Of each texel of the map.
+  std::vector<double> half_side_;  ///< Of a texel of mean solid angle, rad, by layer.
   std::vector<SparseRows::Entry> row_;
 };
 
@@ -142,7 +145,7 @@ SparseRows lobe_rows(const OctahedralGrid& grid, const MeanPyramid& pyramid, int
   SparseRows out;
   LobeRow row(grid, pyramid, roughness);
   for (int j = 0; j < edge; ++j)
-    for (int i = 0; i < edge; ++i) out.add_row(row.around(texel_direction(edge, i, j)));
+    for (int i = 0; i < edge; ++i) out.add_row(row.weights_at(texel_direction(edge, i, j)));
   return out;
 }
 

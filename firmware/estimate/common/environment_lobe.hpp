@@ -1,4 +1,4 @@
-// The GGX lobe over an octahedral square: what each further level of a map is made of.
+// Weights of the GGX lobe (Walter et al. 2007) over an octahedral map, for the levels of a prefiltered map.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace lightwell::estimate {
 
-/// An octahedral square and its means over 2x2, 4x4, ... texels, down to 4x4 in all, one after another in one list.
+/// A mip pyramid of an octahedral map: means over 2x2, 4x4, ... texels, down to 4x4 texels, all layers in one array.
 class MeanPyramid {
  public:
   static constexpr int kMinEdge = 4;
@@ -18,21 +18,21 @@ class MeanPyramid {
 
   struct Layer {
     int edge;
-    std::size_t first;  ///< In the list.
-    SparseRows means;   ///< From the layer before; none for the square itself.
+    std::size_t first;  ///< Index of its first texel in the array.
+    SparseRows means;   ///< From the previous layer; empty for the map itself.
   };
   [[nodiscard]] const std::vector<Layer>& layers() const { return layers_; }
   [[nodiscard]] std::size_t size() const;
-  /// Fills all but the square itself, which stands at the start.
+  /// Computes all layers from the map, which is at the start of the array.
   void apply(std::span<Rgbx> list) const;
 
  private:
   std::vector<Layer> layers_;
 };
 
-/// Rows that turn a pyramid's list into the texels of a level: radiance(d, r) at the centre of each (lobes.hpp). Near
-/// the middle of the lobe single texels count, farther out means of ever more, as the lobe grows flat; weights are the
-/// lobe's integral over the samples of each texel and sum to one.
+/// Rows that convert a pyramid to the texels of a level: radiance(d, r) at the centre of each texel (lobes.hpp). Near
+/// the middle of the lobe, rows use single texels, farther out, where the lobe is flat, texels of coarser layers.
+/// Weights are the lobe's integral over the samples of each texel; they sum to 1.
 [[nodiscard]] SparseRows lobe_rows(const OctahedralGrid& grid, const MeanPyramid& pyramid, int edge, double roughness);
 
 }  // namespace lightwell::estimate

@@ -1,4 +1,4 @@
-// From the cells of a rig to the texels of an octahedral square.
+// Resamples the cells of a rig to the texels of an octahedral map (splatting).
 #pragma once
 
 #include <span>
@@ -10,14 +10,15 @@
 
 namespace lightwell::estimate {
 
-/// Rows that turn the cells' integrals of radiance into the mean radiance of each texel. A cell is spread smoothly over
-/// about twice its own radius, so that texels between the centres of coarser cells are filled. The spread is then
-/// balanced in turns (Sinkhorn & Knopp 1967) until every texel is filled exactly once and every cell is given away
-/// exactly once: then a constant sphere is constant, and energy is kept.
+/// Rows that convert the cells' integrals of radiance to the mean radiance of each texel. A smooth kernel of about
+/// twice the cell's radius fills texels between the centres of coarse cells. The weights are then balanced alternately
+/// (Sinkhorn & Knopp 1967, "Concerning nonnegative matrices and doubly stochastic matrices") until the rows of every
+/// texel sum to its solid angle and those of every cell to its own: a constant sphere remains constant, and energy is
+/// conserved.
 ///
-/// `direction` (unit, probe frame) and `solid_angle` (sr; cells without any are passed over) go together; cells should
-/// not overlap. Where they cover the sphere (kFullCoverage) gaps are closed from the nearest cells; elsewhere what lies
-/// farther from every cell than its own reach stays dark. Whoever wants another light there adds cells for it.
+/// `direction` (unit, probe frame) and `solid_angle` (sr; cells with 0 are ignored) correspond; cells should not
+/// overlap. Where they cover the sphere (kFullCoverage), gaps are filled from the nearest cells. Otherwise directions
+/// beyond the reach of every cell stay dark; callers add cells for unseen directions if they are to be filled.
 [[nodiscard]] SparseRows splat_rows(std::span<const Vec3f> direction, std::span<const float> solid_angle,
                                     const OctahedralGrid& grid);
 

@@ -10,8 +10,8 @@
 namespace lightwell::estimate {
 namespace {
 
-/// The brightest texel of a whole map comes to lie in [2^7, 2^8) of RGB9E5's 2^16: until the next whole map, light may
-/// grow 256 times, and 23 powers of two below it all nine bits are there.
+/// The brightest texel of a whole map is scaled to [2^7, 2^8) of RGB9E5's range up to 2^16: until the next whole map,
+/// radiance may grow by a factor of 256, and texels down to 2^-23 of it have all nine bits.
 constexpr int kHeadroom = 7;
 constexpr double kMaxTexel = 65408;
 
@@ -19,7 +19,7 @@ float largest(const Rgbx& c) { return std::max({c.v[0], c.v[1], c.v[2]}); }
 
 Duration seconds(double s) { return Duration::from_seconds(std::clamp(s, 1e-3, 1e6)); }
 
-std::uint32_t encoded(const Rgbx& c, double unit) {
+std::uint32_t encode_texel(const Rgbx& c, double unit) {
   const auto in_units = [unit](float v) { return static_cast<float>(std::min(v * unit, kMaxTexel)); };
   return rgb9e5_encode(in_units(c.v[0]), in_units(c.v[1]), in_units(c.v[2]));
 }
@@ -40,7 +40,9 @@ EnvironmentUpdates::EnvironmentUpdates(std::vector<EnvironmentLevel> levels, Env
   key_.texels.resize(texels);
 }
 
-bool EnvironmentUpdates::due(ProbeTime time) const { return !began_ || key_.key == 0 || time >= next_ || time < last_; }
+bool EnvironmentUpdates::due(ProbeTime time) const {
+  return !started_ || key_.key == 0 || time >= next_ || time < last_;
+}
 
 bool EnvironmentUpdates::key_due(ProbeTime time) const {
   return key_.key == 0 || time < last_ || time - key_time_ >= seconds(options_.key_interval_s);
@@ -66,17 +68,18 @@ void EnvironmentUpdates::update(std::span<const Rgbx> texels, double factor, Pro
   bool whole = key_due(time) || !fits_key(most);
   if (!whole) {
     find_changes(texels, factor);
-    // Changes that cost as much as the whole would better be the whole, for everybody can read that.
+    // A whole map is preferred where changes cost as much, because every reader can decode it.
     whole = 4 * changes_.texels.size() + changes_.runs.size() >= 3 * key_.texels.size();
   }
   if (whole) make_key(texels, factor, most, time);
 
-  // A rhythm, not a pause after each: a camera whose period does not divide the map's still gives the rate in the mean.
+  // A fixed schedule, not a delay after each map: the mean rate is kept where the frame period does not divide that of
+  // maps.
   const Duration period = seconds(1 / std::max(options_.rate_hz, 1e-6));
-  const bool in_rhythm = began_ && time >= next_ && time - next_ < period;
-  next_ = (in_rhythm ? next_ : time) + period;
+  const bool on_schedule = started_ && time >= next_ && time - next_ < period;
+  next_ = (on_schedule ? next_ : time) + period;
   last_ = time;
-  began_ = true;
+  started_ = true;
 
   out.emplace(std::move(spare_));
   const EnvironmentMap& from = whole ? key_ : changes_;
@@ -92,8 +95,8 @@ void EnvironmentUpdates::make_key(std::span<const Rgbx> texels, double factor, f
   key_.exponent =
       most > 0 ? std::clamp(std::ilogb(most) - kHeadroom, kMinEnvironmentExponent, kMaxEnvironmentExponent) : 0;
   const double unit = std::ldexp(factor, -key_.exponent);
-  for (std::size_t k = 0; k < texels.size(); ++k) key_.texels[k] = encoded(texels[k], unit);
-  // What is due comes with the next map.
+  for (std::size_t k = 0; k < texels.size(); ++k) key_.texels[k] = encode_texel(texels[k], unit);
+  // A key that is due is sent with the next map, which may be one period later.
   const double interval_s = options_.key_interval_s + 1 / std::max(options_.rate_hz, 1e-6);
   key_.key_interval_ms = static_cast<std::uint32_t>(seconds(interval_s).milliseconds());
   key_.key = environment_key(key_);
@@ -116,14 +119,14 @@ void EnvironmentUpdates::find_changes(std::span<const Rgbx> texels, double facto
     const std::size_t count = texel_count(std::span(&level, 1));
     double sum = 0;
     for (const Rgbx& c : texels.subspan(at, count)) sum += largest(c);
-    const double dimmest = kMinRelativeTexel * unit * sum / static_cast<double>(count);
+    const double min_texel = kMinRelativeTexel * unit * sum / static_cast<double>(count);
     for (const std::size_t end = at + count; at < end; ++at) {
       const std::array<float, 3> old = rgb9e5_decode(key_.texels[at]);
-      const double least = options_.step * std::max(unit * largest(texels[at]), dimmest);
+      const double min_difference = options_.step * std::max(unit * largest(texels[at]), min_texel);
       bool differs = false;
       for (std::size_t k = 0; k < 3; ++k)
-        differs = differs || std::abs(std::min(unit * texels[at].v[k], kMaxTexel) - old[k]) > least;
-      const std::uint32_t now = differs ? encoded(texels[at], unit) : 0;
+        differs = differs || std::abs(std::min(unit * texels[at].v[k], kMaxTexel) - old[k]) > min_difference;
+      const std::uint32_t now = differs ? encode_texel(texels[at], unit) : 0;
       if (differs && now != key_.texels[at]) {
         ++changed;
         changes_.texels.push_back(now);

@@ -1,4 +1,4 @@
-// When a map is sent, and whether whole or as what changed.
+// Schedules and encodes environment maps: whole maps (keys) and changes relative to them.
 #pragma once
 
 #include <optional>
@@ -13,34 +13,34 @@
 namespace lightwell::estimate {
 
 struct EnvironmentUpdateOptions {
-  /// Maps a second, at most, in the mean. More cost the network, and filtering time.
+  /// Largest mean rate of maps. A higher rate costs bandwidth and time for filtering.
   double rate_hz = 5;
-  /// A whole map comes at least so often (with the first map due from then on). Shorter costs bytes; longer keeps a new
-  /// reader waiting.
+  /// Interval of whole maps; the first map that is due after it is whole. A shorter one costs bytes; with a longer one,
+  /// a new reader waits longer.
   double key_interval_s = 1;
   /// A texel is sent again where a channel differs from the whole map by more than this share of the texel's largest
-  /// channel, or of kMinRelativeTexel times the level's mean where the texel is darker than that. Larger saves bytes.
+  /// channel, or of kMinRelativeTexel times the level's mean if that is more. Larger values save bytes.
   double step = 0.01;
 };
 
-/// Encodes maps, keeps the whole one that changes refer to, and counts time. Allocates nothing after construction as
-/// long as the maps that it gave out come back (update()). One thread at a time.
+/// Encodes maps, and keeps the last whole map and the schedule. Allocates nothing after construction if every map is
+/// passed back to update(). Not thread-safe.
 class EnvironmentUpdates {
  public:
   EnvironmentUpdates(std::vector<EnvironmentLevel> levels, EnvironmentUpdateOptions options);
 
-  /// A map is due at `time`, the middle of the exposure. The first always is, and so is one whose time lies before the
-  /// last one's: the clock began anew.
+  /// Whether a map is due at `time` (mid-exposure). The first is, and so is one whose time is before that of the last
+  /// map: the clock was restarted.
   [[nodiscard]] bool due(ProbeTime time) const;
-  /// The next map is due at once and whole: what the numbers mean has changed.
+  /// Makes the next map due at once and whole. For changes of the scale.
   void restart() { key_.key = 0; }
 
-  /// Where due(): the map of `texels` (radiance by factor, level after level), whole or as changes, whichever is right.
-  /// Else none. What `out` held before is taken back, so hand in what the last call gave. Radiance that the wire cannot
-  /// hold is the nearest that it can.
+  /// Where due(): sets `out` to the map of `texels` (descriptor radiance / factor, level by level), whole or as
+  /// changes. Otherwise sets it to nullopt. Reuses the memory in `out`, which should hold the result of the previous
+  /// call. Radiance outside of the encodable range is clamped.
   void update(std::span<const Rgbx> texels, double factor, ProbeTime time, std::optional<EnvironmentMap>& out);
 
-  /// Takes back what `out` holds, and leaves none.
+  /// Takes over the memory of `out` and sets it to nullopt.
   void reclaim(std::optional<EnvironmentMap>& out);
 
   static constexpr double kMinRelativeTexel = 0.1;
@@ -52,11 +52,11 @@ class EnvironmentUpdates {
   void find_changes(std::span<const Rgbx> texels, double factor);
 
   EnvironmentUpdateOptions options_;
-  EnvironmentMap key_;      ///< The whole map that readers have; key 0 where there is none.
-  EnvironmentMap changes_;  ///< Texels and runs of the map under way.
-  EnvironmentMap spare_;    ///< Memory to give out.
+  EnvironmentMap key_;      ///< The last whole map; key 0 where there is none.
+  EnvironmentMap changes_;  ///< Texels and runs of the current map.
+  EnvironmentMap spare_;    ///< Memory for the next result.
   ProbeTime last_, next_, key_time_;
-  bool began_ = false;
+  bool started_ = false;
 };
 
 }  // namespace lightwell::estimate

@@ -1,4 +1,4 @@
-// Keeps a lamp's track number from descriptor to descriptor.
+// Assigns track numbers to lights that persist from descriptor to descriptor.
 #pragma once
 
 #include <compare>
@@ -12,38 +12,38 @@
 
 namespace lightwell::estimate {
 
-/// Greedy nearest neighbour: the best pair of a known and a new light keeps its number, then the next best. A known
-/// light is looked for where its motion has taken it, and one that gives as much light as before fits better: so two
-/// lamps that cross keep their numbers, though they were one bright spot for a while. What is left gets a number never
-/// used before. A lamp that vanishes keeps its number for a second, so that one which flickers stays the same lamp.
-/// All of this is in time, whatever the frame rate. Where time stands still or goes backwards nothing moves and nothing
-/// is forgotten.
+/// Greedy nearest-neighbour data association with constant-velocity prediction (Blackman 1986, "Multiple-target
+/// tracking with radar applications"). The pair of track and light with the lowest cost is assigned first, then the
+/// next. The cost includes the change of intensity, so that two lamps that cross keep their numbers, even if they were
+/// one bright region for a while. Unassigned lights get new numbers. A track without a light is kept for one second, so
+/// that a flickering lamp keeps its number. All parameters are in seconds, independent of the frame rate. Where time
+/// stands still or runs backwards, tracks neither move nor expire.
 class LightTracker {
  public:
   LightTracker();
-  /// Sets `track` of every light of a frame, whose exposure's middle is `time`. Allocates nothing.
+  /// Sets `track` of every light of a frame; `time`: its mid-exposure. Allocates nothing.
   void assign(std::span<Light> lights, ProbeTime time);
 
  private:
   struct Track {
     Vec3f direction;
-    Vec3f velocity;       ///< Of its direction, 1/s.
-    Vec3f expected;       ///< Where its motion takes it.
-    float luminance = 0;  ///< Of its irradiance, over the last frames.
-    std::uint32_t track = 0;
-    float time_since_seen_s = 0;  ///< Time since it was found.
+    Vec3f velocity;       ///< Time derivative of the direction, 1/s.
+    Vec3f expected;       ///< Predicted direction in the current frame, unit.
+    float luminance = 0;  ///< Of the irradiance, low-pass filtered.
+    std::uint32_t id = 0;
+    float time_since_seen_s = 0;  ///< Time since the last assignment.
     bool matched = false;
   };
-  /// A known light and one of this frame that are near enough to be the same.
+  /// A track and a light of the frame within the gate.
   struct Pair {
     float association_cost;
-    std::uint32_t light, known;
+    std::uint32_t light, track;
     friend auto operator<=>(const Pair&, const Pair&) = default;
   };
-  /// Of taking `light` for `known`.
-  [[nodiscard]] static float association_cost(const Track& known, const Light& light);
+  /// Cost of assigning `light` to `track`: an angle, rad, plus a term for the change of intensity.
+  [[nodiscard]] static float association_cost(const Track& track, const Light& light);
 
-  /// Of this frame's: seconds since the one before; 0 where time does not go on.
+  /// Sets the current time; returns the seconds since the previous frame, 0 where time does not advance.
   [[nodiscard]] float advance(ProbeTime time);
 
   std::vector<Track> tracks_;

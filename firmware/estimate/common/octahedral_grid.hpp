@@ -1,4 +1,5 @@
-// The texels of an octahedral square as parts of the sphere: where they look, and how much of it they hold.
+// Directions and solid angles of the texels of an octahedral map (Engelhardt & Dachsbacher 2008, "Octahedron
+// environment maps").
 #pragma once
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 
 namespace lightwell::estimate {
 
-/// A square of edge x edge texels, each taken at samples x samples points. Solid angles are normalised to the sphere.
+/// A square of edge x edge texels with samples x samples points each. Solid angles are normalized to a sum of 4 pi.
 struct OctahedralGrid {
   struct Sample {
     Vec3f direction;
@@ -29,8 +30,8 @@ struct OctahedralGrid {
       for (int j = j0; j < j0 + samples; ++j)
         for (int i = i0; i < i0 + samples; ++i) {
           const Vec3f d = oct_decode({(static_cast<float>(i) + 0.5F) / n, (static_cast<float>(j) + 0.5F) / n});
-          // The square is the octahedron |x|+|y|+|z| = 1 laid flat: a part dA of it, seen from the middle at the
-          // distance r, holds dA / r³ of the sphere, and r = 1 / (|x|+|y|+|z|) of the unit vector.
+          // The square is the unfolded octahedron |x|+|y|+|z| = 1. An area dA of it at the distance r from the centre
+          // has a solid angle proportional to dA / r³, with r = 1 / (|x|+|y|+|z|) for the unit vector.
           const double inverse = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
           const double sr = inverse * inverse * inverse;
           sample.push_back({d, static_cast<float>(sr)});
@@ -56,7 +57,7 @@ struct OctahedralGrid {
 
   int edge, samples;
   std::vector<double> solid_angle;  ///< Of each texel, sr.
-  std::vector<Sample> sample;       ///< Texel after texel, per_texel() each.
+  std::vector<Sample> sample;       ///< per_texel() for each texel, in the order of texels.
 };
 
 }  // namespace lightwell::estimate

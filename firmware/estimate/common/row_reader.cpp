@@ -11,14 +11,14 @@
 namespace lightwell::estimate {
 namespace {
 
-/// Of exposure_s * gain and its inverse: what is beyond would leave floats once it is squared.
+/// Largest exposure_s * gain, and largest inverse: squares of larger values overflow floats.
 constexpr double kMaxScale = 1e15;
 
 std::uint16_t word(const std::byte* at) {
   return static_cast<std::uint16_t>(std::to_integer<unsigned>(at[0]) | std::to_integer<unsigned>(at[1]) << 8);
 }
 
-/// Pictures need not be aligned.
+/// Float at an address that need not be aligned.
 float float_at(const std::byte* at) {
   float v;
   std::memcpy(&v, at, sizeof v);
@@ -42,17 +42,17 @@ RowReader::CodeTable::CodeTable(const PhotometricCalibration& photometry, int le
 }
 
 RowReader::RowReader(const RigParameters& rig, const RigTable& table) : rig_(rig), table_(table) {
-  std::size_t widest = 0;
+  std::size_t max_width = 0;
   for (const LensParameters& lens : rig.lenses) {
     const PhotometricCalibration& p = lens.photometry;
     tables_.push_back({{p, 256, 1}, {p, 1024, 1}, {p, 4096, 1}});
-    widest = std::max(widest, static_cast<std::size_t>(lens.width));
+    max_width = std::max(max_width, static_cast<std::size_t>(lens.width));
   }
-  for (auto& x : x_) x.resize(widest);
-  step_.resize(widest);
-  saturated_.resize(widest);
-  weight_.resize(widest);
-  ones_.assign(widest, 1.0F);
+  for (auto& x : x_) x.resize(max_width);
+  step_.resize(max_width);
+  saturated_.resize(max_width);
+  weight_.resize(max_width);
+  ones_.assign(max_width, 1.0F);
 }
 
 Status RowReader::bind(std::span<const Frame> bracket) {
@@ -62,35 +62,35 @@ Status RowReader::bind(std::span<const Frame> bracket) {
   for (const Frame& frame : bracket) {
     if (frame.views().empty() || frame.views().size() > rig_.lenses.size())
       return format_mismatch("it has " + std::to_string(frame.views().size()) + " views, the calibration " +
-                    std::to_string(rig_.lenses.size()) + " lenses");
+                             std::to_string(rig_.lenses.size()) + " lenses");
     Exposure& e = exposures_[exposure_count_++];
-    unsigned lenses_seen = 0;
+    unsigned lenses = 0;
     for (const View& v : frame.views()) {
       if (v.lens < 0 || static_cast<std::size_t>(v.lens) >= rig_.lenses.size())
         return format_mismatch("lens " + std::to_string(v.lens) + " is not in the calibration");
       const LensParameters& lens = rig_.lenses[static_cast<std::size_t>(v.lens)];
       if (v.width != lens.width || v.height != lens.height)
         return format_mismatch("lens " + std::to_string(v.lens) + " gives " + std::to_string(v.width) + "x" +
-                      std::to_string(v.height) + " pixels, its calibration speaks of " + std::to_string(lens.width) +
-                      "x" + std::to_string(lens.height));
+                               std::to_string(v.height) + " pixels, its calibration is for " +
+                               std::to_string(lens.width) + "x" + std::to_string(lens.height));
       const bool pairs_across = v.format != PixelFormat::rgb8 && v.format != PixelFormat::rgb_f32;
       const bool pairs_down = pairs_across && v.format != PixelFormat::yuyv;
       if ((pairs_across && v.width % 2 != 0) || (pairs_down && v.height % 2 != 0))
-        return format_mismatch(std::string(to_string(v.format)) + " needs an even size");
+        return format_mismatch("the size of a picture in " + std::string(to_string(v.format)) + " must be even");
       if (v.stride < packed_stride(v.format, v.width) || v.data.size() < picture_bytes(v.format, v.stride, v.height))
-        return format_mismatch("its data is shorter than its size says");
-      if ((lenses_seen >> v.lens & 1U) != 0) return format_mismatch("the same lens came twice");
-      lenses_seen |= 1U << v.lens;
+        return format_mismatch("the data of a picture is shorter than its stride and height require");
+      if ((lenses >> v.lens & 1U) != 0) return format_mismatch("it contains the same lens twice");
+      lenses |= 1U << v.lens;
       e.view[static_cast<std::size_t>(v.lens)] = v;
     }
-    if (exposure_count_ > 1 && lenses_seen != present_lenses_)
-      return format_mismatch("a bracket's exposures are of different lenses");
-    present_lenses_ = lenses_seen;
+    if (exposure_count_ > 1 && lenses != present_lenses_)
+      return format_mismatch("the exposures of a bracket contain different lenses");
+    present_lenses_ = lenses;
     const double exposure = frame.info.exposure_s * frame.info.gain;
     if (!(exposure > 0) || !std::isfinite(exposure))
       return format_mismatch("exposure_s * gain is " + std::to_string(exposure) + "; it must be positive and finite");
     if (!(exposure >= 1 / kMaxScale && exposure <= kMaxScale))
-      return format_mismatch("exposure_s * gain is " + std::to_string(exposure) + "; no camera exposes so");
+      return format_mismatch("exposure_s * gain is " + std::to_string(exposure) + "; it must be from 1e-15 to 1e15");
     e.radiance_per_linear = static_cast<float>(1 / exposure);
   }
   std::sort(exposures_.begin(), exposures_.begin() + static_cast<std::ptrdiff_t>(exposure_count_),
@@ -100,7 +100,7 @@ Status RowReader::bind(std::span<const Frame> bracket) {
 
 void RowReader::limit_exposures_per_block(const BlockLayout& layout, std::span<const std::uint8_t> exposures) {
   layout_ = &layout;
-  taken_ = exposures;
+  exposures_per_block_ = exposures;
 }
 
 void RowReader::load(const View& view, const Tables& tables, int y, int first, int end, SaturationHandling saturation) {
@@ -125,7 +125,7 @@ void RowReader::load(const View& view, const Tables& tables, int y, int first, i
         rgb8_of_ycbcr601(std::to_integer<int>(luma), std::to_integer<int>(cb), std::to_integer<int>(cr));
     put_code(i, tables.code8, v[0], v[1], v[2]);
     if (saturation != SaturationHandling::shared) return;
-    // With one colour, the pixel with the most luma has the largest codes.
+    // Of the pixels that share chroma, the one with the largest luma has the largest codes.
     const std::array<std::uint8_t, 3> most =
         rgb8_of_ycbcr601(std::to_integer<int>(max_luma), std::to_integer<int>(cb), std::to_integer<int>(cr));
     saturated[i] = std::max({most[0], most[1], most[2]}) >= tables.code8.saturated_from ? 1 : 0;
@@ -162,7 +162,7 @@ void RowReader::load(const View& view, const Tables& tables, int y, int first, i
     case PixelFormat::bayer_rggb8:
     case PixelFormat::bayer_rggb10:
     case PixelFormat::bayer_rggb12: {
-      // Each photosite stands for its 2x2 quad: energy and centroid of the quad are exact.
+      // Each pixel has the colour of its 2x2 quad (no interpolation), so that the energy of a quad is exact.
       const bool bytes = view.format == PixelFormat::bayer_rggb8;
       const CodeTable& table = bytes                                      ? tables.code8
                                : view.format == PixelFormat::bayer_rggb10 ? tables.code10
@@ -197,8 +197,8 @@ void RowReader::load(const View& view, const Tables& tables, int y, int first, i
 }
 
 float near_black_bias(float x, float step, float cut_noise) {
-  // Rounding errors cancel over many pixels once values spread over several codes, or noise spreads them; below, all
-  // pixels may be off by the same half step. Noise that is cut off at zero adds up to 0.4 deviations.
+  // Rounding errors average out where values or noise spread over several codes; otherwise all pixels may have the same
+  // error of half a step. Cutting off Gaussian noise at zero adds up to sigma / sqrt(2 pi) = 0.4 sigma.
   const float rounding = x < 4 * step && cut_noise < step ? 0.5F * step : 0;
   const float cut = x < 2 * cut_noise ? 0.4F * cut_noise : 0;
   return rounding + cut;
@@ -236,25 +236,25 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
   const auto at = static_cast<std::size_t>(lens);
   const LensTable& table = table_.lenses[at];
   const PhotometricCalibration& photometry = rig_.lenses[at].photometry;
-  // Floats are radiance already: a lens's and a sensor's ways have been taken off them.
-  const bool radiance_already = exposures_[0].view[at].format == PixelFormat::rgb_f32;
-  const std::size_t exposures = layout_ == nullptr ? exposure_count_ : taken_[layout_->block_of(lens, first, y)];
-  const float* inverse_vignetting = radiance_already
-                              ? ones_.data()
-                              : table.inverse_vignetting.data() +
-                                    static_cast<std::size_t>(y) * static_cast<std::size_t>(table.width) + first;
-  const auto noise = [&](double v) { return radiance_already ? 0.0F : static_cast<float>(v); };
+  // Floats are radiance: vignetting, response and white balance have been corrected.
+  const bool is_radiance = exposures_[0].view[at].format == PixelFormat::rgb_f32;
+  const std::size_t exposures =
+      layout_ == nullptr ? exposure_count_ : exposures_per_block_[layout_->block_of(lens, first, y)];
+  const float* inverse_vignetting =
+      is_radiance ? ones_.data()
+                  : table.inverse_vignetting.data() +
+                        static_cast<std::size_t>(y) * static_cast<std::size_t>(table.width) + first;
+  const auto noise = [&](double v) { return is_radiance ? 0.0F : static_cast<float>(v); };
   const float read2 = noise(photometry.read_noise * photometry.read_noise), shot = noise(photometry.shot_noise);
-  // With a black level the noise below black is kept, and cancels.
+  // With a black level, noise below black is kept and averages out.
   const float cut_noise = photometry.black_level < 2 * photometry.read_noise ? noise(photometry.read_noise) : 0.0F;
   float white[3];
-  for (std::size_t c = 0; c < 3; ++c)
-    white[c] = radiance_already ? 1.0F : static_cast<float>(photometry.white_balance[c]);
+  for (std::size_t c = 0; c < 3; ++c) white[c] = is_radiance ? 1.0F : static_cast<float>(photometry.white_balance[c]);
   float* radiance[3] = {out.r.data(), out.g.data(), out.b.data()};
   out.certain = false;
 
-  if (exposures == 1 && radiance_already) {
-    // Nothing to look up and nothing to doubt: straight from the picture.
+  if (exposures == 1 && is_radiance) {
+    // Single float frame: no lookup tables, no error estimates.
     const float k = scale_of_floats();
     const std::byte* in = floats(lens, y, first);
     float* __restrict r = out.r.data();
@@ -273,19 +273,19 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
          : exposure_count_ > 1     ? SaturationHandling::shared
                                    : SaturationHandling::own);
     const float k = e.radiance_per_linear;
-    // One walk, as runs are short.
+    // One loop over the three channels, because runs are short.
     const float* __restrict x0 = x_[0].data();
     const float* __restrict x1 = x_[1].data();
     const float* __restrict x2 = x_[2].data();
-    const float* __restrict bright = inverse_vignetting;
+    const float* __restrict vignetting_scale = inverse_vignetting;
     float* __restrict r = out.r.data();
     float* __restrict g = out.g.data();
     float* __restrict b = out.b.data();
     const float kr = k * white[0], kg = k * white[1], kb = k * white[2];
     for (std::size_t i = 0; i < n; ++i) {
-      r[i] = x0[i] * kr * bright[i];
-      g[i] = x1[i] * kg * bright[i];
-      b[i] = x2[i] * kb * bright[i];
+      r[i] = x0[i] * kr * vignetting_scale[i];
+      g[i] = x1[i] * kg * vignetting_scale[i];
+      b[i] = x2[i] * kb * vignetting_scale[i];
     }
     if (what == Reading::radiance) return;
     std::copy_n(saturated_.begin(), n, out.clipped.begin());
@@ -309,7 +309,7 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
       const float scale = e.radiance_per_linear;
       for (std::size_t i = 0; i < n; ++i) {
         if (saturated_[i] != 0) {
-          // Only a bound from below, of use where nothing better comes: the shortest exposure's is the highest.
+          // A lower bound, used where every exposure is saturated; that of the shortest exposure is the highest.
           if (out.clipped[i] != 0)
             for (int c = 0; c < 3; ++c) radiance[c][i] = std::max(radiance[c][i], x_[c][i] * scale);
           continue;
@@ -318,8 +318,8 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
           out.clipped[i] = 0;
           for (int c = 0; c < 3; ++c) radiance[c][i] = 0;
         }
-        // One weight for the three channels, that of the brightest, so that no exposure tints the others. A floor keeps
-        // it finite for a camera without stated noise; then all count alike in linear value.
+        // The three channels share one weight, by the brightest, so that merging does not change the colour. 1e-12
+        // keeps the weight finite for a camera without a noise model; the variances of linear values are then equal.
         const float x = std::max({x_[0][i], x_[1][i], x_[2][i], 0.0F});
         const float v = read2 + shot * x + step_[i] * step_[i] * (1.0F / 12) + 1e-12F;
         const float w = 1 / (v * scale * scale);
@@ -336,14 +336,14 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
     }
   }
 
-  // Only floats can hold what no light is. Values below black are noise of an integer sensor and stay: cutting them
-  // off would brighten the dark.
-  if (!radiance_already) return;
-  int bad = 0;
+  // Only floats can be invalid. Negative values of an integer sensor are noise and are kept: cutting them off would
+  // cause a bias.
+  if (!is_radiance) return;
+  int invalid = 0;
   for (const float* channel : radiance)
     for (std::size_t i = 0; i < n; ++i)
-      bad += static_cast<int>(!(channel[i] >= 0)) + static_cast<int>(channel[i] > kMaxRadiance);
-  if (bad == 0) return;
+      invalid += static_cast<int>(!(channel[i] >= 0)) + static_cast<int>(channel[i] > kMaxRadiance);
+  if (invalid == 0) return;
   if (out.certain) {
     std::fill_n(out.variance.begin(), n, 0.0F);
     std::fill_n(out.bias.begin(), n, 0.0F);
@@ -355,17 +355,17 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
     for (std::size_t i = 0; i < n; ++i)
       if (radiance[c][i] <= kMaxRadiance) largest = std::max(largest, radiance[c][i]);
   for (std::size_t i = 0; i < n; ++i) {
-    bool touched = false;
+    bool replaced = false;
     for (int c = 0; c < 3; ++c) {
       float& v = radiance[c][i];
       if (v >= 0 && v <= kMaxRadiance) continue;
-      touched = true;
-      // Infinite light is at least the strongest that is finite beside it; how much more, nobody knows.
+      replaced = true;
+      // Infinite radiance is replaced by a lower bound: the largest finite value of the run.
       out.clipped[i] = v > kMaxRadiance ? 1 : out.clipped[i];
       v = v > kMaxRadiance ? largest : 0;
     }
-    if (touched) {
-      ++counts.cleaned;
+    if (replaced) {
+      ++counts.invalid_pixels;
       if (!std::isfinite(out.variance[i])) out.variance[i] = 0;
     }
   }

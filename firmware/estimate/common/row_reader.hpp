@@ -1,5 +1,5 @@
-// Linear radiance of a run of pixels of any format, merged from any number of exposures, pixel by pixel. The vectorised
-// passes of panorama/ (code_pass, bracket_pass, code_weights, row_profiler) decode integer formats without it.
+// Converts a run of pixels of any format to linear radiance, merged from the exposures of a bracket, pixel by pixel.
+// The SIMD passes of panorama/ (code_pass, bracket_pass, code_weights, row_profiler) decode integer formats without it.
 #pragma once
 
 #include <array>
@@ -16,66 +16,69 @@ namespace lightwell::estimate {
 
 class BlockLayout;
 
-/// A run of pixels of one row. Planar, so that sums over rows vectorise.
+/// A run of pixels of one row, planar, so that loops vectorize.
 struct LinearRow {
   std::vector<float> r, g, b;   ///< Radiance in units of (linear value / (exposure_s * gain * vignetting)).
-  std::vector<float> variance;  ///< Of the radiance, luminance-like: one number for the three channels.
-  std::vector<float> bias;      ///< Near black, what rounding to codes and cutting off noise may hide, all one way.
-  std::vector<std::uint8_t> clipped;  ///< 1 where every exposure was saturated: the radiance is at least this.
-  bool certain = false;  ///< No variance, no bias, nothing clipped: the three above are all zero and need no look.
+  std::vector<float> variance;  ///< Of the radiance, one value for the three channels.
+  std::vector<float> bias;      ///< Possible common bias near black, by rounding to codes and by cutting off noise.
+  std::vector<std::uint8_t> clipped;  ///< 1 where every exposure was saturated: the radiance is a lower bound.
+  bool certain = false;  ///< Variance, bias and clipped are zero for the whole run, and their arrays are not filled.
 
   explicit LinearRow(int width);
 };
 
-/// How much of a linear value near black may be missing or too much for every pixel alike. `step`: to the next code;
-/// `cut_noise`: deviation of noise where it is cut off at black.
+/// Possible bias of a linear value near black that is common to all pixels. `step`: difference to the next code;
+/// `cut_noise`: standard deviation of noise that is cut off at black, 0 where it is not.
 [[nodiscard]] float near_black_bias(float x, float step, float cut_noise);
 
-/// What reading found in a bracket.
+/// Statistics of the pixels that were read.
 struct ReadStatistics {
-  std::uint64_t cleaned = 0;  ///< Pixels with NaN, infinite or negative radiance.
+  std::uint64_t invalid_pixels = 0;  ///< Pixels with NaN, negative radiance, or radiance above kMaxRadiance.
 };
 
-/// Reads brackets of one rig, one after another.
+/// Reads brackets of one rig, one after another. Not thread-safe.
 class RowReader {
  public:
-  /// Radiance beyond this counts as infinite: integrals of it must stay numbers that the wire can hold.
+  /// Radiance above this counts as infinite, so that integrals can be encoded.
   static constexpr float kMaxRadiance = 1e30F;
 
-  /// What read() fills: radiance alone, or clipped too, or all.
+  /// Members that read() fills: r, g, b; these and `clipped`; or all.
   enum class Reading { radiance, with_clipped, with_errors };
 
   explicit RowReader(const RigParameters& rig, const RigTable& table);
 
-  /// invalid_argument where the frames do not fit the rig or each other. The frames must stay until the next bind().
+  /// Returns invalid_argument where the frames do not match the rig or each other. Refers to the frames until the next
+  /// bind().
   [[nodiscard]] Status bind(std::span<const Frame> bracket);
 
-  /// A camera of a pair may be gone: its lens is then not in the bracket.
+  /// Whether the bracket contains the lens; a camera of a pair may be missing.
   [[nodiscard]] bool has(int lens) const { return (present_lenses_ >> lens & 1U) != 0; }
 
-  /// How many pixels share one sample of colour in the bracket that is bound: where a small light falls within them,
-  /// its colour and energy do not tell.
+  /// Number of pixels that share one chroma sample in the bound bracket. Colour and energy of a light smaller than that
+  /// are not determined.
   [[nodiscard]] int pixels_per_color() const;
-  /// Whether luma is each pixel's own although colour is shared.
+  /// Whether each pixel has its own luma sample although chroma is shared (NV12, YUYV).
   [[nodiscard]] bool has_luma() const;
 
-  /// Until the next bind(), reads take of the block that they begin in only as many of the shortest exposures as
-  /// `exposures` says, and must not reach beyond it. Both must stay until then.
+  /// Until the next bind(), reads in block k use only the exposures[k] shortest exposures; a read must not extend
+  /// beyond its block. Refers to both arguments until then.
   void limit_exposures_per_block(const BlockLayout& layout, std::span<const std::uint8_t> exposures);
 
-  /// Pixel `first` of row y where the bracket is one picture of floats, which are radiance but for a factor; else null.
+  /// Pixel `first` of row y where the bracket is a single float frame (radiance is the value times scale_of_floats());
+  /// otherwise null.
   [[nodiscard]] const std::byte* floats(int lens, int y, int first) const;
   [[nodiscard]] float scale_of_floats() const { return exposures_[0].radiance_per_linear; }
 
-  /// Pixels [first, end) of row y of a lens into entries 0 to end - first of `out`. Several exposures are merged by the
-  /// inverse of each one's variance of radiance (read and shot noise, rounding); saturated values have no weight.
+  /// Reads pixels [first, end) of row y of a lens into elements [0, end - first) of `out`. Exposures are merged with
+  /// weights of the inverse variance of radiance (read noise, shot noise, rounding; Hasinoff et al. 2010,
+  /// "Noise-optimal capture for high dynamic range photography"); saturated values have weight 0.
   void read(int lens, int y, int first, int end, Reading what, LinearRow& out, ReadStatistics& counts);
 
  private:
-  /// By picture value of one depth.
+  /// Lookup tables by code, for one bit depth.
   struct CodeTable {
     std::vector<float> linear;
-    std::vector<float> step;  ///< To the next value below, by which rounding is judged.
+    std::vector<float> step;  ///< Difference to the next lower value, for the variance of rounding.
     unsigned saturated_from = 0;
 
     CodeTable(const PhotometricCalibration& photometry, int levels, float values_per_step);
@@ -88,8 +91,8 @@ class RowReader {
     float radiance_per_linear = 1;  ///< 1 / (exposure_s * gain)
   };
 
-  /// What load() fills besides the linear values: nothing; the steps and what is saturated; and so that pixels that
-  /// share their colour with a saturated one count as saturated, as it is wrong there.
+  /// What load() fills besides the linear values: nothing; steps and saturation; or these, with pixels that share their
+  /// chroma with a saturated pixel counted as saturated, because their colour is wrong.
   enum class SaturationHandling { none, own, shared };
   void load(const View& view, const Tables& tables, int y, int first, int end, SaturationHandling saturation);
 
@@ -98,10 +101,10 @@ class RowReader {
   std::vector<Tables> tables_;
   std::array<Exposure, kMaxBracket> exposures_{};  ///< Shortest first.
   std::size_t exposure_count_ = 0;
-  const BlockLayout* layout_ = nullptr;  ///< Null: all exposures count everywhere.
-  std::span<const std::uint8_t> taken_;
-  unsigned present_lenses_ = 0;  ///< A bit each.
-  // One exposure's linear values, 0 to 1, the size of a value's step and whether it is saturated.
+  const BlockLayout* layout_ = nullptr;  ///< Null: all exposures are used everywhere.
+  std::span<const std::uint8_t> exposures_per_block_;
+  unsigned present_lenses_ = 0;  ///< Bit mask.
+  // Of one exposure: linear values, 0 to 1, quantization steps and saturation.
   std::vector<float> x_[3], step_;
   std::vector<std::uint8_t> saturated_;
   std::vector<float> weight_, ones_;

@@ -9,34 +9,35 @@ namespace {
 
 constexpr double kInnovationThreshold = 2.5;
 constexpr double kChangeThreshold = 4;
-// What passes for a step where the clock stands still.
+// Time step, s, where the clock stands still.
 constexpr double kNominalStep = 1.0 / 30;
-constexpr int kSmoothedCoefficients = sh_count(kMaxBand);
+constexpr int kInnovationCoefficients = sh_count(kMaxBand);
 
-/// `slowest` for what noise explains, 1 for what it does not.
-double gain_for_innovation(double normalized_innovation, double slowest) {
+/// `min_gain` for an innovation that noise explains, 1 for one that it does not.
+double gain_for_innovation(double normalized_innovation, double min_gain) {
   if (!(normalized_innovation < kChangeThreshold)) return 1;
-  return slowest + (1 - slowest) * std::max(0.0, (normalized_innovation - kInnovationThreshold) / (kChangeThreshold - kInnovationThreshold));
+  return min_gain + (1 - min_gain) * std::max(0.0, (normalized_innovation - kInnovationThreshold) /
+                                                       (kChangeThreshold - kInnovationThreshold));
 }
 
-/// Variance of a mean, with what a new value of variance `fresh` and weight `gain` adds.
+/// Variance of a mean after a new value with variance `fresh` and weight `gain`.
 double variance_after(double variance, double gain, double fresh) {
   return (1 - gain) * (1 - gain) * variance + gain * gain * fresh;
 }
 
-double mixed(double old, double fresh, double gain) { return gain < 1 ? old + gain * (fresh - old) : fresh; }
+double interpolate(double old, double fresh, double gain) { return gain < 1 ? old + gain * (fresh - old) : fresh; }
 
-/// Replaces what is not finite. True where there was nothing to replace.
+/// Replaces coefficients that are not finite. Returns true where all were finite.
 bool replace_non_finite(Projection& scene, const Projection& by) {
-  bool sound = true;
+  bool all_finite = true;
   for (std::size_t i = 0; i < kRowCount; ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       if (std::isfinite(scene.c[i][k])) continue;
       scene.c[i][k] = by.c[i][k];
-      sound = false;
+      all_finite = false;
     }
   }
-  return sound;
+  return all_finite;
 }
 
 bool finite(const Light& light) {
@@ -48,9 +49,9 @@ bool finite(const Light& light) {
          std::isfinite(c[2]);
 }
 
-/// The same covariance, said in the tangent basis of another direction nearby: that basis turns by half where z
+/// Converts a covariance to the tangent basis of another direction nearby: that basis is rotated by 180 degrees where z
 /// changes its sign.
-std::array<float, 3> in_basis_of(const std::array<float, 3>& covariance, Vec3f from, Vec3f to) {
+std::array<float, 3> change_basis(const std::array<float, 3>& covariance, Vec3f from, Vec3f to) {
   const auto old = tangent_basis(vec_cast<double>(from)), fresh = tangent_basis(vec_cast<double>(to));
   const auto variance = [&](std::size_t a, std::size_t b) {
     const double au = dot(fresh[a], old[0]), av = dot(fresh[a], old[1]);
@@ -61,7 +62,8 @@ std::array<float, 3> in_basis_of(const std::array<float, 3>& covariance, Vec3f f
   return {variance(0, 0), variance(0, 1), variance(1, 1)};
 }
 
-/// Means of unit vectors are shorter than one; vectors that are as long as floats allow stay as they are to the bit.
+/// Normalizes means of unit vectors, which are shorter than 1. Vectors of length 1 within float precision are returned
+/// bit for bit.
 Vec3f unit(Vec3d d) {
   const double l = length(d);
   return std::abs(l - 1) < 2e-7 ? vec_cast<float>(d) : vec_cast<float>(normalized(d));
@@ -72,12 +74,12 @@ Vec3f unit(Vec3d d) {
 Smoother::Smoother(double time_constant_s) : tau_s_(time_constant_s > 0 ? time_constant_s : 0) {
   Projection ones;
   for (auto& c : ones.c) c = {1, 1, 1};
-  white_ = irradiance_rms(ones).plain;
+  white_rms_ = irradiance_rms(ones).plain;
 }
 
 void Smoother::reset() {
   started_ = false;
-  changed_ = false;
+  previous_frame_changed_ = false;
   light_count_ = 0;
   variance_ = 0;
   smoothed_ = {};
@@ -87,20 +89,20 @@ double Smoother::residual_noise() const { return std::sqrt(variance_); }
 
 double Smoother::normalized_innovation(const Projection& difference, const IrradianceRms& rms) const {
   double squares = 0;
-  for (std::size_t i = 0; i < kSmoothedCoefficients; ++i)
+  for (std::size_t i = 0; i < kInnovationCoefficients; ++i)
     for (const double v : difference.c[i]) squares += v * v;
   const double irradiance = std::max(rms.plain, rms.weighted);
-  return std::max(irradiance, white_ * std::sqrt(squares / (3 * kSmoothedCoefficients)));
+  return std::max(irradiance, white_rms_ * std::sqrt(squares / (3 * kInnovationCoefficients)));
 }
 
 IrradianceRms Smoother::apply(Projection& scene, std::span<Light> lights, ProbeTime time, double noise_rms) {
-  bool sound = replace_non_finite(scene, smoothed_);
+  bool all_finite = replace_non_finite(scene, smoothed_);
   for (Light& light : lights) {
     if (finite(light)) continue;
     light = {.direction = {0, 0, -1}, .irradiance = {}, .track = light.track};
-    sound = false;
+    all_finite = false;
   }
-  // Differences of doubles: those of clocks gone mad do not overflow.
+  // In double: the difference of invalid times may overflow 64 bits.
   double dt = (static_cast<double>(time.ns) - static_cast<double>(time_.ns)) * 1e-9;
   if (dt < 0) reset();
   if (dt == 0) dt = kNominalStep;
@@ -112,73 +114,76 @@ IrradianceRms Smoother::apply(Projection& scene, std::span<Light> lights, ProbeT
     for (std::size_t k = 0; k < 3; ++k) difference.c[i][k] = scene.c[i][k] - smoothed_.c[i][k];
   const IrradianceRms all = irradiance_rms(difference);
 
-  double gain = 1, slowest = 1;
+  double gain = 1, min_gain = 1;
   const double expected = variance_ + noise * noise;
   if (started_ && noise > 0 && tau_s_ > 0 && expected > 0) {
     const double at_rest = -std::expm1(-dt / tau_s_);
-    const double surprised = normalized_innovation(difference, all) / std::sqrt(expected);
-    slowest = at_rest;
-    gain = changed_ ? 1 : gain_for_innovation(surprised, std::max(variance_ / expected, at_rest));
-    changed_ = !(surprised < kChangeThreshold);
+    const double innovation = normalized_innovation(difference, all) / std::sqrt(expected);
+    min_gain = at_rest;
+    gain = previous_frame_changed_ ? 1 : gain_for_innovation(innovation, std::max(variance_ / expected, at_rest));
+    previous_frame_changed_ = !(innovation < kChangeThreshold);
   } else {
-    changed_ = false;
+    previous_frame_changed_ = false;
   }
   started_ = noise > 0;
   variance_ = variance_after(variance_, gain, noise * noise);
-  smooth_lights(lights, gain, slowest, noise);
+  smooth_lights(lights, gain, min_gain, noise);
   for (std::size_t i = 0; i < kRowCount; ++i)
     for (std::size_t k = 0; k < 3; ++k)
       smoothed_.c[i][k] = gain < 1 ? smoothed_.c[i][k] + gain * difference.c[i][k] : scene.c[i][k];
   scene = smoothed_;
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
-  if (!sound) return {kInfinite, kInfinite};
+  if (!all_finite) return {kInfinite, kInfinite};
   return gain < 1 ? IrradianceRms{(1 - gain) * all.plain, (1 - gain) * all.weighted} : IrradianceRms{};
 }
 
-/// `gain` is that of the scene; no light is slower than `slowest`, nor than the mean of the frames that it was seen in.
-void Smoother::smooth_lights(std::span<Light> lights, double gain, double slowest, double noise_rms) {
+/// `gain`: that of the scene. The gain of a light is at least `gain`, `min_gain` and that of the mean over the frames
+/// in which its track was found.
+void Smoother::smooth_lights(std::span<Light> lights, double gain, double min_gain, double noise_rms) {
   std::swap(lights_, previous_lights_);
-  const std::span<const SmoothedLight> former(previous_lights_.data(), light_count_);
+  const std::span<const SmoothedLight> previous(previous_lights_.data(), light_count_);
   light_count_ = 0;
   for (Light& light : lights) {
     if (light.track == 0 || light_count_ == lights_.size()) continue;
-    SmoothedLight& lamp = lights_[light_count_++];
+    SmoothedLight& smoothed = lights_[light_count_++];
     const Vec3d found = vec_cast<double>(light.direction);
-    const auto old = std::find_if(former.begin(), former.end(), [&](const SmoothedLight& f) { return f.track == light.track; });
-    double own = 1;
-    lamp = {};
-    lamp.track = light.track;
-    if (old != former.end()) {
-      lamp = *old;
-      // A lamp of vector irradiance E gives E / sqrt(6) RMS over all normals.
+    const auto old =
+        std::find_if(previous.begin(), previous.end(), [&](const SmoothedLight& f) { return f.track == light.track; });
+    double light_gain = 1;
+    smoothed = {};
+    smoothed.track = light.track;
+    if (old != previous.end()) {
+      smoothed = *old;
+      // A light of vector irradiance E causes an RMS irradiance of E / sqrt(6) over all normals.
       double squares = 0;
       for (int k = 0; k < 3; ++k) {
-        const double more = light.irradiance[k] - lamp.irradiance[static_cast<std::size_t>(k)];
+        const double more = light.irradiance[k] - smoothed.irradiance[static_cast<std::size_t>(k)];
         squares += more * more / 18;
       }
-      const auto deviations = [&](double squared, double variance) {
-        return squared == 0 ? 0 : std::sqrt(squared / (std::max(variance, 0.0) * (1 + lamp.variance)));
+      const auto in_sigmas = [&](double squared, double variance) {
+        return squared == 0 ? 0 : std::sqrt(squared / (std::max(variance, 0.0) * (1 + smoothed.variance)));
       };
-      const Vec3d off = found - lamp.direction;
-      const double brightness = deviations(squares, noise_rms * noise_rms);
-      const double place =
-          deviations(dot(off, off), static_cast<double>(light.direction_covariance[0]) + light.direction_covariance[2]);
-      const double at_rest = std::max(lamp.variance / (1 + lamp.variance), slowest);
-      own = std::max(gain, gain_for_innovation(std::max(brightness, place), at_rest));
+      const Vec3d off = found - smoothed.direction;
+      const double irradiance_change = in_sigmas(squares, noise_rms * noise_rms);
+      const double direction_change =
+          in_sigmas(dot(off, off), static_cast<double>(light.direction_covariance[0]) + light.direction_covariance[2]);
+      const double at_rest = std::max(smoothed.variance / (1 + smoothed.variance), min_gain);
+      light_gain = std::max(gain, gain_for_innovation(std::max(irradiance_change, direction_change), at_rest));
     }
-    lamp.variance = variance_after(lamp.variance, own, 1);
-    lamp.direction = {mixed(lamp.direction.x, found.x, own), mixed(lamp.direction.y, found.y, own),
-                      mixed(lamp.direction.z, found.z, own)};
+    smoothed.variance = variance_after(smoothed.variance, light_gain, 1);
+    smoothed.direction = {interpolate(smoothed.direction.x, found.x, light_gain),
+                          interpolate(smoothed.direction.y, found.y, light_gain),
+                          interpolate(smoothed.direction.z, found.z, light_gain)};
     for (int k = 0; k < 3; ++k) {
-      double& e = lamp.irradiance[static_cast<std::size_t>(k)];
-      e = mixed(e, light.irradiance[k], own);
+      double& e = smoothed.irradiance[static_cast<std::size_t>(k)];
+      e = interpolate(e, light.irradiance[k], light_gain);
       light.irradiance[k] = static_cast<float>(e);
     }
-    lamp.angular_radius_rad = mixed(lamp.angular_radius_rad, light.angular_radius_rad, own);
-    light.angular_radius_rad = static_cast<float>(lamp.angular_radius_rad);
-    const Vec3f direction = unit(lamp.direction);
+    smoothed.angular_radius_rad = interpolate(smoothed.angular_radius_rad, light.angular_radius_rad, light_gain);
+    light.angular_radius_rad = static_cast<float>(smoothed.angular_radius_rad);
+    const Vec3f direction = unit(smoothed.direction);
     if (direction == light.direction) continue;
-    light.direction_covariance = in_basis_of(light.direction_covariance, light.direction, direction);
+    light.direction_covariance = change_basis(light.direction_covariance, light.direction, direction);
     light.direction = direction;
   }
 }

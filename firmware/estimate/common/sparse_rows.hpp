@@ -1,4 +1,4 @@
-// Linear maps between lists of colours, a few weights a row: worked out once, applied at the camera's rate.
+// Sparse matrix that is applied to arrays of colours.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace lightwell::estimate {
 
-/// Three channels and a lane that holds nothing, so that one load fetches a colour.
+/// Three channels and padding, so that one vector load reads a colour.
 struct alignas(16) Rgbx {
   std::array<float, 4> v{};
 };
@@ -29,11 +29,11 @@ class SparseRows {
   [[nodiscard]] std::size_t rows() const { return end_.size(); }
   [[nodiscard]] std::size_t entries() const { return entries_.size(); }
 
-  /// `out` has rows() places, which may follow those of `in` in the same list.
+  /// `out` has rows() elements, which may follow those of `in` in the same array.
   void apply(std::span<const Rgbx> in, std::span<Rgbx> out) const {
     std::size_t at = 0;
     for (std::size_t row = 0; row < end_.size(); ++row) {
-      // Four sums: one alone would wait for its own last addition each time.
+      // Four independent sums hide the latency of additions.
       std::array<Rgbx, 4> sum{};
       const std::size_t end = end_[row];
       for (; at + 4 <= end; at += 4)

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kSphere = 4 * std::numbers::pi;
 
-BandWeights computed_weights() {
+BandWeights compute_weights() {
   BandWeights out{};
   std::size_t at = 0;
   const auto put = [&](int l, double k2) {
@@ -25,27 +25,27 @@ BandWeights computed_weights() {
   const GgxLobe lobe(BandWeights::kRoughness);
   const auto low = lobe.coefficients();
   for (int l = 0; l <= kMaxBand; ++l) put(l, low[static_cast<std::size_t>(l)] * low[static_cast<std::size_t>(l)]);
-  double seen = 0, above = 0;
+  double counted = 0, above = 0;
   for (const int l : kTailBands) {
-    // K_l by its definition, the integral of the lobe against P_l; an odd band that is not looked at is taken to be
-    // as strong as the even one above it.
+    // K_l by its definition, the integral of the lobe times P_l. Odd bands are not computed from images; each is
+    // assumed to be as strong as the even band above it.
     const auto k = [&](int band) {
       return 2 * std::numbers::pi *
              lobe.integral(0, 1, [&](double x) { return std::legendre(static_cast<unsigned>(band), x); });
     };
     const double even = k(l), odd = k(l - 1);
     put(l, even * even + odd * odd * (2 * l - 1) / (2 * l + 1));
-    seen += (2 * l + 1) * cosine_lobe(l) * cosine_lobe(l);
+    counted += (2 * l + 1) * cosine_lobe(l) * cosine_lobe(l);
   }
   for (int l = kTailBands.back() + 2; l <= 400; l += 2) above += (2 * l + 1) * cosine_lobe(l) * cosine_lobe(l);
-  out.above_irradiance = above / seen;
+  out.above_irradiance = above / counted;
   return out;
 }
 
 }  // namespace
 
 const BandWeights& band_weights() {
-  static const BandWeights weights = computed_weights();
+  static const BandWeights weights = compute_weights();
   return weights;
 }
 

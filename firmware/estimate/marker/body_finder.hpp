@@ -1,4 +1,4 @@
-// Where the body is, as a value: what the estimator asks of whoever knows AprilTags.
+// Interface between the marker estimator and the tag detector: finds the body's pose in a frame.
 #pragma once
 
 #include <optional>
@@ -12,25 +12,25 @@ namespace lightwell {
 
 struct DetectedBody {
   UncertainPose probe_body;  ///< T_probe_body.
-  int tags = 0;              ///< That agree with it.
+  int tags = 0;              ///< Number of tags that agree with the pose.
   bool ambiguous = false;    ///< Another attitude explains the tags nearly as well.
 };
 
-/// By how much pictures are decimated before tags are detected.
+/// Decimation of the image before tags are detected.
 struct FinderDecimation {
-  double searched = 1.5;  ///< Of the whole picture, 1 to 8.
-  double followed = 0;    ///< Of the part where the body is expected, 1 to 8; 0: from the size of the tags.
+  double full_search = 1.5;  ///< Of the whole image, 1 to 8.
+  double tracked = 0;        ///< Of the part where the body is expected, 1 to 8; 0: depends on the size of the tags.
 };
 
-/// Hypothesis of every picture in the order of time. One thread.
+/// Must be given all frames, in the order of time. Not thread-safe.
 class BodyFinder {
  public:
   virtual ~BodyFinder() = default;
 
-  /// Takes effect with the next picture. Values are in their ranges.
+  /// Takes effect with the next frame. The values must be in range.
   virtual void set_decimation(const FinderDecimation& decimation) = 0;
 
-  /// Nothing where the body is not in the picture. invalid_argument: a picture that cannot be read.
+  /// nullopt where the body is not in the image. Returns invalid_argument where the frame cannot be read.
   [[nodiscard]] virtual Result<std::optional<DetectedBody>> find(const View& view, const FrameInfo& info) = 0;
 };
 

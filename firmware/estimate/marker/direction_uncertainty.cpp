@@ -11,14 +11,15 @@
 namespace lightwell::marker {
 namespace {
 
-/// How wide a light could be, rad, and what chi square may grow by where it explains the faces as well.
+/// Radii of the discs that are tried in place of a point light, and the increase of chi square up to which a disc
+/// explains the faces as well.
 constexpr std::array kSourceRadii_rad = {0.2, 0.4, 0.7, 1.0};
 constexpr double kMaxChiSquareIncrease = 16;
-/// How far off a direction may be where the model does not explain what was seen, rad.
+/// Standard deviation of a direction where point lights do not explain the observations.
 constexpr double kModelMisfit_rad = 0.2;
 
-/// From unit vector `from` to `to` along the great circle, in tangent_basis(from), rad.
-Eigen::Vector2d turn_of(Vec3d from, Vec3d to) {
+/// Logarithmic map: the vector from unit vector `from` to `to` along the great circle, in tangent_basis(from), rad.
+Eigen::Vector2d great_circle_offset(Vec3d from, Vec3d to) {
   const auto [u, v] = tangent_basis(from);
   const double angle = angle_between(from, to), x = dot(to, u), y = dot(to, v), across = std::hypot(x, y);
   if (!(across > 0)) return {angle, 0};
@@ -34,14 +35,15 @@ std::size_t strongest(const LightModel& model) {
 
 }  // namespace
 
-Eigen::Matrix2d multimodal_covariance(const Fit& best, std::size_t which, LightSearch& search, ObservationSet observation_set) {
+Eigen::Matrix2d multimodal_covariance(const Fit& best, std::size_t which, LightSearch& search,
+                                      ObservationSet observation_set) {
   const Vec3d direction = best.model.lights[which].direction;
   const Eigen::Matrix2d own = best.covariance[which].topLeftCorner<2, 2>();
 
-  std::vector<PointLight> beside = best.model.lights;
-  beside.erase(beside.begin() + static_cast<std::ptrdiff_t>(which));
-  const LightSearch::ChiSquareMap map = search.chi_square_map(observation_set, beside);
-  // The landscape knows no bounds: measured from its own lowest place, if that is lower.
+  std::vector<PointLight> fixed_lights = best.model.lights;
+  fixed_lights.erase(fixed_lights.begin() + static_cast<std::ptrdiff_t>(which));
+  const LightSearch::ChiSquareMap map = search.chi_square_map(observation_set, fixed_lights);
+  // The grid search has no lower bounds on parameters, so that its minimum may be below that of the fit.
   double lowest = best.chi_square;
   for (const double chi : map.chi_square) lowest = std::min(lowest, chi);
   double mass = 2 * std::numbers::pi * std::sqrt(std::max(own.determinant(), 1e-18));
@@ -49,8 +51,8 @@ Eigen::Matrix2d multimodal_covariance(const Fit& best, std::size_t which, LightS
   for (std::size_t i = 0; i < map.directions.size(); ++i) {
     const double weight = map.solid_angle * std::exp(-(map.chi_square[i] - lowest) / 2);
     if (weight < 1e-9) continue;
-    const Eigen::Vector2d turn = turn_of(direction, map.directions[i]);
-    spread += weight * turn * turn.transpose();
+    const Eigen::Vector2d offset = great_circle_offset(direction, map.directions[i]);
+    spread += weight * offset * offset.transpose();
     mass += weight;
   }
   return spread / mass;
@@ -65,15 +67,15 @@ Eigen::Matrix2d model_averaged_covariance(const FitCandidates& candidates, std::
     if (fit.model.lights.empty()) continue;
     const double weight = std::exp(-(fit.bic() - best.bic()) / 2);
     if (weight < 1e-6) continue;
-    // The same lamp in the other model: the strongest of it for the strongest, else the nearest.
+    // The corresponding light of the other model: its strongest for the strongest light, else the nearest.
     std::size_t same = strongest(fit.model);
     if (which != strongest(best.model))
       for (std::size_t k = 0; k < fit.model.lights.size(); ++k)
         if (angle_between(direction, fit.model.lights[k].direction) <
             angle_between(direction, fit.model.lights[same].direction))
           same = k;
-    const Eigen::Vector2d turn = turn_of(direction, fit.model.lights[same].direction);
-    out += weight * turn * turn.transpose();
+    const Eigen::Vector2d offset = great_circle_offset(direction, fit.model.lights[same].direction);
+    out += weight * offset * offset.transpose();
     models += weight;
   }
   return out / models;
@@ -82,19 +84,19 @@ Eigen::Matrix2d model_averaged_covariance(const FitCandidates& candidates, std::
 Eigen::Matrix2d transport_covariance(const Eigen::Matrix2d& covariance, Vec3d from, Vec3d to) {
   const auto [u, v] = tangent_basis(from);
   const auto [s, t] = tangent_basis(to);
-  Eigen::Matrix2d turn;
-  turn << dot(s, u), dot(s, v), dot(t, u), dot(t, v);
-  return turn * covariance * turn.transpose();
+  Eigen::Matrix2d rotation;
+  rotation << dot(s, u), dot(s, v), dot(t, u), dot(t, v);
+  return rotation * covariance * rotation.transpose();
 }
 
 double source_size_variance(const Fit& best, std::size_t which, const LightSearch& search) {
-  std::vector<PointLight> beside = best.model.lights;
-  beside.erase(beside.begin() + static_cast<std::ptrdiff_t>(which));
-  const PointLight& lamp = best.model.lights[which];
-  const double as_point = search.chi_square_of(lamp, 0, beside);
+  std::vector<PointLight> fixed_lights = best.model.lights;
+  fixed_lights.erase(fixed_lights.begin() + static_cast<std::ptrdiff_t>(which));
+  const PointLight& light = best.model.lights[which];
+  const double as_point = search.chi_square_of(light, 0, fixed_lights);
   double widest = 0;
   for (const double radius : kSourceRadii_rad)
-    if (search.chi_square_of(lamp, radius, beside) < as_point + kMaxChiSquareIncrease) widest = radius;
+    if (search.chi_square_of(light, radius, fixed_lights) < as_point + kMaxChiSquareIncrease) widest = radius;
   return widest * widest / 4;
 }
 

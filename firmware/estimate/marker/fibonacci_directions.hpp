@@ -1,4 +1,4 @@
-// Directions that are spread evenly over the sphere.
+// Evenly spaced directions on the sphere.
 #pragma once
 
 #include <cmath>
@@ -9,8 +9,8 @@
 
 namespace lightwell::marker {
 
-/// `count` unit vectors on a spiral from pole to pole, each for 4 pi / count steradians (Gonzalez 2010, "Measurement of
-/// areas on a sphere using Fibonacci and latitude-longitude lattices").
+/// `count` unit vectors on a spiral from pole to pole (Fibonacci lattice), each representing 4 pi / count sr (Gonzalez
+/// 2010, "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices").
 [[nodiscard]] inline std::vector<Vec3d> fibonacci_directions(int count) {
   std::vector<Vec3d> out;
   const double golden = std::numbers::pi * (3 - std::sqrt(5.0));

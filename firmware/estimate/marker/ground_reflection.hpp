@@ -1,17 +1,17 @@
-// Light that the table sends to the body: seen in the picture, so that it need not be guessed.
+// Light that the ground plane (the table) reflects onto the body, computed from its radiance in the image.
 #pragma once
 
 #include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker {
 
-/// Tells each sample of the faces the irradiance that comes from the table's samples, a small part of the plane each.
-/// Radiance of the samples of both is in the same units. Where the body or the picture's edge hides the table, what is
-/// seen of it at the same distance from the body stands in.
+/// Sets SurfaceSample::from_ground: the irradiance by the patches of the ground plane. Both kinds of samples must be in
+/// the same units. Patches that the body or the image's edge hides get the mean radiance of the visible ones at the
+/// same distance from the body.
 void estimate_ground_reflection(Shading& shading);
 
-/// Takes what was found out of the faces' irradiance: for who takes what lies around the body for a table. It is not
-/// quite sure: a fifth of it goes into the samples' deviation.
+/// Subtracts from_ground from the faces' irradiance, at most down to 0, and adds a fifth of it to the samples' sigma in
+/// quadrature. For the hypothesis that the surroundings are a ground plane.
 void subtract_ground_reflection(Shading& shading);
 
 }  // namespace lightwell::marker

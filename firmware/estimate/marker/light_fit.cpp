@@ -13,46 +13,47 @@
 namespace lightwell::marker {
 namespace {
 
-/// Steps of the shadow's derivative: a tenth of a degree, and a lamp at a metre that moves by a centimetre.
-constexpr double kTurn = 0.002, kInverse = 0.01;
-/// Light from all around has a slope even where there is hardly any of it: at least as that of this share of the mean
-/// irradiance.
+/// Steps of the numerical derivatives of the shadow: 0.1 degrees, and 1 cm for a light at 1 m.
+constexpr double kDirectionStep_rad = 0.002, kInverseDistanceStep = 0.01;
+/// The prior of the ambient light's linear coefficients is relative to at least this share of the mean irradiance.
 constexpr double kMinAmbientFraction = 0.02;
-/// Where the linear parameters are begun: this share of the mean irradiance is taken for light from all around.
+/// Start of the constant ambient irradiance, as a share of the mean irradiance.
 constexpr double kInitialAmbientFraction = 0.3;
-/// A lamp that lights no sample by more than this factor is told by its shadow alone.
+/// A light whose relative irradiance is below this on every face sample is observed by its shadow alone.
 constexpr double kMinFaceIrradiance = 1e-3;
-/// Albedo of a table whose light from all around does not tell it.
+/// Albedo of the ground plane where no ambient light determines it.
 constexpr double kGroundAlbedo = 0.2;
 
-/// What lies where in the vector of parameters: of each lamp its turn (u, v), its inverse distance where that is free,
-/// and its irradiance by channel; of each channel four numbers of light from all around; the table's radiances.
+/// Layout of the parameter vector. Per light: rotation of its direction (u, v), inverse distance if that is free,
+/// irradiance per channel. Per channel: four ambient coefficients. For the ground plane, its radiance under the ambient
+/// light and under each light. Members are offsets; -1: absent.
 struct Layout {
   struct LightParameters {
     int turn = 0, inverse = -1, irradiance = 0;
   };
   std::vector<LightParameters> lights;
-  int ambient = 0, table = -1, size = 0;
+  int ambient = 0, ground = -1, size = 0;
 
-  Layout(const std::vector<Distance>& distances, int channels, bool with_table) {
+  Layout(const std::vector<Distance>& distances, int channels, bool with_ground) {
     for (const Distance d : distances) {
-      LightParameters lamp;
-      lamp.turn = size;
+      LightParameters offsets;
+      offsets.turn = size;
       size += 2;
-      if (d == Distance::free) lamp.inverse = size++;
-      lamp.irradiance = size;
+      if (d == Distance::free) offsets.inverse = size++;
+      offsets.irradiance = size;
       size += channels;
-      lights.push_back(lamp);
+      lights.push_back(offsets);
     }
     ambient = size;
     size += 4 * channels;
-    if (with_table) {
-      table = size;
+    if (with_ground) {
+      ground = size;
       size += 1 + static_cast<int>(distances.size());
     }
   }
 };
 
+/// A light's direction, the tangent vectors along which it rotates, and its inverse distance.
 struct LightPose {
   Vec3d direction, u, v;
   double inverse_distance = 0;
@@ -60,14 +61,19 @@ struct LightPose {
   [[nodiscard]] Vec3d turned(double du, double dv) const { return normalized(direction + u * du + v * dv); }
 };
 
-/// LightingCostFunction between what was seen and what the parameters make, whitened, and their derivatives.
+/// Whitened residuals of model minus observations, and their derivatives. Three more rows per channel hold the prior of
+/// the ambient light's linear coefficients.
 class LightingCostFunction final : public ceres::CostFunction {
  public:
-  LightingCostFunction(const Observations& seen, const Layout& layout, std::vector<LightPose> light_poses, const std::vector<Vec3d>& hull,
-              double ambient_gradient_sigma)
-      : seen_(seen), layout_(layout), light_poses_(std::move(light_poses)), hull_(hull), slope_(ambient_gradient_sigma) {
-    const int table = layout.table >= 0 ? static_cast<int>(seen.table()->size()) : 0;
-    set_num_residuals((seen.samples() + 3) * seen.channels() + table);
+  LightingCostFunction(const Observations& observations, const Layout& layout, std::vector<LightPose> light_poses,
+                       const std::vector<Vec3d>& hull, double ambient_gradient_sigma)
+      : observations_(observations),
+        layout_(layout),
+        light_poses_(std::move(light_poses)),
+        hull_(hull),
+        ambient_gradient_sigma_(ambient_gradient_sigma) {
+    const int ground_samples = layout.ground >= 0 ? static_cast<int>(observations.ground()->size()) : 0;
+    set_num_residuals((observations.samples() + 3) * observations.channels() + ground_samples);
     mutable_parameter_block_sizes()->push_back(layout.size);
   }
 
@@ -79,40 +85,40 @@ class LightingCostFunction final : public ceres::CostFunction {
     RowMajor none(0, 0);
     Eigen::Map<RowMajor> jacobian(j, j != nullptr ? num_residuals() : 0, j != nullptr ? layout_.size : 0);
     if (j != nullptr) jacobian.setZero();
-    faces(p, r, j != nullptr ? &jacobian : nullptr);
-    if (layout_.table >= 0) table(p, r, j != nullptr ? &jacobian : nullptr);
+    evaluate_faces(p, r, j != nullptr ? &jacobian : nullptr);
+    if (layout_.ground >= 0) evaluate_ground(p, r, j != nullptr ? &jacobian : nullptr);
     return r.allFinite();
   }
 
-  [[nodiscard]] LightPose at(const double* p, std::size_t lamp) const {
-    const Layout::LightParameters& where = layout_.lights[lamp];
+  [[nodiscard]] LightPose pose_at(const double* p, std::size_t light) const {
+    const Layout::LightParameters& offsets = layout_.lights[light];
     LightPose out;
-    out.direction = light_poses_[lamp].turned(p[where.turn], p[where.turn + 1]);
+    out.direction = light_poses_[light].turned(p[offsets.turn], p[offsets.turn + 1]);
     const auto [u, v] = tangent_basis(out.direction);
     out.u = u;
     out.v = v;
-    out.inverse_distance = where.inverse >= 0 ? p[where.inverse] : light_poses_[lamp].inverse_distance;
+    out.inverse_distance = offsets.inverse >= 0 ? p[offsets.inverse] : light_poses_[light].inverse_distance;
     return out;
   }
 
  private:
   template <class Jacobian>
-  void faces(const double* p, Eigen::Map<Eigen::VectorXd>& r, Jacobian* j) const {
-    const std::vector<SurfaceSample>& samples = seen_.of_faces();
-    const int n = seen_.samples();
+  void evaluate_faces(const double* p, Eigen::Map<Eigen::VectorXd>& r, Jacobian* j) const {
+    const std::vector<SurfaceSample>& samples = observations_.face_samples();
+    const int n = observations_.samples();
     const std::size_t lights = layout_.lights.size();
-    // Of each lamp: its factor, and the factor's derivatives with regard to u, v and the inverse distance.
+    // Of each light: relative irradiance, and its derivatives by u, v and the inverse distance.
     Eigen::MatrixXd factors(n, static_cast<Eigen::Index>(4 * lights));
     for (std::size_t k = 0; k < lights; ++k) {
-      const Layout::LightParameters& where = layout_.lights[k];
-      const double du = p[where.turn], dv = p[where.turn + 1];
+      const Layout::LightParameters& offsets = layout_.lights[k];
+      const double du = p[offsets.turn], dv = p[offsets.turn + 1];
       const Vec3d raw = light_poses_[k].direction + light_poses_[k].u * du + light_poses_[k].v * dv;
       const double size = length(raw);
       const Vec3d d = raw * (1 / size);
-      // Of the unit vector: what stands across of the step.
+      // Derivatives of the unit vector: the part of the tangent vector perpendicular to it.
       const Vec3d to_u = (light_poses_[k].u - d * dot(d, light_poses_[k].u)) * (1 / size);
       const Vec3d to_v = (light_poses_[k].v - d * dot(d, light_poses_[k].v)) * (1 / size);
-      const double w = where.inverse >= 0 ? p[where.inverse] : light_poses_[k].inverse_distance;
+      const double w = offsets.inverse >= 0 ? p[offsets.inverse] : light_poses_[k].inverse_distance;
       for (int i = 0; i < n; ++i) {
         const SurfaceSample& s = samples[static_cast<std::size_t>(i)];
         const Vec3d q = d - s.position * w;
@@ -122,9 +128,11 @@ class LightingCostFunction final : public ceres::CostFunction {
           factors.row(i).segment<4>(column).setZero();
           continue;
         }
-        const double cube = 1 / (squared * std::sqrt(squared));
-        const auto slope = [&](Vec3d dq) { return (dot(s.normal, dq) - 3 * cosine * dot(q, dq) / squared) * cube; };
-        factors(i, column) = cosine * cube;
+        const double inverse_cube = 1 / (squared * std::sqrt(squared));
+        const auto slope = [&](Vec3d dq) {
+          return (dot(s.normal, dq) - 3 * cosine * dot(q, dq) / squared) * inverse_cube;
+        };
+        factors(i, column) = cosine * inverse_cube;
         factors(i, column + 1) = slope(to_u);
         factors(i, column + 2) = slope(to_v);
         factors(i, column + 3) = slope(-s.position);
@@ -132,7 +140,7 @@ class LightingCostFunction final : public ceres::CostFunction {
     }
     Eigen::VectorXd column(n);
     int row = 0;
-    for (int c = 0; c < seen_.channels(); ++c, row += n + 3) {
+    for (int c = 0; c < observations_.channels(); ++c, row += n + 3) {
       const double* ambient = p + layout_.ambient + 4 * c;
       for (int i = 0; i < n; ++i) {
         const Vec3d& normal = samples[static_cast<std::size_t>(i)].normal;
@@ -141,114 +149,118 @@ class LightingCostFunction final : public ceres::CostFunction {
           sum += p[layout_.lights[k].irradiance + c] * factors(i, static_cast<Eigen::Index>(4 * k));
         column[i] = sum;
       }
-      seen_.whiten(c, column);
-      r.segment(row, n) = column - seen_.seen(c);
-      const double flat = slope_ * (std::max(0.0, ambient[0]) + kMinAmbientFraction * seen_.mean(c));
+      observations_.whiten(c, column);
+      r.segment(row, n) = column - observations_.whitened(c);
+      const double flat = ambient_gradient_sigma_ *
+                          (std::max(0.0, ambient[0]) + kMinAmbientFraction * observations_.mean_irradiance(c));
       for (int b = 0; b < 3; ++b) r[row + n + b] = ambient[1 + b] / flat;
       if (j == nullptr) continue;
       const auto put = [&](int parameter, double scale, Eigen::Index from) {
         column = scale * factors.col(from);
-        seen_.whiten(c, column);
+        observations_.whiten(c, column);
         j->col(parameter).segment(row, n) = column;
       };
       for (std::size_t k = 0; k < lights; ++k) {
-        const Layout::LightParameters& where = layout_.lights[k];
-        const double irradiance = p[where.irradiance + c];
+        const Layout::LightParameters& offsets = layout_.lights[k];
+        const double irradiance = p[offsets.irradiance + c];
         const auto first = static_cast<Eigen::Index>(4 * k);
-        put(where.turn, irradiance, first + 1);
-        put(where.turn + 1, irradiance, first + 2);
-        if (where.inverse >= 0) put(where.inverse, irradiance, first + 3);
-        put(where.irradiance + c, 1, first);
+        put(offsets.turn, irradiance, first + 1);
+        put(offsets.turn + 1, irradiance, first + 2);
+        if (offsets.inverse >= 0) put(offsets.inverse, irradiance, first + 3);
+        put(offsets.irradiance + c, 1, first);
       }
       for (int b = 0; b < 4; ++b) {
         for (int i = 0; i < n; ++i) {
           const Vec3d& normal = samples[static_cast<std::size_t>(i)].normal;
           column[i] = b == 0 ? 1 : b == 1 ? normal.x : b == 2 ? normal.y : normal.z;
         }
-        seen_.whiten(c, column);
+        observations_.whiten(c, column);
         j->col(layout_.ambient + 4 * c + b).segment(row, n) = column;
         if (b > 0) {
           (*j)(row + n + b - 1, layout_.ambient + 4 * c + b) = 1 / flat;
-          (*j)(row + n + b - 1, layout_.ambient + 4 * c) = ambient[0] > 0 ? -ambient[b] * slope_ / (flat * flat) : 0;
+          (*j)(row + n + b - 1, layout_.ambient + 4 * c) =
+              ambient[0] > 0 ? -ambient[b] * ambient_gradient_sigma_ / (flat * flat) : 0;
         }
       }
     }
   }
 
   template <class Jacobian>
-  void table(const double* p, Eigen::Map<Eigen::VectorXd>& r, Jacobian* j) const {
-    const GroundObservations& table = *seen_.table();
-    const Eigen::Index n = table.size(), row = num_residuals() - n;
-    const double ambient = p[layout_.table];
-    sum_ = ambient * table.open - table.radiance;
-    if (j != nullptr) j->col(layout_.table).segment(row, n) = (table.open * table.weight).matrix();
+  void evaluate_ground(const double* p, Eigen::Map<Eigen::VectorXd>& r, Jacobian* j) const {
+    const GroundObservations& ground = *observations_.ground();
+    const Eigen::Index n = ground.size(), row = num_residuals() - n;
+    const double ambient = p[layout_.ground];
+    sum_ = ambient * ground.open - ground.radiance;
+    if (j != nullptr) j->col(layout_.ground).segment(row, n) = (ground.open * ground.weight).matrix();
     for (std::size_t k = 0; k < layout_.lights.size(); ++k) {
-      const Layout::LightParameters& where = layout_.lights[k];
-      const int own = layout_.table + 1 + static_cast<int>(k);
-      const LightPose aim = at(p, k);
-      shadow_.light(table, hull_, aim.direction, aim.inverse_distance, light_);
-      sum_ += p[own] * light_;
+      const Layout::LightParameters& offsets = layout_.lights[k];
+      const int own = layout_.ground + 1 + static_cast<int>(k);
+      const LightPose pose = pose_at(p, k);
+      shadow_.compute_irradiance(ground, hull_, pose.direction, pose.inverse_distance, unit_irradiance_);
+      sum_ += p[own] * unit_irradiance_;
       if (j == nullptr) continue;
-      j->col(own).segment(row, n) = (light_ * table.weight).matrix();
+      j->col(own).segment(row, n) = (unit_irradiance_ * ground.weight).matrix();
       const auto put = [&](int parameter, double step) {
-        j->col(parameter).segment(row, n) = ((there_ - back_) * table.weight * (p[own] / (2 * step))).matrix();
+        j->col(parameter).segment(row, n) = ((forward_ - backward_) * ground.weight * (p[own] / (2 * step))).matrix();
       };
       for (int axis = 0; axis < 2; ++axis) {
         for (const double sign : {1.0, -1.0}) {
-          const double du = p[where.turn] + (axis == 0 ? sign * kTurn : 0);
-          const double dv = p[where.turn + 1] + (axis == 1 ? sign * kTurn : 0);
-          shadow_.light(table, hull_, light_poses_[k].turned(du, dv), aim.inverse_distance, sign > 0 ? there_ : back_);
+          const double du = p[offsets.turn] + (axis == 0 ? sign * kDirectionStep_rad : 0);
+          const double dv = p[offsets.turn + 1] + (axis == 1 ? sign * kDirectionStep_rad : 0);
+          shadow_.compute_irradiance(ground, hull_, light_poses_[k].turned(du, dv), pose.inverse_distance,
+                                     sign > 0 ? forward_ : backward_);
         }
-        put(where.turn + axis, kTurn);
+        put(offsets.turn + axis, kDirectionStep_rad);
       }
-      if (where.inverse < 0) continue;
-      shadow_.light(table, hull_, aim.direction, aim.inverse_distance + kInverse, there_);
-      shadow_.light(table, hull_, aim.direction, aim.inverse_distance - kInverse, back_);
-      put(where.inverse, kInverse);
+      if (offsets.inverse < 0) continue;
+      shadow_.compute_irradiance(ground, hull_, pose.direction, pose.inverse_distance + kInverseDistanceStep, forward_);
+      shadow_.compute_irradiance(ground, hull_, pose.direction, pose.inverse_distance - kInverseDistanceStep,
+                                 backward_);
+      put(offsets.inverse, kInverseDistanceStep);
     }
-    r.segment(row, n) = (sum_ * table.weight).matrix();
+    r.segment(row, n) = (sum_ * ground.weight).matrix();
   }
 
-  const Observations& seen_;
+  const Observations& observations_;
   const Layout& layout_;
   std::vector<LightPose> light_poses_;
   const std::vector<Vec3d>& hull_;
-  double slope_;
-  // Ceres evaluates through a const pointer, one thread at a time here.
+  double ambient_gradient_sigma_;
+  // Buffers. Ceres evaluates through a const pointer, here in one thread.
   mutable Shadow shadow_;
-  mutable Eigen::ArrayXd sum_, light_, there_, back_;
+  mutable Eigen::ArrayXd sum_, unit_irradiance_, forward_, backward_;
 };
 
-LightPose light_pose_of(const PointLight& lamp) {
-  const auto [u, v] = tangent_basis(lamp.direction);
-  return {lamp.direction, u, v, lamp.inverse_distance};
+LightPose light_pose_of(const PointLight& light) {
+  const auto [u, v] = tangent_basis(light.direction);
+  return {light.direction, u, v, light.inverse_distance};
 }
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// The parameters that enter linearly, for the places that `p` holds: least squares, those that must not be negative
-/// set to zero.
-void solve_linear(const LightingCostFunction& cost_function, const Layout& layout, const Observations& seen,
+/// Solves for the linear parameters by least squares, given the directions and inverse distances in `p`. The caller
+/// clamps negative values.
+void solve_linear(const LightingCostFunction& cost_function, const Layout& layout, const Observations& observations,
                   std::vector<double>& p) {
   Eigen::VectorXd r(cost_function.num_residuals());
   RowMajor j(cost_function.num_residuals(), layout.size);
   for (std::size_t i = 0; i < p.size(); ++i)
     if (static_cast<int>(i) >= layout.ambient) p[i] = 0;
-  for (const Layout::LightParameters& lamp : layout.lights)
-    for (int c = 0; c < seen.channels(); ++c) p[static_cast<std::size_t>(lamp.irradiance + c)] = 0;
+  for (const Layout::LightParameters& offsets : layout.lights)
+    for (int c = 0; c < observations.channels(); ++c) p[static_cast<std::size_t>(offsets.irradiance + c)] = 0;
   const double* parameters[1] = {p.data()};
   double* jacobians[1] = {j.data()};
-  for (int c = 0; c < seen.channels(); ++c)
-    p[static_cast<std::size_t>(layout.ambient + 4 * c)] = kInitialAmbientFraction * seen.mean(c);
+  for (int c = 0; c < observations.channels(); ++c)
+    p[static_cast<std::size_t>(layout.ambient + 4 * c)] = kInitialAmbientFraction * observations.mean_irradiance(c);
   (void)cost_function.Evaluate(parameters, r.data(), jacobians);
   std::vector<int> linear;
-  for (const Layout::LightParameters& lamp : layout.lights)
-    for (int c = 0; c < seen.channels(); ++c) linear.push_back(lamp.irradiance + c);
+  for (const Layout::LightParameters& offsets : layout.lights)
+    for (int c = 0; c < observations.channels(); ++c) linear.push_back(offsets.irradiance + c);
   for (int i = layout.ambient; i < layout.size; ++i) linear.push_back(i);
   Eigen::MatrixXd part(j.rows(), static_cast<Eigen::Index>(linear.size()));
   for (std::size_t i = 0; i < linear.size(); ++i) part.col(static_cast<Eigen::Index>(i)) = j.col(linear[i]);
   const Eigen::MatrixXd normal = part.transpose() * part;
-  // A ridge of a billionth: a lamp that lights nothing has no column.
+  // Tikhonov regularization of 1e-9: a light that illuminates nothing has a zero column.
   const double ridge = 1e-9 * std::max(normal.diagonal().maxCoeff(), 1e-300);
   const Eigen::VectorXd x =
       (normal + ridge * Eigen::MatrixXd::Identity(normal.rows(), normal.cols())).ldlt().solve(-part.transpose() * r);
@@ -256,32 +268,33 @@ void solve_linear(const LightingCostFunction& cost_function, const Layout& layou
     p[static_cast<std::size_t>(linear[i])] += x[static_cast<Eigen::Index>(i)];
 }
 
-/// Irradiances, and light from all around, are not negative.
+/// Indices of the parameters that must not be negative: irradiances, constant ambient terms, ground radiances.
 std::vector<int> nonnegative_parameters(const Layout& layout, int channels) {
   std::vector<int> out;
-  for (const Layout::LightParameters& lamp : layout.lights)
-    for (int c = 0; c < channels; ++c) out.push_back(lamp.irradiance + c);
+  for (const Layout::LightParameters& offsets : layout.lights)
+    for (int c = 0; c < channels; ++c) out.push_back(offsets.irradiance + c);
   for (int c = 0; c < channels; ++c) out.push_back(layout.ambient + 4 * c);
-  if (layout.table >= 0)
-    for (int i = layout.table; i < layout.size; ++i) out.push_back(i);
+  if (layout.ground >= 0)
+    for (int i = layout.ground; i < layout.size; ++i) out.push_back(i);
   return out;
 }
 
-/// Lamps that light none of the faces: as much stronger than what the faces get as the table shows; their colour is not
-/// told.
-void set_irradiance_from_shadow(const Observations& seen, Fit& fit) {
-  // What the table gets from all around is what the faces get, on the whole: which of it comes from weak lamps is not
-  // well known.
-  double around = 0;
-  for (int c = 0; c < seen.channels(); ++c) around += seen.mean(c) / seen.channels();
-  const double albedo =
-      around > 0 && fit.ground_ambient > 0 ? fit.ground_ambient / around : kGroundAlbedo / std::numbers::pi;
+/// Sets the irradiance of lights that illuminate no visible face from their radiance on the ground plane, divided by
+/// the plane's albedo. Their colour is unknown and set to grey.
+void set_irradiance_from_shadow(const Observations& observations, Fit& fit) {
+  // Estimates the albedo on the assumption that the plane's ambient irradiance equals the faces' mean irradiance. How
+  // much of the latter comes from weak lights is not known well.
+  double mean_irradiance = 0;
+  for (int c = 0; c < observations.channels(); ++c)
+    mean_irradiance += observations.mean_irradiance(c) / observations.channels();
+  const double albedo = mean_irradiance > 0 && fit.ground_ambient > 0 ? fit.ground_ambient / mean_irradiance
+                                                                      : kGroundAlbedo / std::numbers::pi;
   for (std::size_t k = 0; k < fit.model.lights.size(); ++k) {
-    PointLight& lamp = fit.model.lights[k];
+    PointLight& light = fit.model.lights[k];
     double most = 0;
-    for (const SurfaceSample& s : seen.of_faces())
-      most = std::max(most, relative_irradiance(lamp.direction, lamp.inverse_distance, s.position, s.normal));
-    if (most < kMinFaceIrradiance) lamp.irradiance.fill(fit.ground_irradiance[k] / albedo);
+    for (const SurfaceSample& s : observations.face_samples())
+      most = std::max(most, relative_irradiance(light.direction, light.inverse_distance, s.position, s.normal));
+    if (most < kMinFaceIrradiance) light.irradiance.fill(fit.ground_irradiance[k] / albedo);
   }
 }
 
@@ -289,121 +302,125 @@ void set_irradiance_from_shadow(const Observations& seen, Fit& fit) {
 
 double Fit::bic() const { return chi_square + parameters * std::log(std::max(observations, 2)); }
 
-Fit fit_lights(const Observations& seen, std::vector<PointLight> lights, std::vector<Distance> distances, ObservationSet observation_set,
-              const std::vector<Vec3d>& hull, const FitOptions& options) {
-  const int channels = seen.channels();
-  const bool with_table = observation_set == ObservationSet::faces_and_ground_plane && seen.table() != nullptr;
-  const Layout layout(distances, channels, with_table);
+Fit fit_lights(const Observations& observations, std::vector<PointLight> lights, std::vector<Distance> distances,
+               ObservationSet observation_set, const std::vector<Vec3d>& hull, const FitOptions& options) {
+  const int channels = observations.channels();
+  const bool with_ground =
+      observation_set == ObservationSet::faces_and_ground_plane && observations.ground() != nullptr;
+  const Layout layout(distances, channels, with_ground);
   std::vector<LightPose> light_poses;
-  for (const PointLight& lamp : lights) light_poses.push_back(light_pose_of(lamp));
+  for (const PointLight& light : lights) light_poses.push_back(light_pose_of(light));
   const double max_inverse_distance = 1 / options.min_distance_m;
 
   std::vector<double> p(static_cast<std::size_t>(layout.size), 0.0);
   for (std::size_t k = 0; k < lights.size(); ++k)
     if (layout.lights[k].inverse >= 0)
-      p[static_cast<std::size_t>(layout.lights[k].inverse)] = std::clamp(lights[k].inverse_distance, 0.0, max_inverse_distance);
-  auto* cost_function = new LightingCostFunction(seen, layout, light_poses, hull, options.ambient_gradient_sigma);
-  solve_linear(*cost_function, layout, seen, p);
-  const std::vector<int> bounded = nonnegative_parameters(layout, channels);
-  for (const int i : bounded) p[static_cast<std::size_t>(i)] = std::max(p[static_cast<std::size_t>(i)], 0.0);
+      p[static_cast<std::size_t>(layout.lights[k].inverse)] =
+          std::clamp(lights[k].inverse_distance, 0.0, max_inverse_distance);
+  auto* cost_function =
+      new LightingCostFunction(observations, layout, light_poses, hull, options.ambient_gradient_sigma);
+  solve_linear(*cost_function, layout, observations, p);
+  const std::vector<int> nonnegative = nonnegative_parameters(layout, channels);
+  for (const int i : nonnegative) p[static_cast<std::size_t>(i)] = std::max(p[static_cast<std::size_t>(i)], 0.0);
 
   ceres::Problem problem;
   problem.AddResidualBlock(cost_function, nullptr, p.data());
-  for (const int i : bounded) problem.SetParameterLowerBound(p.data(), i, 0);
-  for (const Layout::LightParameters& lamp : layout.lights) {
-    // Within the hemisphere around where it began: the turn's own chart ends there.
+  for (const int i : nonnegative) problem.SetParameterLowerBound(p.data(), i, 0);
+  for (const Layout::LightParameters& offsets : layout.lights) {
+    // Limits the rotation to the hemisphere around the start, on which the parametrization is valid.
     for (int axis = 0; axis < 2; ++axis) {
-      problem.SetParameterLowerBound(p.data(), lamp.turn + axis, -1.5);
-      problem.SetParameterUpperBound(p.data(), lamp.turn + axis, 1.5);
+      problem.SetParameterLowerBound(p.data(), offsets.turn + axis, -1.5);
+      problem.SetParameterUpperBound(p.data(), offsets.turn + axis, 1.5);
     }
-    if (lamp.inverse < 0) continue;
-    problem.SetParameterLowerBound(p.data(), lamp.inverse, 0);
-    problem.SetParameterUpperBound(p.data(), lamp.inverse, max_inverse_distance);
+    if (offsets.inverse < 0) continue;
+    problem.SetParameterLowerBound(p.data(), offsets.inverse, 0);
+    problem.SetParameterUpperBound(p.data(), offsets.inverse, max_inverse_distance);
   }
-  ceres::Solver::Options how;
-  // QR: a lamp that lights nothing leaves a column of zeros.
-  how.linear_solver_type = ceres::DENSE_QR;
-  how.max_num_iterations = options.iterations;
-  how.function_tolerance = 1e-7;
-  how.logging_type = ceres::SILENT;
-  how.num_threads = 1;
+  ceres::Solver::Options solver_options;
+  // QR, because a light that illuminates nothing leaves a zero column.
+  solver_options.linear_solver_type = ceres::DENSE_QR;
+  solver_options.max_num_iterations = options.iterations;
+  solver_options.function_tolerance = 1e-7;
+  solver_options.logging_type = ceres::SILENT;
+  solver_options.num_threads = 1;
   ceres::Solver::Summary summary;
-  ceres::Solve(how, &problem, &summary);
+  ceres::Solve(solver_options, &problem, &summary);
 
   Fit out;
   out.distances = std::move(distances);
-  out.table = with_table;
+  out.ground = with_ground;
   out.parameters = layout.size;
-  out.observations = seen.samples() * channels;
-  if (with_table) out.observations += static_cast<int>(seen.table()->size());
+  out.observations = observations.samples() * channels;
+  if (with_ground) out.observations += static_cast<int>(observations.ground()->size());
   std::vector<LightPose> found;
   for (std::size_t k = 0; k < lights.size(); ++k) {
-    found.push_back(cost_function->at(p.data(), k));
-    PointLight lamp{found[k].direction, found[k].inverse_distance, {}};
+    found.push_back(cost_function->pose_at(p.data(), k));
+    PointLight light{found[k].direction, found[k].inverse_distance, {}};
     for (std::size_t c = 0; c < 3; ++c)
-      lamp.irradiance[c] =
-          p[static_cast<std::size_t>(layout.lights[k].irradiance) + std::min(c, static_cast<std::size_t>(channels - 1))];
-    out.model.lights.push_back(lamp);
-    if (with_table) out.ground_irradiance.push_back(p[static_cast<std::size_t>(layout.table) + 1 + k]);
+      light.irradiance[c] = p[static_cast<std::size_t>(layout.lights[k].irradiance) +
+                              std::min(c, static_cast<std::size_t>(channels - 1))];
+    out.model.lights.push_back(light);
+    if (with_ground) out.ground_irradiance.push_back(p[static_cast<std::size_t>(layout.ground) + 1 + k]);
   }
   for (std::size_t b = 0; b < 4; ++b)
     for (std::size_t c = 0; c < 3; ++c)
       out.model.ambient[b][c] =
           p[static_cast<std::size_t>(layout.ambient) + 4 * std::min(c, static_cast<std::size_t>(channels - 1)) + b];
-  if (with_table) {
-    out.ground_ambient = p[static_cast<std::size_t>(layout.table)];
-    set_irradiance_from_shadow(seen, out);
+  if (with_ground) {
+    out.ground_ambient = p[static_cast<std::size_t>(layout.ground)];
+    set_irradiance_from_shadow(observations, out);
   }
 
-  // Around where it ended, so that the turns are those of the tangent plane there.
-  const LightingCostFunction around(seen, layout, found, hull, options.ambient_gradient_sigma);
+  // Linearizes at the minimum, so that the covariance refers to its tangent plane.
+  const LightingCostFunction at_minimum(observations, layout, found, hull, options.ambient_gradient_sigma);
   std::vector<double> there = p;
-  for (const Layout::LightParameters& lamp : layout.lights)
-    there[static_cast<std::size_t>(lamp.turn)] = there[static_cast<std::size_t>(lamp.turn) + 1] = 0;
-  Eigen::VectorXd r(around.num_residuals());
-  RowMajor j(around.num_residuals(), layout.size);
+  for (const Layout::LightParameters& offsets : layout.lights)
+    there[static_cast<std::size_t>(offsets.turn)] = there[static_cast<std::size_t>(offsets.turn) + 1] = 0;
+  Eigen::VectorXd r(at_minimum.num_residuals());
+  RowMajor j(at_minimum.num_residuals(), layout.size);
   const double* parameters[1] = {there.data()};
   double* jacobians[1] = {j.data()};
-  (void)around.Evaluate(parameters, r.data(), jacobians);
+  (void)at_minimum.Evaluate(parameters, r.data(), jacobians);
   out.chi_square = r.squaredNorm();
-  // What nothing is known of keeps a wide prior: a direction a radian, an inverse distance 10/m, an amount all that was
-  // seen.
+  // Wide priors keep the covariance finite: standard deviations of 1 rad for directions and 10/m for inverse distances.
   Eigen::MatrixXd information = j.transpose() * j;
-  for (const Layout::LightParameters& lamp : layout.lights) {
-    information(lamp.turn, lamp.turn) += 1;
-    information(lamp.turn + 1, lamp.turn + 1) += 1;
-    if (lamp.inverse >= 0) information(lamp.inverse, lamp.inverse) += 0.01;
+  for (const Layout::LightParameters& offsets : layout.lights) {
+    information(offsets.turn, offsets.turn) += 1;
+    information(offsets.turn + 1, offsets.turn + 1) += 1;
+    if (offsets.inverse >= 0) information(offsets.inverse, offsets.inverse) += 0.01;
   }
   for (int i = 0; i < layout.size; ++i)
     information(i, i) += 1e-12 * std::max(information.diagonal().maxCoeff(), 1e-300);
   const Eigen::MatrixXd covariance = information.ldlt().solve(Eigen::MatrixXd::Identity(layout.size, layout.size));
-  const double free = std::max(1, around.num_residuals() - layout.size);
-  const double grown = std::max(1.0, out.chi_square / free);
+  const double degrees_of_freedom = std::max(1, at_minimum.num_residuals() - layout.size);
+  const double variance_scale = std::max(1.0, out.chi_square / degrees_of_freedom);
   for (std::size_t k = 0; k < lights.size(); ++k) {
-    const Layout::LightParameters& where = layout.lights[k];
-    const std::array<int, 3> index = {where.turn, where.turn + 1, where.inverse};
+    const Layout::LightParameters& offsets = layout.lights[k];
+    const std::array<int, 3> index = {offsets.turn, offsets.turn + 1, offsets.inverse};
     Eigen::Matrix3d block = Eigen::Matrix3d::Zero();
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b)
         if (index[static_cast<std::size_t>(a)] >= 0 && index[static_cast<std::size_t>(b)] >= 0)
-          block(a, b) = grown * covariance(index[static_cast<std::size_t>(a)], index[static_cast<std::size_t>(b)]);
+          block(a, b) =
+              variance_scale * covariance(index[static_cast<std::size_t>(a)], index[static_cast<std::size_t>(b)]);
     out.covariance.push_back(block);
   }
   return out;
 }
 
-std::vector<double> standardized_residuals(const Observations& seen, const LightModel& model) {
+std::vector<double> standardized_residuals(const Observations& observations, const LightModel& model) {
   std::vector<double> out;
-  for (int i = 0; i < seen.samples(); ++i) {
-    const SurfaceSample& s = seen.of_faces()[static_cast<std::size_t>(i)];
+  for (int i = 0; i < observations.samples(); ++i) {
+    const SurfaceSample& s = observations.face_samples()[static_cast<std::size_t>(i)];
     double most = 0;
-    for (int c = 0; c < seen.channels(); ++c) {
+    for (int c = 0; c < observations.channels(); ++c) {
       const auto channel = static_cast<std::size_t>(c);
       double sum = model.ambient[0][channel] + model.ambient[1][channel] * s.normal.x +
                    model.ambient[2][channel] * s.normal.y + model.ambient[3][channel] * s.normal.z;
-      for (const PointLight& lamp : model.lights)
-        sum += lamp.irradiance[channel] * relative_irradiance(lamp.direction, lamp.inverse_distance, s.position, s.normal);
-      const double d = seen.deviations(c, i, s.irradiance[channel] - sum);
+      for (const PointLight& light : model.lights)
+        sum += light.irradiance[channel] *
+               relative_irradiance(light.direction, light.inverse_distance, s.position, s.normal);
+      const double d = observations.standardized_residual(c, i, s.irradiance[channel] - sum);
       if (std::abs(d) > std::abs(most)) most = d;
     }
     out.push_back(most);
@@ -411,17 +428,17 @@ std::vector<double> standardized_residuals(const Observations& seen, const Light
   return out;
 }
 
-std::vector<double> ground_residuals(const Observations& seen, const Fit& fit, const std::vector<Vec3d>& hull) {
-  if (seen.table() == nullptr) return {};
-  const GroundObservations& table = *seen.table();
-  Eigen::ArrayXd sum = fit.ground_ambient * table.open - table.radiance, light;
+std::vector<double> ground_residuals(const Observations& observations, const Fit& fit, const std::vector<Vec3d>& hull) {
+  if (observations.ground() == nullptr) return {};
+  const GroundObservations& ground = *observations.ground();
+  Eigen::ArrayXd sum = fit.ground_ambient * ground.open - ground.radiance, unit_irradiance;
   Shadow shadow;
   for (std::size_t k = 0; k < fit.model.lights.size() && k < fit.ground_irradiance.size(); ++k) {
-    const PointLight& lamp = fit.model.lights[k];
-    shadow.light(table, hull, lamp.direction, lamp.inverse_distance, light);
-    sum += fit.ground_irradiance[k] * light;
+    const PointLight& light = fit.model.lights[k];
+    shadow.compute_irradiance(ground, hull, light.direction, light.inverse_distance, unit_irradiance);
+    sum += fit.ground_irradiance[k] * unit_irradiance;
   }
-  sum *= table.weight;
+  sum *= ground.weight;
   return {sum.begin(), sum.end()};
 }
 

@@ -1,4 +1,4 @@
-// Lamps in their best places: from a start to the least squares, with covariance (Ceres).
+// Nonlinear least-squares fit of point lights and ambient light from a start, with covariance (Ceres).
 #pragma once
 
 #include <array>
@@ -14,36 +14,38 @@ namespace lightwell::marker {
 
 enum class Distance : std::uint8_t { infinite, free };
 
-/// A model that was fitted, and how well.
+/// A fitted model with its covariance and goodness of fit.
 struct Fit {
   LightModel model;
-  std::vector<Distance> distances;  ///< Of each lamp: whether its distance was looked for.
-  /// Of each lamp: of its direction in tangent_basis(direction) (rad) and its inverse distance (1/m).
+  std::vector<Distance> distances;  ///< Of each light: whether its distance is a parameter.
+  /// Of each light: direction in tangent_basis(direction) (rad, 2 rows) and inverse distance (1/m).
   std::vector<Eigen::Matrix3d> covariance;
   double chi_square = 0;
   int parameters = 0;
   int observations = 0;
-  bool table = false;  ///< Whether the table told too.
-  /// Of the table, where it told: radiance of light from all around, and of each lamp where nothing shades it and it
-  /// falls vertically.
+  bool ground = false;  ///< Whether the ground plane's samples were fitted, too.
+  /// Radiance of the ground plane, if fitted: under the ambient light alone, and under each light alone, unshadowed and
+  /// at normal incidence.
   double ground_ambient = 0;
   std::vector<double> ground_irradiance;
 
-  /// Schwarz's criterion, up to a constant.
+  /// Bayesian information criterion (Schwarz 1978), up to a constant.
   [[nodiscard]] double bic() const;
 };
 
+/// Observations that a fit uses.
 enum class ObservationSet : std::uint8_t { faces, faces_and_ground_plane };
 
-/// `lamps`: their directions and inverse distances are the start, their irradiance does not matter. Ends in the nearest
-/// minimum.
-[[nodiscard]] Fit fit_lights(const Observations& seen, std::vector<PointLight> lights, std::vector<Distance> distances,
-                            ObservationSet observation_set, const std::vector<Vec3d>& hull, const FitOptions& options);
+/// Fits to the local minimum nearest to the start. `lights`: directions and inverse distances of the start; their
+/// irradiances are ignored. `hull`: points whose convex hull is the body, m, from its centre.
+[[nodiscard]] Fit fit_lights(const Observations& observations, std::vector<PointLight> lights,
+                             std::vector<Distance> distances, ObservationSet observation_set,
+                             const std::vector<Vec3d>& hull, const FitOptions& options);
 
-/// Of each sample of the faces: how many standard deviations it differs from the model, in the channel where most.
-[[nodiscard]] std::vector<double> standardized_residuals(const Observations& seen, const LightModel& model);
-/// Of each sample of the table, likewise.
-[[nodiscard]] std::vector<double> ground_residuals(const Observations& seen, const Fit& fit,
-                                                        const std::vector<Vec3d>& hull);
+/// Residual of each face sample in standard deviations, of the channel in which it is largest.
+[[nodiscard]] std::vector<double> standardized_residuals(const Observations& observations, const LightModel& model);
+/// Residual of each ground sample in standard deviations.
+[[nodiscard]] std::vector<double> ground_residuals(const Observations& observations, const Fit& fit,
+                                                   const std::vector<Vec3d>& hull);
 
 }  // namespace lightwell::marker

@@ -7,28 +7,28 @@
 namespace lightwell::marker {
 namespace {
 
-/// Lamps are followed while chi square, over the degrees of freedom, is no more than so many times what it was, or what
-/// is good anyway.
+/// Tracking is accepted while the reduced chi square is at most this ratio times that of the last search, or times
+/// kAcceptableChiSquare if that is larger.
 constexpr double kMaxTrackingChiSquareRatio = 1.5;
 constexpr double kAcceptableChiSquare = 0.3;
-/// From one frame to the next a fit is near its end when it begins.
+/// Iterations of a tracking fit, which starts near the minimum.
 constexpr int kTrackingIterations = 6;
-/// A lamp is one where it gives at least this share of what the brightest face gets: less is what surfaces send to each
-/// other.
+/// Smallest irradiance of a light relative to Observations::max_irradiance(): below it, a light may be interreflection.
 constexpr double kMinRelativeIrradiance = 0.06;
-/// Where a lamp's distance is begun at least, 1/m: at infinity its derivative tells least.
-constexpr double kInitialInverseDistance = 0.5;
+/// Smallest initial inverse distance, 1/m: at infinity the residuals depend least on it.
+constexpr double kMinInitialInverseDistance = 0.5;
 
 }  // namespace
 
-FitCandidates LightModelSelector::seek() {
-  add_fit(fit_lights(seen_, {}, {}, observation_set_, hull_, options_.fit));
+FitCandidates LightModelSelector::search() {
+  add_fit(fit_lights(observations_, {}, {}, observation_set_, hull_, options_.fit));
   if (options_.max_lights >= 1 && can_improve()) {
-    for (const LightSearch::Candidate& one : search().find_single_lights(3, observation_set_)) fit_from(one.lights);
+    for (const LightSearch::Candidate& one : light_search().find_single_lights(3, observation_set_))
+      fit_from(one.lights);
     try_distant(1);
   }
   if (options_.max_lights >= 2 && can_improve()) {
-    for (const LightSearch::Candidate& two : search().pairs(3)) fit_from(two.lights);
+    for (const LightSearch::Candidate& two : light_search().find_light_pairs(3)) fit_from(two.lights);
     if (best().model.lights.size() == 1) add_light(best().model.lights);
     try_distant(2);
   }
@@ -43,45 +43,47 @@ FitCandidates LightModelSelector::seek() {
   return out;
 }
 
-std::optional<FitCandidates> LightModelSelector::follow(const LightingEstimate& before) {
+std::optional<FitCandidates> LightModelSelector::track(const LightingEstimate& previous) {
   std::vector<PointLight> lights;
   std::vector<Distance> distances;
-  for (const LightEstimate& lamp : before.lights) {
-    lights.push_back(lamp.lamp);
-    distances.push_back(lamp.free ? Distance::free : Distance::infinite);
+  for (const LightEstimate& estimate : previous.lights) {
+    lights.push_back(estimate.light);
+    distances.push_back(estimate.distance_estimated ? Distance::free : Distance::infinite);
   }
   FitOptions few = options_.fit;
   few.iterations = std::min(few.iterations, kTrackingIterations);
-  add_fit(fit_lights(seen_, std::move(lights), std::move(distances), observation_set_, hull_, few));
+  add_fit(fit_lights(observations_, std::move(lights), std::move(distances), observation_set_, hull_, few));
   if (fits_.empty()) return std::nullopt;
   const double reduced = best().chi_square / std::max(1, best().observations - best().parameters);
-  if (reduced > kMaxTrackingChiSquareRatio * std::max(before.searched, kAcceptableChiSquare)) return std::nullopt;
+  if (reduced > kMaxTrackingChiSquareRatio * std::max(previous.chi_square_at_search, kAcceptableChiSquare))
+    return std::nullopt;
   return FitCandidates{best(), {}};
 }
 
-LightSearch& LightModelSelector::search() {
-  if (!search_) search_.emplace(seen_, hull_, options_.fit);
-  return *search_;
+LightSearch& LightModelSelector::light_search() {
+  if (!light_search_) light_search_.emplace(observations_, hull_, options_.fit);
+  return *light_search_;
 }
 
 const Fit& LightModelSelector::best() const { return fits_[best_]; }
 
 bool LightModelSelector::can_improve() const {
-  const double price = (2 + seen_.channels()) * std::log(std::max(best().observations, 2));
+  const double price = (2 + observations_.channels()) * std::log(std::max(best().observations, 2));
   return best().chi_square > price;
 }
 
 void LightModelSelector::add_fit(Fit fit) {
-  for (const PointLight& lamp : fit.model.lights)
-    if (luminance(lamp.irradiance) < kMinRelativeIrradiance * seen_.brightest(0)) return;
+  for (const PointLight& light : fit.model.lights)
+    if (luminance(light.irradiance) < kMinRelativeIrradiance * observations_.max_irradiance(0)) return;
   fits_.push_back(std::move(fit));
   if (fits_.size() == 1 || fits_.back().bic() < best().bic()) best_ = fits_.size() - 1;
 }
 
 void LightModelSelector::fit_from(std::vector<PointLight> lights) {
-  for (PointLight& lamp : lights) lamp.inverse_distance = std::max(lamp.inverse_distance, kInitialInverseDistance);
-  const std::vector<Distance> free(lights.size(), Distance::free);
-  add_fit(fit_lights(seen_, std::move(lights), free, observation_set_, hull_, options_.fit));
+  for (PointLight& light : lights)
+    light.inverse_distance = std::max(light.inverse_distance, kMinInitialInverseDistance);
+  const std::vector<Distance> all_free(lights.size(), Distance::free);
+  add_fit(fit_lights(observations_, std::move(lights), all_free, observation_set_, hull_, options_.fit));
 }
 
 void LightModelSelector::try_distant(std::size_t count) {
@@ -95,7 +97,7 @@ void LightModelSelector::try_distant(std::size_t count) {
     std::vector<PointLight> start = lights;
     for (std::size_t k = 0; k < count; ++k)
       if (distances[k] == Distance::infinite) start[k].inverse_distance = 0;
-    add_fit(fit_lights(seen_, start, distances, observation_set_, hull_, options_.fit));
+    add_fit(fit_lights(observations_, start, distances, observation_set_, hull_, options_.fit));
   };
   with(std::vector<Distance>(count, Distance::infinite));
   if (count < 2) return;
@@ -107,7 +109,7 @@ void LightModelSelector::try_distant(std::size_t count) {
 }
 
 void LightModelSelector::add_light(std::vector<PointLight> lights) {
-  for (const LightSearch::Candidate& one : search().find_single_lights(2, observation_set_, lights)) {
+  for (const LightSearch::Candidate& one : light_search().find_single_lights(2, observation_set_, lights)) {
     std::vector<PointLight> more = lights;
     more.push_back(one.lights[0]);
     fit_from(more);

@@ -1,4 +1,5 @@
-// How many lamps, where, and which of them distant: the fit that Schwarz's criterion takes, and those that it did not.
+// Selects the number of point lights, and which of them are distant, by the Bayesian information criterion
+// (Schwarz 1978).
 //   FitCandidates, LightModelSelector
 #pragma once
 
@@ -6,48 +7,51 @@
 #include <optional>
 #include <vector>
 
-#include "estimate/marker/lighting_estimate.hpp"
 #include "estimate/marker/light_fit.hpp"
 #include "estimate/marker/light_search.hpp"
+#include "estimate/marker/lighting_estimate.hpp"
 #include "estimate/marker/observations.hpp"
 
 namespace lightwell::marker {
 
 struct FitCandidates {
   Fit best;
-  std::vector<Fit> others;  ///< What else was tried.
+  std::vector<Fit> others;  ///< The other fits that were tried.
 };
 
-/// Of one frame, as one witness or both saw it. Refers to all that it is made of.
+/// Of one frame and one set of observations. All constructor arguments are referenced and must outlive it.
 class LightModelSelector {
  public:
-  LightModelSelector(const Observations& seen, const std::vector<Vec3d>& hull, const LightingEstimateOptions& options, ObservationSet observation_set)
-      : seen_(seen), hull_(hull), options_(options), observation_set_(observation_set) {}
+  LightModelSelector(const Observations& observations, const std::vector<Vec3d>& hull,
+                     const LightingEstimateOptions& options, ObservationSet observation_set)
+      : observations_(observations), hull_(hull), options_(options), observation_set_(observation_set) {}
 
-  /// Lamps looked for everywhere.
-  [[nodiscard]] FitCandidates seek();
-  /// The lamps of the frame before, from where they were. Nothing where one of them is gone, or where they do not
-  /// explain this frame.
-  [[nodiscard]] std::optional<FitCandidates> follow(const LightingEstimate& before);
-  [[nodiscard]] LightSearch& search();
+  /// Global search for 0 to max_lights lights.
+  [[nodiscard]] FitCandidates search();
+  /// One fit that starts from the previous frame's lights. nullopt where one of them has disappeared, or where they do
+  /// not explain this frame (chi square).
+  [[nodiscard]] std::optional<FitCandidates> track(const LightingEstimate& previous);
+  /// The grid search, built at first use.
+  [[nodiscard]] LightSearch& light_search();
 
  private:
   [[nodiscard]] const Fit& best() const;
-  /// Whether another lamp could pay for its parameters.
+  /// Whether another light could reduce BIC: chi square exceeds the penalty of its parameters.
   [[nodiscard]] bool can_improve() const;
+  /// Keeps a fit unless one of its lights is too weak.
   void add_fit(Fit fit);
-  /// From these places, each lamp as near as it likes.
+  /// Fits from these positions; all distances are parameters.
   void fit_from(std::vector<PointLight> lights);
-  /// The best fit of so many lamps again with all of them, and each one, infinitely far: what a distance does not pay
-  /// for is distant.
+  /// Repeats the best fit of `count` lights with all of them distant, and with all but one distant.
   void try_distant(std::size_t count);
+  /// Fits with one light more than `lights`, from the best two positions of a search.
   void add_light(std::vector<PointLight> lights);
 
-  const Observations& seen_;
+  const Observations& observations_;
   const std::vector<Vec3d>& hull_;
   const LightingEstimateOptions& options_;
   ObservationSet observation_set_;
-  std::optional<LightSearch> search_;
+  std::optional<LightSearch> light_search_;
   std::vector<Fit> fits_;
   std::size_t best_ = 0;
 };

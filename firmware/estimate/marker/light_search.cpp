@@ -13,34 +13,35 @@
 namespace lightwell::marker {
 namespace {
 
-constexpr int kDirections = 400;                       // 10 degrees apart
+constexpr int kDirections = 400;                                // spacing of 10 degrees
 constexpr std::array kInverseDistances = {0.0, 0.8, 1.7, 3.3};  // 1/m: infinity, 1.25 m, 0.6 m, 0.3 m
-/// Share of the mean irradiance that the grid takes for light from all around, whose slope it bounds.
+/// Share of the mean irradiance that is assumed to be ambient, for the prior of its linear coefficients.
 constexpr double kAmbientFraction = 0.3;
-/// A wide lamp is its middle and so many points around it, at this share of its radius.
-constexpr int kRing = 6;
-constexpr double kRingRadius = 0.764;
-constexpr double kMinSeparation_rad = 0.43;  // rad: 25 degrees
+/// A disc is approximated by its middle and this many points around it, at this share of its radius.
+constexpr int kDiscPoints = 6;
+constexpr double kDiscPointRadius = 0.764;
+constexpr double kMinSeparation_rad = 0.43;  // 25 degrees
 
-/// The grid's directions, even over the sphere.
+/// The grid's directions, evenly spaced.
 const std::vector<Vec3d>& grid() {
   static const std::vector<Vec3d> directions = fibonacci_directions(kDirections);
   return directions;
 }
 
-/// Takes the part along the basis's columns out.
+/// Subtracts the projection of x onto the span of an orthonormal basis.
 void project(const Eigen::MatrixXd& basis, Eigen::VectorXd& x) { x -= basis * (basis.transpose() * x); }
 
-/// Adds a column to an orthonormal basis, where it is new.
+/// Adds x to an orthonormal basis (Gram-Schmidt, twice for precision), unless it lies in its span.
 void extend(Eigen::MatrixXd& basis, Eigen::VectorXd x) {
-  const double before = x.norm();
+  const double norm_before = x.norm();
   project(basis, x);
   project(basis, x);
-  if (!(x.norm() > 1e-6 * before) || !(before > 0)) return;
+  if (!(x.norm() > 1e-6 * norm_before) || !(norm_before > 0)) return;
   basis.conservativeResize(Eigen::NoChange, basis.cols() + 1);
   basis.col(basis.cols() - 1) = x.normalized();
 }
 
+/// Whether a light of `a` is more than kMinSeparation_rad from all of `b`.
 bool are_distinct(const LightSearch::Candidate& a, const LightSearch::Candidate& b) {
   for (const PointLight& x : a.lights) {
     double nearest = 10;
@@ -50,37 +51,44 @@ bool are_distinct(const LightSearch::Candidate& a, const LightSearch::Candidate&
   return false;
 }
 
+/// At most `most` candidates in ascending order of chi square, each distinct from all better ones.
 std::vector<LightSearch::Candidate> best_of(std::vector<LightSearch::Candidate> all, std::size_t most) {
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.chi_square < b.chi_square; });
   std::vector<LightSearch::Candidate> out;
   for (const LightSearch::Candidate& one : all) {
     if (out.size() == most) break;
-    if (std::all_of(out.begin(), out.end(), [&](const auto& other) { return are_distinct(one, other); })) out.push_back(one);
+    if (std::all_of(out.begin(), out.end(), [&](const auto& other) { return are_distinct(one, other); }))
+      out.push_back(one);
   }
   return out;
 }
 
 }  // namespace
 
-LightSearch::LightSearch(const Observations& seen, const std::vector<Vec3d>& hull, const FitOptions& options)
-    : seen_(seen), hull_(hull), slope_(options.ambient_gradient_sigma), faces_(static_cast<std::size_t>(seen.channels())) {
-  const Eigen::Index n = seen.samples();
-  for (int c = 0; c < seen.channels(); ++c) {
-    LinearSystem& system = faces_[static_cast<std::size_t>(c)];
+LightSearch::LightSearch(const Observations& observations, const std::vector<Vec3d>& hull, const FitOptions& options)
+    : observations_(observations),
+      hull_(hull),
+      ambient_gradient_sigma_(options.ambient_gradient_sigma),
+      face_systems_(static_cast<std::size_t>(observations.channels())) {
+  const Eigen::Index n = observations.samples();
+  for (int c = 0; c < observations.channels(); ++c) {
+    LinearSystem& system = face_systems_[static_cast<std::size_t>(c)];
     system.basis.resize(n + 3, 0);
     for (int b = 0; b < 4; ++b) {
       Eigen::VectorXd column(n + 3);
       for (Eigen::Index i = 0; i < n; ++i) {
-        const Vec3d& normal = seen.of_faces()[static_cast<std::size_t>(i)].normal;
+        const Vec3d& normal = observations.face_samples()[static_cast<std::size_t>(i)].normal;
         column[i] = b == 0 ? 1 : b == 1 ? normal.x : b == 2 ? normal.y : normal.z;
       }
-      seen.whiten(c, column.head(n));
+      observations.whiten(c, column.head(n));
       column.tail<3>().setZero();
-      if (b > 0) column[n + b - 1] = 1 / (slope_ * kAmbientFraction * std::max(seen.mean(c), 1e-300));
+      if (b > 0)
+        column[n + b - 1] =
+            1 / (ambient_gradient_sigma_ * kAmbientFraction * std::max(observations.mean_irradiance(c), 1e-300));
       extend(system.basis, column);
     }
     system.residual = Eigen::VectorXd::Zero(n + 3);
-    system.residual.head(n) = seen.seen(c);
+    system.residual.head(n) = observations.whitened(c);
     project(system.basis, system.residual);
     system.columns.resize(n + 3, static_cast<Eigen::Index>(grid().size() * kInverseDistances.size()));
     Eigen::Index at = 0;
@@ -92,32 +100,32 @@ LightSearch::LightSearch(const Observations& seen, const std::vector<Vec3d>& hul
 }
 
 Eigen::VectorXd LightSearch::column_of(int channel, Vec3d direction, double inverse_distance) const {
-  const Eigen::Index n = seen_.samples();
+  const Eigen::Index n = observations_.samples();
   Eigen::VectorXd column(n + 3);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const SurfaceSample& s = seen_.of_faces()[static_cast<std::size_t>(i)];
+    const SurfaceSample& s = observations_.face_samples()[static_cast<std::size_t>(i)];
     column[i] = relative_irradiance(direction, inverse_distance, s.position, s.normal);
   }
-  seen_.whiten(channel, column.head(n));
+  observations_.whiten(channel, column.head(n));
   column.tail<3>().setZero();
   return column;
 }
 
 Eigen::VectorXd LightSearch::ground_column_of(Vec3d direction, double inverse_distance) {
-  const GroundObservations& table = *seen_.table();
-  shadow_.light(table, hull_, direction, inverse_distance, light_);
-  return (light_ * table.weight).matrix();
+  const GroundObservations& ground = *observations_.ground();
+  shadow_.compute_irradiance(ground, hull_, direction, inverse_distance, unit_irradiance_);
+  return (unit_irradiance_ * ground.weight).matrix();
 }
 
 void LightSearch::build_ground_system() {
-  if (table_ || seen_.table() == nullptr) return;
-  const GroundObservations& table = *seen_.table();
-  LinearSystem& system = table_.emplace();
-  system.basis.resize(table.size(), 0);
-  extend(system.basis, (table.open * table.weight).matrix());
-  system.residual = (table.radiance * table.weight).matrix();
+  if (ground_system_ || observations_.ground() == nullptr) return;
+  const GroundObservations& ground = *observations_.ground();
+  LinearSystem& system = ground_system_.emplace();
+  system.basis.resize(ground.size(), 0);
+  extend(system.basis, (ground.open * ground.weight).matrix());
+  system.residual = (ground.radiance * ground.weight).matrix();
   project(system.basis, system.residual);
-  system.columns.resize(table.size(), static_cast<Eigen::Index>(grid().size() * kInverseDistances.size()));
+  system.columns.resize(ground.size(), static_cast<Eigen::Index>(grid().size() * kInverseDistances.size()));
   Eigen::Index at = 0;
   for (const Vec3d& direction : grid())
     for (const double w : kInverseDistances) system.columns.col(at++) = ground_column_of(direction, w).cast<float>();
@@ -125,13 +133,14 @@ void LightSearch::build_ground_system() {
   system.columns -= single * (single.transpose() * system.columns);
 }
 
-LightSearch::ChiSquareMap LightSearch::chi_square_map(ObservationSet observation_set, const std::vector<PointLight>& beside) {
+LightSearch::ChiSquareMap LightSearch::chi_square_map(ObservationSet observation_set,
+                                                      const std::vector<PointLight>& fixed_lights) {
   const std::size_t places = grid().size() * kInverseDistances.size();
   std::vector<double> chi(places, 0);
-  const auto add = [&](const LinearSystem& system, const auto& column_of_lamp) {
+  const auto add = [&](const LinearSystem& system, const auto& column_of_light) {
     Eigen::MatrixXd extra(system.columns.rows(), 0);
-    for (const PointLight& lamp : beside) {
-      Eigen::VectorXd column = column_of_lamp(lamp);
+    for (const PointLight& light : fixed_lights) {
+      Eigen::VectorXd column = column_of_light(light);
       project(system.basis, column);
       extend(extra, column);
     }
@@ -140,44 +149,48 @@ LightSearch::ChiSquareMap LightSearch::chi_square_map(ObservationSet observation
     const double start = residual.squaredNorm();
     const Eigen::VectorXf along = system.columns.transpose() * residual.cast<float>();
     Eigen::VectorXf size = system.columns.colwise().squaredNorm().transpose();
-    if (extra.cols() > 0) size -= (extra.cast<float>().transpose() * system.columns).colwise().squaredNorm().transpose();
+    if (extra.cols() > 0)
+      size -= (extra.cast<float>().transpose() * system.columns).colwise().squaredNorm().transpose();
     for (std::size_t i = 0; i < places; ++i) {
       const auto at = static_cast<Eigen::Index>(i);
       const double gain = along[at] > 0 && size[at] > 1e-6F ? static_cast<double>(along[at]) * along[at] / size[at] : 0;
       chi[i] += std::max(0.0, start - gain);
     }
   };
-  for (int c = 0; c < seen_.channels(); ++c)
-    add(faces_[static_cast<std::size_t>(c)],
-        [&](const PointLight& lamp) { return column_of(c, lamp.direction, lamp.inverse_distance); });
-  if (observation_set == ObservationSet::faces_and_ground_plane && seen_.table() != nullptr) {
+  for (int c = 0; c < observations_.channels(); ++c)
+    add(face_systems_[static_cast<std::size_t>(c)],
+        [&](const PointLight& light) { return column_of(c, light.direction, light.inverse_distance); });
+  if (observation_set == ObservationSet::faces_and_ground_plane && observations_.ground() != nullptr) {
     build_ground_system();
-    add(*table_, [&](const PointLight& lamp) { return ground_column_of(lamp.direction, lamp.inverse_distance); });
+    add(*ground_system_,
+        [&](const PointLight& light) { return ground_column_of(light.direction, light.inverse_distance); });
   }
   ChiSquareMap out{grid(), std::vector<double>(grid().size(), 1e300), std::vector<double>(grid().size(), 0),
-                4 * std::numbers::pi / kDirections};
+                   4 * std::numbers::pi / kDirections};
   for (std::size_t i = 0; i < places; ++i) {
     const std::size_t direction = i / kInverseDistances.size();
     if (chi[i] < out.chi_square[direction])
-      out.chi_square[direction] = chi[i], out.inverse_distance[direction] = kInverseDistances[i % kInverseDistances.size()];
+      out.chi_square[direction] = chi[i],
+      out.inverse_distance[direction] = kInverseDistances[i % kInverseDistances.size()];
   }
   return out;
 }
 
-double LightSearch::chi_square_of(const PointLight& lamp, double radius_rad, const std::vector<PointLight>& beside) const {
-  const auto [u, v] = tangent_basis(lamp.direction);
+double LightSearch::chi_square_of(const PointLight& light, double radius_rad,
+                                  const std::vector<PointLight>& fixed_lights) const {
+  const auto [u, v] = tangent_basis(light.direction);
   double chi = 0;
-  for (int c = 0; c < seen_.channels(); ++c) {
-    const LinearSystem& system = faces_[static_cast<std::size_t>(c)];
-    // The middle and a ring around it, which has the second moment of an even disc.
-    Eigen::VectorXd column = column_of(c, lamp.direction, lamp.inverse_distance);
-    for (int k = 0; k < kRing; ++k) {
-      const double a = 2 * std::numbers::pi * k / kRing, off = radius_rad * kRingRadius;
-      const Vec3d direction = lamp.direction * std::cos(off) + (u * std::cos(a) + v * std::sin(a)) * std::sin(off);
-      column += column_of(c, direction, lamp.inverse_distance);
+  for (int c = 0; c < observations_.channels(); ++c) {
+    const LinearSystem& system = face_systems_[static_cast<std::size_t>(c)];
+    // The middle and a ring around it, with the second moment of a uniform disc.
+    Eigen::VectorXd column = column_of(c, light.direction, light.inverse_distance);
+    for (int k = 0; k < kDiscPoints; ++k) {
+      const double a = 2 * std::numbers::pi * k / kDiscPoints, off = radius_rad * kDiscPointRadius;
+      const Vec3d direction = light.direction * std::cos(off) + (u * std::cos(a) + v * std::sin(a)) * std::sin(off);
+      column += column_of(c, direction, light.inverse_distance);
     }
     Eigen::MatrixXd extra(system.columns.rows(), 0);
-    for (const PointLight& other : beside) {
+    for (const PointLight& other : fixed_lights) {
       Eigen::VectorXd of_other = column_of(c, other.direction, other.inverse_distance);
       project(system.basis, of_other);
       extend(extra, of_other);
@@ -193,29 +206,29 @@ double LightSearch::chi_square_of(const PointLight& lamp, double radius_rad, con
 }
 
 std::vector<LightSearch::Candidate> LightSearch::find_single_lights(std::size_t most, ObservationSet observation_set,
-                                                         const std::vector<PointLight>& beside) {
-  const ChiSquareMap map = chi_square_map(observation_set, beside);
+                                                                    const std::vector<PointLight>& fixed_lights) {
+  const ChiSquareMap map = chi_square_map(observation_set, fixed_lights);
   std::vector<Candidate> all;
   for (std::size_t i = 0; i < map.directions.size(); ++i)
     all.push_back({{PointLight{map.directions[i], map.inverse_distance[i], {}}}, map.chi_square[i]});
   return best_of(std::move(all), most);
 }
 
-std::vector<LightSearch::Candidate> LightSearch::pairs(std::size_t most) const {
-  // Every second direction, distant: lamps of a pair are refined afterwards.
+std::vector<LightSearch::Candidate> LightSearch::find_light_pairs(std::size_t most) const {
+  // Every second direction of the grid at infinity suffices: fits refine the pairs afterwards.
   std::vector<std::size_t> chosen;
   for (std::size_t i = 0; i < grid().size(); i += 2) chosen.push_back(i);
   const auto m = static_cast<Eigen::Index>(chosen.size());
   Eigen::MatrixXf chi = Eigen::MatrixXf::Zero(m, m);
-  for (int c = 0; c < seen_.channels(); ++c) {
+  for (int c = 0; c < observations_.channels(); ++c) {
     const auto channel = static_cast<std::size_t>(c);
-    Eigen::MatrixXf columns(faces_[channel].columns.rows(), m);
+    Eigen::MatrixXf columns(face_systems_[channel].columns.rows(), m);
     for (Eigen::Index i = 0; i < m; ++i)
-      columns.col(i) =
-          faces_[channel].columns.col(static_cast<Eigen::Index>(chosen[static_cast<std::size_t>(i)] * kInverseDistances.size()));
+      columns.col(i) = face_systems_[channel].columns.col(
+          static_cast<Eigen::Index>(chosen[static_cast<std::size_t>(i)] * kInverseDistances.size()));
     const Eigen::MatrixXf gram = columns.transpose() * columns;
-    const Eigen::VectorXf along = columns.transpose() * faces_[channel].residual.cast<float>();
-    const auto start = static_cast<float>(faces_[channel].residual.squaredNorm());
+    const Eigen::VectorXf along = columns.transpose() * face_systems_[channel].residual.cast<float>();
+    const auto start = static_cast<float>(face_systems_[channel].residual.squaredNorm());
     for (Eigen::Index a = 0; a < m; ++a)
       for (Eigen::Index b = a + 1; b < m; ++b) {
         const float aa = gram(a, a), bb = gram(b, b), ab = gram(a, b), det = aa * bb - ab * ab;
@@ -229,7 +242,7 @@ std::vector<LightSearch::Candidate> LightSearch::pairs(std::size_t most) const {
         chi(a, b) += start - gain;
       }
   }
-  // The best of each first one stand for all.
+  // Keeps the best partner for each first light.
   std::vector<Candidate> all;
   const double near = std::cos(kMinSeparation_rad);
   for (Eigen::Index a = 0; a < m; ++a) {
@@ -237,7 +250,8 @@ std::vector<LightSearch::Candidate> LightSearch::pairs(std::size_t most) const {
     Candidate best{{}, 1e300};
     for (Eigen::Index b = a + 1; b < m; ++b) {
       const Vec3d& y = grid()[chosen[static_cast<std::size_t>(b)]];
-      if (chi(a, b) < best.chi_square && dot(x, y) < near) best = {{PointLight{x, 0, {}}, PointLight{y, 0, {}}}, chi(a, b)};
+      if (chi(a, b) < best.chi_square && dot(x, y) < near)
+        best = {{PointLight{x, 0, {}}, PointLight{y, 0, {}}}, chi(a, b)};
     }
     if (!best.lights.empty()) all.push_back(std::move(best));
   }

@@ -1,6 +1,5 @@
-// Where lamps could be, looked for everywhere: sparse least squares over a grid of directions and distances (Aittala
-// 2010, "Inverse lighting and photorealistic rendering for augmented reality", section 4: few lamps that explain a
-// diffuse probe).
+// Global search for point lights: sparse least squares over a grid of directions and distances (Aittala 2010, "Inverse
+// lighting and photorealistic rendering for augmented reality", section 4: few lights that explain a diffuse probe).
 #pragma once
 
 #include <optional>
@@ -14,56 +13,57 @@
 
 namespace lightwell::marker {
 
-/// How well lamps at places of the grid explain what was seen, light from all around having been fitted to the rest.
+/// Chi square of the observations for point lights at the grid's positions. Ambient light and all irradiances are
+/// fitted linearly.
 class LightSearch {
  public:
-  LightSearch(const Observations& seen, const std::vector<Vec3d>& hull, const FitOptions& options);
+  LightSearch(const Observations& observations, const std::vector<Vec3d>& hull, const FitOptions& options);
 
   struct Candidate {
-    std::vector<PointLight> lights;  ///< Places alone.
+    std::vector<PointLight> lights;  ///< Directions and inverse distances; irradiances are not set.
     double chi_square = 0;
   };
 
-  /// Best first, none within 25 degrees of a better one, `most` at most. `beside`: lamps whose places are known and
-  /// whose irradiances are fitted too.
-  [[nodiscard]] std::vector<Candidate> find_single_lights(std::size_t most, ObservationSet observation_set, const std::vector<PointLight>& beside = {});
-  /// Two distant lamps at a time.
-  [[nodiscard]] std::vector<Candidate> pairs(std::size_t most) const;
+  /// At most `most` candidates for one light, best first, none within 25 degrees of a better one. `fixed_lights`:
+  /// lights at known positions whose irradiances are fitted, too.
+  [[nodiscard]] std::vector<Candidate> find_single_lights(std::size_t most, ObservationSet observation_set,
+                                                          const std::vector<PointLight>& fixed_lights = {});
+  /// At most `most` candidates for two distant lights, best first; uses the faces alone.
+  [[nodiscard]] std::vector<Candidate> find_light_pairs(std::size_t most) const;
 
-  /// What is left of the least squares for a lamp at each direction of the grid, at the distance that suits best,
-  /// beside others.
+  /// Smallest chi square over the grid's distances, for a light in each direction of the grid.
   struct ChiSquareMap {
     std::span<const Vec3d> directions;
     std::vector<double> chi_square;
-    std::vector<double> inverse_distance;  ///< That suits best.
-    double solid_angle = 0;                ///< Of each direction, sr.
+    std::vector<double> inverse_distance;  ///< Of the minimum, 1/m.
+    double solid_angle = 0;                ///< Per direction, sr.
   };
-  [[nodiscard]] ChiSquareMap chi_square_map(ObservationSet observation_set, const std::vector<PointLight>& beside);
+  [[nodiscard]] ChiSquareMap chi_square_map(ObservationSet observation_set,
+                                            const std::vector<PointLight>& fixed_lights);
 
-  /// What is left of the faces' least squares for a lamp that is not a point but as wide as `radius_rad` around its
-  /// direction, beside others.
-  [[nodiscard]] double chi_square_of(const PointLight& lamp, double radius_rad, const std::vector<PointLight>& beside) const;
+  /// Chi square of the faces for a uniform disc of angular radius `radius_rad` in place of the point light.
+  [[nodiscard]] double chi_square_of(const PointLight& light, double radius_rad,
+                                     const std::vector<PointLight>& fixed_lights) const;
 
  private:
-  /// One kind of numbers that were seen: a channel of the faces, or the table. Whitened.
+  /// Whitened linear system of one channel of the faces, or of the ground plane.
   struct LinearSystem {
-    Eigen::MatrixXd basis;  // orthonormal columns of light from all around
-    Eigen::VectorXd residual;   // what was seen, without them
-    Eigen::MatrixXf
-        columns;  // of each direction of the grid, at each distance: what such a lamp would make, without them
+    Eigen::MatrixXd basis;     // orthonormal columns that span the ambient light
+    Eigen::VectorXd residual;  // observations, projected off the basis
+    Eigen::MatrixXf columns;  // response to a light at each direction and distance of the grid, projected off the basis
   };
 
   [[nodiscard]] Eigen::VectorXd column_of(int channel, Vec3d direction, double inverse_distance) const;
   [[nodiscard]] Eigen::VectorXd ground_column_of(Vec3d direction, double inverse_distance);
   void build_ground_system();
 
-  const Observations& seen_;
+  const Observations& observations_;
   const std::vector<Vec3d>& hull_;
-  double slope_ = 0.5;
-  std::vector<LinearSystem> faces_;
-  std::optional<LinearSystem> table_;  // made when it is asked for
+  double ambient_gradient_sigma_ = 0.5;
+  std::vector<LinearSystem> face_systems_;
+  std::optional<LinearSystem> ground_system_;  // built at first use
   Shadow shadow_;
-  Eigen::ArrayXd light_;
+  Eigen::ArrayXd unit_irradiance_;
 };
 
 }  // namespace lightwell::marker

@@ -1,5 +1,5 @@
-// Which light the marker tells of: as many lamps as it takes, near where that shows, and how sure all of it is.
-//   LightingEstimateOptions, Around, LightingEstimate, estimate_lighting
+// Estimates the lighting of one frame from a marker's shading: point lights, ambient light and their uncertainty.
+//   LightingEstimateOptions, SurroundModel, LightEstimate, LightingEstimate, estimate_lighting
 #pragma once
 
 #include <array>
@@ -15,50 +15,51 @@ struct LightingEstimateOptions {
   ErrorModel errors;
   FitOptions fit;
   int max_lights = 3;
-  /// A lamp whose direction is less sure than this (standard deviation along the worse axis) is called so.
+  /// A light is `uncertain` where the standard deviation of its direction along the worse axis exceeds this.
   double max_direction_sigma_rad = 0.15;
-  /// Samples further from the model than so many standard deviations are something else (another object, its shadow).
-  double outlier = 4.5;
+  /// Residual, in standard deviations, above which a sample is an outlier (another object or its shadow).
+  double outlier_threshold = 4.5;
 };
 
-/// What the plane around the body was taken for.
+/// Hypothesis about the surroundings of the body.
 enum class SurroundModel : std::uint8_t {
-  distant,     ///< No table: what is seen there is far away, and a part of the light.
-  ground_plane,   ///< A table that shows no shadow. What it sends to the faces is no lamp's.
-  ground_plane_with_shadow,  ///< A table whose shadow was a witness too.
+  distant,                   ///< No ground plane: the surroundings are far away and a part of the light.
+  ground_plane,              ///< A ground plane (a table); the light that it reflects onto the faces is subtracted.
+  ground_plane_with_shadow,  ///< Likewise, and the body's shadow on the plane is observed, too.
 };
 
 struct LightEstimate {
-  PointLight lamp;
-  /// In tangent_basis(direction), rad²; other models and places that explain what was seen as well are in it.
+  PointLight light;
+  /// In tangent_basis(direction), rad². Includes other directions and models that explain the observations as well.
   std::array<double, 3> direction_covariance{};  ///< u·u, u·v, v·v
-  std::array<double, 3> model_covariance{};             ///< What of it other models added when lamps were last searched for.
-  double inverse_distance_sigma = 0;             ///< 1/m; infinite where the distance was not told.
-  bool near = false;                             ///< Whether the distance shows.
-  bool unsure = false;                           ///< Whether the direction does not.
-  bool free = false;                             ///< Whether its distance was looked for.
+  std::array<double, 3> model_covariance{};      ///< The part of other models, from the last global search.
+  double inverse_distance_sigma = 0;             ///< 1/m; infinite where the distance was not estimated.
+  bool distance_observable = false;              ///< Inverse distance above two standard deviations.
+  bool uncertain = false;                        ///< Whether the direction's sigma exceeds max_direction_sigma_rad.
+  bool distance_estimated = false;               ///< Whether the distance was a parameter of the fit.
 };
 
 struct LightingEstimate {
   std::array<Rgb, 4> ambient{};
   std::vector<LightEstimate> lights;  ///< Strongest first.
-  double chi_square = 0;          ///< Over the degrees of freedom.
-  double searched = 0;            ///< The same when lamps were last searched for.
-  SurroundModel around = SurroundModel::distant;
-  bool unsure = false;  ///< Whether several lights would explain what was seen equally well.
-  /// Whether the lamps explain the faces from where they are, each within `max_direction_sigma_rad`, with no less than nothing from
-  /// all around, or the table's shadow shows them: then they tell what normals between the faces get, also where it is
-  /// open how wide a lamp is.
-  bool placed = false;
-  int outliers = 0;  ///< Samples that were something else.
+  double chi_square = 0;              ///< Reduced: divided by the degrees of freedom.
+  double chi_square_at_search = 0;    ///< Reduced chi square of the last global search.
+  SurroundModel surround_model = SurroundModel::distant;
+  bool uncertain = false;  ///< No light was found, or the strongest light is uncertain.
+  /// Either the shadow on the ground plane determines the lights, or each light's direction is within
+  /// `max_direction_sigma_rad` before source size is considered and the ambient light is nowhere negative. The model
+  /// then also predicts the irradiance at normals between the faces.
+  bool localized = false;
+  int outliers = 0;  ///< Face samples that were rejected.
   int used = 0;
-  bool followed = false;            ///< Whether the lamps before were led on; else they were searched for everywhere.
-  std::vector<SurfaceSample> inliers;  ///< The faces' samples without those that were something else.
+  bool tracked = false;  ///< Whether the fit started from the previous frame's lights; false: global search.
+  std::vector<SurfaceSample> inliers;  ///< Face samples without the outliers.
 };
 
-/// `before`: what was told of the frame before, where there was one: its lamps are led on while they explain what is
-/// seen as well as they did, a tenth of the time of a search. With nothing seen: no lamps, unsure.
+/// `previous`: the previous frame's estimate or null. One fit starts from its lights; it is accepted while its reduced
+/// chi square is close to that of the last search. Otherwise a global search runs, which takes five times as long.
+/// Without samples, the estimate has no lights and is uncertain.
 [[nodiscard]] LightingEstimate estimate_lighting(const Shading& shading, const LightingEstimateOptions& options,
-                                       const LightingEstimate* before = nullptr);
+                                                 const LightingEstimate* previous = nullptr);
 
 }  // namespace lightwell::marker

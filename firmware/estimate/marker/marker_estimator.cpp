@@ -15,43 +15,42 @@
 #include "estimate/common/descriptor_header.hpp"
 #include "estimate/common/light_tracker.hpp"
 #include "estimate/common/row_reader.hpp"
-#include "estimate/marker/max_entropy_radiance.hpp"
 #include "estimate/marker/ground_reflection.hpp"
+#include "estimate/marker/max_entropy_radiance.hpp"
 
 namespace lightwell {
 namespace {
 
-/// Constants of harmonics: proto/README.md.
+/// Constants of the spherical harmonics of bands 0 and 1: proto/README.md.
 constexpr double kY0 = 0.28209479177387814, kY1 = 0.48860251190291992;
-/// Darker than so many times what rounding and noise hide, nothing is told.
+/// The frame is dark where the brightest patch is below this multiple of the bias near black.
 constexpr double kMinSignalToNoise = 3;
-/// What is not modelled (paper that is not quite matte, lamps that are not points) is never better than this in a
-/// direction, rad.
+/// Added to each direction's standard deviation: paper is not quite Lambertian, lights are not points.
 constexpr double kMinDirectionSigma_rad = 0.005;
-/// Where so large a share of the patches is something else, what stands before the body or throws its shadow on it may
-/// be before the table and the lamp as well, and what is left may be explained by a lamp that is not there.
+/// Largest share of patches that may be occluded, nonuniform or outliers. Above it, the occluder may also hide the
+/// ground plane or a light, and the remaining samples may be explained by a light that does not exist.
 constexpr double kMaxOccludedFraction = 0.25;
-/// Variance of a direction of which nothing is known, rad².
+/// Variance of an unknown direction, rad².
 constexpr double kUnknownDirectionVariance = 1;
-/// Paper that is white: what saturated patches are taken for in a lower bound.
+/// Albedo that is assumed for saturated patches in a lower bound of the irradiance.
 constexpr double kWhitePaperAlbedo = 0.8;
 
-/// Of light that only faces tell of, whose cosine hides what is finer.
+/// Last band of the maximum-entropy radiance: the cosine lobe of the faces attenuates higher bands.
 constexpr int kMaxEntropyBand = 4;
 
 float rounded(double v) { return static_cast<float>(v); }
 
 class MarkerEstimatorImpl final : public MarkerEstimator {
  public:
-  MarkerEstimatorImpl(const RigParameters& rig, RigTable table, const MarkerBody& body, std::unique_ptr<BodyFinder> finder,
-         const MarkerOptions& options)
+  MarkerEstimatorImpl(const RigParameters& rig, RigTable table, const MarkerBody& body,
+                      std::unique_ptr<BodyFinder> finder, const MarkerOptions& options)
       : rig_(rig),
-        table_(std::move(table)),
+        rig_table_(std::move(table)),
         body_(body),
         finder_(std::move(finder)),
         options_(options),
-        reader_(rig_, table_),
-        sampler_(max_image_width(table_), options.sampler),
+        reader_(rig_, rig_table_),
+        sampler_(max_image_width(rig_table_), options.sampler),
         calibration_id_(calibration_identity(rig)) {
     if (rig.nits_per_unit > 0) scale_ = {Units::absolute, rig.nits_per_unit};
     for (const LensParameters& lens : rig_.lenses) models_.emplace_back(lens);
@@ -79,7 +78,7 @@ class MarkerEstimatorImpl final : public MarkerEstimator {
     finder_->set_decimation({options_.config.marker.search_decimation, options_.config.marker.decimation});
     sampler_.set_max_faces(options_.config.marker.max_faces);
   }
-  /// Finds the body in one of the bracket's pictures; the lens that sees it.
+  /// Finds the body in the first frame of the bracket that shows it, and returns the index of the lens.
   [[nodiscard]] Result<int> find(std::span<const Frame> bracket);
   void inflate_covariance_if_occluded();
   void add_pose_covariance();
@@ -88,7 +87,7 @@ class MarkerEstimatorImpl final : public MarkerEstimator {
   void compute_error_bound(Descriptor& out) const;
 
   RigParameters rig_;
-  RigTable table_;
+  RigTable rig_table_;
   MarkerBody body_;
   std::unique_ptr<BodyFinder> finder_;
   MarkerOptions options_;
@@ -114,30 +113,30 @@ Result<int> MarkerEstimatorImpl::find(std::span<const Frame> bracket) {
     }
   }
   previous_.reset();
-  return Status(StatusCode::not_found,
-                "no tag of the body '" + body_.name + "' is in the picture, or too small, dark or blurred to be read");
+  return Status(StatusCode::not_found, "no tag of the body '" + body_.name +
+                                           "' was read: it is not in the picture, or too small, dark or blurred");
 }
 
 Status MarkerEstimatorImpl::estimate(std::span<const Frame> bracket, Descriptor& out) {
   if (Status s = reader_.bind(bracket); !s.ok()) return s;
-  const Result<int> seen = find(bracket);
-  if (!seen) return seen.status();
-  const auto lens = static_cast<std::size_t>(*seen);
+  const Result<int> found_lens = find(bracket);
+  if (!found_lens) return found_lens.status();
+  const auto lens = static_cast<std::size_t>(*found_lens);
   const LensParameters& parameters = rig_.lenses[lens];
-  const marker::PosedBody placed(body_, parameters, models_[lens], report_.body.probe_body.pose);
-  report_.counts =
-      sampler_.sample(reader_, *seen, parameters.width, parameters.height, body_, placed, scale_.factor, 3, shading_);
+  const marker::PosedBody posed_body(body_, parameters, models_[lens], report_.body.probe_body.pose);
+  report_.counts = sampler_.sample(reader_, *found_lens, parameters.width, parameters.height, body_, posed_body,
+                                   scale_.factor, 3, shading_);
   marker::estimate_ground_reflection(shading_);
-  // A camera of one colour, or light of one: channels that are alike in every sample need no fit of their own.
+  // Channels that are equal in every sample (a grey camera, or grey light) are fitted once.
   const auto grey = [](const marker::SurfaceSample& s) {
     const auto [least, most] = std::minmax({s.irradiance[0], s.irradiance[1], s.irradiance[2]});
     return most - least <= 1e-6 * most;
   };
   if (std::all_of(shading_.samples.begin(), shading_.samples.end(), grey)) shading_.channels = 1;
 
-  marker::LightingEstimateOptions choice = options_.choice;
-  choice.max_lights = std::min({choice.max_lights, options_.config.max_lights, static_cast<int>(kMaxLights)});
-  report_.light = marker::estimate_lighting(shading_, choice, previous_ ? &*previous_ : nullptr);
+  marker::LightingEstimateOptions options = options_.lighting;
+  options.max_lights = std::min({options.max_lights, options_.config.max_lights, static_cast<int>(kMaxLights)});
+  report_.light = marker::estimate_lighting(shading_, options, previous_ ? &*previous_ : nullptr);
   previous_ = report_.light;
   inflate_covariance_if_occluded();
   add_pose_covariance();
@@ -150,59 +149,60 @@ Status MarkerEstimatorImpl::estimate(std::span<const Frame> bracket, Descriptor&
   return {};
 }
 
-/// What is left of a body that much lies over tells no direction.
+/// Directions are not reliable where a large part of the body is occluded.
 void MarkerEstimatorImpl::inflate_covariance_if_occluded() {
   const marker::SampleCounts& counts = report_.counts;
-  if (counts.uneven + counts.covered + report_.light.outliers <= kMaxOccludedFraction * counts.patches) return;
-  report_.light.unsure = true;
-  report_.light.placed = false;
-  for (marker::LightEstimate& lamp : report_.light.lights) {
-    lamp.unsure = true;
-    lamp.direction_covariance[0] += kUnknownDirectionVariance;
-    lamp.direction_covariance[2] += kUnknownDirectionVariance;
+  if (counts.nonuniform + counts.occluded + report_.light.outliers <= kMaxOccludedFraction * counts.patches) return;
+  report_.light.uncertain = true;
+  report_.light.localized = false;
+  for (marker::LightEstimate& light_estimate : report_.light.lights) {
+    light_estimate.uncertain = true;
+    light_estimate.direction_covariance[0] += kUnknownDirectionVariance;
+    light_estimate.direction_covariance[2] += kUnknownDirectionVariance;
   }
 }
 
-/// Normals are as wrong as the body's attitude is, and so are directions.
+/// The error of the body's attitude rotates all directions.
 void MarkerEstimatorImpl::add_pose_covariance() {
   const PoseCovariance& c = report_.body.probe_body.covariance;
-  for (marker::LightEstimate& lamp : report_.light.lights) {
-    const auto [uu, uv, vv] = direction_covariance(lamp.lamp.direction, c);
-    lamp.direction_covariance[0] += uu + kMinDirectionSigma_rad * kMinDirectionSigma_rad;
-    lamp.direction_covariance[1] += uv;
-    lamp.direction_covariance[2] += vv + kMinDirectionSigma_rad * kMinDirectionSigma_rad;
+  for (marker::LightEstimate& light_estimate : report_.light.lights) {
+    const auto [uu, uv, vv] = direction_covariance(light_estimate.light.direction, c);
+    light_estimate.direction_covariance[0] += uu + kMinDirectionSigma_rad * kMinDirectionSigma_rad;
+    light_estimate.direction_covariance[1] += uv;
+    light_estimate.direction_covariance[2] += vv + kMinDirectionSigma_rad * kMinDirectionSigma_rad;
   }
 }
 
 void MarkerEstimatorImpl::fill_descriptor(Descriptor& out) {
-  marker::LightingEstimate& light = report_.light;
+  marker::LightingEstimate& lighting = report_.light;
   const marker::SampleCounts& counts = report_.counts;
   out.flags = {};
-  // What shines on the side that is turned away from the lens is never seen.
+  // Light on the side that is turned away from the lens is not observed.
   out.flags.set(Flag::unseen);
   if (counts.clipped > 0) out.flags.set(Flag::clipped);
-  if (counts.cleaned > 0) out.flags.set(Flag::cleaned);
-  const bool dark = !(counts.brightest > kMinSignalToNoise * counts.hidden) || !(counts.brightest > 0);
+  if (counts.invalid_pixels > 0) out.flags.set(Flag::cleaned);
+  const bool dark = !(counts.brightest > kMinSignalToNoise * counts.near_black_bias) || !(counts.brightest > 0);
   if (dark) out.flags.set(Flag::dark);
-  if (light.unsure || report_.body.ambiguous || dark) out.flags.set(Flag::unsure);
+  if (lighting.uncertain || report_.body.ambiguous || dark) out.flags.set(Flag::unsure);
   if (dark) {
-    light = {};
-    light.unsure = true;
+    lighting = {};
+    lighting.uncertain = true;
   } else if (shading_.samples.empty()) {
-    // Everything that was seen is saturated: at least this much comes from all around.
-    for (double& v : light.ambient[0]) v = std::numbers::pi * counts.brightest / kWhitePaperAlbedo;
+    // All patches are saturated: a lower bound of the ambient irradiance.
+    for (double& v : lighting.ambient[0]) v = std::numbers::pi * counts.brightest / kWhitePaperAlbedo;
   }
 
   fill_ambient(out);
   out.lights.clear();
-  for (const marker::LightEstimate& lamp : light.lights) {
+  for (const marker::LightEstimate& light_estimate : lighting.lights) {
     Light one;
-    one.direction = vec_cast<float>(lamp.lamp.direction);
-    const marker::Rgb& e = lamp.lamp.irradiance;
+    one.direction = vec_cast<float>(light_estimate.light.direction);
+    const marker::Rgb& e = light_estimate.light.irradiance;
     if (!(e[0] + e[1] + e[2] > 0)) continue;
     one.irradiance = {rounded(e[0]), rounded(e[1]), rounded(e[2])};
-    one.direction_covariance = {rounded(lamp.direction_covariance[0]), rounded(lamp.direction_covariance[1]),
-                                rounded(lamp.direction_covariance[2])};
+    one.direction_covariance = {rounded(light_estimate.direction_covariance[0]),
+                                rounded(light_estimate.direction_covariance[1]),
+                                rounded(light_estimate.direction_covariance[2])};
     out.lights.push_back(one);
   }
   tracker_.assign(out.lights, out.time.mid_exposure);
@@ -211,24 +211,28 @@ void MarkerEstimatorImpl::fill_descriptor(Descriptor& out) {
   out.saturated = rounded(shares.saturated);
 }
 
-/// What comes from all around, and what is left to lamps of which nobody is sure.
+/// Fills the radiance without the lights: the ambient light, or the maximum-entropy radiance where the lights are
+/// uncertain. The latter also replaces the lights' irradiances and reorders them.
 void MarkerEstimatorImpl::fill_ambient(Descriptor& out) {
-  marker::LightingEstimate& light = report_.light;
+  marker::LightingEstimate& lighting = report_.light;
   out.radiance = {};
   out.radiance_step = 0;
-  if (light.unsure && !light.placed) {
-    // Lamps that explain the faces may be anywhere, and light what lies between the faces in as many ways.
+  if (lighting.uncertain && !lighting.localized) {
+    // Many sets of point lights explain the faces; they predict different irradiances at normals between the faces.
     std::vector<Vec3d> toward;
-    for (const marker::LightEstimate& lamp : light.lights) toward.push_back(lamp.lamp.direction);
-    const auto even =
-        marker::max_entropy_radiance(light.inliers, options_.choice.errors, toward, std::min(options_.config.band, kMaxEntropyBand));
-    if (even) {
-      out.radiance = even->radiance;
-      for (std::size_t k = 0; k < light.lights.size(); ++k) light.lights[k].lamp.irradiance = even->lights[k];
-      const auto sum = [](const marker::LightEstimate& lamp) {
-        return lamp.lamp.irradiance[0] + lamp.lamp.irradiance[1] + lamp.lamp.irradiance[2];
+    for (const marker::LightEstimate& light_estimate : lighting.lights)
+      toward.push_back(light_estimate.light.direction);
+    const auto max_entropy = marker::max_entropy_radiance(lighting.inliers, options_.lighting.errors, toward,
+                                                          std::min(options_.config.band, kMaxEntropyBand));
+    if (max_entropy) {
+      out.radiance = max_entropy->radiance;
+      for (std::size_t k = 0; k < lighting.lights.size(); ++k)
+        lighting.lights[k].light.irradiance = max_entropy->lights[k];
+      const auto sum = [](const marker::LightEstimate& light_estimate) {
+        return light_estimate.light.irradiance[0] + light_estimate.light.irradiance[1] +
+               light_estimate.light.irradiance[2];
       };
-      std::ranges::stable_sort(light.lights, std::ranges::greater{}, sum);
+      std::ranges::stable_sort(lighting.lights, std::ranges::greater{}, sum);
       return;
     }
   }
@@ -237,13 +241,13 @@ void MarkerEstimatorImpl::fill_ambient(Descriptor& out) {
   constexpr std::array<std::size_t, 4> kOrder = {0, 2, 3, 1};
   for (std::size_t i = 0; i < 4; ++i) {
     const double factor = i == 0 ? 1 / (std::numbers::pi * kY0) : 1.5 / (std::numbers::pi * kY1);
-    const marker::Rgb& from = light.ambient[kOrder[i]];
+    const marker::Rgb& from = lighting.ambient[kOrder[i]];
     out.radiance.c[i] = {rounded(from[0] * factor), rounded(from[1] * factor), rounded(from[2] * factor)};
   }
 }
 
 void MarkerEstimatorImpl::compute_error_bound(Descriptor& out) const {
-  // Of what is never seen no bound speaks; the parts are of the normals that were.
+  // There is no finite bound for directions that were not observed; the parts refer to the normals that were.
   out.bound = {};
   out.bound.total = std::numeric_limits<float>::infinity();
   double squares = 0, noise = 0;
@@ -251,8 +255,8 @@ void MarkerEstimatorImpl::compute_error_bound(Descriptor& out) const {
     squares += s.irradiance[1] * s.irradiance[1], noise += s.sigma[1] * s.sigma[1];
   if (!(squares > 0)) return;
   out.bound.noise = rounded(3 * std::sqrt(noise / squares));
-  out.bound.sampling =
-      rounded(3 * std::hypot(options_.choice.errors.surface_relative_sigma, options_.choice.errors.surface_sigma_floor));
+  out.bound.sampling = rounded(
+      3 * std::hypot(options_.lighting.errors.surface_relative_sigma, options_.lighting.errors.surface_sigma_floor));
 }
 
 }  // namespace
@@ -262,12 +266,12 @@ Result<std::unique_ptr<MarkerEstimator>> make_marker_estimator(const RigParamete
                                                                const MarkerOptions& options) {
   if (Status s = options.config.validate(EstimatorKind::marker); !s.ok()) return s;
   if (Status s = body.validate(); !s.ok()) return s;
-  if (finder == nullptr) return Status(StatusCode::invalid_argument, "a marker needs a finder of its body");
+  if (finder == nullptr) return Status(StatusCode::invalid_argument, "make_marker_estimator: the body finder is null");
   bool any = body.ball.has_value();
   for (const MarkerFace& face : body.faces) any = any || !face.patches.empty();
   if (!any)
     return Status(StatusCode::invalid_argument,
-                  "the body '" + body.name + "' has neither patches nor a ball: nothing tells light");
+                  "the body '" + body.name + "' has neither patches nor a ball: light cannot be measured from it");
   Result<RigTable> table = make_rig_table(rig);
   if (!table) return table.status();
   return std::unique_ptr<MarkerEstimator>(

@@ -1,8 +1,7 @@
-// Light from a marker that the camera looks at: a body of known paper, whose faces and whose shadow tell where the
-// lamps are.
+// Estimates the lighting from a marker in the camera's view: a body of known albedo. The shading of its faces and its
+// shadow on the ground plane determine point lights and ambient light.
 //
-//   frame ──BodyFinder──> T_probe_body ──sampler──> Shading ──light_choice──> lamps, light from all around ──>
-//   Descriptor
+//   frame ── BodyFinder ──> T_probe_body ── sampler ──> Shading ── lighting_estimate ──> lights, ambient ──> Descriptor
 //
 // Directions are from the body's centre, in the probe's (the camera's) axes.
 #pragma once
@@ -25,24 +24,24 @@ struct MarkerOptions {
   EstimatorConfig config;
   std::uint32_t probe_id = 0;
   marker::SamplerOptions sampler;
-  marker::LightingEstimateOptions choice;
+  marker::LightingEstimateOptions lighting;
 };
 
-/// What the last estimate was made from and what a descriptor has no field for.
+/// Inputs and intermediate results of the last estimate that have no field in a descriptor.
 struct MarkerReport {
   DetectedBody body;
   marker::SampleCounts counts;
   marker::LightingEstimate light;  ///< Irradiances in the descriptor's units.
 };
 
-/// estimate() returns not_found where the body is not in any picture of the bracket. Ceres and AprilTag allocate memory
-/// in each estimate, so this estimator does.
+/// estimate() returns not_found where no frame of the bracket shows the body. It allocates memory, because Ceres and
+/// AprilTag do.
 class MarkerEstimator : public Estimator {
  public:
   [[nodiscard]] virtual const MarkerReport& report() const = 0;
 };
 
-/// invalid_argument for a rig, a body or options that are impossible.
+/// Returns invalid_argument where the rig, the body or an option is invalid, or `finder` is null.
 [[nodiscard]] Result<std::unique_ptr<MarkerEstimator>> make_marker_estimator(const RigParameters& rig,
                                                                              const MarkerBody& body,
                                                                              std::unique_ptr<BodyFinder> finder,

@@ -8,11 +8,11 @@
 namespace lightwell::marker {
 namespace {
 
-/// A face that looks down within so much of straight down is one to stand on.
+/// Smallest cosine of the angle between down and the normal of a face on which the body may stand.
 constexpr double kMinDownCosine = 0.64;
-/// The lens is above the table by at least this share of its distance: flatter, the table shows nothing.
+/// Smallest sine of the lens's elevation above the ground plane.
 constexpr double kMinLensElevation = 0.12;
-/// Points that stand for a ball's hull.
+/// Number of points that represent the hull of a ball.
 constexpr int kBallPoints = 48;
 
 }  // namespace
@@ -20,7 +20,7 @@ constexpr int kBallPoints = 48;
 Vec3d center_of(const MarkerBody& body) { return body.ball ? body.ball->center : Vec3d{}; }
 
 PosedBody::PosedBody(const MarkerBody& body, const LensParameters& lens, const CameraModel& model,
-                       const Pose& probe_body)
+                     const Pose& probe_body)
     : body_(body),
       model_(model),
       probe_body_(probe_body),
@@ -44,7 +44,7 @@ std::optional<PixelPosition> PosedBody::pixel_of(Vec3d point) const {
   return model_.project(transformed(lens_probe_, point + origin_));
 }
 
-std::optional<GroundPlane> PosedBody::table(Vec3d up) const {
+std::optional<GroundPlane> PosedBody::ground_plane(Vec3d up) const {
   const MarkerFace* lowest = nullptr;
   double most = kMinDownCosine;
   if (body_.ball) {

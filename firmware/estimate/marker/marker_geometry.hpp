@@ -1,5 +1,5 @@
-// A body where it stands: its faces, its hull and its table in the probe's axes and in a lens's picture.
-//   PosedBody      faces and ball relative to the centre, seen from one lens
+// Geometry of a marker body at a pose: faces, hull and ground plane in the probe's axes, and their projection.
+//   PosedBody   faces and ball relative to the body's centre, seen by one lens
 #pragma once
 
 #include <optional>
@@ -14,30 +14,31 @@
 
 namespace lightwell::marker {
 
-/// The point of a body that lights are told from: its ball's centre where it has one, else its frame's origin.
+/// The origin of the lights' directions, body frame: the centre of the body's ball, if it has one, else (0, 0, 0).
 [[nodiscard]] Vec3d center_of(const MarkerBody& body);
 
 class PosedBody {
  public:
-  /// All three must outlive it.
+  /// `body` and `model` are referenced and must outlive it. `probe_body`: T_probe_body.
   PosedBody(const MarkerBody& body, const LensParameters& lens, const CameraModel& model, const Pose& probe_body);
 
-  /// Axes of the probe, from the body's centre, m.
+  /// Converts a point of the body frame to the probe's axes, relative to the body's centre, m.
   [[nodiscard]] Vec3d at(Vec3d point_of_body) const { return rotate(probe_body_.rotation, point_of_body - center_); }
   [[nodiscard]] Vec3d normal_of(const MarkerFace& face) const;
   [[nodiscard]] Vec3d point_of(const MarkerFace& face, FacePoint p) const {
     return at(transformed(face.body_face, {p.x, p.y, 0}));
   }
-  /// Where the lens is, from the body's centre.
+  /// Position of the lens relative to the body's centre, m.
   [[nodiscard]] Vec3d lens() const { return lens_; }
-  /// Of a point relative to the body's centre. Nothing where the lens does not see it.
+  /// Projects a point relative to the body's centre. nullopt where it is outside of the lens's field of view.
   [[nodiscard]] std::optional<PixelPosition> pixel_of(Vec3d point) const;
   /// Points whose convex hull is the body, relative to its centre.
   [[nodiscard]] const std::vector<Vec3d>& hull() const { return hull_; }
 
-  /// The plane that it stands on, without samples: its ball's sheet; else that of the face that looks down most, within
-  /// 50 degrees of it and with the lens above. `up`: probe frame. Nothing where there is none.
-  [[nodiscard]] std::optional<GroundPlane> table(Vec3d up) const;
+  /// The plane on which the body stands, without samples: the ball's sheet, else that of the face whose normal points
+  /// down most. nullopt where no face's normal is within 50 degrees of down (`up`: probe frame), or where the lens is
+  /// less than 7 degrees above the plane.
+  [[nodiscard]] std::optional<GroundPlane> ground_plane(Vec3d up) const;
 
  private:
   const MarkerBody& body_;

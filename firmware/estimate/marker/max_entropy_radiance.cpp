@@ -14,28 +14,30 @@
 namespace lightwell::marker {
 namespace {
 
-/// 10 degrees apart: finer than any surface tells, whose cosine is wider.
+/// Directions of the discretized sphere. Their spacing of 9 degrees is fine compared with the cosine lobe of a surface.
 constexpr int kDirections = 500;
-constexpr double kSteradian = 4 * std::numbers::pi / kDirections;
-/// Newton's steps; ten are common. The step that is left moves no irradiance by more than this share of the mean.
+constexpr double kSteradian = 4 * std::numbers::pi / kDirections;  // per direction
+/// Newton iterations (ten are common), and the decrement at which they end: about the share of the mean by which
+/// irradiances may still change.
 constexpr int kMaxIterations = 100;
 constexpr double kConvergence = 1e-9;
-/// What stands out about a direction lies within this angle of it, and its surroundings within the other, rad.
+/// A peak lies within the first angle of its direction, its surroundings between the first and the second.
 constexpr double kPeakRadius_rad = 0.35, kSurroundRadius_rad = 0.6;
-/// Normals of one surface differ by less.
-constexpr double kFlat = 0.9999;
+/// Consecutive samples of one surface belong together above this cosine of the angle between their normals.
+constexpr double kSameNormalCosine = 0.9999;
 
 const std::vector<Vec3d>& directions() {
   static const std::vector<Vec3d> all = fibonacci_directions(kDirections);
   return all;
 }
 
+/// Normals and irradiances to be reproduced.
 struct Surfaces {
   std::vector<Vec3d> normals;
   std::array<Eigen::VectorXd, 3> irradiance;
 };
 
-/// A flat surface is one number, its mean; each sample of a curved one is its own.
+/// Averages the samples of a flat surface; each sample of a curved surface remains an observation of its own.
 Surfaces surfaces_of(std::span<const SurfaceSample> samples) {
   struct Sum {
     Vec3d normal;
@@ -45,7 +47,8 @@ Surfaces surfaces_of(std::span<const SurfaceSample> samples) {
   };
   std::vector<Sum> sums;
   for (const SurfaceSample& s : samples) {
-    const bool same = !sums.empty() && sums.back().surface == s.surface && dot(sums.back().normal, s.normal) > kFlat;
+    const bool same =
+        !sums.empty() && sums.back().surface == s.surface && dot(sums.back().normal, s.normal) > kSameNormalCosine;
     if (!same) sums.push_back({s.normal, s.surface});
     for (std::size_t c = 0; c < 3; ++c) sums.back().irradiance[c] += s.irradiance[c];
     ++sums.back().count;
@@ -68,9 +71,9 @@ Eigen::MatrixXd cosines(const std::vector<Vec3d>& normals) {
   return out;
 }
 
-/// Radiance from each direction, in units of the mean irradiance: the minimum over mu of
-///   sum x(mu) dw - mu . e + |sigma mu|^2 / 2,   x = exp(cosines' mu) / pi,
-/// whose gradient is what x makes of the surfaces less what they get, as far as sigma lets it.
+/// Radiance from each direction, in units of the mean irradiance: minimizes over mu, by Newton's method,
+///   sum x(mu) dw - mu . e + |sigma mu|^2 / 2,   x = exp(cosines' mu) / pi.
+/// The gradient is the irradiance by x, minus the observed irradiance e, plus sigma^2 mu.
 Eigen::ArrayXd solve_max_entropy(const Eigen::MatrixXd& cosines, const Eigen::VectorXd& e, const ErrorModel& errors) {
   const Eigen::ArrayXd variance =
       (errors.surface_relative_sigma * e.array()).square() + std::pow(errors.surface_sigma_floor * e.maxCoeff(), 2);
@@ -83,17 +86,17 @@ Eigen::ArrayXd solve_max_entropy(const Eigen::MatrixXd& cosines, const Eigen::Ve
   Eigen::VectorXd mu = Eigen::VectorXd::Zero(e.size());
   Eigen::ArrayXd x = radiance(mu);
   double now = value(mu, x);
-  for (int step = 0; step < kMaxIterations; ++step) {
-    const Eigen::VectorXd slope = kSteradian * (cosines * x.matrix()) - e + (variance * mu.array()).matrix();
-    Eigen::MatrixXd curve = kSteradian * cosines * x.matrix().asDiagonal() * cosines.transpose();
-    curve.diagonal() += variance.matrix();
-    const Eigen::VectorXd towards = curve.ldlt().solve(-slope);
-    const double gain = -slope.dot(towards);
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    const Eigen::VectorXd gradient = kSteradian * (cosines * x.matrix()) - e + (variance * mu.array()).matrix();
+    Eigen::MatrixXd hessian = kSteradian * cosines * x.matrix().asDiagonal() * cosines.transpose();
+    hessian.diagonal() += variance.matrix();
+    const Eigen::VectorXd step_direction = hessian.ldlt().solve(-gradient);
+    const double gain = -gradient.dot(step_direction);
     if (!(gain > kConvergence * kConvergence)) break;
-    // An exponential outruns its parabola: shorter steps until it falls.
+    // Backtracking line search (Armijo): a full Newton step of an exponential may overshoot.
     double length = 1;
     for (; length > 1e-10; length /= 2) {
-      const Eigen::VectorXd next = mu + length * towards;
+      const Eigen::VectorXd next = mu + length * step_direction;
       const Eigen::ArrayXd there = radiance(next);
       const double then = value(next, there);
       if (!(then <= now - 1e-4 * length * gain)) continue;
@@ -107,24 +110,24 @@ Eigen::ArrayXd solve_max_entropy(const Eigen::MatrixXd& cosines, const Eigen::Ve
   return x;
 }
 
-/// Takes what is brighter than its surroundings about `toward` out of x; its irradiance.
-double take_out(Vec3d toward, Eigen::ArrayXd& x) {
-  double around = 0;
+/// Subtracts from x the radiance around `toward` that exceeds the mean of its surroundings; returns its irradiance.
+double subtract_peak(Vec3d toward, Eigen::ArrayXd& x) {
+  double surround = 0;
   int count = 0;
-  std::vector<Eigen::Index> about;
+  std::vector<Eigen::Index> peak;
   for (std::size_t k = 0; k < directions().size(); ++k) {
     const double angle = angle_between(toward, directions()[k]);
     if (angle < kPeakRadius_rad)
-      about.push_back(static_cast<Eigen::Index>(k));
+      peak.push_back(static_cast<Eigen::Index>(k));
     else if (angle < kSurroundRadius_rad)
-      around += x[static_cast<Eigen::Index>(k)], ++count;
+      surround += x[static_cast<Eigen::Index>(k)], ++count;
   }
-  around /= std::max(1, count);
+  surround /= std::max(1, count);
   double out = 0;
-  for (const Eigen::Index k : about) {
-    if (!(x[k] > around)) continue;
-    out += (x[k] - around) * kSteradian;
-    x[k] = around;
+  for (const Eigen::Index k : peak) {
+    if (!(x[k] > surround)) continue;
+    out += (x[k] - surround) * kSteradian;
+    x[k] = surround;
   }
   return out;
 }
@@ -132,7 +135,7 @@ double take_out(Vec3d toward, Eigen::ArrayXd& x) {
 }  // namespace
 
 std::optional<MaxEntropyRadiance> max_entropy_radiance(std::span<const SurfaceSample> samples, const ErrorModel& errors,
-                                         std::span<const Vec3d> toward, int band) {
+                                                       std::span<const Vec3d> toward, int band) {
   if (samples.empty()) return std::nullopt;
   const Surfaces surfaces = surfaces_of(samples);
   const Eigen::MatrixXd of_normals = cosines(surfaces.normals);
@@ -149,7 +152,7 @@ std::optional<MaxEntropyRadiance> max_entropy_radiance(std::span<const SurfaceSa
     }
     any = true;
     radiance[c] = mean * solve_max_entropy(of_normals, surfaces.irradiance[c] / mean, errors);
-    for (std::size_t k = 0; k < toward.size(); ++k) out.lights[k][c] = take_out(toward[k], radiance[c]);
+    for (std::size_t k = 0; k < toward.size(); ++k) out.lights[k][c] = subtract_peak(toward[k], radiance[c]);
   }
   if (!any) return std::nullopt;
   const auto count = static_cast<std::size_t>(out.radiance.count());

@@ -1,10 +1,11 @@
-// Light of which nobody knows where it comes from. Few faces are lit alike by many lights; of all that explain them
-// this is the one that is most even over the directions: it makes no lamp where none has to be, never takes light away,
-// and stays near what was seen where normals lie between those that were.
+// Maximum-entropy radiance: the most uniform radiance over the sphere that reproduces the surfaces' irradiances. Many
+// light distributions explain a few faces; this one concentrates light only where the faces require it, is nowhere
+// negative, and interpolates smoothly at normals between those of the faces.
 //
-// Radiance x(d) = m exp(sum over surfaces of mu max(0, n . d)), m even: the largest entropy relative to m of all whose
-// irradiances are the surfaces' up to their errors (Jaynes 1957, "Information theory and statistical mechanics"; with
-// errors: Skilling & Bryan 1984). mu is the minimum of a convex function of as many numbers as there are surfaces.
+// Radiance x(d) = m exp(sum over surfaces of mu max(0, n . d)) with a uniform m has the largest entropy relative to m
+// of all radiances whose irradiances agree with the surfaces' within their errors (Jaynes 1957, "Information theory and
+// statistical mechanics"; with errors: Skilling & Bryan 1984, "Maximum entropy image reconstruction: general
+// algorithm"). mu, one number per surface, minimizes a convex function (the dual).
 //   MaxEntropyRadiance, max_entropy_radiance
 #pragma once
 
@@ -20,16 +21,17 @@
 namespace lightwell::marker {
 
 struct MaxEntropyRadiance {
-  /// Probe's axes, units of the samples' irradiance a steradian; without what `lamps` has.
+  /// Probe frame; the samples' unit of irradiance per steradian. Without the part in `lights`.
   RadianceSh radiance;
-  /// Irradiance at normal incidence of what stands out of its surroundings about each direction that was asked for, in
-  /// their order.
+  /// Of each requested direction, in their order: irradiance at normal incidence of the radiance that exceeds its
+  /// surroundings within 0.35 rad.
   std::vector<Rgb> lights;
 };
 
-/// `samples`: as Shading has them. `toward`: unit vectors, where lamps may be. `band`: of the radiance, 0 to kMaxBand.
-/// Nothing where there are no samples, or none of them gets light.
-[[nodiscard]] std::optional<MaxEntropyRadiance> max_entropy_radiance(std::span<const SurfaceSample> samples, const ErrorModel& errors,
-                                                       std::span<const Vec3d> toward, int band);
+/// `samples`: sorted by surface, as in Shading. `toward`: unit vectors of possible lights. `band`: last SH band of the
+/// radiance, 0 to kMaxBand. nullopt where there are no samples or all irradiances are 0.
+[[nodiscard]] std::optional<MaxEntropyRadiance> max_entropy_radiance(std::span<const SurfaceSample> samples,
+                                                                     const ErrorModel& errors,
+                                                                     std::span<const Vec3d> toward, int band);
 
 }  // namespace lightwell::marker

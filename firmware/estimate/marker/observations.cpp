@@ -7,30 +7,30 @@ namespace lightwell::marker {
 
 namespace {
 
-/// Of a table's samples, the darkest and the brightest that are not the very last: shares.
-constexpr double kDark = 0.05, kBright = 0.95;
-/// A shadow that is darker than this share of the rest is so by accident of noise.
-constexpr double kDarkest = 0.01;
+/// Quantiles of the ground samples' radiance that stand for shadow and light.
+constexpr double kDarkQuantile = 0.05, kBrightQuantile = 0.95;
+/// Smallest ratio of shadow to light; less is noise.
+constexpr double kMinShadowRatio = 0.01;
 
-/// How many times brighter the table is in the light than in the shadow, at least 1.
-double contrast_of(const std::optional<GroundPlane>& table) {
-  if (!table || table->samples.size() < 20) return 1;
+/// Ratio of the ground plane's radiance in the light to that in the shadow, at least 1.
+double shadow_contrast(const std::optional<GroundPlane>& ground) {
+  if (!ground || ground->samples.size() < 20) return 1;
   std::vector<double> sorted;
-  for (const GroundSample& t : table->samples) sorted.push_back(t.radiance);
+  for (const GroundSample& t : ground->samples) sorted.push_back(t.radiance);
   const auto at = [&](double share) {
     const auto place = sorted.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
     std::nth_element(sorted.begin(), place, sorted.end());
     return *place;
   };
-  const double bright = at(kBright), dark = at(kDark);
-  return bright > 0 ? std::max(1.0, bright / std::max(dark, kDarkest * bright)) : 1;
+  const double bright = at(kBrightQuantile), dark = at(kDarkQuantile);
+  return bright > 0 ? std::max(1.0, bright / std::max(dark, kMinShadowRatio * bright)) : 1;
 }
 
 }  // namespace
 
 Observations::Observations(const Shading& shading, const ErrorModel& errors)
     : channels_(shading.channels), samples_(shading.samples) {
-  if (shading.table && !shading.table->samples.empty()) table_.emplace(*shading.table, errors);
+  if (shading.ground && !shading.ground->samples.empty()) ground_.emplace(*shading.ground, errors);
   std::stable_sort(samples_.begin(), samples_.end(),
                    [](const SurfaceSample& a, const SurfaceSample& b) { return a.surface < b.surface; });
   for (int i = 0; i < samples(); ++i) {
@@ -39,7 +39,7 @@ Observations::Observations(const Shading& shading, const ErrorModel& errors)
     surfaces_.back().end = i + 1;
   }
   const int n = samples();
-  const double contrast = contrast_of(shading.table);
+  const double contrast = shadow_contrast(shading.ground);
   for (int c = 0; c < channels_; ++c) {
     const auto channel = static_cast<std::size_t>(c);
     std::vector<double> means;
@@ -49,12 +49,13 @@ Observations::Observations(const Shading& shading, const ErrorModel& errors)
       for (int i = s.begin; i < s.end; ++i) of_surface += samples_[static_cast<std::size_t>(i)].irradiance[channel];
       sum += of_surface;
       means.push_back(of_surface / (s.end - s.begin));
-      brightest_[channel] = std::max(brightest_[channel], means.back());
+      max_irradiance_[channel] = std::max(max_irradiance_[channel], means.back());
     }
-    mean_[channel] = n > 0 ? sum / n : 0;
+    mean_irradiance_[channel] = n > 0 ? sum / n : 0;
     if (!means.empty())
-      brightest_[channel] = std::max(brightest_[channel], contrast * *std::min_element(means.begin(), means.end()));
-    const double floor = errors.surface_sigma_floor * brightest_[channel];
+      max_irradiance_[channel] =
+          std::max(max_irradiance_[channel], contrast * *std::min_element(means.begin(), means.end()));
+    const double floor = errors.surface_sigma_floor * max_irradiance_[channel];
     root_weight_[channel].resize(n);
     shared_whitened_[channel].resize(n);
     whitened_[channel].resize(n);
@@ -64,10 +65,11 @@ Observations::Observations(const Shading& shading, const ErrorModel& errors)
       double squared = 0;
       for (int i = s.begin; i < s.end; ++i) {
         const SurfaceSample& sample = samples_[static_cast<std::size_t>(i)];
-        const double alone = std::hypot(sample.sigma[channel], errors.sample_relative_sigma * sample.irradiance[channel],
-                                        errors.sample_sigma_floor * brightest_[channel]);
-        // Zero is no deviation to divide by.
-        root_weight_[channel][i] = 1 / std::max(alone, 1e-6 * brightest_[channel] + 1e-300);
+        const double alone =
+            std::hypot(sample.sigma[channel], errors.sample_relative_sigma * sample.irradiance[channel],
+                       errors.sample_sigma_floor * max_irradiance_[channel]);
+        // Avoids a division by zero.
+        root_weight_[channel][i] = 1 / std::max(alone, 1e-6 * max_irradiance_[channel] + 1e-300);
         shared_whitened_[channel][i] = shared * root_weight_[channel][i];
         squared += shared_whitened_[channel][i] * shared_whitened_[channel][i];
         whitened_[channel][i] = sample.irradiance[channel];
@@ -90,27 +92,27 @@ void Observations::whiten(int channel, Eigen::Ref<Eigen::VectorXd> column) const
   }
 }
 
-double Observations::deviations(int channel, int sample, double difference) const {
+double Observations::standardized_residual(int channel, int sample, double difference) const {
   const auto c = static_cast<std::size_t>(channel);
   std::size_t k = 0;
   while (k + 1 < surfaces_.size() && sample >= surfaces_[k].end) ++k;
   return difference / std::hypot(1 / root_weight_[c][sample], shared_[c][k]);
 }
 
-GroundObservations::GroundObservations(const GroundPlane& table, const ErrorModel& errors)
-    : point(table.point), normal(table.normal), step_m(table.step_m) {
-  const auto n = static_cast<Eigen::Index>(table.samples.size());
+GroundObservations::GroundObservations(const GroundPlane& ground, const ErrorModel& errors)
+    : point(ground.point), normal(ground.normal), step_m(ground.step_m) {
+  const auto n = static_cast<Eigen::Index>(ground.samples.size());
   for (Eigen::ArrayXd* a : {&x, &y, &z, &u, &v, &open, &radiance, &weight}) a->resize(n);
   const auto [along, across] = tangent_basis(normal);
   double mean = 0;
-  for (const GroundSample& t : table.samples) mean += t.radiance / static_cast<double>(n);
+  for (const GroundSample& t : ground.samples) mean += t.radiance / static_cast<double>(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const GroundSample& t = table.samples[static_cast<std::size_t>(i)];
+    const GroundSample& t = ground.samples[static_cast<std::size_t>(i)];
     x[i] = t.position.x, y[i] = t.position.y, z[i] = t.position.z;
     u[i] = dot(t.position - point, along), v[i] = dot(t.position - point, across);
     open[i] = 1 - t.occluded;
     radiance[i] = t.radiance;
-    // What the body takes of the light from all around it also gives back, from its lit side: not modelled, so doubted.
+    // The body also reflects light onto the samples that it occludes. This is not modelled: it increases sigma.
     const double model_sigma = errors.ground_relative_sigma * mean + 0.5 * t.occluded * t.radiance;
     weight[i] = 1 / (std::hypot(t.sigma, model_sigma) * std::sqrt(errors.ground_correlated_samples) + 1e-300);
   }

@@ -1,9 +1,10 @@
-// What was seen, in numbers of variance one: what a fit compares with its model.
-//   Observations   the faces' irradiance and the table's radiance, whitened
+// Measurements of one frame, whitened: linear combinations with independent errors of variance 1.
+//   Observations         irradiance of the faces
+//   GroundObservations   radiance of the ground plane
 //
-// Samples of one surface share an error (its attitude, its paper, light from its neighbours): their covariance is
-// D + s² 1 1', D diagonal. With z = D^-1/2 x and t = s D^-1/2 1, its inverse root makes z - t (t'z) (1 - 1 / sqrt(1 +
-// t't)) / t't.
+// The samples of one surface share an error (attitude, paper, interreflection): their covariance is D + s² 1 1', D
+// diagonal. With z = D^-1/2 x and t = s D^-1/2 1, the inverse square root of the covariance maps x to
+// z - t (t'z) (1 - 1 / sqrt(1 + t't)) / t't.
 #pragma once
 
 #include <array>
@@ -18,19 +19,19 @@
 
 namespace lightwell::marker {
 
-/// The table's samples, one number each.
+/// Samples of the ground plane (the table), one channel: the mean of r, g and b. One array element per sample.
 struct GroundObservations {
   Vec3d point, normal;
   double step_m = 0;
-  Eigen::ArrayXd x, y, z;  ///< Where they are.
-  Eigen::ArrayXd u, v;     ///< In tangent_basis(normal), from `point`.
-  Eigen::ArrayXd open;     ///< Share of the light from all around that reaches them.
+  Eigen::ArrayXd x, y, z;  ///< Position, m, from the body's centre.
+  Eigen::ArrayXd u, v;     ///< Position in tangent_basis(normal), m, from `point`.
+  Eigen::ArrayXd open;     ///< Share of the ambient irradiance that the body does not occlude, 0 to 1.
   Eigen::ArrayXd radiance;
-  Eigen::ArrayXd weight;  ///< One over the standard deviation.
+  Eigen::ArrayXd weight;  ///< 1 / standard deviation of the radiance.
 
-  GroundObservations(const GroundPlane& table, const ErrorModel& errors);
+  GroundObservations(const GroundPlane& ground, const ErrorModel& errors);
   [[nodiscard]] Eigen::Index size() const { return x.size(); }
-  /// Of the body's centre above it.
+  /// Height of the body's centre above the plane, m.
   [[nodiscard]] double height() const { return -dot(point, normal); }
 };
 
@@ -40,22 +41,27 @@ class Observations {
 
   [[nodiscard]] int samples() const { return static_cast<int>(samples_.size()); }
   [[nodiscard]] int channels() const { return channels_; }
-  [[nodiscard]] const std::vector<SurfaceSample>& of_faces() const { return samples_; }
-  /// What the strongest light gives to whom it meets straight, about: the largest mean of a surface, or where the table
-  /// is that much brighter outside of its shadow, as much more than the darkest. And the mean over all samples. Of a
-  /// channel.
-  [[nodiscard]] double brightest(int channel) const { return brightest_[static_cast<std::size_t>(channel)]; }
-  [[nodiscard]] double mean(int channel) const { return mean_[static_cast<std::size_t>(channel)]; }
+  [[nodiscard]] const std::vector<SurfaceSample>& face_samples() const { return samples_; }
+  /// Rough irradiance of the strongest light at normal incidence: the largest mean over a surface, or the smallest mean
+  /// times the contrast of the shadow on the ground plane, whichever is more.
+  [[nodiscard]] double max_irradiance(int channel) const { return max_irradiance_[static_cast<std::size_t>(channel)]; }
+  /// Mean over all samples of the faces.
+  [[nodiscard]] double mean_irradiance(int channel) const {
+    return mean_irradiance_[static_cast<std::size_t>(channel)];
+  }
 
-  /// One number a sample, to one a whitened row; may be the same memory.
+  /// Whitens a column of one value per sample, in place.
   void whiten(int channel, Eigen::Ref<Eigen::VectorXd> column) const;
-  /// The whitened irradiances.
-  [[nodiscard]] const Eigen::VectorXd& seen(int channel) const { return whitened_[static_cast<std::size_t>(channel)]; }
-  /// Of a sample's difference from a model: how many of its standard deviations, its surface's included.
-  [[nodiscard]] double deviations(int channel, int sample, double difference) const;
+  /// The whitened irradiances, one row per sample.
+  [[nodiscard]] const Eigen::VectorXd& whitened(int channel) const {
+    return whitened_[static_cast<std::size_t>(channel)];
+  }
+  /// `difference` (of a sample's irradiance from a model's) divided by its standard deviation, the error shared by its
+  /// surface included.
+  [[nodiscard]] double standardized_residual(int channel, int sample, double difference) const;
 
-  /// The table. Null where there is none.
-  [[nodiscard]] const GroundObservations* table() const { return table_ ? &*table_ : nullptr; }
+  /// Null where no ground plane was sampled.
+  [[nodiscard]] const GroundObservations* ground() const { return ground_ ? &*ground_ : nullptr; }
 
  private:
   struct Surface {
@@ -67,8 +73,8 @@ class Observations {
   std::vector<Surface> surfaces_;
   std::array<Eigen::VectorXd, 3> whitened_, root_weight_, shared_whitened_;
   std::array<std::vector<double>, 3> shrinkage_, shared_;
-  Rgb brightest_{}, mean_{};
-  std::optional<GroundObservations> table_;
+  Rgb max_irradiance_{}, mean_irradiance_{};
+  std::optional<GroundObservations> ground_;
 };
 
 }  // namespace lightwell::marker

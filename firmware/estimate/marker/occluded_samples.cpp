@@ -11,8 +11,8 @@
 namespace lightwell::marker {
 namespace {
 
-/// A sample that differs from its face's slope by more than this share of it, and by more than four times what the
-/// others do, is something else.
+/// Largest residual of a sample relative to the median irradiance of its face, unless four robust standard deviations
+/// of the face's residuals are more; four sigmas of the sample are added.
 constexpr double kMaxPlaneDeviation = 0.03;
 
 }  // namespace
@@ -40,8 +40,8 @@ int remove_occluded_samples(Shading& shading) {
     for (const SurfaceSample& s : face)
       points.push_back(
           {dot(s.position, u), dot(s.position, v), (s.irradiance[0] + s.irradiance[1] + s.irradiance[2]) / 3});
-    std::vector<double> rest(points.size()), best(points.size(), 0), sorted;
-    double least = std::numeric_limits<double>::infinity();
+    std::vector<double> residuals(points.size()), best_residuals(points.size(), 0), sorted;
+    double least_median = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < points.size(); ++i)
       for (std::size_t j = i + 1; j < points.size(); ++j)
         for (std::size_t k = j + 1; k < points.size(); ++k) {
@@ -51,19 +51,19 @@ int remove_occluded_samples(Shading& shading) {
           const double gu = ((b.value - a.value) * cv - (c.value - a.value) * bv) / det;
           const double gv = ((c.value - a.value) * bu - (b.value - a.value) * cu) / det;
           for (std::size_t n = 0; n < points.size(); ++n)
-            rest[n] = std::abs(points[n].value - a.value - gu * (points[n].u - a.u) - gv * (points[n].v - a.v));
-          sorted = rest;
+            residuals[n] = std::abs(points[n].value - a.value - gu * (points[n].u - a.u) - gv * (points[n].v - a.v));
+          sorted = residuals;
           const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
           std::nth_element(sorted.begin(), middle, sorted.end());
-          if (*middle < least) least = *middle, best = rest;
+          if (*middle < least_median) least_median = *middle, best_residuals = residuals;
         }
     sorted.clear();
     for (const Point& p : points) sorted.push_back(p.value);
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());
-    const double bound = std::max(kMaxPlaneDeviation * std::abs(*middle), 4 * 1.4826 * least);
+    const double bound = std::max(kMaxPlaneDeviation * std::abs(*middle), 4 * 1.4826 * least_median);
     for (std::size_t n = 0; n < points.size(); ++n) {
-      if (!(best[n] > bound + 4 * (face[n].sigma[0] + face[n].sigma[1] + face[n].sigma[2]) / 3))
+      if (!(best_residuals[n] > bound + 4 * (face[n].sigma[0] + face[n].sigma[1] + face[n].sigma[2]) / 3))
         inliers.push_back(face[n]);
       else
         ++outliers;

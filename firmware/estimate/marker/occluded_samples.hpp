@@ -1,13 +1,13 @@
-// Samples of a face on which something else lies: another object, or its shadow.
+// Removes samples of a face that another object or its shadow covers.
 #pragma once
 
 #include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker {
 
-/// Leaves each face without what lies over a part of it: light changes along a face like a plane, and most of its
-/// samples agree on one. The plane through three samples from which the median differs least (Rousseeuw 1984, least
-/// median of squares). How many were left out.
+/// Removes outliers per flat face and returns their number. Irradiance along a face is approximately linear: the plane
+/// through three samples with the smallest median absolute residual is the fit (Rousseeuw 1984, "Least median of
+/// squares regression"). Faces with fewer than six samples are unchanged.
 int remove_occluded_samples(Shading& shading);
 
 }  // namespace lightwell::marker

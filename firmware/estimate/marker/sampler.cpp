@@ -10,20 +10,21 @@
 namespace lightwell::marker {
 namespace {
 
-/// Round patches of a ball: so many over the whole sphere, and how wide each is.
+/// Round patches of a ball: their number over the whole sphere, and their angular radius.
 constexpr int kBallPatches = 80;
 constexpr double kBallPatchRadius = 0.14;  // rad
 constexpr int kBallCorners = 8;
-/// The table is looked at as far from the body's centre as this many times its hull's radius.
+/// Radius of the sampled part of the ground plane, relative to that of the body's hull.
 constexpr double kGroundRadiusFactor = 3.4;
-/// Points across a sample of the table.
+/// Points along each side of a ground sample.
 constexpr int kGroundPointsPerSample = 4;
-/// Share of a patch's pixels that may be saturated.
+/// Largest share of saturated pixels in a patch.
 constexpr double kMaxSaturatedFraction = 0.01;
-/// No paper is quite matte where it is seen flatly: deviation of what it tells of light, share, times the cosine.
+/// Relative standard deviation of the irradiance times the cosine of the viewing angle: at grazing angles, paper is not
+/// Lambertian.
 constexpr double kGrazingRelativeSigma = 0.003;
 
-/// Sums from which a plane is fitted to luminance over a patch, around its first pixel.
+/// Sums for a least-squares plane of luminance over a patch. Coordinates are relative to its first pixel.
 struct PlaneSums {
   double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0, l = 0, ll = 0, lx = 0, ly = 0;
 
@@ -31,8 +32,8 @@ struct PlaneSums {
     n += 1, x += px, y += py, xx += px * px, xy += px * py, yy += py * py;
     l += lum, ll += lum * lum, lx += lum * px, ly += lum * py;
   }
-  /// Variance of luminance about the plane.
-  [[nodiscard]] double rest() const {
+  /// Variance of luminance about the fitted plane.
+  [[nodiscard]] double residual_variance() const {
     const double cxx = xx - x * x / n, cxy = xy - x * y / n, cyy = yy - y * y / n;
     const double clx = lx - l * x / n, cly = ly - l * y / n, cll = ll - l * l / n;
     const double det = cxx * cyy - cxy * cxy;
@@ -64,7 +65,8 @@ SphereCoverage sphere_coverage(std::span<const VisibleSurface> surfaces) {
           covered > 0 ? static_cast<double>(saturated) / covered : 0};
 }
 
-MarkerSampler::MarkerSampler(int widest, const SamplerOptions& options) : options_(options), row_(widest) {}
+MarkerSampler::MarkerSampler(int max_image_width, const SamplerOptions& options)
+    : options_(options), row_(max_image_width) {}
 
 void MarkerSampler::record_surface(Vec3d normal, std::size_t samples, int clipped, const Shading& out) {
   const bool readable = out.samples.size() > samples;
@@ -78,9 +80,9 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   Vec3d middle;
   for (const Vec3d& corner : patch.corners) {
     middle += corner;
-    const std::optional<PixelPosition> p = placed_->pixel_of(corner);
+    const std::optional<PixelPosition> p = posed_body_->pixel_of(corner);
     if (!p) {
-      ++counts_.small;
+      ++counts_.too_small;
       return;
     }
     outline_.add(p->x, p->y);
@@ -89,7 +91,7 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   }
   middle = middle * (1.0 / static_cast<double>(patch.corners.size()));
   if (!outline_.close()) {
-    ++counts_.small;
+    ++counts_.too_small;
     return;
   }
   PlaneSums plane;
@@ -115,44 +117,47 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
     }
   }
   if (plane.n < options_.min_pixels) {
-    ++counts_.small;
+    ++counts_.too_small;
     return;
   }
   const double mean = plane.l / plane.n;
   counts_.brightest = std::max(counts_.brightest, mean);
   counts_.darkest = std::min(counts_.darkest, mean);
-  counts_.hidden += bias / plane.n;
+  counts_.near_black_bias += bias / plane.n;
   if (clipped > kMaxSaturatedFraction * plane.n) {
     ++counts_.clipped;
     return;
   }
   const double noise = variance / plane.n;
-  const double uneven = std::sqrt(std::max(0.0, plane.rest() - 1.5 * noise));
-  if (uneven > options_.uneven * std::abs(mean) + 1e-12) {
-    ++counts_.uneven;
+  const double nonuniformity = std::sqrt(std::max(0.0, plane.residual_variance() - 1.5 * noise));
+  if (nonuniformity > options_.max_nonuniformity * std::abs(mean) + 1e-12) {
+    ++counts_.nonuniform;
     return;
   }
   SurfaceSample sample;
   sample.position = middle;
   sample.normal = patch.normal;
   sample.surface = patch.surface;
-  const double sheen = kGrazingRelativeSigma / std::max(options_.min_view_cosine, dot(normalized(placed_->lens() - middle), patch.normal));
-  const double spread = std::sqrt(noise / plane.n) + 0.3 * uneven + bias / plane.n;
+  const double grazing_relative_sigma =
+      kGrazingRelativeSigma /
+      std::max(options_.min_view_cosine, dot(normalized(posed_body_->lens() - middle), patch.normal));
+  const double spread = std::sqrt(noise / plane.n) + 0.3 * nonuniformity + bias / plane.n;
   for (std::size_t c = 0; c < 3; ++c) {
     const double factor = std::numbers::pi / patch.albedo[c] * scale_;
     sample.irradiance[c] = std::max(0.0, sum[c] / plane.n * factor);
-    sample.sigma[c] = spread * factor + sheen * sample.irradiance[c];
+    sample.sigma[c] = spread * factor + grazing_relative_sigma * sample.irradiance[c];
   }
   out.samples.push_back(sample);
 }
 
-void MarkerSampler::sample_ball(const MarkerBody& body, const PosedBody& placed, Shading& out) {
+void MarkerSampler::sample_ball(const MarkerBody& body, const PosedBody& posed_body, Shading& out) {
   static const std::vector<Vec3d> normals = fibonacci_directions(kBallPatches);
   const double radius = body.ball->radius_m;
   patch_.albedo = body.ball->albedo;
   patch_.surface = static_cast<int>(body.faces.size());
   for (const Vec3d& normal : normals) {
-    if (dot(normalized(placed.lens() - normal * radius), normal) < std::max(options_.min_view_cosine, 0.35)) continue;
+    if (dot(normalized(posed_body.lens() - normal * radius), normal) < std::max(options_.min_view_cosine, 0.35))
+      continue;
     const auto [u, v] = tangent_basis(normal);
     patch_.corners.clear();
     for (int k = 0; k < kBallCorners; ++k) {
@@ -162,31 +167,31 @@ void MarkerSampler::sample_ball(const MarkerBody& body, const PosedBody& placed,
           radius);
     }
     patch_.normal = normal;
-    const std::size_t before = out.samples.size();
+    const std::size_t samples_before = out.samples.size();
     const int clipped = counts_.clipped;
     sample_patch(patch_, out);
-    record_surface(normal, before, clipped, out);
+    record_surface(normal, samples_before, clipped, out);
   }
 }
 
 void MarkerSampler::sample_ground(Shading& out) {
-  GroundPlane& table = *out.table;
-  const auto [u, v] = tangent_basis(table.normal);
+  GroundPlane& ground = *out.ground;
+  const auto [u, v] = tangent_basis(ground.normal);
   double radius = 0;
   for (const Vec3d& p : out.hull) radius = std::max(radius, length(p));
-  // What hides the table from the lens.
+  // Outline of the body in the image, which hides the ground plane.
   outline_.clear();
   for (const Vec3d& p : out.hull) {
-    const std::optional<PixelPosition> pixel = placed_->pixel_of(p);
+    const std::optional<PixelPosition> pixel = posed_body_->pixel_of(p);
     if (!pixel) return;
     outline_.add(pixel->x, pixel->y);
   }
   if (!outline_.close()) return;
   const double reach = kGroundRadiusFactor * radius;
   const double step = reach * std::sqrt(std::numbers::pi / options_.ground_samples);
-  table.step_m = step;
-  const double height = -dot(table.point, table.normal);
-  const Vec3d foot = table.normal * -height;
+  ground.step_m = step;
+  const double height = -dot(ground.point, ground.normal);
+  const Vec3d foot = ground.normal * -height;
   const int across = static_cast<int>(reach / step) + 1;
   for (int iy = -across; iy <= across; ++iy) {
     for (int ix = -across; ix <= across; ++ix) {
@@ -200,9 +205,9 @@ void MarkerSampler::sample_ground(Shading& out) {
       for (int k = 0; k < kGroundPointsPerSample * kGroundPointsPerSample && good; ++k) {
         const double dx = ((k % kGroundPointsPerSample + 0.5) / kGroundPointsPerSample - 0.5) * step,
                      dy = ((k / kGroundPointsPerSample + 0.5) / kGroundPointsPerSample - 0.5) * step;
-        const std::optional<PixelPosition> p = placed_->pixel_of(sample.position + u * dx + v * dy);
+        const std::optional<PixelPosition> p = posed_body_->pixel_of(sample.position + u * dx + v * dy);
         good = p && p->x > -0.5 && p->y > -0.5 && p->x < width_ - 0.5 && p->y < height_ - 0.5 &&
-               outline_.outside(p->x, p->y) > 2 * options_.margin_px;
+               outline_.signed_distance(p->x, p->y) > 2 * options_.margin_px;
         if (!good) break;
         const int px = std::clamp(static_cast<int>(std::lround(p->x)), 0, width_ - 1);
         const int py = std::clamp(static_cast<int>(std::lround(p->y)), 0, height_ - 1);
@@ -221,10 +226,11 @@ void MarkerSampler::sample_ground(Shading& out) {
       sample.radiance = mean * scale_;
       for (std::size_t c = 0; c < 3; ++c) sample.color[c] = color[c] / n * scale_;
       sample.sigma = (std::sqrt(std::max(variance, std::max(0.0, squares - n * mean * mean))) / n + bias / n) * scale_;
-      // A sphere as large as the body, over a small surface that looks up (Howell, B-37): r² cos / d².
+      // View factor of a sphere as large as the body from a small horizontal surface: r² cos / d² (Howell, "A catalog
+      // of radiation heat transfer configuration factors", B-37).
       const double squared = off * off + height * height;
       sample.occluded = std::min(0.9, 0.8 * radius * radius * height / (squared * std::sqrt(squared)));
-      table.samples.push_back(sample);
+      ground.samples.push_back(sample);
     }
   }
 }
@@ -233,30 +239,32 @@ void MarkerSampler::choose_faces(const MarkerBody& body) {
   faces_.clear();
   for (std::size_t f = 0; f < body.faces.size(); ++f) {
     const MarkerFace& face = body.faces[f];
-    const double facing = dot(normalized(placed_->lens() - placed_->point_of(face, {0, 0})), placed_->normal_of(face));
-    if (facing >= options_.min_view_cosine) faces_.push_back({f, facing});
+    const double view_cosine =
+        dot(normalized(posed_body_->lens() - posed_body_->point_of(face, {0, 0})), posed_body_->normal_of(face));
+    if (view_cosine >= options_.min_view_cosine) faces_.push_back({f, view_cosine});
   }
   const auto most = options_.max_faces > 0 ? static_cast<std::size_t>(options_.max_faces) : faces_.size();
   std::stable_sort(faces_.begin(), faces_.end(),
-                   [](const VisibleFace& a, const VisibleFace& b) { return a.facing > b.facing; });
+                   [](const VisibleFace& a, const VisibleFace& b) { return a.view_cosine > b.view_cosine; });
   std::size_t kept = 0;
   for (std::size_t k = 0; k < faces_.size() && kept < most; ++k) {
     const MarkerFace& face = body.faces[faces_[k].number];
-    if (detect_tag_border(*reader_, row_, lens_, width_, height_, body, face, *placed_) == TagBorder::absent) {
+    if (detect_tag_border(*reader_, row_, lens_, width_, height_, body, face, *posed_body_) == TagBorder::absent) {
       counts_.patches += static_cast<int>(face.patches.size());
-      counts_.covered += static_cast<int>(face.patches.size());
+      counts_.occluded += static_cast<int>(face.patches.size());
       continue;
     }
     faces_[kept++] = faces_[k];
   }
   faces_.resize(kept);
-  std::sort(faces_.begin(), faces_.end(), [](const VisibleFace& a, const VisibleFace& b) { return a.number < b.number; });
+  std::sort(faces_.begin(), faces_.end(),
+            [](const VisibleFace& a, const VisibleFace& b) { return a.number < b.number; });
 }
 
 SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int width, int height, const MarkerBody& body,
-                                   const PosedBody& placed, double scale, int channels, Shading& out) {
+                                   const PosedBody& posed_body, double scale, int channels, Shading& out) {
   reader_ = &reader;
-  placed_ = &placed;
+  posed_body_ = &posed_body;
   lens_ = lens, width_ = width, height_ = height, scale_ = scale;
   counts_ = {};
   surfaces_.clear();
@@ -264,34 +272,34 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
   counts_.darkest = 1e300;
   out.samples.clear();
   out.channels = channels;
-  out.hull = placed.hull();
+  out.hull = posed_body.hull();
   choose_faces(body);
-  for (const VisibleFace& seen : faces_) {
-    const MarkerFace& face = body.faces[seen.number];
-    const Vec3d normal = placed.normal_of(face);
-    const std::size_t before = out.samples.size();
+  for (const VisibleFace& visible : faces_) {
+    const MarkerFace& face = body.faces[visible.number];
+    const Vec3d normal = posed_body.normal_of(face);
+    const std::size_t samples_before = out.samples.size();
     const int clipped = counts_.clipped;
     for (const MarkerPatch& patch : face.patches) {
       patch_.corners.clear();
-      for (const FacePoint& p : patch.outline) patch_.corners.push_back(placed.point_of(face, p));
+      for (const FacePoint& p : patch.outline) patch_.corners.push_back(posed_body.point_of(face, p));
       patch_.normal = normal;
       patch_.albedo = patch.albedo;
-      patch_.surface = static_cast<int>(seen.number);
+      patch_.surface = static_cast<int>(visible.number);
       sample_patch(patch_, out);
     }
-    record_surface(normal, before, clipped, out);
-    counts_.faces += out.samples.size() > before ? 1 : 0;
+    record_surface(normal, samples_before, clipped, out);
+    counts_.faces += out.samples.size() > samples_before ? 1 : 0;
   }
-  if (body.ball) sample_ball(body, placed, out);
-  out.table = placed.table(options_.up);
-  if (out.table) {
+  if (body.ball) sample_ball(body, posed_body, out);
+  out.ground = posed_body.ground_plane(options_.up);
+  if (out.ground) {
     sample_ground(out);
-    if (out.table->samples.empty()) out.table.reset();
+    if (out.ground->samples.empty()) out.ground.reset();
   }
-  counts_.cleaned = reading_.cleaned;
-  if (counts_.patches > 0) counts_.hidden /= counts_.patches;
+  counts_.invalid_pixels = reading_.invalid_pixels;
+  if (counts_.patches > 0) counts_.near_black_bias /= counts_.patches;
   if (counts_.darkest > counts_.brightest) counts_.darkest = counts_.brightest = 0;
-  counts_.darkest *= scale, counts_.brightest *= scale, counts_.hidden *= scale;
+  counts_.darkest *= scale, counts_.brightest *= scale, counts_.near_black_bias *= scale;
   return counts_;
 }
 

@@ -1,5 +1,6 @@
-// From a picture and the body's place in it to what the marker shows of the light.
-//   sample_marker     mean radiance over the inside of every patch, and of the table around
+// Samples the shading of a marker from a frame, given the body's pose.
+//   MarkerSampler     mean radiance over the inside of every patch, and of the ground plane around the body
+//   sphere_coverage   share of directions that the sampled surfaces receive light from
 #pragma once
 
 #include <cstddef>
@@ -17,65 +18,65 @@
 namespace lightwell::marker {
 
 struct SamplerOptions {
-  /// Pixels next to a patch's edge that are left to its neighbour: blur, and what the pose may be off.
+  /// Width of the margin inside a patch's edge that is excluded, because of blur and the error of the pose.
   double margin_px = 1.5;
-  /// Faces seen flatter than this are not looked at: cosine of the angle to their normal.
+  /// Smallest cosine of the angle between a face's normal and the direction to the lens; other faces are not sampled.
   double min_view_cosine = 0.12;
-  /// Only so many faces are sampled, those that face the lens most; 0: all that it sees. The table is sampled either
-  /// way. Fewer take less time, and tell less: light that falls along one face alone has no direction of its own.
+  /// Largest number of faces to sample, those that face the lens most; 0: all visible ones. The ground plane is sampled
+  /// in any case. Fewer faces take less time and determine the light less well.
   int max_faces = 0;
-  /// Pixels that a patch must have left.
+  /// Smallest number of pixels inside the margin of a patch.
   int min_pixels = 12;
-  /// What stands over a patch in part (a shadow's edge, another object) makes it uneven: left out from this share of
-  /// its mean on.
-  double uneven = 0.10;
-  /// Samples of the table.
+  /// Largest standard deviation of luminance about a plane, relative to the patch's mean. A patch above it is excluded:
+  /// a shadow's edge or another object covers a part of it.
+  double max_nonuniformity = 0.10;
+  /// Number of ground samples, before those that are hidden are excluded.
   int ground_samples = 400;
-  Vec3d up{0, 1, 0};  ///< Probe frame: which of the faces that are not seen it stands on.
+  Vec3d up{0, 1, 0};  ///< Probe frame; determines the face on which the body stands.
 };
 
-/// What sampling found besides.
+/// Statistics of the sampled frame.
 struct SampleCounts {
-  int patches = 0;            ///< On faces that the lens sees and that were asked for.
-  int clipped = 0;            ///< Left out for saturated pixels.
-  int uneven = 0;             ///< Left out because something lies over a part of them.
-  int small = 0;              ///< Left out because too few pixels are inside.
-  int faces = 0;              ///< With a sample.
-  std::uint64_t cleaned = 0;  ///< Pixels that were read and are no number, or negative.
-  int covered = 0;            ///< Left out with their face, whose tag is not where it should be.
-  double darkest = 0,
-         brightest = 0;  ///< Mean luminance of a patch's radiance, least and largest, clipped ones included.
-  /// Mean luminance of what rounding and noise may hide near black, over patches.
-  double hidden = 0;
+  int patches = 0;                   ///< On the visible faces that were considered.
+  int clipped = 0;                   ///< Patches excluded for saturated pixels.
+  int nonuniform = 0;                ///< Patches excluded by max_nonuniformity.
+  int too_small = 0;                 ///< Patches excluded by min_pixels.
+  int faces = 0;                     ///< Faces with at least one sample.
+  std::uint64_t invalid_pixels = 0;  ///< Pixels that were read and are negative, NaN or infinite.
+  int occluded = 0;                  ///< Patches excluded because the tag of their face is occluded.
+  /// Smallest and largest mean luminance of a patch (radiance), clipped patches included.
+  double darkest = 0, brightest = 0;
+  /// Mean over patches of the possible bias near black by rounding and noise (luminance of radiance).
+  double near_black_bias = 0;
 };
 
-/// A surface of the body that the lens sees. It receives light from the hemisphere of directions above it.
+/// A surface of the body that the lens sees. It receives light from the hemisphere around its normal.
 struct VisibleSurface {
   Vec3d normal;
-  bool saturated = false;  ///< None of its patches is anything but saturated.
+  bool saturated = false;  ///< No patch is usable, and at least one is saturated.
 };
 
-/// Shares as the descriptor has them: `coverage` of the sphere, directions above at least one surface; `saturated` of
-/// the covered directions, those above saturated surfaces alone.
+/// Shares as in a descriptor. `coverage`: share of the sphere from which at least one surface receives light.
+/// `saturated`: share of the covered directions from which only saturated surfaces do.
 struct SphereCoverage {
   double coverage = 0, saturated = 0;
 };
-/// Summed over 2,048 directions: within 0.002.
+/// Sums over 2,048 directions; the error is below 0.002.
 [[nodiscard]] SphereCoverage sphere_coverage(std::span<const VisibleSurface> surfaces);
 
-/// The reader is bound to the frames. Radiance is in the reader's units times `scale`. Holds memory from frame to
-/// frame.
+/// Reuses its memory from frame to frame.
 class MarkerSampler {
  public:
-  MarkerSampler(int widest, const SamplerOptions& options);
+  MarkerSampler(int max_image_width, const SamplerOptions& options);
 
   /// As SamplerOptions::max_faces.
-  void set_max_faces(int most) { options_.max_faces = most; }
-  /// Of the last picture.
+  void set_max_faces(int max_faces) { options_.max_faces = max_faces; }
+  /// Visible surfaces of the last frame.
   [[nodiscard]] const std::vector<VisibleSurface>& surfaces() const { return surfaces_; }
-  /// Fills `out`. `channels`: 1 where the camera is grey.
+  /// Fills `out`. `reader` must be bound to the frame. `width` and `height`: of the lens's image. Radiance is in the
+  /// reader's units times `scale`. `channels`: 1 for a grey camera.
   SampleCounts sample(estimate::RowReader& reader, int lens, int width, int height, const MarkerBody& body,
-                      const PosedBody& placed, double scale, int channels, Shading& out);
+                      const PosedBody& posed_body, double scale, int channels, Shading& out);
 
  private:
   struct Patch {
@@ -86,15 +87,15 @@ class MarkerSampler {
   };
   struct VisibleFace {
     std::size_t number = 0;
-    double facing = 0;  // cosine of the angle between its normal and the way to the lens
+    double view_cosine = 0;  // of the angle between its normal and the direction to the lens
   };
-  /// Fills faces_, in the body's order. Faces whose tag is not where it should be are counted as covered; the next
-  /// takes their place.
+  /// Fills faces_, in the body's order. A face whose tag is occluded is counted, and the next face takes its place.
   void choose_faces(const MarkerBody& body);
-  /// Notes a surface of which samples or saturated patches have come since there were so many.
+  /// Appends to surfaces_ if the surface has added samples or clipped patches to the previous counts `samples` and
+  /// `clipped`.
   void record_surface(Vec3d normal, std::size_t samples, int clipped, const Shading& out);
   void sample_patch(const Patch& patch, Shading& out);
-  void sample_ball(const MarkerBody& body, const PosedBody& placed, Shading& out);
+  void sample_ball(const MarkerBody& body, const PosedBody& posed_body, Shading& out);
   void sample_ground(Shading& out);
 
   SamplerOptions options_;
@@ -104,9 +105,9 @@ class MarkerSampler {
   Patch patch_;
   std::vector<VisibleFace> faces_;
   std::vector<VisibleSurface> surfaces_;
-  // Of the frame at hand.
+  // Of the current frame.
   estimate::RowReader* reader_ = nullptr;
-  const PosedBody* placed_ = nullptr;
+  const PosedBody* posed_body_ = nullptr;
   int lens_ = 0, width_ = 0, height_ = 0;
   double scale_ = 1;
   SampleCounts counts_;

@@ -1,8 +1,8 @@
-// What a marker shows of the light, as values: how bright its faces and the table around it are, and where they are.
-//   SurfaceSample   a small part of a face: its paper is known, so it tells irradiance
-//   GroundSample     a small part of the table: its paper is unknown, so it tells where light is missing
-//   Shading         all of them, and the body that casts the shadow
-// Axes: the probe's, origin in the body's centre. Metres.
+// Measured shading of a marker's faces and of the ground plane (the table) around it.
+//   SurfaceSample   a patch of a face: its albedo is known, so its radiance gives irradiance
+//   GroundSample    a patch of the ground plane: its albedo is unknown, so only radiance is known
+//   Shading         all samples, and the hull of the body that casts the shadow
+// Frame: the probe's axes, origin in the body's centre. Metres.
 #pragma once
 
 #include <array>
@@ -16,17 +16,16 @@ namespace lightwell::marker {
 /// r, g, b, linear.
 using Rgb = std::array<double, 3>;
 
-/// Rec. 709.
+/// Rec. 709 luminance.
 [[nodiscard]] inline double luminance(const Rgb& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
 
 struct SurfaceSample {
   Vec3d position;
-  Vec3d normal;    ///< Unit, outwards.
-  Rgb irradiance;  ///< pi * radiance / albedo.
-  Rgb sigma;       ///< Standard deviation of what is this sample's alone: noise of the sensor, texture of the paper.
-  int surface =
-      0;  ///< Samples of one surface share an error too: of its attitude, its paper, light from its neighbours.
-  Rgb from_ground{};  ///< What of the irradiance comes from the table, if what is seen around the body is one.
+  Vec3d normal;       ///< Unit, outwards.
+  Rgb irradiance;     ///< pi * radiance / albedo.
+  Rgb sigma;          ///< Standard deviation of the error of this sample alone: sensor noise, texture of the paper.
+  int surface = 0;    ///< Samples of one surface share an error, too: attitude, paper, interreflection.
+  Rgb from_ground{};  ///< Part of the irradiance that the ground plane reflects, if there is one.
 };
 
 struct GroundSample {
@@ -34,24 +33,24 @@ struct GroundSample {
   Rgb color{};
   double radiance = 0;  ///< Mean of the channels.
   double sigma = 0;
-  /// Share of the light from all around that the body takes away there, 0 to 1.
+  /// Share of the ambient irradiance that the body occludes there, 0 to 1.
   double occluded = 0;
 };
 
-/// The plane that the body stands on.
+/// The plane on which the body stands.
 struct GroundPlane {
   Vec3d point;
-  Vec3d normal;       ///< Unit, to the body's side.
+  Vec3d normal;       ///< Unit, towards the body.
   double step_m = 0;  ///< Between neighbouring samples.
   std::vector<GroundSample> samples;
 };
 
 struct Shading {
   std::vector<SurfaceSample> samples;
-  std::optional<GroundPlane> table;
+  std::optional<GroundPlane> ground;
   /// Points whose convex hull is the body.
   std::vector<Vec3d> hull;
-  int channels = 3;  ///< 1: of a grey camera; then r, g and b are the same.
+  int channels = 3;  ///< 1: r, g and b are equal in every sample (a grey camera, or grey light).
 };
 
 }  // namespace lightwell::marker

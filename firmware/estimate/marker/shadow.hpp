@@ -1,4 +1,4 @@
-// The table in the light of one lamp: where the body's shadow falls on it.
+// Irradiance of the ground plane by one point light, with the body's shadow.
 #pragma once
 
 #include <span>
@@ -12,19 +12,19 @@
 
 namespace lightwell::marker {
 
-/// Holds memory, so that one lamp after the other is tried without allocation.
+/// Reuses its memory from call to call.
 class Shadow {
  public:
-  /// Irradiance of each sample of the table by a lamp at direction / inverse_distance (1/m; 0: infinitely far) whose
-  /// irradiance in the body's centre is one: cosine, falloff, and the share of the lamp that is seen past the body, a
-  /// ramp as wide as a sample and a penumbra of a twentieth of the body's height. Where the lamp is below the table:
-  /// all dark, false.
-  bool light(const GroundObservations& table, std::span<const Vec3d> hull, Vec3d direction, double inverse_distance,
-             Eigen::ArrayXd& out);
+  /// Irradiance of each ground sample by a light at direction / inverse_distance (1/m; 0: distant) whose irradiance at
+  /// the body's centre is 1: cosine, falloff, and visibility past the body. The edge of the shadow is a smooth step as
+  /// wide as 1.2 samples plus 0.05 times the height of the body's centre. Returns false and zeros where the light is
+  /// below the plane or the outline of the shadow is degenerate.
+  bool compute_irradiance(const GroundObservations& ground, std::span<const Vec3d> hull, Vec3d direction,
+                          double inverse_distance, Eigen::ArrayXd& out);
 
  private:
   ConvexHull2d outline_;
-  Eigen::ArrayXd share_, squared_;
+  Eigen::ArrayXd visibility_, squared_;
 };
 
 }  // namespace lightwell::marker

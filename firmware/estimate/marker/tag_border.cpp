@@ -7,24 +7,24 @@
 namespace lightwell::marker {
 namespace {
 
-/// Of tag36h11: cells across, the ring of black ones at the edge included.
+/// Cells across a tag36h11, its black border included.
 constexpr double kCells = 8;
-/// Places along each side.
-constexpr int kPlaces = 6;
-/// Where the middles of the ring and of the rim are closer in the picture, blur mixes them.
+/// Pairs of points along each side.
+constexpr int kPairsPerSide = 6;
+/// Smallest distance in the image between the middles of border and margin; below it, blur mixes them.
 constexpr double kMinDistance_px = 3;
 constexpr int kMinPairs = 8;
-/// Ink is darker than so much of the paper beside it; paper beside paper, or whatever else is even, is not.
+/// Largest ratio of a border pixel to the margin pixel beside it.
 constexpr double kMaxInkRatio = 0.75;
-/// Share of the places where that must be so.
+/// Smallest share of pairs below that ratio in a border that is present.
 constexpr double kMinInkFraction = 0.7;
-/// Darker than so many times what rounding and noise hide, nothing is told.
+/// Smallest ratio of the margin's mean to its noise and bias near black.
 constexpr double kMinSignalToNoise = 3;
 
 }  // namespace
 
 TagBorder detect_tag_border(estimate::RowReader& reader, estimate::LinearRow& row, int lens, int width, int height,
-                   const MarkerBody& body, const MarkerFace& face, const PosedBody& placed) {
+                            const MarkerBody& body, const MarkerFace& face, const PosedBody& posed_body) {
   if (body.tag_family != "tag36h11") return TagBorder::indeterminate;
   struct PixelSample {
     double light = 0, variance = 0, bias = 0;
@@ -39,17 +39,17 @@ TagBorder detect_tag_border(estimate::RowReader& reader, estimate::LinearRow& ro
     if (!row.certain) out.variance = row.variance[0], out.bias = row.bias[0], out.clipped = row.clipped[0] != 0;
     return out;
   };
-  const double cell = body.tag_size_m / kCells, ring = (kCells / 2 - 0.5) * cell, rim = (kCells / 2 + 0.5) * cell;
+  const double cell = body.tag_size_m / kCells, border = (kCells / 2 - 0.5) * cell, margin = (kCells / 2 + 0.5) * cell;
   int pairs = 0, ink = 0;
   double paper = 0, variance = 0, bias = 0;
   for (int side = 0; side < 4; ++side) {
-    for (int k = 0; k < kPlaces; ++k) {
-      const double along = ((k + 0.5) / kPlaces - 0.5) * 2 * ring, sign = side < 2 ? 1 : -1;
+    for (int k = 0; k < kPairsPerSide; ++k) {
+      const double along = ((k + 0.5) / kPairsPerSide - 0.5) * 2 * border, sign = side < 2 ? 1 : -1;
       const auto at = [&](double out) {
-        return placed.pixel_of(
-            placed.point_of(face, side % 2 == 0 ? FacePoint{sign * out, along} : FacePoint{along, sign * out}));
+        return posed_body.pixel_of(
+            posed_body.point_of(face, side % 2 == 0 ? FacePoint{sign * out, along} : FacePoint{along, sign * out}));
       };
-      const std::optional<PixelPosition> inner = at(ring), outer = at(rim);
+      const std::optional<PixelPosition> inner = at(border), outer = at(margin);
       if (!inner || !outer || std::hypot(inner->x - outer->x, inner->y - outer->y) < kMinDistance_px) continue;
       const std::optional<PixelSample> black = read_pixel(*inner), white = read_pixel(*outer);
       if (!black || !white || black->clipped) continue;
@@ -58,7 +58,8 @@ TagBorder detect_tag_border(estimate::RowReader& reader, estimate::LinearRow& ro
       paper += white->light, variance += white->variance, bias += white->bias;
     }
   }
-  if (pairs < kMinPairs || !(paper > kMinSignalToNoise * (bias + std::sqrt(variance * pairs)))) return TagBorder::indeterminate;
+  if (pairs < kMinPairs || !(paper > kMinSignalToNoise * (bias + std::sqrt(variance * pairs))))
+    return TagBorder::indeterminate;
   return ink >= kMinInkFraction * pairs ? TagBorder::present : TagBorder::absent;
 }
 

@@ -1,4 +1,4 @@
-// Whether a face is really what the lens sees where it should be: its tag's black ring lies in a white rim.
+// Verifies that a face is visible where the pose predicts it: the tag's black border lies inside a white margin.
 //   detect_tag_border
 #pragma once
 
@@ -13,12 +13,13 @@ namespace lightwell::marker {
 
 enum class TagBorder : std::uint8_t {
   present,
-  absent,      ///< Another object is before the face, or the body is another one.
-  indeterminate,  ///< Too small, too dark, saturated, out of the picture, or a family whose ring is not known.
+  absent,         ///< Another object occludes the face, or it is another body.
+  indeterminate,  ///< Too small, too dark, saturated, outside of the image, or a tag family other than tag36h11.
 };
 
-/// The reader is bound. `row`: of any width.
-[[nodiscard]] TagBorder detect_tag_border(estimate::RowReader& reader, estimate::LinearRow& row, int lens, int width, int height,
-                                 const MarkerBody& body, const MarkerFace& face, const PosedBody& placed);
+/// `reader` must be bound to the frame. `row`: a buffer of any width.
+[[nodiscard]] TagBorder detect_tag_border(estimate::RowReader& reader, estimate::LinearRow& row, int lens, int width,
+                                          int height, const MarkerBody& body, const MarkerFace& face,
+                                          const PosedBody& posed_body);
 
 }  // namespace lightwell::marker

@@ -45,7 +45,7 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
         const auto first = static_cast<std::size_t>(span.first), n = static_cast<std::size_t>(span.end - span.first);
         const float* solid_angle = table.solid_angle.data() + static_cast<std::size_t>(y) * width + first;
         const auto depth = static_cast<float>(y - top);
-        // Floats without doubt and without nonsense need no row of their own.
+        // A row of valid floats is added without conversion.
         const FloatColumns columns{r_.data() + first, g_.data() + first, b_.data() + first, low_.data() + first,
                                    peak_.data() + first};
         if (const std::byte* floats = reader.floats(lens, y, span.first);
@@ -68,11 +68,11 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
           sum_b[i] += b[i] * sr[i];
           const float luminance = luminance_of(r[i], g[i], b[i]);
           low[i] += depth * luminance * sr[i];
-          const float seen = sr[i] > 0 ? luminance : 0.0F;
-          peak[i] = peak[i] > seen ? peak[i] : seen;
+          const float visible = sr[i] > 0 ? luminance : 0.0F;
+          peak[i] = peak[i] > visible ? peak[i] : visible;
         }
         if (row_.certain) continue;
-        // Four sums apart: one alone would wait for each addition before the next.
+        // Four independent sums hide the latency of additions.
         float noise4[4] = {}, bias4[4] = {};
         float* __restrict clipped = clipped_.data() + first;
         for (std::size_t i = 0; i < n; ++i) {

@@ -1,4 +1,4 @@
-// The one pass over the pixels: sums of light over square blocks of each lens's picture.
+// Sums of radiance over square blocks of each lens's image, and the scalar pass that computes them.
 #pragma once
 
 #include <algorithm>
@@ -12,19 +12,19 @@
 
 namespace lightwell::estimate {
 
-/// What the pass leaves of a bracket.
+/// Block sums of a bracket.
 struct BlockSums {
   std::vector<CellSum> sum;  ///< Integral of radiance over each block's solid angle.
   std::vector<float> peak;   ///< Largest luminance of a pixel with solid angle.
-  double clipped_sr = 0;     ///< Solid angle saturated in every exposure.
+  double clipped_sr = 0;     ///< Solid angle saturated in every exposure, sr.
   double noise = 0;          ///< Sum of solid_angle² times the variance of radiance.
-  double bias = 0;           ///< Sum of solid_angle times what rounding and black may hide, all one way.
-  /// Where the luminance of each block sits, in pixels from the middle of its solid angle.
+  double bias = 0;           ///< Sum of solid_angle times near_black_bias().
+  /// Centroid of each block's luminance, in pixels from the middle of its solid angle.
   std::vector<float> offset_x, offset_y;
-  /// By block, how many of the shortest exposures its light is of; only BracketPass fills it.
+  /// By block, the number of shortest exposures that were merged; filled by BracketPass only.
   std::vector<std::uint8_t> exposures;
-  /// Luminance, integrated over solid angle, of blocks where something moved between the exposures: what the block
-  /// gives or by how much the exposures differ, whichever is more.
+  /// Sum over the blocks with motion between exposures: integral of luminance over the block, or the difference between
+  /// the exposures, whichever is more.
   double motion_luminance = 0;
   std::vector<float> clipped;  ///< By block, the solid angle saturated in every exposure.
   ReadStatistics counts;
@@ -36,7 +36,7 @@ struct BlockSums {
         offset_y(layout.size()),
         exposures(layout.size()),
         clipped(layout.size()) {}
-  /// What is counted over all blocks, not the blocks themselves.
+  /// Resets totals and `clipped`; the other arrays are overwritten by a pass.
   void clear() {
     clipped_sr = noise = bias = motion_luminance = 0;
     counts = {};
@@ -44,7 +44,7 @@ struct BlockSums {
   }
 };
 
-/// Runs the pass, with row buffers of its own.
+/// The pass for all formats, through RowReader. Owns its row buffers.
 class BlockPass {
  public:
   BlockPass(const RigTable& table, const BlockLayout& layout);

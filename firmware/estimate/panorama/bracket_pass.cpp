@@ -13,20 +13,20 @@
 namespace lightwell::estimate {
 namespace {
 
-/// Pixels of a row of blocks that are worked on together: their sums stay in the nearest cache.
+/// Columns of pixels that are processed at once: their sums fit into the L1 cache.
 constexpr int kBracketChunk = 384;
-/// Rounding of a wall of one colour is the same everywhere, 1.7 deviations of a pixel, in either exposure; response and
-/// exposure times are known to a percent or so.
-constexpr float kDeviations = 3, kShare = 0.02F;
-/// Colour of pairs and quads of pixels, rounded before it is turned into r, g, b.
-constexpr float kChromaDeviations = 6, kChromaShare = 0.05F;
-/// Planes of r, g, b and of what shared_tops() gives, of two rows.
+/// Tolerances of the comparison of exposures. On a uniform wall, the rounding error is the same in all pixels: up to
+/// 1.7 sigma of a pixel in each exposure. Response and exposure times are known to about 1 %.
+constexpr float kNoiseSigmas = 3, kRelativeTolerance = 0.02F;
+/// The same for formats with shared chroma, which is rounded before its conversion to r, g, b.
+constexpr float kChromaNoiseSigmas = 6, kChromaRelativeTolerance = 0.05F;
+/// Planes of r, g, b and of shared_tops(), each of two rows.
 constexpr std::size_t kPlaneRows = 8;
 constexpr int kMinLanesInt = static_cast<int>(kMinLanes);
 constexpr std::size_t kColumnKinds = 10 + 2 * (kMaxBracket - 1);
 
-/// Rounded to `bits` bits of the upper end.
-float shortened(float v, int bits) {
+/// Rounds a float to its upper `bits` bits.
+float round_mantissa(float v, int bits) {
   const auto whole = std::bit_cast<std::uint32_t>(v);
   const std::uint32_t half = 1U << (31 - bits);
   return std::bit_cast<float>((whole + half) & ~(2 * half - 1));
@@ -42,26 +42,26 @@ CodeLut make_lut(const PhotometricCalibration& p, int levels) {
   std::vector<float> variance(w.linear.size());
   for (std::size_t i = 0; i < w.linear.size(); ++i) {
     const float x = w.linear[i], step = i > 0 ? x - w.linear[i - 1] : w.linear[1] - w.linear[0];
-    // A floor keeps the weight finite for a camera without stated noise; then all count alike in linear value.
+    // 1e-12 keeps the weight finite for a camera without a noise model; variances of linear values are then equal.
     variance[i] = read2 + shot * std::max(0.0F, x) + step * step * (1.0F / 12) + 1e-12F;
-    const float hidden = near_black_bias(x, step, cut_noise);
-    if (!(hidden > 0)) continue;
-    w.hidden_until = std::max(w.hidden_until, x + 0.5F * step);
-    w.hidden = std::max(w.hidden, hidden);
+    const float bias = near_black_bias(x, step, cut_noise);
+    if (!(bias > 0)) continue;
+    w.near_black_limit = std::max(w.near_black_limit, x + 0.5F * step);
+    w.near_black_bias = std::max(w.near_black_bias, bias);
   }
   if (p.response.kind == ResponseCurve::Kind::linear) {
     w.unit = static_cast<float>(1 / ((levels - 1) * (1 - p.black_level)));
     for (std::size_t i = 0; i < w.linear.size(); ++i)
       w.linear[i] = static_cast<float>(i) - static_cast<float>((levels - 1) * p.black_level);
   }
-  w.hidden_until /= w.unit;
-  w.hidden /= w.unit;
+  w.near_black_limit /= w.unit;
+  w.near_black_bias /= w.unit;
   for (std::size_t i = 0; i < w.saturated_from && i < w.weight.size(); ++i)
-    w.weight[i] = shortened(w.unit * w.unit / variance[i], 16);
+    w.weight[i] = round_mantissa(w.unit * w.unit / variance[i], 16);
   if (w.saturated_from < w.linear.size()) w.saturated_linear = w.linear[w.saturated_from];
   if (levels == 256) {
     for (std::size_t i = 0; i < 256; ++i) {
-      w.linear[i] = shortened(w.linear[i], 24);
+      w.linear[i] = round_mantissa(w.linear[i], 24);
       const auto x = std::bit_cast<std::uint32_t>(w.linear[i]), weight = std::bit_cast<std::uint32_t>(w.weight[i]);
       for (std::size_t k = 0; k < 3; ++k) w.linear_bytes[k][i] = static_cast<std::uint8_t>(x >> (8 * (k + 1)));
       for (std::size_t k = 0; k < 2; ++k) w.weight_bytes[k][i] = static_cast<std::uint8_t>(weight >> (8 * (k + 2)));
@@ -70,9 +70,9 @@ CodeLut make_lut(const PhotometricCalibration& p, int levels) {
   return w;
 }
 
-/// Rows of many exposures are too many streams, each too short, for the processor to foresee. `ahead` may lead beyond
-/// the picture.
-void fetch(const std::uint8_t* at, std::ptrdiff_t ahead, std::size_t bytes) {
+/// Software prefetch: rows of many exposures are too many streams for the hardware prefetcher. `ahead` may be beyond
+/// the image.
+void prefetch(const std::uint8_t* at, std::ptrdiff_t ahead, std::size_t bytes) {
   const std::uintptr_t from = reinterpret_cast<std::uintptr_t>(at) + static_cast<std::uintptr_t>(ahead);
   for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(reinterpret_cast<const void*>(from + i));
 }
@@ -87,7 +87,7 @@ BracketPass::BracketPass(const RigParameters& rig, const RigTable& table, const 
                          const BlockPass& blocks)
     : table_(table), layout_(layout), blocks_(blocks) {
   const auto width = static_cast<std::size_t>(max_image_width(table));
-  // Whole blocks, and whole vectors beyond them.
+  // Whole blocks, and padding for whole vectors.
   column_stride_ = width + kMaxRows + 2 * kMinLanes;
   sums_.resize(kColumnKinds * column_stride_);
   float* at = sums_.data();
@@ -128,7 +128,7 @@ BracketPass::BracketPass(const RigParameters& rig, const RigTable& table, const 
 }
 
 bool BracketPass::supports(std::span<const Frame> bracket) const {
-  // A quad of a mosaic must not lie in two blocks.
+  // A quad of a mosaic must lie in one block.
   if (bracket.size() < 2 || layout_.edge() < 2) return false;
   const PixelFormat format = bracket[0].views()[0].format;
   if (format == PixelFormat::rgb_f32) return false;
@@ -151,13 +151,13 @@ void BracketPass::sort(std::span<const Frame> bracket) {
   }
   const double longest = exposure[order[bracket.size() - 1]];
   unit_ = static_cast<float>(1 / longest);
-  for (LensPlan& plan : lenses_) plan.seen = false;
+  for (LensPlan& plan : lenses_) plan.present = false;
   for (std::size_t k = 0; k < bracket.size(); ++k) {
-    // Beyond 1e12 an exposure has nothing to say beside the longest, but its bound.
+    // An exposure that is shorter by more than 1e12 contributes only lower bounds.
     scale_[k] = static_cast<float>(std::min(longest / exposure[order[k]], 1e12));
     for (const View& view : bracket[order[k]].views()) {
       LensPlan& plan = lenses_[static_cast<std::size_t>(view.lens)];
-      plan.seen = true;
+      plan.present = true;
       plan.view[k] = view;
     }
   }
@@ -167,7 +167,7 @@ void BracketPass::run(std::span<const Frame> bracket, BlockSums& out) {
   sort(bracket);
   out.clear();
   for (int lens = 0; lens < layout_.lens_count(); ++lens) {
-    if (!lenses_[static_cast<std::size_t>(lens)].seen) continue;
+    if (!lenses_[static_cast<std::size_t>(lens)].present) continue;
     const LensTable& table = table_.lenses[static_cast<std::size_t>(lens)];
     for (int top = 0; top < table.height; top += layout_.edge()) {
       const int rows = std::min(layout_.edge(), table.height - top);
@@ -182,19 +182,19 @@ void BracketPass::run_chunk(const Chunk& chunk, BlockSums& out) {
   const std::size_t first = static_cast<std::size_t>(chunk.begin) / (is_bayer(format_) ? 2 : 1);
   const auto blocks = static_cast<std::size_t>((chunk.end - chunk.begin + layout_.edge() - 1) >> layout_.shift());
   const float unit = unit_ * lut_for(chunk.lens).unit;
-  const float pixels = is_bayer(format_) ? 4 : 1;  // That are compared as one.
+  const float pixels = is_bayer(format_) ? 4 : 1;  // per column of the comparison
   sum(chunk, count_);
-  unsigned fewer = 0;  // A bit for each number of exposures that some block takes less than all.
+  unsigned reduced_counts = 0;  // Bit mask of the numbers of exposures of blocks that exclude some.
   for (std::size_t k = 0; k < blocks; ++k) {
-    const int agree = consistent_exposures(first + k, disagreement_[k]);
-    out.exposures[first_block + k] = static_cast<std::uint8_t>(agree);
-    if (agree == count_)
+    const int consistent = consistent_exposures(first + k, disagreement_[k]);
+    out.exposures[first_block + k] = static_cast<std::uint8_t>(consistent);
+    if (consistent == count_)
       finish_block(chunk, first_block + k, first + k, out);
     else
-      fewer |= 1U << agree;
+      reduced_counts |= 1U << consistent;
   }
   for (int count = 1; count < count_; ++count) {
-    if ((fewer >> count & 1U) == 0) continue;
+    if ((reduced_counts >> count & 1U) == 0) continue;
     sum(chunk, count);
     for (std::size_t k = 0; k < blocks; ++k) {
       const std::size_t block = first_block + k;
@@ -214,13 +214,13 @@ void BracketPass::sum(const Chunk& chunk, int count) {
              length = static_cast<std::size_t>((chunk.end - chunk.begin) / per);
   const int edge = layout_.edge() / per;
   const auto blocks = (length + static_cast<std::size_t>(edge) - 1) / static_cast<std::size_t>(edge);
-  const std::size_t room = blocks * static_cast<std::size_t>(edge);
+  const std::size_t column_count = blocks * static_cast<std::size_t>(edge);
   for (float* column : {columns_.r, columns_.g, columns_.b, columns_.low, columns_.peak, columns_.noise, columns_.bias,
                         columns_.clipped})
-    std::fill_n(column + first, room, 0.0F);
+    std::fill_n(column + first, column_count, 0.0F);
   for (std::size_t k = 0; k + 1 < static_cast<std::size_t>(count); ++k) {
-    std::fill_n(columns_.difference[k] + first, room, 0.0F);
-    std::fill_n(columns_.noise_allowance[k] + first, room, 0.0F);
+    std::fill_n(columns_.difference[k] + first, column_count, 0.0F);
+    std::fill_n(columns_.noise_allowance[k] + first, column_count, 0.0F);
   }
 
   BracketRow row;
@@ -230,8 +230,8 @@ void BracketPass::sum(const Chunk& chunk, int count) {
                                                      : BracketSource::planes8;
   row.lut = &lut_for(chunk.lens);
   row.count = count;
-  row.deviations = row.source == BracketSource::planes8 ? kChromaDeviations : kDeviations;
-  row.share = row.source == BracketSource::planes8 ? kChromaShare : kShare;
+  row.noise_sigmas = row.source == BracketSource::planes8 ? kChromaNoiseSigmas : kNoiseSigmas;
+  row.relative_tolerance = row.source == BracketSource::planes8 ? kChromaRelativeTolerance : kRelativeTolerance;
   row.next_row = width;
   for (std::size_t c = 0; c < 3; ++c) row.luminance[c] = static_cast<float>(kLuminanceWeights[c]) * plan.white[c];
   for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) row.exposures[k].scale = scale_[k];
@@ -242,10 +242,10 @@ void BracketPass::sum(const Chunk& chunk, int count) {
     row.solid_angle = lens.solid_angle.data() + static_cast<std::size_t>(y) * width;
     row.inverse_vignetting = lens.inverse_vignetting.data() + static_cast<std::size_t>(y) * width;
     row.depth = static_cast<float>(y - chunk.top) + (per == 2 ? 0.5F : 0.0F);
-    // Whole vectors are read: of a narrow stretch, what lies beside it too.
+    // Whole vectors are read; where the span is narrower, pixels beside it, too.
     const int readable_end = std::min(std::max((end + 1) & ~1, begin / 2 * 2 + per * kMinLanesInt), lens.width);
     const int readable_begin = std::max(0, std::min(begin / 2 * 2, readable_end - per * kMinLanesInt));
-    point_at_row(chunk, y, readable_begin, readable_end, row);
+    set_row_pointers(chunk, y, readable_begin, readable_end, row);
     merge_bracket_row(row, static_cast<std::size_t>(begin / per), static_cast<std::size_t>(end / per),
                       static_cast<std::size_t>(readable_end / per), columns_);
   }
@@ -261,7 +261,7 @@ const CodeLut& BracketPass::lut_for(int lens) const {
 RowSpan BracketPass::span_of(const LensTable& lens, int y) const {
   RowSpan span = lens.rows[static_cast<std::size_t>(y)];
   if (format_ == PixelFormat::rgb8) return span;
-  // Pairs, and quads of two rows, are worked on together.
+  // Pairs, and quads of two rows, are processed together.
   if (format_ != PixelFormat::yuyv) {
     const RowSpan other = lens.rows[static_cast<std::size_t>(y ^ 1)];
     if (span.first >= span.end)
@@ -272,32 +272,33 @@ RowSpan BracketPass::span_of(const LensTable& lens, int y) const {
   return {span.first & ~1, (span.end + 1) & ~1};
 }
 
-std::ptrdiff_t BracketPass::ahead_of(const Chunk& chunk, int y, std::ptrdiff_t row, std::ptrdiff_t pixel) const {
+std::ptrdiff_t BracketPass::prefetch_distance(const Chunk& chunk, int y, std::ptrdiff_t row,
+                                              std::ptrdiff_t pixel) const {
   const int per = is_bayer(format_) ? 2 : 1, rows = y + per < chunk.top + chunk.rows ? 0 : chunk.rows - per;
   if (rows == 0) return per * row;
-  // Of the chunk beside it the first row, or of those below.
+  // The first row of the next chunk, to the right or below.
   const bool last = chunk.end >= table_.lenses[static_cast<std::size_t>(chunk.lens)].width;
   return last ? per * row - chunk.begin * pixel : (chunk.end - chunk.begin) * pixel - rows * row;
 }
 
-void BracketPass::point_at_row(const Chunk& chunk, int y, int begin, int end, BracketRow& row) {
+void BracketPass::set_row_pointers(const Chunk& chunk, int y, int begin, int end, BracketRow& row) {
   const LensPlan& plan = lenses_[static_cast<std::size_t>(chunk.lens)];
   const int width = table_.lenses[static_cast<std::size_t>(chunk.lens)].width;
-  row.ahead = ahead_of(chunk, y, width, 1);
+  row.ahead = prefetch_distance(chunk, y, width, 1);
   for (std::size_t k = 0; k < static_cast<std::size_t>(row.count); ++k) {
     const View& view = plan.view[k];
     ExposureRow& e = row.exposures[k];
     if (row.source == BracketSource::planes8) {
-      point_at_planes(chunk, y, begin, end, k, e);
+      convert_to_planes(chunk, y, begin, end, k, e);
       continue;
     }
     const int pixel = format_ == PixelFormat::rgb8 ? 3 : format_ == PixelFormat::bayer_rggb8 ? 1 : 2;
     e.at = {row_of(view, y), is_bayer(format_) ? row_of(view, y + 1) : nullptr, nullptr, nullptr};
-    e.ahead = ahead_of(chunk, y, static_cast<std::ptrdiff_t>(view.stride), pixel);
+    e.ahead = prefetch_distance(chunk, y, static_cast<std::ptrdiff_t>(view.stride), pixel);
   }
 }
 
-void BracketPass::point_at_planes(const Chunk& chunk, int y, int begin, int end, std::size_t k, ExposureRow& out) {
+void BracketPass::convert_to_planes(const Chunk& chunk, int y, int begin, int end, std::size_t k, ExposureRow& out) {
   const LensPlan& plan = lenses_[static_cast<std::size_t>(chunk.lens)];
   const View& view = plan.view[k];
   const auto width = static_cast<std::size_t>(table_.lenses[static_cast<std::size_t>(chunk.lens)].width);
@@ -312,22 +313,22 @@ void BracketPass::point_at_planes(const Chunk& chunk, int y, int begin, int end,
   const bool quads = format_ == PixelFormat::nv12;
   const int row = quads ? y % 2 : 0;
   out.at = {plane(row, 0), plane(row, 1), plane(row, 2), plane(row, 3)};
-  if (row == 1) return;  // Made with the row above.
+  if (row == 1) return;  // Converted with the row above.
   const PlaneRow upper = planes(0), lower = planes(1);
   if (!quads) {
     const std::uint8_t* here = row_of(view, y) + 2 * from;
-    fetch(here, ahead_of(chunk, y, stride, 2), 2 * pixels);
+    prefetch(here, prefetch_distance(chunk, y, stride, 2), 2 * pixels);
     planes_of_yuyv(here, pixels, upper);
     shared_tops(upper, nullptr, pixels, saturated_from, plane(0, 3) + from, nullptr);
     return;
   }
   const std::uint8_t* here = row_of(view, y) + from;
   const std::uint8_t* chroma = row_of(view, view.height + y / 2) + from;
-  const std::ptrdiff_t ahead = ahead_of(chunk, y + 1, stride, 1) + stride;
-  fetch(here, ahead, pixels);
-  fetch(here + stride, ahead, pixels);
-  // Half as many rows of chroma as of luma lie between.
-  fetch(chroma, y + 2 < chunk.top + chunk.rows ? stride : ahead + stride * (chunk.rows / 2 - 1), pixels);
+  const std::ptrdiff_t ahead = prefetch_distance(chunk, y + 1, stride, 1) + stride;
+  prefetch(here, ahead, pixels);
+  prefetch(here + stride, ahead, pixels);
+  // Chroma has half as many rows as luma.
+  prefetch(chroma, y + 2 < chunk.top + chunk.rows ? stride : ahead + stride * (chunk.rows / 2 - 1), pixels);
   planes_of_nv12(here, here + stride, chroma, pixels, upper, lower);
   shared_tops(upper, &lower, pixels, saturated_from, plane(0, 3) + from, plane(1, 3) + from);
 }
@@ -345,7 +346,7 @@ void BracketPass::finish_block(const Chunk& chunk, std::size_t block, std::size_
   const LensPlan& plan = lenses_[static_cast<std::size_t>(chunk.lens)];
   const float r = columns_.r[at], g = columns_.g[at], b = columns_.b[at], luminance = folded_.luminance[at];
   const float low = columns_.low[at], peak = columns_.peak[at], clipped = columns_.clipped[at];
-  // From places of quads to places of pixels.
+  // Converts positions of quads to positions of pixels.
   const float across = is_bayer(format_) ? 2 * folded_.across[at] + 0.5F * luminance : folded_.across[at];
   const float unit = unit_ * lut_for(chunk.lens).unit;
   const BlockPass::Middle middle = blocks_.middle(block);

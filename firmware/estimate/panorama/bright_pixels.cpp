@@ -8,8 +8,7 @@ namespace lightwell::estimate {
 namespace {
 
 constexpr std::size_t kMaxBlocks = 2048;
-/// Of a direction that two lenses see, one that has less than this share of a pixel is at its edge, where a pixel sees
-/// but a part of itself: the other lens tells it.
+/// In the overlap of two lenses, a pixel with less than this share of the mean solid angle is at the edge of its lens.
 constexpr double kMinOverlapShare = 0.1;
 
 }  // namespace
@@ -48,9 +47,9 @@ std::int32_t BrightPixels::new_slot(std::size_t block) {
 }
 
 void BrightPixels::read(RowReader& reader, std::size_t block) {
-  const std::int32_t slot = take_slot(block);
+  const std::int32_t slot = slot_for(block);
   if (slot < 0) return;
-  // Its rows lie far apart in tables that no cache holds: all are asked for before the first is needed.
+  // The rows are far apart in large tables: all are prefetched before the first is used.
   const BlockLayout::Place& p = layout_.place(block);
   const LensTable& table = lens({p.lens, 0, 0});
   for (int y = p.y; y < p.y + p.height; ++y) {
@@ -66,7 +65,7 @@ void BrightPixels::read_row(RowReader& reader, std::int32_t slot, int row) {
   rows_[number] |= std::uint64_t{1} << row;
   const BlockLayout::Place p = layout_.place(blocks_[number]);
   Light* out = &pool_[(number << layout_.shift() | static_cast<std::size_t>(row)) << layout_.shift()];
-  ReadStatistics ignored;  // The pass over all pixels has counted these already.
+  ReadStatistics ignored;  // The pass over all pixels has counted them.
   reader.read(p.lens, p.y + row, p.x, p.x + p.width, RowReader::Reading::radiance, row_, ignored);
   const float* solid_angle = &lens({p.lens, 0, 0}).solid_angle[index({p.lens, p.x, p.y + row})];
   for (std::size_t i = 0; i < static_cast<std::size_t>(p.width); ++i)
@@ -76,7 +75,8 @@ void BrightPixels::read_row(RowReader& reader, std::int32_t slot, int row) {
 
 bool BrightPixels::at_edge(Place p) const {
   const LensTable& own = lens(p);
-  return !own.twin.empty() && own.twin[index(p)] >= 0 && own.solid_angle[index(p)] < min_overlap_solid_angle_;
+  return !own.overlap_pixel.empty() && own.overlap_pixel[index(p)] >= 0 &&
+         own.solid_angle[index(p)] < min_overlap_solid_angle_;
 }
 
 }  // namespace lightwell::estimate

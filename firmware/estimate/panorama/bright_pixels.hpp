@@ -1,4 +1,4 @@
-// The pixels of the few blocks that are bright: read once a frame, each with its place among the others on the sphere.
+// Cache of the pixels of bright blocks, each read once per frame, and adjacency of pixels on the sphere.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace lightwell::estimate {
 
 class BrightPixels {
  public:
-  using Id = std::uint32_t;  ///< Of all lenses one after another.
+  using Id = std::uint32_t;  ///< Index of a pixel over all lenses.
   struct Place {
     int lens, x, y;
   };
@@ -29,28 +29,28 @@ class BrightPixels {
     Light light;
   };
 
-  /// The tables stay the caller's.
+  /// Refers to both arguments.
   BrightPixels(const RigTable& table, const BlockLayout& layout);
 
-  /// How many pixels there are, read or not.
+  /// Number of pixels of all lenses.
   [[nodiscard]] std::size_t size() const { return lens_first_.back(); }
-  /// How many blocks can be read in a frame.
+  /// Largest number of blocks that can be read per frame.
   [[nodiscard]] std::size_t max_blocks() const { return max_blocks_; }
-  /// Solid angle of a mean pixel, sr.
+  /// Mean solid angle of a pixel, sr.
   [[nodiscard]] double mean_solid_angle() const { return mean_sr_; }
 
-  /// Before a new frame.
+  /// Must be called before each frame.
   void clear();
-  /// All of a block. Nothing where no room is left.
+  /// Reads all pixels of a block, unless memory is exhausted.
   void read(RowReader& reader, std::size_t block);
-  /// Whether any row of it was read.
+  /// Whether any row of the block was read.
   [[nodiscard]] bool has(std::size_t block) const { return slot_of_block_[block] >= 0; }
 
-  /// Of a pixel that has been read; those beside it in its row of the block follow.
+  /// Light of a pixel that has been read. The pixels to its right in the same block follow in memory.
   [[nodiscard]] const Light& light(Place p) const { return at(slot_of_block_[layout_.block_of(p.lens, p.x, p.y)], p); }
-  /// Of a pixel of `block`, whose row is read where it has not been; null where no room is left for that.
+  /// Light of a pixel of `block`; reads its row if necessary. Null where memory is exhausted.
   [[nodiscard]] const Light* light(RowReader& reader, std::size_t block, Place p) {
-    const std::int32_t slot = take_slot(block);
+    const std::int32_t slot = slot_for(block);
     if (slot < 0) return nullptr;
     const int row = p.y & (layout_.edge() - 1);
     if ((rows_[static_cast<std::size_t>(slot)] >> row & 1U) == 0) read_row(reader, slot, row);
@@ -66,19 +66,19 @@ class BrightPixels {
   [[nodiscard]] float solid_angle(const Pixel& pixel) const {
     return lens(pixel.place).solid_angle[pixel.id - lens_first_[static_cast<std::size_t>(pixel.place.lens)]];
   }
-  /// Of what two lenses see: whether this pixel is at its lens's edge, where it sees but a part of itself. Its light
-  /// counts, but does not tell where the light is.
+  /// Whether another lens sees the same direction and the pixel is at the edge of its lens, where only a small part of
+  /// it counts. Its light is used, its position is not.
   [[nodiscard]] bool at_edge(Place place) const;
 
-  /// Calls `visit(place, id)` for the eight pixels around, across seam and poles, and for the nine of the other lens
-  /// about the one that sees the same direction: what is bright in both need not be brightest in pixels of one
+  /// Calls `visit(place, id)` for the eight neighbours, across seam and poles, and for the nine pixels of the other
+  /// lens around the one with the same direction, because a light's brightest pixels in two lenses may differ in
   /// direction.
   template <class Visit>
   void for_each_neighbour(Place p, Visit&& visit) const;
 
  private:
-  /// Where the block's pixels are in the pool; less than 0 where no room is left.
-  [[nodiscard]] std::int32_t take_slot(std::size_t block) {
+  /// Slot of the block in pool_, allocated if necessary; negative where memory is exhausted.
+  [[nodiscard]] std::int32_t slot_for(std::size_t block) {
     const std::int32_t slot = slot_of_block_[block];
     return slot >= 0 || blocks_.size() >= max_blocks_ ? slot : new_slot(block);
   }
@@ -89,7 +89,7 @@ class BrightPixels {
     return pool_[static_cast<std::size_t>(((slot << shift | (p.y & mask)) << shift) | (p.x & mask))];
   }
   [[nodiscard]] const LensTable& lens(Place p) const { return table_.lenses[static_cast<std::size_t>(p.lens)]; }
-  /// Within its lens.
+  /// Index of the pixel in its lens.
   [[nodiscard]] std::size_t index(Place p) const {
     return static_cast<std::size_t>(p.y) * static_cast<std::size_t>(lens(p).width) + static_cast<std::size_t>(p.x);
   }
@@ -101,9 +101,9 @@ class BrightPixels {
   float min_overlap_solid_angle_;
   std::vector<Id> lens_first_;
   std::vector<std::int32_t> slot_of_block_;
-  std::vector<std::uint32_t> blocks_;  ///< That have been read in part, by slot.
-  std::vector<std::uint64_t> rows_;    ///< Which of their rows, a bit each.
-  std::vector<Light> pool_;            ///< edge² entries a slot.
+  std::vector<std::uint32_t> blocks_;  ///< By slot, the block.
+  std::vector<std::uint64_t> rows_;    ///< By slot, a bit mask of the rows that were read.
+  std::vector<Light> pool_;            ///< edge² elements per slot.
   LinearRow row_;
 };
 
@@ -124,7 +124,7 @@ void BrightPixels::for_each_neighbour(Place p, Visit&& visit) const {
       int x = p.x + dx, y = p.y + dy;
       if (own.equirectangular) {
         if (y < 0 || y >= own.height) {
-          // Across the pole lies the same row, half a turn on.
+          // The neighbour across the pole is in the same row, 180 degrees away.
           y = p.y;
           x += own.width / 2;
         }
@@ -136,12 +136,12 @@ void BrightPixels::for_each_neighbour(Place p, Visit&& visit) const {
       visit(there, id(there));
     }
   }
-  if (own.twin.empty()) return;
-  const std::int32_t twin = own.twin[index(p)];
-  if (twin < 0) return;
+  if (own.overlap_pixel.empty()) return;
+  const std::int32_t pixel = own.overlap_pixel[index(p)];
+  if (pixel < 0) return;
   const int other = 1 - p.lens;
   const LensTable& there = table_.lenses[static_cast<std::size_t>(other)];
-  const int x = twin % there.width, y = twin / there.width;
+  const int x = pixel % there.width, y = pixel / there.width;
   for (int j = std::max(y - 1, 0); j <= std::min(y + 1, there.height - 1); ++j)
     for (int i = std::max(x - 1, 0); i <= std::min(x + 1, there.width - 1); ++i)
       visit(Place{other, i, j}, id({other, i, j}));

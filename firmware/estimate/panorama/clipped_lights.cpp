@@ -7,11 +7,11 @@
 namespace lightwell::estimate {
 namespace {
 
-/// So much of the saturated solid angle must belong to lights.
+/// Smallest share of the saturated solid angle that must belong to lights.
 constexpr double kMinExplainedFraction = 0.75;
-/// Of a light, what lies within twice its radius and this much: a block is that wide.
-constexpr float kReachRad = 0.035F;
-/// Saturated by a light that has less than this share of it: of a neighbour's glow.
+/// A block belongs to a light within twice its radius plus this angle, about the width of a block.
+constexpr float kMargin_rad = 0.035F;
+/// Smallest share of the assigned saturated solid angle of a clipped light; less is the glow of another light.
 constexpr double kMinLightFraction = 0.02;
 
 }  // namespace
@@ -22,9 +22,9 @@ void find_clipped_lights(const BlockSums& sums, const CellGrid& grid, std::span<
   const std::size_t count = std::min<std::size_t>(lights.size(), kMaxLights + 1);
   std::array<float, kMaxLights + 1> cos_reach{};
   for (std::size_t k = 0; k < count; ++k)
-    cos_reach[k] = std::cos(std::min(2 * lights[k].angular_radius_rad + kReachRad, 3.0F));
+    cos_reach[k] = std::cos(std::min(2 * lights[k].angular_radius_rad + kMargin_rad, 3.0F));
   std::array<double, kMaxLights + 1> clipped_sr{};
-  double known_sr = 0;
+  double explained_sr = 0;
   for (std::size_t block = 0; block < sums.clipped.size(); ++block) {
     if (!(sums.clipped[block] > 0)) continue;
     std::size_t nearest = count;
@@ -37,11 +37,11 @@ void find_clipped_lights(const BlockSums& sums, const CellGrid& grid, std::span<
     }
     if (nearest == count) continue;
     clipped_sr[nearest] += sums.clipped[block];
-    known_sr += sums.clipped[block];
+    explained_sr += sums.clipped[block];
   }
-  if (known_sr < kMinExplainedFraction * sums.clipped_sr) return;
+  if (explained_sr < kMinExplainedFraction * sums.clipped_sr) return;
   for (std::size_t k = 0; k < count; ++k)
-    if (clipped_sr[k] > kMinLightFraction * known_sr) tracks.push_back(lights[k].track);
+    if (clipped_sr[k] > kMinLightFraction * explained_sr) tracks.push_back(lights[k].track);
 }
 
 }  // namespace lightwell::estimate

@@ -1,4 +1,4 @@
-// Which lights the saturated pixels of a frame belong to.
+// Assigns the saturated pixels of a frame to lights.
 #pragma once
 
 #include <span>
@@ -11,8 +11,8 @@
 
 namespace lightwell::estimate {
 
-/// Fills `tracks` with the tracks of the lights that saturated blocks belong to; leaves it empty where too much of what
-/// is saturated belongs to none.
+/// Fills `tracks` with the tracks of the lights to which saturated blocks belong. Leaves it empty where less than three
+/// quarters of the saturated solid angle belongs to lights.
 void find_clipped_lights(const BlockSums& sums, const CellGrid& grid, std::span<const Light> lights,
                          std::vector<std::uint32_t>& tracks);
 

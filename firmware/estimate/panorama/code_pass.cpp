@@ -12,7 +12,7 @@
 namespace lightwell::estimate {
 namespace {
 
-/// Pixels of YCbCr that are turned into planes at a time: 16 rows of three planes of them stay in the nearest cache.
+/// Pixels of YCbCr that are converted to planes at a time: 16 rows of three planes fit into the L1 cache.
 constexpr std::size_t kCodeChunk = 256;
 
 const std::uint8_t* bytes(const View& view, std::size_t row) {
@@ -55,7 +55,7 @@ bool CodePass::supports(std::span<const Frame> bracket) const {
   if (bracket.size() != 1 || lenses_.empty()) return false;
   for (const View& v : bracket[0].views()) {
     if (v.format == PixelFormat::rgb_f32 || v.width < static_cast<int>(kMinLanes)) return false;
-    // A word's table would have 4096 entries; sensors with raw output are linear.
+    // Kernels have no lookup tables for words; sensors with raw output are linear.
     const bool words = v.format == PixelFormat::bayer_rggb10 || v.format == PixelFormat::bayer_rggb12;
     if (words && !lenses_[static_cast<std::size_t>(v.lens)].identity) return false;
   }
@@ -68,12 +68,12 @@ void CodePass::plan_lens(const PhotometricCalibration& photometry) {
   plan.linear_from = linear.front();
   plan.linear_unit = 1 - plan.linear_from;
   plan.identity = photometry.response.kind == ResponseCurve::Kind::linear;
-  // What rounding takes from one code the next gets: light that spreads over several codes keeps its sum.
-  double carried = 0;
+  // Error diffusion: the rounding error of one code is added to the next, so that sums over several codes are precise.
+  double rounding_error = 0;
   for (std::size_t code = 0; code < 256; ++code) {
     const double exact = std::clamp((linear[code] - plan.linear_from) / plan.linear_unit, 0.0F, 1.0F) * 65535.0;
-    plan.linear16[code] = static_cast<std::uint16_t>(std::clamp(std::lround(exact + carried), 0L, 65535L));
-    carried += exact - plan.linear16[code];
+    plan.linear16[code] = static_cast<std::uint16_t>(std::clamp(std::lround(exact + rounding_error), 0L, 65535L));
+    rounding_error += exact - plan.linear16[code];
   }
   plan.step8.resize(4096);
   for (std::size_t i = 0, code = 1; i < plan.step8.size(); ++i) {
@@ -155,7 +155,7 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
       for (int y = 0; y < rows; ++y) planes_of_yuyv(line(y) + 2 * at, count, plane(y));
     } else {
       for (int y = 0; y < rows; y += 2) {
-        // Blocks begin at even rows; of an odd height the last row has its chroma for itself.
+        // Blocks begin at even rows; with an odd height, the last row does not share its chroma.
         const int below = std::min(y + 1, rows - 1);
         planes_of_nv12(line(y) + at, line(below) + at,
                        bytes(view, static_cast<std::size_t>(view.height + (top + y) / 2)) + at, count, plane(y),
@@ -169,16 +169,16 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
 }
 
 template <Lanes lanes>
-void CodePass::take_codes(const LensPlan& plan, int rows, std::size_t begin, std::size_t columns, std::size_t blocks,
-                          unsigned clipped_from) {
+void CodePass::gather_codes(const LensPlan& plan, int rows, std::size_t begin, std::size_t columns, std::size_t blocks,
+                            unsigned clipped_from) {
   constexpr std::size_t channels = lanes == Lanes::interleaved ? 3 : lanes == Lanes::mosaic ? 2 : 1;
   const auto sum_rows = static_cast<float>(lanes == Lanes::mosaic ? rows / 2 : rows);
-  // Sums stay below 2^31, and signed numbers become floats in vectors.
+  // Sums are below 2^31; SIMD converts signed integers to floats.
   const auto number = [](std::uint32_t v) { return static_cast<float>(static_cast<std::int32_t>(v)); };
   struct Sums {
     float sum, across, down;
   };
-  const auto take = [&](std::size_t g, std::size_t at) {
+  const auto sums_at = [&](std::size_t g, std::size_t at) {
     const Scratch& group = groups_[g];
     const float sum = number(group.sum[at]);
     return Sums{sum, number(group.across[at]), sum_rows * sum - number(group.early[at])};
@@ -200,9 +200,9 @@ void CodePass::take_codes(const LensPlan& plan, int rows, std::size_t begin, std
     const std::size_t at = begin + b * channels;
     codes_.clipped[b] = 0;
     if constexpr (lanes == Lanes::mosaic) {
-      // Places of quads to places of pixels. Each sample stands for its quad; of green there are two.
+      // Converts positions of quads to positions of pixels. Each sample represents its quad; there are two of green.
       const auto of_pixels = [&](std::size_t q) {
-        const Sums s = take(q / 2, at + q % 2);
+        const Sums s = sums_at(q / 2, at + q % 2);
         return Sums{s.sum, 2 * s.across + 0.5F * s.sum, 2 * s.down + 0.5F * s.sum};
       };
       const Sums g0 = of_pixels(1), g1 = of_pixels(2);
@@ -219,7 +219,7 @@ void CodePass::take_codes(const LensPlan& plan, int rows, std::size_t begin, std
     } else {
       for (std::size_t c = 0; c < 3; ++c) {
         const std::size_t g = lanes == Lanes::planar ? c : 0, own = lanes == Lanes::planar ? 0 : c;
-        put(c, b, take(g, at + own), 1);
+        put(c, b, sums_at(g, at + own), 1);
         const std::uint16_t top = groups_[g].peak[at + own];
         codes_.top[c][b] = linear(top);
         if (top >= clipped_from) codes_.clipped[b] = std::max(codes_.clipped[b], clipped(g, b, own));
@@ -240,7 +240,7 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
   const std::size_t begin = first * per_block, end = begin + blocks * per_block, columns = per_block / channels;
   for (std::size_t g = 0; g < group_count; ++g) {
     Scratch& group = groups_[g];
-    // The last block of a row may be narrower.
+    // Clears the lanes beyond the image: the last block of a row may be narrower.
     for (std::size_t lane = row_lanes; lane < end; ++lane)
       group.sum[lane] = group.early[lane] = group.peak[lane] = group.clipped[lane] = 0;
     sum_blocks(group.at(begin), static_cast<int>(channels), static_cast<int>(columns), blocks,
@@ -252,13 +252,13 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
   const unsigned clipped_from = !words ? plan.clipped8 : top_code == 1023 ? plan.clipped10 : plan.clipped12;
   switch (lanes) {
     case Lanes::interleaved:
-      take_codes<Lanes::interleaved>(plan, rows, begin, columns, blocks, clipped_from);
+      gather_codes<Lanes::interleaved>(plan, rows, begin, columns, blocks, clipped_from);
       break;
     case Lanes::planar:
-      take_codes<Lanes::planar>(plan, rows, begin, columns, blocks, clipped_from);
+      gather_codes<Lanes::planar>(plan, rows, begin, columns, blocks, clipped_from);
       break;
     case Lanes::mosaic:
-      take_codes<Lanes::mosaic>(plan, rows, begin, columns, blocks, clipped_from);
+      gather_codes<Lanes::mosaic>(plan, rows, begin, columns, blocks, clipped_from);
       break;
   }
 
@@ -266,7 +266,7 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
   in.weighted = run.weighted;
   in.plain_unit = plan.linear_unit / (plan.identity ? top_code : 65535);
   in.unit = !run.weighted ? in.plain_unit : plan.identity ? in.plain_unit / (words ? 16 : 257) : in.plain_unit;
-  // Products of weights lose what is behind the point, on average: of four or eight bits of it.
+  // Mean truncation error of the products with weights, whose fraction of four or eight bits is cut off.
   in.cut_off = words ? 0.469F : 0.498F;
   in.linear_from = plan.linear_from;
   in.half_y = 0.5F * static_cast<float>(rows - 1);
@@ -280,12 +280,12 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
   in.cut_noise = plan.cut_noise;
   if (!plan.identity) in.step = plan.step8.data();
   const std::size_t block = layout_.block_of(view.lens, static_cast<int>(first * edge), top);
-  const BlockErrorSums doubt = convert_block_sums(
-      in, weights_.worth(block, lanes), codes_.at_first(), blocks,
+  const BlockErrorSums error_sums = convert_block_sums(
+      in, weights_.block_weights(block, lanes), codes_.at_first(), blocks,
       {&out.sum[block], &out.peak[block], &out.offset_x[block], &out.offset_y[block], &out.clipped[block]});
-  out.noise += doubt.noise * radiance_per_linear * radiance_per_linear;
-  out.bias += doubt.bias * radiance_per_linear;
-  out.clipped_sr += doubt.clipped_sr;
+  out.noise += error_sums.noise * radiance_per_linear * radiance_per_linear;
+  out.bias += error_sums.bias * radiance_per_linear;
+  out.clipped_sr += error_sums.clipped_sr;
 }
 
 }  // namespace lightwell::estimate

@@ -1,5 +1,5 @@
-// The pass over pictures of integer codes, one exposure: rows of a block are summed for all lanes at once, in integers,
-// and what a pixel weighs (solid angle, vignetting) is put on the sums.
+// The pass for a single exposure of integer codes: sums the rows of a block for all lanes at once in integers, and
+// applies the weights of pixels (solid angle, vignetting) to the sums.
 #pragma once
 
 #include <array>
@@ -17,21 +17,20 @@ namespace lightwell::estimate {
 
 /// Fills the same BlockSums as BlockPass, many times faster.
 ///
-/// Within a block the weight of a pixel, solid angle over vignetting, is a plane over x and y, fitted once: then sums
-/// and first moments of bare codes give the weighted sum. Where it is not (at the rim of a lens, where two lenses share
-/// what they see) each pixel has its own weight, in 8 bits.
+/// Within a block, the weight of a pixel (solid angle divided by relative illumination) is approximated by a plane over
+/// x and y, so that sums and first moments of the codes give the weighted sum. Where a plane does not fit (at the edge
+/// of a lens, in the overlap of two lenses), each pixel has its own 8-bit weight.
 class CodePass {
  public:
   CodePass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout);
 
-  /// One exposure, a format of codes, wide enough for vectors, rows that lie within the data. Others go through
-  /// BlockPass.
+  /// Whether the bracket is one exposure of integer codes, wide enough for vectors. Others use BlockPass.
   [[nodiscard]] bool supports(std::span<const Frame> bracket) const;
-  /// The frame has passed RowReader::bind().
+  /// `frame` must have passed RowReader::bind().
   void run(const Frame& frame, BlockSums& out);
 
  private:
-  /// A run's sums, taken apart by colour.
+  /// Sums of a run by colour, one element per block (see BlockCodes).
   struct Codes {
     std::array<std::vector<float>, 3> sum, across, down, top;
     std::vector<float> clipped;
@@ -40,10 +39,10 @@ class CodePass {
   };
   struct LensPlan {
     CodeTable16 linear16;
-    std::vector<float> step8;  ///< By linear value in 1/4095: how far apart its neighbouring codes are.
-    float linear_from = 0,
-          linear_unit = 0;  ///< Linear value of code 0 and, per unit of linear16 over 65535, of the rest.
-    bool identity = false;  ///< Codes are linear: no table is needed.
+    std::vector<float> step8;  ///< Quantization step by linear value in 1/4095.
+    /// Linear value = linear_from + linear_unit * linear16 / 65535.
+    float linear_from = 0, linear_unit = 0;
+    bool identity = false;  ///< Codes are linear; linear16 is not used.
     unsigned clipped8 = 256, clipped10 = 1024, clipped12 = 4096;
     float read2 = 0, shot = 0, cut_noise = 0;
     float white[3] = {1, 1, 1};
@@ -59,16 +58,17 @@ class CodePass {
   void sum_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run);
   void finish_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run,
                   float radiance_per_linear, BlockSums& out);
-  /// Fills codes_ with the first `blocks` blocks from lane `begin` on. `columns`: of a block's sums of a channel.
+  /// Fills codes_ with the sums of `blocks` blocks from lane `begin` on. `columns`: samples of a channel per block and
+  /// row.
   template <Lanes lanes>
-  void take_codes(const LensPlan& plan, int rows, std::size_t begin, std::size_t columns, std::size_t blocks,
-                  unsigned clipped_from);
+  void gather_codes(const LensPlan& plan, int rows, std::size_t begin, std::size_t columns, std::size_t blocks,
+                    unsigned clipped_from);
 
   const BlockLayout& layout_;
   CodeWeights weights_;
   std::vector<LensPlan> lenses_;
   Codes codes_;
-  /// Sums of up to three groups of lanes: the planes of YCbCr, or the even and the odd rows of a mosaic.
+  /// Sums of up to three groups of lanes: the planes converted from YCbCr, or the even and the odd rows of a mosaic.
   std::vector<Scratch> groups_;
   std::vector<std::uint8_t> planes_;
 };

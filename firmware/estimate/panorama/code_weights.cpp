@@ -8,8 +8,8 @@
 namespace lightwell::estimate {
 namespace {
 
-/// A block's weights count as a plane where they differ from one by at most this share, RMS. What is left averages out
-/// over the pixels of a block, and over blocks.
+/// Largest RMS residual of a block's weights about the plane, relative to their mean. The residuals average out over
+/// the pixels of a block, and over blocks.
 constexpr double kMaxPlaneResidual = 5e-4;
 
 }  // namespace
@@ -30,8 +30,8 @@ CodeWeights::CodeWeights(const RigTable& table, const BlockLayout& layout)
 }
 
 CodeWeights::BlockWeightArrays::BlockWeightArrays(std::size_t blocks) {
-  for (auto* values :
-       {&mean, &along_x, &along_y, &half_x, &total, &pixels, &per_total, &per_pixel, &inverse_vignetting, &spread, &solid_angle})
+  for (auto* values : {&mean, &along_x, &along_y, &half_x, &total, &pixels, &per_total, &per_pixel, &inverse_vignetting,
+                       &spread, &solid_angle})
     values->resize(blocks);
   for (auto* of_lanes : {&unit, &middle_x, &middle_y})
     for (std::vector<float>& values : *of_lanes) values.resize(blocks);
@@ -41,9 +41,10 @@ BlockWeights CodeWeights::block_weights(std::size_t block, Lanes lanes) const {
   const auto kind = static_cast<std::size_t>(lanes);
   const auto from = [block](const std::vector<float>& all) { return all.data() + block; };
   const BlockWeightArrays& w = block_weights_;
-  return {from(w.mean),           from(w.along_x),        from(w.along_y), from(w.half_x),     from(w.unit[kind]),
-          from(w.middle_x[kind]), from(w.middle_y[kind]), from(w.total),   from(w.pixels),     from(w.per_total),
-          from(w.per_pixel),      from(w.inverse_vignetting),       from(w.spread),  from(w.solid_angle)};
+  return {from(w.mean),       from(w.along_x),        from(w.along_y),        from(w.half_x),
+          from(w.unit[kind]), from(w.middle_x[kind]), from(w.middle_y[kind]), from(w.total),
+          from(w.pixels),     from(w.per_total),      from(w.per_pixel),      from(w.inverse_vignetting),
+          from(w.spread),     from(w.solid_angle)};
 }
 
 void CodeWeights::plan_row(int lens, int top, std::vector<WeightRun>& runs) {
@@ -64,14 +65,14 @@ void CodeWeights::plan_row(int lens, int top, std::vector<WeightRun>& runs) {
 void CodeWeights::plan_block(int lens_number, std::size_t block) {
   const LensTable& lens = table_.lenses[static_cast<std::size_t>(lens_number)];
   const BlockLayout::Place p = layout_.place(block);
-  double sum = 0, sr = 0, seen = 0, x_fit = 0, y_fit = 0, squares = 0;
+  double sum = 0, sr = 0, visible = 0, x_fit = 0, y_fit = 0, squares = 0;
   const double middle_x = 0.5 * (p.width - 1), middle_y = 0.5 * (p.height - 1);
   for (int y = 0; y < p.height; ++y) {
     for (int x = 0; x < p.width; ++x) {
       const auto i =
           static_cast<std::size_t>(p.y + y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(p.x + x);
       const double a = lens.solid_angle[i], w = a * lens.inverse_vignetting[i];
-      seen += a > 0 ? 1 : 0;
+      visible += a > 0 ? 1 : 0;
       sr += a;
       sum += w;
       squares += w * w;
@@ -82,18 +83,18 @@ void CodeWeights::plan_block(int lens_number, std::size_t block) {
   if (!(sum > 0)) return;
   const double pixels = static_cast<double>(p.width) * p.height;
   block_weights_.half_x[block] = static_cast<float>(middle_x);
-  block_weights_.pixels[block] = static_cast<float>(seen);
+  block_weights_.pixels[block] = static_cast<float>(visible);
   block_weights_.total[block] = static_cast<float>(sum);
   block_weights_.solid_angle[block] = static_cast<float>(sr);
   block_weights_.per_total[block] = static_cast<float>(1 / sum);
-  block_weights_.per_pixel[block] = seen > 0 ? 1 / static_cast<float>(seen) : 0;
+  block_weights_.per_pixel[block] = visible > 0 ? 1 / static_cast<float>(visible) : 0;
   block_weights_.inverse_vignetting[block] = sr > 0 ? static_cast<float>(sum / sr) : 0;
-  block_weights_.spread[block] = seen > 0 ? static_cast<float>(sum * sum / static_cast<double>(seen)) : 0;
-  // Sum of (x - middle)² over the block; the fit over a full grid separates.
+  block_weights_.spread[block] = visible > 0 ? static_cast<float>(sum * sum / static_cast<double>(visible)) : 0;
+  // Sums of (x - middle)² and (y - middle)² over the block; on a full grid the fits of x and y are independent.
   const double xx = pixels * (p.width * p.width - 1) / 12.0, yy = pixels * (p.height * p.height - 1) / 12.0;
   const double mean = sum / pixels, along_x = xx > 0 ? x_fit / xx : 0, along_y = yy > 0 ? y_fit / yy : 0;
-  const double rest = squares - pixels * mean * mean - along_x * along_x * xx - along_y * along_y * yy;
-  if (seen == pixels && rest <= pixels * (kMaxPlaneResidual * mean) * (kMaxPlaneResidual * mean)) {
+  const double residual = squares - pixels * mean * mean - along_x * along_x * xx - along_y * along_y * yy;
+  if (visible == pixels && residual <= pixels * (kMaxPlaneResidual * mean) * (kMaxPlaneResidual * mean)) {
     block_weights_.mean[block] = static_cast<float>(mean);
     block_weights_.along_x[block] = static_cast<float>(along_x);
     block_weights_.along_y[block] = static_cast<float>(along_y);
@@ -126,12 +127,12 @@ void CodeWeights::plan_weights(int lens_number, int top, WeightRun& run) {
   }
 }
 
-/// What rounding takes from one pixel the next gets, to and fro through the block: sums and moments stay.
+/// Rounds weights to 8 bits with error diffusion in serpentine order, which preserves sums and moments.
 void CodeWeights::round_weights(int lens_number, std::size_t block, Lanes lanes, const LaneRange& s,
                                 std::uint8_t* weights) {
   const LensTable& lens = table_.lenses[static_cast<std::size_t>(lens_number)];
   const BlockLayout::Place p = layout_.place(block);
-  // A sample of a mosaic stands for the whole quad.
+  // A sample of a mosaic represents its quad.
   const int step = lanes == Lanes::mosaic ? 2 : 1;
   const auto weight = [&](int x, int y) {
     double sum = 0;
@@ -149,16 +150,16 @@ void CodeWeights::round_weights(int lens_number, std::size_t block, Lanes lanes,
   for (int y = 0; y < p.height; y += step)
     for (int x = 0; x < p.width; x += step) largest = std::max(largest, weight(x, y));
   const std::size_t per_pixel = lanes == Lanes::interleaved ? 3 : 1;
-  double carried = 0, sum = 0, x_sum = 0, y_sum = 0;
+  double rounding_error = 0, sum = 0, x_sum = 0, y_sum = 0;
   for (int y = 0; y < p.height; y += step) {
     const int last = (p.width - 1) / step * step;
     for (int to = 0; to < p.width; to += step) {
       const int x = y / step % 2 == 0 ? to : last - to;
       const double exact = weight(x, y) / largest * 255;
       if (!(exact > 0)) continue;
-      // What is seen at all keeps a weight: a sun in the last pixel must not vanish.
-      const auto rounded = std::clamp(std::lround(exact + carried), 1L, 255L);
-      carried += exact - static_cast<double>(rounded);
+      // Visible pixels keep a nonzero weight, so that a sun at the edge of a lens does not vanish.
+      const auto rounded = std::clamp(std::lround(exact + rounding_error), 1L, 255L);
+      rounding_error += exact - static_cast<double>(rounded);
       for (int j = y; j < std::min(y + step, p.height); ++j) {
         for (int i = x; i < std::min(x + step, p.width); ++i) {
           sum += static_cast<double>(rounded);

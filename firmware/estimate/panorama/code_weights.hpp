@@ -1,5 +1,5 @@
-// What sums of codes are worth, worked out once for a rig: which blocks are summed together, the weights of their
-// pixels where these have weights of their own, and what makes light of the sums.
+// Weights of code sums, precomputed for a rig: runs of blocks that are summed together, 8-bit weights of pixels where a
+// plane does not fit, and the coefficients that convert sums to light.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace lightwell::estimate {
 
-/// How samples lie in a row.
+/// Layout of samples in a row.
 enum class Lanes : std::uint8_t { interleaved, planar, mosaic };
 inline constexpr std::size_t kLaneKinds = 3;
 [[nodiscard]] Lanes lanes_of(PixelFormat format);
@@ -24,34 +24,34 @@ inline constexpr std::size_t kLaneKinds = 3;
 /// Neighbouring blocks of one kind within a row of blocks.
 struct WeightRun {
   int first, end;  ///< Columns of blocks.
-  bool weighted;   ///< Each pixel by its own weight; else all alike, and the sums by the plane that fits them.
-  std::array<std::size_t, kLaneKinds> weights;  ///< Where its rows of weights begin.
+  bool weighted;   ///< Pixels have 8-bit weights; false: the fitted plane is applied to sums and moments.
+  std::array<std::size_t, kLaneKinds> weights;  ///< Offset of its rows of weights.
 };
 
-/// The lanes that a kernel runs over for a run: at least kMinLanes of them.
+/// Range of lanes that a kernel processes for a run: at least kMinLanes.
 struct LaneRange {
   std::size_t begin, count;
 };
 
-/// Nothing is planned for blocks of one pixel, and of more than kMaxRows rows.
+/// Empty for blocks of one pixel, and of more than kMaxRows rows.
 class CodeWeights {
  public:
   CodeWeights(const RigTable& table, const BlockLayout& layout);
 
-  /// Of a row of blocks; blocks that see nothing are in none.
+  /// Runs of a row of blocks. Blocks without solid angle are in none.
   [[nodiscard]] std::span<const WeightRun> runs(int lens, int block_row) const {
     return rows_[static_cast<std::size_t>(lens)][static_cast<std::size_t>(block_row)];
   }
   [[nodiscard]] LaneRange lane_range(int lens, Lanes lanes, const WeightRun& run) const;
-  /// Of a weighted run: rows of a stretch's count each.
+  /// Weights of a weighted run: rows of lane_range().count elements.
   [[nodiscard]] const std::uint8_t* weights(const WeightRun& run, Lanes lanes) const {
     return bytes_.data() + run.weights[static_cast<std::size_t>(lanes)];
   }
-  /// From this block on.
+  /// Pointers to the coefficients of this block and the following ones.
   [[nodiscard]] BlockWeights block_weights(std::size_t block, Lanes lanes) const;
 
  private:
-  /// An entry a block, with room for the kernel: BlockWeights says what they are.
+  /// One element per block, plus padding for the kernel. See BlockWeights.
   struct BlockWeightArrays {
     explicit BlockWeightArrays(std::size_t blocks);
     std::vector<float> mean, along_x, along_y, half_x, total, pixels, per_total, per_pixel, inverse_vignetting, spread,

@@ -15,7 +15,7 @@ std::optional<double> GreyPatchReader::irradiance(RowReader& reader, const Block
   double luminance = 0, pixels = 0;
   ReadStatistics ignored;
   for (int y = patch_.y; y < patch_.y + patch_.height; ++y) {
-    // A read must not reach beyond its block.
+    // A read must not extend beyond its block.
     for (int x = patch_.x, end = 0; x < patch_.x + patch_.width; x = end) {
       end = std::min((x | (layout.edge() - 1)) + 1, patch_.x + patch_.width);
       reader.read(patch_.lens, y, x, end, RowReader::Reading::with_clipped, row_, ignored);

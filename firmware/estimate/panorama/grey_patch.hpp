@@ -1,4 +1,4 @@
-// A matte patch of known reflectance that the camera sees all the time: it reads the irradiance at its normal.
+// Reads the irradiance at the normal of a Lambertian patch of known albedo that is always in view.
 #pragma once
 
 #include <optional>
@@ -15,8 +15,8 @@ class GreyPatchReader {
  public:
   GreyPatchReader(const GreyPatch& patch, const RigTable& table);
 
-  /// Irradiance at its normal: pi / albedo times its mean luminance, in units of what `reader` reads. None where the
-  /// patch is dark, saturated or not in the bracket.
+  /// Irradiance at the patch's normal: pi / albedo times its mean luminance, in the units of `reader`. nullopt where
+  /// the patch is dark, saturated or not in the bracket.
   [[nodiscard]] std::optional<double> irradiance(RowReader& reader, const BlockLayout& layout);
 
  private:

@@ -9,56 +9,53 @@
 namespace lightwell::estimate {
 namespace {
 
-/// Energy is gathered down to this share of the peak, and to kHaloOverMean times the mean.
-constexpr float kHaloThreshold = 0.02F;
-constexpr float kHaloOverMean = 3;
-/// And no further from the centroid than this: a glow that wide is better left to the harmonics.
-const float kCosReach = std::cos(12 * std::numbers::pi_v<float> / 180);
-/// Blocks are told apart by their middles: some of a block's pixels are nearer.
-const float kCosReachOfBlocks = std::cos(16 * std::numbers::pi_v<float> / 180);
-/// So far apart are two ends of one light.
-const float kCosAcross = std::cos(24 * std::numbers::pi_v<float> / 180);
-/// A wider region is no light that casts a shadow.
+/// The halo extends down to this share of the peak, or to kHaloOverMean times the mean if that is more.
+constexpr float kHaloThreshold = 0.02F, kHaloOverMean = 3;
+/// Radius of the halo around the centroid: wider glow is described better by the harmonics.
+const float kCosHaloReach = std::cos(12 * std::numbers::pi_v<float> / 180);
+/// The same for the middles of blocks, some of whose pixels are nearer.
+const float kCosHaloReachOfBlocks = std::cos(16 * std::numbers::pi_v<float> / 180);
+/// Largest angle between two points of one light.
+const float kCosMaxExtent = std::cos(24 * std::numbers::pi_v<float> / 180);
+/// Largest radius of a light, rad: wider regions cast no distinct shadow.
 constexpr float kMaxAngularRadius = 0.6F;
-/// A light that gives less of all light than this is left to the harmonics: it could not change a figure of the answer.
+/// Smallest share of the total irradiance of a light; fainter ones are left to the harmonics.
 constexpr double kMinIrradianceFraction = 0.002;
-/// The same as a share of epsilon, where only irradiance counts. A light that gives the share s of all light deviates
-/// by 1.6 s over all normals, relative, and 9 % of that lies above band 2: 64 lights of half of epsilon each that are
-/// left out add up to 0.6 epsilon, like noise, and the bands above 2 are cheaper than they are.
+/// The same, relative to epsilon, where only irradiance is limited. A light with the share s of all light has a
+/// relative RMS irradiance of 1.6 s, 9 % of it above band 2: 64 omitted lights of epsilon / 2 add up to 0.6 epsilon in
+/// quadrature, and the bands above 2 cost fewer bytes than the lights.
 constexpr double kMinFractionOfEpsilon = 0.5;
-/// Once there is room for no more, one that is not clearly stronger than the weakest is not looked at.
+/// Once the limit on lights is reached, a candidate must exceed the weakest light by this factor.
 constexpr double kReplacementRatio = 1.1;
-/// Regions of a frame; a sky of a thousand lamps must not cost a thousand regions.
+/// Largest number of regions per frame; limits the time in scenes with very many lamps.
 constexpr int kMaxRegions = 96;
-/// A region that touches an earlier one and has less than this share of its light is the rest of that one's glow.
+/// A region adjacent to an earlier one with less than this share of its irradiance is a part of its glow.
 constexpr float kHaloFraction = 0.1F;
-/// A region is compact, and read pixel by pixel, where its blocks have no more pixels than these or are no more than
-/// nine.
-constexpr std::size_t kCompactPixels = 2048, kFewBlocks = 9;
-/// And where it covers no more of the sphere: about the pole of a stitched picture many pixels are a small piece of it.
-/// So it is where its light, all as bright as its peak, would be no more, as long as few blocks hold it: large blocks
-/// are dark in part.
+/// A region is compact, and processed pixel by pixel, with at most this many pixels or blocks.
+constexpr std::size_t kCompactPixels = 2048, kCompactBlocks = 9;
+/// It is also compact with a solid angle of at most kCompactPixels mean pixels (pixels are small around the poles of an
+/// equirectangular image), or with at most this many blocks whose light at peak luminance would cover no more.
 constexpr std::size_t kMaxHalfLitBlocks = 32;
-/// Pixels around a core of at most these count in its direction with what they hold of it: half a pixel on one side
-/// moves a centroid of n pixels by less than a pixel over sqrt(n).
-constexpr std::size_t kRimmedCore = 256;
-/// Every pixel of a core has at most 17 neighbours, which are others' too.
-constexpr std::size_t kMaxRimPixels = 17 * kRimmedCore;
-/// How much of a light that is one sample of colour may be wrong, one deviation: how much of the sample it covers is
-/// anything from nothing to all, which deviates by 0.29 of it, and three channels share that.
+/// Pixels around a core of at most this many pixels contribute to its direction. The effect is small for large cores:
+/// half a pixel on one side moves the centroid of n pixels by less than 1 / sqrt(n) pixels.
+constexpr std::size_t kMaxCoreWithRim = 256;
+/// A pixel has at most 17 neighbours (8, and 9 of the other lens).
+constexpr std::size_t kMaxRimPixels = 17 * kMaxCoreWithRim;
+/// Relative error (one sigma) of a light as small as one chroma sample. The covered share of the sample is uniform in
+/// [0, 1], with a standard deviation of 0.29, shared by three channels.
 constexpr double kChromaEdgeError = 0.2;
-/// The same of a mosaic by that: its quads have two samples of green, whose edges are wrong by 2^-0.75 of one's,
-/// squared 0.354; over three channels sqrt((1 + 0.354 + 1) / 3).
+/// Ratio for a Bayer mosaic: a quad has two green samples, whose error at edges is 2^-0.75 of that of one (squared:
+/// 0.354); over three channels sqrt((1 + 0.354 + 1) / 3).
 constexpr double kMosaicChromaEdgeError = 0.886;
-/// And of where a mosaic's luminance sits, which is 72 % green: 0.213 + 0.715 * 2^-0.75 + 0.072.
+/// Ratio for the centroid of luminance, which is 72 % green: 0.213 + 0.715 * 2^-0.75 + 0.072.
 constexpr double kMosaicCentroidError = 0.71;
-constexpr std::uint8_t kRim = 255;  ///< A mark while a rim is walked; regions are numbered up to kMaxRegions.
+constexpr std::uint8_t kRim = 255;  ///< Temporary mark of rim pixels; regions are numbered up to kMaxRegions.
 constexpr std::size_t kMaxParts = 65536;
 constexpr std::size_t kMaxRegionPixels = 400'000;
 
-/// Of the light of a disc that is `samples` samples of colour large, what those on its edge may get wrong together
-/// where one may be all wrong: 2 sqrt(pi n) of n are there, and their errors add up like noise.
-double at_the_edge(double samples) {
+/// Relative error of the light of a disc with an area of n = `samples` chroma samples, if the samples on its edge may
+/// be wrong completely: 2 sqrt(pi n) of them are on the edge, and their errors add in quadrature.
+double edge_error(double samples) {
   return std::min(1.0, std::sqrt(2 * std::sqrt(std::numbers::pi)) * std::pow(std::max(samples, 1e-9), -0.75));
 }
 
@@ -69,15 +66,15 @@ LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout, const
   claimed_.resize(pixels_.size());
   owner_.resize(layout.size());
   owned_.reserve(layout.size());
-  passed_over_.resize(layout.size());
+  rejected_in_frame_.resize(layout.size());
   region_.reserve(std::min(pixels_.size(), kMaxRegionPixels) + 16);
-  all_claimed_.reserve(region_.capacity());
+  claimed_pixels_.reserve(region_.capacity());
   candidates_.reserve(layout.size() + 1);
   region_irradiance_.resize(kMaxRegions + 1);
   parts_.reserve(kMaxParts);
   region_of_light_.reserve(kMaxLights + 1);
   rim_.reserve(kMaxRimPixels);
-  compact_blocks_ = std::max(kFewBlocks, kCompactPixels / static_cast<std::size_t>(layout.edge() * layout.edge()));
+  compact_blocks_ = std::max(kCompactBlocks, kCompactPixels / static_cast<std::size_t>(layout.edge() * layout.edge()));
 }
 
 float LightFinder::halo_threshold(float peak) const { return std::max(kHaloThreshold * peak, kHaloOverMean * mean_); }
@@ -100,9 +97,9 @@ LightFinder::Place LightFinder::peak_pixel(std::uint32_t block, float& peak) con
 }
 
 void LightFinder::claim(Place place, PixelId id, const PixelLight& light) {
-  claimed_[id] = number_;
+  claimed_[id] = region_number_;
   region_.push_back({place, id, light});
-  all_claimed_.push_back(id);
+  claimed_pixels_.push_back(id);
 }
 
 double LightFinder::flood(std::uint32_t block, float floor, Vec3f axis, float cos_reach) {
@@ -118,12 +115,12 @@ void LightFinder::link_region(std::uint8_t region) {
 }
 
 void LightFinder::link_mark(std::uint8_t mark) {
-  if (mark != number_ && mark != kRim) link_region(mark);
+  if (mark != region_number_ && mark != kRim) link_region(mark);
 }
 
 const LightFinder::PixelLight* LightFinder::light_in_flood(RowReader& reader, Place p) {
   const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
-  if (!flood_.has(block) || all_claimed_.size() + 1 >= all_claimed_.capacity()) return nullptr;
+  if (!flood_.has(block) || claimed_pixels_.size() + 1 >= claimed_pixels_.capacity()) return nullptr;
   return pixels_.light(reader, block, p);
 }
 
@@ -151,9 +148,9 @@ void LightFinder::grow_halo(RowReader& reader, float floor, Vec3f axis) {
     const PixelLight* light = light_in_flood(reader, p);
     if (light == nullptr || light->luminance < floor) return;
     const BrightPixels::Pixel pixel{p, id, *light};
-    if (pixels_.solid_angle(pixel) > 0 && dot(pixels_.direction(pixel), axis) >= kCosReach) claim(p, id, *light);
+    if (pixels_.solid_angle(pixel) > 0 && dot(pixels_.direction(pixel), axis) >= kCosHaloReach) claim(p, id, *light);
   };
-  // A rim that is whole is all that is beside the core.
+  // A complete rim contains all neighbours of the core.
   for (const BrightPixels::Pixel& pixel : rim_) consider(pixel.place, pixel.id);
   for (std::size_t next = rim_.size() < kMaxRimPixels ? core : 0; next < region_.size(); ++next)
     pixels_.for_each_neighbour(region_[next].place, consider);
@@ -166,9 +163,9 @@ Vec3d LightFinder::core_direction(RowReader& reader, float peak, float dark) {
         vec_cast<double>(pixels_.direction(pixel)) * (static_cast<double>(luminance) * pixels_.solid_angle(pixel));
   };
   for (const BrightPixels::Pixel& pixel : region_) add(pixel, pixel.light.luminance);
-  if (region_.size() > kRimmedCore) return normalized(toward);
-  // Pixels that the light covers in part: what they have over the darkest pixel beside them is its share. Blocks that
-  // are dark all over hold none of it and need not be read.
+  if (region_.size() > kMaxCoreWithRim) return normalized(toward);
+  // Of pixels that the light covers in part, the luminance above that of the darkest neighbour belongs to it. Blocks
+  // without bright pixels need not be read.
   const auto is_dark = [&](std::size_t block) { return !pixels_.has(block) && sums_.peak[block] < dark; };
   for (BrightPixels::Pixel& pixel : rim_) {
     const std::size_t block = layout_.block_of(pixel.place.lens, pixel.place.x, pixel.place.y);
@@ -176,19 +173,19 @@ Vec3d LightFinder::core_direction(RowReader& reader, float peak, float dark) {
     if (light != nullptr) pixel.light = *light;
   }
   for (const BrightPixels::Pixel& pixel : rim_) {
-    float beside = pixel.light.luminance;
-    // What holds less than the skirt does could not move a centroid.
-    if (!(beside >= dark)) continue;
+    float darkest = pixel.light.luminance;
+    // Pixels darker than the halo threshold hardly move the centroid.
+    if (!(darkest >= dark)) continue;
     pixels_.for_each_neighbour(pixel.place, [&](Place p, PixelId id) {
       const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
       if (is_dark(block)) {
-        beside = std::min(beside, sums_.peak[block]);
+        darkest = std::min(darkest, sums_.peak[block]);
         return;
       }
       const PixelLight* light = pixels_.light(reader, block, p);
-      if (light != nullptr && pixels_.solid_angle({p, id, *light}) > 0) beside = std::min(beside, light->luminance);
+      if (light != nullptr && pixels_.solid_angle({p, id, *light}) > 0) darkest = std::min(darkest, light->luminance);
     });
-    if (beside < 0.1F * peak) add(pixel, pixel.light.luminance - beside);
+    if (darkest < 0.1F * peak) add(pixel, pixel.light.luminance - darkest);
   }
   return normalized(toward);
 }
@@ -209,20 +206,20 @@ double LightFinder::chroma_edge_error_of(const RowReader& reader, const RegionMo
   const auto luminance = [](const double(&c)[3]) { return luminance_of(c[0], c[1], c[2]); };
   const double own = luminance(light.irradiance);
   if (!reader.has_luma()) return kMosaicChromaEdgeError * own;
-  // Luma is each pixel's own: only what differs in colour from the light around comes out wrong.
+  // Luma is sampled per pixel: the error is proportional to the difference in colour from the rest of the scene.
   double all[3] = {};
   for (const CellSum& s : sums_.sum) all[0] += s.r, all[1] += s.g, all[2] += s.b;
-  const double around = luminance(all);
-  double wrong = 0;
+  const double total = luminance(all);
+  double chroma_error = 0;
   for (std::size_t k = 0; k < 3; ++k)
-    wrong = std::max(wrong, std::abs(light.irradiance[k] - (around > 0 ? own * all[k] / around : 0)));
-  return wrong;
+    chroma_error = std::max(chroma_error, std::abs(light.irradiance[k] - (total > 0 ? own * all[k] / total : 0)));
+  return chroma_error;
 }
 
 void LightFinder::record_part(std::uint32_t block, const CellSum& light) {
-  if (parts_.empty() || parts_.back().block != block || parts_.back().region != number_) {
+  if (parts_.empty() || parts_.back().block != block || parts_.back().region != region_number_) {
     if (parts_.size() == parts_.capacity()) return;
-    parts_.push_back({block, number_, {}});
+    parts_.push_back({block, region_number_, {}});
   }
   CellSum& sum = parts_.back().light;
   sum.r += light.r;
@@ -230,7 +227,7 @@ void LightFinder::record_part(std::uint32_t block, const CellSum& light) {
   sum.b += light.b;
 }
 
-void LightFinder::take_out(std::size_t k, std::span<CellSum> sums) const {
+void LightFinder::subtract(std::size_t k, std::span<CellSum> sums) const {
   for (const RegionBlock& part : parts_) {
     if (part.region != region_of_light_[k]) continue;
     CellSum& sum = sums[part.block];
@@ -246,7 +243,7 @@ void LightFinder::gather_pixels(Vec3d axis, RegionMoments& out) {
     const double sr = pixels_.solid_angle(pixel), c = dot(vec_cast<double>(pixels_.direction(pixel)), axis);
     const auto a = static_cast<float>(sr);
     record_part(static_cast<std::uint32_t>(layout_.block_of(pixel.place.lens, pixel.place.x, pixel.place.y)),
-         {l.r * a, l.g * a, l.b * a});
+                {l.r * a, l.g * a, l.b * a});
     out.irradiance[0] += l.r * sr * c;
     out.irradiance[1] += l.g * sr * c;
     out.irradiance[2] += l.b * sr * c;
@@ -258,9 +255,9 @@ void LightFinder::gather_pixels(Vec3d axis, RegionMoments& out) {
 void LightFinder::gather_blocks(float floor, Vec3d axis, RegionMoments& out) {
   for (const std::uint32_t block : flood_.blocks()) {
     const CellSum& s = sums_.sum[block];
-    // What has pixels in the region already, or is not bright all over, stays with the harmonics.
+    // Blocks that were processed pixel by pixel, or are too dark on average, are left to the harmonics.
     if (pixels_.has(block) || !(s.luminance() >= floor * grid_.solid_angle(block))) continue;
-    owner_[block] = number_;
+    owner_[block] = region_number_;
     owned_.push_back(block);
     const Vec3d d = vec_cast<double>(grid_.direction(block));
     const double c = dot(d, axis), luminance = s.luminance();
@@ -276,7 +273,7 @@ void LightFinder::gather_blocks(float floor, Vec3d axis, RegionMoments& out) {
 
 Light LightFinder::region_light(RowReader& reader, std::uint32_t block, Place peak_at, float peak, bool compact) {
   Light out;
-  const float skirt = halo_threshold(peak);
+  const float threshold = halo_threshold(peak);
   region_.clear();
   RegionMoments all;
   Vec3d axis;
@@ -284,32 +281,32 @@ Light LightFinder::region_light(RowReader& reader, std::uint32_t block, Place pe
   std::size_t core = 0;
   if (compact) {
     claim(peak_at, pixels_.id(peak_at), pixels_.light(peak_at));
-    // The flood of the core: what it does not reach cannot be half as bright as the peak.
+    // flood_ contains all blocks with a connected pixel of at least half the peak.
     grow_core(reader, 0.5F * peak);
     core = region_.size();
-    axis = core_direction(reader, peak, skirt);
+    axis = core_direction(reader, peak, threshold);
     if (axis == Vec3d{}) return out;
     double core_sr = 0;
     for (std::size_t k = 0; k < core; ++k) core_sr += pixels_.solid_angle(region_[k]);
-    // The centroid of n square pixels of known edges: each tells a position to edge/sqrt(12), and a tenth of a pixel is
-    // lost to what pixels do not tell of the light within them.
+    // Variance of the centroid of n square pixels: edge² / 12 / n, plus (a tenth of a pixel)² for the unknown
+    // distribution of light within pixels.
     const int shared = reader.pixels_per_color();
     const double samples = std::max(1.0, static_cast<double>(core) / shared);
     variance = core_sr / static_cast<double>(core) * shared * (1.0 / 12 / samples + 0.01);
     if (shared > 1 && !reader.has_luma()) variance *= kMosaicCentroidError * kMosaicCentroidError;
     const Vec3f middle = vec_cast<float>(axis);
-    (void)flood(block, skirt, middle, kCosReachOfBlocks);
+    (void)flood(block, threshold, middle, kCosHaloReachOfBlocks);
     if (is_compact(peak)) {
-      grow_halo(reader, skirt, middle);
+      grow_halo(reader, threshold, middle);
     } else {
-      // Pixel by pixel where the core's blocks are, by whole blocks beyond.
+      // Pixel by pixel in the blocks of the core, by whole blocks beyond.
       (void)flood(block, 0.5F * peak, {}, BlockFloodFill::kUnlimitedReach);
-      grow_halo(reader, skirt, middle);
-      (void)flood(block, skirt, middle, kCosReach);
-      gather_blocks(skirt, axis, all);
+      grow_halo(reader, threshold, middle);
+      (void)flood(block, threshold, middle, kCosHaloReach);
+      gather_blocks(threshold, axis, all);
     }
   } else {
-    // A first axis from the blocks, then their sums about it.
+    // Determines the axis from the blocks first, then their moments about it.
     RegionMoments first;
     const std::size_t owned = owned_.size();
     gather_blocks(0.5F * peak, vec_cast<double>(grid_.direction(block)), first);
@@ -317,14 +314,15 @@ Light LightFinder::region_light(RowReader& reader, std::uint32_t block, Place pe
     if (axis == Vec3d{}) return out;
     for (std::size_t k = owned; k < owned_.size(); ++k) owner_[owned_[k]] = 0;
     owned_.resize(owned);
-    while (!parts_.empty() && parts_.back().region == number_) parts_.pop_back();
+    while (!parts_.empty() && parts_.back().region == region_number_) parts_.pop_back();
     gather_blocks(0.5F * peak, axis, all);
-    // Blocks tell where light is to a tenth of their side.
+    // Blocks determine the direction to a tenth of their side.
     variance = grid_.solid_angle(block) * 0.01;
   }
   gather_pixels(axis, all);
   if (const int shared = reader.pixels_per_color(); compact && shared > 1)
-    chroma_edge_error2_ += std::pow(kChromaEdgeError * at_the_edge(static_cast<double>(core) / shared) * chroma_edge_error_of(reader, all), 2);
+    chroma_edge_error2_ += std::pow(
+        kChromaEdgeError * edge_error(static_cast<double>(core) / shared) * chroma_edge_error_of(reader, all), 2);
   out.direction = vec_cast<float>(axis);
   out.irradiance = {static_cast<float>(all.irradiance[0]), static_cast<float>(all.irradiance[1]),
                     static_cast<float>(all.irradiance[2])};
@@ -334,18 +332,18 @@ Light LightFinder::region_light(RowReader& reader, std::uint32_t block, Place pe
 }
 
 std::optional<Light> LightFinder::next_region(RowReader& reader, double least) {
-  while (number_ < kMaxRegions && !candidates_.empty()) {
+  while (region_number_ < kMaxRegions && !candidates_.empty()) {
     std::pop_heap(candidates_.begin(), candidates_.end());
     const Candidate c = candidates_.back();
     candidates_.pop_back();
-    if (owner_[c.block] != 0 || passed_over_[c.block] == frame_number_) continue;
+    if (owner_[c.block] != 0 || rejected_in_frame_[c.block] == frame_number_) continue;
 
     parent_ = 0;
-    // What the blocks that it may reach hold over their surroundings: where even that is too little, no pixel need be
-    // looked at.
-    if (least > 0 && flood(c.block, halo_threshold(c.peak), grid_.direction(c.block), kCosAcross) < least) {
-      // Nor need its other blocks be tried: what they reach is no more, but for what is dimmer than this one's skirt.
-      for (const std::uint32_t block : flood_.blocks()) passed_over_[block] = frame_number_;
+    // Reads no pixel if the light of all blocks within reach, above their surroundings, is too little.
+    if (least > 0 && flood(c.block, halo_threshold(c.peak), grid_.direction(c.block), kCosMaxExtent) < least) {
+      // The other blocks of the flood need not be tried: except for light below this halo threshold, they reach no
+      // more.
+      for (const std::uint32_t block : flood_.blocks()) rejected_in_frame_[block] = frame_number_;
       continue;
     }
 
@@ -358,10 +356,9 @@ std::optional<Light> LightFinder::next_region(RowReader& reader, double least) {
       compact = pixels_.has(c.block);
     }
     if (compact) {
-      // The block's peak is a bound, and what is left of the block may be darker than when it was queued: then it waits
-      // its turn again.
+      // The block's peak is an upper bound: where its remaining pixels are darker, it is queued again with their peak.
       peak_at = peak_pixel(c.block, peak);
-      if (peak < floor_) continue;
+      if (peak < min_peak_) continue;
       if (!candidates_.empty() && peak < candidates_.front().peak && peak < c.peak) {
         candidates_.push_back({peak, c.block});
         std::push_heap(candidates_.begin(), candidates_.end());
@@ -372,18 +369,18 @@ std::optional<Light> LightFinder::next_region(RowReader& reader, double least) {
         compact = is_compact(peak);
       }
     }
-    ++number_;
+    ++region_number_;
     const Light light = region_light(reader, c.block, peak_at, peak, compact);
-    region_irradiance_[number_] = light.irradiance.luminance();
-    if (region_irradiance_[number_] > 0) return light;
+    region_irradiance_[region_number_] = light.irradiance.luminance();
+    if (region_irradiance_[region_number_] > 0) return light;
   }
   return std::nullopt;
 }
 
 std::optional<Light> LightFinder::find_brightest(RowReader& reader, float mean_luminance,
                                                  const EstimatorConfig& config) {
-  for (const PixelId id : all_claimed_) claimed_[id] = 0;
-  all_claimed_.clear();
+  for (const PixelId id : claimed_pixels_) claimed_[id] = 0;
+  claimed_pixels_.clear();
   for (const std::uint32_t block : owned_) owner_[block] = 0;
   owned_.clear();
   pixels_.clear();
@@ -391,28 +388,28 @@ std::optional<Light> LightFinder::find_brightest(RowReader& reader, float mean_l
   candidates_.clear();
   parts_.clear();
   chroma_edge_error2_ = 0;
-  number_ = 0;
+  region_number_ = 0;
   brightest_.reset();
   if (!(mean_luminance > 0) || !std::isfinite(mean_luminance) || config.max_lights == 0) return std::nullopt;
 
   mean_ = mean_luminance;
-  floor_ = static_cast<float>(config.panorama.light_threshold) * mean_luminance;
+  min_peak_ = static_cast<float>(config.panorama.light_threshold) * mean_luminance;
   const double min_share = config.panorama.radiance_epsilon > 0
-                                 ? kMinIrradianceFraction
-                                 : std::max(kMinIrradianceFraction, kMinFractionOfEpsilon * config.panorama.epsilon);
-  faintest_ = min_share * mean_luminance * grid_.covered_sr();
-  // Written in any case, kept where it counts: which blocks these are no processor foresees.
+                               ? kMinIrradianceFraction
+                               : std::max(kMinIrradianceFraction, kMinFractionOfEpsilon * config.panorama.epsilon);
+  min_irradiance_ = min_share * mean_luminance * grid_.covered_sr();
+  // Written unconditionally, counted if above the threshold: the branch would be unpredictable.
   candidates_.resize(sums_.peak.size() + 1);
   std::size_t count = 0;
   for (std::size_t block = 0; block < sums_.peak.size(); ++block) {
     candidates_[count] = {sums_.peak[block], static_cast<std::uint32_t>(block)};
-    count += sums_.peak[block] >= floor_ ? 1 : 0;
+    count += sums_.peak[block] >= min_peak_ ? 1 : 0;
   }
   candidates_.resize(count);
   std::make_heap(candidates_.begin(), candidates_.end());
-  // It is a light however little it gives: people look for it.
+  // The brightest light has no lower limit of irradiance.
   brightest_ = next_region(reader, 0);
-  brightest_number_ = number_;
+  brightest_region_ = region_number_;
   if (brightest_ && brightest_->angular_radius_rad > kMaxAngularRadius) brightest_.reset();
   return brightest_;
 }
@@ -428,27 +425,30 @@ int LightFinder::find_more(RowReader& reader, int most, std::vector<Light>& ligh
     region_of_light_.insert(region_of_light_.begin() + (at - lights.begin()), number);
     lights.insert(at, light);
   };
-  // Beside the brightest.
-  const auto room = static_cast<std::size_t>(std::max(most, 0)) - (brightest_ && most > 0 ? 1 : 0);
-  const auto enough = [&] {
-    return lights.size() < room ? faintest_ : std::max(faintest_, kReplacementRatio * lights.back().irradiance.luminance());
+  // Number of lights in addition to the brightest.
+  const auto capacity = static_cast<std::size_t>(std::max(most, 0)) - (brightest_ && most > 0 ? 1 : 0);
+  const auto threshold = [&] {
+    return lights.size() < capacity
+               ? min_irradiance_
+               : std::max(min_irradiance_, kReplacementRatio * lights.back().irradiance.luminance());
   };
-  while (room > 0) {
-    const std::optional<Light> light = next_region(reader, enough());
+  while (capacity > 0) {
+    const std::optional<Light> light = next_region(reader, threshold());
     if (!light) break;
     const float luminance = light->irradiance.luminance();
-    if (luminance < faintest_ || (parent_ != 0 && luminance < kHaloFraction * region_irradiance_[parent_])) continue;
+    if (luminance < min_irradiance_ || (parent_ != 0 && luminance < kHaloFraction * region_irradiance_[parent_]))
+      continue;
     if (light->angular_radius_rad > kMaxAngularRadius) continue;
-    if (lights.size() == room) {
+    if (lights.size() == capacity) {
       if (!stronger(*light, lights.back())) continue;
       lights.pop_back();
       region_of_light_.pop_back();
     }
-    add(*light, number_);
+    add(*light, region_number_);
   }
   if (!brightest_ || most <= 0) return -1;
-  add(*brightest_, brightest_number_);
-  return static_cast<int>(std::find(region_of_light_.begin(), region_of_light_.end(), brightest_number_) -
+  add(*brightest_, brightest_region_);
+  return static_cast<int>(std::find(region_of_light_.begin(), region_of_light_.end(), brightest_region_) -
                           region_of_light_.begin());
 }
 

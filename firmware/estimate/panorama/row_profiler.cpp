@@ -12,7 +12,7 @@
 namespace lightwell::estimate {
 namespace {
 
-/// Rows that one of them stands for. Bands of 120 Hz are hundreds of rows long.
+/// One row of this many is evaluated. Bands of 120 Hz are hundreds of rows long.
 constexpr int kGroupRows = 16;
 
 std::vector<float> linear_or_nan(const PhotometricCalibration& photometry, int levels) {
@@ -22,7 +22,7 @@ std::vector<float> linear_or_nan(const PhotometricCalibration& photometry, int l
   return out;
 }
 
-/// Mean of every other pixel of a row, from the first odd one: of a mosaic's even rows these are the green ones.
+/// Mean over the odd columns of a row; in even rows of a Bayer mosaic these are green.
 template <class Value>
 float mean_of_row(RowSpan span, Value&& value) {
   float sum = 0;
@@ -61,7 +61,7 @@ std::span<const RowProfile> RowProfiler::profile(const Frame& frame) {
     const std::vector<float>& word = view.format == PixelFormat::bayer_rggb10 ? lens.code10 : lens.code12;
     const bool is_luma = view.format == PixelFormat::nv12 || view.format == PixelFormat::yuyv;
     const std::vector<float>& byte = is_luma ? lens.luma : lens.code8;
-    // From one pixel to the next, and within it to green or luma, bytes.
+    // Bytes from one pixel to the next, and within a pixel to green or luma.
     const std::size_t step = view.format == PixelFormat::rgb8 ? 3 : words || view.format == PixelFormat::yuyv ? 2 : 1;
     const std::size_t within = view.format == PixelFormat::rgb8 ? 1 : 0;
     for (int top = 0; top < view.height; top += lens.group_rows) {

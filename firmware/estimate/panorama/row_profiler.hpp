@@ -1,5 +1,5 @@
-// How light runs down the rows of one exposure of a bracket, from a sample of its pixels. Merged exposures have no one
-// time for a row, so that flicker is looked for in each by itself.
+// Mean radiance along the rows of one exposure of a bracket, from a sample of its pixels, for FlickerDetector. Rows of
+// merged exposures have no common time, so that each exposure is evaluated by itself.
 #pragma once
 
 #include <array>
@@ -14,16 +14,16 @@ namespace lightwell::estimate {
 
 class RowProfiler {
  public:
-  /// `table` stays the caller's.
+  /// Refers to `table`.
   RowProfiler(const RigParameters& rig, const RigTable& table);
 
-  /// Of a frame that has passed RowReader::bind(): a profile for each lens of the rig, good until the next call. Empty
-  /// where the frame lacks a lens or holds floats, which are no exposures.
+  /// A profile for each lens of the rig, valid until the next call. `frame` must have passed RowReader::bind(). Empty
+  /// where a lens is missing, or for floats, which are not exposures.
   std::span<const RowProfile> profile(const Frame& frame);
 
  private:
   struct Lens {
-    /// Linear value of codes of 8, 10 and 12 bits, of green, and of luma taken for grey. NaN where saturated.
+    /// Linear value of green by codes of 8, 10 and 12 bits, and by luma, assumed to be grey. NaN where saturated.
     std::vector<float> code8, code10, code12, luma;
     int group_rows = 0;
     std::vector<float> radiance;

@@ -7,11 +7,11 @@
 namespace lightwell::estimate {
 namespace {
 
-/// A cell's light is taken at its own centroid where the other way would be wrong by more than this share of all light
-/// times radians.
+/// Largest error without centroid correction: luminance of a cell times the centroid's offset, rad, relative to the
+/// luminance of all cells.
 constexpr double kMaxCentroidError = 2e-6;
 constexpr std::size_t kMaxCentroidCorrections = 4096;
-/// A peak of so many times the mean is a lamp that people look for, however little light it gives.
+/// A light is required where its peak luminance exceeds the mean by this factor.
 constexpr float kMinPeakRatio = 100;
 
 }  // namespace
@@ -20,27 +20,28 @@ SphereIntegrator::SphereIntegrator(const RigParameters& rig, const RigTable& tab
     : table_(table),
       layout_(table, edge),
       grid_(layout_.make_grid(table)),
-      pass_(table, layout_),
-      codes_(rig, table, layout_),
-      brackets_(rig, table, layout_, pass_),
+      block_pass_(table, layout_),
+      code_pass_(rig, table, layout_),
+      bracket_pass_(rig, table, layout_, block_pass_),
       sums_(layout_),
       unseen_(rig, table, layout_, grid_),
       finder_(table, layout_, grid_, sums_),
       pixel_rad_(pixel_side(table)) {
-  moved_.reserve(kMaxCentroidCorrections);
+  centroid_overrides_.reserve(kMaxCentroidCorrections);
   offset_luminance_.resize(layout_.size());
   bilinear_samples_.resize(kMaxCentroidCorrections);
   offset_blocks_.resize(kMaxCentroidCorrections + 1);
 }
 
-void SphereIntegrator::integrate(RowReader& reader, std::span<const Frame> bracket, const EstimatorConfig& config, FrameIntegral& out) {
-  if (codes_.supports(bracket)) {
-    codes_.run(bracket[0], sums_);
-  } else if (brackets_.supports(bracket)) {
-    brackets_.run(bracket, sums_);
+void SphereIntegrator::integrate(RowReader& reader, std::span<const Frame> bracket, const EstimatorConfig& config,
+                                 FrameIntegral& out) {
+  if (code_pass_.supports(bracket)) {
+    code_pass_.run(bracket[0], sums_);
+  } else if (bracket_pass_.supports(bracket)) {
+    bracket_pass_.run(bracket, sums_);
     reader.limit_exposures_per_block(layout_, sums_.exposures);
   } else {
-    pass_.run(reader, sums_);
+    block_pass_.run(reader, sums_);
   }
   unsigned present = 0;
   out.observed_sr = 0;
@@ -71,7 +72,7 @@ void SphereIntegrator::integrate(RowReader& reader, std::span<const Frame> brack
   out.chroma_edge_error = finder_.chroma_edge_error();
   correct_centroids(luminance, out);
   out.filled = unseen_.fill(config.panorama.unseen, present, bracket.front().info.mid_exposure, sums_.sum);
-  grid_.project(sums_.sum, moved_, out.projection);
+  grid_.project(sums_.sum, centroid_overrides_, out.projection);
   if (!out.filled || unseen_.cells().size() == 0) return;
   unseen_.cells().project(unseen_.sums(), {}, unseen_projection_);
   for (std::size_t i = 0; i < kRowCount; ++i)
@@ -100,7 +101,7 @@ std::vector<float> SphereIntegrator::cell_solid_angles() const {
 
 void SphereIntegrator::residual_cell_sums(std::span<const std::size_t> without, std::vector<CellSum>& out) const {
   out.assign(sums_.sum.begin(), sums_.sum.end());
-  for (const std::size_t k : without) finder_.take_out(k, out);
+  for (const std::size_t k : without) finder_.subtract(k, out);
   out.insert(out.end(), unseen_.sums().begin(), unseen_.sums().end());
 }
 
@@ -115,15 +116,15 @@ void SphereIntegrator::row_profile(int lens, std::vector<float>& out) const {
       solid_angle += grid_.solid_angle(block);
       clipped += sums_.clipped[block];
     }
-    const bool tells = solid_angle > 0 && clipped == 0;
-    out.push_back(tells ? luminance / solid_angle : std::numeric_limits<float>::quiet_NaN());
+    const bool usable = solid_angle > 0 && clipped == 0;
+    out.push_back(usable ? luminance / solid_angle : std::numeric_limits<float>::quiet_NaN());
   }
 }
 
 SphereIntegrator::BilinearSample SphereIntegrator::bilinear_sample_of(std::size_t block) const {
   const BlockLayout::Place p = layout_.place(block);
   const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
-  const BlockPass::Middle middle = pass_.middle(block);
+  const BlockPass::Middle middle = block_pass_.middle(block);
   const float x = std::clamp(middle.x + sums_.offset_x[block], 0.0F, static_cast<float>(p.width - 1));
   const float y = std::clamp(middle.y + sums_.offset_y[block], 0.0F, static_cast<float>(p.height - 1));
   const int x0 = std::min(static_cast<int>(x), std::max(p.width - 2, 0)),
@@ -134,14 +135,15 @@ SphereIntegrator::BilinearSample SphereIntegrator::bilinear_sample_of(std::size_
           y - static_cast<float>(y0)};
 }
 
-Vec3d SphereIntegrator::direction_at(const BilinearSample& c) {
-  const auto between = [](Vec3f a, Vec3f b, float share) { return a * (1 - share) + b * share; };
-  const Vec3f upper = between(c.at[0], c.at[c.right], c.x), lower = between(c.at[c.down], c.at[c.down + c.right], c.x);
-  return normalized(vec_cast<double>(between(upper, lower, c.y)));
+Vec3d SphereIntegrator::direction_at(const BilinearSample& sample) {
+  const auto interpolate = [](Vec3f a, Vec3f b, float fraction) { return a * (1 - fraction) + b * fraction; };
+  const Vec3f upper = interpolate(sample.at[0], sample.at[sample.right], sample.x),
+              lower = interpolate(sample.at[sample.down], sample.at[sample.down + sample.right], sample.x);
+  return normalized(vec_cast<double>(interpolate(upper, lower, sample.y)));
 }
 
 void SphereIntegrator::correct_centroids(double luminance, FrameIntegral& out) {
-  moved_.clear();
+  centroid_overrides_.clear();
   out.centroid_offset = 0;
   if (!(luminance > 0)) return;
   const auto limit = static_cast<float>(kMaxCentroidError * luminance / pixel_rad_);
@@ -150,19 +152,19 @@ void SphereIntegrator::correct_centroids(double luminance, FrameIntegral& out) {
     const float x = sums_.offset_x[block], y = sums_.offset_y[block];
     offset_luminance_[block] = std::max(sums_.sum[block].luminance(), 0.0F) * std::sqrt(x * x + y * y);
   }
-  // Four sums, as each waits for its own last addition.
-  double rests[4] = {};
+  // Four independent sums hide the latency of additions.
+  double remaining4[4] = {};
   std::size_t count = 0;
   for (std::size_t block = 0; block < blocks; ++block) {
-    const float moved = offset_luminance_[block];
-    // Written in any case, kept where it counts: which blocks these are no processor foresees.
+    const float offset_luminance = offset_luminance_[block];
+    // Written unconditionally, counted if above the limit: the branch would be unpredictable.
     offset_blocks_[count] = static_cast<std::uint32_t>(block);
-    const bool kept = moved > limit && count < kMaxCentroidCorrections;
-    count += static_cast<std::size_t>(kept);
-    rests[block % 4] += kept ? 0 : moved;
+    const bool corrected = offset_luminance > limit && count < kMaxCentroidCorrections;
+    count += static_cast<std::size_t>(corrected);
+    remaining4[block % 4] += corrected ? 0 : offset_luminance;
   }
-  double rest = rests[0] + rests[1] + rests[2] + rests[3];
-  // Their pixels' directions lie all over tables that no cache holds: all are asked for before the first is needed.
+  double remaining = remaining4[0] + remaining4[1] + remaining4[2] + remaining4[3];
+  // The directions are spread over large tables: all are prefetched before the first is used.
   for (std::size_t k = 0; k < count; ++k) {
     bilinear_samples_[k] = bilinear_sample_of(offset_blocks_[k]);
     __builtin_prefetch(bilinear_samples_[k].at);
@@ -171,11 +173,11 @@ void SphereIntegrator::correct_centroids(double luminance, FrameIntegral& out) {
   for (std::size_t k = 0; k < count; ++k) {
     const Vec3d d = direction_at(bilinear_samples_[k]);
     if (d == Vec3d{})
-      rest += offset_luminance_[offset_blocks_[k]];
+      remaining += offset_luminance_[offset_blocks_[k]];
     else
-      moved_.push_back({offset_blocks_[k], d});
+      centroid_overrides_.push_back({offset_blocks_[k], d});
   }
-  out.centroid_offset = rest * pixel_rad_;
+  out.centroid_offset = remaining * pixel_rad_;
 }
 
 }  // namespace lightwell::estimate

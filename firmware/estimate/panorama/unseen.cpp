@@ -7,9 +7,9 @@
 namespace lightwell::estimate {
 namespace {
 
-/// Cells of about four degrees: what fills them is a guess, and finer ones would not better it.
+/// Number of cells over the whole sphere, about 4 degrees wide: the filling is not more precise than that.
 constexpr int kCells = 2562;
-/// How long the mean looks back, s.
+/// Time constant of the mean.
 constexpr double kMeanTimeConstant_s = 2;
 constexpr unsigned kAllLenses = (1U << kMaxLenses) - 1;
 
@@ -25,7 +25,7 @@ Vec3d mirrored(Vec3d d, Vec3d axis) { return d - axis * (2 * dot(d, axis)); }
 
 UnseenLight::UnseenLight(const RigParameters& rig, const RigTable& table, const BlockLayout& layout,
                          const CellGrid& grid)
-    : table_(table), layout_(layout), grid_(grid), mean_(layout.size()), known_(rig.lenses.size()) {
+    : table_(table), layout_(layout), grid_(grid), mean_(layout.size()), has_mean_(rig.lenses.size()) {
   for (const LensParameters& lens : rig.lenses)
     lenses_.push_back({CameraModel(lens), lens.pose_cv.rotation.normalized().inverse()});
   const auto middle_of = [&](int lens) {
@@ -36,29 +36,29 @@ UnseenLight::UnseenLight(const RigParameters& rig, const RigTable& table, const 
     return sum;
   };
 
-  const double missing = 4 * std::numbers::pi - grid.covered_sr();
+  const double missing_sr = 4 * std::numbers::pi - grid.covered_sr();
   std::vector<Vec3d> directions;
   if (!grid.whole_sphere())
     for (int i = 0; i < kCells; ++i)
       if (const Vec3d d = fibonacci(i); block_seeing(d, kAllLenses) == kNoBlock) directions.push_back(d);
-  // Where what is seen has no side, there is nothing to mirror at.
+  // Without a distinct mean direction of the observed part, there is no plane to mirror at.
   const Vec3d middle = middle_of(-1);
-  const bool sided = length(middle) > 0.01 * grid.covered_sr();
+  const bool has_centroid = length(middle) > 0.01 * grid.covered_sr();
   for (const Vec3d& d : directions) {
     const CellGrid::Pixel pixel{vec_cast<float>(d),
-                                static_cast<float>(missing / static_cast<double>(directions.size()))};
+                                static_cast<float>(missing_sr / static_cast<double>(directions.size()))};
     cells_.add_cell({&pixel, 1});
-    mirror_of_cell_.push_back(sided ? block_seeing(mirrored(d, normalized(middle)), kAllLenses) : kNoBlock);
+    mirror_of_cell_.push_back(has_centroid ? block_seeing(mirrored(d, normalized(middle)), kAllLenses) : kNoBlock);
   }
   sums_.resize(cells_.size());
 
   if (rig.lenses.size() < 2) return;
-  for (int gone = 0; gone < 2; ++gone) {
-    const Vec3d axis = normalized(middle_of(1 - gone));
+  for (int missing_lens = 0; missing_lens < 2; ++missing_lens) {
+    const Vec3d axis = normalized(middle_of(1 - missing_lens));
     std::vector<std::uint32_t>& mirror = mirror_of_block_.emplace_back(layout.size(), kNoBlock);
     for (std::size_t block = 0; block < layout.size(); ++block)
-      if (layout.place(block).lens == gone && grid.solid_angle(block) > 0)
-        mirror[block] = block_seeing(mirrored(vec_cast<double>(grid.direction(block)), axis), 1U << (1 - gone));
+      if (layout.place(block).lens == missing_lens && grid.solid_angle(block) > 0)
+        mirror[block] = block_seeing(mirrored(vec_cast<double>(grid.direction(block)), axis), 1U << (1 - missing_lens));
   }
 }
 
@@ -84,24 +84,24 @@ void UnseenLight::update_mean(unsigned present, ProbeTime time, std::span<const 
     const auto lens = static_cast<std::size_t>(layout_.place(block).lens);
     if ((present >> lens & 1U) == 0) continue;
     CellSum& mean = mean_[block];
-    const float a = known_[lens] != 0 ? gain : 1.0F;
+    const float a = has_mean_[lens] != 0 ? gain : 1.0F;
     mean.r += a * (blocks[block].r - mean.r);
     mean.g += a * (blocks[block].g - mean.g);
     mean.b += a * (blocks[block].b - mean.b);
   }
-  for (std::size_t lens = 0; lens < known_.size(); ++lens)
-    if ((present >> lens & 1U) != 0) known_[lens] = 1;
+  for (std::size_t lens = 0; lens < has_mean_.size(); ++lens)
+    if ((present >> lens & 1U) != 0) has_mean_[lens] = 1;
 }
 
-bool UnseenLight::fill(UnseenFill choice, unsigned present, ProbeTime time, std::span<CellSum> blocks) {
+bool UnseenLight::fill(UnseenFill mode, unsigned present, ProbeTime time, std::span<CellSum> blocks) {
   const unsigned all = (1U << lenses_.size()) - 1;
-  if (choice == UnseenFill::average && lenses_.size() > 1) update_mean(present, time, blocks);
-  if (choice == UnseenFill::none) {
+  if (mode == UnseenFill::average && lenses_.size() > 1) update_mean(present, time, blocks);
+  if (mode == UnseenFill::none) {
     std::fill(sums_.begin(), sums_.end(), CellSum{});
     return false;
   }
   bool filled = false;
-  if (choice == UnseenFill::mirror) {
+  if (mode == UnseenFill::mirror) {
     const auto copy = [&](std::uint32_t from, float solid_angle, CellSum& to) {
       to = {};
       if (from == kNoBlock || !(grid_.solid_angle(from) > 0)) return;
@@ -111,16 +111,16 @@ bool UnseenLight::fill(UnseenFill choice, unsigned present, ProbeTime time, std:
     };
     for (std::size_t cell = 0; cell < sums_.size(); ++cell)
       copy(mirror_of_cell_[cell], cells_.solid_angle(cell), sums_[cell]);
-    for (std::size_t gone = 0; gone < mirror_of_block_.size(); ++gone)
-      if ((present >> gone & 1U) == 0)
+    for (std::size_t missing_lens = 0; missing_lens < mirror_of_block_.size(); ++missing_lens)
+      if ((present >> missing_lens & 1U) == 0)
         for (std::size_t block = 0; block < blocks.size(); ++block)
-          if (mirror_of_block_[gone][block] != kNoBlock)
-            copy(mirror_of_block_[gone][block], grid_.solid_angle(block), blocks[block]);
+          if (mirror_of_block_[missing_lens][block] != kNoBlock)
+            copy(mirror_of_block_[missing_lens][block], grid_.solid_angle(block), blocks[block]);
     return filled;
   }
   for (std::size_t block = 0; block < blocks.size() && present != all; ++block) {
     const auto lens = static_cast<std::size_t>(layout_.place(block).lens);
-    if ((present >> lens & 1U) != 0 || known_[lens] == 0) continue;
+    if ((present >> lens & 1U) != 0 || has_mean_[lens] == 0) continue;
     blocks[block] = mean_[block];
     filled = true;
   }

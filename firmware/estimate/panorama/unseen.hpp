@@ -1,4 +1,4 @@
-// What stands in for directions that no pixel sees: nothing, the mirrored light, or what was seen there before.
+// Fills directions that no pixel sees: with zero, the mirror image, or the time average of earlier frames.
 #pragma once
 
 #include <cstdint>
@@ -16,20 +16,20 @@
 
 namespace lightwell::estimate {
 
-/// Two kinds of directions are not seen: those that no lens of the rig sees, which get cells of their own here, and the
-/// blocks of a lens whose camera is gone.
+/// Two kinds of directions are unobserved: those that no lens of the rig sees, which get cells of their own here, and
+/// the blocks of a lens whose camera is missing in the bracket.
 class UnseenLight {
  public:
   UnseenLight(const RigParameters& rig, const RigTable& table, const BlockLayout& layout, const CellGrid& grid);
 
-  /// Directions that no lens ever sees; no cell where the rig sees the whole sphere.
+  /// Cells of the directions that no lens of the rig sees; empty where the rig sees the whole sphere.
   [[nodiscard]] const CellGrid& cells() const { return cells_; }
-  /// Their light, as fill() left it.
+  /// Sums of these cells after fill().
   [[nodiscard]] std::span<const CellSum> sums() const { return sums_; }
 
-  /// `blocks`: light of all blocks, zero where its lens is not among `present` (a bit each); these are filled. Returns
-  /// whether anything was. Means are taken of what was seen alone, so that nothing that was filled in comes back.
-  bool fill(UnseenFill choice, unsigned present, ProbeTime time, std::span<CellSum> blocks);
+  /// Fills the unobserved cells and blocks; returns whether any was. `present`: bit mask of the lenses in the bracket.
+  /// `blocks`: sums of all blocks, zero for missing lenses. Time averages use observed blocks alone.
+  bool fill(UnseenFill mode, unsigned present, ProbeTime time, std::span<CellSum> blocks);
 
  private:
   static constexpr std::uint32_t kNoBlock = 0xFFFFFFFF;
@@ -48,9 +48,9 @@ class UnseenLight {
   CellGrid cells_;
   std::vector<CellSum> sums_;
   std::vector<std::uint32_t> mirror_of_cell_;
-  std::vector<std::vector<std::uint32_t>> mirror_of_block_;  ///< By lens that is gone, entries of all blocks.
+  std::vector<std::vector<std::uint32_t>> mirror_of_block_;  ///< By missing lens, for each block.
   std::vector<CellSum> mean_;
-  std::vector<std::uint8_t> known_;  ///< By lens: its blocks have a mean.
+  std::vector<std::uint8_t> has_mean_;  ///< By lens, whether its blocks have a mean.
   ProbeTime last_;
 };
 

@@ -28,16 +28,16 @@ using Extension = std::unique_ptr<X509_EXTENSION, OpenSslDeleter<X509_EXTENSION_
 
 Bio reader_of(const std::string& pem) { return Bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size()))); }
 
-/// A file that asks for a pass phrase is refused, not waited for.
-int no_phrase(char*, int, int, void*) { return 0; }
+/// Password callback that fails, so that an encrypted file is an error instead of a prompt.
+int no_password(char*, int, int, void*) { return 0; }
 
 Certificate certificate_of(const std::string& pem) {
   const Bio in = reader_of(pem);
-  return Certificate(in ? PEM_read_bio_X509(in.get(), nullptr, no_phrase, nullptr) : nullptr);
+  return Certificate(in ? PEM_read_bio_X509(in.get(), nullptr, no_password, nullptr) : nullptr);
 }
 Key private_key_of(const std::string& pem) {
   const Bio in = reader_of(pem);
-  return Key(in ? PEM_read_bio_PrivateKey(in.get(), nullptr, no_phrase, nullptr) : nullptr);
+  return Key(in ? PEM_read_bio_PrivateKey(in.get(), nullptr, no_password, nullptr) : nullptr);
 }
 
 bool is_p256(const EVP_PKEY* key) {
@@ -83,9 +83,9 @@ bool set_random_serial(X509* certificate) {
          BN_to_ASN1_INTEGER(serial.get(), X509_get_serialNumber(certificate)) != nullptr;
 }
 
-bool set_times(X509* certificate, const CertificateRequest& order) {
-  return ASN1_TIME_set(X509_getm_notBefore(certificate), static_cast<std::time_t>(order.not_before_s)) != nullptr &&
-         ASN1_TIME_set(X509_getm_notAfter(certificate), static_cast<std::time_t>(order.not_after_s)) != nullptr;
+bool set_times(X509* certificate, const CertificateRequest& request) {
+  return ASN1_TIME_set(X509_getm_notBefore(certificate), static_cast<std::time_t>(request.not_before_s)) != nullptr &&
+         ASN1_TIME_set(X509_getm_notAfter(certificate), static_cast<std::time_t>(request.not_after_s)) != nullptr;
 }
 
 std::string text_of(BIO* bio) {
@@ -96,24 +96,24 @@ std::string text_of(BIO* bio) {
 
 }  // namespace
 
-Result<std::string> issue_certificate(const CertificateRequest& order, const Issuer& issuer) {
-  const Bio in = reader_of(order.public_key);
-  const Key subject_key(in ? PEM_read_bio_PUBKEY(in.get(), nullptr, no_phrase, nullptr) : nullptr);
+Result<std::string> issue_certificate(const CertificateRequest& request, const Issuer& issuer) {
+  const Bio in = reader_of(request.public_key);
+  const Key subject_key(in ? PEM_read_bio_PUBKEY(in.get(), nullptr, no_password, nullptr) : nullptr);
   if (!subject_key || !is_p256(subject_key.get()))
-    return Status(StatusCode::invalid_argument, "the public key is no P-256 key in PEM form");
+    return Status(StatusCode::invalid_argument, "the public key is not a P-256 key in PEM form");
   const Key signer = private_key_of(issuer.key);
-  const Certificate above = issuer.certificate.empty() ? Certificate() : certificate_of(issuer.certificate);
-  if (!signer || (!issuer.certificate.empty() && !above))
+  const Certificate parent = issuer.certificate.empty() ? Certificate() : certificate_of(issuer.certificate);
+  if (!signer || (!issuer.certificate.empty() && !parent))
     return Status(StatusCode::invalid_argument, "the issuer's certificate or key is not readable PEM");
   const Certificate made(X509_new());
   const Bio out(BIO_new(BIO_s_mem()));
-  X509* const up = above ? above.get() : made.get();
+  X509* const issued_by = parent ? parent.get() : made.get();
   if (!made || !out || X509_set_version(made.get(), X509_VERSION_3) != 1 || !set_random_serial(made.get()) ||
-      !set_times(made.get(), order) || !set_name(X509_get_subject_name(made.get()), order.common_name) ||
-      X509_set_issuer_name(made.get(), X509_get_subject_name(up)) != 1 ||
-      X509_set_pubkey(made.get(), subject_key.get()) != 1 || !add_uses(made.get(), up, order.use) ||
+      !set_times(made.get(), request) || !set_name(X509_get_subject_name(made.get()), request.common_name) ||
+      X509_set_issuer_name(made.get(), X509_get_subject_name(issued_by)) != 1 ||
+      X509_set_pubkey(made.get(), subject_key.get()) != 1 || !add_uses(made.get(), issued_by, request.use) ||
       X509_sign(made.get(), signer.get(), EVP_sha256()) == 0 || PEM_write_bio_X509(out.get(), made.get()) != 1)
-    return Status(StatusCode::internal, "OpenSSL made no certificate for '" + order.common_name + "'");
+    return Status(StatusCode::internal, "OpenSSL failed to create a certificate for '" + request.common_name + "'");
   return text_of(out.get());
 }
 
@@ -122,7 +122,7 @@ Result<CertificateInfo> read_certificate(const std::string& pem) {
   if (!certificate) return Status(StatusCode::data_loss, "no certificate in PEM form");
   std::tm until{};
   if (ASN1_TIME_to_tm(X509_get0_notAfter(certificate.get()), &until) != 1)
-    return Status(StatusCode::data_loss, "a certificate without a readable end");
+    return Status(StatusCode::data_loss, "the certificate's expiry date cannot be read");
   std::array<char, 256> name{};
   X509_NAME_get_text_by_NID(X509_get_subject_name(certificate.get()), NID_commonName, name.data(),
                             static_cast<int>(name.size()));
@@ -130,12 +130,12 @@ Result<CertificateInfo> read_certificate(const std::string& pem) {
 }
 
 Status check_key_matches_certificate(const std::string& certificate, const std::string& key) {
-  const Certificate held = certificate_of(certificate);
-  const Key half = private_key_of(key);
-  if (!held) return {StatusCode::invalid_argument, "no certificate in PEM form"};
-  if (!half) return {StatusCode::invalid_argument, "no private key in PEM form, or one that wants a pass phrase"};
-  if (X509_check_private_key(held.get(), half.get()) != 1)
-    return {StatusCode::invalid_argument, "the key is not the certificate's"};
+  const Certificate x509 = certificate_of(certificate);
+  const Key private_key = private_key_of(key);
+  if (!x509) return {StatusCode::invalid_argument, "no certificate in PEM form"};
+  if (!private_key) return {StatusCode::invalid_argument, "no private key in PEM form, or one with a pass phrase"};
+  if (X509_check_private_key(x509.get(), private_key.get()) != 1)
+    return {StatusCode::invalid_argument, "the key does not belong to the certificate"};
   return {};
 }
 

@@ -1,4 +1,4 @@
-// X.509 certificates on P-256, as a probe makes them for itself and for its clients. All of it is PEM.
+// X.509 certificates on P-256 that a probe issues for itself and for its clients. All keys and certificates are PEM.
 #pragma once
 
 #include <cstdint>
@@ -9,40 +9,41 @@
 
 namespace lightwell {
 
-/// What a certificate may be used for; written into it, so that a client's cannot stand in for the probe.
+/// Purpose of a certificate, stored in its key usage extensions, so that a client's certificate cannot authenticate a
+/// probe.
 enum class CertificateUse { authority, probe, client };
 
-/// 2020-01-01. A board without a battery may wake with a clock of years ago and must be let in nevertheless.
+/// 2020-01-01. Certificates must be valid, too, for a board whose clock is years behind (no battery).
 inline constexpr std::int64_t kDefaultNotBefore_s = 1'577'836'800;
 
 struct CertificateRequest {
   CertificateUse use = CertificateUse::probe;
-  std::string common_name;  ///< For people; at most 64 bytes of it are used.
+  std::string common_name;  ///< For people; truncated to 64 bytes.
   std::string public_key;   ///< SubjectPublicKeyInfo.
   std::int64_t not_before_s = kDefaultNotBefore_s;
   std::int64_t not_after_s = 0;  ///< Seconds since 1970.
 };
 
-/// Who signs. Without a certificate: the key signs for itself.
+/// The signer. An empty certificate means self-signed with `key`.
 struct Issuer {
   std::string certificate, key;
 };
 
-/// invalid_argument where the key is not on P-256 or the issuer's parts cannot be read.
-[[nodiscard]] Result<std::string> issue_certificate(const CertificateRequest& order, const Issuer& issuer);
+/// invalid_argument: the key is not on P-256, or the issuer's certificate or key cannot be read.
+[[nodiscard]] Result<std::string> issue_certificate(const CertificateRequest& request, const Issuer& issuer);
 
 struct CertificateInfo {
   std::int64_t not_after_s = 0;
   std::string common_name;
 };
 
-/// Of the first certificate in `pem`. data_loss where there is none.
+/// Reads the first certificate in `pem`. data_loss: there is none.
 [[nodiscard]] Result<CertificateInfo> read_certificate(const std::string& pem);
 
-/// invalid_argument where `key` cannot be read or is not the one that `certificate` speaks of.
+/// invalid_argument: `key` cannot be read or does not belong to `certificate`.
 [[nodiscard]] Status check_key_matches_certificate(const std::string& certificate, const std::string& key);
 
-/// The public half of a private key. data_loss where it cannot be read.
+/// The public key of a private key. data_loss: it cannot be read.
 [[nodiscard]] Result<std::string> public_key_of(const std::string& private_key);
 
 }  // namespace lightwell

@@ -39,13 +39,13 @@ Result<std::vector<ClientEntry>> parse(const std::string& text, const std::strin
     std::string end;
     words >> entry.token_digest >> entry.certificate_digest >> end >> std::ws;
     std::getline(words, entry.name);
-    if (!is_digest(entry.token_digest)) return wrong(path, number, "the first word is no SHA-256 of a token");
+    if (!is_digest(entry.token_digest)) return wrong(path, number, "the first word is not a SHA-256 of a token");
     if (entry.certificate_digest == "-") entry.certificate_digest.clear();
     if (!entry.certificate_digest.empty() && !is_digest(entry.certificate_digest))
       return wrong(path, number, "the second word is neither - nor a SHA-256 of a certificate");
     const auto [stop, error] = std::from_chars(end.data(), end.data() + end.size(), entry.expires_s);
     if (end.empty() || error != std::errc() || stop != end.data() + end.size())
-      return wrong(path, number, "the third word is no time in seconds since 1970");
+      return wrong(path, number, "the third word is not a time in seconds since 1970");
     if (out.size() == kMaxClients) return wrong(path, number, "more than 256 clients");
     out.push_back(std::move(entry));
   }
@@ -63,7 +63,7 @@ Result<std::vector<ClientEntry>> read_entries(const std::string& path) {
   return *text ? parse(**text, path) : std::vector<ClientEntry>();
 }
 
-/// Tells one state of the file from the next, without opening it.
+/// A fingerprint of the file that changes with its content, from stat() alone.
 std::string state_of(const std::string& path) {
   struct stat s {};
   if (::stat(path.c_str(), &s) != 0) return "none";
@@ -92,7 +92,7 @@ void ClientList::refresh() {
     return;
   }
   ++faults_;
-  error_message_ = entries.status().message() + " (until then the clients of the last list without a mistake are let in)";
+  error_message_ = entries.status().message() + " (until then the clients of the last valid list are accepted)";
 }
 
 std::string ClientList::error_message() {
@@ -107,7 +107,7 @@ std::uint64_t ClientList::faults() const {
 }
 
 bool ClientList::accepts_token(std::string_view token, std::int64_t now_s) {
-  // Of another length it cannot be one; what is hashed in its place is as long, and no token either.
+  // A text of another length is no token. An invalid token of the right length is hashed instead: the same time.
   static const std::string kNoToken(kTokenLength, '.');
   const std::string digest = to_hex(sha256(token.size() == kTokenLength ? token : std::string_view(kNoToken)));
   const std::lock_guard lock(mutex_);
@@ -131,8 +131,8 @@ Status ClientList::add(const std::string& path, ClientEntry entry, std::int64_t 
   if (!entries) return entries.status();
   std::erase_if(*entries, [&](const ClientEntry& e) { return e.expires_s <= now_s; });
   if (entries->size() >= kMaxClients)
-    return {StatusCode::resource_exhausted, path + ": 256 clients are paired; delete lines of those that are gone"};
-  // The name comes from the other side: it must not begin a line of its own.
+    return {StatusCode::resource_exhausted, path + ": 256 clients are paired; delete the lines of unused ones"};
+  // The name comes from the client: it must not contain a line break.
   entry.name = printable(entry.name.substr(0, 64));
   entries->push_back(std::move(entry));
   std::string text = kHeading;

@@ -18,18 +18,21 @@ namespace lightwell {
 namespace {
 
 constexpr std::int64_t kDay_s = 86'400;
-/// Of keys that are in use.
+/// Interval between checks of the keys of a running probe.
 constexpr std::int64_t kCheckPeriod_s = 60;
 constexpr std::int64_t kAuthorityDays = 20 * 365, kProbeDays = 2 * 365;
 
-/// A board whose clock is behind makes certificates that last as long as if it were right at the least.
-std::int64_t days_from(std::int64_t now_s, std::int64_t days) { return std::max(now_s, kDefaultNotBefore_s) + days * kDay_s; }
+/// Expiry `days` from now; a clock before kDefaultNotBefore_s counts as that date, so that certificates of a board
+/// whose clock is behind do not expire too early.
+std::int64_t days_from(std::int64_t now_s, std::int64_t days) {
+  return std::max(now_s, kDefaultNotBefore_s) + days * kDay_s;
+}
 
-/// The file's text, or what `make` gives, kept.
-Result<std::string> kept(const std::string& path, const std::function<Result<std::string>()>& make) {
-  Result<std::optional<std::string>> there = read_private_file(path);
-  if (!there) return there.status();
-  if (*there) return std::move(**there);
+/// The text of the file; if it does not exist, the result of `make`, which is written to it.
+Result<std::string> read_or_create(const std::string& path, const std::function<Result<std::string>()>& make) {
+  Result<std::optional<std::string>> text = read_private_file(path);
+  if (!text) return text.status();
+  if (*text) return std::move(**text);
   Result<std::string> made = make();
   if (!made) return made;
   if (const Status s = write_atomically(path, *made, FileMode::owner); !s.ok()) return s;
@@ -44,49 +47,51 @@ Result<std::string> new_private_key() {
 
 Status at(const std::string& path, const Status& s) { return s.ok() ? s : Status(s.code(), path + ": " + s.message()); }
 
-/// Key and certificate of one kind, from the folder or new.
-struct Held {
+struct CertifiedKey {
   std::string certificate, key;
 };
-Result<Held> held(const std::string& stem, CertificateRequest order, const std::optional<Issuer>& issuer,
-                  std::int64_t renew_s) {
+/// Key and certificate STEM_key.pem and STEM.pem; creates missing ones, and renews a certificate that expires at
+/// `renew_s` or before. Without `issuer`, self-signed.
+Result<CertifiedKey> load_or_create(const std::string& stem, CertificateRequest request,
+                                    const std::optional<Issuer>& issuer, std::int64_t renew_s) {
   const std::string key_path = stem + "_key.pem", path = stem + ".pem";
-  const Result<std::string> key = kept(key_path, new_private_key);
+  const Result<std::string> key = read_or_create(key_path, new_private_key);
   if (!key) return key.status();
-  Result<std::string> open = public_key_of(*key);
-  if (!open) return at(key_path, open.status());
-  order.public_key = std::move(*open);
-  const auto issue = [&] { return issue_certificate(order, issuer ? *issuer : Issuer{{}, *key}); };
-  Result<std::string> certificate = kept(path, issue);
+  Result<std::string> public_key = public_key_of(*key);
+  if (!public_key) return at(key_path, public_key.status());
+  request.public_key = std::move(*public_key);
+  const auto issue = [&] { return issue_certificate(request, issuer ? *issuer : Issuer{{}, *key}); };
+  Result<std::string> certificate = read_or_create(path, issue);
   if (!certificate) return certificate.status();
-  const Result<CertificateInfo> facts = read_certificate(*certificate);
-  if (!facts) return at(path, facts.status());
-  if (facts->not_after_s <= renew_s) {
+  const Result<CertificateInfo> info = read_certificate(*certificate);
+  if (!info) return at(path, info.status());
+  if (info->not_after_s <= renew_s) {
     certificate = issue();
     if (!certificate) return certificate.status();
     if (const Status s = write_atomically(path, *certificate, FileMode::owner); !s.ok()) return s;
   }
   if (const Status s = at(path, check_key_matches_certificate(*certificate, *key)); !s.ok()) return s;
-  return Held{*certificate, *key};
+  return CertifiedKey{*certificate, *key};
 }
 
 Result<std::string> read_named(const std::string& path, const char* field) {
   Result<std::optional<std::string>> text = read_named_file(path);
   if (!text) return text.status();
-  if (!*text) return Status(StatusCode::not_found, path + ": there is no such file, which " + field + " names");
+  if (!*text) return Status(StatusCode::not_found, path + ": there is no such file; correct " + field);
   return std::move(**text);
 }
 
-/// The owner's own files in place of the probe's.
-Status take_owners(const GrpcConfig& config, ProbeKeys& keys) {
+/// Replaces the probe's own keys and authorities by the owner's files, where the configuration names them.
+Status apply_owner_files(const GrpcConfig& config, ProbeKeys& keys) {
   if (!config.certificate.empty()) {
     Result<std::string> certificate = read_named(config.certificate, "grpc.certificate");
     if (!certificate) return certificate.status();
     Result<std::string> key = read_named(config.key, "grpc.key");
     if (!key) return key.status();
-    if (const Status s = at(config.certificate + ", " + config.key, check_key_matches_certificate(*certificate, *key)); !s.ok())
+    if (const Status s = at(config.certificate + ", " + config.key, check_key_matches_certificate(*certificate, *key));
+        !s.ok())
       return s;
-    // Clients pin this certificate alone. Those that follow in the file vouch for others, too.
+    // Clients pin only the first certificate, because the authorities after it also sign certificates of others.
     Result<CertificateIdentity> own = identify_certificate(*certificate);
     if (!own) return at(config.certificate, own.status());
     keys.trust = std::move(own->pem);
@@ -96,8 +101,7 @@ Status take_owners(const GrpcConfig& config, ProbeKeys& keys) {
   if (!config.client_ca.empty()) {
     Result<std::string> ca = read_named(config.client_ca, "grpc.client_ca");
     if (!ca) return ca.status();
-    if (const Result<CertificateInfo> facts = read_certificate(*ca); !facts)
-      return at(config.client_ca, facts.status());
+    if (const Result<CertificateInfo> info = read_certificate(*ca); !info) return at(config.client_ca, info.status());
     keys.client_ca = std::move(*ca);
     keys.issuer_certificate.clear();
     keys.issuer_key.clear();
@@ -109,17 +113,18 @@ Status take_owners(const GrpcConfig& config, ProbeKeys& keys) {
 
 Result<std::string> key_folder(const GrpcConfig& config) {
   if (!config.keys.empty()) return config.keys;
-  const auto set = [](const char* name) {
+  const auto variable = [](const char* name) {
     const char* const value = std::getenv(name);
     return std::string(value == nullptr ? "" : value);
   };
-  // systemd may name several, with colons between.
-  if (const std::string state = set("STATE_DIRECTORY"); !state.empty())
+  // systemd separates several directories with colons.
+  if (const std::string state = variable("STATE_DIRECTORY"); !state.empty())
     return state.substr(0, state.find(':')) + "/keys";
-  if (const std::string state = set("XDG_STATE_HOME"); !state.empty()) return state + "/lightwell";
-  if (const std::string home = set("HOME"); !home.empty()) return home + "/.local/state/lightwell";
+  if (const std::string state = variable("XDG_STATE_HOME"); !state.empty()) return state + "/lightwell";
+  if (const std::string home = variable("HOME"); !home.empty()) return home + "/.local/state/lightwell";
   return Status(StatusCode::failed_precondition,
-                "there is no place for the probe's keys: name a folder with grpc.keys or --keys");
+                "the probe's keys have no folder: STATE_DIRECTORY, XDG_STATE_HOME and HOME are not set; name one with "
+                "grpc.keys or --keys");
 }
 
 Result<ProbeKeys> load_probe_keys(const GrpcConfig& config, std::string_view probe_name, std::int64_t now_s) {
@@ -131,24 +136,24 @@ Result<ProbeKeys> load_probe_keys(const GrpcConfig& config, std::string_view pro
   ProbeKeys keys;
   keys.client_list = *folder + "/clients";
 
-  CertificateRequest order;
-  order.use = CertificateUse::authority;
-  order.common_name = std::string(probe_name) + " authority";
-  order.not_after_s = days_from(now_s, kAuthorityDays);
-  // Never renewed by itself: every client would have to be paired again, which is for people to decide.
-  Result<Held> authority = held(*folder + "/ca", order, std::nullopt, 0);
+  CertificateRequest request;
+  request.use = CertificateUse::authority;
+  request.common_name = std::string(probe_name) + " authority";
+  request.not_after_s = days_from(now_s, kAuthorityDays);
+  // The authority is not renewed automatically: every client would have to be paired again.
+  Result<CertifiedKey> authority = load_or_create(*folder + "/ca", request, std::nullopt, 0);
   if (!authority) return authority.status();
-  order.use = CertificateUse::probe;
-  order.common_name = std::string(probe_name);
-  order.not_after_s = days_from(now_s, kProbeDays);
-  const Result<Held> probe =
-      held(*folder + "/probe", order, Issuer{authority->certificate, authority->key}, now_s + kProbeDays * kDay_s / 3);
+  request.use = CertificateUse::probe;
+  request.common_name = std::string(probe_name);
+  request.not_after_s = days_from(now_s, kProbeDays);
+  const Result<CertifiedKey> probe = load_or_create(
+      *folder + "/probe", request, Issuer{authority->certificate, authority->key}, now_s + kProbeDays * kDay_s / 3);
   if (!probe) return probe.status();
   keys.certificate = probe->certificate;
   keys.key = probe->key;
   keys.trust = keys.client_ca = keys.issuer_certificate = authority->certificate;
   keys.issuer_key = authority->key;
-  if (const Status s = take_owners(config, keys); !s.ok()) return s;
+  if (const Status s = apply_owner_files(config, keys); !s.ok()) return s;
   return keys;
 }
 
@@ -166,20 +171,20 @@ Result<ProbeKeys> ReloadingKeys::load() {
 }
 
 void ReloadingKeys::refresh() {
-  // A clock that was set, in either direction, is a reason to look at once: a certificate may have expired by it.
+  // Checks at once if the clock was set, in either direction: a certificate may have expired.
   const std::int64_t now_s = clock_();
   if (now_s >= checked_s_ && now_s < checked_s_ + kCheckPeriod_s) return;
   checked_s_ = now_s;
   const std::string authority = std::filesystem::path(keys_.client_list).parent_path().string() + "/ca_key.pem";
   std::error_code error;
-  // Without it, loading would make a new authority, which no client knows: that is for a start to do.
+  // Without this file load_probe_keys() would create a new authority that no client trusts; only a start does that.
   Result<ProbeKeys> keys =
       std::filesystem::exists(authority, error)
           ? load_probe_keys(config_, probe_name_, now_s)
           : Status(StatusCode::not_found, authority +
-                                              ": the probe's key is gone; bring it back, or start the probe "
-                                              "anew, which makes another, and pair its clients again");
-  error_message_ = keys ? std::string() : keys.status().message() + " (until then the keys from before are used)";
+                                              ": the probe's key is missing; restore it, or restart the probe, "
+                                              "which creates a new one, and pair its clients again");
+  error_message_ = keys ? std::string() : keys.status().message() + " (until then the previous keys are used)";
   if (!keys || (keys->certificate == keys_.certificate && keys->key == keys_.key && keys->client_ca == keys_.client_ca))
     return;
   keys_ = std::move(*keys);
@@ -199,8 +204,8 @@ std::string ReloadingKeys::error_message() {
   return error_message_;
 }
 
-Result<ClientCredentials> register_client(const ProbeKeys& keys, const std::string& name, const std::string& public_key, int days,
-                               std::int64_t now_s) {
+Result<ClientCredentials> register_client(const ProbeKeys& keys, const std::string& name, const std::string& public_key,
+                                          int days, std::int64_t now_s) {
   const Result<std::string> secret = random_bytes(32);
   if (!secret) return secret.status();
   ClientCredentials client;

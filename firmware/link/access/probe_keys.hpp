@@ -1,4 +1,4 @@
-// Who the probe is to its clients: its certificate and key, the authority that vouches for it, and the one for clients.
+// Keys and certificates of the probe: its own, those of the authority that issues them, and the authority for clients.
 #pragma once
 
 #include <cstdint>
@@ -15,46 +15,46 @@ namespace lightwell {
 
 /// All PEM.
 struct ProbeKeys {
-  std::string certificate;  ///< What the probe shows, with the certificates that lead to its authority.
+  std::string certificate;  ///< The probe's certificate chain, sent in the TLS handshake.
   std::string key;
-  std::string trust;      ///< What a paired client pins, one certificate: the probe's own authority, or the first of
-                          ///< the owner's file, which is the probe's own.
-  std::string client_ca;  ///< Authorities of clients.
-  /// Signs clients' certificates; empty where the owner's authority does that.
+  std::string trust;      ///< The one certificate that a paired client pins: the probe's own authority, or the first
+                          ///< certificate of the owner's file (the probe's).
+  std::string client_ca;  ///< Authorities whose client certificates are accepted.
+  /// Signs clients' certificates; empty if the owner's authority issues them.
   std::string issuer_certificate, issuer_key;
   std::string client_list;  ///< Path.
 
-  /// Whether a client must be on the list besides having a certificate.
+  /// Whether the probe issues client certificates; then a client must also be on the list.
   [[nodiscard]] bool issues_client_certificates() const { return !issuer_key.empty(); }
 };
 
-/// config.keys, or the default that config.proto states. failed_precondition where there is neither a state folder nor
-/// a home.
+/// config.keys, or the default stated in config.proto. failed_precondition: no default, because neither a state folder
+/// nor a home folder is known.
 [[nodiscard]] Result<std::string> key_folder(const GrpcConfig& config);
 
-/// Reads the keys, or makes and keeps them: an authority that lives for 20 years, and a certificate of the probe for
-/// two, made anew under the same authority and key when less than a third of that is left. Two processes that begin at
-/// once agree. Errors name the file.
+/// Reads the keys; creates and stores missing ones: an authority valid for 20 years, and a certificate of the probe
+/// valid for two, renewed by the same authority for the same key when less than a third of that is left. A folder lock
+/// serialises processes. Errors name the file.
 [[nodiscard]] Result<ProbeKeys> load_probe_keys(const GrpcConfig& config, std::string_view probe_name,
                                                 std::int64_t now_s);
 
 /// Seconds since 1970, UTC. Any thread.
 using WallClock = std::function<std::int64_t()>;
 
-/// The keys of a probe that serves: renewed, and read again where the owner's files changed, while it runs. Any thread.
+/// The keys of a running probe: renews them when due, and reads the owner's files again when they change. Any thread.
 class ReloadingKeys {
  public:
   ReloadingKeys(GrpcConfig config, std::string probe_name, WallClock clock);
 
   /// As load_probe_keys().
   [[nodiscard]] Result<ProbeKeys> load();
-  /// Those to show from now on, where they are others than at the last call. Looks once a minute at most.
+  /// The current keys if they differ from those of the last call. Checks the files at most once a minute.
   [[nodiscard]] std::optional<ProbeKeys> take_changed();
-  /// Why they could not be renewed or read, in which case those from before stay; empty: they could. Looks as well.
+  /// Why the keys could not be renewed or read, empty without an error; the previous keys stay. Checks the files, too.
   [[nodiscard]] std::string error_message();
 
  private:
-  /// The mutex is held.
+  /// The caller holds the mutex.
   void refresh();
 
   const GrpcConfig config_;
@@ -67,14 +67,14 @@ class ReloadingKeys {
   std::string error_message_;
 };
 
-/// A client as pairing makes it known: what it is told, once; the list keeps digests alone.
+/// The credentials that a client receives at pairing. The client list stores only their digests.
 struct ClientCredentials {
   std::string token;
-  std::string certificate;  ///< Empty where the owner's authority gives them out.
+  std::string certificate;  ///< Empty if the owner's authority issues client certificates.
   std::int64_t expires_s = 0;
 };
-/// Puts it on the list. `public_key`: PEM, P-256.
+/// Issues credentials and adds the client to the list. `public_key`: PEM, P-256.
 [[nodiscard]] Result<ClientCredentials> register_client(const ProbeKeys& keys, const std::string& name,
-                                             const std::string& public_key, int days, std::int64_t now_s);
+                                                        const std::string& public_key, int days, std::int64_t now_s);
 
 }  // namespace lightwell

@@ -18,13 +18,13 @@ namespace lightwell {
 namespace {
 
 constexpr std::int64_t kRetryNs = 1'000'000'000;
-constexpr int kTurnMs = 200;
-/// More colliding probes in one room than this are a fault of somebody else.
+constexpr int kPollTimeoutMs = 200;
+/// Renaming stops after this many collisions.
 constexpr int kMaxRenames = 100;
-/// Of the service record where no link listens on this machine: the discard service's.
+/// Port of the service record if no link listens on this machine: that of the discard service.
 constexpr std::uint16_t kNoPort = 9;
 
-/// Of the first link that listens here.
+/// Port of the first link that listens on this machine.
 std::uint16_t port_of(const Advertisement& a) {
   for (const AdvertisedLink& link : a.links) {
     const std::size_t at = link.uri.find("://:");
@@ -36,7 +36,7 @@ std::uint16_t port_of(const Advertisement& a) {
   return kNoPort;
 }
 
-/// A label of DNS has 63 bytes; a character of several is not cut.
+/// Truncates to the 63 bytes of a DNS label, at a boundary of UTF-8 characters.
 std::string instance_name(std::string name) {
   constexpr std::size_t kMaxLabel = 63;
   if (name.size() <= kMaxLabel) return name;
@@ -84,8 +84,8 @@ class Advertiser::Worker {
   void run() {
     while (!stopping_) {
       if (client_ == nullptr && monotonic_now_ns() >= next_try_ns_) connect();
-      // Sleeps in slices, so that a retry is on time; wakes at once for the daemon.
-      if (avahi_simple_poll_iterate(poll_, kTurnMs) != 0) client_failed_ = true;
+      // The timeout keeps retries on time; events of the daemon end the wait at once.
+      if (avahi_simple_poll_iterate(poll_, kPollTimeoutMs) != 0) client_failed_ = true;
       if (client_failed_) disconnect();
       if (rename_) {
         rename_ = false;
@@ -95,7 +95,7 @@ class Advertiser::Worker {
     disconnect();
   }
 
-  /// NO_FAIL: where the bus is there and the daemon is not, Avahi waits for it. Where the bus is not there, we do.
+  /// With AVAHI_CLIENT_NO_FAIL Avahi waits for the daemon if D-Bus runs; without D-Bus, run() retries.
   void connect() {
     int error = 0;
     next_try_ns_ = monotonic_now_ns() + kRetryNs;
@@ -123,15 +123,15 @@ class Advertiser::Worker {
         break;
       case AVAHI_CLIENT_S_COLLISION:
       case AVAHI_CLIENT_S_REGISTERING:
-        // The host's own name changes: what was published under it is published anew when it is settled.
+        // The host name changes: publish again once it is established.
         if (self.group_ != nullptr) avahi_entry_group_reset(self.group_);
-        self.set_error_message("avahi-daemon is settling this machine's name");
+        self.set_error_message("avahi-daemon is still establishing this machine's name");
         break;
       case AVAHI_CLIENT_CONNECTING:
         self.set_error_message("avahi-daemon is not running");
         break;
       case AVAHI_CLIENT_FAILURE:
-        self.set_error_message(std::string("avahi-daemon went away: ") + avahi_strerror(avahi_client_errno(client)));
+        self.set_error_message(std::string("avahi-daemon disconnected: ") + avahi_strerror(avahi_client_errno(client)));
         self.client_failed_ = true;
         break;
     }
@@ -163,7 +163,7 @@ class Advertiser::Worker {
         avahi_entry_group_add_service_strlst(group_, AVAHI_IF_UNSPEC, AVAHI_PROTO_UNSPEC, AvahiPublishFlags{},
                                              instance_.c_str(), kServiceType.data(), nullptr, nullptr, port_, txt_);
     if (rc == AVAHI_ERR_COLLISION) {
-      // Another service of this very daemon.
+      // The name collides with another service of the same daemon.
       rename_ = true;
       return;
     }
@@ -189,7 +189,7 @@ class Advertiser::Worker {
     error_message_ = error_message;
   }
 
-  // The thread's own.
+  // Used by the thread only.
   std::string instance_;
   const std::uint16_t port_;
   AvahiStringList* txt_ = nullptr;

@@ -1,5 +1,4 @@
-// Tells the network that there is a probe: DNS-SD through this machine's avahi-daemon. All of the firmware that sees
-// Avahi.
+// Announces the probe by DNS-SD (RFC 6763) through this machine's avahi-daemon. The only use of Avahi in the firmware.
 #pragma once
 
 #include <memory>
@@ -9,9 +8,8 @@
 
 namespace lightwell {
 
-/// One thread of its own. A daemon that is absent, goes or restarts is waited for; a name that another probe has is
-/// changed
-/// ("attic" becomes "attic #2"), in the record's instance name, not in the probe's own.
+/// Has its own thread. Waits for a daemon that is absent or restarts. If another probe has the same name, changes the
+/// instance name of the record ("attic" becomes "attic #2"), not the probe's own name.
 class Advertiser {
  public:
   explicit Advertiser(const Advertisement& advertisement);
@@ -19,9 +17,9 @@ class Advertiser {
   Advertiser(const Advertiser&) = delete;
   Advertiser& operator=(const Advertiser&) = delete;
 
-  /// The instance name under which others see it; empty while they do not. Any thread.
+  /// The instance name that is announced; empty while there is none. Any thread.
   [[nodiscard]] std::string announced_as() const;
-  /// Why nobody sees it, for a person; empty where they do. Any thread.
+  /// Why the probe is not announced, for people; empty while it is. Any thread.
   [[nodiscard]] std::string error_message() const;
 
  private:

@@ -1,4 +1,4 @@
-// Lets a call in, or not: before its message is read and before any handler runs.
+// Authorizes calls before their messages are read and before any handler runs.
 #pragma once
 
 #include <atomic>
@@ -10,26 +10,28 @@
 
 namespace lightwell {
 
-/// Whom a certificate that the handshake accepted lets in.
+/// Which of the certificates that the TLS handshake has verified authorize a call.
 enum class CertificatePolicy {
-  any,     ///< All: the owner's authority has judged.
+  any,     ///< All, because the owner's authority issued them.
   listed,  ///< Those of the client list.
 };
 
-/// What is known of a call before its message is read. What it lacks is empty.
+/// The properties of a call that are known before its message is read; missing ones are empty.
 struct CallCredentials {
   std::string_view path;           ///< "/lightwell.v1.ProbeService/Info".
   std::string_view authorization;  ///< "Bearer TOKEN".
-  std::string_view certificate;    ///< PEM; one that the handshake accepted. A client need not show one.
+  std::string_view certificate;    ///< PEM, verified by the handshake; optional.
 };
 
-/// A call needs a certificate that the handshake accepted, or a token of the client list; health needs neither. No
-/// token, a wrong one and an expired one get the same text after the same work. Takes microseconds. Any thread.
+/// A call needs a verified certificate, as CertificatePolicy says, or a token of the client list; the health service
+/// needs neither. A missing, a wrong and an expired token get the same text after the same time. Takes microseconds.
+/// Any thread.
 class CallAuthorizer {
  public:
-  CallAuthorizer(std::shared_ptr<ClientList> clients, CertificatePolicy rule) : clients_(std::move(clients)), rule_(rule) {}
+  CallAuthorizer(std::shared_ptr<ClientList> clients, CertificatePolicy policy)
+      : clients_(std::move(clients)), policy_(policy) {}
 
-  /// What to do, for whom is refused; nullptr: let in.
+  /// nullptr: the call is authorized; otherwise the message for the client, which says what to do.
   [[nodiscard]] const char* denial_reason(const CallCredentials& call);
 
   [[nodiscard]] std::uint64_t refused() const { return refused_.load(std::memory_order_relaxed); }
@@ -38,7 +40,7 @@ class CallAuthorizer {
   [[nodiscard]] bool accepts_certificate(std::string_view pem, std::int64_t now_s) const;
 
   const std::shared_ptr<ClientList> clients_;
-  const CertificatePolicy rule_;
+  const CertificatePolicy policy_;
   std::atomic<std::uint64_t> refused_{0};
 };
 

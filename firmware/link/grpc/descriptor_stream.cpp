@@ -4,7 +4,7 @@
 
 namespace lightwell {
 
-void ByteCall::answer(const grpc::ByteBuffer& message) {
+void ByteCall::respond(const grpc::ByteBuffer& message) {
   const std::lock_guard lock(mutex_);
   if (finished_) return;
   finished_ = true;
@@ -17,13 +17,13 @@ void ByteCall::finish(const grpc::Status& status) {
   finish_locked(status);
 }
 
-void ByteCall::subscribe() { all_.add(this); }
+void ByteCall::subscribe() { streams_.add(this); }
 
 void ByteCall::enqueue(const grpc::ByteBuffer& descriptor) {
   const std::lock_guard lock(mutex_);
   if (finished_) return;
   if (writing_) {
-    if (waiting_) all_.coalesced_.fetch_add(1, std::memory_order_relaxed);
+    if (waiting_) streams_.coalesced_.fetch_add(1, std::memory_order_relaxed);
     next_ = descriptor;
     waiting_ = true;
     return;
@@ -43,7 +43,7 @@ void ByteCall::OnWriteDone(bool ok) {
 }
 
 void ByteCall::OnDone() {
-  all_.remove(this);
+  streams_.remove(this);
   delete this;
 }
 
@@ -72,7 +72,7 @@ void StreamClients::add(ByteCall* client) {
 void StreamClients::remove(ByteCall* client) {
   const std::lock_guard lock(mutex_);
   std::erase(clients_, client);
-  gone_.notify_all();
+  removed_.notify_all();
 }
 
 void StreamClients::publish(const grpc::ByteBuffer& descriptor) {
@@ -84,8 +84,8 @@ void StreamClients::close() {
   std::unique_lock lock(mutex_);
   closing_ = true;
   for (ByteCall* client : clients_) client->finish({grpc::StatusCode::UNAVAILABLE, "the probe is shutting down"});
-  // A client that does not read keeps its last write in gRPC's hands; the server's own deadline ends it.
-  gone_.wait_for(lock, std::chrono::milliseconds(200), [this] { return clients_.empty(); });
+  // The last write of a client that does not read stays pending in gRPC; the deadline of Server::Shutdown() ends it.
+  removed_.wait_for(lock, std::chrono::milliseconds(200), [this] { return clients_.empty(); });
 }
 
 LinkCounters StreamClients::counters() const {

@@ -1,5 +1,5 @@
-// One call, and those of them that are streams of descriptors: each has one write under way and one descriptor waiting,
-// the newest.
+// Calls of ProbeService and the set of descriptor streams. Each stream has one write in progress and one slot for the
+// newest descriptor.
 #pragma once
 
 #include <atomic>
@@ -16,18 +16,19 @@ namespace lightwell {
 
 class StreamClients;
 
-/// A call of which gRPC hands over the bytes. Deletes itself when it is over. gRPC calls On...() from its own threads,
-/// never two for the same operation at once.
+/// A call with raw bytes as messages. Deletes itself in OnDone(). gRPC calls the On...() functions from its own
+/// threads, never two for the same operation at once.
 class ByteCall : public grpc::ServerGenericBidiReactor {
  public:
-  explicit ByteCall(StreamClients& all) : all_(all) {}
+  explicit ByteCall(StreamClients& streams) : streams_(streams) {}
 
-  /// One message and the end.
-  void answer(const grpc::ByteBuffer& message);
+  /// Sends one message and ends the call.
+  void respond(const grpc::ByteBuffer& message);
+  /// Ends the call.
   void finish(const grpc::Status& status);
-  /// From now on it gets every descriptor, or the newest where it is slow.
+  /// Turns the call into a descriptor stream: it receives every descriptor, or the newest ones if it is slow.
   void subscribe();
-  /// A descriptor for a call that follows.
+  /// Sends a descriptor to a subscribed call, or puts it in the slot while a write is in progress.
   void enqueue(const grpc::ByteBuffer& descriptor);
 
   void OnWriteDone(bool ok) override;
@@ -38,30 +39,30 @@ class ByteCall : public grpc::ServerGenericBidiReactor {
   void write(const grpc::ByteBuffer& descriptor);
   void finish_locked(const grpc::Status& status);
 
-  StreamClients& all_;
+  StreamClients& streams_;
   std::mutex mutex_;
   grpc::ByteBuffer current_, next_;
   bool writing_ = false, waiting_ = false, finished_ = false;
 };
 
-/// All streams of one server. publish() reaches every one.
+/// All descriptor streams of one server.
 class StreamClients {
  public:
   void publish(const grpc::ByteBuffer& descriptor);
-  /// Ends every stream and waits until the last has gone.
+  /// Ends every stream and waits for them, at most 200 ms.
   void close();
 
   [[nodiscard]] LinkCounters counters() const;
 
  private:
   friend class ByteCall;
-  /// Finishes it at once where the server is closing.
+  /// Finishes the call at once if the server is closing.
   void add(ByteCall* client);
-  /// Nothing where it is not there.
+  /// Does nothing for a call that was not added.
   void remove(ByteCall* client);
 
   mutable std::mutex mutex_;
-  std::condition_variable gone_;
+  std::condition_variable removed_;
   std::vector<ByteCall*> clients_;
   bool closing_ = false;
   std::atomic<std::uint64_t> coalesced_{0};

@@ -7,8 +7,8 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 
-#include "link/access/client_list.hpp"
 #include "link/access/bind_policy.hpp"
+#include "link/access/client_list.hpp"
 #include "link/access/probe_keys.hpp"
 #include "link/grpc/call_authorizer.hpp"
 #include "link/grpc/probe_service.hpp"
@@ -24,13 +24,13 @@ class GrpcLink final : public Link {
   ~GrpcLink() override { stop(); }
 
   Status start() override {
-    if (!is_host_and_port(config_.listen)) return refused();
+    if (!is_host_and_port(config_.listen)) return listen_failure();
     if (const Status s = check_bind_policy(config_); !s.ok()) return s;
     std::shared_ptr<grpc::ServerCredentials> credentials = grpc::InsecureServerCredentials();
     if (config_.encrypted()) {
-      Result<std::shared_ptr<grpc::ServerCredentials>> guarded = guarded_credentials();
-      if (!guarded) return guarded.status();
-      credentials = std::move(*guarded);
+      Result<std::shared_ptr<grpc::ServerCredentials>> tls = make_tls_credentials();
+      if (!tls) return tls.status();
+      credentials = std::move(*tls);
     }
     grpc::EnableDefaultHealthCheckService(true);
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
@@ -42,7 +42,7 @@ class GrpcLink final : public Link {
     server_ = builder.BuildAndStart();
     if (!server_ || port == 0) {
       server_.reset();
-      return refused();
+      return listen_failure();
     }
     port_ = port;
     server_->GetHealthCheckService()->SetServingStatus("lightwell.v1.ProbeService", true);
@@ -68,8 +68,8 @@ class GrpcLink final : public Link {
 
   std::string error_message() const override {
     if (!keys_) return {};
-    const std::string of_keys = keys_->error_message(), of_clients = clients_->error_message();
-    return of_keys + (of_keys.empty() || of_clients.empty() ? "" : "; ") + of_clients;
+    const std::string keys = keys_->error_message(), clients = clients_->error_message();
+    return keys + (keys.empty() || clients.empty() ? "" : "; ") + clients;
   }
 
   std::string address() const override {
@@ -78,19 +78,19 @@ class GrpcLink final : public Link {
   }
 
  private:
-  [[nodiscard]] Status refused() const { return listen_error(config_.listen, "grpc.listen or --listen"); }
+  [[nodiscard]] Status listen_failure() const { return listen_error(config_.listen, "grpc.listen or --listen"); }
 
-  Result<std::shared_ptr<grpc::ServerCredentials>> guarded_credentials() {
+  Result<std::shared_ptr<grpc::ServerCredentials>> make_tls_credentials() {
     keys_ = std::make_shared<ReloadingKeys>(config_, probe_name_, clock_);
     const Result<ProbeKeys> keys = keys_->load();
     if (!keys) return keys.status();
     clients_ = std::make_shared<ClientList>(keys->client_list);
     if (const Status s = clients_->load(); !s.ok()) return s;
-    const bool all = config_.security == LinkSecurity::mutual_tls;
-    authorizer_ =
-        std::make_shared<CallAuthorizer>(clients_, keys->issues_client_certificates() ? CertificatePolicy::listed : CertificatePolicy::any);
-    return renewed_tls_credentials(keys_, all ? ClientCertificates::required : ClientCertificates::welcome,
-                                   authorizer_);
+    const bool required = config_.security == LinkSecurity::mutual_tls;
+    authorizer_ = std::make_shared<CallAuthorizer>(
+        clients_, keys->issues_client_certificates() ? CertificatePolicy::listed : CertificatePolicy::any);
+    return reloading_tls_credentials(keys_, required ? ClientCertificates::required : ClientCertificates::optional,
+                                     authorizer_);
   }
 
   const GrpcConfig config_;

@@ -1,5 +1,5 @@
-// The gRPC link: ProbeService with health and reflection, every client with its own newest-wins place; plain, or over
-// TLS with clients that the probe knows.
+// The gRPC link: ProbeService with the health and reflection services, in plain text, or over TLS with authorized
+// clients. Each client has one slot for the newest descriptor.
 #pragma once
 
 #include <ctime>
@@ -14,9 +14,9 @@
 
 namespace lightwell {
 
-/// Files named in `config` are as they are to be opened. start() refuses what check_bind_policy() does, and makes keys
-/// where there are none yet. `commands` must outlive the link and is called from gRPC's threads. `clock` says when the
-/// probe's certificate is due to be renewed.
+/// Paths in `config` are opened as given. start() fails as check_bind_policy() does, and creates missing keys.
+/// `commands` must outlive the link and is called from gRPC's threads. `clock` determines when the probe's certificate
+/// is renewed.
 [[nodiscard]] std::unique_ptr<Link> make_grpc_link(
     const GrpcConfig& config, std::string_view probe_name, Commands& commands,
     WallClock clock = [] { return std::time(nullptr); });

@@ -20,13 +20,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// A PairFinishRequest has about 400 bytes.
+/// Limit of a request; a PairFinishRequest has about 400 bytes.
 constexpr int kMaxRequestBytes = 4096;
 
 using Base = v1::PairingService::WithCallbackMethod_Begin<
     v1::PairingService::WithCallbackMethod_Finish<v1::PairingService::Service>>;
 
-/// The exchanges under way, and how it ended.
+/// Holds the exchanges in progress and the outcome of the window.
 class Service final : public Base {
  public:
   Service(PairingWindowOptions options, ProbeKeys keys, std::string code, std::string digest)
@@ -93,7 +93,8 @@ class Service final : public Base {
     close_when_over();
     if (outcome_ != PairingOutcome::open) return closed();
     if (begun_ == PairingWindow::kMaxExchanges)
-      return {grpc::StatusCode::RESOURCE_EXHAUSTED, "too many began to pair in this window; open another on the probe"};
+      return {grpc::StatusCode::RESOURCE_EXHAUSTED,
+              "too many clients have begun to pair in this window; open another on the probe"};
     ++begun_;
     Result<PairingExchange> exchange = PairingExchange::begin(PairingSide::probe, code_);
     if (!exchange) return rpc_status(exchange.status());
@@ -110,19 +111,19 @@ class Service final : public Base {
     const std::lock_guard lock(mutex_);
     close_when_over();
     if (outcome_ != PairingOutcome::open) return closed();
-    // Taken out whatever comes of it: an exchange is good for one guess.
-    auto held = exchanges_.extract(request.session());
-    // No guess: else a stranger who never began could close the window with three invented sessions.
-    if (held.empty()) return wrong_code();
-    if (!held.mapped().confirms(request.confirmation())) {
+    // Removed in any case: an exchange allows one guess.
+    auto node = exchanges_.extract(request.session());
+    // An unknown session is not counted as a guess; otherwise three invented sessions would close the window.
+    if (node.empty()) return wrong_code();
+    if (!node.mapped().confirms(request.confirmation())) {
       if (++wrong_codes_ == PairingWindow::kMaxWrongCodes) close(PairingOutcome::too_many_wrong_codes);
       return wrong_code();
     }
-    PairingExchange exchange = std::move(held.mapped());
+    PairingExchange exchange = std::move(node.mapped());
     const Result<std::string> opened = exchange.open(request.sealed());
     v1::PairApplication application;
     if (!opened || !application.ParseFromString(*opened))
-      return {grpc::StatusCode::INVALID_ARGUMENT, "the sealed application is not one of this exchange"};
+      return {grpc::StatusCode::INVALID_ARGUMENT, "the sealed application does not belong to this exchange"};
     const Result<ClientCredentials> client =
         register_client(keys_, application.client_name(), application.public_key(), options_.days, std::time(nullptr));
     if (!client) return rpc_status(client.status());
@@ -166,7 +167,7 @@ struct PairingWindow::Impl {
 PairingWindow::PairingWindow(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 PairingWindow::~PairingWindow() {
-  // The answer that closed the window may still be on its way.
+  // The response that closed the window may not have been sent yet.
   impl_->server->Shutdown(std::chrono::system_clock::now() + std::chrono::milliseconds(500));
   impl_->server->Wait();
 }
@@ -181,7 +182,7 @@ Result<std::unique_ptr<PairingWindow>> PairingWindow::open(const PairingWindowOp
   impl->service = std::make_unique<Service>(options, keys, std::move(*code), *digest);
   impl->host = options.listen.substr(0, options.listen.rfind(':'));
   grpc::ServerBuilder builder;
-  builder.AddListeningPort(options.listen, tls_credentials(keys, ClientCertificates::not_asked), &impl->port);
+  builder.AddListeningPort(options.listen, tls_credentials(keys, ClientCertificates::not_requested), &impl->port);
   builder.RegisterService(impl->service.get());
   set_limits(builder);
   builder.SetMaxReceiveMessageSize(kMaxRequestBytes);

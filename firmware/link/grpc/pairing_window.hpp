@@ -1,5 +1,5 @@
-// Two minutes in which a person can make a client known to this probe, by a code. Its own server on its own port: no
-// stranger ever speaks to the one that serves the light.
+// A time window, by default of two minutes, in which one client can be paired by a six-digit code (SPAKE2, RFC 9382).
+// It is a separate server on its own port, so that unauthenticated clients never reach the server of the descriptors.
 #pragma once
 
 #include <chrono>
@@ -14,42 +14,42 @@
 namespace lightwell {
 
 struct PairingWindowOptions {
-  std::string listen;  ///< HOST:PORT; port 0 takes any.
+  std::string listen;  ///< HOST:PORT; port 0 means any free port.
   std::string probe_name;
-  int port = 0;  ///< Of ProbeService, told to the client; 0: not known.
-  int days = 365;
+  int port = 0;    ///< Of ProbeService, sent to the client; 0: unknown.
+  int days = 365;  ///< Validity of the client's credentials.
   std::chrono::seconds open_for{120};
 };
 
 enum class PairingOutcome {
   open,
   paired,
-  too_many_wrong_codes,    ///< Three wrong codes.
-  timed_out,  ///< Nobody came, or nobody finished.
+  too_many_wrong_codes,  ///< kMaxWrongCodes wrong codes.
+  timed_out,             ///< No client completed the pairing.
 };
 
 class PairingWindow {
  public:
   static constexpr int kMaxWrongCodes = 3;
-  /// Exchanges that may be begun, finished or not.
+  /// Maximum number of exchanges begun in one window, finished or not.
   static constexpr int kMaxExchanges = 16;
 
-  /// Listens at once. resource_exhausted where the port cannot be had.
+  /// Starts to listen. resource_exhausted: the port cannot be used.
   [[nodiscard]] static Result<std::unique_ptr<PairingWindow>> open(const PairingWindowOptions& options,
                                                                    const ProbeKeys& keys);
   PairingWindow(const PairingWindow&) = delete;
   PairingWindow& operator=(const PairingWindow&) = delete;
   ~PairingWindow();
 
-  /// What the person types on the client: six digits, good for one pairing.
+  /// The code to be entered on the client: six digits, valid for one pairing.
   [[nodiscard]] const std::string& code() const;
-  /// "grpcs://0.0.0.0:7421".
+  /// The address for clients, for example "grpcs://0.0.0.0:7421".
   [[nodiscard]] std::string address() const;
-  /// Of the client that came, for people.
+  /// Name of the paired client, for people; empty before.
   [[nodiscard]] std::string client_name() const;
   [[nodiscard]] int wrong_codes() const;
 
-  /// Waits until the window closes, at most so long. Any thread.
+  /// Waits until the window closes, at most for `timeout`. Any thread.
   [[nodiscard]] PairingOutcome wait(std::chrono::milliseconds timeout);
 
  private:

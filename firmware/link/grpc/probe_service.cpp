@@ -7,15 +7,15 @@
 
 namespace lightwell {
 
-/// Reads its one request, then is what the method makes of it.
+/// A call that reads its one request and passes it to the handler of its method.
 class ProbeService::Call final : public ByteCall {
  public:
   Call(ProbeService& service, Method method) : ByteCall(service.streams_), service_(service), method_(method) {
     StartRead(&request_);
   }
 
-  void OnReadDone(bool came) override {
-    const Result<std::string> bytes = service_.validate_request(came, request_);
+  void OnReadDone(bool received) override {
+    const Result<std::string> bytes = service_.validate_request(received, request_);
     request_.Clear();
     if (bytes)
       (service_.*method_)(*bytes, *this);
@@ -39,30 +39,30 @@ ProbeService::ProbeService(Commands& commands) : commands_(commands) {
 }
 
 void ProbeService::add(const char* path, Method method) {
-  // As the code that protoc's plug-in makes for a method with a stream either way.
+  // The same as the code that protoc's gRPC plug-in generates for a method with streams in both directions.
   AddMethod(new grpc::internal::RpcServiceMethod(path, grpc::internal::RpcMethod::BIDI_STREAMING, nullptr));
   MarkMethodRawCallback(methods_++,
                         new grpc::internal::CallbackBidiHandler<grpc::ByteBuffer, grpc::ByteBuffer>(
                             [this, method](grpc::CallbackServerContext*) { return new Call(*this, method); }));
 }
 
-Result<std::string> ProbeService::validate_request(bool came, const grpc::ByteBuffer& bytes) {
-  const std::size_t size = came ? bytes.Length() : 0;
+Result<std::string> ProbeService::validate_request(bool received, const grpc::ByteBuffer& bytes) {
+  const std::size_t size = received ? bytes.Length() : 0;
   std::string text;
   std::vector<grpc::Slice> slices;
-  if (came && size <= kMaxRequestBytes && bytes.Dump(&slices).ok()) {
+  if (received && size <= kMaxRequestBytes && bytes.Dump(&slices).ok()) {
     for (const grpc::Slice& s : slices) text.append(reinterpret_cast<const char*>(s.begin()), s.size());
     return text;
   }
   refused_.fetch_add(1, std::memory_order_relaxed);
-  return Status(StatusCode::resource_exhausted, "the request is too large or did not come whole; the largest has " +
+  return Status(StatusCode::resource_exhausted, "the request is too large or incomplete; the largest has " +
                                                     std::to_string(kMaxRequestBytes) + " bytes");
 }
 
 template <class Request>
 bool ProbeService::read(const std::string& bytes, Request& request, ByteCall& call) {
   if (request.ParseFromString(bytes)) return true;
-  refuse("the request is no message of proto/lightwell/v1/probe_service.proto", call);
+  refuse("the request is not a message of proto/lightwell/v1/probe_service.proto", call);
   return false;
 }
 
@@ -92,16 +92,16 @@ void ProbeService::get_descriptor(const std::string& bytes, ByteCall& call) {
   if (!read(bytes, request, call)) return;
   const std::lock_guard lock(newest_mutex_);
   if (newest_)
-    call.answer(*newest_);
+    call.respond(*newest_);
   else
-    call.finish({grpc::StatusCode::UNAVAILABLE, "no descriptor yet: the camera has not given a frame"});
+    call.finish({grpc::StatusCode::UNAVAILABLE, "no descriptor yet: the camera has not delivered a frame"});
 }
 
-void ProbeService::answer(ProbeCall which, const std::string& bytes, ByteCall& call) {
+void ProbeService::respond(ProbeCall which, const std::string& bytes, ByteCall& call) {
   const Result<std::string> response = answer_probe_call(which, bytes, commands_);
   if (response) {
     const grpc::Slice slice(*response);
-    return call.answer(grpc::ByteBuffer(&slice, 1));
+    return call.respond(grpc::ByteBuffer(&slice, 1));
   }
   if (response.status().code() == StatusCode::data_loss) return refuse(response.status().message(), call);
   call.finish(rpc_status(response.status()));
@@ -112,9 +112,9 @@ void ProbeService::refuse(const std::string& why, ByteCall& call) {
   call.finish({grpc::StatusCode::INVALID_ARGUMENT, why});
 }
 
-void ProbeService::info(const std::string& bytes, ByteCall& call) { answer(ProbeCall::info, bytes, call); }
-void ProbeService::set_config(const std::string& bytes, ByteCall& call) { answer(ProbeCall::set_config, bytes, call); }
-void ProbeService::report_lux(const std::string& bytes, ByteCall& call) { answer(ProbeCall::report_lux, bytes, call); }
-void ProbeService::get_config(const std::string& bytes, ByteCall& call) { answer(ProbeCall::get_config, bytes, call); }
+void ProbeService::info(const std::string& bytes, ByteCall& call) { respond(ProbeCall::info, bytes, call); }
+void ProbeService::set_config(const std::string& bytes, ByteCall& call) { respond(ProbeCall::set_config, bytes, call); }
+void ProbeService::report_lux(const std::string& bytes, ByteCall& call) { respond(ProbeCall::report_lux, bytes, call); }
+void ProbeService::get_config(const std::string& bytes, ByteCall& call) { respond(ProbeCall::get_config, bytes, call); }
 
 }  // namespace lightwell

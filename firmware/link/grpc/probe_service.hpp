@@ -1,4 +1,4 @@
-// ProbeService: what a probe answers, and the streams of its clients.
+// ProbeService on gRPC: requests of clients and descriptor streams.
 #pragma once
 
 #include <atomic>
@@ -19,28 +19,27 @@
 
 namespace lightwell {
 
-/// Answers by bytes: descriptors go out as the publisher made them, and what comes in is read and parsed here, where
-/// what is no message, too large or never whole can be refused and counted. To the wire a call with one request and one
-/// answer is a stream like any other, so that every method is registered as one: of the others gRPC reads the request
-/// by itself, and tells nobody where that fails.
+/// Sends descriptors as the publisher encoded them, and parses requests itself, in order to refuse and count malformed,
+/// too large and incomplete ones. All methods are registered as bidirectional streams, which have the same wire format:
+/// for unary methods gRPC reads the request itself and does not report failures.
 class ProbeService final : public grpc::Service {
  public:
-  /// A request of this size is refused; the largest that means anything has some hundred bytes.
+  /// Larger requests are refused; the largest valid request has a few hundred bytes.
   static constexpr std::size_t kMaxRequestBytes = 4096;
 
-  /// `commands` outlives it and is called from gRPC's threads.
+  /// `commands` must outlive the service and is called from gRPC's threads.
   explicit ProbeService(Commands& commands);
 
   void publish(const EncodedDescriptor& descriptor);
   [[nodiscard]] StreamClients& streams() { return streams_; }
-  /// Clients, what they missed, and what was refused.
+  /// Number of clients, coalesced descriptors and refused messages.
   [[nodiscard]] LinkCounters counters() const;
 
  private:
   class Call;
-  /// What a method does with the bytes of its request.
+  /// Handler of a method; receives the bytes of its request.
   using Method = void (ProbeService::*)(const std::string& request, ByteCall& call);
-  /// `path` lives as long as the service.
+  /// Registers a method. `path` must outlive the service.
   void add(const char* path, Method method);
 
   void stream_descriptors(const std::string& request, ByteCall& call);
@@ -50,14 +49,15 @@ class ProbeService final : public grpc::Service {
   void report_lux(const std::string& request, ByteCall& call);
   void get_config(const std::string& request, ByteCall& call);
 
-  /// Bytes that came whole; or counts, and says why not.
-  [[nodiscard]] Result<std::string> validate_request(bool came, const grpc::ByteBuffer& bytes);
-  /// Reads a request; where it is none, counts it, finishes the call and returns false.
+  /// The bytes of a complete request of allowed size; otherwise counts it and returns the reason. `received`:
+  /// OnReadDone's.
+  [[nodiscard]] Result<std::string> validate_request(bool received, const grpc::ByteBuffer& bytes);
+  /// Parses a request; a malformed one is counted, the call finished, and false returned.
   template <class Request>
   [[nodiscard]] bool read(const std::string& bytes, Request& request, ByteCall& call);
-  /// What Commands say, by answer_probe_call().
-  void answer(ProbeCall which, const std::string& request, ByteCall& call);
-  /// Counts it, and finishes the call.
+  /// Responds with the result of answer_probe_call().
+  void respond(ProbeCall which, const std::string& request, ByteCall& call);
+  /// Counts the request and finishes the call with INVALID_ARGUMENT.
   void refuse(const std::string& why, ByteCall& call);
 
   Commands& commands_;

@@ -1,4 +1,4 @@
-// Our codes in gRPC's.
+// Converts a Status to a gRPC status.
 #pragma once
 
 #include <grpcpp/support/status.h>

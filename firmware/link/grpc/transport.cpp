@@ -11,9 +11,9 @@ namespace {
 
 grpc_ssl_client_certificate_request_type request_of(ClientCertificates clients) {
   switch (clients) {
-    case ClientCertificates::not_asked:
+    case ClientCertificates::not_requested:
       break;
-    case ClientCertificates::welcome:
+    case ClientCertificates::optional:
       return GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_AND_VERIFY;
     case ClientCertificates::required:
       return GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY;
@@ -25,24 +25,24 @@ std::string_view view_of(const grpc_slice& slice) {
   return {reinterpret_cast<const char*>(GRPC_SLICE_START_PTR(slice)), GRPC_SLICE_LENGTH(slice)};
 }
 
-/// gRPC's C interface alone asks for certificates anew at each handshake: its C++ one reads them once, or from files of
-/// which it accepts a key and a certificate that do not belong together.
-class RenewedTlsCredentials final : public grpc::ServerCredentials {
+/// Uses gRPC's C interface, because only that fetches the certificates at each handshake. The C++ interface reads them
+/// once, or from files, of which it also accepts a key and a certificate that do not belong together.
+class ReloadingTlsCredentials final : public grpc::ServerCredentials {
  public:
-  RenewedTlsCredentials(std::shared_ptr<ReloadingKeys> keys, ClientCertificates clients,
-                        std::shared_ptr<CallAuthorizer> authorizer) {
-    // gRPC keeps the C object for as long as a server uses it, and gives `parts` back at its end.
+  ReloadingTlsCredentials(std::shared_ptr<ReloadingKeys> keys, ClientCertificates clients,
+                          std::shared_ptr<CallAuthorizer> authorizer) {
+    // gRPC keeps the C object as long as a server uses it, and then deletes `parts` by the callback.
     auto* const parts = new Parts{std::move(keys), std::move(authorizer)};
     held_ = grpc_ssl_server_credentials_create_with_options(
         grpc_ssl_server_credentials_create_options_using_config_fetcher(request_of(clients), fetch, parts));
     grpc_server_credentials_set_auth_metadata_processor(
         held_, {process, [](void* state) { delete static_cast<Parts*>(state); }, parts});
   }
-  RenewedTlsCredentials(const RenewedTlsCredentials&) = delete;
-  RenewedTlsCredentials& operator=(const RenewedTlsCredentials&) = delete;
-  ~RenewedTlsCredentials() override { grpc_server_credentials_release(held_); }
+  ReloadingTlsCredentials(const ReloadingTlsCredentials&) = delete;
+  ReloadingTlsCredentials& operator=(const ReloadingTlsCredentials&) = delete;
+  ~ReloadingTlsCredentials() override { grpc_server_credentials_release(held_); }
 
-  /// The gatekeeper was given: there is no other.
+  /// Ignored: the constructor sets the authorizer.
   void SetAuthMetadataProcessor(const std::shared_ptr<grpc::AuthMetadataProcessor>&) override {}
 
  private:
@@ -69,7 +69,7 @@ class RenewedTlsCredentials final : public grpc::ServerCredentials {
     for (std::size_t i = 0; i < count; ++i) {
       const std::string_view name = view_of(metadata[i].key), value = view_of(metadata[i].value);
       if (name == ":path") call.path = value;
-      // Of several the first counts.
+      // The first of several headers is used.
       if (name == "authorization" && call.authorization.empty()) call.authorization = value;
     }
     grpc_auth_property_iterator properties =
@@ -77,7 +77,8 @@ class RenewedTlsCredentials final : public grpc::ServerCredentials {
     if (const grpc_auth_property* const shown = grpc_auth_property_iterator_next(&properties))
       call.certificate = {shown->value, shown->value_length};
     const char* const denial_reason = static_cast<Parts*>(state)->authorizer->denial_reason(call);
-    done(user_data, nullptr, 0, nullptr, 0, denial_reason == nullptr ? GRPC_STATUS_OK : GRPC_STATUS_UNAUTHENTICATED, denial_reason);
+    done(user_data, nullptr, 0, nullptr, 0, denial_reason == nullptr ? GRPC_STATUS_OK : GRPC_STATUS_UNAUTHENTICATED,
+         denial_reason);
   }
 
   grpc_server_credentials* held_ = nullptr;
@@ -88,26 +89,26 @@ class RenewedTlsCredentials final : public grpc::ServerCredentials {
 std::shared_ptr<grpc::ServerCredentials> tls_credentials(const ProbeKeys& keys, ClientCertificates clients) {
   grpc::SslServerCredentialsOptions options(request_of(clients));
   options.pem_key_cert_pairs.push_back({keys.key, keys.certificate});
-  if (clients != ClientCertificates::not_asked) options.pem_root_certs = keys.client_ca;
+  if (clients != ClientCertificates::not_requested) options.pem_root_certs = keys.client_ca;
   return grpc::SslServerCredentials(options);
 }
 
-std::shared_ptr<grpc::ServerCredentials> renewed_tls_credentials(std::shared_ptr<ReloadingKeys> keys,
-                                                                 ClientCertificates clients,
-                                                                 std::shared_ptr<CallAuthorizer> authorizer) {
-  return std::make_shared<RenewedTlsCredentials>(std::move(keys), clients, std::move(authorizer));
+std::shared_ptr<grpc::ServerCredentials> reloading_tls_credentials(std::shared_ptr<ReloadingKeys> keys,
+                                                                   ClientCertificates clients,
+                                                                   std::shared_ptr<CallAuthorizer> authorizer) {
+  return std::make_shared<ReloadingTlsCredentials>(std::move(keys), clients, std::move(authorizer));
 }
 
 void set_limits(grpc::ServerBuilder& builder) {
-  // Two daemons on one port would share its clients at random.
+  // With SO_REUSEPORT, two daemons on one port would share its clients at random.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
-  // A client that vanished without a word is noticed and its stream ended.
+  // Keep-alive pings detect clients that vanished and end their streams.
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5'000);
-  // Also one that asks nothing yet, as an attempt that its maker gave up while the network was down: else its handle
-  // stays.
+  // Also connections without calls, for example an attempt abandoned while the network was down; otherwise the file
+  // descriptor stays open.
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
-  // One that pings more often than every five seconds is sent away (too_many_pings) at the third.
+  // A client that pings more often than every five seconds is disconnected (too_many_pings) at the third such ping.
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PING_STRIKES, 2);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 32);

@@ -1,4 +1,4 @@
-// How a server of the probe listens: what it is encrypted with, and how much a client may ask of it.
+// Server credentials and resource limits of the probe's gRPC servers.
 #pragma once
 
 #include <memory>
@@ -14,23 +14,22 @@
 
 namespace lightwell {
 
-/// Of clients' certificates in a handshake.
-enum class ClientCertificates { not_asked, welcome, required };
-/// For a server whose life is short.
+/// Whether the TLS handshake requests a client's certificate. A certificate that is sent is verified.
+enum class ClientCertificates { not_requested, optional, required };
+/// Credentials with fixed keys, for a short-lived server.
 [[nodiscard]] std::shared_ptr<grpc::ServerCredentials> tls_credentials(const ProbeKeys& keys,
                                                                        ClientCertificates clients);
-/// For one that outlives its certificate: each handshake shows what `keys` has at that moment, and connections that are
-/// there go on. `gatekeeper` is asked for each call.
-[[nodiscard]] std::shared_ptr<grpc::ServerCredentials> renewed_tls_credentials(std::shared_ptr<ReloadingKeys> keys,
-                                                                               ClientCertificates clients,
-                                                                               std::shared_ptr<CallAuthorizer> authorizer);
+/// Credentials for a long-running server: each handshake uses the current keys of `keys`; existing connections are
+/// kept. `authorizer` decides on each call.
+[[nodiscard]] std::shared_ptr<grpc::ServerCredentials> reloading_tls_credentials(
+    std::shared_ptr<ReloadingKeys> keys, ClientCertificates clients, std::shared_ptr<CallAuthorizer> authorizer);
 
-/// No message above this is read at all; those who serve have smaller limits, and count.
+/// gRPC refuses larger messages without reading them. The services have smaller limits and count what they refuse.
 inline constexpr int kMaxWireMessageBytes = 64 * 1024;
-/// Ports that are not shared, and bounds on what one connection may ask.
+/// Disables port sharing and limits the resources of a connection.
 void set_limits(grpc::ServerBuilder& builder);
 
-/// Why nothing listens at `listen`.
+/// The error for an address on which the server cannot listen. `options`: the options that set it.
 [[nodiscard]] Status listen_error(const std::string& listen, const std::string& options);
 
 }  // namespace lightwell

@@ -20,11 +20,10 @@ namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kStatusPeriod = kSecond;
-/// A thousand clients that come at once have their first round trip within two seconds; a flood costs no more than
-/// this.
+/// Rate limit: a thousand clients that connect at once have their first round trip within two seconds.
 constexpr double kClockAnswersPerSecond = 500;
 
-/// What is left of so many a second. One thread.
+/// Rate limiter for kClockAnswersPerSecond. One thread.
 class TokenBucket {
  public:
   [[nodiscard]] bool take(std::int64_t now_ns) {
@@ -41,7 +40,7 @@ class TokenBucket {
   std::int64_t last_ns_ = monotonic_now_ns();
 };
 
-/// All that the thread uses. It may outlive the link by as long as the system's resolver takes to give a name up.
+/// The state that the thread uses. It may outlive the link while the system's name resolver blocks.
 class Worker {
  public:
   Worker(const MqttAddress& address, MqttLogin login, Commands& commands)
@@ -49,12 +48,12 @@ class Worker {
 
   void run() {
     while (!stopping_) {
-      // Nothing is due while the broker takes nothing.
+      // While a message is being sent, nothing else is due.
       session_.run_once({session_.idle() ? next_status_ns_ - monotonic_now_ns() : kSecond});
       if (stopping_) break;
       if (session_.idle()) send();
     }
-    // What is stale the moment it is said comes before nothing at all: "gone" takes the place of the status.
+    // Replaces the retained status, as the last will would after a lost connection.
     if (session_.connected()) session_.publish(topics_.status, std::as_bytes(std::span(kMqttGone)), true);
     session_.close(Duration{kSecond / 2});
     set_error_message("stopped");
@@ -72,8 +71,8 @@ class Worker {
     session_.wake();
   }
 
-  /// True where the thread ends soon, false where it is in the resolver, behind which it sees that it was stopped
-  /// before it asks the probe for anything.
+  /// True if the thread has ended or ends soon. False if it blocks in the name resolver; after that it checks stopping_
+  /// before it uses commands_.
   [[nodiscard]] bool stop() {
     stopping_ = true;
     session_.wake();
@@ -89,7 +88,7 @@ class Worker {
     return out;
   }
 
-  /// Why the broker is away, for a person; empty where it is there.
+  /// Why the broker is not connected, for people; empty while it is.
   [[nodiscard]] std::string error_message() const {
     const std::lock_guard lock(mutex_);
     return error_message_;
@@ -106,10 +105,10 @@ class Worker {
     options.retry_min = {kSecond / 4};
     options.retry_max = {8 * kSecond};
     options.connect_timeout = {5 * kSecond};
-    // A slow broker gets the newest, not a queue.
+    // Small, so that a slow broker receives the newest descriptor instead of a backlog.
     options.send_buffer_bytes = 16 * 1024;
     options.on_connected = [this] {
-      // At once, before any descriptor: it takes the place of the last will.
+      // Publish the status at once, before any descriptor: it replaces the retained last will.
       next_status_ns_ = 1;
       set_error_message({});
     };
@@ -137,20 +136,21 @@ class Worker {
       descriptor = std::exchange(next_, nullptr);
     }
     if (!descriptor || session_.publish(topics_.descriptor, *descriptor, true)) return;
-    // Above the size that this broker takes, or lost with the connection.
+    // The descriptor exceeds the broker's maximum size, or the connection was lost.
     const std::lock_guard lock(mutex_);
     ++counters_.coalesced;
   }
 
-  /// An answer that would wait behind others tells a time that is over; the client asks again.
+  /// Answers a clock request, or refuses it: a delayed answer would give a wrong time, and the client repeats the
+  /// request.
   void publish_clock(const MqttMessage& request) {
-    const bool sound = request.topic == topics_.clock && request.payload.size() <= kMaxMqttCorrelationBytes &&
+    const bool valid = request.topic == topics_.clock && request.payload.size() <= kMaxMqttCorrelationBytes &&
                        !request.correlation.empty() && request.correlation.size() <= kMaxMqttCorrelationBytes &&
                        is_reply_topic(topics_, request.response_topic);
     const std::int64_t now = monotonic_now_ns();
-    if (!sound || !allowance_.take(now)) return count_refused();
+    if (!valid || !rate_limit_.take(now)) return count_refused();
     const std::string clock = encode_clock({monotonic_now_ns()});
-    if (!session_.answer(request, std::as_bytes(std::span(clock)))) count_refused();
+    if (!session_.respond(request, std::as_bytes(std::span(clock)))) count_refused();
   }
 
   void count_refused() {
@@ -160,7 +160,7 @@ class Worker {
 
   const MqttTopics topics_;
   Commands& commands_;
-  TokenBucket allowance_;
+  TokenBucket rate_limit_;
   std::int64_t next_status_ns_ = 0;
   std::atomic<bool> stopping_{false};
 
@@ -171,7 +171,7 @@ class Worker {
   bool ended_ = false;
   std::string error_message_ = "not connected yet";
 
-  MqttSession session_;  // last: it calls into the others
+  MqttSession session_;  // Last, because its callbacks use the other members.
 };
 
 Status check_readable(const std::string& field, const std::string& path) {
@@ -182,7 +182,7 @@ Status check_readable(const std::string& field, const std::string& path) {
   return {StatusCode::not_found, "mqtt." + field + ": " + path + ": there is no such file"};
 }
 
-/// First line, second line.
+/// The file has the user name in the first line and the password in the second.
 Status read_login(const std::string& path, MqttLogin& login) {
   if (path.empty()) return {};
   const Result<std::optional<std::string>> text = read_named_file(path);
@@ -226,7 +226,7 @@ class MqttLink final : public Link {
 
   void stop() override {
     if (!thread_.joinable()) return;
-    // A resolver that hangs keeps the thread; it touches nothing but its worker when it comes back.
+    // A thread that blocks in the resolver is detached; it owns its worker and uses nothing else afterwards.
     worker_->stop() ? thread_.join() : thread_.detach();
   }
 

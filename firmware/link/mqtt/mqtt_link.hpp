@@ -1,5 +1,5 @@
-// The MQTT link: descriptors and status retained at a broker, a last will, the clock on request. Topics:
-// link/README.md.
+// The MQTT link: publishes descriptors and status as retained messages with a last will, and answers clock requests.
+// Topics: proto/README.md.
 #pragma once
 
 #include <memory>
@@ -12,10 +12,10 @@
 
 namespace lightwell {
 
-/// `commands` must outlive stop(), and is called from the link's one thread. start() fails where the configuration
-/// cannot work (invalid_argument) or a file of it is not there (not_found), not where the broker is away: then
-/// trouble() says why, counters().clients is 0 instead of 1 (who listens behind a broker, nobody tells a probe), and it
-/// is tried again.
+/// `commands` must be valid until stop() returns, and is called from the link's one thread. start() fails if the
+/// configuration is invalid (invalid_argument) or one of its files is missing (not_found), but not if the broker is
+/// unreachable: then error_message() gives the reason, and the link tries again. counters().clients is 1 with a
+/// connected broker, otherwise 0; the number of subscribers is unknown.
 [[nodiscard]] std::unique_ptr<Link> make_mqtt_link(const MqttConfig& config, const std::string& probe_name,
                                                    Commands& commands);
 

@@ -11,13 +11,13 @@
 namespace lightwell {
 namespace {
 
-/// Little-endian numbers, one behind the other.
+/// Serialises little-endian numbers.
 class Bytes {
  public:
   Bytes& u8(unsigned v) { return put(v, 1); }
   Bytes& u16(unsigned v) { return put(v, 2); }
   Bytes& u32(std::size_t v) { return put(v, 4); }
-  /// With the zero at its end.
+  /// With a terminating zero.
   Bytes& text(std::string_view v) {
     for (const char c : v) u8(static_cast<unsigned char>(c));
     return u8(0);
@@ -52,12 +52,12 @@ void endpoint_descriptor(Bytes& out, unsigned address, unsigned packet_bytes) {
   out.u8(USB_DT_ENDPOINT_SIZE).u8(USB_DT_ENDPOINT).u8(address).u8(USB_ENDPOINT_XFER_BULK).u16(packet_bytes).u8(0);
 }
 
-/// Of super speed: no bursts, no streams; descriptors are small.
+/// The companion descriptor of super speed: no bursts, no streams, because light descriptors are small.
 void companion_descriptor(Bytes& out) { out.u8(USB_DT_SS_EP_COMP_SIZE).u8(USB_DT_SS_ENDPOINT_COMP).zeros(4); }
 
 constexpr std::size_t kOsHeaderBytes = sizeof(usb_os_desc_header);
 
-/// "Extended compat ID", index 4: which of its own drivers Windows takes.
+/// "Extended compat ID", index 4: selects the driver that Windows loads.
 void compatible_id(Bytes& out) {
   Bytes function;
   function.u8(0).u8(1);  // the first interface; reserved, 1
@@ -80,7 +80,7 @@ void interface_guid(Bytes& out) {
 
 std::vector<std::byte> ffs_descriptors() {
   Bytes body;
-  body.u32(3).u32(3).u32(5).u32(2);  // so many of full, high, super speed, and of Microsoft's
+  body.u32(3).u32(3).u32(5).u32(2);  // Number of descriptors for full, high and super speed, and of Microsoft's.
   for (const unsigned packet_bytes : {64U, 512U}) {
     interface_descriptor(body);
     endpoint_descriptor(body, kIn, packet_bytes);

@@ -34,7 +34,7 @@ Status refused(const std::string& path, int error) {
     case EBUSY:
     case ESRCH:
     case EBADFD:
-      return {StatusCode::resource_exhausted, what + ": another program has it; is a second lightwelld running?"};
+      return {StatusCode::resource_exhausted, what + ": another program uses it; is a second lightwelld running?"};
     default:
       return {StatusCode::unavailable, what};
   }
@@ -46,10 +46,10 @@ Status write_all(int fd, const std::string& path, const std::vector<std::byte>& 
   return refused(path, n < 0 ? errno : EIO);
 }
 
-/// One direction: its control block, which the kernel reads while it is under way.
+/// The transfer of one direction. The kernel reads the control block while the transfer is in progress.
 struct Transfer {
   iocb block{};
-  bool under_way = false;
+  bool in_progress = false;
 };
 
 class FfsPort final : public GadgetPort {
@@ -65,18 +65,18 @@ class FfsPort final : public GadgetPort {
       const int error = errno;
       close();
       return {StatusCode::internal, std::string("asynchronous I/O (io_setup): ") + std::strerror(error) +
-                                        "; the kernel wants CONFIG_AIO, and fs.aio-max-nr room for two"};
+                                        "; the kernel needs CONFIG_AIO, and fs.aio-max-nr two free requests"};
     }
     return {};
   }
 
   void close() override {
-    // Cancels what is under way, and returns when that has ended.
+    // Cancels transfers in progress and waits for their end.
     if (context_ != 0) ::syscall(SYS_io_destroy, context_);
     context_ = 0;
-    in_.under_way = out_.under_way = false;
+    in_.in_progress = out_.in_progress = false;
     files_ = {};
-    happened_.clear();
+    events_.clear();
   }
 
   bool begin_send(std::span<const std::byte> bytes) override {
@@ -87,24 +87,24 @@ class FfsPort final : public GadgetPort {
   }
 
   PortEvent wait(Duration timeout) override {
-    if (happened_.empty()) {
+    if (events_.empty()) {
       std::array<pollfd, 3> fds{pollfd{files_.control.get(), POLLIN, 0}, pollfd{done_.get(), POLLIN, 0},
                                 pollfd{wake_.get(), POLLIN, 0}};
       const timespec limit{timeout.ns / 1'000'000'000, timeout.ns % 1'000'000'000};
       if (::ppoll(fds.data(), fds.size(), timeout.ns < 0 ? nullptr : &limit, nullptr) > 0) {
-        // What ended belongs to the time before an event that stands at the same moment.
-        if (fds[1].revents != 0) take_ended();
-        if (fds[0].revents != 0) take_control();
+        // Transfers that ended precede a control event of the same moment.
+        if (fds[1].revents != 0) read_completions();
+        if (fds[0].revents != 0) read_control_events();
         if (fds[2].revents != 0) {
           eventfd_t ignored = 0;
           (void)::eventfd_read(wake_.get(), &ignored);
-          happened_.push_back({PortEvent::Kind::woken});
+          events_.push_back({PortEvent::Kind::woken});
         }
       }
     }
-    if (happened_.empty()) return {};
-    const PortEvent next = happened_.front();
-    happened_.pop_front();
+    if (events_.empty()) return {};
+    const PortEvent next = events_.front();
+    events_.pop_front();
     return next;
   }
 
@@ -120,11 +120,11 @@ class FfsPort final : public GadgetPort {
     transfer.block.aio_flags = IOCB_FLAG_RESFD;
     transfer.block.aio_resfd = static_cast<std::uint32_t>(done_.get());
     iocb* const list = &transfer.block;
-    transfer.under_way = ::syscall(SYS_io_submit, context_, 1, &list) == 1;
-    return transfer.under_way;
+    transfer.in_progress = ::syscall(SYS_io_submit, context_, 1, &list) == 1;
+    return transfer.in_progress;
   }
 
-  void take_ended() {
+  void read_completions() {
     eventfd_t ignored = 0;
     (void)::eventfd_read(done_.get(), &ignored);
     std::array<io_event, 2> ended{};
@@ -133,45 +133,46 @@ class FfsPort final : public GadgetPort {
     for (long i = 0; i < count; ++i) {
       const io_event& e = ended[static_cast<std::size_t>(i)];
       const bool sent = e.obj == reinterpret_cast<std::uintptr_t>(&in_.block);
-      (sent ? in_ : out_).under_way = false;
+      (sent ? in_ : out_).in_progress = false;
       PortEvent event{sent ? PortEvent::Kind::sent : PortEvent::Kind::received};
       if (e.res >= 0)
         event.bytes = static_cast<std::size_t>(e.res);
       else
         event.error = static_cast<int>(-e.res);
-      happened_.push_back(event);
+      events_.push_back(event);
     }
   }
 
-  void take_control() {
+  void read_control_events() {
     std::array<usb_functionfs_event, 4> events{};
     const ssize_t bytes = ::read(files_.control.get(), events.data(), sizeof events);
     if (bytes <= 0) return;
     for (std::size_t i = 0; i < static_cast<std::size_t>(bytes) / sizeof events[0]; ++i) {
       switch (events[i].type) {
         case FUNCTIONFS_ENABLE:
-          happened_.push_back({PortEvent::Kind::enabled});
+          events_.push_back({PortEvent::Kind::enabled});
           break;
         case FUNCTIONFS_DISABLE:
         case FUNCTIONFS_UNBIND:
-          happened_.push_back({PortEvent::Kind::disabled});
+          events_.push_back({PortEvent::Kind::disabled});
           break;
         case FUNCTIONFS_SUSPEND:
-          happened_.push_back({PortEvent::Kind::suspended});
+          events_.push_back({PortEvent::Kind::suspended});
           break;
         case FUNCTIONFS_RESUME:
-          happened_.push_back({PortEvent::Kind::resumed});
+          events_.push_back({PortEvent::Kind::resumed});
           break;
         case FUNCTIONFS_SETUP:
           stall(events[i].u.setup);
           break;
         default:
-          break;  // BIND: nothing is enabled yet.
+          break;  // BIND: the interface is not enabled yet.
       }
     }
   }
 
-  /// This interface has no requests of its own. FunctionFS stalls where the data stage is begun in the wrong direction.
+  /// Stalls a control request, because the interface defines none: FunctionFS does that when the data stage begins in
+  /// the wrong direction.
   void stall(const usb_ctrlrequest& setup) {
     std::byte none{};
     if ((setup.bRequestType & USB_DIR_IN) != 0)
@@ -183,10 +184,10 @@ class FfsPort final : public GadgetPort {
   const std::function<Result<FfsFiles>()> open_;
   FfsFiles files_;
   aio_context_t context_ = 0;
-  OwnedFile done_{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};  ///< The kernel counts ended transfers there.
+  OwnedFile done_{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};  ///< Signalled by the kernel when a transfer ends.
   OwnedFile wake_{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   Transfer in_, out_;
-  std::deque<PortEvent> happened_;
+  std::deque<PortEvent> events_;
 };
 
 }  // namespace
@@ -199,7 +200,7 @@ Result<FfsFiles> open_ffs(const std::string& mount) {
   FfsFiles files;
   const auto open = [&](const char* name, OwnedFile& file) -> Status {
     const std::string path = mount + "/" + name;
-    // Else io_submit() would wait for an endpoint that is not enabled.
+    // Without O_NONBLOCK io_submit() would wait for an endpoint that is not enabled.
     file = OwnedFile(::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK));
     return file.get() < 0 ? refused(path, errno) : Status();
   };

@@ -1,4 +1,4 @@
-// A GadgetPort by Linux's FunctionFS: the kernel drives the controller, this process owns the interface.
+// A GadgetPort on Linux's FunctionFS: the kernel drives the controller, this process implements the interface.
 #pragma once
 
 #include <functional>
@@ -29,19 +29,19 @@ class OwnedFile {
   int fd_ = -1;
 };
 
-/// The files of a FunctionFS whose descriptors are written.
+/// The open files of a FunctionFS whose descriptors have been written.
 struct FfsFiles {
-  OwnedFile control;  ///< ep0: events come from it.
+  OwnedFile control;  ///< ep0: events are read from it.
   OwnedFile in;       ///< To the host.
   OwnedFile out;      ///< From the host.
 };
 
-/// Opens ep0 below `mount`, writes descriptors and strings, opens the endpoints' files that the kernel then makes.
-/// not_found, resource_exhausted: what is wrong with the mount and what to do.
+/// Opens ep0 below `mount`, writes descriptors and strings, and opens the endpoint files that the kernel then creates.
+/// not_found, failed_precondition, resource_exhausted or unavailable; the message names the file and the remedy.
 [[nodiscard]] Result<FfsFiles> open_ffs(const std::string& mount);
 
-/// Transfers are Linux's asynchronous I/O (io_submit), so that one thread waits for events and both directions. `open`:
-/// the files, at each GadgetPort::open().
+/// Transfers use Linux's asynchronous I/O (io_submit), so that one thread waits for control events and both directions.
+/// Each GadgetPort::open() calls `open` for the files.
 [[nodiscard]] std::unique_ptr<GadgetPort> make_ffs_port(std::function<Result<FfsFiles>()> open);
 
 }  // namespace lightwell

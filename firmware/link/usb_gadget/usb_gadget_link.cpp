@@ -15,12 +15,12 @@
 namespace lightwell {
 namespace {
 
-/// After a transfer that failed although the host is there. Shorter would spin where an endpoint goes before its event
-/// comes.
+/// Delay after a failed transfer. Without it the loop would spin while an endpoint is disabled and its event is
+/// pending.
 constexpr Duration kPause{20'000'000};
-/// Answers that wait. A host waits for each of its few questions.
+/// Maximum number of queued responses; a correct host waits for each response.
 constexpr std::size_t kMaxResponses = 16;
-/// A multiple of every packet size, and room for the largest request with its frame.
+/// A multiple of every packet size, large enough for the largest request in its frame.
 constexpr std::size_t kReceiveBytes = 16 * 1024;
 static_assert(kReceiveBytes > kFrameHeaderBytes + kMaxLinkMessageBytes + 1);
 
@@ -128,7 +128,7 @@ class GadgetLink final : public UsbGadgetLink {
     }
   }
 
-  /// Whoever comes next has asked nothing yet.
+  /// Discards the state of the byte stream: the next host has not sent a request yet.
   void end_stream() {
     reader_.begin_stream();
     responses_.clear();
@@ -159,15 +159,15 @@ class GadgetLink final : public UsbGadgetLink {
       pause();
       return;
     }
-    const FrameReader::FrameCallback take = [this](const LinkFrame& frame) { answer(frame); };
+    const FrameReader::FrameCallback take = [this](const LinkFrame& frame) { handle_request(frame); };
     reader_.push(std::span(received_).first(std::min(event.bytes, received_.size())), take);
-    // What filled the memory may go on.
+    // A transfer that filled the buffer may continue in the next one.
     if (event.bytes < received_.size()) reader_.end_transfer(take);
     const std::lock_guard lock(mutex_);
     counters_.from_host = reader_.counters();
   }
 
-  void answer(const LinkFrame& frame) {
+  void handle_request(const LinkFrame& frame) {
     std::vector<std::byte> response;
     const bool request = frame.kind == FrameKind::request;
     if (!request || !answer_link_request(frame.payload, commands_, response).ok()) {
@@ -185,18 +185,18 @@ class GadgetLink final : public UsbGadgetLink {
     listening_ = true;
   }
 
-  /// Begins what can begin.
+  /// Starts transfers in idle directions.
   void serve() {
     if (!enabled_ || ProbeTime{monotonic_now_ns()} < resume_at_) return;
     if (!receiving_) {
       receiving_ = port_->begin_receive(received_);
       if (!receiving_) pause();
     }
-    // On a sleeping bus the newest waits here, where a newer one can take its place.
+    // While the bus is suspended, the descriptor stays in its slot, where a newer one replaces it.
     if (!sending_ && !suspended_) send_next();
   }
 
-  /// Answers first: the host measures how long they take.
+  /// Responses before descriptors, because the host measures the round-trip time.
   void send_next() {
     if (!responses_.empty()) {
       begin_send(FrameKind::response, responses_.front());
@@ -212,7 +212,7 @@ class GadgetLink final : public UsbGadgetLink {
   }
 
   void begin_send(FrameKind kind, std::span<const std::byte> message) {
-    // Both kinds were made within their limits; what is not costs nobody a number.
+    // Both kinds are within the size limits. A message that is not would use no sequence number.
     if (!writer_.write(kind, message, frame_).ok()) return;
     {
       const std::lock_guard lock(mutex_);
@@ -235,10 +235,10 @@ class GadgetLink final : public UsbGadgetLink {
   const std::unique_ptr<GadgetPort> port_;
   Commands& commands_;
 
-  // The link's own thread's.
+  // Used by the link's thread only.
   FrameReader reader_;
   FrameWriter writer_;
-  std::vector<std::byte> received_, frame_;  ///< The port's while a transfer is under way.
+  std::vector<std::byte> received_, frame_;  ///< Owned by the port while a transfer is in progress.
   std::deque<std::vector<std::byte>> responses_;
   std::optional<ProbeTime> last_request_;
   ProbeTime resume_at_;

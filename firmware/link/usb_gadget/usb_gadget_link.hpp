@@ -13,33 +13,33 @@
 
 namespace lightwell {
 
-/// What a gadget did since it was made.
+/// Counters since the construction of the link.
 struct UsbGadgetCounters {
   FrameCounters from_host;
-  std::uint64_t invalid_requests = 0;       ///< Intact frames from the host that held nothing that a host may send.
-  std::uint64_t requests = 0;           ///< Answered.
-  std::uint64_t responses_dropped = 0;  ///< Answers that a host which asks without reading did not get.
-  std::uint64_t frames_begun = 0;       ///< Handed to the controller: the number of the last frame.
-  std::uint64_t frames_failed = 0;      ///< Of these, ended with an error: in flight when the cable was pulled.
-  std::uint64_t descriptors_begun = 0;  ///< Of frames_begun.
-  std::uint64_t descriptors_without_listener = 0;            ///< Descriptors published while no host was listening.
+  std::uint64_t invalid_requests = 0;   ///< Intact frames from the host without a valid request.
+  std::uint64_t requests = 0;           ///< Requests answered.
+  std::uint64_t responses_dropped = 0;  ///< Responses dropped because the host sends requests without reading.
+  std::uint64_t frames_begun = 0;       ///< Frames passed to the controller; equals the last sequence number.
+  std::uint64_t frames_failed = 0;      ///< Of frames_begun, those that ended with an error (cable unplugged).
+  std::uint64_t descriptors_begun = 0;  ///< Of frames_begun, those with a descriptor.
+  std::uint64_t descriptors_without_listener = 0;  ///< Descriptors published while no host was listening.
 };
 
-/// A Link with its own counters.
+/// A Link with USB-specific counters.
 class UsbGadgetLink : public Link {
  public:
   /// Any thread.
   [[nodiscard]] virtual UsbGadgetCounters usb_counters() const = 0;
 };
 
-/// A host listens while it asks: descriptors are sent to one whose last request came within this time. So none wait in
-/// the controller for a host that has no use for them, to be its first and oldest news later.
+/// Descriptors are sent only if the host's last request came within this time. Otherwise a descriptor could stay in the
+/// controller and reach the next host much later.
 inline constexpr Duration kListenerTimeout{10'000'000'000};
 
-/// By FunctionFS. `commands` must outlive the link and is called from its one thread.
+/// The link on FunctionFS. `commands` must outlive the link and is called from its one thread.
 [[nodiscard]] std::unique_ptr<UsbGadgetLink> make_usb_gadget_link(const UsbGadgetConfig& config, Commands& commands);
 
-/// By any port; session: FrameWriter's.
+/// The link on any port. `session`: FrameWriter's session number.
 [[nodiscard]] std::unique_ptr<UsbGadgetLink> make_usb_gadget_link(std::unique_ptr<GadgetPort> port,
                                                                   std::uint32_t session, Commands& commands);
 

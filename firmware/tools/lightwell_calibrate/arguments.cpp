@@ -6,8 +6,9 @@
 
 namespace lightwell::calibrate {
 
-Result<std::vector<Argument>> parse_arguments(std::span<char* const> arguments, const std::vector<std::string_view>& known,
-                                   const std::vector<std::string_view>& flags) {
+Result<std::vector<Argument>> parse_arguments(std::span<char* const> arguments,
+                                              const std::vector<std::string_view>& known,
+                                              const std::vector<std::string_view>& flags) {
   const auto usage = [](const std::string& what) {
     return Status(StatusCode::invalid_argument, what + "; see --help");
   };

@@ -1,4 +1,4 @@
-// A command's words on the command line, in their order: options with a value each, and files between them.
+// Command-line arguments in their order: options with values, flags, and files between them.
 #pragma once
 
 #include <charconv>
@@ -14,7 +14,7 @@
 
 namespace lightwell::calibrate {
 
-/// What every subcommand ends with.
+/// Exit status of all subcommands.
 enum Exit : int { kDone = 0, kBadInput = 1, kUsage = 2 };
 
 struct Argument {
@@ -22,11 +22,11 @@ struct Argument {
   std::string value;
 };
 
-/// "--name value" and "--name=value"; those in `flags` stand alone. An option that is in neither is refused with the
-/// nearest one that is. --help (-h) has no value and ends the list.
+/// Parses "--name value" and "--name=value"; options in `flags` have no value. --help (-h) has no value and ends the
+/// list. invalid_argument: an option that is in neither list (the message suggests the nearest one), a missing value.
 [[nodiscard]] Result<std::vector<Argument>> parse_arguments(std::span<char* const> arguments,
-                                                 const std::vector<std::string_view>& known,
-                                                 const std::vector<std::string_view>& flags);
+                                                            const std::vector<std::string_view>& known,
+                                                            const std::vector<std::string_view>& flags);
 
 template <class T>
 [[nodiscard]] std::optional<T> number(std::string_view text) {
@@ -36,7 +36,7 @@ template <class T>
   return value;
 }
 
-/// "1,2.5,-3": `count` finite numbers.
+/// Parses `count` finite numbers separated by commas, for example "1,2.5,-3".
 [[nodiscard]] std::optional<std::vector<double>> numbers(std::string_view text, std::size_t count);
 
 }  // namespace lightwell::calibrate

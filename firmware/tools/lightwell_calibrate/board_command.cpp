@@ -3,10 +3,10 @@
 #include <iostream>
 #include <string>
 
+#include "tools/lightwell_calibrate/arguments.hpp"
 #include "tools/lightwell_calibrate/board_page.hpp"
 #include "tools/lightwell_calibrate/json.hpp"
 #include "tools/lightwell_calibrate/output.hpp"
-#include "tools/lightwell_calibrate/arguments.hpp"
 
 namespace lightwell::calibrate {
 
@@ -22,20 +22,20 @@ constexpr const char* kHelp = R"(lightwell-calibrate board: a board of AprilTags
   --family F           tag36h11 or tagStandard41h12 [tag36h11]
   --columns N          tags side by side [6]
   --rows N             tags above each other [6]
-  --tag-size-mm S      between the corners that are detected: of tag36h11 the black edge, of tagStandard41h12 the
+  --tag-size-mm S      distance between the detected corners: for tag36h11 the black edge, for tagStandard41h12 the
                        white square within the black ring [24]
   --spacing R          gap between tags as a share of their size, Kalibr's tagSpacing [0.3; tagStandard41h12: 1]
   --first-id N         number of the bottom left tag; numbers grow to the right, then upwards [0]
-  --paper P            a4, a3 or letter, turned where the board fits that way only [a4]
-  --dpi D              of a PNG [300]
+  --paper P            a4, a3 or letter; landscape if the board fits only that way [a4]
+  --dpi D              resolution of a PNG [300]
   --output FILE        .pdf and .svg (vectors), .png, or .yaml (what calibrations read: Kalibr's aprilgrid); may be
                        given several times
-  --json               what was laid out where, as JSON on standard output
+  --json               the layout as JSON on standard output
   --help               this text
 
-The sheet bears its numbers in words and a ruler. Print at 100 %, measure the ruler, and give the tag size times
-measured / 100 mm to what reads the board. Glue it onto something flat: paper that bends spoils a calibration.
-Exit status: 0 done, 1 an input is wrong (standard error says which and how to mend it), 2 wrong usage.
+The sheet has a description and a ruler. Print at 100 %, measure the ruler, and multiply the tag size in the board's
+YAML by measured / 100 mm. Glue the board onto something flat: bent paper makes a calibration inaccurate.
+Exit status: 0 done, 1 an input is wrong (standard error has the reason and the remedy), 2 wrong usage.
 )";
 
 struct Arguments {
@@ -60,7 +60,7 @@ Result<Arguments> parse(std::span<char* const> words) {
   Arguments out;
   bool spacing_given = false;
   for (const auto& [option, value] : *all) {
-    const auto bad = [&] { return usage(option + ": '" + value + "' is not a value it can take"); };
+    const auto bad = [&] { return usage(option + ": '" + value + "' is not a valid value"); };
     const auto whole = [&](int& field) {
       const auto n = number<int>(value);
       field = n.value_or(field);
@@ -75,7 +75,7 @@ Result<Arguments> parse(std::span<char* const> words) {
       out.help = true;
       return out;
     }
-    if (option.empty()) return usage("what is '" + value + "'?");
+    if (option.empty()) return usage("unexpected argument '" + value + "'");
     if (option == "--family") {
       const Result<TagFamily> family = parse_tag_family(value);
       if (!family) return usage("--family: " + family.status().message());

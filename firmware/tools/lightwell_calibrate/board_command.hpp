@@ -5,7 +5,7 @@
 
 namespace lightwell::calibrate {
 
-/// `arguments` are those after the word "board". The exit status: 0 done, 1 wrong input, 2 wrong usage.
+/// `arguments`: those after "board". Returns the exit status: 0 done, 1 wrong input, 2 wrong usage.
 int board_command(std::span<char* const> arguments);
 
 }  // namespace lightwell::calibrate

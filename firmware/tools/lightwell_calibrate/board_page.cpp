@@ -8,16 +8,16 @@ namespace lightwell::calibrate {
 
 namespace {
 
-/// What printers leave white, and what the words and the ruler need below the board, mm.
-constexpr double kEdge = kSheetEdge, kFooter = 20;
+/// Unprintable margin, and space for text and ruler below the board, mm.
+constexpr double kEdge = kPrinterMargin_mm, kFooter = 20;
 
-/// Ink beyond the corners that are detected, as a share of the tag's size.
+/// Extent of the print beyond the detected corners, relative to the tag's size.
 double outside(TagFamily family) {
   const TagShape shape = shape_of(family);
   return (shape.cells - shape.edge_cells) / 2.0 / shape.edge_cells;
 }
 
-/// The whole print's width and height by the tag's size.
+/// Width and height of the whole print in units of the tag's size.
 std::pair<double, double> extent(const TagBoard& board) {
   const double more = 1 + 2 * outside(board.family);
   return {(board.columns - 1) * (1 + board.spacing) + more, (board.rows - 1) * (1 + board.spacing) + more};

@@ -1,4 +1,4 @@
-// A board of tags on a sheet of paper: which way round it fits, where it lies, and the words and the ruler below it.
+// Layout of a board of tags on a sheet of paper: orientation, position, and the text and ruler below it.
 #pragma once
 
 #include <lightwell/result.hpp>
@@ -12,12 +12,12 @@ namespace lightwell::calibrate {
 struct BoardPage {
   Page page;
   bool landscape = false;
-  /// The bottom left corner of the first tag, the board's origin, on the sheet.
+  /// Position of the board's origin (bottom left corner of the first tag) on the sheet.
   double origin_x_mm = 0, origin_y_mm = 0;
 };
 
-/// `board` validates. The sheet is upright where the board fits that way, else turned. invalid_argument where it fits
-/// neither way, with the largest tag that would.
+/// `board` has passed validate(). Portrait if the board fits that way, otherwise landscape. invalid_argument: it fits
+/// neither way; the message gives the largest tag that would.
 [[nodiscard]] Result<BoardPage> layout(const TagBoard& board, const Paper& paper);
 
 }  // namespace lightwell::calibrate

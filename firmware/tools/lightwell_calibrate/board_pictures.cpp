@@ -51,7 +51,7 @@ Result<std::vector<TagBoard>> boards_of(const std::vector<std::string>& files) {
       if (!fresh)
         return Status(StatusCode::invalid_argument,
                       file + ": tag " + std::to_string(id) + " is on " + other->second +
-                          " as well; print boards with numbers of their own (--first-id)");
+                          " as well; print boards with different tag numbers (--first-id)");
     }
     out.push_back(*board);
   }
@@ -60,7 +60,8 @@ Result<std::vector<TagBoard>> boards_of(const std::vector<std::string>& files) {
 
 }  // namespace
 
-Result<BoardObservations> read_board_observations(const BoardPictures& in, const FirstPass* before, const Progress& progress) {
+Result<BoardObservations> read_board_observations(const BoardPictures& in, const FirstPass* before,
+                                                  const Progress& progress) {
   const Result<std::vector<TagBoard>> boards = boards_of(in.boards);
   if (!boards) return boards.status();
   BoardObservations out;
@@ -98,7 +99,7 @@ Result<BoardObservations> read_board_observations(const BoardPictures& in, const
     if (!detector) return detector.status();
     std::string first;
     for (const std::string& file : files[lens]) {
-      // Where every point was found, and found well, there is nothing to look for again.
+      // All points were found and refined in the first pass, so a second one can add nothing.
       if (before != nullptr && (!before->rectify[lens] || before->seen.pictures[done].observations.size() == points)) {
         if (first.empty()) out.lenses.push_back(before->seen.lenses[lens]);
         first = file;
@@ -127,7 +128,7 @@ Result<BoardObservations> read_board_observations(const BoardPictures& in, const
       picture.capture = captures[fs::path(file).stem().string()];
       picture.time_s = in.rate_hz > 0 ? picture.capture / in.rate_hz : 0;
       for (const TagDetection& tag : *tags) {
-        // A number that is there twice is a reflection, or another board.
+        // An id that occurs twice is a reflection or another board.
         if (!tag.refined || std::count_if(tags->begin(), tags->end(), [&](const TagDetection& o) {
                               return o.family == tag.family && o.id == tag.id;
                             }) > 1)

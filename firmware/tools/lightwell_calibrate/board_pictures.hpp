@@ -1,4 +1,4 @@
-// Pictures of boards in folders: found, read, their tags looked for.
+// Reads pictures of boards from folders and detects their tags.
 #pragma once
 
 #include <functional>
@@ -15,31 +15,30 @@
 namespace lightwell::calibrate {
 
 struct BoardPictures {
-  /// Files and folders, a list for each lens.
+  /// Files and folders, one list per lens.
   std::vector<std::vector<std::string>> lenses;
   std::vector<std::string> boards;  ///< Kalibr's YAML.
-  /// By lens, what picture values mean; where it is not given, pictures are sRGB. A blurred edge is half way between
-  /// black and white in light, not in values: told wrong, every tag looks a third of a pixel smaller all around.
+  /// Photometry by lens, for its response; without it, pictures are read as sRGB. With a wrong response every tag
+  /// appears a third of a pixel smaller on each side, because a blurred edge is symmetric only in linear intensity.
   std::vector<PhotometricCalibration> photometry;
-  double rate_hz =
-      0;  ///< Pictures a second, where they were taken one after another; 0: nothing is known of their times.
+  double rate_hz = 0;  ///< Pictures per second, if they were taken at a constant rate; 0: unknown times.
 };
 
-/// Called after each picture: how many of how many.
+/// Called after each picture with the number of processed pictures and the total.
 using Progress = std::function<void(std::size_t, std::size_t)>;
 
-/// What pictures showed without rectified views, and the lenses about as they are.
+/// Observations without rectified views, and approximate lenses.
 struct FirstPass {
   calibration::BoardObservations seen;
   std::vector<LensParameters> lenses;
-  std::vector<bool> rectify;  ///< By lens, whether rectified views can show more.
+  std::vector<bool> rectify;  ///< By lens, whether rectified views can find more tags.
 };
 
-/// Pictures of the same name, but for the folder, are of one capture; so the pictures of a pair's lenses find each
-/// other. `before`, where given: tags at the edge of the picture are looked for in rectified views, in pictures that
-/// did not show every point of every board at once. Errors name the file: pictures of another size than the first
-/// one's, boards that share numbers.
-[[nodiscard]] Result<calibration::BoardObservations> read_board_observations(const BoardPictures& in, const FirstPass* before,
-                                                            const Progress& progress);
+/// Pictures with the same file name (without extension) in the folders of a pair's lenses belong to one capture. With
+/// `before`, tags are also searched in rectified views, except in pictures that already had every point of every board.
+/// Errors name the file: pictures of a lens with different sizes, boards with common tag ids.
+[[nodiscard]] Result<calibration::BoardObservations> read_board_observations(const BoardPictures& in,
+                                                                             const FirstPass* before,
+                                                                             const Progress& progress);
 
 }  // namespace lightwell::calibrate

@@ -8,9 +8,8 @@ namespace lightwell::calibrate {
 
 namespace {
 
-/// Adds an edge's part within one row: `height` of the row (signed), from x0 to x1. Each pixel gets what lies to the
-/// right of the edge within it, beyond what its left neighbour got: a running sum along the row is the share that is
-/// covered.
+/// Adds the part of an edge within one row, of signed `height`, from x0 to x1. Accumulates the derivative along the row
+/// of the area to the right of the edge, so that a running sum gives the coverage.
 void add_in_row(float* row, double x0, double x1, double height) {
   if (x0 > x1) std::swap(x0, x1);
   const double inclined = x1 - x0;
@@ -38,7 +37,7 @@ Coverage coverage_of(const std::vector<std::vector<PagePoint>>& outlines, double
   Coverage out;
   if (!(x_min <= x_max)) return out;
   out.left = static_cast<int>(std::floor(x_min)), out.top = static_cast<int>(std::floor(y_min));
-  // An edge's last pixel hands on to the one right of it; one more for what rounding does left of the page.
+  // One more pixel on the right for the carry of an edge's last pixel, and one for rounding.
   out.width = static_cast<int>(std::floor(x_max)) - out.left + 3;
   out.height = static_cast<int>(std::floor(y_max)) - out.top + 1;
   out.share.assign(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height), 0.0F);

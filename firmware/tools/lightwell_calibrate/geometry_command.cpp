@@ -19,11 +19,11 @@
 #include "calibration/projection.hpp"
 #include "pose/rectified_view.hpp"
 #include "pose/tag_detector.hpp"
+#include "tools/lightwell_calibrate/arguments.hpp"
 #include "tools/lightwell_calibrate/board_pictures.hpp"
 #include "tools/lightwell_calibrate/geometry_report.hpp"
 #include "tools/lightwell_calibrate/json.hpp"
 #include "tools/lightwell_calibrate/output.hpp"
-#include "tools/lightwell_calibrate/arguments.hpp"
 
 namespace lightwell::calibrate {
 namespace {
@@ -31,32 +31,32 @@ namespace {
 using namespace calibration;
 using std::numbers::pi;
 
-/// Of coverage alone: the pictures are fine, and too few.
+/// Exit status of coverage: the pictures are valid, but some views are missing.
 constexpr int kLacking = 3;
 constexpr double kDegree = pi / 180;
 
 constexpr const char* kGeometryFooter = R"(Examples:
-  lightwell-calibrate board --output board.pdf --output board.yaml         print it, glue it to something flat
+  lightwell-calibrate board --output board.pdf --output board.yaml         print it and glue it to something flat
   lightwell-calibrate coverage --board board.yaml --lens0 pictures --watch   while taking pictures
   lightwell-calibrate geometry --board board.yaml --lens0 pictures --field-deg 190 --output rig.textproto
   lightwell-calibrate geometry --board north.yaml --board east.yaml --board south.yaml --board west.yaml \
       --lens0 front --lens1 back --field-deg 190 --output rig.textproto --report rig.png
 
 Take 20 to 40 pictures, the board near the lens and tilted, all over the picture up to its edge. Two lenses: boards all
-around, pictures of the same name in both folders were taken at once. Several boards need tags with numbers of their
-own.
-Photometry, where --calibration names a rig that has some, is kept. Without it pictures are read as sRGB, and the
-output says so (response { kind: SRGB }).
-Models: kannala-brandt fits fisheyes and webcams; mei fits both as well, Brown's radial and tangential distortion among
-them; double-sphere is for fisheyes: the pictures of a webcam do not determine its numbers, which is refused.
-A board that is bent, or whose tags are spaced otherwise than its file says, is reported, and its shape is fitted and
-used. Pictures without a board, of another board, or with many outliers are named.
-Exit status: 0 done, 1 an input is wrong or tells too little (standard error says what to do), 2 wrong usage.)";
+around; pictures of the same name in both folders were taken at the same time. Several boards need different tag
+numbers.
+The photometry of the rig of --calibration, if any, is kept. Without it pictures are read as sRGB, and the output states
+that (response { kind: SRGB }).
+Models: kannala-brandt fits fisheyes and webcams; mei fits both, too, and includes Brown's radial and tangential
+distortion; double-sphere is for fisheyes: the pictures of a webcam do not determine its parameters, which is an error.
+A bent board, or one whose spacing differs from its file, is reported, and its shape is fitted and used. Pictures
+without a board, of another board, or with many outliers are named.
+Exit status: 0 done, 1 an input is wrong or insufficient (standard error has the remedy), 2 wrong usage.)";
 
 constexpr const char* kCoverageFooter = R"(Example:
   lightwell-calibrate coverage --board board.yaml --lens0 pictures --field-circle-px 470 --picture coverage.png --watch
 
-Exit status: 0 nothing is lacking, 1 an input is wrong, 2 wrong usage, 3 some views are lacking.)";
+Exit status: 0 no view is missing, 1 an input is wrong, 2 wrong usage, 3 some views are missing.)";
 
 struct Inputs {
   BoardPictures pictures;
@@ -65,13 +65,13 @@ struct Inputs {
 };
 
 void add_inputs(CLI::App& app, Inputs& in) {
-  app.add_option("--board", in.pictures.boards, "Kalibr's YAML of a board; once for each")->required();
+  app.add_option("--board", in.pictures.boards, "Kalibr's YAML of a board; repeat it for several boards")->required();
   app.add_option("--lens0", in.lens0, "Pictures of lens 0, or a folder of them")->required();
   app.add_option("--lens1", in.lens1, "Pictures of lens 1, or a folder of them");
   app.add_flag("--json", in.json, "Print the result as JSON on standard output");
 }
 
-/// CLI11 wants the words from the last to the first.
+/// CLI11 expects the arguments in reverse order.
 int parse(CLI::App& app, std::span<char* const> arguments, bool& done) {
   std::vector<std::string> words(arguments.rbegin(), arguments.rend());
   done = true;
@@ -115,10 +115,10 @@ RigParameters rig_of(const GeometryFit& fit, const std::vector<LensSize>& sizes,
   if (before != nullptr) rig.nits_per_unit = before->nits_per_unit;
   for (std::size_t k = 0; k < fit.lenses.size(); ++k) {
     const LensFit& lens = fit.lenses[k];
-    // What was not seen is not known: without a word of the field it ends there.
+    // Without --field-deg the field of view is limited to the observed angles.
     const double half = field_rad > 0 ? field_rad / 2 : lens.max_observed_angle_rad;
     rig.lenses.push_back(guess(sizes[k], lens.model, std::min(half, lens.max_model_angle_rad)));
-    // What the pictures were read with is what their values mean.
+    // The response with which the pictures were read.
     rig.lenses[k].photometry.response.kind = ResponseCurve::Kind::srgb;
     if (before != nullptr && k < before->lenses.size()) rig.lenses[k].photometry = before->lenses[k].photometry;
   }
@@ -129,7 +129,7 @@ RigParameters rig_of(const GeometryFit& fit, const std::vector<LensSize>& sizes,
   return rig;
 }
 
-/// Radius of the field in the picture, px; 0 where it has none.
+/// Radius of the image circle, px; 0 if there is none.
 double circle_of(const LensParameters& lens) {
   const double t = lens.max_angle_rad * (1 - 1e-9);
   const CameraModel camera(lens);
@@ -137,7 +137,7 @@ double circle_of(const LensParameters& lens) {
   return middle && rim ? std::hypot(rim->x - middle->x, rim->y - middle->y) : 0;
 }
 
-/// Numbers by their names: "fx": 286.1.
+/// A JSON object of named numbers: {"fx": 286.1}.
 std::string named(const std::vector<const char*>& names, const std::vector<double>& values) {
   std::string out;
   for (std::size_t i = 0; i < names.size(); ++i)
@@ -190,7 +190,7 @@ std::string json_of(const GeometryFit& fit, const BoardObservations& seen, const
   return out + "]}\n";
 }
 
-void print_words(const GeometryFit& fit) {
+void print_summary(const GeometryFit& fit) {
   std::printf("%.3f px RMS over %zu points; noise of a coordinate %.3f px\n", fit.bundle.rms_px,
               fit.bundle.residuals.size(), fit.bundle.sigma_px);
   for (std::size_t k = 0; k < fit.lenses.size(); ++k) {
@@ -212,25 +212,25 @@ void print_words(const GeometryFit& fit) {
 }  // namespace
 
 int geometry_command(std::span<char* const> arguments) {
-  CLI::App app{"Finds lenses from pictures of boards of AprilTags.", "lightwell-calibrate geometry"};
+  CLI::App app{"Calibrates lenses from pictures of boards of AprilTags.", "lightwell-calibrate geometry"};
   app.footer(kGeometryFooter);
   Inputs in;
   std::string output, report, calibration, model = "kannala-brandt";
   double field_deg = 0;
   bool offset = false;
   add_inputs(app, in);
-  app.add_option("--output", output, "The rig in text format; replaced whole or not at all")->required();
+  app.add_option("--output", output, "The rig in text format; replaced atomically")->required();
   app.add_option("--model", model,
-                 "kannala-brandt, double-sphere or mei, which fits Brown's distortion too [kannala-brandt]")
+                 "kannala-brandt, double-sphere or mei, which includes Brown's distortion [kannala-brandt]")
       ->check(CLI::IsMember({"kannala-brandt", "double-sphere", "mei"}));
-  app.add_option("--field-deg", field_deg, "Field of view of the lenses; without it they end where boards were seen")
+  app.add_option("--field-deg", field_deg,
+                 "Field of view of the lenses [limited to the angles at which boards were seen]")
       ->check(CLI::Range(1.0, 360.0));
-  app.add_option("--calibration", calibration,
-                 "A rig whose photometry is kept, and says what picture values mean [sRGB]");
+  app.add_option("--calibration", calibration, "A rig whose photometry is kept and used to read the pictures [sRGB]");
   app.add_option("--report", report, "A picture of points and residuals, .png or .svg");
-  app.add_option("--rate-hz", in.pictures.rate_hz, "Pictures a second, of a rig that moves; asked for by --time-offset")
+  app.add_option("--rate-hz", in.pictures.rate_hz, "Pictures per second of a moving rig; needed by --time-offset")
       ->check(CLI::PositiveNumber);
-  app.add_flag("--time-offset", offset, "Find how much later lens 1 takes its pictures");
+  app.add_flag("--time-offset", offset, "Estimate by how much lens 1 takes its pictures later");
   bool done = false;
   if (const int status = parse(app, arguments, done); done) return status;
   if (offset && (in.lens1.empty() || !(in.pictures.rate_hz > 0))) {
@@ -253,18 +253,18 @@ int geometry_command(std::span<char* const> arguments) {
   options.time_offset = offset;
   Result<GeometryFit> fit = calibrate_geometry(*seen, options);
   if (!fit) return fail("geometry", fit.status());
-  // Once the lens is about known, tags at its edge can be looked for where they are straight.
-  FirstPass look;
+  // With approximate lenses, tags near the edge can be searched in rectified views.
+  FirstPass first_pass;
   const double half = field_deg > 0 ? 0.5 * field_deg * kDegree : pi;
   for (std::size_t k = 0; k < fit->lenses.size(); ++k) {
     const LensSize& size = seen->lenses[k];
-    look.lenses.push_back(guess(size, fit->lenses[k].model, std::min(half, fit->lenses[k].max_model_angle_rad)));
-    look.rectify.push_back(
-        !views_of(CameraModel(look.lenses[k]), size.width, size.height, TagDetectorOptions{}.rectify_beyond_rad)
+    first_pass.lenses.push_back(guess(size, fit->lenses[k].model, std::min(half, fit->lenses[k].max_model_angle_rad)));
+    first_pass.rectify.push_back(
+        !views_of(CameraModel(first_pass.lenses[k]), size.width, size.height, TagDetectorOptions{}.rectify_beyond_rad)
              .empty());
   }
-  look.seen = std::move(*seen);
-  seen = read_board_observations(in.pictures, &look, print_progress("looking again at the edges"));
+  first_pass.seen = std::move(*seen);
+  seen = read_board_observations(in.pictures, &first_pass, print_progress("searching the edges"));
   if (!seen) return fail("geometry", seen.status());
   options.kind = model == "mei"             ? LensKind::mei
                  : model == "double-sphere" ? LensKind::double_sphere
@@ -282,7 +282,7 @@ int geometry_command(std::span<char* const> arguments) {
       std::cerr << "lightwell-calibrate geometry: lens " << k << " saw boards up to "
                 << fit->lenses[k].max_observed_angle_rad / kDegree << " degrees from its axis; beyond, up to "
                 << rig.lenses[k].max_angle_rad / kDegree
-                << ", the model only continues: show the board nearer to the edge\n";
+                << ", the model extrapolates: show the board nearer to the edge\n";
   if (const Status s = write_output(output, calibration_to_text(rig)); !s.ok()) return fail("geometry", s);
   if (!report.empty()) {
     std::vector<Coverage> covered;
@@ -293,26 +293,26 @@ int geometry_command(std::span<char* const> arguments) {
         !s.ok())
       return fail("geometry", s);
   }
-  const char* response = before ? "as --calibration says" : "sRGB, as no --calibration was given; the output says so";
+  const char* response = before ? "that of --calibration" : "sRGB, because no --calibration was given";
   if (in.json)
     std::cout << json_of(*fit, *seen, response) << std::flush;
   else
-    print_words(*fit), std::printf("pictures were read with the response: %s\n", response);
+    print_summary(*fit), std::printf("pictures were read with the response: %s\n", response);
   return kDone;
 }
 
 int coverage_command(std::span<char* const> arguments) {
-  CLI::App app{"Says which part of the picture still lacks views of a board.", "lightwell-calibrate coverage"};
+  CLI::App app{"Reports which part of the picture still lacks views of a board.", "lightwell-calibrate coverage"};
   app.footer(kCoverageFooter);
   Inputs in;
   std::string picture;
   double circle_px = 0;
   bool watch = false;
   add_inputs(app, in);
-  app.add_option("--field-circle-px", circle_px, "Radius of the picture's circle; outside nothing is asked for")
+  app.add_option("--field-circle-px", circle_px, "Radius of the image circle; no views are needed outside")
       ->check(CLI::PositiveNumber);
-  app.add_option("--picture", picture, "Draw it, .png or .svg; written anew each time");
-  app.add_flag("--watch", watch, "Look again every two seconds until nothing is lacking");
+  app.add_option("--picture", picture, "Draw the coverage, .png or .svg; replaced each time");
+  app.add_flag("--watch", watch, "Repeat every two seconds until no view is missing");
   bool done = false;
   if (const int status = parse(app, arguments, done); done) return status;
   in.pictures.lenses = {in.lens0};

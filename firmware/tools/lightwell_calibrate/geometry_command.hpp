@@ -1,11 +1,12 @@
-// lightwell-calibrate geometry and coverage: lenses from pictures of boards, and what pictures still lack.
+// lightwell-calibrate geometry and coverage: lens models from pictures of boards, and the views still missing.
 #pragma once
 
 #include <span>
 
 namespace lightwell::calibrate {
 
-/// `arguments` are the words after the subcommand. Exit status: 0 done, 1 an input is wrong, 2 wrong usage.
+/// `arguments`: those after the subcommand. Exit status: 0 done, 1 an input is wrong, 2 wrong usage; of coverage also
+/// 3: some views are missing.
 [[nodiscard]] int geometry_command(std::span<char* const> arguments);
 [[nodiscard]] int coverage_command(std::span<char* const> arguments);
 

@@ -18,19 +18,21 @@ Status draw_lenses(const calibration::BoardObservations& s, std::span<const cali
                    const std::string& path) {
   eval::Chart chart;
   chart.width = kMargin + static_cast<double>(s.lenses.size()) * (kPanel + kMargin);
-  chart.words.push_back({title, {kMargin, 28}, 16, kText, eval::Anchor::start, true});
+  chart.texts.push_back({title, {kMargin, 28}, 16, kText, eval::Anchor::start, true});
   double lowest = 0;
   for (std::size_t lens = 0; lens < s.lenses.size(); ++lens) {
     const calibration::LensSize& size = s.lenses[lens];
     const double scale = kPanel / size.width, left = kMargin + static_cast<double>(lens) * (kPanel + kMargin), top = 64;
-    const auto at = [&](double x, double y) { return eval::ChartPoint{left + (x + 0.5) * scale, top + (y + 0.5) * scale}; };
+    const auto at = [&](double x, double y) {
+      return eval::ChartPoint{left + (x + 0.5) * scale, top + (y + 0.5) * scale};
+    };
     const double right = left + kPanel, bottom = top + size.height * scale;
     lowest = std::max(lowest, bottom);
     const calibration::Coverage& c = coverage[lens];
     for (int row = 0; row < c.rows; ++row) {
       for (int column = 0; column < c.columns; ++column) {
         if (!c.needs_views(column, row)) continue;
-        // A cross, which shows in black and white, too.
+        // A cross, which is visible in black and white, too.
         const double x0 = left + kPanel * column / c.columns, x1 = left + kPanel * (column + 1) / c.columns;
         const double y0 = top + (bottom - top) * row / c.rows, y1 = top + (bottom - top) * (row + 1) / c.rows;
         chart.strokes.push_back({{{x0 + 4, y0 + 4}, {x1 - 4, y1 - 4}}, kLack, 3, false});
@@ -54,7 +56,7 @@ Status draw_lenses(const calibration::BoardObservations& s, std::span<const cali
       chart.strokes.push_back(
           {{at(from.x, from.y), at(from.x + kEnlarged * r.x_px, from.y + kEnlarged * r.y_px)}, kMiss, 0.8, false});
     }
-    chart.words.push_back({"lens " + std::to_string(lens) + ": " + std::to_string(c.with_board) + " pictures, " +
+    chart.texts.push_back({"lens " + std::to_string(lens) + ": " + std::to_string(c.with_board) + " pictures, " +
                                std::to_string(points) + " points, " +
                                std::to_string(static_cast<int>(100 * c.share())) + " % of the cells known",
                            {left, top - 10},
@@ -64,8 +66,8 @@ Status draw_lenses(const calibration::BoardObservations& s, std::span<const cali
                            false});
   }
   chart.height = lowest + 50;
-  chart.words.push_back({std::string("points in blue; crosses: cells that fewer than ") +
-                             std::to_string(calibration::Coverage::kEnough) + " pictures show a point in" +
+  chart.texts.push_back({std::string("points in blue; crosses: cells that fewer than ") +
+                             std::to_string(calibration::Coverage::kMinViewsPerCell) + " pictures show a point in" +
                              (residuals.empty() ? "" : "; red lines: residuals, 100 times enlarged"),
                          {kMargin, lowest + 28},
                          13,

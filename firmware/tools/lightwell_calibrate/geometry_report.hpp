@@ -1,4 +1,4 @@
-// What a calibration of geometry looks like: where points were seen, and by how much they miss.
+// Report of a geometric calibration: observed points and residuals.
 #pragma once
 
 #include <span>
@@ -11,8 +11,8 @@
 
 namespace lightwell::calibrate {
 
-/// A panel a lens: cells that lack views in red, points, and residuals a hundred times enlarged. `residuals` may be
-/// empty. A .svg or a .png, by its name.
+/// Draws a panel per lens: cells that lack views in red, points, and residuals enlarged a hundred times. `residuals`
+/// may be empty. Writes .svg or .png, by the extension of `path`.
 [[nodiscard]] Status draw_lenses(const calibration::BoardObservations& observations,
                                  std::span<const calibration::Coverage> coverage,
                                  std::span<const calibration::Residual> residuals, const std::string& title,

@@ -1,4 +1,4 @@
-// A picture from a file as tags are looked for in.
+// Reads a picture from a file as a grey picture for tag detection.
 #pragma once
 
 #include <cstdint>

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "calibration/import/import.hpp"
+#include "tools/lightwell_calibrate/arguments.hpp"
 #include "tools/lightwell_calibrate/json.hpp"
 #include "tools/lightwell_calibrate/output.hpp"
-#include "tools/lightwell_calibrate/arguments.hpp"
 
 namespace lightwell::calibrate {
 
@@ -19,31 +19,31 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-constexpr const char* kHelp = R"(lightwell-calibrate import: other programs' camera calibrations.
+constexpr const char* kHelp = R"(lightwell-calibrate import: imports camera calibrations of other programs.
 
   lightwell-calibrate import camchain.yaml --output rig.textproto
   lightwell-calibrate import camchain.yaml --camera 1 --output lens.textproto
   lightwell-calibrate import out_camera_params.xml --kind opencv --max-angle-deg 97.5 --output rig.textproto --json
 
 Reads
-  opencv   cv::FileStorage, YAML or XML: fisheye (4 coefficients) and omnidir (xi). Its omnidir samples leave the size
-           out: add image_width and image_height.
+  opencv   cv::FileStorage, YAML or XML: fisheye (4 coefficients) and omnidir (xi). OpenCV's omnidir samples do not
+           write the size: add image_width and image_height.
   kalibr   a camchain: pinhole-equidistant, ds-none, omni-none, omni-radtan. Two cameras become a pair whose -Z is the
            first one's axis, with the origin midway.
-  ros      sensor_msgs/CameraInfo as YAML: equidistant (fisheye); binning and region of interest are followed.
-Lenses with radtan or plumb_bob are taken where k1 k2 p1 p2 say all, and refused otherwise.
-  --output FILE         where the calibration goes (proto/lightwell/v1/calibration.proto, text format); - is standard
-                        output. Replaced whole or not at all
-  --kind KIND           opencv, kalibr or ros [told by the content]
-  --camera N            camN of a camchain alone [one camera, or a pair]
-  --max-angle-deg A     half the field of view, lowered to where the model ends. No format knows it: [the largest angle
-                        inside the largest circle round the principal point that fits into the picture]
-  --json                what was imported, as JSON on standard output
+  ros      sensor_msgs/CameraInfo as YAML: equidistant (fisheye); binning and region of interest are applied.
+Lenses with radtan or plumb_bob are accepted if they have no coefficients but k1 k2 p1 p2, and refused otherwise.
+  --output FILE         the calibration (proto/lightwell/v1/calibration.proto, text format); - is standard output.
+                        Replaced atomically
+  --kind KIND           opencv, kalibr or ros [by the content]
+  --camera N            only camN of a camchain [one camera, or a pair]
+  --max-angle-deg A     half the field of view, limited to the range of the model. No format contains it: [the largest
+                        angle inside the largest circle around the principal point that fits into the picture]
+  --json                a description of the result as JSON on standard output
   --help                this text
 
-Response, vignetting and noise are not in these files: the lens is written with a linear sensor, to be measured.
-Notes on what was assumed go to standard error and, as comments, into the file.
-Exit status: 0 done, 1 an input is wrong (standard error says which and how to mend it), 2 wrong usage.
+These files contain no response, vignetting and noise: the lens is written with a linear response; measure them.
+Notes on assumptions go to standard error and, as comments, into the file.
+Exit status: 0 done, 1 an input is wrong (standard error has the reason and the remedy), 2 wrong usage.
 )";
 
 struct Arguments {
@@ -55,10 +55,10 @@ struct Arguments {
 
 Status usage(const std::string& what) { return {StatusCode::invalid_argument, what + "; see --help"}; }
 
-/// One option with its value.
+/// Applies one option with its value.
 Status take(const std::string& option, const std::string& value, Arguments& out) {
   const auto bad = [&](const std::string& known) {
-    return usage(option + ": '" + value + "' is not a value it can take, which are " + known);
+    return usage(option + ": '" + value + "' is not a valid value; allowed are " + known);
   };
   if (option == "--output") {
     if (!out.output.empty()) return usage("--output is given twice");
@@ -92,20 +92,22 @@ Result<Arguments> parse(std::span<char* const> arguments) {
     if (option == "--json") {
       out.json = true;
     } else if (option.empty()) {
-      if (!out.input.empty()) return usage("one file at a time, not " + out.input + " and '" + value + "'");
-      if (value.empty()) return usage("an empty word where a file is expected");
+      if (!out.input.empty())
+        return usage("two files are given, " + out.input + " and '" + value + "'; import one at a time");
+      if (value.empty()) return usage("the name of the input file is empty");
       out.input = value;
     } else if (Status s = take(option, value, out); !s.ok()) {
       return s;
     }
   }
-  if (out.input.empty()) return usage("which file? Give the calibration to import");
-  if (out.output.empty()) return usage("where to? Give --output");
-  if (out.json && out.output == "-") return usage("--json and --output - both want standard output");
+  if (out.input.empty()) return usage("no input file; give the calibration to import");
+  if (out.output.empty()) return usage("no output file; give --output");
+  if (out.json && out.output == "-")
+    return usage("--json and --output - both use standard output; give another --output");
   return out;
 }
 
-/// One line, whatever a file's names contain.
+/// A comment of one line; replaces line breaks in names from the file.
 std::string comment(const std::string& text) {
   std::string out = "# " + text;
   std::replace_if(
@@ -156,7 +158,7 @@ int import_command(std::span<char* const> arguments) {
   const Result<ImportedCalibration> imported = import_calibration_file(parsed->input, parsed->options);
   if (!imported) return fail(imported.status(), kBadInput);
   const std::string text = file_text(*parsed, *imported);
-  // What the firmware will read, before it replaces what was there.
+  // Check that the firmware can parse the result before it replaces an existing file.
   if (const Result<RigParameters> back = parse_calibration(text, parsed->output); !back)
     return fail(back.status(), kBadInput);
   if (const Status s = write_output(parsed->output, text); !s.ok()) return fail(s, kBadInput);

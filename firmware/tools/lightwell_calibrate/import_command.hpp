@@ -1,12 +1,12 @@
-// lightwell-calibrate import: another program's calibration becomes a calibration of ours.
+// lightwell-calibrate import: converts a calibration of Kalibr, OpenCV or ROS to Lightwell's format.
 #pragma once
 
 #include <span>
 
 namespace lightwell::calibrate {
 
-/// `arguments` are the words after "import". Writes the file that --output names, notes to stderr, and with --json what
-/// was imported to stdout. Returns the exit status: 0 done, 1 an input is wrong, 2 wrong usage.
+/// `arguments`: those after "import". Writes the file of --output, notes to stderr, and with --json a description of
+/// the result to stdout. Returns the exit status: 0 done, 1 an input is wrong, 2 wrong usage.
 [[nodiscard]] int import_command(std::span<char* const> arguments);
 
 }  // namespace lightwell::calibrate

@@ -1,4 +1,4 @@
-// Numbers as JSON has them; texts by lightwell/json.hpp.
+// JSON numbers; strings are in lightwell/json.hpp.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 
 namespace lightwell::calibrate {
 
-/// The shortest text that reads back as the same number; "Infinity" and "NaN" in quotes, as protobuf's JSON has them.
+/// The shortest text that gives the same number when parsed; "Infinity" and "NaN" in quotes, as in protobuf's JSON.
 [[nodiscard]] std::string json_number(double value);
-/// "[1, 2]"
+/// A JSON list, for example "[1, 2]".
 template <class Numbers>
 [[nodiscard]] std::string json_numbers(const Numbers& values) {
   std::string out;

@@ -12,11 +12,11 @@ namespace lightwell::calibrate {
 namespace {
 
 constexpr double kMm = 1000;
-/// A tab's depth as a share of its edge, and at most this many mm.
+/// Depth of a tab relative to its edge, and the maximum in mm.
 constexpr double kTabShare = 0.16, kMaxTabDepth_mm = 7;
-/// Between pieces of a page, mm.
+/// Distance between pieces of a page, mm.
 constexpr double kGap = 4;
-/// What is less deep is rounding, mm.
+/// Overlaps of less depth are rounding errors, mm.
 constexpr double kTouch = 1e-6;
 
 using Outline = std::vector<PagePoint>;
@@ -34,7 +34,7 @@ struct Box {
   [[nodiscard]] double height() const { return y1 - y0; }
 };
 
-/// Whether two convex outlines share more than an edge: no side of either separates them.
+/// Whether two convex outlines overlap by more than an edge: no side of either separates them.
 bool overlap(const Outline& p, const Outline& q) {
   for (const Outline* sides : {&p, &q})
     for (std::size_t i = 0; i < sides->size(); ++i) {
@@ -56,7 +56,7 @@ bool overlap(const Outline& p, const Outline& q) {
   return true;
 }
 
-/// A face and the one that it hangs on; of the first both are the same.
+/// A face and the parent to which it is connected; both are the same for the first face.
 struct NetFaceLink {
   std::size_t face = 0, from = 0;
 };
@@ -70,12 +70,12 @@ struct Piece {
   Box box;
 };
 
-/// Laid flat and checked, before it knows its page.
+/// A connected piece of the net, laid flat, before it is placed on a page.
 class Unfolding {
  public:
   Unfolding(const MarkerBody& body, const std::vector<SharedEdge>& edges) : body_(body), edges_(edges) {}
 
-  /// Nothing where faces or tabs would overlap.
+  /// nullopt if faces or tabs would overlap.
   [[nodiscard]] std::optional<std::vector<Piece>> pieces(const std::vector<Tree>& trees, double turn_rad) const {
     std::vector<Piece> out;
     std::vector<bool> folded(edges_.size(), false);
@@ -99,7 +99,7 @@ class Unfolding {
     return out;
   }
 
-  /// The ends of an edge on the sheet, in the outline's order.
+  /// The ends of an edge on the sheet, in the order of the outline.
   [[nodiscard]] std::array<PagePoint, 2> edge_of(const NetFace& placed, std::size_t edge) const {
     const FaceOutline& o = body_.faces[placed.face].outline;
     return {placed.on_sheet(o[edge]), placed.on_sheet(o[(edge + 1) % o.size()])};
@@ -119,7 +119,7 @@ class Unfolding {
         if (edge.a != hung.from || edge.b != hung.face) continue;
         const auto parent =
             std::find_if(out.faces.begin(), out.faces.end(), [&](const NetFace& f) { return f.face == hung.from; });
-        // The child's edge runs the other way.
+        // The child's edge has the opposite direction.
         const auto [to, from] = edge_of(*parent, edge.edge_a);
         const FaceOutline& o = body_.faces[hung.face].outline;
         const FacePoint p = o[edge.edge_b], q = o[(edge.edge_b + 1) % o.size()];
@@ -143,7 +143,7 @@ class Unfolding {
     double growth = 0;
   };
 
-  /// The blunt tab where it has room, one with pointed ends in a narrow gap.
+  /// A trapezoidal tab if it fits, otherwise one with pointed ends for a narrow gap.
   [[nodiscard]] std::optional<Choice> tab_on(std::size_t on, std::size_t edge, std::size_t under,
                                              std::vector<Piece>& pieces) const {
     for (Piece& piece : pieces) {
@@ -151,10 +151,11 @@ class Unfolding {
           std::find_if(piece.faces.begin(), piece.faces.end(), [&](const NetFace& f) { return f.face == on; });
       if (placed == piece.faces.end()) continue;
       const auto [from, to] = edge_of(*placed, edge);
-      const double length = std::hypot(to.x - from.x, to.y - from.y), deep = std::min(kMaxTabDepth_mm, kTabShare * length);
+      const double length = std::hypot(to.x - from.x, to.y - from.y),
+                   deep = std::min(kMaxTabDepth_mm, kTabShare * length);
       const double ux = (to.x - from.x) / length, uy = (to.y - from.y) / length;
-      // An outline is counter-clockwise as one looks at it: outside is to the right, in an y that grows downwards (-uy,
-      // ux).
+      // The outline is counter-clockwise, seen from the printed side, so its outside is to the right of an edge: with y
+      // downwards (-uy, ux).
       for (const double end_deg : {60.0, 45.0, 32.0}) {
         const double in = deep / std::tan(end_deg * std::numbers::pi / 180);
         const Outline outline = {from,
@@ -181,7 +182,7 @@ class Unfolding {
     return std::none_of(piece.tabs.begin(), piece.tabs.end(), [&](const NetTab& t) { return overlap(tab, t.outline); });
   }
 
-  /// On the side where the piece grows less.
+  /// On the side where the bounding box grows less.
   [[nodiscard]] bool add_tab(const SharedEdge& edge, std::vector<Piece>& pieces) const {
     std::optional<Choice> best = tab_on(edge.a, edge.edge_a, edge.b, pieces);
     std::optional<Choice> other = tab_on(edge.b, edge.edge_b, edge.a, pieces);
@@ -212,8 +213,8 @@ class Unfolding {
   const std::vector<SharedEdge>& edges_;
 };
 
-/// Faces of `allowed` in the order in which one comes to them from the first, each hung on the first neighbour that was
-/// reached. Empty where some cannot be reached.
+/// Breadth-first traversal of the faces in `allowed` from the first one; each face is connected to the first neighbour
+/// that was reached. Empty if some faces are not reachable.
 Tree tree_over(const std::vector<std::size_t>& allowed, const std::vector<SharedEdge>& edges) {
   Tree out = {{allowed[0], allowed[0]}};
   for (std::size_t done = 0; done < out.size(); ++done)
@@ -227,7 +228,7 @@ Tree tree_over(const std::vector<std::size_t>& allowed, const std::vector<Shared
   return out.size() == allowed.size() ? out : Tree();
 }
 
-/// Ways to take a body apart, fewest pieces first.
+/// Divisions of a body into pieces, those with the fewest pieces first.
 std::vector<std::vector<Tree>> ways(std::size_t faces, const std::vector<SharedEdge>& edges) {
   std::vector<std::vector<std::vector<std::size_t>>> groups;
   std::vector<std::size_t> all(faces);
@@ -261,10 +262,10 @@ void move(Piece& piece, double dx, double dy) {
   piece.box.x0 += dx, piece.box.x1 += dx, piece.box.y0 += dy, piece.box.y1 += dy;
 }
 
-/// Rows of pieces from the top left, a new page where one is full; each page's are then moved to its middle. Empty
-/// where one is too large.
+/// Places pieces in rows from the top left, with a new page when one is full, and centres the pieces of each page.
+/// Empty if a piece is too large.
 std::vector<NetPage> packed(std::vector<Piece> pieces, double width, double height) {
-  const double room_x = width - 2 * kSheetEdge, room_y = height - 2 * kSheetEdge - kNetFooter;
+  const double room_x = width - 2 * kPrinterMargin_mm, room_y = height - 2 * kPrinterMargin_mm - kNetFooter;
   std::vector<std::vector<Piece>> pages(1);
   double x = 0, y = 0, row = 0;
   for (Piece& piece : pieces) {
@@ -283,7 +284,8 @@ std::vector<NetPage> packed(std::vector<Piece> pieces, double width, double heig
     NetPage sheet;
     sheet.width = width, sheet.height = height, sheet.landscape = width > height;
     for (Piece& piece : page) {
-      move(piece, kSheetEdge + (room_x - box.width()) / 2 - box.x0, kSheetEdge + (room_y - box.height()) / 2 - box.y0);
+      move(piece, kPrinterMargin_mm + (room_x - box.width()) / 2 - box.x0,
+           kPrinterMargin_mm + (room_y - box.height()) / 2 - box.y0);
       sheet.faces.insert(sheet.faces.end(), piece.faces.begin(), piece.faces.end());
       sheet.folds.insert(sheet.folds.end(), piece.folds.begin(), piece.folds.end());
       sheet.tabs.insert(sheet.tabs.end(), piece.tabs.begin(), piece.tabs.end());
@@ -294,11 +296,11 @@ std::vector<NetPage> packed(std::vector<Piece> pieces, double width, double heig
   return out;
 }
 
-/// Nothing where it does not fit.
+/// nullopt if it does not fit.
 std::optional<Net> fitted(const MarkerBody& body, const Paper& paper) {
   const std::vector<SharedEdge> edges = shared_edges(body);
   const Unfolding unfolding(body, edges);
-  // Upright or lying first: they are easier on the eyes than what fits askew.
+  // Axis-parallel orientations are tried first.
   std::vector<int> turns_deg = {0, 90};
   for (int turn = 6; turn < 180; turn += 6)
     if (turn != 90) turns_deg.push_back(turn);

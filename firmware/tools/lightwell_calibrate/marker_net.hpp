@@ -1,9 +1,9 @@
-// A body of paper laid flat: which faces hang together on which page, where to fold, and where tabs are glued.
-//   shared_edges   which faces of a body meet where
-//   make_net       the body on sheets of one kind of paper
+// The net (unfolding) of a paper body: connected faces on each page, folds, and glue tabs.
+//   shared_edges   pairs of adjacent faces and their common edges
+//   make_net       the net on sheets of a paper size
 //
-// A sheet's millimetres are page.hpp's: from the top left, y downwards. Turns are counter-clockwise as one looks at the
-// print.
+// Sheet coordinates as in page.hpp: mm from the top left, y downwards. Rotations are counter-clockwise, seen from the
+// printed side.
 #pragma once
 
 #include <array>
@@ -17,35 +17,36 @@
 
 namespace lightwell::calibrate {
 
-/// Edge i of a face is from point i of its outline to the next. Faces by their place in MarkerBody::faces.
+/// Two faces (indices of MarkerBody::faces) and the index of their common edge. Edge i is from point i of the outline
+/// to the next.
 struct SharedEdge {
   std::size_t a = 0, edge_a = 0;
   std::size_t b = 0, edge_b = 0;
 };
 
-/// Pairs of edges of two faces that are the same in space, to a micrometre.
+/// All pairs of edges of two faces that coincide in space, within a micrometre.
 [[nodiscard]] std::vector<SharedEdge> shared_edges(const MarkerBody& body);
 
-/// A face on a sheet: the tag's centre, and how far it is turned from upright.
+/// A face on a sheet: position of the tag's centre, and rotation from upright.
 struct NetFace {
   std::size_t face = 0;
   PagePoint center;
   double turn_rad = 0;
 
-  /// A point of the face's frame, m, on the sheet.
+  /// Maps a point of the face's frame, m, to the sheet, mm.
   [[nodiscard]] PagePoint on_sheet(FacePoint p) const;
 };
 
-/// Where two faces of a sheet hang together.
+/// A fold between two faces of a sheet.
 struct NetFold {
   std::size_t a = 0, b = 0;
   PagePoint from, to;
 };
 
-/// A tab hangs on one face and is glued beneath another, whose edge the fold then is.
+/// A tab of the face `on` that is glued beneath the face `under`.
 struct NetTab {
   std::size_t on = 0, under = 0;
-  std::vector<PagePoint> outline;  ///< Its first and last point are those of the edge.
+  std::vector<PagePoint> outline;  ///< Its first and last point are the ends of the edge.
 };
 
 struct NetPage {
@@ -54,7 +55,7 @@ struct NetPage {
   std::vector<NetFace> faces;
   std::vector<NetFold> folds;
   std::vector<NetTab> tabs;
-  /// Edges of faces to be cut that bear no tab.
+  /// Edges of faces that are cut and have no tab.
   std::vector<std::array<PagePoint, 2>> cuts;
 };
 
@@ -62,15 +63,15 @@ struct Net {
   std::vector<NetPage> pages;
 };
 
-/// Below the net, for words and ruler, mm.
+/// Height of the space below the net for text and ruler, mm.
 inline constexpr double kNetFooter = 31;
 
-/// The body in as few pieces as fit: a cube in one or two, others with an upper and a lower half, at last each face by
-/// itself. Each edge is a fold, or cut with one tab. Pieces of a page do not touch. invalid_argument where not even one
+/// The net with the fewest pieces that fit: a cube in one or two, other solids in an upper and a lower half, otherwise
+/// single faces. Each edge is a fold or has one tab. Pieces on a page do not touch. invalid_argument: not even a single
 /// face fits.
 [[nodiscard]] Result<Net> make_net(const MarkerBody& body, const Paper& paper);
 
-/// The largest number by which all lengths of the body may be multiplied and still fit, to a thousandth, downwards.
+/// The largest factor by which the body can be scaled so that it still fits, rounded down to a thousandth.
 [[nodiscard]] double largest_scale(const MarkerBody& body, const Paper& paper);
 
 }  // namespace lightwell::calibrate

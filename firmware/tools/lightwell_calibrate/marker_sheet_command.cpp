@@ -10,18 +10,18 @@
 #include <vector>
 
 #include "pose/marker_bodies.hpp"
+#include "tools/lightwell_calibrate/arguments.hpp"
 #include "tools/lightwell_calibrate/json.hpp"
 #include "tools/lightwell_calibrate/marker_net.hpp"
 #include "tools/lightwell_calibrate/marker_sheet_page.hpp"
 #include "tools/lightwell_calibrate/output.hpp"
-#include "tools/lightwell_calibrate/arguments.hpp"
 
 namespace lightwell::calibrate {
 
 namespace {
 
 constexpr const char* kHelp =
-    R"(lightwell-calibrate marker-sheet: a body with AprilTags to print, cut and fold, that light is read from.
+    R"(lightwell-calibrate marker-sheet: a body with AprilTags for light estimation, to print, cut and fold.
 
   lightwell-calibrate marker-sheet --output sheet.pdf --output body.textproto
   lightwell-calibrate marker-sheet --body dodecahedron --size-mm 100 --paper-kind grey --paper a4 --output sheet.pdf
@@ -30,37 +30,36 @@ constexpr const char* kHelp =
 
   --body B             dodecahedron, cube, icosahedron, or ball: a tag on a sheet with a matt ball behind it
                        [dodecahedron]
-  --size-mm S          from a face to the one opposite; of a ball its diameter [100; cube 60, ball 40]
-  --paper-kind K       white: all of a face is paper. grey: the quadrants around each tag are 100, 75, 50 and 25 % of
-                       the paper's white, for lamps so bright that white paper saturates [white]
+  --size-mm S          distance between opposite faces, or diameter of the ball [100; cube 60, ball 40]
+  --paper-kind K       white: plain paper. grey: the quadrants around each tag are 100, 75, 50 and 25 % of the paper's
+                       white, for lamps that saturate white paper [white]
   --paper P            a4, a3 or letter [a4]
   --family F           tag36h11 or tagStandard41h12 [tag36h11]
-  --first-id N         number of face 0's tag; the others follow. Two bodies in one room need numbers of their own [0]
-  --tag-size-mm T      between the corners that are detected [by the face; 24 for a dodecahedron of 100 mm]
-  --ruler-mm R         what the ruler of the printed sheet measures: the .textproto becomes that print's [100]
-  --dpi D              of PNGs [300]
+  --first-id N         number of face 0's tag; the others follow. Two bodies in one room need different numbers [0]
+  --tag-size-mm T      distance between the detected corners [by the face; 24 for a dodecahedron of 100 mm]
+  --ruler-mm R         measured length of the printed ruler: scales the .textproto to the print [100]
+  --dpi D              resolution of PNGs [300]
   --output FILE        .pdf (all pages) or .svg (vectors), .png, or .textproto (the body, for lightwelld --estimator
-                       marker). May be given several times. Of several pages SVG and PNG make a file each: sheet-1.svg,
-                       sheet-2.svg
-  --json               what was laid out where, as JSON on standard output: mm from the top left of the page, y down
+                       marker). May be given several times. SVG and PNG have one file per page: sheet-1.svg, sheet-2.svg
+  --json               the layout as JSON on standard output: mm from the top left of the page, y downwards
   --help               this text
 
 How to make one:
-  1. Print at 100 % ("actual size") on matt white paper or card of 160 to 200 g. Glossy paper mirrors the lamp, thin
+  1. Print at 100 % ("actual size") on matt white paper or card of 160 to 200 g. Glossy paper reflects the lamp, thin
      paper bulges.
-  2. Measure the ruler. Where it is not 100 mm: print anew without "fit to page", or give what it measures as --ruler-mm
-     and write the .textproto anew. An error of 1 % here is one of 1 % in every distance.
+  2. Measure the ruler. If it is not 100 mm: print again without "fit to page", or give the measured length as
+     --ruler-mm and write the .textproto again. An error of 1 % here is an error of 1 % in every distance.
   3. Score the dashed lines with a blunt knife along a ruler, cut along the solid ones.
   4. Fold every dashed line away from the print. Glue each tab beneath the face whose number it bears, flush with its
-     edge. Numbers of faces stand small below and to the left of the tags, underlined. Glue the last face with all tabs
-     that are left at once.
+     edge. The numbers of the faces are below and to the left of the tags, small and underlined. Glue the last face with
+     all remaining tabs at once.
   5. A ball: paint it matt white, glue it onto the cross, lay the sheet flat.
-  6. Greys: printers differ, by tens of per cent. Before folding photograph the sheet lying in even light, with a camera
-     whose response is known (lightwell-calibrate photometry). A quadrant's linear value, divided by the blank paper's
-     beside it, times 0.80, is its albedo: write that into the .textproto. Its picture value is the sRGB encoding of
-     albedo / 0.80: 255, 225, 188, 137.
+  6. Greys: printers differ by tens of per cent. Before folding, photograph the flat sheet in even light with a camera
+     whose response is known (lightwell-calibrate photometry). The albedo of a quadrant is its linear value divided by
+     that of the blank paper next to it, times 0.80: write it into the .textproto. The printed picture value is the sRGB
+     encoding of albedo / 0.80: 255, 225, 188, 137.
 
-Exit status: 0 done, 1 an input is wrong (standard error says which and how to mend it), 2 wrong usage.
+Exit status: 0 done, 1 an input is wrong (standard error has the reason and the remedy), 2 wrong usage.
 )";
 
 enum class Body : std::uint8_t { dodecahedron, cube, icosahedron, ball };
@@ -102,8 +101,8 @@ Result<Arguments> parse(std::span<char* const> words) {
   if (!all) return all.status();
   Arguments out;
   for (const auto& [option, value] : *all) {
-    const auto bad = [&] { return usage(option + ": '" + value + "' is not a value it can take"); };
-    /// Nothing where it is no number above 0 and at most `most`.
+    const auto bad = [&] { return usage(option + ": '" + value + "' is not a valid value"); };
+    /// nullopt unless it is a number above 0 and at most `most`.
     const auto positive = [&](double most) {
       const auto n = number<double>(value);
       return n && *n > 0 && *n <= most ? n : std::nullopt;
@@ -112,7 +111,7 @@ Result<Arguments> parse(std::span<char* const> words) {
       out.help = true;
       return out;
     }
-    if (option.empty()) return usage("what is '" + value + "'?");
+    if (option.empty()) return usage("unexpected argument '" + value + "'");
     if (option == "--body") {
       const auto body =
           std::find_if(kBodies.begin(), kBodies.end(), [&](const BodyName& b) { return b.name == value; });
@@ -124,7 +123,7 @@ Result<Arguments> parse(std::span<char* const> words) {
     } else if (option == "--tag-size-mm") {
       if (!(out.tag_size_mm = positive(10'000))) return bad();
     } else if (option == "--ruler-mm") {
-      // Beyond that the ruler was misread, or read in inches.
+      // Other values are reading errors or inches.
       const auto n = number<double>(value);
       if (!n || !(*n >= 50 && *n <= 200)) return usage("--ruler-mm: '" + value + "' is not from 50 to 200");
       out.ruler_mm = *n;
@@ -159,11 +158,11 @@ Result<Arguments> parse(std::span<char* const> words) {
   if (out.outputs.empty() && !out.json) return usage("give --output FILE");
   const bool sheet = out.json || !std::all_of(out.outputs.begin(), out.outputs.end(), is_body_file);
   if (out.ruler_mm && sheet)
-    return usage("--ruler-mm is about a sheet that is printed; it goes with --output BODY.textproto alone");
+    return usage("--ruler-mm describes a printed sheet; it goes with --output BODY.textproto alone");
   return out;
 }
 
-/// `tag_size_m` 0: chosen by the face.
+/// The body for the arguments. `tag_size_m` 0: chosen by the face.
 Result<MarkerBody> make_body(const Arguments& arguments, double size_m, double tag_size_m) {
   if (arguments.body.body == Body::ball) {
     BallOnTagOptions options;
@@ -180,13 +179,13 @@ Result<MarkerBody> make_body(const Arguments& arguments, double size_m, double t
   return make_dodecahedron(options);
 }
 
-/// As it is printed at 100 %, and as it is where the ruler measures something else. A ball is bought, not printed: it
-/// keeps its size, and so does the sheet's place beneath it but for where the tag is.
+/// The body as printed, scaled by --ruler-mm / 100. A ball is not printed, so it keeps its diameter and its height
+/// above the sheet; only the tag and its distance scale.
 Result<MarkerBody> body_of(const Arguments& arguments) {
   const double size = arguments.size() / 1000;
   Result<MarkerBody> nominal = make_body(arguments, size, arguments.tag_size_mm.value_or(0) / 1000);
   if (!nominal || !arguments.ruler_mm) return nominal;
-  const double scale = *arguments.ruler_mm / kRuler;
+  const double scale = *arguments.ruler_mm / kRulerLength_mm;
   if (arguments.body.body != Body::ball) return make_body(arguments, size * scale, nominal->tag_size_m * scale);
   MarkerFace& sheet = nominal->faces[0];
   const auto grow = [&](FaceOutline& outline) {
@@ -199,7 +198,7 @@ Result<MarkerBody> body_of(const Arguments& arguments) {
   return nominal;
 }
 
-/// "sheet.svg" of page 2 of several: "sheet-2.svg".
+/// File name of a page: "sheet.svg" becomes "sheet-2.svg" for page 2 of several.
 std::string page_path(const std::string& path, std::size_t page, std::size_t pages) {
   if (pages == 1) return path;
   return path.substr(0, path.size() - 4) + "-" + std::to_string(page + 1) + path.substr(path.size() - 4);
@@ -258,7 +257,7 @@ Result<Sheet> sheet_of(const Arguments& arguments, const MarkerBody& body) {
   return Sheet{*std::move(net), *std::move(pages)};
 }
 
-/// One output; adds what was written to `files`.
+/// Writes one output and adds its files to `files`.
 Status write(const Arguments& arguments, const MarkerBody& body, const Sheet& sheet, const std::string& path,
              std::vector<std::string>& files) {
   if (is_body_file(path) || path.ends_with(".pdf")) {
@@ -290,7 +289,7 @@ int marker_sheet_command(std::span<char* const> arguments) {
   const Result<MarkerBody> body = body_of(*parsed);
   if (!body) return fail(body.status(), kBadInput);
   Sheet sheet;
-  // A body file alone needs no paper that it fits.
+  // A body file alone need not fit a paper.
   if (parsed->json || !std::all_of(parsed->outputs.begin(), parsed->outputs.end(), is_body_file)) {
     Result<Sheet> made = sheet_of(*parsed, *body);
     if (!made) return fail(made.status(), kBadInput);

@@ -5,7 +5,7 @@
 
 namespace lightwell::calibrate {
 
-/// Words after "marker-sheet". Returns the exit status.
+/// `arguments`: those after "marker-sheet". Returns the exit status: 0 done, 1 wrong input, 2 wrong usage.
 [[nodiscard]] int marker_sheet_command(std::span<char* const> arguments);
 
 }  // namespace lightwell::calibrate

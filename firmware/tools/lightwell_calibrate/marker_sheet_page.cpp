@@ -18,7 +18,7 @@ namespace {
 constexpr double kLine = 0.15, kDash = 4;
 using Outlines = std::vector<std::vector<PagePoint>>;
 
-/// Rectangles in a face's millimetres, y downwards, on the sheet.
+/// Maps rectangles from a face's frame in mm, y downwards, to the sheet.
 Outlines placed(const NetFace& face, const std::vector<Rectangle>& rectangles) {
   Outlines out;
   for (const Rectangle& r : rectangles) {
@@ -41,7 +41,7 @@ void add_dashes(Outlines& to, PagePoint p, PagePoint q) {
   for (double i = 0; i < count; ++i) add_line(to, at((i + 0.2) / count), at((i + 0.8) / count));
 }
 
-/// The lightest grey first, beneath all that are darker: no white hairline where two meet.
+/// Draws the lighter greys first, extending beneath the darker ones, so that no white line shows between them.
 void draw_greys(const MarkerBody& body, const std::vector<NetFace>& faces, Page& page) {
   std::map<double, Outlines, std::greater<>> up_to;
   for (const bool collect : {false, true})
@@ -76,7 +76,7 @@ Status draw_tag(const MarkerBody& body, const NetFace& placed_face, Page& page) 
   return {};
 }
 
-/// What a tab says lies upright below its face.
+/// The number on a tab is upright with respect to its face.
 void draw_tab(const MarkerBody& body, const NetTab& tab, Page& page) {
   const PagePoint from = tab.outline.front(), to = tab.outline.back();
   NetFace middle;
@@ -87,7 +87,7 @@ void draw_tab(const MarkerBody& body, const NetTab& tab, Page& page) {
   page.areas.push_back({placed(middle, digits(body.faces[tab.under].tag_id, 0.8 * wide, 0.5 * deep)), 0});
 }
 
-/// Where the ball stands: a cross, and its width as seen from above.
+/// The position of the ball: a cross, and a circle of its diameter.
 void draw_ball_place(const MarkerBody& body, const NetFace& sheet, Page& page) {
   const Vec3d at = transformed(inverse(body.faces[sheet.face].body_face), body.ball->center);
   const double r = body.ball->radius_m;
@@ -104,8 +104,10 @@ void draw_ball_place(const MarkerBody& body, const NetFace& sheet, Page& page) {
 }
 
 void draw_words(const MarkerBody& body, const Net& net, std::size_t index, Page& page) {
-  double y = page.height - kSheetEdge - kNetFooter + 4;
-  const auto line = [&](const std::string& text) { page.texts.push_back({text, kSheetEdge + 2, y, 2.6}), y += 4; };
+  double y = page.height - kPrinterMargin_mm - kNetFooter + 4;
+  const auto line = [&](const std::string& text) {
+    page.texts.push_back({text, kPrinterMargin_mm + 2, y, 2.6}), y += 4;
+  };
   std::string faces;
   for (const NetFace& f : net.pages[index].faces)
     faces += (faces.empty() ? "" : ", ") + std::to_string(body.faces[f.face].tag_id);
@@ -114,8 +116,8 @@ void draw_words(const MarkerBody& body, const Net& net, std::size_t index, Page&
        (net.pages[index].faces.size() == 1 ? ": tag " : ": tags ") + faces + ".");
   line("Print at 100 % (\"actual size\") on matt white paper of 160 to 200 g; the ruler must be 100 mm long.");
   if (body.ball)
-    line("Cut along solid lines and lay it flat. Glue a matt white ball of " + brief(2000 * body.ball->radius_m) +
-         " mm onto the cross.");
+    line("Cut along the solid lines and lay the sheet flat. Glue a matt white ball of " +
+         brief(2000 * body.ball->radius_m) + " mm onto the cross.");
   else
     line(
         "Cut solid lines, fold dashed ones away from the print, glue each tab beneath the face whose number it bears.");
@@ -123,8 +125,8 @@ void draw_words(const MarkerBody& body, const Net& net, std::size_t index, Page&
   for (const MarkerFace& face : body.faces)
     for (const MarkerPatch& patch : face.patches) grey = grey || printed_grey(patch.albedo[1]) < 1;
   if (grey)
-    line("Printers differ: the greys' albedos must be checked, and put right in the body file (marker-sheet --help).");
-  draw_ruler(kSheetEdge + 2, page.height - kSheetEdge - 1.5, page);
+    line("Printers differ: the greys' albedos must be checked, and corrected in the body file (marker-sheet --help).");
+  draw_ruler(kPrinterMargin_mm + 2, page.height - kPrinterMargin_mm - 1.5, page);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The pages of a body to print, cut and fold, drawn: greys, tags, lines, numbers, words and a ruler.
+// Draws the pages of a body's net: greys, tags, lines, numbers, text and a ruler.
 #pragma once
 
 #include <vector>
@@ -10,12 +10,12 @@
 
 namespace lightwell::calibrate {
 
-/// The picture value that a printer is given for an albedo on paper of kPaperAlbedo: sRGB of their ratio.
+/// The picture value, 0 to 1, that prints an albedo on paper of kPaperAlbedo: the sRGB encoding of their ratio.
 [[nodiscard]] double printed_grey(double albedo);
 
-/// One page of paper for each of the net's. Cut lines are solid, fold lines dashed, both 0.15 mm around the true edge.
-/// A face's number stands in the white rim below and to the left of its tag, a tab bears the number of the face that it
-/// is glued beneath: both are tag numbers. invalid_argument: a family or a tag that does not exist.
+/// One page for each page of the net. Cut lines are solid, fold lines dashed, both 0.15 mm wide, centred on the edge.
+/// The white rim below and to the left of a tag has the number of the face, a tab that of the face above it; both are
+/// tag ids. invalid_argument: a family or a tag that does not exist.
 [[nodiscard]] Result<std::vector<Page>> draw_net(const MarkerBody& body, const Net& net);
 
 }  // namespace lightwell::calibrate

@@ -13,11 +13,11 @@
 #include "calibration/response.hpp"
 #include "pose/mounting.hpp"
 #include "pose/tag_detector.hpp"
+#include "tools/lightwell_calibrate/arguments.hpp"
 #include "tools/lightwell_calibrate/grey_image.hpp"
 #include "tools/lightwell_calibrate/json.hpp"
 #include "tools/lightwell_calibrate/output.hpp"
 #include "tools/lightwell_calibrate/world_tags.hpp"
-#include "tools/lightwell_calibrate/arguments.hpp"
 
 namespace lightwell::calibrate {
 
@@ -26,30 +26,30 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 
 constexpr const char* kHelp =
-    R"(lightwell-calibrate mounting: where in the room the probe hangs, from tags whose places are known.
+    R"(lightwell-calibrate mounting: the pose of the probe in the room, from tags at known poses.
 
   lightwell-calibrate mounting --calibration RIG.textproto --tags room.csv front.png --lens 1 back.png
   lightwell-calibrate mounting --calibration RIG.textproto --board board.yaml --board-pose 0,1.2,-2,0,0,0,1 a.png
   lightwell-calibrate mounting --gravity 0.1,9.8,-0.3
 
-  --calibration FILE   what each pixel means (proto/lightwell/v1/calibration.proto, text format)
-  --tags FILE          which tag hangs where: CSV with the columns family, id, size_m, tx, ty, tz, qx, qy, qz, qw,
-                       T_world_tag in metres; a tag's frame: its centre, +X right, +Y up, +Z towards who reads it
-  --board FILE         a board that hangs in the room, Kalibr's YAML ...
+  --calibration FILE   the rig's calibration (proto/lightwell/v1/calibration.proto, text format)
+  --tags FILE          the poses of the tags: CSV with the columns family, id, size_m, tx, ty, tz, qx, qy, qz, qw,
+                       T_world_tag in metres; a tag's frame: its centre, +X right, +Y up, +Z towards the viewer
+  --board FILE         a board in the room, Kalibr's YAML ...
   --board-pose P       ... and its T_world_board: tx,ty,tz,qx,qy,qz,qw; its frame: the bottom left corner of its
                        bottom left tag, axes as a tag's
   --lens N             lens of the rig that the pictures after it belong to [0]
-  --gravity X,Y,Z      up in the probe's frame, as a resting accelerometer reads it; without pictures all that is known
-  --gravity-sigma-deg S   its uncertainty [1]
-  --model-error-px E   how far the calibration may be wrong [0.05]
+  --gravity X,Y,Z      up direction in the probe's frame, the reading of a resting accelerometer; sufficient alone
+  --gravity-sigma-deg S   standard deviation of its direction [1]
+  --model-error-px E   standard deviation of the camera model's error [0.05]
   --output FILE        the pose with its covariance for `lightwelld --mounting` (or `mounting` of its configuration),
-                       which tells it to its clients; - is standard output. Replaced whole or not at all
-  --json               pose, covariance and what each tag contributed, as JSON on standard output
+                       which sends it to its clients; - is standard output. Replaced atomically
+  --json               pose, covariance and residuals of the tags as JSON on standard output
   --help               this text
 
-Pictures are PNG or JPEG, one a lens, of the calibration's size. World and probe: +X right, +Y up, -Z forward. The
-covariance is of (rotation, translation) in the world's axes, rad and m; what is not known is "Infinity".
-Exit status: 0 done, 1 an input is wrong (standard error says which and how to mend it), 2 wrong usage.
+Pictures are PNG or JPEG, one per lens, of the calibration's size. World and probe: +X right, +Y up, -Z forward. The
+covariance is that of (rotation, translation) in the world frame, rad and m; unknown components are "Infinity".
+Exit status: 0 done, 1 an input is wrong (standard error has the reason and the remedy), 2 wrong usage.
 )";
 
 struct PictureArgument {
@@ -79,10 +79,10 @@ Result<Arguments> parse(std::span<char* const> words) {
   Arguments out;
   int lens = 0;
   double sigma_deg = 1;
-  std::set<std::string> met;
+  std::set<std::string> given;
   for (const auto& [option, value] : *all) {
     const auto bad = [&](const std::string& form) {
-      return usage(option + ": '" + value + "' is not a value it can take: " + form);
+      return usage(option + ": '" + value + "' is not a valid value: " + form);
     };
     if (option == "--help") {
       out.help = true;
@@ -92,7 +92,7 @@ Result<Arguments> parse(std::span<char* const> words) {
       out.pictures.push_back({value, lens});
       continue;
     }
-    if (option != "--lens" && !met.insert(option).second) return usage(option + " is given twice");
+    if (option != "--lens" && !given.insert(option).second) return usage(option + " is given twice");
     if (option == "--calibration") {
       out.calibration = value;
     } else if (option == "--tags") {
@@ -129,15 +129,16 @@ Result<Arguments> parse(std::span<char* const> words) {
       out.json = true;
     }
   }
-  if (out.json && out.output == "-") return usage("--json and --output - both want standard output");
+  if (out.json && out.output == "-")
+    return usage("--json and --output - both use standard output; give another --output");
   if (out.gravity) out.gravity->sigma_rad = sigma_deg * kDegree;
-  if (met.contains("--gravity-sigma-deg") && !out.gravity) return usage("--gravity-sigma-deg speaks of --gravity");
+  if (given.contains("--gravity-sigma-deg") && !out.gravity) return usage("--gravity-sigma-deg needs --gravity");
   if (const Status s = out.options.validate(); !s.ok()) return usage(s.message());
   if (out.board.empty() != !out.board_pose) return usage("--board and --board-pose go together");
   if (out.pictures.empty() && !out.gravity) return usage("give pictures, or --gravity");
   if (!out.pictures.empty() && out.calibration.empty()) return usage("pictures need --calibration");
   if (!out.pictures.empty() && out.tags.empty() && out.board.empty())
-    return usage("pictures need --tags or --board: which tag hangs where");
+    return usage("pictures need --tags or --board, the poses of the tags");
   return out;
 }
 
@@ -158,7 +159,7 @@ Result<std::vector<WorldTag>> room_of(const Arguments& arguments) {
 }
 
 Result<std::vector<TagObservation>> tags_in(const PictureArgument& picture, const RigParameters& rig,
-                                     const std::vector<WorldTag>& room) {
+                                            const std::vector<WorldTag>& room) {
   const auto wrong = [&](const std::string& what) {
     return Status(StatusCode::invalid_argument, picture.path + ": " + what);
   };
@@ -170,8 +171,7 @@ Result<std::vector<TagObservation>> tags_in(const PictureArgument& picture, cons
   if (!image) return image.status();
   if (image->width != lens.width || image->height != lens.height)
     return wrong("has " + std::to_string(image->width) + "x" + std::to_string(image->height) +
-                 " pixels, the calibration speaks of " + std::to_string(lens.width) + "x" +
-                 std::to_string(lens.height));
+                 " pixels, the calibration is for " + std::to_string(lens.width) + "x" + std::to_string(lens.height));
   TagDetectorOptions options;
   options.families.clear();
   for (const WorldTag& tag : room)
@@ -229,7 +229,7 @@ std::string to_json(const Mounting& m) {
     out += std::string(i ? "," : "") + "\n  {\"lens\": " + std::to_string(t.lens) +
            ", \"family\": " + json_string(to_string(t.family)) + ", \"id\": " + std::to_string(t.id) +
            ", \"rms_px\": " + json_number(t.rms_px) + ", \"used\": " + flag(t.used) +
-           (t.used ? "" : ", \"left_out\": " + json_string(t.left_out)) + "}";
+           (t.used ? "" : ", \"left_out\": " + json_string(t.rejection_reason)) + "}";
   }
   return out + "]}\n";
 }
@@ -242,19 +242,19 @@ void print_summary(const Mounting& m) {
     std::cout << "the probe is at (" << p.translation.x << ", " << p.translation.y << ", " << p.translation.z
               << ") m, +- (" << 1000 * sigma(3) << ", " << 1000 * sigma(4) << ", " << 1000 * sigma(5) << ") mm\n";
   else
-    std::cout << "where the probe is, and its heading, are not known\n";
-  std::cout << "it looks along (" << ahead.x << ", " << ahead.y << ", " << ahead.z << "), its up is (" << up.x << ", "
-            << up.y << ", " << up.z << "); turns about the world's axes +- (" << sigma(0) / kDegree << ", "
-            << sigma(1) / kDegree << ", " << sigma(2) / kDegree << ") deg\n";
+    std::cout << "the position and the heading of the probe are unknown\n";
+  std::cout << "its forward direction is (" << ahead.x << ", " << ahead.y << ", " << ahead.z << "), its up direction ("
+            << up.x << ", " << up.y << ", " << up.z << "); rotation about the world's axes +- (" << sigma(0) / kDegree
+            << ", " << sigma(1) / kDegree << ", " << sigma(2) / kDegree << ") deg\n";
   for (const TagReport& t : m.tags)
     std::cout << to_string(t.family) << " " << t.id << " in lens " << t.lens << ": "
-              << (t.used ? "off by " + json_number(std::round(1000 * t.rms_px) / 1000) + " px"
-                         : "left out: " + t.left_out)
+              << (t.used ? "RMS " + json_number(std::round(1000 * t.rms_px) / 1000) + " px"
+                         : "rejected: " + t.rejection_reason)
               << "\n";
   if (m.ambiguous) {
     const Vec3d other = rotate(m.alternative->rotation, Vec3d{0, 0, -1});
-    std::cout << "AMBIGUOUS: the pictures would look almost the same if it looked along (" << other.x << ", " << other.y
-              << ", " << other.z << "); show it more or larger tags, or give --gravity\n";
+    std::cout << "AMBIGUOUS: the pictures would be almost the same with the forward direction (" << other.x << ", "
+              << other.y << ", " << other.z << "); show it more or larger tags, or give --gravity\n";
   }
 }
 
@@ -276,8 +276,8 @@ int mounting_command(std::span<char* const> arguments) {
   if (!parsed->output.empty()) {
     if (mounting->ambiguous)
       return fail({StatusCode::failed_precondition,
-                   "the pictures leave two attitudes open, and a probe can tell only one: nothing was written to " +
-                       parsed->output + "; show larger or more tags, or give --gravity"},
+                   "the pictures do not decide between two attitudes: nothing was written to " + parsed->output +
+                       "; show larger or more tags, or give --gravity"},
                   kBadInput);
     if (const Status s = write_output(parsed->output, mounting_to_text(mounting->world_probe)); !s.ok())
       return fail(s, kBadInput);

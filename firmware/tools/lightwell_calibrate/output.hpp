@@ -1,4 +1,4 @@
-// Where answers go: a file that is there whole or not at all, or standard output.
+// Output to a file, written atomically, or to standard output.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace lightwell::calibrate {
 
-/// As write_atomically() for everybody whom the umask lets; "-" is standard output.
+/// write_atomically() with the permissions of the umask; "-" is standard output.
 [[nodiscard]] Status write_output(const std::string& path, std::string_view bytes);
 
 }  // namespace lightwell::calibrate

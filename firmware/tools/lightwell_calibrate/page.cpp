@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kPointsPerMm = 72 / 25.4;
 
-/// Plain decimals: neither PDF nor old SVG readers know exponents. A hundred thousandth of a point is 4 nm.
+/// Decimals without exponent, which PDF and old SVG readers do not support. The resolution of 1e-5 pt is 4 nm.
 std::string number(double value) {
   char text[64];
   std::snprintf(text, sizeof text, "%.5f", value);
@@ -52,7 +52,7 @@ std::string escaped_xml(const std::string& text) {
 }
 
 std::string content_of(const Page& page) {
-  // y grows upwards in PDF (ISO 32000-1, 8.3.2.3).
+  // In PDF, y increases upwards (ISO 32000-1, 8.3.2.3).
   const auto y = [&](double mm) { return number((page.height - mm) * kPointsPerMm); };
   const auto x = [](double mm) { return number(mm * kPointsPerMm); };
   std::string content;
@@ -76,7 +76,7 @@ std::string content_of(const Page& page) {
   return content;
 }
 
-/// "#808080"
+/// A grey as "#808080".
 std::string hexadecimal(double grey) {
   char text[16];
   const auto value = static_cast<unsigned>(std::lround(255 * std::clamp(grey, 0.0, 1.0)));
@@ -87,7 +87,7 @@ std::string hexadecimal(double grey) {
 }  // namespace
 
 std::string pages_to_pdf(std::span<const Page> pages) {
-  // Objects: 1 the catalogue, 2 the list of pages, 3 the letters, then each page and what it draws.
+  // Objects: 1 the catalog, 2 the page tree, 3 the font, then each page and its content stream.
   std::vector<std::string> objects(3);
   std::string kids;
   for (const Page& page : pages) {
@@ -173,7 +173,7 @@ Status write_page_png(const Page& page, double dots_per_inch, const std::string&
   cv::Mat grey;
   light.convertTo(grey, CV_8U, 255);
   for (const PageText& t : page.texts) {
-    // OpenCV's letters: capitals of 21 px at scale 1; Helvetica's are 0.72 of its em.
+    // Capitals have 21 px at scale 1 in OpenCV's font, and 0.72 em in Helvetica.
     const double letters = t.size * scale * 0.72 / 21;
     cv::putText(grey, t.text, {static_cast<int>(t.x * scale), static_cast<int>(t.y * scale)}, cv::FONT_HERSHEY_SIMPLEX,
                 letters, cv::Scalar(0), std::max(1, static_cast<int>(std::lround(1.5 * letters))), cv::LINE_AA);

@@ -1,4 +1,4 @@
-// A sheet of paper with rectangles, grey areas and words, and the files that it is written to, true to scale.
+// A sheet of paper with rectangles, grey areas and texts, written true to scale as PDF, SVG or PNG.
 #pragma once
 
 #include <span>
@@ -18,8 +18,8 @@ struct PagePoint {
   double x = 0, y = 0;
 };
 
-/// Filled as one shape, so that no hairline shows between outlines that touch. Those that overlap run the same way
-/// round.
+/// Outlines filled as one shape, so that no gap shows between touching ones. Overlapping outlines have the same
+/// orientation.
 struct PageArea {
   std::vector<std::vector<PagePoint>> outlines;
   double grey = 0;  ///< sRGB value, 0 black to 1 white.
@@ -27,24 +27,24 @@ struct PageArea {
 
 struct PageText {
   std::string text;     ///< ASCII.
-  double x = 0, y = 0;  ///< Of the baseline's start.
-  double size = 3;      ///< Of the letters' em, mm.
+  double x = 0, y = 0;  ///< Start of the baseline.
+  double size = 3;      ///< Font size (em), mm.
 };
 
 struct Page {
   double width = 210, height = 297;
-  /// In their order, below all else.
+  /// Drawn first, in this order.
   std::vector<PageArea> areas;
-  /// Black. Each inner list is filled as one shape, as a PageArea is. Within one they do not overlap.
+  /// Black rectangles. Each inner list is filled as one shape, like a PageArea; its rectangles do not overlap.
   std::vector<std::vector<Rectangle>> shapes;
   std::vector<PageText> texts;
 };
 
-/// Vectors; letters are Helvetica, which every reader brings along.
+/// Vector graphics; texts in Helvetica, one of PDF's standard fonts.
 [[nodiscard]] std::string pages_to_pdf(std::span<const Page> pages);
 [[nodiscard]] std::string page_to_pdf(const Page& page);
 [[nodiscard]] std::string page_to_svg(const Page& page);
-/// Pixels are the share of black in their area, of what is grey its share. resource_exhausted: more than 64 megapixels.
+/// Pixel values are exact area averages. resource_exhausted: more than 64 megapixels.
 [[nodiscard]] Status write_page_png(const Page& page, double dots_per_inch, const std::string& path);
 
 }  // namespace lightwell::calibrate

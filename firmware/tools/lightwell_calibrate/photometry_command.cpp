@@ -8,11 +8,11 @@
 
 #include <CLI/CLI.hpp>
 
+#include "tools/lightwell_calibrate/arguments.hpp"
 #include "tools/lightwell_calibrate/output.hpp"
 #include "tools/lightwell_calibrate/photometry_print.hpp"
 #include "tools/lightwell_calibrate/photometry_report.hpp"
 #include "tools/lightwell_calibrate/photometry_steps.hpp"
-#include "tools/lightwell_calibrate/arguments.hpp"
 
 namespace lightwell::calibrate {
 namespace {
@@ -25,16 +25,16 @@ constexpr const char* kFooter = R"(Examples:
       --output rig.textproto
 
 A folder lists its pictures in frames.csv (file,exposure_s,time_s; also gain, lens, bracket_index, bracket_size):
-  dark      lens covered, all at one gain; two pictures or more
-  response  a scene that stands still, exposures from nearly dark to nearly white, each about twice the one before
-  flat      an evenly lit wall or a diffuser, at three exposures or more, two pictures of each in a row
-  lamp      one small constant lamp in a dark room, the camera turned in front of it from the middle to the edge;
-            angles.csv (file,angle_deg) has the angles from the axis, without it they are those of the lens's geometry
-PNG and JPEG have 8 bits. OpenEXR holds picture values as shares of full scale (of raw files that were converted).
+  dark      lens covered, all with the same gain; two pictures or more
+  response  a static scene, exposures from nearly dark to nearly white, each about twice the one before
+  flat      an evenly lit wall or a diffuser, three exposures or more, two successive pictures of each
+  lamp      one small constant lamp in a dark room; rotate the camera so that it moves from the centre to the edge;
+            angles.csv (file,angle_deg) has the angles from the axis, otherwise the lens's geometry gives them
+PNG and JPEG have 8 bits. OpenEXR has picture values relative to full scale (from converted raw files).
 No automatic exposure, no noise reduction; JPEG changes the noise: take flats and darks as PNG or OpenEXR.
-White is the light on the grey card: D65, or what --grey-xy says. The factors are relative to green, whose is 1.
-Steps that are not given leave their values as in the calibration.
-Exit status: 0 done, 1 an input is wrong (standard error says which and how to mend it), 2 wrong usage.)";
+White is the light on the grey card: D65, or that of --grey-xy. The factors are relative to green.
+Steps without input keep the values of the calibration.
+Exit status: 0 done, 1 an input is wrong (standard error has the reason and the remedy), 2 wrong usage.)";
 
 template <class T, std::size_t N>
 bool numbers(const std::string& text, std::array<T, N>& out) {
@@ -53,7 +53,7 @@ int fail(const std::string& what, int exit) {
   return exit;
 }
 
-/// IMAGE:x,y,w,h
+/// Parses IMAGE:x,y,w,h.
 bool split_grey(const std::string& text, PhotometryInputs& inputs) {
   const auto colon = text.rfind(':');
   std::array<int, 4> r{};
@@ -66,37 +66,34 @@ bool split_grey(const std::string& text, PhotometryInputs& inputs) {
 }  // namespace
 
 int photometry_command(std::span<char* const> arguments) {
-  CLI::App app{
-      "Measures what light becomes in a camera: response, black level, noise, vignetting, white balance, scale.",
-      "lightwell-calibrate photometry"};
+  CLI::App app{"Calibrates the photometry of a camera: response, black level, noise, vignetting, white balance, scale.",
+               "lightwell-calibrate photometry"};
   app.footer(kFooter);
   PhotometryInputs in;
   std::string calibration, output, report, grey, grey_xy;
   double nits = 0, lux = 0;
   bool json = false;
-  app.add_option("--calibration", calibration, "The rig so far: geometry, and photometry to start from")->required();
-  app.add_option("--output", output, "The rig with what was measured; replaced whole or not at all")->required();
-  app.add_option("--lens", in.lens, "Lens of the rig that the pictures are of [0]");
+  app.add_option("--calibration", calibration, "The present rig: geometry, and photometry to start from")->required();
+  app.add_option("--output", output, "The rig with the measured photometry; replaced atomically")->required();
+  app.add_option("--lens", in.lens, "Lens of the rig that took the pictures [0]");
   app.add_option("--dark", in.dark, "Folder: black level and read noise");
   app.add_option("--response", in.response, "Folder: response curve");
   app.add_option("--flat", in.flat, "Folder: read and shot noise");
   app.add_option("--lamp", in.lamp, "Folder: vignetting");
-  app.add_option("--grey", grey,
-                 "IMAGE:x,y,w,h, a patch of a grey card: white balance, and what the meter was pointed at");
-  auto* xy =
-      app.add_option("--grey-xy", grey_xy, "x,y: CIE 1931 chromaticity of the light on the card, where it is not D65");
+  app.add_option("--grey", grey, "IMAGE:x,y,w,h, a patch of a grey card: white balance, and the target of the meter");
+  auto* xy = app.add_option("--grey-xy", grey_xy, "x,y: CIE 1931 chromaticity of the light on the card [D65]");
   auto* seconds =
       app.add_option("--grey-exposure-s", in.grey_exposure_s, "Exposure of that picture [frames.csv beside it]");
   auto* gain = app.add_option("--grey-gain", in.grey_gain, "Gain of that picture [1]");
   auto* of_nits = app.add_option("--nits", nits, "Luminance meter's reading of the patch, cd/m2");
   auto* of_lux = app.add_option("--lux", lux, "Lux meter's reading on the card");
-  auto* albedo = app.add_option("--albedo", in.albedo, "The card's share of light sent back, with --lux");
+  auto* albedo = app.add_option("--albedo", in.albedo, "The card's albedo (reflectance), with --lux");
   app.add_option("--meter-deviation", in.meter_deviation, "Relative standard deviation of the meter [0.04]");
-  app.add_option("--bits", in.bits, "Bits behind OpenEXR's numbers, 8 to 16 [not rounded]");
-  app.add_option("--report", report, "A picture (PNG) of curves and data");
-  app.add_flag("--json", json, "What was measured as JSON on standard output");
+  app.add_option("--bits", in.bits, "Bit depth of the values in OpenEXR, 8 to 16 [not quantised]");
+  app.add_option("--report", report, "Draw curves and data (PNG)");
+  app.add_flag("--json", json, "Print the result as JSON on standard output");
   try {
-    std::vector<std::string> words(arguments.rbegin(), arguments.rend());  // CLI11 takes them from the back.
+    std::vector<std::string> words(arguments.rbegin(), arguments.rend());  // CLI11 expects reverse order.
     app.parse(std::move(words));
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kDone : kUsage;
@@ -104,7 +101,7 @@ int photometry_command(std::span<char* const> arguments) {
   const auto usage = [](const std::string& what) { return fail(what + "; see --help", kUsage); };
   if (!grey.empty() && !split_grey(grey, in)) return usage("--grey '" + grey + "' is not IMAGE:x,y,w,h");
   if (in.grey.empty() && (*of_nits || *of_lux || *xy || *seconds || *gain))
-    return usage("--nits, --lux and --grey-... speak of a patch; give it with --grey");
+    return usage("--nits, --lux and --grey-... need a patch; give it with --grey");
   if (*xy) {
     std::array<double, 2> parameters_of{};
     if (!numbers(grey_xy, parameters_of)) return usage("--grey-xy '" + grey_xy + "' is not x,y");
@@ -122,12 +119,12 @@ int photometry_command(std::span<char* const> arguments) {
   if (!rig) return fail(rig.status().message(), kBadInput);
   const Result<PhotometryRun> run = calibrate_photometry(*rig, in);
   if (!run) return fail(run.status().message(), kBadInput);
-  // The report first: a calibration is replaced only when all else went well.
+  // The report is written first, so that the calibration is replaced only if everything else succeeded.
   if (!report.empty())
     if (Status s = write_report(*run, report); !s.ok()) return fail(s.message(), kBadInput);
   if (Status s = write_output(output, calibration_to_text(run->rig)); !s.ok()) return fail(s.message(), kBadInput);
   for (const std::string& note : run->notes) std::cerr << "lightwell-calibrate photometry: " << note << "\n";
-  std::cout << (json ? json_of(*run) : text_of(*run)) << std::flush;
+  std::cout << (json ? json_of(*run) : to_text(*run)) << std::flush;
   return kDone;
 }
 

@@ -6,8 +6,8 @@
 
 namespace lightwell::calibrate {
 
-/// `arguments`: what follows the subcommand's name. Prints to standard output and error. 0 done, 1 an input is wrong,
-/// 2 wrong usage.
+/// `arguments`: those after "photometry". Prints to standard output and error. Returns the exit status: 0 done, 1 an
+/// input is wrong, 2 wrong usage.
 [[nodiscard]] int photometry_command(std::span<char* const> arguments);
 
 }  // namespace lightwell::calibrate

@@ -30,7 +30,9 @@ Result<std::vector<ListedPicture>> list_pictures(const std::string& folder, cons
   std::ifstream file(list, std::ios::binary);
   if (!file)
     return Status(StatusCode::not_found,
-                  list + ": not there; the folder lists its pictures in it, a line each under file,exposure_s,time_s");
+                  list +
+                      ": not there; list the folder's pictures in it, a line each, with the columns "
+                      "file,exposure_s,time_s");
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   const Result<std::vector<replay::ListedFrame>> frames = replay::parse_frame_list(text, list);
   if (!frames) return frames.status();
@@ -50,7 +52,7 @@ Result<photometry::Picture> read_picture(const std::string& path, const PictureK
   if (!image) return image.status();
   if (image->width != kind.width || image->height != kind.height)
     return invalid(path + ": it has " + std::to_string(image->width) + "x" + std::to_string(image->height) +
-                   " pixels, the calibration of lens " + std::to_string(kind.lens) + " speaks of " +
+                   " pixels, the calibration of lens " + std::to_string(kind.lens) + " is for " +
                    std::to_string(kind.width) + "x" + std::to_string(kind.height));
   const View view{kind.lens, image->format, image->width, image->height, image->stride(), image->data};
   return photometry::picture_of(view, path, kind.float_levels);
@@ -70,7 +72,7 @@ Result<std::map<std::string, double>> read_angles(const std::string& folder) {
     if (trimmed(line).empty()) continue;
     const auto comma = line.find(',');
     if (comma == std::string::npos || line.find(',', comma + 1) != std::string::npos)
-      return bad("two columns are wanted: file,angle_deg");
+      return bad("it does not have the two columns file,angle_deg");
     const std::string name = trimmed(line.substr(0, comma)), value = trimmed(line.substr(comma + 1));
     if (number == 1) {
       if (name != "file" || value != "angle_deg") return bad("the first line must be file,angle_deg");
@@ -79,8 +81,8 @@ Result<std::map<std::string, double>> read_angles(const std::string& folder) {
     double degrees = 0;
     const auto [end, wrong] = std::from_chars(value.data(), value.data() + value.size(), degrees);
     if (wrong != std::errc() || end != value.data() + value.size() || !(degrees >= 0 && degrees <= 180))
-      return bad("angle_deg '" + value + "' is no angle of 0 to 180");
-    if (!out.emplace(name, degrees * std::numbers::pi / 180).second) return bad(name + " is there twice");
+      return bad("angle_deg '" + value + "' is not an angle of 0 to 180");
+    if (!out.emplace(name, degrees * std::numbers::pi / 180).second) return bad(name + " is listed twice");
   }
   if (out.empty())
     return invalid(path + ": no angle is listed; without this file angles are those of the lens's geometry");

@@ -83,13 +83,13 @@ std::string json_of(const PhotometryRun& run) {
          ", \"notes\": [" + notes + "]}\n";
 }
 
-std::string text_of(const PhotometryRun& run) {
+std::string to_text(const PhotometryRun& run) {
   std::string out;
   if (run.response) {
     out += "response      " + std::string(photometry::to_string(run.response->response.kind));
     if (run.response->response.kind == ResponseCurve::Kind::gamma)
       out += text(" %.4f +- %.4f", run.response->response.gamma, run.response->gamma_deviation);
-    out += text("; %d samples, %d disagree, typically %.2f %% of full scale off\n", run.response->samples,
+    out += text("; %d samples, %d outliers, typical residual %.2f %% of full scale\n", run.response->samples,
                 run.response->outliers, 100 * run.response->residual);
   }
   if (run.dark)
@@ -102,15 +102,15 @@ std::string text_of(const PhotometryRun& run) {
                 run.noise->read_deviation, run.noise->shot_noise, run.noise->shot_deviation, run.levels.size());
   if (run.vignetting) {
     const auto& v = *run.vignetting;
-    out += text("vignetting    %.5f %.5f %.5f; %zu sightings, %d disagree, typically %.2f %% off\n", v.vignetting[0],
-                v.vignetting[1], v.vignetting[2], v.weight.size(), v.outliers, 100 * v.residual);
+    out += text("vignetting    %.5f %.5f %.5f; %zu observations, %d outliers, typical residual %.2f %%\n",
+                v.vignetting[0], v.vignetting[1], v.vignetting[2], v.weight.size(), v.outliers, 100 * v.residual);
   }
   if (run.white_balance)
     out +=
         text("white balance %.4f 1 %.4f +- %.4f, %.4f\n", run.white_balance->factors[0], run.white_balance->factors[2],
              std::sqrt(run.white_balance->covariance[0]), std::sqrt(run.white_balance->covariance[3]));
   if (run.scale)
-    out += text("scale         %.5g +- %.2g cd/m2 a unit\n", run.scale->nits_per_unit, run.scale->deviation);
+    out += text("scale         %.5g +- %.2g cd/m2 per unit\n", run.scale->nits_per_unit, run.scale->deviation);
   return out;
 }
 

@@ -1,4 +1,4 @@
-// What was measured, for people and for programs.
+// The result of a photometric calibration as text and as JSON.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace lightwell::calibrate {
 
-[[nodiscard]] std::string text_of(const PhotometryRun& run);
-/// One object; a step that was not taken is null. Deviations are standard deviations in the unit of their value.
+[[nodiscard]] std::string to_text(const PhotometryRun& run);
+/// A JSON object; a step without input is null. Deviations are standard deviations in the unit of their value.
 [[nodiscard]] std::string json_of(const PhotometryRun& run);
 
 }  // namespace lightwell::calibrate

@@ -14,8 +14,8 @@ namespace lightwell::calibrate {
 namespace {
 
 using eval::Anchor;
-using eval::ChartPoint;
 using eval::Chart;
+using eval::ChartPoint;
 using eval::Ink;
 
 constexpr Ink kBlack{30, 30, 30}, kGrey{215, 215, 215}, kText{90, 90, 90}, kCurve{31, 90, 180}, kData{220, 120, 20},
@@ -35,25 +35,25 @@ double nice_step(double range) {
   return power * (share < 1.5 ? 1 : share < 3.5 ? 2 : share < 7.5 ? 5 : 10);
 }
 
-/// One square of axes.
+/// One square panel with axes.
 class Panel {
  public:
   Panel(Chart& chart, int column, const std::string& title, const std::string& across, const std::string& up,
         double x_end, double y_end)
       : chart_(chart), left_(kLeft + column * (kPanel + kGap)), x_end_(x_end), y_end_(y_end) {
-    chart_.words.push_back({title, {left_, kTop - 28}, 18, kBlack, Anchor::start, true});
-    chart_.words.push_back({across, {left_ + kPanel / 2, kTop + kPanel + 46}, 14, kText, Anchor::middle});
-    eval::Words upwards{up, {left_ - 58, kTop + kPanel / 2}, 14, kText, Anchor::middle};
+    chart_.texts.push_back({title, {left_, kTop - 28}, 18, kBlack, Anchor::start, true});
+    chart_.texts.push_back({across, {left_ + kPanel / 2, kTop + kPanel + 46}, 14, kText, Anchor::middle});
+    eval::TextLabel upwards{up, {left_ - 58, kTop + kPanel / 2}, 14, kText, Anchor::middle};
     upwards.upwards = true;
-    chart_.words.push_back(upwards);
+    chart_.texts.push_back(upwards);
     const double dx = nice_step(x_end), dy = nice_step(y_end);
     for (double x = 0; x <= x_end * (1 + 1e-9); x += dx) {
       chart_.strokes.push_back({{at(x, 0), at(x, y_end)}, kGrey, 1});
-      chart_.words.push_back({text("%.4g", x), {at(x, 0).x, kTop + kPanel + 20}, 12.5, kText, Anchor::middle});
+      chart_.texts.push_back({text("%.4g", x), {at(x, 0).x, kTop + kPanel + 20}, 12.5, kText, Anchor::middle});
     }
     for (double y = 0; y <= y_end * (1 + 1e-9); y += dy) {
       chart_.strokes.push_back({{at(0, y), at(x_end, y)}, kGrey, 1});
-      chart_.words.push_back({text("%.4g", y), {left_ - 8, at(0, y).y + 4}, 12.5, kText, Anchor::end});
+      chart_.texts.push_back({text("%.4g", y), {left_ - 8, at(0, y).y + 4}, 12.5, kText, Anchor::end});
     }
     chart_.strokes.push_back({{at(0, 0), at(x_end, 0), at(x_end, y_end), at(0, y_end), at(0, 0)}, kBlack, 1.2});
   }
@@ -62,7 +62,7 @@ class Panel {
     if (!(x >= 0 && x <= x_end_ && y >= 0 && y <= y_end_)) return;
     chart_.marks.push_back({at(x, y), counted ? 1.6 : 2.6, counted ? kData : kWrong, counted});
   }
-  /// With a bar of a standard deviation either way.
+  /// A mark with an error bar of one standard deviation in both directions.
   void level(double x, double y, double deviation) {
     const double low = std::clamp(y - deviation, 0.0, y_end_), high = std::clamp(y + deviation, 0.0, y_end_);
     chart_.strokes.push_back({{at(x, low), at(x, high)}, kData, 1.4});
@@ -76,7 +76,7 @@ class Panel {
       const double x = x_end_ * i / 200;
       stroke.points.push_back(at(x, std::clamp(f(x), 0.0, y_end_)));
     }
-    if (dashed) {  // A dash needs a stretch as long as itself.
+    if (dashed) {  // A dash needs a segment of at least its own length.
       std::vector<ChartPoint> some;
       for (std::size_t i = 0; i < stroke.points.size(); i += 10) some.push_back(stroke.points[i]);
       stroke.points = some;
@@ -85,7 +85,7 @@ class Panel {
     chart_.strokes.push_back(stroke);
   }
   void line_of_words(int line, const std::string& words) {
-    chart_.words.push_back({words, {left_, kTop + kPanel + 72 + 19.0 * line}, 13, kBlack});
+    chart_.texts.push_back({words, {left_, kTop + kPanel + 72 + 19.0 * line}, 13, kBlack});
   }
 
  private:
@@ -101,7 +101,7 @@ void draw_response(const PhotometryRun& run, const PhotometricCalibration& p, Ch
   Panel panel(chart, 0, "Response", "linear light x, share of full scale", "picture value, share of full scale", 1, 1);
   panel.curve([&](double x) { return encoded(p.response, p.black_level + (1 - p.black_level) * x); }, kCurve);
   if (!run.response) return panel.line_of_words(0, "not measured: the calibration's curve");
-  // Some of those that agree, so that the curve can be seen; all of the others.
+  // Only some of the inliers, so that the curve stays visible; all outliers.
   const auto& points = run.response->points;
   const std::size_t step = std::max<std::size_t>(1, points.size() / 150);
   for (std::size_t k = 0; k < points.size(); k += step)
@@ -110,9 +110,9 @@ void draw_response(const PhotometryRun& run, const PhotometricCalibration& p, Ch
     if (!point.counted) panel.point(point.linear, point.value, false);
   panel.line_of_words(0, "curve: " + std::string(photometry::to_string(p.response.kind)) +
                              (p.response.kind == ResponseCurve::Kind::gamma ? text(" %.3f", p.response.gamma) : "") +
-                             text("; typical difference %.2f %% of full scale", 100 * run.response->residual));
+                             text("; typical residual %.2f %% of full scale", 100 * run.response->residual));
   panel.line_of_words(1, std::to_string(run.response->samples) + " samples; " + std::to_string(run.response->outliers) +
-                             " disagree (hollow, grey); of the others some are drawn");
+                             " outliers (hollow, grey); some of the others are drawn");
 }
 
 void draw_vignetting(const PhotometryRun& run, const LensParameters& lens, Chart& chart) {
@@ -133,10 +133,9 @@ void draw_vignetting(const PhotometryRun& run, const LensParameters& lens, Chart
       panel.point(x, y, false);
   }
   panel.line_of_words(0, text("v1 %.4f", v.vignetting[0]) + text(", v2 %.4f", v.vignetting[1]) +
-                             text(", v3 %.4f", v.vignetting[2]) +
-                             text("; typical difference %.2f %%", 100 * v.residual));
-  panel.line_of_words(1, "dashed: three deviations; " + std::to_string(run.observations.size()) + " sightings, " +
-                             std::to_string(v.outliers) + " disagree");
+                             text(", v3 %.4f", v.vignetting[2]) + text("; typical residual %.2f %%", 100 * v.residual));
+  panel.line_of_words(1, "dashed: 3 sigma; " + std::to_string(run.observations.size()) + " observations, " +
+                             std::to_string(v.outliers) + " outliers");
 }
 
 void draw_noise(const PhotometryRun& run, const PhotometricCalibration& p, Chart& chart) {
@@ -163,8 +162,8 @@ void draw_noise(const PhotometryRun& run, const PhotometricCalibration& p, Chart
   panel.line_of_words(0, text("read noise %.4g", run.noise->read_noise) + text(" +- %.1g", run.noise->read_deviation) +
                              text("; shot noise %.4g", run.noise->shot_noise) +
                              text(" +- %.1g", run.noise->shot_deviation));
-  panel.line_of_words(
-      1, "rounding taken off; " + std::to_string(run.levels.size()) + " levels" + (run.dark ? " and the dark" : ""));
+  panel.line_of_words(1, "rounding noise subtracted; " + std::to_string(run.levels.size()) + " levels" +
+                             (run.dark ? " and the dark" : ""));
 }
 
 }  // namespace
@@ -178,11 +177,11 @@ Status write_report(const PhotometryRun& run, const std::string& path) {
   draw_vignetting(run, lens, chart);
   draw_noise(run, lens.photometry, chart);
   const auto& p = lens.photometry;
-  chart.words.push_back(
+  chart.texts.push_back(
       {"Lens " + std::to_string(run.lens) + text(": black level %.5f", p.black_level) +
            text("; white balance %.4f", p.white_balance[0]) + text(", %.4f", p.white_balance[1]) +
            text(", %.4f", p.white_balance[2]) +
-           (run.rig.nits_per_unit > 0 ? text("; %.5g cd/m2 a unit", run.rig.nits_per_unit) : "; relative units"),
+           (run.rig.nits_per_unit > 0 ? text("; %.5g cd/m2 per unit", run.rig.nits_per_unit) : "; relative units"),
        {kLeft, chart.height - 22},
        14,
        kBlack});

@@ -1,4 +1,5 @@
-// The run as a picture: response with its samples, vignetting with the lamp, photon transfer with its levels.
+// Drawn report of a photometric calibration: response and its samples, vignetting and the lamp's observations, photon
+// transfer curve and its levels.
 #pragma once
 
 #include <string>
@@ -9,7 +10,7 @@
 
 namespace lightwell::calibrate {
 
-/// PNG. A step that was not taken shows the curve of the calibration without data.
+/// Writes a PNG. For a step without input it shows the curve of the calibration without data.
 [[nodiscard]] Status write_report(const PhotometryRun& run, const std::string& path);
 
 }  // namespace lightwell::calibrate

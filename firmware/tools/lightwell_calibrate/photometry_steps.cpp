@@ -61,7 +61,7 @@ class Steps {
     dark_ = std::move(*series);
     for (const ListedPicture& p : dark_.list)
       if (p.gain != dark_.list.front().gain)
-        return invalid(p.path + ": another gain than the first dark picture's; take all at one");
+        return invalid(p.path + ": its gain differs from that of the first dark picture; take all with the same gain");
     const Result<double> value = photometry::dark_value_of(dark_.pictures);
     if (!value) return value.status();
     dark_value_ = *value;
@@ -87,14 +87,14 @@ class Steps {
     return {};
   }
 
-  /// One curve is kept for all channels: says so where they differ.
+  /// The calibration has one curve for all channels: adds a note if the channels differ.
   void compare_channels(const photometry::ResponseSamples& samples, const photometry::ResponseEstimate& common) {
     constexpr double kMinReportedChange = 0.01;
     for (int c = 0; c < 3; ++c) {
       photometry::ResponseOptions options;
       options.channel = c;
       const auto own = photometry::solve_response(samples, options);
-      if (!own) continue;  // Too few of one colour say nothing of it.
+      if (!own) continue;  // Too few samples of this channel.
       double largest = 0;
       for (int i = 0; i <= 64; ++i) {
         const double v = dark_value_ + (1 - dark_value_) * i / 64;
@@ -120,7 +120,7 @@ class Steps {
       photometry().read_noise = found->read_noise;
     else
       run_.notes.push_back(
-          "dark: rounding hides the read noise; it stays as in the input calibration unless --flat tells it");
+          "dark: the read noise is below the rounding; it stays as in the input calibration unless --flat measures it");
     if (found->outlier_share > 0.01) run_.notes.push_back("dark: more than 1 % of the pixels are hot or dead");
     run_.dark = *found;
     return {};
@@ -152,7 +152,7 @@ class Steps {
   Status lamp() {
     if (in_.lamp.empty()) return {};
     if (std::holds_alternative<EquirectangularParameters>(lens_.model))
-      return invalid("--lamp: an equirectangular picture has no axis to fall off from");
+      return invalid("--lamp: an equirectangular picture has no lens axis, so it has no vignetting");
     const Result<std::vector<ListedPicture>> list = list_pictures(in_.lamp, kind_);
     if (!list) return list.status();
     const Result<std::map<std::string, double>> angles = read_angles(in_.lamp);
@@ -205,13 +205,13 @@ class Steps {
     if (!reading) return reading.status();
     Result<photometry::PatchExposure> exposure = grey_exposure();
     if (!exposure) return exposure.status();
-    // Over the whole patch: a large one darkens towards its rim.
+    // Vignetting averaged over the whole patch, because a large patch darkens towards its edge.
     const CameraModel model(lens_);
     double sum = 0;
     for (int y = in_.patch.y; y < in_.patch.y + in_.patch.height; ++y)
       for (int x = in_.patch.x; x < in_.patch.x + in_.patch.width; ++x) {
         const auto d = model.unproject({static_cast<double>(x), static_cast<double>(y)});
-        if (!d) return invalid(in_.grey + ": the patch reaches out of the field of view");
+        if (!d) return invalid(in_.grey + ": the patch extends beyond the field of view");
         sum += vignetting(photometry(), std::atan2(std::hypot(d->x, d->y), d->z));
       }
     exposure->vignetting = sum / (static_cast<double>(in_.patch.width) * in_.patch.height);
@@ -254,8 +254,9 @@ Result<PhotometryRun> calibrate_photometry(const RigParameters& rig, const Photo
   if (Status s = Steps(out, inputs).run(); !s.ok()) return s;
   if (rig.nits_per_unit > 0 && !out.scale && (out.response || out.dark || out.vignetting || out.white_balance))
     out.notes.push_back(
-        "nits_per_unit stays as in the input, though what it was measured with has changed; give --nits or --lux anew");
-  if (Status s = out.rig.validate(); !s.ok()) return Status(s.code(), "the result is no calibration: " + s.message());
+        "nits_per_unit stays as in the input, although the photometry it depends on has changed; give --nits or --lux");
+  if (Status s = out.rig.validate(); !s.ok())
+    return Status(s.code(), "the result is not a valid calibration: " + s.message());
   return out;
 }
 

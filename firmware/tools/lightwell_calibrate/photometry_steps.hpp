@@ -1,4 +1,4 @@
-// The steps of lightwell-calibrate photometry: pictures in, one lens's photometry mended.
+// The steps of lightwell-calibrate photometry: from pictures to the photometry of one lens.
 #pragma once
 
 #include <optional>
@@ -18,12 +18,12 @@
 
 namespace lightwell::calibrate {
 
-/// Folders and files; an empty one leaves its step out.
+/// Folders and files; a step without input is skipped.
 struct PhotometryInputs {
   std::string response, dark, flat, lamp;
   std::string grey;
   photometry::PatchRect patch;
-  double grey_exposure_s = 0, grey_gain = 0;  ///< 0: as the frames.csv beside the picture says.
+  double grey_exposure_s = 0, grey_gain = 0;  ///< 0: from the frames.csv beside the picture.
   std::optional<std::array<double, 2>> grey_xy;
   std::optional<double> nits, lux;
   double albedo = 0.18;
@@ -32,7 +32,7 @@ struct PhotometryInputs {
   int bits = 0;
 };
 
-/// What was found, a step each, and the calibration that holds it.
+/// The result of each step, and the calibration with all results.
 struct PhotometryRun {
   RigParameters rig;
   int lens = 0;
@@ -44,11 +44,11 @@ struct PhotometryRun {
   std::optional<photometry::VignettingEstimate> vignetting;
   std::optional<photometry::WhiteBalance> white_balance;
   std::optional<photometry::AbsoluteScale> scale;
-  std::vector<std::string> notes;  ///< What a person should know of the result.
+  std::vector<std::string> notes;  ///< Remarks on the result for the user.
 };
 
-/// In the order in which one needs the other: dark value, response, dark, flats, lamp, grey card, meter. What is not
-/// given stays as in `rig`. The result has passed RigParameters::validate().
+/// Runs the steps in the order of their dependencies: black level, response, dark, flats, lamp, grey card, meter.
+/// Values of skipped steps are kept from `rig`. The result has passed RigParameters::validate().
 [[nodiscard]] Result<PhotometryRun> calibrate_photometry(const RigParameters& rig, const PhotometryInputs& inputs);
 
 }  // namespace lightwell::calibrate

@@ -32,31 +32,31 @@ std::vector<Rectangle> tag_rectangles(const TagBitmap& tag, double left, double 
 
 void draw_ruler(double x, double y, Page& page) {
   constexpr double kThin = 0.15;
-  std::vector<Rectangle> lines = {{x, y, kRuler, kThin}};
-  // The strokes stand on the line; a stroke's left side is its place, but for the last, whose right side is.
-  for (int mm = 0; mm <= static_cast<int>(kRuler); ++mm) {
+  std::vector<Rectangle> lines = {{x, y, kRulerLength_mm, kThin}};
+  // The left side of a stroke is at its position; of the last stroke the right side.
+  for (int mm = 0; mm <= static_cast<int>(kRulerLength_mm); ++mm) {
     const double high = mm % 10 == 0 ? 3.2 : mm % 5 == 0 ? 2.2 : 1.4;
     if (mm > 10 && mm < 90 && mm % 5 != 0) continue;
-    lines.push_back({x + mm - (mm == static_cast<int>(kRuler) ? kThin : 0), y - high, kThin, high});
+    lines.push_back({x + mm - (mm == static_cast<int>(kRulerLength_mm) ? kThin : 0), y - high, kThin, high});
   }
   page.shapes.push_back(std::move(lines));
-  for (int mm = 0; mm <= static_cast<int>(kRuler); mm += 50)
+  for (int mm = 0; mm <= static_cast<int>(kRulerLength_mm); mm += 50)
     page.texts.push_back(
-        {std::to_string(mm) + (mm == static_cast<int>(kRuler) ? " mm" : ""), x + mm + 0.8, y - 3.6, 2.4});
+        {std::to_string(mm) + (mm == static_cast<int>(kRulerLength_mm) ? " mm" : ""), x + mm + 0.8, y - 3.6, 2.4});
 }
 
 std::vector<Rectangle> digits(int number, double width, double height) {
-  // Bars: top, upper right, lower right, bottom, lower left, upper left, middle: bits 0 to 6.
+  // Segments top, upper right, lower right, bottom, lower left, upper left, middle are bits 0 to 6.
   static constexpr std::array<std::uint8_t, 10> kBars = {0x3f, 0x06, 0x5b, 0x4f, 0x66, 0x6d, 0x7d, 0x07, 0x7f, 0x6f};
   const std::string text = std::to_string(number);
   const auto count = static_cast<double>(text.size());
-  // A digit is half as wide as high, a gap half as wide as a digit; the line below takes three bars more.
+  // A digit is half as wide as high, a gap half as wide as a digit; the underline needs three more bar widths.
   const double high = std::min(height * 9 / 12, width / (0.5 * count + 0.25 * (count - 1)));
   const double wide = high / 2, bar = high / 9, pitch = 1.5 * wide;
   std::vector<Rectangle> out;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const double x = (static_cast<double>(i) - (count - 1) / 2) * pitch - wide / 2, y = -high / 2, half = high / 2;
-    // Bars up and down end where those across begin, so that none overlap.
+    // Vertical bars end where horizontal ones begin, so that none overlap.
     const double tall = half - 1.5 * bar;
     const std::array<Rectangle, 7> bars = {{{x, y, wide, bar},
                                             {x + wide - bar, y + bar, bar, tall},

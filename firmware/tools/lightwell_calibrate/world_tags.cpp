@@ -34,7 +34,7 @@ std::vector<std::string_view> cells_of(std::string_view line) {
 
 Result<std::vector<WorldTag>> parse_world_tags(std::string_view text, const std::string& name) {
   std::vector<WorldTag> out;
-  std::vector<std::size_t> order;  // Which column each cell of a line is.
+  std::vector<std::size_t> order;  // Index in kColumns of each cell of a line.
   int line_number = 0;
   const auto wrong = [&](const std::string& what) {
     return Status(StatusCode::invalid_argument, name + ":" + std::to_string(line_number) + ": " + what);
@@ -56,7 +56,7 @@ Result<std::vector<WorldTag>> parse_world_tags(std::string_view text, const std:
         }
         const auto index = static_cast<std::size_t>(column - kColumns.begin());
         if (std::find(order.begin(), order.end(), index) != order.end())
-          return wrong("column " + std::string(cell) + " is there twice");
+          return wrong("column " + std::string(cell) + " is listed twice");
         order.push_back(index);
       }
       for (std::size_t i = kId; i < kColumns.size(); ++i)

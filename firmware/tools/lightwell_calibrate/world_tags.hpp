@@ -1,9 +1,9 @@
-// A room's tags from a file: which hangs where.
+// Reads the poses of a room's tags from a CSV file.
 //   family,id,size_m,tx,ty,tz,qx,qy,qz,qw
 //   tag36h11,7,0.16,0.5,1.4,-2.0,0,0,0,1
-// The first line names the columns, in any order; family may be absent (tag36h11), all others must be there. Each row
-// is T_world_tag: metres, and a quaternion of unit length; a tag's frame has its origin in the tag's centre, +X right,
-// +Y up, +Z towards who reads it. Empty lines and lines that begin with # are passed over.
+// The first line names the columns, in any order; family is optional (tag36h11), all others are required. Each row is
+// T_world_tag: metres, and a unit quaternion; a tag's frame has its origin in the tag's centre, +X right, +Y up, +Z
+// towards the viewer. Empty lines and lines that begin with # are ignored.
 #pragma once
 
 #include <string>
@@ -16,9 +16,9 @@
 
 namespace lightwell::calibrate {
 
-/// invalid_argument names `name` and the line.
+/// invalid_argument: a malformed line or an invalid value; the message has `name` and the line.
 [[nodiscard]] Result<std::vector<WorldTag>> parse_world_tags(std::string_view text, const std::string& name);
-/// not_found, data_loss, or as parse_world_tags().
+/// not_found: the file cannot be opened; data_loss: it cannot be read; otherwise as parse_world_tags().
 [[nodiscard]] Result<std::vector<WorldTag>> load_world_tags(const std::string& path);
 
 }  // namespace lightwell::calibrate

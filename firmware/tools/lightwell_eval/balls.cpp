@@ -12,7 +12,7 @@ namespace lightwell::eval {
 namespace {
 
 constexpr int kSize = 48;
-/// Of the literature's matte silver ball (DiffusionLight-evaluation, matte_silver.py).
+/// Perceptual roughness of the matte silver ball of the literature (DiffusionLight-evaluation, matte_silver.py).
 constexpr double kSilverRoughness = 0.3271;
 
 struct Pixel {
@@ -35,9 +35,10 @@ const std::vector<Pixel>& ball_pixels() {
   return pixels;
 }
 
-using Answer = std::function<Color(Vec3d)>;
+using DirectionFunction = std::function<Color(Vec3d)>;
 
-BallPictures pictures(const Answer& irradiance, const Answer& silver, const Answer& mirror) {
+BallPictures pictures(const DirectionFunction& irradiance, const DirectionFunction& silver,
+                      const DirectionFunction& mirror) {
   BallPictures out;
   for (const Pixel& p : ball_pixels()) {
     Color diffuse = irradiance(p.normal);
@@ -54,7 +55,7 @@ Color color(const Rgb<T>& v) {
   return {v.r, v.g, v.b};
 }
 
-/// What a lamp that is looked at shows.
+/// Radiance of the lights in a direction, each a disc of uniform radiance.
 Radiance discs(const Descriptor& d, Vec3d direction) {
   Radiance sum;
   for (const Light& light : d.lights) {
@@ -93,14 +94,14 @@ BallPictures ball_pictures(const Descriptor& d) {
                   [&](Vec3d v) { return color(rest(mirror, vec_cast<float>(v), 0) + discs(d, v)); });
 }
 
-std::array<double, kBalls> ball_errors(const BallPictures& truth, const BallPictures& answer) {
+std::array<double, kBalls> ball_errors(const BallPictures& truth, const BallPictures& estimate) {
   std::array<double, kBalls> out{};
   for (std::size_t b = 0; b < kBalls; ++b) {
     double difference = 0, whole = 0;
     for (std::size_t k = 0; k < truth[b].size(); ++k) {
       for (std::size_t c = 0; c < 3; ++c) {
-        const double t = truth[b][k][c], a = answer[b][k][c];
-        difference += (a - t) * (a - t);
+        const double t = truth[b][k][c], e = estimate[b][k][c];
+        difference += (e - t) * (e - t);
         whole += t * t;
       }
     }

@@ -1,5 +1,5 @@
-// The three balls by which light estimation is compared: diffuse, matte silver, mirror; lit by the truth and by a
-// descriptor.
+// Renderings of the three spheres used to compare light estimates (diffuse, matte silver, mirror), lit by the ground
+// truth and by a descriptor.
 #pragma once
 
 #include <array>
@@ -14,15 +14,15 @@ namespace lightwell::eval {
 enum class Ball { diffuse, silver, mirror };
 inline constexpr std::size_t kBalls = 3;
 
-/// Pictures of the balls from the front, from infinitely far, albedo 1: radiance of each pixel on the ball.
+/// Orthographic front views of the balls with albedo 1: the radiance of each pixel on the ball.
 using BallPictures = std::array<std::vector<Color>, kBalls>;
 
 [[nodiscard]] BallPictures ball_pictures(const GroundTruth& truth);
-/// Lights are discs in the mirror. `descriptor` may carry a whole environment map, which then stands for the harmonics
-/// in reflections.
+/// Lights appear as discs in the mirror. If `descriptor` has a whole environment map, reflections use it instead of the
+/// spherical harmonics.
 [[nodiscard]] BallPictures ball_pictures(const Descriptor& descriptor);
 
-/// RMS over pixels and channels of the difference, by the RMS of the truth.
-[[nodiscard]] std::array<double, kBalls> ball_errors(const BallPictures& truth, const BallPictures& answer);
+/// RMS over pixels and channels of the difference, divided by the RMS of the truth.
+[[nodiscard]] std::array<double, kBalls> ball_errors(const BallPictures& truth, const BallPictures& estimate);
 
 }  // namespace lightwell::eval

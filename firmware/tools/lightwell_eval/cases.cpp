@@ -32,15 +32,15 @@ std::vector<Case> all_cases() {
   };
   for (const int width : {640, 320, 1280}) {
     for (const Setting setting : kSettings) {
-      Case& c =
-          add(std::string(to_string(setting)) + (width == 640 ? "" : " @" + std::to_string(width)), SweepParameter::setting);
+      Case& c = add(std::string(to_string(setting)) + (width == 640 ? "" : " @" + std::to_string(width)),
+                    SweepParameter::setting);
       c.width = width;
       c.height = width * 3 / 4;
       c.config.setting = setting;
       c.named = true;
     }
   }
-  // With all bands and lights, so that what blocks cost is not hidden behind what is left out of the message.
+  // With epsilon 0, so that the descriptor is not reduced and the error is that of the block size.
   for (const int edge : {2, 4, 8, 16}) {
     Case& c = add("block " + std::to_string(edge) + ", eps 0", SweepParameter::block);
     c.block_edge = edge;
@@ -58,11 +58,12 @@ std::vector<Case> all_cases() {
     add("map " + std::to_string(edge), SweepParameter::map).config.panorama.environment_edge = edge;
   for (const int exposures : {1, 3}) {
     for (const Setting setting : kSettings) {
-      Case& c = add("8 bit x" + std::to_string(exposures) + " " + std::string(to_string(setting)), SweepParameter::sensor);
+      Case& c =
+          add("8 bit x" + std::to_string(exposures) + " " + std::string(to_string(setting)), SweepParameter::sensor);
       c.sensor = Sensor::eight_bit;
       c.exposures = exposures;
       c.config.setting = setting;
-      // One exposure clips every lamp. That is flagged, and no setting changes it.
+      // A single exposure clips every lamp, which no setting changes (the descriptor is flagged).
       c.named = exposures > 1;
     }
   }

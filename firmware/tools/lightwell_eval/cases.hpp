@@ -1,4 +1,4 @@
-// What is swept: cameras, and configurations of the estimator.
+// The cases of the sweep: cameras and configurations of the estimator.
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@
 
 namespace lightwell::eval {
 
-/// What one row of the table varies; a colour in the picture.
+/// The parameter that a case varies; determines its colour in the chart.
 enum class SweepParameter { setting, block, band, lights, epsilon, map, sensor };
 [[nodiscard]] std::string_view to_string(SweepParameter parameter);
 
-/// What the error is measured through. Time is always that of rgb8 pictures.
+/// The sensor for the error. Times are always measured with rgb8 pictures.
 enum class Sensor {
-  ideal,      ///< Floating-point radiance without noise: what the estimator itself gets wrong.
+  ideal,      ///< Floating-point radiance without noise: the error of the estimator alone.
   eight_bit,  ///< rgb8 with noise, vignetting and saturation.
 };
 
@@ -27,10 +27,10 @@ struct Case {
   int exposures = 1;
   int block_edge = 0;  ///< PanoramaOptions::block_edge.
   EstimatorConfig config;
-  bool named = false;  ///< One of the three settings as it is chosen by name.
+  bool named = false;  ///< One of the three named settings.
 
-  /// Cases of one camera and sensor compete.
-  [[nodiscard]] bool rivals(const Case& o) const {
+  /// Whether both cases have the same camera and sensor, so that they are compared.
+  [[nodiscard]] bool competes_with(const Case& o) const {
     return width == o.width && height == o.height && sensor == o.sensor;
   }
 };

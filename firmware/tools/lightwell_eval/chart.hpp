@@ -1,5 +1,5 @@
-// The rows as a picture: error over time, and error over bytes, every point named, the fronts drawn through; below, a
-// marker's.
+// Chart of the rows: error over time and error over bytes, with labelled points and Pareto fronts; below, those of a
+// marker.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// A picture of lines, marks and words, and the two files it is written to.
+// A chart of lines, marks and texts, written as SVG or PNG.
 #pragma once
 
 #include <string>
@@ -38,24 +38,24 @@ struct Mark {
   bool square = false;
 };
 
-struct Words {
+struct TextLabel {
   std::string text;  ///< ASCII.
-  ChartPoint at;             ///< On the baseline, where `anchor` says.
-  double size = 14;  ///< Of the letters' em.
+  ChartPoint at;     ///< The point of the baseline that `anchor` selects.
+  double size = 14;  ///< Font size (em), px.
   Ink ink;
   Anchor anchor = Anchor::start;
   bool bold = false;
-  bool upwards = false;  ///< Read from below.
+  bool upwards = false;  ///< Rotated by 90 degrees, reading upwards.
 };
 
 struct Chart {
   double width = 0, height = 0;
-  std::vector<Stroke> strokes;  ///< Drawn first,
-  std::vector<Mark> marks;      ///< then these,
-  std::vector<Words> words;     ///< and these on top.
+  std::vector<Stroke> strokes;   ///< Drawn first.
+  std::vector<Mark> marks;       ///< Drawn second.
+  std::vector<TextLabel> texts;  ///< Drawn last.
 };
 
-/// About as wide as Helvetica is.
+/// Approximate width of a text in Helvetica, px.
 [[nodiscard]] double width_of(const std::string& text, double size, bool bold);
 
 [[nodiscard]] Status write_svg(const Chart& chart, const std::string& path);

@@ -13,11 +13,11 @@
 namespace lightwell::eval {
 namespace {
 
-/// Drawn so many times larger, then averaged: OpenCV's letters are strokes, and small ones are ugly.
+/// Supersampling: OpenCV's stroke fonts are illegible at small sizes.
 constexpr int kTimes = 4;
-constexpr double kFinal = 2;  ///< Pixels of the file by pixels of the chart: sharp on a dense screen.
+constexpr double kFinal = 2;  ///< Pixels of the file per pixel of the chart, for high-resolution screens.
 constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
-/// Height of capitals of the font at scale 1, and of Helvetica by its em.
+/// Height of capitals: of the OpenCV font at scale 1, px, and of Helvetica relative to its em.
 constexpr double kFontCapital = 21, kCapital = 0.72;
 
 cv::Scalar color(Ink ink) { return cv::Scalar(ink.b, ink.g, ink.r); }
@@ -56,7 +56,7 @@ void draw(const Mark& m, cv::Mat& picture) {
   }
 }
 
-void draw(const Words& w, cv::Mat& picture) {
+void draw(const TextLabel& w, cv::Mat& picture) {
   const int thickness = thick(w.size * (w.bold ? 0.11 : 0.07));
   double scale = w.size * kCapital / kFontCapital * kTimes;
   int below = 0;
@@ -83,13 +83,13 @@ void draw(const Words& w, cv::Mat& picture) {
 }  // namespace
 
 Status write_png(const Chart& chart, const std::string& path) {
-  // OpenCV throws; a status is what leaves this library.
+  // OpenCV throws; this library returns a Status.
   try {
     cv::Mat picture(static_cast<int>(chart.height * kTimes), static_cast<int>(chart.width * kTimes), CV_8UC3,
                     cv::Scalar(255, 255, 255));
     for (const Stroke& s : chart.strokes) draw(s, picture);
     for (const Mark& m : chart.marks) draw(m, picture);
-    for (const Words& w : chart.words) draw(w, picture);
+    for (const TextLabel& w : chart.texts) draw(w, picture);
     cv::Mat out;
     cv::resize(picture, out, {}, kFinal / kTimes, kFinal / kTimes, cv::INTER_AREA);
     std::vector<unsigned char> png;

@@ -70,7 +70,7 @@ Status write_svg(const Chart& chart, const std::string& path) {
       out << "<circle cx=\"" << number(m.at.x) << "\" cy=\"" << number(m.at.y) << "\" r=\"" << number(m.radius) << "\""
           << paint;
   }
-  for (const Words& w : chart.words) {
+  for (const TextLabel& w : chart.texts) {
     out << "<text x=\"" << number(w.at.x) << "\" y=\"" << number(w.at.y) << "\" font-size=\"" << number(w.size)
         << "\" fill=\"" << color(w.ink) << "\" text-anchor=\""
         << (w.anchor == Anchor::start    ? "start"

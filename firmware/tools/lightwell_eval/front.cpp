@@ -11,7 +11,7 @@ constexpr double kClearInstructions = 0.98, kClearBytes = 0.98;
 
 bool clearly_less(double a, double b, double clear) { return a < clear * b; }
 
-/// By the clock, and where instructions were counted by these too: a clock may differ where the same was done.
+/// Clearly less time and, if counted, also clearly fewer instructions: times may differ for the same work.
 bool clearly_quicker(const Row& a, const Row& b) {
   const bool counted = a.instructions_per_pixel && b.instructions_per_pixel;
   return clearly_less(a.ms, b.ms, kClearTime) &&
@@ -20,7 +20,8 @@ bool clearly_quicker(const Row& a, const Row& b) {
 
 bool clearly_better(const Row& a, const Row& b) {
   return clearly_quicker(a, b) || clearly_less(a.bytes, b.bytes, kClearBytes) ||
-         clearly_less(a.rms, b.rms, kClearError) || clearly_less(a.bound_or_infinity(), b.bound_or_infinity(), kClearError);
+         clearly_less(a.rms, b.rms, kClearError) ||
+         clearly_less(a.bound_or_infinity(), b.bound_or_infinity(), kClearError);
 }
 
 bool dominates(const Row& a, const Row& b) { return clearly_better(a, b) && !clearly_better(b, a); }
@@ -40,7 +41,7 @@ void summarise(Row& row, double memcpy_seconds) {
     for (const Outcome& o : row.scenes) all.push_back(value(o));
     return all;
   };
-  const auto most = [](const std::vector<double>& all) {
+  const auto largest_of = [](const std::vector<double>& all) {
     return all.empty() ? 0 : *std::max_element(all.begin(), all.end());
   };
   const double seconds = median(over([](const Outcome& o) { return o.seconds; }));
@@ -50,9 +51,9 @@ void summarise(Row& row, double memcpy_seconds) {
   const std::vector<double> rms = over([](const Outcome&o) { return o.rms; }),
                             largest = over([](const Outcome&o) { return o.largest; });
   row.rms = median(rms);
-  row.worst_rms = most(rms);
+  row.worst_rms = largest_of(rms);
   row.largest = median(largest);
-  row.worst_largest = most(largest);
+  row.worst_largest = largest_of(largest);
   std::vector<double> instructions, light, bounds;
   for (const Outcome& o : row.scenes) {
     if (o.instructions_per_pixel) instructions.push_back(*o.instructions_per_pixel);
@@ -64,15 +65,15 @@ void summarise(Row& row, double memcpy_seconds) {
   row.bound = median(bounds);
   if (!light.empty()) {
     row.light_deg = median(light);
-    row.worst_light_deg = most(light);
+    row.worst_light_deg = largest_of(light);
   }
   for (std::size_t b = 0; b < kBalls; ++b) row.balls[b] = median(over([b](const Outcome& o) { return o.balls[b]; }));
 }
 
 void mark_front(std::span<Row> rows) {
   for (Row& b : rows)
-    b.on_front =
-        std::none_of(rows.begin(), rows.end(), [&](const Row& a) { return a.setup.rivals(b.setup) && dominates(a, b); });
+    b.on_front = std::none_of(rows.begin(), rows.end(),
+                              [&](const Row& a) { return a.setup.competes_with(b.setup) && dominates(a, b); });
 }
 
 }  // namespace lightwell::eval

@@ -1,4 +1,4 @@
-// Rows of the table, and which of them no other beats.
+// Rows of the table, and their Pareto front.
 #pragma once
 
 #include <limits>
@@ -21,12 +21,12 @@ struct Row {
   double rms = 0, worst_rms = 0, largest = 0, worst_largest = 0;
   std::optional<double> instructions_per_pixel, light_deg, worst_light_deg;
   std::array<double, kBalls> balls{};
-  double bound = 0;            ///< Median of the finite ones; 0 where there is none.
-  double unbounded_share = 0;  ///< Scenes whose descriptor says that it cannot bound its error.
+  double bound = 0;            ///< Median of the finite error bounds; 0 if there is none.
+  double unbounded_share = 0;  ///< Share of scenes whose descriptor has no error bound.
 
-  bool on_front = false;  ///< Among the case's rivals.
+  bool on_front = false;  ///< Not dominated by a row of the same camera and sensor.
 
-  /// The bound; infinite where half of the scenes or more have none.
+  /// The bound; infinite if half of the scenes or more have none.
   [[nodiscard]] double bound_or_infinity() const {
     return unbounded_share < 0.5 ? bound : std::numeric_limits<double>::infinity();
   }
@@ -34,16 +34,16 @@ struct Row {
 
 [[nodiscard]] double median(std::vector<double> values);
 
-/// Fills what is derived from the scenes. `memcpy_seconds` is of the row's bracket.
+/// Computes the medians and worst values from the scenes. `memcpy_seconds`: of a bracket of the row's size.
 void summarise(Row& row, double memcpy_seconds);
 
-/// A number is clearly less than another below this share of it: times, which differ from run to run of the same
-/// program, and errors.
+/// Ratios below which a time (which varies between runs) or an error is clearly less than another.
 inline constexpr double kClearTime = 0.95, kClearError = 0.98;
 
-/// Marks the rows that none of their rivals beats. One beats another that has no more of time, bytes, median error and
-/// median bound, and clearly less of one of them. Differences below 5 % of time, by which the same program differs from
-/// run to run, or 2 % of the others do not count, nor does time where as many instructions were counted.
+/// Sets on_front of the rows that no row of the same camera and sensor dominates. The objectives are time, bytes,
+/// median error and median bound: a row dominates another if it is clearly less in one of them and not clearly more in
+/// any. Differences of less than 5 % in time (the variation between runs) or 2 % in the others are ignored; so are
+/// differences in time if the instruction counts are equal.
 void mark_front(std::span<Row> rows);
 
 }  // namespace lightwell::eval

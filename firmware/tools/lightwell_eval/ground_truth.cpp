@@ -10,8 +10,9 @@
 namespace lightwell::eval {
 namespace {
 
-/// Pixels are summed to patches of a panorama so wide. For irradiance that is exact but where the horizon crosses a
-/// patch; for reflections it is enough down to roughness 0.25, whose lobe is 7 degrees wide.
+/// Number of patches around the panorama to which pixels are summed. Irradiance is then exact except where the horizon
+/// of a normal crosses a patch; reflections are accurate for a roughness of at least 0.25, whose lobe is 7 degrees
+/// wide.
 constexpr int kPatchesWide = 256;
 
 double luminance(const sim::Panorama& p, int i, int j) { return p.pixel(i, j).luminance(); }
@@ -37,7 +38,8 @@ const std::vector<Vec3d>& truth_normals() {
   return normals;
 }
 
-GroundTruth::GroundTruth(std::string name, const sim::Panorama& panorama) : name_(std::move(name)), panorama_(panorama) {
+GroundTruth::GroundTruth(std::string name, const sim::Panorama& panorama)
+    : name_(std::move(name)), panorama_(panorama) {
   const int edge = std::max(1, panorama_.width / kPatchesWide);
   for (int y = 0; y < panorama_.height; y += edge) {
     for (int x = 0; x < panorama_.width; x += edge) {
@@ -74,7 +76,7 @@ Color GroundTruth::radiance(Vec3d d, double roughness) const {
     const Radiance l = panorama_.radiance(d);
     return {l.r, l.g, l.b};
   }
-  // GgxLobe::value without its constant, which the division takes out.
+  // GgxLobe::value without its constant factor, which cancels in the division.
   const double a2 = std::pow(roughness, 4), slope = 0.5 * (1 - a2);
   Color sum{};
   double whole = 0;
@@ -110,7 +112,7 @@ void GroundTruth::find_brightest() {
   std::vector<char> taken(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   std::vector<std::pair<int, int>> open;
   const auto visit = [&](int i, int j) {
-    if (j < 0 || j >= height) {  // Over the pole to the opposite meridian.
+    if (j < 0 || j >= height) {  // Across the pole to the opposite meridian.
       j = std::clamp(j, 0, height - 1);
       i += width / 2;
     }

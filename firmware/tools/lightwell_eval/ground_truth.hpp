@@ -1,5 +1,5 @@
-// What is true of a panorama, by plain sums over its pixels in double: its irradiance, its brightest region, and the
-// light that reflections see.
+// Ground truth of a panorama by sums over its pixels in double precision: irradiance, brightest region, and prefiltered
+// radiance for reflections.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ namespace lightwell::eval {
 /// Radiance or irradiance, Rec. 709.
 using Color = std::array<double, 3>;
 
-/// Unit vectors spread evenly: Gonzalez 2010, half a step left at either pole.
+/// Evenly distributed unit vectors: the Fibonacci lattice of Gonzalez 2010, with an offset of half a step at the poles.
 [[nodiscard]] std::vector<Vec3d> fibonacci_normals(int count);
 
 class GroundTruth {
@@ -24,21 +24,22 @@ class GroundTruth {
   GroundTruth(std::string name, const sim::Panorama& panorama);
 
   [[nodiscard]] const std::string& name() const { return name_; }
-  /// Not divided by pi. Within 1e-4 of the sum over single pixels.
+  /// Irradiance, not divided by pi. Within 1e-4 of the sum over single pixels.
   [[nodiscard]] Color irradiance(Vec3d unit_normal) const;
-  /// proto/README.md's radiance(d, r) for r >= 0.25; at 0 the panorama itself.
+  /// radiance(d, r) of proto/README.md for r >= 0.25; the panorama itself for r = 0.
   [[nodiscard]] Color radiance(Vec3d unit_direction, double perceptual_roughness) const;
 
-  /// Of the 8-connected pixels at or above half the brightest one's luminance: the luminance-weighted centroid.
+  /// Direction of the brightest region: the luminance-weighted centroid of the 8-connected pixels around the brightest
+  /// one with at least half its luminance.
   [[nodiscard]] Vec3d brightest() const { return brightest_; }
-  /// The brightest pixel's luminance by the mean over the sphere.
+  /// Luminance of the brightest pixel divided by the mean over the sphere.
   [[nodiscard]] double peak_to_mean() const { return peak_to_mean_; }
 
-  /// At the 2,048 normals of proto/README.md's error.
+  /// Irradiances at truth_normals().
   [[nodiscard]] std::span<const Color> irradiances() const { return irradiances_; }
 
  private:
-  /// Light of some neighbouring pixels: sums of L d and of L, by solid angle.
+  /// Sums of L d and of L over some neighbouring pixels, weighted by solid angle.
   struct Patch {
     std::array<Vec3d, 3> vector;
     Color sum{};
@@ -56,7 +57,7 @@ class GroundTruth {
   double peak_to_mean_ = 0;
 };
 
-/// The normals of Truth::irradiances().
+/// The 2,048 normals at which proto/README.md defines the error.
 [[nodiscard]] const std::vector<Vec3d>& truth_normals();
 
 }  // namespace lightwell::eval

@@ -25,12 +25,12 @@ std::optional<std::uint64_t> count_instructions(const std::function<void()>& wor
   ioctl(counter, PERF_EVENT_IOC_DISABLE, 0);
   struct {
     std::uint64_t count, enabled_ns, running_ns;
-  } got{};
-  const bool whole = read(counter, &got, sizeof got) == sizeof got;
+  } result{};
+  const bool complete = read(counter, &result, sizeof result) == sizeof result;
   close(counter);
-  // A counter that was shared with others has seen a part of the work only.
-  if (!whole || got.count == 0 || got.running_ns < got.enabled_ns) return std::nullopt;
-  return got.count;
+  // A multiplexed counter has counted only a part of the work.
+  if (!complete || result.count == 0 || result.running_ns < result.enabled_ns) return std::nullopt;
+  return result.count;
 }
 
 }  // namespace lightwell::eval

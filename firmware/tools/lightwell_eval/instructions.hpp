@@ -1,4 +1,4 @@
-// Instructions that this thread executes in user space, counted by the processor.
+// Counts the instructions that this thread executes in user space (hardware counter of perf_event_open).
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace lightwell::eval {
 
-/// Of `work` alone; none where the kernel or the machine does not count (perf_event_paranoid, a virtual machine, a
+/// Instructions of `work`; nullopt if the counter is not available (perf_event_paranoid, a virtual machine, a
 /// container).
 [[nodiscard]] std::optional<std::uint64_t> count_instructions(const std::function<void()>& work);
 

@@ -51,7 +51,7 @@ class Placer {
   std::vector<LabelPlacement> run() {
     std::vector<std::size_t> order(labels_.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    // Who stands in a crowd has the fewest places to choose from.
+    // Labels in dense regions first, because they have the fewest free places.
     std::vector<double> crowd(labels_.size());
     for (std::size_t i = 0; i < labels_.size(); ++i)
       for (const Label& other : labels_)
@@ -76,7 +76,7 @@ class Placer {
       for (int k = 0; k < kDirections; ++k) {
         const double angle = 2 * std::numbers::pi * k / kDirections;
         const double x = label.point.x + radius * std::cos(angle), y = label.point.y + radius * std::sin(angle);
-        // The point of the box that is nearest to the mark lies on the circle.
+        // The box touches the circle with its point nearest to the mark.
         const Box box{x - width * 0.5 * (1 - std::cos(angle)), y - height * 0.5 * (1 - std::sin(angle)), width, height};
         const LabelPlacement candidate{box, nearest_in(box, label.point)};
         const double cost = cost_of(i, candidate);
@@ -125,7 +125,8 @@ class Placer {
 
 }  // namespace
 
-std::vector<LabelPlacement> place_labels(std::span<const Label> labels, const Box& room, std::span<const Stroke> curves) {
+std::vector<LabelPlacement> place_labels(std::span<const Label> labels, const Box& room,
+                                         std::span<const Stroke> curves) {
   return Placer(labels, room, curves).run();
 }
 

@@ -1,4 +1,4 @@
-// Where the names of points go, so that none hides another, nor a point.
+// Placement of point labels without overlaps between labels and points.
 #pragma once
 
 #include <span>
@@ -10,22 +10,22 @@
 namespace lightwell::eval {
 
 struct Label {
-  std::vector<std::string> lines;  ///< Names of all points that lie there.
+  std::vector<std::string> lines;  ///< Names of all points at this position.
   ChartPoint point;
   double size = 13;
   bool bold = false;
 };
 
 struct LabelPlacement {
-  Box box;        ///< Of all lines, each kLineHeight times the size high.
-  ChartPoint leader_end;  ///< On the box's edge, towards the point.
+  Box box;                ///< Contains all lines; the height of a line is kLineHeight * size.
+  ChartPoint leader_end;  ///< End of the leader line: the point of the box nearest to the labelled point.
 };
 
 inline constexpr double kLineHeight = 1.2;
 
-/// In the order of `labels`. Inside `room`; as near as there is place, all others being where they are, improved in a
-/// few rounds. Other labels and points are kept free, `curves` where it costs little.
+/// Placements in the order of `labels`, inside `room`. Greedy: places each label as near to its point as possible given
+/// the others, in a few rounds. Overlaps with labels and points have a high cost, crossings of `curves` a low one.
 [[nodiscard]] std::vector<LabelPlacement> place_labels(std::span<const Label> labels, const Box& room,
-                                               std::span<const Stroke> curves);
+                                                       std::span<const Stroke> curves);
 
 }  // namespace lightwell::eval

@@ -1,4 +1,4 @@
-// lightwell-eval: the trade between time, bytes and accuracy, measured.
+// lightwell-eval: measures time, bytes and accuracy of the estimator's settings.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -24,7 +24,7 @@ int fail(const Status& s) {
   return s.code() == StatusCode::invalid_argument ? kUsage : kFailed;
 }
 
-/// One line that is written over on a terminal, a line a scene elsewhere.
+/// Progress on stderr: one line that is overwritten on a terminal, otherwise a line per scene.
 class Progress {
  public:
   explicit Progress(std::size_t steps) : steps_(steps) {}
@@ -59,12 +59,12 @@ Result<std::vector<Row>> measure(const std::vector<std::string>& paths, bool qui
     const GroundTruth truth(name, *panorama);
     const BallPictures balls = ball_pictures(truth);
     const sim::Scene scene(std::move(*panorama));
-    std::map<int, Camera> cameras;  // by width
+    std::map<int, CameraRenderer> cameras;  // By width.
     for (Row& row : rows) {
       progress.step(name, row.setup.label);
       auto camera = cameras.find(row.setup.width);
       if (camera == cameras.end()) {
-        Result<Camera> made = Camera::make(scene, row.setup.width, row.setup.height);
+        Result<CameraRenderer> made = CameraRenderer::make(scene, row.setup.width, row.setup.height);
         if (!made) return made.status();
         camera = cameras.emplace(row.setup.width, std::move(*made)).first;
       }
@@ -95,11 +95,11 @@ int main(int argc, char** argv) {
       "  lightwell-eval --pareto --scenes all          with the eighteen of cmake/fetch_panoramas --all\n"
       "  lightwell-eval --pareto --scenes city,my.exr  by name, or a file (OpenEXR or Radiance, twice as wide as "
       "high)\n"
-      "  lightwell-eval --pareto --marker FILE         with the marker's trade beside the panorama's; FILE is what\n"
-      "                                                tests/measure's measure_marker_trade printed\n"
-      "  lightwell-eval --marker FILE                  that alone, as a table; nothing is measured or drawn\n"
-      "The table goes to stdout, progress to stderr, the picture to OUT/pareto.svg and OUT/pareto.png.\n"
-      "Times mean something on a quiet machine and in the preset bench.\n"
+      "  lightwell-eval --pareto --marker FILE         also with the marker estimator; FILE is the output of\n"
+      "                                                tests/measure/measure_marker_trade\n"
+      "  lightwell-eval --marker FILE                  only the marker's table; nothing is measured or drawn\n"
+      "The table goes to stdout, progress to stderr, the chart to OUT/pareto.svg and OUT/pareto.png.\n"
+      "For meaningful times, use an idle machine and the preset bench.\n"
       "Exit status: 0 measured, 1 an input or output failed, 2 wrong usage.");
   bool pareto = false, json = false, quick = false;
   std::string scenes, marker_file, out = "out";
@@ -107,18 +107,18 @@ int main(int argc, char** argv) {
                "Sweep blocks, cameras, bands, lights, epsilon, maps, exposures and the named settings");
   app.add_option("--scenes", scenes,
                  "all, eight, or names and files with commas between [eight; --quick: city,interior,night]");
-  app.add_option("--out", out, "Folder for the pictures; made where it is not there [out]");
+  app.add_option("--out", out, "Folder for the charts; created if it does not exist [out]");
   app.add_option("--marker", marker_file,
-                 "Rows of measure_marker_trade, a JSON object a line: light from a marker as one more panel and table");
+                 "Output of measure_marker_trade, a JSON object per line: adds a panel and a table for the marker");
   app.add_flag("--json", json, "JSON with every scene's figures, or the marker's rows, on stdout instead of the table");
-  app.add_flag("--quick", quick, "Fewer scenes and passes: to look, not to quote");
+  app.add_flag("--quick", quick, "Fewer scenes and passes, for a first impression");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kOk : kUsage;
   }
   if (!pareto && marker_file.empty()) {
-    std::cerr << "lightwell-eval: what shall be measured? There are --pareto and --marker; see --help\n";
+    std::cerr << "lightwell-eval: nothing to do; give --pareto or --marker; see --help\n";
     return kUsage;
   }
   Result<std::vector<MarkerRow>> marker = std::vector<MarkerRow>();
@@ -134,9 +134,9 @@ int main(int argc, char** argv) {
                                                                              : "eight");
   if (!paths) return fail(paths.status());
   std::error_code error;
-  std::filesystem::create_directories(out, error);  // Before minutes of measuring, not after them.
+  std::filesystem::create_directories(out, error);  // Before the measurement, which takes minutes.
   if (error)
-    return fail({StatusCode::not_found, "cannot make the folder " + out + ": " + error.message() + "; see --out"});
+    return fail({StatusCode::not_found, "cannot create the folder " + out + ": " + error.message() + "; see --out"});
 
   Run run;
   run.quick = quick;

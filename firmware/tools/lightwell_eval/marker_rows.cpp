@@ -17,22 +17,22 @@
 namespace lightwell::eval {
 namespace {
 
-constexpr std::array kSweepParameters = {MarkerSweepParameter::setting, MarkerSweepParameter::decimation, MarkerSweepParameter::search, MarkerSweepParameter::faces,
-                               MarkerSweepParameter::order};
+constexpr std::array kSweepParameters = {MarkerSweepParameter::setting, MarkerSweepParameter::decimation,
+                                         MarkerSweepParameter::search, MarkerSweepParameter::faces,
+                                         MarkerSweepParameter::order};
 
-/// Of all frames: what is clearly less.
+/// Smallest significant difference of the share of flagged or unanswered frames.
 constexpr double kClearShare = 0.01;
 
-/// null, a number or a text.
+/// null, a number or a string.
 using Value = std::variant<std::monostate, double, std::string>;
 
-/// An object whose values are numbers, texts and null: all that such a line has (RFC 8259; of escapes, the marks that
-/// stand for themselves).
+/// Parser for a JSON object (RFC 8259) whose values are numbers, strings and null; of the escapes only \", \\ and \/.
 class FlatObject {
  public:
   explicit FlatObject(std::string_view line) : rest_(line) {}
 
-  /// Empty where all was read, else what is wrong.
+  /// Parses the line; returns an error message or "".
   std::string read() {
     if (!take('{')) return "not a JSON object";
     if (!take('}')) {
@@ -50,7 +50,7 @@ class FlatObject {
     return rest_.empty() ? "" : "more than one object: '" + near() + "'";
   }
 
-  /// Takes a field out.
+  /// Removes and returns a field.
   std::optional<Value> take_field(const std::string& name) {
     auto node = fields_.extract(name);
     if (node.empty()) return std::nullopt;
@@ -86,7 +86,7 @@ class FlatObject {
     skip_space();
     if (rest_.starts_with("null")) return rest_.remove_prefix(4), true;
     if (rest_.starts_with('"')) return take_text(out.emplace<std::string>());
-    // Of from_chars' own words, "inf" and "nan" are no numbers of JSON.
+    // from_chars() accepts "inf" and "nan", which are not JSON.
     if (rest_.empty() || std::string_view("-0123456789").find(rest_.front()) == std::string_view::npos) return false;
     double& number = out.emplace<double>();
     const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), number);
@@ -99,58 +99,58 @@ class FlatObject {
   std::map<std::string, Value> fields_;
 };
 
-/// Fields of one line as numbers; the first thing that is wrong is remembered.
+/// Typed access to the fields of one line; keeps the first error.
 class Reader {
  public:
-  explicit Reader(std::string_view line) : object_(line) { wrong = object_.read(); }
+  explicit Reader(std::string_view line) : object_(line) { error = object_.read(); }
 
-  std::string words(const std::string& name) {
+  std::string string(const std::string& name) {
     const std::optional<Value> v = find(name);
     const auto* text = v ? std::get_if<std::string>(&*v) : nullptr;
-    if (v && (text == nullptr || text->empty())) complain("\"" + name + "\" is not a text");
+    if (v && (text == nullptr || text->empty())) set_error("\"" + name + "\" is not a string");
     return text == nullptr ? "" : *text;
   }
-  std::optional<double> perhaps(const std::string& name) {
+  std::optional<double> optional_number(const std::string& name) {
     const std::optional<Value> v = find(name);
     if (!v || std::holds_alternative<std::monostate>(*v)) return std::nullopt;
     const auto* number = std::get_if<double>(&*v);
     if (number == nullptr) {
-      complain("\"" + name + "\" is not a number");
+      set_error("\"" + name + "\" is not a number");
       return std::nullopt;
     }
-    if (*number < 0) complain("\"" + name + "\" is negative");
+    if (*number < 0) set_error("\"" + name + "\" is negative");
     return *number;
   }
-  /// What is drawn along a logarithmic axis.
-  std::optional<double> perhaps_above_0(const std::string& name) {
-    const std::optional<double> v = perhaps(name);
-    if (v && !(*v > 0)) complain("\"" + name + "\" must be above 0");
+  /// For a value on a logarithmic axis.
+  std::optional<double> optional_positive(const std::string& name) {
+    const std::optional<double> v = optional_number(name);
+    if (v && !(*v > 0)) set_error("\"" + name + "\" must be above 0");
     return v;
   }
   double number(const std::string& name, double most) {
-    const std::optional<double> v = perhaps(name);
-    if (!v || *v > most) complain("\"" + name + "\" must be a number of at most " + text("%g", most));
+    const std::optional<double> v = optional_number(name);
+    if (!v || *v > most) set_error("\"" + name + "\" must be a number of at most " + text("%g", most));
     return v.value_or(0);
   }
   int whole(const std::string& name) {
     const double v = number(name, 1e5);
-    if (v < 1 || v != std::floor(v)) complain("\"" + name + "\" must be a whole number of pixels");
+    if (v < 1 || v != std::floor(v)) set_error("\"" + name + "\" must be a whole number of pixels");
     return static_cast<int>(v);
   }
   void end() {
     if (const std::string left = object_.first_left(); !left.empty())
-      complain("\"" + left + "\" is not a field of a marker's row");
+      set_error("\"" + left + "\" is not a field of a marker's row");
   }
-  void complain(const std::string& what) {
-    if (wrong.empty()) wrong = what;
+  void set_error(const std::string& what) {
+    if (error.empty()) error = what;
   }
 
-  std::string wrong;
+  std::string error;
 
  private:
   std::optional<Value> find(const std::string& name) {
     std::optional<Value> v = object_.take_field(name);
-    if (!v) complain("it lacks \"" + name + "\"");
+    if (!v) set_error("it lacks \"" + name + "\"");
     return v;
   }
   FlatObject object_;
@@ -158,22 +158,23 @@ class Reader {
 
 MarkerRow row_of(Reader& from) {
   MarkerRow row;
-  row.what = from.words("what");
-  const std::string parameter = from.words("knob");
-  const auto known = std::find_if(kSweepParameters.begin(), kSweepParameters.end(), [&](MarkerSweepParameter k) { return to_string(k) == parameter; });
+  row.what = from.string("what");
+  const std::string parameter = from.string("knob");
+  const auto known = std::find_if(kSweepParameters.begin(), kSweepParameters.end(),
+                                  [&](MarkerSweepParameter k) { return to_string(k) == parameter; });
   if (known == kSweepParameters.end())
-    from.complain("no knob '" + parameter + "'; there are setting, decimation, search, faces and order");
+    from.set_error("no knob '" + parameter + "'; there are setting, decimation, search, faces and order");
   else
     row.parameter = *known;
   row.width = from.whole("width");
   row.height = from.whole("height");
-  row.ms = from.perhaps_above_0("ms");
-  row.ms_first = from.perhaps("ms_first");
-  row.memcpy_ratio = from.perhaps("memcpy_ratio");
-  row.rms = from.perhaps_above_0("rms");
-  row.worst_rms = from.perhaps("worst_rms");
-  row.direction_deg = from.perhaps("direction_deg");
-  row.worst_direction_deg = from.perhaps("worst_direction_deg");
+  row.ms = from.optional_positive("ms");
+  row.ms_first = from.optional_number("ms_first");
+  row.memcpy_ratio = from.optional_number("memcpy_ratio");
+  row.rms = from.optional_positive("rms");
+  row.worst_rms = from.optional_number("worst_rms");
+  row.direction_deg = from.optional_number("direction_deg");
+  row.worst_direction_deg = from.optional_number("worst_direction_deg");
   row.flagged = from.number("flagged", 1);
   row.unanswered = from.number("unanswered", 1);
   from.end();
@@ -222,14 +223,14 @@ Result<std::vector<MarkerRow>> read_marker_rows(const std::string& path) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     Reader reader(line);
     MarkerRow row;
-    if (reader.wrong.empty()) row = row_of(reader);
+    if (reader.error.empty()) row = row_of(reader);
     if (!rows.empty() && (row.width != rows[0].width || row.height != rows[0].height))
-      reader.complain(
+      reader.set_error(
           text("pictures of %dx%d beside those of %dx%d", row.width, row.height, rows[0].width, rows[0].height));
     if (std::any_of(rows.begin(), rows.end(), [&](const MarkerRow& r) { return r.what == row.what; }))
-      reader.complain("a case of the name '" + row.what + "' came before");
-    if (!reader.wrong.empty())
-      return Status(StatusCode::data_loss, path + ":" + std::to_string(number) + ": " + reader.wrong);
+      reader.set_error("a case of the name '" + row.what + "' came before");
+    if (!reader.error.empty())
+      return Status(StatusCode::data_loss, path + ":" + std::to_string(number) + ": " + reader.error);
     rows.push_back(std::move(row));
   }
   if (rows.empty())
@@ -239,10 +240,10 @@ Result<std::vector<MarkerRow>> read_marker_rows(const std::string& path) {
 
 void mark_front(std::span<MarkerRow> rows) {
   for (MarkerRow& b : rows) {
-    b.beaten_by.clear();
+    b.dominated_by.clear();
     for (const MarkerRow& a : rows)
-      if (dominates(a, b)) b.beaten_by.push_back(a.what);
-    b.on_front = b.ms && b.rms && b.beaten_by.empty();
+      if (dominates(a, b)) b.dominated_by.push_back(a.what);
+    b.on_front = b.ms && b.rms && b.dominated_by.empty();
   }
 }
 
@@ -256,21 +257,23 @@ std::string marker_table_of(std::span<const MarkerRow> rows) {
                      or_none(r.direction_deg, 2) + " / " + or_none(r.worst_direction_deg, 2),
                      text("%.0f", 100 * r.flagged), text("%.0f", 100 * r.unanswered), r.on_front ? "yes" : ""});
   std::string out = markdown_table(lines, 1);
-  out += text(
-             "\nOne picture of %dx%d, 8 bits. ms: a frame whose body was there in the frame before; first: it is "
-             "looked for everywhere.\n",
-             rows[0].width, rows[0].height) +
-         "Of one thread, from the camera's bytes to the descriptor; beside memcpy of the same bytes. RMS: error of the "
-         "irradiance over\n"
-         "normals within 60 degrees of the camera, median / worst frame. light: the strongest lamp's direction, median "
-         "/ worst of the\n"
-         "answers that are not flagged. Front: time, RMS (median, worst) and frames that are not surely answered.\n";
+  out +=
+      text(
+          "\nOne picture of %dx%d, 8 bits. ms: a frame in which the body is tracked; first: a frame in which it is "
+          "searched everywhere.\n",
+          rows[0].width, rows[0].height) +
+      "One thread, from the camera's bytes to the descriptor; relative to memcpy of the same bytes. RMS: error of "
+      "the irradiance over\n"
+      "normals within 60 degrees of the camera, median / worst frame. light: direction error of the strongest light, "
+      "median / worst of\n"
+      "the frames that are not flagged. Front: time, RMS (median, worst), and share of flagged or unanswered "
+      "frames.\n";
   for (const MarkerRow& b : rows) {
     if (b.parameter != MarkerSweepParameter::setting) continue;
     std::string by;
-    for (const std::string& a : b.beaten_by) by += (by.empty() ? "" : ", ") + a;
-    out +=
-        b.what + (by.empty() ? ": on the measured front.\n" : ": NOT on the measured front, beaten by " + by + ".\n");
+    for (const std::string& a : b.dominated_by) by += (by.empty() ? "" : ", ") + a;
+    out += b.what +
+           (by.empty() ? ": on the measured front.\n" : ": NOT on the measured front, dominated by " + by + ".\n");
   }
   return out;
 }
@@ -288,7 +291,7 @@ std::string marker_json_of(std::span<const MarkerRow> rows) {
                 number(r.worst_direction_deg).c_str()) +
            text("\"flagged\": %s, \"unanswered\": %s, \"on_front\": %s, \"beaten_by\": [", number(r.flagged).c_str(),
                 number(r.unanswered).c_str(), r.on_front ? "true" : "false");
-    for (std::size_t i = 0; i < r.beaten_by.size(); ++i) out += (i > 0 ? ", " : "") + json_string(r.beaten_by[i]);
+    for (std::size_t i = 0; i < r.dominated_by.size(); ++i) out += (i > 0 ? ", " : "") + json_string(r.dominated_by[i]);
     out += "]}";
   }
   return out + "\n]";

@@ -1,4 +1,4 @@
-// What the marker's knobs cost and give, as tests/measure/measure_marker_trade measured it: rows read, judged and told.
+// Cost and accuracy of the marker estimator's parameters, from the output of tests/measure/measure_marker_trade.
 //   MarkerRow, read_marker_rows, mark_front, marker_table_of, marker_json_of
 #pragma once
 
@@ -12,46 +12,45 @@
 
 namespace lightwell::eval {
 
-/// What a case varies; a colour in the picture.
+/// The parameter that a case varies; determines its colour in the chart.
 enum class MarkerSweepParameter {
-  setting,     ///< Nothing: the default.
-  decimation,  ///< Of the picture where the body is followed.
-  search,      ///< Of the picture where it is looked for.
-  faces,       ///< The most that are sampled.
-  order,       ///< The most lamps; whether the table tells.
+  setting,     ///< The default.
+  decimation,  ///< Decimation of the region where the body is tracked.
+  search,      ///< Decimation of a search of the whole picture.
+  faces,       ///< Maximum number of sampled faces.
+  order,       ///< Maximum number of lights; use of the table beneath the body.
 };
 [[nodiscard]] std::string_view to_string(MarkerSweepParameter parameter);
 
-/// Medians over frames. What no frame told is missing; a median is of the frames that were answered.
+/// Medians over the answered frames; nullopt if there are none.
 struct MarkerRow {
-  std::string what;
+  std::string what;  ///< Name of the case.
   MarkerSweepParameter parameter = MarkerSweepParameter::setting;
   int width = 0, height = 0;  ///< Of a picture, the same in all rows.
-  std::optional<double> ms, ms_first,
-      memcpy_ratio;  ///< Of a frame that is followed; of the first one; ms beside memcpy of the frame.
-  std::optional<double> rms, worst_rms;  ///< Of the irradiance, relative, over normals within 60 degrees of the camera.
-  std::optional<double> direction_deg,
-      worst_direction_deg;             ///< Of the strongest lamp; the worst of answers that are not flagged.
-  double flagged = 0, unanswered = 0;  ///< Shares of all frames.
-  bool on_front = false;               ///< See mark_front().
-  std::vector<std::string> beaten_by;  ///< Who beats it, by `what`.
+  /// Duration of a tracked frame and of the first frame, ms; duration of a tracked frame divided by a memcpy of it.
+  std::optional<double> ms, ms_first, memcpy_ratio;
+  std::optional<double> rms, worst_rms;  ///< Relative irradiance error over normals within 60 degrees of the camera.
+  /// Direction error of the strongest light: median, and worst of the frames that are not flagged.
+  std::optional<double> direction_deg, worst_direction_deg;
+  double flagged = 0, unanswered = 0;     ///< Shares of all frames.
+  bool on_front = false;                  ///< See mark_front().
+  std::vector<std::string> dominated_by;  ///< Names of the rows that dominate it.
 };
 
-/// A file of one JSON object a line with exactly the fields above, but for the last two; knob by name, null for what is
-/// missing. Blank lines are passed over. not_found where it cannot be read; data_loss names file and line: no such
-/// object, a field that is missing, unknown, twice or of another kind, a negative number, a time or an error of 0, a
-/// share above 1, pictures of another size, a name twice; or no rows at all.
+/// Reads a file with one JSON object per line with exactly the fields above except the last two; "knob" is the name of
+/// the parameter, null a missing value. Blank lines are ignored. not_found: the file cannot be opened; data_loss, with
+/// file and line: no such object, a field that is missing, unknown, repeated or of another type, a negative number, a
+/// time or an error of 0, a share above 1, a different picture size, a repeated name; or no rows at all.
 [[nodiscard]] Result<std::vector<MarkerRow>> read_marker_rows(const std::string& path);
 
-/// Marks the rows that none other beats: with no more of time, median error, worst error and frames that are not surely
-/// answered, and clearly less of one of them, as front.hpp has it. A row without time and median is not on the front;
-/// those with them beat it.
+/// Sets on_front and dominated_by as in front.hpp. The objectives are time, median error, worst error and the share of
+/// flagged or unanswered frames. A row without time or median error is dominated by all rows that have them.
 void mark_front(std::span<MarkerRow> rows);
 
-/// A Markdown table, what its columns mean, and who beats the default where somebody does.
+/// A Markdown table with an explanation of its columns, and the rows that dominate the default.
 [[nodiscard]] std::string marker_table_of(std::span<const MarkerRow> rows);
 
-/// A list of objects, as they were read, with the last two.
+/// A JSON list of the rows with all fields.
 [[nodiscard]] std::string marker_json_of(std::span<const MarkerRow> rows);
 
 }  // namespace lightwell::eval

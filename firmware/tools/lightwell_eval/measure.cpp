@@ -19,12 +19,12 @@ namespace lightwell::eval {
 namespace {
 
 constexpr std::size_t kBuffers = 32;
-/// Below this there is no one direction that a shadow would show.
+/// Below this ratio of peak to mean luminance, a scene has no dominant light direction.
 constexpr double kMinPeakToMean = 100;
-/// Two passes of a slow case tell as much as five of a quick one.
-constexpr double kEnough = 2;
-/// Frames from the start of one pass to that of the next: half a minute.
-constexpr std::uint64_t kPause = 1000;
+/// After this time, s, a slow case gets no further passes beyond two.
+constexpr double kMaxSeconds = 2;
+/// Frame numbers from the start of one pass to that of the next: half a minute of simulated time.
+constexpr std::uint64_t kPassStride = 1000;
 
 Result<std::unique_ptr<Estimator>> estimator_of(const Case& c, const RigParameters& rig) {
   PanoramaOptions options;
@@ -33,14 +33,14 @@ Result<std::unique_ptr<Estimator>> estimator_of(const Case& c, const RigParamete
   return make_panorama_estimator(rig, options);
 }
 
-/// Of this thread on a processor: what other programs take from it is no part of the trade.
+/// CPU time of this thread, which excludes the time taken by other programs.
 double seconds_now() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-/// What one turn through the buffers takes, a buffer: each at its best of the passes.
+/// Time per buffer: the minimum over the passes, averaged over the buffers.
 class BestOf {
  public:
   void pass(const std::function<void(std::size_t)>& work) {
@@ -83,21 +83,22 @@ void find_errors(const Descriptor& d, const GroundTruth& truth, const BallPictur
 
 }  // namespace
 
-Result<Outcome> Bench::measure(const Case& c, const GroundTruth& truth, const BallPictures& balls, const Camera& camera) {
+Result<Outcome> Bench::measure(const Case& c, const GroundTruth& truth, const BallPictures& balls,
+                               const CameraRenderer& camera) {
   Outcome out;
   const Result<RenderedBracket> timed = camera.eight_bit(c.exposures);
   if (!timed) return timed.status();
   if (Status s = time(c, *timed, out); !s.ok()) return s;
-  const Result<RenderedBracket> judged = c.sensor == Sensor::ideal ? camera.ideal() : timed;
-  if (!judged) return judged.status();
-  const Result<std::unique_ptr<Estimator>> estimator = estimator_of(c, judged->rig);
+  const Result<RenderedBracket> evaluated = c.sensor == Sensor::ideal ? camera.ideal() : timed;
+  if (!evaluated) return evaluated.status();
+  const Result<std::unique_ptr<Estimator>> estimator = estimator_of(c, evaluated->rig);
   if (!estimator) return estimator.status();
   Descriptor made;
-  if (Status s = (*estimator)->estimate(judged->frames(judged->bytes, 0), made); !s.ok()) return s;
+  if (Status s = (*estimator)->estimate(evaluated->frames(evaluated->bytes, 0), made); !s.ok()) return s;
   Encoder encoder;
   const Result<std::span<const std::byte>> bytes = encoder.encode(made);
   if (!bytes) return bytes.status();
-  // As a client gets it: rounding to the wire is an error like any other.
+  // The errors are those of the decoded descriptor, including rounding by the encoding.
   const Result<Descriptor> received = decode_descriptor(*bytes);
   if (!received) return received.status();
   out.bytes = static_cast<double>(bytes->size());
@@ -105,23 +106,23 @@ Result<Outcome> Bench::measure(const Case& c, const GroundTruth& truth, const Ba
   return out;
 }
 
-Status Bench::time(const Case& c, const RenderedBracket& shot, Outcome& out) {
-  Result<std::unique_ptr<Estimator>> estimator = estimator_of(c, shot.rig);
+Status Bench::time(const Case& c, const RenderedBracket& bracket, Outcome& out) {
+  Result<std::unique_ptr<Estimator>> estimator = estimator_of(c, bracket.rig);
   if (!estimator) return estimator.status();
   buffers_.resize(kBuffers);
   std::vector<std::vector<Frame>> frames;
   for (std::size_t i = 0; i < kBuffers; ++i) {
-    buffers_[i] = shot.bytes;
-    frames.push_back(shot.frames(buffers_[i], i));
+    buffers_[i] = bracket.bytes;
+    frames.push_back(bracket.frames(buffers_[i], i));
   }
   Encoder encoder;
   Descriptor made;
   Status status;
-  // What is due at a rate of its own (maps) is due in the same buffers of every pass, or the best of the passes would
-  // be without it: each pass begins long after the one before.
+  // Each pass begins long after the one before, so that work at a lower rate (maps) is due in the same buffers of every
+  // pass. Otherwise the minimum over the passes would exclude it.
   std::uint64_t number = 0;
   const auto one = [&](std::size_t i) {
-    number = i == 0 ? (number / kPause + 1) * kPause : number + 1;
+    number = i == 0 ? (number / kPassStride + 1) * kPassStride : number + 1;
     for (Frame& frame : frames[i]) {
       frame.info.mid_exposure = {static_cast<std::int64_t>(number) * 33'000'000 + frame.info.bracket_index * 1'000'000};
       frame.info.delivered = frame.info.mid_exposure;
@@ -132,24 +133,25 @@ Status Bench::time(const Case& c, const RenderedBracket& shot, Outcome& out) {
   };
   BestOf estimates;
   const double start = seconds_now();
-  for (int i = 0; i < passes_ && (i < 2 || seconds_now() - start < kEnough); ++i) estimates.pass(one);
+  for (int i = 0; i < passes_ && (i < 2 || seconds_now() - start < kMaxSeconds); ++i) estimates.pass(one);
   out.seconds = estimates.mean();
   double pixels = 0;
-  for (const LensParameters& lens : shot.rig.lenses)
-    pixels += static_cast<double>(lens.width) * lens.height * static_cast<double>(shot.exposures.size());
+  for (const LensParameters& lens : bracket.rig.lenses)
+    pixels += static_cast<double>(lens.width) * lens.height * static_cast<double>(bracket.exposures.size());
   if (const auto count = count_instructions([&] {
         for (std::size_t i = 0; i < kBuffers; ++i) one(i);
       }))
     out.instructions_per_pixel = static_cast<double>(*count) / kBuffers / pixels;
-  out.picture_bytes = static_cast<double>(shot.bytes.size());
+  out.picture_bytes = static_cast<double>(bracket.bytes.size());
   if (!status.ok()) return status;
 
   frames.clear();
-  double& best = memcpy_seconds_.try_emplace(shot.bytes.size(), std::numeric_limits<double>::infinity()).first->second;
+  double& best =
+      memcpy_seconds_.try_emplace(bracket.bytes.size(), std::numeric_limits<double>::infinity()).first->second;
   BestOf copies;
   for (int i = 0; i < passes_; ++i)
     copies.pass([&](std::size_t b) {
-      std::memcpy(buffers_[(b + 1) % kBuffers].data(), buffers_[b].data(), shot.bytes.size());
+      std::memcpy(buffers_[(b + 1) % kBuffers].data(), buffers_[b].data(), bracket.bytes.size());
     });
   best = std::min(best, copies.mean());
   return {};

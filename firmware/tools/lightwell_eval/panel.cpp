@@ -12,7 +12,7 @@ namespace lightwell::eval {
 namespace {
 
 constexpr Ink kFaint{226, 226, 230}, kFront{170, 175, 190};
-/// Points nearer to each other than this share their label.
+/// Points closer than this share a label, px.
 constexpr double kSame = 7;
 
 std::string short_number(double v) {
@@ -21,7 +21,7 @@ std::string short_number(double v) {
   return out.data();
 }
 
-/// A logarithmic axis that holds all values with some room at its ends.
+/// A logarithmic axis that spans all values with a margin at both ends.
 struct Axis {
   double from = 1, to = 10;
   double begin_px = 0, end_px = 0;
@@ -65,7 +65,7 @@ class Drawer {
     x.end_px = box.x + box.width;
     y.begin_px = box.y + box.height;
     y.end_px = box.y;
-    chart_.words.push_back({panel.title, {box.x, top + 32}, 19, kBlack, Anchor::start, true});
+    chart_.texts.push_back({panel.title, {box.x, top + 32}, 19, kBlack, Anchor::start, true});
     draw_legend(panel.legend, {box.x + width_of(panel.title, 19, true) + 44, top + 31}, chart_);
     frame(x, y, box, panel);
     points(x, y, box, fronts(x, y));
@@ -79,32 +79,32 @@ class Drawer {
   void frame(const Axis& x, const Axis& y, const Box& box, const Panel& panel) {
     for (const double v : x.ticks()) {
       line({{x.px(v), box.y}, {x.px(v), box.y + box.height}}, kFaint, 1);
-      chart_.words.push_back({short_number(v), {x.px(v), box.y + box.height + 20}, 13, kGrey, Anchor::middle});
+      chart_.texts.push_back({short_number(v), {x.px(v), box.y + box.height + 20}, 13, kGrey, Anchor::middle});
     }
     for (const double v : y.ticks()) {
       line({{box.x, y.px(v)}, {box.x + box.width, y.px(v)}}, kFaint, 1);
-      chart_.words.push_back({short_number(v), {box.x - 8, y.px(v) + 5}, 13, kGrey, Anchor::end});
+      chart_.texts.push_back({short_number(v), {box.x - 8, y.px(v) + 5}, 13, kGrey, Anchor::end});
     }
     line({{box.x, box.y}, {box.x, box.y + box.height}, {box.x + box.width, box.y + box.height}}, kGrey, 1.2);
-    chart_.words.push_back({panel.cost, {box.x + box.width / 2, box.y + box.height + 46}, 14, kBlack, Anchor::middle});
-    chart_.words.push_back(
+    chart_.texts.push_back({panel.cost, {box.x + box.width / 2, box.y + box.height + 46}, 14, kBlack, Anchor::middle});
+    chart_.texts.push_back(
         {panel.error, {box.x - 52, box.y + box.height / 2}, 14, kBlack, Anchor::middle, false, true});
   }
 
-  /// Stairs, those of each group of rivals: what can be had for a cost is the best of what costs no more.
+  /// One staircase per group: the smallest error of all points of at most that cost.
   std::vector<Stroke> fronts(const Axis& x, const Axis& y) {
     std::vector<Stroke> drawn;
-    std::vector<int> told;
+    std::vector<int> done;
     for (const PanelPoint& first : points_) {
-      if (std::find(told.begin(), told.end(), first.rivals) != told.end()) continue;
-      told.push_back(first.rivals);
-      std::vector<ChartPoint> rivals;
+      if (std::find(done.begin(), done.end(), first.group) != done.end()) continue;
+      done.push_back(first.group);
+      std::vector<ChartPoint> group;
       for (const PanelPoint& p : points_)
-        if (p.rivals == first.rivals) rivals.push_back({x.px(p.cost), y.px(p.error)});
-      std::sort(rivals.begin(), rivals.end(), [](ChartPoint a, ChartPoint b) { return a.x < b.x; });
+        if (p.group == first.group) group.push_back({x.px(p.cost), y.px(p.error)});
+      std::sort(group.begin(), group.end(), [](ChartPoint a, ChartPoint b) { return a.x < b.x; });
       std::vector<ChartPoint> stairs;
-      for (const ChartPoint& p : rivals) {
-        // Pixels are counted from the top: a larger y is a smaller error.
+      for (const ChartPoint& p : group) {
+        // y increases downwards: a larger y is a smaller error.
         if (!stairs.empty() && p.y <= stairs.back().y) continue;
         if (!stairs.empty()) stairs.push_back({p.x, stairs.back().y});
         stairs.push_back(p);
@@ -139,10 +139,10 @@ class Drawer {
       const ChartPoint at = labels[k].point;
       if (std::hypot(at.x - p.leader_end.x, at.y - p.leader_end.y) > 14)
         line({at, p.leader_end}, {(ink.r + 255) / 2, (ink.g + 255) / 2, (ink.b + 255) / 2}, 0.9);
-      // Towards the point, so that a leader ends at letters.
+      // Aligned towards the point, so that the leader line ends at the text.
       const bool to_left = p.box.x + p.box.width < at.x;
       for (std::size_t n = 0; n < named_by[k].size(); ++n)
-        chart_.words.push_back({labels[k].lines[n],
+        chart_.texts.push_back({labels[k].lines[n],
                                 {to_left ? p.box.x + p.box.width - 1 : p.box.x + 1,
                                  p.box.y + (0.9 + kLineHeight * static_cast<double>(n)) * labels[k].size},
                                 labels[k].size,
@@ -165,7 +165,7 @@ void draw_panel(const Panel& panel, std::span<const PanelPoint> points, Chart& c
 double draw_legend(std::span<const LegendEntry> entries, ChartPoint at, Chart& chart) {
   for (const LegendEntry& entry : entries) {
     chart.marks.push_back({{at.x + 5, at.y - 5}, 5, entry.ink, true, entry.square});
-    chart.words.push_back({entry.text, {at.x + 16, at.y}, 13.5, entry.ink});
+    chart.texts.push_back({entry.text, {at.x + 16, at.y}, 13.5, entry.ink});
     at.x += width_of(entry.text, 13.5, false) + 48;
   }
   return at.x;

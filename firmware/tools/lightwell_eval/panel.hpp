@@ -1,4 +1,4 @@
-// One picture of error over cost: every point named, the best for each cost drawn through as stairs.
+// A panel of a chart: error over cost with labelled points; a staircase shows the smallest error for each cost.
 //   PanelPoint, Panel, draw_panel
 #pragma once
 
@@ -16,8 +16,8 @@ struct PanelPoint {
   std::string label;
   double cost = 0, error = 0;  ///< In the axes' units, above 0.
   Ink ink;
-  int rivals = 0;     ///< Points of the same number compete: they share stairs.
-  bool main = false;  ///< Whether their stairs are the panel's main ones.
+  int group = 0;      ///< Points of the same group share a staircase.
+  bool main = false;  ///< Whether theirs is the panel's main staircase.
   bool named = false, prominent = false, on_front = false, square = false;
 };
 
@@ -29,18 +29,18 @@ struct LegendEntry {
 
 struct Panel {
   std::string title;
-  std::string cost, error;  ///< What the axes show, with units.
+  std::string cost, error;  ///< Titles of the axes, with units.
   double height = 800;
-  std::vector<LegendEntry> legend;  ///< Beside the title, where a panel's colours are its own.
+  std::vector<LegendEntry> legend;  ///< Next to the title, if the panel has its own colours.
 };
 
-/// As wide as the chart, which grows downwards. Nothing where there are no points.
+/// Appends a panel below the chart, with the chart's width. Does nothing without points.
 void draw_panel(const Panel& panel, std::span<const PanelPoint> points, Chart& chart);
 
-/// A row of marks and words from `at` on, the words' baseline; where it ends.
+/// Draws a row of marks and texts from `at` (on the baseline) on; returns the x coordinate of its end.
 double draw_legend(std::span<const LegendEntry> entries, ChartPoint at, Chart& chart);
 
-/// Where panels begin and end, px from the chart's sides.
+/// Margins of the panels, px.
 inline constexpr double kPanelLeft = 90, kPanelRight = 30;
 
 }  // namespace lightwell::eval

@@ -32,10 +32,10 @@ std::vector<Frame> RenderedBracket::frames(std::span<const std::byte> memory, st
   return out;
 }
 
-Result<Camera> Camera::make(const sim::Scene& scene, int width, int height) {
+Result<CameraRenderer> CameraRenderer::make(const sim::Scene& scene, int width, int height) {
   const Result<RigParameters> rig = sim::make_rig("pair", width, height, PixelFormat::rgb_f32);
   if (!rig) return rig.status();
-  Camera out;
+  CameraRenderer out;
   out.width_ = width;
   out.height_ = height;
   const sim::SceneState state = scene.state_at(0);
@@ -47,17 +47,17 @@ Result<Camera> Camera::make(const sim::Scene& scene, int width, int height) {
   return out;
 }
 
-Result<RenderedBracket> Camera::ideal() const { return shot(PixelFormat::rgb_f32, {1}); }
+Result<RenderedBracket> CameraRenderer::ideal() const { return render_bracket(PixelFormat::rgb_f32, {1}); }
 
-Result<RenderedBracket> Camera::eight_bit(int exposures) const {
-  if (exposures == 1) return shot(PixelFormat::rgb8, {bright_});
-  std::vector<double> full;  // radiance that fills the scale
+Result<RenderedBracket> CameraRenderer::eight_bit(int exposures) const {
+  if (exposures == 1) return render_bracket(PixelFormat::rgb8, {bright_});
+  std::vector<double> full;  // Radiance at full scale.
   for (int i = 0; i < exposures; ++i)
     full.push_back(peak_ * std::pow(std::min(1.0, bright_ / peak_), static_cast<double>(i) / (exposures - 1)));
-  return shot(PixelFormat::rgb8, full);
+  return render_bracket(PixelFormat::rgb8, full);
 }
 
-Result<RenderedBracket> Camera::shot(PixelFormat format, const std::vector<double>& radiances) const {
+Result<RenderedBracket> CameraRenderer::render_bracket(PixelFormat format, const std::vector<double>& radiances) const {
   Result<RigParameters> rig = sim::make_rig("pair", width_, height_, format);
   if (!rig) return rig.status();
   RenderedBracket out;
@@ -71,8 +71,8 @@ Result<RenderedBracket> Camera::shot(PixelFormat format, const std::vector<doubl
     for (std::size_t k = 0; k < sensors.size(); ++k) {
       out.offsets.push_back(out.bytes.size());
       out.bytes.resize(out.bytes.size() + sensors[k].bytes());
-      sensors[k].develop(radiance_[k], {out.exposures.back(), 1, e, static_cast<int>(k)},
-                         std::span(out.bytes).subspan(out.offsets.back()));
+      sensors[k].expose(radiance_[k], {out.exposures.back(), 1, e, static_cast<int>(k)},
+                        std::span(out.bytes).subspan(out.offsets.back()));
     }
   }
   return out;

@@ -1,4 +1,4 @@
-// Pictures of a panorama: what the cameras of the sweep see of it, as frames.
+// Simulated pictures of a panorama by the cameras of the sweep, as frames.
 #pragma once
 
 #include <cstddef>
@@ -12,34 +12,33 @@
 
 namespace lightwell::eval {
 
-/// One bracket of a pair of lenses back to back, in one piece of memory.
+/// One bracket of a pair of lenses back to back, in contiguous memory.
 struct RenderedBracket {
   RigParameters rig;
   PixelFormat format = PixelFormat::rgb8;
   std::vector<double> exposures;
   std::vector<std::byte> bytes;
-  std::vector<std::size_t> offsets;  ///< Of each picture: exposure by exposure, lens by lens.
+  std::vector<std::size_t> offsets;  ///< Offset of each picture in `bytes`: by exposure, then by lens.
 
-  /// Frames that look into `memory`, which is laid out as `bytes` is. `number` counts captures of a camera of 30 a
-  /// second.
+  /// Frames that refer to `memory`, which has the layout of `bytes`. `number`: index of the capture at 30 per second.
   [[nodiscard]] std::vector<Frame> frames(std::span<const std::byte> memory, std::uint64_t number) const;
 };
 
-/// Renders each camera's radiance once and develops it as often as asked.
-class Camera {
+/// Renders the radiance of a camera's lenses once; exposes it any number of times.
+class CameraRenderer {
  public:
   /// Takes about two seconds for 2 x 1280x960.
-  [[nodiscard]] static Result<Camera> make(const sim::Scene& scene, int width, int height);
+  [[nodiscard]] static Result<CameraRenderer> make(const sim::Scene& scene, int width, int height);
 
-  /// rgb_f32: what the estimator itself gets wrong. One exposure of one second.
+  /// rgb_f32 without noise, one exposure of one second.
   [[nodiscard]] Result<RenderedBracket> ideal() const;
-  /// rgb8 with noise and vignetting. One exposure leaves the brightest hundredth saturated; three reach from there to
-  /// the peak.
+  /// rgb8 with noise and vignetting. A single exposure saturates the brightest 1 % of the panorama; a bracket ranges
+  /// from an exposure for the peak to that one.
   [[nodiscard]] Result<RenderedBracket> eight_bit(int exposures) const;
 
  private:
-  Camera() = default;
-  [[nodiscard]] Result<RenderedBracket> shot(PixelFormat format, const std::vector<double>& radiances) const;
+  CameraRenderer() = default;
+  [[nodiscard]] Result<RenderedBracket> render_bracket(PixelFormat format, const std::vector<double>& radiances) const;
 
   int width_ = 0, height_ = 0;
   double bright_ = 0, peak_ = 0;

@@ -13,7 +13,7 @@ namespace {
 constexpr std::array kEight = {"city", "courtyard", "forest", "interior", "night", "studio", "sunrise", "sunset"};
 constexpr std::string_view kMore = "pmndrs_";
 
-/// The folder that the eight are in.
+/// The folder of the eight panoramas.
 Result<std::filesystem::path> folder() {
   const Result<std::string> one = sim::scene_path(kEight.front());
   if (!one) return one.status();
@@ -32,7 +32,7 @@ Result<std::vector<std::string>> scene_files(const std::string& choice) {
       if (!name.empty()) names.push_back(name);
   }
   if (names.empty())
-    return Status(StatusCode::invalid_argument, "--scenes names none: say all, eight, or names like city,night");
+    return Status(StatusCode::invalid_argument, "--scenes is empty: give all, eight, or names like city,night");
   for (const std::string& name : names) {
     const bool more = name.starts_with(kMore) && !name.ends_with(".exr");
     Result<std::string> path = std::string();
@@ -42,7 +42,7 @@ Result<std::vector<std::string>> scene_files(const std::string& choice) {
       path = (*in / (name + ".exr")).string();
       if (!std::filesystem::exists(*path))
         return Status(StatusCode::not_found,
-                      *path + " is not there: run cmake/fetch_panoramas --all, and see the names there");
+                      *path + " does not exist: run cmake/fetch_panoramas --all, which lists the names");
     } else {
       path = sim::scene_path(name);
       if (!path) return path.status();

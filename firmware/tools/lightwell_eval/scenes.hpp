@@ -1,4 +1,4 @@
-// Which panoramas are measured.
+// Selection of the panoramas.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace lightwell::eval {
 
-/// "eight", "all", or names (city, pmndrs_lobby) and files with commas between: their files. not_found and
-/// invalid_argument say what to do.
+/// Paths of the panoramas for "eight", "all", or a comma-separated list of names (city, pmndrs_lobby) and files.
+/// not_found and invalid_argument; the message has the remedy.
 [[nodiscard]] Result<std::vector<std::string>> scene_files(const std::string& choice);
 
 }  // namespace lightwell::eval

@@ -59,16 +59,16 @@ std::string table_of(std::span<const Row> rows, const Run& run) {
       text("\n%zu scenes: ", run.scenes.size()) + scenes + ".\n" +
       text("memcpy here: %.2f GB/s (best of %s passes over 32 buffers of the default camera's pictures). ",
            run.memcpy_gb_per_s, run.quick ? "two" : "five") +
-      "Times: of one thread, rgb8 pictures,\nfrom frame to encoded bytes, each buffer's best, median of the scenes; "
-      "beside memcpy of "
-      "the same bytes.\nRMS, largest: error of the irradiance as received, of its RMS, median / worst scene; through "
+      "Times: one thread, rgb8 pictures,\nfrom frame to encoded bytes, best of each buffer, median of the scenes; "
+      "relative to memcpy of "
+      "the same bytes.\nRMS, largest: error of the decoded irradiance relative to its RMS, median / worst scene; with "
       "an ideal "
-      "sensor where\nthe camera does not say 8 bit. light: direction of the brightest region where it is 100 times the "
+      "sensor unless\nthe camera is 8 bit. light: direction error of the brightest region if it is 100 times the "
       "mean, "
       "median / worst.\nballs: diffuse / matte silver / mirror, relative RMSE of linear pictures, median. bound: the "
-      "descriptor's own, median; *: some scenes have none.\nfront: no other row "
-      "of the same camera has less of ms, bytes, RMS or bound and no more of the others. Below 5 % of time, 2 % of the "
-      "others is\nno difference.\n";
+      "descriptor's error bound, median; *: some scenes have none.\nfront: no other row "
+      "of the same camera has less of ms, bytes, RMS or bound and no more of the others. Differences below 5 % of time "
+      "and 2 % of the others\nare ignored.\n";
   std::string off;
   for (const Row& row : rows)
     if (row.setup.named && !row.on_front) off += (off.empty() ? "" : ", ") + row.setup.label;
@@ -76,7 +76,7 @@ std::string table_of(std::span<const Row> rows, const Run& run) {
   for (const Row& row : rows) {
     if (row.setup.config.panorama.environment_edge == 0) continue;
     if (std::none_of(row.scenes.begin(), row.scenes.end(), [](const Outcome& o) { return o.map; }))
-      out += "No environment map came with '" + row.setup.label + "': this row is the same as without.\n";
+      out += "'" + row.setup.label + "' has no whole environment map: this row is the same as without one.\n";
   }
   return out;
 }

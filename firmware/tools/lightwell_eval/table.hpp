@@ -1,4 +1,4 @@
-// The rows as text for people and as JSON for programs.
+// The rows as a Markdown table and as JSON.
 #pragma once
 
 #include <span>
@@ -10,18 +10,18 @@
 
 namespace lightwell::eval {
 
-/// What the numbers of this run stand beside.
+/// Properties of the whole run.
 struct Run {
   std::vector<std::string> scenes;
-  double memcpy_gb_per_s = 0;  ///< Of the default camera's bracket.
+  double memcpy_gb_per_s = 0;  ///< For a bracket of the default camera.
   bool quick = false;
 };
 
-/// A Markdown table, what its columns mean, and which named settings are off their front.
+/// A Markdown table with an explanation of its columns, and the named settings that are not on their front.
 [[nodiscard]] std::string table_of(std::span<const Row> rows, const Run& run);
 
-/// One object: run and rows, every scene's outcome included, and those of a marker under a key of their own where there
-/// are any. What was not measured is null, what is infinite too.
+/// One JSON object: the run, the rows with the outcome of every scene, and the rows of a marker, if any, under the key
+/// "marker". Missing and infinite values are null.
 [[nodiscard]] std::string json_of(std::span<const Row> rows, const Run& run, std::span<const MarkerRow> marker = {});
 
 }  // namespace lightwell::eval

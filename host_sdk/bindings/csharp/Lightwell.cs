@@ -1,15 +1,15 @@
-// How is this point lit, right now? Lightwell for C#, one file over the C ABI (lightwell.h), for Unity and elsewhere.
+// Lightwell for C#: one file over the C ABI (lightwell.h), for Unity and other applications.
 //   Probe      the connection: Latest, At, WaitForNext, Info, Stats, EstimatorConfig, ChangeEstimator, ReportLux
-//   Lighting   an answer: Irradiance, Radiance, coefficients, Lights, the map for reflections, Rotated, ToUnity
+//   Lighting   the lighting of one moment: Irradiance, Radiance, coefficients, Lights, Environment, Rotated, ToUnity
 //
 // Put it into the project with liblightwell.so beside it (Unity: Assets/Plugins). C# 7.2 and .NET Standard 2.0 are
 // enough; there is no unsafe code. Directions and normals are in the probe's frame: right-handed, +X right, +Y up,
-// -Z forward, metres; they need not be of length one. UNITY'S AXES ARE OTHERS: Lighting.ToUnity gives what Unity takes,
-// and a normal of Unity's is (x, y, -z) here. Colours are linear Rec. 709, D65: the luminance of irradiance is in lux
-// and of radiance in cd/m² where Units are Absolute.
+// -Z forward, metres; they need not be normalised. UNITY'S AXES DIFFER: Lighting.ToUnity returns values in Unity's
+// axes, and a normal (x, y, z) of Unity is (x, y, -z) here. Colours are linear Rec. 709, D65: the luminance of
+// irradiance is in lux and of radiance in cd/m² if Units are Absolute.
 //
-// A render loop makes one Lighting and calls probe.Latest(light) every frame: that takes no lock, does not wait, and
-// makes no garbage. Any thread may call anything; only fill a Lighting while no other thread asks it.
+// A render loop creates one Lighting and calls probe.Latest(light) every frame: lock-free, without waiting or garbage.
+// Any thread may call anything, but a Lighting may be filled only while no other thread uses it.
 using System;
 using System.Collections.Generic;
 using System.Runtime.InteropServices;
@@ -22,23 +22,23 @@ namespace Lightwell
         Ok, InvalidArgument, NotFound, DataLoss, FailedPrecondition, Unavailable, ResourceExhausted, Internal
     }
 
-    /// <summary>May an answer be used?</summary>
+    /// <summary>Whether an answer can be used.</summary>
     public enum Validity
     {
         Valid,
-        /// <summary>Real, but older than ProbeOptions.MaxAge.</summary>
+        /// <summary>Measured, but older than ProbeOptions.MaxAge.</summary>
         Stale,
-        /// <summary>No descriptor has come yet; the value is zero.</summary>
+        /// <summary>No descriptor has been received yet; the value is zero.</summary>
         None,
-        /// <summary>The moment lies before the oldest kept; the value is zero.</summary>
+        /// <summary>The time is before the oldest stored descriptor; the value is zero.</summary>
         BeforeHistory,
-        /// <summary>The question was none; the value is zero.</summary>
+        /// <summary>An argument is invalid; the value is zero.</summary>
         InvalidQuery
     }
 
     public enum Units { Relative = 1, Absolute = 2 }
 
-    /// <summary>Why a value may be wrong all the same; what each means stands in lightwell.h.</summary>
+    /// <summary>Conditions under which a value may be wrong; documented in lightwell.h.</summary>
     [Flags]
     public enum LightFlags : uint
     {
@@ -46,18 +46,18 @@ namespace Lightwell
         Recovered = 1 << 7, Unsure = 1 << 8, Newer = 1u << 31
     }
 
-    /// <summary>How an answer came about: of one descriptor, between two, beyond the newest with its lights moved on,
-    /// or beyond that the newest as it was.</summary>
+    /// <summary>How an answer was derived: from one descriptor, interpolated between two, extrapolated after the newest
+    /// with its lights moved on, or later than that the newest unchanged.</summary>
     public enum Derivation { Measured, Interpolated, Extrapolated, Held }
 
     public enum LinkState
     {
         Connecting, Connected, Waiting, Ended,
-        /// <summary>Of MQTT: the broker says that the probe has left it.</summary>
+        /// <summary>MQTT: the broker reports that the probe is offline.</summary>
         Gone
     }
 
-    /// <summary>A call that failed: how, and what to do.</summary>
+    /// <summary>A failed call: the kind of the failure, and what to do.</summary>
     public sealed class LightwellException : Exception
     {
         public Status Status { get; }
@@ -80,11 +80,11 @@ namespace Lightwell
 
         public Rgb(float r, float g, float b) { R = r; G = g; B = b; }
 
-        /// <summary>cd/m² of radiance, lux of irradiance, where units are absolute.</summary>
+        /// <summary>Luminance in cd/m² of radiance, illuminance in lux of irradiance, if units are absolute.</summary>
         public float Luminance { get { return 0.2126f * R + 0.7152f * G + 0.0722f * B; } }
     }
 
-    /// <summary>A rotation: Hamilton, p_new = q p_old.</summary>
+    /// <summary>Rotation quaternion, Hamilton convention: p_new = q p_old.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct Rotation
     {
@@ -93,7 +93,7 @@ namespace Lightwell
         public Rotation(double x, double y, double z, double w) { X = x; Y = y; Z = z; W = w; }
     }
 
-    /// <summary>A value with all that is needed to decide whether to believe it.</summary>
+    /// <summary>A value with its validity, age and error bound.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct Answer
     {
@@ -111,21 +111,21 @@ namespace Lightwell
         /// <summary>Zero for a batch.</summary>
         public Rgb Value { get { return value; } }
         public Validity Validity { get { return (Validity)validity; } }
-        /// <summary>Since mid-exposure, when the lighting was asked for.</summary>
+        /// <summary>Time since mid-exposure when the lighting was obtained.</summary>
         public long AgeNs { get { return age; } }
-        /// <summary>Why it is not valid; empty where it is. Makes a string.</summary>
+        /// <summary>Why it is not valid; empty if it is. Allocates a string.</summary>
         public string Reason { get { return Marshal.PtrToStringAnsi(reason) ?? ""; } }
-        /// <summary>RMS relative to the RMS irradiance, 0.01 is 1 %; infinite where flags say why.</summary>
+        /// <summary>RMS relative to the RMS irradiance, 0.01 is 1 %; infinite without a bound (see Flags).</summary>
         public float ErrorBound { get { return errorBound; } }
         public LightFlags Flags { get { return (LightFlags)flags; } }
-        /// <summary>False of radiance at roughness 0, which leaves the discrete lights out.</summary>
+        /// <summary>False for radiance at roughness 0, which excludes the discrete lights.</summary>
         public bool LightsIncluded { get { return lightsIncluded != 0; } }
         public Units Units { get { return (Units)units; } }
-        /// <summary>Questions of a batch that were none: their values are zero, and Validity is InvalidQuery.</summary>
+        /// <summary>Number of invalid inputs of a batch: their values are zero, and Validity is InvalidQuery.</summary>
         public uint Refused { get { return refused; } }
     }
 
-    /// <summary>What is known of an answer beside its light.</summary>
+    /// <summary>Properties of a Lighting besides its light.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct LightingInfo
     {
@@ -133,13 +133,13 @@ namespace Lightwell
         private int validity;
         private long age;
         private IntPtr reason;
-        /// <summary>What AgeNs may be off by; one that may be older than MaxAge is stale.</summary>
+        /// <summary>Maximum error of AgeNs; stale if the age can exceed MaxAge within it.</summary>
         public long AgeUncertaintyNs;
         public ulong Sequence;
-        /// <summary>Of Probe.NowNs; 0 where there was none.</summary>
+        /// <summary>In the clock of Probe.NowNs; 0 if there is none.</summary>
         public long MidExposureNs;
         public long ReceivedNs;
-        /// <summary>Of the probe's own clock.</summary>
+        /// <summary>In the probe's clock.</summary>
         public long ProbeMidExposureNs;
         public long DeliveredAfterNs;
         public long EncodedAfterNs;
@@ -147,9 +147,9 @@ namespace Lightwell
         private int units;
         private uint flags;
         public float BoundTotal, BoundTruncation, BoundSampling, BoundNoise, BoundQuantization, BoundSmoothing;
-        /// <summary>Share of the sphere that some pixel saw.</summary>
+        /// <summary>Fraction of the sphere that at least one pixel sees.</summary>
         public float Coverage;
-        /// <summary>Share of the seen sphere that was saturated in every exposure.</summary>
+        /// <summary>Fraction of the seen part that is saturated in every exposure.</summary>
         public float Saturated;
         public int Band;
         public uint LightCount;
@@ -157,7 +157,7 @@ namespace Lightwell
         public uint CalibrationId;
         /// <summary>1 fast, 2 balanced, 3 exact.</summary>
         public int Setting;
-        /// <summary>0 not known, 1 none, 2 100 Hz, 3 120 Hz.</summary>
+        /// <summary>0 unknown, 1 none, 2 100 Hz, 3 120 Hz.</summary>
         public int Flicker;
         private int derivation;
 
@@ -169,16 +169,16 @@ namespace Lightwell
         public LightFlags Flags { get { return (LightFlags)flags; } }
     }
 
-    /// <summary>A lamp, the sun, a window: a cap of uniform radiance.</summary>
+    /// <summary>A detected light (lamp, sun, window), modelled as a spherical cap of uniform radiance.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct LightSource
     {
         internal uint size;
-        /// <summary>Stays with the same lamp; 0 is not a track.</summary>
+        /// <summary>Identity over time: the same light keeps its track. 0: not tracked.</summary>
         public uint Track;
         /// <summary>Unit, TOWARDS the light.</summary>
         public Vec3 Direction;
-        /// <summary>Vector irradiance: of a receiver that faces it.</summary>
+        /// <summary>Irradiance at normal incidence.</summary>
         public Rgb Irradiance;
         /// <summary>rad</summary>
         public float AngularRadius;
@@ -186,22 +186,22 @@ namespace Lightwell
         public Vec3 DirectionCovariance;
     }
 
-    /// <summary>One octahedral square of the map for reflections: +Y at the centre, u from x, v from z, rows from the
-    /// top, the lights left out.</summary>
+    /// <summary>One octahedral level of the environment map: +Y at the centre, u from x, v from z, rows from the top,
+    /// without the lights.</summary>
     public sealed class EnvironmentLevel
     {
         public int Edge { get; internal set; }
-        /// <summary>Perceptual.</summary>
+        /// <summary>Perceptual roughness.</summary>
         public float Roughness { get; internal set; }
         public Rgb[] Radiance { get; internal set; }
     }
 
-    /// <summary>The prefiltered map for reflections.</summary>
+    /// <summary>The prefiltered environment map for reflections.</summary>
     public sealed class EnvironmentMap
     {
-        /// <summary>By rising roughness.</summary>
+        /// <summary>In order of increasing roughness.</summary>
         public EnvironmentLevel[] Levels { get; internal set; }
-        /// <summary>Of the descriptor that brought it: upload when this changes.</summary>
+        /// <summary>Sequence number of the descriptor with the map: upload the map when this changes.</summary>
         public ulong Sequence { get; internal set; }
         public long OlderByNs { get; internal set; }
         /// <summary>p_lighting = Rotation p_map.</summary>
@@ -209,10 +209,10 @@ namespace Lightwell
         public uint Key { get; internal set; }
     }
 
-    /// <summary>What a Unity light's intensity means: over pi in the built-in pipeline and URP, lux in HDRP.</summary>
+    /// <summary>Unit of a Unity light's intensity: irradiance over pi (built-in pipeline, URP) or lux (HDRP).</summary>
     public enum UnityPipeline { Universal, HighDefinition }
 
-    /// <summary>Where the strongest light goes.</summary>
+    /// <summary>How the strongest light is represented.</summary>
     public enum MainLight { Apart, InHarmonics }
 
     /// <summary>Light for RenderSettings.ambientProbe and a directional Light, in Unity's axes (left-handed, +Z
@@ -232,35 +232,35 @@ namespace Lightwell
         private int validity;
         private float residual;
         [MarshalAs(UnmanagedType.ByValArray, SizeConst = 27)] private float[] harmonics;
-        /// <summary>Where the main light shines; unit.</summary>
+        /// <summary>Direction in which the main light shines; unit.</summary>
         public Vec3 Forward;
         /// <summary>Linear, largest channel 1.</summary>
         public Rgb Color;
-        /// <summary>0 where there is no main light, or no estimate.</summary>
+        /// <summary>0 if there is no main light or no estimate.</summary>
         public float Intensity;
 
         public Validity Validity { get { return (Validity)validity; } }
-        /// <summary>Error of the irradiance by what Unity cannot hold, relative; -1 where it was not worked
-        /// out.</summary>
+        /// <summary>Relative irradiance error due to what Unity cannot represent; -1 if it was not
+        /// computed.</summary>
         public float Residual { get { return residual; } }
-        /// <summary>this[rgb, coefficient] at 9 rgb + coefficient, pre-scaled as Unity has it.</summary>
+        /// <summary>this[rgb, coefficient] at 9 rgb + coefficient, pre-scaled as in Unity.</summary>
         public float[] SphericalHarmonicsL2 { get { return harmonics; } }
     }
 
-    /// <summary>How a probe is followed. Zero is the default, as ProbeOptions of probe.hpp has it.</summary>
+    /// <summary>Options of a connection. Zero means the default of ProbeOptions in probe.hpp.</summary>
     public sealed class ProbeOptions
     {
-        /// <summary>Descriptors kept for At; 64.</summary>
+        /// <summary>Number of descriptors stored for At; 64.</summary>
         public int History;
         /// <summary>Older answers are stale; 250 ms.</summary>
         public TimeSpan MaxAge;
-        /// <summary>How far beyond the newest At moves lights on; 50 ms. Negative: not at all.</summary>
+        /// <summary>How far beyond the newest descriptor At extrapolates lights; 50 ms. Negative: not at all.</summary>
         public TimeSpan Extrapolation;
         public TimeSpan ConnectTimeout, RetryMin, RetryMax, SilenceLimit;
-        /// <summary>Of a grpcs:// probe, as `lightwell pair` writes it; looked up by address where it is
+        /// <summary>For a grpcs:// probe, as written by `lightwell pair`; looked up by address if
         /// null.</summary>
         public string CredentialsFolder;
-        /// <summary>With what a broker is met; files are PEM.</summary>
+        /// <summary>Credentials for a broker; files are PEM.</summary>
         public string MqttCaFile, MqttCertificateFile, MqttKeyFile, MqttUser, MqttPassword;
     }
 
@@ -280,7 +280,7 @@ namespace Lightwell
         public int EnvironmentEdge;
         private int reserved;
         public double LightThreshold, Epsilon, RadianceEpsilon, EnvironmentRate;
-        /// <summary>Of the marker estimator; those from Unseen to EnvironmentRate are of the panorama
+        /// <summary>Option of the marker estimator; Unseen to EnvironmentRate are options of the panorama
         /// estimator.</summary>
         public double MarkerDecimation, MarkerSearchDecimation;
         public int MarkerMaxFaces;
@@ -294,7 +294,7 @@ namespace Lightwell
         }
     }
 
-    /// <summary>Fields of EstimatorConfig that shall change; those that are null stay as they are.</summary>
+    /// <summary>Partial update of an EstimatorConfig: fields that are null are not changed.</summary>
     public sealed class EstimatorUpdate
     {
         public int? Band, MaxLights, Setting, Unseen, Smoothing, EnvironmentEdge;
@@ -302,7 +302,7 @@ namespace Lightwell
         public double? MarkerDecimation, MarkerSearchDecimation;
         public int? MarkerMaxFaces;
 
-        /// <summary>Puts what is set into `config`; returns its LW_FIELD_ bits.</summary>
+        /// <summary>Copies the fields that are set into `config`; returns their LW_FIELD_ bits.</summary>
         internal ulong Fill(ref EstimatorConfig config)
         {
             return Put(Band, 0, ref config.Band) | Put(MaxLights, 1, ref config.MaxLights) |
@@ -324,34 +324,34 @@ namespace Lightwell
         }
     }
 
-    /// <summary>What light is read from: all that the camera sees around it, or a marker that it looks at.</summary>
+    /// <summary>What light is estimated from: a panoramic view of the surroundings, or a marker in view.</summary>
     public enum EstimatorKind { Panorama = 1, Marker = 2 }
 
-    /// <summary>Who a probe is, how its clock stands, and what it counted since its start.</summary>
+    /// <summary>Identity and clock of a probe, and its counters since its start.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct ProbeInfo
     {
         internal uint size;
         public uint Id, CalibrationId, Clients;
-        /// <summary>The probe's clock less the host's; the true one is within ClockUncertaintyNs of it.</summary>
+        /// <summary>The probe's clock minus the host's; the true value is within ClockUncertaintyNs of it.</summary>
         public long ClockOffsetNs, ClockUncertaintyNs;
         public double ClockDriftPpm;
         public ulong Frames, CapturesDropped, BracketsIncomplete, Estimates, EstimatesFailed, DescriptorsCoalesced,
             FramesRecorded, RecordingFaults, FramesLost, SettingMoves, EstimatesLate, EstimatesLateAtFast,
             MessagesRefused, AuthenticationFailures;
         private int mounted, reserved;
-        /// <summary>Where the probe hangs in its room, m; zero where it is not Mounted.</summary>
+        /// <summary>Position of the probe in its room, m; zero if it is not Mounted.</summary>
         public double PositionX, PositionY, PositionZ;
         /// <summary>p_world = Orientation p_probe + position.</summary>
         public Rotation Orientation;
-        /// <summary>How often the probe's file of clients was changed into one with a mistake.</summary>
+        /// <summary>Number of changes of the probe's client list that made it invalid.</summary>
         public ulong ClientListFaults;
 
-        /// <summary>Whether the probe knows where it hangs.</summary>
+        /// <summary>Whether the probe's pose in its room is configured.</summary>
         public bool Mounted { get { return mounted != 0; } }
     }
 
-    /// <summary>How the link fares since it was made.</summary>
+    /// <summary>Statistics of the connection since it was made.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public struct LinkStats
     {
@@ -363,7 +363,7 @@ namespace Lightwell
         public LinkState State { get { return (LinkState)state; } }
     }
 
-    /// <summary>How a place is lit, at one moment. It does not follow the probe: Probe.Latest fills it anew.</summary>
+    /// <summary>The lighting of one moment. It is not updated automatically: Probe.Latest fills it again.</summary>
     public sealed class Lighting : IDisposable
     {
         public const int MaxBand = 6, MaxLights = 64;
@@ -381,7 +381,7 @@ namespace Lightwell
 
         public void Dispose() { Handle.Dispose(); }
 
-        /// <summary>The light of a LightingDescriptor's bytes that came by other ways than a Probe.</summary>
+        /// <summary>Decodes the bytes of a LightingDescriptor that was received without a Probe.</summary>
         public static Lighting Decode(byte[] message, long ageNs = 0)
         {
             if (message == null) throw new ArgumentNullException("message");
@@ -397,7 +397,7 @@ namespace Lightwell
             return made;
         }
 
-        /// <summary>The same light in a frame turned by q: the rotation of T_world_probe lights a world.</summary>
+        /// <summary>The lighting rotated by q: with the rotation of T_world_probe, in the world's axes.</summary>
         public Lighting Rotated(Rotation q)
         {
             var made = new Lighting();
@@ -405,7 +405,7 @@ namespace Lightwell
             return made;
         }
 
-        /// <summary>The same into one that is there; `into` may be this.</summary>
+        /// <summary>The same, into an existing object; `into` may be this.</summary>
         public void Rotated(Rotation q, Lighting into)
         {
             Native.Check(Native.lw_lighting_rotated(Handle, ref q, into.Handle));
@@ -421,10 +421,10 @@ namespace Lightwell
             }
         }
 
-        /// <summary>Why it is not valid, with numbers; empty where it is.</summary>
+        /// <summary>Why it is not valid, with numbers; empty if it is.</summary>
         public string Reason { get { return Native.Text((m, c, l) => Native.lw_lighting_reason(Handle, m, c, l)); } }
 
-        /// <summary>Of a flat receiver that faces `normal`. Not divided by pi, not clamped.</summary>
+        /// <summary>Irradiance of a flat receiver that faces `normal`. Not divided by pi, not clamped.</summary>
         public Answer Irradiance(Vec3 normal)
         {
             var answer = new Answer { size = Native.SizeOfAnswer };
@@ -432,7 +432,7 @@ namespace Lightwell
             return answer;
         }
 
-        /// <summary>Of a surface of that perceptual roughness whose mirror direction is `direction`.</summary>
+        /// <summary>Radiance as reflected by a surface of that roughness with this reflection direction.</summary>
         public Answer Radiance(Vec3 direction, float roughness)
         {
             var answer = new Answer { size = Native.SizeOfAnswer };
@@ -440,7 +440,7 @@ namespace Lightwell
             return answer;
         }
 
-        /// <summary>values[i] is of normals[i]; both have the same length. No copies are made.</summary>
+        /// <summary>values[i] is for normals[i]; both have the same length. The arrays are not copied.</summary>
         public Answer Irradiance(Vec3[] normals, Rgb[] values)
         {
             SameLength(normals, values);
@@ -461,10 +461,10 @@ namespace Lightwell
         }
 
         /// <summary>Spherical harmonics of the radiance without the lights: real, orthonormal, no Condon-Shortley
-        /// phase, in the order l(l+1)+m. (maxBand + 1)² of them, zeros above Info.Band.</summary>
+        /// phase, in the order l(l+1)+m. (maxBand + 1)² coefficients, zeros above Info.Band.</summary>
         public Rgb[] RadianceCoefficients(int maxBand) { return Coefficients(0, maxBand); }
 
-        /// <summary>The same convolved with the cosine: evaluate at a normal, and add the lights.</summary>
+        /// <summary>The same convolved with the clamped cosine: evaluate at a normal, and add the lights.</summary>
         public Rgb[] IrradianceCoefficients(int maxBand) { return Coefficients(1, maxBand); }
 
         /// <summary>Strongest first.</summary>
@@ -481,7 +481,7 @@ namespace Lightwell
             }
         }
 
-        /// <summary>Null where the probe sends none.</summary>
+        /// <summary>Null if the probe sends none.</summary>
         public EnvironmentMap Environment
         {
             get
@@ -505,8 +505,8 @@ namespace Lightwell
             }
         }
 
-        /// <summary>In Unity's terms. Turn it into the application's world first, in the probe's axes (Rotated).
-        /// exposure multiplies every colour: 1 leaves cd/m² and lux.</summary>
+        /// <summary>Conversion to Unity. Transform the lighting to the application's world first, in Lightwell's axes
+        /// (Rotated). `exposure` multiplies every colour: 1 keeps cd/m² and lux.</summary>
         public UnityLighting ToUnity(UnityPipeline pipeline, MainLight mainLight = MainLight.Apart, float exposure = 1)
         {
             var options = new Native.CConversionOptions
@@ -514,7 +514,7 @@ namespace Lightwell
                 size = (uint)Marshal.SizeOf(typeof(Native.CConversionOptions)),
                 color = new[] { exposure, 0, 0, 0, exposure, 0, 0, 0, exposure }
             };
-            // A matrix of zeros is none: it would leave the light as it is.
+            // A zero matrix means no matrix in the C ABI, so it would not scale the light.
             if (exposure == 0) throw new ArgumentOutOfRangeException("exposure", "it is not zero");
             var unity = new UnityLighting { size = (uint)Marshal.SizeOf(typeof(UnityLighting)) };
             Native.Check(Native.lw_lighting_to_unity(Handle, (int)pipeline, (int)mainLight, ref options, ref unity));
@@ -540,11 +540,11 @@ namespace Lightwell
         }
     }
 
-    /// <summary>A link to one probe, from Connect to Dispose. Dispose waits for no call of another thread: the link
-    /// ends when the last one returns.</summary>
+    /// <summary>A connection to one probe, from Connect to Dispose. Dispose does not wait for calls of other threads:
+    /// the connection is closed when the last one returns.</summary>
     public sealed class Probe : IDisposable
     {
-        /// <summary>How long a wait goes on before it looks for Dispose.</summary>
+        /// <summary>Period in which a blocking wait checks for Dispose.</summary>
         private const long SliceNs = 100000000;
 
         private readonly ProbeHandle handle;
@@ -592,7 +592,7 @@ namespace Lightwell
             }
         }
 
-        /// <summary>UTF-8 that ends with a zero byte and stays where it is until its handle is freed.</summary>
+        /// <summary>Zero-terminated UTF-8, pinned until its handle is freed.</summary>
         private static IntPtr Pinned(string text, List<GCHandle> texts)
         {
             if (text == null) return IntPtr.Zero;
@@ -602,10 +602,10 @@ namespace Lightwell
 
         public void Dispose() { handle.Dispose(); }
 
-        /// <summary>This machine's clock, of At and of the times of the host.</summary>
+        /// <summary>This machine's clock, used by At and for host times.</summary>
         public static long NowNs { get { return Native.lw_now_ns(); } }
 
-        /// <summary>The newest, into one that is there: for render loops. Validity.None before the first.</summary>
+        /// <summary>The newest, into an existing object, for render loops. Validity.None if there is none.</summary>
         public void Latest(Lighting into) { Native.Check(Native.lw_probe_latest(handle, into.Handle)); }
 
         public Lighting Latest()
@@ -615,8 +615,8 @@ namespace Lightwell
             return made;
         }
 
-        /// <summary>The newest in the axes of the room that the probe hangs in; Validity.InvalidQuery where it is not
-        /// Mounted.</summary>
+        /// <summary>The newest in the axes of the room in which the probe is mounted; Validity.InvalidQuery if it is
+        /// not Mounted.</summary>
         public Lighting LatestInWorld()
         {
             var made = new Lighting();
@@ -624,7 +624,7 @@ namespace Lightwell
             return made;
         }
 
-        /// <summary>How it was lit at a moment of NowNs: between two descriptors interpolated.</summary>
+        /// <summary>The lighting at a time of NowNs, interpolated between two descriptors.</summary>
         public Lighting At(long hostTimeNs)
         {
             var made = new Lighting();
@@ -632,8 +632,8 @@ namespace Lightwell
             return made;
         }
 
-        /// <summary>Waits for the newest with another sequence than `seen` (null: any). Status.Unavailable after
-        /// `timeout`, FailedPrecondition where the recording has ended. Blocks.</summary>
+        /// <summary>Waits for a newest descriptor with a sequence number other than `seen` (null: any).
+        /// Status.Unavailable after `timeout`, FailedPrecondition if the recording has ended. Blocks.</summary>
         public Lighting WaitForNext(ulong? seen, TimeSpan timeout)
         {
             var made = new Lighting();
@@ -652,7 +652,7 @@ namespace Lightwell
             }
         }
 
-        /// <summary>Blocks shortly, as the following.</summary>
+        /// <summary>Blocks briefly, as the following.</summary>
         public ProbeInfo Info
         {
             get
@@ -676,11 +676,11 @@ namespace Lightwell
         public string Name { get { return Text(0); } }
         public string Version { get { return Text(1); } }
         public string Camera { get { return Text(2); } }
-        /// <summary>Of the link, or of the last refused message; empty while all went well.</summary>
+        /// <summary>Last error of the link or of a rejected message; empty if there was none.</summary>
         public string LastError { get { return Text(3); } }
 
-        /// <summary>As it is now, by the owner's file and by all clients since. Asks the probe, and blocks until it
-        /// answers. FailedPrecondition for a recording, and where the probe's firmware is too old to tell.</summary>
+        /// <summary>The current configuration: the probe's file with the changes of all clients. Blocks until the probe
+        /// responds. FailedPrecondition for a recording, and if the probe's firmware is too old to report it.</summary>
         public EstimatorConfig EstimatorConfig()
         {
             var config = new EstimatorConfig { size = (uint)Marshal.SizeOf(typeof(EstimatorConfig)) };
@@ -688,7 +688,7 @@ namespace Lightwell
             return config;
         }
 
-        /// <summary>Which estimator runs. As EstimatorConfig().</summary>
+        /// <summary>The active estimator. Blocks and fails as EstimatorConfig().</summary>
         public EstimatorKind EstimatorKind()
         {
             int kind;
@@ -696,24 +696,24 @@ namespace Lightwell
             return (EstimatorKind)kind;
         }
 
-        /// <summary>Sets the fields that are not null, for all clients of the probe, and leaves the others as they are:
-        /// ChangeEstimator(new EstimatorUpdate { Epsilon = 0.02 }). Blocks until the probe answers.</summary>
+        /// <summary>Sets the fields that are not null, for all clients of the probe, and leaves the others unchanged:
+        /// ChangeEstimator(new EstimatorUpdate { Epsilon = 0.02 }). Blocks until the probe responds.</summary>
         public void ChangeEstimator(EstimatorUpdate update)
         {
             var config = new EstimatorConfig { size = (uint)Marshal.SizeOf(typeof(EstimatorConfig)) };
             Native.Check(Native.lw_probe_change_estimator(handle, ref config, update.Fill(ref config)));
         }
 
-        /// <summary>Replaces the whole configuration: what the owner or other clients chose is lost. Begin with
-        /// EstimatorConfig(), or use ChangeEstimator. Blocks until the probe answers.</summary>
+        /// <summary>Replaces the whole configuration, including what other clients or the probe's file have set. Start
+        /// with EstimatorConfig(), or use ChangeEstimator. Blocks until the probe responds.</summary>
         public void SetEstimator(EstimatorConfig config)
         {
             config.size = (uint)Marshal.SizeOf(typeof(EstimatorConfig));
             Native.Check(Native.lw_probe_set_estimator(handle, ref config));
         }
 
-        /// <summary>Tells what a lux meter beside the probe reads, facing `normal`: from then on units are absolute.
-        /// Returns the factor that was applied. Blocks until the probe answers.</summary>
+        /// <summary>Reports the reading of a lux meter beside the probe that faces `normal`; then units are absolute.
+        /// Returns the factor that was applied. Blocks until the probe responds.</summary>
         public double ReportLux(double lux, Vec3 normal)
         {
             double factor;
@@ -755,12 +755,12 @@ namespace Lightwell
         }
     }
 
-    /// <summary>lightwell.h, function by function. Arrays of plain structs are pinned, not copied.</summary>
+    /// <summary>The functions of lightwell.h. Arrays of plain structs are pinned, not copied.</summary>
     internal static class Native
     {
         private const string Library = "lightwell";
 
-        /// <summary>LW_ABI_VERSION of the header that this file follows.</summary>
+        /// <summary>LW_ABI_VERSION of the header for which this file is written.</summary>
         private const uint AbiVersion = 0x00010001;
 
         internal static readonly uint SizeOfAnswer = (uint)Marshal.SizeOf(typeof(Answer));
@@ -819,7 +819,7 @@ namespace Lightwell
             throw new LightwellException((Status)status, Encoding.UTF8.GetString(bytes));
         }
 
-        /// <summary>Called twice: for the length, and for the text.</summary>
+        /// <summary>Calls a function twice: for the length, then for the text.</summary>
         internal static string Text(FillText fill)
         {
             var length = new UIntPtr[1];

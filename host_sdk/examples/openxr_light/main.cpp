@@ -1,11 +1,11 @@
-// An OpenXR application that takes its light from a probe instead of XR_ANDROID_light_estimation.
+// An OpenXR application that gets its lighting from a probe instead of XR_ANDROID_light_estimation.
 //
 //   openxr_light URI [--frames N] [--world-probe QX,QY,QZ,QW] [--total] [--require-session]
 //
-// It goes headless (XR_MND_headless), so that it needs no graphics, and prints what it would upload each frame. Without
-// a runtime, or where a part of one is missing, it says which and goes on with what there is.
+// It runs headless (XR_MND_headless), without graphics, and prints what it would upload each frame. Without a runtime,
+// or if a part of it is missing, it prints a message and continues with the available parts.
 //
-// exit status: 0 done, 1 the probe is not there, or went away, 2 usage, 3 --require-session and there is none.
+// exit status: 0 done, 1 the probe cannot be reached or was lost, 2 usage, 3 no session, with --require-session.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -83,13 +83,13 @@ void show_frame(int frame, const openxr_light::XrApp& app, const lightwell::Ligh
   std::cout << "frame " << frame << ", descriptor " << lighting.descriptor().sequence << '\n';
   std::cout << "  world:\n";
   auto world = openxr_light::light_in_space(lighting, options.T_world_probe, {}, options.kind);
-  // What stands there is CLOCK_MONOTONIC; the runtime's own time is what its other structures speak.
+  // lastUpdatedTime is in CLOCK_MONOTONIC; the runtime's other structures use XrTime.
   if (const auto time = app.xr_time(world.value.lastUpdatedTime)) {
     world.value.lastUpdatedTime = *time;
     std::cout << "    lastUpdatedTime " << *time << " (XrTime)\n";
   }
   openxr_light::print(std::cout, world, "    ");
-  // Shading in view space: the same light where the head is now.
+  // For shading in view space: the same lighting in the current head frame.
   if (const auto T_world_view = app.view_in_world()) {
     std::cout << "  view:\n";
     openxr_light::print(
@@ -114,7 +114,7 @@ int main(int argc, char** argv) {
     std::cerr << probe.status().message() << '\n';
     return 1;
   }
-  // A render loop does not wait for light; this one has nothing to show before the first.
+  // A render loop would not wait; this sample waits for the first descriptor, because it has nothing else to show.
   if (const auto first = probe->wait_for_next(std::nullopt, {5'000'000'000}); !first.ok()) {
     std::cerr << first.status().message() << '\n';
     return 1;

@@ -14,7 +14,7 @@ constexpr const char* kTimespec = XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME;
 
 std::string number(XrResult result) { return "XrResult " + std::to_string(static_cast<int>(result)); }
 
-/// Empty where the loader finds no runtime.
+/// Extensions of the runtime; empty if the loader finds none.
 std::vector<XrExtensionProperties> extensions(XrResult& result) {
   std::uint32_t count = 0;
   result = xrEnumerateInstanceExtensionProperties(nullptr, 0, &count, nullptr);
@@ -102,7 +102,7 @@ bool XrApp::create_instance() {
 bool XrApp::create_session() {
   if (!headless_) {
     lacks(std::string("the runtime has no ") + kHeadless +
-          ": a session needs graphics there, which this sample has not; the light is the same");
+          ": a session needs graphics there, which this sample does not have; the light is the same");
     return false;
   }
   XrSystemGetInfo get{};
@@ -146,7 +146,7 @@ bool XrApp::create_spaces() {
   view_ = make_space(XR_REFERENCE_SPACE_TYPE_VIEW);
   if (world_ != XR_NULL_HANDLE && view_ != XR_NULL_HANDLE) return true;
   world_name_.clear();
-  lacks("the runtime makes no reference spaces");
+  lacks("the runtime cannot create reference spaces");
   return false;
 }
 
@@ -163,7 +163,7 @@ bool XrApp::poll_events() {
     if (changed.state == XR_SESSION_STATE_READY) {
       XrSessionBeginInfo begin{};
       begin.type = XR_TYPE_SESSION_BEGIN_INFO;
-      // Ignored by a headless session, but the structure wants one.
+      // A headless session ignores it, but the structure requires a value.
       begin.primaryViewConfigurationType = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
       if (const XrResult result = xrBeginSession(session_, &begin); XR_FAILED(result))
         lacks(failed("xrBeginSession", result));

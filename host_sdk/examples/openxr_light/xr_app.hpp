@@ -1,5 +1,5 @@
-// The OpenXR half of the sample: an instance, a headless session, spaces and time. Knows nothing of light.
-//   XrApp   what of it there is; what is missing has a sentence
+// The OpenXR part of the sample: instance, headless session, spaces and time. Independent of lighting.
+//   XrApp   the available parts, and a message for each missing one
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 #include <lightwell/geometry.hpp>
 
-// The platform header needs to know which parts of it are wanted, and the time of which system.
+// Selects the parts of the platform header, and the system's time type.
 #include <time.h>
 #define XR_USE_TIMESPEC 1
 #include <openxr/openxr.h>
@@ -17,38 +17,38 @@
 
 namespace openxr_light {
 
-/// OpenXR's axes are Lightwell's, and so are the order and the handedness of its quaternions.
+/// OpenXR has the same axes, quaternion order and handedness as Lightwell.
 [[nodiscard]] inline lightwell::Pose pose_of(const XrPosef& pose) {
   return {{pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w},
           {pose.position.x, pose.position.y, pose.position.z}};
 }
 
-/// One thread. Everything is destroyed in the order that OpenXR asks for.
+/// One thread. Everything is destroyed in the order that OpenXR requires.
 class XrApp {
  public:
-  /// Goes as far as loader and runtime allow. Never fails: missing() says what is not there.
+  /// Initialises as far as loader and runtime allow. Never fails: missing() lists what is not available.
   XrApp();
   ~XrApp();
   XrApp(const XrApp&) = delete;
   XrApp& operator=(const XrApp&) = delete;
 
-  /// One sentence for each thing that is not there, with what would bring it; empty where all is.
+  /// One message for each missing part, with the remedy; empty if all are available.
   [[nodiscard]] const std::vector<std::string>& missing() const { return missing_; }
 
   /// Name and version of the runtime; empty without an instance.
   [[nodiscard]] const std::string& runtime() const { return runtime_; }
 
-  /// What the origin of the world is: "STAGE", or "LOCAL" where the runtime has no stage; empty without a session.
+  /// The reference space of the world: "STAGE", or "LOCAL" if the runtime has no stage; empty without a session.
   [[nodiscard]] const std::string& world_space() const { return world_name_; }
 
   /// Handles the runtime's events; false once it has asked the application to end.
   [[nodiscard]] bool poll_events();
 
-  /// T_world_view, where the head is in the world space. None without a session, and while it is not tracked.
+  /// T_world_view, the head pose in world space. No value without a session, and while the head is not tracked.
   [[nodiscard]] std::optional<lightwell::Pose> view_in_world() const;
 
-  /// A moment of CLOCK_MONOTONIC, which is what lightwell::HostTime counts, in the runtime's time. None where the
-  /// runtime lacks XR_KHR_convert_timespec_time.
+  /// Converts a time of CLOCK_MONOTONIC (lightwell::HostTime) to the runtime's time. No value if the runtime lacks
+  /// XR_KHR_convert_timespec_time.
   [[nodiscard]] std::optional<XrTime> xr_time(std::int64_t monotonic_ns) const;
 
  private:

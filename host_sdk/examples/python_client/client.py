@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Prints the light that a probe sees, by nothing but proto/: the SDK is not used.
+"""Prints the lighting measured by a probe, with the messages of proto/ only, without the SDK.
 
 usage: client.py grpc://127.0.0.1:7420
        client.py grpcs://probe.local:7420 --credentials ~/.config/lightwell/probes/0123456789abcdef
-The folder is one that `lightwell pair` made; its token, or its certificate with --certificate, is who we are.
-Exit status: 0 all came, 1 the probe did not answer or refused, 2 wrong usage.
+The folder is one written by `lightwell pair`; its token, or with --certificate its certificate, authenticates the
+client. Exit status: 0 all descriptors were received, 1 the probe did not respond or refused, 2 wrong usage.
 """
 
 import argparse
@@ -21,8 +21,8 @@ import grpc
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 DEFAULT_PORT = 7420
-# In every certificate that a probe makes for itself; its address changes, its authority does not. Credentials that were
-# kept before there was a file `host` are of such a probe, or are refused: pair again.
+# The host name in every certificate that a probe issues for itself, whose address can change. It is also assumed for
+# credentials of older versions, without a file `host`; if such a probe is refused, pair again.
 PROBE_HOST_NAME = "probe.lightwell.internal"
 END_OF_CERTIFICATE = b"-----END CERTIFICATE-----"
 # Irradiance from radiance, band by band: pi, 2 pi/3, pi/4, 0, -pi/24, 0, pi/64 (proto/README.md).
@@ -30,10 +30,10 @@ COSINE_LOBE = (math.pi, 2 * math.pi / 3, math.pi / 4, 0, -math.pi / 24, 0, math.
 
 
 def generate(protos, folder):
-    """Python modules of all messages and services, by protoc and gRPC's plug-in for it."""
+    """Generates Python modules of all messages and services with protoc and its gRPC plug-in."""
     plugin = shutil.which("grpc_python_plugin")
     if plugin is None or shutil.which("protoc") is None:
-        sys.exit("client.py: protoc and grpc_python_plugin are wanted: "
+        sys.exit("client.py: protoc or grpc_python_plugin is missing: "
                  "apt install protobuf-compiler protobuf-compiler-grpc python3-grpcio python3-protobuf")
     files = sorted(str(p.relative_to(protos)) for p in protos.glob("lightwell/v1/*.proto"))
     if not files:
@@ -53,13 +53,13 @@ def open_channel(uri, credentials, by_certificate):
     if parts.scheme == "grpc":
         return grpc.insecure_channel(target, options)
     if credentials is None:
-        sys.exit("client.py: grpcs:// wants --credentials, a folder that `lightwell pair` made")
+        sys.exit("client.py: grpcs:// needs --credentials, a folder written by `lightwell pair`")
 
     def read(name):
         return (credentials / name).read_bytes()
 
     own = (read("client_key.pem"), read("client.pem")) if by_certificate else (None, None)
-    # The first certificate is the pin. Any that follow belong to an authority of many, which vouches for strangers.
+    # The first certificate is pinned. Any others are of an authority that also issues certificates to other hosts.
     pin, end, _ = read("probe_ca.pem").partition(END_OF_CERTIFICATE)
     channel = grpc.ssl_channel_credentials(pin + end, *own)
     if not by_certificate:
@@ -83,8 +83,8 @@ def coefficients(harmonics):
 
 
 def from_above(descriptor, sh):
-    """Irradiance of a surface that faces up (+Y), of harmonics by bands 0 and 1 and of lights as if they were points: a
-    first look. All of it is in proto/README.md."""
+    """Irradiance of a surface that faces up (+Y), approximated by bands 0 and 1 of the harmonics and lights without
+    extent. The exact formulas are in proto/README.md."""
     total = [0.0, 0.0, 0.0]
     for (band, m), rgb in sh.items():
         basis = {(0, 0): 0.282095, (1, -1): 0.488603}.get((band, m), 0)  # of (0, 1, 0)
@@ -112,10 +112,10 @@ def describe(descriptor, units):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("uri")
-    parser.add_argument("--credentials", type=Path, help="folder that `lightwell pair` made")
-    parser.add_argument("--certificate", action="store_true", help="show the certificate in place of the token")
+    parser.add_argument("--credentials", type=Path, help="folder written by `lightwell pair`")
+    parser.add_argument("--certificate", action="store_true", help="use the certificate instead of the token")
     parser.add_argument("--count", type=int, default=5, help="descriptors to print [5]")
-    parser.add_argument("--seconds", type=float, default=20, help="give up after so long [20]")
+    parser.add_argument("--seconds", type=float, default=20, help="timeout [20]")
     parser.add_argument("--proto", type=Path, default=REPOSITORY / "proto", help="the folder with lightwell/v1/*.proto")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:

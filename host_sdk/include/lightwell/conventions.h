@@ -1,13 +1,13 @@
-/* Light in other engines' own terms, for C: conventions.hpp through the C ABI of lightwell.h, whose rules hold here.
- * What each field means, its unit, axes and signs, stands at the type of the same name in conventions.hpp; fields are
- * spelt as the target spells them. A light is in one place: the main light, where it is apart, is in no harmonics.
- *   lw_conversion_options     what all conversions take
+/* Conversions to other engines' lighting types, for C: conventions.hpp through the C ABI, with the rules of
+ * lightwell.h. Meaning, unit, axes and signs of each field are documented at the type of the same name in
+ * conventions.hpp; fields are named as in the target. A separate main light is not contained in the harmonics.
+ *   lw_conversion_options     options of all conversions
  *   lw_webxr, lw_arcore, lw_openxr, lw_arkit          AR platforms
  *   lw_unity, lw_three, lw_filament, lw_unreal         renderers
  *
- * Turn the light into the application's world first (lw_lighting_rotated), in our axes; the conversion changes
- * handedness. Functions return LW_OK also where there is no estimate: validity says so, and the value is the target's
- * own way of saying so. No function blocks; all allocate.
+ * Transform the lighting to the application's world first (lw_lighting_rotated), in Lightwell's axes; the conversion
+ * changes handedness. Functions return LW_OK also without an estimate: see `validity`; the value is then the target's
+ * own representation of that. No function blocks; all allocate.
  */
 #ifndef LIGHTWELL_CONVENTIONS_H
 #define LIGHTWELL_CONVENTIONS_H
@@ -18,14 +18,14 @@
 extern "C" {
 #endif
 
-/* Whether `residual` is worked out, which costs more than the conversion. */
+/* Whether `residual` is computed, which costs more than the conversion. */
 enum { LW_RESIDUAL_MEASURED = 0, LW_RESIDUAL_LEFT_OUT = 1 };
 
-/* Where the strongest light goes, where the target leaves the choice. */
+/* How the strongest light is represented, for targets that allow both. */
 typedef int32_t lw_main_light;
 enum { LW_MAIN_LIGHT_APART = 0, LW_MAIN_LIGHT_IN_HARMONICS = 1 };
 
-/* Signs of the nine functions. */
+/* Sign convention of the nine basis functions. */
 typedef int32_t lw_sh_signs;
 enum {
   LW_SH_CONDON_SHORTLEY = 0, /* Odd m negative, as in ARCore. */
@@ -50,12 +50,12 @@ enum { LW_OPENXR_TOTAL = 0, LW_OPENXR_AMBIENT = 1 };
 typedef struct lw_conversion_options {
   uint32_t size;
   int32_t residual; /* LW_RESIDUAL_*. */
-  float color[9];   /* Applied to every colour: a matrix, row by row. All zero: none. */
+  float color[9];   /* Matrix, stored by rows, applied to every colour. All zero: none. */
 } lw_conversion_options;
 
-/* Of each of the following: `validity` is the lighting's, LW_INVALID_QUERY for a colour matrix that is not finite.
- * `residual` is the error of the irradiance by what the target cannot hold, RMS relative to the RMS irradiance; -1
- * where it was not worked out. */
+/* In each of the following structs, `validity` is the lighting's, or LW_INVALID_QUERY for a colour matrix that is not
+ * finite. `residual` is the irradiance error due to what the target cannot represent, RMS relative to the RMS
+ * irradiance; -1 if it was not computed. */
 
 typedef struct lw_webxr {
   uint32_t size;
@@ -153,7 +153,7 @@ typedef struct lw_unreal {
   float lightSourceAngle;
 } lw_unreal;
 
-/* options: NULL for none. LW_INVALID_ARGUMENT for a number that is none of an enum's. */
+/* options: NULL for the defaults. LW_INVALID_ARGUMENT for a value that an enum does not have. */
 LW_API lw_status lw_lighting_to_webxr(const lw_lighting* lighting, lw_sh_signs signs,
                                       const lw_conversion_options* options, lw_webxr* out);
 LW_API lw_status lw_lighting_to_arcore(const lw_lighting* lighting, const lw_conversion_options* options,

@@ -1,7 +1,6 @@
-// Which probes there are: what they announce by multicast DNS, what they retain at an MQTT broker, and what is plugged
-// in.
-//   FoundBy, FoundLink, FoundProbe   what was found; all of it said by others, checked and bounded, and no proof of
-//   anything DiscoverOptions, discover        looks for a while
+// Discovery of probes: multicast DNS announcements, statuses retained at an MQTT broker, and USB devices.
+//   FoundBy, FoundLink, FoundProbe   a found probe; checked and bounded, but not authenticated
+//   DiscoverOptions, discover        the search, for a limited time
 #pragma once
 
 #include <cstddef>
@@ -18,8 +17,8 @@ namespace lightwell {
 
 enum class FoundBy : std::uint8_t {
   mdns,  ///< Announced on the local network.
-  mqtt,  ///< Its status is retained at the broker that was asked.
-  usb,   ///< Plugged into this machine.
+  mqtt,  ///< Its status is retained at the broker of DiscoverOptions::broker.
+  usb,   ///< Connected to this machine.
 };
 
 [[nodiscard]] constexpr std::string_view to_string(FoundBy by) {
@@ -44,23 +43,22 @@ struct FoundProbe {
   std::string name;
   std::uint32_t id = 0;
   std::uint32_t calibration_id = 0;
-  std::string version;             ///< Of its firmware.
-  std::uint32_t wire_version = 0;  ///< 0: not told.
-  /// By mDNS: under which name it is announced, its own unless another has that. At a broker: its base topic.
-  /// By USB: its serial number; a probe that another program reads tells no more.
+  std::string version;             ///< Firmware version.
+  std::uint32_t wire_version = 0;  ///< 0: unknown.
+  /// mDNS: its service instance name, which is its own name unless another probe has that. MQTT: its base topic. USB:
+  /// its serial number, which is all that is known of a probe that another program has opened.
   std::string instance;
-  /// By mDNS: the name of its machine, "attic.local".
+  /// mDNS: its host name, "attic.local".
   std::string host;
-  /// It has left the broker: nobody is reached there.
+  /// MQTT: its status says that it has left the broker; it cannot be reached there.
   bool gone = false;
   std::vector<FoundLink> links;
 };
 
 struct DiscoverOptions {
-  /// How long to look. Probes answer within a second; a network that loses packets wants more.
+  /// Duration of the search. Probes answer within a second; a network that loses packets needs longer.
   Duration timeout{2'000'000'000};
-  /// `mqtt://broker` or `mqtt://broker/venue`: probes up to three levels below are looked for there as well. Empty:
-  /// nowhere.
+  /// `mqtt://broker` or `mqtt://broker/venue`: also searches there, up to three topic levels below. Empty: no broker.
   std::string broker;
   MqttCredentials credentials;
 
@@ -69,16 +67,17 @@ struct DiscoverOptions {
 };
 
 struct Discovered {
-  /// By name. One that is found both ways is there twice.
+  /// Sorted by name. A probe that is found by two methods is listed twice.
   std::vector<FoundProbe> probes;
-  /// Why one of the ways could not be gone, for a person: no avahi-daemon, a broker that refused.
+  /// Human-readable reasons why a method failed: no avahi-daemon, a broker that refused the connection.
   std::vector<std::string> problems;
-  /// Announcements and statuses that were malformed, and what was above the limit of 1,000 probes.
+  /// Number of malformed announcements and statuses, and of probes above the limit of 1,000.
   std::size_t refused = 0;
 };
 
-/// Blocks for `timeout` (while the system looks up a broker's name, for longer). invalid_argument: the options. Where a
-/// way cannot be gone the others are, and `problems` says so; an SDK that was built without a way says so there, too.
+/// Searches with all methods. Blocks for `timeout` (longer while the system resolves a broker's name).
+/// invalid_argument: the options. If a method fails, or the SDK was built without it, the others are used and
+/// `problems` has the reason.
 [[nodiscard]] Result<Discovered> discover(const DiscoverOptions& options = {});
 
 }  // namespace lightwell

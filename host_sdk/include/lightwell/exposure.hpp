@@ -1,12 +1,12 @@
-// From light to the values of a picture: exposure and white point, so that a lit white patch looks as bright, and as
-// white, as a real one in the picture of a pass-through camera.
+// Exposure and white balance: maps radiance and irradiance to picture values, so that a rendered white patch has the
+// brightness and colour of a real one in the picture of a pass-through camera.
 //   ColorMatrix                         a linear map of linear colour; what conversions (conventions.hpp) take
 //   CameraExposure, ev100, exposure     ISO 12232, saturation-based
 //   Chromaticity, white_adaptation      white points, Bradford
-//   PassThroughCamera, VarjoWhiteBalance, mapping_of   what a camera tells of itself
-//   mapping_of_patch                    what a patch in its picture tells
+//   PassThroughCamera, VarjoWhiteBalance, mapping_of   mapping from a camera's reported settings
+//   mapping_of_patch                    mapping from a patch of known albedo in its picture
 //
-// Where units are relative, all of it holds but for one unknown factor: mapping_of_patch() finds that, too.
+// If units are relative, mappings have one unknown factor, except that of mapping_of_patch(), which includes it.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@
 
 namespace lightwell {
 
-/// A linear map of linear r, g, b (columns), row by row. The identity leaves cd/m² and lux as they are.
+/// A 3x3 matrix for column vectors of linear r, g, b; stored by rows. The identity leaves cd/m² and lux unchanged.
 struct ColorMatrix {
   std::array<std::array<float, 3>, 3> m{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
@@ -35,7 +35,7 @@ struct ColorMatrix {
     return true;
   }
 
-  /// First b, then a.
+  /// Matrix product: b is applied first.
   friend constexpr ColorMatrix operator*(const ColorMatrix& a, const ColorMatrix& b) {
     ColorMatrix out;
     for (std::size_t i = 0; i < 3; ++i)
@@ -53,9 +53,9 @@ struct ColorMatrix {
   friend bool operator==(const ColorMatrix&, const ColorMatrix&) = default;
 };
 
-/// What a camera was set to.
+/// Exposure settings of a camera.
 struct CameraExposure {
-  double f_number = 0;  ///< N of f/N.
+  double f_number = 0;  ///< N in f/N.
   double shutter_s = 0;
   double iso = 0;  ///< Sensitivity S of ISO 12232.
 };
@@ -68,11 +68,11 @@ struct CameraExposure {
 /// (ISO 12232, saturation-based; Filament, section 8.1.2).
 [[nodiscard]] double saturating_luminance(double ev100);
 
-/// Its inverse. -infinity for zero; NaN for less.
+/// Inverse of saturating_luminance(). -infinity for zero, NaN for a negative luminance.
 [[nodiscard]] double ev100_of_saturating_luminance(double nits);
 
-/// Picture value for each cd/m², so that 1 saturates: 1 / (1.2 * 2^EV100). What Filament's and Frostbite's shaders
-/// multiply by.
+/// Exposure factor, picture value per cd/m², with saturation at 1: 1 / (1.2 * 2^EV100). The factor in Filament's and
+/// Frostbite's shaders.
 [[nodiscard]] double exposure(double ev100);
 
 /// CIE 1931 x, y.
@@ -82,64 +82,64 @@ struct Chromaticity {
   friend bool operator==(const Chromaticity&, const Chromaticity&) = default;
 };
 
-/// The white of Rec. 709, which our r = g = b are.
+/// The white point of Rec. 709: r = g = b.
 inline constexpr Chromaticity kD65{};
 
-/// Which lights a colour temperature is meant of.
+/// Locus of illuminants that a colour temperature refers to.
 enum class Locus : std::uint8_t {
-  daylight,   ///< CIE 15:2004, eq. 3.3 and 3.4; 4,000 to 25,000 K. What cameras mean by "6500 K".
-  planckian,  ///< Glowing bodies, by the cubic fit of Kim et al. 2002; 1,667 to 25,000 K. Lamps below 4,000 K.
+  daylight,   ///< CIE 15:2004, eq. 3.3 and 3.4; 4,000 to 25,000 K. The locus of camera settings such as "6500 K".
+  planckian,  ///< Black bodies, cubic fit of Kim et al. 2002; 1,667 to 25,000 K. For lamps below 4,000 K.
 };
 
 /// The chromaticity of a colour temperature. invalid_argument outside the locus' range.
 [[nodiscard]] Result<Chromaticity> chromaticity_of(double kelvin, Locus locus);
 
-/// The colour temperature nearest to a chromaticity, K (McCamy 1992); good to some kelvin between 2,800 and 6,500 K.
+/// Correlated colour temperature of a chromaticity, K (McCamy 1992); accurate to a few kelvin from 2,800 to 6,500 K.
 [[nodiscard]] double correlated_temperature(Chromaticity c);
 
-/// Of a colour in linear Rec. 709; D65 for black.
+/// Chromaticity of a colour in linear Rec. 709; D65 for black.
 [[nodiscard]] Chromaticity chromaticity_of(float r, float g, float b);
 
-/// Turns light of white `from` into light of white `to`, in linear Rec. 709, with the Bradford cone responses
-/// (Lindbloom, "Chromatic Adaptation"; ICC.1:2010, annex E). A white of luminance one stays of luminance one.
-/// invalid_argument for a chromaticity that is none.
+/// Chromatic adaptation from white point `from` to white point `to`, in linear Rec. 709, with the Bradford cone
+/// responses (Lindbloom, "Chromatic Adaptation"; ICC.1:2010, annex E). White keeps its luminance. invalid_argument for
+/// values that are not a chromaticity.
 [[nodiscard]] Result<ColorMatrix> white_adaptation(Chromaticity from, Chromaticity to);
 
-/// A camera whose picture is shown behind what is rendered. The picture is linear, 1 is white.
+/// A camera whose picture is the background of the rendered content. The picture is linear, 1 is white.
 struct PassThroughCamera {
   double ev100 = 0;
   Chromaticity white;  ///< Light of this chromaticity is neutral in its picture.
-  /// Picture value of a luminance of saturating_luminance(): 1 by the standard. A headset's own constant, once measured
-  /// (mapping_of_patch), makes its picture exact.
+  /// Picture value of a luminance of saturating_luminance(): 1 by the standard. For an exact match, use the value
+  /// measured for a headset (mapping_of_patch).
   double calibration = 1;
 
   /// invalid_argument names the field.
   [[nodiscard]] Status validate() const;
 };
 
-/// Radiance and irradiance (cd/m², lux) to this camera's picture: light multiplied by it, and rendered with exposure 1,
-/// makes a white patch look as the camera shows a real one: the patch reflects E / pi.
+/// Matrix from radiance or irradiance (cd/m², lux) to this camera's picture values: lights multiplied by it and
+/// rendered with exposure 1 give a white patch, which reflects E / pi, the value of a real one in the picture.
 [[nodiscard]] Result<ColorMatrix> mapping_of(const PassThroughCamera& camera);
 
-/// What Varjo's headsets tell of a picture's colour (varjo_WBNormalizationData): rendered content, made for 6500 K, is
-/// multiplied by invCCM, by the gains, and by ccm. Varjo writes colours as rows, `color * invCCM * diag(gains) * ccm`;
-/// the matrices here are by rows for colours as columns, so the transposes. Varjo clips to what its pixels hold between
-/// gains and ccm, which no linear map can: it differs where colours leave the picture's range.
+/// White balance as Varjo's headsets report it (varjo_WBNormalizationData): rendered content, made for 6500 K, is
+/// multiplied by invCCM, by the gains, and by ccm. Varjo uses row vectors, `color * invCCM * diag(gains) * ccm`; the
+/// matrices here are for column vectors, so they are the transposes. Varjo clips to the pixel range between gains and
+/// ccm; this linear mapping does not, so it differs for colours outside of that range.
 struct VarjoWhiteBalance {
   std::array<double, 3> white_balance_color_gains{1, 1, 1};
-  ColorMatrix inv_ccm;  ///< Of 6500 K, inverted.
-  ColorMatrix ccm;      ///< Of the camera's colour temperature.
+  ColorMatrix inv_ccm;  ///< Inverse colour correction matrix for 6500 K.
+  ColorMatrix ccm;      ///< Colour correction matrix for the camera's colour temperature.
   double ev100 = 0;
-  double calibration = 1;  ///< As PassThroughCamera.
+  double calibration = 1;  ///< As PassThroughCamera::calibration.
 
   [[nodiscard]] Status validate() const;
 };
 
 [[nodiscard]] Result<ColorMatrix> mapping_of(const VarjoWhiteBalance& camera);
 
-/// The gains that make a patch look as it does: `lit_by` is our irradiance at the patch (Lighting::irradiance of its
-/// normal), `albedo` what it reflects, `seen` its linear value in the camera's picture. invalid_argument where one of
-/// them is not positive and finite in every channel: a black patch tells nothing.
+/// Per-channel gains from a patch: `lit_by` is the irradiance at the patch (Lighting::irradiance of its normal),
+/// `albedo` its reflectance, `seen` its linear value in the camera's picture. invalid_argument unless all of them are
+/// positive and finite in every channel.
 [[nodiscard]] Result<ColorMatrix> mapping_of_patch(Irradiance lit_by, Albedo albedo, std::array<float, 3> seen);
 
 }  // namespace lightwell

@@ -1,8 +1,8 @@
-// Lightwell's values as GLM's, and back. Opt-in: the only header that includes GLM (0.9.9 or later), which the
-// application finds itself (Debian: libglm-dev, find_package(glm), glm::glm).
+// Conversions between Lightwell's and GLM's types. Optional: the only header that includes GLM (0.9.9 or later), which
+// the application must find itself (Debian: libglm-dev, find_package(glm), glm::glm).
 //   to_glm, from_glm          vectors, quaternions, poses, colours, colour matrices
-//   sh_uniform                harmonics as the vec4 array of a uniform block (std140, std430)
-//   irradiance_uniform        nine terms that a shader only has to add up
+//   sh_uniform                harmonics as a vec4 array of a uniform block (std140, std430)
+//   irradiance_uniform        nine coefficients of the irradiance polynomial, for a shader
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ namespace lightwell {
 [[nodiscard]] inline Vec3f from_glm(const glm::vec3& v) { return {v.x, v.y, v.z}; }
 [[nodiscard]] inline Vec3d from_glm(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
-/// GLM's constructor takes w first or last, depending on version and macros; its members are what they say.
+/// By members, because GLM's constructor takes w first or last, depending on version and macros.
 [[nodiscard]] inline glm::dquat to_glm(const Quat& q) {
   glm::dquat out;
   out.x = q.x;
@@ -46,12 +46,12 @@ namespace lightwell {
   return out;
 }
 
-/// Of a rigid matrix: one that scales, shears or mirrors has no pose.
+/// The matrix must be rigid, without scale, shear or reflection.
 [[nodiscard]] inline Pose from_glm(const glm::dmat4& T_a_b) {
   return {from_glm(glm::quat_cast(glm::dmat3(T_a_b))), from_glm(glm::dvec3(T_a_b[3]))};
 }
 
-/// r, g, b of a radiance or an irradiance. Which one it is, GLM does not know.
+/// r, g, b of a radiance or an irradiance; the GLM type does not distinguish them.
 template <class Quantity>
 [[nodiscard]] glm::vec3 to_glm(const Rgb<Quantity>& c) {
   return {c.r, c.g, c.b};
@@ -80,7 +80,8 @@ template <class Color>
 }
 
 /// Coefficients up to `Band`, r g b in xyz and 0 in w: an array of vec3 has the stride of vec4 in a uniform block.
-/// Bands that `sh` does not have are zero, those above `Band` are left out. Functions as in harmonics.hpp, our axes.
+/// Bands that `sh` does not have are zero, those above `Band` are omitted. Basis as in harmonics.hpp, in Lightwell's
+/// axes.
 template <int Band, class Quantity>
 [[nodiscard]] std::array<glm::vec4, static_cast<std::size_t>(sh_count(Band))> sh_uniform(const Sh<Quantity>& sh) {
   static_assert(Band >= 0 && Band <= kMaxBand);
@@ -90,11 +91,11 @@ template <int Band, class Quantity>
   return out;
 }
 
-/// For a shader of one's own, in the right-handed, +Y up axes of the light. With `uniform vec4 sh[9]` and the normal n:
+/// For a custom shader, in right-handed, +Y up axes. With `uniform vec4 sh[9]` and the unit normal n,
 ///   vec3 e = sh[0].rgb + sh[1].rgb * n.y + sh[2].rgb * n.z + sh[3].rgb * n.x + sh[4].rgb * (n.x * n.y)
 ///          + sh[5].rgb * (n.y * n.z) + sh[6].rgb * (3.0 * n.z * n.z - 1.0) + sh[7].rgb * (n.x * n.z)
 ///          + sh[8].rgb * (n.x * n.x - n.y * n.y);
-/// is the irradiance OVER PI, which times albedo is the radiance of a matte surface. The main light is apart in
+/// is the irradiance OVER PI, which times albedo is the radiance of a matte surface. The main light is separate, in
 /// `direction`, `color` and `intensity` (lux: divide by pi).
 [[nodiscard]] inline std::array<glm::vec4, 9> irradiance_uniform(const FilamentLighting& light) {
   std::array<glm::vec4, 9> out;

@@ -1,8 +1,8 @@
-// The C ABI in C++17: owners and strings in the place of handles and buffers. For who takes liblightwell.so as it was
-// built, by another compiler or another standard library: nothing but C crosses. Who builds the SDK from source has
-// probe.hpp. Nothing here throws of itself; it needs no exceptions.
-//   lw::Status, lw::Result<T>   success or the reason
-//   lw::Lighting                an answer
+// C++17 wrapper of the C ABI, with owning objects and strings instead of handles and buffers. For use of a prebuilt
+// liblightwell.so with another compiler or standard library: only C crosses the boundary. Applications that build the
+// SDK from source use probe.hpp. Works without exceptions; throws none itself.
+//   lw::Status, lw::Result<T>   success or an error
+//   lw::Lighting                the lighting of one moment
 //   lw::Probe                   the connection
 #pragma once
 
@@ -27,7 +27,7 @@ struct [[nodiscard]] Status {
   [[nodiscard]] bool ok() const { return code == LW_OK; }
 };
 
-/// Of a function's return value; to be called before the next call on this thread.
+/// The status of a function's return value, with its message; call it before the next call on this thread.
 inline Status status_of(lw_status code) {
   if (code == LW_OK) return {};
   std::size_t length = 0;
@@ -56,7 +56,7 @@ class [[nodiscard]] Result {
   Status status_;
 };
 
-/// A struct of the C ABI, zero but for its size.
+/// A struct of the C ABI, zero except for its size.
 template <class T>
 [[nodiscard]] T sized() {
   T out{};
@@ -66,18 +66,19 @@ template <class T>
 
 using Vec3 = std::array<float, 3>;
 
-/// One level of the map for reflections: r, g, b, rows from the top.
+/// One level of the environment map: r, g, b, rows from the top.
 struct EnvironmentLevel {
   std::uint32_t edge = 0;
   float roughness = 0;
   std::vector<float> rgb;
 };
 
-/// An answer. Moves; copy() shares. Any number of threads may ask one at once; only fill it (Probe::latest(into)) while
-/// nobody asks. Of a moved-from one every answer is LW_INVALID_QUERY.
+/// The lighting of one moment. Movable; copy() shares the state. Any number of threads may query it concurrently; it
+/// may be filled (Probe::latest(into)) only while no other thread uses it. Queries of a moved-from object return
+/// LW_INVALID_QUERY.
 class Lighting {
  public:
-  /// resource_exhausted is all that can go wrong.
+  /// The only error is resource_exhausted.
   static Result<Lighting> create() {
     lw_lighting* raw = nullptr;
     if (Status s = status_of(lw_lighting_create(&raw)); !s.ok()) return s;
@@ -100,7 +101,7 @@ class Lighting {
     (void)lw_lighting_get_info(get(), &out);
     return out;
   }
-  /// Empty where it is valid.
+  /// Why it is not valid; empty if it is.
   [[nodiscard]] std::string reason() const {
     std::array<char, 256> text{};
     (void)lw_lighting_reason(get(), text.data(), text.size(), nullptr);
@@ -117,7 +118,7 @@ class Lighting {
     (void)lw_lighting_radiance(get(), direction.data(), roughness, &out);
     return out;
   }
-  /// values[i] is of questions[i]; both have `count`.
+  /// values[i] is for normals[i] or directions[i]; both arrays have `count` elements.
   lw_answer irradiance(const Vec3* normals, std::size_t count, Vec3* values) const {
     auto out = sized<lw_answer>();
     (void)lw_lighting_irradiance_batch(get(), floats(normals), 0, count, floats(values), 0, &out);
@@ -129,7 +130,7 @@ class Lighting {
     return out;
   }
 
-  /// All of the lighting's own bands, (band + 1)² of them.
+  /// Coefficients of all bands of the lighting, (band + 1)².
   [[nodiscard]] std::vector<Vec3> harmonics(lw_quantity quantity) const {
     std::vector<Vec3> out(LW_MAX_COEFFICIENTS);
     std::int32_t band = 0;
@@ -162,7 +163,7 @@ class Lighting {
     return out;
   }
 
-  /// For what is not here: conversions, lw_lighting_to_unity(light.get(), ...) of conventions.h.
+  /// For functions without a wrapper, such as lw_lighting_to_unity(light.get(), ...) of conventions.h.
   [[nodiscard]] lw_lighting* get() const { return raw_.get(); }
 
  private:
@@ -179,7 +180,7 @@ class Lighting {
     return out;
   }
 
-  // An array of triples is one of floats: std::array<float, 3> holds nothing but its elements.
+  // An array of Vec3 has the layout of an array of floats: std::array<float, 3> holds only its elements.
   static const float* floats(const Vec3* v) { return reinterpret_cast<const float*>(v); }
   static float* floats(Vec3* v) { return reinterpret_cast<float*>(v); }
 
@@ -187,9 +188,9 @@ class Lighting {
 
   friend class Probe;
 };
-static_assert(sizeof(Vec3) == 3 * sizeof(float), "batches take triples one behind the other");
+static_assert(sizeof(Vec3) == 3 * sizeof(float), "batch queries need tightly packed triples");
 
-/// The connection. Any thread may call any method; it is destroyed when no other call is under way.
+/// A connection to a probe. Any thread may call any method; destroy it only while no call is in progress.
 class Probe {
  public:
   static Result<Probe> connect(std::string_view uri, const lw_probe_options& options = sized<lw_probe_options>()) {
@@ -198,16 +199,16 @@ class Probe {
     return Probe(raw);
   }
 
-  /// For render loops: fills what was created once. No lock, no allocation.
+  /// For render loops: fills an existing object. Lock-free, no allocation.
   Status latest(Lighting& into) const { return status_of(lw_probe_latest(get(), into.get())); }
   Result<Lighting> latest() const {
     return Lighting::filled([&](lw_lighting* into) { return lw_probe_latest(get(), into); });
   }
-  /// In the axes of the room that the probe hangs in.
+  /// In the world frame: the axes of the room in which the probe is mounted.
   Result<Lighting> latest_in_world() const {
     return Lighting::filled([&](lw_lighting* into) { return lw_probe_latest_in_world(get(), into); });
   }
-  /// host_time_ns: of lw_now_ns().
+  /// host_time_ns: in the clock of lw_now_ns().
   Result<Lighting> at(std::int64_t host_time_ns) const {
     return Lighting::filled([&](lw_lighting* into) { return lw_probe_at(get(), host_time_ns, into); });
   }
@@ -232,7 +233,7 @@ class Probe {
     (void)lw_probe_text(get(), kind, nullptr, 0, &length);
     std::string out(length + 1, '\0');
     (void)lw_probe_text(get(), kind, out.data(), out.size(), &length);
-    // The text may be another one since it was measured.
+    // The text may have changed between the two calls.
     out.resize(std::char_traits<char>::length(out.c_str()));
     return out;
   }
@@ -247,13 +248,13 @@ class Probe {
     if (Status s = status_of(lw_probe_get_estimator_kind(get(), &out)); !s.ok()) return s;
     return out;
   }
-  /// Sets the fields that `fields` names, LW_FIELD_EPSILON | LW_FIELD_BAND, and leaves the others as they are.
+  /// Sets the fields in `fields`, such as LW_FIELD_EPSILON | LW_FIELD_BAND, and leaves the others unchanged.
   Status change_estimator(const lw_estimator_config& config, std::uint64_t fields) {
     return status_of(lw_probe_change_estimator(get(), &config, fields));
   }
   /// Replaces the whole configuration.
   Status set_estimator(const lw_estimator_config& config) { return status_of(lw_probe_set_estimator(get(), &config)); }
-  /// The factor that was applied.
+  /// Returns the factor that was applied to radiance.
   Result<double> report_lux(double lux, const Vec3& normal) {
     double factor = 0;
     if (Status s = status_of(lw_probe_report_lux(get(), lux, normal.data(), &factor)); !s.ok()) return s;

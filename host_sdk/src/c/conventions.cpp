@@ -1,4 +1,4 @@
-// Light in other engines' terms, as C sees it.
+// C ABI of the conversions to other engines' lighting types.
 #include <algorithm>
 #include <array>
 #include <initializer_list>
@@ -21,7 +21,7 @@ static_assert(LW_SH_POSITIVE == static_cast<int>(ShSigns::positive) &&
               LW_OPENXR_AMBIENT == static_cast<int>(XrSphericalHarmonicsKind::ambient) &&
               LW_RESIDUAL_LEFT_OUT == static_cast<int>(Residual::left_out));
 
-/// A number of the caller's that is one of two.
+/// A caller's enum value that must be 0 or 1.
 struct Choice {
   std::int32_t value;
   const char* name;
@@ -127,16 +127,16 @@ void fill(const UnrealLighting& from, lw_unreal& to) {
   to.lightSourceAngle = from.lightSourceAngle;
 }
 
-/// `make(lighting, options)` gives the Converted value.
+/// `make(lighting, options)` returns the Converted value.
 template <class C, class Make>
 lw_status convert(const lw_lighting* lighting, const lw_conversion_options* options, const char* name, C* out,
                   std::initializer_list<Choice> choices, const Make& make) {
   const lw_status status = with_lighting(lighting, [&](const Lighting& l) -> Status {
     for (const Choice& choice : choices)
       if (Status s = checked(choice); !s.ok()) return s;
-    const Result<ConversionOptions> asked = options_of(options);
-    if (!asked.ok()) return asked.status();
-    const auto made = make(l, *asked);
+    const Result<ConversionOptions> parsed_options = options_of(options);
+    if (!parsed_options.ok()) return parsed_options.status();
+    const auto made = make(l, *parsed_options);
     C c{};
     c.size = sizeof c;
     c.validity = static_cast<lw_validity>(made.validity);
@@ -144,7 +144,7 @@ lw_status convert(const lw_lighting* lighting, const lw_conversion_options* opti
     fill(made.value, c);
     return write_sized(c, name, out);
   });
-  return refused(status, name, out);
+  return write_failure(status, name, out);
 }
 
 }  // namespace

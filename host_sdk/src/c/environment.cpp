@@ -1,4 +1,4 @@
-// The map for reflections, as C sees it.
+// C ABI of the environment map.
 #include <algorithm>
 #include <optional>
 #include <span>
@@ -31,14 +31,14 @@ lw_environment as_c(const EnvironmentView& view) {
   return out;
 }
 
-/// The texels of a level into `out`, which has room for `capacity` numbers: `each` for a texel.
+/// Writes the texels of a level into `out`, which has room for `capacity` numbers; `each` numbers per texel.
 template <class T, class Write>
 Status write_level(const Lighting& lighting, std::uint32_t level, T* out, std::size_t capacity, std::size_t each,
                    const Write& write) {
   const std::optional<EnvironmentView> view = lighting.environment();
   const std::size_t levels = view ? view->map.levels.size() : 0;
   if (level >= levels)
-    return invalid("there is no level " + std::to_string(level) + ": the map has " + std::to_string(levels));
+    return invalid("unknown level " + std::to_string(level) + ": the map has " + std::to_string(levels));
   const std::span<const EnvironmentLevel> all = view->map.levels;
   const std::size_t first = texel_count(all.first(level)), count = texel_count(all.subspan(level, 1));
   if (out == nullptr || capacity < each * count)

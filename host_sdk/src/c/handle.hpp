@@ -1,4 +1,4 @@
-// What stands behind the C ABI's opaque pointers.
+// The objects behind the C ABI's opaque pointers.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace lightwell::c {
 
-/// The first word of a handle, by which a pointer is recognised. Cleared at the end of its life, so that a handle which
-/// was given back is mostly recognised, too: mostly, because its memory may be another object's by then.
+/// First word of a handle, by which its type is checked. The destructor clears it, so that use after release is usually
+/// detected; not always, because the memory may have been reused.
 class HandleTag {
  public:
   explicit HandleTag(std::uint64_t kind) : word_(kind) {}
@@ -22,7 +22,7 @@ class HandleTag {
   [[nodiscard]] bool is(std::uint64_t kind) const { return word_ == kind; }
 
  private:
-  volatile std::uint64_t word_;  ///< volatile: the destructor's store is not a dead one.
+  volatile std::uint64_t word_;  ///< volatile, so that the compiler does not remove the destructor's store.
 };
 
 inline constexpr std::uint64_t kProbeTag = 0x65626f72705f776cU;     // "lw_probe"
@@ -43,7 +43,9 @@ struct lw_lighting {
 
 namespace lightwell::c {
 
-[[nodiscard]] inline bool aligned(const void* p) { return reinterpret_cast<std::uintptr_t>(p) % alignof(HandleTag) == 0; }
+[[nodiscard]] inline bool aligned(const void* p) {
+  return reinterpret_cast<std::uintptr_t>(p) % alignof(HandleTag) == 0;
+}
 
 [[nodiscard]] inline bool good(const lw_probe* p) { return p != nullptr && aligned(p) && p->tag.is(kProbeTag); }
 [[nodiscard]] inline bool good(const lw_lighting* p) { return p != nullptr && aligned(p) && p->tag.is(kLightingTag); }

@@ -1,4 +1,4 @@
-// What is of no probe and no lighting: versions, names, the last error, the clock.
+// C ABI functions without a handle: versions, names, the last error, the clock.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -16,7 +16,7 @@ struct LastError {
 };
 thread_local LastError last_error;
 
-// The C enums are these numbers; who changes one side is stopped here.
+// The enums of the C ABI have the values of the C++ enums.
 static_assert(LW_INVALID_ARGUMENT == static_cast<int>(StatusCode::invalid_argument) &&
               LW_NOT_FOUND == static_cast<int>(StatusCode::not_found) &&
               LW_DATA_LOSS == static_cast<int>(StatusCode::data_loss) &&
@@ -29,7 +29,7 @@ static_assert(LW_INVALID_ARGUMENT == static_cast<int>(StatusCode::invalid_argume
 
 std::size_t whole_characters(std::string_view text, std::size_t most) {
   if (text.size() <= most) return text.size();
-  // Back to a byte that begins a character: in UTF-8 those that go on are 10xxxxxx.
+  // Go back to the first byte of a character: UTF-8 continuation bytes are 10xxxxxx.
   std::size_t end = most;
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
   return end;
@@ -69,7 +69,7 @@ const char* lw_last_error(size_t* length) {
   return c::last_error.text.data();
 }
 
-// Both views are of literals, which end with a zero.
+// Both views are of string literals, which are zero-terminated.
 const char* lw_status_name(lw_status status) {
   if (status < LW_OK || status > LW_INTERNAL) return "unknown";
   return to_string(static_cast<StatusCode>(status)).data();

@@ -1,4 +1,4 @@
-// An answer, as C sees it: its life, its facts, its queries.
+// C ABI of Lighting: lifetime, properties, queries.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -10,8 +10,8 @@
 #include <lightwell/harmonics.hpp>
 #include <lightwell/lighting.hpp>
 
-#include "c/result_conversion.hpp"
 #include "c/call.hpp"
+#include "c/result_conversion.hpp"
 #include "c/sized.hpp"
 
 namespace lightwell::c {
@@ -26,7 +26,7 @@ Vec3f vector_at(const void* from) {
   return {xyz[0], xyz[1], xyz[2]};
 }
 
-/// 0 is one behind the other; invalid_argument where the entries would overlap.
+/// Stride in bytes; 0 means tightly packed. invalid_argument if the entries would overlap.
 Status stride_of(std::size_t given, const char* name, std::size_t& stride) {
   stride = given == 0 ? kTriple : given;
   if (stride >= kTriple) return {};
@@ -34,46 +34,47 @@ Status stride_of(std::size_t given, const char* name, std::size_t& stride) {
 }
 
 struct Batch {
-  const void* questions = nullptr;
-  std::size_t question_stride = 0;
+  const void* inputs = nullptr;
+  std::size_t input_stride = 0;
   std::size_t count = 0;
   void* values = nullptr;
   std::size_t value_stride = 0;
 };
 
-/// So many at once go through the vectors of the processor, from and to memory of any stride and alignment.
+/// Entries are processed in chunks of this size: copied from memory of any stride and alignment, evaluated with SIMD,
+/// and copied back.
 constexpr std::size_t kChunk = 256;
 
-/// `ask(normals, values)` answers spans of one length and returns how many were no question. `one` is the answer to a
-/// good question: what it tells besides its value holds for all.
+/// Evaluates a batch. `query(inputs, values)` evaluates spans of the same length and returns the number of invalid
+/// inputs. `one` is the answer to a valid query; everything but its value applies to the whole batch.
 template <class Quantity, class Query>
-Status answer_batch(const lw_answer& one, Batch batch, lw_answer* about, const Query& ask) {
-  if (batch.count > 0 && (batch.questions == nullptr || batch.values == nullptr))
-    return invalid("the questions or the values are NULL, and count is not 0");
-  if (Status s = stride_of(batch.question_stride, "the questions' stride", batch.question_stride); !s.ok()) return s;
-  if (Status s = stride_of(batch.value_stride, "the values' stride", batch.value_stride); !s.ok()) return s;
+Status answer_batch(const lw_answer& one, Batch batch, lw_answer* about, const Query& query) {
+  if (batch.count > 0 && (batch.inputs == nullptr || batch.values == nullptr))
+    return invalid("the inputs or the values are NULL, and count is not 0");
+  if (Status s = stride_of(batch.input_stride, "the stride of the inputs", batch.input_stride); !s.ok()) return s;
+  if (Status s = stride_of(batch.value_stride, "the stride of the values", batch.value_stride); !s.ok()) return s;
   lw_answer summary = one;
   summary.value[0] = summary.value[1] = summary.value[2] = 0;
   summary.refused = 0;
-  // Before the values: a struct that cannot be written is found out while nothing is.
+  // Written before the values, so that an invalid struct is detected before anything is written.
   if (about != nullptr)
     if (Status s = write_sized(summary, "lw_answer", about); !s.ok()) return s;
-  std::array<Vec3f, kChunk> questions;
+  std::array<Vec3f, kChunk> inputs;
   std::array<Quantity, kChunk> values;
-  const auto* from = static_cast<const unsigned char*>(batch.questions);
+  const auto* from = static_cast<const unsigned char*>(batch.inputs);
   auto* to = static_cast<unsigned char*>(batch.values);
   for (std::size_t done = 0; done < batch.count;) {
     const std::size_t n = std::min(kChunk, batch.count - done);
-    for (std::size_t i = 0; i < n; ++i, from += batch.question_stride) questions[i] = vector_at(from);
+    for (std::size_t i = 0; i < n; ++i, from += batch.input_stride) inputs[i] = vector_at(from);
     summary.refused +=
-        static_cast<std::uint32_t>(ask(std::span<const Vec3f>(questions).first(n), std::span(values).first(n)));
+        static_cast<std::uint32_t>(query(std::span<const Vec3f>(inputs).first(n), std::span(values).first(n)));
     for (std::size_t i = 0; i < n; ++i, to += batch.value_stride) {
       const float rgb[3] = {values[i].r, values[i].g, values[i].b};
       std::memcpy(to, rgb, sizeof rgb);
     }
     done += n;
   }
-  // What is wrong with all of them is not counted one by one: a roughness, a light that was turned by no rotation.
+  // An error that concerns the whole batch: the roughness, or a lighting rotated by an invalid rotation.
   if (one.validity == LW_INVALID_QUERY) summary.refused = static_cast<std::uint32_t>(batch.count);
   if (summary.refused == 0 || about == nullptr) return {};
   summary.validity = LW_INVALID_QUERY;
@@ -97,7 +98,7 @@ extern "C" {
 
 lw_status lw_lighting_create(lw_lighting** out) {
   return call([&]() -> Status {
-    if (out == nullptr) return invalid("out is NULL: where should the lighting go?");
+    if (out == nullptr) return invalid("out is NULL; pass the address of a pointer for the lighting");
     *out = std::make_unique<lw_lighting>().release();
     return {};
   });
@@ -109,7 +110,7 @@ void lw_lighting_release(lw_lighting* lighting) {
 
 lw_status lw_lighting_copy(const lw_lighting* lighting, lw_lighting* into) {
   return with_lighting(lighting, [&](const Lighting& from) {
-    if (!good(into)) return invalid("`into` is no lw_lighting of lw_lighting_create");
+    if (!good(into)) return invalid("`into` is not an lw_lighting of lw_lighting_create");
     into->value = from;
     return Status{};
   });
@@ -128,7 +129,7 @@ lw_status lw_lighting_decode(const void* bytes, size_t length, int64_t age_ns, l
 
 lw_status lw_lighting_rotated(const lw_lighting* lighting, const double* q, lw_lighting* into) {
   return with_lighting(lighting, [&](const Lighting& from) {
-    if (!good(into)) return invalid("`into` is no lw_lighting of lw_lighting_create");
+    if (!good(into)) return invalid("`into` is not an lw_lighting of lw_lighting_create");
     if (q == nullptr) return invalid("q is NULL; it is a quaternion x, y, z, w");
     into->value = from.rotated({q[0], q[1], q[2], q[3]});
     return Status{};
@@ -136,7 +137,7 @@ lw_status lw_lighting_rotated(const lw_lighting* lighting, const double* q, lw_l
 }
 
 lw_status lw_lighting_get_info(const lw_lighting* lighting, lw_lighting_info* out) {
-  return refused(
+  return write_failure(
       with_lighting(lighting, [&](const Lighting& l) { return write_sized(as_c(l), "lw_lighting_info", out); }),
       "lw_lighting_info", out);
 }
@@ -150,7 +151,7 @@ lw_status lw_lighting_irradiance(const lw_lighting* lighting, const float* norma
     if (normal == nullptr) return invalid("normal is NULL");
     return write_sized(as_c(l.irradiance(vector_at(normal)), l.units()), "lw_answer", out);
   });
-  return refused(status, "lw_answer", out);
+  return write_failure(status, "lw_answer", out);
 }
 
 lw_status lw_lighting_radiance(const lw_lighting* lighting, const float* direction, float roughness, lw_answer* out) {
@@ -158,7 +159,7 @@ lw_status lw_lighting_radiance(const lw_lighting* lighting, const float* directi
     if (direction == nullptr) return invalid("direction is NULL");
     return write_sized(as_c(l.radiance(vector_at(direction), roughness), l.units()), "lw_answer", out);
   });
-  return refused(status, "lw_answer", out);
+  return write_failure(status, "lw_answer", out);
 }
 
 lw_status lw_lighting_irradiance_batch(const lw_lighting* lighting, const float* normals, size_t normal_stride,
@@ -169,7 +170,7 @@ lw_status lw_lighting_irradiance_batch(const lw_lighting* lighting, const float*
         one, {normals, normal_stride, count, values, value_stride}, about,
         [&](std::span<const Vec3f> n, std::span<Irradiance> out) { return l.irradiance(n, out).value; });
   });
-  return refused(status, "lw_answer", about);
+  return write_failure(status, "lw_answer", about);
 }
 
 lw_status lw_lighting_radiance_batch(const lw_lighting* lighting, const float* directions, size_t direction_stride,
@@ -188,7 +189,7 @@ lw_status lw_lighting_radiance_batch(const lw_lighting* lighting, const float* d
                                     return refused;
                                   });
   });
-  return refused(status, "lw_answer", about);
+  return write_failure(status, "lw_answer", about);
 }
 
 lw_status lw_lighting_harmonics(const lw_lighting* lighting, lw_quantity quantity, int32_t max_band,

@@ -1,4 +1,4 @@
-// The connection, as C sees it.
+// C ABI of Probe.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -22,10 +22,10 @@ static_assert(LW_LINK_CONNECTING == static_cast<int>(LinkState::connecting) &&
               LW_LINK_WAITING == static_cast<int>(LinkState::waiting) &&
               LW_LINK_ENDED == static_cast<int>(LinkState::ended) && LW_LINK_GONE == static_cast<int>(LinkState::gone));
 
-/// As long as anybody waits, about thirty years. Added to a clock's reading, INT64_MAX would be the past.
+/// Limit of durations, about thirty years: adding INT64_MAX to a clock value would overflow.
 constexpr std::int64_t kForeverNs = 1'000'000'000'000'000'000;
 
-/// 0 stands for the default, so that a struct that is zero, or lacks the field, means it.
+/// 0 means the default, so that a zeroed struct, or one without the field, has the default.
 void set_unless_zero(Duration& field, std::int64_t ns) {
   if (ns != 0) field = {std::min(ns, kForeverNs)};
 }
@@ -59,7 +59,7 @@ Result<ProbeOptions> options_of(const lw_probe_options* given) {
 static_assert(LW_ESTIMATOR_PANORAMA == static_cast<int>(EstimatorKind::panorama) &&
               LW_ESTIMATOR_MARKER == static_cast<int>(EstimatorKind::marker));
 
-/// A field of lw_estimator_config, and where EstimatorConfig and EstimatorUpdate have it.
+/// A field of lw_estimator_config, and the corresponding one of EstimatorConfig and EstimatorUpdate.
 template <class Given, class Member>
 struct ConfigMember {
   std::uint64_t bit;
@@ -112,14 +112,14 @@ lw_estimator_config as_c(const EstimatorConfig& config) {
   return out;
 }
 
-/// An enumerator is an int32_t in C: a number that is none must not become one when it is cut.
+/// Enums are int32_t in the C ABI: an invalid value must not become a valid one by truncation.
 template <class Value, class Given>
 bool convert(Given given, Value& out) {
   out = static_cast<Value>(given);
   return static_cast<Given>(out) == given;
 }
 
-/// Puts those that `fields` names into an update; `size` is how much of the struct the application has.
+/// Copies the fields selected by `fields` into an update; `size` is the size of the application's struct.
 Result<EstimatorUpdate> update_of(const lw_estimator_config& c, std::uint64_t fields, std::size_t size) {
   if (c.reserved != 0 || c.reserved_2 != 0) return invalid("lw_estimator_config.reserved is not 0");
   EstimatorUpdate out;
@@ -130,9 +130,9 @@ Result<EstimatorUpdate> update_of(const lw_estimator_config& c, std::uint64_t fi
     const auto& given = c.*m.given;
     const std::string name = "lw_estimator_config." + std::string(m.name);
     if (reinterpret_cast<const char*>(&given + 1) - reinterpret_cast<const char*>(&c) > static_cast<long>(size))
-      status = invalid(name + " lies beyond lw_estimator_config.size; set that to sizeof(lw_estimator_config)");
+      status = invalid(name + " is beyond lw_estimator_config.size; set that to sizeof(lw_estimator_config)");
     else if (!convert(given, m.member(out).emplace()))
-      status = invalid(name + " is " + std::to_string(given) + ", which is none of its values");
+      status = invalid(name + " is " + std::to_string(given) + ", which is not one of its values");
   });
   if (!status.ok()) return status;
   if (fields != 0)
@@ -219,14 +219,14 @@ extern "C" {
 
 lw_status lw_probe_connect(const char* uri, size_t uri_length, const lw_probe_options* options, lw_probe** out) {
   return call([&]() -> Status {
-    if (out == nullptr) return invalid("out is NULL: where should the probe go?");
+    if (out == nullptr) return invalid("out is NULL; pass the address of a pointer for the probe");
     if (uri == nullptr)
       return invalid(
           "uri is NULL; it is grpc://HOST:PORT, grpcs://, usb:SERIAL, mqtt://BROKER/TOPIC, mqtts:// or replay:PATH");
-    Result<ProbeOptions> asked = options_of(options);
-    if (!asked.ok()) return asked.status();
+    Result<ProbeOptions> parsed_options = options_of(options);
+    if (!parsed_options.ok()) return parsed_options.status();
     const std::string_view where(uri, uri_length == LW_ZERO_TERMINATED ? std::strlen(uri) : uri_length);
-    Result<Probe> probe = Probe::connect(where, *asked);
+    Result<Probe> probe = Probe::connect(where, *parsed_options);
     if (!probe.ok()) return probe.status();
     *out = std::make_unique<lw_probe>(std::move(*probe)).release();
     return {};
@@ -239,7 +239,7 @@ void lw_probe_close(lw_probe* probe) {
 
 lw_status lw_probe_latest(const lw_probe* probe, lw_lighting* into) {
   return with_probe(probe, [&](const Probe& p) -> Status {
-    if (!good(into)) return invalid("`into` is no lw_lighting of lw_lighting_create");
+    if (!good(into)) return invalid("`into` is not an lw_lighting of lw_lighting_create");
     into->value = p.latest();
     return {};
   });
@@ -247,7 +247,7 @@ lw_status lw_probe_latest(const lw_probe* probe, lw_lighting* into) {
 
 lw_status lw_probe_latest_in_world(const lw_probe* probe, lw_lighting* into) {
   return with_probe(probe, [&](const Probe& p) -> Status {
-    if (!good(into)) return invalid("`into` is no lw_lighting of lw_lighting_create");
+    if (!good(into)) return invalid("`into` is not an lw_lighting of lw_lighting_create");
     into->value = p.latest_in_world();
     return {};
   });
@@ -255,7 +255,7 @@ lw_status lw_probe_latest_in_world(const lw_probe* probe, lw_lighting* into) {
 
 lw_status lw_probe_at(const lw_probe* probe, int64_t host_time_ns, lw_lighting* into) {
   return with_probe(probe, [&](const Probe& p) -> Status {
-    if (!good(into)) return invalid("`into` is no lw_lighting of lw_lighting_create");
+    if (!good(into)) return invalid("`into` is not an lw_lighting of lw_lighting_create");
     into->value = p.at({host_time_ns});
     return {};
   });
@@ -263,7 +263,7 @@ lw_status lw_probe_at(const lw_probe* probe, int64_t host_time_ns, lw_lighting* 
 
 lw_status lw_probe_wait_for_next(const lw_probe* probe, const uint64_t* seen, int64_t timeout_ns, lw_lighting* into) {
   return with_probe(probe, [&](const Probe& p) -> Status {
-    if (!good(into)) return invalid("`into` is no lw_lighting of lw_lighting_create");
+    if (!good(into)) return invalid("`into` is not an lw_lighting of lw_lighting_create");
     const auto other_than = seen == nullptr ? std::nullopt : std::optional<std::uint64_t>(*seen);
     Result<Lighting> next = p.wait_for_next(other_than, {std::min(timeout_ns, kForeverNs)});
     if (!next.ok()) return next.status();
@@ -300,7 +300,7 @@ lw_status lw_probe_get_estimator(const lw_probe* probe, lw_estimator_config* con
 
 lw_status lw_probe_get_estimator_kind(const lw_probe* probe, lw_estimator_kind* kind) {
   return with_probe(probe, [&](const Probe& p) -> Status {
-    if (kind == nullptr) return invalid("kind is NULL: where should it go?");
+    if (kind == nullptr) return invalid("kind is NULL; pass the address of a variable for it");
     const Result<EstimatorKind> found = p.estimator_kind();
     if (found.ok()) *kind = static_cast<lw_estimator_kind>(*found);
     return found.status();
@@ -322,7 +322,7 @@ lw_status lw_probe_set_estimator(lw_probe* probe, const lw_estimator_config* con
   return with_probe(probe, [&](const Probe&) -> Status {
     lw_estimator_config c = as_c(EstimatorConfig{});
     if (Status status = read_sized(config, "lw_estimator_config", c); !status.ok()) return status;
-    // Zero where an application fills in the fields that it knows by itself.
+    // 0 if the application sets only the fields that it knows; then the default applies.
     if (c.marker_search_decimation == 0) c.marker_search_decimation = MarkerEstimatorConfig{}.search_decimation;
     std::uint64_t fields = 0;
     for_each_member([&](const auto& m) { fields |= m.bit; });
@@ -333,7 +333,7 @@ lw_status lw_probe_set_estimator(lw_probe* probe, const lw_estimator_config* con
 
 lw_status lw_probe_report_lux(lw_probe* probe, double lux, const float* normal, double* factor) {
   return with_probe(probe, [&](const Probe&) -> Status {
-    if (normal == nullptr) return invalid("normal is NULL; it is where the lux meter faces");
+    if (normal == nullptr) return invalid("normal is NULL; it is the direction in which the lux meter faces");
     const Result<double> applied = probe->value.report_lux(lux, {normal[0], normal[1], normal[2]});
     if (!applied.ok()) return applied.status();
     if (factor != nullptr) *factor = *applied;

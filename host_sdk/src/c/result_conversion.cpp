@@ -33,7 +33,7 @@ const char* reason_of(Validity validity) {
     case Validity::none:
       return "no descriptor has come yet";
     case Validity::before_history:
-      return "the moment lies before the oldest descriptor kept; options.history keeps more";
+      return "the time is before the oldest stored descriptor; options.history stores more";
     case Validity::invalid_query:
       return "the direction, roughness or rotation is zero or not finite";
   }

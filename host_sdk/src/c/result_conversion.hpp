@@ -1,4 +1,4 @@
-// Between a Lighting and the structs of the C ABI.
+// Conversion of results to structs of the C ABI.
 #pragma once
 
 #include <lightwell/lighting.hpp>
@@ -6,7 +6,7 @@
 
 namespace lightwell::c {
 
-/// Lives for ever; empty for what is valid.
+/// Static string; empty for Validity::valid.
 [[nodiscard]] const char* reason_of(Validity validity);
 
 /// The LW_FLAG_ bits.

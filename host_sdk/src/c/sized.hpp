@@ -1,4 +1,4 @@
-// Structs whose size the caller tells: older and newer applications have shorter and longer ones.
+// Versioned structs of the C ABI: the caller sets `size`, which differs between versions of the header.
 #pragma once
 
 #include <algorithm>
@@ -12,10 +12,10 @@
 
 namespace lightwell::c {
 
-/// Larger is no struct of any version, but a `size` that nobody set.
+/// A larger `size` was not set by the caller.
 inline constexpr std::uint32_t kMaxStructSize = 4096;
 
-/// invalid_argument where `given` is NULL or its size is none; `name` as the header spells it.
+/// Reads `size`. invalid_argument if `given` is NULL or the size is invalid; `name` is the struct's name in the header.
 template <class T>
 Status size_of(const T* given, const char* name, std::uint32_t& size) {
   if (given == nullptr) return invalid(std::string(name) + " is NULL");
@@ -26,7 +26,8 @@ Status size_of(const T* given, const char* name, std::uint32_t& size) {
   return {};
 }
 
-/// What a shorter struct lacks stays as `into` has it; of a longer one the unknown part must be zero.
+/// Reads a struct. Fields that a shorter struct lacks keep their values in `into`; the unknown part of a longer one
+/// must be zero.
 template <class T>
 Status read_sized(const T* given, const char* name, T& into) {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -36,14 +37,14 @@ Status read_sized(const T* given, const char* name, T& into) {
   for (std::size_t i = sizeof(T); i < size; ++i)
     if (bytes[i] != 0)
       return invalid(std::string(name) + ": this library knows its first " + std::to_string(sizeof(T)) + " bytes of " +
-                     std::to_string(size) + ", and what follows asks for something; is an older " +
-                     "liblightwell loaded than the application was compiled with?");
+                     std::to_string(size) + ", and the rest is not zero; is an older liblightwell loaded than the " +
+                     "application was compiled with?");
   std::memcpy(&into, given, std::min<std::size_t>(size, sizeof(T)));
   into.size = sizeof(T);
   return {};
 }
 
-/// Fills as much as the caller has; what the library does not know becomes zero. `size` stays the caller's.
+/// Writes a struct up to the caller's size; fields unknown to the library become zero. `size` is kept.
 template <class T>
 Status write_sized(const T& from, const char* name, T* to) {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -57,14 +58,15 @@ Status write_sized(const T& from, const char* name, T* to) {
   return {};
 }
 
-/// What a failed call leaves in an answer: nothing that could be taken for light by who does not look at the status.
+/// After a failed call, fills the output with an invalid answer, so that a caller who ignores the status finds no
+/// light.
 template <class T>
-lw_status refused(lw_status status, const char* name, T* out) {
+lw_status write_failure(lw_status status, const char* name, T* out) {
   if (status == LW_OK || out == nullptr) return status;
   T none{};
   none.validity = LW_INVALID_QUERY;
   if constexpr (requires { none.reason; }) none.reason = "the call failed: lw_last_error says why";
-  // The reason to tell is the call's, also where `out` is the very thing that is wrong.
+  // The status of the call is returned, even if `out` itself is invalid.
   (void)write_sized(none, name, out);
   return status;
 }

@@ -7,11 +7,11 @@
 namespace lightwell::core {
 namespace {
 
-/// Of two round trips within so much the narrower is kept: kMaxRoundTrips of them reach back over two minutes.
+/// Of two round trips within this time the shorter is kept, so that kMaxRoundTrips of them reach back two minutes.
 constexpr Duration kMinSpacing{4'000'000'000};
-/// Corners are computed in doubles.
+/// Tolerance for the rounding of vertices in double.
 constexpr double kRounding_ns = 0.5;
-/// 73 years: clocks beyond are none, and their differences could leave the range.
+/// 73 years: larger clock values are invalid, and their differences could overflow.
 constexpr std::int64_t kFar = std::int64_t{1} << 61;
 
 bool is_time(std::int64_t ns) { return ns >= -kFar && ns <= kFar; }
@@ -21,9 +21,9 @@ bool is_time(std::int64_t ns) { return ns >= -kFar && ns <= kFar; }
 void ClockMap::add(HostTime sent, ProbeTime probe, HostTime received) {
   if (!is_time(sent.ns) || !is_time(probe.ns) || !is_time(received.ns)) return;
   if (received < sent || (count_ > 0 && received < kept_[count_ - 1].at)) return;
-  // Half first: the sum of two times can leave the range.
+  // Half of the difference, because the sum of two times can overflow.
   const std::int64_t half = (received.ns - sent.ns) / 2;
-  const RoundTrip fresh{received, {probe.ns - (sent.ns + half)}, half + 1};
+  const RoundTrip round_trip{received, {probe.ns - (sent.ns + half)}, half + 1};
   const auto drop = [&](std::size_t k) {
     std::move(kept_.begin() + static_cast<std::ptrdiff_t>(k) + 1, kept_.begin() + static_cast<std::ptrdiff_t>(count_),
               kept_.begin() + static_cast<std::ptrdiff_t>(k));
@@ -32,9 +32,9 @@ void ClockMap::add(HostTime sent, ProbeTime probe, HostTime received) {
   if (count_ >= 2 && kept_[count_ - 1].at - kept_[count_ - 2].at < kMinSpacing)
     drop(kept_[count_ - 1].half_ns < kept_[count_ - 2].half_ns ? count_ - 2 : count_ - 1);
   if (count_ == kMaxRoundTrips) drop(0);
-  kept_[count_++] = fresh;
+  kept_[count_++] = round_trip;
   if (fit()) return;
-  kept_[0] = fresh;
+  kept_[0] = round_trip;
   count_ = 1;
   (void)fit();
 }
@@ -47,7 +47,7 @@ bool ClockMap::fit() {
   corners_[2] = {h, kMaxDrift};
   corners_[3] = {-h, kMaxDrift};
   corner_count_ = 4;
-  // Half-plane by half-plane (Sutherland & Hodgman 1974): sign (offset + drift t - seen) <= most.
+  // Clip by each half-plane (Sutherland & Hodgman 1974): sign (offset + drift t - seen) <= most.
   const auto clip = [&](double sign, double t, double seen, double most) {
     std::array<std::array<double, 2>, 2 * kMaxRoundTrips + 8> in = corners_;
     const std::size_t count = corner_count_;
@@ -109,7 +109,7 @@ Duration ClockMap::uncertainty(HostTime now) const {
 HostTime ClockMap::to_host(ProbeTime time) const {
   if (!known()) return {time.ns};
   time.ns = std::clamp(time.ns, -kFar, kFar);
-  // The offset is of the host's time, which is sought: once around is exact to 100 ppm of 100 ppm.
+  // offset() needs the host time that is being computed; one iteration has a relative error of 100 ppm squared.
   const HostTime near{time.ns - kept_[count_ - 1].offset.ns};
   return {time.ns - offset(near).ns};
 }

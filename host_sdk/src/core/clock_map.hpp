@@ -1,4 +1,4 @@
-// The probe's clock against the host's, from round trips.
+// Offset and drift between the probe's and the host's clock, estimated from round trips.
 #pragma once
 
 #include <array>
@@ -8,49 +8,49 @@
 
 namespace lightwell::core {
 
-/// A moment of the probe's in the host's clock; the truth is within `uncertainty` of it.
+/// A time of the probe mapped to the host's clock; the true value is within `uncertainty` of it.
 struct MappedTime {
   HostTime at;
   Duration uncertainty;
 };
 
-/// Two monotonic clocks that run at nearly the same rate. Each round trip says that the offset was within half its
-/// duration of a value (RFC 5905, section 8, with one time stamp at the peer). Offsets that lie on a straight line
-/// through all of these intervals are possible, and no others: what is said is the middle of the possible ones, and the
-/// uncertainty is half their width, so that the truth is never outside. A quick round trip narrows the line, a slow one
-/// cannot widen it, and two that are far apart tell the drift. What no line explains is a clock that was set anew: then
-/// only the newest counts. Pure, without a heap; one thread at a time.
+/// Model: two monotonic clocks with a nearly constant rate difference. Each round trip bounds the offset to an interval
+/// of its duration (RFC 5905, section 8, with one time stamp at the peer). The feasible set is all lines (offset,
+/// drift) that pass through all intervals; the estimate is the centre of the feasible offsets, and the uncertainty half
+/// their width, which is a hard bound. Short round trips narrow the set, long ones do not widen it, and two that are
+/// far apart in time determine the drift. If no line is feasible, a clock was reset: then only the newest round trip is
+/// used. No I/O, no allocation; one thread at a time.
 class ClockMap {
  public:
-  /// How far two quartz clocks may drift apart, each 50 ppm.
+  /// Largest drift between two quartz clocks of 50 ppm each.
   static constexpr double kMaxDrift = 100e-6;
-  /// How far the drift itself may wander while round trips are kept: quartz over some degrees in a quarter of an hour.
+  /// Largest change of the drift among the stored round trips: a quartz whose temperature changes by a few kelvin.
   static constexpr double kMaxDriftChange = 1e-6;
-  /// Round trips that are kept.
+  /// Number of stored round trips.
   static constexpr std::size_t kMaxRoundTrips = 32;
 
-  /// The host sent at `sent` and had the answer at `received`; in between the probe read `probe`. A round trip that
-  /// ended before it began is passed over.
+  /// Adds a round trip: the host sent at `sent` and received the response at `received`; in between the probe read
+  /// `probe` from its clock. Ignored if `received` is before `sent` or before the last round trip.
   void add(HostTime sent, ProbeTime probe, HostTime received);
 
   [[nodiscard]] bool known() const { return count_ > 0; }
 
-  /// Probe minus host at `now`, by the host's clock; zero where nothing is known.
+  /// Probe time minus host time at `now`; zero if not known().
   [[nodiscard]] Duration offset(HostTime now) const;
-  /// The true offset at `now` is within this of offset(now); zero where nothing is known.
+  /// Maximum error of offset(now); zero if not known().
   [[nodiscard]] Duration uncertainty(HostTime now) const;
-  /// How fast the probe's clock gains on the host's, seconds a second; zero where nothing is known.
+  /// Drift of the probe's clock against the host's, s/s; zero if not known().
   [[nodiscard]] double drift() const { return known() ? (slowest_ + fastest_) / 2 : 0; }
 
-  /// Of moments about the last round trip, within 100 ppm of the distance from it.
+  /// Maps a probe time to the host's clock. The error grows by up to 100 ppm of the distance from the last round trip.
   [[nodiscard]] HostTime to_host(ProbeTime time) const;
-  /// The same with what is open about it at `now`.
+  /// The same with the uncertainty at `now`.
   [[nodiscard]] MappedTime mapped(ProbeTime time, HostTime now) const { return {to_host(time), uncertainty(now)}; }
 
   void forget() { count_ = 0; }
 
  private:
-  /// In ns from the newest round trip, so that doubles hold them.
+  /// Differences to the newest round trip are computed in double.
   struct RoundTrip {
     HostTime at;
     Duration offset;
@@ -59,14 +59,14 @@ class ClockMap {
   struct Range {
     double low = 0, high = 0;
   };
-  /// Fills what the lines through all that is kept say; false where there is none.
+  /// Computes the feasible set of the stored round trips; false if it is empty.
   [[nodiscard]] bool fit();
-  /// Of the possible offsets at `now`, less that of the newest round trip.
+  /// Range of the feasible offsets at `now`, minus the offset of the newest round trip, ns.
   [[nodiscard]] Range offsets(HostTime now) const;
 
-  std::array<RoundTrip, kMaxRoundTrips> kept_{};  ///< By time.
+  std::array<RoundTrip, kMaxRoundTrips> kept_{};  ///< Sorted by time.
   std::size_t count_ = 0;
-  /// Corners of what is possible: offset at the newest round trip (ns, less its own) and drift.
+  /// Vertices of the feasible polygon: offset at the newest round trip (ns, minus its own offset) and drift.
   std::array<std::array<double, 2>, 2 * kMaxRoundTrips + 8> corners_{};
   std::size_t corner_count_ = 0;
   double slowest_ = 0, fastest_ = 0;

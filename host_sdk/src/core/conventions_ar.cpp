@@ -1,4 +1,4 @@
-// Conversions to AR platforms: WebXR, ARCore, OpenXR, ARKit. All have our axes.
+// Conversions to AR platforms: WebXR, ARCore, OpenXR, ARKit. All have Lightwell's axes.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -16,7 +16,7 @@ using core::SplitLight;
 
 constexpr double kY00 = 0.28209479177387814;
 
-/// What Apple calls neutral.
+/// ARKit's neutral intensity.
 constexpr double kNeutral = 1000;
 
 std::array<float, 3> floats(const core::Triple& c) {
@@ -36,7 +36,7 @@ std::array<float, 27> interleaved(const NineCoefficients& c) {
   return out;
 }
 
-/// Of the whole sphere.
+/// Mean radiance over the whole sphere.
 core::Triple mean_radiance(const NineCoefficients& c) { return {c[0][0] * kY00, c[0][1] * kY00, c[0][2] * kY00}; }
 
 DomPoint point(const std::array<float, 3>& v, float w) { return {v[0], v[1], v[2], w}; }
@@ -46,19 +46,19 @@ DomPoint point(const std::array<float, 3>& v, float w) { return {v[0], v[1], v[2
 Converted<WebXrLightEstimate> to_webxr(const Lighting& lighting, ShSigns signs, const ConversionOptions& options) {
   const SplitLight light = core::split(lighting, MainLight::apart, core::kOurAxes, options);
   WebXrLightEstimate out;
-  if (!light.has_estimate()) return light.about(out);
+  if (!light.has_estimate()) return light.converted(out);
   out.sphericalHarmonicsCoefficients = interleaved(with_signs(light.radiance, signs));
   if (light.main) {
     out.primaryLightDirection = point(floats(light.main->towards), 0);
     out.primaryLightIntensity = point(floats(light.main->irradiance), 1);
   }
-  return light.about(out);
+  return light.converted(out);
 }
 
 Converted<ArCoreLightEstimate> to_arcore(const Lighting& lighting, const ConversionOptions& options) {
   const SplitLight light = core::split(lighting, MainLight::apart, core::kOurAxes, options);
   ArCoreLightEstimate out;
-  if (!light.has_estimate()) return light.about(out);
+  if (!light.has_estimate()) return light.converted(out);
   out.state = ArLightEstimateState::AR_LIGHT_ESTIMATE_STATE_VALID;
   out.timestamp = lighting.mid_exposure().ns;
   out.environmentalHdrAmbientSphericalHarmonics = interleaved(core::with_condon_shortley_signs(light.radiance));
@@ -66,7 +66,7 @@ Converted<ArCoreLightEstimate> to_arcore(const Lighting& lighting, const Convers
     out.environmentalHdrMainLightDirection = floats(light.main->towards);
     out.environmentalHdrMainLightIntensity = floats(light.main->irradiance);
   }
-  return light.about(out);
+  return light.converted(out);
 }
 
 Converted<OpenXrLightEstimate> to_openxr(const Lighting& lighting, XrSphericalHarmonicsKind kind, ShSigns signs,
@@ -75,7 +75,7 @@ Converted<OpenXrLightEstimate> to_openxr(const Lighting& lighting, XrSphericalHa
   const SplitLight light = core::split(lighting, main, core::kOurAxes, options);
   OpenXrLightEstimate out;
   out.sphericalHarmonics.kind = kind;
-  if (!light.has_estimate()) return light.about(out);
+  if (!light.has_estimate()) return light.converted(out);
   out.state = XrLightEstimateState::valid;
   out.lastUpdatedTime = lighting.mid_exposure().ns;
   out.ambientLight.state = XrLightEstimateState::valid;
@@ -88,13 +88,13 @@ Converted<OpenXrLightEstimate> to_openxr(const Lighting& lighting, XrSphericalHa
     out.directionalLight.direction = floats(light.main->towards);
     out.directionalLight.intensity = floats(light.main->irradiance);
   }
-  return light.about(out);
+  return light.converted(out);
 }
 
 Converted<ArKitLightEstimate> to_arkit(const Lighting& lighting, const ConversionOptions& options) {
   const SplitLight light = core::split(lighting, MainLight::in_harmonics, core::kOurAxes, options);
   ArKitLightEstimate out;
-  if (!light.has_estimate()) return light.about(out);
+  if (!light.has_estimate()) return light.converted(out);
   for (std::size_t k = 0; k < 3; ++k)
     for (std::size_t i = 0; i < 9; ++i)
       out.sphericalHarmonicsCoefficients[9 * k + i] = static_cast<float>(light.radiance[i][k]);
@@ -106,7 +106,7 @@ Converted<ArKitLightEstimate> to_arkit(const Lighting& lighting, const Conversio
     const double lux = luminance_of(main->irradiance[0], main->irradiance[1], main->irradiance[2]);
     out.primaryLightIntensity = static_cast<float>(kNeutral * lux / std::numbers::pi);
   }
-  return light.about(out);
+  return light.converted(out);
 }
 
 }  // namespace lightwell

@@ -20,7 +20,7 @@ std::array<float, 3> to_floats(Vec3d v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 
-/// A colour whose largest channel is one, and what it was divided by.
+/// A colour normalised to a largest channel of one, and the divisor.
 struct ColorAndIntensity {
   std::array<float, 3> color{1, 1, 1};
   double intensity = 0;
@@ -43,7 +43,7 @@ Converted<UnityLighting> to_unity(const Lighting& lighting, UnityPipeline pipeli
                                   const ConversionOptions& options) {
   const SplitLight light = core::split(lighting, main_light, core::kUnityAxes, options);
   UnityLighting out;
-  if (!light.has_estimate()) return light.about(out);
+  if (!light.has_estimate()) return light.converted(out);
   const NineCoefficients prescaled = core::irradiance_over_pi_polynomial(light.radiance);
   for (std::size_t k = 0; k < 3; ++k)
     for (std::size_t i = 0; i < 9; ++i) out.sphericalHarmonicsL2[9 * k + i] = static_cast<float>(prescaled[i][k]);
@@ -54,14 +54,14 @@ Converted<UnityLighting> to_unity(const Lighting& lighting, UnityPipeline pipeli
     const double unit = pipeline == UnityPipeline::universal ? std::numbers::inv_pi : 1;
     out.intensity = static_cast<float>(sun.intensity * unit);
   }
-  return light.about(out);
+  return light.converted(out);
 }
 
 Converted<ThreeLighting> to_three(const Lighting& lighting, ThreeLights lights, MainLight main_light,
                                   const ConversionOptions& options) {
   const SplitLight light = core::split(lighting, main_light, core::kOurAxes, options);
   ThreeLighting out;
-  if (!light.has_estimate()) return light.about(out);
+  if (!light.has_estimate()) return light.converted(out);
   for (std::size_t i = 0; i < 9; ++i)
     for (std::size_t k = 0; k < 3; ++k) out.sh[3 * i + k] = static_cast<float>(light.radiance[i][k]);
   out.lightProbeIntensity = 1;
@@ -72,14 +72,14 @@ Converted<ThreeLighting> to_three(const Lighting& lighting, ThreeLights lights, 
     const double unit = lights == ThreeLights::legacy ? std::numbers::inv_pi : 1;
     out.intensity = static_cast<float>(sun.intensity * unit);
   }
-  return light.about(out);
+  return light.converted(out);
 }
 
 Converted<FilamentLighting> to_filament(const Lighting& lighting, MainLight main_light,
                                         const ConversionOptions& options) {
   const SplitLight light = core::split(lighting, main_light, core::kOurAxes, options);
   FilamentLighting out;
-  if (!light.has_estimate()) return light.about(out);
+  if (!light.has_estimate()) return light.converted(out);
   out.irradiance = rows(core::irradiance_over_pi_polynomial(light.radiance));
   out.radiance = rows(core::with_condon_shortley_signs(light.radiance));
   out.indirectIntensity = 1;
@@ -90,13 +90,13 @@ Converted<FilamentLighting> to_filament(const Lighting& lighting, MainLight main
     out.intensity = static_cast<float>(sun.intensity);
     out.sunAngularRadius = static_cast<float>(light.main->angular_radius_rad * kDegrees);
   }
-  return light.about(out);
+  return light.converted(out);
 }
 
 Converted<UnrealLighting> to_unreal(const Lighting& lighting, MainLight main_light, const ConversionOptions& options) {
   const SplitLight light = core::split(lighting, main_light, core::kUnrealAxes, options);
   UnrealLighting out;
-  if (!light.has_estimate()) return light.about(out);
+  if (!light.has_estimate()) return light.converted(out);
   const NineCoefficients radiance = core::with_condon_shortley_signs(light.radiance);
   for (std::size_t i = 0; i < 9; ++i) {
     out.R[i] = static_cast<float>(radiance[i][0]);
@@ -110,7 +110,7 @@ Converted<UnrealLighting> to_unreal(const Lighting& lighting, MainLight main_lig
     out.intensity = static_cast<float>(sun.intensity);
     out.lightSourceAngle = static_cast<float>(2 * light.main->angular_radius_rad * kDegrees);
   }
-  return light.about(out);
+  return light.converted(out);
 }
 
 }  // namespace lightwell

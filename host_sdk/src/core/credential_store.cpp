@@ -30,16 +30,16 @@ Status ProbeCredentials::validate() const {
   if (empty()) return {};
   const bool more =
       !pinned.empty() || !ca.empty() || !client_certificate.empty() || !client_key.empty() || !token.empty();
-  if (!folder.empty()) return more ? refused("folder stands for all the others; leave them empty") : Status();
-  if (pinned.empty() == ca.empty()) return refused("one of pinned and ca says whom to trust: set one, not both");
+  if (!folder.empty()) return more ? refused("folder replaces all other fields; leave them empty") : Status();
+  if (pinned.empty() == ca.empty()) return refused("exactly one of pinned and ca must be set");
   for (const auto& [pem, name] :
        {std::pair(&pinned, "pinned"), std::pair(&ca, "ca"), std::pair(&client_certificate, "client_certificate")})
     if (!pem->empty() && pem->find(kCertificate) == std::string::npos)
-      return refused(std::string(name) + " is no certificate in PEM form");
+      return refused(std::string(name) + " is not a certificate in PEM form");
   if (client_certificate.empty() != client_key.empty())
-    return refused("client_certificate and client_key belong together");
+    return refused("client_certificate and client_key must be given together");
   if (std::any_of(token.begin(), token.end(), [](char c) { return c <= ' ' || c > '~'; }))
-    return refused("token holds a space or what is not ASCII");
+    return refused("token has a space or a character that is not ASCII");
   return {};
 }
 
@@ -66,10 +66,10 @@ constexpr const char* kName = "name";
 constexpr const char* kAddress = "address";
 constexpr const char* kHost = "host";
 
-/// As people edit such files.
+/// Without white space at the ends, which editors may add.
 std::string first_line(const std::string& text) { return text.substr(0, text.find_first_of("\r\n")); }
 
-/// Empty where there is none that can be read.
+/// First line of a file; empty if it cannot be read.
 std::string line_of(const fs::path& path) {
   const Result<std::optional<std::string>> text = read_named_file(path.string());
   return text.ok() && *text ? first_line(**text) : std::string();
@@ -114,12 +114,12 @@ Result<ProbeCredentials> look_up(const std::string& host_port) {
   return Status(StatusCode::not_found,
                 known.empty() ? "no credentials in " + store +
                                     ": pair with the probe (`lightwelld --pair` there, `lightwell pair` here)"
-                              : "none of the paired probes was at this address: name its folder as "
-                                "credentials, of " +
+                              : "none of the paired probes has this address: give its folder as "
+                                "credentials; there are " +
                                     known);
 }
 
-/// The name that the probe's certificate bears, for clients that can check names and no keys.
+/// The host name in the probe's certificate, for clients that can verify names but not pinned keys.
 std::string host_named_by(const std::string& pinned) {
   const Result<CertificateIdentity> identity = identify_certificate(pinned);
   if (!identity.ok()) return {};
@@ -128,7 +128,7 @@ std::string host_named_by(const std::string& pinned) {
   return any_label ? "probe" + identity->host.substr(1) : identity->host;
 }
 
-/// Into a new folder that nobody else can enter.
+/// Writes the files into a new folder that only its owner can access.
 Status write_files(const fs::path& folder, const PairedFiles& files) {
   const ProbeCredentials& c = files.credentials;
   for (const auto& [file, text] :
@@ -147,8 +147,8 @@ Status write_files(const fs::path& folder, const PairedFiles& files) {
 Result<ProbeCredentials> credentials_for(const ProbeCredentials& given, const GrpcAddress& address) {
   if (address.transport == Transport::plain) {
     if (given.empty()) return given;
-    return Status(StatusCode::invalid_argument, "credentials do not go over plain text; grpcs://" + address.host_port +
-                                                    " is the same probe over TLS");
+    return Status(StatusCode::invalid_argument, "credentials are not sent in plain text; use grpcs://" +
+                                                    address.host_port + " for the same probe over TLS");
   }
   if (!given.folder.empty()) return read_folder(given.folder);
   return given.empty() ? look_up(address.host_port) : Result<ProbeCredentials>(given);
@@ -159,7 +159,7 @@ Result<std::string> keep_credentials(const std::string& store, const PairedFiles
   if (!digest.ok()) return digest.status();
   std::error_code error;
   fs::create_directories(store, error);
-  if (error) return Status(StatusCode::failed_precondition, store + ": cannot be made: " + error.message());
+  if (error) return Status(StatusCode::failed_precondition, store + ": cannot be created: " + error.message());
   const fs::path folder = fs::path(store) / to_hex(*digest).substr(0, 16);
   const Result<std::string> made = make_folder_beside(folder.string());
   if (!made.ok()) return made.status();

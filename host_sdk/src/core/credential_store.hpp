@@ -1,4 +1,4 @@
-// The folders that pairing writes, one for each probe, of plain files that other tools can read:
+// The credential store: one folder per paired probe, of plain files that other tools can read:
 //   probe_ca.pem   client.pem   client_key.pem   token   name   address
 #pragma once
 
@@ -11,20 +11,21 @@
 
 namespace lightwell::core {
 
-/// With the files read, so that `folder` is empty. not_found, with the remedy, where TLS is asked for
-/// and nothing is known of the probe; invalid_argument where credentials would go over plain text.
+/// The credentials with the files of `folder` or of the store read (`folder` is then empty). not_found, with the
+/// remedy, if the address uses TLS and there are no credentials for the probe; invalid_argument if credentials would be
+/// sent in plain text.
 [[nodiscard]] Result<ProbeCredentials> credentials_for(const ProbeCredentials& given, const GrpcAddress& address);
 
-/// What pairing brought.
+/// The result of a pairing.
 struct PairedFiles {
-  ProbeCredentials credentials;  ///< pinned, and the client's.
+  ProbeCredentials credentials;  ///< `pinned`, and the client's.
   std::string name;
-  std::string address;  ///< host:port of its light; empty: not known.
+  std::string address;  ///< host:port of its lighting service; empty: not known.
 };
 
-/// Returns the folder, named after the pinned certificate, so that a probe paired again replaces
-/// itself. It is there whole or not at all, and for its owner alone. An address belongs to the probe
-/// that was paired with last.
+/// Stores the files and returns their folder, which is named after the pinned certificate, so that pairing again
+/// replaces it. It is created atomically and accessible to its owner only. If several probes had the same address, it
+/// is that of the last paired one.
 [[nodiscard]] Result<std::string> keep_credentials(const std::string& store, const PairedFiles& files);
 
 }  // namespace lightwell::core

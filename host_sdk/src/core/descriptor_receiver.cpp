@@ -36,7 +36,7 @@ void DescriptorReceiver::describe(const ProbeInfo& info) {
   changed_.notify_all();
 }
 
-void DescriptorReceiver::take(std::span<const std::byte> bytes, HostTime received, const HostTimeOf& host_time_of) {
+void DescriptorReceiver::receive(std::span<const std::byte> bytes, HostTime received, const HostTimeOf& host_time_of) {
   Result<Descriptor> decoded = decode_descriptor(bytes);
   if (!decoded.ok()) {
     const std::lock_guard lock(mutex_);
@@ -48,14 +48,14 @@ void DescriptorReceiver::take(std::span<const std::byte> bytes, HostTime receive
   if (!mapped) {
     const std::lock_guard lock(mutex_);
     ++stats_.untimely;
-    stats_.last_error =
-        "descriptor " + std::to_string(decoded->sequence) + " is not newer than what came before, or from the future";
+    stats_.last_error = "descriptor " + std::to_string(decoded->sequence) +
+                        " is not newer than an earlier one, or is dated in the future";
     return;
   }
   if (is_duplicate(*decoded)) {
     const std::lock_guard lock(mutex_);
     ++stats_.replayed;
-    stats_.last_error = "descriptor " + std::to_string(decoded->sequence) + " came again after a newer one";
+    stats_.last_error = "descriptor " + std::to_string(decoded->sequence) + " was received again after a newer one";
     return;
   }
   newest_ = {decoded->probe_id, decoded->sequence, decoded->time.mid_exposure};
@@ -77,7 +77,7 @@ void DescriptorReceiver::take(std::span<const std::byte> bytes, HostTime receive
 }
 
 bool DescriptorReceiver::is_duplicate(const Descriptor& descriptor) const {
-  // A daemon that started again counts from the start, but its machine's clock went on.
+  // A restarted daemon counts from the start again, but the clock of its machine continues.
   return newest_ && descriptor.probe_id == newest_->probe_id && descriptor.sequence <= newest_->sequence &&
          descriptor.time.mid_exposure <= newest_->mid_exposure;
 }
@@ -87,7 +87,7 @@ void DescriptorReceiver::count(const Descriptor& descriptor, std::size_t bytes, 
   ++stats_.received;
   stats_.bytes += bytes;
   if (descriptor.environment) ++(map_understood ? stats_.maps : stats_.maps_without_key);
-  // A sequence that does not rise is a probe that began anew: nothing is known of what is missing.
+  // If the sequence number does not increase, the probe was restarted and the number of missing captures is unknown.
   if (newest_sequence_ && descriptor.sequence > *newest_sequence_)
     stats_.gaps += descriptor.sequence - *newest_sequence_ - 1;
   newest_sequence_ = descriptor.sequence;

@@ -1,4 +1,4 @@
-// Where links put what they receive, and where answers come from.
+// Receives the messages of a connection, and serves queries of any thread.
 #pragma once
 
 #include <condition_variable>
@@ -20,49 +20,49 @@
 
 namespace lightwell::core {
 
-/// The host's clock at the middle of a descriptor's exposure, as its link knows it; nothing where the descriptor must
-/// not become the newest (ReplayProtection).
+/// Maps mid-exposure of a descriptor to the host's clock; no value if the descriptor must not become the newest
+/// (ReplayProtection).
 using HostTimeOf = std::function<std::optional<MappedTime>(const CaptureTime&)>;
 
-/// Between one link's reader thread, which writes, and any number of threads that ask.
+/// Shared by one connection's reader thread, which writes, and any number of threads, which query.
 class DescriptorReceiver {
  public:
   explicit DescriptorReceiver(const ProbeOptions& options);
 
-  // The reader thread's side.
+  // Called by the reader thread.
 
-  /// Who the probe is and how its clock stands; the first one lets connect() return.
+  /// Sets the properties and the clock of the probe. The first call lets connect() return.
   void describe(const ProbeInfo& info);
-  /// Bytes of one descriptor. Undecodable and untimely ones are counted, and the last good one stays; so are those that
-  /// were here before, by number and time of the probe: somebody sent them again.
-  void take(std::span<const std::byte> bytes, HostTime received, const HostTimeOf& host_time_of);
-  /// A message of so many bytes, dropped unread.
+  /// Processes the bytes of one descriptor. An undecodable or untimely descriptor, or a duplicate (by sequence number
+  /// and time), is counted and dropped; the last valid one is kept.
+  void receive(std::span<const std::byte> bytes, HostTime received, const HostTimeOf& host_time_of);
+  /// Counts a message of that size that was dropped without decoding.
   void refuse_oversized(std::size_t bytes);
-  /// Of the link's own frames, since its start: lost, and refused.
+  /// Sets the numbers of lost and rejected link frames since the start of the link.
   void set_frame_counters(std::uint64_t lost, std::uint64_t refused);
-  /// Another message of the link that was not what it should be; counted with the undecodable.
+  /// Counts another invalid message of the link, with the undecodable ones.
   void refuse(const std::string& why);
   void set_state(LinkState state);
   void report_error(const std::string& error);
-  /// Numbers and times may begin anew: the link was made anew, or the probe started again. set_state() says so, too,
-  /// where the link comes back.
+  /// Sequence numbers and times may start again, after a reconnection (set_state() calls it then) or a restart of the
+  /// probe.
   void reset_sequence() { newest_.reset(); }
 
-  // Any thread's side.
+  // Called by any thread.
 
-  /// Without a lock.
+  /// Lock-free.
   [[nodiscard]] Lighting latest(HostTime now) const;
   [[nodiscard]] Lighting at(HostTime time) const;
 
-  /// False where describe() was not called in time.
+  /// unavailable if describe() was not called within `timeout`.
   [[nodiscard]] Status wait_until_described(Duration timeout) const;
-  /// As Probe::wait_for_next(), without the lighting.
+  /// As Probe::wait_for_next(), without returning the lighting.
   [[nodiscard]] Status wait_for_next(std::optional<std::uint64_t> seen, Duration timeout) const;
   [[nodiscard]] ProbeInfo info() const;
   [[nodiscard]] LinkStats stats() const;
 
  private:
-  /// What tells a descriptor from those before it.
+  /// Identity and order of descriptors.
   struct Identity {
     std::uint32_t probe_id;
     std::uint64_t sequence;
@@ -77,10 +77,11 @@ class DescriptorReceiver {
   const Duration extrapolation_;
   const std::function<void(const Arrival&)> on_descriptor_;
 
-  EnvironmentAssembler environments_;                      // the reader thread's own
-  std::shared_ptr<const History> history_;              // the reader thread's own copy
-  std::optional<Identity> newest_;                      // the reader thread's own
-  std::shared_ptr<const UncertainPose> T_world_probe_;  // the reader thread's own
+  // Used by the reader thread only.
+  EnvironmentAssembler environments_;
+  std::shared_ptr<const History> history_;
+  std::optional<Identity> newest_;
+  std::shared_ptr<const UncertainPose> T_world_probe_;
   LatestStore<History> store_;
 
   mutable std::mutex mutex_;

@@ -1,4 +1,4 @@
-// Probes that announce themselves: DNS-SD through this machine's avahi-daemon. All of the SDK that sees Avahi.
+// Discovery by DNS-SD through this machine's avahi-daemon.
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -17,12 +17,12 @@
 namespace lightwell::core {
 namespace {
 
-/// More services than that at a time are no room but an attack; the rest is counted.
+/// Limit of concurrent resolvers, against floods of services; the others are only counted.
 constexpr std::size_t kMaxResolvers = 4 * DiscoveryResults::kMaxProbes;
 
 class Browser {
  public:
-  explicit Browser(DiscoveryResults& results) : finds_(results), poll_(avahi_simple_poll_new()) {}
+  explicit Browser(DiscoveryResults& results) : results_(results), poll_(avahi_simple_poll_new()) {}
   Browser(const Browser&) = delete;
   Browser& operator=(const Browser&) = delete;
   ~Browser() {
@@ -50,7 +50,7 @@ class Browser {
 
  private:
   void say(int error) {
-    finds_.problem("mDNS: " + std::string(avahi_strerror(error)) + "; is avahi-daemon running on this machine?");
+    results_.problem("mDNS: " + std::string(avahi_strerror(error)) + "; is avahi-daemon running on this machine?");
   }
 
   static void on_client(AvahiClient* client, AvahiClientState state, void* data) {
@@ -68,13 +68,13 @@ class Browser {
       self.say(avahi_client_errno(avahi_service_browser_get_client(browser)));
       self.failed_ = true;
     } else if (event == AVAHI_BROWSER_REMOVE) {
-      self.finds_.remove(key(name, domain));
+      self.results_.remove(key(name, domain));
     } else if (event == AVAHI_BROWSER_NEW) {
-      // One more on every interface and protocol: the first answer is enough, the others say the same.
+      // A service is announced on every interface and protocol with the same content; the first is used.
       if (++self.resolvers_ > kMaxResolvers ||
           avahi_service_resolver_new(self.client_, interface, protocol, name, type, domain, AVAHI_PROTO_UNSPEC,
                                      AvahiLookupFlags{}, on_resolved, data) == nullptr)
-        self.finds_.refuse();
+        self.results_.refuse();
     }
   }
 
@@ -91,27 +91,27 @@ class Browser {
     for (AvahiStringList* at = txt; at != nullptr; at = avahi_string_list_get_next(at))
       entries.emplace_back(reinterpret_cast<const char*>(avahi_string_list_get_text(at)),
                            avahi_string_list_get_size(at));
-    const Result<Advertisement> told = advertisement_from_txt(entries);
+    const Result<Advertisement> advertisement = advertisement_from_txt(entries);
     const std::string machine = host;
-    if (!told.ok() || !is_machine(machine)) return finds_.refuse();
+    if (!advertisement.ok() || !is_machine(machine)) return results_.refuse();
     FoundProbe probe;
     probe.by = FoundBy::mdns;
-    probe.name = told->name;
-    probe.id = told->probe_id;
-    probe.calibration_id = told->calibration_id;
-    probe.version = told->version;
-    probe.wire_version = told->wire_version;
+    probe.name = advertisement->name;
+    probe.id = advertisement->probe_id;
+    probe.calibration_id = advertisement->calibration_id;
+    probe.version = advertisement->version;
+    probe.wire_version = advertisement->wire_version;
     probe.instance = printable(name);
     probe.host = machine;
-    for (const AdvertisedLink& link : told->links) {
+    for (const AdvertisedLink& link : advertisement->links) {
       std::string uri = link.uri;
       if (const std::size_t at = uri.find("://:"); at != std::string::npos) uri.insert(at + 3, machine);
       probe.links.push_back({uri, link.security});
     }
-    finds_.put(key(name, domain), std::move(probe));
+    results_.put(key(name, domain), std::move(probe));
   }
 
-  /// What goes into a URI.
+  /// The host as part of a URI.
   static bool is_machine(const std::string& host) {
     return !host.empty() && host.size() <= 255 && std::ranges::all_of(host, [](unsigned char c) {
       return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' || c == '.' ||
@@ -121,7 +121,7 @@ class Browser {
 
   static std::string key(const char* name, const char* domain) { return std::string("mdns ") + domain + " " + name; }
 
-  DiscoveryResults& finds_;
+  DiscoveryResults& results_;
   AvahiSimplePoll* const poll_;
   AvahiClient* client_ = nullptr;
   std::size_t resolvers_ = 0;

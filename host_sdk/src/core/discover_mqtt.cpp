@@ -1,4 +1,4 @@
-// Probes whose status is retained at a broker.
+// Discovery of probes by their status, which is retained at an MQTT broker.
 #include <string>
 
 #include <lightwell/status_codec.hpp>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view kStatus = "/status";
 
-/// Levels below the base at which a probe may have its own; more would be everybody's topics.
+/// Topic levels below the base that are searched; more would match topics of other applications.
 std::vector<std::string> status_topics(const std::string& base) {
   std::vector<std::string> out;
   if (!base.empty()) out.push_back(base + std::string(kStatus));
@@ -23,7 +23,7 @@ std::vector<std::string> status_topics(const std::string& base) {
 class Listener {
  public:
   Listener(const MqttAddress& broker, const MqttCredentials& credentials, Duration timeout, DiscoveryResults& results)
-      : broker_(broker), finds_(results), session_(options(credentials, timeout)) {}
+      : broker_(broker), results_(results), session_(options(credentials, timeout)) {}
 
   void run(Duration timeout) {
     const HostTime end = HostTime{monotonic_now_ns()} + timeout;
@@ -32,7 +32,7 @@ class Listener {
       if (left.ns <= 0) break;
       session_.run_once(left);
     }
-    if (!trouble_.empty()) finds_.problem(broker_.uri() + ": " + trouble_);
+    if (!failure_.empty()) results_.problem(broker_.uri() + ": " + failure_);
   }
 
  private:
@@ -44,8 +44,8 @@ class Listener {
     out.retry_min = {200'000'000};
     out.retry_max = {1'000'000'000};
     out.connect_timeout = timeout;
-    out.on_connected = [this] { trouble_.clear(); };
-    out.on_lost = [this](const std::string& why) { trouble_ = why; };
+    out.on_connected = [this] { failure_.clear(); };
+    out.on_lost = [this](const std::string& why) { failure_ = why; };
     out.on_message = [this](const MqttMessage& message) { on_status(message); };
     return out;
   }
@@ -53,9 +53,9 @@ class Listener {
   void on_status(const MqttMessage& message) {
     MqttAddress own = broker_;
     own.base = message.topic.substr(0, message.topic.size() - kStatus.size());
-    // Anybody may publish on any topic: what is no base of a probe names none.
+    // Any client may publish on any topic: a topic that is not a valid base is ignored.
     const Result<MqttAddress> address = parse_mqtt_address(own.uri());
-    if (!address.ok() || address->base != own.base) return finds_.refuse();
+    if (!address.ok() || address->base != own.base) return results_.refuse();
     FoundProbe probe;
     probe.by = FoundBy::mqtt;
     probe.instance = own.base;
@@ -66,24 +66,25 @@ class Listener {
       const Result<StatusSnapshot> status = message.payload.size() <= kMaxMqttStatusBytes
                                                 ? decode_status(message.payload)
                                                 : Status(StatusCode::data_loss, "too long");
-      if (!status.ok()) return finds_.refuse();
+      if (!status.ok()) return results_.refuse();
       probe.name = status->probe_name;
       probe.id = status->probe_id;
       probe.calibration_id = status->calibration_id;
       probe.version = status->version;
     }
-    finds_.put("mqtt " + own.base, std::move(probe));
+    results_.put("mqtt " + own.base, std::move(probe));
   }
 
   const MqttAddress broker_;
-  DiscoveryResults& finds_;
-  std::string trouble_ = "the broker does not answer";
-  MqttSession session_;  // last: it calls into the others
+  DiscoveryResults& results_;
+  std::string failure_ = "the broker does not respond";
+  MqttSession session_;  // last, because its callbacks use the members above
 };
 
 }  // namespace
 
-void discover_at_broker(const MqttAddress& broker, const MqttCredentials& credentials, Duration timeout, DiscoveryResults& results) {
+void discover_at_broker(const MqttAddress& broker, const MqttCredentials& credentials, Duration timeout,
+                        DiscoveryResults& results) {
   Listener(broker, credentials, timeout, results).run(timeout);
 }
 

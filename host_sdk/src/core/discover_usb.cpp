@@ -1,4 +1,4 @@
-// Probes that are plugged in: each is asked who it is.
+// Discovery of probes on USB: requests Info from each.
 #include <string>
 #include <thread>
 #include <vector>
@@ -11,7 +11,7 @@
 namespace lightwell::core {
 namespace {
 
-void ask(const std::string& serial, Duration timeout, DiscoveryResults& results) {
+void request_info(const std::string& serial, Duration timeout, DiscoveryResults& results) {
   const std::string uri = "usb:" + serial;
   FoundProbe found;
   found.by = FoundBy::usb;
@@ -26,7 +26,7 @@ void ask(const std::string& serial, Duration timeout, DiscoveryResults& results)
     found.calibration_id = info.calibration_id;
     found.version = info.version;
   } else {
-    // It is there all the same: another program reads it, say.
+    // The probe is listed nevertheless: another program may have opened it.
     results.problem(probe.status().message());
   }
   results.put(uri, std::move(found));
@@ -37,10 +37,10 @@ void ask(const std::string& serial, Duration timeout, DiscoveryResults& results)
 void discover_by_usb(Duration timeout, DiscoveryResults& results) {
   const Result<std::vector<std::string>> serials = probes_on_usb();
   if (!serials.ok()) return results.problem("USB: " + serials.status().message());
-  std::vector<std::thread> asking;
+  std::vector<std::thread> threads;
   for (const std::string& serial : *serials)
-    asking.emplace_back([&results, &serial, timeout] { ask(serial, timeout, results); });
-  for (std::thread& t : asking) t.join();
+    threads.emplace_back([&results, &serial, timeout] { request_info(serial, timeout, results); });
+  for (std::thread& t : threads) t.join();
 }
 
 }  // namespace lightwell::core

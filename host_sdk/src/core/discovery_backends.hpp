@@ -1,4 +1,4 @@
-// The ways of discover(), and where their finds come together.
+// The backends of discover(), and the collection of their results.
 #pragma once
 
 #include <cstddef>
@@ -12,12 +12,12 @@
 
 namespace lightwell::core {
 
-/// Any thread.
+/// Collects results; any thread.
 class DiscoveryResults {
  public:
   static constexpr std::size_t kMaxProbes = 1'000;
 
-  /// What was found before under the same key is replaced.
+  /// Adds a probe, or replaces the one with the same key.
   void put(const std::string& key, FoundProbe probe) {
     const std::lock_guard lock(mutex_);
     if (probes_.size() >= kMaxProbes && !probes_.contains(key))
@@ -46,11 +46,12 @@ class DiscoveryResults {
   std::size_t refused_ = 0;
 };
 
-// Each blocks for `timeout` at most, or says at once that it cannot.
+// Each blocks for at most `timeout`, or reports a problem at once.
 
 void discover_by_mdns(Duration timeout, DiscoveryResults& results);
-void discover_at_broker(const MqttAddress& broker, const MqttCredentials& credentials, Duration timeout, DiscoveryResults& results);
-/// Each probe that is plugged in is asked, at the same time as the others.
+void discover_at_broker(const MqttAddress& broker, const MqttCredentials& credentials, Duration timeout,
+                        DiscoveryResults& results);
+/// Requests Info from all probes on USB concurrently.
 void discover_by_usb(Duration timeout, DiscoveryResults& results);
 
 }  // namespace lightwell::core

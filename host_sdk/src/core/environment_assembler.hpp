@@ -1,4 +1,4 @@
-// The environment map through the messages that bring it: whole ones, changes, and none.
+// Assembles the current environment map from descriptors with a whole map, with changes, or without a map.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace lightwell::core {
 
-/// A whole map and the light that it belongs to.
+/// A whole map and the descriptor to which it belongs.
 struct EnvironmentSnapshot {
   EnvironmentMap map;
   std::uint64_t sequence = 0;
@@ -19,22 +19,22 @@ struct EnvironmentSnapshot {
   std::uint32_t calibration_id = 0;
 };
 
-/// What one reader of a probe knows of its map. One thread.
+/// The current map of one probe. One thread.
 class EnvironmentAssembler {
  public:
-  /// A descriptor as it came. False where it brought changes to a whole map that is not here: then
-  /// everything stays as it was. True also where it brought nothing.
+  /// Processes a received descriptor. False if it has changes to a whole map that was not received; then the current
+  /// map is kept. True also for a descriptor without a map.
   bool take(const Descriptor& descriptor);
 
-  /// The newest map, where it speaks of the same light as `descriptor`: same probe, calibration and
-  /// units, not newer, and not older than kMaxIntervals of its own. Null otherwise.
+  /// The newest map if it applies to `descriptor`: same probe, calibration and units, not newer, and not older than
+  /// kMaxIntervals of its key intervals. Null otherwise.
   [[nodiscard]] std::shared_ptr<const EnvironmentSnapshot> map_for(const Descriptor& descriptor) const;
 
  private:
   static constexpr std::int64_t kMaxIntervals = 3;
 
-  std::shared_ptr<const EnvironmentSnapshot> key_;     ///< The last whole one, as it came.
-  std::shared_ptr<const EnvironmentSnapshot> newest_;  ///< That, or it with the last changes.
+  std::shared_ptr<const EnvironmentSnapshot> key_;     ///< The last whole map, without changes.
+  std::shared_ptr<const EnvironmentSnapshot> newest_;  ///< The last whole map with the last changes, if any.
 };
 
 }  // namespace lightwell::core

@@ -10,7 +10,7 @@ namespace {
 using Matrix = std::array<std::array<double, 3>, 3>;
 using Column = std::array<double, 3>;
 
-/// ISO 12232: a saturation-based sensitivity S has the exposure 78 / S in lx s at saturation; with a lens that passes
+/// ISO 12232: with the saturation-based sensitivity S the exposure at saturation is 78 / S lx s. With the lens factor
 /// q = 0.65 that is the luminance 78 / (100 q) 2^EV100.
 constexpr double kSaturation = 78 / (100 * 0.65);
 
@@ -19,7 +19,7 @@ constexpr Matrix kXyzOfRgb{{{0.4123907992659595, 0.3575843393838780, 0.180480788
                             {0.2126390058715104, 0.7151686787677559, 0.0721923153607337},
                             {0.0193308187155918, 0.1191947797946259, 0.9505321522496608}}};
 
-/// Cone responses of Bradford (Lam 1985; ICC.1:2010, annex E).
+/// Bradford cone responses (Lam 1985; ICC.1:2010, annex E).
 constexpr Matrix kBradford{{{0.8951, 0.2664, -0.1614}, {-0.7502, 1.7135, 0.0367}, {0.0389, -0.0685, 1.0296}}};
 
 Column times(const Matrix& m, const Column& v) {
@@ -35,7 +35,7 @@ Matrix times(const Matrix& a, const Matrix& b) {
   return out;
 }
 
-/// Of a matrix that is known to have one.
+/// Inverse of an invertible matrix.
 Matrix inverse(const Matrix& m) {
   const auto minor = [&](std::size_t i, std::size_t j) {
     const std::size_t r0 = (i + 1) % 3, r1 = (i + 2) % 3, c0 = (j + 1) % 3, c1 = (j + 2) % 3;
@@ -180,7 +180,7 @@ Result<ColorMatrix> mapping_of_patch(Irradiance lit_by, Albedo albedo, std::arra
   for (int k = 0; k < 3; ++k) {
     const auto at = static_cast<std::size_t>(k);
     if (!positive(static_cast<double>(reflected[k])))
-      return refused("lit_by and albedo", "every channel must reflect light; a black patch tells nothing");
+      return refused("lit_by and albedo", "every channel must be positive; a black patch cannot be used");
     if (!positive(static_cast<double>(seen[at]))) return refused("seen", "every channel must be positive and finite");
     gain[at] = seen[at] / reflected[k];
     if (!positive(static_cast<double>(gain[at]))) return refused("seen", "is out of proportion to the light");

@@ -12,17 +12,17 @@ namespace lightwell::core {
 namespace {
 
 constexpr Duration kInfoPeriod{1'000'000'000};
-/// The first round trips follow each other quickly: the very first includes the TCP handshake, and
-/// the best of a few is a much better clock than one.
+/// The first round trips follow each other quickly: the very first includes the TCP handshake, and the shortest of
+/// several gives a much better clock offset than one.
 constexpr Duration kFirstInfoPeriod{20'000'000};
 constexpr int kFirstRoundTrips = 8;
-/// So many before the clock is trusted enough to stamp descriptors with.
+/// Round trips before the clock is used for the time stamps of descriptors.
 constexpr int kRoundTripsBeforeStream = 2;
 
 constexpr const char* kInfoMethod = "/lightwell.v1.ProbeService/Info";
 constexpr const char* kStreamMethod = "/lightwell.v1.ProbeService/StreamDescriptors";
 
-/// A request without fields: its encoding is empty.
+/// A request without fields, whose encoding is empty.
 grpc::ByteBuffer nothing() {
   const grpc::Slice empty;
   return {&empty, 1};
@@ -52,7 +52,7 @@ HostTime GrpcConnection::next_due() const {
 void GrpcConnection::on_time(HostTime now) {
   if (closing_) return;
   if (now >= last_received_ + options_.silence_limit) {
-    close("the probe fell silent");
+    close("no data from the probe within silence_limit");
     return;
   }
   if (!info_pending_ && now >= next_info_) request_info();
@@ -76,7 +76,7 @@ void GrpcConnection::on_info(bool ok) {
   const Result<InfoAnswer> answer =
       ok && info_status_.ok() ? decode_info(bytes_of(info_response_, bytes_)) : status_of(info_status_);
   if (!answer) {
-    // Once the stream runs, one lost answer is no reason to end it: silence is.
+    // With a running stream, a lost response does not end the connection; only silence does.
     if (!streaming_) close(answer.status().message());
     return;
   }
@@ -102,7 +102,7 @@ void GrpcConnection::start_stream() {
 void GrpcConnection::on_stream_event(Op op, bool ok) {
   if (op == Op::finish) {
     stream_pending_ = false;
-    // A message above gRPC's own limit (4 MiB) ends the stream before we see its length.
+    // A message above gRPC's own limit (4 MiB) ends the stream before its length is known here.
     const std::string why = stream_status_.error_message();
     if (stream_status_.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED &&
         why.find("larger than max") != std::string::npos)
@@ -128,10 +128,10 @@ void GrpcConnection::take_message() {
   if (message_.Length() > kMaxDescriptorBytes)
     receiver_.refuse_oversized(message_.Length());
   else
-    receiver_.take(bytes_of(message_, bytes_), received,
-                 [&](const CaptureTime& time) { return clock_.mapped(time.mid_exposure, received); });
+    receiver_.receive(bytes_of(message_, bytes_), received,
+                      [&](const CaptureTime& time) { return clock_.mapped(time.mid_exposure, received); });
   message_.Clear();
-  // The application's observer may have taken its time, which is no silence of the probe.
+  // Time spent in the application's callback does not count as silence of the probe.
   last_received_ = {monotonic_now_ns()};
 }
 

@@ -1,4 +1,4 @@
-// One connection to a probe, from its first word to its end.
+// One gRPC connection to a probe, from the first request to its end.
 #pragma once
 
 #include <cstdint>
@@ -13,31 +13,30 @@
 #include <lightwell/probe.hpp>
 
 #include "core/clock_map.hpp"
-#include "core/grpc_wire.hpp"
 #include "core/descriptor_receiver.hpp"
+#include "core/grpc_wire.hpp"
 
 namespace lightwell::core {
 
-/// Asks Info until the clock is known, then follows the stream of descriptors while asking Info
-/// once a second. Everything happens on the reader thread, which hands over the completion queue's
-/// events. The stream is a generic call: it gives the message's bytes, which a generated stub would
-/// have parsed and lost. Destroy it only when drained().
+/// Requests Info until the clock is known, then reads the stream of descriptors and requests Info once a second.
+/// Everything runs on the reader thread, which passes the completion queue's events on. The stream is a generic call,
+/// because that returns the message's bytes; a generated stub would parse them. Destroy it only when drained().
 class GrpcConnection {
  public:
   GrpcConnection(std::shared_ptr<grpc::Channel> channel, const ProbeOptions& options, grpc::CompletionQueue& queue,
                  DescriptorReceiver& receiver);
 
-  /// An event of the queue whose tag is this object's (see tags below).
+  /// Handles an event of the queue with one of this object's tags (Op).
   void on_event(void* tag, bool ok);
-  /// What is due by the clock; call it after every event and at next_due().
+  /// Does what is due at `now`; call it after every event and at next_due().
   void on_time(HostTime now);
   [[nodiscard]] HostTime next_due() const;
 
-  /// Begins the end: cancels what is under way.
+  /// Starts closing: cancels pending operations.
   void close(const std::string& error);
-  /// After close(), or after the connection broke: no event will come any more.
+  /// After close() or a lost connection: no more events follow.
   [[nodiscard]] bool drained() const { return closing_ && !info_pending_ && !stream_pending_; }
-  /// Did it ever get as far as the stream?
+  /// Whether the stream was started.
   [[nodiscard]] bool succeeded() const { return streaming_; }
 
  private:

@@ -19,8 +19,8 @@ using grpc::experimental::IdentityKeyCertPair;
 using grpc::experimental::StaticDataCertificateProvider;
 using grpc::experimental::TlsChannelCredentialsOptions;
 
-/// Runs behind the TLS handshake, in which the other side has proved that it holds the certificate's key, and before
-/// any call is sent.
+/// Runs after the TLS handshake, in which the server proved possession of the certificate's key, and before any call is
+/// sent.
 class PinVerifier final : public grpc::experimental::ExternalCertificateVerifier {
  public:
   explicit PinVerifier(CertificateIdentity pinned) : pinned_(std::move(pinned)) {}
@@ -37,24 +37,24 @@ class PinVerifier final : public grpc::experimental::ExternalCertificateVerifier
   [[nodiscard]] std::string fault_of(const grpc::experimental::TlsCustomVerificationCheckRequest& request) const {
     const grpc::string_ref peer = request.peer_cert();
     const Result<CertificateIdentity> shown = identify_certificate({peer.data(), peer.size()});
-    if (!shown.ok()) return "the server shows no certificate that can be read";
+    if (!shown.ok()) return "the server presents no readable certificate";
     if (!shown->is_in_date) return "the certificate has expired, or is not valid yet by this machine's clock";
     if (!shown->is_server) return "the certificate is not for a server";
     if (shown->key_digest == pinned_.key_digest) return {};
     if (!pinned_.is_authority) return "the certificate's key is not the pinned one";
     const std::vector<grpc::string_ref> names = request.dns_names();
     if (std::find(names.begin(), names.end(), kProbeHostName) != names.end()) return {};
-    return std::string("the pinned authority vouches for the certificate, but it does not name ") + kProbeHostName +
-           ": pin the probe's own certificate, or trust the authority as `ca`, for the host that the certificate names";
+    return std::string("the pinned authority issued the certificate, but it is not valid for ") + kProbeHostName +
+           ": pin the probe's own certificate, or use the authority as `ca`, for the host name in the certificate";
   }
 
   const CertificateIdentity pinned_;
 };
 
-/// A chain proves an authority's certificate, the pinned key another one: where the key is pinned, the chain adds
-/// nothing. That the certificate names the host is not asked for, because a probe's address changes.
+/// With a pinned authority the certificate chain is verified; with a pinned key the chain adds nothing. The host name
+/// is not verified, because a probe's address can change.
 std::shared_ptr<grpc::ChannelCredentials> pinned_credentials(const ProbeCredentials& credentials) {
-  // What cannot be read pins nothing: no certificate matches it.
+  // An unreadable `pinned` matches no certificate.
   const Result<CertificateIdentity> pinned = identify_certificate(credentials.pinned);
   const bool by_authority = pinned.ok() && pinned->is_authority;
   std::vector<IdentityKeyCertPair> own;

@@ -1,4 +1,4 @@
-// Credentials in gRPC's form.
+// Channel credentials of gRPC.
 #pragma once
 
 #include <memory>
@@ -11,12 +11,12 @@ namespace lightwell::core {
 
 [[nodiscard]] std::shared_ptr<grpc::ChannelCredentials> plain_credentials();
 
-/// The handshake fails where the probe's certificate is not good: expired, not made for a server, of another host (with
-/// `ca`), or of another key than the one pinned. Where `pinned` is an authority, it must vouch for the certificate,
-/// which must name kProbeHostName. A token goes with each call, behind the handshake.
+/// The handshake fails if the probe's certificate is expired, not for a server, for another host (with `ca`), or has
+/// another key than the pinned one. If `pinned` is an authority, it must have issued the certificate, which must be
+/// valid for kProbeHostName. The token is sent with each call, after the handshake.
 [[nodiscard]] std::shared_ptr<grpc::ChannelCredentials> tls_credentials(const ProbeCredentials& credentials);
 
-/// Encrypts towards whoever answers. For pairing, which finds out by the code who that is.
+/// TLS without verification of the server. For pairing, which authenticates the server by the code.
 [[nodiscard]] std::shared_ptr<grpc::ChannelCredentials> unverified_credentials();
 
 }  // namespace lightwell::core

@@ -1,4 +1,4 @@
-// The client's side of a pairing: proto/lightwell/v1/pairing.proto.
+// Client side of pairing: proto/lightwell/v1/pairing.proto.
 #include <algorithm>
 #include <array>
 #include <memory>
@@ -25,15 +25,15 @@ namespace {
 
 constexpr std::size_t kCodeDigits = 6;
 
-Status from_whom(std::string_view uri, const Status& s) { return {s.code(), std::string(uri) + ": " + s.message()}; }
+Status with_uri(std::string_view uri, const Status& s) { return {s.code(), std::string(uri) + ": " + s.message()}; }
 
-/// Digits, with spaces and dashes as people group them left out.
+/// The digits of a code, without the spaces and dashes that a user may have typed.
 Result<std::string> digits_of(std::string_view code) {
   std::string out;
   for (const char c : code)
     if (c != ' ' && c != '-') out += c;
   if (out.size() != kCodeDigits || out.find_first_not_of("0123456789") != std::string::npos)
-    return Status(StatusCode::invalid_argument, "the code is the six digits that the probe shows");
+    return Status(StatusCode::invalid_argument, "the code must be the six digits that the probe shows");
   return out;
 }
 
@@ -43,21 +43,21 @@ std::string host_name() {
   return name.data();
 }
 
-/// Of the certificate that the other end of this call showed.
+/// Digest of the certificate that the server presented in this call.
 Result<std::string> shown_certificate(const grpc::ClientContext& context) {
   const std::shared_ptr<const grpc::AuthContext> with = context.auth_context();
   if (!with) return Status(StatusCode::data_loss, "the connection is not encrypted");
   const std::vector<grpc::string_ref> shown = with->FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME);
-  if (shown.empty()) return Status(StatusCode::data_loss, "the probe showed no certificate");
+  if (shown.empty()) return Status(StatusCode::data_loss, "the probe presented no certificate");
   return certificate_digest({shown.front().data(), shown.front().size()});
 }
 
-/// "host:port" with another port.
+/// Replaces the port of "host:port".
 std::string with_port(const std::string& host_port, std::uint32_t port) {
   return host_port.substr(0, host_port.rfind(':') + 1) + std::to_string(port);
 }
 
-/// Both round trips; what the probe said once both ends are sure of each other.
+/// Both round trips of the pairing, and the probe's response after mutual authentication.
 class PairingCall {
  public:
   PairingCall(const core::GrpcAddress& address, const PairOptions& options, PairingExchange exchange)
@@ -78,7 +78,7 @@ class PairingCall {
     return exchange_.process_peer_share(response.share(), *certificate);
   }
 
-  /// Once: it uses the exchange up.
+  /// Consumes the exchange: call it once.
   Result<v1::PairCredentials> finish(const KeyPair& key) && {
     v1::PairApplication application;
     application.set_client_name(options_.client_name.empty() ? host_name() : options_.client_name);
@@ -96,7 +96,7 @@ class PairingCall {
     const Result<std::string> opened = sealed->reader.open(response.sealed());
     v1::PairCredentials credentials;
     if (!sealed->reader.confirms(response.confirmation()) || !opened.ok() || !credentials.ParseFromString(*opened))
-      return Status(StatusCode::data_loss, "the answer is not from the probe that shows this code");
+      return Status(StatusCode::data_loss, "the response is not from the probe that shows this code");
     return credentials;
   }
 
@@ -116,31 +116,30 @@ Result<PairedProbe> pair_with_probe(std::string_view uri, std::string_view code,
   if (!digits.ok()) return digits.status();
   const std::string store = options.store.empty() ? default_credential_store() : options.store;
   if (store.empty())
-    return Status(StatusCode::failed_precondition,
-                  "there is no place for credentials: HOME and XDG_CONFIG_HOME are not set");
+    return Status(StatusCode::failed_precondition, "there is no folder for credentials: set HOME or XDG_CONFIG_HOME");
   Result<PairingExchange> exchange = PairingExchange::begin(PairingSide::client, *digits);
   if (!exchange.ok()) return exchange.status();
   Result<KeyPair> key = KeyPair::make();
   if (!key.ok()) return key.status();
 
-  PairingCall conversation(*address, options, std::move(*exchange));
-  if (const Status s = conversation.begin(); !s.ok()) return from_whom(uri, s);
-  const Result<v1::PairCredentials> brought = std::move(conversation).finish(*key);
-  if (!brought.ok()) return from_whom(uri, brought.status());
+  PairingCall pairing_call(*address, options, std::move(*exchange));
+  if (const Status s = pairing_call.begin(); !s.ok()) return with_uri(uri, s);
+  const Result<v1::PairCredentials> pairing_response = std::move(pairing_call).finish(*key);
+  if (!pairing_response.ok()) return with_uri(uri, pairing_response.status());
 
   core::PairedFiles files;
-  files.name = brought->probe_name().substr(0, brought->probe_name().find_first_of("\r\n"));
-  files.credentials.pinned = brought->probe_ca();
-  files.credentials.client_certificate = brought->client_certificate();
-  if (!brought->client_certificate().empty()) files.credentials.client_key = key->private_pem;
-  files.credentials.token = brought->token();
-  if (brought->port() != 0) files.address = with_port(address->host_port, brought->port());
+  files.name = pairing_response->probe_name().substr(0, pairing_response->probe_name().find_first_of("\r\n"));
+  files.credentials.pinned = pairing_response->probe_ca();
+  files.credentials.client_certificate = pairing_response->client_certificate();
+  if (!pairing_response->client_certificate().empty()) files.credentials.client_key = key->private_pem;
+  files.credentials.token = pairing_response->token();
+  if (pairing_response->port() != 0) files.address = with_port(address->host_port, pairing_response->port());
   if (const Status s = files.credentials.validate(); !s.ok())
     return Status(StatusCode::data_loss, std::string(uri) + ": " + s.message());
   const Result<std::string> folder = core::keep_credentials(store, files);
   if (!folder.ok()) return folder.status();
   return PairedProbe{files.name, *folder, files.address.empty() ? std::string() : "grpcs://" + files.address,
-                     brought->expires_s()};
+                     pairing_response->expires_s()};
 }
 
 }  // namespace lightwell

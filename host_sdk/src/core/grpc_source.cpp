@@ -1,4 +1,4 @@
-// The network link: one thread that follows a probe and comes back to it.
+// gRPC connection: one thread that receives from a probe and reconnects.
 #include <atomic>
 #include <memory>
 #include <mutex>
@@ -12,7 +12,7 @@
 #include <grpcpp/impl/rpc_method.h>
 #include <grpcpp/support/slice.h>
 
-#include <lightwell/back_off.hpp>
+#include <lightwell/backoff.hpp>
 #include <lightwell/probe_calls.hpp>
 
 #include "core/grpc_connection.hpp"
@@ -63,12 +63,13 @@ class GrpcSource final : public Source {
   }
 
  private:
-  /// No operation's tag: those of GrpcConnection start at 1.
+  /// Tag of the alarm of wake(); the tags of GrpcConnection start at 1.
   static constexpr void* kWake = nullptr;
 
   using Bytes = std::vector<std::byte>;
 
-  /// The response's bytes. Runs on the caller's thread; gRPC allows that beside the reader's calls on the same channel.
+  /// Makes a unary call and returns the response's bytes. Runs on the caller's thread, which gRPC allows concurrently
+  /// with the reader thread's calls on the same channel.
   Result<Bytes> call(const std::string& method, const std::string& request) {
     const std::shared_ptr<grpc::Channel> channel = [this] {
       const std::lock_guard lock(channel_mutex_);
@@ -79,12 +80,12 @@ class GrpcSource final : public Source {
     grpc::ClientContext context;
     context.set_deadline(deadline_after(options_.connect_timeout));
     const grpc::Slice slice(request);
-    const grpc::ByteBuffer asked(&slice, 1);
+    const grpc::ByteBuffer request_buffer(&slice, 1);
     grpc::ByteBuffer response;
-    // As the code that protoc's plug-in makes; messages are proto's business.
+    // As generated stubs do; the messages are encoded by `proto`.
     const grpc::Status ended = grpc::internal::BlockingUnaryCall(
-        channel.get(), grpc::internal::RpcMethod(path.c_str(), grpc::internal::RpcMethod::NORMAL_RPC), &context, asked,
-        &response);
+        channel.get(), grpc::internal::RpcMethod(path.c_str(), grpc::internal::RpcMethod::NORMAL_RPC), &context,
+        request_buffer, &response);
     if (ended.error_code() == grpc::StatusCode::UNIMPLEMENTED && method == "GetConfig")
       return no_get_config(host_port_);
     if (const Status status = status_of(ended); !status.ok())
@@ -110,7 +111,7 @@ class GrpcSource final : public Source {
     }
   }
 
-  /// One connection until its end; true where it got as far as the stream.
+  /// Runs one connection until its end; true if the stream was started.
   bool run_connection() {
     const std::shared_ptr<grpc::Channel> channel = new_channel(host_port_, credentials_, &stopping_);
     {
@@ -120,7 +121,7 @@ class GrpcSource final : public Source {
     GrpcConnection connection(channel, options_, queue_, receiver_);
     while (!connection.drained()) {
       const HostTime now{monotonic_now_ns()};
-      // A cancelled call ends at once; meanwhile there is nothing else to be on time for.
+      // Cancelled calls end at once, so wait without a deadline.
       const Duration wait = std::max(connection.next_due() - now, Duration{1'000'000});
       void* tag = nullptr;
       bool ok = false;
@@ -132,7 +133,7 @@ class GrpcSource final : public Source {
     return connection.succeeded();
   }
 
-  /// Only the destructor's alarm can come while no connection lives.
+  /// Waits; without a connection, the only event is the destructor's alarm.
   void pause(Duration duration) {
     void* tag = nullptr;
     bool ok = false;
@@ -148,12 +149,13 @@ class GrpcSource final : public Source {
   std::mutex channel_mutex_;
   std::shared_ptr<grpc::Channel> channel_;
   std::atomic<bool> stopping_{false};
-  std::thread thread_;  // last: it uses all of the above
+  std::thread thread_;  // last, because it uses all members above
 };
 
 }  // namespace
 
-std::unique_ptr<Source> make_grpc_source(const GrpcAddress& address, const ProbeOptions& options, DescriptorReceiver& receiver) {
+std::unique_ptr<Source> make_grpc_source(const GrpcAddress& address, const ProbeOptions& options,
+                                         DescriptorReceiver& receiver) {
   return std::make_unique<GrpcSource>(address, options, receiver);
 }
 

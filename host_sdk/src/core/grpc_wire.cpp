@@ -41,13 +41,13 @@ StatusCode code_of(grpc::StatusCode code) {
   }
 }
 
-/// What gRPC says of a handshake, in words and with what to do.
+/// gRPC's error message of a failed connection, with an explanation and a remedy.
 std::string explained(const std::string& message) {
   const auto says = [&](std::string_view part) { return message.find(part) != std::string::npos; };
-  // OpenSSL's words, and those of gRPC where our own verifier refuses.
+  // The messages of OpenSSL, and of gRPC if the SDK's certificate verifier rejects.
   if (says("certificate verify failed") || says("verification check failed"))
-    return "the TLS handshake failed: the certificate that this address shows has expired, is not one that the "
-           "trusted authority vouches for, or not the pinned one; where the probe was given new keys, pair with it "
+    return "the TLS handshake failed: the certificate at this address has expired, was not issued by the trusted "
+           "authority, or is not the pinned one; if the probe was given new keys, pair with it "
            "again (" +
            message + ")";
   if (says("DNS resolution failed") && says(".local"))
@@ -69,12 +69,12 @@ std::shared_ptr<grpc::Channel> new_channel(const std::string& host_port,
   std::string target = host_port;
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  // A probe stands in the same room, never behind the proxy that the environment names.
+  // A probe is on the local network, so the proxy of the environment variables is not used.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  // The reader thread decides when to try again.
+  // The reader thread controls reconnection.
   arguments.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);
-  // gRPC would let the probe send up to 16 MiB ahead of a reader that is slow: half an hour of old light at 30
-  // descriptors a second. About 20 descriptors are allowed; the probe then leaves out what is old.
+  // Limit flow control to about 20 descriptors; the probe then drops old ones. By default gRPC would let the probe send
+  // up to 16 MiB ahead of a slow reader: half an hour of old descriptors at 30 per second.
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 4096);
   if (is_mdns_name(host_port))

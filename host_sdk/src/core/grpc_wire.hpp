@@ -1,4 +1,4 @@
-// What gRPC and this SDK say to each other: deadlines, codes, channels, identities.
+// Helpers for gRPC: deadlines, channels, status codes, message bytes.
 #pragma once
 
 #include <atomic>
@@ -20,20 +20,20 @@
 
 namespace lightwell::core {
 
-/// By the monotonic clock: a wall clock that jumps changes nothing.
+/// A deadline in the monotonic clock, which changes of the wall clock do not affect.
 [[nodiscard]] gpr_timespec deadline_after(Duration from_now);
 
-/// One new TCP connection, whatever channels there were before: a dead connection is not found
-/// again. A name in .local is asked for by multicast DNS, which takes a second at most and ends early once `*stopping`;
-/// where nobody answers to that, DNS is asked as for any name. Certificates are judged by the name.
+/// A channel with a new TCP connection, never a dead one shared with an earlier channel. A name in .local is resolved
+/// by multicast DNS, which takes at most a second and ends early once `*stopping` is set; without an answer, DNS is
+/// used as for any name. Certificates are verified against the name.
 [[nodiscard]] std::shared_ptr<grpc::Channel> new_channel(const std::string& host_port,
                                                          const std::shared_ptr<grpc::ChannelCredentials>& credentials,
                                                          const std::atomic<bool>* stopping = nullptr);
 
-/// The code that lies nearest, and gRPC's message.
+/// The nearest StatusCode, with gRPC's message.
 [[nodiscard]] Status status_of(const grpc::Status& status);
 
-/// The bytes of a message, in one piece, in `storage` whose memory is used again.
+/// The bytes of a message, contiguous in `storage`, whose memory is reused.
 [[nodiscard]] std::span<const std::byte> bytes_of(const grpc::ByteBuffer& buffer, std::vector<std::byte>& storage);
 
 }  // namespace lightwell::core

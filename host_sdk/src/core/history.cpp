@@ -9,7 +9,7 @@
 namespace lightwell::core {
 namespace {
 
-/// Stale where it may be, by what the clocks leave possible.
+/// Stale if the age can exceed max_age within the clock uncertainty.
 Validity validity_of(Duration age, const Sample& sample, Duration max_age) {
   return age + sample.time_uncertainty > max_age ? Validity::stale : Validity::valid;
 }
@@ -21,7 +21,7 @@ Lighting held(std::shared_ptr<const Sample> sample, HostTime time, Duration max_
   return {std::move(sample), validity, age, max_age, derivation};
 }
 
-/// Between or beyond two samples: what is of their light is made anew, the rest is the nearer one's.
+/// Sample of an interpolated or extrapolated descriptor; all that is not derived from it is copied from `nearer`.
 std::shared_ptr<const Sample> made_of(Descriptor descriptor, const Sample& nearer,
                                       std::optional<RadianceReconstruction> reconstruction, HostTime time) {
   Sample made = sample_of(std::move(descriptor));
@@ -33,7 +33,7 @@ std::shared_ptr<const Sample> made_of(Descriptor descriptor, const Sample& neare
   made.environment = nearer.environment;
   made.environment_rotation = nearer.environment_rotation;
   made.T_world_probe = nearer.T_world_probe;
-  // Where the nearer has no map, and the other had one, or other units.
+  // The nearer sample has no map, and the other one had a map or other units.
   if (!made.reconstruction) reconstruct_radiance(made);
   return std::make_shared<const Sample>(std::move(made));
 }
@@ -43,13 +43,13 @@ Lighting beyond_newest(const History& history, HostTime time, Duration max_age, 
   const std::shared_ptr<const Sample>& newest = samples.back();
   const Duration ahead = time - newest->mid_exposure;
   if (ahead > extrapolation) return held(newest, time, max_age, Derivation::held);
-  // From as far back as it goes ahead, or the next before that: a shorter way back would make more of the noise.
+  // Measure the velocity over at least the extrapolated time: a shorter baseline would amplify the noise.
   const auto from = std::upper_bound(samples.begin(), samples.end() - 1, newest->mid_exposure - ahead,
                                      [](HostTime t, const auto& sample) { return t < sample->mid_exposure; });
   if (from == samples.begin()) return held(newest, time, max_age, Derivation::held);
   const Sample& before = **(from - 1);
   const Duration back = newest->mid_exposure - before.mid_exposure;
-  // Across a hole nobody knows which way the lights took.
+  // No extrapolation across a gap, in which the motion of the lights is unknown.
   if (back > max_age) return held(newest, time, max_age, Derivation::held);
   const auto f = static_cast<float>(ahead.seconds() / back.seconds());
   const Validity validity = validity_of(ahead, *newest, max_age);
@@ -94,7 +94,7 @@ Lighting lighting_at(const History* history, HostTime time, Duration max_age, Du
   const Duration into = time - before->mid_exposure;
   const auto f = static_cast<float>(into.seconds() / span.seconds());
   const Sample& nearer = f < 0.5F ? *before : *after;
-  // How far the nearest measurement is: across a hole in the past the answer is a guess, and stale.
+  // Time to the nearest descriptor: inside a long gap an interpolated answer is stale.
   const Duration age = std::min(into, span - into);
   const Validity validity = validity_of(age, nearer, max_age);
   std::optional<RadianceReconstruction> reconstruction;

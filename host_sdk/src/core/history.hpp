@@ -1,4 +1,4 @@
-// The last descriptors of a probe, and the answers that are made of them.
+// The last descriptors of a probe, and queries at a time: interpolation, extrapolation, staleness.
 #pragma once
 
 #include <cstddef>
@@ -12,18 +12,18 @@
 
 namespace lightwell::core {
 
-/// Immutable once shared: the writer makes a new one for every arrival, so that a reader sees one
-/// consistent past and needs no lock. Ascending in mid_exposure, never empty.
+/// Immutable once shared: the writer makes a new one for every descriptor, so that readers see a consistent history
+/// without a lock. Ascending in mid_exposure, never empty.
 struct History {
   std::vector<std::shared_ptr<const Sample>> samples;
 };
 
-/// `before` (may be null) and one more sample, at most `capacity` in all. Samples that are not
-/// older than the new one go: the clock was corrected, or the probe began anew.
+/// `before` (may be null) with one more sample, at most `capacity` in all. Samples that are not older than the new one
+/// are removed: the clock was corrected, or the probe restarted.
 [[nodiscard]] std::shared_ptr<const History> appended(const History* before, std::shared_ptr<const Sample> sample,
                                                       std::size_t capacity);
 
-/// The newest; Validity::none where `history` is null.
+/// The newest sample; Validity::none if `history` is null.
 [[nodiscard]] Lighting newest_lighting(const History* history, HostTime now, Duration max_age);
 
 /// As Probe::at().

@@ -20,9 +20,9 @@ std::int64_t blend_ns(std::int64_t a, std::int64_t b, float f) {
   return a + static_cast<std::int64_t>(static_cast<double>(b - a) * static_cast<double>(f));
 }
 
-/// The turn by a share f of the shortest turn from a to b (unit vectors). Between opposite
-/// directions none is shortest: then the turn is none.
-Quat partial_turn(Vec3d a, Vec3d b, double f) {
+/// The fraction f of the shortest rotation from a to b (unit vectors). Between opposite directions there is no shortest
+/// rotation; then it is the identity.
+Quat partial_rotation(Vec3d a, Vec3d b, double f) {
   const Vec3d axis = normalized(cross(a, b));
   if (axis == Vec3d{}) return {};
   return Quat::about(axis, angle_between(a, b) * f);
@@ -30,10 +30,10 @@ Quat partial_turn(Vec3d a, Vec3d b, double f) {
 
 Light between(const Light& a, const Light& b, float f) {
   const Vec3d from = vec_cast<double>(a.direction), to = vec_cast<double>(b.direction);
-  const Quat forward = partial_turn(from, to, static_cast<double>(f));
-  const Quat backward = partial_turn(to, from, 1 - static_cast<double>(f));
+  const Quat forward = partial_rotation(from, to, static_cast<double>(f));
+  const Quat backward = partial_rotation(to, from, 1 - static_cast<double>(f));
   Light out = f < 0.5F ? a : b;
-  // Measured from the nearer end, so that opposite directions flip half-way instead of sticking.
+  // Rotate from the nearer end, so that opposite directions switch half-way instead of staying at one end.
   const Vec3d direction = f < 0.5F ? rotate(forward, from) : rotate(backward, to);
   out.direction = vec_cast<float>(normalized(direction));
   out.irradiance = a.irradiance * (1 - f) + b.irradiance * f;
@@ -87,7 +87,7 @@ ErrorBound worse(const ErrorBound& a, const ErrorBound& b) {
           std::max(a.noise, b.noise), std::max(a.quantization, b.quantization), std::max(a.smoothing, b.smoothing)};
 }
 
-/// RMS over all normals, as luminance.
+/// RMS over all normals of the luminance of the irradiance.
 double rms_irradiance(const Descriptor& d) {
   constexpr int kNormals = 64;
   const IrradianceSh harmonics = irradiance_of(d.radiance);
@@ -120,9 +120,9 @@ Descriptor extrapolated(const Descriptor& before, const Descriptor& newest, floa
     const double turn = angle_between(from, to);
     if (!(turn > 0)) continue;
     const double share = std::min(static_cast<double>(f), std::numbers::pi / turn);
-    light = turned(light, partial_turn(from, to, share));
-    // A lamp that turns by a small angle changes the clipped cosine by sin(theta) cos(phi) of it: over all normals,
-    // RMS, by the angle over sqrt(6).
+    light = rotate_light(light, partial_rotation(from, to, share));
+    // A small rotation of a light by an angle changes the clamped cosine by the angle times sin(theta) cos(phi); the
+    // RMS over all normals is the angle over sqrt(6).
     moved2 += std::pow(share * turn * static_cast<double>(light.irradiance.luminance()), 2) / 6;
   }
   if (moved2 > 0) {

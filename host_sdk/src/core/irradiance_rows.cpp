@@ -7,7 +7,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/irradiance_rows.cpp"
 #include <hwy/foreach_target.h>
-// After foreach_target.h, says Highway.
+// Highway requires this after foreach_target.h.
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -16,18 +16,18 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Squares of lengths that a float holds with all its digits; others take the slow way.
+/// Range of squared lengths that a float represents with full precision; others are computed in double.
 constexpr float kMinLength2 = 1e-30F, kMaxLength2 = 1e30F;
-/// Float cosines this close to where a cap meets the horizon are looked at in double.
+/// Float cosines this close to the transition of a cap at the horizon are recomputed in double.
 constexpr float kCosineError = 1e-6F;
 
-/// Sums of r, g, b as they grow.
+/// Accumulators of r, g, b.
 template <class V>
 struct Sums {
   V r, g, b;
 };
 
-/// harmonics.hpp's recursion (Sloan 2013) on vectors of directions.
+/// The recursion of harmonics.hpp (Sloan 2013) on vectors of directions.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void add_harmonics(D d, const IrradianceSh& sh, V x, V y, V z, Sums<V>& sum) {
   const ShRecursion& k = sh_recursion();
@@ -58,8 +58,8 @@ HWY_INLINE void add_harmonics(D d, const IrradianceSh& sh, V x, V y, V z, Sums<V
   }
 }
 
-/// Band 2, the usual one, written out: the same sums without the recursion's bookkeeping. As polynomials in x, y, z on
-/// the unit sphere (Ramamoorthi & Hanrahan 2001, eq. 12, in our basis).
+/// Bands 0 to 2, the most frequent case, without the recursion: polynomials in x, y, z on the unit sphere (Ramamoorthi
+/// & Hanrahan 2001, eq. 12, in the basis of harmonics.hpp).
 struct Quadratic {
   float one[3], x[3], y[3], z[3], xy[3], yz[3], xz[3], zz[3], xx_yy[3];
 };
@@ -93,7 +93,7 @@ HWY_INLINE V quadratic(D d, const Quadratic& q, int c, V x, V y, V z, V xx_yy) {
   return hn::MulAdd(of_z, z, hn::MulAdd(of_y, y, rest));
 }
 
-/// Where the horizon cuts the cap: the closed form of the cut, lane by lane.
+/// Caps that the horizon intersects: closed form, one lane at a time.
 template <class D, class M, class V = hn::Vec<D>>
 HWY_NOINLINE V shares_at_horizon(D d, M cut, V share, const ReceiverLight& light, const Vec3f* normals) {
   HWY_ALIGN float shares[hn::MaxLanes(d)];
@@ -173,7 +173,7 @@ std::size_t irradiance_rows(const IrradianceSh& harmonics, std::span<const Recei
 bool irradiance_one(const IrradianceSh& harmonics, std::span<const ReceiverLight> lights, Vec3f normal,
                     Irradiance& out) {
   const auto given = vec_cast<double>(normal);
-  // Squares of any float lie well within a double.
+  // The square of any float is within the range of double.
   const double length2 = dot(given, given);
   if (!(length2 > 0) || !std::isfinite(length2)) return false;
   const Vec3d n = given * (1 / std::sqrt(length2));

@@ -1,4 +1,4 @@
-// Irradiance at many normals: the sum of harmonics and caps, a vector of normals at a time.
+// Irradiance of harmonics and caps at many normals (SIMD).
 #pragma once
 
 #include <cstddef>
@@ -12,12 +12,12 @@
 
 namespace lightwell::core {
 
-/// out[i] for normals[i], of any length; as many of each. Within 1e-5 of the largest irradiance of what the one-normal
-/// query says. A normal that is zero or not finite gives zero; returns how many there were.
+/// out[i] for normals[i]; both spans have the same size, normals any length. Differs from irradiance_one() by at most
+/// 1e-5 of the largest irradiance. A normal that is zero or not finite gives zero; returns the number of these.
 std::size_t irradiance_rows(const IrradianceSh& harmonics, std::span<const ReceiverLight> lights,
                             std::span<const Vec3f> normals, std::span<Irradiance> out);
 
-/// The same of one, as that query has it; false where the normal is zero or not finite.
+/// The irradiance at a single normal; false if it is zero or not finite.
 [[nodiscard]] bool irradiance_one(const IrradianceSh& harmonics, std::span<const ReceiverLight> lights, Vec3f normal,
                                   Irradiance& out);
 

@@ -20,15 +20,15 @@
 namespace lightwell::core {
 namespace {
 
-/// What libusb hands to the kernel in one piece; of a larger transfer it hands over several, and frees them too early
-/// where a packet overflows (1.0.26). A longer frame fills some of these and ends within the next.
+/// Largest transfer that libusb passes to the kernel as one URB. It splits larger ones and, if a packet overflows,
+/// frees the parts too early (1.0.26). A longer frame fills several transfers and ends within the next.
 constexpr std::size_t kTransferBytes = 16 * 1024;
-/// So that the controller has somewhere to put the next frames, a longest one included, while this process is busy.
+/// Number of queued transfers: buffers for further frames, including one of maximum length, while this process is busy.
 constexpr std::size_t kTransfersInFlight = 8;
 static_assert(kTransfersInFlight * kTransferBytes > kMaxFrameBytes);
-/// A probe that does not take a request for so long has lost it; requests are small.
+/// Limit of sending a request, which is small.
 constexpr unsigned kSendTimeoutMs = 1000;
-/// Errors of the bus come singly. Where nothing arrives between so many, the connection is made anew.
+/// After this many consecutive bus errors without received data, the connection is made again.
 constexpr int kMaxErrorsInRow = 5;
 constexpr Duration kCloseTimeout{900'000'000};
 
@@ -37,7 +37,7 @@ std::string text_of(int error) { return libusb_strerror(static_cast<libusb_error
 /// The probe's interface in a configuration.
 struct Interface {
   int number = -1, setting = 0;
-  std::uint8_t in = 0, out = 0;  ///< Addresses of its endpoints; those are the controller's choice.
+  std::uint8_t in = 0, out = 0;  ///< Endpoint addresses, which the device controller chooses.
 };
 
 std::optional<Interface> interface_of(const libusb_interface_descriptor& d) {
@@ -94,7 +94,7 @@ Result<Handle> open_device(libusb_device* device) {
 
 class LibusbTransport;
 
-/// A transfer with its memory, which both live until libusb has given it back.
+/// A transfer with its buffer; both must live until libusb has completed the transfer.
 struct Transfer {
   explicit Transfer(std::size_t bytes) : memory(bytes), usb(libusb_alloc_transfer(0)) {}
   Transfer(const Transfer&) = delete;
@@ -118,9 +118,9 @@ class LibusbTransport final : public UsbTransport {
     const std::lock_guard lock(context_mutex_);
     if (const int error = libusb_init(&context_); error != 0) {
       context_ = nullptr;
-      return {StatusCode::unavailable, "USB cannot be had: " + text_of(error)};
+      return {StatusCode::unavailable, "libusb cannot be initialised: " + text_of(error)};
     }
-    // Without it whoever waits looks again from time to time.
+    // Without hotplug events, waiting callers poll.
     watching_ = libusb_has_capability(LIBUSB_CAP_HAS_HOTPLUG) != 0 &&
                 libusb_hotplug_register_callback(context_, LIBUSB_HOTPLUG_EVENT_DEVICE_ARRIVED, 0, kUsbVendor,
                                                  kUsbProduct, LIBUSB_HOTPLUG_MATCH_ANY, on_arrival, this, &watch_) == 0;
@@ -134,12 +134,12 @@ class LibusbTransport final : public UsbTransport {
       handle_.reset();
       return error == LIBUSB_ERROR_BUSY
                  ? Status(StatusCode::resource_exhausted,
-                          "another program on this machine follows the probe by USB; a "
-                          "probe serves several by its network function")
-                 : Status(StatusCode::unavailable, "the probe's interface cannot be had: " + text_of(error));
+                          "another program on this machine uses the probe by USB; close it, or use the probe's "
+                          "network function, which serves several")
+                 : Status(StatusCode::unavailable, "the probe's interface cannot be claimed: " + text_of(error));
     }
     claimed_ = true;
-    // Tells the probe that a new stream begins, and lets both ends forget what the last reader left behind.
+    // SET_INTERFACE tells the probe that a new stream begins, and resets the endpoints on both sides.
     if (const int error = libusb_set_interface_alt_setting(handle_.get(), interface_.number, interface_.setting);
         error != 0)
       return refuse("the probe's interface cannot be set: " + text_of(error));
@@ -149,7 +149,7 @@ class LibusbTransport final : public UsbTransport {
       libusb_fill_bulk_transfer(transfer->usb, handle_.get(), interface_.in,
                                 reinterpret_cast<unsigned char*>(transfer->memory.data()),
                                 static_cast<int>(kTransferBytes), on_ended, transfer.get(), 0);
-      if (!submit(*transfer)) return refuse("reading from the probe cannot begin");
+      if (!submit(*transfer)) return refuse("reading from the probe cannot be started");
     }
     return {};
   }
@@ -163,7 +163,7 @@ class LibusbTransport final : public UsbTransport {
     const std::int64_t end = monotonic_now_ns() + kCloseTimeout.ns;
     while (any_under_way() && monotonic_now_ns() < end) handle_events({100'000'000});
     if (any_under_way()) {
-      // libusb still writes into that memory: it is given up, not given back.
+      // libusb may still write into this memory, so it is leaked instead of freed.
       for (auto& t : in_) (void)t.release();
       (void)out_.release();
       (void)handle_.release();
@@ -196,9 +196,9 @@ class LibusbTransport final : public UsbTransport {
   }
 
   UsbEvent wait(Duration timeout) override {
-    // Its bytes were the caller's until now.
+    // The caller no longer uses the bytes of the last event.
     if (Transfer* const t = std::exchange(reading_, nullptr); t != nullptr && !submit(*t)) broken_ = true;
-    // What came before the end is handed on before it is told.
+    // Deliver data received before the loss of the connection first.
     if (ended_.empty() && broken_) return gone();
     if (ended_.empty() && !woken_.exchange(false)) handle_events(timeout);
     if (!ended_.empty()) {
@@ -237,7 +237,7 @@ class LibusbTransport final : public UsbTransport {
   void handle_events(Duration timeout) {
     const std::int64_t ns = std::max<std::int64_t>(timeout.ns, 0);
     if (context_ == nullptr) {
-      // USB could not be had again; whoever waits must not spin, nor sleep through the end.
+      // libusb could not be initialised again: sleep briefly, so that the caller neither spins nor misses the end.
       std::this_thread::sleep_for(std::chrono::nanoseconds(std::min<std::int64_t>(ns, 50'000'000)));
       return;
     }
@@ -255,14 +255,14 @@ class LibusbTransport final : public UsbTransport {
     context_ = nullptr;
   }
 
-  /// libusb looks through the buses as it begins; later it believes udev's events, and where no udevd runs (in a
-  /// container, say) there are none: a probe that was plugged in again would never be seen. So it begins anew. `found`:
-  /// what it said.
+  /// Initialises libusb again. It enumerates the buses only at initialisation and then relies on udev's events; without
+  /// udevd (in a container, for example) a probe that is plugged in again would not be detected. `found`: the result of
+  /// the last enumeration.
   [[nodiscard]] Status rescan(const std::string& serial, const Status& found) {
     const bool absent = found.code() == StatusCode::not_found || found.code() == StatusCode::unavailable;
     if (!absent || given_up_) return found;
     end_context();
-    if (Status begun = init(); !begun.ok()) return begun;
+    if (Status initialised = init(); !initialised.ok()) return initialised;
     return find(serial);
   }
 
@@ -300,7 +300,8 @@ class LibusbTransport final : public UsbTransport {
         errors_in_row_ = 0;
         reading_ = &t;
         event.bytes = std::span(t.memory).first(static_cast<std::size_t>(t.usb->actual_length));
-        event.ending = t.usb->actual_length < t.usb->length ? UsbEvent::Ending::of_transfer : UsbEvent::Ending::none;
+        event.transfer_end =
+            t.usb->actual_length < t.usb->length ? UsbEvent::TransferEnd::of_transfer : UsbEvent::TransferEnd::none;
         return event;
       case LIBUSB_TRANSFER_NO_DEVICE:
       case LIBUSB_TRANSFER_CANCELLED:
@@ -324,27 +325,27 @@ class LibusbTransport final : public UsbTransport {
   [[nodiscard]] Status find(const std::string& serial);
 
   libusb_context* context_ = nullptr;
-  std::mutex context_mutex_;  ///< Between wake() and a context that is made anew.
+  std::mutex context_mutex_;  ///< Protects the context: wake() against its replacement.
   libusb_hotplug_callback_handle watch_{};
   bool watching_ = false, arrived_ = false, claimed_ = false;
-  bool broken_ = false;    ///< Nothing more can be read.
-  bool given_up_ = false;  ///< The context has transfers that never ended.
+  bool broken_ = false;    ///< The connection is lost.
+  bool given_up_ = false;  ///< The context has transfers that never completed.
   std::atomic<bool> woken_{false};
   Handle handle_;
   Interface interface_;
   std::vector<std::unique_ptr<Transfer>> in_;
   std::unique_ptr<Transfer> out_;
   std::deque<Transfer*> ended_;
-  Transfer* reading_ = nullptr;  ///< Whose bytes the caller reads.
+  Transfer* reading_ = nullptr;  ///< The transfer whose bytes the last event refers to.
   int errors_in_row_ = 0;
 };
 
 Status LibusbTransport::find(const std::string& serial) {
   libusb_device** list = nullptr;
   if (context_ == nullptr)
-    if (Status begun = init(); !begun.ok()) return begun;
+    if (Status initialised = init(); !initialised.ok()) return initialised;
   const ssize_t count = libusb_get_device_list(context_, &list);
-  if (count < 0) return {StatusCode::unavailable, "USB cannot be looked through: " + text_of(static_cast<int>(count))};
+  if (count < 0) return {StatusCode::unavailable, "USB cannot be enumerated: " + text_of(static_cast<int>(count))};
   std::vector<std::pair<libusb_device*, Interface>> probes;
   for (ssize_t i = 0; i < count; ++i)
     if (const auto found = probe_interface(list[i])) probes.emplace_back(list[i], *found);
@@ -379,7 +380,7 @@ Status LibusbTransport::find(const std::string& serial) {
 Result<std::vector<std::string>> probes_on_usb() {
   libusb_context* context = nullptr;
   if (const int error = libusb_init(&context); error != 0)
-    return Status(StatusCode::unavailable, "USB cannot be had: " + text_of(error));
+    return Status(StatusCode::unavailable, "libusb cannot be initialised: " + text_of(error));
   std::vector<std::string> serials;
   Status barred;
   libusb_device** list = nullptr;
@@ -394,14 +395,14 @@ Result<std::vector<std::string>> probes_on_usb() {
   if (count >= 0) libusb_free_device_list(list, 1);
   libusb_exit(context);
   if (count < 0)
-    return Status(StatusCode::unavailable, "USB cannot be looked through: " + text_of(static_cast<int>(count)));
+    return Status(StatusCode::unavailable, "USB cannot be enumerated: " + text_of(static_cast<int>(count)));
   if (serials.empty() && !barred.ok()) return barred;
   return serials;
 }
 
 Result<std::unique_ptr<UsbTransport>> make_libusb_transport() {
   auto transport = std::make_unique<LibusbTransport>();
-  if (Status begun = transport->init(); !begun.ok()) return begun;
+  if (Status initialised = transport->init(); !initialised.ok()) return initialised;
   return std::unique_ptr<UsbTransport>(std::move(transport));
 }
 

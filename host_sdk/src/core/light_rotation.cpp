@@ -20,7 +20,7 @@ std::array<float, 3> transport_covariance(const std::array<float, 3>& covariance
           static_cast<float>(moment(new_basis[1], new_basis[1]))};
 }
 
-Light turned(const Light& light, Quat q) {
+Light rotate_light(const Light& light, Quat q) {
   Light out = light;
   out.direction = vec_cast<float>(normalized(rotate(q, vec_cast<double>(light.direction))));
   out.direction_covariance = transport_covariance(light.direction_covariance, light.direction, q, out.direction);

@@ -1,4 +1,4 @@
-// Lights carried from one frame of axes, or one direction, to another.
+// Rotation of lights and of their direction covariances.
 #pragma once
 
 #include <array>
@@ -9,16 +9,17 @@
 
 namespace lightwell::core {
 
-/// The covariance of a direction, given in tangent_basis(from), after the turn q, in
-/// tangent_basis(to), where `to` is about rotate(q, from). The basis does not turn with its normal,
-/// so the numbers change even where the ellipse only moves along.
+/// Transports the covariance of a direction, given in tangent_basis(from), by the rotation q into tangent_basis(to),
+/// where `to` is approximately rotate(q, from). tangent_basis() does not commute with rotations, so the components
+/// change even if the ellipse only moves with the direction.
 [[nodiscard]] std::array<float, 3> transport_covariance(const std::array<float, 3>& covariance, Vec3f from, Quat q,
-                                                      Vec3f to);
+                                                        Vec3f to);
 
-/// The light in a frame turned by q, p_new = q p_old.
-[[nodiscard]] Light turned(const Light& light, Quat q);
+/// The light in a frame rotated by q: p_new = q p_old.
+[[nodiscard]] Light rotate_light(const Light& light, Quat q);
 
-/// The light's direction covariance with that of a frame's rotation added; both in the frame that the light is in now.
+/// The light's direction covariance plus that due to the rotation covariance of a pose. Both are in the light's current
+/// frame.
 [[nodiscard]] std::array<float, 3> add_pose_noise(const Light& light, const PoseCovariance& covariance);
 
 }  // namespace lightwell::core

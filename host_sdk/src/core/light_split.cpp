@@ -36,7 +36,7 @@ Triple mapped(const ColorMatrix& color, Rgb<Quantity> c) {
 
 double luminance(const Triple& c) { return luminance_of(c[0], c[1], c[2]); }
 
-/// Fits into a float, and so does a thousand times as much (ARKit's neutral intensity).
+/// Whether it fits into a float, even multiplied by a thousand (ARKit's neutral intensity).
 bool presentable(const Triple& c) {
   constexpr double kMaxChannel = static_cast<double>(std::numeric_limits<float>::max()) / 1e4;
   return std::all_of(c.begin(), c.end(), [](double v) { return std::abs(v) <= kMaxChannel; });
@@ -46,9 +46,9 @@ void add(Triple& sum, const Triple& c, double factor) {
   for (std::size_t k = 0; k < 3; ++k) sum[k] += factor * c[k];
 }
 
-/// A light after the colour map, with what its cap does to each band.
+/// A light after ConversionOptions::color, with the zonal factor of its cap for each band.
 struct MappedLight {
-  Vec3d towards;  ///< Our axes.
+  Vec3d towards;  ///< Lightwell's axes.
   Triple irradiance{};
   double rho = 0;
   std::array<double, kBand + 1> zonal{1, 1, 1};
@@ -56,7 +56,7 @@ struct MappedLight {
 
 MappedLight mapped_light(const Light& light, const ColorMatrix& color) {
   MappedLight out{normalized(vec_cast<double>(light.direction)), mapped(color, light.irradiance),
-           static_cast<double>(light.angular_radius_rad)};
+                  static_cast<double>(light.angular_radius_rad)};
   for (int l = 0; l <= kBand; ++l) out.zonal[static_cast<std::size_t>(l)] = cap_zonal(l, out.rho);
   return out;
 }
@@ -69,16 +69,16 @@ Basis basis_at(Vec3d d) {
   return y;
 }
 
-/// Adds a light's own coefficients, each band times its factor.
+/// Adds the coefficients of a directional light, each band times its factor.
 void add_light(NineCoefficients& sum, Vec3d towards, const Triple& irradiance,
-              const std::array<double, kBand + 1>& band_factor) {
+               const std::array<double, kBand + 1>& band_factor) {
   const Basis y = basis_at(towards);
   for (std::size_t i = 0; i < kCount; ++i)
     add(sum[i], irradiance, y[i] * band_factor[static_cast<std::size_t>(band_of(i))]);
 }
 
-/// The same function of directions in other axes. Up to band 2 a function is a + b.d + d'Qd with Q symmetric and
-/// without trace, and b and Q are turned as vector and matrix; mirrors are nothing special.
+/// Coefficients of the same function in other axes. Up to band 2 a function is a + b.d + d'Qd with Q symmetric and
+/// traceless; b and Q transform as vector and matrix, also by a reflection.
 NineCoefficients in_axes(const NineCoefficients& c, const Axes& axes) {
   const double y1 = 0.5 * std::sqrt(3 / std::numbers::pi), y2 = 0.5 * std::sqrt(15 / std::numbers::pi);
   const double y20 = 0.25 * std::sqrt(5 / std::numbers::pi);
@@ -103,7 +103,7 @@ NineCoefficients in_axes(const NineCoefficients& c, const Axes& axes) {
   return out;
 }
 
-/// Even over the sphere: rings of equal area, each turned by the golden angle.
+/// Direction i of the spherical Fibonacci lattice: rings of equal area, each rotated by the golden angle.
 Vec3d fibonacci(int i) {
   const double z = 1 - (2.0 * i + 1) / kResidualNormals;
   const double s = std::sqrt((1 - z) * (1 + z));
@@ -111,7 +111,7 @@ Vec3d fibonacci(int i) {
   return {s * std::cos(phi), s * std::sin(phi), z};
 }
 
-/// A_l of the clipped cosine.
+/// Coefficients A_l of the clamped cosine.
 const std::array<double, kMaxBand + 1>& cosine_lobes() {
   static const std::array<double, kMaxBand + 1> lobes = [] {
     std::array<double, kMaxBand + 1> out;
@@ -121,8 +121,8 @@ const std::array<double, kMaxBand + 1>& cosine_lobes() {
   return lobes;
 }
 
-/// All in our axes. `kept` and `main` are what the target has.
-float residual_of(const Descriptor& descriptor, std::span<const MappedLight> lamps, const ColorMatrix& color,
+/// Converted::residual. All in Lightwell's axes; `kept` and `main` are the target's harmonics and directional light.
+float residual_of(const Descriptor& descriptor, std::span<const MappedLight> lights, const ColorMatrix& color,
                   const NineCoefficients& kept, const std::optional<DirectionalLight>& main) {
   const RadianceSh& sh = descriptor.radiance;
   const auto& lobe = cosine_lobes();
@@ -139,7 +139,8 @@ float residual_of(const Descriptor& descriptor, std::span<const MappedLight> lam
         for (int k = 0; k < 3; ++k) ours[static_cast<std::size_t>(k)] += weight * static_cast<double>(sh.c[at][k]);
       }
     Triple truth = mapped(color, ours[0], ours[1], ours[2]);
-    for (const MappedLight& lamp : lamps) add(truth, lamp.irradiance, cap_irradiance(dot(lamp.towards, n), lamp.rho));
+    for (const MappedLight& light : lights)
+      add(truth, light.irradiance, cap_irradiance(dot(light.towards, n), light.rho));
     for (std::size_t c = 0; c < kCount; ++c) add(target, kept[c], lobe[static_cast<std::size_t>(band_of(c))] * y[c]);
     if (main) add(target, main->irradiance, std::max(0.0, dot(main->towards, n)));
     for (std::size_t k = 0; k < 3; ++k) {
@@ -147,28 +148,28 @@ float residual_of(const Descriptor& descriptor, std::span<const MappedLight> lam
       squared_truth += truth[k] * truth[k];
     }
   }
-  // In the dark nothing is lost.
+  // Without light there is no error.
   return squared_truth > 0 ? static_cast<float>(std::sqrt(squared_error / squared_truth)) : 0.0F;
 }
 
 std::vector<MappedLight> mapped_lights(const Lighting& lighting, const ColorMatrix& color) {
-  std::vector<MappedLight> lamps;
-  lamps.reserve(lighting.lights().size());
-  for (const Light& light : lighting.lights()) lamps.push_back(mapped_light(light, color));
-  return lamps;
+  std::vector<MappedLight> lights;
+  lights.reserve(lighting.lights().size());
+  for (const Light& light : lighting.lights()) lights.push_back(mapped_light(light, color));
+  return lights;
 }
 
-const MappedLight* brightest(std::span<const MappedLight> lamps) {
-  const auto found = std::max_element(lamps.begin(), lamps.end(), [](const MappedLight& a, const MappedLight& b) {
+const MappedLight* brightest(std::span<const MappedLight> lights) {
+  const auto found = std::max_element(lights.begin(), lights.end(), [](const MappedLight& a, const MappedLight& b) {
     return luminance(a.irradiance) < luminance(b.irradiance);
   });
-  return found == lamps.end() ? nullptr : &*found;
+  return found == lights.end() ? nullptr : &*found;
 }
 
-std::optional<DirectionalLight> directional(const MappedLight* lamp) {
-  if (lamp == nullptr) return std::nullopt;
-  DirectionalLight out{lamp->towards, {}, lamp->rho};
-  for (std::size_t k = 0; k < 3; ++k) out.irradiance[k] = std::max(0.0, lamp->irradiance[k]);
+std::optional<DirectionalLight> directional(const MappedLight* light) {
+  if (light == nullptr) return std::nullopt;
+  DirectionalLight out{light->towards, {}, light->rho};
+  for (std::size_t k = 0; k < 3; ++k) out.irradiance[k] = std::max(0.0, light->irradiance[k]);
   if (!(std::max({out.irradiance[0], out.irradiance[1], out.irradiance[2]}) > 0)) return std::nullopt;
   return out;
 }
@@ -198,19 +199,20 @@ SplitLight split(const Lighting& lighting, MainLight main, const Axes& axes, con
   NineCoefficients kept{};
   for (std::size_t i = 0; i < kCount && static_cast<int>(i) < descriptor.radiance.count(); ++i)
     kept[i] = mapped(options.color, descriptor.radiance.c[i]);
-  const std::vector<MappedLight> lamps = mapped_lights(lighting, options.color);
-  const MappedLight* apart = main == MainLight::apart ? brightest(lamps) : nullptr;
+  const std::vector<MappedLight> lights = mapped_lights(lighting, options.color);
+  const MappedLight* apart = main == MainLight::apart ? brightest(lights) : nullptr;
   std::optional<DirectionalLight> taken = directional(apart);
-  for (const MappedLight& lamp : lamps) {
-    add_light(kept, lamp.towards, lamp.irradiance, lamp.zonal);
-    // The target adds it as a point: what that is in bands 0 to 2 is taken out again.
-    if (taken && &lamp == apart) add_light(kept, lamp.towards, taken->irradiance, {-1, -1, -1});
+  for (const MappedLight& light : lights) {
+    add_light(kept, light.towards, light.irradiance, light.zonal);
+    // The target adds the main light as a point light, so the bands 0 to 2 of that are subtracted.
+    if (taken && &light == apart) add_light(kept, light.towards, taken->irradiance, {-1, -1, -1});
   }
   if (!std::all_of(kept.begin(), kept.end(), presentable) || (taken && !presentable(taken->irradiance))) {
     out.validity = Validity::invalid_query;
     return out;
   }
-  if (options.residual == Residual::measured) out.residual = residual_of(descriptor, lamps, options.color, kept, taken);
+  if (options.residual == Residual::measured)
+    out.residual = residual_of(descriptor, lights, options.color, kept, taken);
   out.radiance = in_axes(kept, axes);
   if (taken) taken->towards = axes.of(taken->towards);
   out.main = taken;
@@ -219,8 +221,8 @@ SplitLight split(const Lighting& lighting, MainLight main, const Axes& axes, con
 
 std::optional<DirectionalLight> strongest(const Lighting& lighting, const Axes& axes,
                                           const ConversionOptions& options) {
-  const std::vector<MappedLight> lamps = mapped_lights(lighting, options.color);
-  std::optional<DirectionalLight> out = directional(brightest(lamps));
+  const std::vector<MappedLight> lights = mapped_lights(lighting, options.color);
+  std::optional<DirectionalLight> out = directional(brightest(lights));
   if (out) out->towards = axes.of(out->towards);
   return out;
 }
@@ -233,7 +235,7 @@ NineCoefficients with_condon_shortley_signs(NineCoefficients coefficients) {
 
 NineCoefficients irradiance_over_pi_polynomial(const NineCoefficients& radiance) {
   const double root = std::sqrt(std::numbers::pi);
-  // The functions' constants (Sloan 2008, appendix A2, all positive) times A_l / pi = 1, 2/3, 1/4.
+  // Constants of the basis functions (Sloan 2008, appendix A2, all positive) times A_l / pi = 1, 2/3, 1/4.
   const double band0 = 1 / (2 * root), band1 = std::sqrt(3.0) / (3 * root), band2 = std::sqrt(15.0) / (8 * root);
   const std::array<double, kCount> factor{band0, band1,    band1, band1, band2, band2, std::sqrt(5.0) / (16 * root),
                                           band2, band2 / 2};

@@ -1,4 +1,4 @@
-// What all conversions share: nine coefficients in the target's axes, and the main light apart from them.
+// Common part of all conversions: nine SH coefficients in the target's axes, and a separate main light.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace lightwell::core {
 
-/// Rows of the map from our axes to the target's: a component is the row times our vector.
+/// Rows of the matrix from Lightwell's axes to the target's.
 struct Axes {
   Vec3d x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
 
@@ -36,29 +36,29 @@ struct DirectionalLight {
 struct SplitLight {
   Validity validity = Validity::none;
   std::optional<float> residual;
-  NineCoefficients radiance{};  ///< Our functions (real, orthonormal, all positive) of the target's axes.
+  NineCoefficients radiance{};  ///< In the basis of harmonics.hpp (all signs positive), in the target's axes.
   std::optional<DirectionalLight> main;
 
   [[nodiscard]] bool has_estimate() const { return validity == Validity::valid || validity == Validity::stale; }
 
   template <class T>
-  [[nodiscard]] Converted<T> about(const T& value) const {
+  [[nodiscard]] Converted<T> converted(const T& value) const {
     return {value, validity, residual};
   }
 };
 
-/// `main`: whether the strongest light is handed out apart.
+/// Projects the lighting to nine coefficients. `main`: whether the strongest light is separate.
 [[nodiscard]] SplitLight split(const Lighting& lighting, MainLight main, const Axes& axes,
                                const ConversionOptions& options);
 
-/// The strongest light after options.color, in the target's axes; none where there is none, or nothing positive of it.
+/// The strongest light after options.color, in the target's axes; no value if there is none or no channel is positive.
 [[nodiscard]] std::optional<DirectionalLight> strongest(const Lighting& lighting, const Axes& axes,
                                                         const ConversionOptions& options);
 
-/// Odd m negative.
+/// Negates the coefficients of odd m.
 [[nodiscard]] NineCoefficients with_condon_shortley_signs(NineCoefficients coefficients);
 
-/// What multiplies 1, y, z, x, xy, yz, 3z²-1, xz, x²-y² of the normal, so that the sum is the irradiance over pi.
+/// Coefficients of 1, y, z, x, xy, yz, 3z²-1, xz, x²-y² of the normal, whose sum is the irradiance over pi.
 [[nodiscard]] NineCoefficients irradiance_over_pi_polynomial(const NineCoefficients& radiance);
 
 }  // namespace lightwell::core

@@ -31,8 +31,8 @@ struct RoughnessLobe {
   std::array<double, kMaxBand + 1> band_factor;
 };
 
-/// Coefficients cost microseconds of quadrature, and whoever shades asks many directions at one
-/// roughness: the last lobe of each thread is kept.
+/// The last lobe of each thread is cached: its coefficients take microseconds of quadrature, and shading usually
+/// evaluates many directions at one roughness.
 const RoughnessLobe& lobe_of(float roughness) {
   thread_local RoughnessLobe last(roughness);
   if (last.roughness != roughness) last = RoughnessLobe(roughness);
@@ -47,9 +47,9 @@ Lighting::Lighting(std::shared_ptr<const core::Sample> sample, Validity validity
 
 Lighting Lighting::of(Descriptor descriptor, Duration age, Duration max_age) {
   core::Sample made = core::sample_of(std::move(descriptor));
-  core::EnvironmentAssembler keeper;
-  (void)keeper.take(made.descriptor);
-  made.environment = keeper.map_for(made.descriptor);
+  core::EnvironmentAssembler assembler;
+  (void)assembler.take(made.descriptor);
+  made.environment = assembler.map_for(made.descriptor);
   core::reconstruct_radiance(made);
   auto sample = std::make_shared<const core::Sample>(std::move(made));
   const Validity validity = age > max_age ? Validity::stale : Validity::valid;
@@ -73,7 +73,7 @@ std::string Lighting::reason() const {
     case Validity::before_history:
       return "the moment lies before the oldest descriptor kept; ProbeOptions::history keeps more";
     case Validity::invalid_query:
-      return "the rotation is zero or not finite, or nobody said where the probe is";
+      return "the rotation is zero or not finite, or the pose of the probe is unknown";
   }
   return {};
 }
@@ -170,7 +170,7 @@ Lighting Lighting::rotated(Quat q) const {
   const Quat turn = q.normalized();
   core::Sample out = *sample_;
   out.descriptor.radiance = lightwell::rotated(out.descriptor.radiance, turn);
-  for (Light& light : out.descriptor.lights) light = core::turned(light, turn);
+  for (Light& light : out.descriptor.lights) light = core::rotate_light(light, turn);
   core::prepare(out);
   if (out.reconstruction) out.reconstruction = lightwell::rotated(*out.reconstruction, turn);
   out.descriptor.environment.reset();

@@ -38,9 +38,9 @@ bool is_mdns_name(const std::string& host_port) {
 #ifdef LIGHTWELL_HAVE_MDNS
 namespace {
 
-/// A machine that is there answers within a tenth of that.
+/// A reachable host answers within a tenth of this.
 constexpr Duration kTimeout{1'000'000'000};
-/// How long one that has told an IPv6 address is waited for to tell one of IPv4.
+/// How long to wait for an IPv4 address after an IPv6 address was received.
 constexpr Duration kIpv4Grace{300'000'000};
 
 struct FreePoll {
@@ -50,10 +50,10 @@ struct FreeClient {
   void operator()(AvahiClient* client) const { avahi_client_free(client); }  // and its resolvers
 };
 
-/// The answers to one question in both families.
+/// Results of resolving one name in both address families.
 struct Answers {
   std::string v4, v6;
-  int open = 0;  ///< Questions that nothing was said to.
+  int open = 0;  ///< Number of pending resolvers.
   bool gone = false;
 
   static void state(AvahiClient*, AvahiClientState state, void* data) {
@@ -72,7 +72,7 @@ struct Answers {
       return;
     }
     self.v6 = text.data();
-    // An address of one link means nothing without the interface (RFC 4007, 11).
+    // A link-local address needs a zone index, the interface (RFC 4007, 11).
     std::array<char, IF_NAMESIZE> name{};
     if (self.v6.starts_with("fe80:") && if_indextoname(static_cast<unsigned>(interface), name.data()) != nullptr)
       self.v6 += std::string("%") + name.data();

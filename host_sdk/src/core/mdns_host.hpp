@@ -1,4 +1,4 @@
-// Machines whose names end in .local: multicast DNS (RFC 6762), which gRPC's own resolver does not ask.
+// Resolution of host names in .local by multicast DNS (RFC 6762), which gRPC's resolver does not support.
 #pragma once
 
 #include <atomic>
@@ -7,12 +7,13 @@
 
 namespace lightwell::core {
 
-/// Whether the host of "host:port" is a name of multicast DNS.
+/// Whether the host of "host:port" is a name in .local.
 [[nodiscard]] bool is_mdns_name(const std::string& host_port);
 
-/// "host:port" with the address that the machine has now, IPv4 where it has both; ask again for the next connection.
-/// Nothing where none answers within a second, where this machine cannot ask (no avahi-daemon, built without Avahi), or
-/// once `*stopping`, if there is one.
+/// "host:port" with the host's current address, IPv4 if it has both; resolve again for each connection. No value if
+/// there is no answer within a second, if multicast DNS is not available (no avahi-daemon, built without Avahi), or
+/// once
+/// `*stopping` is set (may be null).
 [[nodiscard]] std::optional<std::string> mdns_address(const std::string& host_port, const std::atomic<bool>* stopping);
 
 }  // namespace lightwell::core

@@ -1,4 +1,4 @@
-// As whom this SDK speaks to a broker.
+// The SDK's login at an MQTT broker.
 #pragma once
 
 #include <string>
@@ -8,10 +8,11 @@
 
 namespace lightwell::core {
 
-/// Sixteen hexadecimal digits by which nobody else is known.
+/// Sixteen random hexadecimal digits.
 [[nodiscard]] std::string random_name();
 
-/// Under a name of this one connection: at a broker the second of one name throws the first one out.
+/// The login with a client identifier that is unique to this connection: a broker disconnects a client when another one
+/// connects with the same identifier.
 [[nodiscard]] MqttLogin login_of(const MqttCredentials& credentials);
 
 }  // namespace lightwell::core

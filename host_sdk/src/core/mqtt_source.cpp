@@ -1,4 +1,5 @@
-// A probe at a broker: one thread that follows its topics, and asks for its clock, without which nothing is taken.
+// MQTT connection: one thread that subscribes to a probe's topics and requests its clock, without which descriptors are
+// not accepted.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -15,30 +16,29 @@
 #include <utility>
 #include <vector>
 
-#include <lightwell/back_off.hpp>
+#include <lightwell/backoff.hpp>
 #include <lightwell/codec.hpp>
 #include <lightwell/mqtt.hpp>
 #include <lightwell/status_codec.hpp>
 
-#include "core/replay_protection.hpp"
 #include "core/clock_map.hpp"
 #include "core/mqtt_login.hpp"
 #include "core/probe_info.hpp"
+#include "core/replay_protection.hpp"
 #include "core/source.hpp"
 
 namespace lightwell::core {
 namespace {
 
 constexpr Duration kSecond{1'000'000'000};
-/// Round trips that follow each other at the start: the best of a few is a much better clock than one.
+/// The first round trips follow each other quickly: the shortest of several gives a much better clock offset than one.
 constexpr int kFirstRoundTrips = 4;
 constexpr Duration kFirstPollPeriod{100'000'000};
-/// From then on: clocks drift by 6 ms at most in between. Thousands of clients do not ask more often than a probe
-/// answers.
+/// Later round trips: clocks drift by at most 6 ms in between, and a probe can respond to thousands of clients.
 constexpr Duration kPollPeriod{60'000'000'000};
 constexpr Duration kResponseTimeout{1'000'000'000};
 constexpr Duration kRetryMin{500'000'000}, kRetryMax{8'000'000'000};
-/// A probe that is there has its status retained: it comes with the subscription.
+/// The broker sends a probe's retained status with the subscription.
 constexpr Duration kStatusTimeout{500'000'000};
 
 struct PendingRequest {
@@ -46,8 +46,8 @@ struct PendingRequest {
   HostTime sent;
 };
 
-/// All that the thread uses. It may outlive the source by as long as the system's resolver takes to give a name up, and
-/// then touches nothing else.
+/// The thread and all that it uses. It can outlive the source while the system's resolver blocks, and then accesses
+/// nothing else.
 class SubscriberThread {
  public:
   SubscriberThread(const MqttAddress& address, const ProbeOptions& options, DescriptorReceiver& receiver)
@@ -71,8 +71,8 @@ class SubscriberThread {
     changed_.notify_all();
   }
 
-  /// True where the thread ends soon: it may be in the observer, which is waited for. False where it is in the
-  /// resolver, behind which it sees that it was stopped before it touches anything.
+  /// Stops the thread. True if it ends soon: it has ended, or runs the application's callback, for which the caller
+  /// waits. False if it is inside the resolver; after that it checks `stopping_` before it accesses anything else.
   [[nodiscard]] bool stop() {
     stopping_ = true;
     session_.wake();
@@ -85,12 +85,12 @@ class SubscriberThread {
     MqttSession::Options out;
     out.address = address;
     out.login = login_of(options.mqtt);
-    // The answers first: who asks at once must not miss them.
+    // The reply topic first, so that no response to an early request is missed.
     out.subscriptions = {reply_topic_, topics_.status, topics_.descriptor};
     out.retry_min = options.retry_min;
     out.retry_max = options.retry_max;
     out.connect_timeout = options.connect_timeout;
-    // What is above a descriptor's size and below this is counted.
+    // Above the limit of descriptors, so that oversized messages are received and counted.
     out.largest_packet = 256 * 1024;
     out.on_connected = [this] { on_connected(); };
     out.on_lost = [this](const std::string& why) { on_lost(why); };
@@ -98,19 +98,19 @@ class SubscriberThread {
     return out;
   }
 
-  // What the broker brings.
+  // Events of the session.
 
   void on_connected() {
     connected_at_ = last_received_ = {monotonic_now_ns()};
-    status_ = StatusOf::unknown;
-    question_.reset();
+    status_ = ProbeStatus::unknown;
+    pending_request_.reset();
     timeout_reported_ = false;
   }
 
   void on_lost(const std::string& why) {
-    // The thread may have come out of the resolver long after the source went.
+    // The resolver may have returned long after the source was destroyed.
     if (stopping_) return;
-    question_.reset();
+    pending_request_.reset();
     receiver_.report_error(why);
     set_state(LinkState::waiting);
   }
@@ -123,7 +123,7 @@ class SubscriberThread {
     } else if (message.topic == topics_.status) {
       on_status(message.payload, received);
     } else if (message.topic == reply_topic_) {
-      on_answer(message, received);
+      on_clock_response(message, received);
     }
   }
 
@@ -132,22 +132,23 @@ class SubscriberThread {
       receiver_.refuse_oversized(bytes.size());
     } else if (clock_synchronized_) {
       last_received_ = received;
-      take(bytes, received);
+      admit(bytes, received);
     } else {
-      // Retained, perhaps long ago: how old it is will be known with the clock.
+      // It may be an old retained message; its age is known once the clock is.
       held_.assign(bytes.begin(), bytes.end());
       held_received_ = received;
     }
   }
 
-  void take(std::span<const std::byte> bytes, HostTime received) {
+  void admit(std::span<const std::byte> bytes, HostTime received) {
     const auto when = [&](const CaptureTime& time) {
-      const std::optional<MappedTime> mapped = gate_.admit(time.mid_exposure, received, clock_);
-      // Perhaps the probe began anew and this is right: its clock tells.
-      if (!mapped && !question_) next_question_ = std::min(next_question_, std::max(last_answer_ + kSecond, received));
+      const std::optional<MappedTime> mapped = replay_protection_.admit(time.mid_exposure, received, clock_);
+      // The probe may have restarted, so that the descriptor is valid: request its clock.
+      if (!mapped && !pending_request_)
+        next_request_ = std::min(next_request_, std::max(last_response_ + kSecond, received));
       return mapped;
     };
-    receiver_.take(bytes, received, when);
+    receiver_.receive(bytes, received, when);
   }
 
   void on_status(std::span<const std::byte> bytes, HostTime received) {
@@ -156,10 +157,10 @@ class SubscriberThread {
       return;
     }
     if (std::ranges::equal(bytes, std::as_bytes(std::span(kMqttGone)))) {
-      status_ = StatusOf::gone;
+      status_ = ProbeStatus::gone;
       clock_synchronized_ = false;
-      question_.reset();
-      receiver_.report_error("the probe has left " + base_ + ": it was stopped, or the broker lost it");
+      pending_request_.reset();
+      receiver_.report_error("the probe has left " + base_ + ": it was stopped, or lost its connection to the broker");
       set_state(LinkState::gone);
       return;
     }
@@ -170,55 +171,55 @@ class SubscriberThread {
     }
     last_received_ = received;
     snapshot_ = std::move(*status);
-    if (status_ != StatusOf::alive) {
-      status_ = StatusOf::alive;
+    if (status_ != ProbeStatus::alive) {
+      status_ = ProbeStatus::alive;
       round_trips_ = 0;
-      next_question_ = received;
+      next_request_ = received;
       retry_.reset();
     }
     describe(received);
   }
 
-  void on_answer(const MqttMessage& message, HostTime received) {
-    if (!question_ || !std::ranges::equal(message.correlation, question_->correlation)) {
-      receiver_.refuse("an answer to no question");
+  void on_clock_response(const MqttMessage& message, HostTime received) {
+    if (!pending_request_ || !std::ranges::equal(message.correlation, pending_request_->correlation)) {
+      receiver_.refuse("a response without a request");
       return;
     }
     const Result<ProbeTime> clock = message.payload.size() <= kMaxMqttStatusBytes
                                         ? decode_clock(message.payload)
-                                        : Status(StatusCode::data_loss, "clock: an answer that is too long");
+                                        : Status(StatusCode::data_loss, "clock: the response is too long");
     if (!clock.ok()) {
       receiver_.refuse(clock.status().message());
       return;
     }
     const std::optional<Duration> before = clock_.known() ? std::optional(clock_.offset(received)) : std::nullopt;
-    const Duration doubt = clock_.uncertainty(received) + (received - question_->sent);
-    clock_.add(question_->sent, *clock, received);
-    // The probe's clock was set anew: it rebooted, or another one took its place.
-    if (before && std::llabs((clock_.offset(received) - *before).ns) > doubt.ns) {
-      gate_.forget();
+    const Duration uncertainty = clock_.uncertainty(received) + (received - pending_request_->sent);
+    clock_.add(pending_request_->sent, *clock, received);
+    // The probe's clock was reset: it rebooted, or was replaced by another probe.
+    if (before && std::llabs((clock_.offset(received) - *before).ns) > uncertainty.ns) {
+      replay_protection_.forget();
       receiver_.reset_sequence();
     }
-    question_.reset();
+    pending_request_.reset();
     retry_.reset();
     clock_synchronized_ = true;
-    last_answer_ = last_received_ = received;
+    last_response_ = last_received_ = received;
     ++round_trips_;
-    next_question_ = received + jittered(round_trips_ < kFirstRoundTrips ? kFirstPollPeriod : kPollPeriod);
+    next_request_ = received + jittered(round_trips_ < kFirstRoundTrips ? kFirstPollPeriod : kPollPeriod);
     describe(received);
-    if (!held_.empty()) take(held_, held_received_);
+    if (!held_.empty()) admit(held_, held_received_);
     held_.clear();
   }
 
-  // What time brings.
+  // Timers.
 
   [[nodiscard]] Duration until_due() const {
     if (!session_.connected()) return kSecond;
     const HostTime now{monotonic_now_ns()};
     HostTime due = now + kSecond;
-    if (status_ == StatusOf::unknown && !timeout_reported_) due = connected_at_ + kStatusTimeout;
-    if (status_ == StatusOf::alive) {
-      due = std::min(due, question_ ? question_->sent + kResponseTimeout : next_question_);
+    if (status_ == ProbeStatus::unknown && !timeout_reported_) due = connected_at_ + kStatusTimeout;
+    if (status_ == ProbeStatus::alive) {
+      due = std::min(due, pending_request_ ? pending_request_->sent + kResponseTimeout : next_request_);
       if (!timeout_reported_) due = std::min(due, last_received_ + silence_limit_);
     }
     return std::clamp(due - now, Duration{1'000'000}, kSecond);
@@ -226,20 +227,20 @@ class SubscriberThread {
 
   void on_time(HostTime now) {
     if (!session_.connected()) return;
-    if (status_ == StatusOf::unknown && now > connected_at_ + kStatusTimeout && !timeout_reported_) {
+    if (status_ == ProbeStatus::unknown && now > connected_at_ + kStatusTimeout && !timeout_reported_) {
       timeout_reported_ = true;
       receiver_.report_error("no probe has published below " + base_ + " at this broker");
     }
-    if (status_ != StatusOf::alive) return;
-    if (question_ && now > question_->sent + kResponseTimeout) {
-      question_.reset();
-      next_question_ = now + retry_.next();
-      if (!clock_synchronized_) receiver_.report_error("the probe does not tell its clock, so no age is known");
+    if (status_ != ProbeStatus::alive) return;
+    if (pending_request_ && now > pending_request_->sent + kResponseTimeout) {
+      pending_request_.reset();
+      next_request_ = now + retry_.next();
+      if (!clock_synchronized_) receiver_.report_error("the probe does not report its clock, so no age is known");
     }
-    if (!question_ && now >= next_question_) ask(now);
+    if (!pending_request_ && now >= next_request_) request_clock(now);
     if (!clock_synchronized_) return;
     if (now > last_received_ + silence_limit_) {
-      if (!timeout_reported_) receiver_.report_error("the probe fell silent");
+      if (!timeout_reported_) receiver_.report_error("no data from the probe within silence_limit");
       timeout_reported_ = true;
       set_state(LinkState::waiting);
     } else {
@@ -253,19 +254,19 @@ class SubscriberThread {
     state_ = state;
   }
 
-  void ask(HostTime now) {
+  void request_clock(HostTime now) {
     std::random_device unpredictable;
-    PendingRequest question;
-    for (std::byte& b : question.correlation) b = static_cast<std::byte>(unpredictable());
-    question.sent = {monotonic_now_ns()};
-    if (session_.ask(topics_.clock, reply_topic_, question.correlation))
-      question_ = question;
+    PendingRequest request;
+    for (std::byte& b : request.correlation) b = static_cast<std::byte>(unpredictable());
+    request.sent = {monotonic_now_ns()};
+    if (session_.request(topics_.clock, reply_topic_, request.correlation))
+      pending_request_ = request;
     else
-      next_question_ = now + retry_.next();
+      next_request_ = now + retry_.next();
   }
 
   void describe(HostTime now) {
-    if (!clock_synchronized_ || status_ != StatusOf::alive) return;
+    if (!clock_synchronized_ || status_ != ProbeStatus::alive) return;
     receiver_.describe(probe_info(snapshot_, clock_, now));
   }
 
@@ -274,7 +275,7 @@ class SubscriberThread {
     return {static_cast<std::int64_t>(static_cast<double>(mean.ns) * jitter(random_))};
   }
 
-  enum class StatusOf : std::uint8_t { unknown, alive, gone };
+  enum class ProbeStatus : std::uint8_t { unknown, alive, gone };
 
   const std::string base_;
   const MqttTopics topics_;
@@ -284,19 +285,19 @@ class SubscriberThread {
   Backoff retry_;
   std::minstd_rand random_;
 
-  StatusOf status_ = StatusOf::unknown;
+  ProbeStatus status_ = ProbeStatus::unknown;
   StatusSnapshot snapshot_;
-  HostTime connected_at_, last_received_, last_answer_, next_question_;
+  HostTime connected_at_, last_received_, last_response_, next_request_;
   bool timeout_reported_ = false;
   std::optional<LinkState> state_;
 
   ClockMap clock_;
-  /// An answer of this probe has come since it was last said to be gone.
+  /// A clock response was received since the probe was last reported as gone.
   bool clock_synchronized_ = false;
-  std::optional<PendingRequest> question_;
+  std::optional<PendingRequest> pending_request_;
   int round_trips_ = 0;
-  ReplayProtection gate_;
-  std::vector<std::byte> held_;  ///< The last descriptor that came without a trusted clock.
+  ReplayProtection replay_protection_;
+  std::vector<std::byte> held_;  ///< The last descriptor received while the clock was unknown.
   HostTime held_received_;
 
   std::atomic<bool> stopping_{false};
@@ -304,7 +305,7 @@ class SubscriberThread {
   std::condition_variable changed_;
   bool ended_ = false;
 
-  MqttSession session_;  // last: it calls into the others
+  MqttSession session_;  // last, because its callbacks use the members above
 };
 
 class MqttSource final : public Source {
@@ -315,7 +316,7 @@ class MqttSource final : public Source {
         thread_([follower = subscriber_] { follower->run(); }) {}
 
   ~MqttSource() override {
-    // A resolver that hangs keeps the thread.
+    // A blocking resolver keeps the thread alive.
     subscriber_->stop() ? thread_.join() : thread_.detach();
   }
 
@@ -327,8 +328,8 @@ class MqttSource final : public Source {
   [[nodiscard]] Status no_commands() const {
     return {StatusCode::failed_precondition,
             uri_ +
-                ": a probe takes no commands from a broker, where whoever may publish could give them; connect to it "
-                "over grpc:// or USB for that"};
+                ": a probe accepts no commands over MQTT, because any client that may publish could send them; connect "
+                "to it over grpc:// or USB for that"};
   }
 
   const std::string uri_;
@@ -338,7 +339,8 @@ class MqttSource final : public Source {
 
 }  // namespace
 
-std::unique_ptr<Source> make_mqtt_source(const MqttAddress& address, const ProbeOptions& options, DescriptorReceiver& receiver) {
+std::unique_ptr<Source> make_mqtt_source(const MqttAddress& address, const ProbeOptions& options,
+                                         DescriptorReceiver& receiver) {
   return std::make_unique<MqttSource>(address, options, receiver);
 }
 

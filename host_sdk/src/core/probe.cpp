@@ -15,10 +15,10 @@ namespace lightwell {
 namespace {
 
 constexpr const char* kUnreachableHint =
-    "; is lightwelld running there, and is its grpc.listen an address that this machine reaches?";
+    "; is lightwelld running there, and is its grpc.listen an address that this machine can reach?";
 constexpr const char* kUnreachableTlsHint =
-    "; is lightwelld running there with grpc.security, and was it paired with (`lightwell pair`)? One that wants "
-    "certificates (LINK_SECURITY_MUTUAL_TLS) closes the connection of a client whose own is missing, expired or of "
+    "; is lightwelld running there with grpc.security, and was it paired (`lightwell pair`)? A probe that requires "
+    "client certificates (LINK_SECURITY_MUTUAL_TLS) closes the connection if this client's is missing, expired or of "
     "another authority";
 
 }  // namespace
@@ -37,7 +37,7 @@ Status ProbeOptions::validate() const {
   if (retry_min.ns <= 0) return refused("retry_min must be above zero");
   if (retry_max < retry_min) return refused("retry_max must not be below retry_min");
   if (silence_limit < Duration::from_seconds(2))
-    return refused("silence_limit must be 2 s or more, for the probe is asked once a second");
+    return refused("silence_limit must be 2 s or more, because the probe's clock is requested once a second");
   if (T_world_probe) {
     const Quat q = T_world_probe->pose.rotation;
     const double squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
@@ -50,7 +50,8 @@ Status ProbeOptions::validate() const {
 
 Status MqttCredentials::validate() const {
   if (certificate_file.empty() != key_file.empty())
-    return {StatusCode::invalid_argument, "MqttCredentials: certificate_file and key_file come together or not at all"};
+    return {StatusCode::invalid_argument,
+            "MqttCredentials: certificate_file and key_file must be given together or not at all"};
   if (user.empty() && !password.empty())
     return {StatusCode::invalid_argument, "MqttCredentials: a password without a user"};
   for (const auto& [field, path] :
@@ -62,7 +63,7 @@ Status MqttCredentials::validate() const {
 
 namespace {
 
-/// At the head of a message; `usb:` has a colon already.
+/// The URI as a prefix of messages; `usb:` ends with a colon already.
 std::string named(std::string_view uri) { return std::string(uri) + (uri.ends_with(':') ? " " : ": "); }
 
 }  // namespace
@@ -71,7 +72,7 @@ struct Probe::Impl {
   explicit Impl(const ProbeOptions& options) : receiver(options), T_world_probe(options.T_world_probe) {}
   core::DescriptorReceiver receiver;
   const std::optional<UncertainPose> T_world_probe;
-  std::unique_ptr<core::Source> source;  // behind the intake, so that its thread ends first
+  std::unique_ptr<core::Source> source;  // after the receiver, so that its thread is joined first
 };
 
 Probe::Probe(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -112,8 +113,9 @@ Result<Probe> Probe::connect(std::string_view uri, ProbeOptions options) {
   impl->source = core::make_grpc_source(address, options, impl->receiver);
   const Status described = impl->receiver.wait_until_described(options.connect_timeout);
   if (!described.ok())
-    return Status(described.code(), std::string(uri) + ": " + described.message() +
-                                        (address.transport == core::Transport::tls ? kUnreachableTlsHint : kUnreachableHint));
+    return Status(described.code(),
+                  std::string(uri) + ": " + described.message() +
+                      (address.transport == core::Transport::tls ? kUnreachableTlsHint : kUnreachableHint));
   return Probe(std::move(impl));
 }
 
@@ -136,7 +138,7 @@ Lighting Probe::latest() const { return impl_->receiver.latest({monotonic_now_ns
 Lighting Probe::latest_in_world() const {
   const Lighting light = latest();
   const UncertainPose* T_world_probe = impl_->T_world_probe ? &*impl_->T_world_probe : light.mounting();
-  // Before the first descriptor that is the reason, whether or not the probe will know where it hangs.
+  // Before the first descriptor, that is the reason, whether or not the pose is known.
   if (light.validity() == Validity::none || T_world_probe == nullptr)
     return {nullptr,
             light.validity() == Validity::none ? Validity::none : Validity::invalid_query,
@@ -168,7 +170,7 @@ Result<EstimatorKind> Probe::estimator_kind() const {
 
 Status Probe::change_estimator(const EstimatorUpdate& fields) {
   if (fields == EstimatorUpdate{}) return {StatusCode::invalid_argument, "change_estimator: no field is set"};
-  // Each field has limits of its own, so that the others may be any.
+  // Limits of fields are independent, so the fields without a value can have any.
   if (Status status = updated({}, fields).validate(); !status.ok()) return status;
   return impl_->source->change_estimator(fields);
 }

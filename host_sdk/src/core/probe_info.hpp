@@ -1,4 +1,4 @@
-// Who a probe is and how its clock stands, as its link has learned.
+// ProbeInfo from a status and the clock map.
 #pragma once
 
 #include <lightwell/probe.hpp>

@@ -1,4 +1,4 @@
-// Lights as receivers of irradiance ask for them: what does not depend on the normal is worked out once.
+// Lights prepared for irradiance queries: all that does not depend on the normal is computed once.
 #pragma once
 
 #include <span>
@@ -11,14 +11,14 @@
 namespace lightwell::core {
 
 struct ReceiverLight {
-  Vec3d direction;  ///< Of length one: in double, a narrow cap at the horizon is still told apart.
-  double sin_radius =
-      0;  ///< The cap is whole above a horizon, or below it, where its middle is further away than this.
+  Vec3d direction;  ///< Unit; double, to resolve narrow caps at the horizon.
+  /// Sine of the radius. If |cos(angle to the normal)| exceeds it, the horizon does not intersect the cap.
+  double sin_radius = 0;
   double radius_rad = 0;
   Irradiance irradiance;
 };
 
-/// Lights whose direction is no direction are left out: no receiver gets any of them.
+/// Lights with an invalid direction are omitted; they contribute nothing.
 [[nodiscard]] std::vector<ReceiverLight> receiver_lights(std::span<const Light> lights);
 
 /// The sum over the lights of their irradiance times cap_irradiance(), each clipped at the horizon of the unit vector

@@ -1,4 +1,4 @@
-// Which descriptors may become the newest, where others than the probe may write.
+// Replay protection for brokers, where clients other than the probe may publish.
 #pragma once
 
 #include <limits>
@@ -10,15 +10,15 @@
 
 namespace lightwell::core {
 
-/// A connection of our own to the probe brings descriptors in their order. A broker brings whatever somebody publishes:
-/// a descriptor that was recorded yesterday, one that is dated tomorrow so that it never grows old. Pure; one thread at
-/// a time.
+/// A direct connection to the probe delivers descriptors in order. A broker delivers whatever is published: also a
+/// recorded old descriptor, or one that is dated in the future so that it never becomes stale. No I/O; one thread at a
+/// time.
 class ReplayProtection {
  public:
-  /// The middle of the exposure in the host's clock, which is known. Nothing where it is not later than that of the
-  /// last one that was let in, or later than now by more than the clocks may be off. Let in, it becomes the last one.
+  /// Maps mid-exposure to the host's clock (clock.known() is required). No value, and the descriptor is rejected, if it
+  /// is not later than the last admitted one, or later than `now` by more than the clock uncertainty.
   [[nodiscard]] std::optional<MappedTime> admit(ProbeTime mid_exposure, HostTime now, const ClockMap& clock) {
-    // Further off, differences would leave the range.
+    // Prevents overflow of differences.
     constexpr std::int64_t kFar = std::numeric_limits<std::int64_t>::max() / 4;
     if (mid_exposure.ns < 0 || mid_exposure.ns > kFar) return std::nullopt;
     if (last_ && mid_exposure <= *last_) return std::nullopt;
@@ -28,7 +28,7 @@ class ReplayProtection {
     return mapped;
   }
 
-  /// The probe's clock began anew: what was let in says nothing any more.
+  /// Call it after a reset of the probe's clock, which makes the last admitted time meaningless.
   void forget() { last_.reset(); }
 
  private:

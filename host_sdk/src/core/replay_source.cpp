@@ -1,4 +1,4 @@
-// A recording of descriptors as a link: the same intake, the same answers, no network.
+// Replay of a recording of descriptors, through the same DescriptorReceiver as network connections.
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
@@ -17,8 +17,8 @@
 namespace lightwell::core {
 namespace {
 
-/// When a record is due, and which host time its mid-exposure is given: as if it happened now, at
-/// `speed` times its pace.
+/// Schedules records and maps mid-exposures to host time, as if the recording happened now at `speed` times the
+/// original speed.
 class ReplayClock {
  public:
   explicit ReplayClock(double speed) : speed_(speed), start_{monotonic_now_ns()} {}
@@ -29,8 +29,8 @@ class ReplayClock {
     return start_ + scaled(record_time_ns - *first_record_ns_);
   }
 
-  /// The probe's pace, with the offset at which no descriptor arrives before it was encoded: the
-  /// quickest transport seen so far stands for none. Without pace each stands for itself.
+  /// The offset between the clocks is chosen so that no descriptor arrives before it was encoded: the shortest
+  /// transport so far counts as zero. At speed 0 each record has its own offset.
   [[nodiscard]] HostTime host_time(const CaptureTime& time, HostTime received) {
     const HostTime latest = received - time.encoded_after;
     if (speed_ == 0) return latest;
@@ -42,7 +42,7 @@ class ReplayClock {
 
  private:
   [[nodiscard]] Duration scaled(std::int64_t ns) const {
-    // At the recording's own pace no digit is lost to a double.
+    // At the original speed no digits are lost by conversion to double.
     return {speed_ == 1 ? ns : static_cast<std::int64_t>(static_cast<double>(ns) / speed_)};
   }
 
@@ -73,7 +73,7 @@ class ReplaySource final : public Source {
  private:
   static Status no_probe() {
     return {StatusCode::failed_precondition,
-            "this is a recording; only a probe at grpc://HOST:PORT can be told something"};
+            "this is a recording; only a probe at grpc://HOST:PORT or usb: accepts commands"};
   }
 
   void play() {
@@ -87,19 +87,19 @@ class ReplaySource final : public Source {
         continue;
       }
       const HostTime received{monotonic_now_ns()};
-      // Whoever recorded may have seen the probe start again; a file is not sent again by anybody.
+      // The probe may have restarted during the recording; a file needs no replay protection.
       receiver_.reset_sequence();
-      receiver_.take(record.payload, received, [&](const CaptureTime& time) {
+      receiver_.receive(record.payload, received, [&](const CaptureTime& time) {
         return MappedTime{clock.host_time(time, received), {}};
       });
     }
     if (reader_.torn_bytes() > 0)
-      receiver_.report_error("the recording was cut off: its last " + std::to_string(reader_.torn_bytes()) +
-                           " bytes are no whole record");
+      receiver_.report_error("the recording is truncated: its last " + std::to_string(reader_.torn_bytes()) +
+                             " bytes are not a complete record");
     receiver_.set_state(LinkState::ended);
   }
 
-  /// Sleeps until `due`; true where the destructor came first.
+  /// Sleeps until `due`; true if the destructor was called before.
   bool stopped_before(HostTime due) {
     std::unique_lock lock(mutex_);
     const std::chrono::nanoseconds left(due.ns - monotonic_now_ns());
@@ -112,7 +112,7 @@ class ReplaySource final : public Source {
   std::mutex mutex_;
   std::condition_variable wake_;
   bool stopping_ = false;
-  std::thread thread_;  // last: it uses all of the above
+  std::thread thread_;  // last, because it uses all members above
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// One descriptor as the SDK keeps it.
+// One stored descriptor with the values that queries need.
 #pragma once
 
 #include <cstddef>
@@ -18,32 +18,32 @@
 
 namespace lightwell::core {
 
-/// Immutable once shared. What a query would do again and again is done here, once: prepare().
+/// Immutable once shared. Holds what is the same for all queries, computed once by prepare().
 struct Sample {
   Descriptor descriptor;
   IrradianceSh irradiance;                     ///< irradiance_of(descriptor.radiance): without the lights.
-  std::vector<ReceiverLight> receiver_lights;  ///< Of descriptor.lights.
+  std::vector<ReceiverLight> receiver_lights;  ///< receiver_lights(descriptor.lights).
   HostTime mid_exposure;
-  Duration time_uncertainty;  ///< The true mid_exposure is within this of it.
+  Duration time_uncertainty;  ///< Maximum error of mid_exposure.
   HostTime received;
   std::size_t encoded_bytes = 0;
-  /// The map that held when this was so, whichever message brought it; null where there was none.
+  /// The environment map at that time, from this or an earlier message; null if there is none.
   std::shared_ptr<const EnvironmentSnapshot> environment;
-  /// What radiance() is answered from where there is no map; none where there is one: see reconstruct_radiance().
+  /// For radiance() without a map; no value if there is a map: see reconstruct_radiance().
   std::optional<RadianceReconstruction> reconstruction;
-  /// Where the probe said that it hangs, while its frame is the descriptor's; null where it did not.
+  /// The probe's mounting, as long as `descriptor` is in the probe's frame; null if the probe reported none.
   std::shared_ptr<const UncertainPose> T_world_probe;
-  Quat environment_rotation;  ///< Takes directions of the map into those of `descriptor`.
+  Quat environment_rotation;  ///< Rotates directions of the map into the frame of `descriptor`.
 };
 
-/// After a change of the descriptor: its harmonics convolved with the cosine, its lights as receivers ask for them.
+/// Recomputes `irradiance` and `receiver_lights` after a change of the descriptor.
 inline void prepare(Sample& sample) {
   sample.irradiance = irradiance_of(sample.descriptor.radiance);
   sample.receiver_lights = receiver_lights(sample.descriptor.lights);
 }
 
-/// After prepare(), once it is known whether a map holds: this costs hundreds of microseconds, which who reads a map
-/// need not spend.
+/// Computes `reconstruction` if there is no map; call it after prepare() and after `environment` is set. Takes hundreds
+/// of microseconds, which are saved with a map.
 inline void reconstruct_radiance(Sample& sample) {
   if (sample.environment == nullptr) sample.reconstruction = reconstruct(sample.descriptor.radiance);
 }

@@ -1,4 +1,4 @@
-// A link to a probe: what the links have in common.
+// Interface of a connection to a probe, and functions that all connections share.
 #pragma once
 
 #include <memory>
@@ -15,8 +15,8 @@
 
 namespace lightwell::core {
 
-/// Owns one reader thread that feeds an DescriptorReceiver, from construction to destruction. The destructor
-/// ends it within a second.
+/// Owns one reader thread that passes messages to a DescriptorReceiver, from construction to destruction. The
+/// destructor joins it within a second.
 class Source {
  public:
   Source() = default;
@@ -30,15 +30,15 @@ class Source {
   [[nodiscard]] virtual Result<double> report_lux(double lux, Vec3f normal) = 0;
 };
 
-/// What came of GetConfig where the probe does not have that call.
+/// The error of GetConfig if the probe does not have that call.
 [[nodiscard]] inline Status no_get_config(const std::string& probe) {
   return {StatusCode::failed_precondition,
           probe +
-              ": the probe's firmware is older than this SDK and does not tell its configuration; update lightwelld "
+              ": the probe's firmware is older than this SDK and does not report its configuration; update lightwelld "
               "there"};
 }
 
-/// Of a change that the probe took, with what it said to hold now.
+/// Checks a change that the probe accepted; `now` is the configuration that it reported, if it did.
 [[nodiscard]] inline Status check_change(const std::string& probe, const EstimatorUpdate& update,
                                          const std::optional<EstimatorState>& now) {
   if (now || (update.panorama == EstimatorUpdate::Panorama{} && update.marker == EstimatorUpdate::Marker{})) return {};
@@ -48,19 +48,20 @@ class Source {
               "they stay as they were; update lightwelld there"};
 }
 
-/// Begins to connect; DescriptorReceiver::describe() tells of success. The intake outlives the source.
+/// Starts to connect; DescriptorReceiver::describe() reports success. The receiver must outlive the source.
 [[nodiscard]] std::unique_ptr<Source> make_grpc_source(const GrpcAddress& address, const ProbeOptions& options,
                                                        DescriptorReceiver& receiver);
 
-/// As make_grpc_source(), by libusb. The errors of make_libusb_transport().
+/// As make_grpc_source(), with libusb. The errors of make_libusb_transport().
 [[nodiscard]] Result<std::unique_ptr<Source>> make_usb_source(const UsbAddress& address, const ProbeOptions& options,
                                                               DescriptorReceiver& receiver);
 
-/// The same at a broker. Only where the SDK was built with MQTT.
+/// The same with an MQTT broker. Only if the SDK was built with MQTT.
 [[nodiscard]] std::unique_ptr<Source> make_mqtt_source(const MqttAddress& address, const ProbeOptions& options,
                                                        DescriptorReceiver& receiver);
 
-/// The recording's errors; DescriptorReceiver::describe() was called where it is good.
-[[nodiscard]] Result<std::unique_ptr<Source>> make_replay_source(const ReplayPath& replay, DescriptorReceiver& receiver);
+/// The errors of opening the recording. On success, DescriptorReceiver::describe() has been called.
+[[nodiscard]] Result<std::unique_ptr<Source>> make_replay_source(const ReplayPath& replay,
+                                                                 DescriptorReceiver& receiver);
 
 }  // namespace lightwell::core

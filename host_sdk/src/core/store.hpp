@@ -1,4 +1,4 @@
-// The newest value of one writer for many readers, without a lock.
+// Lock-free exchange of the newest value between one writer and many readers.
 #pragma once
 
 #include <array>
@@ -11,21 +11,20 @@
 
 namespace lightwell::core {
 
-/// Holds the newest shared value. One thread publishes, any number read. A reader repeats only when
-/// the writer published between two of its instructions, so it never waits for the writer. More
-/// slots than readers that may sleep inside read() keep the writer from waiting, too.
+/// Holds the newest shared value. One thread publishes, any number of threads read. A reader retries only if the writer
+/// published between two of its instructions, so it never waits for the writer. With more slots than readers that are
+/// suspended inside read(), the writer does not wait either.
 ///
-/// Why a reader never copies a pointer that the writer changes. The writer changes a slot only
-/// after it saw, in this order, (W1) `latest_` moved away from the slot by its own earlier store,
-/// and (W2) no pin on it. A reader (R1) pins, then (R2) reads `latest_` again and copies only if
-/// that still names the slot. All four are sequentially consistent, so they have one order:
-///   - R1 before W2: the writer sees the pin and takes another slot, until the reader unpins
-///   (release)
-///     and the writer sees it (acquire): the copy happens before the change.
-///   - W2 before R1: then W1 is before R2, and R2 can name the slot only if it reads the store that
-///     the writer made after its change was complete: the change happens before the copy.
-/// std::atomic<std::shared_ptr> would do the same, but takes a spin lock inside, on which a reader
-/// would wait for a writer that was put to sleep.
+/// Proof that a reader never copies a pointer while the writer changes it. The writer changes a slot only after (W1)
+/// its own earlier store moved `latest_` away from the slot, and then (W2) it loaded a pin count of zero. A reader (R1)
+/// increments the pin count, then (R2) loads `latest_` again and copies only if that is still the slot. All four are
+/// sequentially consistent, so they have a single order:
+///   - R1 before W2: the writer sees the pin and uses another slot, until the reader unpins (release) and the writer
+///     sees that (acquire): the copy happens before the change.
+///   - W2 before R1: then W1 is before R2, and R2 can load the slot's index only from the store that the writer made
+///     after its change: the change happens before the copy.
+/// std::atomic<std::shared_ptr> has the same semantics, but uses a spin lock internally, on which a reader would wait
+/// for a suspended writer.
 template <class T, std::size_t kSlots = 8>
 class LatestStore {
   static_assert(kSlots >= 2, "one to read, one to write");
@@ -46,8 +45,8 @@ class LatestStore {
     }
   }
 
-  /// The writer's thread. Pins last for nanoseconds, so it waits only where as many readers as
-  /// there are slots were put to sleep inside read() at the same time.
+  /// The writer's thread only. Pins last for nanoseconds: it waits only if every other slot is pinned by a reader that
+  /// is suspended inside read().
   void publish(std::shared_ptr<const T> value) {
     const std::size_t current = latest_.load(std::memory_order_relaxed);
     for (std::size_t step = 1;; ++step) {

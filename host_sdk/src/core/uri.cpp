@@ -27,27 +27,28 @@ std::optional<Number> number_of(std::string_view text) {
 }
 
 Status refused(std::string_view uri, std::string_view why) {
-  return {StatusCode::invalid_argument, "'" + std::string(uri) + "' is no address of a probe: " + std::string(why)};
+  return {StatusCode::invalid_argument,
+          "'" + std::string(uri) + "' is not a valid address of a probe: " + std::string(why)};
 }
 
 Result<GrpcAddress> parse_grpc(std::string_view uri, Transport transport, int default_port) {
   std::string_view rest = uri.substr((transport == Transport::tls ? kGrpcs : kGrpc).size());
   if (rest.ends_with('/')) rest.remove_suffix(1);
-  // The colon of a port stands behind a bracketed address, never inside.
+  // The colon before a port follows the brackets of an IPv6 address.
   const std::size_t bracket = rest.rfind(']');
   const std::size_t from = bracket == std::string_view::npos ? 0 : bracket;
   const std::size_t colon = rest.find(':', from);
   const std::string_view host = rest.substr(0, colon);
-  if (host.empty() || host == "[]") return refused(uri, "no host; grpc://HOST:PORT is one");
+  if (host.empty() || host == "[]") return refused(uri, "the host is missing; write grpc://HOST:PORT");
   if (host.find_first_of("/?#@ ") != std::string_view::npos)
-    return refused(uri, "nothing but a host and a port is understood; grpc://HOST:PORT is one");
+    return refused(uri, "only a host and a port are allowed; write grpc://HOST:PORT");
   if (bracket == std::string_view::npos && colon != std::string_view::npos &&
       rest.find(':', colon + 1) != std::string_view::npos)
-    return refused(uri, "an IPv6 address wants brackets, grpc://[::1]:7420");
+    return refused(uri, "an IPv6 address needs brackets, grpc://[::1]:7420");
   if (colon == std::string_view::npos)
     return GrpcAddress{std::string(host) + ":" + std::to_string(default_port), transport};
   const std::optional<int> port = number_of<int>(rest.substr(colon + 1));
-  if (!port || *port < 1 || *port > 65535) return refused(uri, "the port is a number, 1 to 65535");
+  if (!port || *port < 1 || *port > 65535) return refused(uri, "the port must be a number from 1 to 65535");
   return GrpcAddress{std::string(host) + ":" + std::to_string(*port), transport};
 }
 
@@ -57,23 +58,23 @@ Result<ProbeUri> parse_replay(std::string_view uri) {
   if (const std::size_t mark = rest.rfind(kSpeed); mark != std::string_view::npos) {
     const std::optional<double> speed = number_of<double>(rest.substr(mark + kSpeed.size()));
     if (!speed || !std::isfinite(*speed) || *speed < 0)
-      return refused(uri, "the speed is a number from 0 on; 1 is the recording's own pace");
+      return refused(uri, "the speed must be a number, at least 0; 1 is the original speed");
     replay.speed = *speed;
     rest = rest.substr(0, mark);
   }
-  if (rest.empty()) return refused(uri, "no path; replay:PATH is one");
+  if (rest.empty()) return refused(uri, "the path is missing; write replay:PATH");
   replay.path = std::string(rest);
   return ProbeUri(std::move(replay));
 }
 
-/// What a USB string descriptor holds, and no more: 126 characters, of which none can be mistaken for a path or an
-/// option.
+/// A serial number: at most the 126 characters of a USB string descriptor, without characters of paths and options.
 Result<ProbeUri> parse_usb(std::string_view uri) {
   const std::string_view serial = uri.substr(kUsb.size());
   if (serial.size() > 126) return refused(uri, "a serial number has at most 126 characters");
   for (const char c : serial)
     if (c <= ' ' || c > '~' || c == '/' || c == '?' || c == '#')
-      return refused(uri, "usb: is the only probe that is plugged in, usb:SERIAL the one with this serial number");
+      return refused(
+          uri, "write usb: for the only probe that is plugged in, or usb:SERIAL for the one with this serial number");
   return ProbeUri(UsbAddress{std::string(serial)});
 }
 
@@ -99,8 +100,7 @@ Result<ProbeUri> parse_probe_uri(std::string_view uri) {
 }
 
 Result<GrpcAddress> parse_pairing_uri(std::string_view uri) {
-  if (!uri.starts_with(kGrpcs))
-    return refused(uri, "a probe is paired with over TLS; grpcs://HOST or grpcs://HOST:PORT is one");
+  if (!uri.starts_with(kGrpcs)) return refused(uri, "pairing needs TLS; write grpcs://HOST or grpcs://HOST:PORT");
   return parse_grpc(uri, Transport::tls, kDefaultPairingPort);
 }
 

@@ -1,4 +1,4 @@
-// Where a probe is, as text.
+// URIs of probes.
 #pragma once
 
 #include <string>
@@ -14,26 +14,26 @@ enum class Transport { plain, tls };
 
 /// `grpc://host:port`, over TLS `grpcs://host:port`.
 struct GrpcAddress {
-  std::string host_port;  ///< "host:port" or "[v6]:port", the port always there.
+  std::string host_port;  ///< "host:port" or "[v6]:port", always with the port.
   Transport transport = Transport::plain;
 };
 
 /// `replay:PATH?speed=S`.
 struct ReplayPath {
   std::string path;
-  double speed = 1;  ///< Times its own pace; 0: as fast as it is read.
+  double speed = 1;  ///< Relative to the original speed; 0: as fast as it can be read.
 };
 
 /// `usb:` or `usb:SERIAL`.
 struct UsbAddress {
-  std::string serial;  ///< Empty: the only probe that is plugged in.
+  std::string serial;  ///< Empty: the only probe on USB.
 };
 
 using ProbeUri = std::variant<GrpcAddress, ReplayPath, UsbAddress, MqttAddress>;
 
-/// invalid_argument tells what would be right.
+/// invalid_argument says what is allowed.
 [[nodiscard]] Result<ProbeUri> parse_probe_uri(std::string_view uri);
-/// Where a probe waits to be paired: grpcs:// alone, with a port of its own where none is named.
+/// Address of a probe's pairing service: only grpcs://, with the default port kDefaultPairingPort.
 [[nodiscard]] Result<GrpcAddress> parse_pairing_uri(std::string_view uri);
 
 }  // namespace lightwell::core

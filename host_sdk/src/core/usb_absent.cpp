@@ -1,4 +1,4 @@
-// In place of libusb_transport.cpp where libusb was not found.
+// Replaces libusb_transport.cpp if libusb was not found.
 #include "core/usb_transport.hpp"
 
 namespace lightwell::core {

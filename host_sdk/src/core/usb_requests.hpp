@@ -1,4 +1,4 @@
-// What other threads ask of a probe on USB, until its answer comes.
+// Pending requests of other threads to a probe on USB.
 #pragma once
 
 #include <chrono>
@@ -18,41 +18,42 @@
 
 namespace lightwell::core {
 
-/// Between any threads, which ask and wait, and one reader thread, which sends and hears answers.
+/// Shared by any threads, which make requests and wait, and one reader thread, which sends them and receives responses.
 class UsbRequests {
  public:
   /// Writes a LinkRequest with this id.
   using Encode = std::function<void(std::uint32_t id, std::vector<std::byte>& out)>;
 
-  /// Waits for the answer. unavailable where none comes in time, or the link is down or broke meanwhile. `wake` tells
-  /// the reader thread that there is something to send.
-  [[nodiscard]] Result<LinkResponse> ask(const Encode& encode, Duration timeout, const std::function<void()>& wake) {
+  /// Queues a request and waits for the response. unavailable if there is none within `timeout`, or the link is down or
+  /// breaks. `wake` notifies the reader thread.
+  [[nodiscard]] Result<LinkResponse> send_request(const Encode& encode, Duration timeout,
+                                                  const std::function<void()>& wake) {
     std::unique_lock lock(mutex_);
     if (!up_) return Status(StatusCode::unavailable, "not connected");
     const std::uint32_t id = next_id_++;
-    PendingRequest& mine = requests_.emplace_back();
-    const auto here = std::prev(requests_.end());
-    mine.id = id;
-    encode(id, mine.request);
+    PendingRequest& pending = requests_.emplace_back();
+    const auto position = std::prev(requests_.end());
+    pending.id = id;
+    encode(id, pending.request);
     lock.unlock();
     wake();
     lock.lock();
-    const bool over =
-        changed_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return mine.answer.has_value(); });
+    const bool completed =
+        changed_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return pending.answer.has_value(); });
     Result<LinkResponse> answer =
-        over ? *std::move(mine.answer)
-             : Result<LinkResponse>(Status(StatusCode::unavailable, "the probe did not answer in time"));
-    requests_.erase(here);
+        completed ? *std::move(pending.answer)
+                  : Result<LinkResponse>(Status(StatusCode::unavailable, "the probe did not respond in time"));
+    requests_.erase(position);
     return answer;
   }
 
-  // The reader thread's side.
+  // Called by the reader thread.
 
   [[nodiscard]] std::uint32_t new_id() {
     const std::lock_guard lock(mutex_);
     return next_id_++;
   }
-  /// One that was not sent yet, into `out`, and its id; nothing where there is none.
+  /// Writes the next unsent request into `out` and returns its id; no value if there is none.
   [[nodiscard]] std::optional<std::uint32_t> next(std::vector<std::byte>& out) {
     const std::lock_guard lock(mutex_);
     for (PendingRequest& q : requests_) {
@@ -73,12 +74,12 @@ class UsbRequests {
     const std::lock_guard lock(mutex_);
     up_ = true;
   }
-  /// Whether a request that was sent was obeyed, nobody knows.
+  /// All pending requests fail. It is unknown whether the probe executed those that were sent.
   void link_down() {
     const std::lock_guard lock(mutex_);
     up_ = false;
     for (PendingRequest& q : requests_)
-      if (!q.answer) q.answer = Status(StatusCode::unavailable, "the link broke before the probe answered");
+      if (!q.answer) q.answer = Status(StatusCode::unavailable, "the connection was lost before the probe responded");
     changed_.notify_all();
   }
 
@@ -92,7 +93,7 @@ class UsbRequests {
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::list<PendingRequest> requests_;  ///< At most one for each thread that waits.
+  std::list<PendingRequest> requests_;  ///< At most one per waiting thread.
   std::uint32_t next_id_ = 1;
   bool up_ = false;
 };

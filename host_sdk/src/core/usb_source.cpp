@@ -1,4 +1,4 @@
-// The link by USB cable: one thread that follows a probe and comes back to it.
+// USB connection: one thread that receives from a probe and reconnects.
 #include "core/usb_source.hpp"
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include <lightwell/back_off.hpp>
+#include <lightwell/backoff.hpp>
 #include <lightwell/framing.hpp>
 #include <lightwell/link_message.hpp>
 
@@ -22,18 +22,18 @@ namespace lightwell::core {
 namespace {
 
 constexpr Duration kInfoPeriod{1'000'000'000};
-/// The first round trips follow each other quickly: the best of a few is a much better clock than one.
+/// The first round trips follow each other quickly: the shortest of several gives a much better clock offset than one.
 constexpr Duration kFirstInfoPeriod{20'000'000};
 constexpr int kFirstRoundTrips = 8;
-/// An answer takes a few milliseconds; one that does not come was lost with its frame or with the question's.
+/// A response takes a few milliseconds; after this time the frame of the request or of the response counts as lost.
 constexpr Duration kResponseTimeout{250'000'000};
 
-/// What one connection knows, from open() to close().
+/// State of one connection, from open() to close().
 struct UsbConnection {
   HostTime last_received;
   HostTime next_info;
-  std::optional<std::uint32_t> info_id;  ///< Of the question that waits for its answer.
-  std::uint32_t sent_id = 0;             ///< Of the request that is on its way.
+  std::optional<std::uint32_t> info_id;  ///< Identifier of the pending Info request.
+  std::uint32_t sent_id = 0;             ///< Identifier of the request that is being sent.
   HostTime info_sent;
   int round_trips = 0;
   bool sending = false, over = false;
@@ -58,40 +58,40 @@ class UsbSource final : public Source {
   }
 
   Result<EstimatorState> estimator() override {
-    const Result<LinkResponse> told = tell(encode_get_config_request);
-    // A question without arguments is refused as such by a probe alone that does not know it.
-    if (told.status().code() == StatusCode::invalid_argument) return no_get_config(name());
-    if (!told) return told.status();
-    if (!told->estimator) return another_question();
-    return *told->estimator;
+    const Result<LinkResponse> response = request(encode_get_config_request);
+    // A request without arguments is invalid only for a probe that does not know it.
+    if (response.status().code() == StatusCode::invalid_argument) return no_get_config(name());
+    if (!response) return response.status();
+    if (!response->estimator) return unexpected_response();
+    return *response->estimator;
   }
 
   Status change_estimator(const EstimatorUpdate& update) override {
-    const Result<LinkResponse> told =
-        tell([&](std::uint32_t id, std::vector<std::byte>& out) { encode_set_config_request(id, update, out); });
-    return told ? check_change(name(), update, told->estimator) : told.status();
+    const Result<LinkResponse> response =
+        request([&](std::uint32_t id, std::vector<std::byte>& out) { encode_set_config_request(id, update, out); });
+    return response ? check_change(name(), update, response->estimator) : response.status();
   }
 
   Result<double> report_lux(double lux, Vec3f normal) override {
-    const Result<LinkResponse> told = tell([&](std::uint32_t id, std::vector<std::byte>& out) {
+    const Result<LinkResponse> response = request([&](std::uint32_t id, std::vector<std::byte>& out) {
       encode_report_lux_request(id, lux, vec_cast<double>(normal), out);
     });
-    if (!told) return told.status();
-    if (!told->scale) return another_question();
-    return *told->scale;
+    if (!response) return response.status();
+    if (!response->scale) return unexpected_response();
+    return *response->scale;
   }
 
  private:
   [[nodiscard]] std::string name() const { return address_.serial.empty() ? "usb" : "usb:" + address_.serial; }
 
-  [[nodiscard]] Status another_question() const {
-    return {StatusCode::internal, name() + ": the probe answered another question"};
+  [[nodiscard]] Status unexpected_response() const {
+    return {StatusCode::internal, name() + ": the probe's response does not match the request"};
   }
 
-  /// What the probe refused is a failure here.
-  [[nodiscard]] Result<LinkResponse> tell(const UsbRequests::Encode& encode) {
+  /// Sends a request and waits; an error status from the probe is returned as the error.
+  [[nodiscard]] Result<LinkResponse> request(const UsbRequests::Encode& encode) {
     const Result<LinkResponse> answer =
-        requests_.ask(encode, options_.connect_timeout, [this] { transport_->wake(); });
+        requests_.send_request(encode, options_.connect_timeout, [this] { transport_->wake(); });
     const Status status = answer ? answer->status : answer.status();
     if (!status.ok()) return Status(status.code(), name() + ": " + status.message());
     return answer;
@@ -112,7 +112,7 @@ class UsbSource final : public Source {
     requests_.link_down();
   }
 
-  /// Until the time is over, or a probe was plugged in.
+  /// Waits until the pause is over or a probe is plugged in.
   void pause(Duration duration) {
     const HostTime end = HostTime{monotonic_now_ns()} + duration;
     for (HostTime now{monotonic_now_ns()}; now < end && !stopping_; now = {monotonic_now_ns()})
@@ -122,10 +122,9 @@ class UsbSource final : public Source {
       }
   }
 
-  /// One connection until its end; true where the probe answered.
+  /// Runs one connection until its end; true if the probe responded.
   bool run_connection() {
-    // What the last connection left unfinished will not be finished; frames that are missing are counted by their
-    // numbers.
+    // An unfinished frame of the last connection is dropped; missing frames are counted by their sequence numbers.
     reader_.begin_stream();
     UsbConnection c;
     c.last_received = c.next_info = {monotonic_now_ns()};
@@ -146,7 +145,7 @@ class UsbSource final : public Source {
 
   void on_time(UsbConnection& c, HostTime now) {
     if (now >= c.last_received + options_.silence_limit) {
-      receiver_.report_error(name() + ": the probe fell silent");
+      receiver_.report_error(name() + ": no data from the probe within silence_limit");
       c.over = true;
     }
     if (c.info_id && now >= c.info_sent + kResponseTimeout) {
@@ -168,13 +167,13 @@ class UsbSource final : public Source {
     } else {
       return;
     }
-    // A request of ours is always within its limit.
+    // Requests of the SDK never exceed the limit.
     if (!writer_.write(FrameKind::request, message_, frame_).ok()) return;
-    if (const Status begun = transport_->begin_send(frame_); begun.ok())
+    if (const Status started = transport_->begin_send(frame_); started.ok())
       c.sending = true;
     else
-      // That the link is over is told by an event, behind what came before.
-      on_not_sent(c, begun.message());
+      // The loss of the connection is reported by an event, after the data received before it.
+      on_not_sent(c, started.message());
   }
 
   void on_event(UsbConnection& c, const UsbEvent& event) {
@@ -214,25 +213,26 @@ class UsbSource final : public Source {
     const HostTime received{monotonic_now_ns()};
     const FrameReader::FrameCallback take = [&](const LinkFrame& frame) { on_frame(c, frame, received); };
     reader_.push(event.bytes, take);
-    if (event.ending == UsbEvent::Ending::of_transfer) reader_.end_transfer(take);
+    if (event.transfer_end == UsbEvent::TransferEnd::of_transfer) reader_.end_transfer(take);
     const FrameCounters& counters = reader_.counters();
     receiver_.set_frame_counters(counters.lost, counters.refused() + misplaced_);
-    // The application's observer may have taken its time, which is no silence of the probe.
+    // Time spent in the application's callback does not count as silence of the probe.
     c.last_received = {monotonic_now_ns()};
   }
 
   void on_frame(UsbConnection& c, const LinkFrame& frame, HostTime received) {
     if (frame.session != session_) {
-      // The probe began anew, and its clock may have, too.
+      // The probe restarted; its clock may have been reset, too.
       session_ = frame.session;
       clock_.forget();
       receiver_.reset_sequence();
     }
     if (frame.kind == FrameKind::descriptor) {
-      // A probe answers before it sends: only the very first could come without a clock to understand it by.
+      // A probe responds before it sends descriptors, so only the first descriptors can arrive while the clock is
+      // unknown.
       if (clock_.known())
-        receiver_.take(frame.payload, received,
-                     [&](const CaptureTime& time) { return clock_.mapped(time.mid_exposure, received); });
+        receiver_.receive(frame.payload, received,
+                          [&](const CaptureTime& time) { return clock_.mapped(time.mid_exposure, received); });
       return;
     }
     if (frame.kind != FrameKind::response) {
@@ -252,15 +252,16 @@ class UsbSource final : public Source {
     c.info_id.reset();
     c.next_info = received + (++c.round_trips < kFirstRoundTrips ? kFirstInfoPeriod : kInfoPeriod);
     if (!response.status.ok() || !response.info) {
-      receiver_.report_error(name() + ": " +
-                           (response.status.ok() ? "the probe answered another question" : response.status.message()));
+      receiver_.report_error(
+          name() + ": " +
+          (response.status.ok() ? "the probe's response does not match the request" : response.status.message()));
       return;
     }
     const InfoAnswer& answer = *response.info;
     clock_.add(c.info_sent, answer.clock_now, received);
     receiver_.set_state(LinkState::connected);
     requests_.link_up();
-    // Last: it lets connect() return.
+    // Last, because this lets connect() return.
     receiver_.describe(probe_info(answer.status, clock_, received));
   }
 
@@ -270,17 +271,17 @@ class UsbSource final : public Source {
   DescriptorReceiver& receiver_;
   UsbRequests requests_;
 
-  // The reader thread's.
+  // Used by the reader thread only.
   Backoff backoff_;
   FrameReader reader_;
   FrameWriter writer_;
   ClockMap clock_;
   std::optional<std::uint32_t> session_;
-  std::uint64_t misplaced_ = 0;  ///< Intact frames that hold nothing that a probe may send.
+  std::uint64_t misplaced_ = 0;  ///< Intact frames of a kind that a probe must not send.
   std::vector<std::byte> message_, frame_;
 
   std::atomic<bool> stopping_{false};
-  std::thread thread_;  // last: it uses all of the above
+  std::thread thread_;  // last, because it uses all members above
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The link by USB cable, over any transport.
+// Connection to a probe by USB, with any UsbTransport.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace lightwell::core {
 
-/// Begins to connect; DescriptorReceiver::describe() tells of success. The intake outlives the source.
+/// Starts to connect; DescriptorReceiver::describe() reports success. The receiver must outlive the source.
 [[nodiscard]] std::unique_ptr<Source> make_usb_source(std::unique_ptr<UsbTransport> transport,
                                                       const UsbAddress& address, const ProbeOptions& options,
                                                       DescriptorReceiver& receiver);

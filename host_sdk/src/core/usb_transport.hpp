@@ -1,4 +1,4 @@
-// What a probe on USB is reached through: libusb, or a cable in memory where a test pulls it ten thousand times.
+// Interface of a USB connection to a probe: libusb, or a simulated cable in tests.
 #pragma once
 
 #include <cstddef>
@@ -13,52 +13,53 @@
 
 namespace lightwell::core {
 
-/// What happened at a transport.
+/// An event of a transport.
 struct UsbEvent {
   enum class Kind : std::uint8_t {
     timeout,
-    woken,     ///< By wake().
+    woken,     ///< wake() was called.
     arrived,   ///< A probe was plugged in: open() may succeed now.
-    received,  ///< Bytes came.
-    sent,      ///< The transfer to the probe ended, well or not.
-    failed,    ///< A transfer failed, and the connection goes on.
-    gone,      ///< The connection is over: close(), and open() anew.
+    received,  ///< Bytes were received.
+    sent,      ///< The transfer to the probe ended, with or without an error.
+    failed,    ///< A transfer failed; the connection continues.
+    gone,      ///< The connection is lost: close(), then open() again.
   };
-  enum class Ending : std::uint8_t { of_transfer, none };
+  enum class TransferEnd : std::uint8_t { of_transfer, none };
 
   Kind kind = Kind::timeout;
-  std::span<const std::byte> bytes;     ///< Of `received`, until the next wait().
-  Ending ending = Ending::of_transfer;  ///< none: the transfer goes on with the next bytes.
-  std::string error;                    ///< Of `failed`, `gone` and a `sent` that did not arrive.
+  std::span<const std::byte> bytes;                     ///< For `received`; valid until the next wait().
+  TransferEnd transfer_end = TransferEnd::of_transfer;  ///< none: the transfer continues with the next bytes.
+  std::string error;                                    ///< For `failed`, `gone`, and `sent` with an error.
 };
 
-/// One interface with a bulk endpoint each way, of one probe at a time. All but wake() are of one thread. Bytes are
-/// read from open() on, without being asked for.
+/// One interface with two bulk endpoints (in and out), of one probe at a time. Everything but wake() is for one thread.
+/// Reading starts with open().
 class UsbTransport {
  public:
   virtual ~UsbTransport() = default;
 
-  /// The probe with this serial number; empty: the only one that is plugged in. not_found: there is none.
-  /// failed_precondition: there are several, or this user may not open it. resource_exhausted: another program has it.
-  /// unavailable: it went away meanwhile.
+  /// Opens the probe with this serial number; empty: the only probe on USB. not_found: there is none.
+  /// failed_precondition: there are several, or this user has no permission. resource_exhausted: another program uses
+  /// it. unavailable: it was unplugged meanwhile.
   [[nodiscard]] virtual Status open(const std::string& serial) = 0;
-  /// No event of the connection comes afterwards. Within a second.
+  /// Closes the connection within a second; no events of it follow.
   virtual void close() = 0;
 
-  /// One transfer at a time; the bytes are copied. unavailable where it could not begin.
+  /// Starts a transfer to the probe, one at a time; the bytes are copied. unavailable if it cannot be started.
   [[nodiscard]] virtual Status begin_send(std::span<const std::byte> bytes) = 0;
 
   /// The next event. May return early with `timeout`.
   [[nodiscard]] virtual UsbEvent wait(Duration timeout) = 0;
-  /// Ends a wait(), the present or the next one. Any thread.
+  /// Ends the current or the next wait(). Any thread.
   virtual void wake() = 0;
 };
 
-/// The serial numbers of the probes that are plugged in and that this user may open. The errors of
-/// make_libusb_transport(); failed_precondition where there are probes and none of them may be opened.
+/// Serial numbers of the probes on USB that this user may open. The errors of make_libusb_transport();
+/// failed_precondition if there are probes but this user may open none of them.
 [[nodiscard]] Result<std::vector<std::string>> probes_on_usb();
 
-/// By libusb. unavailable where USB cannot be had at all; failed_precondition where the SDK was built without libusb.
+/// Transport with libusb. unavailable if libusb cannot be initialised; failed_precondition if the SDK was built without
+/// it.
 [[nodiscard]] Result<std::unique_ptr<UsbTransport>> make_libusb_transport();
 
 }  // namespace lightwell::core

@@ -23,7 +23,7 @@ Status read_login(const std::string& path, MqttCredentials& credentials) {
   if (!*text) return {StatusCode::not_found, path + ": there is no such file"};
   std::tie(credentials.user, credentials.password) = mqtt_login_of(**text);
   if (credentials.user.empty())
-    return {StatusCode::invalid_argument, path + ": the first line is the user, the second the password"};
+    return {StatusCode::invalid_argument, path + ": the first line must be the user, the second the password"};
   return {};
 }
 

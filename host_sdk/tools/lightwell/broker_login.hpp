@@ -1,4 +1,4 @@
-// With what the tool comes in at an MQTT broker.
+// The tool's credentials for an MQTT broker.
 #pragma once
 
 #include <string>
@@ -7,12 +7,12 @@
 
 namespace lightwell::tool {
 
-/// Of the environment: LIGHTWELL_MQTT_CA, _CERTIFICATE, _KEY and _LOGIN, each a file's path; of LOGIN the first line is
-/// the user, the second the password. A password in an argument would be seen by everybody on the machine. not_found or
-/// invalid_argument name the file.
+/// From the environment variables LIGHTWELL_MQTT_CA, _CERTIFICATE, _KEY and _LOGIN, each the path of a file; the first
+/// line of LOGIN is the user, the second the password. There is no option for the password, because every user of the
+/// machine can see arguments. not_found and invalid_argument name the file.
 [[nodiscard]] Result<MqttCredentials> broker_login();
 
-/// User and password of a file as above.
+/// Reads user and password from a login file.
 [[nodiscard]] Status read_login(const std::string& path, MqttCredentials& credentials);
 
 /// The SDK's defaults, with broker_login().

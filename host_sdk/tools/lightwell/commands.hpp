@@ -1,4 +1,4 @@
-// The tool's commands: what each was asked for, and the function that does it.
+// The tool's commands: options, and the function that runs each.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ enum class Output { text, json };
 struct WatchOptions {
   std::string uri;
   std::string credentials;  ///< Folder; empty: looked up.
-  double seconds = 0;       ///< 0: until it ends or is interrupted.
+  double seconds = 0;       ///< 0: until the recording ends or the tool is interrupted.
   std::string record;       ///< Empty: none.
   Output output = Output::text;
 };
@@ -42,7 +42,7 @@ struct ReplayOptions {
 };
 int run_replay(const ReplayOptions& options);
 
-/// Whether `info` tells of the environment map, for which it may have to wait.
+/// Whether `info` includes the environment map, for which it may have to wait.
 enum class MapInfo : std::uint8_t { included, left_out };
 
 struct InfoOptions {
@@ -75,7 +75,7 @@ struct DiscoverCommand {
 int run_discover(const DiscoverCommand& command);
 
 struct PairCommand {
-  std::string uri, code;    ///< No code: it is asked for.
+  std::string uri, code;    ///< Empty code: read from stdin.
   std::string name, store;  ///< Empty: the SDK's defaults.
   Output output = Output::text;
 };

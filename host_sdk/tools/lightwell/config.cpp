@@ -41,12 +41,12 @@ int run_config_get(const ConfigGetOptions& options) {
 }
 
 int run_config_set(const ConfigSetOptions& options) {
-  // What is misspelt is said before anybody is asked.
+  // Report misspelt fields before connecting.
   EstimatorUpdate update;
   for (const std::string& field : options.fields) {
     const auto equals = field.find('=');
     if (equals == std::string::npos)
-      return fail(kUsage, "'" + field + "' is no NAME=VALUE; see lightwell config set --help");
+      return fail(kUsage, "'" + field + "' is not NAME=VALUE; see lightwell config set --help");
     const std::string_view text = field;
     if (const Status s = set_field(update, text.substr(0, equals), text.substr(equals + 1)); !s.ok()) return fail(s);
   }

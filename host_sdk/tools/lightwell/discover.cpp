@@ -39,7 +39,7 @@ std::string json_of(const FoundProbe& probe) {
 }
 
 void print(const FoundProbe& probe) {
-  // A probe that has gone leaves no more than its topic.
+  // Only the topic of a probe that has left the broker is known.
   if (probe.gone) {
     std::printf("%s  has left the broker\n", printable(probe.instance).c_str());
     return;
@@ -51,7 +51,7 @@ void print(const FoundProbe& probe) {
   std::printf("\n");
   for (const FoundLink& link : probe.links)
     std::printf("    %s  %s\n", printable(link.uri).c_str(), link.security == "tls" ? "TLS" : "not encrypted");
-  if (probe.links.empty()) std::printf("    no link that other machines reach\n");
+  if (probe.links.empty()) std::printf("    no link that other machines can reach\n");
 }
 
 }  // namespace
@@ -78,9 +78,10 @@ int run_discover(const DiscoverCommand& command) {
   for (const std::string& problem : found->problems)
     std::fprintf(stderr, "lightwell: %s\n", printable(problem).c_str());
   if (found->refused > 0)
-    std::fprintf(stderr, "lightwell: %zu announcements were malformed and are left out\n", found->refused);
+    std::fprintf(stderr, "lightwell: %zu announcements were malformed or above the limit, and are omitted\n",
+                 found->refused);
   if (!found->probes.empty()) return kOk;
-  // Where a way could not be gone, nothing is known; else there is nobody.
+  // If a method failed, there may be probes that were not found.
   return found->problems.empty() ? fail(kNothingReceived, "no probe was found") : kUnreachable;
 }
 

@@ -1,4 +1,4 @@
-// How the tool ends: codes for scripts, one line for people.
+// Exit codes and error messages of the tool.
 #pragma once
 
 #include <string_view>
@@ -17,7 +17,7 @@ enum ExitCode : int {
 
 /// Writes "lightwell: ..." to stderr and returns `code`.
 int fail(ExitCode code, std::string_view message);
-/// The same, with the code that the status stands for.
+/// The same, with the exit code for the status.
 int fail(const Status& status);
 
 }  // namespace lightwell::tool

@@ -43,7 +43,7 @@ Result<std::unique_ptr<Feed>> Feed::open(const std::string& uri, const std::stri
 
 Feed::~Feed() {
   {
-    // The reader may be waiting in put(); the probe's destructor waits for the reader.
+    // Release the reader thread, which may wait in put(), because the probe's destructor joins it.
     const std::lock_guard lock(mutex_);
     closed_ = true;
   }
@@ -53,10 +53,10 @@ Feed::~Feed() {
 
 void Feed::put(const Arrival& arrival) {
   ReceivedDescriptor item{{arrival.bytes.begin(), arrival.bytes.end()},
-            arrival.descriptor,
-            arrival.mid_exposure,
-            arrival.received,
-            arrival.stored};
+                          arrival.descriptor,
+                          arrival.mid_exposure,
+                          arrival.received,
+                          arrival.stored};
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [this] { return closed_ || waiting_.size() < kMaxWaiting; });
   if (closed_) return;
@@ -65,7 +65,7 @@ void Feed::put(const Arrival& arrival) {
 }
 
 std::optional<ReceivedDescriptor> Feed::next(HostTime deadline) {
-  // Short waits, because neither a signal nor a recording's end notifies.
+  // Wait in short periods, because neither a signal nor the end of a recording notifies the condition variable.
   constexpr std::int64_t kPollPeriod = 20'000'000;
   for (;;) {
     const bool last_poll = over() || stop_requested() || monotonic_now_ns() >= deadline.ns;

@@ -1,4 +1,4 @@
-// Every descriptor of a probe, brought from the SDK's reader thread to the tool's main thread.
+// Queue of all descriptors of a probe, from the SDK's reader thread to the tool's main thread.
 #pragma once
 
 #include <condition_variable>
@@ -21,11 +21,11 @@ struct ReceivedDescriptor {
   HostTime mid_exposure, received, stored;
 };
 
-/// probe_options(), and the folder of a paired probe where one is named.
+/// probe_options() with the credentials folder of a paired probe; empty: looked up.
 [[nodiscard]] Result<ProbeOptions> options_with(const std::string& credentials);
 
-/// Follows one probe. Nothing is lost here: a tool that is slow holds the reader up, a recording
-/// waits, and a probe drops and shows it in its sequence.
+/// Connection to one probe. No descriptor is dropped here: a slow tool blocks the reader thread. A recording then
+/// waits; a probe drops descriptors, which is visible as gaps in the sequence.
 class Feed {
  public:
   [[nodiscard]] static Result<std::unique_ptr<Feed>> open(const std::string& uri, const std::string& credentials);
@@ -35,10 +35,10 @@ class Feed {
 
   [[nodiscard]] const Probe& probe() const { return *probe_; }
 
-  /// The next, or nothing at `deadline`, at the end of a recording, or after SIGINT or SIGTERM.
+  /// The next descriptor; no value at `deadline`, at the end of a recording, or after SIGINT or SIGTERM.
   [[nodiscard]] std::optional<ReceivedDescriptor> next(HostTime deadline);
 
-  /// A recording's end was reached and everything was handed out.
+  /// The end of a recording is reached and next() has returned all descriptors.
   [[nodiscard]] bool over() const;
 
  private:
@@ -53,7 +53,7 @@ class Feed {
   std::optional<Probe> probe_;
 };
 
-/// From here on SIGINT and SIGTERM end loops instead of the process, so that a summary is written.
+/// After this call SIGINT and SIGTERM end loops instead of the process, so that a summary is printed.
 void stop_on_signals();
 [[nodiscard]] bool stop_requested();
 

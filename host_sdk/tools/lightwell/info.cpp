@@ -42,8 +42,8 @@ std::string json_of(const ProbeInfo& info, const std::optional<EnvironmentView>&
   if (map == MapInfo::included)
     line.number("environment_edge", environment ? environment->map.levels.front().edge : 0)
         .number("environment_levels", environment ? static_cast<double>(environment->map.levels.size()) : 0);
-  if (const auto& hangs = info.T_world_probe) {
-    const auto& [q, t] = hangs->pose;
+  if (const auto& mounting = info.T_world_probe) {
+    const auto& [q, t] = mounting->pose;
     const auto list = [](std::initializer_list<double> values) {
       std::string out;
       for (const double v : values) out += (out.empty() ? "[" : ",") + json_number(v);
@@ -69,12 +69,12 @@ int run_info(const InfoOptions& options) {
     return kOk;
   }
   const Counters& counters = info.counters;
-  if (const auto& hangs = info.T_world_probe) {
-    const Vec3d& at = hangs->pose.translation;
-    const Vec3d ahead = rotate(hangs->pose.rotation, Vec3d{0, 0, -1}),
-                up = rotate(hangs->pose.rotation, Vec3d{0, 1, 0});
-    std::printf("hangs        at (%.3f, %.3f, %.3f) m, looks along (%.3f, %.3f, %.3f), its up is (%.3f, %.3f, %.3f)\n",
-                at.x, at.y, at.z, ahead.x, ahead.y, ahead.z, up.x, up.y, up.z);
+  if (const auto& mounting = info.T_world_probe) {
+    const Vec3d& at = mounting->pose.translation;
+    const Vec3d ahead = rotate(mounting->pose.rotation, Vec3d{0, 0, -1}),
+                up = rotate(mounting->pose.rotation, Vec3d{0, 1, 0});
+    std::printf("mounting     at (%.3f, %.3f, %.3f) m, forward (%.3f, %.3f, %.3f), up (%.3f, %.3f, %.3f)\n", at.x, at.y,
+                at.z, ahead.x, ahead.y, ahead.z, up.x, up.y, up.z);
   }
   const auto wide = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   std::printf("name         %s (%08x)\n", printable(info.name).c_str(), info.id);
@@ -88,7 +88,7 @@ int run_info(const InfoOptions& options) {
   std::printf("budget       setting moved %llu times, late %llu, late at fast %llu\n", wide(counters.setting_moves),
               wide(counters.estimates_late), wide(counters.estimates_late_at_fast));
   std::printf("clients      %u, descriptors coalesced %llu\n", counters.clients, wide(counters.descriptors_coalesced));
-  std::printf("refused      %llu messages, %llu calls of strangers, %llu lists of clients\n",
+  std::printf("refused      %llu messages, %llu unauthenticated calls, %llu invalid client lists\n",
               wide(counters.messages_refused), wide(counters.authentication_failures),
               wide(counters.client_list_faults));
   std::printf("recorded     %llu frames, faults %llu\n", wide(counters.frames_recorded),

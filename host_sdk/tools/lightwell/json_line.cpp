@@ -9,7 +9,7 @@ namespace lightwell::tool {
 std::string json_number(double value) {
   if (!std::isfinite(value)) return "null";
   std::array<char, 32> text{};
-  // Shortest that reads back the same where the value is whole, six digits otherwise.
+  // Integers exactly, other values with six significant digits.
   const auto whole = std::abs(value) < 1e15 && value == std::nearbyint(value);
   const auto [end, error] =
       whole ? std::to_chars(text.data(), text.data() + text.size(), static_cast<long long>(value))

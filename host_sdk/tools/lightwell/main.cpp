@@ -1,4 +1,4 @@
-// lightwell: looks at a probe from the command line.
+// lightwell: command line tool for probes.
 #include <cstdlib>
 #include <string>
 
@@ -13,91 +13,91 @@ namespace {
 
 using namespace lightwell::tool;
 
-constexpr const char* kAbout = R"(How a place is lit, as a Lightwell probe sees it.
+constexpr const char* kAbout = R"(The lighting at a place, as measured by a Lightwell probe.
 
-URI is grpc://HOST:PORT (port 7420 where none is given), grpcs://HOST:PORT for a probe that was
-paired with, usb:SERIAL, mqtt://BROKER/TOPIC or replay:FILE, a recording of descriptors, with ?speed=2 twice as
-fast, with ?speed=0 as fast as it is read.)";
+URI is grpc://HOST:PORT (default port 7420), grpcs://HOST:PORT for a paired probe, usb:SERIAL,
+mqtt://BROKER/TOPIC or replay:FILE, a recording of descriptors; ?speed=2 plays it twice as fast,
+?speed=0 as fast as it can be read.)";
 
 constexpr const char* kExamples = R"(Examples:
-  lightwell watch grpc://probe.local                     a line a second
+  lightwell watch grpc://probe.local                     one line per second
   lightwell watch grpc://probe.local --seconds 10 --json | tail -1
   lightwell query grpc://probe.local --normal 0,1,0      illuminance of the table
   lightwell query grpc://probe.local --direction 0,0,-1 --roughness 0.4
   lightwell record grpc://probe.local evening.lwr --seconds 60
   lightwell query replay:evening.lwr --lights --json
   lightwell config set grpc://probe.local setting=fast   for all clients of the probe
-  lightwell discover                                     which probes there are
+  lightwell discover                                     lists the available probes
   lightwell pair grpcs://probe.local --code 123456       with the code that the probe shows
-  lightwell watch grpcs://probe.local                    from then on
+  lightwell watch grpcs://probe.local                    after pairing
 
-A broker that asks is shown what these environment variables name, each a file:
-LIGHTWELL_MQTT_CA, _CERTIFICATE, _KEY, and _LOGIN of two lines, user and password. A login goes over
-mqtts://; over mqtt:// to another machine only where the address ends in ?security=plain.
+Credentials for an MQTT broker are files, whose paths are in these environment variables:
+LIGHTWELL_MQTT_CA, _CERTIFICATE, _KEY, and _LOGIN with two lines, user and password. A login is sent over
+mqtts://; over mqtt:// to another machine only if the address ends in ?security=plain.
 
-Exit codes: 0 ok, 1 nothing was received, 2 usage, 3 unreachable, 4 a file or the probe
-refused.)";
+Exit codes: 0 ok, 1 nothing was received, 2 usage, 3 unreachable, 4 error of a file, or refused by
+the probe.)";
 
 constexpr const char* kWatchHelp =
-    R"(One line a second, a summary of the whole run at the end (also after Ctrl-C).
-  latency  p50 / p99 in ms from the camera handing the frame over, at the probe, to the
-           descriptor being readable in this host's SDK
-  age      p50 / p99 in ms from mid-exposure to that moment
-  clock    how far both may be off, for they compare two clocks
+    R"(One line per second, and a summary of the whole run at the end (also after Ctrl-C).
+  latency  p50 / p99 in ms from delivery of the frame by the probe's camera until the descriptor
+           is available in this host's SDK
+  age      p50 / p99 in ms from mid-exposure until then
+  clock    maximum error of both, because they compare two clocks
 
-Keys with --json; "second" lines speak of their second, the "summary" of the whole run:
+Keys with --json; "second" lines are for one second, the "summary" is for the whole run:
   kind "second" or "summary", seconds, frames, frames_per_s, latency_p50_ms, latency_p99_ms,
   age_p50_ms, age_p99_ms, bytes_p50, bytes_max; of the newest descriptor: lights, band,
   bound (null: infinite), flags, sequence; since the start: gaps, rejected, reconnects;
-  clock_uncertainty_ms, state (connecting, connected, waiting, ended). A percentile of
-  nothing is null.)";
+  clock_uncertainty_ms, state (connecting, connected, waiting, ended, gone). A percentile
+  without data is null.)";
 
 constexpr const char* kQueryHelp =
-    R"(One answer, of the newest descriptor. Directions are in the probe's frame: +Y up, -Z forward;
-they need not be normalised. Lux and cd/m2 where the probe's scale is absolute.
+    R"(One query of the newest descriptor. Directions are in the probe's frame: +Y up, -Z forward;
+they need not be normalised. Lux and cd/m2 if the probe's units are absolute.
   lightwell query URI --normal 0,1,0                 irradiance of a surface that faces up
   lightwell query URI --direction 0,0,-1 --roughness 0.4
   lightwell query URI --lights
-A direction is looked up in the probe's environment map; it waits 1.5 s for one, then takes the
-harmonics, and says which ("source": map or harmonics).
+Radiance comes from the probe's environment map; without a map within 1.5 s it comes from the
+harmonics. "source" is map or harmonics.
 Keys with --json: quantity, rgb, luminance, unit, lights (included, left_out), validity, age_ms,
-bound (null: infinite), flags, of a radiance source; of a light: track, direction, rgb, luminance, unit,
+bound (null: infinite), flags; of a radiance also source; of a light: track, direction, rgb, luminance, unit,
 angular_radius_deg, direction_covariance.)";
 
 constexpr const char* kConfigHelp =
-    R"(The estimator's configuration, as the probe's file and all clients since made it. It is the same
-for all clients, and lasts until lightwelld starts anew.
+    R"(The estimator's configuration: the probe's file with the changes of all clients. It is the same
+for all clients, and is kept until lightwelld restarts.
   lightwell config get grpc://probe.local
   lightwell config get grpc://probe.local --json
   lightwell config set grpc://probe.local setting=fast panorama.epsilon=0.02)";
 
 constexpr const char* kConfigGetHelp =
-    R"(A line NAME=VALUE for each field, as `config set` takes them, below a line "# estimator: KIND".
+    R"(A line NAME=VALUE for each field, as accepted by `config set`, after a line "# estimator: KIND".
 Keys with --json: estimator (panorama, marker), then each field by its name.
-Shown are the fields of the estimator that runs. Meanings and limits: proto/lightwell/v1/config.proto.)";
+The fields are those of the active estimator. Meanings and limits: proto/lightwell/v1/config.proto.)";
 
 constexpr const char* kConfigSetHelp =
-    R"(Each NAME=VALUE is a field as `config get` writes it; what is not named stays as it is. All are set
-together or none is; they hold from the next capture on.
+    R"(Each NAME=VALUE is a field as `config get` prints it; other fields are not changed. Either all are
+set or none; they take effect with the next capture.
   lightwell config set grpc://probe.local panorama.epsilon=0.02
   lightwell config set usb: band=2 max_lights=4 panorama.unseen=mirror
-Exit codes: 2 a field or a value that there is not, 3 unreachable, 4 the probe refused.)";
+Exit codes: 2 unknown field or value, 3 unreachable, 4 refused by the probe.)";
 
 constexpr const char* kDiscoverHelp =
-    R"(By multicast DNS, of probes that announce themselves (`discovery` of their configuration), by USB, and
-with --broker of probes whose status is retained there, up to three levels below TOPIC. What is shown
-is what they say of themselves: anybody on the network can say it.
+    R"(Finds probes by multicast DNS (if `discovery` of their configuration is on), on USB, and, with
+--broker, by their status retained at a broker, up to three levels below TOPIC. The output is what the
+network reports and is not authenticated.
   lightwell discover --timeout 5
   lightwell discover --broker mqtts://broker/venue --ca venue.pem --login login.txt --json
-Keys with --json, an object a probe: found_by (mdns, mqtt, usb), name, id, version, calibration_id,
-wire_version (0: not told), instance, host, state (there, gone), links (uri, security none or tls).
-Exit code 1: nobody was found, 3: nobody, and a way to look was barred.)";
+Keys with --json, one object per probe: found_by (mdns, mqtt, usb), name, id, version, calibration_id,
+wire_version (0: unknown), instance, host, state (there, gone), links (uri, security none or tls).
+Exit code 1: no probe was found, 3: no probe was found, and a method failed.)";
 
 constexpr const char* kPairHelp =
-    R"(On the probe `lightwelld --pair` shows address and code. What is exchanged is of no use to
-those who listen or stand between without the code. Kept for this probe: its certificate, which
-is asked for from then on whatever its address, a token, and a certificate of this client, whose
-key never leaves this machine. They are files in a folder of their own below
+    R"(On the probe, `lightwelld --pair` shows address and code. Eavesdroppers, and a man in the middle
+without the code, learn nothing. Stored for this probe: its certificate, which is required from then
+on whatever its address is, a token, and a certificate of this client, whose key never leaves this
+machine. They are files in a folder per probe below
 $XDG_CONFIG_HOME/lightwell/probes (or ~/.config), for any other client to use.)";
 
 class Program {
@@ -138,27 +138,28 @@ class Program {
   }
   static void add_json(CLI::App* command, Output& output) {
     command->add_flag_callback(
-        "--json", [&output] { output = Output::json; }, "JSON, one object a line");
+        "--json", [&output] { output = Output::json; }, "JSON, one object per line");
   }
   static void add_seconds(CLI::App* command, double& seconds) {
-    command->add_option("--seconds", seconds, "End after so long; without it, at Ctrl-C")->check(CLI::PositiveNumber);
+    command->add_option("--seconds", seconds, "Duration; without it, until Ctrl-C")->check(CLI::PositiveNumber);
   }
 
   void add_watch() {
-    CLI::App* command = add("watch", "How the link and the light fare, a line a second");
+    CLI::App* command = add("watch", "Statistics of the link and the lighting, one line per second");
     add_uri(command, watch_.uri, watch_.credentials);
     add_seconds(command, watch_.seconds);
     add_json(command, watch_.output);
-    command->add_option("--record", watch_.record, "Write what comes to this file, too");
+    command->add_option("--record", watch_.record, "Also write the descriptors to this file");
     command->footer(kWatchHelp);
     command->callback([this] { exit_code_ = run_watch(watch_); });
   }
 
   void add_query() {
-    CLI::App* command = add("query", "How a surface is lit, what a direction looks like, which lights");
+    CLI::App* command = add("query", "Irradiance of a surface, radiance from a direction, discrete lights");
     add_uri(command, query_.uri, query_.credentials);
-    command->add_option("--normal", query_.normal, "x,y,z: irradiance of a surface that faces there");
-    CLI::Option* direction = command->add_option("--direction", query_.direction, "x,y,z: radiance from there");
+    command->add_option("--normal", query_.normal, "x,y,z: irradiance of a surface with this normal");
+    CLI::Option* direction =
+        command->add_option("--direction", query_.direction, "x,y,z: radiance from this direction");
     command->add_option("--roughness", query_.roughness, "Perceptual, 0 (mirror, lights left out) to 1; default 1")
         ->needs(direction)
         ->check(CLI::Range(0.0, 1.0));
@@ -169,71 +170,71 @@ class Program {
   }
 
   void add_record() {
-    CLI::App* command = add("record", "Keep descriptors, byte for byte as received");
+    CLI::App* command = add("record", "Write descriptors to a file, byte for byte as received");
     add_uri(command, record_.uri, record_.credentials);
-    command->add_option("FILE", record_.file, "New, or a recording to go on with")->required();
+    command->add_option("FILE", record_.file, "New file, or a recording to continue")->required();
     add_seconds(command, record_.seconds);
     command->footer("Example: lightwell record grpc://probe.local evening.lwr --seconds 60");
     command->callback([this] { exit_code_ = run_record(record_); });
   }
 
   void add_replay() {
-    CLI::App* command = add("replay", "What is in a recording, one descriptor a line");
+    CLI::App* command = add("replay", "Content of a recording, one descriptor per line");
     command->add_option("FILE", replay_.file, "A recording of descriptors")->required();
     add_json(command, replay_.output);
     command->footer(
         "Keys with --json: seconds (since the first), bytes, descriptor (protobuf JSON).\n"
-        "To play one at its own pace: lightwell watch replay:FILE");
+        "To play one at its original speed: lightwell watch replay:FILE");
     command->callback([this] { exit_code_ = run_replay(replay_); });
   }
 
   void add_info() {
-    CLI::App* command = add("info", "Who the probe is, its clock and its counters");
+    CLI::App* command = add("info", "Identity, clock and counters of the probe");
     add_uri(command, info_.uri, info_.credentials);
     add_json(command, info_.output);
     command->add_flag_callback(
-        "--no-map", [this] { info_.map = MapInfo::left_out; },
-        "Do not wait, up to 1.5 s, to tell of an environment map");
+        "--no-map", [this] { info_.map = MapInfo::left_out; }, "Do not wait up to 1.5 s for an environment map");
     command->callback([this] { exit_code_ = run_info(info_); });
   }
 
   void add_config() {
-    CLI::App* command = add("config", "Read the estimator's configuration, or change fields of it");
+    CLI::App* command = add("config", "Read or change the estimator's configuration");
     command->require_subcommand(1);
     command->footer(kConfigHelp);
-    CLI::App* get = command->add_subcommand("get", "All fields as they are now");
+    CLI::App* get = command->add_subcommand("get", "Print all fields");
     add_uri(get, config_get_.uri, config_get_.credentials);
     add_json(get, config_get_.output);
     get->footer(kConfigGetHelp);
     get->callback([this] { exit_code_ = run_config_get(config_get_); });
-    CLI::App* set = command->add_subcommand("set", "Change some fields and leave the others as they are");
+    CLI::App* set = command->add_subcommand("set", "Change some fields, keep the others");
     add_uri(set, config_set_.uri, config_set_.credentials);
-    set->add_option("NAME=VALUE", config_set_.fields, "Fields to change, as `config get` writes them")->required();
+    set->add_option("NAME=VALUE", config_set_.fields, "Fields to change, as `config get` prints them")->required();
     set->footer(kConfigSetHelp);
     set->callback([this] { exit_code_ = run_config_set(config_set_); });
   }
 
   void add_discover() {
-    CLI::App* command = add("discover", "Which probes there are, their versions, calibrations and links");
-    command->add_option("--timeout", discover_.timeout, "Seconds to look [2]")->check(CLI::PositiveNumber);
+    CLI::App* command = add("discover", "List available probes with versions, calibrations and links");
+    command->add_option("--timeout", discover_.timeout, "Duration of the search, seconds [2]")
+        ->check(CLI::PositiveNumber);
     CLI::Option* broker =
-        command->add_option("--broker", discover_.broker, "mqtt://BROKER or mqtt://BROKER/TOPIC: look there, too");
-    command->add_option("--ca", discover_.ca_file, "Authorities of the broker's certificate, PEM [the system's]")
+        command->add_option("--broker", discover_.broker, "mqtt://BROKER or mqtt://BROKER/TOPIC: also search there");
+    command
+        ->add_option("--ca", discover_.ca_file,
+                     "Certification authorities for the broker's certificate, PEM [the system's]")
         ->needs(broker);
-    command->add_option("--login", discover_.login_file, "File with user name and password, a line each")
-        ->needs(broker);
+    command->add_option("--login", discover_.login_file, "File with two lines, user name and password")->needs(broker);
     add_json(command, discover_.output);
     command->footer(kDiscoverHelp);
     command->callback([this] { exit_code_ = run_discover(discover_); });
   }
 
   void add_pair() {
-    CLI::App* command = add("pair", "Make a probe and this machine known to each other");
-    command->add_option("URI", pair_.uri, "grpcs://HOST:PORT that the probe shows (port 7421 where none is given)")
-        ->required();
-    command->add_option("--code", pair_.code, "The six digits that the probe shows; without it, from stdin");
-    command->add_option("--name", pair_.name, "Under what the probe lists this client [the host's name]");
-    command->add_option("--store", pair_.store, "Folder to keep it below, in place of the default");
+    CLI::App* command = add("pair", "Pair a probe with this machine");
+    command->add_option("URI", pair_.uri, "grpcs://HOST:PORT that the probe shows (default port 7421)")->required();
+    command->add_option("--code", pair_.code, "The six digits that the probe shows; without it, read from stdin");
+    command->add_option("--name", pair_.name, "Name of this client in the probe's list [the host name]");
+    command->add_option("--store", pair_.store, "Folder of the credential store, instead of the default");
     add_json(command, pair_.output);
     command->footer(kPairHelp);
     command->callback([this] { exit_code_ = run_pair(pair_); });
@@ -255,7 +256,7 @@ class Program {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // What gRPC would write to stderr we say ourselves, in words; whoever wants both sets the variable.
+  // Silence gRPC's own messages on stderr, because the tool reports errors; a variable that is set is kept.
   setenv("GRPC_VERBOSITY", "NONE", 0);
   return Program().run(argc, argv);
 }

@@ -8,7 +8,7 @@ Lighting lighting_with_map(const Probe& probe) {
   while (!lighting.environment()) {
     const Duration left = deadline - HostTime{monotonic_now_ns()};
     if (left <= Duration{}) break;
-    // The end of a recording is known before its last descriptor was looked at.
+    // The end of a recording can be reported before its last descriptor was processed here.
     const bool over = probe.stats().state == LinkState::ended;
     std::optional<std::uint64_t> seen;
     if (lighting.validity() != Validity::none) seen = lighting.descriptor().sequence;

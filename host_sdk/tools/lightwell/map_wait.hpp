@@ -5,11 +5,11 @@
 
 namespace lightwell::tool {
 
-/// A whole map comes about once a second. A probe that sends none costs this long to find out.
+/// Limit of the wait. A probe sends a whole map about once a second, or none at all.
 inline constexpr Duration kMapTimeout{1'500'000'000};
 
-/// The newest lighting as soon as it has a map, or what there is after kMapTimeout or at the end
-/// of a recording: perhaps one without a map, perhaps none.
+/// The newest lighting as soon as it has a map; after kMapTimeout or at the end of a recording the newest lighting,
+/// which may have no map or be Validity::none.
 [[nodiscard]] Lighting lighting_with_map(const Probe& probe);
 
 }  // namespace lightwell::tool

@@ -10,14 +10,14 @@
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "feed.hpp"
-#include "watch_statistics.hpp"
 #include "json_line.hpp"
 #include "map_wait.hpp"
+#include "watch_statistics.hpp"
 
 namespace lightwell::tool {
 namespace {
 
-/// How long a query waits for the first descriptor.
+/// Limit of the wait for the first descriptor.
 constexpr Duration kTimeout{5'000'000'000};
 
 std::optional<Vec3f> vector_of(std::string_view text) {
@@ -35,7 +35,7 @@ std::optional<Vec3f> vector_of(std::string_view text) {
   return out;
 }
 
-/// `source`: what a radiance was read from, "map" or "harmonics"; empty where there is no choice.
+/// `source`: "map" or "harmonics" for a radiance; empty for an irradiance.
 template <class T>
 void print_answer(std::string_view what, const Answer<T>& answer, std::string_view unit, std::string_view source,
                   Output output) {
@@ -101,7 +101,7 @@ int run_query(const QueryOptions& options) {
   if (!options.direction.empty() && !direction)
     return fail(kUsage, "--direction '" + options.direction + "': three numbers x,y,z, not all zero");
   if (!normal && !direction && !options.lights)
-    return fail(kUsage, "ask for something: --normal x,y,z, --direction x,y,z or --lights");
+    return fail(kUsage, "nothing to query; give --normal x,y,z, --direction x,y,z or --lights");
 
   const Result<ProbeOptions> how = options_with(options.credentials);
   if (!how.ok()) return fail(how.status());

@@ -30,7 +30,7 @@ int run_record(const RecordOptions& options) {
     bytes += item->bytes.size();
   }
   if (const Status status = writer->flush(); !status.ok()) return fail(kFile, options.file + ": " + status.message());
-  if (count == 0) return fail(kNothingReceived, options.uri + ": no descriptor came");
+  if (count == 0) return fail(kNothingReceived, options.uri + ": no descriptor was received");
   std::printf("%s: %llu descriptors, %llu bytes, %llu gaps\n", options.file.c_str(),
               static_cast<unsigned long long>(count), static_cast<unsigned long long>(bytes),
               static_cast<unsigned long long>(feed.probe().stats().gaps));

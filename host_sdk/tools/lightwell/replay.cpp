@@ -8,8 +8,8 @@
 
 #include "commands.hpp"
 #include "exit_code.hpp"
-#include "watch_statistics.hpp"
 #include "json_line.hpp"
+#include "watch_statistics.hpp"
 
 namespace lightwell::tool {
 namespace {
@@ -60,9 +60,9 @@ int run_replay(const ReplayOptions& options) {
     std::printf("%s\n", line.str().c_str());
   }
   if (reader->torn_bytes() > 0)
-    fail(kFile, options.file + " was cut off: its last " + std::to_string(reader->torn_bytes()) +
-                    " bytes are no whole record");
-  if (count == 0) return fail(kNothingReceived, options.file + " holds no descriptor");
+    fail(kFile, options.file + " is truncated: its last " + std::to_string(reader->torn_bytes()) +
+                    " bytes are not a complete record");
+  if (count == 0) return fail(kNothingReceived, options.file + " contains no descriptor");
   return bad > 0 ? kFile : kOk;
 }
 

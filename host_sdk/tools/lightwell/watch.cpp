@@ -14,11 +14,11 @@ namespace {
 
 constexpr Duration kSecond{1'000'000'000};
 
-void print(WatchStatistics& figures, std::string_view kind, double seconds, const Probe& probe, Output output) {
+void print(WatchStatistics& statistics, std::string_view kind, double seconds, const Probe& probe, Output output) {
   const LinkStats stats = probe.stats();
   const ProbeInfo info = probe.info();
   const std::string line =
-      output == Output::json ? figures.json(kind, seconds, stats, info) : figures.text(seconds, stats, info);
+      output == Output::json ? statistics.json(kind, seconds, stats, info) : statistics.text(seconds, stats, info);
   std::printf("%s%s\n", output == Output::text && kind == "summary" ? "all: " : "", line.c_str());
   std::fflush(stdout);
 }
@@ -56,7 +56,7 @@ int run_watch(const WatchOptions& options) {
     const HostTime now{monotonic_now_ns()};
     const bool done = now >= end || feed.over() || stop_requested();
     if (now >= second_end || done) {
-      // A stretch too short to tell a rate, at the end, is in the summary alone.
+      // A last interval that is too short to measure a rate counts only in the summary.
       const Duration stretch = now - second_start;
       if (stretch.ns > kSecond.ns / 10) print(second, "second", stretch.seconds(), feed.probe(), options.output);
       second = {};
@@ -69,7 +69,7 @@ int run_watch(const WatchOptions& options) {
   if (writer)
     if (const Status status = writer->flush(); !status.ok())
       return fail(kFile, options.record + ": " + status.message());
-  if (whole.empty()) return fail(kNothingReceived, options.uri + ": no descriptor came");
+  if (whole.empty()) return fail(kNothingReceived, options.uri + ": no descriptor was received");
   return kOk;
 }
 

@@ -46,7 +46,8 @@ void WatchStatistics::add(const ReceivedDescriptor& item) {
   newest_ = item.descriptor;
 }
 
-std::string WatchStatistics::json(std::string_view kind, double seconds, const LinkStats& stats, const ProbeInfo& info) {
+std::string WatchStatistics::json(std::string_view kind, double seconds, const LinkStats& stats,
+                                  const ProbeInfo& info) {
   const auto count = static_cast<double>(latency_ms_.size());
   JsonLine line;
   line.text("kind", kind)

@@ -1,4 +1,4 @@
-// What `lightwell watch` measures.
+// Statistics of `lightwell watch`.
 #pragma once
 
 #include <cstdint>
@@ -12,17 +12,17 @@
 
 namespace lightwell::tool {
 
-/// The nearest-rank percentile, p in (0, 100]; NaN of nothing. Sorts.
+/// Nearest-rank percentile, p in (0, 100]; NaN if `values` is empty. Sorts `values`.
 [[nodiscard]] double percentile(std::vector<double>& values, double p);
 
-/// Descriptors of a stretch of time, summed up.
+/// Statistics of the descriptors of a time interval.
 class WatchStatistics {
  public:
   void add(const ReceivedDescriptor& item);
   [[nodiscard]] bool empty() const { return latency_ms_.empty(); }
 
-  /// `kind` is "second" or "summary"; stats are since the start, `seconds` is how long it took. The
-  /// keys are those that `lightwell watch --help` tells.
+  /// `kind` is "second" or "summary"; `stats` are since the start, `seconds` is the length of the interval. The keys
+  /// are documented in `lightwell watch --help`.
   [[nodiscard]] std::string json(std::string_view kind, double seconds, const LinkStats& stats, const ProbeInfo& info);
   [[nodiscard]] std::string text(double seconds, const LinkStats& stats, const ProbeInfo& info);
 

@@ -1,4 +1,4 @@
-// Pauses between attempts to connect, whichever end makes them.
+// Exponential backoff with jitter between connection attempts.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +9,8 @@
 
 namespace lightwell {
 
-/// Doubles from `min` to `max`; each pause is 20 % shorter to 20 % longer at random, so that many
-/// clients of a probe that restarts do not all come back at the same moment.
+/// Pauses double from `min` to `max`, each with uniform jitter of +-20 %, so that the clients of a restarted probe do
+/// not reconnect all at the same moment.
 class Backoff {
  public:
   Backoff(Duration min, Duration max, std::uint32_t seed) : min_(min), max_(max), next_(min), random_(seed) {}
@@ -21,7 +21,7 @@ class Backoff {
     return {static_cast<std::int64_t>(pause)};
   }
 
-  /// After a success.
+  /// Starts again at `min`, after a success.
   void reset() { next_ = min_; }
 
  private:

@@ -1,4 +1,4 @@
-// The checksum that recordings, environment maps and frames on a link share.
+// The checksum of recordings, environment maps and link frames.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace lightwell {
 
-/// CRC-32C (Castagnoli), as in RFC 3720 B.4. `seed`: the checksum of what came before, to go on from there.
+/// CRC-32C (Castagnoli), as in RFC 3720 B.4. `seed`: the checksum of the preceding bytes, for incremental use.
 [[nodiscard]] std::uint32_t crc32c(std::span<const std::byte> bytes, std::uint32_t seed = 0);
 
 }  // namespace lightwell

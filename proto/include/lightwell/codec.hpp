@@ -1,8 +1,8 @@
-// Between values and wire bytes. proto/README.md is the specification.
-//   Encoder            Descriptor -> bytes, no allocation once warm
-//   decode_descriptor  bytes -> Descriptor, everything checked
-//   descriptor_to_json the protobuf JSON of bytes
-//   wire_error         what rounding to the wire can do to the irradiance
+// Encoding and decoding of descriptors. Specification: proto/README.md.
+//   Encoder            Descriptor -> bytes, no allocation after the first calls
+//   decode_descriptor  bytes -> Descriptor, fully validated
+//   descriptor_to_json bytes -> protobuf JSON
+//   wire_error         bound of the irradiance error due to rounding in the wire format
 #pragma once
 
 #include <cstddef>
@@ -17,10 +17,10 @@
 namespace lightwell {
 
 inline constexpr std::uint32_t kWireVersion = 1;
-/// A longer message is refused unread.
+/// A longer message is rejected without decoding.
 inline constexpr std::size_t kMaxDescriptorBytes = 64 * 1024;
 
-/// Turns descriptors into bytes, over and over, into memory that it keeps. One thread at a time.
+/// Encodes descriptors into a buffer that it reuses. One thread at a time.
 class Encoder {
  public:
   Encoder();
@@ -28,8 +28,9 @@ class Encoder {
   Encoder(Encoder&&) noexcept;
   Encoder& operator=(Encoder&&) noexcept;
 
-  /// The bytes live until the next call. invalid_argument for a value that the wire cannot hold: NaN or infinity
-  /// anywhere but in the bound, a band or a number of lights beyond the caps, a light without direction.
+  /// The returned bytes are valid until the next call. invalid_argument for a value that the wire format cannot hold:
+  /// NaN or infinity anywhere but in the bound, a band or a number of lights above the limits, a light of zero
+  /// direction.
   [[nodiscard]] Result<std::span<const std::byte>> encode(const Descriptor& descriptor);
 
  private:
@@ -37,17 +38,17 @@ class Encoder {
   std::unique_ptr<State> state_;
 };
 
-/// data_loss for bytes that are no message, invalid_argument for a message that breaks the specification (each check
-/// names the field). Fields that this version does not know are passed over.
+/// data_loss for bytes that are not a message, invalid_argument, naming the field, for a message that violates the
+/// specification. Unknown fields are ignored.
 [[nodiscard]] Result<Descriptor> decode_descriptor(std::span<const std::byte> bytes);
 
 /// The protobuf JSON mapping of a message, zero fields included.
 [[nodiscard]] Result<std::string> descriptor_to_json(std::span<const std::byte> bytes);
-/// The other way, for tools and tests.
+/// The inverse, for tools and tests.
 [[nodiscard]] Result<std::string> descriptor_from_json(std::string_view json);
 
-/// The largest error that encoding this descriptor can make in the irradiance: RMS over normals and channels,
-/// relative to `rms_irradiance` (RMS over normals of the three channels together).
+/// Upper bound of the irradiance error due to encoding this descriptor: RMS over normals and channels, relative to
+/// `rms_irradiance` (RMS over normals and the three channels).
 [[nodiscard]] double wire_error(const Descriptor& descriptor, double rms_irradiance);
 
 }  // namespace lightwell

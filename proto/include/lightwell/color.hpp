@@ -14,7 +14,7 @@ template <class Real>
   return Real{kLuminanceWeights[0]} * r + Real{kLuminanceWeights[1]} * g + Real{kLuminanceWeights[2]} * b;
 }
 
-/// Three linear channels of one physical quantity. Sums only meet their like.
+/// Three linear channels of one physical quantity. Only equal quantities can be added.
 template <class Quantity>
 struct Rgb {
   float r = 0, g = 0, b = 0;
@@ -28,24 +28,24 @@ struct Rgb {
 
   [[nodiscard]] constexpr float operator[](int channel) const { return channel == 0 ? r : channel == 1 ? g : b; }
   [[nodiscard]] constexpr float& operator[](int channel) { return channel == 0 ? r : channel == 1 ? g : b; }
-  /// cd/m² of a radiance, lux of an irradiance, where units are absolute.
+  /// Luminance in cd/m² of a radiance, illuminance in lux of an irradiance, if units are absolute.
   [[nodiscard]] constexpr float luminance() const { return luminance_of(r, g, b); }
 };
 
 struct RadianceTag {};
 struct IrradianceTag {};
 
-/// Light per area and solid angle, from a direction. Luminance in cd/m² where units are absolute.
+/// Radiance from a direction. Its luminance is in cd/m² if units are absolute.
 using Radiance = Rgb<RadianceTag>;
-/// Light per area, from everywhere. Luminance in lux where units are absolute. Never divided by pi in silence.
+/// Irradiance of a surface. Its luminance is in lux if units are absolute. Not divided by pi.
 using Irradiance = Rgb<IrradianceTag>;
 
-/// Share of light that a surface sends back, per channel, 0 to 1.
+/// Fraction of light that a surface reflects, per channel, 0 to 1.
 struct Albedo {
   float r = 0, g = 0, b = 0;
 };
 
-/// What a matte surface sends back: albedo / pi * E.
+/// Radiance reflected by a matte (Lambertian) surface: albedo / pi * E.
 [[nodiscard]] constexpr Radiance reflected_radiance(Irradiance e, Albedo albedo) {
   constexpr float k = std::numbers::inv_pi_v<float>;
   return {e.r * albedo.r * k, e.g * albedo.g * k, e.b * albedo.b * k};

@@ -20,24 +20,24 @@ struct CameraConfig {
   int width = 640;
   int height = 480;
   double frame_rate = 30;
-  std::vector<double> exposure_s;  ///< Empty: what the camera starts with.
+  std::vector<double> exposure_s;  ///< Exposure times of the bracket, s. Empty: the camera's own exposure.
   double gain = 1;
 };
 
-/// What stands in for directions that no pixel sees.
+/// How directions that no pixel sees are filled.
 enum class UnseenFill : std::uint8_t {
-  none = 1,     ///< Dark.
-  mirror = 2,   ///< The direction mirrored at the plane that bounds what is seen.
-  average = 3,  ///< The running mean of when it was seen; dark where it never was.
+  none = 1,     ///< Zero radiance.
+  mirror = 2,   ///< The radiance of the direction mirrored at the plane that bounds the seen part.
+  average = 3,  ///< The running mean of earlier frames that saw it; zero where none did.
 };
 
 enum class Smoothing : std::uint8_t { none = 1, one_euro = 2 };
 
-/// What light is read from. Each kind has a message of options of its own in EstimatorConfig, of the same name.
+/// What light is estimated from. The options of each kind are in the member of EstimatorConfig with the same name.
 enum class EstimatorKind : std::uint8_t { panorama = 1, marker = 2 };
 [[nodiscard]] std::string_view to_string(EstimatorKind kind);
 
-/// Of the panorama estimator alone. Meanings and defaults: config.proto.
+/// Options of the panorama estimator. Meanings and defaults: config.proto.
 struct PanoramaEstimatorConfig {
   double light_threshold = 6;
   double epsilon = 0.01;
@@ -51,7 +51,7 @@ struct PanoramaEstimatorConfig {
   friend bool operator==(const PanoramaEstimatorConfig&, const PanoramaEstimatorConfig&) = default;
 };
 
-/// Of the marker estimator alone. Meanings and defaults: config.proto.
+/// Options of the marker estimator. Meanings and defaults: config.proto.
 struct MarkerEstimatorConfig {
   double decimation = 0;
   double search_decimation = 1.5;
@@ -69,20 +69,20 @@ struct EstimatorConfig {
   PanoramaEstimatorConfig panorama{};
   MarkerEstimatorConfig marker{};
 
-  /// Of the values alone. invalid_argument names the field.
+  /// Checks the values. invalid_argument names the field.
   [[nodiscard]] Status validate() const;
-  /// And that the estimator of this kind has all that is set to other than its default. invalid_argument names the
-  /// first field that it lacks, and which estimator has it.
+  /// Also checks that the estimator of this kind has every option that differs from its default. invalid_argument names
+  /// the first option that it lacks and the estimator that has it.
   [[nodiscard]] Status validate(EstimatorKind kind) const;
   friend bool operator==(const EstimatorConfig&, const EstimatorConfig&) = default;
 };
 
-/// The options that an estimator of this kind has, in the order of config.proto: "band", "panorama.epsilon", ...
+/// Names of the options of an estimator of this kind, in the order of config.proto: "band", "panorama.epsilon", ...
 [[nodiscard]] std::vector<std::string> option_names(EstimatorKind kind);
-/// Those of Setting that differ in what it does.
+/// The settings that make a difference for an estimator of this kind.
 [[nodiscard]] std::span<const Setting> settings_of(EstimatorKind kind);
 
-/// Some fields of an EstimatorConfig: those that have a value.
+/// Partial update of an EstimatorConfig: the fields that have a value are changed.
 struct EstimatorUpdate {
   struct Panorama {
     std::optional<double> light_threshold{};
@@ -112,45 +112,45 @@ struct EstimatorUpdate {
   friend bool operator==(const EstimatorUpdate&, const EstimatorUpdate&) = default;
 };
 
-/// `config` with the fields that `update` has. They are not checked.
+/// `config` with the fields of `update` applied, without validation.
 [[nodiscard]] EstimatorConfig updated(EstimatorConfig config, const EstimatorUpdate& update);
-/// With which updated() makes `config` of any other.
+/// The update that sets every field as in `config`.
 [[nodiscard]] EstimatorUpdate all_fields(const EstimatorConfig& config);
 
-/// The estimator that runs.
+/// The active estimator and its options.
 struct EstimatorState {
   EstimatorKind kind = EstimatorKind::panorama;
   EstimatorConfig config{};
 };
 
-/// An option as text, by the name that option_names() has for it: "panorama.epsilon" is "0.01".
+/// An option as text, named as in option_names(): "panorama.epsilon" with value "0.01".
 struct ConfigField {
   enum class Type : std::uint8_t { number, word };
   std::string name, value;
   Type type = Type::number;
 };
-/// All that this estimator has, in the order of option_names().
+/// All options of this estimator, in the order of option_names().
 [[nodiscard]] std::vector<ConfigField> fields_of(const EstimatorState& estimator);
-/// Puts one field into `update`: name and value as fields_of() writes them. invalid_argument names the nearest field,
-/// or the values that there are; limits are not checked.
+/// Sets one field of `update`; name and value as fields_of() writes them. invalid_argument names the nearest known
+/// field, or the allowed values. Limits are not checked.
 [[nodiscard]] Status set_field(EstimatorUpdate& update, std::string_view name, std::string_view value);
 
-/// `config` with the limits of error that its setting makes of the panorama's: twice as wide at fast, none left at
-/// exact, so that all that was found is sent.
+/// `config` with the error tolerances of the panorama estimator scaled by its setting: doubled for `fast`, zero for
+/// `exact`, so that everything that was found is sent.
 [[nodiscard]] EstimatorConfig config_for_setting(EstimatorConfig config);
 
-/// A matte grey surface in view. It must lie in the light that the probe measures.
+/// A matte grey surface in the camera's view. It must receive the light that the probe measures.
 struct GreyPatch {
   int lens = 0;
-  int x = 0, y = 0, width = 0, height = 0;  ///< Pixels of that lens, all on the patch.
+  int x = 0, y = 0, width = 0, height = 0;  ///< Rectangle in that lens's image, pixels; all of them on the patch.
   Vec3f normal{0, 1, 0};                    ///< Unit, probe frame.
   double albedo = 0.18;
 
-  /// Of itself, and of the picture it must lie in. invalid_argument names the field.
+  /// Checks the values, and that the rectangle lies inside the image. invalid_argument names the field.
   [[nodiscard]] Status validate(const RigParameters& rig) const;
 };
 
-/// Light from a marker that the camera looks at.
+/// Options for estimating light from a marker in view.
 struct MarkerConfig {
   std::string body;  ///< Path of a MarkerBody.
 };
@@ -161,14 +161,14 @@ struct UsbGadgetConfig {
 
 enum class LinkSecurity : std::uint8_t { unspecified = 0, plain = 1, tls = 2, mutual_tls = 3 };
 
-/// Meanings: config.proto. Paths are empty where there is none.
+/// Meanings: config.proto. An empty path means none.
 struct MqttConfig {
   std::string uri;
   std::string ca_file{}, certificate_file{}, key_file{}, login_file{};
   std::string client_id{};  ///< Empty: "lightwell-" and the probe's name.
   LinkSecurity security = LinkSecurity::unspecified;
 
-  /// The address of `uri`, with what `security` allows. invalid_argument as validate().
+  /// The address in `uri`, with the plain-text login that `security` allows. invalid_argument as validate().
   [[nodiscard]] Result<MqttAddress> address() const;
   /// invalid_argument names the field.
   [[nodiscard]] Status validate() const;
@@ -186,7 +186,7 @@ struct GrpcConfig {
   std::string client_ca{};
   int paired_days = 365;
 
-  /// Of what needs no file: invalid_argument names the field.
+  /// Checks all that needs no access to files. invalid_argument names the field.
   [[nodiscard]] Status validate() const;
   [[nodiscard]] bool encrypted() const { return security == LinkSecurity::tls || security == LinkSecurity::mutual_tls; }
 };
@@ -200,21 +200,21 @@ struct Config {
   std::string record_path;
   double budget_ms = 0;  ///< 0: none.
   std::optional<GreyPatch> grey_patch;
-  std::optional<MarkerConfig> marker;  ///< None: light from a panorama.
+  std::optional<MarkerConfig> marker;  ///< No value: light is estimated from a panorama.
   std::optional<UsbGadgetConfig> usb_gadget;
   std::optional<MqttConfig> mqtt;
   Mdns mdns = Mdns::off;
-  std::vector<std::string> warnings;  ///< Of the file: deprecated fields, by name.
+  std::vector<std::string> warnings;  ///< Warnings about the file: deprecated fields, by name.
 
   [[nodiscard]] Status validate() const;
 };
 
 /// Reads a Config in protobuf text format. Errors name file, line and, for an unknown field, the nearest known one.
-/// `camera_uri`, where not empty, stands in the place of the file's, which then needs none; `estimator` is the kind
-/// that runs, where it is not the file that says so.
+/// A nonempty `camera_uri` replaces the file's, which then needs none. `estimator`, if it has a value, replaces the
+/// kind that follows from the file.
 [[nodiscard]] Result<Config> load_config(const std::string& path, const std::string& camera_uri = {},
                                          std::optional<EstimatorKind> estimator = {});
-/// The same from memory; `name` stands for the file in messages.
+/// The same from memory; messages call it `name`.
 [[nodiscard]] Result<Config> parse_config(std::string_view text, const std::string& name,
                                           const std::string& camera_uri = {},
                                           std::optional<EstimatorKind> estimator = {});

@@ -1,4 +1,4 @@
-// The lighting descriptor as a value: what an estimator makes and an application asks.
+// The lighting descriptor as a value: produced by an estimator, evaluated by an application.
 //   Light, ErrorBound, Flags, Descriptor
 #pragma once
 
@@ -19,38 +19,39 @@ namespace lightwell {
 
 inline constexpr std::size_t kMaxLights = 64;
 
-/// A lamp, the sun, a window: a cap of uniform radiance.
+/// A detected light (lamp, sun, window), modelled as a spherical cap of uniform radiance.
 struct Light {
   Vec3f direction;               ///< Unit, TOWARDS the light.
-  Irradiance irradiance;         ///< Vector irradiance: the integral of L over its solid angle at normal incidence.
-  float angular_radius_rad = 0;  ///< Of the uniform cap with the same second moment, 0 to pi/2.
-  /// Of the direction in tangent_basis(direction), rad²: u·u, u·v, v·v.
+  Irradiance irradiance;         ///< At normal incidence: the magnitude of the vector irradiance of the cap.
+  float angular_radius_rad = 0;  ///< Radius of the uniform cap with the same second moment, 0 to pi/2.
+  /// Covariance of the direction in tangent_basis(direction), rad²: u·u, u·v, v·v.
   std::array<float, 3> direction_covariance{};
-  std::uint32_t track = 0;  ///< Stays with the same lamp; 0 is not a track.
+  std::uint32_t track = 0;  ///< Identity over time: the same light keeps its track. 0: not tracked.
 
   friend bool operator==(const Light&, const Light&) = default;
 };
 
-/// What units the radiances and irradiances of a descriptor have.
+/// Unit of the radiances and irradiances of a descriptor.
 enum class Units : std::uint8_t {
   relative = 1,  ///< Proportional to cd/m² and lux by one unknown factor.
-  absolute = 2,  ///< Luminance in cd/m² and lux.
+  absolute = 2,  ///< Luminance in cd/m², illuminance in lux.
 };
 
-/// Why an answer may be wrong.
+/// Conditions under which an estimate may be wrong.
 enum class Flag : std::uint8_t {
-  unseen = 1,   ///< A part of the sphere was never seen; its light is missing.
-  clipped = 2,  ///< Pixels saturated in every exposure; their energy is a lower bound.
-  cleaned = 3,  ///< The input held NaN, infinite or negative radiance, which was replaced.
-  dark = 4,     ///< Nothing but darkness: no relative error can be stated.
-  moved = 5,    ///< Something moved between the exposures of a bracket; there the light is that of the shortest, and of
-                ///< those that agree with it.
-  filled = 6,   ///< What no pixel sees was filled in by choice; no bound speaks of it.
-  recovered = 7,  ///< The energy of saturated pixels was recovered from a meter's or a grey patch's reading.
-  unsure = 8,     ///< What was seen fits several lights: the strongest's covariance is wide, or it was not seen at all.
-  newer = 31,     ///< Of a reader alone: the probe gave a reason that this version has no name for.
+  unseen = 1,     ///< No pixel sees a part of the sphere; its light is missing.
+  clipped = 2,    ///< Pixels saturated in every exposure; their energy is a lower bound.
+  cleaned = 3,    ///< The input held NaN, infinite or negative radiance, which was replaced.
+  dark = 4,       ///< The frame is dark: no relative error can be stated.
+  moved = 5,      ///< Something moved between the exposures of a bracket; there the radiance is that of the shortest
+                  ///< exposure and of those that agree with it.
+  filled = 6,     ///< Directions that no pixel sees were filled as configured (UnseenFill); no error bound covers them.
+  recovered = 7,  ///< The energy of saturated pixels was recovered from a lux meter or from the grey patch.
+  unsure = 8,     ///< The observations fit several light directions: the strongest light's covariance is wide, or the
+                  ///< light was not observed at all.
+  newer = 31,     ///< Set by the decoder only: the probe set a flag that this version does not know.
 };
-/// Those of the wire.
+/// The flags that the wire format has.
 inline constexpr std::array kWireFlags = {Flag::unseen, Flag::clipped, Flag::cleaned,   Flag::dark,
                                           Flag::moved,  Flag::filled,  Flag::recovered, Flag::unsure};
 inline constexpr std::array kFlags = {Flag::unseen, Flag::clipped,   Flag::cleaned, Flag::dark, Flag::moved,
@@ -80,7 +81,7 @@ inline constexpr std::array kFlags = {Flag::unseen, Flag::clipped,   Flag::clean
   return "unknown";
 }
 
-/// Points of the measured trade between time, bytes and accuracy, cheapest first: config.proto.
+/// Trade-off between computation time, bytes and accuracy, cheapest first. Meanings: config.proto.
 enum class Setting : std::uint8_t { fast = 1, balanced = 2, exact = 3 };
 inline constexpr std::array kSettings = {Setting::fast, Setting::balanced, Setting::exact};
 
@@ -96,9 +97,9 @@ inline constexpr std::array kSettings = {Setting::fast, Setting::balanced, Setti
   return "unknown";
 }
 
-/// Whether the light flickers with the mains.
+/// Flicker of the light at twice the mains frequency.
 enum class Flicker : std::uint8_t {
-  unknown = 0,  ///< Nothing in these frames could show it.
+  unknown = 0,  ///< Cannot be determined from these frames.
   none = 1,
   hz100 = 2,
   hz120 = 3,
@@ -131,42 +132,42 @@ class Flags {
   std::uint32_t bits_ = 0;
 };
 
-/// Of the irradiance: RMS over all normals of the error, relative to the RMS irradiance; the larger of the
-/// luminance-weighted figure and the plain one over three channels. Infinite where the flags say why. On the wire in
-/// millionths, rounded up.
+/// Bound of the irradiance error: RMS over all normals, relative to the RMS irradiance; the larger of the
+/// luminance-weighted RMS and the unweighted RMS over the three channels. Infinite where no bound exists; the flags
+/// give the reason. On the wire in millionths, rounded up.
 struct ErrorBound {
   float total = 0;
-  float truncation = 0;    ///< Bands that were not kept, and what caps do not describe of lights.
-  float sampling = 0;      ///< Finite pixels and blocks.
+  float truncation = 0;    ///< Omitted SH bands, and the deviation of real lights from uniform caps.
+  float sampling = 0;      ///< Finite size of pixels and blocks.
   float noise = 0;         ///< Shot, read and quantisation noise of the sensor.
-  float quantization = 0;  ///< Rounding to the wire.
-  float smoothing = 0;     ///< What smoothing over time left out of this frame.
+  float quantization = 0;  ///< Rounding in the wire format.
+  float smoothing = 0;     ///< Difference between the smoothed estimate and this frame alone.
 
   friend bool operator==(const ErrorBound&, const ErrorBound&) = default;
 };
 
-/// When the light was so. Latencies are of the probe.
+/// Time of the observation, and the latencies of the probe.
 struct CaptureTime {
   ProbeTime mid_exposure;
-  Duration delivered_after;  ///< From mid-exposure to the camera handing over its last frame.
+  Duration delivered_after;  ///< From mid-exposure to the delivery of the bracket's last frame by the camera.
   Duration encoded_after;    ///< From mid-exposure to the encoded bytes.
 
   friend bool operator==(const CaptureTime&, const CaptureTime&) = default;
 };
 
-/// One frame's answer, in the probe's frame of axes.
+/// The estimate of one frame. Directions are in the probe's frame.
 struct Descriptor {
   std::uint64_t sequence = 0;
   CaptureTime time;
   Units units = Units::relative;
-  RadianceSh radiance;  ///< Of what is left after the lights were taken out.
-  /// Encoding may round `radiance` to this step, or to the power of two below it: who needs no more saves bytes. 0: to
-  /// the finest that the wire has. Not on the wire itself.
+  RadianceSh radiance;  ///< Radiance without the lights.
+  /// Step to which the encoder may round `radiance` (it takes the power of two at or below), to save bytes. 0: the
+  /// finest step of the wire format. Not transmitted.
   float radiance_step = 0;
   std::vector<Light> lights;                  ///< Strongest first, at most kMaxLights.
-  std::optional<EnvironmentMap> environment;  ///< For reflections; whole, or changes to a whole one; mostly absent.
-  float coverage = 0;                         ///< Share of the sphere that some pixel saw.
-  float saturated = 0;                        ///< Share of the seen sphere that was saturated in every exposure.
+  std::optional<EnvironmentMap> environment;  ///< For reflections; a whole map or changes to one; usually absent.
+  float coverage = 0;                         ///< Fraction of the sphere that at least one pixel sees.
+  float saturated = 0;                        ///< Fraction of the seen part that is saturated in every exposure.
   ErrorBound bound;
   std::uint32_t probe_id = 0;
   std::uint32_t calibration_id = 0;
@@ -177,7 +178,7 @@ struct Descriptor {
   friend bool operator==(const Descriptor&, const Descriptor&) = default;
 };
 
-/// FNV-1a, 32 bit: how probe_id is made of a name and calibration_id of canonical bytes.
+/// FNV-1a hash, 32 bit. probe_id is that of the probe's name, calibration_id that of the calibration's canonical bytes.
 [[nodiscard]] constexpr std::uint32_t fnv1a_32(std::string_view bytes) {
   std::uint32_t h = 2166136261U;
   for (const char c : bytes) h = (h ^ static_cast<unsigned char>(c)) * 16777619U;

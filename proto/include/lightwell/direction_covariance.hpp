@@ -1,4 +1,4 @@
-// What an uncertain rotation does to a direction.
+// Covariance of a direction due to an uncertain rotation.
 #pragma once
 
 #include <array>
@@ -11,9 +11,9 @@
 namespace lightwell {
 
 /// Covariance (rad²; u·u, u·v, v·v in tangent_basis(direction)) of a unit direction whose frame is rotated by the error
-/// of `pose`, to first order: a rotation by the small vector w moves d by w x d, along u by w·v and along v by -w·u. A
-/// rotation about the direction itself moves nothing and may be unknown; where any other is unknown, u·u and v·v are
-/// infinite.
+/// of `pose`, to first order: a small rotation vector w displaces d by w x d, which is w·v along u and -w·u along v. A
+/// rotation about the direction itself has no effect and may be unknown; if any other component is unknown, u·u and v·v
+/// are infinite.
 [[nodiscard]] inline std::array<double, 3> direction_covariance(Vec3d direction, const PoseCovariance& pose) {
   const auto [u, v] = tangent_basis(direction);
   const std::array<double, 3> along_u{v.x, v.y, v.z}, along_v{-u.x, -u.y, -u.z};

@@ -1,4 +1,4 @@
-// Equirectangular images: the centre is -Z, to the right is +X, the top row is +Y.
+// Equirectangular images: -Z at the centre, +X to the right of it, +Y at the top.
 #pragma once
 
 #include <cmath>
@@ -21,7 +21,7 @@ struct EquirectUv {
 
 /// The inverse: u in [0, 1), v in [0, 1]. At a pole u is 1/2.
 [[nodiscard]] inline EquirectUv equirect_uv(Vec3d d) {
-  const double phi = std::atan2(d.x, 0.0 - d.z);  // Not -d.z: at a pole that would be -0 and half a turn.
+  const double phi = std::atan2(d.x, 0.0 - d.z);  // Not -d.z: at a pole that is -0, for which atan2 gives pi.
   const double theta = std::atan2(d.y, std::hypot(d.x, d.z));
   double u = phi / (2 * std::numbers::pi) + 0.5;
   if (u >= 1) u -= 1;

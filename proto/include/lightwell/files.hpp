@@ -1,9 +1,9 @@
-// Files in folders that other users may write in: what is opened is a file and no trap, what is written is there whole
-// or not at all, and both outlast a power cut.
+// Safe access to files in folders in which other users may write. Reading refuses FIFOs, devices and foreign symbolic
+// links; writing is atomic and durable across a power failure.
 //
-// A path is followed one component at a time, each relative to the folder that was opened before it, so that nothing
-// can be exchanged in between. A symbolic link on the way is followed where root or this process's user made it, and
-// refused where somebody else did: root would read or write wherever that user points it.
+// A path is resolved one component at a time with openat(), relative to the folder opened before, so that no component
+// can be exchanged in between. A symbolic link is followed if root or this process's user made it and refused
+// otherwise, because another user could direct root to any file.
 #pragma once
 
 #include <cstddef>
@@ -18,43 +18,42 @@
 
 namespace lightwell {
 
-/// Makes the folder (mode 0700) and those above it where they are missing. failed_precondition where it is a symbolic
-/// link, belongs to another user (root may work for any), or where others may write in it.
+/// Creates the folder (mode 0700) and missing parents. failed_precondition if it is a symbolic link, belongs to another
+/// user (root may use any user's), or is writable by others.
 [[nodiscard]] Status make_private_folder(const std::string& path);
 
 enum class FileMode : std::uint8_t {
   owner,  ///< Mode 0600.
-  umask,  ///< As other programs make files.
+  umask,  ///< Mode 0666 & ~umask.
 };
-/// Writes beside `path`, flushes to the disk, renames and flushes the folder: a reader, or a power cut, sees the old
-/// file or the new one. Written by root it belongs to the owner of its folder. A character device (/dev/null) is
-/// written to; failed_precondition for what else is no regular file.
+/// Writes a temporary file beside `path`, syncs it, renames it and syncs the folder: readers, also after a power
+/// failure, see either the old or the new file. If root writes, the file belongs to the owner of its folder. A
+/// character device (/dev/null) is written directly; failed_precondition for any other file that is not regular.
 [[nodiscard]] Status write_atomically(const std::string& path, std::string_view bytes, FileMode readers);
 
-/// The bytes of a file as somebody named it in a configuration; symbolic links are followed as above. Nothing where
-/// there is no such file; failed_precondition for what is no regular file (a FIFO would wait for its writer),
-/// resource_exhausted above a mebibyte.
+/// Content of a file named in a configuration; symbolic links are followed as above. No value if there is no such file;
+/// failed_precondition if it is not a regular file (opening a FIFO would block), resource_exhausted above 1 MiB.
 [[nodiscard]] Result<std::optional<std::string>> read_named_file(const std::string& path);
-/// The same for a file of a private folder: no symbolic link, one name, and of the folder's owner or root.
+/// The same for a file in a private folder: not a symbolic link, one hard link, owned by the folder's owner or by root.
 [[nodiscard]] Result<std::optional<std::string>> read_private_file(const std::string& path);
 
 struct CloseFile {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
 using FilePointer = std::unique_ptr<std::FILE, CloseFile>;
-/// To be read and written; made empty where there is none. failed_precondition for what is neither a regular file nor a
-/// character device, and for a file with a second name, which may be somebody else's.
+/// Opens a file for reading and writing, or creates an empty one. failed_precondition if it is neither a regular file
+/// nor a character device, or has a second hard link, which may be another user's file.
 [[nodiscard]] Result<FilePointer> open_for_update(const std::string& path);
-/// Leaves the first `bytes` of it and writes on from there.
+/// Truncates the file to `bytes` and sets the write position there.
 [[nodiscard]] Status truncate_file(std::FILE* file, std::uint64_t bytes);
 
-/// A new folder with a name that nobody knows, for its owner alone.
+/// Creates a folder with an unpredictable name beside `path`, accessible to its owner only.
 [[nodiscard]] Result<std::string> make_folder_beside(const std::string& path);
-/// Puts the folder `made`, whose files were written by write_atomically(), in the place of `path`, and removes what was
-/// there. A reader, or a power cut, sees the old folder or the new one.
+/// Replaces `path` by the folder `made`, whose files were written by write_atomically(), and removes the old content.
+/// Readers, also after a power failure, see either the old or the new folder.
 [[nodiscard]] Status replace_folder(const std::string& made, const std::string& path);
 
-/// One process at a time, from construction to destruction; waits for its turn.
+/// Exclusive lock of a folder among processes, held from construction to destruction; take() waits for it.
 class FolderLock {
  public:
   [[nodiscard]] static Result<FolderLock> take(const std::string& folder);

@@ -38,7 +38,7 @@ template <class T>
   return std::sqrt(dot(a, a));
 }
 
-/// The unit vector along `a`; zero for zero, NaN or infinite input, so that nothing spreads.
+/// The unit vector along `a`; zero for zero, NaN or infinite input, so that non-finite values do not propagate.
 template <class T>
 [[nodiscard]] Vec3<T> normalized(Vec3<T> a) {
   // Scaled first: squares of tiny or huge components would leave the type's range.
@@ -48,7 +48,8 @@ template <class T>
   return scaled * (T(1) / length(scaled));
 }
 
-/// Angle between two vectors of any length, rad, right for tiny angles and near pi (Kahan's form).
+/// Angle between two vectors of any length, rad, 0 to pi. Accurate also near 0 and near pi, unlike acos of the dot
+/// product.
 template <class T>
 [[nodiscard]] T angle_between(Vec3<T> a, Vec3<T> b) {
   return std::atan2(length(cross(a, b)), dot(a, b));
@@ -59,8 +60,8 @@ template <class To, class From>
   return {static_cast<To>(a.x), static_cast<To>(a.y), static_cast<To>(a.z)};
 }
 
-/// Two unit vectors that make a right-handed frame u, v, n with the unit vector n.
-/// Duff et al. 2017, "Building an Orthonormal Basis, Revisited", listing 3. The basis of direction covariances.
+/// Two unit vectors u, v that form a right-handed orthonormal frame (u, v, n) with the unit vector n.
+/// Duff et al. 2017, "Building an Orthonormal Basis, Revisited", listing 3. Direction covariances are stated in it.
 template <class T>
 [[nodiscard]] std::array<Vec3<T>, 2> tangent_basis(Vec3<T> n) {
   const T sign = std::copysign(T(1), n.z);
@@ -69,11 +70,11 @@ template <class T>
   return {Vec3<T>{T(1) + sign * n.x * n.x * a, sign * b, -sign * n.x}, Vec3<T>{b, sign + n.y * n.y * a, -n.y}};
 }
 
-/// Rotation quaternion, Hamilton, x, y, z, w.
+/// Rotation quaternion, Hamilton convention, order x, y, z, w.
 struct Quat {
   double x = 0, y = 0, z = 0, w = 1;
 
-  /// Right-handed turn about a unit axis.
+  /// Right-handed rotation about a unit axis.
   [[nodiscard]] static Quat about(Vec3d axis, double angle_rad) {
     const double s = std::sin(angle_rad / 2);
     return {axis.x * s, axis.y * s, axis.z * s, std::cos(angle_rad / 2)};
@@ -83,21 +84,21 @@ struct Quat {
 
   [[nodiscard]] constexpr Quat inverse() const { return {-x, -y, -z, w}; }
 
-  /// Unit length; the identity where the length is zero or not finite.
+  /// Scaled to unit length; the identity if the length is zero or not finite.
   [[nodiscard]] Quat normalized() const {
     const double n = std::sqrt(x * x + y * y + z * z + w * w);
     if (!(n > 0) || !std::isfinite(n)) return {};
     return {x / n, y / n, z / n, w / n};
   }
 
-  /// First b, then a.
+  /// Hamilton product: the rotation by b followed by the rotation by a.
   friend constexpr Quat operator*(Quat a, Quat b) {
     return {a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y, a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
             a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w, a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z};
   }
 };
 
-/// v turned by the unit quaternion q.
+/// v rotated by the unit quaternion q.
 template <class T>
 [[nodiscard]] constexpr Vec3<T> rotate(Quat q, Vec3<T> v) {
   const Vec3d u{q.x, q.y, q.z};
@@ -106,7 +107,7 @@ template <class T>
   return vec_cast<T>(p + t * q.w + cross(u, t));
 }
 
-/// T_a_b: maps points of b into a, p_a = rotation p_b + translation.
+/// Rigid transform T_a_b: maps points of frame b into frame a, p_a = rotation p_b + translation (m).
 struct Pose {
   Quat rotation;
   Vec3d translation;
@@ -114,12 +115,12 @@ struct Pose {
   friend constexpr bool operator==(const Pose&, const Pose&) = default;
 };
 
-/// A point of b in a's axes. Rotations are unit quaternions here and below.
+/// Maps the point p from frame b into frame a. Here and below rotations must be unit quaternions.
 [[nodiscard]] constexpr Vec3d transformed(const Pose& a_b, Vec3d p) {
   return rotate(a_b.rotation, p) + a_b.translation;
 }
 
-/// T_a_b T_b_c.
+/// T_a_c = T_a_b T_b_c.
 [[nodiscard]] constexpr Pose compose(const Pose& a_b, const Pose& b_c) {
   return {a_b.rotation * b_c.rotation, transformed(a_b, b_c.translation)};
 }

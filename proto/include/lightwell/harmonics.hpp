@@ -1,5 +1,5 @@
 // Real spherical harmonics: orthonormal, no Condon-Shortley phase, index l(l+1)+m, band 1 in the order y, z, x.
-//   sh_basis      values of all functions up to a band at a direction; sh_recursion: how they are made
+//   sh_basis      values of all functions up to a band at a direction; sh_recursion: factors of their recursion
 //   Sh<Quantity>  coefficients per channel: RadianceSh, IrradianceSh
 //   evaluate, rotated, irradiance_of
 #pragma once
@@ -15,7 +15,7 @@ namespace lightwell {
 
 /// Highest band of a descriptor.
 inline constexpr int kMaxBand = 6;
-/// Highest band that sh_basis knows; the estimators look at more than they send.
+/// Highest band of sh_basis; the estimators compute more bands than they send.
 inline constexpr int kMaxBasisBand = 16;
 
 [[nodiscard]] constexpr int sh_count(int band) { return (band + 1) * (band + 1); }
@@ -27,17 +27,17 @@ inline constexpr int kMaxBasisBand = 16;
 void sh_basis(int band, Vec3d d, std::span<double> out);
 void sh_basis(int band, Vec3f d, std::span<float> out);
 
-/// Factors of that recursion, in l at fixed m, for those who run it on vectors of directions. With Q the part that
-/// depends on z, and (x + iy)^m, whose real part belongs to m and whose imaginary part to -m:
-///   Q_m^m     = start[m]  (times sqrt 2 for m > 0, which real functions need)
-///   Q_l^m     = a[l][m] (z Q_{l-1}^m - b[l][m] Q_{l-2}^m), of which the second is 0 for l = m + 1
+/// Factors of that recursion in l at fixed m, for SIMD implementations over several directions. A function is Q_l^m(z)
+/// times the real part (order m) or the imaginary part (order -m) of (x + iy)^m, with
+///   Q_m^m     = start[m]  (times sqrt 2 for m > 0, the normalisation of real functions)
+///   Q_l^m     = a[l][m] (z Q_{l-1}^m - b[l][m] Q_{l-2}^m), where the second term is 0 for l = m + 1
 struct ShRecursion {
   std::array<double, kMaxBasisBand + 1> start{};
   std::array<std::array<double, kMaxBasisBand + 1>, kMaxBasisBand + 1> a{}, b{};
 };
 [[nodiscard]] const ShRecursion& sh_recursion();
 
-/// Coefficients of one quantity over directions.
+/// SH coefficients of a quantity, three channels.
 template <class Quantity>
 struct Sh {
   int band = 0;
@@ -47,19 +47,19 @@ struct Sh {
   friend bool operator==(const Sh&, const Sh&) = default;
 };
 
-/// Radiance from each direction.
+/// Radiance as a function of direction.
 using RadianceSh = Sh<RadianceTag>;
-/// Irradiance at each normal.
+/// Irradiance as a function of the normal.
 using IrradianceSh = Sh<IrradianceTag>;
 
 /// The value at the unit vector d.
 [[nodiscard]] Radiance evaluate(const RadianceSh& sh, Vec3f d);
 [[nodiscard]] Irradiance evaluate(const IrradianceSh& sh, Vec3f normal);
 
-/// The same light seen from a frame turned by q: rotated(f)(q d) = f(d). Exact up to rounding, about 20 µs.
+/// The function rotated by q: rotated(f)(q d) = f(d). Exact up to rounding, about 20 µs.
 [[nodiscard]] RadianceSh rotated(const RadianceSh& sh, Quat q);
 
-/// Convolution with the clipped cosine: E_lm = A_l L_lm (Ramamoorthi & Hanrahan 2001, eq. 7).
+/// Convolution with the clamped cosine: E_lm = A_l L_lm (Ramamoorthi & Hanrahan 2001, eq. 7).
 [[nodiscard]] IrradianceSh irradiance_of(const RadianceSh& sh);
 
 }  // namespace lightwell

@@ -1,4 +1,4 @@
-// Text as JSON has it.
+// JSON strings.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace lightwell {
 
-/// With quotes, escaped (RFC 8259, 7); what printable() escapes, too, so that JSON does no harm at a terminal. A byte
-/// that is no UTF-8 becomes U+FFFD.
+/// Quoted and escaped (RFC 8259, section 7). Also escapes what printable() does, so that the JSON is safe to print. A
+/// byte that is not UTF-8 becomes U+FFFD.
 [[nodiscard]] std::string json_string(std::string_view text);
 
 }  // namespace lightwell

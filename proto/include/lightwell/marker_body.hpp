@@ -1,4 +1,4 @@
-// A body with AprilTags on it that light is read from, as a value. Meanings: proto/lightwell/v1/marker_body.proto.
+// A body with AprilTags from whose shading light is estimated. Meanings: proto/lightwell/v1/marker_body.proto.
 //   MarkerBody, MarkerFace, MarkerPatch, MarkerBall
 //   load_marker_body, parse_marker_body, marker_body_to_text
 //
@@ -24,13 +24,13 @@ struct FacePoint {
   friend bool operator==(const FacePoint&, const FacePoint&) = default;
 };
 
-/// Convex, counter-clockwise seen from outside.
+/// Corners of a convex polygon, counter-clockwise seen from outside.
 using FaceOutline = std::vector<FacePoint>;
 
-/// One matte colour all over.
+/// A matte area of uniform colour.
 struct MarkerPatch {
   FaceOutline outline;
-  std::array<double, 3> albedo{};  ///< r, g, b, above 0 to 1.
+  std::array<double, 3> albedo{};  ///< r, g, b in (0, 1].
 
   friend bool operator==(const MarkerPatch&, const MarkerPatch&) = default;
 };
@@ -59,18 +59,19 @@ struct MarkerBody {
   std::vector<MarkerFace> faces;
   std::optional<MarkerBall> ball;
 
-  /// invalid_argument names the face and the field: no faces, more than 64, a tag number twice, outlines of less than
-  /// three points, not convex or clockwise, a patch outside of its face, an albedo out of (0, 1], sizes that are not
-  /// positive and finite, a rotation that is none.
+  /// invalid_argument, naming the face and the field: no faces or more than 64, a repeated tag number, an outline of
+  /// fewer than three points, not convex or clockwise, a patch outside of its face, an albedo outside of (0, 1], a size
+  /// that is not positive and finite, an invalid rotation.
   [[nodiscard]] Status validate() const;
 
   friend bool operator==(const MarkerBody&, const MarkerBody&) = default;
 };
 
-/// A MarkerBody in text format, validated, rotations normalised. Errors name file, line and remedy.
+/// Reads a MarkerBody in protobuf text format, validates it and normalises rotations. Errors name file, line and
+/// remedy.
 [[nodiscard]] Result<MarkerBody> load_marker_body(const std::string& path);
 [[nodiscard]] Result<MarkerBody> parse_marker_body(std::string_view text, const std::string& name);
-/// The same numbers back, to the last bit, from parse_marker_body().
+/// Text from which parse_marker_body() restores the same values exactly.
 [[nodiscard]] std::string marker_body_to_text(const MarkerBody& body);
 
 }  // namespace lightwell

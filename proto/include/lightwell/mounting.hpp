@@ -1,6 +1,5 @@
-// Where in its room a probe hangs, kept as text: T_world_probe with its covariance.
-// What `lightwell-calibrate mounting` writes, lightwelld reads, and Info tells. Meanings:
-// proto/lightwell/v1/calibration.proto.
+// A probe's pose in its room as a text file: T_world_probe with its covariance. Written by `lightwell-calibrate
+// mounting`, read by lightwelld, reported by Info. Meanings: proto/lightwell/v1/calibration.proto.
 #pragma once
 
 #include <string>
@@ -11,11 +10,11 @@
 
 namespace lightwell {
 
-/// What no mounting can be: a rotation that is zero or not finite, a translation that is not finite, variances below
-/// zero or NaN, a covariance above what its variances allow. invalid_argument names the field.
+/// invalid_argument, naming the field: a rotation that is zero or not finite, a translation that is not finite, a
+/// variance that is negative or NaN, a covariance larger than its variances allow.
 [[nodiscard]] Status validate_mounting(const UncertainPose& T_world_probe);
 
-/// A Mounting in text format, validated, its rotation normalised.
+/// Reads a Mounting in protobuf text format, validates it and normalises its rotation.
 [[nodiscard]] Result<UncertainPose> load_mounting(const std::string& path);
 [[nodiscard]] Result<UncertainPose> parse_mounting(std::string_view text, const std::string& name);
 [[nodiscard]] std::string mounting_to_text(const UncertainPose& T_world_probe);

@@ -1,6 +1,6 @@
-// What both ends of the MQTT link must agree on: how a broker is named, and which topic holds what. proto/README.md.
-//   MqttAddress          a broker and the base topic of one probe (or of many, to look for them)
-//   parse_mqtt_address   from a URI
+// Conventions of both ends of the MQTT link: URI of a broker, and the topics. Specification: proto/README.md.
+//   MqttAddress          a broker and the base topic of one probe (or of several, for discovery)
+//   parse_mqtt_address   MqttAddress from a URI
 //   MqttTopics           the topics of one probe
 #pragma once
 
@@ -17,44 +17,45 @@ namespace lightwell {
 inline constexpr int kMqttPort = 1883;
 inline constexpr int kMqttTlsPort = 8883;
 
-/// The payload of a probe's status topic when it has gone, by itself or by its last will. No protobuf message begins
-/// like that: 'g' would be a field of wire type 7, which there is not.
+/// Payload of the status topic of a probe that has left, published by itself or as its last will. It cannot be confused
+/// with a protobuf message: 'g' would be a field of wire type 7, which does not exist.
 inline constexpr std::string_view kMqttGone = "gone";
 
-/// A status or a clock's answer is shorter; a longer message is refused unread.
+/// Limit of a status and of a clock response; a longer message is rejected without decoding.
 inline constexpr std::size_t kMaxMqttStatusBytes = 4096;
-/// Of a clock request: what a probe hands back.
+/// Limit of a clock request's correlation data, which the probe returns.
 inline constexpr std::size_t kMaxMqttCorrelationBytes = 64;
 
 enum class MqttTransport : std::uint8_t { plain, tls };
-/// Whether user name and password may go to a broker without TLS. One on this machine gets them in any case.
+/// Whether user name and password may be sent to a broker without TLS. For a broker on this machine they always may.
 enum class PlainLogin : std::uint8_t { refused, allowed };
 
 struct MqttAddress {
   MqttTransport transport = MqttTransport::plain;
-  std::string host;  ///< A name or an address, an IPv6 one without its brackets.
+  std::string host;  ///< A name or an address; IPv6 without brackets.
   int port = kMqttPort;
-  std::string
-      base;  ///< "venue/probe"; never a wildcard, no slash at either end. May be empty for who looks for probes.
+  /// Base topic, "venue/probe"; no wildcard, no slash at either end. May be empty for discovery.
+  std::string base;
 
   PlainLogin plain_login = PlainLogin::refused;
 
-  /// "mqtts://broker:8883/venue/probe", the port always there, without an option: who reads it elsewhere decides anew.
+  /// "mqtts://broker:8883/venue/probe", always with the port; without `?security=`, because that is the decision of
+  /// each machine.
   [[nodiscard]] std::string uri() const;
 };
 
 enum class MqttBase : std::uint8_t { needed, optional };
 
-/// `mqtt://host[:port]/base/topic`, `mqtts://...` with TLS; `?security=plain` at the end allows a plain login.
-/// invalid_argument tells what would be right: a wildcard, an
-/// empty level, a control character, a level that begins with '$' at the front, a user name or a password are refused.
+/// `mqtt://host[:port]/base/topic`, `mqtts://...` with TLS; `?security=plain` at the end allows a plain-text login.
+/// invalid_argument, with what is allowed, for a wildcard, an empty level, a control character, a first level that
+/// begins with '$', a user name or a password.
 [[nodiscard]] Result<MqttAddress> parse_mqtt_address(std::string_view uri, MqttBase base = MqttBase::needed);
 
-/// invalid_argument, with the remedy, where a login would go over a network in plain text and nobody said that it may.
+/// invalid_argument, with the remedy, if a login would be sent over a network in plain text without permission.
 [[nodiscard]] Status check_plain_login(const MqttAddress& address);
-/// The first two lines of a login's file: user name and password.
+/// The first two lines of a login file: user name and password.
 [[nodiscard]] std::pair<std::string, std::string> mqtt_login_of(std::string_view text);
-/// 127.0.0.0/8, ::1 and localhost: reached from this machine alone.
+/// 127.0.0.0/8, ::1 and localhost.
 [[nodiscard]] bool is_loopback_host(std::string_view host);
 
 /// Topics below a probe's base.
@@ -65,14 +66,14 @@ struct MqttTopics {
         clock(base + "/clock"),
         replies(base + "/clock/reply/") {}
 
-  std::string descriptor;  ///< Retained: the newest descriptor, the very bytes of the wire.
+  std::string descriptor;  ///< Retained: the newest descriptor, encoded as on every link.
   std::string status;      ///< Retained: an InfoResponse without clock, or kMqttGone.
   std::string clock;       ///< Requests: empty, with a response topic below `replies` and correlation data.
-  std::string replies;     ///< One topic for each client below it: an InfoResponse that holds the clock alone.
+  std::string replies;     ///< Prefix of one topic per client, for an InfoResponse that holds only the clock.
 };
 
-/// Whether a probe may answer there: a topic of one more level below `topics.replies`, without wildcards, 256 bytes at
-/// most. Who could choose any topic would make the probe write its own status.
+/// Whether a probe may respond on this topic: one level below `topics.replies`, without wildcards, 256 bytes at most. A
+/// client that could choose any topic could make the probe overwrite its own status.
 [[nodiscard]] bool is_reply_topic(const MqttTopics& topics, std::string_view topic);
 
 }  // namespace lightwell

@@ -1,8 +1,8 @@
-// One client of a broker, kept connected by the thread that turns it. All that sees libmosquitto, of both ends; where
-// that was not found, the library lightwell_mqtt_session is left out.
-//   MqttLogin     as whom
-//   MqttMessage   what came
-//   MqttSession   the connection that comes back
+// MQTT client with automatic reconnection, run by one thread. The only user of libmosquitto, for probe and host;
+// without libmosquitto the library lightwell_mqtt_session is not built.
+//   MqttLogin     credentials
+//   MqttMessage   a received message
+//   MqttSession   the connection
 #pragma once
 
 #include <atomic>
@@ -15,7 +15,7 @@
 #include <string_view>
 #include <vector>
 
-#include <lightwell/back_off.hpp>
+#include <lightwell/backoff.hpp>
 #include <lightwell/mqtt.hpp>
 #include <lightwell/time.hpp>
 
@@ -23,13 +23,13 @@ struct mosquitto;
 
 namespace lightwell {
 
-/// Paths and names are empty where there is none.
+/// Empty strings mean none.
 struct MqttLogin {
   std::string client_id, user, password;
   std::string ca_file, certificate_file, key_file;
 };
 
-/// Lives during the call that hands it over.
+/// Valid during the callback that receives it.
 struct MqttMessage {
   std::string_view topic;
   std::span<const std::byte> payload;
@@ -37,25 +37,25 @@ struct MqttMessage {
   std::span<const std::byte> correlation;
 };
 
-/// MQTT 5, QoS 0. Every connection is a new one, so that nothing waits in a queue of the old. One thread calls all but
-/// wake(), resolving() and connected().
+/// MQTT 5, QoS 0. Every connection has a clean session, so that no messages of an old one are queued. One thread calls
+/// everything except wake(), resolving() and connected().
 class MqttSession {
  public:
   struct Options {
     MqttAddress address;
     MqttLogin login;
-    /// The broker publishes it, retained, when this client is lost. No topic: nothing.
+    /// Last will: the broker publishes it, retained, if the connection to this client is lost. Empty topic: no will.
     std::string will_topic, will_payload;
-    /// Made on every connection, before on_connected. One that the broker refuses ends the connection.
+    /// Topics subscribed on every connection, before on_connected. The connection ends if the broker refuses one.
     std::vector<std::string> subscriptions;
-    /// Pauses between attempts, and how long a broker may take to accept.
+    /// First and longest pause between attempts, and limit of one connection attempt.
     Duration retry_min, retry_max, connect_timeout;
-    /// The broker never sends more bytes at once.
+    /// Maximum Packet Size (MQTT 5), bytes: the broker sends no larger packet.
     std::uint32_t largest_packet = 16 * 1024;
-    /// What the kernel may hold of what was published and not yet taken; 0: as much as it likes.
+    /// Send buffer of the socket (SO_SNDBUF), bytes; 0: the system's default.
     int send_buffer_bytes = 0;
     std::function<void()> on_connected;
-    /// Why, for a person.
+    /// Called with a human-readable reason.
     std::function<void(const std::string&)> on_lost;
     std::function<void(const MqttMessage&)> on_message;
   };
@@ -64,28 +64,29 @@ class MqttSession {
   MqttSession(const MqttSession&) = delete;
   MqttSession& operator=(const MqttSession&) = delete;
 
-  /// Connects where that is due, then waits for the broker, for wake(), or for `patience` at most. Looking up the
-  /// broker's name may take longer than that: the system's resolver knows no hurry.
+  /// Connects if an attempt is due, then processes events until the broker sends something, wake() is called, or
+  /// `timeout` has passed. Resolving the broker's name may take longer, because the system's resolver has no timeout.
   void run_once(Duration timeout);
-  /// Any thread: the turn that waits, or the next one, ends at once.
+  /// Makes the current or the next run_once() return at once. Any thread.
   void wake() const;
 
-  /// The turn is in the system's resolver, or just about to enter or leave it. Any thread.
+  /// run_once() is inside the system's resolver, or just before or after it. Any thread.
   [[nodiscard]] bool resolving() const { return resolving_; }
-  /// The broker has accepted us. Any thread.
+  /// The broker has accepted the connection. Any thread.
   [[nodiscard]] bool connected() const { return connected_; }
-  /// Connected, and all that was published has left for the network.
+  /// Connected, and all published messages have been passed to the network.
   [[nodiscard]] bool idle() const;
 
-  /// Each hands its message to the network as far as that takes it now; what is left follows in turn(). False where it
-  /// cannot be sent.
+  /// publish(), request() and respond() write as much of the message as the socket accepts; run_once() sends the rest.
+  /// False if it cannot be sent.
   bool publish(const std::string& topic, std::span<const std::byte> payload, bool retained);
-  /// An empty message that asks for an answer.
+  /// Publishes an empty message with a response topic and correlation data (MQTT 5, 4.10 Request / Response).
   bool request(const std::string& topic, const std::string& response_topic, std::span<const std::byte> correlation);
-  /// To the topic and with the correlation of what was asked, not retained.
-  bool respond(const MqttMessage& question, std::span<const std::byte> payload);
+  /// Responds to the request's response topic with its correlation data; not retained.
+  bool respond(const MqttMessage& request, std::span<const std::byte> payload);
 
-  /// Says goodbye, so that no last will is published, where that goes out within `patience`. Nothing follows.
+  /// Sends DISCONNECT, so that the broker publishes no last will, if that is possible within `timeout`. The session
+  /// cannot be used afterwards.
   void close(Duration timeout);
 
  private:
@@ -109,8 +110,8 @@ class MqttSession {
   std::unique_ptr<mosquitto, Free> client_;
   std::int64_t attempt_ns_ = 0, next_attempt_ns_ = 0;
   std::atomic<bool> connected_{false}, resolving_{false};
-  std::string library_error_;          ///< The library's last complaint: the reason of a failure that its codes do not tell.
-  std::string disconnected_;  ///< Why, set by its callback; empty while it lives.
+  std::string library_error_;  ///< Last error logged by libmosquitto: more specific than its return codes.
+  std::string disconnected_;   ///< Reason of the disconnection, set by the library's callback; empty while connected.
 };
 
 }  // namespace lightwell

@@ -12,7 +12,7 @@ struct OctUv {
   float u = 0, v = 0;
 };
 
-/// u, v in [0, 1]; u grows with x, v with z. d need not be normalised; zero maps to the centre.
+/// u, v in [0, 1]; u increases with x, v with z. d need not be normalised; zero maps to the centre.
 [[nodiscard]] inline OctUv oct_encode(Vec3f d) {
   const float sum = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
   if (!(sum > 0)) return {0.5F, 0.5F};

@@ -1,5 +1,5 @@
-// What the two ends of a pairing compute: a shared key out of a short code, for those alone who both know it.
-// Needs the library lightwell_pairing. Messages: proto/lightwell/v1/pairing.proto.
+// Password-authenticated key exchange for pairing: both sides derive a shared key from a short code. Needs the library
+// lightwell_pairing. Messages: proto/lightwell/v1/pairing.proto.
 #pragma once
 
 #include <memory>
@@ -10,23 +10,23 @@
 
 namespace lightwell {
 
-/// The port that pairing is served on where none is named.
+/// Default port of the pairing service.
 inline constexpr int kDefaultPairingPort = 7421;
 
 enum class PairingSide { client, probe };
 
 struct SealedMessage;
 
-/// What both ends do once they have met.
+/// Operations of both sides after the key exchange.
 class PairingChannel {
  public:
   PairingChannel(PairingChannel&&) noexcept;
   PairingChannel& operator=(PairingChannel&&) noexcept;
   ~PairingChannel();
 
-  /// Whether the other side knows the code. In constant time.
+  /// Whether the peer's confirmation proves that it knows the code. Constant time.
   [[nodiscard]] bool confirms(std::string_view their_confirmation) const;
-  /// What the other side sealed. data_loss where a bit of it was changed.
+  /// Decrypts the peer's sealed message. data_loss if it was modified.
   [[nodiscard]] Result<std::string> open(std::string_view sealed) const;
 
  protected:
@@ -35,25 +35,25 @@ class PairingChannel {
   std::unique_ptr<State> state_;
 };
 
-/// One run of SPAKE2 (RFC 9382; P-256, SHA-256, HKDF, HMAC), for one code and one TLS certificate. Whoever does not
-/// know the code learns nothing from it but whether one guess was right. One thread.
+/// One run of SPAKE2 (RFC 9382; P-256, SHA-256, HKDF, HMAC), for one code and one TLS certificate. A peer that does not
+/// know the code can test a single guess per run and learns nothing else. One thread.
 class PairingExchange : public PairingChannel {
  public:
   [[nodiscard]] static Result<PairingExchange> begin(PairingSide side, std::string_view code);
 
-  /// What the other side is sent, 65 bytes.
+  /// This side's public share, 65 bytes, to be sent to the peer.
   [[nodiscard]] const std::string& share() const;
-  /// Takes the other side's. `certificate_digest`: of the certificate that the probe shows in this connection
-  /// (secrets.hpp). Two ends that saw different ones, because somebody stands between, do not come to the same key.
-  /// data_loss where the share is no point of the curve, or one that would give the key away.
+  /// Processes the peer's share and derives the keys. `certificate_digest` (secrets.hpp): of the certificate that the
+  /// probe presents in this TLS connection. With a man in the middle the two sides see different certificates and
+  /// derive different keys. data_loss if the share is not a point of the curve, or makes K the point at infinity.
   [[nodiscard]] Status process_peer_share(std::string_view their_share, std::string_view certificate_digest);
 
-  // After meet(), as what PairingChannel has.
+  // The following, and the functions of PairingChannel, only after process_peer_share().
 
-  /// Proves to the other side that this one knows the code.
+  /// Proof to the peer that this side knows the code.
   [[nodiscard]] const std::string& confirmation() const;
-  /// Encrypts and authenticates (AES-256-GCM). The nonce is fixed and a key is good for one message: the exchange is
-  /// used up, and what it leaves can read and not seal. internal where it was used up before.
+  /// Encrypts and authenticates (AES-256-GCM). The nonce is fixed, so a key may encrypt one message only: the exchange
+  /// is consumed, and the returned `reader` can open messages but not seal. internal if it was consumed before.
   [[nodiscard]] Result<SealedMessage> seal(std::string_view plain) &&;
 
  private:
@@ -62,7 +62,7 @@ class PairingExchange : public PairingChannel {
 
 struct SealedMessage {
   std::string bytes;
-  PairingChannel reader;  ///< For the other side's answer.
+  PairingChannel reader;  ///< Opens the peer's response.
 };
 
 }  // namespace lightwell

@@ -1,4 +1,4 @@
-// Pixel encodings: how bytes of a picture become linear numbers, and back.
+// Pixel formats: layout and alignment, transfer functions, and conversion to and from linear values.
 #pragma once
 
 #include <array>
@@ -13,11 +13,11 @@ namespace lightwell {
 enum class PixelFormat : std::uint8_t {
   rgb8,          ///< r, g, b bytes.
   nv12,          ///< Full-size Y plane, then interleaved Cb Cr at half size, same stride. BT.601, limited range.
-  yuyv,          ///< Y0 Cb Y1 Cr. BT.601, limited range. What V4L2 means by V4L2_PIX_FMT_YUYV from a webcam.
+  yuyv,          ///< Y0 Cb Y1 Cr. BT.601, limited range. V4L2_PIX_FMT_YUYV of a webcam.
   bayer_rggb8,   ///< Bytes; red at the top left.
   bayer_rggb10,  ///< 16-bit little-endian words, the low 10 bits used; red at the top left.
   bayer_rggb12,  ///< 16-bit little-endian words, the low 12 bits used; red at the top left.
-  rgb_f32,       ///< r, g, b 32-bit floats: radiance itself, no ceiling, no vignetting. HDR pictures, the ideal sensor.
+  rgb_f32,       ///< r, g, b 32-bit floats: radiance, without saturation or vignetting. HDR images, ideal sensors.
 };
 
 inline constexpr std::array kPixelFormats = {
@@ -50,7 +50,7 @@ inline constexpr std::array kPixelFormats = {
   return std::nullopt;
 }
 
-/// Bytes by which rows and pictures must be aligned, so that their words can be read as words.
+/// Alignment of rows and pictures in bytes that access to their samples needs.
 [[nodiscard]] constexpr std::size_t pixel_alignment(PixelFormat format) {
   switch (format) {
     case PixelFormat::rgb8:
@@ -67,7 +67,7 @@ inline constexpr std::array kPixelFormats = {
   return 1;
 }
 
-/// Bytes from one row to the next where nothing is padded.
+/// Bytes per row without padding.
 [[nodiscard]] constexpr std::size_t packed_stride(PixelFormat format, int width) {
   const auto w = static_cast<std::size_t>(width);
   switch (format) {
@@ -92,7 +92,7 @@ inline constexpr std::array kPixelFormats = {
   return format == PixelFormat::nv12 ? stride * h + stride * (h / 2) : stride * h;
 }
 
-/// IEC 61966-2-1: linear light of an sRGB value, both 0 to 1.
+/// sRGB transfer function (IEC 61966-2-1): the linear value of an sRGB value, both 0 to 1.
 [[nodiscard]] inline double srgb_to_linear(double v) {
   return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
 }
@@ -105,20 +105,19 @@ inline constexpr std::array kPixelFormats = {
          format == PixelFormat::bayer_rggb12;
 }
 
-/// Gamma-encoded r, g, b (0 to 255) of BT.601 limited-range bytes, rounded; out-of-gamut values are clamped. In
-/// integers and to the bit what vector units compute: products to 1/64 of a code, sums of 16 bits that stop at their
-/// ends.
+/// Gamma-encoded r, g, b (0 to 255) of BT.601 limited-range bytes, rounded; out-of-gamut values are clamped. Integer
+/// arithmetic, bit-exact with the SIMD version: products rounded to 1/64 of a code, saturating 16-bit sums.
 [[nodiscard]] constexpr std::array<std::uint8_t, 3> rgb8_of_ycbcr601(int y, int cb, int cr) {
   const auto factor = [](double coefficient, int shift) {
     return static_cast<int>(coefficient * 64 * 32768 / (1 << shift) + 0.5);
   };
   const auto product = [](int a, int k) { return (a * k + 0x4000) >> 15; };
-  const auto stopped = [](int v) { return v > 32767 ? 32767 : v < -32768 ? -32768 : v; };
+  const auto saturated = [](int v) { return v > 32767 ? 32767 : v < -32768 ? -32768 : v; };
   const auto code = [](int v) { return static_cast<std::uint8_t>((v >> 6) < 0 ? 0 : (v >> 6) > 255 ? 255 : v >> 6); };
   const int l = product((y - 16) * 128, factor(1.164384, 7)) + 32, b = (cb - 128) * 256, r = (cr - 128) * 256;
-  return {code(stopped(l + product(r, factor(1.596027, 8)))),
-          code(stopped(stopped(l - product(b, factor(0.391762, 8))) - product(r, factor(0.812968, 8)))),
-          code(stopped(l + product(b, factor(2.017232, 8))))};
+  return {code(saturated(l + product(r, factor(1.596027, 8)))),
+          code(saturated(saturated(l - product(b, factor(0.391762, 8))) - product(r, factor(0.812968, 8)))),
+          code(saturated(l + product(b, factor(2.017232, 8))))};
 }
 
 /// RGB9E5 (OpenGL 4.6 specification, 8.5.2): shared exponent, red in the lowest nine bits. Negative and NaN become 0.

@@ -1,4 +1,4 @@
-// Text for a terminal or a log.
+// Escaping of untrusted text for a terminal or a log.
 #pragma once
 
 #include <string>
@@ -6,9 +6,9 @@
 
 namespace lightwell {
 
-/// Control characters (C0, C1, DEL, line and paragraph separators), marks that turn the direction of text (which make a
-/// name look like another one), and bytes that are no UTF-8, as \xNN. Whoever prints or logs what came from a network,
-/// a file or another user prints this: a line break would forge a line, an escape sequence would command the terminal.
+/// Escapes as \xNN: control characters (C0, C1, DEL, line and paragraph separators), bidirectional control characters
+/// (which can disguise a name as another), and bytes that are not UTF-8. Use it for all text from a network, a file or
+/// another user before printing or logging: line breaks could forge log lines, escape sequences control the terminal.
 [[nodiscard]] std::string printable(std::string_view text);
 
 }  // namespace lightwell

@@ -1,4 +1,4 @@
-// What a descriptor says of a point: the definitions, written once for the SDK, the firmware and the tests.
+// Evaluation of a descriptor: irradiance and radiance. Shared by the SDK, the firmware and the tests.
 #pragma once
 
 #include <span>
@@ -8,13 +8,13 @@
 
 namespace lightwell {
 
-/// Irradiance of the lights alone at a normal of any length, each clipped at the receiver's horizon.
+/// Irradiance of the lights only, each clipped at the receiver's horizon; the normal may have any length.
 [[nodiscard]] Irradiance lights_irradiance(std::span<const Light> lights, Vec3f normal);
 
-/// radiance(d, r) of the lights alone; d of any length.
+/// radiance(d, r) of the lights only; d may have any length.
 [[nodiscard]] Radiance lights_radiance(std::span<const Light> lights, Vec3f direction, const GgxLobe& lobe);
 
-/// Irradiance at a unit normal: the lights and the rest. May be slightly negative where harmonics ring.
+/// Irradiance of lights and harmonics at a unit normal. Can be slightly negative where the truncated series rings.
 [[nodiscard]] Irradiance irradiance_at(const Descriptor& descriptor, Vec3f normal);
 
 }  // namespace lightwell

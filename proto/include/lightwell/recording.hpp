@@ -1,7 +1,7 @@
-// Recordings: a file of checksummed records that survives being cut off. The format in prose: proto/README.md.
-//   RecordWriter, RecordReader   the container, whatever the records hold
+// Recordings: a file of checksummed records that stays readable if it is truncated. Format: proto/README.md.
+//   RecordWriter, RecordReader   the container, independent of the records' content
 //   RecordingHeader              the first record
-//   FrameRecord                  a frame with its metadata, as bytes and back
+//   FrameRecord                  a frame with its metadata, encoded and decoded
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@
 
 namespace lightwell {
 
-/// A larger record is taken for damage.
+/// A larger record counts as damaged.
 inline constexpr std::size_t kMaxRecordBytes = std::size_t{1} << 30;
 
 enum class RecordingKind : std::uint8_t { descriptors = 1, frames = 2 };
@@ -34,13 +34,13 @@ struct RecordingHeader {
   std::optional<RigParameters> calibration;  ///< Frames only.
 };
 
-/// Appends records. An error leaves what was written before readable.
+/// Appends records. After an error, the records written before remain readable.
 class RecordWriter {
  public:
-  /// Makes a new file, or goes on with one of the same kind after dropping a torn tail.
+  /// Creates a file, or continues one of the same kind after removing an incomplete record at its end.
   [[nodiscard]] static Result<RecordWriter> open(const std::string& path, const RecordingHeader& header);
 
-  /// time_ns: CLOCK_MONOTONIC of the writer when the record came. resource_exhausted when the disk is full.
+  /// time_ns: CLOCK_MONOTONIC of the writer when the record was received. resource_exhausted if the disk is full.
   [[nodiscard]] Status append(std::int64_t time_ns, std::span<const std::byte> payload);
   [[nodiscard]] Status flush();
 
@@ -54,20 +54,20 @@ struct Record {
   std::vector<std::byte> payload;
 };
 
-/// Reads records in order; a torn or damaged record ends the file, counted, and what came before stays good.
+/// Reads records in order. An incomplete or damaged record ends the reading; its bytes are counted.
 class RecordReader {
  public:
-  /// data_loss where the file is no recording, naming what was found.
+  /// data_loss, naming what was found, if the file is not a recording.
   [[nodiscard]] static Result<RecordReader> open(const std::string& path);
 
   [[nodiscard]] const RecordingHeader& header() const { return header_; }
-  /// The next record into `out` (its memory is used again); false at the end.
+  /// Reads the next record into `out`, whose memory is reused; false at the end.
   [[nodiscard]] bool next(Record& out);
-  /// Bytes at the end that are no whole record, known once next() returned false.
+  /// Bytes after the last complete record; known once next() has returned false.
   [[nodiscard]] std::uint64_t torn_bytes() const { return torn_bytes_; }
-  /// Offset behind the last whole record.
+  /// File offset of the end of the last complete record.
   [[nodiscard]] std::uint64_t good_bytes() const { return good_bytes_; }
-  /// Back to the first record behind the header.
+  /// Returns to the first record after the header.
   void rewind();
 
  private:
@@ -98,17 +98,17 @@ struct FrameRecord {
   std::vector<RecordedView> views;
 };
 
-/// Into `out`, whose memory is used again.
+/// Encodes into `out`, whose memory is reused.
 void encode_frame_record(const FrameRecord& frame, std::vector<std::byte>& out);
 
-/// A decoded frame; `frame.views` point into memory that this object owns.
+/// A decoded frame; the data of `frame.views` point into memory of this object.
 class DecodedFrame {
  public:
   DecodedFrame();
   ~DecodedFrame();
   DecodedFrame(DecodedFrame&&) noexcept;
   DecodedFrame& operator=(DecodedFrame&&) noexcept;
-  /// data_loss or invalid_argument with the field's name.
+  /// data_loss, or invalid_argument with the name of the field.
   [[nodiscard]] Status decode(std::span<const std::byte> payload);
   FrameRecord frame;
 

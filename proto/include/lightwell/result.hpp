@@ -1,4 +1,4 @@
-// Status and Result: how every Lightwell library says that something went wrong. Nothing here throws.
+// Status and Result: error reporting of all Lightwell libraries. Nothing here throws.
 #pragma once
 
 #include <cstdint>
@@ -11,13 +11,13 @@ namespace lightwell {
 
 enum class StatusCode : std::uint8_t {
   ok,
-  invalid_argument,     ///< The caller's input can never work; the message names what and where.
-  not_found,            ///< A file, a device, a probe that is not there.
+  invalid_argument,     ///< The caller's input can never work; the message says what and where.
+  not_found,            ///< A file, a device or a probe does not exist.
   data_loss,            ///< Input is truncated or damaged.
-  failed_precondition,  ///< Not now: the message says what must come first.
-  unavailable,          ///< A peer or a device is away; trying again may work.
-  resource_exhausted,   ///< A cap, a disk, a port.
-  internal,             ///< A defect of ours or of a library below.
+  failed_precondition,  ///< Not possible in the current state; the message says what is required.
+  unavailable,          ///< A peer or a device cannot be reached; a retry may succeed.
+  resource_exhausted,   ///< A limit is reached, a disk is full, a port is in use.
+  internal,             ///< A defect of Lightwell or of a library below it.
 };
 
 /// The name of a code as it is written in messages and JSON, "invalid_argument".
@@ -43,7 +43,7 @@ enum class StatusCode : std::uint8_t {
   return "unknown";
 }
 
-/// Success, or a code with a message meant for the person who has to mend it.
+/// Success, or an error code with a message that says what is wrong, where, and what to do.
 class [[nodiscard]] Status {
  public:
   Status() = default;
@@ -52,7 +52,7 @@ class [[nodiscard]] Status {
   [[nodiscard]] bool ok() const { return code_ == StatusCode::ok; }
   [[nodiscard]] StatusCode code() const { return code_; }
   [[nodiscard]] const std::string& message() const& { return message_; }
-  /// By value of a status that is about to go, such as `result.status().message()`.
+  /// By value for a temporary, such as `result.status().message()`.
   [[nodiscard]] std::string message() && { return std::move(message_); }
 
  private:
@@ -60,7 +60,7 @@ class [[nodiscard]] Status {
   std::string message_;
 };
 
-/// A value, or the status that says why there is none.
+/// A value, or the status with the reason why there is none.
 template <class T>
 class [[nodiscard]] Result {
  public:
@@ -70,7 +70,7 @@ class [[nodiscard]] Result {
   [[nodiscard]] bool ok() const { return std::holds_alternative<T>(held_); }
   explicit operator bool() const { return ok(); }
 
-  /// Only where ok().
+  /// Requires ok().
   [[nodiscard]] T& value() { return std::get<T>(held_); }
   [[nodiscard]] const T& value() const { return std::get<T>(held_); }
   T& operator*() { return value(); }

@@ -12,7 +12,7 @@
 
 namespace lightwell {
 
-/// internal where the system has no randomness to give.
+/// internal if the system's random number generator fails.
 [[nodiscard]] Result<std::string> random_bytes(std::size_t count);
 /// Six digits, each value equally likely.
 [[nodiscard]] Result<std::string> random_code();
@@ -24,7 +24,7 @@ namespace lightwell {
 /// RFC 4648 section 5, without padding.
 [[nodiscard]] std::string to_base64url(std::string_view bytes);
 
-/// Compares in a time that depends on the lengths alone.
+/// Constant-time comparison: the duration depends on the lengths only.
 [[nodiscard]] bool same_secret(std::string_view a, std::string_view b);
 
 /// A new P-256 key.
@@ -35,25 +35,25 @@ struct KeyPair {
   [[nodiscard]] static Result<KeyPair> make();
 };
 
-/// SHA-256 of the DER form of the first certificate in `pem`, 32 bytes. data_loss where there is none.
+/// SHA-256 of the DER form of the first certificate in `pem`, 32 bytes. data_loss if there is none.
 [[nodiscard]] Result<std::string> certificate_digest(std::string_view pem);
 
 /// A DNS name in every certificate that a probe's own authority issues for it. A client that trusts this authority
-/// checks for this name, whatever the address.
+/// checks for this name instead of the probe's address.
 inline constexpr const char* kProbeHostName = "probe.lightwell.internal";
 
-/// What a client that knows a probe compares of a certificate.
+/// The properties of a certificate that a client checks.
 struct CertificateIdentity {
-  std::string pem;            ///< This certificate alone.
-  std::string key_digest;     ///< SHA-256 of its SubjectPublicKeyInfo (RFC 7469, 2.4), 32 bytes: stays where a
-                              ///< certificate is renewed under the same key.
+  std::string pem;            ///< This certificate, without the rest of the chain.
+  std::string key_digest;     ///< SHA-256 of its SubjectPublicKeyInfo (RFC 7469, 2.4), 32 bytes: unchanged if the
+                              ///< certificate is renewed with the same key.
   bool is_authority = false;  ///< It may issue certificates (basicConstraints).
-  bool is_server = false;     ///< It may be shown by a TLS server (keyUsage, extKeyUsage).
-  bool is_in_date = false;    ///< By this machine's clock, when it was read.
-  std::string host;           ///< Its first DNS name; where it has none and is no authority, its common name.
+  bool is_server = false;     ///< A TLS server may use it (keyUsage, extKeyUsage).
+  bool is_in_date = false;    ///< Valid by this machine's clock when it was read.
+  std::string host;           ///< Its first DNS name; if it has none and is not an authority, its common name.
 };
 
-/// Of the first certificate in `pem`; in a chain that is the server's own. data_loss where there is none.
+/// The identity of the first certificate in `pem`, which in a chain is the server's. data_loss if there is none.
 [[nodiscard]] Result<CertificateIdentity> identify_certificate(std::string_view pem);
 
 }  // namespace lightwell

@@ -1,4 +1,4 @@
-// What a probe tells of itself, and what it can be asked to do: the two faces that links and dashboards see.
+// A probe's status and its commands: the interfaces that links and dashboards use.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace lightwell {
 
-/// Since the start of the daemon. Meanings: proto/lightwell/v1/probe_service.proto.
+/// Counters since the start of the daemon. Meanings: proto/lightwell/v1/probe_service.proto.
 struct Counters {
   std::uint64_t frames = 0;
   std::uint64_t captures_dropped = 0;
@@ -41,21 +41,21 @@ struct StatusSnapshot {
   std::string version;
   std::string camera;
   Counters counters;
-  std::optional<UncertainPose> T_world_probe;  ///< Where it hangs, where it knows.
+  std::optional<UncertainPose> T_world_probe;  ///< Mounting of the probe in its room, if configured.
 
   friend bool operator==(const StatusSnapshot&, const StatusSnapshot&) = default;
 };
 
-/// What links hand on from the outside. Called from any of a link's threads.
+/// Commands that links receive from clients. Called from any of a link's threads.
 class Commands {
  public:
   virtual ~Commands() = default;
 
   [[nodiscard]] virtual StatusSnapshot status() const = 0;
   [[nodiscard]] virtual EstimatorConfig estimator() const = 0;
-  /// Which runs, and so which options can be set.
+  /// The active estimator, which determines the available options.
   [[nodiscard]] virtual EstimatorKind estimator_kind() const = 0;
-  /// Changes the fields that `update` has, in one step: of two updates at once neither undoes the other. Takes effect
+  /// Changes the fields of `update` atomically: concurrent updates do not overwrite each other's fields. Takes effect
   /// with the next capture. invalid_argument changes nothing.
   [[nodiscard]] virtual Status update_estimator(const EstimatorUpdate& update) = 0;
   /// Scales radiance so that the irradiance at `normal` (unit, probe frame) is `lux`; returns the factor.

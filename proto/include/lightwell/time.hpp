@@ -1,4 +1,4 @@
-// Instants of different clocks are different types: a probe's time is not a host's time.
+// Durations and time points; time points of different clocks (probe, host) are different types.
 #pragma once
 
 #include <compare>
@@ -18,7 +18,7 @@ struct Duration {
   friend constexpr Duration operator-(Duration a, Duration b) { return {a.ns - b.ns}; }
 };
 
-/// Nanoseconds since an arbitrary start of one clock. Neither ever jumps with the wall clock.
+/// Nanoseconds since an arbitrary epoch of a monotonic clock.
 template <class Clock>
 struct TimePoint {
   std::int64_t ns = 0;
@@ -37,7 +37,7 @@ using ProbeTime = TimePoint<ProbeClock>;
 /// CLOCK_MONOTONIC of the machine that runs the SDK.
 using HostTime = TimePoint<HostClock>;
 
-/// Nanoseconds of this machine's CLOCK_MONOTONIC. Which of the two clocks it is, the caller knows.
+/// Nanoseconds of this machine's CLOCK_MONOTONIC: probe time in the firmware, host time in the SDK.
 [[nodiscard]] std::int64_t monotonic_now_ns();
 
 }  // namespace lightwell

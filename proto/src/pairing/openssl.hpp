@@ -1,4 +1,4 @@
-// Owners of OpenSSL's objects, and the few calls that more than one file makes.
+// Owning pointers for OpenSSL's objects, and functions that several files use.
 #pragma once
 
 #include <cstddef>
@@ -37,9 +37,9 @@ using Certificate = std::unique_ptr<X509, OpenSslDeleter<X509_free>>;
   return reinterpret_cast<unsigned char*>(text.data());
 }
 
-/// RFC 5869 with SHA-256 and no salt. Empty where OpenSSL refuses.
+/// HKDF (RFC 5869) with SHA-256 and no salt. Empty if OpenSSL fails.
 [[nodiscard]] std::string hkdf(std::string_view secret, std::string_view info, std::size_t length);
-/// RFC 2104 with SHA-256.
+/// HMAC (RFC 2104) with SHA-256.
 [[nodiscard]] std::string hmac(std::string_view key, std::string_view message);
 
 }  // namespace lightwell::pairing

@@ -11,7 +11,7 @@ namespace lightwell {
 namespace {
 
 constexpr std::size_t kTagBytes = 16;
-/// Each key seals one message, so that a nonce need not tell messages apart.
+/// A fixed nonce is safe, because each key seals one message only.
 constexpr std::array<unsigned char, 12> kNonce{};
 
 using Cipher = std::unique_ptr<EVP_CIPHER_CTX, pairing::OpenSslDeleter<EVP_CIPHER_CTX_free>>;
@@ -79,7 +79,7 @@ bool PairingChannel::confirms(std::string_view theirs) const {
 
 Result<SealedMessage> PairingExchange::seal(std::string_view plain) && {
   std::unique_ptr<State> state = std::move(state_);
-  if (!state) return Status(StatusCode::internal, "this exchange has sealed its one message; begin another");
+  if (!state) return Status(StatusCode::internal, "this exchange has already sealed its message; begin another");
   const std::string key = pairing::hkdf(state->keys.ke, label_of(state->side), 32);
   const Cipher cipher(EVP_CIPHER_CTX_new());
   std::string out(plain.size() + kTagBytes, '\0');
@@ -96,7 +96,7 @@ Result<SealedMessage> PairingExchange::seal(std::string_view plain) && {
 }
 
 Result<std::string> PairingChannel::open(std::string_view sealed) const {
-  const Status refused(StatusCode::data_loss, "what was sealed for us does not open with this exchange's key");
+  const Status refused(StatusCode::data_loss, "the sealed message cannot be decrypted with this exchange's key");
   if (state_->keys.ke.empty() || sealed.size() < kTagBytes) return refused;
   const std::string key = pairing::hkdf(state_->keys.ke, label_of(other(state_->side)), 32);
   const std::string_view body = sealed.substr(0, sealed.size() - kTagBytes);

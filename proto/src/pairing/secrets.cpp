@@ -24,7 +24,7 @@ std::string hkdf(std::string_view secret, std::string_view info, std::size_t len
   const Kdf kdf(EVP_KDF_fetch(nullptr, "HKDF", nullptr));
   const KdfContext context(kdf ? EVP_KDF_CTX_new(kdf.get()) : nullptr);
   if (!context) return {};
-  // OpenSSL takes what it only reads by pointers to what might be changed.
+  // OpenSSL's parameters take non-const pointers to data that it only reads.
   std::string digest = "SHA256", key(secret), label(info), out(length, '\0');
   const std::array<OSSL_PARAM, 4> parameters = {
       OSSL_PARAM_construct_utf8_string(OSSL_KDF_PARAM_DIGEST, digest.data(), 0),
@@ -46,14 +46,14 @@ std::string hmac(std::string_view key, std::string_view message) {
 
 namespace {
 
-/// What a BIO in memory holds.
+/// Content of a memory BIO.
 std::string text_of(BIO* bio) {
   char* data = nullptr;
   const long size = BIO_get_mem_data(bio, &data);
   return size > 0 ? std::string(data, static_cast<std::size_t>(size)) : std::string();
 }
 
-/// A file that asks for a pass phrase is refused, not waited for.
+/// Pass phrase callback that rejects encrypted files instead of prompting.
 int no_phrase(char*, int, int, void*) { return 0; }
 
 Certificate first_certificate(std::string_view pem) {
@@ -83,7 +83,7 @@ std::string host_of(X509* certificate) {
 Result<std::string> random_bytes(std::size_t count) {
   std::string out(count, '\0');
   if (RAND_priv_bytes(pairing::bytes_of(out), static_cast<int>(count)) != 1)
-    return Status(StatusCode::internal, "the system gives no random numbers");
+    return Status(StatusCode::internal, "the system's random number generator failed");
   return out;
 }
 
@@ -95,7 +95,7 @@ Result<std::string> random_code() {
     if (!bytes) return bytes.status();
     std::uint32_t value = 0;
     for (const char c : *bytes) value = value << 8 | static_cast<unsigned char>(c);
-    // Beyond the last whole million some codes would come more often than others.
+    // Rejection sampling: values above the largest multiple of a million would make some codes more likely.
     if (value >= kRejectionLimit) continue;
     std::string code = std::to_string(value % kCodes);
     code.insert(0, 6 - code.size(), '0');
@@ -144,7 +144,7 @@ Result<KeyPair> KeyPair::make() {
   if (!key || !secret || !open ||
       PEM_write_bio_PKCS8PrivateKey(secret.get(), key.get(), nullptr, nullptr, 0, nullptr, nullptr) != 1 ||
       PEM_write_bio_PUBKEY(open.get(), key.get()) != 1)
-    return Status(StatusCode::internal, "OpenSSL made no P-256 key");
+    return Status(StatusCode::internal, "OpenSSL could not generate a P-256 key");
   return KeyPair{pairing::text_of(secret.get()), pairing::text_of(open.get())};
 }
 
@@ -172,7 +172,7 @@ Result<CertificateIdentity> identify_certificate(std::string_view pem) {
   OPENSSL_free(der);
   out.is_authority = X509_check_ca(held.get()) != 0;
   out.is_server = X509_check_purpose(held.get(), X509_PURPOSE_SSL_SERVER, 0) == 1;
-  // Zero would be a time that cannot be read.
+  // X509_cmp_current_time() returns 0 for an invalid time.
   out.is_in_date = X509_cmp_current_time(X509_get0_notBefore(held.get())) < 0 &&
                    X509_cmp_current_time(X509_get0_notAfter(held.get())) > 0;
   out.host = pairing::host_of(held.get());

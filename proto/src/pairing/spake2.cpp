@@ -11,16 +11,16 @@ namespace {
 constexpr std::string_view kM = "02886e2f97ace46e55ba9dd7242579f2993b64e16ef3dcab95afd497333d8fa12f";
 constexpr std::string_view kN = "03d8bbd6c639c62937b04d997f38c3770719c629d7014d49a24b4f98baa1292b49";
 
-Status no_memory() { return {StatusCode::internal, "OpenSSL's arithmetic on P-256 failed"}; }
+Status openssl_failure() { return {StatusCode::internal, "OpenSSL's arithmetic on P-256 failed"}; }
 
-/// What every computation needs.
+/// Group and context for all computations.
 struct Curve {
   Group group{EC_GROUP_new_by_curve_name(NID_X9_62_prime256v1)};
   BigNumberContext context{BN_CTX_secure_new()};
 
   [[nodiscard]] bool ready() const { return group && context; }
   [[nodiscard]] Point point() const { return Point(EC_POINT_new(group.get())); }
-  /// M or N: nothing where it cannot be read, which no input can bring about.
+  /// The point M or N; null if it cannot be decoded, which does not depend on input.
   [[nodiscard]] Point constant(std::string_view hex) const {
     return Point(EC_POINT_hex2point(group.get(), std::string(hex).c_str(), nullptr, context.get()));
   }
@@ -28,14 +28,14 @@ struct Curve {
 
 BigNumber number_of(std::string_view bytes) {
   BigNumber out(BN_bin2bn(bytes_of(bytes), static_cast<int>(bytes.size()), BN_secure_new()));
-  // From here on OpenSSL takes the path whose time does not tell the number.
+  // Makes OpenSSL use constant-time operations.
   if (out) BN_set_flags(out.get(), BN_FLG_CONSTTIME);
   return out;
 }
 
 Result<std::string> bytes_of_number(const BIGNUM* number) {
   std::string out(kScalarBytes, '\0');
-  if (BN_bn2binpad(number, bytes_of(out), static_cast<int>(out.size())) < 0) return no_memory();
+  if (BN_bn2binpad(number, bytes_of(out), static_cast<int>(out.size())) < 0) return openssl_failure();
   return out;
 }
 
@@ -43,7 +43,7 @@ Result<std::string> bytes_of_point(const Curve& curve, const EC_POINT* point) {
   std::string out(kShareBytes, '\0');
   const std::size_t n = EC_POINT_point2oct(curve.group.get(), point, POINT_CONVERSION_UNCOMPRESSED, bytes_of(out),
                                            out.size(), curve.context.get());
-  if (n != kShareBytes) return no_memory();
+  if (n != kShareBytes) return openssl_failure();
   return out;
 }
 
@@ -60,60 +60,60 @@ Result<std::string> scalar_of_code(std::string_view code) {
   const Curve curve;
   const std::string wide = hkdf(code, "lightwell pairing code", 48);
   const BigNumber number = number_of(wide), w(BN_secure_new());
-  if (!curve.ready() || wide.empty() || !number || !w) return no_memory();
+  if (!curve.ready() || wide.empty() || !number || !w) return openssl_failure();
   if (BN_mod(w.get(), number.get(), EC_GROUP_get0_order(curve.group.get()), curve.context.get()) != 1)
-    return no_memory();
+    return openssl_failure();
   return bytes_of_number(w.get());
 }
 
 Result<std::string> random_scalar() {
   const Curve curve;
   const BigNumber x(BN_secure_new());
-  if (!curve.ready() || !x) return no_memory();
+  if (!curve.ready() || !x) return openssl_failure();
   do {
     if (BN_priv_rand_range(x.get(), EC_GROUP_get0_order(curve.group.get())) != 1)
-      return Status(StatusCode::internal, "the system gives no random numbers");
+      return Status(StatusCode::internal, "the system's random number generator failed");
   } while (BN_is_zero(x.get()));
   return bytes_of_number(x.get());
 }
 
 Result<std::string> share_of(PairingSide side, std::string_view w, std::string_view secret) {
   const Curve curve;
-  if (!curve.ready()) return no_memory();
+  if (!curve.ready()) return openssl_failure();
   const Point blind = curve.constant(side == PairingSide::client ? kM : kN), own = curve.point(), share = curve.point();
   const BigNumber w_number = number_of(w), x = number_of(secret);
-  if (!blind || !own || !share || !w_number || !x) return no_memory();
+  if (!blind || !own || !share || !w_number || !x) return openssl_failure();
   const EC_GROUP* const g = curve.group.get();
   BN_CTX* const c = curve.context.get();
-  // Two multiplications and a sum: the one call that does both at once does not take a constant time.
+  // Two multiplications and an addition, because the combined call is not constant-time.
   if (EC_POINT_mul(g, own.get(), x.get(), nullptr, nullptr, c) != 1 ||
       EC_POINT_mul(g, share.get(), nullptr, blind.get(), w_number.get(), c) != 1 ||
       EC_POINT_add(g, share.get(), share.get(), own.get(), c) != 1)
-    return no_memory();
+    return openssl_failure();
   return bytes_of_point(curve, share.get());
 }
 
 Result<Spake2Keys> keys_of(PairingSide side, std::string_view w, std::string_view secret, std::string_view own_share,
                            std::string_view their_share, const Identities& identities) {
   const Curve curve;
-  if (!curve.ready()) return no_memory();
+  if (!curve.ready()) return openssl_failure();
   const EC_GROUP* const g = curve.group.get();
   BN_CTX* const c = curve.context.get();
-  const Status refused(StatusCode::data_loss, "the other side's share is no usable point of P-256");
+  const Status refused(StatusCode::data_loss, "the peer's share is not a valid point of P-256");
   const Point theirs = curve.point();
-  // Reads the uncompressed form alone, and checks that the point is on the curve; the cofactor is 1.
+  // Accepts the uncompressed form only, and checks that the point is on the curve; the cofactor is 1.
   if (their_share.size() != kShareBytes || !theirs ||
       EC_POINT_oct2point(g, theirs.get(), bytes_of(their_share), their_share.size(), c) != 1)
     return refused;
   const Point blind = curve.constant(side == PairingSide::client ? kN : kM), k = curve.point();
   const BigNumber w_number = number_of(w), x = number_of(secret);
-  if (!blind || !k || !w_number || !x) return no_memory();
-  // K = x (pB - w N), and likewise on the other side.
+  if (!blind || !k || !w_number || !x) return openssl_failure();
+  // K = x (pB - w N) for the client, K = y (pA - w M) for the probe.
   if (EC_POINT_mul(g, k.get(), nullptr, blind.get(), w_number.get(), c) != 1 || EC_POINT_invert(g, k.get(), c) != 1 ||
       EC_POINT_add(g, k.get(), theirs.get(), k.get(), c) != 1)
-    return no_memory();
+    return openssl_failure();
   if (EC_POINT_is_at_infinity(g, k.get()) == 1) return refused;
-  if (EC_POINT_mul(g, k.get(), nullptr, k.get(), x.get(), c) != 1) return no_memory();
+  if (EC_POINT_mul(g, k.get(), nullptr, k.get(), x.get(), c) != 1) return openssl_failure();
   const Result<std::string> k_bytes = bytes_of_point(curve, k.get());
   if (!k_bytes) return k_bytes.status();
 
@@ -133,7 +133,7 @@ Result<Spake2Keys> keys_of(PairingSide side, std::string_view w, std::string_vie
   OPENSSL_cleanse(transcript.data(), transcript.size());
   OPENSSL_cleanse(digest.data(), digest.size());
   if (confirming.size() != 32 || keys.confirmation_a.size() != 32 || keys.confirmation_b.size() != 32)
-    return no_memory();
+    return openssl_failure();
   return keys;
 }
 

@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <execinfo.h>
 
-// glibc's own, under the names that it keeps for replacements.
+// glibc's own functions, under the names that it reserves for replacements of malloc.
 extern "C" {
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
@@ -29,7 +29,7 @@ void note() {
 }  // namespace
 
 AllocationCount::AllocationCount() {
-  // backtrace() loads a library when it is called first.
+  // The first call of backtrace() loads a library, which allocates.
   first_depth = backtrace(first_calls.data(), static_cast<int>(first_calls.size()));
   first_depth = 0;
   count = 0;

@@ -1,12 +1,12 @@
-// Counts what is taken from the heap: malloc and its relatives are replaced in the whole program,
-// and operator new of every library comes to them.
+// Counts heap allocations: replaces malloc and related functions in the whole program; operator new of all libraries
+// calls them.
 #pragma once
 
 #include <cstddef>
 
 namespace lightwell::test {
 
-/// From construction to destruction, of all threads. One at a time.
+/// Counts the allocations of all threads between construction and destruction. One object at a time.
 class AllocationCount {
  public:
   AllocationCount();
@@ -15,7 +15,7 @@ class AllocationCount {
   AllocationCount& operator=(const AllocationCount&) = delete;
 
   [[nodiscard]] std::size_t value() const;
-  /// The calls that led to the first one, on stderr: what a failing test wants to show.
+  /// Prints the call stack of the first allocation to stderr.
   static void print_first();
 };
 

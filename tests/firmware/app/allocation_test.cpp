@@ -1,4 +1,4 @@
-// From the camera's push to the encoded bytes nothing is allocated, whatever the light does.
+// Nothing is allocated from the camera's push to the encoded bytes, also when the number of lights changes.
 #include <array>
 #include <memory>
 #include <numbers>
@@ -35,7 +35,7 @@ struct Sensing {
   friend void PrintTo(const Sensing& s, std::ostream* out) { *out << s.name; }
 };
 
-/// A grey room with the first so many of six lamps lit, which differ in brightness.
+/// A grey room with the first `lamps` of six lamps of different brightness switched on.
 sim::Panorama room_with_lamps(int lamps) {
   return sim::from_function(128, [lamps](Vec3d d) {
     for (int k = 0; k < lamps; ++k) {
@@ -48,7 +48,7 @@ sim::Panorama room_with_lamps(int lamps) {
   });
 }
 
-/// Pictures of the room for each number of lamps, and frames that lend them out.
+/// Rendered pictures of the room for each number of lamps, as frames.
 class Pictures final : public FrameOwner {
  public:
   explicit Pictures(const Sensing& sensing) : sensing_(sensing) {
@@ -98,14 +98,14 @@ class Pictures final : public FrameOwner {
   std::array<FrameRing, kMaxLamps + 1> rings_;
 };
 
-/// Fewer, more, none, all: 0 to 6 in an order that is not sorted.
+/// Number of lamps of a capture: 0 to 6 in an unsorted order.
 int lamps_of(std::uint64_t capture) { return static_cast<int>(capture * 4 % (kMaxLamps + 1)); }
 
 class AllocationTest : public ::testing::TestWithParam<Sensing> {
  protected:
   [[nodiscard]] std::unique_ptr<Estimator> estimator() const {
     PanoramaOptions options;
-    // All lights that there are, whether the scene needs them or not: their number is what is to change.
+    // Report all lights, whether the error bound needs them or not, so that their number changes.
     options.config.panorama.epsilon = 0;
     options.config.max_lights = kMaxLamps;
     Result<std::unique_ptr<Estimator>> made = make_panorama_estimator(pictures_.rig(), options);
@@ -115,7 +115,7 @@ class AllocationTest : public ::testing::TestWithParam<Sensing> {
   Pictures pictures_{GetParam()};
 };
 
-TEST_P(AllocationTest, NothingIsAllocatedBetweenPushAndBytes) {
+TEST_P(AllocationTest, NothingIsAllocatedFromPushToEncodedBytes) {
   const std::unique_ptr<Estimator> estimator = this->estimator();
   BracketSlot slot;
   Bracket bracket;
@@ -132,7 +132,7 @@ TEST_P(AllocationTest, NothingIsAllocatedBetweenPushAndBytes) {
     failed += ok ? 0 : 1;
     seen[std::min<std::size_t>(descriptor.lights.size(), kMaxLamps)] = true;
   };
-  // Warm with little light: that more of it comes later must cost nothing either.
+  // Warm up with one lamp: more lights later must not allocate either.
   for (std::uint64_t capture = 0; capture < 5; ++capture) one(capture, 1);
   std::size_t allocated = 0;
   {
@@ -144,10 +144,10 @@ TEST_P(AllocationTest, NothingIsAllocatedBetweenPushAndBytes) {
   if (allocated > 0) AllocationCount::print_first();
   EXPECT_EQ(failed, 0);
   for (std::size_t lights = 0; lights <= kMaxLamps; ++lights)
-    EXPECT_TRUE(seen[lights]) << "the number of lights was to change; never were there " << lights;
+    EXPECT_TRUE(seen[lights]) << "no capture had this number of lights: " << lights;
 }
 
-TEST_P(AllocationTest, ThePipelineAllocatesTheSharedBytesAlone) {
+TEST_P(AllocationTest, ThePipelineAllocatesOnlyTheSharedBytes) {
   test::LinkLog log;
   log.published.reserve(2 * kCaptures);
   Pipeline pipeline({}, estimator(), {});
@@ -168,7 +168,7 @@ TEST_P(AllocationTest, ThePipelineAllocatesTheSharedBytesAlone) {
     allocated = count.value();
   }
   ASSERT_EQ(log.count(), 5U + kCaptures);
-  // After the bytes are made: the vector that all links share, and what it is kept in.
+  // After encoding: the vector that all links share, and its control block.
   EXPECT_LE(allocated, 2U * kCaptures);
   pipeline.stop();
 }

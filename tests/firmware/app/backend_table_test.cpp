@@ -1,4 +1,4 @@
-// How a camera is found by its URI, and what is said where there is none.
+// make_backend(): selection of a backend by the URI, and its errors.
 #include "app/backend_table.hpp"
 
 #include <gmock/gmock.h>
@@ -18,14 +18,14 @@ Status refusal(const std::string& uri) {
   return made.status();
 }
 
-TEST(BackendTable, HoldsWhatThisBuildHas) {
+TEST(BackendTable, ListsTheBackendsOfThisBuild) {
   for (const BackendEntry& entry : backend_table()) {
     EXPECT_THAT(std::string(entry.help), HasSubstr(std::string(entry.scheme) + ":"));
     EXPECT_NE(entry.make, nullptr);
   }
 }
 
-TEST(BackendTable, AnUnknownSchemeNamesTheNearestAndAllThatThereAre) {
+TEST(BackendTable, AnUnknownSchemeNamesTheNearestAndAllKnownOnes) {
   const Status s = refusal("sin:city");
   EXPECT_EQ(s.code(), StatusCode::not_found);
   EXPECT_THAT(s.message(), HasSubstr("'sin:city'"));
@@ -33,7 +33,7 @@ TEST(BackendTable, AnUnknownSchemeNamesTheNearestAndAllThatThereAre) {
   for (const BackendEntry& entry : backend_table()) EXPECT_THAT(s.message(), HasSubstr(std::string(entry.scheme)));
 }
 
-TEST(BackendTable, WhereNothingIsNearNothingIsGuessed) {
+TEST(BackendTable, WithoutASimilarNameNothingIsSuggested) {
   EXPECT_THAT(refusal("thermometer:attic").message(), Not(HasSubstr("did you mean")));
 }
 
@@ -49,7 +49,7 @@ TEST(BackendTable, AnUnknownParameterNamesTheNearest) {
 TEST(BackendTable, AKnownSchemeMakesACamera) {
   CameraConfig config;
   config.uri = "sim:city?sensor=rgb8";
-  EXPECT_TRUE(make_backend(config).ok()) << "the panorama is looked for by open()";
+  EXPECT_TRUE(make_backend(config).ok()) << "a missing panorama is an error of open() only";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Between camera and estimator: the newest whole bracket wins, and what is lost is counted.
+// BracketSlot: keeps the newest complete bracket and counts lost frames and brackets.
 #include "app/bracket_slot.hpp"
 
 #include <stop_token>
@@ -27,13 +27,13 @@ std::vector<std::uint64_t> sequences(const Bracket& bracket) {
 class BracketSlotTest : public ::testing::Test {
  protected:
   void push(std::uint64_t sequence, int index = 0, int size = 1) { slot_.push(lender_.frame(sequence, index, size)); }
-  /// Where a whole bracket waits.
+  /// Takes the complete bracket; returns the sequence numbers of its frames.
   std::vector<std::uint64_t> take() {
     EXPECT_TRUE(slot_.take(bracket_));
     return sequences(bracket_);
   }
 
-  Lender lender_;  // first: frames come back to it
+  Lender lender_;  // Before the others, whose frames return to it.
   BracketSlot slot_;
   Bracket bracket_;
 };
@@ -45,7 +45,7 @@ TEST_F(BracketSlotTest, ASingleFrameIsABracketOfOne) {
   EXPECT_EQ(slot_.counts().dropped, 0U);
 }
 
-TEST_F(BracketSlotTest, TheNewestWinsAndTheOthersAreCountedAndGivenBack) {
+TEST_F(BracketSlotTest, TheNewestReplacesOthersWhichAreCountedAndReleased) {
   push(1);
   push(2);
   push(3);
@@ -55,7 +55,7 @@ TEST_F(BracketSlotTest, TheNewestWinsAndTheOthersAreCountedAndGivenBack) {
   EXPECT_EQ(slot_.counts().dropped, 2U);
 }
 
-TEST_F(BracketSlotTest, WhoWaitsForRoomReplacesNothing) {
+TEST_F(BracketSlotTest, WaitingForSpaceReplacesNothing) {
   constexpr std::uint64_t kBrackets = 2000;
   std::stop_source stop;
   std::thread camera([&, token = stop.get_token()] {
@@ -74,32 +74,32 @@ TEST_F(BracketSlotTest, WhoWaitsForRoomReplacesNothing) {
   EXPECT_EQ(slot_.counts().dropped, 0U);
 }
 
-TEST_F(BracketSlotTest, WhoWaitsForRoomIsWokenToStop) {
+TEST_F(BracketSlotTest, WaitForSpaceReturnsOnStop) {
   push(1);
   std::stop_source stop;
-  bool room = true;
-  std::thread camera([&, token = stop.get_token()] { room = slot_.wait_for_space(token); });
+  bool space = true;
+  std::thread camera([&, token = stop.get_token()] { space = slot_.wait_for_space(token); });
   stop.request_stop();
   camera.join();
-  EXPECT_FALSE(room);
+  EXPECT_FALSE(space);
 }
 
-TEST_F(BracketSlotTest, FramesThatTheCameraLostAreCounted) {
+TEST_F(BracketSlotTest, CountsFramesLostByTheCamera) {
   push(5);
-  EXPECT_EQ(slot_.counts().lost, 0U) << "the first number is any";
+  EXPECT_EQ(slot_.counts().lost, 0U) << "the first sequence number is arbitrary";
   push(6);
   push(10);
   EXPECT_EQ(slot_.counts().lost, 3U);
   push(1);
-  EXPECT_EQ(slot_.counts().lost, 3U) << "a camera that starts anew has lost nothing that is known";
+  EXPECT_EQ(slot_.counts().lost, 3U) << "a backward jump is a restart, not a loss";
 }
 
-TEST_F(BracketSlotTest, ExposuresAreCollectedInOrder) {
+TEST_F(BracketSlotTest, CollectsExposuresInOrder) {
   for (int i = 0; i < 3; ++i) push(static_cast<std::uint64_t>(3 + i), i, 3);
   EXPECT_THAT(take(), ElementsAre(3, 4, 5));
 }
 
-TEST_F(BracketSlotTest, AWholeBracketWaitsWhileTheNextOneFills) {
+TEST_F(BracketSlotTest, ACompleteBracketWaitsWhileTheNextOneFills) {
   for (int i = 0; i < 3; ++i) push(static_cast<std::uint64_t>(i), i, 3);
   push(3, 0, 3);
   push(4, 1, 3);
@@ -113,7 +113,7 @@ TEST_F(BracketSlotTest, AWholeBracketWaitsWhileTheNextOneFills) {
 TEST_F(BracketSlotTest, WithoutItsMiddleExposureABracketIsDiscardedAndCountedOnce) {
   push(0, 0, 3);
   push(2, 2, 3);
-  EXPECT_EQ(lender_.lent(), 0) << "neither half is of use";
+  EXPECT_EQ(lender_.lent(), 0) << "both exposures are released";
   EXPECT_EQ(slot_.counts().incomplete, 1U);
   for (int i = 0; i < 3; ++i) push(static_cast<std::uint64_t>(3 + i), i, 3);
   EXPECT_THAT(take(), ElementsAre(3, 4, 5));
@@ -132,10 +132,10 @@ TEST_F(BracketSlotTest, WithoutItsLastExposureABracketIsCountedWhenTheNextBegins
   push(1, 1, 3);
   push(3, 0, 3);
   EXPECT_EQ(slot_.counts().incomplete, 1U);
-  EXPECT_EQ(lender_.lent(), 1) << "the new beginning";
+  EXPECT_EQ(lender_.lent(), 1) << "the first exposure of the next bracket";
 }
 
-TEST_F(BracketSlotTest, TwoBracketsThatEachLackAnExposureAreTwo) {
+TEST_F(BracketSlotTest, TwoIncompleteBracketsAreCountedTwice) {
   push(0, 0, 3);
   push(1, 1, 3);
   // 2 and 3 are lost: the end of one bracket and the beginning of the next.
@@ -147,13 +147,13 @@ TEST_F(BracketSlotTest, TwoBracketsThatEachLackAnExposureAreTwo) {
 
 TEST_F(BracketSlotTest, ExposuresOfDifferentBracketsAreNotMixed) {
   push(0, 0, 3);
-  push(4, 1, 3);  // Next by its index, but of another bracket.
+  push(4, 1, 3);  // The next index, but of another bracket.
   push(5, 2, 3);
   EXPECT_EQ(lender_.lent(), 0);
   EXPECT_EQ(slot_.counts().incomplete, 2U);
 }
 
-TEST_F(BracketSlotTest, TakingGivesBackWhatWasTakenBefore) {
+TEST_F(BracketSlotTest, TakeReleasesThePreviousBracket) {
   push(1);
   take();
   push(2);
@@ -173,7 +173,7 @@ TEST_F(BracketSlotTest, TakeWaitsForTheFrame) {
   camera.join();
 }
 
-TEST_F(BracketSlotTest, CloseWakesWhoeverWaits) {
+TEST_F(BracketSlotTest, CloseEndsAWaitingTake) {
   std::atomic<bool> woken{false};
   std::thread estimator([&] {
     Bracket b;
@@ -185,7 +185,7 @@ TEST_F(BracketSlotTest, CloseWakesWhoeverWaits) {
   estimator.join();
 }
 
-TEST_F(BracketSlotTest, CloseGivesBackWhatItHoldsAndTakesNoMore) {
+TEST_F(BracketSlotTest, CloseReleasesFramesAndAcceptsNoMore) {
   for (int i = 0; i < 3; ++i) push(static_cast<std::uint64_t>(i), i, 3);
   push(3, 0, 3);
   EXPECT_EQ(lender_.lent(), 4);
@@ -194,7 +194,7 @@ TEST_F(BracketSlotTest, CloseGivesBackWhatItHoldsAndTakesNoMore) {
   push(4, 1, 3);
   EXPECT_EQ(lender_.lent(), 0);
   EXPECT_FALSE(slot_.take(bracket_));
-  EXPECT_EQ(slot_.counts().frames, 5U) << "frames are counted all the same";
+  EXPECT_EQ(slot_.counts().frames, 5U) << "frames are still counted";
 }
 
 }  // namespace

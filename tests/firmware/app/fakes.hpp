@@ -1,4 +1,4 @@
-// A camera's loans, an estimator and a link that do what a test says.
+// Fake frame owner, estimator and link, controlled by a test.
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,7 @@
 
 namespace lightwell::test {
 
-/// Lends frames without pictures, and knows which have not come back.
+/// Creates frames without pictures and counts those not yet released.
 class Lender final : public FrameOwner {
  public:
   [[nodiscard]] Frame frame(std::uint64_t sequence, int bracket_index = 0, int bracket_size = 1) {
@@ -31,7 +31,7 @@ class Lender final : public FrameOwner {
   std::atomic<int> lent_{0};
 };
 
-/// Upward radiance of `level`, so that the irradiance of any normal is pi times that.
+/// Constant radiance `level`, so that the irradiance of any normal is pi times that.
 [[nodiscard]] inline Descriptor constant_light(float level) {
   Descriptor d;
   const float c = level / 0.28209479F;
@@ -40,14 +40,14 @@ class Lender final : public FrameOwner {
   return d;
 }
 
-/// What the fake was told, and what it shall do. Any thread.
+/// Behaviour of FakeEstimator and a record of its calls. Any thread.
 struct EstimatorScript {
   mutable std::mutex mutex;
-  Status fail_with;  ///< ok: it does not fail.
-  Flags flags;       ///< Of what it gives.
+  Status fail_with;  ///< Result of estimate() if not ok.
+  Flags flags;       ///< Flags of the descriptors.
   float level = 1;   ///< Radiance before scaling.
   EstimatorConfig configured;
-  std::vector<std::vector<std::uint64_t>> brackets;  ///< Sequences of the frames that came.
+  std::vector<std::vector<std::uint64_t>> brackets;  ///< Sequence numbers of the frames of each call.
 };
 
 class FakeEstimator final : public Estimator {
@@ -56,8 +56,8 @@ class FakeEstimator final : public Estimator {
 
   Status estimate(std::span<const Frame> bracket, Descriptor& out) override {
     const std::lock_guard lock(script_.mutex);
-    std::vector<std::uint64_t>& came = script_.brackets.emplace_back();
-    for (const Frame& f : bracket) came.push_back(f.info.sequence);
+    std::vector<std::uint64_t>& sequences = script_.brackets.emplace_back();
+    for (const Frame& f : bracket) sequences.push_back(f.info.sequence);
     if (!script_.fail_with.ok()) return script_.fail_with;
     out = constant_light(script_.level * static_cast<float>(scale_.factor));
     out.sequence = bracket.front().info.sequence;
@@ -79,7 +79,7 @@ class FakeEstimator final : public Estimator {
   RadianceScale scale_;
 };
 
-/// What a link got, and how its start shall go. Outlives the link. Any thread.
+/// Behaviour of FakeLink and a record of its calls. Outlives the link. Any thread.
 struct LinkLog {
   mutable std::mutex mutex;
   Status start_with;

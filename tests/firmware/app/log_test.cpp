@@ -1,4 +1,4 @@
-// The daemon's log where a message quotes what a client, a broker or a network said.
+// The daemon's log escapes control characters in texts from clients, brokers and networks.
 #include "app/log.hpp"
 
 #include <string>
@@ -14,7 +14,7 @@ std::string logged(const std::string& message) {
   return ::testing::internal::GetCapturedStderr();
 }
 
-TEST(Log, AMessageIsOneLineWhateverItQuotes) {
+TEST(Log, AMessageIsOneLineWhateverItContains) {
   const std::string begin = logged("").substr(0, logged("").size() - 1);
   EXPECT_EQ(logged("paired with ann\n<3>lightwelld: error: the camera went away"),
             begin + "paired with ann\\x0a<3>lightwelld: error: the camera went away\n");

@@ -1,4 +1,4 @@
-// The pipeline under a budget, with an estimator whose time depends on its setting.
+// Pipeline with a time budget and an estimator whose duration depends on its setting.
 #include <chrono>
 #include <cstddef>
 #include <thread>
@@ -19,19 +19,19 @@ using test::FakeLink;
 using test::Lender;
 using test::LinkLog;
 
-/// Sleeps for so many milliseconds a frame, by setting.
+/// Sleeps for a number of milliseconds per frame that depends on the setting.
 class SlowEstimator final : public Estimator {
  public:
-  struct Pace {
+  struct Timing {
     std::atomic<int> fast_ms{0}, balanced_ms{0}, exact_ms{0};
-    std::atomic<int> band{-1};  ///< That it was last configured with.
+    std::atomic<int> band{-1};  ///< Of the last configuration.
   };
-  SlowEstimator(Pace& pace, Setting setting) : pace_(pace), setting_(setting) {}
+  SlowEstimator(Timing& timing, Setting setting) : timing_(timing), setting_(setting) {}
 
   Status estimate(std::span<const Frame> bracket, Descriptor& out) override {
-    const int ms = setting_ == Setting::fast       ? pace_.fast_ms
-                   : setting_ == Setting::balanced ? pace_.balanced_ms
-                                                   : pace_.exact_ms;
+    const int ms = setting_ == Setting::fast       ? timing_.fast_ms
+                   : setting_ == Setting::balanced ? timing_.balanced_ms
+                                                   : timing_.exact_ms;
     std::this_thread::sleep_for(std::chrono::milliseconds(ms));
     out = test::constant_light(1);
     out.sequence = bracket.front().info.sequence;
@@ -41,25 +41,25 @@ class SlowEstimator final : public Estimator {
   EstimatorKind kind() const override { return EstimatorKind::panorama; }
   Status configure(const EstimatorConfig& config) override {
     setting_ = config.setting;
-    pace_.band = config.band;
+    timing_.band = config.band;
     return {};
   }
   void set_scale(RadianceScale) override {}
   RadianceScale scale() const override { return {}; }
 
  private:
-  Pace& pace_;
+  Timing& timing_;
   Setting setting_;
 };
 
 class PipelineBudgetTest : public ::testing::Test {
  protected:
-  /// Sleeps take longer than asked for on a busy machine, so settings differ by far and budgets leave room.
+  /// Durations and budgets must differ by a large factor, because sleeps take longer on a busy machine.
   void make(double budget_ms, Setting setting) {
     EstimatorConfig config;
     config.setting = setting;
     pipeline_ = std::make_unique<Pipeline>(ProbeIdentity{"attic", 11, 12, "0.1.0", "fake camera"},
-                                           std::make_unique<SlowEstimator>(pace_, setting), config, budget_ms);
+                                           std::make_unique<SlowEstimator>(timing_, setting), config, budget_ms);
     pipeline_->publisher().add(std::make_unique<FakeLink>(link_));
     ASSERT_TRUE(pipeline_->start().ok());
   }
@@ -67,8 +67,8 @@ class PipelineBudgetTest : public ::testing::Test {
     for (int i = 0; i < frames; ++i) {
       const std::uint64_t before = pipeline_->status().counters.estimates;
       pipeline_->sink().push(lender_.frame(sequence_++));
-      ASSERT_TRUE(becomes_true("the pipeline has dealt with the frame",
-                             [&] { return pipeline_->status().counters.estimates > before; }));
+      ASSERT_TRUE(becomes_true("the pipeline has processed the frame",
+                               [&] { return pipeline_->status().counters.estimates > before; }));
     }
   }
   Setting last() {
@@ -79,14 +79,14 @@ class PipelineBudgetTest : public ::testing::Test {
   }
 
   Lender lender_;
-  SlowEstimator::Pace pace_;
+  SlowEstimator::Timing timing_;
   LinkLog link_;
   std::unique_ptr<Pipeline> pipeline_;
   std::uint64_t sequence_ = 1;
 };
 
-TEST_F(PipelineBudgetTest, FallsAndTheDescriptorSaysSo) {
-  pace_.exact_ms = 1200;
+TEST_F(PipelineBudgetTest, LowersTheSettingAndStatesItInTheDescriptor) {
+  timing_.exact_ms = 1200;
   make(200, Setting::exact);
   process(4);
   EXPECT_EQ(last(), Setting::fast);
@@ -94,24 +94,24 @@ TEST_F(PipelineBudgetTest, FallsAndTheDescriptorSaysSo) {
   EXPECT_EQ(pipeline_->status().counters.setting_moves, 1U);
   EXPECT_EQ(pipeline_->status().counters.estimates_late, 2U);
   EXPECT_EQ(pipeline_->status().counters.estimates_late_at_fast, 0U);
-  EXPECT_EQ(pipeline_->estimator().setting, Setting::exact) << "what is configured stays what is configured";
+  EXPECT_EQ(pipeline_->estimator().setting, Setting::exact) << "the configuration is unchanged";
   EXPECT_FALSE(pipeline_->over_budget_ms());
 }
 
-TEST_F(PipelineBudgetTest, ClimbsAgainWhenThereIsRoom) {
-  pace_.balanced_ms = 600;
+TEST_F(PipelineBudgetTest, RaisesTheSettingAgainWhenItFits) {
+  timing_.balanced_ms = 600;
   make(200, Setting::balanced);
   process(3);
   ASSERT_EQ(pipeline_->setting(), Setting::fast);
-  pace_.balanced_ms = 0;
+  timing_.balanced_ms = 0;
   for (int i = 0; i < 400 && pipeline_->setting() == Setting::fast; ++i) process(1);
   process(1);
   EXPECT_EQ(last(), Setting::balanced);
   EXPECT_EQ(pipeline_->status().counters.setting_moves, 2U);
 }
 
-TEST_F(PipelineBudgetTest, WithoutABudgetNothingMoves) {
-  pace_.exact_ms = 30;
+TEST_F(PipelineBudgetTest, WithoutABudgetTheSettingNeverChanges) {
+  timing_.exact_ms = 30;
   make(0, Setting::exact);
   process(8);
   EXPECT_EQ(last(), Setting::exact);
@@ -119,8 +119,8 @@ TEST_F(PipelineBudgetTest, WithoutABudgetNothingMoves) {
   EXPECT_EQ(pipeline_->status().counters.estimates_late, 0U);
 }
 
-TEST_F(PipelineBudgetTest, SaysWhereEvenFastIsTooSlow) {
-  pace_.fast_ms = pace_.balanced_ms = pace_.exact_ms = 30;
+TEST_F(PipelineBudgetTest, ReportsIfEvenFastIsTooSlow) {
+  timing_.fast_ms = timing_.balanced_ms = timing_.exact_ms = 30;
   make(5, Setting::balanced);
   process(8);
   EXPECT_EQ(last(), Setting::fast);
@@ -129,8 +129,8 @@ TEST_F(PipelineBudgetTest, SaysWhereEvenFastIsTooSlow) {
   EXPECT_GE(pipeline_->status().counters.estimates_late_at_fast, 5U);
 }
 
-TEST_F(PipelineBudgetTest, AnotherConfigurationKeepsTheGovernedSetting) {
-  pace_.balanced_ms = 600;
+TEST_F(PipelineBudgetTest, ReconfigurationKeepsTheGovernedSetting) {
+  timing_.balanced_ms = 600;
   make(200, Setting::balanced);
   process(3);
   ASSERT_EQ(pipeline_->setting(), Setting::fast);
@@ -138,12 +138,12 @@ TEST_F(PipelineBudgetTest, AnotherConfigurationKeepsTheGovernedSetting) {
   config.band = 2;
   ASSERT_TRUE(pipeline_->update_estimator(all_fields(config)).ok());
   process(1);
-  EXPECT_EQ(pace_.band, 2);
+  EXPECT_EQ(timing_.band, 2);
   EXPECT_EQ(last(), Setting::fast);
   config.setting = Setting::exact;
   ASSERT_TRUE(pipeline_->update_estimator(all_fields(config)).ok());
   process(1);
-  EXPECT_EQ(last(), Setting::exact) << "another setting is tried at once";
+  EXPECT_EQ(last(), Setting::exact) << "a newly configured setting is used at once";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A lux reading while lights are clipped and the scale is known goes to them; else it sets the scale.
+// A lux reading recovers clipped lights if the scale is known; otherwise it sets the scale.
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ struct Sky {
   int recoveries = 0;
 };
 
-/// A sky of radiance one and a clipped sun overhead.
+/// Estimates a sky of radiance 1 with a clipped sun at the zenith.
 class SunnyEstimator final : public Estimator {
  public:
   explicit SunnyEstimator(Sky& sky) : sky_(sky) {}
@@ -61,8 +61,8 @@ class PipelineRecovery : public testing::Test {
   void process_one() {
     const std::uint64_t before = pipeline_.status().counters.estimates;
     pipeline_.sink().push(lender_.frame(sequence_++));
-    ASSERT_TRUE(becomes_true("the pipeline has dealt with the frame",
-                           [&] { return pipeline_.status().counters.estimates > before; }));
+    ASSERT_TRUE(becomes_true("the pipeline has processed the frame",
+                             [&] { return pipeline_.status().counters.estimates > before; }));
   }
 
   Lender lender_;
@@ -71,12 +71,12 @@ class PipelineRecovery : public testing::Test {
   std::uint64_t sequence_ = 40;
 };
 
-TEST_F(PipelineRecovery, GoesToTheClippedLight) {
+TEST_F(PipelineRecovery, ALuxReadingRecoversTheClippedLight) {
   ASSERT_TRUE(pipeline_.start().ok());
   process_one();
   const Result<double> factor = pipeline_.report_lux(std::numbers::pi + 5000, {0, 2, 0});
   ASSERT_TRUE(factor.ok()) << factor.status().message();
-  EXPECT_EQ(*factor, 1) << "the scale stays";
+  EXPECT_EQ(*factor, 1) << "the scale is unchanged";
   process_one();
   const std::lock_guard lock(sky_.mutex);
   EXPECT_EQ(sky_.recoveries, 1);
@@ -85,7 +85,7 @@ TEST_F(PipelineRecovery, GoesToTheClippedLight) {
   EXPECT_NEAR(sky_.recovery.lights[0].irradiance.g, 5000, 50);
 }
 
-TEST_F(PipelineRecovery, ReadingsThatTellNothingAreRefusedAndChangeNothing) {
+TEST_F(PipelineRecovery, RefusesUninformativeReadings) {
   ASSERT_TRUE(pipeline_.start().ok());
   process_one();
   EXPECT_EQ(pipeline_.report_lux(5000, {0, -1, 0}).status().code(), StatusCode::failed_precondition);
@@ -97,7 +97,7 @@ TEST_F(PipelineRecovery, ReadingsThatTellNothingAreRefusedAndChangeNothing) {
   EXPECT_EQ(sky_.recoveries, 0);
 }
 
-TEST_F(PipelineRecovery, WithoutAScaleClippedLightGivesNone) {
+TEST_F(PipelineRecovery, RefusesToSetTheScaleWhileLightIsClipped) {
   sky_.units = Units::relative;
   ASSERT_TRUE(pipeline_.start().ok());
   process_one();

@@ -1,4 +1,4 @@
-// The four rooms in a row, with an estimator and a link that do what the test says.
+// Pipeline with a fake estimator and a fake link.
 #include "app/pipeline.hpp"
 
 #include <barrier>
@@ -35,11 +35,11 @@ class PipelineTest : public ::testing::Test {
     pipeline_.publisher().add(std::make_unique<FakeLink>(link_));
   }
 
-  /// The next frame, and waits until it has come out or has failed.
+  /// Pushes the next frame and waits until it was published or failed.
   void process_one() {
     const Counters before = pipeline_.status().counters;
     pipeline_.sink().push(lender_.frame(sequence_++));
-    ASSERT_TRUE(becomes_true("the pipeline has dealt with the frame", [&] {
+    ASSERT_TRUE(becomes_true("the pipeline has processed the frame", [&] {
       const Counters now = pipeline_.status().counters;
       return now.estimates + now.estimates_failed > before.estimates + before.estimates_failed;
     }));
@@ -68,10 +68,10 @@ TEST_F(PipelineTest, AFrameBecomesADescriptorOnTheLink) {
   process_one();
   EXPECT_EQ(last().sequence, 40U);
   EXPECT_EQ(link_.count(), 1U);
-  EXPECT_TRUE(becomes_true("the frame is given back", [&] { return lender_.lent() == 0; }));
+  EXPECT_TRUE(becomes_true("the frame is released", [&] { return lender_.lent() == 0; }));
 }
 
-TEST_F(PipelineTest, ABracketComesToTheEstimatorAsOne) {
+TEST_F(PipelineTest, ABracketIsPassedToTheEstimatorAsAWhole) {
   ASSERT_TRUE(pipeline_.start().ok());
   for (int i = 0; i < 3; ++i) pipeline_.sink().push(lender_.frame(static_cast<std::uint64_t>(6 + i), i, 3));
   ASSERT_TRUE(becomes_true("the bracket is published", [&] { return link_.count() == 1; }));
@@ -79,7 +79,7 @@ TEST_F(PipelineTest, ABracketComesToTheEstimatorAsOne) {
   EXPECT_THAT(script_.brackets, ElementsAre(ElementsAre(6, 7, 8)));
 }
 
-TEST_F(PipelineTest, WhatTheEstimatorRefusesIsCountedAndTold) {
+TEST_F(PipelineTest, EstimatorErrorsAreCountedAndReported) {
   ASSERT_TRUE(pipeline_.start().ok());
   script_.fail_with = {StatusCode::invalid_argument, "lens 7 is not in the calibration"};
   process_one();
@@ -91,10 +91,10 @@ TEST_F(PipelineTest, WhatTheEstimatorRefusesIsCountedAndTold) {
     script_.fail_with = {};
   }
   process_one();
-  EXPECT_EQ(link_.count(), 1U) << "one bad frame does not end the rest";
+  EXPECT_EQ(link_.count(), 1U) << "later frames are estimated";
 }
 
-TEST_F(PipelineTest, WhatTheWireCannotHoldIsCountedAndTold) {
+TEST_F(PipelineTest, EncodingErrorsAreCountedAndReported) {
   ASSERT_TRUE(pipeline_.start().ok());
   script_.level = std::numeric_limits<float>::quiet_NaN();
   process_one();
@@ -102,7 +102,7 @@ TEST_F(PipelineTest, WhatTheWireCannotHoldIsCountedAndTold) {
   EXPECT_THAT(pipeline_.last_error(), HasSubstr("not finite"));
 }
 
-TEST_F(PipelineTest, StatusSaysWhoTheProbeIsAndWhatItHasDone) {
+TEST_F(PipelineTest, StatusHasIdentityAndCounters) {
   link_.counters = {3, 17};
   ASSERT_TRUE(pipeline_.start().ok());
   process_one();
@@ -134,7 +134,7 @@ TEST_F(PipelineTest, SetEstimatorTakesEffectWithTheNextFrame) {
   EXPECT_EQ(script_.configured.max_lights, 3);
 }
 
-TEST_F(PipelineTest, OfTwoUpdatesAtOnceNeitherUndoesTheOther) {
+TEST_F(PipelineTest, ConcurrentUpdatesOfDifferentFieldsBothTakeEffect) {
   constexpr int kRounds = 10'000;
   int refused = 0, lost = 0;
   std::barrier together(2);
@@ -157,7 +157,7 @@ TEST_F(PipelineTest, OfTwoUpdatesAtOnceNeitherUndoesTheOther) {
   EXPECT_EQ(lost, 0);
 }
 
-TEST_F(PipelineTest, AnImpossibleEstimatorChangesNothing) {
+TEST_F(PipelineTest, AnInvalidConfigurationChangesNothing) {
   EstimatorConfig config;
   config.band = 7;
   const Status s = pipeline_.update_estimator(all_fields(config));
@@ -166,7 +166,7 @@ TEST_F(PipelineTest, AnImpossibleEstimatorChangesNothing) {
   EXPECT_EQ(pipeline_.estimator().band, EstimatorConfig{}.band);
 }
 
-TEST_F(PipelineTest, ALuxReadingScalesWhatFollows) {
+TEST_F(PipelineTest, ALuxReadingScalesLaterDescriptors) {
   script_.level = 2;
   ASSERT_TRUE(pipeline_.start().ok());
   process_one();
@@ -190,7 +190,7 @@ TEST_F(PipelineTest, ASecondReadingRefinesTheFirst) {
   EXPECT_NEAR(*again * std::numbers::pi, 500, 1) << "the same reading gives the same scale";
 }
 
-TEST_F(PipelineTest, NoScaleIsSetByLightThatIsNotKnown) {
+TEST_F(PipelineTest, RefusesALuxReadingWhileTheLightIsUncertain) {
   ASSERT_TRUE(pipeline_.start().ok());
   const Result<double> early = pipeline_.report_lux(100, {0, 1, 0});
   EXPECT_EQ(early.status().code(), StatusCode::failed_precondition) << "nothing measured yet";
@@ -203,17 +203,17 @@ TEST_F(PipelineTest, NoScaleIsSetByLightThatIsNotKnown) {
   }
   set_flags({Flag::cleaned});
   process_one();
-  EXPECT_TRUE(pipeline_.report_lux(100, {0, 1, 0}).ok()) << "cleaned light is light";
+  EXPECT_TRUE(pipeline_.report_lux(100, {0, 1, 0}).ok()) << "cleaned pixels do not prevent a scale";
 }
 
-TEST_F(PipelineTest, AReadingThatGivesNoScaleIsRefused) {
+TEST_F(PipelineTest, RefusesAReadingThatGivesNoScale) {
   ASSERT_TRUE(pipeline_.start().ok());
   process_one();
   EXPECT_FALSE(pipeline_.report_lux(std::numeric_limits<double>::infinity(), {0, 1, 0}).ok());
   EXPECT_FALSE(pipeline_.report_lux(-5, {0, 1, 0}).ok());
   EXPECT_FALSE(pipeline_.report_lux(std::nan(""), {0, 1, 0}).ok());
   process_one();
-  EXPECT_EQ(last().units, Units::relative) << "and leaves the scale as it was";
+  EXPECT_EQ(last().units, Units::relative) << "the scale is unchanged";
 }
 
 TEST_F(PipelineTest, ALinkThatDoesNotStartStopsTheOthers) {
@@ -226,7 +226,7 @@ TEST_F(PipelineTest, ALinkThatDoesNotStartStopsTheOthers) {
   pipeline_.stop();
 }
 
-TEST_F(PipelineTest, StopEndsTheLinksAndGivesFramesBack) {
+TEST_F(PipelineTest, StopEndsTheLinksAndReleasesFrames) {
   ASSERT_TRUE(pipeline_.start().ok());
   process_one();
   pipeline_.sink().push(lender_.frame(99, 0, 3));

@@ -1,4 +1,4 @@
-// A pixel and a direction are two names of one thing, over the whole of each lens.
+// Tests of CameraModel: project() and unproject() are inverse over the whole domain of each model.
 #include "calibration/camera_model.hpp"
 
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kDegree = kPi / 180;
-// Pixels are near 1000 and angles near 1: what doubles keep, a thousandfold.
+// Pixels are about 1000, angles about 1: a thousand times the rounding error of double.
 constexpr double kPixelTolerance = 1e-9;
 
 LensParameters lens_with(ModelParameters model, double max_angle_rad) {
@@ -47,7 +47,7 @@ struct Example<DoubleSphereParameters> {
 };
 template <>
 struct Example<MeiParameters> {
-  // About what OpenCV's omnidir finds for a lens of 190 degrees.
+  // Typical result of OpenCV's omnidir for a lens of 190 degrees.
   static LensParameters lens() {
     return lens_with(MeiParameters{720, 718, 499.1, 248.2, 1.4, -0.12, 0.21, 3e-4, -7e-4}, 97 * kDegree);
   }
@@ -62,14 +62,14 @@ class CameraModelTest : public testing::Test {
  protected:
   const CameraModel model{Example<Model>::lens()};
 
-  /// Calls f with directions all over the domain, its edge included.
+  /// Calls f with directions over the whole domain, including its edge.
   template <class F>
   void for_directions(F f) const {
     constexpr int kThetas = 400, kPhis = 37;
     for (int i = 0; i <= kThetas; ++i) {
       for (int j = 0; j < kPhis; ++j) {
         const double theta = model.max_angle_rad() * i / kThetas;
-        // Straight behind there is no azimuth, hence no one pixel.
+        // Straight behind, the azimuth and so the pixel are undefined.
         if (theta < kPi) f(direction_cv(theta, 2 * kPi * j / kPhis));
       }
     }
@@ -86,7 +86,7 @@ TYPED_TEST(CameraModelTest, UnprojectUndoesProject) {
     ASSERT_TRUE(pixel) << d.x << " " << d.y << " " << d.z;
     const auto back = this->model.unproject(*pixel);
     ASSERT_TRUE(back) << pixel->x << " " << pixel->y;
-    // A pixel is about 1/300 rad.
+    // One pixel is about 1/300 rad.
     EXPECT_LT(angle_between(*back, d), kPixelTolerance / 300) << d.x << " " << d.y << " " << d.z;
     EXPECT_NEAR(length(*back), 1, 1e-14);
   });
@@ -118,7 +118,7 @@ TYPED_TEST(CameraModelTest, LengthOfTheDirectionDoesNotMatter) {
   }
 }
 
-TYPED_TEST(CameraModelTest, WhatIsNoDirectionHasNoPixel) {
+TYPED_TEST(CameraModelTest, InvalidDirectionsHaveNoPixel) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(this->model.project({0, 0, 0}));
   EXPECT_FALSE(this->model.project({kNan, 0, 1}));
@@ -129,7 +129,7 @@ TYPED_TEST(CameraModelTest, WhatIsNoDirectionHasNoPixel) {
 TYPED_TEST(CameraModelTest, TheDomainEndsAtTheLargestAngle) {
   const double end = this->model.max_angle_rad();
   if (end == kPi) {
-    EXPECT_TRUE(this->model.project({0, 0, -1})) << "the whole sphere has no edge";
+    EXPECT_TRUE(this->model.project({0, 0, -1})) << "the equirectangular domain is the whole sphere";
     return;
   }
   for (int j = 0; j < 16; ++j) {
@@ -147,7 +147,7 @@ TYPED_TEST(CameraModelTest, TheDomainEndsAtTheLargestAngle) {
   }
 }
 
-TYPED_TEST(CameraModelTest, InFloatAPixelComesBackToAThousandth) {
+TYPED_TEST(CameraModelTest, FloatRoundTripIsWithinAThousandthOfAPixel) {
   const CameraModelF in_float(Example<TypeParam>::lens());
   int seen = 0;
   for (int y = 0; y < 500; y += 7) {
@@ -167,25 +167,25 @@ TYPED_TEST(CameraModelTest, InFloatAPixelComesBackToAThousandth) {
     const auto exact = this->model.project(d);
     const auto pixel = in_float.project(vec_cast<float>(d));
     ASSERT_TRUE(exact && pixel) << d.x << " " << d.y << " " << d.z;
-    // Where the picture's ends meet, either will do.
+    // At the seam either edge of the picture is correct.
     if (std::abs(exact->x - pixel->x) > 500) return;
     EXPECT_NEAR(pixel->x, exact->x, 1e-3);
     EXPECT_NEAR(pixel->y, exact->y, 1e-3);
   });
 }
 
-TEST(Mei, WithoutASphereBehindItIsAPinhole) {
+TEST(Mei, WithXiZeroIsAPinhole) {
   const CameraModel model(lens_with(MeiParameters{100, 200, 7, 9, 0, 0, 0, 0, 0}, kPi));
   const auto p = model.project({0.3, -0.2, 2});
   ASSERT_TRUE(p);
   EXPECT_NEAR(p->x, 7 + 100 * 0.15, kPixelTolerance);
   EXPECT_NEAR(p->y, 9 - 200 * 0.1, kPixelTolerance);
-  EXPECT_NEAR(model.max_angle_rad(), kPi / 2, 1e-6) << "which sees half of everything";
+  EXPECT_NEAR(model.max_angle_rad(), kPi / 2, 1e-6) << "a pinhole sees half the sphere";
 }
 
-TEST(Mei, ItsTermsAcrossTheRadiusAreInOpenCvsOrder) {
-  // OpenCV, calib3d: x'' = x + 2 p1 x y + p2 (r² + 2 x²), y'' = y + p1 (r² + 2 y²) + 2 p2 x y. At (1/2, 0) p1 moves
-  // down alone.
+TEST(Mei, TangentialTermsAreInOpenCvsOrder) {
+  // OpenCV, calib3d: x'' = x + 2 p1 x y + p2 (r² + 2 x²), y'' = y + p1 (r² + 2 y²) + 2 p2 x y. At (1/2, 0) p1 changes
+  // only y.
   const auto first = CameraModel(lens_with(MeiParameters{100, 100, 0, 0, 0, 0, 0, 0.01, 0}, 1)).project({0.5, 0, 1});
   ASSERT_TRUE(first);
   EXPECT_NEAR(first->x, 50, kPixelTolerance);
@@ -224,7 +224,7 @@ TEST(KannalaBrandt, RadiusGrowsWithTheAngleBeyondNinetyDegrees) {
   k.cx = 7;
   k.cy = 9;
   const CameraModel model(lens_with(k, 3));
-  // All k zero: the radius is the angle itself, the focal length pixels per rad.
+  // With all k = 0 the radius is the angle times the focal length (pixels per rad).
   const auto right = model.project(direction_cv(2.5, 0)), down = model.project(direction_cv(2.5, kPi / 2));
   ASSERT_TRUE(right && down);
   EXPECT_NEAR(right->x, 7 + 250, kPixelTolerance);
@@ -233,7 +233,7 @@ TEST(KannalaBrandt, RadiusGrowsWithTheAngleBeyondNinetyDegrees) {
   EXPECT_NEAR(down->y, 9 + 500, kPixelTolerance);
 }
 
-TEST(KannalaBrandt, EndsWhereTheRadiusTurnsBack) {
+TEST(KannalaBrandt, EndsAtTheMaximumOfTheRadius) {
   KannalaBrandtParameters k;
   k.fx = k.fy = 100;
   k.k1 = -0.2;
@@ -243,7 +243,7 @@ TEST(KannalaBrandt, EndsWhereTheRadiusTurnsBack) {
   EXPECT_NEAR(model.max_angle_rad(), turning, 1e-12);
   EXPECT_TRUE(model.project(direction_cv(turning - 1e-6, 1)));
   EXPECT_FALSE(model.project(direction_cv(turning + 1e-6, 1)));
-  // Both branches reach this radius; the answer is the nearer one.
+  // Both branches reach this radius; the result must be the one nearer to the axis.
   const auto d = model.unproject({0.99 * 100 * turning * (1 - 0.2 / 0.6), 0});
   ASSERT_TRUE(d);
   EXPECT_LT(std::atan2(d->x, d->z), turning);
@@ -257,10 +257,10 @@ TEST(DoubleSphere, EndsWhereTheProjectionIsNoLongerOneToOne) {
       const double w1 = alpha <= 0.5 ? alpha / (1 - alpha) : (1 - alpha) / alpha;
       const double w2 = (w1 + xi) / std::sqrt(2 * w1 * xi + xi * xi + 1);
       EXPECT_GE(std::cos(model.max_angle_rad()), -w2 - 1e-12);
-      EXPECT_NEAR(std::cos(model.max_angle_rad()), -w2, 0.1) << "no wide angle is given away";
+      EXPECT_NEAR(std::cos(model.max_angle_rad()), -w2, 0.1) << "the domain must not be smaller than necessary";
       double before = 0;
       for (int i = 1; i <= 200; ++i) {
-        // Not up to the end itself, which is infinitely far out where alpha is a half.
+        // Exclude the end itself, which is at infinity for alpha = 1/2.
         const auto p = model.project(direction_cv(model.max_angle_rad() * i / 200.01, 0));
         ASSERT_TRUE(p);
         EXPECT_GT(p->x, before) << "alpha " << alpha << " xi " << xi << " step " << i;
@@ -270,7 +270,7 @@ TEST(DoubleSphere, EndsWhereTheProjectionIsNoLongerOneToOne) {
   }
 }
 
-TEST(Equirectangular, UprightItIsTheHousesMapping) {
+TEST(Equirectangular, UprightEqualsEquirectUv) {
   const LensParameters lens = Example<EquirectangularParameters>::lens();
   const CameraModel model(lens);
   for (int j = 0; j < 500; j += 9) {
@@ -291,7 +291,7 @@ TEST(UprightLens, RightIsPlusXAndUpIsPlusY) {
   EXPECT_NEAR(ahead.x, 501.3, kPixelTolerance);
   EXPECT_NEAR(ahead.y, 247.9, kPixelTolerance);
   EXPECT_GT(seen({0.1, 0, -1}).x, ahead.x);
-  EXPECT_LT(seen({0, 0.1, -1}).y, ahead.y) << "up in the world is a smaller row";
+  EXPECT_LT(seen({0, 0.1, -1}).y, ahead.y) << "up in the world must be a smaller row";
 }
 
 }  // namespace

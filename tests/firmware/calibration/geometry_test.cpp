@@ -1,4 +1,4 @@
-// Shown boards, a lens is found again; shown too little, it says so.
+// Tests of calibrate_geometry() with simulated observations: recovery of lenses and pairs, and errors.
 #include "calibration/geometry/geometry.hpp"
 
 #include <cmath>
@@ -36,18 +36,19 @@ struct Lens {
 };
 class OneLens : public testing::TestWithParam<Lens> {};
 
-TEST_P(OneLens, IsFoundAgainFromFortyPictures) {
+TEST_P(OneLens, IsRecoveredFromFortyPictures) {
   const Lens& lens = GetParam();
   const LensParameters truth = shown::lens_of(lens.kind);
   const GeometryFit fit = fitted(one_lens(truth, {}), {.kind = lens.kind});
   ASSERT_EQ(fit.lenses.size(), 1U);
   EXPECT_NEAR(fit.bundle.sigma_px, 0.2, 0.02);
-  EXPECT_LT(direction_error(truth, fit.lenses[0].model), 0.05 * kDegree) << "RMS over the whole lens";
+  EXPECT_LT(direction_error(truth, fit.lenses[0].model), 0.05 * kDegree) << "RMS over the whole field of view";
   EXPECT_GT(fit.lenses[0].max_observed_angle_rad, 93 * kDegree);
-  EXPECT_LT(direction_error(truth, fit.lenses[0].model), fit.lenses[0].direction_uncertainty_rad) << "three deviations";
+  EXPECT_LT(direction_error(truth, fit.lenses[0].model), fit.lenses[0].direction_uncertainty_rad)
+      << "within three standard deviations";
 }
 
-TEST_P(OneLens, WithoutNoiseIsFoundExactly) {
+TEST_P(OneLens, WithoutNoiseIsRecoveredExactly) {
   const Lens& lens = GetParam();
   const LensParameters truth = shown::lens_of(lens.kind);
   const GeometryFit fit = fitted(one_lens(truth, {.noise_px = 0}), {.kind = lens.kind});
@@ -56,13 +57,13 @@ TEST_P(OneLens, WithoutNoiseIsFoundExactly) {
   EXPECT_LT(direction_error(truth, fit.lenses[0].model), 1e-5 * kDegree);
 }
 
-TEST_P(OneLens, IsFoundThoughOnePointInFiftyIsAnywhere) {
+TEST_P(OneLens, IsRecoveredWithTwoPercentOutliers) {
   const Lens& lens = GetParam();
   const LensParameters truth = shown::lens_of(lens.kind);
   const GeometryFit fit = fitted(one_lens(truth, {.wrong_share = 0.02}), {.kind = lens.kind});
   ASSERT_EQ(fit.lenses.size(), 1U);
   EXPECT_LT(direction_error(truth, fit.lenses[0].model), 0.05 * kDegree);
-  EXPECT_FALSE(fit.notes.empty()) << "and says that it left some out";
+  EXPECT_FALSE(fit.notes.empty()) << "rejected observations must be noted";
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, OneLens,
@@ -80,7 +81,7 @@ TEST(OneLensOfAnyKind, HasItsFocalLengthWithinATenthOfAPercent) {
   EXPECT_NEAR(found.fy / wanted.fy, 1, 1e-3);
 }
 
-TEST(OneLensOfAnyKind, SaysWhatItLacks) {
+TEST(OneLensOfAnyKind, ReportsInsufficientObservations) {
   const auto refused = [](const BoardObservations& s, const char* what) {
     const Result<GeometryFit> fit = calibrate_geometry(s, {});
     ASSERT_FALSE(fit) << what;
@@ -89,7 +90,7 @@ TEST(OneLensOfAnyKind, SaysWhatItLacks) {
   };
   refused(one_lens(kannala_brandt(), {.pictures = 4}), "take at least 5");
 
-  // Straight ahead, square to the axis, at one distance.
+  // Fronto-parallel boards at one distance.
   Show frontal{.tilt_rad = 0};
   BoardObservations facing = one_lens(kannala_brandt(), frontal);
   const CameraModel camera(kannala_brandt());
@@ -106,11 +107,12 @@ TEST(OneLensOfAnyKind, SaysWhatItLacks) {
   refused(facing, "tilt the board");
 
   BoardObservations single = one_lens(kannala_brandt(), {});
-  for (Picture& p : single.pictures) std::erase_if(p.observations, [](const PointObservation& s) { return s.point >= 4; });
-  refused(single, "one tag alone");
+  for (Picture& p : single.pictures)
+    std::erase_if(p.observations, [](const PointObservation& s) { return s.point >= 4; });
+  refused(single, "only one tag");
 }
 
-TEST(OneLensOfAnyKind, RefusesWhatIsNoSighting) {
+TEST(OneLensOfAnyKind, RefusesInvalidObservations) {
   const auto refused = [](const BoardObservations& s, const char* what) {
     const Result<GeometryFit> fit = calibrate_geometry(s, {});
     ASSERT_FALSE(fit) << what;
@@ -142,13 +144,13 @@ struct Printed {
 };
 class OtherwisePrinted : public testing::TestWithParam<Printed> {};
 
-TEST_P(OtherwisePrinted, IsSaidAndFitted) {
+TEST_P(OtherwisePrinted, IsReportedAndEstimated) {
   const GeometryFit fit = fitted(one_lens(kannala_brandt(), GetParam().show), {});
   ASSERT_EQ(fit.lenses.size(), 1U);
   EXPECT_THAT(fit.notes, testing::Contains(HasSubstr(GetParam().note)));
   EXPECT_LT(direction_error(kannala_brandt(), fit.lenses[0].model), 0.03 * kDegree);
-  EXPECT_LT(shown::seen_direction_error(kannala_brandt(), fit.lenses[0]), fit.lenses[0].direction_uncertainty_rad);
-  EXPECT_NEAR(fit.bundle.sigma_px, 0.2, 0.02) << "nothing is left of the board in the residuals";
+  EXPECT_LT(shown::observed_direction_error(kannala_brandt(), fit.lenses[0]), fit.lenses[0].direction_uncertainty_rad);
+  EXPECT_NEAR(fit.bundle.sigma_px, 0.2, 0.02) << "the residuals must not contain the board's shape";
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -158,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Printed{"WiderSpacing", {.spacing = 0.32}, "its tags are 1.5"}),
     [](const auto& each) { return std::string(each.param.name); });
 
-TEST(OtherwisePrintedBoard, ThatIsFlatIsTakenAsFlat) {
+TEST(OtherwisePrintedBoard, ThatIsFlatHasNoShape) {
   const GeometryFit fit = fitted(one_lens(kannala_brandt(), {}), {});
   ASSERT_EQ(fit.boards.size(), 1U);
   EXPECT_EQ(fit.boards[0].flatness_m, 0);
@@ -166,11 +168,11 @@ TEST(OtherwisePrintedBoard, ThatIsFlatIsTakenAsFlat) {
   EXPECT_TRUE(fit.notes.empty()) << fit.notes[0];
 }
 
-TEST(OtherwisePrintedBoard, PicturesOfAnotherBoardAreNamedAndLeftOut) {
+TEST(OtherwisePrintedBoard, PicturesOfAnotherBoardAreNamedAndRejected) {
   const GeometryFit fit = fitted(one_lens(kannala_brandt(), {.other_spacing_pictures = 3}), {});
   ASSERT_EQ(fit.pictures.size(), 40U);
   for (std::size_t i = 0; i < fit.pictures.size(); ++i) EXPECT_EQ(fit.pictures[i].other_board, i < 3) << i;
-  EXPECT_THAT(fit.notes, testing::Contains(testing::StartsWith("picture 2 was left out")));
+  EXPECT_THAT(fit.notes, testing::Contains(testing::StartsWith("picture 2 was rejected")));
   EXPECT_LT(direction_error(kannala_brandt(), fit.lenses[0].model), 0.03 * kDegree);
 }
 
@@ -180,7 +182,7 @@ LensParameters webcam() {
   lens.height = 480;
   lens.max_angle_rad = 33 * kDegree;
   lens.pose_cv.rotation = upright_lens_cv();
-  // Without a sphere Mei's distortion is Brown's.
+  // With xi = 0 the Mei model is a pinhole with Brown's distortion.
   lens.model = MeiParameters{620, 621, 322, 238, 0, 0.05, -0.1, 1e-3, -5e-4};
   return lens;
 }
@@ -209,7 +211,7 @@ void expect_pair(const GeometryFit& fit, const Pose& truth) {
   EXPECT_LT(off.shift_m, 1e-3);
 }
 
-TEST(PairOfLenses, IsFoundAmongFourBoards) {
+TEST(PairOfLenses, IsRecoveredWithFourBoards) {
   const shown::Pair pair = shown::back_to_back();
   const GeometryFit fit = fitted(shown::pair_of_lenses(pair, {.pictures = 60}), {});
   ASSERT_EQ(fit.lenses.size(), 2U);
@@ -217,21 +219,21 @@ TEST(PairOfLenses, IsFoundAmongFourBoards) {
   for (const LensFit& lens : fit.lenses) EXPECT_LT(direction_error(pair.lens, lens.model), 0.05 * kDegree);
 }
 
-TEST(PairOfLenses, TellsHowMuchLaterTheSecondOneTakesItsPictures) {
+TEST(PairOfLenses, TimeOffsetIsRecovered) {
   shown::Pair pair = shown::back_to_back();
   pair.later_s = 0.004;
   const GeometryFit fit = fitted(shown::pair_of_lenses(pair, {.pictures = 60}), {.time_offset = true});
   ASSERT_EQ(fit.lenses.size(), 2U);
   EXPECT_NEAR(fit.time_offset_s, pair.later_s, 1e-4);
   EXPECT_NEAR(fit.time_offset_s, pair.later_s, 3 * fit.time_offset_sigma_s + 2e-5)
-      << "twenty captures a second are not a line";
+      << "at 20 captures per second the motion is not exactly linear";
   expect_pair(fit, pair.lens1_from_lens0);
 }
 
-TEST(PairOfLenses, ThatNothingJoinsIsNoPair) {
+TEST(PairOfLenses, WithoutCommonCapturesIsRefused) {
   const shown::Pair pair = shown::back_to_back();
   BoardObservations s = shown::pair_of_lenses(pair, {.pictures = 60});
-  // The lenses never look at once.
+  // The lenses have no common captures.
   for (Picture& p : s.pictures)
     if (p.capture % 2 == p.lens) p.observations.clear();
   const Result<GeometryFit> fit = calibrate_geometry(s, {});
@@ -239,7 +241,7 @@ TEST(PairOfLenses, ThatNothingJoinsIsNoPair) {
   EXPECT_THAT(fit.status().message(), HasSubstr("no capture joins the two lenses"));
 }
 
-TEST(PairOfLenses, BoardsThatNothingJoinsAreNamed) {
+TEST(PairOfLenses, UnconnectedBoardsAreNamed) {
   BoardObservations s = one_lens(kannala_brandt(), {});
   s.boards.push_back(s.boards[0]);
   s.boards[0].name = "left", s.boards[1].name = "right";
@@ -251,7 +253,7 @@ TEST(PairOfLenses, BoardsThatNothingJoinsAreNamed) {
   EXPECT_THAT(fit.status().message(), HasSubstr("'right'"));
 }
 
-TEST(BoardPose, IsFoundWhereverTheBoardIs) {
+TEST(BoardPose, IsRecoveredForAnyPosition) {
   const Board board = shown::board();
   for (int i = 0; i < 50; ++i) {
     const double a = i;
@@ -267,7 +269,7 @@ TEST(BoardPose, IsFoundWhereverTheBoardIs) {
   }
 }
 
-TEST(BoardPose, OfPointsThatDoNotTellIsNone) {
+TEST(BoardPose, IsEmptyForDegeneratePoints) {
   const std::vector<Vec3d> line = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}};
   std::vector<Vec3d> directions;
   for (const Vec3d& p : line) directions.push_back(normalized(p + Vec3d{0, 0, 3}));

@@ -1,4 +1,4 @@
-// What a rig sees adds up: no direction is counted twice, none is lost.
+// Tests of make_rig_table(): solid angles and overlap weights add up to the covered solid angle.
 #include "calibration/lens_table.hpp"
 
 #include <cmath>
@@ -57,12 +57,12 @@ TEST(LensTable, OneLensSeesItsCap) {
     for (const LensParameters& lens : {kannala_brandt(half_field), double_sphere(half_field)}) {
       const RigTable table = table_of({{lens}, 0});
       const double cap = 2 * kPi * (1 - std::cos(half_field));
-      // Rim pixels take chords of about a pixel for arcs: 1 / (6 R²) of a circle of R pixels.
+      // At the rim, arcs are replaced by chords of about a pixel: relative error 1 / (6 R²) for a circle of R pixels.
       const auto rim = CameraModel(lens).project({std::sin(half_field), 0, std::cos(half_field)});
       ASSERT_TRUE(rim);
       const double radius_px = rim->x - 160;
       EXPECT_NEAR(table.covered_sr / cap, 1, 1.3 / (6 * radius_px * radius_px));
-      EXPECT_NEAR(sum(table.lenses[0]) / table.covered_sr, 1, 1e-6) << "floats against doubles";
+      EXPECT_NEAR(sum(table.lenses[0]) / table.covered_sr, 1, 1e-6) << "float sum against double sum";
     }
   }
 }
@@ -70,21 +70,21 @@ TEST(LensTable, OneLensSeesItsCap) {
 TEST(LensTable, APairSeesEverythingOnce) {
   for (const LensParameters& lens : {kannala_brandt(95 * kDegree), double_sphere(95 * kDegree)}) {
     const RigTable table = table_of({{lens, behind(lens)}, 0});
-    // Shares bend by 20 per rad and are sampled four times in a pixel, here of 1/70 and 1/45 rad;
-    // what remains is of second order in that, in the overlap, a tenth of the sphere.
+    // Overlap weights have kinks with a slope of 20/rad and are sampled four times per pixel axis, here of 1/70 and
+    // 1/45 rad; the error is of second order in that, in the overlap, which is a tenth of the sphere.
     EXPECT_NEAR(table.covered_sr / (4 * kPi), 1, 1.5e-4);
     EXPECT_NEAR(sum(table.lenses[0]), sum(table.lenses[1]), 1e-4);
   }
 }
 
-TEST(LensTable, APairThatDoesNotMeetLeavesAGap) {
+TEST(LensTable, APairWithoutOverlapLeavesAGap) {
   const LensParameters lens = kannala_brandt(80 * kDegree);
   const RigTable table = table_of({{lens, behind(lens)}, 0});
   EXPECT_NEAR(table.covered_sr / (4 * kPi * (1 - std::cos(80 * kDegree))), 1, 3e-5);
-  for (const std::int32_t twin : table.lenses[0].twin) ASSERT_EQ(twin, -1);
+  for (const std::int32_t pixel : table.lenses[0].overlap_pixel) ASSERT_EQ(pixel, -1);
 }
 
-TEST(LensTable, TheMeanDirectionOfAPairIsNowhere) {
+TEST(LensTable, TheMeanDirectionOfAPairIsZero) {
   const LensParameters lens = kannala_brandt(95 * kDegree);
   const RigTable table = table_of({{lens, behind(lens)}, 0});
   Vec3d mean{};
@@ -95,7 +95,7 @@ TEST(LensTable, TheMeanDirectionOfAPairIsNowhere) {
   EXPECT_LT(length(mean) / (4 * kPi), 1e-5);
 }
 
-TEST(LensTable, SharesFallToZeroTowardsTheRim) {
+TEST(LensTable, OverlapWeightsFallToZeroTowardsTheRim) {
   constexpr double kFeather = 0.05;
   const LensParameters lens = kannala_brandt(95 * kDegree);
   Result<RigTable> alone = make_rig_table({{lens}, 0}, kFeather);
@@ -110,29 +110,29 @@ TEST(LensTable, SharesFallToZeroTowardsTheRim) {
     const bool overlap = kPi - angle <= 95 * kDegree;
     const double mine = weight(angle), theirs = overlap ? weight(kPi - angle) : 0;
     EXPECT_NEAR(static_cast<double>(shared.solid_angle[k] / one.solid_angle[k]), mine / (mine + theirs), 0.04)
-        << "mean over the pixel, which a bend of 20 per rad takes this far from its middle";
+        << "mean over the pixel; a slope change of 20/rad moves it this far from the centre's value";
     in_overlap += overlap ? 1 : 0;
   }
   EXPECT_GT(in_overlap, 1000);
 }
 
-TEST(LensTable, TwinsSeeTheSameDirection) {
+TEST(LensTable, OverlapPixelsSeeTheSameDirection) {
   const LensParameters lens = kannala_brandt(95 * kDegree);
   const RigTable table = table_of({{lens, behind(lens)}, 0});
-  int twins = 0;
-  for (std::size_t k = 0; k < table.lenses[0].twin.size(); ++k) {
-    const std::int32_t twin = table.lenses[0].twin[k];
-    if (twin < 0) continue;
-    ++twins;
+  int count = 0;
+  for (std::size_t k = 0; k < table.lenses[0].overlap_pixel.size(); ++k) {
+    const std::int32_t pixel = table.lenses[0].overlap_pixel[k];
+    if (pixel < 0) continue;
+    ++count;
     const Vec3f a = table.lenses[0].direction[k];
-    const Vec3f b = table.lenses[1].direction[static_cast<std::size_t>(twin)];
-    // Half the diagonal of a pixel of 1/60 rad, and a little for pixels that the rim cuts.
+    const Vec3f b = table.lenses[1].direction[static_cast<std::size_t>(pixel)];
+    // Half the diagonal of a pixel of 1/60 rad, with a margin for pixels that the rim cuts.
     EXPECT_LT(angle_between(a, b), 0.75F / 60);
   }
-  EXPECT_GT(twins, 1000);
+  EXPECT_GT(count, 1000);
 }
 
-TEST(LensTable, AnEquirectangularPictureIsMadeOfExactStrips) {
+TEST(LensTable, EquirectangularSolidAnglesAreExact) {
   LensParameters lens = fisheye(EquirectangularParameters{}, kPi);
   lens.height = 160;
   const RigTable table = table_of({{lens}, 0});
@@ -155,10 +155,10 @@ TEST(LensTable, PlusXIsRightInTheFirstLensAndLeftInTheSecond) {
   EXPECT_LT(table.lenses[1].direction[row + 200].x, -0.3F);
   EXPECT_GT(table.lenses[1].direction[row + 160].z, 0.99F);
   for (const LensTable& t : table.lenses)
-    EXPECT_GT(t.direction[80 * 320 + 160].y, 0.3F) << "a higher row is higher in the world";
+    EXPECT_GT(t.direction[80 * 320 + 160].y, 0.3F) << "an upper row must be up in the world";
 }
 
-TEST(LensTable, RowsHoldAllThatIsSeen) {
+TEST(LensTable, RowSpansContainAllVisiblePixels) {
   const RigTable table = table_of({{kannala_brandt(60 * kDegree)}, 0});
   const LensTable& t = table.lenses[0];
   for (int j = 0; j < t.height; ++j) {
@@ -170,7 +170,7 @@ TEST(LensTable, RowsHoldAllThatIsSeen) {
       EXPECT_EQ(t.direction[k] == Vec3f{}, t.solid_angle[k] == 0);
     }
   }
-  EXPECT_EQ(t.rows[0].end, 0) << "60 degrees do not fill the picture";
+  EXPECT_EQ(t.rows[0].end, 0) << "a field of 60 degrees does not fill the picture";
 }
 
 TEST(LensTable, VignettingIsInvertedAtEachPixelsAngle) {
@@ -183,7 +183,7 @@ TEST(LensTable, VignettingIsInvertedAtEachPixelsAngle) {
   EXPECT_NEAR(static_cast<double>(t.inverse_vignetting[k]) * vignetting(lens.photometry, angle), 1, 1e-6);
 }
 
-TEST(LensTable, RefusesWhatCannotBe) {
+TEST(LensTable, RefusesInvalidRigs) {
   EXPECT_EQ(make_rig_table({}).status().code(), StatusCode::invalid_argument);
   const RigParameters rig{{kannala_brandt(1)}, 0};
   EXPECT_EQ(make_rig_table(rig, -1).status().code(), StatusCode::invalid_argument);

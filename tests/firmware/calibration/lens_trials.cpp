@@ -74,7 +74,7 @@ double direction_error(const LensParameters& truth, const ModelParameters& found
   return std::sqrt(sum / count);
 }
 
-double seen_direction_error(const LensParameters& truth, const LensFit& found) {
+double observed_direction_error(const LensParameters& truth, const LensFit& found) {
   LensParameters other = truth;
   other.model = found.model;
   other.max_angle_rad = pi;
@@ -117,7 +117,7 @@ Trials lens_trials(LensKind kind, int count, const Show& show) {
     out.direction_rad.push_back(direction_error(truth, fit->lenses[0].model));
     count_within(fit->lenses[0], truth.model, out);
     const double deviation = fit->lenses[0].direction_uncertainty_rad / 3;
-    out.normalized_direction += std::pow(seen_direction_error(truth, fit->lenses[0]) / deviation, 2);
+    out.normalized_direction += std::pow(observed_direction_error(truth, fit->lenses[0]) / deviation, 2);
     out.shaped += fit->boards[0].spacing_sigma > 0 ? 1 : 0;
   }
   const double done = out.count - out.failed;
@@ -144,7 +144,7 @@ Trials pair_trials(int count, const Show& show) {
       count_within(lens, truth.lens.model, out);
     }
     out.pair.push_back(pair_error(truth.lens1_from_lens0, fit->pair));
-    // found = turn * truth, in lens 1's axes.
+    // found = turn * truth, in lens 1's frame.
     Quat turn = fit->pair.rotation * truth.lens1_from_lens0.rotation.inverse();
     if (turn.w < 0) turn = {-turn.x, -turn.y, -turn.z, -turn.w};
     const Vec3d shift = fit->pair.translation - truth.lens1_from_lens0.translation;

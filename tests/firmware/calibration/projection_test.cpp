@@ -1,4 +1,4 @@
-// What a solver is told of a projection's slopes is what small steps show.
+// Tests that the automatic derivatives of projections equal finite differences.
 #include "calibration/projection.hpp"
 
 #include <array>
@@ -31,7 +31,7 @@ class Projection : public testing::Test {};
 using Models = testing::Types<KannalaBrandtModel, DoubleSphereModel, MeiModel>;
 TYPED_TEST_SUITE(Projection, Models);
 
-/// A pixel of the numbers of a lens and a direction, one after another.
+/// Projection as a function of the concatenated lens parameters and direction.
 template <class Model, class T>
 std::array<T, 2> pixel(const T* x) {
   std::array<T, 2> out;
@@ -40,7 +40,7 @@ std::array<T, 2> pixel(const T* x) {
   return out;
 }
 
-TYPED_TEST(Projection, DerivativesAreThoseOfSmallSteps) {
+TYPED_TEST(Projection, DerivativesEqualFiniteDifferences) {
   constexpr std::size_t kCount = TypeParam::kParameters + 3;
   using Jet = ceres::Jet<double, static_cast<int>(kCount)>;
   for (int i = 0; i <= 20; ++i) {
@@ -48,7 +48,7 @@ TYPED_TEST(Projection, DerivativesAreThoseOfSmallSteps) {
       const double theta = 97 * std::numbers::pi / 180 * i / 20, phi = 0.3 + 2 * std::numbers::pi * j / 9;
       std::array<double, kCount> at{};
       std::copy_n(Example<TypeParam>::kValues.begin(), TypeParam::kParameters, at.begin());
-      // Two units away, so that a slope along the ray that is not zero would show.
+      // At distance two, so that a nonzero derivative along the ray would be detected.
       at[kCount - 3] = 2 * std::sin(theta) * std::cos(phi);
       at[kCount - 2] = 2 * std::sin(theta) * std::sin(phi);
       at[kCount - 1] = 2 * std::cos(theta);
@@ -56,7 +56,7 @@ TYPED_TEST(Projection, DerivativesAreThoseOfSmallSteps) {
       for (std::size_t k = 0; k < kCount; ++k) jets[k] = Jet(at[k], static_cast<int>(k));
       const std::array<Jet, 2> p = pixel<TypeParam>(jets.data());
       for (std::size_t k = 0; k < kCount; ++k) {
-        // A step that leaves a third of the digits to the difference.
+        // About the cube root of the precision: the optimal step of central differences.
         const double step = 6e-6 * std::max(1.0, std::abs(at[k]));
         auto more = at, less = at;
         more[k] += step, less[k] -= step;

@@ -1,5 +1,4 @@
-// Lenses beyond 180 degrees that others have published: over the whole of each, a pixel and a direction are two names
-// of one thing.
+// Tests of published lenses beyond 180 degrees: project() and unproject() are inverse over the whole field of view.
 #include "fixtures/published_lenses.hpp"
 
 #include <cmath>
@@ -16,7 +15,7 @@ using std::numbers::pi;
 
 class PublishedLens : public testing::TestWithParam<test::PublishedLens> {};
 
-TEST_P(PublishedLens, SeesMoreThanHalfOfEverything) { EXPECT_GT(CameraModel(GetParam().lens).max_angle_rad(), pi / 2); }
+TEST_P(PublishedLens, SeesMoreThanHalfTheSphere) { EXPECT_GT(CameraModel(GetParam().lens).max_angle_rad(), pi / 2); }
 
 TEST_P(PublishedLens, PixelsComeBack) {
   const LensParameters& lens = GetParam().lens;
@@ -33,7 +32,7 @@ TEST_P(PublishedLens, PixelsComeBack) {
       ++seen;
       const PixelPositionF there{static_cast<float>(x), static_cast<float>(y)};
       const auto e = quick.unproject(there);
-      // At the very rim rounding may put it beyond the domain.
+      // At the rim, rounding may put it outside the domain.
       if (!e) continue;
       const auto again = quick.project(*e);
       ASSERT_TRUE(again) << x << " " << y;

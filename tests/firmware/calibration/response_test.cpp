@@ -1,5 +1,4 @@
-// Picture values and linear light are inverse to each other; darkness and full scale stay where
-// they belong.
+// Tests of response.hpp: encoded() and linearized() are inverse; black and full scale are exact.
 #include "calibration/response.hpp"
 
 #include <gtest/gtest.h>
@@ -21,7 +20,7 @@ TEST_P(ResponseTest, EncodedUndoesLinearized) {
   const ResponseCurve response = curve(GetParam());
   for (int i = 0; i <= 1000; ++i) {
     const double v = i / 1000.0;
-    // The table has a stretch of slope 5e-4, which enlarges rounding by 2,000.
+    // The table has a section with slope 5e-4, which amplifies rounding errors by 2,000.
     EXPECT_NEAR(encoded(response, linearized(response, v)), v, 1e-11) << v;
   }
 }
@@ -51,7 +50,7 @@ TEST(LinearTable, BlackBecomesZeroAndFullScaleOne) {
   ASSERT_EQ(table.size(), 1024U);
   EXPECT_NEAR(table[64], 0, 1e-7);
   EXPECT_FLOAT_EQ(table[1023], 1);
-  EXPECT_LT(table[0], 0) << "noise below black averages out only if it stays negative";
+  EXPECT_LT(table[0], 0) << "values below black must be negative, so that noise has mean zero";
   EXPECT_NEAR(table[64 + 100] * (1023 - 64), 100, 1e-4);
 }
 

@@ -8,15 +8,15 @@ namespace lightwell::shown {
 namespace {
 
 using calibration::Board;
-using calibration::Picture;
 using calibration::BoardObservations;
+using calibration::Picture;
 using std::numbers::pi;
 
 Vec3d at_angles(double theta, double phi) {
   return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
 }
 
-/// The shortest turn that brings +z to `to`.
+/// The smallest rotation that maps +z to `to`.
 Quat turned_to(Vec3d to) {
   const Vec3d z{0, 0, 1}, axis = normalized(cross(z, to));
   return axis == Vec3d{} ? Quat{} : Quat::about(axis, angle_between(z, to));
@@ -28,7 +28,7 @@ class Shower {
 
   double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
 
-  /// What of a board lands on the picture, facing the lens.
+  /// Adds the points of a board that are inside the picture and face the lens.
   void add(const LensParameters& lens, const Board& board, int number, const Pose& lens_from_board, Picture& out) {
     const CameraModel camera(lens);
     const double noise = noise_of(out.capture);
@@ -36,7 +36,7 @@ class Shower {
     std::size_t tag = board.points.size();
     for (std::size_t k = 0; k < board.points.size(); ++k) {
       const Vec3d p = transformed(lens_from_board, board.points[k]);
-      // The printed side looks along -z, to whoever has it in front.
+      // The printed side faces -z.
       if (dot(rotate(lens_from_board.rotation, Vec3d{0, 0, 1}), normalized(p)) < std::cos(75 * pi / 180)) continue;
       const auto pixel = camera.project(p);
       if (!pixel) continue;
@@ -54,7 +54,7 @@ class Shower {
     }
   }
 
-  /// A board's pose before a lens, its middle at an angle from the axis.
+  /// A random pose of a board with its centre at angle `theta` from the axis.
   Pose before(const Board& board, double theta) {
     const Vec3d to = at_angles(theta, uniform(0, 2 * pi));
     const Quat q =
@@ -90,10 +90,10 @@ Board board(double spacing) {
 
 namespace {
 
-/// The board bent to a part of a cylinder or a sphere, distances along it kept.
+/// The board bent to a part of a cylinder or a sphere; distances along the surface are kept.
 Board bent(Board flat, const Show& show) {
   if (show.bend == Bend::none) return flat;
-  // The last tag's upper right corner is the last but one.
+  // The second last point is the upper right corner of the last tag.
   const Vec3d last = flat.points[flat.points.size() - 2], middle = (flat.points.front() + last) * 0.5;
   const double half = last.x - middle.x;
   const double radius = half * half / (2 * show.bend_m);
@@ -118,7 +118,7 @@ BoardObservations one_lens(const LensParameters& lens, const Show& show) {
     Picture picture;
     picture.name = "picture " + std::to_string(i);
     picture.capture = i;
-    // From the axis to the edge and a little beyond, so that the edge itself is seen.
+    // From the axis to beyond the edge, so that the edge is covered, too.
     const double theta = lens.max_angle_rad * (i + 0.5) / show.pictures;
     const Board shown = bent(board(i < show.other_spacing_pictures ? 0.4 : show.spacing), show);
     shower.add(lens, shown, 0, shower.before(shown, theta), picture);
@@ -133,7 +133,7 @@ BoardObservations pair_of_lenses(const Pair& pair, const Show& show) {
   Shower shower(show);
   BoardObservations out;
   out.lenses = {{pair.lens.width, pair.lens.height}, {pair.lens.width, pair.lens.height}};
-  // A square of boards around the origin, each looking inwards and leaning a little.
+  // Four boards around the origin, facing inwards, slightly tilted.
   std::vector<Pose> world_from_board;
   for (int b = 0; b < kBoards; ++b) {
     out.boards.push_back(board());
@@ -143,7 +143,7 @@ BoardObservations pair_of_lenses(const Pair& pair, const Show& show) {
     world_from_board.push_back(
         {q, to * 0.45 - rotate(q, (out.boards.back().points.front() + out.boards.back().points.back()) * 0.5)});
   }
-  // The rig tumbles smoothly: sums of sines, whose slopes are those of a hand.
+  // The rig rotates smoothly: sums of sines, with the speed of a hand-held rig.
   double phase[6];
   for (double& p : phase) p = shower.uniform(0, 2 * pi);
   const auto rig_from_world = [&](double t) {

@@ -9,7 +9,7 @@ using Clock = std::chrono::steady_clock;
 
 BrokenCamera::~BrokenCamera() {
   stop();
-  if (thread_.joinable()) {  // pushes_after_stop leaves it.
+  if (thread_.joinable()) {  // Still running with pushes_after_stop.
     {
       const std::lock_guard lock(mutex_);
       stopping_ = true;
@@ -114,7 +114,7 @@ int BrokenCamera::find_free() {
     slots_[i].holder = Slot::Holder::sink;
     return static_cast<int>(i);
   }
-  // The picture goes somewhere before it is known that nobody wants it.
+  // The defect overwrites memory before it checks whether a buffer is free.
   if (is(Defect::writes_to_lent_memory)) slots_[0].pictures[0][0] = std::byte{0xEE};
   return -1;
 }

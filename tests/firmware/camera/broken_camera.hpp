@@ -1,5 +1,4 @@
-// A small camera that can be broken in one way at a time, to show that the conformance suite finds
-// it.
+// A small camera with one selectable defect, to show that the conformance suite detects it.
 #pragma once
 
 #include <array>
@@ -45,7 +44,7 @@ enum class Defect {
 /// 100 frames per second, two exposures, two lenses of 16 x 8.
 class BrokenCamera final : public CameraBackend, public FrameOwner {
  public:
-  /// Ends after `frames`, 0: never. `gone` is the device's plug.
+  /// Ends after `frames`, 0: never. While `gone` is true the device is disconnected.
   BrokenCamera(Defect defect, std::uint64_t frames, const std::atomic<bool>& gone)
       : defect_(defect), frames_(frames), gone_(gone) {}
   ~BrokenCamera() override;

@@ -1,5 +1,4 @@
-// A suite that cannot fail proves nothing: each of its checks finds the defect that it is there
-// for.
+// Tests of the conformance suite: each check detects the defect that it is intended for.
 #include <algorithm>
 #include <ostream>
 
@@ -21,12 +20,12 @@ BackendUnderTest camera_with(Defect defect, std::uint64_t frames = 0) {
     gone = false;
     return std::unique_ptr<CameraBackend>(std::make_unique<BrokenCamera>(defect, frames, gone));
   };
-  camera.lose = [] { gone = true; };
+  camera.disconnect = [] { gone = true; };
   if (defect != Defect::none) camera.timeout = std::chrono::milliseconds(1000);
   return camera;
 }
 
-/// The camera without a defect passes; otherwise a finding would say nothing.
+/// The camera without a defect passes all checks.
 INSTANTIATE_TEST_SUITE_P(Sound, CameraConformance,
                          cameras({camera_with(Defect::none),
                                   [] {
@@ -71,16 +70,16 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"sticks_in_the_cycle", Defect::sticks_in_the_cycle, "exposures"},
                       Case{"pushes_from_two_threads", Defect::pushes_from_two_threads, "one_thread"},
                       Case{"pushes_from_start", Defect::pushes_from_start, "one_thread"},
-                      Case{"pushes_after_stop", Defect::pushes_after_stop, "silence_after_stop"},
+                      Case{"pushes_after_stop", Defect::pushes_after_stop, "no_push_after_stop"},
                       Case{"starts_once", Defect::starts_once, "restart"},
                       Case{"stays_idle", Defect::stays_idle, "states"},
                       Case{"is_never_idle_again", Defect::is_never_idle_again, "states"},
-                      Case{"writes_to_lent_memory", Defect::writes_to_lent_memory, "hoarding_sink"},
+                      Case{"writes_to_lent_memory", Defect::writes_to_lent_memory, "retaining_sink"},
                       Case{"clears_memory_at_stop", Defect::clears_memory_at_stop, "held_across_stop"},
-                      Case{"hides_losses", Defect::hides_losses, "hoarding_sink"},
-                      Case{"lends_too_few", Defect::lends_too_few, "hoarding_sink"},
-                      Case{"lends_without_end", Defect::lends_without_end, "hoarding_sink"},
-                      Case{"forgets_releases", Defect::forgets_releases, "release_elsewhere"},
+                      Case{"hides_losses", Defect::hides_losses, "retaining_sink"},
+                      Case{"lends_too_few", Defect::lends_too_few, "retaining_sink"},
+                      Case{"lends_without_end", Defect::lends_without_end, "retaining_sink"},
+                      Case{"forgets_releases", Defect::forgets_releases, "release_on_other_thread"},
                       Case{"catches_up_in_a_burst", Defect::catches_up_in_a_burst, "slow_sink"},
                       Case{"never_ends", Defect::never_ends, "end", 8},
                       Case{"does_not_see_its_loss", Defect::does_not_see_its_loss, "loss"}),

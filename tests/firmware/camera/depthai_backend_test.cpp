@@ -1,4 +1,4 @@
-// OAK cameras: what they are asked for, and what becomes of their frames, on a camera whose truth is known.
+// Tests of the OAK backend: options, pictures, and frames of a simulated camera with ground truth.
 #include <condition_variable>
 #include <cstdlib>
 #include <limits>
@@ -52,8 +52,8 @@ TEST(OakUri, SettingsAreRead) {
   EXPECT_THAT(o->notes, IsEmpty());
 }
 
-TEST(OakUri, WhatMakesNoSenseIsNamed) {
-  for (const auto& [rest, word] : std::vector<std::pair<std::string, std::string>>{{"", "which camera"},
+TEST(OakUri, InvalidParametersAreNamed) {
+  for (const auto& [rest, word] : std::vector<std::pair<std::string, std::string>>{{"", "no camera is named"},
                                                                                    {"X?socket=K", "A to J"},
                                                                                    {"X?sockt=A", "socket"},
                                                                                    {"X?format=rgb8", "neither"},
@@ -69,7 +69,7 @@ TEST(OakUri, WhatMakesNoSenseIsNamed) {
   }
   CameraConfig odd;
   odd.width = 642;
-  EXPECT_FALSE(parsed("X", odd).ok()) << "raw pixels come by fours";
+  EXPECT_FALSE(parsed("X", odd).ok()) << "raw pixels are packed in groups of four";
   odd = {};
   odd.frame_rate = 0;
   EXPECT_FALSE(parsed("X", odd).ok());
@@ -77,10 +77,10 @@ TEST(OakUri, WhatMakesNoSenseIsNamed) {
   EXPECT_FALSE(parsed("X", exposing({0.01}, 0)).ok());
 }
 
-TEST(OakUri, WhatACameraCannotDoBecomesTheNearestThatItCanAndIsSaid) {
+TEST(OakUri, ValuesOutsideTheRangesAreClampedWithANote) {
   const auto o = parsed("X", exposing({0.1, 1e-9}, 100));
   ASSERT_TRUE(o.ok());
-  EXPECT_THAT(o->exposure_us, ElementsAre(33'333U, 1U)) << "a frame at 30 a second, and a microsecond";
+  EXPECT_THAT(o->exposure_us, ElementsAre(33'333U, 1U)) << "limits: the frame interval at 30 frames/s, and 1 us";
   EXPECT_EQ(o->iso, 1600U);
   EXPECT_THAT(o->notes, Contains(HasSubstr("100 ms becomes 33.33 ms")));
   EXPECT_THAT(o->notes, Contains(HasSubstr("gain 100 becomes 16")));
@@ -89,7 +89,7 @@ TEST(OakUri, WhatACameraCannotDoBecomesTheNearestThatItCanAndIsSaid) {
 
 // ---- pictures
 
-TEST(OakPicture, TheMiddleOfAnExposureLiesHalfOfItBeforeItsEndAndLaterInTheCentreRow) {
+TEST(OakPicture, MidExposureIsHalfAnExposureBeforeItsEndAndLaterInTheCentreRow) {
   OakPicture p;
   p.timestamp_ns = 1'000'000'000;
   p.exposure_us = 10'000;
@@ -98,7 +98,7 @@ TEST(OakPicture, TheMiddleOfAnExposureLiesHalfOfItBeforeItsEndAndLaterInTheCentr
   EXPECT_EQ(mid_exposure(p, {10'000}, {1'100'000'000})->ns, 997'000'000);
 }
 
-TEST(OakPicture, AStampFromTheFutureOrLongAgoIsNoTimeOfThisHost) {
+TEST(OakPicture, TimestampsInTheFutureOrLongAgoAreRefused) {
   OakPicture p;
   p.timestamp_ns = 10'000'000'000;
   EXPECT_FALSE(mid_exposure(p, {}, {9'999'999'999}));
@@ -106,7 +106,7 @@ TEST(OakPicture, AStampFromTheFutureOrLongAgoIsNoTimeOfThisHost) {
   EXPECT_TRUE(mid_exposure(p, {}, {15'000'000'000}));
 }
 
-TEST(OakPicture, FourRawPixelsStandInFiveBytes) {
+TEST(OakPicture, UnpacksFourRawPixelsFromFiveBytes) {
   // 0x3FF, 0, 0x155, 0x2AA in one row; the next row is shifted by a byte of padding.
   const std::vector<std::byte> packed{
       std::byte{0xFF}, std::byte{0x00}, std::byte{0x55}, std::byte{0xAA}, std::byte{0b10'01'00'11}, std::byte{0xEE},
@@ -121,7 +121,7 @@ TEST(OakPicture, FourRawPixelsStandInFiveBytes) {
   EXPECT_THAT(words, ElementsAre(0x3FF, 0, 0x155, 0x2AA, 0x201, 4, 0, 3));
 }
 
-TEST(OakPicture, RawPicturesThatAreCutOffAreRefused) {
+TEST(OakPicture, TruncatedRawPicturesAreRefused) {
   const std::vector<std::byte> packed(10);
   OakPicture p;
   p.data = std::span(packed).first(9);
@@ -165,7 +165,7 @@ BackendUnderTest under_test(const std::string& name, const std::vector<double>& 
     table->plugged = true;
     return backend_on(table, exposure_s, rest);
   };
-  camera.lose = [table] { table->plugged = false; };
+  camera.disconnect = [table] { table->plugged = false; };
   return camera;
 }
 
@@ -175,32 +175,32 @@ INSTANTIATE_TEST_SUITE_P(Oak, CameraConformance,
                                                under_test("raw", kSingle, "X?format=bayer10")}),
                          conformance::name_of);
 
-/// Frames beside the truth in their pixels.
+/// Records metadata and ground truth of frames.
 class Listener final : public FrameSink {
  public:
   void push(Frame frame) override {
     OakTruth truth;
     std::memcpy(&truth, frame.views()[0].data.data(), sizeof truth);
     const std::lock_guard lock(mutex_);
-    told_.emplace_back(frame.info, truth);
+    frame_reports_.emplace_back(frame.info, truth);
     changed_.notify_all();
   }
   [[nodiscard]] bool wait_for(std::size_t frames) {
     std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, std::chrono::seconds(10), [&] { return told_.size() >= frames; });
+    return changed_.wait_for(lock, std::chrono::seconds(10), [&] { return frame_reports_.size() >= frames; });
   }
-  [[nodiscard]] std::vector<std::pair<FrameInfo, OakTruth>> told() {
+  [[nodiscard]] std::vector<std::pair<FrameInfo, OakTruth>> frame_reports() {
     const std::lock_guard lock(mutex_);
-    return told_;
+    return frame_reports_;
   }
 
  private:
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<std::pair<FrameInfo, OakTruth>> told_;
+  std::vector<std::pair<FrameInfo, OakTruth>> frame_reports_;
 };
 
-TEST(OakFrames, HaveTheExposureAndTheTimeThatTheyHad) {
+TEST(OakFrames, ReportTheirTrueExposureAndTime) {
   for (const std::vector<double>& exposures : {kSingle, kBracket}) {
     const auto camera = backend_on(std::make_shared<OakOnTheTable>(), exposures);
     ASSERT_TRUE(camera->open().ok());
@@ -208,7 +208,7 @@ TEST(OakFrames, HaveTheExposureAndTheTimeThatTheyHad) {
     ASSERT_TRUE(camera->start(listener).ok());
     EXPECT_TRUE(listener.wait_for(15));
     camera->stop();
-    for (const auto& [info, truth] : listener.told()) {
+    for (const auto& [info, truth] : listener.frame_reports()) {
       EXPECT_NEAR(info.exposure_s, 1e-6 * truth.exposure_us, 1e-9);
       EXPECT_NEAR(static_cast<double>(info.mid_exposure.ns), static_cast<double>((truth.begin_ns + truth.end_ns) / 2),
                   1.0);
@@ -223,7 +223,7 @@ Status refusal(OakOnTheTable* changed, const std::vector<double>& exposure_s) {
   return info.status();
 }
 
-TEST(OakOpen, SaysWhatIsWrong) {
+TEST(OakOpen, ReportsTheError) {
   auto* unplugged = new OakOnTheTable;
   unplugged->plugged = false;
   EXPECT_EQ(refusal(unplugged, kSingle).code(), StatusCode::not_found);
@@ -232,34 +232,35 @@ TEST(OakOpen, SaysWhatIsWrong) {
   EXPECT_THAT(refusal(dark, kSingle).message(), HasSubstr("no frame came"));
   auto* stubborn = new OakOnTheTable;
   stubborn->exposure_factor = 2;
-  EXPECT_THAT(refusal(stubborn, kBracket).message(), HasSubstr("asked for an exposure of 0.5 ms it says 1 ms"));
+  EXPECT_THAT(refusal(stubborn, kBracket).message(),
+              HasSubstr("an exposure of 0.5 ms was requested, but it reports 1 ms"));
   auto* unsynchronised = new OakOnTheTable;
   unsynchronised->clock_offset_ns = -60'000'000'000;
   EXPECT_THAT(refusal(unsynchronised, kSingle).message(), HasSubstr("not of this host's clock"));
 }
 
-TEST(OakLoss, FramesComeAgainWhenTheCableDoes) {
+TEST(OakLoss, FramesResumeAfterReconnection) {
   const auto table = std::make_shared<OakOnTheTable>();
   const auto camera = backend_on(table, kBracket);
   ASSERT_TRUE(camera->open().ok());
-  conformance::Watcher watcher;
-  watcher.timeout = std::chrono::seconds(6);
-  watcher.keep(2);
-  ASSERT_TRUE(camera->start(watcher).ok());
-  ASSERT_TRUE(watcher.wait_for(5, *camera));
+  conformance::RecordingSink sink;
+  sink.timeout = std::chrono::seconds(6);
+  sink.keep(2);
+  ASSERT_TRUE(camera->start(sink).ok());
+  ASSERT_TRUE(sink.wait_for(5, *camera));
   table->plugged = false;
   const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(6);
   while (camera->state() != State::lost && std::chrono::steady_clock::now() < limit)
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   ASSERT_EQ(camera->state(), State::lost);
-  const std::size_t before = watcher.count();
+  const std::size_t before = sink.count();
   table->plugged = true;
-  while (watcher.count() < before + 3 && std::chrono::steady_clock::now() < limit)
+  while (sink.count() < before + 3 && std::chrono::steady_clock::now() < limit)
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  EXPECT_GE(watcher.count(), before + 3);
+  EXPECT_GE(sink.count(), before + 3);
   EXPECT_EQ(camera->state(), State::streaming);
-  const std::vector<Frame> held = watcher.take_kept();
-  EXPECT_EQ(held.size(), 2U) << "frames of before are lent all along";
+  const std::vector<Frame> held = sink.take_kept();
+  EXPECT_EQ(held.size(), 2U) << "frames pushed before the disconnection are still lent";
   camera->stop();
 }
 

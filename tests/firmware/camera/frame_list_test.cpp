@@ -11,7 +11,7 @@ using ::testing::HasSubstr;
 
 const std::string kHead = "file,lens,exposure_s,time_s,bracket_index,bracket_size\n";
 
-TEST(FrameList, RowsOfOneTimeAndExposureAreOneFrame) {
+TEST(FrameList, RowsWithTheSameTimeAndExposureAreOneFrame) {
   const auto frames = parse_frame_list(kHead +
                                            "a0.png,0,0.001,10,0,2\n"
                                            "a1.png,1,0.001,10,0,2\r\n"

@@ -18,8 +18,8 @@ namespace {
 std::atomic<int> allocations{0};
 }  // namespace
 
-// All of this program's, so that those of the recorder's thread are seen, too.
-// Not inlined: GCC would take the pairs new and free, malloc and delete for mistakes.
+// Counts all allocations of the program, including those of the recorder's thread. Not inlined: GCC would warn of the
+// mismatched pairs new and free, malloc and delete.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   ++allocations;
   if (void* memory = std::malloc(size)) return memory;
@@ -33,7 +33,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// The owner of the frames and their last sink: both count.
+/// Owner of the frames and final sink; counts releases and pushes.
 class Ends final : public FrameOwner, public FrameSink {
  public:
   void release(int) override { ++released; }
@@ -69,7 +69,7 @@ class Recorder : public ::testing::Test {
     EXPECT_TRUE(recorder.ok()) << recorder.status().message();
     return recorder ? std::move(*recorder) : nullptr;
   }
-  /// How many whole frames the file holds; each is compared with what was pushed.
+  /// Number of complete frames in the file; compares each with the pushed one.
   int frames_in_file() {
     auto reader = RecordReader::open(path);
     EXPECT_TRUE(reader.ok()) << reader.status().message();
@@ -102,13 +102,13 @@ class Recorder : public ::testing::Test {
   Ends ends;
 };
 
-TEST_F(Recorder, EachFrameIsHandedOnAndWritten) {
+TEST_F(Recorder, EachFrameIsForwardedAndWritten) {
   {
     const auto recorder = open(64);
     for (std::uint64_t i = 0; i < 40; ++i) {
       recorder->push(frame(i));
       EXPECT_EQ(ends.last, i);
-      // The copy is the recorder's own: the camera has its memory back at once.
+      // The recorder has its own copy, so the camera's memory is released at once.
       EXPECT_EQ(ends.released, static_cast<int>(i + 1));
     }
     EXPECT_TRUE(recorder->finish().ok());
@@ -116,14 +116,14 @@ TEST_F(Recorder, EachFrameIsHandedOnAndWritten) {
     EXPECT_EQ(recorder->skipped(), 0U);
     EXPECT_EQ(recorder->faults(), 0U);
     recorder->push(frame(40));
-    EXPECT_EQ(ends.pushed, 41) << "the probe goes on";
+    EXPECT_EQ(ends.pushed, 41) << "frames are still forwarded";
     EXPECT_EQ(recorder->skipped(), 1U);
     EXPECT_TRUE(recorder->finish().ok());
   }
   EXPECT_EQ(frames_in_file(), 40);
 }
 
-TEST_F(Recorder, WhatDoesNotFitIntoTheQueueIsSkippedAndCounted) {
+TEST_F(Recorder, FramesBeyondTheQueueAreSkippedAndCounted) {
   made.width = 800;
   made.height = 600;
   {
@@ -137,7 +137,7 @@ TEST_F(Recorder, WhatDoesNotFitIntoTheQueueIsSkippedAndCounted) {
   }
 }
 
-TEST_F(Recorder, NothingIsAllocatedOncePlacesInTheQueueAreWarm) {
+TEST_F(Recorder, NoAllocationAfterTheQueueWasFilledOnce) {
   const auto recorder = open(1);
   const auto record = [&](std::uint64_t sequence, int& counted) {
     Frame f = frame(sequence);
@@ -155,7 +155,7 @@ TEST_F(Recorder, NothingIsAllocatedOncePlacesInTheQueueAreWarm) {
   EXPECT_GT(recorder->recorded(), 4U);
 }
 
-TEST_F(Recorder, TheDestructorWritesWhatWaits) {
+TEST_F(Recorder, TheDestructorWritesTheQueue) {
   {
     const auto recorder = open(64);
     for (std::uint64_t i = 0; i < 20; ++i) recorder->push(frame(i));
@@ -163,8 +163,7 @@ TEST_F(Recorder, TheDestructorWritesWhatWaits) {
   EXPECT_EQ(frames_in_file(), 20);
 }
 
-/// No file may grow beyond so many bytes while this lives: what a full disk looks like to a
-/// process.
+/// Limits the size of files while it exists, which simulates a full disk.
 class SmallDisk {
  public:
   explicit SmallDisk(rlim_t bytes) {
@@ -179,7 +178,7 @@ class SmallDisk {
   rlimit before_{};
 };
 
-TEST_F(Recorder, AFullDiskEndsTheRecordingAndNotTheProbe) {
+TEST_F(Recorder, AFullDiskEndsTheRecordingAndFramesAreStillForwarded) {
   made.width = 160;
   made.height = 120;
   {
@@ -194,15 +193,15 @@ TEST_F(Recorder, AFullDiskEndsTheRecordingAndNotTheProbe) {
     EXPECT_EQ(status.code(), StatusCode::resource_exhausted);
     EXPECT_THAT(status.message(), HasSubstr(path));
     EXPECT_EQ(recorder->last_error().code(), StatusCode::resource_exhausted);
-    EXPECT_EQ(recorder->faults(), 1U) << "the recording ended with the first";
+    EXPECT_EQ(recorder->faults(), 1U) << "the recording ended with the first error";
     EXPECT_EQ(recorder->recorded() + recorder->skipped(), 60U);
-    // The first frames, up to what the disk could take.
+    // The first frames, up to the limit.
     EXPECT_GE(frames_in_file(), 4);
     EXPECT_LE(frames_in_file(), 8);
   }
 }
 
-TEST_F(Recorder, OptionsAndPathsThatCannotWorkAreRefused) {
+TEST_F(Recorder, InvalidOptionsAndPathsAreRefused) {
   FrameRecorderOptions options;
   options.queue = 0;
   EXPECT_EQ(FrameRecorder::open(path, RecordingHeader(), ends, options).status().code(), StatusCode::invalid_argument);

@@ -99,7 +99,7 @@ TEST_F(ImageExr, FloatsInAnyCompressionAndLineOrderComeBackExactly) {
     }
 }
 
-TEST_F(ImageExr, AlphaIsLeftOutAndAWindowMayBeginAnywhere) {
+TEST_F(ImageExr, AlphaIsIgnoredAndAWindowMayBeginAnywhere) {
   Imf::Header header = header_of({"R", "G", "B", "A"});
   header.dataWindow() = header.displayWindow() = Imath::Box2i({-5, 100}, {-5 + kWidth - 1, 100 + kHeight - 1});
   write(path, header, p, {"R", "G", "B", "A"});
@@ -108,7 +108,7 @@ TEST_F(ImageExr, AlphaIsLeftOutAndAWindowMayBeginAnywhere) {
 
 TEST_F(ImageExr, HalvesAndIntegersBecomeFloats) {
   for (const auto type : {Imf::HALF, Imf::UINT}) {
-    // Written through a buffer of the file's own type: OpenEXR converts on reading only.
+    // Written from a buffer of the file's type, because OpenEXR converts only when reading.
     std::vector<std::uint32_t> words(kWidth * kHeight, type == Imf::HALF ? 0x3E00U : 6U);
     Imf::FrameBuffer buffer;
     for (const char* name : {"R", "G", "B"})
@@ -172,7 +172,7 @@ TEST_F(ImageExr, NegativeInfiniteAndNanStay) {
   EXPECT_EQ(value(*image, 2, 0, 0), -3);
 }
 
-TEST_F(ImageExr, CutOffAtAnyLengthIsDataLossInTheLibrarysWords) {
+TEST_F(ImageExr, TruncationAtAnyLengthIsDataLossWithTheLibrarysMessage) {
   write(path, header_of({"R", "G", "B"}), p, {"R", "G", "B"});
   const auto whole = bytes_of_file(path);
   for (std::size_t n = 4; n < whole.size(); n += n < 500 || n + 40 > whole.size() ? 1 : 31) {
@@ -189,7 +189,7 @@ TEST_F(ImageExr, AnyDamagedByteEndsInAStatus) {
   for (std::size_t i = 4; i < whole.size(); i += i < 500 ? 1 : 41) {
     auto damaged = whole;
     damaged[i] ^= std::byte{0xFF};
-    // OpenEXR has sums for compressed pixels alone: that nothing crashes is all that can be asked.
+    // OpenEXR has checksums only for compressed pixels: check only that reading does not crash.
     (void)read_image(scratch.write("damaged.exr", damaged));
   }
 }
@@ -213,7 +213,7 @@ TEST_F(ImageExr, MissingChannelAndOddWindowsAreRefusedByName) {
 TEST_F(ImageExr, HugeHeaderIsRefusedBeforeMemoryIsTaken) {
   write(path, header_of({"R", "G", "B"}), p, {"R", "G", "B"});
   auto bytes = bytes_of_file(path);
-  // Both windows say 2^30 in each direction.
+  // Set both windows to 2^30 in each direction.
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   for (const std::string_view name : {"dataWindow", "displayWindow"}) {
     const std::size_t at = text.find(name) + name.size() + std::string_view("\0box2i\0....", 11).size();

@@ -1,5 +1,4 @@
-// PNG and JPEG, and what is common to all kinds. EXR and HDR: image_exr_test.cpp,
-// image_hdr_test.cpp.
+// Tests of PNG and JPEG, and of behaviour common to all formats. EXR and HDR: image_exr_test.cpp, image_hdr_test.cpp.
 #include "camera/image_file.hpp"
 
 #include <algorithm>
@@ -55,7 +54,7 @@ TEST_F(ImageFile, PngComesBackAsWrittenInTheOrderRedGreenBlue) {
   EXPECT_EQ(back->data, image.data);
 }
 
-TEST_F(ImageFile, JpegIsNearAndItsRedIsRed) {
+TEST_F(ImageFile, JpegIsApproximateAndInTheOrderRedGreenBlue) {
   const auto image = read_image(scratch.write("j", encoded(".jpg", cv::Mat(16, 16, CV_8UC3, cv::Scalar(10, 60, 220)))));
   ASSERT_TRUE(image.ok()) << image.status().message();
   EXPECT_NEAR(value(*image, 5, 5, 0), 220, 4);
@@ -82,7 +81,7 @@ TEST_F(ImageFile, SixteenBitsAndAlphaAreRefusedWithTheRemedy) {
 
 TEST_F(ImageFile, ExifOrientationDoesNotTurnThePicture) {
   auto jpeg = encoded(".jpg", noise(CV_8UC3));
-  // APP1 with one TIFF entry: orientation 6, "turn right".
+  // APP1 with one TIFF entry: orientation 6, rotate clockwise.
   const unsigned char exif[] = {0xFF, 0xE1, 0,    34, 'E', 'x', 'i', 'f', 0, 0, 'I', 'I', 42, 0, 8, 0, 0, 0,
                                 1,    0,    0x12, 1,  3,   0,   1,   0,   0, 0, 6,   0,   0,  0, 0, 0, 0, 0};
   const auto bytes = std::as_bytes(std::span(exif));
@@ -93,7 +92,7 @@ TEST_F(ImageFile, ExifOrientationDoesNotTurnThePicture) {
   EXPECT_EQ(image->height, 24);
 }
 
-/// A palette of 4 colours at 2 bits, in seven passes, with a gamma that is not sRGB's: libpng as it is.
+/// A PNG with a palette of 4 colours at 2 bits, interlaced, with a gamma that is not sRGB's; written with plain libpng.
 std::vector<std::byte> palette_interlaced_linear(int width, int height) {
   std::vector<std::byte> file;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
@@ -148,7 +147,7 @@ TEST_F(ImageFile, OneBitIsBlackOrWhite) {
   }
 }
 
-/// OpenCV's own encoder and decoder are strangers to ours.
+/// Compatibility with OpenCV's independent encoder and decoder.
 TEST_F(ImageFile, OpenCvReadsWhatIsWrittenAndIsReadWithTheSameValues) {
   const cv::Mat bgr = noise(CV_8UC3);
   for (const char* kind : {".png", ".jpg"}) {
@@ -166,9 +165,9 @@ TEST_F(ImageFile, OpenCvReadsWhatIsWrittenAndIsReadWithTheSameValues) {
   }
 }
 
-TEST_F(ImageFile, BadCodesInsideAJpegAreSeenAndNobodyWritesToTheConsole) {
+TEST_F(ImageFile, InvalidCodesInAJpegAreDetectedWithoutConsoleOutput) {
   auto damaged = encoded(".jpg", noise(CV_8UC3));
-  // All ones is no code of any table; behind each FF a zero, or it would be a marker.
+  // All ones is not a Huffman code; each FF is followed by a stuffed zero, so that it is not a marker.
   for (std::size_t i = damaged.size() / 2; i + 40 < damaged.size(); i += 2) {
     damaged[i] = std::byte{0xFF};
     damaged[i + 1] = std::byte{0};
@@ -182,19 +181,19 @@ TEST_F(ImageFile, BadCodesInsideAJpegAreSeenAndNobodyWritesToTheConsole) {
 TEST_F(ImageFile, AJpegWhosePixelsEndBeforeItsCodesIsDamaged) {
   auto longer = encoded(".jpg", noise(CV_8UC3));
   ASSERT_TRUE(status_of(longer).ok());
-  // Before the end marker: more codes than the picture has pixels, as after a bit that was changed.
+  // Insert before the end marker more codes than the picture has pixels, as a changed bit may cause.
   longer.insert(longer.end() - 2, 32, std::byte{0x55});
   const Status status = status_of(longer);
   EXPECT_EQ(status.code(), StatusCode::data_loss) << status.message();
 }
 
-TEST_F(ImageFile, CutOffAtAnyLengthIsDataLoss) {
+TEST_F(ImageFile, TruncationAtAnyLengthIsDataLoss) {
   for (const char* kind : {".png", ".jpg"}) {
     const auto whole = encoded(kind, noise(CV_8UC3));
     for (std::size_t n = 0; n < whole.size(); n += n < 64 || n + 64 > whole.size() ? 1 : 29) {
       const Status status = status_of(std::span(whole).first(n));
       ASSERT_FALSE(status.ok()) << kind << " of " << n << " bytes";
-      // Two or three bytes are not yet a kind of picture.
+      // Two or three bytes are too few to recognise the format.
       if (n >= 4 || n == 0) {
         ASSERT_EQ(status.code(), StatusCode::data_loss) << n << status.message();
       }
@@ -202,14 +201,14 @@ TEST_F(ImageFile, CutOffAtAnyLengthIsDataLoss) {
   }
 }
 
-TEST_F(ImageFile, ProgressiveJpegIsReadAndCutOffIsSeen) {
+TEST_F(ImageFile, ProgressiveJpegIsReadAndTruncationIsDetected) {
   const auto whole = encoded(".jpg", noise(CV_8UC3), {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
   EXPECT_TRUE(status_of(whole).ok());
   EXPECT_EQ(status_of(std::span(whole).first(whole.size() - 2)).code(), StatusCode::data_loss);
   EXPECT_EQ(status_of(std::span(whole).first(whole.size() / 2)).code(), StatusCode::data_loss);
 }
 
-TEST_F(ImageFile, AnyFlippedBitOfAPngIsSeen) {
+TEST_F(ImageFile, AnyFlippedBitOfAPngIsDetected) {
   const auto whole = encoded(".png", noise(CV_8UC3));
   for (std::size_t i = 0; i < whole.size(); i += i < 64 ? 1 : 97) {
     auto damaged = whole;
@@ -218,7 +217,7 @@ TEST_F(ImageFile, AnyFlippedBitOfAPngIsSeen) {
   }
 }
 
-TEST_F(ImageFile, JpegWhoseEndComesEarlyIsSeen) {
+TEST_F(ImageFile, PrematureEndOfAJpegIsDetected) {
   auto early = encoded(".jpg", noise(CV_8UC3));
   early[early.size() / 2] = std::byte{0xFF};
   early[early.size() / 2 + 1] = std::byte{0xD9};
@@ -226,7 +225,7 @@ TEST_F(ImageFile, JpegWhoseEndComesEarlyIsSeen) {
   EXPECT_EQ(status.code(), StatusCode::data_loss) << status.message();
 }
 
-TEST_F(ImageFile, SecondPictureOrPaddingBehindAJpegIsNoDamage) {
+TEST_F(ImageFile, ASecondPictureOrPaddingAfterAJpegIsAccepted) {
   const auto one = encoded(".jpg", noise(CV_8UC3));
   auto both = one;
   both.insert(both.end(), one.begin(), one.end());
@@ -247,7 +246,7 @@ TEST_F(ImageFile, EveryErrorNamesTheFile) {
   EXPECT_EQ(read_image(scratch.path("")).status().code(), StatusCode::invalid_argument);
 }
 
-TEST_F(ImageFile, PngThatCannotBeWrittenIsSaid) {
+TEST_F(ImageFile, FailureToWriteAPngIsReported) {
   Image image{64, 64, PixelFormat::rgb8, std::vector<std::byte>(64 * 64 * 3)};
   EXPECT_EQ(write_png("/dev/full", image).code(), StatusCode::resource_exhausted);
   EXPECT_EQ(write_png(scratch.path("no/folder.png"), image).code(), StatusCode::not_found);

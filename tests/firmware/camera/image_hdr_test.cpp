@@ -46,7 +46,7 @@ TEST_F(ImageHdr, ExposuresAreDividedOut) {
   EXPECT_FLOAT_EQ(pixel(*image, 0, 0)[1], 128.5F / 128 / 16);
 }
 
-TEST_F(ImageHdr, OldRunsRepeatThePixelBefore) {
+TEST_F(ImageHdr, OldRunsRepeatThePreviousPixel) {
   const std::string p("\x80\x40\x20\x80", 4);
   const auto image = read(head + "-Y 1 +X 264\n" + p + "\x01\x01\x01\x05" + std::string("\x01\x01\x01\x01", 4) +
                           std::string("\x10\x20\x30\x80\x90\x20\x30\x80", 8));
@@ -56,7 +56,7 @@ TEST_F(ImageHdr, OldRunsRepeatThePixelBefore) {
   EXPECT_FLOAT_EQ(pixel(*image, 263, 0)[0], 144.5F / 256);
 }
 
-/// The pixel of a file that OpenCV wrote: run-length coded in the new way.
+/// A picture for OpenCV's writer, which uses the new run-length encoding.
 cv::Mat picture() {
   cv::Mat m(13, 50, CV_32FC3, cv::Scalar(0.5, 2, 700));
   cv::theRNG().state = 3;
@@ -84,7 +84,7 @@ TEST_F(ImageHdr, NewRunsGiveWhatOpenCvWroteWithinHalfAMantissaStep) {
     }
 }
 
-TEST_F(ImageHdr, CutOffAtAnyLengthIsDataLoss) {
+TEST_F(ImageHdr, TruncationAtAnyLengthIsDataLoss) {
   const auto whole = file_of(picture());
   for (std::size_t n = 12; n < whole.size(); ++n) {
     const auto image = read_image(scratch.write("cut.hdr", std::span(whole).first(n)));
@@ -93,7 +93,7 @@ TEST_F(ImageHdr, CutOffAtAnyLengthIsDataLoss) {
   }
 }
 
-TEST_F(ImageHdr, DamagedRunsAreSeen) {
+TEST_F(ImageHdr, DamagedRunsAreDetected) {
   const std::string size = "-Y 1 +X 8\n";
   for (const std::string& row : {
            std::string("\x02\x02\x00\x09", 4) + std::string(40, '\x88'),  // Another length.
@@ -118,7 +118,7 @@ TEST_F(ImageHdr, OtherOrientationsColoursAndSizesAreRefused) {
   EXPECT_EQ(read("#?RADIANCE\nEXPOSURE=0\n\n-Y 1 +X 1\nabcd").status().code(), StatusCode::data_loss);
 }
 
-TEST_F(ImageHdr, HugeSizeInATinyFileTakesNoMemory) {
+TEST_F(ImageHdr, HugeSizeInATinyFileAllocatesNoMemory) {
   const auto image = read(head + "-Y 8192 +X 8192\nabcd");
   EXPECT_EQ(image.status().code(), StatusCode::data_loss);
 }

@@ -1,4 +1,4 @@
-// Between a camera's completed request and push() nothing is taken from the heap.
+// Tests that no memory is allocated between a camera's completed request and push().
 #include <atomic>
 #include <chrono>
 #include <memory>
@@ -16,7 +16,7 @@ namespace {
 class Counter final : public FrameSink {
  public:
   void push(Frame) override { ++count_; }
-  /// False where that takes too long.
+  /// False on timeout.
   [[nodiscard]] bool wait_for(int frames) const {
     const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(20);
     while (count_ < frames && std::chrono::steady_clock::now() < limit)

@@ -1,4 +1,4 @@
-// What becomes of libcamera's frames, on cameras whose truth is known: the conformance suite, exposures, pairs, cables.
+// Tests of LensBackend with simulated cameras and ground truth: conformance suite, exposures, pairs, disconnections.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -18,7 +18,7 @@ namespace lightwell::libcam {
 namespace {
 
 using conformance::BackendUnderTest;
-using conformance::Watcher;
+using conformance::RecordingSink;
 using ::testing::HasSubstr;
 using State = CameraBackend::State;
 using Cameras = std::vector<std::shared_ptr<SimulatedCamera>>;
@@ -57,7 +57,7 @@ const std::vector<double> kSingle{0.002}, kBracket{0.0005, 0.002, 0.008};
 
 BackendUnderTest under_test(const std::string& name, const std::function<Cameras()>& plugged,
                             const std::vector<double>& exposure_s) {
-  // The cameras of the newest backend, for the one who pulls them out.
+  // The cameras of the newest backend, for `disconnect`.
   auto newest = std::make_shared<Cameras>();
   BackendUnderTest camera;
   camera.name = name;
@@ -65,7 +65,7 @@ BackendUnderTest under_test(const std::string& name, const std::function<Cameras
     *newest = plugged();
     return backend_on(*newest, exposure_s);
   };
-  camera.lose = [newest] { newest->back()->unplug(); };
+  camera.disconnect = [newest] { newest->back()->unplug(); };
   return camera;
 }
 
@@ -95,31 +95,31 @@ INSTANTIATE_TEST_SUITE_P(Libcamera, CameraConformance, conformance::cameras(back
 
 // ---- the truth
 
-/// A frame beside what was exposed.
+/// Metadata and ground truth of a frame.
 struct FrameReport {
   FrameInfo info;
   std::vector<Truth> truths;
   std::vector<int> lenses;
 };
 
-/// Frames of a run; `more` is called with how many have come, after each.
+/// Records the frames of a run; after each frame `more` is called with their number.
 class Listener final : public FrameSink {
  public:
   void push(Frame frame) override {
-    FrameReport told{frame.info, {}, {}};
+    FrameReport report{frame.info, {}, {}};
     for (const View& view : frame.views()) {
-      told.truths.push_back(truth_of(view));
-      told.lenses.push_back(view.lens);
+      report.truths.push_back(truth_of(view));
+      report.lenses.push_back(view.lens);
     }
     const std::lock_guard lock(mutex_);
-    frame_reports_.push_back(std::move(told));
+    frame_reports_.push_back(std::move(report));
     changed_.notify_all();
   }
   [[nodiscard]] bool wait_for(std::size_t frames) {
     std::unique_lock lock(mutex_);
     return changed_.wait_for(lock, std::chrono::seconds(10), [&] { return frame_reports_.size() >= frames; });
   }
-  [[nodiscard]] std::vector<FrameReport> told() {
+  [[nodiscard]] std::vector<FrameReport> frame_reports() {
     const std::lock_guard lock(mutex_);
     return frame_reports_;
   }
@@ -138,9 +138,9 @@ std::vector<FrameReport> frames_of(const Cameras& cameras, const std::vector<dou
   Listener listener;
   const Status started = camera->start(listener);
   EXPECT_TRUE(started.ok()) << started.message();
-  EXPECT_TRUE(listener.wait_for(frames)) << listener.told().size() << " frames came";
+  EXPECT_TRUE(listener.wait_for(frames)) << listener.frame_reports().size() << " frames came";
   camera->stop();
-  return listener.told();
+  return listener.frame_reports();
 }
 
 void expect_true_exposures(const std::vector<FrameReport>& frames) {
@@ -152,7 +152,7 @@ void expect_true_exposures(const std::vector<FrameReport>& frames) {
   }
 }
 
-TEST(LibcameraFrames, HaveTheExposureThatWasInForceWhetherTheCameraSaysItOrNot) {
+TEST(LibcameraFrames, ReportTheirTrueExposureWithAndWithoutExposureMetadata) {
   for (const bool says : {true, false}) {
     for (const std::vector<double>& exposures : {kSingle, kBracket}) {
       const std::vector<FrameReport> frames = frames_of(one(saying(says)), exposures, 24);
@@ -162,41 +162,42 @@ TEST(LibcameraFrames, HaveTheExposureThatWasInForceWhetherTheCameraSaysItOrNot) 
   }
 }
 
-TEST(LibcameraFrames, AreStampedInTheMiddleOfTheirExposure) {
+TEST(LibcameraFrames, HaveTheMidExposureTime) {
   for (const FrameReport& f : frames_of(one(saying(true)), kBracket, 24))
     EXPECT_NEAR(static_cast<double>(f.info.mid_exposure.ns),
                 static_cast<double>((f.truths[0].begin_ns + f.truths[0].end_ns) / 2), 1000.0);
 }
 
-TEST(LibcameraFrames, OfABracketComeAtTheCamerasFullRateWhereItSaysItsExposures) {
+TEST(LibcameraFrames, OfABracketComeAtTheFullRateIfTheCameraReportsExposures) {
   const std::vector<FrameReport> frames = frames_of(one(saying(true, 20'000)), kBracket, 30);
-  // Of thirty frames of the camera hardly one is left out: a machine that is busy may lose some.
+  // Almost all of thirty frames arrive; a busy machine may lose some.
   ASSERT_GE(frames.size(), 30U);
   EXPECT_LE(frames[29].truths[0].number - frames[0].truths[0].number, 45U);
 }
 
-TEST(LibcameraFrames, OfTwoCamerasAreTakenTogetherWithTheLensesInOrder) {
+TEST(LibcameraFrames, OfTwoCamerasArePairedInTheOrderOfTheLenses) {
   const std::vector<FrameReport> frames = frames_of(pair(saying(true), std::chrono::milliseconds(4)), kSingle, 30);
   expect_true_exposures(frames);
   for (const FrameReport& f : frames) {
     EXPECT_THAT(f.lenses, ::testing::ElementsAre(0, 1));
     const std::int64_t apart = f.truths[1].end_ns - f.truths[0].end_ns;
-    EXPECT_EQ(std::abs(apart), 4'000'000) << "the nearest frames, not neighbours of theirs";
+    EXPECT_EQ(std::abs(apart), 4'000'000) << "not the nearest frames";
     EXPECT_NEAR(static_cast<double>(f.info.mid_exposure.ns),
                 static_cast<double>((f.truths[0].end_ns + f.truths[1].end_ns) / 2 - 1'000'000), 1000.0);
   }
 }
 
 TEST(LibcameraFrames, OfTwoCamerasInABracketComeAtTheFullRateOnceTheirCyclesAreAligned) {
-  const std::vector<FrameReport> frames = frames_of(pair(saying(true, 20'000), std::chrono::milliseconds(4)), kBracket, 60);
+  const std::vector<FrameReport> frames =
+      frames_of(pair(saying(true, 20'000), std::chrono::milliseconds(4)), kBracket, 60);
   expect_true_exposures(frames);
   ASSERT_GE(frames.size(), 60U);
-  EXPECT_LE(frames[59].truths[0].number - frames[15].truths[0].number, 66U) << "of 44 frames hardly one is left out";
-  EXPECT_LE(frames[15].truths[0].number, 60U) << "they agree soon";
+  EXPECT_LE(frames[59].truths[0].number - frames[15].truths[0].number, 66U) << "more than a few of 44 frames were lost";
+  EXPECT_LE(frames[15].truths[0].number, 60U) << "alignment took too long";
 }
 
-TEST(LibcameraFrames, OfTwoCamerasFindTheSameExposureAgainWhenOneHasLostAFrame) {
-  // The exposure that was meant for the lost frame goes to the next one: the cycles are one apart from then on.
+TEST(LibcameraFrames, OfTwoCamerasRealignAfterOneHasLostAFrame) {
+  // The exposure of the lost frame goes to the next one, so the cycles differ by one from then on.
   Cameras cameras = one(saying(true, 20'000));
   SimulatedCameraOptions losing = saying(true, 20'000);
   losing.id = "losing";
@@ -216,7 +217,7 @@ TEST(LibcameraFrames, OfTwoCamerasInABracketHaveTheSameExposure) {
   }
 }
 
-TEST(LibcameraFrames, ThatOneOfTwoCamerasLostAreNobodysAndTheOthersGoOn) {
+TEST(LibcameraFrames, LostByOneOfTwoCamerasAreDroppedAndTheOthersContinue) {
   Cameras cameras = one(saying(true));
   SimulatedCameraOptions losing = saying(true);
   losing.id = "losing";
@@ -229,7 +230,7 @@ TEST(LibcameraFrames, ThatOneOfTwoCamerasLostAreNobodysAndTheOthersGoOn) {
     if (i == 0) continue;
     EXPECT_EQ(frames[i].info.sequence - frames[i - 1].info.sequence,
               frames[i].truths[0].number - frames[i - 1].truths[0].number)
-        << "what is lost shows as a gap";
+        << "lost frames must leave a gap";
   }
 }
 
@@ -263,7 +264,7 @@ TEST(LibcameraOpen, TwoCamerasMustGiveTheSamePictures) {
   EXPECT_EQ(refusal(cameras, kSingle).code(), StatusCode::failed_precondition);
 }
 
-TEST(LibcameraOpen, ExposuresAreDeclaredAsTheSensorMakesThem) {
+TEST(LibcameraOpen, DeclaresTheExposuresOfTheSensor) {
   SimulatedCameraOptions rounding = saying(true);
   rounding.exposure_factor = 1.02;
   const std::unique_ptr<CameraBackend> camera = backend_on(one(rounding), kBracket);
@@ -282,16 +283,16 @@ TEST(LibcameraOpen, ABracketThatTheSensorCannotExposeIsRefused) {
 
 // ---- cables
 
-TEST(LibcameraLoss, FramesComeAgainWithinTwoSecondsOfTheCamerasReturn) {
+TEST(LibcameraLoss, FramesResumeWithinTwoSecondsOfTheReconnection) {
   for (const bool two : {false, true}) {
     const Cameras cameras = two ? pair(saying(true), std::chrono::milliseconds(3)) : one(saying(true));
     const std::unique_ptr<CameraBackend> camera = backend_on(cameras, kSingle);
     ASSERT_TRUE(camera->open().ok());
-    auto watcher = std::make_shared<Watcher>();
-    watcher->timeout = std::chrono::seconds(6);
-    watcher->keep(2);
-    ASSERT_TRUE(camera->start(*watcher).ok());
-    ASSERT_TRUE(watcher->wait_for(5, *camera));
+    auto sink = std::make_shared<RecordingSink>();
+    sink->timeout = std::chrono::seconds(6);
+    sink->keep(2);
+    ASSERT_TRUE(camera->start(*sink).ok());
+    ASSERT_TRUE(sink->wait_for(5, *camera));
     for (int round = 0; round < 2; ++round) {
       cameras.back()->unplug();
       const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(6);
@@ -299,20 +300,20 @@ TEST(LibcameraLoss, FramesComeAgainWithinTwoSecondsOfTheCamerasReturn) {
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
       ASSERT_EQ(camera->state(), State::lost);
       std::this_thread::sleep_for(std::chrono::milliseconds(300));
-      const std::size_t before = watcher->count();
+      const std::size_t before = sink->count();
       cameras.back()->plug();
       const auto plugged = std::chrono::steady_clock::now();
-      while (watcher->count() == before && std::chrono::steady_clock::now() < limit)
+      while (sink->count() == before && std::chrono::steady_clock::now() < limit)
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
-      ASSERT_GT(watcher->count(), before);
+      ASSERT_GT(sink->count(), before);
       EXPECT_LT(std::chrono::steady_clock::now() - plugged, std::chrono::seconds(2));
       EXPECT_EQ(camera->state(), State::streaming);
     }
-    // Frames of the device that is gone were held all along, and go back to nobody.
-    const std::vector<Frame> held = watcher->take_kept();
+    // Frames of the disconnected device were held all the time; their release must not fail.
+    const std::vector<Frame> held = sink->take_kept();
     ASSERT_EQ(held.size(), 2U);
     for (const Frame& f : held) EXPECT_EQ(truth_of(f.views()[0]).magic, kTruthMagic);
-    const std::vector<conformance::ReceivedFrame> seen = watcher->seen();
+    const std::vector<conformance::ReceivedFrame> seen = sink->seen();
     for (std::size_t i = 1; i < seen.size(); ++i) {
       EXPECT_GT(seen[i].info.sequence, seen[i - 1].info.sequence);
       EXPECT_GT(seen[i].info.mid_exposure, seen[i - 1].info.mid_exposure);

@@ -1,5 +1,5 @@
-// The conformance suite on a camera that libcamera has: a program for the bench, not one of ctest's, because a machine
-// without a camera could only skip it. LIGHTWELL_LIBCAMERA_ID names the camera, or two with a comma.
+// Runs the conformance suite on a real libcamera camera. Not a ctest test, because machines without a camera could only
+// skip it. LIGHTWELL_LIBCAMERA_ID names the camera, or two separated by a comma.
 #include <cstdlib>
 #include <iostream>
 
@@ -30,7 +30,7 @@ std::vector<BackendUnderTest> cameras_of_the_bench() {
   all[0].make = camera({0.01});
   all[1].name = "bracket";
   all[1].make = camera({0.002, 0.02});
-  // Cameras wake up slowly, and an emulated board is slower still.
+  // Real cameras start slowly, especially on an emulated board.
   for (BackendUnderTest& b : all) b.timeout = std::chrono::seconds(30);
   return all;
 }

@@ -1,4 +1,4 @@
-// What a camera is asked for, what it is told, and when its frames were exposed.
+// Tests of the libcamera backend's options, format and control choice, and timestamps.
 #include <cmath>
 #include <limits>
 #include <string>
@@ -7,10 +7,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "camera/backends/libcamera/camera_capabilities.hpp"
 #include "camera/backends/libcamera/control_choice.hpp"
 #include "camera/backends/libcamera/format_choice.hpp"
 #include "camera/backends/libcamera/libcamera_options.hpp"
-#include "camera/backends/libcamera/camera_capabilities.hpp"
 #include "camera/backends/libcamera/sensor_clock.hpp"
 
 namespace lightwell::libcam {
@@ -48,7 +48,7 @@ TEST(LibcameraUri, SettingsAreRead) {
   EXPECT_EQ(o->settle_frames, 5);
 }
 
-TEST(LibcameraUri, WhatMakesNoSenseIsNamed) {
+TEST(LibcameraUri, InvalidParametersAreNamed) {
   for (const auto& [rest, word] : std::vector<std::pair<std::string, std::string>>{{"", "cam --list"},
                                                                                    {"1,", "cam --list"},
                                                                                    {"1,2,3", "at most 2"},
@@ -104,19 +104,19 @@ TEST(LibcameraFormat, BytesRedGreenBlueAreDrmsBgr888AndNeverItsRgb888) {
   EXPECT_FALSE(format_of(kRgb.fourcc, 0)) << "blue comes first in memory";
 }
 
-TEST(LibcameraFormat, PackedAndOtherwiseOrderedRawPicturesAreNoneOfOurs) {
+TEST(LibcameraFormat, PackedRawFormatsAndOtherBayerOrdersAreNotSupported) {
   EXPECT_EQ(format_of(kRaw10.fourcc, kRaw10.modifier), PixelFormat::bayer_rggb10);
   EXPECT_FALSE(format_of(kPacked10.fourcc, kPacked10.modifier));
   EXPECT_FALSE(format_of(kOtherOrder.fourcc, 0)) << "blue at the top left";
 }
 
-TEST(LibcameraFormat, ProcessedPicturesAreTakenBeforeRawOnesAndAWishBeforeBoth) {
+TEST(LibcameraFormat, PrefersTheRequestedFormatThenProcessedThenRaw) {
   const std::vector<SupportedFormat> offered{kMjpeg, kRaw10, kBgr, kYuyv, kNv12};
   EXPECT_EQ(*choose_format(offered, std::nullopt), 4U);
   EXPECT_EQ(*choose_format(offered, PixelFormat::bayer_rggb10), 1U);
   EXPECT_EQ(*choose_format(offered, PixelFormat::rgb8), 2U);
   EXPECT_EQ(*choose_format(std::vector{kMjpeg, kPacked10, kRaw10}, std::nullopt), 2U)
-      << "raw where there is nothing else";
+      << "raw, because no other format is offered";
 }
 
 TEST(LibcameraFormat, ARefusalListsWhatTheCameraOffers) {
@@ -148,7 +148,7 @@ SupportedControls all_offered() {
   return c;
 }
 
-TEST(LibcameraControls, WhatIsOfferedIsTakenOutOfTheCamerasHandsWithoutAWord) {
+TEST(LibcameraControls, SwitchesAllOfferedAutomaticControlsOffWithoutNotes) {
   const auto chosen = choose_controls(all_offered(), asking({0.004, 0.016}));
   ASSERT_TRUE(chosen.ok());
   EXPECT_TRUE(chosen->manual_exposure && chosen->manual_white_balance && chosen->set_exposure);
@@ -159,26 +159,26 @@ TEST(LibcameraControls, WhatIsOfferedIsTakenOutOfTheCamerasHandsWithoutAWord) {
   EXPECT_THAT(chosen->notes, IsEmpty());
 }
 
-TEST(LibcameraControls, ExposuresOutsideTheRangeBecomeItsEndsAndThatIsSaid) {
+TEST(LibcameraControls, ClampsExposuresToTheRangeWithANote) {
   const auto chosen = choose_controls(all_offered(), asking({1e-6, 0.5}));
   ASSERT_TRUE(chosen.ok());
   EXPECT_THAT(chosen->exposure_us, ElementsAre(75, 66'666));
   EXPECT_THAT(chosen->notes, ::testing::Contains(HasSubstr("0.001 ms becomes 0.075 ms")));
-  EXPECT_EQ(chosen->duration_us, 67'333) << "a frame lasts as long as its longest exposure";
+  EXPECT_EQ(chosen->duration_us, 67'333) << "the frame duration must contain the longest exposure";
   EXPECT_THAT(chosen->notes, ::testing::Contains(HasSubstr("frame rate 30 becomes 14.85")));
 }
 
-TEST(LibcameraControls, UsbCamerasTakeWholeHundredsOfMicroseconds) {
+TEST(LibcameraControls, RoundsExposuresOfUsbCamerasTo100Microseconds) {
   SupportedControls usb;
   usb.manual_exposure = true;
   usb.exposure_us = ControlRange{100, 1'000'000, 15'600.0};
   const auto chosen = choose_controls(usb, asking({0.00016, 0.00012, 0.00001}));
   ASSERT_TRUE(chosen.ok());
-  EXPECT_THAT(chosen->exposure_us, ElementsAre(200, 100, 100)) << "cut off, 0.16 ms would be exposed for 0.1 ms";
+  EXPECT_THAT(chosen->exposure_us, ElementsAre(200, 100, 100)) << "0.16 ms must be rounded, not truncated";
   EXPECT_THAT(chosen->notes, ::testing::Contains(HasSubstr("0.16 ms becomes 0.2 ms")));
 }
 
-TEST(LibcameraControls, WhatIsNotOfferedIsSaid) {
+TEST(LibcameraControls, NotesMissingControls) {
   LibcameraOptions asked = asking({0.01});
   asked.gain = 4;
   const auto chosen = choose_controls({}, asked);
@@ -195,7 +195,7 @@ TEST(LibcameraControls, ABracketOnACameraWithoutExposureIsRefused) {
   EXPECT_EQ(chosen.status().code(), StatusCode::failed_precondition);
 }
 
-TEST(LibcameraControls, WithoutAWishTheExposureIsHeldAtTheCamerasOwnWithinAFrame) {
+TEST(LibcameraControls, TheDefaultExposureIsTheCamerasWithinAFrame) {
   EXPECT_THAT(choose_controls(all_offered(), asking({}))->exposure_us, ElementsAre(10'000));
   SupportedControls with_default = all_offered();
   with_default.exposure_us->preset = 5000;
@@ -204,7 +204,7 @@ TEST(LibcameraControls, WithoutAWishTheExposureIsHeldAtTheCamerasOwnWithinAFrame
   EXPECT_LE(choose_controls(with_default, asking({}))->exposure_us[0], 33'334);
 }
 
-TEST(LibcameraControls, RangesThatMakeNoSenseCountAsNotOffered) {
+TEST(LibcameraControls, InvalidRangesCountAsNotOffered) {
   SupportedControls odd = all_offered();
   odd.exposure_us = ControlRange{100, 0, std::nullopt};
   odd.gain = ControlRange{std::nan(""), 4, std::nullopt};
@@ -228,29 +228,29 @@ TEST(LibcameraControls, ARateOfZeroLeavesTheCameraItsOwn) {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 
-TEST(SensorClock, StampsOfTheMonotonicClockStayAsTheyAre) {
+TEST(SensorClock, MonotonicTimestampsAreUnchanged) {
   SensorClock clock;
   const ClockReading now{100 * kSecond, 100 * kSecond + 3600 * kSecond};
   EXPECT_EQ(clock.to_probe_time(now.monotonic_ns - 40'000'000, now)->ns, now.monotonic_ns - 40'000'000);
 }
 
-TEST(SensorClock, StampsOfTheBootClockLoseTheTimeThatTheMachineSlept) {
+TEST(SensorClock, BoottimeTimestampsLoseTheSuspendedTime) {
   SensorClock clock;
   const ClockReading now{100 * kSecond, 100 * kSecond + 3600 * kSecond};
   EXPECT_EQ(clock.to_probe_time(now.boottime_ns - 40'000'000, now)->ns, now.monotonic_ns - 40'000'000);
 }
 
-TEST(SensorClock, WhereTheMachineSleptForAMomentTheClockIsFoundByAFrameFromTheFuture) {
+TEST(SensorClock, AfterAShortSuspensionATimestampInTheFutureRevealsTheClock) {
   SensorClock clock;
   const std::int64_t slept = 10'000'000;
   const ClockReading now{100 * kSecond, 100 * kSecond + slept};
-  // 4 ms old by the boot clock: 6 ms from now by the other.
+  // 4 ms ago by CLOCK_BOOTTIME is 6 ms in the future by CLOCK_MONOTONIC.
   EXPECT_EQ(clock.to_probe_time(now.boottime_ns - 4'000'000, now)->ns, now.monotonic_ns - 4'000'000);
-  // From then on older frames are read by it, too.
+  // From then on older timestamps are read as CLOCK_BOOTTIME, too.
   EXPECT_EQ(clock.to_probe_time(now.boottime_ns - 30'000'000, now)->ns, now.monotonic_ns - 30'000'000);
 }
 
-TEST(SensorClock, AStampOfAnotherClockIsNoTime) {
+TEST(SensorClock, TimestampsOfAnotherClockAreRefused) {
   const ClockReading now{100 * kSecond, 3700 * kSecond};
   for (const std::int64_t stamp :
        {std::int64_t{0}, std::int64_t{-5}, 1'700'000'000 * kSecond, 50 * kSecond, 1000 * kSecond}) {
@@ -261,13 +261,13 @@ TEST(SensorClock, AStampOfAnotherClockIsNoTime) {
 
 TEST(SensorClock, ReadsBothClocksAtOneInstant) {
   const ClockReading a = read_clocks(), b = read_clocks();
-  EXPECT_GE(a.boottime_ns, a.monotonic_ns - 1'000'000) << "it also counts while the machine sleeps";
+  EXPECT_GE(a.boottime_ns, a.monotonic_ns - 1'000'000) << "CLOCK_BOOTTIME includes suspended time";
   EXPECT_GE(b.monotonic_ns, a.monotonic_ns);
   EXPECT_LT(std::abs((b.boottime_ns - b.monotonic_ns) - (a.boottime_ns - a.monotonic_ns)), 1'000'000);
   EXPECT_LT(std::abs(a.monotonic_ns - monotonic_now_ns()), kSecond);
 }
 
-TEST(FrameTiming, TheMiddleOfAnExposureLiesHalfOfItBeforeItsReadout) {
+TEST(FrameTiming, MidExposureIsHalfAnExposureBeforeReadout) {
   const FrameTiming global{0.010, {}, 480, TimestampEvent::readout};
   EXPECT_EQ(mid_exposure({kSecond}, global).ns, kSecond - 5'000'000);
   EXPECT_EQ(exposure_begin({kSecond}, global).ns, kSecond - 10'000'000);
@@ -279,16 +279,16 @@ TEST(FrameTiming, TheCentreRowOfARollingShutterIsLater) {
   EXPECT_EQ(exposure_begin({kSecond}, rolling).ns, kSecond - 10'000'000) << "of the first row";
 }
 
-TEST(FrameTiming, AStampOfTheExposuresBeginningLiesBeforeItsMiddle) {
+TEST(FrameTiming, AStartTimestampIsHalfAnExposureBeforeMidExposure) {
   const FrameTiming documented{0.010, {20'000}, 480, TimestampEvent::exposure};
   EXPECT_EQ(mid_exposure({kSecond}, documented).ns, kSecond + 5'000'000 + 240 * 20'000);
 }
 
-TEST(MeasuredInterval, IsTheTimePerNumberAndNominalWhereNumbersSayNothing) {
+TEST(MeasuredInterval, IsTheTimePerFrameOrNominalIfImplausible) {
   EXPECT_EQ(measured_interval({10 * 33}, 10, {7}).ns, 33);
-  EXPECT_EQ(measured_interval({10 * 33}, 0, {7}).ns, 7) << "numbers stand still";
-  EXPECT_EQ(measured_interval({-33}, 1, {7}).ns, 7) << "time goes back";
-  EXPECT_EQ(measured_interval({33}, ~std::uint64_t{0}, {7}).ns, 7) << "numbers go back";
+  EXPECT_EQ(measured_interval({10 * 33}, 0, {7}).ns, 7) << "sequence numbers do not change";
+  EXPECT_EQ(measured_interval({-33}, 1, {7}).ns, 7) << "time decreases";
+  EXPECT_EQ(measured_interval({33}, ~std::uint64_t{0}, {7}).ns, 7) << "sequence numbers decrease";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Two cameras that nothing keeps in step: which frames are taken together.
+// Tests of FramePairer and CycleAlignment: two free-running cameras.
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -20,7 +20,7 @@ struct Shot {
   std::int64_t at;
 };
 
-/// What came of all shots; tokens are indices into them.
+/// Result of pairing; tokens are indices of the shots.
 struct Outcome {
   std::vector<std::pair<int, int>> pairs;
   std::vector<int> dropped;
@@ -40,13 +40,13 @@ Outcome pair_up(FramePairer& pairs, const std::vector<Shot>& shots) {
   return out;
 }
 
-/// Frames of both cameras as they come, by time.
+/// Sorts the frames of both cameras by time.
 std::vector<Shot> in_order(std::vector<Shot> shots) {
   std::stable_sort(shots.begin(), shots.end(), [](const Shot& a, const Shot& b) { return a.at < b.at; });
   return shots;
 }
 
-TEST(FramePairer, FramesThatLieNearestToEachOtherArePairs) {
+TEST(FramePairer, NearestFramesArePairs) {
   std::vector<Shot> shots;
   for (int i = 0; i < 50; ++i) {
     shots.push_back({0, i * kFrame});
@@ -61,13 +61,13 @@ TEST(FramePairer, FramesThatLieNearestToEachOtherArePairs) {
     EXPECT_EQ(shots[static_cast<std::size_t>(b)].at - shots[static_cast<std::size_t>(a)].at, kFrame / 3);
 }
 
-TEST(FramePairer, HalfAFrameApartIsStillAPairAndANanosecondMoreIsNot) {
+TEST(FramePairer, PairsUpToExactlyHalfAFrameInterval) {
   FramePairer pairs({kFrame});
   EXPECT_EQ(pair_up(pairs, {{0, 1000}, {1, 1000 + kFrame / 2}}).pairs.size(), 1U);
   FramePairer strict({kFrame});
   const Outcome out = pair_up(strict, {{0, 1000}, {1, 1001 + kFrame / 2}});
   EXPECT_TRUE(out.pairs.empty());
-  EXPECT_EQ(out.dropped, std::vector<int>{0}) << "its nearest would have come by now";
+  EXPECT_EQ(out.dropped, std::vector<int>{0}) << "a nearer frame can no longer come";
 }
 
 TEST(FramePairer, AFrameThatTheOtherCameraLostIsDroppedAndCounted) {
@@ -84,7 +84,7 @@ TEST(FramePairer, AFrameThatTheOtherCameraLostIsDroppedAndCounted) {
   EXPECT_EQ(pairs.counts().unpaired[1], 0U);
 }
 
-TEST(FramePairer, ACameraThatRunsFasterDriftsThroughAndLosesOneFrameAPeriod) {
+TEST(FramePairer, AFasterCameraLosesOneFramePerDriftPeriod) {
   // 1 % faster: after 100 frames it is one frame ahead.
   std::vector<Shot> shots;
   for (int i = 0; i < 1000; ++i) shots.push_back({0, i * kFrame});
@@ -101,7 +101,7 @@ TEST(FramePairer, ACameraThatRunsFasterDriftsThroughAndLosesOneFrameAPeriod) {
   }
 }
 
-TEST(FramePairer, PairsAreOfTheNearestFramesWhateverTheJitter) {
+TEST(FramePairer, PairsNearestFramesDespiteJitter) {
   std::mt19937 random(7);
   std::uniform_int_distribution<std::int64_t> jitter(-2'000'000, 2'000'000);
   for (const int phase : {-14, -9, 0, 5, 13}) {
@@ -124,7 +124,7 @@ TEST(FramePairer, PairsAreOfTheNearestFramesWhateverTheJitter) {
   }
 }
 
-TEST(FramePairer, ASilentCameraHoldsUpNoMoreThanTwoFrames) {
+TEST(FramePairer, AtMostTwoFramesWaitForASilentCamera) {
   FramePairer pairs({kFrame});
   std::vector<Shot> shots;
   for (int i = 0; i < 20; ++i) shots.push_back({0, i * kFrame});
@@ -133,7 +133,7 @@ TEST(FramePairer, ASilentCameraHoldsUpNoMoreThanTwoFrames) {
   EXPECT_EQ(out.dropped.front(), 0) << "the oldest first";
 }
 
-TEST(FramePairer, ATimeThatGoesBackIsRefusedAndCounted) {
+TEST(FramePairer, DecreasingTimesAreRefusedAndCounted) {
   FramePairer pairs({kFrame});
   const Outcome out = pair_up(pairs, {{0, 5 * kFrame}, {0, 5 * kFrame}, {0, 4 * kFrame}, {1, 5 * kFrame}});
   EXPECT_EQ(out.dropped, (std::vector<int>{1, 2}));
@@ -142,7 +142,7 @@ TEST(FramePairer, ATimeThatGoesBackIsRefusedAndCounted) {
   EXPECT_EQ(out.pairs[0], std::pair(0, 3));
 }
 
-TEST(FramePairer, AfterARestartNothingWaitsAndTimesMayBeAnyAgain) {
+TEST(FramePairer, RestartDiscardsWaitingFramesAndTimes) {
   FramePairer pairs({kFrame});
   (void)pair_up(pairs, {{0, 9 * kFrame}});
   pairs.restart();
@@ -151,20 +151,20 @@ TEST(FramePairer, AfterARestartNothingWaitsAndTimesMayBeAnyAgain) {
   EXPECT_TRUE(out.dropped.empty());
 }
 
-// ---- exposures of both
+// ---- alignment of the exposure cycles
 
-TEST(CycleAlignment, AnExposureIsFoundInTheCycleWhereItIsTheOnlyOneLikeIt) {
+TEST(CycleAlignment, AnExposureHasAnIndexIfItIsUnique) {
   const std::vector<double> cycle{0.001, 0.004, 0.016};
   EXPECT_EQ(index_in_cycle(cycle, 0.0041), 1);
   EXPECT_FALSE(index_in_cycle(cycle, 0.002));
   EXPECT_FALSE(index_in_cycle(cycle, std::nan("")));
-  EXPECT_FALSE(index_in_cycle(std::vector{0.001, 0.001}, 0.001)) << "which of the two?";
+  EXPECT_FALSE(index_in_cycle(std::vector{0.001, 0.001}, 0.001)) << "ambiguous";
   EXPECT_TRUE(distinct(cycle));
   EXPECT_FALSE(distinct(std::vector{0.001, 0.016, 0.00105}));
   EXPECT_TRUE(distinct(std::vector{0.01}));
 }
 
-/// Frames until two cameras agree for good, each showing an exposure `delay` frames after it was asked for.
+/// Number of frames until two cameras agree permanently; exposures take effect `delay` frames after the request.
 int frames_until_agreed(int size, int offset, int delay) {
   CycleAlignment alignment(size, 2 * delay);
   int next_first = 0, next_second = offset, disagreed = 0;
@@ -181,7 +181,7 @@ int frames_until_agreed(int size, int offset, int delay) {
   return disagreed + 1;
 }
 
-TEST(CycleAlignment, CamerasThatStartedApartAgreeOnceOneCorrectionHasShown) {
+TEST(CycleAlignment, OffsetCamerasAgreeAfterOneCorrection) {
   for (const int size : {2, 3, 8}) {
     for (int offset = 0; offset < size; ++offset) {
       for (const int delay : {1, 4, 9}) EXPECT_LE(frames_until_agreed(size, offset, delay), 2 * delay + 2);

@@ -1,4 +1,4 @@
-// The parts that touch libcamera, as far as they go without a camera: the manager, the list of cameras, formats,
+// Tests of the code that uses libcamera, as far as possible without a camera: manager, list of cameras, formats,
 // memory.
 #include <cstring>
 #include <fcntl.h>
@@ -27,19 +27,19 @@ Result<std::unique_ptr<CameraBackend>> made(const std::string& rest) {
   return make_libcamera_backend(*uri, {});
 }
 
-TEST(LibcameraSystem, ACameraThatIsNotThereIsNamedBesideWhatWasFound) {
+TEST(LibcameraSystem, AMissingCameraIsReportedWithTheCamerasFound) {
   auto camera = made("no such camera");
-  ASSERT_TRUE(camera.ok()) << "the device is touched by open()";
+  ASSERT_TRUE(camera.ok()) << "only open() accesses the device";
   const Result<CameraInfo> info = (*camera)->open();
   ASSERT_FALSE(info.ok());
   EXPECT_EQ(info.status().code(), StatusCode::not_found);
   EXPECT_THAT(info.status().message(), HasSubstr("no camera 'no such camera'"));
   EXPECT_THAT(info.status().message(), HasSubstr("libcamera " + release() + " found "));
   EXPECT_EQ((*camera)->state(), CameraBackend::State::idle);
-  EXPECT_EQ((*camera)->open().status().code(), StatusCode::not_found) << "and again";
+  EXPECT_EQ((*camera)->open().status().code(), StatusCode::not_found) << "second open()";
 }
 
-TEST(LibcameraSystem, ListsTheCamerasThatItFoundOrSaysThatThereIsNone) {
+TEST(LibcameraSystem, ListsTheCamerasFoundOrReportsNone) {
   const auto system = CameraSystem::get();
   ASSERT_TRUE(system.ok()) << system.status().message();
   const auto none = (*system)->find("999");
@@ -50,7 +50,7 @@ TEST(LibcameraSystem, ListsTheCamerasThatItFoundOrSaysThatThereIsNone) {
     EXPECT_THAT(none.status().message(), HasSubstr("found none: is one connected"));
 }
 
-TEST(LibcameraSystem, OneManagerServesAllBackendsAndAnotherFollowsWhenTheyAreGone) {
+TEST(LibcameraSystem, OneManagerServesAllBackendsAndIsReplacedAfterThem) {
   for (int round = 0; round < 3; ++round) {
     const auto first = CameraSystem::get(), second = CameraSystem::get();
     ASSERT_TRUE(first.ok() && second.ok());
@@ -58,8 +58,8 @@ TEST(LibcameraSystem, OneManagerServesAllBackendsAndAnotherFollowsWhenTheyAreGon
   }
 }
 
-TEST(LibcameraSystem, ManagersDoNotOverlapWhereBackendsComeAndGoOnSeveralThreads) {
-  // libcamera ends the process where a second manager begins before the first has ended.
+TEST(LibcameraSystem, ManagersDoNotOverlapWithBackendsOnSeveralThreads) {
+  // libcamera aborts the process if a second manager is created before the first has been destroyed.
   std::vector<std::thread> threads;
   for (int t = 0; t < 4; ++t)
     threads.emplace_back([] {
@@ -68,7 +68,7 @@ TEST(LibcameraSystem, ManagersDoNotOverlapWhereBackendsComeAndGoOnSeveralThreads
   for (std::thread& thread : threads) thread.join();
 }
 
-TEST(LibcameraSystem, ParametersAreCheckedBeforeTheDeviceIsTouched) {
+TEST(LibcameraSystem, ParametersAreCheckedBeforeTheDeviceIsOpened) {
   EXPECT_EQ(made("1?format=h264").status().code(), StatusCode::invalid_argument);
   EXPECT_EQ(made("").status().code(), StatusCode::invalid_argument);
 }
@@ -80,7 +80,7 @@ TEST(LibcameraSystem, ABackendThatWasNotOpenedDoesNotStart) {
   EXPECT_EQ((*made("1"))->start(nobody).code(), StatusCode::failed_precondition);
 }
 
-TEST(LibcameraFormats, OurNamesAreThoseOfItsHeaders) {
+TEST(LibcameraFormats, FourccsEqualThoseOfItsHeaders) {
   namespace formats = ::libcamera::formats;
   const auto ours = [](const ::libcamera::PixelFormat& f) { return format_of(f.fourcc(), f.modifier()); };
   EXPECT_EQ(ours(formats::NV12), PixelFormat::nv12);
@@ -116,7 +116,7 @@ class Memory {
   ~Memory() { ::close(fd_); }
   [[nodiscard]] ::libcamera::FrameBuffer::Plane plane(unsigned offset, unsigned length) const {
     ::libcamera::FrameBuffer::Plane p;
-    p.fd = ::libcamera::SharedFD(fd_);  // A copy, as pipelines make them.
+    p.fd = ::libcamera::SharedFD(fd_);  // Duplicates the descriptor, as pipelines do.
     p.offset = offset;
     p.length = length;
     return p;
@@ -129,7 +129,7 @@ class Memory {
 constexpr PictureLayout kNv12{PixelFormat::nv12, 32, 16, 64};
 constexpr unsigned kLuma = 64 * 16, kChroma = 64 * 8;
 
-TEST(LibcameraMemory, TwoPlanesThatFollowEachOtherAreOnePicture) {
+TEST(LibcameraMemory, TwoContiguousPlanesAreOnePicture) {
   const Memory file(100 + kLuma + kChroma);
   const std::vector planes{file.plane(100, kLuma), file.plane(100 + kLuma, kChroma)};
   const ::libcamera::FrameBuffer buffer(planes);
@@ -142,7 +142,7 @@ TEST(LibcameraMemory, TwoPlanesThatFollowEachOtherAreOnePicture) {
   memory.end_reading(0);
 }
 
-TEST(LibcameraMemory, PlanesThatLieApartAreRefused) {
+TEST(LibcameraMemory, SeparatePlanesAreRefused) {
   const Memory file(2 * kLuma + kChroma), other(kChroma);
   BufferMemory memory;
   for (const auto& chroma : {file.plane(kLuma + 64, kChroma), other.plane(kLuma, kChroma)}) {

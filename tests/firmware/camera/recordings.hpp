@@ -1,4 +1,4 @@
-// Frames, recordings and folders of pictures made for tests.
+// Makes frames, recordings and folders of pictures for tests.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct MadeFrames {
   double rate = 100;
 };
 
-/// Bytes that differ from frame to frame and from lens to lens.
+/// A picture whose bytes differ between frames and between lenses.
 inline std::vector<std::byte> made_picture(const MadeFrames& made, std::uint64_t sequence, int lens) {
   std::vector<std::byte> data(
       picture_bytes(PixelFormat::rgb8, packed_stride(PixelFormat::rgb8, made.width), made.height));
@@ -33,7 +33,7 @@ inline std::vector<std::byte> made_picture(const MadeFrames& made, std::uint64_t
   return data;
 }
 
-/// `change` may alter a record before it is written; false leaves it out.
+/// `change` may alter a record before it is written; if it returns false, the record is omitted.
 inline std::string write_recording(
     const std::string& path, const MadeFrames& made,
     const std::function<bool(FrameRecord&)>& change = [](FrameRecord&) { return true; }) {
@@ -65,7 +65,7 @@ inline std::string write_recording(
   return path;
 }
 
-/// A folder with frames.csv and PNGs.
+/// Writes a folder with frames.csv and PNG files.
 inline std::string write_folder(const std::string& path, const MadeFrames& made) {
   std::filesystem::create_directories(path);
   std::ofstream list(path + "/frames.csv");

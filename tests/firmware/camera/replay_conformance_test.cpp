@@ -7,7 +7,7 @@
 namespace lightwell::conformance {
 namespace {
 
-/// Made once, gone when the program ends.
+/// Created once, removed when the program ends.
 const Scratch& scratch() {
   static const Scratch made;
   return made;
@@ -35,15 +35,15 @@ std::vector<BackendUnderTest> make_replays() {
   return {
       {"recording", replay_of(plain + "?loop=0"), own},
       {"recorded_bracket", replay_of(bracketed + "?loop=0"), own},
-      {"recording_fast", replay_of(bracketed + "?loop=0&pace=fast"), taken},
+      {"recording_fast", replay_of(bracketed + "?loop=0&pace=fast"), on_demand},
       {"recording_once", replay_of(plain), own, 64},
-      {"recording_once_fast", replay_of(plain + "?pace=fast"), taken, 64},
+      {"recording_once_fast", replay_of(plain + "?pace=fast"), on_demand, 64},
       {"folder", replay_of(folder + "?loop=0"), own},
-      {"folder_twice_fast", replay_of(folder + "?loop=2&pace=fast"), taken, 40},
+      {"folder_twice_fast", replay_of(folder + "?loop=2&pace=fast"), on_demand, 40},
   };
 }
 
-/// Google Test asks once a test, and a recording that is there is continued.
+/// Created once: Google Test calls it repeatedly, and an existing recording would be appended to.
 const std::vector<BackendUnderTest>& replays() {
   static const std::vector<BackendUnderTest> made = make_replays();
   return made;

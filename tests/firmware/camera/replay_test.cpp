@@ -1,4 +1,4 @@
-// What is particular to the replay; what every backend does is in replay_conformance_test.cpp.
+// Tests of the replay backend beyond the conformance suite (replay_conformance_test.cpp).
 #include <chrono>
 #include <thread>
 
@@ -83,7 +83,7 @@ TEST_F(Replay, PicturesAndMetadataAreThoseOfTheRecording) {
   EXPECT_EQ(info.lenses, 2);
   EXPECT_EQ(info.format, PixelFormat::rgb8);
   EXPECT_EQ(info.exposure_s, made.exposure_s);
-  EXPECT_EQ(info.frame_rate, 0) << "as fast as frames are taken";
+  EXPECT_EQ(info.frame_rate, 0) << "on demand";
   EXPECT_EQ(info.name, "replay:r.lwrec");
   for (std::size_t i = 0; i < frames.size(); ++i) {
     EXPECT_EQ(frames[i].info.sequence, i);
@@ -106,7 +106,7 @@ TEST_F(Replay, AFolderOfPicturesPlaysAlike) {
       EXPECT_EQ(frames[i].pictures[static_cast<std::size_t>(lens)], made_picture(made, i, lens));
 }
 
-TEST_F(Replay, GapsOfTheRecordingAreGapsAgain) {
+TEST_F(Replay, GapsOfTheRecordingAreKept) {
   made.count = 10;
   write_recording(path, made, [](FrameRecord& f) { return f.sequence != 3 && f.sequence != 4; });
   const auto frames = play("replay:" + path + "?pace=fast");
@@ -115,7 +115,7 @@ TEST_F(Replay, GapsOfTheRecordingAreGapsAgain) {
   EXPECT_EQ(frames[3].info.sequence, 5U);
 }
 
-TEST_F(Replay, SpacingIsThatOfTheRecordingAndTheTimeIsNow) {
+TEST_F(Replay, IntervalsAreRecordedAndTimesAreCurrent) {
   made.count = 12;
   made.rate = 50;
   write_recording(path, made, [](FrameRecord& f) { return f.sequence != 5; });
@@ -124,7 +124,7 @@ TEST_F(Replay, SpacingIsThatOfTheRecordingAndTheTimeIsNow) {
   ASSERT_FALSE(frames.empty());
   EXPECT_NEAR(info.frame_rate, 50, 1e-6);
   EXPECT_GE(frames.front().info.mid_exposure.ns, before);
-  // A busy machine may make it drop a frame: what came keeps the recorded spacing, all the same.
+  // On a busy machine frames may be dropped; the others must have the recorded intervals.
   for (const Played& frame : frames) {
     const auto steps = static_cast<double>(frame.info.sequence - frames[0].info.sequence);
     EXPECT_NEAR((frame.info.mid_exposure - frames[0].info.mid_exposure).seconds(), steps / 50, 0.02);
@@ -132,7 +132,7 @@ TEST_F(Replay, SpacingIsThatOfTheRecordingAndTheTimeIsNow) {
   }
 }
 
-TEST_F(Replay, LoopsGoOnCounting) {
+TEST_F(Replay, SequenceNumbersIncreaseOverLoops) {
   made.count = 3;
   write_recording(path, made);
   const auto frames = play("replay:" + path + "?loop=3&pace=fast");
@@ -143,17 +143,17 @@ TEST_F(Replay, LoopsGoOnCounting) {
   }
 }
 
-TEST_F(Replay, ADamagedTailEndsItAndWhatCameBeforeIsPlayed) {
+TEST_F(Replay, ADamagedTailEndsTheRecording) {
   made.count = 6;
   write_recording(path, made);
   const auto whole = bytes_of_file(path);
   const auto cut = scratch.write("cut.lwrec", std::span(whole).first(whole.size() - 100));
   EXPECT_EQ(play("replay:" + cut + "?pace=fast").size(), 5U);
-  // Played for ever, it is played for ever up to there, and ends if nothing is left.
+  // Each loop plays the frames before the damage.
   EXPECT_EQ(play("replay:" + cut + "?loop=2&pace=fast").size(), 10U);
 }
 
-TEST_F(Replay, FramesThatCannotBeShownAreGaps) {
+TEST_F(Replay, UnplayableFramesAreGaps) {
   made.count = 6;
   write_recording(path, made, [](FrameRecord& f) {
     if (f.sequence == 2) f.exposure_s = -1;
@@ -177,7 +177,7 @@ TEST_F(Replay, ADamagedPictureOfAFolderIsAGap) {
   EXPECT_EQ(frames[1].info.sequence, 2U);
 }
 
-TEST_F(Replay, ARecordingThatWasContinuedPlaysOn) {
+TEST_F(Replay, PlaysAnAppendedRecordingContinuously) {
   made.count = 3;
   write_recording(path, made);
   write_recording(path, made);
@@ -186,7 +186,7 @@ TEST_F(Replay, ARecordingThatWasContinuedPlaysOn) {
   EXPECT_EQ(frames.back().info.sequence, 5U);
 }
 
-TEST_F(Replay, WhatCannotBePlayedIsRefusedWithTheReason) {
+TEST_F(Replay, RefusesUnplayableFilesWithTheReason) {
   made.count = 1;
   const std::string folder = write_folder(scratch.path("folder"), made);
   EXPECT_EQ(open_status("replay:").code(), StatusCode::invalid_argument);

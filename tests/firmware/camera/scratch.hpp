@@ -1,4 +1,4 @@
-// A folder that lives as long as a test, and whole files in and out of memory.
+// A temporary folder for a test, and functions that read and write whole files.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ class Scratch {
  public:
   Scratch() {
     std::string name = (std::filesystem::temp_directory_path() / "lightwell_camera_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) ADD_FAILURE() << "no temporary folder " << name;
+    if (::mkdtemp(name.data()) == nullptr) ADD_FAILURE() << "cannot create the temporary folder " << name;
     folder_ = name;
   }
   Scratch(const Scratch&) = delete;

@@ -46,9 +46,9 @@ std::vector<BackendUnderTest> sims() {
   using enum BackendUnderTest::Pace;
   return {
       {"ideal", sim_of(room + "?rig=pair&ring=8&turn=30deg/s", 50), own},
-      {"ideal_as_taken", sim_of(room + "?rig=pair&ring=8&turn=30deg/s", 0), taken},
+      {"ideal_on_demand", sim_of(room + "?rig=pair&ring=8&turn=30deg/s", 0), on_demand},
       {"rgb8_bracket", sim_of(room + bracket, 50), own},
-      {"rgb8_bracket_as_taken", sim_of(room + bracket, 0), taken},
+      {"rgb8_bracket_on_demand", sim_of(room + bracket, 0), on_demand},
       {"rgb8_at_rest", sim_of(room + "?rig=pair&sensor=rgb8", 50), own},
   };
 }

@@ -85,7 +85,7 @@ Status SimulatedLens::start() {
   if (!present()) return {StatusCode::unavailable, "camera '" + id() + "' is away"};
   stopping_ = false;
   asked_us_ = controls_.exposure_us.front();
-  in_force_us_.fill(12'345);  // Whatever its automatic left.
+  in_force_us_.fill(12'345);  // An arbitrary exposure left by automatic exposure.
   number_ = 0;
   thread_ = std::thread([this] { run(); });
   return {};
@@ -101,7 +101,7 @@ void SimulatedLens::stop() {
   thread_.join();
   idle_.insert(idle_.end(), queued_.begin(), queued_.end());
   queued_.clear();
-  // Completions that nobody has collected are voided by the one who stops.
+  // Completions that have not been collected are discarded by stop().
   for (std::size_t b = 0; b < pictures_.size(); ++b) {
     if (!pictures_[b].good) continue;
     pictures_[b] = {};
@@ -148,7 +148,7 @@ void SimulatedLens::run() {
 
 void SimulatedLens::expose(std::uint64_t tick, Clock::time_point end) {
   const SimulatedCameraOptions& o = camera_->options();
-  // The exposure that ends now has what was asked for `delay` frames ago.
+  // The exposure that ends now was requested `delay` frames ago.
   const auto now_us = in_force_us_[(tick - static_cast<std::uint64_t>(o.delay)) % in_force_us_.size()];
   in_force_us_[tick % in_force_us_.size()] = asked_us_;
   const std::uint64_t number = number_++;

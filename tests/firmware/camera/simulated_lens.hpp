@@ -1,6 +1,6 @@
-// A camera behind libcamera's face, as values: it exposes on a clock of its own, takes exposures late as sensors do,
-// says or hides which one was in force, and can be pulled out and plugged in again. What a frame was exposed with, and
-// when, is written into its pixels, so that a test can compare what the backend says with what happened.
+// A simulated camera behind the Lens interface: it exposes at its own rate, applies exposures with a delay as sensors
+// do, optionally reports them, and can be unplugged and plugged in again. The true exposure and its time are written
+// into the pixels, so that a test can compare them with the metadata of the backend.
 #pragma once
 
 #include <array>
@@ -26,23 +26,23 @@ namespace lightwell::libcam {
 struct SimulatedCameraOptions {
   std::string id = "sim";
   std::chrono::microseconds interval{10'000};
-  std::chrono::microseconds phase{0};  ///< Of its clock against that of others.
-  int delay = 2;                       ///< Frames from when an exposure is asked for until one begins with it.
+  std::chrono::microseconds phase{0};  ///< Offset of its frames relative to other cameras'.
+  int delay = 2;  ///< Frames from the request of an exposure to the first frame that begins with it.
   bool reports_exposure = true;
   bool gives_frames = true;
   int width = 32, height = 16;
-  double exposure_factor = 1;  ///< What it makes of the exposures asked for.
-  int depth = 4;               ///< Buffers that it takes at once.
-  int lost_every = 0;          ///< Every so many frames one is lost on its way; 0: none.
+  double exposure_factor = 1;  ///< Actual exposure relative to the requested one.
+  int depth = 4;               ///< Length of its queue of buffers.
+  int lost_every = 0;          ///< One of this many frames is lost; 0: none.
 };
 
-/// What outlives lenses: the thing that is plugged in.
+/// The device, which outlives the lenses.
 class SimulatedCamera {
  public:
   explicit SimulatedCamera(SimulatedCameraOptions options) : options_(std::move(options)) {}
   [[nodiscard]] const SimulatedCameraOptions& options() const { return options_; }
-  /// Each plugging-in makes another device of it.
-  [[nodiscard]] int device() const { return device_; }  // 0: unplugged
+  /// Number of the device, which changes each time it is plugged in; 0: unplugged.
+  [[nodiscard]] int device() const { return device_; }
   void unplug();
   void plug();
   void watch(std::shared_ptr<Mailbox> mailbox);
@@ -56,10 +56,10 @@ class SimulatedCamera {
   std::vector<std::weak_ptr<Mailbox>> mailboxes_;
 };
 
-/// What the pixels say.
+/// The ground truth in the pixels of a frame.
 struct Truth {
   std::uint64_t magic = 0;
-  std::int64_t begin_ns = 0, end_ns = 0;  ///< Of the exposure.
+  std::int64_t begin_ns = 0, end_ns = 0;  ///< Start and end of the exposure.
   std::uint64_t number = 0;
   std::int32_t exposure_us = 0;
   std::int32_t device = 0;
@@ -104,13 +104,13 @@ class SimulatedLens final : public Lens {
   int device_ = 0, session_ = 0;
   std::shared_ptr<Memory> memory_;
 
-  mutable std::mutex mutex_;  ///< Guards all below.
+  mutable std::mutex mutex_;  ///< Guards the members below.
   std::condition_variable wake_;
   bool stopping_ = false;
   std::vector<Picture> pictures_;
   std::vector<int> idle_, queued_;
   std::int32_t asked_us_ = 0;
-  std::array<std::int32_t, 16> in_force_us_{};  ///< Asked for by the time of each of the last ticks.
+  std::array<std::int32_t, 16> in_force_us_{};  ///< Exposure requested at each of the last ticks.
   std::uint64_t number_ = 0;
   std::thread thread_;
 };

@@ -1,6 +1,6 @@
-// An OAK camera behind depthai's face, as values: it boots, exposes on a clock of its own, takes exposures late, says
-// which one was in force, keeps the newest four frames for who does not ask, and can be pulled out. The truth of a
-// frame stands in its pixels.
+// A simulated OAK camera behind the OakDevice interface: it boots, exposes at its own rate, applies exposures with a
+// delay, reports them, queues the newest four frames, and can be unplugged. The ground truth of a frame is in its
+// pixels.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ struct OakTruth {
   std::uint32_t exposure_us = 0;
 };
 
-/// The cable and what is wrong with the device.
+/// Connection state and faults of the device.
 struct OakOnTheTable {
   std::atomic<bool> plugged{true};
   std::chrono::microseconds interval{10'000};
@@ -99,7 +99,8 @@ class SimulatedOak final : public OakDevice {
   OakOptions options_;
   bool connected_ = false;
   std::int64_t first_ = 0, next_ = 0;
-  std::vector<std::pair<std::int64_t, std::uint32_t>> asked_;  ///< Since which tick.
+  std::vector<std::pair<std::int64_t, std::uint32_t>>
+      asked_;  ///< Requested exposures, with the tick from which each applies.
 };
 
 }  // namespace lightwell::oak

@@ -12,7 +12,7 @@ FrameInfo recorded(std::uint64_t sequence, std::int64_t mid_ns) {
   return info;
 }
 
-TEST(ReplayTimeline, KeepsGapsAndSpacingFromTheStartOn) {
+TEST(ReplayTimeline, KeepsGapsAndIntervals) {
   Timeline timeline({10});
   timeline.start({1000});
   FrameInfo placed = timeline.place(recorded(7, 50));
@@ -26,7 +26,7 @@ TEST(ReplayTimeline, KeepsGapsAndSpacingFromTheStartOn) {
   EXPECT_EQ(placed.mid_exposure.ns, 1045);
 }
 
-TEST(ReplayTimeline, GoesOnWhereARecordingBeginsAgain) {
+TEST(ReplayTimeline, ContinuesWhereARecordingWasAppended) {
   Timeline timeline({10});
   timeline.start({1000});
   (void)timeline.place(recorded(7, 50));
@@ -34,13 +34,13 @@ TEST(ReplayTimeline, GoesOnWhereARecordingBeginsAgain) {
   const FrameInfo again = timeline.place(recorded(7, 50));
   EXPECT_EQ(again.sequence, 9U);
   EXPECT_EQ(again.mid_exposure.ns, 1020);
-  // Another boot of the probe: numbers go on, the clock does not.
+  // After a reboot of the probe the recorded clock starts again, while sequence numbers continue.
   const FrameInfo rebooted = timeline.place(recorded(12, 3));
   EXPECT_EQ(rebooted.sequence, 10U);
   EXPECT_EQ(rebooted.mid_exposure.ns, 1030);
 }
 
-TEST(ReplayTimeline, DoesNotSitThroughThePauseBetweenTwoRecordings) {
+TEST(ReplayTimeline, SkipsThePauseBetweenTwoRecordings) {
   Timeline timeline({10});
   timeline.start({1000});
   (void)timeline.place(recorded(1, 50));
@@ -48,7 +48,7 @@ TEST(ReplayTimeline, DoesNotSitThroughThePauseBetweenTwoRecordings) {
   EXPECT_EQ(next.mid_exposure.ns, 1010);
 }
 
-TEST(ReplayTimeline, ASecondStartIsLaterAndItsNumbersGoOn) {
+TEST(ReplayTimeline, ASecondStartContinuesTimesAndNumbers) {
   Timeline timeline({10});
   timeline.start({1000});
   (void)timeline.place(recorded(7, 50));
@@ -58,7 +58,7 @@ TEST(ReplayTimeline, ASecondStartIsLaterAndItsNumbersGoOn) {
   EXPECT_EQ(first.mid_exposure.ns, 5000);
 }
 
-TEST(ReplayTimeline, ADelayMovesAllThatFollows) {
+TEST(ReplayTimeline, ADelayShiftsAllLaterFrames) {
   Timeline timeline({10});
   timeline.start({1000});
   (void)timeline.place(recorded(7, 50));
@@ -66,7 +66,7 @@ TEST(ReplayTimeline, ADelayMovesAllThatFollows) {
   EXPECT_EQ(timeline.place(recorded(8, 60)).mid_exposure.ns, 1510);
 }
 
-TEST(ReplayTimeline, MovedTimesStillGrow) {
+TEST(ReplayTimeline, MovedTimesStillIncrease) {
   Timeline timeline({10});
   timeline.start({1000});
   (void)timeline.place(recorded(1, 50));

@@ -23,23 +23,23 @@
 namespace lightwell::test {
 namespace {
 
-/// What is behind the node. Kept from test to test: umockdev has one bed in a process.
+/// The testbed of umockdev, of which there is one per process; kept between tests.
 struct Bed {
   std::mutex mutex;
   std::shared_ptr<V4l2Device> device;
-  std::uintptr_t plugging = 0;    ///< How often it was plugged in.
-  std::uint64_t inode = 0;        ///< Of the node that is plugged in.
-  std::set<std::uint64_t> nodes;  ///< Inodes of all nodes there were.
+  std::uintptr_t plugging = 0;    ///< Number of times it was plugged in.
+  std::uint64_t inode = 0;        ///< Inode of the current node.
+  std::set<std::uint64_t> nodes;  ///< Inodes of all nodes so far.
   UMockdevTestbed* testbed = nullptr;
 };
 
 Bed& bed() {
-  // Never ended: the devices of tests that are statics of their own come here as the program ends.
+  // Never destroyed: static devices of tests use it when the program ends.
   static Bed& one = *new Bed;
   return one;
 }
 
-/// Past all wrappers: 0 where there is none.
+/// Inode of a descriptor, by the system call without umockdev's wrappers; 0 if there is none.
 std::uint64_t inode_of(int fd) {
   struct statx found {};
   if (::syscall(SYS_statx, fd, "", AT_EMPTY_PATH, STATX_INO, &found) != 0) return 0;
@@ -58,7 +58,7 @@ gboolean on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer) {
   std::shared_ptr<V4l2Device> device;
   {
     const std::lock_guard lock(bed().mutex);
-    // Whoever opened the device before it was pulled out has a dead descriptor, even if it is back.
+    // A descriptor opened before the device was unplugged stays invalid, even after the device is back.
     constexpr const char* kOpened = "lightwell-opened";
     auto opened = reinterpret_cast<std::uintptr_t>(g_object_get_data(G_OBJECT(client), kOpened));
     if (opened == 0) {
@@ -79,7 +79,7 @@ gboolean on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer) {
     umockdev_ioctl_data_retrieve(data, &bytes, &length);
     failed = device->ioctl(request, bytes);
     if (failed == 0) umockdev_ioctl_data_update(data, 0, bytes, length);
-    g_free(bytes);  // It was a copy.
+    g_free(bytes);  // The callee has copied them.
   }
   g_clear_object(&data);
   umockdev_ioctl_client_complete(client, failed == 0 ? 0 : -1, failed);
@@ -128,7 +128,7 @@ void UmockCamera::plug_in(DeviceKind kind) {
   auto device = std::make_shared<V4l2Device>(std::move(kind));
   {
     const std::lock_guard lock(bed().mutex);
-    // The one before ends after the lock: others may still be asking it.
+    // The previous device is destroyed after the lock is released, because other threads may still use it.
     bed().device.swap(device);
   }
   plug_in();
@@ -141,7 +141,7 @@ void UmockCamera::plug_in() {
   const std::string description =
       "P: /devices/virtual/video4linux/video90\nN: video90=00\nE: SUBSYSTEM=video4linux\nE: DEVNAME=/dev/video90\n"
       "A: dev=81:90\nA: name=Test Camera\n";
-  // The node is opened by its place in the bed, so that this is no client of the device's.
+  // Open the node by its path in the testbed, so that this does not count as opening the device.
   const std::string node = in_bed(path()).string();
   if (umockdev_testbed_add_from_string(bed().testbed, description.c_str(), &error) == FALSE) {
     std::fprintf(stderr, "umockdev: %s\n", error->message);
@@ -199,7 +199,7 @@ int UmockCamera::descriptors() {
 
 namespace {
 
-/// A descriptor's device, and whether that is still the one that is plugged in.
+/// The device of a descriptor, and whether it is still plugged in.
 struct Behind {
   std::shared_ptr<V4l2Device> device;
   bool dead = false;
@@ -226,7 +226,7 @@ std::int64_t now_ms() {
 
 }  // namespace
 
-/// As poll(2), with the device's descriptors replaced by its events.
+/// poll(2) with descriptors of the device replaced by its event descriptors.
 int poll_with_devices(pollfd* fds, nfds_t count, int timeout_ms) {
   constexpr nfds_t kMost = 8;
   std::array<Behind, kMost> devices;
@@ -245,7 +245,7 @@ int poll_with_devices(pollfd* fds, nfds_t count, int timeout_ms) {
       real[i] = fds[i];
       fds[i].revents = 0;
       if (devices[i].device == nullptr) continue;
-      // Emptied before it is asked, or what happens in between would be missed.
+      // Clear the event before querying the device; otherwise an event in between would be missed.
       eventfd_t taken = 0;
       (void)::eventfd_read(devices[i].device->event_descriptor(), &taken);
       const short events = devices[i].dead ? POLLERR | POLLHUP : devices[i].device->events();
@@ -267,7 +267,7 @@ int poll_with_devices(pollfd* fds, nfds_t count, int timeout_ms) {
 
 }  // namespace lightwell::test
 
-/// In place of the C library's, for the whole program.
+/// Replaces the C library's function in the whole program.
 extern "C" int poll(pollfd* fds, nfds_t count, int timeout_ms) {
   return lightwell::test::poll_with_devices(fds, count, timeout_ms);
 }

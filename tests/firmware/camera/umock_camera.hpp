@@ -1,8 +1,9 @@
-// The test's V4L2 device behind a node in /dev, by umockdev: for unmodified code that opens, maps, polls and asks.
+// Puts the test's V4L2 device behind a node in /dev, with umockdev, for unmodified code that uses open(), mmap(),
+// poll() and ioctl().
 //
-// The program runs with LD_PRELOAD=libumockdev-preload.so.0 (CMakeLists.txt), which leads open() and ioctl() here. The
-// node is a regular file, which is what mmap() needs; but poll() finds a regular file always ready, so this program
-// has a poll() of its own, which asks the device and blocks like the kernel's.
+// The program runs with LD_PRELOAD=libumockdev-preload.so.0 (CMakeLists.txt), which redirects open() and ioctl(). The
+// node is a regular file, as mmap() requires; but for poll() a regular file is always ready, so this program replaces
+// poll() by a function that queries the device and blocks like the kernel's.
 #pragma once
 
 #include <memory>
@@ -12,7 +13,7 @@
 
 namespace lightwell::test {
 
-/// One at a time in a program. Made plugged in.
+/// Only one may exist at a time. It is plugged in initially.
 class UmockCamera {
  public:
   explicit UmockCamera(DeviceKind kind);
@@ -20,17 +21,17 @@ class UmockCamera {
   UmockCamera(const UmockCamera&) = delete;
   UmockCamera& operator=(const UmockCamera&) = delete;
 
-  /// "/dev/video90": no machine has so many, so that none of its own is met by mistake.
+  /// "/dev/video90": a number that does not occur on real machines, so that no real camera is used.
   [[nodiscard]] static std::string path();
-  /// The same by its lasting name.
+  /// The symbolic link to it by id.
   [[nodiscard]] static std::string path_by_id();
 
   void unplug();
   void plug_in();
-  /// Another camera in the same place.
+  /// Plugs another camera into the same node.
   void plug_in(DeviceKind kind);
   [[nodiscard]] V4l2Device& device();
-  /// Mappings of the node's memory and descriptors that this process has, for comparison.
+  /// Number of mappings of the node's memory and of descriptors in this process, for leak checks.
   [[nodiscard]] static int mappings();
   [[nodiscard]] static int descriptors();
 

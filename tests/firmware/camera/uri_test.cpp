@@ -24,7 +24,7 @@ TEST(CameraUri, PathMayHoldColonsAndMayBeEmpty) {
   EXPECT_EQ(parse_camera_uri("replay:a?loop=1=2")->parameters[0].second, "1=2");
 }
 
-TEST(CameraUri, WhatIsNoUriIsRefusedWithItsText) {
+TEST(CameraUri, InvalidUrisAreRefusedAndQuoted) {
   for (const char* text : {"", "room.lwrec", ":path", "SIM:x", "a b:x", "sim:x?", "sim:x?rig", "sim:x?=3", "sim:x?a=1&",
                            "sim:x?a=1&&b=2", "sim:x?a=1&a=2"}) {
     const auto uri = parse_camera_uri(text);
@@ -34,7 +34,7 @@ TEST(CameraUri, WhatIsNoUriIsRefusedWithItsText) {
   }
 }
 
-TEST(CameraUri, NearestNameIsOnlyGivenWhereOneIsNear) {
+TEST(CameraUri, SuggestsANameOnlyWithinTheEditDistance) {
   EXPECT_EQ(nearest_name("lop", {"loop", "pace"}), "loop");
   EXPECT_EQ(nearest_name("pase", {"loop", "pace"}), "pace");
   EXPECT_EQ(nearest_name("exposure_times", {"exposure_time", "x"}), "exposure_time");
@@ -44,7 +44,7 @@ TEST(CameraUri, NearestNameIsOnlyGivenWhereOneIsNear) {
   EXPECT_EQ(nearest_name("a", {}), "");
 }
 
-TEST(CameraUri, UnknownParameterNamesItselfAndTheNearest) {
+TEST(CameraUri, AnUnknownParameterIsNamedWithTheNearest) {
   const auto uri = parse_camera_uri("replay:x?loop=2&pase=fast");
   ASSERT_TRUE(uri.ok());
   EXPECT_TRUE(check_parameters(*uri, {"loop", "pase"}).ok());

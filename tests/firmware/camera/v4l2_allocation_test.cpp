@@ -1,5 +1,5 @@
-// Between the driver's frame and the sink nothing is taken from the heap. Counted on the camera's own thread: the
-// device behind it works in this process, too.
+// Tests that no memory is allocated between the driver's frame and the sink. Allocations are counted per thread,
+// because the simulated device runs in the same process.
 #include <atomic>
 #include <cstddef>
 #include <iostream>
@@ -9,7 +9,7 @@
 
 #include "firmware/camera/v4l2_watcher.hpp"
 
-// glibc's own, under the names that it keeps for replacements.
+// glibc's implementations, under the names that it provides for replacements.
 extern "C" {
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
@@ -51,7 +51,7 @@ namespace {
 using test::UmockCamera;
 using test::webcam;
 
-/// Takes nothing from the heap itself.
+/// Counts the allocations of the camera's thread; does not allocate.
 class Counter final : public FrameSink {
  public:
   void push(Frame /*frame*/) override {
@@ -66,7 +66,7 @@ class Counter final : public FrameSink {
   std::atomic<bool> done{false};
 };
 
-/// Of forty frames.
+/// Number of allocations for forty frames.
 std::size_t taken_for(std::uint32_t fourcc, const std::string& parameters) {
   const UmockCamera plugged(webcam(fourcc));
   const auto camera = test::make_camera(parameters);
@@ -84,15 +84,15 @@ TEST(V4l2Allocation, TheCounterCounts) {
   EXPECT_EQ(taken_by_this_thread - before, 2U) << taken->size();
 }
 
-TEST(V4l2Allocation, NoneAFrameWhereTheDriversMemoryIsLent) { EXPECT_EQ(taken_for(V4L2_PIX_FMT_YUYV, ""), 0U); }
+TEST(V4l2Allocation, NonePerFrameIfTheDriversMemoryIsLent) { EXPECT_EQ(taken_for(V4L2_PIX_FMT_YUYV, ""), 0U); }
 
-TEST(V4l2Allocation, NoneAFrameOfABracket) {
+TEST(V4l2Allocation, NonePerFrameOfABracket) {
   EXPECT_EQ(taken_for(V4L2_PIX_FMT_NV12, "&exposure=1ms,8ms&control_delay=2"), 0U);
 }
 
-TEST(V4l2Allocation, NoneAFrameThatIsDecoded) { EXPECT_EQ(taken_for(V4L2_PIX_FMT_MJPEG, ""), 0U); }
+TEST(V4l2Allocation, NonePerDecodedFrame) { EXPECT_EQ(taken_for(V4L2_PIX_FMT_MJPEG, ""), 0U); }
 
-TEST(V4l2Allocation, NoneAFrameThatIsUnpacked) { EXPECT_EQ(taken_for(V4L2_PIX_FMT_SBGGR12P, ""), 0U); }
+TEST(V4l2Allocation, NonePerUnpackedFrame) { EXPECT_EQ(taken_for(V4L2_PIX_FMT_SBGGR12P, ""), 0U); }
 
 }  // namespace
 }  // namespace lightwell

@@ -13,7 +13,7 @@ namespace {
 using test::DeviceKind;
 using test::UmockCamera;
 
-/// The device of the test that runs.
+/// The device of the current test.
 std::unique_ptr<UmockCamera>& plugged() {
   static std::unique_ptr<UmockCamera> one;
   return one;
@@ -30,7 +30,7 @@ BackendUnderTest camera_of(const std::string& name, const DeviceKind& kind, cons
     if (!uri) return uri.status();
     return make_v4l2_backend(*uri, CameraConfig());
   };
-  camera.lose = [] { plugged()->unplug(); };
+  camera.disconnect = [] { plugged()->unplug(); };
   return camera;
 }
 

@@ -71,7 +71,7 @@ void V4l2Device::plug_in(int file) {
   if (memory == MAP_FAILED) std::abort();
   if (!memory_.empty()) memory_of_before_.push_back(memory_);
   memory_ = {static_cast<std::byte*>(memory), kMemory};
-  // A device that was away has forgotten everything.
+  // Plugging in resets all controls.
   controls_ = kind_.controls;
   drop_buffers();
   held_ = silent_ = false;
@@ -102,12 +102,12 @@ short V4l2Device::events() const {
   return done_.empty() ? 0 : POLLIN;
 }
 
-void V4l2Device::hold_by_another(bool held) {
+void V4l2Device::set_busy(bool busy) {
   const std::lock_guard lock(mutex_);
-  held_ = held;
+  held_ = busy;
 }
 
-void V4l2Device::fall_silent(bool silent) {
+void V4l2Device::stop_delivery(bool silent) {
   const std::lock_guard lock(mutex_);
   silent_ = silent;
 }
@@ -175,7 +175,7 @@ int V4l2Device::on_query(unsigned long request, void* argument) {
     put_text(c.card, kind_.card);
     c.device_caps =
         kind_.capabilities != 0 ? kind_.capabilities : std::uint32_t{V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING};
-    // As of a camera whose other node is for metadata: all of them together, and this one's own.
+    // Like a camera with a second node for metadata: capabilities of the whole device, and device_caps of this node.
     c.capabilities = c.device_caps | V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_META_CAPTURE | V4L2_CAP_DEVICE_CAPS;
     return 0;
   }
@@ -282,7 +282,7 @@ int V4l2Device::on_control(unsigned long request, void* argument) {
   if (request == VIDIOC_S_CTRL) {
     if (control.read_only) return EACCES;
     if (!control.menu.empty() && std::ranges::find(control.menu, c.value) == control.menu.end()) return EINVAL;
-    // As UVC: what automatics drive cannot be set.
+    // As in UVC, a control cannot be set while its automatic control is on.
     const auto automatic = controls_.find(V4L2_CID_EXPOSURE_AUTO);
     if (c.id == V4L2_CID_EXPOSURE_ABSOLUTE && automatic != controls_.end() &&
         automatic->second.value != V4L2_EXPOSURE_MANUAL)

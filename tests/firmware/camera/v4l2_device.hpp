@@ -1,5 +1,5 @@
-// A V4L2 capture device as a kernel driver would be one, in a test's memory: formats, sizes, controls that act on later
-// frames, buffers, a sensor that exposes at its own pace. umock_camera.hpp puts it behind a node in /dev.
+// A simulated V4L2 capture device with the behaviour of a kernel driver: formats, sizes, controls with a delay,
+// buffers, and a sensor that exposes at its own rate. umock_camera.hpp puts it behind a node in /dev.
 #pragma once
 
 #include <chrono>
@@ -18,46 +18,47 @@
 
 namespace lightwell::test {
 
-/// One format and what it comes in.
+/// One format, with its sizes and rates.
 struct DeviceFormat {
   std::uint32_t fourcc = 0;
   struct Size {
     int width = 0, height = 0;
   };
-  std::vector<Size> sizes;  ///< Empty, and a range of steps otherwise.
+  std::vector<Size> sizes;  ///< Empty: sizes are given by the stepwise range.
   struct Steps {
     int min_width = 0, max_width = 0, step_width = 2, min_height = 0, max_height = 0, step_height = 2;
   } steps;
-  std::vector<int> rates;  ///< Frames a second.
+  std::vector<int> rates;  ///< Frames per second.
 };
 
 struct DeviceControl {
   int min = 0, max = 0, step = 1, value = 0;
   bool read_only = false;
-  std::vector<int> menu;  ///< The entries that can be chosen, where it is a menu.
+  std::vector<int> menu;  ///< The valid entries, if the control is a menu.
 };
 
-/// What kind of camera it is. Changed only while nobody has it open.
+/// Properties of the camera. Must not be changed while it is open.
 struct DeviceKind {
   std::string card = "Test Camera";
   std::uint32_t capabilities = 0;  ///< 0: video capture and streaming.
   std::vector<DeviceFormat> formats;
   std::map<std::uint32_t, DeviceControl> controls;
-  int latch_frames = 1;           ///< Between a control's value at a frame's end and the frame that has it.
+  int latch_frames =
+      1;  ///< Frames from the end of the frame at which a control is read to the frame that has its value.
   std::uint32_t stamp_flags = 0;  ///< V4L2_BUF_FLAG_TIMESTAMP_* and _TSTAMP_SRC_*.
   int most_buffers = 32;
   std::size_t padding = 0;  ///< Bytes after each row.
   bool exports = true;
-  bool may_shrink = false;  ///< S_FMT gives half of the size asked for.
-  double scene = 40;        ///< Share of full scale a second of exposure; the ceiling is 1.
+  bool may_shrink = false;  ///< S_FMT returns half of the requested size.
+  double scene = 40;        ///< Level of the scene: fraction of full scale per second of exposure; saturates at 1.
   std::uint32_t first_sequence = 0;
-  std::chrono::milliseconds wakes_up{0};  ///< Until the first frame after a start.
+  std::chrono::milliseconds wakes_up{0};  ///< Delay of the first frame after a start.
 };
 
-/// A webcam: 64x48 of `fourcc` at 50 frames a second, the controls of UVC, stamped at the start of exposure.
+/// A webcam: 64x48 of `fourcc` at 50 frames per second, controls of UVC, timestamps of the start of exposure.
 [[nodiscard]] DeviceKind webcam(std::uint32_t fourcc);
 
-/// Thread-safe. Everything below is what a driver's ioctl handler sees.
+/// Thread-safe. The public methods correspond to a driver's file operations.
 class V4l2Device {
  public:
   explicit V4l2Device(DeviceKind kind);
@@ -65,9 +66,9 @@ class V4l2Device {
   V4l2Device(const V4l2Device&) = delete;
   V4l2Device& operator=(const V4l2Device&) = delete;
 
-  /// The node was made: `file` is its memory, for buffers to be mapped from.
+  /// The node was created: `file` provides the memory that buffers are mapped from.
   void plug_in(int file);
-  /// From now on ENODEV and POLLERR; what is mapped stays.
+  /// From now on ioctls return ENODEV and poll() returns POLLERR; mappings stay valid.
   void pull_out();
 
   /// 0 or an errno.
@@ -77,23 +78,23 @@ class V4l2Device {
   /// Readable when events() may have changed.
   [[nodiscard]] int event_descriptor() const { return changed_; }
 
-  // What a test asks and does.
-  /// All ioctls that take the device fail with EBUSY: another program has it.
-  void hold_by_another(bool held);
-  /// Frames are still taken and none is given out.
-  void fall_silent(bool silent);
-  /// The next so many frames are given out cut short, with or without the driver's mark.
+  // Control by the test
+  /// Simulates use by another program: ioctls that acquire the device fail with EBUSY.
+  void set_busy(bool busy);
+  /// Frames are still captured, but not delivered.
+  void stop_delivery(bool silent);
+  /// The next `frames` frames are truncated, with or without V4L2_BUF_FLAG_ERROR.
   void damage(int frames, bool marked);
-  /// Frame `sequence` had this exposure, in units of 100 us; 0 where it is not known any more.
+  /// True exposure of frame `sequence`, in units of 100 us; 0 if it is no longer known.
   [[nodiscard]] int exposure_of(std::uint32_t sequence) const;
-  /// When its exposure's middle was in truth, CLOCK_MONOTONIC; of the first row, and no row is later.
+  /// True mid-exposure time, CLOCK_MONOTONIC; global shutter.
   [[nodiscard]] std::int64_t middle_ns_of(std::uint32_t sequence) const;
   [[nodiscard]] int control(std::uint32_t id) const;
 
   [[nodiscard]] bool streaming() const;
 
  private:
-  static constexpr std::size_t kPage = 65536;  ///< Of any machine.
+  static constexpr std::size_t kPage = 65536;  ///< At least the page size of any machine.
   static constexpr std::size_t kMemory = 64 * kPage * 32;
   struct Slot {
     bool queued = false, done = false;
@@ -133,7 +134,7 @@ class V4l2Device {
   std::size_t slot_bytes_ = 0;
   std::vector<Slot> slots_;
   std::deque<std::uint32_t> queue_, done_;
-  std::deque<int> latched_;  ///< Exposures on their way to the sensor.
+  std::deque<int> latched_;  ///< Exposures that have not taken effect yet.
   std::deque<Taken> taken_;
   std::uint32_t sequence_ = 0;
   std::int64_t awake_ns_ = 0;

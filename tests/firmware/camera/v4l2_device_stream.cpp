@@ -1,4 +1,4 @@
-// Buffers, and a sensor that fills them.
+// Buffers and streaming of the simulated V4L2 device.
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
@@ -64,7 +64,7 @@ int V4l2Device::on_buffer(unsigned long request, void* argument) {
       auto& e = *static_cast<v4l2_exportbuffer*>(argument);
       if (!kind_.exports) return ENOTTY;
       if (e.index >= slots_.size()) return EINVAL;
-      // Something to hold and to close; what the memory behind it is, the kernel would know.
+      // Any descriptor that can be held and closed; tests do not access its memory.
       e.fd = ::memfd_create("dmabuf", MFD_CLOEXEC);
       return e.fd < 0 ? errno : 0;
     }
@@ -83,7 +83,7 @@ int V4l2Device::on_buffer(unsigned long request, void* argument) {
       if (b.index >= slots_.size() || slots_[b.index].queued || slots_[b.index].done) return EINVAL;
       slots_[b.index].queued = true;
       queue_.push_back(b.index);
-      // The driver's from now on: whoever still reads it reads this.
+      // A queued buffer belongs to the driver: overwrite it, so that a late reader is detected.
       std::memset(memory_.data() + b.index * slot_bytes_, 0xA5, slot_bytes_);
       return 0;
     }
@@ -114,7 +114,7 @@ void V4l2Device::expose() {
     while (streaming_ && !ending_) {
       const auto interval = std::chrono::nanoseconds(1'000'000'000 / rate_);
       due += interval;
-      // A machine that is busy makes the camera slower, not frantic.
+      // On a busy machine the camera becomes slower instead of catching up in a burst.
       due = std::max(due, std::chrono::steady_clock::now() - interval);
       wake_.wait_until(lock, due, [this] { return ending_ || !streaming_; });
       if (streaming_ && !ending_) take_frame(clock_ns(CLOCK_MONOTONIC));

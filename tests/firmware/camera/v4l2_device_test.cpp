@@ -1,4 +1,4 @@
-// A V4L2 device as it is opened, set up and read.
+// Tests of the V4L2 backend: open, controls, frames, times, brackets.
 #include <algorithm>
 #include <set>
 
@@ -18,7 +18,7 @@ using test::webcam;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-TEST(V4l2Open, ADeviceThatIsNotThereIsAnsweredWithThoseThatAre) {
+TEST(V4l2Open, AMissingDeviceIsReportedWithTheExistingOnes) {
   const UmockCamera plugged(webcam(V4L2_PIX_FMT_YUYV));
   const Status s = test::open_status("", "/dev/video89");
   EXPECT_EQ(s.code(), StatusCode::not_found);
@@ -26,17 +26,17 @@ TEST(V4l2Open, ADeviceThatIsNotThereIsAnsweredWithThoseThatAre) {
   EXPECT_THAT(s.message(), HasSubstr("/dev/video90 (Test Camera)"));
 }
 
-TEST(V4l2Open, ADeviceInUseSaysSo) {
+TEST(V4l2Open, ADeviceInUseIsReported) {
   UmockCamera plugged(webcam(V4L2_PIX_FMT_YUYV));
-  plugged.device().hold_by_another(true);
+  plugged.device().set_busy(true);
   const Status s = test::open_status("");
   EXPECT_EQ(s.code(), StatusCode::unavailable);
   EXPECT_THAT(s.message(), HasSubstr("in use by another program"));
-  plugged.device().hold_by_another(false);
+  plugged.device().set_busy(false);
   EXPECT_TRUE(test::open_status("").ok());
 }
 
-TEST(V4l2Open, WhatIsNoCameraIsRefused) {
+TEST(V4l2Open, NonCamerasAreRefused) {
   DeviceKind metadata = webcam(V4L2_PIX_FMT_YUYV);
   metadata.capabilities = V4L2_CAP_META_CAPTURE | V4L2_CAP_STREAMING;
   UmockCamera plugged(metadata);
@@ -59,12 +59,12 @@ TEST(V4l2Open, WhatIsNoCameraIsRefused) {
   EXPECT_THAT(null.message(), HasSubstr("is no V4L2 device"));
 }
 
-TEST(V4l2Open, AFormatThatCannotBeReadIsNamed) {
+TEST(V4l2Open, AnUnsupportedFormatIsNamed) {
   const UmockCamera plugged(webcam(V4L2_PIX_FMT_H264));
   EXPECT_THAT(test::open_status("").message(), HasSubstr("H264"));
 }
 
-TEST(V4l2Open, SizesInStepsAreMet) {
+TEST(V4l2Open, StepwiseSizesAreSupported) {
   DeviceKind kind = webcam(V4L2_PIX_FMT_YUYV);
   kind.formats.front().sizes.clear();
   kind.formats.front().steps = {16, 320, 16, 16, 240, 8};
@@ -77,7 +77,7 @@ TEST(V4l2Open, SizesInStepsAreMet) {
   EXPECT_EQ(info->height, 48);
 }
 
-TEST(V4l2Open, AnotherSizeOrRateThanAskedForIsSaid) {
+TEST(V4l2Open, ADifferentSizeOrRateIsNoted) {
   DeviceKind kind = webcam(V4L2_PIX_FMT_YUYV);
   kind.may_shrink = true;
   kind.formats.front().rates = {25};
@@ -92,17 +92,17 @@ TEST(V4l2Open, AnotherSizeOrRateThanAskedForIsSaid) {
 
 TEST(V4l2Open, CallsInTheWrongOrderAreRefused) {
   const UmockCamera plugged(webcam(V4L2_PIX_FMT_YUYV));
-  test::Watch watch;
+  test::RecordingSink sink;
   const auto camera = test::make_camera("");
   ASSERT_TRUE(camera.ok());
-  EXPECT_EQ((*camera)->start(watch).code(), StatusCode::failed_precondition);
+  EXPECT_EQ((*camera)->start(sink).code(), StatusCode::failed_precondition);
   ASSERT_TRUE((*camera)->open().ok());
   EXPECT_EQ((*camera)->open().status().code(), StatusCode::failed_precondition);
-  ASSERT_TRUE((*camera)->start(watch).ok());
-  EXPECT_EQ((*camera)->start(watch).code(), StatusCode::failed_precondition);
+  ASSERT_TRUE((*camera)->start(sink).ok());
+  EXPECT_EQ((*camera)->start(sink).code(), StatusCode::failed_precondition);
 }
 
-TEST(V4l2Controls, WhatIsAutomaticIsOffAndWhatIsInForceIsReadBack) {
+TEST(V4l2Controls, AutomaticControlsAreOffAndValuesAreReadBack) {
   UmockCamera plugged(webcam(V4L2_PIX_FMT_YUYV));
   const OpenCamera open("&exposure=2ms&white_balance=5003&power_line=50hz");
   EXPECT_EQ(plugged.device().control(V4L2_CID_EXPOSURE_AUTO), V4L2_EXPOSURE_MANUAL);
@@ -117,57 +117,57 @@ TEST(V4l2Controls, WhatIsAutomaticIsOffAndWhatIsInForceIsReadBack) {
   EXPECT_THAT(open.notes(), HasSubstr("gain 10"));
 }
 
-TEST(V4l2Controls, WithoutAWishTheExposureStaysAsItIs) {
+TEST(V4l2Controls, TheDefaultExposureIsTheCurrentOne) {
   const UmockCamera plugged(webcam(V4L2_PIX_FMT_YUYV));
   const OpenCamera open("&gain=20");
   EXPECT_THAT(open.info.exposure_s, ElementsAre(::testing::DoubleNear(0.01, 1e-12)));
   EXPECT_THAT(open.notes(), HasSubstr("gain 20"));
 }
 
-TEST(V4l2Controls, WhatTheDeviceCannotHaveIsSaidAndWhatItHasIsDeclared) {
+TEST(V4l2Controls, UnavailableExposuresAreNotedAndTheActualOnesDeclared) {
   const UmockCamera plugged(webcam(V4L2_PIX_FMT_YUYV));
   const OpenCamera open("&exposure=100us");
   EXPECT_THAT(open.info.exposure_s, ElementsAre(::testing::DoubleNear(0.0003, 1e-12)));
   EXPECT_THAT(open.notes(), HasSubstr("exposure 0.3 ms in place of 0.1 ms"));
 }
 
-TEST(V4l2Controls, WhatIsMissingIsSaid) {
+TEST(V4l2Controls, MissingControlsAreNoted) {
   DeviceKind kind = webcam(V4L2_PIX_FMT_YUYV);
   kind.controls.clear();
   const UmockCamera plugged(kind);
   {
     OpenCamera open("");
     EXPECT_THAT(open.notes(), HasSubstr("no control of: gain, white balance"));
-    EXPECT_THAT(open.notes(), HasSubstr("a guess"));
+    EXPECT_THAT(open.notes(), HasSubstr("an assumption"));
     EXPECT_THAT(open.info.exposure_s, ElementsAre(0.02));
     ASSERT_TRUE(open.start());
-    EXPECT_TRUE(open.watch.more_come(3));
+    EXPECT_TRUE(open.sink.more_come(3));
   }
   const Status bracket = test::open_status("&exposure=1ms,8ms");
   EXPECT_EQ(bracket.code(), StatusCode::invalid_argument);
   EXPECT_THAT(bracket.message(), HasSubstr("no bracket"));
 }
 
-TEST(V4l2Controls, ACameraThatStaysAutomaticIsNotBelieved) {
+TEST(V4l2Controls, ACameraThatStaysAutomaticHasNoKnownExposure) {
   DeviceKind kind = webcam(V4L2_PIX_FMT_YUYV);
   kind.controls[V4L2_CID_EXPOSURE_AUTO].menu = {V4L2_EXPOSURE_APERTURE_PRIORITY};
   kind.controls[V4L2_CID_GAIN].read_only = true;
   const UmockCamera plugged(kind);
   const OpenCamera open("&exposure=1ms");
   EXPECT_THAT(open.notes(), HasSubstr("automatic exposure cannot be switched off"));
-  EXPECT_THAT(open.notes(), HasSubstr("no control of: gain")) << "one that cannot be set is none";
+  EXPECT_THAT(open.notes(), HasSubstr("no control of: gain")) << "a control that cannot be set counts as missing";
 }
 
-TEST(V4l2Frames, AreTheDriversOwnMemoryWhereTheFormatIsOneOfOurs) {
+TEST(V4l2Frames, LendTheDriversMemoryIfNoConversionIsNeeded) {
   for (const std::uint32_t fourcc : {V4L2_PIX_FMT_YUYV, V4L2_PIX_FMT_NV12, V4L2_PIX_FMT_RGB24, V4L2_PIX_FMT_SBGGR10}) {
     const UmockCamera plugged(webcam(fourcc));
     OpenCamera open("");
     const int mapped = UmockCamera::mappings();
     EXPECT_GE(mapped, 1) << "the driver's buffers";
-    open.watch.keep(2);
+    open.sink.keep(2);
     ASSERT_TRUE(open.start());
-    ASSERT_TRUE(open.watch.more_come(3));
-    const std::vector<Frame> frames = open.watch.take_kept();
+    ASSERT_TRUE(open.sink.more_come(3));
+    const std::vector<Frame> frames = open.sink.take_kept();
     std::set<int> exported;
     for (const Frame& frame : frames) {
       const auto dma = open.camera->dma_buffer(frame.views()[0]);
@@ -181,13 +181,13 @@ TEST(V4l2Frames, AreTheDriversOwnMemoryWhereTheFormatIsOneOfOurs) {
   }
 }
 
-TEST(V4l2Frames, AreConvertedWhereItIsNot) {
+TEST(V4l2Frames, AreConvertedOtherwise) {
   struct {
     std::uint32_t fourcc;
     PixelFormat format;
     std::vector<unsigned> first;
   } const cases[] = {
-      // Exposure 1 ms of a scene of 400 a second: 0.4 of full scale in red, half of it in green, a quarter in blue.
+      // An exposure of 1 ms of a scene with level 400/s: red 0.4 of full scale, green half and blue a quarter of it.
       {V4L2_PIX_FMT_MJPEG, PixelFormat::rgb8, {102, 102, 102}},
       {V4L2_PIX_FMT_GREY, PixelFormat::rgb8, {102, 102, 102}},
       {V4L2_PIX_FMT_RGB24, PixelFormat::rgb8, {102, 51, 26}},
@@ -208,45 +208,45 @@ TEST(V4l2Frames, AreConvertedWhereItIsNot) {
     OpenCamera open("&exposure=1ms");
     EXPECT_EQ(open.info.format, c.format);
     ASSERT_TRUE(open.start());
-    ASSERT_TRUE(open.watch.more_come(2));
-    const std::vector<unsigned> corner = open.watch.seen().back().first_pixels;
+    ASSERT_TRUE(open.sink.more_come(2));
+    const std::vector<unsigned> corner = open.sink.seen().back().first_pixels;
     ASSERT_EQ(corner.size(), c.first.size());
     for (std::size_t i = 0; i < corner.size(); ++i)
       EXPECT_NEAR(corner[i], c.first[i], 1) << c.fourcc << " number " << i;
   }
 }
 
-TEST(V4l2Frames, AConvertedPictureIsNoDmaBufferAndADriverMayHaveNone) {
+TEST(V4l2Frames, HaveNoDmaBufferIfConvertedOrNotExported) {
   for (const bool exports : {false, true}) {
     DeviceKind kind = webcam(exports ? V4L2_PIX_FMT_MJPEG : V4L2_PIX_FMT_YUYV);
     kind.exports = exports;
     const UmockCamera plugged(kind);
     OpenCamera open("");
-    open.watch.keep(1);
+    open.sink.keep(1);
     ASSERT_TRUE(open.start());
-    ASSERT_TRUE(open.watch.more_come(1));
-    const std::vector<Frame> frames = open.watch.take_kept();
+    ASSERT_TRUE(open.sink.more_come(1));
+    const std::vector<Frame> frames = open.sink.take_kept();
     ASSERT_EQ(frames.size(), 1U);
     EXPECT_FALSE(open.camera->dma_buffer(frames[0].views()[0]));
   }
 }
 
-TEST(V4l2Frames, DamagedOnesAreCountedAndNeverShown) {
+TEST(V4l2Frames, DamagedOnesAreCountedAndNotDelivered) {
   for (const std::uint32_t fourcc : {V4L2_PIX_FMT_YUYV, V4L2_PIX_FMT_MJPEG, V4L2_PIX_FMT_SRGGB10P}) {
     for (const bool marked : {true, false}) {
       UmockCamera plugged(webcam(fourcc));
       OpenCamera open("&exposure=5ms");
       ASSERT_TRUE(open.start());
-      ASSERT_TRUE(open.watch.more_come(2));
+      ASSERT_TRUE(open.sink.more_come(2));
       plugged.device().damage(5, marked);
-      // A busy machine may drop some of the five as late.
+      // On a busy machine some of the five may be dropped as late.
       ASSERT_TRUE(test::becomes_true("one is damaged", [&] { return open.camera->counts().damaged >= 1; }));
-      ASSERT_TRUE(open.watch.more_come(4));
+      ASSERT_TRUE(open.sink.more_come(4));
       open.camera->stop();
       const std::uint64_t damaged = open.camera->counts().damaged;
       EXPECT_LE(damaged, 5U);
       std::uint64_t missing = 0;
-      const auto seen = open.watch.seen();
+      const auto seen = open.sink.seen();
       for (std::size_t i = 1; i < seen.size(); ++i) {
         missing += seen[i].info.sequence - seen[i - 1].info.sequence - 1;
         EXPECT_NEAR(seen[i].level, seen[0].level, 0.03) << "half a picture";
@@ -256,7 +256,7 @@ TEST(V4l2Frames, DamagedOnesAreCountedAndNeverShown) {
   }
 }
 
-/// Mid-exposures against the device's own truth.
+/// Compares mid-exposure times with the ground truth of the device.
 class V4l2Times : public ::testing::TestWithParam<int> {};
 
 TEST_P(V4l2Times, AreTheMiddleOfTheExposure) {
@@ -265,16 +265,16 @@ TEST_P(V4l2Times, AreTheMiddleOfTheExposure) {
   kind.first_sequence = 7;
   UmockCamera plugged(kind);
   OpenCamera open("&exposure=8ms");
-  // The first frames were exposed as the camera was before.
+  // The first frames still have the previous exposure.
   ASSERT_TRUE(open.start());
-  ASSERT_TRUE(open.watch.more_come(8));
+  ASSERT_TRUE(open.sink.more_come(8));
   open.camera->stop();
   const bool known = (kind.stamp_flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
-  EXPECT_EQ(open.notes().find("time stamps are of no clock") == std::string::npos, known);
-  for (const auto& seen : open.watch.seen()) {
+  EXPECT_EQ(open.notes().find("timestamps are of an unknown clock") == std::string::npos, known);
+  for (const auto& seen : open.sink.seen()) {
     const std::int64_t truth = plugged.device().middle_ns_of(static_cast<std::uint32_t>(seen.info.sequence) + 7);
     ASSERT_NE(truth, 0);
-    // V4L2's stamps are of whole microseconds, rounded down. An arrival is later than the end.
+    // V4L2's timestamps are rounded down to microseconds. An arrival is later than the end of the frame.
     EXPECT_GE(seen.info.mid_exposure.ns, truth - 1000);
     if (known) {
       EXPECT_LE(seen.info.mid_exposure.ns, truth + 1000);
@@ -288,12 +288,12 @@ INSTANTIATE_TEST_SUITE_P(Stamps, V4l2Times,
                                            V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_TSTAMP_SRC_EOF,
                                            V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN, V4L2_BUF_FLAG_TIMESTAMP_COPY));
 
-/// A frame's level tells its exposure: the scene is even, 0.04 of full scale a millisecond, in luma from 16 to 235.
-double exposure_seen(const test::Watch::ReceivedFrame& seen) { return (seen.level * 255 - 16) / 219 / 40; }
+/// Exposure, s, from the level of a frame: uniform scene, 0.04 of full scale per millisecond, luma range 16 to 235.
+double exposure_seen(const test::RecordingSink::ReceivedFrame& seen) { return (seen.level * 255 - 16) / 219 / 40; }
 
 class V4l2BracketAfter : public ::testing::TestWithParam<int> {};
 
-TEST_P(V4l2BracketAfter, EachFrameHasTheExposureThatItTells) {
+TEST_P(V4l2BracketAfter, EachFrameHasTheReportedExposure) {
   const int latch = GetParam();
   DeviceKind kind = webcam(V4L2_PIX_FMT_YUYV);
   kind.latch_frames = latch;
@@ -303,10 +303,10 @@ TEST_P(V4l2BracketAfter, EachFrameHasTheExposureThatItTells) {
               HasSubstr("a new exposure shows after " + std::to_string(latch + 1) + " frames, as measured"));
   ASSERT_EQ(open.info.exposure_s.size(), 3U);
   ASSERT_TRUE(open.start());
-  ASSERT_TRUE(open.watch.more_come(40));
+  ASSERT_TRUE(open.sink.more_come(40));
   open.camera->stop();
   std::set<int> places;
-  for (const auto& seen : open.watch.seen()) {
+  for (const auto& seen : open.sink.seen()) {
     places.insert(seen.info.bracket_index);
     EXPECT_EQ(seen.info.bracket_index, static_cast<int>(seen.info.sequence % 3));
     EXPECT_EQ(seen.info.exposure_s, open.info.exposure_s[static_cast<std::size_t>(seen.info.bracket_index)]);
@@ -317,39 +317,39 @@ TEST_P(V4l2BracketAfter, EachFrameHasTheExposureThatItTells) {
 
 INSTANTIATE_TEST_SUITE_P(Latches, V4l2BracketAfter, ::testing::Values(0, 1, 2, 4));
 
-TEST(V4l2Bracket, ASlowSinkCostsFramesAndNoFrameIsToldWrong) {
+TEST(V4l2Bracket, ASlowSinkLosesFramesButNoFrameHasWrongMetadata) {
   const UmockCamera plugged(webcam(V4L2_PIX_FMT_YUYV));
   OpenCamera open("&exposure=1ms,8ms&control_delay=2");
-  open.watch.on_frame = [n = 0](const Frame&) mutable {
-    // Longer than a frame and shorter, in a pattern that meets all places of the cycle.
+  open.sink.on_frame = [n = 0](const Frame&) mutable {
+    // Delays longer and shorter than a frame, in a pattern that covers all indices of the cycle.
     if (++n % 2 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(9 * (n % 9)));
   };
   ASSERT_TRUE(open.start());
-  // More than there are buffers.
+  // More than the number of buffers.
   EXPECT_TRUE(test::becomes_true("thirty were late", [&] { return open.camera->counts().late >= 30; }));
-  ASSERT_TRUE(open.watch.more_come(20));
+  ASSERT_TRUE(open.sink.more_come(20));
   open.camera->stop();
   EXPECT_GT(open.camera->counts().wrong_exposure, 0U);
-  EXPECT_EQ(open.camera->counts().disconnects, 0U) << "a buffer that is not given back would make the device fall silent";
-  for (const auto& seen : open.watch.seen())
+  EXPECT_EQ(open.camera->counts().disconnects, 0U) << "a buffer that is not requeued would stop the device";
+  for (const auto& seen : open.sink.seen())
     EXPECT_NEAR(exposure_seen(seen), seen.info.exposure_s, 0.0003) << "frame " << seen.info.sequence;
 }
 
-TEST(V4l2Bracket, AWrongDelayIsWhatTheMeasurementSpares) {
+TEST(V4l2Bracket, AWrongControlDelayGivesWrongExposures) {
   DeviceKind kind = webcam(V4L2_PIX_FMT_YUYV);
   kind.latch_frames = 2;
   const UmockCamera plugged(kind);
   OpenCamera open("&exposure=1ms,8ms&control_delay=2");
   ASSERT_TRUE(open.start());
-  ASSERT_TRUE(open.watch.more_come(20));
+  ASSERT_TRUE(open.sink.more_come(20));
   open.camera->stop();
-  const auto seen = open.watch.seen();
-  EXPECT_TRUE(std::ranges::any_of(seen, [](const test::Watch::ReceivedFrame& s) {
+  const auto seen = open.sink.seen();
+  EXPECT_TRUE(std::ranges::any_of(seen, [](const test::RecordingSink::ReceivedFrame& s) {
     return std::abs(exposure_seen(s) - s.info.exposure_s) > 0.003;
-  })) << "three frames are needed and two were said";
+  })) << "the true delay is three frames, the given one is two";
 }
 
-TEST(V4l2Bracket, InTheDarkTheDelayIsAskedFor) {
+TEST(V4l2Bracket, InDarknessTheControlDelayMustBeGiven) {
   DeviceKind kind = webcam(V4L2_PIX_FMT_YUYV);
   kind.scene = 0;
   const UmockCamera plugged(kind);
@@ -359,9 +359,9 @@ TEST(V4l2Bracket, InTheDarkTheDelayIsAskedFor) {
   EXPECT_TRUE(test::open_status("&exposure=1ms,8ms&control_delay=2").ok());
 }
 
-TEST(V4l2Bracket, WhereItsExposuresClipOthersAreMeasuredWith) {
+TEST(V4l2Bracket, TheDelayIsMeasuredWithOtherExposuresIfTheBracketSaturates) {
   DeviceKind kind = webcam(V4L2_PIX_FMT_MJPEG);
-  kind.scene = 1000;  // White from 1 ms on; the device can have 0.3 ms.
+  kind.scene = 1000;  // Saturated from 1 ms on; the device supports 0.3 ms.
   const UmockCamera plugged(kind);
   const OpenCamera open("&exposure=2ms,8ms");
   EXPECT_THAT(open.notes(), HasSubstr("shows after 2 frames"));

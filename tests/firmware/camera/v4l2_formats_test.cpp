@@ -1,4 +1,4 @@
-// Where a picture lies in a driver's buffer, and what packed pixels are.
+// Tests of the layout of driver buffers and of the unpacking of pixels.
 #include <array>
 #include <set>
 
@@ -23,13 +23,13 @@ std::vector<std::byte> bytes(std::initializer_list<int> values) {
   return all;
 }
 
-TEST(Unpack, TenBitsAreEightAndTheirOwnTwoOfTheFifthByte) {
+TEST(Unpack, TenBitsAreOneByteAndTwoBitsOfTheFifth) {
   std::array<std::uint16_t, 4> pixels{};
   unpack10(bytes({0x00, 0xFF, 0x80, 0x01, 0b11'10'01'00}), pixels);
   EXPECT_THAT(pixels, ElementsAre(0x000, 0x3FD, 0x202, 0x007));
 }
 
-TEST(Unpack, TwelveBitsAreEightAndTheirOwnFourOfTheThirdByte) {
+TEST(Unpack, TwelveBitsAreOneByteAndFourBitsOfTheThird) {
   std::array<std::uint16_t, 2> pixels{};
   unpack12(bytes({0x12, 0xFE, 0x43}), pixels);
   EXPECT_THAT(pixels, ElementsAre(0x123, 0xFE4));
@@ -44,7 +44,7 @@ TEST(Unpack, FullScaleStaysFullScale) {
   EXPECT_THAT(twelve, ::testing::Each(4095));
 }
 
-TEST(Encodings, EachIsThereOnceAndItsNameCanBeAskedFor) {
+TEST(Encodings, EachOccursOnceAndIsFoundByName) {
   std::set<std::uint32_t> seen;
   for (const Encoding& e : encodings()) {
     EXPECT_TRUE(seen.insert(e.fourcc).second) << fourcc_text(e.fourcc);
@@ -66,16 +66,16 @@ std::string refusal(std::uint32_t fourcc, int width, int height, std::size_t str
   return layout_of(*encoding_of(fourcc), width, height, stride, bytes, false).status().message();
 }
 
-TEST(LayoutOf, ThePaddingIsTheDrivers) {
+TEST(LayoutOf, KeepsThePaddingOfTheDriver) {
   const Layout yuyv = layout(V4L2_PIX_FMT_YUYV, 640, 480, 1344, 1344 * 480);
   EXPECT_EQ(yuyv.view_stride, 1344U);
   EXPECT_EQ(yuyv.bytes, 1344U * 480);
   const Layout nv12 = layout(V4L2_PIX_FMT_NV12, 640, 480, 704, 704 * 720);
   EXPECT_EQ(nv12.bytes, 704U * 720) << "chroma has the stride of luma";
-  EXPECT_EQ(layout(V4L2_PIX_FMT_YUYV, 640, 480, 0, 640 * 960).stride, 1280U) << "none said is none there";
+  EXPECT_EQ(layout(V4L2_PIX_FMT_YUYV, 640, 480, 0, 640 * 960).stride, 1280U) << "0 means no padding";
 }
 
-TEST(LayoutOf, WhatIsCopiedOrConvertedLosesThePadding) {
+TEST(LayoutOf, CopiedOrConvertedPicturesHaveNoPadding) {
   EXPECT_EQ(layout(V4L2_PIX_FMT_YUYV, 640, 480, 1344, 1344 * 480, true).view_stride, 1280U);
   const Layout packed = layout(V4L2_PIX_FMT_SRGGB10P, 640, 480, 832, 832 * 480);
   EXPECT_EQ(packed.view_stride, 1280U);
@@ -84,7 +84,7 @@ TEST(LayoutOf, WhatIsCopiedOrConvertedLosesThePadding) {
   EXPECT_EQ(layout(V4L2_PIX_FMT_MJPEG, 640, 480, 0, 100000).picture_bytes, 640U * 480 * 3);
 }
 
-TEST(LayoutOf, AnotherOrderOfColoursBeginsAtItsFirstRedPixel) {
+TEST(LayoutOf, OtherBayerOrdersBeginAtTheFirstRedPixel) {
   const auto expect = [](std::uint32_t fourcc, int width, int height, std::size_t offset) {
     const Layout l = layout(fourcc, 640, 480, 704, 704 * 480);
     EXPECT_EQ(l.view_width, width) << fourcc_text(fourcc);
@@ -98,7 +98,7 @@ TEST(LayoutOf, AnotherOrderOfColoursBeginsAtItsFirstRedPixel) {
   EXPECT_EQ(layout(V4L2_PIX_FMT_SBGGR12, 640, 480, 1280, 1280 * 480).view_offset, 1282U) << "pixels of two bytes";
 }
 
-TEST(LayoutOf, AViewNeverReachesBeyondTheBuffer) {
+TEST(LayoutOf, AViewIsInsideTheBuffer) {
   for (const Encoding& e : encodings()) {
     const std::size_t row = test::packed_row_bytes(e.fourcc, 64);
     for (const bool copied : {false, true}) {
@@ -111,7 +111,7 @@ TEST(LayoutOf, AViewNeverReachesBeyondTheBuffer) {
   }
 }
 
-TEST(LayoutOf, WhatNoFrameCanShowIsRefused) {
+TEST(LayoutOf, UnsupportedPicturesAreRefused) {
   EXPECT_THAT(refusal(V4L2_PIX_FMT_YUYV, 641, 480, 1282, 1 << 20), HasSubstr("even sizes"));
   EXPECT_THAT(refusal(V4L2_PIX_FMT_NV12, 640, 481, 640, 1 << 20), HasSubstr("even sizes"));
   EXPECT_THAT(refusal(V4L2_PIX_FMT_YUYV, 640, 480, 1278, 1 << 20), HasSubstr("overlap"));
@@ -119,7 +119,7 @@ TEST(LayoutOf, WhatNoFrameCanShowIsRefused) {
   EXPECT_THAT(refusal(V4L2_PIX_FMT_SRGGB10, 640, 480, 1281, 1 << 20), HasSubstr("aligned"));
   EXPECT_THAT(refusal(V4L2_PIX_FMT_SRGGB10P, 642, 480, 900, 1 << 20), HasSubstr("whole bytes"));
   EXPECT_THAT(refusal(V4L2_PIX_FMT_YUYV, 0, 480, 0, 1 << 20), HasSubstr("no size"));
-  EXPECT_THAT(refusal(V4L2_PIX_FMT_SBGGR8, 640, 2, 640, 1 << 20), HasSubstr("no size")) << "nothing would be left";
+  EXPECT_THAT(refusal(V4L2_PIX_FMT_SBGGR8, 640, 2, 640, 1 << 20), HasSubstr("no size")) << "no rows would be left";
   EXPECT_THAT(refusal(V4L2_PIX_FMT_MJPEG, 65536, 480, 0, 1 << 20), HasSubstr("no size"));
 }
 
@@ -145,7 +145,7 @@ TEST(Converter, UnpacksRowByRowPastThePadding) {
   }
 }
 
-TEST(Converter, ABufferThatIsTooShortIsNoPicture) {
+TEST(Converter, RefusesShortBuffers) {
   const Encoding& encoding = *encoding_of(V4L2_PIX_FMT_GREY);
   const Layout l = layout(V4L2_PIX_FMT_GREY, 16, 6, 16, 96);
   std::vector<std::byte> driver(96), picture(l.picture_bytes);
@@ -155,12 +155,12 @@ TEST(Converter, ABufferThatIsTooShortIsNoPicture) {
   EXPECT_FALSE(converter.convert(driver, std::span(picture).first(picture.size() - 1)));
 }
 
-TEST(MeanLevel, IsTheLevelOfAnEvenPicture) {
+TEST(MeanLevel, IsTheLevelOfAUniformPicture) {
   for (const std::uint32_t fourcc : {V4L2_PIX_FMT_SRGGB8, V4L2_PIX_FMT_SRGGB10}) {
     const Layout l = layout(fourcc, 64, 48, 0, 64 * 48 * 2);
     std::vector<std::byte> driver(l.picture_bytes);
     test::draw_picture(fourcc, 64, 48, l.stride, 0.8, 0, driver);
-    // A quarter red, half green, a quarter blue: (0.8 + 2 * 0.4 + 0.2) / 4.
+    // Mean of red, two greens and blue: (0.8 + 2 * 0.4 + 0.2) / 4.
     EXPECT_NEAR(mean_level(view_of(*encoding_of(fourcc), l, driver)), 0.45, 0.01) << fourcc_text(fourcc);
   }
   EXPECT_EQ(mean_level(View{}), 0);

@@ -1,4 +1,4 @@
-// Motion JPEG: whole pictures or none.
+// Tests of JpegDecoder: complete pictures are decoded, others refused.
 #include <algorithm>
 #include <cstdio>
 #include <jpeglib.h>
@@ -32,10 +32,10 @@ TEST_F(Jpeg, IsDecodedWithAndWithoutItsTables) {
   }
   ASSERT_LT(test::draw_jpeg(kWidth, kHeight, 200, 0, false).size() + 300,
             test::draw_jpeg(kWidth, kHeight, 200, 0, true).size())
-      << "the tables are really left out";
+      << "the tables must be missing";
 }
 
-/// By libjpeg as it comes, with memory of its own.
+/// Decodes with plain libjpeg and its own memory manager.
 std::vector<std::byte> reference(std::span<const std::byte> jpeg) {
   jpeg_decompress_struct state{};
   jpeg_error_mgr errors{};
@@ -55,9 +55,9 @@ std::vector<std::byte> reference(std::span<const std::byte> jpeg) {
   return rgb;
 }
 
-TEST(JpegDecoder, PicturesOfAnyContentAndSizeAreLibjpegsToTheBit) {
+TEST(JpegDecoder, IsBitIdenticalToLibjpegForAnyContentAndSize) {
   std::mt19937 random(3);
-  // Also such as do not fill their blocks, in colours at half, quarter and full size.
+  // Includes sizes that do not fill their blocks, and chroma at half, quarter and full resolution.
   for (const auto& [width, height] : {std::pair{64, 48}, {70, 50}, {2, 2}, {333, 17}}) {
     JpegDecoder decoder(width, height);
     std::vector<std::byte> rgb(static_cast<std::size_t>(3 * width * height));
@@ -66,26 +66,26 @@ TEST(JpegDecoder, PicturesOfAnyContentAndSizeAreLibjpegsToTheBit) {
           test::draw_noise_jpeg(width, height, static_cast<unsigned>(random()), 1 + i % 2, 1 + i / 2 % 2);
       ASSERT_TRUE(decoder.decode(jpeg, rgb)) << width << "x" << height << " picture " << i;
       EXPECT_EQ(rgb, reference(jpeg)) << width << "x" << height << " picture " << i;
-      // A broken one in between leaves nothing behind.
+      // A truncated picture in between does not affect later ones.
       EXPECT_FALSE(decoder.decode(std::span(jpeg).first(jpeg.size() * 2 / 3), rgb));
     }
   }
 }
 
-TEST_F(Jpeg, CutOffAnywhereItIsNoPicture) {
+TEST_F(Jpeg, RefusesTruncationAtAnyLength) {
   const std::vector<std::byte> whole = test::draw_jpeg(kWidth, kHeight, 90, 5, true);
   for (std::size_t size = 0; size < whole.size(); ++size)
     EXPECT_FALSE(decodes(std::span(whole).first(size))) << size << " of " << whole.size();
-  EXPECT_TRUE(decodes(whole)) << "and the decoder works on";
+  EXPECT_TRUE(decodes(whole)) << "the decoder must still work";
 }
 
-TEST_F(Jpeg, OfAnotherSizeItIsNoPicture) {
+TEST_F(Jpeg, RefusesAnotherSize) {
   EXPECT_FALSE(decodes(test::draw_jpeg(kWidth - 16, kHeight, 90, 0, true)));
   EXPECT_FALSE(decodes(test::draw_jpeg(kWidth, kHeight + 16, 90, 0, true)));
   EXPECT_FALSE(decodes(test::draw_jpeg(2 * kWidth, 2 * kHeight, 90, 0, true)));
 }
 
-TEST_F(Jpeg, PaddingOfAByteIsForgivenAndAMissingScanIsNot) {
+TEST_F(Jpeg, AcceptsAByteOfPaddingButNotAMissingScan) {
   std::vector<std::byte> padded = test::draw_jpeg(kWidth, kHeight, 90, 5, true);
   padded.insert(padded.end() - 2, 2, std::byte{0});
   EXPECT_TRUE(decodes(padded));
@@ -93,11 +93,11 @@ TEST_F(Jpeg, PaddingOfAByteIsForgivenAndAMissingScanIsNot) {
   EXPECT_FALSE(decodes(padded));
 }
 
-TEST_F(Jpeg, NoiseIsNoPicture) {
+TEST_F(Jpeg, RefusesNoise) {
   std::mt19937 random(7);
   for (int i = 0; i < 2000; ++i) {
     std::vector<std::byte> noise = test::draw_jpeg(kWidth, kHeight, 90, 5, true);
-    // The headers are torn, not the pixels: whether those are broken nobody can tell.
+    // Damage the headers only: damaged pixels cannot always be detected.
     const std::size_t at = random() % 20;
     noise[at] ^= static_cast<std::byte>(1 + random() % 255);
     noise.resize(noise.size() - random() % 40);

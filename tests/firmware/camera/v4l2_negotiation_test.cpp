@@ -1,4 +1,4 @@
-// What is chosen from what a camera offers.
+// Tests of the choice of a mode.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>
@@ -34,29 +34,31 @@ TEST(ChooseMode, TheSizeAskedForComesFirst) {
   EXPECT_EQ(chosen(modes, {640, 480, 30, ""}), "YUYV 640x480 30");
 }
 
-TEST(ChooseMode, AmongOthersTheSmallestThatHoldsItThenTheLargest) {
+TEST(ChooseMode, OtherwiseTheSmallestThatContainsItThenTheLargest) {
   const std::vector<Mode> modes = {mode(V4L2_PIX_FMT_YUYV, 320, 240, {30}), mode(V4L2_PIX_FMT_YUYV, 1920, 1080, {30}),
                                    mode(V4L2_PIX_FMT_YUYV, 1280, 960, {30}), mode(V4L2_PIX_FMT_YUYV, 640, 480, {30})};
   EXPECT_EQ(chosen(modes, {1000, 700, 30, ""}), "YUYV 1280x960 30");
   EXPECT_EQ(chosen(modes, {4000, 3000, 30, ""}), "YUYV 1920x1080 30");
-  EXPECT_EQ(chosen(modes, {1280, 1000, 30, ""}), "YUYV 1920x1080 30") << "too low is not large enough";
+  EXPECT_EQ(chosen(modes, {1280, 1000, 30, ""}), "YUYV 1920x1080 30")
+      << "a height that is too small does not contain the wanted size";
 }
 
-TEST(ChooseMode, ARateThatIsReachedComesBeforeAFormatThatIsPreferred) {
+TEST(ChooseMode, ASufficientRateComesBeforeAPreferredFormat) {
   const std::vector<Mode> modes = {mode(V4L2_PIX_FMT_YUYV, 1280, 960, {5, 7}),
                                    mode(V4L2_PIX_FMT_MJPEG, 1280, 960, {15, 30})};
   EXPECT_EQ(chosen(modes, {1280, 960, 30, ""}), "MJPG 1280x960 30");
   EXPECT_EQ(chosen(modes, {1280, 960, 6, ""}), "YUYV 1280x960 7");
-  EXPECT_EQ(chosen(modes, {1280, 960, 60, ""}), "YUYV 1280x960 7") << "where none reaches it, the preference stands";
+  EXPECT_EQ(chosen(modes, {1280, 960, 60, ""}), "YUYV 1280x960 7")
+      << "if no rate is sufficient, the preference decides";
 }
 
-TEST(ChooseMode, TelevisionsThirtyIsThirty) {
+TEST(ChooseMode, ThirtyMatches29Point97) {
   Mode ntsc{V4L2_PIX_FMT_YUYV, 640, 480, {{1001, 30000}}, false};
   const std::vector<Mode> modes = {ntsc, mode(V4L2_PIX_FMT_MJPEG, 640, 480, {30})};
   EXPECT_EQ(chosen(modes, {640, 480, 30, ""}), "YUYV 640x480 30");
 }
 
-TEST(ChooseMode, TheOrderOfPreferenceIsTheWrittenOne) {
+TEST(ChooseMode, FollowsTheOrderOfEncodings) {
   std::vector<Mode> modes;
   for (const Encoding& encoding : encodings()) modes.insert(modes.begin(), mode(encoding.fourcc, 640, 480, {30}));
   std::vector<std::string_view> order;
@@ -70,7 +72,7 @@ TEST(ChooseMode, TheOrderOfPreferenceIsTheWrittenOne) {
   EXPECT_THAT(order, ::testing::ElementsAre("bayer12", "bayer10", "bayer8", "rgb8", "yuyv", "nv12", "mjpeg", "grey"));
 }
 
-TEST(ChooseMode, AFormatThatIsAskedForIsTheOnlyOne) {
+TEST(ChooseMode, UsesOnlyTheRequestedFormat) {
   const std::vector<Mode> modes = {mode(V4L2_PIX_FMT_YUYV, 640, 480, {30}), mode(V4L2_PIX_FMT_MJPEG, 320, 240, {15})};
   EXPECT_EQ(chosen(modes, {640, 480, 30, "mjpeg"}), "MJPG 320x240 15");
   const std::string none = chosen(modes, {640, 480, 30, "nv12"});
@@ -78,21 +80,21 @@ TEST(ChooseMode, AFormatThatIsAskedForIsTheOnlyOne) {
   EXPECT_THAT(none, HasSubstr("MJPG, YUYV"));
 }
 
-TEST(ChooseMode, WhatCannotBeReadIsNotChosen) {
+TEST(ChooseMode, IgnoresUnsupportedFormats) {
   EXPECT_EQ(chosen({mode(kUnknown, 640, 480, {30}), mode(V4L2_PIX_FMT_GREY, 64, 48, {5})}, {640, 480, 30, ""}),
             "GREY 64x48 5");
   EXPECT_THAT(chosen({mode(kUnknown, 640, 480, {30})}, {}), HasSubstr("H264, of which nothing can be read"));
   EXPECT_THAT(chosen({}, {}), HasSubstr("offers nothing"));
 }
 
-TEST(ChooseMode, RatesBetweenTwoEndsAreMet) {
+TEST(ChooseMode, SupportsContinuousRates) {
   Mode any{V4L2_PIX_FMT_YUYV, 640, 480, {{1, 5}, {1, 60}}, true};
   EXPECT_EQ(chosen({any}, {640, 480, 24, ""}), "YUYV 640x480 24");
   EXPECT_EQ(chosen({any}, {640, 480, 90, ""}), "YUYV 640x480 60");
   EXPECT_EQ(chosen({any}, {640, 480, 1, ""}), "YUYV 640x480 5");
 }
 
-TEST(ChooseMode, ADeviceThatSaysNoRateIsTakenAsItIs) {
+TEST(ChooseMode, AcceptsADeviceWithUnknownRates) {
   EXPECT_EQ(chosen({mode(V4L2_PIX_FMT_YUYV, 640, 480, {})}, {640, 480, 30, ""}), "YUYV 640x480 0");
 }
 
@@ -105,7 +107,7 @@ TEST(NearestIn, StaysInTheRangeAndOnItsSteps) {
   EXPECT_EQ(nearest_in(range, 100), 90);
   EXPECT_EQ(nearest_in(range, 1 << 30), 90);
   EXPECT_EQ(nearest_in({5, 5, 1}, 7), 5);
-  EXPECT_EQ(nearest_in({5, 3, 1}, 7), 5) << "no range at all";
+  EXPECT_EQ(nearest_in({5, 3, 1}, 7), 5) << "invalid range";
   EXPECT_EQ(nearest_in({0, 10, 0}, 7), 7) << "a driver without a step";
   EXPECT_EQ(nearest_in({-2000000000, 2000000000, 1}, 2000000000), 2000000000);
 }

@@ -1,4 +1,4 @@
-// What can be said of a V4L2 camera in its URI.
+// Tests of the URI parameters of V4L2 cameras.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ std::string refusal(const std::string& text, const CameraConfig& config = {}) {
   return options.status().message();
 }
 
-TEST(V4l2Options, AreTheUrisBeforeTheConfigurations) {
+TEST(V4l2Options, OfTheUriOverrideTheConfiguration) {
   CameraConfig config;
   config.width = 1280;
   config.height = 960;
@@ -56,13 +56,13 @@ TEST(V4l2Options, AreTheUrisBeforeTheConfigurations) {
   EXPECT_EQ(said->control_delay, 3);
 }
 
-TEST(V4l2Options, AMisspeltOneIsAnsweredWithTheNearest) {
+TEST(V4l2Options, SuggestTheNearestNameForAMisspeltOne) {
   EXPECT_THAT(refusal("v4l2:/dev/video0?widht=640"), HasSubstr("did you mean 'width'?"));
   EXPECT_THAT(refusal("v4l2:/dev/video0?exposre=1ms"), HasSubstr("did you mean 'exposure'?"));
   EXPECT_THAT(refusal("v4l2:/dev/video0?readuot=1us"), HasSubstr("did you mean 'readout'?"));
 }
 
-TEST(V4l2Options, ValuesThatMakeNoSenseAreNamed) {
+TEST(V4l2Options, WithInvalidValuesAreNamed) {
   for (const auto* const bad :
        {"width=0",       "width=",          "width=640px",      "height=-480",      "fps=0",
         "fps=nan",       "fps=1e9",         "format=yuv",       "exposure=",        "exposure=0",
@@ -76,10 +76,10 @@ TEST(V4l2Options, ValuesThatMakeNoSenseAreNamed) {
               HasSubstr("bayer12, bayer10, bayer8, rgb8, yuyv, nv12, mjpeg, grey"));
 }
 
-TEST(V4l2Options, OneWordOfExposuresAndOfGain) {
+TEST(V4l2Options, ForExposuresAndGainMustBeGivenOnce) {
   CameraConfig config;
   config.exposure_s = {0.001};
-  EXPECT_THAT(refusal("v4l2:/dev/video0?exposure=1ms", config), HasSubstr("which?"));
+  EXPECT_THAT(refusal("v4l2:/dev/video0?exposure=1ms", config), HasSubstr("leave one of them out"));
   config.exposure_s.assign(9, 0.001);
   EXPECT_THAT(refusal("v4l2:/dev/video0", config), HasSubstr("1 to 8 exposures, not 9"));
   config.exposure_s = {std::nan("")};

@@ -39,7 +39,7 @@ int code(double level, int most) { return static_cast<int>(std::lround(std::clam
 
 std::byte as_byte(int v) { return static_cast<std::byte>(v); }
 
-/// The colour filter's share of the level at a pixel.
+/// Level of a mosaic pixel behind its colour filter.
 double filtered(const Mosaic& m, double level, int x, int y) {
   const bool red_column = x % 2 == m.red_column, red_row = y % 2 == m.red_row;
   if (red_column && red_row) return level;
@@ -127,7 +127,7 @@ std::size_t draw_picture(std::uint32_t fourcc, int width, int height, std::size_
   }
   const std::size_t luma_bytes = row_bytes * static_cast<std::size_t>(height);
   std::memset(out.data() + luma_bytes, 128, bytes - luma_bytes);
-  // Where every view shows it, and no grid of samples is likely to look: in the last row but two.
+  // In the third last row: inside every view, and unlikely to be on a sampling grid.
   const std::size_t mark = row_bytes * static_cast<std::size_t>(height - 3) + packed_row_bytes(fourcc, width) - 12;
   std::memcpy(out.data() + mark, &number, sizeof number);
   return bytes;
@@ -135,7 +135,7 @@ std::size_t draw_picture(std::uint32_t fourcc, int width, int height, std::size_
 
 namespace {
 
-/// `draw` fills the row of that number; `set` may change what libjpeg does by default.
+/// `draw` fills one row; `set` may change libjpeg's defaults.
 std::vector<std::byte> compressed(int width, int height, bool with_tables,
                                   const std::function<void(jpeg_compress_struct&)>& set,
                                   const std::function<void(int, std::vector<JSAMPLE>&)>& draw) {
@@ -172,7 +172,7 @@ std::vector<std::byte> compressed(int width, int height, bool with_tables,
 std::vector<std::byte> draw_jpeg(int width, int height, int value, std::uint32_t number, bool with_tables) {
   const auto set = [with_tables](jpeg_compress_struct& state) {
     if (with_tables) return;
-    // Quantisation is the camera's own, and always said.
+    // Quantisation tables differ between cameras, and are always present.
     jpeg_suppress_tables(&state, TRUE);
     for (int i = 0; i < 2; ++i) state.quant_tbl_ptrs[i]->sent_table = FALSE;
   };

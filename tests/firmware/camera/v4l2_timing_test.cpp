@@ -1,4 +1,4 @@
-// From a driver's stamp to the middle of the centre row's exposure, and from its numbers to ours.
+// Tests of mid-exposure times, timestamps, sequence numbers and latency.
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>
 
@@ -12,18 +12,18 @@ constexpr std::uint32_t kEof = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG
 constexpr Duration kSecond{1'000'000'000};
 constexpr std::int64_t kMs = 1'000'000;
 
-TEST(MidExposure, OfAGlobalShutterIsHalfAnExposureFromEitherEnd) {
+TEST(MidExposure, OfAGlobalShutterIsHalfAnExposureFromStartAndEnd) {
   const RowTiming rows{480, 239.5, {}};
   EXPECT_EQ(mid_exposure({{100 * kMs}, Timestamp::Event::start_of_exposure}, 0.008, rows).ns, 104 * kMs);
   EXPECT_EQ(mid_exposure({{100 * kMs}, Timestamp::Event::end_of_frame}, 0.008, rows).ns, 96 * kMs);
 }
 
-TEST(MidExposure, OfARollingShutterIsTheCentreRows) {
-  // 480 rows of 50 us: the first begins at 100 ms, row 240 12 ms later; the last has been read out after 480 of them.
+TEST(MidExposure, OfARollingShutterIsThatOfTheCentreRow) {
+  // 480 rows of 50 us: the first begins at 100 ms, row 240 12 ms later; readout ends after 480 rows.
   const RowTiming rows{480, 240, {50'000}};
   EXPECT_EQ(mid_exposure({{100 * kMs}, Timestamp::Event::start_of_exposure}, 0.008, rows).ns, 116 * kMs);
   EXPECT_EQ(mid_exposure({{132 * kMs}, Timestamp::Event::end_of_frame}, 0.008, rows).ns, 116 * kMs)
-      << "the same frame by its other end: 100 + 8 + 24 ms";
+      << "the same frame by its end: 100 + 8 + 24 ms";
 }
 
 TEST(MidExposure, OfARowFurtherDownIsLater) {
@@ -33,13 +33,13 @@ TEST(MidExposure, OfARowFurtherDownIsLater) {
   EXPECT_EQ(of_row(240.5) - of_row(239.5), 1000);
 }
 
-TEST(TrustedStamp, SaysWhichEndOfTheExposureItIs) {
+TEST(ValidateTimestamp, ReturnsTheEventOfTheTimestamp) {
   EXPECT_EQ(validate_timestamp(kSoe, {90}, {100}, kSecond).event, Timestamp::Event::start_of_exposure);
   EXPECT_EQ(validate_timestamp(kEof, {90}, {100}, kSecond).event, Timestamp::Event::end_of_frame);
   EXPECT_EQ(validate_timestamp(kSoe, {90}, {100}, kSecond).at.ns, 90);
 }
 
-TEST(TrustedStamp, OfAnotherClockIsReplacedByTheArrival) {
+TEST(ValidateTimestamp, OfAnotherClockIsReplacedByTheArrival) {
   for (const int flags : {V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN, V4L2_BUF_FLAG_TIMESTAMP_COPY,
                           V4L2_BUF_FLAG_TIMESTAMP_COPY | V4L2_BUF_FLAG_TSTAMP_SRC_SOE}) {
     const Timestamp stamp = validate_timestamp(static_cast<std::uint32_t>(flags), {90}, {100}, kSecond);
@@ -48,10 +48,10 @@ TEST(TrustedStamp, OfAnotherClockIsReplacedByTheArrival) {
   }
 }
 
-TEST(TrustedStamp, InTheFutureOrLongAgoIsReplacedByTheArrival) {
+TEST(ValidateTimestamp, InTheFutureOrLongAgoIsReplacedByTheArrival) {
   EXPECT_EQ(validate_timestamp(kSoe, {101}, {100}, kSecond).at.ns, 100);
   EXPECT_EQ(validate_timestamp(kSoe, {0}, {kSecond.ns}, kSecond).event, Timestamp::Event::start_of_exposure)
-      << "just not too old";
+      << "just below the limit";
   EXPECT_EQ(validate_timestamp(kSoe, {0}, {kSecond.ns + 1}, kSecond).event, Timestamp::Event::end_of_frame);
 }
 
@@ -62,55 +62,55 @@ TEST(SequenceCounter, GapsOfTheDriverAreGaps) {
   EXPECT_EQ(counter.number(5), 5U);
 }
 
-TEST(SequenceCounter, GoesOnWhereTheDriverCountsAnew) {
+TEST(SequenceCounter, ContinuesWhenTheDriversCounterRestarts) {
   SequenceCounter counter;
   (void)counter.number(700);
-  EXPECT_EQ(counter.number(701), 1U) << "what it begins with says nothing";
+  EXPECT_EQ(counter.number(701), 1U) << "the first number of the driver is ignored";
   counter.restart();
   EXPECT_EQ(counter.number(0), 2U);
   counter.restart(30);
-  EXPECT_EQ(counter.number(4), 33U) << "thirty were lost while it was away";
+  EXPECT_EQ(counter.number(4), 33U) << "thirty frames were lost meanwhile";
 }
 
-TEST(SequenceCounter, GoesOverTheEndOf32Bits) {
+TEST(SequenceCounter, HandlesThe32BitOverflow) {
   SequenceCounter counter;
   (void)counter.number(0xFFFF'FFFE);
   EXPECT_EQ(counter.number(0xFFFF'FFFF), 1U);
   EXPECT_EQ(counter.number(1), 3U);
 }
 
-TEST(SequenceCounter, ADriverThatDoesNotCountIsCountedFor) {
+TEST(SequenceCounter, IncreasesIfTheDriverDoesNotCount) {
   SequenceCounter counter;
   EXPECT_EQ(counter.number(0), 0U);
   EXPECT_EQ(counter.number(0), 1U);
   EXPECT_EQ(counter.number(0), 2U);
   (void)counter.number(9);
-  EXPECT_EQ(counter.number(3), 12U) << "nor is going back a loss";
+  EXPECT_EQ(counter.number(3), 12U) << "a decrease is not a loss";
 }
 
-TEST(LatencyMonitor, AThirdOfAFrameBeyondTheLeastIsTooLate) {
-  LatencyMonitor punctuality;
+TEST(LatencyMonitor, AThirdOfAFrameBeyondTheMinimumIsTooLate) {
+  LatencyMonitor monitor;
   const Duration frame{30 * kMs};
-  EXPECT_TRUE(punctuality.in_time(0, {40 * kMs}, frame)) << "the first is all there is to go by";
-  EXPECT_TRUE(punctuality.in_time(0, {35 * kMs}, frame));
-  EXPECT_TRUE(punctuality.in_time(0, {45 * kMs}, frame));
-  EXPECT_FALSE(punctuality.in_time(0, {45 * kMs + 1}, frame));
+  EXPECT_TRUE(monitor.in_time(0, {40 * kMs}, frame)) << "the first frame defines the minimum";
+  EXPECT_TRUE(monitor.in_time(0, {35 * kMs}, frame));
+  EXPECT_TRUE(monitor.in_time(0, {45 * kMs}, frame));
+  EXPECT_FALSE(monitor.in_time(0, {45 * kMs + 1}, frame));
 }
 
-TEST(LatencyMonitor, EachPlaceOfTheCycleHasItsOwnLeast) {
-  LatencyMonitor punctuality;
+TEST(LatencyMonitor, EachIndexOfTheCycleHasItsOwnMinimum) {
+  LatencyMonitor monitor;
   const Duration frame{30 * kMs};
-  EXPECT_TRUE(punctuality.in_time(0, {5 * kMs}, frame));
-  EXPECT_TRUE(punctuality.in_time(1, {25 * kMs}, frame)) << "a long exposure, stamped at its start";
+  EXPECT_TRUE(monitor.in_time(0, {5 * kMs}, frame));
+  EXPECT_TRUE(monitor.in_time(1, {25 * kMs}, frame)) << "a long exposure with a timestamp of its start";
 }
 
-TEST(LatencyMonitor, ACameraWhoseLatencyHasGrownIsForgivenInTime) {
-  LatencyMonitor punctuality;
+TEST(LatencyMonitor, AdaptsToAnIncreasedLatency) {
+  LatencyMonitor monitor;
   const Duration frame{30 * kMs};
-  EXPECT_TRUE(punctuality.in_time(0, {5 * kMs}, frame));
+  EXPECT_TRUE(monitor.in_time(0, {5 * kMs}, frame));
   int late = 0;
   for (int i = 0; i < 300; ++i)
-    if (!punctuality.in_time(0, {20 * kMs}, frame)) ++late;
+    if (!monitor.in_time(0, {20 * kMs}, frame)) ++late;
   EXPECT_GE(late, 63);
   EXPECT_LE(late, 128);
 }

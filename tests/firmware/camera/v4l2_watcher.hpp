@@ -1,4 +1,4 @@
-// A V4L2 camera of a test, and what came from it.
+// A V4L2 camera for tests, with a sink that records its frames.
 #pragma once
 
 #include <condition_variable>
@@ -25,19 +25,20 @@ inline Result<std::unique_ptr<V4l2Camera>> make_camera(const std::string& parame
   return make_v4l2_camera(*uri, CameraConfig());
 }
 
-/// Why it does not open; empty where it does.
+/// Status of making and opening a camera.
 inline Status open_status(const std::string& parameters, const std::string& path = UmockCamera::path()) {
   const auto camera = make_camera(parameters, path);
   return camera ? (*camera)->open().status() : camera.status();
 }
 
-/// Notes what came, and keeps frames where asked to.
-class Watch final : public FrameSink {
+/// Records the metadata of frames and optionally holds them.
+class RecordingSink final : public FrameSink {
  public:
   struct ReceivedFrame {
     FrameInfo info;
-    double level = 0;                    ///< mean_level() of the view.
-    std::vector<unsigned> first_pixels;  ///< Numbers at the top left: 2 x 2 of a mosaic, else the first three bytes.
+    double level = 0;  ///< mean_level() of the view.
+    std::vector<unsigned>
+        first_pixels;  ///< Values at the top left: 2 x 2 of a mosaic, otherwise the first three bytes.
   };
 
   void push(Frame frame) override {
@@ -88,7 +89,8 @@ class Watch final : public FrameSink {
   std::size_t keep_ = 0;
 };
 
-/// Opened, with its watch. The watch outlives the camera's thread, frames go back before the camera dies.
+/// An open camera with its sink. The sink outlives the camera's thread; held frames are released before the camera is
+/// destroyed.
 class OpenCamera {
  public:
   explicit OpenCamera(const std::string& parameters, const std::string& path = UmockCamera::path()) {
@@ -102,18 +104,18 @@ class OpenCamera {
   }
   ~OpenCamera() {
     if (camera) camera->stop();
-    (void)watch.take_kept();
+    (void)sink.take_kept();
   }
   OpenCamera(const OpenCamera&) = delete;
   OpenCamera& operator=(const OpenCamera&) = delete;
 
   [[nodiscard]] ::testing::AssertionResult start() {
-    const Status s = camera->start(watch);
+    const Status s = camera->start(sink);
     return s.ok() ? ::testing::AssertionSuccess() : ::testing::AssertionFailure() << s.message();
   }
   [[nodiscard]] ::testing::AssertionResult becomes(CameraBackend::State state) const {
     return becomes_true("the camera's state is " + std::to_string(static_cast<int>(state)),
-                      [&] { return camera->state() == state; });
+                        [&] { return camera->state() == state; });
   }
   [[nodiscard]] std::string notes() const {
     std::string all;
@@ -122,7 +124,7 @@ class OpenCamera {
   }
 
   CameraInfo info;
-  Watch watch;
+  RecordingSink sink;
   std::unique_ptr<V4l2Camera> camera;
 };
 

@@ -1,5 +1,5 @@
-// From sums of codes to light, on every vector unit: what the formulas say in double, and nothing beyond the last
-// block.
+// Conversion of code sums to light on every Highway target: equals the formulas in double, and writes nothing beyond
+// the last block.
 #include "estimate/panorama/kernels/block_light.hpp"
 
 #include <algorithm>
@@ -17,12 +17,12 @@
 namespace lightwell::estimate {
 namespace {
 
-constexpr std::size_t kMost = 67;
+constexpr std::size_t kMaxTestBlocks = 67;
 constexpr float kGuard = 12345;
 
-/// A run of blocks as CodePass would hand it over; what lies beyond is not a number.
-struct Made {
-  explicit Made(std::size_t blocks, bool weighted, std::uint32_t seed) : count(blocks), random(seed) {
+/// A run of blocks as CodePass passes it; padding is NaN.
+struct TestRun {
+  explicit TestRun(std::size_t blocks, bool weighted, std::uint32_t seed) : count(blocks), random(seed) {
     run.weighted = weighted;
     run.unit = 3e-5F;
     run.plain_unit = 4e-3F;
@@ -35,25 +35,25 @@ struct Made {
     run.read2 = 1e-6F, run.shot = 2e-4F, run.cut_noise = 1e-3F;
     step.resize(4096);
     for (std::size_t i = 0; i < step.size(); ++i) step[i] = 1e-3F + 1e-6F * static_cast<float>(i);
-    for (auto& numbers : worths) numbers = drawn(0.01F, 1);
-    for (auto& numbers : sums) numbers = drawn(0, 2e4F);
-    for (auto& numbers : tops) numbers = drawn(0, 200);
-    clipped = drawn(0, 3);
-    // All dark, and all saturated.
+    for (auto& numbers : block_weights) numbers = random_values(0.01F, 1);
+    for (auto& numbers : sums) numbers = random_values(0, 2e4F);
+    for (auto& numbers : tops) numbers = random_values(0, 200);
+    clipped = random_values(0, 3);
+    // A dark block, and a saturated one.
     if (blocks > 2) {
       for (auto& numbers : sums) numbers[1] = 0;
       for (std::size_t c = 0; c < 3; ++c) sums[c][2] = 1e8F;
     }
   }
 
-  std::vector<float> drawn(float least, float most) {
+  std::vector<float> random_values(float least, float most) {
     std::uniform_real_distribution<float> value(least, most);
     std::vector<float> out(count + kBlockLightPadding, std::numeric_limits<float>::quiet_NaN());
     for (std::size_t b = 0; b < count; ++b) out[b] = value(random);
     return out;
   }
   [[nodiscard]] BlockWeights weights() const {
-    const auto at = [&](std::size_t k) { return worths[k].data(); };
+    const auto at = [&](std::size_t k) { return block_weights[k].data(); };
     return {at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), at(8), at(9), at(10), at(11), at(12), at(13)};
   }
   BlockCodes codes() {
@@ -67,7 +67,7 @@ struct Made {
   std::mt19937 random;
   BlockRun run;
   std::vector<float> step;
-  std::array<std::vector<float>, 14> worths;
+  std::array<std::vector<float>, 14> block_weights;
   std::array<std::vector<float>, 9> sums;
   std::array<std::vector<float>, 3> tops;
   std::vector<float> clipped;
@@ -78,10 +78,10 @@ struct Truth {
   double peak = 0, offset_x = 0, offset_y = 0, clipped_sr = 0, noise = 0, bias = 0;
 };
 
-Truth truth_of(Made& made, std::size_t b) {
-  const BlockRun& r = made.run;
-  const BlockWeights w = made.weights();
-  const BlockCodes codes = made.codes();
+Truth truth_of(TestRun& test_run, std::size_t b) {
+  const BlockRun& r = test_run.run;
+  const BlockWeights w = test_run.weights();
+  const BlockCodes codes = test_run.codes();
   std::array<double, 3> mean{};
   double sum = 0, across = 0, down = 0, brightest = 0;
   Truth out;
@@ -114,46 +114,47 @@ Truth truth_of(Made& made, std::size_t b) {
   const float step = r.step == nullptr ? r.plain_unit : r.step[static_cast<std::size_t>(largest * 4095)];
   out.noise = w.spread[b] * (r.read2 + r.shot * std::max(mean[1], 0.0) + double(step) * step / 12);
   out.bias = w.total[b] * double(near_black_bias(static_cast<float>(mean[1]), step, r.cut_noise));
-  out.clipped_sr = w.solid_angle[b] * std::min(1.0, double(made.clipped[b]) * w.per_pixel[b]);
+  out.clipped_sr = w.solid_angle[b] * std::min(1.0, double(test_run.clipped[b]) * w.per_pixel[b]);
   return out;
 }
 
-TEST(BlockLight, IsWhatTheFormulasSayInDouble) {
+TEST(BlockLight, EqualsTheFormulasInDouble) {
   test::on_each_target([](const char* target) {
     SCOPED_TRACE(target);
     for (const bool weighted : {false, true}) {
-      for (const bool stepped : {false, true}) {
-        for (const std::size_t blocks : {std::size_t{1}, std::size_t{3}, std::size_t{15}, std::size_t{16}, kMost}) {
-          Made made(blocks, weighted, 7);
-          if (stepped) made.run.step = made.step.data();
-          std::vector<CellSum> light(kMost + 1, {kGuard, kGuard, kGuard});
-          std::array<std::vector<float>, 4> more;
-          more.fill(std::vector<float>(kMost + 1, kGuard));
-          const BlockErrorSums doubt =
-              convert_block_sums(made.run, made.weights(), made.codes(), blocks,
-                              {light.data(), more[0].data(), more[1].data(), more[2].data(), more[3].data()});
+      for (const bool with_steps : {false, true}) {
+        for (const std::size_t blocks :
+             {std::size_t{1}, std::size_t{3}, std::size_t{15}, std::size_t{16}, kMaxTestBlocks}) {
+          TestRun test_run(blocks, weighted, 7);
+          if (with_steps) test_run.run.step = test_run.step.data();
+          std::vector<CellSum> light(kMaxTestBlocks + 1, {kGuard, kGuard, kGuard});
+          std::array<std::vector<float>, 4> outputs;
+          outputs.fill(std::vector<float>(kMaxTestBlocks + 1, kGuard));
+          const BlockErrorSums error_sums = convert_block_sums(
+              test_run.run, test_run.weights(), test_run.codes(), blocks,
+              {light.data(), outputs[0].data(), outputs[1].data(), outputs[2].data(), outputs[3].data()});
           Truth all;
           for (std::size_t b = 0; b < blocks; ++b) {
-            const Truth t = truth_of(made, b);
-            // A dozen roundings of 2^-24 of terms that cancel to a tenth of the largest; a step is another one where
-            // its index rounds the other way, 0.1 % of it.
+            const Truth t = truth_of(test_run, b);
+            // Tolerance: a dozen roundings of 2^-24 of terms that cancel to a tenth of the largest; where its index
+            // rounds differently, a step differs by 0.1 %.
             const auto near = [](double got, double truth, double scale) {
               return std::abs(got - truth) <= 1e-5 * (std::abs(truth) + scale);
             };
             const float rgb[] = {light[b].r, light[b].g, light[b].b};
             for (std::size_t c = 0; c < 3; ++c)
               EXPECT_TRUE(near(rgb[c], t.light[c], 10)) << b << " " << rgb[c] << " " << t.light[c];
-            EXPECT_TRUE(near(more[0][b], t.peak, 0.1)) << b;
-            EXPECT_TRUE(near(more[1][b], t.offset_x, 10)) << b << " " << more[1][b] << " " << t.offset_x;
-            EXPECT_TRUE(near(more[2][b], t.offset_y, 10)) << b;
-            EXPECT_TRUE(near(more[3][b], t.clipped_sr, 0)) << b;
+            EXPECT_TRUE(near(outputs[0][b], t.peak, 0.1)) << b;
+            EXPECT_TRUE(near(outputs[1][b], t.offset_x, 10)) << b << " " << outputs[1][b] << " " << t.offset_x;
+            EXPECT_TRUE(near(outputs[2][b], t.offset_y, 10)) << b;
+            EXPECT_TRUE(near(outputs[3][b], t.clipped_sr, 0)) << b;
             all.noise += t.noise, all.bias += t.bias, all.clipped_sr += t.clipped_sr;
           }
-          EXPECT_NEAR(doubt.noise, all.noise, 1e-4 * all.noise);
-          EXPECT_NEAR(doubt.bias, all.bias, 1e-4 * all.bias + 1e-9);
-          EXPECT_NEAR(doubt.clipped_sr, all.clipped_sr, 1e-5 * all.clipped_sr);
+          EXPECT_NEAR(error_sums.noise, all.noise, 1e-4 * all.noise);
+          EXPECT_NEAR(error_sums.bias, all.bias, 1e-4 * all.bias + 1e-9);
+          EXPECT_NEAR(error_sums.clipped_sr, all.clipped_sr, 1e-5 * all.clipped_sr);
           EXPECT_EQ(light[blocks].r, kGuard);
-          for (const auto& values : more) EXPECT_EQ(values[blocks], kGuard);
+          for (const auto& values : outputs) EXPECT_EQ(values[blocks], kGuard);
         }
       }
     }

@@ -1,4 +1,4 @@
-// Blocks are the sums of their columns, on every vector unit.
+// Blocks are the sums of their columns on every Highway target.
 #include "estimate/panorama/kernels/block_sums.hpp"
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace lightwell::estimate {
 namespace {
 
-TEST(BlockSums, OfLanesAreTheSumsOfTheirColumns) {
+TEST(BlockSums, SumLanesOverColumns) {
   test::on_each_target([](const char* target) {
     SCOPED_TRACE(target);
     Random random(9);
@@ -25,7 +25,7 @@ TEST(BlockSums, OfLanesAreTheSumsOfTheirColumns) {
           Guarded<std::uint32_t> across(room);
           const bool full = random() % 3 == 0;
           for (std::size_t i = 0; i < room; ++i) {
-            // The largest that 16 rows of 65535 give, and beyond the lanes anything at all.
+            // Up to the largest sum of 16 rows of 65535; padding is random.
             const bool beyond = i >= lanes;
             got.sum.data()[i] = beyond ? static_cast<std::uint32_t>(random())
                                 : full ? 16 * 65535U

@@ -1,4 +1,4 @@
-// What moves between the exposures of a bracket is seen, and lamps come out once; what stands still raises no alarm.
+// Motion between the exposures of a bracket is detected, lamps are measured once, and static scenes cause no alarm.
 #include <cmath>
 #include <numbers>
 
@@ -38,12 +38,12 @@ class Motion : public testing::TestWithParam<PixelFormat> {
   std::unique_ptr<Estimator> estimator_;
 };
 
-TEST_P(Motion, StillNoisyScenesAreStill) {
+TEST_P(Motion, StaticNoisyScenesHaveNoMotion) {
   const estimate::BlockLayout layout(table_, 8);
-  const estimate::BlockPass plain(table_, layout);
-  estimate::BracketPass pass(rig_, table_, layout, plain);
+  const estimate::BlockPass block_pass(table_, layout);
+  estimate::BracketPass pass(rig_, table_, layout, block_pass);
   estimate::BlockSums sums(layout);
-  std::size_t fewer = 0, blocks = 0;
+  std::size_t excluded_blocks = 0, blocks = 0;
   for (int frame = 0; frame < 24; ++frame) {
     const RadianceOf scene = furnished_room(lamp_at(11.0 * frame), 30.0F * static_cast<float>(1 + frame));
     const Bracket bracket =
@@ -51,16 +51,16 @@ TEST_P(Motion, StillNoisyScenesAreStill) {
     pass.run(bracket.frames, sums);
     double light = 0;
     for (std::size_t i = 0; i < layout.size(); ++i) {
-      fewer += sums.exposures[i] != 3 ? 1 : 0;
+      excluded_blocks += sums.exposures[i] != 3 ? 1 : 0;
       light += sums.sum[i].luminance();
     }
     blocks += layout.size();
-    EXPECT_LT(sums.motion_luminance, 1e-3 * light) << "a fifth of what raises the flag, in frame " << frame;
+    EXPECT_LT(sums.motion_luminance, 1e-3 * light) << "a fifth of the threshold of the flag, in frame " << frame;
   }
-  EXPECT_LT(static_cast<double>(fewer), 1e-3 * static_cast<double>(blocks));
+  EXPECT_LT(static_cast<double>(excluded_blocks), 1e-3 * static_cast<double>(blocks));
 }
 
-TEST_P(Motion, ALampThatMovesByThreeDegreesIsSeenOnceWhereTheShortestExposureSawIt) {
+TEST_P(Motion, MovingLampIsMeasuredOnceByTheShortestExposure) {
   for (const double step : {3.0, 20.0}) {
     for (const double from : {0.0, 50.0, 175.0}) {
       SCOPED_TRACE(std::to_string(step) + " from " + std::to_string(from));
@@ -73,41 +73,42 @@ TEST_P(Motion, ALampThatMovesByThreeDegreesIsSeenOnceWhereTheShortestExposureSaw
       EXPECT_LT(degrees_between(d.lights[0].direction, lamp_at(from)), 0.5);
       ASSERT_FALSE(still.lights.empty());
       EXPECT_NEAR(d.lights[0].irradiance.g, still.lights[0].irradiance.g, 0.03 * still.lights[0].irradiance.g);
-      // Not doubled: as much light from all around as of the scene of the shortest exposure.
+      // Not doubled: the same irradiance as from the scene of the shortest exposure.
       EXPECT_NEAR(irradiance_at(d, d.lights[0].direction).g, irradiance_at(still, d.lights[0].direction).g,
                   0.04 * irradiance_at(still, d.lights[0].direction).g);
     }
   }
 }
 
-TEST_P(Motion, ALampThatSwitchesBetweenTheExposuresIsFlagged) {
+TEST_P(Motion, LampSwitchedBetweenExposuresIsFlagged) {
   const RadianceOf on = furnished_room(lamp_at(20)), off = furnished_room(lamp_at(20), 0);
   for (int pattern = 1; pattern < 7; ++pattern) {
     SCOPED_TRACE(pattern);
     std::vector<RadianceOf> scenes;
     for (int e = 0; e < 3; ++e) scenes.push_back((pattern >> e & 1) != 0 ? on : off);
     const Descriptor d = estimated(scenes);
-    // Seen by the longest alone, it is known to be at least twice as bright as the wall: too little to raise a flag.
+    // In the longest exposure alone (pattern 4), the lower bound is only twice the wall's radiance: too little for a
+    // flag.
     EXPECT_TRUE(d.flags.has(Flag::moved) || pattern == 4);
     const bool lit = (pattern & 1) != 0;
     const bool found = !d.lights.empty() && degrees_between(d.lights[0].direction, lamp_at(20)) < 1;
-    EXPECT_EQ(found, lit) << "as the shortest exposure saw it";
+    EXPECT_EQ(found, lit) << "the state during the shortest exposure";
   }
 }
 
-TEST_P(Motion, WhatDoesNotMoveKeepsItsBrackets) {
+TEST_P(Motion, StaticBlocksUseAllExposures) {
   const std::vector<RadianceOf> scenes{furnished_room(lamp_at(0)), furnished_room(lamp_at(6)),
                                        furnished_room(lamp_at(12))};
   const estimate::BlockLayout layout(table_, 8);
-  const estimate::BlockPass plain(table_, layout);
-  estimate::BracketPass pass(rig_, table_, layout, plain);
+  const estimate::BlockPass block_pass(table_, layout);
+  estimate::BracketPass pass(rig_, table_, layout, block_pass);
   estimate::BlockSums sums(layout);
   const Bracket bracket = bracket_of(rig_, table_, GetParam(), scenes, kThree);
   pass.run(bracket.frames, sums);
-  std::size_t fewer = 0;
-  for (std::size_t i = 0; i < layout.size(); ++i) fewer += sums.exposures[i] != 3 ? 1 : 0;
-  EXPECT_GE(fewer, 2U);
-  EXPECT_LT(fewer, layout.size() / 20);
+  std::size_t excluded_blocks = 0;
+  for (std::size_t i = 0; i < layout.size(); ++i) excluded_blocks += sums.exposures[i] != 3 ? 1 : 0;
+  EXPECT_GE(excluded_blocks, 2U);
+  EXPECT_LT(excluded_blocks, layout.size() / 20);
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryFormat, Motion,

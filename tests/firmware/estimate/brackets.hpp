@@ -1,4 +1,4 @@
-// Brackets of exposures of scenes that may change between them, through the simulated sensor.
+// Brackets of scenes that may change between exposures, through the simulated sensor.
 #pragma once
 
 #include <random>
@@ -26,7 +26,7 @@ inline std::vector<float> radiance_of(const LensTable& lens, const RadianceOf& s
   return out;
 }
 
-/// `scenes` has one a exposure. `seed` and `number` make the noise.
+/// `scenes` has one element per exposure. `number` determines the noise.
 inline Bracket bracket_of(const RigParameters& rig, const RigTable& table, PixelFormat format,
                           std::span<const RadianceOf> scenes, std::span<const double> exposures,
                           std::uint64_t number = 0) {
@@ -51,7 +51,7 @@ inline Bracket bracket_of(const RigParameters& rig, const RigTable& table, Pixel
   return out;
 }
 
-/// A room with soft walls, finer structure and a lamp: range 0.3 to `lamp_radiance`.
+/// A room with walls, fine structure and a lamp: radiance from 0.3 to `lamp_radiance`.
 inline RadianceOf furnished_room(Vec3d lamp_at = {0.3, 0.8, -0.5}, float lamp_radiance = 400) {
   const Vec3d axis = normalized(lamp_at);
   return [=](Vec3d d) {

@@ -11,7 +11,7 @@
 namespace lightwell::estimate {
 namespace {
 
-/// A sphere of `count` points as cells of one pixel each; `keep` leaves some out.
+/// A sphere of `count` points as cells of one pixel each, without those for which `keep` is false.
 template <class Keep>
 CellGrid grid_of(int count, std::vector<Vec3d>& directions, Keep&& keep) {
   CellGrid grid;
@@ -34,7 +34,7 @@ std::vector<CellSum> sums_of(const CellGrid& grid, const std::vector<Vec3d>& dir
   return sums;
 }
 
-TEST(CellGrid, GivesBackEverySingleHarmonicToTheHousePrecision) {
+TEST(CellGrid, ReproducesEveryHarmonic) {
   std::vector<Vec3d> directions;
   const CellGrid grid = grid_of(6000, directions, [](const reference::V3&) { return true; });
   ASSERT_TRUE(grid.whole_sphere());
@@ -53,7 +53,7 @@ TEST(CellGrid, GivesBackEverySingleHarmonicToTheHousePrecision) {
   }
 }
 
-TEST(CellGrid, ThatSeesHalfTheSphereSaysSoAndCountsTheRestAsDark) {
+TEST(CellGrid, HalfCoverageCountsTheRestAsDark) {
   std::vector<Vec3d> directions;
   const CellGrid grid = grid_of(6000, directions, [](const reference::V3& d) { return d.z > 0; });
   EXPECT_FALSE(grid.whole_sphere());
@@ -64,17 +64,17 @@ TEST(CellGrid, ThatSeesHalfTheSphereSaysSoAndCountsTheRestAsDark) {
   EXPECT_NEAR(p.c[0][0], 0.282095 * 2 * std::numbers::pi, 0.003);
 }
 
-TEST(CellGrid, TakesAMovedCellAtItsOwnCentroid) {
+TEST(CellGrid, UsesTheCentroidOverride) {
   std::vector<Vec3d> directions;
   const CellGrid grid = grid_of(1000, directions, [](const reference::V3&) { return true; });
   std::vector<CellSum> sums(grid.size());
   sums[500] = {1, 1, 1};
   const Vec3d centroid = normalized(directions[500] + Vec3d{0.02, 0.01, 0});
-  const CellGrid::CentroidOverride moved{500, centroid};
+  const CellGrid::CentroidOverride override_of_cell{500, centroid};
   Projection p;
-  grid.project(sums, std::span(&moved, 1), p);
+  grid.project(sums, std::span(&override_of_cell, 1), p);
   const auto truth = reference::harmonics({centroid.x, centroid.y, centroid.z}, 1);
-  // The least-squares fit of a thousand cells is itself a percent from the plain sum for a single point.
+  // For a single point, the least-squares fit of a thousand cells differs from the plain sum by 1 %.
   for (std::size_t i = 1; i < 4; ++i) EXPECT_NEAR(p.c[i][0], truth[i], 0.01);
   CellGrid::CentroidOverride none{500, directions[500]};
   Projection q;
@@ -82,7 +82,7 @@ TEST(CellGrid, TakesAMovedCellAtItsOwnCentroid) {
   EXPECT_GT(std::abs(p.c[3][0] - q.c[3][0]) + std::abs(p.c[1][0] - q.c[1][0]), 0.003);
 }
 
-TEST(CellGrid, OfNothingIsNothing) {
+TEST(CellGrid, WithoutCellsGivesZero) {
   CellGrid grid;
   grid.finish();
   Projection p;

@@ -1,4 +1,4 @@
-// One reading of irradiance tells what a clipped light gives: the solver by itself, against sums done by hand.
+// Recovery of clipped lights from one reading of irradiance: the solver alone, compared with analytic sums.
 #include "estimate/common/clipped_energy.hpp"
 
 #include <cmath>
@@ -12,7 +12,7 @@
 namespace lightwell {
 namespace {
 
-/// A constant sky of radiance 1 and two lamps, of which the first may be clipped to `share` of its energy.
+/// A constant sky of radiance 1 and two lamps; the first is clipped to `share` of its energy.
 Descriptor scene(float share = 1) {
   Descriptor d;
   d.units = Units::absolute;
@@ -35,7 +35,7 @@ std::vector<ClippedLight> clipped(const Descriptor& d, std::initializer_list<std
 
 const float kDiagonal = std::sqrt(0.5F);
 
-TEST(ClippedEnergy, AReadingGivesBackWhatWasLost) {
+TEST(ClippedEnergy, AReadingRecoversTheClippedEnergy) {
   for (const Vec3f normal : {Vec3f{0, 1, 0}, Vec3f{kDiagonal, kDiagonal, 0}, Vec3f{0, 0.6F, 0.8F}}) {
     for (const float share : {0.9F, 0.1F, 1e-3F}) {
       Descriptor d = scene(share);
@@ -46,8 +46,8 @@ TEST(ClippedEnergy, AReadingGivesBackWhatWasLost) {
       EXPECT_TRUE(applied.all);
       EXPECT_NEAR(d.lights[0].irradiance.r, 100, 0.1);
       EXPECT_NEAR(d.lights[0].irradiance.b, 80, 0.1);
-      EXPECT_EQ(d.lights[1].irradiance.r, 20) << "what was not clipped stays";
-      // Five percent of the reading, as far as it came from the light.
+      EXPECT_EQ(d.lights[1].irradiance.r, 20) << "unclipped lights are unchanged";
+      // 5 % of the reading, converted to the light's irradiance at normal incidence.
       const double expected = 0.05 * reading(scene(), normal) / normal.y;
       EXPECT_NEAR(applied.uncertainty, expected, 0.01 * expected);
     }
@@ -58,7 +58,7 @@ TEST(ClippedEnergy, AnotherReadingReplacesTheFirst) {
   Descriptor d = scene(0.2F);
   const auto lights = clipped(d, {7});
   Recovery r;
-  // Twice too much first: the descriptor that went out holds it.
+  // The first reading is too large by a factor of two, and the descriptor contains its result.
   ASSERT_EQ(recover(d, lights, {{0, 1, 0}, 2 * reading(scene(), {0, 1, 0})}, r), RecoveryFault::none);
   apply(r, lights, d);
   EXPECT_GT(d.lights[0].irradiance.r, 150);
@@ -68,7 +68,7 @@ TEST(ClippedEnergy, AnotherReadingReplacesTheFirst) {
   EXPECT_NEAR(next.lights[0].irradiance.r, 100, 0.1);
 }
 
-TEST(ClippedEnergy, TwoClippedLightsShareWhatIsMissing) {
+TEST(ClippedEnergy, TwoClippedLightsGetTheSameFactor) {
   Descriptor d = scene();
   d.lights[0].irradiance = d.lights[0].irradiance * 0.5F;
   d.lights[1].irradiance = d.lights[1].irradiance * 0.5F;
@@ -81,7 +81,7 @@ TEST(ClippedEnergy, TwoClippedLightsShareWhatIsMissing) {
   EXPECT_NEAR(d.lights[1].irradiance.g, 20, 0.1);
 }
 
-TEST(ClippedEnergy, ReadingsThatTellNothingAreRefused) {
+TEST(ClippedEnergy, UselessReadingsAreRefused) {
   const Descriptor d = scene(0.2F);
   const auto lights = clipped(d, {7});
   Recovery r;
@@ -98,7 +98,7 @@ TEST(ClippedEnergy, ReadingsThatTellNothingAreRefused) {
   EXPECT_EQ(recover(d, gone, {{0, 1, 0}, 100}, r), RecoveryFault::nothing_clipped);
   const double seen = reading(d, {0, 1, 0});
   EXPECT_EQ(recover(d, lights, {{0, 1, 0}, 0.9 * seen}, r), RecoveryFault::below_observed);
-  EXPECT_EQ(r.count, 99U) << "a refusal changes nothing";
+  EXPECT_EQ(r.count, 99U) << "a refusal must not change the output";
   for (const RecoveryFault f : {RecoveryFault::no_reading, RecoveryFault::nothing_clipped, RecoveryFault::faces_away,
                                 RecoveryFault::below_observed}) {
     EXPECT_FALSE(status_of(f).ok());
@@ -106,7 +106,7 @@ TEST(ClippedEnergy, ReadingsThatTellNothingAreRefused) {
   }
 }
 
-TEST(ClippedEnergy, AReadingWithinItsErrorOfWhatWasSeenAddsNothing) {
+TEST(ClippedEnergy, AReadingWithinItsErrorChangesNothing) {
   Descriptor d = scene(0.2F);
   const auto lights = clipped(d, {7});
   Recovery r;
@@ -115,22 +115,22 @@ TEST(ClippedEnergy, AReadingWithinItsErrorOfWhatWasSeenAddsNothing) {
   EXPECT_FLOAT_EQ(d.lights[0].irradiance.r, 20);
 }
 
-TEST(ClippedEnergy, IsKeptWhileTheSameLightsStayClipped) {
+TEST(ClippedEnergy, IsKeptWhileTheLightsStayClipped) {
   Descriptor d = scene(0.2F);
   const auto lights = clipped(d, {7});
   Recovery r;
   ASSERT_EQ(recover(d, lights, {{0, 1, 0}, reading(scene(), {0, 1, 0})}, r), RecoveryFault::none);
   Descriptor brighter = scene(1.5F);
   EXPECT_TRUE(apply(r, clipped(brighter, {7}), brighter).all);
-  EXPECT_FLOAT_EQ(brighter.lights[0].irradiance.r, 150) << "a bound from below is one";
+  EXPECT_FLOAT_EQ(brighter.lights[0].irradiance.r, 150) << "a larger lower bound replaces the recovered value";
   Descriptor both = scene(0.2F);
-  EXPECT_FALSE(apply(r, clipped(both, {7, 8}), both).all) << "of the second nothing is known";
+  EXPECT_FALSE(apply(r, clipped(both, {7, 8}), both).all) << "the second light is not recovered";
   EXPECT_NEAR(both.lights[0].irradiance.r, 100, 0.1);
   Descriptor open = scene(0.2F);
   EXPECT_FALSE(apply(r, {}, open).all);
-  EXPECT_FLOAT_EQ(open.lights[0].irradiance.r, 20) << "what is not clipped was measured";
+  EXPECT_FLOAT_EQ(open.lights[0].irradiance.r, 20) << "an unclipped light keeps its measured value";
   Descriptor again = scene(0.2F);
-  EXPECT_FALSE(apply(r, clipped(again, {7}), again).all) << "and what was known is forgotten";
+  EXPECT_FALSE(apply(r, clipped(again, {7}), again).all) << "the recovery was removed";
 }
 
 }  // namespace

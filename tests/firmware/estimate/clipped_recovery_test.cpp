@@ -1,4 +1,5 @@
-// A sun that every exposure clips, through the simulated sensor: what a meter's or a grey patch's reading gives back.
+// Recovery of a sun that every exposure clips, from a reading of a meter or of a grey patch, through the simulated
+// sensor.
 #include <cmath>
 #include <numbers>
 
@@ -17,7 +18,7 @@ Vec3d sun_at(double degrees) {
   return {std::cos(a) * 0.5, 0.85, -std::sin(a) * 0.5};
 }
 
-/// Open air: the sun on a soft sky, without an edge, so that pixels hold as much of it wherever it stands.
+/// Outdoor scene: a sun with a soft edge, so that its energy in pixels does not depend on its position, and a sky.
 RadianceOf open_air(Vec3d sun, float radiance = kSun) {
   const Vec3d axis = normalized(sun);
   return [=](Vec3d d) {
@@ -42,7 +43,7 @@ class ClippedRecovery : public testing::Test {
   }());
   std::uint64_t frame_ = 0;
 
-  Descriptor see(Estimator& estimator, const RadianceOf& scene) {
+  Descriptor estimate_scene(Estimator& estimator, const RadianceOf& scene) {
     const std::vector<RadianceOf> scenes(exposures_.size(), scene);
     const Bracket b = bracket_of(rig_, table_, kFormat, scenes, exposures_, frame_++);
     Descriptor d;
@@ -50,7 +51,7 @@ class ClippedRecovery : public testing::Test {
     EXPECT_TRUE(s.ok()) << s.message();
     return d;
   }
-  Descriptor see(const RadianceOf& scene) { return see(*estimator_, scene); }
+  Descriptor estimate_scene(const RadianceOf& scene) { return estimate_scene(*estimator_, scene); }
 
   /// Irradiance at a normal, from the scene itself.
   Irradiance truth(const RadianceOf& scene, Vec3d n) const {
@@ -67,37 +68,37 @@ class ClippedRecovery : public testing::Test {
     return {static_cast<float>(sum.x), static_cast<float>(sum.y), static_cast<float>(sum.z)};
   }
   double error(const Descriptor& d, const RadianceOf& scene) const {
-    double squared = 0, whole = 0;
+    double squared = 0, total = 0;
     for (const reference::V3& n : reference::fibonacci_normals(128)) {
       const Irradiance t = truth(scene, {n.x, n.y, n.z}), e = irradiance_at(d, vec_cast<float>(Vec3d{n.x, n.y, n.z}));
       for (int k = 0; k < 3; ++k) {
         squared += (t[k] - e[k]) * (t[k] - e[k]);
-        whole += t[k] * t[k];
+        total += t[k] * t[k];
       }
     }
-    return std::sqrt(squared / whole);
+    return std::sqrt(squared / total);
   }
-  RecoveryFault tell(const Descriptor& d, const RadianceOf& scene, Vec3d normal, double wrong_by = 1) {
+  RecoveryFault apply_reading(const Descriptor& d, const RadianceOf& scene, Vec3d normal, double reading_factor = 1) {
     Recovery r;
-    const RecoveryFault fault =
-        recover(d, estimator_->clipped_lights(),
-                {vec_cast<float>(normalized(normal)), wrong_by * truth(scene, normalized(normal)).luminance()}, r);
+    const RecoveryFault fault = recover(
+        d, estimator_->clipped_lights(),
+        {vec_cast<float>(normalized(normal)), reading_factor * truth(scene, normalized(normal)).luminance()}, r);
     if (fault == RecoveryFault::none) estimator_->set_recovery(r);
     return fault;
   }
 };
 
-TEST_F(ClippedRecovery, AMeterGivesBackTheSun) {
+TEST_F(ClippedRecovery, AMeterReadingRecoversTheSun) {
   const RadianceOf scene = open_air(sun_at(0));
-  const Descriptor before = see(scene);
+  const Descriptor before = estimate_scene(scene);
   EXPECT_TRUE(before.flags.has(Flag::clipped));
   EXPECT_FALSE(before.flags.has(Flag::recovered));
   EXPECT_TRUE(std::isinf(before.bound.total));
-  EXPECT_GT(error(before, scene), 0.5) << "else the test shows nothing";
+  EXPECT_GT(error(before, scene), 0.5) << "the sun must be clipped strongly for this test";
   ASSERT_EQ(estimator_->clipped_lights().size(), 1U);
-  ASSERT_EQ(tell(before, scene, {0, 1, 0}), RecoveryFault::none);
+  ASSERT_EQ(apply_reading(before, scene, {0, 1, 0}), RecoveryFault::none);
 
-  const Descriptor after = see(scene);
+  const Descriptor after = estimate_scene(scene);
   EXPECT_TRUE(after.flags.has(Flag::clipped));
   EXPECT_TRUE(after.flags.has(Flag::recovered));
   EXPECT_LT(error(after, scene), 0.03);
@@ -105,34 +106,34 @@ TEST_F(ClippedRecovery, AMeterGivesBackTheSun) {
   EXPECT_LE(error(after, scene), after.bound.total);
 }
 
-TEST_F(ClippedRecovery, WhatAMeterGetsWrongIsInTheBound) {
+TEST_F(ClippedRecovery, BoundIncludesTheErrorOfTheMeter) {
   const RadianceOf scene = open_air(sun_at(0));
-  for (const double wrong_by : {0.95, 1.05}) {
-    const Descriptor before = see(scene);
-    ASSERT_EQ(tell(before, scene, {0, 1, 0}, wrong_by), RecoveryFault::none);
-    const Descriptor after = see(scene);
+  for (const double reading_factor : {0.95, 1.05}) {
+    const Descriptor before = estimate_scene(scene);
+    ASSERT_EQ(apply_reading(before, scene, {0, 1, 0}, reading_factor), RecoveryFault::none);
+    const Descriptor after = estimate_scene(scene);
     EXPECT_GT(error(after, scene), 0.02);
-    EXPECT_LE(error(after, scene), after.bound.total) << wrong_by;
+    EXPECT_LE(error(after, scene), after.bound.total) << reading_factor;
   }
 }
 
-TEST_F(ClippedRecovery, WrongReadingsAreRefusedAndLeaveTheFlag) {
+TEST_F(ClippedRecovery, WrongReadingsAreRefused) {
   const RadianceOf scene = open_air(sun_at(0));
-  const Descriptor d = see(scene);
-  EXPECT_EQ(tell(d, scene, {0, -1, 0}), RecoveryFault::faces_away);
-  EXPECT_EQ(tell(d, scene, {-0.9, -0.3, 0}), RecoveryFault::faces_away);
-  EXPECT_EQ(tell(d, scene, {0, 1, 0}, 1e-3), RecoveryFault::below_observed);
-  EXPECT_EQ(tell(d, scene, {0, 1, 0}, 0), RecoveryFault::no_reading);
-  const Descriptor after = see(scene);
+  const Descriptor d = estimate_scene(scene);
+  EXPECT_EQ(apply_reading(d, scene, {0, -1, 0}), RecoveryFault::faces_away);
+  EXPECT_EQ(apply_reading(d, scene, {-0.9, -0.3, 0}), RecoveryFault::faces_away);
+  EXPECT_EQ(apply_reading(d, scene, {0, 1, 0}, 1e-3), RecoveryFault::below_observed);
+  EXPECT_EQ(apply_reading(d, scene, {0, 1, 0}, 0), RecoveryFault::no_reading);
+  const Descriptor after = estimate_scene(scene);
   EXPECT_FALSE(after.flags.has(Flag::recovered));
   EXPECT_TRUE(std::isinf(after.bound.total));
 }
 
-TEST_F(ClippedRecovery, FollowsASunThatMoves) {
-  ASSERT_EQ(tell(see(open_air(sun_at(0))), open_air(sun_at(0)), {0, 1, 0}), RecoveryFault::none);
+TEST_F(ClippedRecovery, FollowsAMovingSun) {
+  ASSERT_EQ(apply_reading(estimate_scene(open_air(sun_at(0))), open_air(sun_at(0)), {0, 1, 0}), RecoveryFault::none);
   for (int k = 0; k <= 12; ++k) {
     const RadianceOf scene = open_air(sun_at(2.0 * k));
-    const Descriptor d = see(scene);
+    const Descriptor d = estimate_scene(scene);
     EXPECT_TRUE(d.flags.has(Flag::recovered)) << k;
     EXPECT_LT(error(d, scene), 0.04) << k;
   }
@@ -140,35 +141,35 @@ TEST_F(ClippedRecovery, FollowsASunThatMoves) {
 
 TEST_F(ClippedRecovery, EndsWhenTheSunIsNoLongerClipped) {
   const RadianceOf bright = open_air(sun_at(0)), dim = open_air(sun_at(0), 300);
-  ASSERT_EQ(tell(see(bright), bright, {0, 1, 0}), RecoveryFault::none);
-  EXPECT_TRUE(see(bright).flags.has(Flag::recovered));
-  const Descriptor behind_a_cloud = see(dim);
+  ASSERT_EQ(apply_reading(estimate_scene(bright), bright, {0, 1, 0}), RecoveryFault::none);
+  EXPECT_TRUE(estimate_scene(bright).flags.has(Flag::recovered));
+  const Descriptor behind_a_cloud = estimate_scene(dim);
   EXPECT_FALSE(behind_a_cloud.flags.has(Flag::clipped));
   EXPECT_FALSE(behind_a_cloud.flags.has(Flag::recovered));
   EXPECT_LT(error(behind_a_cloud, dim), 0.03);
   EXPECT_TRUE(estimator_->clipped_lights().empty());
-  const Descriptor again = see(bright);
+  const Descriptor again = estimate_scene(bright);
   EXPECT_TRUE(again.flags.has(Flag::clipped));
-  EXPECT_FALSE(again.flags.has(Flag::recovered)) << "who knows whether it is as bright as it was";
+  EXPECT_FALSE(again.flags.has(Flag::recovered)) << "the recovery ended when the sun was not clipped";
 }
 
-TEST_F(ClippedRecovery, IsForgottenWithTheScale) {
+TEST_F(ClippedRecovery, IsDiscardedWhenTheScaleChanges) {
   const RadianceOf scene = open_air(sun_at(0));
-  ASSERT_EQ(tell(see(scene), scene, {0, 1, 0}), RecoveryFault::none);
+  ASSERT_EQ(apply_reading(estimate_scene(scene), scene, {0, 1, 0}), RecoveryFault::none);
   estimator_->set_scale({Units::absolute, 2});
-  EXPECT_FALSE(see(scene).flags.has(Flag::recovered));
+  EXPECT_FALSE(estimate_scene(scene).flags.has(Flag::recovered));
 }
 
 TEST_F(ClippedRecovery, AClippedSkyIsNoLight) {
   const auto sky = [](Vec3d d) { return d.y > 0 ? Radiance{5000, 5000, 5000} : Radiance{2, 2, 2}; };
-  const Descriptor d = see(sky);
+  const Descriptor d = estimate_scene(sky);
   EXPECT_TRUE(d.flags.has(Flag::clipped));
   EXPECT_TRUE(estimator_->clipped_lights().empty());
-  EXPECT_EQ(tell(d, sky, {0, 1, 0}), RecoveryFault::nothing_clipped);
+  EXPECT_EQ(apply_reading(d, sky, {0, 1, 0}), RecoveryFault::nothing_clipped);
 }
 
-TEST_F(ClippedRecovery, AGreyPatchGivesItBackInEveryFrame) {
-  // The patch lies level below the probe; lens 0 looks along -Z, and sees it in the lower part of its picture.
+TEST_F(ClippedRecovery, AGreyPatchRecoversTheSunInEveryFrame) {
+  // The patch is horizontal, below the probe; lens 0 points along -Z and sees it in the lower part of its image.
   const double albedo = 0.18;
   GreyPatch patch;
   patch.albedo = albedo;
@@ -196,14 +197,14 @@ TEST_F(ClippedRecovery, AGreyPatchGivesItBackInEveryFrame) {
     const double e = truth(bare, {0, 1, 0}).luminance();
     const auto grey = static_cast<float>(e * albedo / std::numbers::pi);
     const RadianceOf scene = [=](Vec3d d) { return on_patch(d) ? Radiance{grey, grey, grey} : bare(d); };
-    const Descriptor d = see(**made, scene);
+    const Descriptor d = estimate_scene(**made, scene);
     EXPECT_TRUE(d.flags.has(Flag::recovered)) << degrees;
     EXPECT_LT(error(d, scene), 0.04) << degrees;
     EXPECT_LE(error(d, scene), d.bound.total) << degrees;
   }
 }
 
-TEST_F(ClippedRecovery, AGreyPatchThatCannotBeIsRefused) {
+TEST_F(ClippedRecovery, AnInvalidGreyPatchIsRefused) {
   const auto refused = [&](auto&& change) {
     PanoramaOptions options;
     options.grey_patch = GreyPatch{0, 10, 10, 20, 20, {0, 1, 0}, 0.18};

@@ -1,5 +1,5 @@
-// The passes over the pixels against a double oracle that goes pixel by pixel with exact weights: blocks, and the
-// coefficients that come of them, for every format, rig, response, size of block and vector unit.
+// Compares BlockPass and CodePass with a double-precision oracle that uses exact weights per pixel: block sums and SH
+// coefficients, for every format, rig, response, block size and Highway target.
 #include "estimate/panorama/code_pass.hpp"
 
 #include <algorithm>
@@ -23,18 +23,18 @@ using test::OracleCase;
 using test::Shot;
 using test::Truth;
 
-/// Of the largest coefficient, before the wire (proto/README.md).
-constexpr double kHouse = 1e-5;
-/// Of codes: the table of linear values is rounded to half of 1/65535 of full scale, and these scenes' mean is a tenth
-/// of that, in pictures too small for all of it to average out. The figures measure the same at sizes that cameras
-/// have.
-constexpr double kCodes = 8e-5;
+/// Required precision before encoding, relative to the largest coefficient (proto/README.md).
+constexpr double kPrecision = 1e-5;
+/// The same for CodePass: its table of linear values is rounded to half of 1/65535 of full scale, the mean of these
+/// scenes is a tenth of full scale, and the images are too small for all rounding errors to average out. The figures
+/// measure the same at the sizes of cameras.
+constexpr double kCodePrecision = 8e-5;
 
 struct Rig {
   const char* kind;
   int width, height;
 };
-/// Sizes that blocks divide and sizes that they do not.
+/// Sizes that are multiples of the block size, and others.
 constexpr Rig kEvenRigs[] = {{"pair", 160, 120},    {"pair", 226, 170},          {"single", 98, 74},
                              {"equirect", 192, 96}, {"double_sphere", 150, 130}, {"equirect", 260, 130}};
 constexpr Rig kOddRigs[] = {{"pair", 163, 121}, {"single", 97, 75}, {"equirect", 134, 67}, {"double_sphere", 129, 115}};
@@ -47,7 +47,7 @@ std::vector<Rig> rigs_for(PixelFormat format) {
   return rigs;
 }
 
-/// Words of raw sensors are linear; floats are radiance.
+/// Responses to test: words of raw sensors are linear, floats are radiance.
 std::vector<Curve> curves_for(PixelFormat format) {
   if (format == PixelFormat::rgb_f32) return {Curve::linear};
   if (format == PixelFormat::bayer_rggb10 || format == PixelFormat::bayer_rggb12)
@@ -55,7 +55,7 @@ std::vector<Curve> curves_for(PixelFormat format) {
   return {std::begin(test::kCurves), std::end(test::kCurves)};
 }
 
-/// All that stands on one size of blocks.
+/// Layout, grid, reader and passes for one block size.
 struct Passes {
   const BlockLayout& layout;
   const CellGrid& grid;
@@ -70,15 +70,15 @@ struct Passes {
         pixels(c.table(), layout),
         codes(c.rig(), c.table(), layout) {}
 
-  BlockSums by_pixels(std::span<const Frame> bracket) {
+  BlockSums run_block_pass(std::span<const Frame> bracket) {
     EXPECT_TRUE(reader.bind(bracket).ok());
     BlockSums out(layout);
     pixels.run(reader, out);
     return out;
   }
-  BlockSums by_codes(std::span<const Frame> bracket) {
+  BlockSums run_code_pass(std::span<const Frame> bracket) {
     EXPECT_TRUE(codes.supports(bracket));
-    // What was there before must not matter.
+    // Previous content must not matter.
     BlockSums out(layout);
     std::fill(out.sum.begin(), out.sum.end(), CellSum{1, 2, 3});
     out.noise = out.clipped_sr = 5;
@@ -92,16 +92,16 @@ struct Passes {
   }
 };
 
-/// How far blocks are from the oracle's.
-struct Off {
-  double sum = 0;                      ///< Of the largest sum of a block.
-  double peak_low = 1, peak_high = 1;  ///< Over the true peak.
-  double moment = 0;                   ///< Luminance times its offset in pixels, over the largest luminance of a block.
-  double noise = 1, clipped = 1;       ///< Over the true ones.
+/// Deviations of block sums from the oracle's.
+struct Deviations {
+  double sum = 0;                      ///< Relative to the largest sum of a block.
+  double peak_low = 1, peak_high = 1;  ///< Smallest and largest ratio to the true peak.
+  double moment = 0;              ///< Luminance times offset (pixels), relative to the largest luminance of a block.
+  double noise = 1, clipped = 1;  ///< Ratios to the true values.
 };
 
-Off off(const BlockSums& got, const Truth& truth) {
-  Off out;
+Deviations deviations(const BlockSums& got, const Truth& truth) {
+  Deviations out;
   reference::Rgb largest{};
   double brightest = 0;
   for (const reference::BlockLight& b : truth.blocks) {
@@ -117,26 +117,26 @@ Off off(const BlockSums& got, const Truth& truth) {
       out.peak_low = std::min(out.peak_low, got.peak[i] / b.peak);
       out.peak_high = std::max(out.peak_high, got.peak[i] / b.peak);
     }
-    const double moved = std::hypot(got.offset_x[i] - b.offset.x, got.offset_y[i] - b.offset.y);
-    out.moment = std::max(out.moment, moved * b.luminance / brightest);
+    const double distance = std::hypot(got.offset_x[i] - b.offset.x, got.offset_y[i] - b.offset.y);
+    out.moment = std::max(out.moment, distance * b.luminance / brightest);
   }
   if (truth.noise > 0) out.noise = got.noise / truth.noise;
   out.clipped = truth.clipped_sr > 0 ? got.clipped_sr / truth.clipped_sr : 1 + got.clipped_sr;
   return out;
 }
 
-/// Sums of codes are integers and the same everywhere; what is made of them is rounded with products fused or not. What
-/// is not alike, and by how much; nothing where all is.
-std::string unlike(const BlockSums& a, const BlockSums& b) {
+/// Describes the differences between the results of two targets that exceed rounding; empty where there are none. Sums
+/// of codes are integers and equal on all targets; later computations may use fused multiply-add or not.
+std::string find_difference(const BlockSums& a, const BlockSums& b) {
   std::ostringstream out;
   const auto compare = [&](const char* what, double share, double least, auto&& of_a, auto&& of_b, std::size_t count) {
-    double largest = least, apart = 0;
+    double largest = least, difference = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const double x = of_a(i), y = of_b(i);
       largest = std::max(largest, std::abs(x));
-      apart = std::max(apart, std::abs(x - y));
+      difference = std::max(difference, std::abs(x - y));
     }
-    if (!(apart <= share * largest)) out << what << " by " << apart << " of " << largest << "; ";
+    if (!(difference <= share * largest)) out << what << " by " << difference << " of " << largest << "; ";
   };
   const auto numbers = [&](const char* what, double share, double least, const std::vector<float>& x,
                            const std::vector<float>& y) {
@@ -157,11 +157,11 @@ std::string unlike(const BlockSums& a, const BlockSums& b) {
   colors("blue", &CellSum::b);
   numbers("peak", 1e-6, 0, a.peak, b.peak);
   numbers("clipped", 1e-6, 0, a.clipped, b.clipped);
-  // Places are differences of two within a block of up to 16 pixels; a nearly dark block divides them by little.
+  // Offsets are differences of positions within a block of up to 16 pixels, divided by the luminance of the block.
   numbers("offset_x", 1e-5, 16, a.offset_x, b.offset_x);
   numbers("offset_y", 1e-5, 16, a.offset_y, b.offset_y);
   total("clipped_sr", 1e-6, a.clipped_sr, b.clipped_sr);
-  // A mean that is rounded the other way may count as the next code's, whose step is another.
+  // A mean that is rounded differently may select the step of the next code.
   total("noise", 1e-4, a.noise, b.noise);
   total("bias", 1e-4, a.bias, b.bias);
   return out.str();
@@ -185,7 +185,7 @@ class EveryFormat : public testing::TestWithParam<PixelFormat> {
   }
 };
 
-TEST_P(EveryFormat, PixelByPixelGivesTheCoefficientsOfTheOracleToTheHousePrecision) {
+TEST_P(EveryFormat, BlockPassEqualsTheOracle) {
   const double one[] = {1};
   unsigned seed = 100;
   for_cases([&](OracleCase& c) {
@@ -194,24 +194,24 @@ TEST_P(EveryFormat, PixelByPixelGivesTheCoefficientsOfTheOracleToTheHousePrecisi
     for (const int edge : kEdges) {
       SCOPED_TRACE(testing::Message() << "blocks of " << edge);
       Passes passes(c, edge);
-      const BlockSums sums = passes.by_pixels(shot.frames);
+      const BlockSums sums = passes.run_block_pass(shot.frames);
       const Truth truth = c.truth(shot.frames, edge);
       const std::vector<reference::Rgb> coefficients = c.coefficients(truth, edge);
       test::on_each_target(
-          [&](const char* target) { EXPECT_LT(passes.deviation(sums, coefficients), kHouse) << target; });
-      // Floats: 2^-24 times the root of some hundred additions.
-      const Off o = off(sums, truth);
+          [&](const char* target) { EXPECT_LT(passes.deviation(sums, coefficients), kPrecision) << target; });
+      // Float rounding: 2^-24 times the square root of some hundred additions.
+      const Deviations o = deviations(sums, truth);
       EXPECT_LT(o.sum, 1e-6);
       EXPECT_NEAR(o.peak_low, 1, 1e-6);
       EXPECT_NEAR(o.peak_high, 1, 1e-6);
-      EXPECT_LT(o.moment, 2e-5) << "differences of two places in a block of 16, each to 2^-20 of a pixel";
+      EXPECT_LT(o.moment, 2e-5) << "tolerance: differences of positions in a block of 16, each to 2^-20 pixels";
       EXPECT_NEAR(o.noise, 1, 1e-5);
       EXPECT_EQ(sums.clipped_sr, 0);
     }
   });
 }
 
-TEST_P(EveryFormat, ABracketGivesTheCoefficientsOfTheOracleToTheHousePrecision) {
+TEST_P(EveryFormat, BlockPassOfABracketEqualsTheOracle) {
   const double exposures[] = {8, 1, 0.15};
   unsigned seed = 200;
   for_cases([&](OracleCase& c) {
@@ -221,13 +221,13 @@ TEST_P(EveryFormat, ABracketGivesTheCoefficientsOfTheOracleToTheHousePrecision) 
       SCOPED_TRACE(testing::Message() << "blocks of " << edge);
       Passes passes(c, edge);
       EXPECT_FALSE(passes.codes.supports(shot.frames));
-      const BlockSums sums = passes.by_pixels(shot.frames);
+      const BlockSums sums = passes.run_block_pass(shot.frames);
       const Truth truth = c.truth(shot.frames, edge);
       const std::vector<reference::Rgb> coefficients = c.coefficients(truth, edge);
       test::on_each_target(
-          [&](const char* target) { EXPECT_LT(passes.deviation(sums, coefficients), kHouse) << target; });
-      const Off o = off(sums, truth);
-      EXPECT_LT(o.sum, 2e-6) << "weights of three exposures are divided too";
+          [&](const char* target) { EXPECT_LT(passes.deviation(sums, coefficients), kPrecision) << target; });
+      const Deviations o = deviations(sums, truth);
+      EXPECT_LT(o.sum, 2e-6) << "tolerance: also rounding of the weights of three exposures";
       EXPECT_NEAR(o.peak_low, 1, 2e-6);
       EXPECT_NEAR(o.peak_high, 1, 2e-6);
       if (GetParam() != PixelFormat::rgb_f32) {
@@ -242,7 +242,7 @@ INSTANTIATE_TEST_SUITE_P(Passes, EveryFormat, testing::ValuesIn(kPixelFormats),
 
 class EveryCodeFormat : public EveryFormat {};
 
-TEST_P(EveryCodeFormat, SumsOfCodesGiveTheCoefficientsOfTheOracle) {
+TEST_P(EveryCodeFormat, CodePassEqualsTheOracle) {
   const double one[] = {1};
   unsigned seed = 300;
   for_cases([&](OracleCase& c) {
@@ -255,18 +255,18 @@ TEST_P(EveryCodeFormat, SumsOfCodesGiveTheCoefficientsOfTheOracle) {
       const std::vector<reference::Rgb> coefficients = c.coefficients(truth, edge);
       std::optional<BlockSums> first;
       test::on_each_target([&](const char* target) {
-        const BlockSums sums = passes.by_codes(shot.frames);
-        EXPECT_LT(passes.deviation(sums, coefficients), kCodes) << target;
+        const BlockSums sums = passes.run_code_pass(shot.frames);
+        EXPECT_LT(passes.deviation(sums, coefficients), kCodePrecision) << target;
         if (!first) first = sums;
-        EXPECT_EQ(unlike(sums, *first), "") << target;
+        EXPECT_EQ(find_difference(sums, *first), "") << target;
       });
-      const Off o = off(*first, truth);
-      EXPECT_LT(o.sum, 4e-3) << "weights at the rim, to 1/255 of a block's largest";
-      // One vignetting for all of a block; the largest of each channel, whichever pixel has it; and of two greens the
-      // larger, twice their mean where the other lies outside the lens.
+      const Deviations o = deviations(*first, truth);
+      EXPECT_LT(o.sum, 4e-3) << "tolerance: weights at the edge are rounded to 1/255 of the block's largest";
+      // The peak uses one vignetting value per block, the maximum of each channel in any pixel, and the larger of two
+      // greens, which is twice their mean where the other is outside of the image circle.
       EXPECT_GT(o.peak_low, 0.9);
       EXPECT_LT(o.peak_high, is_bayer(GetParam()) ? 2.5 : 1.2);
-      // All pixels of a block alike: the mean square of weights counts as the square of their mean.
+      // Noise assumes equal weights in a block: their mean square is approximated by their squared mean.
       EXPECT_GT(o.noise, 0.95);
       EXPECT_LT(o.noise, 1.01);
       EXPECT_EQ(first->clipped_sr, 0);
@@ -274,7 +274,7 @@ TEST_P(EveryCodeFormat, SumsOfCodesGiveTheCoefficientsOfTheOracle) {
   });
 }
 
-TEST_P(EveryCodeFormat, WhatIsSaturatedIsCountedByItsSolidAngle) {
+TEST_P(EveryCodeFormat, SaturatedSolidAngleIsCounted) {
   const double one[] = {1};
   unsigned seed = 400;
   for_cases([&](OracleCase& c) {
@@ -285,41 +285,41 @@ TEST_P(EveryCodeFormat, WhatIsSaturatedIsCountedByItsSolidAngle) {
       Passes passes(c, edge);
       const Truth truth = c.truth(shot.frames, edge);
       ASSERT_GT(truth.clipped_sr, 0);
-      EXPECT_NEAR(off(passes.by_pixels(shot.frames), truth).clipped, 1, 1e-5);
-      // All pixels of a block count alike, and of its channels the one that saturates most: at a rim, near the poles of
-      // a stitched picture, and where it is now red and now blue.
-      const double counted = off(passes.by_codes(shot.frames), truth).clipped;
+      EXPECT_NEAR(deviations(passes.run_block_pass(shot.frames), truth).clipped, 1, 1e-5);
+      // All pixels of a block count equally, and the channel with most saturated pixels is used: this is inexact at the
+      // edge of a lens, near the poles of an equirectangular image, and where different channels saturate.
+      const double counted = deviations(passes.run_code_pass(shot.frames), truth).clipped;
       EXPECT_GT(counted, 0.85);
       EXPECT_LT(counted, 1.35);
     }
   });
 }
 
-TEST_P(EveryCodeFormat, BytesThatMeanNothingAreSummedAlikeOnEveryVectorUnit) {
+TEST_P(EveryCodeFormat, RandomBytesGiveEqualSumsOnEveryTarget) {
   unsigned seed = 500;
   for_cases([&](OracleCase& c) {
-    const Shot shot = c.shoot_noise(++seed);
+    const Shot shot = c.shoot_random_bytes(++seed);
     for (const int edge : {2, 4, 8, 16}) {
       SCOPED_TRACE(testing::Message() << "blocks of " << edge);
       Passes passes(c, edge);
       std::optional<BlockSums> first;
       test::on_each_target([&](const char* target) {
-        const BlockSums sums = passes.by_codes(shot.frames);
+        const BlockSums sums = passes.run_code_pass(shot.frames);
         if (!first) first = sums;
-        EXPECT_EQ(unlike(sums, *first), "") << target;
+        EXPECT_EQ(find_difference(sums, *first), "") << target;
       });
       const Truth truth = c.truth(shot.frames, edge);
-      const Off o = off(*first, truth);
+      const Deviations o = deviations(*first, truth);
       EXPECT_LT(o.sum, 5e-3);
-      EXPECT_GT(o.peak_low, 0.9) << "a peak is not overlooked";
+      EXPECT_GT(o.peak_low, 0.9) << "a peak was missed";
       EXPECT_GT(o.noise, 0.8);
       EXPECT_LT(o.noise, 1.2);
     }
   });
 }
 
-TEST_P(EveryCodeFormat, ALampInTheCornerOfABlockIsFoundThere) {
-  // Moments in pixels times luminance: what stands beside the middle of its block is moved by them, or counted.
+TEST_P(EveryCodeFormat, CentroidOfALampInTheCornerOfABlockIsMeasured) {
+  // Centroid offsets are used by the correction of centroids.
   OracleCase c("pair", 226, 170, GetParam(), curves_for(GetParam()).front());
   reference::RandomScene scene(7, 0);
   for (int k = 0; k < 12; ++k) {
@@ -331,17 +331,17 @@ TEST_P(EveryCodeFormat, ALampInTheCornerOfABlockIsFoundThere) {
   for (const int edge : {4, 8, 16}) {
     Passes passes(c, edge);
     const Truth truth = c.truth(shot.frames, edge);
-    const BlockSums sums = passes.by_codes(shot.frames);
+    const BlockSums sums = passes.run_code_pass(shot.frames);
     double largest = 0;
     for (const reference::BlockLight& b : truth.blocks) largest = std::max(largest, std::hypot(b.offset.x, b.offset.y));
-    EXPECT_GT(largest, 0.2 * edge) << "the scene asks for it";
-    // Of the largest luminance: solid angle and vignetting across a block of 16 differ by percents, a photosite of a
-    // mosaic stands for the middle of its quad.
-    EXPECT_LT(off(sums, truth).moment, 0.15) << edge;
+    EXPECT_GT(largest, 0.2 * edge) << "the scene has no large offset";
+    // Tolerance relative to the largest luminance: solid angle and vignetting vary by percents across a block of 16,
+    // and a site of a mosaic is assigned to the middle of its quad.
+    EXPECT_LT(deviations(sums, truth).moment, 0.15) << edge;
   }
 }
 
-TEST_P(EveryCodeFormat, ARigIsReadPixelByPixelWhereThePassOfCodesDoesNotReach) {
+TEST_P(EveryCodeFormat, CodePassRefusesUnsupportedFrames) {
   const double one[] = {1}, three[] = {1, 0.5, 0.25};
   OracleCase wide("pair", 66, 64, GetParam(), curves_for(GetParam()).front());
   OracleCase narrow("pair", 62, 64, GetParam(), curves_for(GetParam()).front());

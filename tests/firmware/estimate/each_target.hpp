@@ -1,4 +1,4 @@
-// The same statement on every vector unit that the kernels were compiled for and this machine has.
+// Runs a test on every Highway target that the kernels were compiled for and this machine supports.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,8 @@
 
 namespace lightwell::test {
 
-/// Calls check(name) once a target, the kernels bound to it; afterwards they are bound to the best one again. The file
-/// that includes this must be compiled with the kernels' own target flags (CMakeLists.txt): the list of targets is a
-/// macro's.
+/// Calls check(name) for each target with the kernels bound to it, then binds them to the best one again. The including
+/// file must be compiled with the kernels' target flags (CMakeLists.txt), because the list of targets is a macro.
 template <class Check>
 void on_each_target(Check&& check) {
   hwy::SetSupportedTargetsForTest(0);

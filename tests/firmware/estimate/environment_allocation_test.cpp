@@ -1,4 +1,4 @@
-// A map a frame, whole or as changes, from the sums to the encoded bytes: nothing is allocated.
+// Maps, whole or as changes, from the sums to the encoded bytes, allocate no memory.
 #include <cmath>
 #include <numbers>
 
@@ -12,7 +12,7 @@
 namespace lightwell::estimate {
 namespace {
 
-TEST(EnvironmentAllocation, IsNoneAfterConstruction) {
+TEST(EnvironmentAllocation, NothingIsAllocatedAfterConstruction) {
   constexpr int kCells = 4000;
   std::vector<Vec3f> direction;
   for (int i = 0; i < kCells; ++i) {
@@ -26,7 +26,7 @@ TEST(EnvironmentAllocation, IsNoneAfterConstruction) {
     Encoder encoder;
     Descriptor d;
     std::vector<CellSum> sums(kCells, {1, 1, 1});
-    // The encoder's first message of all.
+    // The encoder's first message allocates.
     ASSERT_TRUE(encoder.encode(d).ok());
     int whole = 0, changes = 0, none = 0;
     test::AllocationCount count;

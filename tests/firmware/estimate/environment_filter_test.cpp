@@ -1,4 +1,4 @@
-// From cells to levels: energy, each level against the double oracle, and extremes.
+// Environment filter: energy, comparison of each level with the double-precision oracle, and extreme inputs.
 #include "estimate/common/environment_filter.hpp"
 
 #include <cmath>
@@ -22,33 +22,33 @@ namespace {
 using reference::V3;
 using Scene = std::function<double(V3)>;
 
-V3 wide(Vec3f d) { return {d.x, d.y, d.z}; }
-Vec3f narrow(V3 d) { return {static_cast<float>(d.x), static_cast<float>(d.y), static_cast<float>(d.z)}; }
+V3 to_double(Vec3f d) { return {d.x, d.y, d.z}; }
+Vec3f to_float(V3 d) { return {static_cast<float>(d.x), static_cast<float>(d.y), static_cast<float>(d.z)}; }
 
-/// Cells evenly spread over the sphere, or over the part of it that `seen` says.
+/// Cells evenly distributed over the part of the sphere for which `observed` is true.
 struct Cells {
   std::vector<Vec3f> direction;
   std::vector<float> solid_angle;
 
   explicit Cells(
-      int count, const std::function<bool(V3)>& seen = [](V3) { return true; }) {
+      int count, const std::function<bool(V3)>& observed = [](V3) { return true; }) {
     for (const V3& d : reference::fibonacci_normals(count)) {
-      if (!seen(d)) continue;
-      direction.push_back(narrow(d));
+      if (!observed(d)) continue;
+      direction.push_back(to_float(d));
       solid_angle.push_back(static_cast<float>(4 * std::numbers::pi / count));
     }
   }
   [[nodiscard]] std::vector<CellSum> sums(const Scene& scene) const {
     std::vector<CellSum> out;
     for (std::size_t c = 0; c < direction.size(); ++c) {
-      const double v = scene(wide(direction[c])) * solid_angle[c];
+      const double v = scene(to_double(direction[c])) * solid_angle[c];
       out.push_back({static_cast<float>(v), static_cast<float>(v / 2), static_cast<float>(v / 8)});
     }
     return out;
   }
 };
 
-/// As many as blocks of 1.6 degrees.
+/// As many cells as blocks of 1.6 degrees.
 const Cells& fine_cells() {
   static const Cells cells(16000);
   return cells;
@@ -72,10 +72,10 @@ void for_texels(std::span<const EnvironmentLevel> levels, std::span<const Rgbx> 
   std::size_t at = 0;
   for (const EnvironmentLevel& level : levels)
     for (int j = 0; j < level.edge; ++j)
-      for (int i = 0; i < level.edge; ++i) f(level, wide(texel_direction(level.edge, i, j)), texels[at++]);
+      for (int i = 0; i < level.edge; ++i) f(level, to_double(texel_direction(level.edge, i, j)), texels[at++]);
 }
 
-/// The solid angle of texels by 64 x 64 parts of each.
+/// Solid angles of texels, by 64 x 64 parts of each.
 std::vector<double> solid_angles(int edge) {
   std::vector<double> out;
   constexpr int kParts = 64;
@@ -86,7 +86,7 @@ std::vector<double> solid_angles(int edge) {
         for (int u = 0; u < kParts; ++u) {
           const double a = 2 * (i + (u + 0.5) / kParts) / edge - 1, b = 2 * (j + (v + 0.5) / kParts) / edge - 1;
           const double x = std::abs(a), z = std::abs(b), y = 1 - x - z;
-          // Below the horizon the corner is folded over: the octahedron's point is (1 - z, y, 1 - x).
+          // The lower hemisphere is folded over the corners: the octahedron's point is (1 - z, y, 1 - x).
           const double r2 = y >= 0 ? x * x + y * y + z * z : (1 - z) * (1 - z) + y * y + (1 - x) * (1 - x);
           sum += 4.0 / (edge * edge * kParts * kParts) / (r2 * std::sqrt(r2));
         }
@@ -112,7 +112,7 @@ double disc_through_lobe(V3 axis, double radius, V3 d, double roughness) {
   return sum * 2 * std::numbers::pi * versine / kPoints;
 }
 
-TEST(EnvironmentFilter, HasLevelsForEveryEdgeThatFitIntoAMap) {
+TEST(EnvironmentFilter, LevelsOfEveryEdgeFitIntoAMap) {
   for (const int edge : {8, 16, 32, 64}) {
     const auto levels = environment_levels(edge);
     ASSERT_FALSE(levels.empty());
@@ -123,16 +123,16 @@ TEST(EnvironmentFilter, HasLevelsForEveryEdgeThatFitIntoAMap) {
   for (const int edge : {-8, 0, 1, 12, 128}) EXPECT_TRUE(environment_levels(edge).empty());
 }
 
-TEST(EnvironmentFilter, OfAConstantSphereIsConstant) {
+TEST(EnvironmentFilter, ConstantSphereRemainsConstant) {
   for (const int edge : {8, 16, 32, 64})
     for (const Rgbx& c : levels_of(edge, fine_cells().sums([](V3) { return 1.0; }))) {
-      // Rounding of a few hundred float weights.
+      // Tolerance: rounding of a few hundred float weights.
       ASSERT_NEAR(c.v[0], 1, 3e-6) << edge;
       ASSERT_NEAR(c.v[2], 0.125, 4e-7) << edge;
     }
 }
 
-TEST(EnvironmentFilter, OfCellsCoarserThanTexelsIsConstantToo) {
+TEST(EnvironmentFilter, ConstantSphereOfCoarseCellsRemainsConstant) {
   for (const int count : {6, 100, 1000}) {
     const Cells cells(count);
     EnvironmentFilter filter(cells.direction, cells.solid_angle, 64);
@@ -140,8 +140,8 @@ TEST(EnvironmentFilter, OfCellsCoarserThanTexelsIsConstantToo) {
   }
 }
 
-TEST(EnvironmentFilter, KeepsTheEnergyOfEveryCell) {
-  // Balanced to 1e-6 in turns; the rounding of a float's sums.
+TEST(EnvironmentFilter, ConservesTheEnergyOfEveryCell) {
+  // Tolerance: balancing to 1e-6, and rounding of float sums.
   for (const int edge : {8, 32, 64}) {
     const auto sr = solid_angles(edge);
     std::mt19937 random(5);
@@ -161,9 +161,8 @@ TEST(EnvironmentFilter, KeepsTheEnergyOfEveryCell) {
   }
 }
 
-TEST(EnvironmentFilter, FillsHolesSmoothly) {
-  // A slope through cells of 7 degrees in texels of 3: no texel may stand out from the slope by more than what a cell
-  // spans, and neighbours not by more than half of that.
+TEST(EnvironmentFilter, FillsGapsSmoothly) {
+  // A linear gradient in cells of 7 degrees and texels of 3 degrees: the error of a texel is at most half a cell.
   const Cells cells(800);
   EnvironmentFilter filter(cells.direction, cells.solid_angle, 64);
   const double cell = std::sqrt(4 * std::numbers::pi / 800);
@@ -172,12 +171,12 @@ TEST(EnvironmentFilter, FillsHolesSmoothly) {
              [&](EnvironmentLevel, V3 d, const Rgbx& c) { ASSERT_NEAR(c.v[0], 2 + d.x, 0.5 * cell); });
 }
 
-TEST(EnvironmentFilter, WhatIsNotSeenIsDarkAndWhatIsSeenIsNot) {
+TEST(EnvironmentFilter, UnobservedDirectionsAreDark) {
   const Cells cells(16000, [](V3 d) { return d.y > 0; });
   EnvironmentFilter filter(cells.direction, cells.solid_angle, 32);
   const auto sums = cells.sums([](V3) { return 1.0; });
   const auto texels = filter.run(sums);
-  // Within a texel of the rim both may show; the lobes look over it.
+  // Within a texel of the boundary both values are possible; lobes extend across it.
   for_texels(filter.levels().first(1), texels, [](EnvironmentLevel, V3 d, const Rgbx& c) {
     if (d.y > 0.15) {
       EXPECT_NEAR(c.v[0], 1, 1e-3) << d.y;
@@ -190,12 +189,12 @@ TEST(EnvironmentFilter, WhatIsNotSeenIsDarkAndWhatIsSeenIsNot) {
   for (const CellSum& s : sums) energy += s.r;
   for (std::size_t k = 0; k < sr.size(); ++k) sum += sr[k] * texels[k].v[0];
   EXPECT_NEAR(sum / energy, 1, 1e-3);
-  // Half of the lobe of roughness 1, the cosine: straight up sees only light, along the rim half of it.
+  // The lobe of roughness 1 is the cosine: straight up it contains only light, along the boundary half of it.
   for_texels(filter.levels().last(1), std::span(texels).last(texel_count(filter.levels().last(1))),
              [](EnvironmentLevel, V3 d, const Rgbx& c) { EXPECT_NEAR(c.v[0], 0.5 * (1 + d.y), 0.02); });
 }
 
-TEST(EnvironmentFilter, OfNothingSeenIsDark) {
+TEST(EnvironmentFilter, WithoutObservationsIsDark) {
   EnvironmentFilter filter({}, {}, 16);
   for (const Rgbx& c : filter.run({})) EXPECT_EQ(c.v[0], 0);
   const Cells cells(500);
@@ -203,7 +202,7 @@ TEST(EnvironmentFilter, OfNothingSeenIsDark) {
   for (const Rgbx& c : unfed.run({})) EXPECT_EQ(c.v[0], 0);
 }
 
-TEST(EnvironmentFilter, OfOneHarmonicIsThatHarmonicTimesTheLobe) {
+TEST(EnvironmentFilter, HarmonicsAreMultipliedByTheLobeCoefficients) {
   for (const int edge : {8, 16, 32, 64}) {
     for (int l = 1; l <= 4; ++l) {
       const int index = l * l + l / 2;
@@ -211,8 +210,8 @@ TEST(EnvironmentFilter, OfOneHarmonicIsThatHarmonicTimesTheLobe) {
       const auto texels = levels_of(edge, fine_cells().sums([&](V3 d) { return 2 + y(d); }));
       for_texels(filter_of(edge).levels(), texels, [&](EnvironmentLevel level, V3 d, const Rgbx& c) {
         const double k = level.roughness > 0 ? reference::ggx_legendre(level.roughness, l).back() : 1;
-        // A box of side h blurs a band by l(l+1) h²/24 and shifts its middle; boxes are those of the square that lobes
-        // are gathered from, of level 0 its own. Plus what cells of 1.6 degrees do.
+        // A box of side h attenuates a band by l(l+1) h²/24 and shifts its centroid. The boxes are texels of the grid
+        // from which lobes are integrated; for level 0 its own texels. Cells of 1.6 degrees add 0.004 l.
         const double h = level.roughness > 0 ? 4.7 / std::min(2 * edge, 64) : 4.7 / edge;
         ASSERT_NEAR(c.v[0], 2 + k * y(d), 0.2 * l * (l + 1) * h * h / 4 + 0.004 * l)
             << "edge " << edge << " band " << l << " roughness " << level.roughness;
@@ -221,15 +220,15 @@ TEST(EnvironmentFilter, OfOneHarmonicIsThatHarmonicTimesTheLobe) {
   }
 }
 
-TEST(EnvironmentFilter, OfAPatchAtEverySpecialPlaceIsWhatTheOracleSays) {
-  // The poles (+Y the square's middle, -Y its corners), the middles of its sides, of its diagonals and of octants.
+TEST(EnvironmentFilter, DiscsAtSpecialPositionsEqualTheOracle) {
+  // The poles (+Y: middle of the square, -Y: its corners), middles of its sides, of its diagonals and of octants.
   const std::vector<V3> places = {{0, 1, 0},  {0, -1, 0}, {1, 0, 0},  {0, 0, -1},     {1, 0, 1},
                                   {1, -1, 0}, {0, -1, 1}, {1, 1, -1}, {-1, -1, -0.9}, {0.01, -1, 0.02}};
   const double radius = 0.2;
   for (const int edge : {16, 32, 64}) {
     for (const V3& place : places) {
       const V3 axis = reference::normalised(place);
-      // Soft by a cell at its rim, so that what is compared is the map and not which centres fall inside.
+      // An edge as soft as a cell, so that the result does not depend on which centres are inside.
       const auto sums = fine_cells().sums([&](V3 d) {
         const double angle = reference::angle_deg(d, axis) * std::numbers::pi / 180;
         return std::clamp(0.5 + (radius - angle) / 0.028, 0.0, 1.0);
@@ -250,9 +249,9 @@ TEST(EnvironmentFilter, OfAPatchAtEverySpecialPlaceIsWhatTheOracleSays) {
       });
       for (std::size_t k = 1; k < filter_of(edge).levels().size(); ++k) {
         const float roughness = filter_of(edge).levels()[k].roughness;
-        // Texels of the square that lobes are gathered from are boxes of up to 4.7/edge rad (edge 64 at most), which
-        // widen a lobe of 2 roughness² rad and what it sees: a share of the square of their ratio. Besides, a patch in
-        // the flank of a lobe is taken at the middle of parts a fifth as wide as the flank: 2 % of the peak.
+        // Texels of the grid from which lobes are integrated are boxes of up to 4.7/edge rad (edge at most 64), which
+        // widen a lobe of 2 roughness² rad in proportion to the square of their ratio. In the flank of a lobe, texels
+        // are up to a fifth as wide as the flank: 2 % of the peak.
         const double ratio = 4.7 / std::min(2 * edge, 64) / (2 * roughness * roughness);
         EXPECT_LE(worst[k] / peak[k], 0.025 + 0.1 * ratio * ratio)
             << "edge " << edge << " roughness " << roughness << " at " << place.x << " " << place.y << " " << place.z;
@@ -272,7 +271,7 @@ TEST(EnvironmentFilter, IsLinearFrom1em8To1e8) {
   for (const Rgbx& c : levels_of(32, fine_cells().sums([](V3) { return 0.0; }))) ASSERT_EQ(c.v[0], 0);
 }
 
-TEST(EnvironmentFilter, NonsenseInCellsIsDarkAndNeverSpreads) {
+TEST(EnvironmentFilter, InvalidSumsAreDarkAndDoNotSpread) {
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   const auto clean = levels_of(16, fine_cells().sums([](V3) { return 1.0; }));
   for (const float bad : {nan, inf, -inf, -1.0F, -1e38F, 3e38F}) {
@@ -286,7 +285,7 @@ TEST(EnvironmentFilter, NonsenseInCellsIsDarkAndNeverSpreads) {
     for (CellSum& s : sums) s = {bad, bad, bad};
     for (const Rgbx& c : levels_of(16, sums)) ASSERT_EQ(c.v[0], 0);
   }
-  // Cells that are none.
+  // Invalid cells.
   std::vector<Vec3f> directions = fine_cells().direction;
   std::vector<float> solid_angles = fine_cells().solid_angle;
   directions.insert(directions.end(), {{0, 0, 0}, {nan, 0, 1}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}});

@@ -1,4 +1,4 @@
-// Whole maps and changes: whatever is lost on the way, nobody sees a wrong map.
+// Whole maps and changes: lost messages must not cause a wrong map.
 #include "estimate/common/environment_updates.hpp"
 
 #include <cmath>
@@ -19,7 +19,7 @@ std::vector<Rgbx> flat(float radiance) {
   return std::vector<Rgbx>(texel_count(kLevels), {{radiance, radiance, radiance, 0}});
 }
 
-/// Makes one map each 100 ms, as often as asked.
+/// Sends one map every 100 ms.
 struct Sender {
   EnvironmentUpdates updates{kLevels, {.rate_hz = 10, .key_interval_s = 1}};
   std::optional<EnvironmentMap> out;
@@ -33,23 +33,23 @@ struct Sender {
   }
 };
 
-TEST(EnvironmentUpdates, BeginsWholeAndThenSaysNothingOfWhatStands) {
+TEST(EnvironmentUpdates, StartsWithAWholeMapAndOmitsUnchangedTexels) {
   Sender sender;
   std::uint32_t key = 0;
   for (int k = 0; k < 30; ++k) {
     const EnvironmentMap& map = sender.send(flat(3));
     EXPECT_EQ(map.whole(), k % 10 == 0) << k;
     if (k == 0) key = map.key;
-    EXPECT_EQ(map.key, key) << "the same map bears the same key";
+    EXPECT_EQ(map.key, key) << "an unchanged map keeps its key";
     EXPECT_TRUE(map.whole() || (map.texels.empty() && map.runs.empty()));
   }
 }
 
-TEST(EnvironmentUpdates, SendsWhatDiffersByMoreThanAStep) {
+TEST(EnvironmentUpdates, SendsTexelsThatDifferByMoreThanAStep) {
   Sender sender;
   auto texels = flat(100);
   const EnvironmentMap key = sender.send(texels);
-  texels[5].v[1] = 100.7F;  // Below a step, with half a step of the encoding.
+  texels[5].v[1] = 100.7F;  // Below one step, including half a step of the encoding.
   texels[40].v[2] = 98;     // Two steps.
   texels[41].v[0] = 102;
   texels[300].v[0] = 102;  // In the second level.
@@ -57,21 +57,21 @@ TEST(EnvironmentUpdates, SendsWhatDiffersByMoreThanAStep) {
   EXPECT_FALSE(changes.whole());
   EXPECT_EQ(changes.key, key.key);
   EXPECT_EQ(changes.runs, (std::vector<std::uint32_t>{40, 2, 258, 1}));
-  EnvironmentMap seen;
-  ASSERT_TRUE(apply_changes(key, changes, seen));
-  EXPECT_NEAR(texel_radiance(seen.texels[41], seen.exponent).r, 102, 0.2);
-  // Changes are of the whole map, not of the changes before: undone, nothing is left.
+  EnvironmentMap applied;
+  ASSERT_TRUE(apply_changes(key, changes, applied));
+  EXPECT_NEAR(texel_radiance(applied.texels[41], applied.exponent).r, 102, 0.2);
+  // Changes refer to the whole map, not to earlier changes: after undoing them there are none.
   const EnvironmentMap undone = sender.send(flat(100));
   EXPECT_TRUE(!undone.whole() && undone.runs.empty());
 }
 
-TEST(EnvironmentUpdates, AreWholeWhereChangesWouldCostAsMuch) {
+TEST(EnvironmentUpdates, AreWholeWhereChangesCostAsMuch) {
   Sender sender;
   (void)sender.send(flat(1));
   EXPECT_TRUE(sender.send(flat(2)).whole());
 }
 
-TEST(EnvironmentUpdates, AreWholeWhereLightOutgrowsTheExponent) {
+TEST(EnvironmentUpdates, AreWholeWhereRadianceExceedsTheExponent) {
   Sender sender;
   auto texels = flat(1);
   (void)sender.send(texels);
@@ -83,7 +83,7 @@ TEST(EnvironmentUpdates, AreWholeWhereLightOutgrowsTheExponent) {
   EXPECT_NEAR(texel_radiance(map.texels[3], map.exponent).r, 2000, 4);
 }
 
-TEST(EnvironmentUpdates, KeepsTheRateInTheMeanAndTheRhythmOfWholeMaps) {
+TEST(EnvironmentUpdates, KeepsTheMeanRateAndTheKeyInterval) {
   for (const double fps : {30.0, 33.3, 7.0, 4.0}) {
     EnvironmentUpdates updates(kLevels, {.rate_hz = 5, .key_interval_s = 1});
     std::optional<EnvironmentMap> out;
@@ -105,7 +105,7 @@ TEST(EnvironmentUpdates, KeepsTheRateInTheMeanAndTheRhythmOfWholeMaps) {
   }
 }
 
-TEST(EnvironmentUpdates, GoesOnAfterAPauseAndAClockThatBeganAnew) {
+TEST(EnvironmentUpdates, ContinuesAfterAPauseAndAClockRestart) {
   EnvironmentUpdates updates(kLevels, {.rate_hz = 5, .key_interval_s = 1});
   std::optional<EnvironmentMap> out;
   updates.update(flat(1), 1, {100'000 * kMs}, out);
@@ -117,7 +117,7 @@ TEST(EnvironmentUpdates, GoesOnAfterAPauseAndAClockThatBeganAnew) {
   EXPECT_TRUE(out && out->whole());
 }
 
-TEST(EnvironmentUpdates, HoldsEveryMagnitudeAndNoNonsense) {
+TEST(EnvironmentUpdates, EncodesEveryMagnitudeAndRefusesInvalidFactors) {
   Encoder encoder;
   Descriptor d;
   for (const float radiance : {0.0F, 1e-38F, 1e-8F, 1.0F, 1e8F, 1e30F, 3e38F})
@@ -128,7 +128,7 @@ TEST(EnvironmentUpdates, HoldsEveryMagnitudeAndNoNonsense) {
       ASSERT_TRUE(encoder.encode(d).ok()) << encoder.encode(d).status().message();
       const double wanted = std::min(factor * radiance, 65408 * std::ldexp(1.0, kMaxEnvironmentExponent));
       const double got = environment_radiance(*d.environment, {1, 0, 0}, 0).r;
-      // Below 2^-150 there is nothing to see.
+      // Radiance below 2^-150 is encoded as 0.
       EXPECT_NEAR(got, wanted, wanted / 256 + 1e-44) << radiance << " " << factor;
     }
   EnvironmentUpdates updates(kLevels, {});
@@ -138,22 +138,22 @@ TEST(EnvironmentUpdates, HoldsEveryMagnitudeAndNoNonsense) {
   }
 }
 
-/// A reader to which only some of the messages come.
+/// A reader that receives only some of the messages.
 struct Reader {
-  EnvironmentMap key, seen;
-  int shown = -1;  ///< Which message `seen` is of.
+  EnvironmentMap key, current;
+  int shown = -1;  ///< Number of the message that `current` corresponds to.
 
   void read(const EnvironmentMap& map, int number) {
     if (map.whole()) {
-      key = seen = map;
+      key = current = map;
       shown = number;
-    } else if (apply_changes(key, map, seen)) {
+    } else if (apply_changes(key, map, current)) {
       shown = number;
     }
   }
 };
 
-TEST(EnvironmentUpdates, LostInAnyPatternNeverShowAWrongMap) {
+TEST(EnvironmentUpdates, LostMessagesNeverCauseAWrongMap) {
   std::mt19937 random(7);
   for (int run = 0; run < 300; ++run) {
     Sender sender;
@@ -164,7 +164,7 @@ TEST(EnvironmentUpdates, LostInAnyPatternNeverShowAWrongMap) {
     const auto loss = random() % 10;
     bool key_came = false;
     for (int n = 0; n < 45; ++n) {
-      // Some light changes, some comes back to what it was, and at times the probe begins anew.
+      // Some texels change, some return to their first value, and sometimes the probe restarts.
       for (auto k = random() % 20; k > 0; --k)
         texels[random() % texels.size()].v[random() % 3] = static_cast<float>(random() % 30);
       if (random() % 4 == 0) texels = flat(10);
@@ -179,7 +179,8 @@ TEST(EnvironmentUpdates, LostInAnyPatternNeverShowAWrongMap) {
       key_came = key_came || map.whole();
       reader.read(map, n);
       EXPECT_EQ(reader.shown >= 0, key_came);
-      EXPECT_EQ(reader.shown == n, map.whole() || map.key == reader.key.key) << "what can be read is read";
+      EXPECT_EQ(reader.shown == n, map.whole() || map.key == reader.key.key)
+          << "every decodable message must be applied";
       if (reader.shown < 0) continue;
       const auto& wanted = truth[static_cast<std::size_t>(reader.shown)];
       std::size_t at = 0;
@@ -189,9 +190,9 @@ TEST(EnvironmentUpdates, LostInAnyPatternNeverShowAWrongMap) {
         for (std::size_t k = at; k < at + count; ++k)
           mean += std::max({wanted[k].v[0], wanted[k].v[1], wanted[k].v[2]}) / static_cast<double>(count);
         for (const std::size_t end = at + count; at < end; ++at) {
-          const Radiance l = texel_radiance(reader.seen.texels[at], reader.seen.exponent);
+          const Radiance l = texel_radiance(reader.current.texels[at], reader.current.exponent);
           const float most = std::max({wanted[at].v[0], wanted[at].v[1], wanted[at].v[2]});
-          // One step of 1 %, of a tenth of the mean where it is dark; or what was sent, to nine bits.
+          // Tolerance: one step of 1 %, relative to at least a tenth of the mean.
           const double step = 0.01 * std::max<double>(most, 0.1 * mean) + 1e-5;
           for (int k = 0; k < 3; ++k) ASSERT_NEAR(l[k], wanted[at].v[static_cast<std::size_t>(k)], step);
         }

@@ -1,4 +1,4 @@
-// What happens at zero, at infinity, at the seam, with one sample, with a million, with all equal, with NaN.
+// Extreme inputs: zero, infinite and NaN values, seams, single pixels, very many frames, equal values.
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -19,14 +19,14 @@ constexpr float kInf = std::numeric_limits<float>::infinity();
 
 RigParameters rig() { return rig_of("pair", 160, 120); }
 
-/// No NaN anywhere, and the wire takes it.
+/// Expects that the descriptor can be encoded, which excludes NaN.
 void expect_sane(const Descriptor& d) {
   Encoder encoder;
   const auto bytes = encoder.encode(d);
   EXPECT_TRUE(bytes.ok()) << bytes.status().message();
 }
 
-TEST(Extremes, RadianceScaledBySixteenOrdersScalesTheAnswer) {
+TEST(Extremes, ScaleWithRadianceOverSixteenDecades) {
   const auto estimator = estimator_of(rig());
   const Descriptor one = estimated(*estimator, picture_of(rig(), lamp({0.4, 0.3, -0.8}, 0.07, 300)));
   for (const float scale : {1e-8F, 1e-4F, 1e4F, 1e8F}) {
@@ -38,7 +38,7 @@ TEST(Extremes, RadianceScaledBySixteenOrdersScalesTheAnswer) {
       EXPECT_NEAR(d.radiance.c[i].r / scale, one.radiance.c[i].r, 1e-5 * std::abs(one.radiance.c[0].r));
     EXPECT_NEAR(d.lights[0].irradiance.g / scale, one.lights[0].irradiance.g, 1e-5 * one.lights[0].irradiance.g);
     EXPECT_NEAR(d.bound.truncation, one.bound.truncation, 1e-5);
-    // The wire rounds to powers of two: its part may double or halve with the scale.
+    // The quantization step is a power of two: its part may change by a factor of two with the scale.
     EXPECT_NEAR(d.bound.total, one.bound.total, one.bound.quantization);
     expect_sane(d);
   }
@@ -63,7 +63,7 @@ TEST(Extremes, OneHotPixelIsOneLight) {
   expect_sane(d);
 }
 
-TEST(Extremes, NonsenseInOnePixelARowOrEverywhereIsReplacedAndFlagged) {
+TEST(Extremes, InvalidPixelsAreReplacedAndFlagged) {
   const auto r = rig();
   const auto estimator = estimator_of(r);
   const Descriptor clean = estimated(*estimator, picture_of(r, [](Vec3d) { return Radiance{1, 1, 1}; }));
@@ -86,17 +86,17 @@ TEST(Extremes, NonsenseInOnePixelARowOrEverywhereIsReplacedAndFlagged) {
                                                   return Radiance{1, 1, 1};
                                                 }))
                    .flags.any())
-      << "and forgets it with the next frame";
+      << "the next frame must not be flagged";
 }
 
-TEST(Extremes, SunsOnPoleSeamRimAndBetweenLensesAreTheSameSun) {
+TEST(Extremes, SunIsEqualOnPoleSeamEdgeAndBetweenLenses) {
   const auto r = rig_of("pair", 640, 480);
   const auto estimator = estimator_of(r);
   float first = 0;
   for (const Vec3d& at : {Vec3d{0, 1, 0}, Vec3d{0, -1, 0}, Vec3d{1, 0, 0}, Vec3d{-1, 0, 0}, Vec3d{1, 0, 0.08},
                           Vec3d{0.2, 1, -0.05}, Vec3d{0, 0, -1}, Vec3d{0, 0, 1}}) {
     const Vec3d axis = normalized(at);
-    // A disc of 0.5 degrees, 1e5 times the rest, blurred as a lens does.
+    // A disc of 0.5 degrees at 1e5 times the rest, blurred as by a lens.
     const Descriptor d = estimated(*estimator, picture_of(r, [&](Vec3d p) {
       const double a = angle_between(p, axis);
       const auto l = static_cast<float>(1e5 * std::exp(-a * a / (2 * 0.008 * 0.008)));
@@ -105,12 +105,12 @@ TEST(Extremes, SunsOnPoleSeamRimAndBetweenLensesAreTheSameSun) {
     ASSERT_GE(d.lights.size(), 1U);
     EXPECT_LT(degrees_between(d.lights[0].direction, axis), 0.1) << at.x << " " << at.y << " " << at.z;
     if (first == 0) first = d.lights[0].irradiance.g;
-    // Sampled at pixel middles the blurred disc's energy varies by a few tenths of a percent.
+    // Sampled at the middles of pixels, the energy of the blurred disc varies by a few tenths of a percent.
     EXPECT_NEAR(d.lights[0].irradiance.g / first, 1, 0.01) << at.x << " " << at.y << " " << at.z;
   }
 }
 
-TEST(Extremes, AThousandLampsAreNoDisaster) {
+TEST(Extremes, AThousandLampsGiveAValidDescriptor) {
   std::vector<Vec3d> lamps;
   for (const reference::V3& n : reference::fibonacci_normals(1000)) lamps.push_back({n.x, n.y, n.z});
   const auto r = rig_of("pair", 320, 240);
@@ -124,7 +124,7 @@ TEST(Extremes, AThousandLampsAreNoDisaster) {
   expect_sane(d);
 }
 
-TEST(Extremes, TwoLampsClosingAndPartingAreOneOrTwoButNeverLost) {
+TEST(Extremes, TwoApproachingLampsAreNeverLost) {
   const auto r = rig_of("pair", 320, 240);
   const auto estimator = estimator_of(r);
   for (double gap = 20; gap >= 0; gap -= 1) {
@@ -160,13 +160,13 @@ TEST(Extremes, OddAndTinySizesWork) {
   expect_sane(estimated(one, [](Vec3d) { return Radiance{1, 1, 1}; }));
 }
 
-TEST(Extremes, PicturesOfAFewPixelsAreRightWithinTheirWideBound) {
+TEST(Extremes, TinyImagesAreWithinTheirBound) {
   for (const int width : {16, 24, 32, 48}) {
     const Descriptor d = estimated(rig_of("equirect", width, width / 2), [](Vec3d p) {
       return Radiance{p.y > 0 ? 2.0F : 1.0F, 1, 1};
     });
     const double error = error_of(d, [](Vec3d n) {
-      // A hemisphere of one at an angle: pi (1 + cos) / 2.
+      // Irradiance of a hemisphere of radiance 1: pi (1 + cos) / 2.
       const auto pi = std::numbers::pi_v<float>;
       return Irradiance{pi + pi * (1 + static_cast<float>(n.y)) / 2, pi, pi};
     });
@@ -175,7 +175,7 @@ TEST(Extremes, PicturesOfAFewPixelsAreRightWithinTheirWideBound) {
   }
 }
 
-TEST(Extremes, LinesFinerThanABlockAreCountedInTheBound) {
+TEST(Extremes, BoundIncludesLinesFinerThanABlock) {
   for (int row = 84; row < 88; ++row) {
     for (const bool along : {true, false}) {
       const auto r = rig_of("equirect", 512, 256);
@@ -208,7 +208,7 @@ TEST(Extremes, RandomPicturesNeverGiveNan) {
     for (auto& lens : p.pixels)
       for (float& v : lens) {
         const auto bits = static_cast<std::uint32_t>(random());
-        // Any float at all, now and then; mostly light over twelve orders.
+        // Sometimes an arbitrary float, otherwise radiance over twelve decades.
         if (bits % 16 == 0)
           std::memcpy(&v, &bits, sizeof v);
         else
@@ -217,7 +217,7 @@ TEST(Extremes, RandomPicturesNeverGiveNan) {
     Descriptor d;
     const Status s = estimator->estimate(std::span(&p.frame, 1), d);
     Encoder encoder;
-    // Floats near the end of their range may overflow a sum: then the wire refuses, and nothing is published.
+    // Floats near the end of their range may overflow a sum: encoding then fails, and nothing is published.
     if (s.ok() && !encoder.encode(d).ok()) {
       bool huge = false;
       for (auto& lens : p.pixels)

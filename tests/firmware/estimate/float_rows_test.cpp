@@ -1,4 +1,4 @@
-// Rows of floats are added to the columns of a row of blocks, on every vector unit, at any alignment.
+// Rows of floats are added to column sums on every Highway target, at any alignment.
 #include "estimate/panorama/kernels/float_rows.hpp"
 
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr float kMaxRadiance = 1e30F;
 
-/// Entries of all five columns, with guards.
+/// Arrays of all five sums, with guards.
 struct Columns {
   Guarded<float> r, g, b, low, peak;
   explicit Columns(std::size_t n) : r(n), g(n), b(n), low(n), peak(n) {}
@@ -33,7 +33,7 @@ class Row {
   static constexpr std::size_t kMost = 300;
 
   Row(std::size_t pixels, bool at_the_end, std::size_t misaligned, Random& random) : pixels_(pixels) {
-    // Where it ends at the fence its alignment is that of its length.
+    // At the end of the memory, the alignment depends on the length.
     rgb_ = colors_.place(12 * pixels + (at_the_end ? 0 : misaligned), at_the_end) + (at_the_end ? 0 : misaligned);
     auto* sr = reinterpret_cast<float*>(weights_.place(4 * pixels, at_the_end));
     std::exponential_distribution<float> light(0.1F);
@@ -62,7 +62,7 @@ class Row {
 
 constexpr std::size_t kPixels[] = {1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 31, 32, 33, 63, 64, 65, 100, 300};
 
-TEST(FloatRows, AreAddedToTheColumnsAboveThem) {
+TEST(FloatRows, AreAddedToColumnSums) {
   test::on_each_target([](const char* target) {
     SCOPED_TRACE(target);
     Random random(21);
@@ -98,9 +98,10 @@ TEST(FloatRows, AreAddedToTheColumnsAboveThem) {
   });
 }
 
-TEST(FloatRows, WithNonsenseAnywhereAreLeftAlone) {
+TEST(FloatRows, WithInvalidValuesAreNotAdded) {
   constexpr float kInfinite = std::numeric_limits<float>::infinity();
-  const float nonsense[] = {std::numeric_limits<float>::quiet_NaN(), -1e-20F, -kInfinite, kInfinite, 4.1F * kMaxRadiance};
+  const float nonsense[] = {std::numeric_limits<float>::quiet_NaN(), -1e-20F, -kInfinite, kInfinite,
+                            4.1F * kMaxRadiance};
   test::on_each_target([&](const char* target) {
     SCOPED_TRACE(target);
     Random random(22);
@@ -115,7 +116,7 @@ TEST(FloatRows, WithNonsenseAnywhereAreLeftAlone) {
         ASSERT_FALSE(row.add(0.25F, 5, got)) << at << " of " << pixels;
         for (std::size_t i = 0; i < pixels; ++i)
           for (const Guarded<float>* column : {&got.r, &got.g, &got.b, &got.low, &got.peak}) ASSERT_EQ((*column)[i], 7);
-        // Zero of either sign is light, and so is the brightest.
+        // Zero of either sign and the largest radiance are valid.
         row.set(at, at % 2 == 0 ? -0.0F : kMaxRadiance);
         ASSERT_TRUE(row.add(0.25F, 5, got));
         ASSERT_TRUE(got.guards_hold());

@@ -1,4 +1,4 @@
-// The same scene through every pixel format, alone and as a bracket, gives the same light.
+// The same scene in every pixel format, as a single exposure and as a bracket, gives the same light.
 #include <cmath>
 
 #include "scenes.hpp"
@@ -71,7 +71,7 @@ double error_against(const std::vector<reference::Rgb>& truth, const Descriptor&
 
 class Formats : public testing::TestWithParam<PixelFormat> {};
 
-TEST_P(Formats, ABracketOfThreeGivesTheLightOfTheScene) {
+TEST_P(Formats, BracketOfThreeReproducesTheScene) {
   const RigParameters rig = rig_of("pair", 320, 240, GetParam());
   // Full scale is a radiance of 0.01 / exposure (firmware/sim/rigs.hpp): 1000, 30 and 2.
   const Exposed e = expose(rig, GetParam(), {1e-5, 3.3e-4, 5e-3});
@@ -80,14 +80,14 @@ TEST_P(Formats, ABracketOfThreeGivesTheLightOfTheScene) {
   EXPECT_FALSE(d.flags.any());
 
   const double error = error_against(true_irradiance(), d);
-  EXPECT_LT(error, 0.03) << "the issue's figure for the simulated 8-bit sensor of a later step";
+  EXPECT_LT(error, 0.03) << "required accuracy with the simulated 8-bit sensor";
   EXPECT_LE(error, d.bound.total);
-  EXPECT_LT(d.bound.total, 0.06) << "a bound that says something";
+  EXPECT_LT(d.bound.total, 0.06) << "the bound is too wide";
   ASSERT_FALSE(d.lights.empty());
   EXPECT_LT(degrees_between(d.lights[0].direction, {0.3, 0.8, -0.5}), 0.5);
 }
 
-TEST_P(Formats, ALongExposureAloneIsFlaggedClippedAndNotTooBright) {
+TEST_P(Formats, SingleLongExposureIsFlaggedClipped) {
   const RigParameters rig = rig_of("pair", 320, 240, GetParam());
   const Exposed e = expose(rig, GetParam(), {5e-3});
   Descriptor d;
@@ -98,7 +98,7 @@ TEST_P(Formats, ALongExposureAloneIsFlaggedClippedAndNotTooBright) {
   EXPECT_LT(d.saturated, 0.1F);
 }
 
-TEST_P(Formats, AnExposureTooShortSaysSoInItsBound) {
+TEST_P(Formats, BoundHoldsForTooShortExposures) {
   const RigParameters rig = rig_of("pair", 320, 240, GetParam());
   for (const double exposure : {1e-5, 3e-6, 1e-6}) {
     const Exposed e = expose(rig, GetParam(), {exposure});
@@ -108,7 +108,7 @@ TEST_P(Formats, AnExposureTooShortSaysSoInItsBound) {
   }
 }
 
-TEST_P(Formats, AllSaturatedIsFlaggedAndABoundFromBelow) {
+TEST_P(Formats, AllSaturatedIsFlaggedAndALowerBound) {
   const RigParameters rig = rig_of("pair", 320, 240, GetParam());
   const Exposed e = expose(rig, GetParam(), {1.0});
   Descriptor d;

@@ -1,4 +1,4 @@
-// Memory that vector kernels are tested with: who reads or writes beside what is theirs is caught.
+// Memory for tests of SIMD kernels that detects reads and writes out of bounds.
 #pragma once
 
 #include <algorithm>
@@ -18,30 +18,30 @@ using Random = std::mt19937;
 
 inline unsigned below(Random& random, std::size_t n) { return static_cast<unsigned>(random() % n); }
 
-/// Memory between two pages that must not be touched: who reads a byte too far ends the test.
+/// Memory between two inaccessible pages: an access out of bounds ends the test.
 class Fenced {
  public:
-  explicit Fenced(std::size_t room) : page_(static_cast<std::size_t>(sysconf(_SC_PAGESIZE))) {
-    room_ = (room + page_ - 1) / page_ * page_;
-    all_ = static_cast<std::uint8_t*>(mmap(nullptr, room_ + 2 * page_, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
-    if (all_ == MAP_FAILED || mprotect(all_ + page_, room_, PROT_READ | PROT_WRITE) != 0) std::abort();
+  explicit Fenced(std::size_t size) : page_(static_cast<std::size_t>(sysconf(_SC_PAGESIZE))) {
+    size_ = (size + page_ - 1) / page_ * page_;
+    all_ = static_cast<std::uint8_t*>(mmap(nullptr, size_ + 2 * page_, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
+    if (all_ == MAP_FAILED || mprotect(all_ + page_, size_, PROT_READ | PROT_WRITE) != 0) std::abort();
   }
   Fenced(const Fenced&) = delete;
   Fenced& operator=(const Fenced&) = delete;
-  ~Fenced() { munmap(all_, room_ + 2 * page_); }
+  ~Fenced() { munmap(all_, size_ + 2 * page_); }
 
-  /// `bytes` that begin right after the first fence, or end right before the second.
+  /// `bytes` bytes that begin directly after the first page, or end directly before the second.
   std::uint8_t* place(std::size_t bytes, bool at_the_end) {
-    if (bytes > room_) std::abort();
-    return all_ + page_ + (at_the_end ? room_ - bytes : 0);
+    if (bytes > size_) std::abort();
+    return all_ + page_ + (at_the_end ? size_ - bytes : 0);
   }
 
  private:
-  std::size_t page_, room_;
+  std::size_t page_, size_;
   std::uint8_t* all_;
 };
 
-/// An array with `count` entries to write, and guards on either side that must stay.
+/// An array of `count` elements with guard elements on either side that must not change.
 template <class T>
 class Guarded {
  public:
@@ -71,7 +71,7 @@ struct Sums {
   }
 };
 
-/// What is written to the picture between its rows belongs to others.
+/// Fills all bytes, padding between rows included: `how` 0: 255, 1: 0, otherwise random.
 inline void fill(std::uint8_t* at, std::size_t bytes, unsigned how, Random& random) {
   for (std::size_t i = 0; i < bytes; ++i)
     at[i] = how == 0 ? 255 : how == 1 ? 0 : static_cast<std::uint8_t>(random() >> 8);

@@ -1,4 +1,4 @@
-// Sums down the rows of a block are what their header promises, on every vector unit, and look at nothing else.
+// Sums over the rows of a block equal their definition on every Highway target, without accesses out of bounds.
 #include "estimate/panorama/kernels/lane_sums.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 namespace lightwell::estimate {
 namespace {
 
-/// One lane by the words of lane_sums.hpp.
+/// Sums of one lane by the definition in lane_sums.hpp.
 struct Lane {
   std::uint32_t sum = 0, early = 0, peak = 0, clipped = 0;
   void add(unsigned code, unsigned linear, unsigned rows_left, bool seen, unsigned clipped_from) {
@@ -43,7 +43,7 @@ struct Case {
   }
 };
 
-/// Bytes of weights at the end of their memory.
+/// Fills weights at the beginning or the end of their memory.
 const std::uint8_t* put_weights(const Case& c, Fenced& memory, Random& random) {
   if (c.weights == Weights::none) return nullptr;
   const std::size_t bytes = static_cast<std::size_t>(c.rows - 1) * c.weight_stride + c.lanes;
@@ -58,7 +58,7 @@ const std::uint8_t* put_weights(const Case& c, Fenced& memory, Random& random) {
   return at;
 }
 
-/// Every length around the widths of all vectors, from the fewest lanes on.
+/// Lengths around multiples of all vector widths, from kMinLanes on.
 constexpr std::size_t kLanes[] = {64, 65, 66, 79, 80, 81, 95, 96, 97, 127, 128, 129, 160, 191, 192, 193, 255, 300};
 constexpr Weights kWeights[] = {Weights::none, Weights::random, Weights::with_holes, Weights::full, Weights::nothing};
 
@@ -100,7 +100,7 @@ CodeTable16 full_table() {
   return table;
 }
 
-TEST(LaneSums, OfCodesAreTheSumsDownTheRows) {
+TEST(LaneSums, SumCodesOverRows) {
   const std::array<CodeTable16, 3> tables = {rising_table(), any_table(), full_table()};
   test::on_each_target([&](const char* target) {
     SCOPED_TRACE(target);
@@ -126,7 +126,7 @@ TEST(LaneSums, OfCodesAreTheSumsDownTheRows) {
           const unsigned code = at[row * c.stride + i];
           const unsigned plain = table != nullptr ? (*table)[code] : weights != nullptr ? 257 * code : code;
           const unsigned weight = weights != nullptr ? weights[row * c.weight_stride + i] : 256;
-          // Each product is cut off, so that all vector units agree to the bit.
+          // Each product is truncated, so that all targets agree bit for bit.
           lane.add(code, plain * weight / 256, static_cast<unsigned>(c.rows - y), weight > 0, c.clipped_from);
         }
         ASSERT_EQ(got.sum[i], lane.sum) << c << ", lane " << i << ", table " << which;
@@ -138,7 +138,7 @@ TEST(LaneSums, OfCodesAreTheSumsDownTheRows) {
   });
 }
 
-TEST(LaneSums, OfWordsAreTheSumsDownTheRowsOfTheirLowBits) {
+TEST(LaneSums, SumMaskedWordsOverRows) {
   test::on_each_target([](const char* target) {
     SCOPED_TRACE(target);
     Fenced picture(kMaxRows * 1400), weighing(kMaxRows * 1100);
@@ -175,7 +175,7 @@ TEST(LaneSums, OfWordsAreTheSumsDownTheRowsOfTheirLowBits) {
 }
 
 TEST(LaneSums, EachCodeHasItsOwnLinearValue) {
-  // A code that a shuffle takes from the wrong place of the table might hide among sums of many.
+  // A wrong table entry might not be detected in sums of many codes.
   const CodeTable16 table = any_table();
   test::on_each_target([&](const char* target) {
     SCOPED_TRACE(target);
@@ -196,8 +196,8 @@ TEST(LaneSums, EachCodeHasItsOwnLinearValue) {
   });
 }
 
-TEST(LaneSums, FirstMomentComesFromTheEarlySums) {
-  // A single row that is lit, at each depth: rows * sum - early is its depth times its light.
+TEST(LaneSums, EarlySumsGiveTheFirstMoment) {
+  // One nonzero row at each depth: rows * sum - early is its depth times its sum.
   test::on_each_target([](const char* target) {
     SCOPED_TRACE(target);
     for (int rows = 1; rows <= kMaxRows; ++rows) {
@@ -212,14 +212,14 @@ TEST(LaneSums, FirstMomentComesFromTheEarlySums) {
   });
 }
 
-TEST(VectorUnits, AreAllThoseThatThisMachineHas) {
-  // Without the flags of the kernels' own files the loops above would skip the widest or go through none.
+TEST(HighwayTargets, ExcludeScalarFallbacks) {
+  // Without the kernels' target flags, the loops above would skip the widest target or all of them.
   std::vector<std::string> names;
   test::on_each_target([&](const char* target) { names.emplace_back(target); });
   ASSERT_FALSE(names.empty());
   for (const std::string& name : names) {
-    EXPECT_NE(name, "SCALAR") << "the kernels are not compiled for it";
-    EXPECT_NE(name, "EMU128") << "the kernels are not compiled for it";
+    EXPECT_NE(name, "SCALAR") << "the kernels are not compiled for this target";
+    EXPECT_NE(name, "EMU128") << "the kernels are not compiled for this target";
   }
 }
 

@@ -18,7 +18,7 @@ Light towards(double azimuth_deg, double height = 0) {
   return l;
 }
 
-/// Frames at an even rate.
+/// Frames at a constant rate.
 class Clip {
  public:
   explicit Clip(double rate = 30) : frame_ns_(static_cast<std::int64_t>(1e9 / rate)) {}
@@ -29,7 +29,7 @@ class Clip {
   std::int64_t frame_ns_, frames_ = 0;
 };
 
-TEST(LightTracker, KeepsTheNumbersOfLampsThatMoveAndChangeOrder) {
+TEST(LightTracker, KeepsTracksOfMovingLightsInAnyOrder) {
   Clip clip;
   std::vector<Light> lights = {towards(0), towards(90), towards(180)};
   clip.frame(lights);
@@ -44,7 +44,7 @@ TEST(LightTracker, KeepsTheNumbersOfLampsThatMoveAndChangeOrder) {
   }
 }
 
-TEST(LightTracker, RemembersALampThatIsOffForASecondWhateverTheFrameRate) {
+TEST(LightTracker, KeepsATrackForOneSecondAtAnyFrameRate) {
   for (const double rate : {30.0, 4.6}) {
     Clip clip(rate);
     std::vector<Light> lights = {towards(30)}, none;
@@ -62,8 +62,8 @@ TEST(LightTracker, RemembersALampThatIsOffForASecondWhateverTheFrameRate) {
   }
 }
 
-TEST(LightTracker, FollowsATurningProbeWhateverTheFrameRate) {
-  // 90 deg/s: three degrees from frame to frame, and twenty.
+TEST(LightTracker, FollowsARotatingProbeAtAnyFrameRate) {
+  // 90 deg/s: 3 or 20 degrees per frame.
   for (const double rate : {30.0, 4.6}) {
     Clip clip(rate);
     std::uint32_t first = 0, second = 0;
@@ -78,7 +78,7 @@ TEST(LightTracker, FollowsATurningProbeWhateverTheFrameRate) {
   }
 }
 
-TEST(LightTracker, KeepsNumbersWhereTimeStandsStillOrGoesBackwards) {
+TEST(LightTracker, KeepsTracksWhereTimeStandsStillOrRunsBackwards) {
   constexpr std::int64_t kSecond = 1'000'000'000;
   LightTracker tracker;
   std::vector<Light> lights = {towards(0), towards(90)}, none;
@@ -90,15 +90,15 @@ TEST(LightTracker, KeepsNumbersWhereTimeStandsStillOrGoesBackwards) {
     EXPECT_EQ(lights[0].track, b) << what;
     EXPECT_EQ(lights[1].track, a) << what;
   };
-  expect_kept(100 * kSecond, "stands still");
-  expect_kept(3 * kSecond, "a clock that started anew");
-  expect_kept(std::numeric_limits<std::int64_t>::min(), "as far back as numbers go");
-  expect_kept(std::numeric_limits<std::int64_t>::max(), "and on again: lamps in their places are the same");
+  expect_kept(100 * kSecond, "time stands still");
+  expect_kept(3 * kSecond, "the clock was restarted");
+  expect_kept(std::numeric_limits<std::int64_t>::min(), "smallest time");
+  expect_kept(std::numeric_limits<std::int64_t>::max(), "largest time, lamps have not moved");
   for (int i = 0; i < 100; ++i) tracker.assign(none, {50 * kSecond - i * kSecond});
-  expect_kept(-60 * kSecond, "lamps that are off while time goes backwards");
+  expect_kept(-60 * kSecond, "lamps are off while time runs backwards");
 }
 
-TEST(LightTracker, GivesANewLampANewNumber) {
+TEST(LightTracker, ANewLightGetsANewTrack) {
   Clip clip;
   std::vector<Light> lights = {towards(0)};
   clip.frame(lights);
@@ -109,7 +109,7 @@ TEST(LightTracker, GivesANewLampANewNumber) {
   EXPECT_NE(lights[1].track, first);
 }
 
-TEST(LightTracker, LetsTheNearerOfTwoKeepTheNumber) {
+TEST(LightTracker, TheNearerLightKeepsTheTrack) {
   Clip clip;
   std::vector<Light> lights = {towards(0)};
   clip.frame(lights);
@@ -119,7 +119,7 @@ TEST(LightTracker, LetsTheNearerOfTwoKeepTheNumber) {
   EXPECT_EQ(lights[1].track, first);
 }
 
-TEST(LightTracker, KeepsTheNumbersOfTwoLampsThatCrossThoughTheyAreOneForAWhile) {
+TEST(LightTracker, KeepsTracksOfTwoLightsThatCrossAndMerge) {
   const auto lit = [](double azimuth_deg, float strength) {
     Light l = towards(azimuth_deg);
     l.irradiance = {strength, strength, strength};
@@ -132,7 +132,7 @@ TEST(LightTracker, KeepsTheNumbersOfTwoLampsThatCrossThoughTheyAreOneForAWhile) 
     for (int frame = -40; frame <= 40; ++frame) {
       const double at = 0.5 * frame;
       lights = {lit(at, 1), lit(-at, other)};
-      // Closer than 3 degrees they are one spot, at the centroid.
+      // Closer than 3 degrees, they are detected as one light at the centroid.
       if (std::abs(2 * at) < 3) lights = {lit(at * (1 - other) / (1 + other), 1 + other)};
       clip.frame(lights);
       if (frame == -40) {
@@ -146,7 +146,7 @@ TEST(LightTracker, KeepsTheNumbersOfTwoLampsThatCrossThoughTheyAreOneForAWhile) 
   }
 }
 
-TEST(LightTracker, StandsManyLampsThatComeAndGoForEver) {
+TEST(LightTracker, HandlesManyAppearingAndDisappearingLights) {
   Clip clip;
   std::vector<Light> lights;
   for (int frame = 0; frame < 500; ++frame) {

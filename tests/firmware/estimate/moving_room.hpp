@@ -1,5 +1,5 @@
-// A room through a pair of fisheye lenses with a rolling shutter, down to the light of its rows: the probe turns,
-// somebody walks, lamps switch, the mains flicker. Rough in space and exact in time.
+// Simulates the row profiles of a pair of fisheye lenses with a rolling shutter in a room with a rotating probe, a
+// walking person, switched lamps and mains flicker. Coarse in space, exact in time.
 #pragma once
 
 #include <array>
@@ -22,14 +22,14 @@ struct RoomOptions {
   double readout_s = 30e-6;
   std::vector<double> exposure_s = {0.002};
   sim::MainsFlicker flicker;
-  double noise = 1e-3;          ///< Of a group of rows in one frame, relative.
-  double yaw_rad_per_s = 0;     ///< About +Y.
-  double tilt_rad = 0;          ///< Of a swing about +X, that moves the picture along the rows...
-  double tilt_hz = 0;           ///< ...so often a second.
-  double person_rad_per_s = 0;  ///< Somebody a metre away, walking around the probe; 0: nobody.
-  double lamp_period_s = 0;     ///< A lamp on and off; 0: stays on.
+  double noise = 1e-3;          ///< Relative standard deviation of a group of rows in one frame.
+  double yaw_rad_per_s = 0;     ///< Rotation about +Y.
+  double tilt_rad = 0;          ///< Amplitude of an oscillation about +X, across the rows.
+  double tilt_hz = 0;           ///< Its frequency.
+  double person_rad_per_s = 0;  ///< A person at a distance of 1 m, walking around the probe; 0: none.
+  double lamp_period_s = 0;     ///< Period of a lamp that is switched on and off; 0: on.
   double jitter_s = 0;          ///< Of frame times, uniform.
-  double mismatch = 0;          ///< A second exposure reads light wrong by so much, in a pattern along the rows.
+  double mismatch = 0;          ///< Relative error of the second exposure, in a pattern along the rows.
   std::uint64_t seed = 1;
 };
 
@@ -42,7 +42,7 @@ class MovingRoom {
     for (auto& lens : light_) lens.assign(kGroups, 0);
   }
 
-  /// The next frame.
+  /// Advances to the next frame.
   void step() {
     const auto n = options_.exposure_s.size();
     const double exposure = options_.exposure_s[frame_ % n];
@@ -58,12 +58,13 @@ class MovingRoom {
     for (int lens = 0; lens < kMaxLenses; ++lens) {
       for (int g = 0; g < kGroups; ++g) {
         const double middle = (g + 0.5) * kGroupRows - kRows / 2.0;
-        double swing = 0;
+        double modulation = 0;
         for (int j = 0; j < kGroupRows; ++j) {
           const double row = g * kGroupRows + j - (kRows - 1) / 2.0;
-          swing += options_.flicker.factor(t + row * options_.readout_s, exposure) / kGroupRows;
+          modulation += options_.flicker.factor(t + row * options_.readout_s, exposure) / kGroupRows;
         }
-        double l = seen(lens, g, t + middle * options_.readout_s) * swing * (1 + options_.noise * normal(random_));
+        double l = row_radiance(lens, g, t + middle * options_.readout_s) * modulation *
+                   (1 + options_.noise * normal(random_));
         if (info.bracket_index == 1) l *= 1 + options_.mismatch * std::sin(0.11 * g);
         light_[static_cast<std::size_t>(lens)][static_cast<std::size_t>(g)] = static_cast<float>(l);
       }
@@ -78,7 +79,7 @@ class MovingRoom {
   FrameInfo info;
 
  private:
-  /// Walls, a window, lamps, and a pattern of all sizes.
+  /// Walls, a window, lamps, and a pattern of all spatial frequencies.
   static sim::Panorama room(std::uint64_t seed) {
     std::mt19937_64 random(seed + 1000);
     std::normal_distribution<double> normal;
@@ -103,7 +104,7 @@ class MovingRoom {
     });
   }
 
-  [[nodiscard]] double seen(int lens, int group, double t) const {
+  [[nodiscard]] double row_radiance(int lens, int group, double t) const {
     using std::numbers::pi;
     const Quat pose = Quat::about({0, 1, 0}, options_.yaw_rad_per_s * t) *
                       Quat::about({1, 0, 0}, options_.tilt_rad * std::sin(2 * pi * options_.tilt_hz * t));
@@ -122,10 +123,10 @@ class MovingRoom {
       if (lens == 1) d = {-d.x, d.y, -d.z};
       d = rotate(pose, d);
       double l = world_.radiance(d).luminance();
-      // The lamp lights the room, its own side more.
+      // The lamp illuminates the room, its own side more.
       if (lamp_off) l *= 0.6 + 0.2 * d.x;
       if (options_.person_rad_per_s != 0) {
-        // 0.5 m wide and 1.8 m tall, bobbing at two steps a second, arms swinging.
+        // 0.5 m wide, 1.8 m tall, with a vertical motion of two steps per second and swinging arms.
         const double a = std::remainder(std::atan2(d.x, -d.z) - person, 2 * pi);
         const double h = d.y / std::hypot(d.x, d.z) - 0.03 * std::sin(4 * pi * t);
         const double width = h > 0.4 ? 0.12 : 0.25 + 0.1 * std::sin(2 * pi * t) * (h < 0.2);
@@ -144,15 +145,15 @@ class MovingRoom {
   std::array<std::vector<float>, kMaxLenses> light_;
 };
 
-/// What a detector says to the frames of a room, counted.
-struct Answers {
+/// Number of frames by detector state.
+struct StateCounts {
   int unknown = 0, none = 0, hz100 = 0, hz120 = 0;
   Flicker last = Flicker::unknown;
 };
 
-[[nodiscard]] inline Answers watch(const RoomOptions& options, int frames, FlickerDetector& detector) {
+[[nodiscard]] inline StateCounts count_states(const RoomOptions& options, int frames, FlickerDetector& detector) {
   MovingRoom room(options);
-  Answers out;
+  StateCounts out;
   for (int i = 0; i < frames; ++i) {
     room.step();
     out.last = detector.add(room.info, room.profiles());

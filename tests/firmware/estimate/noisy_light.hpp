@@ -1,4 +1,4 @@
-// Projections and lamps written as formulas, with noise of a known size, as a smoother meets them.
+// Analytic projections and lamps with noise of known variance, as input of a smoother.
 #pragma once
 
 #include <cmath>
@@ -16,7 +16,7 @@ inline constexpr std::int64_t kFrame = 33'333'333;
 
 [[nodiscard]] inline ProbeTime frame_time(int frame) { return {1'000'000'000 + frame * kFrame}; }
 
-/// A sky, brighter above, of irradiance about `level`.
+/// A sky, brighter above, with an irradiance of about `level`.
 [[nodiscard]] inline Projection sky(double level = 1) {
   Projection p;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -52,7 +52,7 @@ inline void add_cap(Projection& p, const Light& light) {
 
 [[nodiscard]] inline IrradianceRms rms(const Projection& p) { return irradiance_rms(p); }
 
-[[nodiscard]] inline Projection less(const Projection& a, const Projection& b) {
+[[nodiscard]] inline Projection difference(const Projection& a, const Projection& b) {
   Projection out;
   for (std::size_t i = 0; i < kRowCount; ++i)
     for (std::size_t k = 0; k < 3; ++k) out.c[i][k] = a.c[i][k] - b.c[i][k];
@@ -62,28 +62,28 @@ inline void add_cap(Projection& p, const Light& light) {
 [[nodiscard]] inline Projection without(const Projection& p, std::span<const Light> lights) {
   Projection caps;
   for (const Light& light : lights) add_cap(caps, light);
-  return less(p, caps);
+  return difference(p, caps);
 }
 
 [[nodiscard]] inline bool equal(const Projection& a, const Projection& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
-/// Noise that is white over directions and of RMS irradiance `n`.
+/// Noise that is white over directions with an RMS irradiance of `n`.
 class Noise {
  public:
   explicit Noise(double n, std::uint64_t seed = 1) : random_(seed) {
     Projection ones;
     for (auto& c : ones.c) c = {1, 1, 1};
-    deviation_ = n / rms(ones).plain;
+    sigma_ = n / rms(ones).plain;
   }
   void add(Projection& p) {
     for (auto& c : p.c)
-      for (double& v : c) v += deviation_ * normal_(random_);
+      for (double& v : c) v += sigma_ * normal_(random_);
   }
 
  private:
   std::mt19937_64 random_;
   std::normal_distribution<double> normal_;
-  double deviation_;
+  double sigma_;
 };
 
 }  // namespace lightwell::estimate

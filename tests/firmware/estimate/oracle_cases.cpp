@@ -20,10 +20,10 @@ unsigned levels_of(PixelFormat format) {
   return format == PixelFormat::bayer_rggb10 ? 1024 : format == PixelFormat::bayer_rggb12 ? 4096 : 256;
 }
 
-void put_response(Curve curve, PhotometricCalibration& p) {
+void set_response(Curve curve, PhotometricCalibration& p) {
   if (curve == Curve::as_it_comes) return;
   p.black_level = curve == Curve::linear_black ? 16.0 / 255 : 0;
-  // Two lenses and three channels that differ show where one is taken for another.
+  // Different values per channel detect swapped channels.
   p.white_balance = {1.3, 1, 1.6};
   switch (curve) {
     case Curve::as_it_comes:
@@ -39,7 +39,7 @@ void put_response(Curve curve, PhotometricCalibration& p) {
       p.response.gamma = 2.2;
       return;
     case Curve::table:
-      // Of film: steep where it is dark.
+      // Like film: steep near black.
       p.response.kind = ResponseCurve::Kind::table;
       p.response.inverse.clear();
       for (int i = 0; i <= 40; ++i) p.response.inverse.push_back(0.3 * i / 40 + 0.7 * std::pow(i / 40.0, 3));
@@ -73,7 +73,7 @@ reference::LensPixels pixels_of(const LensTable& lens) {
   return out;
 }
 
-/// Bytes and words of one picture.
+/// Writes the bytes and words of one image.
 class Writer {
  public:
   Writer(PixelFormat format, int width, int height, std::size_t stride, std::vector<std::byte>& bytes)
@@ -140,7 +140,7 @@ class Writer {
   std::vector<std::byte>& bytes_;
 };
 
-/// What proto says that a pixel of a picture holds.
+/// Codes of a pixel according to the definition of the format in proto.
 Codes codes_at(const View& v, int x, int y) {
   const auto byte = [&](int row, int column) {
     return std::to_integer<unsigned>(
@@ -172,7 +172,7 @@ Codes codes_at(const View& v, int x, int y) {
   const auto site = [&](int dx, int dy) {
     const int column = x / 2 * 2 + dx, row = y / 2 * 2 + dy;
     if (v.format == PixelFormat::bayer_rggb8) return byte(row, column);
-    // The low bits are used.
+    // Only the low bits are significant.
     return (byte(row, 2 * column) | byte(row, 2 * column + 1) << 8) & (levels_of(v.format) - 1);
   };
   return {site(0, 0), site(1, 0), site(0, 1), site(1, 1)};
@@ -219,7 +219,7 @@ OracleCase::OracleCase(std::string_view kind, int width, int height, PixelFormat
 
 void OracleCase::set_curve(Curve curve) {
   if (format_ == PixelFormat::rgb_f32) return;
-  for (LensParameters& lens : rig_.lenses) put_response(curve, lens.photometry);
+  for (LensParameters& lens : rig_.lenses) set_response(curve, lens.photometry);
 }
 
 OracleCase::Geometry& OracleCase::geometry(int edge) {
@@ -291,7 +291,7 @@ Shot OracleCase::shoot(const reference::RandomScene& scene, std::span<const doub
   return out;
 }
 
-Shot OracleCase::shoot_noise(unsigned seed) const {
+Shot OracleCase::shoot_random_bytes(unsigned seed) const {
   std::mt19937 random(seed);
   Shot out;
   Frame frame;
@@ -313,7 +313,7 @@ Truth OracleCase::truth(std::span<const Frame> bracket, int edge) const {
     const reference::LensPixels& lens = lenses_[k];
     std::vector<reference::PixelLight> light;
     if (format_ == PixelFormat::rgb_f32) {
-      // Floats are radiance itself; of several exposures each knows the same.
+      // Floats are radiance, the same in every exposure.
       const View& v = bracket[0].views()[k];
       for (int y = 0; y < lens.height; ++y) {
         for (int x = 0; x < lens.width; ++x) {
@@ -359,7 +359,7 @@ double deviation(const estimate::Projection& got, std::span<const reference::Rgb
   const auto compare = [&](std::size_t index) {
     for (std::size_t c = 0; c < 3; ++c) {
       largest = std::max(largest, std::abs(truth[index][c]));
-      // A NaN is the worst.
+      // NaN counts as the worst.
       const double off = std::abs(got.c[at][c] - truth[index][c]);
       worst = off <= worst ? worst : off;
     }

@@ -1,4 +1,4 @@
-// Pictures of random scenes, what the passes make of them, and what the double oracle says.
+// Frames of random scenes, and block sums and coefficients of a double-precision oracle.
 #pragma once
 
 #include <map>
@@ -18,24 +18,24 @@
 
 namespace lightwell::test {
 
-/// A response to put on a rig's lenses in place of the one they come with.
+/// A response curve for all lenses of a rig; as_it_comes: that of the rig.
 enum class Curve { as_it_comes, linear, srgb, gamma, table, linear_black };
 inline constexpr Curve kCurves[] = {Curve::linear, Curve::srgb, Curve::gamma, Curve::table, Curve::linear_black};
 [[nodiscard]] std::string_view to_string(Curve curve);
 
-/// Frames of a bracket with the pictures that they lend.
+/// Frames of a bracket and their memory.
 struct Shot {
   std::vector<std::vector<std::byte>> pictures;
   std::vector<Frame> frames;
 };
 
-/// The oracle's words on a bracket, all lenses' blocks one after another.
+/// The oracle's result for a bracket: blocks of all lenses in order.
 struct Truth {
   std::vector<reference::BlockLight> blocks;
   double clipped_sr = 0, noise = 0;
 };
 
-/// A rig of sim/rigs.hpp and the oracle beside it. What depends on its geometry alone is worked out once.
+/// A rig of sim/rigs.hpp and its oracle. Caches what depends on the geometry alone.
 class OracleCase {
  public:
   OracleCase(std::string_view kind, int width, int height, PixelFormat format, Curve curve);
@@ -50,15 +50,15 @@ class OracleCase {
   [[nodiscard]] const estimate::BlockLayout& layout(int edge) { return geometry(edge).layout; }
   [[nodiscard]] const estimate::CellGrid& grid(int edge) { return geometry(edge).grid; }
 
-  /// Every pixel holds the scene's radiance at its middle, encoded to the nearest code. An exposure of 1 takes the
-  /// brightest pixel to `fill` of saturation. Rows are padded by `padding` bytes of rubbish (whole samples of it).
+  /// Sets every pixel to the scene's radiance at its middle, encoded to the nearest code. With an exposure of 1, the
+  /// brightest pixel is at `fill` of saturation. Rows are padded by `padding` samples of arbitrary content.
   [[nodiscard]] Shot shoot(const reference::RandomScene& scene, std::span<const double> exposures, double fill = 0.95,
                            std::size_t padding = 0) const;
-  /// Pictures of bytes that mean nothing.
-  [[nodiscard]] Shot shoot_noise(unsigned seed) const;
+  /// A frame of random bytes.
+  [[nodiscard]] Shot shoot_random_bytes(unsigned seed) const;
 
   [[nodiscard]] Truth truth(std::span<const Frame> bracket, int edge) const;
-  /// By the oracle's own harmonics of the blocks. Fitted where the grid is.
+  /// Coefficients by the oracle's own harmonics of the blocks; least-squares fit where the grid uses one.
   [[nodiscard]] std::vector<reference::Rgb> coefficients(const Truth& truth, int edge);
 
  private:
@@ -76,7 +76,7 @@ class OracleCase {
   std::map<int, Geometry> geometry_;
 };
 
-/// Largest difference of two sets of coefficients over the largest coefficient, all bands and channels of a Projection.
+/// Largest difference of coefficients relative to the largest coefficient, over all bands and channels.
 [[nodiscard]] double deviation(const estimate::Projection& got, std::span<const reference::Rgb> truth);
 
 }  // namespace lightwell::test

@@ -1,4 +1,4 @@
-// The promise of accuracy on the eight real panoramas of blender-data, through the ideal sensor of a back-to-back pair.
+// Accuracy on the eight real panoramas of blender-data, with an ideal sensor.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -23,11 +23,11 @@ class RealPanoramas : public testing::TestWithParam<const char*> {
     Result<sim::Panorama> loaded = sim::load_panorama(*path);
     ASSERT_TRUE(loaded.ok()) << loaded.status().message();
     panorama_ = std::move(*loaded);
-    // The loader has set negatives to zero; the oracle sees the same numbers.
+    // The loader has set negative values to zero; the oracle uses the same values.
     truth_ = {panorama_.width, panorama_.height, {panorama_.rgb.begin(), panorama_.rgb.end()}};
   }
 
-  Descriptor seen_by(const RigParameters& rig) const {
+  Descriptor estimate_with(const RigParameters& rig) const {
     const sim::Scene scene(panorama_);
     Picture p;
     p.frame.info.exposure_s = 1;
@@ -70,10 +70,10 @@ class RealPanoramas : public testing::TestWithParam<const char*> {
   reference::Panorama truth_;
 };
 
-TEST_P(RealPanoramas, ThroughABackToBackPair) { expect_right(seen_by(rig_of("pair", 640, 480))); }
-TEST_P(RealPanoramas, ThroughDoubleSphereLenses) { expect_right(seen_by(rig_of("double_sphere", 640, 480))); }
+TEST_P(RealPanoramas, BackToBackPair) { expect_right(estimate_with(rig_of("pair", 640, 480))); }
+TEST_P(RealPanoramas, DoubleSphereLenses) { expect_right(estimate_with(rig_of("double_sphere", 640, 480))); }
 
-TEST_P(RealPanoramas, AsTheEquirectangularPictureItself) {
+TEST_P(RealPanoramas, AsEquirectangularImage) {
   RigParameters rig = rig_of("equirect", panorama_.width, panorama_.height);
   Picture p;
   p.frame.info.exposure_s = 1;

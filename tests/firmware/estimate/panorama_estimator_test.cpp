@@ -16,7 +16,7 @@ RigParameters small_rig(const char* kind) {
   return std::string(kind) == "equirect" ? rig_of(kind, 256, 128) : rig_of(kind, 240, 180);
 }
 
-TEST(PanoramaEstimator, OfAConstantSphereGivesBandZeroAloneAndNoLights) {
+TEST(PanoramaEstimator, ConstantSphereIsBandZeroWithoutLights) {
   for (const char* kind : kKinds) {
     const Descriptor d = estimated(small_rig(kind), [](Vec3d) { return Radiance{3, 2, 1}; });
     EXPECT_TRUE(d.lights.empty()) << kind;
@@ -28,11 +28,11 @@ TEST(PanoramaEstimator, OfAConstantSphereGivesBandZeroAloneAndNoLights) {
   }
 }
 
-TEST(PanoramaEstimator, GivesBackEverySingleHarmonicUpToItsBand) {
+TEST(PanoramaEstimator, ReproducesEveryHarmonicUpToItsBand) {
   const RigParameters rig = small_rig("pair");
   const auto estimator = estimator_of(rig, everything(6, 0));
   for (int i = 0; i < sh_count(6); ++i) {
-    // A pedestal keeps radiance positive: |Y| stays below 2 up to band 6.
+    // A constant keeps radiance positive: |Y| is below 2 up to band 6.
     const Descriptor d = estimated(*estimator, picture_of(rig, [i](Vec3d p) {
       const auto y = static_cast<float>(reference::harmonics({p.x, p.y, p.z}, 6)[static_cast<std::size_t>(i)]);
       return Radiance{2 + y, 2, 2 - y};
@@ -47,32 +47,32 @@ TEST(PanoramaEstimator, GivesBackEverySingleHarmonicUpToItsBand) {
   }
 }
 
-TEST(PanoramaEstimator, OfACosineLobeGivesTheIrradianceOfOne) {
+TEST(PanoramaEstimator, ReproducesTheIrradianceOfACosineLobe) {
   const Vec3d axis = normalized(Vec3d{0.3, 0.8, -0.5});
   const Descriptor d = estimated(small_rig("pair"), [&](Vec3d p) {
     const auto c = static_cast<float>(std::max(0.0, dot(p, axis)));
     return Radiance{c, c, c};
   });
-  // The irradiance of a clipped cosine seen by a clipped cosine: (2/3) (sin a + (pi - a) cos a).
+  // Irradiance of a clipped cosine at the angle a: (2/3) (sin a + (pi - a) cos a).
   const double error = error_of(d, [&](Vec3d n) {
     const double a = angle_between(n, axis);
     const auto e = static_cast<float>(2.0 / 3 * (std::sin(a) + (std::numbers::pi - a) * std::cos(a)));
     return Irradiance{e, e, e};
   });
-  // What band 4 leaves out of a lobe seen through a lobe: A_6² sqrt(13) of sqrt(sum A_l⁴ (2l+1)) = 7e-4.
+  // Truncation above band 4: A_6² sqrt(13) / sqrt(sum A_l⁴ (2l+1)) = 7e-4.
   EXPECT_LT(error, 8e-4);
 }
 
-TEST(PanoramaEstimator, FindsALampWhereverItStands) {
+TEST(PanoramaEstimator, DetectsALampInEveryDirection) {
   const RigParameters rig = small_rig("pair");
   const auto estimator = estimator_of(rig);
-  // Poles, axes, the ring where both lenses see, between.
+  // Poles, axes, the overlap of both lenses, and between.
   const Vec3d places[] = {{0, 1, 0}, {0, -1, 0},    {1, 0, 0},    {-1, 0, 0},       {0, 0, -1},
                           {0, 0, 1}, {1, 0, -0.04}, {1, 1, 0.03}, {-0.5, 0.2, 0.7}, {0.3, -0.6, -0.9}};
   const double rho = 0.05;
   for (const Vec3d& place : places) {
     const Vec3d axis = normalized(place);
-    // Pixels of 0.8 degrees cut a disc of 2.9 degrees roughly: supersampled, as a sensor would see it.
+    // Pixels of 0.8 degrees are coarse for a disc of 2.9 degrees: its edge is antialiased, as by a sensor.
     const Picture picture = picture_of(rig, [&](Vec3d p) {
       const double a = angle_between(p, axis), soft = std::clamp((rho - a) / 0.014 + 0.5, 0.0, 1.0);
       const auto l = static_cast<float>(1000 * soft);
@@ -84,7 +84,7 @@ TEST(PanoramaEstimator, FindsALampWhereverItStands) {
     // A tenth of a pixel.
     EXPECT_LT(degrees_between(light.direction, axis), 0.1) << place.x << " " << place.y << " " << place.z;
     const double truth = 1000 * std::numbers::pi * std::sin(rho) * std::sin(rho);
-    // A disc of 3.6 pixels' radius, sampled at the pixels' middles.
+    // Tolerance: a disc with a radius of 3.6 pixels, sampled at the middles of pixels.
     EXPECT_NEAR(light.irradiance.r / truth, 1, 0.05);
     EXPECT_NEAR(light.irradiance.b / light.irradiance.r, 0.5, 0.005);
     EXPECT_NEAR(light.angular_radius_rad, rho, 0.1 * rho);
@@ -94,13 +94,13 @@ TEST(PanoramaEstimator, FindsALampWhereverItStands) {
       return Irradiance{pi + e, pi + e, pi + 0.5F * e};
     });
     EXPECT_LT(error, 0.01);
-    EXPECT_LT(error, d.bound.total + 0.01) << "truth here leaves the ramp out";
+    EXPECT_LT(error, d.bound.total + 0.01) << "the truth neglects the soft edge";
   }
 }
 
-TEST(PanoramaEstimator, TurningTheRigTurnsTheAnswer) {
+TEST(PanoramaEstimator, IsRotationInvariant) {
   const auto scene = [](Vec3d d) {
-    // Soft edges: a hard one, sampled at pixel middles, would not keep its own energy under a turn.
+    // Soft edges: the sampled energy of a hard one would depend on the rotation.
     const float sky = 1.2F + 0.8F * static_cast<float>(std::tanh(8 * d.y)), wall = d.x < -0.7 ? 3.0F : 0.0F;
     const double a = angle_between(d, normalized(Vec3d{0.5, 0.7, -0.5}));
     const auto sun = static_cast<float>(800 * std::exp(-a * a / (2 * 0.04 * 0.04)));
@@ -111,21 +111,20 @@ TEST(PanoramaEstimator, TurningTheRigTurnsTheAnswer) {
   const Descriptor still = estimated(*estimator, picture_of(rig, scene));
   for (const Quat& q :
        {Quat::about({0, 1, 0}, 1.1), Quat::about({1, 0, 0}, -0.6), Quat::about(normalized(Vec3d{1, 1, -2}), 2.2)}) {
-    // q takes world to probe: the probe sees at d what the world has at q^-1 d.
+    // q rotates world to probe: the probe observes in direction d the world's direction q^-1 d.
     const Descriptor turned =
         estimated(*estimator, picture_of(rig, [&](Vec3d d) { return scene(rotate(q.inverse(), d)); }));
     ASSERT_FALSE(turned.lights.empty());
-    // Three tenths of this rig's pixel of one degree: pixels at half the peak of a glow fall in or out as the grid
-    // lies.
+    // 0.3 pixels of this rig: whether pixels at half the peak belong to the core depends on the grid.
     EXPECT_LT(degrees_between(turned.lights[0].direction, rotate(q, vec_cast<double>(still.lights[0].direction))), 0.3);
     const double error =
         error_of(turned, [&](Vec3d n) { return irradiance_at(still, vec_cast<float>(rotate(q.inverse(), n))); });
-    // Both are within their bounds of the same truth.
+    // Both results are within their bounds of the same truth.
     EXPECT_LT(error, still.bound.total + turned.bound.total);
   }
 }
 
-TEST(PanoramaEstimator, OfOneLensSaysWhatItDoesNotSee) {
+TEST(PanoramaEstimator, ReportsTheCoverageOfOneLens) {
   const Descriptor d = estimated(rig_of("single", 240, 180), [](Vec3d) { return Radiance{1, 1, 1}; });
   // A cap of 95 degrees: (1 - cos 95) / 2.
   EXPECT_NEAR(d.coverage, (1 - std::cos(95 * std::numbers::pi / 180)) / 2, 0.005);
@@ -133,7 +132,7 @@ TEST(PanoramaEstimator, OfOneLensSaysWhatItDoesNotSee) {
   EXPECT_TRUE(std::isinf(d.bound.total));
 }
 
-TEST(PanoramaEstimator, RefusesFramesThatAreNotOfItsRigSayingWhatIsWrong) {
+TEST(PanoramaEstimator, RefusesFramesThatDoNotMatchTheRigWithAReason) {
   const RigParameters rig = small_rig("pair");
   const auto estimator = estimator_of(rig);
   Descriptor d;
@@ -158,10 +157,10 @@ TEST(PanoramaEstimator, RefusesFramesThatAreNotOfItsRigSayingWhatIsWrong) {
     EXPECT_NE(refusal([&](View&, FrameInfo& i) { i.exposure_s = exposure; }).find("exposure_s"), std::string::npos);
   EXPECT_FALSE(estimator->estimate({}, d).ok());
   const Picture good = picture_of(rig, [](Vec3d) { return Radiance{1, 1, 1}; });
-  EXPECT_TRUE(estimator->estimate(std::span(&good.frame, 1), d).ok()) << "and goes on after a refusal";
+  EXPECT_TRUE(estimator->estimate(std::span(&good.frame, 1), d).ok()) << "a valid frame after refused ones";
 }
 
-TEST(PanoramaEstimator, TakesANewConfigurationWithTheNextFrame) {
+TEST(PanoramaEstimator, AppliesANewConfigurationFromTheNextFrame) {
   const RigParameters rig = small_rig("pair");
   const auto estimator = estimator_of(rig);
   const Picture p = picture_of(rig, lamp({0.3, 0.5, -1}, 0.06, 500));
@@ -174,7 +173,7 @@ TEST(PanoramaEstimator, TakesANewConfigurationWithTheNextFrame) {
   EXPECT_EQ(estimated(*estimator, p).radiance.band, 2);
 }
 
-TEST(PanoramaEstimator, ASettingIsAWayToReadTheLimitsOfError) {
+TEST(PanoramaEstimator, SettingScalesTheErrorLimits) {
   const RigParameters rig = small_rig("pair");
   const Picture p = picture_of(rig, lamp({0.3, 0.5, -1}, 0.06, 500));
   const auto answer = [&](Setting setting, double epsilon) {
@@ -193,7 +192,7 @@ TEST(PanoramaEstimator, ASettingIsAWayToReadTheLimitsOfError) {
   EXPECT_EQ(fast.setting, Setting::fast);
 }
 
-TEST(PanoramaEstimator, ScalesEverythingAlikeAndSaysTheUnits) {
+TEST(PanoramaEstimator, ScalesAllQuantitiesAndSetsTheUnits) {
   const RigParameters rig = small_rig("pair");
   const auto estimator = estimator_of(rig);
   const Picture p = picture_of(rig, lamp({0.3, 0.5, -1}, 0.06, 500));
@@ -208,7 +207,7 @@ TEST(PanoramaEstimator, ScalesEverythingAlikeAndSaysTheUnits) {
   EXPECT_NEAR(absolute.bound.total, relative.bound.total, 1e-4);
 }
 
-TEST(PanoramaEstimator, RefusesImpossibleOptions) {
+TEST(PanoramaEstimator, RefusesInvalidOptions) {
   PanoramaOptions options;
   options.block_edge = 12;
   EXPECT_FALSE(make_panorama_estimator(small_rig("pair"), options).ok());

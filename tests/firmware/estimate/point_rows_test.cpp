@@ -1,4 +1,4 @@
-// Light from single directions goes into every function as the oracle's harmonics say, on every vector unit.
+// The projection of point lights equals the oracle's spherical harmonics on every Highway target.
 #include "estimate/common/kernels/point_rows.hpp"
 
 #include <cmath>
@@ -13,7 +13,7 @@
 namespace lightwell::estimate {
 namespace {
 
-/// Bands 0 to 6 whole, then 8, 10 and 12, of the oracle.
+/// The oracle's harmonics of bands 0 to 6, 8, 10 and 12.
 std::vector<double> oracle_row(double x, double y, double z) {
   const std::vector<double> all = reference::harmonics({x, y, z}, 12);
   std::vector<double> out(all.begin(), all.begin() + 49);
@@ -21,7 +21,7 @@ std::vector<double> oracle_row(double x, double y, double z) {
   return out;
 }
 
-TEST(PointRows, AreTheOraclesHarmonicsAtEveryDirectionPolesIncluded) {
+TEST(PointRows, EqualTheOracleInEveryDirection) {
   test::on_each_target([](const char* target) {
     SCOPED_TRACE(target);
     std::mt19937 random(5);
@@ -42,7 +42,7 @@ TEST(PointRows, AreTheOraclesHarmonicsAtEveryDirectionPolesIncluded) {
         float* light[] = {&points.r[k], &points.g[k], &points.b[k]};
         for (float* v : light) *v = std::exp(static_cast<float>(normal(random)));
         if (k >= count) {
-          // What lies beyond is no light, whatever it says.
+          // Light beyond `count` must be ignored, even if invalid.
           *light[0] = std::numeric_limits<float>::quiet_NaN(), *light[1] = std::numeric_limits<float>::infinity();
           continue;
         }
@@ -53,7 +53,7 @@ TEST(PointRows, AreTheOraclesHarmonicsAtEveryDirectionPolesIncluded) {
         }
       }
       add_points(points, got);
-      // No function of band 12 exceeds sqrt(25 / 4 pi) = 1.41, twelve steps of recursion each round to 2^-24.
+      // Basis functions of band 12 are at most sqrt(25 / 4 pi) = 1.41; twelve steps of recursion each round to 2^-24.
       for (std::size_t c = 0; c < 3; ++c)
         for (std::size_t i = 0; i < kRowCount; ++i)
           ASSERT_NEAR(got[c][i], truth[c][i], 2e-6 * 1.41 * amount[c] + 4e-7)

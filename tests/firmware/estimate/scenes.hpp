@@ -1,4 +1,4 @@
-// Pictures of analytic scenes and what an estimator makes of them.
+// Images of analytic scenes, and estimates from them.
 #pragma once
 
 #include <functional>
@@ -21,7 +21,7 @@ namespace lightwell::testing_scenes {
 
 using RadianceOf = std::function<Radiance(Vec3d)>;
 
-/// A frame that owns its float pictures, one a lens.
+/// A frame that owns its float images, one per lens.
 struct Picture {
   std::vector<std::vector<float>> pixels;
   Frame frame;
@@ -33,7 +33,7 @@ inline RigParameters rig_of(const char* kind, int width, int height, PixelFormat
   return *rig;
 }
 
-/// Every pixel of the rig holds the scene's radiance at its middle.
+/// Sets every pixel of the rig to the scene's radiance at its middle.
 inline Picture picture_of(const RigParameters& rig, const RadianceOf& scene) {
   Picture out;
   const Result<RigTable> table = make_rig_table(rig);
@@ -56,7 +56,7 @@ inline Picture picture_of(const RigParameters& rig, const RadianceOf& scene) {
   return out;
 }
 
-/// Bands and lights whether a scene needs them or not: for tests of what can be seen, not of what is worth sending.
+/// All bands and lights (epsilon 0): for tests of the integration, without the selection.
 inline EstimatorConfig everything(int band = 4, int max_lights = 8) {
   EstimatorConfig config;
   config.panorama.epsilon = 0;
@@ -84,7 +84,7 @@ inline Descriptor estimated(const RigParameters& rig, const RadianceOf& scene, E
   return estimated(*estimator_of(rig, config), picture_of(rig, scene));
 }
 
-/// The larger of the two relative errors of irradiance against a truth by normal.
+/// The larger of the two relative RMS errors of irradiance (plain, luminance-weighted).
 inline double error_of(const Descriptor& d, const std::function<Irradiance(Vec3d)>& truth) {
   std::vector<reference::Rgb> expected, got;
   for (const reference::V3& n : reference::fibonacci_normals(2048)) {

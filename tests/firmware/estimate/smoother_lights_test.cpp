@@ -1,4 +1,4 @@
-// Lights beside a smoothed projection: the two must describe the same energy.
+// Smoothed lights and the smoothed projection must describe the same energy.
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -12,7 +12,7 @@
 namespace lightwell::estimate {
 namespace {
 
-TEST(SmootherLights, LightsLoseTheirNoiseToo) {
+TEST(SmootherLights, NoiseOfLightsIsReduced) {
   constexpr double kNoise = 0.01, kJitter = 1e-3;
   Smoother smoother;
   Noise noise(kNoise);
@@ -39,8 +39,8 @@ TEST(SmootherLights, LightsLoseTheirNoiseToo) {
   EXPECT_GT(2 * kJitter * kJitter / direction, 10);
 }
 
-TEST(SmootherLights, ALampThatMovesIsWhereItIsThoughTheRoomHardlyChanges) {
-  // One degree, of a lamp whose light is as strong as the noise.
+TEST(SmootherLights, MovingLightPassesThoughTheProjectionHardlyChanges) {
+  // A step of one degree by a lamp whose irradiance equals the noise.
   Smoother smoother;
   Noise noise(0.1);
   for (int i = 0; i < 40; ++i) {
@@ -55,9 +55,9 @@ TEST(SmootherLights, ALampThatMovesIsWhereItIsThoughTheRoomHardlyChanges) {
   }
 }
 
-TEST(SmootherLights, LampsThatMergePartComeAndGoTakeOutNothingThatIsNotThere) {
-  // The same four lamps all the time, found as one to four lights under numbers that change: the projection never
-  // changes, so what is left beside the lights must stay what it is in each frame, to within the noise.
+TEST(SmootherLights, ResidualStaysConstantWhileLightsMergeAndSeparate) {
+  // Four constant lamps, detected as one to four lights with changing tracks: the projection is constant, so that the
+  // residual without the lights must equal that of each frame within the noise.
   constexpr double kNoise = 0.003;
   Smoother smoother;
   Noise noise(kNoise);
@@ -71,30 +71,30 @@ TEST(SmootherLights, LampsThatMergePartComeAndGoTakeOutNothingThatIsNotThere) {
     noise.add(p);
     raw = p;
     std::vector<Light> lights;
-    const auto how = random() % 5;
+    const auto variant = random() % 5;
     const auto number = [&](std::uint32_t usual) { return random() % 10 == 0 ? fresh++ : usual; };
-    if (how == 0) {
+    if (variant == 0) {
       lights = {lamp(places[0], 3, number(1)), lamp(places[3], 1, number(4))};
-    } else if (how == 1) {
+    } else if (variant == 1) {
       lights = {lamp(places[1], 1, number(1)), lamp(places[0], 2, number(2))};
-    } else if (how == 2) {
+    } else if (variant == 2) {
       for (std::size_t k = 0; k < 4; ++k)
         lights.push_back(lamp(places[k], 1, number(static_cast<std::uint32_t>(k) + 1)));
-    } else if (how == 3) {
+    } else if (variant == 3) {
       lights = {lamp(places[3], 1, number(1))};
     }
     std::vector<Light> found = lights;
-    const double left = smoother.apply(p, lights, frame_time(i), kNoise).plain;
-    const double wrong = rms(less(without(p, lights), without(raw, found))).plain;
-    worst = std::max(worst, wrong - left);
-    // A light that is new, or has changed by more than 4 n, is as it was found.
-    ASSERT_LT(wrong, left + 4 * std::sqrt(2.0) * kNoise * 4) << i;
+    const double residual = smoother.apply(p, lights, frame_time(i), kNoise).plain;
+    const double error = rms(difference(without(p, lights), without(raw, found))).plain;
+    worst = std::max(worst, error - residual);
+    // A light that is new, or has changed by more than 4 n, is unchanged.
+    ASSERT_LT(error, residual + 4 * std::sqrt(2.0) * kNoise * 4) << i;
   }
   EXPECT_LT(worst, 4 * kNoise);
 }
 
-TEST(SmootherLights, ALampThatIsGoneLeavesNoLightBehind) {
-  // Weaker than the noise, so that what it gave fades away in the rest, where it is.
+TEST(SmootherLights, LostTrackIsDropped) {
+  // Weaker than the noise, so that its remainder in the projection fades slowly.
   Smoother smoother;
   const Light l = lamp({0, 1, 0}, 0.02F, 1);
   std::vector<Light> lights;
@@ -109,15 +109,15 @@ TEST(SmootherLights, ALampThatIsGoneLeavesNoLightBehind) {
     (void)smoother.apply(p, lights, frame_time(i), 0.05);
     EXPECT_EQ(lights.size(), i < 30 ? 1U : 0U);
   }
-  EXPECT_LT(rms(less(p, sky())).plain, 0.03 * 0.02) << "after a second, e^-4 of it is left, by the mean before less";
-  // Under the same number somewhere else: a new lamp, not a journey.
+  EXPECT_LT(rms(difference(p, sky())).plain, 0.03 * 0.02) << "after one second, at most e^-4 of it remains";
+  // The same track number in another direction is a new lamp, not motion.
   lights = {lamp({1, 0, 0}, 0.02F, 1)};
   (void)smoother.apply(p, lights, frame_time(60), 0.05);
   EXPECT_EQ(lights[0], lamp({1, 0, 0}, 0.02F, 1));
 }
 
-TEST(SmootherLights, TheCovarianceOfADirectionTurnsWithItsBasis) {
-  // The tangent basis of Duff et al. turns where z changes its sign; the ellipse on the sphere must not.
+TEST(SmootherLights, CovarianceFollowsTheTangentBasis) {
+  // The tangent basis of Duff et al. (2017) rotates where z changes its sign; the ellipse on the sphere must not.
   Smoother smoother;
   const auto spread = [](const Light& l, Vec3d along) {
     const auto basis = tangent_basis(vec_cast<double>(l.direction));
@@ -141,7 +141,7 @@ TEST(SmootherLights, TheCovarianceOfADirectionTurnsWithItsBasis) {
   }
 }
 
-TEST(SmootherLights, MoreLightsThanThereCanBeAndLightsWithoutATrackStayAsTheyAre) {
+TEST(SmootherLights, ExcessLightsAndLightsWithoutTrackAreUnchanged) {
   Smoother smoother;
   std::vector<Light> lights;
   for (int i = 0; i < 20; ++i) {
@@ -151,7 +151,7 @@ TEST(SmootherLights, MoreLightsThanThereCanBeAndLightsWithoutATrackStayAsTheyAre
     const std::vector<Light> found = lights;
     Projection p = sky();
     (void)smoother.apply(p, lights, frame_time(i), 0.01);
-    EXPECT_EQ(lights, found) << "constant light stays as it is anyway";
+    EXPECT_EQ(lights, found) << "constant lights are unchanged";
   }
 }
 

@@ -15,37 +15,37 @@ namespace {
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-TEST(Smoother, StillLightLosesItsNoiseAndKeepsItsMean) {
+TEST(Smoother, ReducesNoiseWithoutBias) {
   constexpr double kNoise = 0.01;
   constexpr int kFrames = 6000;
   Smoother smoother;
   Noise noise(kNoise);
   const Projection truth = sky();
   Projection sum;
-  double before = 0, after = 0, left_out = 0;
+  double before = 0, after = 0, residual_square = 0;
   for (int i = 0; i < kFrames; ++i) {
     Projection p = truth;
     noise.add(p);
-    before += std::pow(rms(less(p, truth)).plain, 2) / kFrames;
+    before += std::pow(rms(difference(p, truth)).plain, 2) / kFrames;
     const double r = smoother.apply(p, {}, frame_time(i), kNoise).plain;
-    left_out += r * r / kFrames;
-    after += std::pow(rms(less(p, truth)).plain, 2) / kFrames;
+    residual_square += r * r / kFrames;
+    after += std::pow(rms(difference(p, truth)).plain, 2) / kFrames;
     for (std::size_t k = 0; k < kRowCount; ++k)
       for (std::size_t c = 0; c < 3; ++c) sum.c[k][c] += p.c[k][c] / kFrames;
   }
   EXPECT_NEAR(before, kNoise * kNoise, 0.03 * kNoise * kNoise);
-  // (1 - q) / (1 + q) with q = exp(-1/30 / 0.25) is 1/15.0; the gain opens a little now and then.
+  // (1 - q) / (1 + q) with q = exp(-1/30 / 0.25) is 1/15.0; large innovations increase the gain now and then.
   EXPECT_GT(before / after, 14);
   EXPECT_LT(before / after, 15.5);
-  EXPECT_NEAR(smoother.residual_noise(), std::sqrt(after), 0.1 * std::sqrt(after)) << "it knows what is left";
-  // A mean of 6000 frames: the same noise, less by the root of so many.
-  EXPECT_LT(rms(less(sum, truth)).plain, 2 * kNoise / std::sqrt(kFrames));
-  // Of frame less mean so far, the share 1 - a is left out, a = 1/8.
-  EXPECT_NEAR(std::sqrt(left_out), 0.9 * kNoise, 0.02 * kNoise) << "what was left out was the noise";
+  EXPECT_NEAR(smoother.residual_noise(), std::sqrt(after), 0.1 * std::sqrt(after)) << "predicted residual noise";
+  // The mean of 6000 frames: noise divided by the square root of their number.
+  EXPECT_LT(rms(difference(sum, truth)).plain, 2 * kNoise / std::sqrt(kFrames));
+  // The difference is 1 - a times (frame minus mean so far), a = 1/8.
+  EXPECT_NEAR(std::sqrt(residual_square), 0.9 * kNoise, 0.02 * kNoise) << "the difference is the noise";
 }
 
-TEST(Smoother, NoiseOfOneColourOrOfOneLampFallsAlmostAsFar) {
-  // All channels alike, or all light in one direction: few numbers that are free, so chance surprises more often.
+TEST(Smoother, ReducesCorrelatedNoiseAlmostAsMuch) {
+  // Equal channels, or noise of one lamp: few degrees of freedom, so that large innovations are more frequent.
   constexpr double kNoise = 0.01;
   std::mt19937_64 random(2);
   std::normal_distribution<double> normal;
@@ -60,16 +60,16 @@ TEST(Smoother, NoiseOfOneColourOrOfOneLampFallsAlmostAsFar) {
       else
         white.add(error);
       for (auto& c : error.c) c[1] = c[2] = c[0];
-      Projection p = less(sky(), error);
+      Projection p = difference(sky(), error);
       before += std::pow(rms(error).plain, 2);
       (void)smoother.apply(p, {}, frame_time(i), kNoise);
-      after += std::pow(rms(less(p, sky())).plain, 2);
+      after += std::pow(rms(difference(p, sky())).plain, 2);
     }
     EXPECT_GT(before / after, one_lamp ? 6 : 12);
   }
 }
 
-TEST(Smoother, NoiseFallsAtOnceAsInAMeanOfTheFramesSoFar) {
+TEST(Smoother, ReducesNoiseLikeAMeanAfterStart) {
   constexpr double kNoise = 0.01;
   constexpr int kRuns = 400;
   double after = 0;
@@ -82,7 +82,7 @@ TEST(Smoother, NoiseFallsAtOnceAsInAMeanOfTheFramesSoFar) {
       noise.add(p);
       (void)smoother.apply(p, {}, frame_time(i), kNoise);
     }
-    after += std::pow(rms(less(p, sky())).plain, 2) / kRuns;
+    after += std::pow(rms(difference(p, sky())).plain, 2) / kRuns;
   }
   EXPECT_NEAR(after / (kNoise * kNoise), 1.0 / 5, 0.02);
 }
@@ -96,16 +96,16 @@ TEST(Smoother, ConstantLightIsExactlyConstantForAMillionFrames) {
   for (int i = 0; i < 1'000'000; ++i) {
     Projection p = truth;
     now = lights;
-    // Uneven times, and a noise that is said to be there.
-    const IrradianceRms left = smoother.apply(p, now, {i * kFrame + (i % 7) * 1'000'000}, 0.01);
+    // Irregular times, and a nonzero stated noise.
+    const IrradianceRms residual = smoother.apply(p, now, {i * kFrame + (i % 7) * 1'000'000}, 0.01);
     if (i % 1000 != 0 && i < 999'000) continue;
     ASSERT_TRUE(equal(p, truth)) << i;
     ASSERT_EQ(now, lights) << i;
-    ASSERT_EQ(left.plain, 0);
+    ASSERT_EQ(residual.plain, 0);
   }
 }
 
-TEST(Smoother, ALampThatIsSwitchedIsFullyThereInTheSameFrame) {
+TEST(Smoother, SwitchedLampPassesInTheSameFrame) {
   constexpr double kNoise = 0.01;
   for (const double size : {6.0, 10.0, 1000.0}) {
     for (const bool on : {true, false}) {
@@ -121,25 +121,25 @@ TEST(Smoother, ALampThatIsSwitchedIsFullyThereInTheSameFrame) {
         raw = p;
         std::vector<Light> lights;
         if (lit) lights.push_back(light);
-        const IrradianceRms left = smoother.apply(p, lights, frame_time(i), kNoise);
+        const IrradianceRms residual = smoother.apply(p, lights, frame_time(i), kNoise);
         if (i == 60 || i == 61) {
           EXPECT_TRUE(equal(p, raw)) << size << " noises, frame " << i;
-          EXPECT_EQ(left.plain, 0);
+          EXPECT_EQ(residual.plain, 0);
           EXPECT_EQ(lights.size(), lit ? 1U : 0U);
           if (lit) {
             EXPECT_EQ(lights[0], light);
           }
         }
         if (i == 70) {
-          EXPECT_GT(left.plain, 0) << "and then the noise goes again";
+          EXPECT_GT(residual.plain, 0) << "noise must be removed again";
         }
       }
     }
   }
 }
 
-TEST(Smoother, ASwitchInTheMiddleOfAnExposureIsCompleteInTheNext) {
-  // A tenth of the light, a hundred noises of it, comes first; then nine tenths; or the other way round.
+TEST(Smoother, SwitchDuringAnExposureIsCompleteInTheNextFrame) {
+  // A first part of the change (100 sigma at least) is in one frame, the rest in the next.
   for (const double first : {0.1, 0.5, 0.97}) {
     Smoother smoother;
     Noise noise(0.001);
@@ -154,7 +154,7 @@ TEST(Smoother, ASwitchInTheMiddleOfAnExposureIsCompleteInTheNext) {
   }
 }
 
-TEST(Smoother, ATurnPassesThoughIrradianceHardlyFeelsIt) {
+TEST(Smoother, PassesChangesWithoutIrradiance) {
   // Bands 3 and 5 have no irradiance at all.
   Smoother smoother;
   Noise noise(0.01);
@@ -170,9 +170,9 @@ TEST(Smoother, ATurnPassesThoughIrradianceHardlyFeelsIt) {
   }
 }
 
-TEST(Smoother, SlowLightIsFollowedWithinAQuarterOfASecond) {
+TEST(Smoother, FollowsSlowChangesWithinTheTimeConstant) {
   constexpr double kNoise = 0.01;
-  // Noises a second: a sunset, a cloud, a dimmer.
+  // Sigmas of noise per second: a sunset, a cloud, a dimmer.
   for (const double speed : {0.5, 3.0, 10.0, 40.0}) {
     Smoother smoother;
     double lag = 0;
@@ -180,7 +180,7 @@ TEST(Smoother, SlowLightIsFollowedWithinAQuarterOfASecond) {
     for (int i = 0; i < 300; ++i) {
       Projection p = sky(1 + speed * kNoise / unit * i / 30), raw = p;
       (void)smoother.apply(p, {}, frame_time(i), kNoise);
-      lag = std::max(lag, rms(less(p, raw)).plain);
+      lag = std::max(lag, rms(difference(p, raw)).plain);
     }
     EXPECT_LT(lag, kSmoothingTime * speed * kNoise * 1.001) << speed;
     EXPECT_LT(lag, 4 * std::sqrt(kNoise * kNoise + std::pow(smoother.residual_noise(), 2))) << speed;
@@ -188,20 +188,20 @@ TEST(Smoother, SlowLightIsFollowedWithinAQuarterOfASecond) {
   }
 }
 
-TEST(Smoother, SaysWhatItLeftOut) {
+TEST(Smoother, ReturnsTheRmsOfTheDifference) {
   Smoother smoother;
   Noise noise(0.02);
   for (int i = 0; i < 200; ++i) {
     Projection p = sky(1 + 0.05 * std::sin(0.2 * i)), raw;
     noise.add(p);
     raw = p;
-    const IrradianceRms said = smoother.apply(p, {}, frame_time(i), 0.02), true_rms = rms(less(raw, p));
-    ASSERT_NEAR(said.plain, true_rms.plain, 1e-12);
-    ASSERT_NEAR(said.weighted, true_rms.weighted, 1e-12);
+    const IrradianceRms reported = smoother.apply(p, {}, frame_time(i), 0.02), true_rms = rms(difference(raw, p));
+    ASSERT_NEAR(reported.plain, true_rms.plain, 1e-12);
+    ASSERT_NEAR(reported.weighted, true_rms.weighted, 1e-12);
   }
 }
 
-TEST(Smoother, KnownNothingOfTheNoiseLeavesAllAsItIs) {
+TEST(Smoother, WithoutNoiseModelPassesFramesUnchanged) {
   for (const double n : {0.0, -1.0, kNan, kInfinite}) {
     Smoother smoother;
     Noise noise(0.01);
@@ -209,9 +209,9 @@ TEST(Smoother, KnownNothingOfTheNoiseLeavesAllAsItIs) {
       Projection p = sky(), raw;
       noise.add(p);
       raw = p;
-      const IrradianceRms left = smoother.apply(p, {}, frame_time(i), n);
+      const IrradianceRms residual = smoother.apply(p, {}, frame_time(i), n);
       ASSERT_TRUE(equal(p, raw));
-      ASSERT_EQ(left.plain, 0);
+      ASSERT_EQ(residual.plain, 0);
     }
   }
   Smoother off(0);
@@ -240,7 +240,7 @@ TEST(Smoother, ScalesWithTheLight) {
   }
 }
 
-TEST(Smoother, NaNNeitherLeavesNorStays) {
+TEST(Smoother, ReplacesNanAndRecovers) {
   Smoother smoother;
   const Projection truth = sky();
   std::vector<Light> lights;
@@ -253,13 +253,13 @@ TEST(Smoother, NaNNeitherLeavesNorStays) {
       p.c[40][2] = kInfinite;
       lights[0].irradiance.g = std::numeric_limits<float>::quiet_NaN();
     }
-    const IrradianceRms left = smoother.apply(p, lights, frame_time(i), 0.01);
+    const IrradianceRms residual = smoother.apply(p, lights, frame_time(i), 0.01);
     for (const auto& c : p.c)
       for (const double v : c) ASSERT_TRUE(std::isfinite(v)) << i;
     ASSERT_TRUE(std::isfinite(lights[0].irradiance.luminance()));
-    ASSERT_EQ(std::isinf(left.plain), bad) << i;
+    ASSERT_EQ(std::isinf(residual.plain), bad) << i;
     if (i == 10) {
-      EXPECT_TRUE(equal(p, truth)) << "what was there before stands in";
+      EXPECT_TRUE(equal(p, truth)) << "replaced by the smoothed coefficients";
     }
     if (i == 12) {
       EXPECT_TRUE(equal(p, truth));
@@ -268,7 +268,7 @@ TEST(Smoother, NaNNeitherLeavesNorStays) {
   }
 }
 
-TEST(Smoother, AnHourLaterNothingOldIsLeft) {
+TEST(Smoother, PassesTheFirstFrameAfterAnHour) {
   Smoother smoother;
   Noise noise(0.01);
   Projection p, raw;
@@ -282,7 +282,7 @@ TEST(Smoother, AnHourLaterNothingOldIsLeft) {
   EXPECT_TRUE(equal(p, raw));
 }
 
-TEST(Smoother, ClocksThatStandStillRunBackOrJumpDoNoHarm) {
+TEST(Smoother, ToleratesClockErrors) {
   Smoother smoother;
   Noise noise(0.01);
   Projection p, raw;
@@ -291,21 +291,21 @@ TEST(Smoother, ClocksThatStandStillRunBackOrJumpDoNoHarm) {
     p = sky();
     noise.add(p);
     (void)smoother.apply(p, {}, frame_time(0), 0.01);
-    if (i >= 1000) after += std::pow(rms(less(p, sky())).plain, 2) / 1000;
+    if (i >= 1000) after += std::pow(rms(difference(p, sky())).plain, 2) / 1000;
   }
-  EXPECT_NEAR(after, 1e-4 / 15, 1e-4 / 60) << "as at 30 frames a second";
+  EXPECT_NEAR(after, 1e-4 / 15, 1e-4 / 60) << "as at 30 frames/s";
   const auto passes = [&](std::int64_t ns) {
     raw = sky(1.004);
     p = raw;
-    const IrradianceRms left = smoother.apply(p, {}, {ns}, 0.01);
-    return equal(p, raw) && left.plain == 0;
+    const IrradianceRms residual = smoother.apply(p, {}, {ns}, 0.01);
+    return equal(p, raw) && residual.plain == 0;
   };
-  EXPECT_TRUE(passes(0)) << "back";
+  EXPECT_TRUE(passes(0)) << "time runs backwards";
   EXPECT_TRUE(passes(std::numeric_limits<std::int64_t>::max()));
   EXPECT_TRUE(passes(std::numeric_limits<std::int64_t>::min()));
 }
 
-TEST(Smoother, ResetForgets) {
+TEST(Smoother, ResetPassesTheNextFrame) {
   Smoother smoother;
   Projection p = sky(), other = sky(1.001), raw = other;
   (void)smoother.apply(p, {}, frame_time(0), 0.01);

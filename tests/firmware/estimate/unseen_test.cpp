@@ -1,4 +1,4 @@
-// What stands in for directions that no pixel sees, and that it never feeds on itself.
+// Filling of directions that no pixel sees; filled values must not enter the time average.
 #include <cmath>
 #include <numbers>
 
@@ -30,7 +30,7 @@ Descriptor at(Estimator& estimator, Picture& picture, int frame) {
   return estimated(estimator, picture);
 }
 
-/// The same picture through a rig whose second camera is gone.
+/// Removes the view of the second camera.
 void lose_second_lens(Picture& picture) {
   const View first = picture.frame.views()[0];
   const FrameInfo info = picture.frame.info;
@@ -39,9 +39,11 @@ void lose_second_lens(Picture& picture) {
   picture.frame.add_view(first);
 }
 
-double lit(const Descriptor& d, Vec3d normal) { return irradiance_at(d, vec_cast<float>(normal)).luminance(); }
+double irradiance_luminance(const Descriptor& d, Vec3d normal) {
+  return irradiance_at(d, vec_cast<float>(normal)).luminance();
+}
 
-TEST(Unseen, NothingInItsPlaceIsDark) {
+TEST(Unseen, WithoutFillingIsDark) {
   const RigParameters rig = rig_of("single", 240, 180);
   const Descriptor d = estimated(
       rig,
@@ -52,12 +54,12 @@ TEST(Unseen, NothingInItsPlaceIsDark) {
   const Vec3d axis = axis_of(rig);
   EXPECT_TRUE(d.flags.has(Flag::unseen));
   EXPECT_FALSE(d.flags.has(Flag::filled));
-  // Of a cap of 95 degrees all that faces its axis is seen, and of what faces away a rim of 5: pi sin² 5 = 0.024.
-  EXPECT_NEAR(lit(d, axis), std::numbers::pi, 0.1);
-  EXPECT_NEAR(lit(d, -axis), 0.024, 0.1);
+  // A cap of 95 degrees contains the hemisphere of its axis, and a rim of 5 degrees of the other: pi sin² 5 = 0.024.
+  EXPECT_NEAR(irradiance_luminance(d, axis), std::numbers::pi, 0.1);
+  EXPECT_NEAR(irradiance_luminance(d, -axis), 0.024, 0.1);
 }
 
-TEST(Unseen, AMirrorGivesASymmetricRoomBack) {
+TEST(Unseen, MirrorReproducesASymmetricRoom) {
   const RigParameters rig = rig_of("single", 240, 180);
   const Vec3d axis = axis_of(rig);
   const auto room = [&](Vec3d d) {
@@ -67,14 +69,14 @@ TEST(Unseen, AMirrorGivesASymmetricRoomBack) {
   };
   const Descriptor d = estimated(rig, room, filled_by(UnseenFill::mirror));
   EXPECT_TRUE(d.flags.has(Flag::unseen) && d.flags.has(Flag::filled));
-  EXPECT_TRUE(std::isinf(d.bound.total)) << "what was never seen cannot be bounded";
-  // Irradiance of z² at the pole: 2 pi times the integral of c³ from 0 to 1, pi / 2. The mirror stands at 95 degrees,
-  // not at 90: what lies behind it is the room up to 10 degrees off.
-  EXPECT_NEAR(lit(d, axis), 1.5 * std::numbers::pi, 0.05 * 1.5 * std::numbers::pi);
-  EXPECT_NEAR(lit(d, -axis), lit(d, axis), 0.05 * lit(d, axis));
+  EXPECT_TRUE(std::isinf(d.bound.total)) << "unobserved directions have no bound";
+  // Irradiance of z² at the pole: 2 pi times the integral of c³ from 0 to 1, pi / 2. The observed cap ends at 95
+  // degrees, the mirror plane is at 90: directions differ by up to 10 degrees.
+  EXPECT_NEAR(irradiance_luminance(d, axis), 1.5 * std::numbers::pi, 0.05 * 1.5 * std::numbers::pi);
+  EXPECT_NEAR(irradiance_luminance(d, -axis), irradiance_luminance(d, axis), 0.05 * irradiance_luminance(d, axis));
 }
 
-TEST(Unseen, TheAverageOfWhenItWasSeenStaysForGood) {
+TEST(Unseen, AverageOfObservedFramesPersists) {
   const RigParameters rig = rig_of("pair", 160, 120);
   const auto room = [](Vec3d d) {
     const auto l = static_cast<float>(1.2 + d.z + 0.3 * d.x * d.y);
@@ -87,27 +89,28 @@ TEST(Unseen, TheAverageOfWhenItWasSeenStaysForGood) {
   for (; frame < 60; ++frame) whole = at(*estimator, picture, frame);
   EXPECT_FALSE(whole.flags.has(Flag::unseen));
   lose_second_lens(picture);
-  for (int gone = 0; gone < 600; ++gone, ++frame) {
+  for (int frames_without = 0; frames_without < 600; ++frames_without, ++frame) {
     const Descriptor d = at(*estimator, picture, frame);
-    ASSERT_TRUE(d.flags.has(Flag::unseen) && d.flags.has(Flag::filled)) << gone;
-    if (gone % 100 != 0 && gone != 599) continue;
+    ASSERT_TRUE(d.flags.has(Flag::unseen) && d.flags.has(Flag::filled)) << frames_without;
+    if (frames_without % 100 != 0 && frames_without != 599) continue;
     for (const Vec3d n : {Vec3d{0, 0, 1}, Vec3d{0, 0, -1}, Vec3d{0, 1, 0}})
-      // The ring that both lenses see is split between them and, with one gone, this one's alone: some pixels of it.
-      EXPECT_NEAR(lit(d, n), lit(whole, n), 0.02 * lit(whole, n)) << "frame " << gone << " without the lens";
+      // Tolerance: with one lens missing, pixels of the overlap still count only in part.
+      EXPECT_NEAR(irradiance_luminance(d, n), irradiance_luminance(whole, n), 0.02 * irradiance_luminance(whole, n))
+          << "frame " << frames_without << " without the lens";
   }
 }
 
-TEST(Unseen, AnAverageOfNothingIsDark) {
+TEST(Unseen, AverageWithoutObservationsIsDark) {
   const RigParameters rig = rig_of("pair", 160, 120);
   const auto estimator = estimator_of(rig, filled_by(UnseenFill::average));
   Picture picture = picture_of(rig, [](Vec3d) { return Radiance{1, 1, 1}; });
   lose_second_lens(picture);
   const Descriptor d = at(*estimator, picture, 0);
   EXPECT_TRUE(d.flags.has(Flag::unseen));
-  EXPECT_FALSE(d.flags.has(Flag::filled)) << "nothing was seen there that could stand in";
+  EXPECT_FALSE(d.flags.has(Flag::filled)) << "no earlier observation exists";
 }
 
-TEST(Unseen, WhatComesBackIsSeenAgain) {
+TEST(Unseen, ReturningLensIsObservedAgain) {
   const RigParameters rig = rig_of("pair", 160, 120);
   const auto estimator = estimator_of(rig, filled_by(UnseenFill::average));
   Picture dim = picture_of(rig, [](Vec3d) { return Radiance{1, 1, 1}; });
@@ -117,7 +120,8 @@ TEST(Unseen, WhatComesBackIsSeenAgain) {
   (void)at(*estimator, dim, 30);
   const Descriptor d = at(*estimator, bright, 31);
   EXPECT_FALSE(d.flags.any());
-  for (const Vec3d n : {Vec3d{0, 0, 1}, Vec3d{0, 0, -1}}) EXPECT_NEAR(lit(d, n), 5 * std::numbers::pi, 1e-3);
+  for (const Vec3d n : {Vec3d{0, 0, 1}, Vec3d{0, 0, -1}})
+    EXPECT_NEAR(irradiance_luminance(d, n), 5 * std::numbers::pi, 1e-3);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The kernel of projection adds to within the rounding of floats, on every vector unit.
+// The projection kernel sums within float rounding on every Highway target.
 #include "estimate/common/kernels/weighted_rows.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace lightwell::estimate {
 namespace {
 
-TEST(WeightedRows, AreAddedToWithinTheRoundingOfFloats) {
+TEST(WeightedRows, AreSummedWithinFloatRounding) {
   test::on_each_target([](const char* target) {
     SCOPED_TRACE(target);
     Random random(11);
@@ -44,8 +44,8 @@ TEST(WeightedRows, AreAddedToWithinTheRoundingOfFloats) {
               sum += product;
               amount += std::abs(product);
             }
-            // n terms added one after another, each product rounded at most once more: Higham, "Accuracy and Stability
-            // of Numerical Algorithms" (2002), eq. 3.4, with the unit roundoff 2^-24.
+            // Recursive summation of n terms, each product rounded at most once more: Higham, "Accuracy and Stability
+            // of Numerical Algorithms" (2002), eq. 3.4, with unit roundoff 2^-24.
             ASSERT_NEAR(got.out[c][i], sum, static_cast<double>(count + 2) * std::exp2(-24) * amount)
                 << count << " rows, channel " << c << ", number " << i;
           }

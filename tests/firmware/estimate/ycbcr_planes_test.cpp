@@ -1,4 +1,4 @@
-// YCbCr becomes the codes that rgb8_of_ycbcr601() says, on every vector unit.
+// Conversion of YCbCr equals rgb8_of_ycbcr601() on every Highway target.
 #include "estimate/panorama/kernels/ycbcr_planes.hpp"
 
 #include <array>
@@ -21,13 +21,13 @@ struct Planes {
   [[nodiscard]] bool guards_hold() const { return r.guards_hold() && g.guards_hold() && b.guards_hold(); }
 };
 
-TEST(YcbcrPlanes, HoldTheColourOfEveryTripleOfBytes) {
+TEST(YcbcrPlanes, ConvertEveryCombinationOfBytes) {
   test::on_each_target([](const char* target) {
     SCOPED_TRACE(target);
     std::array<std::uint8_t, 256> luma, chroma;
     std::array<std::uint8_t, 512> yuyv;
     for (std::size_t i = 0; i < 256; ++i) luma[i] = static_cast<std::uint8_t>(i);
-    // The lower row the other way round: what two rows share is their chroma alone.
+    // The lower row is reversed: two rows share only their chroma.
     std::array<std::uint8_t, 256> falling;
     for (std::size_t i = 0; i < 256; ++i) falling[i] = static_cast<std::uint8_t>(255 - i);
     Planes of_nv12(256), below(256), of_yuyv(256);
@@ -54,7 +54,7 @@ TEST(YcbcrPlanes, HoldTheColourOfEveryTripleOfBytes) {
   });
 }
 
-TEST(YcbcrPlanes, AreReadFromTheirRowAlone) {
+TEST(YcbcrPlanes, ReadNothingOutsideTheRow) {
   test::on_each_target([](const char* target) {
     SCOPED_TRACE(target);
     Random random(3);

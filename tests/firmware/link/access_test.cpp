@@ -1,4 +1,4 @@
-// The probe's own keys, and the list of those it lets in, as files.
+// load_probe_keys(), ReloadingKeys and ClientList on files.
 #include <ctime>
 #include <filesystem>
 #include <fstream>
@@ -16,8 +16,8 @@
 #include "link/access/certificate.hpp"
 #include "link/access/client_list.hpp"
 #include "link/access/probe_keys.hpp"
-#include "support/temp_dir.hpp"
 #include "support/hostile_file.hpp"
+#include "support/temp_dir.hpp"
 
 namespace lightwell::test {
 namespace {
@@ -42,7 +42,7 @@ class ProbeKeysTest : public ::testing::Test {
     EXPECT_TRUE(keys.ok()) << keys.status().message();
     return keys.ok() ? *keys : ProbeKeys();
   }
-  std::string denial_reason() const {
+  std::string load_error() const {
     const Result<ProbeKeys> keys = load_probe_keys(config_, "attic", kNow);
     EXPECT_FALSE(keys.ok());
     return keys.status().message();
@@ -51,7 +51,7 @@ class ProbeKeysTest : public ::testing::Test {
   GrpcConfig config_{.security = LinkSecurity::tls};
 };
 
-TEST_F(ProbeKeysTest, AreMadeOnceAndStay) {
+TEST_F(ProbeKeysTest, AreCreatedOnceAndKept) {
   const ProbeKeys first = load(), again = load(kNow + 86'400);
   EXPECT_EQ(first.certificate, again.certificate);
   EXPECT_EQ(first.key, again.key);
@@ -60,21 +60,21 @@ TEST_F(ProbeKeysTest, AreMadeOnceAndStay) {
   EXPECT_EQ(read_certificate(first.certificate)->common_name, "attic");
 }
 
-TEST_F(ProbeKeysTest, AreForTheirOwnerAlone) {
+TEST_F(ProbeKeysTest, AreReadableByTheirOwnerOnly) {
   (void)load();
   EXPECT_EQ(mode_of(config_.keys), 0700U);
   for (const auto& entry : std::filesystem::directory_iterator(config_.keys))
     EXPECT_EQ(mode_of(entry.path().string()), 0600U) << entry.path();
 }
 
-TEST_F(ProbeKeysTest, AFolderInWhichOthersMayWriteIsRefused) {
+TEST_F(ProbeKeysTest, RejectsAFolderThatIsWritableByOthers) {
   std::filesystem::create_directory(config_.keys);
   ASSERT_EQ(::chmod(config_.keys.c_str(), 0777), 0);
-  EXPECT_THAT(denial_reason(), AllOf(HasSubstr(config_.keys), HasSubstr("chmod 700")));
+  EXPECT_THAT(load_error(), AllOf(HasSubstr(config_.keys), HasSubstr("chmod 700")));
 }
 
-/// The daemon's user owns the folder, and root's `lightwelld --pair` looks into it.
-TEST_F(ProbeKeysTest, WhatStandsInPlaceOfAFileIsNamedAndLeftAlone) {
+/// The folder belongs to the daemon's user, but `lightwelld --pair` accesses it as root.
+TEST_F(ProbeKeysTest, RejectsHostileFilesAndDoesNotModifyThem) {
   (void)load();
   const HostileFile trap;
   for (const char* name : {"lock", "ca.pem", "ca_key.pem", "probe.pem", "probe_key.pem"}) {
@@ -82,7 +82,7 @@ TEST_F(ProbeKeysTest, WhatStandsInPlaceOfAFileIsNamedAndLeftAlone) {
     for (const HostileFileKind kind : kHostileFileKinds) {
       std::filesystem::rename(path, aside);
       trap.set(kind, path);
-      EXPECT_THAT(denial_reason(), HasSubstr(path)) << to_string(kind);
+      EXPECT_THAT(load_error(), HasSubstr(path)) << to_string(kind);
       trap.expect_untouched(path, to_string(kind));
       std::filesystem::remove(path);
       std::filesystem::rename(aside, path);
@@ -91,14 +91,14 @@ TEST_F(ProbeKeysTest, WhatStandsInPlaceOfAFileIsNamedAndLeftAlone) {
   EXPECT_FALSE(load().key.empty());
 }
 
-TEST_F(ProbeKeysTest, AFolderThatIsASymbolicLinkIsRefused) {
+TEST_F(ProbeKeysTest, RejectsAFolderThatIsASymbolicLink) {
   (void)load();
   std::filesystem::create_directory_symlink(config_.keys, folder_.path("link"));
   config_.keys = folder_.path("link");
-  EXPECT_THAT(denial_reason(), AllOf(HasSubstr(config_.keys), HasSubstr("symbolic link")));
+  EXPECT_THAT(load_error(), AllOf(HasSubstr(config_.keys), HasSubstr("symbolic link")));
 }
 
-TEST_F(ProbeKeysTest, TwoThatBeginAtOnceAgree) {
+TEST_F(ProbeKeysTest, ConcurrentFirstLoadsGiveTheSameKeys) {
   std::vector<std::string> certificates(8);
   {
     std::vector<std::jthread> crowd;
@@ -107,7 +107,7 @@ TEST_F(ProbeKeysTest, TwoThatBeginAtOnceAgree) {
   EXPECT_THAT(certificates, ::testing::Each(certificates.front()));
 }
 
-TEST_F(ProbeKeysTest, TheCertificateIsRenewedInTimeAndWhatClientsPinIsNot) {
+TEST_F(ProbeKeysTest, RenewsTheCertificateButNotThePinnedAuthority) {
   const ProbeKeys first = load();
   EXPECT_EQ(load(kNow + kYear).certificate, first.certificate);
   const ProbeKeys later = load(kNow + 3 * kYear / 2);
@@ -117,45 +117,46 @@ TEST_F(ProbeKeysTest, TheCertificateIsRenewedInTimeAndWhatClientsPinIsNot) {
   EXPECT_EQ(later.key, first.key);
 }
 
-TEST_F(ProbeKeysTest, ABoardThatWokeIn1970MakesKeysThatLastAllTheSame) {
+TEST_F(ProbeKeysTest, KeysCreatedWithAClockOf1970AreValidLongEnough) {
   EXPECT_GE(read_certificate(load(100).certificate)->not_after_s, kDefaultNotBefore_s + kYear);
 }
 
-TEST_F(ProbeKeysTest, BrokenFilesAreNamed) {
+TEST_F(ProbeKeysTest, ErrorsNameTheBrokenFile) {
   (void)load();
   for (const char* file : {"ca.pem", "ca_key.pem", "probe.pem", "probe_key.pem"}) {
     const std::string path = config_.keys + "/" + file, good = *read_private_file(path).value();
     for (const std::string& bad : {std::string(), std::string("garbage"), good.substr(0, good.size() / 2)}) {
       ASSERT_TRUE(write_atomically(path, bad, FileMode::owner).ok());
-      EXPECT_THAT(denial_reason(), HasSubstr(file));
+      EXPECT_THAT(load_error(), HasSubstr(file));
     }
     ASSERT_TRUE(write_atomically(path, good, FileMode::owner).ok());
   }
   const std::string other = KeyPair::make()->private_pem;
   ASSERT_TRUE(write_atomically(config_.keys + "/probe_key.pem", other, FileMode::owner).ok());
-  EXPECT_THAT(denial_reason(), AllOf(HasSubstr("probe.pem"), HasSubstr("not the certificate's")));
+  EXPECT_THAT(load_error(), AllOf(HasSubstr("probe.pem"), HasSubstr("does not belong to the certificate")));
 }
 
-TEST_F(ProbeKeysTest, TheOwnersFilesTakeThePlaceAndMustFit) {
+TEST_F(ProbeKeysTest, OwnerFilesReplaceTheProbesAndMustMatch) {
   GrpcConfig other;
   other.keys = folder_.path("other");
   const ProbeKeys owners = *load_probe_keys(other, "cellar", kNow);
   config_.certificate = folder_.write("own.pem", owners.certificate);
   config_.key = folder_.write("own_key.pem", owners.key);
   EXPECT_EQ(load().certificate, owners.certificate);
-  EXPECT_EQ(load().trust, owners.certificate) << "clients pin what they are shown";
+  EXPECT_EQ(load().trust, owners.certificate) << "clients pin the probe's certificate";
   folder_.write("own.pem", owners.certificate + owners.trust);
   EXPECT_EQ(load().certificate, owners.certificate + owners.trust);
-  EXPECT_EQ(load().trust, owners.certificate) << "what else is in the file vouches for others, too";
+  EXPECT_EQ(load().trust, owners.certificate) << "only the first certificate: the others also sign for other servers";
   config_.client_ca = folder_.write("clients.pem", owners.trust);
-  EXPECT_FALSE(load().issues_client_certificates()) << "the owner's authority knows its clients";
+  EXPECT_FALSE(load().issues_client_certificates()) << "the owner's authority issues the client certificates";
   config_.key = folder_.write("own_key.pem", KeyPair::make()->private_pem);
-  EXPECT_THAT(denial_reason(), AllOf(HasSubstr("own.pem"), HasSubstr("own_key.pem"), HasSubstr("not the certificate's")));
+  EXPECT_THAT(load_error(),
+              AllOf(HasSubstr("own.pem"), HasSubstr("own_key.pem"), HasSubstr("does not belong to the certificate")));
   config_.key = folder_.path("nowhere.pem");
-  EXPECT_THAT(denial_reason(), AllOf(HasSubstr("nowhere.pem"), HasSubstr("grpc.key")));
+  EXPECT_THAT(load_error(), AllOf(HasSubstr("nowhere.pem"), HasSubstr("grpc.key")));
 }
 
-TEST_F(ProbeKeysTest, AClientIsNotWrittenThroughWhatStandsInPlaceOfTheList) {
+TEST_F(ProbeKeysTest, DoesNotWriteThroughAHostileClientList) {
   const ProbeKeys keys = load();
   const std::string public_key = public_key_of(keys.key).value();
   const HostileFile trap;
@@ -169,55 +170,56 @@ TEST_F(ProbeKeysTest, AClientIsNotWrittenThroughWhatStandsInPlaceOfTheList) {
   EXPECT_TRUE(register_client(keys, "ann", public_key, 1, kNow).ok());
 }
 
-class ServedKeysTest : public ProbeKeysTest {
+class ReloadingKeysTest : public ProbeKeysTest {
  protected:
   std::int64_t now_s_ = kNow;
-  ReloadingKeys served_{config_, "attic", [this] { return now_s_; }};
+  ReloadingKeys reloading_{config_, "attic", [this] { return now_s_; }};
 };
 
-TEST_F(ServedKeysTest, AreThoseOfTheStartUntilTheyAreRenewed) {
-  const Result<ProbeKeys> first = served_.load();
+TEST_F(ReloadingKeysTest, KeepTheInitialKeysUntilRenewal) {
+  const Result<ProbeKeys> first = reloading_.load();
   ASSERT_TRUE(first.ok()) << first.status().message();
-  EXPECT_EQ(served_.take_changed()->certificate, first->certificate) << "the first look finds them new";
+  EXPECT_EQ(reloading_.take_changed()->certificate, first->certificate) << "the first call returns the keys";
   now_s_ += kYear;
-  EXPECT_FALSE(served_.take_changed());
+  EXPECT_FALSE(reloading_.take_changed());
   now_s_ += kYear / 2;
-  const std::optional<ProbeKeys> renewed = served_.take_changed();
+  const std::optional<ProbeKeys> renewed = reloading_.take_changed();
   ASSERT_TRUE(renewed);
   EXPECT_GE(read_certificate(renewed->certificate)->not_after_s, kNow + 3 * kYear);
   EXPECT_EQ(renewed->key, first->key);
   EXPECT_EQ(renewed->trust, first->trust);
   EXPECT_EQ(**read_private_file(config_.keys + "/probe.pem"), renewed->certificate);
-  EXPECT_FALSE(served_.take_changed());
-  EXPECT_EQ(served_.error_message(), "");
+  EXPECT_FALSE(reloading_.take_changed());
+  EXPECT_EQ(reloading_.error_message(), "");
 }
 
-TEST_F(ServedKeysTest, WhatCannotBeRenewedIsSaidAndTheKeysFromBeforeStay) {
-  ASSERT_TRUE(served_.load().ok());
-  (void)served_.take_changed();
+TEST_F(ReloadingKeysTest, AFailedRenewalIsReportedAndThePreviousKeysStay) {
+  ASSERT_TRUE(reloading_.load().ok());
+  (void)reloading_.take_changed();
   const std::string good = **read_private_file(config_.keys + "/probe_key.pem");
   ASSERT_TRUE(write_atomically(config_.keys + "/probe_key.pem", "garbage", FileMode::owner).ok());
-  EXPECT_EQ(served_.error_message(), "") << "it looks once a minute";
+  EXPECT_EQ(reloading_.error_message(), "") << "the files are checked once a minute";
   now_s_ += 3 * kYear / 2;
-  EXPECT_THAT(served_.error_message(), AllOf(HasSubstr("probe_key.pem"), HasSubstr("the keys from before are used")));
-  EXPECT_FALSE(served_.take_changed());
+  EXPECT_THAT(reloading_.error_message(), AllOf(HasSubstr("probe_key.pem"), HasSubstr("the previous keys are used")));
+  EXPECT_FALSE(reloading_.take_changed());
   ASSERT_TRUE(write_atomically(config_.keys + "/probe_key.pem", good, FileMode::owner).ok());
   now_s_ += 60;
-  EXPECT_TRUE(served_.take_changed()) << "mended, it is renewed";
-  EXPECT_EQ(served_.error_message(), "");
+  EXPECT_TRUE(reloading_.take_changed()) << "repaired, the certificate is renewed";
+  EXPECT_EQ(reloading_.error_message(), "");
 }
 
-TEST_F(ServedKeysTest, AKeyThatIsGoneIsNotReplacedByOneThatNoClientKnows) {
-  ASSERT_TRUE(served_.load().ok());
-  (void)served_.take_changed();
+TEST_F(ReloadingKeysTest, ADeletedAuthorityIsReportedAndNotReplaced) {
+  ASSERT_TRUE(reloading_.load().ok());
+  (void)reloading_.take_changed();
   std::filesystem::remove_all(config_.keys);
   now_s_ += 2 * kYear;
-  EXPECT_THAT(served_.error_message(), AllOf(HasSubstr(config_.keys + "/ca_key.pem"), HasSubstr("pair its clients again")));
-  EXPECT_FALSE(served_.take_changed());
+  EXPECT_THAT(reloading_.error_message(),
+              AllOf(HasSubstr(config_.keys + "/ca_key.pem"), HasSubstr("pair its clients again")));
+  EXPECT_FALSE(reloading_.take_changed());
   EXPECT_FALSE(std::filesystem::exists(config_.keys));
 }
 
-TEST_F(ServedKeysTest, TheOwnersFilesAreReadAgainWhereTheyChangeAndFit) {
+TEST_F(ReloadingKeysTest, ReloadsOwnerFilesWhenTheyChangeAndMatch) {
   const auto owners = [&](const char* folder) {
     GrpcConfig other;
     other.keys = folder_.path(folder);
@@ -226,20 +228,20 @@ TEST_F(ServedKeysTest, TheOwnersFilesAreReadAgainWhereTheyChangeAndFit) {
   const ProbeKeys one = owners("one"), other = owners("other");
   config_.certificate = folder_.write("own.pem", one.certificate);
   config_.key = folder_.write("own_key.pem", one.key);
-  ReloadingKeys served(config_, "attic", [this] { return now_s_; });
-  ASSERT_TRUE(served.load().ok());
-  EXPECT_EQ(served.take_changed()->certificate, one.certificate);
+  ReloadingKeys reloading(config_, "attic", [this] { return now_s_; });
+  ASSERT_TRUE(reloading.load().ok());
+  EXPECT_EQ(reloading.take_changed()->certificate, one.certificate);
   folder_.write("own.pem", other.certificate);
   now_s_ += 60;
-  EXPECT_FALSE(served.take_changed()) << "half of the change is none";
-  EXPECT_THAT(served.error_message(), HasSubstr("own.pem"));
+  EXPECT_FALSE(reloading.take_changed()) << "a certificate without its key is not accepted";
+  EXPECT_THAT(reloading.error_message(), HasSubstr("own.pem"));
   folder_.write("own_key.pem", other.key);
   now_s_ += 60;
-  const std::optional<ProbeKeys> changed = served.take_changed();
+  const std::optional<ProbeKeys> changed = reloading.take_changed();
   ASSERT_TRUE(changed);
   EXPECT_EQ(changed->certificate, other.certificate);
   EXPECT_EQ(changed->key, other.key);
-  EXPECT_EQ(served.error_message(), "");
+  EXPECT_EQ(reloading.error_message(), "");
 }
 
 class ClientListTest : public ::testing::Test {
@@ -253,34 +255,34 @@ class ClientListTest : public ::testing::Test {
   ClientList list_{path_};
 };
 
-TEST_F(ClientListTest, LetsInWhoIsOnItUntilItsTimeIsOver) {
-  EXPECT_FALSE(list_.accepts_token(kToken, kNow)) << "no file is no clients";
+TEST_F(ClientListTest, AcceptsListedClientsUntilTheyExpire) {
+  EXPECT_FALSE(list_.accepts_token(kToken, kNow)) << "a missing file is an empty list";
   add(kToken, kNow + 10, std::string(64, 'c'));
   EXPECT_TRUE(list_.accepts_token(kToken, kNow));
   EXPECT_TRUE(list_.accepts_token(kToken, kNow + 9));
   EXPECT_FALSE(list_.accepts_token(kToken, kNow + 10));
   EXPECT_TRUE(list_.accepts_certificate(std::string(64, 'c'), kNow));
   EXPECT_FALSE(list_.accepts_certificate(std::string(64, 'c'), kNow + 10));
-  EXPECT_FALSE(list_.accepts_certificate("", kNow)) << "a client without a certificate is not one with an empty one";
+  EXPECT_FALSE(list_.accepts_certificate("", kNow)) << "an empty digest matches no entry without a certificate";
   EXPECT_FALSE(list_.accepts_certificate(std::string(64, 'd'), kNow));
 }
 
-TEST_F(ClientListTest, HoldsNoToken) {
+TEST_F(ClientListTest, StoresNoTokens) {
   add(kToken, kNow + 10);
   EXPECT_THAT(**read_private_file(path_), ::testing::Not(HasSubstr(kToken)));
   EXPECT_EQ(mode_of(path_), 0600U);
 }
 
-TEST_F(ClientListTest, NothingThatIsNoTokenIsTakenForOne) {
+TEST_F(ClientListTest, RejectsMalformedTokens) {
   add(kToken, kNow + 10);
-  // What is hashed where there is none of the right length must let nobody in either.
+  // Includes the placeholder that is hashed in place of a token of another length.
   for (const std::string& bad :
        {std::string(), std::string(kToken).substr(1), std::string(kToken) + "x", std::string(kTokenLength, '.'),
         std::string(kTokenLength, '\0'), std::string(100'000, 'x')})
     EXPECT_FALSE(list_.accepts_token(bad, kNow)) << bad.size();
 }
 
-TEST_F(ClientListTest, AWrongLineIsNamedAndCountedAndTheListBeforeItStaysInForce) {
+TEST_F(ClientListTest, AnInvalidLineIsNamedAndCountedAndThePreviousListStays) {
   add(kToken, kNow + 10);
   ASSERT_TRUE(list_.accepts_token(kToken, kNow));
   EXPECT_EQ(list_.error_message(), "");
@@ -293,7 +295,7 @@ TEST_F(ClientListTest, AWrongLineIsNamedAndCountedAndTheListBeforeItStaysInForce
         write_atomically(path_, good + bad + "\n" + to_hex(sha256(newcomer)) + " - 9999999999 new\n", FileMode::owner)
             .ok());
     EXPECT_TRUE(list_.accepts_token(kToken, kNow)) << bad;
-    EXPECT_FALSE(list_.accepts_token(newcomer, kNow)) << "nothing of a file with a mistake counts";
+    EXPECT_FALSE(list_.accepts_token(newcomer, kNow)) << "no line of an invalid file takes effect";
     EXPECT_THAT(list_.error_message(), AllOf(HasSubstr(path_ + ":4: "), HasSubstr("correct or delete the line")));
     EXPECT_EQ(list_.faults(), ++faults);
     const Status s = ClientList(path_).load();
@@ -301,20 +303,20 @@ TEST_F(ClientListTest, AWrongLineIsNamedAndCountedAndTheListBeforeItStaysInForce
     EXPECT_THAT(s.message(), HasSubstr(path_ + ":4: "));
   }
   ASSERT_TRUE(write_atomically(path_, good, FileMode::owner).ok());
-  EXPECT_TRUE(list_.accepts_token(kToken, kNow)) << "mended, it counts again";
+  EXPECT_TRUE(list_.accepts_token(kToken, kNow)) << "the repaired file takes effect";
   EXPECT_EQ(list_.error_message(), "");
   EXPECT_EQ(list_.faults(), faults);
 }
 
-TEST_F(ClientListTest, WithoutAListThatWasEverGoodNobodyIsLetIn) {
+TEST_F(ClientListTest, AcceptsNobodyWithoutAValidList) {
   ASSERT_TRUE(write_atomically(path_, to_hex(sha256(kToken)) + " - 9999999999 x\nx\n", FileMode::owner).ok());
   EXPECT_FALSE(list_.accepts_token(kToken, kNow));
   EXPECT_EQ(list_.faults(), 1U);
 }
 
-TEST_F(ClientListTest, ThoseThatExpiredMakeRoomAndThereIsAnEndToIt) {
+TEST_F(ClientListTest, ExpiredClientsAreRemovedAndTheSizeIsLimited) {
   for (int i = 0; i < 256; ++i) add(std::to_string(i), kNow + (i == 0 ? 0 : 10));
-  add(kToken, kNow + 10);  // in the place of the first
+  add(kToken, kNow + 10);  // Replaces the first one, which has expired.
   const Status s = ClientList::add(path_, {std::string(64, 'a'), "", kNow + 10, "x"}, kNow);
   EXPECT_EQ(s.code(), StatusCode::resource_exhausted);
   EXPECT_THAT(s.message(), HasSubstr("256"));

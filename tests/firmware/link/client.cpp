@@ -33,11 +33,10 @@ std::string host_port(const Link& link) { return link.address().substr(link.addr
 
 std::shared_ptr<grpc::Channel> connect(const Link& link, const std::shared_ptr<grpc::ChannelCredentials>& credentials) {
   grpc::ChannelArguments arguments;
-  // Of every probe's own certificate; nothing to those that use no TLS.
+  // The name in every probe's own certificate; unused without TLS.
   arguments.SetSslTargetNameOverride("probe.lightwell.internal");
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  // As the SDK: no more than this is taken for a client that does not read. gRPC's default is 16
-  // MiB.
+  // As in the SDK: limits the bytes buffered for a client that does not read; gRPC's default is 16 MiB.
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 8192);
   return grpc::CreateCustomChannel(host_port(link), credentials, arguments);
@@ -51,15 +50,15 @@ Reply call(const std::shared_ptr<grpc::Channel>& channel, const std::string& met
   context.set_deadline(after(kTestTimeout));
   if (!authorization.empty()) context.AddMetadata("authorization", authorization);
   const grpc::ByteBuffer sent = buffer_of(request);
-  grpc::ByteBuffer came;
+  grpc::ByteBuffer received;
   Reply reply;
   const auto unary = stub.PrepareUnaryCall(&context, method, sent, &queue);
   unary->StartCall();
-  unary->Finish(&came, &reply.status, kTag);
+  unary->Finish(&received, &reply.status, kTag);
   void* tag = nullptr;
   bool ok = false;
   queue.Next(&tag, &ok);
-  if (reply.status.ok()) reply.bytes = text_of_buffer(came);
+  if (reply.status.ok()) reply.bytes = text_of_buffer(received);
   if (const auto with = context.auth_context(); with)
     for (const grpc::string_ref& pem : with->FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME))
       reply.certificate.assign(pem.data(), pem.size());

@@ -1,4 +1,4 @@
-// Clients of the gRPC link that see bytes, not messages.
+// Clients of the gRPC link that exchange raw bytes instead of messages.
 #pragma once
 
 #include <chrono>
@@ -16,25 +16,25 @@
 
 namespace lightwell::test {
 
-/// A connection of its own: gRPC would let channels to one address share one.
+/// A channel with its own connection; by default gRPC shares one between channels to the same address.
 [[nodiscard]] std::shared_ptr<grpc::Channel> connect(
     const Link& link,
     const std::shared_ptr<grpc::ChannelCredentials>& credentials = grpc::InsecureChannelCredentials());
 
-/// "127.0.0.1:7420" of a link's address.
+/// HOST:PORT of a link's address, for example "127.0.0.1:7420".
 [[nodiscard]] std::string host_port(const Link& link);
 
 struct Reply {
   grpc::Status status;
   std::string bytes;
-  std::string certificate;  ///< PEM, as the server showed it; empty: plain text, or no handshake.
+  std::string certificate;  ///< The server's certificate, PEM; empty: plain text, or no handshake.
 };
 
-/// A unary call, "/lightwell.v1.ProbeService/Info". Waits at most kTestTimeout.
+/// A unary call of `method`, for example "/lightwell.v1.ProbeService/Info". Waits at most kTestTimeout.
 [[nodiscard]] Reply call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
                          const std::string& request, const std::string& authorization = {});
 
-/// A call whose answer is a stream. One thread.
+/// A call with a stream of responses. For one thread.
 class RawStream {
  public:
   static constexpr const char* kDescriptors = "/lightwell.v1.ProbeService/StreamDescriptors";
@@ -43,15 +43,15 @@ class RawStream {
                      const std::string& request = {});
   RawStream(const RawStream&) = delete;
   RawStream& operator=(const RawStream&) = delete;
-  /// Cancels.
+  /// Cancels the call.
   ~RawStream();
 
-  /// The next message; nothing where the stream ended or none came in time.
+  /// The next message; nullopt if the stream ended or the time is over.
   [[nodiscard]] std::optional<std::string> next(std::chrono::milliseconds timeout = kTestTimeout);
-  /// How the server ended it. Waits at most kTestTimeout, reading on; DEADLINE_EXCEEDED after that.
+  /// Reads until the server ends the stream and returns its status; DEADLINE_EXCEEDED after kTestTimeout.
   [[nodiscard]] grpc::Status end();
 
-  /// Goes without a word to the server's application.
+  /// Cancels the call without a message to the server's application.
   void cancel() { context_.TryCancel(); }
 
  private:
@@ -65,7 +65,7 @@ class RawStream {
   bool reading_ = false, ended_ = false;
 };
 
-/// A descriptor's bytes, as far as a link is concerned: the number, and the length asked for.
+/// Bytes in place of an encoded descriptor: the number as text, padded to the given length.
 [[nodiscard]] EncodedDescriptor message(int number, std::size_t bytes = 16);
 [[nodiscard]] std::string text_of(const EncodedDescriptor& descriptor);
 

@@ -1,4 +1,4 @@
-// Messages that are none, too large or out of order: refused, counted, and everybody else is served as before.
+// The gRPC link under malformed, too large and hostile input: it refuses and counts it, and continues to serve others.
 #include <array>
 #include <poll.h>
 #include <random>
@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 
 const std::string kService = "/lightwell.v1.ProbeService/";
 
-/// Bytes over TCP, whatever they mean.
+/// A TCP connection for arbitrary bytes.
 class RawConnection {
  public:
   explicit RawConnection(const Link& link) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
@@ -32,11 +32,11 @@ class RawConnection {
   RawConnection& operator=(const RawConnection&) = delete;
   ~RawConnection() { ::close(socket_); }
 
-  /// False where the other side has closed.
+  /// False if the other side has closed the connection.
   bool send(const std::string& bytes) const {
     return ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
   }
-  /// All that comes until the other side closes or falls silent for so long.
+  /// Reads until the other side closes the connection or sends nothing for `silence`.
   std::string drain(std::chrono::milliseconds silence) const {
     std::string out;
     std::array<char, 4096> buffer{};
@@ -53,7 +53,7 @@ class RawConnection {
   const int socket_;
 };
 
-/// RFC 9113, section 4.1.
+/// An HTTP/2 frame (RFC 9113, section 4.1).
 std::string frame(char type, char flags, std::uint32_t stream, const std::string& payload) {
   std::string out;
   for (const unsigned shift : {16U, 8U, 0U}) out += static_cast<char>(payload.size() >> shift);
@@ -75,9 +75,9 @@ class GrpcHostileTest : public GrpcLinkTest {
   [[nodiscard]] std::uint64_t refused() const { return link_->counters().messages_refused; }
 };
 
-TEST_F(GrpcHostileTest, GarbageInEveryMethodIsRefusedAndCounted) {
+TEST_F(GrpcHostileTest, MalformedRequestsToEveryMethodAreRefusedAndCounted) {
   const std::shared_ptr<grpc::Channel> channel = connect(*link_);
-  // A field number of 0; a length beyond the end; a tag that never ends; a group that is not closed.
+  // Field number 0; a length beyond the end; an unterminated varint; an unterminated group.
   const std::vector<std::string> garbage = {std::string("\0", 1), "\x0a\x7f", std::string(11, '\xff'), "\x0b"};
   std::uint64_t sent = 0;
   for (const char* method : {"Info", "GetDescriptor", "SetConfig", "ReportLux", "StreamDescriptors"})
@@ -91,7 +91,7 @@ TEST_F(GrpcHostileTest, GarbageInEveryMethodIsRefusedAndCounted) {
   EXPECT_EQ(link_->counters().clients, 0U);
 }
 
-TEST_F(GrpcHostileTest, ARequestCutOffAnywhereIsRefusedOrMeansWhatIsLeft) {
+TEST_F(GrpcHostileTest, ATruncatedRequestIsRefusedOrParsedAsWhatIsLeft) {
   const std::shared_ptr<grpc::Channel> channel = connect(*link_);
   // ReportLux: lux 5, normal +Y; each field is a tag and eight bytes.
   const std::string whole("\x09\x00\x00\x00\x00\x00\x00\x14\x40\x19\x00\x00\x00\x00\x00\x00\xf0\x3f", 18);
@@ -100,10 +100,10 @@ TEST_F(GrpcHostileTest, ARequestCutOffAnywhereIsRefusedOrMeansWhatIsLeft) {
     const grpc::Status s = call(channel, kService + "ReportLux", whole.substr(0, n)).status;
     EXPECT_EQ(s.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << n;
   }
-  EXPECT_EQ(refused(), whole.size() - 2) << "nothing, and lux without a normal, are messages";
+  EXPECT_EQ(refused(), whole.size() - 2) << "the empty message and lux without a normal are well-formed";
 }
 
-TEST_F(GrpcHostileTest, RandomBytesNeverStopTheProbe) {
+TEST_F(GrpcHostileTest, SurvivesRandomBytes) {
   std::mt19937 random(7);
   const std::shared_ptr<grpc::Channel> channel = connect(*link_);
   for (int i = 0; i < 500; ++i) {
@@ -115,7 +115,7 @@ TEST_F(GrpcHostileTest, RandomBytesNeverStopTheProbe) {
   EXPECT_TRUE(serves());
 }
 
-TEST_F(GrpcHostileTest, ATooLargeRequestIsRefusedAndCountedAndTheConnectionLives) {
+TEST_F(GrpcHostileTest, ATooLargeRequestIsRefusedAndCountedAndTheConnectionStaysOpen) {
   const std::shared_ptr<grpc::Channel> channel = connect(*link_);
   for (const char* method : {"Info", "GetDescriptor", "SetConfig", "ReportLux", "StreamDescriptors"}) {
     const std::uint64_t before = refused();
@@ -135,22 +135,22 @@ TEST_F(GrpcHostileTest, AMessageOfMegabytesIsRefusedUnreadAndCounted) {
               grpc::StatusCode::RESOURCE_EXHAUSTED)
         << bytes;
     ++sent;
-    EXPECT_TRUE(becomes_true("it is counted", [&] { return refused() == sent; })) << refused();
+    EXPECT_TRUE(becomes_true("the message is counted", [&] { return refused() == sent; })) << refused();
   }
   EXPECT_TRUE(serves());
 }
 
-TEST_F(GrpcHostileTest, AMethodThatIsNotThereIsNotThere) {
+TEST_F(GrpcHostileTest, AnUnknownMethodIsUnimplemented) {
   EXPECT_EQ(call(connect(*link_), kService + "Explode", "x").status.error_code(), grpc::StatusCode::UNIMPLEMENTED);
   EXPECT_TRUE(serves());
 }
 
-TEST_F(GrpcHostileTest, WhatIsNoHttp2IsCutOff) {
+TEST_F(GrpcHostileTest, SurvivesConnectionsThatAreNotHttp2) {
   for (const std::string& bytes :
        {std::string("GET / HTTP/1.1\r\nHost: x\r\n\r\n"), std::string(4096, '\0'), std::string(4096, '\xff'),
         std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03"), kPreface.substr(0, 10) + "x",
         kPreface + std::string(9, '\xff'), kPreface + frame(kSettings, 0, 0, std::string(5, 'x')),
-        // HEADERS with HPACK that is none; DATA on a stream that was never opened; 16 MiB announced.
+        // HEADERS with invalid HPACK; DATA on a stream that was not opened; a frame length of 16 MiB.
         kPreface + frame(kSettings, 0, 0, "") + frame(1, 4, 1, std::string(64, '\xff')),
         kPreface + frame(kSettings, 0, 0, "") + frame(0, 0, 1, "x"),
         kPreface + frame(kSettings, 0, 0, "") + std::string("\xff\xff\xff\x00\x00\x00\x00\x00\x01", 9)}) {
@@ -161,7 +161,7 @@ TEST_F(GrpcHostileTest, WhatIsNoHttp2IsCutOff) {
   }
 }
 
-TEST_F(GrpcHostileTest, WhoPingsWithoutEndIsSentAway) {
+TEST_F(GrpcHostileTest, DisconnectsAClientThatFloodsPings) {
   const RawConnection connection(*link_);
   ASSERT_TRUE(connection.send(kPreface + frame(kSettings, 0, 0, "")));
   for (int i = 0; i < 100; ++i)
@@ -170,12 +170,12 @@ TEST_F(GrpcHostileTest, WhoPingsWithoutEndIsSentAway) {
   EXPECT_TRUE(serves());
 }
 
-TEST_F(GrpcHostileTest, OneConnectionHasSoManyStreamsAndOthersAreServedMeanwhile) {
+TEST_F(GrpcHostileTest, LimitsTheStreamsOfAConnectionAndServesOthers) {
   const std::shared_ptr<grpc::Channel> greedy = connect(*link_);
   std::vector<std::unique_ptr<RawStream>> streams;
   for (int i = 0; i < 32; ++i) streams.push_back(std::make_unique<RawStream>(greedy));
   ASSERT_TRUE(clients_become(32));
-  // The next one waits on its own side until a stream is free.
+  // The next stream waits in the client until another one ends.
   std::thread next([&] {
     RawStream waiting(greedy);
     EXPECT_TRUE(clients_become(32));
@@ -186,18 +186,18 @@ TEST_F(GrpcHostileTest, OneConnectionHasSoManyStreamsAndOthersAreServedMeanwhile
   next.join();
 }
 
-// As of a client that gave an attempt up while the network was down: nobody is at the other end, and nothing says so.
-TEST_F(GrpcHostileTest, AConnectionThatAsksNothingAndAnswersNoPingIsEnded) {
+// Like a client that abandoned its connection while the network was down, so that no packet ended it.
+TEST_F(GrpcHostileTest, ClosesAnIdleConnectionThatAnswersNoPing) {
   const RawConnection gone(*link_);
   ASSERT_TRUE(gone.send(kPreface + frame(kSettings, 0, 0, "") + frame(kSettings, 1, 0, "")));
   const auto begun = std::chrono::steady_clock::now();
   gone.drain(std::chrono::seconds(40));
-  // Closed by the other side, 15 s later, or drain() would have waited for its whole silence.
+  // The server closes it after 15 s; otherwise drain() would have waited for 40 s.
   EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(40));
   EXPECT_TRUE(serves());
 }
 
-TEST_F(GrpcHostileTest, ManyConnectionsThatSayNothingCostTheOthersNothing) {
+TEST_F(GrpcHostileTest, ManySilentConnectionsDoNotAffectOthers) {
   std::vector<std::unique_ptr<RawConnection>> silent;
   for (int i = 0; i < 200; ++i) silent.push_back(std::make_unique<RawConnection>(*link_));
   EXPECT_TRUE(serves());

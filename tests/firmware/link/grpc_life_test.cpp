@@ -1,4 +1,4 @@
-// How the gRPC link begins and ends.
+// Start and stop of the gRPC link.
 #include <future>
 
 #include <gmock/gmock.h>
@@ -15,19 +15,19 @@ using ::testing::Not;
 
 class GrpcLifeTest : public GrpcLinkTest {
  protected:
-  /// A stop() that hangs is a failure, not a hung test.
-  void stops() {
+  /// Stops the link; a stop() that hangs fails the test instead of blocking it.
+  void expect_stop() {
     std::future<void> stopped = std::async(std::launch::async, [this] { link_->stop(); });
     ASSERT_EQ(stopped.wait_for(kTestTimeout), std::future_status::ready) << "waited for stop()";
   }
 };
 
-TEST_F(GrpcLifeTest, PortZeroTakesOneAndSaysWhich) {
+TEST_F(GrpcLifeTest, PortZeroChoosesAFreePort) {
   EXPECT_THAT(link_->address(), MatchesRegex("grpc://127\\.0\\.0\\.1:[0-9]+"));
   EXPECT_THAT(link_->address(), Not(MatchesRegex(".*:0")));
 }
 
-TEST_F(GrpcLifeTest, TheSecondLinkOnAPortIsRefusedWithAddressAndRemedy) {
+TEST_F(GrpcLifeTest, ASecondLinkOnAPortFailsWithAddressAndRemedy) {
   const std::string taken = host_port(*link_);
   const std::unique_ptr<Link> second = make_grpc_link({.listen = taken}, "attic", commands_);
   const Status s = second->start();
@@ -37,7 +37,7 @@ TEST_F(GrpcLifeTest, TheSecondLinkOnAPortIsRefusedWithAddressAndRemedy) {
   EXPECT_THAT(s.message(), HasSubstr("--listen"));
   second->stop();
   RawStream still(connect(*link_));
-  EXPECT_TRUE(clients_become(1)) << "the first one is not disturbed";
+  EXPECT_TRUE(clients_become(1)) << "the first link still serves";
 }
 
 TEST_F(GrpcLifeTest, AMalformedAddressIsRefused) {
@@ -50,11 +50,11 @@ TEST_F(GrpcLifeTest, AMalformedAddressIsRefused) {
   }
 }
 
-TEST_F(GrpcLifeTest, StopEndsTheStreamsOfClientsAndSaysWhy) {
+TEST_F(GrpcLifeTest, StopEndsTheStreamsWithUnavailable) {
   RawStream one(connect(*link_)), other(connect(*link_));
   ASSERT_TRUE(clients_become(2));
   link_->publish(message(1));
-  stops();
+  expect_stop();
   for (RawStream* stream : {&one, &other}) {
     const grpc::Status end = stream->end();
     EXPECT_EQ(end.error_code(), grpc::StatusCode::UNAVAILABLE);
@@ -62,33 +62,33 @@ TEST_F(GrpcLifeTest, StopEndsTheStreamsOfClientsAndSaysWhy) {
 }
 
 TEST_F(GrpcLifeTest, StopDoesNotWaitForAClientThatDoesNotRead) {
-  RawStream sleeper(connect(*link_));
+  RawStream slow(connect(*link_));
   ASSERT_TRUE(clients_become(1));
   for (int i = 0; i < 2000 && link_->counters().coalesced == 0; ++i) {
     link_->publish(message(i, 60'000));
     std::this_thread::yield();
   }
   ASSERT_GT(link_->counters().coalesced, 0U);
-  stops();
+  expect_stop();
 }
 
 TEST_F(GrpcLifeTest, StopDoesNotWaitForAClientThatKeepsItsConnection) {
   const std::shared_ptr<grpc::Channel> idle = connect(*link_);
   EXPECT_TRUE(call(idle, "/lightwell.v1.ProbeService/Info", "").status.ok());
-  stops();
+  expect_stop();
 }
 
 TEST_F(GrpcLifeTest, AfterStopThePortIsFree) {
   const std::string port = host_port(*link_);
-  stops();
+  expect_stop();
   const std::unique_ptr<Link> next = make_grpc_link({.listen = port}, "attic", commands_);
-  EXPECT_TRUE(becomes_true("the port can be had again", [&] { return next->start().ok(); }));
+  EXPECT_TRUE(becomes_true("the port is free again", [&] { return next->start().ok(); }));
   EXPECT_EQ(host_port(*next), port);
 }
 
 TEST_F(GrpcLifeTest, StopTwiceIsHarmless) {
-  stops();
-  stops();
+  expect_stop();
+  expect_stop();
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What the gRPC link answers.
+// Responses of ProbeService on the gRPC link.
 #include <cmath>
 #include <limits>
 
@@ -49,7 +49,7 @@ class GrpcServiceTest : public GrpcLinkTest {
   double scale_ = 0;
 };
 
-/// Of grpc.health.v1: request { string service = 1; }, response { enum status = 1; }, SERVING = 1.
+/// Check of grpc.health.v1: request { string service = 1; }, response { enum status = 1; }, SERVING = 1.
 Reply health(const std::shared_ptr<grpc::Channel>& channel, const std::string& service) {
   std::string request;
   if (!service.empty()) request = "\x0a" + std::string(1, static_cast<char>(service.size())) + service;
@@ -82,12 +82,12 @@ TEST_F(GrpcServiceTest, EveryMethodOfTheSchemaIsServed) {
   ASSERT_EQ(service->method_count(), 6);
   for (int i = 0; i < service->method_count(); ++i) {
     const std::string name = service->method(i)->name();
-    // Garbage, so that no method does anything.
+    // A malformed request, so that no method has an effect.
     EXPECT_EQ(call(channel_, kService + name, "\x0b").status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << name;
   }
 }
 
-TEST_F(GrpcServiceTest, InfoTellsWhoTheProbeIsAndItsCounters) {
+TEST_F(GrpcServiceTest, InfoReturnsStatusAndCounters) {
   const std::int64_t before = monotonic_now_ns();
   const Reply reply = call(channel_, kService + "Info", "");
   ASSERT_TRUE(reply.status.ok());
@@ -103,7 +103,7 @@ TEST_F(GrpcServiceTest, BeforeTheFirstDescriptorThereIsNone) {
   EXPECT_THAT(reply.status.error_message(), HasSubstr("no descriptor yet"));
 }
 
-TEST_F(GrpcServiceTest, GetDescriptorGivesTheNewestByteForByte) {
+TEST_F(GrpcServiceTest, GetDescriptorReturnsTheNewestBytes) {
   link_->publish(message(1));
   const EncodedDescriptor newest = message(2, 5000);
   link_->publish(newest);
@@ -125,7 +125,7 @@ TEST_F(GrpcServiceTest, EveryStreamGetsTheSameBytes) {
   EXPECT_EQ(link_->counters().coalesced, 0U);
 }
 
-TEST_F(GrpcServiceTest, SetConfigChangesWhatIsSetAndLeavesTheRest) {
+TEST_F(GrpcServiceTest, SetConfigChangesOnlyTheFieldsThatAreSet) {
   v1::SetConfigRequest request;
   request.mutable_config()->mutable_estimator()->set_band(2);
   ASSERT_TRUE(set(request).ok());
@@ -134,13 +134,13 @@ TEST_F(GrpcServiceTest, SetConfigChangesWhatIsSetAndLeavesTheRest) {
 
   request.Clear();
   request.mutable_config()->mutable_estimator()->set_max_lights(0);
-  ASSERT_TRUE(set(request).ok()) << "zero is a value, not an absence";
+  ASSERT_TRUE(set(request).ok()) << "an explicit zero is set";
   EXPECT_EQ(commands_.estimator().band, 2);
   EXPECT_EQ(commands_.estimator().max_lights, 0);
   EXPECT_EQ(commands_.estimator().panorama.light_threshold, EstimatorConfig{}.panorama.light_threshold);
 }
 
-/// Paths of the fields that are not set, without those that are deprecated.
+/// Paths of all unset fields that are not deprecated.
 void collect_unset(const google::protobuf::Message& m, const std::string& prefix, std::vector<std::string>& out) {
   for (int i = 0; i < m.GetDescriptor()->field_count(); ++i) {
     const auto* field = m.GetDescriptor()->field(i);
@@ -152,7 +152,7 @@ void collect_unset(const google::protobuf::Message& m, const std::string& prefix
   }
 }
 
-TEST_F(GrpcServiceTest, GetConfigTellsEveryFieldOfTheEstimatorAndNothingElse) {
+TEST_F(GrpcServiceTest, GetConfigReturnsAllEstimatorFieldsAndNothingElse) {
   ASSERT_TRUE(commands_.update_estimator({.band = 3, .panorama = {.unseen = UnseenFill::mirror}}).ok());
   grpc::ClientContext context;
   v1::GetConfigResponse response;
@@ -163,13 +163,13 @@ TEST_F(GrpcServiceTest, GetConfigTellsEveryFieldOfTheEstimatorAndNothingElse) {
   std::vector<std::string> unset;
   collect_unset(response, "", unset);
   EXPECT_THAT(unset, ::testing::IsEmpty());
-  // Config has names of files, and of those who may come in.
+  // Config must not be included: it has file names and client authorities.
   for (int i = 0; i < response.GetDescriptor()->field_count(); ++i)
     EXPECT_NE(response.GetDescriptor()->field(i)->message_type(), v1::Config::descriptor());
 }
 
-TEST_F(GrpcServiceTest, SetConfigRefusesWhatItsFirmwareDoesNotKnow) {
-  // Field 99 of EstimatorConfig, and of the panorama's part of it, as a newer client may send them.
+TEST_F(GrpcServiceTest, SetConfigRefusesUnknownFields) {
+  // Field 99 of EstimatorConfig and of its panorama message, as a newer client may send it.
   for (const bool inner : {false, true}) {
     v1::SetConfigRequest request;
     v1::EstimatorConfig& estimator = *request.mutable_config()->mutable_estimator();
@@ -207,7 +207,7 @@ TEST_F(GrpcServiceTest, SetConfigRefusesOtherFieldsByName) {
   EXPECT_EQ(commands_.estimator().band, EstimatorConfig{}.band) << "and nothing changed";
 }
 
-TEST_F(GrpcServiceTest, SetConfigRefusesWhatIsImpossible) {
+TEST_F(GrpcServiceTest, SetConfigRefusesInvalidValues) {
   EXPECT_EQ(set({}).error_code(), grpc::StatusCode::INVALID_ARGUMENT) << "nothing is set";
   const auto refused = [&](auto&& fill, const std::string& name) {
     v1::SetConfigRequest request;
@@ -219,20 +219,20 @@ TEST_F(GrpcServiceTest, SetConfigRefusesWhatIsImpossible) {
   refused([](v1::EstimatorConfig& e) { e.set_band(7); }, "band");
   refused([](v1::EstimatorConfig& e) { e.set_band(0xFFFFFFFF); }, "band");
   refused([](v1::EstimatorConfig& e) { e.set_max_lights(65); }, "max_lights");
-  // 257 is 1, which is fast, in a byte.
+  // Truncated to a byte, 257 would be 1 (fast).
   refused([](v1::EstimatorConfig& e) { e.set_setting(static_cast<v1::Setting>(257)); }, "setting");
   refused([](v1::EstimatorConfig& e) { e.mutable_panorama()->set_unseen(static_cast<v1::UnseenFill>(258)); }, "unseen");
   refused([](v1::EstimatorConfig& e) { e.mutable_panorama()->set_light_threshold(std::nan("")); }, "light_threshold");
 }
 
-TEST_F(GrpcServiceTest, SetConfigRefusesWhatTheEstimatorLacksAndWarnsOfDeprecatedFields) {
+TEST_F(GrpcServiceTest, SetConfigRefusesInapplicableFieldsAndWarnsOfDeprecatedOnes) {
   commands_.kind_ = EstimatorKind::marker;
   v1::SetConfigRequest request;
   request.mutable_config()->mutable_estimator()->mutable_panorama()->set_epsilon(0.02);
   const grpc::Status refused = set(request);
   EXPECT_EQ(refused.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_THAT(refused.error_message(), HasSubstr("estimator.panorama.epsilon"));
-  // SetConfigRequest { config { estimator { 7: 2 } } }: `unseen` as clients wrote it before.
+  // SetConfigRequest { config { estimator { 7: 2 } } }: the deprecated field `unseen`.
   const std::string old("\x0a\x04\x22\x02\x38\x02", 6);
   for (const EstimatorKind kind : {EstimatorKind::marker, EstimatorKind::panorama}) {
     commands_.kind_ = kind;
@@ -247,29 +247,29 @@ TEST_F(GrpcServiceTest, SetConfigRefusesWhatTheEstimatorLacksAndWarnsOfDeprecate
   }
 }
 
-TEST_F(GrpcServiceTest, ReportLuxHandsOnAUnitNormal) {
+TEST_F(GrpcServiceTest, ReportLuxNormalizesTheNormal) {
   ASSERT_TRUE(report(250, 0, 3, 0).ok());
   EXPECT_EQ(scale_, 500);
   EXPECT_EQ(commands_.lux_, 250);
   EXPECT_EQ(commands_.normal_, (Vec3d{0, 1, 0}));
 }
 
-TEST_F(GrpcServiceTest, ReportLuxRefusesNonsense) {
+TEST_F(GrpcServiceTest, ReportLuxRefusesInvalidValues) {
   const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
   for (const double lux : {0.0, -1.0, inf, nan})
     EXPECT_EQ(report(lux, 0, 1, 0).error_code(), grpc::StatusCode::INVALID_ARGUMENT) << lux;
   EXPECT_EQ(report(100, 0, 0, 0).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_EQ(report(100, nan, 1, 0).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_EQ(report(100, inf, 1, 0).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_FALSE(commands_.lux_) << "none of it reached the probe";
+  EXPECT_FALSE(commands_.lux_) << "no invalid value reached Commands";
 }
 
-TEST_F(GrpcServiceTest, ARequestThatIsNoMessageIsRefused) {
+TEST_F(GrpcServiceTest, RefusesAMalformedRequest) {
   const Reply reply = call(channel_, kService + "SetConfig", "\xff\xff\xff\xff");
   EXPECT_FALSE(reply.status.ok());
   const Reply huge = call(channel_, kService + "SetConfig", std::string(100'000, 'x'));
   EXPECT_EQ(huge.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
-  EXPECT_TRUE(health(channel_, "").status.ok()) << "the probe lives on";
+  EXPECT_TRUE(health(channel_, "").status.ok()) << "the probe continues to serve";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A link over TLS on the loopback, with keys of its own, and the clients that it knows.
+// Fixture: a gRPC link over TLS on the loopback with its own keys, and paired clients.
 #pragma once
 
 #include <ctime>
@@ -19,10 +19,10 @@ namespace lightwell::test {
 
 inline constexpr const char* kInfo = "/lightwell.v1.ProbeService/Info";
 
-/// A client's key and what the probe gave it.
-struct KnownClient {
+/// A client's key pair and the credentials it received at pairing.
+struct PairedClient {
   KeyPair key;
-  ClientCredentials given;
+  ClientCredentials credentials;
 };
 
 class GuardedProbeTest : public ::testing::Test {
@@ -41,28 +41,28 @@ class GuardedProbeTest : public ::testing::Test {
     EXPECT_TRUE(keys.ok()) << keys.status().message();
     return keys.ok() ? *keys : ProbeKeys();
   }
-  /// `days` may be negative: one whose time is over.
-  [[nodiscard]] KnownClient known_client(int days = 1) const {
+  /// Registers a client for `days`; a negative number makes it expired.
+  [[nodiscard]] PairedClient pair_client(int days = 1) const {
     const Result<KeyPair> key = KeyPair::make();
     EXPECT_TRUE(key.ok());
-    const Result<ClientCredentials> given = register_client(keys(), "a client", key->public_pem, days < 0 ? 1 : days,
-                                                 days < 0 ? now() + (days - 1) * 86'400 : now());
-    EXPECT_TRUE(given.ok()) << given.status().message();
-    return {*key, *given};
+    const Result<ClientCredentials> credentials = register_client(
+        keys(), "a client", key->public_pem, days < 0 ? 1 : days, days < 0 ? now() + (days - 1) * 86'400 : now());
+    EXPECT_TRUE(credentials.ok()) << credentials.status().message();
+    return {*key, *credentials};
   }
-  /// Trusts the probe, and shows a certificate where there is one.
+  /// A channel that trusts the probe, with an optional client certificate.
   [[nodiscard]] std::shared_ptr<grpc::Channel> channel(const std::string& certificate = {},
                                                        const std::string& key = {}) const {
     return connect(*link_, grpc::SslCredentials({keys().trust, key, certificate}));
   }
-  [[nodiscard]] std::shared_ptr<grpc::Channel> channel_of(const KnownClient& client) const {
-    return channel(client.given.certificate, client.key.private_pem);
+  [[nodiscard]] std::shared_ptr<grpc::Channel> channel_of(const PairedClient& client) const {
+    return channel(client.credentials.certificate, client.key.private_pem);
   }
   [[nodiscard]] static std::int64_t now() { return std::time(nullptr); }
 
   TempDir folder_;
   GrpcConfig config_;
-  FakeCommands commands_;  // before the link, which calls it
+  FakeCommands commands_;  // Before the link, which uses it.
   std::unique_ptr<Link> link_;
 };
 

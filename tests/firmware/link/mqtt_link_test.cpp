@@ -1,4 +1,4 @@
-// The probe's end of MQTT, at a real broker.
+// The MQTT link with a real broker.
 #include "link/mqtt/mqtt_link.hpp"
 
 #include <atomic>
@@ -46,7 +46,7 @@ class MqttLinkTest : public ::testing::Test {
   FakeCommands commands_;
 };
 
-TEST_F(MqttLinkTest, RetainsTheVeryBytesAndTheStatus) {
+TEST_F(MqttLinkTest, PublishesDescriptorAndStatusRetained) {
   Broker broker;
   const auto link = started({.uri = broker.uri("venue/attic")});
   EXPECT_EQ(link->address(), broker.uri("venue/attic"));
@@ -60,24 +60,25 @@ TEST_F(MqttLinkTest, RetainsTheVeryBytesAndTheStatus) {
   EXPECT_TRUE(late.newest(kTopics.descriptor)->retained);
   const auto status = late.newest(kTopics.status);
   ASSERT_TRUE(status);
-  const Result<StatusSnapshot> told = decode_status(bytes(status->payload));
-  ASSERT_TRUE(told.ok()) << told.status().message();
-  EXPECT_EQ(*told, FakeCommands().status());
-  EXPECT_FALSE(decode_clock(bytes(status->payload)).ok()) << "a retained clock would be a lie";
+  const Result<StatusSnapshot> decoded = decode_status(bytes(status->payload));
+  ASSERT_TRUE(decoded.ok()) << decoded.status().message();
+  EXPECT_EQ(*decoded, FakeCommands().status());
+  EXPECT_FALSE(decode_clock(bytes(status->payload)).ok()) << "a retained clock would be outdated";
 }
 
-TEST_F(MqttLinkTest, StoppedSaysThatItIsGone) {
+TEST_F(MqttLinkTest, StopPublishesGone) {
   Broker broker;
   const auto link = started({.uri = broker.uri("venue/attic")});
   MqttClient client(broker.port(), {kTopics.status});
-  ASSERT_TRUE(becomes_true("the status is there", [&] { return client.count(kTopics.status) > 0; }));
+  ASSERT_TRUE(becomes_true("the status was published", [&] { return client.count(kTopics.status) > 0; }));
   link->stop();
-  EXPECT_TRUE(becomes_true("it is gone", [&] { return client.newest(kTopics.status)->payload == kMqttGone; }));
+  EXPECT_TRUE(
+      becomes_true("the status is 'gone'", [&] { return client.newest(kTopics.status)->payload == kMqttGone; }));
   MqttClient late(broker.port(), {kTopics.status});
   EXPECT_EQ(late.newest(kTopics.status)->payload, kMqttGone);
 }
 
-TEST_F(MqttLinkTest, TellsItsClockToWhoAsks) {
+TEST_F(MqttLinkTest, AnswersClockRequests) {
   Broker broker;
   const auto link = started({.uri = broker.uri("venue/attic")});
   ASSERT_TRUE(connects(*link));
@@ -95,33 +96,33 @@ TEST_F(MqttLinkTest, TellsItsClockToWhoAsks) {
   EXPECT_LE(clock->ns, monotonic_now_ns());
 }
 
-TEST_F(MqttLinkTest, ARequestThatWouldMakeItWriteElsewhereIsRefusedAndCounted) {
+TEST_F(MqttLinkTest, RefusesRequestsWithForeignResponseTopics) {
   Broker broker;
   const auto link = started({.uri = broker.uri("venue/attic")});
   ASSERT_TRUE(connects(*link));
   MqttClient client(broker.port(), {"#"});
   const std::string reply = kTopics.replies + "me";
-  client.publish({kTopics.clock, "", false, kTopics.status, "x"});           // would replace the status
-  client.publish({kTopics.clock, "", false, "other/topic", "x"});            // somebody else's
-  client.publish({kTopics.clock, "", false, reply + "/deeper", "x"});        // not one level
+  client.publish({kTopics.clock, "", false, kTopics.status, "x"});           // would overwrite the status
+  client.publish({kTopics.clock, "", false, "other/topic", "x"});            // foreign topic
+  client.publish({kTopics.clock, "", false, reply + "/deeper", "x"});        // two levels
   client.publish({kTopics.clock, "", false, reply, ""});                     // no correlation
-  client.publish({kTopics.clock, "", false, reply, std::string(65, 'x')});   // too much of it
-  client.publish({kTopics.clock, std::string(65, 'x'), false, reply, "x"});  // a payload that is no question
-  client.publish({kTopics.clock, "", false, "", "x"});                       // nowhere to answer
+  client.publish({kTopics.clock, "", false, reply, std::string(65, 'x')});   // correlation too long
+  client.publish({kTopics.clock, std::string(65, 'x'), false, reply, "x"});  // payload too long
+  client.publish({kTopics.clock, "", false, "", "x"});                       // no response topic
   EXPECT_TRUE(becomes_true("all are counted", [&] { return link->counters().messages_refused == 7; }))
       << link->counters().messages_refused;
   client.publish({kTopics.clock, "", false, reply, "x"});
-  EXPECT_TRUE(client.newest(reply)) << "it goes on answering who asks well";
+  EXPECT_TRUE(client.newest(reply)) << "valid requests are still answered";
   EXPECT_EQ(client.count("other/topic"), 0U);
   EXPECT_EQ(client.count(reply + "/deeper"), 0U);
   EXPECT_EQ(client.count(reply), 1U);
-  for (const BrokerMessage& note : client.notes()) {
-    if (note.topic != kTopics.status) continue;
-    EXPECT_TRUE(decode_status(bytes(note.payload)).ok()) << "nobody else wrote it";
+  for (const BrokerMessage& message : client.messages()) {
+    if (message.topic != kTopics.status) continue;
+    EXPECT_TRUE(decode_status(bytes(message.payload)).ok()) << "only the link publishes the status";
   }
 }
 
-TEST_F(MqttLinkTest, AFloodOfRequestsIsAnsweredWithinBounds) {
+TEST_F(MqttLinkTest, LimitsTheRateOfClockAnswers) {
   Broker broker;
   const auto link = started({.uri = broker.uri("venue/attic")});
   ASSERT_TRUE(connects(*link));
@@ -131,41 +132,41 @@ TEST_F(MqttLinkTest, AFloodOfRequestsIsAnsweredWithinBounds) {
   constexpr std::size_t kFlood = 5000;
   client.flood({kTopics.clock, "", false, reply, "x"}, kFlood);
   EXPECT_TRUE(becomes_true("every request is answered or counted",
-                         [&] { return client.count(reply) + link->counters().messages_refused == kFlood; }))
+                           [&] { return client.count(reply) + link->counters().messages_refused == kFlood; }))
       << client.count(reply) << " answered, " << link->counters().messages_refused << " refused";
   const double seconds = static_cast<double>(monotonic_now_ns() - begin) * 1e-9;
-  EXPECT_GE(client.count(reply), 400U) << "who asks well is answered";
-  // A full allowance at the start, and 500 a second from then on.
+  EXPECT_GE(client.count(reply), 400U) << "requests within the limit are answered";
+  // A full bucket at the start, and 500 a second from then on.
   EXPECT_LE(static_cast<double>(client.count(reply)), 501 + 500 * seconds);
 }
 
-TEST_F(MqttLinkTest, StartsWithoutABrokerAndFindsItWhenItComes) {
+TEST_F(MqttLinkTest, StartsWithoutABrokerAndConnectsLater) {
   Broker broker;
   broker.stop();
   const auto link = started({.uri = broker.uri("venue/attic")});
-  EXPECT_TRUE(becomes_true("it says why nobody hears it", [&] {
+  EXPECT_TRUE(becomes_true("the error message has the reason", [&] {
     return link->error_message().find("refused") != std::string::npos;
   })) << link->error_message();
   EXPECT_EQ(link->counters().clients, 0U);
   for (int i = 0; i < 5; ++i) link->publish(bytes_of(std::to_string(i)));
-  EXPECT_EQ(link->counters().coalesced, 4U) << "one place, the newest wins";
+  EXPECT_EQ(link->counters().coalesced, 4U) << "one slot, the newest wins";
   broker.start();
   MqttClient client(broker.port(), {kTopics.descriptor, kTopics.status});
   EXPECT_EQ(client.newest(kTopics.descriptor)->payload, "4");
   EXPECT_TRUE(connects(*link));
   broker.stop();
-  EXPECT_TRUE(becomes_true("it notices", [&] { return link->counters().clients == 0; }));
+  EXPECT_TRUE(becomes_true("the loss is detected", [&] { return link->counters().clients == 0; }));
   broker.start();
   EXPECT_TRUE(connects(*link));
 }
 
-TEST_F(MqttLinkTest, ABrokerThatStallsDoesNotHoldThePublisherUp) {
+TEST_F(MqttLinkTest, AStalledBrokerDoesNotBlockThePublisher) {
   Broker broker;
   const auto link = started({.uri = broker.uri("venue/attic")});
   ASSERT_TRUE(connects(*link));
   MqttClient client(broker.port(), {kTopics.descriptor});
   broker.process().signal(SIGSTOP);
-  // More than all buffers in between hold: they are kept small, so that what comes out is new.
+  // More than all buffers between the link and the client hold. They are small, so that clients receive recent data.
   const std::string large(60'000, 'x');
   std::int64_t longest_ns = 0;
   std::size_t published = 0;
@@ -175,18 +176,19 @@ TEST_F(MqttLinkTest, ABrokerThatStallsDoesNotHoldThePublisherUp) {
     longest_ns = std::max(longest_ns, monotonic_now_ns() - begin);
     return link->counters().coalesced > 500;
   }));
-  EXPECT_LT(longest_ns, 500'000'000) << "a place under a lock; the rest is a busy machine";
-  // The kernel of the broker's side takes some megabytes before it stops us.
+  EXPECT_LT(longest_ns, 500'000'000)
+      << "publish() only stores a pointer under a lock; the limit allows for load on the machine";
+  // The receive buffer on the broker's side takes some megabytes.
   EXPECT_LE(published - link->counters().coalesced, 300U);
   const std::string last = "the last";
   link->publish(bytes_of(last));
   broker.process().signal(SIGCONT);
-  EXPECT_TRUE(becomes_true("the newest comes, without all that was between", [&] {
+  EXPECT_TRUE(becomes_true("the newest descriptor arrives", [&] {
     return client.count(kTopics.descriptor) > 0 && client.newest(kTopics.descriptor)->payload == last;
   }));
 }
 
-TEST_F(MqttLinkTest, StopsWithinASecondWhateverTheBrokerDoes) {
+TEST_F(MqttLinkTest, StopsWithinASecondAlsoWithAStalledBroker) {
   Broker broker;
   for (const bool stalled : {false, true}) {
     const auto link = started({.uri = broker.uri("venue/attic")});
@@ -199,7 +201,7 @@ TEST_F(MqttLinkTest, StopsWithinASecondWhateverTheBrokerDoes) {
   }
 }
 
-TEST_F(MqttLinkTest, ComesInWithTlsAndAPassword) {
+TEST_F(MqttLinkTest, ConnectsWithTlsAndAPassword) {
   const Authority authority("venue");
   Broker broker(
       {.tls = authority.sign("broker"), .client_ca = authority.certificate(), .users = {{"attic", "s3cret"}}});
@@ -213,49 +215,52 @@ TEST_F(MqttLinkTest, ComesInWithTlsAndAPassword) {
                     .client_id = {}};
   EXPECT_TRUE(connects(*started(config)));
 
-  const auto denial_reason = [&](const MqttConfig& wrong, const std::string& said) {
+  const auto expect_rejected = [&](const MqttConfig& wrong, const std::string& reason) {
     const auto link = started(wrong);
-    EXPECT_TRUE(becomes_true("the refusal is told: " + said, [&] {
-      return link->error_message().find(said) != std::string::npos;
+    EXPECT_TRUE(becomes_true("the error message has: " + reason, [&] {
+      return link->error_message().find(reason) != std::string::npos;
     })) << link->error_message();
     EXPECT_EQ(link->counters().clients, 0U);
   };
   MqttConfig wrong = config;
   wrong.login_file = folder.write("wrong", "attic\nguess\n");
-  denial_reason(wrong, "authori");
+  expect_rejected(wrong, "authori");
   wrong = config;
   const Authority other("elsewhere");
   wrong.ca_file = other.certificate();
-  denial_reason(wrong, "certificate verify failed");
+  expect_rejected(wrong, "certificate verify failed");
   wrong = config;
   wrong.certificate_file = wrong.key_file = {};
-  denial_reason(wrong, "a certificate of ours");
+  expect_rejected(wrong, "a certificate of ours");
 }
 
-TEST_F(MqttLinkTest, DoesNotTrustABrokerWhoseCertificateExpiredOrNamesAnother) {
+TEST_F(MqttLinkTest, RejectsABrokerWithAnExpiredCertificateOrAnotherName) {
   const Authority authority("venue");
   for (const KeyPair& bad :
        {authority.sign("old", "IP:127.0.0.1", -1), authority.sign("other", "DNS:elsewhere.example")}) {
     Broker broker({.tls = bad});
     const auto link = started({.uri = broker.uri("venue/attic"), .ca_file = authority.certificate()});
-    EXPECT_TRUE(becomes_true("it says why", [&] {
+    EXPECT_TRUE(becomes_true("the error message has the reason", [&] {
       return link->error_message().find("certificate verify failed") != std::string::npos;
     })) << link->error_message();
     EXPECT_EQ(link->counters().clients, 0U);
   }
 }
 
-TEST_F(MqttLinkTest, AConfigurationThatCannotWorkRefusesToStart) {
-  const auto denial_reason = [&](const MqttConfig& config) { return make_mqtt_link(config, "attic", commands_)->start(); };
-  EXPECT_EQ(denial_reason({.uri = "mqtt://broker/venue/+"}).code(), StatusCode::invalid_argument);
-  const Status missing = denial_reason({.uri = "mqtts://broker/venue/attic", .ca_file = "/no/such.pem"});
+TEST_F(MqttLinkTest, StartFailsWithAnInvalidConfiguration) {
+  const auto start_error = [&](const MqttConfig& config) {
+    return make_mqtt_link(config, "attic", commands_)->start();
+  };
+  EXPECT_EQ(start_error({.uri = "mqtt://broker/venue/+"}).code(), StatusCode::invalid_argument);
+  const Status missing = start_error({.uri = "mqtts://broker/venue/attic", .ca_file = "/no/such.pem"});
   EXPECT_EQ(missing.code(), StatusCode::not_found);
   EXPECT_THAT(missing.message(), HasSubstr("/no/such.pem"));
   const TempDir folder;
-  const Status plain = denial_reason({.uri = "mqtt://broker/venue/attic", .login_file = folder.write("login", "ann\nx\n")});
+  const Status plain =
+      start_error({.uri = "mqtt://broker/venue/attic", .login_file = folder.write("login", "ann\nx\n")});
   EXPECT_THAT(plain.message(), HasSubstr("LINK_SECURITY_PLAIN"));
   const Status empty =
-      denial_reason({.uri = "mqtts://broker/venue/attic", .login_file = folder.write("login", "\nsecret\n")});
+      start_error({.uri = "mqtts://broker/venue/attic", .login_file = folder.write("login", "\nsecret\n")});
   EXPECT_THAT(empty.message(), HasSubstr("user name"));
 }
 

@@ -1,4 +1,4 @@
-// A link on the loopback, with commands that a test can look at.
+// Fixture: a plain-text gRPC link on the loopback with fake commands.
 #pragma once
 
 #include <memory>
@@ -16,13 +16,13 @@ class GrpcLinkTest : public ::testing::Test {
  protected:
   void SetUp() override { ASSERT_TRUE(link_->start().ok()); }
 
-  /// Clients that the server knows of.
+  /// Waits until the link counts `count` clients.
   [[nodiscard]] ::testing::AssertionResult clients_become(std::uint32_t count) const {
     return becomes_true("the link has " + std::to_string(count) + " clients",
-                      [&] { return link_->counters().clients == count; });
+                        [&] { return link_->counters().clients == count; });
   }
 
-  FakeCommands commands_;  // first: the link calls it
+  FakeCommands commands_;  // Before the link, which uses it.
   std::unique_ptr<Link> link_ = make_grpc_link({.listen = "127.0.0.1:0"}, "attic", commands_);
 };
 

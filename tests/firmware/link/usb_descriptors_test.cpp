@@ -1,5 +1,4 @@
-// What FunctionFS is told, read as the kernel reads it (drivers/usb/gadget/function/f_fs.c checks what is checked
-// here).
+// The descriptors and strings for FunctionFS, checked as the kernel does in drivers/usb/gadget/function/f_fs.c.
 #include <cstdint>
 #include <span>
 #include <string>
@@ -14,7 +13,7 @@
 namespace lightwell {
 namespace {
 
-/// Little-endian numbers from the front; what is not there fails the test.
+/// Reads little-endian numbers; reading beyond the end fails the test.
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes) : rest_(bytes) {}
@@ -63,7 +62,7 @@ void expect_endpoint(Reader& r, std::uint32_t address, std::uint32_t packet) {
   EXPECT_EQ(r.u8(), 0U);
 }
 
-TEST(FfsDescriptors, AreOneBulkPairAtEachSpeedAndWindowsOwnDriver) {
+TEST(FfsDescriptors, HaveABulkPairAtEachSpeedAndOsDescriptors) {
   const std::vector<std::byte> bytes = ffs_descriptors();
   Reader r(bytes);
   EXPECT_EQ(r.u32(), 3U) << "magic of version 2";
@@ -109,7 +108,7 @@ TEST(FfsDescriptors, AreOneBulkPairAtEachSpeedAndWindowsOwnDriver) {
   const std::uint32_t name = r.u16();
   EXPECT_EQ(r.text(name), std::string("DeviceInterfaceGUID") + '\0');
   const std::uint32_t value = r.u32();
-  EXPECT_EQ(property, 14 + name + value) << "or the kernel refuses them all";
+  EXPECT_EQ(property, 14 + name + value) << "otherwise the kernel refuses all descriptors";
   EXPECT_EQ(r.text(value), std::string(kUsbInterfaceGuid) + '\0');
   EXPECT_EQ(r.left(), 0U);
 }

@@ -1,4 +1,4 @@
-// The port on FunctionFS, without a controller: its files are sockets and plain files, its transfers the kernel's own.
+// The FunctionFS port without a controller: sockets and plain files replace its files; transfers use the kernel's AIO.
 #include <array>
 #include <cerrno>
 #include <fcntl.h>
@@ -19,20 +19,20 @@ namespace lightwell::test {
 namespace {
 
 using Kind = PortEvent::Kind;
-constexpr Duration kPatient{10'000'000'000};
+constexpr Duration kTimeout{10'000'000'000};
 
-/// Ends of three sockets that keep messages apart, as transfers do.
+/// Three socket pairs of type SOCK_SEQPACKET, which preserve message boundaries as transfers do.
 class FfsPortTest : public ::testing::Test {
  protected:
   void SetUp() override { ASSERT_TRUE(port_->open().ok()); }
 
-  static OwnedFile half(OwnedFile& other) {
+  static OwnedFile make_socket_pair(OwnedFile& other) {
     std::array<int, 2> ends{};
     EXPECT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends.data()), 0);
     other = OwnedFile(ends[1]);
     return OwnedFile(ends[0]);
   }
-  void happens(std::initializer_list<int> types) const {
+  void emit(std::initializer_list<int> types) const {
     std::vector<usb_functionfs_event> events;
     for (const int type : types) {
       events.emplace_back();
@@ -42,32 +42,32 @@ class FfsPortTest : public ::testing::Test {
     ASSERT_EQ(::write(control_.get(), events.data(), events.size() * sizeof events[0]), bytes);
   }
 
-  OwnedFile control_, in_, out_;  ///< The other ends.
+  OwnedFile control_, in_, out_;  ///< The test's ends.
   std::unique_ptr<GadgetPort> port_ = make_ffs_port([this]() -> Result<FfsFiles> {
     FfsFiles files;
-    files.control = half(control_);
-    files.in = half(in_);
-    files.out = half(out_);
+    files.control = make_socket_pair(control_);
+    files.in = make_socket_pair(in_);
+    files.out = make_socket_pair(out_);
     return files;
   });
 };
 
-TEST_F(FfsPortTest, TellsWhatTheControllerTells) {
-  happens({FUNCTIONFS_BIND, FUNCTIONFS_ENABLE, FUNCTIONFS_SUSPEND, FUNCTIONFS_RESUME});
-  EXPECT_EQ(port_->wait(kPatient).kind, Kind::enabled);
-  EXPECT_EQ(port_->wait(kPatient).kind, Kind::suspended);
-  EXPECT_EQ(port_->wait(kPatient).kind, Kind::resumed);
-  happens({FUNCTIONFS_DISABLE});
-  happens({FUNCTIONFS_UNBIND});
-  EXPECT_EQ(port_->wait(kPatient).kind, Kind::disabled);
-  EXPECT_EQ(port_->wait(kPatient).kind, Kind::disabled);
+TEST_F(FfsPortTest, ReportsControlEvents) {
+  emit({FUNCTIONFS_BIND, FUNCTIONFS_ENABLE, FUNCTIONFS_SUSPEND, FUNCTIONFS_RESUME});
+  EXPECT_EQ(port_->wait(kTimeout).kind, Kind::enabled);
+  EXPECT_EQ(port_->wait(kTimeout).kind, Kind::suspended);
+  EXPECT_EQ(port_->wait(kTimeout).kind, Kind::resumed);
+  emit({FUNCTIONFS_DISABLE});
+  emit({FUNCTIONFS_UNBIND});
+  EXPECT_EQ(port_->wait(kTimeout).kind, Kind::disabled);
+  EXPECT_EQ(port_->wait(kTimeout).kind, Kind::disabled);
   EXPECT_EQ(port_->wait({1'000'000}).kind, Kind::timeout);
 }
 
 TEST_F(FfsPortTest, CarriesTransfersBothWays) {
   const std::array<std::byte, 5> frame{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}, std::byte{5}};
   ASSERT_TRUE(port_->begin_send(frame));
-  const PortEvent sent = port_->wait(kPatient);
+  const PortEvent sent = port_->wait(kTimeout);
   EXPECT_EQ(sent.kind, Kind::sent);
   EXPECT_EQ(sent.bytes, frame.size());
   EXPECT_EQ(sent.error, 0);
@@ -78,46 +78,46 @@ TEST_F(FfsPortTest, CarriesTransfersBothWays) {
   ASSERT_EQ(::write(out_.get(), "request", 7), 7);
   std::array<std::byte, 64> memory{};
   ASSERT_TRUE(port_->begin_receive(memory));
-  const PortEvent received = port_->wait(kPatient);
+  const PortEvent received = port_->wait(kTimeout);
   EXPECT_EQ(received.kind, Kind::received);
   EXPECT_EQ(received.bytes, 7U);
   EXPECT_EQ(memory[0], std::byte{'r'});
 }
 
-TEST_F(FfsPortTest, ATransferThatCannotBeIsAnErrorAndNoWait) {
+TEST_F(FfsPortTest, AFailedTransferIsAnErrorEvent) {
   std::array<std::byte, 64> memory{};
-  // An endpoint that is not enabled says the same as a socket that holds nothing.
+  // An endpoint that is not enabled gives the same error as an empty socket.
   ASSERT_TRUE(port_->begin_receive(memory));
-  const PortEvent event = port_->wait(kPatient);
+  const PortEvent event = port_->wait(kTimeout);
   EXPECT_EQ(event.kind, Kind::received);
   EXPECT_EQ(event.error, EAGAIN);
   in_ = OwnedFile();
   ASSERT_TRUE(port_->begin_send(memory));
-  const PortEvent failed = port_->wait(kPatient);
+  const PortEvent failed = port_->wait(kTimeout);
   EXPECT_EQ(failed.kind, Kind::sent);
   EXPECT_EQ(failed.error, EPIPE);
 }
 
-TEST_F(FfsPortTest, IsWokenWhileItWaitsAndBefore) {
+TEST_F(FfsPortTest, WakeEndsTheCurrentOrTheNextWait) {
   port_->wake();
-  EXPECT_EQ(port_->wait(kPatient).kind, Kind::woken);
+  EXPECT_EQ(port_->wait(kTimeout).kind, Kind::woken);
   std::thread other([this] { port_->wake(); });
-  EXPECT_EQ(port_->wait(kPatient).kind, Kind::woken);
+  EXPECT_EQ(port_->wait(kTimeout).kind, Kind::woken);
   other.join();
   EXPECT_EQ(port_->wait({1'000'000}).kind, Kind::timeout);
 }
 
-TEST_F(FfsPortTest, RequestsToTheInterfaceAreStalled) {
+TEST_F(FfsPortTest, StallsControlRequestsToTheInterface) {
   usb_functionfs_event event{};
   event.type = FUNCTIONFS_SETUP;
   event.u.setup.bRequestType = USB_DIR_OUT | USB_TYPE_VENDOR | USB_RECIP_INTERFACE;
   ASSERT_EQ(::write(control_.get(), &event, sizeof event), static_cast<ssize_t>(sizeof event));
-  EXPECT_EQ(port_->wait({10'000'000}).kind, Kind::timeout) << "it is nobody else's business";
+  EXPECT_EQ(port_->wait({10'000'000}).kind, Kind::timeout) << "control requests are not reported as events";
   std::byte none{};
-  EXPECT_EQ(::read(control_.get(), &none, 1), 0) << "an empty write, by which FunctionFS stalls a request to the probe";
+  EXPECT_EQ(::read(control_.get(), &none, 1), 0) << "an empty write, which makes FunctionFS stall an OUT request";
 }
 
-TEST_F(FfsPortTest, OpensAgainAfterItWasClosed) {
+TEST_F(FfsPortTest, CanBeReopened) {
   const auto handles = [] {
     return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator());
   };
@@ -127,11 +127,11 @@ TEST_F(FfsPortTest, OpensAgainAfterItWasClosed) {
     ASSERT_TRUE(port_->open().ok());
   }
   EXPECT_EQ(handles(), before);
-  happens({FUNCTIONFS_ENABLE});
-  EXPECT_EQ(port_->wait(kPatient).kind, Kind::enabled);
+  emit({FUNCTIONFS_ENABLE});
+  EXPECT_EQ(port_->wait(kTimeout).kind, Kind::enabled);
 }
 
-TEST(FfsFolder, GetsDescriptorsAndStringsAndGivesItsEndpoints) {
+TEST(FfsFolder, WritesDescriptorsAndStringsAndOpensEndpoints) {
   TempDir mount;
   for (const char* name : {"ep0", "ep1", "ep2"}) mount.write(name, "");
   const Result<FfsFiles> files = open_ffs(mount.path(""));
@@ -143,15 +143,15 @@ TEST(FfsFolder, GetsDescriptorsAndStringsAndGivesItsEndpoints) {
                      std::string(reinterpret_cast<const char*>(s.data()), s.size()));
 }
 
-TEST(FfsFolder, ThatIsNoFunctionFsSaysWhatToDo) {
+TEST(FfsFolder, WithoutFunctionFsGivesTheRemedy) {
   const Status nothing = open_ffs("/nonexistent/ffs").status();
   EXPECT_EQ(nothing.code(), StatusCode::not_found);
   EXPECT_NE(nothing.message().find("/nonexistent/ffs/ep0"), std::string::npos) << nothing.message();
   EXPECT_NE(nothing.message().find("lightwell-usb-gadget up"), std::string::npos) << nothing.message();
   TempDir plain;
   plain.write("ep0", "");
-  const Status half = open_ffs(plain.path("")).status();
-  EXPECT_NE(half.message().find("ep1"), std::string::npos) << half.message();
+  const Status incomplete = open_ffs(plain.path("")).status();
+  EXPECT_NE(incomplete.message().find("ep1"), std::string::npos) << incomplete.message();
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The gadget's link on a port that does exactly what a test says.
+// UsbGadgetLink on a port that the test controls.
 #include "link/usb_gadget/usb_gadget_link.hpp"
 
 #include <cerrno>
@@ -19,15 +19,15 @@ namespace {
 using Bytes = std::vector<std::byte>;
 using Kind = PortEvent::Kind;
 
-/// Transfers begin when the link says and end when the test says.
-class HandPort final : public GadgetPort {
+/// A port whose transfers are begun by the link and ended by the test.
+class ManualPort final : public GadgetPort {
  public:
-  Status open() override { return opens; }
+  Status open() override { return open_status; }
   void close() override { closed = true; }
   bool begin_send(std::span<const std::byte> bytes) override {
     const std::lock_guard lock(mutex_);
-    if (refusals > 0) {
-      --refusals;
+    if (send_failures > 0) {
+      --send_failures;
       return false;
     }
     sending_ = Bytes(bytes.begin(), bytes.end());
@@ -53,15 +53,15 @@ class HandPort final : public GadgetPort {
     changed_.notify_all();
   }
 
-  // The test's hand.
+  // Called by the test.
 
-  void happens(PortEvent event) {
+  void emit(PortEvent event) {
     const std::lock_guard lock(mutex_);
     events_.push_back(event);
     changed_.notify_all();
   }
-  /// Waits for the link to read, and gives it these bytes.
-  void give(const Bytes& bytes) {
+  /// Waits for a receive transfer of the link and completes it with these bytes.
+  void deliver(const Bytes& bytes) {
     ASSERT_TRUE(becomes_true("the link reads", [&] { return reads(); }));
     const std::lock_guard lock(mutex_);
     std::copy(bytes.begin(), bytes.end(), receiving_.begin());
@@ -69,7 +69,7 @@ class HandPort final : public GadgetPort {
     events_.push_back({Kind::received, bytes.size(), 0});
     changed_.notify_all();
   }
-  /// What the link sends; its transfer ends.
+  /// Waits for a send transfer of the link, completes it and returns its bytes.
   std::optional<Bytes> take() {
     if (!becomes_true("the link sends", [&] { return sends(); })) return std::nullopt;
     const std::lock_guard lock(mutex_);
@@ -78,7 +78,7 @@ class HandPort final : public GadgetPort {
     changed_.notify_all();
     return bytes;
   }
-  /// As take(), with an error.
+  /// Waits for a send transfer of the link and ends it with an error.
   void fail() {
     ASSERT_TRUE(becomes_true("the link sends", [&] { return sends(); }));
     const std::lock_guard lock(mutex_);
@@ -95,8 +95,8 @@ class HandPort final : public GadgetPort {
     return !receiving_.empty();
   }
 
-  Status opens;
-  int refusals = 0;
+  Status open_status;
+  int send_failures = 0;
   bool closed = false;
 
  private:
@@ -113,68 +113,68 @@ class UsbGadgetLinkTest : public ::testing::Test {
   void SetUp() override { ASSERT_TRUE(link_->start().ok()); }
   void TearDown() override { link_->stop(); }
 
-  Bytes question() {
+  Bytes request() {
     Bytes message, frame;
-    encode_info_request(++asked_, message);
+    encode_info_request(++requests_, message);
     EXPECT_TRUE(host_.write(FrameKind::request, message, frame).ok());
     return frame;
   }
   static EncodedDescriptor descriptor(int number) {
     return std::make_shared<const Bytes>(100, static_cast<std::byte>(number));
   }
-  /// A host that has come and asked, and has read the answer.
-  void host_comes() {
-    port_->happens({Kind::enabled});
-    port_->give(question());
+  /// A host connects, sends a request and reads the response.
+  void connect_host() {
+    port_->emit({Kind::enabled});
+    port_->deliver(request());
     EXPECT_EQ(next().kind, FrameKind::response);
   }
-  struct Got {
+  struct ReceivedFrame {
     FrameKind kind{};
     std::uint64_t number = 0;
     Bytes payload;
   };
-  Got next() {
-    Got got;
+  ReceivedFrame next() {
+    ReceivedFrame received;
     const std::optional<Bytes> bytes = port_->take();
     if (!bytes) {
       ADD_FAILURE() << "nothing is sent";
-      return got;
+      return received;
     }
     const FrameReader::FrameCallback take = [&](const LinkFrame& f) {
-      got = {f.kind, f.sequence, {f.payload.begin(), f.payload.end()}};
+      received = {f.kind, f.sequence, {f.payload.begin(), f.payload.end()}};
     };
     reader_.push(*bytes, take);
     reader_.end_transfer(take);
-    return got;
+    return received;
   }
 
   FakeCommands commands_;
-  HandPort* port_ = new HandPort;  // the link's
+  ManualPort* port_ = new ManualPort;  // Owned by the link.
   std::unique_ptr<UsbGadgetLink> link_ = make_usb_gadget_link(std::unique_ptr<GadgetPort>(port_), 42, commands_);
   FrameWriter host_{7};
   FrameReader reader_;
-  std::uint32_t asked_ = 0;
+  std::uint32_t requests_ = 0;
 };
 
-TEST_F(UsbGadgetLinkTest, SaysNothingUnlessAHostIsThereAndAsks) {
+TEST_F(UsbGadgetLinkTest, SendsNothingUntilAHostSendsARequest) {
   link_->publish(descriptor(1));
-  port_->happens({Kind::enabled});
+  port_->emit({Kind::enabled});
   ASSERT_TRUE(becomes_true("the link reads", [&] { return port_->reads(); }));
   link_->publish(descriptor(2));
-  EXPECT_FALSE(port_->sends()) << "it would be old when somebody comes";
+  EXPECT_FALSE(port_->sends()) << "it would be outdated when a host connects";
   EXPECT_EQ(link_->usb_counters().descriptors_without_listener, 2U);
   EXPECT_EQ(link_->counters().clients, 0U);
-  port_->give(question());
+  port_->deliver(request());
   EXPECT_EQ(next().kind, FrameKind::response);
   EXPECT_EQ(link_->counters().clients, 1U);
   link_->publish(descriptor(3));
   EXPECT_EQ(next().payload, *descriptor(3));
 }
 
-TEST_F(UsbGadgetLinkTest, AHostThatReadsSlowlyGetsTheNewestAndThePublisherDoesNotWait) {
-  host_comes();
+TEST_F(UsbGadgetLinkTest, ASlowHostGetsTheNewestAndDoesNotBlockThePublisher) {
+  connect_host();
   link_->publish(descriptor(1));
-  ASSERT_TRUE(becomes_true("the first is under way", [&] { return port_->sends(); }));
+  ASSERT_TRUE(becomes_true("the first transfer is in progress", [&] { return port_->sends(); }));
   for (int i = 2; i <= 9; ++i) link_->publish(descriptor(i));
   EXPECT_EQ(link_->counters().coalesced, 7U);
   EXPECT_EQ(next().payload, *descriptor(1));
@@ -182,81 +182,81 @@ TEST_F(UsbGadgetLinkTest, AHostThatReadsSlowlyGetsTheNewestAndThePublisherDoesNo
   EXPECT_FALSE(port_->sends());
 }
 
-TEST_F(UsbGadgetLinkTest, AnswersGoBeforeDescriptors) {
-  host_comes();
+TEST_F(UsbGadgetLinkTest, SendsResponsesBeforeDescriptors) {
+  connect_host();
   link_->publish(descriptor(1));
-  ASSERT_TRUE(becomes_true("the first is under way", [&] { return port_->sends(); }));
+  ASSERT_TRUE(becomes_true("the first transfer is in progress", [&] { return port_->sends(); }));
   link_->publish(descriptor(2));
-  port_->give(question());
-  ASSERT_TRUE(becomes_true("it was heard", [&] { return link_->usb_counters().requests == 2; }));
+  port_->deliver(request());
+  ASSERT_TRUE(becomes_true("the request was received", [&] { return link_->usb_counters().requests == 2; }));
   EXPECT_EQ(next().payload, *descriptor(1));
   EXPECT_EQ(next().kind, FrameKind::response);
   EXPECT_EQ(next().payload, *descriptor(2));
 }
 
-TEST_F(UsbGadgetLinkTest, ABrokenTransferIsCountedAndTheNumbersTellTheHost) {
-  host_comes();
+TEST_F(UsbGadgetLinkTest, AFailedTransferIsCountedAndVisibleInTheSequenceNumbers) {
+  connect_host();
   link_->publish(descriptor(1));
   port_->fail();
   link_->publish(descriptor(2));
-  const Got got = next();
-  EXPECT_EQ(got.payload, *descriptor(2));
-  EXPECT_EQ(got.number, 3U) << "the answer was 1, what broke was 2";
+  const ReceivedFrame received = next();
+  EXPECT_EQ(received.payload, *descriptor(2));
+  EXPECT_EQ(received.number, 3U) << "1 was the response, 2 the failed frame";
   EXPECT_EQ(reader_.counters().lost, 1U);
   EXPECT_EQ(link_->usb_counters().frames_failed, 1U);
   EXPECT_EQ(link_->usb_counters().frames_begun, 3U);
 }
 
-TEST_F(UsbGadgetLinkTest, AnEndpointThatRefusesIsTriedAgain) {
-  host_comes();
-  port_->refusals = 2;
+TEST_F(UsbGadgetLinkTest, RetriesWhenATransferCannotBegin) {
+  connect_host();
+  port_->send_failures = 2;
   for (int i = 1; i <= 3; ++i) {
     link_->publish(descriptor(i));
     std::this_thread::sleep_for(std::chrono::milliseconds(40));
   }
-  EXPECT_TRUE(becomes_true("it sends at last", [&] { return port_->sends(); }));
+  EXPECT_TRUE(becomes_true("the link sends again", [&] { return port_->sends(); }));
   EXPECT_EQ(link_->usb_counters().frames_failed, 2U);
 }
 
-TEST_F(UsbGadgetLinkTest, ANewStreamBeginsWithAQuestionAndAfterSleepComesTheNewest) {
-  host_comes();
-  // As after a reset: enabled anew, and no word of an end.
-  port_->happens({Kind::enabled});
-  ASSERT_TRUE(becomes_true("nobody listens", [&] { return link_->counters().clients == 0; }));
+TEST_F(UsbGadgetLinkTest, ANewStreamNeedsARequestAndResumeSendsTheNewest) {
+  connect_host();
+  // As after a reset: enabled again without a preceding disable.
+  port_->emit({Kind::enabled});
+  ASSERT_TRUE(becomes_true("no host is listening", [&] { return link_->counters().clients == 0; }));
   link_->publish(descriptor(1));
   EXPECT_FALSE(port_->sends());
-  port_->give(question());
+  port_->deliver(request());
   EXPECT_EQ(next().kind, FrameKind::response);
 
-  port_->happens({Kind::suspended});
-  port_->give(Bytes{});  // Passes behind the event, so that the link has seen it.
+  port_->emit({Kind::suspended});
+  port_->deliver(Bytes{});  // Queued behind the event, so that the link has processed it.
   ASSERT_TRUE(becomes_true("the link reads", [&] { return port_->reads(); }));
   link_->publish(descriptor(2));
   link_->publish(descriptor(3));
   EXPECT_FALSE(port_->sends());
-  port_->happens({Kind::resumed});
+  port_->emit({Kind::resumed});
   EXPECT_EQ(next().payload, *descriptor(3));
 }
 
-TEST_F(UsbGadgetLinkTest, WhatIsNoRequestIsRefusedCountedAndSurvived) {
-  host_comes();
-  const Bytes replayed = question();
-  port_->give(replayed);
+TEST_F(UsbGadgetLinkTest, InvalidInputIsRefusedAndCounted) {
+  connect_host();
+  const Bytes replayed = request();
+  port_->deliver(replayed);
   EXPECT_EQ(next().kind, FrameKind::response);
-  port_->give(replayed);
-  port_->give(Bytes(16 * 1024, std::byte{'L'}));
-  port_->give(Bytes(77, std::byte{0xEE}));
-  Bytes frame, damaged = question();
-  damaged[20] ^= std::byte{1};  // of its number
-  port_->give(damaged);
-  Bytes cut = question();
+  port_->deliver(replayed);
+  port_->deliver(Bytes(16 * 1024, std::byte{'L'}));
+  port_->deliver(Bytes(77, std::byte{0xEE}));
+  Bytes frame, damaged = request();
+  damaged[20] ^= std::byte{1};  // A byte of the sequence number.
+  port_->deliver(damaged);
+  Bytes cut = request();
   cut.resize(cut.size() / 2);
-  port_->give(cut);
+  port_->deliver(cut);
   ASSERT_TRUE(host_.write(FrameKind::descriptor, *descriptor(1), frame).ok());
-  port_->give(frame);
+  port_->deliver(frame);
   ASSERT_TRUE(host_.write(FrameKind::request, Bytes(50, std::byte{0xFF}), frame).ok());
-  port_->give(frame);
-  port_->give(question());
+  port_->deliver(frame);
+  port_->deliver(request());
   EXPECT_EQ(next().kind, FrameKind::response);
   const UsbGadgetCounters c = link_->usb_counters();
   EXPECT_EQ(c.requests, 3U);
@@ -269,18 +269,18 @@ TEST_F(UsbGadgetLinkTest, WhatIsNoRequestIsRefusedCountedAndSurvived) {
   EXPECT_FALSE(commands_.lux_);
 }
 
-TEST_F(UsbGadgetLinkTest, AHostThatAsksWithoutReadingDoesNotFillTheProbe) {
-  host_comes();
-  for (int i = 0; i < 40; ++i) port_->give(question());
-  ASSERT_TRUE(becomes_true("all were heard", [&] { return link_->usb_counters().requests == 41; }));
-  // One answer is under way, sixteen wait.
+TEST_F(UsbGadgetLinkTest, TheNumberOfQueuedResponsesIsLimited) {
+  connect_host();
+  for (int i = 0; i < 40; ++i) port_->deliver(request());
+  ASSERT_TRUE(becomes_true("all requests were received", [&] { return link_->usb_counters().requests == 41; }));
+  // One response is being sent, sixteen are queued.
   EXPECT_EQ(link_->usb_counters().responses_dropped, 40U - 17U);
 }
 
-TEST_F(UsbGadgetLinkTest, AHostThatAsksNoMoreGetsNoMore) {
-  host_comes();
+TEST_F(UsbGadgetLinkTest, StopsSendingToAHostWithoutRequests) {
+  connect_host();
   EXPECT_TRUE(becomes_true(
-      "it is forgotten", [&] { return link_->counters().clients == 0; },
+      "the host no longer counts as listening", [&] { return link_->counters().clients == 0; },
       std::chrono::milliseconds(kListenerTimeout.ns / 1'000'000 + 20'000)));
   link_->publish(descriptor(1));
   EXPECT_EQ(link_->usb_counters().descriptors_without_listener, 1U);
@@ -288,8 +288,8 @@ TEST_F(UsbGadgetLinkTest, AHostThatAsksNoMoreGetsNoMore) {
 
 TEST(UsbGadgetLinkStart, FailsWithThePortsReason) {
   FakeCommands commands;
-  auto port = std::make_unique<HandPort>();
-  port->opens = Status(StatusCode::not_found, "no FunctionFS");
+  auto port = std::make_unique<ManualPort>();
+  port->open_status = Status(StatusCode::not_found, "no FunctionFS");
   const auto link = make_usb_gadget_link(std::move(port), 1, commands);
   EXPECT_EQ(link->start().message(), "no FunctionFS");
   link->stop();

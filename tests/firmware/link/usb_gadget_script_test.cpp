@@ -1,5 +1,5 @@
-// lightwell-usb-gadget on a folder that looks like configfs. What only a kernel does (attributes that appear with their
-// folder and go with it, mounting) is done by the test, or by stand-ins for mount and modprobe on the PATH.
+// lightwell-usb-gadget on a folder that imitates configfs. The test creates the attributes that a kernel would create,
+// and substitutes mount, umount and modprobe by scripts on the PATH.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -57,7 +57,7 @@ class UsbGadgetScript : public ::testing::Test {
   fs::path gadget_ = fs::path(root_.path("")) / "usb_gadget/lightwell";
 };
 
-TEST_F(UsbGadgetScript, BuildsTheGadgetThatTheHostLooksFor) {
+TEST_F(UsbGadgetScript, BuildsTheGadgetWithTheIdsTheHostExpects) {
   const Run first = run({"up", "--serial", "LW-7"});
   ASSERT_EQ(first.code, 0) << first.err;
   EXPECT_EQ(read("idVendor"), hex(kUsbVendor));
@@ -75,7 +75,7 @@ TEST_F(UsbGadgetScript, BuildsTheGadgetThatTheHostLooksFor) {
   EXPECT_EQ(again.code, 0) << again.err;
 }
 
-TEST_F(UsbGadgetScript, WithoutASerialNumberHasOneThatStaysAndIsNotTheMachinesId) {
+TEST_F(UsbGadgetScript, TheDefaultSerialNumberIsConstantAndNotTheMachineId) {
   ASSERT_EQ(run({"up", "--no-network"}).code, 0);
   const std::string serial = read("strings/0x409/serialnumber");
   EXPECT_EQ(serial.size(), 12U);
@@ -88,7 +88,7 @@ TEST_F(UsbGadgetScript, WithoutASerialNumberHasOneThatStaysAndIsNotTheMachinesId
   EXPECT_FALSE(fs::exists(gadget_ / "configs/c.1/ncm.usb0"));
 }
 
-TEST_F(UsbGadgetScript, BindsWhenLightwelldServesAndToTheControllerThatIsNamed) {
+TEST_F(UsbGadgetScript, BindsToTheNamedControllerOnceLightwelldServes) {
   ASSERT_EQ(run({"up"}).code, 0);
   const Run early = run({"bind", "--udc", "dummy_udc.0"});
   EXPECT_EQ(early.code, 1);
@@ -98,20 +98,20 @@ TEST_F(UsbGadgetScript, BindsWhenLightwelldServesAndToTheControllerThatIsNamed) 
   EXPECT_EQ(bound.code, 0) << bound.err;
   EXPECT_EQ(read("UDC"), "dummy_udc.0");
   EXPECT_EQ(run({"bind", "--udc", "another"}).code, 0);
-  EXPECT_EQ(read("UDC"), "dummy_udc.0") << "it is bound already";
+  EXPECT_EQ(read("UDC"), "dummy_udc.0") << "an existing binding is kept";
   EXPECT_EQ(run({"unbind"}).code, 0);
   EXPECT_EQ(read("UDC"), "");
 }
 
-TEST_F(UsbGadgetScript, WhatItCannotDoItSays) {
+TEST_F(UsbGadgetScript, ErrorsHaveExitStatusAndMessage) {
   EXPECT_EQ(run({}).code, 2);
   EXPECT_EQ(run({"sideways"}).code, 2);
-  EXPECT_EQ(run({"up", "--user"}).code, 2) << "an option took the next one for its value";
+  EXPECT_EQ(run({"up", "--user"}).code, 2) << "--user needs a value";
   const Run nobody = run({"up", "--user", "no-such-user-here"});
   EXPECT_EQ(nobody.code, 1);
   EXPECT_NE(nobody.err.find("no-such-user-here"), std::string::npos) << nobody.err;
   fs::remove_all(gadget_);
-  EXPECT_EQ(run({"down"}).code, 0) << "there is nothing to take apart";
+  EXPECT_EQ(run({"down"}).code, 0) << "without a gadget down does nothing";
   const Run none = run({"bind"});
   EXPECT_EQ(none.code, 1);
   EXPECT_NE(none.err.find("up"), std::string::npos) << none.err;

@@ -1,4 +1,4 @@
-// A dodecahedron in front of an ordinary camera, and what an ideal detector would see of it.
+// Simulated tag observations of a dodecahedron in front of a pinhole camera.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ inline MarkerBody dodecahedron() {
   return std::move(*body);
 }
 
-/// One pinhole camera; 60 degrees across.
+/// One pinhole camera with a horizontal field of view of 60 degrees.
 inline RigParameters camera_rig(int width = 1280, int height = 960, double focal_px = 1100) {
   LensParameters lens;
   lens.width = width;
@@ -37,27 +37,31 @@ inline RigParameters camera_rig(int width = 1280, int height = 960, double focal
   return rig;
 }
 
-/// Where the body's outline is `width_px` wide in the middle of the picture: a dodecahedron is about 1.31 of its size.
+/// Distance at which the body's outline is `width_px` wide, m: the outline of a dodecahedron is about 1.31 times
+/// size_m.
 inline double distance_for(double width_px, double focal_px = 1100) { return 0.131 * focal_px / width_px; }
 
+/// A random attitude at `place`.
 inline Pose body_at(Vec3d place, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   return {Quat{normal(random), normal(random), normal(random), normal(random)}.normalized(), place};
 }
 
-/// Turned so that the tag of face 0 looks `tilt_rad` past the camera, and few or no others are seen.
+/// Face 0 towards the camera, tilted by `tilt_rad`, so that few or no other tags are visible.
 inline Pose face_on(double distance_m, double tilt_rad) {
-  // Face 0 looks along the body's +Y; the camera is towards +Z of the probe's axes.
+  // The normal of face 0 is the body's +Y; seen from the body, the camera is towards +Z of the probe frame.
   return {(Quat::about({0, 1, 0}, tilt_rad) * Quat::about({1, 0, 0}, kPi / 2)).normalized(), {0, 0, -distance_m}};
 }
 
-/// Tags turned less than 72 degrees away, corners off by `sigma_px` in each coordinate.
-inline std::vector<TagObservation> seen_of(const RigParameters& rig, const MarkerBody& body, const Pose& probe_body,
-                                    double sigma_px, std::uint64_t seed) {
+/// Observations of the tags whose normal is within 72 degrees of the direction to the lens, with Gaussian corner noise
+/// of `sigma_px` in each coordinate.
+inline std::vector<TagObservation> simulate_body_observations(const RigParameters& rig, const MarkerBody& body,
+                                                              const Pose& probe_body, double sigma_px,
+                                                              std::uint64_t seed) {
   const auto tags = tags_of(body);
   EXPECT_TRUE(tags);
-  auto seen = seen_from(rig, *tags, inverse(probe_body), sigma_px, seed);
+  auto seen = simulate_observations(rig, *tags, inverse(probe_body), sigma_px, seed);
   std::erase_if(seen, [&](const TagObservation& s) {
     for (const WorldTag& tag : *tags) {
       const Pose probe_face = compose(probe_body, tag.world_tag);
@@ -70,6 +74,7 @@ inline std::vector<TagObservation> seen_of(const RigParameters& rig, const Marke
   return seen;
 }
 
+/// Norms of the rotation (rad) and translation (m) parts of error_of().
 inline double turn_of(const std::array<double, 6>& e) { return std::hypot(e[0], e[1], e[2]); }
 inline double shift_of(const std::array<double, 6>& e) { return std::hypot(e[3], e[4], e[5]); }
 

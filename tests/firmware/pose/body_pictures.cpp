@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kBackground = 0.25;
 
-/// What else is in a room, as far as a search for squares is concerned: a slope of light and boxes of all sizes.
+/// A background that a search for quads has to process: an illumination gradient and boxes of all sizes.
 std::vector<float> clutter_of(int width, int height, std::uint64_t seed) {
   std::vector<float> out(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   std::mt19937_64 random(seed);
@@ -58,7 +58,7 @@ void blur(std::vector<float>& picture, int width, int height, double sigma) {
   pass(width, height, 1, width);
 }
 
-/// Between two poses, in even steps of turn and place.
+/// Interpolates between two poses; `share` is 0 at `a` and 1 at `b`.
 Pose between(const Pose& a, const Pose& b, double share) {
   Quat q = b.rotation * a.rotation.inverse();
   if (q.w < 0) q = {-q.x, -q.y, -q.z, -q.w};
@@ -73,18 +73,18 @@ Pose between(const Pose& a, const Pose& b, double share) {
 BodyCamera::BodyCamera(const RigParameters& rig, const MarkerBody& body, std::uint64_t clutter_seed)
     : camera_(rig.lenses.front()), clutter_(clutter_of(camera_.width(), camera_.height(), clutter_seed)) {
   scene_.body = body;
-  // A lamp above to the left and a bright room: faces between 0.2 and 0.7.
+  // A lamp from above left and bright ambient light: face values between 0.2 and 0.7.
   scene_.lamps = {reference::DistantLamp{{-0.5, 0.7, 0.5}, {1.9, 1.9, 1.9}, 0}};
   scene_.ambient = reference::even_ambient({0.25, 0.25, 0.25});
   scene_.background = {kBackground, kBackground, kBackground};
 }
 
-std::vector<float> BodyCamera::light(const Pose& probe_body, const BodyShot& shot) const {
+std::vector<float> BodyCamera::radiance(const Pose& probe_body, const BodyShot& shot) const {
   reference::MarkerScene scene = scene_;
   scene.probe_body = probe_body;
-  if (shot.cover) scene.occluders.push_back(*shot.cover);
+  if (shot.occluder) scene.occluders.push_back(*shot.occluder);
   reference::RenderOptions options;
-  options.samples = shot.closing ? 2 : 3;
+  options.samples = shot.closing_pose ? 2 : 3;
   const reference::RadiancePicture picture = reference::render(scene, camera_, options);
   std::vector<float> out(clutter_.size());
   for (std::size_t i = 0; i < out.size(); ++i) {
@@ -104,15 +104,15 @@ reference::GreyBytes BodyCamera::take(const Pose& probe_body, std::uint64_t seed
 reference::GreyBytes BodyCamera::take(const BodyShot& shot) const {
   const int width = camera_.width(), height = camera_.height();
   std::vector<float> sum;
-  if (shot.closing) {
+  if (shot.closing_pose) {
     constexpr int kInstants = 8;
     sum.assign(clutter_.size(), 0);
     for (int i = 0; i < kInstants; ++i) {
-      const auto now = light(between(shot.probe_body, *shot.closing, (i + 0.5) / kInstants), shot);
+      const auto now = radiance(between(shot.probe_body, *shot.closing_pose, (i + 0.5) / kInstants), shot);
       for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += now[k] / kInstants;
     }
   } else {
-    sum = light(shot.probe_body, shot);
+    sum = radiance(shot.probe_body, shot);
   }
   blur(sum, width, height, shot.blur_px);
   reference::RadiancePicture picture{width, height, std::vector<float>(3 * sum.size())};

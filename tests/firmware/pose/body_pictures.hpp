@@ -1,4 +1,4 @@
-// Pictures of a dodecahedron in front of a room's clutter, by the oracle's renderer, and where it really is.
+// Pictures of a dodecahedron in front of clutter, by the reference renderer.
 #pragma once
 
 #include <cstdint>
@@ -13,14 +13,14 @@ namespace lightwell::test {
 
 struct BodyShot {
   Pose probe_body;
-  /// Where the body is when the shutter closes, had it been at probe_body when it opened.
-  std::optional<Pose> closing;
-  double blur_px = 0.6;       ///< Of the lens, standard deviation.
+  /// For motion blur: the pose when the shutter closes; probe_body is then the pose when it opens.
+  std::optional<Pose> closing_pose;
+  double blur_px = 0.6;       ///< Standard deviation of the lens blur.
   double exposure = 1;        ///< 1: the brightest face is at 0.7 of full scale.
-  double electrons = 10'000;  ///< Of full scale, exposure 1.
+  double electrons = 10'000;  ///< Full scale at exposure 1.
   double read_noise_electrons = 3;
   bool mirrored = false;
-  std::optional<reference::SphereOccluder> cover;
+  std::optional<reference::SphereOccluder> occluder;
   std::uint64_t seed = 1;
 };
 
@@ -32,8 +32,8 @@ class BodyCamera {
   [[nodiscard]] reference::GreyBytes take(const Pose& probe_body, std::uint64_t seed = 1) const;
 
  private:
-  /// Linear, one value a pixel.
-  [[nodiscard]] std::vector<float> light(const Pose& probe_body, const BodyShot& shot) const;
+  /// Linear radiance, one value per pixel.
+  [[nodiscard]] std::vector<float> radiance(const Pose& probe_body, const BodyShot& shot) const;
 
   reference::MarkerCamera camera_;
   reference::MarkerScene scene_;

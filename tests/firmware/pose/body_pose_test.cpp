@@ -1,4 +1,4 @@
-// A body's pose follows from all its tags together, with an uncertainty that holds.
+// find_body_pose: accuracy, consistency of the covariance, outlier tags, ambiguity, predictions.
 #include "pose/body_pose.hpp"
 
 #include <cmath>
@@ -22,8 +22,8 @@ using test::dodecahedron;
 using test::error_of;
 using test::face_on;
 using test::kDegree;
-using test::seen_of;
 using test::shift_of;
+using test::simulate_body_observations;
 using test::turn_of;
 using testing::HasSubstr;
 
@@ -59,12 +59,12 @@ std::string refusal(const Result<BodyPose>& result) {
   return result.ok() ? "accepted" : result.status().message();
 }
 
-TEST(BodyPose, PerfectCornersGiveThePoseToRounding) {
+TEST(BodyPose, ExactCornersGiveTheExactPose) {
   const RigParameters rig = camera_rig();
   const MarkerBody body = dodecahedron();
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const Pose truth = body_at({0.05, -0.03, -0.4}, seed);
-    const auto seen = seen_of(rig, body, truth, 0, 1);
+    const auto seen = simulate_body_observations(rig, body, truth, 0, 1);
     ASSERT_GE(seen.size(), 3u);
     const auto pose = find_body_pose(rig, body, seen);
     ASSERT_TRUE(pose) << pose.status().message();
@@ -73,7 +73,7 @@ TEST(BodyPose, PerfectCornersGiveThePoseToRounding) {
     EXPECT_LT(shift_of(e), 1e-6) << seed;
     EXPECT_FALSE(pose->ambiguous) << seed;
     EXPECT_EQ(pose->used, static_cast<int>(seen.size()));
-    for (const TagReport& use : pose->tags) EXPECT_TRUE(use.used && use.left_out.empty());
+    for (const TagReport& report : pose->tags) EXPECT_TRUE(report.used && report.rejection_reason.empty());
   }
 }
 
@@ -83,9 +83,9 @@ struct Trials {
   double normalized = 0, turn = 0, shift = 0;
 };
 
-/// A hundred attitudes; the camera's focal length is off by `focal` times a normal number each time.
+/// A hundred random attitudes; the relative focal length error of each is Gaussian with standard deviation `focal`.
 Trials trials(double distance_m, double sigma_px, double focal, const BodyPoseOptions& options, const char* name) {
-  const RigParameters believed = camera_rig();
+  const RigParameters calibrated = camera_rig();
   const MarkerBody body = dodecahedron();
   Trials out;
   std::mt19937_64 random(99);
@@ -93,7 +93,8 @@ Trials trials(double distance_m, double sigma_px, double focal, const BodyPoseOp
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     const Pose truth = body_at({0.04, 0.02, -distance_m}, 500 + seed);
     const RigParameters real = camera_rig(1280, 960, 1100 / (1 + focal * normal(random)));
-    const auto pose = find_body_pose(believed, body, seen_of(real, body, truth, sigma_px, seed), std::nullopt, options);
+    const auto pose = find_body_pose(calibrated, body, simulate_body_observations(real, body, truth, sigma_px, seed),
+                                     std::nullopt, options);
     EXPECT_TRUE(pose) << pose.status().message();
     if (!pose) continue;
     const auto e = error_of(pose->probe_body.pose, truth);
@@ -114,62 +115,62 @@ Trials trials(double distance_m, double sigma_px, double focal, const BodyPoseOp
   return out;
 }
 
-TEST(BodyPose, TheErrorIsWithinThreeSigmaInNearlyAllOfAHundredTrials) {
+TEST(BodyPose, ErrorsAreConsistentWithTheCovariance) {
   for (const auto& [width_px, sigma_px] : {std::pair(400.0, 0.2), std::pair(400.0, 1.0), std::pair(120.0, 0.2)}) {
     const Trials t = trials(distance_for(width_px), sigma_px, 0, exact_camera(), "camera known");
     EXPECT_EQ(t.count, 100);
     for (const int n : t.within) EXPECT_GE(n, 95) << width_px;
     EXPECT_GT(t.normalized, 0.7);
-    // chi² is below one as often as above, and scales the covariance only where it is above.
+    // Below 1 on average, because the reduced chi² scales the covariance only where it is above one.
     EXPECT_LT(t.normalized, 1.3);
   }
 }
 
-TEST(BodyPose, AFocalLengthThatIsNotKnownExactlyIsInTheCovariance) {
+TEST(BodyPose, FocalSigmaIsPartOfTheCovariance) {
   BodyPoseOptions options = exact_camera();
   options.focal_sigma = 0.02;
   const Trials t = trials(distance_for(250), 0.2, 0.02, options, "focal length to 2 %");
   for (const int n : t.within) EXPECT_GE(n, 95);
   EXPECT_LT(t.normalized, 1.6);
   EXPECT_GT(t.normalized, 0.6);
-  // Without the option the same camera gives answers that are confidently wrong: that is what it is for.
-  const Trials without = trials(distance_for(250), 0.2, 0.02, exact_camera(), "the same, not told");
+  // Without the option the covariance of the same camera is too small.
+  const Trials without = trials(distance_for(250), 0.2, 0.02, exact_camera(), "the same with focal_sigma 0");
   EXPECT_GT(without.normalized, 10);
 }
 
-TEST(BodyPose, ACalibrationWrongByTwoPercentIsWithinThreeSigmaAsDelivered) {
-  const RigParameters believed = camera_rig(1280, 960, 1100 * 1.02), real = camera_rig();
+TEST(BodyPose, DefaultCovarianceCoversATwoPercentFocalLengthError) {
+  const RigParameters calibrated = camera_rig(1280, 960, 1100 * 1.02), real = camera_rig();
   const MarkerBody body = dodecahedron();
   for (const double width_px : {100.0, 250.0, 400.0, 700.0}) {
     int within = 0;
-    double excess = 0, weight = 0, rms = 0, turn = 0;
+    double focal_error = 0, weight = 0, rms = 0, turn = 0;
     for (std::uint64_t seed = 0; seed < 50; ++seed) {
       const Pose truth = body_at({0.03, 0, -distance_for(width_px)}, seed);
-      const auto pose = find_body_pose(believed, body, seen_of(real, body, truth, 0.1, seed));
+      const auto pose = find_body_pose(calibrated, body, simulate_body_observations(real, body, truth, 0.1, seed));
       ASSERT_TRUE(pose) << pose.status().message();
       within += within_three_sigma(pose->probe_body, truth);
       turn = std::max(turn, turn_of(error_of(pose->probe_body.pose, truth)));
       rms += pose->rms_px / 50;
       if (!std::isfinite(pose->focal.sigma)) continue;
       const double w = 1 / (pose->focal.sigma * pose->focal.sigma);
-      excess += w * pose->focal.excess;
+      focal_error += w * pose->focal.relative_error;
       weight += w;
     }
     EXPECT_GE(within, 48) << width_px;
     if (!(weight > 0)) {
-      EXPECT_LT(width_px, 200) << "a near body shows it";
+      EXPECT_LT(width_px, 200) << "the perspective of a near body must give an estimate";
       continue;
     }
     std::cout << width_px << " px wide, focal length 2 % too long: " << within << " of 50 within 3 sigma, RMS " << rms
-              << " px, worst turn " << turn / kDegree << " deg; the corners say " << 100 * excess / weight << " +- "
-              << 100 / std::sqrt(weight) << " %\n";
-    // What is seen of it is right, however little.
-    EXPECT_NEAR(excess / weight, 0.02, 3 / std::sqrt(weight) + 0.003);
+              << " px, worst turn " << turn / kDegree << " deg; estimated error " << 100 * focal_error / weight
+              << " +- " << 100 / std::sqrt(weight) << " %\n";
+    // The estimate is consistent with its standard deviation, however large that is.
+    EXPECT_NEAR(focal_error / weight, 0.02, 3 / std::sqrt(weight) + 0.003);
   }
 }
 
-/// A pose in spite of tags that are wrong: near the truth, those with number `bad` left out for that reason.
-void expect_left_out(const RigParameters& rig, const MarkerBody& body, const std::vector<TagObservation>& seen,
+/// Expects a correct pose, and that the one tag with the id `bad` is rejected for the reason `why`.
+void expect_rejected(const RigParameters& rig, const MarkerBody& body, const std::vector<TagObservation>& seen,
                      const Pose& truth, int bad, const char* why) {
   const auto pose = find_body_pose(rig, body, seen, std::nullopt, exact_camera());
   ASSERT_TRUE(pose) << pose.status().message();
@@ -178,33 +179,33 @@ void expect_left_out(const RigParameters& rig, const MarkerBody& body, const std
     EXPECT_LT(std::abs(e[i]), 5 * std::sqrt(pose->probe_body.covariance[i][i])) << why << " " << i;
   EXPECT_LT(turn_of(e), 0.5 * kDegree) << why;
   ASSERT_EQ(pose->tags.size(), seen.size());
-  int left_out = 0;
+  int rejected = 0;
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    const TagReport& use = pose->tags[i];
-    EXPECT_EQ(use.id, seen[i].tag.id);
-    EXPECT_EQ(use.used, use.left_out.empty());
-    if (use.used) continue;
-    ++left_out;
-    EXPECT_EQ(use.id, bad);
-    EXPECT_THAT(use.left_out, HasSubstr(why));
+    const TagReport& report = pose->tags[i];
+    EXPECT_EQ(report.id, seen[i].tag.id);
+    EXPECT_EQ(report.used, report.rejection_reason.empty());
+    if (report.used) continue;
+    ++rejected;
+    EXPECT_EQ(report.id, bad);
+    EXPECT_THAT(report.rejection_reason, HasSubstr(why));
   }
-  EXPECT_EQ(left_out, 1) << why;
+  EXPECT_EQ(rejected, 1) << why;
 }
 
-TEST(BodyPose, AWrongTagIsLeftOutAndNamed) {
+TEST(BodyPose, AnOutlierTagIsRejectedWithItsReason) {
   const RigParameters rig = camera_rig();
   const MarkerBody body = dodecahedron();
   int tried = 0;
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     const Pose truth = body_at({0.02, 0.01, -0.4}, seed);
-    const auto seen = seen_of(rig, body, truth, 0.15, seed);
+    const auto seen = simulate_body_observations(rig, body, truth, 0.15, seed);
     if (seen.size() < 4) continue;
     ++tried;
     const int id = seen[1].tag.id;
     const auto with = [&](auto change, int bad, const char* why) {
       auto other = seen;
       change(other);
-      expect_left_out(rig, body, other, truth, bad, why);
+      expect_rejected(rig, body, other, truth, bad, why);
     };
     with([](auto& s) { s[1].tag.id = 77; }, 77, "not one of the body's");
     with([](auto& s) { s[1].tag.family = TagFamily::tagStandard41h12; }, id, "not one of the body's");
@@ -213,15 +214,15 @@ TEST(BodyPose, AWrongTagIsLeftOutAndNamed) {
           std::swap(s[1].tag.corners[0], s[1].tag.corners[1]), std::swap(s[1].tag.corners[2], s[1].tag.corners[3]);
         },
         id, "mirror");
-    // Read as the number of a face that is turned away.
+    // The id of a face that is turned away.
     int hidden = 0;
     for (int n = 0; n < 12; ++n)
       if (std::none_of(seen.begin(), seen.end(), [&](const TagObservation& s) { return s.tag.id == n; })) hidden = n;
     with([&](auto& s) { s[1].tag.id = hidden; }, hidden, "");
-    // Turned by a quarter: as its number on another body would hang.
+    // Rotated by 90 degrees.
     with([](auto& s) { std::rotate(s[1].tag.corners.begin(), s[1].tag.corners.begin() + 1, s[1].tag.corners.end()); },
          id, "contradicts the others");
-    // Half covered, so that two corners are where the cover's edge is.
+    // Half occluded: two corners lie on the occluder's edge.
     with(
         [](auto& s) {
           auto& c = s[1].tag.corners;
@@ -229,7 +230,7 @@ TEST(BodyPose, AWrongTagIsLeftOutAndNamed) {
           c[2] = {(c[2].x + c[3].x) / 2, (c[2].y + c[3].y) / 2};
         },
         id, "contradicts the others");
-    // The same number on another body beside it.
+    // The same id on another body beside it.
     with(
         [&](auto& s) {
           TagObservation twin = s[1];
@@ -241,12 +242,12 @@ TEST(BodyPose, AWrongTagIsLeftOutAndNamed) {
   EXPECT_GE(tried, 5);
 }
 
-TEST(BodyPose, OneCornerOfATagThatIsCoveredPullsLittle) {
+TEST(BodyPose, OneDisplacedCornerHasLittleInfluence) {
   const RigParameters rig = camera_rig();
   const MarkerBody body = dodecahedron();
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     const Pose truth = body_at({0, 0, -0.4}, seed);
-    auto seen = seen_of(rig, body, truth, 0.15, seed);
+    auto seen = simulate_body_observations(rig, body, truth, 0.15, seed);
     ASSERT_GE(seen.size(), 3u);
     seen[0].tag.corners[2].x += 1.2;
     const auto pose = find_body_pose(rig, body, seen, std::nullopt, exact_camera());
@@ -256,13 +257,13 @@ TEST(BodyPose, OneCornerOfATagThatIsCoveredPullsLittle) {
   }
 }
 
-TEST(BodyPose, OneFarFaceLeavesTwoAttitudesAndSaysSo) {
+TEST(BodyPose, ASingleDistantFaceIsFlaggedAmbiguous) {
   const RigParameters rig = camera_rig();
   const MarkerBody body = dodecahedron();
   int ambiguous = 0, near_either = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const Pose truth = face_on(1.2, 0.25);
-    auto seen = seen_of(rig, body, truth, 0.2, seed);
+    auto seen = simulate_body_observations(rig, body, truth, 0.2, seed);
     std::erase_if(seen, [](const TagObservation& s) { return s.tag.id != 0; });
     ASSERT_EQ(seen.size(), 1u);
     const auto pose = find_body_pose(rig, body, seen);
@@ -273,7 +274,7 @@ TEST(BodyPose, OneFarFaceLeavesTwoAttitudesAndSaysSo) {
     ASSERT_TRUE(pose->alternative);
     const double a = turn_of(error_of(pose->probe_body.pose, truth)), b = turn_of(error_of(*pose->alternative, truth));
     near_either += std::min(a, b) < 0.15;
-    // The truth as a prediction decides, the truth of an attitude that was ambiguous itself does not.
+    // The true pose as a prediction resolves the ambiguity, except if its attitude was ambiguous itself.
     BodyPrediction before{{truth, {}}, true};
     for (std::size_t i = 0; i < 6; ++i) before.probe_body.covariance[i][i] = i < 3 ? 0.003 : 1e-3;
     const auto settled = find_body_pose(rig, body, seen, before);
@@ -288,10 +289,10 @@ TEST(BodyPose, OneFarFaceLeavesTwoAttitudesAndSaysSo) {
   }
   EXPECT_GE(ambiguous, 16);
   EXPECT_GE(near_either, ambiguous - 1);
-  // Near and askew, perspective tells.
+  // For a near, tilted face the perspective resolves the ambiguity.
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const Pose truth = face_on(0.15, 0.6);
-    auto seen = seen_of(rig, body, truth, 0.1, seed);
+    auto seen = simulate_body_observations(rig, body, truth, 0.1, seed);
     std::erase_if(seen, [](const TagObservation& s) { return s.tag.id != 0; });
     ASSERT_EQ(seen.size(), 1u);
     const auto pose = find_body_pose(rig, body, seen);
@@ -301,13 +302,13 @@ TEST(BodyPose, OneFarFaceLeavesTwoAttitudesAndSaysSo) {
   }
 }
 
-TEST(BodyPose, APoseThatIsNotFlaggedIsNeverFarFromTheTruth) {
+TEST(BodyPose, PosesThatAreNotFlaggedAreWithinFiveSigma) {
   const RigParameters rig = camera_rig();
   const MarkerBody body = dodecahedron();
   int flagged = 0, wrong = 0, count = 0;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     const Pose truth = body_at({0.1, -0.05, -1.5}, seed);
-    auto seen = seen_of(rig, body, truth, 0.4, seed);
+    auto seen = simulate_body_observations(rig, body, truth, 0.4, seed);
     if (seen.size() > 1 + seed % 2) seen.resize(1 + seed % 2);
     if (seen.empty()) continue;
     const auto pose = find_body_pose(rig, body, seen);
@@ -327,11 +328,12 @@ TEST(BodyPose, APoseThatIsNotFlaggedIsNeverFarFromTheTruth) {
   EXPECT_LE(wrong, 1);
 }
 
-TEST(BodyPose, OfTwoBodiesWithTheSameNumbersTheExpectedOneIsFound) {
+TEST(BodyPose, ThePredictionSelectsOneOfTwoBodiesWithTheSameIds) {
   const RigParameters rig = camera_rig();
   const MarkerBody body = dodecahedron();
   const Pose left = body_at({-0.1, 0, -0.5}, 3), right = body_at({0.12, 0, -0.5}, 3);
-  auto seen = seen_of(rig, body, left, 0.1, 1), others = seen_of(rig, body, right, 0.1, 2);
+  auto seen = simulate_body_observations(rig, body, left, 0.1, 1),
+       others = simulate_body_observations(rig, body, right, 0.1, 2);
   const std::size_t own = std::min(seen.size(), others.size());
   ASSERT_GE(own, 3u);
   seen.resize(own);
@@ -348,27 +350,28 @@ TEST(BodyPose, OfTwoBodiesWithTheSameNumbersTheExpectedOneIsFound) {
   }
 }
 
-TEST(BodyPose, APredictionThatIsWrongMisleadsNobody) {
+TEST(BodyPose, AWrongPredictionDoesNotChangeTheResult) {
   const RigParameters rig = camera_rig();
   const MarkerBody body = dodecahedron();
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     const Pose truth = body_at({0.02, 0.01, -0.45}, seed);
     BodyPrediction before{{body_at({-0.1, 0.05, -0.7}, 1000 + seed), {}}, true};
     for (std::size_t i = 0; i < 6; ++i) before.probe_body.covariance[i][i] = 1e-4;
-    const auto pose = find_body_pose(rig, body, seen_of(rig, body, truth, 0.1, seed), before, exact_camera());
+    const auto pose =
+        find_body_pose(rig, body, simulate_body_observations(rig, body, truth, 0.1, seed), before, exact_camera());
     ASSERT_TRUE(pose) << pose.status().message();
     EXPECT_LT(turn_of(error_of(pose->probe_body.pose, truth)), 0.5 * kDegree) << seed;
   }
 }
 
-TEST(BodyPose, BothLensesOfAPairCount) {
+TEST(BodyPose, UsesBothLensesOfAPair) {
   RigParameters pair = camera_rig();
   pair.lenses.push_back(pair.lenses[0]);
   pair.lenses[0].pose_cv.translation = {-0.06, 0, 0};
   pair.lenses[1].pose_cv.translation = {0.06, 0, 0};
   const MarkerBody body = dodecahedron();
   const Pose truth = body_at({0, 0, -0.6}, 4);
-  const auto seen = seen_of(pair, body, truth, 0.15, 1);
+  const auto seen = simulate_body_observations(pair, body, truth, 0.15, 1);
   std::vector<TagObservation> one;
   for (const TagObservation& s : seen)
     if (s.lens == 0) one.push_back(s);
@@ -380,10 +383,10 @@ TEST(BodyPose, BothLensesOfAPairCount) {
   EXPECT_LT(both->probe_body.covariance[5][5], 0.6 * alone->probe_body.covariance[5][5]);
 }
 
-TEST(BodyPose, InputThatDeterminesNothingIsRefusedWithTheReason) {
+TEST(BodyPose, RejectsInputThatDeterminesNoPose) {
   const RigParameters rig = camera_rig();
   const MarkerBody body = dodecahedron();
-  const auto good = seen_of(rig, body, body_at({0, 0, -0.4}, 1), 0.1, 1);
+  const auto good = simulate_body_observations(rig, body, body_at({0, 0, -0.4}, 1), 0.1, 1);
   ASSERT_GE(good.size(), 3u);
   EXPECT_THAT(refusal(find_body_pose(rig, body, {})), HasSubstr("no tag is seen"));
   EXPECT_EQ(find_body_pose(rig, body, {}).status().code(), StatusCode::not_found);

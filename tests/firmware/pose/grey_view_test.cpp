@@ -1,4 +1,4 @@
-// Every camera's picture as the grey one that tags are looked for in.
+// GreyView: conversion of each pixel format to a grey picture.
 #include "pose/grey_view.hpp"
 
 #include <array>
@@ -15,11 +15,11 @@ namespace lightwell {
 namespace {
 
 constexpr int kWidth = 6, kHeight = 4;
-/// Beyond a row's pixels; no view may read it.
+/// Padding bytes after each row, which must not be read.
 constexpr std::size_t kPadding = 8;
 constexpr std::byte kPoison{0xAA};
 
-/// Bytes of a picture, rows padded.
+/// A picture with padded rows.
 struct Picture {
   PixelFormat format = PixelFormat::rgb8;
   int width = kWidth, height = kHeight;
@@ -48,7 +48,7 @@ struct Picture {
   [[nodiscard]] View view() const { return {0, format, width, height, stride, data}; }
 };
 
-/// Differs from pixel to pixel.
+/// A value that differs between pixels.
 unsigned code(int x, int y) { return static_cast<unsigned>(20 + 30 * x + 7 * y); }
 
 void expect_size(const GreyPicture& grey, const Picture& picture) {
@@ -75,14 +75,14 @@ TEST(GreyView, OfRgbIsAQuarterRedHalfGreenAQuarterBlue) {
     }
 }
 
-TEST(GreyView, OfNv12IsItsLumaWhereItLies) {
+TEST(GreyView, OfNv12IsItsLumaWithoutACopy) {
   Picture picture(PixelFormat::nv12);
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x) picture.byte(x, y, 1, 0, code(x, y));
   GreyView view;
   const GreyPicture grey = view.of(picture.view());
   expect_size(grey, picture);
-  EXPECT_EQ(grey.data.data(), reinterpret_cast<const std::uint8_t*>(picture.data.data())) << "nothing is copied";
+  EXPECT_EQ(grey.data.data(), reinterpret_cast<const std::uint8_t*>(picture.data.data())) << "no copy";
   EXPECT_EQ(grey.stride, picture.stride);
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x) EXPECT_EQ(grey.at(x, y), code(x, y)) << x << " " << y;
@@ -104,7 +104,7 @@ TEST(GreyView, OfYuyvIsEveryOtherByte) {
 
 struct Mosaic {
   PixelFormat format;
-  unsigned scale;  ///< Of eight bits.
+  unsigned scale;  ///< Factor from eight bits to the format's depth.
 };
 
 class GreyOfMosaic : public ::testing::TestWithParam<Mosaic> {
@@ -120,17 +120,18 @@ class GreyOfMosaic : public ::testing::TestWithParam<Mosaic> {
 
 TEST_P(GreyOfMosaic, IsGreenAloneWhateverRedAndBlueAre) {
   Picture picture(GetParam().format);
-  // Red at the top left: green where x + y is odd.
+  // RGGB: green where x + y is odd.
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x) set(picture, x, y, (x + y) % 2 == 1 ? 100 : (y % 2 == 0 ? 255 : 3));
   GreyView view;
   const GreyPicture grey = view.of(picture.view());
   expect_size(grey, picture);
   for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) EXPECT_EQ(grey.at(x, y), 100) << x << " " << y << ", the picture's edges too";
+    for (int x = 0; x < kWidth; ++x)
+      EXPECT_EQ(grey.at(x, y), 100) << x << " " << y << ", including the picture's edges";
 }
 
-TEST_P(GreyOfMosaic, KeepsAGreenSiteAndTakesTheMeanAroundAnotherOne) {
+TEST_P(GreyOfMosaic, KeepsGreenSitesAndInterpolatesOthers) {
   Picture picture(GetParam().format);
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x) set(picture, x, y, code(x, y));
@@ -138,7 +139,7 @@ TEST_P(GreyOfMosaic, KeepsAGreenSiteAndTakesTheMeanAroundAnotherOne) {
   const GreyPicture grey = view.of(picture.view());
   expect_size(grey, picture);
   EXPECT_EQ(grey.at(3, 2), code(3, 2));
-  // A plane's mean is its middle.
+  // The mean of the neighbours of a linear function is its value.
   EXPECT_EQ(grey.at(2, 2), code(2, 2));
   EXPECT_EQ(grey.at(1, 1), code(1, 1));
 }
@@ -148,7 +149,7 @@ INSTANTIATE_TEST_SUITE_P(Bits, GreyOfMosaic,
                                            Mosaic{PixelFormat::bayer_rggb12, 16}),
                          [](const auto& of) { return std::string(to_string(of.param.format)); });
 
-TEST(GreyView, WordsAboveTheirBitsAreWhite) {
+TEST(GreyView, SamplesAboveTheBitDepthAreWhite) {
   Picture picture(PixelFormat::bayer_rggb10);
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x) picture.word(x, y, 0xFFFF);
@@ -159,7 +160,7 @@ TEST(GreyView, WordsAboveTheirBitsAreWhite) {
   EXPECT_EQ(grey.at(3, 2), 255);
 }
 
-/// As large as takes that a hundredth of the pixels is some.
+/// Green increases with x. The picture is large enough that 1 % of its pixels are several.
 Picture floats(float scale) {
   Picture picture(PixelFormat::rgb_f32, 64, 64);
   for (int y = 0; y < 64; ++y)
@@ -167,20 +168,20 @@ Picture floats(float scale) {
   return picture;
 }
 
-TEST(GreyView, OfFloatsIsTheRootOfGreenWhateverTheScale) {
+TEST(GreyView, OfFloatsIsTheNormalizedSquareRootOfGreen) {
   for (const float scale : {1e-6F, 1.0F, 1e6F}) {
     const Picture picture = floats(scale);
     GreyView view;
     const GreyPicture grey = view.of(picture.view());
     expect_size(grey, picture);
-    // White is looked for in a sample, so it may be the second brightest column: 1 / 64, of the root half of that, and
-    // rounding.
+    // White is estimated from a sample, so it may be the second brightest column: a relative error of 1 / 64, half of
+    // that after the square root, plus rounding.
     for (int x = 0; x < 64; ++x)
       EXPECT_NEAR(grey.at(x, 5), 255 * std::sqrt((x + 1) / 64.0), 255 / 128.0 + 0.6) << scale << " " << x;
   }
 }
 
-TEST(GreyView, AFewSunsDoNotDarkenAPictureOfFloats) {
+TEST(GreyView, AFewVeryBrightPixelsDoNotDarkenAFloatPicture) {
   Picture picture = floats(1);
   for (int x = 0; x < 16; ++x) picture.floats(x, 40, {1e6F, 1e6F, 1e6F});
   GreyView view;
@@ -190,7 +191,7 @@ TEST(GreyView, AFewSunsDoNotDarkenAPictureOfFloats) {
   EXPECT_NEAR(grey.at(31, 5), 255 * std::sqrt(0.5), 4);
 }
 
-TEST(GreyView, FloatsThatAreNoNumbersAreBlackOrWhiteAndSpoilNoOthers) {
+TEST(GreyView, NonFiniteFloatsAreBlackOrWhiteAndDoNotAffectOthers) {
   const float nan = std::nanf(""), inf = std::numeric_limits<float>::infinity();
   Picture picture = floats(1);
   picture.floats(0, 0, {nan, nan, nan});
@@ -208,7 +209,7 @@ TEST(GreyView, FloatsThatAreNoNumbersAreBlackOrWhiteAndSpoilNoOthers) {
   EXPECT_NEAR(grey.at(31, 5), 255 * std::sqrt(0.5), 4);
 }
 
-TEST(GreyView, FloatsOfNothingButNothingAreBlack) {
+TEST(GreyView, FloatPicturesWithoutPositiveValuesAreBlack) {
   Picture picture(PixelFormat::rgb_f32);
   for (const float v : {0.0F, std::nanf(""), -3.0F}) {
     for (int y = 0; y < kHeight; ++y)
@@ -221,7 +222,7 @@ TEST(GreyView, FloatsOfNothingButNothingAreBlack) {
   }
 }
 
-TEST(GreyView, AViewThatDoesNotHoldWhatItSaysIsEmpty) {
+TEST(GreyView, AViewWithTooFewBytesGivesAnEmptyPicture) {
   for (const PixelFormat format : kPixelFormats) {
     const Picture picture(format);
     GreyView view;
@@ -232,7 +233,7 @@ TEST(GreyView, AViewThatDoesNotHoldWhatItSaysIsEmpty) {
     };
     View shorter = picture.view();
     shorter.data = shorter.data.first(shorter.data.size() - 1);
-    EXPECT_TRUE(is_empty(shorter)) << to_string(format) << ": a byte is missing";
+    EXPECT_TRUE(is_empty(shorter)) << to_string(format) << ": one byte too few";
     View narrow = picture.view();
     narrow.stride = packed_stride(format, kWidth) - 1;
     EXPECT_TRUE(is_empty(narrow)) << to_string(format) << ": rows overlap";
@@ -250,7 +251,7 @@ TEST(GreyView, AViewThatDoesNotHoldWhatItSaysIsEmpty) {
   }
 }
 
-TEST(GreyView, MemoryOfALargePictureIsUsedAgainForASmallOne) {
+TEST(GreyView, ReusesTheMemoryOfALargerPicture) {
   GreyView view;
   const Picture large(PixelFormat::rgb8, 40, 30);
   ASSERT_EQ(view.of(large.view()).data.size(), 1200U);
@@ -263,7 +264,7 @@ TEST(GreyView, MemoryOfALargePictureIsUsedAgainForASmallOne) {
   EXPECT_EQ(grey.at(5, 3), code(5, 3));
 }
 
-TEST(GreyView, OfLinearLightUndoesWhatTheGreyPictureIs) {
+TEST(GreyView, LinearOfGreyInvertsTheConversion) {
   PhotometricCalibration webcam;
   webcam.response.kind = ResponseCurve::Kind::srgb;
   EXPECT_EQ(linear_of_grey(PixelFormat::rgb8, webcam), linear_table(webcam, 256));

@@ -1,4 +1,4 @@
-// Bodies are the solids of geometry, their faces are laid out as the design says, and the files hold just these.
+// Marker bodies: geometry of the solids, layout of their faces, and the body files.
 #include "pose/marker_bodies.hpp"
 
 #include <algorithm>
@@ -23,12 +23,12 @@ struct Solid {
   const char* name;
   Result<MarkerBody> (*make)(const SolidOptions&);
   std::size_t faces;
-  double dihedral_rad;  ///< Inside, between neighbours.
-  double edge;          ///< Of one whose faces are a distance of 1 apart.
-  std::size_t corner;   ///< Faces that meet in one.
+  double dihedral_rad;  ///< Interior angle between neighbouring faces.
+  double edge;          ///< Edge length for a distance of 1 between opposite faces.
+  std::size_t corner;   ///< Number of faces that meet in a corner.
 };
 
-/// Coxeter, Regular Polytopes, table I; edges by the inradii.
+/// Coxeter, Regular Polytopes, table I; edge lengths from the inradii.
 const std::vector<Solid> kSolids = {{"cube", make_cube, 6, 90 * kDeg, 1, 3},
                                     {"dodecahedron", make_dodecahedron, 12, std::acos(-1 / std::sqrt(5.0)),
                                      1 / std::sqrt(2.5 + 1.1 * std::sqrt(5.0)), 3},
@@ -46,7 +46,7 @@ double area(const FaceOutline& o) {
   return twice / 2;
 }
 
-/// Further inside than `margin` from every edge.
+/// Whether `p` is inside and further than `margin` from every edge.
 bool inside(const FaceOutline& o, FacePoint p, double margin) {
   for (std::size_t i = 0; i < o.size(); ++i) {
     const FacePoint a = o[i], b = o[(i + 1) % o.size()];
@@ -75,7 +75,7 @@ class Solids : public testing::TestWithParam<Solid> {
 INSTANTIATE_TEST_SUITE_P(All, Solids, testing::ValuesIn(kSolids),
                          [](const auto& p) { return std::string(p.param.name); });
 
-TEST_P(Solids, NeighboursMeetUnderTheSolidsAngle) {
+TEST_P(Solids, NeighbouringFacesMeetAtTheDihedralAngle) {
   const MarkerBody body = made();
   ASSERT_EQ(body.faces.size(), GetParam().faces);
   for (const MarkerFace& a : body.faces) {
@@ -86,16 +86,16 @@ TEST_P(Solids, NeighboursMeetUnderTheSolidsAngle) {
     EXPECT_NEAR(nearest, std::numbers::pi - GetParam().dihedral_rad, 1e-12) << a.tag_id;
     for (const MarkerFace& b : body.faces)
       if (&a != &b && angle_between(normal(a), normal(b)) < nearest + 1e-9) ++neighbours;
-    EXPECT_EQ(neighbours, a.outline.size()) << "an edge for each";
+    EXPECT_EQ(neighbours, a.outline.size()) << "one edge per neighbour";
   }
 }
 
-TEST(Dodecahedron, ItsFacesMeetUnder116565Degrees) {
+TEST(Dodecahedron, FacesMeetAt116565Degrees) {
   const auto body = make_dodecahedron();
   EXPECT_NEAR(180 - angle_between(normal(body->faces[0]), normal(body->faces[1])) / kDeg, 116.565, 5e-4);
 }
 
-TEST_P(Solids, CornersOfNeighboursAreTheSamePointsInSpace) {
+TEST_P(Solids, NeighbouringFacesShareTheirCorners) {
   const MarkerBody body = made();
   std::vector<Vec3d> corners;
   for (const MarkerFace& face : body.faces)
@@ -105,11 +105,11 @@ TEST_P(Solids, CornersOfNeighboursAreTheSamePointsInSpace) {
               static_cast<std::ptrdiff_t>(GetParam().corner));
     EXPECT_EQ(std::count_if(corners.begin(), corners.end(), [&](Vec3d c) { return length(c - corner) < 1e-4; }),
               static_cast<std::ptrdiff_t>(GetParam().corner))
-        << "and no other is near";
+        << "no other corner nearby";
   }
 }
 
-TEST_P(Solids, AllEdgesAreAsLongAsTheSolids) {
+TEST_P(Solids, AllEdgesHaveTheTheoreticalLength) {
   SolidOptions options;
   options.size_m = 0.073;
   const MarkerBody body = made(options);
@@ -134,14 +134,14 @@ TEST_P(Solids, OppositeFacesAreParallelAndTheSizeApart) {
   }
 }
 
-TEST_P(Solids, NumbersGoFromTheTopRingByRingAndAroundThem) {
+TEST_P(Solids, FacesAreNumberedFromTheTopRingByRing) {
   SolidOptions options;
   options.first_id = 40;
   const MarkerBody body = made(options);
   const std::size_t last = body.faces.size() - 1;
   EXPECT_LT(length(normal(body.faces[0]) - Vec3d{0, 1, 0}), 1e-12);
   EXPECT_LT(length(normal(body.faces[last]) - Vec3d{0, -1, 0}), 1e-12);
-  EXPECT_LT(std::abs(normal(body.faces[1]).x), 1e-12) << "face 1 looks towards +Z";
+  EXPECT_LT(std::abs(normal(body.faces[1]).x), 1e-12) << "face 1 faces +Z";
   EXPECT_GT(normal(body.faces[1]).z, 0.5);
   for (std::size_t i = 0; i <= last; ++i) EXPECT_EQ(body.faces[i].tag_id, 40 + static_cast<int>(i));
   const auto azimuth = [](Vec3d n) {
@@ -158,7 +158,7 @@ TEST_P(Solids, NumbersGoFromTheTopRingByRingAndAroundThem) {
   }
 }
 
-TEST(Dodecahedron, FacesAreWhereTheDesignPutsThem) {
+TEST(Dodecahedron, FaceNormalsAreAsDocumented) {
   const auto body = make_dodecahedron();
   for (std::size_t k = 0; k < 5; ++k) {
     const Vec3d n = normal(body->faces[1 + k]);
@@ -186,7 +186,7 @@ TEST_P(Solids, TagsStandUprightAsFarAsTheFaceAllows) {
     EXPECT_LT(length(cross(right, up) - normal(face)), 1e-12) << "right-handed, seen from outside";
     const Vec3d wanted = i == 0 ? Vec3d{0, 0, -1} : i + 1 == body.faces.size() ? Vec3d{0, 0, 1} : Vec3d{0, 1, 0};
     const Vec3d best = normalized(wanted - normal(face) * dot(wanted, normal(face)));
-    EXPECT_LE(angle_between(up, best), symmetry / 4 + 1e-9) << "an axis is never further than that";
+    EXPECT_LE(angle_between(up, best), symmetry / 4 + 1e-9) << "there is always an axis within this angle";
     for (const FacePoint& p : face.outline)
       EXPECT_TRUE(std::any_of(face.outline.begin(), face.outline.end(), [&](FacePoint q) {
         return std::abs(p.x + q.x) < 1e-9 && std::abs(p.y - q.y) < 1e-9;
@@ -210,7 +210,7 @@ TEST_P(Solids, PatchesAndTheWhiteSquareTileTheFace) {
       for (const MarkerFace& face : body.faces) {
         double sum = side * side;
         for (const MarkerPatch& patch : face.patches) sum += area(patch.outline);
-        // Corners are kept to a picometre.
+        // Coordinates are rounded to a picometre.
         EXPECT_NEAR(sum, area(face.outline), 1e-12 * 0.1 * 8) << face.tag_id;
         for (int i = 0; i < 200; ++i) {
           std::uniform_real_distribution<double> range(-0.06, 0.06);
@@ -218,13 +218,13 @@ TEST_P(Solids, PatchesAndTheWhiteSquareTileTheFace) {
           const auto holds = [&](const FaceOutline& o) { return inside(o, p, 1e-9); };
           const auto by_patches = std::count_if(face.patches.begin(), face.patches.end(),
                                                 [&](const MarkerPatch& m) { return holds(m.outline); });
-          EXPECT_EQ(by_patches + holds(square), holds(face.outline) ? 1 : 0) << "none twice, none left out";
+          EXPECT_EQ(by_patches + holds(square), holds(face.outline) ? 1 : 0) << "every point in exactly one part";
         }
       }
     }
 }
 
-TEST_P(Solids, QuadrantsAreWhiteOrGreyByThePlaceAroundTheTag) {
+TEST_P(Solids, QuadrantsHaveTheirAlbedos) {
   for (const PaperKind kind : {PaperKind::white, PaperKind::grey}) {
     SolidOptions options;
     options.paper = kind;
@@ -244,14 +244,14 @@ TEST_P(Solids, QuadrantsAreWhiteOrGreyByThePlaceAroundTheTag) {
   }
 }
 
-TEST_P(Solids, TextGivesTheSameBody) {
+TEST_P(Solids, TextRoundTripIsExact) {
   const MarkerBody body = made();
   const auto back = parse_marker_body(marker_body_to_text(body), "x");
   ASSERT_TRUE(back.ok()) << back.status().message();
   EXPECT_EQ(*back, body);
 }
 
-TEST_P(Solids, WhatCannotBeIsNamedWithWhatCan) {
+TEST_P(Solids, RejectsInvalidOptionsWithTheRemedy) {
   const auto refusal = [](const SolidOptions& options) {
     const auto body = GetParam().make(options);
     EXPECT_EQ(body.status().code(), StatusCode::invalid_argument);
@@ -269,7 +269,7 @@ TEST_P(Solids, WhatCannotBeIsNamedWithWhatCan) {
   numbers.first_id = 587 - static_cast<int>(GetParam().faces) + 1;
   EXPECT_THAT(refusal(numbers), HasSubstr("tag36h11 has numbers 0 to 586"));
   --numbers.first_id;
-  EXPECT_TRUE(GetParam().make(numbers).ok()) << "the last that fit";
+  EXPECT_TRUE(GetParam().make(numbers).ok()) << "the largest valid first_id";
   numbers.first_id = -1;
   EXPECT_THAT(refusal(numbers), HasSubstr("first_id is -1"));
   SolidOptions tag;
@@ -280,12 +280,12 @@ TEST_P(Solids, WhatCannotBeIsNamedWithWhatCan) {
   tag.tag_size_m = most * 1.0001;
   (void)refusal(tag);
   tag.tag_size_m = most * 0.9999;
-  EXPECT_TRUE(GetParam().make(tag).ok()) << "what it says is true";
+  EXPECT_TRUE(GetParam().make(tag).ok()) << "the limit in the message must be valid";
   tag.tag_size_m = -0.01;
   (void)refusal(tag);
 }
 
-TEST(MarkerBodies, TagsAreOfHandySizes) {
+TEST(MarkerBodies, DefaultTagSizes) {
   EXPECT_DOUBLE_EQ(make_dodecahedron()->tag_size_m, 0.024) << "cells of 3 mm, a white square of 30 mm";
   EXPECT_DOUBLE_EQ(white_square_m(TagFamily::tag36h11, 0.024), 0.030);
   SolidOptions cube;
@@ -309,17 +309,17 @@ TEST(BallOnTag, TheBallTouchesTheSheetOneDiameterBehindTheTag) {
   ASSERT_TRUE(body->ball);
   const MarkerFace& sheet = body->faces[0];
   EXPECT_EQ(sheet.tag_id, 17);
-  EXPECT_EQ(body->ball->center, Vec3d{}) << "light comes to the ball";
+  EXPECT_EQ(body->ball->center, Vec3d{}) << "the origin is the ball's centre";
   EXPECT_EQ(body->ball->albedo, (std::array{0.7, 0.7, 0.7}));
   EXPECT_LT(length(normal(sheet) - Vec3d{0, 1, 0}), 1e-12);
   EXPECT_LT(length(axis(sheet, {0, 1, 0}) - Vec3d{0, 0, -1}), 1e-12);
   const Vec3d ball = transformed(inverse(sheet.body_face), body->ball->center);
-  EXPECT_LT(length(ball - Vec3d{0, 0.05, 0.025}), 1e-12) << "its bottom is in the sheet's plane";
-  EXPECT_TRUE(inside(sheet.outline, {0, 0.05}, 0.025)) << "all of it over the sheet";
+  EXPECT_LT(length(ball - Vec3d{0, 0.05, 0.025}), 1e-12) << "the ball touches the sheet's plane";
+  EXPECT_TRUE(inside(sheet.outline, {0, 0.05}, 0.025)) << "the whole ball is above the sheet";
   EXPECT_NEAR(area(sheet.outline), 0.125 * 0.125, 1e-12);
 }
 
-TEST(BallOnTag, PatchesAreBesideAndBeforeTheTagAndNotBeneathTheBall) {
+TEST(BallOnTag, NoPatchLiesBeneathTheBall) {
   for (const PaperKind kind : {PaperKind::white, PaperKind::grey}) {
     BallOnTagOptions options;
     options.paper = kind;
@@ -328,7 +328,7 @@ TEST(BallOnTag, PatchesAreBesideAndBeforeTheTagAndNotBeneathTheBall) {
     for (const MarkerPatch& patch : body->faces[0].patches)
       for (const FacePoint& p : patch.outline) {
         EXPECT_LE(p.y, white_square_m(TagFamily::tag36h11, body->tag_size_m) / 2 + 1e-12);
-        EXPECT_LT(p.y, 0.04 - 0.02) << "the ball's nearest part, seen from above";
+        EXPECT_LT(p.y, 0.04 - 0.02) << "the edge of the ball, seen from above";
       }
     EXPECT_EQ(*parse_marker_body(marker_body_to_text(*body), "x"), *body);
   }
@@ -346,12 +346,12 @@ TEST(BallOnTag, PatchesAreBesideAndBeforeTheTagAndNotBeneathTheBall) {
   EXPECT_THAT(make_ball_on_tag(wrong).status().message(), HasSubstr("tag36h11 has numbers 0 to 586"));
 }
 
-TEST(MarkerBodies, KindsOfPaperHaveNames) {
+TEST(MarkerBodies, PaperKindNamesRoundTrip) {
   for (const PaperKind kind : {PaperKind::white, PaperKind::grey}) EXPECT_EQ(*parse_paper_kind(to_string(kind)), kind);
   EXPECT_THAT(parse_paper_kind("gray").status().message(), HasSubstr("known are white and grey"));
 }
 
-/// Equal but for what another processor's sine does to the last digits.
+/// Equal except for rounding errors of the math library of another processor.
 void expect_same(const MarkerBody& file, const MarkerBody& made) {
   EXPECT_EQ(file.name, made.name);
   EXPECT_EQ(file.tag_family, made.tag_family);
@@ -379,7 +379,7 @@ void expect_same(const MarkerBody& file, const MarkerBody& made) {
   }
 }
 
-TEST(MarkerBodies, TheFilesHoldWhatIsMadeHere) {
+TEST(MarkerBodies, BodyFilesMatchTheGeneratedBodies) {
   const auto file = [](const std::string& name) {
     const auto body = load_marker_body(std::string(LIGHTWELL_MARKER_BODIES) + "/" + name + ".textproto");
     EXPECT_TRUE(body.ok()) << body.status().message();

@@ -1,4 +1,4 @@
-// A room with tags on its walls, and what a probe in it would see of them.
+// A room with tags on its walls, and simulated observations of them.
 #pragma once
 
 #include <cmath>
@@ -40,9 +40,9 @@ inline Pose probe_in_room() {
           {0.3, 1.3, -0.4}};
 }
 
-/// What an ideal detector with errors of `sigma_px` in each coordinate tells.
-inline std::vector<TagObservation> seen_from(const RigParameters& rig, const std::vector<WorldTag>& room,
-                                      const Pose& world_probe, double sigma_px, std::uint64_t seed) {
+/// Observations of all completely visible tags, with Gaussian corner noise of `sigma_px` in each coordinate.
+inline std::vector<TagObservation> simulate_observations(const RigParameters& rig, const std::vector<WorldTag>& room,
+                                                         const Pose& world_probe, double sigma_px, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   std::vector<TagObservation> out;
@@ -74,7 +74,8 @@ inline std::vector<TagObservation> seen_from(const RigParameters& rig, const std
   return out;
 }
 
-/// The error of an estimate as UncertainPose has it: rotation (rad) and translation (m) in the world's axes.
+/// Error of an estimated pose, parametrised as in UncertainPose: rotation vector (rad) and translation (m), world
+/// frame.
 inline std::array<double, 6> error_of(const Pose& estimate, const Pose& truth) {
   const Quat q = estimate.rotation * truth.rotation.inverse();
   const double s = q.w < 0 ? -2 : 2;

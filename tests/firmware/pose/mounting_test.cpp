@@ -1,4 +1,4 @@
-// Where the probe hangs follows from tags in known places, with an uncertainty that holds.
+// find_mounting: accuracy, consistency of the covariance, ambiguity, gravity, outlier tags, invalid input.
 #include "pose/mounting.hpp"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using test::kDegree;
 using test::kPi;
 using test::pair_rig;
 using test::probe_in_room;
-using test::seen_from;
+using test::simulate_observations;
 using test::tags_on_walls;
 using testing::HasSubstr;
 
@@ -41,11 +41,11 @@ std::string refusal(const Result<Mounting>& result) {
   return result.ok() ? "accepted" : result.status().message();
 }
 
-TEST(Mounting, PerfectCornersGiveThePoseToRounding) {
+TEST(Mounting, ExactCornersGiveTheExactPose) {
   RigParameters rig = pair_rig();
   const auto room = tags_on_walls();
-  const auto seen = seen_from(rig, room, probe_in_room(), 0, 1);
-  // A calibration's quaternion need not be normalised.
+  const auto seen = simulate_observations(rig, room, probe_in_room(), 0, 1);
+  // Quaternions of a calibration may be unnormalised.
   rig.lenses[1].pose_cv.rotation = {0, 0, 2, 0};
   ASSERT_TRUE(std::any_of(seen.begin(), seen.end(), [](const TagObservation& s) { return s.lens == 1; }));
   const auto mounting = find_mounting(rig, room, seen);
@@ -57,10 +57,10 @@ TEST(Mounting, PerfectCornersGiveThePoseToRounding) {
   EXPECT_TRUE(mounting->position_known && mounting->heading_known);
   EXPECT_FALSE(mounting->ambiguous);
   ASSERT_EQ(mounting->tags.size(), seen.size());
-  for (const TagReport& use : mounting->tags) EXPECT_TRUE(use.used);
+  for (const TagReport& report : mounting->tags) EXPECT_TRUE(report.used);
 }
 
-/// Shares of 100 trials within three standard deviations, for each of the six numbers.
+/// Number of 100 trials within three standard deviations, for each of the six parameters.
 std::array<int, 6> within_three_sigma(const RigParameters& rig, const std::vector<WorldTag>& room, const Pose& truth,
                                       const char* name, double sigma_px = 0.1,
                                       std::optional<GravityReading> gravity = std::nullopt) {
@@ -68,8 +68,8 @@ std::array<int, 6> within_three_sigma(const RigParameters& rig, const std::vecto
   double worst_angle = 0, worst_place = 0, normalized_sum = 0;
   int trials = 0;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
-    const auto mounting =
-        find_mounting(rig, room, seen_from(rig, room, truth, sigma_px, 1000 + seed), gravity, exact_model());
+    const auto mounting = find_mounting(rig, room, simulate_observations(rig, room, truth, sigma_px, 1000 + seed),
+                                        gravity, exact_model());
     EXPECT_TRUE(mounting) << mounting.status().message();
     if (!mounting) continue;
     const auto e = error_of(mounting->world_probe.pose, truth);
@@ -86,31 +86,30 @@ std::array<int, 6> within_three_sigma(const RigParameters& rig, const std::vecto
   for (const int n : inside) std::cout << " " << n;
   std::cout << " of " << trials << "; mean (e/sigma)^2 " << normalized_sum / (6 * trials) << "; worst direction "
             << worst_angle / kDegree << " deg, worst place " << 1000 * worst_place << " mm\n";
-  // An honest covariance has 1 on average; one that is far too large would hold every bound.
+  // 1 for a consistent covariance; the lower bound excludes one that is far too large.
   EXPECT_GT(normalized_sum / (6 * trials), 0.4) << name;
   EXPECT_LT(normalized_sum / (6 * trials), 1.6) << name;
   return inside;
 }
 
-TEST(Mounting, TheErrorIsWithinThreeSigmaInNearlyAllOfAHundredTrials) {
+TEST(Mounting, ErrorsAreConsistentWithTheCovariance) {
   const RigParameters rig = pair_rig();
   const auto room = tags_on_walls();
   for (const int n : within_three_sigma(rig, room, probe_in_room(), "eight tags, two lenses")) EXPECT_GE(n, 95);
   RigParameters one_lens = rig;
   one_lens.lenses.resize(1);
   for (const int n : within_three_sigma(one_lens, room, probe_in_room(), "one lens")) EXPECT_GE(n, 95);
-  // A single tag, large enough in the picture and askew enough to have one solution only.
-  const std::vector<WorldTag> single = {
-      {TagFamily::tag36h11, 0, 0.4, {Quat::about({0, 1, 0}, 0.6), {0.1, 1.4, -1.2}}}};
+  // A single tag, large and tilted enough to have a unique solution.
+  const std::vector<WorldTag> single = {{TagFamily::tag36h11, 0, 0.4, {Quat::about({0, 1, 0}, 0.6), {0.1, 1.4, -1.2}}}};
   for (const int n : within_three_sigma(rig, single, probe_in_room(), "one tag")) EXPECT_GE(n, 95);
 }
 
-TEST(Mounting, DirectionIsGoodToATenthOfADegree) {
+TEST(Mounting, DirectionErrorIsBelowATenthOfADegree) {
   const RigParameters rig = pair_rig();
   const auto room = tags_on_walls();
   double worst = 0;
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
-    const auto mounting = find_mounting(rig, room, seen_from(rig, room, probe_in_room(), 0.2, seed));
+    const auto mounting = find_mounting(rig, room, simulate_observations(rig, room, probe_in_room(), 0.2, seed));
     ASSERT_TRUE(mounting);
     worst = std::max(worst, angle_of(error_of(mounting->world_probe.pose, probe_in_room())));
   }
@@ -118,7 +117,7 @@ TEST(Mounting, DirectionIsGoodToATenthOfADegree) {
   EXPECT_LT(worst, 0.1 * kDegree);
 }
 
-TEST(Mounting, AFarTagSeenNearlyHeadOnIsAmbiguousAndBothSolutionsAreGiven) {
+TEST(Mounting, ADistantTagSeenHeadOnIsAmbiguousAndHasAnAlternative) {
   RigParameters rig = pair_rig();
   rig.lenses.resize(1);
   Pose probe;
@@ -128,7 +127,7 @@ TEST(Mounting, AFarTagSeenNearlyHeadOnIsAmbiguousAndBothSolutionsAreGiven) {
   int ambiguous = 0, near_either = 0;
   constexpr int kTrials = 20;
   for (std::uint64_t seed = 0; seed < kTrials; ++seed) {
-    const auto mounting = find_mounting(rig, room, seen_from(rig, room, probe, 0.2, seed));
+    const auto mounting = find_mounting(rig, room, simulate_observations(rig, room, probe, 0.2, seed));
     ASSERT_TRUE(mounting) << mounting.status().message();
     if (!mounting->ambiguous) continue;
     ++ambiguous;
@@ -139,37 +138,37 @@ TEST(Mounting, AFarTagSeenNearlyHeadOnIsAmbiguousAndBothSolutionsAreGiven) {
     EXPECT_GT(angle_of(error_of(*mounting->alternative, mounting->world_probe.pose)), 0.1);
     EXPECT_GE(mounting->alternative_excess, 0);
   }
-  std::cout << "far tag: ambiguous in " << ambiguous << " of " << kTrials << ", truth near one of both in "
+  std::cout << "far tag: ambiguous in " << ambiguous << " of " << kTrials << ", truth near one of the two in "
             << near_either << "\n";
   EXPECT_GE(ambiguous, kTrials * 8 / 10);
   EXPECT_GE(near_either, ambiguous * 9 / 10);
 }
 
-TEST(Mounting, GravityDecidesBetweenTheTwo) {
+TEST(Mounting, GravityResolvesTheAmbiguity) {
   RigParameters rig = pair_rig();
   rig.lenses.resize(1);
   Pose probe;
   probe.translation = {0, 1.4, 1.0};
-  // Tilted about the horizontal, so that the mirror image has the probe lean.
+  // Tilted about the horizontal axis, so that the second pose differs in the tilt of the probe.
   const std::vector<WorldTag> room = {{TagFamily::tag36h11, 5, 0.12, {Quat::about({1, 0, 0}, 0.35), {0.1, 1.4, -1}}}};
   GravityReading gravity{{0, 9.8, 0}, 0.5 * kDegree};
   int without = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    const auto seen = seen_from(rig, room, probe, 0.2, seed);
+    const auto seen = simulate_observations(rig, room, probe, 0.2, seed);
     without += find_mounting(rig, room, seen)->ambiguous;
     const auto with = find_mounting(rig, room, seen, gravity);
     ASSERT_TRUE(with);
     EXPECT_FALSE(with->ambiguous) << seed;
     const auto e = error_of(with->world_probe.pose, probe);
-    EXPECT_LT(std::hypot(e[0], e[2]), 2 * kDegree) << "up is up";
+    EXPECT_LT(std::hypot(e[0], e[2]), 2 * kDegree) << "tilt error";
   }
-  EXPECT_GT(without, 5) << "otherwise this shows nothing";
+  EXPECT_GT(without, 5) << "the case must be ambiguous without gravity";
 }
 
-TEST(Mounting, GravityMakesUpSurerThanATagAlone) {
+TEST(Mounting, GravityReducesTheVarianceOfTheUpDirection) {
   const RigParameters rig = pair_rig();
   const std::vector<WorldTag> room = {{TagFamily::tag36h11, 0, 0.3, {Quat::about({0, 1, 0}, 0.6), {0.1, 1.4, -1.2}}}};
-  const auto seen = seen_from(rig, room, probe_in_room(), 0.3, 3);
+  const auto seen = simulate_observations(rig, room, probe_in_room(), 0.3, 3);
   GravityReading gravity;
   gravity.up_probe = rotate(probe_in_room().rotation.inverse(), Vec3d{0, 1, 0});
   gravity.sigma_rad = 0.05 * kDegree;
@@ -184,7 +183,7 @@ TEST(Mounting, GravityMakesUpSurerThanATagAlone) {
   EXPECT_LT(std::hypot(e[0], e[2]), 3 * 0.05 * kDegree * std::sqrt(2));
 }
 
-TEST(Mounting, WithGravityAloneHeadingAndPlaceAreInfinitelyUncertain) {
+TEST(Mounting, WithGravityAloneHeadingAndPositionHaveInfiniteVariance) {
   const RigParameters rig = pair_rig();
   for (const Vec3d up : {Vec3d{0, 1, 0}, Vec3d{0.3, 9, -2}, Vec3d{0, -1, 0}, Vec3d{1e-9, -1, 0}, Vec3d{5, 0, 0}}) {
     const auto mounting = find_mounting(rig, {}, {}, GravityReading{up, 0.01});
@@ -197,39 +196,39 @@ TEST(Mounting, WithGravityAloneHeadingAndPlaceAreInfinitelyUncertain) {
       for (std::size_t j = 0; j < 6; ++j)
         EXPECT_EQ(c[i][j], i != j ? 0 : i == 0 || i == 2 ? 1e-4 : kInfinite) << i << " " << j;
   }
-  // A tag that nobody has hung is no tag.
-  auto seen = seen_from(rig, tags_on_walls(), probe_in_room(), 0, 1);
+  // Tags that are not in the room's list are ignored.
+  auto seen = simulate_observations(rig, tags_on_walls(), probe_in_room(), 0, 1);
   const auto unknown = find_mounting(rig, {}, seen, GravityReading{{0, 1, 0}, 0.01});
   ASSERT_TRUE(unknown);
   EXPECT_EQ(unknown->tags.size(), seen.size());
   EXPECT_FALSE(unknown->tags[0].used);
 }
 
-TEST(Mounting, ATagThatWasMovedIsLeftOutAndNamed) {
+TEST(Mounting, AMovedTagIsRejectedAndNamed) {
   const RigParameters rig = pair_rig();
   auto room = tags_on_walls();
-  const auto seen = seen_from(rig, room, probe_in_room(), 0.1, 7);
+  const auto seen = simulate_observations(rig, room, probe_in_room(), 0.1, 7);
   room[2].world_tag.translation += Vec3d{0.05, 0.1, 0};
   const auto mounting = find_mounting(rig, room, seen);
   ASSERT_TRUE(mounting) << mounting.status().message();
   const auto e = error_of(mounting->world_probe.pose, probe_in_room());
   EXPECT_LT(angle_of(e), 0.1 * kDegree);
   EXPECT_LT(distance_of(e), 0.003);
-  int left_out = 0;
-  for (const TagReport& use : mounting->tags) {
-    EXPECT_EQ(use.used, use.id != 2);
-    EXPECT_EQ(use.left_out, use.used ? "" : "it contradicts the others");
-    left_out += !use.used;
+  int rejected = 0;
+  for (const TagReport& report : mounting->tags) {
+    EXPECT_EQ(report.used, report.id != 2);
+    EXPECT_EQ(report.rejection_reason, report.used ? "" : "it contradicts the others");
+    rejected += !report.used;
   }
-  EXPECT_GE(left_out, 1);
+  EXPECT_GE(rejected, 1);
 }
 
-TEST(Mounting, TwoTagsThatContradictEachOtherAreRefused) {
+TEST(Mounting, RejectsTwoTagsThatContradictEachOther) {
   RigParameters rig = pair_rig();
   rig.lenses.resize(1);
   std::vector<WorldTag> room = tags_on_walls();
   room.resize(2);
-  const auto seen = seen_from(rig, room, probe_in_room(), 0.1, 7);
+  const auto seen = simulate_observations(rig, room, probe_in_room(), 0.1, 7);
   ASSERT_EQ(seen.size(), 2u);
   room[1].world_tag.rotation = Quat::about({0, 1, 0}, 0.4);
   room[1].world_tag.translation += Vec3d{0, 0.3, 0};
@@ -238,14 +237,14 @@ TEST(Mounting, TwoTagsThatContradictEachOtherAreRefused) {
   EXPECT_THAT(refusal(mounting), HasSubstr("contradict each other"));
 }
 
-TEST(Mounting, ATagBeyondNinetyDegreesCounts) {
+TEST(Mounting, UsesATagBeyondNinetyDegrees) {
   RigParameters rig = pair_rig();
   rig.lenses.resize(1);
-  // Beside the probe and behind its lens, all four corners.
+  // All four corners are more than 90 degrees from the lens axis.
   std::vector<WorldTag> room = {{TagFamily::tag36h11, 1, 0.03, {}}};
   room[0].world_tag = {test::board_facing(test::single_tag(1, 0.03), {}, Vec3d{-1, 0, 0.4}).world_board.rotation,
                        {1, 0, 0.02}};
-  const auto seen = seen_from(rig, room, {}, 0, 1);
+  const auto seen = simulate_observations(rig, room, {}, 0, 1);
   ASSERT_EQ(seen.size(), 1u);
   for (const PixelPosition p : seen[0].tag.corners)
     EXPECT_LT(CameraModel(rig.lenses[0]).unproject(p)->z, 0) << "behind the lens";
@@ -284,10 +283,10 @@ TEST(Mounting, FromPicturesOfBothLensesThroughTheDetector) {
   EXPECT_LT(distance_of(e), 0.002);
 }
 
-TEST(Mounting, InputThatDeterminesNothingIsRefusedWithTheReason) {
+TEST(Mounting, RejectsInputThatDeterminesNoPose) {
   const RigParameters rig = pair_rig();
   const auto room = tags_on_walls();
-  const auto good = seen_from(rig, room, probe_in_room(), 0, 1);
+  const auto good = simulate_observations(rig, room, probe_in_room(), 0, 1);
   const auto with = [&](auto change) {
     std::vector<TagObservation> seen = {good[0]};
     change(seen[0]);
@@ -299,10 +298,14 @@ TEST(Mounting, InputThatDeterminesNothingIsRefusedWithTheReason) {
   EXPECT_THAT(with([](TagObservation& s) { s.tag.covariance[3].xx = kNan; }), HasSubstr("corner 3's covariance"));
   EXPECT_THAT(with([](TagObservation& s) { s.tag.covariance[3] = {1, 2, 1}; }), HasSubstr("positive definite"));
   EXPECT_THAT(with([](TagObservation& s) { s.lens = 2; }), HasSubstr("the rig has 2 lenses"));
-  EXPECT_THAT(with([](TagObservation& s) { s.tag.corners[0] = {-400, -400}; }), HasSubstr("outside of what the lens sees"));
-  EXPECT_THAT(with([](TagObservation& s) { std::swap(s.tag.corners[1], s.tag.corners[3]); }), HasSubstr("seen from behind"));
   EXPECT_THAT(with([](TagObservation& s) {
-                // On one line through the middle of the picture, which is a great circle.
+                s.tag.corners[0] = {-400, -400};
+              }),
+              HasSubstr("outside the lens's field of view"));
+  EXPECT_THAT(with([](TagObservation& s) { std::swap(s.tag.corners[1], s.tag.corners[3]); }),
+              HasSubstr("seen from behind"));
+  EXPECT_THAT(with([](TagObservation& s) {
+                // On a line through the centre of the picture, which is the image of a great circle.
                 for (std::size_t k = 0; k < 4; ++k) s.tag.corners[k] = {500 + 20.0 * static_cast<double>(k), 479.5};
               }),
               HasSubstr("lie in a line"));
@@ -335,29 +338,29 @@ TEST(Mounting, InputThatDeterminesNothingIsRefusedWithTheReason) {
   EXPECT_THAT(refusal(find_mounting(rig, room, good, std::nullopt, options)), HasSubstr("ambiguity_odds"));
 }
 
-TEST(Mounting, ATagOnEdgeIsLeftOutWhereOthersAreSeen) {
+TEST(Mounting, ATagOnEdgeIsRejectedIfOthersAreSeen) {
   const RigParameters rig = pair_rig();
   const auto room = tags_on_walls();
-  auto seen = seen_from(rig, room, probe_in_room(), 0, 1);
+  auto seen = simulate_observations(rig, room, probe_in_room(), 0, 1);
   for (std::size_t k = 0; k < 4; ++k) seen[0].tag.corners[k] = {500 + 20.0 * static_cast<double>(k), 479.5};
   const auto mounting = find_mounting(rig, room, seen);
   ASSERT_TRUE(mounting) << mounting.status().message();
   EXPECT_LT(angle_of(error_of(mounting->world_probe.pose, probe_in_room())), 1e-8);
   EXPECT_FALSE(mounting->tags[0].used);
-  EXPECT_THAT(mounting->tags[0].left_out, HasSubstr("lie in a line"));
+  EXPECT_THAT(mounting->tags[0].rejection_reason, HasSubstr("lie in a line"));
   seen[1].tag.corners[0].y = kNan;
   EXPECT_THAT(refusal(find_mounting(rig, room, seen)), HasSubstr("is not a number"))
-      << "a defect, whoever else is seen";
+      << "NaN is an error even if other tags are valid";
 }
 
-TEST(TagsOf, ABoardOnTheWallIsItsTagsInTheirPlaces) {
+TEST(TagsOf, PlacesTheTagsOfABoard) {
   TagBoard board;
   board.columns = 2;
   board.rows = 1;
   board.tag_size_m = 0.1;
   board.spacing = 0.5;
   board.first_id = 7;
-  // On the wall at +X, facing the room: its right is towards +Z... which is -X turned by a quarter about Y.
+  // On the wall at +X, facing the room: the board's +X is the world's +Z.
   const Pose wall{Quat::about({0, 1, 0}, -kPi / 2), {2, 1, 0}};
   const auto tags = tags_of(board, wall);
   ASSERT_EQ(tags.size(), 2u);

@@ -1,4 +1,4 @@
-// Where a tag's corners are, in pictures of which it is known.
+// Accuracy of detected corners in rendered pictures.
 #include <array>
 #include <cmath>
 #include <iostream>
@@ -33,7 +33,7 @@ std::vector<TagDetection> detect(const BoardPicture& picture, const TagDetectorO
   return *tags;
 }
 
-/// Tags of 30 to 50 px all over the lens; of tagStandard41h12 the square is a smaller part of the paper.
+/// Tags of 30 to 50 px all over the field of view; the square of tagStandard41h12 is a smaller part of the paper.
 std::vector<PlacedBoard> many_tags(TagFamily family = TagFamily::tag36h11) {
   std::vector<PlacedBoard> boards;
   const double part = family == TagFamily::tag36h11 ? 1 : 0.65;
@@ -51,7 +51,7 @@ void report(const char* what, const CornerErrors& e) {
 }
 
 TEST(TagAccuracy, TheTopLeftPixelsCentreIsTheOrigin) {
-  // A narrow lens: edges are straight, so that AprilTag's own corners are as good as they get.
+  // A narrow lens, in which edges are straight, so that AprilTag's own corners have their best accuracy.
   const BoardCamera camera(test::fisheye_lens(800, 36));
   std::vector<PlacedBoard> boards;
   add_ring(boards, 3.5, 4, 0.035, 20);
@@ -61,7 +61,7 @@ TEST(TagAccuracy, TheTopLeftPixelsCentreIsTheOrigin) {
     CornerErrors all;
     TagDetectorOptions options;
     options.corners = refine ? CornerRefinement::edge_fit : CornerRefinement::none;
-    // Each picture with the probe moved a little, so that corners fall everywhere between pixels.
+    // The probe moves a little between pictures, so that corners fall at different subpixel positions.
     for (int i = 0; i < 3; ++i) {
       PictureOptions picture_options;
       picture_options.seed = static_cast<std::uint64_t>(i) + 1;
@@ -76,13 +76,13 @@ TEST(TagAccuracy, TheTopLeftPixelsCentreIsTheOrigin) {
     }
     report(refine ? "refined" : "AprilTag's own", all);
     ASSERT_GT(all.corners, 250);
-    // Errors of the edges' places cancel over corners on all sides; half a pixel of convention would not.
+    // Errors of edge positions cancel in the mean over all corners; a wrong pixel convention of half a pixel does not.
     EXPECT_LT(std::abs(all.sum_x / all.corners), 0.02) << "refined: " << refine;
     EXPECT_LT(std::abs(all.sum_y / all.corners), 0.02) << "refined: " << refine;
   }
 }
 
-TEST(TagAccuracy, CornersAreGoodToATwentiethOfAPixelThroughEachModelOfALens) {
+TEST(TagAccuracy, RefinedCornersAreWithinATwentiethOfAPixelForEachLensModel) {
   const std::array<std::pair<const char*, LensParameters>, 2> lenses = {
       {{"Kannala-Brandt", test::fisheye_lens(800)}, {"double sphere", test::double_sphere_lens(800)}}};
   for (const auto& [name, lens] : lenses) {
@@ -97,15 +97,15 @@ TEST(TagAccuracy, CornersAreGoodToATwentiethOfAPixelThroughEachModelOfALens) {
       report(name, e);
       EXPECT_GE(tags.size(), boards.size() - 1) << to_string(family);
       EXPECT_GE(e.refined, 0.95 * e.corners);
-      EXPECT_LT(e.rms(), 0.05) << to_string(family) << "; asked are 0.2 px";
-      // A covariance that is honest has 1 here.
+      EXPECT_LT(e.rms(), 0.05) << to_string(family) << "; the requirement is 0.2 px";
+      // 1 for a consistent covariance.
       EXPECT_GT(e.normalized / (2 * e.refined), 0.4);
       EXPECT_LT(e.normalized / (2 * e.refined), 2.5);
     }
   }
 }
 
-TEST(TagAccuracy, NeitherBlurNorNoiseNorFalloffMovesCornersFar) {
+TEST(TagAccuracy, BlurNoiseAndFalloffHaveLittleEffect) {
   LensParameters lens = test::fisheye_lens(800);
   lens.photometry.vignetting = {-0.2, 0.01, 0};
   const BoardCamera camera(lens);
@@ -134,12 +134,12 @@ TEST(TagAccuracy, NeitherBlurNorNoiseNorFalloffMovesCornersFar) {
   }
 }
 
-TEST(TagAccuracy, AnEncodedPictureMustBeLinearisedOrTagsLookSmaller) {
+TEST(TagAccuracy, TagsAppearSmallerInAnEncodedPictureThatIsNotLinearised) {
   const BoardCamera camera(test::fisheye_lens(800));
   PictureOptions encoded_options;
   encoded_options.srgb = true;
   const BoardPicture picture = camera.take(kOrigin, many_tags(), encoded_options);
-  // How much larger a tag looks, px on each side.
+  // By how much tags appear larger, px on each side.
   const auto growth = [&](const std::vector<TagDetection>& tags) {
     double sum = 0;
     int count = 0;
@@ -161,14 +161,14 @@ TEST(TagAccuracy, AnEncodedPictureMustBeLinearisedOrTagsLookSmaller) {
   options.linear = linear_table(photometry, 256);
   const double plain = growth(detect(picture)), linearised = growth(detect(picture, options));
   std::cout << "sRGB: tags look " << plain << " px larger on each side, linearised " << linearised << "\n";
-  EXPECT_LT(plain, -0.15) << "light bleeds over the edge, and the encoding lifts the dark side";
+  EXPECT_LT(plain, -0.15) << "blur spreads light over the edge, and the encoding brightens the dark side";
   EXPECT_NEAR(linearised, 0, 0.02);
 }
 
-TEST(TagAccuracy, BentEdgesOfLargeTagsAreFollowed) {
+TEST(TagAccuracy, RefinesLargeTagsWithCurvedEdges) {
   const BoardCamera camera(test::fisheye_lens(800));
   std::vector<PlacedBoard> boards;
-  // 30 degrees across: some 140 px, bent by several.
+  // 30 degrees wide: about 140 px, with a curvature of several px.
   add_ring(boards, 60, 5, 0.54);
   const BoardPicture picture = camera.take(kOrigin, boards);
   const auto tags = detect(picture, {}, &camera.model());

@@ -1,4 +1,4 @@
-// How far out in a fisheye picture tags are found.
+// Detection rate of tags by their angle from the axis of a fisheye lens.
 #include <cmath>
 #include <iomanip>
 #include <iostream>
@@ -22,27 +22,27 @@ using test::PlacedBoard;
 
 constexpr Pose kOrigin;
 
-struct Share {
-  int there = 0, plain = 0, rectified = 0;
+struct DetectionCounts {
+  int visible = 0, plain = 0, rectified = 0;
 };
 
 /// Tags of a ring at each angle, found without and with rectified views.
-Share found_at(const BoardCamera& camera, double theta, int count, double size_m, double tilt_deg) {
+DetectionCounts found_at(const BoardCamera& camera, double theta, int count, double size_m, double tilt_deg) {
   std::vector<PlacedBoard> boards;
   add_ring(boards, theta, count, size_m, tilt_deg);
   const BoardPicture picture = camera.take(kOrigin, boards);
   auto detector = TagDetector::make();
-  Share share;
-  share.there = static_cast<int>(picture.tags.size());
+  DetectionCounts counts;
+  counts.visible = static_cast<int>(picture.tags.size());
   const auto right = [&](const CameraModel* lens) {
     const auto tags = detector->detect(picture.view(), lens);
     EXPECT_TRUE(tags);
     test::errors_of(*tags, picture);
     return static_cast<int>(tags->size());
   };
-  share.plain = right(nullptr);
-  share.rectified = right(&camera.model());
-  return share;
+  counts.plain = right(nullptr);
+  counts.rectified = right(&camera.model());
+  return counts;
 }
 
 TEST(TagAngles, RectifiedViewsFindTagsOutToTheRim) {
@@ -54,24 +54,24 @@ TEST(TagAngles, RectifiedViewsFindTagsOutToTheRim) {
   };
   for (const auto& [name, count, size, tilt] :
        {Kind{"8 degrees", 16, 0.14, 0}, Kind{"8 degrees, tilted by 45", 16, 0.2, 45}, Kind{"30 degrees", 6, 0.54, 0}}) {
-    std::cout << name << " across: angle, tags, found plainly, with views\n";
-    Share all;
+    std::cout << name << " wide: angle, tags, found without views, with views\n";
+    DetectionCounts all;
     for (double theta = 40; theta <= 90; theta += 10) {
       if (theta + std::atan(size / 2) / test::kDegree * 1.5 > 94) continue;
-      const Share s = found_at(camera, theta, count, size, tilt);
-      std::cout << std::setw(6) << theta << std::setw(6) << s.there << std::setw(6) << s.plain << std::setw(6)
+      const DetectionCounts s = found_at(camera, theta, count, size, tilt);
+      std::cout << std::setw(6) << theta << std::setw(6) << s.visible << std::setw(6) << s.plain << std::setw(6)
                 << s.rectified << "\n";
       EXPECT_GE(s.rectified, s.plain) << name << " at " << theta;
-      all.there += s.there;
+      all.visible += s.visible;
       all.plain += s.plain;
       all.rectified += s.rectified;
     }
-    EXPECT_GE(all.there, 14) << name;
-    EXPECT_GE(all.rectified, 0.97 * all.there) << name;
+    EXPECT_GE(all.visible, 14) << name;
+    EXPECT_GE(all.rectified, 0.97 * all.visible) << name;
   }
 }
 
-TEST(TagAngles, ACoarseModelOfTheLensServesForTheViews) {
+TEST(TagAngles, RectifiedViewsNeedOnlyACoarseCameraModel) {
   const LensParameters lens = test::fisheye_lens(800);
   LensParameters coarse = lens;
   KannalaBrandtParameters k = std::get<KannalaBrandtParameters>(lens.model);
@@ -90,10 +90,10 @@ TEST(TagAngles, ACoarseModelOfTheLensServesForTheViews) {
   EXPECT_EQ(tags->size(), boards.size());
   const test::CornerErrors e = test::errors_of(*tags, picture);
   EXPECT_EQ(e.refined, e.corners);
-  EXPECT_LT(e.rms(), 0.05) << "corners are measured in the picture, not through the model";
+  EXPECT_LT(e.rms(), 0.05) << "corners are refined in the picture, independent of the model";
 }
 
-TEST(TagAngles, InAPictureOfTheWholeSphereTagsAreFoundNearItsPolesToo) {
+TEST(TagAngles, FindsTagsNearThePolesOfAnEquirectangularPicture) {
   LensParameters lens;
   lens.width = 1600;
   lens.height = 800;
@@ -102,7 +102,7 @@ TEST(TagAngles, InAPictureOfTheWholeSphereTagsAreFoundNearItsPolesToo) {
   lens.pose_cv.rotation = upright_lens_cv();
   const BoardCamera camera(lens);
   std::vector<PlacedBoard> boards;
-  // Around the vertical: 20 degrees from straight up, and all round below.
+  // Rings around the vertical axis: one 20 degrees from the pole, two further down.
   for (const auto& [height, count] : {std::pair{70.0, 3}, std::pair{30.0, 7}, std::pair{-50.0, 5}})
     for (int i = 0; i < count; ++i) {
       const double a = 360.0 * i / count * test::kDegree, h = height * test::kDegree;
@@ -111,7 +111,7 @@ TEST(TagAngles, InAPictureOfTheWholeSphereTagsAreFoundNearItsPolesToo) {
     }
   BoardPicture picture = camera.take(kOrigin, boards);
   EXPECT_EQ(picture.tags.size(), boards.size());
-  // Behind, where the picture's left edge is its right edge.
+  // One more behind the camera, across the seam of the picture.
   boards.push_back(test::board_facing(test::single_tag(99, 0.2), {0, 0, 1}, {0, 0, -1}));
   picture.pixels = camera.take(kOrigin, boards).pixels;
   auto detector = TagDetector::make();
@@ -125,12 +125,12 @@ TEST(TagAngles, InAPictureOfTheWholeSphereTagsAreFoundNearItsPolesToo) {
   EXPECT_LT(e.rms(), 0.05);
 }
 
-TEST(TagAngles, AFlatBoardInFrontOfTheLensIsSeenWhole) {
+TEST(TagAngles, FindsAllTagsOfAPlanarBoardCloseToTheLens) {
   const BoardCamera camera(test::fisheye_lens(1000));
   TagBoard board;
   board.columns = board.rows = 8;
   board.tag_size_m = 0.03;
-  // So near that its middle is 24 cm away and its corners 43 degrees from the axis.
+  // Its centre is 24 cm away and its corners are 43 degrees from the axis.
   const std::vector<PlacedBoard> boards = {test::board_facing(board, {0, 0, -0.24}, {0, 0, 1}, 0.1)};
   const BoardPicture picture = camera.take(kOrigin, boards);
   ASSERT_EQ(picture.tags.size(), 64u);

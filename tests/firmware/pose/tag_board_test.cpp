@@ -1,4 +1,4 @@
-// A board says where each of its tags is, in Kalibr's words and in the house's axes.
+// TagBoard: positions of its tags, Kalibr's YAML, validation; TagBitmap.
 #include "pose/tag_board.hpp"
 
 #include <cmath>
@@ -39,7 +39,7 @@ TEST(TagBoard, TheFirstTagIsAtTheBottomLeftWithItsCornerInTheOrigin) {
   expect_at(c[3], {0, 0.1, 0});
 }
 
-TEST(TagBoard, NumbersGrowToTheRightAndThenUpwards) {
+TEST(TagBoard, IdsIncreaseToTheRightAndThenUpwards) {
   const TagBoard board = small_board();
   expect_at(board.corners(11)[0], {0.15, 0, 0});
   expect_at(board.corners(12)[0], {0.30, 0, 0});
@@ -49,15 +49,15 @@ TEST(TagBoard, NumbersGrowToTheRightAndThenUpwards) {
   EXPECT_NEAR(board.height_m(), 0.25, kExact);
 }
 
-TEST(TagBoard, ItsFaceLooksAlongPlusZ) {
+TEST(TagBoard, ItsNormalIsPlusZ) {
   const auto c = small_board().corners(14);
   const Vec3d normal = cross(c[1] - c[0], c[3] - c[0]);
-  EXPECT_GT(normal.z, 0) << "the corners run counterclockwise for who reads the board";
+  EXPECT_GT(normal.z, 0) << "the corners run counterclockwise, seen from the printed face";
   EXPECT_EQ(normal.x, 0);
   EXPECT_EQ(normal.y, 0);
 }
 
-TEST(TagBoard, HoldsItsOwnNumbersOnly) {
+TEST(TagBoard, HoldsItsOwnIdsOnly) {
   const TagBoard board = small_board();
   EXPECT_FALSE(board.holds(TagFamily::tag36h11, 9));
   EXPECT_TRUE(board.holds(TagFamily::tag36h11, 10));
@@ -67,7 +67,7 @@ TEST(TagBoard, HoldsItsOwnNumbersOnly) {
 }
 
 TEST(TagBoard, ReadsKalibrsTarget) {
-  // As Kalibr's own documentation shows it.
+  // The example of Kalibr's documentation.
   const auto board = parse_tag_board(
       "target_type: 'aprilgrid' #gridtype\n"
       "tagCols: 6               #number of apriltags\n"
@@ -86,7 +86,7 @@ TEST(TagBoard, ReadsKalibrsTarget) {
   EXPECT_NEAR(board->corners(7)[0].x, 0.088 * 1.3, kExact) << "Kalibr's pitch";
 }
 
-TEST(TagBoard, WhatIsWrittenReadsBackToTheLastBit) {
+TEST(TagBoard, TextRoundTripIsExact) {
   TagBoard board = small_board();
   board.family = TagFamily::tagStandard41h12;
   board.tag_size_m = 0.1 / 3;
@@ -101,7 +101,7 @@ TEST(TagBoard, WhatIsWrittenReadsBackToTheLastBit) {
   EXPECT_EQ(back->first_id, board.first_id);
 }
 
-TEST(TagBoard, ComesFromAFile) {
+TEST(TagBoard, LoadsFromAFile) {
   const test::TempDir folder;
   const auto board = load_tag_board(folder.write("b.yaml", tag_board_to_text(small_board())));
   ASSERT_TRUE(board) << board.status().message();
@@ -117,12 +117,12 @@ std::string refusal(std::string_view text) {
 
 constexpr const char* kGood = "target_type: aprilgrid\ntagCols: 6\ntagRows: 6\ntagSize: 0.02\n";
 
-TEST(TagBoard, AMistakeInTheTextNamesItsLineAndTheRemedy) {
+TEST(TagBoard, ParseErrorsNameTheLineAndTheRemedy) {
   const std::string good = kGood;
   EXPECT_EQ(refusal(good + "tagSpacin: 0.3\n"), "b.yaml:5: unknown field 'tagSpacin'; did you mean 'tagSpacing'?");
   EXPECT_THAT(refusal(good), HasSubstr("tagSpacing is missing"));
   EXPECT_THAT(refusal(good + "tagSpacing: 0.3\ntagCols: 7\n"),
-              StartsWith("b.yaml:6: tagCols stands on line 2 already"));
+              StartsWith("b.yaml:6: tagCols is given twice; the first is on line 2"));
   EXPECT_THAT(refusal(good + "tagSpacing: wide\n"), StartsWith("b.yaml:5: tagSpacing: 'wide' is not a number"));
   EXPECT_THAT(refusal(good + "tagSpacing: 0.3\ncodeOffset: 1.5\n"), HasSubstr("'1.5' is not a whole number"));
   EXPECT_THAT(refusal(good + "tagSpacing: 0.3\ntagFamily: tag16h5\n"), HasSubstr("known are tag36h11"));
@@ -131,7 +131,7 @@ TEST(TagBoard, AMistakeInTheTextNamesItsLineAndTheRemedy) {
   EXPECT_THAT(refusal(""), HasSubstr("target_type is missing"));
 }
 
-TEST(TagBoard, WhatCannotBePrintedIsRefused) {
+TEST(TagBoard, RejectsBoardsThatCannotBePrinted) {
   const auto refused = [](auto change) {
     TagBoard board = small_board();
     change(board);
@@ -148,7 +148,7 @@ TEST(TagBoard, WhatCannotBePrintedIsRefused) {
   EXPECT_THAT(refused([](TagBoard& b) { b.first_id = 582; }), HasSubstr("numbers 0 to 586"));
   EXPECT_THAT(refused([](TagBoard& b) { b.first_id = std::numeric_limits<int>::max(); }), HasSubstr("codeOffset"));
   EXPECT_THAT(refused([](TagBoard& b) { b.family = TagFamily::tagStandard41h12; }), HasSubstr("at least 0.8"))
-      << "its data lie outside of the square, two cells on each side";
+      << "its data bits lie outside the square, two cells on each side";
 }
 
 TEST(TagBitmap, Tag36h11HasABlackFrameInAWhiteRim) {
@@ -173,7 +173,7 @@ TEST(TagBitmap, TagStandard41h12HasAWhiteSquareInABlackRing) {
   }
 }
 
-TEST(TagBitmap, ANumberThatTheFamilyLacksIsRefused) {
+TEST(TagBitmap, RejectsIdsThatTheFamilyDoesNotHave) {
   EXPECT_TRUE(tag_bitmap(TagFamily::tag36h11, 586));
   EXPECT_THAT(tag_bitmap(TagFamily::tag36h11, 587).status().message(), HasSubstr("its last is 586"));
   EXPECT_TRUE(tag_bitmap(TagFamily::tagStandard41h12, 2114));

@@ -1,4 +1,4 @@
-// What the detector answers to pictures good and bad.
+// TagDetector: orientation, families, occlusion, invalid input.
 #include "pose/tag_detector.hpp"
 
 #include <limits>
@@ -34,7 +34,7 @@ const BoardCamera& camera() {
   return it;
 }
 
-/// A board of 2 x 2 tags straight ahead, turned.
+/// A board of 2 x 2 tags straight ahead, rolled.
 std::vector<PlacedBoard> board_ahead(double roll_rad) {
   TagBoard board;
   board.columns = board.rows = 2;
@@ -42,14 +42,14 @@ std::vector<PlacedBoard> board_ahead(double roll_rad) {
   return {test::board_facing(board, {0, 0, -0.5}, {0, 0, 1}, roll_rad)};
 }
 
-TEST(TagDetector, CornersStartAtTheTagsOwnBottomLeftHoweverItIsTurned) {
+TEST(TagDetector, CornersStartAtTheTagsBottomLeftAtAnyRoll) {
   for (const double roll : {0.0, 0.4, 1.6, 3.1, 4.7}) {
     const BoardPicture picture = camera().take(kOrigin, board_ahead(roll));
     const auto tags = detector().detect(picture.view());
     ASSERT_TRUE(tags);
     ASSERT_EQ(tags->size(), 4u) << roll;
     test::errors_of(*tags, picture);
-    for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ((*tags)[i].id, static_cast<int>(i)) << "in order of their numbers";
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ((*tags)[i].id, static_cast<int>(i)) << "sorted by id";
   }
   const BoardPicture upright = camera().take(kOrigin, board_ahead(0));
   const auto tags = detector().detect(upright.view());
@@ -58,7 +58,7 @@ TEST(TagDetector, CornersStartAtTheTagsOwnBottomLeftHoweverItIsTurned) {
   EXPECT_GT(c[0].y, c[3].y) << "the bottom is a larger row";
 }
 
-TEST(TagDetector, RowsMayBeFurtherApartThanTheyAreLong) {
+TEST(TagDetector, AcceptsAStrideLargerThanTheWidth) {
   const BoardPicture picture = camera().take(kOrigin, board_ahead(0.2));
   const std::size_t stride = 417;
   std::vector<std::uint8_t> padded(stride * 400, 0xAA);
@@ -66,14 +66,14 @@ TEST(TagDetector, RowsMayBeFurtherApartThanTheyAreLong) {
     std::copy_n(picture.pixels.begin() + static_cast<std::ptrdiff_t>(y * 400), 400,
                 padded.begin() + static_cast<std::ptrdiff_t>(y * stride));
   const auto plain = detector().detect(picture.view());
-  // The last row need not be whole.
+  // The last row may end without padding.
   const auto wide = detector().detect({std::span(padded).first(stride * 399 + 400), 400, 400, stride});
   ASSERT_TRUE(plain && wide);
   ASSERT_EQ(plain->size(), wide->size());
   for (std::size_t i = 0; i < plain->size(); ++i) EXPECT_EQ((*plain)[i].corners[2].x, (*wide)[i].corners[2].x);
 }
 
-TEST(TagDetector, FindsFamiliesTogetherAndTellsThemApart) {
+TEST(TagDetector, DetectsSeveralFamiliesAtOnce) {
   std::vector<PlacedBoard> boards;
   boards.push_back(test::board_facing(test::single_tag(3, 0.25), {-0.3, 0, -0.6}, {0, 0, 1}));
   boards.push_back(
@@ -87,12 +87,12 @@ TEST(TagDetector, FindsFamiliesTogetherAndTellsThemApart) {
   EXPECT_EQ((*tags)[0].family, TagFamily::tag36h11);
   EXPECT_EQ((*tags)[1].family, TagFamily::tagStandard41h12);
   test::errors_of(*tags, picture);
-  EXPECT_EQ(detector().detect(picture.view())->size(), 1u) << "a family that was not asked for";
+  EXPECT_EQ(detector().detect(picture.view())->size(), 1u) << "only the requested family";
 }
 
-/// 2 x 2 tags of tag36h11 as Kalibr prints them, or with one of its two ways taken away: frames of `frame` cells, and
-/// black squares of the gap's size where four gaps meet, which touch the tags' corners.
-std::vector<std::uint8_t> kalibrs_print(int frame, bool squares) {
+/// 2 x 2 tags of tag36h11 with black frames of `frame` cells and, optionally, black squares of the gap's size where
+/// four gaps meet, which touch the tags' corners. Kalibr prints frames of two cells and squares.
+std::vector<std::uint8_t> kalibr_print(int frame, bool squares) {
   constexpr int kCell = 6, kEdge = 400;
   const int tag = (6 + 2 * frame) * kCell, gap = tag * 3 / 10, first = 60;
   std::vector<std::uint8_t> pixels(kEdge * kEdge, 220);
@@ -119,17 +119,17 @@ std::vector<std::uint8_t> kalibrs_print(int frame, bool squares) {
   return pixels;
 }
 
-TEST(TagDetector, BoardsThatKalibrPrintedAreNotRead) {
+TEST(TagDetector, DoesNotDetectTagsPrintedByKalibr) {
   const auto found = [](int frame, bool squares) {
-    const auto pixels = kalibrs_print(frame, squares);
+    const auto pixels = kalibr_print(frame, squares);
     return detector().detect({pixels, 400, 400, 400})->size();
   };
-  EXPECT_EQ(found(1, false), 4u) << "as this project prints them";
+  EXPECT_EQ(found(1, false), 4u) << "as lightwell-calibrate prints them";
   EXPECT_EQ(found(2, false), 0u) << "a frame of two cells";
-  EXPECT_EQ(found(2, true), 0u) << "and squares between, as Kalibr has them";
+  EXPECT_EQ(found(2, true), 0u) << "a frame of two cells and squares, as Kalibr prints them";
 }
 
-TEST(TagDetector, ACoveredCornerIsNotInvented) {
+TEST(TagDetector, AnOccludedCornerIsNotRefined) {
   BoardPicture picture = camera().take(kOrigin, board_ahead(0));
   const auto before = detector().detect(picture.view());
   ASSERT_EQ(before->size(), 4u);
@@ -142,10 +142,10 @@ TEST(TagDetector, ACoveredCornerIsNotInvented) {
   const auto corners = refine_corners(picture.view(), outline, {});
   EXPECT_FALSE(corners[2]);
   ASSERT_TRUE(corners[0]);
-  EXPECT_NEAR(corners[0]->at.x, outline.corners[0].x, 0.3);
+  EXPECT_NEAR(corners[0]->position.x, outline.corners[0].x, 0.3);
 }
 
-TEST(TagDetector, PicturesWithoutTagsHaveNone) {
+TEST(TagDetector, FindsNothingInPicturesWithoutTags) {
   std::mt19937_64 random(4);
   std::vector<std::uint8_t> noise(400 * 400);
   for (auto& v : noise) v = static_cast<std::uint8_t>(random());
@@ -162,7 +162,7 @@ TEST(TagDetector, PicturesWithoutTagsHaveNone) {
   }
 }
 
-TEST(TagDetector, PicturesThatAreNoneAreRefused) {
+TEST(TagDetector, RejectsInvalidPictures) {
   const std::vector<std::uint8_t> pixels(100 * 100);
   auto d = detector();
   EXPECT_THAT(d.detect({pixels, 100, 101, 100}).status().message(), HasSubstr("has 10000 bytes and needs 10100"));
@@ -173,7 +173,7 @@ TEST(TagDetector, PicturesThatAreNoneAreRefused) {
   EXPECT_FALSE(d.detect({{}, 10, 10, 10}));
 }
 
-TEST(TagDetector, OptionsThatMeanNothingAreRefused) {
+TEST(TagDetector, RejectsInvalidOptions) {
   const auto refused = [](auto change) {
     TagDetectorOptions options;
     change(options);
@@ -194,13 +194,13 @@ TEST(TagDetector, OptionsThatMeanNothingAreRefused) {
   EXPECT_THAT(refused([](auto& o) { o.threads = 0; }), HasSubstr("threads"));
 }
 
-TEST(RectifiedViews, AreNoneOfALensWhoseModelGoesOnBeyondItsPicture) {
+TEST(RectifiedViews, AreLimitedToThePictureNotToTheModel) {
   LensParameters webcam;
   webcam.width = 640;
   webcam.height = 480;
   webcam.model = KannalaBrandtParameters{620, 620, 319.5, 239.5, 0, 0, 0, 0};
   webcam.max_angle_rad = 3;
-  // Its corners are 37 degrees from the axis.
+  // The corners of the picture are 37 degrees from the axis.
   EXPECT_TRUE(views_of(CameraModel(webcam), 640, 480, 0.7).empty());
   EXPECT_FALSE(views_of(CameraModel(webcam), 1280, 960, 0.7).empty());
 }

@@ -1,4 +1,4 @@
-// Single tags on a sphere around the probe, and how far found corners are from the truth.
+// Single tags on a sphere around the probe, and the errors of detected corners.
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,7 @@ namespace lightwell::test {
 
 inline constexpr double kDegree = std::numbers::pi / 180;
 
-/// Where a lens that looks along the probe's -Z sees something `theta` from its axis, `phi` from +X towards +Y.
+/// Unit vector at the angle `theta` from the probe's -Z (the lens axis), with azimuth `phi` from +X towards +Y.
 inline Vec3d direction_at(double theta_deg, double phi_deg) {
   const double t = theta_deg * kDegree, p = phi_deg * kDegree;
   return {std::sin(t) * std::cos(p), std::sin(t) * std::sin(p), -std::cos(t)};
@@ -30,15 +30,16 @@ inline TagBoard single_tag(int id, double size_m, TagFamily family = TagFamily::
   return board;
 }
 
-/// Up to `most` tags in a ring, as many as fit beside each other, 1 m away, facing the probe but for `tilt_deg`, each
-/// rolled differently.
-inline void add_ring(std::vector<PlacedBoard>& out, double theta_deg, int most, double size_m, double tilt_deg = 0,
+/// Adds a ring of up to `max_count` tags, as many as fit beside each other, at 1 m, tilted by `tilt_deg` from facing
+/// the probe, each with a different roll.
+inline void add_ring(std::vector<PlacedBoard>& out, double theta_deg, int max_count, double size_m, double tilt_deg = 0,
                      TagFamily family = TagFamily::tag36h11) {
   const TagShape shape = shape_of(family);
   const double margin = (shape.cells - shape.edge_cells) / 2.0 / shape.edge_cells + 0.2;
-  // Corner to corner of the paper, as it may be rolled by any angle.
-  const double room = size_m * (1 + 2 * margin) * std::numbers::sqrt2;
-  const int count = std::min(most, static_cast<int>(2 * std::numbers::pi * std::sin(theta_deg * kDegree) / room));
+  // Diagonal of the paper, because the roll is arbitrary.
+  const double diagonal = size_m * (1 + 2 * margin) * std::numbers::sqrt2;
+  const int count =
+      std::min(max_count, static_cast<int>(2 * std::numbers::pi * std::sin(theta_deg * kDegree) / diagonal));
   for (int i = 0; i < count; ++i) {
     const Vec3d at = direction_at(theta_deg, 360.0 * i / count + 7);
     const Vec3d aside = tangent_basis(at)[static_cast<std::size_t>(i % 2)];
@@ -51,7 +52,7 @@ inline void add_ring(std::vector<PlacedBoard>& out, double theta_deg, int most, 
 struct CornerErrors {
   int corners = 0, refined = 0;
   double sum_x = 0, sum_y = 0, squares = 0, largest = 0;
-  double normalized = 0;  ///< Sum of e' C^-1 e, of refined ones.
+  double normalized = 0;  ///< Sum of e' C^-1 e over refined corners.
 
   void add(const TagDetection& found, const TrueTag& truth) {
     for (std::size_t k = 0; k < 4; ++k) {
@@ -67,12 +68,12 @@ struct CornerErrors {
       normalized += (c.yy * x * x - 2 * c.xy * x * y + c.xx * y * y) / (c.xx * c.yy - c.xy * c.xy);
     }
   }
-  /// Of each of x and y.
+  /// RMS error of a coordinate, px.
   [[nodiscard]] double rms() const { return std::sqrt(squares / (2 * corners)); }
 };
 
-/// Errors of all tags that are found and were put there. A number that was not put there, or a corner beyond 3 px,
-/// fails the test.
+/// Corner errors of all detected tags. A detected tag that is not in the picture, or an error above 3 px, fails the
+/// test.
 inline CornerErrors errors_of(const std::vector<TagDetection>& found, const BoardPicture& picture) {
   CornerErrors errors;
   for (const TagDetection& tag : found) {

@@ -1,4 +1,4 @@
-// A closed form against the integral that it stands for.
+// Tests of MainsFlicker: closed form against numerical integration.
 #include "sim/flicker.hpp"
 
 #include <cmath>
@@ -30,7 +30,7 @@ TEST(MainsFlicker, IsTheMeanOfASinusoidOverTheExposure) {
   }
 }
 
-TEST(MainsFlicker, WholePeriodsHideItAndInstantsShowAllOfIt) {
+TEST(MainsFlicker, WholePeriodsCancelItAndInstantsShowItFully) {
   const MainsFlicker f{100, 0.3};
   for (const double middle_s : {0.0, 0.0017, 0.0025, 5.123}) {
     EXPECT_NEAR(f.factor(middle_s, 0.01), 1, 1e-12);
@@ -40,7 +40,7 @@ TEST(MainsFlicker, WholePeriodsHideItAndInstantsShowAllOfIt) {
   EXPECT_NEAR(f.factor(0.0075, 0), 0.7, 1e-12);
 }
 
-TEST(MainsFlicker, WithoutOneLightIsSteady) {
+TEST(MainsFlicker, WithoutFlickerTheFactorIsOne) {
   EXPECT_EQ(MainsFlicker{}.factor(0.123, 0.004), 1);
   EXPECT_EQ((MainsFlicker{0, 0.3}.factor(0.123, 0.004)), 1);
   EXPECT_EQ((MainsFlicker{100, 0}.factor(0.123, 0.004)), 1);

@@ -1,5 +1,4 @@
-// A panorama shows each direction its own light: no seam, no hole at the poles, nothing that is no
-// radiance.
+// Tests of Panorama: mapping of directions, continuity at seam and poles, and sanitising of invalid values.
 #include "sim/panorama.hpp"
 
 #include <cmath>
@@ -26,7 +25,8 @@ Radiance lamp_at_plus_x(Vec3d d) {
 
 TEST(Panorama, ALampAtPlusXIsSeenThere) {
   const Panorama p = from_function(256, lamp_at_plus_x);
-  EXPECT_NEAR(p.radiance({1, 0, 0}).r, 1, 2e-3) << "a bend of 6/2 over half a pixel of 1/40 rad";
+  EXPECT_NEAR(p.radiance({1, 0, 0}).r, 1, 2e-3)
+      << "error of interpolation: second derivative 6, half a pixel of 1/40 rad";
   EXPECT_NEAR(p.radiance({1, 0, 0}).b, 0.25, 5e-4);
   EXPECT_LT(p.radiance({-1, 0, 0}).r, 1e-4F);
   EXPECT_GT(p.radiance({1, 0.2, 0}).r, p.radiance({1, 0.4, 0}).r);
@@ -50,8 +50,8 @@ TEST(Panorama, SeamAndPolesAreContinuous) {
   const Panorama p = from_function(64, [](Vec3d d) {
     return Radiance{static_cast<float>(2 + d.x), static_cast<float>(2 + d.z), 1};
   });
-  // Across a point, on all sides of it: the radiance changes by no more than the distance allows,
-  // here at most 1 per rad plus what bilinear pixels of 0.1 rad add near a pole.
+  // Compare a point with its neighbours on all sides: the radiance changes by at most 1/rad, plus the error of bilinear
+  // interpolation with pixels of 0.1 rad near a pole.
   constexpr double kStep = 1e-4;
   for (const Vec3d at : {Vec3d{0, 0, 1}, Vec3d{0, 1, 0}, Vec3d{0, -1, 0}, Vec3d{0, 0.9, 0.4}}) {
     const auto [u, v] = tangent_basis(normalized(at));
@@ -77,7 +77,7 @@ TEST(Panorama, ATurnAboutYIsAnAdditionToU) {
   }
 }
 
-TEST(Panorama, WhatIsNoRadianceIsReplacedAndCounted) {
+TEST(Panorama, InvalidRadianceIsReplacedAndCounted) {
   constexpr float kInf = std::numeric_limits<float>::infinity();
   std::vector<float> rgb(3 * 4 * 2, 1.0F);
   rgb[0] = std::numeric_limits<float>::quiet_NaN();
@@ -93,7 +93,7 @@ TEST(Panorama, WhatIsNoRadianceIsReplacedAndCounted) {
   EXPECT_EQ(p->rgb[0], 0);
   EXPECT_EQ(p->rgb[5], 0);
   EXPECT_EQ(p->rgb[7], 0);
-  EXPECT_EQ(p->rgb[9], 42) << "the largest finite number";
+  EXPECT_EQ(p->rgb[9], 42) << "the largest finite value of the file";
 }
 
 TEST(Panorama, MustBeTwiceAsWideAsHigh) {
@@ -104,7 +104,7 @@ TEST(Panorama, MustBeTwiceAsWideAsHigh) {
 }
 
 TEST(LuminancePercentile, CountsSolidAngleNotPixels) {
-  // The upper half is bright: half of the sphere, whatever the rows.
+  // The upper half of the sphere is bright.
   const Panorama p = from_function(64, [](Vec3d d) {
     const float l = d.y > 0 ? 10.0F : 1.0F;
     return Radiance{l, l, l};
@@ -113,7 +113,7 @@ TEST(LuminancePercentile, CountsSolidAngleNotPixels) {
   EXPECT_NEAR(luminance_percentile(p, 0.51), 10, 1e-5);
 }
 
-/// An environment variable for the length of a test.
+/// Sets an environment variable for the duration of a test.
 class Environment {
  public:
   Environment(const char* name, const std::string& value) : name_(name) {
@@ -135,19 +135,19 @@ class Environment {
   std::string before_;
 };
 
-TEST(ScenePath, PathsAreTakenAsTheyAre) {
+TEST(ScenePath, PathsAreUnchanged) {
   EXPECT_EQ(*scene_path("/tmp/my.exr"), "/tmp/my.exr");
   EXPECT_EQ(*scene_path("room.hdr"), "room.hdr");
 }
 
-TEST(ScenePath, UnknownNamesAreToldTheNearest) {
+TEST(ScenePath, UnknownNamesGetASuggestion) {
   const Result<std::string> path = scene_path("citty");
   EXPECT_EQ(path.status().code(), StatusCode::invalid_argument);
   EXPECT_THAT(path.status().message(), HasSubstr("did you mean 'city'"));
   EXPECT_THAT(path.status().message(), HasSubstr("sunrise"));
 }
 
-TEST(ScenePath, AMissingFileNamesTheRemedy) {
+TEST(ScenePath, AMissingFileIsReportedWithTheRemedy) {
   const Environment folder("LIGHTWELL_PANORAMA_DIR", "/nowhere/at/all");
   const Result<std::string> path = scene_path("city");
   EXPECT_EQ(path.status().code(), StatusCode::not_found);
@@ -155,7 +155,7 @@ TEST(ScenePath, AMissingFileNamesTheRemedy) {
   EXPECT_THAT(path.status().message(), HasSubstr("cmake/fetch_panoramas"));
 }
 
-TEST(ScenePath, TheCacheIsWhereTheFetcherPutsIt) {
+TEST(ScenePath, TheDefaultFolderIsThatOfTheFetcher) {
   const Environment own("LIGHTWELL_PANORAMA_DIR", "");
   const Environment cache("LIGHTWELL_CACHE", "/nowhere/cache");
   EXPECT_THAT(scene_path("night").status().message(), HasSubstr("/nowhere/cache/panoramas/night.exr"));

@@ -1,4 +1,4 @@
-// The light that reaches the photosites of each ready-made rig.
+// Tests of LensRays and of the predefined rigs.
 #include "sim/render.hpp"
 
 #include <cmath>
@@ -45,14 +45,14 @@ Brightest brightest(const std::vector<float>& picture, int width) {
   return best;
 }
 
-TEST(Rigs, TheCircleLiesInsideThePictureWithOnePercentToSpare) {
+TEST(Rigs, TheImageCircleIsInsideThePictureWithAMarginOfOnePercent) {
   for (const char* kind : {"pair", "single", "double_sphere"}) {
     for (const LensParameters& lens : rig(kind, 640, 480).lenses) {
       const CameraModel model(lens);
       EXPECT_NEAR(model.max_angle_rad(), 95 * kPi / 180, 1e-12) << kind;
       const auto top = model.project({0, -std::sin(95 * kPi / 180), std::cos(95 * kPi / 180)});
       ASSERT_TRUE(top);
-      EXPECT_NEAR(top->y + 0.5, 0.005 * 480, 1e-9) << "half a percent above, half below";
+      EXPECT_NEAR(top->y + 0.5, 0.005 * 480, 1e-9) << "half of the margin must be above, half below";
     }
   }
 }
@@ -68,7 +68,7 @@ TEST(Rigs, APairSeesTheWholeSphereOneLensItsCap) {
   EXPECT_NEAR(covered("single", 320, 240), 2 * kPi * (1 - std::cos(95 * kPi / 180)), 1e-4);
 }
 
-TEST(Rigs, RefuseWhatCannotBe) {
+TEST(Rigs, RefuseInvalidKindsAndSizes) {
   const auto problem = [](const char* kind, int width, int height, PixelFormat format) {
     return make_rig(kind, width, height, format).status();
   };
@@ -104,8 +104,8 @@ TEST(Render, UpIsUpInBothLenses) {
 }
 
 TEST(Render, EveryPixelShowsTheDirectionThatTheCalibrationGivesIt) {
-  // A slowly varying scene: a pixel's mean is its middle to second order, 1/8 (1/70 rad)² of a
-  // second derivative of 4.
+  // A slowly varying scene: a pixel's mean differs from its centre value by 1/8 (1/70 rad)² times a second derivative
+  // of 4.
   const Scene scene(from_function(1024, [](Vec3d d) {
     return Radiance{static_cast<float>(2 + d.x * d.y), static_cast<float>(2 + d.z), static_cast<float>(2 + d.y)};
   }));
@@ -118,11 +118,11 @@ TEST(Render, EveryPixelShowsTheDirectionThatTheCalibrationGivesIt) {
       const LensTable& t = table->lenses[l];
       for (std::size_t k = 0; k < t.direction.size(); ++k) {
         if (t.direction[k] == Vec3f{}) {
-          // A pixel no corner of which is seen can still hold a sample of the rim.
+          // A pixel without a visible corner may still contain a visible sample.
           continue;
         }
         const Vec3d d = vec_cast<double>(t.direction[k]);
-        // On the rim the mean of the samples is not quite the middle of what is seen.
+        // At the rim the mean of the samples differs slightly from the centre of the visible part.
         const double angle = angle_between(d, rotate(r.lenses[l].pose_cv.rotation, Vec3d{0, 0, 1}));
         const double tolerance = angle > 1.63 && kind != std::string_view("equirect") ? 1e-2 : 1e-3;
         ASSERT_NEAR(static_cast<double>(picture[3 * k]), 2 + d.x * d.y, tolerance) << kind << k;
@@ -141,11 +141,11 @@ TEST(Render, OutsideTheCircleIsDark) {
   EXPECT_EQ(picture[3 * (120 * 320 + 10)], 0);
   EXPECT_NEAR(picture[3 * (120 * 320 + 160)], 1, 1e-6);
   for (std::size_t k = 0; k < picture.size(); ++k)
-    ASSERT_TRUE(picture[k] == 0 || std::abs(picture[k] - 1) < 1e-6F) << "the rim is not half dark";
+    ASSERT_TRUE(picture[k] == 0 || std::abs(picture[k] - 1) < 1e-6F) << "rim pixels must average visible samples only";
 }
 
-TEST(Render, EnoughSamplesKeepTheEnergyOfASunWhereverItFalls) {
-  // One bright pixel of a 1024 panorama, 0.35 degrees, in a lens whose pixels are three times that.
+TEST(Render, SupersamplingPreservesTheEnergyOfASunAtAnyPosition) {
+  // One bright pixel of a panorama of width 1024, 0.35 degrees; the lens's pixels are three times as large.
   const LensParameters lens = rig("single", 160, 120).lenses[0];
   const RigTable table = *make_rig_table({{lens}, 0});
   Panorama world = from_function(1024, [](Vec3d) { return Radiance{}; });
@@ -165,12 +165,12 @@ TEST(Render, EnoughSamplesKeepTheEnergyOfASunWhereverItFalls) {
     most = std::max(most, energy);
   }
   const double true_energy = 1000 * equirect_solid_angle(256, 1024, 512);
-  // A seventh of the panorama's pixel from sample to sample: (1 / 7 pi)² at worst, on each axis.
+  // The samples are a seventh of the panorama's pixel apart: error at most (1 / 7 pi)² on each axis.
   EXPECT_NEAR(least / true_energy, 1, 0.005);
   EXPECT_NEAR(most / true_energy, 1, 0.005);
 }
 
-TEST(Render, ATurnedProbeSeesTheWorldTurned) {
+TEST(Render, ARotatedProbeSeesTheRotatedPanorama) {
   const LensParameters lens = rig("equirect", 128, 64).lenses[0];
   const Panorama world = soft_lamp(normalized(Vec3d{1, 0.3, -1}));
   Motion motion;

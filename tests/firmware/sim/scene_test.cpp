@@ -1,4 +1,4 @@
-// A moving scene is a pure function of the frame's number, and closes without a jump.
+// Tests of Scene: the state is a pure function of the frame index, and the cycle closes without a jump.
 #include "sim/scene.hpp"
 
 #include <cmath>
@@ -11,12 +11,12 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// Dark blue everywhere, one small bright lamp at +X.
+/// A dark blue panorama with a small bright lamp at +X.
 Panorama lamp_room() {
   return from_function(64, [](Vec3d d) { return d.x > 0.99 ? Radiance{100, 100, 100} : Radiance{0, 0, 1}; });
 }
 
-TEST(Scene, AtRestNothingChanges) {
+TEST(Scene, IsConstantAtRest) {
   const Scene scene(lamp_room());
   for (const std::uint64_t index : {0UL, 1UL, 1000000UL}) {
     EXPECT_EQ(scene.state_at(index).yaw_rad, 0);
@@ -24,7 +24,7 @@ TEST(Scene, AtRestNothingChanges) {
   }
 }
 
-TEST(Scene, TheProbeSweepsThereAndBack) {
+TEST(Scene, TheProbeSweepsForwardAndBack) {
   Motion motion;
   motion.turn_rad_per_s = 0.6;
   motion.frame_rate = 30;
@@ -36,12 +36,12 @@ TEST(Scene, TheProbeSweepsThereAndBack) {
   EXPECT_NEAR(scene.state_at(31).yaw_rad, 0.02, 1e-15);
   for (std::uint64_t k = 0; k < 100; ++k) {
     const double step = scene.state_at(k + 1).yaw_rad - scene.state_at(k).yaw_rad;
-    EXPECT_NEAR(std::abs(step), 0.02, 1e-15) << "never a jump, frame " << k;
+    EXPECT_NEAR(std::abs(step), 0.02, 1e-15) << "jump at frame " << k;
     EXPECT_EQ(scene.state_at(k).yaw_rad, scene.state_at(k + 32).yaw_rad);
   }
 }
 
-TEST(Scene, ARowsOwnInstantLiesOnTheSameSweep) {
+TEST(Scene, TheTimeOffsetOfARowFollowsTheSweep) {
   Motion motion;
   motion.turn_rad_per_s = 0.6;
   motion.cycle_frames = 32;
@@ -50,12 +50,12 @@ TEST(Scene, ARowsOwnInstantLiesOnTheSameSweep) {
   EXPECT_NEAR(scene.state_at(0, -1.0 / 30).yaw_rad, scene.state_at(31).yaw_rad, 1e-15);
 }
 
-TEST(Scene, ALeftTurnBringsTheLampToTheRight) {
+TEST(Scene, ALeftRotationMovesTheLampToTheRight) {
   Motion motion;
   motion.turn_rad_per_s = kPi / 4 * 30;
   motion.cycle_frames = 8;
   const Scene scene(lamp_room(), motion);
-  // A quarter turn about +Y, right-handed: -Z turns to -X. The lamp at the world's +X is behind.
+  // A right-handed quarter turn about +Y rotates -Z to -X, so the lamp at the world's +X is behind the probe.
   const SceneState state = scene.state_at(2);
   EXPECT_NEAR(state.yaw_rad, kPi / 2, 1e-12);
   EXPECT_GT(scene.radiance({0, 0, 1}, state).r, 50);
@@ -64,7 +64,7 @@ TEST(Scene, ALeftTurnBringsTheLampToTheRight) {
   EXPECT_NEAR(lamp_in_probe.z, 1, 1e-12);
 }
 
-TEST(Scene, LampsSwitchAndNothingElse) {
+TEST(Scene, OnlyTheLampsSwitch) {
   Motion motion;
   motion.cycle_frames = 20;
   motion.switch_period_frames = 10;

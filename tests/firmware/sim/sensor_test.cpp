@@ -1,4 +1,4 @@
-// A sensor's numbers are the light again, within the noise that its calibration states.
+// Tests of Sensor: pictures correspond to the radiance, with the noise of the calibration.
 #include "sim/sensor.hpp"
 
 #include <array>
@@ -19,7 +19,7 @@ namespace {
 constexpr int kWidth = 128, kHeight = 64;
 constexpr std::size_t kPixels = kWidth * kHeight;
 
-/// A picture as wide as it is told, seen through the panorama's own projection: no vignetting.
+/// An equirectangular lens, which has no vignetting.
 LensParameters plain_lens() { return make_rig("equirect", kWidth, kHeight, PixelFormat::rgb8)->lenses[0]; }
 
 SensorModel sensor_model(PixelFormat format) {
@@ -41,7 +41,7 @@ std::vector<float> uniform(Radiance l) {
 std::vector<std::byte> shoot(const SensorModel& model, const std::vector<float>& radiance, const Exposure& exposure) {
   const Sensor sensor(plain_lens(), model);
   std::vector<std::byte> out(sensor.bytes());
-  sensor.develop(radiance, exposure, out);
+  sensor.expose(radiance, exposure, out);
   return out;
 }
 
@@ -50,14 +50,14 @@ int word(const std::vector<std::byte>& out, std::size_t k) {
 }
 int byte(const std::vector<std::byte>& out, std::size_t k) { return std::to_integer<int>(out[k]); }
 
-TEST(Sensor, TheIdealOneShowsRadianceItself) {
+TEST(Sensor, TheIdealSensorReturnsRadiance) {
   const std::vector<float> radiance = uniform({0.25F, 1.0F, 32700.0F});
   const std::vector<std::byte> out = shoot(sensor_model(PixelFormat::rgb_f32), radiance, {});
   ASSERT_EQ(out.size(), radiance.size() * sizeof(float));
   EXPECT_EQ(std::memcmp(out.data(), radiance.data(), out.size()), 0);
 }
 
-TEST(Sensor, RepeatsBitForBitAndDiffersWhereItShould) {
+TEST(Sensor, IsDeterministicAndVariesWithFrameLensAndSeed) {
   const SensorModel model = sensor_model(PixelFormat::bayer_rggb12);
   const std::vector<float> radiance = uniform({0.4F, 0.4F, 0.4F});
   const Exposure exposure{0.01, 1, 7, 0};
@@ -88,7 +88,7 @@ std::array<double, 2> moments(const SensorModel& model, float radiance, double e
   return {sum / n, squares / n - sum / n * (sum / n)};
 }
 
-TEST(Sensor, MeanAndVarianceAreAsStated) {
+TEST(Sensor, MeanAndVarianceFollowTheModel) {
   const SensorModel model = sensor_model(PixelFormat::bayer_rggb12);
   // Electrons at gain 1: 4 and 30 (Poisson), 500 and 5,000 (Gaussian).
   for (const double x : {0.0004, 0.003, 0.05, 0.5}) {
@@ -112,7 +112,7 @@ TEST(Sensor, DarknessIsTheBlackLevel) {
   const auto out = shoot(model, uniform({}), {0.01, 1, 0, 0});
   double sum = 0;
   for (std::size_t k = 0; k < kPixels; ++k) sum += word(out, k);
-  // Read noise of 0.3 levels, 8,192 pixels: five deviations of the mean.
+  // Read noise of 0.3 levels, 8,192 pixels: five standard deviations of the mean.
   EXPECT_NEAR(sum / static_cast<double>(kPixels), 64, 5 * 0.45 / std::sqrt(8192.0));
 }
 
@@ -134,13 +134,13 @@ TEST(Sensor, ExposureAndGainScaleTheSignal) {
     const auto out = shoot(model, uniform({1, 1, 1}), {exposure_s, gain, 0, 0});
     return static_cast<double>(table[static_cast<std::size_t>(word(out, 0))]);
   };
-  // Half a level of 12 bits; a radiance of 1 fills the scale in 10 ms.
+  // Half a level of 12 bits; radiance 1 gives full scale in 10 ms.
   EXPECT_NEAR(linear(0.002, 1), 0.2, 1.0 / 4096);
   EXPECT_NEAR(linear(0.004, 1), 0.4, 1.0 / 4096);
   EXPECT_NEAR(linear(0.002, 3), 0.6, 1.0 / 4096);
 }
 
-TEST(Sensor, RgbShowsTheResponseOfEachChannel) {
+TEST(Sensor, RgbHasTheResponseOfEachChannel) {
   const SensorModel model = silent(PixelFormat::rgb8);
   const auto out = shoot(model, uniform({0.1F, 0.5F, 0.9F}), {0.01, 1, 0, 0});
   for (std::size_t c = 0; c < 3; ++c) {
@@ -153,8 +153,8 @@ TEST(Sensor, TheMosaicStartsWithRed) {
   const SensorModel model = silent(PixelFormat::bayer_rggb12);
   const auto out = shoot(model, uniform({0.2F, 0.4F, 0.8F}), {0.01, 1, 0, 0});
   EXPECT_LT(word(out, 0), word(out, 1));
-  EXPECT_EQ(word(out, 1), word(out, kWidth)) << "both greens";
-  EXPECT_LT(word(out, 1), word(out, kWidth + 1)) << "blue at the lower right";
+  EXPECT_EQ(word(out, 1), word(out, kWidth)) << "both greens must be equal";
+  EXPECT_LT(word(out, 1), word(out, kWidth + 1)) << "blue must be at the lower right";
 }
 
 class YuvTest : public testing::TestWithParam<PixelFormat> {
@@ -162,7 +162,7 @@ class YuvTest : public testing::TestWithParam<PixelFormat> {
   static std::array<float, 3> unit(std::array<std::uint8_t, 3> codes) {
     return {codes[0] / 255.0F, codes[1] / 255.0F, codes[2] / 255.0F};
   }
-  /// Encoded r, g, b of a pixel.
+  /// Decodes r, g, b (encoded values) of a pixel.
   static std::array<float, 3> decoded(const std::vector<std::byte>& out, std::size_t x, std::size_t y) {
     if (GetParam() == PixelFormat::yuyv) {
       const std::size_t pair = y * 2 * kWidth + x / 2 * 4;
@@ -173,20 +173,20 @@ class YuvTest : public testing::TestWithParam<PixelFormat> {
   }
 };
 
-TEST_P(YuvTest, ColoursComeBack) {
+TEST_P(YuvTest, RoundTripsColours) {
   const SensorModel model = silent(GetParam());
   for (const Radiance l : {Radiance{0.2F, 0.4F, 0.8F}, Radiance{0.9F, 0.1F, 0.1F}, Radiance{0.5F, 0.5F, 0.5F},
                            Radiance{0, 0, 0}, Radiance{1, 1, 1}}) {
     const auto rgb = decoded(shoot(model, uniform(l), {0.01, 1, 0, 0}), 70, 31);
     for (int c = 0; c < 3; ++c) {
-      // Half a level of each: 0.58 of luma, 1.01 of blue difference, in 255.
+      // Rounding by half a level of each: 0.58 from luma, 1.01 from the blue difference, of 255.
       EXPECT_NEAR(rgb[static_cast<std::size_t>(c)], linear_to_srgb(l[c]), 1.7 / 255) << c;
     }
   }
 }
 
-TEST_P(YuvTest, ChromaIsTheMeanOfThePixelsItStandsFor) {
-  // Red and blue columns in turn: luma keeps them apart, chroma cannot.
+TEST_P(YuvTest, ChromaIsTheMeanOfItsPixels) {
+  // Alternating red and blue columns: luma resolves them, chroma does not.
   std::vector<float> stripes(3 * kPixels, 0.0F);
   for (std::size_t k = 0; k < kPixels; ++k) stripes[3 * k + (k % 2 == 0 ? 0 : 2)] = 1;
   const auto out = shoot(silent(GetParam()), stripes, {0.01, 1, 0, 0});
@@ -204,17 +204,17 @@ TEST(Sensor, VignettingDarkensTheRimAndTheTableUndoesIt) {
   model.photometry.read_noise = model.photometry.shot_noise = 0;
   const Sensor sensor(rig.lenses[0], model);
   std::vector<std::byte> out(sensor.bytes());
-  sensor.develop(std::vector<float>(3 * 160 * 120, 0.9F), {0.01, 1, 0, 0}, out);
+  sensor.expose(std::vector<float>(3 * 160 * 120, 0.9F), {0.01, 1, 0, 0}, out);
   const std::vector<float> table = linear_table(model.photometry, 4096);
   const auto at = [&](std::size_t x, std::size_t y) {
     return static_cast<double>(table[static_cast<std::size_t>(word(out, y * 160 + x))]);
   };
   EXPECT_NEAR(at(80, 60), 0.9, 1e-3);
-  // 57 px from the axis of a circle of 59.4 px: 91 degrees or so.
+  // 57 px from the axis with a circle of 59.4 px: about 91 degrees.
   EXPECT_NEAR(at(137, 60) / at(80, 60), vignetting(model.photometry, 91.0 / 57.3), 0.01);
 }
 
-TEST(ExposureBelowSaturation, FillsTheScaleJustNot) {
+TEST(ExposureBelowSaturation, IsJustBelowFullScale) {
   for (const PixelFormat format : {PixelFormat::rgb8, PixelFormat::bayer_rggb12}) {
     const SensorModel model = silent(format);
     const double exposure = exposure_below_saturation(model, 25, 2);

@@ -1,5 +1,4 @@
-// The simulated camera as its users see it: frames, their metadata, and a truth that a judge can
-// recompute.
+// Tests of the simulated camera: frames, metadata, and ground truth.
 #include "camera/backends/sim/sim_backend.hpp"
 
 #include <chrono>
@@ -27,10 +26,10 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Mantissa 128 of 256, whose middle is 128.5 (Ward 1991), times 16.
+/// Radiance of the lamp as decoded from RGBE: mantissa (128 + 0.5) / 256 (Ward 1991), times 16.
 constexpr double kLamp = 128.5 / 256 * 16;
 
-/// A Radiance HDR file: grey of a half, a lamp about +X.
+/// A Radiance HDR file with grey of radiance 0.5 and a lamp at +X.
 class SceneFile {
  public:
   SceneFile() : path_(std::filesystem::temp_directory_path() / ("lightwell_sim_" + std::to_string(getpid()) + ".hdr")) {
@@ -58,8 +57,8 @@ class SceneFile {
   std::filesystem::path path_;
 };
 
-/// Keeps what it is given until told otherwise.
-class Collector : public FrameSink {
+/// Holds all frames until they are taken.
+class HoldingSink : public FrameSink {
  public:
   void push(Frame frame) override {
     const std::lock_guard lock(mutex_);
@@ -73,7 +72,7 @@ class Collector : public FrameSink {
     keep_ = frames;
     if (frames_.size() > keep_) frames_.resize(keep_);
   }
-  /// Until so many frames have come in all; false after five seconds.
+  /// Waits until `pushed` frames in total have come; false after five seconds.
   [[nodiscard]] bool wait_for(int pushed) {
     std::unique_lock lock(mutex_);
     return came_.wait_for(lock, std::chrono::seconds(5), [&] { return pushed_ >= pushed; });
@@ -112,7 +111,7 @@ class SimBackendTest : public testing::Test {
   CameraConfig config{.uri = {}, .width = 64, .height = 48, .frame_rate = 200, .exposure_s = {}};
 };
 
-TEST_F(SimBackendTest, OpensWithARigAndSaysWhatComes) {
+TEST_F(SimBackendTest, OpenReturnsTheRigAndTheFrameProperties) {
   const auto camera = made("sensor=nv12");
   EXPECT_EQ(camera->state(), CameraBackend::State::idle);
   const Result<CameraInfo> info = camera->open();
@@ -125,8 +124,8 @@ TEST_F(SimBackendTest, OpensWithARigAndSaysWhatComes) {
   ASSERT_TRUE(info->calibration);
   EXPECT_TRUE(info->calibration->validate().ok());
   ASSERT_EQ(info->exposure_s.size(), 1U);
-  // One percent of the sphere is brighter than the lamp: none is. 10 ms show 1, 95 % of 98 %
-  // of the scale as a picture value is 0.95 * 0.955 in light.
+  // The 99th percentile of luminance is that of the lamp. Radiance 1 gives full scale in 10 ms; the target of 95 % of
+  // the saturation value 0.98 is 0.95 * 0.955 in linear light.
   EXPECT_NEAR(info->exposure_s[0], 0.95 * 0.955 * 0.01 / kLamp, 2e-5);
 }
 
@@ -139,11 +138,11 @@ TEST_F(SimBackendTest, AnEquirectangularPictureIsMadeTwiceAsWideAsHigh) {
   EXPECT_EQ(info->lenses, 1);
 }
 
-TEST_F(SimBackendTest, FramesCarryTheirBracketAndTheirTime) {
+TEST_F(SimBackendTest, FramesHaveBracketIndexAndTime) {
   config.exposure_s = {0.0001, 0.001, 0.004};
   const auto camera = made("sensor=rgb8&readout=20us");
   ASSERT_TRUE(camera->open().ok());
-  Collector sink;
+  HoldingSink sink;
   sink.keep(6);
   ASSERT_TRUE(camera->start(sink).ok());
   EXPECT_EQ(camera->state(), CameraBackend::State::streaming);
@@ -159,7 +158,7 @@ TEST_F(SimBackendTest, FramesCarryTheirBracketAndTheirTime) {
     EXPECT_EQ(info.bracket_index, static_cast<int>(info.sequence % 3));
     EXPECT_EQ(info.exposure_s, config.exposure_s[info.sequence % 3]);
     EXPECT_EQ(info.row_readout.ns, 20000);
-    // Delivered when due or a little later, which is not the exposure's fault.
+    // Delivered at the scheduled time or later; late delivery does not shift the exposure.
     const Duration due_after = Duration::from_seconds(info.exposure_s / 2 + 24 * 20e-6);
     EXPECT_GE((info.delivered - info.mid_exposure).ns, due_after.ns);
     const Duration since_first = info.mid_exposure + due_after - (frames[0].info.mid_exposure + first_due_after);
@@ -182,10 +181,10 @@ TEST_F(SimBackendTest, ALongExposureLowersTheRate) {
   EXPECT_NEAR(info->frame_rate, 25, 1e-9);
 }
 
-TEST_F(SimBackendTest, PacesItselfByTheClock) {
+TEST_F(SimBackendTest, FollowsTheClock) {
   const auto camera = made("");
   ASSERT_TRUE(camera->open().ok());
-  Collector sink;
+  HoldingSink sink;
   sink.keep(1);
   ASSERT_TRUE(camera->start(sink).ok());
   EXPECT_TRUE(sink.wait_for(2));
@@ -197,20 +196,19 @@ TEST_F(SimBackendTest, PacesItselfByTheClock) {
   ASSERT_FALSE(last.empty());
   const double passed = (last.back().info.delivered - first.back().info.delivered).seconds();
   const auto ticks = static_cast<double>(last.back().info.sequence - first.back().info.sequence);
-  // Each delivery may come late by what a loaded machine keeps a thread waiting; ticks do not
-  // drift, for what is late is skipped.
+  // On a loaded machine each delivery may be late; the ticks do not drift, because late ones are skipped.
   EXPECT_NEAR(passed, ticks / 200, 0.05);
 }
 
-TEST_F(SimBackendTest, WhatIsHeldIsNotTouchedAndTheSequenceShowsTheLoss) {
+TEST_F(SimBackendTest, HeldFramesAreUnchangedAndTheSequenceShowsTheLoss) {
   const auto camera = made("sensor=rgb8&turn=30deg/s&ring=8");
   ASSERT_TRUE(camera->open().ok());
-  Collector sink;
+  HoldingSink sink;
   ASSERT_TRUE(camera->start(sink).ok());
   const int limit = required_buffer_count(1);
   EXPECT_TRUE(sink.wait_for(limit));
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  EXPECT_EQ(sink.pushed(), limit) << "no more than it may lend";
+  EXPECT_EQ(sink.pushed(), limit) << "no more than may be lent";
   std::vector<Frame> held = sink.take();
   const std::uint64_t before = held.back().info.sequence;
   const auto first = held[0].views()[0].data;
@@ -220,19 +218,19 @@ TEST_F(SimBackendTest, WhatIsHeldIsNotTouchedAndTheSequenceShowsTheLoss) {
   camera->stop();
   const std::vector<Frame> later = sink.take();
   ASSERT_FALSE(later.empty());
-  EXPECT_GT(later[0].info.sequence, before + 5) << "the gap of 100 ms at 200 a second";
+  EXPECT_GT(later[0].info.sequence, before + 5) << "a pause of 100 ms at 200 frames/s must leave a gap";
   EXPECT_TRUE(std::equal(first.begin(), first.end(), copy.begin(), copy.end()));
 }
 
-TEST_F(SimBackendTest, SequenceGoesOnAfterARestart) {
+TEST_F(SimBackendTest, SequenceContinuesAfterARestart) {
   const auto camera = made("");
   ASSERT_TRUE(camera->open().ok());
-  Collector sink;
+  HoldingSink sink;
   sink.keep(1);
   std::uint64_t last = 0;
   for (int round = 1; round <= 3; ++round) {
     ASSERT_TRUE(camera->start(sink).ok());
-    EXPECT_FALSE(camera->start(sink).ok()) << "it runs already";
+    EXPECT_FALSE(camera->start(sink).ok()) << "it is already running";
     EXPECT_TRUE(sink.wait_for(sink.pushed() + 3));
     camera->stop();
     const std::vector<Frame> frames = sink.take();
@@ -242,26 +240,27 @@ TEST_F(SimBackendTest, SequenceGoesOnAfterARestart) {
   }
 }
 
-TEST_F(SimBackendTest, WithoutARateItWaitsOnlyForMemory) {
+TEST_F(SimBackendTest, WithoutAFrameRateWaitsOnlyForFreeBuffers) {
   config.frame_rate = 0;
   const auto camera = made("");
   ASSERT_TRUE(camera->open().ok());
-  Collector sink;
+  HoldingSink sink;
   sink.keep(2);
   ASSERT_TRUE(camera->start(sink).ok());
   EXPECT_TRUE(sink.wait_for(500));
   camera->stop();
   const std::vector<Frame> frames = sink.take();
-  EXPECT_EQ(frames.back().info.sequence + 1, static_cast<std::uint64_t>(sink.pushed())) << "no ticks, no gaps";
+  EXPECT_EQ(frames.back().info.sequence + 1, static_cast<std::uint64_t>(sink.pushed()))
+      << "without ticks there must be no gaps";
 }
 
-/// Has room for so many frames, and counts those that come all the same.
-class Reluctant final : public FrameSink {
+/// Has space for a given number of frames, and counts frames pushed beyond that.
+class LimitedSink final : public FrameSink {
  public:
-  explicit Reluctant(int room) : room_(room) {}
+  explicit LimitedSink(int room) : room_(room) {}
   void push(Frame /*frame*/) override {
     const std::lock_guard lock(mutex_);
-    (--room_ >= 0 ? pushed : unasked) += 1;
+    (--room_ >= 0 ? pushed : excess) += 1;
     full_.notify_all();
   }
   [[nodiscard]] bool wait_for_space(std::stop_token stop) override {
@@ -272,13 +271,13 @@ class Reluctant final : public FrameSink {
       return room_ > 0;
     });
   }
-  /// Until the camera waits for room; false after five seconds.
+  /// Waits until the camera waits for space; false after five seconds.
   [[nodiscard]] bool camera_waits() {
     std::unique_lock lock(mutex_);
     return full_.wait_for(lock, std::chrono::seconds(5), [this] { return waiting_; });
   }
 
-  int pushed = 0, unasked = 0;  ///< Once the camera has stopped.
+  int pushed = 0, excess = 0;  ///< Valid after the camera has stopped.
 
  private:
   std::mutex mutex_;
@@ -287,25 +286,25 @@ class Reluctant final : public FrameSink {
   bool waiting_ = false;
 };
 
-TEST_F(SimBackendTest, WithoutARateItPushesWhatTheSinkHasRoomFor) {
+TEST_F(SimBackendTest, WithoutAFrameRateWaitsForSpaceInTheSink) {
   config.frame_rate = 0;
   const auto camera = made("");
   ASSERT_TRUE(camera->open().ok());
-  Reluctant sink(5);
+  LimitedSink sink(5);
   ASSERT_TRUE(camera->start(sink).ok());
   EXPECT_TRUE(sink.camera_waits());
   camera->stop();
   EXPECT_EQ(sink.pushed, 5);
-  EXPECT_EQ(sink.unasked, 0);
+  EXPECT_EQ(sink.excess, 0);
 }
 
-TEST_F(SimBackendTest, AJudgeRecomputesEveryFrame) {
-  // Equirectangular and ideal: each value is the mean of the scene's radiance over a pixel.
+TEST_F(SimBackendTest, EveryFrameEqualsTheGroundTruth) {
+  // Equirectangular lens and ideal sensor: each value is the mean radiance of the scene over a pixel.
   const auto camera = made("rig=equirect&turn=300deg/s&switch=20ms&ring=16");
   ASSERT_TRUE(camera->open().ok());
   const auto& sim = dynamic_cast<const SimBackend&>(*camera);
   EXPECT_FALSE(sim.sanitize_counts().any());
-  Collector sink;
+  HoldingSink sink;
   sink.keep(3);
   ASSERT_TRUE(camera->start(sink).ok());
   int on = 0, off = 0, target = 0;
@@ -315,7 +314,7 @@ TEST_F(SimBackendTest, AJudgeRecomputesEveryFrame) {
     for (const Frame& frame : sink.take()) {
       const sim::SceneState state = sim.scene().state_at(sim.scene_index(frame.info.sequence));
       (state.lamp_factor < 1 ? off : on) += 1;
-      // The lamp's middle, as the turned probe sees it.
+      // Direction of the lamp in the rotated probe frame.
       const Vec3d lamp = rotate(state.rotation_world_probe.inverse(), Vec3d{1, 0, 0});
       const EquirectUv uv = equirect_uv(lamp);
       const auto x = static_cast<std::size_t>(uv.u * 64), y = static_cast<std::size_t>(uv.v * 32);
@@ -328,11 +327,11 @@ TEST_F(SimBackendTest, AJudgeRecomputesEveryFrame) {
 }
 
 TEST_F(SimBackendTest, ARollingShutterShearsAMovingScene) {
-  // 10 ms from the top row to the bottom row at 600 degrees a second: 6 degrees, one pixel.
+  // 10 ms from the top row to the bottom row at 600 degrees/s: 6 degrees, one pixel.
   const auto picture = [&](const std::string& readout) {
     const auto camera = made("rig=equirect&turn=600deg/s&ring=16&readout=" + readout);
     EXPECT_TRUE(camera->open().ok());
-    Collector sink;
+    HoldingSink sink;
     EXPECT_TRUE(camera->start(sink).ok());
     EXPECT_TRUE(sink.wait_for(4));
     camera->stop();
@@ -346,7 +345,7 @@ TEST_F(SimBackendTest, ARollingShutterShearsAMovingScene) {
   const auto row_differs = [&](std::size_t row) {
     return std::memcmp(&global[row * 768], &rolling[row * 768], 768) != 0;
   };
-  EXPECT_TRUE(row_differs(12) && row_differs(19)) << "above and below the middle";
+  EXPECT_TRUE(row_differs(12) && row_differs(19)) << "above and below the centre row";
 }
 
 TEST_F(SimBackendTest, ParametersAreCheckedByName) {
@@ -364,10 +363,10 @@ TEST_F(SimBackendTest, ParametersAreCheckedByName) {
   EXPECT_THAT(message("exposure=1ms,0s"), HasSubstr("above zero"));
   EXPECT_THAT(message("exposure=1ms,2ms,3ms,4ms,5ms,6ms,7ms,8ms,9ms"), HasSubstr("8"));
   config.exposure_s = {0.01};
-  EXPECT_THAT(message("exposure=1ms"), HasSubstr("which?"));
+  EXPECT_THAT(message("exposure=1ms"), HasSubstr("leave one of them out"));
 }
 
-TEST_F(SimBackendTest, WhatCannotBeOpenedSaysWhy) {
+TEST_F(SimBackendTest, OpenErrorsStateTheReason) {
   const auto failure = [&](const std::string& text) {
     Result<std::unique_ptr<CameraBackend>> camera = make_sim_backend(*parse_camera_uri(text), config);
     EXPECT_TRUE(camera.ok());
@@ -376,7 +375,7 @@ TEST_F(SimBackendTest, WhatCannotBeOpenedSaysWhy) {
   EXPECT_EQ(failure("sim:/nowhere/room.hdr").code(), StatusCode::not_found);
   EXPECT_EQ(failure("sim:cty").code(), StatusCode::invalid_argument);
   EXPECT_THAT(failure(file.uri("rig=pear")).message(), HasSubstr("'pair'"));
-  Collector sink;
+  HoldingSink sink;
   EXPECT_EQ(made("")->start(sink).code(), StatusCode::failed_precondition) << "not open";
 }
 
@@ -393,7 +392,7 @@ TEST(SimOptions, UnitsAreUnderstood) {
   EXPECT_NEAR(*parse_turn_rad_per_s("90"), 1.5707963267949, 1e-12);
 }
 
-TEST(RingPlan, AMovingSceneHoldsWholeBracketsAndPeriods) {
+TEST(RingPlan, AMovingSceneHasWholeBracketsAndPeriods) {
   RingRequest request;
   request.frames = 32;
   request.bracket = 3;
@@ -413,14 +412,14 @@ TEST(RingPlan, MemoryShortensTheRingButNotBelowABracket) {
   const Result<RingPlan> plan = plan_moving(request);
   ASSERT_TRUE(plan.ok());
   EXPECT_EQ(plan->cycle, 18U);
-  EXPECT_EQ(plan->switch_period, 9U) << "both states of the lamps stay in it";
+  EXPECT_EQ(plan->switch_period, 9U) << "the cycle must contain both states of the lamps";
   EXPECT_EQ(plan->wanted, 60U);
   request.memory_cap = 299;
   EXPECT_EQ(plan_moving(request).status().code(), StatusCode::resource_exhausted);
   EXPECT_EQ(plan_still(request).status().code(), StatusCode::resource_exhausted);
 }
 
-TEST(RingPlan, AStillSceneNeedsOnlyNoise) {
+TEST(RingPlan, AStaticSceneNeedsOnlyNoise) {
   RingRequest request;
   request.frames = 1000;
   request.bracket = 2;
@@ -432,8 +431,9 @@ TEST(RingPlan, AStillSceneNeedsOnlyNoise) {
   for (std::uint64_t sequence = 0; sequence < 200; ++sequence) {
     const std::uint64_t picture = plan.picture(sequence);
     EXPECT_LT(picture, 16U);
-    EXPECT_EQ(picture % 2, sequence % 2) << "the exposure of its place in the bracket";
-    EXPECT_EQ(plan.scene_index_of_picture(picture) / 30, plan.scene_index(sequence) / 30) << "the lamps' state";
+    EXPECT_EQ(picture % 2, sequence % 2) << "the exposure must be that of its bracket index";
+    EXPECT_EQ(plan.scene_index_of_picture(picture) / 30, plan.scene_index(sequence) / 30)
+        << "the state of the lamps must be the same";
   }
 }
 

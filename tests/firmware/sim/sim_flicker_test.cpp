@@ -1,5 +1,5 @@
-// The simulated camera under light that flickers: each row has the light of its own exposure, the ring closes, and what
-// looks for flicker finds it.
+// Tests of the simulated camera with mains flicker: light of each row, closing of the ring, and detection by the
+// estimator.
 #include <cmath>
 #include <cstring>
 #include <vector>
@@ -28,7 +28,7 @@ sim::Panorama room() {
   });
 }
 
-/// A rendered ring and what its frames say of themselves.
+/// A rendered ring with the metadata of its frames.
 class FlickeringCamera {
  public:
   FlickeringCamera(PixelFormat format, double rate, sim::MainsFlicker flicker, std::vector<double> exposure_s,
@@ -68,7 +68,7 @@ class FlickeringCamera {
     return out;
   }
 
-  /// Mean green of a row, per second of exposure; the Bayer formats' is linear above the black level.
+  /// Mean green value of a row, per second of exposure; for Bayer formats linear, with the black level subtracted.
   [[nodiscard]] double row(std::uint64_t sequence, std::size_t lens, int j) const {
     const auto bytes = ring.view(plan.picture(sequence), lens);
     const std::size_t stride = packed_stride(format_, kWidth) * static_cast<std::size_t>(j);
@@ -109,7 +109,7 @@ class FlickeringCamera {
     return detector.state();
   }
 
-  /// What the estimator says after so many brackets.
+  /// The estimator's result after `brackets` brackets.
   [[nodiscard]] Flicker estimated(std::uint64_t brackets) const {
     const auto made = make_panorama_estimator(rig_, {});
     Estimator& estimator = **made;
@@ -145,7 +145,7 @@ class FlickeringCamera {
   sim::MainsFlicker flicker_;
 };
 
-TEST(SimFlicker, EachRowHasTheLightOfItsOwnInstant) {
+TEST(SimFlicker, EachRowHasTheLightOfItsOwnTime) {
   const FlickeringCamera steady(PixelFormat::rgb_f32, 30, {}, {1}), camera(PixelFormat::rgb_f32, 30, {100, 0.3}, {1});
   for (const std::uint64_t s : {0U, 1U, 7U}) {
     for (int j = 10; j < kRows - 10; j += 23) {
@@ -155,7 +155,7 @@ TEST(SimFlicker, EachRowHasTheLightOfItsOwnInstant) {
   }
 }
 
-TEST(SimFlicker, AnExposureTakesTheMeanAndABracketIsExposedBeforeItsFrameIsDue) {
+TEST(SimFlicker, AnExposureAveragesAndPrecedesTheFrameTime) {
   const std::vector<double> bracket = {0.0022, 0.0044};
   const FlickeringCamera steady(PixelFormat::bayer_rggb12, 30, {}, bracket);
   const FlickeringCamera camera(PixelFormat::bayer_rggb12, 30, {120, 0.5}, bracket);
@@ -163,7 +163,7 @@ TEST(SimFlicker, AnExposureTakesTheMeanAndABracketIsExposedBeforeItsFrameIsDue) 
     const double e = bracket[s % 2];
     for (int j = 30; j < kRows - 30; j += 23) {
       const double t = static_cast<double>(s) / 30 - e / 2 + (j - (kRows - 1) / 2.0) * kReadout;
-      // 160 pixels of 1 % noise in either picture.
+      // Both pictures have 1 % noise per pixel, averaged over 160 pixels.
       EXPECT_NEAR(camera.row(s, 0, j) / steady.row(s, 0, j), camera.flicker().factor(t, e), 0.01) << "row " << j;
     }
   }
@@ -182,14 +182,14 @@ TEST(SimFlicker, TheRingClosesWithWholePeriods) {
         EXPECT_NEAR(periods, std::round(periods), 1e-9);
         EXPECT_EQ(plan.cycle % bracket, 0U);
         EXPECT_LE(plan.cycle, 2 * (32 + bracket));
-        // Mains stray by 0.2 Hz, their flicker by twice that.
+        // The mains frequency varies by 0.2 Hz, the flicker by twice that.
         EXPECT_NEAR(plan.periods_per_frame * rate, hz, 0.15) << rate << " frames/s";
       }
     }
   }
 }
 
-TEST(SimFlicker, IsRecognisedThroughTheNoiseOfTheSensor) {
+TEST(SimFlicker, IsDetectedDespiteSensorNoise) {
   EXPECT_EQ(FlickeringCamera(PixelFormat::bayer_rggb12, 27, {100, 0.3}, {0.003}).recognised(40), Flicker::hz100);
   EXPECT_EQ(FlickeringCamera(PixelFormat::bayer_rggb12, 27, {120, 0.05}, {0.003}).recognised(40), Flicker::hz120);
   EXPECT_EQ(FlickeringCamera(PixelFormat::bayer_rggb12, 27, {}, {0.003}).recognised(40), Flicker::none);
@@ -211,7 +211,7 @@ TEST(SimFlicker, IsFoundInTheExposuresOfABracket) {
   }
 }
 
-TEST(SimFlicker, IsNotFoundInBracketsOfSteadyLightHoweverLively) {
+TEST(SimFlicker, IsNotFoundInBracketsOfSteadyLight) {
   const std::vector<double> bracket = {0.001, 0.002, 0.004};
   sim::Motion lively;
   lively.turn_rad_per_s = 0.5;

@@ -1,4 +1,4 @@
-// A printed board has its tags where it says, in every kind of file.
+// lightwell-calibrate board: position and scale of the printed tags in each file format, and errors.
 #include <cmath>
 #include <fstream>
 #include <iostream>
@@ -20,8 +20,8 @@
 namespace lightwell::calibrate {
 namespace {
 
+using test::CommandResult;
 using test::run;
-using test::Said;
 using test::TempDir;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -32,8 +32,8 @@ std::string text_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Each tag of `board` is in the picture of the whole sheet at `dpi`, its corners where the sheet's origin and the
-/// board's own numbers put them. Returns how far the worst is off, mm.
+/// Expects all tags of `board` in the picture of the whole sheet at `dpi`. Returns the largest error of a corner, mm,
+/// relative to the sheet's origin and the board's geometry.
 double expect_printed(const std::string& png, const TagBoard& board, const BoardPage& sheet, double dpi) {
   const Result<Image> image = read_image(png);
   EXPECT_TRUE(image) << image.status().message();
@@ -55,34 +55,35 @@ double expect_printed(const std::string& png, const TagBoard& board, const Board
   return worst;
 }
 
-/// The same from a PDF, read by poppler.
+/// Renders a PDF with poppler; returns the path of the PNG.
 std::string rendered(const TempDir& folder, const std::string& pdf, int dpi) {
   test::Child child({LIGHTWELL_PDFTOPPM, "-png", "-singlefile", "-r", std::to_string(dpi), pdf, folder.path("sheet")});
-  EXPECT_EQ(child.wait(), test::Ending{0}) << child.err();
-  EXPECT_THAT(child.err(), IsEmpty()) << "a PDF that its reader complains of";
+  EXPECT_EQ(child.wait(), test::ExitStatus{0}) << child.err();
+  EXPECT_THAT(child.err(), IsEmpty()) << "poppler must not report errors in the PDF";
   return folder.path("sheet.png");
 }
 
-TEST(BoardCommand, ThePdfShowsEveryTagInItsPlace) {
+TEST(BoardCommand, ThePdfHasEveryTagAtItsPosition) {
   const TempDir folder;
   const std::string pdf = folder.path("board.pdf");
-  const Said said = run(board_command, {"--output", pdf});
-  ASSERT_EQ(said.status, 0) << said.err;
+  const CommandResult result = run(board_command, {"--output", pdf});
+  ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_THAT(text_of(pdf), StartsWith("%PDF-1."));
   const TagBoard board;
   const auto sheet = layout(board, kPapers[0]);
   ASSERT_TRUE(sheet);
-  // A pixel is 0.17 mm; poppler rounds rectangles' edges to whole ones at worst.
+  // A pixel is 0.17 mm; poppler may round the edges of rectangles to whole pixels.
   EXPECT_LT(expect_printed(rendered(folder, pdf, 150), board, *sheet, 150), 0.1);
 }
 
-TEST(BoardCommand, OtherFamiliesSheetsAndNumbersToo) {
+TEST(BoardCommand, AcceptsOtherFamiliesSheetsAndIds) {
   const TempDir folder;
   const std::string pdf = folder.path("board.pdf");
-  const Said said = run(board_command, {"--family", "tagStandard41h12", "--columns=7", "--rows", "3", "--tag-size-mm",
-                                        "18", "--first-id", "40", "--paper", "letter", "--output", pdf});
-  ASSERT_EQ(said.status, 0) << said.err;
-  EXPECT_THAT(said.out, HasSubstr("landscape letter"));
+  const CommandResult result =
+      run(board_command, {"--family", "tagStandard41h12", "--columns=7", "--rows", "3", "--tag-size-mm", "18",
+                          "--first-id", "40", "--paper", "letter", "--output", pdf});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("landscape letter"));
   TagBoard board{TagFamily::tagStandard41h12, 7, 3, 0.018, 1, 40};
   const auto sheet = layout(board, kPapers[2]);
   ASSERT_TRUE(sheet) << sheet.status().message();
@@ -94,7 +95,7 @@ TEST(BoardCommand, ThePngIsTrueToScale) {
   const std::string png = folder.path("board.png");
   ASSERT_EQ(run(board_command, {"--dpi", "100", "--output", png}).status, 0);
   const TagBoard board;
-  // Coverage of pixels is exact, so corners are as good as the detector.
+  // The coverage of pixels is exact, so the accuracy is that of the detector.
   EXPECT_LT(expect_printed(png, board, *layout(board, kPapers[0]), 100), 0.02);
 }
 
@@ -111,7 +112,7 @@ TEST(BoardCommand, TheSvgIsInMillimetresAndHasEachRectangleOfThePage) {
   EXPECT_EQ(test::occurrences(svg, "<path"), sheet->page.shapes.size());
 }
 
-TEST(BoardCommand, TheSheetSaysWhatItIsAndHasARulerOfTenCentimetres) {
+TEST(BoardCommand, TheSheetHasADescriptionAndARulerOfTenCentimetres) {
   const auto sheet = layout(TagBoard{}, kPapers[0]);
   ASSERT_TRUE(sheet);
   const Page& page = sheet->page;
@@ -128,7 +129,7 @@ TEST(BoardCommand, TheSheetSaysWhatItIsAndHasARulerOfTenCentimetres) {
   for (const PageText& t : page.texts) EXPECT_LT(t.y, page.height - 3) << t.text;
 }
 
-TEST(BoardCommand, TheYamlIsTheBoard) {
+TEST(BoardCommand, TheYamlDescribesTheBoard) {
   const TempDir folder;
   ASSERT_EQ(
       run(board_command, {"--columns", "4", "--rows", "5", "--tag-size-mm", "30", "--output", folder.path("b.yaml")})
@@ -141,42 +142,42 @@ TEST(BoardCommand, TheYamlIsTheBoard) {
   EXPECT_EQ(board->tag_size_m, 0.03);
 }
 
-TEST(BoardCommand, JsonTellsWhatIsWhere) {
-  const Said said = run(board_command, {"--json"});
-  EXPECT_EQ(said.status, 0);
-  EXPECT_THAT(said.out, HasSubstr("\"sheet_mm\": [210, 297], \"origin_mm\": ["));
-  EXPECT_THAT(said.out, HasSubstr("\"tag_size_m\": 0.024"));
+TEST(BoardCommand, JsonHasTheLayout) {
+  const CommandResult result = run(board_command, {"--json"});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_THAT(result.out, HasSubstr("\"sheet_mm\": [210, 297], \"origin_mm\": ["));
+  EXPECT_THAT(result.out, HasSubstr("\"tag_size_m\": 0.024"));
 }
 
-TEST(BoardCommand, MistakesAreNamedWithTheRemedy) {
+TEST(BoardCommand, ErrorsHaveTheRemedy) {
   const auto usage = [](std::vector<std::string> words) {
-    const Said said = run(board_command, std::move(words));
-    EXPECT_EQ(said.status, 2) << said.err;
-    EXPECT_THAT(said.err, StartsWith("lightwell-calibrate board: "));
-    return said.err;
+    const CommandResult result = run(board_command, std::move(words));
+    EXPECT_EQ(result.status, 2) << result.err;
+    EXPECT_THAT(result.err, StartsWith("lightwell-calibrate board: "));
+    return result.err;
   };
   EXPECT_THAT(usage({}), HasSubstr("give --output"));
   EXPECT_THAT(usage({"--colums", "3"}), HasSubstr("did you mean --columns?"));
   EXPECT_THAT(usage({"--columns"}), HasSubstr("--columns needs a value"));
-  EXPECT_THAT(usage({"--columns", "x"}), HasSubstr("'x' is not a value"));
+  EXPECT_THAT(usage({"--columns", "x"}), HasSubstr("'x' is not a valid value"));
   EXPECT_THAT(usage({"--columns", "0", "--json"}), HasSubstr("columns"));
   EXPECT_THAT(usage({"--tag-size-mm", "nan", "--json"}), HasSubstr("'nan'"));
   EXPECT_THAT(usage({"--spacing", "0.01", "--json"}), HasSubstr("spacing"));
   EXPECT_THAT(usage({"--paper", "a5"}), HasSubstr("a4, a3 and letter"));
   EXPECT_THAT(usage({"--family", "tag16h5"}), HasSubstr("known are tag36h11"));
   EXPECT_THAT(usage({"--output", "board.doc"}), HasSubstr("must end in .pdf"));
-  EXPECT_THAT(usage({"board.pdf"}), HasSubstr("what is 'board.pdf'?"));
+  EXPECT_THAT(usage({"board.pdf"}), HasSubstr("unexpected argument 'board.pdf'"));
   EXPECT_THAT(usage({"--dpi", "0"}), HasSubstr("36 to 2400"));
 
-  const Said large = run(board_command, {"--tag-size-mm", "40", "--json"});
+  const CommandResult large = run(board_command, {"--tag-size-mm", "40", "--json"});
   EXPECT_EQ(large.status, 1);
   EXPECT_THAT(large.err, HasSubstr("does not fit a4; --tag-size-mm 25.2 would"));
-  EXPECT_EQ(run(board_command, {"--tag-size-mm", "25.2", "--json"}).status, 0) << "what it says is true";
+  EXPECT_EQ(run(board_command, {"--tag-size-mm", "25.2", "--json"}).status, 0) << "the size in the message must fit";
 
-  const Said nowhere = run(board_command, {"--output", "/nonexistent/board.pdf"});
+  const CommandResult nowhere = run(board_command, {"--output", "/nonexistent/board.pdf"});
   EXPECT_EQ(nowhere.status, 1);
   EXPECT_THAT(nowhere.err, HasSubstr("/nonexistent/board.pdf: cannot be written"));
-  const Said help = run(board_command, {"--help"});
+  const CommandResult help = run(board_command, {"--help"});
   EXPECT_EQ(help.status, 0);
   EXPECT_THAT(help.out, HasSubstr("Exit status: 0 done, 1"));
 }

@@ -1,4 +1,4 @@
-// The share of each pixel that an outline covers is exact, whatever its direction.
+// coverage_of(): exact coverage of pixels by outlines.
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -20,7 +20,7 @@ float at_pixel(const Coverage& c, int x, int y) {
   return x < 0 || y < 0 || x >= c.width || y >= c.height ? 0.0F : c.at(x, y);
 }
 
-TEST(Coverage, OfARectangleIsItsPartOfEachPixel) {
+TEST(Coverage, OfARectangleIsExactInEachPixel) {
   const Coverage c = coverage_of({Outline{{1.25, 2.5}, {4.5, 2.5}, {4.5, 3.75}, {1.25, 3.75}}}, 1);
   EXPECT_NEAR(at_pixel(c, 1, 2), 0.75 * 0.5, 1e-6);
   EXPECT_NEAR(at_pixel(c, 2, 2), 0.5, 1e-6);
@@ -39,7 +39,7 @@ TEST(Coverage, OfADiagonalIsHalfAPixelOnIt) {
   }
 }
 
-TEST(Coverage, SumsToTheAreaAtAnyScaleAndPlaceEitherWayRound) {
+TEST(Coverage, SumsToTheAreaAtAnyScalePositionAndOrientation) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> place(-20, 20), scale(0.3, 12);
   for (int i = 0; i < 200; ++i) {
@@ -53,8 +53,8 @@ TEST(Coverage, SumsToTheAreaAtAnyScaleAndPlaceEitherWayRound) {
   }
 }
 
-TEST(Coverage, OfOutlinesThatTouchShowsNoHairline) {
-  // A square cut along a slanted line.
+TEST(Coverage, OfTouchingOutlinesHasNoGap) {
+  // A square divided by a slanted line.
   const Coverage c =
       coverage_of({Outline{{1, 1}, {5.3, 1}, {3.1, 9}, {1, 9}}, Outline{{5.3, 1}, {9, 1}, {9, 9}, {3.1, 9}}}, 1);
   for (int y = 1; y < 9; ++y)
@@ -62,7 +62,7 @@ TEST(Coverage, OfOutlinesThatTouchShowsNoHairline) {
   EXPECT_NEAR(sum(c), 64, 1e-4);
 }
 
-TEST(Coverage, OfNothingIsNone) { EXPECT_THAT(coverage_of({}, 1).share, testing::IsEmpty()); }
+TEST(Coverage, OfNoOutlineIsEmpty) { EXPECT_THAT(coverage_of({}, 1).share, testing::IsEmpty()); }
 
 }  // namespace
 }  // namespace lightwell::calibrate

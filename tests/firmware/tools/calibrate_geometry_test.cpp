@@ -1,4 +1,4 @@
-// From pictures of a printed board in a folder to a lens, and from the lens to the direction of a lamp.
+// lightwell-calibrate geometry and coverage: from pictures of a printed board to a lens model and light directions.
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -20,15 +20,15 @@
 namespace lightwell::calibrate {
 namespace {
 
+using test::CommandResult;
 using test::kDegree;
 using test::run;
-using test::Said;
 using test::TempDir;
 using testing::HasSubstr;
 
 constexpr int kEdge = 800, kPictures = 24;
 
-/// A6 paper's worth of tags, as one can hold before a lens.
+/// A board of about the size of A6 paper.
 TagBoard small_board() {
   TagBoard board;
   board.columns = 5;
@@ -42,19 +42,20 @@ LensParameters webcam() {
   lens.width = 640;
   lens.height = 480;
   lens.max_angle_rad = 33 * kDegree;
-  // Without a sphere Mei's distortion is Brown's.
+  // With xi = 0, Mei's distortion is Brown's.
   lens.model = MeiParameters{620, 621, 322, 238, 0, 0.05, -0.1, 0, 0};
   return lens;
 }
 
-/// A folder of pictures of the board, all over the field of a lens (of 190 degrees), taken by a sensor of 8 bits with
-/// noise and blur.
-struct Shown {
+/// A folder with pictures of the board at positions all over the field of view (by default of a 190 degree lens), with
+/// 8 bits, noise and blur.
+struct BoardPictureFolder {
   TempDir folder;
   LensParameters truth;
   std::string board, pictures;
 
-  explicit Shown(const LensParameters& lens = test::fisheye_lens(kEdge), double largest_deg = 88, double near_m = 0.14)
+  explicit BoardPictureFolder(const LensParameters& lens = test::fisheye_lens(kEdge), double largest_deg = 88,
+                              double near_m = 0.14)
       : truth(lens) {
     const TagBoard tags = small_board();
     board = folder.write("board.yaml", tag_board_to_text(tags));
@@ -82,31 +83,33 @@ struct Shown {
   }
 };
 
-const Shown& shown_board() {
-  static const Shown it;
+const BoardPictureFolder& board_pictures() {
+  static const BoardPictureFolder it;
   return it;
 }
 
-TEST(CalibrateGeometry, FindsTheLensThatTookThePictures) {
-  const Shown& s = shown_board();
+TEST(CalibrateGeometry, RecoversTheLensParameters) {
+  const BoardPictureFolder& s = board_pictures();
   const TempDir out;
-  const Said said = run(geometry_command, {"--board", s.board, "--lens0", s.pictures, "--field-deg", "190", "--output",
-                                           out.path("rig.textproto"), "--report", out.path("report.png"), "--json"});
-  ASSERT_EQ(said.status, 0) << said.err;
-  EXPECT_THAT(said.out, HasSubstr("\"sigma_px\""));
+  const CommandResult result =
+      run(geometry_command, {"--board", s.board, "--lens0", s.pictures, "--field-deg", "190", "--output",
+                             out.path("rig.textproto"), "--report", out.path("report.png"), "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("\"sigma_px\""));
   const Result<RigParameters> rig = load_calibration(out.path("rig.textproto"));
   ASSERT_TRUE(rig) << rig.status().message();
   EXPECT_LT(shown::direction_error(s.truth, rig->lenses[0].model), 0.05 * kDegree)
       << "RMS over the lens up to its edge";
   EXPECT_NEAR(rig->lenses[0].max_angle_rad, 95 * kDegree, 1e-9);
-  EXPECT_EQ(rig->lenses[0].photometry.response.kind, ResponseCurve::Kind::srgb) << "as the pictures were read";
-  EXPECT_THAT(said.out, HasSubstr("\"flatness_mm\""));
-  EXPECT_THAT(said.out, HasSubstr("\"other_board\": false"));
+  EXPECT_EQ(rig->lenses[0].photometry.response.kind, ResponseCurve::Kind::srgb)
+      << "the response with which the pictures were read";
+  EXPECT_THAT(result.out, HasSubstr("\"flatness_mm\""));
+  EXPECT_THAT(result.out, HasSubstr("\"other_board\": false"));
   const Result<Image> report = read_image(out.path("report.png"));
   ASSERT_TRUE(report) << report.status().message();
   EXPECT_GT(report->width, 400);
 
-  // A lamp of a degree, seen by the true lens, told by the calibrated one.
+  // A lamp of one degree, rendered through the true lens and estimated with the calibrated one.
   for (const double theta : {5.0, 45.0, 80.0}) {
     const Vec3d to = test::direction_at(theta, 200);
     const sim::Scene scene(sim::from_function(2048, [&](Vec3d d) {
@@ -129,8 +132,8 @@ TEST(CalibrateGeometry, FindsTheLensThatTookThePictures) {
   }
 }
 
-TEST(CalibrateGeometry, NamesPicturesThatShowNothingAndABoardThatIsOtherwise) {
-  const Shown& s = shown_board();
+TEST(CalibrateGeometry, ReportsPicturesWithoutTagsAndAWrongBoardSpacing) {
+  const BoardPictureFolder& s = board_pictures();
   const TempDir out;
   Image empty;
   empty.width = empty.height = kEdge;
@@ -138,12 +141,13 @@ TEST(CalibrateGeometry, NamesPicturesThatShowNothingAndABoardThatIsOtherwise) {
   ASSERT_TRUE(write_png(out.path("wall.png"), empty).ok());
   TagBoard stated = small_board();
   stated.spacing = 0.32;
-  const Said said = run(geometry_command, {"--board", out.write("stated.yaml", tag_board_to_text(stated)), "--lens0",
-                                           s.pictures, out.path("wall.png"), "--output", out.path("rig.textproto")});
-  ASSERT_EQ(said.status, 0) << said.err;
-  EXPECT_THAT(said.err, HasSubstr("wall.png shows no tag of a board"));
-  EXPECT_THAT(said.err, HasSubstr("stated.yaml': its tags are -1.5"));
-  EXPECT_THAT(said.out, HasSubstr("pictures were read with the response: sRGB"));
+  const CommandResult result =
+      run(geometry_command, {"--board", out.write("stated.yaml", tag_board_to_text(stated)), "--lens0", s.pictures,
+                             out.path("wall.png"), "--output", out.path("rig.textproto")});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("wall.png shows no tag of a board"));
+  EXPECT_THAT(result.err, HasSubstr("stated.yaml': its tags are -1.5"));
+  EXPECT_THAT(result.out, HasSubstr("pictures were read with the response: sRGB"));
   const Result<RigParameters> rig = load_calibration(out.path("rig.textproto"));
   ASSERT_TRUE(rig) << rig.status().message();
   LensParameters seen = s.truth;
@@ -151,24 +155,24 @@ TEST(CalibrateGeometry, NamesPicturesThatShowNothingAndABoardThatIsOtherwise) {
   EXPECT_LT(shown::direction_error(seen, rig->lenses[0].model), 0.05 * kDegree);
 }
 
-TEST(CalibrateGeometry, OtherModelsOfTheSameLensAgree) {
-  const Shown& s = shown_board();
+TEST(CalibrateGeometry, OtherModelsFitTheSameLens) {
+  const BoardPictureFolder& s = board_pictures();
   const TempDir out;
   for (const char* model : {"double-sphere", "mei"}) {
-    const Said said = run(geometry_command, {"--board", s.board, "--lens0", s.pictures, "--model", model, "--output",
-                                             out.path("rig.textproto")});
-    ASSERT_EQ(said.status, 0) << said.err;
+    const CommandResult result = run(geometry_command, {"--board", s.board, "--lens0", s.pictures, "--model", model,
+                                                        "--output", out.path("rig.textproto")});
+    ASSERT_EQ(result.status, 0) << result.err;
     const Result<RigParameters> rig = load_calibration(out.path("rig.textproto"));
     ASSERT_TRUE(rig) << rig.status().message();
-    // Neither is the model that the pictures were made with.
+    // The pictures were rendered with another model.
     LensParameters seen = s.truth;
     seen.max_angle_rad = 80 * kDegree;
     EXPECT_LT(shown::direction_error(seen, rig->lenses[0].model), 0.3 * kDegree) << model;
   }
 }
 
-TEST(CalibrateGeometry, AWebcamDeterminesMeiAndNoDoubleSphere) {
-  const Shown s(webcam(), 20, 0.25);
+TEST(CalibrateGeometry, AWebcamDeterminesMeiButNotDoubleSphere) {
+  const BoardPictureFolder s(webcam(), 20, 0.25);
   const TempDir out;
   const std::vector<std::string> words = {
       "--board", s.board, "--lens0", s.pictures, "--output", out.path("rig.textproto"), "--model"};
@@ -177,12 +181,12 @@ TEST(CalibrateGeometry, AWebcamDeterminesMeiAndNoDoubleSphere) {
     all.emplace_back(model);
     return run(geometry_command, all);
   };
-  const Said refused = with("double-sphere");
+  const CommandResult refused = with("double-sphere");
   EXPECT_EQ(refused.status, 1) << refused.out;
   EXPECT_THAT(refused.err, HasSubstr("do not determine the numbers of the model double-sphere; they determine"));
   EXPECT_FALSE(std::filesystem::exists(out.path("rig.textproto"))) << "nothing is written";
-  const Said said = with("mei");
-  ASSERT_EQ(said.status, 0) << said.err;
+  const CommandResult result = with("mei");
+  ASSERT_EQ(result.status, 0) << result.err;
   const Result<RigParameters> rig = load_calibration(out.path("rig.textproto"));
   ASSERT_TRUE(rig) << rig.status().message();
   LensParameters seen = s.truth;
@@ -190,28 +194,28 @@ TEST(CalibrateGeometry, AWebcamDeterminesMeiAndNoDoubleSphere) {
   EXPECT_LT(shown::direction_error(seen, rig->lenses[0].model), 0.02 * kDegree);
 }
 
-TEST(CalibrateGeometry, CoverageSaysWhatIsLacking) {
-  const Shown& s = shown_board();
+TEST(CalibrateGeometry, CoverageReportsMissingViews) {
+  const BoardPictureFolder& s = board_pictures();
   const TempDir out;
-  const Said all = run(coverage_command, {"--board", s.board, "--lens0", s.pictures, "--field-circle-px", "300",
-                                          "--picture", out.path("seen.svg")});
+  const CommandResult all = run(coverage_command, {"--board", s.board, "--lens0", s.pictures, "--field-circle-px",
+                                                   "300", "--picture", out.path("seen.svg")});
   EXPECT_THAT(all.out, HasSubstr("of the picture known from 24 pictures"));
   EXPECT_TRUE(std::filesystem::exists(out.path("seen.svg")));
-  const Said one = run(coverage_command, {"--board", s.board, "--lens0", s.pictures + "/23.png"});
+  const CommandResult one = run(coverage_command, {"--board", s.board, "--lens0", s.pictures + "/23.png"});
   EXPECT_EQ(one.status, 3);
   EXPECT_THAT(one.out, HasSubstr("show the board in the"));
   EXPECT_THAT(one.out, HasSubstr("take 19 more pictures"));
 }
 
-TEST(CalibrateGeometry, SaysWhatIsWrongWithPictures) {
-  const Shown& s = shown_board();
+TEST(CalibrateGeometry, RejectsInvalidInputs) {
+  const BoardPictureFolder& s = board_pictures();
   const TempDir out;
   const std::string to = out.path("rig.textproto");
   const auto refused = [&](std::vector<std::string> words, int status, const char* what) {
     words.insert(words.end(), {"--output", to});
-    const Said said = run(geometry_command, words);
-    EXPECT_EQ(said.status, status) << what;
-    EXPECT_THAT(said.err, HasSubstr(what));
+    const CommandResult result = run(geometry_command, words);
+    EXPECT_EQ(result.status, status) << what;
+    EXPECT_THAT(result.err, HasSubstr(what));
     EXPECT_FALSE(std::filesystem::exists(to)) << "nothing is written";
   };
   refused({"--board", s.board, "--lens0", s.pictures + "/01.png", s.pictures + "/02.png"}, 1, "take at least 5");

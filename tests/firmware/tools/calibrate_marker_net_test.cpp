@@ -1,4 +1,4 @@
-// Who cuts, folds and glues the net has the body of the file.
+// The net of a marker body: complete, without overlaps, and folded it gives the body.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -21,7 +21,7 @@ using Outline = std::vector<PagePoint>;
 struct Case {
   std::string solid;
   double size_m;
-  std::size_t paper;  ///< Of kPapers.
+  std::size_t paper;  ///< Index of kPapers.
   std::size_t pages;
 };
 
@@ -75,7 +75,7 @@ INSTANTIATE_TEST_SUITE_P(Bodies, Nets,
                                          Case{"cube", 0.06, 0, 1}, Case{"cube", 0.08, 0, 2}, Case{"cube", 0.1, 1, 1},
                                          Case{"icosahedron", 0.1, 0, 2}, Case{"icosahedron", 0.06, 2, 1}));
 
-TEST_P(Nets, EveryFaceIsThereOnce) {
+TEST_P(Nets, HasEveryFaceOnce) {
   std::multiset<std::size_t> faces;
   for (const NetPage& page : net_.pages)
     for (const NetFace& f : page.faces) faces.insert(f.face);
@@ -93,11 +93,12 @@ TEST_P(Nets, EveryEdgeIsAFoldOrHasOneTab) {
   }
   for (const MarkerFace& face : body_.faces) sides += face.outline.size();
   EXPECT_EQ(joined.size(), sides / 2);
-  EXPECT_EQ(std::set<std::set<std::size_t>>(joined.begin(), joined.end()).size(), joined.size()) << "none twice";
-  EXPECT_EQ(drawn, sides) << "each side of each face is folded, bears a tab or is cut";
+  EXPECT_EQ(std::set<std::set<std::size_t>>(joined.begin(), joined.end()).size(), joined.size())
+      << "no pair of faces is joined twice";
+  EXPECT_EQ(drawn, sides) << "each side of each face is folded, has a tab or is cut";
 }
 
-TEST_P(Nets, AFoldIsAnEdgeOfBothFacesAndATabsBaseOneOfItsFace) {
+TEST_P(Nets, FoldsAndTabsCoincideWithEdgesOfTheirFaces) {
   for (const NetPage& page : net_.pages) {
     for (const NetFold& fold : page.folds)
       for (const std::size_t face : {fold.a, fold.b})
@@ -119,7 +120,7 @@ double area(const Outline& o) {
   return std::abs(twice) / 2;
 }
 
-/// Of two convex outlines: what is left of p within each side of q.
+/// Area of the intersection of two convex outlines: p clipped by each side of q (Sutherland & Hodgman 1974).
 double common_area(Outline p, const Outline& q) {
   PagePoint middle;
   for (const PagePoint& v : q)
@@ -149,7 +150,7 @@ TEST(CommonArea, IsRight) {
   EXPECT_EQ(common_area(square, {{4, 0}, {8, 0}, {8, 4}}), 0);
 }
 
-TEST_P(Nets, NothingOverlapsAndAllIsWhereAPrinterPrints) {
+TEST_P(Nets, NothingOverlapsAndAllIsWithinThePrintableArea) {
   for (const NetPage& page : net_.pages) {
     EXPECT_EQ(page.landscape, page.width > page.height);
     EXPECT_EQ(std::max(page.width, page.height), kPapers[GetParam().paper].height_mm);
@@ -160,21 +161,21 @@ TEST_P(Nets, NothingOverlapsAndAllIsWhereAPrinterPrints) {
       EXPECT_GT(area(all[i]), 20) << "mm2: tabs are large enough to be glued";
       for (std::size_t k = 0; k < i; ++k) EXPECT_LT(common_area(all[i], all[k]), 1e-3) << i << " and " << k;
       for (const PagePoint& p : all[i]) {
-        EXPECT_GE(std::min(p.x, page.width - p.x), kSheetEdge - 1e-9);
-        EXPECT_GE(std::min(p.y, page.height - kNetFooter - p.y), kSheetEdge - 1e-9);
+        EXPECT_GE(std::min(p.x, page.width - p.x), kPrinterMargin_mm - 1e-9);
+        EXPECT_GE(std::min(p.y, page.height - kNetFooter - p.y), kPrinterMargin_mm - 1e-9);
       }
     }
   }
 }
 
-/// Faces as they are in space, found by folding alone.
+/// Poses of the faces in space, computed by folding the net.
 class Folded {
  public:
   Folded(const MarkerBody& body, const Net& net, double dihedral_rad)
       : body_(body), fold_rad_(std::numbers::pi - dihedral_rad) {
     for (const NetPage& page : net.pages)
       for (const NetFace& f : page.faces) on_sheet_[f.face] = f;
-    // The first face lies where the file says; all others follow.
+    // The first face has its pose from the body file; the others follow from it.
     const std::size_t first = net.pages[0].faces[0].face;
     pose_[first] = body.faces[first].body_face;
     for (bool more = true; more;) {
@@ -197,9 +198,9 @@ class Folded {
   }
 
  private:
-  /// `flat` is where the child lies in the parent's frame before it is folded away from the print along p, q.
+  /// Folds the child away from the print along the line p, q. `flat`: its pose in the parent's frame before folding.
   void bend(std::size_t parent, std::size_t child, Vec3d p, Vec3d q, const Pose& flat) {
-    // The parent to the left of the axis: a turn about it takes what is on the right downwards.
+    // With the parent to the left of the axis, a positive rotation moves the child on the right downwards.
     if (cross(q - p, -p).z < 0) std::swap(p, q);
     const Quat turn = Quat::about(normalized(q - p), fold_rad_);
     pose_[child] = compose(pose_[parent], compose(Pose{turn, p - rotate(turn, p)}, flat));
@@ -212,8 +213,7 @@ class Folded {
     return true;
   }
 
-  /// The other face's edge is put against the tab's, then the same. Which of its edges that is, a person sees by how
-  /// the rest closes; here the file says it.
+  /// Joins the edge of the other face to that of the tab and folds. The body file gives the matching edge.
   bool glue(const NetTab& tab) {
     const bool on_known = pose_.contains(tab.on);
     if (on_known == pose_.contains(tab.under)) return false;
@@ -241,7 +241,7 @@ class Folded {
   std::map<std::size_t, Pose> pose_;
 };
 
-TEST_P(Nets, FoldedByTheSolidsAngleItIsTheBody) {
+TEST_P(Nets, FoldedByTheDihedralAngleTheNetIsTheBody) {
   const Folded folded(body_, net_, dihedral(GetParam().solid));
   ASSERT_EQ(folded.poses().size(), body_.faces.size());
   for (const auto& [face, pose] : folded.poses()) {
@@ -252,7 +252,7 @@ TEST_P(Nets, FoldedByTheSolidsAngleItIsTheBody) {
   }
 }
 
-TEST_P(Nets, EveryTabEndsUpBeneathTheEdgeOfTheFaceThatItNames) {
+TEST_P(Nets, EveryTabLiesBeneathTheFaceItNames) {
   const Folded folded(body_, net_, dihedral(GetParam().solid));
   for (const NetPage& page : net_.pages)
     for (const NetTab& tab : page.tabs) {
@@ -269,7 +269,7 @@ TEST_P(Nets, EveryTabEndsUpBeneathTheEdgeOfTheFaceThatItNames) {
     }
 }
 
-TEST(MarkerNet, TheDodecahedronIsTwoFlowers) {
+TEST(MarkerNet, TheDodecahedronHasTwoPieces) {
   const auto net = make_net(marker_body("dodecahedron", 0.1), kPapers[0]);
   for (std::size_t page = 0; page < 2; ++page) {
     EXPECT_EQ(net->pages[page].folds.size(), 5U);
@@ -277,7 +277,7 @@ TEST(MarkerNet, TheDodecahedronIsTwoFlowers) {
   }
 }
 
-TEST(MarkerNet, WhatFitsIsFoundByScale) {
+TEST(MarkerNet, LargestScaleIsTight) {
   for (const std::string solid : {"dodecahedron", "cube", "icosahedron"}) {
     const MarkerBody body = marker_body(solid, 0.1);
     const double scale = largest_scale(body, kPapers[0]);
@@ -287,8 +287,8 @@ TEST(MarkerNet, WhatFitsIsFoundByScale) {
   }
 }
 
-TEST(MarkerNet, AChangedBodyIsLaidFlatByItsOwnEdges) {
-  // No solid of ours: a cube without its bottom.
+TEST(MarkerNet, AcceptsABodyThatIsNoRegularSolid) {
+  // A cube without its bottom.
   MarkerBody box = marker_body("cube", 0.06);
   box.faces.pop_back();
   const auto net = make_net(box, kPapers[0]);

@@ -1,4 +1,4 @@
-// A marker's sheet is true to scale and says what it is; its body file is the body.
+// lightwell-calibrate marker-sheet: scale, greys, text, body file and errors.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -21,9 +21,9 @@
 namespace lightwell::calibrate {
 namespace {
 
+using test::CommandResult;
 using test::marker_body;
 using test::run;
-using test::Said;
 using test::TempDir;
 using testing::HasSubstr;
 using testing::StartsWith;
@@ -54,14 +54,14 @@ INSTANTIATE_TEST_SUITE_P(Sheets, PrintedMarker,
                                          Printed{"cube", 60, "grey", "tag36h11", "a4", 6},
                                          Printed{"icosahedron", 100, "grey", "tag36h11", "a4", 0}));
 
-TEST_P(PrintedMarker, HasEveryTagInItsPlaceTrueToScale) {
+TEST_P(PrintedMarker, HasEveryTagAtItsPositionTrueToScale) {
   const Printed& p = GetParam();
   const TempDir folder;
-  const Said said =
+  const CommandResult result =
       run(marker_sheet_command, {"--body", p.solid, "--size-mm", std::to_string(p.size_mm), "--paper-kind", p.kind,
                                  "--family", p.family, "--paper", p.paper, "--first-id", std::to_string(p.first_id),
                                  "--dpi", "150", "--output", folder.path("sheet.png")});
-  ASSERT_EQ(said.status, 0) << said.err;
+  ASSERT_EQ(result.status, 0) << result.err;
   const TagFamily family = *parse_tag_family(p.family);
   const MarkerBody body = marker_body(p.solid, p.size_mm / 1000, *parse_paper_kind(p.kind), family, p.first_id);
   const auto net = make_net(body, *find_paper(p.paper));
@@ -102,31 +102,31 @@ TEST(MarkerSheet, QuadrantsArePrintedAsGreysOfThePaper) {
   }
 }
 
-TEST(MarkerSheet, GreysThatMeetShowNoPaperBetweenThem) {
+TEST(MarkerSheet, AdjacentGreysHaveNoGap) {
   const MarkerBody body = marker_body("cube", 0.06);
   const TempDir folder;
   const auto net = make_net(body, kPapers[0]);
   const auto pages = draw_net(body, *net);
   ASSERT_TRUE(pages.ok());
-  int looked = 0;
+  int checked = 0;
   for (const double dpi : {61.0, 77.0, 100.0}) {
     ASSERT_TRUE(write_page_png(pages->at(0), dpi, folder.path("p.png")).ok());
     const Result<Image> image = read_image(folder.path("p.png"));
     for (const NetFace& placed : net->pages[0].faces) {
       if (std::abs(std::sin(placed.turn_rad)) > 1e-9 || std::cos(placed.turn_rad) < 0) continue;
-      // A pixel through which the line runs between the quadrants below the tag: 0.40 on its left, 0.20 on its right.
+      // A pixel on the line between the quadrants below the tag: albedo 0.40 on its left, 0.20 on its right.
       const PagePoint at = placed.on_sheet({0, -0.022});
       const double line = at.x * dpi / 25.4, left = line - std::floor(line);
       const int column = static_cast<int>(line), row = static_cast<int>(at.y * dpi / 25.4);
       const int value = std::to_integer<int>(image->data[static_cast<std::size_t>(3 * (row * image->width + column))]);
-      EXPECT_NEAR(value, 188 * left + 137 * (1 - left), 1.5) << "a mixture of the two greys alone, share " << left;
-      ++looked;
+      EXPECT_NEAR(value, 188 * left + 137 * (1 - left), 1.5) << "a mixture of only the two greys, share " << left;
+      ++checked;
     }
   }
-  EXPECT_GE(looked, 9);
+  EXPECT_GE(checked, 9);
 }
 
-TEST(MarkerSheet, SaysWhatItIsAndHasARuler) {
+TEST(MarkerSheet, HasADescriptionAndARuler) {
   for (const PaperKind kind : {PaperKind::white, PaperKind::grey}) {
     const MarkerBody body = marker_body("dodecahedron", 0.1, kind);
     const auto net = make_net(body, kPapers[0]);
@@ -136,8 +136,8 @@ TEST(MarkerSheet, SaysWhatItIsAndHasARuler) {
       std::string words;
       for (const PageText& t : page.texts) {
         words += t.text + "\n";
-        EXPECT_LT(t.y, page.height - kSheetEdge) << t.text;
-        // Helvetica's letters are half as wide as high on average, the strokes of a PNG more.
+        EXPECT_LT(t.y, page.height - kPrinterMargin_mm) << t.text;
+        // Upper limit of the text width: Helvetica's letters are 0.5 em wide on average, those of the PNG font wider.
         EXPECT_LT(t.x + 0.66 * t.size * static_cast<double>(t.text.size()), page.width) << t.text;
       }
       EXPECT_THAT(words, HasSubstr("dodecahedron 100 mm " + std::string(to_string(kind)) + ", tag36h11 of 24 mm"));
@@ -154,14 +154,14 @@ TEST(MarkerSheet, SaysWhatItIsAndHasARuler) {
   }
 }
 
-TEST(MarkerSheet, OfABallHasACrossWhereItStands) {
+TEST(MarkerSheet, OfABallHasACrossAtItsPosition) {
   const auto body = make_ball_on_tag();
   const auto net = make_net(*body, kPapers[0]);
   ASSERT_TRUE(net.ok());
   const auto pages = draw_net(*body, *net);
   ASSERT_EQ(pages->size(), 1U);
   const PagePoint foot = net->pages[0].faces[0].on_sheet({0, 0.04});
-  // The circle around the cross is the ball's width.
+  // The circle around the cross has the diameter of the ball.
   double left = 1e9, right = 0, top = 1e9, bottom = 0;
   for (const auto& outline : pages->front().areas.back().outlines)
     for (const PagePoint& p : outline) {
@@ -175,7 +175,7 @@ TEST(MarkerSheet, OfABallHasACrossWhereItStands) {
   EXPECT_EQ(net->pages[0].cuts.size(), 4U);
 }
 
-TEST(MarkerSheet, NumbersAreUnderlinedBarsOfTheirSize) {
+TEST(MarkerSheet, NumbersAreUnderlinedBarsOfTheRequestedSize) {
   for (const int number : {0, 7, 19, 586}) {
     double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9, lowest = 0;
     for (const Rectangle& r : digits(number, 2.4, 1.8)) {
@@ -185,19 +185,19 @@ TEST(MarkerSheet, NumbersAreUnderlinedBarsOfTheirSize) {
     }
     EXPECT_LE(right - left, 2.4 + 1e-9) << number;
     EXPECT_LE(bottom - top, 1.8 + 1e-9) << number;
-    EXPECT_NEAR(top + bottom, 0, 0.2) << "around the origin";
-    EXPECT_NEAR(lowest, right - left, 1e-9) << "the line below is as wide as the number";
+    EXPECT_NEAR(top + bottom, 0, 0.2) << "centred at the origin";
+    EXPECT_NEAR(lowest, right - left, 1e-9) << "the underline is as wide as the number";
   }
   EXPECT_EQ(digits(8, 9, 9).size(), 8U);
   EXPECT_EQ(digits(1, 9, 9).size(), 3U);
 }
 
-TEST(MarkerSheet, FilesAreOneAPageAndThePdfHasThemAll) {
+TEST(MarkerSheet, WritesOneFilePerPageAndAllPagesToThePdf) {
   const TempDir folder;
-  const Said said =
+  const CommandResult result =
       run(marker_sheet_command, {"--paper-kind=grey", "--output", folder.path("s.svg"), "--output",
                                  folder.path("s.pdf"), "--output", folder.path("body.textproto"), "--json"});
-  ASSERT_EQ(said.status, 0) << said.err;
+  ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_FALSE(std::filesystem::exists(folder.path("s.svg")));
   for (const char* name : {"s-1.svg", "s-2.svg"}) {
     const std::string svg = text_of(folder.path(name));
@@ -208,24 +208,24 @@ TEST(MarkerSheet, FilesAreOneAPageAndThePdfHasThemAll) {
   EXPECT_THAT(pdf, StartsWith("%PDF-1."));
   EXPECT_THAT(pdf, HasSubstr("/Count 2"));
   EXPECT_THAT(pdf, HasSubstr("/PrintScaling /None"));
-  EXPECT_THAT(said.out, HasSubstr("\"name\": \"dodecahedron 100 mm grey\""));
-  EXPECT_THAT(said.out, HasSubstr("s-2.svg"));
-  EXPECT_THAT(said.out, HasSubstr("{\"tag_id\": 0, \"center_mm\": ["));
-  EXPECT_THAT(said.out, HasSubstr("\"between\": [0, 1]"));
-  EXPECT_EQ(test::occurrences(said.out, "\"turn_deg\""), 12U);
-  EXPECT_EQ(test::occurrences(said.out, "\"between\""), 10U);
-  EXPECT_EQ(test::occurrences(said.out, "\"under\""), 20U);
+  EXPECT_THAT(result.out, HasSubstr("\"name\": \"dodecahedron 100 mm grey\""));
+  EXPECT_THAT(result.out, HasSubstr("s-2.svg"));
+  EXPECT_THAT(result.out, HasSubstr("{\"tag_id\": 0, \"center_mm\": ["));
+  EXPECT_THAT(result.out, HasSubstr("\"between\": [0, 1]"));
+  EXPECT_EQ(test::occurrences(result.out, "\"turn_deg\""), 12U);
+  EXPECT_EQ(test::occurrences(result.out, "\"between\""), 10U);
+  EXPECT_EQ(test::occurrences(result.out, "\"under\""), 20U);
   const auto body = load_marker_body(folder.path("body.textproto"));
   ASSERT_TRUE(body.ok()) << body.status().message();
   EXPECT_EQ(*body, marker_body("dodecahedron", 0.1));
 }
 
-TEST(MarkerSheet, AllBodiesHaveACommand) {
+TEST(MarkerSheet, AllBodiesCanBeSelected) {
   const TempDir folder;
   for (const std::string solid : {"dodecahedron", "cube", "icosahedron", "ball"}) {
     const std::string path = folder.path(solid + ".textproto");
-    const Said said = run(marker_sheet_command, {"--body", solid, "--output", path});
-    ASSERT_EQ(said.status, 0) << said.err;
+    const CommandResult result = run(marker_sheet_command, {"--body", solid, "--output", path});
+    ASSERT_EQ(result.status, 0) << result.err;
     const auto body = load_marker_body(path);
     ASSERT_TRUE(body.ok()) << body.status().message();
     EXPECT_THAT(body->name, StartsWith(solid));
@@ -233,31 +233,31 @@ TEST(MarkerSheet, AllBodiesHaveACommand) {
   }
 }
 
-TEST(MarkerSheet, TheRulersLengthMakesTheBodyOfThatPrint) {
+TEST(MarkerSheet, TheMeasuredRulerScalesTheBody) {
   const TempDir folder;
   const std::string path = folder.path("b.textproto");
   ASSERT_EQ(run(marker_sheet_command, {"--ruler-mm", "98", "--output", path}).status, 0);
   const auto body = load_marker_body(path);
   ASSERT_TRUE(body.ok());
   EXPECT_EQ(body->name, "dodecahedron 98 mm white");
-  EXPECT_NEAR(body->tag_size_m, 0.02352, 1e-12) << "not a tag chosen anew";
+  EXPECT_NEAR(body->tag_size_m, 0.02352, 1e-12) << "the printed tag, scaled";
   EXPECT_NEAR(body->faces[0].body_face.translation.y, 0.049, 1e-12);
 
   ASSERT_EQ(run(marker_sheet_command, {"--body", "ball", "--ruler-mm", "105", "--output", path}).status, 0);
   const auto ball = load_marker_body(path);
   ASSERT_TRUE(ball.ok());
-  EXPECT_EQ(ball->ball->radius_m, 0.02) << "it was not printed";
+  EXPECT_EQ(ball->ball->radius_m, 0.02) << "the ball is not printed";
   EXPECT_NEAR(ball->tag_size_m, 0.024 * 1.05, 1e-12);
-  EXPECT_NEAR(ball->faces[0].body_face.translation.z, 0.042, 1e-12) << "the cross is further away";
+  EXPECT_NEAR(ball->faces[0].body_face.translation.z, 0.042, 1e-12) << "the distance of the cross scales";
   EXPECT_NEAR(ball->faces[0].body_face.translation.y, -0.02, 1e-12);
 }
 
-TEST(MarkerSheet, MistakesAreNamedWithTheRemedy) {
+TEST(MarkerSheet, ErrorsHaveTheRemedy) {
   const auto usage = [](std::vector<std::string> words) {
-    const Said said = run(marker_sheet_command, std::move(words));
-    EXPECT_EQ(said.status, 2) << said.err;
-    EXPECT_THAT(said.err, StartsWith("lightwell-calibrate marker-sheet: "));
-    return said.err;
+    const CommandResult result = run(marker_sheet_command, std::move(words));
+    EXPECT_EQ(result.status, 2) << result.err;
+    EXPECT_THAT(result.err, StartsWith("lightwell-calibrate marker-sheet: "));
+    return result.err;
   };
   EXPECT_THAT(usage({}), HasSubstr("give --output"));
   EXPECT_THAT(usage({"--bodi", "cube"}), HasSubstr("did you mean --body?"));
@@ -272,39 +272,39 @@ TEST(MarkerSheet, MistakesAreNamedWithTheRemedy) {
   EXPECT_THAT(usage({"--ruler-mm", "4"}), HasSubstr("50 to 200"));
   EXPECT_THAT(usage({"--ruler-mm", "98", "--output", "s.pdf"}), HasSubstr("goes with --output BODY.textproto alone"));
   EXPECT_THAT(usage({"--output", "s.doc"}), HasSubstr("must end in .pdf"));
-  EXPECT_THAT(usage({"s.pdf"}), HasSubstr("what is 's.pdf'?"));
+  EXPECT_THAT(usage({"s.pdf"}), HasSubstr("unexpected argument 's.pdf'"));
 
   const auto input = [](std::vector<std::string> words) {
-    const Said said = run(marker_sheet_command, std::move(words));
-    EXPECT_EQ(said.status, 1) << said.err;
-    return said.err;
+    const CommandResult result = run(marker_sheet_command, std::move(words));
+    EXPECT_EQ(result.status, 1) << result.err;
+    return result.err;
   };
   EXPECT_THAT(input({"--tag-size-mm", "60", "--json"}), HasSubstr("at most 0.0"));
   EXPECT_THAT(input({"--first-id", "580", "--json"}), HasSubstr("tag36h11 has numbers 0 to 586"));
   EXPECT_THAT(input({"--output", "/nonexistent/s.pdf"}), HasSubstr("/nonexistent/s.pdf: cannot be written"));
-  const Said help = run(marker_sheet_command, {"--help"});
+  const CommandResult help = run(marker_sheet_command, {"--help"});
   EXPECT_EQ(help.status, 0);
-  for (const char* taught :
+  for (const char* instruction :
        {"Score the dashed", "Measure the ruler", "matt white paper", "Glue each tab", "Exit status: 0 done, 1"})
-    EXPECT_THAT(help.out, HasSubstr(taught));
+    EXPECT_THAT(help.out, HasSubstr(instruction));
 }
 
-TEST(MarkerSheet, WhatDoesNotFitIsToldTheSizeThatDoes) {
+TEST(MarkerSheet, AnErrorGivesTheLargestSizeThatFits) {
   for (const std::string body : {"dodecahedron", "cube", "ball"}) {
-    const Said large = run(marker_sheet_command, {"--body", body, "--size-mm", "600", "--json"});
+    const CommandResult large = run(marker_sheet_command, {"--body", body, "--size-mm", "600", "--json"});
     EXPECT_EQ(large.status, 1);
     const std::string before = "does not fit a4; --size-mm ";
     ASSERT_THAT(large.err, HasSubstr(before));
     const double fits = std::stod(large.err.substr(large.err.find(before) + before.size()));
     EXPECT_GT(fits, 50);
     EXPECT_EQ(run(marker_sheet_command, {"--body", body, "--size-mm", std::to_string(fits), "--json"}).status, 0)
-        << "what it says is true";
+        << "the size in the message must fit";
     EXPECT_EQ(run(marker_sheet_command, {"--body", body, "--size-mm", std::to_string(fits * 1.01), "--json"}).status, 1)
-        << "and not too modest";
+        << "a size 1 % larger must not fit";
   }
   const TempDir folder;
   EXPECT_EQ(run(marker_sheet_command, {"--size-mm", "600", "--output", folder.path("b.textproto")}).status, 0)
-      << "a body file needs no paper that it fits";
+      << "a body file alone need not fit a paper";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A command of lightwell-calibrate as a test calls it: words in, an exit status and what was said out.
+// Runs a subcommand of lightwell-calibrate in the process of the test and captures its exit status and output.
 #pragma once
 
 #include <span>
@@ -9,22 +9,22 @@
 
 namespace lightwell::test {
 
-struct Said {
+struct CommandResult {
   int status = -1;
   std::string out, err;
 };
 
 template <class Command>
-Said run(Command command, std::vector<std::string> words) {
+CommandResult run(Command command, std::vector<std::string> words) {
   std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
-  Said said;
-  said.status = command(std::span<char* const>(pointers));
-  said.out = testing::internal::GetCapturedStdout();
-  said.err = testing::internal::GetCapturedStderr();
-  return said;
+  CommandResult result;
+  result.status = command(std::span<char* const>(pointers));
+  result.out = testing::internal::GetCapturedStdout();
+  result.err = testing::internal::GetCapturedStderr();
+  return result;
 }
 
 }  // namespace lightwell::test

@@ -1,4 +1,4 @@
-// A picture that a person can read: no name over another, none outside, files that open.
+// Label placement without overlaps; charts as SVG and PNG.
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -20,7 +20,7 @@ bool overlap(const Box& a, const Box& b) {
   return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
 }
 
-TEST(Labels, OfACrowdDoNotOverlap) {
+TEST(Labels, DoNotOverlapWhenPointsAreDense) {
   std::mt19937 random(3);
   std::normal_distribution<double> x(500, 90), y(300, 60);
   std::vector<Label> labels;
@@ -34,18 +34,18 @@ TEST(Labels, OfACrowdDoNotOverlap) {
   }
 }
 
-TEST(Labels, StandBesideAPointThatHasRoom) {
+TEST(Labels, ArePlacedNextToAnIsolatedPoint) {
   const std::vector<Label> one = {{{"alone"}, {100, 100}}};
   const LabelPlacement p = place_labels(one, {0, 0, 200, 200}, {}).front();
   EXPECT_LT(std::hypot(p.leader_end.x - 100, p.leader_end.y - 100), 15);
 }
 
-TEST(Drawing, IsWrittenAsBothFiles) {
+TEST(Drawing, WritesSvgAndPng) {
   Chart chart{200, 100, {}, {}, {}};
   chart.strokes.push_back({{{10, 10}, {190, 90}}, {0, 0, 0}, 2, true});
   chart.marks.push_back({{50, 50}, 5, {200, 0, 0}, true, false});
-  chart.words.push_back({"a < b & c", {60, 50}, 14, {0, 0, 0}});
-  chart.words.push_back({"upwards", {20, 60}, 12, {0, 0, 0}, Anchor::middle, false, true});
+  chart.texts.push_back({"a < b & c", {60, 50}, 14, {0, 0, 0}});
+  chart.texts.push_back({"upwards", {20, 60}, 12, {0, 0, 0}, Anchor::middle, false, true});
   const test::TempDir folder;
   ASSERT_TRUE(write_svg(chart, folder.path("a.svg")).ok());
   ASSERT_TRUE(write_png(chart, folder.path("a.png")).ok());
@@ -59,7 +59,7 @@ TEST(Drawing, IsWrittenAsBothFiles) {
   EXPECT_EQ(png->height, 200);
 }
 
-TEST(Drawing, ThatCannotBeWrittenIsAStatus) {
+TEST(Drawing, WriteErrorsAreReturnedAsStatus) {
   EXPECT_FALSE(write_svg({20, 20, {}, {}, {}}, "/nonexistent/a.svg").ok());
   EXPECT_FALSE(write_png({20, 20, {}, {}, {}}, "/nonexistent/a.png").ok());
 }

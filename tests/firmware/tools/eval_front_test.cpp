@@ -1,4 +1,4 @@
-// Which rows are said to be beaten, and what is said of them.
+// Pareto front, summary and table of lightwell-eval.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ Row row(const std::string& label, double ms, double bytes, double rms, bool name
   return r;
 }
 
-TEST(Front, IsWhatNoRivalBeats) {
+TEST(Front, HasTheNonDominatedRows) {
   std::vector<Row> rows = {row("quick", 1, 200, 0.02), row("fine", 4, 300, 0.005), row("beaten", 5, 400, 0.02)};
   mark_front(rows);
   EXPECT_TRUE(rows[0].on_front);
@@ -33,13 +33,13 @@ TEST(Front, IsWhatNoRivalBeats) {
   EXPECT_FALSE(rows[2].on_front);
 }
 
-TEST(Front, AHairOfTimeIsNoDifference) {
+TEST(Front, IgnoresSmallDifferencesOfTime) {
   std::vector<Row> rows = {row("a", 1.00, 200, 0.01), row("b", 1.02, 200, 0.01)};
   mark_front(rows);
   EXPECT_TRUE(rows[0].on_front && rows[1].on_front);
 }
 
-TEST(Front, AClockThatDiffersWhereTheSameWasDoneIsNoDifference) {
+TEST(Front, IgnoresTimeIfInstructionCountsAreEqual) {
   std::vector<Row> rows = {row("a", 1.0, 200, 0.01), row("b", 1.2, 200, 0.01)};
   rows[0].instructions_per_pixel = rows[1].instructions_per_pixel = 10;
   mark_front(rows);
@@ -56,7 +56,7 @@ TEST(Front, CamerasDoNotCompete) {
   EXPECT_TRUE(rows[1].on_front);
 }
 
-TEST(Front, FewerBytesAreAGoodOfTheirOwn) {
+TEST(Front, FewerBytesAreAnObjective) {
   std::vector<Row> rows = {row("all of it", 1, 700, 0.001), row("one percent", 1.1, 180, 0.008)};
   mark_front(rows);
   EXPECT_TRUE(rows[0].on_front && rows[1].on_front);
@@ -65,7 +65,7 @@ TEST(Front, FewerBytesAreAGoodOfTheirOwn) {
   EXPECT_FALSE(rows[1].on_front);
 }
 
-TEST(Front, AnErrorThatIsBoundedMoreTightlyIsWorthTime) {
+TEST(Front, ATighterErrorBoundIsAnObjective) {
   std::vector<Row> rows = {row("vague", 1, 200, 0.01), row("sure", 2, 200, 0.01)};
   rows[0].bound = 0.05;
   rows[1].bound = 0.02;
@@ -73,17 +73,17 @@ TEST(Front, AnErrorThatIsBoundedMoreTightlyIsWorthTime) {
   EXPECT_TRUE(rows[0].on_front && rows[1].on_front);
   rows[1].unbounded_share = 1;
   mark_front(rows);
-  EXPECT_FALSE(rows[1].on_front) << "a descriptor without a bound promises nothing";
+  EXPECT_FALSE(rows[1].on_front) << "no bound counts as an infinite bound";
 }
 
-TEST(Front, EqualErrorForMoreTimeIsBeaten) {
+TEST(Front, EqualErrorForMoreTimeIsDominated) {
   std::vector<Row> rows = {row("coarse", 1, 200, 0.01), row("fine", 4, 200, 0.00995)};
   mark_front(rows);
   EXPECT_TRUE(rows[0].on_front);
   EXPECT_FALSE(rows[1].on_front);
 }
 
-TEST(Summary, IsTheMedianAndTheWorst) {
+TEST(Summary, HasMedianAndWorstOfTheScenes) {
   Row r = row("a", 1, 100, 0.01);
   for (const double more : {0.03, 0.02}) {
     r.scenes.push_back(r.scenes.front());
@@ -107,13 +107,13 @@ TEST(Table, NamesTheSettingsThatAreOffTheFront) {
   EXPECT_THAT(table_of(rows, {{"city"}, 5, false}), Not(HasSubstr("NOT")));
 }
 
-TEST(Table, AMissingCounterIsSaidAndNotGuessed) {
+TEST(Table, StatesThatInstructionCountsAreMissing) {
   const std::vector<Row> rows = {row("fast", 1, 200, 0.01, true)};
   EXPECT_THAT(table_of(rows, {{"city"}, 5, false}), HasSubstr("not available here"));
   EXPECT_THAT(json_of(rows, {{"city"}, 5, false}), HasSubstr("\"instructions_per_pixel\": null"));
 }
 
-TEST(Cases, HaveNamesOfTheirOwnAndCanBeConfigured) {
+TEST(Cases, HaveUniqueNamesAndValidConfigurations) {
   std::vector<std::string> names;
   for (const Case& c : all_cases()) {
     EXPECT_TRUE(c.config.validate().ok()) << c.label;

@@ -1,4 +1,4 @@
-// Rows of a marker's trade: what is read, what is refused and where, who is on the front, how it is told and drawn.
+// Rows of a marker: input and its errors, Pareto front, table, JSON and chart.
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -38,7 +38,8 @@ std::string with(std::string line, const std::string& part, const std::string& i
   return line.replace(line.find(part), part.size(), instead);
 }
 
-MarkerRow row(const std::string& what, double ms, double rms, MarkerSweepParameter parameter = MarkerSweepParameter::faces) {
+MarkerRow row(const std::string& what, double ms, double rms,
+              MarkerSweepParameter parameter = MarkerSweepParameter::faces) {
   MarkerRow r;
   r.what = what;
   r.parameter = parameter;
@@ -49,31 +50,31 @@ MarkerRow row(const std::string& what, double ms, double rms, MarkerSweepParamet
   return r;
 }
 
-TEST(MarkerRows, AreReadFieldByField) {
+TEST(MarkerRows, AreReadWithAllFields) {
   const auto rows = read(std::string(kDefault) + "\n\n" + kNoLamps + "\r\n");
   ASSERT_TRUE(rows) << rows.status().message();
   ASSERT_EQ(rows->size(), 2U);
-  const MarkerRow &usual = rows->at(0), &none = rows->at(1);
-  EXPECT_EQ(usual.what, "default");
-  EXPECT_EQ(usual.parameter, MarkerSweepParameter::setting);
-  EXPECT_EQ(usual.width, 640);
-  EXPECT_EQ(usual.height, 480);
-  EXPECT_EQ(usual.ms, 10);
-  EXPECT_EQ(usual.ms_first, 60.5);
-  EXPECT_EQ(usual.memcpy_ratio, 91);
-  EXPECT_EQ(usual.rms, 0.03);
-  EXPECT_EQ(usual.worst_rms, 0.25);
-  EXPECT_EQ(usual.direction_deg, 0.4);
-  EXPECT_EQ(usual.worst_direction_deg, 2.5);
-  EXPECT_EQ(usual.flagged, 0.05);
-  EXPECT_EQ(usual.unanswered, 0);
+  const MarkerRow &default_row = rows->at(0), &none = rows->at(1);
+  EXPECT_EQ(default_row.what, "default");
+  EXPECT_EQ(default_row.parameter, MarkerSweepParameter::setting);
+  EXPECT_EQ(default_row.width, 640);
+  EXPECT_EQ(default_row.height, 480);
+  EXPECT_EQ(default_row.ms, 10);
+  EXPECT_EQ(default_row.ms_first, 60.5);
+  EXPECT_EQ(default_row.memcpy_ratio, 91);
+  EXPECT_EQ(default_row.rms, 0.03);
+  EXPECT_EQ(default_row.worst_rms, 0.25);
+  EXPECT_EQ(default_row.direction_deg, 0.4);
+  EXPECT_EQ(default_row.worst_direction_deg, 2.5);
+  EXPECT_EQ(default_row.flagged, 0.05);
+  EXPECT_EQ(default_row.unanswered, 0);
   EXPECT_EQ(none.parameter, MarkerSweepParameter::order);
   EXPECT_EQ(none.ms, 7);
   EXPECT_EQ(none.ms_first, 10);
   EXPECT_FALSE(none.direction_deg) << "without lamps there is no direction";
 }
 
-TEST(MarkerRows, WhatIsWrongIsNamedWithItsFileAndLine) {
+TEST(MarkerRows, ErrorsNameFileAndLine) {
   const std::string good = std::string(kDefault) + "\n", other = kNoLamps;
   const std::vector<std::pair<std::string, std::string>> wrong = {
       {"hello", "not a JSON object"},
@@ -102,17 +103,17 @@ TEST(MarkerRows, WhatIsWrongIsNamedWithItsFileAndLine) {
   EXPECT_EQ(read_marker_rows("/nonexistent/rows").status().code(), StatusCode::not_found);
 }
 
-TEST(MarkerFront, IsWhatNoOtherBeatsInTimeAndError) {
+TEST(MarkerFront, HasTheNonDominatedRows) {
   std::vector<MarkerRow> rows = {row("quick", 5, 0.05), row("fine", 10, 0.02), row("slower and worse", 11, 0.03),
                                  row("nowhere", 1, 0.01)};
   rows[3].rms.reset();
   mark_front(rows);
   EXPECT_TRUE(rows[0].on_front && rows[1].on_front);
   EXPECT_FALSE(rows[2].on_front);
-  EXPECT_FALSE(rows[3].on_front) << "it answered no frame";
+  EXPECT_FALSE(rows[3].on_front) << "no frame was answered";
 }
 
-TEST(MarkerFront, AHairOfTimeOrOfErrorIsNoDifference) {
+TEST(MarkerFront, IgnoresSmallDifferences) {
   std::vector<MarkerRow> rows = {row("a", 10, 0.0300), row("b", 10.4, 0.0304)};
   mark_front(rows);
   EXPECT_TRUE(rows[0].on_front && rows[1].on_front);
@@ -121,29 +122,29 @@ TEST(MarkerFront, AHairOfTimeOrOfErrorIsNoDifference) {
   EXPECT_FALSE(rows[1].on_front);
 }
 
-TEST(MarkerFront, WhoIsSometimesFarOffOrNotSureBeatsNobodyByItsMedian) {
+TEST(MarkerFront, WorstErrorAndFlaggedShareAreObjectives) {
   std::vector<MarkerRow> rows = {row("steady", 10, 0.03), row("wild", 5, 0.02), row("shy", 5, 0.02)};
   rows[0].worst_rms = 0.1, rows[1].worst_rms = 4, rows[2].worst_rms = 0.1;
   rows[2].flagged = 0.3;
   mark_front(rows);
   EXPECT_TRUE(rows[0].on_front && rows[2].on_front);
-  EXPECT_TRUE(rows[1].on_front) << "it is always sure";
+  EXPECT_TRUE(rows[1].on_front) << "no frame of it is flagged";
   rows[1].flagged = 0.3;
   mark_front(rows);
   EXPECT_FALSE(rows[1].on_front);
 }
 
-TEST(MarkerTable, SaysWhoBeatsTheDefault) {
+TEST(MarkerTable, NamesTheRowsThatDominateTheDefault) {
   std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerSweepParameter::setting), row("4 faces", 12, 0.04)};
   mark_front(rows);
   EXPECT_THAT(marker_table_of(rows), AllOf(HasSubstr("| default"), HasSubstr("default: on the measured front")));
   rows[1].ms = 5, rows[1].rms = 0.02;
   mark_front(rows);
-  EXPECT_THAT(marker_table_of(rows), HasSubstr("default: NOT on the measured front, beaten by 4 faces."));
+  EXPECT_THAT(marker_table_of(rows), HasSubstr("default: NOT on the measured front, dominated by 4 faces."));
   EXPECT_EQ(marker_table_of({}), "");
 }
 
-TEST(MarkerJson, StandsBesideTheOtherRowsAndIsTheSameNumbers) {
+TEST(MarkerJson, IsAKeyOfTheJsonWithTheSameNumbers) {
   std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerSweepParameter::setting)};
   mark_front(rows);
   const std::string json = json_of({}, {{"city"}, 5, false}, rows);
@@ -156,16 +157,16 @@ TEST(MarkerJson, StandsBesideTheOtherRowsAndIsTheSameNumbers) {
   EXPECT_THAT(marker_json_of(rows), HasSubstr("\"on_front\": false, \"beaten_by\": [\"4 faces\"]},"));
 }
 
-TEST(MarkerChart, IsOnePanelMoreWithAMarkForEachCaseThatAnswered) {
+TEST(MarkerChart, AddsAPanelWithAMarkForEachAnsweredCase) {
   std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerSweepParameter::setting), row("4 faces", 12, 0.04),
                                  row("1 face", 8, 0.1)};
   rows[2].rms.reset();
   const eval::Run run{{"city"}, 5, false};
   const Chart without = pareto_chart({}, run), chart = pareto_chart({}, run, rows);
   EXPECT_GT(chart.height, without.height);
-  EXPECT_EQ(chart.marks.size(), without.marks.size() + 5 + 2) << "knobs in the legend, and cases";
+  EXPECT_EQ(chart.marks.size(), without.marks.size() + 5 + 2) << "legend entries and cases";
   const auto says = [&](const std::string& text) {
-    return std::any_of(chart.words.begin(), chart.words.end(), [&](const Words& w) { return w.text == text; });
+    return std::any_of(chart.texts.begin(), chart.texts.end(), [&](const TextLabel& w) { return w.text == text; });
   };
   EXPECT_TRUE(says("Light from a marker, one picture of 640x480, 8 bits"));
   EXPECT_TRUE(says("4 faces"));

@@ -1,4 +1,4 @@
-// lightwell-calibrate import, as it is called: exit status, what goes where.
+// lightwell-calibrate import: exit status, output and notes.
 #include "tools/lightwell_calibrate/import_command.hpp"
 
 #include <filesystem>
@@ -22,7 +22,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-// Two lenses of 190 degrees, back to back, 2 cm apart, as Kalibr would write them.
+// Two lenses of 190 degrees, back to back, 2 cm apart, in Kalibr's format.
 constexpr const char* kPair = R"(cam0:
   camera_model: pinhole
   distortion_model: equidistant
@@ -69,7 +69,7 @@ TEST(ImportCommand, WritesACalibrationThatTheFirmwareLoads) {
   const Result<RigParameters> rig = load_calibration(output);
   ASSERT_TRUE(rig) << rig.status().message();
   ASSERT_EQ(rig->lenses.size(), 2u);
-  // To the last bit, through the text.
+  // The values are exact after the conversion to text and back.
   const auto& first = std::get<KannalaBrandtParameters>(rig->lenses[0].model);
   EXPECT_EQ(first.fx, 290.5);
   EXPECT_EQ(first.k4, -0.0001);
@@ -88,7 +88,7 @@ TEST(ImportCommand, NotesGoToStandardErrorAndIntoTheFile) {
                     HasSubstr("# cam0: timeshift_cam_imu 0.0015 s")));
 }
 
-TEST(ImportCommand, JsonSaysWhatWasImported) {
+TEST(ImportCommand, JsonListsTheImportedLenses) {
   const test::TempDir dir;
   const std::string output = dir.path("rig.textproto");
   const Outcome o = call({dir.write("chain.yaml", kPair), "--json", "--max-angle-deg", "95", "--output", output});
@@ -110,7 +110,7 @@ TEST(ImportCommand, OneCameraCanBeChosenAndWrittenToStandardOutput) {
   EXPECT_TRUE(std::holds_alternative<DoubleSphereParameters>(rig->lenses[0].model));
 }
 
-TEST(ImportCommand, AWrongInputIsExitStatusOneAndNothingIsWritten) {
+TEST(ImportCommand, WrongInputHasExitStatusOneAndWritesNothing) {
   const test::TempDir dir;
   const std::string output = dir.write("rig.textproto", "what was there");
   const std::string broken = dir.write("broken.yaml", "cam0:\n  camera_model: ds\n  resolution: [0, 0]\n");
@@ -124,7 +124,7 @@ TEST(ImportCommand, AWrongInputIsExitStatusOneAndNothingIsWritten) {
   EXPECT_EQ(call({dir.write("chain.yaml", kPair), "--output", dir.path("no/folder/rig.textproto")}).status, 1);
 }
 
-TEST(ImportCommand, WrongUsageIsExitStatusTwo) {
+TEST(ImportCommand, WrongUsageHasExitStatusTwo) {
   const test::TempDir dir;
   const std::string input = dir.write("chain.yaml", kPair), output = dir.path("rig.textproto");
   const std::vector<std::vector<std::string>> wrong{

@@ -1,4 +1,4 @@
-// Bodies and their nets, as tests of marker-sheet need them.
+// Bodies and nets for the tests of marker-sheet.
 #pragma once
 
 #include <array>
@@ -25,8 +25,7 @@ inline MarkerBody marker_body(const std::string& solid, double size_m, PaperKind
   return *body;
 }
 
-/// How far the worst corner of a page's tags is from where the net puts it, mm; each of the page's tags must be there
-/// and no other.
+/// Largest distance of a detected tag corner from its position in the net, mm. Expects exactly the tags of the page.
 inline double worst_printed(const std::string& picture, const MarkerBody& body, const calibrate::NetPage& page,
                             double dpi) {
   const auto tags = printed_tags(picture, *parse_tag_family(body.tag_family), dpi);

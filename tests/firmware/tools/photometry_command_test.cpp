@@ -1,5 +1,5 @@
-// lightwell-calibrate photometry: folders of pictures in, a calibration that is right out, and nothing replaced when an
-// input is wrong.
+// lightwell-calibrate photometry: accuracy of the calibration from folders of pictures, and errors, which replace
+// nothing.
 #include "tools/lightwell_calibrate/photometry_command.hpp"
 
 #include <cmath>
@@ -34,7 +34,7 @@ namespace fs = std::filesystem;
 constexpr int kWidth = 640, kHeight = 480;
 constexpr double kNits = 100;
 
-/// What the command printed and returned.
+/// Exit status and output of the command.
 struct Outcome {
   int exit = -1;
   std::string out, err;
@@ -57,7 +57,7 @@ std::string text_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// A rig of a fisheye of 190 degrees, its pictures in folders, and a calibration of its geometry alone.
+/// A rig with a fisheye lens of 190 degrees, folders with its pictures, and a calibration of its geometry alone.
 class PhotometryCommand : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -93,7 +93,7 @@ class PhotometryCommand : public testing::Test {
     folder_ = nullptr;
   }
 
-  /// Strong vignetting, a balance, and units of which one hundred fill the scale in ten milliseconds.
+  /// Strong vignetting, a white balance, and one cd/m² per unit.
   static RigParameters truth() {
     RigParameters rig = *sim::make_rig("pair", kWidth, kHeight, PixelFormat::rgb8);
     rig.lenses[0].photometry.vignetting = {-0.2, 0.03, -0.003};
@@ -116,7 +116,7 @@ class PhotometryCommand : public testing::Test {
     std::string list = "file,exposure_s,time_s\n";
     for (std::size_t i = 0; i < exposures.size(); ++i) {
       std::vector<std::byte> bytes(sensor.bytes());
-      sensor.develop(radiance, {exposures[i], 1, i, 0}, bytes);
+      sensor.expose(radiance, {exposures[i], 1, i, 0}, bytes);
       const std::string file = std::to_string(i) + ".png";
       write(fs::path(name) / file, bytes);
       list += file + "," + std::to_string(exposures[i]) + "," + std::to_string(i) + "\n";
@@ -136,7 +136,7 @@ class PhotometryCommand : public testing::Test {
 
 test::TempDir* PhotometryCommand::folder_ = nullptr;
 
-TEST_F(PhotometryCommand, MeasuresAWholeCameraFromItsPictures) {
+TEST_F(PhotometryCommand, MeasuresAllParametersOfACamera) {
   const Outcome done =
       run(words({"--dark", at("dark"), "--response", at("series"), "--flat", at("flat"), "--lamp", at("lamp"), "--grey",
                  at("card/0.png") + ":260,200,120,80", "--nits", "100", "--report", at("report.png"), "--json"}));
@@ -151,7 +151,7 @@ TEST_F(PhotometryCommand, MeasuresAWholeCameraFromItsPictures) {
   EXPECT_NEAR(p.shot_noise, wanted.shot_noise, 0.05 * wanted.shot_noise);
   for (int degrees = 0; degrees <= 95; degrees += 5) {
     const double angle = degrees * std::numbers::pi / 180;
-    // The lamp, which has a size, was last seen at 88.5 degrees.
+    // The lamp, which is not a point, was last observed at 88.5 degrees.
     EXPECT_NEAR(vignetting(p, angle) / vignetting(wanted, angle), 1, 0.01) << degrees;
   }
   for (const std::size_t c : {0U, 2U})
@@ -159,7 +159,7 @@ TEST_F(PhotometryCommand, MeasuresAWholeCameraFromItsPictures) {
   EXPECT_EQ(p.white_balance[1], 1);
   EXPECT_NEAR(found->nits_per_unit, 1, 0.01);
   EXPECT_EQ(found->lenses.size(), 2U);
-  EXPECT_EQ(found->lenses[1].photometry.read_noise, 0) << "the other lens is as it was";
+  EXPECT_EQ(found->lenses[1].photometry.read_noise, 0) << "the other lens is unchanged";
 
   EXPECT_THAT(done.out, HasSubstr("\"response\": {\"kind\": \"srgb\""));
   EXPECT_THAT(done.out, HasSubstr("\"scale\": {\"nits_per_unit\": "));
@@ -168,7 +168,7 @@ TEST_F(PhotometryCommand, MeasuresAWholeCameraFromItsPictures) {
   EXPECT_GT(report->width, 1000);
 }
 
-TEST_F(PhotometryCommand, WhatIsNotGivenStaysAndALuxMeterWillDo) {
+TEST_F(PhotometryCommand, StepsWithoutInputKeepTheirValuesAndLuxGivesTheScale) {
   RigParameters rig = truth();
   folder_->write("true.textproto", calibration_to_text(rig));
   const double lux = kNits * std::numbers::pi / 0.18;
@@ -180,10 +180,10 @@ TEST_F(PhotometryCommand, WhatIsNotGivenStaysAndALuxMeterWillDo) {
   EXPECT_NEAR(found.nits_per_unit, 1, 0.01);
   rig.lenses[0].photometry.white_balance = found.lenses[0].photometry.white_balance;
   rig.nits_per_unit = found.nits_per_unit;
-  EXPECT_EQ(calibration_identity(found), calibration_identity(rig)) << "all else is what it was";
+  EXPECT_EQ(calibration_identity(found), calibration_identity(rig)) << "all other values are unchanged";
 }
 
-TEST_F(PhotometryCommand, AnglesOfTheGeometryServeWhereNoneAreListed) {
+TEST_F(PhotometryCommand, UsesAnglesOfTheGeometryWithoutAnglesFile) {
   RigParameters rig = truth();
   rig.lenses[0].photometry.vignetting = {};
   folder_->write("flatlens.textproto", calibration_to_text(rig));
@@ -197,7 +197,7 @@ TEST_F(PhotometryCommand, AnglesOfTheGeometryServeWhereNoneAreListed) {
   EXPECT_NEAR(vignetting(p, 1.5) / vignetting(truth().lenses[0].photometry, 1.5), 1, 0.01);
 }
 
-TEST_F(PhotometryCommand, AWrongInputIsNamedAndNothingIsReplaced) {
+TEST_F(PhotometryCommand, WrongInputIsNamedAndReplacesNothing) {
   folder_->write("kept.textproto", "mine");
   const auto refused = [](const std::vector<std::string>& more) {
     const Outcome done = run(words(more, "kept.textproto"));
@@ -216,7 +216,7 @@ TEST_F(PhotometryCommand, AWrongInputIsNamedAndNothingIsReplaced) {
   fs::create_directories(at("small"));
   ASSERT_TRUE(write_png(at("small/0.png"), {16, 16, PixelFormat::rgb8, std::vector<std::byte>(768)}).ok());
   folder_->write("small/frames.csv", "file,exposure_s,time_s\n0.png,0.01,0\n");
-  EXPECT_THAT(refused({"--dark", at("small")}), HasSubstr("16x16 pixels, the calibration of lens 0 speaks of 640x480"));
+  EXPECT_THAT(refused({"--dark", at("small")}), HasSubstr("16x16 pixels, the calibration of lens 0 is for 640x480"));
   fs::copy(at("card/0.png"), at("alone.png"));
   EXPECT_THAT(refused({"--grey", at("alone.png") + ":260,200,120,80", "--nits", "5"}), HasSubstr("--grey-exposure-s"));
   fs::create_directories(at("turned"));
@@ -233,7 +233,7 @@ TEST_F(PhotometryCommand, AWrongInputIsNamedAndNothingIsReplaced) {
     EXPECT_FALSE(entry.path().filename().string().starts_with("kept.textproto.")) << "a temporary file was left";
 }
 
-TEST_F(PhotometryCommand, WrongUsageIsTwoAndHelpIsNone) {
+TEST_F(PhotometryCommand, ExitStatusOfWrongUsageAndHelp) {
   EXPECT_EQ(run({"--help"}).exit, 0);
   EXPECT_THAT(run({"--help"}).out, HasSubstr("angles.csv"));
   EXPECT_EQ(run({}).exit, 2);

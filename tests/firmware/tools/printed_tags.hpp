@@ -1,4 +1,4 @@
-// Tags found in the picture of a whole sheet of paper, where they are on it.
+// Detects tags in the picture of a whole sheet of paper.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace lightwell::test {
 
-/// Corners of each tag by its number, mm from the top left of the sheet, y downwards; as TagDetection has them.
+/// Corners of each tag by its id, in the order of TagDetection, mm from the top left of the sheet, y downwards.
 inline std::map<int, std::array<calibrate::PagePoint, 4>> printed_tags(const std::string& picture, TagFamily family,
                                                                        double dpi) {
   std::map<int, std::array<calibrate::PagePoint, 4>> out;
@@ -33,7 +33,7 @@ inline std::map<int, std::array<calibrate::PagePoint, 4>> printed_tags(const std
     EXPECT_EQ(tag.hamming, 0) << tag.id;
     EXPECT_TRUE(tag.refined) << tag.id;
     EXPECT_FALSE(out.contains(tag.id)) << "twice";
-    // Pixel (0, 0) is the centre of the first, half a pixel from the sheet's edge.
+    // (0, 0) is the centre of the first pixel, half a pixel from the sheet's edges.
     for (std::size_t k = 0; k < 4; ++k)
       out[tag.id][k] = {(tag.corners[k].x + 0.5) * 25.4 / dpi, (tag.corners[k].y + 0.5) * 25.4 / dpi};
   }

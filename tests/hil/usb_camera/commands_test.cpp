@@ -28,24 +28,24 @@ class FakeCable final : public Cable {
 class CommandsTest : public ::testing::Test {
  protected:
   CommandsTest() {
-    subject_.device = &device_;
-    subject_.log = &log_;
-    subject_.cable = &cable_;
-    subject_.sink = &host_;
-    subject_.set_scene = [this](const std::string& uri) {
+    targets_.device = &device_;
+    targets_.log = &log_;
+    targets_.cable = &cable_;
+    targets_.sink = &host_;
+    targets_.set_scene = [this](const std::string& uri) {
       scene_ = uri;
       source_.automatic_s = 0.0055;
       return uri == "bad" ? Status(StatusCode::not_found, "no such scene") : Status();
     };
   }
-  std::string say(const std::string& line) { return execute_command(line, subject_, {5'000'000'000}); }
+  std::string say(const std::string& line) { return execute_command(line, targets_, {5'000'000'000}); }
 
   bench::KnownSource source_;
   FrameLog log_;
-  Device device_{{.stream = {}, .offer = offer_for("single"), .payload_bytes = 0, .identity = {}}, source_, log_};
+  Device device_{{.stream = {}, .formats = formats_for("single"), .payload_bytes = 0, .identity = {}}, source_, log_};
   FakeCable cable_;
   bench::VideoHost host_{100000, 16384};
-  CommandTargets subject_;
+  CommandTargets targets_;
   std::string scene_;
 };
 
@@ -65,7 +65,7 @@ TEST_F(CommandsTest, FaultsAreCountsOfFrames) {
   EXPECT_TRUE(device_.stream().halted());
 }
 
-TEST_F(CommandsTest, TheCableIsPulledAndPlugged) {
+TEST_F(CommandsTest, UnplugsAndPlugs) {
   EXPECT_EQ(say(R"({"command": "unplug"})"), R"({"ok": true})");
   EXPECT_FALSE(cable_.in);
   EXPECT_FALSE(cable_.closed);
@@ -79,16 +79,16 @@ TEST_F(CommandsTest, TheCableIsPulledAndPlugged) {
   EXPECT_TRUE(cable_.in);
 }
 
-TEST_F(CommandsTest, CountersStartAnewWhenAsked) {
+TEST_F(CommandsTest, ResetsCounters) {
   FrameRecord torn;
   torn.outcome = Outcome::torn;
   log_.add(torn);
   EXPECT_THAT(say(R"({"command": "counters"})"), HasSubstr(R"("torn": 1)"));
-  EXPECT_THAT(say(R"({"command": "reset_counters"})"), HasSubstr(R"("torn": 1)")) << "what they were";
+  EXPECT_THAT(say(R"({"command": "reset_counters"})"), HasSubstr(R"("torn": 1)")) << "the values before the reset";
   EXPECT_THAT(say(R"({"command": "counters"})"), HasSubstr(R"("torn": 0)"));
 }
 
-TEST_F(CommandsTest, TellsFramesAndStatus) {
+TEST_F(CommandsTest, ReportsFramesAndStatus) {
   for (std::uint64_t n = 0; n < 5; ++n) {
     FrameRecord record;
     record.number = n;
@@ -104,14 +104,14 @@ TEST_F(CommandsTest, TellsFramesAndStatus) {
   EXPECT_THAT(status, HasSubstr(R"("now_ns": 5000000000)"));
 }
 
-TEST_F(CommandsTest, AnotherSceneIsExposedAnew) {
+TEST_F(CommandsTest, ANewSceneUpdatesAutomaticExposure) {
   EXPECT_EQ(say(R"({"command": "scene", "uri": "sim:night"})"), R"({"ok": true})");
   EXPECT_EQ(scene_, "sim:night");
   EXPECT_DOUBLE_EQ(device_.controls().settings().exposure_s, 0.0055);
   EXPECT_EQ(say(R"({"command": "scene", "uri": "bad"})"), R"({"ok": false, "error": "no such scene"})");
 }
 
-TEST_F(CommandsTest, WhatIsWrongIsNamed) {
+TEST_F(CommandsTest, ErrorsNameTheProblem) {
   EXPECT_THAT(say("tear 3"), HasSubstr("character 1"));
   EXPECT_THAT(say("{}"), HasSubstr("command"));
   EXPECT_THAT(say(R"({"command": "taer"})"), HasSubstr("did you mean 'tear'"));
@@ -140,7 +140,7 @@ TEST(Json, ReadsFlatObjects) {
   EXPECT_TRUE(parse_json_object("{}"));
 }
 
-TEST(Json, RefusesTheRest) {
+TEST(Json, RejectsEverythingElse) {
   for (const char* bad :
        {"", "{", "[]", "{\"a\"}", "{\"a\": }", "{\"a\": 1,}", "{\"a\": nan}", "{\"a\": 1} x", "{a: 1}",
         "{\"a\": \"\\u00e9\"}", "{\"a\": \"\\x\"}", "{\"a\": \"", "{\"a\": {}}", "{\"a\": 1e999}"})

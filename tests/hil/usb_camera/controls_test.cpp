@@ -50,7 +50,7 @@ class ControlsTest : public ::testing::Test {
   Controls controls_;
 };
 
-TEST_F(ControlsTest, TellRangesAndDefaults) {
+TEST_F(ControlsTest, ReportRangesAndDefaults) {
   for (const Row& row : kRows) {
     SCOPED_TRACE(row.name);
     EXPECT_EQ(number(row.unit, row.selector, ControlRequest::get_min), row.min);
@@ -64,14 +64,14 @@ TEST_F(ControlsTest, TellRangesAndDefaults) {
   }
 }
 
-TEST_F(ControlsTest, TakeTheirEndsAndNothingBeyond) {
+TEST_F(ControlsTest, AcceptTheirLimitsAndNothingBeyond) {
   all_manual();
   for (const Row& row : kRows) {
     SCOPED_TRACE(row.name);
     EXPECT_EQ(set(row.unit, row.selector, row.max, row.length), RequestError::none);
     EXPECT_EQ(number(row.unit, row.selector, ControlRequest::get_cur), row.max);
     EXPECT_EQ(set(row.unit, row.selector, row.max + row.res, row.length), RequestError::out_of_range);
-    EXPECT_EQ(number(row.unit, row.selector, ControlRequest::get_cur), row.max) << "a refused value changes nothing";
+    EXPECT_EQ(number(row.unit, row.selector, ControlRequest::get_cur), row.max) << "a rejected value changes nothing";
     if (row.selector == kAutoWhite) all_manual();
     EXPECT_EQ(set(row.unit, row.selector, row.min, row.length), RequestError::none);
     EXPECT_EQ(number(row.unit, row.selector, ControlRequest::get_cur), row.min);
@@ -92,27 +92,27 @@ TEST_F(ControlsTest, ModesAreOneBitOfThoseOffered) {
   EXPECT_EQ(ask(kCameraTerminal, kMode, ControlRequest::get_min).error, RequestError::invalid_request);
 }
 
-TEST_F(ControlsTest, UnknownOnesSayWhatIsUnknown) {
+TEST_F(ControlsTest, ErrorsDistinguishUnitControlAndRequest) {
   EXPECT_EQ(ask(9, kGain, ControlRequest::get_cur).error, RequestError::invalid_unit);
   EXPECT_EQ(ask(kOutputTerminal, kGain, ControlRequest::get_cur).error, RequestError::invalid_unit);
   EXPECT_EQ(ask(kProcessingUnit, 0x02, ControlRequest::get_cur).error, RequestError::invalid_control);
   EXPECT_EQ(ask(kProcessingUnit, kGain, static_cast<ControlRequest>(0x99)).error, RequestError::invalid_request);
 }
 
-TEST_F(ControlsTest, WhatAnAutomaticHasCannotBeSet) {
+TEST_F(ControlsTest, AutomaticControlsCannotBeSet) {
   controls_.set_automatic(0.0023, 1.0 / 30);
   EXPECT_EQ(set(kCameraTerminal, kExposure, 50, 4), RequestError::wrong_state);
   EXPECT_EQ(number(kCameraTerminal, kExposure, ControlRequest::get_info), 0x0FU)
       << "disabled, and it changes by itself";
-  EXPECT_EQ(number(kCameraTerminal, kExposure, ControlRequest::get_cur), 23U) << "what the automatic chose";
+  EXPECT_EQ(number(kCameraTerminal, kExposure, ControlRequest::get_cur), 23U) << "the automatically chosen value";
   EXPECT_DOUBLE_EQ(controls_.settings().exposure_s, 0.0023);
   EXPECT_EQ(set(kProcessingUnit, kWhite, 5000, 2), RequestError::wrong_state);
   EXPECT_EQ(controls_.settings().kelvin, 6500);
   all_manual();
-  EXPECT_EQ(number(kCameraTerminal, kExposure, ControlRequest::get_cur), 23U) << "it goes on from there";
+  EXPECT_EQ(number(kCameraTerminal, kExposure, ControlRequest::get_cur), 23U) << "the automatic value is kept";
   EXPECT_EQ(number(kCameraTerminal, kExposure, ControlRequest::get_info), 0x0BU);
   EXPECT_EQ(set(kCameraTerminal, kExposure, 3, 4), RequestError::none);
-  EXPECT_EQ(controls_.settings().exposure_s, 0.0003) << "to the bit what 0.3 ms is";
+  EXPECT_EQ(controls_.settings().exposure_s, 0.0003) << "exactly the double 0.0003";
   EXPECT_EQ(set(kProcessingUnit, kWhite, 5000, 2), RequestError::none);
   EXPECT_EQ(controls_.settings().kelvin, 5000);
 }
@@ -125,22 +125,22 @@ TEST_F(ControlsTest, AutomaticExposureFollowsGainAndFrameTime) {
   EXPECT_DOUBLE_EQ(controls_.settings().gain, 4);
 }
 
-TEST_F(ControlsTest, AutomaticExposureOfWholeHalfPeriodsUnderMains) {
+TEST_F(ControlsTest, AutomaticExposureIsAMultipleOfTheFlickerPeriod) {
   controls_.set_automatic(0.027, 1.0 / 30);
   EXPECT_EQ(set(kProcessingUnit, kPowerLine, 1, 1), RequestError::none);
   EXPECT_DOUBLE_EQ(controls_.settings().exposure_s, 0.02);
   EXPECT_EQ(set(kProcessingUnit, kPowerLine, 2, 1), RequestError::none);
   EXPECT_DOUBLE_EQ(controls_.settings().exposure_s, 3.0 / 120);
   controls_.set_automatic(0.004, 1.0 / 30);
-  EXPECT_DOUBLE_EQ(controls_.settings().exposure_s, 0.004) << "too bright for a whole one";
+  EXPECT_DOUBLE_EQ(controls_.settings().exposure_s, 0.004) << "shorter than one flicker period";
 }
 
-TEST_F(ControlsTest, BitmapsNameTheControlsThatAnswer) {
+TEST_F(ControlsTest, BitmapsHaveTheSupportedControls) {
   EXPECT_EQ(control_bitmap(kCameraTerminal), 1U << 1 | 1U << 3);
   EXPECT_EQ(control_bitmap(kProcessingUnit), 1U << 6 | 1U << 9 | 1U << 10 | 1U << 12);
 }
 
-TEST_F(ControlsTest, ResetIsPowerOn) {
+TEST_F(ControlsTest, ResetRestoresThePowerOnState) {
   all_manual();
   EXPECT_EQ(set(kProcessingUnit, kGain, 300, 2), RequestError::none);
   EXPECT_EQ(controls_.sets(), 3U);

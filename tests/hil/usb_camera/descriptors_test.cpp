@@ -1,4 +1,4 @@
-// The descriptors, read by a parser that knows USB 2.0 and UVC 1.1 and nothing of how they were written.
+// Parses the descriptors by USB 2.0 and UVC 1.1, independently of the code that writes them.
 #include "usb_camera/descriptors.hpp"
 
 #include <map>
@@ -13,7 +13,7 @@ namespace {
 
 using Block = std::vector<unsigned>;
 
-/// Cut by the length bytes; fails where they do not add up.
+/// Splits descriptors by their length bytes; fails if the lengths do not match.
 std::vector<Block> blocks(const Bytes& all) {
   std::vector<Block> out;
   std::size_t at = 0;
@@ -35,15 +35,15 @@ unsigned dword(const Block& b, std::size_t at) { return word(b, at) | word(b, at
 
 class Descriptors : public ::testing::TestWithParam<const char*> {
  protected:
-  SupportedFormats offer_ = offer_for(GetParam());
-  std::vector<Block> blocks_ = blocks(configuration_descriptor(offer_));
+  SupportedFormats formats_ = formats_for(GetParam());
+  std::vector<Block> blocks_ = blocks(configuration_descriptor(formats_));
 };
 
 TEST_P(Descriptors, ConfigurationCountsItsBytesAndInterfaces) {
   ASSERT_FALSE(blocks_.empty());
   const Block& configuration = blocks_.front();
   EXPECT_EQ(configuration.at(1), 2U);
-  EXPECT_EQ(word(configuration, 2), configuration_descriptor(offer_).size());
+  EXPECT_EQ(word(configuration, 2), configuration_descriptor(formats_).size());
   EXPECT_EQ(configuration.at(5), 1U) << "its value, for SET_CONFIGURATION";
   std::set<unsigned> interfaces;
   int endpoints = 0;
@@ -175,7 +175,7 @@ TEST_P(Descriptors, EveryFormatHasEverySizeAndRate) {
         break;
       }
       case 0x0D:
-        EXPECT_EQ(b, (Block{6, 0x24, 0x0D, 1, 1, 4})) << "what lightwell/pixel.hpp says of YUYV: BT.601";
+        EXPECT_EQ(b, (Block{6, 0x24, 0x0D, 1, 1, 4})) << "BT.601, as lightwell/pixel.hpp defines YUYV";
         break;
       default:
         ADD_FAILURE() << "subtype " << b.at(2);
@@ -186,7 +186,7 @@ TEST_P(Descriptors, EveryFormatHasEverySizeAndRate) {
   for (const auto& [number, name] : formats) {
     names.insert(name);
     EXPECT_EQ(sizes[number].size(), frames_declared[number]);
-    for (const FrameSize& size : offer_.sizes)
+    for (const FrameSize& size : formats_.sizes)
       EXPECT_TRUE(sizes[number].contains({size.width, size.height})) << name << " " << size.width;
   }
   EXPECT_EQ(names, (std::set<std::string>{"YUY2", "NV12", "MJPG"}));
@@ -199,18 +199,18 @@ TEST_P(Descriptors, TheEndpointIsHighSpeedBulkIn) {
 
 INSTANTIATE_TEST_SUITE_P(Rigs, Descriptors, ::testing::Values("single", "equirect"));
 
-TEST(DeviceDescriptor, SaysWhatItIs) {
+TEST(DeviceDescriptor, HasClassAndVersion) {
   const auto all = blocks(device_descriptor());
   ASSERT_EQ(all.size(), 1U);
   const Block& b = all[0];
   EXPECT_EQ(b.size(), 18U);
   EXPECT_EQ(word(b, 2), 0x0200U);
-  EXPECT_EQ((Block{b[4], b[5], b[6]}), (Block{0xEF, 2, 1})) << "interfaces belong together";
+  EXPECT_EQ((Block{b[4], b[5], b[6]}), (Block{0xEF, 2, 1})) << "interface association";
   EXPECT_EQ(b[17], 1U) << "one configuration";
   EXPECT_EQ(device_qualifier().size(), 10U);
 }
 
-TEST(StringDescriptor, TellsNames) {
+TEST(StringDescriptor, HasTheIdentity) {
   const Identity identity{.manufacturer = "a", .product = "bc", .serial = std::string(300, 'x')};
   EXPECT_EQ(string_descriptor(identity, 0), (Bytes{4, 3, 9, 4}));
   EXPECT_EQ(string_descriptor(identity, 2), (Bytes{6, 3, 'b', 0, 'c', 0}));

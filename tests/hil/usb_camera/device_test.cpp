@@ -1,4 +1,4 @@
-// The control endpoint: what a host does to a camera, and what a hostile one may try.
+// The control endpoint with regular and with random requests.
 #include "usb_camera/device.hpp"
 
 #include <random>
@@ -13,7 +13,7 @@ namespace {
 
 class DeviceTest : public ::testing::Test {
  protected:
-  DeviceTest() { options_.offer = offer_for("single"); }
+  DeviceTest() { options_.formats = formats_for("single"); }
 
   SetupReply setup(std::uint8_t type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
                    std::uint16_t length, const Bytes& data = {}) {
@@ -28,16 +28,16 @@ class DeviceTest : public ::testing::Test {
 
   bench::KnownSource source_;
   FrameLog log_;
-  DeviceOptions options_{.stream = {}, .offer = offer_for("single"), .payload_bytes = 0, .identity = {}};
+  DeviceOptions options_{.stream = {}, .formats = formats_for("single"), .payload_bytes = 0, .identity = {}};
   Device device_{options_, source_, log_};
   bench::VideoHost host_{640 * 480 * 2 + 12, 16384};
 };
 
-TEST_F(DeviceTest, HandsOutDescriptorsAsLongAsTheHostTakesThem) {
+TEST_F(DeviceTest, TruncatesDescriptorsToTheRequestedLength) {
   EXPECT_EQ(setup(0x80, 6, 0x0100, 0, 8).data.size(), 8U);
   EXPECT_EQ(setup(0x80, 6, 0x0100, 0, 64).data, device_descriptor());
   EXPECT_EQ(setup(0x80, 6, 0x0200, 0, 9).data.size(), 9U);
-  EXPECT_EQ(setup(0x80, 6, 0x0200, 0, 4096).data, configuration_descriptor(offer_for("single")));
+  EXPECT_EQ(setup(0x80, 6, 0x0200, 0, 4096).data, configuration_descriptor(formats_for("single")));
   EXPECT_EQ(setup(0x80, 6, 0x0600, 0, 10).data, device_qualifier());
   EXPECT_FALSE(setup(0x80, 6, 0x0302, 0x0409, 255).stalled);
   EXPECT_TRUE(setup(0x80, 6, 0x0309, 0x0409, 255).stalled);
@@ -62,14 +62,14 @@ TEST_F(DeviceTest, ConfigurationAndInterfaces) {
   EXPECT_EQ(device_.counts().resets, 1U);
 }
 
-TEST_F(DeviceTest, AStallLeavesItsReasonBehind) {
+TEST_F(DeviceTest, TheErrorCodeGivesTheReasonOfAStall) {
   configure();
   EXPECT_EQ(error_code(0), 0);
   EXPECT_TRUE(setup(0x21, 1, 0x0400, kProcessingUnit << 8, 2, {0xFF, 0xFF}).stalled);
   EXPECT_EQ(error_code(0), 4) << "out of range";
-  EXPECT_EQ(error_code(0), 4) << "asking does not change it";
+  EXPECT_EQ(error_code(0), 4) << "reading does not change it";
   EXPECT_TRUE(setup(0x21, 1, 0x0400, kCameraTerminal << 8, 4, {9, 0, 0, 0}).stalled);
-  EXPECT_EQ(error_code(0), 2) << "the automatic has it";
+  EXPECT_EQ(error_code(0), 2) << "automatic mode";
   EXPECT_TRUE(setup(0xA1, 0x81, 0x0400, 7 << 8, 2).stalled);
   EXPECT_EQ(error_code(0), 5) << "no such unit";
   EXPECT_TRUE(setup(0xA1, 0x81, 0x7700, kProcessingUnit << 8, 2).stalled);
@@ -83,7 +83,7 @@ TEST_F(DeviceTest, AStallLeavesItsReasonBehind) {
   EXPECT_EQ(device_.counts().stalls, 6U);
 }
 
-TEST_F(DeviceTest, ACommitStartsAStreamWithTheControlsInForce) {
+TEST_F(DeviceTest, ACommitStartsAStreamWithTheCurrentControls) {
   configure();
   EXPECT_FALSE(setup(0x21, 1, 0x0200, kCameraTerminal << 8, 1, {1}).stalled);
   EXPECT_FALSE(setup(0x21, 1, 0x0400, kCameraTerminal << 8, 4, {77, 0, 0, 0}).stalled);
@@ -104,7 +104,7 @@ TEST_F(DeviceTest, ACommitStartsAStreamWithTheControlsInForce) {
   EXPECT_EQ(get(host_.frames[0].bytes, 0, 4), 77U);
 }
 
-TEST_F(DeviceTest, ACommitThatPicturesCannotFollowStalls) {
+TEST_F(DeviceTest, ACommitThatTheFrameSourceRejectsStalls) {
   configure();
   source_.refuse = {StatusCode::not_found, "no scene"};
   const Bytes probe = setup(0xA1, 0x81, 0x0100, 1, 34).data;
@@ -112,7 +112,7 @@ TEST_F(DeviceTest, ACommitThatPicturesCannotFollowStalls) {
   EXPECT_EQ(error_code(1), 1) << "not ready";
 }
 
-TEST_F(DeviceTest, HaltOfTheEndpointIsTold) {
+TEST_F(DeviceTest, ReportsAnEndpointHalt) {
   configure();
   EXPECT_EQ(setup(0x82, 0, 0, 0x81, 2).data, (Bytes{0, 0}));
   EXPECT_FALSE(setup(0x02, 3, 0, 0x81, 0).stalled);
@@ -125,7 +125,7 @@ TEST_F(DeviceTest, HaltOfTheEndpointIsTold) {
   EXPECT_TRUE(setup(0x82, 0, 0, 0x02, 2).stalled);
 }
 
-TEST_F(DeviceTest, ReplugForgetsAndABusResetDoesNot) {
+TEST_F(DeviceTest, PowerOnResetsControlsAndABusResetDoesNot) {
   configure();
   EXPECT_FALSE(setup(0x21, 1, 0x0400, kProcessingUnit << 8, 2, {0x2C, 1}).stalled);
   device_.bus_reset();
@@ -134,10 +134,10 @@ TEST_F(DeviceTest, ReplugForgetsAndABusResetDoesNot) {
   EXPECT_EQ(device_.controls().settings().gain, 1);
 }
 
-TEST_F(DeviceTest, NothingThatAHostAsksHurts) {
+TEST_F(DeviceTest, SurvivesRandomRequests) {
   std::mt19937 random(20261122);
   const auto byte = [&] { return static_cast<std::uint8_t>(random()); };
-  // Close to what makes sense, where the code is, and all over.
+  // Three quarters of the requests are nearly valid, to reach more code; the others are random.
   const std::vector<std::uint8_t> types = {0x00, 0x01, 0x02, 0x80, 0x81, 0x82, 0x21,
                                            0xA1, 0x21, 0xA1, 0x22, 0xC0, 0x40};
   const std::vector<std::uint8_t> requests = {0, 1, 3, 5, 6, 8, 9, 10, 11, 0x81, 0x82, 0x83, 0x84, 0x85, 0x86, 0x87};
@@ -161,12 +161,12 @@ TEST_F(DeviceTest, NothingThatAHostAsksHurts) {
     if (random() % 4096 == 0) (void)device_.set_configuration(1);
     ASSERT_LE(device_.stream().waiting_transfers(), Stream::kMaxTransfers);
   }
-  EXPECT_GT(host_.count(TransferStatus::refused), 0) << "too many and too long ones";
+  EXPECT_GT(host_.count(TransferStatus::refused), 0) << "too many or too long transfers";
   const SensorSettings settings = device_.controls().settings();
   EXPECT_GT(settings.exposure_s, 0);
   EXPECT_GE(settings.gain, 1);
   EXPECT_GE(settings.kelvin, 2800);
-  // And it works as before.
+  // The device still works.
   device_.power_on();
   configure();
   EXPECT_EQ(setup(0x80, 6, 0x0100, 0, 64).data, device_descriptor());

@@ -35,7 +35,7 @@ TEST(FrameLog, CountsByOutcomeAndKeepsTheLatest) {
   EXPECT_EQ(log.records().size(), 3U);
 }
 
-TEST(FrameLog, WritesALineOfJsonAFrame) {
+TEST(FrameLog, WritesALineOfJsonPerFrame) {
   const test::TempDir folder;
   FrameLog log;
   ASSERT_TRUE(log.write_to(folder.path("log")).ok());
@@ -59,7 +59,7 @@ TEST(FrameLog, WritesALineOfJsonAFrame) {
   EXPECT_FALSE(std::getline(file, line));
 }
 
-TEST(FrameLog, SaysWhereItCannotWrite) {
+TEST(FrameLog, TheErrorNamesTheFile) {
   FrameLog log;
   const Status status = log.write_to("/nowhere/at/all");
   EXPECT_EQ(status.code(), StatusCode::unavailable);

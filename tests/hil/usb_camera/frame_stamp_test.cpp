@@ -25,10 +25,10 @@ TEST(FrameStamp, IsInTheLumaOfTheFirstPixels) {
       EXPECT_EQ((*after)[i], std::byte{1}) << i;
     }
   }
-  EXPECT_EQ((*before)[0], std::byte{1}) << "the picture itself is shared";
+  EXPECT_EQ((*before)[0], std::byte{1}) << "the original is shared and must not change";
 }
 
-TEST(FrameStamp, OfAJpegIsAComment) {
+TEST(FrameStamp, IsACommentInAJpeg) {
   auto jpeg = std::make_shared<std::vector<std::byte>>(std::vector{std::byte{0xFF}, std::byte{0xD8}, std::byte{0xFF}});
   const Picture after = stamped(jpeg, Encoding::mjpeg, 0x0201);
   ASSERT_EQ(after->size(), 3 + 12U);

@@ -24,7 +24,7 @@ std::vector<std::byte> ramp(FrameSize size, bool noisy) {
   return rgb;
 }
 
-TEST(JpegEncoder, ComesBackNearlyTheSame) {
+TEST(JpegEncoder, DecodesToNearlyTheSameImage) {
   const FrameSize size{96, 64};
   const std::vector<std::byte> rgb = ramp(size, false);
   const auto jpeg = encode_jpeg(rgb, size, 90, 1 << 20);
@@ -38,7 +38,7 @@ TEST(JpegEncoder, ComesBackNearlyTheSame) {
   EXPECT_LT(sum / static_cast<double>(rgb.size()), 2);
   ASSERT_TRUE(
       decoder.decode(*stamped(std::make_shared<const std::vector<std::byte>>(*jpeg), Encoding::mjpeg, 99), back))
-      << "a stamp does not hurt it";
+      << "a stamped image can be decoded";
 }
 
 TEST(JpegEncoder, LowersTheQualityUntilItFits) {
@@ -53,7 +53,7 @@ TEST(JpegEncoder, LowersTheQualityUntilItFits) {
   EXPECT_FALSE(encode_jpeg(noise, size, 95, 100));
 }
 
-TEST(JpegEncoder, SaysWhatLibjpegSays) {
+TEST(JpegEncoder, ReportsErrorsOfLibjpeg) {
   const auto none = encode_jpeg({}, {0, 0}, 90, 1000);
   EXPECT_FALSE(none);
   EXPECT_NE(none.status().message().find("JPEG"), std::string::npos);

@@ -1,4 +1,4 @@
-// Pictures that a test can work out for itself, ready at once unless it says otherwise.
+// A frame source with computable images, which are ready at once unless the test delays them.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace lightwell::usb_camera::bench {
 
-/// Every byte tells the frame and its place; the first four tell the exposure in units of 100 us.
+/// Every byte depends on the frame's number and its position; the first four hold the exposure in units of 100 us.
 inline std::vector<std::byte> known_picture(std::uint64_t number, const SensorSettings& settings, std::size_t bytes) {
   std::vector<std::byte> out(bytes);
   for (std::size_t i = 0; i < bytes; ++i) out[i] = static_cast<std::byte>(31 * number + 7 * i + (i >> 8));
@@ -43,7 +43,7 @@ class KnownSource final : public FrameSource {
 
   Status refuse;
   double automatic_s = 0.0023, readout = 0;
-  std::size_t short_by = 0;  ///< As of motion JPEG, whose frames are shorter than the largest.
+  std::size_t short_by = 0;  ///< Frames are this much shorter than the maximum, as with motion JPEG.
   std::set<std::uint64_t> not_ready;
   std::map<std::uint64_t, SensorSettings> ordered;
   int configured = 0;

@@ -15,25 +15,25 @@ std::vector<std::byte> bytes(std::size_t n) {
   return out;
 }
 
-/// A frame of so many bytes, in payloads of so many (0: one), over transfers of so many.
-class Cutting : public ::testing::TestWithParam<std::tuple<std::size_t, std::size_t, std::size_t>> {};
+/// Parameters: bytes of the frame, of a payload (0: one payload), of a transfer.
+class PayloadSplitting : public ::testing::TestWithParam<std::tuple<std::size_t, std::size_t, std::size_t>> {};
 
-TEST_P(Cutting, GivesTheFrameBack) {
+TEST_P(PayloadSplitting, TheHostReassemblesTheFrame) {
   const auto [frame, asked, transfer] = GetParam();
   const auto payload = static_cast<std::uint32_t>(asked == 0 ? frame + 12 : asked);
   const std::vector<std::byte> picture = bytes(frame);
-  PayloadSplitter cutter({std::span(picture)}, payload, {true, false, 0xCAFE1234});
-  EXPECT_FALSE(cutter.begun());
+  PayloadSplitter splitter({std::span(picture)}, payload, {true, false, 0xCAFE1234});
+  EXPECT_FALSE(splitter.begun());
   bench::VideoHost host(payload, transfer);
   Bytes out;
-  for (int i = 0; !cutter.done(); ++i) {
-    ASSERT_LT(i, 200'000) << "it never ends";
-    cutter.fill(transfer, {5'000'000'000}, out);
+  for (int i = 0; !splitter.done(); ++i) {
+    ASSERT_LT(i, 200'000) << "the frame does not end";
+    splitter.fill(transfer, {5'000'000'000}, out);
     ASSERT_LE(out.size(), transfer);
     host.complete(0, TransferStatus::success, out);
   }
-  EXPECT_TRUE(cutter.begun());
-  EXPECT_EQ(cutter.sent(), frame);
+  EXPECT_TRUE(splitter.begun());
+  EXPECT_EQ(splitter.sent(), frame);
   ASSERT_EQ(host.frames.size(), 1U);
   const auto& got = host.frames[0].bytes;
   ASSERT_EQ(got.size(), frame);
@@ -44,8 +44,8 @@ TEST_P(Cutting, GivesTheFrameBack) {
   EXPECT_EQ(host.bus_frames.front(), 5000U % 2048);
 }
 
-// What makes ends fall on ends: a payload that fills its transfers to the byte, with and without the agreed length.
-INSTANTIATE_TEST_SUITE_P(Sizes, Cutting,
+// Includes payloads that fill their transfers exactly, with and without the negotiated length.
+INSTANTIATE_TEST_SUITE_P(Sizes, PayloadSplitting,
                          ::testing::Values(std::tuple{614400, 0, 16384}, std::tuple{16384 - 12, 0, 16384},
                                            std::tuple{16384, 0, 16384}, std::tuple{2 * 16384 - 12, 0, 16384},
                                            std::tuple{100000, 16384, 16384}, std::tuple{100000, 3000, 3072},
@@ -53,27 +53,27 @@ INSTANTIATE_TEST_SUITE_P(Sizes, Cutting,
                                            std::tuple{5 * (1024 - 12), 1024, 512}, std::tuple{2024, 1024, 512},
                                            std::tuple{100, 0, 12}));
 
-TEST(CuttingShortFrames, EndsALastPayloadThatFillsItsTransfersWithAnEmptyOne) {
-  // Of motion JPEG: the agreed payload is longer than this frame, which ends where its transfer ends.
+TEST(SplittingShortFrames, AnEmptyTransferEndsAPayloadThatFillsItsTransfers) {
+  // As with motion JPEG: the negotiated payload is longer than this frame, which ends at the end of a transfer.
   const std::vector<std::byte> picture = bytes(1024 - 12);
-  PayloadSplitter cutter({std::span(picture)}, 5000, {});
+  PayloadSplitter splitter({std::span(picture)}, 5000, {});
   Bytes out;
-  cutter.fill(1024, {}, out);
+  splitter.fill(1024, {}, out);
   EXPECT_EQ(out.size(), 1024U);
-  EXPECT_FALSE(cutter.done()) << "nobody can know yet that this was the end";
-  cutter.fill(1024, {}, out);
+  EXPECT_FALSE(splitter.done()) << "the host cannot know yet that the payload has ended";
+  splitter.fill(1024, {}, out);
   EXPECT_TRUE(out.empty());
-  EXPECT_TRUE(cutter.done());
+  EXPECT_TRUE(splitter.done());
 }
 
-TEST(CuttingParts, LeavesOutWhatLiesBetween) {
+TEST(SplittingParts, SendsOnlyTheParts) {
   const std::vector<std::byte> picture = bytes(3000);
   const std::span<const std::byte> all(picture);
-  PayloadSplitter cutter({all.first(1000), all.last(1000)}, 4000, {false, true, 0});
+  PayloadSplitter splitter({all.first(1000), all.last(1000)}, 4000, {false, true, 0});
   bench::VideoHost host(4000, 512);
   Bytes out;
-  while (!cutter.done()) {
-    cutter.fill(512, {}, out);
+  while (!splitter.done()) {
+    splitter.fill(512, {}, out);
     host.complete(0, TransferStatus::success, out);
   }
   ASSERT_EQ(host.frames.size(), 1U);

@@ -219,7 +219,7 @@ void RedirGuest::send_raw(const Bytes& bytes) {
   }
 }
 
-void RedirGuest::send_odd_requests() {
+void RedirGuest::send_unsupported_requests() {
   usb_redir_start_iso_stream_header iso{};
   iso.endpoint = 0x81;
   usbredirparser_send_start_iso_stream(parser_.get(), 900, &iso);

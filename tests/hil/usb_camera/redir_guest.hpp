@@ -1,4 +1,4 @@
-// A guest's half of usb-redir, for tests: what QEMU does with the camera's socket, in this process.
+// The guest side of usb-redir, which is QEMU's role, for tests in this process.
 #pragma once
 
 #include <chrono>
@@ -23,22 +23,23 @@ class RedirGuest {
   explicit RedirGuest(FileDescriptor socket);
   ~RedirGuest();
 
-  /// Reads and writes until it holds; false after ten seconds, or when the other side has gone.
+  /// Reads and writes until `condition` holds; false after ten seconds, or when the connection is closed.
   [[nodiscard]] bool until(const std::function<bool()>& condition);
 
-  /// Answered, or std::nullopt where nothing came.
+  /// Sends a control request; std::nullopt if no response arrives.
   [[nodiscard]] std::optional<SetupReply> control(std::uint8_t type, std::uint8_t request, std::uint16_t value,
                                                   std::uint16_t index, std::uint16_t length, const Bytes& data = {});
   [[nodiscard]] bool set_configuration(std::uint8_t number);
-  /// Probe and commit of a format's, a frame's and an interval's numbers.
+  /// Probes and commits a format index, a frame index and a frame interval in units of 100 ns.
   [[nodiscard]] bool commit(std::uint8_t format, std::uint8_t frame, std::uint32_t interval);
-  /// Keeps transfers queued and takes what comes until so many frames were received.
+  /// Keeps `transfers` transfers queued until `frames` further frames were received.
   [[nodiscard]] bool stream(std::size_t frames, std::size_t transfers = 5, std::size_t length = 16384);
   void submit(std::uint64_t id, std::size_t length, std::uint8_t endpoint = 0x81);
   void cancel(std::uint64_t id);
-  /// Any bytes at all.
+  /// Sends arbitrary bytes.
   void send_raw(const Bytes& bytes);
-  void send_odd_requests();
+  /// Sends requests for endpoint types that the camera does not have.
+  void send_unsupported_requests();
   void reset_bus();
 
   bool connected = false, gone = false;
@@ -49,7 +50,7 @@ class RedirGuest {
   std::uint8_t stream_endpoint_type = 255;
   std::uint16_t stream_packet = 0;
   std::map<std::uint64_t, TransferStatus> bulk_results;
-  std::uint32_t refusals = 0;  ///< Of odd requests.
+  std::uint32_t refusals = 0;  ///< Number of rejected unsupported requests.
   std::unique_ptr<VideoHost> video;
 
  private:

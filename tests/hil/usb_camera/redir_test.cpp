@@ -1,4 +1,4 @@
-// The camera as QEMU meets it: over the socket, by a guest in this process.
+// The camera over its socket, with a guest in this process instead of QEMU.
 #include <random>
 #include <thread>
 #include <utility>
@@ -19,7 +19,7 @@ namespace {
 using bench::RedirGuest;
 using ::testing::HasSubstr;
 
-/// A camera that runs in a thread of its own.
+/// Runs the camera in a separate thread.
 class RedirTest : public ::testing::Test {
  protected:
   void SetUp() override { start(Pace::free); }
@@ -27,13 +27,13 @@ class RedirTest : public ::testing::Test {
 
   void start(Pace pace) {
     DeviceOptions options;
-    options.offer = offer_for("single");
+    options.formats = formats_for("single");
     options.stream.pace = pace;
     device_ = std::make_unique<Device>(options, source_, log_);
-    CommandTargets subject;
-    subject.device = device_.get();
-    subject.log = &log_;
-    Result<std::unique_ptr<Server>> server = Server::open({folder_.path("redir"), folder_.path("control")}, subject);
+    CommandTargets targets;
+    targets.device = device_.get();
+    targets.log = &log_;
+    Result<std::unique_ptr<Server>> server = Server::open({folder_.path("redir"), folder_.path("control")}, targets);
     ASSERT_TRUE(server) << server.status().message();
     server_ = std::move(*server);
     thread_ = std::thread([this] { EXPECT_TRUE(server_->run().ok()); });
@@ -77,7 +77,7 @@ class RedirTest : public ::testing::Test {
   std::thread thread_;
 };
 
-TEST_F(RedirTest, IsPluggedInAsAHighSpeedCamera) {
+TEST_F(RedirTest, ConnectsAsAHighSpeedCamera) {
   const auto g = ready_guest();
   EXPECT_EQ(g->vendor, kVendor);
   EXPECT_EQ(g->product, kProduct);
@@ -87,14 +87,14 @@ TEST_F(RedirTest, IsPluggedInAsAHighSpeedCamera) {
   EXPECT_EQ(g->stream_packet, 512);
   const auto descriptor = g->control(0x80, 6, 0x0200, 0, 4096);
   ASSERT_TRUE(descriptor);
-  EXPECT_EQ(descriptor->data, configuration_descriptor(offer_for("single")));
+  EXPECT_EQ(descriptor->data, configuration_descriptor(formats_for("single")));
   const auto stalled = g->control(0x80, 6, 0x0F00, 0, 4096);
   ASSERT_TRUE(stalled);
   EXPECT_TRUE(stalled->stalled);
   EXPECT_FALSE(g->set_configuration(7));
 }
 
-TEST_F(RedirTest, StreamsAHundredWholeFrames) {
+TEST_F(RedirTest, StreamsAHundredCompleteFrames) {
   const auto g = ready_guest();
   ASSERT_TRUE(g->commit(1, 2, 333333));
   ASSERT_TRUE(g->stream(100));
@@ -132,7 +132,7 @@ TEST_F(RedirTest, UnplugByClosingAndANewConnection) {
   auto g = ready_guest();
   EXPECT_EQ(say(R"({"command": "unplug", "how": "close"})"), R"({"ok": true})");
   ASSERT_TRUE(g->until([&] { return g->gone; }));
-  g = guest();  // As QEMU's chardev does with reconnect=1: nobody answers before the camera is plugged in.
+  g = guest();  // As QEMU's chardev with reconnect=1; the connection is accepted when the camera is plugged in.
   EXPECT_EQ(say(R"({"command": "plug"})"), R"({"ok": true})");
   ASSERT_TRUE(g->until([&] { return g->connected; }));
   ASSERT_TRUE(g->set_configuration(1));
@@ -140,7 +140,7 @@ TEST_F(RedirTest, UnplugByClosingAndANewConnection) {
   EXPECT_TRUE(g->stream(5));
 }
 
-TEST_F(RedirTest, AGuestThatDiesIsFollowedByAnother) {
+TEST_F(RedirTest, AcceptsANewGuestAfterOneHasDied) {
   {
     const auto g = ready_guest();
     ASSERT_TRUE(g->commit(1, 1, 333333));
@@ -165,7 +165,7 @@ TEST_F(RedirTest, AStallAndItsRecovery) {
   EXPECT_TRUE(g->stream(5));
 }
 
-TEST_F(RedirTest, FaultsOfFramesReachTheGuest) {
+TEST_F(RedirTest, InjectedFaultsReachTheGuest) {
   const auto g = ready_guest();
   ASSERT_TRUE(g->commit(1, 2, 333333));
   EXPECT_EQ(say(R"({"command": "tear", "frames": 2})"), R"({"ok": true})");
@@ -195,9 +195,9 @@ TEST_F(RedirTest, ABusResetEndsTheStream) {
   EXPECT_TRUE(g->stream(3));
 }
 
-TEST_F(RedirTest, WhatItHasNotIsRefusedAndHarmless) {
+TEST_F(RedirTest, RejectsUnsupportedRequests) {
   const auto g = ready_guest();
-  g->send_odd_requests();
+  g->send_unsupported_requests();
   g->submit(700, 512, 0x82);
   g->submit(701, std::size_t{1} << 24);
   ASSERT_TRUE(g->until([&] { return g->refusals == 4 && g->bulk_results.size() == 2; }));
@@ -207,8 +207,8 @@ TEST_F(RedirTest, WhatItHasNotIsRefusedAndHarmless) {
   EXPECT_TRUE(g->stream(3));
 }
 
-TEST_F(RedirTest, AGuestThatAsksAndNeverFetchesIsHeldUp) {
-  // Descriptors by the hundred thousand, and nobody reads them.
+TEST_F(RedirTest, AGuestThatDoesNotReadIsThrottled) {
+  // The guest requests 200,000 descriptors and reads none.
   Result<FileDescriptor> socket = connect_to(folder_.path("redir"));
   ASSERT_TRUE(socket);
   auto g = std::make_unique<RedirGuest>(std::move(*socket));
@@ -224,14 +224,15 @@ TEST_F(RedirTest, AGuestThatAsksAndNeverFetchesIsHeldUp) {
   std::thread flood([&] {
     for (int i = 0; i < 200; ++i) g->send_raw(many);
   });
-  // 200,000 answers of 1.5 kB would be 300 MB. The camera still answers others, and has kept none of that.
+  // 200,000 responses of 1.5 kB would be 300 MB. The camera must not buffer them, and must still serve its control
+  // socket.
   const auto setups = [&] {
     const std::string counters = say(R"({"command": "counters"})");
     const std::size_t at = counters.find("\"setups\": ");
     return at == std::string::npos ? 0UL : std::stoul(counters.substr(at + 10));
   };
   unsigned long before = 0, now = 0;
-  EXPECT_TRUE(test::becomes_true("the flood stands still", [&] {
+  EXPECT_TRUE(test::becomes_true("the camera stops reading the flood", [&] {
     before = std::exchange(now, setups());
     return now > 0 && now == before;
   }));
@@ -240,7 +241,7 @@ TEST_F(RedirTest, AGuestThatAsksAndNeverFetchesIsHeldUp) {
   flood.join();
 }
 
-TEST_F(RedirTest, NoiseIsNoGuest) {
+TEST_F(RedirTest, SurvivesRandomBytes) {
   std::mt19937 random(7);
   for (int round = 0; round < 50; ++round) {
     const auto g = guest();
@@ -265,16 +266,16 @@ TEST_F(RedirTest, ClientsOfTheControlSocketAreBounded) {
   const std::string endless(100'000, 'x');
   for (const FileDescriptor& client : clients)
     (void)::send(client.get(), endless.data(), endless.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-  EXPECT_TRUE(test::becomes_true("lines without end are hung up on, and others are served", [&] {
+  EXPECT_TRUE(test::becomes_true("clients with endless lines are disconnected and others are served", [&] {
     return say(R"({"command": "status"})").find(R"("ok": true)") != std::string::npos;
   }));
 }
 
 TEST_F(RedirTest, ASecondCameraCannotHaveTheSameSocket) {
-  CommandTargets subject;
-  subject.device = device_.get();
-  subject.log = &log_;
-  const auto second = Server::open({folder_.path("redir"), ""}, subject);
+  CommandTargets targets;
+  targets.device = device_.get();
+  targets.log = &log_;
+  const auto second = Server::open({folder_.path("redir"), ""}, targets);
   ASSERT_FALSE(second);
   EXPECT_EQ(second.status().code(), StatusCode::resource_exhausted);
 }
@@ -293,8 +294,7 @@ TEST_F(PacedRedirTest, ControlsOverTheWireActOnTheFrameStated) {
   ASSERT_TRUE(g->control(0x21, 1, 0x0400, kCameraTerminal << 8, 4, {40, 0, 0, 0}));
   ASSERT_TRUE(g->stream(10));
   EXPECT_EQ(get(g->video->frames[4].bytes, 0, 4), 20U);
-  EXPECT_EQ(get(g->video->frames.back().bytes, 0, 4), 40U)
-      << "what a frame was exposed with is in this source's pictures";
+  EXPECT_EQ(get(g->video->frames.back().bytes, 0, 4), 40U) << "the frame source writes the exposure into its images";
 }
 
 }  // namespace

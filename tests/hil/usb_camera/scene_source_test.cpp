@@ -1,4 +1,4 @@
-// The pictures: bit for bit those of the simulated camera with the same options.
+// Images are bit for bit those of the simulated camera with the same options.
 #include "usb_camera/scene_source.hpp"
 
 #include <condition_variable>
@@ -20,7 +20,7 @@ namespace {
 
 constexpr FrameSize kSize{160, 120};
 
-/// The first frames that the simulated camera pushes, by their numbers.
+/// Collects the frames of the simulated camera by their sequence numbers.
 class Frames final : public FrameSink {
  public:
   void push(Frame frame) override {
@@ -56,11 +56,11 @@ class SceneSourceTest : public ::testing::Test {
     return source ? std::move(*source) : nullptr;
   }
 
-  /// A picture, waited for.
+  /// Waits for an image and returns it.
   static Picture rendered(SceneSource& source, std::uint64_t number, const SensorSettings& settings) {
     Picture picture;
     EXPECT_TRUE(test::becomes_true("the picture is rendered",
-                                 [&] { return (picture = source.picture(number, settings)) != nullptr; }));
+                                   [&] { return (picture = source.picture(number, settings)) != nullptr; }));
     return picture;
   }
 
@@ -92,13 +92,13 @@ class SceneSourceTest : public ::testing::Test {
   std::string scene_;
 };
 
-TEST_F(SceneSourceTest, IsTheSimulatedCameraBitForBit) {
+TEST_F(SceneSourceTest, EqualsTheSimulatedCameraBitForBit) {
   expect_same("rig=single", "yuyv", Encoding::yuyv);
   expect_same("rig=single", "nv12", Encoding::nv12);
   expect_same("rig=pair&seed=7", "yuyv", Encoding::yuyv, 1);
 }
 
-TEST_F(SceneSourceTest, AlsoWhereItMovesFlickersAndBrackets) {
+TEST_F(SceneSourceTest, EqualsTheSimulatedCameraWithMotionFlickerAndBrackets) {
   expect_same("rig=single&turn=90deg/s&ring=8", "yuyv", Encoding::yuyv);
   expect_same("rig=single&turn=90deg/s&ring=8&readout=50us", "yuyv", Encoding::yuyv);
   expect_same("rig=single&switch=0.1s", "nv12", Encoding::nv12);
@@ -106,7 +106,7 @@ TEST_F(SceneSourceTest, AlsoWhereItMovesFlickersAndBrackets) {
   expect_same("rig=single&flicker=100hz&ring=6", "yuyv", Encoding::yuyv);
 }
 
-TEST_F(SceneSourceTest, AutomaticExposureIsTheSimulatedCameras) {
+TEST_F(SceneSourceTest, AutomaticExposureIsThatOfTheSimulatedCamera) {
   CameraConfig config{.uri = {}, .width = 64, .height = 48, .frame_rate = 30, .exposure_s = {}};
   Result<std::unique_ptr<CameraBackend>> camera =
       make_sim_backend(*parse_camera_uri(uri("rig=single&sensor=yuyv")), config);
@@ -117,36 +117,36 @@ TEST_F(SceneSourceTest, AutomaticExposureIsTheSimulatedCameras) {
   EXPECT_EQ(open("rig=single&exposure=3ms")->automatic_exposure_s(), 0.003);
 }
 
-TEST_F(SceneSourceTest, SettingsChangeThePicture) {
+TEST_F(SceneSourceTest, SettingsChangeTheImage) {
   const auto source = open("rig=single");
   ASSERT_TRUE(source->configure({Encoding::yuyv, kSize, 30}).ok());
   const Picture base = rendered(*source, 0, {0.001, 1, 6500});
   EXPECT_NE(*rendered(*source, 0, {0.002, 1, 6500}), *base);
   EXPECT_NE(*rendered(*source, 0, {0.001, 2, 6500}), *base);
   EXPECT_NE(*rendered(*source, 0, {0.001, 1, 4000}), *base);
-  EXPECT_EQ(rendered(*source, 0, {0.001, 1, 6500}).get(), base.get()) << "kept";
+  EXPECT_EQ(rendered(*source, 0, {0.001, 1, 6500}).get(), base.get()) << "from the cache";
   EXPECT_EQ(source->counts().rendered, 4U);
 }
 
-TEST_F(SceneSourceTest, WhiteBalanceIsTheSensorsOwn) {
-  // What the calibration calls white_balance undoes exactly what this does: channels divided by it.
+TEST_F(SceneSourceTest, WhiteBalanceChangesTheChannels) {
+  // The sensor divides its channels by the white balance; the calibration's white_balance inverts that.
   const auto source = open("rig=single");
   ASSERT_TRUE(source->configure({Encoding::yuyv, kSize, 30}).ok());
   const Picture warm = rendered(*source, 0, {0.001, 1, 3000});
   const Picture cold = rendered(*source, 0, {0.001, 1, 8000});
-  // Of a sensor set to lamplight, the room looks blue: Cb of the middle.
+  // With a white balance for incandescent light, the room appears blue: compare Cb at the centre.
   const std::size_t middle = 2 * (60 * 160 + 80) + 1;
   EXPECT_GT(static_cast<int>((*warm)[middle]), static_cast<int>((*cold)[middle]) + 5);
 }
 
-TEST_F(SceneSourceTest, MotionJpegShowsTheSamePicture) {
+TEST_F(SceneSourceTest, MotionJpegShowsTheSameImage) {
   const auto source = open("rig=single");
   const SensorSettings settings{0.001, 1, 6500};
   ASSERT_TRUE(source->configure({Encoding::mjpeg, kSize, 30}).ok());
   const Picture jpeg = rendered(*source, 0, settings);
   std::vector<std::byte> rgb(160 * 120 * 3);
   v4l2::JpegDecoder decoder(160, 120);
-  ASSERT_TRUE(decoder.decode(*jpeg, rgb)) << "what the board reads";
+  ASSERT_TRUE(decoder.decode(*jpeg, rgb)) << "the decoder of the v4l2 backend";
   ASSERT_TRUE(source->configure({Encoding::yuyv, kSize, 30}).ok());
   const Picture yuyv = rendered(*source, 0, settings);
   double luma = 0, shown = 0;
@@ -155,11 +155,11 @@ TEST_F(SceneSourceTest, MotionJpegShowsTheSamePicture) {
     luma += static_cast<double>((*yuyv)[2 * i]);
     shown += 16 + (65.481 * c(0) + 128.553 * c(1) + 24.966 * c(2)) / 255;
   }
-  EXPECT_NEAR(shown / (160 * 120), luma / (160 * 120), 0.5) << "mean of the codes";
+  EXPECT_NEAR(shown / (160 * 120), luma / (160 * 120), 0.5) << "mean luma";
   EXPECT_LE(jpeg->size(), largest_frame(Encoding::mjpeg, kSize));
 }
 
-TEST_F(SceneSourceTest, RenderedAheadNothingIsWaitedFor) {
+TEST_F(SceneSourceTest, ImagesRenderedAheadAreReadyAtOnce) {
   const auto source = open("rig=single&turn=90deg/s&ring=8");
   const StreamFormat format{Encoding::yuyv, kSize, 30};
   ASSERT_TRUE(source->render_ahead(format, {0.001, 0.008}).ok());
@@ -172,7 +172,7 @@ TEST_F(SceneSourceTest, RenderedAheadNothingIsWaitedFor) {
   EXPECT_EQ(source->counts().rendered, 16U);
 }
 
-TEST_F(SceneSourceTest, KeepsNoMoreThanItMay) {
+TEST_F(SceneSourceTest, LimitsTheCache) {
   SceneOptions options;
   options.uri = uri("rig=single&turn=90deg/s&ring=16");
   options.memory = 4 * 160 * 120 * 2;
@@ -182,7 +182,7 @@ TEST_F(SceneSourceTest, KeepsNoMoreThanItMay) {
   EXPECT_EQ(source->counts().kept, 4U);
 }
 
-TEST_F(SceneSourceTest, AnotherSceneIsAnotherPicture) {
+TEST_F(SceneSourceTest, ChangesTheScene) {
   test::write_exr(folder_.path("dark.exr"), test::room(128, [](Vec3d) { return Radiance{0.1F, 0.1F, 0.1F}; }, {}));
   const auto source = open("rig=single");
   ASSERT_TRUE(source->configure({Encoding::yuyv, kSize, 30}).ok());
@@ -191,13 +191,13 @@ TEST_F(SceneSourceTest, AnotherSceneIsAnotherPicture) {
   const double exposure = source->automatic_exposure_s();
   EXPECT_FALSE(source->set_scene("sim:nowhere").ok());
   EXPECT_FALSE(source->set_scene(uri("rig=single&sensor=yuyv")).ok()) << "the host chooses the format";
-  EXPECT_EQ(rendered(*source, 0, settings).get(), before.get()) << "after an error all is as it was";
+  EXPECT_EQ(rendered(*source, 0, settings).get(), before.get()) << "an error must not change the scene";
   ASSERT_TRUE(source->set_scene("sim:" + folder_.path("dark.exr") + "?rig=single").ok());
   EXPECT_NE(*rendered(*source, 0, settings), *before);
   EXPECT_GT(source->automatic_exposure_s(), exposure);
 }
 
-TEST_F(SceneSourceTest, RefusesWhatCannotBe) {
+TEST_F(SceneSourceTest, RejectsInvalidUris) {
   const auto message = [&](const std::string& text, int lens) {
     SceneOptions options;
     options.uri = text;

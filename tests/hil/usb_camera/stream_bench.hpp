@@ -1,4 +1,4 @@
-// A stream between known pictures and a host, with a clock that the test turns.
+// A stream with a known frame source, a test host and a simulated clock.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -24,10 +24,10 @@ class StreamBench {
     EXPECT_TRUE(stream.arm(agreed, settings).ok());
   }
 
-  /// Time goes on by so much, in steps of a millisecond; the host keeps `transfers` queued if it asks for any.
+  /// Advances the time by `ms` in steps of a millisecond; the host keeps `transfers` transfers queued.
   void run(std::int64_t ms, std::size_t transfers = 5) {
     for (std::int64_t end = now.ns + ms * kMs; now.ns < end; now = now + Duration{kMs}) {
-      // A host that takes what comes asks again within the millisecond.
+      // The host queues new transfers several times within a millisecond.
       for (int again = 0; again < 10; ++again) {
         if (transfers > 0) host.queue(stream, transfers);
         stream.run(now, host);
@@ -40,7 +40,7 @@ class StreamBench {
     stream.set(settings);
   }
 
-  /// What a frame looks like when nothing went wrong with it.
+  /// The bytes of a frame without faults.
   [[nodiscard]] std::vector<std::uint8_t> expected(const FrameRecord& record) const {
     const std::vector<std::byte> picture = known_picture(record.number, record.settings, source.bytes());
     const auto* const begin = reinterpret_cast<const std::uint8_t*>(picture.data());

@@ -1,4 +1,4 @@
-// Frames that go wrong on request: what the host sees, and that the log owns up to each.
+// Injected faults: the frames that the host receives, and their entries in the log.
 #include <gtest/gtest.h>
 
 #include "hil/usb_camera/stream_bench.hpp"
@@ -14,7 +14,7 @@ class Fault : public ::testing::TestWithParam<Pace> {
     bench_.arm();
     bench_.run(50);
   }
-  /// Everything that was received since, beside the log.
+  /// Every frame number appears in the log, in order.
   void expect_numbers_without_gap() {
     std::uint64_t next = 0;
     for (const FrameRecord& r : bench_.log.records()) EXPECT_EQ(r.number, next++);
@@ -39,7 +39,7 @@ TEST_P(Fault, TornFramesLackTheirMiddle) {
     EXPECT_TRUE(std::equal(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(third), got.bytes.begin()));
     EXPECT_TRUE(std::equal(whole.end() - static_cast<std::ptrdiff_t>(third), whole.end(),
                            got.bytes.begin() + static_cast<std::ptrdiff_t>(third)));
-    EXPECT_FALSE(got.error) << "nothing in the header gives it away";
+    EXPECT_FALSE(got.error) << "the header must not show the fault";
   }
   EXPECT_EQ(bench_.host.frames[before + 3].bytes.size(), bench_.source.bytes());
   expect_numbers_without_gap();
@@ -56,7 +56,7 @@ TEST_P(Fault, ShortenedFramesLackTheirEnd) {
   EXPECT_TRUE(std::equal(got.begin(), got.end(), whole.begin()));
 }
 
-TEST_P(Fault, MarkedFramesAreWholeWithTheErrorBit) {
+TEST_P(Fault, MarkedFramesAreCompleteWithTheErrorBit) {
   bench_.stream.faults().mark = 2;
   const std::size_t before = received();
   bench_.run(100);
@@ -76,11 +76,11 @@ TEST_P(Fault, SkippedFramesAreMissing) {
   expect_numbers_without_gap();
 }
 
-TEST_P(Fault, SilenceTakesTransfersAndSendsNothing) {
+TEST_P(Fault, ASilentCameraAcceptsTransfersAndSendsNothing) {
   bench_.stream.faults().silent_until = bench_.now + Duration{300 * bench::kMs};
   const std::size_t before = received();
   bench_.run(299);
-  EXPECT_LE(received() - before, 1U) << "at most the frame that was on its way";
+  EXPECT_LE(received() - before, 1U) << "at most the frame that was being sent";
   EXPECT_NEAR(static_cast<double>(bench_.log.count(Outcome::silent)), 30, 2);
   EXPECT_EQ(bench_.host.count(TransferStatus::stalled), 0);
   bench_.run(100);
@@ -91,7 +91,7 @@ TEST_P(Fault, SilenceTakesTransfersAndSendsNothing) {
 TEST_P(Fault, AHaltStallsUntilItIsCleared) {
   bench_.stream.halt(bench_.host);
   const std::size_t before = received();
-  EXPECT_TRUE(bench_.host.queued.empty()) << "those that waited are answered, too";
+  EXPECT_TRUE(bench_.host.queued.empty()) << "queued transfers are completed, too";
   bench_.run(100, 2);
   EXPECT_EQ(received(), before);
   EXPECT_GT(bench_.host.count(TransferStatus::stalled), 5);
@@ -102,8 +102,8 @@ TEST_P(Fault, AHaltStallsUntilItIsCleared) {
   EXPECT_EQ(bench_.stream.streams(), 2U);
 }
 
-TEST_P(Fault, WhatIsCutOffIsAborted) {
-  // One transfer of three: the frame is on its way when the stream ends.
+TEST_P(Fault, AnInterruptedFrameIsLoggedAsAborted) {
+  // One of three transfers is sent when the stream ends.
   StreamBench bench(GetParam());
   bench.arm();
   bench.host.queue(bench.stream, 1);
@@ -120,9 +120,9 @@ TEST_P(Fault, WhatIsCutOffIsAborted) {
 
 INSTANTIATE_TEST_SUITE_P(Paces, Fault, ::testing::Values(Pace::rate, Pace::guest));
 
-TEST(FaultOfJpeg, FramesShorterThanAgreedEndWhereTheyEnd) {
+TEST(FaultOfJpeg, FramesMayBeShorterThanNegotiated) {
   StreamBench bench(Pace::guest);
-  // Such that the last transfer is full to the byte, and one that is not.
+  // The last transfer is exactly full, or not full.
   for (const std::size_t bytes : {std::size_t{16384 - 12}, std::size_t{5000}}) {
     bench.source.short_by = 160 * 120 * 2 - bytes;
     bench.arm(Encoding::mjpeg);

@@ -1,4 +1,4 @@
-// Frames at their time: both paces, controls that act later, and numbers that add up.
+// Timing of frames at each pace, latency of controls, and consistency of the frame log.
 #include "usb_camera/stream.hpp"
 
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@ namespace {
 using bench::kMs;
 using bench::StreamBench;
 
-/// Each frame received is the one that the log says was sent, with its presentation time, and FID alternates.
-void expect_account(const StreamBench& bench) {
+/// Each received frame equals the logged one, has its presentation time, and FID alternates.
+void expect_frames_match_log(const StreamBench& bench) {
   std::vector<FrameRecord> sent = bench.with(Outcome::sent);
   ASSERT_EQ(bench.host.frames.size(), sent.size());
   for (std::size_t i = 0; i < sent.size(); ++i) {
@@ -25,7 +25,7 @@ void expect_account(const StreamBench& bench) {
   }
 }
 
-/// Of one stream: every number from 0 once.
+/// For one stream: the log has every frame number from 0 exactly once.
 void expect_every_number_once(const StreamBench& bench) {
   std::vector<std::uint64_t> numbers;
   for (const FrameRecord& r : bench.log.records()) numbers.push_back(r.number);
@@ -33,12 +33,12 @@ void expect_every_number_once(const StreamBench& bench) {
   for (std::size_t i = 0; i < numbers.size(); ++i) ASSERT_EQ(numbers[i], i);
 }
 
-TEST(StreamAtRate, SendsWholeFramesAtTheAgreedRate) {
+TEST(StreamAtRate, SendsCompleteFramesAtTheNegotiatedRate) {
   StreamBench bench(Pace::rate);
   bench.arm();
   bench.run(1000);
   EXPECT_NEAR(static_cast<double>(bench.host.frames.size()), 100, 1);
-  expect_account(bench);
+  expect_frames_match_log(bench);
   expect_every_number_once(bench);
   const auto sent = bench.with(Outcome::sent);
   for (std::size_t i = 1; i < sent.size(); ++i) EXPECT_EQ((sent[i].began - sent[i - 1].began).ns, 10 * kMs);
@@ -48,34 +48,34 @@ TEST(StreamAtRate, SendsNothingBeforeACommitAndATransfer) {
   StreamBench bench(Pace::rate);
   bench.run(100);
   EXPECT_TRUE(bench.log.records().empty());
-  EXPECT_EQ(bench.host.count(TransferStatus::success), 0) << "transfers wait, as on a device that has nothing";
+  EXPECT_EQ(bench.host.count(TransferStatus::success), 0) << "transfers stay queued";
   StreamBench armed(Pace::rate);
   armed.arm();
   armed.run(100, 0);
   EXPECT_TRUE(armed.log.records().empty());
-  EXPECT_FALSE(armed.stream.next_due()) << "nothing to wake up for";
+  EXPECT_FALSE(armed.stream.next_due()) << "no timer is needed";
   armed.run(100);
   EXPECT_GT(armed.host.frames.size(), 5U);
   EXPECT_EQ(armed.log.records().front().number, 0U);
 }
 
-TEST(StreamAtRate, ReplacesWhatTheHostDoesNotTake) {
+TEST(StreamAtRate, ReplacesFramesThatTheHostDoesNotFetch) {
   StreamBench bench(Pace::rate);
   bench.arm();
-  // Three transfers are a frame: what is left when the host stops asking takes a whole one.
+  // A frame takes three transfers; those still queued when the host stops take one more frame.
   bench.run(100, 3);
   const std::size_t before = bench.host.frames.size();
   bench.run(100, 0);
   bench.run(100, 3);
   EXPECT_NEAR(static_cast<double>(bench.log.count(Outcome::replaced)), 9, 2);
   EXPECT_GT(bench.host.frames.size(), before);
-  expect_account(bench);
+  expect_frames_match_log(bench);
   bench.stream.stop();
   expect_every_number_once(bench);
 }
 
-TEST(StreamAtRate, IsBusyWhileAFrameIsOnItsWay) {
-  // 38,412 bytes take three transfers of 16 KiB: the host asks for one, then for nothing for two frames' time.
+TEST(StreamAtRate, DropsFramesWhileOneIsBeingSent) {
+  // 38,412 bytes take three transfers of 16 KiB. The host queues one, then none for two frame intervals.
   StreamBench slow(Pace::rate);
   slow.arm();
   slow.host.queue(slow.stream, 1);
@@ -85,22 +85,22 @@ TEST(StreamAtRate, IsBusyWhileAFrameIsOnItsWay) {
   slow.run(25, 0);
   EXPECT_GE(slow.log.count(Outcome::busy), 2U);
   slow.run(30);
-  expect_account(slow);
+  expect_frames_match_log(slow);
   slow.stream.stop();
   expect_every_number_once(slow);
 }
 
-TEST(StreamAtRate, CountsWhatWasNotRendered) {
+TEST(StreamAtRate, CountsUnrenderedFrames) {
   StreamBench bench(Pace::rate);
   bench.source.not_ready = {3, 4};
   bench.arm();
   bench.run(200);
   EXPECT_EQ(bench.log.count(Outcome::unrendered), 2U);
-  expect_account(bench);
+  expect_frames_match_log(bench);
   expect_every_number_once(bench);
 }
 
-TEST(StreamAtRate, ItsClockStartsWithItsFirstPicture) {
+TEST(StreamAtRate, TheClockStartsWithTheFirstImage) {
   StreamBench bench(Pace::rate);
   bench.source.not_ready = {0};
   bench.arm();
@@ -119,10 +119,10 @@ TEST(StreamAtRate, ALongExposureLowersTheRate) {
   bench.run(400);
   EXPECT_NEAR(static_cast<double>(bench.host.frames.size()), 9.5, 0.6);
   const FrameRecord& first = bench.log.records().front();
-  EXPECT_EQ((first.began - CameraTime{1'000'000'000'000}).ns, 0) << "exposed from the start on";
+  EXPECT_EQ((first.began - CameraTime{1'000'000'000'000}).ns, 0) << "exposed from the start of the stream";
 }
 
-TEST(StreamAtRate, AMachineThatSleptCatchesUp) {
+TEST(StreamAtRate, RecoversAfterTheMachineWasSuspended) {
   StreamBench bench(Pace::rate);
   bench.arm();
   bench.run(50);
@@ -132,7 +132,7 @@ TEST(StreamAtRate, AMachineThatSleptCatchesUp) {
   EXPECT_GE((*bench.stream.next_due() - bench.now).ns, -kMs);
 }
 
-TEST(StreamForGuest, LosesNothingHoweverSlowTheHost) {
+TEST(StreamForGuest, DropsNothingWithASlowHost) {
   StreamBench bench(Pace::guest);
   bench.arm();
   for (int i = 0; i < 40; ++i) {
@@ -142,37 +142,37 @@ TEST(StreamForGuest, LosesNothingHoweverSlowTheHost) {
   bench.run(30);
   EXPECT_EQ(bench.log.count(Outcome::sent), bench.log.records().size());
   EXPECT_GT(bench.host.frames.size(), 5U);
-  expect_account(bench);
+  expect_frames_match_log(bench);
   expect_every_number_once(bench);
 }
 
-TEST(StreamForGuest, IsNoFasterThanTheRateAndKeepsIt) {
+TEST(StreamForGuest, KeepsTheNegotiatedRate) {
   StreamBench bench(Pace::guest);
   bench.arm();
   bench.run(1000);
   EXPECT_NEAR(static_cast<double>(bench.host.frames.size()), 100, 2);
 }
 
-TEST(StreamForGuest, WaitsForItsPicture) {
+TEST(StreamForGuest, WaitsForTheImage) {
   StreamBench bench(Pace::guest);
   bench.source.not_ready = {2};
   bench.arm();
   bench.run(200);
   EXPECT_EQ(bench.host.frames.size(), 2U);
-  EXPECT_FALSE(bench.stream.next_due()) << "whoever renders says when it goes on";
+  EXPECT_FALSE(bench.stream.next_due()) << "the renderer wakes the stream";
   bench.source.not_ready.clear();
   bench.run(100);
   EXPECT_GT(bench.host.frames.size(), 8U);
-  expect_account(bench);
+  expect_frames_match_log(bench);
   expect_every_number_once(bench);
 }
 
-TEST(StreamFree, IsAsFastAsTheHost) {
+TEST(StreamFree, SendsAsFastAsTheHostFetches) {
   StreamBench bench(Pace::free);
   bench.arm();
   bench.run(100);
   EXPECT_GT(bench.host.frames.size(), 300U);
-  expect_account(bench);
+  expect_frames_match_log(bench);
 }
 
 class Latency : public ::testing::TestWithParam<int> {};
@@ -190,13 +190,13 @@ TEST_P(Latency, AControlActsFromTheFrameStated) {
       const bool acts = r.number >= exposing + static_cast<std::uint64_t>(GetParam());
       EXPECT_DOUBLE_EQ(r.settings.exposure_s, acts ? 0.004 : 0.002) << "frame " << r.number;
     }
-    expect_account(bench);
+    expect_frames_match_log(bench);
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Frames, Latency, ::testing::Values(0, 1, 2, 5));
 
-TEST(Controls, EveryFrameOfABracketHasItsOwn) {
+TEST(Controls, EveryFrameOfABracketHasItsExposure) {
   StreamBench bench(Pace::rate);
   bench.arm();
   std::map<std::uint64_t, double> wanted;
@@ -214,10 +214,10 @@ TEST(Controls, EveryFrameOfABracketHasItsOwn) {
     ++compared;
   }
   EXPECT_GT(compared, 30);
-  expect_account(bench);
+  expect_frames_match_log(bench);
 }
 
-TEST(Stream, OrdersPicturesBeforeTheyAreDue) {
+TEST(Stream, OrdersImagesBeforeTheyAreDue) {
   StreamBench bench(Pace::rate);
   bench.arm();
   bench.run(12);
@@ -239,10 +239,10 @@ TEST(Stream, StopEndsTheFrameAndTheNextStreamBeginsAtZero) {
   const auto sent = bench.with(Outcome::sent);
   EXPECT_EQ(sent.back().stream, 2U);
   EXPECT_LT(sent.back().number, 6U);
-  expect_account(bench);
+  expect_frames_match_log(bench);
 }
 
-TEST(Stream, ACancelledTransferIsAnsweredOnce) {
+TEST(Stream, ACancelledTransferIsCompletedOnce) {
   StreamBench bench(Pace::rate);
   bench.arm();
   bench.host.queue(bench.stream, 3);
@@ -253,7 +253,7 @@ TEST(Stream, ACancelledTransferIsAnsweredOnce) {
   EXPECT_EQ(bench.host.count(TransferStatus::cancelled), 1);
   bench.run(50);
   EXPECT_EQ(std::count(bench.host.ids.begin(), bench.host.ids.end(), id), 1);
-  expect_account(bench);
+  expect_frames_match_log(bench);
 }
 
 TEST(Stream, TransfersAreBounded) {
@@ -266,7 +266,7 @@ TEST(Stream, TransfersAreBounded) {
   EXPECT_EQ(other.host.count(TransferStatus::refused), 1);
 }
 
-TEST(Stream, ShutterOpensBeforeTheReadout) {
+TEST(Stream, ExposureStartsBeforeTheReadout) {
   StreamBench bench(Pace::rate);
   bench.source.readout = 0.004;
   bench.arm();

@@ -1,5 +1,5 @@
-// A host's half of a bulk video stream: transfers put together again as Linux 6.1's uvcvideo does it
-// (uvc_video_decode_bulk), written from that description and from UVC 1.1 alone.
+// The host side of a bulk video stream: reassembles frames from transfers as Linux 6.1's uvcvideo does
+// (uvc_video_decode_bulk), and checks the payload headers of UVC 1.1. Shares no code with the camera.
 #pragma once
 
 #include <algorithm>
@@ -23,11 +23,11 @@ struct ReceivedFrame {
 
 class VideoHost final : public TransferSink {
  public:
-  /// `payload_bytes` is what was agreed on, `transfer_bytes` what each transfer asks for.
+  /// `payload_bytes`: negotiated size of a payload, `transfer_bytes`: requested size of each transfer.
   VideoHost(std::uint32_t payload_bytes, std::size_t transfer_bytes)
       : payload_bytes_(payload_bytes), transfer_bytes_(transfer_bytes) {}
 
-  /// Fills up to `count` transfers; those that are answered at once are not asked for again.
+  /// Queues transfers until `count` are queued; transfers that are completed at once are not replaced.
   void queue(Stream& stream, std::size_t count) {
     for (std::size_t i = queued.size(); i < count; ++i) {
       queued.push_back(next_id_);
@@ -45,7 +45,7 @@ class VideoHost final : public TransferSink {
 
   [[nodiscard]] int count(TransferStatus status) const { return statuses[static_cast<std::size_t>(status)]; }
 
-  std::vector<ReceivedFrame> frames;  ///< Ended by EOF.
+  std::vector<ReceivedFrame> frames;  ///< Complete frames.
   std::deque<std::uint64_t> queued;
   std::vector<std::uint64_t> ids;  ///< In the order of completion.
   std::vector<std::uint32_t> source_clocks;
@@ -55,8 +55,8 @@ class VideoHost final : public TransferSink {
   void take(std::span<const std::uint8_t> data) {
     if (!in_payload_ && data.empty()) return;
     if (!in_payload_) {
-      ASSERT_GE(data.size(), 12U) << "a payload begins with its header in one transfer";
-      ASSERT_EQ(data[0], 12) << "with presentation time and source clock";
+      ASSERT_GE(data.size(), 12U) << "the header must be complete in the first transfer";
+      ASSERT_EQ(data[0], 12) << "length of a header with presentation time and source clock";
       ASSERT_EQ(data[1] & 0x8C, 0x8C) << "end of header, PTS, SCR";
       header_ = data[1];
       if (!frame_) frame_.emplace();
@@ -75,7 +75,7 @@ class VideoHost final : public TransferSink {
     const std::size_t skip = size_ == 0 ? 12 : 0;
     frame_->bytes.insert(frame_->bytes.end(), data.begin() + static_cast<std::ptrdiff_t>(skip), data.end());
     size_ += data.size();
-    ASSERT_LE(size_, payload_bytes_) << "more than was agreed on";
+    ASSERT_LE(size_, payload_bytes_) << "the payload exceeds the negotiated size";
     if (data.size() < transfer_bytes_ || size_ >= payload_bytes_) {
       in_payload_ = false;
       if ((header_ & 2) != 0) {

@@ -1,12 +1,12 @@
-// Writes what the C++ API answers, for the other languages to be compared with.
-//   FOLDER/answers.txt      messages, questions and C++'s answers; the format is below
+// Writes results of the C++ API, for comparison with the other languages.
+//   FOLDER/answers.txt      messages, queries and the results of C++; the format is below
 //   FOLDER/answers.lwrec    the messages of one probe among them as a recording
-//   FOLDER/mutants.txt      messages that were damaged, and whether C++ takes them
-//   FOLDER/threads.lwrec    3,000 descriptors in 1.5 s, each telling its number in its light
+//   FOLDER/mutants.txt      damaged messages, and whether C++ accepts them
+//   FOLDER/threads.lwrec    3,000 descriptors in 1.5 s, whose light encodes their sequence number
 //
 // A line is a word and numbers, %.9g, which gives every float back:
 //   message HEX                          the bytes that the following lines are about
-//   final                                of here on: the recording's last lighting, as Probe::latest() has it
+//   final                                the following is for the recording's last lighting, from Probe::latest()
 //   info sequence units flags bound band lights coverage
 //   irradiance x y z  r g b              of the normal x y z
 //   radiance x y z roughness  r g b
@@ -15,12 +15,12 @@
 //   map levels exponent                  0 levels: none
 //   level edge roughness
 //   texel level index  r g b
-//   rotated qx qy qz qw  x y z  r g b    irradiance at x y z after the turn q
+//   rotated qx qy qz qw  x y z  r g b    irradiance at x y z after the rotation q
 //   engine NAME choice choice  validity residual  numbers
 //                                        a conversion of conventions.h: its enums' numbers (0 where it takes fewer),
 //                                        and its struct's fields in order, times of the host left out
 // And in mutants.txt:
-//   mutant STATUS HEX                    STATUS is StatusCode's name; behind "ok" follows
+//   mutant STATUS HEX                    STATUS is the name of a StatusCode; after "ok" follows
 //   irradiance x y z  r g b
 //   flags bits
 #include <algorithm>
@@ -260,7 +260,7 @@ std::vector<Descriptor> scenes() {
   return out;
 }
 
-/// One damage, or one surprise that protobuf allows: a field twice, a field of the future.
+/// One fault, or one unusual but valid encoding: a repeated field, an unknown field.
 std::string mutated(std::string bytes, const std::string& other, std::mt19937& random) {
   const auto below = [&](std::size_t n) { return n == 0 ? 0 : std::size_t{random()} % n; };
   const auto any_byte = [&] { return static_cast<char>(random() & 255U); };
@@ -285,7 +285,7 @@ std::string mutated(std::string bytes, const std::string& other, std::mt19937& r
       break;
     case 6:
       bytes += other;
-      break;  // Two messages are one: protobuf merges them.
+      break;  // Two concatenated messages: protobuf merges them.
     case 7:
       bytes += std::string("\xA3\x06\x08\x01\x1B\x10\x07\x1C\xA4\x06", 10);
       break;  // A group in a group.
@@ -295,7 +295,7 @@ std::string mutated(std::string bytes, const std::string& other, std::mt19937& r
   return bytes;
 }
 
-/// Groups with the number 100, each but the first in another.
+/// Nested groups with the number 100.
 std::string nested_groups(std::size_t depth) {
   std::string bytes;
   for (std::size_t k = 0; k < depth; ++k) bytes += "\xA3\x06";
@@ -303,7 +303,7 @@ std::string nested_groups(std::size_t depth) {
   return bytes;
 }
 
-/// Messages with groups as deep as a reader takes them and deeper, beside the fields and in the field `time`.
+/// Messages with groups nested up to the limit of readers and deeper, at the top level and in the field `time`.
 std::vector<std::string> nested_mutants(const std::string& message) {
   constexpr char kTimeTag = 3 * 8 + 2;
   std::vector<std::string> mutants;

@@ -1,4 +1,4 @@
-// What a render loop calls takes nothing from the heap.
+// The functions that a render loop calls do not allocate.
 #include <string>
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ TEST(CAbiAllocation, ARenderLoopAllocatesNothing) {
   ASSERT_EQ(lw_lighting_create(&other), LW_OK);
   lw_lighting_info info{};
   info.size = sizeof info;
-  // To the end: the reader thread allocates, and is to have nothing left to do.
+  // Play to the end, because the reader thread allocates while it receives.
   std::uint64_t seen = 0;
   while (lw_probe_wait_for_next(probe, &seen, 60'000'000'000, light) == LW_OK) {
     ASSERT_EQ(lw_lighting_get_info(light, &info), LW_OK);
@@ -46,7 +46,7 @@ TEST(CAbiAllocation, ARenderLoopAllocatesNothing) {
     failed += lw_lighting_lights(light, lights, sizeof *lights, LW_MAX_LIGHTS, &count) != LW_OK;
     failed += lw_lighting_environment(light, &map) != LW_OK;
   };
-  frame();  // The thread's lobe and error are made when they are first asked for.
+  frame();  // The thread's cached lobe and error message are created at first use.
   std::size_t allocations = 0;
   {
     const AllocationCount counter;
@@ -59,7 +59,7 @@ TEST(CAbiAllocation, ARenderLoopAllocatesNothing) {
   EXPECT_EQ(info.sequence, 113U);
   EXPECT_EQ(count, 13U);
 
-  // The counter sees the library: a turn allocates.
+  // The counter covers the library: a rotation allocates.
   const double q[4] = {0, 0, 0, 1};
   {
     const AllocationCount counter;

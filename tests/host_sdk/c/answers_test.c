@@ -1,4 +1,4 @@
-/* The numbers through the C ABI are C++'s, bit for bit: of messages, and of a recording that is played. */
+/* Results of the C ABI are bit-exactly those of C++, for messages and for a replayed recording. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +10,7 @@
 
 static const int64_t kTestTimeout = 60000000000;
 
-/* Same bits as a text of nine digits tells them. */
+/* Bit-exact comparison with a number of nine digits. */
 static int same(const float* got, const double* expected) {
   return got[0] == (float)expected[0] && got[1] == (float)expected[1] && got[2] == (float)expected[2];
 }
@@ -83,7 +83,7 @@ static void check_info(const lw_lighting* light, const char* line) {
   CHECK(info.coverage == (float)v[5]);
 }
 
-/* The numbers of an `engine` line that are still to be met. */
+/* The remaining numbers of an `engine` line. */
 static const double* expected;
 static int expected_left;
 
@@ -213,7 +213,7 @@ static void check_line(const lw_lighting* light, lw_lighting* turned, const char
   } else if (strcmp(word, "rotated") == 0) {
     const float normal[3] = {(float)v[4], (float)v[5], (float)v[6]};
     double by[4];
-    /* Nine digits of the quaternion are not all of it. */
+    /* Tolerance: the quaternion is given with nine digits only. */
     memcpy(by, v, sizeof by);
     CHECK(n == 10 && lw_lighting_rotated(light, by, turned) == LW_OK);
     CHECK(lw_lighting_irradiance(turned, normal, &a) == LW_OK);

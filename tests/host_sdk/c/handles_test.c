@@ -1,4 +1,4 @@
-/* Handles, NULL and what is no question: answered, never followed. */
+/* Invalid handles, NULL pointers and invalid arguments: every function returns an error. */
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 #include "check.h"
 #include "lamp.h"
 
-/* Who does not look at the status finds no old light in the struct. */
+/* After a failed call the struct contains no old light, for callers that ignore the status. */
 static void a_failed_call_leaves_no_light(const lw_lighting* light) {
   const float up[3] = {0, 1, 0};
   float values[3] = {5, 5, 5};
@@ -193,7 +193,7 @@ static void an_empty_lighting_says_why(void) {
   CHECK(lw_lighting_lights(empty, NULL, 0, 0, &count) == LW_OK && count == 0);
   CHECK(lw_lighting_environment(empty, &map) == LW_OK && map.level_count == 0);
   CHECK(lw_lighting_reason(empty, reason, sizeof reason, &length) == LW_OK && strlen(reason) == length);
-  /* Cut, and still a text; the length is what it would need. */
+  /* Truncated, but zero-terminated; the length is that of the whole text. */
   CHECK(lw_lighting_reason(empty, reason, 4, &length) == LW_OK && strcmp(reason, "no ") == 0 && length > 4);
   lw_lighting_release(empty);
 }
@@ -213,10 +213,10 @@ static void conversions_are_asked_well(const lw_lighting* light) {
   CHECK(lw_lighting_to_three(light, 0, -1, NULL, &three) == LW_INVALID_ARGUMENT);
   CHECK(lw_lighting_to_webxr(light, 7, NULL, &webxr) == LW_INVALID_ARGUMENT);
   CHECK(lw_lighting_to_openxr(light, 2, 0, NULL, &openxr) == LW_INVALID_ARGUMENT);
-  /* The lamp of +X shines to -X; all of Unity's axes but z are ours. */
+  /* The light at +X shines towards -X; Unity's axes differ in z only. */
   CHECK(lw_lighting_to_unity(light, LW_UNITY_HIGH_DEFINITION, LW_MAIN_LIGHT_APART, NULL, &plain) == LW_OK);
   CHECK(plain.validity == LW_VALID && plain.residual >= 0 && plain.forward[0] == -1 && plain.intensity == 10);
-  /* A matrix halves all colours; a residual that is not asked for is not told. */
+  /* A matrix halves all colours; without LW_RESIDUAL_MEASURED there is no residual. */
   for (i = 0; i < 9; i += 4) options.color[i] = 0.5F;
   options.residual = LW_RESIDUAL_LEFT_OUT;
   CHECK(lw_lighting_to_unity(light, LW_UNITY_HIGH_DEFINITION, LW_MAIN_LIGHT_APART, &options, &unity) == LW_OK);
@@ -248,7 +248,7 @@ int main(int argc, char** argv) {
   an_empty_lighting_says_why();
   conversions_are_asked_well(light);
   lw_probe_close(probe);
-  /* Lightings live on. */
+  /* Lightings stay valid after the probe is closed. */
   {
     lw_lighting_info info = {.size = sizeof info};
     CHECK(lw_lighting_get_info(scratch, &info) == LW_OK && info.sequence == 113);

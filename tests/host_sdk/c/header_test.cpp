@@ -1,4 +1,4 @@
-// lightwell.h and conventions.h are C++ as well, of the oldest that is still met, and mean the same there.
+// lightwell.h and conventions.h are also valid in the oldest supported C++, with the same meaning.
 #include <cstring>
 
 #include <lightwell/conventions.h>

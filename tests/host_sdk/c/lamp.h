@@ -1,4 +1,4 @@
-/* What the C programs ask: a lighting with one lamp at +X (the golden vector v1_lamp_at_plus_x), and a recording. */
+/* Test data of the C programs: a lighting with one light at +X (golden vector v1_lamp_at_plus_x), and a recording. */
 #ifndef LIGHTWELL_TESTS_LAMP_H
 #define LIGHTWELL_TESTS_LAMP_H
 
@@ -10,7 +10,7 @@
 
 enum { LAMP_CAPACITY = 4096 };
 
-/* Its bytes, and how many there are. */
+/* The bytes of the message, and their number. */
 static size_t lamp_bytes(const char* vectors, unsigned char bytes[LAMP_CAPACITY]) {
   char path[1024];
   size_t n;
@@ -32,7 +32,7 @@ static lw_lighting* lamp(const char* vectors) {
   return out;
 }
 
-/* A recording, asked until it has ended. */
+/* A recording, played to its end. */
 static lw_probe* played(const char* recording, lw_lighting* last) {
   char uri[1100];
   uint64_t seen = 0;

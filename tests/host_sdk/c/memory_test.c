@@ -1,4 +1,4 @@
-/* Memory that runs out becomes a status, at whichever of a call's allocations it does; nothing is lost or changed. */
+/* A failed allocation at any point of a call gives an error status, without leaks or changes. */
 #include <stddef.h>
 #include <string.h>
 
@@ -11,7 +11,7 @@
 void* __libc_malloc(size_t size);
 void* malloc(size_t size);
 
-/* So many of this thread's allocations succeed, the next ones do not. Below zero: all succeed. */
+/* Number of this thread's allocations that succeed before all others fail. Negative: all succeed. */
 static __thread long allowed = -1;
 
 void* malloc(size_t size) {
@@ -59,7 +59,7 @@ static lw_status connect_nowhere(void) {
   return status;
 }
 
-/* With one allocation more each time, until it is enough. */
+/* Repeats a call with one more successful allocation each time, until it succeeds. */
 static void runs_out(const char* what, lw_status (*call)(void)) {
   long n;
   lw_status status = LW_RESOURCE_EXHAUSTED;
@@ -100,7 +100,7 @@ int main(int argc, char** argv) {
   runs_out("lw_lighting_to_three", convert);
   runs_out("lw_probe_text", texts);
   runs_out("lw_probe_connect", connect_nowhere);
-  /* What was there before a call that failed is there still. */
+  /* The previous content is kept after a failed call. */
   CHECK(decode() == LW_OK);
   allowed = 0;
   CHECK(rotate() == LW_RESOURCE_EXHAUSTED && past() != LW_INTERNAL);

@@ -1,4 +1,4 @@
-/* What is asked, and with what: bytes, sizes of structs, options, moments, strides. */
+/* Arguments of queries: message bytes, struct sizes, options, times, strides. */
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
@@ -15,7 +15,7 @@ static void decoding_is_careful(const char* vectors) {
   lw_lighting* out = lamp(vectors);
   size_t k;
   lw_lighting_info info = {.size = sizeof info};
-  /* Truncated anywhere, it is refused by name, and what was there stays. */
+  /* Truncated at any position, it is rejected with a message, and the previous content is kept. */
   for (k = 0; k < n; ++k) (void)lw_lighting_decode(bytes, k, 0, out);
   CHECK(lw_lighting_decode(bytes, n - 1, 0, out) == LW_DATA_LOSS);
   CHECK(lw_lighting_decode(bytes, 0, 0, out) == LW_INVALID_ARGUMENT);
@@ -23,14 +23,14 @@ static void decoding_is_careful(const char* vectors) {
   CHECK(lw_lighting_decode(NULL, n, 0, out) == LW_INVALID_ARGUMENT);
   CHECK(lw_lighting_decode(bytes, n, -1, out) == LW_INVALID_ARGUMENT);
   CHECK(lw_lighting_get_info(out, &info) == LW_OK && info.sequence == 7);
-  /* A newer probe's field is passed over; a newer wire, which would be misread, is refused with its number. */
+  /* An unknown field is ignored; a newer wire version is rejected with its number. */
   memcpy(bytes + n, "\xC0\x3E\x05", 3);
   CHECK(lw_lighting_decode(bytes, n + 3, 0, out) == LW_OK);
-  /* A newer probe's flag stays a reason to doubt. */
+  /* An unknown flag is reported as LW_FLAG_NEWER. */
   memcpy(bytes + n, "\x68\x63", 2);
   CHECK(lw_lighting_decode(bytes, n + 2, 0, out) == LW_OK && lw_lighting_get_info(out, &info) == LW_OK);
   CHECK(info.flags == LW_FLAG_NEWER);
-  /* One of this version has its name. */
+  /* A known flag keeps its bit. */
   memcpy(bytes + n, "\x68\x08", 2);
   CHECK(lw_lighting_decode(bytes, n + 2, 0, out) == LW_OK && lw_lighting_get_info(out, &info) == LW_OK);
   CHECK(info.flags == LW_FLAG_UNSURE);
@@ -44,7 +44,7 @@ static void decoding_is_careful(const char* vectors) {
   lw_lighting_release(out);
 }
 
-/* A struct of a newer header: this one's fields, and some that this library does not know. */
+/* A struct of a newer header, with additional fields that this library does not know. */
 typedef struct {
   lw_answer known;
   unsigned char future[24];
@@ -70,7 +70,7 @@ static void sizes_are_kept(lw_lighting* light, const char* recording) {
   size_t count = 0;
   const size_t up_to_value = offsetof(lw_answer, value) + sizeof whole.value;
   CHECK(lw_lighting_irradiance(light, east, &whole) == LW_OK);
-  /* An older application's struct ends behind `value`: no byte behind it is touched. */
+  /* An older application's struct ends after `value`: no byte after it is written. */
   memset(&shorter, 0x5A, sizeof shorter);
   shorter.size = (uint32_t)up_to_value;
   CHECK(lw_lighting_irradiance(light, east, &shorter) == LW_OK);
@@ -79,7 +79,7 @@ static void sizes_are_kept(lw_lighting* light, const char* recording) {
     size_t k;
     for (k = up_to_value; k < sizeof shorter; ++k) CHECK(((unsigned char*)&shorter)[k] == 0x5A);
   }
-  /* A newer application's: what is not known here is zero. */
+  /* A newer application's struct: unknown fields become zero. */
   memset(&longer, 0x5A, sizeof longer);
   longer.known.size = sizeof longer;
   CHECK(lw_lighting_irradiance(light, east, &longer.known) == LW_OK);
@@ -97,7 +97,7 @@ static void sizes_are_kept(lw_lighting* light, const char* recording) {
   wrong.size = 0xCCCCCCCC;
   CHECK(lw_lighting_irradiance(light, east, &wrong) == LW_INVALID_ARGUMENT);
   CHECK(memcmp(wrong.value, whole.value, sizeof whole.value) == 0);
-  /* Questions: a newer field that is zero asks for nothing, another one cannot be served. */
+  /* Input structs: an unknown field must be zero. */
   snprintf(uri, sizeof uri, "replay:%s?speed=0", recording);
   memset(&options, 0, sizeof options);
   options.known.size = sizeof options;
@@ -107,7 +107,7 @@ static void sizes_are_kept(lw_lighting* light, const char* recording) {
   options.future[3] = 1;
   CHECK(lw_probe_connect(uri, LW_ZERO_TERMINATED, &options.known, &probe) == LW_INVALID_ARGUMENT);
   CHECK(probe == NULL && strstr(lw_last_error(NULL), "older") != NULL);
-  /* Older options end behind max_age. */
+  /* An older options struct ends after max_age. */
   options.known.size = (uint32_t)offsetof(lw_probe_options, extrapolation_ns);
   options.known.extrapolation_ns = -5;
   CHECK(lw_probe_connect(uri, LW_ZERO_TERMINATED, &options.known, &probe) == LW_OK);
@@ -155,7 +155,7 @@ static void options_are_checked(const char* recording, lw_probe* probe) {
   CHECK(lw_probe_report_lux(probe, 100, up, &factor) == LW_FAILED_PRECONDITION && factor == 3);
 }
 
-/* Fields that the bits do not name are not read: they may be anything. */
+/* Fields that are not selected by the bits are not read. */
 static void changes_name_their_fields(lw_probe* probe) {
   static const struct {
     uint64_t bit;
@@ -200,7 +200,7 @@ static void changes_name_their_fields(lw_probe* probe) {
   CHECK(strstr(lw_last_error(NULL), "no field") != NULL);
   CHECK(lw_probe_change_estimator(probe, &config, LW_FIELD_EPSILON | (uint64_t)1 << 40) == LW_INVALID_ARGUMENT);
   CHECK(strstr(lw_last_error(NULL), "LW_FIELD_") != NULL);
-  /* An older application's struct has no such field: what lies there is not its. */
+  /* An older application's struct does not have this field. */
   shorter = config;
   shorter.size = (uint32_t)offsetof(lw_estimator_config, marker_decimation);
   CHECK(lw_probe_change_estimator(probe, &shorter, LW_FIELD_EPSILON) == LW_FAILED_PRECONDITION);
@@ -223,7 +223,7 @@ static void the_past_and_the_far_future(lw_probe* probe, lw_lighting* scratch) {
   CHECK(info.validity == LW_VALID && info.age_ns == 0 && info.reason[0] == '\0' && info.derivation == LW_MEASURED);
 }
 
-/* Several at a time are summed in another order: within 1e-5 of the largest irradiance, of the lamp's 10. */
+/* Batch queries sum in another order: within 1e-5 of the largest irradiance, which is the light's 10. */
 static int near(const float* a, const float* b) {
   int k;
   for (k = 0; k < 3; ++k)
@@ -248,7 +248,7 @@ static void batches_keep_strides(lw_lighting* light) {
     CHECK(out[i][0] == -7 && out[i][4] == -7);
     memcpy(packed + 3 * i, &vertices[i][3], 12);
   }
-  /* More than are taken at a time, some of them no normals. */
+  /* More than one chunk, with some invalid normals. */
   {
     enum { kMany = 1000 };
     static float many[kMany][3], values[kMany][3];
@@ -266,12 +266,12 @@ static void batches_keep_strides(lw_lighting* light) {
       CHECK(lw_lighting_radiance(light, many[i], 0.5F, &one) == LW_OK && memcmp(values[i], one.value, 12) == 0);
     }
   }
-  /* Over the questions themselves. */
+  /* In place, over the inputs. */
   CHECK(lw_lighting_irradiance_batch(light, packed, 0, 4, packed, 12, NULL) == LW_OK);
   for (i = 0; i < 4; ++i) CHECK(memcmp(packed + 3 * i, &out[i][1], 12) == 0);
 }
 
-/* What C has no field for cannot be asked from C. */
+/* Options without a field in the C ABI cannot be set from C. */
 static void texts_of_options_arrive(void) {
   lw_probe_options options = {.size = sizeof options};
   lw_probe* none = NULL;
@@ -299,7 +299,7 @@ static void texts_of_options_arrive(void) {
   CHECK(lw_probe_connect("mqtt://127.0.0.1:1/a", LW_ZERO_TERMINATED, &options, &none) == LW_UNAVAILABLE);
 }
 
-/* A recording says nothing of a room. */
+/* A recording has no mounting. */
 static void without_a_mounting_there_is_no_world(const lw_probe* probe, lw_lighting* scratch) {
   lw_lighting_info info = {.size = sizeof info};
   lw_probe_info probe_info = {.size = sizeof probe_info};

@@ -24,7 +24,8 @@ typedef struct {
 
 static const uint64_t kLast = 3000;
 
-/* Descriptor n of the recording is a constant radiance n and a light of n from above: torn ones would not agree. */
+/* Descriptor n of the recording has constant radiance n and a light of irradiance n from above, which detects torn
+ * data. */
 static void* read_on(void* argument) {
   reader* r = argument;
   lw_lighting *mine = NULL, *copy = NULL;
@@ -47,19 +48,19 @@ static void* read_on(void* argument) {
     if (lw_lighting_copy(mine, copy) != LW_OK) ++r->wrong;
     if (lw_lighting_lights(copy, &light, sizeof light, 1, &count) != LW_OK || count != 1) ++r->wrong;
     if (lw_lighting_harmonics(copy, LW_RADIANCE, 0, c, NULL) != LW_OK) ++r->wrong;
-    /* 3.5449 is sqrt(4 pi); both went over the wire, which rounds. */
+    /* 3.5449 is sqrt(4 pi); both were rounded in the wire format. */
     if (light.irradiance[0] < 0.999F * (float)last || light.irradiance[0] > 1.001F * (float)last) ++r->wrong;
     if (c[0] < 0.999F * 3.5449077F * (float)last || c[0] > 1.001F * 3.5449077F * (float)last) ++r->wrong;
     if (lw_lighting_radiance(copy, up, 0.4F, &answer) != LW_OK || !(answer.value[0] > 0)) ++r->wrong;
     if (lw_lighting_irradiance(r->shared, east, &answer) != LW_OK) ++r->wrong;
     if (memcmp(answer.value, r->expected, sizeof answer.value) != 0) ++r->wrong;
-    /* The last error is this thread's own: others make another mistake at the same time. */
+    /* The last error is per thread: other threads cause other errors concurrently. */
     if (r->number % 2 == 0) {
       if (lw_lighting_irradiance(NULL, east, &answer) != LW_INVALID_ARGUMENT) ++r->wrong;
-      if (strstr(lw_last_error(NULL), "no lw_lighting") == NULL) ++r->wrong;
+      if (strstr(lw_last_error(NULL), "not an lw_lighting") == NULL) ++r->wrong;
     } else {
       if (lw_probe_get_stats(NULL, &stats) != LW_INVALID_ARGUMENT) ++r->wrong;
-      if (strstr(lw_last_error(NULL), "no lw_probe") == NULL) ++r->wrong;
+      if (strstr(lw_last_error(NULL), "not an lw_probe") == NULL) ++r->wrong;
     }
     if (lw_probe_at(r->probe, info.mid_exposure_ns, mine) != LW_OK) ++r->wrong;
     ++r->answers;

@@ -1,4 +1,4 @@
-// The C++17 face of the C ABI, built without exceptions and run-time types, as engines do.
+// The C++17 wrapper of the C ABI, built without exceptions and RTTI, as in game engines.
 #include <cmath>
 #include <cstring>
 #include <type_traits>
@@ -46,7 +46,7 @@ int main(int argc, char** argv) {
   const auto levels = light->environment_levels();
   CHECK(levels.size() == 3U && levels[0].edge == 16 && levels[0].rgb.size() == 768U && levels[2].roughness == 1);
 
-  // Half a turn about +Y brings the light of +X to -X.
+  // A rotation by pi about +Y maps the light at +X to -X.
   const auto turned = light->rotated({0, 1, 0, 0});
   CHECK(turned.ok());
   const float a = turned->irradiance(lw::Vec3{-1, 0, 0}).value[0], b = light->irradiance(lw::Vec3{1, 0, 0}).value[0];

@@ -1,4 +1,4 @@
-// Lightwell.cs against C++'s answers, and what C# adds: handles that the collector knows, exceptions, no garbage.
+// Lightwell.cs against the results of C++, and its own features: finalised handles, exceptions, no garbage.
 // usage: LightwellTest.exe ANSWERS_FOLDER
 using System;
 using System.Collections.Generic;
@@ -23,7 +23,7 @@ internal static class LightwellTest
 
     private static void Same(Rgb got, double[] row, int at, string what)
     {
-        // Nine digits are a float: bit for bit.
+        // Nine digits identify a float: bit-exact comparison.
         Check(got.R == (float)row[at] && got.G == (float)row[at + 1] && got.B == (float)row[at + 2], what);
     }
 
@@ -185,7 +185,7 @@ internal static class LightwellTest
 
     private static void BatchesAndBadQuestions(string folder)
     {
-        // At its own pace: At looks back as far as it looks ahead.
+        // At the original speed, because extrapolation by At needs descriptors as far back as it extrapolates.
         using (var probe = Probe.Connect("replay:" + folder + "/answers.lwrec"))
         using (var light = PlayOut(probe))
         {
@@ -195,7 +195,7 @@ internal static class LightwellTest
             Check(about.Refused == 2 && about.Validity == Validity.InvalidQuery && about.Reason != "", "refused");
             Check(values[1].R == 0 && values[2].G == 0, "no question, no light");
             var one = light.Irradiance(normals[3]);
-            // Several at a time are summed in another order.
+            // Batch queries sum in another order.
             Check(Math.Abs(one.Value.R - values[3].R) < 1e-5 * one.Value.R &&
                   Math.Abs(one.Value.B - values[3].B) < 1e-5 * one.Value.B && one.Validity == Validity.Valid, "batch");
             Check(one.Reason == "" && one.Units == Units.Absolute && one.ErrorBound > 0, "what an answer carries");
@@ -299,7 +299,7 @@ internal static class LightwellTest
                 sum += light.Irradiance(normals[3]).Value.R + light.Info.BoundTotal;
             };
             frame();
-            // The collector counts in blocks: many frames would fill thousands of them.
+            // The collector counts in blocks; garbage of many frames would fill thousands of them.
             var before = GC.CollectionCount(0);
             for (var i = 0; i < 200000; ++i) frame();
             Check(GC.CollectionCount(0) == before, "200,000 frames make nothing for the collector: " +
@@ -337,7 +337,7 @@ internal static class LightwellTest
         GC.Collect();
         GC.WaitForPendingFinalizers();
 
-        // Disposed while another thread waits for hours: that one is told.
+        // Dispose while another thread waits: its call fails.
         var slow = Probe.Connect("replay:" + folder + "/threads.lwrec?speed=0.0001");
         var sequence = slow.WaitForNext(null, Patience).Info.Sequence;
         Exception caught = null;

@@ -32,7 +32,7 @@ struct RuntimeRequest {
 };
 constexpr std::uint32_t kLoaderInfo = 1, kRuntimeRequest = 3, kInterface = 1;
 
-/// Far from any clock of the machine: who forgets to convert is seen.
+/// Far from the machine's clocks, so that a missing conversion is detected.
 constexpr XrTime kEpoch = 5'000'000'000'000'000'000;
 
 struct State {

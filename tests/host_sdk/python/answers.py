@@ -1,11 +1,11 @@
-"""Reads what make_answers wrote: messages, questions and C++'s answers. The format is told in make_answers.cpp."""
+"""Reads the files of make_answers: messages, queries and the results of C++. Format: make_answers.cpp."""
 
 import collections
 import pathlib
 
 
 class Message:
-    """One message's bytes (None: the recording's last lighting) and its lines by their word, numbers as floats."""
+    """A message's bytes (None: the recording's last lighting) and its lines by their first word, numbers as floats."""
 
     def __init__(self, payload):
         self.payload = payload

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The Python package against C++'s answers, and what Python adds: arrays, errors, threads.
+"""The Python package against the results of C++, and its own features: arrays, errors, threads.
 
 usage: python_test.py ANSWERS_FOLDER
 """
@@ -38,7 +38,7 @@ def play_out(probe):
 
 
 class Numbers(unittest.TestCase):
-    """Bit for bit those of C++: nine digits are a float."""
+    """Bit-exact comparison with C++: nine digits identify a float."""
 
     def same(self, got, rows):
         np.testing.assert_array_equal(got, np.array(rows, np.float32))
@@ -46,7 +46,7 @@ class Numbers(unittest.TestCase):
     def agrees(self, light, message):
         rows = np.array(message.lines["irradiance"])
         answer = light.irradiance(rows[:, :3])
-        # Several at a time are summed in another order.
+        # Batch queries sum in another order.
         np.testing.assert_allclose(answer.value, rows[:, 3:], rtol=0, atol=1e-5 * np.abs(rows[:, 3:]).max())
         self.assertEqual(answer.value.dtype, np.float32)
         rows = np.array(message.lines["radiance"])
@@ -112,7 +112,7 @@ class Engines(unittest.TestCase):
                 choices = [int(a), int(b)][:self.CHOICES[name]]
                 got = getattr(light, f"to_{name}")(*choices)
                 self.assertEqual((got.validity, np.float32(got.residual)), (validity, np.float32(residual)))
-                # In the struct's order, without the times of the host.
+                # In the order of the struct, without host times.
                 fields = [value for key, value in vars(got).items()
                           if key not in ("validity", "residual", "timestamp", "lastUpdatedTime")]
                 np.testing.assert_array_equal(np.concatenate([np.atleast_1d(f) for f in fields]).astype(np.float32),
@@ -272,7 +272,7 @@ class Connection(unittest.TestCase):
             self.assertEqual((answer.validity, answer.units), (Validity.STALE, Units.ABSOLUTE))
 
     def test_the_past_is_asked_by_pythons_own_clock(self):
-        # At its own pace: at() looks back as far as it looks ahead.
+        # At the original speed, because extrapolation by at() needs descriptors as far back as it extrapolates.
         with connect(speed=1, max_age=60) as probe:
             play_out(probe)
             self.assertEqual(probe.at(time.monotonic_ns()).info().sequence, 113)
@@ -301,7 +301,7 @@ class Connection(unittest.TestCase):
     def test_other_threads_run_while_one_waits(self):
         with connect() as probe:
             play_out(probe)
-            # The recording of many: each comes 0.5 ms after the other, the last after 1.5 s.
+            # Many descriptors at intervals of 0.5 ms, the last after 1.5 s.
             with lightwell.connect(f"replay:{FOLDER}/threads.lwrec?speed=0.05") as slow:
                 ticks = []
                 thread = threading.Thread(target=lambda: [ticks.append(time.sleep(0.001)) for _ in range(20)])
@@ -333,7 +333,7 @@ class Connection(unittest.TestCase):
 
     def test_close_leaves_a_probe_that_is_in_use_alone(self):
         probe = connect()
-        # What every method holds while it is in C.
+        # The guard that every method holds during a call into C.
         with probe._used() as raw:
             probe.close()
             self.assertEqual(probe._raw, raw)

@@ -1,4 +1,4 @@
-// The TypeScript module against C++'s answers: golden messages, a recording, and messages that were damaged.
+// The TypeScript module against the results of C++: golden messages, a recording, and damaged messages.
 // usage: node --test typescript_test.mjs, with LIGHTWELL_MODULE (lightwell.js) and LIGHTWELL_ANSWERS (the folder)
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -9,7 +9,7 @@ const lightwell = await import(pathToFileURL(process.env.LIGHTWELL_MODULE).href)
 const { DecodeError, EnvironmentKeeper, Lighting, decodeDescriptor, levelRadiance, readRecording, toThree } = lightwell;
 const folder = process.env.LIGHTWELL_ANSWERS;
 
-/** Of what all light together could give: what is asked of the numbers. */
+/** Tolerance, relative to the largest value that all light together can give. */
 const tolerance = 1e-6;
 
 const lines = (name) => readFileSync(`${folder}/${name}`, "utf8").trimEnd().split("\n").map((line) => line.split(" "));
@@ -86,7 +86,7 @@ function agrees(light, rows) {
         near(light.irradiance(v.slice(0, 3)).value, v.slice(3), size, word);
         break;
       case "radiance": {
-        // A narrow lobe and a map are as large as their texels are, and a light's lobe as its peak.
+        // The scale is that of the map's texels, plus the peak of a light's lobe.
         const answer = light.radiance(v.slice(0, 3), v[3]);
         near(answer.value, v.slice(4), Math.max(size, ...v.slice(4).map(Math.abs)), `${word} at roughness ${v[3]}`);
         assert.equal(answer.lightsIncluded, v[3] > 0);
@@ -117,16 +117,16 @@ function agrees(light, rows) {
       }
       case "engine":
         if (v[0] === "three") threeAgrees(light, v.slice(1), size);
-        break; // Others than three.js take them from the C ABI.
+        break; // Conversions other than three.js exist only in the C ABI.
       case "rotated":
-        break; // Engines turn what they were given: not a question of this module.
+        break; // This module has no rotation.
       default:
         assert.fail(`a line of a known kind: ${word}`);
     }
   }
 }
 
-test("messages are decoded and answered as C++ does", () => {
+test("decoding and queries give the results of C++", () => {
   const all = messages().filter((message) => message.bytes !== null);
   assert.ok(all.length > 15);
   for (const { bytes, rows } of all) agrees(Lighting.decode(bytes), rows);
@@ -135,7 +135,7 @@ test("messages are decoded and answered as C++ does", () => {
   console.log(`largest difference: ${worst.toExponential(1)} of all light`);
 });
 
-test("a recording is read, its map kept through changes, and its last light is C++'s", () => {
+test("a recording with map changes gives the last lighting of C++", () => {
   const file = readFileSync(`${folder}/answers.lwrec`);
   const recording = readRecording(file);
   assert.equal(recording.messages.length, 14);
@@ -150,18 +150,18 @@ test("a recording is read, its map kept through changes, and its last light is C
   assert.ok(light.environment !== null);
   agrees(light, messages().at(-1).rows);
 
-  // Changes without the whole map are not understood, and said so.
+  // Changes without their whole map are rejected.
   const late = new EnvironmentKeeper();
   const changes = decodeDescriptor(recording.messages[9].bytes);
   assert.equal(late.take(changes), false);
   assert.equal(late.mapFor(changes), null);
 
-  // A map whose texels are not those that its key was made of.
+  // A map whose texels do not match its key.
   const { bytes } = recording.messages[3];
   for (let at = bytes.length / 2 - 100; at < bytes.length / 2 + 100; at += 20) {
     const changed = Uint8Array.from(bytes);
     changed[Math.round(at)] ^= 16;
-    assert.throws(() => decodeDescriptor(changed), /environment\.key is not that of this map/);
+    assert.throws(() => decodeDescriptor(changed), /environment\.key does not match the content of the map/);
   }
 
   const torn = readRecording(file.subarray(0, file.length - 5));
@@ -174,7 +174,7 @@ test("a recording is read, its map kept through changes, and its last light is C
   assert.throws(() => readRecording(file.subarray(0, 12)), DecodeError);
 });
 
-test("damaged messages are taken and refused as C++ takes and refuses them", () => {
+test("damaged messages are accepted and rejected as in C++", () => {
   const count = { ok: 0, data_loss: 0, invalid_argument: 0 };
   let descriptor = null;
   let newer = 0;
@@ -206,7 +206,7 @@ test("damaged messages are taken and refused as C++ takes and refuses them", () 
   for (const n of Object.values(count)) assert.ok(n > 300, "each kind was met often");
 });
 
-test("unknown fields of every wire type are passed over", () => {
+test("unknown fields of every wire type are ignored", () => {
   const [{ bytes, rows }] = messages();
   const future = [0xc0, 0x3e, 0x05, 0xc9, 0x3e, 1, 2, 3, 4, 5, 6, 7, 8, 0xd2, 0x3e, 2, 9, 9, 0xd3, 0x3e, 0x08, 0x01, 0xd4,
                   0x3e, 0xdd, 0x3e, 1, 2, 3, 4];
@@ -214,14 +214,14 @@ test("unknown fields of every wire type are passed over", () => {
   agrees(Lighting.decode(Uint8Array.from([...future, ...bytes])), rows);
 });
 
-test("a part of a larger buffer is read where it lies", () => {
+test("a view into a larger buffer is decoded in place", () => {
   const { bytes, rows } = messages()[3];
   const larger = new Uint8Array(bytes.length + 20);
   larger.set(bytes, 7);
   agrees(Lighting.decode(larger.subarray(7, 7 + bytes.length)), rows);
 });
 
-test("hostile sizes are refused quickly", () => {
+test("hostile sizes are rejected quickly", () => {
   const code = (bytes) => {
     try {
       decodeDescriptor(bytes);
@@ -241,7 +241,7 @@ test("hostile sizes are refused quickly", () => {
   assert.equal(code(Uint8Array.from({ length: 65536 }, (_, i) => (i % 2 ? 0 : 0x32))), "invalid_argument", "32768 lights");
 });
 
-test("three.js is given an estimate or told that there is none", () => {
+test("three.js conversion with and without an estimate", () => {
   const light = Lighting.decode(messages().at(-2).bytes);
   const half = toThree(light, { color: [0.5, 0, 0, 0, 0.5, 0, 0, 0, 0.5], residual: "left_out" });
   assert.equal(half.residual, null);
@@ -256,7 +256,7 @@ test("three.js is given an estimate or told that there is none", () => {
   assert.equal(toThree(new Lighting(null)).validity, "none");
 });
 
-test("an answer says whether to believe it", () => {
+test("an answer has validity, age and error bound", () => {
   const last = messages().at(-2).bytes;
   const valid = Lighting.decode(last, { ageMs: 20 }).irradiance([0, 2, 0]);
   assert.deepEqual([valid.validity, valid.reason, valid.ageMs, valid.units], ["valid", "", 20, "absolute"]);

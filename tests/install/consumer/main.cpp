@@ -1,4 +1,4 @@
-// An application outside the source tree: what it can include and link is what was installed.
+// An application outside the source tree, which includes and links only the installed SDK.
 #include <iostream>
 
 #include <lightwell/probe.hpp>

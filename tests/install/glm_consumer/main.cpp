@@ -1,4 +1,4 @@
-// An application with GLM outside the source tree: lightwell/glm.hpp is installed, and means what it says.
+// An application with GLM outside the source tree: lightwell/glm.hpp is installed and its conversions are correct.
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
@@ -33,7 +33,7 @@ int main() {
   expect(near3(to_glm(Vec3f{1, 2, 3}), 1, 2, 3), "vectors keep their order");
   expect(near3(from_glm(glm::dvec3(1, 2, 3)), 1, 2, 3), "vectors come back");
 
-  // A quarter about up takes +X to -Z, for both.
+  // A rotation by pi/2 about up maps +X to -Z, for both.
   const Quat quarter = Quat::about({0, 1, 0}, std::acos(-1.0) / 2);
   expect(near3(to_glm(quarter) * glm::dvec3(1, 0, 0), 0, 0, -1), "quaternions turn the same way");
   expect(near3(rotate(from_glm(to_glm(quarter)), Vec3d{1, 0, 0}), 0, 0, -1), "quaternions come back");
@@ -50,7 +50,7 @@ int main() {
   expect(near3(to_glm(mix) * glm::vec3(1, 10, 100), 21, 10, 300), "colour matrices are not transposed");
   expect(from_glm(to_glm(mix)) == mix, "colour matrices come back");
 
-  // A lamp to the right and a grey room: what the shader in the header's comment computes.
+  // A light to the right and a grey room, evaluated by the shader in the header's comment.
   Descriptor room;
   room.radiance.band = 0;
   room.radiance.c[0] = Radiance{1, 1, 1} * 3.5449077F;
@@ -65,7 +65,7 @@ int main() {
                      sh[6] * (3 * n.z * n.z - 1) + sh[7] * (n.x * n.z) + sh[8] * (n.x * n.x - n.y * n.y));
   };
   const double pi = std::acos(-1.0);
-  // 1/4 + 1/2 + 5/16 of a lamp in three bands that one faces, 1/4 - 1/2 + 5/16 that one turns one's back to.
+  // A light in bands 0 to 2 gives 1/4 + 1/2 + 5/16 of its irradiance facing it, 1/4 - 1/2 + 5/16 facing away.
   expect(near(shade({1, 0, 0}).r, 1 + 8 * 1.0625 / pi), "the shader sees the lamp");
   expect(near(shade({-1, 0, 0}).g, 1 + 4 * 0.0625 / pi), "and not from behind");
 

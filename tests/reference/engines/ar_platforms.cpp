@@ -19,7 +19,7 @@ double clipped_cosine(const V3& normal, const std::array<double, 3>& towards) {
   return std::max(0.0, dot(normal, {towards[0], towards[1], towards[2]}));
 }
 
-/// pi times what a white surface reflects of nine coefficients in the functions with the phase.
+/// pi times the radiance reflected by a white surface for nine coefficients in the basis with the phase.
 Rgb irradiance_with_phase(const std::array<std::array<double, 3>, 9>& c, const V3& normal) {
   Rgb white{};
   for (std::size_t i = 0; i < 9; ++i) {

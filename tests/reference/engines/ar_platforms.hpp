@@ -1,8 +1,8 @@
-// What AR platforms' own light estimates mean: the irradiance that an application which follows the platform's
-// documents computes from them, at a unit normal in the platform's axes. Not divided by pi. Shaders clamp the sum of
-// harmonics at zero; that is left out here, so that a negative lobe is seen and not hidden.
+// Meaning of the AR platforms' light estimates: the irradiance that an application computes from them by following the
+// platform's documentation, at a unit normal in the platform's axes. Not divided by pi. Shaders clamp the sum of
+// harmonics at zero; this is omitted here, so that negative lobes are detected.
 //
-// Each takes the numbers exactly as the platform stores them.
+// Each function takes the numbers exactly as the platform stores them.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ struct ArCoreEstimate {
   std::array<double, 27> ambient_spherical_harmonics{};
 };
 
-/// As Google's sample lights its objects (hello_ar_java: environmental_hdr.frag, and
+/// Lighting as in Google's sample (hello_ar_java: environmental_hdr.frag, and
 /// updateSphericalHarmonicsCoefficients of HelloArActivity): a white matte surface reflects the main light's intensity
 /// times n.l / pi, and the harmonics times "the normalized spherical harmonics basis functions, the lambertian diffuse
 /// BRDF factor (1/pi) and a <cos> convolution". The sample's table of these (0.282095, -0.325735, 0.325735, -0.325735,
@@ -36,7 +36,7 @@ struct WebXrEstimate {
   std::array<double, 4> primary_light_intensity{};
 };
 
-/// Chromium hands out what ARCore, or XR_ANDROID_light_estimation, gave it, unchanged
+/// Chromium returns the values of ARCore or XR_ANDROID_light_estimation unchanged
 /// (device/vr/android/arcore/arcore_impl.cc GetLightProbe; device/vr/openxr/android/openxr_light_estimator_android.cc).
 Rgb webxr_irradiance_as_browsers_give_it(const WebXrEstimate& e, const V3& normal);
 
@@ -52,23 +52,23 @@ struct OpenXrEstimate {
   int harmonics_kind = 0;
   std::array<std::array<double, 3>, 9> coefficients{};  ///< "9 rows and 3 columns", red, green, blue.
   int directional_state = 1;
-  std::array<double, 3> direction{};  ///< Towards the light: so Chromium takes it (see above).
+  std::array<double, 3> direction{};  ///< Towards the light, as Chromium interprets it (see above).
   std::array<double, 3> intensity{};
 };
 
 enum class OpenXrBasis {
-  condon_shortley,       ///< As ARCore, whose makers wrote the extension and whose users it serves.
-  ramamoorthi_hanrahan,  ///< By the letter of the paper that the extension cites (eq. 3): all constants positive.
+  condon_shortley,       ///< As in ARCore, from whose authors the extension is.
+  ramamoorthi_hanrahan,  ///< As in the paper that the extension cites (eq. 3): all constants positive.
 };
 
-/// The harmonics, and the directional light besides where its own state is valid: an application adds what it is given.
+/// The harmonics plus the directional light if its state is valid, as an application adds them.
 Rgb openxr_irradiance(const OpenXrEstimate& e, OpenXrBasis basis, const V3& normal);
 
 /// ARDirectionalLightEstimate.sphericalHarmonicsCoefficients
 /// (https://developer.apple.com/documentation/arkit/ardirectionallightestimate/sphericalharmonicscoefficients):
 /// "separate red, green, and blue data planes ... 3 sets of 9 coefficients". They hold the whole environment; the
-/// primary light is for renderers without environment-based lighting. Apple names no functions; the real ones without
-/// phase are taken, in the order of Ramamoorthi & Hanrahan 2001.
+/// primary light is for renderers without environment-based lighting. Apple does not define the functions; the real
+/// ones without phase are assumed, in the order of Ramamoorthi & Hanrahan 2001.
 Rgb arkit_irradiance(const std::array<double, 27>& planes, const V3& normal);
 
 }  // namespace lightwell::reference::engines

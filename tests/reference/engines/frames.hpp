@@ -1,4 +1,4 @@
-// Where right, up and forward are in each engine's own axes.
+// The right, up and forward axes of each engine.
 #pragma once
 
 #include "reference/vector.hpp"
@@ -24,7 +24,7 @@ inline constexpr Frame unity_frame{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 /// UpVector = Z.
 inline constexpr Frame unreal_frame{{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
 
-/// What lies so far to the right, upwards and forwards, in the engine's axes.
+/// The vector with these components to the right, up and forward, in the engine's axes.
 inline V3 in_frame(const Frame& f, double right, double up, double forward) {
   return right * f.right + up * f.up + forward * f.forward;
 }

@@ -19,7 +19,7 @@ double from_behind(const V3& normal, const Triple& forward) {
 
 double dot4(const Four& a, const Four& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]; }
 
-/// The seven registers' worth of one channel that Unity and Unreal share: (n, 1), (xy, yz, zz, zx), xx - yy.
+/// The terms of one channel that Unity and Unreal share, packed in registers: (n, 1), (xy, yz, zz, zx), xx - yy.
 double registers(const Four& a, const Four& b, double c, const V3& n) {
   return dot4(a, {n.x, n.y, n.z, 1.0}) + dot4(b, {n.x * n.y, n.y * n.z, n.z * n.z, n.z * n.x}) +
          c * (n.x * n.x - n.y * n.y);

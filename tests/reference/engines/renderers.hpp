@@ -1,5 +1,5 @@
-// What renderers make of harmonics and a directional light: pi times the radiance that a white matte surface sends
-// back, at a unit normal in the renderer's axes. Clamping at zero is left out, as in ar_platforms.hpp.
+// Shading in renderers by harmonics and a directional light: pi times the radiance of a white matte surface, at a unit
+// normal in the renderer's axes. Clamping at zero is omitted, as in ar_platforms.hpp.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@ namespace lightwell::reference::engines {
 /// UnityEngine.Rendering.SphericalHarmonicsL2, this[rgb, coefficient], and a directional Light.
 struct UnityScene {
   std::array<std::array<double, 9>, 3> sh{};
-  std::array<double, 3> light_forward{};  ///< Transform.forward: where the light shines.
+  std::array<double, 3> light_forward{};  ///< Transform.forward: the direction of travel of the light.
   std::array<double, 3> light_color{};    ///< Linear.
   double light_intensity = 0;
 };
@@ -52,7 +52,7 @@ struct FilamentScene {
   std::array<std::array<double, 3>, 9> irradiance{};  ///< Of Builder::irradiance(3, sh).
   std::array<std::array<double, 3>, 9> radiance{};    ///< Of Builder::radiance(3, sh).
   double indirect_intensity = 0;
-  std::array<double, 3> light_direction{};  ///< Where the light shines: LightManager::Builder::direction.
+  std::array<double, 3> light_direction{};  ///< LightManager::Builder::direction: direction of travel of the light.
   std::array<double, 3> light_color{};
   double light_intensity_lux = 0;
 };
@@ -67,7 +67,7 @@ Rgb filament_irradiance_from_radiance(const FilamentScene& scene, const V3& norm
 /// FSHVectorRGB3 of a sky light, and a directional light in lux.
 struct UnrealScene {
   std::array<double, 9> r{}, g{}, b{};    ///< FSHVectorRGB3::R.V, G.V, B.V.
-  std::array<double, 3> light_forward{};  ///< GetForwardVector(): where the light shines.
+  std::array<double, 3> light_forward{};  ///< GetForwardVector(): direction of travel of the light.
   std::array<double, 3> light_color{};    ///< Linear.
   double light_intensity_lux = 0;
 };
@@ -77,8 +77,8 @@ struct UnrealScene {
 /// directional light Diffuse_Lambert = albedo / pi times lux times n.l (BRDF.ush).
 Rgb unreal_irradiance(const UnrealScene& scene, const V3& normal);
 
-/// SHBasisFunction() of Math/SHMath.h at a unit direction in Unreal's axes: what a coefficient multiplies, so that a
-/// projection can be looked at without the diffuse packing.
+/// SHBasisFunction() of Math/SHMath.h at a unit direction in Unreal's axes, to test a projection without the diffuse
+/// packing.
 std::array<double, 9> unreal_basis(const V3& direction);
 
 }  // namespace lightwell::reference::engines

@@ -9,7 +9,7 @@
 namespace lightwell::reference {
 
 BytePicture expose(const RadiancePicture& picture, const ExposureOptions& options) {
-  // The sensor asks a lens for nothing but the picture's size where there is no vignetting.
+  // Without vignetting, the sensor only uses the image size of the lens.
   LensParameters lens;
   lens.width = picture.width;
   lens.height = picture.height;

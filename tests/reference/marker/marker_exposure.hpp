@@ -1,4 +1,4 @@
-// From the radiance of a picture to a camera's bytes.
+// Simulated exposure: from the radiance of an image to a camera's bytes.
 //   expose, expose_grey, to_grey
 #pragma once
 
@@ -11,15 +11,15 @@
 namespace lightwell::reference {
 
 struct ExposureOptions {
-  double full_scale = 1;            ///< Radiance that fills the scale; more is clipped.
-  double electrons = 10'000;        ///< That fill the scale; 0: no shot noise.
-  double read_noise_electrons = 3;  ///< Standard deviation. Without `electrons` there is none.
-  bool srgb = false;                ///< Encoded; otherwise linear.
+  double full_scale = 1;            ///< Radiance at full scale; more is clipped.
+  double electrons = 10'000;        ///< At full scale; 0: no noise.
+  double read_noise_electrons = 3;  ///< Standard deviation; ignored if `electrons` is 0.
+  bool srgb = false;                ///< sRGB encoding; otherwise linear.
   std::uint64_t seed = 1;
-  std::uint64_t frame = 0;  ///< Another number is another noise.
+  std::uint64_t frame = 0;  ///< Frame number; each has different noise.
 };
 
-/// r g b a pixel, rows packed.
+/// Three bytes per pixel, packed rows.
 struct BytePicture {
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgb;
@@ -32,11 +32,11 @@ struct GreyBytes {
   [[nodiscard]] GreyPicture view() const;
 };
 
-/// A colour camera, by lightwell::sim::Sensor: noise of each channel by itself, no vignetting, no mosaic.
+/// A colour camera by lightwell::sim::Sensor: independent noise per channel, no vignetting, no mosaic.
 [[nodiscard]] BytePicture expose(const RadiancePicture& picture, const ExposureOptions& options = {});
-/// A camera without colour: its one channel sees the Rec. 709 luminance.
+/// A monochrome camera; its channel is the Rec. 709 luminance.
 [[nodiscard]] GreyBytes expose_grey(const RadiancePicture& picture, const ExposureOptions& options = {});
-/// Rec. 709 weights on bytes as they are (of an encoded picture: luma), rounded.
+/// Rec. 709 weights applied to the bytes as they are (luma for an encoded image), rounded.
 [[nodiscard]] GreyBytes to_grey(const BytePicture& picture);
 
 }  // namespace lightwell::reference

@@ -14,10 +14,10 @@ namespace lightwell::reference {
 
 namespace {
 
-/// A pixel whose rays agree to this share has no edge in it.
+/// A pixel whose samples agree to this relative difference contains no edge.
 constexpr double kEven = 0.005;
 
-/// On and between the edges of the unit square, count² points.
+/// A grid of count² points on the unit square that includes its edges.
 std::vector<FacePoint> grid(int count) {
   std::vector<FacePoint> out;
   for (int j = 0; j < count; ++j)
@@ -25,7 +25,8 @@ std::vector<FacePoint> grid(int count) {
   return out;
 }
 
-/// Fibonacci's lattice, `least` points or more: no two share a coordinate, and edges in all directions find it dense.
+/// A Fibonacci lattice of at least `least` points: no two share a coordinate, so edges in all directions are well
+/// sampled.
 std::vector<FacePoint> lattice(int least) {
   int count = 2, turn = 1;
   while (count < least) turn = std::exchange(count, count + turn);
@@ -34,14 +35,14 @@ std::vector<FacePoint> lattice(int least) {
   return out;
 }
 
-/// A surface and the directions that may meet it, seen from the camera.
+/// A surface and a cone around it, seen from the camera.
 struct Target {
   Surface surface;
   Vec3d axis;
-  double least_cosine = -2;  ///< Below -1: all of them.
+  double least_cosine = -2;  ///< Cosine of the cone's half angle; below -1: all directions.
 };
 
-/// Those whose cone comes within `reach` rad of a direction.
+/// The surfaces whose cone is within `reach` rad of a direction.
 std::vector<Target> targets_of(const MarkerWorld& world, Vec3d eye, double reach) {
   std::vector<Target> out;
   for (const auto& [surface, bounds] : world.bounded()) {
@@ -59,7 +60,7 @@ std::vector<Target> targets_of(const MarkerWorld& world, Vec3d eye, double reach
   return out;
 }
 
-/// Of a pixel's red.
+/// Red channel of a pixel.
 std::size_t offset_of(int width, int x, int y) {
   return 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x));
 }
@@ -72,7 +73,7 @@ class Rendering {
         eye_(camera.centre()),
         first_(grid(std::max(2, options.samples))),
         closer_(lattice(options.edge_rays)) {
-    // Lens models are smooth: what a pixel takes of the view is nowhere twice what any of a coarse grid takes.
+    // Lens models are smooth: no pixel's angular size is twice the maximum over a coarse grid.
     double reach = 0;
     const int step = std::max(1, std::min(camera.width(), camera.height()) / 64);
     for (int y = 0; y < camera.height(); y += step)
@@ -85,7 +86,7 @@ class Rendering {
     targets_ = targets_of(world_, eye_, 2 * reach);
   }
 
-  /// What the ray through a pixel's centre meets, and by which lamps' shadows.
+  /// The surface hit by the ray through a pixel's centre, and the lamps occluded there.
   void look(int x, int y, std::vector<Surface>& among, Surface& surface, std::uint32_t& shaded) const {
     const std::optional<Vec3d> middle = camera_.ray(x, y, 0.5, 0.5);
     if (!middle) return;
@@ -98,7 +99,7 @@ class Rendering {
     const std::vector<MarkerLamp>& lamps = world_.scene().lamps;
     for (std::size_t k = 0; k < std::min<std::size_t>(32, lamps.size()); ++k) {
       const double all = sum_of(world_.lamp_irradiance(lamps[k], point, normal, {surface, false, false}));
-      // The same sums of the same points where nothing hides; a point of a thousand is more than rounding.
+      // Without occlusion both sums are equal; the tolerance exceeds rounding and is below one point of a thousand.
       if (sum_of(world_.lamp_irradiance(lamps[k], point, normal, {surface})) < (1 - 1e-9) * all) shaded |= 1U << k;
     }
   }
@@ -115,7 +116,7 @@ class Rendering {
  private:
   static double sum_of(const Rgb& c) { return c[0] + c[1] + c[2]; }
 
-  /// All that a pixel in this direction can show.
+  /// All surfaces that a pixel in this direction can show.
   void candidates(Vec3d unit, std::vector<Surface>& out) const {
     out.clear();
     for (const Target& target : targets_)
@@ -141,15 +142,15 @@ class Rendering {
     Rgb mean = mean_of(first_, x, y, among, table_ambient, {}, least, most);
     bool even = true;
     for (std::size_t c = 0; c < 3; ++c) even = even && most[c] - least[c] <= kEven * most[c];
-    // Each pixel's lattice lies elsewhere (Roberts 2018, the sequence R2), so that an edge along one of its lines is
-    // not wrong by the same in all of them.
+    // Each pixel's lattice has a different offset (Roberts 2018, the sequence R2), so that errors along an edge are
+    // independent.
     const FacePoint shift{std::fmod(0.7548776662466927 * (x + 31 * y), 1),
                           std::fmod(0.5698402909980532 * (x + 31 * y), 1)};
     if (!even) mean = mean_of(closer_, x, y, among, table_ambient, shift, least, most);
     return mean;
   }
 
-  /// Nothing where the lens does not see all of the pixel.
+  /// std::nullopt if part of the pixel is outside the lens's field.
   [[nodiscard]] Rgb mean_of(const std::vector<FacePoint>& points, int x, int y, const std::vector<Surface>& among,
                             const Rgb& table_ambient, FacePoint shift, Rgb& least, Rgb& most) const {
     least.fill(std::numeric_limits<double>::infinity());
@@ -218,7 +219,7 @@ LensParameters pinhole_lens(int width, int height, double focal_px) {
   mei.cx = (width - 1) / 2.0;
   mei.cy = (height - 1) / 2.0;
   lens.model = mei;
-  // The outermost corner of the picture, and a little so that it is still seen.
+  // The angle of the outermost corner of the image, with a small margin.
   lens.max_angle_rad = std::min(1.55, std::atan(std::hypot(width / 2.0, height / 2.0) / focal_px) + 0.01);
   lens.pose_cv.rotation = upright_lens_cv();
   return lens;
@@ -228,7 +229,7 @@ MarkerCamera::MarkerCamera(const LensParameters& lens) : lens_(lens), model_(len
   for (int y = 0; y <= lens.height; ++y)
     for (int x = 0; x <= lens.width; ++x) {
       std::optional<Vec3d> ray = model_.unproject({x - 0.5, y - 0.5});
-      // Of length 1 along the axis where that is possible: then a pinhole's are linear in the pixel.
+      // Scaled to length 1 along the axis if possible: then the rays of a pinhole are linear in the pixel.
       if (ray && lens.max_angle_rad < 1.56) *ray = *ray * (1 / ray->z);
       if (ray) *ray = rotate(lens.pose_cv.rotation, *ray);
       rays_.push_back(ray);

@@ -1,8 +1,8 @@
-// What a camera sees of a MarkerScene: radiance pixel by pixel, and where things are in the picture.
+// Renders a MarkerScene: radiance per pixel, and image positions of points and tags.
 //   pinhole_lens    an ordinary camera
-//   MarkerCamera    a lens with its rays; where a point, a tag's corners are
+//   MarkerCamera    a lens with its rays; projects points and tag corners
 //   RadiancePicture, render
-//   SurfacePicture, see_surfaces   which surface each pixel shows, and what shades it
+//   SurfacePicture, see_surfaces   the visible surface of each pixel, and the lamps occluded there
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@
 
 namespace lightwell::reference {
 
-/// Linear, r g b a pixel, rows from the top.
+/// Linear radiance, three floats per pixel, rows from the top.
 struct RadiancePicture {
   int width = 0, height = 0;
   std::vector<float> rgb;
@@ -27,53 +27,54 @@ struct RadiancePicture {
   [[nodiscard]] Rgb at(int x, int y) const;
 };
 
-/// mei with xi = 0, no distortion, square pixels, the axis in the picture's middle, axes the probe's: looks along -Z.
+/// Model mei with xi = 0: no distortion, square pixels, principal point at the image centre; looks along the probe's
+/// -Z.
 [[nodiscard]] LensParameters pinhole_lens(int width, int height, double focal_px);
 
-/// A lens by its own model and pose. Directions are worked out once, at the corners of pixels, and interpolated
-/// between: exact for a pinhole, to 1 / (8 focal length) px otherwise.
+/// A lens by its model and pose. Directions are computed once at the corners of pixels and interpolated: exact for a
+/// pinhole, otherwise to 1 / (8 focal length) px.
 class MarkerCamera {
  public:
-  /// `lens` has passed RigParameters::validate().
+  /// `lens` must have passed RigParameters::validate().
   explicit MarkerCamera(const LensParameters& lens);
 
   [[nodiscard]] int width() const { return lens_.width; }
   [[nodiscard]] int height() const { return lens_.height; }
   [[nodiscard]] const LensParameters& lens() const { return lens_; }
-  /// The pixel of a point of the probe's frame; nothing where the lens cannot see. May lie outside of the picture.
+  /// Projects a point (probe frame); std::nullopt outside the lens's field. The pixel may be outside the image.
   [[nodiscard]] std::optional<PixelPosition> pixel_of(Vec3d point) const;
-  /// Where rays start, probe's frame.
+  /// Centre of projection, probe frame.
   [[nodiscard]] Vec3d centre() const { return lens_.pose_cv.translation; }
-  /// Towards (column + u, row + v), u and v 0 to 1 from the pixel's left and top edge; probe's frame, any length.
+  /// Direction through (column + u, row + v), u and v from 0 to 1 from the pixel's left and top edge; probe frame, any
+  /// length.
   [[nodiscard]] std::optional<Vec3d> ray(int column, int row, double u, double v) const;
 
  private:
   LensParameters lens_;
   CameraModel model_;
-  std::vector<std::optional<Vec3d>> rays_;  ///< (width + 1) (height + 1).
+  std::vector<std::optional<Vec3d>> rays_;  ///< Size (width + 1) (height + 1).
 };
 
 struct RenderOptions {
-  /// A pixel is first the mean of samples² rays on a grid from edge to edge of its square, 2 or more. What is smaller
-  /// than 1 / (samples - 1) px may slip through.
+  /// Each pixel is first sampled by samples² rays (samples >= 2) on a grid that includes its edges. Details smaller
+  /// than 1 / (samples - 1) px may be missed.
   int samples = 3;
-  /// Where those differ by more than a part of 200 it is the mean of so many (the next Fibonacci number) on a lattice
-  /// that has no rows: a pixel knows how much of it is on which side of an upright edge to 1 / edge_rays, of any edge
-  /// to 0.5 / sqrt(edge_rays), and neighbours err independently. Nine rays alone would put a slanted tag's corners 0.3
-  /// px off.
+  /// Pixels whose samples differ by more than 1/200 are sampled by this many rays (the next Fibonacci number) on a
+  /// Fibonacci lattice: the coverage by a vertical edge is accurate to 1 / edge_rays, by any edge to 0.5 /
+  /// sqrt(edge_rays), and errors of neighbours are independent. Nine rays would move a slanted tag's corners by 0.3 px.
   int edge_rays = 89;
-  double blur_px = 0;  ///< Standard deviation of a Gaussian, afterwards. Borders repeat.
-  int threads = 1;     ///< Rows are shared out; the picture is the same.
+  double blur_px = 0;  ///< Standard deviation of a Gaussian blur applied afterwards; borders are replicated.
+  int threads = 1;     ///< Number of threads; does not change the result.
 };
 
 [[nodiscard]] RadiancePicture render(const MarkerScene& scene, const MarkerCamera& camera,
                                      const RenderOptions& options = {});
 
-/// What the rays through pixels' centres meet, rows from the top.
+/// The surfaces hit by rays through pixel centres, rows from the top.
 struct SurfacePicture {
   int width = 0, height = 0;
   std::vector<Surface> surfaces;
-  /// Bit k: something hides lamp k there, all or a part of it. A surface that is turned away is not hidden.
+  /// Bit k: lamp k is partly or fully occluded there. A surface that faces away from a lamp does not count as occluded.
   std::vector<std::uint32_t> shaded;
 
   [[nodiscard]] std::size_t index(int x, int y) const {
@@ -83,11 +84,11 @@ struct SurfacePicture {
 
 [[nodiscard]] SurfacePicture see_surfaces(const MarkerScene& scene, const MarkerCamera& camera);
 
-/// Pixels of a face's tag corners as TagDetection has them: bottom left, bottom right, top right, top left. Nothing
-/// where the face is turned away or a corner has no pixel; what hides them is not asked.
+/// Pixels of the corners of a face's tag in the order of TagDetection: bottom left, bottom right, top right, top left.
+/// std::nullopt if the face is turned away or a corner has no pixel; occlusion is ignored.
 [[nodiscard]] std::optional<std::array<PixelPosition, 4>> tag_corners(const MarkerScene& scene,
                                                                       const MarkerCamera& camera, std::size_t face);
-/// Of any outline of a face, likewise.
+/// As tag_corners(), for any outline on a face.
 [[nodiscard]] std::optional<std::vector<PixelPosition>> outline_pixels(const MarkerScene& scene,
                                                                        const MarkerCamera& camera, std::size_t face,
                                                                        const FaceOutline& outline);

@@ -1,4 +1,4 @@
-// marker_picture: a marker body in known light, as a PNG to look at, and what is true of it.
+// marker_picture: renders a marker body in known light to a PNG and prints the ground truth.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -46,7 +46,7 @@ int fail(const std::string& what, Exit code) {
   return code;
 }
 
-/// The tag whose face looks down most.
+/// The tag of the face that points down most.
 int lowest_tag(const MarkerBody& body) {
   const auto down = [](const MarkerFace& face) { return -rotate(face.body_face.rotation, Vec3d{0, 0, 1}).y; };
   const MarkerFace* lowest = &body.faces.front();
@@ -55,7 +55,7 @@ int lowest_tag(const MarkerBody& body) {
   return lowest->tag_id;
 }
 
-/// AZIMUTH,ELEVATION,DISTANCE,LIGHT or ...,R,G,B; nothing for what is neither.
+/// Parses AZIMUTH,ELEVATION,DISTANCE,LIGHT or ...,R,G,B; std::nullopt for anything else.
 std::vector<double> parameters_of(const std::string& text) {
   std::vector<double> out;
   std::istringstream in(text);
@@ -84,7 +84,7 @@ MarkerScene scene_of(const MarkerBody& body, const MarkerStage& stage, const Wis
   if (w.table > 0) {
     const Rgb albedo{w.table, w.table, w.table};
     scene.table = table_under(body, scene.probe_body, w.stands_on >= 0 ? w.stands_on : lowest_tag(body), albedo);
-    // A body that is one card has nothing below it.
+    // A body with a single face has no face to stand on.
     if (dot(scene.table->normal, stage.up()) < 0) scene.table.reset();
   }
   return scene;
@@ -97,7 +97,7 @@ void print_truth(const MarkerScene& scene, const MarkerCamera& camera) {
     const Vec3d &p = lamp.direction_probe, &b = lamp.direction_body;
     std::printf("%s\n  {\"direction_probe\": [%.6f, %.6f, %.6f], \"direction_body\": [%.6f, %.6f, %.6f], ", comma, p.x,
                 p.y, p.z, b.x, b.y, b.z);
-    // JSON has no infinity.
+    // JSON cannot represent infinity.
     if (std::isfinite(lamp.distance_m)) std::printf("\"distance_m\": %.6f, ", lamp.distance_m);
     std::printf("\"irradiance\": [%.6g, %.6g, %.6g]}", lamp.irradiance[0], lamp.irradiance[1], lamp.irradiance[2]);
     comma = ",";

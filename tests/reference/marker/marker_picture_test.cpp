@@ -1,4 +1,4 @@
-// What is where in a picture of a marker, and how bright, against closed forms and a detector of tags.
+// Positions and radiances in images of a marker, compared with closed forms and with a tag detector.
 #include "reference/marker/marker_picture.hpp"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace lightwell::reference {
 namespace {
 
 constexpr double kDegree = pi / 180;
-/// Pictures are floats.
+/// Rounding of float images.
 constexpr double kFloat = 1e-6;
 
 MarkerBody body_file(const std::string& name) {
@@ -28,7 +28,7 @@ MarkerBody body_file(const std::string& name) {
   return body ? *body : cube_by_hand();
 }
 
-/// A body at a stage in even light with one lamp in front, on a table.
+/// A body on a table in uniform ambient light, with one lamp in front.
 MarkerScene lit(const MarkerBody& body, const MarkerStage& stage, int bottom_tag) {
   MarkerScene scene;
   scene.body = body;
@@ -43,7 +43,7 @@ Rgb at_pixel(const RadiancePicture& picture, PixelPosition p) {
   return picture.at(static_cast<int>(std::lround(p.x)), static_cast<int>(std::lround(p.y)));
 }
 
-TEST(MarkerPicture, TheCamerasAxesAreTheProbes) {
+TEST(MarkerPicture, TheCameraHasTheProbesAxes) {
   const MarkerCamera camera(pinhole_lens(641, 481, 500));
   const PixelPosition middle = camera.pixel_of({0, 0, -2}).value();
   EXPECT_NEAR(middle.x, 320, 1e-9);
@@ -54,7 +54,7 @@ TEST(MarkerPicture, TheCamerasAxesAreTheProbes) {
   EXPECT_FALSE(camera.pixel_of({0, 0, 1}).has_value());
 }
 
-TEST(MarkerPicture, RaysBetweenPixelsCornersAreTheLenss) {
+TEST(MarkerPicture, InterpolatedRaysMatchTheLensModel) {
   LensParameters fisheye = pinhole_lens(320, 240, 140);
   fisheye.model = KannalaBrandtParameters{140, 140, 160, 120, -0.02, 0.003, 0, 0};
   fisheye.max_angle_rad = 1.6;
@@ -65,7 +65,7 @@ TEST(MarkerPicture, RaysBetweenPixelsCornersAreTheLenss) {
         const auto ray = camera.ray(x, y, 0.3, 0.8);
         ASSERT_TRUE(ray) << x << ' ' << y;
         const PixelPosition there = camera.pixel_of(*ray).value();
-        // Of the fisheye 1 / (8 * 140) px.
+        // For the fisheye, 1 / (8 * 140) px.
         EXPECT_NEAR(there.x, x - 0.5 + 0.3, 2e-3);
         EXPECT_NEAR(there.y, y - 0.5 + 0.8, 2e-3);
       }
@@ -87,14 +87,14 @@ TEST(MarkerPicture, APatchsPixelsHaveAlbedoOverPiOfItsIrradiance) {
   EXPECT_NEAR(centre(0)[0], 0.5 * 2 / pi, kFloat);
   EXPECT_NEAR(centre(1)[0], 0.6 * 2 / pi, kFloat);
   EXPECT_NEAR(centre(1)[2], 0.2 * 0.5 / pi, kFloat);
-  // The rim beside the tag's black edge is paper, the edge ink. Tags have 8 cells in 36 mm.
+  // The margin outside the tag's black border is paper, the border is ink. Tags have 8 cells in 36 mm.
   const double rim = 0.018 + 0.5 * 0.0045, edge = 0.018 - 0.5 * 0.0045;
   EXPECT_NEAR(at_pixel(picture, camera.pixel_of({rim, 0, -0.47}).value())[1], 0.80 * 1 / pi, kFloat);
   EXPECT_NEAR(at_pixel(picture, camera.pixel_of({edge, 0, -0.47}).value())[1], 0.04 * 1 / pi, kFloat);
   EXPECT_NEAR(picture.at(0, 0)[0], 9, 9 * kFloat);
 }
 
-TEST(MarkerPicture, APixelOnAnEdgeIsTheMeanOverItsSquare) {
+TEST(MarkerPicture, APixelOnAnEdgeIsTheMeanOverItsArea) {
   // The cube's right edge, 30 mm of 470: with a focal length of 470 px at x = 80 + 30 px, where pixel 110 has its
   // centre; a principal point 0.3 px further covers 0.8 of it.
   MarkerScene scene;
@@ -113,7 +113,7 @@ TEST(MarkerPicture, APixelOnAnEdgeIsTheMeanOverItsSquare) {
   }
 }
 
-/// How far a tag reaches across its longest side, px: foreshortened ones are shallow.
+/// Width of a tag perpendicular to its longest side in px: small for foreshortened tags.
 double depth_of(const std::array<PixelPosition, 4>& corners) {
   double area = 0, longest = 0;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -124,7 +124,7 @@ double depth_of(const std::array<PixelPosition, 4>& corners) {
   return std::abs(area) / longest;
 }
 
-TEST(MarkerPicture, ATagIsReadWhereItsCornersAreProjected) {
+TEST(MarkerPicture, TagsAreDetectedAtTheirProjectedCorners) {
   auto detector = TagDetector::make();
   ASSERT_TRUE(detector);
   const MarkerCamera camera(pinhole_lens(800, 600, 1200));
@@ -153,7 +153,7 @@ TEST(MarkerPicture, ATagIsReadWhereItsCornersAreProjected) {
         ASSERT_NE(face, body.faces.end()) << tag.id;
         const auto truth = tag_corners(scene, camera, static_cast<std::size_t>(face - body.faces.begin()));
         ASSERT_TRUE(truth) << tag.id;
-        // Of shallow tags the detector's own corners are off by some tenths, whatever draws them.
+        // For strongly foreshortened tags, the detector's corners have errors of some tenths of a pixel.
         if (!tag.refined || depth_of(*truth) < 24) continue;
         for (std::size_t k = 0; k < 4; ++k) {
           const double off = std::hypot(tag.corners[k].x - (*truth)[k].x, tag.corners[k].y - (*truth)[k].y);
@@ -166,11 +166,11 @@ TEST(MarkerPicture, ATagIsReadWhereItsCornersAreProjected) {
     }
   }
   EXPECT_GE(seen, 4 * 4 * 4);
-  // 0.023 px, the worst 0.07; the detector by itself is good to 0.02 in each of x and y.
+  // RMS 0.023 px, maximum 0.07; the detector's accuracy is 0.02 in each of x and y.
   EXPECT_LT(std::sqrt(squares / seen), 0.04) << "worst " << worst;
 }
 
-TEST(MarkerPicture, TheDodecahedronsTopThrowsItsShadowWhereGeometrySays) {
+TEST(MarkerPicture, TheShadowOfTheDodecahedronIsAtTheGeometricPosition) {
   MarkerStage stage;
   stage.distance_m = 0.7;
   stage.elevation_rad = 40 * kDegree;
@@ -178,7 +178,7 @@ TEST(MarkerPicture, TheDodecahedronsTopThrowsItsShadowWhereGeometrySays) {
   scene.ambient = {};
   const Vec3d lamp = stage.direction(70 * kDegree, 35 * kDegree);
   scene.lamps = {DistantLamp{lamp, {1, 1, 1}}};
-  // The corner of the body that throws the farthest shadow, seen from above away from the lamp.
+  // The corner of the body whose shadow is farthest from the lamp, seen from above.
   const Vec3d up = scene.table->normal;
   EXPECT_NEAR(length(up - stage.up()), 0, 1e-9);
   EXPECT_NEAR(dot(up, stage.probe_body().translation - scene.table->point), 0.05, 1e-9) << "half of 100 mm";
@@ -193,7 +193,7 @@ TEST(MarkerPicture, TheDodecahedronsTopThrowsItsShadowWhereGeometrySays) {
     }
   EXPECT_GT(farthest, 0.1);
   EXPECT_LT(farthest, 0.2);
-  // What the body's middle throws its own shadow on lies inside.
+  // The shadow of the body's centre is inside.
   const Vec3d middle = scene.probe_body.translation - lamp * (0.05 / dot(up, lamp));
   const Vec3d inward = normalized(middle - tip);
   EXPECT_GT(table_irradiance(scene, tip + away * 1e-5).total()[0], 0.5);
@@ -219,21 +219,21 @@ TEST(MarkerPicture, ABallIsShadedByTheCosine) {
   int checked = 0;
   for (int y = 30; y <= 170; y += 10)
     for (int x = 30; x <= 170; x += 10) {
-      // The ball's centre is 0.5 m ahead: where the ray through the pixel's centre enters it.
+      // The ball's centre is 0.5 m ahead; this is where the ray through the pixel's centre enters it.
       const Vec3d ray = normalized(Vec3d{(x - 100) / 2000.0, (100 - y) / 2000.0, -1});
       const double along = -0.5 * ray.z, under = along * along - (0.25 - 0.0004);
       if (under < 1e-6) continue;
       const Vec3d normal = (ray * (along - std::sqrt(under)) - Vec3d{0, 0, -0.5}) * (1 / 0.02);
       const double expected = 0.7 / pi * (pi * 0.1 + std::max(0.0, dot(normal, lamp)));
-      // A pixel is a mean, and the ball bends: by a hundredth of its radius in one, (0.02)^2 / 12 of its brightness or
-      // so, more towards its outline.
+      // A pixel is a mean over a curved surface, a hundredth of the radius wide: the difference is about (0.02)^2 / 12
+      // of the brightness, more towards the outline.
       EXPECT_NEAR(picture.at(x, y)[0], expected, 2e-3 * expected) << x << ' ' << y;
       ++checked;
     }
   EXPECT_GT(checked, 100);
 }
 
-TEST(MarkerPicture, WhatIsNearerHidesWhatIsBehind) {
+TEST(MarkerPicture, NearerSurfacesOccludeThoseBehind) {
   MarkerScene scene;
   scene.body = cube_by_hand();
   scene.probe_body.translation = {0, 0, -0.5};
@@ -247,12 +247,12 @@ TEST(MarkerPicture, WhatIsNearerHidesWhatIsBehind) {
   EXPECT_NEAR(at_pixel(picture, camera.pixel_of({0.026, 0, -0.47}).value())[0], 0.5, kFloat);
 }
 
-TEST(MarkerPicture, PixelsKnowWhatTheyShowAndWhatShadesIt) {
+TEST(MarkerPicture, SurfacesAndShadowsOfPixels) {
   MarkerScene scene;
   scene.body = cube_by_hand();
   scene.probe_body.translation = {0, -0.1, -0.5};
   scene.table = table_under(scene.body, scene.probe_body, 5, {0.3, 0.3, 0.3});
-  // From the right: the top edge throws the shadow as far as it is high.
+  // From the right: the shadow of the top edge is as long as the cube is high.
   scene.lamps = {DistantLamp{{0, 1, 0}, {1, 1, 1}}, DistantLamp{{1, 1, 0}, {1, 1, 1}}};
   scene.occluders = {SphereOccluder{{0.06, -0.05, -0.5}, 0.01, {0.5, 0.5, 0.5}}};
   const MarkerCamera camera(pinhole_lens(321, 241, 400));
@@ -274,7 +274,7 @@ TEST(MarkerPicture, PixelsKnowWhatTheyShowAndWhatShadesIt) {
   expect({-0.1, 0.1, -0.5}, {SurfaceKind::none, 0}, 0);
 }
 
-TEST(MarkerPicture, BlurKeepsLightAndThreadsKeepThePicture) {
+TEST(MarkerPicture, BlurConservesLightAndThreadsDoNotChangeTheImage) {
   MarkerStage stage;
   MarkerScene scene = lit(cube_by_hand(), stage, 5);
   scene.table.reset();
@@ -318,7 +318,7 @@ TEST(MarkerExposure, ScalesClipsEncodesAndRepeats) {
     sum += noisy.pixels[k], squares += noisy.pixels[k] * noisy.pixels[k];
   const double n = 9999, mean = sum / n, variance = squares / n - mean * mean;
   // 5,000 electrons and 3 of reading: 70.8 of 10,000 are 1.805 codes, and a twelfth of a code squared by rounding.
-  EXPECT_NEAR(mean, 127.5, 0.08) << "four deviations of a mean of ten thousand";
+  EXPECT_NEAR(mean, 127.5, 0.08) << "four standard errors of a mean of ten thousand";
   EXPECT_NEAR(std::sqrt(variance), std::sqrt(1.805 * 1.805 + 1.0 / 12), 0.05);
 }
 

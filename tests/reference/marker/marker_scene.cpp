@@ -41,7 +41,7 @@ MarkerAmbient ambient_from_panorama(const Panorama& panorama, const Quat& probe_
   MarkerAmbient out;
   for (int top = 0; top < panorama.height; top += block)
     for (int left = 0; left < panorama.width; left += block) {
-      // In each channel its own mean direction would be exact; one by luminance is what a patch can have.
+      // A mean direction per channel would be exact; a patch has only one, weighted by luminance.
       Rgb energy{};
       Vec3d towards;
       for (int j = top; j < std::min(top + block, panorama.height); ++j)
@@ -52,7 +52,7 @@ MarkerAmbient ambient_from_panorama(const Panorama& panorama, const Quat& probe_
           towards += as_vec(pixel_direction(i, j, panorama.width, panorama.height)) * (luminance(here) * solid_angle);
         }
       if (!(luminance(energy) > 0)) continue;
-      // The vector irradiance of the block: shorter than its energy by what its spread takes.
+      // The vector irradiance of the block, which is smaller than its energy because of its extent.
       const double kept = length(towards) / luminance(energy);
       for (double& value : energy) value *= kept;
       out.sky.push_back({rotate(probe_panorama, normalized(towards)), energy, 1});
@@ -121,7 +121,7 @@ Rgb patch_radiance(const MarkerScene& scene, std::size_t face, const FaceOutline
     const auto at = [&](double s, double t) {
       return FacePoint{a.x + s * (b.x - a.x) + t * (c.x - a.x), a.y + s * (b.y - a.y) + t * (c.y - a.y)};
     };
-    // Centroids of steps² alike triangles, those that point up and those between them that point down.
+    // Centroids of steps² congruent triangles, pointing up and, between them, down.
     for (int i = 0; i < steps; ++i)
       for (int j = 0; i + j < steps; ++j) {
         take(at((i + 1.0 / 3) / steps, (j + 1.0 / 3) / steps), weight);

@@ -1,4 +1,4 @@
-// How much light falls where, against closed forms.
+// Irradiance in marker scenes, compared with closed forms.
 #include "reference/marker/marker_scene.hpp"
 
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kDegree = pi / 180;
 
-/// The cube, not turned, half a metre ahead.
+/// The cube without rotation, half a metre ahead.
 MarkerScene cube_scene() {
   MarkerScene scene;
   scene.body = cube_by_hand();
@@ -37,12 +37,12 @@ double corner_solid_angle(double a, double b, double h) {
   return std::atan(a * b / (h * std::sqrt(a * a + b * b + h * h)));
 }
 
-TEST(MarkerScene, BodiesByHandAreBodies) {
+TEST(MarkerScene, BodiesByHandAreValid) {
   EXPECT_TRUE(cube_by_hand().validate().ok()) << cube_by_hand().validate().message();
   EXPECT_TRUE(ball_by_hand().validate().ok()) << ball_by_hand().validate().message();
 }
 
-TEST(MarkerScene, ADistantLampLightsByItsCosine) {
+TEST(MarkerScene, IrradianceOfADistantLampFollowsTheCosine) {
   MarkerScene scene = cube_scene();
   // 60 degrees from the normal of face 0, 30 from that of face 1.
   scene.lamps.push_back(DistantLamp{{2 * std::sin(60 * kDegree), 0, 2 * std::cos(60 * kDegree)}, {4, 2, 1}});
@@ -52,14 +52,14 @@ TEST(MarkerScene, ADistantLampLightsByItsCosine) {
   EXPECT_NEAR(face_irradiance(scene, 1, {0, 0}).total()[1], 2 * std::cos(30 * kDegree), rounding);
   // Along the top face.
   EXPECT_NEAR(face_irradiance(scene, 4, {0, 0}).total()[0], 0, 4 * rounding);
-  // What leaves a patch is albedo / pi of that.
+  // The radiance of a patch is albedo / pi of that.
   const Rgb left = patch_radiance(scene, 0, std::size_t{1});
   EXPECT_NEAR(left[0], 0.6 * 2 / pi, rounding);
   EXPECT_NEAR(left[1], 0.4 * 1 / pi, rounding);
   EXPECT_NEAR(left[2], 0.2 * 0.5 / pi, rounding);
 }
 
-TEST(MarkerScene, AFaceTurnedAwayHasAmbientAlone) {
+TEST(MarkerScene, AFaceTurnedAwayHasOnlyAmbientLight) {
   MarkerScene scene = cube_scene();
   scene.ambient = even_ambient({0.3, 0.2, 0.1});
   scene.lamps = {DistantLamp{{0, 0, 1}, {4, 2, 1}}, NearLamp{{0, 0, 0}, {1, 1, 1}, 0.025}};  // Narrower than the cube.
@@ -71,7 +71,7 @@ TEST(MarkerScene, AFaceTurnedAwayHasAmbientAlone) {
   EXPECT_GT(face_irradiance(scene, 0, {0, 0}).total()[0], pi * 0.3 + 4);
 }
 
-TEST(MarkerScene, ANearLampFallsOffWithTheSquareOfTheDistanceAndTheCosine) {
+TEST(MarkerScene, IrradianceOfANearLampFollowsInverseSquareAndCosine) {
   MarkerScene scene = cube_scene();
   // 40 cm in front of the face's middle (the face is at z = -0.47), 30 cm to the right.
   scene.lamps.push_back(NearLamp{{0.3, 0, -0.07}, {1, 2, 3}});
@@ -80,16 +80,16 @@ TEST(MarkerScene, ANearLampFallsOffWithTheSquareOfTheDistanceAndTheCosine) {
   // 2 cm to the left and 1 cm up: 0.32, 0.01, 0.4 away.
   const double squared = 0.32 * 0.32 + 0.01 * 0.01 + 0.16;
   EXPECT_NEAR(face_irradiance(scene, 0, {-0.02, 0.01}).total()[0], 0.4 / std::pow(squared, 1.5), 10 * rounding);
-  // A ball instead of a point, all of it in view, is the same.
+  // A fully visible ball instead of a point gives the same.
   scene.lamps = {NearLamp{{0.3, 0, -0.07}, {1, 2, 3}, 0.1}};
   EXPECT_NEAR(face_irradiance(scene, 0, {0, 0}).total()[1], 2 * 0.8 / 0.25, 10 * rounding);
 }
 
-TEST(MarkerScene, TheRingsOfAWholeBallGiveTheClosedForm) {
+TEST(MarkerScene, TheRingsOfAFullyVisibleBallGiveTheClosedForm) {
   MarkerScene scene = cube_scene();
   scene.lamps.push_back(NearLamp{{0.1, 0.1, -0.3}, {1, 1, 1}, 0.03});
   const double closed = face_irradiance(scene, 0, {0.01, 0}).total()[0];
-  // So near that rays have to be asked, and hiding nothing: a corner behind the point that is lit.
+  // An occluder that is near enough for occlusion tests but occludes nothing: a corner behind the lit point.
   scene.occluders.push_back(PolygonOccluder{{{0, 0, -0.48}, {0.5, 0, -0.48}, {0.5, 0.5, -0.48}}, {1, 1, 1}});
   EXPECT_NEAR(face_irradiance(scene, 0, {0.01, 0}).total()[0], closed, 100 * rounding);
 }
@@ -102,11 +102,11 @@ TEST(MarkerScene, ALampHalfBelowTheHorizonOfAFace) {
   const double r = 0.2;
   scene.lamps.push_back(DistantLamp{{1, 0, 0}, {1, 1, 1}, r});
   const double expected = (r - std::sin(r) * std::cos(r)) / (pi * std::sin(r) * std::sin(r));
-  // 4,096 points: those at the horizon, where they count least, are cut off whole.
+  // 4,096 points; those at the horizon, where their weight is smallest, are either in or out.
   EXPECT_NEAR(face_irradiance(scene, 0, {0, 0}).total()[0], expected, 2e-3 * expected);
 }
 
-TEST(MarkerScene, EvenAmbientIsPiTimesItsRadianceEverywhere) {
+TEST(MarkerScene, IrradianceOfUniformAmbientIsPiTimesItsRadiance) {
   MarkerScene scene = cube_scene();
   scene.ambient = even_ambient({2, 1, 0.5});
   EXPECT_NEAR(scene.ambient.sh[0][0] * 0.28209479177, 2, 1e-9) << "radiance is L00 Y00";
@@ -134,14 +134,14 @@ TEST(MarkerScene, AmbientAsAFunctionOfDirection) {
   // Band 2 through its factor pi / 4: y^2 = 1/3 + (y^2 - 1/3).
   scene.ambient = ambient_from_function([](const V3& d) { return Rgb{1 + d.x, d.y * d.y, 1}; });
   const Rgb right = face_irradiance(scene, 1, {0, 0}).total(), top = face_irradiance(scene, 4, {0, 0}).total();
-  // The horizon is a kink for the sum: 64 rows of 128 see it to a thousandth.
+  // The integrand has a kink at the horizon: 64 rows of 128 integrate it to a thousandth.
   EXPECT_NEAR(right[0], pi + 2 * pi / 3, 1e-3 * pi);
   EXPECT_NEAR(right[1], pi / 3 - pi / 12, 1e-3);
   EXPECT_NEAR(top[1], pi / 3 + pi / 6, 1e-3);
   EXPECT_NEAR(top[2], pi, 1e-3 * pi);
 }
 
-TEST(MarkerScene, APanoramaInBlocksLightsAsAllItsPixels) {
+TEST(MarkerScene, APanoramaInBlocksGivesTheIrradianceOfItsPixels) {
   Panorama room = from_function(128, 64, smooth_scene, 2);
   const Panorama lamp = disc_lamp(128, 64, {0.6, 0.64, 0.48}, 0.1, {300, 200, 100});
   room = sum(room, lamp);
@@ -153,25 +153,26 @@ TEST(MarkerScene, APanoramaInBlocksLightsAsAllItsPixels) {
     const Vec3d in_room = rotate(turn.inverse(), normal);
     const Rgb expected = irradiance(room, {in_room.x, in_room.y, in_room.z});
     const Rgb found = irradiance_at(scene, {0, 0, 0}, normal).total();
-    // Blocks of 11 degrees that lie across the horizon.
+    // Error by blocks of 11 degrees across the horizon.
     for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 0.02 * expected[c] + 0.05);
   }
 }
 
-TEST(MarkerScene, MeanOverAPatchIsTheSolidAngleThatALampSeesOfIt) {
+TEST(MarkerScene, TheMeanOverAPatchIsProportionalToItsSolidAngleAtTheLamp) {
   MarkerScene scene = cube_scene();
-  // E of a near lamp over an area is I times the area's solid angle. Patch 0 of face 0: x 22.5 to 30 mm, the whole
-  // height; the lamp 50 mm above its bottom left corner.
+  // The integral of a near lamp's irradiance over an area is I times the area's solid angle. Patch 0 of face 0: x 22.5
+  // to 30 mm, the whole height; the lamp 50 mm above its bottom left corner.
   scene.lamps.push_back(NearLamp{{0.0225, -0.03, -0.42}, {1, 1, 1}});
   const double mean = corner_solid_angle(0.0075, 0.06, 0.05) / (0.0075 * 0.06);
   EXPECT_NEAR(patch_radiance(scene, 0, std::size_t{0}, 32)[0], 0.5 / pi * mean, 1e-4 * mean);
 }
 
-TEST(MarkerScene, TheShadowOfACubesTopEdgeLiesWhereGeometrySays) {
+TEST(MarkerScene, TheShadowOfACubesTopEdgeIsAtTheGeometricPosition) {
   MarkerScene scene = cube_on_table();
   EXPECT_NEAR(scene.table->normal.y, 1, rounding);
   EXPECT_NEAR(scene.table->point.y, -0.03, rounding);
-  // A distant lamp in the right, 40 degrees up: the top left edge throws its shadow edge / tan 40 to the left.
+  // A distant lamp on the right at an elevation of 40 degrees: the shadow of the top left edge is edge / tan 40 to the
+  // left.
   scene.lamps.push_back(DistantLamp{{std::cos(40 * kDegree), std::sin(40 * kDegree), 0}, {1, 1, 1}});
   const double distant = -0.03 - 0.06 / std::tan(40 * kDegree);
   // A lamp 30 cm above the table and 20 cm to the right of the left edge: the edge, 6 cm high, 6 / 24 of that further.
@@ -189,32 +190,32 @@ TEST(MarkerScene, TheShadowOfACubesTopEdgeLiesWhereGeometrySays) {
   EXPECT_TRUE(lit(0.04, 0)) << "the lamp's side";
 }
 
-TEST(MarkerScene, ALampWithARadiusHasAPenumbraAsWideAsItself) {
+TEST(MarkerScene, ALampWithARadiusHasAPenumbraOfItsAngularSize) {
   MarkerScene scene = cube_on_table();
   scene.penumbra_rings = 32;
   const double r = 0.05;
   scene.lamps.push_back(DistantLamp{{std::cos(40 * kDegree), std::sin(40 * kDegree), 0}, {1, 1, 1}, r});
-  // The edge is long beside the penumbra, so the disc is cut by a straight line.
+  // The edge is long compared with the penumbra, so a straight line cuts the disc.
   const auto light = [&](double elevation) {
     return table_irradiance(scene, {-0.03 - 0.06 / std::tan(elevation), -0.03, -0.5}).total()[0];
   };
   const double whole = std::sin(40 * kDegree);
   EXPECT_NEAR(light(40 * kDegree - r - 1e-3), whole, 10 * rounding);
   EXPECT_NEAR(light(40 * kDegree + r + 1e-3), 0, rounding);
-  // Over the edge looks the upper half of the disc, as if from its centroid, 4 r / 3 pi above the middle.
+  // The upper half of the disc is visible; it acts from its centroid, 4 r / 3 pi above the centre.
   const double half = 0.5 * std::sin(40 * kDegree + 4 * r / (3 * pi));
   EXPECT_NEAR(light(40 * kDegree), half, 0.02 * whole);
 }
 
-TEST(MarkerScene, OccludersHideLampsFromTheBody) {
+TEST(MarkerScene, OccludersOccludeLampsFromTheBody) {
   MarkerScene scene = cube_scene();
   scene.lamps.push_back(NearLamp{{0, 0, 0}, {1, 1, 1}});
-  // A ball half way between the lamp and the face's middle throws a round shadow: the cone that touches it.
+  // A ball half-way between the lamp and the face's centre has a round shadow, bounded by the tangent cone.
   scene.occluders.push_back(SphereOccluder{{0, 0, -0.235}, 0.005, {0.1, 0.1, 0.1}});
   const double edge = 0.47 * std::tan(std::asin(0.005 / 0.235));
   EXPECT_EQ(face_irradiance(scene, 0, {edge - 1e-6, 0}).total()[0], 0);
   EXPECT_GT(face_irradiance(scene, 0, {edge + 1e-6, 0}).total()[0], 4);
-  // A sheet whose right edge is at x = 2 mm, either way round.
+  // A sheet whose right edge is at x = 2 mm, in both orientations.
   for (const bool turned : {false, true}) {
     PolygonOccluder sheet{{{-0.1, -0.1, -0.235}, {0.002, -0.1, -0.235}, {0.002, 0.1, -0.235}, {-0.1, 0.1, -0.235}},
                           {1, 1, 1}};
@@ -225,7 +226,7 @@ TEST(MarkerScene, OccludersHideLampsFromTheBody) {
   }
 }
 
-TEST(MarkerScene, ABallHidesTheCardItStandsOnAndTheCardHidesTheBall) {
+TEST(MarkerScene, BallAndCardOccludeEachOther) {
   MarkerScene scene;
   scene.body = ball_by_hand();
   scene.lamps.push_back(DistantLamp{{0, 1, 0}, {1, 1, 1}});
@@ -240,22 +241,22 @@ TEST(MarkerScene, ABallHidesTheCardItStandsOnAndTheCardHidesTheBall) {
   EXPECT_EQ(ball_irradiance(scene, {0.6, -0.8, 0}).total()[0], 0);
 }
 
-TEST(MarkerScene, ABodyDimsTheAmbientLightBesideItIfAsked) {
+TEST(MarkerScene, ABodyOccludesAmbientLightOfTheTableIfEnabled) {
   MarkerScene scene = cube_on_table();
   scene.ambient = even_ambient({1, 1, 1});
   const Vec3d beside{-0.05, -0.03, -0.5};
   EXPECT_NEAR(table_irradiance(scene, beside).total()[0], pi, 10 * rounding);
   scene.table->ambient_directions = 20000;
-  // Of the cube one side is seen alone, 2 cm away: two rectangles of 3 x 6 cm that stand on the plane, each seen from
-  // the level of its corner (Howell's catalogue, B-4).
+  // Only one side of the cube is visible, 2 cm away: two vertical rectangles of 3 x 6 cm, each seen from the level of
+  // its corner (Howell's catalogue of view factors, B-4).
   const double x = 0.06 / 0.03, y = 0.02 / 0.03, xy = std::sqrt(x * x + y * y);
   const double share = 2 * (std::atan(1 / y) - y / xy * std::atan(1 / xy)) / (2 * pi);
-  // Of 20,000 directions about the square root of those on the outline go wrong.
+  // Of 20,000 directions, about the square root of those on the outline are misclassified.
   EXPECT_NEAR(table_irradiance(scene, beside).total()[0], pi * (1 - share), pi * 2e-3);
   EXPECT_LT(table_irradiance(scene, beside).total()[0], 0.9 * pi);
 }
 
-TEST(MarkerScene, LampsAreToldFromTheBodysOrigin) {
+TEST(MarkerScene, LampTruthsAreRelativeToTheBodysOrigin) {
   MarkerStage stage;
   stage.distance_m = 0.8;
   stage.elevation_rad = 0.6;
@@ -265,7 +266,7 @@ TEST(MarkerScene, LampsAreToldFromTheBodysOrigin) {
   scene.lamps = {NearLamp{stage.place(0.5, 0, 0.4), {1, 2, 3}}, DistantLamp{stage.up() * 3, {1, 1, 1}}};
   const auto truths = lamp_truths(scene);
   ASSERT_EQ(truths.size(), 2u);
-  // The body's +Z points to the azimuth by which it is turned.
+  // The body's +Z axis points to the azimuth of its rotation.
   EXPECT_NEAR(length(truths[0].direction_body - Vec3d{0, 0, 1}), 0, rounding);
   EXPECT_NEAR(truths[0].distance_m, 0.4, rounding);
   EXPECT_NEAR(truths[0].irradiance[1], 2 / 0.16, 100 * rounding);
@@ -273,7 +274,7 @@ TEST(MarkerScene, LampsAreToldFromTheBodysOrigin) {
   EXPECT_TRUE(std::isinf(truths[1].distance_m));
 }
 
-TEST(MarkerScene, TheStagesAzimuthsAreTheCameras) {
+TEST(MarkerScene, AzimuthsOfTheStageAreRelativeToTheCamera) {
   MarkerStage stage;
   stage.elevation_rad = 0.6;
   EXPECT_GT(stage.direction(0, 0).z, 0.8) << "towards the camera";

@@ -13,9 +13,9 @@ namespace lightwell::reference {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-/// A surface does not hide what lies on it, m.
+/// Minimum distance of an occluding hit in m, so that a surface does not occlude points on it.
 constexpr double kTouching = 1e-9;
-/// What rounding in a body file may do to an angle between faces, m.
+/// Tolerance in m for rounding in a body file, when testing whether the body is convex.
 constexpr double kFlush = 1e-6;
 
 BoundingBall bounds_of(const std::vector<Vec3d>& points) {
@@ -49,7 +49,7 @@ WorldPolygon occluder_polygon(const PolygonOccluder& occluder) {
   WorldPolygon out;
   out.origin = a;
   out.x = normalized(occluder.corners[1] - a);
-  // In order, so that the frame's z has them counter-clockwise, whichever way round they were.
+  // Orders the corners counter-clockwise about the frame's z, whatever their orientation.
   out.z = normalized(cross(out.x, occluder.corners[2] - a));
   out.y = cross(out.z, out.x);
   for (const Vec3d& p : occluder.corners) out.outline.push_back(out.local(p));
@@ -57,7 +57,7 @@ WorldPolygon occluder_polygon(const PolygonOccluder& occluder) {
   return out;
 }
 
-/// Where a ray meets the polygon; kNever where it does not.
+/// Ray parameter of the hit with the polygon; kNever if there is none.
 double polygon_distance(const WorldPolygon& polygon, Vec3d start, Vec3d direction, bool front_only) {
   const double along = dot(polygon.z, direction);
   if (along == 0 || (front_only && along > 0)) return kNever;
@@ -65,7 +65,7 @@ double polygon_distance(const WorldPolygon& polygon, Vec3d start, Vec3d directio
   return t > 0 && lies_within(polygon.outline, polygon.local(start + direction * t)) ? t : kNever;
 }
 
-/// Where a ray enters a ball, or leaves it where it starts inside.
+/// Ray parameter at which a ray enters a sphere, or leaves it if it starts inside.
 double ball_distance(Vec3d center, double radius, Vec3d start, Vec3d direction) {
   const Vec3d to = center - start;
   const double a = dot(direction, direction), half = dot(direction, to), c = dot(to, to) - radius * radius;
@@ -75,7 +75,7 @@ double ball_distance(Vec3d center, double radius, Vec3d start, Vec3d direction) 
   return near > 0 ? near : far > 0 ? far : kNever;
 }
 
-/// AprilTag draws a tag in milliseconds, and scenes are made by the hundred.
+/// Caches tag bitmaps: AprilTag takes milliseconds to draw one, and hundreds of scenes are made.
 const TagBitmap& bitmap_of(TagFamily family, int id) {
   static std::mutex mutex;
   static std::map<std::pair<TagFamily, int>, TagBitmap> known;
@@ -97,12 +97,12 @@ std::array<double, 4> two_bands(Vec3d d) {
   return {even, odd * d.y, odd * d.z, odd * d.x};
 }
 
-/// A lamp as a disc that a point sees.
+/// A lamp as the disc that is visible from a point.
 struct Disc {
   Vec3d direction;
   double half_angle = 0, distance = kNever;
   Rgb irradiance{};   ///< At normal incidence.
-  double radius = 0;  ///< Of the ball whose image it is; 0 at infinity.
+  double radius = 0;  ///< Radius of the spherical lamp; 0 for a distant one.
 };
 
 Disc disc_of(const MarkerLamp& lamp, Vec3d point) {
@@ -230,7 +230,7 @@ bool MarkerWorld::clear_around(Vec3d point, Vec3d direction, double half_angle, 
 
 Rgb MarkerWorld::ambient(Vec3d normal) const {
   Rgb out{};
-  // Ramamoorthi & Hanrahan 2001, eq. 7 and 8: bands 0 and 1 come through the cosine lobe with pi and 2 pi / 3.
+  // Ramamoorthi & Hanrahan 2001, eq. 7 and 8: the cosine lobe scales bands 0 and 1 by pi and 2 pi / 3.
   const std::array<double, 4> y = two_bands(normal);
   for (std::size_t k = 0; k < 4; ++k) add(out, scene_->ambient.sh[k], (k == 0 ? pi : 2 * pi / 3) * y[k]);
   for (const SkyPatch& patch : scene_->ambient.sky)
@@ -245,8 +245,8 @@ Rgb MarkerWorld::table_ambient(Vec3d point) const {
   if (count <= 0) return out;
   const Hiding hiding{{SurfaceKind::table, 0}};
   const auto [u, v] = tangent_basis(table.normal);
-  // What is hidden is taken away, so that nothing hidden leaves the closed form. Directions with a density of cos / pi:
-  // Malley's method on a spiral of equal areas.
+  // Occluded light is subtracted, so that without occlusion the closed form remains exact. Directions have the density
+  // cos / pi: Malley's method on a spiral of equal areas.
   for (int i = 0; i < count; ++i) {
     const double r = std::sqrt((i + 0.5) / count), phi = i * pi * (3 - std::sqrt(5.0));
     const Vec3d d = u * (r * std::cos(phi)) + v * (r * std::sin(phi)) + table.normal * std::sqrt(1 - r * r);
@@ -271,13 +271,13 @@ Rgb MarkerWorld::lamp_irradiance(const MarkerLamp& lamp, Vec3d point, Vec3d norm
     if (cosine > 0 && !hidden(point, disc.direction, disc.distance, hiding)) add(out, disc.irradiance, cosine);
     return out;
   }
-  // The whole disc of uniform radiance: a point source at its centre, in closed form.
+  // The whole disc is visible: in closed form, a point source at its centre.
   if (cosine >= reach && clear_around(point, disc.direction, disc.half_angle, hiding)) {
     add(out, disc.irradiance, cosine);
     return out;
   }
-  // Rings of equal solid angle: their mean is along the axis and of the right length, so that the whole disc gives the
-  // closed form again.
+  // Rings of equal solid angle: their mean vector is along the axis with the correct length, so that a fully visible
+  // disc reproduces the closed form.
   const int rings = std::max(2, scene_->penumbra_rings);
   const auto [u, v] = tangent_basis(disc.direction);
   const double depth = 2 * std::pow(std::sin(disc.half_angle / 2), 2);  // 1 - cos

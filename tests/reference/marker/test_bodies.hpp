@@ -1,4 +1,4 @@
-// Bodies written by hand, for tests: a cube whose numbers are round, and a ball above a card.
+// Bodies defined by hand for tests: a cube with round numbers, and a ball above a card.
 //   cube_by_hand, ball_by_hand
 #pragma once
 
@@ -10,8 +10,9 @@
 
 namespace lightwell::reference {
 
-/// Centre in the origin. Faces 0 to 3 look along +Z, +X, -Z, -X with their tags' up along +Y; 4 is the top, 5 the
-/// bottom. Tags of three fifths of the edge in a rim, and right and left of that patches of 0.5 and (0.6, 0.4, 0.2).
+/// A cube centred at the origin. Faces 0 to 3 have normals +Z, +X, -Z, -X and tags upright along +Y; 4 is the top, 5
+/// the bottom. Each has a tag of three fifths of the edge, with patches of albedo 0.5 and (0.6, 0.4, 0.2) right and
+/// left of it.
 inline MarkerBody cube_by_hand(double edge_m = 0.06) {
   MarkerBody body;
   body.name = "cube by hand";
@@ -36,7 +37,8 @@ inline MarkerBody cube_by_hand(double edge_m = 0.06) {
   return body;
 }
 
-/// A card of 200 mm in y = 0 that looks up, its tag in the middle, and a ball of radius 20 mm on it at x = 0.06.
+/// A card of 200 mm in the plane y = 0 facing up, with a tag at its centre and a ball of radius 20 mm on it at x =
+/// 0.06.
 inline MarkerBody ball_by_hand() {
   MarkerBody body;
   body.name = "ball by hand";

@@ -13,16 +13,16 @@ namespace lightwell {
 
 /// depthai:MXID?socket=A&format=nv12&white=5000K&readout=0us
 ///   - MXID: the device's id, its IP address or its name.
-///   - socket: the board's camera socket, A to J.
+///   - socket: the camera socket of the board, A to J.
 ///   - format: nv12, or bayer10: the sensor's own pixels, which must have red at the top left.
-///   - white: the colour temperature whose gains are held (of nv12).
-///   - readout: from one row's exposure to the next row's.
+///   - white: colour temperature of the fixed white balance (for nv12).
+///   - readout: delay between successive rows.
 ///
-/// open() boots the device, which takes seconds. A device that is pulled out makes the state lost and is looked for
-/// once a second.
+/// open() boots the device, which takes seconds. If the device is unplugged, the state is lost and a reconnection is
+/// tried once a second.
 ///
-/// invalid_argument for parameters that make no sense; open() says not_found with the devices that there are,
-/// unavailable or failed_precondition.
+/// invalid_argument for invalid parameters; open() returns not_found with a list of the devices, unavailable or
+/// failed_precondition.
 [[nodiscard]] Result<std::unique_ptr<CameraBackend>> make_depthai_backend(const CameraUri& uri,
                                                                           const CameraConfig& config);
 

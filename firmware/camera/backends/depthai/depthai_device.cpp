@@ -16,7 +16,7 @@
 namespace lightwell::oak {
 namespace {
 
-/// In the queue to us at once. More would only be older.
+/// Length of the output queue; a longer one would only add latency.
 constexpr unsigned kQueue = 4;
 
 dai::CameraBoardSocket socket_of(char letter) {
@@ -39,7 +39,7 @@ struct DepthaiDevice::Running {
   std::shared_ptr<dai::InputQueue> controls;
 
   ~Running() {
-    // Whatever of it is there; a device that is gone complains, and there is nothing to do about it.
+    // Close what exists; errors of a device that is gone are ignored.
     try {
       if (pipeline) pipeline->stop();
       if (device) device->close();
@@ -57,7 +57,7 @@ Result<std::string> DepthaiDevice::connect(const OakOptions& options) {
   running_.reset();
   auto made = std::make_unique<Running>();
   try {
-    // By address or name a device need not answer a search, so it is not asked for in the list.
+    // A device that is given by address or name need not answer the search, so do not require it in the list.
     const auto [found, info] = dai::Device::getDeviceById(options.id);
     try {
       made->device = std::make_shared<dai::Device>(found ? info : dai::DeviceInfo(options.id));
@@ -80,7 +80,7 @@ Result<std::string> DepthaiDevice::connect(const OakOptions& options) {
     const auto rate = static_cast<float>(options.frame_rate);
     made->pipeline = std::make_unique<dai::Pipeline>(made->device);
     const auto camera = made->pipeline->create<dai::node::Camera>();
-    // Raw pictures have a size that the sensor has.
+    // Raw pictures are only available in sizes of the sensor.
     if (raw)
       camera->build(socket_of(options.socket), size, rate);
     else
@@ -117,7 +117,8 @@ OakDevice::WaitResult DepthaiDevice::wait(OakPicture& picture, std::chrono::mill
   try {
     bool timed_out = false;
     const auto frame = running_->frames->get<dai::ImgFrame>(timeout, timed_out);
-    if (!frame) return running_->device->isClosed() || running_->frames->isClosed() ? WaitResult::gone : WaitResult::nothing;
+    if (!frame)
+      return running_->device->isClosed() || running_->frames->isClosed() ? WaitResult::gone : WaitResult::nothing;
     const auto data = std::as_const(*frame).getData();
     picture.holder = frame;
     picture.data = std::as_bytes(std::span<const std::uint8_t>(data.data(), data.size()));

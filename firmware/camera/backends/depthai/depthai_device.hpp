@@ -1,4 +1,4 @@
-// The one place that talks to depthai-core, of version 3.
+// The only file that uses depthai-core (version 3).
 #pragma once
 
 #include <chrono>
@@ -21,7 +21,7 @@ class DepthaiDevice final : public OakDevice {
   [[nodiscard]] WaitResult wait(OakPicture& picture, std::chrono::milliseconds timeout) override;
 
  private:
-  struct Running;  ///< depthai's own; its headers stay in the source.
+  struct Running;  ///< Holds depthai's types, so that its headers are only included in the source file.
   std::unique_ptr<Running> running_;
 };
 

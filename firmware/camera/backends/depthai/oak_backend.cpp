@@ -17,9 +17,9 @@ using Clock = std::chrono::steady_clock;
 constexpr milliseconds kFirstFrameTimeout{5000};
 constexpr milliseconds kTick{100};
 constexpr milliseconds kReconnectPeriod{1000};
-/// A device that is connected and gives nothing for so long is connected anew.
+/// A connected device without frames for this long is reconnected.
 constexpr milliseconds kFrameTimeout{3000};
-/// Frames that an exposure may take to come into force, and how many it takes in a bracket.
+/// Maximum number of frames until an exposure takes effect, and the number assumed in a bracket.
 constexpr int kMaxSettleFrames = 30, kFramesToReport = 5;
 constexpr int kFramesForRate = 8;
 
@@ -46,7 +46,7 @@ Result<CameraInfo> OakBackend::open() {
   info_.format = options_.format;
   info_.notes = options_.notes;
   if (options_.row_readout.ns == 0)
-    info_.notes.emplace_back("rows are taken to be exposed at once; where the shutter rolls, say readout=");
+    info_.notes.emplace_back("all rows are assumed to be exposed at the same time; for a rolling shutter set readout=");
   if (Status s = measure_stream(); !s.ok()) {
     device_->disconnect();
     return Status(s.code(), "depthai: " + s.message());
@@ -69,12 +69,12 @@ Status OakBackend::check(const OakPicture& picture) const {
   if (picture.width != options_.width || picture.height != options_.height)
     return {StatusCode::failed_precondition, "it gives pictures of " + std::to_string(picture.width) + "x" +
                                                  std::to_string(picture.height) +
-                                                 ": set camera.width and camera.height to that"};
+                                                 ": set camera.width and camera.height to this size"};
   const auto rows = static_cast<std::size_t>(picture.height);
   if (options_.format == PixelFormat::nv12 &&
       (picture.stride < static_cast<std::size_t>(picture.width) || picture.plane_stride != picture.stride * rows ||
        picture.data.size() < picture_bytes(PixelFormat::nv12, picture.stride, picture.height)))
-    return {StatusCode::failed_precondition, "its nv12 lies otherwise in memory than one plane after the other"};
+    return {StatusCode::failed_precondition, "the planes of its nv12 are not contiguous in memory"};
   return {};
 }
 
@@ -89,15 +89,16 @@ Status OakBackend::measure_stream() {
     return {};
   };
   for (const std::uint32_t asked : options_.exposure_us) {
-    if (!device_->set_exposure(asked, options_.iso)) return {StatusCode::unavailable, "it went away"};
+    if (!device_->set_exposure(asked, options_.iso)) return {StatusCode::unavailable, "it was disconnected"};
     int tries = 0;
     do {
       if (Status s = next(); !s.ok()) return s;
     } while (!alike(picture.exposure_us, asked) && tries++ < kMaxSettleFrames);
     if (!alike(picture.exposure_us, asked))
-      return {StatusCode::failed_precondition,
-              "asked for an exposure of " + ms_text(asked) + " it says " + ms_text(picture.exposure_us) + " after " +
-                  std::to_string(kMaxSettleFrames) + " frames: ask for one that it can do at this frame rate"};
+      return {StatusCode::failed_precondition, "an exposure of " + ms_text(asked) + " was requested, but it reports " +
+                                                   ms_text(picture.exposure_us) + " after " +
+                                                   std::to_string(kMaxSettleFrames) +
+                                                   " frames: request one that is possible at this frame rate"};
     info_.exposure_s.push_back(1e-6 * picture.exposure_us);
   }
   while (frames < kFramesForRate)
@@ -156,7 +157,8 @@ std::optional<int> OakBackend::free_slot() {
 }
 
 void OakBackend::request_next_exposure() {
-  if (device_->set_exposure(options_.exposure_us[static_cast<std::size_t>(held_->index())], options_.iso)) held_->told(now());
+  if (device_->set_exposure(options_.exposure_us[static_cast<std::size_t>(held_->index())], options_.iso))
+    held_->exposure_requested(now());
 }
 
 void OakBackend::discard_waiting() {
@@ -166,7 +168,7 @@ void OakBackend::discard_waiting() {
 }
 
 void OakBackend::run(FrameSink& sink) {
-  // What has gathered since the last run is old.
+  // Frames queued since the last run are outdated.
   discard_waiting();
   request_next_exposure();
   Clock::time_point heard = Clock::now();
@@ -177,7 +179,7 @@ void OakBackend::run(FrameSink& sink) {
     if (next == OakDevice::WaitResult::picture) {
       heard = woken;
       handle(std::exchange(picture, {}), sink);
-      // The sink was slow: a camera would not have waited for it either.
+      // The sink was slow: discard the frames queued meanwhile instead of delivering them in a burst.
       if (Clock::now() - woken > std::chrono::nanoseconds(2 * interval_.ns)) discard_waiting();
     } else if (next == OakDevice::WaitResult::gone || woken - heard > kFrameTimeout) {
       if (!reconnect()) return;
@@ -195,7 +197,7 @@ bool OakBackend::reconnect() {
       if (wake_.wait_for(lock, kReconnectPeriod, [this] { return stopping_; })) return false;
     }
     if (!device_->connect(options_).ok()) continue;
-    // The device counts anew.
+    // The device's frame counter has restarted.
     cycle_->restart();
     held_->restart();
     last_sequence_ = -1;
@@ -216,7 +218,7 @@ void OakBackend::handle(OakPicture picture, FrameSink& sink) {
   if (bracket && !alike(exposure_s, info_.exposure_s[static_cast<std::size_t>(held_->index())])) return;
   const std::optional<int> slot = free_slot();
   if (!slot) {
-    if (bracket) held_->lose();
+    if (bracket) held_->skip();
     return;
   }
   Slot& held = slots_[static_cast<std::size_t>(*slot)];
@@ -241,7 +243,7 @@ void OakBackend::handle(OakPicture picture, FrameSink& sink) {
   info.gain = picture.iso > 0 ? OakOptions::gain_of_iso(picture.iso) : options_.gain();
   info.row_readout = options_.row_readout;
   info.delivered = now();
-  // An unpacked frame's own memory has done its work.
+  // The memory of a raw frame is no longer needed after unpacking.
   if (!raw) held.picture = std::move(picture);
   if (bracket) request_next_exposure();
   sink.push(std::move(frame));

@@ -1,4 +1,4 @@
-// What becomes of an OAK camera's frames: their place in the bracket, their time, and who has them lent.
+// The backend over an OAK device: assigns frames to the bracket, computes their times, and lends them.
 #pragma once
 
 #include <atomic>
@@ -16,9 +16,9 @@
 
 namespace lightwell::oak {
 
-/// The device runs from open() until the backend dies; start() and stop() say whether its frames are handed on. Its
-/// frames are memory of this process's, which is lent as it is; raw ones are unpacked into slots. A device that is gone
-/// is looked for once a second.
+/// The device runs from open() until the backend is destroyed; between start() and stop() its frames are pushed. The
+/// frames are in memory of this process, which is lent without a copy; raw frames are unpacked into slots. After a
+/// disconnection, a reconnection is tried once a second.
 class OakBackend final : public CameraBackend, public FrameOwner {
  public:
   OakBackend(OakOptions options, std::unique_ptr<OakDevice> device)
@@ -34,8 +34,8 @@ class OakBackend final : public CameraBackend, public FrameOwner {
 
  private:
   struct Slot {
-    OakPicture picture;                ///< Held while lent.
-    std::vector<std::uint16_t> words;  ///< Of raw pictures.
+    OakPicture picture;                ///< Keeps the memory while it is lent.
+    std::vector<std::uint16_t> words;  ///< Unpacked pixels of raw frames.
   };
 
   [[nodiscard]] Status measure_stream();
@@ -56,15 +56,15 @@ class OakBackend final : public CameraBackend, public FrameOwner {
 
   std::atomic<State> state_{State::idle};
   std::thread thread_;
-  std::mutex mutex_;  ///< Guards the three below.
+  std::mutex mutex_;  ///< Guards the three members below.
   bool stopping_ = false;
   std::vector<int> free_, returned_;
   std::condition_variable wake_;
   std::vector<Slot> slots_;
 
-  // The thread's own while it runs
-  std::optional<ReportedCycle> cycle_;  ///< Of one exposure.
-  std::optional<HeldCycle> held_;       ///< Of a bracket.
+  // Owned by the thread while it runs
+  std::optional<ReportedCycle> cycle_;  ///< Set for a single exposure.
+  std::optional<HeldCycle> held_;       ///< Set for a bracket.
   std::int64_t last_sequence_ = -1;
   ProbeTime last_mid_;
 };

@@ -1,5 +1,4 @@
-// An OAK camera as the backend sees it. The real one is a DepthaiDevice; what becomes of frames is decided on this
-// face.
+// Interface of an OAK camera. DepthaiDevice implements it with depthai-core; OakBackend uses only this interface.
 #pragma once
 
 #include <chrono>
@@ -13,21 +12,21 @@
 
 namespace lightwell::oak {
 
-/// From one thread at a time. None of it throws.
+/// One thread at a time. No method throws.
 class OakDevice {
  public:
   virtual ~OakDevice() = default;
 
-  /// Boots the device and lets its camera run, which takes seconds. not_found names the devices that there are. Returns
-  /// what people call it.
+  /// Boots the device and starts its camera, which takes seconds. Returns its display name. not_found lists the
+  /// devices.
   [[nodiscard]] virtual Result<std::string> connect(const OakOptions& options) = 0;
   virtual void disconnect() = 0;
 
-  /// Exposure and gain from now on; they come some frames later. False where the device is gone.
+  /// Requests exposure and gain; they take effect some frames later. False if the device is gone.
   [[nodiscard]] virtual bool set_exposure(std::uint32_t exposure_us, std::uint32_t iso) = 0;
 
   enum class WaitResult : std::uint8_t { picture, nothing, gone };
-  /// The next frame. Where nobody asks, the newest few are kept.
+  /// Waits for the next frame. Between calls only the newest few frames are kept.
   [[nodiscard]] virtual WaitResult wait(OakPicture& picture, std::chrono::milliseconds timeout) = 0;
 };
 

@@ -12,7 +12,7 @@
 namespace lightwell::oak {
 namespace {
 
-// Of CameraControl::setManualExposure() and setManualWhiteBalance(), as depthai-core documents them.
+// Limits of CameraControl::setManualExposure() and setManualWhiteBalance() in depthai-core's documentation.
 constexpr double kMinIso = 100, kMaxIso = 1600;
 constexpr double kMinWhiteBalance_k = 1000, kMaxWhiteBalance_k = 12'000;
 constexpr double kDefault_us = 8000;
@@ -79,7 +79,7 @@ Result<OakOptions> parse_options(const CameraUri& uri, const CameraConfig& confi
   if (Status s = check_parameters(uri, {"socket", "format", "white", "readout"}); !s.ok()) return s;
   OakOptions options;
   options.id = uri.path;
-  if (options.id.empty()) return bad("which camera? depthai:MXID, as depthai's device list prints it");
+  if (options.id.empty()) return bad("no camera is named: write depthai:MXID, with the id from depthai's device list");
   options.width = config.width;
   options.height = config.height;
   options.frame_rate = config.frame_rate;

@@ -1,4 +1,4 @@
-// depthai:MXID?key=value...: what is asked of an OAK camera, and what it can be told.
+// Options of an OAK camera, from the URI depthai:MXID?key=value... and the configuration.
 #pragma once
 
 #include <cstdint>
@@ -23,17 +23,17 @@ struct OakOptions {
   double frame_rate = 30;
   std::vector<std::uint32_t> exposure_us;  ///< One entry or more.
   std::uint32_t iso = 100;                 ///< 100: a gain of 1.
-  int white_balance_k = 5000;              ///< Colour temperature whose gains are held.
+  int white_balance_k = 5000;              ///< Colour temperature of the fixed white balance, K.
   Duration row_readout;
-  std::vector<std::string> notes;  ///< What of the configuration became something else.
+  std::vector<std::string> notes;  ///< Deviations from the configuration.
 
   [[nodiscard]] std::vector<double> exposure_s() const;
   [[nodiscard]] double gain() const { return gain_of_iso(iso); }
   [[nodiscard]] static double gain_of_iso(std::uint32_t iso_value) { return iso_value / 100.0; }
 };
 
-/// Exposures are held to what fits between frames, gains to 1 to 16 as depthai's control messages have them; notes say
-/// so. invalid_argument names the parameter.
+/// Clamps exposures to the frame interval and gains to 1 to 16, the range of depthai's control messages, and adds
+/// notes. invalid_argument names the parameter.
 [[nodiscard]] Result<OakOptions> parse_options(const CameraUri& uri, const CameraConfig& config);
 
 }  // namespace lightwell::oak

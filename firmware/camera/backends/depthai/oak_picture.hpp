@@ -1,4 +1,4 @@
-// What an OAK camera's frame says, and what it is made into: times of the probe's clock, words of raw pixels.
+// A frame of an OAK camera, its mid-exposure time in the probe's clock, and unpacking of raw pixels.
 #pragma once
 
 #include <cstddef>
@@ -12,24 +12,24 @@
 
 namespace lightwell::oak {
 
-/// A frame on the host, as depthai delivers it.
+/// A frame on the host, as delivered by depthai.
 struct OakPicture {
-  std::shared_ptr<const void> holder;  ///< Whose memory `data` is.
+  std::shared_ptr<const void> holder;  ///< Owner of the memory of `data`.
   std::span<const std::byte> data;
   int width = 0, height = 0;
-  std::size_t stride = 0;        ///< Bytes from row to row.
-  std::size_t plane_stride = 0;  ///< From the first plane to the second.
-  std::int64_t timestamp_ns = 0;     ///< End of the first row's exposure, host-synchronised: CLOCK_MONOTONIC on Linux.
+  std::size_t stride = 0;         ///< Bytes between the starts of successive rows.
+  std::size_t plane_stride = 0;   ///< Bytes from the first plane to the second.
+  std::int64_t timestamp_ns = 0;  ///< End of the first row's exposure, synchronised to the host: CLOCK_MONOTONIC.
   std::int64_t sequence = 0;
-  std::uint32_t exposure_us = 0;  ///< In force; 0 where the device does not say.
+  std::uint32_t exposure_us = 0;  ///< Exposure of this frame; 0: not reported.
   std::uint32_t iso = 0;
 };
 
-/// Of the centre row. Nothing for a stamp that is none of this host's: in its future, or more than 5 s ago.
+/// Middle of the centre row's exposure. Empty for a timestamp of another clock: in the future, or more than 5 s ago.
 [[nodiscard]] std::optional<ProbeTime> mid_exposure(const OakPicture& picture, Duration row_readout, ProbeTime now);
 
-/// MIPI CSI-2 RAW10 (specification v1.3, 11.4.4: four pixels' high bytes, then their low bits) into words of 10 bits,
-/// rows packed. data_loss where the picture's rows do not hold `width` pixels, or `words` not the picture.
+/// Unpacks MIPI CSI-2 RAW10 (specification v1.3, 11.4.4: the high bytes of four pixels, then their low bits) into
+/// 10-bit values, rows without padding. data_loss if the rows are shorter than `width` pixels, or `words` is too small.
 [[nodiscard]] Status unpack_raw10(const OakPicture& picture, std::span<std::uint16_t> words);
 
 }  // namespace lightwell::oak

@@ -15,7 +15,7 @@
 namespace lightwell::libcam {
 namespace {
 
-/// Descriptors may be copies of each other.
+/// Whether two descriptors, which may be duplicates, refer to the same file.
 bool same_file(int a, int b) {
   struct stat sa {
   }, sb{};
@@ -25,7 +25,7 @@ bool same_file(int a, int b) {
 void synchronize(int fd, std::uint64_t flags) {
   dma_buf_sync sync{};
   sync.flags = flags;
-  // Memory that needs no care refuses the call; there is nothing else to do about an error.
+  // Memory that needs no synchronisation refuses the call, so errors are ignored.
   (void)::ioctl(fd, DMA_BUF_IOCTL_SYNC, &sync);
 }
 

@@ -1,4 +1,4 @@
-// The memory of a camera's buffers as this process sees it: mapped once, for as long as somebody looks at it.
+// The memory of a camera's buffers, mapped into this process once and for as long as it is in use.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,7 @@
 
 namespace lightwell::libcam {
 
-/// Mappings outlive the buffers, the camera and the manager: a frame that is lent survives that its camera is
-/// unplugged.
+/// Mappings outlive the buffers, the camera and the manager: a lent frame stays valid when its camera is unplugged.
 class BufferMemory final : public PictureMemory {
  public:
   BufferMemory() = default;
@@ -21,14 +20,14 @@ class BufferMemory final : public PictureMemory {
   BufferMemory& operator=(const BufferMemory&) = delete;
   ~BufferMemory() override;
 
-  /// Maps the picture of one more buffer. failed_precondition where its planes do not lie one after the other in one
-  /// piece of memory, as a View must; resource_exhausted where it cannot be mapped.
+  /// Maps the picture of one more buffer. failed_precondition if its planes are not contiguous in memory, as a View
+  /// requires; resource_exhausted if it cannot be mapped.
   [[nodiscard]] Status add(const ::libcamera::FrameBuffer& buffer, const PictureLayout& layout);
 
   [[nodiscard]] std::span<const std::byte> picture(int buffer) const override {
     return buffers_[static_cast<std::size_t>(buffer)].picture;
   }
-  /// Around reading, on processors whose caches the camera does not see.
+  /// Bracket each reading: synchronise caches on processors that are not coherent with the camera.
   void begin_reading(int buffer) const;
   void end_reading(int buffer) const override;
 
@@ -36,7 +35,7 @@ class BufferMemory final : public PictureMemory {
   struct Buffer {
     void* base = nullptr;
     std::size_t length = 0;
-    int fd = -1;  ///< Our own copy.
+    int fd = -1;  ///< Duplicate, owned here.
     std::span<const std::byte> picture;
   };
   std::vector<Buffer> buffers_;

@@ -14,9 +14,9 @@ namespace {
 using Clock = Mailbox::Clock;
 
 constexpr auto kFirstFrameTimeout = std::chrono::seconds(5);
-/// So many frames a camera may take to bring an exposure into force; the deepest pipelines need eight.
+/// Maximum number of frames until an exposure takes effect; the deepest pipelines need eight.
 constexpr int kMaxSettleFrames = 24;
-/// So many make a rate.
+/// Number of frames over which the frame rate is measured.
 constexpr int kFramesForRate = 8;
 
 std::string ms_text(double s) {
@@ -31,7 +31,7 @@ class Run {
  public:
   Run(Lens& lens, Mailbox& mailbox, Mailbox::Events& post) : lens_(lens), mailbox_(mailbox), events_(post) {}
 
-  /// The next good frame; false where none comes in time.
+  /// Waits for the next complete frame; false on timeout.
   [[nodiscard]] bool next(std::int32_t exposure_us, Picture& picture) {
     const Clock::time_point limit = Clock::now() + kFirstFrameTimeout;
     while (Clock::now() < limit) {
@@ -71,21 +71,22 @@ class Run {
   int frames_ = 0;
 };
 
-/// The camera says its exposures: until each of them has been in force.
+/// For cameras that report exposures: requests each one until a frame has it.
 Status probe_exposures(Run& run, const SelectedControls& controls, Picture picture, CameraCapabilities& learned) {
   for (std::size_t i = 0; i < controls.exposure_us.size(); ++i) {
     const double asked = 1e-6 * controls.exposure_us[i];
     int frames = 0;
     while (!alike(picture.exposure_s.value_or(0), asked) && frames++ < kMaxSettleFrames)
       if (!run.next(controls.exposure_us[i], picture))
-        return {StatusCode::unavailable, "it stopped giving frames while exposures were tried"};
+        return {StatusCode::unavailable, "it stopped delivering frames while exposures were tested"};
     const double got = picture.exposure_s.value_or(0);
     if (!alike(got, asked)) {
       if (controls.exposure_us.size() > 1 || got <= 0)
-        return {StatusCode::failed_precondition, "asked for an exposure of " + ms_text(asked) + " it says " +
-                                                     ms_text(got) + " after " + std::to_string(kMaxSettleFrames) +
-                                                     " frames: ask for one that it can do at this frame rate"};
-      learned.notes.push_back("an exposure of " + ms_text(asked) + " was asked for, the camera says " + ms_text(got));
+        return {StatusCode::failed_precondition,
+                "an exposure of " + ms_text(asked) + " was requested, but it reports " + ms_text(got) + " after " +
+                    std::to_string(kMaxSettleFrames) + " frames: request one that is possible at this frame rate"};
+      learned.notes.push_back("an exposure of " + ms_text(asked) + " was requested, the camera reports " +
+                              ms_text(got));
     }
     learned.exposure_s[i] = got;
     learned.gain = picture.gain.value_or(learned.gain);
@@ -100,12 +101,13 @@ Duration measured_interval(Duration passed, std::uint64_t frames, Duration nomin
   return {passed.ns / static_cast<std::int64_t>(frames)};
 }
 
-Result<CameraCapabilities> probe_capabilities(Lens& lens, Mailbox& mailbox, Mailbox::Events& post, double nominal_rate) {
+Result<CameraCapabilities> probe_capabilities(Lens& lens, Mailbox& mailbox, Mailbox::Events& post,
+                                              double nominal_rate) {
   const SelectedControls& controls = lens.controls();
   const Duration nominal = controls.duration_us ? Duration{*controls.duration_us * 1000}
                                                 : Duration::from_seconds(1 / (nominal_rate > 0 ? nominal_rate : 30));
   const auto named = [&](const Status& s) { return Status(s.code(), "camera '" + lens.id() + "': " + s.message()); };
-  // Another lens's rehearsal may have left something.
+  // Discard completions left over from another lens.
   post.completions.clear();
   mailbox.restart();
   if (Status s = lens.start(); !s.ok()) return s;
@@ -122,7 +124,7 @@ Result<CameraCapabilities> probe_capabilities(Lens& lens, Mailbox& mailbox, Mail
     if (learned.reports_exposure) status = probe_exposures(run, controls, picture, learned);
     while (status.ok() && run.frames() < kFramesForRate)
       if (!run.next(controls.exposure_us.front(), picture))
-        status = {StatusCode::unavailable, "it stopped giving frames"};
+        status = {StatusCode::unavailable, "it stopped delivering frames"};
   }
   learned.interval = run.interval(nominal);
   lens.stop();
@@ -130,8 +132,8 @@ Result<CameraCapabilities> probe_capabilities(Lens& lens, Mailbox& mailbox, Mail
   if (!status.ok()) return named(status);
   if (!learned.reports_exposure && controls.exposure_us.size() > 1)
     learned.notes.emplace_back(
-        "the camera does not say which exposure a frame had: each is held until it is sure, which "
-        "costs frames");
+        "the camera does not report exposures: each is held until it has certainly taken effect, which "
+        "lowers the frame rate");
   return learned;
 }
 

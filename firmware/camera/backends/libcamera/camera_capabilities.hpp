@@ -1,5 +1,5 @@
-// A few frames before the first that counts: what the camera makes of the exposures it is asked for, whether it says
-// so, and how fast it is.
+// Measures a camera before streaming: the exposures it sets when asked for those of the cycle, whether it reports them,
+// and its frame rate.
 #pragma once
 
 #include <string>
@@ -13,18 +13,19 @@
 namespace lightwell::libcam {
 
 struct CameraCapabilities {
-  bool reports_exposure = false;      ///< Each frame's metadata has the exposure in force.
-  std::vector<double> exposure_s;  ///< As they are in force, or as asked for where the camera does not say.
+  bool reports_exposure = false;   ///< Each frame's metadata states its exposure.
+  std::vector<double> exposure_s;  ///< The cycle: as reported, or as requested if the camera does not report it.
   double gain = 1;
-  Duration interval;  ///< Between frames.
+  Duration interval;  ///< Frame interval.
   std::vector<std::string> notes;
 };
 
-/// Starts and stops `lens`, up to a second or two at 30 frames a second. unavailable where no frame comes in 5 s;
-/// failed_precondition where the camera says exposures that are none of those asked for.
-[[nodiscard]] Result<CameraCapabilities> probe_capabilities(Lens& lens, Mailbox& mailbox, Mailbox::Events& post, double nominal_rate);
+/// Starts `lens`, takes frames, and stops it: a second or two at 30 frames per second. unavailable if no frame comes
+/// within 5 s; failed_precondition if the reported exposures are not the requested ones.
+[[nodiscard]] Result<CameraCapabilities> probe_capabilities(Lens& lens, Mailbox& mailbox, Mailbox::Events& post,
+                                                            double nominal_rate);
 
-/// Interval between frames from the times and numbers of the first and the last; `nominal` where they do not tell.
+/// Frame interval from the time between the first and the last of `frames` intervals; `nominal` if that is implausible.
 [[nodiscard]] Duration measured_interval(Duration passed, std::uint64_t frames, Duration nominal);
 
 }  // namespace lightwell::libcam

@@ -10,7 +10,7 @@
 namespace lightwell::libcam {
 namespace {
 
-/// A camera's place in the manager's list, from 1 as `cam --list` counts; 0: the name is no number.
+/// A camera's number in `cam --list`, from 1; 0: the name is not a number.
 std::size_t number_in(const std::string& name) {
   std::size_t number = 0;
   const char* const end = name.data() + name.size();
@@ -18,7 +18,7 @@ std::size_t number_in(const std::string& name) {
   return error == std::errc() && stop == end ? number : 0;
 }
 
-/// A second manager must not begin before the first has ended, which may be on another thread.
+/// Serialises managers: a new one must not start before the previous one has ended, possibly on another thread.
 struct ManagerLifetime {
   std::mutex mutex;
   std::condition_variable gone;
@@ -26,16 +26,18 @@ struct ManagerLifetime {
   std::weak_ptr<CameraSystem> running;
 };
 ManagerLifetime& manager_lifetime() {
-  // Never destroyed: a backend may outlive static objects.
+  // Never destroyed, because a backend may outlive static objects.
   static ManagerLifetime& lifetime = *new ManagerLifetime;
   return lifetime;
 }
 
-/// Libraries do not log: what matters is said by a status. Who sets one of libcamera's own variables wants to hear all
-/// the same. Its levels can only be set once it has begun to talk, so that it is silent while it starts.
+/// Silences libcamera's log, because libraries do not log and errors are returned as Status; not if one of libcamera's
+/// own log variables is set. Log levels can only be set after libcamera's first message, so the log is off during
+/// startup.
 class ScopedLogSilencer {
  public:
-  ScopedLogSilencer() : wanted_(std::getenv("LIBCAMERA_LOG_LEVELS") == nullptr && std::getenv("LIBCAMERA_LOG_FILE") == nullptr) {
+  ScopedLogSilencer()
+      : wanted_(std::getenv("LIBCAMERA_LOG_LEVELS") == nullptr && std::getenv("LIBCAMERA_LOG_FILE") == nullptr) {
     if (wanted_) (void)::libcamera::logSetTarget(::libcamera::LoggingTargetNone);
   }
   ScopedLogSilencer(const ScopedLogSilencer&) = delete;
@@ -63,8 +65,8 @@ Result<std::shared_ptr<CameraSystem>> CameraSystem::get() {
   const ScopedLogSilencer while_starting;
   std::unique_ptr<CameraSystem> system(new CameraSystem);
   const auto on_change = [s = system.get()](const std::shared_ptr<::libcamera::Camera>&) { s->notify_watchers(); };
-  // Connected for the manager's whole life: libcamera's signals must not be disconnected while they may be emitted.
-  // A removed camera has just emitted `disconnected`; this comes right after it, for all cameras in one place.
+  // Connected for the manager's whole lifetime, because libcamera's signals must not be disconnected while they may be
+  // emitted. cameraRemoved follows Camera::disconnected immediately and covers all cameras.
   system->manager_.cameraAdded.connect(system.get(), on_change);
   system->manager_.cameraRemoved.connect(system.get(), on_change);
   if (const int error = system->manager_.start(); error != 0)

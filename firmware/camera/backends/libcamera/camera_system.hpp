@@ -1,4 +1,5 @@
-// The process's one CameraManager, shared by all backends that are open, and its news of cameras that come and go.
+// The one CameraManager of the process, shared by all open backends, and its notifications of connected and
+// disconnected cameras.
 #pragma once
 
 #include <functional>
@@ -14,23 +15,23 @@
 
 namespace lightwell::libcam {
 
-/// libcamera allows one manager in a process. It runs from the first open backend to the last.
+/// libcamera allows one manager per process. It runs while at least one backend is open.
 class CameraSystem {
  public:
-  /// unavailable where the manager does not start.
+  /// unavailable if the manager does not start.
   [[nodiscard]] static Result<std::shared_ptr<CameraSystem>> get();
-  /// All cameras have been let go of by then.
+  /// All cameras must have been released by then.
   ~CameraSystem();
   CameraSystem(const CameraSystem&) = delete;
   CameraSystem& operator=(const CameraSystem&) = delete;
 
-  /// By id, or by its number in `cam --list`, which counts from 1. not_found names all that there are.
+  /// Finds a camera by id, or by its number in `cam --list`, from 1. not_found lists all cameras.
   [[nodiscard]] Result<std::shared_ptr<::libcamera::Camera>> find(const std::string& name) const;
-  /// By id; null where it is away.
+  /// Finds a camera by id; null if it is not connected.
   [[nodiscard]] std::shared_ptr<::libcamera::Camera> present(const std::string& id) const;
 
-  /// `changed` is called on libcamera's thread whenever a camera has come or gone, until unwatch() has returned. It
-  /// must not call libcamera.
+  /// `changed` is called on libcamera's thread whenever a camera was connected or disconnected, until unwatch() has
+  /// returned. It must not call libcamera.
   [[nodiscard]] int watch(std::function<void()> changed);
   void unwatch(int watcher);
 
@@ -39,7 +40,7 @@ class CameraSystem {
   void notify_watchers();
 
   ::libcamera::CameraManager manager_;
-  std::mutex mutex_;  ///< Guards the two below; held while watchers are told.
+  std::mutex mutex_;  ///< Guards the two members below; held while watchers are notified.
   int next_watcher_ = 0;
   std::map<int, std::function<void()>> watchers_;
 };

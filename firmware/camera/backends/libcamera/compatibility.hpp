@@ -1,6 +1,6 @@
-// All that differs between releases of libcamera, from 0.0.3 (Debian 12) to 0.7: nobody else here asks for one.
+// All differences between releases of libcamera from 0.0.3 (Debian 12) to 0.7; no other file here depends on a release.
 //   0.1   generateConfiguration() takes a Span of roles, where 0.0.3 has a vector
-//   0.5   AeEnable stands for ExposureTimeMode and AnalogueGainMode, which a camera may offer alone
+//   0.5   AeEnable is an alias of ExposureTimeMode and AnalogueGainMode; a camera may offer these only
 //   0.6   FrameBuffer::planes() is a Span by value, strings among controls are string_views, FrameStartup
 //   0.7   Request::metadata() is const
 #pragma once
@@ -22,7 +22,7 @@ namespace lightwell::libcam {
 #define LIGHTWELL_LIBCAMERA_AT_LEAST(major, minor) \
   (LIBCAMERA_VERSION_MAJOR > (major) || (LIBCAMERA_VERSION_MAJOR == (major) && LIBCAMERA_VERSION_MINOR >= (minor)))
 
-/// Of any numeric type. Nothing for none, arrays and the rest: which type a limit has varies by pipeline.
+/// The value of a scalar control of any numeric type (the type of a limit differs between pipelines); otherwise empty.
 [[nodiscard]] inline std::optional<double> number_of(const ::libcamera::ControlValue& value) {
   if (value.isNone() || value.isArray()) return std::nullopt;
   switch (value.type()) {
@@ -52,7 +52,7 @@ namespace lightwell::libcam {
   return ControlRange{*min, *max, number_of(found->second.def())};
 }
 
-/// Whether exposure can be taken out of the camera's hands.
+/// Whether automatic exposure can be switched off.
 [[nodiscard]] inline bool offers_manual_exposure(const ::libcamera::ControlInfoMap& map) {
 #if LIGHTWELL_LIBCAMERA_AT_LEAST(0, 5)
   if (offers(map, ::libcamera::controls::ExposureTimeMode)) return true;
@@ -71,14 +71,14 @@ inline void set_manual_exposure(const ::libcamera::ControlInfoMap& map, ::libcam
   if (offers(map, controls::AeEnable)) list.set(controls::AeEnable, false);
 }
 
-/// Null where the camera has no stream for the role.
+/// Null if the camera has no stream for the role.
 [[nodiscard]] inline std::unique_ptr<::libcamera::CameraConfiguration> configuration_for(::libcamera::Camera& camera,
                                                                                          ::libcamera::StreamRole role) {
-  // Both signatures take a list in braces.
+  // A braced list fits both signatures.
   return camera.generateConfiguration({role});
 }
 
-/// A part of a buffer. By value: newer releases return the planes themselves by value.
+/// A plane of a buffer; a copy, because newer releases return the planes by value.
 struct BufferPlane {
   int fd = -1;
   std::size_t offset = 0, length = 0;
@@ -86,20 +86,20 @@ struct BufferPlane {
 [[nodiscard]] inline std::vector<BufferPlane> planes_of(const ::libcamera::FrameBuffer& buffer) {
   std::vector<BufferPlane> planes;
   for (const ::libcamera::FrameBuffer::Plane& plane : buffer.planes()) {
-    // Before planes had offsets, each had a buffer of its own.
+    // Without an offset the plane begins at the start of its buffer.
     const bool whole = plane.offset == ::libcamera::FrameBuffer::Plane::kInvalidOffset;
     planes.push_back({plane.fd.get(), whole ? 0 : plane.offset, plane.length});
   }
   return planes;
 }
 
-/// What a person calls the camera; the id where it does not say.
+/// The camera's model name, or its id if it has none.
 [[nodiscard]] inline std::string model_of(const ::libcamera::Camera& camera) {
   const auto model = camera.properties().get(::libcamera::properties::Model);
   return model ? std::string(*model) : camera.id();
 }
 
-/// The release that the program runs with, which need not be the one it was built with.
+/// The release of the loaded library, which may differ from the one the program was built with.
 [[nodiscard]] inline std::string release() { return ::libcamera::CameraManager::version(); }
 
 }  // namespace lightwell::libcam

@@ -18,14 +18,14 @@ bool usable(const std::optional<ControlRange>& range) {
   return range && std::isfinite(range->min) && std::isfinite(range->max) && range->min <= range->max && range->max > 0;
 }
 
-/// The greatest of the steps that drivers have which divides all that the camera names.
+/// The largest usual step of drivers that divides all values of the range.
 double exposure_step_us(const ControlRange& range) {
   constexpr double kUsbStep = 100;
   const auto whole = [](double v) { return std::fmod(v, kUsbStep) == 0; };
   return whole(range.min) && whole(range.max) && (!range.preset || whole(*range.preset)) ? kUsbStep : 1;
 }
 
-/// At least one step inside the range.
+/// Clamps and rounds to the step of the range, at least one step.
 double rounded_exposure_us(double us, const ControlRange& range) {
   const double step = exposure_step_us(range);
   const double low = std::ceil(std::max(range.min, step) / step) * step;
@@ -35,7 +35,7 @@ double rounded_exposure_us(double us, const ControlRange& range) {
 
 double interval_us(const LibcameraOptions& asked) { return asked.frame_rate > 0 ? 1e6 / asked.frame_rate : 1e6 / 30; }
 
-/// Where nobody names an exposure: the camera's own where it lies within a frame, half of a frame otherwise.
+/// Default exposure: the camera's default if it is shorter than the frame interval, otherwise half the frame interval.
 double default_exposure_us(const SupportedControls& offered, const LibcameraOptions& asked) {
   const double half_us = interval_us(asked) / 2;
   if (usable(offered.exposure_us) && offered.exposure_us->preset && *offered.exposure_us->preset > 0)
@@ -53,8 +53,8 @@ void choose_exposures(const SupportedControls& offered, const LibcameraOptions& 
   }
   chosen.set_exposure = usable(offered.exposure_us);
   if (!chosen.set_exposure)
-    chosen.notes.push_back("the camera offers no ExposureTime: its exposure is its own, and " +
-                           text_of(wanted_us[0] / 1000) + " ms is assumed where it does not say");
+    chosen.notes.push_back("the camera offers no ExposureTime: it controls its exposure, and " +
+                           text_of(wanted_us[0] / 1000) + " ms is assumed if it does not report one");
   for (const double us : wanted_us) {
     const double taken =
         chosen.set_exposure ? rounded_exposure_us(us, *offered.exposure_us) : std::clamp(std::round(us), 1.0, 2e9);
@@ -67,7 +67,7 @@ void choose_exposures(const SupportedControls& offered, const LibcameraOptions& 
   }
   chosen.manual_exposure = offered.manual_exposure;
   if (!offered.manual_exposure)
-    chosen.notes.emplace_back("the camera offers no AeEnable: if it sets its exposure of itself, it goes on to");
+    chosen.notes.emplace_back("the camera offers no AeEnable: automatic exposure, if it has any, stays on");
 }
 
 void choose_gain(const SupportedControls& offered, const LibcameraOptions& asked, SelectedControls& chosen) {
@@ -85,9 +85,11 @@ void choose_gain(const SupportedControls& offered, const LibcameraOptions& asked
 
 void choose_white(const SupportedControls& offered, const LibcameraOptions& asked, SelectedControls& chosen) {
   chosen.manual_white_balance = offered.manual_white_balance;
-  if (!offered.manual_white_balance) chosen.notes.emplace_back("the camera offers no AwbEnable: its white balance is its own");
+  if (!offered.manual_white_balance)
+    chosen.notes.emplace_back("the camera offers no AwbEnable: automatic white balance, if it has any, stays on");
   if (!usable(offered.colour_gain)) {
-    if (offered.manual_white_balance) chosen.notes.emplace_back("the camera offers no ColourGains: they stay as they are");
+    if (offered.manual_white_balance)
+      chosen.notes.emplace_back("the camera offers no ColourGains: its colour gains are unknown");
     return;
   }
   std::array<float, 2> gains{};
@@ -104,10 +106,10 @@ void choose_white(const SupportedControls& offered, const LibcameraOptions& aske
 void choose_duration(const SupportedControls& offered, const LibcameraOptions& asked, SelectedControls& chosen) {
   if (asked.frame_rate == 0) return;
   if (!usable(offered.duration_us)) {
-    chosen.notes.emplace_back("the camera offers no FrameDurationLimits: its frame rate is its own");
+    chosen.notes.emplace_back("the camera offers no FrameDurationLimits: its frame rate cannot be set");
     return;
   }
-  // A frame lasts as long as its exposure, and the sensor needs some rows between two.
+  // The frame duration must exceed the exposure by some rows.
   const auto longest = static_cast<double>(*std::max_element(chosen.exposure_us.begin(), chosen.exposure_us.end()));
   const double wanted = interval_us(asked), needed = std::max(wanted, 1.01 * longest);
   const double taken = std::clamp(needed, offered.duration_us->min, offered.duration_us->max);
@@ -130,7 +132,7 @@ std::vector<double> SelectedControls::exposure_s() const {
 Result<SelectedControls> choose_controls(const SupportedControls& offered, const LibcameraOptions& asked) {
   if (asked.exposure_s.size() > 1 && !usable(offered.exposure_us))
     return Status(StatusCode::failed_precondition,
-                  "the camera offers no ExposureTime, so that a bracket cannot be taken: leave one camera.exposure_s");
+                  "the camera offers no ExposureTime, so a bracket is not possible: set only one camera.exposure_s");
   SelectedControls chosen;
   choose_exposures(offered, asked, chosen);
   choose_gain(offered, asked, chosen);

@@ -17,7 +17,7 @@ std::optional<int> index_in_cycle(std::span<const double> exposure_s, double in_
 }
 
 bool distinct(std::span<const double> exposure_s) {
-  // What lies between two exposures must not pass for both.
+  // No value may be within the tolerance of two exposures.
   for (std::size_t i = 0; i < exposure_s.size(); ++i)
     for (std::size_t k = 0; k < exposure_s.size(); ++k)
       if (i != k && std::abs(exposure_s[i] - exposure_s[k]) <= kExposureTolerance * (exposure_s[i] + exposure_s[k]))

@@ -1,4 +1,4 @@
-// Two cameras that each go through the same cycle of exposures, brought to have the same one at the same time.
+// Aligns two cameras that run through the same cycle of exposures, so that simultaneous frames have the same exposure.
 #pragma once
 
 #include <optional>
@@ -6,20 +6,20 @@
 
 namespace lightwell::libcam {
 
-/// Which exposure of the cycle that is. Nothing where it is none, or where the cycle has several that are alike.
+/// Index of the exposure in the cycle. Empty if none matches, or more than one (within kExposureTolerance).
 [[nodiscard]] std::optional<int> index_in_cycle(std::span<const double> exposure_s, double in_force_s);
 
-/// Whether all exposures of the cycle can be told from each other.
+/// Whether all exposures of the cycle differ by more than the tolerance, so that an exposure determines its index.
 [[nodiscard]] bool distinct(std::span<const double> exposure_s);
 
-/// A correction shows some frames after it was made: meanwhile pairs still disagree, and are no reason for another one.
+/// A correction takes effect some frames after it was made; until then disagreeing pairs do not cause another one.
 class CycleAlignment {
  public:
-  /// `patience`: pairs that a correction may take to show.
+  /// `patience`: number of pairs until a correction has taken effect.
   CycleAlignment(int size, int patience) : size_(size), patience_(patience) {}
 
-  /// Of a pair of frames, the places of both in the cycle. By how many places the second camera's next request has to
-  /// be moved on; 0 where nothing is to be done.
+  /// Takes the cycle indices of a pair of frames. Returns the number of exposures by which the second camera's next
+  /// request must be advanced; 0: none.
   [[nodiscard]] int observe(int first, int second);
   void restart() { waited_ = patience_; }
 

@@ -12,8 +12,8 @@ constexpr std::uint32_t fourcc_of(const char (&name)[5]) {
   return code;
 }
 
-/// In the order of choice. Processed pictures come in any size and are what people calibrate first; raw ones are asked
-/// for, or taken where there is nothing else.
+/// In order of preference. Processed formats are available in any size; raw formats are used only on request, or if
+/// there is no other.
 constexpr std::array<std::pair<PixelFormat, std::uint32_t>, 6> kFormats{{
     {PixelFormat::nv12, fourcc_of("NV12")},
     {PixelFormat::yuyv, fourcc_of("YUYV")},

@@ -1,4 +1,4 @@
-// Which of a camera's pixel formats becomes frames, and which picture of libcamera's is which of ours.
+// Chooses a camera's pixel format, and maps libcamera's formats to PixelFormat.
 #pragma once
 
 #include <cstddef>
@@ -12,19 +12,19 @@
 
 namespace lightwell::libcam {
 
-/// libcamera names formats as DRM does.
+/// A pixel format, named by DRM fourcc and modifier as in libcamera.
 struct SupportedFormat {
   std::uint32_t fourcc = 0;
-  std::uint64_t modifier = 0;  ///< Not zero: packed, tiled or compressed by its maker's rules.
-  std::string name;            ///< As `cam --list` spells it.
+  std::uint64_t modifier = 0;  ///< Not zero: a packed, tiled or compressed layout of the vendor.
+  std::string name;            ///< As printed by `cam --list`.
 };
 
-/// Nothing where bytes lie otherwise than in any of ours. DRM names packed colours from the highest byte of a
-/// little-endian word: its BGR888 is r, g, b in memory, and its RGB888 is b, g, r, which none of ours is.
+/// Empty if no PixelFormat has this memory layout. DRM names packed colours from the highest byte of a little-endian
+/// word: its BGR888 is r, g, b in memory (rgb8), and its RGB888 is b, g, r, which is not supported.
 [[nodiscard]] std::optional<PixelFormat> format_of(std::uint32_t fourcc, std::uint64_t modifier);
 
-/// Index into `offered`: the wanted format, or without a wish the first of nv12, yuyv, rgb8, then raw Bayer of most
-/// bits. failed_precondition lists what the camera offers.
+/// Index into `offered`: the wanted format; if `wanted` is empty, the first of nv12, yuyv, rgb8, then raw Bayer with
+/// the most bits. failed_precondition lists the offered formats.
 [[nodiscard]] Result<std::size_t> choose_format(std::span<const SupportedFormat> offered,
                                                 std::optional<PixelFormat> wanted);
 

@@ -14,35 +14,35 @@ PendingFrame FramePairer::FrameQueue::take_front() {
 
 void FramePairer::offer(int lens, const PendingFrame& frame) {
   const auto l = static_cast<std::size_t>(lens);
-  FrameQueue& line = lines_[l];
-  if ((line.seen && frame.at <= line.last) || line.size == line.frames.size()) {
-    // The second never happens to a caller who asks next() in between.
+  FrameQueue& queue = queues_[l];
+  if ((queue.seen && frame.at <= queue.last) || queue.size == queue.frames.size()) {
+    // A full queue cannot occur if the caller calls next() after each offer().
     ++counts_.disordered[l];
     refused_.kind = Kind::dropped;
     refused_.lens = lens;
     refused_.tokens[l] = frame.token;
     return;
   }
-  line.seen = true;
-  line.last = frame.at;
-  line.frames[line.size++] = frame;
+  queue.seen = true;
+  queue.last = frame.at;
+  queue.frames[queue.size++] = frame;
 }
 
 FramePairer::PairResult FramePairer::drop_front(int lens) {
   const auto l = static_cast<std::size_t>(lens);
   ++counts_.unpaired[l];
   PairResult v{Kind::dropped, lens, {}};
-  v.tokens[l] = lines_[l].take_front().token;
+  v.tokens[l] = queues_[l].take_front().token;
   return v;
 }
 
 FramePairer::PairResult FramePairer::next() {
   if (refused_.kind != Kind::nothing) return std::exchange(refused_, {});
-  FrameQueue& a = lines_[0];
-  FrameQueue& b = lines_[1];
+  FrameQueue& a = queues_[0];
+  FrameQueue& b = queues_[1];
   if (a.size > 0 && b.size > 0) {
     const Duration apart = a.frames[0].at - b.frames[0].at;
-    // The older one can have no nearer counterpart any more: frames come in order.
+    // Frames come in order, so the older one cannot get a nearer counterpart.
     if (apart > half_) return drop_front(1);
     if (apart < Duration{} - half_) return drop_front(0);
     ++counts_.pairs;
@@ -50,12 +50,12 @@ FramePairer::PairResult FramePairer::next() {
     return {Kind::pair, 0, {first, second}};
   }
   for (const int lens : {0, 1})
-    if (lines_[static_cast<std::size_t>(lens)].size > kMaxWaiting) return drop_front(lens);
+    if (queues_[static_cast<std::size_t>(lens)].size > kMaxWaiting) return drop_front(lens);
   return {};
 }
 
 void FramePairer::restart() {
-  lines_ = {};
+  queues_ = {};
   refused_ = {};
 }
 

@@ -1,5 +1,4 @@
-// Frames of two cameras that run freely, made into pairs by their times: which frame of the one belongs to which of the
-// other, on values alone.
+// Pairs the frames of two free-running cameras by their times.
 #pragma once
 
 #include <array>
@@ -11,28 +10,28 @@
 
 namespace lightwell::libcam {
 
-/// A frame that waits for its counterpart.
+/// A frame that may be waiting for its counterpart.
 struct PendingFrame {
   ProbeTime at;
-  int token = 0;  ///< The caller's.
+  int token = 0;  ///< The caller's identifier of the frame.
 };
 
-/// Two frames are a pair where their times differ by no more than half the interval between frames: each is then the
-/// nearest to the other. What finds no counterpart is dropped and counted. The phase between cameras drifts; when it
-/// has drifted by half an interval, one frame is dropped and the pairs go on with the next.
+/// Two frames are a pair if their times differ by at most half the frame interval: then each is the nearest to the
+/// other. Frames without a counterpart are dropped and counted. The phase between the cameras drifts; after half an
+/// interval one frame is dropped, and pairing continues with the next.
 class FramePairer {
  public:
-  /// A camera that is silent does not hold up more frames of the other than this.
+  /// Largest number of frames of one camera that wait while the other delivers none.
   static constexpr std::size_t kMaxWaiting = 2;
 
-  /// Interval above zero.
+  /// `interval`: frame interval, positive.
   explicit FramePairer(Duration interval) : half_(Duration{interval.ns / 2}) {}
 
-  /// A frame of lens 0 or 1. Afterwards next() says what became of frames, until it has nothing more to say.
+  /// Adds a frame of lens 0 or 1. Afterwards call next() until it returns Kind::nothing.
   void offer(int lens, const PendingFrame& frame);
 
   enum class Kind : std::uint8_t {
-    nothing,  ///< All others wait.
+    nothing,  ///< No decision: the remaining frames wait.
     pair,     ///< tokens[0] of lens 0 and tokens[1] of lens 1.
     dropped,  ///< tokens[lens] of `lens`.
   };
@@ -43,19 +42,19 @@ class FramePairer {
   };
   [[nodiscard]] PairResult next();
 
-  /// Forgets what waits and the times seen: the caller has those frames back. Counts stay.
+  /// Discards the waiting frames, which the caller has taken back, and the previous times. Counts are kept.
   void restart();
 
   struct Counts {
     std::uint64_t pairs = 0;
     std::array<std::uint64_t, 2> unpaired{};
-    /// Not later than the frame before of the same lens.
+    /// Not later than the previous frame of the same lens.
     std::array<std::uint64_t, 2> disordered{};
   };
   [[nodiscard]] const Counts& counts() const { return counts_; }
 
  private:
-  /// The frames of a lens in order of time, one more than may wait.
+  /// The frames of one lens in order of time; capacity one above kMaxWaiting.
   struct FrameQueue {
     std::array<PendingFrame, kMaxWaiting + 1> frames{};
     std::size_t size = 0;
@@ -67,8 +66,8 @@ class FramePairer {
   [[nodiscard]] PairResult drop_front(int lens);
 
   Duration half_;
-  std::array<FrameQueue, 2> lines_{};
-  PairResult refused_;  ///< What offer() could not take.
+  std::array<FrameQueue, 2> queues_{};
+  PairResult refused_;  ///< The frame that offer() refused, for next().
   Counts counts_;
 };
 

@@ -1,5 +1,5 @@
-// A lens as the backend sees it: buffers that are handed to a camera with an exposure and come back with a picture.
-// Real ones are LensStreams; what becomes of their frames is decided on this face alone.
+// Interface of one lens: buffers that are queued to a camera with an exposure and come back with a picture. LensStream
+// implements it with libcamera; LensBackend uses only this interface.
 #pragma once
 
 #include <cstddef>
@@ -18,48 +18,48 @@
 
 namespace lightwell::libcam {
 
-/// How a picture lies in a buffer.
+/// Memory layout of a picture in a buffer.
 struct PictureLayout {
   PixelFormat format = PixelFormat::nv12;
   int width = 0, height = 0;
   std::size_t stride = 0;
 };
 
-/// What a buffer that has come back says of its picture.
+/// Metadata of a completed buffer.
 struct Picture {
-  bool good = false;  ///< Exposed, read out and whole; the rest is of no meaning otherwise.
+  bool good = false;  ///< The picture is complete; otherwise the other fields are undefined.
   std::int64_t timestamp_ns = 0;
   std::uint64_t sequence = 0;
-  std::optional<double> exposure_s;  ///< In force, where the camera says.
+  std::optional<double> exposure_s;  ///< Exposure of this frame, if the camera reports it.
   std::optional<double> gain;
 };
 
-/// The buffers' memory. It outlives its lens and its camera for as long as somebody holds it.
+/// The buffers' memory. It may outlive its lens and its camera.
 class PictureMemory {
  public:
   virtual ~PictureMemory() = default;
   [[nodiscard]] virtual std::span<const std::byte> picture(int buffer) const = 0;
-  /// Reading has begun with Lens::collect() and ends with Lens::make_idle(), or here where the lens has other buffers
-  /// by then.
+  /// Ends the reading that Lens::collect() began, if the lens has other buffers by then; otherwise Lens::make_idle()
+  /// does.
   virtual void end_reading(int buffer) const = 0;
 };
 
-/// Life: acquire -> (start -> stop)* -> release, and acquire again where the camera went away in between. From one
-/// thread at a time; completions and news of cameras reach the backend's mailbox from others.
+/// Life cycle: acquire -> (start -> stop)* -> release, and acquire again after a disconnection. One thread at a time;
+/// completions and connection changes reach the backend's mailbox from other threads.
 class Lens {
  public:
   virtual ~Lens() = default;
 
-  /// Takes the camera, settles format, size and controls, and maps `lendable` buffers and those that stay in the
-  /// camera's hands. After the first time, format and size must come out as they were. unavailable while it is away.
+  /// Acquires the camera, fixes format, size and controls, and maps `lendable` buffers plus those that stay queued in
+  /// the camera. Format and size must be the same at each acquisition. unavailable while it is disconnected.
   [[nodiscard]] virtual Status acquire(const LibcameraOptions& options, int lendable) = 0;
   virtual void release() = 0;
   [[nodiscard]] virtual bool acquired() const = 0;
-  /// Acquired, and the camera has not gone since.
+  /// Acquired, and the camera is still connected.
   [[nodiscard]] virtual bool present() const = 0;
 
   [[nodiscard]] virtual Status start() = 0;
-  /// No completion comes afterwards.
+  /// No completion is posted after it has returned.
   virtual void stop() = 0;
 
   // After the first acquire()
@@ -70,17 +70,17 @@ class Lens {
   [[nodiscard]] virtual const std::vector<std::string>& notes() const = 0;
   [[nodiscard]] virtual std::shared_ptr<const PictureMemory> memory() const = 0;
   [[nodiscard]] virtual int buffers() const = 0;
-  /// Goes up with each acquire().
+  /// Number of acquisitions so far.
   [[nodiscard]] virtual int session() const = 0;
 
   // While started
-  /// Whether the camera has as many buffers as it takes, or none is idle.
+  /// Whether the camera's queue is full, or no buffer is idle.
   [[nodiscard]] virtual bool full() const = 0;
-  /// Hands the camera an idle buffer, to be exposed for so long from then on. False where it does not take it.
+  /// Queues an idle buffer to the camera and sets the exposure from then on. False if the camera refuses it.
   [[nodiscard]] virtual bool queue(std::int32_t exposure_us) = 0;
-  /// The buffer has come back; it is neither queued nor idle.
+  /// Takes a completed buffer, which is then neither queued nor idle, and begins reading.
   [[nodiscard]] virtual Picture collect(int buffer) = 0;
-  /// Nobody looks at it any more.
+  /// The buffer is no longer in use.
   virtual void make_idle(int buffer) = 0;
 };
 

@@ -10,15 +10,15 @@
 namespace lightwell::libcam {
 namespace {
 
-/// A camera that fails is given time to say that it is gone; asked at once, it would fail without end.
+/// Pause after a failure, in which a disconnection can be reported; an immediate retry would fail repeatedly.
 constexpr auto kRetryDelay = std::chrono::milliseconds(200);
-/// What the kernel still hands back of a camera that was pulled out has come by then.
+/// Time in which the kernel returns the remaining buffers of an unplugged camera.
 constexpr auto kDrainDelay = std::chrono::milliseconds(100);
-/// How often an absent camera is tried again; news of it come at once besides.
+/// Interval of reconnection attempts, in addition to the notifications of libcamera.
 constexpr auto kReconnectPeriod = std::chrono::milliseconds(250);
-/// A camera that is there and silent for so long is started anew.
+/// A connected camera without frames for this long is restarted.
 constexpr auto kFrameTimeout = std::chrono::seconds(3);
-/// Frames until a new exposure comes back, with a camera that says so: the requests before it, and the sensor's delay.
+/// Frames until a new exposure is reported: the requests queued before it, and the sensor's delay.
 constexpr int kFramesToReport = 7;
 
 ProbeTime now() { return {monotonic_now_ns()}; }
@@ -51,7 +51,7 @@ Status LensBackend::acquire_all() {
     const PictureLayout &layout = lenses_[l]->layout(), &first = lenses_[0]->layout();
     if (layout.format != first.format || layout.width != first.width || layout.height != first.height)
       return {StatusCode::failed_precondition,
-              "the two cameras give different pictures: name a format= and a size that both have"};
+              "the two cameras deliver different formats or sizes: set format= and a size that both support"};
   }
   mailbox_->prepare(events_, 2 * buffers, static_cast<std::size_t>(lendable));
   lent_frames_.resize(static_cast<std::size_t>(lendable));
@@ -78,8 +78,8 @@ Status LensBackend::probe_lenses() {
     if (!std::equal(first.exposure_s.begin(), first.exposure_s.end(), other.exposure_s.begin(), other.exposure_s.end(),
                     alike))
       return {StatusCode::failed_precondition,
-              "the two cameras make different exposures of those asked for: name "
-              "camera.exposure_s that both can do"};
+              "the two cameras set different exposures for the same request: set "
+              "camera.exposure_s to values that both support"};
     reports_exposure_ = reports_exposure_ && other.reports_exposure;
   }
   info_ = describe();
@@ -96,7 +96,7 @@ Status LensBackend::probe_lenses() {
   }
   distinct_ = distinct(info_.exposure_s);
   info_.frame_rate = 1 / interval_.seconds();
-  // How long an exposure is held: until frames began that much later, or until the requests before it are through.
+  // Frames per held exposure: the settling time, or the delay until the exposure is reported.
   if (holds_exposure()) info_.frame_rate /= reports_exposure_ ? kFramesToReport : options_.settle_frames + 2;
   cycle_.emplace(info_.exposure_s);
   alignment_.emplace(static_cast<int>(bracket()), 2 * kFramesToReport);
@@ -115,7 +115,7 @@ CameraInfo LensBackend::describe() const {
   info.format = layout.format;
   info.lenses = static_cast<int>(count());
   if (options_.row_readout.ns == 0)
-    info.notes.emplace_back("rows are taken to be exposed at once; where the shutter rolls, say readout=");
+    info.notes.emplace_back("all rows are assumed to be exposed at the same time; for a rolling shutter set readout=");
   return info;
 }
 
@@ -171,14 +171,15 @@ void LensBackend::stop() {
 void LensBackend::run(FrameSink& sink) {
   refill();
   while (true) {
-    mailbox_->take(events_, Clock::now() + (running_ && Clock::now() >= pause_until_ ? kReconnectPeriod : kReconnectPeriod / 10));
+    mailbox_->take(
+        events_, Clock::now() + (running_ && Clock::now() >= pause_until_ ? kReconnectPeriod : kReconnectPeriod / 10));
     if (events_.stop) return;
     const Clock::time_point woken = Clock::now();
     for (const int slot : events_.returned) take_back(slot);
     for (const Completion& c : events_.completions) quiet_since_[static_cast<std::size_t>(c.lens)] = woken;
-    const auto patience = kFrameTimeout + std::chrono::nanoseconds(30 * interval_.ns);
+    const auto timeout = kFrameTimeout + std::chrono::nanoseconds(30 * interval_.ns);
     for (std::size_t l = 0; running_ && l < count(); ++l)
-      if (woken - quiet_since_[l] > patience) lose(l);
+      if (woken - quiet_since_[l] > timeout) mark_lost(l);
     if (events_.cameras_changed || !running_) reconnect_cameras();
     for (const Completion& c : events_.completions)
       if (running_) handle(c, sink);
@@ -198,7 +199,7 @@ void LensBackend::take_back(int slot) {
   free_slots_.push_back(slot);
 }
 
-void LensBackend::lose(std::size_t lens) {
+void LensBackend::mark_lost(std::size_t lens) {
   state_ = State::lost;
   running_ = false;
   gone_[lens] = true;
@@ -214,14 +215,14 @@ void LensBackend::lose(std::size_t lens) {
 
 void LensBackend::reconnect_cameras() {
   for (std::size_t l = 0; l < count(); ++l)
-    if (lenses_[l]->acquired() && !gone_[l] && !lenses_[l]->present()) lose(l);
+    if (lenses_[l]->acquired() && !gone_[l] && !lenses_[l]->present()) mark_lost(l);
   if (running_ || Clock::now() < retry_at_) return;
   retry_at_ = Clock::now() + kReconnectPeriod;
   for (std::size_t l = 0; l < count(); ++l) {
     if (gone_[l]) lenses_[l]->release();
     gone_[l] = false;
   }
-  // Tried again where it does not work: a camera that has just come may not be ready.
+  // On failure the caller retries: a camera that was just connected may not be ready.
   for (const auto& lens : lenses_)
     if (!lens->acquired() && !lens->acquire(options_, static_cast<int>(lent_frames_.size())).ok()) return;
   if (!begin().ok()) gone_.fill(true);
@@ -239,7 +240,7 @@ void LensBackend::refill() {
         break;
       }
       if (!holds_exposure()) next_exposure_[l] = (next_exposure_[l] + 1) % bracket();
-      if (!exposure_requested_[l]) held_->told(now());
+      if (!exposure_requested_[l]) held_->exposure_requested(now());
       exposure_requested_[l] = true;
     }
   }
@@ -263,7 +264,7 @@ void LensBackend::handle(const Completion& completion, FrameSink& sink) {
   c.sequence = picture.sequence;
   c.arrival = {completion.at.monotonic_ns};
   const FrameTiming timing{c.exposure_s, options_.row_readout, lens.layout().height, options_.timestamp_event};
-  // A stamp of no clock that is known: the frame came when its last row had been read.
+  // Timestamp of an unknown clock: assume that the frame arrived when its last row had been read out.
   c.stamp = clocks_[l]
                 .to_probe_time(picture.timestamp_ns, completion.at)
                 .value_or(c.arrival - Duration{timing.row_readout.ns * timing.rows});
@@ -297,16 +298,17 @@ bool LensBackend::aligned(const Candidate& first, const Candidate& second) {
 }
 
 std::optional<CyclePlace> LensBackend::place(const Candidate& first, ProbeTime begin, bool can_lend) {
-  const bool told =
-      std::all_of(exposure_requested_.begin(), exposure_requested_.begin() + static_cast<std::ptrdiff_t>(count()), [](bool t) { return t; });
+  const bool requested =
+      std::all_of(exposure_requested_.begin(), exposure_requested_.begin() + static_cast<std::ptrdiff_t>(count()),
+                  [](bool t) { return t; });
   if (!holds_exposure()) {
-    if (!can_lend || (!reports_exposure_ && !(told && held_->settled(begin)))) return std::nullopt;
+    if (!can_lend || (!reports_exposure_ && !(requested && held_->settled(begin)))) return std::nullopt;
     return cycle_->place(first.sequence, strict_ ? first.exposure_s : info_.exposure_s[0]);
   }
   const double held_s = info_.exposure_s[static_cast<std::size_t>(held_->index())];
-  if (!told || !(reports_exposure_ ? alike(first.exposure_s, held_s) : held_->settled(begin))) return std::nullopt;
+  if (!requested || !(reports_exposure_ ? alike(first.exposure_s, held_s) : held_->settled(begin))) return std::nullopt;
   if (!can_lend) {
-    held_->lose();
+    held_->skip();
     return std::nullopt;
   }
   exposure_requested_ = {};
@@ -323,7 +325,7 @@ void LensBackend::deliver(const Buffers& buffers, FrameSink& sink) {
   const Candidate& first = *parts[0];
   const Candidate& last = *parts[count() - 1];
   const ProbeTime mid = first.mid + Duration{(last.mid - first.mid).ns / 2};
-  // The sink was slow: a camera would not have waited for it either.
+  // The sink was slow: drop old frames instead of delivering them in a burst.
   const bool stale = now() - std::max(first.arrival, last.arrival) > interval_ + interval_;
   if (stale || mid <= last_mid_ || (aligns() && !aligned(first, last)) || !alike(first.exposure_s, last.exposure_s) ||
       !alike(first.gain, last.gain))

@@ -1,5 +1,5 @@
-// What becomes of lenses' frames: their place in the cycle of exposures, their pairs, their times, and who has them
-// lent.
+// The backend over one or two lenses: assigns frames to the exposure cycle, pairs them, computes their times, and lends
+// them.
 #pragma once
 
 #include <array>
@@ -19,12 +19,12 @@
 
 namespace lightwell::libcam {
 
-/// Pushes from one thread of its own, which also gives idle buffers to the cameras. open() lets the cameras run for a
-/// moment (rehearsal.hpp). A camera that goes away, or is silent for seconds, makes the state lost; all lenses stop,
-/// and start again once it is back.
+/// Pushes from one thread of its own, which also queues idle buffers to the cameras. open() runs the cameras briefly
+/// (camera_capabilities.hpp). If a camera is disconnected, or delivers nothing for seconds, the state is lost; all
+/// lenses stop, and start again once it is back.
 class LensBackend final : public CameraBackend, public FrameOwner {
  public:
-  /// One or two lenses that post to `mailbox`, with the numbers 0 and 1.
+  /// One or two lenses, with the indices 0 and 1, that post to `mailbox`.
   LensBackend(LibcameraOptions options, std::vector<std::unique_ptr<Lens>> lenses, std::shared_ptr<Mailbox> mailbox)
       : options_(std::move(options)), mailbox_(std::move(mailbox)), lenses_(std::move(lenses)) {}
   ~LensBackend() override { stop(); }
@@ -37,14 +37,14 @@ class LensBackend final : public CameraBackend, public FrameOwner {
   void release(int slot) override { mailbox_->give_back(slot); }
 
  private:
-  /// A frame that is being looked at, by the number of its buffer.
+  /// A completed frame that is not delivered yet; indexed by buffer.
   struct Candidate {
     ProbeTime stamp, begin, mid, arrival;
     double exposure_s = 0, gain = 1;
     std::uint64_t sequence = 0;
-    bool waits = false;  ///< For its counterpart.
+    bool waits = false;  ///< Waits for its counterpart.
   };
-  /// A frame that is lent, by its slot.
+  /// A lent frame; indexed by slot.
   struct LentFrame {
     std::array<std::shared_ptr<const PictureMemory>, kMaxLenses> memory;
     std::array<int, kMaxLenses> buffer{}, session{};
@@ -54,9 +54,11 @@ class LensBackend final : public CameraBackend, public FrameOwner {
 
   [[nodiscard]] std::size_t count() const { return lenses_.size(); }
   [[nodiscard]] std::size_t bracket() const { return info_.exposure_s.size(); }
-  /// Whether an exposure is held until its frame has come, in place of one a request.
-  [[nodiscard]] bool holds_exposure() const { return bracket() > 1 && (!reports_exposure_ || (count() > 1 && !distinct_)); }
-  /// Whether two cameras go through the cycle side by side.
+  /// Whether each exposure is held until its frame has come (HeldCycle); otherwise every request has the next one.
+  [[nodiscard]] bool holds_exposure() const {
+    return bracket() > 1 && (!reports_exposure_ || (count() > 1 && !distinct_));
+  }
+  /// Whether two cameras run through the cycle in parallel (CycleAlignment).
   [[nodiscard]] bool aligns() const { return bracket() > 1 && count() > 1 && !holds_exposure(); }
 
   [[nodiscard]] Status acquire_all();
@@ -67,11 +69,11 @@ class LensBackend final : public CameraBackend, public FrameOwner {
   [[nodiscard]] Status begin();
   void take_back(int slot);
   void reconnect_cameras();
-  void lose(std::size_t lens);
+  void mark_lost(std::size_t lens);
   void refill();
   void handle(const Completion& completion, FrameSink& sink);
   void deliver(const Buffers& buffers, FrameSink& sink);
-  /// Whether both frames of a pair have the same exposure of the cycle; else the cameras are brought together.
+  /// Whether both frames of a pair have the same exposure; otherwise shifts the second camera's cycle.
   [[nodiscard]] bool aligned(const Candidate& first, const Candidate& second);
   [[nodiscard]] std::optional<CyclePlace> place(const Candidate& first, ProbeTime begin, bool can_lend);
   void drop(const Buffers& buffers);
@@ -83,10 +85,10 @@ class LensBackend final : public CameraBackend, public FrameOwner {
   CameraInfo info_;
   bool open_ = false;
 
-  // Learnt by open()
+  // Measured by open()
   bool reports_exposure_ = false;
-  bool distinct_ = true;  ///< Exposures of the cycle can be told from each other.
-  bool strict_ = true;    ///< Exposures come as asked for; else whatever the camera says is taken.
+  bool distinct_ = true;  ///< All exposures of the cycle differ.
+  bool strict_ = true;    ///< Frames must have the requested exposures; false: any reported exposure is accepted.
   double gain_ = 1;
   Duration interval_;
 
@@ -95,7 +97,7 @@ class LensBackend final : public CameraBackend, public FrameOwner {
   std::vector<LentFrame> lent_frames_;
   std::vector<int> free_slots_;
 
-  // The thread's own while it runs
+  // Owned by the thread while it runs
   bool running_ = false;  ///< All cameras are started.
   std::array<std::vector<Candidate>, kMaxLenses> candidates_;
   std::array<SensorClock, kMaxLenses> clocks_;

@@ -9,7 +9,7 @@
 namespace lightwell::libcam {
 namespace {
 
-/// In the camera's hands at once: what the pipelines of libcamera themselves ask for. More only delays new exposures.
+/// Number of queued requests: the number that libcamera's pipelines ask for. More would only delay new exposures.
 constexpr int kDepth = 4;
 
 Status failed(const std::string& what, int error) {
@@ -17,7 +17,7 @@ Status failed(const std::string& what, int error) {
   return {code, what + ": " + std::strerror(-error) + (error == -EBUSY ? "; another program has the camera" : "")};
 }
 
-/// A stream's formats and where they come from.
+/// The formats of a stream, with the configuration that contains them.
 struct Offer {
   std::vector<SupportedFormat> formats;
   std::vector<::libcamera::PixelFormat> theirs;
@@ -52,13 +52,13 @@ SupportedControls controls_of(const ::libcamera::ControlInfoMap& map) {
   return offered;
 }
 
-/// What our formats mean by their bytes.
+/// Colour space of a PixelFormat (lightwell/pixel.hpp).
 ::libcamera::ColorSpace color_space_for(PixelFormat format) {
   if (is_bayer(format)) return ::libcamera::ColorSpace::Raw;
   return format == PixelFormat::rgb8 ? ::libcamera::ColorSpace::Srgb : ::libcamera::ColorSpace::Smpte170m;
 }
 
-/// Whether numbers become colours as lightwell/pixel.hpp says.
+/// Whether the colour space converts to RGB as specified in lightwell/pixel.hpp.
 bool means_the_same(const std::optional<::libcamera::ColorSpace>& space, PixelFormat format) {
   if (format != PixelFormat::nv12 && format != PixelFormat::yuyv) return true;
   return space && space->ycbcrEncoding == ::libcamera::ColorSpace::YcbcrEncoding::Rec601 &&
@@ -105,7 +105,7 @@ Status LensStream::acquire(const LibcameraOptions& options, int lendable) {
   }
   ++session_;
   settled_ = true;
-  // The slot owns the mailbox: what libcamera still completes for a camera that was pulled out finds it alive.
+  // The slot holds a reference to the mailbox, because libcamera may still complete requests of an unplugged camera.
   camera_->requestCompleted.connect(
       mailbox_.get(), [mailbox = mailbox_, lens = lens_, session = session_](::libcamera::Request* request) {
         mailbox->complete({lens, session, static_cast<int>(request->cookie()), read_clocks()});
@@ -120,7 +120,7 @@ Status LensStream::configure(const LibcameraOptions& options, int buffers_wanted
   const PixelFormat format = *format_of(offer.formats[*choice].fourcc, offer.formats[*choice].modifier);
   configuration_ = configuration_for(*camera_, offer.roles[*choice]);
   if (!configuration_ || configuration_->empty())
-    return {StatusCode::internal, "its stream is gone between two looks: try again"};
+    return {StatusCode::internal, "its stream disappeared during configuration: try again"};
   ::libcamera::StreamConfiguration& wanted = configuration_->at(0);
   wanted.pixelFormat = offer.theirs[*choice];
   wanted.size = {static_cast<unsigned>(options.width), static_cast<unsigned>(options.height)};
@@ -138,7 +138,7 @@ Status LensStream::configure(const LibcameraOptions& options, int buffers_wanted
   if ((format != PixelFormat::rgb8 && layout.width % 2 != 0) || (even_rows && layout.height % 2 != 0))
     return {StatusCode::failed_precondition, "pictures of " + size_text(layout.width, layout.height) + " " +
                                                  std::string(to_string(format)) +
-                                                 " have half pixels: ask for another size"};
+                                                 " have a fractional number of chroma pixels: request another size"};
   if (layout.stride < packed_stride(format, layout.width) || layout.stride % pixel_alignment(format) != 0)
     return {StatusCode::internal, "rows of " + std::to_string(layout.stride) + " bytes cannot hold the picture"};
   if (settled_ && (layout.width != layout_.width || layout.height != layout_.height))
@@ -148,7 +148,7 @@ Status LensStream::configure(const LibcameraOptions& options, int buffers_wanted
   stream_ = configuration_->at(0).stream();
   depth_ = std::clamp(static_cast<int>(configuration_->at(0).bufferCount), 1, kDepth);
 
-  // Ranges may depend on the configuration.
+  // After configure(), because the ranges may depend on the configuration.
   Result<SelectedControls> controls = choose_controls(controls_of(camera_->controls()), options);
   if (!controls) return controls.status();
   if (!settled_) {
@@ -175,7 +175,7 @@ Status LensStream::allocate(int buffers_wanted) {
                                                   " are needed: use smaller pictures or fewer exposures"};
     for (const std::unique_ptr<::libcamera::FrameBuffer>& buffer : allocator->buffers(stream_)) {
       std::unique_ptr<::libcamera::Request> request = camera_->createRequest(requests_.size());
-      if (!request) return {StatusCode::internal, "no request could be made"};
+      if (!request) return {StatusCode::internal, "a request could not be created"};
       if (const int error = request->addBuffer(stream_, buffer.get()); error != 0) return failed("addBuffer", error);
       if (Status s = memory->add(*buffer, layout_); !s.ok()) return s;
       requests_.push_back(std::move(request));
@@ -194,7 +194,7 @@ Status LensStream::allocate(int buffers_wanted) {
 void LensStream::release() {
   if (!camera_) return;
   stop();
-  // Nothing is queued any more, or the camera is disconnected.
+  // At this point no request is queued, or the camera is disconnected.
   camera_->requestCompleted.disconnect(mailbox_.get());
   requests_.clear();
   allocators_.clear();
@@ -218,7 +218,7 @@ Status LensStream::start() {
 void LensStream::stop() {
   if (!camera_) return;
   (void)camera_->stop();
-  // What the camera had is ours again.
+  // stop() has returned all queued buffers.
   for (int i = 0; i < buffers(); ++i) {
     if (buffer_states_[static_cast<std::size_t>(i)] != BufferState::queued) continue;
     buffer_states_[static_cast<std::size_t>(i)] = BufferState::idle;
@@ -247,7 +247,7 @@ bool LensStream::queue(std::int32_t exposure_us) {
   const auto b = static_cast<std::size_t>(buffer);
   ::libcamera::Request& request = *requests_[b];
   if (used_[b]) request.reuse(::libcamera::Request::ReuseBuffers);
-  // Some pipelines take no controls at start(), so the first request brings them all.
+  // Some pipelines ignore the controls of start(), so the first request contains all of them.
   if (!requested_exposure_us_) write_controls(request.controls());
   if (controls_.set_exposure && requested_exposure_us_ != exposure_us)
     request.controls().set(::libcamera::controls::ExposureTime, exposure_us);

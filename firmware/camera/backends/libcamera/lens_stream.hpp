@@ -1,4 +1,4 @@
-// One of libcamera's cameras as a lens: acquired, configured, its buffers mapped, its requests queued and read.
+// A lens that is a camera of libcamera: acquisition, configuration, buffers and requests.
 #pragma once
 
 #include <cstdint>
@@ -17,17 +17,17 @@
 
 namespace lightwell::libcam {
 
-/// Buffers are requests of libcamera's, one each.
+/// Each buffer has its own libcamera request.
 class LensStream final : public Lens {
  public:
-  /// `name` as CameraSystem::find() takes it.
+  /// `name`: an id or number, see CameraSystem::find().
   LensStream(std::string name, int lens, std::shared_ptr<Mailbox> mailbox)
       : name_(std::move(name)), lens_(lens), mailbox_(std::move(mailbox)) {}
   ~LensStream() override;
   LensStream(const LensStream&) = delete;
   LensStream& operator=(const LensStream&) = delete;
 
-  /// not_found the first time where there is no such camera, with all that there are.
+  /// The first call returns not_found, with a list of all cameras, if there is no such camera.
   [[nodiscard]] Status acquire(const LibcameraOptions& options, int lendable) override;
   void release() override;
   [[nodiscard]] bool acquired() const override { return camera_ != nullptr; }
@@ -57,7 +57,8 @@ class LensStream final : public Lens {
   const std::string name_;
   const int lens_;
   const std::shared_ptr<Mailbox> mailbox_;
-  std::shared_ptr<CameraSystem> system_;  ///< From the first acquire() on; goes after all that is the camera's.
+  std::shared_ptr<CameraSystem>
+      system_;  ///< Set by the first acquire(); destroyed after all members that use the camera.
   int watcher_ = 0;
   std::shared_ptr<::libcamera::Camera> camera_;
   std::string id_, model_;  ///< Empty until the first acquire().
@@ -66,19 +67,19 @@ class LensStream final : public Lens {
   PictureLayout layout_;
   SelectedControls controls_;
   std::vector<std::string> notes_;
-  bool settled_ = false;  ///< layout_ and controls_ are what was promised.
+  bool settled_ = false;  ///< layout_ and controls_ are fixed by the first acquire().
   int session_ = 0;
 
-  /// Each allocates what the pipeline thinks enough, which may be four.
+  /// Several, because each allocates as many buffers as the pipeline chooses, for instance four.
   std::vector<std::unique_ptr<::libcamera::FrameBufferAllocator>> allocators_;
-  std::vector<std::unique_ptr<::libcamera::Request>> requests_;  ///< One a buffer, whose index is its cookie.
+  std::vector<std::unique_ptr<::libcamera::Request>> requests_;  ///< One per buffer; the cookie is the buffer's index.
   std::shared_ptr<const BufferMemory> memory_;
   enum class BufferState : std::uint8_t { idle, queued, out };
-  std::vector<BufferState> buffer_states_;  ///< Of each buffer.
-  std::vector<int> idle_;     ///< Oldest first.
-  std::vector<bool> used_;    ///< The request has to be made new again.
+  std::vector<BufferState> buffer_states_;  ///< By buffer.
+  std::vector<int> idle_;                   ///< Oldest first.
+  std::vector<bool> used_;                  ///< By buffer: the request needs reuse() before it is queued again.
   int queued_ = 0, depth_ = 0;
-  std::optional<std::int32_t> requested_exposure_us_;  ///< Nothing: no request since start().
+  std::optional<std::int32_t> requested_exposure_us_;  ///< Empty: no request since start().
 };
 
 }  // namespace lightwell::libcam

@@ -11,7 +11,7 @@ namespace {
 
 Status bad(const std::string& what) { return {StatusCode::invalid_argument, "libcamera: " + what}; }
 
-/// What is wrong, and with which parameter.
+/// Prepends the name of the parameter to an error.
 Status named(const std::string& key, const Status& s) { return s.ok() ? s : bad(key + ": " + s.message()); }
 
 Status set_format(LibcameraOptions& options, const std::string& value) {
@@ -60,7 +60,8 @@ Status set_cameras(LibcameraOptions& options, std::string_view path) {
                std::to_string(options.cameras.size()) + " cameras");
   for (const std::string& camera : options.cameras)
     if (camera.empty())
-      return bad("which camera? libcamera:ID, or libcamera:ID0,ID1 for two lenses, as `cam --list` prints them");
+      return bad(
+          "no camera is named: write libcamera:ID, or libcamera:ID0,ID1 for two lenses, with ids from `cam --list`");
   if (options.cameras.size() == 2 && options.cameras[0] == options.cameras[1])
     return bad("camera '" + options.cameras[0] + "' cannot be both lenses");
   return {};

@@ -1,4 +1,4 @@
-// libcamera:ID?key=value...: what is asked of the camera.
+// Options of the libcamera backend, from the URI libcamera:ID?key=value... and the configuration.
 #pragma once
 
 #include <array>
@@ -16,17 +16,17 @@
 namespace lightwell::libcam {
 
 struct LibcameraOptions {
-  /// Ids or numbers as `cam --list` prints them; one a lens, in the order of the lenses.
+  /// Ids or numbers as printed by `cam --list`, one per lens, in the order of the lenses.
   std::vector<std::string> cameras;
   int width = 640, height = 480;
-  double frame_rate = 30;          ///< 0: the camera's own.
+  double frame_rate = 30;          ///< 1/s; 0: the camera's own.
   std::vector<double> exposure_s;  ///< Empty: the camera's default.
   double gain = 1;
-  std::optional<PixelFormat> format;  ///< Nothing: the first that suits.
-  Duration row_readout;               ///< From one row's exposure to the next row's; libcamera cannot tell.
+  std::optional<PixelFormat> format;  ///< Empty: the first supported one.
+  Duration row_readout;               ///< Delay between successive rows; libcamera does not report it.
   TimestampEvent timestamp_event = TimestampEvent::readout;
-  std::array<double, 2> colour_gains{1, 1};  ///< Red, blue. 1: no channel clips before the sensor does.
-  int settle_frames = 3;                     ///< Until a new exposure is in force, with a camera that does not say.
+  std::array<double, 2> colour_gains{1, 1};  ///< Red, blue. 1: no channel saturates before the sensor does.
+  int settle_frames = 3;                     ///< Until a new exposure takes effect, if the camera does not report it.
 };
 
 /// invalid_argument names the parameter.

@@ -14,7 +14,7 @@ void Mailbox::prepare(Events& post, std::size_t completions, std::size_t returns
 
 void Mailbox::complete(const Completion& completion) {
   const std::lock_guard lock(mutex_);
-  // Full only of an older acquisition's: a buffer is with the camera once.
+  // Full only with completions of an older session: each buffer is queued at most once.
   if (filling_.completions.size() == max_completions_) return;
   filling_.completions.push_back(completion);
   changed_.notify_all();
@@ -46,7 +46,7 @@ void Mailbox::take(Events& post, Clock::time_point limit) {
   changed_.wait_until(lock, limit, [this] {
     return filling_.stop || filling_.cameras_changed || !filling_.completions.empty() || !filling_.returned.empty();
   });
-  // Swapped, so that both keep their room.
+  // Swap, so that both vectors keep their capacity.
   std::swap(post.completions, filling_.completions);
   std::swap(post.returned, filling_.returned);
   post.cameras_changed = std::exchange(filling_.cameras_changed, false);

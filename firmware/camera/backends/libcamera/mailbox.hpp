@@ -1,5 +1,5 @@
-// What reaches a backend's thread from others: requests that libcamera has completed, frames that are given back,
-// cameras that come and go. Bounded by the number of buffers; nothing is allocated once it is prepared.
+// Queue of events for a backend's thread: requests that libcamera has completed, released frames, connected and
+// disconnected cameras. Bounded by the number of buffers; no allocation after prepare().
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@ namespace lightwell::libcam {
 
 struct Completion {
   int lens = 0;
-  int session = 0;  ///< Which acquisition of the camera; those of older ones are void.
+  int session = 0;  ///< Lens::session() of the request; completions of older sessions are ignored.
   int buffer = 0;
   ClockReading at;
 };
@@ -28,21 +28,21 @@ class Mailbox {
     bool stop = false;
   };
 
-  /// Room for so many completions and returned frames at once, here and in `post`, the only one for take(). Before
-  /// anybody else comes.
+  /// Reserves capacity, here and in `post`, which must be the argument of every take(). Call before any other thread
+  /// uses the mailbox.
   void prepare(Events& post, std::size_t completions, std::size_t returns);
 
-  // From any thread.
+  // Thread-safe.
   void complete(const Completion& completion);
   void give_back(int slot);
   void cameras_changed();
   void stop();
 
-  // From the thread that reads.
+  // Called by the backend's thread.
   using Clock = std::chrono::steady_clock;
-  /// Waits until there is something, or until `limit`; `post` is what came meanwhile, in its order.
+  /// Waits until there are events, or until `limit`; replaces `post` by them, in order.
   void take(Events& post, Clock::time_point limit);
-  /// Completions are void and a stop is forgotten; frames given back stay until they are taken.
+  /// Discards completions and a pending stop; released frames stay until take().
   void restart();
 
  private:

@@ -5,7 +5,7 @@
 namespace lightwell::libcam {
 namespace {
 
-/// No pipeline of a camera holds a frame for longer.
+/// Largest plausible age of a frame on arrival.
 constexpr std::int64_t kMaxAge_ns = 5'000'000'000;
 
 std::int64_t clock_ns(clockid_t id) {
@@ -17,7 +17,7 @@ std::int64_t clock_ns(clockid_t id) {
 }  // namespace
 
 ClockReading read_clocks() {
-  // Read around the other one: what passes in between does not count as sleep.
+  // CLOCK_MONOTONIC is read before and after CLOCK_BOOTTIME, and averaged, so that the time between the calls cancels.
   const std::int64_t before = clock_ns(CLOCK_MONOTONIC);
   const std::int64_t boottime = clock_ns(CLOCK_BOOTTIME);
   const std::int64_t after = clock_ns(CLOCK_MONOTONIC);

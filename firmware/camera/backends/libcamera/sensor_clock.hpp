@@ -1,8 +1,8 @@
-// From libcamera's timestamps to the middle of an exposure in the probe's clock.
+// Converts libcamera's timestamps to mid-exposure times in the probe's clock (CLOCK_MONOTONIC).
 //
-// libcamera documents SensorTimestamp as CLOCK_BOOTTIME, and hands through what the kernel's driver stamps, which is
-// CLOCK_MONOTONIC with most. They differ by the time that the machine has slept: so a stamp is read as the clock by
-// which the frame is not from the future.
+// libcamera documents SensorTimestamp as CLOCK_BOOTTIME, but passes on the timestamp of the kernel's driver, which is
+// usually CLOCK_MONOTONIC. The two differ by the time the machine was suspended, so a timestamp that lies in the future
+// of CLOCK_MONOTONIC must be CLOCK_BOOTTIME.
 #pragma once
 
 #include <cstdint>
@@ -15,27 +15,27 @@ namespace lightwell::libcam {
 /// Both clocks at one instant.
 struct ClockReading {
   std::int64_t monotonic_ns = 0;
-  std::int64_t boottime_ns = 0;  ///< Also counts while the machine sleeps.
+  std::int64_t boottime_ns = 0;  ///< Includes the time the machine was suspended.
 };
 [[nodiscard]] ClockReading read_clocks();
 
 class SensorClock {
  public:
-  /// In CLOCK_MONOTONIC, `now` being just after the frame came. Nothing where the stamp is of neither clock: not before
-  /// `now`, or more than 5 s ago. Once a stamp can only be CLOCK_BOOTTIME, all later ones are.
+  /// Converts to CLOCK_MONOTONIC; `now` is the time of arrival. Empty if the timestamp fits neither clock: it is not
+  /// before `now`, or more than 5 s ago. Once a timestamp can only be CLOCK_BOOTTIME, all later ones are read as such.
   [[nodiscard]] std::optional<ProbeTime> to_probe_time(std::int64_t timestamp_ns, const ClockReading& now);
 
  private:
   bool boottime_ = false;
 };
 
-/// What happens at the instant that a camera stamps.
+/// The event that a camera's timestamp refers to.
 enum class TimestampEvent : std::uint8_t {
-  readout,   ///< The first row is read out (its exposure ends): where the driver stamps what arrives, CSI-2 and USB.
-  exposure,  ///< The first row's exposure begins: libcamera's documentation to the letter.
+  readout,   ///< The first row is read out (its exposure ends): drivers that stamp on arrival, CSI-2 and USB.
+  exposure,  ///< The first row's exposure begins, as libcamera documents it.
 };
 
-/// Rows expose one after the other, `row_readout` apart (zero for a global shutter).
+/// Rows are exposed `row_readout` after one another (zero for a global shutter).
 struct FrameTiming {
   double exposure_s = 0;
   Duration row_readout;
@@ -43,9 +43,9 @@ struct FrameTiming {
   TimestampEvent event = TimestampEvent::readout;
 };
 
-/// Of the centre row.
+/// Middle of the centre row's exposure.
 [[nodiscard]] ProbeTime mid_exposure(ProbeTime stamp, const FrameTiming& timing);
-/// Of the first row.
+/// Start of the first row's exposure.
 [[nodiscard]] ProbeTime exposure_begin(ProbeTime stamp, const FrameTiming& timing);
 
 }  // namespace lightwell::libcam

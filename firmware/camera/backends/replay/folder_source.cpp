@@ -18,7 +18,7 @@ class FolderSource final : public Source {
   FolderSource(fs::path folder, std::vector<ListedFrame> frames)
       : folder_(std::move(folder)), frames_(std::move(frames)) {}
 
-  /// The first frame is read, so that a wrong folder is refused and not played as nothing.
+  /// Derives info() from the frame list and the first frame, so that an unreadable folder is refused.
   [[nodiscard]] Status learn() {
     const ListedFrame& first = frames_.front();
     const Result<Image> image = read_image((folder_ / first.files[0]).string());
@@ -29,7 +29,7 @@ class FolderSource final : public Source {
     info_.format = image->format;
     info_.lenses = static_cast<int>(first.files.size());
     info_.exposure_s.assign(static_cast<std::size_t>(first.info.bracket_size), first.info.exposure_s);
-    // From the back: the first round's exposures are the ones that are declared.
+    // In reverse order, so that the declared exposures are those of the first bracket.
     for (auto frame = frames_.rbegin(); frame != frames_.rend(); ++frame)
       info_.exposure_s[static_cast<std::size_t>(frame->info.bracket_index)] = frame->info.exposure_s;
     const Duration length = frames_.back().info.mid_exposure - first.info.mid_exposure;
@@ -87,7 +87,7 @@ class FolderSource final : public Source {
 
 Result<std::unique_ptr<Source>> open_folder(const std::string& path) {
   fs::path folder = fs::path(path).lexically_normal();
-  if (!folder.has_filename()) folder = folder.parent_path();  // A slash at the end.
+  if (!folder.has_filename()) folder = folder.parent_path();  // Trailing slash.
   const std::string list = (folder / "frames.csv").string();
   std::ifstream file(list, std::ios::binary);
   if (!file) return Status(StatusCode::not_found, list + ": not there; a folder to replay lists its pictures in it");

@@ -108,7 +108,7 @@ class Parser {
     if (!(row.exposure_s > 0)) return bad("exposure_s must be positive");
     if (!(row.gain > 0)) return bad("gain must be positive");
     if (!(row.row_readout_s >= 0 && row.row_readout_s <= 1)) return bad("row_readout_s must be 0 to 1");
-    // Seconds since 1970 fit, and so do nanoseconds into 64 bits.
+    // The limit admits seconds since 1970, and nanoseconds fit into 64 bits.
     if (!(row.time_s >= 0 && row.time_s < 4e9)) return bad("time_s must be 0 to 4e9");
     if (!is_index(row.lens, kMaxLenses)) return bad("lens must be 0 or 1");
     if (!is_index(row.bracket_size - 1, kMaxBracket))
@@ -138,7 +138,7 @@ class Parser {
     return {};
   }
 
-  /// The frame whose rows are complete must be like the first one.
+  /// Checks that the completed last frame has the lenses and the bracket size of the first one.
   [[nodiscard]] Status check_last() const {
     if (frames_.empty()) return {};
     const ListedFrame& first = frames_.front();

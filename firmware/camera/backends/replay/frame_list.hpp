@@ -1,10 +1,10 @@
-// frames.csv: which pictures of a folder make which frame.
+// Parses frames.csv, which lists the pictures of a folder and the frames they belong to.
 //   file,lens,exposure_s,time_s,bracket_index,bracket_size
 //   a0.png,0,0.004,0.000,0,2
-// The first line names the columns, in any order. file, exposure_s and time_s must be there; lens,
-// bracket_index and row_readout_s are 0 and bracket_size and gain 1 where their column is not. Rows
-// in a run with the same time_s (of the middle of the exposure, from any start) and exposure_s are
-// one frame, a lens each; times grow from frame to frame. No quotes: a file's name holds no comma.
+// The first line names the columns, in any order. file, exposure_s and time_s are required; lens, bracket_index and
+// row_readout_s default to 0, bracket_size and gain to 1. Consecutive rows with the same time_s (mid-exposure, any
+// origin) and exposure_s are one frame, one row per lens; times increase from frame to frame. Quotes are not supported:
+// file names cannot contain commas.
 #pragma once
 
 #include <string>
@@ -19,11 +19,10 @@ namespace lightwell::replay {
 
 struct ListedFrame {
   FrameInfo info;                  ///< sequence counts the list's frames from 0.
-  std::vector<std::string> files;  ///< One a lens, in the order of the lenses.
+  std::vector<std::string> files;  ///< One per lens, in the order of the lenses.
 };
 
-/// Every frame has as many files and as large a bracket as the first. invalid_argument names `name`
-/// and the line.
+/// All frames have the same number of files and the same bracket size. invalid_argument names `name` and the line.
 [[nodiscard]] Result<std::vector<ListedFrame>> parse_frame_list(std::string_view text, const std::string& name);
 
 }  // namespace lightwell::replay

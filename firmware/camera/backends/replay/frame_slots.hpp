@@ -1,5 +1,4 @@
-// The memory of a replay: slots that a reader fills, a player lends, and whoever holds a frame
-// gives back.
+// Frame buffers of a replay: a reader fills slots, a player lends them, and consumers release them.
 //   free -> (reader fills) -> ready -> (player lends) -> lent -> (holder releases) -> free
 #pragma once
 
@@ -15,14 +14,13 @@
 
 namespace lightwell::replay {
 
-/// Any method from any thread; those that wait return at once after stop().
+/// Thread-safe. After stop() waiting methods return at once.
 class FrameSlots final : public FrameOwner {
  public:
-  /// At most `lendable` slots are lent at once; `read_ahead` more let the reader go on while all of
-  /// them are.
+  /// At most `lendable` slots are lent at the same time; with `read_ahead` more the reader can continue meanwhile.
   FrameSlots(int lendable, int read_ahead);
 
-  /// A new run: nothing is ready, nothing has ended; what is lent stays lent.
+  /// Begins a new run without ready slots. Lent slots stay lent.
   void begin();
   void stop();
 
@@ -32,7 +30,7 @@ class FrameSlots final : public FrameOwner {
   /// Waits for a free slot; kNone after stop().
   [[nodiscard]] int wait_free();
   void make_ready(int slot);
-  /// No more will be ready.
+  /// No more slots will become ready in this run.
   void end();
 
   // The player's side.
@@ -42,18 +40,18 @@ class FrameSlots final : public FrameOwner {
     ReadTiming read_timing = ReadTiming::in_time;
   };
   [[nodiscard]] Ready wait_ready();
-  /// False when stopped before `due`.
+  /// Waits until `due`; false if stopped before.
   [[nodiscard]] bool wait_until(ProbeTime due);
   [[nodiscard]] bool may_lend();
   /// Waits until a slot may be lent; false after stop().
   [[nodiscard]] bool wait_may_lend();
-  /// Only where may_lend(), from the one thread that lends.
+  /// Requires may_lend(). Called by the one thread that lends.
   [[nodiscard]] Frame lend(int slot);
-  /// Back to the free ones unseen.
+  /// Frees a slot without lending it.
   void drop(int slot);
 
   [[nodiscard]] bool stopped();
-  /// Belongs to whoever took the slot from wait_free() or wait_ready().
+  /// May be accessed by the thread that got `slot` from wait_free() or wait_ready().
   [[nodiscard]] StoredFrame& frame(int slot) { return frames_[static_cast<std::size_t>(slot)]; }
 
   void release(int slot) override;
@@ -63,8 +61,7 @@ class FrameSlots final : public FrameOwner {
   int lendable_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  // All of capacity frames_.size(), so that nothing is allocated later; ready_ in the order of the
-  // recording.
+  // Capacity frames_.size(), so that nothing is allocated later; ready_ is in the order of the recording.
   std::vector<int> free_, ready_;
   int lent_ = 0;
   bool stopped_ = true, ended_ = false;

@@ -9,14 +9,14 @@
 namespace lightwell::replay {
 namespace {
 
-/// Enough for two rounds of the longest bracket, and for a frame rate.
+/// Number of frames read to determine info(): two of the longest brackets, and enough for a frame rate.
 constexpr int kLookAhead = 32;
 
 class RecordingSource final : public Source {
  public:
   explicit RecordingSource(RecordReader reader) : reader_(std::move(reader)) {}
 
-  /// Looks at the first frames to learn what comes.
+  /// Derives info() from the first frames.
   [[nodiscard]] Status learn(const std::string& path) {
     info_.name = "replay:" + std::filesystem::path(path).filename().string();
     info_.calibration = reader_.header().calibration;
@@ -26,15 +26,14 @@ class RecordingSource final : public Source {
       if (!first) declare(frame);
       if (!is_playable(frame, info_)) continue;
       const FrameInfo& now = frame.info;
-      // A recording that was continued later begins again at some point: the rate is that of its
-      // first part.
+      // Times and numbers restart where a recording was appended to: the frame rate is that of the first part.
       if (last && (now.sequence <= last->sequence || now.mid_exposure <= last->mid_exposure)) break;
       if (!first) first = now;
       if (now.bracket_size == first->bracket_size)
         info_.exposure_s[static_cast<std::size_t>(now.bracket_index)] = now.exposure_s;
       last = now;
     }
-    if (!first) return {StatusCode::data_loss, path + ": no frame that can be shown is in it; record again"};
+    if (!first) return {StatusCode::data_loss, path + ": it contains no playable frame; record again"};
     if (last->sequence > first->sequence)
       info_.frame_rate =
           static_cast<double>(last->sequence - first->sequence) / (last->mid_exposure - first->mid_exposure).seconds();
@@ -53,7 +52,7 @@ class RecordingSource final : public Source {
   void rewind() override { reader_.rewind(); }
 
  private:
-  /// The next frame that can be decoded; its pictures are copied, because `decoded_` is used again.
+  /// Reads the next decodable frame; copies the pictures, because `decoded_` is reused.
   [[nodiscard]] bool read(StoredFrame& out) {
     do {
       if (!reader_.next(record_)) return false;

@@ -23,11 +23,11 @@ enum class Pace { recorded, fast };
 
 struct Options {
   std::string path;
-  int loops = 1;  ///< 0: for ever.
+  int loops = 1;  ///< 0: endlessly.
   Pace pace = Pace::recorded;
 };
 
-/// Lets a disk hesitate for a few frames.
+/// Slots read ahead, to bridge short stalls of the disk.
 constexpr int kReadAhead = 4;
 
 ProbeTime now() { return {monotonic_now_ns()}; }
@@ -44,7 +44,7 @@ class ReplayBackend final : public CameraBackend {
     source_ = std::move(*source);
     CameraInfo info = source_->info();
     slots_.emplace(required_buffer_count(static_cast<int>(info.exposure_s.size())), kReadAhead);
-    // A single frame has no rate of its own.
+    // A single frame has no frame rate.
     const double rate = info.frame_rate > 0 ? info.frame_rate : rate_asked_;
     timeline_.emplace(Duration::from_seconds(rate > 0 ? 1 / rate : 1));
     info.frame_rate = options_.pace == Pace::fast ? 0 : rate;
@@ -78,13 +78,13 @@ class ReplayBackend final : public CameraBackend {
   void read() {
     for (int pass = 0; options_.loops == 0 || pass < options_.loops; ++pass) {
       if (pass > 0) source_->rewind();
-      // A pass without a frame is the last: it would be so for ever.
+      // A pass without frames ends the replay; otherwise it would loop endlessly.
       if (read_pass() == 0) break;
     }
     slots_->end();
   }
 
-  /// Frames read until the end or until stopped; 0 when stopped.
+  /// Reads all frames once. Returns their number; 0 if stopped.
   [[nodiscard]] int read_pass() {
     for (int frames = 0;; ++frames) {
       const int slot = slots_->wait_free();
@@ -103,7 +103,8 @@ class ReplayBackend final : public CameraBackend {
       const FrameSlots::Ready ready = slots_->wait_ready();
       if (ready.slot == FrameSlots::kNone) break;
       FrameInfo info = timeline_->place(slots_->frame(ready.slot).info);
-      const bool shown = options_.pace == Pace::fast ? await_loan(info, sink, stop) : await_moment(ready.read_timing, info);
+      const bool shown =
+          options_.pace == Pace::fast ? await_loan(info, sink, stop) : await_moment(ready.read_timing, info);
       if (!shown) {
         slots_->drop(ready.slot);
         continue;
@@ -116,23 +117,23 @@ class ReplayBackend final : public CameraBackend {
     if (!slots_->stopped()) state_ = State::finished;
   }
 
-  /// Fast: whenever a frame may be lent and the sink has room for it. False when stopped.
+  /// Fast pace: waits until a frame may be lent and the sink has space for it. False if stopped.
   [[nodiscard]] bool await_loan(FrameInfo& info, FrameSink& sink, const std::stop_token& stop) {
     if (!sink.wait_for_space(stop) || !slots_->wait_may_lend()) return false;
     info.mid_exposure = timeline_->move_to(now() - Timeline::until_read_out(info, source_->info().height));
     return true;
   }
 
-  /// Recorded: when a camera would have delivered it. False when it is dropped or all is stopped.
+  /// Recorded pace: waits until a live camera would have delivered the frame. False if it is dropped, or on stop.
   [[nodiscard]] bool await_moment(FrameSlots::ReadTiming read_timing, FrameInfo& info) {
     const Duration read_out = Timeline::until_read_out(info, source_->info().height);
     const Duration late = now() - (info.mid_exposure + read_out);
     if (read_timing == FrameSlots::ReadTiming::late && late.ns > 0) {
-      // The disk was slow: what follows keeps its spacing, or it would come in a burst.
+      // The disk was slow: delay all following frames, too; otherwise they would come in a burst.
       timeline_->delay(late);
       info.mid_exposure = info.mid_exposure + late;
     } else if (late > timeline_->interval()) {
-      return false;  // The sink was slow: a camera would not have waited for it either.
+      return false;  // The sink was slow: drop the frame, as a live camera would.
     }
     return slots_->wait_until(info.mid_exposure + read_out) && slots_->may_lend();
   }
@@ -143,7 +144,7 @@ class ReplayBackend final : public CameraBackend {
   std::optional<FrameSlots> slots_;
   std::optional<Timeline> timeline_;
   std::thread reader_, player_;
-  std::stop_source stop_;  ///< Of the player, while it waits in the sink.
+  std::stop_source stop_;  ///< Ends the player's wait in FrameSink::wait_for_space().
   std::atomic<State> state_{State::idle};
 };
 
@@ -159,7 +160,7 @@ Result<std::unique_ptr<CameraBackend>> make_replay_backend(const CameraUri& uri,
       const auto [stop, error] = std::from_chars(value.data(), end, options.loops);
       if (error != std::errc() || stop != end || options.loops < 0)
         return Status(StatusCode::invalid_argument,
-                      "replay: loop '" + value + "' must be a number of rounds, 0 for ever");
+                      "replay: loop '" + value + "' must be a number of passes, 0 for ever");
     } else if (value == "recorded" || value == "fast") {
       options.pace = value == "fast" ? Pace::fast : Pace::recorded;
     } else {

@@ -1,5 +1,4 @@
-// The camera that was: plays a recording of frames, or a folder of pictures, like any other
-// backend.
+// Camera backend that plays a recording of frames or a folder of pictures.
 #pragma once
 
 #include <memory>
@@ -13,27 +12,21 @@
 namespace lightwell {
 
 /// replay:PATH?loop=N&pace=recorded|fast
-///   - PATH: a recording of kind frames, or a folder with frames.csv (frame_list.hpp) and,
-///   optionally,
-///     calibration.textproto. Read by open(); what it holds is what comes, whatever `config` asks
-///     for.
-///   - loop: how often it is played, 0 for ever; 1 where absent. Then state() is finished.
-///   - pace=recorded (default): with the original spacing. The mid-exposure times are the recorded
-///   ones, shifted
-///     so that the first exposure's middle is the moment of start(): frames look live. Where no
-///     frame may be lent, or the sink held the thread up for longer than a frame lasts, frames are
-///     dropped as a camera would. Where the disk is too slow, the rest is shifted on.
-///   - pace=fast: as fast as the sink has room for them and gives them back, without a drop. The spacing is lost: a
-///     frame's exposure ends when it is handed over, so filters over time see another world than at the recorded
-///     pace.
+///   - PATH: a recording of kind frames, or a folder with frames.csv (frame_list.hpp) and, optionally,
+///     calibration.textproto. open() reads it. Size, exposures and frame rate are those of the recording; `config` is
+///     ignored, except for the rate of a single frame.
+///   - loop: number of times it is played, 0: endlessly; default 1. At the end state() is finished.
+///   - pace=recorded (default): with the recorded intervals. Mid-exposure times are shifted so that the first one is
+///     the time of start(). If no frame may be lent, or the sink blocked the thread for longer than a frame interval,
+///     frames are dropped as by a live camera. If the disk is too slow, the remaining frames are delayed.
+///   - pace=fast: as fast as the sink has space and releases frames, without drops. The recorded intervals are lost: a
+///     frame's exposure ends when it is pushed, so temporal filters behave differently than at the recorded pace.
 ///
-/// Sequence numbers are the recorded ones with their gaps, and go on growing over loops and starts.
-/// start() begins at the front. A frame that cannot be shown (damaged, or of another size than the
-/// first) is a gap; a recording's damaged tail ends it. At most required_buffer_count(bracket) frames are
-/// lent at once.
+/// Sequence numbers are the recorded ones with their gaps, and continue to increase over loops and starts. start()
+/// begins at the first frame. A frame that cannot be played (damaged, or of another size than the first) is a gap; a
+/// damaged tail ends the recording. At most required_buffer_count(bracket) frames are lent at the same time.
 ///
-/// invalid_argument for parameters that make no sense; open() says not_found, data_loss or
-/// invalid_argument.
+/// invalid_argument for invalid parameters; open() returns not_found, data_loss or invalid_argument.
 [[nodiscard]] Result<std::unique_ptr<CameraBackend>> make_replay_backend(const CameraUri& uri,
                                                                          const CameraConfig& config);
 

@@ -31,8 +31,7 @@ bool size_fits(PixelFormat format, int width, int height) {
 bool is_playable(const StoredFrame& frame, const CameraInfo& info) {
   if (frame.view_count != static_cast<std::size_t>(info.lenses)) return false;
   if (!positive(frame.info.exposure_s) || !positive(frame.info.gain)) return false;
-  // An hour of exposure and a second a row are damage; so large numbers would leave Duration's
-  // range, too.
+  // An exposure above an hour, or a row readout above a second, indicates damage, and could exceed Duration's range.
   if (frame.info.exposure_s > 3600 || frame.info.row_readout.ns < 0 ||
       frame.info.row_readout > Duration::from_seconds(1))
     return false;

@@ -5,10 +5,10 @@
 namespace lightwell::replay {
 namespace {
 
-/// A longer pause is that between two recordings in one file, which nobody wants to sit through.
+/// A longer pause separates two recordings in one file, and is not replayed.
 constexpr Duration kMaxPause = Duration::from_seconds(3600);
 
-/// Whether both were taken in one go: loops, and recordings that were continued, begin again.
+/// Whether `next` continues the run of `last`; false at the start of a loop and where a recording was appended to.
 bool follows(const FrameInfo& next, const FrameInfo& last) {
   return next.sequence > last.sequence && next.mid_exposure > last.mid_exposure &&
          next.mid_exposure - last.mid_exposure <= kMaxPause;

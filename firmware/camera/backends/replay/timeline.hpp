@@ -1,4 +1,4 @@
-// Recorded sequence numbers and times, moved to the present.
+// Maps recorded sequence numbers and times to those of the replay.
 #pragma once
 
 #include <cstdint>
@@ -9,25 +9,23 @@
 
 namespace lightwell::replay {
 
-/// One timeline lives as long as its backend: numbers and times grow over loops and starts. Used by
-/// one thread.
+/// Lives as long as its backend: sequence numbers and times increase over loops and starts. Not thread-safe.
 class Timeline {
  public:
-  /// `interval`: between two frames that are not from one stretch of the recording, as where a loop
-  /// begins again.
+  /// `interval`: frame interval used where recorded times are not continuous, for instance at the start of a loop.
   explicit Timeline(Duration interval) : interval_(interval) {}
 
-  /// The next frame placed begins at `start`.
+  /// The mid-exposure time of the next frame is `start`.
   void start(ProbeTime start);
-  /// sequence and mid_exposure of the next recorded frame, in the order of the recording.
+  /// Sequence and mid-exposure time of the next frame. Frames are passed in the order of the recording.
   [[nodiscard]] FrameInfo place(const FrameInfo& recorded);
-  /// The frame just placed, and all after it, come later.
+  /// Delays the last placed frame and all later ones.
   void delay(Duration by) { last_placed_.mid_exposure = last_placed_.mid_exposure + by; }
-  /// Sets the mid-exposure time of the frame just placed, later than all before.
+  /// Sets the mid-exposure time of the last placed frame, or a later time if needed to stay after all previous frames.
   [[nodiscard]] ProbeTime move_to(ProbeTime mid_exposure);
 
   [[nodiscard]] Duration interval() const { return interval_; }
-  /// When a camera could have handed the frame over: at the end of the last row's exposure.
+  /// Time from mid-exposure to the end of the last row's exposure: the earliest delivery by a live camera.
   [[nodiscard]] static Duration until_read_out(const FrameInfo& frame, int height);
 
  private:

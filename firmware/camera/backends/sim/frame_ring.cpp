@@ -22,8 +22,8 @@ constexpr std::uint64_t kStillBrackets = 4;
 
 std::uint64_t rounded_up(std::uint64_t n, std::uint64_t step) { return (n + step - 1) / step * step; }
 
-/// From `least` frames on, in steps, up to twice as many: so many that hold most nearly a whole number of periods, by
-/// the frequency that would be exact.
+/// The number of frames from `least` to twice as many, in steps of `step`, that contains most nearly a whole number of
+/// periods: smallest relative change of the frequency that would make it exact.
 std::uint64_t closing_cycle(std::uint64_t least, std::uint64_t step, double periods_per_frame) {
   std::uint64_t best = least;
   double smallest = 1;
@@ -44,7 +44,7 @@ Status too_large(const RingRequest& request) {
                                               " MiB that the simulator allows itself: use a smaller picture"};
 }
 
-/// Says how far the rendering is, once it has taken long enough to be worth a word.
+/// Reports the progress of rendering, once that has taken two seconds.
 class ProgressReporter {
  public:
   ProgressReporter(const RenderProgress& progress, std::uint64_t total) : progress_(progress), total_(total) {}
@@ -135,7 +135,7 @@ void FrameRing::render(const RingPlan& plan, const RingSource& source, const Ren
   const auto work = [&] {
     std::vector<std::vector<float>> radiance(lenses.size());
     std::vector<float> flickering;
-    // Pictures of a still scene follow each other in the same state: the light is rendered once.
+    // Successive pictures of a static scene have the same state: render the radiance once.
     std::uint64_t rendered = ~std::uint64_t{0};
     for (std::uint64_t p = next++; p < plan.pictures(); p = next++) {
       const std::uint64_t index = plan.scene_index_of_picture(p);
@@ -153,7 +153,7 @@ void FrameRing::render(const RingPlan& plan, const RingSource& source, const Ren
           light = flickering;
         }
         const sim::Exposure exposure{source.exposure_s[p % plan.bracket], source.gain, p, static_cast<int>(l)};
-        lenses[l].sensor.develop(
+        lenses[l].sensor.expose(
             light, exposure,
             std::span(memory_).subspan(p * lens_start_.back() + lens_start_[l], lenses[l].sensor.bytes()));
       }

@@ -1,5 +1,5 @@
-// The simulated camera's pictures, rendered before it starts: a frame is then a loan of memory that
-// is never written to again.
+// The simulated camera's pictures. They are rendered before streaming; frames lend this memory, which is never written
+// to again.
 #pragma once
 
 #include <cstddef>
@@ -17,44 +17,44 @@
 
 namespace lightwell {
 
-/// Which picture a frame shows, and which state of the scene that is.
+/// Maps frame numbers to pictures and to states of the scene.
 struct RingPlan {
-  std::uint64_t cycle = 1;          ///< Frames after which the scene repeats.
-  std::uint64_t switch_period = 0;  ///< In frames; 0: lamps stay on.
-  std::uint64_t bracket = 1;        ///< Exposures; the cycle of a moving scene is a multiple.
-  /// 0 where the probe turns: a picture for each frame of the cycle. Otherwise only the lamps tell
-  /// states apart, and each state has so many pictures, which differ in exposure and noise.
+  std::uint64_t cycle = 1;          ///< Number of frames after which the scene repeats.
+  std::uint64_t switch_period = 0;  ///< Of the lamps, in frames; 0: they stay on.
+  std::uint64_t bracket = 1;        ///< Exposures per bracket; the cycle of a moving scene is a multiple of it.
+  /// 0 if the probe rotates: one picture per frame of the cycle. Otherwise the states differ only by the lamps, and
+  /// each has this many pictures, which differ in exposure and noise.
   std::uint64_t realisations = 0;
-  /// Periods of flicker in a frame, so that a cycle holds a whole number of them.
+  /// Periods of flicker per frame, adjusted so that a cycle contains a whole number of periods.
   double periods_per_frame = 0;
-  std::uint64_t wanted = 1;  ///< Pictures; more than pictures() where memory did not allow them.
+  std::uint64_t wanted = 1;  ///< Requested pictures; larger than pictures() if memory did not suffice.
 
   [[nodiscard]] std::uint64_t pictures() const;
   /// Index for Scene::state_at().
   [[nodiscard]] std::uint64_t scene_index(std::uint64_t sequence) const { return sequence % cycle; }
   [[nodiscard]] std::uint64_t picture(std::uint64_t sequence) const;
-  /// Of the frames that show a picture, the scene index of one.
+  /// The scene index of one of the frames that show `picture`.
   [[nodiscard]] std::uint64_t scene_index_of_picture(std::uint64_t picture) const;
 };
 
 struct RingRequest {
-  std::uint64_t frames = 32;  ///< Of a moving scene; rounded up to whole brackets and periods.
+  std::uint64_t frames = 32;  ///< Cycle of a moving scene; rounded up to whole brackets and lamp periods.
   std::uint64_t bracket = 1;
   std::uint64_t switch_period = 0;
   std::size_t bytes_per_picture = 0;
   std::size_t memory_cap = std::size_t{1} << 30;
-  double periods_per_frame = 0;  ///< Of the mains' flicker; 0: light is steady.
+  double periods_per_frame = 0;  ///< Of mains flicker; 0: steady light.
 };
 
-/// For a turning probe, or light that flickers. Where memory does not allow the frames asked for, fewer, and lamps that
-/// switch faster with them. resource_exhausted where not even one bracket fits. With flicker, up to twice the frames
-/// asked for: the number in which the periods come nearest to a whole one.
+/// Plan for a rotating probe, or flickering light. If memory does not suffice for the requested frames, the cycle is
+/// shorter and the lamps switch faster. resource_exhausted if not even one bracket fits. With flicker, up to twice the
+/// requested frames: the number that contains most nearly a whole number of periods.
 [[nodiscard]] Result<RingPlan> plan_moving(const RingRequest& request);
-/// For a probe at rest: four brackets of noise for each state of the lamps, fewer where memory does
-/// not allow them.
+/// Plan for a probe at rest: four brackets, with different noise, for each state of the lamps; fewer if memory does not
+/// suffice.
 [[nodiscard]] Result<RingPlan> plan_still(const RingRequest& request);
 
-/// What is rendered for.
+/// Inputs of rendering.
 struct RingSource {
   const sim::Scene* scene = nullptr;
   const RigParameters* rig = nullptr;
@@ -64,22 +64,21 @@ struct RingSource {
   ExposureTiming timing;
 };
 
-/// Called from any rendering thread, one at a time, with the share that is done, 0 to 1.
+/// Called on rendering threads, one at a time, with the completed fraction, 0 to 1.
 using RenderProgress = std::function<void(double)>;
 
 class FrameRing {
  public:
-  /// Renders on two threads. `progress` may be empty; it is called when two seconds have passed,
-  /// twice a second.
+  /// Renders on two threads. `progress` may be empty; it is called twice a second, after the first two seconds.
   void render(const RingPlan& plan, const RingSource& source, const RenderProgress& progress);
 
   [[nodiscard]] const RingPlan& plan() const { return plan_; }
-  /// A lens's bytes in a picture.
+  /// The bytes of one lens in a picture.
   [[nodiscard]] std::span<const std::byte> view(std::uint64_t picture, std::size_t lens) const;
 
  private:
   RingPlan plan_;
-  std::vector<std::size_t> lens_start_;  ///< Inside a picture; one more entry for its end.
+  std::vector<std::size_t> lens_start_;  ///< Byte offset by lens inside a picture; the last entry is its end.
   std::vector<std::byte> memory_;
 };
 

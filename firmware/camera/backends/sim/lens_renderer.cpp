@@ -9,7 +9,7 @@ void LensRenderer::radiance(const sim::Scene& scene, std::uint64_t index, std::s
     rays.render(scene, scene.state_at(index), {0, rays.height()}, out);
     return;
   }
-  // Each row of a rolling shutter has its own instant; the centre row has the frame's.
+  // Rolling shutter: each row has its own time; the centre row has the frame's.
   for (int j = 0; j < rays.height(); ++j) {
     const double offset_s = (j - (rays.height() - 1) / 2.0) * timing.readout_s;
     rays.render(scene, scene.state_at(index, offset_s), {j, j + 1}, out);

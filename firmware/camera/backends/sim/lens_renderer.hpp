@@ -1,4 +1,4 @@
-// One lens of a simulated camera with all that rendering its pictures needs.
+// Renders the pictures of one lens of the simulated camera.
 #pragma once
 
 #include <cstdint>
@@ -11,12 +11,12 @@
 
 namespace lightwell {
 
-/// When the rows of a frame are exposed.
+/// Times of exposure of the rows of a frame.
 struct ExposureTiming {
-  double readout_s = 0;  ///< From one row's exposure to the next row's.
+  double readout_s = 0;  ///< Delay between successive rows.
   sim::MainsFlicker flicker;
-  double frame_rate = 30;  ///< At which the pictures of a flickering scene follow each other.
-  bool takes_time = true;  ///< False for the ideal sensor, whose exposures are instants.
+  double frame_rate = 30;  ///< 1/s; frame times of a flickering scene.
+  bool takes_time = true;  ///< False for the ideal sensor, whose exposures have no duration.
 };
 
 struct LensRenderer {
@@ -24,14 +24,15 @@ struct LensRenderer {
   sim::Sensor sensor;
   ExposureTiming timing;
 
-  /// Light of a frame before any flicker, row by row where a rolling shutter sees a probe that turns. `out`: r g b a
-  /// pixel of the whole picture.
+  /// Radiance of a frame without flicker; row by row if the probe rotates under a rolling shutter. `out`: r, g, b per
+  /// pixel, whole picture.
   void radiance(const sim::Scene& scene, std::uint64_t index, std::span<float> out) const;
-  /// `steady` as the flicker leaves it for each row of a picture. Frames are due at even times, and exposed before.
+  /// Multiplies `steady` by the mean flicker of each row's exposure. Frame times are equally spaced; exposures precede
+  /// them.
   void flicker(std::uint64_t index, double exposure_s, std::span<const float> steady, std::span<float> out) const;
 };
 
-/// Whether two frames of a scene show the same light: a probe at rest sees only its lamps switch.
+/// Whether two frames show the same radiance: for a probe at rest, whether the lamps have the same state.
 [[nodiscard]] bool same_light(const sim::Scene& scene, std::uint64_t index, std::uint64_t other);
 
 }  // namespace lightwell

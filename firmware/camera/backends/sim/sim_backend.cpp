@@ -9,7 +9,7 @@ namespace lightwell {
 
 namespace {
 
-// CLOCK_MONOTONIC, by libstdc++'s definition: the probe's clock.
+// The probe's clock: steady_clock is CLOCK_MONOTONIC in libstdc++.
 using Clock = std::chrono::steady_clock;
 
 ProbeTime probe_time(Clock::time_point t) {
@@ -43,9 +43,9 @@ CameraInfo SimBackend::describe() const {
   info.exposure_s = options_.exposure_s;
   info.calibration = world_->rig;
   if (sanitize_counts().any()) {
-    info.notes.push_back("the panorama held numbers that are no radiance: replaced " + std::to_string(sanitize_counts().nan) +
-                         " NaN, " + std::to_string(sanitize_counts().infinite) + " infinite, " +
-                         std::to_string(sanitize_counts().negative) + " negative values");
+    info.notes.push_back("the panorama contained invalid radiance values: replaced " +
+                         std::to_string(sanitize_counts().nan) + " NaN, " + std::to_string(sanitize_counts().infinite) +
+                         " infinite, " + std::to_string(sanitize_counts().negative) + " negative values");
   }
   const RingPlan& plan = ring_.plan();
   if (plan.pictures() < plan.wanted) {
@@ -97,7 +97,7 @@ void SimBackend::run(FrameSink& sink, const std::stop_token& stop) {
   const double rate = options_.frame_rate;
   const std::uint64_t first = next_sequence_;
   const Clock::time_point start = Clock::now();
-  // The first frame is exposed after the start, not before it.
+  // The first frame's exposure begins after start().
   const auto due = [&](std::uint64_t tick) {
     const double s = static_cast<double>(tick + 1) / rate;
     return start + std::chrono::nanoseconds(std::llround(s * 1e9));
@@ -119,8 +119,7 @@ void SimBackend::run(FrameSink& sink, const std::stop_token& stop) {
     if (lend) push_frame(sink, first + tick, probe_time(rate > 0 ? due(tick) : Clock::now()));
     ++tick;
     if (rate > 0) {
-      // Ticks that passed meanwhile are lost, not made up for in a burst: number k is due after
-      // k + 1 intervals.
+      // Missed ticks are skipped instead of made up for in a burst: tick k is due after k + 1 intervals.
       const std::chrono::duration<double> passed = Clock::now() - start;
       tick = std::max(tick, static_cast<std::uint64_t>(passed.count() * rate));
     }
@@ -144,7 +143,8 @@ void SimBackend::push_frame(FrameSink& sink, std::uint64_t sequence, ProbeTime d
   info.exposure_s = options_.exposure_s[sequence % plan.bracket];
   info.gain = options_.gain;
   info.row_readout = Duration::from_seconds(options_.readout_s);
-  // Without ticks frames come as densely as exposures may not: equal delays keep their order.
+  // Without ticks frames may be closer together than exposures allow: subtracting the same delay from all keeps the
+  // mid-exposure times in order.
   const double exposing = exposing_s(
       options_, options_.frame_rate > 0 ? info.exposure_s
                                         : *std::max_element(options_.exposure_s.begin(), options_.exposure_s.end()));

@@ -77,10 +77,11 @@ Result<SimOptions> parse_sim_options(const CameraUri& uri, const CameraConfig& c
   }
   for (const auto& [name, value] : uri.parameters) {
     if (name == "depth" && options.flicker.hz == 0)
-      return bad("sim: depth=" + value + " is of a flicker: add flicker=100hz");
+      return bad("sim: depth=" + value + " requires flicker: add flicker=100hz");
   }
   if (!config.exposure_s.empty()) {
-    if (!options.exposure_s.empty()) return bad("sim: exposures are given in the URI and in camera.exposure_s: which?");
+    if (!options.exposure_s.empty())
+      return bad("sim: exposures are given in the URI and in camera.exposure_s: leave one of them out");
     options.exposure_s = config.exposure_s;
   }
   if (Status sane = check(options); !sane.ok()) return bad("sim: " + sane.message());

@@ -1,4 +1,4 @@
-// What can be said about the simulated camera in its URI:
+// Options of the simulated camera, from its URI and the configuration:
 //   sim:SCENE?rig=pair&sensor=rgb_f32&turn=30deg/s&switch=1.0s&ring=32&seed=1&readout=0us
 //            &exposure=1ms,8ms&flicker=100hz&depth=0.3   (on one line)
 #pragma once
@@ -22,20 +22,19 @@ struct SimOptions {
   std::string rig = "pair";                          ///< sim/rigs.hpp's make_rig().
   PixelFormat sensor = PixelFormat::rgb_f32;         ///< As in to_string(PixelFormat).
   double turn_rad_per_s = 0;                         ///< "30deg/s", "0.5rad/s"; a bare number is deg/s.
-  double switch_s = 0;                               ///< The lamps change every so long; 0: never.
-  std::uint64_t ring = 32;                           ///< Frames of a moving scene before it repeats; each costs memory.
+  double switch_s = 0;                               ///< Period after which the lamps switch, s; 0: never.
+  std::uint64_t ring = 32;                           ///< Frames after which a moving scene repeats; each costs memory.
   std::uint64_t seed = 1;                            ///< Of the noise.
-  double readout_s = 0;                              ///< From one row's exposure to the next row's.
-  sim::MainsFlicker flicker{.hz = 0, .depth = 0.3};  ///< As deep as of fluorescent tubes and simple LED lamps.
-  std::vector<double> exposure_s;                    ///< A bracket; empty: one that suits the scene.
+  double readout_s = 0;                              ///< Delay between successive rows.
+  sim::MainsFlicker flicker{.hz = 0, .depth = 0.3};  ///< Typical of fluorescent tubes and simple LED lamps.
+  std::vector<double> exposure_s;                    ///< The bracket, s; empty: one exposure chosen for the scene.
   double gain = 1;
   int width = 0, height = 0;
-  double frame_rate = 0;  ///< 0: as fast as frames are taken.
+  double frame_rate = 0;  ///< 1/s; 0: on demand.
 };
 
-/// Of the URI and the configuration; exposures may come from either, not from both. Durations take
-/// the suffixes s, ms and us; a bare number is seconds. invalid_argument names the parameter, its
-/// value and what it may be.
+/// Parses URI and configuration. Exposures may be given in one of them, not in both. invalid_argument names the
+/// parameter, its value and the accepted values.
 [[nodiscard]] Result<SimOptions> parse_sim_options(const CameraUri& uri, const CameraConfig& config);
 
 /// "100hz" -> 100. Up to 1000; zero and negative numbers are refused.

@@ -11,23 +11,23 @@ namespace lightwell {
 
 namespace {
 
-// Scene time needs a rate even where frames have none.
+// Frame rate of scene time if the camera has no frame rate.
 constexpr double kNominalRate = 30;
-// No exposure of ours is shorter: what a small sensor can do.
+// Shortest default exposure: typical limit of a small sensor.
 constexpr double kMinExposure_s = 1e-6;
 
 double suitable_exposure(const SimOptions& options, const RigParameters& rig, const sim::Panorama& panorama) {
   if (options.sensor == PixelFormat::rgb_f32) return 1;
   const double exposure = sim::exposure_below_saturation(sim::sensor_of(rig, options.sensor, options.seed),
                                                          sim::luminance_percentile(panorama, 0.99), options.gain);
-  // A camera cannot expose for longer than a frame lasts.
+  // The exposure cannot exceed the frame interval.
   return std::clamp(exposure, kMinExposure_s, 1 / scene_rate(options));
 }
 
 void lower_rate(SimOptions& options) {
   double busy_s = options.height * options.readout_s;
   for (const double e : options.exposure_s) busy_s = std::max(busy_s, exposing_s(options, e));
-  // Of a rate of 0 nothing is promised.
+  // A frame rate of 0 (on demand) stays 0.
   if (busy_s > 0) options.frame_rate = std::min(options.frame_rate, 1 / busy_s);
 }
 

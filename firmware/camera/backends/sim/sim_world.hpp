@@ -1,5 +1,4 @@
-// A simulated camera's options put into effect, before any picture is rendered: its world, its lenses, and which
-// picture each frame shows.
+// The resolved configuration of a simulated camera, before rendering: scene, rig, and the plan of pictures.
 #pragma once
 
 #include <memory>
@@ -15,25 +14,25 @@
 namespace lightwell {
 
 struct SimWorld {
-  /// With what was left open filled in: the exposures, the height of an equirectangular picture, and the rate lowered
-  /// to what the longest exposure and the readout allow.
+  /// Resolved options: default exposures and the height of an equirectangular picture filled in, and the frame rate
+  /// reduced to what the longest exposure and the readout allow.
   SimOptions options;
   RigParameters rig;
-  sim::SanitizeCounts sanitize_counts;  ///< What had to be replaced in the panorama's file.
+  sim::SanitizeCounts sanitize_counts;  ///< Replaced values of the panorama file.
   RingPlan plan;
   sim::Scene scene;
 
-  /// What rendering needs. Borrows from this world.
+  /// Inputs of rendering; refers to this object.
   [[nodiscard]] RingSource source() const;
   [[nodiscard]] ExposureTiming timing() const;
 };
 
-/// Frames of scene time in a second: the camera's rate, or 30 where it has none.
+/// Frames per second of scene time: the camera's frame rate, or 30 if it has none.
 [[nodiscard]] double scene_rate(const SimOptions& options);
-/// For how long a frame is being exposed: not at all by the ideal sensor, whose exposure is a scale.
+/// Duration of an exposure, s; 0 for the ideal sensor, whose exposure is a scale factor.
 [[nodiscard]] double exposing_s(const SimOptions& options, double exposure_s);
 
-/// Errors of scene_path(), load_panorama(), make_rig(); resource_exhausted where not even one bracket fits into memory.
+/// Errors of scene_path(), load_panorama(), make_rig(); resource_exhausted if not even one bracket fits into memory.
 [[nodiscard]] Result<std::unique_ptr<SimWorld>> make_sim_world(SimOptions options);
 
 }  // namespace lightwell

@@ -18,15 +18,15 @@ void BufferPool::adopt(MappedBuffers buffers) {
 
 void BufferPool::retire() {
   const std::lock_guard lock(mutex_);
-  if (current_ == kNoSet) return;
-  Set& set = sets_[static_cast<std::size_t>(std::exchange(current_, kNoSet))];
+  if (current_ == kNone) return;
+  Set& set = sets_[static_cast<std::size_t>(std::exchange(current_, kNone))];
   if (set.lent_count == 0) set.mapped.clear();
   returned_count_ = 0;
 }
 
 std::span<const MappedBuffers::Buffer> BufferPool::buffers() const {
   const std::lock_guard lock(mutex_);
-  if (current_ == kNoSet) return {};
+  if (current_ == kNone) return {};
   return sets_[static_cast<std::size_t>(current_)].mapped.all();
 }
 
@@ -55,12 +55,12 @@ Frame BufferPool::lend_buffer(int index) {
 
 std::size_t BufferPool::take_idle(std::array<int, kMaxBuffers>& out) {
   const std::lock_guard lock(mutex_);
-  if (current_ == kNoSet) return 0;
+  if (current_ == kNone) return 0;
   const Set& set = sets_[static_cast<std::size_t>(current_)];
   std::size_t count = 0;
   for (std::size_t i = 0; i < set.mapped.all().size(); ++i)
     if (!set.lent[i]) out[count++] = static_cast<int>(i);
-  // These are among them.
+  // The returned buffers are among the idle ones.
   returned_count_ = 0;
   return count;
 }

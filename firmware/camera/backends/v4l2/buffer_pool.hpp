@@ -1,4 +1,4 @@
-// Which memory is out: the driver's buffers, or pictures of our own that were converted.
+// Tracks which memory is lent: the driver's buffers, or own buffers with converted pictures.
 //   free -> (lent as a frame) -> returned -> free
 #pragma once
 
@@ -16,34 +16,34 @@
 
 namespace lightwell::v4l2 {
 
-/// Any method from any thread, but for what belongs to one set of buffers: adopt(), retire(), lend_buffer(),
-/// take_idle() and take_returned() are of the thread that streams.
+/// Thread-safe, except adopt(), retire(), lend_buffer(), take_idle() and take_returned(), which concern the current set
+/// of buffers and are called by the streaming thread.
 class BufferPool final : public FrameOwner {
  public:
-  /// What V4L2 allows one queue.
+  /// V4L2's limit per queue.
   static constexpr int kMaxBuffers = 32;
 
-  /// At most `limit` frames are lent at once, whatever became of the devices that they are from.
+  /// At most `limit` frames are lent at the same time, including those of devices that are gone.
   explicit BufferPool(int limit);
 
-  /// The buffers of a device that was opened. The ones before were retired.
+  /// Takes over the buffers of a newly opened device. The previous set must have been retired.
   void adopt(MappedBuffers buffers);
-  /// Their device is gone; they are unmapped when the last frame comes back.
+  /// The device is gone; its buffers are unmapped when their last frame is released.
   void retire();
   [[nodiscard]] std::span<const MappedBuffers::Buffer> buffers() const;
 
-  /// Memory for `limit` pictures of our own, aligned for any format.
+  /// Allocates memory for `limit` converted pictures, aligned for any format.
   void allocate(std::size_t bytes_each);
 
   [[nodiscard]] bool may_lend() const;
-  /// Only where may_lend(), and the buffer is not lent.
+  /// Requires may_lend(), and that the buffer is not lent.
   [[nodiscard]] Frame lend_buffer(int index);
-  /// Before streaming: all buffers of the present device that are not lent. Returns how many stand in `out`.
+  /// Before streaming: all buffers of the current device that are not lent. Returns their number.
   [[nodiscard]] std::size_t take_idle(std::array<int, kMaxBuffers>& out);
-  /// While streaming: those that came back since the last call.
+  /// While streaming: the buffers released since the last call. Returns their number.
   [[nodiscard]] std::size_t take_returned(std::array<int, kMaxBuffers>& out);
 
-  /// Only where may_lend().
+  /// Requires may_lend().
   [[nodiscard]] int free_picture() const;
   [[nodiscard]] std::span<std::byte> picture(int index) const;
   [[nodiscard]] Frame lend_picture(int index);
@@ -52,7 +52,7 @@ class BufferPool final : public FrameOwner {
     int fd = -1;
     std::size_t offset = 0;
   };
-  /// The DMABUF that a lent address lies in; nothing where it lies in none.
+  /// The DMABUF that contains a lent address; empty if none does.
   [[nodiscard]] std::optional<Export> dma_buffer(const std::byte* address) const;
 
   void release(int slot) override;
@@ -67,14 +67,14 @@ class BufferPool final : public FrameOwner {
     std::unique_ptr<std::max_align_t[]> memory;
     bool lent = false;
   };
-  static constexpr int kNoSet = -1;
+  static constexpr int kNone = -1;
   static constexpr int kFirstPicture = 1 << 20;
 
   const int limit_;
   mutable std::mutex mutex_;
-  /// One more than there can be loans: each retired set has a frame out, and the present one has a place.
+  /// Size: limit + 1, because each retired set has at least one lent frame, and the current set needs an entry.
   std::vector<Set> sets_;
-  int current_ = kNoSet;
+  int current_ = kNone;
   std::array<int, kMaxBuffers> returned_{};
   std::size_t returned_count_ = 0;
   std::vector<Picture> pictures_;

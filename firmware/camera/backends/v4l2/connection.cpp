@@ -27,8 +27,8 @@ void note_picture(const Options& options, const NegotiatedFormat& settled, const
     notes.push_back("pictures of " + size_text(settled.width, settled.height) + " in place of " +
                     size_text(wanted.width, wanted.height) + ", which the device does not have");
   if (settled.rate == 0) {
-    notes.push_back("the device does not say its rate; " + rate_text(wanted.rate) +
-                    " frames a second are taken for it");
+    notes.push_back("the device does not report its frame rate; " + rate_text(wanted.rate) +
+                    " frames per second are assumed");
   } else if (std::abs(settled.rate - wanted.rate) > 0.01 * wanted.rate) {
     notes.push_back(rate_text(settled.rate) + " frames a second in place of " + rate_text(wanted.rate));
   }
@@ -40,13 +40,13 @@ void note_picture(const Options& options, const NegotiatedFormat& settled, const
   if (encoding.packing != Packing::none)
     notes.push_back(fourcc_text(encoding.fourcc) + " is converted to " + std::string(to_string(encoding.format)));
   if (copied) notes.emplace_back("the driver has too few buffers to lend them: frames are copied");
-  // frame.hpp means BT.601 in limited range.
+  // PixelFormat defines nv12 and yuyv as BT.601, limited range (lightwell/pixel.hpp).
   const bool ycbcr = encoding.packing == Packing::none &&
                      (encoding.format == PixelFormat::yuyv || encoding.format == PixelFormat::nv12);
   if (ycbcr && settled.quantization == V4L2_QUANTIZATION_FULL_RANGE)
-    notes.emplace_back("the driver says full range, and frames are read as limited range: calibrate the response");
+    notes.emplace_back("the driver declares full range, but frames are read as limited range: calibrate the response");
   if (ycbcr && settled.ycbcr != V4L2_YCBCR_ENC_DEFAULT && settled.ycbcr != V4L2_YCBCR_ENC_601)
-    notes.emplace_back("the driver says another matrix than BT.601: colours are off by a little");
+    notes.emplace_back("the driver declares another matrix than BT.601: colours are slightly wrong");
 }
 
 }  // namespace
@@ -82,7 +82,7 @@ Result<Connection> connect(const Options& options, std::vector<std::string>& not
                     "v4l2: '" + options.path + "': the driver's buffers are smaller than its pictures");
   note_picture(options, *settled, *layout, ours && !lends, notes);
   if (!device->stamps_are_monotonic())
-    notes.emplace_back("the driver's time stamps are of no clock that is known here: frames count from their arrival");
+    notes.emplace_back("the driver's timestamps are of an unknown clock: the time of arrival is used instead");
   notes.insert(notes.end(), of_controls.begin(), of_controls.end());
   return Connection{std::move(*device),   settled->encoding,   *layout, settled->rate,
                     std::move(*exposure), std::move(*buffers), lends};

@@ -1,4 +1,4 @@
-// One opening of a device: from its path to buffers that could stream.
+// Opens a device and prepares it for streaming.
 #pragma once
 
 #include <string>
@@ -20,14 +20,15 @@ struct Connection {
   double rate = 0;
   ExposureControl exposure;
   MappedBuffers buffers;
-  /// Frames lend the driver's memory; otherwise they are converted, or copied where the driver gave too few buffers.
+  /// Frames lend the driver's memory; false: they are converted, or copied because the driver gave too few buffers.
   bool zero_copy = false;
 };
 
-/// Buffers that stay with the driver while all frames are lent, so that it goes on counting.
+/// Buffers that stay queued while all frames are lent, so that the driver continues to capture and count frames.
 inline constexpr int kMinQueuedBuffers = 3;
 
-/// Opens, negotiates, sets controls, maps buffers. `notes` gets what CameraInfo::notes should say.
+/// Opens the device, negotiates the format, sets controls, maps buffers. Appends texts for CameraInfo::notes to
+/// `notes`.
 [[nodiscard]] Result<Connection> connect(const Options& options, std::vector<std::string>& notes);
 
 }  // namespace lightwell::v4l2

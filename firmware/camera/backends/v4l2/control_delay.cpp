@@ -19,17 +19,17 @@
 namespace lightwell::v4l2 {
 namespace {
 
-/// Frames until a step is taken to have had its effect, and those that are looked at after one.
+/// Frames skipped before a step, so that the previous one has taken effect, and frames observed after it.
 constexpr int kSettleFrames = 12, kObservedFrames = 12;
 
-/// How bright the picture in a buffer is, 0 to 1.
+/// Measures the mean level of the picture in a buffer, 0 to 1.
 class LevelMeter {
  public:
   LevelMeter(const Connection& connection, Converter& converter) : connection_(connection), converter_(converter) {
     if (!connection.zero_copy) memory_.resize(connection.layout.picture_bytes / sizeof(std::max_align_t) + 1);
   }
 
-  /// Nothing where it is damaged.
+  /// Empty if the picture is damaged.
   [[nodiscard]] std::optional<double> level(const v4l2_buffer& buffer) {
     const std::span<const std::byte> all = connection_.buffers.all()[buffer.index].memory;
     std::span<const std::byte> bytes = all.first(std::min<std::size_t>(buffer.bytesused, all.size()));
@@ -52,9 +52,9 @@ class StepMeter {
  public:
   StepMeter(Device& device, LevelMeter& levels) : device_(device), meter_(levels) {}
 
-  /// The frames until `frames` more have come and none waits. Failure where the device stops.
+  /// Records levels until `frames` more frames have come and none is waiting. An error if the device stops.
   [[nodiscard]] Status watch(int frames) {
-    // Frames that come faster than they can be looked at never leave off waiting.
+    // If frames come faster than they can be processed, one is always waiting; hence the limit.
     for (int came = 0; came < 4 * frames;) {
       v4l2_buffer buffer;
       const int failed = device_.dequeue(buffer);
@@ -78,8 +78,8 @@ class StepMeter {
         "v4l2: (" + device_.card() + ") sends frames faster than they can be read here: ask for a lower rate or size"};
   }
 
-  /// Settles, sets `code`, and says how long that took to show; nothing where it does not, or where it was set while
-  /// another frame came.
+  /// Waits until the previous exposure has settled, sets `code`, and returns the delay of the step; empty if the step
+  /// is not visible, or a frame arrived while the control was set.
   [[nodiscard]] Result<std::optional<int>> step_to(std::uint32_t control, int code) {
     if (Status s = watch(kSettleFrames); !s.ok()) return s;
     constexpr std::size_t kBefore = 4;
@@ -107,10 +107,10 @@ Status not_measured(const Device& device, const std::string& why) {
   return {StatusCode::unavailable, "v4l2: (" + device.card() +
                                        ") how many frames a new exposure takes could not be "
                                        "measured: " +
-                                       why + ". Give it light that is steady, or say control_delay=N"};
+                                       why + ". Use steady light, or set control_delay=N"};
 }
 
-/// A pair of exposures up and down, until enough steps agree. Nothing where no step shows, four times in a row.
+/// Switches between two exposures until enough steps agree. Empty after four successive steps that are not visible.
 Result<std::optional<int>> measure_with(Device& device, StepMeter& meter, std::uint32_t control,
                                         std::pair<int, int> codes) {
   constexpr std::size_t kMaxSteps = 10;
@@ -139,7 +139,8 @@ Result<int> measure_control_delay(Connection& connection, Converter& converter, 
   Device& device = connection.device;
   const ExposureControl& exposure = connection.exposure;
   const Control& control = *exposure.control;
-  // Of the bracket, then what the device can have inside a frame: one of them shows unless it is dark.
+  // Try the exposures of the bracket first, then the range of the device within a frame interval: one of these steps is
+  // visible unless the scene is dark.
   const int whole_frame = static_cast<int>(std::lround(0.9 / rate / kExposureUnit_s));
   const auto [shortest, longest] = std::ranges::minmax(exposure.codes);
   const std::array pairs = {
@@ -151,7 +152,7 @@ Result<int> measure_control_delay(Connection& connection, Converter& converter, 
   if (const int failed = device.stream_on(); failed != 0) return device.error("does not start", failed);
   LevelMeter levels(connection, converter);
   StepMeter meter(device, levels);
-  Result<int> result = not_measured(device, "no step of exposure shows in the pictures");
+  Result<int> result = not_measured(device, "no step of exposure is visible in the pictures");
   for (const auto& codes : pairs) {
     if (codes.first == codes.second) continue;
     const Result<std::optional<int>> delay = measure_with(device, meter, control.id, codes);

@@ -1,4 +1,4 @@
-// How many frames a camera takes until a new exposure shows: measured on the camera itself.
+// Measures the control delay of a camera: the number of frames until a new exposure takes effect.
 #pragma once
 
 #include <lightwell/result.hpp>
@@ -8,10 +8,10 @@
 
 namespace lightwell::v4l2 {
 
-/// Streams for a hundred frames: sets exposure a step up and down until four steps showed, and looks at which frame
-/// each does. No buffer of the connection is queued, and it is left so, with exposure.codes.front() set. `rate` is the
-/// camera's, frames a second.
-/// unavailable where no step shows (darkness, light that flickers) or steps disagree.
+/// Streams for about a hundred frames: switches between two exposures until four steps are visible in the mean levels,
+/// and counts the frames from each request to its effect. `rate`: frame rate, 1/s. No buffer may be queued before, and
+/// none is afterwards; exposure.codes.front() is set at the end.
+/// unavailable if no step is visible (darkness, flicker) or the steps disagree.
 [[nodiscard]] Result<int> measure_control_delay(Connection& connection, Converter& converter, double rate);
 
 }  // namespace lightwell::v4l2

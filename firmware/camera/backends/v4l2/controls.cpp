@@ -12,7 +12,7 @@ struct ControlSetting {
   std::uint32_t id = 0;
   const char* name = "";
   int value = 0;
-  bool missed = false;  ///< Its absence changes what frames mean.
+  bool missed = false;  ///< Report its absence, because that affects the meaning of pixel values.
 };
 
 std::string joined(const std::vector<std::string>& parts) {
@@ -27,17 +27,17 @@ std::string milliseconds(double s) {
   return text.data();
 }
 
-/// What it is afterwards, as the device says; nothing where it cannot be set.
+/// Sets a control and returns the value read back; empty if it cannot be set.
 std::optional<int> set_and_read(Device& device, const Control& control, int value) {
   const int nearest = nearest_in(control.range, value);
   if (device.set_control(control.id, nearest) != 0) return std::nullopt;
   return device.control_value(control.id);
 }
 
-/// Automatic exposure off, by the one or the other menu entry. False where it stays on.
+/// Switches automatic exposure off, by either of the two menu entries. False if it stays on.
 bool make_manual(Device& device) {
   const std::optional<Control> mode = device.control(V4L2_CID_EXPOSURE_AUTO);
-  if (!mode) return true;  // Nothing that could be automatic.
+  if (!mode) return true;  // No automatic exposure.
   for (const int manual : {V4L2_EXPOSURE_MANUAL, V4L2_EXPOSURE_SHUTTER_PRIORITY})
     if (device.set_control(mode->id, manual) == 0 && device.control_value(mode->id) == manual) return true;
   return false;
@@ -50,7 +50,7 @@ ExposureControl unknown_exposure(double rate) { return {std::nullopt, {}, {1 / (
 void disable_auto_controls(Device& device, const Options& options, std::vector<std::string>& notes) {
   std::optional<Control> gain = device.control(V4L2_CID_GAIN);
   if (!gain) gain = device.control(V4L2_CID_ANALOGUE_GAIN);
-  // In this order: values can be set once their automatics are off.
+  // In this order, because values can be set only when the automatic controls are off.
   const std::array wishes = {
       ControlSetting{V4L2_CID_AUTOGAIN, "automatic gain", 0, false},
       ControlSetting{V4L2_CID_AUTO_WHITE_BALANCE, "automatic white balance", 0, false},
@@ -82,7 +82,7 @@ void disable_auto_controls(Device& device, const Options& options, std::vector<s
 }
 
 Result<ExposureControl> configure_exposure(Device& device, const Options& options, double rate,
-                                        std::vector<std::string>& notes) {
+                                           std::vector<std::string>& notes) {
   const bool manual = make_manual(device);
   const std::optional<Control> control = device.control(V4L2_CID_EXPOSURE_ABSOLUTE);
   if (!control || !manual) {
@@ -91,7 +91,7 @@ Result<ExposureControl> configure_exposure(Device& device, const Options& option
     if (options.exposure_s.size() > 1)
       return Status(StatusCode::invalid_argument,
                     "v4l2: '" + options.path + "': " + why + ", so there is no bracket: leave exposure out");
-    notes.push_back(why + ": what frames say of it is a guess, the interval between them");
+    notes.push_back(why + ": frames report the frame interval as an assumption");
     return unknown_exposure(rate);
   }
 
@@ -111,17 +111,18 @@ Result<ExposureControl> configure_exposure(Device& device, const Options& option
     take(*now);
     if (std::abs(exposure.seconds.back() - wanted) > 0.05 * wanted)
       notes.push_back("exposure " + milliseconds(exposure.seconds.back()) + " in place of " + milliseconds(wanted) +
-                      ", which the device cannot have");
+                      ", which the device does not support");
   }
   if (exposure.codes.size() < std::max<std::size_t>(options.exposure_s.size(), 1))
     return Status(StatusCode::internal,
-                  "v4l2: '" + options.path + "': the device takes no exposure, or does not say which it has");
+                  "v4l2: '" + options.path + "': the device refuses to set the exposure, or does not report it");
   if (options.exposure_s.size() > 1 &&
       std::ranges::count(exposure.codes, exposure.codes.front()) == static_cast<std::ptrdiff_t>(exposure.codes.size()))
     notes.emplace_back("all exposures of the bracket are the same to the device");
   const double longest = *std::ranges::max_element(exposure.seconds);
   if (rate > 0 && longest > 1 / rate)
-    notes.push_back("exposure " + milliseconds(longest) + " is longer than a frame lasts: the rate may fall");
+    notes.push_back("exposure " + milliseconds(longest) +
+                    " is longer than the frame interval: the frame rate may decrease");
   if (const int failed = device.set_control(control->id, exposure.codes.front()); failed != 0)
     return device.error("takes no exposure", failed);
   return exposure;

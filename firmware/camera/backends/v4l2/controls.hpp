@@ -1,4 +1,4 @@
-// Everything that a camera would change by itself is switched off, and what is in force is read back.
+// Switches off all automatic controls, sets manual values, and reads back the values in force.
 //   disable_auto_controls(), ExposureControl, configure_exposure()
 #pragma once
 
@@ -11,23 +11,23 @@
 
 namespace lightwell::v4l2 {
 
-/// V4L2_CID_EXPOSURE_ABSOLUTE counts in these.
+/// Unit of V4L2_CID_EXPOSURE_ABSOLUTE, s.
 inline constexpr double kExposureUnit_s = 1e-4;
 
-/// Gain, white balance, power-line filter, focus and whatever else is automatic. `notes` gets what is in force now, as
-/// read back, and what the device lacks.
+/// Sets gain, white balance, power-line filter, focus and other automatic controls. Appends the values read back and
+/// the missing controls to `notes`.
 void disable_auto_controls(Device& device, const Options& options, std::vector<std::string>& notes);
 
 /// The cycle of exposures.
 struct ExposureControl {
-  std::optional<Control> control;  ///< None: exposure is not known, and `seconds` guessed.
-  std::vector<int> codes;          ///< What to set for each place of the cycle; empty without a control.
-  std::vector<double> seconds;     ///< What the device said when it was set.
+  std::optional<Control> control;  ///< Empty: no exposure control; `seconds` is an assumption.
+  std::vector<int> codes;          ///< Control value by index in the cycle; empty without a control.
+  std::vector<double> seconds;     ///< Exposure by index in the cycle, as read back.
 };
 
-/// Manual exposure, set to each of options.exposure_s and read back, at last to the first one. `rate` is the device's,
-/// 0 where it does not say. invalid_argument for a bracket on a device that has no such control.
+/// Sets manual exposure: each of options.exposure_s is set and read back, finally the first one. `rate`: frame rate,
+/// 1/s, 0 if unknown. invalid_argument for a bracket on a device without an exposure control.
 [[nodiscard]] Result<ExposureControl> configure_exposure(Device& device, const Options& options, double rate,
-                                                      std::vector<std::string>& notes);
+                                                         std::vector<std::string>& notes);
 
 }  // namespace lightwell::v4l2

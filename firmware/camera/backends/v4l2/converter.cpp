@@ -23,7 +23,7 @@ bool Converter::convert(std::span<const std::byte> driver, std::span<std::byte> 
 }
 
 void Converter::convert_row(std::span<const std::byte> in, std::span<std::byte> out) const {
-  // Our own memory, allocated for the largest alignment: its rows are words.
+  // BufferPool::allocate() aligns this memory for any type, so rows can be accessed as 16-bit words.
   const std::span<std::uint16_t> words(reinterpret_cast<std::uint16_t*>(out.data()), out.size() / 2);
   const auto width = static_cast<std::size_t>(layout_.width);
   switch (encoding_.packing) {

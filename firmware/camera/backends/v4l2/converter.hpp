@@ -1,4 +1,4 @@
-// From a driver's buffer to a picture in one of our formats.
+// Converts a driver's buffer to a picture in a PixelFormat.
 #pragma once
 
 #include <cstddef>
@@ -10,12 +10,13 @@
 
 namespace lightwell::v4l2 {
 
-/// On one thread at a time.
+/// Not thread-safe.
 class Converter {
  public:
   Converter(const Encoding& encoding, const Layout& layout);
 
-  /// `picture` has layout.picture_bytes. False where `driver` holds no whole picture; `picture` is then half written.
+  /// `picture` has layout.picture_bytes. False if `driver` does not contain a complete picture; `picture` may then be
+  /// partly written.
   [[nodiscard]] bool convert(std::span<const std::byte> driver, std::span<std::byte> picture);
 
  private:

@@ -16,7 +16,7 @@
 namespace lightwell::v4l2 {
 namespace {
 
-/// 0 or an errno.
+/// ioctl(), repeated if interrupted. Returns 0 or an errno.
 int call(const FileDescriptor& fd, unsigned long request, void* argument) {
   while (::ioctl(fd.get(), request, argument) != 0)
     if (errno != EINTR) return errno;
@@ -79,7 +79,7 @@ StatusCode code_of(int error) {
   }
 }
 
-/// "/dev/video0 (UVC Camera), /dev/video2 (...)": what the person may have meant.
+/// Lists the existing devices for messages: "/dev/video0 (UVC Camera), /dev/video2 (...)".
 std::string devices_there_are() {
   std::vector<std::string> found;
   std::error_code ignored;
@@ -166,7 +166,7 @@ std::vector<Mode> Device::modes(const RequestedFormat& wanted) const {
   std::vector<Mode> modes;
   auto format = zeroed<v4l2_fmtdesc>();
   format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-  // A driver that never says no would keep us here for ever.
+  // Limits the enumeration, in case a faulty driver never ends it.
   constexpr std::uint32_t kMaxEntries = 256;
   for (; format.index < kMaxEntries && call(fd_, VIDIOC_ENUM_FMT, &format) == 0; ++format.index)
     add_modes(format.pixelformat, wanted, modes);
@@ -188,9 +188,9 @@ void Device::add_modes(std::uint32_t fourcc, const RequestedFormat& wanted, std:
     modes.push_back(mode_with_intervals(
         fourcc, nearest_in({whole(s.min_width), whole(s.max_width), whole(s.step_width)}, wanted.width),
         nearest_in({whole(s.min_height), whole(s.max_height), whole(s.step_height)}, wanted.height)));
-    return;  // One range says all.
+    return;  // The first entry of a stepwise range is the only one.
   }
-  // A driver that does not list sizes is asked for ours and says what it makes of it.
+  // If the driver does not list sizes, request ours; S_FMT returns the size it chooses.
   if (size.index == 0) modes.push_back({fourcc, wanted.width, wanted.height, {}, false});
 }
 
@@ -251,7 +251,7 @@ Result<NegotiatedFormat> Device::set_mode(const SelectedMode& choice) {
   v4l2_fract& interval = parameters.parm.capture.timeperframe;
   interval = {choice.interval.numerator, choice.interval.denominator};
   const bool asked = choice.interval.rate() > 0;
-  // A driver without a rate to set may still know the one it has.
+  // A driver whose rate cannot be set may still report it.
   if (!asked || call(fd_, VIDIOC_S_PARM, &parameters) != 0)
     if (call(fd_, VIDIOC_G_PARM, &parameters) != 0) interval = {0, 1};
   settled.rate = Fraction{interval.numerator, interval.denominator}.rate();
@@ -284,7 +284,7 @@ Result<MappedBuffers> Device::map_buffers(int count) {
   request.memory = V4L2_MEMORY_MMAP;
   if (const int failed = call(fd_, VIDIOC_REQBUFS, &request); failed != 0) return error("gives no buffers", failed);
   MappedBuffers mapped;
-  // A driver may insist on more than were asked for.
+  // A driver may allocate more buffers than requested.
   for (int i = 0; i < std::min(static_cast<int>(request.count), count); ++i) {
     v4l2_buffer buffer = a_buffer(i);
     if (const int failed = call(fd_, VIDIOC_QUERYBUF, &buffer); failed != 0)
@@ -329,10 +329,10 @@ Status Device::error(const std::string& doing, int error) const {
 }
 
 PollResult wait_for(const Device* device, int stop, int milliseconds) {
-  // poll() leaves out what is negative.
+  // poll() ignores negative descriptors.
   std::array<pollfd, 2> watched = {pollfd{stop, POLLIN, 0},
                                    pollfd{device != nullptr ? device->descriptor() : -1, POLLIN, 0}};
-  // Interrupted is as good as nothing: the caller comes back.
+  // An interruption counts as a timeout: the caller waits again.
   if (::poll(watched.data(), watched.size(), milliseconds) <= 0) return PollResult::nothing;
   if (watched[0].revents != 0) return PollResult::stopped;
   return (watched[1].revents & (POLLERR | POLLHUP | POLLNVAL)) != 0 ? PollResult::broken : PollResult::ready;

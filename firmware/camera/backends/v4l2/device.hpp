@@ -1,7 +1,7 @@
-// A V4L2 capture device as the kernel shows it: a descriptor, and calls that say what went wrong.
+// Wrapper of a V4L2 capture device: file descriptor, ioctls and error messages.
 //   Device: open, modes, format, controls, streaming
 //   MappedBuffers: the driver's memory
-//   wait_for(): a frame, an error, or a descriptor that says stop
+//   wait_for(): waits for a frame, an error, or a stop request
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@
 
 namespace lightwell::v4l2 {
 
-/// A file descriptor, closed with its owner.
+/// Owner of a file descriptor.
 class FileDescriptor {
  public:
   FileDescriptor() = default;
@@ -34,29 +34,29 @@ class FileDescriptor {
   int fd_ = -1;
 };
 
-/// What a control can be set to; whole numbers of the driver's own unit.
+/// A control and its range, in the driver's own unit.
 struct Control {
   std::uint32_t id = 0;
   std::string name;
   StepRange range;
 };
 
-/// What the driver settled on.
+/// The format chosen by the driver.
 struct NegotiatedFormat {
   const Encoding* encoding = nullptr;
   int width = 0, height = 0;
   std::size_t bytes_per_line = 0, size_image = 0;
-  double rate = 0;  ///< 0: the driver does not say.
+  double rate = 0;  ///< Frames per second; 0: not reported.
   std::uint32_t quantization = 0, ycbcr = 0;
 };
 
-/// The driver's buffers in our memory. They stay what they are when the device is stopped, closed or unplugged; the
-/// destructor gives them back.
+/// The driver's buffers, mapped into this process. They stay valid when the device is stopped, closed or unplugged; the
+/// destructor unmaps them.
 class MappedBuffers {
  public:
   struct Buffer {
     std::span<std::byte> memory;
-    FileDescriptor dmabuf;  ///< None where the driver cannot export.
+    FileDescriptor dmabuf;  ///< Invalid if the driver cannot export.
   };
   MappedBuffers() = default;
   MappedBuffers(MappedBuffers&&) noexcept = default;
@@ -71,37 +71,37 @@ class MappedBuffers {
   std::vector<Buffer> buffers_;
 };
 
-/// Any one thread at a time. Calls that are made for each frame return an errno, 0 where all is well.
+/// Not thread-safe. Methods that are called for each frame return an errno, 0 for success.
 class Device {
  public:
-  /// not_found lists the devices that there are; invalid_argument for what captures no video; unavailable where it is
-  /// away or in use; failed_precondition where this user may not.
+  /// not_found lists the existing devices; invalid_argument if it is not a capture device; unavailable if it is
+  /// disconnected or in use; failed_precondition if the user lacks permission.
   [[nodiscard]] static Result<Device> open(const std::string& path);
 
   [[nodiscard]] const std::string& card() const { return card_; }
   [[nodiscard]] int descriptor() const { return fd_.get(); }
 
-  /// Of a format whose sizes come in steps, the size nearest to the one wanted.
+  /// All modes; of a format with stepwise sizes only the size nearest to the wanted one.
   [[nodiscard]] std::vector<Mode> modes(const RequestedFormat& wanted) const;
-  /// The driver may settle on something else; invalid_argument where that cannot be read.
+  /// Sets format and rate. The driver may choose others; invalid_argument if its format is not supported.
   [[nodiscard]] Result<NegotiatedFormat> set_mode(const SelectedMode& choice);
 
-  /// Nothing where the device has no such control, or it cannot be set.
+  /// Empty if the device has no such control, or it cannot be set.
   [[nodiscard]] std::optional<Control> control(std::uint32_t id) const;
   [[nodiscard]] int set_control(std::uint32_t id, int value);
   [[nodiscard]] std::optional<int> control_value(std::uint32_t id) const;
 
-  /// As many as the driver gives, at most `count`.
+  /// Allocates and maps as many buffers as the driver gives, at most `count`.
   [[nodiscard]] Result<MappedBuffers> map_buffers(int count);
-  /// After map_buffers(): whether the driver says that it stamps by CLOCK_MONOTONIC.
+  /// After map_buffers(): whether the driver declares CLOCK_MONOTONIC timestamps.
   [[nodiscard]] bool stamps_are_monotonic() const { return stamps_are_monotonic_; }
   [[nodiscard]] int queue(int index);
-  /// EAGAIN where no frame waits.
+  /// EAGAIN if no frame is available.
   [[nodiscard]] int dequeue(v4l2_buffer& buffer);
   [[nodiscard]] int stream_on();
   [[nodiscard]] int stream_off();
 
-  /// "v4l2: /dev/video0: ..." with what the error means and what helps.
+  /// "v4l2: /dev/video0: ..." with the meaning of the error and a remedy.
   [[nodiscard]] Status error(const std::string& doing, int error) const;
 
  private:
@@ -116,14 +116,14 @@ class Device {
   bool stamps_are_monotonic_ = false;
 };
 
-/// What wait_for() waited for.
+/// Result of wait_for().
 enum class PollResult : std::uint8_t {
-  ready,    ///< A frame.
+  ready,    ///< A frame is available.
   broken,   ///< The device reports an error or is gone.
-  nothing,  ///< Time is over.
+  nothing,  ///< Timeout.
   stopped,  ///< `stop` is readable.
 };
-/// Without a device, for `stop` alone.
+/// Waits for `device` or `stop`, at most `milliseconds`. Null: waits for `stop` only.
 [[nodiscard]] PollResult wait_for(const Device* device, int stop, int milliseconds);
 
 }  // namespace lightwell::v4l2

@@ -8,7 +8,7 @@
 namespace lightwell::v4l2 {
 namespace {
 
-/// Mean and range of some levels.
+/// Mean and range of the levels before or after a step.
 struct Plateau {
   double mean = 0, spread = 0;
 };
@@ -56,9 +56,10 @@ std::optional<int> ExposureSchedule::index_of(std::uint64_t sequence) const {
 
 std::optional<int> delay_of_step(std::span<const Level> levels, std::uint64_t set_at) {
   constexpr std::size_t kBefore = 3, kAfter = 6, kLast = 3;
-  // Below these the change might be the scene's or the noise's.
+  // Smaller changes may be caused by the scene or by noise.
   constexpr double kMinStep = 0.01, kMinRelativeStep = 0.1, kTimesTheSpread = 4;
-  // Of the step, by which a frame may miss its plateau: a frame half way was exposed half and half.
+  // Largest distance of a frame from its plateau, as a fraction of the step: a frame in the middle has a mixed
+  // exposure.
   constexpr double kMaxPlateauError = 0.25;
 
   const auto first_after =

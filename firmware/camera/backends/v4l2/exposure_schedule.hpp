@@ -1,7 +1,7 @@
-// Which frame was exposed how, when a camera takes a control's new value some frames after it was set.
-//   ExposureSchedule: what to set now, and what a frame had
-//   delay_of_step(): how many frames it takes, from a step that was measured
-//   agreed_delay(): the same from several steps
+// Exposure bracketing with a camera whose controls take effect some frames after they are set (control delay).
+//   ExposureSchedule: which exposure to set now, and which one a frame had
+//   delay_of_step(): control delay from one measured step of exposure
+//   agreed_delay(): control delay from several steps
 #pragma once
 
 #include <array>
@@ -12,32 +12,31 @@
 
 namespace lightwell::v4l2 {
 
-/// Frame number s shall have place s % bracket of the cycle, and what is set when s is the newest frame acts from frame
-/// s + delay on. What was set too late, or not at all since frames were lost, is known by its consequences: those
-/// frames have no place.
+/// Frame s should have index s % bracket of the cycle. A value that is set when s is the newest frame takes effect at
+/// frame s + delay. Frames whose value was set too late, or not at all because frames were lost, have no index.
 class ExposureSchedule {
  public:
   /// bracket 1 to kMaxBracket, delay 1 to kMaxDelay.
   static constexpr int kMaxDelay = 30;
   ExposureSchedule(int bracket, int delay);
 
-  /// Nothing is known of the frames to come.
+  /// Discards all writes: the exposure of the next frames is unknown.
   void restart();
 
   struct Write {
-    std::uint64_t from = 0;  ///< The first frame that will have it.
-    int index = 0;           ///< Place in the cycle.
+    std::uint64_t from = 0;  ///< First frame with this exposure.
+    int index = 0;           ///< Index in the cycle.
   };
-  /// What to set now that `newest` has come; nothing where it has been set already, or exposure does not change.
+  /// The write that is due after frame `newest`; empty if it was made already, or the exposure is constant.
   [[nodiscard]] std::optional<Write> due(std::uint64_t newest) const;
 
   enum class Outcome : std::uint8_t {
     in_time,
-    uncertain,  ///< It failed, or another frame had come by then: it may act a frame later.
+    uncertain,  ///< It failed, or another frame had come by then: it may take effect a frame later.
   };
   void written(const Write& write, Outcome outcome);
 
-  /// The place in the cycle that a frame was exposed with; nothing where that is not known or not the frame's own.
+  /// Index in the cycle of a frame's exposure; empty if it is unknown or not the one that the frame should have.
   [[nodiscard]] std::optional<int> index_of(std::uint64_t sequence) const;
 
  private:
@@ -48,24 +47,24 @@ class ExposureSchedule {
   };
 
   int bracket_, delay_;
-  /// The newest changes, in a ring; more than can be under way.
+  /// Ring buffer of the newest changes; more than can be pending.
   std::array<Change, 2 * static_cast<std::size_t>(kMaxDelay) + 4> changes_{};
   std::size_t count_ = 0;
 };
 
-/// How bright a frame is, 0 to 1.
+/// Mean level of a frame, 0 to 1 (mean_level()).
 struct Level {
   std::uint64_t sequence = 0;
   double level = 0;
 };
 
-/// A step of exposure was set when frame `set_at` was the newest; `levels` are in order and reach from some frames
-/// before to some after. Nothing where that does not show it beyond doubt: less than three frames before or six after,
-/// a step that is small beside the frames' own spread, not steep, or not for good, or whose frame was lost.
+/// Control delay from one step of exposure that was set when frame `set_at` was the newest. `levels`: frames before and
+/// after, in order. Empty if the step is not unambiguous: fewer than three frames before or six after, a step that is
+/// small compared with the spread of the levels, gradual or transient, or whose frame was lost.
 [[nodiscard]] std::optional<int> delay_of_step(std::span<const Level> levels, std::uint64_t set_at);
 
-/// The delay that at least four steps have, and at least four of five: a busy machine or somebody who switches a lamp
-/// may spoil one. Nothing where there is none yet.
+/// The delay shared by at least four steps and at least four fifths of them: load of the machine or a switched lamp may
+/// disturb one. Empty if there is none.
 [[nodiscard]] std::optional<int> agreed_delay(std::span<const int> delays);
 
 }  // namespace lightwell::v4l2

@@ -40,7 +40,7 @@ constexpr std::array kEncodings = {
     Encoding{V4L2_PIX_FMT_GREY, rgb8, grey, 0, 0, "grey"},
 };
 
-/// Of the driver's rows where nothing is padded; 0 where a row has no size of its own or pixels do not fill bytes.
+/// Bytes per row of the driver's picture without padding; 0 if rows have no fixed size or do not fill whole bytes.
 std::size_t packed_driver_stride(const Encoding& encoding, int width) {
   const auto w = static_cast<std::size_t>(width);
   switch (encoding.packing) {
@@ -99,7 +99,7 @@ std::string fourcc_text(std::uint32_t fourcc) {
 Result<Layout> layout_of(const Encoding& encoding, int width, int height, std::size_t bytes_per_line,
                          std::size_t size_image, bool copied) {
   const PixelFormat format = encoding.format;
-  // What is skipped for the order of colours must leave a picture.
+  // Columns and rows are skipped for other Bayer orders; a picture must remain.
   const int least = is_bayer(format) ? 4 : 2;
   if (width < least || height < least || width > 16384 || height > 16384)
     return refused(encoding, width, height, "pictures, which is no size");
@@ -112,7 +112,7 @@ Result<Layout> layout_of(const Encoding& encoding, int width, int height, std::s
   if (encoding.packing != jpeg) {
     const std::size_t packed = packed_driver_stride(encoding, width);
     if (packed == 0) return refused(encoding, width, height, "pictures, whose pixels do not fill whole bytes");
-    // Drivers that have nothing to say of padding leave the field empty.
+    // Some drivers leave bytes_per_line 0 if there is no padding.
     layout.stride = bytes_per_line == 0 ? packed : bytes_per_line;
     if (layout.stride < packed) return refused(encoding, width, height, "pictures with rows that overlap");
     const bool ours = encoding.packing == none;
@@ -131,7 +131,7 @@ Result<Layout> layout_of(const Encoding& encoding, int width, int height, std::s
     const std::size_t pixel = pixel_alignment(format);
     layout.view_offset = static_cast<std::size_t>(encoding.skip_rows) * layout.view_stride +
                          static_cast<std::size_t>(encoding.skip_columns) * pixel;
-    // Rows are whole strides long, so a view that begins inside a row must end a row earlier: and rows come in pairs.
+    // A view spans whole strides, so one that begins inside a row must end a row earlier, and Bayer rows come in pairs.
     layout.view_width -= 2 * encoding.skip_columns;
     layout.view_height -= 2;
   }

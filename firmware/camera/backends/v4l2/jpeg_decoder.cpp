@@ -15,8 +15,8 @@ JpegDecoder::JpegDecoder(int width, int height)
     : library_(std::make_unique<Library>()), width_(width), height_(height) {
   jpeg_decompress_struct& state = library_->state;
   state.err = library_->errors.install();
-  // Fails for want of memory alone, and then decode() says so of every picture.
-  if (setjmp(library_->errors.give_up) != 0) return;
+  // Fails only if memory is exhausted; then decode() returns false for every picture.
+  if (setjmp(library_->errors.jump) != 0) return;
   jpeg_create_decompress(&state);
   library_->memory.install(state);
 }
@@ -27,8 +27,8 @@ bool JpegDecoder::decode(std::span<const std::byte> jpeg, std::span<std::byte> r
   jpeg_decompress_struct& state = library_->state;
   const std::size_t stride = 3 * static_cast<std::size_t>(width_);
   if (state.mem == nullptr || jpeg.empty() || rgb.size() < stride * static_cast<std::size_t>(height_)) return false;
-  // Nothing with a destructor lives between here and the calls that may jump back.
-  if (setjmp(library_->errors.give_up) != 0) {
+  // No object with a destructor may live between here and the calls that may longjmp back.
+  if (setjmp(library_->errors.jump) != 0) {
     jpeg_abort_decompress(&state);
     return false;
   }
@@ -37,7 +37,8 @@ bool JpegDecoder::decode(std::span<const std::byte> jpeg, std::span<std::byte> r
     jpeg_abort_decompress(&state);
     return false;
   }
-  // Several scans (progressive) would take memory for the whole picture's coefficients; no camera sends them.
+  // Progressive JPEGs are refused: they need memory for the coefficients of the whole picture, and no camera sends
+  // them.
   const bool ours =
       state.image_width == static_cast<JDIMENSION>(width_) && state.image_height == static_cast<JDIMENSION>(height_) &&
       (state.num_components == 1 || state.num_components == 3) && jpeg_has_multiple_scans(&state) == FALSE;
@@ -51,7 +52,7 @@ bool JpegDecoder::decode(std::span<const std::byte> jpeg, std::span<std::byte> r
     JSAMPROW row = reinterpret_cast<JSAMPROW>(rgb.data() + stride * state.output_scanline);
     jpeg_read_scanlines(&state, &row, 1);
   }
-  // Reads on to the end marker: its absence is a warning, and a warning is a failure.
+  // Reads to the end marker; if that is missing, libjpeg warns, which JpegErrors treats as an error.
   jpeg_finish_decompress(&state);
   return true;
 }

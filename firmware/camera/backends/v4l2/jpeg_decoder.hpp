@@ -1,4 +1,4 @@
-// Motion JPEG to rgb8: the whole picture or none.
+// Decodes Motion JPEG frames to rgb8; incomplete pictures are refused.
 #pragma once
 
 #include <cstddef>
@@ -7,15 +7,15 @@
 
 namespace lightwell::v4l2 {
 
-/// One picture after the other, of one size, on one thread at a time.
+/// Decodes successive pictures of one size. Not thread-safe.
 class JpegDecoder {
  public:
   JpegDecoder(int width, int height);
   ~JpegDecoder();
 
-  /// Writes packed rows of rgb8 and says whether that is the whole picture: false for what is no JPEG, has another
-  /// size, is cut off, whose coded pixels do not add up, or that is neither YCbCr nor grey. `rgb` is then half written.
-  /// Bits that were flipped without breaking the code cannot be found: JPEG has no checksum.
+  /// Writes rows of rgb8 without padding. False if the data are not a JPEG, have another size, are truncated or
+  /// corrupt, or are neither YCbCr nor grey; `rgb` may then be partly written. Bit errors that yield valid codes cannot
+  /// be detected: JPEG has no checksum.
   [[nodiscard]] bool decode(std::span<const std::byte> jpeg, std::span<std::byte> rgb);
 
  private:

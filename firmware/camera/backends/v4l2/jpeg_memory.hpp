@@ -1,4 +1,4 @@
-// libjpeg takes working memory for each picture and gives it back; here it is kept from picture to picture.
+// A memory manager for libjpeg that keeps the working memory between pictures; libjpeg's own allocates it per picture.
 #pragma once
 
 #include <cstddef>
@@ -8,15 +8,15 @@
 
 namespace lightwell::v4l2 {
 
-/// Stands in for libjpeg's pool of one picture (JPOOL_IMAGE). As large as the largest picture so far needed: the first
-/// one's comes from libjpeg itself.
+/// Replaces libjpeg's per-picture pool (JPOOL_IMAGE). Its size is the largest need so far; requests beyond it, such as
+/// all of the first picture, are passed to libjpeg's own manager.
 class JpegMemory {
  public:
   JpegMemory() = default;
   JpegMemory(const JpegMemory&) = delete;
   JpegMemory& operator=(const JpegMemory&) = delete;
 
-  /// After jpeg_create_decompress(); takes `state.client_data`. Outlives the state.
+  /// Call after jpeg_create_decompress(). Occupies `state.client_data`. Must outlive the state.
   void install(jpeg_decompress_struct& state);
 
  private:
@@ -26,11 +26,11 @@ class JpegMemory {
   static JSAMPARRAY alloc_samples(j_common_ptr common, int pool, JDIMENSION samples, JDIMENSION rows);
   static JBLOCKARRAY alloc_blocks(j_common_ptr common, int pool, JDIMENSION blocks, JDIMENSION rows);
   static void free_pool(j_common_ptr common, int pool);
-  /// Null where there is no room.
+  /// Null if there is no space.
   [[nodiscard]] std::byte* take(int pool, std::size_t bytes);
   void reset_pool();
 
-  struct alignas(64) Line {  // What the widest vectors want, and what rows are padded to.
+  struct alignas(64) Line {  // Alignment of the widest SIMD vectors; rows are padded to it.
     std::byte bytes[64];
   };
   jpeg_memory_mgr libjpegs_{};

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kMinRateFraction = 0.95;
 
-/// 0 for the size itself, then sizes that hold it by what is too much, then the others by what is missing.
+/// Rank of a size: 0 for the wanted one, then larger ones by their excess, then the others by their deficit.
 std::tuple<int, long> size_rank(const Mode& mode, const RequestedFormat& wanted) {
   if (mode.width == wanted.width && mode.height == wanted.height) return {0, 0};
   const long area = static_cast<long>(mode.width) * mode.height;
@@ -35,7 +35,7 @@ Fraction nearest_interval(const Mode& mode, double rate) {
     if (rate <= slowest.rate()) return slowest;
     return rate >= fastest.rate() ? fastest : interval_of(rate);
   }
-  // Of two that are equally near, more frames.
+  // Ties: prefer the higher rate.
   return *std::ranges::min_element(mode.intervals, [rate](const Fraction& a, const Fraction& b) {
     const double off_a = std::abs(a.rate() - rate), off_b = std::abs(b.rate() - rate);
     return off_a != off_b ? off_a < off_b : a.rate() > b.rate();
@@ -84,7 +84,7 @@ Result<SelectedMode> choose_mode(std::span<const Mode> modes, const RequestedFor
     if (encoding == nullptr || (!wanted.format.empty() && encoding->name != wanted.format)) continue;
     const Fraction interval = nearest_interval(mode, wanted.rate);
     const double rate = interval.rate();
-    // Who does not say is taken at its best.
+    // An unknown rate is assumed to be sufficient.
     const bool too_slow = rate > 0 && rate < kMinRateFraction * wanted.rate;
     const Rank rank{size_rank(mode, wanted), too_slow ? 1 : 0, encoding - encodings().data(),
                     rate > 0 ? std::abs(rate - wanted.rate) : 0};

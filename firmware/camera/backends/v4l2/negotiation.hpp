@@ -1,5 +1,5 @@
-// From what a device offers to what it is asked for: values in, a choice out.
-//   Fraction, StepRange, Mode, Wanted, Choice
+// Chooses a device's mode (format, size, rate) for a request.
+//   Fraction, StepRange, Mode, RequestedFormat, SelectedMode
 //   nearest_in(), choose_mode()
 #pragma once
 
@@ -12,28 +12,28 @@
 
 namespace lightwell::v4l2 {
 
-/// Seconds from frame to frame, as V4L2 says it.
+/// Frame interval in seconds, as a fraction (v4l2_fract).
 struct Fraction {
   std::uint32_t numerator = 0, denominator = 1;
 
-  /// Frames a second; 0 where the interval is none.
+  /// Frames per second; 0 if the interval is 0.
   [[nodiscard]] double rate() const {
     return numerator == 0 ? 0 : static_cast<double>(denominator) / static_cast<double>(numerator);
   }
 };
 
-/// From min to max in steps.
+/// Values from min to max in steps.
 struct StepRange {
   int min = 0, max = 0, step = 1;
 };
-/// The value of the range that lies nearest; of two, the larger one.
+/// The nearest value in the range; of two, the larger one.
 [[nodiscard]] int nearest_in(const StepRange& range, int wanted);
 
-/// One size of one format.
+/// One size of one format, with its frame intervals.
 struct Mode {
   std::uint32_t fourcc = 0;
   int width = 0, height = 0;
-  /// What can be had; the slowest and the fastest where `any_between`. Empty: the device does not say.
+  /// The available intervals; if `any_between`, the longest and the shortest. Empty: not reported.
   std::vector<Fraction> intervals;
   bool any_between = false;
 };
@@ -41,17 +41,17 @@ struct Mode {
 struct RequestedFormat {
   int width = 640, height = 480;
   double rate = 30;
-  std::string format;  ///< An Encoding's name; empty: any that can be read.
+  std::string format;  ///< Name of an Encoding; empty: any supported one.
 };
 
 struct SelectedMode {
   Mode mode;
-  Fraction interval;  ///< {0, 1} where the device does not say what it offers.
+  Fraction interval;  ///< {0, 1} if the device does not report intervals.
 };
 
-/// In this order: the size that is asked for, else the smallest that holds it, else the largest; a rate of at least
-/// 95 % of the one asked for; the order of encodings(); the rate that lies nearest.
-/// invalid_argument names what there is where nothing of it can be read, or not in the format asked for.
+/// Criteria, in this order: the requested size, else the smallest that contains it, else the largest; a rate of at
+/// least 95 % of the requested one; the order of encodings(); the nearest rate. invalid_argument, with a list of the
+/// offered formats, if none is supported or none is the requested one.
 [[nodiscard]] Result<SelectedMode> choose_mode(std::span<const Mode> modes, const RequestedFormat& wanted);
 
 }  // namespace lightwell::v4l2

@@ -52,23 +52,23 @@ Result<Options> parse_options(const CameraUri& uri, const CameraConfig& config) 
   if (Status known = check_parameters(uri, kKnown); !known.ok()) return known;
   Options options;
   options.path = uri.path;
-  if (options.path.empty()) return bad("v4l2: which device? write v4l2:/dev/video0");
+  if (options.path.empty()) return bad("v4l2: no device is named: write v4l2:/dev/video0");
   options.wanted.width = config.width;
   options.wanted.height = config.height;
-  // 0 means "as fast as frames are taken" elsewhere; a camera has a rate.
+  // In the configuration 0 means "on demand", which a live camera cannot do: keep the default rate.
   if (config.frame_rate > 0) options.wanted.rate = config.frame_rate;
   for (const auto& [name, value] : uri.parameters)
     if (Status set = set_parameter(options, name, value); !set.ok()) return bad("v4l2: " + name + ": " + set.message());
   if (!config.exposure_s.empty()) {
     if (!options.exposure_s.empty())
-      return bad("v4l2: exposures are given in the URI and in camera.exposure_s: which?");
+      return bad("v4l2: exposures are given in the URI and in camera.exposure_s: leave one of them out");
     options.exposure_s = config.exposure_s;
   }
   if (!options.exposure_s.empty())
     if (const Status s = check_exposures(options.exposure_s); !s.ok()) return bad("v4l2: exposure: " + s.message());
   for (const double e : options.exposure_s)
     if (e > kMaxExposure_s) return bad("v4l2: exposure: the longest is 60 s");
-  // How a driver's gain numbers relate to light, V4L2 does not say.
+  // V4L2 does not define how a driver's gain values relate to linear gain.
   if (config.gain != 1)
     return bad(
         "v4l2: camera.gain is linear, and V4L2's gain has no unit: leave it at 1, and say the device's own number "

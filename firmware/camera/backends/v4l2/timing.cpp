@@ -27,7 +27,7 @@ void SequenceCounter::restart(std::uint64_t lost) {
 }
 
 std::uint64_t SequenceCounter::number(std::uint32_t driver) {
-  // Unsigned difference, read as signed: it goes over the end of 32 bits.
+  // The unsigned difference, converted to signed, is correct across the 32-bit overflow.
   const auto step = static_cast<std::int32_t>(driver - driver_);
   if (!fresh_ && step > 1) next_ += static_cast<std::uint64_t>(step - 1);
   fresh_ = false;

@@ -1,5 +1,5 @@
-// When a frame was exposed, and which number it has: from what a driver says of a buffer.
-//   Stamp, Rows, validate_timestamp(), mid_exposure()
+// Exposure time and sequence number of a frame, from the driver's metadata of a buffer.
+//   Timestamp, RowTiming, validate_timestamp(), mid_exposure()
 //   SequenceCounter
 //   LatencyMonitor
 #pragma once
@@ -13,7 +13,7 @@
 
 namespace lightwell::v4l2 {
 
-/// An instant of CLOCK_MONOTONIC and what happened then.
+/// A time of CLOCK_MONOTONIC and the event it refers to.
 struct Timestamp {
   enum class Event : std::uint8_t {
     start_of_exposure,  ///< Of the first row.
@@ -23,29 +23,30 @@ struct Timestamp {
   Event event = Event::end_of_frame;
 };
 
-/// What the shutter does to the rows of the driver's picture.
+/// Rolling shutter: timing of the rows of the driver's picture.
 struct RowTiming {
   int count = 0;
-  double centre = 0;  ///< Number of the row that counts, from 0: the middle of what frames show.
-  Duration readout;   ///< From one row's exposure to the next row's.
+  double centre = 0;  ///< Row that the mid-exposure time refers to, from 0: the middle of the view.
+  Duration readout;   ///< Delay between successive rows.
 };
 
-/// What a driver says of a buffer's time. `flags` are V4L2's; `arrival` is when the buffer was taken. Where the clock
-/// is not CLOCK_MONOTONIC, and where the stamp lies in the future or more than `oldest` ago (drivers that convert a
-/// device's clock err like that), the arrival stands in as the end of the frame.
+/// The timestamp of a buffer. `flags`: V4L2's; `arrival`: time of dequeuing. If the clock is not CLOCK_MONOTONIC, or
+/// the timestamp is in the future or more than `oldest` before the arrival (errors of drivers that convert a device's
+/// clock), the arrival is used as the end of the frame.
 [[nodiscard]] Timestamp validate_timestamp(std::uint32_t flags, ProbeTime stamp, ProbeTime arrival, Duration oldest);
 
-/// Of the centre row.
-///   start_of_exposure: row r begins r readouts later, and half the exposure after that is its middle.
-///   end_of_frame: row r's exposure ended (count - r) readouts earlier, and its middle half the exposure before that.
+/// Middle of the exposure of row rows.centre.
+///   start_of_exposure: row r begins r readouts later; its middle is half the exposure after that.
+///   end_of_frame: row r's exposure ended (count - r) readouts earlier; its middle is half the exposure before that.
 [[nodiscard]] ProbeTime mid_exposure(const Timestamp& stamp, double exposure_s, const RowTiming& rows);
 
-/// Numbers that grow for ever, from a driver's 32 bits that start anew with each stream.
+/// Extends a driver's 32-bit sequence numbers, which restart with each stream, to 64 bits that always increase.
 class SequenceCounter {
  public:
-  /// The driver counts anew. `lost`: frames that nobody saw meanwhile.
+  /// The driver's counter restarts. `lost`: number of frames lost in between.
   void restart(std::uint64_t lost = 0);
-  /// A gap of the driver's is a gap. A driver that repeats itself or goes back does not count: then it is the next one.
+  /// Number of the next frame. Gaps of the driver are kept. If the driver's number does not increase, the result is the
+  /// previous one plus 1.
   [[nodiscard]] std::uint64_t number(std::uint32_t driver);
 
  private:
@@ -54,19 +55,20 @@ class SequenceCounter {
   bool fresh_ = true;
 };
 
-/// Whether a frame was answered about as soon as others were. A thread that was held up for half a frame sees no newer
-/// one waiting, and what it sets may come too late for the frame that it was meant for.
+/// Detects that the thread handled a frame later than usual. After a delay of half a frame no newer frame is waiting
+/// yet, but a control that is set then may take effect a frame too late.
 class LatencyMonitor {
  public:
-  /// Of one frame: `latency` from its stamp to the answer. `index` is its place in the cycle, as stamps of the start
-  /// make long exposures look late. False for more than a third of `interval` beyond the least of the last 64 to 128.
+  /// `latency`: from the frame's timestamp to the write of the control. `index`: index in the cycle; minima are kept
+  /// per index, because timestamps of the start of exposure make long exposures look late. False if the latency exceeds
+  /// the minimum of the last 64 to 128 frames by more than a third of `interval`.
   [[nodiscard]] bool in_time(int index, Duration latency, Duration interval);
 
  private:
   static constexpr int kBlock = 64;
   static constexpr Duration kNever{INT64_MAX};
   struct LatencyMinimum {
-    Duration before = kNever, now = kNever;  ///< Of the block before and of this one.
+    Duration before = kNever, now = kNever;  ///< Of the previous block and of this one.
     int count = 0;
   };
   std::array<LatencyMinimum, kMaxBracket> minima_{};

@@ -8,7 +8,7 @@ namespace {
 
 unsigned value(std::byte b) { return std::to_integer<unsigned>(b); }
 
-/// Of one pixel, 0 to 1.
+/// Value of one pixel, 0 to 1.
 double level_at(const View& view, std::size_t x, std::size_t y) {
   const std::span<const std::byte> row = view.data.subspan(y * view.stride);
   const auto word = [&row](std::size_t i) {
@@ -29,7 +29,7 @@ double level_at(const View& view, std::size_t x, std::size_t y) {
     case PixelFormat::bayer_rggb12:
       return word(x) / 4095.0;
     case PixelFormat::rgb_f32:
-      return 0;  // No camera of this backend's.
+      return 0;  // Not used by this backend.
   }
   return 0;
 }
@@ -71,7 +71,7 @@ double mean_level(const View& view) {
   double sum = 0;
   for (std::size_t j = 0; j < rows; ++j) {
     for (std::size_t i = 0; i < columns; ++i) {
-      // Odd and even by turns, or a mosaic would show one of its colours.
+      // Alternate between odd and even columns, so that all colours of a mosaic are sampled.
       const std::size_t x = std::min(i * width / columns + (j + i) % 2, width - 1);
       const std::size_t y = std::min(j * height / rows + i % 2, height - 1);
       sum += level_at(view, x, y);

@@ -13,11 +13,11 @@
 
 #include <sys/eventfd.h>
 
+#include "camera/backends/v4l2/buffer_pool.hpp"
 #include "camera/backends/v4l2/connection.hpp"
 #include "camera/backends/v4l2/control_delay.hpp"
 #include "camera/backends/v4l2/converter.hpp"
 #include "camera/backends/v4l2/exposure_schedule.hpp"
-#include "camera/backends/v4l2/buffer_pool.hpp"
 #include "camera/backends/v4l2/timing.hpp"
 
 namespace lightwell {
@@ -25,7 +25,7 @@ namespace {
 
 using namespace v4l2;
 
-constexpr int kPollPeriod_ms = 250;  ///< For a device that is away, and whether one that is there has fallen silent.
+constexpr int kPollPeriod_ms = 250;  ///< Interval of reconnection attempts and of checks for a timeout.
 
 ProbeTime now() { return {monotonic_now_ns()}; }
 
@@ -63,7 +63,7 @@ class Backend final : public V4l2Camera {
   [[nodiscard]] bool is_whole(const v4l2_buffer& buffer) const;
   [[nodiscard]] std::optional<FrameInfo> describe_frame(const v4l2_buffer& buffer, std::uint64_t number);
   [[nodiscard]] std::span<const std::byte> bytes_of(const v4l2_buffer& buffer) const;
-  /// No stamp of a frame that comes now is older.
+  /// Largest plausible age of a timestamp on arrival.
   [[nodiscard]] Duration oldest_stamp(int index) const {
     return Duration::from_seconds(1 + exposure_.seconds[static_cast<std::size_t>(index)] + 5 / rate_);
   }
@@ -73,7 +73,7 @@ class Backend final : public V4l2Camera {
   std::atomic<State> state_{State::idle};
   std::thread thread_;
 
-  // Settled by the first open(), and the same ever after.
+  // Fixed by open().
   const Encoding* encoding_ = nullptr;
   Layout layout_;
   double rate_ = 0;
@@ -83,16 +83,17 @@ class Backend final : public V4l2Camera {
   std::optional<BufferPool> pool_;
   std::optional<Converter> converter_;
 
-  // Of the thread while it runs. No device: it is lost.
+  // Owned by the thread while it runs. Without a device the state is lost.
   std::optional<Device> device_;
   ExposureControl exposure_;
   SequenceCounter sequence_;
   LatencyMonitor punctuality_;
   ProbeTime last_arrival_, last_mid_;
-  bool has_begun_ = false;  ///< A frame has come since streaming began.
+  bool has_begun_ = false;  ///< At least one frame has come since streaming began.
 
   struct {
-    std::atomic<std::uint64_t> delivered{0}, damaged{0}, late{0}, no_free_buffer{0}, wrong_exposure{0}, non_monotonic{0}, disconnects{0};
+    std::atomic<std::uint64_t> delivered{0}, damaged{0}, late{0}, no_free_buffer{0}, wrong_exposure{0},
+        non_monotonic{0}, disconnects{0};
   } counts_;
 };
 
@@ -113,7 +114,7 @@ Status Backend::prepare(Connection& connection, std::vector<std::string>& notes)
   rate_ = connection.rate > 0 ? connection.rate : options_.wanted.rate;
   name_ = connection.device.card().empty() ? "v4l2:" + options_.path : connection.device.card();
   exposure_ = connection.exposure;
-  // When it comes back it shall have these, asked for or found.
+  // Keep the exposures in force, so that a reconnected device gets the same ones.
   if (exposure_.control) options_.exposure_s = exposure_.seconds;
   const int bracket = static_cast<int>(exposure_.seconds.size());
   converter_.emplace(*encoding_, layout_);
@@ -149,12 +150,13 @@ Status Backend::connect_again() {
   std::vector<std::string> reported_before;
   Result<Connection> connection = connect(options_, reported_before);
   if (!connection) return connection.status();
-  // Whoever works with the frames was told of these.
+  // CameraInfo promised these to the consumers.
   const bool as_before = connection->encoding == encoding_ && connection->layout == layout_ &&
                          connection->zero_copy == lends_buffers_ &&
                          connection->exposure.seconds.size() == exposure_.seconds.size();
   if (!as_before)
-    return {StatusCode::unavailable, "v4l2: '" + options_.path + "' is back, and gives other pictures than before"};
+    return {StatusCode::unavailable,
+            "v4l2: '" + options_.path + "' has been reconnected, but delivers another format or size than before"};
   exposure_ = std::move(connection->exposure);
   device_.emplace(std::move(connection->device));
   pool_->adopt(std::move(connection->buffers));
@@ -183,7 +185,7 @@ int Backend::begin_stream() {
 Status Backend::start(FrameSink& sink) {
   if (!pool_) return {StatusCode::failed_precondition, "v4l2: open() comes before start()"};
   if (thread_.joinable()) return {StatusCode::failed_precondition, "v4l2: stop() comes before the next start()"};
-  // A device that went away while nobody looked is found out here, and may be back.
+  // Detects a device that was lost since the last run, and tries to reconnect.
   const bool fresh = !device_;
   if (fresh)
     if (Status s = connect_again(); !s.ok()) return s;
@@ -211,13 +213,13 @@ void Backend::stop() {
   thread_.join();
   eventfd_t taken = 0;
   (void)::eventfd_read(stop_.get(), &taken);
-  // The driver gives up all buffers, and those that are lent stay as they are. A device that is gone has none.
+  // STREAMOFF returns all buffers from the driver; lent ones keep their content.
   if (device_) (void)device_->stream_off();
   state_ = State::idle;
 }
 
 V4l2Camera::Counts Backend::counts() const {
-  return {counts_.delivered, counts_.damaged,  counts_.late,  counts_.no_free_buffer,
+  return {counts_.delivered,      counts_.damaged,       counts_.late,       counts_.no_free_buffer,
           counts_.wrong_exposure, counts_.non_monotonic, counts_.disconnects};
 }
 
@@ -241,10 +243,10 @@ void Backend::run(FrameSink& sink) {
   }
 }
 
-/// USB hosts and cameras are known to stop without a word.
+/// Whether the camera has stopped delivering frames, which some USB hosts and cameras do without an error.
 bool Backend::has_timed_out() const {
   const double longest = *std::ranges::max_element(exposure_.seconds);
-  // Some take seconds until the first frame.
+  // Some cameras need seconds until the first frame.
   const double timeout_s = has_begun_ ? 2 : 5;
   const Duration limit = Duration::from_seconds(timeout_s + 10 * std::max(1 / rate_, longest));
   return now() - last_arrival_ > limit;
@@ -265,14 +267,14 @@ void Backend::try_reopen() {
   state_ = State::streaming;
 }
 
-/// False where the device is lost.
+/// False if the device is lost.
 bool Backend::take_frames(FrameSink& sink, bool broken) {
   std::array<int, BufferPool::kMaxBuffers> returned{};
   const std::size_t count = pool_->take_returned(returned);
   for (std::size_t i = 0; i < count; ++i)
     if (device_->queue(returned[i]) != 0) return false;
 
-  // The newest counts: what waited behind a slow sink is not made up for in a burst.
+  // Deliver only the newest frame: frames that waited for a slow sink are dropped instead of delivered in a burst.
   v4l2_buffer newest{};
   std::optional<std::uint64_t> number;
   int failed = 0;
@@ -293,7 +295,7 @@ bool Backend::take_frames(FrameSink& sink, bool broken) {
   return cycle_exposure(newest, *number) && deliver(sink, newest, *number);
 }
 
-/// False where the device is lost.
+/// False if the device is lost.
 bool Backend::cycle_exposure(const v4l2_buffer& newest, std::uint64_t number) {
   const std::optional<ExposureSchedule::Write> write = schedule_->due(number);
   if (!write) return true;
@@ -307,7 +309,7 @@ bool Backend::cycle_exposure(const v4l2_buffer& newest, std::uint64_t number) {
 }
 
 bool Backend::is_punctual(const v4l2_buffer& newest, std::uint64_t number) {
-  // A frame without a place may have any exposure, and its stamp says nothing then.
+  // The exposure of a frame without an index is unknown, so its latency cannot be compared.
   const std::optional<int> index = schedule_->index_of(number);
   if (!index) return true;
   const Timestamp stamp = validate_timestamp(newest.flags, stamp_of(newest), last_arrival_, oldest_stamp(*index));
@@ -323,7 +325,7 @@ bool Backend::is_whole(const v4l2_buffer& buffer) const {
   return (buffer.flags & V4L2_BUF_FLAG_ERROR) == 0 && buffer.bytesused > 0 && buffer.bytesused >= layout_.bytes;
 }
 
-/// False where the device is lost. What is not lent goes back to the driver at once.
+/// False if the device is lost. Buffers that are not lent are requeued at once.
 bool Backend::deliver(FrameSink& sink, const v4l2_buffer& buffer, std::uint64_t number) {
   const auto give_back = [&] { return device_->queue(static_cast<int>(buffer.index)) == 0; };
   if (!is_whole(buffer)) {
@@ -360,7 +362,7 @@ bool Backend::deliver(FrameSink& sink, const v4l2_buffer& buffer, std::uint64_t 
   return true;
 }
 
-/// Nothing for a frame that would be told wrong.
+/// Empty for a frame whose metadata would be wrong.
 std::optional<FrameInfo> Backend::describe_frame(const v4l2_buffer& buffer, std::uint64_t number) {
   const std::optional<int> index = schedule_->index_of(number);
   if (!index) {
@@ -376,7 +378,7 @@ std::optional<FrameInfo> Backend::describe_frame(const v4l2_buffer& buffer, std:
   const RowTiming rows{layout_.height, encoding_->skip_rows + (layout_.view_height - 1) / 2.0, info.row_readout};
   const Timestamp stamp = validate_timestamp(buffer.flags, stamp_of(buffer), last_arrival_, oldest_stamp(*index));
   info.mid_exposure = mid_exposure(stamp, info.exposure_s, rows);
-  // A start of exposure that is stamped so late that half of it would still be to come is no such start.
+  // A start-of-exposure timestamp that puts mid-exposure after the arrival is implausible: use the arrival instead.
   if (info.mid_exposure > last_arrival_)
     info.mid_exposure = mid_exposure({last_arrival_, Timestamp::Event::end_of_frame}, info.exposure_s, rows);
   if (info.mid_exposure <= last_mid_) {

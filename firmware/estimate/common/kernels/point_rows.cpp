@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "estimate/common/kernels/point_rows.cpp"
 #include <hwy/foreach_target.h>
-// After foreach_target.h, says Highway.
+// Highway requires this include after foreach_target.h.
 #include <hwy/highway.h>
 
 #ifndef LIGHTWELL_KERNELS_POINT_ROWS_ONCE
@@ -12,7 +12,7 @@ namespace lightwell::estimate {
 
 constexpr int kTop = kTailBands.back();
 
-/// The recursion's factors in float, and which number of a row belongs to which function: that of (l, 0), or none.
+/// Coefficients of the SH recursion in float, and the index of the basis function (l, 0) in a BasisRow, or -1.
 struct PointTable {
   std::array<float, kTop + 1> start{};
   std::array<std::array<float, kTop + 1>, kTop + 1> a{}, b{};
@@ -48,7 +48,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 
-/// `sums`: three vectors a number of the row, whose lanes add up to it.
+/// Adds value * (r, g, b) to the sums of one basis function. `sums`: three vectors per function; their lanes are summed
+/// at the end.
 HWY_INLINE void add_product(D d, V value, V r, V g, V b, int row, float* sums) {
   const std::size_t lanes = hn::Lanes(d);
   float* at = sums + 3 * static_cast<std::size_t>(row) * lanes;
@@ -63,7 +64,7 @@ void AddPoints(const PointTable& table, const LightPoints& points, float (&out)[
   alignas(64) float sums[3 * kRowCount * 16];
   for (std::size_t i = 0; i < 3 * kRowCount * lanes; i += lanes) hn::Store(hn::Zero(d), d, sums + i);
   for (std::size_t k = 0; k < points.count; k += lanes) {
-    // Lanes beyond the last point hold what an earlier one left there: any number, but no light.
+    // Lanes beyond the last point hold old values, which are masked out.
     const auto there = hn::FirstN(d, points.count - k);
     const V x = hn::Load(d, points.x.data() + k), y = hn::Load(d, points.y.data() + k),
             z = hn::Load(d, points.z.data() + k);

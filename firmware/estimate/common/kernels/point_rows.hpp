@@ -1,5 +1,4 @@
-// The vector kernel of light at single directions: the functions of a BasisRow are worked out for a vector of
-// directions at a time.
+// SIMD kernel that projects point lights onto spherical harmonics, a vector of directions at a time.
 #pragma once
 
 #include <array>
@@ -9,7 +8,7 @@
 
 namespace lightwell::estimate {
 
-/// Light from single directions. Those beyond `count` give none, and are finite.
+/// Point lights. Elements beyond `count` must be finite and are ignored.
 struct LightPoints {
   static constexpr std::size_t kMaxPoints = 128;
   std::size_t count = 0;
@@ -17,8 +16,8 @@ struct LightPoints {
   alignas(64) std::array<float, kMaxPoints> r{}, g{}, b{};
 };
 
-/// out[c][i] += sum over the points of light c times function i of a BasisRow, in float: within 2e-6 of the largest
-/// function times the sum of amounts.
+/// out[c][i] += sum over the points of channel c times basis function i of a BasisRow, in float. Error: at most 2e-6 of
+/// the largest basis function times the sum of absolute values.
 void add_points(const LightPoints& points, float (&out)[3][kRowCount]);
 
 }  // namespace lightwell::estimate

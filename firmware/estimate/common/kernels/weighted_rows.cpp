@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "estimate/common/kernels/weighted_rows.cpp"
 #include <hwy/foreach_target.h>
-// After foreach_target.h, says Highway.
+// Highway requires this include after foreach_target.h.
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -12,7 +12,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// kVectors vectors of columns from `first` on: three sums each stay in registers.
+/// Adds kVectors vectors of columns from `first` on; their 3 * kVectors sums stay in registers.
 template <std::size_t kVectors, class D>
 HWY_INLINE void add_columns(D d, const float* rows, const float* weights, std::size_t count, std::size_t first,
                             float (&out)[3][kRowFloats]) {
@@ -35,7 +35,7 @@ HWY_INLINE void add_columns(D d, const float* rows, const float* weights, std::s
 void AddWeightedRows(const float* rows, const float* weights, std::size_t count, float (&out)[3][kRowFloats]) {
   const hn::CappedTag<float, 16> d;
   const std::size_t lanes = hn::Lanes(d);
-  // 7 vectors of 16, 14 of 8, 28 of 4: in sevens where there are registers for 21 sums, in twos otherwise.
+  // A row has 7 vectors of 16 lanes, 14 of 8 or 28 of 4: seven at a time where there are registers for 21 sums.
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
   constexpr std::size_t kAtOnce = 7;
 #elif HWY_ARCH_ARM_A64

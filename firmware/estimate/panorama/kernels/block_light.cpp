@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "estimate/panorama/kernels/block_light.cpp"
 #include <hwy/foreach_target.h>
-// After foreach_target.h, says Highway.
+// Highway requires this include after foreach_target.h.
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -16,7 +16,7 @@ using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 
 /// near_black_bias() of row_reader.hpp.
-HWY_INLINE V hidden(D d, V value, V step, float cut_noise) {
+HWY_INLINE V near_black_bias(D d, V value, V step, float cut_noise) {
   const V noise = hn::Set(d, cut_noise), zero = hn::Zero(d);
   const auto coarse = hn::And(hn::Lt(value, hn::Mul(hn::Set(d, 4.0F), step)), hn::Lt(noise, step));
   const V rounding = hn::IfThenElse(coarse, hn::Mul(hn::Set(d, 0.5F), step), zero);
@@ -26,7 +26,7 @@ HWY_INLINE V hidden(D d, V value, V step, float cut_noise) {
 
 template <bool kWeighted>
 BlockErrorSums LightOf(const BlockRun& run, const BlockWeights& weights, const BlockCodes& codes, std::size_t blocks,
-                   const BlockLight& out) {
+                       const BlockLight& out) {
   const D d;
   const hn::Rebind<std::int32_t, D> di;
   const std::size_t lanes = hn::Lanes(d);
@@ -36,19 +36,20 @@ BlockErrorSums LightOf(const BlockRun& run, const BlockWeights& weights, const B
   V noise = zero, bias = zero, clipped_sr = zero;
   for (std::size_t b = 0; b < blocks; b += lanes) {
     const auto load = [&](const float* p) HWY_ATTR { return hn::LoadU(d, p + b); };
-    const V pixels = load(weights.pixels), total = load(weights.total), inverse_vignetting = load(weights.inverse_vignetting);
+    const V pixels = load(weights.pixels), total = load(weights.total),
+            inverse_vignetting = load(weights.inverse_vignetting);
     V light[3], mean[3], sum = zero, across = zero, down = zero, brightest = zero;
     for (std::size_t c = 0; c < 3; ++c) {
       const V s = load(codes.sum[c]), x = load(codes.across[c]), y = load(codes.down[c]);
       const V weight = hn::Set(d, run.luminance[c]);
       V own_across, own_down, own;
       if constexpr (kWeighted) {
-        const V worth_of_one = hn::Mul(unit, load(weights.unit));
-        light[c] = hn::MulAdd(worth_of_one, hn::MulAdd(hn::Set(d, run.cut_off), pixels, s), hn::Mul(from, total));
+        const V value_per_unit = hn::Mul(unit, load(weights.unit));
+        light[c] = hn::MulAdd(value_per_unit, hn::MulAdd(hn::Set(d, run.cut_off), pixels, s), hn::Mul(from, total));
         mean[c] = hn::Mul(light[c], load(weights.per_total));
         own = light[c];
-        own_across = hn::Mul(worth_of_one, hn::NegMulAdd(load(weights.middle_x), s, x));
-        own_down = hn::Mul(worth_of_one, hn::NegMulAdd(load(weights.middle_y), s, y));
+        own_across = hn::Mul(value_per_unit, hn::NegMulAdd(load(weights.middle_x), s, x));
+        own_down = hn::Mul(value_per_unit, hn::NegMulAdd(load(weights.middle_y), s, y));
       } else {
         own = hn::MulAdd(unit, s, hn::Mul(from, pixels));
         own_across = hn::Mul(unit, hn::NegMulAdd(load(weights.half_x), s, x));
@@ -75,12 +76,12 @@ BlockErrorSums LightOf(const BlockRun& run, const BlockWeights& weights, const B
     const V clipped =
         hn::Mul(load(weights.solid_angle), hn::Min(one, hn::Mul(load(codes.clipped), load(weights.per_pixel))));
 
-    // What lies beyond the last block is no block's.
+    // Masks the lanes beyond the last block.
     const std::size_t left = blocks - b;
-    const auto there = hn::FirstN(d, left);
-    noise = hn::Add(noise, hn::IfThenElseZero(there, hn::Mul(load(weights.spread), variance)));
-    bias = hn::Add(bias, hn::IfThenElseZero(there, hn::Mul(total, hidden(d, mean[1], step, run.cut_noise))));
-    clipped_sr = hn::Add(clipped_sr, hn::IfThenElseZero(there, clipped));
+    const auto valid = hn::FirstN(d, left);
+    noise = hn::Add(noise, hn::IfThenElseZero(valid, hn::Mul(load(weights.spread), variance)));
+    bias = hn::Add(bias, hn::IfThenElseZero(valid, hn::Mul(total, near_black_bias(d, mean[1], step, run.cut_noise))));
+    clipped_sr = hn::Add(clipped_sr, hn::IfThenElseZero(valid, clipped));
     const V offset_x = hn::Mul(across, per_sum), offset_y = hn::Mul(down, per_sum);
     float* to[] = {out.peak + b, out.offset_x + b, out.offset_y + b, out.clipped + b};
     const V values[] = {peak, offset_x, offset_y, clipped};
@@ -100,9 +101,10 @@ BlockErrorSums LightOf(const BlockRun& run, const BlockWeights& weights, const B
   return {total_of(noise), total_of(bias), total_of(clipped_sr)};
 }
 
-BlockErrorSums LightOfBlocks(const BlockRun& run, const BlockWeights& weights, const BlockCodes& codes, std::size_t blocks,
-                         const BlockLight& out) {
-  return run.weighted ? LightOf<true>(run, weights, codes, blocks, out) : LightOf<false>(run, weights, codes, blocks, out);
+BlockErrorSums LightOfBlocks(const BlockRun& run, const BlockWeights& weights, const BlockCodes& codes,
+                             std::size_t blocks, const BlockLight& out) {
+  return run.weighted ? LightOf<true>(run, weights, codes, blocks, out)
+                      : LightOf<false>(run, weights, codes, blocks, out);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -114,8 +116,8 @@ namespace lightwell::estimate {
 
 HWY_EXPORT(LightOfBlocks);
 
-BlockErrorSums convert_block_sums(const BlockRun& run, const BlockWeights& weights, const BlockCodes& codes, std::size_t blocks,
-                           const BlockLight& out) {
+BlockErrorSums convert_block_sums(const BlockRun& run, const BlockWeights& weights, const BlockCodes& codes,
+                                  std::size_t blocks, const BlockLight& out) {
   return HWY_DYNAMIC_DISPATCH(LightOfBlocks)(run, weights, codes, blocks, out);
 }
 

@@ -5,7 +5,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "estimate/panorama/kernels/block_sums.cpp"
 #include <hwy/foreach_target.h>
-// After foreach_target.h, says Highway.
+// Highway requires this include after foreach_target.h.
 #include <hwy/highway.h>
 
 #include "estimate/panorama/kernels/strips_inl.hpp"
@@ -15,16 +15,16 @@ namespace lightwell::estimate {
 namespace HWY_NAMESPACE {
 
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
-// Neighbouring columns are added, and again, until a block is one column. Each step picks the even and the odd columns
-// out of two vectors; 15 lanes (30 of 16 bits) at a time hold whole columns of 1 and of 3 channels, 16 (32) of 1 and
-// of 2. All steps that lead to one vector of blocks are done before the next: nothing in between is stored.
+// Adds adjacent columns pairwise until a block is one column. Each step selects the even and the odd columns of two
+// vectors. 15 lanes (30 of 16 bits) hold whole columns of 3 channels, 16 (32) of 1 and of 2. All steps of one vector of
+// blocks are done in registers.
 struct FoldTables {
   alignas(64) std::uint32_t even32[16]{}, odd32[16]{};
   alignas(64) std::uint16_t even16[32]{}, odd16[32]{};
   std::size_t step32, step16;
 
   constexpr explicit FoldTables(std::size_t channels) : step32(channels == 3 ? 15 : 16), step16(2 * step32) {
-    // Lanes from `step` on are the second vector's.
+    // Lanes from `step` on are in the second vector.
     const auto place = [](std::size_t lane, std::size_t step, std::size_t width) {
       return (lane < step ? lane : lane - step + width) % (2 * width);
     };
@@ -57,7 +57,7 @@ struct Folded {
   __m512i sum, early, across;
 };
 
-/// Columns that are 2^kSteps each, from lane `at` of those on.
+/// A vector of columns after kSteps steps (2^kSteps original columns each), from lane `at` on.
 template <int kSteps>
 HWY_INLINE Folded folded(const Fold& fold, const LaneSums& lanes, std::size_t at) {
   if constexpr (kSteps == 0) {
@@ -69,7 +69,7 @@ HWY_INLINE Folded folded(const Fold& fold, const LaneSums& lanes, std::size_t at
       return _mm512_add_epi32(_mm512_permutex2var_epi32(first, fold.even32, second),
                               _mm512_permutex2var_epi32(first, fold.odd32, second));
     };
-    // The odd column's own columns are half a column's width farther on.
+    // Columns within the odd one are 2^(kSteps - 1) original columns farther.
     const __m512i moved = _mm512_slli_epi32(odd, kSteps - 1);
     return {_mm512_add_epi32(_mm512_permutex2var_epi32(a.sum, fold.even32, b.sum), odd), both(a.early, b.early),
             kSteps == 1 ? moved : _mm512_add_epi32(moved, both(a.across, b.across))};
@@ -164,7 +164,7 @@ void SumBlocksOf(const LaneSums& lanes, int channels, std::size_t blocks, std::u
   }
 }
 
-/// Too narrow for a vector.
+/// For blocks that are too narrow for a vector.
 void SumNarrowBlocks(const LaneSums& lanes, std::size_t channels, std::size_t edge, std::size_t blocks,
                      std::uint32_t* across_out) {
   for (std::size_t block = 0; block < blocks; ++block) {

@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "estimate/panorama/kernels/bracket_rows.cpp"
 #include <hwy/foreach_target.h>
-// After foreach_target.h, says Highway.
+// Highway requires this include after foreach_target.h.
 #include <hwy/highway.h>
 
 #include "estimate/panorama/kernels/bracket_sources_inl.hpp"
@@ -12,14 +12,14 @@ HWY_BEFORE_NAMESPACE();
 namespace lightwell::estimate {
 namespace HWY_NAMESPACE {
 
-/// What is saturated tells "at least": an exposure that sees less than this part of it saw something else.
+/// A saturated value is a lower bound. Another exposure with less than this share of it indicates motion.
 constexpr float kMinSaturatedRatio = 0.5F;
 
-/// What the pixels of a part see.
+/// Weights of a vector of pixels.
 struct PixelWeights {
   VF weight;  ///< Solid angle times inverse vignetting.
   VF solid_angle;
-  VF inverse_vignetting;  ///< Inverse vignetting.
+  VF inverse_vignetting;
 };
 
 template <bool kQuads>
@@ -37,7 +37,7 @@ HWY_INLINE PixelWeights pixel_weights_at(const BracketRow& row, std::size_t at) 
       sum.weight = hn::MulAdd(sr1, b1, hn::MulAdd(sr0, b0, sum.weight));
       sum.solid_angle = hn::Add(sum.solid_angle, hn::Add(sr0, sr1));
     }
-    // The mean over what sees something.
+    // Mean over the pixels with solid angle.
     sum.inverse_vignetting = hn::Div(sum.weight, hn::Max(sum.solid_angle, hn::Set(d, 1e-30F)));
     return sum;
   }
@@ -45,33 +45,32 @@ HWY_INLINE PixelWeights pixel_weights_at(const BracketRow& row, std::size_t at) 
 
 HWY_INLINE void add_to(float* to, VF v) { hn::StoreU(hn::Add(hn::LoadU(DF(), to), v), DF(), to); }
 
-/// A row's numbers beside what they are multiplied with: copies, as what is stored to memory might change the
-/// originals.
+/// Copies of a row's constants, so that the compiler need not reload them after each store.
 struct Constants {
-  float scale[kMaxBracket], inverse[kMaxBracket], deviations[kMaxBracket], at_least[kMaxBracket];
-  float hidden, hidden_until, depth, share, luminance[3];
+  float scale[kMaxBracket], inverse[kMaxBracket], scaled_sigmas[kMaxBracket], lower_bound[kMaxBracket];
+  float near_black_bias, near_black_limit, depth, relative_tolerance, luminance[3];
 
   explicit Constants(const BracketRow& row)
-      : hidden(row.lut->hidden),
-        hidden_until(row.lut->hidden_until),
+      : near_black_bias(row.lut->near_black_bias),
+        near_black_limit(row.lut->near_black_limit),
         depth(row.depth),
-        share(row.share),
+        relative_tolerance(row.relative_tolerance),
         luminance{row.luminance[0], row.luminance[1], row.luminance[2]} {
     for (int k = 0; k < row.count; ++k) {
       scale[k] = row.exposures[static_cast<std::size_t>(k)].scale;
       inverse[k] = 1 / scale[k];
-      deviations[k] = row.deviations * scale[k];
-      at_least[k] = row.lut->saturated_linear * scale[k];
+      scaled_sigmas[k] = row.noise_sigmas * scale[k];
+      lower_bound[k] = row.lut->saturated_linear * scale[k];
     }
   }
 };
 
-/// What a part comes to, still to be divided by the weight.
+/// Weighted sums of a vector of pixels, to be divided by `weight`.
 struct Merged {
   VF r, g, b, weight, bias;
 };
 
-/// Saturated in every exposure: the highest of what they tell is a bound from below.
+/// For pixels that are saturated in every exposure, sets the highest lower bound.
 template <class AnySample>
 HWY_NOINLINE Merged bound_clipped(const BracketRow& row, const AnySample* samples, std::size_t p, Merged m) {
   const DF d;
@@ -92,55 +91,58 @@ HWY_NOINLINE Merged bound_clipped(const BracketRow& row, const AnySample* sample
 
 template <bool kQuads, class AnySample>
 HWY_INLINE void merge_part(const BracketRow& row, const Constants& c, const BracketColumns& out,
-                           const AnySample* samples, int count, std::size_t p, std::size_t at, const PixelWeights& pixel_weights) {
+                           const AnySample* samples, int count, std::size_t p, std::size_t at,
+                           const PixelWeights& pixel_weights) {
   const DF d;
   const D32 d32;
   const VF zero = hn::Zero(d);
   Merged m{zero, zero, zero, zero, zero};
-  VF light_before = zero, deviation_before = zero;
-  auto told_before = hn::Eq(zero, hn::Set(d, 1.0F));
+  VF previous_light = zero, previous_sigma = zero;
+  auto previous_valid = hn::Eq(zero, hn::Set(d, 1.0F));
   for (int k = 0; k < count; ++k) {
     const AnySample& s = samples[k];
     const VF r = s.r.at(p), g = s.g.at(p), b = s.b.at(p), weight = s.weight.at(p);
-    // Of the radiance x * scale the variance is scale² / weight: the weight of x is weight / scale.
+    // The radiance x * scale has a variance of scale² / weight; in the sum, the factor of x is therefore weight /
+    // scale.
     const VF inverse = hn::Set(d, c.inverse[k]), of_x = hn::Mul(weight, inverse);
     m.r = hn::MulAdd(of_x, r, m.r);
     m.g = hn::MulAdd(of_x, g, m.g);
     m.b = hn::MulAdd(of_x, b, m.b);
     m.weight = hn::MulAdd(of_x, inverse, m.weight);
-    const auto dark = hn::Lt(g, hn::Set(d, c.hidden_until));
-    m.bias = hn::IfThenElse(dark, hn::MulAdd(of_x, hn::Set(d, c.hidden), m.bias), m.bias);
+    const auto dark = hn::Lt(g, hn::Set(d, c.near_black_limit));
+    m.bias = hn::IfThenElse(dark, hn::MulAdd(of_x, hn::Set(d, c.near_black_bias), m.bias), m.bias);
 
     const VF light = hn::Mul(kQuads ? s.top.part[p] : hn::Max(r, hn::Max(g, b)), hn::Set(d, c.scale[k]));
     // 1 / sqrt(weight) to 4 %, and finite where the weight is zero (Lomont 2003).
     const VF root = hn::BitCast(d, hn::Sub(hn::Set(d32, 0x5F375A86), hn::ShiftRight<1>(hn::BitCast(d32, weight))));
-    const VF deviation = hn::Mul(root, hn::Set(d, c.deviations[k]));
-    const auto told = hn::Gt(weight, zero);
+    const VF sigma = hn::Mul(root, hn::Set(d, c.scaled_sigmas[k]));
+    const auto valid = hn::Gt(weight, zero);
     if (k > 0) {
-      const auto both = hn::And(told, told_before);
-      VF difference = hn::Sub(light_before, light);
-      VF noise_allowance = hn::MulAdd(hn::Set(d, c.share), light, hn::Add(deviation_before, deviation));
+      const auto both = hn::And(valid, previous_valid);
+      VF difference = hn::Sub(previous_light, light);
+      VF noise_allowance = hn::MulAdd(hn::Set(d, c.relative_tolerance), light, hn::Add(previous_sigma, sigma));
       if (!hn::AllTrue(d, both)) {
-        // Where one is saturated it says "at least": twice the deviations of the other keep a noisy pixel from being
-        // taken for a dark one.
-        const VF at_least = hn::IfThenElse(told, hn::Set(d, c.at_least[k - 1]), hn::Set(d, c.at_least[k]));
-        const VF lone = hn::MulAdd(hn::Set(d, 2.0F), hn::IfThenElse(told, deviation, deviation_before),
-                                   hn::IfThenElse(told, light, light_before));
-        // What does not count because it shares its colour with something saturated says nothing.
-        const auto bright = hn::Ge(hn::IfThenElse(told, light_before, light), hn::Mul(hn::Set(d, 0.99F), at_least));
-        const auto contradicts = hn::And(hn::And(hn::Xor(told, told_before), bright),
-                                         hn::Lt(lone, hn::Mul(hn::Set(d, kMinSaturatedRatio), at_least)));
-        const VF bounded =
-            hn::Sub(hn::IfThenElse(told_before, light_before, at_least), hn::IfThenElse(told, light, at_least));
+        // Where one exposure is saturated, it gives a lower bound; the other gets a margin of two (scaled) sigmas, so
+        // that noise is not taken for motion.
+        const VF lower_bound = hn::IfThenElse(valid, hn::Set(d, c.lower_bound[k - 1]), hn::Set(d, c.lower_bound[k]));
+        const VF upper_bound = hn::MulAdd(hn::Set(d, 2.0F), hn::IfThenElse(valid, sigma, previous_sigma),
+                                          hn::IfThenElse(valid, light, previous_light));
+        // Pixels that are invalid only because they share chroma with a saturated one give no bound.
+        const auto bright =
+            hn::Ge(hn::IfThenElse(valid, previous_light, light), hn::Mul(hn::Set(d, 0.99F), lower_bound));
+        const auto contradicts = hn::And(hn::And(hn::Xor(valid, previous_valid), bright),
+                                         hn::Lt(upper_bound, hn::Mul(hn::Set(d, kMinSaturatedRatio), lower_bound)));
+        const VF bounded = hn::Sub(hn::IfThenElse(previous_valid, previous_light, lower_bound),
+                                   hn::IfThenElse(valid, light, lower_bound));
         difference = hn::IfThenElse(both, difference, hn::IfThenElseZero(contradicts, bounded));
         noise_allowance = hn::IfThenElseZero(both, noise_allowance);
       }
       add_to(out.difference[static_cast<std::size_t>(k - 1)] + at, difference);
       add_to(out.noise_allowance[static_cast<std::size_t>(k - 1)] + at, noise_allowance);
     }
-    told_before = told;
-    light_before = light;
-    deviation_before = deviation;
+    previous_valid = valid;
+    previous_light = light;
+    previous_sigma = sigma;
   }
 
   const auto clipped = hn::Eq(m.weight, zero);
@@ -153,8 +155,8 @@ HWY_INLINE void merge_part(const BracketRow& row, const Constants& c, const Brac
   } else {
     variance = hn::Div(hn::Set(d, 1.0F), m.weight);
   }
-  const VF whole = hn::Or(variance, hn::IfThenElseZero(clipped, hn::Set(d, 1.0F)));
-  const VF share = hn::Mul(pixel_weights.weight, whole);
+  const VF inverse_weight = hn::Or(variance, hn::IfThenElseZero(clipped, hn::Set(d, 1.0F)));
+  const VF share = hn::Mul(pixel_weights.weight, inverse_weight);
   add_to(out.r + at, hn::Mul(m.r, share));
   add_to(out.g + at, hn::Mul(m.g, share));
   add_to(out.b + at, hn::Mul(m.b, share));
@@ -162,10 +164,11 @@ HWY_INLINE void merge_part(const BracketRow& row, const Constants& c, const Brac
                               hn::MulAdd(hn::Set(d, c.luminance[1]), m.g, hn::Mul(hn::Set(d, c.luminance[2]), m.b)));
   add_to(out.low + at, hn::Mul(hn::Mul(light, share), hn::Set(d, c.depth)));
   add_to(out.bias + at, hn::Mul(m.bias, share));
-  // Each of a quad's pixels counts for itself.
+  // The noise of the four pixels of a quad is independent.
   const VF square = hn::Mul(hn::Mul(pixel_weights.weight, pixel_weights.weight), variance);
   add_to(out.noise + at, kQuads ? hn::Mul(square, hn::Set(d, 0.25F)) : square);
-  const VF bright = hn::IfThenElseZero(hn::Gt(pixel_weights.weight, zero), hn::Mul(hn::Mul(light, whole), pixel_weights.inverse_vignetting));
+  const VF bright = hn::IfThenElseZero(hn::Gt(pixel_weights.weight, zero),
+                                       hn::Mul(hn::Mul(light, inverse_weight), pixel_weights.inverse_vignetting));
   hn::StoreU(hn::Max(hn::LoadU(d, out.peak + at), bright), d, out.peak + at);
 }
 
@@ -180,7 +183,7 @@ HWY_INLINE void merge_rows(const BracketRow& row, std::size_t begin, std::size_t
   const int count = row.count;
   typename Source::Sample samples[kMaxBracket];
   for (std::size_t from = begin; from < end; from += n) {
-    // The last strip is shifted back where there is nothing to be read beyond it.
+    // The last strip is shifted back so that it ends at readable_end.
     const std::size_t at = from + n <= readable_end ? from : readable_end - n;
     for (int k = 0; k < count; ++k) source.load(row.exposures[static_cast<std::size_t>(k)], at, samples[k]);
     for (std::size_t p = 0; p < kParts; ++p) {
@@ -189,8 +192,8 @@ HWY_INLINE void merge_rows(const BracketRow& row, std::size_t begin, std::size_t
       for (std::size_t y = 0; y < (kQuads ? 2 : 1); ++y) {
         const std::size_t first = (kQuads ? 2 : 1) * part + y * row.next_row,
                           bytes = (kQuads ? 2 : 1) * sizeof(float) * lanes;
-        fetch(row.solid_angle + first, row.ahead, bytes);
-        fetch(row.inverse_vignetting + first, row.ahead, bytes);
+        prefetch(row.solid_angle + first, row.ahead, bytes);
+        prefetch(row.inverse_vignetting + first, row.ahead, bytes);
       }
       if (at < from || at + n > end) {
         const VF place = hn::Iota(d, static_cast<float>(part));
@@ -241,16 +244,16 @@ void SharedTops(const PlaneRow& row, const PlaneRow* below, std::size_t pixels, 
     const V8 own = top_of(row, at), lower = below == nullptr ? own : top_of(*below, at);
     const V8 most = hn::Max(own, lower);
     const auto pair = hn::BitCast(d16, most);
-    const V8 beside = hn::BitCast(d, hn::Or(hn::ShiftLeft<8>(pair), hn::ShiftRight<8>(pair)));
-    const V8 shared = hn::Max(most, beside);
-    const auto wrong = hn::Eq(hn::Max(shared, limit), shared);
+    const V8 neighbour = hn::BitCast(d, hn::Or(hn::ShiftLeft<8>(pair), hn::ShiftRight<8>(pair)));
+    const V8 shared = hn::Max(most, neighbour);
+    const auto saturated = hn::Eq(hn::Max(shared, limit), shared);
     const V8 full = hn::Set(d, 255);
-    hn::StoreU(hn::IfThenElse(wrong, full, own), d, out + at);
-    if (below != nullptr) hn::StoreU(hn::IfThenElse(wrong, full, lower), d, out_below + at);
+    hn::StoreU(hn::IfThenElse(saturated, full, own), d, out + at);
+    if (below != nullptr) hn::StoreU(hn::IfThenElse(saturated, full, lower), d, out_below + at);
   }
 }
 
-/// Neighbours are added, and again, until a block is one column.
+/// Joins adjacent columns pairwise until each block is one column.
 template <class Join>
 HWY_INLINE void fold(float* columns, std::size_t count, std::size_t edge, Join&& join) {
   const DF d;

@@ -1,5 +1,5 @@
-// What a bracket is read from, format by format: linear values and weights of a strip of pixels.
-// Once for every vector unit, not once a file: to be included after hwy/highway.h.
+// Sources of a bracket's pixels, by format: linear values and weights of a strip of pixels.
+// Included once per Highway target, not once per file; must follow hwy/highway.h.
 #if defined(LIGHTWELL_KERNELS_BRACKET_SOURCES_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTWELL_KERNELS_BRACKET_SOURCES_INL
 #undef LIGHTWELL_KERNELS_BRACKET_SOURCES_INL
@@ -24,9 +24,9 @@ using DF = hn::ScalableTag<float>;
 using V8 = hn::Vec<D8>;
 using VF = hn::Vec<DF>;
 
-/// A strip is one vector of 8-bit codes, four of floats.
+/// A strip is one vector of 8-bit codes, or four vectors of floats.
 constexpr std::size_t kParts = 4;
-// Constructors are written out where vectors are members: GCC gives implicit ones no target of their own.
+// Constructors are explicit where vectors are members: GCC compiles implicit ones without the target's attributes.
 struct Four {
   VF part[kParts];
   HWY_INLINE Four() {}
@@ -34,15 +34,15 @@ struct Four {
   HWY_INLINE VF at(std::size_t p) const { return part[p]; }
 };
 
-/// Rows of many exposures are too many streams, each too short, for the processor to foresee.
-HWY_INLINE void fetch(const void* at, std::ptrdiff_t ahead, std::size_t bytes) {
-  // As a number: what it points at may lie beyond the picture.
+/// Software prefetch: rows of many exposures are too many streams for the hardware prefetcher.
+HWY_INLINE void prefetch(const void* at, std::ptrdiff_t ahead, std::size_t bytes) {
+  // Integer arithmetic, because the address may be beyond the image.
   const std::uintptr_t from = reinterpret_cast<std::uintptr_t>(at) + static_cast<std::uintptr_t>(ahead);
   for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(reinterpret_cast<const void*>(from + i));
 }
 
-/// Linear values and weight of one exposure's pixels of a strip, as they wait in memory. `top` is that of the brightest
-/// of the four sites of a mosaic's quad, and not used elsewhere.
+/// Linear values and weights of one exposure's pixels of a strip. `top`: linear value of the brightest of the four
+/// sites of a mosaic's quad; unused for other formats.
 struct Sample {
   Four r, g, b, weight, top;
   HWY_INLINE Sample() {}
@@ -67,14 +67,14 @@ struct Rgb8 {
 };
 
 #if HWY_TARGET == HWY_AVX3_DL
-// All 256 entries of a byte's table fit the shuffles. Codes are put in the order in which bytes, widened twice within
-// 128 bits, come out one after another.
+// Byte shuffles hold a table of 256 bytes. Codes are permuted so that bytes, widened twice within 128-bit lanes, come
+// out in the order of pixels.
 struct Order {
   __m512i plain;
   __m512i first[3], second[3];  ///< Of interleaved r, g, b: from bytes 0 to 127 of 192, then from the last 64.
 
   Order() : Order([](unsigned i) { return 16 * (i % 16 / 4) + 4 * (i / 16) + i % 4; }) {}
-  /// `place`: which pixel stands at byte i.
+  /// `place`: index of the pixel at byte i.
   template <class Place>
   explicit Order(Place&& place) {
     alignas(64) std::uint8_t index[64], low[3][64], high[3][64];
@@ -103,12 +103,12 @@ struct Order {
   }
 };
 
-/// The order of LinearCodes, and from there to the other.
+/// The order of LinearCodes, and the permutation from it to Order.
 struct LinearOrder : Order {
   __m512i shuffle;
   LinearOrder() : Order([](unsigned i) { return 16 * (i % 4) + i / 4; }) {
     alignas(64) std::uint8_t index[64];
-    // The other has pixel 16 p + 4 l + i at byte 16 l + 4 p + i.
+    // Order has pixel 16 p + 4 l + i at byte 16 l + 4 p + i.
     for (unsigned at = 0; at < 64; ++at) {
       const unsigned pixel = 16 * (at % 16 / 4) + 4 * (at / 16) + at % 4;
       index[at] = static_cast<std::uint8_t>(4 * (pixel % 16) + pixel / 16);
@@ -169,11 +169,11 @@ using LinearOrder = Order;
 class CodeLookup {
  public:
   explicit CodeLookup(const CodeLut& lut) : linear_(lut.linear.data()), weight_(lut.weight.data()) {}
-  HWY_INLINE Four linear(V8 codes) const { return looked_up(linear_, codes); }
-  HWY_INLINE Four weight(V8 codes) const { return looked_up(weight_, codes); }
+  HWY_INLINE Four linear(V8 codes) const { return look_up(linear_, codes); }
+  HWY_INLINE Four weight(V8 codes) const { return look_up(weight_, codes); }
 
  private:
-  static HWY_INLINE Four looked_up(const float* table, V8 codes) {
+  static HWY_INLINE Four look_up(const float* table, V8 codes) {
 #if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3
     const hn::Half<D8> half;
     const hn::RepartitionToWide<D8> d16;
@@ -188,7 +188,7 @@ class CodeLookup {
     out.part[3] = gather(hn::UpperHalf(half16, high));
     return out;
 #else
-    // No gather to speak of.
+    // No efficient gather instruction.
     HWY_ALIGN std::uint8_t in[hn::MaxLanes(D8())];
     HWY_ALIGN float floats[hn::MaxLanes(D8())];
     hn::Store(codes, D8(), in);
@@ -210,7 +210,7 @@ class Interleaved8 {
   explicit Interleaved8(const CodeLut& lut) : lut_(lut) {}
   HWY_INLINE void load(const ExposureRow& row, std::size_t at, Sample& out) const {
     const std::uint8_t* from = row.at[0] + 3 * at;
-    fetch(from, row.ahead, 3 * hn::Lanes(D8()));
+    prefetch(from, row.ahead, 3 * hn::Lanes(D8()));
     load(order_.interleaved(from), out);
   }
 
@@ -229,7 +229,7 @@ class Interleaved8 {
 };
 
 #if HWY_TARGET == HWY_AVX3_DL
-/// Linear codes: byte p of each 32 bits belongs to part p, so that they need not be widened before they are used.
+/// Linear codes: byte p of each 32-bit element belongs to part p, so that codes are widened only when used.
 class LinearCodes {
  public:
   HWY_INLINE LinearCodes() {}
@@ -281,7 +281,7 @@ class Linear8 {
   explicit Linear8(const CodeLut& lut) : lut_(lut), from_(lut.linear[0]) {}
   HWY_INLINE void load(const ExposureRow& row, std::size_t at, Sample& out) const {
     const std::uint8_t* from = row.at[0] + 3 * at;
-    fetch(from, row.ahead, 3 * hn::Lanes(D8()));
+    prefetch(from, row.ahead, 3 * hn::Lanes(D8()));
     const Rgb8 codes = order_.interleaved(from);
     out.weight = lut_.weight(order_.across(hn::Max(codes.r, hn::Max(codes.g, codes.b))));
     out.r.load(codes.r, from_);
@@ -311,7 +311,7 @@ class Mosaic8 : public Interleaved8 {
   HWY_INLINE void load(const ExposureRow& row, std::size_t at, Sample& out) const {
     const D8 d;
     V8 red, green1, green2, blue;
-    for (int y = 0; y < 2; ++y) fetch(row.at[y] + 2 * at, row.ahead, 2 * hn::Lanes(d));
+    for (int y = 0; y < 2; ++y) prefetch(row.at[y] + 2 * at, row.ahead, 2 * hn::Lanes(d));
     hn::LoadInterleaved2(d, row.at[0] + 2 * at, red, green1);
     hn::LoadInterleaved2(d, row.at[1] + 2 * at, green2, blue);
     red = order_(red), green1 = order_(green1), green2 = order_(green2), blue = order_(blue);
@@ -327,15 +327,14 @@ class Mosaic8 : public Interleaved8 {
 class Mosaic16 {
  public:
   using Sample = HWY_NAMESPACE::Sample;
-  explicit Mosaic16(const CodeLut& lut)
-      : lut_(lut), top_(static_cast<std::uint32_t>(lut.linear.size() - 1)) {}
+  explicit Mosaic16(const CodeLut& lut) : lut_(lut), top_(static_cast<std::uint32_t>(lut.linear.size() - 1)) {}
   HWY_INLINE void load(const ExposureRow& row, std::size_t at, Sample& out) const {
     const D32 d;
     const auto top_code = hn::Set(d, top_);
-    for (int y = 0; y < 2; ++y) fetch(row.at[y] + 4 * at, row.ahead, 4 * hn::Lanes(D8()));
+    for (int y = 0; y < 2; ++y) prefetch(row.at[y] + 4 * at, row.ahead, 4 * hn::Lanes(D8()));
     for (std::size_t p = 0; p < kParts; ++p) {
       const std::size_t byte = 4 * (at + p * hn::Lanes(d));
-      // Two words of 16 bits, the lower first, are one of 32.
+      // An element of 32 bits contains two words of 16, the left one in the lower bits.
       const auto upper = hn::BitCast(d, hn::LoadU(D8(), row.at[0] + byte));
       const auto lower = hn::BitCast(d, hn::LoadU(D8(), row.at[1] + byte));
       const auto even = [&](hn::Vec<D32> v) HWY_ATTR { return hn::Min(hn::And(v, hn::Set(d, 0xFFFF)), top_code); };

@@ -7,7 +7,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "estimate/panorama/kernels/float_rows.cpp"
 #include <hwy/foreach_target.h>
-// After foreach_target.h, says Highway.
+// Highway requires this include after foreach_target.h.
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -16,7 +16,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Bytes, so that no alignment is promised of what they hold.
+/// Loads as bytes, which need no alignment.
 template <class D>
 HWY_INLINE hn::Vec<D> load(D d, const std::byte* at) {
   const hn::Repartition<std::uint8_t, D> bytes;
@@ -24,14 +24,14 @@ HWY_INLINE hn::Vec<D> load(D d, const std::byte* at) {
 }
 
 template <class D>
-HWY_INLINE bool within(D d, const std::byte* rgb, std::size_t floats, float scale, float brightest) {
-  const auto k = hn::Set(d, scale), most = hn::Set(d, brightest), zero = hn::Zero(d);
-  auto good = hn::Eq(zero, zero);
+HWY_INLINE bool all_in_range(D d, const std::byte* rgb, std::size_t floats, float scale, float max_radiance) {
+  const auto k = hn::Set(d, scale), limit = hn::Set(d, max_radiance), zero = hn::Zero(d);
+  auto valid = hn::Eq(zero, zero);
   for (std::size_t i = 0; i < floats; i += hn::Lanes(d)) {
     const auto v = hn::Mul(load(d, rgb + 4 * i), k);
-    good = hn::And(good, hn::And(hn::Ge(v, zero), hn::Le(v, most)));
+    valid = hn::And(valid, hn::And(hn::Ge(v, zero), hn::Le(v, limit)));
   }
-  return hn::AllTrue(d, good);
+  return hn::AllTrue(d, valid);
 }
 
 template <class D, class V = hn::Vec<D>>
@@ -45,17 +45,17 @@ HWY_INLINE void add(D d, V r, V g, V b, const float* solid_angle, float depth, c
   hn::StoreU(hn::MulAdd(g, sr, hn::LoadU(d, out.g + at)), d, out.g + at);
   hn::StoreU(hn::MulAdd(b, sr, hn::LoadU(d, out.b + at)), d, out.b + at);
   hn::StoreU(hn::MulAdd(hn::Mul(luminance, sr), hn::Set(d, depth), hn::LoadU(d, out.low + at)), d, out.low + at);
-  const V seen = hn::IfThenElseZero(hn::Gt(sr, hn::Zero(d)), luminance);
-  hn::StoreU(hn::Max(seen, hn::LoadU(d, out.peak + at)), d, out.peak + at);
+  const V visible = hn::IfThenElseZero(hn::Gt(sr, hn::Zero(d)), luminance);
+  hn::StoreU(hn::Max(visible, hn::LoadU(d, out.peak + at)), d, out.peak + at);
 }
 
-bool AddFloatRow(const std::byte* rgb, const float* solid_angle, std::size_t pixels, float scale, float brightest,
+bool AddFloatRow(const std::byte* rgb, const float* solid_angle, std::size_t pixels, float scale, float max_radiance,
                  float depth, const FloatColumns& out) {
   const hn::ScalableTag<float> d;
   const hn::CappedTag<float, 1> one;
   const std::size_t lanes = hn::Lanes(d), whole = pixels - pixels % lanes;
-  if (!within(d, rgb, 3 * whole, scale, brightest) ||
-      !within(one, rgb + 12 * whole, 3 * (pixels - whole), scale, brightest))
+  if (!all_in_range(d, rgb, 3 * whole, scale, max_radiance) ||
+      !all_in_range(one, rgb + 12 * whole, 3 * (pixels - whole), scale, max_radiance))
     return false;
   const auto k = hn::Set(d, scale);
   for (std::size_t at = 0; at < whole; at += lanes) {
@@ -81,9 +81,9 @@ namespace lightwell::estimate {
 
 HWY_EXPORT(AddFloatRow);
 
-bool add_float_row(const std::byte* rgb, const float* solid_angle, std::size_t pixels, float scale, float brightest,
+bool add_float_row(const std::byte* rgb, const float* solid_angle, std::size_t pixels, float scale, float max_radiance,
                    float depth, const FloatColumns& out) {
-  return HWY_DYNAMIC_DISPATCH(AddFloatRow)(rgb, solid_angle, pixels, scale, brightest, depth, out);
+  return HWY_DYNAMIC_DISPATCH(AddFloatRow)(rgb, solid_angle, pixels, scale, max_radiance, depth, out);
 }
 
 }  // namespace lightwell::estimate

@@ -5,7 +5,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "estimate/panorama/kernels/lane_sums.cpp"
 #include <hwy/foreach_target.h>
-// After foreach_target.h, says Highway.
+// Highway requires this include after foreach_target.h.
 #include <hwy/highway.h>
 
 #include "estimate/panorama/kernels/strips_inl.hpp"
@@ -14,7 +14,7 @@ HWY_BEFORE_NAMESPACE();
 namespace lightwell::estimate {
 namespace HWY_NAMESPACE {
 
-// 256 entries of 16 bits do not fit a vector's shuffle everywhere. Where they do, a code costs a fraction of a load.
+// Where byte shuffles hold 256 elements, a table lookup costs a fraction of a load per code.
 #if HWY_TARGET == HWY_AVX3_DL
 class Lookup {
  public:
@@ -29,7 +29,7 @@ class Lookup {
       part_[1][quarter] = low_bytes(_mm512_srli_epi16(first, 8), _mm512_srli_epi16(second, 8));
     }
   }
-  /// Low bytes, then high bytes.
+  /// Low bytes and high bytes of the linear values.
   HWY_INLINE void bytes(V8 codes, __m512i (&out)[2]) const {
     const __mmask64 high = _mm512_movepi8_mask(codes.raw);
     for (int half = 0; half < 2; ++half)
@@ -39,7 +39,7 @@ class Lookup {
   HWY_INLINE Wide operator()(V8 codes) const {
     __m512i bytes[2];
     this->bytes(codes, bytes);
-    // Halves in order: low bytes widened, high bytes widened and shifted.
+    // Combines low bytes, widened, with high bytes, widened and shifted.
     const Wide low = widened(V8{bytes[0]}), up = widened(V8{bytes[1]});
     return {hn::Or(low.lower, hn::ShiftLeft<8>(up.lower)), hn::Or(low.upper, hn::ShiftLeft<8>(up.upper))};
   }
@@ -53,7 +53,7 @@ class Lookup {
   explicit Lookup(const CodeTable16& table) {
     for (int quarter = 0; quarter < 4; ++quarter) {
       for (int i = 0; i < 4; ++i) {
-        // Low and high bytes by turns, taken apart.
+        // Separates alternating low and high bytes.
         const uint8x16x2_t both = vld2q_u8(reinterpret_cast<const std::uint8_t*>(table.data() + 64 * quarter + 16 * i));
         part_[0][quarter].val[i] = both.val[0];
         part_[1][quarter].val[i] = both.val[1];
@@ -65,7 +65,7 @@ class Lookup {
                               vsubq_u8(codes.raw, vdupq_n_u8(192))};
     uint8x16_t bytes[2];
     for (int half = 0; half < 2; ++half) {
-      // An index beyond the 64 bytes gives zero (tbl) or leaves what was there (tbx).
+      // An index beyond 64 bytes gives zero (tbl) or leaves the element unchanged (tbx).
       bytes[half] = vqtbl4q_u8(part_[half][0], at[0]);
       for (int quarter = 1; quarter < 4; ++quarter)
         bytes[half] = vqtbx4q_u8(bytes[half], part_[half][quarter], at[quarter]);
@@ -96,7 +96,7 @@ class Lookup {
 };
 #endif
 
-/// 257 v: full scale of 8 bits to that of 16.
+/// 257 v: converts the full scale of 8 bits to that of 16.
 struct Repeat {
   HWY_INLINE Wide operator()(V8 codes) const {
     const Wide w = widened(codes);
@@ -104,7 +104,7 @@ struct Repeat {
   }
 };
 
-/// Four vectors of 32 bits that belong to one of 8: sums of 16-bit values down the rows.
+/// Four vectors of 32-bit elements for one of 8-bit elements: sums of 16-bit values over rows.
 struct Sums32 {
   V32 part[4];
 
@@ -133,7 +133,7 @@ HWY_INLINE void store_wide(const Wide& v, std::uint16_t* to) {
   hn::StoreU(v.upper, d, to + hn::Lanes(d));
 }
 
-/// How often each lane is at least `limit`; looked at again only where a peak says that one is.
+/// Number of rows in which each lane is at least `limit`; called only where a peak reaches it.
 template <class D, class Row>
 HWY_INLINE hn::Vec<D> count_from(D d, hn::Vec<D> limit, int rows, Row&& row) {
   hn::Vec<D> count = hn::Zero(d);
@@ -149,7 +149,7 @@ HWY_INLINE bool reaches(D d, hn::Vec<D> peak, hn::Vec<D> limit) {
   return !hn::AllFalse(d, hn::Eq(hn::Max(peak, limit), peak));
 }
 
-/// The lower limit of clipped codes in 8 bits; `clips` where there is one.
+/// Smallest clipped 8-bit code; `clips` is false where there is none.
 struct Limit8 {
   bool clips;
   V8 value;
@@ -172,7 +172,7 @@ HWY_INLINE void store_peak(const CodeRows& rows, const Limit8& limit, V8 peak, c
   store_wide(widened(clipped), out.clipped + at);
 }
 
-/// Codes are linear: 16 of them, and the sums of their sums, fit 16 bits.
+/// For linear codes: sums of 16 codes, and cumulative sums of these, fit into 16 bits.
 void SumCodes(const CodeRows& rows, std::size_t lanes, const LaneSums& out) {
   const D8 d8;
   const D16 d16;
@@ -204,9 +204,9 @@ class TableSums {
   HWY_INLINE explicit TableSums(const Lookup& lookup) : lookup_(lookup) { clear(); }
 
 #if HWY_TARGET == HWY_AVX3_DL
-  // Low and high bytes apart, each pair of rows interleaved: a multiplication by (1, 1) sums them to 16 bits without
-  // widening first, one by their distances from the last row gives `early`. 16 rows of bytes, times at most 16, and
-  // the sum of that fit 16 bits.
+  // Low and high bytes are processed separately, with pairs of rows interleaved: multiplication by (1, 1) sums a pair
+  // to 16 bits without widening, and by the distances to the end of the rows gives `early`. The sums of 16 rows of
+  // bytes times at most 16 fit into 16 bits.
   HWY_INLINE void clear() {
     for (auto& plane : sum_)
       for (__m512i& s : plane) s = _mm512_setzero_si512();
@@ -234,7 +234,7 @@ class TableSums {
   }
 
  private:
-  /// Each block of 128 bits of the first half holds the lower eight lanes of sixteen, of the second the upper eight.
+  /// Each 128-bit part of plane[byte][0] has the lower eight of sixteen lanes, of plane[byte][1] the upper eight.
   static HWY_INLINE void store(const __m512i (&plane)[2][2], std::uint32_t* to) {
     const __m512i first = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11),
                   second = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
@@ -311,7 +311,7 @@ void SumWeighted(const CodeRows& rows, const ToLinear& to_linear, const std::uin
     for (int y = 0; y < rows.rows; ++y, row += rows.stride, weight_row += weight_stride) {
       __builtin_prefetch(row + kAhead);
       const V8 v = hn::LoadU(d8, row), w = hn::LoadU(d8, weight_row);
-      // What has no weight is not seen: its code is neither a peak nor clipped.
+      // Codes with zero weight are ignored in peaks and counts of clipped codes.
       peak = hn::Max(peak, hn::IfThenZeroElse(hn::Eq(w, hn::Zero(d8)), v));
       const Wide linear = to_linear(v), wide = widened(w);
       sum.add(Wide{hn::MulHigh(linear.lower, hn::ShiftLeft<8>(wide.lower)),

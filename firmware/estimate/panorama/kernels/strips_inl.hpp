@@ -1,5 +1,5 @@
-// What kernels over rows of 8-bit codes share: vectors and how a row is cut into them.
-// Once for every vector unit, not once a file: to be included after hwy/highway.h.
+// Vector types and iteration shared by the kernels over rows of 8-bit codes.
+// Included once per Highway target, not once per file; must follow hwy/highway.h.
 #if defined(LIGHTWELL_KERNELS_STRIPS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTWELL_KERNELS_STRIPS_INL
 #undef LIGHTWELL_KERNELS_STRIPS_INL
@@ -26,11 +26,11 @@ using V8 = hn::Vec<D8>;
 using V16 = hn::Vec<D16>;
 using V32 = hn::Vec<D32>;
 
-/// A strip walks down as many rows as a block has, too many streams for the processor to foresee: without this the pass
-/// takes twice as long on memory that no cache holds.
+/// Prefetch distance in bytes. A strip reads all rows of a block, too many streams for the hardware prefetcher: without
+/// software prefetch, the pass takes twice as long on images larger than the cache.
 constexpr std::ptrdiff_t kAhead = 512;
 
-/// Twice as wide: the lower and the upper half of what one vector held.
+/// A vector of 8-bit elements widened to 16 bits: lower and upper half.
 struct Wide {
   V16 lower, upper;
 };
@@ -40,7 +40,7 @@ HWY_INLINE Wide widened(V8 v) {
   return {hn::PromoteTo(D16(), hn::LowerHalf(half, v)), hn::PromoteTo(D16(), hn::UpperHalf(half, v))};
 }
 
-/// Calls strip(at) for every vector of lanes; the last is shifted back to end with the row.
+/// Calls strip(at) for each vector of lanes; the last is shifted back so that it ends with the row.
 template <class Strip>
 HWY_INLINE void for_strips(std::size_t lanes, Strip&& strip) {
   const std::size_t n = hn::Lanes(D8());

@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "estimate/panorama/kernels/ycbcr_planes.cpp"
 #include <hwy/foreach_target.h>
-// After foreach_target.h, says Highway.
+// Highway requires this include after foreach_target.h.
 #include <hwy/highway.h>
 
 #include "estimate/panorama/kernels/strips_inl.hpp"
@@ -12,13 +12,13 @@ HWY_BEFORE_NAMESPACE();
 namespace lightwell::estimate {
 namespace HWY_NAMESPACE {
 
-/// Of a coefficient times a difference of codes that was shifted up by `shift` bits: the factor for which the rounding
-/// high product comes out in 1/64 of a code.
+/// Fixed-point factor of a coefficient for MulFixedPoint15() with a difference of codes that was shifted left by
+/// `shift` bits; the product is in 1/64 of a code.
 constexpr std::int16_t scaled(double coefficient, int shift) {
   return static_cast<std::int16_t>(coefficient * 64 * 32768 / (1 << shift) + 0.5);
 }
 
-/// Each even (odd) lane twice.
+/// Duplicates each even (odd) lane.
 HWY_INLINE hn::Vec<DI16> even_twice(hn::Vec<DI16> v) {
   const auto pairs = hn::And(hn::BitCast(D32(), v), hn::Set(D32(), 0xFFFF));
   return hn::BitCast(DI16(), hn::Or(pairs, hn::ShiftLeft<16>(pairs)));
@@ -28,7 +28,8 @@ HWY_INLINE hn::Vec<DI16> odd_twice(hn::Vec<DI16> v) {
   return hn::BitCast(DI16(), hn::Or(pairs, hn::ShiftLeft<16>(pairs)));
 }
 
-/// In 1/64 of a code, what Cb and Cr add to r, g, b: of 16-bit lanes of Cb, Cr by turns, which two pixels share.
+/// Contribution of chroma to r, g, b in 1/64 of a code, from alternating 16-bit lanes of Cb and Cr; two pixels share
+/// one pair.
 struct Chroma {
   hn::Vec<DI16> r, g, b;
 
@@ -62,14 +63,14 @@ struct Codes {
   }
 };
 
-/// Clamped to 0 to 255.
+/// Packs with saturation to [0, 255].
 HWY_INLINE V8 packed(hn::Vec<DI16> lower, hn::Vec<DI16> upper) {
   const hn::Half<D8> half;
   return hn::Combine(D8(), hn::DemoteTo(half, upper), hn::DemoteTo(half, lower));
 }
 
-// x86 has an instruction each for the two halves of every 128 bits, in the order of these; one for the halves of a
-// whole vector takes several. What is packed as it was unpacked is in order again.
+// x86 unpacks and packs within 128-bit lanes by one instruction each; across a whole vector it takes several. Packing
+// restores the order of lanes that unpacking changed.
 #if HWY_ARCH_X86 && HWY_TARGET < HWY_EMU128
 HWY_INLINE Wide unpacked(V8 v) {
   const V8 zero = hn::Zero(D8());
@@ -95,7 +96,7 @@ void PlanesOfYuyv(const std::uint8_t* row, std::size_t pixels, const PlaneRow& o
   const D16 d16;
   for_strips(pixels, [&](std::size_t at) HWY_ATTR {
     __builtin_prefetch(row + 2 * at + kAhead);
-    // Luma in the low bytes, Cb and Cr by turns in the high ones.
+    // Luma is in the low bytes, Cb and Cr alternate in the high ones.
     V16 luma[2], chroma[2];
     for (std::size_t half = 0; half < 2; ++half) {
       const V16 pixel = hn::BitCast(d16, hn::LoadU(d8, row + 2 * at + half * hn::Lanes(d8)));
@@ -116,7 +117,7 @@ void PlanesOfNv12(const std::uint8_t* upper_luma, const std::uint8_t* lower_luma
     __builtin_prefetch(upper_luma + at + kAhead);
     __builtin_prefetch(lower_luma + at + kAhead);
     __builtin_prefetch(chroma + at + kAhead);
-    // Cb Cr of two pixels stand where these two are in the row.
+    // Cb and Cr of two pixels are at the byte positions of their luma.
     const Wide pairs = unpacked(hn::LoadU(d8, chroma + at));
     const Chroma left(pairs.lower), right(pairs.upper);
     const Wide y = unpacked(hn::LoadU(d8, upper_luma + at)), below = unpacked(hn::LoadU(d8, lower_luma + at));

@@ -1,4 +1,4 @@
-// Rows of YCbCr to planes of r, g, b codes, in vectors.
+// SIMD kernels that convert rows of YCbCr to planes of r, g, b codes.
 #pragma once
 
 #include <cstddef>
@@ -8,14 +8,14 @@
 
 namespace lightwell::estimate {
 
-/// Where a row of each plane begins.
+/// Pointers to a row of each plane.
 struct PlaneRow {
   std::uint8_t *r, *g, *b;
 };
 
-/// One row of `pixels` pixels (even, at least kMinLanes) to planes of codes, as rgb8_of_ycbcr601() says.
+/// Converts one row of `pixels` pixels (even, at least kMinLanes) as rgb8_of_ycbcr601() does.
 void planes_of_yuyv(const std::uint8_t* row, std::size_t pixels, const PlaneRow& out);
-/// Two rows that share their chroma. Of a single one, luma and planes are given twice.
+/// Converts two rows that share their chroma. For a single row, pass its luma and planes twice.
 void planes_of_nv12(const std::uint8_t* upper_luma, const std::uint8_t* lower_luma, const std::uint8_t* chroma,
                     std::size_t pixels, const PlaneRow& upper, const PlaneRow& lower);
 

@@ -1,4 +1,4 @@
-"""How is this point lit, right now? Lightwell for Python, with NumPy arrays.
+"""Lightwell for Python: the current lighting at a probe, as NumPy arrays.
 
     import lightwell
 

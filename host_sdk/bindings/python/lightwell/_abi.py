@@ -1,9 +1,9 @@
-"""liblightwell.so and its headers, read by cffi: they are the one place where functions and structs are declared.
+"""Loads liblightwell.so with cffi; functions and structs are declared by parsing the C headers.
 
-ffi, lib      of cffi
+ffi, lib      cffi's objects
 take(struct)  a struct of the C ABI with its size set
-check(status) raises Error where a call failed
-text(fill)    a text that a function of the C ABI fills in
+check(status) raises Error if a call failed
+text(fill)    a text from a function of the C ABI that fills a buffer
 """
 
 import os
@@ -18,16 +18,16 @@ _HERE = Path(__file__).resolve().parent
 
 
 def _header(name):
-    """The package's own copy where it is installed, the source tree's else."""
+    """Text of a header: the installed package's own copy, otherwise that of the source tree."""
     places = [_HERE / name, _HERE.parents[2] / "include" / "lightwell" / name]
     for place in places:
         if place.is_file():
             return place.read_text(encoding="utf-8")
-    raise ImportError(f"{name} is neither {places[0]} nor {places[1]}: was the package installed in part?")
+    raise ImportError(f"{name} is neither {places[0]} nor {places[1]}; install the package again")
 
 
 def _declarations(header):
-    """What cffi understands: no comments, no preprocessor but for constants that are numbers."""
+    """The header as cffi can parse it: without comments and preprocessor lines, except numeric constants."""
     code = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
     code = re.sub(r"^#ifdef __cplusplus$.*?^#endif$", "", code, flags=re.DOTALL | re.MULTILINE)
     kept = [line for line in code.splitlines()
@@ -36,7 +36,7 @@ def _declarations(header):
 
 
 def _library():
-    """LIGHTWELL_LIBRARY where it is set; the one installed beside this package; what the loader finds."""
+    """Path of the library: LIGHTWELL_LIBRARY if set, else the one installed beside this package, else the loader's."""
     named = os.environ.get("LIGHTWELL_LIBRARY")
     if named:
         return named
@@ -76,7 +76,7 @@ def check(status):
 
 
 def text(fill):
-    """`fill(memory, capacity, length)` is called twice: for the length, and for the text."""
+    """Calls `fill(memory, capacity, length)` twice: for the length, then for the text."""
     length = ffi.new("size_t *")
     check(fill(ffi.NULL, 0, length))
     memory = ffi.new("char[]", length[0] + 1)

@@ -1,4 +1,4 @@
-"""Light in other engines' own terms. What each field means stands at the type of the same name in conventions.hpp."""
+"""Conversions to other engines' lighting types. Fields are documented at the types of conventions.hpp."""
 
 from enum import IntEnum
 from types import SimpleNamespace
@@ -10,42 +10,42 @@ from ._values import Validity
 
 
 class ShSigns(IntEnum):
-    """Signs of the nine functions: odd m negative, as in ARCore, or all positive, as in three.js."""
+    """Sign convention of the nine basis functions: odd m negative, as in ARCore, or all positive, as in three.js."""
 
     CONDON_SHORTLEY = 0
     POSITIVE = 1
 
 
 class MainLight(IntEnum):
-    """Where the strongest light goes, where the target leaves the choice."""
+    """How the strongest light is represented, for targets that allow both."""
 
     APART = 0
     IN_HARMONICS = 1
 
 
 class UnityPipeline(IntEnum):
-    """What a Unity light's intensity means: over pi in the built-in pipeline and URP, lux in HDRP."""
+    """Unit of a Unity light's intensity: irradiance over pi in the built-in pipeline and URP, lux in HDRP."""
 
     UNIVERSAL = 0
     HIGH_DEFINITION = 1
 
 
 class ThreeLights(IntEnum):
-    """What three.js multiplies direct light by: nothing from r155 on, pi where useLegacyLights is true."""
+    """Factor that three.js applies to direct light: 1 from r155 on, pi if useLegacyLights is true."""
 
     PHYSICAL = 0
     LEGACY = 1
 
 
 class Residual(IntEnum):
-    """Whether a conversion works out what the target cannot hold, which costs more than the conversion."""
+    """Whether a conversion computes its representation error, which costs more than the conversion."""
 
     MEASURED = 0
     LEFT_OUT = 1
 
 
 class OpenXrHarmonics(IntEnum):
-    """Harmonics with the main light in them, or without."""
+    """Harmonics including or excluding the main light."""
 
     TOTAL = 0
     AMBIENT = 1
@@ -56,10 +56,10 @@ def _value(field):
 
 
 class Conversions:
-    """Methods of a Lighting. Each returns the target's fields, spelt as the target spells them, arrays as float32;
-    besides `validity`, and `residual`: the error of the irradiance by what the target cannot hold, relative; None where
-    it was not worked out. color, (3, 3): applied to every colour, for the target's unit, exposure and white point.
-    Turn the light into the application's world first (rotated)."""
+    """Conversion methods of Lighting. Each returns the target's fields, named as in the target, arrays as float32, with
+    `validity` and `residual`: the relative irradiance error due to what the target cannot represent, None if it was not
+    computed. color, (3, 3): matrix applied to every colour, for the target's unit, exposure and white point. Transform
+    the lighting to the application's world first (rotated)."""
 
     def _convert(self, target, *choices, color, residual):
         options = take("lw_conversion_options")

@@ -1,4 +1,4 @@
-"""How a place is lit, at one moment."""
+"""The lighting of one moment."""
 
 from dataclasses import fields
 
@@ -16,8 +16,8 @@ def _floats(array):
 
 
 def _directions(given, what):
-    """(..., 3) of float32, one behind the other."""
-    # What is too large for a float becomes infinite, and is refused like any other infinity: no warning is wanted.
+    """Directions as a contiguous float32 array of shape (..., 3)."""
+    # Values too large for float32 become infinite and are rejected as such; NumPy's warning is suppressed.
     with np.errstate(over="ignore"):
         array = np.asarray(given, dtype=np.float32)
     if array.ndim == 0 or array.shape[-1] != 3:
@@ -26,7 +26,7 @@ def _directions(given, what):
 
 
 def record(kind, struct, **more):
-    """The dataclass `kind` from a struct whose fields have the same names, and from `more`."""
+    """An instance of the dataclass `kind`, from the struct's fields of the same names and from `more`."""
     values = dict(more)
     for field in fields(kind):
         if field.name not in values:
@@ -36,12 +36,12 @@ def record(kind, struct, **more):
 
 
 class Lighting(Conversions):
-    """An answer of Probe.latest(), Probe.at() or Probe.wait_for_next(), or of decode().
+    """The lighting of one moment, from Probe.latest(), Probe.at(), Probe.wait_for_next() or decode().
 
-    It does not follow the probe: ask the Probe again for the next. Any number of threads may ask one at once, while
-    none hands it to Probe.latest(into=...). Directions and normals are in the probe's frame (right-handed, +X right,
-    +Y up, -Z forward, as OpenXR) unless it was rotated(); they need not be of length one. Colours are linear Rec. 709,
-    D65; luminance is in lux of irradiance and in cd/m² of radiance where units are absolute.
+    It is not updated: get the next one from the Probe. Any number of threads may query it concurrently, as long as none
+    passes it to Probe.latest(into=...). Directions and normals are in the probe's frame (right-handed, +X right, +Y up,
+    -Z forward, as in OpenXR) unless it was rotated(); they need not be normalised. Colours are linear Rec. 709, D65;
+    luminance is in lux for irradiance and in cd/m² for radiance if units are absolute.
     """
 
     def __init__(self):
@@ -51,7 +51,7 @@ class Lighting(Conversions):
 
     @classmethod
     def decode(cls, message, age_ns=0):
-        """The light of a LightingDescriptor's bytes that came by other ways than a Probe. Stale above 250 ms."""
+        """Decodes the bytes of a LightingDescriptor that was received without a Probe. Stale above 250 ms."""
         out = cls()
         check(lib.lw_lighting_decode(ffi.from_buffer(message), len(message), age_ns, out._raw))
         return out
@@ -62,7 +62,7 @@ class Lighting(Conversions):
         return out
 
     def rotated(self, quaternion):
-        """The same light in a frame turned by (x, y, z, w), p_new = q p_old: of T_world_probe to light a world."""
+        """The lighting rotated by q = (x, y, z, w), p_new = q p_old; to light a world, q of T_world_probe."""
         q = np.ascontiguousarray(quaternion, dtype=np.float64)
         if q.shape != (4,):
             raise ValueError(f"quaternion: the shape is {q.shape}; it is (4,): x, y, z, w")
@@ -86,11 +86,12 @@ class Lighting(Conversions):
 
     @property
     def reason(self):
-        """Why it is not valid, with numbers; empty where it is."""
+        """Why it is not valid, with numbers; empty if it is."""
         return text(lambda memory, capacity, length: lib.lw_lighting_reason(self._raw, memory, capacity, length))
 
     def irradiance(self, normals):
-        """Answer of flat receivers that face `normals`, (3,) or (..., 3). Not divided by pi, not clamped."""
+        """Irradiance (Answer) of flat receivers that face `normals`, (3,) or (..., 3). Not divided by pi, not
+        clamped."""
         questions = _directions(normals, "normals")
         values = np.empty_like(questions)
         about = take("lw_answer")
@@ -102,8 +103,8 @@ class Lighting(Conversions):
         return self._answer(about, values)
 
     def radiance(self, directions, roughness):
-        """Answer of surfaces of a perceptual roughness (alpha = roughness²) whose mirror direction is `directions`,
-        (3,) or (..., 3). At roughness 0 the discrete lights are left out."""
+        """Radiance (Answer) as reflected by surfaces of a perceptual roughness (alpha = roughness²) with the reflection
+        directions `directions`, (3,) or (..., 3). At roughness 0 the discrete lights are excluded."""
         questions = _directions(directions, "directions")
         values = np.empty_like(questions)
         about = take("lw_answer")
@@ -118,12 +119,12 @@ class Lighting(Conversions):
 
     def radiance_coefficients(self, max_band=None):
         """Spherical harmonics of the radiance without the lights, float32 ((band + 1)², 3): real, orthonormal, no
-        Condon-Shortley phase, in the order l(l+1)+m. max_band: of the lighting's own band where None, else exactly
-        that many, cut or filled up with zeros."""
+        Condon-Shortley phase, in the order l(l+1)+m. max_band: None for the lighting's own band, else exactly that
+        band, truncated or padded with zeros."""
         return self._coefficients(lib.LW_RADIANCE, max_band)
 
     def irradiance_coefficients(self, max_band=None):
-        """The same convolved with the cosine: evaluate it at a normal, and add the lights."""
+        """The same convolved with the clamped cosine: evaluate it at a normal, and add the lights."""
         return self._coefficients(lib.LW_IRRADIANCE, max_band)
 
     def _coefficients(self, quantity, max_band):
@@ -151,7 +152,7 @@ class Lighting(Conversions):
                       l.track) for l in lights[0:count[0]]]
 
     def environment(self):
-        """Environment, the map for reflections, or None where the probe sends none."""
+        """Environment, the map for reflections, or None if there is none."""
         struct = take("lw_environment")
         check(lib.lw_lighting_environment(self._raw, struct))
         if struct.level_count == 0:

@@ -11,7 +11,7 @@ from ._lighting import Lighting, record
 from ._values import (Error, EstimatorConfig, EstimatorKind, LinkState, LinkStats, ProbeInfo, Setting, Smoothing,
                       Status, UnseenFill)
 
-# How long a wait goes on before Python looks for signals and for close().
+# Period in which a blocking wait checks for signals and for close().
 _SLICE_NS = 100_000_000
 
 _OPTIONS = {"max_age": "max_age_ns", "extrapolation": "extrapolation_ns", "connect_timeout": "connect_timeout_ns",
@@ -19,12 +19,12 @@ _OPTIONS = {"max_age": "max_age_ns", "extrapolation": "extrapolation_ns", "conne
 _TEXTS = ("credentials_folder", "mqtt_ca_file", "mqtt_certificate_file", "mqtt_key_file", "mqtt_user", "mqtt_password")
 
 
-# Fields of EstimatorConfig that are words.
+# Fields of EstimatorConfig that are enums.
 _WORDS = {"setting": Setting, "unseen": UnseenFill, "smoothing": Smoothing}
 
 
 def _number(name, value):
-    """As C has it: "fast" is 1."""
+    """The number of an enum's value in C: "fast" is 1."""
     if not isinstance(value, str):
         return value
     words = _WORDS.get(name, ())
@@ -40,28 +40,27 @@ def _ns(seconds):
 
 
 class Probe:
-    """A link to one probe, from connect() to close(); as a context manager it closes itself.
+    """A connection to one probe, from connect() to close(); usable as a context manager.
 
     Any thread may call any method. Calls that block let other Python threads run. A failed call raises Error, whose
-    `status` says how.
+    `status` is the kind of the failure.
     """
 
     def __init__(self, uri, *, history=0, **more):
         """uri: "grpc://host:port", "grpcs://" with TLS, "usb:SERIAL", "mqtt://broker/venue/probe", "mqtts://", or
         "replay:PATH" ("?speed=2", "?speed=0"), a recording of descriptors.
 
-        history: descriptors kept for at(), 64 where 0. In seconds, with the defaults of ProbeOptions: max_age,
-        extrapolation (0: the newest is held), connect_timeout, retry_min, retry_max, silence_limit. Texts:
-        credentials_folder (grpcs; as `lightwell pair` writes it, looked up by address where it is not given), and of a
-        broker mqtt_ca_file, mqtt_certificate_file, mqtt_key_file, mqtt_user, mqtt_password. Blocks, at most
-        connect_timeout.
+        history: number of descriptors stored for at(), 64 if 0. In seconds, with the defaults of ProbeOptions: max_age,
+        extrapolation (0: the newest is held), connect_timeout, retry_min, retry_max, silence_limit. Strings:
+        credentials_folder (grpcs; as written by `lightwell pair`, looked up by address if not given), and for a broker
+        mqtt_ca_file, mqtt_certificate_file, mqtt_key_file, mqtt_user, mqtt_password. Blocks, at most connect_timeout.
         """
         self._raw = None
         self._lock = threading.Lock()
         self._calls = 0
         options = take("lw_probe_options")
         options.history = history
-        texts = []  # cffi's memory lives as long as these.
+        texts = []  # Keeps cffi's buffers alive.
         for name, value in more.items():
             if name in _TEXTS:
                 if "\0" in value:
@@ -85,11 +84,12 @@ class Probe:
 
     @classmethod
     def connect(cls, uri, **options):
-        """As Probe(uri, ...)."""
+        """The same as Probe(uri, ...)."""
         return cls(uri, **options)
 
     def close(self):
-        """Ends the link, within a second, or when the last call of another thread returns. Lightings live on."""
+        """Closes the connection within a second, or when the last call of another thread returns. Lightings stay
+        valid."""
         with self._lock:
             self._open = False
             raw = self._take_if_idle()
@@ -104,7 +104,7 @@ class Probe:
 
     @contextmanager
     def _used(self):
-        """The C handle, which close() of another thread leaves alone meanwhile."""
+        """The C handle; close() of another thread does not release it meanwhile."""
         with self._lock:
             if not self._open:
                 raise Error(Status.FAILED_PRECONDITION, "this Probe is closed")
@@ -129,32 +129,32 @@ class Probe:
             self.close()
 
     def latest(self, into=None):
-        """The newest Lighting; Validity.NONE before the first. `into` is filled and returned where it is given: a loop
-        then makes no objects of the library's. Takes no lock of the library's and does not wait for the network."""
+        """The newest Lighting; Validity.NONE before the first descriptor. If `into` is given, it is filled and
+        returned, so that a loop creates no library objects. Lock-free in the library; does not wait for the network."""
         into = Lighting() if into is None else into
         with self._used() as raw:
             check(lib.lw_probe_latest(raw, into._raw))
         return into
 
     def latest_in_world(self):
-        """latest() in the axes of the room that the probe hangs in; Validity.INVALID_QUERY where info().position is
-        None. In a world of your own: latest().rotated()."""
+        """latest() in the axes of the room in which the probe is mounted; Validity.INVALID_QUERY if info().position is
+        None. For another world frame: latest().rotated()."""
         into = Lighting()
         with self._used() as raw:
             check(lib.lw_probe_latest_in_world(raw, into._raw))
         return into
 
     def at(self, host_time_ns):
-        """How it was lit at a moment of time.monotonic_ns(): between two descriptors interpolated, beyond
-        the newest as info().derivation says."""
+        """The lighting at a time of time.monotonic_ns(): interpolated between two descriptors; after the newest, see
+        info().derivation."""
         into = Lighting()
         with self._used() as raw:
             check(lib.lw_probe_at(raw, host_time_ns, into._raw))
         return into
 
     def wait_for_next(self, seen=None, timeout=10.0):
-        """The newest Lighting with another sequence than `seen` (None: any). Blocks, at most `timeout` seconds: then
-        Status.UNAVAILABLE. FAILED_PRECONDITION where the recording has ended."""
+        """Waits for a newest Lighting with a sequence number other than `seen` (None: any). Blocks, at most `timeout`
+        seconds: then Status.UNAVAILABLE. FAILED_PRECONDITION if the recording has ended."""
         into = Lighting()
         known = ffi.NULL if seen is None else ffi.new("uint64_t *", seen)
         end = time.monotonic_ns() + _ns(min(timeout, 1e9))
@@ -168,7 +168,7 @@ class Probe:
             return into
 
     def info(self):
-        """ProbeInfo. Blocks shortly."""
+        """ProbeInfo. Blocks briefly."""
         struct = take("lw_probe_info")
         with self._used() as raw:
             check(lib.lw_probe_get_info(raw, struct))
@@ -180,7 +180,7 @@ class Probe:
                       orientation=pose[1])
 
     def stats(self):
-        """LinkStats. Blocks shortly."""
+        """LinkStats. Blocks briefly."""
         struct = take("lw_link_stats")
         with self._used() as raw:
             check(lib.lw_probe_get_stats(raw, struct))
@@ -192,8 +192,8 @@ class Probe:
         return text(lambda memory, capacity, length: lib.lw_probe_text(raw, kind, memory, capacity, length))
 
     def estimator_config(self):
-        """EstimatorConfig as it is now, by the owner's file and by all clients since. Asks the probe and blocks until
-        it answers. FAILED_PRECONDITION for a recording, and where the probe's firmware is too old to tell."""
+        """The current EstimatorConfig: the probe's file with the changes of all clients. Blocks until the probe
+        responds. FAILED_PRECONDITION for a recording, and if the probe's firmware is too old to report it."""
         struct, kind = take("lw_estimator_config"), ffi.new("lw_estimator_kind *")
         with self._used() as raw:
             check(lib.lw_probe_get_estimator(raw, struct))
@@ -202,8 +202,8 @@ class Probe:
         return record(EstimatorConfig, struct, estimator=EstimatorKind(kind[0]), **enums)
 
     def change_estimator(self, **fields):
-        """Sets the named fields of EstimatorConfig, for all clients of the probe, and leaves the others as they are:
-        change_estimator(epsilon=0.02, setting="fast"). Blocks until the probe answers."""
+        """Sets the given fields of EstimatorConfig, for all clients of the probe, and leaves the others unchanged:
+        change_estimator(epsilon=0.02, setting="fast"). Blocks until the probe responds."""
         config, mask = take("lw_estimator_config"), 0
         for name, value in fields.items():
             bit = getattr(lib, f"LW_FIELD_{name.upper()}", None)
@@ -215,12 +215,12 @@ class Probe:
             check(lib.lw_probe_change_estimator(raw, config, mask))
 
     def set_estimator(self, **fields):
-        """As change_estimator()."""
+        """The same as change_estimator(): sets the given fields only."""
         self.change_estimator(**fields)
 
     def report_lux(self, lux, normal):
-        """Tells the probe what a lux meter beside it reads, facing `normal` (3,): from then on its units are absolute.
-        Returns the factor that was applied. Blocks until the probe answers."""
+        """Reports the reading (lux) of a lux meter beside the probe that faces `normal` (3,): from then on its units
+        are absolute. Returns the factor that was applied to radiance. Blocks until the probe responds."""
         n = np.ascontiguousarray(normal, dtype=np.float32)
         if n.shape != (3,):
             raise ValueError(f"normal: the shape is {n.shape}; it is (3,)")

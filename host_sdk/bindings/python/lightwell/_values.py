@@ -1,4 +1,4 @@
-"""What calls take and return: enumerations, and records that cannot be changed. Meanings: lightwell.h."""
+"""Enumerations and immutable records of the API. Meanings: lightwell.h."""
 
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
@@ -8,7 +8,7 @@ import numpy as np
 
 
 class Status(IntEnum):
-    """How a call failed."""
+    """Kind of a failure."""
 
     OK = 0
     INVALID_ARGUMENT = 1
@@ -21,7 +21,7 @@ class Status(IntEnum):
 
 
 class Error(RuntimeError):
-    """A call that failed. `status` says how, the message what to do."""
+    """A failed call. `status` is the kind of the failure; the message says what is wrong and what to do."""
 
     def __init__(self, status, message):
         super().__init__(message)
@@ -32,24 +32,24 @@ class Error(RuntimeError):
 
 
 class Validity(IntEnum):
-    """May an answer be used?"""
+    """Whether an answer can be used."""
 
     VALID = 0
-    STALE = 1  # Real, but older than max_age.
-    NONE = 2  # No descriptor has come yet; the value is zero.
-    BEFORE_HISTORY = 3  # The moment lies before the oldest kept; the value is zero.
-    INVALID_QUERY = 4  # The question was none; the value is zero.
+    STALE = 1  # Measured, but older than max_age.
+    NONE = 2  # No descriptor has been received yet; the value is zero.
+    BEFORE_HISTORY = 3  # The time is before the oldest stored descriptor; the value is zero.
+    INVALID_QUERY = 4  # An argument is invalid; the value is zero.
 
 
 class Units(IntEnum):
-    """Of radiance and irradiance."""
+    """Unit of radiance and irradiance."""
 
     RELATIVE = 1  # Proportional to cd/m² and lux by one unknown factor.
     ABSOLUTE = 2
 
 
 class Flag(IntFlag):
-    """Why a value may be wrong all the same; what each means stands in lightwell.h."""
+    """Conditions under which a value may be wrong; documented in lightwell.h."""
 
     UNSEEN = 1 << 1
     CLIPPED = 1 << 2
@@ -63,23 +63,23 @@ class Flag(IntFlag):
 
 
 class Derivation(IntEnum):
-    """How an answer came about."""
+    """How an answer was derived from descriptors."""
 
-    MEASURED = 0  # One descriptor.
-    INTERPOLATED = 1  # Between two.
-    EXTRAPOLATED = 2  # Beyond the newest: its lights moved on as they moved before.
-    HELD = 3  # Beyond that: the newest as it was.
+    MEASURED = 0  # From one descriptor.
+    INTERPOLATED = 1  # Between two descriptors.
+    EXTRAPOLATED = 2  # After the newest: its lights moved on with constant velocity.
+    HELD = 3  # Later than that: the newest unchanged.
 
 
 class EstimatorKind(IntEnum):
-    """What light is read from."""
+    """What light is estimated from."""
 
-    PANORAMA = 1  # All that the camera sees around it.
-    MARKER = 2  # A marker that the camera looks at.
+    PANORAMA = 1  # A panoramic view of the surroundings.
+    MARKER = 2  # The shading of a marker in view.
 
 
 class Setting(IntEnum):
-    """Where an estimator stands between time and accuracy."""
+    """Trade-off of an estimator between time and accuracy."""
 
     FAST = 1
     BALANCED = 2
@@ -87,7 +87,7 @@ class Setting(IntEnum):
 
 
 class UnseenFill(IntEnum):
-    """What stands in for directions that no pixel sees."""
+    """How directions that no pixel sees are filled."""
 
     NONE = 1
     MIRROR = 2
@@ -95,60 +95,60 @@ class UnseenFill(IntEnum):
 
 
 class Smoothing(IntEnum):
-    """How light is smoothed over time."""
+    """Smoothing over time."""
 
     NONE = 1
     ONE_EURO = 2  # The 1 euro filter.
 
 
 class LinkState(IntEnum):
-    """How the link to a probe stands."""
+    """State of the connection to a probe."""
 
     CONNECTING = 0
     CONNECTED = 1
     WAITING = 2
     ENDED = 3
-    GONE = 4  # Of MQTT: the broker says that the probe has left it.
+    GONE = 4  # MQTT: the broker reports that the probe is offline.
 
 
 @dataclass(frozen=True)
 class Answer:
-    """A value with all that is needed to decide whether to believe it."""
+    """A value with its validity, age and error bound."""
 
-    value: np.ndarray  # float32, (..., 3): r, g, b for each question, in the shape of the questions.
+    value: np.ndarray  # float32, (..., 3): r, g, b for each input, in the shape of the input array.
     validity: Validity
-    age_ns: int  # Since mid-exposure, when the lighting was asked for.
-    reason: str  # Why it is not valid; empty where it is.
-    error_bound: float  # RMS relative to the RMS irradiance, 0.01 is 1 %; infinite where flags say why.
+    age_ns: int  # Time since mid-exposure when the lighting was obtained.
+    reason: str  # Why it is not valid; empty if it is.
+    error_bound: float  # RMS relative to the RMS irradiance, 0.01 is 1 %; infinite where no bound exists (see flags).
     flags: Flag
-    lights_included: bool  # False of radiance at roughness 0, which leaves the discrete lights out.
+    lights_included: bool  # False for radiance at roughness 0, which excludes the discrete lights.
     units: Units
-    refused: int  # Questions that were none: their values are zero, and validity is INVALID_QUERY.
+    refused: int  # Number of invalid inputs: their values are zero, and validity is INVALID_QUERY.
 
 
 @dataclass(frozen=True)
 class Light:
-    """A lamp, the sun, a window: a cap of uniform radiance."""
+    """A detected light (lamp, sun, window), modelled as a spherical cap of uniform radiance."""
 
     direction: np.ndarray  # float32 (3,), unit, TOWARDS the light.
-    irradiance: np.ndarray  # float32 (3,), vector irradiance; luminance in lux where units are absolute.
+    irradiance: np.ndarray  # float32 (3,), at normal incidence; luminance in lux if units are absolute.
     angular_radius: float  # rad
     direction_covariance: np.ndarray  # float32 (3,): u·u, u·v, v·v in rad².
-    track: int  # Stays with the same lamp; 0 is not a track.
+    track: int  # Identity over time: the same light keeps its track. 0: not tracked.
 
 
 @dataclass(frozen=True)
 class EnvironmentLevel:
-    roughness: float  # Perceptual.
+    roughness: float  # Perceptual roughness.
     radiance: np.ndarray  # float32 (edge, edge, 3), octahedral, rows from the top; without the lights.
 
 
 @dataclass(frozen=True)
 class Environment:
-    """The prefiltered map for reflections: octahedral squares with +Y at the centre, u from x, v from z."""
+    """The prefiltered environment map for reflections: octahedral levels with +Y at the centre, u from x, v from z."""
 
-    levels: Tuple[EnvironmentLevel, ...]  # By rising roughness.
-    sequence: int  # Of the descriptor that brought it: upload when this changes.
+    levels: Tuple[EnvironmentLevel, ...]  # In order of increasing roughness.
+    sequence: int  # Sequence number of the descriptor with the map: upload the map when this changes.
     older_by_ns: int
     rotation: np.ndarray  # float64 (4,), x, y, z, w: p_lighting = rotation p_map.
     key: int
@@ -156,16 +156,16 @@ class Environment:
 
 @dataclass(frozen=True)
 class LightingInfo:
-    """What is known of an answer beside its light."""
+    """Properties of a Lighting besides its light."""
 
     validity: Validity
     age_ns: int
     reason: str
-    age_uncertainty_ns: int  # What age_ns may be off by; one that may be older than max_age is stale.
+    age_uncertainty_ns: int  # Maximum error of age_ns; stale if the age can exceed max_age within it.
     sequence: int
-    mid_exposure_ns: int  # Of the host's CLOCK_MONOTONIC (time.monotonic_ns); 0 where there was none.
+    mid_exposure_ns: int  # In the host's CLOCK_MONOTONIC (time.monotonic_ns); 0 if there is none.
     received_ns: int
-    probe_mid_exposure_ns: int  # Of the probe's clock.
+    probe_mid_exposure_ns: int  # In the probe's clock.
     delivered_after_ns: int
     encoded_after_ns: int
     encoded_bytes: int
@@ -190,7 +190,7 @@ class LightingInfo:
 
 @dataclass(frozen=True)
 class ProbeInfo:
-    """Who a probe is, how its clock stands, and what it counted since its start."""
+    """Identity and clock of a probe, and its counters since its start."""
 
     name: str
     version: str
@@ -198,9 +198,9 @@ class ProbeInfo:
     id: int
     calibration_id: int
     clients: int
-    clock_offset_ns: int  # The probe's clock less the host's.
+    clock_offset_ns: int  # The probe's clock minus the host's.
     clock_uncertainty_ns: int
-    clock_drift_ppm: float  # How fast the probe's clock gains on the host's, in millionths.
+    clock_drift_ppm: float  # Drift of the probe's clock against the host's, ppm.
     frames: int
     captures_dropped: int
     brackets_incomplete: int
@@ -216,19 +216,19 @@ class ProbeInfo:
     messages_refused: int
     authentication_failures: int
     client_list_faults: int
-    position: Optional[np.ndarray]  # float64 (3,), m: where the probe hangs in its room; None where it does not know.
+    position: Optional[np.ndarray]  # float64 (3,), m: position of the probe in its room; None if it is not configured.
     orientation: Optional[np.ndarray]  # float64 (4,), x, y, z, w: p_world = orientation p_probe + position.
 
 
 @dataclass(frozen=True)
 class EstimatorConfig:
-    """How a probe's estimator is configured. Meanings: proto/lightwell/v1/config.proto."""
+    """Configuration of a probe's estimator. Meanings: proto/lightwell/v1/config.proto."""
 
-    estimator: EstimatorKind  # Which one runs. It cannot be changed.
+    estimator: EstimatorKind  # The active estimator; it cannot be changed.
     band: int
     max_lights: int
     setting: Setting
-    # Of the panorama estimator alone.
+    # Options of the panorama estimator.
     unseen: UnseenFill
     smoothing: Smoothing
     environment_edge: int
@@ -236,7 +236,7 @@ class EstimatorConfig:
     epsilon: float
     radiance_epsilon: float
     environment_rate: float
-    # Of the marker estimator alone.
+    # Options of the marker estimator.
     marker_decimation: float
     marker_search_decimation: float
     marker_max_faces: int
@@ -244,7 +244,7 @@ class EstimatorConfig:
 
 @dataclass(frozen=True)
 class LinkStats:
-    """How the link fares since it was made."""
+    """Statistics of the connection since it was made."""
 
     state: LinkState
     received: int
@@ -252,11 +252,11 @@ class LinkStats:
     gaps: int
     oversized: int
     undecodable: int
-    replayed: int  # Descriptors that came again after a newer one: dropped.
+    replayed: int  # Descriptors that were received again after a newer one: dropped.
     reconnects: int
     maps: int
     maps_without_key: int
-    frames_lost: int  # By USB: numbered frames that never came, and
-    frames_refused: int  # those that came damaged, too large or a second time.
-    untimely: int  # By MQTT: descriptors not newer than what had come, or dated in the future; refused.
-    last_error: str  # Of the link, or of the last refused message; empty while all went well.
+    frames_lost: int  # USB: numbered frames that were not received.
+    frames_refused: int  # USB: frames that were damaged, too large or repeated.
+    untimely: int  # MQTT: descriptors rejected as replays: not newer than an earlier one, or dated in the future.
+    last_error: str  # Last error of the link or of a rejected message; empty if there was none.

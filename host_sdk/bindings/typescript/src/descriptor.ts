@@ -1,6 +1,6 @@
-// The lighting descriptor: what a probe says of one moment. The wire in prose: proto/README.md.
+// The lighting descriptor: a probe's estimate at one moment. Wire format: proto/README.md.
 //   Descriptor, Light, ErrorBound   values
-//   decodeDescriptor                bytes -> Descriptor, everything checked
+//   decodeDescriptor                bytes -> Descriptor, fully validated
 import { EnvironmentMap, EnvironmentMessage } from "./environment.js";
 import { Rgb, Vec3, normalizedFloat } from "./vector.js";
 import { DecodeError, WireReader, invalid } from "./wire.js";
@@ -12,26 +12,27 @@ export const maxLights = 64;
 
 export type Units = "relative" | "absolute";
 export type Flag = "unseen" | "clipped" | "cleaned" | "dark" | "moved" | "filled" | "recovered" | "unsure" |
-  "newer"; // The probe gave a reason that this version has no name for.
+  "newer"; // The probe set a flag that this version does not know.
 const wireFlags: readonly Flag[] = ["unseen", "clipped", "cleaned", "dark", "moved", "filled", "recovered", "unsure"];
 export type Setting = "fast" | "balanced" | "exact";
 export type Flicker = "unknown" | "none" | "100 Hz" | "120 Hz";
 
-/** A lamp, the sun, a window: a cap of uniform radiance. */
+/** A detected light (lamp, sun, window), modelled as a spherical cap of uniform radiance. */
 export interface Light {
   /** Unit, TOWARDS the light; right-handed, +X right, +Y up, -Z forward. */
   direction: Vec3;
-  /** Vector irradiance, linear Rec. 709: of a receiver that faces it. Luminance in lux where units are absolute. */
+  /** Irradiance at normal incidence, linear Rec. 709. Luminance in lux if units are absolute. */
   irradiance: Rgb;
   /** rad, 0 to pi/2. */
   angularRadius: number;
   /** u·u, u·v, v·v in rad², in the tangent basis of proto/README.md. */
   directionCovariance: Vec3;
-  /** Stays with the same lamp; 0 is not a track. */
+  /** Identity over time: the same light keeps its track. 0: not tracked. */
   track: number;
 }
 
-/** Of the irradiance, RMS over normals relative to the RMS irradiance: 0.01 is 1 %. Infinite where flags say why. */
+/** Bound of the irradiance error, RMS over normals relative to the RMS irradiance: 0.01 is 1 %. Infinite where no bound
+ *  exists; the flags give the reason. */
 export interface ErrorBound {
   total: number;
   truncation: number;
@@ -41,10 +42,10 @@ export interface ErrorBound {
   smoothing: number;
 }
 
-/** One moment's light, in the probe's frame. */
+/** The lighting of one moment, in the probe's frame. */
 export interface Descriptor {
   sequence: bigint;
-  /** Of the probe's CLOCK_MONOTONIC, ns. */
+  /** Mid-exposure in the probe's CLOCK_MONOTONIC, ns. */
   midExposureNs: bigint;
   deliveredAfterUs: number;
   encodedAfterUs: number;
@@ -56,16 +57,16 @@ export interface Descriptor {
   radiance: Rgb[];
   /** Strongest first. */
   lights: Light[];
-  /** For reflections: whole, or changes to a whole one; null in most messages. EnvironmentKeeper puts them together. */
+  /** For reflections: a whole map or changes to one; null in most messages. EnvironmentKeeper assembles them. */
   environment: EnvironmentMap | null;
-  /** Share of the sphere that some pixel saw. */
+  /** Fraction of the sphere that at least one pixel sees. */
   coverage: number;
-  /** Share of the seen sphere that was saturated in every exposure. */
+  /** Fraction of the seen part that is saturated in every exposure. */
   saturated: number;
   bound: ErrorBound;
   probeId: number;
   calibrationId: number;
-  /** Why the light may be wrong. */
+  /** Conditions under which the estimate may be wrong. */
   flags: ReadonlySet<Flag>;
   setting: Setting;
   flicker: Flicker;
@@ -110,7 +111,7 @@ class RadianceMessage {
   }
 
   get(): { band: number; radiance: Rgb[] } {
-    if (this.bands >= 1 << (maxBand + 1)) throw invalid("radiance.bands names a band above 6");
+    if (this.bands >= 1 << (maxBand + 1)) throw invalid("radiance.bands has a band above 6");
     let needed = 0;
     for (let l = 0; l <= maxBand; ++l) if ((this.bands >> l) & 1) needed += 3 * (2 * l + 1);
     if (this.mantissa.length !== needed)
@@ -174,7 +175,7 @@ class LightMessage {
     const direction = normalizedFloat(this.direction.map(fround) as Vec3);
     if (direction === null) throw invalid("light.direction is zero");
     const radius = this.radiusE5 * 1e-5;
-    if (radius > Math.PI / 2 + 2e-5) throw invalid("light.angular_radius_e5 is beyond a quarter turn");
+    if (radius > Math.PI / 2 + 2e-5) throw invalid("light.angular_radius_e5 is above pi/2");
     const irradiance = this.irradiance.map((m) =>
       valueOf(mantissaChecked(m, mantissaLimit, "light.irradiance_mantissa"), this.irradianceExponent));
     const covariance = this.covariance.map((m) =>
@@ -232,8 +233,8 @@ function share(v: number, what: string): number {
   return v;
 }
 
-/** Throws DecodeError for bytes that are no message and for a message that breaks the specification; fields that this
- *  version does not know are passed over. */
+/** Throws DecodeError for bytes that are not a message and for a message that violates the specification; unknown
+ *  fields are ignored. */
 export function decodeDescriptor(bytes: Uint8Array): Descriptor {
   if (bytes.length > maxDescriptorBytes) throw new DecodeError("data_loss", "descriptor: longer than 64 KiB");
   let version = 0;
@@ -251,7 +252,7 @@ export function decodeDescriptor(bytes: Uint8Array): Descriptor {
   const flags = new Set<Flag>();
   const lights: LightMessage[] = [];
   let environment: EnvironmentMessage | null = null;
-  // First all bytes, then what they mean: what is torn is data_loss, whatever its lights say.
+  // Parse all bytes before validating values, so that a truncated message is data_loss, whatever its content.
   const wire = new WireReader(bytes);
   wire.fields((number) => {
     switch (number) {

@@ -1,7 +1,8 @@
-// The prefiltered map for reflections: octahedral squares, one GGX lobe a level, lights left out.
-//   EnvironmentMap        a whole map, or what changed since a whole one
-//   EnvironmentKeeper     puts the messages together
-//   environmentRadiance   what a map says of a direction and a roughness
+// Prefiltered environment map for reflections: octahedral levels, each prefiltered with one GGX lobe, without the
+// lights.
+//   EnvironmentMap        a whole map, or the changes to a whole map
+//   EnvironmentKeeper     assembles the current map from messages
+//   environmentRadiance   radiance of a map for a direction and a roughness
 //   levelRadiance         a level as floats, for upload
 import { crc32c } from "./crc32c.js";
 import type { Descriptor } from "./descriptor.js";
@@ -11,25 +12,25 @@ import { WireReader, invalid } from "./wire.js";
 export const maxEnvironmentTexels = 8192;
 export const maxEnvironmentLevels = 8;
 
-/** edge x edge texels: +Y at the centre, column i grows with x, row j with z, centres at (i + 0.5) / edge. */
+/** edge x edge texels: +Y at the centre, column i increases with x, row j with z, centres at (i + 0.5) / edge. */
 export interface EnvironmentLevel {
   readonly edge: number;
-  /** Perceptual. */
+  /** Perceptual roughness. */
   readonly roughness: number;
 }
 
 export interface EnvironmentMap {
-  /** Of the whole map that this is, or that this changes. */
+  /** Key of this whole map, or of the whole map to which these changes apply. */
   readonly key: number;
-  /** Of a whole map, by rising roughness. Empty: changes. */
+  /** Whole map: its levels in order of increasing roughness. Empty: changes. */
   readonly levels: readonly EnvironmentLevel[];
-  /** Of a whole map: radiance is the texel times 2^exponent. */
+  /** Whole map: radiance = texel times 2^exponent. */
   readonly exponent: number;
-  /** Of a whole map: another one comes at least so often. */
+  /** Whole map: longest interval between whole maps, ms. */
   readonly keyIntervalMs: number;
-  /** RGB9E5, red lowest: level after level, rows from the top; of changes the changed ones. */
+  /** RGB9E5, red in the lowest bits: level by level, rows from the top. Changes: the changed texels. */
   readonly texels: Uint32Array;
-  /** Of changes: how many texels are as in the whole map, how many follow in `texels`, in turns. */
+  /** Changes: run lengths, alternately of unchanged texels and of changed texels (those in `texels`). */
   readonly runs: readonly number[];
 }
 
@@ -54,7 +55,7 @@ function keyOf(map: EnvironmentMap): number {
   return crc32c(new Uint8Array(bytes.buffer)) || 1;
 }
 
-/** Fields as they come; `get` checks what they mean. */
+/** Parses the fields; `get` validates them. */
 export class EnvironmentMessage {
   private key = 0;
   private encoding = 0;
@@ -104,7 +105,7 @@ export class EnvironmentMessage {
 
   get(): EnvironmentMap {
     if (this.encoding !== 1) throw invalid("environment.encoding is not known");
-    if (this.texels.length % 4 !== 0) throw invalid("environment.texels are no whole number of texels");
+    if (this.texels.length % 4 !== 0) throw invalid("environment.texels: the length is not a multiple of 4 bytes");
     const view = new DataView(this.texels.buffer, this.texels.byteOffset, this.texels.byteLength);
     const map: EnvironmentMap = {
       key: this.key,
@@ -122,7 +123,7 @@ export class EnvironmentMessage {
 }
 
 function checkWhole(map: EnvironmentMap): void {
-  if (map.levels.length > maxEnvironmentLevels) throw invalid("environment.levels are more than 8");
+  if (map.levels.length > maxEnvironmentLevels) throw invalid("environment.levels: there are more than 8");
   map.levels.forEach((level, k) => {
     if (![8, 16, 32, 64].includes(level.edge)) throw invalid("environment.levels: an edge must be 8, 16, 32 or 64");
     if (!(level.roughness >= 0 && level.roughness <= 1))
@@ -130,29 +131,29 @@ function checkWhole(map: EnvironmentMap): void {
     if (k === 0) return;
     const before = map.levels[k - 1];
     if (level.edge > before.edge) throw invalid("environment.levels: an edge is larger than the one before");
-    if (!(level.roughness > before.roughness)) throw invalid("environment.levels: roughness must rise");
+    if (!(level.roughness > before.roughness)) throw invalid("environment.levels: roughness must increase");
   });
   const count = texelCount(map.levels);
   if (count > maxEnvironmentTexels) throw invalid("environment.levels have more than 8192 texels");
-  if (map.texels.length !== count) throw invalid("environment.texels have not the length that the levels need");
+  if (map.texels.length !== count) throw invalid("environment.texels: the length does not match the levels");
   if (map.exponent < -150 || map.exponent > 100) throw invalid("environment.exponent is out of range");
-  if (map.runs.length > 0) throw invalid("environment.runs stand in a whole map");
-  if (map.key !== keyOf(map)) throw invalid("environment.key is not that of this map");
+  if (map.runs.length > 0) throw invalid("environment.runs: not allowed in a whole map");
+  if (map.key !== keyOf(map)) throw invalid("environment.key does not match the content of the map");
 }
 
 function checkChanges(map: EnvironmentMap): void {
-  if (map.exponent !== 0) throw invalid("environment.exponent stands in changes");
-  if (map.keyIntervalMs !== 0) throw invalid("environment.key_interval_ms stands in changes");
-  if (map.runs.length % 2 !== 0) throw invalid("environment.runs come in pairs");
+  if (map.exponent !== 0) throw invalid("environment.exponent: not allowed in changes");
+  if (map.keyIntervalMs !== 0) throw invalid("environment.key_interval_ms: not allowed in changes");
+  if (map.runs.length % 2 !== 0) throw invalid("environment.runs: the number is odd; they are pairs");
   let reach = 0;
   let taken = 0;
   map.runs.forEach((run, k) => {
     if (run === 0 && k > 0) throw invalid("environment.runs: one is empty");
     reach += run;
     if (k % 2 === 1) taken += run;
-    if (reach > maxEnvironmentTexels) throw invalid("environment.runs reach beyond any map");
+    if (reach > maxEnvironmentTexels) throw invalid("environment.runs: they exceed the size of any map");
   });
-  if (map.texels.length !== taken) throw invalid("environment.texels have not the length that the runs need");
+  if (map.texels.length !== taken) throw invalid("environment.texels: the length does not match the runs");
 }
 
 function changedMap(whole: EnvironmentMap, changes: EnvironmentMap): EnvironmentMap | null {
@@ -170,12 +171,13 @@ function changedMap(whole: EnvironmentMap, changes: EnvironmentMap): Environment
   return { ...whole, texels };
 }
 
-/** What one reader of a probe knows of its map, through whole ones, changes, and messages without one. */
+/** Assembles the current map of one probe from descriptors with a whole map, with changes, or without a map. */
 export class EnvironmentKeeper {
   private whole: EnvironmentMap | null = null;
   private newest: { map: EnvironmentMap; from: Descriptor } | null = null;
 
-  /** A descriptor as it came. False where it brought changes to a whole map that is not here: the last map stays. */
+  /** Processes a received descriptor. False if it has changes to a whole map that was not received: the last map is
+   *  kept. */
   take(descriptor: Descriptor): boolean {
     const came = descriptor.environment;
     if (came === null) return true;
@@ -186,8 +188,8 @@ export class EnvironmentKeeper {
     return true;
   }
 
-  /** The newest map where it speaks of the same light: same probe, calibration and units, not newer, and not older
-   *  than three of its intervals. */
+  /** The newest map if it applies to the descriptor: same probe, calibration and units, not newer, and not older than
+   *  three of its key intervals. */
   mapFor(descriptor: Descriptor): EnvironmentMap | null {
     if (this.newest === null) return null;
     const { map, from } = this.newest;
@@ -200,7 +202,7 @@ export class EnvironmentKeeper {
 
 const f = Math.fround;
 
-/** cd/m² by luminance where units are absolute. */
+/** The radiance of a texel; its luminance is in cd/m² if units are absolute. */
 export function texelRadiance(texel: number, exponent: number): Rgb {
   const unit = 2 ** ((texel >>> 27) - 24 + exponent);
   return [f((texel & 511) * unit), f(((texel >>> 9) & 511) * unit), f(((texel >>> 18) & 511) * unit)];
@@ -215,8 +217,8 @@ export function levelRadiance(map: EnvironmentMap, level: number): Float32Array 
   return out;
 }
 
-/** Octahedral coordinates, 0 to 1, with the map's centre at +Y (Cigolle et al. 2014, listing 1). In floats, as C++:
- *  where texels differ much, a place between them is felt. */
+/** Octahedral coordinates, 0 to 1, with the map's centre at +Y (Cigolle et al. 2014, listing 1). Rounded to float as in
+ *  C++, because between texels that differ much the interpolation is sensitive to the coordinates. */
 function octahedral(d: Vec3): [number, number] {
   const sum = f(f(Math.abs(d[0]) + Math.abs(d[1])) + Math.abs(d[2]));
   let a = f(d[0] / sum);
@@ -230,7 +232,7 @@ function octahedral(d: Vec3): [number, number] {
   return [f(0.5 * f(a + 1)), f(0.5 * f(b + 1))];
 }
 
-/** Beyond a side of the square the sphere goes on at the same side, seen from its other end. */
+/** Beyond an edge of the square the sphere continues at the same edge with the order of texels reversed. */
 function texelAt(edge: number, i: number, j: number): number {
   if (i < 0 || i >= edge) {
     i = i < 0 ? -1 - i : 2 * edge - 1 - i;

@@ -1,4 +1,4 @@
-// How a place is lit, at one moment: the questions that a Lighting of C++ answers, with the same numbers.
+// The lighting of one moment: the queries of C++'s Lighting, with the same results.
 import { Descriptor, Flag, Light, Units, decodeDescriptor } from "./descriptor.js";
 import { EnvironmentKeeper, EnvironmentMap, environmentRadiance } from "./environment.js";
 import { GgxLobe, capIrradiance, capRadiance, cosineLobe, evaluateHarmonics } from "./lobes.js";
@@ -7,29 +7,29 @@ import { Rgb, Vec3, dot, normalized } from "./vector.js";
 
 export type Validity = "valid" | "stale" | "none" | "invalid_query";
 
-/** A value with all that is needed to decide whether to believe it. */
+/** A value with its validity, age and error bound. */
 export interface Answer {
-  /** Linear Rec. 709. Luminance of irradiance in lux, of radiance in cd/m², where units are absolute. */
+  /** Linear Rec. 709. Luminance of irradiance in lux, of radiance in cd/m², if units are absolute. */
   value: Rgb;
   validity: Validity;
-  /** Since mid-exposure, as far as whoever brought the message knows. */
+  /** Time since mid-exposure, as given in LightingOptions. */
   ageMs: number;
-  /** Why it is not valid; empty where it is. */
+  /** Why it is not valid; empty if it is. */
   reason: string;
-  /** 0.01 is 1 %; infinite where flags say why. */
+  /** 0.01 is 1 %; infinite where no bound exists; the flags give the reason. */
   errorBound: number;
   flags: ReadonlySet<Flag>;
-  /** False of radiance at roughness 0, which leaves the discrete lights out. */
+  /** False for radiance at roughness 0, which excludes the discrete lights. */
   lightsIncluded: boolean;
   units: Units;
 }
 
 export interface LightingOptions {
-  /** Since mid-exposure, at the moment of asking. Default: 0. */
+  /** Time since mid-exposure, ms. Default: 0. */
   ageMs?: number;
-  /** Older light is stale. Default: 250. */
+  /** Age above which the lighting is stale, ms. Default: 250. */
   maxAgeMs?: number;
-  /** The whole map that holds, of an EnvironmentKeeper. Default: the descriptor's own, where it has a whole one. */
+  /** The current whole map, from an EnvironmentKeeper. Default: the descriptor's own, if it has a whole one. */
   environment?: EnvironmentMap | null;
 }
 
@@ -37,17 +37,18 @@ const noFlags: ReadonlySet<Flag> = new Set();
 const mirrorFactors: readonly number[] = [1, 1, 1, 1, 1, 1, 1];
 const zero = (): Rgb => [0, 0, 0];
 
-/** An immutable answer. Directions and normals: right-handed, +X right, +Y up, -Z forward; any length. */
+/** The lighting of one moment, immutable. Directions and normals: right-handed, +X right, +Y up, -Z forward; any
+ *  length. */
 export class Lighting {
   readonly environment: EnvironmentMap | null;
   readonly validity: Validity;
-  /** Why this is not valid; empty where it is. */
+  /** Why this is not valid; empty if it is. */
   readonly reason: string;
   readonly ageMs: number;
   private reconstruction: RadianceReconstruction | null = null;
   private lobe: { roughness: number; lobe: GgxLobe; factors: number[] } | null = null;
 
-  /** null: no descriptor has come yet. */
+  /** null: no descriptor has been received yet. */
   constructor(readonly descriptor: Descriptor | null, options: LightingOptions = {}) {
     const maxAgeMs = options.maxAgeMs ?? 250;
     this.ageMs = Math.max(0, options.ageMs ?? 0);
@@ -57,14 +58,14 @@ export class Lighting {
       this.environment = null;
       return;
     }
-    // The order of the comparison makes an age that is NaN stale.
+    // The negated comparison makes an age of NaN stale.
     this.validity = this.ageMs <= maxAgeMs ? "valid" : "stale";
     this.reason = this.validity === "valid" ? "" :
       `${Math.round(this.ageMs)} ms from the nearest descriptor, and maxAgeMs is ${maxAgeMs} ms`;
     this.environment = options.environment === undefined ? ownMap(descriptor) : options.environment;
   }
 
-  /** Of bytes. Throws DecodeError. */
+  /** Decodes a LightingDescriptor. Throws DecodeError. */
   static decode(bytes: Uint8Array, options: LightingOptions = {}): Lighting {
     return new Lighting(decodeDescriptor(bytes), options);
   }
@@ -74,7 +75,8 @@ export class Lighting {
     return this.descriptor?.lights ?? [];
   }
 
-  /** Of a flat receiver that faces `normal`. Not divided by pi, not clamped: slightly negative where harmonics ring. */
+  /** Irradiance of a flat receiver that faces `normal`. Not divided by pi. Not clamped: can be slightly negative where
+   *  the truncated series rings. */
   irradiance(normal: Vec3): Answer {
     const n = normalized(normal);
     if (this.descriptor === null || n === null) return this.answer(zero(), n !== null, true);
@@ -86,9 +88,9 @@ export class Lighting {
     return this.answer(value, true, true);
   }
 
-  /** As a surface of that perceptual roughness (alpha = roughness²) sees it: the GGX-weighted mean with N = V = R =
-   *  direction. At roughness 0, a mirror, the discrete lights are left out. Never negative: without a map the
-   *  harmonics are windowed where they would ring, and bands that were not sent are estimated (reconstruction.ts). */
+  /** Radiance as reflected by a surface of that perceptual roughness (alpha = roughness²): the GGX-weighted mean with
+   *  N = V = R = direction. At roughness 0 (a mirror) the discrete lights are excluded. Never negative: without a map
+   *  the harmonics are windowed against ringing, and bands that were not sent are estimated (reconstruction.ts). */
   radiance(direction: Vec3, roughness: number): Answer {
     const mirror = roughness <= 0;
     const d = normalized(direction);
@@ -132,12 +134,12 @@ export class Lighting {
     };
   }
 
-  /** Milliseconds, at the first question: who reads a map, or irradiance alone, need not spend them. */
+  /** Computed at the first query that needs it, in milliseconds; not needed with a map or for irradiance. */
   private reconstructed(descriptor: Descriptor): RadianceReconstruction {
     return (this.reconstruction ??= reconstruct(descriptor.radiance));
   }
 
-  /** Whoever shades asks many directions at one roughness: the last lobe is kept. */
+  /** The last lobe is cached, because shading usually evaluates many directions at one roughness. */
   private lobeOf(roughness: number) {
     if (this.lobe?.roughness !== roughness) {
       const lobe = new GgxLobe(Math.fround(roughness));
@@ -147,7 +149,7 @@ export class Lighting {
   }
 }
 
-/** Directions are floats: of length one to seven digits, which an angle near a narrow lobe's axis feels. */
+/** Normalises in double: float directions have unit length to seven digits only, too few near a narrow lobe's axis. */
 function unit(light: Light): Vec3 {
   return normalized(light.direction)!;
 }

@@ -1,6 +1,5 @@
-// How is this point lit, right now? Lightwell for TypeScript: decodes the messages that a probe sends and answers with
-// the numbers of the C++ SDK. No dependencies, no connection: bring the bytes of a LightingDescriptor from wherever
-// they come.
+// Lightwell for TypeScript: decodes a probe's messages and evaluates irradiance and radiance with the same results as
+// the C++ SDK. No dependencies and no connection: the application provides the bytes of LightingDescriptor messages.
 //
 //   const keeper = new EnvironmentKeeper();
 //   socket.onmessage = ({ data }) => {

@@ -1,7 +1,7 @@
-// The numbers of proto/include/lightwell: spherical harmonics, the cosine and GGX lobes, caps of uniform radiance.
+// Spherical harmonics, cosine and GGX lobes, caps of uniform radiance, as in proto/include/lightwell.
 import { Rgb, Vec3 } from "./vector.js";
 
-/** A_l of the clipped cosine (Ramamoorthi & Hanrahan 2001, eq. 8). */
+/** Coefficients A_l of the clamped cosine (Ramamoorthi & Hanrahan 2001, eq. 8). */
 export const cosineLobe: readonly number[] =
   [Math.PI, (2 * Math.PI) / 3, Math.PI / 4, 0, -Math.PI / 24, 0, Math.PI / 64];
 
@@ -43,12 +43,12 @@ export function evaluateHarmonics(coefficients: readonly Rgb[], d: Vec3, factor?
   return sum;
 }
 
-/** Below this the closed forms lose more to cancellation than a point loses to a cap. */
+/** Radius below which the cap is treated as a point: the error is less than the closed forms' cancellation error. */
 const pointRadius = 2e-5;
 const halfPi = Math.PI / 2;
 const clamp = (v: number, low: number, high: number) => Math.min(Math.max(v, low), high);
 
-/** Irradiance of a receiver per vector irradiance of the cap, clipped at the receiver's horizon (Snyder 1996). */
+/** Irradiance of a flat receiver per vector irradiance of the cap, clipped at the receiver's horizon (Snyder 1996). */
 export function capIrradiance(cosAngle: number, radius: number): number {
   const sigma = clamp(radius, 0, halfPi);
   const c = clamp(cosAngle, -1, 1);
@@ -82,7 +82,7 @@ export function capZonal(l: number, radius: number): number {
   return (2 * Math.PI * (below - above)) / (2 * l + 1) / (Math.PI * sinS * sinS);
 }
 
-/** Nodes and weights of n-point Gauss-Legendre quadrature on [-1, 1], x falling. */
+/** Nodes and weights of n-point Gauss-Legendre quadrature on [-1, 1], x decreasing. */
 export const gaussLegendre = (n: number) => Array.from({ length: n }, (_, i) => {
   let x = Math.cos((Math.PI * (i + 0.75)) / (n + 0.5));
   let slope = 1;
@@ -120,7 +120,7 @@ export class GgxLobe {
     return (this.norm * x * this.alpha2) / (d * d);
   }
 
-  /** Of value(x) f(x) from x0 to x1, in the logarithm of the denominator, where the peak is flat. */
+  /** Integral of value(x) f(x) from x0 to x1 in the logarithm of the denominator, in which there is no sharp peak. */
   integral(x0: number, x1: number, f: (x: number) => number): number {
     const y0 = 1 - x1;
     const y1 = 1 - x0;
@@ -142,7 +142,7 @@ export class GgxLobe {
     return sum * (u1 - u0);
   }
 
-  /** Convolution multiplies band l by the l-th of these. */
+  /** Legendre coefficients: convolution multiplies band l by the l-th of them. */
   coefficients(): number[] {
     return Array.from({ length: 7 }, (_, l) => 2 * Math.PI * this.integral(0, 1, (x) => {
       let p0 = 1;
@@ -160,7 +160,7 @@ export function capRadiance(cosAngle: number, radius: number, lobe: GgxLobe): nu
   const c = clamp(cosAngle, -1, 1);
   if (sigma < pointRadius) return lobe.value(c);
   const omega = Math.acos(c);
-  // Rings of polar angle t around the lobe's axis: inside the cap lies a share of each.
+  // Integrate over rings of polar angle t around the lobe's axis; a fraction of each is inside the cap.
   const first = Math.max(0, omega - sigma);
   const last = Math.min(omega + sigma, halfPi);
   if (first >= last) return 0;

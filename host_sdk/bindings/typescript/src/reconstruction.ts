@@ -1,5 +1,5 @@
-// Radiance over directions out of the harmonics of a descriptor, as reflections need it: never negative, without the
-// ringing of a series that ends. The numbers of proto/include/lightwell/reconstruction.hpp, which describes the method.
+// Reconstruction of radiance from a descriptor's harmonics, for reflections: non-negative and without the ringing of a
+// truncated series. Method and numbers as in proto/include/lightwell/reconstruction.hpp.
 import { GgxLobe, gaussLegendre, evaluateHarmonics, harmonicsBasis } from "./lobes.js";
 import { Rgb, Vec3 } from "./vector.js";
 
@@ -19,7 +19,8 @@ const directions = 512;
 const knots = 5;
 const sphere = 4 * Math.PI;
 
-/** Bands that were not sent by maximum entropy, and t of the window exp(-t l(l+1)) at roughness 0, 1/4, 1/2, 3/4, 1. */
+/** Coefficients with the missing bands estimated by maximum entropy, and t of the window exp(-t l(l+1)) at roughness 0,
+ *  1/4, 1/2, 3/4, 1. */
 export interface RadianceReconstruction {
   readonly coefficients: readonly Rgb[];
   readonly blur: readonly number[];
@@ -31,7 +32,7 @@ const bandOf = (index: number) => Math.floor(Math.sqrt(index));
 
 let grid: { weight: number[]; y: Float64Array[] } | null = null;
 
-/** Integrates functions up to band 19 exactly: Gauss-Legendre in z, even steps in azimuth. */
+/** Quadrature that is exact up to band 19: Gauss-Legendre in z, equidistant in azimuth. */
 function estimateGrid() {
   if (grid) return grid;
   const rows = 10;
@@ -50,7 +51,7 @@ function estimateGrid() {
 
 let spiral: Float64Array[] | null = null;
 
-/** Each function on a spiral of equal areas: where ringing is looked for. */
+/** Values of the basis functions on an equal-area spiral of directions, at which ringing is detected. */
 function windowDirections(): Float64Array[] {
   if (spiral) return spiral;
   spiral = Array.from({ length: count(maxBand) }, () => new Float64Array(directions));
@@ -64,7 +65,7 @@ function windowDirections(): Float64Array[] {
   return spiral;
 }
 
-/** Mean over the sphere; 0 where the channel cannot be radiance. */
+/** Mean over the sphere; 0 if the channel is not a valid radiance. */
 function meanOf(sh: readonly Rgb[], k: number): number {
   const mean = sh[0][k] * Math.sqrt(0.25 / Math.PI);
   return mean > 0 && Number.isFinite(sh.reduce((sum, c) => sum + c[k], 0)) ? mean : 0;
@@ -78,7 +79,7 @@ function sentBands(sh: readonly Rgb[]): boolean[] {
   return sent;
 }
 
-/** Newton's method on the dual of maximum entropy. */
+/** Maximum entropy by Newton's method on the dual problem. */
 class MaxEntropy {
   private readonly index: number[] = [];
   private readonly y: Float64Array[];
@@ -93,7 +94,7 @@ class MaxEntropy {
     this.lambda[0] = -Math.log(sphere) * Math.sqrt(sphere);
   }
 
-  /** Coefficients of all bands, of integral 1. Begins at the last channel's solution. */
+  /** Coefficients of all bands, scaled to integral 1. Starts at the last channel's solution. */
   estimate(sh: readonly Rgb[], k: number, mean: number): number[] {
     const target = this.moments(sh, k, mean);
     let potential = this.evaluate(this.lambda, target);
@@ -205,7 +206,7 @@ function completed(sh: readonly Rgb[]): Rgb[] {
   return out;
 }
 
-/** exp(-t l(l+1)). */
+/** The window exp(-t l(l+1)). */
 function window(t: number): number[] {
   const q = Math.exp(-2 * t);
   const out = [1];
@@ -295,13 +296,13 @@ export function reconstruct(sh: readonly Rgb[]): RadianceReconstruction {
   return { coefficients, blur };
 }
 
-/** The mean over the lobe of `roughness` about the unit vector d; `lobe` are its coefficients, ones for a mirror. */
+/** Mean radiance over the lobe of `roughness` about the unit vector d; `lobe`: its coefficients, ones for a mirror. */
 export function radianceAt(r: RadianceReconstruction, d: Vec3, roughness: number, lobe: readonly number[]): Rgb {
   const at = clamp(roughness, 0, 1) * (knots - 1);
   const knot = Math.min(Math.floor(at), knots - 2);
   const share = (at * at - knot * knot) / (2 * knot + 1);
   const t = r.blur[knot] * (1 - share) + r.blur[knot + 1] * share;
   const value = evaluateHarmonics(r.coefficients, d, window(t).map((w, l) => w * lobe[l]));
-  // The order of the comparison sends NaN to 0.
+  // The order of the comparison maps NaN to 0.
   return [value[0] > 0 ? value[0] : 0, value[1] > 0 ? value[1] : 0, value[2] > 0 ? value[2] : 0];
 }

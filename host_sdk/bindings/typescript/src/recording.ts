@@ -1,9 +1,9 @@
-// Recordings of descriptors, as `lightwell record` writes them. The container in prose: proto/README.md.
+// Recordings of descriptors, as written by `lightwell record`. Format: proto/README.md.
 import { crc32c } from "./crc32c.js";
 import { DecodeError } from "./wire.js";
 
 export interface RecordedMessage {
-  /** CLOCK_MONOTONIC of the recorder when it came, ns. */
+  /** CLOCK_MONOTONIC of the recorder at reception, ns. */
   timeNs: bigint;
   bytes: Uint8Array;
 }
@@ -12,14 +12,13 @@ export interface Recording {
   /** A RecordingHeader message. */
   header: Uint8Array;
   messages: RecordedMessage[];
-  /** At the end, that are no whole record. */
+  /** Bytes after the last complete record. */
   tornBytes: number;
 }
 
 const magic = [0x4c, 0x57, 0x52, 0x45, 0x43, 1, 0x0d, 0x0a];
 
-/** Reading ends at the first record that is torn or damaged; what came before is good. Throws DecodeError where the
- *  file is no recording. */
+/** Reads all records before the first incomplete or damaged one. Throws DecodeError if the file is not a recording. */
 export function readRecording(file: Uint8Array): Recording {
   if (magic.some((byte, i) => file[i] !== byte))
     throw new DecodeError("data_loss", "no Lightwell recording of container version 1");
@@ -29,7 +28,7 @@ export function readRecording(file: Uint8Array): Recording {
   while (file.length - at >= 16) {
     const size = view.getUint32(at, true);
     if (size > file.length - at - 16) break;
-    // The checksum is over time and payload, which lie behind each other.
+    // The checksum is over time and payload, which are contiguous.
     if (crc32c(file.subarray(at + 8, at + 16 + size)) !== view.getUint32(at + 4, true)) break;
     records.push({ timeNs: view.getBigInt64(at + 8, true), bytes: file.subarray(at + 16, at + 16 + size) });
     at += 16 + size;

@@ -3,10 +3,10 @@
 export type Vec3 = [number, number, number];
 /** Linear Rec. 709, D65. */
 export type Rgb = [number, number, number];
-/** x, y, z, w; Hamilton. */
+/** Rotation quaternion x, y, z, w; Hamilton convention. */
 export type Quat = [number, number, number, number];
 
-/** cd/m² of radiance, lux of irradiance, where units are absolute. */
+/** Luminance in cd/m² of radiance, illuminance in lux of irradiance, if units are absolute. */
 export function luminance(c: Rgb): number {
   return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
 }
@@ -22,7 +22,7 @@ export function normalized(v: Vec3): Vec3 | null {
 
 const f = Math.fround;
 
-/** The same in floats, rounded step by step as C++ does it. */
+/** The same in float, with the same rounding steps as C++. */
 export function normalizedFloat(v: Vec3): Vec3 | null {
   const largest = Math.max(Math.abs(v[0]), Math.abs(v[1]), Math.abs(v[2]));
   if (!(largest > 0) || !Number.isFinite(f(f(v[0] + v[1]) + v[2]))) return null;
@@ -36,7 +36,7 @@ export function dot(a: Vec3, b: Vec3): number {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/** v turned by the unit quaternion q. */
+/** v rotated by the unit quaternion q. */
 export function rotate(q: Quat, v: Vec3): Vec3 {
   const [x, y, z, w] = q;
   const t: Vec3 = [2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])];

@@ -1,10 +1,10 @@
-// Protobuf's binary form, as much as descriptors need, and as strict as protobuf's own reader: unknown fields are
-// passed over, and what is no message throws.
+// Reader of protobuf's binary form, as far as descriptors need it, as strict as protobuf's own parser: unknown fields
+// are ignored, and invalid messages throw.
 //   DecodeError   the one error of this module
-//   WireReader    one message's fields
+//   WireReader    the fields of a message
 
-/** Bytes that are no descriptor. `code` as in C++: "data_loss" is no message at all, "invalid_argument" one that breaks
- *  the specification, with the field's name in the message. */
+/** Bytes that are not a descriptor. `code` as in C++: "data_loss" if they are not a message, "invalid_argument", with
+ *  the field's name in the message, if the message violates the specification. */
 export class DecodeError extends Error {
   constructor(readonly code: "data_loss" | "invalid_argument", message: string) {
     super(message);
@@ -12,7 +12,7 @@ export class DecodeError extends Error {
   }
 }
 
-/** A message that breaks the specification. */
+/** Error for a message that violates the specification. */
 export function invalid(what: string): DecodeError {
   return new DecodeError("invalid_argument", `descriptor: ${what}`);
 }
@@ -28,10 +28,10 @@ const enum WireType {
   fixed32 = 5,
 }
 
-/** Groups in unknown fields may nest; protobuf's limit. */
+/** Protobuf's limit of nested groups in unknown fields. */
 const maxDepth = 100;
 
-/** What stands behind a tag; read() takes it, or the reader passes over it. */
+/** The value after a tag; read() consumes it, otherwise the reader skips it. */
 export class WireReader {
   private at: number;
   private type: WireType = WireType.varint;
@@ -42,7 +42,7 @@ export class WireReader {
     this.view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   }
 
-  /** Calls `field(number)` for each; a field that it does not take, by returning false, is passed over. */
+  /** Calls `field(number)` for each field; if it returns false, the field is skipped. */
   fields(field: (number: number) => boolean): void {
     while (this.at < this.end) {
       const tag = this.tag();
@@ -55,7 +55,7 @@ export class WireReader {
     }
   }
 
-  /** Low 32 bits of a varint: of uint32, enum; other wire types are not taken. */
+  /** Low 32 bits of a varint (uint32, enum); other wire types are skipped. */
   uint32(set: (value: number) => void): boolean {
     if (this.type !== WireType.varint) return false;
     set(this.varint() >>> 0);
@@ -119,7 +119,7 @@ export class WireReader {
     return new WireReader(this.bytes, start, start + size);
   }
 
-  /** Below 2^31, in at most five bytes. */
+  /** A length below 2^31, in at most five bytes. */
   private length(): number {
     let size = 0;
     for (let k = 0; k < 5; ++k) {

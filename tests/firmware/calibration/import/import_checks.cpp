@@ -11,13 +11,13 @@ namespace lightwell::test {
 
 void expect_same_pixels(const LensParameters& lens, const Formula& formula) {
   const CameraModel model(lens);
-  EXPECT_DOUBLE_EQ(model.max_angle_rad(), lens.max_angle_rad) << "the model ends before the field of view";
+  EXPECT_DOUBLE_EQ(model.max_angle_rad(), lens.max_angle_rad) << "the model's domain ends inside the field of view";
   constexpr int kThetas = 200, kPhis = 64;
   double largest = 0;
   for (int i = 0; i <= kThetas; ++i) {
     for (int j = 0; j < kPhis; ++j) {
       const double theta = lens.max_angle_rad * i / kThetas, phi = 2 * std::numbers::pi * j / kPhis;
-      // Another length than one, as points have it.
+      // Not of unit length.
       const Vec3d p = Vec3d{std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)} * 2.5;
       const auto ours = model.project(p);
       ASSERT_TRUE(ours) << theta << " " << phi;
@@ -48,7 +48,7 @@ std::string with(std::string text, const std::string& from, const std::string& t
 
 void expect_refused(const std::string& text, const std::vector<std::string>& parts, const ImportOptions& options) {
   const Result<ImportedCalibration> result = import_calibration(text, "given", options);
-  ASSERT_FALSE(result) << "was taken; expected: " << (parts.empty() ? "" : parts.front());
+  ASSERT_FALSE(result) << "was imported; expected error: " << (parts.empty() ? "" : parts.front());
   for (const std::string& part : parts)
     EXPECT_NE(result.status().message().find(part), std::string::npos)
         << "'" << part << "' is not in: " << result.status().message();

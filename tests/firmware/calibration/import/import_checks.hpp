@@ -1,4 +1,4 @@
-// What tests of importing share: pixels beside a formula's, and refusals.
+// Helpers of the import tests: comparison with published formulas, and checks of errors.
 #pragma once
 
 #include <string>
@@ -11,16 +11,16 @@
 
 namespace lightwell::test {
 
-/// The imported lens and the formula put every direction within max_angle_rad on the same pixel, to a millionth.
+/// Expects that lens and formula project all directions within max_angle_rad to the same pixel, to 1e-6 px.
 void expect_same_pixels(const LensParameters& lens, const Formula& formula);
 
-/// Imported, or a failure with the message and an empty rig.
+/// The imported calibration; on error a test failure with the message, and an empty rig.
 [[nodiscard]] ImportedCalibration imported(const std::string& text, const ImportOptions& options = {});
 
-/// `text` with `from`, which must be there, replaced by `to`.
+/// `text` with `from`, which must occur in it, replaced by `to`.
 [[nodiscard]] std::string with(std::string text, const std::string& from, const std::string& to);
 
-/// Not imported, and the message contains all of `parts`.
+/// Expects that the import fails with a message that contains all of `parts`.
 void expect_refused(const std::string& text, const std::vector<std::string>& parts, const ImportOptions& options = {});
 
 /// Whether one of the notes contains `part`.

@@ -1,4 +1,4 @@
-// Kalibr's camchains: real ones, and what is wrong with broken ones.
+// Tests of importing Kalibr's camchains: real ones, and errors of invalid ones.
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -53,7 +53,7 @@ cam1:
   rostopic: /tiscamera_ros/fisheye_right/image_rect_raw
 )";
 
-// The house's convention written out: where a camera's point is in the probe.
+// Transforms a point from a camera's frame to the probe frame, by the convention of calibration.proto.
 Vec3d in_probe(const LensParameters& lens, Vec3d p) {
   return rotate(lens.pose_cv.rotation, p) + lens.pose_cv.translation;
 }
@@ -64,7 +64,7 @@ TEST(KalibrImport, ADoubleSphereLandsOnKalibrsPixels) {
                                                      316.1745713358917, 724.8551471226007, 546.5708052642561));
   expect_same_pixels(in.rig.lenses[1], double_sphere(-0.19567833352036393, 0.5934771139662725, 318.54033139830346,
                                                      317.0520130252999, 712.7496608380312, 557.2224352962965));
-  EXPECT_TRUE(noted(in, "not a pair back to back")) << "3.8 degrees apart";
+  EXPECT_TRUE(noted(in, "not a pair back to back")) << "the axes are 3.8 degrees apart";
 }
 
 TEST(KalibrImport, AnEquidistantLensOf195DegreesLandsOnKalibrsPixels) {
@@ -76,7 +76,7 @@ TEST(KalibrImport, AnEquidistantLensOf195DegreesLandsOnKalibrsPixels) {
       in.rig.lenses[0],
       fisheye(190.97847715128717, 190.9733070521226, 254.93170605935475, 256.8974428996504,
               {0.0034823894022493434, 0.0007150348452162257, -0.0020532361418706202, 0.00020293673591811182}));
-  EXPECT_TRUE(noted(in, "extrapolation")) << "Kalibr's pinhole saw points with z > 0 alone";
+  EXPECT_TRUE(noted(in, "extrapolation")) << "Kalibr's pinhole only uses points with z > 0";
   EXPECT_TRUE(noted(in, "timeshift_cam_imu 0.00126 s"));
 }
 
@@ -87,8 +87,8 @@ TEST(KalibrImport, OneCameraLooksAlongMinusZWithItsPictureUpright) {
   EXPECT_LT(length(in_probe(lens, {0, 1, 0}) - Vec3d{0, -1, 0}), 1e-15) << "down in the picture is -Y";
 }
 
-// By hand: lens 1 stands 10 cm to the right of lens 0 and looks to the right. The rows of its rotation are its axes in
-// lens 0's: x is lens 0's backwards, y down, z right. t = -R (0.1, 0, 0).
+// Constructed by hand: lens 1 is 10 cm to the right of lens 0 and looks to the right. The rows of its rotation are its
+// axes in lens 0's frame: x is backward, y down, z right. t = -R (0.1, 0, 0).
 TEST(KalibrImport, TheChainMapsTheFirstCamerasPointsIntoTheSeconds) {
   const std::string text = with(
       with(with(with(kStereo, "[0.9994397899015358, 0.01583231520610129, 0.029486338477008038, -0.1982100882850154]",
@@ -100,11 +100,11 @@ TEST(KalibrImport, TheChainMapsTheFirstCamerasPointsIntoTheSeconds) {
   const LensParameters lens = imported(text).rig.lenses[1];
   EXPECT_LT(length(rotate(lens.pose_cv.rotation, Vec3d{0, 0, 1}) - Vec3d{1, 0, 0}), 1e-12) << "looks along +X";
   EXPECT_LT(length(rotate(lens.pose_cv.rotation, Vec3d{0, 1, 0}) - Vec3d{0, -1, 0}), 1e-12) << "upright";
-  EXPECT_LT(length(lens.pose_cv.translation - Vec3d{0.05, 0, 0}), 1e-12) << "half of 10 cm to +X";
+  EXPECT_LT(length(lens.pose_cv.translation - Vec3d{0.05, 0, 0}), 1e-12) << "half of 10 cm towards +X";
 }
 
 TEST(KalibrImport, EveryHalfTurnBecomesItsQuaternion) {
-  // Half turns have a trace of -1, where a quaternion's w is zero and must not be divided by.
+  // The trace of a half turn is -1: the quaternion's w is zero and must not be used as a divisor.
   for (const char* axes : {"1 -1 -1", "-1 1 -1", "-1 -1 1"}) {
     double x = 0, y = 0, z = 0;
     ASSERT_EQ(std::sscanf(axes, "%lf %lf %lf", &x, &y, &z), 3);
@@ -118,7 +118,7 @@ TEST(KalibrImport, EveryHalfTurnBecomesItsQuaternion) {
   }
 }
 
-TEST(KalibrImport, AnEllipsoidIsTakenWhereItIsASphere) {
+TEST(KalibrImport, EucmIsImportedIfBetaIsOne) {
   const std::string eucm = R"(cam0:
   camera_model: eucm
   distortion_model: none
@@ -133,7 +133,7 @@ TEST(KalibrImport, AnEllipsoidIsTakenWhereItIsASphere) {
   expect_refused(with(eucm, "1.0,", "1.1,"), {"given:2: cam0.camera_model", "ellipsoid", "beta 1.1", "pinhole-equi"});
 }
 
-TEST(KalibrImport, WhatCannotBeALensIsRefusedWithItsLine) {
+TEST(KalibrImport, InvalidLensesAreRefusedWithTheLine) {
   expect_refused(with(kTumVi, "190.97847715128717", ".nan"), {"given:5: cam0.intrinsics", "not finite"});
   expect_refused(with(kTumVi, "190.97847715128717", "-190.9"), {"given:5: cam0.intrinsics", "must be positive"});
   expect_refused(with(kTumVi, "190.97847715128717, ", ""),
@@ -169,7 +169,7 @@ TEST(KalibrImport, BrokenYamlIsRefusedWithItsLine) {
   expect_refused("camera0: {}\n", {"no cam0"}, kalibr);
 }
 
-TEST(AnyImport, WhatIsNoneOfTheKindsIsRefusedWithTheirNames) {
+TEST(AnyImport, UnknownFormatsAreRefusedWithTheKnownNames) {
   expect_refused("lens { width: 3 }", {"opencv", "kalibr", "ros", "--kind"});
   expect_refused("some: field\n", {"opencv", "kalibr", "ros", "--kind"});
   expect_refused("", {"is empty"});

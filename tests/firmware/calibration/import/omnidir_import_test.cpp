@@ -1,4 +1,4 @@
-// Files of cv::omnidir, as OpenCV's own sample writes them.
+// Tests of importing files of cv::omnidir as written by OpenCV's sample.
 #include <array>
 #include <numbers>
 #include <string>
@@ -27,7 +27,8 @@ Formula kitti() {
               {kKittiD[0], kKittiD[1], kKittiD[2], kKittiD[3]});
 }
 
-/// As omni_calibration.cpp's saveCameraParams does, by OpenCV itself; `with_size` adds what it leaves out.
+/// Written with OpenCV like saveCameraParams() of omni_calibration.cpp; `with_size` adds the picture size, which that
+/// omits.
 std::string omni_sample(const std::string& extension, bool with_size) {
   cv::FileStorage fs(extension, cv::FileStorage::WRITE | cv::FileStorage::MEMORY);
   fs << "calibration_time"
@@ -56,7 +57,7 @@ TEST(OpenCvImport, AnOmnidirLensLandsOnOpenCvsPixelsFromYamlAndXml) {
   }
 }
 
-TEST(OpenCvImport, TheSizeThatTheOmnidirSampleLeavesOutIsAskedFor) {
+TEST(OpenCvImport, ReportsTheSizeMissingInTheOmnidirSample) {
   for (const char* extension : {".yml", ".xml"})
     expect_refused(omni_sample(extension, false), {"image_width", "is missing", "add image_width and image_height"});
 }

@@ -1,4 +1,4 @@
-// Files of cv::FileStorage: as OpenCV's samples write them, with numbers of real lenses.
+// Tests of importing files of cv::FileStorage as written by OpenCV's samples, with values of real lenses.
 #include <array>
 #include <cmath>
 #include <string>
@@ -38,8 +38,8 @@ Formula t265() {
                  {-0.006762412326815424, 0.045170283325720008, -0.043515167278210638, 0.008374959821591333});
 }
 
-// Every convention here rests on this: the corner of four squares that lies between pixels 19 and 20 is at 19.5, so
-// whole numbers are the pixels' centres. Kalibr and ROS refine corners by the same function (see the README).
+// The convention of pixel coordinates: cornerSubPix() puts the corner of four squares between pixels 19 and 20 at 19.5,
+// so integers are the centres of pixels. Kalibr and ROS refine corners with the same function (README.md).
 TEST(OpenCvImport, ThePictureOriginIsTheCentreOfTheTopLeftPixel) {
   cv::Mat picture(40, 40, CV_8U, cv::Scalar(0));
   picture(cv::Rect(0, 0, 20, 20)).setTo(255);
@@ -48,7 +48,7 @@ TEST(OpenCvImport, ThePictureOriginIsTheCentreOfTheTopLeftPixel) {
   cv::cornerSubPix(picture, corner, {5, 5}, {-1, -1}, {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-6});
   EXPECT_NEAR(corner[0].x, 19.5, 1e-3);
   EXPECT_NEAR(corner[0].y, 19.5, 1e-3);
-  // Ours: the first pixel of a lens whose principal point is (0, 0) is on the axis.
+  // In Lightwell's convention pixel (0, 0) of a lens with principal point (0, 0) is on the axis.
   const std::string text = with(with(kT265, "422.2765876951761", "0."), "395.2246466040553", "0.");
   ImportOptions options;
   options.max_angle_rad = 1;
@@ -63,7 +63,7 @@ TEST(OpenCvImport, AFisheyeLandsOnOpenCvsPixels) {
   EXPECT_EQ(in.rig.lenses[0].width, 848);
   EXPECT_EQ(in.rig.lenses[0].height, 800);
   expect_same_pixels(in.rig.lenses[0], t265());
-  EXPECT_FALSE(noted(in, "taken as cv::fisheye's")) << "the file says that it is one";
+  EXPECT_FALSE(noted(in, "taken as cv::fisheye's")) << "the file declares a fisheye";
 }
 
 TEST(OpenCvImport, TheSpellingsOfTheTutorialsAreTheSameLens) {
@@ -90,7 +90,7 @@ TEST(OpenCvImport, SkewIsRefused) {
                  {"camera_matrix", "skew of 0.25", "CALIB_FIX_SKEW"});
 }
 
-TEST(OpenCvImport, WhatCannotBeALensIsRefusedWithItsField) {
+TEST(OpenCvImport, InvalidLensesAreRefusedWithTheField) {
   expect_refused(with(kT265, "286.60144163375528", ".Nan"), {"camera_matrix", "not finite"});
   expect_refused(with(kT265, "286.60144163375528", "-286."), {"camera_matrix", "must be positive"});
   expect_refused(with(kT265, "286.60144163375528, 0.,", "0.,"),
@@ -106,8 +106,8 @@ TEST(OpenCvImport, WhatCannotBeALensIsRefusedWithItsField) {
   expect_refused(with(kT265, "image_height", "image_depth"), {"image_height", "is missing"});
   expect_refused(with(kT265, "camera_matrix", "matrix"), {"camera_matrix", "is missing", "K"});
   expect_refused(with(kT265, "distortion_coefficients", "coefficients"), {"distortion_coefficients", "is missing"});
-  expect_refused(kT265 + "K: [ 1, 0, 0, 0, 1, 0, 0, 0, 1 ]\n", {"K: says the same as camera_matrix"});
-  expect_refused(kT265 + "image_size: [ 848, 800 ]\n", {"image_size: says the same as image_width"});
+  expect_refused(kT265 + "K: [ 1, 0, 0, 0, 1, 0, 0, 0, 1 ]\n", {"K: has the same meaning as camera_matrix"});
+  expect_refused(kT265 + "image_size: [ 848, 800 ]\n", {"image_size: has the same meaning as image_width"});
   expect_refused(kT265 + "xi: -0.5\n", {"xi", "must be zero or more"});
   expect_refused(kT265 + "xi: [ 1., 2. ]\n", {"xi", "must be one number"});
   expect_refused(kT265 + "camera_matrix_1: 5\n", {"camera_matrix_1", "a pair of cameras"});

@@ -1,4 +1,4 @@
-// A real pair back to back, an Insta360 Air: where both lenses look, and where they stand.
+// Tests of importing a real pair back to back, an Insta360 Air: poses of both lenses.
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -43,7 +43,7 @@ cam1:
   rostopic: /camera360/right/image_raw
 )";
 
-// The house's convention written out: where a camera's point is in the probe.
+// Transforms a point from a camera's frame to the probe frame, by the convention of calibration.proto.
 Vec3d in_probe(const LensParameters& lens, Vec3d p) {
   return rotate(lens.pose_cv.rotation, p) + lens.pose_cv.translation;
 }
@@ -67,7 +67,7 @@ TEST(PairImport, BothLensesOfAnInsta360LandOnKalibrsPixels) {
 
 TEST(PairImport, APointSeenByBothLensesIsOnePointOfTheProbe) {
   const ImportedCalibration in = imported(kInsta360);
-  // p_c1 = T_cn_cnm1 p_c0, by the file's numbers.
+  // p_c1 = T_cn_cnm1 p_c0, with the values of the file.
   const auto second = [](Vec3d p) {
     return Vec3d{
         -0.9997050511222031 * p.x - 0.02400871520926141 * p.y + 0.0036595566338969284 * p.z + 0.002862424041614364,
@@ -82,11 +82,11 @@ TEST(PairImport, ThePairsOriginIsMidwayAndMinusZIsTheFirstLensesAxis) {
   const ImportedCalibration in = imported(kInsta360);
   const Vec3d first = in.rig.lenses[0].pose_cv.translation, second = in.rig.lenses[1].pose_cv.translation;
   EXPECT_LT(length(first + second), 1e-15);
-  EXPECT_NEAR(length(first - second), 0.0373, 1e-4) << "metres, as thick as the camera";
-  EXPECT_LT(first.z, -0.018) << "lens 0 stands in front, towards -Z";
+  EXPECT_NEAR(length(first - second), 0.0373, 1e-4) << "m, the thickness of the camera";
+  EXPECT_LT(first.z, -0.018) << "lens 0 is in front, towards -Z";
   EXPECT_LT(length(rotate(in.rig.lenses[0].pose_cv.rotation, Vec3d{0, 0, 1}) - Vec3d{0, 0, -1}), 1e-15);
   EXPECT_LT(angle_between(rotate(in.rig.lenses[1].pose_cv.rotation, Vec3d{0, 0, 1}), Vec3d{0, 0, 1}), 0.3 * kDegree)
-      << "lens 1 looks back";
+      << "lens 1 looks along +Z";
 }
 
 TEST(PairImport, OneCameraOfAChainCanBeChosen) {
@@ -110,16 +110,16 @@ TEST(PairImport, OmniWithoutDistortionIsTheUnifiedModel) {
                                                         744.18018744745, 749.338173173202, {}));
 }
 
-TEST(PairImport, WhatCannotBeAPairIsRefused) {
+TEST(PairImport, InvalidPairsAreRefused) {
   expect_refused(with(kInsta360, "-0.9997050511222031", "0.9997050511222031"), {"cam1.T_cn_cnm1", "no rotation"});
   expect_refused(with(kInsta360, "-0.9997050511222031", ".nan"), {"cam1.T_cn_cnm1", "not finite"});
   expect_refused(with(kInsta360, "- [0.0, 0.0, 0.0, 1.0]", "- [0.0, 0.0, 1.0, 1.0]"), {"cam1.T_cn_cnm1", "last row"});
   expect_refused(with(kInsta360, "  - [0.0, 0.0, 0.0, 1.0]\n", ""), {"cam1.T_cn_cnm1", "3 rows"});
   expect_refused(with(kInsta360, "T_cn_cnm1:", "T_cn_cnm2:"), {"cam1.T_cn_cnm1", "is missing", "--camera"});
-  expect_refused(with(kInsta360, "cam1:", "cam2:"), {"cam0, cam2", "do not follow each other", "--camera"});
+  expect_refused(with(kInsta360, "cam1:", "cam2:"), {"cam0, cam2", "are not consecutive", "--camera"});
   expect_refused(kInsta360 + "cam2: {}\n", {"3 cameras (cam0, cam1, cam2)", "--camera"});
   expect_refused(with(kInsta360, "cam1:", "cam0:"), {"given:11: cam0 is there twice"});
-  // -1 in the determinant: the mirror image of the half turn.
+  // Determinant -1: a half turn with a reflection.
   const std::string rows = R"(  - [-1, 0, 0, 0]
   - [0, 1, 0, 0]
   - [0, 0, 1, 0]

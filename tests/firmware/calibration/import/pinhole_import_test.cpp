@@ -1,4 +1,4 @@
-// Lenses below 180 degrees with radial and tangential distortion: taken where a model of ours is the same function.
+// Tests of importing pinholes with radial and tangential distortion, which are accepted if a supported model is equal.
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -27,7 +27,7 @@ Formula euroc() {
   return pinhole(461.629, 460.152, 362.680, 246.049, {-0.27695497, 0.06712482, 0.00087538, 0.00011556});
 }
 
-// The same camera as cv::calibrateCamera would write it, five coefficients, and as ROS would.
+// The same camera as written by cv::calibrateCamera, five coefficients, and by ROS.
 const std::string kOpenCv = R"(%YAML:1.0
 ---
 image_width: 752
@@ -51,7 +51,7 @@ distortion_model: plumb_bob
 distortion_coefficients: {rows: 1, cols: 5, data: [-0.27695497, 0.06712482, 0.00087538, 0.00011556, 0]}
 )";
 
-TEST(PinholeImport, WithFourCoefficientsItIsExactlyMeisModelWithoutItsSphere) {
+TEST(PinholeImport, FourCoefficientsEqualMeiWithXiZero) {
   for (const std::string& text : {kEuroc, kOpenCv, kRos}) {
     const LensParameters lens = imported(text).rig.lenses[0];
     EXPECT_LT(lens.max_angle_rad, 45 * kDegree);
@@ -72,7 +72,7 @@ TEST(PinholeImport, FurtherCoefficientsAreRefusedWithTheRemedy) {
                  {"given:5: distortion_coefficients", "k1 k2 t1 t2 k3", "here are 3"});
 }
 
-// Tangential distortion makes circles of directions into ovals: none of them may leave the picture's circle.
+// With tangential distortion, circles of directions project to ovals, which must be inside the picture's circle.
 TEST(FieldOfView, HoldsAtEveryAzimuthOfALensWithTangentialDistortion) {
   const std::string text = R"(cam0:
   camera_model: omni
@@ -91,7 +91,7 @@ TEST(FieldOfView, HoldsAtEveryAzimuthOfALensWithTangentialDistortion) {
     largest = std::max(largest, std::hypot(p->x - 749.5, p->y - 749.5));
   }
   EXPECT_LE(largest, 750 + 1e-3);
-  EXPECT_GT(largest, 750 - 0.05) << "a thousandth of a degree is a fiftieth of a pixel";
+  EXPECT_GT(largest, 750 - 0.05) << "a thousandth of a degree is 1/50 pixel";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// How other programs say a direction lands on a pixel, written from their documents and sharing nothing with ours.
+// Projections of other programs, implemented from their documentation, independent of the code under test.
 // Axes: x right, y down, z forward; (0, 0) is the centre of the top left pixel.
 #pragma once
 
@@ -12,7 +12,7 @@ using Pixel = std::array<double, 2>;
 using Formula = std::function<Pixel(double x, double y, double z)>;
 
 /// docs.opencv.org, "Fisheye camera model": theta_d = theta (1 + k1 theta² + k2 theta⁴ + k3 theta⁶ + k4 theta⁸), x' and
-/// y' its parts along a and b. theta as an angle from the axis, where OpenCV's arctangent of a/z ends at 90 degrees.
+/// y' its components along a and b. theta is the angle from the axis; OpenCV's atan(a/z) is limited to 90 degrees.
 inline Formula fisheye(double fx, double fy, double cx, double cy, std::array<double, 4> k) {
   return [=](double x, double y, double z) -> Pixel {
     const double theta = std::acos(z / std::sqrt(x * x + y * y + z * z)), azimuth = std::atan2(y, x);
@@ -32,8 +32,8 @@ inline Formula double_sphere(double xi, double alpha, double fu, double fv, doub
   };
 }
 
-/// omnidir.hpp and Mei & Rives 2007, section II: onto the unit sphere, seen from xi above its centre, distorted with
-/// D = (k1, k2, p1, p2), then K. Kalibr's omni: [xi fu fv pu pv] with radtan [k1 k2 r1 r2].
+/// omnidir.hpp and Mei & Rives 2007, section II: projection onto the unit sphere, then from a point xi above its
+/// centre, distortion with D = (k1, k2, p1, p2), then K. Kalibr's omni: [xi fu fv pu pv] with radtan [k1 k2 r1 r2].
 inline Formula omni(double xi, double fu, double fv, double pu, double pv, std::array<double, 4> d) {
   return [=](double x, double y, double z) -> Pixel {
     const double length = std::sqrt(x * x + y * y + z * z);

@@ -1,4 +1,4 @@
-// The published lenses that other tests lean on are what their sources say: more than half a sphere each.
+// Tests of the published lenses that other tests use: each sees more than half the sphere, as its source states.
 #include "fixtures/published_lenses.hpp"
 
 #include <cmath>

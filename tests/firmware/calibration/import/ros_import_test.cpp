@@ -1,4 +1,4 @@
-// sensor_msgs/CameraInfo: as camera_calibration writes it, and as the message is printed.
+// Tests of importing sensor_msgs/CameraInfo as written by camera_calibration, and as printed message.
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -40,7 +40,7 @@ Formula t265() {
                  {-0.00917659267037002, 0.05074013237676034, -0.04804389088255095, 0.009643678532407408});
 }
 
-// The same lens as `rostopic echo` prints the message.
+// The same lens as printed by `rostopic echo`.
 const std::string kPrinted = R"(header:
   seq: 0
   frame_id: "right"
@@ -70,7 +70,7 @@ TEST(RosImport, AnEquidistantLensLandsOnItsPixels) {
     expect_same_pixels(in.rig.lenses[0], t265());
   }
   EXPECT_EQ(imported(kWritten).cameras, std::vector<std::string>{"t265_right"});
-  // ROS 2 writes the arrays in lower case.
+  // ROS 2 names the arrays in lower case.
   expect_same_pixels(imported(with(with(kPrinted, "K:", "k:"), "D:", "d:")).rig.lenses[0], t265());
 }
 
@@ -88,8 +88,8 @@ TEST(RosImport, ARegionOfInterestShiftsThePixels) {
   });
 }
 
-// Two pixels whose centres are 0 and 1 become one whose centre is 0: the sensor's 0.5.
-TEST(RosImport, BinningPutsTheMiddleOfAGroupAtItsPixelsCentre) {
+// Binning joins two pixels with centres 0 and 1 to one with centre 0, which is 0.5 in the sensor's pixels.
+TEST(RosImport, BinningKeepsTheCentreOfABinnedPixel) {
   const std::string text = with(with(kPrinted, "binning_x: 0", "binning_x: 2"), "binning_y: 0", "binning_y: 4");
   const ImportedCalibration in = imported(text);
   EXPECT_EQ(in.rig.lenses[0].width, 424);
@@ -112,7 +112,7 @@ TEST(RosImport, ARegionOutsideThePictureIsRefused) {
   expect_refused(with(kPrinted, "x_offset: 0", "x_offset: 5"), {"roi", "offset but no width"});
 }
 
-TEST(RosImport, WhatCannotBeALensIsRefusedWithItsLine) {
+TEST(RosImport, InvalidLensesAreRefusedWithTheLine) {
   expect_refused(with(kWritten, "equidistant", "atan"),
                  {"given:8: distortion_model", "'atan' is unknown", "equidistant", "plumb_bob", "rational_polynomial"});
   expect_refused(with(kWritten, "distortion_model: equidistant\n", ""),
@@ -120,7 +120,7 @@ TEST(RosImport, WhatCannotBeALensIsRefusedWithItsLine) {
   expect_refused(with(kWritten, "data: [286.94962264945976, 0,", "data: [286.94962264945976, 0.5,"),
                  {"given:5: camera_matrix", "skew of 0.5"});
   expect_refused(with(kWritten, "286.94962264945976", ".nan"), {"given:5: camera_matrix", "not finite"});
-  // What CameraInfo says of a camera that was never calibrated.
+  // CameraInfo of a camera that has not been calibrated.
   expect_refused(with(kWritten, "286.94962264945976", "0"), {"given:5: camera_matrix", "never calibrated"});
   expect_refused(with(kWritten, "286.69078453656996", "-286"), {"given:5: camera_matrix", "must be positive"});
   expect_refused(with(kWritten, "[286.94962264945976, 0,", "[0,"), {"given:7: camera_matrix.data", "8 numbers"});
@@ -129,7 +129,7 @@ TEST(RosImport, WhatCannotBeALensIsRefusedWithItsLine) {
   expect_refused(with(kWritten, "-0.00917659267037002", ".inf"), {"given:10: distortion_coefficients", "not finite"});
   expect_refused(with(kWritten, "image_width: 848", "image_width: 0"), {"given:1: image_width", "0 x 800"});
   expect_refused(with(kWritten, "image_width: 848\n", ""), {"image_width", "is missing"});
-  expect_refused(kWritten + "width: 848\n", {"given:21: width", "says the same as image_width"});
+  expect_refused(kWritten + "width: 848\n", {"given:21: width", "has the same meaning as image_width"});
   expect_refused(kWritten + "image_width: 848\n", {"given:21: image_width is there twice"});
   expect_refused(kWritten, {"has one camera", "--camera"}, {{}, 3, {}});
 }

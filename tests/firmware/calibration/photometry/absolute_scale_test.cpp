@@ -1,4 +1,4 @@
-// One reading of a meter makes a probe absolute.
+// Tests of absolute_scale.hpp.
 #include "calibration/photometry/absolute_scale.hpp"
 
 #include <cmath>
@@ -15,12 +15,13 @@ using ::testing::HasSubstr;
 const PatchMean kPatch{{0.2, 0.4, 0.3}, {1e-4, 1e-4, 1e-4}, 1000};
 constexpr std::array<double, 3> kBalance{2, 1, 4.0 / 3};
 
-TEST(AbsoluteScale, IsWhatTheEquationOfRadianceSays) {
+TEST(AbsoluteScale, FollowsTheEquationOfRadiance) {
   // radiance = x / (exposure gain vignetting) * balance * scale: 0.4 / (0.01 * 2 * 0.8) = 25 in each channel.
   const auto found = solve_absolute_scale(kPatch, kBalance, {0.01, 2, 0.8}, *luminance_reading(100, 0.04));
   ASSERT_TRUE(found.ok()) << found.status().message();
   EXPECT_NEAR(found->nits_per_unit, 100.0 / 25, 1e-5);
-  EXPECT_NEAR(found->deviation / found->nits_per_unit, 0.04, 0.0001) << "the meter's, the patch's is small";
+  EXPECT_NEAR(found->deviation / found->nits_per_unit, 0.04, 0.0001)
+      << "the meter's uncertainty; the patch's is negligible";
 }
 
 TEST(AbsoluteScale, ALuxMeterOnAGreyCardIsALuminanceMeter) {
@@ -30,7 +31,7 @@ TEST(AbsoluteScale, ALuxMeterOnAGreyCardIsALuminanceMeter) {
   EXPECT_NEAR(reading->deviation, 0.05, 1e-12);
 }
 
-TEST(AbsoluteScale, RefusesWhatNoMeterShows) {
+TEST(AbsoluteScale, RefusesInvalidReadings) {
   for (const double bad : {0.0, -1.0, std::nan(""), static_cast<double>(INFINITY)}) {
     EXPECT_FALSE(luminance_reading(bad).ok());
     EXPECT_FALSE(illuminance_reading(bad, 0.18).ok());

@@ -1,4 +1,4 @@
-// Pictures taken in the dark tell black and read noise, and refuse to tell what rounding hides.
+// Tests of dark_value_of() and solve_dark().
 #include "calibration/photometry/dark.hpp"
 
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// A sensor of this test's own: 12 bits, Gaussian noise, each pixel with an offset that stays, some of them hot.
+/// Dark frames of a 12-bit sensor with Gaussian noise, a fixed pattern of offsets, and some hot pixels.
 std::vector<Picture> patterned(int count, double black, double noise, double pattern, double hot_share) {
   std::mt19937_64 random(77);
   std::normal_distribution<double> normal;
@@ -29,14 +29,14 @@ std::vector<Picture> patterned(int count, double black, double noise, double pat
   return out;
 }
 
-TEST(Dark, ReadNoiseIsWhatChangesAndNotThePattern) {
+TEST(Dark, ReadNoiseExcludesTheFixedPattern) {
   const auto found = solve_dark(patterned(4, 0.06, 5e-4, 1e-3, 0), {});
   ASSERT_TRUE(found.ok()) << found.status().message();
   EXPECT_NEAR(found->read_noise * (1 - 0.06), 5e-4, 0.05 * 5e-4);
   EXPECT_NEAR(found->black_level, 0.06, 1e-4);
 }
 
-TEST(Dark, HotPixelsAreCountedAndDoNotMatter) {
+TEST(Dark, HotPixelsAreCountedAndRejected) {
   const auto found = solve_dark(patterned(4, 0.06, 5e-4, 0, 0.005), {});
   ASSERT_TRUE(found.ok()) << found.status().message();
   EXPECT_NEAR(found->outlier_share, 0.005, 0.001);
@@ -44,14 +44,14 @@ TEST(Dark, HotPixelsAreCountedAndDoNotMatter) {
   EXPECT_NEAR(found->read_noise * (1 - 0.06), 5e-4, 0.05 * 5e-4);
 }
 
-TEST(Dark, NoiseAtHighGainIsBroughtBackToGainOne) {
+TEST(Dark, NoiseIsReferredToGainOne) {
   SimulatedCamera camera(PixelFormat::bayer_rggb12, usual_photometry(PixelFormat::bayer_rggb12), 3);
   const auto found = solve_dark(camera.darks(4, 8), {}, 8);
   ASSERT_TRUE(found.ok()) << found.status().message();
   EXPECT_NEAR(found->read_noise, 3e-4, 0.05 * 3e-4);
 }
 
-TEST(Dark, NoiseBelowTheLowestCodeIsCompletedAndSaysSo) {
+TEST(Dark, CensoredNoiseIsEstimatedAndFlagged) {
   SimulatedCamera camera(PixelFormat::rgb8, usual_photometry(PixelFormat::rgb8), 3);
   const auto found = solve_dark(camera.darks(4), usual_photometry(PixelFormat::rgb8).response);
   ASSERT_TRUE(found.ok()) << found.status().message();
@@ -60,14 +60,14 @@ TEST(Dark, NoiseBelowTheLowestCodeIsCompletedAndSaysSo) {
   EXPECT_EQ(*dark_value_of(camera.darks(2)), 0);
 }
 
-TEST(Dark, OneCodeEverywhereSaysThatNothingIsResolved) {
+TEST(Dark, OneCodeEverywhereIsUnresolved) {
   PhotometricCalibration p = usual_photometry(PixelFormat::bayer_rggb8);
   SimulatedCamera camera(PixelFormat::bayer_rggb8, p, 3);
   const auto found = solve_dark(camera.darks(2), p.response);
   ASSERT_TRUE(found.ok()) << found.status().message();
   EXPECT_FALSE(found->resolved);
   EXPECT_EQ(found->read_noise, 0);
-  EXPECT_GT(found->read_deviation, p.read_noise / 3) << "what a code may hide";
+  EXPECT_GT(found->read_deviation, p.read_noise / 3) << "the noise that quantisation may conceal";
   EXPECT_NEAR(found->black_level, p.black_level, 2 * found->black_deviation);
 }
 
@@ -77,16 +77,16 @@ std::string refused(const std::vector<Picture>& pictures) {
   return found.status().message();
 }
 
-TEST(Dark, RefusesWhatIsNotDark) {
+TEST(Dark, RefusesPicturesThatAreNotDark) {
   SimulatedCamera camera(PixelFormat::bayer_rggb12, usual_photometry(PixelFormat::bayer_rggb12), 3);
   EXPECT_THAT(refused({}), HasSubstr("at least 2"));
   EXPECT_THAT(refused(camera.darks(1)), HasSubstr("take more"));
   const Picture once = camera.darks(1)[0];
-  EXPECT_THAT(refused({once, once}), HasSubstr("same to the last pixel"));
+  EXPECT_THAT(refused({once, once}), HasSubstr("are identical"));
   const auto lit = [&](int, int) { return 0.5; };
   EXPECT_THAT(refused({camera.shoot(lit, 1), camera.shoot(lit, 1)}), HasSubstr("cover the lens"));
   const auto half = [&](int x, int) { return x < 100 ? 0.0 : 0.5; };
-  EXPECT_THAT(refused({camera.shoot(half, 1), camera.shoot(half, 1)}), HasSubstr("some light comes in"));
+  EXPECT_THAT(refused({camera.shoot(half, 1), camera.shoot(half, 1)}), HasSubstr("light enters the camera"));
   Picture small = once;
   small.width /= 2;
   small.rgb.resize(3 * small.sites());

@@ -1,4 +1,4 @@
-// Pictures become samples: well spread, still, and of one camera.
+// Tests of choose_samples() and picture_of().
 #include "calibration/photometry/extraction.hpp"
 
 #include <cmath>
@@ -26,7 +26,7 @@ class Extraction : public testing::Test {
   }
 };
 
-TEST_F(Extraction, ChoosesAllShadesAndAllColours) {
+TEST_F(Extraction, ChoosesAllBrightnessClassesAndChannels) {
   const auto samples = choose_samples(series(), exposures_, 0, 0.98);
   ASSERT_TRUE(samples.ok()) << samples.status().message();
   EXPECT_GE(samples->pixels.size(), 300U);
@@ -42,9 +42,9 @@ TEST_F(Extraction, ChoosesAllShadesAndAllColours) {
   for (const int n : of_channel) EXPECT_GT(n, 50);
 }
 
-TEST_F(Extraction, LeavesOutWhatGetsDarkerInALongerExposure) {
+TEST_F(Extraction, RejectsBlocksThatDarkenInALongerExposure) {
   std::vector<Picture> pictures = series();
-  // A lamp in the upper half goes out before the last picture.
+  // A lamp in the upper half is switched off before the last picture.
   for (std::size_t i = 0; i < pictures[2].rgb.size() / 2; ++i) {
     pictures[2].rgb[i] = 0.9F;
     pictures[3].rgb[i] = 0.3F;
@@ -61,7 +61,7 @@ TEST_F(Extraction, ABlockWithASaturatedPixelIsSaturated) {
     for (const double v : p.values) EXPECT_TRUE(v < 0.995 || v >= 1) << v;
 }
 
-TEST_F(Extraction, RefusesPicturesThatAreNoSeries) {
+TEST_F(Extraction, RefusesInvalidSeries) {
   const std::vector<Picture> good = series();
   const auto refused = [&](const std::vector<Picture>& pictures, const std::vector<double>& exposures) {
     const auto found = choose_samples(pictures, exposures, 0, 0.98);
@@ -77,7 +77,7 @@ TEST_F(Extraction, RefusesPicturesThatAreNoSeries) {
   EXPECT_THAT(refused(good, {4, 3, 2, 1}), HasSubstr("get darker in a longer exposure"));
 }
 
-TEST(PictureOf, ReadsWhatSensorsGiveAndRefusesMixtures) {
+TEST(PictureOf, ReadsSensorFormatsAndRefusesInterpolatedOnes) {
   const std::vector<std::byte> bytes(4 * 4 * 12, std::byte{255});
   const auto full = picture_of({0, PixelFormat::rgb8, 4, 4, 12, bytes}, "a");
   ASSERT_TRUE(full.ok());
@@ -96,7 +96,7 @@ TEST(PictureOf, ReadsWhatSensorsGiveAndRefusesMixtures) {
     std::memcpy(floats.data() + k, &quarter, sizeof quarter);
   const auto raw = picture_of({0, PixelFormat::rgb_f32, 4, 4, 48, floats}, "a", 4096);
   ASSERT_TRUE(raw.ok());
-  EXPECT_EQ(raw->at(2, 1, 0), 0.25F) << "shares of full scale, as they are";
+  EXPECT_EQ(raw->at(2, 1, 0), 0.25F) << "fractions of full scale, unchanged";
   EXPECT_EQ(raw->levels, 4096);
   // 0xFFFFFFFF is NaN as a float.
   EXPECT_THAT(picture_of({0, PixelFormat::rgb_f32, 4, 4, 48, bytes}, "a").status().message(), HasSubstr("not finite"));

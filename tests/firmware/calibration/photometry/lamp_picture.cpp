@@ -32,7 +32,7 @@ std::vector<std::byte> LampCamera::bytes(double angle_rad, double around_rad, do
       out.insert(out.end(), 3, middle ? static_cast<float>(radiance * (share + 0.001)) : 0.0F);
     }
   std::vector<std::byte> picture(sensor_.bytes());
-  sensor_.develop(out, {exposure_s, 1, frame_++, 0}, picture);
+  sensor_.expose(out, {exposure_s, 1, frame_++, 0}, picture);
   return picture;
 }
 

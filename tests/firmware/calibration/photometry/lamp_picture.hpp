@@ -1,4 +1,4 @@
-// A dark room with one round lamp, through a lens of firmware/sim.
+// Simulated pictures of a dark room with one round lamp.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ class LampCamera {
  public:
   LampCamera(const RigParameters& rig, PixelFormat format, std::uint64_t seed, double lamp_radius_rad = 0.05);
 
-  /// The lamp at `angle_rad` from the axis, `around_rad` round it from +x, in a room of a thousandth of its radiance.
+  /// The lamp is at `angle_rad` from the axis and azimuth `around_rad` from +x; the room has 1/1000 of its radiance.
   [[nodiscard]] std::vector<std::byte> bytes(double angle_rad, double around_rad, double radiance, double exposure_s);
   [[nodiscard]] Picture shoot(double angle_rad, double around_rad, double radiance, double exposure_s);
 

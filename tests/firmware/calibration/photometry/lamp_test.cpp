@@ -1,4 +1,4 @@
-// A lamp's light is the same wherever in the picture it stands, but for vignetting.
+// Tests of LampFinder: the measured light depends on the position only by vignetting.
 #include "calibration/photometry/lamp.hpp"
 
 #include <cmath>
@@ -26,24 +26,24 @@ class Lamp : public testing::TestWithParam<PixelFormat> {
   LampCamera camera_{rig_, GetParam(), 31};
 };
 
-TEST_P(Lamp, GivesTheLensItsVignetting) {
+TEST_P(Lamp, MeasuresTheVignetting) {
   const auto finder = LampFinder::make(lens_);
   ASSERT_TRUE(finder.ok());
   double on_axis = 0;
   for (const double degrees : {2.0, 30.0, 60.0, 80.0, 85.0}) {
     const auto seen = finder->find(camera_.shoot(degrees * kDegree, 0.3, 0.6, 0.01), 0.01, std::nullopt, "lamp");
     ASSERT_TRUE(seen.ok()) << degrees << ": " << seen.status().message();
-    // A tenth of a pixel.
+    // A tenth of a pixel, degrees.
     EXPECT_NEAR(seen->angle_rad / kDegree, degrees, 0.15);
     if (on_axis == 0) on_axis = seen->value / vignetting(lens_.photometry, seen->angle_rad);
-    // Seven pixels across; a mosaic samples each colour of its edge at every fourth photosite.
+    // The lamp has a diameter of seven pixels; a mosaic samples each colour at every fourth photosite only.
     const double tolerance = GetParam() == PixelFormat::rgb8 ? 0.01 : 0.03;
     EXPECT_NEAR(seen->value / on_axis / vignetting(lens_.photometry, degrees * kDegree), 1, tolerance) << degrees;
     EXPECT_LT(seen->deviation, 0.01 * seen->value);
   }
   const auto told = finder->find(camera_.shoot(0.5, 0.3, 0.6, 0.01), 0.01, 0.52, "lamp");
   ASSERT_TRUE(told.ok()) << told.status().message();
-  EXPECT_EQ(told->angle_rad, 0.52) << "an angle that was measured is taken";
+  EXPECT_EQ(told->angle_rad, 0.52) << "a given angle must be used";
 }
 
 TEST_P(Lamp, IsRefusedWhereItCannotBeMeasured) {

@@ -1,4 +1,4 @@
-// Variance grows with light as photons do; where it does not, there is no answer.
+// Tests of noise_levels() and solve_noise().
 #include "calibration/photometry/noise.hpp"
 
 #include <cmath>
@@ -21,7 +21,7 @@ std::vector<NoiseLevel> exact_levels() {
   return out;
 }
 
-TEST(Noise, ALineThroughExactLevelsIsExact) {
+TEST(Noise, ExactLevelsGiveTheExactLine) {
   const auto found = solve_noise(exact_levels());
   ASSERT_TRUE(found.ok()) << found.status().message();
   EXPECT_NEAR(found->read_noise, kRead, 1e-9);
@@ -39,7 +39,7 @@ TEST(Noise, LevelsOfDifferentGainsAreOneLine) {
   EXPECT_NEAR(found->shot_noise, kShot, 1e-12);
 }
 
-TEST(Noise, ALevelThatFlickeredIsOutvoted) {
+TEST(Noise, AnOutlierLevelIsRejected) {
   std::vector<NoiseLevel> levels = exact_levels();
   for (const double x : {0.15, 0.3, 0.6}) levels.push_back({x, kRead * kRead + kShot * x, 0, 10000, 1});
   levels[4].variance *= 2;
@@ -48,7 +48,7 @@ TEST(Noise, ALevelThatFlickeredIsOutvoted) {
   EXPECT_NEAR(found->shot_noise, kShot, 0.01 * kShot);
 }
 
-TEST(Noise, ThingsThatMoveBetweenTwoPicturesDoNotMatter) {
+TEST(Noise, MovingObjectsAreRejected) {
   const PhotometricCalibration truth = usual_photometry(PixelFormat::bayer_rggb12);
   SimulatedCamera camera(PixelFormat::bayer_rggb12, truth, 5);
   std::vector<FlatPair> pairs = camera.flats({0.03, 0.1, 0.2, 0.4, 0.8});
@@ -61,7 +61,7 @@ TEST(Noise, ThingsThatMoveBetweenTwoPicturesDoNotMatter) {
   EXPECT_NEAR(found->shot_noise, kShot, 0.05 * kShot);
 }
 
-TEST(Noise, AFlatThatDarkensTowardsItsRimIsManyLevels) {
+TEST(Noise, VignettingGivesSeveralLevels) {
   const PhotometricCalibration truth = usual_photometry(PixelFormat::bayer_rggb12);
   SimulatedCamera camera(PixelFormat::bayer_rggb12, truth, 5);
   const auto wedge = [](int x, int) { return 0.02 + 0.8 * x / SimulatedCamera::kWidth; };
@@ -75,8 +75,8 @@ TEST(Noise, AFlatThatDarkensTowardsItsRimIsManyLevels) {
   EXPECT_NEAR(found->shot_noise, kShot, 0.05 * kShot);
 }
 
-TEST(Noise, RoundingIsTakenOff) {
-  // 8 linear bits: a deviation of half to two codes, of which rounding is 0.29.
+TEST(Noise, RoundingIsSubtracted) {
+  // 8 bits, linear: standard deviations of 0.5 to 2 codes, of which rounding contributes 0.29.
   PhotometricCalibration truth = usual_photometry(PixelFormat::bayer_rggb8);
   SimulatedCamera camera(PixelFormat::bayer_rggb8, truth, 5);
   const auto levels = noise_levels(camera.flats({0.05, 0.1, 0.2, 0.4, 0.6, 0.8}), truth);
@@ -86,14 +86,14 @@ TEST(Noise, RoundingIsTakenOff) {
   EXPECT_NEAR(found->shot_noise, kShot, 0.05 * kShot);
 }
 
-TEST(Noise, RefusesWhatTellsNothing) {
+TEST(Noise, RefusesInsufficientLevels) {
   const PhotometricCalibration truth = usual_photometry(PixelFormat::bayer_rggb12);
   SimulatedCamera camera(PixelFormat::bayer_rggb12, truth, 5);
   const auto levels_of = [&](std::vector<FlatPair> pairs) { return noise_levels(pairs, truth).status().message(); };
   EXPECT_THAT(levels_of({}), HasSubstr("no pair"));
   std::vector<FlatPair> copies = camera.flats({0.5});
   copies[0].b = copies[0].a;
-  EXPECT_THAT(levels_of(copies), HasSubstr("same to the last pixel"));
+  EXPECT_THAT(levels_of(copies), HasSubstr("are identical"));
   EXPECT_THAT(levels_of(camera.flats({5})), HasSubstr("between dark and saturated"));
   std::vector<FlatPair> unequal = camera.flats({0.5});
   unequal[0].b.levels = 256;
@@ -114,7 +114,7 @@ TEST(Noise, RefusesWhatTellsNothing) {
   for (NoiseLevel& l : smooth) l.variance = 1e-6;
   EXPECT_THAT(solve_noise(smooth).status().message(), HasSubstr("turn off noise reduction"));
   smooth[2].variance = std::nan("");
-  EXPECT_THAT(solve_noise(smooth).status().message(), HasSubstr("impossible"));
+  EXPECT_THAT(solve_noise(smooth).status().message(), HasSubstr("invalid mean"));
 }
 
 }  // namespace

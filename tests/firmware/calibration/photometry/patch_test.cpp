@@ -1,4 +1,4 @@
-// A grey card gives its mean in linear light, or says why it cannot.
+// Tests of patch_mean() and solve_white_balance().
 #include "calibration/photometry/patch.hpp"
 
 #include <gmock/gmock.h>
@@ -25,7 +25,7 @@ class Card : public testing::Test {
   }
 };
 
-TEST_F(Card, ItsMeanIsItsLight) {
+TEST_F(Card, MeanIsTheLinearValue) {
   const Picture picture = camera_.shoot([](int, int) { return 0.3; }, 1);
   const auto found = patch_mean(picture, {20, 20, 60, 40}, truth_, "card");
   ASSERT_TRUE(found.ok()) << found.status().message();
@@ -33,7 +33,7 @@ TEST_F(Card, ItsMeanIsItsLight) {
   EXPECT_EQ(found->count, 2400);
 }
 
-TEST_F(Card, ASpeckDoesNotMatter) {
+TEST_F(Card, ASpeckIsRejected) {
   Picture picture = camera_.shoot([](int, int) { return 0.3; }, 1);
   for (int i = 0; i < 30; ++i)
     picture.rgb[3 * (30UL * SimulatedCamera::kWidth + 30UL + static_cast<std::size_t>(i))] = 0.05F;
@@ -52,7 +52,7 @@ TEST_F(Card, AMosaicsPatchIsInPixelsOfThePicture) {
   for (const double m : found->mean) EXPECT_NEAR(m, 0.6, 0.002);
 }
 
-TEST_F(Card, IsRefusedWhereItTellsNothing) {
+TEST_F(Card, UnsuitablePatchesAreRefused) {
   const Picture good = camera_.shoot([](int, int) { return 0.3; }, 1);
   EXPECT_THAT(refused(camera_.shoot([](int, int) { return 2.0; }, 1), {20, 20, 60, 40}), HasSubstr("saturated in red"));
   EXPECT_THAT(refused(camera_.shoot([](int, int) { return 0.005; }, 1), {20, 20, 60, 40}),
@@ -65,12 +65,12 @@ TEST_F(Card, IsRefusedWhereItTellsNothing) {
   EXPECT_THAT(refused(good, {20, 20, 3, 3}), HasSubstr("fewer than 16"));
 }
 
-TEST_F(Card, GreenStaysOneAndALightThatIsNotDaylightIsTakenOff) {
+TEST_F(Card, GreenFactorIsOneAndTheIlluminantIsCorrected) {
   const PatchMean card{{0.2, 0.4, 0.3}, {1e-4, 1e-4, 1e-4}, 1000};
   const auto daylight = solve_white_balance(card);
   ASSERT_TRUE(daylight.ok());
   EXPECT_EQ(daylight->factors, (std::array<double, 3>{2, 1, 0.4 / 0.3}));
-  // CIE illuminant A makes a card in truth orange: linear Rec. 709 about 1.83, 0.85, 0.16 (Lindbloom's matrices).
+  // Under CIE illuminant A a grey card is orange: linear Rec. 709 about 1.83, 0.85, 0.16 (Lindbloom's matrices).
   const auto rgb = rgb_of_chromaticity(0.44757, 0.40745);
   ASSERT_TRUE(rgb.ok());
   const auto lamp = solve_white_balance(card, *rgb);
@@ -78,7 +78,7 @@ TEST_F(Card, GreenStaysOneAndALightThatIsNotDaylightIsTakenOff) {
   EXPECT_EQ(lamp->factors[1], 1);
   for (const std::size_t c : {0U, 2U})
     EXPECT_NEAR(card.mean[c] * lamp->factors[c] / (*rgb)[c], card.mean[1] / (*rgb)[1], 1e-12)
-        << "the card looks as its light does";
+        << "the balanced card must have the colour of the illuminant";
   const auto d65 = rgb_of_chromaticity(0.31271, 0.32902);
   ASSERT_TRUE(d65.ok());
   for (const double c : *d65) EXPECT_NEAR(c, 1, 0.001);

@@ -1,4 +1,4 @@
-// A series of exposures tells a curve; one that cannot is refused with what to do.
+// Tests of solve_response().
 #include "calibration/photometry/response_solver.hpp"
 
 #include <algorithm>
@@ -16,13 +16,14 @@ using ::testing::HasSubstr;
 
 const std::vector<double> kExposures = {0.001, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064};
 
-/// Pixels of three decades of light behind an exact curve, without noise; values are those of 8 bits.
+/// Series of pixels over three decades of light through `curve`, without noise, rounded to 8 bits.
 ResponseSamples series(const ResponseCurve& curve, const std::vector<double>& exposures = kExposures,
                        int pixels = 120) {
   ResponseSamples out;
   out.exposures = exposures;
   for (int i = 0; i < pixels; ++i) {
-    // By the golden ratio: even steps would meet each other in exposures that double.
+    // Golden-ratio sequence: with uniform steps in log light, different exposures (factors of two) would give equal
+    // values.
     const double light = 2 * std::pow(1000.0, std::fmod(0.6180339887 * i, 1.0));
     PixelSeries pixel{i % 3, {}};
     for (const double t : exposures) pixel.values.push_back(std::round(255 * encoded(curve, light * t)) / 255);
@@ -44,7 +45,7 @@ ResponseCurve srgb() {
   return curve;
 }
 
-TEST(ResponseSolver, NamesTheCurvesThatHaveNames) {
+TEST(ResponseSolver, RecognisesParametricCurves) {
   const auto linear = solve_response(series({}));
   ASSERT_TRUE(linear.ok()) << linear.status().message();
   EXPECT_EQ(linear->response.kind, ResponseCurve::Kind::linear);
@@ -57,7 +58,7 @@ TEST(ResponseSolver, NamesTheCurvesThatHaveNames) {
   EXPECT_NEAR(gamma->response.gamma, 1.6, 0.01);
 }
 
-TEST(ResponseSolver, AChannelOfItsOwnHasACurveOfItsOwn) {
+TEST(ResponseSolver, SolvesASingleChannel) {
   ResponseSamples mixed = series(gamma_curve(2.4));
   const ResponseSamples blue = series(gamma_curve(1.5));
   for (std::size_t i = 0; i < mixed.pixels.size(); ++i)
@@ -71,7 +72,7 @@ TEST(ResponseSolver, AChannelOfItsOwnHasACurveOfItsOwn) {
   }
 }
 
-TEST(ResponseSolver, ThingsThatMoveAreOutvoted) {
+TEST(ResponseSolver, MovingObjectsAreRejected) {
   ResponseSamples samples = series(gamma_curve(1.6));
   for (std::size_t i = 0; i < samples.pixels.size(); i += 20) samples.pixels[i].values[3] = 0.6;
   const auto found = solve_response(samples);
@@ -80,7 +81,7 @@ TEST(ResponseSolver, ThingsThatMoveAreOutvoted) {
   EXPECT_GE(found->outliers, 3);
 }
 
-TEST(ResponseSolver, ATableRisesFromNothingToFullScaleAndIsACalibration) {
+TEST(ResponseSolver, ATableIncreasesFromZeroToFullScaleAndIsValid) {
   ResponseCurve odd;
   odd.kind = ResponseCurve::Kind::table;
   for (int i = 0; i <= 64; ++i) {
@@ -108,7 +109,7 @@ std::string refused(const ResponseSamples& samples) {
   return found.status().message();
 }
 
-TEST(ResponseSolver, RefusesExposuresThatTellNothing) {
+TEST(ResponseSolver, RefusesInsufficientExposures) {
   EXPECT_THAT(refused(series(srgb(), {0.01, 0.04})), HasSubstr("take three or more"));
   EXPECT_THAT(refused(series(srgb(), {0.01, 0.01, 0.01, 0.01})), HasSubstr("1 different exposures"));
   EXPECT_THAT(refused(series(srgb(), {0.01, 0.013, 0.017})), HasSubstr("at least four times the shortest"));
@@ -116,7 +117,7 @@ TEST(ResponseSolver, RefusesExposuresThatTellNothing) {
   EXPECT_THAT(refused(series(srgb(), {0.01, std::nan(""), 0.04})), HasSubstr("must be positive"));
 }
 
-TEST(ResponseSolver, RefusesPixelsThatTellNothing) {
+TEST(ResponseSolver, RefusesInsufficientPixels) {
   ResponseSamples same = series(srgb());
   for (PixelSeries& p : same.pixels)
     for (double& v : p.values) v = 0.5;
@@ -132,7 +133,7 @@ TEST(ResponseSolver, RefusesPixelsThatTellNothing) {
   EXPECT_THAT(refused(series(srgb(), kExposures, 10)), HasSubstr("20 are needed"));
 }
 
-TEST(ResponseSolver, RefusesWhatIsNoSeries) {
+TEST(ResponseSolver, RefusesInvalidSeries) {
   ResponseSamples ragged = series(srgb());
   ragged.pixels[7].values.pop_back();
   EXPECT_THAT(refused(ragged), HasSubstr("6 values for 7 exposures"));
@@ -141,7 +142,7 @@ TEST(ResponseSolver, RefusesWhatIsNoSeries) {
   EXPECT_THAT(refused(broken), HasSubstr("not finite"));
   ResponseSamples bright = series(srgb());
   bright.dark_value = 0.7;
-  EXPECT_THAT(refused(bright), HasSubstr("see to the dark pictures"));
+  EXPECT_THAT(refused(bright), HasSubstr("check the dark pictures"));
   ResponseOptions options;
   options.knots = 2;
   EXPECT_FALSE(solve_response(series(srgb()), options).ok());

@@ -27,7 +27,7 @@ Picture SimulatedCamera::shoot(const Scene& scene, double exposure_s, double gai
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x) radiance.insert(radiance.end(), 3, static_cast<float>(scene(x, y)));
   std::vector<std::byte> bytes(sensor_.bytes());
-  sensor_.develop(radiance, {exposure_s, gain, frame_++, 0}, bytes);
+  sensor_.expose(radiance, {exposure_s, gain, frame_++, 0}, bytes);
   return *picture_of({0, format_, kWidth, kHeight, sensor_.stride(), bytes}, "simulated");
 }
 

@@ -1,4 +1,4 @@
-// A camera of firmware/sim without vignetting, and what is put in front of it for a calibration.
+// A simulated camera (firmware/sim) without vignetting, and scenes for calibration tests.
 #pragma once
 
 #include <cstdint>
@@ -16,17 +16,17 @@ namespace lightwell::photometry {
 
 class SimulatedCamera {
  public:
-  /// A picture of 192x96. Radiance 1 fills the scale in a second at gain 1.
+  /// Pictures of 192x96. Radiance 1 gives full scale in 1 s at gain 1.
   SimulatedCamera(PixelFormat format, const PhotometricCalibration& photometry, std::uint64_t seed);
 
   static constexpr int kWidth = 192, kHeight = 96;
 
-  /// `radiance` of a photosite's place, r g b together.
+  /// Radiance at a photosite, equal for r, g, b.
   using Scene = std::function<double(int x, int y)>;
-  /// Every picture has noise of its own.
+  /// Takes a picture; each has different noise.
   [[nodiscard]] Picture shoot(const Scene& scene, double exposure_s, double gain = 1);
   [[nodiscard]] std::vector<Picture> darks(int count, double gain = 1);
-  /// Two of each level of x, evenly lit.
+  /// A pair of uniform pictures for each level of x.
   [[nodiscard]] std::vector<FlatPair> flats(const std::vector<double>& levels, double gain = 1);
 
  private:
@@ -35,14 +35,15 @@ class SimulatedCamera {
   std::uint64_t frame_ = 0;
 };
 
-/// What sensors of the test rigs have: 10,000 electrons, 3 read. `format` rgb8: sRGB without black level; Bayer: linear
-/// with one.
+/// Photometry of the predefined rigs: full well 10,000 electrons, read noise 3. `format` rgb8: sRGB without black
+/// level; Bayer: linear with one.
 [[nodiscard]] PhotometricCalibration usual_photometry(PixelFormat format);
 
-/// A wall of small squares whose light goes over three decades in no order.
+/// A pattern of small squares with radiance over three decades in irregular order.
 [[nodiscard]] double shades(int x, int y);
 
-/// Rising, and no gamma: a shoulder and a toe, as cameras for television draw them. Slope at 0: 0.25.
+/// An increasing curve with toe and shoulder, like those of television cameras, which is not a gamma curve. Slope at 0:
+/// 0.25.
 [[nodiscard]] double toe_and_shoulder(double value);
 
 }  // namespace lightwell::photometry

@@ -30,7 +30,7 @@ class Tally {
     inside_ += inside ? 1 : 0;
     ++figure_.trials;
   }
-  /// A trial that gave no answer is as wrong as can be.
+  /// A trial without a result counts as an infinite error.
   void fail() { add(1e9, false); }
   void within(double found, double truth, double deviation, double unit) {
     add((found - truth) / unit, std::abs(found - truth) <= 3 * deviation);
@@ -107,7 +107,7 @@ std::vector<ParameterFigure> response_trials(ResponseCase which, int trials) {
     std::mt19937_64 random(1000 + static_cast<std::uint64_t>(trial));
     std::normal_distribution<double> normal;
     for (int j = 0; j < 9; ++j) {
-      // Somebody walks by: another square of light in each picture.
+      // A moving object: a different square of light in each picture.
       const int walker = (7 * j + 13 * trial) % 28 * 6;
       exposures.push_back(0.6e-3 * std::pow(2.0, j));
       pictures.push_back(camera.shoot([&](int x, int y) { return x >= walker && x < walker + 10 ? 3.0 : shades(x, y); },
@@ -137,11 +137,11 @@ std::vector<ParameterFigure> response_trials(ResponseCase which, int trials) {
       else
         gamma.fail();
     }
-    // What is stated of the free curve matters where that is the answer.
+    // The covariance of the free curve is only relevant if that is the result.
     if (found->response.kind != ResponseCurve::Kind::table) continue;
     const std::size_t n = found->knot_value.size();
     for (std::size_t k = 0; k + 1 < n; ++k) {
-      // The first is dark, which is 0 by definition.
+      // The first knot is dark, where x is 0 by definition.
       if (knots.size() < k + 1) knots.emplace_back("knot");
       knots[k].within(found->knot_linear[k], x_of(truth, found->knot_value[k]),
                       std::sqrt(found->knot_covariance[k * n + k]), 1);
@@ -199,7 +199,7 @@ std::vector<ParameterFigure> vignetting_trials(int trials) {
     std::vector<LampObservation> observations;
     for (int i = 0; i < 50; ++i) {
       const double angle = kField * i / 49;
-      const double wrong = i % 17 == 5 ? 1.3 : 1;  // Somebody stood in the light.
+      const double wrong = i % 17 == 5 ? 1.3 : 1;  // An outlier.
       observations.push_back({angle, 42 * vignetting(truth, angle) * (1 + kNoise * normal(random)) * wrong, 0});
     }
     const auto found = solve_vignetting(observations, kField);
@@ -242,7 +242,7 @@ std::vector<ParameterFigure> card_trials(int bits, int trials) {
     }
     red.within(balance->factors[0], 1.9, std::sqrt(balance->covariance[0]), 1.9);
     blue.within(balance->factors[2], 1.4, std::sqrt(balance->covariance[3]), 1.4);
-    // The meter's own error is not the solver's.
+    // Exclude the error of the meter.
     scale.add(absolute->nits_per_unit / meter / kNitsPerUnit - 1,
               std::abs(absolute->nits_per_unit - kNitsPerUnit) <= 3 * absolute->deviation);
   }

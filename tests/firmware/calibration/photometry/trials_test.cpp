@@ -1,5 +1,5 @@
-// A camera of known photometry, calibrated from its own pictures a hundred times, is known again, and as surely as is
-// said. Thresholds are what the calibration was asked for before it was written: the reasons stand beside them.
+// Repeated photometric calibrations of a known simulated camera: errors, and consistency of the standard deviations.
+// The thresholds are requirements; reasons are stated beside them.
 #include "firmware/calibration/photometry/trials.hpp"
 
 #include <map>
@@ -9,7 +9,7 @@
 namespace lightwell::photometry {
 namespace {
 
-/// A hundred trials: 95 % is what three deviations must hold at least; of a Gaussian they hold 99.7 %.
+/// A hundred trials: three standard deviations must contain at least 95 % (99.7 % for a Gaussian).
 constexpr int kTrials = 100;
 constexpr double kInside = 0.95;
 
@@ -25,9 +25,9 @@ std::map<std::string, ParameterFigure> by_name(const std::vector<ParameterFigure
 
 class ResponseTrials : public testing::TestWithParam<ResponseCase> {};
 
-TEST_P(ResponseTrials, TheCurveIsKnownToOnePercentAndAsSurelyAsSaid) {
+TEST_P(ResponseTrials, TheCurveIsWithinOnePercentAndItsUncertaintyConsistent) {
   auto figures = by_name(response_trials(GetParam(), kTrials));
-  // One percent of full scale: what an estimate of all light may be off by.
+  // One percent of full scale: the permitted error of the total light.
   EXPECT_LE(figures["curve"].worst, 0.01);
   EXPECT_EQ(figures["curve"].trials, kTrials);
   for (const char* name : {"worst_knot", "gamma"}) {
@@ -35,7 +35,7 @@ TEST_P(ResponseTrials, TheCurveIsKnownToOnePercentAndAsSurelyAsSaid) {
       EXPECT_GE(figures[name].inside, kInside) << name;
     }
   }
-  // A kind of curve may be mistaken for one that is the same to half a level; not often.
+  // The kind of curve may occasionally be confused with one that is equal within half a level.
   EXPECT_GE(figures["kind"].inside, 0.9);
 }
 
@@ -46,11 +46,11 @@ INSTANTIATE_TEST_SUITE_P(Curves, ResponseTrials,
 
 class NoiseTrials : public testing::TestWithParam<int> {};
 
-TEST_P(NoiseTrials, BlackIsKnownToAThousandthAndNoiseToFivePercent) {
+TEST_P(NoiseTrials, BlackIsWithinAThousandthAndNoiseWithinFivePercent) {
   auto figures = by_name(noise_trials(GetParam(), kTrials));
   // A thousandth of full scale: a quarter of an 8-bit level.
   EXPECT_LE(figures["black"].worst, 0.001);
-  // Noise weighs pixels; five percent of it changes no weight that matters.
+  // The noise model is used for weights; an error of five percent is negligible there.
   for (const char* name : {"read", "read_noise", "shot_noise"}) EXPECT_LE(figures[name].worst, 0.05) << name;
   for (const char* name : {"black", "read", "read_noise", "shot_noise"})
     EXPECT_GE(figures[name].inside, kInside) << name;
@@ -58,7 +58,7 @@ TEST_P(NoiseTrials, BlackIsKnownToAThousandthAndNoiseToFivePercent) {
 
 INSTANTIATE_TEST_SUITE_P(Bits, NoiseTrials, testing::Values(8, 12));
 
-TEST(VignettingTrials, TheCurveIsKnownToOnePercentUpToTheEdge) {
+TEST(VignettingTrials, TheCurveIsWithinOnePercentUpToTheEdge) {
   auto figures = by_name(vignetting_trials(kTrials));
   EXPECT_LE(figures["edge"].worst, 0.01);
   for (const char* name : {"v1", "v2", "v3"}) EXPECT_GE(figures[name].inside, kInside) << name;
@@ -66,11 +66,11 @@ TEST(VignettingTrials, TheCurveIsKnownToOnePercentUpToTheEdge) {
 
 class CardTrials : public testing::TestWithParam<int> {};
 
-TEST_P(CardTrials, WhiteIsWhiteToHalfAPercent) {
+TEST_P(CardTrials, WhiteBalanceIsWithinHalfAPercent) {
   auto figures = by_name(card_trials(GetParam(), kTrials));
-  // Half a percent: a hue that nobody sees.
+  // Half a percent: an invisible colour difference.
   for (const char* name : {"red", "blue"}) EXPECT_LE(figures[name].worst, 0.005) << name;
-  EXPECT_LE(figures["scale"].worst, 0.005) << "but for the meter's own error";
+  EXPECT_LE(figures["scale"].worst, 0.005) << "without the error of the meter";
   for (const char* name : {"red", "blue", "scale"}) EXPECT_GE(figures[name].inside, kInside) << name;
 }
 

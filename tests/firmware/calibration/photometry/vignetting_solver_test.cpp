@@ -1,4 +1,4 @@
-// A lamp that is followed from the axis to the edge tells how a lens darkens.
+// Tests of solve_vignetting().
 #include "calibration/photometry/vignetting_solver.hpp"
 
 #include <cmath>
@@ -24,7 +24,7 @@ PhotometricCalibration lens(double v1, double v2, double v3) {
 }
 
 std::vector<LampObservation> observations(const PhotometricCalibration& truth, double from = 0, double to = 95,
-                                    int count = 40) {
+                                          int count = 40) {
   std::vector<LampObservation> out;
   for (int i = 0; i < count; ++i) {
     const double angle = (from + (to - from) * i / (count - 1)) * kDegree;
@@ -33,16 +33,16 @@ std::vector<LampObservation> observations(const PhotometricCalibration& truth, d
   return out;
 }
 
-TEST(VignettingSolver, AnExactLampGivesTheLensExactly) {
+TEST(VignettingSolver, ExactObservationsAreFittedExactly) {
   const auto found = solve_vignetting(observations(lens(-0.25, 0.05, -0.006)), kField);
   ASSERT_TRUE(found.ok()) << found.status().message();
   EXPECT_NEAR(found->vignetting[0], -0.25, 1e-9);
   EXPECT_NEAR(found->vignetting[1], 0.05, 1e-9);
   EXPECT_NEAR(found->vignetting[2], -0.006, 1e-9);
-  EXPECT_NEAR(found->level, 7, 1e-9) << "the lamp's own light is not asked for";
+  EXPECT_NEAR(found->level, 7, 1e-9) << "the level is estimated, not given";
 }
 
-TEST(VignettingSolver, SightingsWithSomebodyInTheLightAreOutvoted) {
+TEST(VignettingSolver, OutliersAreRejected) {
   std::vector<LampObservation> seen = observations(lens(-0.08, 0.005, 0));
   for (const std::size_t k : {3U, 17U, 18U, 39U}) seen[k].value *= 0.5;
   const auto found = solve_vignetting(seen, kField);
@@ -51,8 +51,8 @@ TEST(VignettingSolver, SightingsWithSomebodyInTheLightAreOutvoted) {
   EXPECT_EQ(found->outliers, 4);
 }
 
-TEST(VignettingSolver, StatedDeviationsWeigh) {
-  // Every second sighting is off by 5 % and says so.
+TEST(VignettingSolver, StandardDeviationsAreUsedAsWeights) {
+  // Every second observation has an error of 5 %, with that standard deviation.
   std::vector<LampObservation> seen = observations(lens(-0.08, 0.005, 0));
   for (std::size_t k = 0; k < seen.size(); ++k) {
     seen[k].deviation = k % 2 == 0 ? 0.001 : 0.5;
@@ -70,10 +70,10 @@ std::string refused(const std::vector<LampObservation>& seen, double field = kFi
   return found.status().message();
 }
 
-TEST(VignettingSolver, RefusesAnglesThatTellNothing) {
+TEST(VignettingSolver, RefusesInsufficientAngles) {
   const PhotometricCalibration truth = lens(-0.08, 0.005, 0);
   EXPECT_THAT(refused(observations(truth, 0, 95, 5)), HasSubstr("at least 8"));
-  EXPECT_THAT(refused(observations(truth, 0, 60)), HasSubstr("no sighting is further out than 60.0 deg"));
+  EXPECT_THAT(refused(observations(truth, 0, 60)), HasSubstr("no observation is further from the axis than 60.0 deg"));
   EXPECT_THAT(refused(observations(truth, 40, 95)), HasSubstr("nearer to the axis"));
   EXPECT_THAT(refused(observations(truth, 0, 120)), HasSubstr("outside the field"));
   std::vector<LampObservation> gap = observations(truth, 0, 20, 20);
@@ -83,7 +83,7 @@ TEST(VignettingSolver, RefusesAnglesThatTellNothing) {
   EXPECT_THAT(refused(observations(truth), 0), HasSubstr("half the field"));
 }
 
-TEST(VignettingSolver, RefusesValuesThatNoLampHas) {
+TEST(VignettingSolver, RefusesInvalidValues) {
   std::vector<LampObservation> seen = observations(lens(-0.08, 0.005, 0));
   seen[20].value = 0;
   EXPECT_THAT(refused(seen), HasSubstr("not positive"));
@@ -91,8 +91,8 @@ TEST(VignettingSolver, RefusesValuesThatNoLampHas) {
   EXPECT_THAT(refused(seen), HasSubstr("not positive"));
 }
 
-TEST(VignettingSolver, RefusesAFieldThatReachesIntoTheDark) {
-  // Falls to 0.01 at the edge: a calibration may not say so.
+TEST(VignettingSolver, RefusesAFieldWithoutLightAtTheEdge) {
+  // Vignetting of 0.01 at the edge is below the limit of a calibration.
   std::vector<LampObservation> seen = observations(lens(0, 0, 0));
   for (LampObservation& s : seen) s.value = 1 - 0.99 * std::pow(s.angle_rad / kField, 2);
   EXPECT_THAT(refused(seen), HasSubstr("lower max_angle_deg"));

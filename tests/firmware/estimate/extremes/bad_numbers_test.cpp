@@ -1,4 +1,4 @@
-// What is no light comes out flagged, and nothing that is not a number comes out at all.
+// Invalid input is flagged, and no descriptor contains NaN.
 #include <gtest/gtest.h>
 
 #include "firmware/estimate/extremes/rows.hpp"
@@ -13,8 +13,8 @@ void expect_honest(const Tally& tally) {
   EXPECT_EQ(tally.missed, 0) << tally.worst_case;
 }
 
-TEST(ExtremeNumbers, DarknessIsFlaggedDarkInFloats) { expect_honest(all_black(PixelFormat::rgb_f32)); }
-TEST(ExtremeNumbers, DarknessIsFlaggedDarkInCodes) { expect_honest(all_black(PixelFormat::rgb8)); }
+TEST(ExtremeNumbers, BlackFloatsAreFlaggedDark) { expect_honest(all_black(PixelFormat::rgb_f32)); }
+TEST(ExtremeNumbers, BlackCodesAreFlaggedDark) { expect_honest(all_black(PixelFormat::rgb8)); }
 
 TEST(ExtremeNumbers, SaturationIsFlaggedClippedAndALowerBound) {
   const Tally tally = all_saturated();
@@ -22,18 +22,18 @@ TEST(ExtremeNumbers, SaturationIsFlaggedClippedAndALowerBound) {
   EXPECT_EQ(tally.flagged, tally.answers);
 }
 
-TEST(ExtremeNumbers, NonsenseInOnePixelIsFlaggedAndHarmless) { expect_honest(nonsense(Extent::one_pixel)); }
-TEST(ExtremeNumbers, NonsenseInARowIsFlaggedAndHarmless) { expect_honest(nonsense(Extent::one_row)); }
-TEST(ExtremeNumbers, NonsenseEverywhereIsFlagged) { expect_honest(nonsense(Extent::everywhere)); }
+TEST(ExtremeNumbers, InvalidPixelIsFlaggedAndReplaced) { expect_honest(nonsense(Extent::one_pixel)); }
+TEST(ExtremeNumbers, InvalidRowIsFlaggedAndReplaced) { expect_honest(nonsense(Extent::one_row)); }
+TEST(ExtremeNumbers, InvalidFrameIsFlagged) { expect_honest(nonsense(Extent::everywhere)); }
 
-TEST(ExtremeNumbers, HugeAndTinyLightIsAnsweredSoundlyOrFlagged) { expect_honest(huge()); }
-TEST(ExtremeNumbers, ALampOfTwelveDecadesPassesTheWire) { expect_honest(bright_pixel_on_the_wire()); }
-TEST(ExtremeNumbers, AnyBitsAtAllAreAnsweredSoundly) { expect_honest(random_bits(60)); }
+TEST(ExtremeNumbers, HugeAndTinyRadianceIsValidOrFlagged) { expect_honest(huge()); }
+TEST(ExtremeNumbers, ALampOfTwelveDecadesIsEncoded) { expect_honest(bright_pixel_on_the_wire()); }
+TEST(ExtremeNumbers, RandomBitsGiveValidDescriptors) { expect_honest(random_bits(60)); }
 
-TEST(ExtremeNumbers, ExposuresThatCannotBeAreRefusedAndOthersAnsweredSoundly) {
+TEST(ExtremeNumbers, ImpossibleExposuresAreRefused) {
   const SightRow row = exposures();
   expect_honest(row.tally);
-  // 0, -0, -1, NaN and infinities, as exposure and as gain, of floats and of codes, for six choices.
+  // 0, -0, -1, NaN and two infinities, as exposure and as gain, with floats and codes, for six configurations.
   EXPECT_GE(row.tally.refused, 6 * 2 * 2 * 6);
 }
 

@@ -108,7 +108,7 @@ bool Tally::count(const Descriptor& d, const std::string& where) {
 void Tally::count(const Descriptor& d, const std::vector<reference::V3>& normals,
                   const std::vector<reference::Rgb>& truth, const std::string& where) {
   if (!count(d, where) || std::isinf(d.bound.total)) return;
-  // Judged as an application gets it: rounded to the wire.
+  // Evaluates the decoded descriptor, which applications receive.
   Encoder encoder;
   const double error = error_of(*decode_descriptor(*encoder.encode(d)), normals, truth);
   worst_error = std::max(worst_error, error);

@@ -15,7 +15,7 @@ namespace lightwell::extremes {
 namespace {
 
 constexpr int kDiscSamples = 12;
-/// A truth made of wider patches would be one of its own sampling.
+/// Smallest width at which pixels are fine enough as patches; smaller images are subdivided.
 constexpr int kTruthWidth = 256;
 
 template <class T>
@@ -25,7 +25,7 @@ T or_exit(Result<T> made, const char* what) {
   std::exit(1);
 }
 
-/// The same lens with `share` times as many pixels along each axis.
+/// Scales a lens to another image size; `share`: ratio of focal lengths in pixels.
 void resize(LensParameters& lens, int width, int height, double share) {
   lens.width = width;
   lens.height = height;
@@ -106,7 +106,7 @@ std::vector<reference::Rgb> PixelTruth::irradiance(const Pictures& pictures) con
   for (const reference::V3& n : normals_) {
     const auto nx = static_cast<float>(n.x), ny = static_cast<float>(n.y), nz = static_cast<float>(n.z);
     double sum[3] = {};
-    // Runs in float, in lanes that a compiler makes vectors of; sums of runs in double.
+    // Sums runs in float, in lanes that vectorize, then in double.
     for (std::size_t first = 0; first < count; first += kRun) {
       const std::size_t end = std::min(count, first + kRun);
       float lanes[3][kLanes] = {};
@@ -143,7 +143,7 @@ const PixelTruth& RigRenderer::truth() const {
   return *truth_;
 }
 
-Pictures RigRenderer::see(const Scene& scene) const {
+Pictures RigRenderer::render(const Scene& scene) const {
   Pictures out;
   for (const LensTable& lens : table_.lenses) {
     std::vector<float>& pixels = out.emplace_back(3 * lens.direction.size());
@@ -157,9 +157,9 @@ Pictures RigRenderer::see(const Scene& scene) const {
   return out;
 }
 
-float RigRenderer::covered(const Disc& disc, std::size_t lens, int x, int y) const {
+float RigRenderer::covered_share(const Disc& disc, std::size_t lens, int x, int y) const {
   const double edge = std::cos(disc.radius_rad);
-  // In an equirectangular picture places in a pixel are not worth the same, and near a pole very much not.
+  // In an equirectangular image, solid angle varies within a pixel, strongly near the poles.
   const bool sphere = table_.lenses[lens].equirectangular;
   double seen = 0, inside = 0;
   for (int j = 0; j < kDiscSamples; ++j)
@@ -175,7 +175,7 @@ float RigRenderer::covered(const Disc& disc, std::size_t lens, int x, int y) con
 }
 
 void RigRenderer::add(const Disc& disc, Pictures& pictures) const {
-  // Pixels' corners lie farther out than half a side where a lens stretches them.
+  // Corners of pixels are farther than half a side where a lens stretches pixels.
   const double reach = 2 * pixel_rad_;
   const auto far = static_cast<float>(std::cos(std::min(disc.radius_rad + reach, std::numbers::pi)));
   const auto near = static_cast<float>(std::cos(std::max(disc.radius_rad - reach, 0.0)));
@@ -186,7 +186,8 @@ void RigRenderer::add(const Disc& disc, Pictures& pictures) const {
       const float c = dot(lens.direction[i], axis);
       if (c < far || !(lens.solid_angle[i] > 0)) continue;
       const auto width = static_cast<std::size_t>(lens.width);
-      const float share = c > near ? 1 : covered(disc, k, static_cast<int>(i % width), static_cast<int>(i / width));
+      const float share =
+          c > near ? 1 : covered_share(disc, k, static_cast<int>(i % width), static_cast<int>(i / width));
       for (int channel = 0; channel < 3; ++channel)
         pictures[k][3 * i + static_cast<std::size_t>(channel)] += share * disc.radiance[channel];
     }

@@ -1,4 +1,4 @@
-// A rig that looks at analytic light, and what is true of the light that its pixels hold.
+// Renders analytic scenes through a rig, and computes the true irradiance of the rendered pixels.
 #pragma once
 
 #include <memory>
@@ -14,21 +14,21 @@
 
 namespace lightwell::extremes {
 
-/// r, g, b of each pixel, a picture a lens. Pixels that see nothing hold zero.
+/// r, g, b of each pixel, one image per lens. Pixels without solid angle are zero.
 using Pictures = std::vector<std::vector<float>>;
 
-/// A frame and the memory that it shows.
+/// A frame and its memory.
 struct Shot {
   std::vector<std::vector<std::byte>> bytes;
   Frame frame;
 };
 
-/// One of sim/rigs.hpp. Smaller than 16x8 too: the same lenses with fewer pixels.
+/// A rig of sim/rigs.hpp; below 16x8, the same lenses with fewer pixels.
 [[nodiscard]] RigParameters rig_of(const char* kind, int width, int height, PixelFormat format = PixelFormat::rgb_f32);
 /// A lens along -Z that sees this share of the sphere.
 [[nodiscard]] RigParameters rig_that_sees(double share, int width, int height);
 
-/// Irradiance of pictures, each pixel an even patch, at Fibonacci normals; sums of all pixels.
+/// Irradiance at Fibonacci normals as a sum over all pixels, each a patch of uniform radiance.
 class PixelTruth {
  public:
   explicit PixelTruth(const RigParameters& rig, int normals = 128);
@@ -52,19 +52,19 @@ class RigRenderer {
   [[nodiscard]] const RigTable& table() const { return table_; }
   /// Side of a pixel of mean solid angle, rad.
   [[nodiscard]] double pixel_rad() const { return pixel_rad_; }
-  /// Made when it is first asked for.
+  /// Computed at first use.
   [[nodiscard]] const PixelTruth& truth() const;
 
-  /// Ambient light at the pixels' middles; of discs the share of each pixel that they cover.
-  [[nodiscard]] Pictures see(const Scene& scene) const;
+  /// Ambient radiance at the middles of pixels; discs by the share of each pixel that they cover.
+  [[nodiscard]] Pictures render(const Scene& scene) const;
   void add(const Disc& disc, Pictures& pictures) const;
 
   [[nodiscard]] Shot as_floats(const Pictures& pictures) const;
-  /// Through the simulated sensor with noise. `number` chooses the noise.
+  /// Through the simulated sensor with noise. `number` determines the noise.
   [[nodiscard]] Shot as_rgb8(const Pictures& pictures, double exposure_s, std::uint64_t number) const;
 
  private:
-  [[nodiscard]] float covered(const Disc& disc, std::size_t lens, int x, int y) const;
+  [[nodiscard]] float covered_share(const Disc& disc, std::size_t lens, int x, int y) const;
 
   RigParameters rig_;
   RigTable table_;

@@ -1,4 +1,4 @@
-// A million frames.
+// Very many frames.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -8,29 +8,29 @@
 namespace lightwell::extremes {
 namespace {
 
-/// One estimator that is shown one picture after another at 30 frames a second.
-class Watch {
+/// An estimator that processes frames at 30 frames/s.
+class EstimatorRun {
  public:
-  Watch(const RigParameters& rig, const EstimatorConfig& config) : estimator_(estimator_of(rig, config)) {}
+  EstimatorRun(const RigParameters& rig, const EstimatorConfig& config) : estimator_(estimator_of(rig, config)) {}
 
-  void show(Shot& shot, Descriptor& d, Tally& tally) {
-    shot.frame.info.sequence = static_cast<std::uint64_t>(shown_);
-    shot.frame.info.mid_exposure = {1'000'000'000LL + shown_ * 33'333'333LL};
-    ++shown_;
+  void process(Shot& shot, Descriptor& d, Tally& tally) {
+    shot.frame.info.sequence = static_cast<std::uint64_t>(processed_);
+    shot.frame.info.mid_exposure = {1'000'000'000LL + processed_ * 33'333'333LL};
+    ++processed_;
     ++tally.answers;
     if (!estimator_->estimate(std::span(&shot.frame, 1), d).ok()) ++tally.refused;
-    // Bytes are encoded now and then: a number that is not finite stays so.
-    else if (shown_ % 1000 == 0 ? !sound(d) : !std::isfinite(d.radiance.c[0].g))
+    // Encodes one frame in a thousand; otherwise checks one coefficient, because NaN persists.
+    else if (processed_ % 1000 == 0 ? !sound(d) : !std::isfinite(d.radiance.c[0].g))
       ++tally.unsound;
     if (d.flags.any()) ++tally.flagged;
   }
 
  private:
   std::unique_ptr<Estimator> estimator_;
-  std::int64_t shown_ = 0;
+  std::int64_t processed_ = 0;
 };
 
-Descriptor with_light_of(const std::vector<Descriptor>& frames) {
+Descriptor mean_light_of(const std::vector<Descriptor>& frames) {
   Descriptor mean;
   mean.radiance.band = kMaxBand;
   const float share = 1.0F / static_cast<float>(frames.size());
@@ -49,47 +49,47 @@ Descriptor with_light_of(const std::vector<Descriptor>& frames) {
 DriftRow many_frames(int frames) {
   DriftRow row;
   constexpr int kCycle = 50;
-  // A third of the frames each; the cycles complete.
+  // A third of the frames for each part, in complete cycles.
   const int cycles = std::max(4, frames / 3 / kCycle);
   const auto normals = reference::fibonacci_normals(64);
   const RigRenderer codes(rig_of("equirect", 16, 8, PixelFormat::rgb8)), floats(rig_of("equirect", 32, 16));
   Chance chance(51);
-  const Pictures dim = codes.see(room(chance, 0));
+  const Pictures dim = codes.render(room(chance, 0));
   Descriptor d;
 
-  Watch still(codes.rig(), choice(Setting::balanced, 0.01));
+  EstimatorRun still(codes.rig(), choice(Setting::balanced, 0.01));
   Shot same = codes.as_rgb8(dim, 3e-4, 0);
   Descriptor tenth;
   for (int i = 0; i < cycles * kCycle; ++i) {
-    still.show(same, d, row.tally);
+    still.process(same, d, row.tally);
     if (i == 9) tenth = d;
   }
   row.still = largest_difference(tenth, d, normals);
 
-  Watch noisy(codes.rig(), choice(Setting::balanced, 0.01));
+  EstimatorRun noisy(codes.rig(), choice(Setting::balanced, 0.01));
   std::vector<Shot> shots;
   for (std::uint64_t i = 0; i < kCycle; ++i) shots.push_back(codes.as_rgb8(dim, 3e-4, i));
   std::vector<Descriptor> third(kCycle), last(kCycle);
   for (int c = 0; c < cycles; ++c)
     for (std::size_t i = 0; i < kCycle; ++i) {
-      noisy.show(shots[i], d, row.tally);
+      noisy.process(shots[i], d, row.tally);
       if (c == 2) third[i] = d;
       last[i] = d;
     }
-  row.noisy = largest_difference(with_light_of(third), with_light_of(last), normals);
+  row.noisy = largest_difference(mean_light_of(third), mean_light_of(last), normals);
 
-  Watch going(floats.rig(), choice(Setting::balanced, 0.01));
+  EstimatorRun moving(floats.rig(), choice(Setting::balanced, 0.01));
   std::vector<Shot> rounds;
   for (int i = 0; i < kCycle; ++i) {
     const double a = 2 * std::numbers::pi * i / kCycle;
     Scene scene = constant({1, 1, 1});
-    // It switches, too: off for a fifth of the way.
+    // The lamp is off for a fifth of the frames.
     if (i % 10 < 8) scene.discs.push_back({normalized(Vec3d{std::sin(a), 0.4, std::cos(a)}), 0.2, {500, 400, 300}});
-    rounds.push_back(floats.as_floats(floats.see(scene)));
+    rounds.push_back(floats.as_floats(floats.render(scene)));
   }
   for (int c = 0; c < cycles; ++c)
     for (std::size_t i = 0; i < kCycle; ++i) {
-      going.show(rounds[i], d, row.tally);
+      moving.process(rounds[i], d, row.tally);
       if (c == 2) third[i] = d;
       last[i] = d;
       for (const Light& l : d.lights) row.highest_track = std::max(row.highest_track, l.track);

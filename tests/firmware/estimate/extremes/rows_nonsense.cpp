@@ -1,4 +1,4 @@
-// What is no light: darkness, saturation, NaN, infinities, negative and huge numbers, exposures that cannot be.
+// Invalid and extreme input: darkness, saturation, NaN, infinite, negative and huge values, impossible exposures.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -17,14 +17,14 @@ bool answer(Estimator& estimator, const Shot& shot, Descriptor& d, Tally& tally)
   return answered;
 }
 
-Pictures filled(const RigRenderer& studio, float value) { return studio.see(constant({value, value, value})); }
+Pictures filled(const RigRenderer& renderer, float value) { return renderer.render(constant({value, value, value})); }
 
 void fill_codes(Shot& shot, int code) {
   for (std::vector<std::byte>& picture : shot.bytes) std::ranges::fill(picture, static_cast<std::byte>(code));
 }
 
-/// NaN and negative light are darkness.
-Pictures cleaned(Pictures pictures) {
+/// Replaces NaN and negative values by 0, as the estimator does.
+Pictures without_invalid(Pictures pictures) {
   for (std::vector<float>& picture : pictures)
     for (float& v : picture)
       if (!(v > 0)) v = 0;
@@ -44,14 +44,15 @@ Tally all_black(PixelFormat format) {
     if (!d.lights.empty() && tally.silent++ == 0) tally.silent_case = where + ": a light";
   };
   for (const char* kind : {"pair", "single", "double_sphere", "equirect"}) {
-    const RigRenderer studio(rig_of(kind, 160, std::string(kind) == "equirect" ? 80 : 120, format));
+    const RigRenderer renderer(rig_of(kind, 160, std::string(kind) == "equirect" ? 80 : 120, format));
     for (const EstimatorConfig& config : every_choice()) {
-      const auto estimator = estimator_of(studio.rig(), config);
+      const auto estimator = estimator_of(renderer.rig(), config);
       const std::string where = std::string(kind) + " " + name_of(config);
       if (format == PixelFormat::rgb_f32) {
-        for (const float value : {0.0F, -0.0F}) expect_dark(*estimator, studio.as_floats(filled(studio, value)), where);
+        for (const float value : {0.0F, -0.0F})
+          expect_dark(*estimator, renderer.as_floats(filled(renderer, value)), where);
       } else {
-        Shot shot = studio.as_rgb8(filled(studio, 0), 0.01, 0);
+        Shot shot = renderer.as_rgb8(filled(renderer, 0), 0.01, 0);
         fill_codes(shot, 0);
         expect_dark(*estimator, shot, where);
       }
@@ -76,8 +77,7 @@ Tally all_saturated() {
         tally.count(d, where);
         tally.expect_flag(d, Flag::clipped, where);
         tally.expect_no_bound(d, where);
-        // At least as much light as fills the scale on the axis, which is a radiance of 1 here, less 2 %'s worth of
-        // sRGB.
+        // Lower bound: full scale is a radiance of 1 on the axis here, and saturation starts 2 % below in sRGB.
         if (!(d.saturated > 0.99F && (std::string(kind) == "single" || d.radiance.c[0].g > 0.95 * 3.5449)) &&
             tally.silent++ == 0)
           tally.silent_case =
@@ -104,14 +104,14 @@ Tally nonsense(Extent extent) {
   Tally tally;
   for (const char* kind : {"pair", "equirect"}) {
     const bool sphere = std::string(kind) == "equirect";
-    const RigRenderer studio(rig_of(kind, 160, sphere ? 80 : 120));
+    const RigRenderer renderer(rig_of(kind, 160, sphere ? 80 : 120));
     Scene scene = constant({1, 0.9F, 0.8F});
     scene.discs.push_back({normalized(Vec3d{0.3, 0.8, -0.5}), 0.08, {300, 250, 200}});
-    const Pictures good = studio.see(scene);
-    const LensTable& lens = studio.table().lenses[0];
+    const Pictures good = renderer.render(scene);
+    const LensTable& lens = renderer.table().lenses[0];
     const auto width = static_cast<std::size_t>(lens.width), height = static_cast<std::size_t>(lens.height);
     for (const EstimatorConfig& config : every_choice()) {
-      const auto estimator = estimator_of(studio.rig(), config);
+      const auto estimator = estimator_of(renderer.rig(), config);
       for (const float value : {kNan, -kNan, kInf, -kInf, -1.0F, -1e30F, -1e-20F})
         for (std::size_t channels = 1; channels <= 3; channels += 2)
           for (const std::size_t row : {height / 2, height / 2 - 31, std::size_t{6}}) {
@@ -127,19 +127,19 @@ Tally nonsense(Extent extent) {
             const std::string where = std::string(kind) + ", " + name_of(config) + ", " + std::to_string(value) +
                                       " in " + std::to_string(channels) + " channels, row " + std::to_string(row);
             Descriptor d;
-            if (!answer(*estimator, studio.as_floats(bad), d, tally)) continue;
+            if (!answer(*estimator, renderer.as_floats(bad), d, tally)) continue;
             tally.expect_flag(d, Flag::cleaned, where);
             if (value == kInf) {
               tally.count(d, where);
               tally.expect_no_bound(d, where);
             } else {
-              tally.count(d, studio.truth().normals(), studio.truth().irradiance(cleaned(bad)), where);
+              tally.count(d, renderer.truth().normals(), renderer.truth().irradiance(without_invalid(bad)), where);
             }
           }
-      // It leaves no trace.
+      // The next frame must be unaffected.
       Descriptor d;
-      if (!answer(*estimator, studio.as_floats(good), d, tally)) continue;
-      tally.count(d, studio.truth().normals(), studio.truth().irradiance(good),
+      if (!answer(*estimator, renderer.as_floats(good), d, tally)) continue;
+      tally.count(d, renderer.truth().normals(), renderer.truth().irradiance(good),
                   std::string(kind) + ", the frame after");
       if (d.flags.any() && tally.silent++ == 0) tally.silent_case = std::string(kind) + ", the frame after is flagged";
     }
@@ -149,11 +149,11 @@ Tally nonsense(Extent extent) {
 
 Tally huge() {
   Tally tally;
-  const RigRenderer studio(rig_of("pair", 160, 120));
+  const RigRenderer renderer(rig_of("pair", 160, 120));
   for (const EstimatorConfig& config : every_choice())
     for (const float value : {1e-44F, 1e-38F, 1e-30F, 1e30F, 1e36F, 1e38F, std::numeric_limits<float>::max()}) {
-      const Pictures even = filled(studio, value);
-      Pictures spot = filled(studio, 1), low = even;
+      const Pictures even = filled(renderer, value);
+      Pictures spot = filled(renderer, 1), low = even;
       spot[0][3 * (60 * 160 + 83)] = value;
       for (std::size_t i = 0; i < low[0].size() / 2; ++i) low[0][i] = 0;
       const Pictures* pictures[] = {&even, &spot, &low};
@@ -161,10 +161,10 @@ Tally huge() {
       for (std::size_t i = 0; i < 3; ++i) {
         const std::string where = name_of(config) + ", " + std::to_string(std::log10(value)) + " decades" + names[i];
         Descriptor d;
-        if (!answer(*estimator_of(studio.rig(), config), studio.as_floats(*pictures[i]), d, tally)) continue;
-        // Sums of the oracle are floats too.
+        if (!answer(*estimator_of(renderer.rig(), config), renderer.as_floats(*pictures[i]), d, tally)) continue;
+        // The oracle's sums are floats, too, and overflow above this.
         if (value < 1e35F)
-          tally.count(d, studio.truth().normals(), studio.truth().irradiance(*pictures[i]), where);
+          tally.count(d, renderer.truth().normals(), renderer.truth().irradiance(*pictures[i]), where);
         else
           tally.count(d, where);
       }
@@ -174,19 +174,19 @@ Tally huge() {
 
 Tally bright_pixel_on_the_wire() {
   Tally tally;
-  const RigRenderer studio(rig_of("pair", 160, 120));
-  const Pictures even = filled(studio, 1);
+  const RigRenderer renderer(rig_of("pair", 160, 120));
+  const Pictures even = filled(renderer, 1);
   for (const EstimatorConfig& config : every_choice()) {
-    const auto estimator = estimator_of(studio.rig(), config);
+    const auto estimator = estimator_of(renderer.rig(), config);
     for (int decade = 9; decade <= 30; ++decade)
       for (std::size_t channels = 1; channels <= 3; channels += 2) {
         Pictures pictures = even;
         const auto level = static_cast<float>(std::pow(10.0, decade));
         for (std::size_t c = 0; c < channels; ++c) pictures[0][3 * (60 * 160 + 83) + c] = level;
         Descriptor d;
-        if (!answer(*estimator, studio.as_floats(pictures), d, tally)) continue;
+        if (!answer(*estimator, renderer.as_floats(pictures), d, tally)) continue;
         tally.count(
-            d, studio.truth().normals(), studio.truth().irradiance(pictures),
+            d, renderer.truth().normals(), renderer.truth().irradiance(pictures),
             name_of(config) + ", 1e" + std::to_string(decade) + " in " + std::to_string(channels) + " channels");
       }
   }
@@ -195,12 +195,12 @@ Tally bright_pixel_on_the_wire() {
 
 Tally random_bits(int frames) {
   Tally tally;
-  const RigRenderer studio(rig_of("pair", 64, 48));
+  const RigRenderer renderer(rig_of("pair", 64, 48));
   for (const EstimatorConfig& config : every_choice()) {
-    const auto estimator = estimator_of(studio.rig(), config);
+    const auto estimator = estimator_of(renderer.rig(), config);
     Chance chance(31);
     for (int i = 0; i < frames; ++i) {
-      Pictures pictures = filled(studio, 1);
+      Pictures pictures = filled(renderer, 1);
       const std::uint32_t often = 1U << chance.below(12);
       bool nonsense = false;
       for (std::size_t k = 0; k < pictures.size(); ++k)
@@ -211,11 +211,11 @@ Tally random_bits(int frames) {
             std::memcpy(&v, &bits, sizeof v);
           else
             v = std::pow(10.0F, static_cast<float>(bits % 1200) / 100 - 6);
-          nonsense |= studio.table().lenses[k].solid_angle[j / 3] > 0 && !(v >= 0 && v < kInf);
+          nonsense |= renderer.table().lenses[k].solid_angle[j / 3] > 0 && !(v >= 0 && v < kInf);
         }
       Descriptor d;
       const std::string where = name_of(config) + ", frame " + std::to_string(i);
-      if (!answer(*estimator, studio.as_floats(pictures), d, tally)) continue;
+      if (!answer(*estimator, renderer.as_floats(pictures), d, tally)) continue;
       tally.count(d, where);
       if (nonsense) tally.expect_flag(d, Flag::cleaned, where);
     }
@@ -230,12 +230,12 @@ SightRow exposures() {
   Scene scene = constant({1, 0.9F, 0.8F});
   scene.discs.push_back({normalized(Vec3d{0.3, 0.8, -0.5}), 0.12, {20, 20, 20}});
   for (const bool float_pixels : {true, false}) {
-    const RigRenderer& studio = float_pixels ? floats : codes;
-    const Pictures pictures = studio.see(scene);
-    const Shot shot = float_pixels ? studio.as_floats(pictures) : studio.as_rgb8(pictures, 4e-4, 1);
+    const RigRenderer& renderer = float_pixels ? floats : codes;
+    const Pictures pictures = renderer.render(scene);
+    const Shot shot = float_pixels ? renderer.as_floats(pictures) : renderer.as_rgb8(pictures, 4e-4, 1);
     const double right = shot.frame.info.exposure_s;
     for (const EstimatorConfig& config : every_choice()) {
-      const auto estimator = estimator_of(studio.rig(), config);
+      const auto estimator = estimator_of(renderer.rig(), config);
       Descriptor one;
       if (!answer(*estimator, shot, one, row.tally)) continue;
       for (const double factor :
@@ -262,10 +262,10 @@ SightRow exposures() {
                        deviation = std::abs(got / one.radiance.c[0].g - 1);
           if (deviation > row.worst || !std::isfinite(deviation)) row.worst = deviation, row.worst_case = where;
         }
-      // It leaves no trace.
+      // The next frame must be unaffected.
       Descriptor again;
       if (!answer(*estimator, shot, again, row.tally)) continue;
-      row.tally.count(again, studio.truth().normals(), studio.truth().irradiance(pictures), "the frame after");
+      row.tally.count(again, renderer.truth().normals(), renderer.truth().irradiance(pictures), "the frame after");
     }
   }
   return row;

@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// The light nearest to where the spot is.
-void judge_spot(const Descriptor& d, Vec3d axis, double energy, const std::string& where, SpotRow& row) {
+/// Compares the light nearest to `axis` with the spot.
+void evaluate_spot(const Descriptor& d, Vec3d axis, double energy, const std::string& where, SpotRow& row) {
   const Light* nearest = nullptr;
   for (const Light& l : d.lights)
     if (nearest == nullptr ||
@@ -42,7 +42,7 @@ std::string text(Vec3d v) {
   return out;
 }
 
-/// Axes, oblique directions, and all around where two back-to-back lenses of 95 degrees meet and end.
+/// Axes, oblique directions, and directions around the overlap of two back-to-back lenses of 95 degrees.
 std::vector<Vec3d> special_places() {
   std::vector<Vec3d> out = {{0, 1, 0}, {0, -1, 0}, {1, 0, 0},       {-1, 0, 0},     {0, 0, -1},
                             {0, 0, 1}, {1, 1, 0},  {0.02, 1, 0.01}, {0.01, 0.3, 1}, {-0.01, -0.2, 1}};
@@ -60,27 +60,27 @@ std::vector<Vec3d> special_places() {
 SpotRow hot_pixel(int places) {
   SpotRow row;
   for (const char* kind : {"pair", "equirect"}) {
-    const RigRenderer studio(std::string(kind) == "equirect" ? rig_of(kind, 320, 160) : rig_of(kind, 160, 120));
-    const Pictures even = studio.see(constant({1, 1, 1}));
+    const RigRenderer renderer(std::string(kind) == "equirect" ? rig_of(kind, 320, 160) : rig_of(kind, 160, 120));
+    const Pictures even = renderer.render(constant({1, 1, 1}));
     for (const EstimatorConfig& config : every_choice()) {
-      const auto estimator = estimator_of(studio.rig(), config);
+      const auto estimator = estimator_of(renderer.rig(), config);
       Chance chance(21);
       for (int i = 0; i < places;) {
         const auto k = static_cast<std::size_t>(chance.below(static_cast<int>(even.size())));
-        const LensTable& lens = studio.table().lenses[k];
+        const LensTable& lens = renderer.table().lenses[k];
         const auto pixel = static_cast<std::size_t>(chance.below(lens.width * lens.height));
         const auto level = static_cast<float>(chance.magnitude(1e3, 1e8));
-        // In the rim's feather a pixel hardly counts, and one that the other lens denies is no lamp.
-        if (!(lens.solid_angle[pixel] > 0) || lens.twin[pixel] >= 0) continue;
+        // Excludes the overlap, where a pixel counts only in part and the other lens would contradict it.
+        if (!(lens.solid_angle[pixel] > 0) || lens.overlap_pixel[pixel] >= 0) continue;
         ++i;
         Pictures pictures = even;
         for (std::size_t c = 0; c < 3; ++c) pictures[k][3 * pixel + c] = level;
-        const Descriptor d = answer(*estimator, studio.as_floats(pictures), row.tally);
+        const Descriptor d = answer(*estimator, renderer.as_floats(pictures), row.tally);
         const std::string where = std::string(kind) + ", " + name_of(config) + ", pixel " + std::to_string(pixel) +
                                   " of lens " + std::to_string(k) + ", " + std::to_string(level);
-        row.tally.count(d, studio.truth().normals(), studio.truth().irradiance(pictures), where);
-        judge_spot(d, vec_cast<double>(lens.direction[pixel]), static_cast<double>(level) * lens.solid_angle[pixel],
-                   where, row);
+        row.tally.count(d, renderer.truth().normals(), renderer.truth().irradiance(pictures), where);
+        evaluate_spot(d, vec_cast<double>(lens.direction[pixel]), static_cast<double>(level) * lens.solid_angle[pixel],
+                      where, row);
       }
     }
   }
@@ -103,12 +103,13 @@ const char* name_of(Place place) {
 
 namespace {
 
-/// What the pixels hold of a disc: near a pole of an equirectangular picture a few percent beside the disc itself.
-double energy_held(const RigRenderer& studio, const Pictures& with, const Pictures& without) {
+/// Energy of a disc in the pixels; near a pole of an equirectangular image it differs by a few percent from the disc's.
+double energy_of_pixels(const RigRenderer& renderer, const Pictures& with, const Pictures& without) {
   double sum = 0;
   for (std::size_t k = 0; k < with.size(); ++k)
-    for (std::size_t i = 0; i < studio.table().lenses[k].solid_angle.size(); ++i)
-      sum += static_cast<double>(with[k][3 * i + 1] - without[k][3 * i + 1]) * studio.table().lenses[k].solid_angle[i];
+    for (std::size_t i = 0; i < renderer.table().lenses[k].solid_angle.size(); ++i)
+      sum +=
+          static_cast<double>(with[k][3 * i + 1] - without[k][3 * i + 1]) * renderer.table().lenses[k].solid_angle[i];
   return sum;
 }
 
@@ -145,24 +146,24 @@ std::vector<SpotRow> suns(const char* kind, int width, std::span<const Place> pl
   std::vector<SpotRow> rows(places.size());
   constexpr double kRadius = 0.25 * kDegree;
   const float level = radiance_times_mean(1e5, kRadius, 1);
-  const RigRenderer studio(rig_of(kind, width, std::string(kind) == "equirect" ? width / 2 : width * 3 / 4));
+  const RigRenderer renderer(rig_of(kind, width, std::string(kind) == "equirect" ? width / 2 : width * 3 / 4));
   const std::vector<EstimatorConfig> configs = every_choice();
   std::vector<std::unique_ptr<Estimator>> estimators;
-  for (const EstimatorConfig& config : configs) estimators.push_back(estimator_of(studio.rig(), config));
-  const Pictures even = studio.see(constant({1, 1, 1}));
+  for (const EstimatorConfig& config : configs) estimators.push_back(estimator_of(renderer.rig(), config));
+  const Pictures even = renderer.render(constant({1, 1, 1}));
   for (std::size_t p = 0; p < places.size(); ++p)
     for (const Vec3d& axis : axes_of(places[p])) {
       Pictures pictures = even;
-      studio.add({axis, kRadius, {level, level, level}}, pictures);
-      const auto truth = studio.truth().irradiance(pictures);
-      const double energy = energy_held(studio, pictures, even);
-      const Shot shot = studio.as_floats(pictures);
+      renderer.add({axis, kRadius, {level, level, level}}, pictures);
+      const auto truth = renderer.truth().irradiance(pictures);
+      const double energy = energy_of_pixels(renderer, pictures, even);
+      const Shot shot = renderer.as_floats(pictures);
       for (std::size_t i = 0; i < configs.size(); ++i) {
         const Descriptor d = answer(*estimators[i], shot, rows[p].tally);
         const std::string where =
             std::string(kind) + " " + std::to_string(width) + ", " + name_of(configs[i]) + ", " + text(axis);
-        rows[p].tally.count(d, studio.truth().normals(), truth, where);
-        judge_spot(d, axis, energy, where, rows[p]);
+        rows[p].tally.count(d, renderer.truth().normals(), truth, where);
+        evaluate_spot(d, axis, energy, where, rows[p]);
       }
     }
   return rows;
@@ -170,20 +171,20 @@ std::vector<SpotRow> suns(const char* kind, int width, std::span<const Place> pl
 
 SpotRow light_direction(const RigParameters& rig, double diameter_deg, int anywhere, Setting setting) {
   SpotRow row;
-  const RigRenderer studio(rig);
+  const RigRenderer renderer(rig);
   const auto estimator = estimator_of(rig, choice(setting, 0.01));
   const double radius = diameter_deg / 2 * kDegree;
-  const Pictures even = studio.see(constant({1, 1, 1}));
+  const Pictures even = renderer.render(constant({1, 1, 1}));
   std::vector<Vec3d> axes = special_places();
   Chance chance(23);
   for (int i = 0; i < anywhere; ++i) axes.push_back(chance.direction());
   for (const Vec3d& axis : axes) {
     Pictures pictures = even;
-    studio.add({axis, radius, {1000, 1000, 1000}}, pictures);
-    const Descriptor d = answer(*estimator, studio.as_floats(pictures), row.tally);
+    renderer.add({axis, radius, {1000, 1000, 1000}}, pictures);
+    const Descriptor d = answer(*estimator, renderer.as_floats(pictures), row.tally);
     const std::string where = std::to_string(diameter_deg) + " degrees at " + text(axis);
     row.tally.count(d, where);
-    judge_spot(d, axis, 1001 * std::numbers::pi * std::sin(radius) * std::sin(radius), where, row);
+    evaluate_spot(d, axis, 1001 * std::numbers::pi * std::sin(radius) * std::sin(radius), where, row);
   }
   return row;
 }

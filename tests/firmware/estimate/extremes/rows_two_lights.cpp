@@ -1,4 +1,4 @@
-// Two lamps that close and part.
+// Two lamps that approach each other and separate.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -29,7 +29,7 @@ double change(const std::vector<reference::Rgb>& before, const std::vector<refer
   return std::max(e.rms, e.luminance_weighted);
 }
 
-/// The mean over normals, luminance.
+/// Mean luminance over normals.
 double energy(const std::vector<reference::Rgb>& irradiance) {
   double sum = 0;
   for (const reference::Rgb& e : irradiance) sum += reference::luminance(e);
@@ -41,13 +41,13 @@ double energy(const std::vector<reference::Rgb>& irradiance) {
 TwoLightsRow two_lights(const EstimatorConfig& config, PixelFormat format, double second) {
   TwoLightsRow row;
   const bool codes = format == PixelFormat::rgb8;
-  const RigRenderer studio(rig_of("pair", 320, 240, format));
-  const auto estimator = estimator_of(studio.rig(), config);
-  const auto& normals = studio.truth().normals();
+  const RigRenderer renderer(rig_of("pair", 320, 240, format));
+  const auto estimator = estimator_of(renderer.rig(), config);
+  const auto& normals = renderer.truth().normals();
   constexpr double kRadius = 1.5 * kDegree;
-  // Codes have two decades and a half: dimmer lamps, so that the room does not drown in noise.
+  // Codes have a range of two and a half decades: dimmer lamps keep the room above the noise.
   const float level = codes ? 150 : 1000;
-  const Pictures even = studio.see(constant({1, 1, 1}));
+  const Pictures even = renderer.render(constant({1, 1, 1}));
 
   std::set<std::uint32_t> tracks;
   std::map<std::uint32_t, int> lamp_of_track;
@@ -59,12 +59,12 @@ TwoLightsRow two_lights(const EstimatorConfig& config, PixelFormat format, doubl
     const Vec3d lamps[] = {normalized(Vec3d{std::sin(half), 0.2, -std::cos(half)}),
                            normalized(Vec3d{-std::sin(half), 0.2, -std::cos(half)})};
     Pictures pictures = even;
-    studio.add({lamps[0], kRadius, {level, level, level}}, pictures);
+    renderer.add({lamps[0], kRadius, {level, level, level}}, pictures);
     const auto weaker = static_cast<float>(level * second);
-    studio.add({lamps[1], kRadius, {weaker, weaker, weaker}}, pictures);
-    // The brightest sum of both just below saturation: a unit fills the scale at 0.01 / exposure.
-    Shot shot = codes ? studio.as_rgb8(pictures, 0.9 * 0.01 / (2 * level), static_cast<std::uint64_t>(i))
-                      : studio.as_floats(pictures);
+    renderer.add({lamps[1], kRadius, {weaker, weaker, weaker}}, pictures);
+    // The sum of both lamps is just below saturation: full scale is a radiance of 0.01 / exposure.
+    Shot shot = codes ? renderer.as_rgb8(pictures, 0.9 * 0.01 / (2 * level), static_cast<std::uint64_t>(i))
+                      : renderer.as_floats(pictures);
     shot.frame.info.sequence = static_cast<std::uint64_t>(i);
     shot.frame.info.mid_exposure = {1'000'000'000LL + i * 33'333'333LL};
     Descriptor d;
@@ -74,7 +74,7 @@ TwoLightsRow two_lights(const EstimatorConfig& config, PixelFormat format, doubl
       ++row.tally.refused;
       continue;
     }
-    const auto truth = studio.truth().irradiance(pictures);
+    const auto truth = renderer.truth().irradiance(pictures);
     row.tally.count(d, normals, truth, where);
 
     const auto now = irradiance_of_answer(d, normals);
@@ -89,7 +89,7 @@ TwoLightsRow two_lights(const EstimatorConfig& config, PixelFormat format, doubl
 
     for (const Light& l : d.lights) {
       tracks.insert(l.track);
-      // Two that stand apart: whose lamp is it? Nearer than a diameter they are one.
+      // Assigns separated lights to lamps; closer than a diameter, they are one light.
       if (d.lights.size() != 2 || gap < 2 * kRadius / kDegree + 0.5) continue;
       const Vec3d at = vec_cast<double>(l.direction);
       const int lamp = angle_between(at, lamps[0]) < angle_between(at, lamps[1]) ? 0 : 1;

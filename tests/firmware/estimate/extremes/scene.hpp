@@ -1,4 +1,4 @@
-// Analytic light that extremes are made of, and chance that is the same on every machine.
+// Analytic scenes, and random numbers that are the same on every machine.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace lightwell::extremes {
 
-/// Uniform light within `radius_rad` of `axis` (unit), added to what is there.
+/// Uniform radiance within `radius_rad` of `axis` (unit), added to the ambient radiance.
 struct Disc {
   Vec3d axis;
   double radius_rad = 0;
@@ -23,14 +23,14 @@ struct Scene {
   std::vector<Disc> discs;
 };
 
-/// The standard's distributions differ between libraries; these do not.
+/// Random distributions; those of the standard library differ between implementations.
 class Chance {
  public:
   explicit Chance(std::uint32_t seed) : engine_(seed) {}
   std::uint32_t bits() { return static_cast<std::uint32_t>(engine_()); }
   /// In [low, high).
   double between(double low, double high) { return low + (high - low) * (bits() / 4294967296.0); }
-  /// The exponent is spread evenly.
+  /// Log-uniform.
   double magnitude(double low, double high);
   int below(int count) { return static_cast<int>(between(0, count)); }
   Vec3d direction();
@@ -41,13 +41,13 @@ class Chance {
 };
 
 [[nodiscard]] Scene constant(Radiance radiance);
-/// A soft sky, soft walls, a few wide glows and up to `most_discs` discs of 2 to 12 degrees across, of all colours.
+/// A sky, walls with soft edges, a few wide glows, and up to `most_discs` discs with diameters of 2 to 12 degrees.
 [[nodiscard]] Scene room(Chance& chance, int most_discs = 4);
-/// What came from d comes from q d.
+/// The scene rotated by q.
 [[nodiscard]] Scene turned(const Scene& scene, Quat q);
 [[nodiscard]] Scene scaled(const Scene& scene, float factor);
 
-/// Radiance of a grey disc that is `times` the mean over the sphere of itself and `ambient` around it.
+/// Radiance of a grey disc that is `times` the mean over the sphere of the disc and `ambient` together.
 [[nodiscard]] float radiance_times_mean(double times, double radius_rad, float ambient);
 
 }  // namespace lightwell::extremes

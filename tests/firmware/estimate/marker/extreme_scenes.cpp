@@ -23,10 +23,10 @@ using reference::MarkerScene;
 using reference::MarkerStage;
 
 constexpr double kDegree = std::numbers::pi / 180;
-/// 99.73 % of two numbers lie within: what three deviations are of one.
+/// The 99.73 % quantile of chi square with two degrees of freedom: three sigma of one variable.
 constexpr double kThreeSigma = 11.83;
 constexpr double kMaxError_deg = 10;
-constexpr double kBrightest = 0.8;
+constexpr double kPeakLevel = 0.8;
 constexpr std::array<double, 3> kSkin = {0.45, 0.30, 0.22};
 
 MarkerBody body_of(const std::string& folder, const std::string& name) {
@@ -41,7 +41,7 @@ struct Setting {
   bool table = true;
 };
 
-/// A lamp of one at the body's centre in a dim room, a dark board.
+/// A lamp with an irradiance of 1 at the body's centre, in a dim room, and a dark table.
 MarkerScene scene_of(const MarkerBody& body, const Setting& setting) {
   MarkerScene scene;
   scene.body = body;
@@ -53,7 +53,7 @@ MarkerScene scene_of(const MarkerBody& body, const Setting& setting) {
     scene.lamps = {reference::NearLamp{setting.stage.place(azimuth, elevation, d), {power, 0.9 * power, 0.75 * power}}};
   else
     scene.lamps = {reference::DistantLamp{setting.stage.direction(azimuth, elevation), {1, 0.9, 0.75}}};
-  // The solids stand on the face whose number is the last.
+  // The solids stand on their last face.
   if (setting.table)
     scene.table = reference::table_under(body, scene.probe_body, body.faces.back().tag_id, {0.05, 0.05, 0.05});
   return scene;
@@ -63,7 +63,7 @@ Pose shown(const MarkerScene& scene, std::size_t face) {
   return compose(scene.probe_body, scene.body.faces[face].body_face);
 }
 
-/// A sheet in front of a face and parallel to it, all but the hole; face's frame, m.
+/// A sheet in front of a face and parallel to it, with a rectangular hole; face's frame, m.
 std::vector<reference::MarkerOccluder> sheet_with_hole(const Pose& probe_face, double left, double bottom, double right,
                                                        double top) {
   constexpr double kFar = 0.25, kAbove = 0.004;
@@ -88,9 +88,9 @@ MarkerBody swapped(MarkerBody body, std::size_t a, std::size_t b) {
   return body;
 }
 
-/// Each ring's tags one face further: neighbours agree with a body that is turned by a fifth, the top with one that is
-/// not.
-MarkerBody ring_turned(MarkerBody body) {
+/// Shifts the tags of each belt of faces by one face: the belts agree with a body rotated by 72 degrees, the top face
+/// does not.
+MarkerBody belt_rotated(MarkerBody body) {
   const std::vector<MarkerFace> old = body.faces;
   for (std::size_t k = 0; k < 5; ++k) {
     body.faces[1 + k].tag_id = old[1 + (k + 1) % 5].tag_id;
@@ -99,7 +99,7 @@ MarkerBody ring_turned(MarkerBody body) {
   return body;
 }
 
-void harm(measure::Shot& shot, Harm how, std::uint64_t seed) {
+void damage(measure::Shot& shot, Harm how, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   for (std::size_t f = 0; f < shot.frames.size(); ++f) {
     std::vector<std::byte>& bytes = shot.pixels[f];
@@ -125,19 +125,19 @@ void harm(measure::Shot& shot, Harm how, std::uint64_t seed) {
   }
 }
 
-struct Turn {
+struct TangentOffset {
   double u = 0, v = 0, angle = 0;
 };
 
-/// From unit vector `from` to `to` along the great circle, in tangent_basis(from), rad.
-Turn turn_of(Vec3d from, Vec3d to) {
+/// Logarithmic map: the vector from unit vector `from` to `to` along the great circle, in tangent_basis(from), rad.
+TangentOffset offset_between(Vec3d from, Vec3d to) {
   const auto [u, v] = tangent_basis(from);
   const double angle = angle_between(from, to), x = dot(to, u), y = dot(to, v), across = std::hypot(x, y);
-  return across > 0 ? Turn{x / across * angle, y / across * angle, angle} : Turn{0, 0, angle};
+  return across > 0 ? TangentOffset{x / across * angle, y / across * angle, angle} : TangentOffset{0, 0, angle};
 }
 
-/// What no application could use, in words; empty where all is well.
-std::string unsound(const Descriptor& d) {
+/// Describes the first invalid field of a descriptor; empty where all are valid.
+std::string find_invalid_field(const Descriptor& d) {
   for (const auto& c : d.radiance.c)
     if (!std::isfinite(c.r) || !std::isfinite(c.g) || !std::isfinite(c.b)) return "radiance is not finite";
   if (!std::isfinite(d.coverage) || !std::isfinite(d.saturated)) return "coverage or saturated is not finite";
@@ -146,21 +146,21 @@ std::string unsound(const Descriptor& d) {
     if (std::isnan(v)) return "the bound is NaN";
   for (const Light& l : d.lights) {
     const double length_of = length(vec_cast<double>(l.direction));
-    if (!(std::abs(length_of - 1) < 1e-5)) return "a direction is not of length one";
+    if (!(std::abs(length_of - 1) < 1e-5)) return "a direction is not a unit vector";
     if (!std::isfinite(l.irradiance.r) || !std::isfinite(l.irradiance.g) || !std::isfinite(l.irradiance.b))
       return "an irradiance is not finite";
     const auto& c = l.direction_covariance;
     if (!std::isfinite(c[0]) || !std::isfinite(c[1]) || !std::isfinite(c[2])) return "a covariance is not finite";
-    if (!(c[0] > 0 && c[2] > 0 && c[0] * c[2] > c[1] * c[1])) return "a covariance is none";
+    if (!(c[0] > 0 && c[2] > 0 && c[0] * c[2] > c[1] * c[1])) return "a covariance is not positive definite";
     if (l.track == 0) return "a light has no track";
   }
   Descriptor sent = d;
   sent.time.encoded_after = Duration{30'000'000};
   Encoder encoder;
   const auto bytes = encoder.encode(sent);
-  if (!bytes) return "cannot be sent: " + bytes.status().message();
+  if (!bytes) return "the descriptor cannot be encoded: " + bytes.status().message();
   if (const Result<Descriptor> back = decode_descriptor(*bytes); !back)
-    return "cannot be read again: " + back.status().message();
+    return "the encoded descriptor cannot be decoded: " + back.status().message();
   return {};
 }
 
@@ -168,11 +168,11 @@ std::string unsound(const Descriptor& d) {
 
 std::vector<ExtremeCase> extreme_cases(const std::string& folder) {
   const MarkerBody white = body_of(folder, "dodecahedron_100mm_white"), cube = body_of(folder, "cube_60mm_grey");
-  // 170 px wide: tags of 40 px.
+  // The body is 170 px wide, its tags 40 px.
   const Setting usual{.stage = {.distance_m = 0.45, .elevation_rad = 0.5, .turn_rad = 0.15}};
   const MarkerScene plain = scene_of(white, usual);
   std::vector<ExtremeCase> out;
-  // The reference holds until the next one.
+  // The returned reference is valid until the next call.
   const auto add = [&](const std::string& name, const MarkerScene& scene) -> ExtremeCase& {
     ExtremeCase& one = out.emplace_back();
     one.name = name;
@@ -193,7 +193,7 @@ std::vector<ExtremeCase> extreme_cases(const std::string& folder) {
     one.easy = true;
   }
 
-  // Little to see.
+  // Few visible faces.
   const Setting flat{.stage = {.distance_m = 0.3, .elevation_rad = 0, .turn_rad = 0}, .table = false};
   add("one face, cube seen straight", scene_of(cube, flat));
   Setting distant = flat;
@@ -208,8 +208,8 @@ std::vector<ExtremeCase> extreme_cases(const std::string& folder) {
   for (const double elevation : {50.0, 65.0, 80.0}) {
     Setting steep = usual;
     steep.stage.elevation_rad = elevation * kDegree;
-    // From some 60 degrees on a face of the lower ring looks down in the picture more than the one that the body stands
-    // on: the table is taken for a plane that it is not, and its brightness for a shadow.
+    // Above about 60 degrees, a face of the lower belt points down (probe frame) more than the one on which the body
+    // stands: the ground plane is estimated wrongly, and its brightness is explained by a shadow.
     add("camera " + std::to_string(static_cast<int>(elevation)) + " deg above the table", scene_of(white, steep))
         .unsolved = elevation > 60;
   }
@@ -232,7 +232,7 @@ std::vector<ExtremeCase> extreme_cases(const std::string& folder) {
   behind.table = false;
   add("lamp behind, no table", scene_of(white, behind));
 
-  // Something in the way, of a body that is 260 px wide: tags beside the one in front are read too.
+  // Occlusions, of a body that is 260 px wide: tags beside the frontal one are read, too.
   Setting nearer = usual;
   nearer.stage.distance_m = 0.3;
   const MarkerScene open = scene_of(white, nearer);
@@ -267,11 +267,11 @@ std::vector<ExtremeCase> extreme_cases(const std::string& folder) {
   shade.occluders = {reference::SphereOccluder{body + to_lamp * 0.3, 0.1, kSkin}};
   add("all of the body in a shadow", shade);
 
-  // Not what it is taken for.
+  // Assumptions that are wrong.
   add("mirrored picture", plain).harm = Harm::mirrored;
   add("another body's tags", plain).believed_body = renumbered(white, 100);
   add("two tags swapped in the body file", plain).believed_body = swapped(white, 1, 2);
-  add("rings turned in the body file", plain).believed_body = ring_turned(white);
+  add("rings turned in the body file", plain).believed_body = belt_rotated(white);
   {
     ExtremeCase& one = add("another body with the same tags", plain);
     one.believed_body = body_of(folder, "icosahedron_100mm_white");
@@ -285,7 +285,7 @@ std::vector<ExtremeCase> extreme_cases(const std::string& folder) {
   add("focal length 2 % too long", plain).believed_focal = 1.02;
   add("focal length 2 % too short", plain).believed_focal = 0.98;
 
-  // Size and sharpness.
+  // Size and blur.
   Setting far = usual;
   far.stage.distance_m = 700 * 0.11 / 20;
   add("20 px wide", scene_of(white, far));
@@ -327,11 +327,11 @@ ExtremePicture::ExtremePicture(ExtremeCase what) : case_(std::move(what)) {
   options.edge_rays = 34;
   options.blur_px = case_.blur_px;
   radiance_.push_back(reference::render(case_.scene, reference::MarkerCamera(lens), options).rgb);
-  // Cut off at the brightest thousandth: an edge's overshoot is none of the exposure's business.
+  // Exposes for the 99.9 % quantile: overshoot at edges does not determine the exposure.
   std::vector<float> sorted = radiance_.front();
   const auto high = sorted.end() - static_cast<std::ptrdiff_t>(1 + sorted.size() / 1000);
   std::nth_element(sorted.begin(), high, sorted.end());
-  exposure_ = kBrightest / std::max(1e-9, static_cast<double>(*high));
+  exposure_ = kPeakLevel / std::max(1e-9, static_cast<double>(*high));
   rig_.lenses.push_back(lens);
   PhotometricCalibration& p = rig_.lenses.front().photometry;
   p.response.kind = is_bayer(case_.format) || case_.format == PixelFormat::rgb_f32 ? ResponseCurve::Kind::linear
@@ -341,7 +341,7 @@ ExtremePicture::ExtremePicture(ExtremeCase what) : case_(std::move(what)) {
   truth_ = reference::lamp_truths(case_.scene).front().direction_probe;
 }
 
-std::vector<Evaluation> ExtremePicture::judged(std::uint64_t seed) const {
+std::vector<Evaluation> ExtremePicture::evaluate_frames(std::uint64_t seed) const {
   RigParameters believed = rig_;
   auto& model = std::get<MeiParameters>(believed.lenses.front().model);
   model.fx *= case_.believed_focal, model.fy *= case_.believed_focal;
@@ -349,7 +349,7 @@ std::vector<Evaluation> ExtremePicture::judged(std::uint64_t seed) const {
   const auto stop = [](const Status& s) {
     Evaluation v;
     v.outcome = Outcome::wrong;
-    v.why = "not made: " + s.message();
+    v.why = "the finder or the estimator was not created: " + s.message();
     return std::vector{v};
   };
   Result<std::unique_ptr<BodyFinder>> finder = make_tag_body_finder(believed, body);
@@ -364,23 +364,23 @@ std::vector<Evaluation> ExtremePicture::judged(std::uint64_t seed) const {
     for (const double e : case_.exposures) exposures.push_back(e * exposure_ * case_.brightness[i]);
     measure::Shot shot = camera.develop(radiance_, exposures, 1000 * seed + i);
     for (std::size_t k = 0; k < shot.frames.size(); ++k) shot.frames[k].info.exposure_s = case_.exposures[k];
-    harm(shot, case_.harm, seed);
+    damage(shot, case_.harm, seed);
     Descriptor made;
     const Status status = (*estimator)->estimate(shot.frames, made);
-    out.push_back(judge_extreme(status, made, truth_));
+    out.push_back(evaluate_extreme(status, made, truth_));
     if (status.ok()) out.back().report = (*estimator)->report();
   }
   return out;
 }
 
 Evaluation ExtremePicture::worst(std::uint64_t seed) const {
-  const std::vector<Evaluation> all = judged(seed);
+  const std::vector<Evaluation> all = evaluate_frames(seed);
   return *std::max_element(all.begin(), all.end(), [](const Evaluation& a, const Evaluation& b) {
     return std::pair(a.outcome, a.error_deg) < std::pair(b.outcome, b.error_deg);
   });
 }
 
-Evaluation judge_extreme(const Status& status, const Descriptor& made, Vec3d truth) {
+Evaluation evaluate_extreme(const Status& status, const Descriptor& made, Vec3d truth) {
   Evaluation out;
   if (!status.ok()) {
     out.why = status.message();
@@ -392,16 +392,16 @@ Evaluation judge_extreme(const Status& status, const Descriptor& made, Vec3d tru
   if (!made.lights.empty()) {
     const Light& strongest = made.lights.front();
     out.direction = vec_cast<double>(strongest.direction);
-    const Turn t = turn_of(*out.direction, truth);
+    const TangentOffset t = offset_between(*out.direction, truth);
     const auto& c = strongest.direction_covariance;
     const double det = static_cast<double>(c[0]) * c[2] - static_cast<double>(c[1]) * c[1];
     out.error_deg = t.angle / kDegree;
-    out.deviations2 = (c[2] * t.u * t.u - 2 * c[1] * t.u * t.v + c[0] * t.v * t.v) / det;
+    out.squared_mahalanobis = (c[2] * t.u * t.u - 2 * c[1] * t.u * t.v + c[0] * t.v * t.v) / det;
     out.sigma_deg =
         t.angle > 0 ? std::sqrt(c[0] * t.u * t.u + 2 * c[1] * t.u * t.v + c[2] * t.v * t.v) / t.angle / kDegree : 0;
-    near_enough = out.deviations2 < kThreeSigma;
+    near_enough = out.squared_mahalanobis < kThreeSigma;
   }
-  out.why = unsound(made);
+  out.why = find_invalid_field(made);
   if (!out.why.empty()) {
     out.outcome = Outcome::wrong;
     return out;
@@ -415,9 +415,9 @@ Evaluation judge_extreme(const Status& status, const Descriptor& made, Vec3d tru
     out.outcome = Outcome::right;
   } else {
     out.outcome = Outcome::wrong;
-    out.why += (out.why.empty() ? "" : ", ") + std::string(made.lights.empty() ? "no light, and no word of it"
+    out.why += (out.why.empty() ? "" : ", ") + std::string(made.lights.empty() ? "no light, and no flag"
                                                            : near_enough       ? "far off"
-                                                                               : "beyond three deviations");
+                                                                               : "beyond three sigma");
   }
   return out;
 }

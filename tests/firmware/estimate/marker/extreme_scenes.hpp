@@ -1,7 +1,7 @@
-// Pictures of a marker that are hard, or no pictures of it at all, and what an answer to them is worth.
-//   ExtremeCase, extreme_cases     what the camera sees, and what the estimator believes of camera and body
+// Difficult or invalid images of a marker, and the evaluation of the estimator's results on them.
+//   ExtremeCase, extreme_cases     scene and camera, and the estimator's assumptions about camera and body
 //   ExtremePicture                 one case, rendered once; noisy frames of it
-//   judge_extreme                  refused, flagged, right, or wrong
+//   evaluate_extreme               refused, flagged, right, or wrong
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@
 
 namespace lightwell::marker::test {
 
-/// What is done to a frame's bytes or floats before the estimator gets it.
+/// Damage to a frame's bytes or floats before the estimator receives it.
 enum class Harm : std::uint8_t { none, mirrored, noise_alone, some_not_numbers, all_not_numbers };
 
 struct ExtremeCase {
@@ -33,19 +33,18 @@ struct ExtremeCase {
   PixelFormat format = PixelFormat::rgb8;
   /// 1: the picture's brightest pixel is at 0.8 of full scale. Several: a bracket.
   std::vector<double> exposures{1};
-  /// Of the lamp in each of successive frames; the camera does not know.
+  /// Relative power of the lamp in successive frames; exposure is not adapted to it.
   std::vector<double> brightness{1};
   Harm harm = Harm::none;
-  double believed_focal = 1;                ///< Of the calibration, in the true focal length.
-  std::optional<MarkerBody> believed_body;  ///< Where it is not the scene's.
-  /// Nothing keeps this picture from being answered well: flagged is not good enough.
+  double believed_focal = 1;                ///< Focal length of the estimator's calibration / true focal length.
+  std::optional<MarkerBody> believed_body;  ///< Body given to the estimator, where it differs from the scene's.
+  /// The result must be right; `flagged` is a failure.
   bool easy = false;
-  /// Answered wrong as yet: figures show it, tests ask of it no more than numbers that are numbers.
+  /// Known to fail: figures report it; tests only require that the descriptor is valid.
   bool unsolved = false;
 };
 
-/// All of them. `bodies_folder`: firmware/estimate/marker/bodies. Throws std::runtime_error where a body cannot be
-/// read.
+/// All cases. `bodies_folder`: firmware/estimate/marker/bodies. Throws std::runtime_error where a body cannot be read.
 [[nodiscard]] std::vector<ExtremeCase> extreme_cases(const std::string& bodies_folder);
 
 enum class Outcome : std::uint8_t { refused, flagged, right, wrong };
@@ -53,11 +52,11 @@ enum class Outcome : std::uint8_t { refused, flagged, right, wrong };
 
 struct Evaluation {
   Outcome outcome = Outcome::refused;
-  std::string why;                      ///< The refusal's message, the flags, or what is wrong.
-  std::optional<Vec3d> direction;       ///< Of the strongest light that was answered.
-  double error_deg = 0, sigma_deg = 0;  ///< Of it, where there is one; sigma along the error.
-  double deviations2 = 0;               ///< The error's squared Mahalanobis distance (two numbers).
-  MarkerReport report;                  ///< What the answer was made from.
+  std::string why;                      ///< The error message, the flags, or the reason for `wrong`.
+  std::optional<Vec3d> direction;       ///< Of the strongest estimated light.
+  double error_deg = 0, sigma_deg = 0;  ///< Of that light; sigma along the error.
+  double squared_mahalanobis = 0;       ///< Of the error; two degrees of freedom.
+  MarkerReport report;                  ///< The estimator's report.
 };
 
 class ExtremePicture {
@@ -65,9 +64,9 @@ class ExtremePicture {
   explicit ExtremePicture(ExtremeCase what);
 
   [[nodiscard]] const ExtremeCase& what() const { return case_; }
-  /// Finder and estimator made anew, then all frames of the sequence, each judged. `seed`: another one is other noise.
-  [[nodiscard]] std::vector<Evaluation> judged(std::uint64_t seed) const;
-  /// The worst of them: wrong before right before flagged before refused, then the larger error.
+  /// Creates a finder and an estimator, and evaluates all frames of the sequence. `seed`: of the noise.
+  [[nodiscard]] std::vector<Evaluation> evaluate_frames(std::uint64_t seed) const;
+  /// The worst evaluation of a frame, in the order wrong, right, flagged, refused; then the larger error.
   [[nodiscard]] Evaluation worst(std::uint64_t seed) const;
 
  private:
@@ -78,9 +77,9 @@ class ExtremePicture {
   Vec3d truth_;
 };
 
-/// Refused: not_found or invalid_argument, with a message. Flagged: unsure or dark; or clipped and within three of its
-/// deviations. Right: no such flag, the strongest light within three of its deviations of `truth` and within 10
-/// degrees. Wrong: all else, another error, a number that is not finite, and what the wire does not take.
-[[nodiscard]] Evaluation judge_extreme(const Status& status, const Descriptor& made, Vec3d truth);
+/// Refused: not_found or invalid_argument, with a message. Flagged: unsure or dark; or clipped, with an error within
+/// three sigma. Right: no such flag, the strongest light within three sigma and 10 degrees of `truth`. Wrong:
+/// everything else, including other errors, numbers that are not finite, and descriptors that cannot be encoded.
+[[nodiscard]] Evaluation evaluate_extreme(const Status& status, const Descriptor& made, Vec3d truth);
 
 }  // namespace lightwell::marker::test

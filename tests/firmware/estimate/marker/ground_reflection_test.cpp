@@ -1,5 +1,5 @@
-// What a table sends to a face, against the closed forms of a disc of one brightness: the integral over it of cos cos /
-// (pi r^2).
+// Irradiance of a face by light that the table reflects, compared with closed forms for a uniform disc: the integral of
+// cos cos / (pi r^2) over it.
 #include "estimate/marker/ground_reflection.hpp"
 
 #include <cmath>
@@ -12,11 +12,11 @@ namespace {
 
 constexpr double kHeight = 0.05, kRadius = 0.3, kStep = 0.005;
 constexpr Rgb kRadiance = {0.2, 0.4, 0.1};
-/// The disc is made of squares: what they are larger or smaller by.
+/// Relative error by the approximation of the disc by squares.
 constexpr double kSquares = 0.01;
 
-/// A face above the middle of a disc of one colour that lies `kHeight` below it, in axes in which `up` is its normal.
-/// What is nearer to the middle than `hidden` is not seen.
+/// A face `kHeight` above the middle of a uniform disc with normal `up`. Samples nearer to the middle than `hidden` (m)
+/// are missing.
 Shading above_a_disc(Vec3d up, Vec3d normal, double hidden = 0) {
   Shading out;
   SurfaceSample face;
@@ -24,10 +24,10 @@ Shading above_a_disc(Vec3d up, Vec3d normal, double hidden = 0) {
   face.irradiance = {1, 1, 1};
   face.sigma = {0.01, 0.01, 0.01};
   out.samples = {face};
-  GroundPlane& table = out.table.emplace();
-  table.normal = up;
-  table.point = up * -kHeight;
-  table.step_m = kStep;
+  GroundPlane& ground = out.ground.emplace();
+  ground.normal = up;
+  ground.point = up * -kHeight;
+  ground.step_m = kStep;
   const auto [u, v] = tangent_basis(up);
   const int across = static_cast<int>(kRadius / kStep);
   for (int x = -across; x <= across; ++x)
@@ -35,62 +35,64 @@ Shading above_a_disc(Vec3d up, Vec3d normal, double hidden = 0) {
       const double off = kStep * std::hypot(x, y);
       if (off > kRadius || off < hidden) continue;
       GroundSample sample;
-      sample.position = table.point + u * (x * kStep) + v * (y * kStep);
+      sample.position = ground.point + u * (x * kStep) + v * (y * kStep);
       sample.color = kRadiance;
-      table.samples.push_back(sample);
+      ground.samples.push_back(sample);
     }
   return out;
 }
 
-Rgb found(Shading shading) {
+Rgb from_ground(Shading shading) {
   estimate_ground_reflection(shading);
   return shading.samples[0].from_ground;
 }
 
-TEST(TableLight, AFaceThatLooksDownSeesTheDisc) {
+TEST(GroundReflection, FaceThatPointsDownReceivesTheDisc) {
   const double factor = kRadius * kRadius / (kRadius * kRadius + kHeight * kHeight);
   for (const Vec3d up : {Vec3d{0, 1, 0}, normalized(Vec3d{0.2, 0.9, -0.3}), Vec3d{0, 0, 1}}) {
-    const Rgb light = found(above_a_disc(up, -up));
+    const Rgb light = from_ground(above_a_disc(up, -up));
     for (std::size_t c = 0; c < 3; ++c)
       EXPECT_NEAR(light[c] / (std::numbers::pi * kRadiance[c] * factor), 1, kSquares) << c;
   }
 }
 
-TEST(TableLight, AFaceThatStandsUprightSeesHalfOfIt) {
+TEST(GroundReflection, VerticalFaceReceivesHalfOfTheDisc) {
   const double h = kHeight / kRadius;
   const double factor = (std::atan(1 / h) - h / (h * h + 1)) / std::numbers::pi;
   const Vec3d up{0, 1, 0};
-  const Rgb light = found(above_a_disc(up, {0, 0, 1}));
+  const Rgb light = from_ground(above_a_disc(up, {0, 0, 1}));
   for (std::size_t c = 0; c < 3; ++c)
     EXPECT_NEAR(light[c] / (std::numbers::pi * kRadiance[c] * factor), 1, 2 * kSquares) << c;
 }
 
-TEST(TableLight, AFaceThatLooksUpSeesNoneOfIt) { EXPECT_EQ(found(above_a_disc({0, 1, 0}, {0, 1, 0})), Rgb{}); }
+TEST(GroundReflection, FaceThatPointsUpReceivesNothing) {
+  EXPECT_EQ(from_ground(above_a_disc({0, 1, 0}, {0, 1, 0})), Rgb{});
+}
 
-TEST(TableLight, WhatTheBodyHidesIsTakenForWhatIsSeenAroundIt) {
+TEST(GroundReflection, HiddenPatchesGetTheRadianceOfTheirRing) {
   const Vec3d up{0, 1, 0};
-  const Rgb whole = found(above_a_disc(up, -up)), partly = found(above_a_disc(up, -up, 0.07));
+  const Rgb whole = from_ground(above_a_disc(up, -up)), partly = from_ground(above_a_disc(up, -up, 0.07));
   for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(partly[c], whole[c], 1e-9) << c;
 }
 
-TEST(TableLight, IsTakenOffTheFacesAndIsNotQuiteSure) {
+TEST(GroundReflection, IsSubtractedWithItsUncertainty) {
   Shading shading = above_a_disc({0, 1, 0}, {0, -1, 0});
   estimate_ground_reflection(shading);
   const Rgb light = shading.samples[0].from_ground;
   subtract_ground_reflection(shading);
   const SurfaceSample& face = shading.samples[0];
   EXPECT_NEAR(face.irradiance[0], 1 - light[0], 1e-12);
-  EXPECT_EQ(face.irradiance[1], 0) << "more than the face gets cannot come from there";
+  EXPECT_EQ(face.irradiance[1], 0) << "the difference is clamped to 0";
   for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(face.sigma[c], std::hypot(0.01, 0.2 * light[c]), 1e-12) << c;
-  EXPECT_EQ(face.from_ground, Rgb{}) << "once";
+  EXPECT_EQ(face.from_ground, Rgb{}) << "a second call must subtract nothing";
 }
 
-TEST(TableLight, OfNoTableIsNone) {
+TEST(GroundReflection, WithoutGroundPlaneIsZero) {
   Shading shading = above_a_disc({0, 1, 0}, {0, -1, 0});
-  shading.table->samples.clear();
+  shading.ground->samples.clear();
   estimate_ground_reflection(shading);
   EXPECT_EQ(shading.samples[0].from_ground, Rgb{});
-  shading.table.reset();
+  shading.ground.reset();
   estimate_ground_reflection(shading);
   subtract_ground_reflection(shading);
   EXPECT_EQ(shading.samples[0].irradiance, (Rgb{1, 1, 1}));

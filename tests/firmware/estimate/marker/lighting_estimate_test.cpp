@@ -1,4 +1,4 @@
-// What a marker's faces and its shadow tell of the light, from samples that closed forms make.
+// Lighting estimated from a marker's faces and shadow, on samples from closed forms.
 #include "estimate/marker/lighting_estimate.hpp"
 
 #include <cmath>
@@ -18,60 +18,60 @@ using test::towards;
 constexpr Rgb kWhite = {1, 1, 1};
 
 double error_deg(const LightingEstimate& light, Vec3d truth, std::size_t which = 0) {
-  return angle_between(light.lamps.at(which).lamp.direction, truth) / kDegree;
+  return angle_between(light.lights.at(which).light.direction, truth) / kDegree;
 }
 
-/// Squared distance in standard deviations, two degrees of freedom.
-double mahalanobis(const LightEstimate& lamp, Vec3d truth) {
-  const auto [u, v] = tangent_basis(lamp.lamp.direction);
-  const double angle = angle_between(lamp.lamp.direction, truth);
-  const Vec3d across = normalized(truth - lamp.lamp.direction * dot(truth, lamp.lamp.direction)) * angle;
+/// Squared Mahalanobis distance of a direction from the truth, two degrees of freedom.
+double mahalanobis(const LightEstimate& estimate, Vec3d truth) {
+  const auto [u, v] = tangent_basis(estimate.light.direction);
+  const double angle = angle_between(estimate.light.direction, truth);
+  const Vec3d across = normalized(truth - estimate.light.direction * dot(truth, estimate.light.direction)) * angle;
   const double x = dot(across, u), y = dot(across, v);
-  const auto& c = lamp.direction_covariance;
+  const auto& c = estimate.direction_covariance;
   return (c[2] * x * x - 2 * c[1] * x * y + c[0] * y * y) / (c[0] * c[2] - c[1] * c[1]);
 }
 
-TEST(LightChoice, ADistantLampIsFoundWhereItIsAndAsStrongAsItIs) {
+TEST(LightingEstimate, DistantLampHasCorrectDirectionAndIrradiance) {
   const LitBody body{.lamps = {{towards(30, 40), 0, {2, 1.5, 1}}}};
   const LightingEstimate light = estimate_lighting(body.shading(), {});
-  ASSERT_EQ(light.lamps.size(), 1U);
+  ASSERT_EQ(light.lights.size(), 1U);
   EXPECT_LT(error_deg(light, towards(30, 40)), 0.2);
-  EXPECT_FALSE(light.lamps[0].near) << "no falloff shows";
-  EXPECT_FALSE(light.unsure);
+  EXPECT_FALSE(light.lights[0].distance_observable) << "a distant lamp has no falloff";
+  EXPECT_FALSE(light.uncertain);
   for (std::size_t c = 0; c < 3; ++c) {
-    EXPECT_NEAR(light.lamps[0].lamp.irradiance[c], body.lamps[0].irradiance[c], 0.02 * body.lamps[0].irradiance[c])
+    EXPECT_NEAR(light.lights[0].light.irradiance[c], body.lamps[0].irradiance[c], 0.02 * body.lamps[0].irradiance[c])
         << c;
     EXPECT_NEAR(light.ambient[0][c], 0.05, 0.02) << c;
   }
 }
 
-TEST(LightChoice, ANearLampIsFoundNearByItsFalloff) {
+TEST(LightingEstimate, NearLampHasCorrectDistance) {
   for (const double azimuth : {0.0, 45.0, 90.0}) {
     const LitBody body{.lamps = {{towards(azimuth, 35), 1 / 0.3, kWhite}}};
     const LightingEstimate light = estimate_lighting(body.shading(), {});
-    ASSERT_EQ(light.lamps.size(), 1U) << azimuth;
-    EXPECT_TRUE(light.lamps[0].near) << azimuth;
-    EXPECT_NEAR(0.3 * light.lamps[0].lamp.inverse_distance, 1, 0.05) << azimuth;
+    ASSERT_EQ(light.lights.size(), 1U) << azimuth;
+    EXPECT_TRUE(light.lights[0].distance_observable) << azimuth;
+    EXPECT_NEAR(0.3 * light.lights[0].light.inverse_distance, 1, 0.05) << azimuth;
     EXPECT_LT(error_deg(light, towards(azimuth, 35)), 0.5) << azimuth;
   }
 }
 
-TEST(LightChoice, ANearLampThatIsFollowedStaysNearAndItsDistanceFollows) {
+TEST(LightingEstimate, TrackedNearLampFollowsTheDistance) {
   LightingEstimate light = estimate_lighting(LitBody{.lamps = {{towards(45, 35), 1 / 0.3, kWhite}}}.shading(), {});
   for (const double distance : {0.305, 0.31, 0.32}) {
     const LitBody body{.lamps = {{towards(45, 35), 1 / distance, kWhite}}};
     light = estimate_lighting(body.shading(), {}, &light);
-    ASSERT_TRUE(light.followed) << distance;
-    ASSERT_EQ(light.lamps.size(), 1U) << distance;
-    EXPECT_TRUE(light.lamps[0].near) << distance;
-    EXPECT_NEAR(distance * light.lamps[0].lamp.inverse_distance, 1, 0.02) << distance;
-    EXPECT_LT(light.lamps[0].inverse_distance_sigma, 1) << distance;
+    ASSERT_TRUE(light.tracked) << distance;
+    ASSERT_EQ(light.lights.size(), 1U) << distance;
+    EXPECT_TRUE(light.lights[0].distance_observable) << distance;
+    EXPECT_NEAR(distance * light.lights[0].light.inverse_distance, 1, 0.02) << distance;
+    EXPECT_LT(light.lights[0].inverse_distance_sigma, 1) << distance;
   }
 }
 
-TEST(LightChoice, FollowingIsNoSurerOfALampThanItsSearchWas) {
+TEST(LightingEstimate, TrackingKeepsTheUncertaintyOfTheSearch) {
   const auto trace = [](const std::array<double, 3>& m) { return m[0] + m[2]; };
-  int asked = 0;
+  int model_dominated = 0;
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(0, 1);
   for (unsigned seed = 0; seed < 60; ++seed) {
@@ -82,78 +82,79 @@ TEST(LightChoice, FollowingIsNoSurerOfALampThanItsSearchWas) {
                        .sample_noise = 0.005,
                        .seed = seed};
     const Shading shading = body.shading();
-    const LightingEstimate searched = estimate_lighting(shading, {}), followed = estimate_lighting(shading, {}, &searched);
-    if (!followed.followed || searched.lamps.empty()) continue;
-    const LightEstimate &before = searched.lamps[0], &after = followed.lamps.at(0);
-    // The fit ends a little elsewhere.
+    const LightingEstimate searched = estimate_lighting(shading, {}),
+                           tracked = estimate_lighting(shading, {}, &searched);
+    if (!tracked.tracked || searched.lights.empty()) continue;
+    const LightEstimate &before = searched.lights[0], &after = tracked.lights.at(0);
+    // The minima of the two fits differ slightly.
     EXPECT_GT(trace(after.direction_covariance), 0.9 * trace(before.direction_covariance)) << seed;
-    // Of these it would be surer if it forgot what the search had tried besides.
-    asked += trace(before.model_covariance) > 0.2 * trace(before.direction_covariance) ? 1 : 0;
+    // Counts the cases in which other models contribute much to the covariance.
+    model_dominated += trace(before.model_covariance) > 0.2 * trace(before.direction_covariance) ? 1 : 0;
   }
-  EXPECT_GE(asked, 1) << "or nothing was asked";
+  EXPECT_GE(model_dominated, 1) << "no case tests the contribution of other models";
 }
 
-TEST(LightChoice, ADistantLampThatIsFollowedStaysDistant) {
+TEST(LightingEstimate, TrackedDistantLampStaysDistant) {
   const LitBody body{.lamps = {{towards(30, 40), 0, kWhite}}};
   const LightingEstimate first = estimate_lighting(body.shading(), {});
   const LightingEstimate light = estimate_lighting(body.shading(), {}, &first);
-  ASSERT_TRUE(light.followed);
-  ASSERT_EQ(light.lamps.size(), 1U);
-  EXPECT_FALSE(light.lamps[0].near);
-  EXPECT_TRUE(std::isinf(light.lamps[0].inverse_distance_sigma));
+  ASSERT_TRUE(light.tracked);
+  ASSERT_EQ(light.lights.size(), 1U);
+  EXPECT_FALSE(light.lights[0].distance_observable);
+  EXPECT_TRUE(std::isinf(light.lights[0].inverse_distance_sigma));
   EXPECT_LT(error_deg(light, towards(30, 40)), 0.2);
 }
 
-TEST(LightChoice, TwoLampsOfDifferentColourAreTwo) {
+TEST(LightingEstimate, TwoLampsOfDifferentColourAreSeparated) {
   for (const double apart : {60.0, 90.0, 120.0}) {
     const Vec3d left = towards(-apart / 2, 35), right = towards(apart / 2, 30);
-    // Close together they light the same faces: their two shadows tell them apart.
+    // Two lamps close together illuminate the same faces; their shadows on the table separate them.
     const LitBody body{.lamps = {{left, 0, {1, 0.7, 0.4}}, {right, 0, {0.4, 0.6, 0.8}}}, .table = apart < 80};
     const LightingEstimate light = estimate_lighting(body.shading(), {});
-    ASSERT_EQ(light.lamps.size(), 2U) << apart;
+    ASSERT_EQ(light.lights.size(), 2U) << apart;
     EXPECT_LT(error_deg(light, left, 0), 2) << apart;
     EXPECT_LT(error_deg(light, right, 1), 2) << apart;
     for (std::size_t c = 0; c < 3; ++c) {
-      EXPECT_NEAR(light.lamps[0].lamp.irradiance[c] / body.lamps[0].irradiance[c], 1, 0.1) << apart;
-      EXPECT_NEAR(light.lamps[1].lamp.irradiance[c] / body.lamps[1].irradiance[c], 1, 0.1) << apart;
+      EXPECT_NEAR(light.lights[0].light.irradiance[c] / body.lamps[0].irradiance[c], 1, 0.1) << apart;
+      EXPECT_NEAR(light.lights[1].light.irradiance[c] / body.lamps[1].irradiance[c], 1, 0.1) << apart;
     }
   }
 }
 
-TEST(LightChoice, LightFromAllAroundAlikeHasNoLampAndSaysThatOneMayHide) {
+TEST(LightingEstimate, UniformLightHasNoLightsAndIsUncertain) {
   const LitBody body{.lamps = {}, .ambient = 0.7};
   const LightingEstimate light = estimate_lighting(body.shading(), {});
-  EXPECT_TRUE(light.lamps.empty());
-  EXPECT_TRUE(light.unsure) << "a lamp behind the body would look the same";
+  EXPECT_TRUE(light.lights.empty());
+  EXPECT_TRUE(light.uncertain) << "a lamp behind the body would look the same";
   EXPECT_NEAR(light.ambient[0][1], 0.7, 0.01);
 }
 
-TEST(LightChoice, ALampBehindTheBodyIsToldByItsShadowAndByNothingElse) {
+TEST(LightingEstimate, LampBehindTheBodyIsObservedByItsShadow) {
   for (const double azimuth : {135.0, 180.0}) {
     LitBody body{.lamps = {{towards(azimuth, 35), 1 / 0.61, kWhite}}, .turn_deg = 36, .camera_elevation_deg = 10};
     const LightingEstimate faces = estimate_lighting(body.shading(), {});
-    EXPECT_TRUE(faces.unsure) << azimuth;
+    EXPECT_TRUE(faces.uncertain) << azimuth;
     body.table = true;
     const LightingEstimate shadow = estimate_lighting(body.shading(), {});
-    ASSERT_FALSE(shadow.lamps.empty()) << azimuth;
-    EXPECT_EQ(shadow.around, SurroundModel::ground_plane_with_shadow) << azimuth;
-    EXPECT_FALSE(shadow.unsure) << azimuth;
+    ASSERT_FALSE(shadow.lights.empty()) << azimuth;
+    EXPECT_EQ(shadow.surround_model, SurroundModel::ground_plane_with_shadow) << azimuth;
+    EXPECT_FALSE(shadow.uncertain) << azimuth;
     EXPECT_LT(error_deg(shadow, towards(azimuth, 35)), 2) << azimuth;
   }
 }
 
-TEST(LightChoice, ATableWithoutAShadowIsNoWitness) {
+TEST(LightingEstimate, GroundPlaneWithoutShadowIsNotUsed) {
   LitBody body{.lamps = {{towards(20, 40), 0, kWhite}}, .table = true};
   Shading shading = body.shading();
-  for (std::size_t i = 0; i < shading.table->samples.size(); ++i)
-    shading.table->samples[i].radiance = i % 2 == 0 ? 0.01 : 0.05;
+  for (std::size_t i = 0; i < shading.ground->samples.size(); ++i)
+    shading.ground->samples[i].radiance = i % 2 == 0 ? 0.01 : 0.05;
   const LightingEstimate light = estimate_lighting(shading, {});
-  EXPECT_NE(light.around, SurroundModel::ground_plane_with_shadow) << "a chequered cloth";
-  ASSERT_FALSE(light.lamps.empty());
+  EXPECT_NE(light.surround_model, SurroundModel::ground_plane_with_shadow) << "a chequered cloth";
+  ASSERT_FALSE(light.lights.empty());
   EXPECT_LT(error_deg(light, towards(20, 40)), 0.5);
 }
 
-TEST(LightChoice, ErrorsLieWithinThreeSigma) {
+TEST(LightingEstimate, ErrorsLieWithinThreeSigma) {
   int trials = 0, within = 0;
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -169,25 +170,25 @@ TEST(LightChoice, ErrorsLieWithinThreeSigma) {
                        .seed = seed};
     const LightingEstimate light = estimate_lighting(body.shading(), {});
     ++trials;
-    // No lamp and a word of it claims nothing that could be wrong.
-    within += light.lamps.empty() ? (light.unsure ? 1 : 0) : (mahalanobis(light.lamps[0], truth) < 11.83 ? 1 : 0);
+    // An estimate without lights and with the flag makes no claim that could be wrong.
+    within += light.lights.empty() ? (light.uncertain ? 1 : 0) : (mahalanobis(light.lights[0], truth) < 11.83 ? 1 : 0);
   }
-  // 11.83: three deviations of one number, 99.73 %, for two.
+  // 11.83: the 99.73 % quantile of chi square with two degrees of freedom (three sigma of one variable).
   EXPECT_GE(within, trials * 95 / 100) << within << " of " << trials;
 }
 
-TEST(LightChoice, SamplesThatAreSomethingElseAreLeftOut) {
+TEST(LightingEstimate, OutliersAreRejected) {
   const LitBody body{.lamps = {{towards(30, 40), 0, kWhite}}, .sample_noise = 0.003};
   Shading shading = body.shading();
   for (const std::size_t i : {1U, 2U, 14U})
     for (double& e : shading.samples[i].irradiance) e *= 0.6;
   const LightingEstimate light = estimate_lighting(shading, {});
   EXPECT_GE(light.outliers, 3);
-  ASSERT_EQ(light.lamps.size(), 1U);
+  ASSERT_EQ(light.lights.size(), 1U);
   EXPECT_LT(error_deg(light, towards(30, 40)), 1.0);
 }
 
-TEST(LightChoice, UnitsDoNotMatter) {
+TEST(LightingEstimate, IsIndependentOfUnits) {
   const LitBody body{.lamps = {{towards(30, 40), 0, kWhite}}, .sample_noise = 0.003};
   const LightingEstimate plain = estimate_lighting(body.shading(), {});
   for (const double scale : {1e-12, 1e9}) {
@@ -195,20 +196,21 @@ TEST(LightChoice, UnitsDoNotMatter) {
     for (SurfaceSample& s : shading.samples)
       for (std::size_t c = 0; c < 3; ++c) s.irradiance[c] *= scale, s.sigma[c] *= scale;
     const LightingEstimate scaled = estimate_lighting(shading, {});
-    ASSERT_EQ(scaled.lamps.size(), plain.lamps.size()) << scale;
-    EXPECT_LT(angle_between(scaled.lamps[0].lamp.direction, plain.lamps[0].lamp.direction), 1e-3) << scale;
+    ASSERT_EQ(scaled.lights.size(), plain.lights.size()) << scale;
+    EXPECT_LT(angle_between(scaled.lights[0].light.direction, plain.lights[0].light.direction), 1e-3) << scale;
   }
 }
 
-TEST(LightChoice, LittleAndNothingAreFlaggedAndFinite) {
+TEST(LightingEstimate, DegenerateInputIsUncertainAndFinite) {
   const LitBody body{.lamps = {{towards(30, 40), 0, kWhite}}};
   const Shading whole = body.shading();
   const auto check = [](const Shading& shading, const char* what) {
     const LightingEstimate light = estimate_lighting(shading, {});
-    EXPECT_TRUE(light.unsure) << what;
-    for (const LightEstimate& lamp : light.lamps) {
-      EXPECT_TRUE(std::isfinite(lamp.lamp.direction.x) && std::isfinite(lamp.lamp.irradiance[0])) << what;
-      EXPECT_TRUE(std::isfinite(lamp.direction_covariance[0]) && std::isfinite(lamp.direction_covariance[2])) << what;
+    EXPECT_TRUE(light.uncertain) << what;
+    for (const LightEstimate& estimate : light.lights) {
+      EXPECT_TRUE(std::isfinite(estimate.light.direction.x) && std::isfinite(estimate.light.irradiance[0])) << what;
+      EXPECT_TRUE(std::isfinite(estimate.direction_covariance[0]) && std::isfinite(estimate.direction_covariance[2]))
+          << what;
     }
     for (const Rgb& a : light.ambient)
       for (const double v : a) EXPECT_TRUE(std::isfinite(v)) << what;

@@ -1,5 +1,4 @@
-// A dodecahedron of 100 mm in known light, as samples of its faces and of the table that it stands on: closed forms, no
-// pictures.
+// Shading of a 100 mm dodecahedron and of the table below it in known light, from closed forms, without images.
 #pragma once
 
 #include <array>
@@ -18,9 +17,9 @@ namespace lightwell::marker::test {
 inline constexpr double kInradius = 0.05;
 inline constexpr double kDegree = std::numbers::pi / 180;
 
-/// Irradiance of a small surface by that of one that faces the lamp in the body's centre: the inverse-square law and
-/// Lambert's.
-inline double share_of(const PointLight& lamp, Vec3d at, Vec3d normal) {
+/// Irradiance of a small surface relative to that at normal incidence in the body's centre: the inverse-square law and
+/// Lambert's cosine law.
+inline double relative_irradiance_of(const PointLight& lamp, Vec3d at, Vec3d normal) {
   if (!(lamp.inverse_distance > 0)) return std::max(0.0, dot(normal, lamp.direction));
   const double distance = 1 / lamp.inverse_distance;
   const Vec3d way = lamp.direction * distance - at;
@@ -28,7 +27,7 @@ inline double share_of(const PointLight& lamp, Vec3d at, Vec3d normal) {
   return std::max(0.0, dot(normal, way) / from_here) * std::pow(distance / from_here, 2);
 }
 
-/// Azimuth from the camera (+Z) towards +X, elevation above the horizon.
+/// Unit vector; azimuth from the camera (+Z) towards +X, elevation above the horizon.
 inline Vec3d towards(double azimuth_deg, double elevation_deg) {
   const double a = azimuth_deg * kDegree, e = elevation_deg * kDegree;
   return {std::cos(e) * std::sin(a), std::sin(e), std::cos(e) * std::cos(a)};
@@ -36,14 +35,14 @@ inline Vec3d towards(double azimuth_deg, double elevation_deg) {
 
 struct LitBody {
   std::vector<PointLight> lamps;
-  double ambient = 0.05;  ///< Irradiance from all around, alike for all normals.
+  double ambient = 0.05;  ///< Ambient irradiance, equal for all normals.
   double turn_deg = 0;    ///< About +Y; 0: a face towards the camera, 36: an edge.
   double camera_elevation_deg = 26.565;
   bool table = false;
   double table_albedo = 0.05;
-  double sample_noise = 0;   ///< Relative, of each sample.
-  double surface_noise = 0;  ///< Relative, of each face.
-  double floor_noise = 0;    ///< Of each face, relative to an irradiance of one.
+  double sample_noise = 0;   ///< Relative standard deviation of each sample.
+  double surface_noise = 0;  ///< Relative standard deviation shared by each face.
+  double floor_noise = 0;    ///< Standard deviation shared by each face, in units of irradiance.
   unsigned seed = 1;
 
   [[nodiscard]] std::array<Vec3d, 12> normals() const {
@@ -61,7 +60,7 @@ struct LitBody {
     for (std::size_t i = 0; i < 12; ++i)
       for (std::size_t j = i + 1; j < 12; ++j)
         for (std::size_t k = j + 1; k < 12; ++k) {
-          // Three faces that meet: their normals are 63.4 degrees apart.
+          // Three faces share a vertex where their normals are 63.4 degrees apart.
           if (dot(n[i], n[j]) < 0.4 || dot(n[j], n[k]) < 0.4 || dot(n[i], n[k]) < 0.4) continue;
           const Vec3d c = n[i] + n[j] + n[k];
           out.push_back(c * (kInradius / dot(c, n[i])));
@@ -69,19 +68,19 @@ struct LitBody {
     return out;
   }
 
-  /// Whether the body stands between a point outside of it and a lamp.
+  /// Whether the body occludes a lamp, as seen from a point outside of it.
   [[nodiscard]] bool shaded(Vec3d point, const PointLight& lamp) const {
     const Vec3d to_lamp =
         lamp.inverse_distance > 0 ? lamp.direction * (1 / lamp.inverse_distance) - point : lamp.direction * 10.0;
     double enter = 0, leave = 1;
     for (const Vec3d& n : normals()) {
-      const double room = kInradius - dot(n, point), speed = dot(n, to_lamp);
+      const double slack = kInradius - dot(n, point), speed = dot(n, to_lamp);
       if (std::abs(speed) < 1e-12) {
-        if (room < 0) return false;
+        if (slack < 0) return false;
       } else if (speed > 0) {
-        leave = std::min(leave, room / speed);
+        leave = std::min(leave, slack / speed);
       } else {
-        enter = std::max(enter, room / speed);
+        enter = std::max(enter, slack / speed);
       }
     }
     return enter < leave;
@@ -108,7 +107,8 @@ struct LitBody {
         const double noise = of_face * (1 + sample_noise * normal(random));
         for (std::size_t c = 0; c < 3; ++c) {
           double e = ambient;
-          for (const PointLight& lamp : lamps) e += lamp.irradiance[c] * share_of(lamp, sample.position, sample.normal);
+          for (const PointLight& lamp : lamps)
+            e += lamp.irradiance[c] * relative_irradiance_of(lamp, sample.position, sample.normal);
           sample.irradiance[c] = std::max(0.0, e * noise + floor);
           sample.sigma[c] = 1e-4;
         }
@@ -116,14 +116,14 @@ struct LitBody {
       }
     }
     if (!table) return out;
-    GroundPlane& on = out.table.emplace();
-    on.point = {0, -kInradius, 0};
-    on.normal = {0, 1, 0};
-    on.step_m = 0.02;
-    for (double x = -0.2; x <= 0.2; x += on.step_m)
-      for (double z = -0.2; z <= 0.2; z += on.step_m) {
+    GroundPlane& plane = out.ground.emplace();
+    plane.point = {0, -kInradius, 0};
+    plane.normal = {0, 1, 0};
+    plane.step_m = 0.02;
+    for (double x = -0.2; x <= 0.2; x += plane.step_m)
+      for (double z = -0.2; z <= 0.2; z += plane.step_m) {
         const Vec3d p{x, -kInradius, z};
-        // What the body hides from the camera, taken for a ball.
+        // Excludes what the body, approximated by a ball, hides from the camera.
         const Vec3d ray = normalized(p - camera);
         if (length(camera + ray * dot(-camera, ray)) < 1.25 * kInradius && dot(-camera, ray) < length(p - camera))
           continue;
@@ -133,15 +133,17 @@ struct LitBody {
         sample.occluded = kInradius * kInradius * kInradius / (squared * std::sqrt(squared));
         double e = ambient * (1 - sample.occluded);
         for (const PointLight& lamp : lamps) {
-          double seen = 0;
+          double visible = 0;
           for (int k = 0; k < 16; ++k)
-            seen +=
-                shaded(p + Vec3d{(k % 4 - 1.5) / 4 * on.step_m, 0, (k / 4 - 1.5) / 4 * on.step_m}, lamp) ? 0 : 1.0 / 16;
-          e += (lamp.irradiance[0] + lamp.irradiance[1] + lamp.irradiance[2]) / 3 * seen * share_of(lamp, p, on.normal);
+            visible += shaded(p + Vec3d{(k % 4 - 1.5) / 4 * plane.step_m, 0, (k / 4 - 1.5) / 4 * plane.step_m}, lamp)
+                           ? 0
+                           : 1.0 / 16;
+          e += (lamp.irradiance[0] + lamp.irradiance[1] + lamp.irradiance[2]) / 3 * visible *
+               relative_irradiance_of(lamp, p, plane.normal);
         }
         sample.radiance = table_albedo / std::numbers::pi * e * (1 + 2 * sample_noise * normal(random));
         sample.sigma = table_albedo * 1e-3;
-        on.samples.push_back(sample);
+        plane.samples.push_back(sample);
       }
     return out;
   }

@@ -1,5 +1,5 @@
-// The marker's whole way, from the picture's bytes to the descriptor, where pictures are hard or are none of the
-// marker: refused, flagged or right, never confidently wrong, never a number that is none.
+// The marker estimator on difficult or invalid images, from pixels to descriptor: the result must be refused, flagged
+// or right, never wrong without a flag, and never NaN.
 #include <cctype>
 #include <cmath>
 #include <numbers>
@@ -24,9 +24,9 @@ class MarkerExtremes : public testing::TestWithParam<ExtremeCase> {};
 TEST_P(MarkerExtremes, IsRefusedOrFlaggedOrRight) {
   const ExtremePicture picture(GetParam());
   for (const std::uint64_t seed : {1U, 2U}) {
-    for (const Evaluation& v : picture.judged(seed)) {
+    for (const Evaluation& v : picture.evaluate_frames(seed)) {
       if (GetParam().unsolved) {
-        EXPECT_TRUE(v.outcome != Outcome::wrong || v.why.find("beyond three deviations") != std::string::npos) << v.why;
+        EXPECT_TRUE(v.outcome != Outcome::wrong || v.why.find("beyond three sigma") != std::string::npos) << v.why;
         continue;
       }
       EXPECT_NE(v.outcome, Outcome::wrong)
@@ -35,7 +35,7 @@ TEST_P(MarkerExtremes, IsRefusedOrFlaggedOrRight) {
         EXPECT_EQ(v.outcome, Outcome::right) << v.why << ": off by " << v.error_deg << " deg, sigma " << v.sigma_deg;
       }
       if (v.outcome == Outcome::refused) {
-        EXPECT_GT(v.why.size(), 20U) << "a message that helps";
+        EXPECT_GT(v.why.size(), 20U) << "the message is too short to help";
       }
     }
   }
@@ -55,9 +55,9 @@ const ExtremeCase& case_of(const std::string& name) {
   throw std::runtime_error("no case " + name);
 }
 
-// Noise is another in each format, and with it what explains the picture best (a table or none): two answers may be as
-// far apart as both say of themselves, and each is as good as a lamp in view has to be.
-TEST(MarkerFormats, OneSceneHasOneLightWhateverThePixels) {
+// Noise differs between formats, and with it the selected surround model. Two estimates may therefore differ by three
+// sigma, and each must have the accuracy required for a lamp that illuminates visible faces.
+TEST(MarkerFormats, SameSceneGivesTheSameLightInEveryFormat) {
   constexpr double kLampInViewDeg = 3;
   const Evaluation rgb = ExtremePicture(case_of("plain")).worst(1);
   ASSERT_TRUE(rgb.direction.has_value());
@@ -73,7 +73,7 @@ TEST(MarkerFormats, OneSceneHasOneLightWhateverThePixels) {
   }
 }
 
-TEST(MarkerExtremesRefuse, WhatShowsNoTagOfTheBody) {
+TEST(MarkerExtremesRefuse, ImagesWithoutATagOfTheBody) {
   for (const char* name : {"exposure x 1e-4, all black", "mirrored picture", "another body's tags", "noise alone",
                            "floats, none a number"}) {
     const Evaluation v = ExtremePicture(case_of(name)).worst(1);
@@ -81,7 +81,7 @@ TEST(MarkerExtremesRefuse, WhatShowsNoTagOfTheBody) {
   }
 }
 
-TEST(MarkerExtremesJudge, KnowsRightFromWrong) {
+TEST(EvaluateExtreme, ClassifiesResults) {
   const Vec3d truth{0, 0, 1};
   const auto answer = [](double off_deg, double sigma_deg) {
     Descriptor d;
@@ -95,23 +95,23 @@ TEST(MarkerExtremesJudge, KnowsRightFromWrong) {
     d.lights = {light};
     return d;
   };
-  EXPECT_EQ(judge_extreme({}, answer(2, 1), truth).outcome, Outcome::right);
-  EXPECT_EQ(judge_extreme({}, answer(4, 1), truth).outcome, Outcome::wrong) << "beyond three deviations";
-  EXPECT_EQ(judge_extreme({}, answer(12, 8), truth).outcome, Outcome::wrong) << "too far for an answer without a flag";
+  EXPECT_EQ(evaluate_extreme({}, answer(2, 1), truth).outcome, Outcome::right);
+  EXPECT_EQ(evaluate_extreme({}, answer(4, 1), truth).outcome, Outcome::wrong) << "beyond three sigma";
+  EXPECT_EQ(evaluate_extreme({}, answer(12, 8), truth).outcome, Outcome::wrong) << "error too large without a flag";
   Descriptor unsure = answer(12, 1);
   unsure.flags.set(Flag::unsure);
-  EXPECT_EQ(judge_extreme({}, unsure, truth).outcome, Outcome::flagged);
+  EXPECT_EQ(evaluate_extreme({}, unsure, truth).outcome, Outcome::flagged);
   Descriptor clipped = answer(4, 1);
   clipped.flags.set(Flag::clipped);
-  EXPECT_EQ(judge_extreme({}, clipped, truth).outcome, Outcome::wrong) << "clipped speaks of energy, not of direction";
+  EXPECT_EQ(evaluate_extreme({}, clipped, truth).outcome, Outcome::wrong) << "clipped concerns energy, not direction";
   Descriptor none = answer(1, 1);
   none.lights[0].irradiance.g = NAN;
-  EXPECT_EQ(judge_extreme({}, none, truth).outcome, Outcome::wrong);
+  EXPECT_EQ(evaluate_extreme({}, none, truth).outcome, Outcome::wrong);
   none = answer(1, 1);
   none.lights.clear();
-  EXPECT_EQ(judge_extreme({}, none, truth).outcome, Outcome::wrong) << "no light, and no word of it";
-  EXPECT_EQ(judge_extreme(Status(StatusCode::not_found, "no tag"), {}, truth).outcome, Outcome::refused);
-  EXPECT_EQ(judge_extreme(Status(StatusCode::data_loss, "?"), {}, truth).outcome, Outcome::wrong);
+  EXPECT_EQ(evaluate_extreme({}, none, truth).outcome, Outcome::wrong) << "no light, and no flag";
+  EXPECT_EQ(evaluate_extreme(Status(StatusCode::not_found, "no tag"), {}, truth).outcome, Outcome::refused);
+  EXPECT_EQ(evaluate_extreme(Status(StatusCode::data_loss, "?"), {}, truth).outcome, Outcome::wrong);
 }
 
 }  // namespace

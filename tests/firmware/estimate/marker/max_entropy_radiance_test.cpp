@@ -1,4 +1,5 @@
-// Light that faces alone tell: it explains them, it is never negative, and it is no more than that.
+// Maximum-entropy radiance: it reproduces the irradiance of the faces, is nowhere negative and is close to the truth
+// between the faces.
 #include "estimate/marker/max_entropy_radiance.hpp"
 
 #include <cmath>
@@ -18,10 +19,10 @@ namespace {
 
 constexpr int kBand = 4;
 
-/// What the answer makes of a surface that faces there, green.
-double lit(const MaxEntropyRadiance& light, Vec3d normal, const std::vector<Vec3d>& toward = {}) {
+/// Irradiance of the result at a normal, green channel.
+double irradiance_at(const MaxEntropyRadiance& light, Vec3d normal, const std::vector<Vec3d>& toward = {}) {
   double e = evaluate(irradiance_of(light.radiance), vec_cast<float>(normal)).g;
-  for (std::size_t k = 0; k < toward.size(); ++k) e += light.lamps[k][1] * std::max(0.0, dot(toward[k], normal));
+  for (std::size_t k = 0; k < toward.size(); ++k) e += light.lights[k][1] * std::max(0.0, dot(toward[k], normal));
   return e;
 }
 
@@ -34,7 +35,7 @@ std::vector<SurfaceSample> samples_of(const std::vector<Vec3d>& normals, const s
   return out;
 }
 
-/// Three panes of light from different sides over a dim room.
+/// Three lamps in different directions in a dim room.
 LitBody room() {
   LitBody body;
   body.ambient = 0.4;
@@ -49,27 +50,27 @@ double truth(const LitBody& body, Vec3d normal) {
   return e;
 }
 
-TEST(MostEvenLight, FacesThatGetTheSameAreInEvenLight) {
+TEST(MaxEntropyRadiance, EqualIrradiancesGiveUniformRadiance) {
   LitBody body;
   body.ambient = 2;
   const auto light = max_entropy_radiance(body.shading().samples, {}, {}, kBand);
   ASSERT_TRUE(light);
   for (const Vec3d& normal : fibonacci_directions(100))
-    EXPECT_NEAR(lit(*light, normal), 2, 2e-3) << "the directions are a sum's";
+    EXPECT_NEAR(irradiance_at(*light, normal), 2, 2e-3) << "tolerance: error of the sum over directions";
 }
 
-TEST(MostEvenLight, ExplainsTheFacesItWasMadeFrom) {
+TEST(MaxEntropyRadiance, ReproducesTheIrradianceOfTheFaces) {
   const LitBody body = room();
   const Shading shading = body.shading();
   const auto light = max_entropy_radiance(shading.samples, {}, {}, kBand);
   ASSERT_TRUE(light);
   for (const SurfaceSample& s : shading.samples) {
-    // Three deviations of what a face may be off by: ErrorModel's share of the brightest.
-    EXPECT_NEAR(lit(*light, s.normal), s.irradiance[1], 3 * 0.015 * 2);
+    // Three standard deviations of a face: ErrorModel::surface_sigma_floor times the largest irradiance.
+    EXPECT_NEAR(irradiance_at(*light, s.normal), s.irradiance[1], 3 * 0.015 * 2);
   }
 }
 
-TEST(MostEvenLight, IsNearTheTruthBetweenTheFaces) {
+TEST(MaxEntropyRadiance, IsCloseToTheTruthBetweenTheFaces) {
   const LitBody body = room();
   const auto light = max_entropy_radiance(body.shading().samples, {}, {}, kBand);
   ASSERT_TRUE(light);
@@ -77,33 +78,33 @@ TEST(MostEvenLight, IsNearTheTruthBetweenTheFaces) {
   for (const Vec3d& normal : fibonacci_directions(400)) {
     if (dot(normal, towards(0, body.camera_elevation_deg)) < 0.5) continue;
     squares += std::pow(truth(body, normal), 2);
-    off += std::pow(lit(*light, normal) - truth(body, normal), 2);
+    off += std::pow(irradiance_at(*light, normal) - truth(body, normal), 2);
   }
-  EXPECT_LT(std::sqrt(off / squares), 0.1) << "what is asked of rooms, over normals within 60 degrees of the camera";
+  EXPECT_LT(std::sqrt(off / squares), 0.1) << "relative RMS error over normals within 60 degrees of the camera";
 }
 
-TEST(MostEvenLight, IsNeverLessThanNothingWhateverTheFacesGet) {
+TEST(MaxEntropyRadiance, IsNonnegativeForInconsistentFaces) {
   const LitBody body = room();
-  // A face that is black among bright ones: no light explains that.
+  // A black face among bright ones: no light reproduces that.
   std::vector<SurfaceSample> samples = body.shading().samples;
   for (SurfaceSample& s : samples)
     if (s.surface == 1) s.irradiance = {};
   const auto light = max_entropy_radiance(samples, {}, {}, kBand);
   ASSERT_TRUE(light);
   for (const Vec3d& normal : fibonacci_directions(200)) {
-    EXPECT_TRUE(std::isfinite(lit(*light, normal)));
-    EXPECT_GT(lit(*light, normal), -0.02) << "a band's end rings by less";
+    EXPECT_TRUE(std::isfinite(irradiance_at(*light, normal)));
+    EXPECT_GT(irradiance_at(*light, normal), -0.02) << "tolerance: ringing by the last band";
   }
 }
 
-TEST(MostEvenLight, OneFaceTellsHowMuchAndNotWhereFrom) {
+TEST(MaxEntropyRadiance, OneFaceGivesASymmetricRadiance) {
   const auto light = max_entropy_radiance(samples_of({{0, 1, 0}}, {3}), {}, {}, kBand);
   ASSERT_TRUE(light);
-  EXPECT_NEAR(lit(*light, {0, 1, 0}), 3, 0.05);
-  EXPECT_NEAR(lit(*light, {1, 0, 0}), lit(*light, {0, 0, 1}), 1e-2) << "all sides are alike";
+  EXPECT_NEAR(irradiance_at(*light, {0, 1, 0}), 3, 0.05);
+  EXPECT_NEAR(irradiance_at(*light, {1, 0, 0}), irradiance_at(*light, {0, 0, 1}), 1e-2) << "rotational symmetry";
 }
 
-TEST(MostEvenLight, WhatStandsOutAboutALampIsTheLampsAndTheSumStays) {
+TEST(MaxEntropyRadiance, PeakIsMovedToTheLightAndTheSumIsConserved) {
   LitBody body;
   body.ambient = 0.3;
   body.lamps = {{towards(20, 30), 0, {2, 2, 2}}};
@@ -112,15 +113,15 @@ TEST(MostEvenLight, WhatStandsOutAboutALampIsTheLampsAndTheSumStays) {
   const auto split = max_entropy_radiance(shading.samples, {}, toward, kBand),
              whole = max_entropy_radiance(shading.samples, {}, {}, kBand);
   ASSERT_TRUE(split && whole);
-  EXPECT_GT(split->lamps[0][1], 0.1);
-  EXPECT_LT(split->lamps[0][1], 2) << "no more than the lamp has";
-  EXPECT_LT(split->lamps[1][1], 0.25 * split->lamps[0][1]) << "little stands out where no face looks";
+  EXPECT_GT(split->lights[0][1], 0.1);
+  EXPECT_LT(split->lights[0][1], 2) << "at most the lamp's irradiance";
+  EXPECT_LT(split->lights[1][1], 0.25 * split->lights[0][1]) << "no peak in directions that no face observes";
   for (const SurfaceSample& s : shading.samples)
-    EXPECT_NEAR(lit(*split, s.normal, toward), lit(*whole, s.normal), 0.05)
-        << "20 degrees of light taken for its middle";
+    EXPECT_NEAR(irradiance_at(*split, s.normal, toward), irradiance_at(*whole, s.normal), 0.05)
+        << "tolerance: a peak of 20 degrees replaced by a point";
 }
 
-TEST(MostEvenLight, ScalesWithTheLight) {
+TEST(MaxEntropyRadiance, ScalesWithTheLight) {
   const LitBody body = room();
   const Shading shading = body.shading();
   const auto light = max_entropy_radiance(shading.samples, {}, {}, kBand);
@@ -132,11 +133,11 @@ TEST(MostEvenLight, ScalesWithTheLight) {
     const auto scaled = max_entropy_radiance(samples, {}, {}, kBand);
     ASSERT_TRUE(scaled);
     for (const Vec3d& normal : fibonacci_directions(20))
-      EXPECT_NEAR(lit(*scaled, normal) / scale, lit(*light, normal), 1e-4);
+      EXPECT_NEAR(irradiance_at(*scaled, normal) / scale, irradiance_at(*light, normal), 1e-4);
   }
 }
 
-TEST(MostEvenLight, HundredsOfSamplesOfABallAreOneLight) {
+TEST(MaxEntropyRadiance, ReproducesHundredsOfSamplesOfABall) {
   const LitBody body = room();
   std::vector<Vec3d> normals;
   std::vector<double> irradiance;
@@ -147,13 +148,15 @@ TEST(MostEvenLight, HundredsOfSamplesOfABallAreOneLight) {
   }
   const auto light = max_entropy_radiance(samples_of(normals, irradiance), {}, {}, kBand);
   ASSERT_TRUE(light);
-  for (std::size_t i = 0; i < normals.size(); ++i) EXPECT_NEAR(lit(*light, normals[i]), irradiance[i], 3 * 0.015 * 2);
+  for (std::size_t i = 0; i < normals.size(); ++i)
+    EXPECT_NEAR(irradiance_at(*light, normals[i]), irradiance[i], 3 * 0.015 * 2);
 }
 
-TEST(MostEvenLight, OfNothingNothingIsTold) {
+TEST(MaxEntropyRadiance, WithoutLightGivesNoResult) {
   EXPECT_FALSE(max_entropy_radiance({}, {}, {}, kBand));
   EXPECT_FALSE(max_entropy_radiance(samples_of({{0, 1, 0}, {1, 0, 0}}, {0, 0}), {}, {}, kBand));
-  EXPECT_FALSE(max_entropy_radiance(samples_of({{0, 1, 0}}, {std::numeric_limits<double>::quiet_NaN()}), {}, {}, kBand));
+  EXPECT_FALSE(
+      max_entropy_radiance(samples_of({{0, 1, 0}}, {std::numeric_limits<double>::quiet_NaN()}), {}, {}, kBand));
   EXPECT_FALSE(max_entropy_radiance(samples_of({{0, 1, 0}}, {std::numeric_limits<double>::infinity()}), {}, {}, kBand));
 }
 
