@@ -40,7 +40,7 @@ inline Bracket bracket_of(const RigParameters& rig, const RigTable& table, Pixel
     for (std::size_t k = 0; k < rig.lenses.size(); ++k) {
       const sim::Sensor sensor(rig.lenses[k], model);
       std::vector<std::byte> pixels(sensor.bytes());
-      sensor.develop(radiance_of(table.lenses[k], scenes[e]),
+      sensor.expose(radiance_of(table.lenses[k], scenes[e]),
                      {exposures[e], 1, number * exposures.size() + e, static_cast<int>(k)}, pixels);
       out.pixels.push_back(std::move(pixels));
       frame.add_view(

@@ -49,7 +49,7 @@ Exposed expose(const RigParameters& rig, PixelFormat format, const std::vector<d
     for (std::size_t k = 0; k < rig.lenses.size(); ++k) {
       const sim::Sensor sensor(rig.lenses[k], model);
       std::vector<std::byte> pixels(sensor.bytes());
-      sensor.develop(radiance[k], {exposures[e], 1, e, static_cast<int>(k)}, pixels);
+      sensor.expose(radiance[k], {exposures[e], 1, e, static_cast<int>(k)}, pixels);
       out.bytes.push_back(std::move(pixels));
       frame.add_view(
           {static_cast<int>(k), format, rig.lenses[k].width, rig.lenses[k].height, sensor.stride(), out.bytes.back()});

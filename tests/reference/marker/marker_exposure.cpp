@@ -28,7 +28,7 @@ BytePicture expose(const RadiancePicture& picture, const ExposureOptions& option
   exposure.frame = options.frame;
   const sim::Sensor sensor(lens, model);
   BytePicture out{picture.width, picture.height, std::vector<std::uint8_t>(sensor.bytes())};
-  sensor.develop(picture.rgb, exposure, std::as_writable_bytes(std::span(out.rgb)));
+  sensor.expose(picture.rgb, exposure, std::as_writable_bytes(std::span(out.rgb)));
   return out;
 }
 

@@ -215,7 +215,7 @@ Shot RigRenderer::as_rgb8(const Pictures& pictures, double exposure_s, std::uint
   const sim::SensorModel model = sim::sensor_of(rig_, PixelFormat::rgb8, 1);
   for (std::size_t k = 0; k < pictures.size(); ++k) {
     const sim::Sensor sensor(rig_.lenses[k], model);
-    sensor.develop(pictures[k], {exposure_s, 1, number, static_cast<int>(k)}, out.bytes.emplace_back(sensor.bytes()));
+    sensor.expose(pictures[k], {exposure_s, 1, number, static_cast<int>(k)}, out.bytes.emplace_back(sensor.bytes()));
   }
   for (std::size_t k = 0; k < pictures.size(); ++k) {
     const LensParameters& lens = rig_.lenses[k];

@@ -362,7 +362,7 @@ std::vector<Evaluation> ExtremePicture::evaluate_frames(std::uint64_t seed) cons
   for (std::size_t i = 0; i < case_.brightness.size(); ++i) {
     std::vector<double> exposures;
     for (const double e : case_.exposures) exposures.push_back(e * exposure_ * case_.brightness[i]);
-    measure::Shot shot = camera.develop(radiance_, exposures, 1000 * seed + i);
+    measure::Shot shot = camera.expose(radiance_, exposures, 1000 * seed + i);
     for (std::size_t k = 0; k < shot.frames.size(); ++k) shot.frames[k].info.exposure_s = case_.exposures[k];
     damage(shot, case_.harm, seed);
     Descriptor made;
