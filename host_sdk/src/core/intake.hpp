@@ -81,6 +81,7 @@ class Intake {
   std::shared_ptr<const History> history_;              // the reader thread's own copy
   std::optional<Identity> newest_;                      // the reader thread's own
   std::shared_ptr<const UncertainPose> T_world_probe_;  // the reader thread's own
+  ReconstructAhead reconstruct_ahead_;                  // the reader thread's own
   LatestStore<History> store_;
 
   mutable std::mutex mutex_;

@@ -3,17 +3,16 @@
 
 #include <cstddef>
 #include <memory>
-#include <optional>
 #include <utility>
 #include <vector>
 
 #include <lightwell/descriptor.hpp>
 #include <lightwell/harmonics.hpp>
-#include <lightwell/reconstruction.hpp>
 #include <lightwell/time.hpp>
 #include <lightwell/uncertain_pose.hpp>
 
 #include "core/environment_keeper.hpp"
+#include "core/lazy_reconstruction.hpp"
 #include "core/receiver_lights.hpp"
 
 namespace lightwell::core {
@@ -29,8 +28,8 @@ struct Sample {
   std::size_t encoded_bytes = 0;
   /// The map that held when this was so, whichever message brought it; null where there was none.
   std::shared_ptr<const KeptEnvironment> environment;
-  /// What radiance() is answered from where there is no map; none where there is one: see reconstruct_radiance().
-  std::optional<RadianceReconstruction> reconstruction;
+  /// radiance() evaluates it where there is no map; null where there is one.
+  LazyReconstruction::Pointer reconstruction;
   /// Where the probe said that it hangs, while its frame is the descriptor's; null where it did not.
   std::shared_ptr<const UncertainPose> T_world_probe;
   Quat environment_rotation;  ///< Takes directions of the map into those of `descriptor`.
@@ -42,10 +41,10 @@ inline void prepare(Sample& sample) {
   sample.receiver_lights = receiver_lights(sample.descriptor.lights);
 }
 
-/// After prepare(), once it is known whether a map holds: this costs hundreds of microseconds, which who reads a map
-/// need not spend.
-inline void reconstruct_radiance(Sample& sample) {
-  if (sample.environment == nullptr) sample.reconstruction = reconstruct(sample.descriptor.radiance);
+/// Once it is known whether a map holds.
+inline void add_reconstruction(Sample& sample) {
+  if (sample.environment == nullptr)
+    sample.reconstruction = std::make_shared<const LazyReconstruction>(sample.descriptor.radiance);
 }
 
 /// A sample without time, bytes or reconstruction.

@@ -28,7 +28,7 @@ const enum WireType {
   fixed32 = 5,
 }
 
-/** Groups in unknown fields may nest; protobuf's limit. */
+/** Of messages and groups in one another, the outermost message aside: protobuf's limit. */
 const maxDepth = 100;
 
 /** What stands behind a tag; read() takes it, or the reader passes over it. */
@@ -37,7 +37,9 @@ export class WireReader {
   private type: WireType = WireType.varint;
   private readonly view: DataView;
 
-  constructor(private readonly bytes: Uint8Array, from = 0, private readonly end = bytes.length) {
+  constructor(
+    private readonly bytes: Uint8Array, from = 0, private readonly end = bytes.length, private readonly depth = 0,
+  ) {
     this.at = from;
     this.view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   }
@@ -50,7 +52,7 @@ export class WireReader {
       const start = this.at;
       if (!field(tag >>> 3)) {
         this.at = start;
-        this.skip(this.type, tag >>> 3, 0);
+        this.skip(this.type, tag >>> 3, this.depth);
       }
     }
   }
@@ -116,7 +118,7 @@ export class WireReader {
   private nested(): WireReader {
     const size = this.length();
     const start = this.take(size);
-    return new WireReader(this.bytes, start, start + size);
+    return new WireReader(this.bytes, start, start + size, this.depth + 1);
   }
 
   /** Below 2^31, in at most five bytes. */
