@@ -336,7 +336,8 @@ def bound(items):
 
 def balls(items):
     rows = []
-    answers = {"reflections": "descriptor with a map of 32x32", "irradiance": "descriptor without a map"}
+    answers = {"reflections": "descriptor with a map of 32x32", "irradiance": "descriptor without a map",
+               "as_sent": "the same without reconstruction"}
     for answer, answer_name in answers.items():
         sizes = [item["bytes"] for item in items if item["answer"] == answer]
         rows.append(reported(f"median encoded size, {answer_name}", median(sizes), "B", ORACLE))

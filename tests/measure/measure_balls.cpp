@@ -1,15 +1,20 @@
 // Error of three balls lit by descriptors of the real panoramas, compared with balls lit by the panoramas: prints one
 // JSON object per panorama, ball and kind of descriptor for tests/figures. Method: three_balls.hpp.
 //   answer "irradiance"    the default descriptor, with the bands and lights that irradiance needs
+//   answer "as_sent"       the same descriptor; in place of the reconstruction the sum K_l c_lm Y_lm of its harmonics
 //   answer "reflections"   with an environment map of 32x32, and the lights and bands that glossy surfaces need
 // Values: rmse, si_rmse, angular_deg in linear light; *_published by the protocol of the literature; bytes.
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <string_view>
 #include <utility>
 
 #include <lightwell/cap.hpp>
 #include <lightwell/lighting.hpp>
+#include <lightwell/lobes.hpp>
+#include <lightwell/reconstruction.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "measure/panorama_truth.hpp"
@@ -48,6 +53,44 @@ ref::Rgb discs(std::span<const Light> lights, const ref::V3& d) {
   return sum;
 }
 
+/// radiance() of the library, and by the harmonics as they were sent.
+class Reflections {
+ public:
+  explicit Reflections(const Lighting& light)
+      : light_(light), sent_(light.descriptor().radiance), reconstruction_(reconstruct(sent_)) {}
+
+  [[nodiscard]] ref::Rgb radiance(const ref::V3& d, double roughness) const {
+    return rgb(light_.radiance(vec(d), static_cast<float>(roughness)).value);
+  }
+
+  [[nodiscard]] ref::Rgb as_sent(const ref::V3& d, double roughness) {
+    if (roughness != roughness_) {
+      roughness_ = roughness;
+      lobe_.fill(1);
+      if (roughness > 0) lobe_ = GgxLobe(roughness).coefficients();
+      convolved_ = sent_;
+      for (int l = 0; l <= sent_.band; ++l)
+        for (int i = l * l; i < (l + 1) * (l + 1); ++i) {
+          auto& c = convolved_.c[static_cast<std::size_t>(i)];
+          const auto k = static_cast<float>(lobe_[static_cast<std::size_t>(l)]);
+          c = {c.r * k, c.g * k, c.b * k};
+        }
+    }
+    const ref::Rgb reconstructed = rgb(radiance_at(reconstruction_, vec(d), roughness, lobe_));
+    const ref::Rgb sent = rgb(evaluate(convolved_, vec(d)));
+    ref::Rgb value = radiance(d, roughness);
+    for (std::size_t c = 0; c < 3; ++c) value[c] += sent[c] - reconstructed[c];
+    return value;
+  }
+
+ private:
+  const Lighting& light_;
+  RadianceSh sent_, convolved_;
+  RadianceReconstruction reconstruction_;
+  double roughness_ = -1;
+  std::array<double, kMaxBand + 1> lobe_{};
+};
+
 measure::Delivered deliver(const RigParameters& rig, const measure::Shot& shot, const EstimatorConfig& config) {
   PanoramaOptions options;
   options.config = config;
@@ -79,18 +122,22 @@ int main() {
         measure::ball_pictures(view, measure::PanoramaSums(measure::published_environment(truth->sums.panorama())));
     const double exposure = measure::exposure(truth->sums.panorama());
 
-    for (const bool reflections : {false, true}) {
+    for (const std::string_view answer_name : {"irradiance", "as_sent", "reflections"}) {
       EstimatorConfig config;
-      if (reflections) {
+      if (answer_name == "reflections") {
         config.panorama.environment_edge = kMapEdge;
         config.panorama.radiance_epsilon = kRadianceEpsilon;
       }
       measure::Delivered answer = deliver(rig, shot, config);
       const Lighting light = Lighting::of(std::move(answer.descriptor));
+      Reflections reflections(light);
+      const auto radiance = [&](const ref::V3& d, double roughness) {
+        return answer_name == "as_sent" ? reflections.as_sent(d, roughness) : reflections.radiance(d, roughness);
+      };
       const measure::BallPictures ours = measure::ball_pictures(
           view, [&](const ref::V3& n) { return rgb(light.irradiance(vec(n)).value); },
           [&](const ref::V3& d, double roughness) {
-            ref::Rgb v = rgb(light.radiance(vec(d), static_cast<float>(roughness)).value);
+            ref::Rgb v = radiance(d, roughness);
             if (roughness == 0) {
               const ref::Rgb lamps = discs(light.lights(), d);
               for (std::size_t c = 0; c < 3; ++c) v[c] += lamps[c];
@@ -101,7 +148,7 @@ int main() {
       for (const Light& l : light.lights())
         caps.push_back({{l.direction.x, l.direction.y, l.direction.z}, l.angular_radius_rad, rgb(l.irradiance)});
       const ref::Panorama environment =
-          measure::answer_environment([&](const ref::V3& d) { return rgb(light.radiance(vec(d), 0).value); }, caps);
+          measure::answer_environment([&](const ref::V3& d) { return radiance(d, 0); }, caps);
       const measure::BallPictures ours_published =
           measure::ball_pictures(view, measure::PanoramaSums(measure::published_environment(environment)));
       for (const measure::Ball ball : measure::kBalls) {
@@ -114,9 +161,8 @@ int main() {
             "\"truth_rms\": %.5g, \"rmse_published\": %.5g, \"si_rmse_published\": %.5g, \"angular_deg_published\": "
             "%.5g, "
             "\"bytes\": %zu}\n",
-            truth->name.c_str(), std::string(measure::ball_name(ball)).c_str(),
-            reflections ? "reflections" : "irradiance", e.rmse, e.si_rmse, e.angular_deg, e.truth_rms, p.rmse,
-            p.si_rmse, p.angular_deg, answer.bytes);
+            truth->name.c_str(), std::string(measure::ball_name(ball)).c_str(), std::string(answer_name).c_str(),
+            e.rmse, e.si_rmse, e.angular_deg, e.truth_rms, p.rmse, p.si_rmse, p.angular_deg, answer.bytes);
       }
       std::fflush(stdout);
     }

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Fails where C++ is not laid out as .clang-format says, or where a line of code is wider than 120 columns.
+"""Fails if C++ differs from the layout of .clang-format, or if a line of code is longer than 120 columns.
 
 usage: code_layout.py --root DIR --clang-format PROGRAM    check a tree
        code_layout.py --self-test --clang-format PROGRAM   check that the checker can fail
-Remedy for layout: clang-format -i FILE (version 14). Width counts for every language, strings and comments included.
+To correct the layout: clang-format -i FILE (version 14). The width applies to every language, strings and comments
+included.
 """
 
 import argparse
@@ -81,7 +82,7 @@ def main():
     arguments = parser.parse_args()
     version = subprocess.run([arguments.clang_format, "--version"], stdout=subprocess.PIPE, text=True).stdout
     if " version 14." not in version:
-        sys.exit(f"clang-format 14 is needed, this is: {version.strip()}")
+        sys.exit(f"code_layout.py: clang-format 14 is required, found: {version.strip()}")
     if arguments.self_test:
         return self_test(arguments.clang_format)
     found, count = findings(arguments.root, arguments.clang_format)

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Reads every #include line and fails when an arrow between two rooms runs the wrong way.
+"""Fails if an #include line makes a module depend on another one that arrows.txt does not allow.
 
 usage: include_direction.py [--root DIR]    check a tree (default: this one)
        include_direction.py --self-test     check the checker
-The rules are in arrows.txt beside this file.
+A module is a folder that has a line under [arrows] in arrows.txt, where the rules are.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 SCANNED = ("proto", "firmware", "host_sdk", "tests", "hil")
 SUFFIXES = (".hpp", ".h", ".cpp", ".c")
-# Where an #include may start, besides the file's own folder.
+# The folders that #include lines may be relative to, besides the file's own.
 INCLUDE_ROOTS = ("firmware", "host_sdk/include", "proto/include", "host_sdk/src", "proto/src",
                  "tests", "hil", "")
 
@@ -63,14 +63,14 @@ def matches(path, patterns):
     return any(fnmatchcase(path, pattern) for pattern in patterns)
 
 
-# Raw strings and strings are matched only so that comment marks inside them are not taken for such.
+# Matches raw strings and strings, too, so that comment marks inside them are not taken for comments.
 NOT_CODE = re.compile(
     r'R"(?P<end>[^()\s\\]{0,16})\(.*?\)(?P=end)"|"(?:\\.|[^"\\\n])*"|//[^\n]*|/\*.*?\*/', re.DOTALL)
 INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*([<"])([^>"\n]+)[>"]', re.MULTILINE)
 
 
 def includes(source):
-    """Yields (line number, quoted or not, name) of each #include that is not in a comment."""
+    """Yields (line number, whether quoted, name) of each #include that is not in a comment."""
     def blank(match):
         text = match.group()
         is_string = text.startswith('"')
@@ -85,12 +85,12 @@ class Checker:
     def __init__(self, root, rules):
         self.root = Path(root)
         self.rules = {name: [r for r in rules if r.section == name] for name in SECTIONS}
-        # The longest pattern first, and a plain name before one with a star.
+        # The longest pattern first, and a plain name before one with a wildcard.
         self.rules["arrows"].sort(key=lambda rule: (-rule.left[0].count("/"), "*" in rule.left[0]))
         self.files = 0
 
-    def room_of(self, path):
-        """(the room's folder, its line in [arrows]); the line is None for an unknown room."""
+    def module_of(self, path):
+        """Returns the folder of a file's module and its rule in [arrows]; the rule is None for an unknown module."""
         parts = path.split("/")
         for rule in self.rules["arrows"]:
             folder = "/".join(parts[:rule.left[0].count("/") + 1])
@@ -99,26 +99,26 @@ class Checker:
         return os.path.dirname(path), None
 
     def resolve(self, includer, quoted, name):
-        """The path in the tree of what a line includes, or None for what is not of the project."""
+        """The path in the tree of an included file, or None if it is not of this project."""
         starts = [os.path.dirname(includer)] if quoted else []
         for start in (*starts, *INCLUDE_ROOTS):
             path = os.path.normpath(os.path.join(start, name))
             if path.split("/")[0] in SCANNED and (self.root / path).is_file():
                 return path
-        # A header that is yet to be written: its first folder tells the room.
+        # A header that does not exist yet: its first folder determines the module.
         first = name.split("/")[0]
         if "/" in name and (self.root / "firmware" / first).is_dir():
             return f"firmware/{name}"
         return None
 
-    def arrow_broken(self, room, line_of_room, target):
-        """Whether a file of `room` may not include one of the room `target`."""
-        # With a slash, so that "tests/*" covers the room tests too.
-        return target != room and not (
-            target in line_of_room.right or matches(target + "/", line_of_room.right))
+    def arrow_broken(self, module, line_of_module, target):
+        """True if a file of `module` may not include one of the module `target`."""
+        # With a slash, so that "tests/*" includes the module tests, too.
+        return target != module and not (
+            target in line_of_module.right or matches(target + "/", line_of_module.right))
 
     def foreign_broken(self, path, name):
-        """The rules that forbid the file to include this header from outside the project."""
+        """Yields the [closed] rule that forbids the file to include this third-party header."""
         for rule in self.rules["closed"]:
             if matches(path, rule.left):
                 if name not in STANDARD and not matches(name, rule.right):
@@ -126,7 +126,7 @@ class Checker:
                 break
 
     def owners_broken(self, path, name):
-        """The rules by which this header belongs to others than the file."""
+        """Yields the [owners] and [everywhere] rules that reserve this header for other files."""
         sections = ["everywhere"]
         if path.split("/")[0] not in ("tests", "hil"):
             sections.append("owners")
@@ -138,20 +138,20 @@ class Checker:
                     break
 
     def check_file(self, path):
-        room, arrows = self.room_of(path)
+        module, arrows = self.module_of(path)
         if arrows is None:
-            yield Finding(path, 1, "anything", f"{room} -> ?",
-                          Rule("arrows", [], [], "a room needs a line under [arrows]", 0))
+            yield Finding(path, 1, "anything", f"{module} -> ?",
+                          Rule("arrows", [], [], "a module needs a line under [arrows]", 0))
             return
         seen = {rule.line: set() for rule in self.rules["apart"]}
         for line, quoted, name in includes((self.root / path).read_text(errors="replace")):
             target = self.resolve(path, quoted, name)
-            target_room = self.room_of(target)[0] if target else name
+            target_module = self.module_of(target)[0] if target else name
             broken = list(self.owners_broken(path, name))
             if target is None:
                 broken += self.foreign_broken(path, name)
             else:
-                if self.arrow_broken(room, arrows, target_room):
+                if self.arrow_broken(module, arrows, target_module):
                     broken.append(arrows)
                 for rule in self.rules["apart"]:
                     sides = {side for side in rule.left if fnmatchcase(target, side)}
@@ -160,14 +160,14 @@ class Checker:
                     if new and seen[rule.line] == set(rule.left) and not matches(path, rule.right):
                         broken.append(rule)
             for rule in broken:
-                yield Finding(path, line, name, f"{room} -> {target_room}", rule)
+                yield Finding(path, line, name, f"{module} -> {target_module}", rule)
 
     def check(self):
         findings = []
         for top in SCANNED:
             for path in sorted((self.root / top).rglob("*")):
                 relative = path.relative_to(self.root).as_posix()
-                # tests/install is an application's project, outside the house.
+                # tests/install is a separate project: an application that uses the installed SDK.
                 if (path.suffix in SUFFIXES and path.is_file()
                         and not relative.startswith("tests/install/")):
                     self.files += 1
@@ -179,7 +179,7 @@ def report(findings):
     for finding in findings:
         where = f"arrows.txt:{finding.rule.line}" if finding.rule.line else "arrows.txt"
         print(f"{finding.file}:{finding.line}: #include of {finding.text}: {finding.arrow} "
-              f"runs the wrong way: {finding.rule.why} ({where})")
+              f"is not allowed: {finding.rule.why} ({where})")
 
 
 def main():
@@ -199,13 +199,13 @@ def main():
     if checker.files == 0:
         print(f"no source file under {arguments.root}: is it the project's root?")
         return 1
-    print(f"{checker.files} files, {len(findings)} arrows the wrong way")
+    print(f"{checker.files} files, {len(findings)} forbidden includes")
     return 1 if findings else 0
 
 
 if __name__ == "__main__":
-    # A test leaves nothing in the source tree.
+    # Write no bytecode into the source tree.
     sys.dont_write_bytecode = True
-    # The cases import this module by its name: one module, not two.
+    # include_direction_cases imports this Python module by its name: make that the running one.
     sys.modules["include_direction"] = sys.modules["__main__"]
     sys.exit(main())

@@ -1,12 +1,12 @@
-"""The checker's own test: a tree that keeps every rule, and one file for each way to break one.
+"""Self-test of include_direction.py: a tree that keeps every rule, and one file for each way to break one.
 
-The expectations are written by hand from CONTRIBUTING.md, not derived from arrows.txt: a wrong line there
-makes this test fail too.
+The expectations are written by hand from CONTRIBUTING.md, not derived from arrows.txt, so that a wrong line in
+arrows.txt fails this test, too.
 """
 
 from include_direction import Checker
 
-# file -> what it includes; every arrow that CONTRIBUTING.md allows, and look-alikes that are no includes.
+# File -> its #include lines: every dependency that CONTRIBUTING.md allows.
 CLEAN = {
     "proto/include/lightwell/sh.hpp": ["<array>", "<cmath>", "<lightwell/geometry.hpp>"],
     "proto/include/lightwell/geometry.hpp": ["<stdint.h>"],
@@ -83,11 +83,11 @@ const char* text = R"(
 )";
 '''
 
-# file, what it includes (the last line breaks the rule), words of each rule that is to be reported
+# File, its #include lines (the last one breaks a rule), and a part of the text of each rule that must be reported.
 BROKEN = [
     ("proto/include/lightwell/a.hpp", ["<lightwell/probe.hpp>"],
-     ["proto stands on nothing", "the probe knows nothing"]),
-    ("proto/include/lightwell/b.hpp", ['"camera/frame.hpp"'], ["proto stands on nothing"]),
+     ["proto depends on nothing", "firmware and proto do not depend"]),
+    ("proto/include/lightwell/b.hpp", ['"camera/frame.hpp"'], ["proto depends on nothing"]),
     ("proto/include/lightwell/c.hpp", ["<Eigen/Core>"], ["installed headers"]),
     ("proto/include/lightwell/d.hpp", ["<glm/vec3.hpp>"], ["installed headers"]),
     ("proto/include/lightwell/e.hpp", ["<unistd.h>"], ["installed headers"]),
@@ -97,11 +97,11 @@ BROKEN = [
      ["installed headers", "generated messages"]),
     ("proto/src/a.cpp", ["<Eigen/Core>"], ["proto uses the standard library"]),
     ("proto/src/key.cpp", ["<openssl/evp.h>"], ["OpenSSL where keys", "proto uses the standard library"]),
-    ("proto/src/pairing/a.cpp", ["<google/protobuf/message.h>"], ["what both ends of a pairing compute"]),
+    ("proto/src/pairing/a.cpp", ["<google/protobuf/message.h>"], ["the computations of both ends of a pairing"]),
     ("proto/src/mqtt_session.cpp", ["<openssl/ssl.h>"], ["OpenSSL where keys", "the one client of a broker"]),
     ("firmware/link/grpc/key.cpp", ["<openssl/evp.h>"], ["OpenSSL where keys"]),
     ("host_sdk/src/core/grpc_key.cpp", ["<openssl/ssl.h>"], ["OpenSSL where keys"]),
-    ("proto/src/b.cpp", ['"pose/tag.hpp"'], ["proto stands on nothing"]),
+    ("proto/src/b.cpp", ['"pose/tag.hpp"'], ["proto depends on nothing"]),
     ("proto/src/c.cpp", ['"lightwell/v1/service.grpc.pb.h"'], ["generated services"]),
     ("firmware/camera/a.cpp", ['"calibration/model.hpp"'], ["camera -> proto"]),
     ("firmware/camera/b.cpp", ['"camera/backends/v4l2/v4l2.hpp"'], ["camera -> proto"]),
@@ -132,21 +132,21 @@ BROKEN = [
     ("firmware/link/a.cpp", ['"camera/frame.hpp"'], ["link -> proto"]),
     ("firmware/link/b.cpp", ["<grpcpp/grpcpp.h>"], ["gRPC in the two network links"]),
     ("firmware/link/c.cpp", ["<grpc/grpc.h>"], ["gRPC in the two network links"]),
-    ("proto/src/files.cpp", ["<poll.h>"], ["what POSIX says of files"]),
+    ("proto/src/files.cpp", ["<poll.h>"], ["POSIX file functions"]),
     ("firmware/link/mqtt/d.cpp", ["<mosquitto.h>"], ["libmosquitto in the one session"]),
     ("host_sdk/src/core/mqtt_e.cpp", ["<mqtt_protocol.h>"], ["libmosquitto in the one session"]),
     ("firmware/link/f.cpp", ["<avahi-common/error.h>"], ["Avahi in the two ends"]),
     ("firmware/link/mqtt/a.cpp", ['"lightwell/v1/service.grpc.pb.h"'], ["generated services"]),
     ("firmware/link/grpc/a.cpp", ['"lightwell/v1/descriptor.pb.h"'], ["generated messages"]),
-    ("firmware/app/a.cpp", ["<lightwell/probe.hpp>"], ["app sees all", "the probe knows nothing"]),
-    ("firmware/app/b.cpp", ["<lightwell/lightwell.h>"], ["app sees all"]),
-    ("firmware/app/c.cpp", ['"wire.hpp"'], ["app sees all"]),
-    ("firmware/app/d.cpp", ['"support/image.hpp"'], ["app sees all"]),
+    ("firmware/app/a.cpp", ["<lightwell/probe.hpp>"], ["app uses all", "firmware and proto do not depend"]),
+    ("firmware/app/b.cpp", ["<lightwell/lightwell.h>"], ["app uses all"]),
+    ("firmware/app/c.cpp", ['"wire.hpp"'], ["app uses all"]),
+    ("firmware/app/d.cpp", ['"support/image.hpp"'], ["app uses all"]),
     ("firmware/app/e.cpp", ["<google/protobuf/text_format.h>"], ["protobuf is private"]),
-    ("firmware/tools/a.cpp", ['"core/store.hpp"'], ["tools see all"]),
+    ("firmware/tools/a.cpp", ['"core/store.hpp"'], ["tools use all"]),
     ("firmware/tools/b.cpp", ["<apriltag/apriltag.h>"], ["AprilTag in pose"]),
     ("firmware/tools/c.cpp", ["<embree3/rtcore.h>"], ["Embree"]),
-    ("firmware/novel/a.cpp", ["<vector>"], ["a room needs a line"]),
+    ("firmware/novel/a.cpp", ["<vector>"], ["a module needs a line"]),
     ("host_sdk/include/lightwell/a.hpp", ['"core/store.hpp"'], ["the SDK's headers"]),
     ("host_sdk/include/lightwell/b.hpp", ["<glm/vec3.hpp>"], ["installed headers"]),
     ("host_sdk/include/lightwell/c.hpp", ["<grpcpp/grpcpp.h>"],
@@ -167,15 +167,15 @@ BROKEN = [
     ("tests/proto/a_test.cpp", ['"camera/frame.hpp"'], ["tests of proto"]),
     ("tests/firmware/a_test.cpp", ["<lightwell/probe.hpp>"], ["firmware and host_sdk meet"]),
     ("tests/host_sdk/a_test.cpp", ['"sim/scene.hpp"'], ["firmware and host_sdk meet"]),
-    ("tests/reference/a.cpp", ["<lightwell/sh.hpp>"], ["an oracle knows nothing"]),
-    ("tests/reference/marker/a.cpp", ['"pose/tag.hpp"', '"estimate/common/lights.hpp"'], ["what draws a marker"]),
+    ("tests/reference/a.cpp", ["<lightwell/sh.hpp>"], ["a reference implementation shares no code"]),
+    ("tests/reference/marker/a.cpp", ['"pose/tag.hpp"', '"estimate/common/lights.hpp"'], ["the renderer of markers"]),
     ("tests/bench/a.cpp", ['"sim/scene.hpp"', "<lightwell/probe.hpp>"], ["firmware and host_sdk meet"]),
     ("tests/support/a.hpp", ["<opencv2/core.hpp>"], ["OpenCV in .cpp files only"]),
     ("hil/a.hpp", ["<opencv2/core.hpp>"], ["OpenCV in .cpp files only"]),
 ]
 
-# Lines of [arrows] that allow everything: nothing can break them.
-OPEN_ROOMS = ("tests", "hil")
+# Modules whose line in [arrows] allows everything, so that no file can break it.
+OPEN_MODULES = ("tests", "hil")
 
 
 def write(root, path, names, preamble=""):
@@ -186,7 +186,7 @@ def write(root, path, names, preamble=""):
 
 
 def self_test(root, rules):
-    """Returns 0 when the clean tree passes and every broken rule, and nothing else, is reported."""
+    """Returns 0 if the clean tree passes and exactly the broken rules are reported, else 1."""
     failures = []
     for path, names in CLEAN.items():
         write(root, path, names, NO_INCLUDES)
@@ -194,7 +194,7 @@ def self_test(root, rules):
     for finding in clean.check():
         failures.append(f"clean tree: {finding.file}:{finding.line} {finding.arrow}: {finding.rule.why}")
     if clean.files != len(CLEAN):
-        failures.append(f"clean tree: {clean.files} files read instead of {len(CLEAN)}")
+        failures.append(f"clean tree: {clean.files} files were read, expected {len(CLEAN)}")
 
     lines = {path: write(root, path, names) for path, names, _ in BROKEN}
     findings = Checker(root, rules).check()
@@ -208,11 +208,11 @@ def self_test(root, rules):
             failures.append(f"{path}: reported on another line than {lines[path]}")
     for finding in findings:
         if finding.file not in lines:
-            failures.append(f"{finding.file}: reported though it breaks nothing")
+            failures.append(f"{finding.file}: reported, but it breaks no rule")
 
     broken = {finding.rule.line for finding in findings}
     for rule in rules:
-        if rule.line not in broken and not (rule.section == "arrows" and rule.left[0] in OPEN_ROOMS):
+        if rule.line not in broken and not (rule.section == "arrows" and rule.left[0] in OPEN_MODULES):
             failures.append(f"arrows.txt:{rule.line}: no case breaks this rule")
 
     for failure in failures:

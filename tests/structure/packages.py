@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Holds cmake/setup and cmake/packages.txt to what their help and head say. usage: packages.py --root DIR"""
+"""Tests cmake/setup and cmake/packages.txt against the help and the leading comment. usage: packages.py --root DIR"""
 
 import argparse
 import re
@@ -21,14 +21,14 @@ class Packages(unittest.TestCase):
         done = self.setup(*purpose, "--list")
         self.assertEqual(done.returncode, 0, done.stderr)
         names = done.stdout.split()
-        self.assertEqual(len(names), len(set(names)), "a package stands twice")
+        self.assertEqual(len(names), len(set(names)), "a package is listed twice")
         return set(names)
 
     def test_the_demo_needs_few_packages(self) -> None:
         self.assertLessEqual(len(self.names("demo")), DEMO_LIMIT)
         self.assertIn("build-essential", self.names("demo"))
 
-    def test_all_is_what_the_purposes_need_together(self) -> None:
+    def test_the_whole_list_is_the_union_of_all_purposes(self) -> None:
         demo, tests, board = self.names("demo"), self.names("tests"), self.names("board")
         self.assertEqual(self.names(), demo | tests | board)
         for purpose in (demo, tests, board):
@@ -49,7 +49,7 @@ class Packages(unittest.TestCase):
             self.assertRegex(done.stderr, re.escape("usage: cmake/setup [demo | tests | board]"))
         self.assertEqual(self.setup("board", "--help").returncode, 0)
 
-    def test_what_is_missing_is_a_part_of_the_list(self) -> None:
+    def test_missing_packages_are_part_of_the_list(self) -> None:
         done = self.setup("demo", "--check")
         self.assertIn(done.returncode, (0, 1), done.stderr)
         self.assertLessEqual(set(done.stdout.split()), self.names("demo"))

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Tables of messages and enums in proto/README.md, made from the comments of the .proto files.
+"""Generates the tables of messages and enums in proto/README.md from the comments of the .proto files.
 
-usage: wire_tables.py [--root DIR]            fail where a table in proto/README.md is not what the .proto file says
-       wire_tables.py [--root DIR] --write    write the tables anew
+usage: wire_tables.py [--root DIR]            fail if a table in proto/README.md differs from the .proto file
+       wire_tables.py [--root DIR] --write    generate the tables again and write them
        wire_tables.py --self-test             check the checker
-A table stands between `<!-- fields of FILE -->` and `<!-- end of fields -->`; FILE is relative to proto/. A field
-without a comment is an error: proto/README.md is the wire's specification.
+A table is between `<!-- fields of FILE -->` and `<!-- end of fields -->`; FILE is relative to proto/. A field without
+a comment is an error: proto/README.md is the specification of the wire format.
 """
 
 import argparse
@@ -107,7 +107,8 @@ def tables(root, name):
     return text
 
 
-def written_anew(root, text):
+def with_new_tables(root, text):
+    """The README's text with every table generated again."""
     return BLOCK.sub(
         lambda m: f"<!-- fields of {m[1]} -->\n\n{tables(root, m[1])}<!-- end of fields -->\n", text)
 
@@ -119,16 +120,16 @@ def self_test():
         head = 'syntax = "proto3"; package lightwell.v1;\n'
         proto.write_text(head + "// A thing.\nmessage Thing {\n  // Metres | feet.\n  uint32 size = 7;\n}\n")
         readme = "before\n<!-- fields of a.proto -->\n<!-- end of fields -->\nbehind\n"
-        once = written_anew(root, readme)
+        once = with_new_tables(root, readme)
         row = "| `size` | 7 | uint32 | Metres \\| feet. |"
-        if row not in once or written_anew(root, once) != once or not once.endswith("behind\n"):
+        if row not in once or with_new_tables(root, once) != once or not once.endswith("behind\n"):
             sys.exit(f"self-test: the table is wrong:\n{once}")
         proto.write_text(proto.read_text().replace("Metres", "Inches"))
-        if written_anew(root, once) == once:
+        if with_new_tables(root, once) == once:
             sys.exit("self-test: a changed comment was not noticed")
         proto.write_text(head + "message Thing { uint32 size = 7; }\n")
         try:
-            written_anew(root, once)
+            with_new_tables(root, once)
         except ValueError as error:
             if "Thing.size has no comment" not in str(error):
                 sys.exit(f"self-test: {error}")
@@ -148,17 +149,17 @@ def main():
     readme = arguments.root / "proto/README.md"
     text = readme.read_text()
     if not BLOCK.search(text):
-        sys.exit(f"{readme}: no `<!-- fields of FILE -->` ... `<!-- end of fields -->` in it")
+        sys.exit(f"{readme}: there is no `<!-- fields of FILE -->` ... `<!-- end of fields -->`")
     try:
-        anew = written_anew(arguments.root / "proto", text)
+        generated = with_new_tables(arguments.root / "proto", text)
     except ValueError as error:
-        sys.exit(f"{arguments.root / 'proto'}: {error}; write what it means above it in the .proto file")
+        sys.exit(f"{arguments.root / 'proto'}: {error}; add a comment above it in the .proto file")
     if arguments.write:
-        readme.write_text(anew)
-    elif anew != text:
+        readme.write_text(generated)
+    elif generated != text:
         old = text.splitlines()
-        differs = next(n for n, line in enumerate(anew.splitlines() + [""], 1) if n > len(old) or old[n - 1] != line)
-        sys.exit(f"{readme}:{differs}: not what the .proto files say; run {Path(__file__).name} --write")
+        differs = next(n for n, line in enumerate(generated.splitlines() + [""], 1) if n > len(old) or old[n - 1] != line)
+        sys.exit(f"{readme}:{differs}: differs from the .proto files; run {Path(__file__).name} --write")
 
 
 if __name__ == "__main__":

@@ -67,13 +67,15 @@ void DescriptorReceiver::receive(std::span<const std::byte> bytes, HostTime rece
   sample->T_world_probe = T_world_probe_;
   const bool understood = environments_.take(sample->descriptor);
   sample->environment = environments_.map_for(sample->descriptor);
-  reconstruct_radiance(*sample);
+  add_reconstruction(*sample);
   const std::shared_ptr<const Sample> shared = std::move(sample);
+  const std::shared_ptr<const Sample> before = history_ ? history_->samples.back() : nullptr;
   history_ = appended(history_.get(), shared, capacity_);
   store_.publish(history_);
   const HostTime stored{monotonic_now_ns()};
   count(shared->descriptor, bytes.size(), understood);
   if (on_descriptor_) on_descriptor_({bytes, shared->descriptor, shared->mid_exposure, received, stored});
+  reconstruct_ahead_.published(before ? before->reconstruction.get() : nullptr, shared->reconstruction.get());
 }
 
 bool DescriptorReceiver::is_duplicate(const Descriptor& descriptor) const {

@@ -82,6 +82,7 @@ class DescriptorReceiver {
   std::shared_ptr<const History> history_;
   std::optional<Identity> newest_;
   std::shared_ptr<const UncertainPose> T_world_probe_;
+  ReconstructAhead reconstruct_ahead_;
   LatestStore<History> store_;
 
   mutable std::mutex mutex_;

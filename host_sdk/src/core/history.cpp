@@ -1,7 +1,6 @@
 #include "core/history.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "core/interpolate.hpp"
@@ -23,7 +22,7 @@ Lighting held(std::shared_ptr<const Sample> sample, HostTime time, Duration max_
 
 /// Sample of an interpolated or extrapolated descriptor; all that is not derived from it is copied from `nearer`.
 std::shared_ptr<const Sample> made_of(Descriptor descriptor, const Sample& nearer,
-                                      std::optional<RadianceReconstruction> reconstruction, HostTime time) {
+                                      LazyReconstruction::Pointer reconstruction, HostTime time) {
   Sample made = sample_of(std::move(descriptor));
   made.reconstruction = std::move(reconstruction);
   made.mid_exposure = time;
@@ -34,7 +33,7 @@ std::shared_ptr<const Sample> made_of(Descriptor descriptor, const Sample& neare
   made.environment_rotation = nearer.environment_rotation;
   made.T_world_probe = nearer.T_world_probe;
   // The nearer sample has no map, and the other one had a map or other units.
-  if (!made.reconstruction) reconstruct_radiance(made);
+  if (!made.reconstruction) add_reconstruction(made);
   return std::make_shared<const Sample>(std::move(made));
 }
 
@@ -97,9 +96,9 @@ Lighting lighting_at(const History* history, HostTime time, Duration max_age, Du
   // Time to the nearest descriptor: inside a long gap an interpolated answer is stale.
   const Duration age = std::min(into, span - into);
   const Validity validity = validity_of(age, nearer, max_age);
-  std::optional<RadianceReconstruction> reconstruction;
+  LazyReconstruction::Pointer reconstruction;
   if (before->reconstruction && after->reconstruction && blends(before->descriptor, after->descriptor))
-    reconstruction = interpolated(*before->reconstruction, *after->reconstruction, f);
+    reconstruction = std::make_shared<const LazyReconstruction>(before->reconstruction, after->reconstruction, f);
   return {made_of(interpolated(before->descriptor, after->descriptor, f), nearer, std::move(reconstruction), time),
           validity, age, max_age, Derivation::interpolated};
 }

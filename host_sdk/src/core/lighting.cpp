@@ -50,7 +50,7 @@ Lighting Lighting::of(Descriptor descriptor, Duration age, Duration max_age) {
   core::EnvironmentAssembler assembler;
   (void)assembler.take(made.descriptor);
   made.environment = assembler.map_for(made.descriptor);
-  core::reconstruct_radiance(made);
+  core::add_reconstruction(made);
   auto sample = std::make_shared<const core::Sample>(std::move(made));
   const Validity validity = age > max_age ? Validity::stale : Validity::valid;
   return {std::move(sample), validity, std::max(age, Duration{}), max_age};
@@ -143,10 +143,12 @@ Answer<Radiance> Lighting::radiance(Vec3f direction, float perceptual_roughness)
     out.validity = Validity::invalid_query;
     return out;
   }
-  const std::optional<RadianceReconstruction>& reconstruction = sample_->reconstruction;
   const core::EnvironmentSnapshot* const kept = sample_->environment.get();
   const auto without_lights = [&](float roughness, const std::array<double, kMaxBand + 1>& lobe) {
-    if (kept == nullptr) return reconstruction ? radiance_at(*reconstruction, d, roughness, lobe) : Radiance{};
+    if (kept == nullptr) {
+      const RadianceReconstruction* const ready = sample_->reconstruction->ready();
+      return radiance_at(ready != nullptr ? *ready : sample_->reconstruction->compute(), d, roughness, lobe);
+    }
     const Vec3f in_map = rotate(sample_->environment_rotation.inverse(), d);
     return environment_radiance(kept->map, in_map, roughness);
   };
@@ -172,7 +174,8 @@ Lighting Lighting::rotated(Quat q) const {
   out.descriptor.radiance = lightwell::rotated(out.descriptor.radiance, turn);
   for (Light& light : out.descriptor.lights) light = core::rotate_light(light, turn);
   core::prepare(out);
-  if (out.reconstruction) out.reconstruction = lightwell::rotated(*out.reconstruction, turn);
+  if (out.reconstruction)
+    out.reconstruction = std::make_shared<const core::LazyReconstruction>(out.reconstruction, turn);
   out.descriptor.environment.reset();
   out.environment_rotation = turn * out.environment_rotation;
   out.T_world_probe.reset();

@@ -3,17 +3,16 @@
 
 #include <cstddef>
 #include <memory>
-#include <optional>
 #include <utility>
 #include <vector>
 
 #include <lightwell/descriptor.hpp>
 #include <lightwell/harmonics.hpp>
-#include <lightwell/reconstruction.hpp>
 #include <lightwell/time.hpp>
 #include <lightwell/uncertain_pose.hpp>
 
 #include "core/environment_assembler.hpp"
+#include "core/lazy_reconstruction.hpp"
 #include "core/receiver_lights.hpp"
 
 namespace lightwell::core {
@@ -29,8 +28,8 @@ struct Sample {
   std::size_t encoded_bytes = 0;
   /// The environment map at that time, from this or an earlier message; null if there is none.
   std::shared_ptr<const EnvironmentSnapshot> environment;
-  /// For radiance() without a map; no value if there is a map: see reconstruct_radiance().
-  std::optional<RadianceReconstruction> reconstruction;
+  /// For radiance() without a map; null if there is a map.
+  LazyReconstruction::Pointer reconstruction;
   /// The probe's mounting, as long as `descriptor` is in the probe's frame; null if the probe reported none.
   std::shared_ptr<const UncertainPose> T_world_probe;
   Quat environment_rotation;  ///< Rotates directions of the map into the frame of `descriptor`.
@@ -42,10 +41,10 @@ inline void prepare(Sample& sample) {
   sample.receiver_lights = receiver_lights(sample.descriptor.lights);
 }
 
-/// Computes `reconstruction` if there is no map; call it after prepare() and after `environment` is set. Takes hundreds
-/// of microseconds, which are saved with a map.
-inline void reconstruct_radiance(Sample& sample) {
-  if (sample.environment == nullptr) sample.reconstruction = reconstruct(sample.descriptor.radiance);
+/// Call it after `environment` is set.
+inline void add_reconstruction(Sample& sample) {
+  if (sample.environment == nullptr)
+    sample.reconstruction = std::make_shared<const LazyReconstruction>(sample.descriptor.radiance);
 }
 
 /// A sample without time, bytes or reconstruction.

@@ -28,7 +28,7 @@ const enum WireType {
   fixed32 = 5,
 }
 
-/** Protobuf's limit of nested groups in unknown fields. */
+/** Protobuf's limit of nested messages and groups, the outermost message not counted. */
 const maxDepth = 100;
 
 /** The value after a tag; read() consumes it, otherwise the reader skips it. */
@@ -37,7 +37,9 @@ export class WireReader {
   private type: WireType = WireType.varint;
   private readonly view: DataView;
 
-  constructor(private readonly bytes: Uint8Array, from = 0, private readonly end = bytes.length) {
+  constructor(
+    private readonly bytes: Uint8Array, from = 0, private readonly end = bytes.length, private readonly depth = 0,
+  ) {
     this.at = from;
     this.view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   }
@@ -50,7 +52,7 @@ export class WireReader {
       const start = this.at;
       if (!field(tag >>> 3)) {
         this.at = start;
-        this.skip(this.type, tag >>> 3, 0);
+        this.skip(this.type, tag >>> 3, this.depth);
       }
     }
   }
@@ -116,7 +118,7 @@ export class WireReader {
   private nested(): WireReader {
     const size = this.length();
     const start = this.take(size);
-    return new WireReader(this.bytes, start, start + size);
+    return new WireReader(this.bytes, start, start + size, this.depth + 1);
   }
 
   /** A length below 2^31, in at most five bytes. */
