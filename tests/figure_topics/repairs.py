@@ -42,7 +42,7 @@ PROMISES = [
      "e2e_light_test", "*TwoClientsChangeDifferentFields*", "real daemon, gRPC"),
     ("3 two updates at once, none is lost", "app_test", "*ConcurrentUpdates*", "real threads"),
     ("3 a client reads the configuration, and nothing else of the daemon's",
-     "grpc_link_test", "*GetConfigReturns*:*UnknownFields*:*InvalidValues*", "real gRPC"),
+     "grpc_link_test", "*GetConfigReturns*:*UnknownFields*:*SetConfigRefusesInvalidValues*", "real gRPC"),
     ("3 a change sends its own fields alone", "host_sdk_links_test", "*AChangeSends*:*WhatAnOldProbe*", "real gRPC"),
     ("3 lightwell config get, set", "e2e_light_test", "*TheToolReads*", "real daemon and program"),
     ("3 from C", "c_questions_test", None, "liblightwell.so"),

@@ -1,8 +1,9 @@
 // Error of three balls lit by descriptors of the real panoramas, compared with balls lit by the panoramas: prints one
 // JSON object per panorama, ball and kind of descriptor for tests/figures. Method: three_balls.hpp.
 //   answer "irradiance"    the default descriptor, with the bands and lights that irradiance needs
-//   answer "as_sent"       the same descriptor; in place of the reconstruction the sum K_l c_lm Y_lm of its harmonics
-//   answer "reflections"   with an environment map of 32x32, and the lights and bands that glossy surfaces need
+//   answer "as_sent"       the same descriptor; instead of the reconstruction, the sum K_l c_lm Y_lm of its
+//   coefficients answer "reflections"   with an environment map of 32x32, and the lights and bands that glossy surfaces
+//   need
 // Values: rmse, si_rmse, angular_deg in linear light; *_published by the protocol of the literature; bytes.
 #include <array>
 #include <cmath>
@@ -53,7 +54,7 @@ ref::Rgb discs(std::span<const Light> lights, const ref::V3& d) {
   return sum;
 }
 
-/// radiance() of the library, and by the harmonics as they were sent.
+/// Radiance reflected at a roughness in a direction: by the library, and by the coefficients of the descriptor as sent.
 class Reflections {
  public:
   explicit Reflections(const Lighting& light)

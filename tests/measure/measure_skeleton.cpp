@@ -230,7 +230,7 @@ void estimated_harmonics() {
   PanoramaOptions options;
   options.config.band = 6;
   options.config.max_lights = 0;
-  options.config.panorama.epsilon = 0;  // All bands: what irradiance does not need is left out otherwise.
+  options.config.panorama.epsilon = 0;  // Send all bands; otherwise those that irradiance does not need are left out.
   auto estimator = make_panorama_estimator(rig, options);
   const Result<RigTable> table = make_rig_table(rig);
   if (!estimator || !table) fail(estimator.status());

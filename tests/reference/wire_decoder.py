@@ -360,7 +360,7 @@ def _within_one(value):
 
 
 def clipped_cosine(cosine, radius):
-    """Irradiance factor of a light, a uniform cap of angular radius `radius` (rad) clipped at the horizon (Snyder 1996).
+    """Irradiance factor of a uniform cap of angular radius `radius` (rad), clipped at the horizon (Snyder 1996).
     `cosine`: of the angle between the normal and the cap's centre."""
     w = math.acos(_within_one(cosine))
     if w + radius <= math.pi / 2:

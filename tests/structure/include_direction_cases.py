@@ -98,7 +98,7 @@ BROKEN = [
     ("proto/src/a.cpp", ["<Eigen/Core>"], ["proto uses the standard library"]),
     ("proto/src/key.cpp", ["<openssl/evp.h>"], ["OpenSSL where keys", "proto uses the standard library"]),
     ("proto/src/pairing/a.cpp", ["<google/protobuf/message.h>"], ["the computations of both ends of a pairing"]),
-    ("proto/src/mqtt_session.cpp", ["<openssl/ssl.h>"], ["OpenSSL where keys", "the one client of a broker"]),
+    ("proto/src/mqtt_session.cpp", ["<openssl/ssl.h>"], ["OpenSSL where keys", "the MQTT session"]),
     ("firmware/link/grpc/key.cpp", ["<openssl/evp.h>"], ["OpenSSL where keys"]),
     ("host_sdk/src/core/grpc_key.cpp", ["<openssl/ssl.h>"], ["OpenSSL where keys"]),
     ("proto/src/b.cpp", ['"pose/tag.hpp"'], ["proto depends on nothing"]),

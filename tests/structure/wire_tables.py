@@ -158,7 +158,8 @@ def main():
         readme.write_text(generated)
     elif generated != text:
         old = text.splitlines()
-        differs = next(n for n, line in enumerate(generated.splitlines() + [""], 1) if n > len(old) or old[n - 1] != line)
+        lines = generated.splitlines() + [""]
+        differs = next(n for n, line in enumerate(lines, 1) if n > len(old) or old[n - 1] != line)
         sys.exit(f"{readme}:{differs}: differs from the .proto files; run {Path(__file__).name} --write")
 
 

@@ -29,8 +29,6 @@ struct ExitStatus {
   friend bool operator==(const ExitStatus&, const ExitStatus&) = default;
 };
 std::ostream& operator<<(std::ostream& out, const ExitStatus& status);
-/// Former name, for files that still use it.
-using Ending = ExitStatus;
 
 /// Starts on construction. The destructor kills and reaps the process if it still runs.
 class Child {

@@ -87,7 +87,7 @@ class Rendering {
   }
 
   /// The surface hit by the ray through a pixel's centre, and the lamps occluded there.
-  void look(int x, int y, std::vector<Surface>& among, Surface& surface, std::uint32_t& shaded) const {
+  void classify(int x, int y, std::vector<Surface>& among, Surface& surface, std::uint32_t& shaded) const {
     const std::optional<Vec3d> middle = camera_.ray(x, y, 0.5, 0.5);
     if (!middle) return;
     const Vec3d unit = normalized(*middle);
@@ -273,7 +273,7 @@ SurfacePicture see_surfaces(const MarkerScene& scene, const MarkerCamera& camera
   std::vector<Surface> among;
   for (int y = 0; y < out.height; ++y)
     for (int x = 0; x < out.width; ++x)
-      rendering.look(x, y, among, out.surfaces[out.index(x, y)], out.shaded[out.index(x, y)]);
+      rendering.classify(x, y, among, out.surfaces[out.index(x, y)], out.shaded[out.index(x, y)]);
   return out;
 }
 

@@ -53,7 +53,7 @@ LAMPS = [
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The cameras. right = forward x up: what lies there is on the right of the picture. Row 0 is the top.
-# The up of the two vertical faces is that of a viewer who looks along -Z and tips his head back, or forward.
+# The up vector of the faces +Y and -Y is that of a viewer who looks along -Z and tilts the head back or forward.
 # ---------------------------------------------------------------------------------------------------------------------
 FACES = {
     "px": ((1, 0, 0), (0, 1, 0)),
@@ -120,7 +120,7 @@ def sensor(origin, target, up, fov, size, near):
 
 
 def render_halves(scene, cam, spp, key, threads):
-    """Two independent halves, each the mean of passes with seeds of their own."""
+    """Two independent halves, each the mean of passes with different seeds."""
     dr.set_thread_count(threads)
     halves = []
     for half in range(2):
@@ -132,7 +132,7 @@ def render_halves(scene, cam, spp, key, threads):
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# The check's own geometry: plain numpy, nothing of Mitsuba's
+# Geometry of the check, in plain numpy, independent of Mitsuba
 # ---------------------------------------------------------------------------------------------------------------------
 def pixel_grid(n, sub=1):
     """Image-plane coordinates in -1..1: x to the right, y up, row 0 at the top; sub x sub points a pixel."""
@@ -214,7 +214,7 @@ def cap_mean_square(rho):
 
 
 def emitter_seen(centre, u, v, radiance, n=400):
-    """What an emitter is from the origin, from the geometry alone (nothing stands in front of it)."""
+    """Direction, size and irradiance of an emitter at the origin, from the geometry alone (nothing occludes it)."""
     c = (np.arange(n) + 0.5) / n * 2 - 1
     a, b = (g.reshape(-1, 1) for g in np.meshgrid(c, c))
     centre, u, v = (np.array(q, float) for q in (centre, u, v))
@@ -274,7 +274,7 @@ def seams(faces):
 
 
 def check(folder):
-    """Everything here reads the files as shipped. Returns the figures; asserts what must hold."""
+    """Checks the files as committed. Returns the figures; raises AssertionError if a requirement does not hold."""
     faces = {k: read_exr(folder / f"face_{k}.exr") for k in FACES}
     balls = [read_exr(folder / f"ball_{i}.exr") for i in range(len(BALL_CAMERAS))]
     assert all(np.isfinite(a).all() and (a >= 0).all() for a in [*faces.values(), *balls])
@@ -292,7 +292,7 @@ def check(folder):
     result["largest_relative_to_rms"] = float(np.abs(predicted - every).max() / np.sqrt(np.mean(every ** 2)))
     result["mean_ratio_faces_over_ball_rgb"] = (predicted.mean(0) / every.mean(0)).tolist()
 
-    # What the figure would be were something turned round (a ninth of the pixels is enough to tell).
+    # The figures with one axis or order reversed (a ninth of the pixels suffices).
     normals, some, wrong = np.concatenate([n for _, _, n in samples])[::9], every[::9], {}
     for name, m in {
         "x_negated": np.diag([-1, 1, 1]),

@@ -1,4 +1,4 @@
-"""What must hold between frames, truth and closed forms. No rendering; needs numpy, and pyapriltags to read tags.
+"""Checks frames, ground truth and closed forms against each other. No rendering; needs numpy, and pyapriltags for tags.
 
     noise(frame, halves)   of two independent renders
     run(...)               every check; prints what it found, returns the exit code
@@ -19,8 +19,8 @@ import dodecahedron as body
 import scenes
 
 TAG_LIMIT_PX = 0.3
-# Of a face's white paper, against the closed form: relative, and for what the body sends to the board and gets back
-# (seen: 0.0016).
+# Tolerances of the radiance of a face's white paper against the closed form: relative, and absolute for the
+# interreflection between body and board, which the closed form leaves out (measured: 0.0016).
 MEAN_LIMIT, MEAN_LIMIT_ABSOLUTE = 0.01, 0.003
 
 ROOM_LIMIT = 0.01  # noise of a million samples, and a sum over pixels against an integral between them
@@ -160,7 +160,7 @@ def noise(frame: scenes.Frame, halves: list[np.ndarray]) -> dict:
 
 @functools.cache
 def tag_detector():
-    """One for all frames."""
+    """One limit for all frames."""
     from pyapriltags import Detector
     return Detector(families="tag36h11", nthreads=1, quad_decimate=1.0, refine_edges=1)
 
@@ -258,7 +258,7 @@ def run(
     read: Callable[[Path], np.ndarray],
     sha256: Callable[[Path], str],
 ) -> int:
-    """Every check of every frame; prints what it finds. The exit code."""
+    """Runs every check of every frame and prints the findings; returns the exit code."""
     wrong: list[str] = []
     for frame in frames:
         truth, path = known.get(frame.name), folder / f"{frame.name}.exr"

@@ -1,4 +1,4 @@
-"""The marker as geometry: twelve faces with a tag each, what is printed on them, and body files to compare it with.
+"""Geometry of the marker: twelve faces with a tag each, their printed pattern, and comparison with body files.
 
 Written anew from the design, so that the frames here and Lightwell's own body files can disagree. Needs numpy alone.
 
@@ -46,7 +46,7 @@ TAGS = """
 
 
 class Disagreement(Exception):
-    """A body file that is not the body of this file; says where."""
+    """A body file differs from the body defined here; the message says where."""
 
 
 def unit(a) -> np.ndarray:
@@ -76,7 +76,7 @@ def faces() -> np.ndarray:
 
 
 def vertices() -> np.ndarray:
-    """(20, 3): where three faces meet, from the normals alone."""
+    """(20, 3): the vertices, where three faces meet, from the normals alone."""
     n, found = normals(), []
     for i in range(12):
         for j in range(i):
@@ -145,7 +145,7 @@ def ink(variant: str, face: int) -> list[tuple[np.ndarray, float]]:
 
 
 def albedo_at(variant: str, face: int, x, y) -> np.ndarray:
-    """The same as a formula, of numbers or arrays; what lies outside of the pentagon is not asked for."""
+    """The same as a formula, for numbers or arrays; valid only inside the pentagon."""
     x, y = np.asarray(x, float), np.asarray(y, float)
     row, column = (np.clip(np.floor((RIM / 2 + q) / CELL).astype(int), 0, 9) for q in (-y, x))
     quadrant = np.take(QUADRANTS[variant], (x > 0).astype(int) + 2 * (y < 0).astype(int))
@@ -173,7 +173,7 @@ def rotation(x: float, y: float, z: float, w: float) -> np.ndarray:
 
 
 def parse_text(text: str) -> dict[str, list]:
-    """Just enough of protobuf's text format: name -> list of numbers, strings and messages."""
+    """Parses the part of protobuf's text format that body files use: name -> list of numbers, strings and messages."""
     tokens = re.findall(r'"[^"]*"|[{}\[\]:,;<>]|[^\s{}\[\]:,;<>"]+', re.sub(r"#[^\n]*", "", text))
     position = 0
 
@@ -209,14 +209,14 @@ def parse_text(text: str) -> dict[str, list]:
 
 @dataclass
 class Comparison:
-    """What compare() found: the largest differences, and how much of the quadrants the file's patches cover."""
+    """Result of compare(): the largest differences, and the share of the quadrants that the file's patches cover."""
     pose_m: float
     outline_m: float
     coverage: float
 
 
 def compare(path: Path, variant: str, tolerance: float = 1e-6) -> Comparison:
-    """The body file against this geometry: pose, outline, tag and family exactly, patches by the albedo below them."""
+    """Compares a body file with this geometry: pose, outline, tag and family exactly, patches by the albedo there."""
     def need(condition: bool, what: str) -> None:
         if not condition:
             raise Disagreement(f"{path}: {what}")

@@ -1,4 +1,4 @@
-"""Panoramas by the house's conventions, in plain numpy: cleaning, directions, the bright region, irradiance.
+"""Panoramas by Lightwell's conventions, in plain numpy: cleaning, directions, the bright region, irradiance.
 
 Written anew from the written rules (proto/README.md: equirectangular images, direction of a bright region). Arrays are
 (H, W, 3), row 0 the top; d = (cos theta sin phi, sin theta, -cos theta cos phi), so the middle of the picture is -Z and
@@ -11,7 +11,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 def clean(image: np.ndarray) -> np.ndarray:
-    """NaN and negative numbers to 0, +Inf to the largest finite one."""
+    """The image with NaN and negative values set to 0 and +Inf to the largest finite value."""
     image = np.asarray(image, float)[..., :3].copy()
     image[np.isnan(image) | (image < 0)] = 0
     finite = image[np.isfinite(image)]
@@ -28,7 +28,7 @@ def directions(height: int) -> np.ndarray:
 
 
 def solid_angles(height: int) -> np.ndarray:
-    """(H, 1), exact: a row's pixels share its zone."""
+    """(H, 1) solid angle of a pixel in sr, exact: the zone of a row divided by its number of pixels."""
     edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
     return ((edges[:-1] - edges[1:]) * 2 * np.pi / (2 * height))[:, None]
 
@@ -74,7 +74,7 @@ def bright_region(image: np.ndarray) -> dict:
 
 
 def irradiance(image: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """(n, 3): the integral of L (n . d)+ over the pixels' centres."""
+    """(n, 3) irradiance: the integral of L max(0, n . d), evaluated at the pixels' centres."""
     light = (image * solid_angles(image.shape[0])[..., None]).reshape(-1, 3)
     d = directions(image.shape[0]).reshape(-1, 3)
     return np.array([np.maximum(d @ n, 0) @ light for n in np.atleast_2d(normals)])

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A marker with twelve faces under known lamps, path-traced by Mitsuba 3: frames and the truth of each.
+"""Path-traces a marker with twelve faces under known lamps with Mitsuba 3: frames and the ground truth of each.
 
 Shares no code with Lightwell: geometry in dodecahedron.py, scenes in scenes.py, panoramas in panorama.py, the checks in
 check.py.
@@ -68,7 +68,7 @@ def body_polygons(frame: scenes.Frame) -> list[tuple[int, float, np.ndarray]]:
 
 
 def matte_body(frame: scenes.Frame, folder: Path) -> dict:
-    """A mesh an albedo: every cell of every tag is geometry, so nothing is interpolated."""
+    """One mesh per albedo: every cell of every tag is geometry, so no texture is interpolated."""
     polygons = body_polygons(frame)
     return {f"paper_{round(100 * a)}": mesh([p for _, b, p in polygons if b == a], folder, f"paper_{round(100 * a)}") |
             {"bsdf": {"type": "diffuse", "reflectance": rgb([a] * 3)}} for a in sorted({b for _, b, _ in polygons})}
@@ -201,7 +201,7 @@ def sensor(camera: scenes.Camera, color: bool, crop: tuple[int, int, int, int] |
 def passes(
     scene: mi.Scene, camera: mi.Sensor, spp: int, seed: int, integrator: mi.Integrator | None = None
 ) -> np.ndarray:
-    """The mean of passes with seeds of their own: (h, w, channels)."""
+    """(h, w, channels): the mean of passes with different seeds."""
     count = max(1, round(spp / PASS_SAMPLES))
     each, more = spp // count, {} if integrator is None else {"integrator": integrator}
     total = (
@@ -212,7 +212,7 @@ def passes(
 
 
 def render_lit(frame: scenes.Frame, key: int, args: argparse.Namespace, folder: Path) -> list[np.ndarray]:
-    """Two independent halves. The body is small and its paper must be clean: it gets samples of its own."""
+    """Two independent halves. The body is small and its paper needs little noise, so it gets additional samples."""
     x, y, w, h = scenes.body_box(frame)
     halves = [np.zeros((frame.camera.height, frame.camera.width, 3 if frame.color else 1)) for _ in range(2)]
     for number, lamp in enumerate(frame.lamps):
@@ -286,7 +286,7 @@ def render_room(
 # Files
 # ---------------------------------------------------------------------------------------------------------------------
 def rounded(image: np.ndarray, bits: int) -> np.ndarray:
-    """Half floats of `bits` bits of mantissa, to nearest: what is left of noise does not compress."""
+    """Rounds half floats to nearest with `bits` bits of mantissa, because noise in the other bits does not compress."""
     drop = 10 - bits
     raw = np.ascontiguousarray(image.astype(np.float16)).view(np.uint16).astype(np.uint32)
     if drop:
@@ -449,7 +449,7 @@ def main() -> int:
         for key, frame in enumerate(scenes.FRAMES):
             if frame not in chosen:
                 continue
-            everything = load_truth(args.out)  # anew: another run may have added to it
+            everything = load_truth(args.out)  # read again: another run may have added to it
             path, known = args.out / f"{frame.name}.exr", everything["frames"].get(frame.name)
             if not args.again and known and path.exists() and sha256(path) == known["sha256"]:
                 continue

@@ -1,4 +1,4 @@
-"""The scenes: what stands where in each frame, and the truth of it in the probe's axes. Needs numpy alone.
+"""The scenes: objects, lamps and camera of each frame, and the ground truth in the probe's axes. Needs numpy alone.
 
     FRAMES          every frame, in the order in which they are rendered
     truth(frame)    what scenes.json says of it
@@ -56,7 +56,7 @@ class Camera:
 
 @dataclass(frozen=True)
 class Lamp:
-    """A sphere that shines alike in all directions."""
+    """A spherical lamp of uniform radiance."""
     azimuth_deg: float
     elevation_deg: float
     distance: float
@@ -87,10 +87,11 @@ class Frame:
     camera: Camera = Camera()
     panorama: str = ""            # its file's name without .exr
     light_azimuth_deg: float = 0  # where the panorama is turned to have its strongest light
-    # Things besides: (kind, numbers). "cylinder": two ends and a radius; "sphere": centre and radius. World, grey.
+    # Further grey objects in world coordinates: (kind, numbers). "cylinder": two ends and a radius; "sphere": centre
+    # and radius.
     things: tuple = ()
     lamp_visible: bool = False
-    covered: tuple[int, ...] = ()  # faces that a thing hides in part
+    covered: tuple[int, ...] = ()  # faces that an object hides in part
 
     @property
     def color(self) -> bool:
@@ -221,7 +222,7 @@ def turn_to_probe(frame: Frame, direction) -> np.ndarray:
 
 
 def facing(frame: Frame) -> np.ndarray:
-    """(12,): the cosine at which the camera sees each face's centre; not positive where it sees it from behind."""
+    """(12,): cosine between each face's normal and the direction to the camera; not positive if it faces away."""
     m = probe_body(frame)
     centre = body.faces()[:, :3, 3] @ m[:3, :3].T + m[:3, 3]
     normal = body.normals() @ m[:3, :3].T

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the faces of a marker can tell of a room at all, whoever looks at them. Shares no code with Lightwell.
+"""Limits of what the faces of a marker determine about the light of a room, for any estimator. No code of Lightwell.
 
     what_faces_tell.py --direction     the rooms of scenes.json: how far from its place a light with the strongest one's
     own irradiance may stand, so
@@ -25,11 +25,11 @@ import dodecahedron as body
 import panorama
 
 HERE = Path(__file__).resolve().parent
-# What half a percent of the mean irradiance leaves open: errors of paper and attitude alone are larger.
+# A change below half a percent of the mean irradiance is not observable: errors of albedo and pose alone are larger.
 SAME = 0.005
 # A face's error in --irradiance, of the mean irradiance, and the noise that faces are given, of their own.
 SIGMA, NOISE = 0.02, 0.005
-# Faces seen flatter than this tell nothing there.
+# Faces with a smaller cosine to the camera are not used.
 FLATTEST = 0.25
 
 
@@ -41,7 +41,7 @@ def spiral(count: int) -> np.ndarray:
 
 
 def directions_that_do(normals: np.ndarray, irradiance: np.ndarray, strongest: dict) -> float:
-    """Degrees from the strongest light's place to the farthest within 90 where it could stand as well."""
+    """Angle in degrees from the strongest light's direction to the farthest one within 90 that the faces also allow."""
     grid = spiral(1500)
     cosines = np.maximum(0, normals @ grid.T) * 4 * np.pi / len(grid)
     true, light = np.array(strongest["direction"]), np.array(strongest["vector_irradiance_rgb"])
@@ -60,7 +60,7 @@ def directions_that_do(normals: np.ndarray, irradiance: np.ndarray, strongest: d
 def most_even(
     normals: np.ndarray, irradiance: np.ndarray, asked: np.ndarray, grid: np.ndarray = spiral(600)
 ) -> np.ndarray:
-    """Irradiance at `asked` of the light of largest entropy."""
+    """Irradiance at the normals `asked` of the light of maximum entropy."""
     step = 4 * np.pi / len(grid)
     cosines, at_asked = np.maximum(0, normals @ grid.T), np.maximum(0, asked @ grid.T) * step
     out = []
