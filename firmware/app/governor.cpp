@@ -55,7 +55,7 @@ void Governor::record_duration(double ms) {
     ++counts_.late;
     if (setting_ == Setting::fast) ++counts_.late_at_fast;
   }
-  if (since_move_ == kLearningWindow) update_step_cost();
+  if (since_move_ == kLearningWindow) update_step_after_move();
   if (since_move_ % kStableEstimates == 0 && setting_ != Setting::fast) {
     increased_ = false;
     std::uint64_t& backoff = lower_step().backoff;
@@ -117,17 +117,18 @@ void Governor::decrease_setting() {
   if (reverted_) upper_step().cost = step_between(lower_ms_, upper_ms_, upper_step().cost);
 }
 
-/// The cost of a step is the ratio of the durations at both settings measured at about the same time. A drop forced by
-/// load gives no measurement, because the load is in only one of the two durations.
-void Governor::update_step_cost() {
+/// Learns from the last move, kLearningWindow estimates after it. After a raise, and after a raise that was reverted at
+/// once, the cost of the step is the ratio of the durations at its two settings, measured shortly before and after the
+/// move. Another drop may only increase the back-off: load may have caused it, and is in only one of the two durations.
+void Governor::update_step_after_move() {
   if (increased_) {
     lower_step().cost = step_between(lower_ms_, typical_ms(), 1);
   } else if (reverted_) {
     // If the cheaper setting takes longer now than before the raise, the difference is load, not part of the step.
     upper_step().cost = step_between(std::max(lower_ms_, typical_ms()), upper_ms_, 1);
   } else if (decreased_ && typical_ms() * upper_step().cost <= kBudgetShare * budget_ms_) {
-    // The richer setting is already predicted to fit: the drop was caused by noise that exceeds the budget from time to
-    // time, which will happen again.
+    // The richer setting is predicted to fit again: not lasting load but a few late estimates caused the drop. They
+    // will occur again, so wait longer before the next raise.
     increase_backoff(upper_step(), kBackoffFactor / 2);
   }
   reverted_ = decreased_ = false;

@@ -5,10 +5,11 @@
 //
 // Raises the setting when the richer one is predicted to fit: the 30th smallest of the last 32 durations, times the
 // cost of the step, is below 90 % of the budget for a back-off number of estimates in a row. The cost of a step (ratio
-// of durations) is measured when the setting is raised. The back-off grows by a factor of 4 when a raise fails at once,
-// by 2 after another drop that load does not explain, and shrinks by 4 after a long stable period. The learnt cost
-// decays with a half-life of 200 back-offs, because the scene may have changed: so failed raises are repeated ever more
-// rarely and the setting does not oscillate.
+// of durations) is measured when the setting is raised. The back-off grows by a factor of 4 when a raise fails in fewer
+// than 8 estimates, by 2 when it fails in fewer than 900, and by 2 after another drop by one step if the richer setting
+// is predicted to fit again 8 estimates later; it shrinks by 4 after a long stable period. The learnt cost decays with
+// a half-life of 200 back-offs, because the scene may have changed: so failed raises are repeated ever more rarely and
+// the setting does not oscillate.
 //
 // There is no clock: time is counted in estimates. Each step has its own cost and back-off.
 #pragma once
@@ -53,7 +54,7 @@ class Governor {
   [[nodiscard]] bool may_increase();
   void decrease_setting();
   void move_to(Setting setting);
-  void update_step_cost();
+  void update_step_after_move();
   /// The step from one setting to the next richer one.
   struct Step {
     double cost = 1;            ///< Estimated ratio of the durations, richer / cheaper.

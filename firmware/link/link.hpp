@@ -16,7 +16,9 @@ using EncodedDescriptor = std::shared_ptr<const std::vector<std::byte>>;
 /// Statistics of a link since its start; `clients` is the current number.
 struct LinkCounters {
   std::uint32_t clients = 0;
-  std::uint64_t coalesced = 0;  ///< Descriptors that a slow client did not receive because a newer one replaced them.
+  /// Descriptors that a client did not receive, because a newer one replaced them while it was slow; for MQTT also
+  /// those that the broker's maximum size or a lost connection kept back.
+  std::uint64_t coalesced = 0;
   /// Messages from clients that were malformed, incomplete, damaged, too large, misaddressed, replayed or too frequent.
   std::uint64_t messages_refused = 0;
   std::uint64_t authentication_failures = 0;  ///< Calls without a valid token or certificate.

@@ -105,9 +105,9 @@ class TagDetector {
   /// does not validate.
   [[nodiscard]] Result<std::vector<TagDetection>> detect(const GreyPicture& picture, const CameraModel* lens = nullptr);
 
-  /// Tags in a part of the picture, without rectified views. The tag and its white rim must lie inside the window. The
-  /// corners are refined in the whole picture and in its coordinates. invalid_argument: a picture or a window that does
-  /// not validate.
+  /// Tags in a part of the picture, without rectified views, sorted as by detect(); none if the window lies outside the
+  /// picture. The tag and its white rim must lie inside the window. The corners are refined in the whole picture and in
+  /// its coordinates. invalid_argument: a picture or a window that does not validate.
   [[nodiscard]] Result<std::vector<TagDetection>> detect_in(const GreyPicture& picture, const DetectionWindow& window);
 
  private:

@@ -18,15 +18,16 @@ Vec3d vec(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 /// tag 0.06 degrees from on edge, which no picture resolves.
 constexpr double kMinRelativeWidth = 1e-3;
 
-struct Outcome {
-  Pose lens_tag;
+struct PlanePose {
+  Pose pose;  ///< T_x_tag: x has the axes of the directions' frame, and its origin in the lens.
   std::string problem;
 };
 
-/// The tag's pose by the direct linear transform from its plane to directions (Hartley & Zisserman 2004, section 4.1,
-/// with rays instead of pixels, so that angles beyond 90 degrees need no special case).
-Outcome plane_pose(const std::array<Vec3d, 4>& directions, double size_m) {
-  // Reject directions on one great circle: the corners are collinear.
+/// The tag's pose relative to the lens, in the frame of `directions`, by the direct linear transform from its plane to
+/// directions (Hartley & Zisserman 2004, section 4.1, with rays instead of pixels, so that angles beyond 90 degrees
+/// need no special case).
+PlanePose plane_pose(const std::array<Vec3d, 4>& directions, double size_m) {
+  // Reject directions on one great circle: the tag is seen edge on, or its corners are collinear.
   Eigen::Matrix<double, 4, 3> rays;
   Vector3d mean = Vector3d::Zero();
   for (std::size_t i = 0; i < 4; ++i) {
@@ -34,11 +35,11 @@ Outcome plane_pose(const std::array<Vec3d, 4>& directions, double size_m) {
     mean += eigen(directions[i]);
   }
   mean.normalize();
-  Eigen::Matrix<double, 4, 3> across = rays - (rays * mean) * mean.transpose();
-  across.rowwise() -= across.colwise().mean().eval();
-  const Vector3d spread = across.jacobiSvd().singularValues();
+  Eigen::Matrix<double, 4, 3> perpendicular = rays - (rays * mean) * mean.transpose();
+  perpendicular.rowwise() -= perpendicular.colwise().mean().eval();
+  const Vector3d spread = perpendicular.jacobiSvd().singularValues();
   if (!(spread[0] > 0) || spread[1] < kMinRelativeWidth * spread[0])
-    return {{}, "its corners lie in a line, so that its plane cannot be determined"};
+    return {{}, "its corners lie in a line as seen from the lens, so that its plane cannot be determined"};
   // Seen from the front the corners run counterclockwise about the direction towards the viewer.
   double turn = 0;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -71,15 +72,15 @@ Outcome plane_pose(const std::array<Vec3d, 4>& directions, double size_m) {
     if (!((x * plane[i].x + y * plane[i].y + t).dot(eigen(directions[i])) > 0))
       return {{}, "its corners cannot be those of a square in front of the lens; a part of it would be behind"};
   const double scale = (x.norm() + y.norm()) / 2;
-  Eigen::Matrix3d turned;
-  turned << x / scale, y / scale, (x / scale).cross(y / scale).normalized();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> nearest(turned, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Matrix3d approximate;
+  approximate << x / scale, y / scale, (x / scale).cross(y / scale).normalized();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> nearest(approximate, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d r = nearest.matrixU() * nearest.matrixV().transpose();
   if (r.determinant() < 0) r.col(2) = -r.col(2);
   const Eigen::Quaterniond q(r);
-  Outcome out;
-  out.lens_tag.rotation = Quat{q.x(), q.y(), q.z(), q.w()}.normalized();
-  out.lens_tag.translation = vec(t / scale * (size_m / 2));
+  PlanePose out;
+  out.pose.rotation = Quat{q.x(), q.y(), q.z(), q.w()}.normalized();
+  out.pose.translation = vec(t / scale * (size_m / 2));
   return out;
 }
 
@@ -145,9 +146,9 @@ Result<ObservedTag> directions_of(const PosedLens& lens, const TagObservation& o
     seen_corner.whitening = root.matrixL().solve(Eigen::Matrix2d::Identity());
     out.corners.push_back(seen_corner);
   }
-  const Outcome found = plane_pose(directions, tag.size_m);
+  const PlanePose found = plane_pose(directions, tag.size_m);
   if (!found.problem.empty()) return unusable(found.problem);
-  Pose probe_tag = found.lens_tag;
+  Pose probe_tag = found.pose;
   probe_tag.translation += lens.probe_lens.translation;
   out.probe_world = compose(probe_tag, inverse(tag.world_tag));
   out.probe_world.rotation = out.probe_world.rotation.normalized();

@@ -67,7 +67,7 @@ PROMISES = [
     ("7 the installed service is sandboxed: exposure below 3", "install_service", None, "systemd-analyze"),
     ("8 C++ is laid out as .clang-format says, no line is over 120 columns", "code_layout", None, "clang-format 14"),
     ("9 geometry: honest sigmas, bent boards, models that pictures do not determine",
-     "geometry_test", None, "simulated sightings"),
+     "geometry_test", None, "simulated observations"),
     ("9 the same from files", "calibrate_geometry_test", None, "rendered pictures, real AprilTag"),
 ]
 

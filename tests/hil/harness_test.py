@@ -267,7 +267,7 @@ class Runs(unittest.TestCase):
 
     def test_a_board_that_does_not_start_fails_its_tests(self) -> None:
         def broken_start(_: Any, __: Any, ___: ExitStack) -> None:
-            raise waits.TimedOut("waited 90 s for the board to boot, in vain")
+            raise waits.TimedOut("waited 90 s for the board to boot and it did not come")
 
         self.start = broken_start  # type: ignore[method-assign]
         results = self.run_them(a=self.well, b=self.well)

@@ -3,8 +3,8 @@
 
 usage: line_counts.py [--json] [COMMIT ...]    default: HEAD
 
-A line counts as code where it holds any, else as comment; empty lines count as neither. C++ is laid out by .clang-format
-(test code_layout), so two commits since then compare without regard to formatting.
+A line counts as code where it holds any, else as comment; empty lines count as neither. C++ is laid out by
+.clang-format (test code_layout), so two commits since then compare without regard to formatting.
 """
 import argparse
 import json
@@ -28,8 +28,8 @@ def count(text: str, language: str) -> Counter:
     """Lines of code and of comments."""
     counts: Counter = Counter()
     if language == "Python":
-        bare = re.sub(r'^[ \t]*(?:"""|\'\'\').*?(?:"""|\'\'\')', lambda m: "\n".join("#" for _ in m[0].split("\n")), text,
-                      flags=re.DOTALL | re.MULTILINE)
+        bare = re.sub(r'^[ \t]*(?:"""|\'\'\').*?(?:"""|\'\'\')', lambda m: "\n".join("#" for _ in m[0].split("\n")),
+                      text, flags=re.DOTALL | re.MULTILINE)
         comment = re.compile(r"^\s*#")
     else:
         bare = re.sub(r"/\*.*?\*/", lambda m: "\n".join("//" for _ in m[0].split("\n")), STRINGS.sub('""', text),

@@ -29,7 +29,7 @@ inline constexpr std::chrono::milliseconds kTestTimeout{30'000};
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   } while (std::chrono::steady_clock::now() < end);
   if (condition()) return ::testing::AssertionSuccess();
-  return ::testing::AssertionFailure() << "waited " << timeout.count() << " ms in vain until " << what;
+  return ::testing::AssertionFailure() << "after " << timeout.count() << " ms this does not hold: " << what;
 }
 
 }  // namespace lightwell::test

@@ -237,16 +237,17 @@ std::string rounded(double value, int digits) {
   return text;
 }
 
-std::vector<std::string> shape_notes(const BoardFit& board, const Board& of) {
+/// Messages for the user about a board whose spacing or flatness differs from its description.
+std::vector<std::string> shape_notes(const BoardFit& fit, const Board& board) {
   std::vector<std::string> out;
-  if (std::abs(board.shape.spacing_change()) > kSpacingSigmas * board.spacing_sigma && board.spacing_sigma > 0)
-    out.push_back(
-        "board '" + of.name + "': its tags are " + rounded(100 * board.shape.spacing_change(), 2) + " +- " +
-        rounded(100 * board.spacing_sigma, 2) +
-        " % further apart than its description states; this was used; measure the spacing and the size of its tags");
-  if (board.flatness_m > kMinFlatness_m)
-    out.push_back("board '" + of.name + "' is not flat: its points span " + rounded(1e3 * board.flatness_m, 2) +
-                  " mm across the best-fit plane; its shape was estimated and used; glue the board to something flat");
+  if (std::abs(fit.shape.spacing_change()) > kSpacingSigmas * fit.spacing_sigma && fit.spacing_sigma > 0)
+    out.push_back("board '" + board.name + "': the distance between its tags differs from its description by " +
+                  rounded(100 * fit.shape.spacing_change(), 2) + " +- " + rounded(100 * fit.spacing_sigma, 2) +
+                  " %; the estimated distance was used; measure the spacing and the size of its tags");
+  if (fit.flatness_m > kMinFlatness_m)
+    out.push_back("board '" + board.name + "' is not flat: its points span " + rounded(1e3 * fit.flatness_m, 2) +
+                  " mm perpendicular to the best-fit plane; its shape was estimated and used; glue the board to "
+                  "something flat");
   return out;
 }
 

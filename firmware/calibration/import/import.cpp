@@ -70,11 +70,11 @@ Result<ImportKind> kind_of(std::string_view text, const std::string& name) {
   if (body.starts_with("<?xml") || body.starts_with("<opencv_storage") || body.starts_with("%YAML:") ||
       body.find("!!opencv-matrix") != std::string_view::npos)
     return ImportKind::opencv;
-  const Result<YamlKinds> kinds = yaml_kinds(text, name);
-  if (kinds && kinds->kalibr != kinds->ros) return kinds->kalibr ? ImportKind::kalibr : ImportKind::ros;
+  const Result<YamlFormats> formats = resembled_formats(text, name);
+  if (formats && formats->kalibr != formats->ros) return formats->kalibr ? ImportKind::kalibr : ImportKind::ros;
   // If the text resembles one of the YAML formats, the parser's error is the most useful message.
   for (const std::string_view word : {"cam0:", "camera_matrix:", "distortion_model:"})
-    if (!kinds && body.find(word) != std::string_view::npos) return kinds.status();
+    if (!formats && body.find(word) != std::string_view::npos) return formats.status();
   return Status(StatusCode::invalid_argument,
                 name +
                     ": none of the known kinds of calibration: opencv begins with %YAML:1.0 or <?xml, kalibr has cam0, "

@@ -219,10 +219,10 @@ Result<Pose> chain_pose(const YamlMap& camera) {
 
 }  // namespace
 
-Result<YamlKinds> yaml_kinds(std::string_view text, const std::string& name) {
+Result<YamlFormats> resembled_formats(std::string_view text, const std::string& name) {
   const Result<YamlMap> map = YamlMap::parse(text, name);
   if (!map) return map.status();
-  YamlKinds out;
+  YamlFormats out;
   out.kalibr = !camera_numbers(*map).empty();
   out.ros = map->has("distortion_model") || (map->has("camera_matrix") && map->has("distortion_coefficients"));
   return out;

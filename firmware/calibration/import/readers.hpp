@@ -32,9 +32,9 @@ struct ImportedCameras {
 [[nodiscard]] Result<ImportedCameras> read_opencv_storage(std::string_view text, const std::string& name);
 
 /// The formats that a YAML document resembles.
-struct YamlKinds {
+struct YamlFormats {
   bool kalibr = false, ros = false;
 };
-[[nodiscard]] Result<YamlKinds> yaml_kinds(std::string_view text, const std::string& name);
+[[nodiscard]] Result<YamlFormats> resembled_formats(std::string_view text, const std::string& name);
 
 }  // namespace lightwell

@@ -79,7 +79,7 @@ class MarkerEstimatorImpl final : public MarkerEstimator {
     sampler_.set_max_faces(options_.config.marker.max_faces);
   }
   /// Finds the body in the first frame of the bracket that shows it, and returns the index of the lens.
-  [[nodiscard]] Result<int> find(std::span<const Frame> bracket);
+  [[nodiscard]] Result<int> find_body(std::span<const Frame> bracket);
   void inflate_covariance_if_occluded();
   void add_pose_covariance();
   void fill_descriptor(Descriptor& out);
@@ -102,7 +102,7 @@ class MarkerEstimatorImpl final : public MarkerEstimator {
   std::uint32_t calibration_id_;
 };
 
-Result<int> MarkerEstimatorImpl::find(std::span<const Frame> bracket) {
+Result<int> MarkerEstimatorImpl::find_body(std::span<const Frame> bracket) {
   for (const Frame& frame : bracket) {
     for (const View& view : frame.views()) {
       const Result<std::optional<DetectedBody>> found = finder_->find(view, frame.info);
@@ -119,7 +119,7 @@ Result<int> MarkerEstimatorImpl::find(std::span<const Frame> bracket) {
 
 Status MarkerEstimatorImpl::estimate(std::span<const Frame> bracket, Descriptor& out) {
   if (Status s = reader_.bind(bracket); !s.ok()) return s;
-  const Result<int> found_lens = find(bracket);
+  const Result<int> found_lens = find_body(bracket);
   if (!found_lens) return found_lens.status();
   const auto lens = static_cast<std::size_t>(*found_lens);
   const LensParameters& parameters = rig_.lenses[lens];

@@ -74,7 +74,7 @@ class MarkerSampler {
   /// Visible surfaces of the last frame.
   [[nodiscard]] const std::vector<VisibleSurface>& surfaces() const { return surfaces_; }
   /// Fills `out`. `reader` must be bound to the frame. `width` and `height`: of the lens's image. Radiance is in the
-  /// reader's units times `scale`. `channels`: 1 for a grey camera.
+  /// reader's units times `scale`. `channels`: Shading::channels of `out`.
   SampleCounts sample(estimate::RowReader& reader, int lens, int width, int height, const MarkerBody& body,
                       const PosedBody& posed_body, double scale, int channels, Shading& out);
 

@@ -28,8 +28,8 @@ class BracketPass {
   /// Refers to `table`, `layout` and `blocks` (for the middles of the blocks of `layout`).
   BracketPass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout, const BlockPass& blocks);
 
-  /// Whether the bracket has two or more exposures in one format of integer codes, wide enough for vectors. Others use
-  /// BlockPass.
+  /// Whether the bracket has two or more exposures in one format of integer codes, wide enough for vectors. Others are
+  /// for CodePass or BlockPass.
   [[nodiscard]] bool supports(std::span<const Frame> bracket) const;
   /// `bracket` must have passed RowReader::bind().
   void run(std::span<const Frame> bracket, BlockSums& out);

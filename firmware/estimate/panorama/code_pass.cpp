@@ -52,12 +52,13 @@ BlockCodes CodePass::Codes::at_first() {
 }
 
 bool CodePass::supports(std::span<const Frame> bracket) const {
+  // lenses_ is empty if the kernels do not support the height of the blocks: see the constructor.
   if (bracket.size() != 1 || lenses_.empty()) return false;
   for (const View& v : bracket[0].views()) {
     if (v.format == PixelFormat::rgb_f32 || v.width < static_cast<int>(kMinLanes)) return false;
-    // Kernels have no lookup tables for words; sensors with raw output are linear.
-    const bool words = v.format == PixelFormat::bayer_rggb10 || v.format == PixelFormat::bayer_rggb12;
-    if (words && !lenses_[static_cast<std::size_t>(v.lens)].identity) return false;
+    // The kernels of this pass have lookup tables for 8-bit codes only; sensors with raw output are linear.
+    const bool above_8_bits = v.format == PixelFormat::bayer_rggb10 || v.format == PixelFormat::bayer_rggb12;
+    if (above_8_bits && !lenses_[static_cast<std::size_t>(v.lens)].linear) return false;
   }
   return true;
 }
@@ -67,7 +68,7 @@ void CodePass::plan_lens(const PhotometricCalibration& photometry) {
   const std::vector<float> linear = linear_table(photometry, 256);
   plan.linear_from = linear.front();
   plan.linear_unit = 1 - plan.linear_from;
-  plan.identity = photometry.response.kind == ResponseCurve::Kind::linear;
+  plan.linear = photometry.response.kind == ResponseCurve::Kind::linear;
   // Error diffusion: the rounding error of one code is added to the next, so that sums over several codes are precise.
   double rounding_error = 0;
   for (std::size_t code = 0; code < 256; ++code) {
@@ -110,7 +111,7 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
   const Lanes lanes = lanes_of(view.format);
   const LaneRange s = weights_.lane_range(view.lens, lanes, run);
   const std::uint8_t* weights = weights_.weights(run, lanes);
-  const CodeTable16* table = plan.identity ? nullptr : &plan.linear16;
+  const CodeTable16* table = plan.linear ? nullptr : &plan.linear16;
   const auto sum_codes = [&](const CodeRows& codes, const std::uint8_t* w, std::size_t w_stride, std::size_t count,
                              const LaneSums& to) {
     if (run.weighted)
@@ -183,9 +184,7 @@ void CodePass::gather_codes(const LensPlan& plan, int rows, std::size_t begin, s
     const float sum = number(group.sum[at]);
     return Sums{sum, number(group.across[at]), sum_rows * sum - number(group.early[at])};
   };
-  const auto linear = [&](std::uint16_t code) {
-    return static_cast<float>(plan.identity ? code : plan.linear16[code]);
-  };
+  const auto linear = [&](std::uint16_t code) { return static_cast<float>(plan.linear ? code : plan.linear16[code]); };
   const auto clipped = [&](std::size_t g, std::size_t block, std::size_t c) {
     unsigned count = 0;
     for (std::size_t i = 0; i < columns; ++i) count += groups_[g].clipped[begin + (block * columns + i) * channels + c];
@@ -264,8 +263,8 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
 
   BlockRun in;
   in.weighted = run.weighted;
-  in.plain_unit = plan.linear_unit / (plan.identity ? top_code : 65535);
-  in.unit = !run.weighted ? in.plain_unit : plan.identity ? in.plain_unit / (words ? 16 : 257) : in.plain_unit;
+  in.plain_unit = plan.linear_unit / (plan.linear ? top_code : 65535);
+  in.unit = !run.weighted ? in.plain_unit : plan.linear ? in.plain_unit / (words ? 16 : 257) : in.plain_unit;
   // Mean truncation error of the products with weights, whose fraction of four or eight bits is cut off.
   in.cut_off = words ? 0.469F : 0.498F;
   in.linear_from = plan.linear_from;
@@ -278,7 +277,7 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
   in.read2 = plan.read2;
   in.shot = plan.shot;
   in.cut_noise = plan.cut_noise;
-  if (!plan.identity) in.step = plan.step8.data();
+  if (!plan.linear) in.step = plan.step8.data();
   const std::size_t block = layout_.block_of(view.lens, static_cast<int>(first * edge), top);
   const BlockErrorSums error_sums = convert_block_sums(
       in, weights_.block_weights(block, lanes), codes_.at_first(), blocks,

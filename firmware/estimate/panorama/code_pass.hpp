@@ -24,7 +24,9 @@ class CodePass {
  public:
   CodePass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout);
 
-  /// Whether the bracket is one exposure of integer codes, wide enough for vectors. Others use BlockPass.
+  /// Whether the bracket is a single exposure of integer codes that the kernels can sum: rows of at least kMinLanes
+  /// pixels, blocks of 2 to kMaxRows rows, and a linear response if codes have 10 or 12 bits. SphereIntegrator passes
+  /// others to BracketPass or BlockPass.
   [[nodiscard]] bool supports(std::span<const Frame> bracket) const;
   /// `frame` must have passed RowReader::bind().
   void run(const Frame& frame, BlockSums& out);
@@ -42,7 +44,7 @@ class CodePass {
     std::vector<float> step8;  ///< Quantization step by linear value in 1/4095.
     /// Linear value = linear_from + linear_unit * linear16 / 65535.
     float linear_from = 0, linear_unit = 0;
-    bool identity = false;  ///< Codes are linear; linear16 is not used.
+    bool linear = false;  ///< Codes are linear; linear16 is not used.
     unsigned clipped8 = 256, clipped10 = 1024, clipped12 = 4096;
     float read2 = 0, shot = 0, cut_noise = 0;
     float white[3] = {1, 1, 1};

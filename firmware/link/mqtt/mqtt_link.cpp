@@ -51,7 +51,7 @@ class Worker {
       // While a message is being sent, nothing else is due.
       session_.run_once({session_.idle() ? next_status_ns_ - monotonic_now_ns() : kSecond});
       if (stopping_) break;
-      if (session_.idle()) send();
+      if (session_.idle()) publish_due();
     }
     // Replaces the retained status, as the last will would after a lost connection.
     if (session_.connected()) session_.publish(topics_.status, std::as_bytes(std::span(kMqttGone)), true);
@@ -122,7 +122,8 @@ class Worker {
     error_message_ = error_message;
   }
 
-  void send() {
+  /// Publishes the status if it is due, and then the newest descriptor, unless the status is still being sent.
+  void publish_due() {
     const std::int64_t now = monotonic_now_ns();
     if (now >= next_status_ns_) {
       next_status_ns_ = now + kStatusPeriod;
@@ -136,7 +137,7 @@ class Worker {
       descriptor = std::exchange(next_, nullptr);
     }
     if (!descriptor || session_.publish(topics_.descriptor, *descriptor, true)) return;
-    // The descriptor exceeds the broker's maximum size, or the connection was lost.
+    // The descriptor exceeds the broker's maximum size, or the connection was lost: both count as coalesced.
     const std::lock_guard lock(mutex_);
     ++counters_.coalesced;
   }

@@ -190,6 +190,7 @@ std::string json_of(const GeometryFit& fit, const BoardObservations& seen, const
   return out + "]}\n";
 }
 
+/// Prints the fit for people. "+-" is one standard deviation.
 void print_summary(const GeometryFit& fit) {
   std::printf("%.3f px RMS over %zu points; noise of a coordinate %.3f px\n", fit.bundle.rms_px,
               fit.bundle.residuals.size(), fit.bundle.sigma_px);
@@ -197,15 +198,19 @@ void print_summary(const GeometryFit& fit) {
     const LensFit& lens = fit.lenses[k];
     const std::vector<double> numbers = parameters_of(lens.model);
     std::printf(
-        "lens %zu: fx %.3f +- %.3f, fy %.3f +- %.3f px; seen to %.1f degrees; directions to %.4f degrees (3 sigma)\n",
+        "lens %zu: fx %.3f +- %.3f, fy %.3f +- %.3f px; observed up to %.1f degrees from the axis; directions accurate "
+        "to %.4f degrees (3 sigma)\n",
         k, numbers[0], std::sqrt(lens.covariance[0]), numbers[1], std::sqrt(lens.covariance[numbers.size() + 1]),
         lens.max_observed_angle_rad / kDegree, lens.direction_uncertainty_rad / kDegree);
   }
   if (fit.lenses.size() > 1) {
+    // Row-major 6 x 6: variances of the rotation at 0, 7, 14 and of the translation at 21, 28, 35.
     const std::vector<double>& c = fit.pair_covariance;
-    std::printf("pair: %.3f mm apart +- %.3f mm, turned to +- %.4f degrees; lens 1 is %.3f +- %.3f ms late\n",
-                1e3 * length(fit.pair.translation), 1e3 * std::sqrt(c[21] + c[28] + c[35]),
-                std::sqrt(c[0] + c[7] + c[14]) / kDegree, 1e3 * fit.time_offset_s, 1e3 * fit.time_offset_sigma_s);
+    std::printf(
+        "pair: %.3f mm apart, position +- %.3f mm, orientation +- %.4f degrees; lens 1 is %.3f +- %.3f ms late "
+        "(0 without --time-offset)\n",
+        1e3 * length(fit.pair.translation), 1e3 * std::sqrt(c[21] + c[28] + c[35]),
+        std::sqrt(c[0] + c[7] + c[14]) / kDegree, 1e3 * fit.time_offset_s, 1e3 * fit.time_offset_sigma_s);
   }
 }
 

@@ -35,9 +35,11 @@ void draw_ruler(double x, double y, Page& page) {
   std::vector<Rectangle> lines = {{x, y, kRulerLength_mm, kThin}};
   // The left side of a stroke is at its position; of the last stroke the right side.
   for (int mm = 0; mm <= static_cast<int>(kRulerLength_mm); ++mm) {
-    const double high = mm % 10 == 0 ? 3.2 : mm % 5 == 0 ? 2.2 : 1.4;
-    if (mm > 10 && mm < 90 && mm % 5 != 0) continue;
-    lines.push_back({x + mm - (mm == static_cast<int>(kRulerLength_mm) ? kThin : 0), y - high, kThin, high});
+    const double stroke_height = mm % 10 == 0 ? 3.2 : mm % 5 == 0 ? 2.2 : 1.4;
+    // Millimetre strokes in the first and the last centimetre only.
+    if (mm > 10 && mm < kRulerLength_mm - 10 && mm % 5 != 0) continue;
+    lines.push_back(
+        {x + mm - (mm == static_cast<int>(kRulerLength_mm) ? kThin : 0), y - stroke_height, kThin, stroke_height});
   }
   page.shapes.push_back(std::move(lines));
   for (int mm = 0; mm <= static_cast<int>(kRulerLength_mm); mm += 50)

@@ -17,7 +17,7 @@ class DiscoveryResults {
  public:
   static constexpr std::size_t kMaxProbes = 1'000;
 
-  /// Adds a probe, or replaces the one with the same key.
+  /// Adds a probe, or replaces the one with the same key. A new probe above kMaxProbes is only counted as refused.
   void put(const std::string& key, FoundProbe probe) {
     const std::lock_guard lock(mutex_);
     if (probes_.size() >= kMaxProbes && !probes_.contains(key))

@@ -27,7 +27,8 @@ struct Sums {
   V r, g, b;
 };
 
-/// The recursion of harmonics.hpp (Sloan 2013) on vectors of directions.
+/// Adds the values of `sh` in the unit directions (x, y, z), one per lane, to `sum`, by the recursion of harmonics.hpp
+/// (Sloan 2013).
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void add_harmonics(D d, const IrradianceSh& sh, V x, V y, V z, Sums<V>& sum) {
   const ShRecursion& k = sh_recursion();

@@ -23,10 +23,11 @@ std::vector<ReceiverLight> receiver_lights(std::span<const Light> lights) {
 Irradiance irradiance_on(std::span<const ReceiverLight> lights, Vec3d normal) {
   Irradiance sum;
   for (const ReceiverLight& light : lights) {
-    const double c = dot(light.direction, normal);
-    if (c <= -light.sin_radius) continue;
-    const double share = c >= light.sin_radius ? c : cap_irradiance(c, light.radius_rad);
-    sum += light.irradiance * static_cast<float>(share);
+    const double cosine = dot(light.direction, normal);
+    if (cosine <= -light.sin_radius) continue;
+    // Where the whole cap is above the horizon, the ratio is the cosine.
+    const double ratio = cosine >= light.sin_radius ? cosine : cap_irradiance(cosine, light.radius_rad);
+    sum += light.irradiance * static_cast<float>(ratio);
   }
   return sum;
 }

@@ -15,14 +15,14 @@ struct ReceiverLight {
   /// Sine of the radius. If |cos(angle to the normal)| exceeds it, the horizon does not intersect the cap.
   double sin_radius = 0;
   double radius_rad = 0;
-  Irradiance irradiance;
+  Irradiance irradiance;  ///< At normal incidence.
 };
 
 /// Lights with an invalid direction are omitted; they contribute nothing.
 [[nodiscard]] std::vector<ReceiverLight> receiver_lights(std::span<const Light> lights);
 
-/// The sum over the lights of their irradiance times cap_irradiance(), each clipped at the horizon of the unit vector
-/// `normal`; as lights_irradiance().
+/// Irradiance of a receiver with the unit normal `normal`: the sum over the lights of their irradiance at normal
+/// incidence times the ratio cap_irradiance(), which clips the cap at the receiver's horizon. As lights_irradiance().
 [[nodiscard]] Irradiance irradiance_on(std::span<const ReceiverLight> lights, Vec3d normal);
 
 }  // namespace lightwell::core

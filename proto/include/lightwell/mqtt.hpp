@@ -72,8 +72,8 @@ struct MqttTopics {
   std::string replies;     ///< Prefix of one topic per client, for an InfoResponse that holds only the clock.
 };
 
-/// Whether a probe may respond on this topic: one level below `topics.replies`, without wildcards, 256 bytes at most. A
-/// client that could choose any topic could make the probe overwrite its own status.
+/// Whether a probe may respond on this topic: one level below `topics.replies`, without wildcards, spaces and control
+/// characters, 256 bytes at most. A client that could choose any topic could make the probe overwrite its own status.
 [[nodiscard]] bool is_reply_topic(const MqttTopics& topics, std::string_view topic);
 
 }  // namespace lightwell

@@ -28,7 +28,7 @@ struct Curve {
 
 BigNumber number_of(std::string_view bytes) {
   BigNumber out(BN_bin2bn(bytes_of(bytes), static_cast<int>(bytes.size()), BN_secure_new()));
-  // Makes OpenSSL use constant-time operations.
+  // EC_POINT_mul() calls BN_num_bits(), which OpenSSL 3.0 computes in constant time only with this flag.
   if (out) BN_set_flags(out.get(), BN_FLG_CONSTTIME);
   return out;
 }

@@ -41,7 +41,7 @@ inline Bracket bracket_of(const RigParameters& rig, const RigTable& table, Pixel
       const sim::Sensor sensor(rig.lenses[k], model);
       std::vector<std::byte> pixels(sensor.bytes());
       sensor.expose(radiance_of(table.lenses[k], scenes[e]),
-                     {exposures[e], 1, number * exposures.size() + e, static_cast<int>(k)}, pixels);
+                    {exposures[e], 1, number * exposures.size() + e, static_cast<int>(k)}, pixels);
       out.pixels.push_back(std::move(pixels));
       frame.add_view(
           {static_cast<int>(k), format, rig.lenses[k].width, rig.lenses[k].height, sensor.stride(), out.pixels.back()});

@@ -243,7 +243,7 @@ def angle_deg(a, b):
 # Files
 # ---------------------------------------------------------------------------------------------------------------------
 def write_exr(path, image, dtype):
-    dr.set_thread_count(2)  # with one thread Mitsuba's EXR writer and reader wait for ever
+    dr.set_thread_count(2)  # with one thread Mitsuba's EXR writer and reader never return
     mi.Bitmap(np.ascontiguousarray(image.astype(dtype)), mi.Bitmap.PixelFormat.RGB).write(str(path))
 
 

@@ -297,17 +297,19 @@ bool LensBackend::aligned(const Candidate& first, const Candidate& second) {
   return *a == *b;
 }
 
-std::optional<CyclePlace> LensBackend::place(const Candidate& first, ProbeTime begin, bool can_lend) {
+std::optional<CyclePlace> LensBackend::assign_place(const Candidate& first, ProbeTime begin, bool has_free_slot) {
   const bool requested =
       std::all_of(exposure_requested_.begin(), exposure_requested_.begin() + static_cast<std::ptrdiff_t>(count()),
-                  [](bool t) { return t; });
+                  [](bool is_requested) { return is_requested; });
   if (!holds_exposure()) {
-    if (!can_lend || (!reports_exposure_ && !(requested && held_->settled(begin)))) return std::nullopt;
+    // Either the camera reports the exposure, or there is only one, which must have settled.
+    if (!has_free_slot || (!reports_exposure_ && !(requested && held_->settled(begin)))) return std::nullopt;
+    // A single exposure that the camera could not set exactly (!strict_) always matches.
     return cycle_->place(first.sequence, strict_ ? first.exposure_s : info_.exposure_s[0]);
   }
   const double held_s = info_.exposure_s[static_cast<std::size_t>(held_->index())];
   if (!requested || !(reports_exposure_ ? alike(first.exposure_s, held_s) : held_->settled(begin))) return std::nullopt;
-  if (!can_lend) {
+  if (!has_free_slot) {
     held_->skip();
     return std::nullopt;
   }
@@ -330,7 +332,7 @@ void LensBackend::deliver(const Buffers& buffers, FrameSink& sink) {
   if (stale || mid <= last_mid_ || (aligns() && !aligned(first, last)) || !alike(first.exposure_s, last.exposure_s) ||
       !alike(first.gain, last.gain))
     return drop(buffers);
-  const std::optional<CyclePlace> at = place(first, std::min(first.begin, last.begin), !free_slots_.empty());
+  const std::optional<CyclePlace> at = assign_place(first, std::min(first.begin, last.begin), !free_slots_.empty());
   if (!at) return drop(buffers);
 
   const int slot = free_slots_.back();

@@ -75,7 +75,10 @@ class LensBackend final : public CameraBackend, public FrameOwner {
   void deliver(const Buffers& buffers, FrameSink& sink);
   /// Whether both frames of a pair have the same exposure; otherwise shifts the second camera's cycle.
   [[nodiscard]] bool aligned(const Candidate& first, const Candidate& second);
-  [[nodiscard]] std::optional<CyclePlace> place(const Candidate& first, ProbeTime begin, bool can_lend);
+  /// Index and sequence number of a frame (two cameras: of a pair), or empty if it must be dropped: its exposure is not
+  /// in the cycle, is not the held one, or has not settled, or no slot is free. `first`: the part of lens 0. `begin`:
+  /// when the exposure of the earlier part began. Advances the cycle.
+  [[nodiscard]] std::optional<CyclePlace> assign_place(const Candidate& first, ProbeTime begin, bool has_free_slot);
   void drop(const Buffers& buffers);
 
   const LibcameraOptions options_;
@@ -88,7 +91,7 @@ class LensBackend final : public CameraBackend, public FrameOwner {
   // Measured by open()
   bool reports_exposure_ = false;
   bool distinct_ = true;  ///< All exposures of the cycle differ.
-  bool strict_ = true;    ///< Frames must have the requested exposures; false: any reported exposure is accepted.
+  bool strict_ = true;    ///< False: the camera could not set the single exposure exactly; any report is accepted.
   double gain_ = 1;
   Duration interval_;
 

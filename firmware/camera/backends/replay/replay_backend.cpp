@@ -160,7 +160,7 @@ Result<std::unique_ptr<CameraBackend>> make_replay_backend(const CameraUri& uri,
       const auto [stop, error] = std::from_chars(value.data(), end, options.loops);
       if (error != std::errc() || stop != end || options.loops < 0)
         return Status(StatusCode::invalid_argument,
-                      "replay: loop '" + value + "' must be a number of passes, 0 for ever");
+                      "replay: loop '" + value + "' must be a number of passes, or 0 to repeat without end");
     } else if (value == "recorded" || value == "fast") {
       options.pace = value == "fast" ? Pace::fast : Pace::recorded;
     } else {

@@ -79,6 +79,7 @@ const Encoding* encoding_of(std::uint32_t fourcc) {
 std::string format_names() {
   std::string all;
   std::string_view last;
+  // Encodings of the same name are adjacent.
   for (const Encoding& encoding : kEncodings) {
     if (encoding.name == last) continue;
     last = encoding.name;

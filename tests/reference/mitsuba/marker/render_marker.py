@@ -297,7 +297,7 @@ def rounded(image: np.ndarray, bits: int) -> np.ndarray:
 def write_exr(path: Path, image: np.ndarray, exact: tuple[int, int, int, int] | None = None) -> None:
     """Mantissas of 7 bits (0.2 % RMS); within the box `exact`, which has no noise that would hide the steps, of all
     10."""
-    dr.set_thread_count(2)  # with one thread Mitsuba's EXR writer and reader wait for ever
+    dr.set_thread_count(2)  # with one thread Mitsuba's EXR writer and reader never return
     kind = mi.Bitmap.PixelFormat.RGB if image.shape[2] == 3 else mi.Bitmap.PixelFormat.Y
     partial, small = path.with_suffix(".part"), rounded(image, 7)
     if exact:
