@@ -41,7 +41,7 @@ KNOWN_SHORT = [
     (re.compile(r"^time by memcpy's, (fast|balanced, three exposures), (NV12|YUYV), "),
      "12 to 13 instructions a pixel where pixels share colour: 5 to 12 times memcpy, awaits work on speed"),
     (re.compile(r"^time with 64 small lights .*, RGB8 linear, at the default"),
-     "1.07 to 1.13: the lights cost the same in every format, and this format's pixels the least; awaits work on speed"),
+     "1.07 to 1.13: the lights cost the same in every format, and these pixels the least; awaits work on speed"),
 ]
 SIZES = ["640x480", "1280x960", "1920x1440", "2560x1920", "3840x3840"]
 # Linear: a pixel that the lens sees costs at no size more than a tenth above what it costs at any smaller one. What is
