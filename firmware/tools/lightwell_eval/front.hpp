@@ -40,10 +40,14 @@ void summarise(Row& row, double memcpy_seconds);
 /// A number is clearly less than another below this share of it: times, which differ from run to run of the same
 /// program, and errors.
 inline constexpr double kClearTime = 0.95, kClearError = 0.98;
+/// The same of times of rows with the same results, which nearly always come of the same work, where no instructions
+/// were counted: on a shared machine they were up to 25 % apart.
+inline constexpr double kClearTimeSameResults = 0.7;
 
 /// Marks the rows that none of their rivals beats. One beats another that has no more of time, bytes, median error and
 /// median bound, and clearly less of one of them. Differences below 5 % of time, by which the same program differs from
-/// run to run, or 2 % of the others do not count, nor does time where as many instructions were counted.
+/// run to run, or 2 % of the others do not count, nor does time where as many instructions were counted; where
+/// none were and all results are the same, times count from kClearTimeSameResults on.
 void mark_front(std::span<Row> rows);
 
 }  // namespace lightwell::eval
