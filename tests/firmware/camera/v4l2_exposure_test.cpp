@@ -1,5 +1,4 @@
 // Which frame was exposed how.
-#include <array>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -150,17 +149,6 @@ TEST(DelayOfStep, TooFewFramesTellNothing) {
   const std::vector<Level> levels = step(3, 0.1, 0.6);
   EXPECT_FALSE(delay_of_step(levels, 6)) << "two before it";
   EXPECT_FALSE(delay_of_step(std::span(levels).first(11), 10)) << "five after it";
-}
-
-TEST(AgreedDelay, IsThatOfFourStepsOfFive) {
-  EXPECT_FALSE(agreed_delay({}));
-  EXPECT_FALSE(agreed_delay(std::array{2, 2, 2}));
-  EXPECT_EQ(agreed_delay(std::array{2, 2, 2, 2}), 2);
-  EXPECT_EQ(agreed_delay(std::array{4, 2, 2, 2, 2}), 2) << "one is spoilt";
-  EXPECT_EQ(agreed_delay(std::array{2, 3, 2, 2, 2}), 2);
-  EXPECT_FALSE(agreed_delay(std::array{2, 3, 2, 3, 2, 2})) << "two of six";
-  EXPECT_EQ(agreed_delay(std::array{2, 3, 2, 4, 2, 2, 2, 2, 2, 2}), 2) << "two of ten";
-  EXPECT_FALSE(agreed_delay(std::array{2, 3, 2, 3, 2, 3, 2, 3, 2, 3})) << "two delays by turns";
 }
 
 }  // namespace

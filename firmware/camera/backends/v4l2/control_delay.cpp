@@ -110,27 +110,29 @@ Status not_measured(const Device& device, const std::string& why) {
                                        why + ". Give it light that is steady, or say control_delay=N"};
 }
 
-/// A pair of exposures up and down, until enough steps agree. Nothing where no step shows, four times in a row.
+/// A pair of exposures up and down, until four steps showed. Nothing where they do not, four times in a row: one may be
+/// spoilt by a busy machine or by somebody who switches a lamp.
 Result<std::optional<int>> measure_with(Device& device, StepMeter& meter, std::uint32_t control,
                                         std::pair<int, int> codes) {
-  constexpr std::size_t kMaxSteps = 10;
-  constexpr int kMaxUnseen = 4;
-  std::vector<int> delays;
+  constexpr int kWanted = 4, kMostInVain = 4;
+  int least = ExposureSchedule::kMaxDelay, most = 0, in_vain = 0;
   if (const int failed = device.set_control(control, codes.first); failed != 0)
     return device.error("takes no exposure", failed);
-  for (int step = 0, unseen = 0; delays.size() < kMaxSteps; ++step) {
+  for (int shown = 0, step = 0; shown < kWanted; ++step) {
     const Result<std::optional<int>> delay = meter.step_to(control, step % 2 == 0 ? codes.second : codes.first);
     if (!delay) return delay.status();
     if (!*delay) {
-      if (++unseen == kMaxUnseen) return std::optional<int>();
+      if (++in_vain == kMostInVain) return std::optional<int>();
       continue;
     }
-    unseen = 0;
-    delays.push_back(**delay);
-    if (const std::optional<int> agreed = agreed_delay(delays)) return agreed;
+    in_vain = 0;
+    ++shown;
+    least = std::min(least, **delay);
+    most = std::max(most, **delay);
   }
-  const auto [least, most] = std::ranges::minmax(delays);
-  return not_measured(device, "it took " + std::to_string(least) + " to " + std::to_string(most) + " frames");
+  if (least != most)
+    return not_measured(device, "it took " + std::to_string(least) + " to " + std::to_string(most) + " frames");
+  return std::optional(least);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Which frame was exposed how, when a camera takes a control's new value some frames after it was set.
 //   ExposureSchedule: what to set now, and what a frame had
 //   delay_of_step(): how many frames it takes, from a step that was measured
-//   agreed_delay(): the same from several steps
 #pragma once
 
 #include <array>
@@ -63,9 +62,5 @@ struct Level {
 /// before to some after. Nothing where that does not show it beyond doubt: less than three frames before or six after,
 /// a step that is small beside the frames' own spread, not steep, or not for good, or whose frame was lost.
 [[nodiscard]] std::optional<int> delay_of_step(std::span<const Level> levels, std::uint64_t set_at);
-
-/// The delay that at least four steps have, and at least four of five: a busy machine or somebody who switches a lamp
-/// may spoil one. Nothing where there is none yet.
-[[nodiscard]] std::optional<int> agreed_delay(std::span<const int> delays);
 
 }  // namespace lightwell::v4l2
