@@ -1,5 +1,6 @@
 """Topic cameras: backends and calibration."""
 import json
+import os
 import subprocess
 
 from figure_topics.rows import at_least, at_most, equals, reported

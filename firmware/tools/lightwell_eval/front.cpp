@@ -11,11 +11,19 @@ constexpr double kClearInstructions = 0.98, kClearBytes = 0.98;
 
 bool clearly_less(double a, double b, double clear) { return a < clear * b; }
 
+/// Whether both rows have the same bytes, errors and bound in every scene.
+bool same_results(const Row& a, const Row& b) {
+  return !a.scenes.empty() && std::ranges::equal(a.scenes, b.scenes, [](const Outcome& x, const Outcome& y) {
+    return x.bytes == y.bytes && x.rms == y.rms && x.largest == y.largest && x.bound == y.bound;
+  });
+}
+
 /// Clearly less time and, if counted, also clearly fewer instructions: times may differ for the same work.
 bool clearly_quicker(const Row& a, const Row& b) {
-  const bool counted = a.instructions_per_pixel && b.instructions_per_pixel;
-  return clearly_less(a.ms, b.ms, kClearTime) &&
-         (!counted || clearly_less(*a.instructions_per_pixel, *b.instructions_per_pixel, kClearInstructions));
+  if (a.instructions_per_pixel && b.instructions_per_pixel)
+    return clearly_less(a.ms, b.ms, kClearTime) &&
+           clearly_less(*a.instructions_per_pixel, *b.instructions_per_pixel, kClearInstructions);
+  return clearly_less(a.ms, b.ms, same_results(a, b) ? kClearTimeSameResults : kClearTime);
 }
 
 bool clearly_better(const Row& a, const Row& b) {

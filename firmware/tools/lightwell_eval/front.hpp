@@ -39,11 +39,15 @@ void summarise(Row& row, double memcpy_seconds);
 
 /// Ratios below which a time (which varies between runs) or an error is clearly less than another.
 inline constexpr double kClearTime = 0.95, kClearError = 0.98;
+/// The ratio for times of rows with the same results, if no instructions were counted. Such rows nearly always do the
+/// same work; on a shared machine their times differ by up to 25 %.
+inline constexpr double kClearTimeSameResults = 0.7;
 
 /// Sets on_front of the rows that no row of the same camera and sensor dominates. The objectives are time, bytes,
 /// median error and median bound: a row dominates another if it is clearly less in one of them and not clearly more in
 /// any. Differences of less than 5 % in time (the variation between runs) or 2 % in the others are ignored; so are
-/// differences in time if the instruction counts are equal.
+/// differences in time if the instruction counts are equal. Without instruction counts, times of rows with the same
+/// results differ clearly only below the ratio kClearTimeSameResults.
 void mark_front(std::span<Row> rows);
 
 }  // namespace lightwell::eval

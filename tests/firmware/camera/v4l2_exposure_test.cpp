@@ -1,5 +1,4 @@
 // Tests of ExposureSchedule and of the measurement of the control delay.
-#include <array>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -150,17 +149,6 @@ TEST(DelayOfStep, IsEmptyForTooFewFrames) {
   const std::vector<Level> levels = step(3, 0.1, 0.6);
   EXPECT_FALSE(delay_of_step(levels, 6)) << "only two frames before the step";
   EXPECT_FALSE(delay_of_step(std::span(levels).first(11), 10)) << "only five frames after the step";
-}
-
-TEST(AgreedDelay, IsThatOfFourStepsOfFive) {
-  EXPECT_FALSE(agreed_delay({}));
-  EXPECT_FALSE(agreed_delay(std::array{2, 2, 2}));
-  EXPECT_EQ(agreed_delay(std::array{2, 2, 2, 2}), 2);
-  EXPECT_EQ(agreed_delay(std::array{4, 2, 2, 2, 2}), 2) << "one of five differs";
-  EXPECT_EQ(agreed_delay(std::array{2, 3, 2, 2, 2}), 2);
-  EXPECT_FALSE(agreed_delay(std::array{2, 3, 2, 3, 2, 2})) << "two of six differ";
-  EXPECT_EQ(agreed_delay(std::array{2, 3, 2, 4, 2, 2, 2, 2, 2, 2}), 2) << "two of ten differ";
-  EXPECT_FALSE(agreed_delay(std::array{2, 3, 2, 3, 2, 3, 2, 3, 2, 3})) << "two alternating delays";
 }
 
 }  // namespace

@@ -49,6 +49,15 @@ TEST(Front, IgnoresTimeIfInstructionCountsAreEqual) {
   EXPECT_FALSE(rows[1].on_front);
 }
 
+TEST(Front, WithoutACounterTheClockDecidesLessWhereAllResultsAreTheSame) {
+  std::vector<Row> rows = {row("a", 1.0, 200, 0.01), row("b", 1.3, 200, 0.01)};
+  mark_front(rows);
+  EXPECT_TRUE(rows[0].on_front && rows[1].on_front);
+  rows[1] = row("b", 1.3, 201, 0.01);
+  mark_front(rows);
+  EXPECT_FALSE(rows[1].on_front);
+}
+
 TEST(Front, CamerasDoNotCompete) {
   std::vector<Row> rows = {row("a", 1, 200, 0.01), row("b", 5, 300, 0.02)};
   rows[1].setup.width = 1280;

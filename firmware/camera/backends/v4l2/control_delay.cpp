@@ -110,27 +110,29 @@ Status not_measured(const Device& device, const std::string& why) {
                                        why + ". Use steady light, or set control_delay=N"};
 }
 
-/// Switches between two exposures until enough steps agree. Empty after four successive steps that are not visible.
+/// Switches between two exposures until four steps were visible; all must show the same delay. Empty after four
+/// successive steps that are not visible: load of the machine or a switched lamp may disturb one.
 Result<std::optional<int>> measure_with(Device& device, StepMeter& meter, std::uint32_t control,
                                         std::pair<int, int> codes) {
-  constexpr std::size_t kMaxSteps = 10;
-  constexpr int kMaxUnseen = 4;
-  std::vector<int> delays;
+  constexpr int kSteps = 4, kMaxInvisible = 4;
+  int min_delay = ExposureSchedule::kMaxDelay, max_delay = 0, invisible = 0;
   if (const int failed = device.set_control(control, codes.first); failed != 0)
     return device.error("takes no exposure", failed);
-  for (int step = 0, unseen = 0; delays.size() < kMaxSteps; ++step) {
+  for (int visible = 0, step = 0; visible < kSteps; ++step) {
     const Result<std::optional<int>> delay = meter.step_to(control, step % 2 == 0 ? codes.second : codes.first);
     if (!delay) return delay.status();
     if (!*delay) {
-      if (++unseen == kMaxUnseen) return std::optional<int>();
+      if (++invisible == kMaxInvisible) return std::optional<int>();
       continue;
     }
-    unseen = 0;
-    delays.push_back(**delay);
-    if (const std::optional<int> agreed = agreed_delay(delays)) return agreed;
+    invisible = 0;
+    ++visible;
+    min_delay = std::min(min_delay, **delay);
+    max_delay = std::max(max_delay, **delay);
   }
-  const auto [least, most] = std::ranges::minmax(delays);
-  return not_measured(device, "it took " + std::to_string(least) + " to " + std::to_string(most) + " frames");
+  if (min_delay != max_delay)
+    return not_measured(device, "it took " + std::to_string(min_delay) + " to " + std::to_string(max_delay) + " frames");
+  return std::optional(min_delay);
 }
 
 }  // namespace

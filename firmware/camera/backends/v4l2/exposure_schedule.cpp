@@ -93,12 +93,4 @@ std::optional<int> delay_of_step(std::span<const Level> levels, std::uint64_t se
   return std::nullopt;
 }
 
-std::optional<int> agreed_delay(std::span<const int> delays) {
-  for (const int delay : delays) {
-    const auto having = std::ranges::count(delays, delay);
-    if (having >= 4 && 5 * having >= 4 * std::ssize(delays)) return delay;
-  }
-  return std::nullopt;
-}
-
 }  // namespace lightwell::v4l2

@@ -1,7 +1,6 @@
 // Exposure bracketing with a camera whose controls take effect some frames after they are set (control delay).
 //   ExposureSchedule: which exposure to set now, and which one a frame had
 //   delay_of_step(): control delay from one measured step of exposure
-//   agreed_delay(): control delay from several steps
 #pragma once
 
 #include <array>
@@ -62,9 +61,5 @@ struct Level {
 /// after, in order. Empty if the step is not unambiguous: fewer than three frames before or six after, a step that is
 /// small compared with the spread of the levels, gradual or transient, or whose frame was lost.
 [[nodiscard]] std::optional<int> delay_of_step(std::span<const Level> levels, std::uint64_t set_at);
-
-/// The delay shared by at least four steps and at least four fifths of them: load of the machine or a switched lamp may
-/// disturb one. Empty if there is none.
-[[nodiscard]] std::optional<int> agreed_delay(std::span<const int> delays);
 
 }  // namespace lightwell::v4l2
