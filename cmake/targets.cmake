@@ -61,7 +61,7 @@ endfunction()
 # A static library or, without SOURCES, a header-only one. PUBLIC are the libraries that its headers
 # include, PRIVATE those that only its sources include. INCLUDE_ROOT is the folder that #include lines are
 # relative to: by default <top folder>/include for proto and host_sdk, and the top folder elsewhere: for
-# example <lightwell/probe.hpp> and "camera/frame.hpp". The sources of proto and host_sdk may also include
+# example <lightwell/probe.hpp> and "imaging/frame.hpp". The sources of proto and host_sdk may also include
 # relative to <top folder>/src.
 function(lightwell_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "INCLUDE_ROOT" "SOURCES;HEADERS;PUBLIC;PRIVATE")

@@ -8,7 +8,7 @@
 #include <optional>
 #include <span>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell {
 

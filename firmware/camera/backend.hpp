@@ -11,7 +11,7 @@
 #include <lightwell/pixel.hpp>
 #include <lightwell/result.hpp>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell {
 

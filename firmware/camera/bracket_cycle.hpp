@@ -12,7 +12,7 @@
 #include <lightwell/result.hpp>
 #include <lightwell/time.hpp>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell {
 

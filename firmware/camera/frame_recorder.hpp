@@ -9,7 +9,7 @@
 #include <lightwell/recording.hpp>
 #include <lightwell/result.hpp>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell {
 

@@ -7,7 +7,7 @@
 #include <lightwell/descriptor.hpp>
 #include <lightwell/result.hpp>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 #include "estimate/common/clipped_energy.hpp"
 
 namespace lightwell {

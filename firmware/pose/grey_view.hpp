@@ -6,7 +6,7 @@
 
 #include <lightwell/calibration.hpp>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 #include "pose/grey_picture.hpp"
 
 namespace lightwell {

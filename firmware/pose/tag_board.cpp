@@ -8,7 +8,7 @@
 #include <system_error>
 #include <vector>
 
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 
 namespace lightwell {
 

@@ -8,7 +8,7 @@
 
 #include <lightwell/equirect.hpp>
 
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 
 namespace lightwell::sim {
 

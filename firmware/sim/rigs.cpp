@@ -8,7 +8,7 @@
 
 #include "calibration/camera_model.hpp"
 #include "calibration/response.hpp"
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 
 namespace lightwell::sim {
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 #include "sim/panorama.hpp"
 
 namespace lightwell::sim {

@@ -8,8 +8,8 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
 
-#include "camera/frame.hpp"
-#include "camera/image_file.hpp"
+#include "imaging/frame.hpp"
+#include "imaging/image_file.hpp"
 
 namespace lightwell {
 

@@ -11,7 +11,7 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/marker_body.hpp>
 
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 #include "measure/traced_frames.hpp"
 
 namespace {

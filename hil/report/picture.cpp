@@ -10,7 +10,7 @@
 #include <lightwell/pixel.hpp>
 
 #include "calibration/camera_model.hpp"
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 #include "report/samples.hpp"
 #include "report/shading.hpp"
 #include "sim/render.hpp"

@@ -9,7 +9,7 @@
 
 #include <lightwell/json.hpp>
 
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 
 namespace lightwell::usb_camera {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 #include "usb_camera/jpeg_encoder.hpp"
 #include "usb_camera/white_balance.hpp"
 

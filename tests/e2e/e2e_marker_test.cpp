@@ -17,7 +17,7 @@
 #include <lightwell/marker_body.hpp>
 
 #include "calibration/camera_model.hpp"
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 #include "e2e/daemon.hpp"
 #include "e2e/light_truth.hpp"
 #include "measure/traced_frames.hpp"

@@ -7,7 +7,7 @@
 #include <system_error>
 #include <utility>
 
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 #include "sim/panorama.hpp"
 
 namespace lightwell::measure {

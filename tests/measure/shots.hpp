@@ -12,7 +12,7 @@
 #include <lightwell/pixel.hpp>
 #include <lightwell/status.hpp>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 #include "estimate/estimator.hpp"
 #include "sim/render.hpp"
 #include "sim/scene.hpp"

@@ -10,7 +10,7 @@
 #include <lightwell/config.hpp>
 #include <lightwell/pixel.hpp>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 #include "estimate/estimator.hpp"
 #include "sim/scene.hpp"
 

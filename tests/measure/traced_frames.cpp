@@ -14,7 +14,7 @@
 #include <google/protobuf/util/json_util.h>
 
 #include "calibration/camera_model.hpp"
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 
 namespace lightwell::measure {
 

@@ -29,7 +29,7 @@
 
 #include <lightwell/descriptor.hpp>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::estimate {
 

@@ -10,7 +10,7 @@
 #include <lightwell/result.hpp>
 
 #include "calibration/lens_table.hpp"
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::estimate {
 

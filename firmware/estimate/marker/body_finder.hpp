@@ -6,7 +6,7 @@
 #include <lightwell/result.hpp>
 #include <lightwell/uncertain_pose.hpp>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell {
 

@@ -10,7 +10,7 @@
 #include <lightwell/calibration.hpp>
 
 #include "calibration/lens_table.hpp"
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/kernels/bracket_rows.hpp"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calibration/lens_table.hpp"
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/code_weights.hpp"
 #include "estimate/panorama/kernels/block_light.hpp"

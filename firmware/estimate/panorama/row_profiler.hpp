@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calibration/lens_table.hpp"
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 #include "estimate/common/flicker.hpp"
 
 namespace lightwell::estimate {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 
 namespace lightwell::calibrate {
 

@@ -1,6 +1,6 @@
 #include "tools/lightwell_calibrate/grey_image.hpp"
 
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 
 namespace lightwell::calibrate {
 

@@ -8,7 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 #include "tools/lightwell_calibrate/coverage.hpp"
 
 namespace lightwell::calibrate {

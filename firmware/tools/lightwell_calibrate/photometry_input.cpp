@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "camera/backends/replay/frame_list.hpp"
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 
 namespace lightwell::calibrate {
 namespace {

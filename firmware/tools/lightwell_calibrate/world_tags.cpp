@@ -6,7 +6,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 #include "tools/lightwell_calibrate/arguments.hpp"
 
 namespace lightwell::calibrate {

@@ -7,7 +7,7 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 #include "sim/scene.hpp"
 
 namespace lightwell::eval {

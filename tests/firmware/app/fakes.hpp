@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 #include "estimate/estimator.hpp"
 #include "link/link.hpp"
 

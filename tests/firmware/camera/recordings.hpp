@@ -10,8 +10,8 @@
 
 #include <lightwell/recording.hpp>
 
-#include "camera/frame.hpp"
-#include "camera/image_file.hpp"
+#include "imaging/frame.hpp"
+#include "imaging/image_file.hpp"
 #include "firmware/camera/scratch.hpp"
 
 namespace lightwell {

@@ -19,7 +19,7 @@
 
 #include "camera/backends/libcamera/lens.hpp"
 #include "camera/backends/libcamera/mailbox.hpp"
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::libcam {
 

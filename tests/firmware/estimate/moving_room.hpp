@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 #include "estimate/common/flicker.hpp"
 #include "sim/flicker.hpp"
 #include "sim/panorama.hpp"

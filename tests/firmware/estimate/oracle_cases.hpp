@@ -10,7 +10,7 @@
 #include <lightwell/calibration.hpp>
 
 #include "calibration/lens_table.hpp"
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 #include "estimate/common/cells.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "reference/block_light.hpp"

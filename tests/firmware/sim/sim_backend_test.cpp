@@ -19,7 +19,7 @@
 
 #include <lightwell/equirect.hpp>
 
-#include "camera/uri_values.hpp"
+#include "imaging/uri_values.hpp"
 
 namespace lightwell {
 namespace {

@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 #include "firmware/tools/calibrate_words.hpp"
 #include "firmware/tools/printed_tags.hpp"
 #include "support/child.hpp"

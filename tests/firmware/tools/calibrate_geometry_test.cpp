@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "firmware/calibration/lens_trials.hpp"
 #include "firmware/pose/tags_around.hpp"

@@ -11,7 +11,7 @@
 
 #include <lightwell/mounting.hpp>
 
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 #include "firmware/pose/mounting_room.hpp"
 #include "firmware/tools/calibrate_words.hpp"
 #include "support/temp_dir.hpp"

@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 #include "support/temp_dir.hpp"
 #include "tools/lightwell_eval/labels.hpp"
 

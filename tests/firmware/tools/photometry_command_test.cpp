@@ -18,7 +18,7 @@
 
 #include "calibration/camera_model.hpp"
 #include "calibration/response.hpp"
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 #include "firmware/calibration/photometry/lamp_picture.hpp"
 #include "firmware/calibration/photometry/simulated_camera.hpp"
 #include "sim/rigs.hpp"

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 #include "pose/tag_detector.hpp"
 #include "tools/lightwell_calibrate/page.hpp"
 

@@ -15,7 +15,7 @@
 #include <lightwell/json.hpp>
 #include <lightwell/marker_body.hpp>
 
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 #include "reference/marker/marker_exposure.hpp"
 #include "reference/marker/marker_picture.hpp"
 #include "reference/marker/marker_scene.hpp"

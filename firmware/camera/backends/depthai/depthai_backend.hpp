@@ -7,7 +7,7 @@
 #include <lightwell/result.hpp>
 
 #include "camera/backend.hpp"
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 
 namespace lightwell {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "camera/bracket_cycle.hpp"
-#include "camera/uri_values.hpp"
+#include "imaging/uri_values.hpp"
 
 namespace lightwell::oak {
 namespace {

@@ -11,7 +11,7 @@
 #include <lightwell/result.hpp>
 #include <lightwell/time.hpp>
 
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 
 namespace lightwell::oak {
 

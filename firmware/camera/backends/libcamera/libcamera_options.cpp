@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "camera/bracket_cycle.hpp"
-#include "camera/uri_values.hpp"
+#include "imaging/uri_values.hpp"
 
 namespace lightwell::libcam {
 namespace {

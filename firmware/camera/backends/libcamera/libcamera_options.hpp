@@ -11,7 +11,7 @@
 #include <lightwell/result.hpp>
 
 #include "camera/backends/libcamera/sensor_clock.hpp"
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 
 namespace lightwell::libcam {
 

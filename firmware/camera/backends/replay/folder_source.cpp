@@ -6,7 +6,7 @@
 
 #include "camera/backends/replay/frame_list.hpp"
 #include "camera/backends/replay/source.hpp"
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 
 namespace lightwell::replay {
 namespace {

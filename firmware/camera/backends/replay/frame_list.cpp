@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 
 namespace lightwell::replay {
 namespace {

@@ -13,7 +13,7 @@
 
 #include <lightwell/result.hpp>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::replay {
 

@@ -10,7 +10,7 @@
 #include <lightwell/time.hpp>
 
 #include "camera/backends/replay/source.hpp"
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::replay {
 

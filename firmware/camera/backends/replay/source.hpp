@@ -10,7 +10,7 @@
 #include <lightwell/result.hpp>
 
 #include "camera/backend.hpp"
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::replay {
 

@@ -5,7 +5,7 @@
 
 #include <lightwell/time.hpp>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::replay {
 

@@ -14,7 +14,7 @@
 #include "camera/backends/sim/frame_ring.hpp"
 #include "camera/backends/sim/sim_options.hpp"
 #include "camera/backends/sim/sim_world.hpp"
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 
 namespace lightwell {
 

@@ -4,8 +4,8 @@
 #include <numbers>
 
 #include "camera/bracket_cycle.hpp"
-#include "camera/frame.hpp"
-#include "camera/uri_values.hpp"
+#include "imaging/frame.hpp"
+#include "imaging/uri_values.hpp"
 
 namespace lightwell {
 

@@ -12,7 +12,7 @@
 #include <lightwell/pixel.hpp>
 #include <lightwell/result.hpp>
 
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 #include "sim/flicker.hpp"
 
 namespace lightwell {

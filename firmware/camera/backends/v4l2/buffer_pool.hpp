@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "camera/backends/v4l2/device.hpp"
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::v4l2 {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::v4l2 {
 namespace {

@@ -1,7 +1,7 @@
 #include "camera/backends/v4l2/jpeg_decoder.hpp"
 
 #include "camera/backends/v4l2/jpeg_memory.hpp"
-#include "camera/jpeg_errors.hpp"
+#include "imaging/jpeg_errors.hpp"
 
 namespace lightwell::v4l2 {
 

@@ -8,7 +8,7 @@
 #include "camera/backends/v4l2/exposure_schedule.hpp"
 #include "camera/backends/v4l2/formats.hpp"
 #include "camera/bracket_cycle.hpp"
-#include "camera/uri_values.hpp"
+#include "imaging/uri_values.hpp"
 
 namespace lightwell::v4l2 {
 namespace {

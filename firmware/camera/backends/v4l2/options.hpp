@@ -11,7 +11,7 @@
 #include <lightwell/result.hpp>
 
 #include "camera/backends/v4l2/negotiation.hpp"
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 
 namespace lightwell::v4l2 {
 

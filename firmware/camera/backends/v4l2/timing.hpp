@@ -9,7 +9,7 @@
 
 #include <lightwell/time.hpp>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::v4l2 {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::v4l2 {
 

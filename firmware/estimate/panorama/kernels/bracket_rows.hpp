@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 #include "estimate/panorama/kernels/ycbcr_planes.hpp"
 
 namespace lightwell::estimate {

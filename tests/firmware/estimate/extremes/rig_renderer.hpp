@@ -8,7 +8,7 @@
 
 #include "calibration/camera_model.hpp"
 #include "calibration/lens_table.hpp"
-#include "camera/frame.hpp"
+#include "imaging/frame.hpp"
 #include "firmware/estimate/extremes/scene.hpp"
 #include "reference/vector.hpp"
 

@@ -1,4 +1,4 @@
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -11,7 +11,7 @@
 
 #include <lightwell/files.hpp>
 
-#include "camera/image_readers.hpp"
+#include "imaging/image_readers.hpp"
 
 namespace lightwell {
 namespace {

@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 #include "firmware/camera/scratch.hpp"
 
 namespace lightwell {

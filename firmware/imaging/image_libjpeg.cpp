@@ -1,7 +1,7 @@
 // Decodes JPEG pixels with libjpeg; image_jpeg.cpp first checks what libjpeg tolerates. Camera frames have another
 // decoder, which allocates no memory per frame (backends/v4l2/jpeg_decoder.hpp).
-#include "camera/image_readers.hpp"
-#include "camera/jpeg_errors.hpp"
+#include "imaging/image_readers.hpp"
+#include "imaging/jpeg_errors.hpp"
 
 namespace lightwell {
 namespace {

@@ -13,7 +13,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 #include "firmware/camera/scratch.hpp"
 
 namespace lightwell {

@@ -1,4 +1,4 @@
-#include "camera/uri_values.hpp"
+#include "imaging/uri_values.hpp"
 
 #include <cmath>
 

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <string_view>
 
-#include "camera/image_readers.hpp"
+#include "imaging/image_readers.hpp"
 
 namespace lightwell {
 namespace {

@@ -6,7 +6,7 @@
 #include <exception>
 #include <png.h>
 
-#include "camera/image_readers.hpp"
+#include "imaging/image_readers.hpp"
 
 namespace lightwell {
 namespace {

@@ -1,5 +1,5 @@
 // Tests of PNG and JPEG, and of behaviour common to all formats. EXR and HDR: image_exr_test.cpp, image_hdr_test.cpp.
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 
 #include <algorithm>
 #include <png.h>

@@ -10,7 +10,7 @@
 #include <OpenEXR/ImfVersion.h>
 #include <OpenEXR/ImfXdr.h>
 
-#include "camera/image_readers.hpp"
+#include "imaging/image_readers.hpp"
 
 namespace lightwell {
 namespace {

@@ -1,4 +1,4 @@
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -8,7 +8,7 @@
 
 #include <lightwell/result.hpp>
 
-#include "camera/image_file.hpp"
+#include "imaging/image_file.hpp"
 
 namespace lightwell {
 

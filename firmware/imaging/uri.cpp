@@ -1,4 +1,4 @@
-#include "camera/uri.hpp"
+#include "imaging/uri.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -3,7 +3,7 @@
 // the entropy-coded data that do not produce a marker cannot be detected.
 #include <algorithm>
 
-#include "camera/image_readers.hpp"
+#include "imaging/image_readers.hpp"
 
 namespace lightwell {
 namespace {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string_view>
 
-#include "camera/image_readers.hpp"
+#include "imaging/image_readers.hpp"
 
 namespace lightwell {
 namespace {
