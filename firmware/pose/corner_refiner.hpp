@@ -11,7 +11,7 @@
 #include <optional>
 #include <span>
 
-#include "calibration/camera_model.hpp"
+#include "calibration/model/camera_model.hpp"
 #include "pose/grey_picture.hpp"
 #include "pose/tag_detector.hpp"
 

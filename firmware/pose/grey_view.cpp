@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "calibration/response.hpp"
+#include "calibration/model/response.hpp"
 
 namespace lightwell {
 namespace {

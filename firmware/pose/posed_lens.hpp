@@ -7,7 +7,7 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/geometry.hpp>
 
-#include "calibration/camera_model.hpp"
+#include "calibration/model/camera_model.hpp"
 
 namespace lightwell {
 

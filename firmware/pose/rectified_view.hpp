@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "calibration/camera_model.hpp"
+#include "calibration/model/camera_model.hpp"
 #include "pose/grey_picture.hpp"
 
 namespace lightwell {

@@ -14,7 +14,7 @@
 #include <optional>
 #include <vector>
 
-#include "calibration/camera_model.hpp"
+#include "calibration/model/camera_model.hpp"
 #include "pose/grey_picture.hpp"
 #include "pose/tag_family.hpp"
 
@@ -63,7 +63,7 @@ struct TagDetectorOptions {
   /// to six times as long: see contrast_above_noise().
   int min_contrast = 5;
   CornerRefinement corners = CornerRefinement::edge_fit;
-  /// Linear intensity for each of the 256 pixel values (linear_table() of calibration/response.hpp); empty: the values
+  /// Linear intensity for each of the 256 pixel values (linear_table() of calibration/model/response.hpp); empty: the values
   /// are linear. In an encoded picture (sRGB), the centre of a blurred edge is not half way between the values: without
   /// this table every tag appears up to half a pixel larger or smaller.
   std::vector<float> linear;

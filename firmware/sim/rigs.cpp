@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "calibration/camera_model.hpp"
-#include "calibration/response.hpp"
+#include "calibration/model/camera_model.hpp"
+#include "calibration/model/response.hpp"
 #include "imaging/uri.hpp"
 
 namespace lightwell::sim {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "calibration/camera_model.hpp"
-#include "calibration/response.hpp"
+#include "calibration/model/camera_model.hpp"
+#include "calibration/model/response.hpp"
 #include "sim/noise.hpp"
 
 namespace lightwell::sim {

@@ -11,7 +11,7 @@
 
 namespace lightwell::sim {
 
-/// Parameters of a sensor. With the linear value x of calibration/response.hpp:
+/// Parameters of a sensor. With the linear value x of calibration/model/response.hpp:
 ///   x = radiance / radiance_per_unit / white_balance * exposure_s * gain * vignetting(theta)
 ///   variance of x = gain² read_noise² + gain shot_noise x
 ///   picture value = response(clamp(black + (1 - black) x, 0, 1)), rounded to the format's levels

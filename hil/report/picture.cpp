@@ -9,7 +9,7 @@
 #include <lightwell/cap.hpp>
 #include <lightwell/pixel.hpp>
 
-#include "calibration/camera_model.hpp"
+#include "calibration/model/camera_model.hpp"
 #include "imaging/image_file.hpp"
 #include "report/samples.hpp"
 #include "report/shading.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "calibration/response.hpp"
+#include "calibration/model/response.hpp"
 
 namespace lightwell::bench {
 

@@ -16,7 +16,7 @@
 #include <lightwell/lighting.hpp>
 #include <lightwell/marker_body.hpp>
 
-#include "calibration/camera_model.hpp"
+#include "calibration/model/camera_model.hpp"
 #include "imaging/image_file.hpp"
 #include "e2e/daemon.hpp"
 #include "e2e/light_truth.hpp"

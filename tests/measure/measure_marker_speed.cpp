@@ -18,7 +18,7 @@
 #include "app/tag_body_finder.hpp"
 #include "bench/memcpy_speed.hpp"
 #include "bench/thread_time.hpp"
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "estimate/marker/ground_reflection.hpp"
 #include "estimate/marker/marker_estimator.hpp"
 #include "measure/traced_frames.hpp"

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string>
 
-#include "calibration/camera_model.hpp"
+#include "calibration/model/camera_model.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "firmware/calibration/lens_trials.hpp"
 #include "fixtures/published_lenses.hpp"

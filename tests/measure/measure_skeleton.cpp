@@ -12,7 +12,7 @@
 #include <lightwell/lighting.hpp>
 #include <lightwell/time.hpp>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "reference/bright_region.hpp"
 #include "reference/ggx.hpp"

@@ -22,7 +22,7 @@
 #include <string_view>
 
 #include "bench/vector_unit.hpp"
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "measure/speed_bench.hpp"
 #include "sim/panorama.hpp"
 #include "sim/rigs.hpp"

@@ -13,7 +13,7 @@
 #include <google/protobuf/struct.pb.h>
 #include <google/protobuf/util/json_util.h>
 
-#include "calibration/camera_model.hpp"
+#include "calibration/model/camera_model.hpp"
 #include "imaging/image_file.hpp"
 
 namespace lightwell::measure {

@@ -7,7 +7,7 @@
 #include <OpenEXR/ImfRgbaFile.h>
 #include <gtest/gtest.h>
 
-#include "calibration/camera_model.hpp"
+#include "calibration/model/camera_model.hpp"
 #include "support/temp_dir.hpp"
 
 namespace lightwell::measure {

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "estimate/common/cells.hpp"
 
 namespace lightwell::estimate {

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <string>
 
-#include "calibration/response.hpp"
+#include "calibration/model/response.hpp"
 #include "estimate/common/block_layout.hpp"
 
 namespace lightwell::estimate {

@@ -9,7 +9,7 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "imaging/frame.hpp"
 
 namespace lightwell::estimate {

@@ -11,7 +11,7 @@
 #include <lightwell/direction_covariance.hpp>
 #include <lightwell/harmonics.hpp>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "estimate/common/descriptor_header.hpp"
 #include "estimate/common/light_tracker.hpp"
 #include "estimate/common/row_reader.hpp"

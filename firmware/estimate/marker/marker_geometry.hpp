@@ -9,7 +9,7 @@
 #include <lightwell/geometry.hpp>
 #include <lightwell/marker_body.hpp>
 
-#include "calibration/camera_model.hpp"
+#include "calibration/model/camera_model.hpp"
 #include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker {

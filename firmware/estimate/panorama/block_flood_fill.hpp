@@ -11,7 +11,7 @@
 
 #include <lightwell/geometry.hpp>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "estimate/common/cells.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/bright_pixels.hpp"

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "estimate/common/block_layout.hpp"
 #include "estimate/common/cells.hpp"
 #include "estimate/common/row_reader.hpp"

@@ -8,7 +8,7 @@
 
 #include <lightwell/geometry.hpp>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "estimate/common/row_reader.hpp"
 #include "estimate/panorama/blocks.hpp"
 

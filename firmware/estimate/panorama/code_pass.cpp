@@ -5,7 +5,7 @@
 
 #include <lightwell/color.hpp>
 
-#include "calibration/response.hpp"
+#include "calibration/model/response.hpp"
 #include "estimate/panorama/kernels/block_sums.hpp"
 #include "estimate/panorama/kernels/ycbcr_planes.hpp"
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "imaging/frame.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/code_weights.hpp"

@@ -10,7 +10,7 @@
 
 #include <lightwell/pixel.hpp>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/kernels/block_light.hpp"
 

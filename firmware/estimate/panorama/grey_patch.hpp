@@ -5,7 +5,7 @@
 
 #include <lightwell/config.hpp>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "estimate/common/row_reader.hpp"
 #include "estimate/panorama/blocks.hpp"
 

@@ -20,7 +20,7 @@
 #include <lightwell/config.hpp>
 #include <lightwell/descriptor.hpp>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "estimate/common/cells.hpp"
 #include "estimate/common/row_reader.hpp"
 #include "estimate/panorama/block_flood_fill.hpp"

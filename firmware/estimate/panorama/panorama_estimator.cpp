@@ -9,7 +9,7 @@
 
 #include <lightwell/codec.hpp>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "estimate/common/descriptor_header.hpp"
 #include "estimate/common/descriptor_optimizer.hpp"
 #include "estimate/common/environment.hpp"

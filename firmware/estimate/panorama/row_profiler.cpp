@@ -7,7 +7,7 @@
 
 #include <lightwell/pixel.hpp>
 
-#include "calibration/response.hpp"
+#include "calibration/model/response.hpp"
 
 namespace lightwell::estimate {
 namespace {

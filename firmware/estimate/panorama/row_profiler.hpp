@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "imaging/frame.hpp"
 #include "estimate/common/flicker.hpp"
 

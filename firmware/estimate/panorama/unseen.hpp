@@ -9,8 +9,8 @@
 #include <lightwell/config.hpp>
 #include <lightwell/time.hpp>
 
-#include "calibration/camera_model.hpp"
-#include "calibration/lens_table.hpp"
+#include "calibration/model/camera_model.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "estimate/common/cells.hpp"
 #include "estimate/panorama/blocks.hpp"
 

@@ -5,8 +5,8 @@
 #include <map>
 #include <set>
 
-#include "calibration/camera_model.hpp"
-#include "calibration/response.hpp"
+#include "calibration/model/camera_model.hpp"
+#include "calibration/model/response.hpp"
 #include "pose/tag_detector.hpp"
 #include "tools/lightwell_calibrate/grey_image.hpp"
 

@@ -9,7 +9,7 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
 
-#include "calibration/geometry/board_observations.hpp"
+#include "calibration/solve/geometry/board_observations.hpp"
 #include "pose/tag_board.hpp"
 
 namespace lightwell::calibrate {

@@ -6,8 +6,8 @@
 
 #include <lightwell/result.hpp>
 
-#include "calibration/geometry/coverage.hpp"
-#include "calibration/geometry/geometry.hpp"
+#include "calibration/solve/geometry/coverage.hpp"
+#include "calibration/solve/geometry/geometry.hpp"
 
 namespace lightwell::calibrate {
 

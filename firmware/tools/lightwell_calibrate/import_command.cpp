@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/import/import.hpp"
+#include "calibration/solve/import/import.hpp"
 #include "tools/lightwell_calibrate/arguments.hpp"
 #include "tools/lightwell_calibrate/json.hpp"
 #include "tools/lightwell_calibrate/output.hpp"

@@ -10,7 +10,7 @@
 
 #include <lightwell/mounting.hpp>
 
-#include "calibration/response.hpp"
+#include "calibration/model/response.hpp"
 #include "pose/mounting.hpp"
 #include "pose/tag_detector.hpp"
 #include "tools/lightwell_calibrate/arguments.hpp"

@@ -8,7 +8,7 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
 
-#include "calibration/photometry/picture.hpp"
+#include "calibration/solve/photometry/picture.hpp"
 
 namespace lightwell::calibrate {
 

@@ -7,7 +7,7 @@
 #include <functional>
 #include <numbers>
 
-#include "calibration/response.hpp"
+#include "calibration/model/response.hpp"
 #include "tools/lightwell_eval/drawing.hpp"
 
 namespace lightwell::calibrate {

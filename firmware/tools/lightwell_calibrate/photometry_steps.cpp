@@ -4,10 +4,10 @@
 #include <cmath>
 #include <filesystem>
 
-#include "calibration/camera_model.hpp"
-#include "calibration/photometry/extraction.hpp"
-#include "calibration/photometry/lamp.hpp"
-#include "calibration/response.hpp"
+#include "calibration/model/camera_model.hpp"
+#include "calibration/solve/photometry/extraction.hpp"
+#include "calibration/solve/photometry/lamp.hpp"
+#include "calibration/model/response.hpp"
 #include "tools/lightwell_calibrate/photometry_input.hpp"
 
 namespace lightwell::calibrate {

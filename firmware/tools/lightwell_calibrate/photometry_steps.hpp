@@ -8,13 +8,13 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
 
-#include "calibration/photometry/absolute_scale.hpp"
-#include "calibration/photometry/dark.hpp"
-#include "calibration/photometry/noise.hpp"
-#include "calibration/photometry/patch.hpp"
-#include "calibration/photometry/response_solver.hpp"
-#include "calibration/photometry/vignetting_solver.hpp"
-#include "calibration/photometry/white_balance.hpp"
+#include "calibration/solve/photometry/absolute_scale.hpp"
+#include "calibration/solve/photometry/dark.hpp"
+#include "calibration/solve/photometry/noise.hpp"
+#include "calibration/solve/photometry/patch.hpp"
+#include "calibration/solve/photometry/response_solver.hpp"
+#include "calibration/solve/photometry/vignetting_solver.hpp"
+#include "calibration/solve/photometry/white_balance.hpp"
 
 namespace lightwell::calibrate {
 

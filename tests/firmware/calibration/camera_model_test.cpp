@@ -1,5 +1,5 @@
 // Tests of CameraModel: project() and unproject() are inverse over the whole domain of each model.
-#include "calibration/camera_model.hpp"
+#include "calibration/model/camera_model.hpp"
 
 #include <cmath>
 #include <limits>

@@ -1,5 +1,5 @@
 // Tests of calibrate_geometry() with simulated observations: recovery of lenses and pairs, and errors.
-#include "calibration/geometry/geometry.hpp"
+#include "calibration/solve/geometry/geometry.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -7,8 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "calibration/geometry/board_pose.hpp"
-#include "calibration/projection.hpp"
+#include "calibration/solve/geometry/board_pose.hpp"
+#include "calibration/model/projection.hpp"
 #include "firmware/calibration/lens_trials.hpp"
 #include "firmware/calibration/shown_boards.hpp"
 

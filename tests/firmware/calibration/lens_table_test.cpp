@@ -1,5 +1,5 @@
 // Tests of make_rig_table(): solid angles and overlap weights add up to the covered solid angle.
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -8,8 +8,8 @@
 
 #include <lightwell/equirect.hpp>
 
-#include "calibration/camera_model.hpp"
-#include "calibration/response.hpp"
+#include "calibration/model/camera_model.hpp"
+#include "calibration/model/response.hpp"
 
 namespace lightwell {
 namespace {

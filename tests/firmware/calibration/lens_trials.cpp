@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "calibration/projection.hpp"
+#include "calibration/model/projection.hpp"
 
 namespace lightwell::shown {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/geometry/geometry.hpp"
+#include "calibration/solve/geometry/geometry.hpp"
 #include "firmware/calibration/shown_boards.hpp"
 
 namespace lightwell::shown {

@@ -1,5 +1,5 @@
 // Tests that the automatic derivatives of projections equal finite differences.
-#include "calibration/projection.hpp"
+#include "calibration/model/projection.hpp"
 
 #include <array>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Tests of response.hpp: encoded() and linearized() are inverse; black and full scale are exact.
-#include "calibration/response.hpp"
+#include "calibration/model/response.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 
 #include <lightwell/calibration.hpp>
 
-#include "calibration/geometry/board_observations.hpp"
+#include "calibration/solve/geometry/board_observations.hpp"
 
 namespace lightwell::shown {
 

@@ -12,7 +12,7 @@
 
 #include "imaging/frame.hpp"
 #include "imaging/image_file.hpp"
-#include "firmware/camera/scratch.hpp"
+#include "support/scratch.hpp"
 
 namespace lightwell {
 

@@ -5,7 +5,7 @@
 
 #include "camera/backends/sim/sim_backend.hpp"
 #include "camera/conformance/conformance.hpp"
-#include "firmware/camera/scratch.hpp"
+#include "support/scratch.hpp"
 
 namespace lightwell::conformance {
 namespace {

@@ -8,7 +8,7 @@
 
 #include <lightwell/pixel.hpp>
 
-#include "calibration/response.hpp"
+#include "calibration/model/response.hpp"
 #include "sim/rigs.hpp"
 
 namespace lightwell::test {

@@ -9,7 +9,7 @@
 
 #include <lightwell/calibration.hpp>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "imaging/frame.hpp"
 #include "estimate/common/cells.hpp"
 #include "estimate/panorama/blocks.hpp"

@@ -11,7 +11,7 @@
 #include <lightwell/descriptor.hpp>
 #include <lightwell/query.hpp>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "reference/irradiance.hpp"
 #include "reference/vector.hpp"

@@ -14,7 +14,7 @@
 #include <gtest/gtest.h>
 
 #include "imaging/image_file.hpp"
-#include "firmware/camera/scratch.hpp"
+#include "support/scratch.hpp"
 
 namespace lightwell {
 namespace {

@@ -9,7 +9,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "firmware/camera/scratch.hpp"
+#include "support/scratch.hpp"
 
 namespace lightwell {
 namespace {

@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "imaging/image_file.hpp"
-#include "firmware/camera/scratch.hpp"
+#include "support/scratch.hpp"
 
 namespace lightwell {
 namespace {

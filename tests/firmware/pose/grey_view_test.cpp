@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calibration/response.hpp"
+#include "calibration/model/response.hpp"
 
 namespace lightwell {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calibration/response.hpp"
+#include "calibration/model/response.hpp"
 #include "firmware/pose/tags_around.hpp"
 #include "pose/tag_detector.hpp"
 

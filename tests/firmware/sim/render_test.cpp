@@ -8,8 +8,8 @@
 
 #include <lightwell/equirect.hpp>
 
-#include "calibration/camera_model.hpp"
-#include "calibration/lens_table.hpp"
+#include "calibration/model/camera_model.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "sim/rigs.hpp"
 
 namespace lightwell::sim {

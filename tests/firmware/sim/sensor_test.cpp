@@ -9,7 +9,7 @@
 
 #include <lightwell/color.hpp>
 
-#include "calibration/response.hpp"
+#include "calibration/model/response.hpp"
 #include "sim/noise.hpp"
 #include "sim/rigs.hpp"
 

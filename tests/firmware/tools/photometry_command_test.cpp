@@ -16,8 +16,8 @@
 
 #include <lightwell/calibration.hpp>
 
-#include "calibration/camera_model.hpp"
-#include "calibration/response.hpp"
+#include "calibration/model/camera_model.hpp"
+#include "calibration/model/response.hpp"
 #include "imaging/image_file.hpp"
 #include "firmware/calibration/photometry/lamp_picture.hpp"
 #include "firmware/calibration/photometry/simulated_camera.hpp"

@@ -14,7 +14,7 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/geometry.hpp>
 
-#include "calibration/camera_model.hpp"
+#include "calibration/model/camera_model.hpp"
 #include "reference/marker/marker_scene.hpp"
 
 namespace lightwell::reference {

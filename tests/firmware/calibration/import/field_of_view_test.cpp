@@ -1,5 +1,5 @@
 // Tests of the field of view of imported lenses.
-#include "calibration/import/field_of_view.hpp"
+#include "calibration/solve/import/field_of_view.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calibration/camera_model.hpp"
+#include "calibration/model/camera_model.hpp"
 
 namespace lightwell::test {
 

@@ -6,7 +6,7 @@
 
 #include <lightwell/calibration.hpp>
 
-#include "calibration/import/import.hpp"
+#include "calibration/solve/import/import.hpp"
 #include "published_formulas.hpp"
 
 namespace lightwell::test {

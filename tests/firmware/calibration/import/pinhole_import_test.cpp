@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calibration/camera_model.hpp"
+#include "calibration/model/camera_model.hpp"
 #include "import_checks.hpp"
 
 namespace lightwell {

@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "calibration/camera_model.hpp"
-#include "calibration/import/field_of_view.hpp"
+#include "calibration/model/camera_model.hpp"
+#include "calibration/solve/import/field_of_view.hpp"
 
 namespace lightwell {
 namespace {

@@ -1,5 +1,5 @@
 // Tests of absolute_scale.hpp.
-#include "calibration/photometry/absolute_scale.hpp"
+#include "calibration/solve/photometry/absolute_scale.hpp"
 
 #include <cmath>
 #include <numbers>

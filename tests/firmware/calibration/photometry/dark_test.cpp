@@ -1,5 +1,5 @@
 // Tests of dark_value_of() and solve_dark().
-#include "calibration/photometry/dark.hpp"
+#include "calibration/solve/photometry/dark.hpp"
 
 #include <cmath>
 #include <random>

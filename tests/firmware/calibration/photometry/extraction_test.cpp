@@ -1,5 +1,5 @@
 // Tests of choose_samples() and picture_of().
-#include "calibration/photometry/extraction.hpp"
+#include "calibration/solve/photometry/extraction.hpp"
 
 #include <cmath>
 #include <cstring>

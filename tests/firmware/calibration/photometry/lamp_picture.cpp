@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "calibration/camera_model.hpp"
+#include "calibration/model/camera_model.hpp"
 #include "sim/rigs.hpp"
 
 namespace lightwell::photometry {

@@ -7,7 +7,7 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/pixel.hpp>
 
-#include "calibration/photometry/picture.hpp"
+#include "calibration/solve/photometry/picture.hpp"
 #include "sim/sensor.hpp"
 
 namespace lightwell::photometry {

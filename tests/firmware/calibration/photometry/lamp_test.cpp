@@ -1,5 +1,5 @@
 // Tests of LampFinder: the measured light depends on the position only by vignetting.
-#include "calibration/photometry/lamp.hpp"
+#include "calibration/solve/photometry/lamp.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -7,8 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "calibration/camera_model.hpp"
-#include "calibration/response.hpp"
+#include "calibration/model/camera_model.hpp"
+#include "calibration/model/response.hpp"
 #include "firmware/calibration/photometry/lamp_picture.hpp"
 #include "sim/rigs.hpp"
 

@@ -1,5 +1,5 @@
 // Tests of noise_levels() and solve_noise().
-#include "calibration/photometry/noise.hpp"
+#include "calibration/solve/photometry/noise.hpp"
 
 #include <cmath>
 

@@ -1,10 +1,10 @@
 // Tests of patch_mean() and solve_white_balance().
-#include "calibration/photometry/patch.hpp"
+#include "calibration/solve/photometry/patch.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "calibration/photometry/white_balance.hpp"
+#include "calibration/solve/photometry/white_balance.hpp"
 #include "firmware/calibration/photometry/simulated_camera.hpp"
 
 namespace lightwell::photometry {

@@ -1,5 +1,5 @@
 // Tests of solve_response().
-#include "calibration/photometry/response_solver.hpp"
+#include "calibration/solve/photometry/response_solver.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "calibration/response.hpp"
+#include "calibration/model/response.hpp"
 
 namespace lightwell::photometry {
 namespace {

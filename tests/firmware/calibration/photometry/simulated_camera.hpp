@@ -8,8 +8,8 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/pixel.hpp>
 
-#include "calibration/photometry/noise.hpp"
-#include "calibration/photometry/picture.hpp"
+#include "calibration/solve/photometry/noise.hpp"
+#include "calibration/solve/photometry/picture.hpp"
 #include "sim/sensor.hpp"
 
 namespace lightwell::photometry {

@@ -7,13 +7,13 @@
 #include <numbers>
 #include <random>
 
-#include "calibration/photometry/absolute_scale.hpp"
-#include "calibration/photometry/dark.hpp"
-#include "calibration/photometry/extraction.hpp"
-#include "calibration/photometry/noise.hpp"
-#include "calibration/photometry/vignetting_solver.hpp"
-#include "calibration/photometry/white_balance.hpp"
-#include "calibration/response.hpp"
+#include "calibration/solve/photometry/absolute_scale.hpp"
+#include "calibration/solve/photometry/dark.hpp"
+#include "calibration/solve/photometry/extraction.hpp"
+#include "calibration/solve/photometry/noise.hpp"
+#include "calibration/solve/photometry/vignetting_solver.hpp"
+#include "calibration/solve/photometry/white_balance.hpp"
+#include "calibration/model/response.hpp"
 #include "firmware/calibration/photometry/simulated_camera.hpp"
 
 namespace lightwell::photometry {

@@ -1,5 +1,5 @@
 // Tests of solve_vignetting().
-#include "calibration/photometry/vignetting_solver.hpp"
+#include "calibration/solve/photometry/vignetting_solver.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "calibration/response.hpp"
+#include "calibration/model/response.hpp"
 
 namespace lightwell::photometry {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <lightwell/calibration.hpp>
 
-#include "calibration/camera_model.hpp"
-#include "calibration/lens_table.hpp"
+#include "calibration/model/camera_model.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "imaging/frame.hpp"
 #include "firmware/estimate/extremes/scene.hpp"
 #include "reference/vector.hpp"

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "calibration/lens_table.hpp"
+#include "calibration/model/lens_table.hpp"
 
 namespace lightwell::marker {
 namespace {

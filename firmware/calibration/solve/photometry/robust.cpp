@@ -1,0 +1,56 @@
+#include "calibration/solve/photometry/robust.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace lightwell::photometry {
+namespace {
+
+constexpr double kTukey = 4.685;
+
+}  // namespace
+
+double median_of(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return (*middle + *std::max_element(values.begin(), middle)) / 2;
+}
+
+double weighted_median(std::span<const double> values, std::span<const double> weights) {
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
+  const double half = std::accumulate(weights.begin(), weights.end(), 0.0) / 2;
+  double sum = 0;
+  for (const std::size_t i : order) {
+    sum += weights[i];
+    if (sum >= half && weights[i] > 0) return values[i];
+  }
+  return 0;
+}
+
+double scale_about_zero(std::span<const double> values) {
+  std::vector<double> sizes(values.begin(), values.end());
+  for (double& v : sizes) v = std::abs(v);
+  return 1.482602 * median_of(std::move(sizes));
+}
+
+double tukey_weight(double u) {
+  const double a = u / kTukey, s = 1 - a * a;
+  return std::abs(a) < 1 ? s * s : 0;
+}
+
+double tukey_loss(double u) {
+  const double a = u / kTukey, s = 1 - a * a;
+  return kTukey * kTukey / 6 * (std::abs(a) < 1 ? 1 - s * s * s : 1);
+}
+
+double tukey_slope(double u) {
+  const double a = u / kTukey, s = 1 - a * a;
+  return std::abs(a) < 1 ? s * (s - 4 * a * a) : 0;
+}
+
+}  // namespace lightwell::photometry
