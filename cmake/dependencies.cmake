@@ -1,5 +1,5 @@
 # Finds every third-party library on the system; nothing is downloaded while configuring. Grouped by
-# the option that needs it, so that the host SDK alone requires protobuf and gRPC only.
+# the option that needs it, so that the host SDK alone requires protobuf and Highway only.
 
 # lightwell_find(<package> <Debian package> [arguments of find_package...])
 # A macro, because the caller needs the variables that find_package sets.
@@ -40,18 +40,30 @@ function(lightwell_find_opencv_drawing)
   endforeach()
 endfunction()
 
-# For proto and both ends of the network link
+# For proto
 find_package(Threads REQUIRED)
 lightwell_find(Protobuf libprotobuf-dev 3.21 MODULE)
 if(NOT TARGET protobuf::protoc)
   lightwell_missing(protoc protobuf-compiler)
 endif()
 lightwell_find(PkgConfig pkg-config)  # gRPC's package file asks it for re2
-lightwell_find(gRPC libgrpc++-dev CONFIG)
-lightwell_find(OpenSSL libssl-dev 3)
-find_program(LIGHTWELL_GRPC_CPP_PLUGIN grpc_cpp_plugin)
-if(NOT LIGHTWELL_GRPC_CPP_PLUGIN)
-  lightwell_missing(grpc_cpp_plugin protobuf-compiler-grpc)
+
+# For both ends of the network link and of pairing. The firmware requires gRPC. Without it the SDK leaves both out; the
+# summary reports it.
+if(LIGHTWELL_BUILD_FIRMWARE)
+  lightwell_find(gRPC libgrpc++-dev CONFIG)
+elseif(LIGHTWELL_WITH_GRPC)
+  find_package(gRPC CONFIG QUIET)
+  if(NOT gRPC_FOUND)
+    set(LIGHTWELL_WITH_GRPC OFF)
+  endif()
+endif()
+if(gRPC_FOUND)
+  lightwell_find(OpenSSL libssl-dev 3)
+  find_program(LIGHTWELL_GRPC_CPP_PLUGIN grpc_cpp_plugin)
+  if(NOT LIGHTWELL_GRPC_CPP_PLUGIN)
+    lightwell_missing(grpc_cpp_plugin protobuf-compiler-grpc)
+  endif()
 endif()
 
 pkg_check_modules(LIBHWY QUIET IMPORTED_TARGET libhwy)
@@ -78,6 +90,7 @@ if(LIGHTWELL_BUILD_FIRMWARE)
   lightwell_find(PNG libpng-dev)
   lightwell_find(Eigen3 libeigen3-dev CONFIG)
   lightwell_find(CLI11 libcli11-dev CONFIG)
+  lightwell_find(nlohmann_json nlohmann-json3-dev CONFIG)
   if(NOT "tools" IN_LIST LIGHTWELL_WITHOUT)
     lightwell_find(OpenCV libopencv-dev COMPONENTS core imgproc imgcodecs calib3d)
     lightwell_find(yaml-cpp libyaml-cpp-dev CONFIG)
@@ -109,6 +122,7 @@ elseif(LIGHTWELL_BUILD_HOST_SDK)
   # Only for host_sdk/tools. Without the libraries the tools are left out; the summary reports it.
   find_package(OpenCV QUIET COMPONENTS core imgproc imgcodecs)
   find_package(CLI11 CONFIG QUIET)
+  find_package(nlohmann_json CONFIG QUIET)
 endif()
 
 if(LIGHTWELL_BUILD_HOST_SDK)
@@ -134,6 +148,19 @@ if(LIGHTWELL_BUILD_TESTS)
   endforeach()
   if(NOT LIGHTWELL_PYTHON_PROTOBUF)
     lightwell_missing(google.protobuf python3-protobuf)
+  endif()
+  if(LIGHTWELL_BUILD_FIRMWARE)
+    # For firmware/tools/lightwell_plot.py, which draws what the tools print.
+    foreach(python IN ITEMS "${Python3_EXECUTABLE}" /usr/bin/python3)
+      execute_process(COMMAND "${python}" -c "import matplotlib" RESULT_VARIABLE lacks OUTPUT_QUIET ERROR_QUIET)
+      if(lacks STREQUAL 0)
+        set(LIGHTWELL_PYTHON_MATPLOTLIB "${python}")
+        break()
+      endif()
+    endforeach()
+    if(NOT LIGHTWELL_PYTHON_MATPLOTLIB)
+      lightwell_missing(matplotlib python3-matplotlib)
+    endif()
   endif()
   # For the languages on top of the C ABI. Without a language's tools its tests are left out; the summary reports it.
   # A cross build has none of them.

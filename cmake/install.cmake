@@ -8,24 +8,27 @@ include(CMakePackageConfigHelpers)
 # Installs the host SDK as the CMake package `lightwell` with the target lightwell::lightwell:
 # static libraries, headers, .proto files; and liblightwell.so as the package's component `c`, with the target
 # lightwell::lightwell_c, and for pkg-config as `lightwell`. Further targets given are exported, too, under their
-# EXPORT_NAME. Needs lightwell_host_sdk and the four libraries of proto.
+# EXPORT_NAME. Needs lightwell_host_sdk and the libraries of proto, of which
+# lightwell_proto_firmware is not installed.
 function(lightwell_install_sdk)
   set_target_properties(lightwell_host_sdk PROPERTIES EXPORT_NAME lightwell)
   set_target_properties(lightwell_proto PROPERTIES EXPORT_NAME proto)
-  # Applications link these three, because the SDK's static library needs them, but never include their headers.
-  set_target_properties(lightwell_pairing PROPERTIES EXPORT_NAME pairing)
-  set_target_properties(lightwell_proto_messages PROPERTIES EXPORT_NAME proto_messages)
-  set_target_properties(lightwell_proto_services PROPERTIES EXPORT_NAME proto_services)
-  set(mqtt_session)
-  if(TARGET lightwell_mqtt_session)
-    set_target_properties(lightwell_mqtt_session PROPERTIES EXPORT_NAME mqtt_session)
-    set(mqtt_session lightwell_mqtt_session)
+  # Applications link these, because the SDK's static library needs them, but never include their headers.
+  set(needed lightwell_proto_messages)
+  if(LIGHTWELL_WITH_GRPC)
+    list(APPEND needed lightwell_pairing lightwell_proto_services)
   endif()
+  if(TARGET lightwell_mqtt_session)
+    list(APPEND needed lightwell_mqtt_session)
+  endif()
+  foreach(library IN LISTS needed)
+    string(REPLACE "lightwell_" "" name ${library})
+    set_target_properties(${library} PROPERTIES EXPORT_NAME ${name})
+  endforeach()
   # An example builds the same in this tree and against the installed package.
   add_library(lightwell::lightwell ALIAS lightwell_host_sdk)
 
-  install(TARGETS lightwell_host_sdk lightwell_proto lightwell_proto_messages
-                  lightwell_proto_services lightwell_pairing ${mqtt_session} ${ARGN}
+  install(TARGETS lightwell_host_sdk lightwell_proto ${needed} ${ARGN}
           EXPORT lightwellTargets
           INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/proto/include/" "${PROJECT_SOURCE_DIR}/host_sdk/include/"

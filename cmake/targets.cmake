@@ -154,8 +154,8 @@ function(lightwell_emulated name)
   set(arg_ENVIRONMENT "${arg_ENVIRONMENT}" PARENT_SCOPE)
 endfunction()
 
-# lightwell_proto_library(MESSAGES <name> SERVICES <name> IMPORT_ROOT <dir>
-#                         PROTOS <file>... SERVICE_PROTOS <file>...)
+# lightwell_proto_library(MESSAGES <name> IMPORT_ROOT <dir> PROTOS <file>...
+#                         [SERVICES <name> SERVICE_PROTOS <file>...])
 # Generates C++ into the build tree: the library MESSAGES from all PROTOS and the library SERVICES
 # from SERVICE_PROTOS (which are among PROTOS); two, so that only the network links depend on gRPC.
 # Paths are relative to IMPORT_ROOT, as in import lines and generated #include lines.

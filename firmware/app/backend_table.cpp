@@ -9,16 +9,16 @@
 #include "app/daemon.hpp"
 #include "app/log.hpp"
 #include "camera/backends/sim/sim_backend.hpp"
-#ifndef LIGHTWELL_WITHOUT_REPLAY
+#ifdef LIGHTWELL_HAVE_CAMERA_REPLAY
 #include "camera/backends/replay/replay_backend.hpp"
 #endif
-#ifndef LIGHTWELL_WITHOUT_V4L2
+#ifdef LIGHTWELL_HAVE_CAMERA_V4L2
 #include "camera/backends/v4l2/v4l2_backend.hpp"
 #endif
-#ifdef LIGHTWELL_HAVE_DEPTHAI
+#ifdef LIGHTWELL_HAVE_CAMERA_DEPTHAI
 #include "camera/backends/depthai/depthai_backend.hpp"
 #endif
-#ifdef LIGHTWELL_HAVE_LIBCAMERA
+#ifdef LIGHTWELL_HAVE_CAMERA_LIBCAMERA
 #include "camera/backends/libcamera/libcamera_backend.hpp"
 #endif
 
@@ -47,21 +47,21 @@ Result<std::unique_ptr<CameraBackend>> make_sim_with_progress(const CameraUri& u
 
 std::span<const BackendEntry> backend_table() {
   static constexpr std::array kTable = {
-      BackendEntry{"sim", "sim:SCENE?sensor=rgb8&turn=30deg/s  a panorama seen through a simulated rig",
+      BackendEntry{"sim", "sim:SCENE?sensor=rgb8&yaw_rate=30deg/s  a panorama seen through a simulated rig",
                    &make_sim_with_progress},
-#ifndef LIGHTWELL_WITHOUT_REPLAY
+#ifdef LIGHTWELL_HAVE_CAMERA_REPLAY
       BackendEntry{"replay", "replay:PATH  a recording of lightwelld --record, or a directory of images",
                    &make_replay_backend},
 #endif
-#ifndef LIGHTWELL_WITHOUT_V4L2
+#ifdef LIGHTWELL_HAVE_CAMERA_V4L2
       BackendEntry{"v4l2", "v4l2:/dev/video0?width=1280&height=960  a camera with a kernel driver, for example on USB",
                    &make_v4l2_backend},
 #endif
-#ifdef LIGHTWELL_HAVE_LIBCAMERA
+#ifdef LIGHTWELL_HAVE_CAMERA_LIBCAMERA
       BackendEntry{"libcamera", "libcamera:ID[,ID]?format=nv12  one or two cameras as `cam --list` names them",
                    &make_libcamera_backend},
 #endif
-#ifdef LIGHTWELL_HAVE_DEPTHAI
+#ifdef LIGHTWELL_HAVE_CAMERA_DEPTHAI
       BackendEntry{"depthai", "depthai:MXID?socket=A&format=nv12  a Luxonis OAK camera", &make_depthai_backend},
 #endif
   };

@@ -1,29 +1,22 @@
 #include "app/daemon.hpp"
 
-#include <array>
 #include <csignal>
-#include <cstdio>
 #include <ctime>
 #include <iostream>
 #include <optional>
 
 #include <lightwell/descriptor.hpp>
 #include <lightwell/mounting.hpp>
+#include <lightwell/text.hpp>
 
 #include "app/backend_table.hpp"
+#include "app/estimator_table.hpp"
 #include "app/log.hpp"
 #include "app/network.hpp"
 #include "app/pipeline.hpp"
 #include "app/service_manager.hpp"
 #include "camera/frame_recorder.hpp"
-#include "estimate/panorama/panorama_estimator.hpp"
 #include "link/access/bind_policy.hpp"
-#include "link/grpc/grpc_link.hpp"
-#include "link/usb_gadget/usb_gadget_link.hpp"
-#ifndef LIGHTWELL_WITHOUT_MARKER
-#include "app/tag_body_finder.hpp"
-#include "estimate/marker/marker_estimator.hpp"
-#endif
 
 namespace lightwell {
 namespace {
@@ -51,42 +44,6 @@ Status check_calibration_size(const RigParameters& rig, const CameraInfo& camera
                   size(static_cast<std::size_t>(camera.lenses), camera.width, camera.height) +
                   ": calibrate at this size, or set camera.width and camera.height to the calibration's"};
   return {};
-}
-
-Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const RigParameters& rig,
-                                                  [[maybe_unused]] const std::optional<UncertainPose>& mounting) {
-  if (!config.marker) {
-    PanoramaOptions options;
-    options.config = config.estimator;
-    options.probe_id = fnv1a_32(config.probe_name);
-    options.grey_patch = config.grey_patch;
-    return make_panorama_estimator(rig, options);
-  }
-#ifdef LIGHTWELL_WITHOUT_MARKER
-  return Status(StatusCode::failed_precondition,
-                "marker: this lightwelld was built without the marker estimator; build it again with "
-                "LIGHTWELL_WITHOUT empty, or leave `marker` out");
-#else
-  // The governor keeps a budget by choosing a cheaper setting.
-  if (config.budget_ms > 0 && settings_of(EstimatorKind::marker).size() < 2)
-    return Status(StatusCode::invalid_argument,
-                  "budget_ms: the marker estimator has no cheaper setting to keep a budget with; leave budget_ms "
-                  "(--budget-ms) out, and set estimator.marker.decimation (2 saves a tenth of the time) or "
-                  "estimator.marker.max_faces");
-  const Result<MarkerBody> body = load_marker_body(config.marker->body);
-  if (!body) return body.status();
-  Result<std::unique_ptr<BodyFinder>> finder = make_tag_body_finder(rig, *body);
-  if (!finder) return finder.status();
-  MarkerOptions options;
-  options.config = config.estimator;
-  options.probe_id = fnv1a_32(config.probe_name);
-  // With a mounting the up direction is known, and thus the face on which the body stands.
-  if (mounting) options.sampler.up = rotate(mounting->pose.rotation.inverse(), Vec3d{0, 1, 0});
-  Result<std::unique_ptr<MarkerEstimator>> marker = make_marker_estimator(rig, *body, std::move(*finder), options);
-  if (!marker) return marker.status();
-  log_info("marker: looking for " + body->name);
-  return std::unique_ptr<Estimator>(std::move(*marker));
-#endif
 }
 
 Result<DaemonComponents> make_components(const Config& config) {
@@ -146,13 +103,10 @@ std::string status_line(const StatusSnapshot& s) {
 }
 
 std::string over_budget_message(double ms, double budget_ms) {
-  std::array<char, 256> text{};
-  std::snprintf(
-      text.data(), text.size(),
+  return formatted(
       "budget: an estimate takes %.3g ms even at the setting fast, and the budget is %.3g ms; set a larger one with "
       "--budget-ms, or smaller pictures with --size",
       ms, budget_ms);
-  return text.data();
 }
 
 }  // namespace
@@ -188,13 +142,12 @@ Status run_daemon(const Config& config) {
                          components->info.name,
                          components->mounting};
   Pipeline pipeline(identity, std::move(components->estimator), config.estimator, config.budget_ms);
-  pipeline.publisher().add(make_grpc_link(config.grpc, config.probe_name, pipeline));
-  if (config.usb_gadget) pipeline.publisher().add(make_usb_gadget_link(*config.usb_gadget, pipeline));
-  if (Status s = add_network_links(config, pipeline, pipeline.publisher()); !s.ok()) return s;
+  if (Status s = add_links(config, pipeline, pipeline.publisher()); !s.ok()) return s;
 
   std::unique_ptr<FrameRecorder> recorder;
   if (!config.record_path.empty()) {
-    const RecordingHeader header{RecordingKind::frames, config.probe_name, identity.version, components->rig};
+    const RecordingHeader header{RecordingKind::frames, config.probe_name, identity.version,
+                                 encode_calibration(components->rig)};
     Result<std::unique_ptr<FrameRecorder>> made = FrameRecorder::open(config.record_path, header, pipeline.sink());
     if (!made) return made.status();
     recorder = std::move(*made);

@@ -44,7 +44,7 @@ class Governor {
   [[nodiscard]] const Counts& counts() const { return counts_; }
   /// Whether estimates were late at the cheapest setting, too, by the criterion for lowering. Kept until restart().
   [[nodiscard]] bool exceeds_budget_at_fast() const { return exceeds_budget_at_fast_; }
-  /// Median duration of the latest estimates at this setting, ms; 0 before the first.
+  /// Upper median duration of the latest estimates at this setting, ms; 0 before the first.
   [[nodiscard]] double typical_ms() const;
 
  private:

@@ -1,5 +1,4 @@
 #include <cstdlib>
-#include <filesystem>
 #include <iostream>
 #include <istream>
 #include <map>
@@ -11,6 +10,7 @@
 
 #include "app/backend_table.hpp"
 #include "app/daemon.hpp"
+#include "app/estimator_table.hpp"
 #include "app/log.hpp"
 #include "app/pairing.hpp"
 
@@ -39,9 +39,20 @@ const std::map<std::string, lightwell::LinkSecurity>& securities() {
   return names;
 }
 
-/// Paths in the configuration file are relative to its folder.
-void make_absolute(std::string& path, const std::string& config_path) {
-  if (!path.empty()) path = (std::filesystem::path(config_path).parent_path() / path).string();
+/// The names of all estimators, also of those that this build lacks.
+std::vector<std::string> estimator_names() {
+  std::vector<std::string> names;
+  for (const lightwell::EstimatorKind kind : lightwell::kEstimatorKinds) names.emplace_back(to_string(kind));
+  return names;
+}
+
+/// "panorama (...) or marker (...)"
+std::string estimator_help() {
+  std::string help;
+  for (const lightwell::EstimatorEntry& entry : lightwell::estimator_table())
+    help += std::string(help.empty() ? "" : " or ") + std::string(to_string(entry.kind)) + " (" +
+            std::string(entry.source) + ")";
+  return help;
 }
 
 }  // namespace
@@ -77,9 +88,8 @@ int main(int argc, char** argv) {
   app.add_option("--camera", camera, "Where frames come from; --cameras lists the kinds");
   app.add_option("--calibration", calibration, "Calibration in protobuf text format; default: the camera's own");
   app.add_option("--estimator", estimator,
-                 "Source of the light: panorama (all that the camera sees around it) or marker (a body with tags in "
-                 "the picture) [marker if a body is named, otherwise panorama]")
-      ->check(CLI::IsMember({"panorama", "marker"}));
+                 "Source of the light: " + estimator_help() + " [marker if a body is named, otherwise panorama]")
+      ->check(CLI::IsMember(estimator_names()));
   app.add_option("--body", body, "The marker's body, as lightwell-calibrate marker-sheet wrote it");
   app.add_option("--mounting", mounting,
                  "Pose of the probe in the room, as lightwell-calibrate mounting wrote it; clients receive it");
@@ -124,8 +134,9 @@ int main(int argc, char** argv) {
   }
   lightwell::Config config;
   std::optional<lightwell::EstimatorKind> kind;
-  if (!body.empty() || estimator == "marker") kind = lightwell::EstimatorKind::marker;
-  if (estimator == "panorama") kind = lightwell::EstimatorKind::panorama;
+  if (!body.empty()) kind = lightwell::EstimatorKind::marker;
+  for (const lightwell::EstimatorKind k : lightwell::kEstimatorKinds)
+    if (to_string(k) == estimator) kind = k;
   if (!config_path.empty()) {
     lightwell::Result<lightwell::Config> loaded =
         lightwell::load_config(config_path, pair && camera.empty() ? "none" : camera, kind);
@@ -135,36 +146,23 @@ int main(int argc, char** argv) {
     }
     config = std::move(*loaded);
     for (const std::string& warning : config.warnings) lightwell::log_info(warning);
-    for (std::string* path : {&config.calibration, &config.mounting, &config.grpc.keys, &config.grpc.certificate,
-                              &config.grpc.key, &config.grpc.client_ca})
-      make_absolute(*path, config_path);
-    if (config.marker) make_absolute(config.marker->body, config_path);
-    if (config.mqtt)
-      for (std::string* path :
-           {&config.mqtt->ca_file, &config.mqtt->certificate_file, &config.mqtt->key_file, &config.mqtt->login_file})
-        make_absolute(*path, config_path);
   }
   if (!camera.empty()) config.camera.uri = camera;
   if (!calibration.empty()) config.calibration = calibration;
+  if (kind) config.estimator_kind = *kind;
   if (!body.empty()) config.marker = lightwell::MarkerConfig{body};
-  if (estimator == "panorama") config.marker.reset();
-  if (estimator == "marker" && !config.marker) {
-    lightwell::log_error(
-        "--estimator marker needs a body: name its file with --body or marker.body; lightwell-calibrate marker-sheet "
-        "creates one, and the sheet to print");
-    return kUsage;
-  }
+  if (config.estimator_kind != lightwell::EstimatorKind::marker) config.marker.reset();
   if (!mounting.empty()) config.mounting = mounting;
   if (size.width != 0) {
     config.camera.width = size.width;
     config.camera.height = size.height;
   }
   if (frame_rate >= 0) config.camera.frame_rate = frame_rate;
-  if (!exposures.empty()) config.camera.exposure_s = exposures;
+  if (!exposures.empty()) config.camera.capture.exposure_s = exposures;
   if (budget_ms >= 0) config.budget_ms = budget_ms;
-  if (!listen.empty()) config.grpc.listen = listen;
+  if (!listen.empty()) config.grpc.listen_address = listen;
   if (security != lightwell::LinkSecurity::unspecified) config.grpc.security = security;
-  if (!keys.empty()) config.grpc.keys = keys;
+  if (!keys.empty()) config.grpc.key_folder = keys;
   if (!mqtt.empty() && !config.mqtt) config.mqtt.emplace();
   if (!mqtt.empty()) config.mqtt->uri = mqtt;
   if (announce) config.mdns = lightwell::Mdns::on;

@@ -5,6 +5,8 @@
 #include <lightwell/time.hpp>
 
 #include "app/log.hpp"
+#include "link/grpc/grpc_link.hpp"
+#include "link/usb_gadget/usb_gadget_link.hpp"
 #ifdef LIGHTWELL_HAVE_LINK_MQTT
 #include "link/mqtt/mqtt_link.hpp"
 #endif
@@ -17,8 +19,9 @@ namespace lightwell {
 class Advertiser {};
 #endif
 
-Status add_network_links(const Config& config, [[maybe_unused]] Commands& commands,
-                         [[maybe_unused]] Publisher& publisher) {
+Status add_links(const Config& config, Commands& commands, Publisher& publisher) {
+  publisher.add(make_grpc_link(config.grpc, config.probe_name, commands));
+  if (config.usb_gadget) publisher.add(make_usb_gadget_link(*config.usb_gadget, commands));
   if (config.mqtt) {
 #ifdef LIGHTWELL_HAVE_LINK_MQTT
     publisher.add(make_mqtt_link(*config.mqtt, config.probe_name, commands));

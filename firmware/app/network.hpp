@@ -1,4 +1,4 @@
-// Optional network parts (MQTT link, mDNS announcement) and the log of their state.
+// The links and the mDNS announcement of a configuration, and the log of their state.
 #pragma once
 
 #include <cstdint>
@@ -6,9 +6,9 @@
 #include <memory>
 #include <string>
 
+#include <lightwell/commands.hpp>
 #include <lightwell/config.hpp>
 #include <lightwell/result.hpp>
-#include <lightwell/status.hpp>
 
 #include "link/publisher.hpp"
 
@@ -16,9 +16,9 @@ namespace lightwell {
 
 class Advertiser;
 
-/// Adds the MQTT link to `publisher` if `config` has one. failed_precondition: the MQTT link or the announcement is
-/// configured, but not in this build.
-[[nodiscard]] Status add_network_links(const Config& config, Commands& commands, Publisher& publisher);
+/// Adds the links of `config` to `publisher`. failed_precondition: a link or the announcement is configured, but not in
+/// this build.
+[[nodiscard]] Status add_links(const Config& config, Commands& commands, Publisher& publisher);
 
 /// Announces the probe if that is configured, and logs when a link or the announcement fails or recovers.
 class NetworkMonitor {

@@ -50,12 +50,12 @@ Status run_pairing(const Config& config, const std::string& listen) {
   const Result<ProbeKeys> keys = load_probe_keys(config.grpc, config.probe_name, std::time(nullptr));
   if (!keys) return keys.status();
   PairingWindowOptions options;
-  options.listen = listen.empty() ? config.grpc.listen.substr(0, config.grpc.listen.rfind(':')) + ":" +
+  options.listen = listen.empty() ? config.grpc.listen_address.substr(0, config.grpc.listen_address.rfind(':')) + ":" +
                                         std::to_string(kDefaultPairingPort)
                                   : listen;
   options.probe_name = config.probe_name;
-  options.port = port_of(config.grpc.listen);
-  options.days = config.grpc.paired_days;
+  options.port = port_of(config.grpc.listen_address);
+  options.client_certificate_days = config.grpc.client_certificate_days;
   const Result<std::unique_ptr<PairingWindow>> opened = PairingWindow::open(options, *keys);
   if (!opened) return opened.status();
   PairingWindow& window = **opened;

@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include <lightwell/status.hpp>
+#include <lightwell/commands.hpp>
 
 #include "app/bracket_slot.hpp"
 #include "app/governor.hpp"

@@ -3,20 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string>
 
 namespace lightwell {
-
-Status check_exposures(std::span<const double> exposure_s) {
-  if (exposure_s.empty() || exposure_s.size() > static_cast<std::size_t>(kMaxBracket))
-    return {StatusCode::invalid_argument,
-            "a cycle has 1 to " + std::to_string(kMaxBracket) + " exposures, not " + std::to_string(exposure_s.size())};
-  for (const double e : exposure_s)
-    if (!(e > 0) || !std::isfinite(e))
-      return {StatusCode::invalid_argument,
-              "exposure_s: " + std::to_string(e) + " is no exposure: above zero, in seconds"};
-  return {};
-}
 
 ReportedCycle::ReportedCycle(std::span<const double> exposure_s)
     : size_(std::min(exposure_s.size(), static_cast<std::size_t>(kMaxBracket))) {

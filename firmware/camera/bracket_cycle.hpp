@@ -9,7 +9,6 @@
 #include <optional>
 #include <span>
 
-#include <lightwell/result.hpp>
 #include <lightwell/time.hpp>
 
 #include "imaging/frame.hpp"
@@ -18,9 +17,6 @@ namespace lightwell {
 
 /// Relative difference below which two exposures count as equal: sensors round exposures to whole rows.
 inline constexpr double kExposureTolerance = 0.05;
-
-/// invalid_argument if there are no exposures, more than kMaxBracket, or one that is not finite and positive.
-[[nodiscard]] Status check_exposures(std::span<const double> exposure_s);
 
 /// Index of a frame in the cycle, and its FrameInfo::sequence.
 struct CyclePlace {
@@ -32,7 +28,7 @@ struct CyclePlace {
 /// has skipped an exposure; that counts as a lost frame and leaves a gap in the sequence.
 class ReportedCycle {
  public:
-  /// `exposure_s` passes check_exposures().
+  /// `exposure_s`: 1 to kMaxBracket exposure times above zero.
   explicit ReportedCycle(std::span<const double> exposure_s);
 
   /// The camera's frame counter starts again.

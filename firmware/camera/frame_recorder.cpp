@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include <lightwell/frame_record.hpp>
+
 namespace lightwell {
 namespace {
 

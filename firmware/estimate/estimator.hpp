@@ -3,8 +3,8 @@
 
 #include <span>
 
-#include <lightwell/config.hpp>
 #include <lightwell/descriptor.hpp>
+#include <lightwell/estimator_config.hpp>
 #include <lightwell/result.hpp>
 
 #include "imaging/frame.hpp"

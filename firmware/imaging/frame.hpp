@@ -8,8 +8,10 @@
 #include <stop_token>
 #include <utility>
 
-#include <lightwell/pixel.hpp>
+#include <lightwell/result.hpp>
 #include <lightwell/time.hpp>
+
+#include "imaging/pixel_layout.hpp"
 
 namespace lightwell {
 
@@ -26,6 +28,19 @@ struct View {
   std::size_t stride = 0;  ///< Bytes between the starts of successive rows.
   std::span<const std::byte> data;
 };
+
+/// invalid_argument if the size does not fit the format (size_fits()), rows overlap, or `data` is shorter than the
+/// picture. The message does not name the lens. Alignment is not checked.
+[[nodiscard]] Status check_view(const View& view);
+
+/// Code of pixel (x, y): of its luma or green, in a mosaic of its only sample. The format must not be of floats.
+[[nodiscard]] inline unsigned code_at(const View& view, int x, int y) {
+  const PixelLayout& layout = pixel_layout(view.format);
+  const std::byte* at = view.data.data() + static_cast<std::size_t>(y) * view.stride +
+                        static_cast<std::size_t>(x) * layout.pixel_bytes + layout.luma_offset;
+  const auto low = std::to_integer<unsigned>(at[0]);
+  return layout.sample_bytes == 1 ? low : low | std::to_integer<unsigned>(at[1]) << 8;
+}
 
 struct FrameInfo {
   std::uint64_t sequence = 0;  ///< Increases by one per frame; a gap is a lost frame.

@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-#include <lightwell/pixel.hpp>
 #include <lightwell/result.hpp>
+
+#include "imaging/pixel_layout.hpp"
 
 namespace lightwell {
 

@@ -1,4 +1,4 @@
-// Error callbacks of libjpeg, for image files and camera frames.
+// Error callbacks of libjpeg, for image files and camera frames and for encoders.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ struct JpegErrors {
   std::jmp_buf jump{};
   std::array<char, JMSG_LENGTH_MAX> message{};  ///< The error.
 
-  /// For jpeg_decompress_struct::err, before the structure is created.
+  /// For the member `err` of libjpeg's structures, before the structure is created.
   [[nodiscard]] jpeg_error_mgr* install() {
     jpeg_std_error(&manager);
     manager.error_exit = &JpegErrors::fail;

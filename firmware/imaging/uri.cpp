@@ -1,7 +1,8 @@
 #include "imaging/uri.hpp"
 
 #include <algorithm>
-#include <numeric>
+
+#include <lightwell/text.hpp>
 
 namespace lightwell {
 namespace {
@@ -13,22 +14,6 @@ Status bad_uri(std::string_view text, const std::string& what) {
 bool is_scheme(std::string_view name) {
   return !name.empty() &&
          std::ranges::all_of(name, [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; });
-}
-
-/// Levenshtein distance.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0U : 1U);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
 }
 
 std::size_t common_prefix(std::string_view a, std::string_view b) {
@@ -83,6 +68,23 @@ std::string nearest_name(std::string_view name, const std::vector<std::string_vi
     nearest = candidate;
   }
   return nearest;
+}
+
+Status rename_parameters(CameraUri& uri, const std::vector<RenamedParameter>& renamed,
+                         std::vector<std::string>& warnings) {
+  for (const RenamedParameter& name : renamed) {
+    const auto given = [&](std::string_view key) {
+      return std::ranges::find_if(uri.parameters, [key](const auto& parameter) { return parameter.first == key; });
+    };
+    const auto former = given(name.former);
+    if (former == uri.parameters.end()) continue;
+    const std::string what = "parameter '" + former->first + "' is now called '" + std::string(name.current) + "'";
+    if (given(name.current) != uri.parameters.end())
+      return bad_uri(uri.scheme + ":" + uri.path, what + ", which is also given: leave '" + former->first + "' out");
+    warnings.push_back(what + ": the former name is deprecated");
+    former->first = name.current;
+  }
+  return {};
 }
 
 Status check_parameters(const CameraUri& uri, const std::vector<std::string_view>& known) {

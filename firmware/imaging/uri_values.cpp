@@ -1,6 +1,8 @@
 #include "imaging/uri_values.hpp"
 
+#include <charconv>
 #include <cmath>
+#include <system_error>
 
 namespace lightwell {
 
@@ -20,7 +22,7 @@ Result<double> uri_quantity(std::string_view text, std::initializer_list<UriUnit
     if (error == std::errc() && std::isfinite(number) && suffix == unit.suffix) return number * unit.factor;
     if (!unit.suffix.empty()) known += (known.empty() ? "" : ", ") + std::string(unit.suffix);
   }
-  return bad("'" + std::string(text) + "' is not a number with a unit (" + known + ")");
+  return bad("'" + std::string(text) + "' is not a number" + (known.empty() ? "" : " with a unit (" + known + ")"));
 }
 
 Result<double> uri_duration_s(std::string_view text) {

@@ -3,16 +3,15 @@
 // Errors are invalid_argument and quote the text and the accepted form. NaN and infinity are refused.
 #pragma once
 
-#include <charconv>
 #include <initializer_list>
 #include <sstream>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #include <lightwell/result.hpp>
+#include <lightwell/text.hpp>
 #include <lightwell/time.hpp>
 
 namespace lightwell {
@@ -28,11 +27,7 @@ struct UriUnit {
 /// A number from `least` to `most`.
 template <class T>
 [[nodiscard]] Result<T> uri_number(std::string_view text, T least, T most) {
-  T value{};
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  // These comparisons also refuse NaN.
-  if (error == std::errc() && stop == end && value >= least && value <= most) return value;
+  if (const std::optional<T> value = parse_number<T>(text); value && *value >= least && *value <= most) return *value;
   std::ostringstream what;
   what << "'" << text << "' is not a number from " << least << " to " << most;
   return Status(StatusCode::invalid_argument, what.str());

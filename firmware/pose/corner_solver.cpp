@@ -8,6 +8,8 @@
 #include <Eigen/Dense>
 #include <ceres/ceres.h>
 
+#include <lightwell/quantile.hpp>
+
 namespace lightwell {
 
 namespace {
@@ -228,10 +230,7 @@ CornerSolution consensus_pose(const Quads& quads, const std::optional<GravityRea
 Quads find_inliers(const Quads& quads, const Pose& probe_world) {
   std::vector<double> all;
   for (const ObservedTag* quad : quads) all.push_back(mean_squared_residual(*quad, probe_world));
-  std::vector<double> sorted = all;
-  std::sort(sorted.begin(), sorted.end());
-  const double median = sorted[(sorted.size() - 1) / 2];
-  const double threshold = std::max(25.0, 25 * median);
+  const double threshold = std::max(25.0, 25 * lower_quantile(std::vector(all), 0.5));
   Quads out;
   for (std::size_t i = 0; i < quads.size(); ++i)
     if (all[i] <= threshold) out.push_back(quads[i]);

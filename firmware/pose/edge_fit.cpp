@@ -9,6 +9,8 @@
 
 #include <Eigen/Dense>
 
+#include <lightwell/quantile.hpp>
+
 namespace lightwell {
 
 LinearPicture::LinearPicture(const GreyPicture& picture, std::span<const float> linear) : picture_(picture) {
@@ -199,12 +201,6 @@ class BlurredStep {
   double width_, own_, sigma_;
 };
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Parameters: curve (3), value inside, value outside, blur sigma (px), and the relative illumination gradients along
 /// and across the edge (1/px).
 class EdgeModel {
@@ -253,8 +249,8 @@ class EdgeModel {
     return out;
   }
 
-  /// Median absolute residual of the last call of sums().
-  [[nodiscard]] double median_residual() const { return median_of(residuals_); }
+  /// Upper median of the absolute residuals of the last call of sums().
+  [[nodiscard]] double median_residual() const { return upper_quantile(std::vector(residuals_), 0.5); }
 
  private:
   const Edge& edge_;

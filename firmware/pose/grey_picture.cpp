@@ -4,6 +4,8 @@
 #include <array>
 #include <string>
 
+#include <lightwell/quantile.hpp>
+
 namespace lightwell {
 
 namespace {
@@ -46,10 +48,9 @@ int contrast_above_noise(const GreyPicture& picture) {
         }
       ranges[n++] = most - least;
     }
-  const auto flat = ranges.begin() + static_cast<std::ptrdiff_t>(kFlat * static_cast<double>(n));
-  std::nth_element(ranges.begin(), flat, ranges.end());
+  const auto flat = static_cast<int>(upper_quantile(ranges, kFlat));
   // A margin for windows with more noise than the typical one.
-  return std::clamp(*flat + *flat / 4 + 1, kMinContrast, kMaxContrast);
+  return std::clamp(flat + flat / 4 + 1, kMinContrast, kMaxContrast);
 }
 
 }  // namespace lightwell

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include <lightwell/quantile.hpp>
+
 #include "calibration/model/response.hpp"
 
 namespace lightwell {
@@ -20,8 +22,10 @@ constexpr double kAboveWhite = 0.01;
 /// Every 37th pixel is sampled to estimate white.
 constexpr std::size_t kSampleStride = 37;
 
-void grey_of_mosaic(const View& view, int shift, std::uint8_t* out) {
-  const bool words = view.format != PixelFormat::bayer_rggb8;
+void grey_of_mosaic(const View& view, std::uint8_t* out) {
+  const PixelLayout& layout = pixel_layout(view.format);
+  const bool words = layout.sample_bytes == 2;
+  const int shift = layout.bits - 8;
   const auto site = [&](int x, int y) -> unsigned {
     const std::byte* at =
         view.data.data() + static_cast<std::size_t>(y) * view.stride + static_cast<std::size_t>(x) * (words ? 2 : 1);
@@ -45,9 +49,7 @@ void grey_of_mosaic(const View& view, int shift, std::uint8_t* out) {
 }  // namespace
 
 GreyPicture GreyView::of(const View& view) {
-  if (view.width < 2 || view.height < 2 || view.stride < packed_stride(view.format, view.width) ||
-      view.data.size() < picture_bytes(view.format, view.stride, view.height))
-    return {};
+  if (view.width < 2 || view.height < 2 || !check_view(view).ok()) return {};
   const auto width = static_cast<std::size_t>(view.width), height = static_cast<std::size_t>(view.height);
   if (view.format == PixelFormat::nv12)
     return {{reinterpret_cast<const std::uint8_t*>(view.data.data()), view.stride * height},
@@ -75,13 +77,9 @@ GreyPicture GreyView::of(const View& view) {
       }
       break;
     case PixelFormat::bayer_rggb8:
-      grey_of_mosaic(view, 0, bytes_.data());
-      break;
     case PixelFormat::bayer_rggb10:
-      grey_of_mosaic(view, 2, bytes_.data());
-      break;
     case PixelFormat::bayer_rggb12:
-      grey_of_mosaic(view, 4, bytes_.data());
+      grey_of_mosaic(view, bytes_.data());
       break;
     case PixelFormat::rgb_f32: {
       sample_.clear();
@@ -91,10 +89,8 @@ GreyPicture GreyView::of(const View& view) {
       }
       float white = 1;
       if (!sample_.empty()) {
-        const auto at =
-            sample_.begin() + static_cast<std::ptrdiff_t>((1 - kAboveWhite) * static_cast<double>(sample_.size() - 1));
-        std::nth_element(sample_.begin(), at, sample_.end());
-        white = *at;
+        const double rank = (1 - kAboveWhite) * static_cast<double>(sample_.size() - 1);
+        white = static_cast<float>(order_statistic(sample_, static_cast<std::size_t>(rank)));
       }
       for (std::size_t y = 0; y < height; ++y)
         for (std::size_t x = 0; x < width; ++x) {
@@ -109,7 +105,7 @@ GreyPicture GreyView::of(const View& view) {
 }
 
 std::vector<float> linear_of_grey(PixelFormat format, const PhotometricCalibration& photometry) {
-  if (format != PixelFormat::rgb_f32) return linear_table(photometry, 256);
+  if (!pixel_layout(format).is_float()) return linear_table(photometry, 256);
   std::vector<float> out(256);
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = static_cast<float>(i * i) / (255.0F * 255.0F);
   return out;

@@ -16,7 +16,8 @@ class GreyView {
  public:
   /// NV12 and YUYV: luma (NV12 without a copy). RGB: (r + 2 g + b) / 4. Bayer: green, interpolated from the four
   /// neighbours at red and blue sites. Float: the square root of green, with the 99 % quantile as white. Valid until
-  /// the next call and as long as the data of `view`. Empty if `view` has fewer bytes than its size requires.
+  /// the next call and as long as the data of `view`. Empty if `view` fails check_view(), or is narrower or
+  /// lower than two pixels.
   [[nodiscard]] GreyPicture of(const View& view);
 
  private:

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <string>
 #include <vector>
 
 #include <Eigen/Geometry>
+
+#include <lightwell/text.hpp>
 
 namespace lightwell {
 
@@ -19,11 +20,7 @@ constexpr double kNoArea = 1e-12;
 
 Status wrong(const std::string& what) { return {StatusCode::invalid_argument, what}; }
 
-std::string brief(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
+std::string brief(double value) { return formatted("%.6g", value); }
 
 /// Rounding keeps the decimal numbers of body files short; + 0.0 turns -0 into 0.
 double round_to_picometre(double metres) { return std::round(metres * 1e12) / 1e12 + 0.0; }

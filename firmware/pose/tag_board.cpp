@@ -2,11 +2,11 @@
 
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <optional>
-#include <system_error>
 #include <vector>
+
+#include <lightwell/files.hpp>
+#include <lightwell/text.hpp>
 
 #include "imaging/uri.hpp"
 
@@ -32,12 +32,6 @@ double min_spacing(TagFamily family) {
   return (shape.dark_inside ? 1.0 : 2 * outside) / shape.edge_cells;
 }
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
 /// The value of a YAML scalar without its quotes, single or double, and without a comment.
 std::string_view scalar(std::string_view text) {
   text = trimmed(text);
@@ -51,13 +45,11 @@ std::string_view scalar(std::string_view text) {
   return text;
 }
 
+/// As parse_number(); YAML allows a plus sign.
 template <class T>
 std::optional<T> number(std::string_view text) {
-  if (!text.empty() && text[0] == '+') text.remove_prefix(1);
-  T value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
+  if (text.starts_with('+')) text.remove_prefix(1);
+  return parse_number<T>(text);
 }
 
 enum Key : std::size_t { kType, kColumns, kRows, kSize, kSpacing, kOffset, kFamily, kKeys };
@@ -181,11 +173,9 @@ Result<TagBoard> parse_tag_board(std::string_view text, const std::string& name)
 }
 
 Result<TagBoard> load_tag_board(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return Status(StatusCode::not_found, path + ": cannot be opened");
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (file.bad()) return Status(StatusCode::data_loss, path + ": cannot be read");
-  return parse_tag_board(text, path);
+  const Result<std::string> text = read_text_file(path);
+  if (!text) return text.status();
+  return parse_tag_board(*text, path);
 }
 
 std::string tag_board_to_text(const TagBoard& board) {

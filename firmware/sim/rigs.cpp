@@ -8,6 +8,7 @@
 
 #include "calibration/model/camera_model.hpp"
 #include "calibration/model/response.hpp"
+#include "imaging/pixel_layout.hpp"
 #include "imaging/uri.hpp"
 
 namespace lightwell::sim {
@@ -22,16 +23,16 @@ constexpr double kFullWellElectrons = 10000, kReadElectrons = 3;
 
 PhotometricCalibration photometry_of(PixelFormat format) {
   PhotometricCalibration p;
-  if (format == PixelFormat::rgb_f32) return p;
+  const PixelLayout& layout = pixel_layout(format);
+  if (layout.is_float()) return p;
   p.vignetting = {-0.08, 0.005, 0};
   p.shot_noise = 1 / kFullWellElectrons;
   p.read_noise = kReadElectrons / kFullWellElectrons;
   p.response.kind = ResponseCurve::Kind::srgb;
   if (is_bayer(format)) {
     p.response.kind = ResponseCurve::Kind::linear;
-    p.black_level = format == PixelFormat::bayer_rggb8    ? 16.0 / 255
-                    : format == PixelFormat::bayer_rggb10 ? 64.0 / 1023
-                                                          : 256.0 / 4095;
+    // Code 16 of 8 bits, 64 of 10 bits, 256 of 12 bits.
+    p.black_level = layout.levels() / 16.0 / layout.full_scale();
   }
   return p;
 }
@@ -91,9 +92,7 @@ Status check_size(std::string_view kind, int width, int height, PixelFormat form
   const std::string size = std::to_string(width) + "x" + std::to_string(height);
   if (width < 16 || height < 8)
     return {StatusCode::invalid_argument, size + " is too small for a picture, 16x8 at least"};
-  const bool pairs_columns = format != PixelFormat::rgb8 && format != PixelFormat::rgb_f32;
-  const bool pairs_rows = pairs_columns && format != PixelFormat::yuyv;
-  if ((pairs_columns && width % 2 != 0) || (pairs_rows && height % 2 != 0))
+  if (!size_fits(format, width, height))
     return {StatusCode::invalid_argument, size + ": " + std::string(to_string(format)) + " needs even sizes"};
   if (kind == "equirect" && width != 2 * height)
     return {StatusCode::invalid_argument, size + ": an equirect picture must be twice as wide as high"};

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <system_error>
 
+#include <lightwell/text.hpp>
+
 #include "imaging/uri.hpp"
 #include "sim/panorama.hpp"
 
@@ -33,12 +35,6 @@ std::filesystem::path panorama_folder() {
   return cache / "panoramas";
 }
 
-std::string listed() {
-  std::string names;
-  for (const std::string_view name : kScenes) names += (names.empty() ? "" : ", ") + std::string(name);
-  return names;
-}
-
 }  // namespace
 
 Result<std::string> scene_path(std::string_view name_or_path) {
@@ -48,9 +44,9 @@ Result<std::string> scene_path(std::string_view name_or_path) {
   const std::string name(name_or_path);
   if (std::find(known.begin(), known.end(), name_or_path) == known.end()) {
     const std::string near = nearest_name(name_or_path, known);
-    return Status(StatusCode::invalid_argument, "no scene is called '" + name + "'" +
-                                                    (near.empty() ? "" : ", did you mean '" + near + "'?") +
-                                                    " Known: " + listed() + ", or a path that ends in .exr or .hdr");
+    return Status(StatusCode::invalid_argument,
+                  "no scene is called '" + name + "'" + (near.empty() ? "" : ", did you mean '" + near + "'?") +
+                      " Known: " + joined(kScenes) + ", or a path that ends in .exr or .hdr");
   }
   const std::filesystem::path file = panorama_folder() / (name + ".exr");
   std::error_code error;

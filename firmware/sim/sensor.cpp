@@ -129,8 +129,9 @@ void Sensor::expose(std::span<const float> radiance, const Exposure& exposure, s
   const RowExposure pixels(*this, radiance, exposure);
   const auto width = static_cast<std::size_t>(width_);
   if (is_bayer(model_.format)) {
-    const bool bytes = model_.format == PixelFormat::bayer_rggb8;
-    const double top = bytes ? 255 : model_.format == PixelFormat::bayer_rggb10 ? 1023 : 4095;
+    const PixelLayout& layout = pixel_layout(model_.format);
+    const bool bytes = layout.sample_bytes == 1;
+    const double top = layout.full_scale();
     for (int j = 0; j < height_; ++j) {
       for (int i = 0; i < width_; ++i) {
         const std::size_t k = static_cast<std::size_t>(j) * width + static_cast<std::size_t>(i);
@@ -177,8 +178,11 @@ void Sensor::expose(std::span<const float> radiance, const Exposure& exposure, s
         }
         break;
       }
-      default:
-        break;
+      case PixelFormat::bayer_rggb8:
+      case PixelFormat::bayer_rggb10:
+      case PixelFormat::bayer_rggb12:
+      case PixelFormat::rgb_f32:
+        break;  // Written above.
     }
   }
 }

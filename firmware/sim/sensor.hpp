@@ -7,7 +7,8 @@
 #include <vector>
 
 #include <lightwell/calibration.hpp>
-#include <lightwell/pixel.hpp>
+
+#include "imaging/pixel_layout.hpp"
 
 namespace lightwell::sim {
 

@@ -24,7 +24,7 @@ _CAMERA = 'uri: "sim:studio?sensor=rgb8&rig=single" width: 160 height: 120 frame
 
 def tls_and_pairing(rig: Rig, test: Any, measured: Measured) -> None:
     """A client is paired with the board by a code and connects over TLS; a client without credentials is rejected."""
-    rig.configure(_CAMERA, grpc='security: LINK_SECURITY_TLS keys: "/var/lib/lightwell/keys"')
+    rig.configure(_CAMERA, grpc='security: LINK_SECURITY_TLS key_folder: "/var/lib/lightwell/keys"')
     host, port = rig.board.network().reach(7420)
     _, pairing_port = rig.board.network().reach(7421)
     rig.board.run("lightwelld --pair --config /etc/lightwell/probe.textproto --camera none: --pair-listen 0.0.0.0:7421 "

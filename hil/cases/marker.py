@@ -30,7 +30,7 @@ def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
     rig.marker_frames(frames, [PICTURE], noisy=4, period_s=2)
     rig.board.copy_in(frames, _FRAMES)
     on_board, on_desktop = rig.folder / "board.lwr", rig.folder / "desktop.lwr"
-    uri = rig.configure(f'uri: "replay:{_FRAMES}?loop=0"', more=f'marker {{ body: "{_BODY}" }}\n')
+    uri = rig.configure(f'uri: "replay:{_FRAMES}?loop=0"', more=f'marker {{ body_file: "{_BODY}" }}\n')
     body = rig.tools.root / "firmware/estimate/marker/bodies" / BODY
     with rig.desktop_daemon(f"replay:{frames}?loop=0", "--estimator", "marker", "--body", body) as desktop:
         _record_both(rig, (uri, on_board), (desktop, on_desktop))

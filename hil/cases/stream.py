@@ -133,7 +133,7 @@ def limits(rig: Rig, test: Any, measured: Measured) -> None:
     """The highest frame rate of the emulated board at several sizes: the camera sends as fast as the board accepts."""
     camera = rig.camera_entry(test.camera).usb_simulated
     # A static scene has few frames to render in advance.
-    still = camera.scene.split("&turn=")[0]
+    still = camera.scene.split("&yaw_rate=")[0]
     for width, height in ((640, 480), (1280, 720), (1920, 1080)):
         sized = type(camera)()
         sized.CopyFrom(camera)

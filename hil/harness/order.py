@@ -7,7 +7,7 @@ from typing import Any
 
 def shuffled(tests: Sequence[Any], seed: int) -> list[Any]:
     """A random order in which tests of one board are adjacent (starting a board takes long), and tests that need a
-    fresh board after them (`spoils_board`) come last on it."""
+    fresh board after them (`needs_fresh_board_after`) come last on it."""
     chance = random.Random(seed)
     boards = sorted({test.board for test in tests})
     chance.shuffle(boards)
@@ -15,5 +15,5 @@ def shuffled(tests: Sequence[Any], seed: int) -> list[Any]:
     for board in boards:
         mine = sorted((test for test in tests if test.board == board), key=lambda test: test.name)
         chance.shuffle(mine)
-        out += [test for test in mine if not test.spoils_board] + [test for test in mine if test.spoils_board]
+        out += sorted(mine, key=lambda test: test.needs_fresh_board_after)
     return out

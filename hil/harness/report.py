@@ -110,7 +110,7 @@ def markdown(roster: Any, results: dict[str, Result], run: dict[str, str]) -> st
         result = results.get(test.name)
         state = "not run" if result is None else "good" if result.good else "SKIPPED" if result.skipped else "FAILED"
         where = ", ".join(part for part in (test.board, test.peer, test.camera, test.link) if part)
-        lines += [f"## {test.name}: {state}", f"{test.what} ({where})", ""]
+        lines += [f"## {test.name}: {state}", f"{test.description} ({where})", ""]
         if result is None:
             continue
         if result.skipped or result.error:

@@ -179,7 +179,7 @@ class Rig:
         """Restarts lightwelld with `camera` (text of a CameraConfig), `grpc` (of a GrpcConfig) and `more` fields of the
         configuration. Returns the URI for clients when it serves."""
         self.board.write_config(f'probe_name: "board"\ncamera {{ {camera} }}\n'
-                                f'grpc {{ listen: "0.0.0.0:7420" {grpc} }}\n' + more, timeout_s)
+                                f'grpc {{ listen_address: "0.0.0.0:7420" {grpc} }}\n' + more, timeout_s)
         return self.board.grpc()
 
     def daemon(self) -> dict[str, int]:

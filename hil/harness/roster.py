@@ -1,5 +1,7 @@
 """Reads and validates hil/roster.textproto."""
 
+import re
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -9,17 +11,35 @@ from .messages import message_class
 from .vivid import FOURCC
 
 HIL = Path(__file__).resolve().parent.parent
+# Former names of fields, in whatever message; their numbers are the same.
+_CURRENT_NAMES = {"what": "description", "spoils_board": "needs_fresh_board_after"}
+# A string, a comment, or a former name.
+_TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])*\'|#.*|\b(' + "|".join(_CURRENT_NAMES) + r")\b(?=\s*:)")
 
 
 class RosterError(Exception):
     """The roster is invalid: the message names the file, the entry and what to do."""
 
 
+def _with_current_names(text: str, name: str) -> str:
+    def current(token: re.Match[str]) -> str:
+        former = token.group(1)
+        if not former:
+            return token.group()
+        line = text.count("\n", 0, token.start()) + 1
+        warnings.warn(f"{name}:{line}: field '{former}' is now called '{_CURRENT_NAMES[former]}': the former name is "
+                      "deprecated", FutureWarning, stacklevel=4)
+        return _CURRENT_NAMES[former]
+
+    return _TOKEN.sub(current, text)
+
+
 def parse(text: str, name: str) -> Any:
-    """The Roster. Raises RosterError if the text cannot be parsed (with line and column) or an entry is invalid."""
+    """The Roster. Raises RosterError if the text cannot be parsed (with line and column) or an entry is invalid; warns
+    of former names of fields."""
     roster = message_class(HIL, "roster.proto", "lightwell.hil.Roster")()
     try:
-        text_format.Parse(text, roster)
+        text_format.Parse(_with_current_names(text, name), roster)
     except text_format.ParseError as error:
         raise RosterError(f"{name}:{error}") from error
     _check(roster, name)
@@ -77,5 +97,5 @@ def _check_peer(roster: Any, test: Any, name: str) -> None:
             raise RosterError(
                 f"{name}: test {test.name}: {board.name} is on no wire with its peer; that needs net: \"tap\""
             )
-    if not test.spoils_board:
-        raise RosterError(f"{name}: test {test.name} has a peer, so it needs spoils_board: true")
+    if not test.needs_fresh_board_after:
+        raise RosterError(f"{name}: test {test.name} has a peer: set needs_fresh_board_after: true")

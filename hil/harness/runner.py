@@ -85,7 +85,7 @@ def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed
         board, stack, name = None, ExitStack(), ""
         everything.callback(lambda: stack.close())
         for number, test in enumerate(todo, 1):
-            say(f"[{number} of {len(todo)}] {test.name}: {test.what}")
+            say(f"[{number} of {len(todo)}] {test.name}: {test.description}")
             begun = time.monotonic()
             measured = Measured()
             result = Result(test.name, commit, 0, measured.figures, check_times=check_times)
@@ -109,7 +109,7 @@ def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed
             if not result.skipped and not result.error and not measured.figures:
                 result.error = "it measured nothing"
             result.seconds = time.monotonic() - begun
-            if (result.error or test.spoils_board) and board is not None:
+            if (result.error or test.needs_fresh_board_after) and board is not None:
                 # The state of the board is unknown.
                 stack.close()
                 board = None

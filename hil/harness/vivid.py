@@ -34,7 +34,7 @@ def render(daemon: Path, camera: Any) -> tuple[str, list[bytes]]:
         command = [
             daemon,
             "--camera",
-            f"{camera.scene}&sensor={camera.format}&ring={PICTURES}",
+            f"{camera.scene}&sensor={camera.format}&frames={PICTURES}",
             "--listen",
             "127.0.0.1:0",
             "--size",

@@ -1,14 +1,15 @@
 // compare_recordings: differences between the light of two recordings of descriptors.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <iostream>
 #include <map>
 #include <numbers>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include <lightwell/codec.hpp>
+#include <lightwell/fibonacci_lattice.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/recording.hpp>
 
@@ -42,9 +43,7 @@ double irradiance_difference(const Descriptor& a, const Descriptor& b) {
   const Lighting one = Lighting::of(a), other = Lighting::of(b);
   double difference = 0, whole = 0;
   for (int i = 0; i < kNormals; ++i) {
-    const double y = 1 - (2.0 * i + 1) / kNormals, s = std::sqrt(1 - y * y),
-                 phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
-    const Vec3f n = vec_cast<float>(Vec3d{s * std::cos(phi), y, s * std::sin(phi)});
+    const Vec3f n = vec_cast<float>(fibonacci_direction(i, kNormals));
     const Irradiance p = one.irradiance(n).value, q = other.irradiance(n).value;
     for (const auto& [u, v] : {std::pair{p.r, q.r}, {p.g, q.g}, {p.b, q.b}}) {
       difference += std::pow(static_cast<double>(u - v), 2);
@@ -102,10 +101,13 @@ int main(int argc, char** argv) {
   Differences differences;
   for (const auto& [sequence, descriptor] : *a)
     if (const auto found = b->find(sequence); found != b->end()) add(descriptor, found->second, differences);
-  std::printf(
-      "{\"one\": %zu, \"other\": %zu, \"both\": %zu, \"same\": %zu, \"irradiance\": %.6g, \"direction_deg\": %.6g, "
-      "\"unmatched\": %zu}\n",
-      a->size(), b->size(), differences.both, differences.same, differences.irradiance,
-      differences.direction_rad * 180 / std::numbers::pi, differences.unmatched);
+  const nlohmann::ordered_json out = {{"one", a->size()},
+                                      {"other", b->size()},
+                                      {"both", differences.both},
+                                      {"same", differences.same},
+                                      {"irradiance", differences.irradiance},
+                                      {"direction_deg", differences.direction_rad * 180 / std::numbers::pi},
+                                      {"unmatched", differences.unmatched}};
+  std::cout << out << std::endl;
   return kOk;
 }

@@ -3,18 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lightwell/quantile.hpp>
 #include <lightwell/query.hpp>
 
 namespace lightwell::hil {
-namespace {
-
-double median(std::vector<double> v) {
-  if (v.empty()) return 0;
-  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-  return v[v.size() / 2];
-}
-
-}  // namespace
 
 Evaluation ErrorEvaluator::evaluate(const Descriptor& descriptor, const sim::SceneState& state) {
   std::vector<reference::Rgb>& truth = truth_[state.lamp_factor];
@@ -49,8 +41,8 @@ Summary summarize(const std::vector<Evaluation>& evaluations) {
     s.largest_error = std::max(s.largest_error, v.error);
     if (!v.flagged && v.error > 0) ratios.push_back(v.bound / v.error);
   }
-  s.median_error = median(errors);
-  s.median_bound_over_error = median(ratios);
+  s.median_error = errors.empty() ? 0 : upper_quantile(errors, 0.5);
+  s.median_bound_over_error = ratios.empty() ? 0 : upper_quantile(ratios, 0.5);
   return s;
 }
 

@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include <lightwell/codec.hpp>
 #include <lightwell/recording.hpp>
@@ -23,10 +24,13 @@ int fail(const Status& s) {
 }
 
 void print_json(const hil::Summary& s) {
-  std::printf(
-      "{\"frames\": %zu, \"held\": %zu, \"flagged\": %zu, \"median_error\": %.6g, \"largest_error\": %.6g, "
-      "\"median_bound_over_error\": %.4g}\n",
-      s.frames, s.held, s.flagged, s.median_error, s.largest_error, s.median_bound_over_error);
+  const nlohmann::ordered_json out = {{"frames", s.frames},
+                                      {"held", s.held},
+                                      {"flagged", s.flagged},
+                                      {"median_error", s.median_error},
+                                      {"largest_error", s.largest_error},
+                                      {"median_bound_over_error", s.median_bound_over_error}};
+  std::cout << out << std::endl;
 }
 
 void print_text(const hil::Summary& s) {
@@ -67,7 +71,7 @@ int main(int argc, char** argv) {
   app.add_option("--width", config.width, "Width of one lens's image");
   app.add_option("--height", config.height, "Height of one lens's image");
   app.add_option("--frame-rate", config.frame_rate, "Frame rate of lightwelld");
-  app.add_option("--exposure-s", config.exposure_s, "Exposure times of lightwelld")->allow_extra_args(false);
+  app.add_option("--exposure-s", config.capture.exposure_s, "Exposure times of lightwelld")->allow_extra_args(false);
   app.add_option("--picture", picture, "PNG file to draw");
   app.add_option("--title", title, "Title of the picture");
   app.add_flag("--json", json, "Print one JSON object instead of text");

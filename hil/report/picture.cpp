@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include <opencv2/imgproc.hpp>
 
 #include <lightwell/cap.hpp>
 #include <lightwell/pixel.hpp>
+#include <lightwell/text.hpp>
 
 #include "calibration/model/camera_model.hpp"
 #include "imaging/image_file.hpp"
@@ -121,16 +121,15 @@ Status draw_report(const std::string& path, const std::string& title, const sim:
   const int rows_top = kMargin + 2 * kText + lens_height + kMargin;
   cv::Mat page(rows_top + 2 * (kBallEdge + kText + kMargin) + kText, row_width + 2 * kMargin, CV_8UC3, kPaper);
 
-  char map[48] = "";
+  std::string map;
   if (const auto environment = lighting.environment()) {
     const int edge = environment->map.levels.front().edge;
-    std::snprintf(map, sizeof map, ", a map of %dx%d", edge, edge);
+    map = formatted(", a map of %dx%d", edge, edge);
   }
-  char numbers[200];
   const std::size_t lights = lighting.lights().size();
-  std::snprintf(numbers, sizeof numbers, "%zu light%s, harmonics to band %d%s, %zu bytes; error %.2f %%, bound %.2f %%",
-                lights, lights == 1 ? "" : "s", lighting.descriptor().radiance.band, map, descriptor_bytes,
-                100 * evaluation.error, 100 * evaluation.bound);
+  const std::string numbers = formatted("%zu light%s, harmonics to band %d%s, %zu bytes; error %.2f %%, bound %.2f %%",
+                                        lights, lights == 1 ? "" : "s", lighting.descriptor().radiance.band,
+                                        map.c_str(), descriptor_bytes, 100 * evaluation.error, 100 * evaluation.bound);
   write(page, title + ": what the probe sees, and the lights that it found", kMargin, kMargin + kText / 2);
   write(page, numbers, kMargin, kMargin + kText / 2 + kText);
 

@@ -8,7 +8,7 @@
 #include <lightwell/result.hpp>
 
 #include "usb_camera/device.hpp"
-#include "usb_camera/json.hpp"
+#include "usb_camera/scene_source.hpp"
 
 namespace lightwell::usb_camera {
 
@@ -33,7 +33,7 @@ struct CommandTargets {
   Cable* cable = nullptr;
   TransferSink* sink = nullptr;
   std::function<Status(const std::string& uri)> set_scene;
-  std::function<std::string()> rendering;  ///< Returns the renderer's counters as a JSON object.
+  std::function<RenderCounts()> render_counts;
 };
 
 /// Executes one command. The response is {"ok": true, ...} or {"ok": false, "error": "..."}, without a newline.

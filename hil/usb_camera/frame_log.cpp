@@ -1,20 +1,25 @@
 #include "usb_camera/frame_log.hpp"
 
 #include <cerrno>
-#include <cinttypes>
 #include <cstring>
+
+#include <nlohmann/json.hpp>
+
+#include "tools/json_text.hpp"
 
 namespace lightwell::usb_camera {
 
-std::string to_json(const FrameRecord& r) {
-  std::array<char, 400> text{};
-  std::snprintf(text.data(), text.size(),
-                "{\"stream\": %" PRIu64 ", \"number\": %" PRIu64 ", \"began_ns\": %" PRId64 ", \"pts\": %" PRIu32
-                ", \"exposure_s\": %.9g, \"gain\": %.6g, \"kelvin\": %d, \"bytes\": %" PRIu64 ", \"sent\": %" PRIu64
-                ", \"outcome\": \"%s\"}",
-                r.stream, r.number, r.began.ns, clock_ticks(r.began), r.settings.exposure_s, r.settings.gain,
-                r.settings.kelvin, r.bytes, r.sent, to_string(r.outcome).data());
-  return text.data();
+nlohmann::ordered_json json_of(const FrameRecord& r) {
+  return {{"stream", r.stream},
+          {"number", r.number},
+          {"began_ns", r.began.ns},
+          {"pts", clock_ticks(r.began)},
+          {"exposure_s", r.settings.exposure_s},
+          {"gain", r.settings.gain},
+          {"kelvin", r.settings.kelvin},
+          {"bytes", r.bytes},
+          {"sent", r.sent},
+          {"outcome", to_string(r.outcome)}};
 }
 
 Status FrameLog::write_to(const std::string& path) {
@@ -28,7 +33,7 @@ void FrameLog::add(const FrameRecord& record) {
   records_.push_back(record);
   if (records_.size() > keep_) records_.pop_front();
   if (file_ == nullptr) return;
-  std::fputs((to_json(record) + "\n").c_str(), file_.get());
+  std::fputs((json_text(json_of(record)) + "\n").c_str(), file_.get());
   // Flushed per frame, so that other programs can read along and nothing is lost if this one is killed.
   std::fflush(file_.get());
 }

@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <cstdio>
 #include <deque>
-#include <memory>
 #include <string>
 #include <string_view>
 
+#include <nlohmann/json_fwd.hpp>
+
+#include <lightwell/files.hpp>
 #include <lightwell/result.hpp>
 
 #include "usb_camera/controls.hpp"
@@ -46,9 +48,9 @@ struct FrameRecord {
   Outcome outcome = Outcome::sent;
 };
 
-/// {"stream": 1, "number": 0, "began_ns": ..., "pts": ..., "exposure_s": 0.001, "gain": 1, "kelvin": 6500,
-///  "bytes": 614400, "sent": 614400, "outcome": "sent"}
-[[nodiscard]] std::string to_json(const FrameRecord& record);
+/// {"stream":1,"number":0,"began_ns":...,"pts":...,"exposure_s":0.001,"gain":1.0,"kelvin":6500,"bytes":614400,
+///  "sent":614400,"outcome":"sent"}
+[[nodiscard]] nlohmann::ordered_json json_of(const FrameRecord& record);
 
 class FrameLog {
  public:
@@ -66,13 +68,10 @@ class FrameLog {
   [[nodiscard]] const std::deque<FrameRecord>& records() const { return records_; }
 
  private:
-  struct Close {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
   std::size_t keep_;
   std::deque<FrameRecord> records_;
   std::array<std::uint64_t, kOutcomes.size()> counts_{};
-  std::unique_ptr<std::FILE, Close> file_;
+  FilePointer file_;
 };
 
 }  // namespace lightwell::usb_camera

@@ -1,40 +1,22 @@
 #include "usb_camera/jpeg_encoder.hpp"
 
 #include <csetjmp>
-#include <cstdio>
 #include <cstdlib>
 #include <string>
 
-// jpeglib.h needs the definition of FILE from <cstdio>.
-#include <jpeglib.h>
+#include "imaging/jpeg_errors.hpp"
 
 namespace lightwell::usb_camera {
 
 namespace {
 
-struct Failure {
-  jpeg_error_mgr manager;
-  std::jmp_buf jump;
-  char text[JMSG_LENGTH_MAX];
-};
-
-[[noreturn]] void fail(j_common_ptr info) {
-  auto* const failure = reinterpret_cast<Failure*>(info->err);
-  info->err->format_message(info, failure->text);
-  std::longjmp(failure->jump, 1);
-}
-
-void discard_message(j_common_ptr, int) {}
-
 /// Encodes at one quality. `memory`: allocated by libjpeg, `bytes`: its size. This function has no objects with
 /// destructors, because libjpeg's errors leave it by longjmp().
-bool compress(const std::byte* rgb, FrameSize size, int quality, Failure& failure, unsigned char** memory,
+bool compress(const std::byte* rgb, FrameSize size, int quality, JpegErrors& errors, unsigned char** memory,
               unsigned long* bytes) {
   jpeg_compress_struct info{};
-  info.err = jpeg_std_error(&failure.manager);
-  failure.manager.error_exit = fail;
-  failure.manager.emit_message = discard_message;
-  if (setjmp(failure.jump) != 0) {
+  info.err = errors.install();
+  if (setjmp(errors.jump) != 0) {
     jpeg_destroy_compress(&info);
     return false;
   }
@@ -67,15 +49,15 @@ bool compress(const std::byte* rgb, FrameSize size, int quality, Failure& failur
 Result<std::vector<std::byte>> encode_jpeg(std::span<const std::byte> rgb, FrameSize size, int quality,
                                            std::size_t max_bytes) {
   for (;; quality -= 5) {
-    Failure failure{};
+    JpegErrors errors;
     unsigned char* memory = nullptr;
     unsigned long bytes = 0;
-    const bool done = compress(rgb.data(), size, quality, failure, &memory, &bytes);
+    const bool done = compress(rgb.data(), size, quality, errors, &memory, &bytes);
     const auto* const begin = reinterpret_cast<const std::byte*>(memory);
     std::vector<std::byte> out;
     if (done && bytes <= max_bytes) out.assign(begin, begin + bytes);
     std::free(memory);
-    if (!done) return Status(StatusCode::internal, std::string("JPEG: ") + failure.text);
+    if (!done) return Status(StatusCode::internal, std::string("JPEG: ") + errors.message.data());
     if (!out.empty()) return out;
     if (quality <= 5)
       return Status(StatusCode::internal,

@@ -93,16 +93,6 @@ int print_calibration(const std::string& of, const SceneOptions& scene) {
   return kOk;
 }
 
-std::string rendering_json(const SceneSource& source) {
-  const RenderCounts c = source.counts();
-  char text[200];
-  std::snprintf(text, sizeof text,
-                "{\"rendered\": %llu, \"kept\": %llu, \"kept_bytes\": %llu, \"render_s\": %.3f, \"failed\": %llu}",
-                static_cast<unsigned long long>(c.rendered), static_cast<unsigned long long>(c.kept),
-                static_cast<unsigned long long>(c.kept_bytes), c.render_s, static_cast<unsigned long long>(c.failed));
-  return text;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -112,7 +102,7 @@ int main(int argc, char** argv) {
       "rendered with the scene and sensor model of the firmware's simulated camera."};
   app.footer(
       "Example:\n"
-      "  lightwell-usb-camera --redir cam0.sock --control cam0.control --scene 'sim:city?rig=single&turn=30deg/s'\n"
+      "  lightwell-usb-camera --redir cam0.sock --control cam0.control --scene 'sim:city?rig=single&yaw_rate=30deg/s'\n"
       "and give QEMU:\n"
       "  -device qemu-xhci,id=xhci -chardev socket,id=cam0,path=cam0.sock,reconnect=1\n"
       "  -device usb-redir,chardev=cam0,bus=xhci.0\n"
@@ -128,7 +118,7 @@ int main(int argc, char** argv) {
   std::size_t memory_mib = 1024;
   app.add_option("--redir", sockets.redir_path, "Unix socket to which QEMU's chardev connects");
   app.add_option("--control", sockets.control_path, "Unix socket for commands [none]");
-  app.add_option("--scene", scene.uri, "The scene: a URI of the simulated camera, without sensor=")
+  app.add_option("--scene", scene.uri, "The scene: a URI of the simulated camera, without sensor= and gain=")
       ->capture_default_str();
   app.add_option("--lens", scene.lens, "Index of the lens in the scene's rig; each lens is a camera")
       ->capture_default_str();
@@ -179,6 +169,7 @@ int main(int argc, char** argv) {
     if (running != nullptr) running->wake();
   });
   if (!source) return fail(kBadInput, source.status());
+  for (const std::string& note : (*source)->notes()) std::cerr << "lightwell-usb-camera: " << note << "\n";
   device_options.formats = formats_for(rig_of(scene.uri));
   for (const std::string& text : ahead_texts) {
     const Result<Ahead> ahead = parse_ahead(text, device_options.formats);
@@ -194,7 +185,7 @@ int main(int argc, char** argv) {
   targets.device = &device;
   targets.log = &log;
   targets.set_scene = [&](const std::string& text) { return (*source)->set_scene(text); };
-  targets.rendering = [&] { return rendering_json(**source); };
+  targets.render_counts = [&] { return (*source)->counts(); };
   Result<std::unique_ptr<Server>> opened = Server::open(sockets, targets);
   if (!opened) return fail(kBadInput, opened.status());
   server = std::move(*opened);

@@ -36,9 +36,9 @@ Result<std::shared_ptr<SceneRenderer>> SceneRenderer::open(const std::string& ur
   if (parsed->scheme != "sim")
     return Status(StatusCode::invalid_argument, "'" + uri + "' is not a URI of the simulated camera, sim:SCENE?...");
   for (const auto& [name, value] : parsed->parameters) {
-    if (name == "sensor")
+    if (name == "sensor" || name == "gain")
       return Status(StatusCode::invalid_argument,
-                    "sensor=" + value + " is not allowed, because the host chooses the format; leave it out");
+                    name + "=" + value + " is not allowed, because the host sets it; leave it out");
   }
   CameraConfig config;
   config.width = format.size.width;

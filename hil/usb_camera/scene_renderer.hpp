@@ -21,19 +21,21 @@ namespace lightwell::usb_camera {
 /// render() may be called from any thread; the rest is constant.
 class SceneRenderer {
  public:
-  /// `uri`: URI of the simulated camera. Errors of parse_sim_options() and make_sim_world(); invalid_argument for a
-  /// `sensor` in the URI or a lens index that the rig does not have.
+  /// `uri`: URI of the simulated camera. Errors of parse_sim_options() and make_sim_world(); invalid_argument for
+  /// `sensor` or `gain` in the URI, which the host sets, or a lens index that the rig does not have.
   [[nodiscard]] static Result<std::shared_ptr<SceneRenderer>> open(const std::string& uri, int lens, int jpeg_quality,
                                                                    const StreamFormat& format);
 
   [[nodiscard]] const StreamFormat& format() const { return format_; }
   [[nodiscard]] const RingPlan& plan() const { return world_->plan; }
   /// The first exposure time of the URI, or the automatic one at gain 1, in seconds.
-  [[nodiscard]] double exposure_s() const { return world_->options.exposure_s.front(); }
-  [[nodiscard]] double readout_s() const { return world_->options.readout_s; }
+  [[nodiscard]] double exposure_s() const { return world_->options.capture.exposure_s.front(); }
+  [[nodiscard]] double readout_s() const { return world_->options.row_readout_s; }
   /// The true calibration of the images.
   [[nodiscard]] RigParameters calibration() const;
   [[nodiscard]] const std::string& rig() const { return world_->options.rig; }
+  /// Former names of parameters in the URI.
+  [[nodiscard]] const std::vector<std::string>& notes() const { return world_->options.notes; }
 
   /// Renders an image; frame n shows image plan().picture(n). internal: JPEG encoding fails.
   [[nodiscard]] Result<std::vector<std::byte>> render(std::uint64_t picture, const SensorSettings& settings);

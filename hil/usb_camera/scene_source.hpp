@@ -22,7 +22,7 @@ namespace lightwell::usb_camera {
 
 struct SceneOptions {
   std::string uri =
-      "sim:city?rig=single";  ///< URI of the simulated camera, without sensor=: the host chooses the format.
+      "sim:city?rig=single";  ///< URI of the simulated camera, without sensor= and gain=, which the host sets.
   int lens = 0;               ///< Index of the lens in the rig; a USB camera has one lens.
   int jpeg_quality = 90;
   int threads = 2;                            ///< Number of rendering threads.
@@ -58,6 +58,8 @@ class SceneSource final : public FrameSource {
 
   [[nodiscard]] RenderCounts counts() const;
   [[nodiscard]] const std::string& uri() const { return options_.uri; }
+  /// Former names of parameters in the scene's URI.
+  [[nodiscard]] const std::vector<std::string>& notes() const { return renderers_.front().second->notes(); }
 
  private:
   /// Number of the renderer, number of the image, exposure in nanoseconds, gain in thousandths, white balance in

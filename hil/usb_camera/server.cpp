@@ -36,7 +36,7 @@ Result<std::unique_ptr<Server>> Server::open(const ServerOptions& options, Comma
     server->control_ = std::move(*control);
   }
   server->event_ = FileDescriptor(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
-  if (!server->event_.open())
+  if (!server->event_)
     return Status(StatusCode::resource_exhausted, std::string("no eventfd: ") + std::strerror(errno));
   return server;
 }
@@ -82,7 +82,7 @@ void Server::plug() {
 
 void Server::serve_port() {
   if (port_ == nullptr && plugged_) {
-    if (FileDescriptor host = redir_->accept(); host.open()) {
+    if (FileDescriptor host = redir_->accept()) {
       targets_.device->power_on();
       port_ = std::make_unique<RedirPort>(*targets_.device, std::move(host), plugged_);
     }
@@ -109,7 +109,7 @@ bool Server::serve(Client& client) {
 
 void Server::serve_clients() {
   if (!control_) return;
-  for (FileDescriptor socket = control_->accept(); socket.open(); socket = control_->accept()) {
+  for (FileDescriptor socket = control_->accept(); socket; socket = control_->accept()) {
     if (clients_.size() < kMaxClients) clients_.push_back({std::move(socket), {}, {}});
   }
   clients_.remove_if([this](Client& client) { return !serve(client); });

@@ -24,26 +24,19 @@ const sockaddr* generic(const sockaddr_un& address) { return reinterpret_cast<co
 
 }  // namespace
 
-FileDescriptor::~FileDescriptor() { close(); }
-
-void FileDescriptor::close() {
-  if (fd_ >= 0) ::close(fd_);
-  fd_ = -1;
-}
-
 Result<Listener> Listener::at(const std::string& path) {
   const Result<sockaddr_un> address = address_of(path);
   if (!address) return address.status();
   if (connect_to(path)) return Status(StatusCode::resource_exhausted, "another process listens at " + path);
   ::unlink(path.c_str());
   FileDescriptor socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  if (!socket.open() || ::bind(socket.get(), generic(*address), sizeof *address) != 0 || ::listen(socket.get(), 8) != 0)
+  if (!socket || ::bind(socket.get(), generic(*address), sizeof *address) != 0 || ::listen(socket.get(), 8) != 0)
     return Status(StatusCode::unavailable, "cannot listen at " + path + ": " + std::strerror(errno));
   return Listener(std::move(socket), path);
 }
 
 Listener::~Listener() {
-  if (socket_.open()) ::unlink(path_.c_str());
+  if (socket_) ::unlink(path_.c_str());
 }
 
 FileDescriptor Listener::accept() const {
@@ -54,7 +47,7 @@ Result<FileDescriptor> connect_to(const std::string& path) {
   const Result<sockaddr_un> address = address_of(path);
   if (!address) return address.status();
   FileDescriptor socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  if (!socket.open() || ::connect(socket.get(), generic(*address), sizeof *address) != 0)
+  if (!socket || ::connect(socket.get(), generic(*address), sizeof *address) != 0)
     return Status(StatusCode::unavailable, "cannot connect to " + path + ": " + std::strerror(errno));
   return socket;
 }

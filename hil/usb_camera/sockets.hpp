@@ -1,31 +1,13 @@
-// Unix domain sockets: an owning file descriptor and a listening socket.
+// Unix domain sockets.
 #pragma once
 
 #include <string>
 #include <utility>
 
+#include <lightwell/file_descriptor.hpp>
 #include <lightwell/result.hpp>
 
 namespace lightwell::usb_camera {
-
-class FileDescriptor {
- public:
-  FileDescriptor() = default;
-  explicit FileDescriptor(int fd) : fd_(fd) {}
-  FileDescriptor(FileDescriptor&& o) noexcept : fd_(std::exchange(o.fd_, -1)) {}
-  FileDescriptor& operator=(FileDescriptor&& o) noexcept {
-    std::swap(fd_, o.fd_);
-    return *this;
-  }
-  ~FileDescriptor();
-
-  [[nodiscard]] int get() const { return fd_; }
-  [[nodiscard]] bool open() const { return fd_ >= 0; }
-  void close();
-
- private:
-  int fd_ = -1;
-};
 
 /// Listens at a path, after removing a stale socket there. The listening and the accepted sockets are non-blocking.
 class Listener {

@@ -1,10 +1,9 @@
-#include <array>
 #include <charconv>
-#include <cstdio>
 #include <optional>
 
 #include <lightwell/advertisement.hpp>
 #include <lightwell/printable.hpp>
+#include <lightwell/text.hpp>
 
 namespace lightwell {
 namespace {
@@ -20,11 +19,7 @@ Status wrong(std::string_view key, std::string_view why) {
   return {StatusCode::invalid_argument, "TXT record: " + std::string(key) + ": " + std::string(why)};
 }
 
-std::string hex(std::uint32_t value) {
-  std::array<char, 9> text{};
-  std::snprintf(text.data(), text.size(), "%08x", value);
-  return text.data();
-}
+std::string hex(std::uint32_t value) { return formatted("%08x", value); }
 
 std::optional<std::uint32_t> number(std::string_view text, int base) {
   std::uint32_t value = 0;

@@ -3,46 +3,51 @@
 #include <cctype>
 #include <charconv>
 #include <tuple>
+#include <type_traits>
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
 
-#include <lightwell/config.hpp>
+#include <lightwell/estimator_config.hpp>
 
 #include "config_message.hpp"
-#include "text_message.hpp"
+#include "nearest_name.hpp"
+#include "renamed_fields.hpp"
 
 namespace lightwell {
 namespace {
 
 namespace pb = google::protobuf;
 
-/// Visits each field; for EstimatorConfig and EstimatorUpdate.
-constexpr auto kFields = std::tuple{
-    [](auto& c) -> decltype(auto) { return (c.band); },
-    [](auto& c) -> decltype(auto) { return (c.max_lights); },
-    [](auto& c) -> decltype(auto) { return (c.setting); },
-    [](auto& c) -> decltype(auto) { return (c.panorama.light_threshold); },
-    [](auto& c) -> decltype(auto) { return (c.panorama.epsilon); },
-    [](auto& c) -> decltype(auto) { return (c.panorama.radiance_epsilon); },
-    [](auto& c) -> decltype(auto) { return (c.panorama.unseen); },
-    [](auto& c) -> decltype(auto) { return (c.panorama.smoothing); },
-    [](auto& c) -> decltype(auto) { return (c.panorama.environment_edge); },
-    [](auto& c) -> decltype(auto) { return (c.panorama.environment_rate); },
-    [](auto& c) -> decltype(auto) { return (c.marker.decimation); },
-    [](auto& c) -> decltype(auto) { return (c.marker.search_decimation); },
-    [](auto& c) -> decltype(auto) { return (c.marker.max_faces); },
+/// An option of an estimator.
+template <class Access>
+struct Option {
+  std::string_view name;  ///< As in option_names().
+  Access of;              ///< Its member of an EstimatorConfig or EstimatorUpdate.
+};
+template <class Access>
+Option(std::string_view, Access) -> Option<Access>;
+
+/// Every option.
+constexpr auto kOptions = std::tuple{
+    Option{"band", [](auto& c) -> decltype(auto) { return (c.band); }},
+    Option{"max_lights", [](auto& c) -> decltype(auto) { return (c.max_lights); }},
+    Option{"setting", [](auto& c) -> decltype(auto) { return (c.setting); }},
+    Option{"panorama.light_threshold", [](auto& c) -> decltype(auto) { return (c.panorama.light_threshold); }},
+    Option{"panorama.epsilon", [](auto& c) -> decltype(auto) { return (c.panorama.epsilon); }},
+    Option{"panorama.radiance_epsilon", [](auto& c) -> decltype(auto) { return (c.panorama.radiance_epsilon); }},
+    Option{"panorama.unseen_fill", [](auto& c) -> decltype(auto) { return (c.panorama.unseen); }},
+    Option{"panorama.smoothing", [](auto& c) -> decltype(auto) { return (c.panorama.smoothing); }},
+    Option{"panorama.environment_edge", [](auto& c) -> decltype(auto) { return (c.panorama.environment_edge); }},
+    Option{"panorama.environment_rate", [](auto& c) -> decltype(auto) { return (c.panorama.environment_rate); }},
+    Option{"marker.decimation", [](auto& c) -> decltype(auto) { return (c.marker.decimation); }},
+    Option{"marker.search_decimation", [](auto& c) -> decltype(auto) { return (c.marker.search_decimation); }},
+    Option{"marker.max_faces", [](auto& c) -> decltype(auto) { return (c.marker.max_faces); }},
 };
 
 template <class Visit>
-void for_each_field(Visit&& visit) {
-  std::apply([&](const auto&... field) { (visit(field), ...); }, kFields);
-}
-
-/// Enums of the value types are bytes: a number that is not an enumerator must not become one by truncation.
-template <class Value>
-Value known(int number, bool valid) {
-  return valid ? static_cast<Value>(number) : Value{};
+void for_each_option(Visit&& visit) {
+  std::apply([&](const auto&... option) { (visit(option), ...); }, kOptions);
 }
 
 /// "UNSEEN_FILL_MIRROR" is "mirror".
@@ -54,8 +59,8 @@ std::string word_of(const pb::EnumValueDescriptor& value) {
   return word;
 }
 
-/// Moves deprecated fields into the submessage that has a field of the same name and type, unless that is set. By
-/// reflection, because the accessors of deprecated fields cause compiler warnings.
+/// Moves deprecated fields into the submessage that has a field of the same (or former) name and type, unless that is
+/// set. By reflection, because the accessors of deprecated fields cause compiler warnings.
 std::vector<std::string> move_deprecated(v1::EstimatorConfig& m, EstimatorKind kind) {
   std::vector<std::string> warnings;
   v1::PanoramaEstimatorConfig& to = *m.mutable_panorama();
@@ -65,12 +70,13 @@ std::vector<std::string> move_deprecated(v1::EstimatorConfig& m, EstimatorKind k
   for (const pb::FieldDescriptor* old : set) {
     if (!old->options().deprecated()) continue;
     const std::string& name = old->name();
-    const pb::FieldDescriptor* now = to.GetDescriptor()->FindFieldByName(name);
-    warnings.push_back(kind == EstimatorKind::panorama
-                           ? "estimator." + name + " is deprecated; write estimator { panorama { " + name + " } }"
-                           : "estimator." + name +
-                                 " has no effect: it is an option of the panorama estimator, but the " +
-                                 std::string(to_string(kind)) + " estimator is active; leave it out");
+    const pb::FieldDescriptor* now =
+        to.GetDescriptor()->FindFieldByName(std::string(current_field_name(to.GetDescriptor()->full_name(), name)));
+    warnings.push_back(
+        kind == EstimatorKind::panorama
+            ? "estimator." + name + " is deprecated; write estimator { panorama { " + now->name() + " } }"
+            : "estimator." + name + " has no effect: it is an option of the panorama estimator, but the " +
+                  std::string(to_string(kind)) + " estimator is active; leave it out");
     if (kind != EstimatorKind::panorama || to_fields.HasField(to, now)) continue;
     if (old->cpp_type() == pb::FieldDescriptor::CPPTYPE_DOUBLE)
       to_fields.SetDouble(&to, now, from_fields.GetDouble(m, old));
@@ -91,6 +97,31 @@ std::pair<pb::Message*, const pb::FieldDescriptor*> find_field(v1::EstimatorConf
     name.remove_prefix(dot + 1);
   }
   return {in, in->GetDescriptor()->FindFieldByName(std::string(name))};
+}
+
+template <class Value>
+void read_option(const pb::Message& m, const pb::FieldDescriptor& f, Value& out) {
+  const pb::Reflection& values = *m.GetReflection();
+  if constexpr (std::is_enum_v<Value>) {
+    // Enums of the value types are bytes: a number that is not an enumerator must not become one by truncation.
+    const int number = values.GetEnumValue(m, &f);
+    out = f.enum_type()->FindValueByNumber(number) == nullptr ? Value{} : static_cast<Value>(number);
+  } else if constexpr (std::is_same_v<Value, int>) {
+    out = static_cast<int>(values.GetUInt32(m, &f));
+  } else {
+    out = values.GetDouble(m, &f);
+  }
+}
+
+template <class Value>
+void write_option(Value value, pb::Message& m, const pb::FieldDescriptor& f) {
+  const pb::Reflection& values = *m.GetReflection();
+  if constexpr (std::is_enum_v<Value>)
+    values.SetEnumValue(&m, &f, static_cast<int>(value));
+  else if constexpr (std::is_same_v<Value, int>)
+    values.SetUInt32(&m, &f, static_cast<std::uint32_t>(value));
+  else
+    values.SetDouble(&m, &f, value);
 }
 
 ConfigField field_of(v1::EstimatorConfig& all, const std::string& name) {
@@ -146,59 +177,33 @@ Status put(pb::Message& m, const pb::FieldDescriptor& f, std::string_view name, 
 }  // namespace
 
 EstimatorConfig updated(EstimatorConfig config, const EstimatorUpdate& update) {
-  for_each_field([&](const auto& field) {
-    if (field(update)) field(config) = *field(update);
+  for_each_option([&](const auto& option) {
+    if (option.of(update)) option.of(config) = *option.of(update);
   });
   return config;
 }
 
 EstimatorUpdate all_fields(const EstimatorConfig& config) {
   EstimatorUpdate out;
-  for_each_field([&](const auto& field) { field(out) = field(config); });
+  for_each_option([&](const auto& option) { option.of(out) = option.of(config); });
   return out;
 }
 
 ReceivedUpdate update_of(v1::EstimatorConfig m, EstimatorKind kind) {
   ReceivedUpdate out{{}, move_deprecated(m, kind)};
-  EstimatorUpdate& u = out.update;
-  if (m.has_band()) u.band = static_cast<int>(m.band());
-  if (m.has_max_lights()) u.max_lights = static_cast<int>(m.max_lights());
-  if (m.has_setting()) u.setting = known<Setting>(m.setting(), v1::Setting_IsValid(m.setting()));
-  const v1::PanoramaEstimatorConfig& p = m.panorama();
-  if (p.has_light_threshold()) u.panorama.light_threshold = p.light_threshold();
-  if (p.has_epsilon()) u.panorama.epsilon = p.epsilon();
-  if (p.has_radiance_epsilon()) u.panorama.radiance_epsilon = p.radiance_epsilon();
-  if (p.has_unseen()) u.panorama.unseen = known<UnseenFill>(p.unseen(), v1::UnseenFill_IsValid(p.unseen()));
-  if (p.has_smoothing()) u.panorama.smoothing = known<Smoothing>(p.smoothing(), v1::Smoothing_IsValid(p.smoothing()));
-  if (p.has_environment_edge()) u.panorama.environment_edge = static_cast<int>(p.environment_edge());
-  if (p.has_environment_rate()) u.panorama.environment_rate = p.environment_rate();
-  const v1::MarkerEstimatorConfig& marker = m.marker();
-  if (marker.has_decimation()) u.marker.decimation = marker.decimation();
-  if (marker.has_search_decimation()) u.marker.search_decimation = marker.search_decimation();
-  if (marker.has_max_faces()) u.marker.max_faces = static_cast<int>(marker.max_faces());
+  for_each_option([&](const auto& option) {
+    const auto [in, field] = find_field(m, option.name);
+    if (in->GetReflection()->HasField(*in, field)) read_option(*in, *field, option.of(out.update).emplace());
+  });
   return out;
 }
 
 void fill_config(const EstimatorUpdate& update, v1::EstimatorConfig& m) {
-  if (update.band) m.set_band(static_cast<std::uint32_t>(*update.band));
-  if (update.max_lights) m.set_max_lights(static_cast<std::uint32_t>(*update.max_lights));
-  if (update.setting) m.set_setting(static_cast<v1::Setting>(*update.setting));
-  if (const EstimatorUpdate::Panorama& u = update.panorama; u != EstimatorUpdate::Panorama{}) {
-    v1::PanoramaEstimatorConfig& p = *m.mutable_panorama();
-    if (u.light_threshold) p.set_light_threshold(*u.light_threshold);
-    if (u.epsilon) p.set_epsilon(*u.epsilon);
-    if (u.radiance_epsilon) p.set_radiance_epsilon(*u.radiance_epsilon);
-    if (u.unseen) p.set_unseen(static_cast<v1::UnseenFill>(*u.unseen));
-    if (u.smoothing) p.set_smoothing(static_cast<v1::Smoothing>(*u.smoothing));
-    if (u.environment_edge) p.set_environment_edge(static_cast<std::uint32_t>(*u.environment_edge));
-    if (u.environment_rate) p.set_environment_rate(*u.environment_rate);
-  }
-  if (const EstimatorUpdate::Marker& u = update.marker; u != EstimatorUpdate::Marker{}) {
-    v1::MarkerEstimatorConfig& marker = *m.mutable_marker();
-    if (u.decimation) marker.set_decimation(*u.decimation);
-    if (u.search_decimation) marker.set_search_decimation(*u.search_decimation);
-    if (u.max_faces) marker.set_max_faces(static_cast<std::uint32_t>(*u.max_faces));
-  }
+  for_each_option([&](const auto& option) {
+    if (!option.of(update)) return;
+    const auto [in, field] = find_field(m, option.name);
+    write_option(*option.of(update), *in, *field);
+  });
 }
 
 v1::EstimatorConfig message_of(const EstimatorConfig& config) {
@@ -214,15 +219,26 @@ std::vector<ConfigField> fields_of(const EstimatorState& estimator) {
   return out;
 }
 
+std::string current_option_name(std::string_view name) {
+  std::string out(name);
+  const std::size_t dot = name.find('.');
+  if (dot == std::string_view::npos) return out;
+  const pb::FieldDescriptor* const section = v1::EstimatorConfig::descriptor()->FindFieldByName(out.substr(0, dot));
+  if (section == nullptr || section->message_type() == nullptr) return out;
+  return out.replace(dot + 1, std::string::npos,
+                     current_field_name(section->message_type()->full_name(), name.substr(dot + 1)));
+}
+
 Status set_field(EstimatorUpdate& update, std::string_view name, std::string_view value) {
-  std::vector<std::string> names = option_names(EstimatorKind::panorama);
-  std::ranges::copy(option_names(EstimatorKind::marker), std::back_inserter(names));
-  if (std::ranges::find(names, name) == names.end())
-    return {StatusCode::invalid_argument, "there is no field '" + std::string(name) + "'" + nearest_name(name, names)};
+  const std::string option = current_option_name(name);
+  std::vector<std::string> names;
+  for (const EstimatorKind kind : kEstimatorKinds) std::ranges::copy(option_names(kind), std::back_inserter(names));
+  if (std::ranges::find(names, option) == names.end())
+    return {StatusCode::invalid_argument, "there is no field '" + option + "'" + nearest_name(option, names)};
   v1::EstimatorConfig m;
   fill_config(update, m);
-  const auto [in, field] = find_field(m, name);
-  if (Status s = put(*in, *field, name, value); !s.ok()) return s;
+  const auto [in, field] = find_field(m, option);
+  if (Status s = put(*in, *field, option, value); !s.ok()) return s;
   update = update_of(m, EstimatorKind::panorama).update;
   return {};
 }

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
+#include <fstream>
 #include <stdio.h>
 #include <unistd.h>
 #include <utility>
@@ -24,26 +25,6 @@ constexpr std::size_t kMaxFileBytes = std::size_t{1} << 20;
 /// The kernel's limit (MAXSYMLINKS).
 constexpr int kMaxLinksFollowed = 40;
 
-/// Owner of a file descriptor.
-class OpenFile {
- public:
-  explicit OpenFile(int number) : number_(number) {}
-  OpenFile(OpenFile&& other) noexcept : number_(other.release()) {}
-  OpenFile& operator=(OpenFile&& other) noexcept {
-    std::swap(number_, other.number_);
-    return *this;
-  }
-  ~OpenFile() {
-    if (number_ >= 0) ::close(number_);
-  }
-  [[nodiscard]] int get() const { return number_; }
-  [[nodiscard]] int release() { return std::exchange(number_, -1); }
-  explicit operator bool() const { return number_ >= 0; }
-
- private:
-  int number_;
-};
-
 Status failed(const std::string& path, const char* what) {
   const int error = errno;
   const StatusCode code = error == ENOSPC || error == EDQUOT ? StatusCode::resource_exhausted
@@ -60,7 +41,7 @@ bool is_ours(uid_t owner) { return owner == 0 || owner == ::geteuid(); }
 
 /// An entry of an open folder. openat() with O_NOFOLLOW opens this entry or fails.
 struct Place {
-  OpenFile folder;  ///< O_PATH
+  FileDescriptor folder;  ///< O_PATH
   std::string name = ".";
 };
 
@@ -78,12 +59,12 @@ void push_names(std::vector<std::string>& names, std::string_view path) {
   std::reverse(names.begin() + at, names.end());
 }
 
-OpenFile start_of(std::string_view path) {
+FileDescriptor start_of(std::string_view path) {
   constexpr int kFlags = O_PATH | O_DIRECTORY | O_CLOEXEC;
-  if (!path.starts_with('/')) return OpenFile(::open(".", kFlags));
+  if (!path.starts_with('/')) return FileDescriptor(::open(".", kFlags));
   // The root of this process, even if the path "/" is mapped: qemu-user with -L maps it to the sysroot.
   const int root = ::open("/proc/self/root", kFlags);
-  return OpenFile(root >= 0 ? root : ::open("/", kFlags));
+  return FileDescriptor(root >= 0 ? root : ::open("/", kFlags));
 }
 
 Result<Place> find(const std::string& path, FinalLink final_link, Parents parents = Parents::expect,
@@ -95,7 +76,7 @@ Result<Place> find(const std::string& path, FinalLink final_link, Parents parent
     at.name = std::move(left.back());
     left.pop_back();
     if (left.empty() && final_link == FinalLink::refuse) return at;
-    OpenFile step(::openat(at.folder.get(), at.name.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC));
+    FileDescriptor step(::openat(at.folder.get(), at.name.c_str(), O_PATH | O_NOFOLLOW | O_CLOEXEC));
     if (!step && errno == ENOENT) {
       if (left.empty()) return at;
       if (parents == Parents::make && ::mkdirat(at.folder.get(), at.name.c_str(), 0777) == 0) {
@@ -128,9 +109,10 @@ Result<Place> find(const std::string& path, FinalLink final_link, Parents parent
   return at;
 }
 
-OpenFile open_at(const Place& place, int flags, mode_t mode = 0) {
+FileDescriptor open_at(const Place& place, int flags, mode_t mode = 0) {
   // O_NONBLOCK: otherwise open() of a FIFO blocks until its other end is opened.
-  return OpenFile(::openat(place.folder.get(), place.name.c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, mode));
+  return FileDescriptor(
+      ::openat(place.folder.get(), place.name.c_str(), flags | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, mode));
 }
 
 /// The error of a failed open(). For a symbolic link O_NOFOLLOW fails with ELOOP (with O_DIRECTORY: ENOTDIR).
@@ -144,7 +126,7 @@ enum class Names : std::uint8_t { any, one };
 
 /// Checks that `file` is a regular file; with Names::one, also that it has one hard link and belongs to root, to this
 /// user, or to the folder's owner, who can write there anyway.
-Status check_plain(const OpenFile& file, const Place& place, const std::string& path, Names names) {
+Status check_plain(const FileDescriptor& file, const Place& place, const std::string& path, Names names) {
   struct stat facts {
   }, folder{};
   if (::fstat(file.get(), &facts) != 0 || ::fstat(place.folder.get(), &folder) != 0)
@@ -159,7 +141,7 @@ Status check_plain(const OpenFile& file, const Place& place, const std::string& 
 }
 
 /// A character device such as /dev/null; only root can create one.
-bool is_device(const OpenFile& file) {
+bool is_device(const FileDescriptor& file) {
   struct stat facts {};
   return ::fstat(file.get(), &facts) == 0 && S_ISCHR(facts.st_mode);
 }
@@ -167,14 +149,14 @@ bool is_device(const OpenFile& file) {
 /// If root writes (`lightwelld --pair`), gives the new file or folder to the owner of its folder: otherwise the
 /// daemon's user could not read it. `made` must have been created by this process: an existing file never changes its
 /// owner.
-bool chown_to_owner_of(const OpenFile& folder, const OpenFile& made) {
+bool chown_to_owner_of(const FileDescriptor& folder, const FileDescriptor& made) {
   if (::geteuid() != 0) return true;
   struct stat facts {};
   return ::fstat(folder.get(), &facts) == 0 && ::fchown(made.get(), facts.st_uid, facts.st_gid) == 0;
 }
 
-bool flush_folder(const OpenFile& folder) {
-  const OpenFile open(::openat(folder.get(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+bool flush_folder(const FileDescriptor& folder) {
+  const FileDescriptor open(::openat(folder.get(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   return open && ::fsync(open.get()) == 0;
 }
 
@@ -206,7 +188,7 @@ Result<std::optional<std::string>> read_file(const std::string& path, FinalLink 
   const Result<Place> place = find(path, final_link);
   if (!place && place.status().code() == StatusCode::not_found) return std::optional<std::string>();
   if (!place) return place.status();
-  const OpenFile file = open_at(*place, O_RDONLY);
+  const FileDescriptor file = open_at(*place, O_RDONLY);
   if (!file && errno == ENOENT) return std::optional<std::string>();
   if (!file) return cannot_open(path);
   if (Status s = check_plain(file, *place, path, names); !s.ok()) return s;
@@ -225,12 +207,26 @@ Result<std::optional<std::string>> read_file(const std::string& path, FinalLink 
 
 }  // namespace
 
+FileDescriptor::~FileDescriptor() {
+  if (number_ >= 0) ::close(number_);
+}
+
+Result<std::string> read_text_file(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return Status(StatusCode::not_found, path + ": cannot be opened: " + std::strerror(errno));
+  std::string text;
+  for (std::array<char, 8192> part; in.read(part.data(), part.size()) || in.gcount() > 0;)
+    text.append(part.data(), static_cast<std::size_t>(in.gcount()));
+  if (in.bad()) return Status(StatusCode::data_loss, path + ": cannot be read to its end");
+  return text;
+}
+
 Status make_private_folder(const std::string& path) {
   const Result<Place> place = find(path, FinalLink::refuse, Parents::make);
   if (!place) return place.status();
   const bool made = ::mkdirat(place->folder.get(), place->name.c_str(), S_IRWXU) == 0;
   if (!made && errno != EEXIST) return failed(path, "cannot be created");
-  const OpenFile folder = open_at(*place, O_RDONLY | O_DIRECTORY);
+  const FileDescriptor folder = open_at(*place, O_RDONLY | O_DIRECTORY);
   if (!folder)
     return errno == ENOTDIR || errno == ELOOP ? refused_path(path,
                                                              "is not a folder; remove it, or, if it is a symbolic "
@@ -255,11 +251,11 @@ Status write_atomically(const std::string& path, std::string_view bytes, FileMod
   if (::fstatat(folder, place->name.c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0 && !S_ISREG(there.st_mode)) {
     if (!S_ISCHR(there.st_mode))
       return refused_path(path, "is not a regular file and is not replaced; remove it or name another file");
-    const OpenFile device = open_at(*place, O_WRONLY);
+    const FileDescriptor device = open_at(*place, O_WRONLY);
     return device && write_all(device.get(), bytes) ? Status() : failed(path, "cannot be written");
   }
-  Place aside{OpenFile(::openat(folder, ".", O_PATH | O_DIRECTORY | O_CLOEXEC))};
-  OpenFile file(-1);
+  Place aside{FileDescriptor(::openat(folder, ".", O_PATH | O_DIRECTORY | O_CLOEXEC))};
+  FileDescriptor file(-1);
   for (int i = 0; i < kAttempts && !file; ++i) {
     aside.name = beside(place->name);
     file = open_at(aside, O_WRONLY | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR);
@@ -290,7 +286,7 @@ Result<std::optional<std::string>> read_private_file(const std::string& path) {
 Result<FilePointer> open_for_update(const std::string& path) {
   const Result<Place> place = find(path, FinalLink::follow);
   if (!place) return place.status();
-  OpenFile file = open_at(*place, O_RDWR | O_CREAT, 0666);
+  FileDescriptor file = open_at(*place, O_RDWR | O_CREAT, 0666);
   if (!file) return cannot_open(path);
   if (const Status s = check_plain(file, *place, path, Names::one); !s.ok() && !is_device(file)) return s;
   FilePointer out(::fdopen(file.get(), "r+b"));
@@ -337,7 +333,7 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
   const std::string path = folder + "/lock";
   const Result<Place> place = find(path, FinalLink::refuse);
   if (!place) return place.status();
-  OpenFile file = open_at(*place, O_RDWR | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR);
+  FileDescriptor file = open_at(*place, O_RDWR | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR);
   if (file) {
     if (!chown_to_owner_of(place->folder, file)) return failed(path, "cannot be given to the folder's owner");
   } else {
@@ -347,13 +343,7 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
   }
   while (::flock(file.get(), LOCK_EX) != 0)
     if (errno != EINTR) return failed(path, "cannot be locked");
-  return FolderLock(file.release());
-}
-
-FolderLock::FolderLock(FolderLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-FolderLock::~FolderLock() {
-  if (descriptor_ >= 0) ::close(descriptor_);
+  return FolderLock(std::move(file));
 }
 
 }  // namespace lightwell

@@ -1,7 +1,7 @@
 #include <algorithm>
-#include <charconv>
 
 #include <lightwell/mqtt.hpp>
+#include <lightwell/text.hpp>
 
 namespace lightwell {
 namespace {
@@ -79,10 +79,9 @@ Result<MqttAddress> parse_mqtt_address(std::string_view uri, MqttBase base) {
     if (static_cast<unsigned char>(c) <= 0x20 || c == 0x7F || c == '?' || c == '#')
       return refused(uri, "the broker's name has a character that is not allowed in host names");
   if (!authority.empty()) {
-    const std::string_view digits = authority.substr(1);
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), out.port);
-    if (error != std::errc() || end != digits.data() + digits.size() || out.port < 1 || out.port > 65535)
-      return refused(uri, "the port must be a number from 1 to 65535");
+    const auto port = parse_number<int>(authority.substr(1));
+    if (!port || *port < 1 || *port > 65535) return refused(uri, "the port must be a number from 1 to 65535");
+    out.port = *port;
   }
   if (const std::string_view problem = base_problem(topic); !problem.empty()) return refused(uri, problem);
   if (topic.empty() && base == MqttBase::needed) return refused(uri, "no topic");

@@ -1,8 +1,5 @@
-#include <array>
-#include <cstdio>
-
-#include <lightwell/json.hpp>
 #include <lightwell/printable.hpp>
+#include <lightwell/text.hpp>
 
 namespace lightwell {
 namespace {
@@ -36,55 +33,21 @@ bool is_control(std::string_view character) {
   return false;
 }
 
-/// Passes each character to `keep`, or to `escape` if it must be escaped or is a byte that is not UTF-8.
-template <class Keep, class Escape>
-void each_character(std::string_view text, Keep keep, Escape escape) {
-  while (!text.empty()) {
-    const std::size_t length = utf8_length(text);
-    const std::string_view character = text.substr(0, length == 0 ? 1 : length);
-    length != 0 && !is_control(character) ? keep(character) : escape(character, length != 0);
-    text.remove_prefix(character.size());
-  }
-}
-
-std::string formatted(const char* format, unsigned value) {
-  std::array<char, 8> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
-
-/// Code point of a valid character of up to three bytes.
-unsigned code_point(std::string_view character) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned>(static_cast<unsigned char>(character[i])); };
-  if (character.size() == 1) return byte(0);
-  if (character.size() == 2) return (byte(0) & 0x1FU) << 6U | (byte(1) & 0x3FU);
-  return (byte(0) & 0x0FU) << 12U | (byte(1) & 0x3FU) << 6U | (byte(2) & 0x3FU);
-}
-
 }  // namespace
 
 std::string printable(std::string_view text) {
   std::string out;
-  each_character(
-      text, [&](std::string_view character) { out += character; },
-      [&](std::string_view character, bool) {
-        for (const char c : character) out += formatted("\\x%02x", static_cast<unsigned char>(c));
-      });
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    const std::string_view character = text.substr(0, length == 0 ? 1 : length);
+    if (length != 0 && !is_control(character)) {
+      out += character;
+    } else {
+      for (const char c : character) out += formatted("\\x%02x", static_cast<unsigned char>(c));
+    }
+    text.remove_prefix(character.size());
+  }
   return out;
-}
-
-std::string json_string(std::string_view text) {
-  std::string out = "\"";
-  each_character(
-      text,
-      [&](std::string_view character) {
-        if (character == "\"" || character == "\\") out += '\\';
-        out += character;
-      },
-      [&](std::string_view character, bool whole) {
-        out += formatted("\\u%04x", whole ? code_point(character) : 0xFFFD);
-      });
-  return out + '"';
 }
 
 }  // namespace lightwell

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <lightwell/fibonacci_lattice.hpp>
 #include <lightwell/lobes.hpp>
 #include <lightwell/reconstruction.hpp>
 
@@ -71,9 +72,7 @@ const std::array<Row, kCount>& window_directions() {
     std::array<Row, kCount> out;
     Coefficients y;
     for (int i = 0; i < kDirections; ++i) {
-      const double z = 1 - (2.0 * i + 1) / kDirections, sine = std::sqrt(1 - z * z),
-                   phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
-      sh_basis(kMaxBand, Vec3d{sine * std::cos(phi), sine * std::sin(phi), z}, y);
+      sh_basis(kMaxBand, fibonacci_direction(i, kDirections), y);
       for (std::size_t f = 0; f < y.size(); ++f) out[f][static_cast<std::size_t>(i)] = y[f];
     }
     return out;

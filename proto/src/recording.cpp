@@ -6,7 +6,6 @@
 #include <lightwell/recording.hpp>
 
 #include "lightwell/v1/recording.pb.h"
-#include "message_values.hpp"
 
 namespace lightwell {
 namespace {
@@ -35,13 +34,15 @@ std::uint32_t record_crc(const unsigned char* time, std::span<const std::byte> p
 
 std::span<const std::byte> bytes_of(const std::string& s) { return std::as_bytes(std::span(s)); }
 
-v1::RecordingHeader header_message(const RecordingHeader& h) {
+/// The header as a message in binary form.
+Result<std::string> encode_header(const RecordingHeader& h) {
   v1::RecordingHeader m;
   m.set_kind(static_cast<v1::RecordingHeader::Kind>(h.kind));
   m.set_probe_name(h.probe_name);
   m.set_version(h.version);
-  if (h.calibration) *m.mutable_calibration() = rig_to(*h.calibration);
-  return m;
+  if (h.calibration && !m.mutable_calibration()->ParseFromString(*h.calibration))
+    return Status(StatusCode::invalid_argument, "the calibration is not a RigCalibration");
+  return m.SerializeAsString();
 }
 
 Status write_error(const std::string& what) {
@@ -52,6 +53,8 @@ Status write_error(const std::string& what) {
 }  // namespace
 
 Result<RecordWriter> RecordWriter::open(const std::string& path, const RecordingHeader& header) {
+  const Result<std::string> message = encode_header(header);
+  if (!message) return message.status();
   Result<FilePointer> file = open_for_update(path);
   if (!file) return file.status();
   std::fseek(file->get(), 0, SEEK_END);
@@ -72,8 +75,8 @@ Result<RecordWriter> RecordWriter::open(const std::string& path, const Recording
   }
   RecordWriter writer(std::move(*file));
   if (std::fwrite(kMagic.data(), 1, kMagic.size(), writer.file_.get()) != kMagic.size()) return write_error(path);
-  const std::string message = header_message(header).SerializeAsString();
-  if (const Status s = writer.append(0, bytes_of(message)); !s.ok()) return Status(s.code(), path + ": " + s.message());
+  if (const Status s = writer.append(0, bytes_of(*message)); !s.ok())
+    return Status(s.code(), path + ": " + s.message());
   if (const Status s = writer.flush(); !s.ok()) return Status(s.code(), path + ": " + s.message());
   return writer;
 }
@@ -126,11 +129,7 @@ Result<RecordReader> RecordReader::read_header(FilePointer file, const std::stri
   reader.header_.kind = static_cast<RecordingKind>(m.kind());
   reader.header_.probe_name = m.probe_name();
   reader.header_.version = m.version();
-  if (m.has_calibration()) {
-    reader.header_.calibration = rig_from(m.calibration());
-    if (const Status s = reader.header_.calibration->validate(); !s.ok())
-      return Status(StatusCode::data_loss, path + ": the calibration in it is invalid: " + s.message());
-  }
+  if (m.has_calibration()) reader.header_.calibration = m.calibration().SerializeAsString();
   reader.first_ = reader.good_bytes_;
   return reader;
 }
@@ -159,69 +158,6 @@ void RecordReader::rewind() {
   std::fseek(file_.get(), static_cast<long>(first_), SEEK_SET);
   good_bytes_ = first_;
   torn_bytes_ = 0;
-}
-
-void encode_frame_record(const FrameRecord& frame, std::vector<std::byte>& out) {
-  // One message per thread, so that its large buffers are reused.
-  thread_local v1::FrameRecord m;
-  m.Clear();
-  m.set_sequence(frame.sequence);
-  m.set_mid_exposure_ns(static_cast<std::uint64_t>(frame.mid_exposure.ns));
-  m.set_exposure_s(frame.exposure_s);
-  m.set_gain(frame.gain);
-  m.set_row_readout_ns(static_cast<std::uint64_t>(frame.row_readout.ns));
-  m.set_bracket_index(static_cast<std::uint32_t>(frame.bracket_index));
-  m.set_bracket_size(static_cast<std::uint32_t>(frame.bracket_size));
-  for (const RecordedView& v : frame.views) {
-    v1::ViewRecord& view = *m.add_view();
-    view.set_lens(static_cast<std::uint32_t>(v.lens));
-    view.set_format(std::string(to_string(v.format)));
-    view.set_width(static_cast<std::uint32_t>(v.width));
-    view.set_height(static_cast<std::uint32_t>(v.height));
-    view.set_stride(static_cast<std::uint32_t>(v.stride));
-    view.mutable_data()->assign(reinterpret_cast<const char*>(v.data.data()), v.data.size());
-  }
-  out.resize(m.ByteSizeLong());
-  m.SerializeToArray(out.data(), static_cast<int>(out.size()));
-}
-
-struct DecodedFrame::State {
-  v1::FrameRecord message;
-};
-
-DecodedFrame::DecodedFrame() : state_(std::make_unique<State>()) {}
-DecodedFrame::~DecodedFrame() = default;
-DecodedFrame::DecodedFrame(DecodedFrame&&) noexcept = default;
-DecodedFrame& DecodedFrame::operator=(DecodedFrame&&) noexcept = default;
-
-Status DecodedFrame::decode(std::span<const std::byte> payload) {
-  v1::FrameRecord& m = state_->message;
-  frame = {};
-  if (!m.ParseFromArray(payload.data(), static_cast<int>(payload.size())))
-    return {StatusCode::data_loss, "frame record: not a protobuf message"};
-  frame.sequence = m.sequence();
-  frame.mid_exposure = {static_cast<std::int64_t>(m.mid_exposure_ns())};
-  frame.exposure_s = m.exposure_s();
-  frame.gain = m.gain();
-  frame.row_readout = {static_cast<std::int64_t>(m.row_readout_ns())};
-  frame.bracket_index = static_cast<int>(m.bracket_index());
-  frame.bracket_size = static_cast<int>(m.bracket_size());
-  if (m.bracket_size() < 1 || m.bracket_size() > 8 || m.bracket_index() >= m.bracket_size())
-    return {StatusCode::invalid_argument, "frame record: bracket_index is not below bracket_size"};
-  for (const v1::ViewRecord& v : m.view()) {
-    const auto format = pixel_format_of(v.format());
-    if (!format) return {StatusCode::invalid_argument, "frame record: view.format '" + v.format() + "' is not known"};
-    if (v.width() < 1 || v.width() > 16384 || v.height() < 1 || v.height() > 16384)
-      return {StatusCode::invalid_argument, "frame record: view.width or height is out of range"};
-    const auto width = static_cast<int>(v.width()), height = static_cast<int>(v.height());
-    if (v.stride() < packed_stride(*format, width) || v.data().size() < picture_bytes(*format, v.stride(), height))
-      return {StatusCode::invalid_argument,
-              "frame record: view.data is shorter than its width, height and stride need"};
-    frame.views.push_back({static_cast<int>(v.lens()), *format, width, height, v.stride(), bytes_of(v.data())});
-  }
-  if (frame.views.empty() || frame.views.size() > 2)
-    return {StatusCode::invalid_argument, "frame record: a frame has one or two views"};
-  return {};
 }
 
 }  // namespace lightwell

@@ -1,6 +1,6 @@
 #include "status_message.hpp"
 
-#include "message_values.hpp"
+#include "mounting_message.hpp"
 
 namespace lightwell {
 

@@ -1,6 +1,5 @@
 #include "bench/vector_unit.hpp"
 
-#include <algorithm>
 #include <cstdint>
 
 #include <hwy/highway.h>
@@ -19,17 +18,6 @@ Result<std::string> select_vector_unit(std::string_view name) {
   // Better targets have lower bits.
   if (unit != 0) hwy::DisableTargets(unit - 1);
   return std::string(hwy::TargetName(hwy::SupportedAndGeneratedTargets().front()));
-}
-
-Result<std::string> take_vector_option(int& argc, char** argv) {
-  char** const end = argv + argc;
-  char** const option = std::find(argv, end, std::string_view("--vector"));
-  if (option == end) return select_vector_unit("best");
-  if (option + 1 == end) return Status(StatusCode::invalid_argument, "--vector needs a value: best, avx2 or sse4");
-  const std::string_view name = option[1];
-  std::copy(option + 2, end, option);
-  argc -= 2;
-  return select_vector_unit(name);
 }
 
 }  // namespace lightwell::bench

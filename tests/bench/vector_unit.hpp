@@ -14,7 +14,4 @@ namespace lightwell::bench {
 /// invalid_argument for another name or an unsupported unit; then nothing changes.
 [[nodiscard]] Result<std::string> select_vector_unit(std::string_view name);
 
-/// Removes `--vector NAME` from a program's arguments and selects that unit; default "best".
-[[nodiscard]] Result<std::string> take_vector_option(int& argc, char** argv);
-
 }  // namespace lightwell::bench

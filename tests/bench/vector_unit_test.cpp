@@ -46,17 +46,5 @@ TEST_F(VectorUnit, AnUnknownNameIsRejected) {
   EXPECT_FALSE(select_vector_unit(""));
 }
 
-TEST_F(VectorUnit, TheOptionIsRemovedFromTheArguments) {
-  char program[] = "p", option[] = "--vector", name[] = "best", part[] = "sizes";
-  char* argv[] = {program, option, name, part};
-  int argc = 4;
-  EXPECT_TRUE(take_vector_option(argc, argv));
-  EXPECT_EQ(argc, 2);
-  EXPECT_STREQ(argv[1], "sizes");
-  char* without_name[] = {program, option};
-  argc = 2;
-  EXPECT_FALSE(take_vector_option(argc, without_name));
-}
-
 }  // namespace
 }  // namespace lightwell::bench

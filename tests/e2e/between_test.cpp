@@ -19,6 +19,7 @@
 #include "link/access/certificate.hpp"
 #include "link/access/client_list.hpp"
 #include "link/access/probe_keys.hpp"
+#include "support/read_file.hpp"
 
 namespace lightwell::test {
 namespace {
@@ -74,14 +75,14 @@ class ManInTheMiddleTest : public SecureDaemonTest {
   }
   static ProbeKeys keys_in(const std::string& folder) {
     GrpcConfig config;
-    config.keys = folder;
+    config.key_folder = folder;
     return *load_probe_keys(config, "x", std::time(nullptr));
   }
 };
 
 TEST_F(ManInTheMiddleTest, GetsNothingAlthoughTheCodeIsRight) {
   PairingMode mode(keys(), "tls", 7420);
-  const ManInTheMiddle proxy(keys_in(folder_.path("thief")), mode, file_text(keys() + "/ca.pem"));
+  const ManInTheMiddle proxy(keys_in(folder_.path("thief")), mode, read_file(keys() + "/ca.pem"));
   const Result<PairedProbe> paired = pair_through(proxy, mode.code());
   ASSERT_FALSE(paired.ok());
   EXPECT_THAT(paired.status().message(), HasSubstr("somebody stands between"));
@@ -93,7 +94,7 @@ TEST_F(ManInTheMiddleTest, GetsNothingAlthoughTheCodeIsRight) {
 TEST_F(ManInTheMiddleTest, WithTheProbesKeyPairingSucceeds) {
   // Control experiment: the test above must not pass because the proxy is broken.
   PairingMode mode(keys(), "tls", 7420);
-  const ManInTheMiddle proxy(keys_in(keys()), mode, file_text(keys() + "/ca.pem"));
+  const ManInTheMiddle proxy(keys_in(keys()), mode, read_file(keys() + "/ca.pem"));
   const Result<PairedProbe> paired = pair_through(proxy, mode.code());
   ASSERT_TRUE(paired.ok()) << paired.status().message();
   EXPECT_TRUE(std::filesystem::exists(paired->folder + "/token"));
@@ -158,11 +159,11 @@ class OwnersAuthority {
     folder_.write("leaf.ext",
                   "basicConstraints=critical,CA:FALSE\nextendedKeyUsage=serverAuth\nsubjectAltName=DNS:" + host + "\n");
     issue("leaf", key_file, "intermediate", "intermediate.key", "leaf.ext");
-    return file_text(at("leaf")) + file_text(at("intermediate")) + file_text(at("root"));
+    return read_file(at("leaf")) + read_file(at("intermediate")) + read_file(at("root"));
   }
   std::string make_key(const std::string& file) {
     openssl({"ecparam", "-name", "prime256v1", "-genkey", "-noout", "-out", at(file)});
-    return file_text(at(file));
+    return read_file(at(file));
   }
 
  private:
@@ -196,8 +197,8 @@ class PinnedChainTest : public SecureDaemonTest {
   [[nodiscard]] DaemonOptions showing() const {
     const std::string config = folder_.write(
         "probe.textproto", "camera { uri: \"sim:" + folder_.path("room.exr") +
-                               "\" }\ngrpc { security: LINK_SECURITY_TLS keys: \"keys\" certificate: \"own.pem\" key: "
-                               "\"own_key.pem\" }\n");
+                               "\" }\ngrpc { security: LINK_SECURITY_TLS key_folder: \"keys\" certificate: \"own.pem\" "
+                               "key: \"own_key.pem\" }\n");
     return {.more = {"--config", config}};
   }
   /// Pairs with the probe; returns the folder of credentials.
@@ -228,7 +229,7 @@ class PinnedChainTest : public SecureDaemonTest {
 
 TEST_F(PinnedChainTest, AnotherCertificateOfTheSameIntermediateIsRejectedBeforeTheTokenIsSent) {
   const std::string folder = paired();
-  const std::string token = file_text(folder + "/token");
+  const std::string token = read_file(folder + "/token");
   ASSERT_GE(token.size(), kTokenLength);
   expect_refused(folder, Impostor(other_chain_, other_key_));
   // Control experiment: an impostor with the pinned key receives the token, so the check above can detect it.
@@ -256,7 +257,7 @@ TEST_F(PinnedChainTest, ARenewedCertificateWithTheSameKeyIsAccepted) {
 
 TEST_F(PinnedChainTest, APinnedAuthorityIsOnlyTrustedForTheProbesName) {
   ProbeCredentials c;
-  c.pinned = file_text(folder_.path("intermediate"));
+  c.pinned = read_file(folder_.path("intermediate"));
   c.token = std::string(kTokenLength, 'x');
   const Impostor other(other_chain_, other_key_);
   const Result<Probe> refused = connect(other.uri(), c);

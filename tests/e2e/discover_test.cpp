@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <lightwell/discover.hpp>
+#include <lightwell/text.hpp>
 
 #include "e2e/daemon.hpp"
 #include "support/broker.hpp"
@@ -79,13 +80,11 @@ TEST_F(DiscoverTest, AProbeIsSeenFromAnotherMachineWithVersionCalibrationAndLink
   EXPECT_EQ(found.status, (ExitStatus{0, 0})) << found.err;
   const Result<Probe> probe = Probe::connect("grpc://127.0.0.1" + port);
   ASSERT_TRUE(probe.ok());
-  char calibration[9];
-  std::snprintf(calibration, sizeof calibration, "%08x", probe->info().calibration_id);
-  EXPECT_THAT(
-      found.out,
-      AllOf(HasSubstr("\"found_by\":\"mdns\""), HasSubstr("\"version\":\"" + probe->info().version + "\""),
-            HasSubstr("\"calibration_id\":\"" + std::string(calibration) + "\""), HasSubstr("\"wire_version\":1,"),
-            HasSubstr("\"uri\":\"grpc://attic.local" + port + "\",\"security\":\"none\"")));
+  const std::string calibration = formatted("%08x", probe->info().calibration_id);
+  EXPECT_THAT(found.out,
+              AllOf(HasSubstr("\"found_by\":\"mdns\""), HasSubstr("\"version\":\"" + probe->info().version + "\""),
+                    HasSubstr("\"calibration_id\":\"" + calibration + "\""), HasSubstr("\"wire_version\":1,"),
+                    HasSubstr("\"uri\":\"grpc://attic.local" + port + "\",\"security\":\"none\"")));
   EXPECT_EQ(occurrences(found.out, "\n"), 1U) << "one line per probe, whatever the number of interfaces";
   EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0}));
   EXPECT_TRUE(seen_from(cellar_, "attic window", 0)) << "a stopped probe withdraws its announcement";

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 #include <span>
 #include <string>
 #include <utility>
@@ -13,13 +12,14 @@
 #include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
 
+#include <lightwell/fibonacci_lattice.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/marker_body.hpp>
 
 #include "calibration/model/camera_model.hpp"
-#include "imaging/image_file.hpp"
 #include "e2e/daemon.hpp"
 #include "e2e/light_truth.hpp"
+#include "imaging/image_file.hpp"
 #include "measure/traced_frames.hpp"
 
 namespace lightwell::test {
@@ -141,10 +141,8 @@ TEST_F(MarkerTest, IrradianceAgreesWithTheTruthWhereNormalsFaceTheCamera) {
   const Lighting light = observer.probe().latest();
   const Vec3d to_camera = normalized(frame_.probe_body.translation * -1.0);
   double squares = 0, errors = 0;
-  const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
   for (int i = 0; i < 500; ++i) {
-    const double z = 1 - (2 * i + 1.0) / 500, r = std::sqrt(1 - z * z);
-    const Vec3d normal{r * std::cos(golden * i), r * std::sin(golden * i), z};
+    const Vec3d normal = fibonacci_direction(i, 500);
     if (dot(normal, to_camera) < 0.5) continue;
     const double truth = measure::true_irradiance(frame_, normal)[1],
                  answer = light.irradiance(vec_cast<float>(normal)).value.g;
@@ -192,7 +190,7 @@ TEST_F(MarkerTest, WithoutItsBodyThereIsNoLightAndTheReasonIsLoggedOnce) {
 
 TEST_F(MarkerTest, ABodyPathIsRelativeToTheConfigurationFile) {
   std::filesystem::copy_file(kBody, folder_.path("body.textproto"));
-  const std::string file = folder_.write("probe.textproto", "marker { body: \"body.textproto\" }\n");
+  const std::string file = folder_.write("probe.textproto", "marker { body_file: \"body.textproto\" }\n");
   Daemon daemon(options(seen_, {"--config", file}));
   const Observer observer(daemon.uri());
   EXPECT_TRUE(observer.gets(1)) << daemon.process().err();

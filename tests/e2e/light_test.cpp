@@ -92,7 +92,7 @@ TEST_F(LightTest, WithAMountingLightIsAvailableInTheRoomsFrame) {
       << "the lamp is at the room's -X";
   Child tool(tool_command({"info", mounted.uri(), "--json"}));
   EXPECT_EQ(tool.wait(), (ExitStatus{0, 0})) << tool.err();
-  EXPECT_THAT(tool.out(), ::testing::HasSubstr("\"position_m\":[0.5,2.5,0]"));
+  EXPECT_THAT(tool.out(), ::testing::HasSubstr("\"position_m\":[0.5,2.5,0.0]"));
 }
 
 TEST_F(LightTest, TheEstimatorCanBeChangedWhileItRuns) {
@@ -148,10 +148,13 @@ TEST_F(LightTest, TheToolReadsTheConfigurationAndChangesAFieldOfIt) {
   const std::string& uri = daemon_.uri();
   EXPECT_EQ(run({"config", "set", uri, "setting=fast", "panorama.epsilon=0.0123456789"}).first, 0);
   EXPECT_EQ(run({"config", "set", uri, "max_lights=3"}).first, 0);
+  const auto [former, note] = run({"config", "set", uri, "panorama.unseen=none"});
+  EXPECT_EQ(former, 0);
+  EXPECT_THAT(note, ::testing::HasSubstr("is now called 'panorama.unseen_fill'"));
   EXPECT_EQ(run({"config", "get", uri, "--json"}),
             (std::pair{0, std::string("{\"estimator\":\"panorama\",\"band\":6,\"max_lights\":3,\"setting\":\"fast\","
                                       "\"panorama.light_threshold\":6,\"panorama.epsilon\":0.0123456789,"
-                                      "\"panorama.radiance_epsilon\":0,\"panorama.unseen\":\"none\","
+                                      "\"panorama.radiance_epsilon\":0,\"panorama.unseen_fill\":\"none\","
                                       "\"panorama.smoothing\":\"one_euro\",\"panorama.environment_edge\":0,"
                                       "\"panorama.environment_rate\":5}\n")}));
   const auto [code, text] = run({"config", "get", uri});

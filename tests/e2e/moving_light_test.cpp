@@ -19,7 +19,7 @@ sim::Scene scene_of(const sim::Motion& motion) {
 TEST(MovingLight, ALampTurnsAgainstTheProbe) {
   const TempDir folder;
   write_exr(folder.path("room.exr"), room_with_lamp_at_plus_x());
-  Daemon daemon({.camera = "sim:" + folder.path("room.exr") + "?turn=60deg/s"});
+  Daemon daemon({.camera = "sim:" + folder.path("room.exr") + "?yaw_rate=60deg/s"});
   const Observer observer(daemon.uri());
   ASSERT_TRUE(observer.gets(50)) << daemon.process().err();
 
@@ -43,7 +43,7 @@ TEST(MovingLight, ALampTurnsAgainstTheProbe) {
 TEST(MovingLight, ALampKeepsItsTrackWhileTheProbeTurns) {
   const TempDir folder;
   write_exr(folder.path("room.exr"), room_with_lamp_at_plus_x());
-  Daemon daemon({.camera = "sim:" + folder.path("room.exr") + "?turn=60deg/s"});
+  Daemon daemon({.camera = "sim:" + folder.path("room.exr") + "?yaw_rate=60deg/s"});
   const Observer observer(daemon.uri());
   ASSERT_TRUE(observer.gets(50));
   const std::vector<Descriptor> all = observer.descriptors();
@@ -65,7 +65,7 @@ TEST(MovingLight, ALampThatIsSwitchedOnAgainKeepsItsTrackNumber) {
   const TempDir folder;
   write_exr(folder.path("room.exr"), room);
   constexpr std::uint64_t kPeriod = 15;
-  Daemon daemon({.camera = "sim:" + folder.path("room.exr") + "?switch=0.5s"});
+  Daemon daemon({.camera = "sim:" + folder.path("room.exr") + "?lamp_switch=0.5s"});
   const Observer observer(daemon.uri());
   ASSERT_TRUE(observer.gets(5 * kPeriod));
 

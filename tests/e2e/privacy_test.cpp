@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <lightwell/codec.hpp>
+#include <lightwell/frame_record.hpp>
 #include <lightwell/recording.hpp>
 
 #include "e2e/daemon.hpp"

@@ -66,16 +66,16 @@ class RecordingTest : public ::testing::Test {
 };
 
 TEST_F(RecordingTest, ReplayedFramesGiveTheSameDescriptors) {
-  records_and_replays({.camera = camera("?turn=30deg/s&sensor=rgb8"), .frame_rate = 15}, 60);
+  records_and_replays({.camera = camera("?yaw_rate=30deg/s&sensor=rgb8"), .frame_rate = 15}, 60);
 }
 
 TEST_F(RecordingTest, ReplayedBracketsGiveTheSameDescriptors) {
   records_and_replays(
-      {.camera = camera("?turn=30deg/s&sensor=rgb8"), .frame_rate = 24, .exposure_s = {0.00002, 0.0005, 0.01}}, 40);
+      {.camera = camera("?yaw_rate=30deg/s&sensor=rgb8"), .frame_rate = 24, .exposure_s = {0.00002, 0.0005, 0.01}}, 40);
 }
 
 TEST_F(RecordingTest, ReplayedIdealFramesGiveTheSameDescriptors) {
-  records_and_replays({.camera = camera("?turn=30deg/s"), .frame_rate = 15}, 30);
+  records_and_replays({.camera = camera("?yaw_rate=30deg/s"), .frame_rate = 15}, 30);
 }
 
 TEST_F(RecordingTest, AFullDiskEndsOnlyTheRecording) {
@@ -101,7 +101,7 @@ TEST_F(RecordingTest, AFullDiskEndsOnlyTheRecording) {
 
 TEST_F(RecordingTest, TheToolRecordsDescriptorsByteForByte) {
   const std::string file = folder_.path("evening.lwr");
-  Daemon daemon({.camera = camera("?turn=30deg/s")});
+  Daemon daemon({.camera = camera("?yaw_rate=30deg/s")});
   const Observer observer(daemon.uri());
   Child tool(tool_command({"record", daemon.uri(), file}));
   ASSERT_TRUE(becomes_true("the tool is a client", [&] { return observer.counters().clients == 2; }));

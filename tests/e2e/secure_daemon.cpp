@@ -1,8 +1,6 @@
 #include "e2e/secure_daemon.hpp"
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
 namespace lightwell::test {
@@ -23,11 +21,6 @@ std::string between(const std::string& text, const std::string& from, const std:
 }  // namespace
 
 int port_of(const std::string& address) { return std::stoi(address.substr(address.rfind(':') + 1)); }
-
-std::string file_text(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 PairingMode::PairingMode(std::vector<std::string> options, int link_port)
     : child_(pairing_command(std::move(options), link_port)) {

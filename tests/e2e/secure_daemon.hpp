@@ -11,7 +11,6 @@ namespace lightwell::test {
 
 /// The port of an address: the number after the last colon.
 [[nodiscard]] int port_of(const std::string& address);
-[[nodiscard]] std::string file_text(const std::string& path);
 
 /// Runs `lightwelld --pair`; the constructor waits until it shows its code.
 class PairingMode {

@@ -13,6 +13,7 @@
 #include "link/access/certificate.hpp"
 #include "link/access/client_list.hpp"
 #include "support/impairing_proxy.hpp"
+#include "support/read_file.hpp"
 
 namespace lightwell::test {
 namespace {
@@ -25,7 +26,7 @@ class SecurityTest : public SecureDaemonTest {
  protected:
   [[nodiscard]] ProbeCredentials pinned() const {
     ProbeCredentials c;
-    c.pinned = file_text(keys() + "/ca.pem");
+    c.pinned = read_file(keys() + "/ca.pem");
     return c;
   }
   /// The message of connect() when the handshake fails.
@@ -41,8 +42,8 @@ class SecurityTest : public SecureDaemonTest {
   DaemonOptions showing(const std::string& certificate, const std::string& key) const {
     const std::string config = folder_.write(
         "probe.textproto", "camera { uri: \"sim:" + folder_.path("room.exr") +
-                               "\" }\ngrpc { security: LINK_SECURITY_TLS keys: \"keys\" certificate: \"own.pem\" key: "
-                               "\"own_key.pem\" }\n");
+                               "\" }\ngrpc { security: LINK_SECURITY_TLS key_folder: \"keys\" certificate: \"own.pem\" "
+                               "key: \"own_key.pem\" }\n");
     folder_.write("own.pem", certificate);
     folder_.write("own_key.pem", key);
     return {.more = {"--config", config}};
@@ -53,7 +54,7 @@ class SecurityTest : public SecureDaemonTest {
                    "-days", "2", "-subj", "/CN=attic", "-addext", "subjectAltName=DNS:localhost", "-keyout",
                    folder_.path("k"), "-out", folder_.path("c")});
     EXPECT_EQ(openssl.wait(), (ExitStatus{0, 0})) << openssl.err();
-    return showing(file_text(folder_.path("c")), file_text(folder_.path("k")));
+    return showing(read_file(folder_.path("c")), read_file(folder_.path("k")));
   }
   /// Adds a client to the daemon's list without pairing; returns its token.
   [[nodiscard]] std::string token(std::int64_t expires_in_s) const {
@@ -113,14 +114,14 @@ TEST_F(SecurityTest, AnEavesdropperLearnsNoSecret) {
   ASSERT_GT(recorded_by(pairing).size(), 2000U) << "certificates and messages went through";
   ASSERT_GT(recorded_by(link).size(), 2000U);
   const auto first_line = [&](const char* file) {
-    const std::string text = file_text(folder + "/" + file);
+    const std::string text = read_file(folder + "/" + file);
     return text.substr(0, text.find('\n'));
   };
   const auto body = [](const std::string& pem) { return pem.substr(pem.find('\n') + 1, 64); };
   const std::string token = first_line("token");
   ASSERT_EQ(token.size(), kTokenLength);
-  for (const std::string& secret : {token, body(file_text(folder + "/client_key.pem")),
-                                    body(file_text(keys() + "/ca_key.pem")), body(file_text(keys() + "/probe_key.pem")),
+  for (const std::string& secret : {token, body(read_file(folder + "/client_key.pem")),
+                                    body(read_file(keys() + "/ca_key.pem")), body(read_file(keys() + "/probe_key.pem")),
                                     std::string("lightwell.v1.ProbeService"), std::string("authorization")})
     for (const std::string& form : {secret, to_hex(secret), to_base64url(secret), sha256(secret)})
       EXPECT_THAT(recorded, Not(HasSubstr(form))) << secret;
@@ -225,7 +226,7 @@ TEST_F(SecurityTest, WithAPublicAuthorityTheCertificateMustNameTheHost) {
   Daemon daemon(options("tls"));
   (void)daemon.uri();
   ProbeCredentials c;
-  c.ca = file_text(keys() + "/ca.pem");
+  c.ca = read_file(keys() + "/ca.pem");
   c.token = token(3600);
   // The probe's own certificate names probe.lightwell.internal and no address.
   EXPECT_FALSE(connect(daemon.uri(), c).ok());
@@ -238,7 +239,7 @@ TEST_F(SecurityTest, APublicAuthorityIsTrustedForTheHostThatTheCertificateNames)
   Daemon daemon(showing_what_openssl_made());
   const std::string port = std::to_string(port_of(daemon.uri()));
   ProbeCredentials c;
-  c.ca = file_text(folder_.path("c"));
+  c.ca = read_file(folder_.path("c"));
   c.token = token(3600);
   const Result<Probe> probe = connect("grpcs://localhost:" + port, c);
   EXPECT_TRUE(probe.ok()) << probe.status().message();
@@ -250,7 +251,7 @@ TEST_F(SecurityTest, PairingPinsTheOwnersCertificate) {
   Daemon daemon(own);
   PairingMode mode(own.more, port_of(daemon.uri()));
   const std::string folder = pair(mode);
-  EXPECT_EQ(file_text(folder + "/probe_ca.pem"), file_text(folder_.path("c")));
+  EXPECT_EQ(read_file(folder + "/probe_ca.pem"), read_file(folder_.path("c")));
   const Result<Probe> probe = connect(daemon.uri(), folder);
   ASSERT_TRUE(probe.ok()) << probe.status().message();
   EXPECT_TRUE(gets_light(*probe));

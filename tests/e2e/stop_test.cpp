@@ -39,7 +39,7 @@ TEST_F(StopTest, SigintEndsTheDaemonCleanly) {
 
 TEST_F(StopTest, ASignalWhileItIsStillRenderingEndsIt) {
   // More frames than can be rendered in two seconds.
-  Daemon daemon({.camera = camera() + "?turn=1deg/s&ring=2000&sensor=rgb8"});
+  Daemon daemon({.camera = camera() + "?yaw_rate=1deg/s&frames=2000&sensor=rgb8"});
   Child& child = daemon.process();
   ASSERT_TRUE(becomes_true("the progress of rendering is printed",
                            [&] { return occurrences(child.err(), "rendering ahead") > 0; }));

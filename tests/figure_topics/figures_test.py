@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
-"""The table and the exit status of tests/figures for rows that hold, fall short, and are known to fall short."""
+"""The table and the exit status of tests/figures for rows that hold, fall short, and are known to fall short; which
+recorded runs of tests/run the topic structure reports."""
 
 import contextlib
 import importlib.machinery
 import importlib.util
 import io
+import json
 import pathlib
 import sys
+import tempfile
 import types
 import unittest
 from unittest import mock
@@ -14,6 +17,7 @@ from unittest import mock
 TESTS = pathlib.Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(TESTS))
+from figure_topics import structure  # noqa: E402
 from figure_topics.rows import at_most, known_short  # noqa: E402
 
 LOADER = importlib.machinery.SourceFileLoader("figures", str(TESTS / "figures"))
@@ -61,6 +65,37 @@ class Figures(unittest.TestCase):
         self.assertEqual(status, 0)
         self.assertIn("yes, unmark  quick", printed)
         self.assertIn("remove their marks", printed)
+
+
+class RecordedRuns(unittest.TestCase):
+    STAGES = {"packages": 1, "panoramas": 1, "sysroot": 60, "configure (dev)": 10, "build": 300, "test": 288,
+              structure.LAST_STAGE: 600}
+    RUN = {"commit": "abc", "preset": "dev", "tests": "all", "clean": True, "hits": 0, "misses": 0, "stages": STAGES}
+
+    def measured(self, *runs):
+        """Minutes of native tests without cache, of native tests with cache, of a whole run with cache."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "times.jsonl"
+            path.write_text("".join(json.dumps(self.RUN | run) + "\n" for run in runs))
+            return [row["measured"] for row in structure.clone_to_green(structure.recorded_runs(path, "abc"))]
+
+    def test_the_state_of_the_cache_selects_the_row(self):
+        self.assertEqual(self.measured({}), [10, "not measured", "not measured"])
+        self.assertEqual(self.measured({"hits": 95, "misses": 5}), ["not measured", 10, 21])
+        self.assertEqual(self.measured({"hits": 50, "misses": 50}), ["not measured"] * 3)
+
+    def test_the_last_run_counts(self):
+        self.assertEqual(self.measured({}, {"stages": self.STAGES | {"build": 0}})[0], 5)
+
+    def test_without_slow_tests_a_run_is_native_but_not_whole(self):
+        self.assertEqual(self.measured({"tests": "without slow", "hits": 1}), ["not measured", 10, "not measured"])
+
+    def test_other_commits_presets_selections_and_used_build_folders_do_not_count(self):
+        for other in {"commit": "abc-dirty"}, {"preset": "asan"}, {"tests": "selected"}, {"clean": False}:
+            self.assertEqual(self.measured(other), ["not measured"] * 3)
+
+    def test_no_file(self):
+        self.assertEqual(structure.recorded_runs(pathlib.Path("/nonexistent/times.jsonl"), "abc"), [])
 
 
 if __name__ == "__main__":

@@ -118,7 +118,7 @@ def bound_over_a_run(programs, say):
     with tempfile.TemporaryDirectory() as folder:
         for scene in SCENES:
             say(f"error bound in a rotating scene: {scene}")
-            camera, recording = f"sim:{scene}?turn=30deg/s&switch=1s", pathlib.Path(folder) / f"{scene}.lwr"
+            camera, recording = f"sim:{scene}?yaw_rate=30deg/s&lamp_switch=1s", pathlib.Path(folder) / f"{scene}.lwr"
             with Probe(programs, camera) as probe:
                 probe.watch(4, "--record", str(recording))
             done = subprocess.run([programs / "demo_report", "--recording", recording, "--camera", camera, "--json"],

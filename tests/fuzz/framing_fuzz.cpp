@@ -6,6 +6,7 @@
 
 #include <lightwell/framing.hpp>
 #include <lightwell/link_message.hpp>
+#include <lightwell/probe_calls.hpp>
 
 #include "support/fake_commands.hpp"
 

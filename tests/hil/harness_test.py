@@ -23,7 +23,7 @@ SMALL = """
 board { name: "box" qemu { cpus: 2 } }
 camera { name: "eye" uri: "v4l2:/dev/video0" }
 link { name: "wire" }
-test { name: "a.b" what: "x" board: "box" camera: "eye" link: "wire" limit_s: 3 }
+test { name: "a.b" description: "x" board: "box" camera: "eye" link: "wire" limit_s: 3 }
 """
 
 
@@ -82,9 +82,19 @@ class TheRoster(unittest.TestCase):
         self.assertIn("nothing renders 'GREY' for vivid; there are bayer10",
                       self.refusal(SMALL.replace('uri: "v4l2:/dev/video0"', 'vivid { format: "GREY" }')))
 
+    def test_former_names_of_fields_are_accepted_with_a_warning(self) -> None:
+        text = SMALL.replace("description:", "what :")
+        text = text.replace("limit_s: 3", "limit_s: 3 spoils_board: true  # what: it\n")
+        text = text.replace('"x"', r'"what: \" spoils_board: "')
+        with self.assertWarnsRegex(FutureWarning, "r:5: field 'spoils_board' is now called") as caught:
+            test = roster.parse(text, "r").test[0]
+        self.assertEqual(len(caught.warnings), 2)
+        self.assertEqual((test.description, test.needs_fresh_board_after), ('what: " spoils_board: ', True))
+
     def test_a_peer_is_a_second_board_on_the_same_wire(self) -> None:
         two = (
-            SMALL.replace("cpus: 2", 'net: "tap"').replace("limit_s: 3", 'limit_s: 3 peer: "head" spoils_board: true')
+            SMALL.replace("cpus: 2", 'net: "tap"')
+            .replace("limit_s: 3", 'limit_s: 3 peer: "head" needs_fresh_board_after: true')
             + 'board { name: "head" qemu { net: "tap" } }'
         )
         self.assertEqual(roster.parse(two, "r").test[0].peer, "head")
@@ -92,11 +102,11 @@ class TheRoster(unittest.TestCase):
         self.assertIn("another board than box", self.refusal(two.replace('peer: "head"', 'peer: "box"')))
         self.assertIn("box is on no wire", self.refusal(two.replace('net: "tap"', 'net: "user"', 1)))
         self.assertIn("head is on no wire", self.refusal(two.replace('"head" qemu { net: "tap" }', '"head" qemu {}')))
-        self.assertIn("needs spoils_board", self.refusal(two.replace("spoils_board: true", "")))
+        self.assertIn("set needs_fresh_board_after", self.refusal(two.replace("needs_fresh_board_after: true", "")))
 
 
 class Order(unittest.TestCase):
-    tests = [SimpleNamespace(name=f"t.{i}", board="ab"[i % 2], spoils_board=i < 4) for i in range(20)]
+    tests = [SimpleNamespace(name=f"t.{i}", board="ab"[i % 2], needs_fresh_board_after=i < 4) for i in range(20)]
 
     def names(self, seed: int) -> list[str]:
         return [test.name for test in order.shuffled(self.tests, seed)]
@@ -111,7 +121,7 @@ class Order(unittest.TestCase):
             boards = [test.board for test in order.shuffled(self.tests, seed)]
             self.assertEqual(sum(1 for a, b in zip(boards, boards[1:]) if a != b), 1)
             for board in "ab":
-                spoiling = [t.spoils_board for t in order.shuffled(self.tests, seed) if t.board == board]
+                spoiling = [t.needs_fresh_board_after for t in order.shuffled(self.tests, seed) if t.board == board]
                 self.assertEqual(spoiling, sorted(spoiling))
 
 
@@ -189,7 +199,8 @@ class Runs(unittest.TestCase):
         return number
 
     def run_them(self, **cases: Any) -> dict[str, report.Result]:
-        tests = [SimpleNamespace(name=name, what="", board="box", limit_s=1, spoils_board=name.startswith("spoils"),
+        tests = [SimpleNamespace(name=name, description="", board="box", limit_s=1,
+                                 needs_fresh_board_after=name.startswith("spoils"),
                                  peer="another" if name.startswith("spoils_two") else "") for name in cases]
         heard: list[report.Result] = []
         results = runner.run(

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <filesystem>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -12,6 +11,7 @@
 #include <lightwell/recording.hpp>
 
 #include "host_sdk/scenes.hpp"
+#include "support/temp_dir.hpp"
 
 namespace lightwell {
 namespace {
@@ -40,10 +40,6 @@ long lines(const std::string& text) { return std::count(text.begin(), text.end()
 class Cli : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::temp_directory_path() /
-              ("lightwell_cli_" + std::string(test->name()) + std::to_string(monotonic_now_ns()));
-    std::filesystem::create_directories(folder_);
     Result<RecordWriter> writer = RecordWriter::open(recording(), {RecordingKind::descriptors, "attic", "0.0.2", {}});
     ASSERT_TRUE(writer.ok());
     for (std::uint64_t i = 1; i <= 20; ++i) {
@@ -53,12 +49,11 @@ class Cli : public ::testing::Test {
     }
     ASSERT_TRUE(writer->flush().ok());
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  [[nodiscard]] std::string recording() const { return (folder_ / "recording").string(); }
-  [[nodiscard]] std::string copy() const { return (folder_ / "copy").string(); }
+  [[nodiscard]] std::string recording() const { return folder_.path("recording"); }
+  [[nodiscard]] std::string copy() const { return folder_.path("copy"); }
 
-  std::filesystem::path folder_;
+  test::TempDir folder_;
 };
 
 TEST_F(Cli, HelpHasExamples) {
@@ -116,7 +111,7 @@ TEST_F(Cli, WatchPrintsASummary) {
 }
 
 TEST_F(Cli, WatchWithoutDescriptorsIsExitCodeOne) {
-  const std::string empty = (folder_ / "empty").string();
+  const std::string empty = folder_.path("empty");
   ASSERT_TRUE(RecordWriter::open(empty, {RecordingKind::descriptors, "x", "0", {}}).ok());
   EXPECT_EQ(run("watch replay:" + empty).code, 1);
   EXPECT_EQ(run("replay " + empty).code, 1);
@@ -167,7 +162,7 @@ TEST_F(Cli, WhatAProbeSaysOfItselfCommandsNoTerminalAndForgesNoLine) {
   const std::string text = run("info " + uri).out, json = run("info " + uri + " --json").out;
   EXPECT_THAT(text, HasSubstr("name         attic\\x0afirmware     9.9 ("));
   EXPECT_THAT(text, HasSubstr("0.0.2\\x1b[2J\\xe2\\x80\\xae\n"));
-  EXPECT_THAT(json, HasSubstr(R"("name":"attic\u000afirmware     9.9")"));
+  EXPECT_THAT(json, HasSubstr(R"("name":"attic\nfirmware     9.9")"));
   EXPECT_THAT(json, HasSubstr(R"("version":"0.0.2\u001b[2J\u202e")"));
 }
 

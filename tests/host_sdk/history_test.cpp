@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <lightwell/fibonacci_lattice.hpp>
+
 #include "core/interpolate.hpp"
 #include "host_sdk/scenes.hpp"
 
@@ -113,8 +115,7 @@ TEST(History, MovingLightIsExtrapolatedWithinTheLimit) {
     const Descriptor as_it_was = lamp_on_its_way(1);
     double difference = 0, all = 0;
     for (int i = 0; i < 2048; ++i) {
-      const double y = 1 - (2 * i + 1.0) / 2048, s = std::sqrt(1 - y * y), phi = i * 2.39996322972865332;
-      const Vec3f n = vec_cast<float>(Vec3d{s * std::cos(phi), y, s * std::sin(phi)});
+      const Vec3f n = vec_cast<float>(fibonacci_direction(i, 2048));
       const double e = Lighting::of(as_it_was).irradiance(n).value.luminance();
       difference += std::pow(lighting.irradiance(n).value.luminance() - e, 2);
       all += e * e;

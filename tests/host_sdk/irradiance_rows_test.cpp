@@ -2,13 +2,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
 #include <lightwell/cap.hpp>
+#include <lightwell/fibonacci_lattice.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/query.hpp>
 
@@ -23,12 +23,9 @@ constexpr float kInf = std::numeric_limits<float>::infinity();
 /// Normals over the sphere with lengths from 0.5 to 2; their number is not a multiple of any vector length.
 std::vector<Vec3f> normals_all_over(int count) {
   std::vector<Vec3f> out;
-  for (int i = 0; i < count; ++i) {
-    const double y = 1 - (2 * i + 1.0) / count, s = std::sqrt(1 - y * y),
-                 phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
-    out.push_back(vec_cast<float>(Vec3d{s * std::cos(phi), y, s * std::sin(phi)}) *
+  for (int i = 0; i < count; ++i)
+    out.push_back(vec_cast<float>(fibonacci_direction(i, count)) *
                   (0.5F + 1.5F * static_cast<float>(i) / static_cast<float>(count)));
-  }
   return out;
 }
 

@@ -1,6 +1,4 @@
 // Replay of recordings that the test writes.
-#include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <mutex>
 #include <string>
@@ -12,6 +10,7 @@
 #include <lightwell/recording.hpp>
 
 #include "host_sdk/scenes.hpp"
+#include "support/temp_dir.hpp"
 
 namespace lightwell {
 namespace {
@@ -24,24 +23,12 @@ constexpr std::int64_t kMs = 1'000'000;
 
 class ReplaySource : public ::testing::Test {
  protected:
-  void SetUp() override {
-    // One folder per test, because ctest runs several in parallel.
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::temp_directory_path() /
-              ("lightwell_replay_" + std::string(test->name()) + std::to_string(monotonic_now_ns()));
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
+  [[nodiscard]] std::string path() const { return folder_.path("recording"); }
 
-  [[nodiscard]] std::string path() const { return (folder_ / "recording").string(); }
-
-  void record(const std::vector<std::string>& messages, std::int64_t period_ns,
-              RecordingKind kind = RecordingKind::descriptors) const {
+  void record(const std::vector<std::string>& messages, std::int64_t period_ns) const {
     RecordingHeader header;
-    header.kind = kind;
     header.probe_name = "attic";
     header.version = "0.0.2";
-    if (kind == RecordingKind::frames) header.calibration = RigParameters{};
     Result<RecordWriter> writer = RecordWriter::open(path(), header);
     ASSERT_TRUE(writer.ok()) << writer.status().message();
     std::int64_t time = 777'000 * kMs;
@@ -69,7 +56,7 @@ class ReplaySource : public ::testing::Test {
     }
   }
 
-  std::filesystem::path folder_;
+  test::TempDir folder_;
 };
 
 TEST_F(ReplaySource, PlaysEveryDescriptorByteForByte) {

@@ -1,7 +1,6 @@
 #include "host_sdk/umock_probe.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -14,7 +13,8 @@
 #include <sys/ioctl.h>
 
 #include <lightwell/framing.hpp>
-#include <lightwell/link_message.hpp>
+#include <lightwell/probe_calls.hpp>
+#include <lightwell/text.hpp>
 #include <lightwell/usb_ids.hpp>
 
 #include "support/fake_commands.hpp"
@@ -125,11 +125,7 @@ void UmockProbe::Port::plug_in() {
     device = std::make_shared<Device>();
   }
   std::string hex;
-  for (const std::uint8_t b : descriptors()) {
-    std::array<char, 3> digits{};
-    std::snprintf(digits.data(), digits.size(), "%02X", b);
-    hex += digits.data();
-  }
+  for (const std::uint8_t b : descriptors()) hex += formatted("%02X", b);
   const std::string dev = std::to_string(number + 1);
   const std::string text = "P: /devices/usb1/1-" + std::to_string(number) + "\nN: bus/usb/001/00" + dev + "=" + hex +
                            "\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nE: DEVNAME=" + node +

@@ -26,6 +26,14 @@ foreach(file IN LISTS package)
   endforeach()
 endforeach()
 
+# The package contains the headers of the SDK, and none that only firmware includes.
+file(GLOB headers RELATIVE "${SOURCE}/proto/firmware/include" "${SOURCE}/proto/firmware/include/lightwell/*.hpp")
+foreach(header IN LISTS headers)
+  if(EXISTS "${prefix}/include/${header}")
+    message(FATAL_ERROR "${header}, which only firmware includes, was installed")
+  endif()
+endforeach()
+
 # Marker bodies for lightwelld --body must be installed unchanged.
 if(BODIES)
   file(GLOB names RELATIVE "${BODIES}" "${BODIES}/*.textproto")
@@ -52,6 +60,25 @@ execute_process(COMMAND "${build}/consumer" OUTPUT_VARIABLE output COMMAND_ERROR
 string(STRIP "${output}" output)
 if(NOT output STREQUAL "lightwell ${VERSION}")
   message(FATAL_ERROR "the consumer printed '${output}', not 'lightwell ${VERSION}'")
+endif()
+
+# Programs of an SDK without gRPC do not load it, and say how to get it.
+if(WITHOUT_GRPC)
+  set(tool "${prefix}/bin/lightwell")
+  file(GLOB_RECURSE library "${prefix}/*/liblightwell.so")
+  foreach(program IN ITEMS "${build}/consumer" "${tool}" ${library})
+    execute_process(COMMAND ldd "${program}" OUTPUT_VARIABLE libraries COMMAND_ERROR_IS_FATAL ANY)
+    if(libraries MATCHES "libgrpc|libabsl")
+      message(FATAL_ERROR "${program} loads gRPC:\n${libraries}")
+    endif()
+  endforeach()
+  foreach(command IN ITEMS "info grpc://127.0.0.1:1" "info grpcs://127.0.0.1:1" "pair grpcs://127.0.0.1:1 --code 123456")
+    separate_arguments(arguments UNIX_COMMAND "${command}")
+    execute_process(COMMAND "${tool}" ${arguments} RESULT_VARIABLE code ERROR_VARIABLE error)
+    if(NOT code EQUAL 4 OR NOT error MATCHES "127.0.0.1:1: this SDK was built without gRPC.*LIGHTWELL_WITH_GRPC=ON")
+      message(FATAL_ERROR "lightwell ${command} ended with ${code} and printed '${error}'")
+    endif()
+  endforeach()
 endif()
 
 if(NOT C_CONSUMER)

@@ -7,17 +7,20 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <numbers>
+
+#include <nlohmann/json.hpp>
 
 #include <lightwell/query.hpp>
 
 #include "bench/ar_output.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
+#include "measure/output.hpp"
 #include "measure/panorama_truth.hpp"
 #include "measure/shots.hpp"
 #include "sim/panorama.hpp"
 #include "sim/rigs.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
@@ -27,12 +30,6 @@ namespace ref = reference;
 [[noreturn]] void fail(const Status& s) {
   std::fprintf(stderr, "measure_accuracy: %s\n", s.message().c_str());
   std::exit(1);
-}
-
-[[noreturn]] void wrong_usage() {
-  std::fprintf(stderr,
-               "usage: measure_accuracy [--epsilon E] [--setting fast|balanced|exact] [--sensor FORMAT] [--all]\n");
-  std::exit(2);
 }
 
 ref::Rgb color(const bench::Triple& t) { return {t[0], t[1], t[2]}; }
@@ -54,13 +51,6 @@ Peers peers(const measure::PanoramaTruth& truth, const sim::Panorama& panorama) 
   };
   const bench::Triple& d = arcore.main_direction;
   return {error(arcore), ref::angle_deg({d[0], d[1], d[2]}, truth.brightest->direction), error(arkit)};
-}
-
-void number(const char* name, double value) {
-  if (std::isfinite(value))
-    std::printf(", \"%s\": %.6g", name, value);
-  else
-    std::printf(", \"%s\": null", name);
 }
 
 void measure_scene(const std::string& path, PixelFormat format, const PanoramaOptions& options) {
@@ -90,26 +80,27 @@ void measure_scene(const std::string& path, PixelFormat format, const PanoramaOp
   for (const Light& l : d.lights)
     nearest =
         std::min(nearest, ref::angle_deg({l.direction.x, l.direction.y, l.direction.z}, truth->brightest->direction));
-  std::printf("{\"scene\": \"%s\", \"sensor\": \"%s\", \"bytes\": %zu, \"lights\": %zu, \"band\": %d, \"flagged\": %d",
-              truth->name.c_str(), std::string(to_string(format)).c_str(), delivered->bytes, d.lights.size(),
-              d.radiance.band, !std::isfinite(d.bound.total));
-  number("error", e.rms);
-  number("weighted", e.luminance_weighted);
-  number("largest", e.largest);
-  number("bound", d.bound.total);
-  number("truncation", d.bound.truncation);
-  number("sampling", d.bound.sampling);
-  number("noise", d.bound.noise);
-  number("quantization", d.bound.quantization);
-  number("direction_deg", nearest);
-  number("peak", truth->brightest->peak_to_mean);
-  number("region_radius_deg", truth->brightest->solid_angle_radius_rad * 180 / std::numbers::pi);
-  number("stops", std::log2(exposures.back() / exposures.front()));
-  number("arcore", others.arcore);
-  number("arcore_direction_deg", others.arcore_direction_deg);
-  number("arkit", others.arkit);
-  std::printf("}\n");
-  std::fflush(stdout);
+  measure::print_line({{"scene", truth->name},
+                       {"sensor", to_string(format)},
+                       {"bytes", delivered->bytes},
+                       {"lights", d.lights.size()},
+                       {"band", d.radiance.band},
+                       {"flagged", std::isfinite(d.bound.total) ? 0 : 1},
+                       {"error", e.rms},
+                       {"weighted", e.luminance_weighted},
+                       {"largest", e.largest},
+                       {"bound", d.bound.total},
+                       {"truncation", d.bound.truncation},
+                       {"sampling", d.bound.sampling},
+                       {"noise", d.bound.noise},
+                       {"quantization", d.bound.quantization},
+                       {"direction_deg", nearest},
+                       {"peak", truth->brightest->peak_to_mean},
+                       {"region_radius_deg", truth->brightest->solid_angle_radius_rad * 180 / std::numbers::pi},
+                       {"stops", std::log2(exposures.back() / exposures.front())},
+                       {"arcore", others.arcore},
+                       {"arcore_direction_deg", others.arcore_direction_deg},
+                       {"arkit", others.arkit}});
 }
 
 }  // namespace
@@ -119,25 +110,12 @@ int main(int argc, char** argv) {
   options.probe_id = fnv1a_32("lightwell");
   PixelFormat format = PixelFormat::rgb_f32;
   bool all = false;
-  for (int i = 1; i < argc; ++i) {
-    const bool more = i + 1 < argc;
-    bool known = false;
-    if (std::strcmp(argv[i], "--all") == 0) {
-      all = known = true;
-    } else if (std::strcmp(argv[i], "--epsilon") == 0 && more) {
-      options.config.panorama.epsilon = std::atof(argv[++i]);
-      known = true;
-    } else if (std::strcmp(argv[i], "--setting") == 0 && more) {
-      ++i;
-      for (const Setting s : kSettings)
-        if (to_string(s) == argv[i]) options.config.setting = s, known = true;
-    } else if (std::strcmp(argv[i], "--sensor") == 0 && more) {
-      ++i;
-      for (const PixelFormat f : kPixelFormats)
-        if (to_string(f) == argv[i]) format = f, known = true;
-    }
-    if (!known) wrong_usage();
-  }
+  CLI::App app{"Error of descriptors over the real panoramas.", "measure_accuracy"};
+  app.add_option("--epsilon", options.config.panorama.epsilon, "Error of irradiance that may be left [0.01]");
+  add_named_option(app, "--setting", options.config.setting, kSettings, "fast, balanced or exact [balanced]");
+  add_named_option(app, "--sensor", format, kPixelFormats, "rgb8, bayer_rggb8, nv12, yuyv, ... [an ideal sensor]");
+  app.add_flag("--all", all, "All 26 panoramas instead of eight");
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   const Result<std::vector<std::string>> paths = all ? measure::all_panoramas() : measure::eight_panoramas();
   if (!paths) fail(paths.status());
   for (const std::string& path : *paths) measure_scene(path, format, options);

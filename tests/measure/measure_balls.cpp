@@ -12,12 +12,15 @@
 #include <string_view>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include <lightwell/cap.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/lobes.hpp>
 #include <lightwell/reconstruction.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
+#include "measure/output.hpp"
 #include "measure/panorama_truth.hpp"
 #include "measure/shots.hpp"
 #include "measure/three_balls.hpp"
@@ -156,16 +159,18 @@ int main() {
         const auto b = static_cast<std::size_t>(ball);
         const measure::BallError e = measure::ball_error(linear[b], ours[b], exposure);
         const measure::BallError p = measure::ball_error(published[b], ours_published[b], 1);
-        std::printf(
-            "{\"scene\": \"%s\", \"ball\": \"%s\", \"answer\": \"%s\", \"rmse\": %.5g, \"si_rmse\": %.5g, "
-            "\"angular_deg\": %.5g, "
-            "\"truth_rms\": %.5g, \"rmse_published\": %.5g, \"si_rmse_published\": %.5g, \"angular_deg_published\": "
-            "%.5g, "
-            "\"bytes\": %zu}\n",
-            truth->name.c_str(), std::string(measure::ball_name(ball)).c_str(), std::string(answer_name).c_str(),
-            e.rmse, e.si_rmse, e.angular_deg, e.truth_rms, p.rmse, p.si_rmse, p.angular_deg, answer.bytes);
+        measure::print_line({{"scene", truth->name},
+                             {"ball", measure::ball_name(ball)},
+                             {"answer", answer_name},
+                             {"rmse", e.rmse},
+                             {"si_rmse", e.si_rmse},
+                             {"angular_deg", e.angular_deg},
+                             {"truth_rms", e.truth_rms},
+                             {"rmse_published", p.rmse},
+                             {"si_rmse_published", p.si_rmse},
+                             {"angular_deg_published", p.angular_deg},
+                             {"bytes", answer.bytes}});
       }
-      std::fflush(stdout);
     }
   }
   return 0;

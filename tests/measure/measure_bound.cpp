@@ -8,17 +8,21 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <map>
 #include <numbers>
 
+#include <nlohmann/json.hpp>
+
+#include <lightwell/quantile.hpp>
 #include <lightwell/query.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
+#include "measure/output.hpp"
 #include "measure/panorama_truth.hpp"
 #include "measure/shots.hpp"
 #include "sim/panorama.hpp"
 #include "sim/rigs.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
@@ -61,28 +65,16 @@ struct Run {
   }
 };
 
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return std::nan("");
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
-}
-
-void number(const char* name, double value) {
-  if (std::isfinite(value))
-    std::printf(", \"%s\": %.5g", name, value);
-  else
-    std::printf(", \"%s\": null", name);
-}
-
 void print(const std::string& scene, PixelFormat format, const Run& run) {
-  std::printf("{\"scene\": \"%s\", \"sensor\": \"%s\", \"frames\": %d, \"flagged\": %d, \"held\": %d", scene.c_str(),
-              std::string(to_string(format)).c_str(), run.frames, run.flagged, run.held);
-  number("median_error", quantile(run.errors, 0.5));
-  number("worst_error", run.worst_error);
-  number("median_ratio", quantile(run.ratios, 0.5));
-  number("least_ratio", quantile(run.ratios, 0));
-  std::printf("}\n");
-  std::fflush(stdout);
+  measure::print_line({{"scene", scene},
+                       {"sensor", to_string(format)},
+                       {"frames", run.frames},
+                       {"flagged", run.flagged},
+                       {"held", run.held},
+                       {"median_error", upper_quantile(std::vector(run.errors), 0.5)},
+                       {"worst_error", run.worst_error},
+                       {"median_ratio", upper_quantile(std::vector(run.ratios), 0.5)},
+                       {"least_ratio", upper_quantile(std::vector(run.ratios), 0)}});
 }
 
 /// Ground truth of the panorama in this state of its lamps.
@@ -100,8 +92,9 @@ Descriptor delivered(Estimator& estimator, const measure::Shot& shot) {
 
 int main(int argc, char** argv) {
   int frames = 40;
-  if (argc == 3 && std::strcmp(argv[1], "--frames") == 0) frames = std::atoi(argv[2]);
-  if ((argc != 1 && argc != 3) || frames < 1) return std::fprintf(stderr, "usage: measure_bound [--frames N]\n"), 2;
+  CLI::App app{"Compares the descriptor's error bound with the true error in every real panorama.", "measure_bound"};
+  app.add_option("--frames", frames, "Frames in each panorama [40]")->check(CLI::PositiveNumber);
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   const Result<std::vector<std::string>> paths = measure::all_panoramas();
   if (!paths) fail(paths.status());
 

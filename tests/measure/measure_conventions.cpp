@@ -6,11 +6,11 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <limits>
-#include <numbers>
 
 #include <lightwell/conventions.hpp>
+
+#include "measure/output.hpp"
 
 namespace {
 
@@ -47,14 +47,14 @@ void report(const char* figure, int lights, auto&& work) {
     const std::chrono::duration<double, std::micro> took = std::chrono::steady_clock::now() - begin;
     best = std::min(best, took.count() / kRepetitions);
   }
-  std::printf("{\"figure\": \"%s\", \"value\": %.2f, \"lights\": %d}\n", figure, best, lights);
+  measure::print_figure(figure, best, {{"lights", lights}});
 }
 
 }  // namespace
 
 int main() {
   ConversionOptions quick;
-  quick.residual = Residual::outliers;
+  quick.residual = Residual::left_out;
   const ConversionOptions full;
   const Pose pose{Quat::about({0, 1, 0}, 1), {}};
   for (const int lights : {0, 1, 8, 64}) {

@@ -14,9 +14,11 @@
 #include <linux/videodev2.h>
 
 #include "camera/backends/v4l2/converter.hpp"
+#include "measure/output.hpp"
 #include "measure/shots.hpp"
 #include "sim/panorama.hpp"
 #include "sim/rigs.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
@@ -101,17 +103,21 @@ void measure_one(const char* name, std::uint32_t fourcc, std::size_t bytes_per_l
   }
   double convert_s = 0, copy_s = 0;
   for (std::size_t k = 0; k < kBuffers; ++k) convert_s += converting[k] / kBuffers, copy_s += copying[k] / kBuffers;
-  std::printf(
-      "{\"figure\": \"convert.%s\", \"value\": %.4g, \"ms\": %.4g, \"memcpy_gb_per_s\": %.3g, \"bytes\": %zu}\n", name,
-      convert_s / copy_s, 1e3 * convert_s, static_cast<double>(layout->picture_bytes) / copy_s * 1e-9, driver.size());
-  std::fflush(stdout);
+  measure::print_figure(std::string("convert.") + name, convert_s / copy_s,
+                        {{"ms", 1e3 * convert_s},
+                         {"memcpy_gb_per_s", static_cast<double>(layout->picture_bytes) / copy_s * 1e-9},
+                         {"bytes", static_cast<double>(driver.size())}});
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) return std::fprintf(stderr, "usage: measure_converters PANORAMA\n"), 2;
-  Result<sim::Panorama> panorama = sim::load_panorama(argv[1]);
+  std::string path;
+  CLI::App app{"Time in which the v4l2 backend converts a driver's buffer, relative to memcpy of the image.",
+               "measure_converters"};
+  app.add_option("PANORAMA", path, "Panorama that the camera sees")->required();
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
+  Result<sim::Panorama> panorama = sim::load_panorama(path);
   if (!panorama) fail(panorama.status().message());
   const sim::Scene scene(std::move(*panorama));
   const Result<RigParameters> rig = sim::make_rig("single", kWidth, kHeight, PixelFormat::rgb8);

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <dirent.h>
 #include <fstream>
 #include <memory>
@@ -22,15 +21,18 @@
 #include <thread>
 #include <unistd.h>
 
+#include <lightwell/commands.hpp>
 #include <lightwell/probe.hpp>
-#include <lightwell/status.hpp>
 
 #include "link/grpc/grpc_link.hpp"
 #include "link/publisher.hpp"
+#include "measure/output.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
 using namespace lightwell;
+using measure::print_figure;
 
 constexpr double kRate = 30;
 constexpr int kMinutesBetweenClients = 10;
@@ -99,15 +101,12 @@ struct Held {
   [[nodiscard]] Held fewest(const Held& o) const {
     return {rss_kb, std::min(fds, o.fds), std::min(threads, o.threads), largest_pool};
   }
-  void print(const char* when) const {
-    std::printf(
-        "{\"figure\": \"rss_kb.%s\", \"value\": %.0f}\n{\"figure\": \"fds.%s\", \"value\": %.0f}\n"
-        "{\"figure\": \"threads.%s\", \"value\": %.0f}\n",
-        when, rss_kb, when, fds, when, threads);
+  void print(const std::string& when) const {
+    print_figure("rss_kb." + when, std::round(rss_kb));
+    print_figure("fds." + when, fds);
+    print_figure("threads." + when, threads);
   }
 };
-
-void print(const char* figure, double value) { std::printf("{\"figure\": \"%s\", \"value\": %.0f}\n", figure, value); }
 
 /// Commands of a probe without a camera.
 class NoCommands final : public Commands {
@@ -151,13 +150,14 @@ Descriptor at_frame(std::uint64_t n) {
 
 int main(int argc, char** argv) {
   double hours = 24;
-  if (argc == 3 && std::strcmp(argv[1], "--hours") == 0) hours = std::atof(argv[2]);
-  if ((argc != 1 && argc != 3) || !(hours >= 4))
-    return std::fprintf(stderr, "usage: measure_day [--hours H], at least 4\n"), 2;
+  CLI::App app{"Memory, handles and threads of a publisher and its clients over a day, time-compressed.",
+               "measure_day"};
+  app.add_option("--hours", hours, "Duration [24]")->check(number_where("at least 4", [](double h) { return h >= 4; }));
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
 
   NoCommands commands;
   Publisher publisher;
-  publisher.add(make_grpc_link({.listen = "127.0.0.1:0"}, "day", commands));
+  publisher.add(make_grpc_link({.listen_address = "127.0.0.1:0"}, "day", commands));
   if (const Status s = publisher.start(); !s.ok()) fail(s.message());
   const std::string uri = publisher.links()[0]->address();
   const Result<Probe> stays = Probe::connect(uri);
@@ -195,12 +195,12 @@ int main(int argc, char** argv) {
   half.print("half");
   most.print("largest");
   last.print("last");
-  print("pool_threads.most", most.largest_pool);
-  print("pool_threads.bound", pool_bound());
-  print("published", static_cast<double>(frames));
-  print("received", static_cast<double>(stays->stats().received));
-  print("coalesced", static_cast<double>(publisher.counters().coalesced));
-  print("reconnects", static_cast<double>(stays->stats().reconnects));
+  print_figure("pool_threads.most", most.largest_pool);
+  print_figure("pool_threads.bound", pool_bound());
+  print_figure("published", static_cast<double>(frames));
+  print_figure("received", static_cast<double>(stays->stats().received));
+  print_figure("coalesced", static_cast<double>(publisher.counters().coalesced));
+  print_figure("reconnects", static_cast<double>(stays->stats().reconnects));
   visitor.reset();
   publisher.stop();
   return 0;

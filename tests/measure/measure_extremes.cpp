@@ -5,58 +5,46 @@
 //   measure_extremes [ROW...]   rows whose name begins with one of these; default: all
 // Scenes and seeds are fixed in tests/firmware/estimate/extremes; the limits of the rows are in tests/figure_topics.
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <cstring>
 #include <initializer_list>
 #include <string>
 #include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include <lightwell/text.hpp>
 
 #include "firmware/estimate/extremes/rows.hpp"
+#include "measure/output.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
 using namespace lightwell;
 using namespace lightwell::extremes;
 
-int rows_wanted = 0;
-char** wanted = nullptr;
+/// Beginnings of the names of the rows to print; empty: all rows.
+std::vector<std::string> wanted;
 
 bool asked(const std::string& row) {
-  if (rows_wanted == 0) return true;
-  for (int i = 0; i < rows_wanted; ++i)
-    if (row.rfind(wanted[i], 0) == 0) return true;
-  return false;
-}
-
-void number(const char* name, double value) {
-  if (std::isfinite(value))
-    std::printf(", \"%s\": %.6g", name, value);
-  else
-    std::printf(", \"%s\": null", name);
+  return wanted.empty() ||
+         std::any_of(wanted.begin(), wanted.end(), [&](const std::string& begin) { return row.starts_with(begin); });
 }
 
 void print(const std::string& row, double value, const Tally& t,
            std::initializer_list<std::pair<const char*, double>> more = {}, const std::string& worst_case = {}) {
-  std::printf("{\"figure\": \"extremes.%s\"", row.c_str());
-  number("value", value);
-  number("flagged", t.flagged_share());
-  number("answers", t.answers);
-  number("refused", t.refused);
-  number("infinite", t.infinite);
-  number("unsound", t.unsound);
-  number("silent", t.silent);
-  number("missed", t.missed);
-  number("lies", t.lies());
-  number("worst_error", t.worst_error);
-  number("worst_over_bound", t.worst_over_bound);
-  for (const auto& [name, v] : more) number(name, v);
-  std::printf(", \"nearest_to_bound\": \"%s\"", t.worst_case.c_str());
-  if (!worst_case.empty()) std::printf(", \"worst_case\": \"%s\"", worst_case.c_str());
-  if (!t.unsound_case.empty()) std::printf(", \"unsound_case\": \"%s\"", t.unsound_case.c_str());
-  if (!t.silent_case.empty()) std::printf(", \"silent_case\": \"%s\"", t.silent_case.c_str());
-  std::printf("}\n");
-  std::fflush(stdout);
+  nlohmann::ordered_json out = {{"figure", "extremes." + row},  {"value", value},
+                                {"flagged", t.flagged_share()}, {"answers", t.answers},
+                                {"refused", t.refused},         {"infinite", t.infinite},
+                                {"unsound", t.unsound},         {"silent", t.silent},
+                                {"missed", t.missed},           {"lies", t.lies()},
+                                {"worst_error", t.worst_error}, {"worst_over_bound", t.worst_over_bound}};
+  for (const auto& [name, v] : more) out[name] = v;
+  out["nearest_to_bound"] = t.worst_case;
+  if (!worst_case.empty()) out["worst_case"] = worst_case;
+  if (!t.unsound_case.empty()) out["unsound_case"] = t.unsound_case;
+  if (!t.silent_case.empty()) out["silent_case"] = t.silent_case;
+  measure::print_line(out);
 }
 
 /// For rows without another value, the value is the number of violations ("lies").
@@ -108,9 +96,8 @@ void spots() {
     for (const double diameter : {0.5, 1.0, 2.0, 5.0})
       for (const Setting setting : kSettings) {
         if (setting != Setting::balanced && size.anywhere != 300) continue;
-        char row[120];
-        std::snprintf(row, sizeof row, "direction.%s_%d.%g_deg.%s", size.kind, size.width, diameter,
-                      std::string(to_string(setting)).c_str());
+        const std::string row = formatted("direction.%s_%d.%g_deg.%s", size.kind, size.width, diameter,
+                                          std::string(to_string(setting)).c_str());
         if (!asked(row)) continue;
         const RigParameters rig = rig_of(size.kind, size.width, size.height);
         print(row, light_direction(rig, diameter, size.anywhere, setting),
@@ -123,10 +110,9 @@ void closing() {
     for (const PixelFormat format : {PixelFormat::rgb_f32, PixelFormat::rgb8})
       for (const EstimatorConfig& config : {choice(Setting::fast, 0.01), choice(Setting::balanced, 0.01),
                                             choice(Setting::balanced, 0), choice(Setting::exact, 0.01)}) {
-        char row[120];
-        std::snprintf(row, sizeof row, "two_lights.%s_%s.%s%s", second < 1 ? "unlike" : "alike",
-                      format == PixelFormat::rgb8 ? "rgb8" : "ideal", std::string(to_string(config.setting)).c_str(),
-                      config.panorama.epsilon > 0 ? "" : "_all");
+        const std::string row = formatted(
+            "two_lights.%s_%s.%s%s", second < 1 ? "unlike" : "alike", format == PixelFormat::rgb8 ? "rgb8" : "ideal",
+            std::string(to_string(config.setting)).c_str(), config.panorama.epsilon > 0 ? "" : "_all");
         if (!asked(row)) continue;
         const TwoLightsRow r = two_lights(config, format, second);
         print(row, r.worst_energy, r.tally,
@@ -181,8 +167,9 @@ void frames_and_sizes() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  rows_wanted = argc - 1;
-  wanted = argv + 1;
+  CLI::App app{"Errors of the panorama estimator in generated scenes.", "measure_extremes"};
+  app.add_option("ROW", wanted, "Rows whose name begins with one of these [all]");
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   rooms();
   spots();
   closing();

@@ -4,13 +4,10 @@
 // RIG: single, one lens of 1280x960; equirect, a whole sphere of 1568x784. FORMAT: rgb8_linear, RGB8 with linear
 // response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 with the rig's response. SETTING: fast, balanced,
 // exact. Defaults: single, rgb8_linear, fast.
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include <lightwell/codec.hpp>
 
@@ -19,6 +16,7 @@
 #include "sim/render.hpp"
 #include "sim/rigs.hpp"
 #include "sim/sensor.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
@@ -35,16 +33,22 @@ constexpr double kExposure = 1e-3;
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::string_view kind = argc > 3 ? argv[3] : "single", pixels_of = argc > 4 ? argv[4] : "rgb8_linear",
-                         setting_name = argc > 5 ? argv[5] : "fast";
+  CLI::App app{"Processes N frames from frame to encoded descriptor.", "measure_instructions"};
+  int frames = 0;
+  std::string kind = "single", pixels_of = "rgb8_linear";
+  PanoramaOptions options;
+  options.config.setting = Setting::fast;
+  app.add_option("--frames", frames, "Number of frames")->required()->check(CLI::NonNegativeNumber);
+  app.add_option("RIG", kind, "One lens of 1280x960, or a whole sphere of 1568x784 [single]")
+      ->check(CLI::IsMember({"single", "equirect"}));
+  app.add_option("FORMAT", pixels_of,
+                 "rgb8_linear: RGB8 with linear response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 with "
+                 "the rig's response [rgb8_linear]");
+  add_named_option(app, "SETTING", options.config.setting, kSettings, "fast, balanced or exact [fast]");
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   const bool sphere = kind == "equirect", linear = pixels_of == "rgb8_linear";
   const std::optional<PixelFormat> format = linear ? PixelFormat::rgb8 : pixel_format_of(pixels_of);
-  const auto setting =
-      std::find_if(kSettings.begin(), kSettings.end(), [&](Setting s) { return to_string(s) == setting_name; });
-  if (argc < 3 || argc > 6 || std::strcmp(argv[1], "--frames") != 0 || (!sphere && kind != "single") || !format ||
-      setting == kSettings.end())
-    return std::fprintf(stderr, "usage: measure_instructions --frames N [RIG [FORMAT [SETTING]]]\n"), 2;
-  const int frames = std::atoi(argv[2]);
+  if (!format) return wrong_usage(app, "unknown FORMAT '" + pixels_of + "'");
   const Result<std::string> path = sim::scene_path("city");
   if (!path) fail(path.status());
   Result<sim::Panorama> panorama = sim::load_panorama(*path);
@@ -58,8 +62,6 @@ int main(int argc, char** argv) {
   std::vector<std::byte> pixels(sensor.bytes());
   sensor.expose(sim::render_radiance(scene, scene.state_at(0), lens), {kExposure, 1, 0, 0}, pixels);
 
-  PanoramaOptions options;
-  options.config.setting = *setting;
   auto estimator = make_panorama_estimator(rig, options);
   if (!estimator) fail(estimator.status());
   Frame frame;

@@ -4,16 +4,16 @@
 //   float_vs_double.<target>.<format>_bracket   three exposures merged pixel by pixel (BlockPass)
 // The value is the largest deviation of a coefficient relative to the largest coefficient, over all cases.
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <string>
 
-#include "estimate/common/row_reader.hpp"
+#include "estimate/frames/row_reader.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/code_pass.hpp"
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/oracle_cases.hpp"
+#include "measure/output.hpp"
 
 namespace {
 
@@ -33,7 +33,7 @@ constexpr unsigned kSeeds[] = {1, 2};
 /// Worst deviation by figure.
 std::map<std::string, double> worst;
 
-void measure(test::OracleCase& c, const Rig& rig, const reference::RandomScene& scene,
+void compare(test::OracleCase& c, const Rig& rig, const reference::RandomScene& scene,
              std::span<const double> exposures, double fill, const char* suffix) {
   const test::Shot shot = c.shoot(scene, exposures, fill);
   const estimate::BlockLayout& layout = c.layout(rig.edge);
@@ -65,12 +65,11 @@ int main() {
       test::OracleCase c(rig.kind, rig.width, rig.height, format, Curve::as_it_comes);
       for (const unsigned seed : kSeeds) {
         const reference::RandomScene scene(seed);
-        measure(c, rig, scene, one, 0.95, "");
-        measure(c, rig, scene, three, 1.5, "_bracket");
+        compare(c, rig, scene, one, 0.95, "");
+        compare(c, rig, scene, three, 1.5, "_bracket");
       }
     }
   }
-  for (const auto& [figure, value] : worst)
-    std::printf("{\"figure\": \"float_vs_double.%s\", \"value\": %.3g}\n", figure.c_str(), value);
+  for (const auto& [figure, value] : worst) measure::print_figure("float_vs_double." + figure, value);
   return 0;
 }

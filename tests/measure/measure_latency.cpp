@@ -3,7 +3,6 @@
 // encoding to latest()), received, gaps, and the probe's counters over the same time: frames, captures_dropped,
 // coalesced.
 //   measure_latency URI [--clients N] [--stalled N] [--seconds S] [--repeats N]
-#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
@@ -15,11 +14,15 @@
 #include <vector>
 
 #include <grpcpp/grpcpp.h>
+#include <nlohmann/json.hpp>
 
 #include <lightwell/probe.hpp>
+#include <lightwell/quantile.hpp>
 #include <lightwell/v1/probe_service.grpc.pb.h>
 
 #include "bench/memcpy_speed.hpp"
+#include "measure/output.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
@@ -63,12 +66,6 @@ struct Client {
   std::vector<double> latency_ms;
 };
 
-double quantile(std::vector<double>& sorted, double share) {
-  return sorted.empty() ? 0
-                        : sorted[std::min(sorted.size() - 1,
-                                          static_cast<std::size_t>(share * static_cast<double>(sorted.size())))];
-}
-
 /// The probe's counters, which the SDK requests about once a second.
 Counters settled_counters(const Probe& probe) {
   std::this_thread::sleep_for(std::chrono::milliseconds(1300));
@@ -80,24 +77,16 @@ Counters settled_counters(const Probe& probe) {
 int main(int argc, char** argv) {
   int clients = 1, stalled = 0, repeats = 1;
   double seconds = 5;
-  std::string uri = argc > 1 ? argv[1] : "";
-  for (int i = 2; i + 1 < argc; i += 2) {
-    if (std::strcmp(argv[i], "--clients") == 0)
-      clients = std::atoi(argv[i + 1]);
-    else if (std::strcmp(argv[i], "--stalled") == 0)
-      stalled = std::atoi(argv[i + 1]);
-    else if (std::strcmp(argv[i], "--repeats") == 0)
-      repeats = std::atoi(argv[i + 1]);
-    else if (std::strcmp(argv[i], "--seconds") == 0)
-      seconds = std::atof(argv[i + 1]);
-    else
-      uri.clear();
-  }
-  if (!uri.starts_with("grpc://") || argc % 2 != 0 || clients < 1)
-    return std::fprintf(
-               stderr,
-               "usage: measure_latency grpc://HOST:PORT [--clients N] [--stalled N] [--seconds S] [--repeats N]\n"),
-           2;
+  std::string uri;
+  CLI::App app{"Age of descriptors when latest() returns them, for clients of a running lightwelld on this machine.",
+               "measure_latency"};
+  app.add_option("URI", uri, "grpc://HOST:PORT")->required();
+  app.add_option("--clients", clients, "Number of clients that read [1]")->check(CLI::PositiveNumber);
+  app.add_option("--stalled", stalled, "Number of clients that never read [0]")->check(CLI::NonNegativeNumber);
+  app.add_option("--seconds", seconds, "Duration of a measurement [5]")->check(CLI::PositiveNumber);
+  app.add_option("--repeats", repeats, "Number of measurements [1]")->check(CLI::PositiveNumber);
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
+  if (!uri.starts_with("grpc://")) return wrong_usage(app, "'" + uri + "' is not grpc://HOST:PORT");
   const double memcpy_gb_per_s = bench::memcpy_speed(4 << 20).gigabytes_per_s;
 
   std::atomic<bool> counting{false};
@@ -138,17 +127,17 @@ int main(int argc, char** argv) {
       note->latency_ms.clear();
     }
     for (const Probe& p : probes) gaps += p.stats().gaps;
-    std::sort(all.begin(), all.end());
-    std::printf(
-        "{\"figure\": \"latency.%d.%d\", \"p50\": %.4g, \"p99\": %.4g, \"largest\": %.4g, \"received\": %zu, \"gaps\": "
-        "%llu, "
-        "\"frames\": %llu, \"captures_dropped\": %llu, \"coalesced\": %llu, \"memcpy_gb_per_s\": %.3g}\n",
-        clients, stalled, quantile(all, 0.5), quantile(all, 0.99), all.empty() ? 0 : all.back(), all.size(),
-        static_cast<unsigned long long>(gaps - gaps_before),
-        static_cast<unsigned long long>(after.frames - before.frames),
-        static_cast<unsigned long long>(after.captures_dropped - before.captures_dropped),
-        static_cast<unsigned long long>(after.descriptors_coalesced - before.descriptors_coalesced), memcpy_gb_per_s);
-    std::fflush(stdout);
+    const auto quantile = [&](double share) { return all.empty() ? 0 : upper_quantile(all, share); };
+    measure::print_line({{"figure", "latency." + std::to_string(clients) + "." + std::to_string(stalled)},
+                         {"p50", quantile(0.5)},
+                         {"p99", quantile(0.99)},
+                         {"largest", quantile(1)},
+                         {"received", all.size()},
+                         {"gaps", gaps - gaps_before},
+                         {"frames", after.frames - before.frames},
+                         {"captures_dropped", after.captures_dropped - before.captures_dropped},
+                         {"coalesced", after.descriptors_coalesced - before.descriptors_coalesced},
+                         {"memcpy_gb_per_s", memcpy_gb_per_s}});
   }
   return 0;
 }

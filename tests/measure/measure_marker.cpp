@@ -14,28 +14,25 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <map>
 #include <numbers>
 #include <set>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
+#include <lightwell/descriptor.hpp>
+#include <lightwell/quantile.hpp>
+
 #include "bench/straughn2018_published.hpp"
 #include "measure/marker_methods.hpp"
+#include "measure/output.hpp"
 #include "measure/traced_frames.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
 using namespace lightwell;
-
-constexpr const char* kUsage =
-    "usage: measure_marker [--noisy N] [--frames FOLDER] [--bodies FOLDER]\n"
-    "Light from a marker in path-traced frames, one JSON object per line: the thesis (Straughn 2018), and what it "
-    "published.\n"
-    "  --noisy N         noisy 8-bit frames of each image [10]\n"
-    "  --frames FOLDER   folder of scenes.json and the images [tests/reference/mitsuba/marker]\n"
-    "  --bodies FOLDER   folder of dodecahedron_100mm_{white,grey}.textproto [firmware/estimate/marker/bodies]\n"
-    "Exit status: 0 measured, 1 failed, 2 wrong usage.\n";
 
 [[noreturn]] void fail(const Status& s) {
   std::fprintf(stderr, "measure_marker: %s\n", s.message().c_str());
@@ -61,39 +58,24 @@ struct Errors {
     return sum / static_cast<double>(deg.size());
   }
   [[nodiscard]] double worst() const { return deg.empty() ? NAN : *std::max_element(deg.begin(), deg.end()); }
-  [[nodiscard]] double median() const {
-    if (deg.empty()) return NAN;
-    std::vector<double> sorted = deg;
-    std::sort(sorted.begin(), sorted.end());
-    return 0.5 * (sorted[(sorted.size() - 1) / 2] + sorted[sorted.size() / 2]);
-  }
+  [[nodiscard]] double median() const { return lightwell::median(std::vector(deg)); }
 };
 
-/// Number of an image's first capture, which seeds its noise independently of other images: FNV-1a, 32 bits.
-std::uint64_t first_capture(const std::string& name) {
-  std::uint32_t hash = 2166136261U;
-  for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
-  return hash;
-}
-
 void print(const std::string& figure, double value, const Errors& of) {
-  std::printf("{\"figure\": \"%s\", \"value\": ", figure.c_str());
-  if (std::isfinite(value))
-    std::printf("%.5g", value);
-  else
-    std::printf("null");
-  std::printf(", \"frames\": %d, \"flagged\": %d, \"unanswered\": %d}\n", of.frames, of.flagged, of.unanswered);
+  measure::print_figure(figure, value, {{"frames", of.frames}, {"flagged", of.flagged}, {"unanswered", of.unanswered}});
 }
 
 void print(const bench::StraughnPublished& p) {
-  std::printf("{\"figure\": \"thesis.%s\", \"value\": %.5g, \"percent\": %.5g, \"where\": \"%s\"}\n", p.what,
-              p.degrees(), p.percent, p.where);
+  measure::print_line({{"figure", std::string("thesis.") + p.what},
+                       {"value", p.degrees()},
+                       {"percent", p.percent},
+                       {"where", p.where}});
 }
 
 void print(const measure::MarkerColumn& column, const std::string& encoding,
            const std::vector<const measure::TracedFrame*>& looked_at) {
   const std::string name = column.name + "." + encoding;
-  if (column.setting > 0) std::printf("{\"figure\": \"%s.setting\", \"value\": %.5g}\n", name.c_str(), column.setting);
+  if (column.setting > 0) measure::print_figure(name + ".setting", column.setting);
   std::map<std::string, Errors> groups, places, views, cases;
   for (std::size_t k = 0; k < looked_at.size(); ++k) {
     const measure::TracedFrame& f = *looked_at[k];
@@ -119,19 +101,14 @@ void print(const measure::MarkerColumn& column, const std::string& encoding,
 int main(int argc, char** argv) {
   std::string frames_folder = LIGHTWELL_MARKER_FRAMES, bodies_folder = LIGHTWELL_MARKER_BODIES;
   int noisy = 10;
-  for (int i = 1; i < argc; i += 2) {
-    const bool has_value = i + 1 < argc;
-    if (std::strcmp(argv[i], "--help") == 0) return std::printf("%s", kUsage), 0;
-    if (has_value && std::strcmp(argv[i], "--noisy") == 0)
-      noisy = std::atoi(argv[i + 1]);
-    else if (has_value && std::strcmp(argv[i], "--frames") == 0)
-      frames_folder = argv[i + 1];
-    else if (has_value && std::strcmp(argv[i], "--bodies") == 0)
-      bodies_folder = argv[i + 1];
-    else
-      return std::fprintf(stderr, "%s", kUsage), 2;
-  }
-  if (noisy < 1) return std::fprintf(stderr, "%s", kUsage), 2;
+  CLI::App app{"Light from a marker in path-traced frames: the thesis (Straughn 2018), and what it published.",
+               "measure_marker"};
+  app.add_option("--noisy", noisy, "Noisy 8-bit frames of each image [10]")->check(CLI::PositiveNumber);
+  app.add_option("--frames", frames_folder, "Folder of scenes.json and the images [tests/reference/mitsuba/marker]");
+  app.add_option("--bodies", bodies_folder,
+                 "Folder of dodecahedron_100mm_{white,grey}.textproto [firmware/estimate/marker/bodies]");
+  app.footer("Exit status: 0 measured, 1 failed, 2 wrong usage.");
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
 
   const std::set<std::string> groups{"grid", "low", "air"};
   const auto frames = measure::load_traced_frames(frames_folder);
@@ -160,7 +137,9 @@ int main(int argc, char** argv) {
       if (!picture) fail(picture.status());
       const RigParameters rig = picture->rig_for(sensor);
       for (int k = 0; k < noisy; ++k) {
-        const measure::Shot shot = picture->expose(sensor, first_capture(frame.name) + static_cast<std::uint64_t>(k));
+        // The name seeds the noise independently of other images.
+        const measure::Shot shot =
+            picture->expose(sensor, std::uint64_t{fnv1a_32(frame.name)} + static_cast<std::uint64_t>(k));
         for (const auto& method : methods)
           if (const Status s = method->process(frame, rig, body, shot); !s.ok()) fail(s);
         looked_at.push_back(&frame);

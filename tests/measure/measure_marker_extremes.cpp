@@ -11,33 +11,18 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <string>
 
-#include <lightwell/json.hpp>
+#include <nlohmann/json.hpp>
 
 #include "firmware/estimate/marker/extreme_scenes.hpp"
+#include "measure/output.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
 using namespace lightwell::marker::test;
-
-constexpr const char* kUsage =
-    "usage: measure_marker_extremes [--seeds N] [--case PART] [--verbose] [--bodies FOLDER]\n"
-    "Results of the marker estimator for difficult images, one JSON object per line.\n"
-    "  --seeds N     noisy images of each case [10]\n"
-    "  --case PART   only cases whose name contains PART [all]\n"
-    "  --verbose     details of the estimates on standard error\n"
-    "  --bodies FOLDER  folder of the marker bodies [firmware/estimate/marker/bodies]\n"
-    "Exit status: 0 measured, 1 failed, 2 wrong usage.\n";
-
-void print_number(const char* name, bool there, double value) {
-  if (there && std::isfinite(value))
-    std::printf(", \"%s\": %.4g", name, value);
-  else
-    std::printf(", \"%s\": null", name);
-}
 
 void print_result(const Evaluation& v) {
   const lightwell::MarkerReport& r = v.report;
@@ -64,16 +49,18 @@ int measure(const std::string& bodies, const std::string& part, int seeds, bool 
     const ExtremePicture picture(std::move(one));
     for (int seed = 1; seed <= seeds; ++seed) {
       const Evaluation v = picture.worst(static_cast<std::uint64_t>(seed));
-      std::printf("{\"extreme\": %s, \"outcome\": \"%s\", \"easy\": %s",
-                  lightwell::json_string(picture.what().name).c_str(), name_of(v.outcome),
-                  picture.what().easy ? "true" : "false");
-      print_number("error_deg", v.direction.has_value(), v.error_deg);
-      print_number("sigma_deg", v.direction.has_value(), v.sigma_deg);
-      print_number("deviations2", v.direction.has_value(), v.squared_mahalanobis);
-      std::printf(", \"why\": %s}\n", lightwell::json_string(v.why).c_str());
+      const auto of_light = [&](double value) {
+        return v.direction ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
+      };
+      lightwell::measure::print_line({{"extreme", picture.what().name},
+                                      {"outcome", name_of(v.outcome)},
+                                      {"easy", picture.what().easy},
+                                      {"error_deg", of_light(v.error_deg)},
+                                      {"sigma_deg", of_light(v.sigma_deg)},
+                                      {"deviations2", of_light(v.squared_mahalanobis)},
+                                      {"why", v.why}});
       if (verbose) print_result(v);
     }
-    std::fflush(stdout);
   }
   return 0;
 }
@@ -84,22 +71,13 @@ int main(int argc, char** argv) {
   std::string bodies = LIGHTWELL_MARKER_BODIES, part;
   int seeds = 10;
   bool verbose = false;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word == "--help") return std::printf("%s", kUsage), 0;
-    if (word == "--verbose") {
-      verbose = true;
-    } else if (i + 1 < argc && word == "--seeds") {
-      seeds = std::atoi(argv[++i]);
-    } else if (i + 1 < argc && word == "--case") {
-      part = argv[++i];
-    } else if (i + 1 < argc && word == "--bodies") {
-      bodies = argv[++i];
-    } else {
-      return std::fprintf(stderr, "%s", kUsage), 2;
-    }
-  }
-  if (seeds < 1) return std::fprintf(stderr, "%s", kUsage), 2;
+  CLI::App app{"Results of the marker estimator for difficult images.", "measure_marker_extremes"};
+  app.add_option("--seeds", seeds, "Noisy images of each case [10]")->check(CLI::PositiveNumber);
+  app.add_option("--case", part, "Only cases whose name contains this [all]");
+  app.add_flag("--verbose", verbose, "Details of the estimates on standard error");
+  app.add_option("--bodies", bodies, "Folder of the marker bodies [firmware/estimate/marker/bodies]");
+  app.footer("Exit status: 0 measured, 1 failed, 2 wrong usage.");
+  if (const auto exit = lightwell::parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   try {
     return measure(bodies, part, seeds, verbose);
   } catch (const std::exception& e) {

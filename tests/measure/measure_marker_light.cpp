@@ -20,31 +20,24 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <memory>
 #include <numbers>
 #include <string>
+#include <utility>
+
+#include <nlohmann/json.hpp>
 
 #include <lightwell/query.hpp>
 
 #include "app/tag_body_finder.hpp"
 #include "estimate/marker/marker_estimator.hpp"
+#include "measure/output.hpp"
 #include "measure/traced_frames.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
 using namespace lightwell;
-
-constexpr const char* kUsage =
-    "usage: measure_marker_light [--noisy N] [--group NAME] [--frame NAME] [--linear] [--frames FOLDER] [--bodies "
-    "FOLDER]\n"
-    "Results of the marker estimator for path-traced frames, one JSON object per line.\n"
-    "  --noisy N         noisy 8-bit frames of each image [10]\n"
-    "  --group NAME      grid, low, air, two, near, panorama, ... [all]\n"
-    "  --frame NAME      one image [all]\n"
-    "  --linear          linear response instead of sRGB\n"
-    "  --verbose         all estimated lights and the sample counts on standard error\n"
-    "Exit status: 0 measured, 1 failed, 2 wrong usage.\n";
 
 constexpr double kDegree = std::numbers::pi / 180;
 
@@ -66,19 +59,18 @@ Turn turn_of(Vec3d from, Vec3d to) {
 double sum(const std::array<double, 3>& c) { return c[0] + c[1] + c[2]; }
 
 void print(const measure::TracedFrame& frame, bool answered, const Descriptor& out, const MarkerReport& report) {
-  std::printf(
-      "{\"frame\": \"%s\", \"group\": \"%s\", \"body\": \"%s\", \"view\": \"%s\", \"place\": \"%s\", \"answered\": %s",
-      frame.name.c_str(), frame.group.c_str(), frame.body.c_str(), frame.view.c_str(), frame.place.c_str(),
-      answered ? "true" : "false");
+  nlohmann::ordered_json line = {{"frame", frame.name}, {"group", frame.group}, {"body", frame.body},
+                                 {"view", frame.view},  {"place", frame.place}, {"answered", answered}};
   if (!answered) {
-    std::printf(", \"unsure\": true}\n");
+    line["unsure"] = true;
+    measure::print_line(line);
     return;
   }
   const auto& lights = report.light.lights;
-  std::printf(", \"unsure\": %s, \"found\": %zu, \"shadow\": %s, \"near\": %s",
-              out.flags.has(Flag::unsure) ? "true" : "false", lights.size(),
-              report.light.surround_model == marker::SurroundModel::ground_plane_with_shadow ? "true" : "false",
-              !lights.empty() && lights[0].distance_observable ? "true" : "false");
+  line["unsure"] = out.flags.has(Flag::unsure);
+  line["found"] = lights.size();
+  line["shadow"] = report.light.surround_model == marker::SurroundModel::ground_plane_with_shadow;
+  line["near"] = !lights.empty() && lights[0].distance_observable;
   if (!frame.normals.empty()) {
     double squares = 0, truth = 0;
     for (std::size_t i = 0; i < frame.normals.size(); ++i) {
@@ -89,11 +81,13 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
         truth += std::pow(frame.irradiance[i][c], 2);
       }
     }
-    std::printf(", \"irradiance_rms\": %.4g, \"strongest_share\": %.3g, \"faces_lit\": %d", std::sqrt(squares / truth),
-                frame.strongest_share, frame.lamps[0].visible_lit_faces);
+    line["irradiance_rms"] = std::sqrt(squares / truth);
+    line["strongest_share"] = frame.strongest_share;
+    line["faces_lit"] = frame.lamps[0].visible_lit_faces;
   }
-  std::printf(", \"left_out\": %d, \"used\": %d, \"chi2\": %.3g", report.light.outliers, report.light.used,
-              report.light.chi_square);
+  line["left_out"] = report.light.outliers;
+  line["used"] = report.light.used;
+  line["chi2"] = report.light.chi_square;
   if (!lights.empty() && !frame.lamps.empty()) {
     const Vec3d truth = frame.lamps[0].direction;
     // With two lamps, the weaker one may be the first estimated light.
@@ -106,11 +100,11 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
     const double det = c[0] * c[2] - c[1] * c[1];
     const double along =
         t.angle > 0 ? (c[0] * t.u * t.u + 2 * c[1] * t.u * t.v + c[2] * t.v * t.v) / (t.angle * t.angle) : c[0];
-    std::printf(", \"error_deg\": %.4g, \"sigma_deg\": %.4g, \"deviations2\": %.4g", t.angle / kDegree,
-                std::sqrt(along) / kDegree, (c[2] * t.u * t.u - 2 * c[1] * t.u * t.v + c[0] * t.v * t.v) / det);
-    std::printf(", \"lamps\": [");
-    for (std::size_t i = 0; i < frame.lamps.size(); ++i) {
-      const measure::TracedLamp& lamp = frame.lamps[i];
+    line["error_deg"] = t.angle / kDegree;
+    line["sigma_deg"] = std::sqrt(along) / kDegree;
+    line["deviations2"] = (c[2] * t.u * t.u - 2 * c[1] * t.u * t.v + c[0] * t.v * t.v) / det;
+    line["lamps"] = nlohmann::ordered_json::array();
+    for (const measure::TracedLamp& lamp : frame.lamps) {
       const marker::LightEstimate* nearest = &lights[0];
       for (const marker::LightEstimate& one : lights)
         if (angle_between(one.light.direction, lamp.direction) <
@@ -120,20 +114,18 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
       double color = 0;
       for (std::size_t k = 0; k < 3; ++k)
         color = std::max(color, std::abs(e[k] / sum(e) * sum(lamp.irradiance) / lamp.irradiance[k] - 1));
-      std::printf("%s{\"error_deg\": %.4g, \"color\": %.4g, \"irradiance\": %.4g", i == 0 ? "" : ", ",
-                  angle_between(nearest->light.direction, lamp.direction) / kDegree, color,
-                  sum(e) / sum(lamp.irradiance) - 1);
+      nlohmann::ordered_json errors = {{"error_deg", angle_between(nearest->light.direction, lamp.direction) / kDegree},
+                                       {"color", color},
+                                       {"irradiance", sum(e) / sum(lamp.irradiance) - 1}};
       if (nearest->distance_observable && lamp.distance_m > 0) {
         const Vec3d at = nearest->light.direction * (1 / nearest->light.inverse_distance);
-        std::printf(", \"position\": %.4g, \"distance\": %.4g",
-                    length(at - lamp.direction * lamp.distance_m) / lamp.distance_m,
-                    1 / nearest->light.inverse_distance / lamp.distance_m - 1);
+        errors["position"] = length(at - lamp.direction * lamp.distance_m) / lamp.distance_m;
+        errors["distance"] = 1 / nearest->light.inverse_distance / lamp.distance_m - 1;
       }
-      std::printf("}");
+      line["lamps"].push_back(std::move(errors));
     }
-    std::printf("]");
   }
-  std::printf("}\n");
+  measure::print_line(line);
 }
 
 void print_result(const measure::TracedFrame& frame, const MarkerReport& report) {
@@ -166,31 +158,19 @@ void print_result(const measure::TracedFrame& frame, const MarkerReport& report)
 int main(int argc, char** argv) {
   std::string frames_folder = LIGHTWELL_MARKER_FRAMES, bodies_folder = LIGHTWELL_MARKER_BODIES, group, only;
   int noisy = 10;
-  bool verbose = false;
+  bool verbose = false, linear = false;
+  CLI::App app{"Results of the marker estimator for path-traced frames.", "measure_marker_light"};
+  app.add_option("--noisy", noisy, "Noisy 8-bit frames of each image [10]")->check(CLI::PositiveNumber);
+  app.add_option("--group", group, "grid, low, air, two, near, panorama, ... [all]");
+  app.add_option("--frame", only, "One image [all]");
+  app.add_flag("--linear", linear, "Linear response instead of sRGB");
+  app.add_flag("--verbose", verbose, "All estimated lights and the sample counts on standard error");
+  app.add_option("--frames", frames_folder, "Folder of scenes.json and the images [tests/reference/mitsuba/marker]");
+  app.add_option("--bodies", bodies_folder, "Folder of the marker bodies [firmware/estimate/marker/bodies]");
+  app.footer("Exit status: 0 measured, 1 failed, 2 wrong usage.");
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   measure::TracedSensor sensor;
-  sensor.srgb = true;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word == "--help") return std::printf("%s", kUsage), 0;
-    if (word == "--linear") {
-      sensor.srgb = false;
-    } else if (word == "--verbose") {
-      verbose = true;
-    } else if (i + 1 < argc && word == "--noisy") {
-      noisy = std::atoi(argv[++i]);
-    } else if (i + 1 < argc && word == "--group") {
-      group = argv[++i];
-    } else if (i + 1 < argc && word == "--frame") {
-      only = argv[++i];
-    } else if (i + 1 < argc && word == "--frames") {
-      frames_folder = argv[++i];
-    } else if (i + 1 < argc && word == "--bodies") {
-      bodies_folder = argv[++i];
-    } else {
-      return std::fprintf(stderr, "%s", kUsage), 2;
-    }
-  }
-  if (noisy < 1) return std::fprintf(stderr, "%s", kUsage), 2;
+  sensor.srgb = !linear;
   const auto frames = measure::load_traced_frames(frames_folder);
   if (!frames) fail(frames.status());
   const auto bodies = measure::load_traced_bodies(bodies_folder);
@@ -214,7 +194,6 @@ int main(int argc, char** argv) {
       print(frame, s.ok(), out, (*estimator)->report());
       if (verbose) print_result(frame, (*estimator)->report());
     }
-    std::fflush(stdout);
   }
   return 0;
 }

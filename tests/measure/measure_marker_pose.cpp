@@ -10,18 +10,21 @@
 //   measure_marker_pose [--quick]     two attitudes, to test the program
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Dense>
+#include <nlohmann/json.hpp>
+
+#include <lightwell/text.hpp>
 
 #include "bench/memcpy_speed.hpp"
 #include "bench/thread_time.hpp"
 #include "firmware/pose/body_pictures.hpp"
+#include "measure/output.hpp"
 #include "pose/body_tracker.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
@@ -31,9 +34,8 @@ constexpr int kRounds = 5;
 double memcpy_gb_per_s = 0;
 
 void print(const std::string& figure, double value, const char* unit) {
-  std::printf("{\"figure\": \"marker_pose.%s\", \"value\": %.4g, \"unit\": \"%s\", \"memcpy_gb_per_s\": %.3g}\n",
-              figure.c_str(), value, unit, memcpy_gb_per_s);
-  std::fflush(stdout);
+  measure::print_line(
+      {{"figure", "marker_pose." + figure}, {"value", value}, {"unit", unit}, {"memcpy_gb_per_s", memcpy_gb_per_s}});
 }
 
 template <class Call>
@@ -188,10 +190,9 @@ void measure_parts(const RigParameters& rig, const MarkerBody& body, const std::
         with += best([&] { (void)find_body_pose(lenses, body, seen, before, options); });
         without += best([&] { (void)find_body_pose(lenses, body, seen, std::nullopt, options); });
       }
-      char figure[64];
-      std::snprintf(figure, sizeof figure, "part.%g.%s", decimate, name);
-      print(figure + std::string(".ms"), ms / static_cast<double>(views.size()), "ms");
-      print(figure + std::string(".detected"), tags / static_cast<double>(views.size()), "");
+      const std::string figure = formatted("part.%g.%s", decimate, name);
+      print(figure + ".ms", ms / static_cast<double>(views.size()), "ms");
+      print(figure + ".detected", tags / static_cast<double>(views.size()), "");
       errors.print_as(figure);
     }
   }
@@ -203,8 +204,10 @@ void measure_parts(const RigParameters& rig, const MarkerBody& body, const std::
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool quick = argc == 2 && std::strcmp(argv[1], "--quick") == 0;
-  if (argc > 1 && !quick) return std::fprintf(stderr, "usage: measure_marker_pose [--quick]\n"), 2;
+  bool quick = false;
+  CLI::App app{"Time and accuracy of a body's pose.", "measure_marker_pose"};
+  app.add_flag("--quick", quick, "Two attitudes, to test the program");
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   memcpy_gb_per_s = bench::memcpy_speed(1280 * 960).gigabytes_per_s;
   const RigParameters rig = test::camera_rig();
   const MarkerBody body = test::dodecahedron();

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,7 +20,9 @@
 #include "calibration/model/lens_table.hpp"
 #include "estimate/marker/ground_reflection.hpp"
 #include "estimate/marker/marker_estimator.hpp"
+#include "measure/output.hpp"
 #include "measure/traced_frames.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
@@ -60,11 +61,11 @@ struct Times {
 int main(int argc, char** argv) {
   std::string frames_folder = LIGHTWELL_MARKER_FRAMES, bodies_folder = LIGHTWELL_MARKER_BODIES,
               name = "extra_large_straight_grey";
-  for (int i = 1; i + 1 < argc; i += 2) {
-    if (std::strcmp(argv[i], "--frame") == 0) name = argv[i + 1];
-    if (std::strcmp(argv[i], "--frames") == 0) frames_folder = argv[i + 1];
-    if (std::strcmp(argv[i], "--bodies") == 0) bodies_folder = argv[i + 1];
-  }
+  CLI::App app{"Processing time of a frame with a marker in view, on one thread.", "measure_marker_speed"};
+  app.add_option("--frame", name, "The image [extra_large_straight_grey]");
+  app.add_option("--frames", frames_folder, "Folder of scenes.json and the images [tests/reference/mitsuba/marker]");
+  app.add_option("--bodies", bodies_folder, "Folder of the marker bodies [firmware/estimate/marker/bodies]");
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   const auto frames = measure::load_traced_frames(frames_folder);
   if (!frames) fail(frames.status().message());
   const auto frame = std::find_if(frames->begin(), frames->end(), [&](const auto& f) { return f.name == name; });
@@ -122,8 +123,8 @@ int main(int argc, char** argv) {
     }
     best.sampling = std::min(best.sampling, (bench::thread_time_ms() - begin) / kFrames);
   }
-  const auto print = [](const char* figure, double value) {
-    std::printf("{\"figure\": \"marker_speed.%s\", \"value\": %.4g}\n", figure, value);
+  const auto print = [](const std::string& figure, double value) {
+    measure::print_figure("marker_speed." + figure, value);
   };
   print("fps", 1000 / best.all);
   print("ms_all", best.all);

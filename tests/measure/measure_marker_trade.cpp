@@ -30,28 +30,24 @@
 #include <utility>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
+#include <lightwell/quantile.hpp>
 #include <lightwell/query.hpp>
+#include <lightwell/text.hpp>
 
 #include "app/tag_body_finder.hpp"
 #include "bench/memcpy_speed.hpp"
 #include "bench/thread_time.hpp"
+#include "estimate/marker/fibonacci_directions.hpp"
 #include "estimate/marker/marker_estimator.hpp"
+#include "measure/output.hpp"
 #include "measure/traced_frames.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
 using namespace lightwell;
-
-constexpr const char* kUsage =
-    "usage: measure_marker_trade [--followed N] [--runs N] [--group NAME] [--case WHAT] [--verbose] [--frames FOLDER] "
-    "[--bodies FOLDER]\n"
-    "Cost and benefit of the marker estimator's decimation, faces and lights, one JSON object per line.\n"
-    "  --followed N      noisy frames of each image after the first one [4]\n"
-    "  --runs N          runs of which the best time of each tracked frame counts [5]\n"
-    "  --group NAME      grid, two or near [all three]\n"
-    "  --case WHAT       one case [all]\n"
-    "  --verbose         errors of every frame on standard error\n"
-    "Exit status: 0 measured, 1 failed, 2 wrong usage.\n";
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kNormals = 2048;
@@ -67,11 +63,7 @@ struct Case {
   MarkerOptions marker;
 };
 
-std::string short_number(double v) {
-  std::array<char, 32> out{};
-  std::snprintf(out.data(), out.size(), "%g", v);
-  return out.data();
-}
+std::string short_number(double v) { return formatted("%g", v); }
 
 /// Each option at its values, including the default; equal cases differ only by the noise of timing.
 std::vector<Case> all_cases() {
@@ -108,13 +100,9 @@ struct Tally {
 
 /// Normals of a Fibonacci lattice within 60 degrees of the direction to the camera.
 std::vector<Vec3d> normals_towards(Vec3d camera) {
-  const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
   std::vector<Vec3d> out;
-  for (int i = 0; i < kNormals; ++i) {
-    const double y = 1 - (2 * i + 1.0) / kNormals, r = std::sqrt(1 - y * y);
-    const Vec3d n{r * std::sin(golden * i), y, r * std::cos(golden * i)};
+  for (const Vec3d& n : marker::fibonacci_directions(kNormals))
     if (dot(n, camera) > 0.5) out.push_back(n);
-  }
   return out;
 }
 
@@ -207,33 +195,23 @@ class Stream {
   bool answered_ = false;  ///< Whether the previous frame gave an estimate.
 };
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? std::numeric_limits<double>::quiet_NaN()
-                        : 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
-}
-
-std::string number(double v) {
-  std::array<char, 32> out{};
-  std::snprintf(out.data(), out.size(), "%.4g", v);
-  return std::isfinite(v) ? out.data() : "null";
-}
-
 void print(const Case& of, const Tally& tally, int width, int height, double memcpy_ms) {
-  const double ms = median(tally.ms),
+  const double ms = median(std::vector(tally.ms)),
                worst = tally.rms.empty() ? std::nan("") : *std::max_element(tally.rms.begin(), tally.rms.end());
-  std::printf(
-      "{\"what\": \"%s\", \"knob\": \"%s\", \"width\": %d, \"height\": %d, \"ms\": %s, \"ms_first\": %s, "
-      "\"memcpy_ratio\": %s, ",
-      of.what.c_str(), of.knob.c_str(), width, height, number(ms).c_str(), number(median(tally.ms_first)).c_str(),
-      number(ms / memcpy_ms).c_str());
-  std::printf(
-      "\"rms\": %s, \"worst_rms\": %s, \"direction_deg\": %s, \"worst_direction_deg\": %s, \"flagged\": %s, "
-      "\"unanswered\": %s}\n",
-      number(median(tally.rms)).c_str(), number(worst).c_str(), number(median(tally.direction_deg)).c_str(),
-      number(tally.worst_unflagged_deg < 0 ? std::nan("") : tally.worst_unflagged_deg).c_str(),
-      number(static_cast<double>(tally.flagged) / tally.frames).c_str(),
-      number(static_cast<double>(tally.unanswered) / tally.frames).c_str());
+  measure::print_line(
+      {{"what", of.what},
+       {"knob", of.knob},
+       {"width", width},
+       {"height", height},
+       {"ms", ms},
+       {"ms_first", median(std::vector(tally.ms_first))},
+       {"memcpy_ratio", ms / memcpy_ms},
+       {"rms", median(std::vector(tally.rms))},
+       {"worst_rms", worst},
+       {"direction_deg", median(std::vector(tally.direction_deg))},
+       {"worst_direction_deg", tally.worst_unflagged_deg < 0 ? std::nan("") : tally.worst_unflagged_deg},
+       {"flagged", static_cast<double>(tally.flagged) / tally.frames},
+       {"unanswered", static_cast<double>(tally.unanswered) / tally.frames}});
 }
 
 }  // namespace
@@ -242,28 +220,18 @@ int main(int argc, char** argv) {
   std::string frames_folder = LIGHTWELL_MARKER_FRAMES, bodies_folder = LIGHTWELL_MARKER_BODIES, group, only;
   int followed = 4, runs = 5;
   bool verbose = false;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word == "--help") return std::printf("%s", kUsage), 0;
-    if (word == "--verbose") {
-      verbose = true;
-    } else if (i + 1 < argc && word == "--case") {
-      only = argv[++i];
-    } else if (i + 1 < argc && word == "--followed") {
-      followed = std::atoi(argv[++i]);
-    } else if (i + 1 < argc && word == "--runs") {
-      runs = std::atoi(argv[++i]);
-    } else if (i + 1 < argc && word == "--group") {
-      group = argv[++i];
-    } else if (i + 1 < argc && word == "--frames") {
-      frames_folder = argv[++i];
-    } else if (i + 1 < argc && word == "--bodies") {
-      bodies_folder = argv[++i];
-    } else {
-      return std::fprintf(stderr, "%s", kUsage), 2;
-    }
-  }
-  if (followed < 1 || runs < 1) return std::fprintf(stderr, "%s", kUsage), 2;
+  CLI::App app{"Cost and benefit of the marker estimator's decimation, faces and lights.", "measure_marker_trade"};
+  app.add_option("--followed", followed, "Noisy frames of each image after the first one [4]")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--runs", runs, "Runs of which the best time of each tracked frame counts [5]")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--group", group, "grid, two or near [all three]");
+  app.add_option("--case", only, "One case [all]");
+  app.add_flag("--verbose", verbose, "Errors of every frame on standard error");
+  app.add_option("--frames", frames_folder, "Folder of scenes.json and the images [tests/reference/mitsuba/marker]");
+  app.add_option("--bodies", bodies_folder, "Folder of the marker bodies [firmware/estimate/marker/bodies]");
+  app.footer("Exit status: 0 measured, 1 failed, 2 wrong usage.");
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   const auto frames = measure::load_traced_frames(frames_folder);
   if (!frames) fail(frames.status().message());
   const auto bodies = measure::load_traced_bodies(bodies_folder);

@@ -3,7 +3,6 @@
 //   measure_models
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <string>
 
@@ -11,6 +10,7 @@
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "firmware/calibration/lens_trials.hpp"
 #include "fixtures/published_lenses.hpp"
+#include "measure/output.hpp"
 #include "sim/panorama.hpp"
 #include "sim/render.hpp"
 #include "sim/scene.hpp"
@@ -18,12 +18,8 @@
 namespace {
 
 using namespace lightwell;
+using measure::print_figure;
 constexpr double kDegree = std::numbers::pi / 180;
-
-void print(const std::string& figure, double value) {
-  std::printf("{\"figure\": \"%s\", \"value\": %.6g}\n", figure.c_str(), value);
-  std::fflush(stdout);
-}
 
 template <class T>
 double largest_miss(const LensParameters& lens) {
@@ -83,16 +79,16 @@ int main() {
     in_double = std::max(in_double, largest_miss<double>(published.lens));
     in_float = std::max(in_float, largest_miss<float>(published.lens));
   }
-  print("models.published", static_cast<double>(test::published_lenses().size()));
-  print("models.double_px", in_double);
-  print("models.float_px", in_float);
+  print_figure("models.published", static_cast<double>(test::published_lenses().size()));
+  print_figure("models.double_px", in_double);
+  print_figure("models.float_px", in_float);
   using calibration::LensKind;
   for (const auto& [name, kind] : {std::pair{"kannala_brandt", LensKind::kannala_brandt},
                                    {"double_sphere", LensKind::double_sphere},
                                    {"mei", LensKind::mei}}) {
     double worst = 0;
     for (std::uint32_t seed = 1; seed <= 2; ++seed) worst = std::max(worst, worst_lamp(kind, seed));
-    print(std::string("light_deg.") + name, worst);
+    print_figure(std::string("light_deg.") + name, worst);
   }
   return 0;
 }

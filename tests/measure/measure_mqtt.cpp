@@ -30,15 +30,22 @@
 #include <sys/socket.h>
 #include <sys/wait.h>
 
+#include <lightwell/deleter.hpp>
+#include <lightwell/quantile.hpp>
+#include <lightwell/text.hpp>
 #include <lightwell/time.hpp>
 
+#include "measure/output.hpp"
 #include "support/loopback.hpp"
+#include "support/read_file.hpp"
+#include "tools/command_line.hpp"
 
 extern char** environ;
 
 namespace {
 
 using lightwell::monotonic_now_ns;
+using lightwell::measure::print_figure;
 
 constexpr double kDelivered = 0.999;
 /// One and a half frame intervals at 30 per second: a later descriptor is outdated by the next one.
@@ -57,14 +64,6 @@ struct Options {
 [[noreturn]] void fail(const std::string& what) {
   std::fprintf(stderr, "measure_mqtt: %s\n", what.c_str());
   std::exit(1);
-}
-
-void print(const std::string& figure, double value) {
-  if (std::isfinite(value))
-    std::printf("{\"figure\": \"%s\", \"value\": %.6g}\n", figure.c_str(), value);
-  else
-    std::printf("{\"figure\": \"%s\", \"value\": null}\n", figure.c_str());
-  std::fflush(stdout);
 }
 
 /// Runs a Mosquitto for this program.
@@ -105,8 +104,7 @@ class Broker {
   [[nodiscard]] int port() const { return port_; }
   /// CPU time so far in seconds.
   [[nodiscard]] double cpu_s() const {
-    std::ifstream file("/proc/" + std::to_string(pid_) + "/stat");
-    std::string text((std::istreambuf_iterator<char>(file)), {});
+    const std::string text = lightwell::test::read_file("/proc/" + std::to_string(pid_) + "/stat");
     std::istringstream fields(text.substr(text.rfind(')') + 2));
     std::string skipped;
     for (int i = 0; i < 11; ++i) fields >> skipped;
@@ -128,10 +126,7 @@ double own_cpu_s() {
   return s(u.ru_utime) + s(u.ru_stime);
 }
 
-struct Free {
-  void operator()(mosquitto* m) const { mosquitto_destroy(m); }
-};
-using Client = std::unique_ptr<mosquitto, Free>;
+using Client = std::unique_ptr<mosquitto, lightwell::Deleter<mosquitto_destroy>>;
 
 /// Results of one step, written by the subscribers' thread while it is the current step.
 struct Step {
@@ -259,42 +254,24 @@ class Publisher {
   Client client_;
 };
 
-double quantile_ms(std::vector<std::uint32_t>& latency_us, double q) {
-  if (latency_us.empty()) return INFINITY;
-  const auto at = latency_us.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(latency_us.size() - 1));
-  std::nth_element(latency_us.begin(), at, latency_us.end());
-  return *at * 1e-3;
-}
-
-Options options_of(int argc, char** argv) {
-  Options o;
-  for (int i = 1; i < argc; i += 2) {
-    const std::string key = argv[i];
-    if (i + 1 == argc) fail(key + " needs a value");
-    const std::string value = argv[i + 1];
-    if (key == "--subscribers") {
-      o.subscribers = std::atoi(value.c_str());
-    } else if (key == "--seconds") {
-      o.seconds = std::atof(value.c_str());
-    } else if (key == "--bytes") {
-      o.bytes = static_cast<std::size_t>(std::atol(value.c_str()));
-    } else if (key == "--rates") {
-      o.rates.clear();
-      std::istringstream list(value);
-      for (std::string rate; std::getline(list, rate, ',');) o.rates.push_back(std::atof(rate.c_str()));
-    } else {
-      fail("unknown option '" + key + "'; options: --subscribers, --seconds, --bytes, --rates");
-    }
-  }
-  if (o.subscribers < 1 || !(o.seconds > 0) || o.rates.empty() || !(*std::ranges::min_element(o.rates) > 0))
-    fail("subscribers, seconds and rates must be above zero");
-  return o;
+double quantile_ms(std::vector<std::uint32_t>& latency_us, double share) {
+  return latency_us.empty() ? INFINITY : 1e-3 * lightwell::lower_quantile(latency_us, share);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const Options options = options_of(argc, argv);
+  Options options;
+  CLI::App app{
+      "Maximum rate of descriptors that one Mosquitto delivers to many subscribers at QoS 0, and their latency.",
+      "measure_mqtt"};
+  app.add_option("--subscribers", options.subscribers, "Number of subscribers [1000]")->check(CLI::PositiveNumber);
+  app.add_option("--seconds", options.seconds, "Duration of a step [5]")->check(CLI::PositiveNumber);
+  app.add_option("--bytes", options.bytes, "Size of a descriptor [213]");
+  app.add_option("--rates", options.rates, "Descriptors per second of the steps, with commas between")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber);
+  if (const auto exit = lightwell::parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   rlimit files{};
   ::getrlimit(RLIMIT_NOFILE, &files);
   const auto wanted = static_cast<rlim_t>(options.subscribers + 64);
@@ -333,17 +310,16 @@ int main(int argc, char** argv) {
     const double all = static_cast<double>(monotonic_now_ns() - begin) * 1e-9;
     const double delivered = static_cast<double>(step.latency_us.size()) / expected;
     const double p50 = quantile_ms(step.latency_us, 0.5), p99 = quantile_ms(step.latency_us, 0.99);
-    char at[32];
-    std::snprintf(at, sizeof at, "at_%g.", rate);
-    print(name + at + "published_per_s", static_cast<double>(published) / std::max(seconds, options.seconds));
-    print(name + at + "delivered_share", delivered);
-    print(name + at + "deliveries_per_s",
-          static_cast<double>(step.latency_us.size()) / std::max(seconds, options.seconds));
-    print(name + at + "p50_ms", p50);
-    print(name + at + "p99_ms", p99);
+    const std::string at = lightwell::formatted("at_%g.", rate);
+    print_figure(name + at + "published_per_s", static_cast<double>(published) / std::max(seconds, options.seconds));
+    print_figure(name + at + "delivered_share", delivered);
+    print_figure(name + at + "deliveries_per_s",
+                 static_cast<double>(step.latency_us.size()) / std::max(seconds, options.seconds));
+    print_figure(name + at + "p50_ms", p50);
+    print_figure(name + at + "p99_ms", p99);
     // CPU loads show which side is the bottleneck; 1 is one processor.
-    print(name + at + "broker_cpu", (broker.cpu_s() - broker_cpu) / all);
-    print(name + at + "load_cpu", (own_cpu_s() - cpu) / all);
+    print_figure(name + at + "broker_cpu", (broker.cpu_s() - broker_cpu) / all);
+    print_figure(name + at + "load_cpu", (own_cpu_s() - cpu) / all);
     kept = kept && delivered >= kDelivered && p99 <= kLateMs;
     if (kept) {
       knee = rate;
@@ -352,9 +328,9 @@ int main(int argc, char** argv) {
     }
     if (delivered < 0.9 || p99 > 1'000) break;
   }
-  print(name + "knee_descriptors_per_s", knee);
-  print(name + "knee_deliveries_per_s", knee * options.subscribers);
-  print(name + "knee_p50_ms", knee_p50);
-  print(name + "knee_p99_ms", knee_p99);
+  print_figure(name + "knee_descriptors_per_s", knee);
+  print_figure(name + "knee_deliveries_per_s", knee * options.subscribers);
+  print_figure(name + "knee_p50_ms", knee_p50);
+  print_figure(name + "knee_p99_ms", knee_p99);
   return 0;
 }

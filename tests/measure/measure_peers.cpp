@@ -15,6 +15,8 @@
 #include <memory>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 #include <lightwell/codec.hpp>
 #include <lightwell/query.hpp>
 
@@ -24,11 +26,13 @@
 #include "bench/median_cut.hpp"
 #include "bench/vector_unit.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
+#include "measure/output.hpp"
 #include "measure/panorama_truth.hpp"
 #include "measure/shots.hpp"
 #include "sim/panorama.hpp"
 #include "sim/rigs.hpp"
 #include "sim/sensor.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
@@ -76,20 +80,18 @@ struct Timed {
 };
 
 void print(const char* figure, double seconds, double error) {
-  std::printf("{\"figure\": \"%s\", \"ms\": %.5g, \"vector\": \"%s\", \"error\": ", figure, seconds * 1e3,
-              vector_unit.c_str());
-  if (std::isfinite(error))
-    std::printf("%.5g}\n", error);
-  else
-    std::printf("null}\n");
+  measure::print_line({{"figure", figure}, {"ms", seconds * 1e3}, {"vector", vector_unit}, {"error", error}});
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  Result<std::string> unit = bench::take_vector_option(argc, argv);
-  if (!unit) fail(unit.status());
-  if (argc != 1) return std::fprintf(stderr, "usage: measure_peers [--vector best|avx2|sse4]\n"), 2;
+  CLI::App app{"The estimator compared with other methods on the same panorama.", "measure_peers"};
+  std::string vector = "best";
+  app.add_option("--vector", vector, "best, avx2 or sse4: largest vector unit of the kernels [best]");
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
+  Result<std::string> unit = bench::select_vector_unit(vector);
+  if (!unit) return wrong_usage(app, unit.status().message());
   vector_unit = std::move(*unit);
   const Result<std::string> path = sim::scene_path("city");
   if (!path) fail(path.status());
@@ -161,8 +163,11 @@ int main(int argc, char** argv) {
   if (bench::FilamentRoute::available()) {
     const double e = error([&](const ref::V3& n) { return bench::irradiance_of(sh.radiance, {n.x, n.y, n.z}); });
     // Times of Filament's two steps only; other work of run() does not belong to Filament.
-    std::printf("{\"figure\": \"filament\", \"ms\": %.5g, \"cube_ms\": %.5g, \"sh_ms\": %.5g, \"error\": %.5g}\n",
-                (cube_s + sh_s) * 1e3, cube_s * 1e3, sh_s * 1e3, e);
+    measure::print_line({{"figure", "filament"},
+                         {"ms", (cube_s + sh_s) * 1e3},
+                         {"cube_ms", cube_s * 1e3},
+                         {"sh_ms", sh_s * 1e3},
+                         {"error", e}});
   }
   print("median_cut", by_cut.best, error([&](const ref::V3& n) { return bench::irradiance_of(cut, {n.x, n.y, n.z}); }));
   print("ours.frame", ours_frame.best, std::nan(""));

@@ -7,10 +7,13 @@
 //   measure_photometry vignetting  vignetting.edge (relative, anywhere in the field), .v1 .v2 .v3
 //   measure_photometry card        card.BITS.red, .blue (relative), .scale (relative, without the meter's own error)
 //   measure_photometry             all of these
-#include <cstdio>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 #include "firmware/calibration/photometry/trials.hpp"
+#include "measure/output.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
@@ -21,20 +24,23 @@ constexpr int kTrials = 100;
 void print(const std::string& prefix, const std::vector<ParameterFigure>& figures, const std::string& absolute) {
   for (const ParameterFigure& f : figures) {
     const bool stated = f.name != "curve" && f.name != "edge";
-    const std::string inside = stated ? std::to_string(f.inside) : "null";
-    const std::string unit = absolute.find(" " + f.name + " ") != std::string::npos ? "" : "relative";
-    std::printf("{\"figure\": \"%s%s\", \"value\": %.4g, \"unit\": \"%s\", \"inside\": %s, \"trials\": %d}\n",
-                prefix.c_str(), f.name.c_str(), f.worst, unit.c_str(), inside.c_str(), f.trials);
+    const bool relative = absolute.find(" " + f.name + " ") == std::string::npos;
+    lightwell::measure::print_line({{"figure", prefix + f.name},
+                                    {"value", f.worst},
+                                    {"unit", relative ? "relative" : ""},
+                                    {"inside", stated ? nlohmann::ordered_json(f.inside) : nlohmann::ordered_json()},
+                                    {"trials", f.trials}});
   }
-  std::fflush(stdout);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::string part = argc > 1 ? argv[1] : "";
-  if (argc > 2 || (!part.empty() && part != "response" && part != "noise" && part != "vignetting" && part != "card"))
-    return std::fprintf(stderr, "usage: measure_photometry [response|noise|vignetting|card]\n"), 2;
+  std::string part;
+  CLI::App app{"Errors of simulated cameras' photometric calibrations.", "measure_photometry"};
+  app.add_option("PART", part, "What is calibrated [all]")
+      ->check(CLI::IsMember({"response", "noise", "vignetting", "card"}));
+  if (const auto exit = lightwell::parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   if (part.empty() || part == "response")
     for (const ResponseCase which : {ResponseCase::srgb8, ResponseCase::gamma8, ResponseCase::toe8,
                                      ResponseCase::linear12, ResponseCase::gamma12, ResponseCase::toe12})

@@ -17,12 +17,16 @@
 #include <unistd.h>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include <lightwell/codec.hpp>
 #include <lightwell/probe.hpp>
 #include <lightwell/recording.hpp>
 
 #include "bench/memcpy_speed.hpp"
 #include "bench/vector_unit.hpp"
+#include "measure/output.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
@@ -32,9 +36,8 @@ double memcpy_gb_per_s = 0;
 std::string vector_unit;
 
 void print(const std::string& figure, double value) {
-  std::printf("{\"figure\": \"%s\", \"value\": %.5g, \"memcpy_gb_per_s\": %.3g, \"vector\": \"%s\"}\n", figure.c_str(),
-              value, memcpy_gb_per_s, vector_unit.c_str());
-  std::fflush(stdout);
+  measure::print_line(
+      {{"figure", figure}, {"value", value}, {"memcpy_gb_per_s", memcpy_gb_per_s}, {"vector", vector_unit}});
 }
 
 [[noreturn]] void fail(const std::string& what) {
@@ -160,9 +163,12 @@ void others() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  Result<std::string> unit = bench::take_vector_option(argc, argv);
-  if (!unit) fail(unit.status().message());
-  if (argc != 1) return std::fprintf(stderr, "usage: measure_queries [--vector best|avx2|sse4]\n"), 2;
+  CLI::App app{"Times of the SDK's queries.", "measure_queries"};
+  std::string vector = "best";
+  app.add_option("--vector", vector, "best, avx2 or sse4: largest vector unit of the kernels [best]");
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
+  Result<std::string> unit = bench::select_vector_unit(vector);
+  if (!unit) return wrong_usage(app, unit.status().message());
   vector_unit = std::move(*unit);
   memcpy_gb_per_s = bench::memcpy_speed(4 << 20).gigabytes_per_s;
   probe();

@@ -14,7 +14,9 @@
 
 #include <lightwell/probe.hpp>
 
+#include "measure/output.hpp"
 #include "support/impairing_proxy.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
@@ -50,22 +52,21 @@ auto fresh_since(std::int64_t ns) {
 }
 
 void print(const std::string& figure, double value, int lies) {
-  std::printf("{\"figure\": \"%s\", \"value\": %.4g, \"lies\": %d}\n", figure.c_str(), value, lies);
-  std::fflush(stdout);
+  measure::print_figure(figure, value, {{"lies", lies}});
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::string uri = argc > 1 ? argv[1] : "";
+  std::string uri;
   double seconds = 10;
   int repeats = 3;
-  for (int i = 2; i + 1 < argc; i += 2) {
-    if (std::strcmp(argv[i], "--seconds") == 0) seconds = std::atof(argv[i + 1]);
-    if (std::strcmp(argv[i], "--repeats") == 0) repeats = std::atoi(argv[i + 1]);
-  }
-  if (!uri.starts_with("grpc://127.0.0.1:") || argc % 2 != 0)
-    return std::fprintf(stderr, "usage: measure_recovery grpc://127.0.0.1:PORT [--seconds S] [--repeats N]\n"), 2;
+  CLI::App app{"Time from the return of a network to valid light, behind an impairing proxy.", "measure_recovery"};
+  app.add_option("URI", uri, "grpc://127.0.0.1:PORT of a running lightwelld")->required();
+  app.add_option("--seconds", seconds, "Duration of an outage [10]")->check(CLI::PositiveNumber);
+  app.add_option("--repeats", repeats, "Outages of each kind [3]")->check(CLI::PositiveNumber);
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
+  if (!uri.starts_with("grpc://127.0.0.1:")) return wrong_usage(app, "'" + uri + "' is not grpc://127.0.0.1:PORT");
   test::ImpairingProxy proxy(std::atoi(uri.c_str() + std::strlen("grpc://127.0.0.1:")));
   const Result<Probe> probe = Probe::connect("grpc://127.0.0.1:" + std::to_string(proxy.port()));
   if (!probe) fail(probe.status().message());

@@ -14,6 +14,7 @@
 
 #include "calibration/model/lens_table.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
+#include "measure/output.hpp"
 #include "reference/bright_region.hpp"
 #include "reference/ggx.hpp"
 #include "reference/harmonics.hpp"
@@ -25,15 +26,8 @@
 namespace {
 
 using namespace lightwell;
+using measure::print_figure;
 namespace ref = reference;
-
-void print(const std::string& figure, double value) {
-  if (std::isfinite(value))
-    std::printf("{\"figure\": \"%s\", \"value\": %.9g}\n", figure.c_str(), value);
-  else
-    std::printf("{\"figure\": \"%s\", \"value\": null}\n", figure.c_str());
-  std::fflush(stdout);
-}
 
 [[noreturn]] void fail(const Status& s) {
   std::fprintf(stderr, "measure_skeleton: %s\n", s.message().c_str());
@@ -103,15 +97,15 @@ void real_panoramas() {
     const Seen seen = see(scene, scene.state_at(0), rig);
     const Lighting lighting = delivered(estimate(*estimator, seen.frame));
     const ref::IrradianceError e = error_of(lighting, normals, ref::irradiance_at(world, normals));
-    print(std::string("irradiance_error.") + name, e.rms);
-    print(std::string("bound_over_error.") + name,
-          lighting.descriptor().bound.total / std::max(e.rms, e.luminance_weighted));
+    print_figure(std::string("irradiance_error.") + name, e.rms);
+    print_figure(std::string("bound_over_error.") + name,
+                 lighting.descriptor().bound.total / std::max(e.rms, e.luminance_weighted));
     const auto brightest = ref::bright_region(world);
-    print(std::string("peak_to_mean.") + name, brightest->peak_to_mean);
+    print_figure(std::string("peak_to_mean.") + name, brightest->peak_to_mean);
     double nearest = 180;
     for (const Light& l : lighting.lights())
       nearest = std::min(nearest, ref::angle_deg({l.direction.x, l.direction.y, l.direction.z}, brightest->direction));
-    print(std::string("light_direction_deg.") + name, nearest);
+    print_figure(std::string("light_direction_deg.") + name, nearest);
 
     // The probe is rotated by 77 degrees about an oblique axis; the light, rotated back, is compared with the same
     // truth.
@@ -121,7 +115,7 @@ void real_panoramas() {
     const Seen again = see(scene, turned, rig);
     const ref::IrradianceError t = error_of(delivered(estimate(*estimator, again.frame)), normals,
                                             ref::irradiance_at(world, normals), turned.rotation_world_probe.inverse());
-    print(std::string("irradiance_error_turned.") + name, t.rms);
+    print_figure(std::string("irradiance_error_turned.") + name, t.rms);
   }
 }
 
@@ -130,8 +124,8 @@ void constant_panorama() {
   const sim::Scene scene(sim::from_function(256, [](Vec3d) { return Radiance{3, 2, 1}; }));
   const Seen seen = see(scene, scene.state_at(0), rig);
   const Lighting lighting = delivered(estimate(*estimator_of(rig), seen.frame));
-  print("constant.band", lighting.descriptor().radiance.band);
-  print("constant.lights", static_cast<double>(lighting.lights().size()));
+  print_figure("constant.band", lighting.descriptor().radiance.band);
+  print_figure("constant.lights", static_cast<double>(lighting.lights().size()));
 }
 
 /// Largest deviation from the definitions, relative to the largest value of the scene; before the wire.
@@ -151,7 +145,7 @@ void analytic_scenes() {
     for (const double r : roughness)
       worst = std::max(worst, std::abs(flat.radiance(vec(d), static_cast<float>(r)).value.r / 2.0 - 1));
   }
-  print("analytic.constant", worst);
+  print_figure("analytic.constant", worst);
 
   worst = 0;
   for (const ref::V3& towards : ref::fibonacci_normals(10)) {
@@ -172,7 +166,7 @@ void analytic_scenes() {
       }
     }
   }
-  print("analytic.directional", worst);
+  print_figure("analytic.directional", worst);
 
   // A clamped cosine has all even bands; a descriptor holds its bands up to 6.
   worst = 0;
@@ -215,12 +209,12 @@ void analytic_scenes() {
     c[i] = 1;
     worst_single = std::max(worst_single, single(c));
   }
-  print("analytic.single_harmonics", worst_single);
+  print_figure("analytic.single_harmonics", worst_single);
   std::vector<double> lobe(49);
   const std::vector<double> axis = ref::harmonics(ref::normalised({0.3, -0.5, 0.8}), 6);
   for (std::size_t i = 0; i < 49; ++i)
     lobe[i] = ref::cosine_lobe(static_cast<int>(std::sqrt(static_cast<double>(i)))) * axis[i];
-  print("analytic.cosine_lobe", single(lobe));
+  print_figure("analytic.cosine_lobe", single(lobe));
 }
 
 /// The same from images: error of the estimated coefficients for single harmonics, relative to the largest coefficient;
@@ -256,7 +250,7 @@ void estimated_harmonics() {
       worst = std::max(worst, std::abs(d.radiance.c[j].g - truth) / pedestal);
     }
   }
-  print("estimated.single_harmonics", worst);
+  print_figure("estimated.single_harmonics", worst);
 }
 
 /// GB/s of memcpy over buffers larger than the caches, for comparison with the times of this run.
@@ -268,7 +262,7 @@ void memory_speed() {
     std::memcpy(to.data(), from.data(), from.size());
     best = std::max(best, static_cast<double>(from.size()) / static_cast<double>(monotonic_now_ns() - start));
   }
-  print("memcpy_gb_per_s", best + (to[1] == std::byte{1} ? 0 : 1));
+  print_figure("memcpy_gb_per_s", best + (to[1] == std::byte{1} ? 0 : 1));
 }
 
 }  // namespace

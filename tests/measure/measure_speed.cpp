@@ -16,16 +16,21 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <iterator>
 #include <numbers>
 #include <string>
-#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+#include <lightwell/fibonacci_lattice.hpp>
+#include <lightwell/text.hpp>
 
 #include "bench/vector_unit.hpp"
 #include "calibration/model/lens_table.hpp"
+#include "measure/output.hpp"
 #include "measure/speed_bench.hpp"
 #include "sim/panorama.hpp"
 #include "sim/rigs.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
@@ -54,14 +59,15 @@ std::string vector_unit;
 }
 
 void print(const std::string& name, const measure::Speed& s, double seen_pixels = 0) {
-  std::printf(
-      "{\"figure\": \"%s\", \"value\": %.4g, \"ms\": %.5g, \"memcpy_gb_per_s\": %.3g, \"bytes\": %.0f, \"lights\": %d, "
-      "\"vector\": \"%s\"",
-      name.c_str(), s.seconds / s.memcpy_seconds, s.seconds * 1e3, s.bytes / s.memcpy_seconds * 1e-9,
-      s.descriptor_bytes, s.lights, vector_unit.c_str());
-  if (seen_pixels > 0) std::printf(", \"seen_pixels\": %.0f", seen_pixels);
-  std::printf("}\n");
-  std::fflush(stdout);
+  nlohmann::ordered_json out = {{"figure", name},
+                                {"value", s.seconds / s.memcpy_seconds},
+                                {"ms", s.seconds * 1e3},
+                                {"memcpy_gb_per_s", s.bytes / s.memcpy_seconds * 1e-9},
+                                {"bytes", std::llround(s.descriptor_bytes)},
+                                {"lights", s.lights},
+                                {"vector", vector_unit}};
+  if (seen_pixels > 0) out["seen_pixels"] = std::llround(seen_pixels);
+  measure::print_line(out);
 }
 
 measure::SpeedCase case_of(const char* rig) {
@@ -123,18 +129,17 @@ void sizes(const sim::Scene& scene) {
     const double seen = seen_pixels(c);
     for (const Setting setting : {Setting::fast, Setting::balanced}) {
       c.config.setting = setting;
-      char name[60];
-      std::snprintf(name, sizeof name, "size.%s.%dx%d", std::string(to_string(setting)).c_str(), c.width, c.height);
+      const std::string name = formatted("size.%s.%dx%d", std::string(to_string(setting)).c_str(), c.width, c.height);
       print(name, measure_speed(scene, c), seen);
     }
   }
 }
 
 sim::Scene room(int lights) {
-  std::vector<Vec3d> towards;  // Fibonacci lattice: Gonzalez 2010.
+  std::vector<Vec3d> towards;
   for (int i = 0; i < lights; ++i) {
-    const double y = 1 - (2.0 * i + 1) / lights, phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
-    towards.push_back({std::sqrt(1 - y * y) * std::cos(phi), y, std::sqrt(1 - y * y) * std::sin(phi)});
+    const Vec3d d = fibonacci_direction(i, lights);
+    towards.push_back({d.x, d.z, d.y});
   }
   return sim::Scene(sim::from_function(2048, [&](Vec3d d) {
     const bool lit = std::any_of(towards.begin(), towards.end(),
@@ -179,16 +184,20 @@ void lights() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  Result<std::string> unit = bench::take_vector_option(argc, argv);
-  if (!unit) fail(unit.status());
+  CLI::App app{"Time of the panorama estimator from frame to encoded descriptor, relative to memcpy.", "measure_speed"};
+  std::string vector = "best";
+  app.add_option("--vector", vector, "best, avx2 or sse4: largest vector unit of the kernels [best]");
+  std::string part;
+  app.add_option("PART", part, "What is measured; unit: only the name of the vector unit [all but unit]")
+      ->check(CLI::IsMember({"unit", "formats", "brackets", "sizes", "lights"}));
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
+  Result<std::string> unit = bench::select_vector_unit(vector);
+  if (!unit) return wrong_usage(app, unit.status().message());
   vector_unit = std::move(*unit);
-  const std::string part = argc > 1 ? argv[1] : "";
-  constexpr std::string_view kParts[] = {"", "unit", "formats", "brackets", "sizes", "lights"};
-  if (argc > 2 || std::find(std::begin(kParts), std::end(kParts), part) == std::end(kParts))
-    return std::fprintf(stderr,
-                        "usage: measure_speed [--vector best|avx2|sse4] [unit|formats|brackets|sizes|lights]\n"),
-           2;
-  if (part == "unit") return std::printf("{\"figure\": \"unit\", \"vector\": \"%s\"}\n", vector_unit.c_str()), 0;
+  if (part == "unit") {
+    measure::print_line({{"figure", "unit"}, {"vector", vector_unit}});
+    return 0;
+  }
   const Result<std::string> path = sim::scene_path("city");
   if (!path) fail(path.status());
   Result<sim::Panorama> panorama = sim::load_panorama(*path);

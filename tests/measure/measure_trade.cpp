@@ -1,27 +1,27 @@
 // Cost and accuracy for an application: bytes per second and query time against error, for bands, lights and sizes of
 // the environment map, medians over the eight panoramas; from an ideal camera over the wire through the SDK. One JSON
-// object per line for tests/figures, and a chart.
-//   measure_trade [PICTURE.png|.svg]
+// object per line for tests/figures, which draws them (figure_topics/trade_chart.py).
 //     figure trade.bandL.lightsN.mapE: bytes (of a message), bytes_per_s (30 descriptors and 5 maps per second),
 //     irradiance_ns, radiance_ns (roughness 0.33, a new direction each), irradiance_percent (proto/README.md's error),
 //     silver_percent (RMS error of a matte silver ball relative to the RMS of the true one)
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <functional>
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include <lightwell/lighting.hpp>
+#include <lightwell/quantile.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
+#include "measure/output.hpp"
 #include "measure/panorama_truth.hpp"
 #include "measure/shots.hpp"
 #include "measure/three_balls.hpp"
 #include "sim/rigs.hpp"
-#include "tools/lightwell_eval/drawing.hpp"
 
 namespace {
 
@@ -42,10 +42,7 @@ struct Cost {
   std::vector<double> bytes, bytes_per_s, irradiance_ns, radiance_ns, irradiance_percent, silver_percent;
 };
 
-double median(std::vector<double> v) {
-  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-  return v[v.size() / 2];
-}
+double upper_median(std::vector<double> v) { return upper_quantile(v, 0.5); }
 
 [[noreturn]] void fail(const Status& s) {
   std::fprintf(stderr, "measure_trade: %s\n", s.message().c_str());
@@ -82,92 +79,9 @@ std::vector<Choice> choices() {
   return all;
 }
 
-/// A log-log chart of error over cost with one mark per choice.
-struct Panel {
-  std::string title;
-  double left;
-  std::function<double(const Cost&)> cost, error;
-  std::function<bool(const Choice&)> shows;
-};
-
-eval::Chart chart_of(const std::vector<Choice>& all, const std::vector<Cost>& costs) {
-  constexpr double kWidth = 620, kHeight = 560, kTop = 90, kPad = 70;
-  const eval::Ink black{30, 30, 34}, faint{226, 226, 230};
-  const eval::Ink of_band[] = {{120, 120, 128}, {0, 114, 178}, {213, 94, 0}, {}, {0, 158, 115}, {}, {180, 60, 140}};
-  eval::Chart chart;
-  chart.width = 3 * kWidth;
-  chart.height = kTop + kHeight + 60;
-  chart.words.push_back(
-      {"What accuracy costs an application: medians of eight real panoramas, 30 descriptors and 5 maps a second",
-       {20, 32},
-       20,
-       black,
-       eval::Anchor::start,
-       true});
-  chart.words.push_back(
-      {"Colour: highest band (grey 0, blue 1, orange 2, green 4, violet 6). Number: lights; with a map its edge "
-       "(squares).",
-       {20, 58},
-       15,
-       black});
-  const Panel panels[] = {
-      {"irradiance error, %, over bytes a second", 0, [](const Cost& c) { return median(c.bytes_per_s); },
-       [](const Cost& c) { return median(c.irradiance_percent); }, [](const Choice& c) { return c.edge == 0; }},
-      {"irradiance error, %, over ns a query", kWidth, [](const Cost& c) { return median(c.irradiance_ns); },
-       [](const Cost& c) { return median(c.irradiance_percent); }, [](const Choice& c) { return c.edge == 0; }},
-      {"matte silver ball's error, %, over bytes a second", 2 * kWidth,
-       [](const Cost& c) { return median(c.bytes_per_s); }, [](const Cost& c) { return median(c.silver_percent); },
-       [](const Choice& c) { return c.edge > 0 || c.lights == 4; }}};
-  for (const Panel& p : panels) {
-    double x0 = 1e30, x1 = 0, y0 = 1e30, y1 = 0;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      if (!p.shows(all[i])) continue;
-      x0 = std::min(x0, p.cost(costs[i])), x1 = std::max(x1, p.cost(costs[i]));
-      y0 = std::min(y0, p.error(costs[i])), y1 = std::max(y1, p.error(costs[i]));
-    }
-    x0 /= 1.2, x1 *= 1.2, y0 /= 1.2, y1 *= 1.2;
-    const auto px = [&](double v) {
-      return p.left + kPad + (kWidth - kPad - 20) * std::log(v / x0) / std::log(x1 / x0);
-    };
-    const auto py = [&](double v) {
-      return kTop + kHeight - kPad + 20 - (kHeight - kPad - 30) * std::log(v / y0) / std::log(y1 / y0);
-    };
-    const auto ticks = [](double from, double to) {
-      std::vector<double> out;
-      for (double decade = std::pow(10, std::floor(std::log10(from))); decade <= to; decade *= 10)
-        for (const double m : {1.0, 2.0, 5.0})
-          if (m * decade >= from && m * decade <= to) out.push_back(m * decade);
-      return out;
-    };
-    char text[32];
-    for (const double v : ticks(x0, x1)) {
-      chart.strokes.push_back({{{px(v), py(y0)}, {px(v), py(y1)}}, faint});
-      std::snprintf(text, sizeof text, "%g", v);
-      chart.words.push_back({text, {px(v), py(y0) + 18}, 13, black, eval::Anchor::middle});
-    }
-    for (const double v : ticks(y0, y1)) {
-      chart.strokes.push_back({{{px(x0), py(v)}, {px(x1), py(v)}}, faint});
-      std::snprintf(text, sizeof text, "%g", v);
-      chart.words.push_back({text, {px(x0) - 6, py(v) + 5}, 13, black, eval::Anchor::end});
-    }
-    chart.words.push_back({p.title, {p.left + kPad, kTop - 4}, 15, black, eval::Anchor::start, true});
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      if (!p.shows(all[i])) continue;
-      const eval::ChartPoint at{px(p.cost(costs[i])), py(p.error(costs[i]))};
-      chart.marks.push_back({at, 5, of_band[all[i].band], true, all[i].edge > 0});
-      chart.words.push_back({std::to_string(all[i].edge > 0 ? all[i].edge : all[i].lights),
-                             {at.x + 7, at.y - 5},
-                             12,
-                             of_band[all[i].band]});
-    }
-  }
-  return chart;
-}
-
 }  // namespace
 
-int main(int argc, char** argv) {
-  if (argc > 2) return std::fprintf(stderr, "usage: measure_trade [PICTURE]\n"), 2;
+int main() {
   const Result<std::vector<std::string>> paths = measure::eight_panoramas();
   if (!paths) fail(paths.status());
   const RigParameters rig = *sim::make_rig("pair", 640, 480, PixelFormat::rgb_f32);
@@ -223,17 +137,12 @@ int main(int argc, char** argv) {
     }
   }
   for (std::size_t i = 0; i < all.size(); ++i)
-    std::printf(
-        "{\"figure\": \"trade.%s\", \"bytes\": %.5g, \"bytes_per_s\": %.5g, \"irradiance_ns\": %.4g, \"radiance_ns\": "
-        "%.4g, "
-        "\"irradiance_percent\": %.4g, \"silver_percent\": %.4g}\n",
-        all[i].name().c_str(), median(costs[i].bytes), median(costs[i].bytes_per_s), median(costs[i].irradiance_ns),
-        median(costs[i].radiance_ns), median(costs[i].irradiance_percent), median(costs[i].silver_percent));
-  if (argc == 2) {
-    const std::string picture = argv[1];
-    const eval::Chart chart = chart_of(all, costs);
-    if (const Status s = picture.ends_with(".svg") ? write_svg(chart, picture) : write_png(chart, picture); !s.ok())
-      fail(s);
-  }
+    measure::print_line({{"figure", "trade." + all[i].name()},
+                         {"bytes", upper_median(costs[i].bytes)},
+                         {"bytes_per_s", upper_median(costs[i].bytes_per_s)},
+                         {"irradiance_ns", upper_median(costs[i].irradiance_ns)},
+                         {"radiance_ns", upper_median(costs[i].radiance_ns)},
+                         {"irradiance_percent", upper_median(costs[i].irradiance_percent)},
+                         {"silver_percent", upper_median(costs[i].silver_percent)}});
   return 0;
 }

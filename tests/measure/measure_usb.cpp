@@ -2,22 +2,19 @@
 // tests/figures: figure, value.
 //   measure_usb
 #include <chrono>
-#include <cstdio>
 #include <random>
 #include <string>
 
 #include <lightwell/framing.hpp>
 
+#include "measure/output.hpp"
+
 namespace {
 
 using namespace lightwell;
+using measure::print_figure;
 using Clock = std::chrono::steady_clock;
 using Bytes = std::vector<std::byte>;
-
-void print(const std::string& figure, double value) {
-  std::printf("{\"figure\": \"%s\", \"value\": %.6g}\n", figure.c_str(), value);
-  std::fflush(stdout);
-}
 
 /// Best time of five in seconds.
 template <class Work>
@@ -66,15 +63,15 @@ int main() {
       for (int i = 0; i < count; ++i)
         if (!writer.write(FrameKind::descriptor, message, frame).ok()) return;
     });
-    print("write a frame" + of, writing / count * 1e6);
+    print_figure("write a frame" + of, writing / count * 1e6);
     Bytes stream = stream_of(payload, count);
     std::uint64_t frames = 0;
     const double reading = read_seconds(stream, frames);
     if (frames != static_cast<std::uint64_t>(count)) return 1;
-    print("read a frame" + of, reading / count * 1e6);
+    print_figure("read a frame" + of, reading / count * 1e6);
     std::mt19937 random(1);
     for (std::size_t at = 0; at < stream.size(); at += 1 + random() % 20'000) stream[at] ^= std::byte{1};
-    print("read a stream with a flipped bit in every 10 kB, share of the time without",
-          read_seconds(stream, frames) / reading);
+    print_figure("read a stream with a flipped bit in every 10 kB, share of the time without",
+                 read_seconds(stream, frames) / reading);
   }
 }

@@ -1,12 +1,12 @@
 // Reflections of real panoramas without an environment map are nowhere black where there is light, at any roughness.
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include <lightwell/fibonacci_lattice.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/lobes.hpp>
 
@@ -43,8 +43,8 @@ TEST(Reflections, AreNowhereBlackInEightPanoramas) {
       double darkest = 1e9;
       int dark = 0;
       for (int i = 0; i < kDirections; ++i) {
-        const double y = 1 - (2.0 * i + 1) / kDirections, s = std::sqrt(1 - y * y), phi = i * 2.399963229728653;
-        const reference::V3 d{s * std::cos(phi), y, s * std::sin(phi)};
+        const Vec3d lattice = fibonacci_direction(i, kDirections);
+        const reference::V3 d{lattice.x, lattice.z, lattice.y};
         const Vec3f direction = vec_cast<float>(Vec3d{d.x, d.y, d.z});
         const Radiance got = light.radiance(direction, static_cast<float>(roughness)).value;
         EXPECT_TRUE(got.r >= 0 && got.g >= 0 && got.b >= 0) << truth->name << " " << roughness;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include <lightwell/codec.hpp>
-#include <lightwell/config.hpp>
+#include <lightwell/estimator_config.hpp>
 #include <lightwell/pixel.hpp>
 
 #include "imaging/frame.hpp"

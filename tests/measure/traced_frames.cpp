@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -12,6 +10,8 @@
 
 #include <google/protobuf/struct.pb.h>
 #include <google/protobuf/util/json_util.h>
+
+#include <lightwell/files.hpp>
 
 #include "calibration/model/camera_model.hpp"
 #include "imaging/image_file.hpp"
@@ -233,11 +233,10 @@ double white_of(const std::vector<float>& rgb, const TracedFrame& frame, const M
 
 Result<std::vector<TracedFrame>> load_traced_frames(const std::string& folder) {
   const std::string path = folder + "/scenes.json";
-  std::ifstream file(path);
-  if (!file) return Status(StatusCode::not_found, path + ": cannot be read");
-  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  const Result<std::string> text = read_text_file(path);
+  if (!text) return text.status();
   Struct all;
-  if (const auto s = google::protobuf::util::JsonStringToMessage(text, &all); !s.ok())
+  if (const auto s = google::protobuf::util::JsonStringToMessage(*text, &all); !s.ok())
     return Status(StatusCode::data_loss, path + ": " + std::string(s.message()));
   Fields of(all);
   const Value* frames = of.find("frames");

@@ -59,6 +59,16 @@ TEST(Calibration, RoundTripThroughTextKeepsTheIdentity) {
   EXPECT_NE(calibration_identity(*rig), calibration_identity(other));
 }
 
+TEST(Calibration, RoundTripThroughBytesKeepsTheIdentity) {
+  const auto rig = parse_calibration(kPair, "x");
+  ASSERT_TRUE(rig.ok());
+  const auto back = decode_calibration(encode_calibration(*rig));
+  ASSERT_TRUE(back.ok()) << back.status().message();
+  EXPECT_EQ(calibration_identity(*rig), calibration_identity(*back));
+  EXPECT_EQ(decode_calibration("\xFF").status().code(), StatusCode::data_loss);
+  EXPECT_EQ(decode_calibration(encode_calibration({})).status().code(), StatusCode::invalid_argument);
+}
+
 TEST(Calibration, ThatIsImpossibleIsRefusedByLensAndField) {
   const std::string lens = "lens { width: 640 height: 480 max_angle_deg: 95 ";
   EXPECT_NE(refusal("").find("one or two lenses"), std::string::npos);

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <lightwell/codec.hpp>
+#include <lightwell/fibonacci_lattice.hpp>
 #include <lightwell/query.hpp>
 
 #include "golden_vectors.hpp"
@@ -43,10 +44,7 @@ Descriptor lit(std::uint32_t seed, float scale) {
 
 std::vector<Vec3f> normals() {
   std::vector<Vec3f> out;
-  for (int i = 0; i < 2048; ++i) {
-    const double z = 1 - (2 * i + 1) / 2048.0, a = i * 2.399963229728653, s = std::sqrt(1 - z * z);
-    out.push_back({static_cast<float>(s * std::cos(a)), static_cast<float>(s * std::sin(a)), static_cast<float>(z)});
-  }
+  for (int i = 0; i < 2048; ++i) out.push_back(vec_cast<float>(fibonacci_direction(i, 2048)));
   return out;
 }
 

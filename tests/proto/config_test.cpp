@@ -1,8 +1,13 @@
+#include <array>
+#include <cmath>
 #include <fstream>
+#include <limits>
 
 #include <gtest/gtest.h>
 
 #include <lightwell/config.hpp>
+
+#include "support/temp_dir.hpp"
 
 namespace lightwell {
 namespace {
@@ -27,24 +32,24 @@ TEST(Config, CameraOnlyHasTheDocumentedDefaults) {
   EXPECT_EQ(c->estimator.panorama.unseen, UnseenFill::none);
   EXPECT_EQ(c->estimator.panorama.smoothing, Smoothing::one_euro);
   EXPECT_EQ(c->estimator.panorama.environment_edge, 0);
-  EXPECT_EQ(c->grpc.listen, "127.0.0.1:7420");
+  EXPECT_EQ(c->grpc.listen_address, "127.0.0.1:7420");
 }
 
 TEST(Config, ParsesGrpcSecurity) {
   const auto c = parse_config(
-      "camera { uri: \"sim:city\" } grpc { security: LINK_SECURITY_MUTUAL_TLS keys: \"k\" certificate: \"c.pem\" key: "
-      "\"c_key.pem\" client_ca: \"ca.pem\" paired_days: 30 }",
+      "camera { uri: \"sim:city\" } grpc { security: LINK_SECURITY_MUTUAL_TLS key_folder: \"k\" certificate: \"c.pem\" "
+      "key: \"c_key.pem\" client_ca: \"ca.pem\" client_certificate_days: 30 }",
       "x");
   ASSERT_TRUE(c.ok()) << c.status().message();
   EXPECT_EQ(c->grpc.security, LinkSecurity::mutual_tls);
-  EXPECT_EQ(c->grpc.keys, "k");
+  EXPECT_EQ(c->grpc.key_folder, "k");
   EXPECT_EQ(c->grpc.certificate, "c.pem");
   EXPECT_EQ(c->grpc.key, "c_key.pem");
   EXPECT_EQ(c->grpc.client_ca, "ca.pem");
-  EXPECT_EQ(c->grpc.paired_days, 30);
+  EXPECT_EQ(c->grpc.client_certificate_days, 30);
   const auto plain = parse_config("camera { uri: \"sim:city\" }", "x");
   EXPECT_EQ(plain->grpc.security, LinkSecurity::unspecified);
-  EXPECT_EQ(plain->grpc.paired_days, 365);
+  EXPECT_EQ(plain->grpc.client_certificate_days, 365);
 }
 
 TEST(Config, ContradictoryGrpcSecurityIsRejected) {
@@ -55,8 +60,9 @@ TEST(Config, ContradictoryGrpcSecurityIsRejected) {
   EXPECT_NE(with("certificate: \"c.pem\" key: \"k.pem\"").find("LINK_SECURITY_TLS"), std::string::npos)
       << "a certificate that would not be used";
   EXPECT_NE(with("security: LINK_SECURITY_PLAIN client_ca: \"c.pem\"").find("grpc.security"), std::string::npos);
-  EXPECT_NE(with("security: LINK_SECURITY_TLS paired_days: 9999").find("paired_days"), std::string::npos);
-  EXPECT_NE(with("security: LINK_SECURITY_TLS paired_days: 4294967295").find("paired_days"), std::string::npos);
+  for (const char* days : {"9999", "4294967295"})
+    EXPECT_NE(with(std::string("client_certificate_days: ") + days).find("grpc.client_certificate_days"),
+              std::string::npos);
 }
 
 TEST(Config, SettingScalesTheErrorTolerances) {
@@ -117,6 +123,76 @@ TEST(Config, RejectsInvalidValuesNamingTheField) {
   EXPECT_NE(refusal("camera { uri: \"x:\" } estimator { max_lights: 65 }").find("max_lights"), std::string::npos);
 }
 
+TEST(Config, ParsesTheCaptureSettings) {
+  const auto plain = parse_config("camera { uri: \"x:\" }", "x");
+  EXPECT_TRUE(plain->camera.capture.exposure_s.empty());
+  EXPECT_FALSE(plain->camera.capture.gain || plain->camera.capture.white_balance_k ||
+               plain->camera.capture.colour_gains);
+  const auto c = parse_config(
+      "camera { uri: \"x:\" exposure_s: [0.001, 0.008] gain: 2 white_balance_k: 4600 colour_gains: [1.8, 1.5] }", "x");
+  ASSERT_TRUE(c.ok()) << c.status().message();
+  EXPECT_EQ(c->camera.capture.exposure_s, (std::vector<double>{0.001, 0.008}));
+  EXPECT_EQ(c->camera.capture.gain, 2);
+  EXPECT_EQ(c->camera.capture.white_balance_k, 4600);
+  EXPECT_EQ(c->camera.capture.colour_gains, (std::array<double, 2>{1.8, 1.5}));
+  EXPECT_NE(refusal("camera { uri: \"x:\" colour_gains: 1 }").find("camera.colour_gains"), std::string::npos);
+}
+
+TEST(Config, CaptureSettingsAreChecked) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double bad : {0.0, -0.01, std::nan(""), kInfinity}) {
+    EXPECT_FALSE((CaptureSettings{.exposure_s = {0.01, bad}}).validate().ok()) << bad;
+    EXPECT_FALSE((CaptureSettings{.gain = bad}).validate().ok()) << bad;
+    EXPECT_FALSE((CaptureSettings{.white_balance_k = bad}).validate().ok()) << bad;
+    EXPECT_FALSE((CaptureSettings{.colour_gains = std::array<double, 2>{1, bad}}).validate().ok()) << bad;
+  }
+  EXPECT_TRUE((CaptureSettings{.exposure_s = std::vector<double>(8, 0.01)}).validate().ok());
+  EXPECT_FALSE((CaptureSettings{.exposure_s = std::vector<double>(9, 0.01)}).validate().ok());
+}
+
+/// Each entry of kRenamedFields.
+TEST(Config, FormerNamesOfFieldsAreAcceptedWithAWarning) {
+  const auto c = parse_config(
+      "camera { uri: \"replay:keys: \\\"listen: { body: \" }  # body: of a comment\n"
+      "grpc {\n  listen: \"[::]:0\"  # keys: \n  keys\n  : 'k' security: LINK_SECURITY_TLS paired_days:30\n}\n"
+      "usb_gadget < ffs: \"/f\" >\n"
+      "estimator: { panorama { epsilon: 1e-3, unseen: UNSEEN_FILL_MIRROR; smoothing: SMOOTHING_NONE } band: 2 }\n",
+      "probe.textproto");
+  ASSERT_TRUE(c.ok()) << c.status().message();
+  EXPECT_EQ(c->camera.uri, "replay:keys: \"listen: { body: ");
+  EXPECT_EQ(c->grpc.listen_address, "[::]:0");
+  EXPECT_EQ(c->grpc.key_folder, "k");
+  EXPECT_EQ(c->grpc.client_certificate_days, 30);
+  EXPECT_EQ(c->usb_gadget->functionfs_mount, "/f");
+  EXPECT_EQ(c->estimator.panorama.unseen, UnseenFill::mirror);
+  EXPECT_EQ(c->estimator.band, 2);
+  ASSERT_EQ(c->warnings.size(), 5U);
+  EXPECT_EQ(c->warnings[1],
+            "probe.textproto:4: field 'keys' is now called 'key_folder': the former name is deprecated");
+  const auto marker = parse_config("camera { uri: \"x:\" } marker { body: \"b\" }", "x");
+  ASSERT_TRUE(marker.ok()) << marker.status().message();
+  EXPECT_EQ(marker->marker->body_file, "b");
+  EXPECT_EQ(marker->warnings.size(), 1U);
+}
+
+TEST(Config, AFormerNameElsewhereOrBesideTheCurrentOneIsRefused) {
+  EXPECT_NE(refusal("camera {\n uri: \"x:\"\n listen: \"y\"\n}").find("probe.textproto:3:"), std::string::npos);
+  const std::string both = refusal("camera { uri: \"x:\" }\ngrpc { listen: \"a:1\" listen_address: \"b:1\" }");
+  EXPECT_NE(both.find("probe.textproto:2:"), std::string::npos) << both;
+  EXPECT_NE(both.find("listen_address"), std::string::npos) << both;
+  for (const std::string torn : {"grpc { listen: \"", "grpc { listen: \"a\\", "}}>> grpc { listen", "grpc { listen:"})
+    EXPECT_FALSE(parse_config("camera { uri: \"x:\" } " + torn, "x").ok()) << torn;
+}
+
+TEST(Config, FormerNameOfAnOptionSetsTheCurrentOne) {
+  EstimatorUpdate update;
+  EXPECT_TRUE(set_field(update, "panorama.unseen", "mirror").ok());
+  EXPECT_EQ(update.panorama.unseen, UnseenFill::mirror);
+  EXPECT_EQ(current_option_name("panorama.unseen"), "panorama.unseen_fill");
+  for (const char* other : {"panorama.epsilon", "marker.unseen", "unseen", "panorama.", "."})
+    EXPECT_EQ(current_option_name(other), other);
+}
+
 TEST(Config, UpdateChangesOnlyItsFields) {
   EstimatorConfig c;
   c.band = 1;
@@ -142,6 +218,9 @@ TEST(Config, FieldsRoundTripThroughText) {
     for (const ConfigField& f : fields) {
       const Status s = set_field(read, f.name, f.value);
       EXPECT_TRUE(s.ok()) << s.message();
+      EstimatorUpdate alone;
+      (void)set_field(alone, f.name, f.value);
+      EXPECT_NE(alone, EstimatorUpdate{}) << f.name << " has no row in kOptions";
     }
   }
   EXPECT_EQ(read, all_fields(c)) << "not a bit is lost";
@@ -170,14 +249,14 @@ TEST(Config, UnknownFieldIsRejectedWithTheNearestName) {
 
 TEST(Config, EstimatorOptionsAreInTheirOwnMessage) {
   const auto c = parse_config(
-      "camera { uri: \"x:\" } estimator { band: 3 panorama { epsilon: 0.02 unseen: UNSEEN_FILL_MIRROR } }", "x");
+      "camera { uri: \"x:\" } estimator { band: 3 panorama { epsilon: 0.02 unseen_fill: UNSEEN_FILL_MIRROR } }", "x");
   ASSERT_TRUE(c.ok()) << c.status().message();
   EXPECT_EQ(c->estimator.band, 3);
   EXPECT_EQ(c->estimator.panorama.epsilon, 0.02);
   EXPECT_EQ(c->estimator.panorama.unseen, UnseenFill::mirror);
   EXPECT_TRUE(c->warnings.empty());
   const auto m = parse_config(
-      "camera { uri: \"x:\" } marker { body: \"b\" } estimator { marker { decimation: 2 max_faces: 3 } }", "x");
+      "camera { uri: \"x:\" } marker { body_file: \"b\" } estimator { marker { decimation: 2 max_faces: 3 } }", "x");
   ASSERT_TRUE(m.ok()) << m.status().message();
   EXPECT_EQ(m->estimator.marker.decimation, 2);
   EXPECT_EQ(m->estimator.marker.max_faces, 3);
@@ -204,17 +283,17 @@ TEST(Config, DeprecatedFieldsDoNothingForAMarkerAndSaySo) {
   ASSERT_TRUE(c.ok()) << c.status().message();
   EXPECT_EQ(c->estimator, EstimatorConfig{});
   ASSERT_EQ(c->warnings.size(), 1U);
-  EXPECT_NE(c->warnings[0].find("estimator.epsilon does nothing"), std::string::npos) << c->warnings[0];
+  EXPECT_NE(c->warnings[0].find("estimator.epsilon has no effect"), std::string::npos) << c->warnings[0];
 }
 
 TEST(Config, AnOptionOfAnotherEstimatorIsRefusedByName) {
   const std::string marker =
-      refusal("camera { uri: \"x:\" } marker { body: \"b\" } estimator { panorama { environment_edge: 16 } }");
+      refusal("camera { uri: \"x:\" } marker { body_file: \"b\" } estimator { panorama { environment_edge: 16 } }");
   EXPECT_NE(marker.find("estimator.panorama.environment_edge: the marker estimator"), std::string::npos) << marker;
   EXPECT_NE(marker.find("--estimator panorama"), std::string::npos) << marker;
   const std::string panorama = refusal("camera { uri: \"x:\" } estimator { marker { max_faces: 2 } }");
   EXPECT_NE(panorama.find("estimator.marker.max_faces: the panorama estimator"), std::string::npos) << panorama;
-  EXPECT_NE(refusal("camera { uri: \"x:\" } marker { body: \"b\" } estimator { setting: SETTING_FAST }")
+  EXPECT_NE(refusal("camera { uri: \"x:\" } marker { body_file: \"b\" } estimator { setting: SETTING_FAST }")
                 .find("estimator.setting: the marker estimator has no setting fast"),
             std::string::npos);
   EXPECT_TRUE(EstimatorConfig{}.validate(EstimatorKind::marker).ok()) << "defaults need no option";
@@ -230,21 +309,32 @@ TEST(Config, AnEstimatorAnswersWhichOptionsItHas) {
 TEST(Config, ParsesTheMarkerBody) {
   EXPECT_FALSE(parse_config("camera { uri: \"sim:city\" }", "x")->marker.has_value())
       << "a panorama, unless a marker is named";
-  const auto c = parse_config("camera { uri: \"v4l2:/dev/video0\" } marker { body: \"dodecahedron.textproto\" }", "x");
+  const auto c =
+      parse_config("camera { uri: \"v4l2:/dev/video0\" } marker { body_file: \"dodecahedron.textproto\" }", "x");
   ASSERT_TRUE(c.ok()) << c.status().message();
   ASSERT_TRUE(c->marker.has_value());
-  EXPECT_EQ(c->marker->body, "dodecahedron.textproto");
+  EXPECT_EQ(c->marker->body_file, "dodecahedron.textproto");
+  EXPECT_EQ(c->estimator_kind, EstimatorKind::marker);
+}
+
+TEST(Config, ABodyMayComeAfterTheFile) {
+  auto c = parse_config("camera { uri: \"x:\" }", "x", {}, EstimatorKind::marker);
+  ASSERT_TRUE(c.ok()) << c.status().message();
+  EXPECT_NE(c->validate().message().find("needs a body"), std::string::npos);
+  c->marker = MarkerConfig{"b"};
+  EXPECT_TRUE(c->validate().ok());
 }
 
 TEST(Config, InvalidMarkerIsRejectedByName) {
   const std::string bodiless = refusal("camera { uri: \"x:\" } marker {}");
-  EXPECT_NE(bodiless.find("marker.body is missing"), std::string::npos) << bodiless;
+  EXPECT_NE(bodiless.find("marker.body_file is missing"), std::string::npos) << bodiless;
   EXPECT_NE(bodiless.find("lightwell-calibrate marker-sheet"), std::string::npos) << bodiless;
-  const std::string both = refusal("camera { uri: \"x:\" } marker { body: \"b\" } grey_patch { width: 8 height: 8 }");
+  const std::string both =
+      refusal("camera { uri: \"x:\" } marker { body_file: \"b\" } grey_patch { width: 8 height: 8 }");
   EXPECT_NE(both.find("grey_patch cannot be combined with marker"), std::string::npos) << both;
-  const std::string misspelt = refusal("camera { uri: \"x:\" }\nmarker {\n  bdy: \"b\"\n}\n");
+  const std::string misspelt = refusal("camera { uri: \"x:\" }\nmarker {\n  body_fil: \"b\"\n}\n");
   EXPECT_NE(misspelt.find("probe.textproto:3:"), std::string::npos) << misspelt;
-  EXPECT_NE(misspelt.find("'body'"), std::string::npos) << misspelt;
+  EXPECT_NE(misspelt.find("'body_file'"), std::string::npos) << misspelt;
 }
 
 TEST(Config, ParsesTheGreyPatch) {
@@ -326,15 +416,18 @@ TEST(Config, ALoginGoesOverPlainTextOnlyWhereThatIsAskedForByName) {
 
 TEST(Config, ParsesTheUsbGadget) {
   EXPECT_FALSE(parse_config("camera { uri: \"x:\" }", "x")->usb_gadget.has_value());
-  EXPECT_EQ(parse_config("camera { uri: \"x:\" } usb_gadget {}", "x")->usb_gadget->ffs, "/dev/ffs-lightwell");
-  EXPECT_EQ(parse_config("camera { uri: \"x:\" } usb_gadget { ffs: \"/run/f\" }", "x")->usb_gadget->ffs, "/run/f");
+  EXPECT_EQ(parse_config("camera { uri: \"x:\" } usb_gadget {}", "x")->usb_gadget->functionfs_mount,
+            "/dev/ffs-lightwell");
+  EXPECT_EQ(parse_config("camera { uri: \"x:\" } usb_gadget { functionfs_mount: \"/run/f\" }", "x")
+                ->usb_gadget->functionfs_mount,
+            "/run/f");
 }
 
 /// The installed configuration file, unchanged and with each of its examples.
 TEST(Config, InstalledFileAndItsExamplesAreValid) {
   const Result<Config> installed = load_config(LIGHTWELL_CONFIGURATION);
   ASSERT_TRUE(installed.ok()) << installed.status().message();
-  EXPECT_EQ(installed->grpc.listen, "127.0.0.1:7420");
+  EXPECT_EQ(installed->grpc.listen_address, "127.0.0.1:7420");
   std::ifstream file(LIGHTWELL_CONFIGURATION);
   int examples = 0;
   for (std::string line; std::getline(file, line);) {
@@ -346,6 +439,20 @@ TEST(Config, InstalledFileAndItsExamplesAreValid) {
     EXPECT_TRUE(read.ok()) << read.status().message();
   }
   EXPECT_GE(examples, 5);
+}
+
+TEST(Config, PathsAreRelativeToTheFile) {
+  const test::TempDir folder;
+  const Result<Config> c =
+      load_config(folder.write("probe.textproto",
+                               "camera { uri: \"x:\" } calibration: \"rig.textproto\" mounting: \"/room.textproto\" "
+                               "marker { body_file: \"b\" } mqtt { uri: \"mqtts://broker/a\" ca_file: \"ca.pem\" }"));
+  ASSERT_TRUE(c.ok()) << c.status().message();
+  EXPECT_EQ(c->calibration, folder.path("rig.textproto"));
+  EXPECT_EQ(c->mounting, "/room.textproto");
+  EXPECT_EQ(c->marker->body_file, folder.path("b"));
+  EXPECT_EQ(c->mqtt->ca_file, folder.path("ca.pem"));
+  EXPECT_EQ(c->mqtt->login_file, "") << "no path";
 }
 
 TEST(Config, MissingFileIsNamed) {

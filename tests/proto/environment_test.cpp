@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <lightwell/environment.hpp>
+#include <lightwell/fibonacci_lattice.hpp>
 #include <lightwell/octahedral.hpp>
 #include <lightwell/pixel.hpp>
 
@@ -31,8 +32,8 @@ EnvironmentMap map_of(std::vector<EnvironmentLevel> levels, const std::function<
 std::vector<Vec3f> directions() {
   std::vector<Vec3f> out;
   for (int i = 0; i < 3000; ++i) {
-    const double z = 1 - (2 * i + 1) / 3000.0, a = i * 2.399963229728653, s = std::sqrt(1 - z * z);
-    out.push_back({static_cast<float>(s * std::cos(a)), static_cast<float>(z), static_cast<float>(s * std::sin(a))});
+    const Vec3d d = fibonacci_direction(i, 3000);
+    out.push_back(vec_cast<float>(Vec3d{d.x, d.z, d.y}));
   }
   for (const float v : {-1.0F, 1.0F}) {
     out.push_back({v, 0, 0});

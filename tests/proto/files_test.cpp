@@ -1,8 +1,10 @@
 // Files in folders of another user. If the test runs as root, the folder belongs to another user, as the daemon's does
 // when an administrator runs `lightwelld --pair`.
+#include <fcntl.h>
 #include <filesystem>
 #include <fstream>
 #include <unistd.h>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -163,6 +165,34 @@ TEST_F(Files, FolderIsReplacedAtomicallyWithoutRemains) {
 TEST_F(Files, AboveOneMebibyteAreNotRead) {
   ASSERT_TRUE(write_atomically(file_, std::string((1 << 20) + 1, 'x'), FileMode::owner).ok());
   EXPECT_EQ(read_private_file(file_).status().code(), StatusCode::resource_exhausted);
+}
+
+TEST(ReadTextFile, ReadsAWholeFileAndNamesThePathInErrors) {
+  const TempDir folder;
+  const std::string text = std::string(20'000, 'x') + '\0' + "end";
+  EXPECT_EQ(read_text_file(folder.write("text", text)).value(), text);
+  EXPECT_EQ(read_text_file(folder.write("empty", "")).value(), "");
+  const Status none = read_text_file(folder.path("none")).status();
+  EXPECT_EQ(none.code(), StatusCode::not_found);
+  EXPECT_THAT(none.message(), HasSubstr(folder.path("none") + ": cannot be opened"));
+  EXPECT_EQ(read_text_file(folder.path("")).status().code(), StatusCode::data_loss) << "a folder";
+}
+
+TEST(OwnedDescriptor, IsClosedOnceByItsLastOwner) {
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const auto is_open = [](int number) { return ::fcntl(number, F_GETFD) != -1; };
+  {
+    FileDescriptor one(ends[0]), other(ends[1]);
+    FileDescriptor moved(std::move(one));
+    EXPECT_FALSE(one);  // NOLINT(bugprone-use-after-move): moving leaves no descriptor behind.
+    EXPECT_EQ(moved.get(), ends[0]);
+    other = FileDescriptor();
+    EXPECT_FALSE(is_open(ends[1])) << "a replaced descriptor is closed";
+    EXPECT_TRUE(is_open(ends[0]));
+  }
+  EXPECT_FALSE(is_open(ends[0]));
+  EXPECT_EQ(FileDescriptor(17).release(), 17);
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
-#include <fstream>
-#include <sstream>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -7,16 +6,15 @@
 #include <lightwell/recording.hpp>
 
 #include "golden_vectors.hpp"
+#include "support/read_file.hpp"
 
 namespace lightwell {
 namespace {
 
 std::string file(const std::string& name) {
-  std::ifstream in(std::string(LIGHTWELL_VECTORS) + "/" + name, std::ios::binary);
-  EXPECT_TRUE(in) << name << " is missing; run make_golden_vectors proto/vectors and look at the difference";
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
+  const std::string text = test::read_file(std::string(LIGHTWELL_VECTORS) + "/" + name);
+  EXPECT_FALSE(text.empty()) << name << " is missing; run make_golden_vectors proto/vectors and look at the difference";
+  return text;
 }
 
 TEST(GoldenVectors, RegenerationGivesTheSameBytesAndJson) {

@@ -5,6 +5,7 @@
 
 #include <lightwell/framing.hpp>
 #include <lightwell/link_message.hpp>
+#include <lightwell/probe_calls.hpp>
 
 #include "lightwell/v1/link_message.pb.h"
 #include "support/fake_commands.hpp"
@@ -126,7 +127,7 @@ TEST(LinkMessage, InvalidRequestsAreRefusedWithTheReason) {
 
   v1::LinkRequest fixed;
   fixed.mutable_set_config()->mutable_config()->mutable_estimator()->set_band(1);
-  fixed.mutable_set_config()->mutable_config()->mutable_usb_gadget()->set_ffs("/elsewhere");
+  fixed.mutable_set_config()->mutable_config()->mutable_usb_gadget()->set_functionfs_mount("/elsewhere");
   fixed.mutable_set_config()->mutable_config()->mutable_camera()->set_uri("sim:city");
   const LinkResponse refused = asked(bytes_of(fixed), commands);
   EXPECT_EQ(refused.status.code(), StatusCode::failed_precondition);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <lightwell/equirect.hpp>
+#include <lightwell/fibonacci_lattice.hpp>
 #include <lightwell/octahedral.hpp>
 #include <lightwell/pixel.hpp>
 
@@ -45,6 +46,14 @@ TEST(Equirect, RoundTrips) {
     ASSERT_LT(uv.u, 1);
     const Vec3d d = equirect_direction(uv.u, uv.v);
     EXPECT_NEAR(length(d - Vec3d{p.x, p.y, p.z}), 0, 1e-12);
+  }
+}
+
+TEST(FibonacciLattice, MatchesTheOracle) {
+  const std::vector<ref::V3> truth = ref::fibonacci_normals(500);
+  for (int i = 0; i < 500; ++i) {
+    const ref::V3& t = truth[static_cast<std::size_t>(i)];
+    EXPECT_NEAR(length(fibonacci_direction(i, 500) - Vec3d{t.x, t.y, t.z}), 0, 1e-12) << i;
   }
 }
 

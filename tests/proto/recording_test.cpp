@@ -1,25 +1,19 @@
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 
 #include <gtest/gtest.h>
 
+#include <lightwell/calibration.hpp>
+#include <lightwell/frame_record.hpp>
 #include <lightwell/recording.hpp>
+
+#include "support/temp_dir.hpp"
 
 namespace lightwell {
 namespace {
 
 class Recording : public testing::Test {
  protected:
-  void SetUp() override {
-    path_ = (std::filesystem::temp_directory_path() /
-             ("lw_recording_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()) + "_" +
-              ::testing::UnitTest::GetInstance()->current_test_info()->name()))
-                .string();
-    std::filesystem::remove(path_);
-  }
-  void TearDown() override { std::filesystem::remove(path_); }
-
   static std::vector<std::byte> bytes(const std::string& s) {
     const auto b = std::as_bytes(std::span(s));
     return {b.begin(), b.end()};
@@ -40,7 +34,8 @@ class Recording : public testing::Test {
     return out;
   }
 
-  std::string path_;
+  test::TempDir folder_;
+  const std::string path_ = folder_.path("recording");
   std::int64_t time_ = 0;
 };
 
@@ -90,6 +85,18 @@ TEST_F(Recording, DoesNotChangeAFileThatIsNotARecording) {
 TEST_F(Recording, DoesNotContinueAnotherKind) {
   write({"a"});
   EXPECT_FALSE(RecordWriter::open(path_, {RecordingKind::frames, "probe", "1", std::nullopt}).ok());
+}
+
+TEST_F(Recording, HeaderKeepsTheCalibration) {
+  RigParameters rig;
+  rig.nits_per_unit = 3;
+  const std::string bytes = encode_calibration(rig);
+  ASSERT_TRUE(RecordWriter::open(path_, {RecordingKind::frames, "probe", "1", bytes}).ok());
+  const auto reader = RecordReader::open(path_);
+  ASSERT_TRUE(reader.ok()) << reader.status().message();
+  EXPECT_EQ(reader->header().calibration, bytes);
+  EXPECT_EQ(RecordWriter::open(path_, {RecordingKind::frames, "probe", "1", "\xFF"}).status().code(),
+            StatusCode::invalid_argument);
 }
 
 TEST_F(Recording, ReportsAFullDisk) {

@@ -5,7 +5,6 @@
 #include <cstring>
 #include <fcntl.h>
 #include <fstream>
-#include <iterator>
 #include <ostream>
 #include <thread>
 #include <unistd.h>
@@ -13,13 +12,10 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 
+#include "support/read_file.hpp"
+
 namespace lightwell::test {
 namespace {
-
-std::string content(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 std::vector<char*> pointers(std::vector<std::string>& strings) {
   std::vector<char*> out;
@@ -102,8 +98,8 @@ ExitStatus Child::wait(std::chrono::milliseconds timeout) {
   return exit_status_.value_or(ExitStatus{});
 }
 
-std::string Child::out() const { return content(folder_.path("out")); }
-std::string Child::err() const { return content(folder_.path("err")); }
+std::string Child::out() const { return read_file(folder_.path("out")); }
+std::string Child::err() const { return read_file(folder_.path("err")); }
 
 long Child::status_number(std::string_view name) const { return proc_status_number(pid_, name); }
 

@@ -4,7 +4,7 @@
 #include <mutex>
 #include <optional>
 
-#include <lightwell/status.hpp>
+#include <lightwell/commands.hpp>
 
 namespace lightwell::test {
 

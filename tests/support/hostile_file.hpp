@@ -3,13 +3,12 @@
 
 #include <array>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include "support/read_file.hpp"
 #include "support/temp_dir.hpp"
 
 namespace lightwell::test {
@@ -48,8 +47,7 @@ class HostileFile {
     const struct stat now = facts();
     EXPECT_EQ(now.st_uid, before_.st_uid) << what;
     EXPECT_EQ(now.st_mode, before_.st_mode) << what;
-    std::ifstream file(victim_);
-    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "root's") << what;
+    EXPECT_EQ(read_file(victim_), "root's") << what;
     EXPECT_FALSE(std::filesystem::exists(folder_.path("nothing"))) << what;
     EXPECT_TRUE(std::filesystem::exists(std::filesystem::symlink_status(path))) << what;
   }

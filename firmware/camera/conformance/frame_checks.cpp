@@ -19,15 +19,12 @@ std::vector<ReceivedFrame> frames_of(const BackendUnderTest& camera, Violations&
 
 bool positive(double v) { return v > 0 && std::isfinite(v); }
 
-/// Reports data that are too short, rows that overlap, and values that are not aligned: an estimator would read invalid
-/// memory.
+/// Reports sizes that the format cannot have, rows that overlap, data that are too short, and values that are not
+/// aligned: an estimator would read invalid memory.
 void check_layout(const View& view, const std::string& name, Violations& violations) {
-  if (view.stride < packed_stride(view.format, view.width))
-    violations.push_back(name + ": the stride is shorter than a row");
-  if (view.data.size() < picture_bytes(view.format, view.stride, view.height))
-    violations.push_back(name + ": the data are shorter than the picture");
-  const std::size_t words = pixel_alignment(view.format);
-  if (view.stride % words != 0 || reinterpret_cast<std::uintptr_t>(view.data.data()) % words != 0)
+  if (const Status s = check_view(view); !s.ok()) violations.push_back(name + ": " + s.message());
+  const std::size_t alignment = pixel_layout(view.format).sample_bytes;
+  if (view.stride % alignment != 0 || reinterpret_cast<std::uintptr_t>(view.data.data()) % alignment != 0)
     violations.push_back(name + ": rows are not aligned for the pixel type");
 }
 

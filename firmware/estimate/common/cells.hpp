@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,9 @@
 #include <lightwell/harmonics.hpp>
 
 namespace lightwell::estimate {
+
+/// Solid angle of the whole sphere, sr.
+inline constexpr double kSphere = 4 * std::numbers::pi;
 
 /// Bands above those of a descriptor with a nonzero coefficient of the cosine lobe. They estimate the truncation error.
 inline constexpr std::array kTailBands = {8, 10, 12};

@@ -10,8 +10,6 @@
 namespace lightwell::estimate {
 namespace {
 
-constexpr double kSphere = 4 * std::numbers::pi;
-
 /// Share of the limit that a prediction may reach. Truncation is exact except for the bands above 12; the other errors
 /// are expected values.
 constexpr double kLimitMargin = 0.9;

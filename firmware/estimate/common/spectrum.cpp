@@ -10,8 +10,6 @@
 namespace lightwell::estimate {
 namespace {
 
-constexpr double kSphere = 4 * std::numbers::pi;
-
 BandWeights compute_weights() {
   BandWeights out{};
   std::size_t at = 0;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -12,9 +11,10 @@
 #include <lightwell/harmonics.hpp>
 
 #include "calibration/model/lens_table.hpp"
-#include "estimate/common/descriptor_header.hpp"
+#include "estimate/common/error_bound.hpp"
 #include "estimate/common/light_tracker.hpp"
-#include "estimate/common/row_reader.hpp"
+#include "estimate/frames/descriptor_header.hpp"
+#include "estimate/frames/row_reader.hpp"
 #include "estimate/marker/ground_reflection.hpp"
 #include "estimate/marker/max_entropy_radiance.hpp"
 
@@ -84,7 +84,7 @@ class MarkerEstimatorImpl final : public MarkerEstimator {
   void add_pose_covariance();
   void fill_descriptor(Descriptor& out);
   void fill_ambient(Descriptor& out);
-  void compute_error_bound(Descriptor& out) const;
+  [[nodiscard]] estimate::BoundParts bound_parts() const;
 
   RigParameters rig_;
   RigTable rig_table_;
@@ -145,7 +145,8 @@ Status MarkerEstimatorImpl::estimate(std::span<const Frame> bracket, Descriptor&
   out.flicker = Flicker::unknown;
   out.environment.reset();
   fill_descriptor(out);
-  compute_error_bound(out);
+  // Flag::unseen is always set: there is no finite bound for directions that were not observed.
+  out.bound = estimate::error_bound(bound_parts(), out.flags);
   return {};
 }
 
@@ -246,17 +247,15 @@ void MarkerEstimatorImpl::fill_ambient(Descriptor& out) {
   }
 }
 
-void MarkerEstimatorImpl::compute_error_bound(Descriptor& out) const {
-  // There is no finite bound for directions that were not observed; the parts refer to the normals that were.
-  out.bound = {};
-  out.bound.total = std::numeric_limits<float>::infinity();
+/// The parts refer to the normals that were observed.
+estimate::BoundParts MarkerEstimatorImpl::bound_parts() const {
   double squares = 0, noise = 0;
   for (const marker::SurfaceSample& s : shading_.samples)
     squares += s.irradiance[1] * s.irradiance[1], noise += s.sigma[1] * s.sigma[1];
-  if (!(squares > 0)) return;
-  out.bound.noise = rounded(3 * std::sqrt(noise / squares));
-  out.bound.sampling = rounded(
-      3 * std::hypot(options_.lighting.errors.surface_relative_sigma, options_.lighting.errors.surface_sigma_floor));
+  if (!(squares > 0)) return {};
+  const marker::ErrorModel& errors = options_.lighting.errors;
+  return {.sampling = 3 * std::hypot(errors.surface_relative_sigma, errors.surface_sigma_floor),
+          .noise = 3 * std::sqrt(noise / squares)};
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include <memory>
 
 #include <lightwell/calibration.hpp>
-#include <lightwell/config.hpp>
+#include <lightwell/estimator_config.hpp>
 #include <lightwell/marker_body.hpp>
 
 #include "estimate/estimator.hpp"

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lightwell/quantile.hpp>
+
 namespace lightwell::marker {
 
 namespace {
@@ -15,14 +17,12 @@ constexpr double kMinShadowRatio = 0.01;
 /// Ratio of the ground plane's radiance in the light to that in the shadow, at least 1.
 double shadow_contrast(const std::optional<GroundPlane>& ground) {
   if (!ground || ground->samples.size() < 20) return 1;
-  std::vector<double> sorted;
-  for (const GroundSample& t : ground->samples) sorted.push_back(t.radiance);
-  const auto at = [&](double share) {
-    const auto place = sorted.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(sorted.size() - 1));
-    std::nth_element(sorted.begin(), place, sorted.end());
-    return *place;
-  };
-  const double bright = at(kBrightQuantile), dark = at(kDarkQuantile);
+  std::vector<double> radiances;
+  for (const GroundSample& t : ground->samples) radiances.push_back(t.radiance);
+  // Ranks relative to n - 1.
+  const auto last = static_cast<double>(radiances.size() - 1);
+  const double bright = order_statistic(radiances, static_cast<std::size_t>(kBrightQuantile * last)),
+               dark = order_statistic(radiances, static_cast<std::size_t>(kDarkQuantile * last));
   return bright > 0 ? std::max(1.0, bright / std::max(dark, kMinShadowRatio * bright)) : 1;
 }
 

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include <lightwell/quantile.hpp>
+
 namespace lightwell::marker {
 namespace {
 
@@ -53,15 +55,13 @@ int remove_occluded_samples(Shading& shading) {
           for (std::size_t n = 0; n < points.size(); ++n)
             residuals[n] = std::abs(points[n].value - a.value - gu * (points[n].u - a.u) - gv * (points[n].v - a.v));
           sorted = residuals;
-          const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-          std::nth_element(sorted.begin(), middle, sorted.end());
-          if (*middle < least_median) least_median = *middle, best_residuals = residuals;
+          const double typical = upper_quantile(sorted, 0.5);
+          if (typical < least_median) least_median = typical, best_residuals = residuals;
         }
     sorted.clear();
     for (const Point& p : points) sorted.push_back(p.value);
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const double bound = std::max(kMaxPlaneDeviation * std::abs(*middle), 4 * 1.4826 * least_median);
+    const double bound =
+        std::max(kMaxPlaneDeviation * std::abs(upper_quantile(sorted, 0.5)), 4 * 1.4826 * least_median);
     for (std::size_t n = 0; n < points.size(); ++n) {
       if (!(best_residuals[n] > bound + 4 * (face[n].sigma[0] + face[n].sigma[1] + face[n].sigma[2]) / 3))
         inliers.push_back(face[n]);

@@ -10,7 +10,7 @@
 
 #include <lightwell/marker_body.hpp>
 
-#include "estimate/common/row_reader.hpp"
+#include "estimate/frames/row_reader.hpp"
 #include "estimate/marker/convex_hull_2d.hpp"
 #include "estimate/marker/marker_geometry.hpp"
 #include "estimate/marker/shading.hpp"

@@ -6,7 +6,7 @@
 
 #include <lightwell/marker_body.hpp>
 
-#include "estimate/common/row_reader.hpp"
+#include "estimate/frames/row_reader.hpp"
 #include "estimate/marker/marker_geometry.hpp"
 
 namespace lightwell::marker {

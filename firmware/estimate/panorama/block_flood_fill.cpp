@@ -3,8 +3,8 @@
 namespace lightwell::estimate {
 
 BlockFloodFill::BlockFloodFill(const RigTable& table, const BlockLayout& layout, const CellGrid& grid,
-                               const BlockSums& sums, const BrightPixels& pixels)
-    : grid_(grid), sums_(sums), mark_(layout.size()) {
+                               const BrightPixels& pixels)
+    : grid_(grid), mark_(layout.size()) {
   blocks_.reserve(kMaxBlocks + 1);
   std::vector<std::uint32_t> neighbours;
   for (std::size_t block = 0; block < layout.size(); ++block) {

@@ -25,16 +25,14 @@ class BlockFloodFill {
   /// Largest number of blocks of a run.
   static constexpr std::size_t kMaxBlocks = 4096;
 
-  /// Refers to `grid` and `sums` (updated by the caller for each frame). `pixels` is used in the constructor alone, for
-  /// the adjacency of pixels.
-  BlockFloodFill(const RigTable& table, const BlockLayout& layout, const CellGrid& grid, const BlockSums& sums,
-                 const BrightPixels& pixels);
+  /// Refers to `grid`. `pixels` is used in the constructor alone, for the adjacency of pixels.
+  BlockFloodFill(const RigTable& table, const BlockLayout& layout, const CellGrid& grid, const BrightPixels& pixels);
 
   /// Fills blocks() with the blocks connected to `block` (first itself) whose peak luminance is at least `floor`, whose
   /// middle is within `cos_reach` of `axis`, and for which excluded(block) is false. Returns the integral of their
   /// luminance above the mean luminance of the darkest adjacent block.
   template <class Excluded>
-  double run(std::uint32_t block, float floor, Vec3f axis, float cos_reach, Excluded&& excluded);
+  double run(const BlockSums& sums, std::uint32_t block, float floor, Vec3f axis, float cos_reach, Excluded&& excluded);
 
   /// Blocks of the last run.
   [[nodiscard]] std::span<const std::uint32_t> blocks() const { return blocks_; }
@@ -42,7 +40,6 @@ class BlockFloodFill {
 
  private:
   const CellGrid& grid_;
-  const BlockSums& sums_;
   /// Neighbours of block b: neighbours_[first_neighbour_[b]] to neighbours_[first_neighbour_[b + 1] - 1].
   std::vector<std::uint32_t> first_neighbour_, neighbours_;
   std::vector<std::uint32_t> blocks_;
@@ -51,7 +48,8 @@ class BlockFloodFill {
 };
 
 template <class Excluded>
-double BlockFloodFill::run(std::uint32_t block, float floor, Vec3f axis, float cos_reach, Excluded&& excluded) {
+double BlockFloodFill::run(const BlockSums& sums, std::uint32_t block, float floor, Vec3f axis, float cos_reach,
+                           Excluded&& excluded) {
   ++run_;
   blocks_.assign(1, block);
   mark_[block] = run_;
@@ -59,12 +57,12 @@ double BlockFloodFill::run(std::uint32_t block, float floor, Vec3f axis, float c
   float darkest = std::numeric_limits<float>::infinity();
   for (std::size_t next = 0; next < blocks_.size(); ++next) {
     const std::uint32_t at = blocks_[next];
-    luminance += std::max(0.0F, sums_.sum[at].luminance());
+    luminance += std::max(0.0F, sums.sum[at].luminance());
     sr += grid_.solid_angle(at);
     for (std::uint32_t i = first_neighbour_[at]; i < first_neighbour_[at + 1]; ++i) {
       const std::uint32_t other = neighbours_[i];
-      if (!(sums_.peak[other] >= floor)) {
-        darkest = std::min(darkest, sums_.sum[other].luminance() / grid_.solid_angle(other));
+      if (!(sums.peak[other] >= floor)) {
+        darkest = std::min(darkest, sums.sum[other].luminance() / grid_.solid_angle(other));
         continue;
       }
       if (mark_[other] == run_ || excluded(other)) continue;

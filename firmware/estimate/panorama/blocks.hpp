@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "calibration/model/lens_table.hpp"
-#include "estimate/common/block_layout.hpp"
 #include "estimate/common/cells.hpp"
-#include "estimate/common/row_reader.hpp"
+#include "estimate/frames/block_layout.hpp"
+#include "estimate/frames/row_reader.hpp"
 
 namespace lightwell::estimate {
 

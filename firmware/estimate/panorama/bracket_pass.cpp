@@ -115,13 +115,9 @@ BracketPass::BracketPass(const RigParameters& rig, const RigTable& table, const 
   }
   for (const LensParameters& lens : rig.lenses) {
     const PhotometricCalibration& p = lens.photometry;
-    LensPlan plan{make_lut(p, 256),
-                  make_lut(p, 1024),
-                  make_lut(p, 4096),
-                  {},
-                  p.response.kind == ResponseCurve::Kind::linear,
-                  false,
-                  {}};
+    LensPlan plan;
+    for (std::size_t i = 0; i < kCodeBits.size(); ++i) plan.luts[i] = make_lut(p, 1 << kCodeBits[i]);
+    plan.linear = p.response.kind == ResponseCurve::Kind::linear;
     for (std::size_t c = 0; c < 3; ++c) plan.white[c] = static_cast<float>(p.white_balance[c]);
     lenses_.push_back(std::move(plan));
   }
@@ -131,7 +127,7 @@ bool BracketPass::supports(std::span<const Frame> bracket) const {
   // A quad of a mosaic must lie in one block.
   if (bracket.size() < 2 || layout_.edge() < 2) return false;
   const PixelFormat format = bracket[0].views()[0].format;
-  if (format == PixelFormat::rgb_f32) return false;
+  if (pixel_layout(format).is_float()) return false;
   for (const Frame& frame : bracket)
     for (const View& v : frame.views())
       if (v.format != format || v.width < (is_bayer(format) ? 2 : 1) * kMinLanesInt) return false;
@@ -224,10 +220,12 @@ void BracketPass::sum(const Chunk& chunk, int count) {
   }
 
   BracketRow row;
-  row.source = format_ == PixelFormat::rgb8 ? plan.linear ? BracketSource::linear8 : BracketSource::interleaved8
-               : format_ == PixelFormat::bayer_rggb8 ? BracketSource::mosaic8
-               : is_bayer(format_)                   ? BracketSource::mosaic16
-                                                     : BracketSource::planes8;
+  const PixelLayout& layout = pixel_layout(format_);
+  row.source = layout.sampling == ColorSampling::rgb
+                   ? plan.linear ? BracketSource::linear8 : BracketSource::interleaved8
+               : layout.sampling == ColorSampling::ycbcr ? BracketSource::planes8
+               : layout.sample_bytes == 1                ? BracketSource::mosaic8
+                                                         : BracketSource::mosaic16;
   row.lut = &lut_for(chunk.lens);
   row.count = count;
   row.noise_sigmas = row.source == BracketSource::planes8 ? kChromaNoiseSigmas : kNoiseSigmas;
@@ -253,16 +251,15 @@ void BracketPass::sum(const Chunk& chunk, int count) {
 }
 
 const CodeLut& BracketPass::lut_for(int lens) const {
-  const LensPlan& plan = lenses_[static_cast<std::size_t>(lens)];
-  if (format_ == PixelFormat::bayer_rggb10) return plan.lut10;
-  return format_ == PixelFormat::bayer_rggb12 ? plan.lut12 : plan.lut8;
+  return lenses_[static_cast<std::size_t>(lens)].luts[pixel_layout(format_).depth_index()];
 }
 
 RowSpan BracketPass::span_of(const LensTable& lens, int y) const {
   RowSpan span = lens.rows[static_cast<std::size_t>(y)];
-  if (format_ == PixelFormat::rgb8) return span;
+  const PixelLayout& layout = pixel_layout(format_);
+  if (layout.unit_width == 1) return span;
   // Pairs, and quads of two rows, are processed together.
-  if (format_ != PixelFormat::yuyv) {
+  if (layout.unit_height == 2) {
     const RowSpan other = lens.rows[static_cast<std::size_t>(y ^ 1)];
     if (span.first >= span.end)
       span = other;
@@ -292,9 +289,9 @@ void BracketPass::set_row_pointers(const Chunk& chunk, int y, int begin, int end
       convert_to_planes(chunk, y, begin, end, k, e);
       continue;
     }
-    const int pixel = format_ == PixelFormat::rgb8 ? 3 : format_ == PixelFormat::bayer_rggb8 ? 1 : 2;
     e.at = {row_of(view, y), is_bayer(format_) ? row_of(view, y + 1) : nullptr, nullptr, nullptr};
-    e.ahead = prefetch_distance(chunk, y, static_cast<std::ptrdiff_t>(view.stride), pixel);
+    e.ahead = prefetch_distance(chunk, y, static_cast<std::ptrdiff_t>(view.stride),
+                                static_cast<std::ptrdiff_t>(pixel_layout(format_).pixel_bytes));
   }
 }
 

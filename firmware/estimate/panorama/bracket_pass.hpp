@@ -10,9 +10,9 @@
 #include <lightwell/calibration.hpp>
 
 #include "calibration/model/lens_table.hpp"
-#include "imaging/frame.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/kernels/bracket_rows.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::estimate {
 
@@ -36,7 +36,7 @@ class BracketPass {
 
  private:
   struct LensPlan {
-    CodeLut lut8, lut10, lut12;
+    std::array<CodeLut, kCodeBits.size()> luts;
     std::array<float, 3> white{1, 1, 1};
     bool linear = false;                 ///< Codes are linear.
     bool present = false;                ///< The current bracket contains the lens.

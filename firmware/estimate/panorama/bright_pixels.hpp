@@ -9,7 +9,7 @@
 #include <lightwell/geometry.hpp>
 
 #include "calibration/model/lens_table.hpp"
-#include "estimate/common/row_reader.hpp"
+#include "estimate/frames/row_reader.hpp"
 #include "estimate/panorama/blocks.hpp"
 
 namespace lightwell::estimate {

@@ -16,9 +16,10 @@ constexpr double kMinLightFraction = 0.02;
 
 }  // namespace
 
-void find_clipped_lights(const BlockSums& sums, const CellGrid& grid, std::span<const Light> lights,
-                         std::vector<std::uint32_t>& tracks) {
+int find_clipped_lights(const BlockSums& sums, const CellGrid& grid, std::span<const Light> lights,
+                        std::vector<std::uint32_t>& tracks) {
   tracks.clear();
+  if (!(sums.clipped_sr > 0)) return -1;
   const std::size_t count = std::min<std::size_t>(lights.size(), kMaxLights + 1);
   std::array<float, kMaxLights + 1> cos_reach{};
   for (std::size_t k = 0; k < count; ++k)
@@ -39,9 +40,14 @@ void find_clipped_lights(const BlockSums& sums, const CellGrid& grid, std::span<
     clipped_sr[nearest] += sums.clipped[block];
     explained_sr += sums.clipped[block];
   }
-  if (explained_sr < kMinExplainedFraction * sums.clipped_sr) return;
-  for (std::size_t k = 0; k < count; ++k)
-    if (clipped_sr[k] > kMinLightFraction * explained_sr) tracks.push_back(lights[k].track);
+  if (explained_sr < kMinExplainedFraction * sums.clipped_sr) return -1;
+  int strongest = -1;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (!(clipped_sr[k] > kMinLightFraction * explained_sr)) continue;
+    if (tracks.empty()) strongest = static_cast<int>(k);
+    tracks.push_back(lights[k].track);
+  }
+  return strongest;
 }
 
 }  // namespace lightwell::estimate

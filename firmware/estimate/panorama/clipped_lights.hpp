@@ -12,8 +12,9 @@
 namespace lightwell::estimate {
 
 /// Fills `tracks` with the tracks of the lights to which saturated blocks belong. Leaves it empty where less than three
-/// quarters of the saturated solid angle belongs to lights.
-void find_clipped_lights(const BlockSums& sums, const CellGrid& grid, std::span<const Light> lights,
-                         std::vector<std::uint32_t>& tracks);
+/// quarters of the saturated solid angle belongs to lights. `lights`: strongest first. Returns the index of the
+/// strongest one in `tracks`, or -1.
+int find_clipped_lights(const BlockSums& sums, const CellGrid& grid, std::span<const Light> lights,
+                        std::vector<std::uint32_t>& tracks);
 
 }  // namespace lightwell::estimate

@@ -55,10 +55,10 @@ bool CodePass::supports(std::span<const Frame> bracket) const {
   // lenses_ is empty if the kernels do not support the height of the blocks: see the constructor.
   if (bracket.size() != 1 || lenses_.empty()) return false;
   for (const View& v : bracket[0].views()) {
-    if (v.format == PixelFormat::rgb_f32 || v.width < static_cast<int>(kMinLanes)) return false;
+    const PixelLayout& layout = pixel_layout(v.format);
+    if (layout.is_float() || v.width < static_cast<int>(kMinLanes)) return false;
     // The kernels of this pass have lookup tables for 8-bit codes only; sensors with raw output are linear.
-    const bool above_8_bits = v.format == PixelFormat::bayer_rggb10 || v.format == PixelFormat::bayer_rggb12;
-    if (above_8_bits && !lenses_[static_cast<std::size_t>(v.lens)].linear) return false;
+    if (layout.bits > 8 && !lenses_[static_cast<std::size_t>(v.lens)].linear) return false;
   }
   return true;
 }
@@ -81,9 +81,8 @@ void CodePass::plan_lens(const PhotometricCalibration& photometry) {
     while (code < 255 && linear[code] < static_cast<float>(i) / 4095) ++code;
     plan.step8[i] = linear[code] - linear[code - 1];
   }
-  plan.clipped8 = saturated_from(photometry, 256);
-  plan.clipped10 = saturated_from(photometry, 1024);
-  plan.clipped12 = saturated_from(photometry, 4096);
+  for (std::size_t i = 0; i < kCodeBits.size(); ++i)
+    plan.clipped_from[i] = saturated_from(photometry, 1 << kCodeBits[i]);
   plan.read2 = static_cast<float>(photometry.read_noise * photometry.read_noise);
   plan.shot = static_cast<float>(photometry.shot_noise);
   plan.cut_noise =
@@ -108,6 +107,8 @@ void CodePass::run(const Frame& frame, BlockSums& out) {
 }
 
 void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run) {
+  const PixelLayout& layout = pixel_layout(view.format);
+  const unsigned clipped_from = plan.clipped_from[layout.depth_index()];
   const Lanes lanes = lanes_of(view.format);
   const LaneRange s = weights_.lane_range(view.lens, lanes, run);
   const std::uint8_t* weights = weights_.weights(run, lanes);
@@ -120,7 +121,7 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
       sum_lanes(codes, count, to);
   };
   if (lanes == Lanes::interleaved) {
-    sum_codes({bytes(view, static_cast<std::size_t>(top)) + s.begin, view.stride, rows, table, plan.clipped8}, weights,
+    sum_codes({bytes(view, static_cast<std::size_t>(top)) + s.begin, view.stride, rows, table, clipped_from}, weights,
               s.count, s.count, groups_[0].at(s.begin));
     return;
   }
@@ -129,13 +130,12 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
       const std::uint8_t* first = bytes(view, static_cast<std::size_t>(top) + parity);
       const LaneSums to = groups_[parity].at(s.begin);
       const std::uint8_t* w = weights + parity * s.count;
-      if (view.format == PixelFormat::bayer_rggb8) {
-        sum_codes({first + s.begin, 2 * view.stride, rows / 2, table, plan.clipped8}, w, 2 * s.count, s.count, to);
+      if (layout.sample_bytes == 1) {
+        sum_codes({first + s.begin, 2 * view.stride, rows / 2, table, clipped_from}, w, 2 * s.count, s.count, to);
         continue;
       }
-      const bool ten = view.format == PixelFormat::bayer_rggb10;
       const WordRows words{first + 2 * s.begin, 2 * view.stride, rows / 2,
-                           static_cast<std::uint16_t>(ten ? 1023 : 4095), ten ? plan.clipped10 : plan.clipped12};
+                           static_cast<std::uint16_t>(layout.full_scale()), clipped_from};
       if (run.weighted)
         sum_weighted_wide_lanes(words, w, 2 * s.count, s.count, to);
       else
@@ -164,7 +164,7 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
       }
     }
     for (std::size_t c = 0; c < 3; ++c)
-      sum_codes({planes_.data() + c * kMaxRows * kCodeChunk, kCodeChunk, rows, table, plan.clipped8}, weights + within,
+      sum_codes({planes_.data() + c * kMaxRows * kCodeChunk, kCodeChunk, rows, table, clipped_from}, weights + within,
                 s.count, count, groups_[c].at(at));
   }
 }
@@ -246,9 +246,10 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
                group.across.data() + begin);
   }
 
-  const bool words = view.format == PixelFormat::bayer_rggb10 || view.format == PixelFormat::bayer_rggb12;
-  const float top_code = view.format == PixelFormat::bayer_rggb10 ? 1023 : words ? 4095 : 255;
-  const unsigned clipped_from = !words ? plan.clipped8 : top_code == 1023 ? plan.clipped10 : plan.clipped12;
+  const PixelLayout& layout = pixel_layout(view.format);
+  const bool words = layout.sample_bytes == 2;
+  const auto top_code = static_cast<float>(layout.full_scale());
+  const unsigned clipped_from = plan.clipped_from[layout.depth_index()];
   switch (lanes) {
     case Lanes::interleaved:
       gather_codes<Lanes::interleaved>(plan, rows, begin, columns, blocks, clipped_from);

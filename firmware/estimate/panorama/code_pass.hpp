@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "calibration/model/lens_table.hpp"
-#include "imaging/frame.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/code_weights.hpp"
 #include "estimate/panorama/kernels/block_light.hpp"
 #include "estimate/panorama/kernels/lane_sums.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::estimate {
 
@@ -44,8 +44,8 @@ class CodePass {
     std::vector<float> step8;  ///< Quantization step by linear value in 1/4095.
     /// Linear value = linear_from + linear_unit * linear16 / 65535.
     float linear_from = 0, linear_unit = 0;
-    bool linear = false;  ///< Codes are linear; linear16 is not used.
-    unsigned clipped8 = 256, clipped10 = 1024, clipped12 = 4096;
+    bool linear = false;                                    ///< Codes are linear; linear16 is not used.
+    std::array<unsigned, kCodeBits.size()> clipped_from{};  ///< saturated_from() by index in kCodeBits.
     float read2 = 0, shot = 0, cut_noise = 0;
     float white[3] = {1, 1, 1};
   };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimate/panorama/kernels/lane_sums.hpp"
+#include "imaging/pixel_layout.hpp"
 
 namespace lightwell::estimate {
 namespace {
@@ -15,7 +16,7 @@ constexpr double kMaxPlaneResidual = 5e-4;
 }  // namespace
 
 Lanes lanes_of(PixelFormat format) {
-  if (format == PixelFormat::rgb8) return Lanes::interleaved;
+  if (pixel_layout(format).sampling == ColorSampling::rgb) return Lanes::interleaved;
   return is_bayer(format) ? Lanes::mosaic : Lanes::planar;
 }
 

@@ -6,10 +6,10 @@
 
 namespace lightwell::estimate {
 
-GreyPatchReader::GreyPatchReader(const GreyPatch& patch, const RigTable& table)
-    : patch_(patch), table_(table), row_(table.lenses[static_cast<std::size_t>(patch.lens)].width) {}
+GreyPatchReader::GreyPatchReader(const GreyPatch& patch, const RigTable& table, const BlockLayout& layout)
+    : patch_(patch), table_(table), layout_(layout), row_(table.lenses[static_cast<std::size_t>(patch.lens)].width) {}
 
-std::optional<double> GreyPatchReader::irradiance(RowReader& reader, const BlockLayout& layout) {
+std::optional<DiffuseConstraint> GreyPatchReader::read(RowReader& reader, double factor) {
   if (!reader.has(patch_.lens)) return std::nullopt;
   const LensTable& lens = table_.lenses[static_cast<std::size_t>(patch_.lens)];
   double luminance = 0, pixels = 0;
@@ -17,7 +17,7 @@ std::optional<double> GreyPatchReader::irradiance(RowReader& reader, const Block
   for (int y = patch_.y; y < patch_.y + patch_.height; ++y) {
     // A read must not extend beyond its block.
     for (int x = patch_.x, end = 0; x < patch_.x + patch_.width; x = end) {
-      end = std::min((x | (layout.edge() - 1)) + 1, patch_.x + patch_.width);
+      end = std::min((x | (layout_.edge() - 1)) + 1, patch_.x + patch_.width);
       reader.read(patch_.lens, y, x, end, RowReader::Reading::with_clipped, row_, ignored);
       for (int i = 0; i < end - x; ++i) {
         const auto k = static_cast<std::size_t>(i);
@@ -31,7 +31,7 @@ std::optional<double> GreyPatchReader::irradiance(RowReader& reader, const Block
     }
   }
   if (!(luminance > 0) || !std::isfinite(luminance)) return std::nullopt;
-  return luminance / pixels * std::numbers::pi / patch_.albedo;
+  return DiffuseConstraint{patch_.normal, luminance / pixels * std::numbers::pi / patch_.albedo * factor};
 }
 
 }  // namespace lightwell::estimate

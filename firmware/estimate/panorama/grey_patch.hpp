@@ -1,4 +1,4 @@
-// Reads the irradiance at the normal of a Lambertian patch of known albedo that is always in view.
+// Measures the irradiance at the normal of a Lambertian patch of known albedo that is always in view.
 #pragma once
 
 #include <optional>
@@ -6,22 +6,25 @@
 #include <lightwell/config.hpp>
 
 #include "calibration/model/lens_table.hpp"
-#include "estimate/common/row_reader.hpp"
-#include "estimate/panorama/blocks.hpp"
+#include "estimate/common/clipped_energy.hpp"
+#include "estimate/frames/block_layout.hpp"
+#include "estimate/frames/row_reader.hpp"
 
 namespace lightwell::estimate {
 
 class GreyPatchReader {
  public:
-  GreyPatchReader(const GreyPatch& patch, const RigTable& table);
+  /// Refers to `table` and `layout`.
+  GreyPatchReader(const GreyPatch& patch, const RigTable& table, const BlockLayout& layout);
 
-  /// Irradiance at the patch's normal: pi / albedo times its mean luminance, in the units of `reader`. nullopt where
-  /// the patch is dark, saturated or not in the bracket.
-  [[nodiscard]] std::optional<double> irradiance(RowReader& reader, const BlockLayout& layout);
+  /// The irradiance is pi / albedo times the patch's mean luminance, in the units of `reader` times `factor`. nullopt
+  /// where the patch is dark, saturated or not in the bracket.
+  [[nodiscard]] std::optional<DiffuseConstraint> read(RowReader& reader, double factor);
 
  private:
   GreyPatch patch_;
   const RigTable& table_;
+  const BlockLayout& layout_;
   LinearRow row_;
 };
 

@@ -6,6 +6,8 @@
 
 #include <lightwell/cap.hpp>
 
+#include "estimate/common/error_bound.hpp"
+
 namespace lightwell::estimate {
 namespace {
 
@@ -41,28 +43,19 @@ constexpr std::size_t kMaxHalfLitBlocks = 32;
 constexpr std::size_t kMaxCoreWithRim = 256;
 /// A pixel has at most 17 neighbours (8, and 9 of the other lens).
 constexpr std::size_t kMaxRimPixels = 17 * kMaxCoreWithRim;
-/// Relative error (one sigma) of a light as small as one chroma sample. The covered share of the sample is uniform in
-/// [0, 1], with a standard deviation of 0.29, shared by three channels.
-constexpr double kChromaEdgeError = 0.2;
-/// Ratio for a Bayer mosaic: a quad has two green samples, whose error at edges is 2^-0.75 of that of one (squared:
-/// 0.354); over three channels sqrt((1 + 0.354 + 1) / 3).
-constexpr double kMosaicChromaEdgeError = 0.886;
-/// Ratio for the centroid of luminance, which is 72 % green: 0.213 + 0.715 * 2^-0.75 + 0.072.
+/// Error of the centroid of luminance in a Bayer mosaic, which is 72 % green with two samples in a quad, relative to
+/// that with one sample: 0.213 + 0.715 * 2^-0.75 + 0.072.
 constexpr double kMosaicCentroidError = 0.71;
+/// A light is required where its peak luminance exceeds the mean by this factor.
+constexpr float kMinPeakRatio = 100;
 constexpr std::uint8_t kRim = 255;  ///< Temporary mark of rim pixels; regions are numbered up to kMaxRegions.
 constexpr std::size_t kMaxParts = 65536;
 constexpr std::size_t kMaxRegionPixels = 400'000;
 
-/// Relative error of the light of a disc with an area of n = `samples` chroma samples, if the samples on its edge may
-/// be wrong completely: 2 sqrt(pi n) of them are on the edge, and their errors add in quadrature.
-double edge_error(double samples) {
-  return std::min(1.0, std::sqrt(2 * std::sqrt(std::numbers::pi)) * std::pow(std::max(samples, 1e-9), -0.75));
-}
-
 }  // namespace
 
-LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout, const CellGrid& grid, const BlockSums& sums)
-    : layout_(layout), grid_(grid), sums_(sums), pixels_(table, layout), flood_(table, layout, grid, sums, pixels_) {
+LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout, const CellGrid& grid)
+    : layout_(layout), grid_(grid), pixels_(table, layout), flood_(table, layout, grid, pixels_) {
   claimed_.resize(pixels_.size());
   owner_.resize(layout.size());
   owned_.reserve(layout.size());
@@ -71,8 +64,9 @@ LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout, const
   claimed_pixels_.reserve(region_.capacity());
   candidates_.reserve(layout.size() + 1);
   region_irradiance_.resize(kMaxRegions + 1);
-  parts_.reserve(kMaxParts);
-  region_of_light_.reserve(kMaxLights + 1);
+  found_.lights.reserve(kMaxLights + 1);
+  found_.region.reserve(kMaxLights + 1);
+  found_.parts.reserve(kMaxParts);
   rim_.reserve(kMaxRimPixels);
   compact_blocks_ = std::max(kCompactBlocks, kCompactPixels / static_cast<std::size_t>(layout.edge() * layout.edge()));
 }
@@ -103,7 +97,7 @@ void LightFinder::claim(Place place, PixelId id, const PixelLight& light) {
 }
 
 double LightFinder::flood(std::uint32_t block, float floor, Vec3f axis, float cos_reach) {
-  return flood_.run(block, floor, axis, cos_reach, [&](std::uint32_t other) {
+  return flood_.run(*sums_, block, floor, axis, cos_reach, [&](std::uint32_t other) {
     if (owner_[other] == 0) return false;
     link_region(owner_[other]);
     return true;
@@ -166,7 +160,7 @@ Vec3d LightFinder::core_direction(RowReader& reader, float peak, float dark) {
   if (region_.size() > kMaxCoreWithRim) return normalized(toward);
   // Of pixels that the light covers in part, the luminance above that of the darkest neighbour belongs to it. Blocks
   // without bright pixels need not be read.
-  const auto is_dark = [&](std::size_t block) { return !pixels_.has(block) && sums_.peak[block] < dark; };
+  const auto is_dark = [&](std::size_t block) { return !pixels_.has(block) && sums_->peak[block] < dark; };
   for (BrightPixels::Pixel& pixel : rim_) {
     const std::size_t block = layout_.block_of(pixel.place.lens, pixel.place.x, pixel.place.y);
     const PixelLight* light = is_dark(block) ? nullptr : pixels_.light(reader, block, pixel.place);
@@ -179,7 +173,7 @@ Vec3d LightFinder::core_direction(RowReader& reader, float peak, float dark) {
     pixels_.for_each_neighbour(pixel.place, [&](Place p, PixelId id) {
       const std::size_t block = layout_.block_of(p.lens, p.x, p.y);
       if (is_dark(block)) {
-        darkest = std::min(darkest, sums_.peak[block]);
+        darkest = std::min(darkest, sums_->peak[block]);
         return;
       }
       const PixelLight* light = pixels_.light(reader, block, p);
@@ -196,45 +190,22 @@ bool LightFinder::is_compact(float peak) const {
   double sr = 0, luminance = 0;
   for (const std::uint32_t block : flood_.blocks()) {
     sr += grid_.solid_angle(block);
-    luminance += std::max(0.0F, sums_.sum[block].luminance());
+    luminance += std::max(0.0F, sums_->sum[block].luminance());
   }
   const double max_sr = static_cast<double>(kCompactPixels) * pixels_.mean_solid_angle();
   return sr <= max_sr || (flood_.blocks().size() <= kMaxHalfLitBlocks && luminance <= max_sr * peak);
 }
 
-double LightFinder::chroma_edge_error_of(const RowReader& reader, const RegionMoments& light) const {
-  const auto luminance = [](const double(&c)[3]) { return luminance_of(c[0], c[1], c[2]); };
-  const double own = luminance(light.irradiance);
-  if (!reader.has_luma()) return kMosaicChromaEdgeError * own;
-  // Luma is sampled per pixel: the error is proportional to the difference in colour from the rest of the scene.
-  double all[3] = {};
-  for (const CellSum& s : sums_.sum) all[0] += s.r, all[1] += s.g, all[2] += s.b;
-  const double total = luminance(all);
-  double chroma_error = 0;
-  for (std::size_t k = 0; k < 3; ++k)
-    chroma_error = std::max(chroma_error, std::abs(light.irradiance[k] - (total > 0 ? own * all[k] / total : 0)));
-  return chroma_error;
-}
-
 void LightFinder::record_part(std::uint32_t block, const CellSum& light) {
-  if (parts_.empty() || parts_.back().block != block || parts_.back().region != region_number_) {
-    if (parts_.size() == parts_.capacity()) return;
-    parts_.push_back({block, region_number_, {}});
+  std::vector<DetectedLights::Part>& parts = found_.parts;
+  if (parts.empty() || parts.back().block != block || parts.back().region != region_number_) {
+    if (parts.size() == parts.capacity()) return;
+    parts.push_back({block, region_number_, {}});
   }
-  CellSum& sum = parts_.back().light;
+  CellSum& sum = parts.back().light;
   sum.r += light.r;
   sum.g += light.g;
   sum.b += light.b;
-}
-
-void LightFinder::subtract(std::size_t k, std::span<CellSum> sums) const {
-  for (const RegionBlock& part : parts_) {
-    if (part.region != region_of_light_[k]) continue;
-    CellSum& sum = sums[part.block];
-    sum.r = std::max(sum.r - part.light.r, 0.0F);
-    sum.g = std::max(sum.g - part.light.g, 0.0F);
-    sum.b = std::max(sum.b - part.light.b, 0.0F);
-  }
 }
 
 void LightFinder::gather_pixels(Vec3d axis, RegionMoments& out) {
@@ -254,7 +225,7 @@ void LightFinder::gather_pixels(Vec3d axis, RegionMoments& out) {
 
 void LightFinder::gather_blocks(float floor, Vec3d axis, RegionMoments& out) {
   for (const std::uint32_t block : flood_.blocks()) {
-    const CellSum& s = sums_.sum[block];
+    const CellSum& s = sums_->sum[block];
     // Blocks that were processed pixel by pixel, or are too dark on average, are left to the harmonics.
     if (pixels_.has(block) || !(s.luminance() >= floor * grid_.solid_angle(block))) continue;
     owner_[block] = region_number_;
@@ -314,15 +285,18 @@ Light LightFinder::region_light(RowReader& reader, std::uint32_t block, Place pe
     if (axis == Vec3d{}) return out;
     for (std::size_t k = owned; k < owned_.size(); ++k) owner_[owned_[k]] = 0;
     owned_.resize(owned);
-    while (!parts_.empty() && parts_.back().region == region_number_) parts_.pop_back();
+    while (!found_.parts.empty() && found_.parts.back().region == region_number_) found_.parts.pop_back();
     gather_blocks(0.5F * peak, axis, all);
     // Blocks determine the direction to a tenth of their side.
     variance = grid_.solid_angle(block) * 0.01;
   }
   gather_pixels(axis, all);
-  if (const int shared = reader.pixels_per_color(); compact && shared > 1)
-    chroma_edge_error2_ += std::pow(
-        kChromaEdgeError * edge_error(static_cast<double>(core) / shared) * chroma_edge_error_of(reader, all), 2);
+  if (const int shared = reader.pixels_per_color(); compact && shared > 1) {
+    const double samples = static_cast<double>(core) / shared;
+    chroma_edge_error2_ += std::pow(reader.has_luma() ? chroma_edge_error(all.irradiance, samples, scene_)
+                                                      : mosaic_edge_error(all.irradiance, samples),
+                                    2);
+  }
   out.direction = vec_cast<float>(axis);
   out.irradiance = {static_cast<float>(all.irradiance[0]), static_cast<float>(all.irradiance[1]),
                     static_cast<float>(all.irradiance[2])};
@@ -377,8 +351,8 @@ std::optional<Light> LightFinder::next_region(RowReader& reader, double least) {
   return std::nullopt;
 }
 
-std::optional<Light> LightFinder::find_brightest(RowReader& reader, float mean_luminance,
-                                                 const EstimatorConfig& config) {
+const DetectedLights& LightFinder::find_brightest(RowReader& reader, const FrameIntegral& integral,
+                                                  const EstimatorConfig& config) {
   for (const PixelId id : claimed_pixels_) claimed_[id] = 0;
   claimed_pixels_.clear();
   for (const std::uint32_t block : owned_) owner_[block] = 0;
@@ -386,47 +360,62 @@ std::optional<Light> LightFinder::find_brightest(RowReader& reader, float mean_l
   pixels_.clear();
   ++frame_number_;
   candidates_.clear();
-  parts_.clear();
+  found_.clear();
   chroma_edge_error2_ = 0;
   region_number_ = 0;
   brightest_.reset();
-  if (!(mean_luminance > 0) || !std::isfinite(mean_luminance) || config.max_lights == 0) return std::nullopt;
+  sums_ = &integral.blocks;
+  mean_ = integral.mean_luminance;
+  if (!(mean_ > 0) || !std::isfinite(mean_) || config.max_lights == 0) return found_;
 
-  mean_ = mean_luminance;
-  min_peak_ = static_cast<float>(config.panorama.light_threshold) * mean_luminance;
+  // The colour of the observed blocks: of two lenses, one may be missing.
+  const int last = layout_.lens_count() - 1;
+  const std::size_t begin = reader.has(0) ? 0 : layout_.first(last);
+  scene_ = std::span(sums_->sum).first(reader.has(last) ? layout_.size() : layout_.first(last)).subspan(begin);
+  min_peak_ = static_cast<float>(config.panorama.light_threshold) * mean_;
   const double min_share = config.panorama.radiance_epsilon > 0
                                ? kMinIrradianceFraction
                                : std::max(kMinIrradianceFraction, kMinFractionOfEpsilon * config.panorama.epsilon);
-  min_irradiance_ = min_share * mean_luminance * grid_.covered_sr();
+  min_irradiance_ = min_share * mean_ * grid_.covered_sr();
   // Written unconditionally, counted if above the threshold: the branch would be unpredictable.
-  candidates_.resize(sums_.peak.size() + 1);
+  const std::vector<float>& peaks = sums_->peak;
+  candidates_.resize(peaks.size() + 1);
   std::size_t count = 0;
-  for (std::size_t block = 0; block < sums_.peak.size(); ++block) {
-    candidates_[count] = {sums_.peak[block], static_cast<std::uint32_t>(block)};
-    count += sums_.peak[block] >= min_peak_ ? 1 : 0;
+  for (std::size_t block = 0; block < peaks.size(); ++block) {
+    candidates_[count] = {peaks[block], static_cast<std::uint32_t>(block)};
+    count += peaks[block] >= min_peak_ ? 1 : 0;
   }
   candidates_.resize(count);
   std::make_heap(candidates_.begin(), candidates_.end());
+  const float peak = candidates_.empty() ? 0 : candidates_.front().peak;
   // The brightest light has no lower limit of irradiance.
   brightest_ = next_region(reader, 0);
   brightest_region_ = region_number_;
+  found_.chroma_edge_error = std::sqrt(chroma_edge_error2_);
   if (brightest_ && brightest_->angular_radius_rad > kMaxAngularRadius) brightest_.reset();
-  return brightest_;
+  if (!brightest_) return found_;
+  found_.lights.push_back(*brightest_);
+  found_.region.push_back(brightest_region_);
+  found_.required = peak > kMinPeakRatio * mean_ ? 0 : -1;
+  return found_;
 }
 
-int LightFinder::find_more(RowReader& reader, int most, std::vector<Light>& lights) {
+const DetectedLights& LightFinder::find_others(RowReader& reader, int max_lights) {
+  std::vector<Light>& lights = found_.lights;
   lights.clear();
-  region_of_light_.clear();
+  found_.region.clear();
+  // The colour of all blocks, filled ones included.
+  scene_ = sums_->sum;
   const auto stronger = [](const Light& a, const Light& b) {
     return a.irradiance.luminance() > b.irradiance.luminance();
   };
   const auto add = [&](const Light& light, std::uint8_t number) {
     const auto at = std::upper_bound(lights.begin(), lights.end(), light, stronger);
-    region_of_light_.insert(region_of_light_.begin() + (at - lights.begin()), number);
+    found_.region.insert(found_.region.begin() + (at - lights.begin()), number);
     lights.insert(at, light);
   };
   // Number of lights in addition to the brightest.
-  const auto capacity = static_cast<std::size_t>(std::max(most, 0)) - (brightest_ && most > 0 ? 1 : 0);
+  const auto capacity = static_cast<std::size_t>(std::max(max_lights, 0)) - (brightest_ && max_lights > 0 ? 1 : 0);
   const auto threshold = [&] {
     return lights.size() < capacity
                ? min_irradiance_
@@ -442,14 +431,19 @@ int LightFinder::find_more(RowReader& reader, int most, std::vector<Light>& ligh
     if (lights.size() == capacity) {
       if (!stronger(*light, lights.back())) continue;
       lights.pop_back();
-      region_of_light_.pop_back();
+      found_.region.pop_back();
     }
     add(*light, region_number_);
   }
-  if (!brightest_ || most <= 0) return -1;
+  found_.chroma_edge_error = std::sqrt(chroma_edge_error2_);
+  const bool required = found_.required >= 0;
+  found_.required = -1;
+  if (!brightest_ || max_lights <= 0) return found_;
   add(*brightest_, brightest_region_);
-  return static_cast<int>(std::find(region_of_light_.begin(), region_of_light_.end(), brightest_region_) -
-                          region_of_light_.begin());
+  if (required)
+    found_.required = static_cast<int>(std::find(found_.region.begin(), found_.region.end(), brightest_region_) -
+                                       found_.region.begin());
+  return found_;
 }
 
 }  // namespace lightwell::estimate

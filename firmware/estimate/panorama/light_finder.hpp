@@ -11,56 +11,79 @@
 // wall) are approximated by the moments of their blocks.
 #pragma once
 
-#include <cmath>
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include <lightwell/config.hpp>
 #include <lightwell/descriptor.hpp>
+#include <lightwell/estimator_config.hpp>
 
 #include "calibration/model/lens_table.hpp"
 #include "estimate/common/cells.hpp"
-#include "estimate/common/row_reader.hpp"
+#include "estimate/frames/row_reader.hpp"
 #include "estimate/panorama/block_flood_fill.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/bright_pixels.hpp"
+#include "estimate/panorama/frame_integral.hpp"
 
 namespace lightwell::estimate {
 
+/// The lights of a frame, in the units of its FrameIntegral.
+struct DetectedLights {
+  /// Light of one region in one block.
+  struct Part {
+    std::uint32_t block;
+    std::uint8_t region;
+    CellSum light;
+  };
+
+  std::vector<Light> lights;  ///< Strongest first; tracks are not set.
+  int required = -1;          ///< Index of a light that must be sent because of its peak luminance; -1: none.
+  /// Possible error (one sigma, luminance) of the irradiance of the lights, due to shared chroma samples: pixels at the
+  /// edge of a light have the colour of their neighbours.
+  double chroma_edge_error = 0;
+  std::vector<std::uint8_t> region;  ///< By light, the number of its region.
+  std::vector<Part> parts;           ///< Of all regions, also of those that are no light; sorted by region.
+
+  void clear() {
+    lights.clear();
+    required = -1;
+    chroma_edge_error = 0;
+    region.clear();
+    parts.clear();
+  }
+  /// Subtracts lights[k] from the sums of its blocks.
+  void subtract(std::size_t k, std::span<CellSum> blocks) const {
+    for (const Part& part : parts) {
+      if (part.region != region[k]) continue;
+      CellSum& sum = blocks[part.block];
+      sum.r = std::max(sum.r - part.light.r, 0.0F);
+      sum.g = std::max(sum.g - part.light.g, 0.0F);
+      sum.b = std::max(sum.b - part.light.b, 0.0F);
+    }
+  }
+};
+
 class LightFinder {
  public:
-  /// Refers to all arguments. `sums`: updated by the caller for each frame.
-  LightFinder(const RigTable& table, const BlockLayout& layout, const CellGrid& grid, const BlockSums& sums);
+  /// Refers to all arguments.
+  LightFinder(const RigTable& table, const BlockLayout& layout, const CellGrid& grid);
 
-  /// Begins a frame, whose sums must be complete, and detects the region with the brightest pixel. Reads only bright
-  /// blocks. `mean_luminance`: mean over the observed directions. nullopt where there is no light, or where the region
-  /// is too wide.
-  [[nodiscard]] std::optional<Light> find_brightest(RowReader& reader, float mean_luminance,
-                                                    const EstimatorConfig& config);
+  /// Begins a frame, and detects the region with the brightest pixel. Reads only bright blocks. `reader` must be bound
+  /// to the frames of `integral`, which must not change before find_others() returns. The result, with one light or
+  /// none where there is no light or where the region is too wide, is valid until the next call.
+  const DetectedLights& find_brightest(RowReader& reader, const FrameIntegral& integral, const EstimatorConfig& config);
 
-  /// Must be called once after find_brightest(). Fills `lights`, strongest first, at most `most`, always including the
-  /// brightest; tracks are not set. Returns the index of the brightest, or -1 where there is none.
-  int find_more(RowReader& reader, int most, std::vector<Light>& lights);
-
-  /// Possible error (one sigma, luminance) of the irradiance of the lights found so far, due to shared chroma samples:
-  /// pixels at the edge of a light have the colour of their neighbours.
-  [[nodiscard]] double chroma_edge_error() const { return std::sqrt(chroma_edge_error2_); }
-
-  /// After find_more(): subtracts the light of lights[k] from the sums of its blocks.
-  void subtract(std::size_t k, std::span<CellSum> sums) const;
+  /// Must be called once after find_brightest(). At most `max_lights`, always including the brightest. The result is
+  /// valid until the next call.
+  const DetectedLights& find_others(RowReader& reader, int max_lights);
 
  private:
   using PixelId = BrightPixels::Id;
   using PixelLight = BrightPixels::Light;
   using Place = BrightPixels::Place;
-  /// Light of one region in one block.
-  struct RegionBlock {
-    std::uint32_t block;
-    std::uint8_t region;
-    CellSum light;
-  };
   /// A block that may contain a peak.
   struct Candidate {
     float peak;
@@ -99,8 +122,6 @@ class LightFinder {
   void gather_blocks(float floor, Vec3d axis, RegionMoments& out);
   /// Adds the moments about `axis` of the pixels of region_.
   void gather_pixels(Vec3d axis, RegionMoments& out);
-  /// Possible error of the irradiance of a light as small as one chroma sample.
-  [[nodiscard]] double chroma_edge_error_of(const RowReader& reader, const RegionMoments& light) const;
   void record_part(std::uint32_t block, const CellSum& light);
   [[nodiscard]] Light region_light(RowReader& reader, std::uint32_t block, Place peak_at, float peak, bool compact);
   /// The light of the brightest remaining region with a nonzero irradiance. Skips regions whose upper bound of the
@@ -111,7 +132,7 @@ class LightFinder {
 
   const BlockLayout& layout_;
   const CellGrid& grid_;
-  const BlockSums& sums_;
+  const BlockSums* sums_ = nullptr;  ///< Of the current frame.
   BrightPixels pixels_;
   BlockFloodFill flood_;
   std::vector<std::uint8_t> claimed_;  ///< By pixel, the number of its region, or 0.
@@ -120,15 +141,15 @@ class LightFinder {
   std::uint8_t region_number_ = 0;     ///< Of the current region, from 1.
   std::uint8_t parent_ = 0;            ///< The strongest earlier region adjacent to the current one, or 0.
   std::vector<float> region_irradiance_;
-  std::vector<RegionBlock> parts_;  ///< Of all regions, sorted by region.
-  std::vector<std::uint8_t> region_of_light_;
   std::vector<BrightPixels::Pixel> region_, rim_;
   std::vector<PixelId> claimed_pixels_;
+  DetectedLights found_;
   std::optional<Light> brightest_;
   std::uint8_t brightest_region_ = 0;  ///< Number of its region.
   float mean_ = 0, min_peak_ = 0;      ///< Luminance: mean of the frame, smallest peak of a light.
   double min_irradiance_ = 0;          ///< Smallest irradiance of a light, luminance.
-  double chroma_edge_error2_ = 0;
+  double chroma_edge_error2_ = 0;      ///< Of the current frame.
+  std::span<const CellSum> scene_;     ///< Sums with whose colour that of a light is compared.
   std::vector<Candidate> candidates_;
   std::vector<std::uint32_t> rejected_in_frame_;  ///< By block, the last frame in which its region was too faint.
   std::uint32_t frame_number_ = 0;

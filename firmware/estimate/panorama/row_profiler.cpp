@@ -33,49 +33,70 @@ float mean_of_row(RowSpan span, Value&& value) {
 
 }  // namespace
 
-RowProfiler::RowProfiler(const RigParameters& rig, const RigTable& table) : table_(table) {
+RowProfiler::RowProfiler(const RigParameters& rig, const RigTable& table, const BlockLayout& layout,
+                         const CellGrid& grid)
+    : table_(table), layout_(layout), grid_(grid) {
   for (std::size_t lens = 0; lens < table.lenses.size(); ++lens) {
     const PhotometricCalibration& photometry = rig.lenses[lens].photometry;
     Lens plan;
-    plan.code8 = linear_or_nan(photometry, 256);
-    plan.code10 = linear_or_nan(photometry, 1024);
-    plan.code12 = linear_or_nan(photometry, 4096);
-    for (int luma = 0; luma < 256; ++luma) plan.luma.push_back(plan.code8[rgb8_of_ycbcr601(luma, 128, 128)[1]]);
+    for (std::size_t i = 0; i < kCodeBits.size(); ++i) plan.codes[i] = linear_or_nan(photometry, 1 << kCodeBits[i]);
+    for (int luma = 0; luma < 256; ++luma) plan.luma.push_back(plan.codes[0][rgb8_of_ycbcr601(luma, 128, 128)[1]]);
     const int height = table.lenses[lens].height;
     plan.group_rows = kGroupRows;
     while (height > plan.group_rows * static_cast<int>(kMaxRowGroups)) plan.group_rows *= 2;
-    plan.radiance.reserve(kMaxRowGroups);
+    plan.radiance.reserve(std::max(kMaxRowGroups, static_cast<std::size_t>(height)));
     lenses_.push_back(std::move(plan));
   }
 }
 
-std::span<const RowProfile> RowProfiler::profile(const Frame& frame) {
+std::span<const RowProfile> RowProfiler::profile(const Frame& frame, const BlockSums& blocks) {
   if (frame.views().size() != lenses_.size()) return {};
-  const auto per_linear = static_cast<float>(1 / (frame.info.exposure_s * frame.info.gain));
-  for (const View& view : frame.views()) {
-    if (view.format == PixelFormat::rgb_f32) return {};
+  for (std::size_t number = 0; number < lenses_.size(); ++number) {
+    const int lens = static_cast<int>(number), height = table_.lenses[number].height;
+    std::vector<float>& radiance = lenses_[number].radiance;
+    radiance.clear();
+    for (int top = 0; top < height; top += layout_.edge()) {
+      const std::size_t first = layout_.block_of(lens, 0, top);
+      const std::size_t end = first + static_cast<std::size_t>(layout_.columns(lens));
+      float luminance = 0, solid_angle = 0, clipped = 0;
+      for (std::size_t block = first; block < end; ++block) {
+        luminance += blocks.sum[block].luminance();
+        solid_angle += grid_.solid_angle(block);
+        clipped += blocks.clipped[block];
+      }
+      const bool usable = solid_angle > 0 && clipped == 0;
+      radiance.push_back(usable ? luminance / solid_angle : std::numeric_limits<float>::quiet_NaN());
+    }
+    profiles_[number] = {radiance, height, layout_.edge()};
+  }
+  return {profiles_.data(), lenses_.size()};
+}
+
+std::span<const RowProfile> RowProfiler::profile(const Frame& exposure) {
+  if (exposure.views().size() != lenses_.size()) return {};
+  const auto per_linear = static_cast<float>(1 / (exposure.info.exposure_s * exposure.info.gain));
+  for (const View& view : exposure.views()) {
+    const PixelLayout& layout = pixel_layout(view.format);
+    if (layout.is_float()) return {};
     const auto number = static_cast<std::size_t>(view.lens);
     Lens& lens = lenses_[number];
     lens.radiance.clear();
-    const bool words = view.format == PixelFormat::bayer_rggb10 || view.format == PixelFormat::bayer_rggb12;
-    const std::vector<float>& word = view.format == PixelFormat::bayer_rggb10 ? lens.code10 : lens.code12;
-    const bool is_luma = view.format == PixelFormat::nv12 || view.format == PixelFormat::yuyv;
-    const std::vector<float>& byte = is_luma ? lens.luma : lens.code8;
-    // Bytes from one pixel to the next, and within a pixel to green or luma.
-    const std::size_t step = view.format == PixelFormat::rgb8 ? 3 : words || view.format == PixelFormat::yuyv ? 2 : 1;
-    const std::size_t within = view.format == PixelFormat::rgb8 ? 1 : 0;
+    const std::vector<float>& linear =
+        layout.sampling == ColorSampling::ycbcr ? lens.luma : lens.codes[layout.depth_index()];
+    const std::size_t step = layout.pixel_bytes, within = layout.luma_offset;
     for (int top = 0; top < view.height; top += lens.group_rows) {
       const int y = (top + std::min(lens.group_rows, view.height - top) / 2) & ~1;
       const auto* row =
           reinterpret_cast<const std::uint8_t*>(view.data.data()) + static_cast<std::size_t>(y) * view.stride;
       const RowSpan span = table_.lenses[number].rows[static_cast<std::size_t>(y)];
-      const float mean = words ? mean_of_row(span,
-                                             [&](std::size_t x) {
-                                               std::uint16_t code = 0;
-                                               std::memcpy(&code, row + 2 * x, sizeof code);
-                                               return word[code & (word.size() - 1)];
-                                             })
-                               : mean_of_row(span, [&](std::size_t x) { return byte[row[x * step + within]]; });
+      const float mean = layout.sample_bytes == 2
+                             ? mean_of_row(span,
+                                           [&](std::size_t x) {
+                                             std::uint16_t code = 0;
+                                             std::memcpy(&code, row + 2 * x, sizeof code);
+                                             return linear[code & (linear.size() - 1)];
+                                           })
+                             : mean_of_row(span, [&](std::size_t x) { return linear[row[x * step + within]]; });
       lens.radiance.push_back(mean * per_linear);
     }
     profiles_[number] = {lens.radiance, view.height, lens.group_rows};

@@ -1,56 +1,45 @@
-// Integrates a bracket of frames over the sphere: SH projection, block sums, detected lights.
+// Integrates a bracket of frames over the sphere: sums of blocks and their projection onto spherical harmonics.
 #pragma once
 
+#include <span>
 #include <vector>
 
-#include <lightwell/descriptor.hpp>
+#include <lightwell/calibration.hpp>
+#include <lightwell/estimator_config.hpp>
 
 #include "calibration/model/lens_table.hpp"
 #include "estimate/common/cells.hpp"
-#include "estimate/common/row_reader.hpp"
+#include "estimate/frames/block_layout.hpp"
+#include "estimate/frames/row_reader.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/bracket_pass.hpp"
 #include "estimate/panorama/code_pass.hpp"
-#include "estimate/panorama/light_finder.hpp"
+#include "estimate/panorama/frame_integral.hpp"
 #include "estimate/panorama/unseen.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::estimate {
 
-/// Result of the integration of one bracket.
-struct FrameIntegral {
-  Projection projection;
-  std::vector<Light> lights;     ///< Strongest first. The projection includes them.
-  int required_light = -1;       ///< Index of a light that must be sent because of its peak luminance; -1: none.
-  double observed_sr = 0;        ///< Solid angle observed by the lenses of this bracket.
-  double chroma_edge_error = 0;  ///< Possible error of the lights' irradiance (luminance) by shared chroma samples.
-  bool filled = false;           ///< Unobserved directions were filled.
-  /// Sum over the cells without centroid correction: luminance times the angle between centroid and middle, rad.
-  double centroid_offset = 0;
-};
-
+/// Holds the blocks of a rig and all memory for their sums. Not thread-safe.
 class SphereIntegrator {
  public:
+  /// `edge`: of a block, pixels; a power of two. Refers to `table`.
   SphereIntegrator(const RigParameters& rig, const RigTable& table, int edge);
   SphereIntegrator(const SphereIntegrator&) = delete;
   SphereIntegrator& operator=(const SphereIntegrator&) = delete;
 
-  /// Integrates the bracket and detects the brightest light alone. `reader` must be bound to the bracket.
-  void integrate(RowReader& reader, std::span<const Frame> bracket, const EstimatorConfig& config, FrameIntegral& out);
-  /// After integrate(): detects the other lights, at most `most` with the brightest.
-  void find_lights(RowReader& reader, int most, FrameIntegral& out);
+  /// The result is valid until the next call. `reader` must be bound to `bracket`; where exposures were excluded from
+  /// blocks because of motion, it reads without them until the next bind(). `fill`: what replaces unobserved light.
+  const FrameIntegral& integrate(RowReader& reader, std::span<const Frame> bracket, UnseenFill fill);
 
   [[nodiscard]] const BlockLayout& layout() const { return layout_; }
+  /// Block k is cell k.
   [[nodiscard]] const CellGrid& grid() const { return grid_; }
-  [[nodiscard]] const BlockSums& sums() const { return sums_; }
 
-  /// Directions and solid angles, sr, of all cells, those that no lens sees last. Input of an environment map.
+  /// Directions and solid angles, sr, of all cells: the blocks, then those that no lens sees. Input of an environment
+  /// map.
   [[nodiscard]] std::vector<Vec3f> cell_directions() const;
   [[nodiscard]] std::vector<float> cell_solid_angles() const;
-  /// After integrate() and find_lights(): sums of all cells minus lights[k] for each k in `without`.
-  void residual_cell_sums(std::span<const std::size_t> without, std::vector<CellSum>& out) const;
-  /// Mean radiance of each row of blocks of a lens; NaN where a pixel is saturated or the row is outside of the image
-  /// circle.
-  void row_profile(int lens, std::vector<float>& out) const;
 
  private:
   /// A position between four pixels: pointer to the upper left direction, offsets of the right and lower neighbours (0
@@ -61,9 +50,12 @@ class SphereIntegrator {
     float x, y;
   };
 
+  /// Sets the blocks of missing lenses to zero, and what integral_ holds about the observed ones. Returns the integral
+  /// of their luminance. `present`: bit mask of the lenses in the bracket.
+  double sum_observed(unsigned present);
   /// Fills centroid_overrides_ for the blocks whose centroid offset matters most; sums the others to
-  /// out.centroid_offset. `luminance`: of all blocks.
-  void correct_centroids(double luminance, FrameIntegral& out);
+  /// integral_.centroid_offset. `luminance`: of all blocks.
+  void correct_centroids(double luminance);
   /// Position of the centroid of a block's light.
   [[nodiscard]] BilinearSample bilinear_sample_of(std::size_t block) const;
   [[nodiscard]] static Vec3d direction_at(const BilinearSample& sample);
@@ -74,10 +66,9 @@ class SphereIntegrator {
   BlockPass block_pass_;
   CodePass code_pass_;
   BracketPass bracket_pass_;
-  BlockSums sums_;
   UnseenLight unseen_;
+  FrameIntegral integral_;
   Projection unseen_projection_;
-  LightFinder finder_;
   double pixel_rad_;
   std::vector<float> offset_luminance_;           ///< By block, luminance times pixels from the middle.
   std::vector<std::uint32_t> offset_blocks_;      ///< Blocks with centroid correction, and one unused element.

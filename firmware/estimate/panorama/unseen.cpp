@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <lightwell/fibonacci_lattice.hpp>
+
 namespace lightwell::estimate {
 namespace {
 
@@ -12,12 +14,6 @@ constexpr int kCells = 2562;
 /// Time constant of the mean.
 constexpr double kMeanTimeConstant_s = 2;
 constexpr unsigned kAllLenses = (1U << kMaxLenses) - 1;
-
-Vec3d fibonacci(int i) {
-  const double z = 1 - (2 * i + 1.0) / kCells, phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
-  const double r = std::sqrt(std::max(0.0, 1 - z * z));
-  return {r * std::cos(phi), r * std::sin(phi), z};
-}
 
 Vec3d mirrored(Vec3d d, Vec3d axis) { return d - axis * (2 * dot(d, axis)); }
 
@@ -40,7 +36,8 @@ UnseenLight::UnseenLight(const RigParameters& rig, const RigTable& table, const 
   std::vector<Vec3d> directions;
   if (!grid.whole_sphere())
     for (int i = 0; i < kCells; ++i)
-      if (const Vec3d d = fibonacci(i); block_seeing(d, kAllLenses) == kNoBlock) directions.push_back(d);
+      if (const Vec3d d = fibonacci_direction(i, kCells); block_seeing(d, kAllLenses) == kNoBlock)
+        directions.push_back(d);
   // Without a distinct mean direction of the observed part, there is no plane to mirror at.
   const Vec3d middle = middle_of(-1);
   const bool has_centroid = length(middle) > 0.01 * grid.covered_sr();
@@ -50,7 +47,6 @@ UnseenLight::UnseenLight(const RigParameters& rig, const RigTable& table, const 
     cells_.add_cell({&pixel, 1});
     mirror_of_cell_.push_back(has_centroid ? block_seeing(mirrored(d, normalized(middle)), kAllLenses) : kNoBlock);
   }
-  sums_.resize(cells_.size());
 
   if (rig.lenses.size() < 2) return;
   for (int missing_lens = 0; missing_lens < 2; ++missing_lens) {
@@ -93,13 +89,12 @@ void UnseenLight::update_mean(unsigned present, ProbeTime time, std::span<const 
     if ((present >> lens & 1U) != 0) has_mean_[lens] = 1;
 }
 
-bool UnseenLight::fill(UnseenFill mode, unsigned present, ProbeTime time, std::span<CellSum> blocks) {
+bool UnseenLight::fill(UnseenFill mode, unsigned present, ProbeTime time, std::span<CellSum> blocks,
+                       std::span<CellSum> unseen) {
   const unsigned all = (1U << lenses_.size()) - 1;
   if (mode == UnseenFill::average && lenses_.size() > 1) update_mean(present, time, blocks);
-  if (mode == UnseenFill::none) {
-    std::fill(sums_.begin(), sums_.end(), CellSum{});
-    return false;
-  }
+  std::fill(unseen.begin(), unseen.end(), CellSum{});
+  if (mode == UnseenFill::none) return false;
   bool filled = false;
   if (mode == UnseenFill::mirror) {
     const auto copy = [&](std::uint32_t from, float solid_angle, CellSum& to) {
@@ -109,8 +104,8 @@ bool UnseenLight::fill(UnseenFill mode, unsigned present, ProbeTime time, std::s
       to = {blocks[from].r * k, blocks[from].g * k, blocks[from].b * k};
       filled = true;
     };
-    for (std::size_t cell = 0; cell < sums_.size(); ++cell)
-      copy(mirror_of_cell_[cell], cells_.solid_angle(cell), sums_[cell]);
+    for (std::size_t cell = 0; cell < unseen.size(); ++cell)
+      copy(mirror_of_cell_[cell], cells_.solid_angle(cell), unseen[cell]);
     for (std::size_t missing_lens = 0; missing_lens < mirror_of_block_.size(); ++missing_lens)
       if ((present >> missing_lens & 1U) == 0)
         for (std::size_t block = 0; block < blocks.size(); ++block)

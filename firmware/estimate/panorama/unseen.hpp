@@ -6,7 +6,7 @@
 #include <vector>
 
 #include <lightwell/calibration.hpp>
-#include <lightwell/config.hpp>
+#include <lightwell/estimator_config.hpp>
 #include <lightwell/time.hpp>
 
 #include "calibration/model/camera_model.hpp"
@@ -24,12 +24,11 @@ class UnseenLight {
 
   /// Cells of the directions that no lens of the rig sees; empty where the rig sees the whole sphere.
   [[nodiscard]] const CellGrid& cells() const { return cells_; }
-  /// Sums of these cells after fill().
-  [[nodiscard]] std::span<const CellSum> sums() const { return sums_; }
 
-  /// Fills the unobserved cells and blocks; returns whether any was. `present`: bit mask of the lenses in the bracket.
-  /// `blocks`: sums of all blocks, zero for missing lenses. Time averages use observed blocks alone.
-  bool fill(UnseenFill mode, unsigned present, ProbeTime time, std::span<CellSum> blocks);
+  /// Fills the unobserved blocks and cells; returns whether any was. `present`: bit mask of the lenses in the bracket.
+  /// `blocks`: sums of all blocks, zero for missing lenses. `unseen`: sums of cells(), all of which are set. Time
+  /// averages use observed blocks alone.
+  bool fill(UnseenFill mode, unsigned present, ProbeTime time, std::span<CellSum> blocks, std::span<CellSum> unseen);
 
  private:
   static constexpr std::uint32_t kNoBlock = 0xFFFFFFFF;
@@ -46,7 +45,6 @@ class UnseenLight {
   };
   std::vector<Lens> lenses_;
   CellGrid cells_;
-  std::vector<CellSum> sums_;
   std::vector<std::uint32_t> mirror_of_cell_;
   std::vector<std::vector<std::uint32_t>> mirror_of_block_;  ///< By missing lens, for each block.
   std::vector<CellSum> mean_;

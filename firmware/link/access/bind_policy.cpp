@@ -1,9 +1,9 @@
 #include "link/access/bind_policy.hpp"
 
-#include <charconv>
 #include <string>
 
 #include <lightwell/mqtt.hpp>
+#include <lightwell/text.hpp>
 
 namespace lightwell {
 namespace {
@@ -19,18 +19,16 @@ std::string_view host_of(std::string_view listen) {
 bool is_host_and_port(std::string_view listen) {
   const std::size_t colon = listen.rfind(':');
   if (colon == std::string_view::npos || colon == 0) return false;
-  unsigned port = 0;
-  const char* const end = listen.data() + listen.size();
-  const auto [stop, error] = std::from_chars(listen.data() + colon + 1, end, port);
-  return error == std::errc() && stop == end && port <= 65535;
+  const auto port = parse_number<unsigned>(listen.substr(colon + 1));
+  return port && *port <= 65535;
 }
 
 bool is_loopback(std::string_view listen) { return is_loopback_host(host_of(listen)); }
 
 Status check_bind_policy(const GrpcConfig& config) {
-  if (config.security != LinkSecurity::unspecified || is_loopback(config.listen)) return {};
+  if (config.security != LinkSecurity::unspecified || is_loopback(config.listen_address)) return {};
   return {StatusCode::failed_precondition,
-          "listening on '" + config.listen +
+          "listening on '" + config.listen_address +
               "' in plain text would let everyone on the network watch and command this probe: set grpc.security to "
               "LINK_SECURITY_TLS or LINK_SECURITY_MUTUAL_TLS (--security tls) and pair the clients with `lightwelld "
               "--pair`; "

@@ -10,21 +10,16 @@
 #include <openssl/pem.h>
 #include <openssl/x509v3.h>
 
+#include <lightwell/deleter.hpp>
+
 namespace lightwell {
 namespace {
 
-template <auto Free>
-struct OpenSslDeleter {
-  template <class T>
-  void operator()(T* object) const {
-    Free(object);
-  }
-};
-using Bio = std::unique_ptr<BIO, OpenSslDeleter<BIO_free_all>>;
-using BigNumber = std::unique_ptr<BIGNUM, OpenSslDeleter<BN_free>>;
-using Key = std::unique_ptr<EVP_PKEY, OpenSslDeleter<EVP_PKEY_free>>;
-using Certificate = std::unique_ptr<X509, OpenSslDeleter<X509_free>>;
-using Extension = std::unique_ptr<X509_EXTENSION, OpenSslDeleter<X509_EXTENSION_free>>;
+using Bio = std::unique_ptr<BIO, Deleter<BIO_free_all>>;
+using BigNumber = std::unique_ptr<BIGNUM, Deleter<BN_free>>;
+using Key = std::unique_ptr<EVP_PKEY, Deleter<EVP_PKEY_free>>;
+using Certificate = std::unique_ptr<X509, Deleter<X509_free>>;
+using Extension = std::unique_ptr<X509_EXTENSION, Deleter<X509_EXTENSION_free>>;
 
 Bio reader_of(const std::string& pem) { return Bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size()))); }
 

@@ -1,7 +1,6 @@
 #include "link/access/client_list.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 #include <sstream>
 
@@ -10,6 +9,7 @@
 #include <lightwell/files.hpp>
 #include <lightwell/printable.hpp>
 #include <lightwell/secrets.hpp>
+#include <lightwell/text.hpp>
 
 namespace lightwell {
 namespace {
@@ -43,9 +43,9 @@ Result<std::vector<ClientEntry>> parse(const std::string& text, const std::strin
     if (entry.certificate_digest == "-") entry.certificate_digest.clear();
     if (!entry.certificate_digest.empty() && !is_digest(entry.certificate_digest))
       return wrong(path, number, "the second word is neither - nor a SHA-256 of a certificate");
-    const auto [stop, error] = std::from_chars(end.data(), end.data() + end.size(), entry.expires_s);
-    if (end.empty() || error != std::errc() || stop != end.data() + end.size())
-      return wrong(path, number, "the third word is not a time in seconds since 1970");
+    const auto expires_s = parse_number<std::int64_t>(end);
+    if (!expires_s) return wrong(path, number, "the third word is not a time in seconds since 1970");
+    entry.expires_s = *expires_s;
     if (out.size() == kMaxClients) return wrong(path, number, "more than 256 clients");
     out.push_back(std::move(entry));
   }

@@ -112,7 +112,7 @@ Status apply_owner_files(const GrpcConfig& config, ProbeKeys& keys) {
 }  // namespace
 
 Result<std::string> key_folder(const GrpcConfig& config) {
-  if (!config.keys.empty()) return config.keys;
+  if (!config.key_folder.empty()) return config.key_folder;
   const auto variable = [](const char* name) {
     const char* const value = std::getenv(name);
     return std::string(value == nullptr ? "" : value);
@@ -124,7 +124,7 @@ Result<std::string> key_folder(const GrpcConfig& config) {
   if (const std::string home = variable("HOME"); !home.empty()) return home + "/.local/state/lightwell";
   return Status(StatusCode::failed_precondition,
                 "the probe's keys have no folder: STATE_DIRECTORY, XDG_STATE_HOME and HOME are not set; name one with "
-                "grpc.keys or --keys");
+                "grpc.key_folder or --keys");
 }
 
 Result<ProbeKeys> load_probe_keys(const GrpcConfig& config, std::string_view probe_name, std::int64_t now_s) {

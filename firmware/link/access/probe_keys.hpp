@@ -28,8 +28,8 @@ struct ProbeKeys {
   [[nodiscard]] bool issues_client_certificates() const { return !issuer_key.empty(); }
 };
 
-/// config.keys, or the default stated in config.proto. failed_precondition: no default, because neither a state folder
-/// nor a home folder is known.
+/// config.key_folder, or the default stated in config.proto. failed_precondition: no default, because neither a state
+/// folder nor a home folder is known.
 [[nodiscard]] Result<std::string> key_folder(const GrpcConfig& config);
 
 /// Reads the keys; creates and stores missing ones: an authority valid for 20 years, and a certificate of the probe

@@ -24,7 +24,7 @@ class GrpcLink final : public Link {
   ~GrpcLink() override { stop(); }
 
   Status start() override {
-    if (!is_host_and_port(config_.listen)) return listen_failure();
+    if (!is_host_and_port(config_.listen_address)) return listen_failure();
     if (const Status s = check_bind_policy(config_); !s.ok()) return s;
     std::shared_ptr<grpc::ServerCredentials> credentials = grpc::InsecureServerCredentials();
     if (config_.encrypted()) {
@@ -36,8 +36,8 @@ class GrpcLink final : public Link {
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
     grpc::ServerBuilder builder;
     int port = 0;
-    builder.AddListeningPort(config_.listen, credentials, &port);
-    builder.RegisterService(&service_);
+    builder.AddListeningPort(config_.listen_address, credentials, &port);
+    service_.register_at(builder);
     set_limits(builder);
     server_ = builder.BuildAndStart();
     if (!server_ || port == 0) {
@@ -73,12 +73,14 @@ class GrpcLink final : public Link {
   }
 
   std::string address() const override {
-    return (config_.encrypted() ? "grpcs://" : "grpc://") + config_.listen.substr(0, config_.listen.rfind(':')) + ":" +
-           std::to_string(port_);
+    return (config_.encrypted() ? "grpcs://" : "grpc://") +
+           config_.listen_address.substr(0, config_.listen_address.rfind(':')) + ":" + std::to_string(port_);
   }
 
  private:
-  [[nodiscard]] Status listen_failure() const { return listen_error(config_.listen, "grpc.listen or --listen"); }
+  [[nodiscard]] Status listen_failure() const {
+    return listen_error(config_.listen_address, "grpc.listen_address or --listen");
+  }
 
   Result<std::shared_ptr<grpc::ServerCredentials>> make_tls_credentials() {
     keys_ = std::make_shared<ReloadingKeys>(config_, probe_name_, clock_);

@@ -6,8 +6,8 @@
 #include <memory>
 #include <string_view>
 
+#include <lightwell/commands.hpp>
 #include <lightwell/config.hpp>
-#include <lightwell/status.hpp>
 
 #include "link/access/probe_keys.hpp"
 #include "link/link.hpp"

@@ -124,8 +124,8 @@ class Service final : public Base {
     v1::PairApplication application;
     if (!opened || !application.ParseFromString(*opened))
       return {grpc::StatusCode::INVALID_ARGUMENT, "the sealed application does not belong to this exchange"};
-    const Result<ClientCredentials> client =
-        register_client(keys_, application.client_name(), application.public_key(), options_.days, std::time(nullptr));
+    const Result<ClientCredentials> client = register_client(keys_, application.client_name(), application.public_key(),
+                                                             options_.client_certificate_days, std::time(nullptr));
     if (!client) return rpc_status(client.status());
     v1::PairCredentials credentials;
     credentials.set_probe_name(options_.probe_name);

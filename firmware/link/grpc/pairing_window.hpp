@@ -16,8 +16,8 @@ namespace lightwell {
 struct PairingWindowOptions {
   std::string listen;  ///< HOST:PORT; port 0 means any free port.
   std::string probe_name;
-  int port = 0;    ///< Of ProbeService, sent to the client; 0: unknown.
-  int days = 365;  ///< Validity of the client's credentials.
+  int port = 0;                       ///< Of ProbeService, sent to the client; 0: unknown.
+  int client_certificate_days = 365;  ///< Validity of the client's credentials.
   std::chrono::seconds open_for{120};
 };
 

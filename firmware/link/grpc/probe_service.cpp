@@ -1,11 +1,19 @@
 #include "link/grpc/probe_service.hpp"
 
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "link/grpc/rpc_status.hpp"
 
 namespace lightwell {
+namespace {
+
+/// An :authority that no client sends, because no host can have a name in .invalid (RFC 6761).
+constexpr const char* kNoHost = "lightwell.invalid";
+
+}  // namespace
 
 /// A call that reads its one request and passes it to the handler of its method.
 class ProbeService::Call final : public ByteCall {
@@ -29,21 +37,33 @@ class ProbeService::Call final : public ByteCall {
   grpc::ByteBuffer request_;
 };
 
-ProbeService::ProbeService(Commands& commands) : commands_(commands) {
-  add("/lightwell.v1.ProbeService/Info", &ProbeService::info);
-  add("/lightwell.v1.ProbeService/StreamDescriptors", &ProbeService::stream_descriptors);
-  add("/lightwell.v1.ProbeService/GetDescriptor", &ProbeService::get_descriptor);
-  add("/lightwell.v1.ProbeService/SetConfig", &ProbeService::set_config);
-  add("/lightwell.v1.ProbeService/ReportLux", &ProbeService::report_lux);
-  add("/lightwell.v1.ProbeService/GetConfig", &ProbeService::get_config);
-}
+/// Receives the calls of all methods that no other service of the server has.
+class ProbeService::Dispatcher final : public grpc::CallbackGenericService {
+ public:
+  explicit Dispatcher(ProbeService& service) : service_(service) {}
 
-void ProbeService::add(const char* path, Method method) {
-  // The same as the code that protoc's gRPC plug-in generates for a method with streams in both directions.
-  AddMethod(new grpc::internal::RpcServiceMethod(path, grpc::internal::RpcMethod::BIDI_STREAMING, nullptr));
-  MarkMethodRawCallback(methods_++,
-                        new grpc::internal::CallbackBidiHandler<grpc::ByteBuffer, grpc::ByteBuffer>(
-                            [this, method](grpc::CallbackServerContext*) { return new Call(*this, method); }));
+  grpc::ServerGenericBidiReactor* CreateReactor(grpc::GenericCallbackServerContext* context) override {
+    static constexpr std::pair<std::string_view, Method> kMethods[] = {
+        {"/lightwell.v1.ProbeService/Info", &ProbeService::info},
+        {"/lightwell.v1.ProbeService/StreamDescriptors", &ProbeService::stream_descriptors},
+        {"/lightwell.v1.ProbeService/GetDescriptor", &ProbeService::get_descriptor},
+        {"/lightwell.v1.ProbeService/SetConfig", &ProbeService::set_config},
+        {"/lightwell.v1.ProbeService/ReportLux", &ProbeService::report_lux},
+        {"/lightwell.v1.ProbeService/GetConfig", &ProbeService::get_config}};
+    for (const auto& [path, method] : kMethods)
+      if (context->method() == path) return new Call(service_, method);
+    return CallbackGenericService::CreateReactor(context);  // UNIMPLEMENTED
+  }
+
+ private:
+  ProbeService& service_;
+};
+
+void ProbeService::register_at(grpc::ServerBuilder& builder) {
+  // gRPC accepts a generic service only once.
+  dispatcher_ = std::make_unique<Dispatcher>(*this);
+  builder.RegisterCallbackGenericService(dispatcher_.get());
+  builder.RegisterService(kNoHost, &listed_);
 }
 
 Result<std::string> ProbeService::validate_request(bool received, const grpc::ByteBuffer& bytes) {

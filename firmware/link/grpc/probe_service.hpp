@@ -7,11 +7,12 @@
 #include <optional>
 #include <string>
 
-#include <grpcpp/grpcpp.h>
+#include <grpcpp/generic/async_generic_service.h>
+#include <grpcpp/server_builder.h>
 
+#include <lightwell/commands.hpp>
 #include <lightwell/probe_calls.hpp>
 #include <lightwell/result.hpp>
-#include <lightwell/status.hpp>
 
 #include "lightwell/v1/probe_service.grpc.pb.h"
 #include "link/grpc/descriptor_stream.hpp"
@@ -20,15 +21,19 @@
 namespace lightwell {
 
 /// Sends descriptors as the publisher encoded them, and parses requests itself, in order to refuse and count malformed,
-/// too large and incomplete ones. All methods are registered as bidirectional streams, which have the same wire format:
-/// for unary methods gRPC reads the request itself and does not report failures.
-class ProbeService final : public grpc::Service {
+/// too large and incomplete ones. A generic service therefore receives all calls as streams of bytes in both
+/// directions, which have the same wire format. With the generated service, also with its raw methods, gRPC reads a
+/// single request itself and does not report failures.
+class ProbeService final {
  public:
   /// Larger requests are refused; the largest valid request has a few hundred bytes.
   static constexpr std::size_t kMaxRequestBytes = 4096;
 
   /// `commands` must outlive the service and is called from gRPC's threads.
-  explicit ProbeService(Commands& commands);
+  explicit ProbeService(Commands& commands) : commands_(commands) {}
+  /// Registers all methods. Call it once for each server, and destroy that server before this object and before the
+  /// next call.
+  void register_at(grpc::ServerBuilder& builder);
 
   void publish(const EncodedDescriptor& descriptor);
   [[nodiscard]] StreamClients& streams() { return streams_; }
@@ -37,10 +42,9 @@ class ProbeService final : public grpc::Service {
 
  private:
   class Call;
+  class Dispatcher;
   /// Handler of a method; receives the bytes of its request.
   using Method = void (ProbeService::*)(const std::string& request, ByteCall& call);
-  /// Registers a method. `path` must outlive the service.
-  void add(const char* path, Method method);
 
   void stream_descriptors(const std::string& request, ByteCall& call);
   void get_descriptor(const std::string& request, ByteCall& call);
@@ -61,7 +65,9 @@ class ProbeService final : public grpc::Service {
   void refuse(const std::string& why, ByteCall& call);
 
   Commands& commands_;
-  int methods_ = 0;
+  std::unique_ptr<grpc::CallbackGenericService> dispatcher_;
+  /// Serves no call: reflection lists services with registered methods, which the generic service does not have.
+  v1::ProbeService::CallbackService listed_;
   StreamClients streams_;
   std::atomic<std::uint64_t> refused_{0};
   std::mutex newest_mutex_;

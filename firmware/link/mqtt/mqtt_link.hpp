@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
+#include <lightwell/commands.hpp>
 #include <lightwell/config.hpp>
-#include <lightwell/status.hpp>
 
 #include "link/link.hpp"
 

@@ -24,9 +24,9 @@ Status refused(const std::string& path, int error) {
   switch (error) {
     case ENOENT:
     case ENOTDIR:
-      return {
-          StatusCode::not_found,
-          what + ": no FunctionFS is mounted there; run `lightwell-usb-gadget up` as root, or correct usb_gadget.ffs"};
+      return {StatusCode::not_found, what +
+                                         ": no FunctionFS is mounted there; run `lightwell-usb-gadget up` as root, or "
+                                         "correct usb_gadget.functionfs_mount"};
     case EACCES:
     case EPERM:
       return {StatusCode::failed_precondition,
@@ -184,24 +184,20 @@ class FfsPort final : public GadgetPort {
   const std::function<Result<FfsFiles>()> open_;
   FfsFiles files_;
   aio_context_t context_ = 0;
-  OwnedFile done_{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};  ///< Signalled by the kernel when a transfer ends.
-  OwnedFile wake_{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  FileDescriptor done_{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};  ///< Signalled by the kernel when a transfer ends.
+  FileDescriptor wake_{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   Transfer in_, out_;
   std::deque<PortEvent> events_;
 };
 
 }  // namespace
 
-OwnedFile::~OwnedFile() {
-  if (fd_ >= 0) ::close(fd_);
-}
-
 Result<FfsFiles> open_ffs(const std::string& mount) {
   FfsFiles files;
-  const auto open = [&](const char* name, OwnedFile& file) -> Status {
+  const auto open = [&](const char* name, FileDescriptor& file) -> Status {
     const std::string path = mount + "/" + name;
     // Without O_NONBLOCK io_submit() would wait for an endpoint that is not enabled.
-    file = OwnedFile(::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK));
+    file = FileDescriptor(::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK));
     return file.get() < 0 ? refused(path, errno) : Status();
   };
   if (Status s = open("ep0", files.control); !s.ok()) return s;

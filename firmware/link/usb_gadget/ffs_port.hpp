@@ -6,34 +6,18 @@
 #include <string>
 #include <utility>
 
+#include <lightwell/file_descriptor.hpp>
 #include <lightwell/result.hpp>
 
 #include "link/usb_gadget/gadget_port.hpp"
 
 namespace lightwell {
 
-/// A file descriptor that is closed with its owner.
-class OwnedFile {
- public:
-  OwnedFile() = default;
-  explicit OwnedFile(int fd) : fd_(fd) {}
-  OwnedFile(OwnedFile&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  OwnedFile& operator=(OwnedFile&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  ~OwnedFile();
-  [[nodiscard]] int get() const { return fd_; }
-
- private:
-  int fd_ = -1;
-};
-
 /// The open files of a FunctionFS whose descriptors have been written.
 struct FfsFiles {
-  OwnedFile control;  ///< ep0: events are read from it.
-  OwnedFile in;       ///< To the host.
-  OwnedFile out;      ///< From the host.
+  FileDescriptor control;  ///< ep0: events are read from it.
+  FileDescriptor in;       ///< To the host.
+  FileDescriptor out;      ///< From the host.
 };
 
 /// Opens ep0 below `mount`, writes descriptors and strings, and opens the endpoint files that the kernel then creates.

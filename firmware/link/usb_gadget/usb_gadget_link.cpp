@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include <lightwell/link_message.hpp>
+#include <lightwell/probe_calls.hpp>
 
 #include "link/usb_gadget/ffs_port.hpp"
 
@@ -257,8 +257,8 @@ class GadgetLink final : public UsbGadgetLink {
 }  // namespace
 
 std::unique_ptr<UsbGadgetLink> make_usb_gadget_link(const UsbGadgetConfig& config, Commands& commands) {
-  return make_usb_gadget_link(make_ffs_port([mount = config.ffs] { return open_ffs(mount); }), std::random_device{}(),
-                              commands);
+  return make_usb_gadget_link(make_ffs_port([mount = config.functionfs_mount] { return open_ffs(mount); }),
+                              std::random_device{}(), commands);
 }
 
 std::unique_ptr<UsbGadgetLink> make_usb_gadget_link(std::unique_ptr<GadgetPort> port, std::uint32_t session,

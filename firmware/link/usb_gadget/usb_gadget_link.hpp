@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <memory>
 
+#include <lightwell/commands.hpp>
 #include <lightwell/config.hpp>
 #include <lightwell/framing.hpp>
-#include <lightwell/status.hpp>
 
 #include "link/link.hpp"
 #include "link/usb_gadget/gadget_port.hpp"

@@ -1,11 +1,12 @@
 // lightwell-calibrate board: a board of tags to print.
 #pragma once
 
-#include <span>
+#include <string>
+#include <vector>
 
 namespace lightwell::calibrate {
 
 /// `arguments`: those after "board". Returns the exit status: 0 done, 1 wrong input, 2 wrong usage.
-int board_command(std::span<char* const> arguments);
+int board_command(const std::vector<std::string>& arguments);
 
 }  // namespace lightwell::calibrate

@@ -9,19 +9,20 @@
 #include <string>
 #include <thread>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
+#include "calibration/model/camera_parameters.hpp"
+#include "calibration/model/lens_pair.hpp"
 #include "calibration/solve/geometry/coverage.hpp"
 #include "calibration/solve/geometry/geometry.hpp"
-#include "calibration/model/lens_pair.hpp"
-#include "calibration/model/projection.hpp"
 #include "pose/rectified_view.hpp"
 #include "pose/tag_detector.hpp"
-#include "tools/lightwell_calibrate/arguments.hpp"
+#include "tools/command_line.hpp"
+#include "tools/json_text.hpp"
 #include "tools/lightwell_calibrate/board_pictures.hpp"
-#include "tools/lightwell_calibrate/geometry_report.hpp"
 #include "tools/lightwell_calibrate/json.hpp"
 #include "tools/lightwell_calibrate/output.hpp"
 
@@ -40,7 +41,8 @@ constexpr const char* kGeometryFooter = R"(Examples:
   lightwell-calibrate coverage --board board.yaml --lens0 pictures --watch   while taking pictures
   lightwell-calibrate geometry --board board.yaml --lens0 pictures --field-deg 190 --output rig.textproto
   lightwell-calibrate geometry --board north.yaml --board east.yaml --board south.yaml --board west.yaml \
-      --lens0 front --lens1 back --field-deg 190 --output rig.textproto --report rig.png
+      --lens0 front --lens1 back --field-deg 190 --output rig.textproto --json \
+      | lightwell_plot.py --output rig.png                                 draws points and residuals
 
 Take 20 to 40 pictures, the board near the lens and tilted, all over the picture up to its edge. Two lenses: boards all
 around; pictures of the same name in both folders were taken at the same time. Several boards need different tag
@@ -53,9 +55,11 @@ A bent board, or one whose spacing differs from its file, is reported, and its s
 without a board, of another board, or with many outliers are named.
 Exit status: 0 done, 1 an input is wrong or insufficient (standard error has the remedy), 2 wrong usage.)";
 
-constexpr const char* kCoverageFooter = R"(Example:
-  lightwell-calibrate coverage --board board.yaml --lens0 pictures --field-circle-px 470 --picture coverage.png --watch
+constexpr const char* kCoverageFooter = R"(Examples:
+  lightwell-calibrate coverage --board board.yaml --lens0 pictures --field-circle-px 470 --watch
+  lightwell-calibrate coverage --board board.yaml --lens0 pictures --watch --json | lightwell_plot.py --output seen.png
 
+The second one draws the picture again after each look.
 Exit status: 0 no view is missing, 1 an input is wrong, 2 wrong usage, 3 some views are missing.)";
 
 struct Inputs {
@@ -68,20 +72,7 @@ void add_inputs(CLI::App& app, Inputs& in) {
   app.add_option("--board", in.pictures.boards, "Kalibr's YAML of a board; repeat it for several boards")->required();
   app.add_option("--lens0", in.lens0, "Pictures of lens 0, or a folder of them")->required();
   app.add_option("--lens1", in.lens1, "Pictures of lens 1, or a folder of them");
-  app.add_flag("--json", in.json, "Print the result as JSON on standard output");
-}
-
-/// CLI11 expects the arguments in reverse order.
-int parse(CLI::App& app, std::span<char* const> arguments, bool& done) {
-  std::vector<std::string> words(arguments.rbegin(), arguments.rend());
-  done = true;
-  try {
-    app.parse(words);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kDone : kUsage;
-  }
-  done = false;
-  return kDone;
+  app.add_flag("--json", in.json, "Print the result as JSON on standard output; lightwell_plot.py draws it");
 }
 
 Progress print_progress(const char* what) {
@@ -92,11 +83,6 @@ Progress print_progress(const char* what) {
     else if (done == of || done % 10 == 0)
       std::fprintf(stderr, "%s: %zu of %zu pictures\n", what, done, of);
   };
-}
-
-int fail(const char* command, const Status& s) {
-  std::cerr << "lightwell-calibrate " << command << ": " << s.message() << "\n";
-  return kBadInput;
 }
 
 LensParameters guess(const LensSize& size, const ModelParameters& model, double max_angle_rad) {
@@ -137,57 +123,93 @@ double circle_of(const LensParameters& lens) {
   return middle && rim ? std::hypot(rim->x - middle->x, rim->y - middle->y) : 0;
 }
 
-/// A JSON object of named numbers: {"fx": 286.1}.
-std::string named(const std::vector<const char*>& names, const std::vector<double>& values) {
-  std::string out;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    out += (i > 0 ? ", " : "") + json_string(names[i]) + ": " + json_number(values[i]);
-  return "{" + out + "}";
+/// An object of named numbers: {"fx":286.1}.
+nlohmann::ordered_json named(const std::vector<const char*>& names, const std::vector<double>& values) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::object();
+  for (std::size_t i = 0; i < names.size(); ++i) out[names[i]] = json_number(values[i]);
+  return out;
 }
 
-std::string json_of(const LensFit& lens) {
+nlohmann::ordered_json json_of(const LensFit& lens) {
   const std::vector<double> numbers = parameters_of(lens.model);
   std::vector<double> sigmas;
   for (std::size_t i = 0; i < numbers.size(); ++i) sigmas.push_back(std::sqrt(lens.covariance[i * numbers.size() + i]));
   const std::vector<const char*> names = parameter_names(lens.model);
-  return "{\"model\": " + named(names, numbers) + ", \"sigma\": " + named(names, sigmas) +
-         ", \"seen_deg\": " + json_number(lens.max_observed_angle_rad / kDegree) +
-         ", \"direction_3_sigma_deg\": " + json_number(lens.direction_uncertainty_rad / kDegree) + "}";
+  return {{"model", named(names, numbers)},
+          {"sigma", named(names, sigmas)},
+          {"seen_deg", json_number(lens.max_observed_angle_rad / kDegree)},
+          {"direction_3_sigma_deg", json_number(lens.direction_uncertainty_rad / kDegree)}};
 }
 
-std::string json_of(const GeometryFit& fit, const BoardObservations& seen, const char* response) {
-  std::string out = "{\"rms_px\": " + json_number(fit.bundle.rms_px) +
-                    ", \"sigma_px\": " + json_number(fit.bundle.sigma_px) + ",\n \"lenses\": [";
-  for (std::size_t k = 0; k < fit.lenses.size(); ++k) out += (k > 0 ? ",\n  " : "\n  ") + json_of(fit.lenses[k]);
-  out += "]";
+nlohmann::ordered_json json_of(const GeometryFit& fit, const BoardObservations& seen, const char* response) {
+  nlohmann::ordered_json lenses = nlohmann::ordered_json::array(), boards = lenses, pictures = lenses;
+  for (const LensFit& lens : fit.lenses) lenses.push_back(json_of(lens));
+  nlohmann::ordered_json out = {{"rms_px", json_number(fit.bundle.rms_px)},
+                                {"sigma_px", json_number(fit.bundle.sigma_px)},
+                                {"lenses", std::move(lenses)}};
   if (fit.lenses.size() > 1) {
     const Quat& q = fit.pair.rotation;
     const Vec3d& t = fit.pair.translation;
     std::vector<double> sigmas;
     for (std::size_t i = 0; i < 6; ++i) sigmas.push_back(std::sqrt(fit.pair_covariance[7 * i]));
-    out += ",\n \"lens1_lens0_cv\": {\"translation_m\": " + json_numbers(std::array{t.x, t.y, t.z}) +
-           ", \"rotation_xyzw\": " + json_numbers(std::array{q.x, q.y, q.z, q.w}) +
-           ", \"sigma_rotation_rad_translation_m\": " + json_numbers(sigmas) +
-           "},\n \"time_offset_s\": " + json_number(fit.time_offset_s) +
-           ", \"time_offset_sigma_s\": " + json_number(fit.time_offset_sigma_s);
+    out["lens1_lens0_cv"] = {{"translation_m", json_numbers(std::array{t.x, t.y, t.z})},
+                             {"rotation_xyzw", json_numbers(std::array{q.x, q.y, q.z, q.w})},
+                             {"sigma_rotation_rad_translation_m", json_numbers(sigmas)}};
+    out["time_offset_s"] = json_number(fit.time_offset_s);
+    out["time_offset_sigma_s"] = json_number(fit.time_offset_sigma_s);
   }
-  out += ",\n \"response\": " + json_string(response) + ",\n \"boards\": [";
   for (std::size_t b = 0; b < fit.boards.size(); ++b) {
     const BoardFit& board = fit.boards[b];
-    out += (b > 0 ? ", " : "") + std::string("{\"name\": ") + json_string(seen.boards[b].name) +
-           ", \"spacing_change\": " + json_number(board.shape.spacing_change()) +
-           ", \"spacing_change_sigma\": " + json_number(board.spacing_sigma) +
-           ", \"flatness_mm\": " + json_number(1e3 * board.flatness_m) + "}";
+    boards.push_back({{"name", seen.boards[b].name},
+                      {"spacing_change", json_number(board.shape.spacing_change())},
+                      {"spacing_change_sigma", json_number(board.spacing_sigma)},
+                      {"flatness_mm", json_number(1e3 * board.flatness_m)}});
   }
-  out += "],\n \"pictures\": [";
   for (std::size_t i = 0; i < fit.pictures.size(); ++i)
-    out += (i > 0 ? ",\n  " : "\n  ") + std::string("{\"name\": ") + json_string(seen.pictures[i].name) +
-           ", \"points\": " + std::to_string(fit.pictures[i].points) +
-           ", \"outliers\": " + std::to_string(fit.pictures[i].outliers) +
-           ", \"other_board\": " + (fit.pictures[i].other_board ? "true" : "false") + "}";
-  out += "],\n \"notes\": [";
-  for (std::size_t i = 0; i < fit.notes.size(); ++i) out += (i > 0 ? ", " : "") + json_string(fit.notes[i]);
-  return out + "]}\n";
+    pictures.push_back({{"name", seen.pictures[i].name},
+                        {"points", fit.pictures[i].points},
+                        {"outliers", fit.pictures[i].outliers},
+                        {"other_board", fit.pictures[i].other_board}});
+  out["response"] = response;
+  out["boards"] = std::move(boards);
+  out["pictures"] = std::move(pictures);
+  out["notes"] = fit.notes;
+  return out;
+}
+
+/// Pixels, rounded to thousandths, which suffices for a drawing.
+double rounded(double px) { return std::round(1e3 * px) / 1e3; }
+
+/// The points of a lens: x and y, px.
+nlohmann::ordered_json points_of(const BoardObservations& seen, int lens) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (const Picture& p : seen.pictures)
+    if (p.lens == lens)
+      for (const PointObservation& o : p.observations)
+        out.push_back(std::array{rounded(o.pixel.x), rounded(o.pixel.y)});
+  return out;
+}
+
+/// The points of a lens that were fitted: x and y, and the residuals of both, px.
+nlohmann::ordered_json points_of(const GeometryFit& fit, int lens) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (const Residual& r : fit.bundle.residuals) {
+    const Picture& p = fit.used.pictures[static_cast<std::size_t>(r.picture)];
+    if (p.lens != lens) continue;
+    const PixelPosition& at = p.observations[static_cast<std::size_t>(r.observation)].pixel;
+    out.push_back(std::array{rounded(at.x), rounded(at.y), rounded(r.x_px), rounded(r.y_px)});
+  }
+  return out;
+}
+
+nlohmann::ordered_json json_of(const Coverage& c, const LensSize& size, int lens, nlohmann::ordered_json points) {
+  nlohmann::ordered_json lacking = nlohmann::ordered_json::array();
+  for (int row = 0; row < c.rows; ++row)
+    for (int column = 0; column < c.columns; ++column)
+      if (c.needs_views(column, row)) lacking.push_back(std::array{column, row});
+  return {{"lens", lens},        {"share", json_number(c.share())}, {"pictures", c.with_board},
+          {"width", size.width}, {"height", size.height},           {"columns", c.columns},
+          {"rows", c.rows},      {"lacking", std::move(lacking)},   {"points", std::move(points)}};
 }
 
 /// Prints the fit for people. "+-" is one standard deviation.
@@ -216,11 +238,11 @@ void print_summary(const GeometryFit& fit) {
 
 }  // namespace
 
-int geometry_command(std::span<char* const> arguments) {
+int geometry_command(const std::vector<std::string>& arguments) {
   CLI::App app{"Calibrates lenses from pictures of boards of AprilTags.", "lightwell-calibrate geometry"};
   app.footer(kGeometryFooter);
   Inputs in;
-  std::string output, report, calibration, model = "kannala-brandt";
+  std::string output, calibration, model = "kannala-brandt";
   double field_deg = 0;
   bool offset = false;
   add_inputs(app, in);
@@ -232,32 +254,28 @@ int geometry_command(std::span<char* const> arguments) {
                  "Field of view of the lenses [limited to the angles at which boards were seen]")
       ->check(CLI::Range(1.0, 360.0));
   app.add_option("--calibration", calibration, "A rig whose photometry is kept and used to read the pictures [sRGB]");
-  app.add_option("--report", report, "A picture of points and residuals, .png or .svg");
   app.add_option("--rate-hz", in.pictures.rate_hz, "Pictures per second of a moving rig; needed by --time-offset")
       ->check(CLI::PositiveNumber);
   app.add_flag("--time-offset", offset, "Estimate by how much lens 1 takes its pictures later");
-  bool done = false;
-  if (const int status = parse(app, arguments, done); done) return status;
-  if (offset && (in.lens1.empty() || !(in.pictures.rate_hz > 0))) {
-    std::cerr << "lightwell-calibrate geometry: --time-offset needs --lens1 and --rate-hz\n";
-    return kUsage;
-  }
+  if (const auto exit = parse_command_line(app, arguments)) return *exit;
+  if (offset && (in.lens1.empty() || !(in.pictures.rate_hz > 0)))
+    return wrong_usage(app, "--time-offset needs --lens1 and --rate-hz");
 
   std::optional<RigParameters> before;
   if (!calibration.empty()) {
     Result<RigParameters> loaded = load_calibration(calibration);
-    if (!loaded) return fail("geometry", loaded.status());
+    if (!loaded) return bad_input(app, loaded.status());
     before = std::move(*loaded);
     for (const LensParameters& lens : before->lenses) in.pictures.photometry.push_back(lens.photometry);
   }
   in.pictures.lenses = {in.lens0};
   if (!in.lens1.empty()) in.pictures.lenses.push_back(in.lens1);
   Result<BoardObservations> seen = read_board_observations(in.pictures, nullptr, print_progress("looking for tags"));
-  if (!seen) return fail("geometry", seen.status());
+  if (!seen) return bad_input(app, seen.status());
   GeometryOptions options;
   options.time_offset = offset;
   Result<GeometryFit> fit = calibrate_geometry(*seen, options);
-  if (!fit) return fail("geometry", fit.status());
+  if (!fit) return bad_input(app, fit.status());
   // With approximate lenses, tags near the edge can be searched in rectified views.
   FirstPass first_pass;
   const double half = field_deg > 0 ? 0.5 * field_deg * kDegree : pi;
@@ -270,87 +288,76 @@ int geometry_command(std::span<char* const> arguments) {
   }
   first_pass.seen = std::move(*seen);
   seen = read_board_observations(in.pictures, &first_pass, print_progress("searching the edges"));
-  if (!seen) return fail("geometry", seen.status());
+  if (!seen) return bad_input(app, seen.status());
   options.kind = model == "mei"             ? LensKind::mei
                  : model == "double-sphere" ? LensKind::double_sphere
                                             : LensKind::kannala_brandt;
   fit = calibrate_geometry(*seen, options);
-  if (!fit) return fail("geometry", fit.status());
+  if (!fit) return bad_input(app, fit.status());
 
   for (const Picture& p : seen->pictures)
     if (p.observations.empty()) fit->notes.push_back(p.name + " shows no tag of a board");
   const RigParameters rig = rig_of(*fit, seen->lenses, field_deg * kDegree, before ? &*before : nullptr);
-  if (const Status s = rig.validate(); !s.ok()) return fail("geometry", s);
-  for (const std::string& note : fit->notes) std::cerr << "lightwell-calibrate geometry: " << note << "\n";
+  if (const Status s = rig.validate(); !s.ok()) return bad_input(app, s);
+  for (const std::string& note : fit->notes) std::cerr << app.get_name() << ": " << note << "\n";
   for (std::size_t k = 0; k < rig.lenses.size(); ++k)
     if (fit->lenses[k].max_observed_angle_rad < 0.95 * rig.lenses[k].max_angle_rad)
       std::cerr << "lightwell-calibrate geometry: lens " << k << " saw boards up to "
                 << fit->lenses[k].max_observed_angle_rad / kDegree << " degrees from its axis; beyond, up to "
                 << rig.lenses[k].max_angle_rad / kDegree
                 << ", the model extrapolates: show the board nearer to the edge\n";
-  if (const Status s = write_output(output, calibration_to_text(rig)); !s.ok()) return fail("geometry", s);
-  if (!report.empty()) {
-    std::vector<Coverage> covered;
-    for (std::size_t k = 0; k < rig.lenses.size(); ++k)
-      covered.push_back(coverage(fit->used, static_cast<int>(k), circle_of(rig.lenses[k])));
-    if (const Status s =
-            draw_lenses(fit->used, covered, fit->bundle.residuals, "lightwell-calibrate geometry: " + output, report);
-        !s.ok())
-      return fail("geometry", s);
-  }
+  if (const Status s = write_output(output, calibration_to_text(rig)); !s.ok()) return bad_input(app, s);
   const char* response = before ? "that of --calibration" : "sRGB, because no --calibration was given";
-  if (in.json)
-    std::cout << json_of(*fit, *seen, response) << std::flush;
-  else
-    print_summary(*fit), std::printf("pictures were read with the response: %s\n", response);
+  if (in.json) {
+    nlohmann::ordered_json json = json_of(*fit, *seen, response);
+    for (std::size_t k = 0; k < rig.lenses.size(); ++k) {
+      const int lens = static_cast<int>(k);
+      json["coverage"].push_back(json_of(coverage(fit->used, lens, circle_of(rig.lenses[k])), fit->used.lenses[k], lens,
+                                         points_of(*fit, lens)));
+    }
+    std::cout << json_text(json) << std::endl;
+  } else {
+    print_summary(*fit);
+    std::printf("pictures were read with the response: %s\n", response);
+  }
   return kDone;
 }
 
-int coverage_command(std::span<char* const> arguments) {
+int coverage_command(const std::vector<std::string>& arguments) {
   CLI::App app{"Reports which part of the picture still lacks views of a board.", "lightwell-calibrate coverage"};
   app.footer(kCoverageFooter);
   Inputs in;
-  std::string picture;
   double circle_px = 0;
   bool watch = false;
   add_inputs(app, in);
   app.add_option("--field-circle-px", circle_px, "Radius of the image circle; no views are needed outside")
       ->check(CLI::PositiveNumber);
-  app.add_option("--picture", picture, "Draw the coverage, .png or .svg; replaced each time");
   app.add_flag("--watch", watch, "Repeat every two seconds until no view is missing");
-  bool done = false;
-  if (const int status = parse(app, arguments, done); done) return status;
+  if (const auto exit = parse_command_line(app, arguments)) return *exit;
   in.pictures.lenses = {in.lens0};
   if (!in.lens1.empty()) in.pictures.lenses.push_back(in.lens1);
   for (;;) {
     const Result<BoardObservations> seen = read_board_observations(
         in.pictures, nullptr, watch ? Progress([](std::size_t, std::size_t) {}) : print_progress("looking for tags"));
-    if (!seen && !(watch && seen.status().code() == StatusCode::not_found)) return fail("coverage", seen.status());
+    if (!seen && !(watch && seen.status().code() == StatusCode::not_found)) return bad_input(app, seen.status());
     bool lacking = !seen.ok();
     if (seen) {
-      std::vector<Coverage> all;
-      std::string json;
+      nlohmann::ordered_json json = nlohmann::ordered_json::array();
       for (int lens = 0; lens < static_cast<int>(seen->lenses.size()); ++lens) {
-        all.push_back(coverage(*seen, lens, circle_px));
-        const std::vector<std::string> next = suggest_views(all.back());
+        const Coverage covered = coverage(*seen, lens, circle_px);
+        const std::vector<std::string> next = suggest_views(covered);
         lacking = lacking || !next.empty();
         if (in.json) {
-          json += (lens > 0 ? ", " : "") + std::string("{\"lens\": ") + std::to_string(lens) +
-                  ", \"share\": " + json_number(all.back().share()) +
-                  ", \"pictures\": " + std::to_string(all.back().with_board) + ", \"advice\": [";
-          for (std::size_t i = 0; i < next.size(); ++i) json += (i > 0 ? ", " : "") + json_string(next[i]);
-          json += "]}";
+          json.push_back(json_of(covered, seen->lenses[static_cast<std::size_t>(lens)], lens, points_of(*seen, lens)));
+          json.back()["advice"] = next;
           continue;
         }
         std::printf("lens %d: %d %% of the picture known from %d pictures\n", lens,
-                    static_cast<int>(100 * all.back().share()), all.back().with_board);
+                    static_cast<int>(100 * covered.share()), covered.with_board);
         for (const std::string& words : next) std::printf("  %s\n", words.c_str());
       }
-      if (in.json) std::printf("[%s]\n", json.c_str());
+      if (in.json) std::printf("%s\n", json_text(json).c_str());
       std::fflush(stdout);
-      if (!picture.empty())
-        if (const Status s = draw_lenses(*seen, all, {}, "lightwell-calibrate coverage", picture); !s.ok())
-          return fail("coverage", s);
     }
     if (!lacking) return kDone;
     if (!watch) return kLacking;

@@ -1,17 +1,21 @@
 #include "tools/lightwell_calibrate/json.hpp"
 
-#include <array>
-#include <charconv>
 #include <cmath>
+
+#include <nlohmann/json.hpp>
 
 namespace lightwell::calibrate {
 
-std::string json_number(double value) {
-  if (std::isnan(value)) return "\"NaN\"";
-  if (std::isinf(value)) return value > 0 ? "\"Infinity\"" : "\"-Infinity\"";
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
+nlohmann::ordered_json json_number(double value) {
+  if (std::isnan(value)) return "NaN";
+  if (std::isinf(value)) return value > 0 ? "Infinity" : "-Infinity";
+  return value;
+}
+
+nlohmann::ordered_json json_numbers(std::span<const double> values) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (const double value : values) out.push_back(json_number(value));
+  return out;
 }
 
 }  // namespace lightwell::calibrate

@@ -1,20 +1,16 @@
-// JSON numbers; strings are in lightwell/json.hpp.
+// Numbers in JSON.
 #pragma once
 
-#include <string>
+#include <span>
 
-#include <lightwell/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 namespace lightwell::calibrate {
 
-/// The shortest text that gives the same number when parsed; "Infinity" and "NaN" in quotes, as in protobuf's JSON.
-[[nodiscard]] std::string json_number(double value);
-/// A JSON list, for example "[1, 2]".
-template <class Numbers>
-[[nodiscard]] std::string json_numbers(const Numbers& values) {
-  std::string out;
-  for (const double v : values) out += (out.empty() ? "" : ", ") + json_number(v);
-  return "[" + out + "]";
-}
+/// A number; infinity and NaN, which JSON cannot represent, are the texts "Infinity", "-Infinity" and "NaN", as in
+/// protobuf's JSON.
+[[nodiscard]] nlohmann::ordered_json json_number(double value);
+/// A list of them.
+[[nodiscard]] nlohmann::ordered_json json_numbers(std::span<const double> values);
 
 }  // namespace lightwell::calibrate

@@ -7,10 +7,14 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "pose/marker_bodies.hpp"
-#include "tools/lightwell_calibrate/arguments.hpp"
+#include "tools/command_line.hpp"
+#include "tools/json_text.hpp"
 #include "tools/lightwell_calibrate/json.hpp"
 #include "tools/lightwell_calibrate/marker_net.hpp"
 #include "tools/lightwell_calibrate/marker_sheet_page.hpp"
@@ -20,29 +24,12 @@ namespace lightwell::calibrate {
 
 namespace {
 
-constexpr const char* kHelp =
-    R"(lightwell-calibrate marker-sheet: a body with AprilTags for light estimation, to print, cut and fold.
-
+constexpr const char* kFooter =
+    R"(Examples:
   lightwell-calibrate marker-sheet --output sheet.pdf --output body.textproto
   lightwell-calibrate marker-sheet --body dodecahedron --size-mm 100 --paper-kind grey --paper a4 --output sheet.pdf
   lightwell-calibrate marker-sheet --body ball --size-mm 40 --output sheet.pdf --output ball.textproto
   lightwell-calibrate marker-sheet --size-mm 100 --ruler-mm 98.7 --output body.textproto
-
-  --body B             dodecahedron, cube, icosahedron, or ball: a tag on a sheet with a matt ball behind it
-                       [dodecahedron]
-  --size-mm S          distance between opposite faces, or diameter of the ball [100; cube 60, ball 40]
-  --paper-kind K       white: plain paper. grey: the quadrants around each tag are 100, 75, 50 and 25 % of the paper's
-                       white, for lamps that saturate white paper [white]
-  --paper P            a4, a3 or letter [a4]
-  --family F           tag36h11 or tagStandard41h12 [tag36h11]
-  --first-id N         number of face 0's tag; the others follow. Two bodies in one room need different numbers [0]
-  --tag-size-mm T      distance between the detected corners [by the face; 24 for a dodecahedron of 100 mm]
-  --ruler-mm R         measured length of the printed ruler: scales the .textproto to the print [100]
-  --dpi D              resolution of PNGs [300]
-  --output FILE        .pdf (all pages) or .svg (vectors), .png, or .textproto (the body, for lightwelld --estimator
-                       marker). May be given several times. SVG and PNG have one file per page: sheet-1.svg, sheet-2.svg
-  --json               the layout as JSON on standard output: mm from the top left of the page, y downwards
-  --help               this text
 
 How to make one:
   1. Print at 100 % ("actual size") on matt white paper or card of 160 to 200 g. Glossy paper reflects the lamp, thin
@@ -59,8 +46,7 @@ How to make one:
      that of the blank paper next to it, times 0.80: write it into the .textproto. The printed picture value is the sRGB
      encoding of albedo / 0.80: 255, 225, 188, 137.
 
-Exit status: 0 done, 1 an input is wrong (standard error has the reason and the remedy), 2 wrong usage.
-)";
+Exit status: 0 done, 1 an input is wrong (standard error has the reason and the remedy), 2 wrong usage.)";
 
 enum class Body : std::uint8_t { dodecahedron, cube, icosahedron, ball };
 struct BodyName {
@@ -83,83 +69,23 @@ struct Arguments {
   double dpi = 300;
   std::vector<std::string> outputs;
   bool json = false;
-  bool help = false;
 
   [[nodiscard]] double size() const { return size_mm.value_or(body.size_mm); }
 };
 
 bool is_body_file(const std::string& path) { return path.ends_with(".textproto"); }
 
-Result<Arguments> parse(std::span<char* const> words) {
-  static const std::vector<std::string_view> kKnown = {"--body",     "--size-mm",  "--paper-kind", "--paper",
-                                                       "--family",   "--first-id", "--dpi",        "--tag-size-mm",
-                                                       "--ruler-mm", "--output"};
-  const auto usage = [](const std::string& what) {
-    return Status(StatusCode::invalid_argument, what + "; see --help");
-  };
-  const Result<std::vector<Argument>> all = parse_arguments(words, kKnown, {"--json"});
-  if (!all) return all.status();
-  Arguments out;
-  for (const auto& [option, value] : *all) {
-    const auto bad = [&] { return usage(option + ": '" + value + "' is not a valid value"); };
-    /// nullopt unless it is a number above 0 and at most `most`.
-    const auto positive = [&](double most) {
-      const auto n = number<double>(value);
-      return n && *n > 0 && *n <= most ? n : std::nullopt;
-    };
-    if (option == "--help") {
-      out.help = true;
-      return out;
-    }
-    if (option.empty()) return usage("unexpected argument '" + value + "'");
-    if (option == "--body") {
-      const auto body =
-          std::find_if(kBodies.begin(), kBodies.end(), [&](const BodyName& b) { return b.name == value; });
-      if (body == kBodies.end())
-        return usage("--body: '" + value + "' is not known; dodecahedron, cube, icosahedron and ball are");
-      out.body = *body;
-    } else if (option == "--size-mm") {
-      if (!(out.size_mm = positive(10'000))) return bad();
-    } else if (option == "--tag-size-mm") {
-      if (!(out.tag_size_mm = positive(10'000))) return bad();
-    } else if (option == "--ruler-mm") {
-      // Other values are reading errors or inches.
-      const auto n = number<double>(value);
-      if (!n || !(*n >= 50 && *n <= 200)) return usage("--ruler-mm: '" + value + "' is not from 50 to 200");
-      out.ruler_mm = *n;
-    } else if (option == "--paper-kind") {
-      const Result<PaperKind> kind = parse_paper_kind(value);
-      if (!kind) return usage("--paper-kind: " + kind.status().message());
-      out.kind = *kind;
-    } else if (option == "--paper") {
-      const Result<Paper> paper = find_paper(value);
-      if (!paper) return usage("--paper: " + paper.status().message());
-      out.paper = *paper;
-    } else if (option == "--family") {
-      const Result<TagFamily> family = parse_tag_family(value);
-      if (!family) return usage("--family: " + family.status().message());
-      out.family = *family;
-    } else if (option == "--first-id") {
-      const auto n = number<int>(value);
-      if (!n) return bad();
-      out.first_id = *n;
-    } else if (option == "--dpi") {
-      const auto n = number<double>(value);
-      if (!n || !(*n >= 36 && *n <= 2400)) return usage("--dpi: '" + value + "' is not from 36 to 2400");
-      out.dpi = *n;
-    } else if (option == "--output") {
-      if (!value.ends_with(".pdf") && !value.ends_with(".svg") && !value.ends_with(".png") && !is_body_file(value))
-        return usage("--output: '" + value + "' must end in .pdf, .svg, .png or .textproto");
-      out.outputs.push_back(value);
-    } else if (option == "--json") {
-      out.json = true;
-    }
-  }
-  if (out.outputs.empty() && !out.json) return usage("give --output FILE");
-  const bool sheet = out.json || !std::all_of(out.outputs.begin(), out.outputs.end(), is_body_file);
-  if (out.ruler_mm && sheet)
-    return usage("--ruler-mm describes a printed sheet; it goes with --output BODY.textproto alone");
-  return out;
+Result<BodyName> find_body(std::string_view name) {
+  const auto body = std::find_if(kBodies.begin(), kBodies.end(), [&](const BodyName& b) { return b.name == name; });
+  if (body != kBodies.end()) return *body;
+  return Status(StatusCode::invalid_argument,
+                "'" + std::string(name) + "' is not known; dodecahedron, cube, icosahedron and ball are");
+}
+
+std::string check_output(const std::string& path) {
+  for (const char* ending : {".pdf", ".svg", ".png"})
+    if (path.ends_with(ending)) return "";
+  return is_body_file(path) ? "" : "'" + path + "' must end in .pdf, .svg, .png or .textproto";
 }
 
 /// The body for the arguments. `tag_size_m` 0: chosen by the face.
@@ -204,40 +130,40 @@ std::string page_path(const std::string& path, std::size_t page, std::size_t pag
   return path.substr(0, path.size() - 4) + "-" + std::to_string(page + 1) + path.substr(path.size() - 4);
 }
 
-std::string to_json(const Arguments& arguments, const MarkerBody& body, const Net& net,
-                    const std::vector<std::string>& files) {
-  const auto id = [&](std::size_t face) { return std::to_string(body.faces[face].tag_id); };
-  const auto point = [](PagePoint p) { return json_numbers(std::array{p.x, p.y}); };
-  const auto list = [](const auto& items, const auto& one) {
-    std::string out;
-    for (const auto& item : items) out += (out.empty() ? "" : ", ") + one(item);
-    return "[" + out + "]";
-  };
-  const auto page = [&](const NetPage& p) {
-    return "{\"sheet_mm\": " + json_numbers(std::array{p.width, p.height}) + ", \"faces\": " +
-           list(p.faces,
-                [&](const NetFace& f) {
-                  return "{\"tag_id\": " + id(f.face) + ", \"center_mm\": " + point(f.center) +
-                         ", \"turn_deg\": " + json_number(f.turn_rad * 180 / std::numbers::pi) + "}";
-                }) +
-           ", \"folds\": " +
-           list(p.folds,
-                [&](const NetFold& f) {
-                  return "{\"between\": [" + id(f.a) + ", " + id(f.b) + "], \"from_mm\": " + point(f.from) +
-                         ", \"to_mm\": " + point(f.to) + "}";
-                }) +
-           ", \"tabs\": " +
-           list(p.tabs,
-                [&](const NetTab& t) {
-                  return "{\"on\": " + id(t.on) + ", \"under\": " + id(t.under) +
-                         ", \"outline_mm\": " + list(t.outline, point) + "}";
-                }) +
-           "}";
-  };
-  return "{\"name\": " + json_string(body.name) + ", \"size_m\": " + json_number(arguments.size() / 1000) +
-         ", \"tag_family\": " + json_string(body.tag_family) + ", \"tag_size_m\": " + json_number(body.tag_size_m) +
-         ", \"paper\": " + json_string(arguments.paper.name) + ", \"pages\": " + list(net.pages, page) +
-         ", \"files\": " + list(files, [](const std::string& f) { return json_string(f); }) + "}\n";
+nlohmann::ordered_json json_of(PagePoint p) { return json_numbers(std::array{p.x, p.y}); }
+
+nlohmann::ordered_json json_of(const NetPage& page, const MarkerBody& body) {
+  const auto id = [&](std::size_t face) { return body.faces[face].tag_id; };
+  nlohmann::ordered_json faces = nlohmann::ordered_json::array(), folds = faces, tabs = faces;
+  for (const NetFace& f : page.faces)
+    faces.push_back({{"tag_id", id(f.face)},
+                     {"center_mm", json_of(f.center)},
+                     {"turn_deg", json_number(f.turn_rad * 180 / std::numbers::pi)}});
+  for (const NetFold& f : page.folds)
+    folds.push_back(
+        {{"between", std::array{id(f.a), id(f.b)}}, {"from_mm", json_of(f.from)}, {"to_mm", json_of(f.to)}});
+  for (const NetTab& t : page.tabs) {
+    nlohmann::ordered_json outline = nlohmann::ordered_json::array();
+    for (const PagePoint& p : t.outline) outline.push_back(json_of(p));
+    tabs.push_back({{"on", id(t.on)}, {"under", id(t.under)}, {"outline_mm", std::move(outline)}});
+  }
+  return {{"sheet_mm", json_numbers(std::array{page.width, page.height})},
+          {"faces", std::move(faces)},
+          {"folds", std::move(folds)},
+          {"tabs", std::move(tabs)}};
+}
+
+nlohmann::ordered_json json_of(const Arguments& arguments, const MarkerBody& body, const Net& net,
+                               const std::vector<std::string>& files) {
+  nlohmann::ordered_json pages = nlohmann::ordered_json::array();
+  for (const NetPage& page : net.pages) pages.push_back(json_of(page, body));
+  return {{"name", body.name},
+          {"size_m", json_number(arguments.size() / 1000)},
+          {"tag_family", body.tag_family},
+          {"tag_size_m", json_number(body.tag_size_m)},
+          {"paper", arguments.paper.name},
+          {"pages", std::move(pages)},
+          {"files", files}};
 }
 
 struct Sheet {
@@ -275,34 +201,68 @@ Status write(const Arguments& arguments, const MarkerBody& body, const Sheet& sh
 
 }  // namespace
 
-int marker_sheet_command(std::span<char* const> arguments) {
-  const auto fail = [](const Status& s, int exit) {
-    std::cerr << "lightwell-calibrate marker-sheet: " << s.message() << "\n";
-    return exit;
-  };
-  const Result<Arguments> parsed = parse(arguments);
-  if (!parsed) return fail(parsed.status(), kUsage);
-  if (parsed->help) {
-    std::cout << kHelp;
-    return kDone;
-  }
-  const Result<MarkerBody> body = body_of(*parsed);
-  if (!body) return fail(body.status(), kBadInput);
-  Sheet sheet;
+int marker_sheet_command(const std::vector<std::string>& arguments) {
+  CLI::App app{"A body with AprilTags for light estimation, to print, cut and fold.",
+               "lightwell-calibrate marker-sheet"};
+  app.footer(kFooter);
+  Arguments in;
+  const CLI::Validator size =
+      number_where("above 0 and at most 10000", [](double mm) { return mm > 0 && mm <= 10'000; });
+  add_parsed_option(app, "--body", in.body, find_body,
+                    "dodecahedron, cube, icosahedron, or ball: a tag on a sheet with a matt ball behind it\n"
+                    "[dodecahedron]");
+  app.add_option("--size-mm", in.size_mm,
+                 "Distance between opposite faces, or diameter of the ball [100; cube 60, ball 40]")
+      ->check(size);
+  add_parsed_option(app, "--paper-kind", in.kind, parse_paper_kind,
+                    "white: plain paper. grey: the quadrants around each tag are 100, 75, 50 and 25 % of\n"
+                    "the paper's white, for lamps that saturate white paper [white]");
+  add_parsed_option(app, "--paper", in.paper, find_paper, "a4, a3 or letter [a4]");
+  add_parsed_option(app, "--family", in.family, parse_tag_family, "tag36h11 or tagStandard41h12 [tag36h11]");
+  app.add_option("--first-id", in.first_id,
+                 "Number of face 0's tag; the others follow. Two bodies in one room need different numbers [0]");
+  app.add_option("--tag-size-mm", in.tag_size_mm,
+                 "Distance between the detected corners [by the face; 24 for a dodecahedron of 100 mm]")
+      ->check(size);
+  // Other lengths are reading errors or inches.
+  app.add_option("--ruler-mm", in.ruler_mm,
+                 "Measured length of the printed ruler: scales the .textproto to the print [100]")
+      ->check(number_where("from 50 to 200", [](double mm) { return mm >= 50 && mm <= 200; }));
+  app.add_option("--dpi", in.dpi, "Resolution of PNGs [300]")->check(number_where("from 36 to 2400", [](double dpi) {
+    return dpi >= 36 && dpi <= 2400;
+  }));
+  app.add_option("--output", in.outputs,
+                 ".pdf (all pages) or .svg (vectors), .png, or .textproto (the body, for lightwelld\n"
+                 "--estimator marker). May be given several times. SVG and PNG have one file per page:\n"
+                 "sheet-1.svg, sheet-2.svg")
+      ->type_name("FILE")
+      ->allow_extra_args(false)
+      ->check(check_output);
+  app.add_flag("--json", in.json,
+               "The layout as JSON on standard output: mm from the top left of the page, y downwards");
+  if (const auto exit = parse_command_line(app, arguments)) return *exit;
+  if (in.outputs.empty() && !in.json) return wrong_usage(app, "give --output FILE");
   // A body file alone need not fit a paper.
-  if (parsed->json || !std::all_of(parsed->outputs.begin(), parsed->outputs.end(), is_body_file)) {
-    Result<Sheet> made = sheet_of(*parsed, *body);
-    if (!made) return fail(made.status(), kBadInput);
+  const bool drawn = in.json || !std::all_of(in.outputs.begin(), in.outputs.end(), is_body_file);
+  if (in.ruler_mm && drawn)
+    return wrong_usage(app, "--ruler-mm describes a printed sheet; it goes with --output BODY.textproto alone");
+
+  const Result<MarkerBody> body = body_of(in);
+  if (!body) return bad_input(app, body.status());
+  Sheet sheet;
+  if (drawn) {
+    Result<Sheet> made = sheet_of(in, *body);
+    if (!made) return bad_input(app, made.status());
     sheet = *std::move(made);
   }
   std::vector<std::string> files;
-  for (const std::string& path : parsed->outputs)
-    if (const Status s = write(*parsed, *body, sheet, path, files); !s.ok()) return fail(s, kBadInput);
-  if (parsed->json) {
-    std::cout << to_json(*parsed, *body, sheet.net, files) << std::flush;
+  for (const std::string& path : in.outputs)
+    if (const Status s = write(in, *body, sheet, path, files); !s.ok()) return bad_input(app, s);
+  if (in.json) {
+    std::cout << json_text(json_of(in, *body, sheet.net, files)) << std::endl;
   } else if (!sheet.pages.empty()) {
     const std::size_t pages = sheet.pages.size();
-    std::cout << body->name << ": " << pages << (pages == 1 ? " page of " : " pages of ") << parsed->paper.name
+    std::cout << body->name << ": " << pages << (pages == 1 ? " page of " : " pages of ") << in.paper.name
               << "; print at 100 % and measure the ruler\n";
   } else {
     std::cout << body->name << ": tags of " << brief(1000 * body->tag_size_m) << " mm\n";

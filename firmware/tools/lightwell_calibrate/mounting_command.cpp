@@ -1,19 +1,25 @@
 #include "tools/lightwell_calibrate/mounting_command.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <iostream>
 #include <numbers>
 #include <optional>
-#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include <lightwell/mounting.hpp>
+#include <lightwell/text.hpp>
 
 #include "calibration/model/response.hpp"
 #include "pose/mounting.hpp"
 #include "pose/tag_detector.hpp"
-#include "tools/lightwell_calibrate/arguments.hpp"
+#include "tools/command_line.hpp"
+#include "tools/json_text.hpp"
 #include "tools/lightwell_calibrate/grey_image.hpp"
 #include "tools/lightwell_calibrate/json.hpp"
 #include "tools/lightwell_calibrate/output.hpp"
@@ -25,32 +31,17 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-constexpr const char* kHelp =
-    R"(lightwell-calibrate mounting: the pose of the probe in the room, from tags at known poses.
-
+constexpr const char* kFooter = R"(Examples:
   lightwell-calibrate mounting --calibration RIG.textproto --tags room.csv front.png --lens 1 back.png
   lightwell-calibrate mounting --calibration RIG.textproto --board board.yaml --board-pose 0,1.2,-2,0,0,0,1 a.png
   lightwell-calibrate mounting --gravity 0.1,9.8,-0.3
 
-  --calibration FILE   the rig's calibration (proto/lightwell/v1/calibration.proto, text format)
-  --tags FILE          the poses of the tags: CSV with the columns family, id, size_m, tx, ty, tz, qx, qy, qz, qw,
-                       T_world_tag in metres; a tag's frame: its centre, +X right, +Y up, +Z towards the viewer
-  --board FILE         a board in the room, Kalibr's YAML ...
-  --board-pose P       ... and its T_world_board: tx,ty,tz,qx,qy,qz,qw; its frame: the bottom left corner of its
-                       bottom left tag, axes as a tag's
-  --lens N             lens of the rig that the pictures after it belong to [0]
-  --gravity X,Y,Z      up direction in the probe's frame, the reading of a resting accelerometer; sufficient alone
-  --gravity-sigma-deg S   standard deviation of its direction [1]
-  --model-error-px E   standard deviation of the camera model's error [0.05]
-  --output FILE        the pose with its covariance for `lightwelld --mounting` (or `mounting` of its configuration),
-                       which sends it to its clients; - is standard output. Replaced atomically
-  --json               pose, covariance and residuals of the tags as JSON on standard output
-  --help               this text
-
+The CSV of --tags has the columns family, id, size_m, tx, ty, tz, qx, qy, qz, qw: T_world_tag in metres. A tag's frame:
+its centre, +X right, +Y up, +Z towards the viewer. A board's frame: the bottom left corner of its bottom left tag, axes
+as a tag's.
 Pictures are PNG or JPEG, one per lens, of the calibration's size. World and probe: +X right, +Y up, -Z forward. The
 covariance is that of (rotation, translation) in the world frame, rad and m; unknown components are "Infinity".
-Exit status: 0 done, 1 an input is wrong (standard error has the reason and the remedy), 2 wrong usage.
-)";
+Exit status: 0 done, 1 an input is wrong (standard error has the reason and the remedy), 2 wrong usage.)";
 
 struct PictureArgument {
   std::string path;
@@ -64,82 +55,36 @@ struct Arguments {
   std::optional<GravityReading> gravity;
   MountingOptions options;
   bool json = false;
-  bool help = false;
 };
 
-Result<Arguments> parse(std::span<char* const> words) {
-  static const std::vector<std::string_view> kKnown = {"--calibration",       "--tags",           "--board",
-                                                       "--board-pose",        "--lens",           "--gravity",
-                                                       "--gravity-sigma-deg", "--model-error-px", "--output"};
-  const auto usage = [](const std::string& what) {
-    return Status(StatusCode::invalid_argument, what + "; see --help");
+Result<Pose> parse_board_pose(const std::string& text) {
+  const auto wrong = [&](const std::string& form) {
+    return Status(StatusCode::invalid_argument, "'" + text + "' is not a valid value: " + form);
   };
-  const Result<std::vector<Argument>> all = parse_arguments(words, kKnown, {"--json"});
-  if (!all) return all.status();
-  Arguments out;
-  int lens = 0;
-  double sigma_deg = 1;
-  std::set<std::string> given;
-  for (const auto& [option, value] : *all) {
-    const auto bad = [&](const std::string& form) {
-      return usage(option + ": '" + value + "' is not a valid value: " + form);
-    };
-    if (option == "--help") {
-      out.help = true;
-      return out;
-    }
-    if (option.empty()) {
-      out.pictures.push_back({value, lens});
-      continue;
-    }
-    if (option != "--lens" && !given.insert(option).second) return usage(option + " is given twice");
-    if (option == "--calibration") {
-      out.calibration = value;
-    } else if (option == "--tags") {
-      out.tags = value;
-    } else if (option == "--board") {
-      out.board = value;
-    } else if (option == "--board-pose") {
-      const auto n = numbers(value, 7);
-      if (!n) return bad("tx,ty,tz,qx,qy,qz,qw");
-      const Quat q{(*n)[3], (*n)[4], (*n)[5], (*n)[6]};
-      if (!(std::abs(std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w) - 1) < 1e-3))
-        return bad("the quaternion's length must be 1");
-      out.board_pose = Pose{q.normalized(), {(*n)[0], (*n)[1], (*n)[2]}};
-    } else if (option == "--lens") {
-      const auto n = number<int>(value);
-      if (!n || *n < 0) return bad("0 or 1");
-      lens = *n;
-    } else if (option == "--gravity") {
-      const auto n = numbers(value, 3);
-      if (!n) return bad("x,y,z");
-      out.gravity = GravityReading{{(*n)[0], (*n)[1], (*n)[2]}, 0};
-    } else if (option == "--gravity-sigma-deg") {
-      const auto n = number<double>(value);
-      if (!n || !(*n > 0 && *n <= 90)) return bad("above 0, at most 90");
-      sigma_deg = *n;
-    } else if (option == "--model-error-px") {
-      const auto n = number<double>(value);
-      if (!n) return bad("a number");
-      out.options.model_error_px = *n;
-    } else if (option == "--output") {
-      if (value.empty()) return bad("a file");
-      out.output = value;
-    } else if (option == "--json") {
-      out.json = true;
-    }
-  }
-  if (out.json && out.output == "-")
-    return usage("--json and --output - both use standard output; give another --output");
-  if (out.gravity) out.gravity->sigma_rad = sigma_deg * kDegree;
-  if (given.contains("--gravity-sigma-deg") && !out.gravity) return usage("--gravity-sigma-deg needs --gravity");
-  if (const Status s = out.options.validate(); !s.ok()) return usage(s.message());
-  if (out.board.empty() != !out.board_pose) return usage("--board and --board-pose go together");
-  if (out.pictures.empty() && !out.gravity) return usage("give pictures, or --gravity");
-  if (!out.pictures.empty() && out.calibration.empty()) return usage("pictures need --calibration");
-  if (!out.pictures.empty() && out.tags.empty() && out.board.empty())
-    return usage("pictures need --tags or --board, the poses of the tags");
-  return out;
+  const auto n = parse_numbers<double, 7>(text);
+  if (!n) return wrong("tx,ty,tz,qx,qy,qz,qw");
+  const auto [tx, ty, tz, x, y, z, w] = *n;
+  if (!(std::abs(std::sqrt(x * x + y * y + z * z + w * w) - 1) < 1e-3))
+    return wrong("the quaternion's length must be 1");
+  return Pose{Quat{x, y, z, w}.normalized(), {tx, ty, tz}};
+}
+
+Result<GravityReading> parse_gravity(const std::string& text) {
+  const auto n = parse_numbers<double, 3>(text);
+  if (!n) return Status(StatusCode::invalid_argument, "'" + text + "' is not x,y,z");
+  return GravityReading{{(*n)[0], (*n)[1], (*n)[2]}, 0};
+}
+
+/// Describes what is missing or contradictory; empty if nothing is.
+std::string contradiction_in(const Arguments& in) {
+  if (in.json && in.output == "-") return "--json and --output - both use standard output; give another --output";
+  if (const Status s = in.options.validate(); !s.ok()) return s.message();
+  if (in.board.empty() != !in.board_pose) return "--board and --board-pose go together";
+  if (in.pictures.empty() && !in.gravity) return "give pictures, or --gravity";
+  if (!in.pictures.empty() && in.calibration.empty()) return "pictures need --calibration";
+  if (!in.pictures.empty() && in.tags.empty() && in.board.empty())
+    return "pictures need --tags or --board, the poses of the tags";
+  return "";
 }
 
 Result<std::vector<WorldTag>> room_of(const Arguments& arguments) {
@@ -203,35 +148,38 @@ Result<Mounting> mounting_of(const Arguments& arguments) {
   return find_mounting(*rig, *room, seen, arguments.gravity, arguments.options);
 }
 
-std::string json_of(const Pose& p) {
-  return "{\"translation_m\": [" + json_number(p.translation.x) + ", " + json_number(p.translation.y) + ", " +
-         json_number(p.translation.z) + "], \"rotation_xyzw\": [" + json_number(p.rotation.x) + ", " +
-         json_number(p.rotation.y) + ", " + json_number(p.rotation.z) + ", " + json_number(p.rotation.w) + "]}";
+nlohmann::ordered_json json_of(const Pose& p) {
+  const Vec3d& t = p.translation;
+  const Quat& q = p.rotation;
+  return {{"translation_m", json_numbers(std::array{t.x, t.y, t.z})},
+          {"rotation_xyzw", json_numbers(std::array{q.x, q.y, q.z, q.w})}};
 }
 
-std::string to_json(const Mounting& m) {
-  const auto flag = [](bool b) { return b ? "true" : "false"; };
-  std::string out = "{\"world_probe\": " + json_of(m.world_probe.pose) + ",\n \"covariance\": [";
-  for (std::size_t r = 0; r < 6; ++r) {
-    out += r ? ",\n  [" : "\n  [";
-    for (std::size_t c = 0; c < 6; ++c) out += (c ? ", " : "") + json_number(m.world_probe.covariance[r][c]);
-    out += "]";
+nlohmann::ordered_json json_of(const Mounting& m) {
+  nlohmann::ordered_json covariance = nlohmann::ordered_json::array();
+  for (const auto& row : m.world_probe.covariance) covariance.push_back(json_numbers(row));
+  nlohmann::ordered_json out = {{"world_probe", json_of(m.world_probe.pose)},
+                                {"covariance", std::move(covariance)},
+                                {"position_known", m.position_known},
+                                {"heading_known", m.heading_known},
+                                {"ambiguous", m.ambiguous}};
+  if (m.alternative) {
+    out["alternative"] = json_of(*m.alternative);
+    out["alternative_excess"] = json_number(m.alternative_excess);
   }
-  out += std::string("],\n \"position_known\": ") + flag(m.position_known) +
-         ", \"heading_known\": " + flag(m.heading_known) + ", \"ambiguous\": " + flag(m.ambiguous);
-  if (m.alternative)
-    out += ",\n \"alternative\": " + json_of(*m.alternative) +
-           ", \"alternative_excess\": " + json_number(m.alternative_excess);
-  out +=
-      ",\n \"rms_px\": " + json_number(m.rms_px) + ", \"chi_square\": " + json_number(m.chi_square) + ",\n \"tags\": [";
-  for (std::size_t i = 0; i < m.tags.size(); ++i) {
-    const TagReport& t = m.tags[i];
-    out += std::string(i ? "," : "") + "\n  {\"lens\": " + std::to_string(t.lens) +
-           ", \"family\": " + json_string(to_string(t.family)) + ", \"id\": " + std::to_string(t.id) +
-           ", \"rms_px\": " + json_number(t.rms_px) + ", \"used\": " + flag(t.used) +
-           (t.used ? "" : ", \"left_out\": " + json_string(t.rejection_reason)) + "}";
+  out["rms_px"] = json_number(m.rms_px);
+  out["chi_square"] = json_number(m.chi_square);
+  out["tags"] = nlohmann::ordered_json::array();
+  for (const TagReport& t : m.tags) {
+    nlohmann::ordered_json tag = {{"lens", t.lens},
+                                  {"family", to_string(t.family)},
+                                  {"id", t.id},
+                                  {"rms_px", json_number(t.rms_px)},
+                                  {"used", t.used}};
+    if (!t.used) tag["left_out"] = t.rejection_reason;
+    out["tags"].push_back(std::move(tag));
   }
-  return out + "]}\n";
+  return out;
 }
 
 void print_summary(const Mounting& m) {
@@ -246,11 +194,13 @@ void print_summary(const Mounting& m) {
   std::cout << "its forward direction is (" << ahead.x << ", " << ahead.y << ", " << ahead.z << "), its up direction ("
             << up.x << ", " << up.y << ", " << up.z << "); rotation about the world's axes +- (" << sigma(0) / kDegree
             << ", " << sigma(1) / kDegree << ", " << sigma(2) / kDegree << ") deg\n";
-  for (const TagReport& t : m.tags)
-    std::cout << to_string(t.family) << " " << t.id << " in lens " << t.lens << ": "
-              << (t.used ? "RMS " + json_number(std::round(1000 * t.rms_px) / 1000) + " px"
-                         : "rejected: " + t.rejection_reason)
-              << "\n";
+  for (const TagReport& t : m.tags) {
+    std::cout << to_string(t.family) << " " << t.id << " in lens " << t.lens << ": ";
+    if (t.used)
+      std::cout << "RMS " << std::round(1000 * t.rms_px) / 1000 << " px\n";
+    else
+      std::cout << "rejected: " << t.rejection_reason << "\n";
+  }
   if (m.ambiguous) {
     const Vec3d other = rotate(m.alternative->rotation, Vec3d{0, 0, -1});
     std::cout << "AMBIGUOUS: the pictures would be almost the same with the forward direction (" << other.x << ", "
@@ -260,31 +210,61 @@ void print_summary(const Mounting& m) {
 
 }  // namespace
 
-int mounting_command(std::span<char* const> arguments) {
-  const auto fail = [](const Status& s, int exit) {
-    std::cerr << "lightwell-calibrate mounting: " << s.message() << "\n";
-    return exit;
-  };
-  const Result<Arguments> parsed = parse(arguments);
-  if (!parsed) return fail(parsed.status(), kUsage);
-  if (parsed->help) {
-    std::cout << kHelp;
-    return kDone;
+int mounting_command(const std::vector<std::string>& arguments) {
+  CLI::App app{"The pose of the probe in the room, from tags at known poses.", "lightwell-calibrate mounting"};
+  app.footer(kFooter);
+  Arguments in;
+  std::vector<std::string> paths;
+  std::vector<int> lenses;
+  double gravity_sigma_deg = 1;
+  const CLI::Option* pictures = app.add_option("PICTURES", paths, "Pictures with tags in view");
+  app.add_option("--calibration", in.calibration,
+                 "The rig's calibration (proto/lightwell/v1/calibration.proto, text format)");
+  app.add_option("--tags", in.tags, "The poses of the tags, CSV (below)");
+  app.add_option("--board", in.board, "A board in the room, Kalibr's YAML ...");
+  add_parsed_option(app, "--board-pose", in.board_pose, parse_board_pose,
+                    "... and its T_world_board: tx,ty,tz,qx,qy,qz,qw");
+  const CLI::Option* lens = app.add_option("--lens", lenses, "Lens of the rig that the pictures after it belong to [0]")
+                                ->allow_extra_args(false)
+                                ->check(CLI::NonNegativeNumber);
+  CLI::Option* gravity =
+      add_parsed_option(app, "--gravity", in.gravity, parse_gravity,
+                        "X,Y,Z: up direction in the probe's frame, the reading of a resting accelerometer;\n"
+                        "sufficient alone");
+  app.add_option("--gravity-sigma-deg", gravity_sigma_deg, "Standard deviation of its direction [1]")
+      ->needs(gravity)
+      ->check(number_where("above 0, at most 90", [](double deg) { return deg > 0 && deg <= 90; }));
+  app.add_option("--model-error-px", in.options.model_error_px,
+                 "Standard deviation of the camera model's error [0.05]");
+  app.add_option("--output", in.output,
+                 "The pose with its covariance for `lightwelld --mounting` (or `mounting` of its configuration),\n"
+                 "which sends it to its clients; - is standard output. Replaced atomically")
+      ->check([](const std::string& path) { return path.empty() ? "the name of the file is empty" : ""; });
+  app.add_flag("--json", in.json, "Pose, covariance and residuals of the tags as JSON on standard output");
+  if (const auto exit = parse_command_line(app, arguments)) return *exit;
+  PictureArgument picture;
+  for (const auto& [option, index] : in_order(app)) {
+    if (option == lens) picture.lens = lenses[index];
+    if (option != pictures) continue;
+    picture.path = paths[index];
+    in.pictures.push_back(picture);
   }
-  const Result<Mounting> mounting = mounting_of(*parsed);
-  if (!mounting) return fail(mounting.status(), kBadInput);
-  if (!parsed->output.empty()) {
+  if (in.gravity) in.gravity->sigma_rad = gravity_sigma_deg * kDegree;
+  if (const std::string wrong = contradiction_in(in); !wrong.empty()) return wrong_usage(app, wrong);
+
+  const Result<Mounting> mounting = mounting_of(in);
+  if (!mounting) return bad_input(app, mounting.status());
+  if (!in.output.empty()) {
     if (mounting->ambiguous)
-      return fail({StatusCode::failed_precondition,
-                   "the pictures do not decide between two attitudes: nothing was written to " + parsed->output +
-                       "; show larger or more tags, or give --gravity"},
-                  kBadInput);
-    if (const Status s = write_output(parsed->output, mounting_to_text(mounting->world_probe)); !s.ok())
-      return fail(s, kBadInput);
+      return bad_input(app, {StatusCode::failed_precondition,
+                             "the pictures do not decide between two attitudes: nothing was written to " + in.output +
+                                 "; show larger or more tags, or give --gravity"});
+    if (const Status s = write_output(in.output, mounting_to_text(mounting->world_probe)); !s.ok())
+      return bad_input(app, s);
   }
-  if (parsed->json) {
-    std::cout << to_json(*mounting) << std::flush;
-  } else if (parsed->output != "-") {
+  if (in.json) {
+    std::cout << json_text(json_of(*mounting)) << std::endl;
+  } else if (in.output != "-") {
     print_summary(*mounting);
   }
   return kDone;

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include <lightwell/text.hpp>
 
 #include "imaging/image_file.hpp"
 #include "tools/lightwell_calibrate/coverage.hpp"
@@ -19,9 +20,7 @@ constexpr double kPointsPerMm = 72 / 25.4;
 
 /// Decimals without exponent, which PDF and old SVG readers do not support. The resolution of 1e-5 pt is 4 nm.
 std::string number(double value) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.5f", value);
-  std::string out = text;
+  std::string out = formatted("%.5f", value);
   out.erase(out.find_last_not_of('0') + 1);
   if (out.back() == '.') out.pop_back();
   return out == "-0" ? "0" : out;
@@ -38,16 +37,7 @@ std::string escaped_pdf(const std::string& text) {
 
 std::string escaped_xml(const std::string& text) {
   std::string out;
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else
-      out += c;
-  }
+  for (const char c : text) out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
   return out;
 }
 
@@ -78,10 +68,8 @@ std::string content_of(const Page& page) {
 
 /// A grey as "#808080".
 std::string hexadecimal(double grey) {
-  char text[16];
   const auto value = static_cast<unsigned>(std::lround(255 * std::clamp(grey, 0.0, 1.0)));
-  std::snprintf(text, sizeof text, "#%02x%02x%02x", value, value, value);
-  return text;
+  return formatted("#%02x%02x%02x", value, value, value);
 }
 
 }  // namespace
@@ -105,9 +93,7 @@ std::string pages_to_pdf(std::span<const Page> pages) {
   std::string out = "%PDF-1.6\n%\xE2\xE3\xCF\xD3\n";
   std::string table = "0000000000 65535 f \n";
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    char entry[32];
-    std::snprintf(entry, sizeof entry, "%010zu 00000 n \n", out.size());
-    table += entry;
+    table += formatted("%010zu 00000 n \n", out.size());
     out += std::to_string(i + 1) + " 0 obj\n" + objects[i] + "\nendobj\n";
   }
   const std::size_t start = out.size();

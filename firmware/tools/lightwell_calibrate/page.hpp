@@ -40,7 +40,8 @@ struct Page {
   std::vector<PageText> texts;
 };
 
-/// Vector graphics; texts in Helvetica, one of PDF's standard fonts.
+/// Vector graphics; texts in Helvetica, one of PDF's standard fonts. The document asks viewers to print without scaling
+/// (ISO 32000-1, 12.2, PrintScaling), which cairo's PDF surface cannot express.
 [[nodiscard]] std::string pages_to_pdf(std::span<const Page> pages);
 [[nodiscard]] std::string page_to_pdf(const Page& page);
 [[nodiscard]] std::string page_to_svg(const Page& page);

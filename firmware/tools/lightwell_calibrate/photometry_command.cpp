@@ -1,17 +1,15 @@
 #include "tools/lightwell_calibrate/photometry_command.hpp"
 
-#include <array>
-#include <charconv>
 #include <iostream>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include <CLI/CLI.hpp>
+#include <lightwell/text.hpp>
 
-#include "tools/lightwell_calibrate/arguments.hpp"
+#include "tools/command_line.hpp"
 #include "tools/lightwell_calibrate/output.hpp"
 #include "tools/lightwell_calibrate/photometry_print.hpp"
-#include "tools/lightwell_calibrate/photometry_report.hpp"
 #include "tools/lightwell_calibrate/photometry_steps.hpp"
 
 namespace lightwell::calibrate {
@@ -20,7 +18,7 @@ namespace {
 constexpr const char* kFooter = R"(Examples:
   lightwell-calibrate photometry --calibration rig.textproto --dark dark --response series --output rig.textproto
   lightwell-calibrate photometry --calibration rig.textproto --flat flats --lamp turned --output rig.textproto \
-      --report report.png
+      --json | lightwell_plot.py --output curves.png                        draws curves and data
   lightwell-calibrate photometry --calibration rig.textproto --grey card/a.png:300,200,80,60 --lux 540 --albedo 0.18 \
       --output rig.textproto
 
@@ -36,41 +34,25 @@ White is the light on the grey card: D65, or that of --grey-xy. The factors are 
 Steps without input keep the values of the calibration.
 Exit status: 0 done, 1 an input is wrong (standard error has the reason and the remedy), 2 wrong usage.)";
 
-template <class T, std::size_t N>
-bool numbers(const std::string& text, std::array<T, N>& out) {
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  for (std::size_t i = 0; i < N; ++i) {
-    const auto [stop, error] = std::from_chars(at, end, out[i]);
-    if (error != std::errc() || (i + 1 < N ? stop == end || *stop != ',' : stop != end)) return false;
-    at = stop + 1;
-  }
-  return true;
-}
-
-int fail(const std::string& what, int exit) {
-  std::cerr << "lightwell-calibrate photometry: " << what << "\n";
-  return exit;
-}
-
 /// Parses IMAGE:x,y,w,h.
 bool split_grey(const std::string& text, PhotometryInputs& inputs) {
   const auto colon = text.rfind(':');
-  std::array<int, 4> r{};
-  if (colon == std::string::npos || colon == 0 || !numbers(text.substr(colon + 1), r)) return false;
+  if (colon == std::string::npos || colon == 0) return false;
+  const auto r = parse_numbers<int, 4>(std::string_view(text).substr(colon + 1));
+  if (!r) return false;
   inputs.grey = text.substr(0, colon);
-  inputs.patch = {r[0], r[1], r[2], r[3]};
+  inputs.patch = {(*r)[0], (*r)[1], (*r)[2], (*r)[3]};
   return true;
 }
 
 }  // namespace
 
-int photometry_command(std::span<char* const> arguments) {
+int photometry_command(const std::vector<std::string>& arguments) {
   CLI::App app{"Calibrates the photometry of a camera: response, black level, noise, vignetting, white balance, scale.",
                "lightwell-calibrate photometry"};
   app.footer(kFooter);
   PhotometryInputs in;
-  std::string calibration, output, report, grey, grey_xy;
+  std::string calibration, output, grey, grey_xy;
   double nits = 0, lux = 0;
   bool json = false;
   app.add_option("--calibration", calibration, "The present rig: geometry, and photometry to start from")->required();
@@ -90,23 +72,13 @@ int photometry_command(std::span<char* const> arguments) {
   auto* albedo = app.add_option("--albedo", in.albedo, "The card's albedo (reflectance), with --lux");
   app.add_option("--meter-deviation", in.meter_deviation, "Relative standard deviation of the meter [0.04]");
   app.add_option("--bits", in.bits, "Bit depth of the values in OpenEXR, 8 to 16 [not quantised]");
-  app.add_option("--report", report, "Draw curves and data (PNG)");
-  app.add_flag("--json", json, "Print the result as JSON on standard output");
-  try {
-    std::vector<std::string> words(arguments.rbegin(), arguments.rend());  // CLI11 expects reverse order.
-    app.parse(std::move(words));
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kDone : kUsage;
-  }
-  const auto usage = [](const std::string& what) { return fail(what + "; see --help", kUsage); };
+  app.add_flag("--json", json, "Print the result as JSON on standard output; lightwell_plot.py draws it");
+  if (const auto exit = parse_command_line(app, arguments)) return *exit;
+  const auto usage = [&app](const std::string& what) { return wrong_usage(app, what); };
   if (!grey.empty() && !split_grey(grey, in)) return usage("--grey '" + grey + "' is not IMAGE:x,y,w,h");
   if (in.grey.empty() && (*of_nits || *of_lux || *xy || *seconds || *gain))
     return usage("--nits, --lux and --grey-... need a patch; give it with --grey");
-  if (*xy) {
-    std::array<double, 2> parameters_of{};
-    if (!numbers(grey_xy, parameters_of)) return usage("--grey-xy '" + grey_xy + "' is not x,y");
-    in.grey_xy = parameters_of;
-  }
+  if (*xy && !(in.grey_xy = parse_numbers<double, 2>(grey_xy))) return usage("--grey-xy '" + grey_xy + "' is not x,y");
   if (*of_nits && *of_lux) return usage("give either --nits or --lux");
   if (bool(*of_lux) != bool(*albedo)) return usage("--lux and --albedo go together");
   if (in.bits != 0 && (in.bits < 8 || in.bits > 16)) return usage("--bits must be 8 to 16");
@@ -116,14 +88,11 @@ int photometry_command(std::span<char* const> arguments) {
     return usage("nothing to measure: give --dark, --response, --flat, --lamp or --grey");
 
   const Result<RigParameters> rig = load_calibration(calibration);
-  if (!rig) return fail(rig.status().message(), kBadInput);
+  if (!rig) return bad_input(app, rig.status());
   const Result<PhotometryRun> run = calibrate_photometry(*rig, in);
-  if (!run) return fail(run.status().message(), kBadInput);
-  // The report is written first, so that the calibration is replaced only if everything else succeeded.
-  if (!report.empty())
-    if (Status s = write_report(*run, report); !s.ok()) return fail(s.message(), kBadInput);
-  if (Status s = write_output(output, calibration_to_text(run->rig)); !s.ok()) return fail(s.message(), kBadInput);
-  for (const std::string& note : run->notes) std::cerr << "lightwell-calibrate photometry: " << note << "\n";
+  if (!run) return bad_input(app, run.status());
+  if (Status s = write_output(output, calibration_to_text(run->rig)); !s.ok()) return bad_input(app, s);
+  for (const std::string& note : run->notes) std::cerr << app.get_name() << ": " << note << "\n";
   std::cout << (json ? json_of(*run) : to_text(*run)) << std::flush;
   return kDone;
 }

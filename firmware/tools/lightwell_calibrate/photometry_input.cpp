@@ -1,12 +1,10 @@
 #include "tools/lightwell_calibrate/photometry_input.hpp"
 
-#include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <numbers>
-#include <sstream>
+
+#include <lightwell/text.hpp>
 
 #include "camera/backends/replay/frame_list.hpp"
 #include "imaging/image_file.hpp"
@@ -18,29 +16,17 @@ namespace fs = std::filesystem;
 
 Status invalid(const std::string& what) { return {StatusCode::invalid_argument, what}; }
 
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
 }  // namespace
 
 Result<std::vector<ListedPicture>> list_pictures(const std::string& folder, const PictureKind& kind) {
-  const std::string list = (fs::path(folder) / "frames.csv").string();
-  std::ifstream file(list, std::ios::binary);
-  if (!file)
-    return Status(StatusCode::not_found,
-                  list +
-                      ": not there; list the folder's pictures in it, a line each, with the columns "
-                      "file,exposure_s,time_s");
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  const Result<std::vector<replay::ListedFrame>> frames = replay::parse_frame_list(text, list);
+  const Result<std::vector<replay::ListedFrame>> frames = replay::load_frame_list(folder);
   if (!frames) return frames.status();
   std::vector<ListedPicture> out;
   for (const replay::ListedFrame& frame : *frames) {
     const auto lens = static_cast<std::size_t>(kind.lens);
     if (frame.files.size() > 1 && lens >= frame.files.size())
-      return invalid(list + ": no picture of lens " + std::to_string(kind.lens) + "; see --lens");
+      return invalid((fs::path(folder) / "frames.csv").string() + ": no picture of lens " + std::to_string(kind.lens) +
+                     "; see --lens");
     const std::string& name = frame.files.size() > 1 ? frame.files[lens] : frame.files.front();
     out.push_back({(fs::path(folder) / name).string(), name, frame.info.exposure_s, frame.info.gain});
   }
@@ -70,19 +56,17 @@ Result<std::map<std::string, double>> read_angles(const std::string& folder) {
       return invalid(path + ":" + std::to_string(number) + ": " + what);
     };
     if (trimmed(line).empty()) continue;
-    const auto comma = line.find(',');
-    if (comma == std::string::npos || line.find(',', comma + 1) != std::string::npos)
-      return bad("it does not have the two columns file,angle_deg");
-    const std::string name = trimmed(line.substr(0, comma)), value = trimmed(line.substr(comma + 1));
+    const std::vector<std::string_view> fields = comma_separated(line);
+    if (fields.size() != 2) return bad("it does not have the two columns file,angle_deg");
+    const std::string name(fields[0]), value(fields[1]);
     if (number == 1) {
       if (name != "file" || value != "angle_deg") return bad("the first line must be file,angle_deg");
       continue;
     }
-    double degrees = 0;
-    const auto [end, wrong] = std::from_chars(value.data(), value.data() + value.size(), degrees);
-    if (wrong != std::errc() || end != value.data() + value.size() || !(degrees >= 0 && degrees <= 180))
+    const std::optional<double> degrees = parse_number<double>(value);
+    if (!degrees || !(*degrees >= 0 && *degrees <= 180))
       return bad("angle_deg '" + value + "' is not an angle of 0 to 180");
-    if (!out.emplace(name, degrees * std::numbers::pi / 180).second) return bad(name + " is listed twice");
+    if (!out.emplace(name, *degrees * std::numbers::pi / 180).second) return bad(name + " is listed twice");
   }
   if (out.empty())
     return invalid(path + ": no angle is listed; without this file angles are those of the lens's geometry");

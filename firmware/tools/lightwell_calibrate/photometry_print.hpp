@@ -8,7 +8,8 @@
 namespace lightwell::calibrate {
 
 [[nodiscard]] std::string to_text(const PhotometryRun& run);
-/// A JSON object; a step without input is null. Deviations are standard deviations in the unit of their value.
+/// A line with a JSON object; a step without input is null. Deviations are standard deviations in the unit of their
+/// value. "calibration" has values of the resulting calibration; "curves" is curves_of().
 [[nodiscard]] std::string json_of(const PhotometryRun& run);
 
 }  // namespace lightwell::calibrate

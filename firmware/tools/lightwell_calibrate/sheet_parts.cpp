@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdio>
+
+#include <lightwell/text.hpp>
 
 namespace lightwell::calibrate {
 
@@ -12,11 +13,7 @@ Result<Paper> find_paper(std::string_view name) {
   return Status(StatusCode::invalid_argument, "'" + std::string(name) + "' is not known; a4, a3 and letter are");
 }
 
-std::string brief(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
+std::string brief(double value) { return formatted("%.4g", value); }
 
 std::vector<Rectangle> tag_rectangles(const TagBitmap& tag, double left, double top, double cell) {
   std::vector<Rectangle> out;

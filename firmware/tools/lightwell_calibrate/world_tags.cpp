@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
-#include <iterator>
+
+#include <lightwell/files.hpp>
+#include <lightwell/text.hpp>
 
 #include "imaging/uri.hpp"
-#include "tools/lightwell_calibrate/arguments.hpp"
 
 namespace lightwell::calibrate {
 
@@ -15,20 +15,6 @@ namespace {
 
 const std::vector<std::string_view> kColumns = {"family", "id", "size_m", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
 enum Column : std::size_t { kFamily, kId, kSize, kTx, kTy, kTz, kQx, kQy, kQz, kQw };
-
-std::vector<std::string_view> cells_of(std::string_view line) {
-  std::vector<std::string_view> out;
-  while (true) {
-    const auto comma = line.find(',');
-    std::string_view cell = line.substr(0, comma);
-    const auto first = cell.find_first_not_of(" \t\r");
-    cell = first == std::string_view::npos ? std::string_view()
-                                           : cell.substr(first, cell.find_last_not_of(" \t\r") - first + 1);
-    out.push_back(cell);
-    if (comma == std::string_view::npos) return out;
-    line.remove_prefix(comma + 1);
-  }
-}
 
 }  // namespace
 
@@ -44,7 +30,7 @@ Result<std::vector<WorldTag>> parse_world_tags(std::string_view text, const std:
     const std::string_view line = text.substr(0, end);
     text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
     ++line_number;
-    const std::vector<std::string_view> cells = cells_of(line);
+    const std::vector<std::string_view> cells = comma_separated(line);
     if ((cells.size() == 1 && cells[0].empty()) || cells[0].starts_with('#')) continue;
     if (order.empty()) {
       for (const std::string_view cell : cells) {
@@ -74,13 +60,12 @@ Result<std::vector<WorldTag>> parse_world_tags(std::string_view text, const std:
         if (!family) return wrong(family.status().message());
         tag.family = *family;
       } else if (order[i] == kId) {
-        const auto id = number<int>(cells[i]);
+        const auto id = parse_number<int>(cells[i]);
         if (!id || *id < 0) return wrong("id: '" + std::string(cells[i]) + "' is not a tag's number");
         tag.id = *id;
       } else {
-        const auto value = number<double>(cells[i]);
-        if (!value || !std::isfinite(*value))
-          return wrong(column + ": '" + std::string(cells[i]) + "' is not a number");
+        const auto value = parse_number<double>(cells[i]);
+        if (!value) return wrong(column + ": '" + std::string(cells[i]) + "' is not a number");
         Pose& p = tag.world_tag;
         const std::array<double*, 10> fields = {nullptr,          nullptr,          &tag.size_m,   &p.translation.x,
                                                 &p.translation.y, &p.translation.z, &p.rotation.x, &p.rotation.y,
@@ -105,11 +90,9 @@ Result<std::vector<WorldTag>> parse_world_tags(std::string_view text, const std:
 }
 
 Result<std::vector<WorldTag>> load_world_tags(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return Status(StatusCode::not_found, path + ": cannot be opened");
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (file.bad()) return Status(StatusCode::data_loss, path + ": cannot be read");
-  return parse_world_tags(text, path);
+  const Result<std::string> text = read_text_file(path);
+  if (!text) return text.status();
+  return parse_world_tags(*text, path);
 }
 
 }  // namespace lightwell::calibrate

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include <lightwell/config.hpp>
+#include <lightwell/estimator_config.hpp>
 #include <lightwell/pixel.hpp>
 
 namespace lightwell::eval {

@@ -1,26 +1,12 @@
 #include "tools/lightwell_eval/formatting.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdarg>
-#include <cstdio>
+
+#include <lightwell/text.hpp>
 
 namespace lightwell::eval {
 
-std::string text(const char* format, ...) {
-  std::array<char, 256> out{};
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(out.data(), out.size(), format, arguments);
-  va_end(arguments);
-  return out.data();
-}
-
-std::string percent(double share) { return text(share < 0.1 ? "%.2f" : share < 1 ? "%.1f" : "%.0f", 100 * share); }
-
-std::string number(double v) { return std::isfinite(v) ? text("%.6g", v) : "null"; }
-std::string number(const std::optional<double>& v) { return v ? number(*v) : "null"; }
+std::string percent(double share) { return formatted(share < 0.1 ? "%.2f" : share < 1 ? "%.1f" : "%.0f", 100 * share); }
 
 std::string markdown_table(std::span<const TableLine> lines, std::size_t left) {
   std::vector<std::size_t> widths(lines.front().size());

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include <lightwell/quantile.hpp>
+
 namespace lightwell::eval {
 namespace {
 
@@ -36,13 +38,6 @@ bool dominates(const Row& a, const Row& b) { return clearly_better(a, b) && !cle
 
 }  // namespace
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return 0.5 * (values[(n - 1) / 2] + values[n / 2]);
-}
-
 void summarise(Row& row, double memcpy_seconds) {
   const auto over = [&](auto&& value) {
     std::vector<double> all;
@@ -56,8 +51,8 @@ void summarise(Row& row, double memcpy_seconds) {
   row.ms = 1e3 * seconds;
   row.memcpy_ratio = seconds / memcpy_seconds;
   row.bytes = median(over([](const Outcome& o) { return o.bytes; }));
-  const std::vector<double> rms = over([](const Outcome&o) { return o.rms; }),
-                            largest = over([](const Outcome&o) { return o.largest; });
+  std::vector<double> rms = over([](const Outcome&o) { return o.rms; }),
+                      largest = over([](const Outcome&o) { return o.largest; });
   row.rms = median(rms);
   row.worst_rms = largest_of(rms);
   row.largest = median(largest);
@@ -70,7 +65,7 @@ void summarise(Row& row, double memcpy_seconds) {
     row.unbounded_share += std::isfinite(o.bound) ? 0 : 1.0 / static_cast<double>(row.scenes.size());
   }
   if (!instructions.empty()) row.instructions_per_pixel = median(instructions);
-  row.bound = median(bounds);
+  row.bound = bounds.empty() ? 0 : median(bounds);
   if (!light.empty()) {
     row.light_deg = median(light);
     row.worst_light_deg = largest_of(light);

@@ -32,9 +32,8 @@ struct Row {
   }
 };
 
-[[nodiscard]] double median(std::vector<double> values);
-
-/// Computes the medians and worst values from the scenes. `memcpy_seconds`: of a bracket of the row's size.
+/// Computes the medians and worst values from the scenes, of which there is at least one. `memcpy_seconds`: of a
+/// bracket of the row's size.
 void summarise(Row& row, double memcpy_seconds);
 
 /// Ratios below which a time (which varies between runs) or an error is clearly less than another.

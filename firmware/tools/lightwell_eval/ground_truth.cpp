@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <lightwell/equirect.hpp>
+#include <lightwell/fibonacci_lattice.hpp>
 
 namespace lightwell::eval {
 namespace {
@@ -23,18 +24,13 @@ Vec3d pixel_direction(const sim::Panorama& p, int i, int j) {
 
 }  // namespace
 
-std::vector<Vec3d> fibonacci_normals(int count) {
-  const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
-  std::vector<Vec3d> normals;
-  for (int i = 0; i < count; ++i) {
-    const double z = 1 - (2.0 * i + 1) / count, ring = std::sqrt((1 - z) * (1 + z)), azimuth = golden_angle * i;
-    normals.push_back({ring * std::cos(azimuth), ring * std::sin(azimuth), z});
-  }
-  return normals;
-}
-
 const std::vector<Vec3d>& truth_normals() {
-  static const std::vector<Vec3d> normals = fibonacci_normals(2048);
+  static const std::vector<Vec3d> normals = [] {
+    constexpr int kNormals = 2048;
+    std::vector<Vec3d> all;
+    for (int i = 0; i < kNormals; ++i) all.push_back(fibonacci_direction(i, kNormals));
+    return all;
+  }();
   return normals;
 }
 

@@ -16,9 +16,6 @@ namespace lightwell::eval {
 /// Radiance or irradiance, Rec. 709.
 using Color = std::array<double, 3>;
 
-/// Evenly distributed unit vectors: the Fibonacci lattice of Gonzalez 2010, with an offset of half a step at the poles.
-[[nodiscard]] std::vector<Vec3d> fibonacci_normals(int count);
-
 class GroundTruth {
  public:
   GroundTruth(std::string name, const sim::Panorama& panorama);

@@ -5,9 +5,12 @@
 #include <iostream>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
-#include "tools/lightwell_eval/chart.hpp"
+#include <lightwell/files.hpp>
+
+#include "tools/command_line.hpp"
+#include "tools/json_text.hpp"
 #include "tools/lightwell_eval/scenes.hpp"
 #include "tools/lightwell_eval/table.hpp"
 
@@ -16,12 +19,9 @@ namespace {
 using namespace lightwell;
 using namespace lightwell::eval;
 
-/// Exit codes: the footer of --help.
-enum Exit : int { kOk = 0, kFailed = 1, kUsage = 2 };
-
 int fail(const Status& s) {
   std::cerr << "lightwell-eval: " << s.message() << "\n";
-  return s.code() == StatusCode::invalid_argument ? kUsage : kFailed;
+  return s.code() == StatusCode::invalid_argument ? kUsage : kBadInput;
 }
 
 /// Progress on stderr: one line that is overwritten on a terminal, otherwise a line per scene.
@@ -86,7 +86,7 @@ Result<std::vector<Row>> measure(const std::vector<std::string>& paths, bool qui
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"lightwell-eval measures what the estimator's settings cost and what they give."};
+  CLI::App app{"Measures what the estimator's settings cost and what they give.", "lightwell-eval"};
   app.footer(
       "Examples:\n"
       "  lightwell-eval --pareto                       the eight panoramas of cmake/fetch_panoramas; about four "
@@ -98,7 +98,8 @@ int main(int argc, char** argv) {
       "  lightwell-eval --pareto --marker FILE         also with the marker estimator; FILE is the output of\n"
       "                                                tests/measure/measure_marker_trade\n"
       "  lightwell-eval --marker FILE                  only the marker's table; nothing is measured or drawn\n"
-      "The table goes to stdout, progress to stderr, the chart to OUT/pareto.svg and OUT/pareto.png.\n"
+      "The table goes to stdout, progress to stderr, all figures to OUT/pareto.json. To draw the chart:\n"
+      "  lightwell_plot.py OUT/pareto.json --output OUT/pareto.png --output OUT/pareto.svg\n"
       "For meaningful times, use an idle machine and the preset bench.\n"
       "Exit status: 0 measured, 1 an input or output failed, 2 wrong usage.");
   bool pareto = false, json = false, quick = false;
@@ -107,27 +108,20 @@ int main(int argc, char** argv) {
                "Sweep blocks, cameras, bands, lights, epsilon, maps, exposures and the named settings");
   app.add_option("--scenes", scenes,
                  "all, eight, or names and files with commas between [eight; --quick: city,interior,night]");
-  app.add_option("--out", out, "Folder for the charts; created if it does not exist [out]");
+  app.add_option("--out", out, "Folder for pareto.json; created if it does not exist [out]");
   app.add_option("--marker", marker_file,
                  "Output of measure_marker_trade, a JSON object per line: adds a panel and a table for the marker");
   app.add_flag("--json", json, "JSON with every scene's figures, or the marker's rows, on stdout instead of the table");
   app.add_flag("--quick", quick, "Fewer scenes and passes, for a first impression");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kOk : kUsage;
-  }
-  if (!pareto && marker_file.empty()) {
-    std::cerr << "lightwell-eval: nothing to do; give --pareto or --marker; see --help\n";
-    return kUsage;
-  }
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
+  if (!pareto && marker_file.empty()) return wrong_usage(app, "nothing to do; give --pareto or --marker");
   Result<std::vector<MarkerRow>> marker = std::vector<MarkerRow>();
   if (!marker_file.empty()) marker = read_marker_rows(marker_file);
   if (!marker) return fail(marker.status());
   mark_front(*marker);
   if (!pareto) {
-    std::cout << (json ? marker_json_of(*marker) + "\n" : marker_table_of(*marker)) << std::flush;
-    return kOk;
+    std::cout << (json ? json_text(json_of(*marker)) + "\n" : marker_table_of(*marker)) << std::flush;
+    return kDone;
   }
   const Result<std::vector<std::string>> paths = scene_files(!scenes.empty() ? scenes
                                                              : quick         ? "city,interior,night"
@@ -142,14 +136,13 @@ int main(int argc, char** argv) {
   run.quick = quick;
   const Result<std::vector<Row>> rows = measure(*paths, quick, run);
   if (!rows) return fail(rows.status());
+  const std::string figures = json_text(json_of(*rows, run, *marker)) + "\n";
   if (json)
-    std::cout << json_of(*rows, run, *marker);
+    std::cout << figures;
   else
     std::cout << table_of(*rows, run) << (marker->empty() ? "" : "\n") << marker_table_of(*marker);
   std::cout << std::flush;
-  const Chart chart = pareto_chart(*rows, run, *marker);
-  if (Status s = write_svg(chart, out + "/pareto.svg"); !s.ok()) return fail(s);
-  if (Status s = write_png(chart, out + "/pareto.png"); !s.ok()) return fail(s);
-  std::cerr << "lightwell-eval: drew " << out << "/pareto.svg and " << out << "/pareto.png\n";
-  return kOk;
+  if (Status s = write_atomically(out + "/pareto.json", figures, FileMode::umask); !s.ok()) return fail(s);
+  std::cerr << "lightwell-eval: wrote " << out << "/pareto.json; lightwell_plot.py draws it\n";
+  return kDone;
 }

@@ -2,15 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <fstream>
-#include <map>
+#include <set>
 #include <utility>
-#include <variant>
 
-#include <lightwell/json.hpp>
+#include <nlohmann/json.hpp>
 
+#include <lightwell/text.hpp>
+
+#include "tools/json_text.hpp"
 #include "tools/lightwell_eval/formatting.hpp"
 #include "tools/lightwell_eval/front.hpp"
 
@@ -24,102 +25,40 @@ constexpr std::array kSweepParameters = {MarkerSweepParameter::setting, MarkerSw
 /// Smallest significant difference of the share of flagged or unanswered frames.
 constexpr double kClearShare = 0.01;
 
-/// null, a number or a string.
-using Value = std::variant<std::monostate, double, std::string>;
-
-/// Parser for a JSON object (RFC 8259) whose values are numbers, strings and null; of the escapes only \", \\ and \/.
-class FlatObject {
- public:
-  explicit FlatObject(std::string_view line) : rest_(line) {}
-
-  /// Parses the line; returns an error message or "".
-  std::string read() {
-    if (!take('{')) return "not a JSON object";
-    if (!take('}')) {
-      do {
-        std::string name;
-        if (!take_text(name)) return "a field's name should begin here: '" + near() + "'";
-        if (!take(':')) return "no ':' after \"" + name + "\"";
-        Value value;
-        if (!take_value(value)) return "\"" + name + "\" is neither a number, a text nor null";
-        if (!fields_.emplace(name, std::move(value)).second) return "\"" + name + "\" is there twice";
-      } while (take(','));
-      if (!take('}')) return "no ',' or '}' at '" + near() + "'";
-    }
-    skip_space();
-    return rest_.empty() ? "" : "more than one object: '" + near() + "'";
-  }
-
-  /// Removes and returns a field.
-  std::optional<Value> take_field(const std::string& name) {
-    auto node = fields_.extract(name);
-    if (node.empty()) return std::nullopt;
-    return std::move(node.mapped());
-  }
-  [[nodiscard]] std::string first_left() const { return fields_.empty() ? "" : fields_.begin()->first; }
-
- private:
-  [[nodiscard]] std::string near() const { return std::string(rest_.substr(0, 20)); }
-  void skip_space() {
-    const std::size_t n = rest_.find_first_not_of(" \t\r");
-    rest_.remove_prefix(std::min(n, rest_.size()));
-  }
-  bool take(char c) {
-    skip_space();
-    if (!rest_.starts_with(c)) return false;
-    rest_.remove_prefix(1);
-    return true;
-  }
-  bool take_text(std::string& out) {
-    if (!take('"')) return false;
-    while (!rest_.empty() && rest_.front() != '"') {
-      if (rest_.front() == '\\') {
-        if (rest_.size() < 2 || std::string_view("\"\\/").find(rest_[1]) == std::string_view::npos) return false;
-        rest_.remove_prefix(1);
-      }
-      out += rest_.front();
-      rest_.remove_prefix(1);
-    }
-    return take('"');
-  }
-  bool take_value(Value& out) {
-    skip_space();
-    if (rest_.starts_with("null")) return rest_.remove_prefix(4), true;
-    if (rest_.starts_with('"')) return take_text(out.emplace<std::string>());
-    // from_chars() accepts "inf" and "nan", which are not JSON.
-    if (rest_.empty() || std::string_view("-0123456789").find(rest_.front()) == std::string_view::npos) return false;
-    double& number = out.emplace<double>();
-    const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), number);
-    if (error != std::errc() || !std::isfinite(number)) return false;
-    rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
-    return true;
-  }
-
-  std::string_view rest_;
-  std::map<std::string, Value> fields_;
-};
-
-/// Typed access to the fields of one line; keeps the first error.
+/// Typed access to the members of one line, a JSON object; keeps the first error.
 class Reader {
  public:
-  explicit Reader(std::string_view line) : object_(line) { error = object_.read(); }
+  explicit Reader(const std::string& line) {
+    using Event = nlohmann::ordered_json::parse_event_t;
+    std::set<std::string> names;
+    const auto find_repeated = [&](int, Event event, const nlohmann::ordered_json& value) {
+      if (event == Event::key && !names.insert(value.get<std::string>()).second)
+        set_error("\"" + value.get<std::string>() + "\" is there twice");
+      return true;
+    };
+    try {
+      object_ = nlohmann::ordered_json::parse(line, find_repeated);
+    } catch (const nlohmann::ordered_json::exception& e) {
+      set_error(e.what());
+    }
+    if (!object_.is_object()) set_error("not a JSON object");
+  }
 
   std::string string(const std::string& name) {
-    const std::optional<Value> v = find(name);
-    const auto* text = v ? std::get_if<std::string>(&*v) : nullptr;
-    if (v && (text == nullptr || text->empty())) set_error("\"" + name + "\" is not a string");
-    return text == nullptr ? "" : *text;
+    const nlohmann::ordered_json value = take(name);
+    const std::string out = value.is_string() ? value.get<std::string>() : "";
+    if (out.empty()) set_error("\"" + name + "\" is not a string");
+    return out;
   }
   std::optional<double> optional_number(const std::string& name) {
-    const std::optional<Value> v = find(name);
-    if (!v || std::holds_alternative<std::monostate>(*v)) return std::nullopt;
-    const auto* number = std::get_if<double>(&*v);
-    if (number == nullptr) {
+    const nlohmann::ordered_json value = take(name);
+    if (value.is_null()) return std::nullopt;
+    if (!value.is_number()) {
       set_error("\"" + name + "\" is not a number");
       return std::nullopt;
     }
-    if (*number < 0) set_error("\"" + name + "\" is negative");
-    return *number;
+    if (value.get<double>() < 0) set_error("\"" + name + "\" is negative");
+    return value.get<double>();
   }
   /// For a value on a logarithmic axis.
   std::optional<double> optional_positive(const std::string& name) {
@@ -129,7 +68,7 @@ class Reader {
   }
   double number(const std::string& name, double most) {
     const std::optional<double> v = optional_number(name);
-    if (!v || *v > most) set_error("\"" + name + "\" must be a number of at most " + text("%g", most));
+    if (!v || *v > most) set_error("\"" + name + "\" must be a number of at most " + formatted("%g", most));
     return v.value_or(0);
   }
   int whole(const std::string& name) {
@@ -138,8 +77,7 @@ class Reader {
     return static_cast<int>(v);
   }
   void end() {
-    if (const std::string left = object_.first_left(); !left.empty())
-      set_error("\"" + left + "\" is not a field of a marker's row");
+    if (!object_.empty()) set_error("\"" + object_.begin().key() + "\" is not a field of a marker's row");
   }
   void set_error(const std::string& what) {
     if (error.empty()) error = what;
@@ -148,12 +86,18 @@ class Reader {
   std::string error;
 
  private:
-  std::optional<Value> find(const std::string& name) {
-    std::optional<Value> v = object_.take_field(name);
-    if (!v) set_error("it lacks \"" + name + "\"");
-    return v;
+  /// Removes and returns a member; null if it is missing, which is an error.
+  nlohmann::ordered_json take(const std::string& name) {
+    const auto found = object_.find(name);
+    if (found == object_.end()) {
+      set_error("it lacks \"" + name + "\"");
+      return nullptr;
+    }
+    nlohmann::ordered_json value = std::move(*found);
+    object_.erase(found);
+    return value;
   }
-  FlatObject object_;
+  nlohmann::ordered_json object_;
 };
 
 MarkerRow row_of(Reader& from) {
@@ -192,7 +136,7 @@ bool dominates(const MarkerRow& a, const MarkerRow& b) {
   return clearly_better(a, b) && !clearly_better(b, a);
 }
 
-std::string or_none(const std::optional<double>& v, int decimals) { return v ? text("%.*f", decimals, *v) : "-"; }
+std::string or_none(const std::optional<double>& v, int decimals) { return v ? formatted("%.*f", decimals, *v) : "-"; }
 
 std::string percent_or_none(const std::optional<double>& v) { return v ? percent(*v) : "-"; }
 
@@ -226,7 +170,7 @@ Result<std::vector<MarkerRow>> read_marker_rows(const std::string& path) {
     if (reader.error.empty()) row = row_of(reader);
     if (!rows.empty() && (row.width != rows[0].width || row.height != rows[0].height))
       reader.set_error(
-          text("pictures of %dx%d beside those of %dx%d", row.width, row.height, rows[0].width, rows[0].height));
+          formatted("pictures of %dx%d beside those of %dx%d", row.width, row.height, rows[0].width, rows[0].height));
     if (std::any_of(rows.begin(), rows.end(), [&](const MarkerRow& r) { return r.what == row.what; }))
       reader.set_error("a case of the name '" + row.what + "' came before");
     if (!reader.error.empty())
@@ -255,10 +199,11 @@ std::string marker_table_of(std::span<const MarkerRow> rows) {
     lines.push_back({r.what, or_none(r.ms, 2), or_none(r.ms_first, 1), or_none(r.memcpy_ratio, 1),
                      percent_or_none(r.rms) + " / " + percent_or_none(r.worst_rms),
                      or_none(r.direction_deg, 2) + " / " + or_none(r.worst_direction_deg, 2),
-                     text("%.0f", 100 * r.flagged), text("%.0f", 100 * r.unanswered), r.on_front ? "yes" : ""});
+                     formatted("%.0f", 100 * r.flagged), formatted("%.0f", 100 * r.unanswered),
+                     r.on_front ? "yes" : ""});
   std::string out = markdown_table(lines, 1);
   out +=
-      text(
+      formatted(
           "\nOne picture of %dx%d, 8 bits. ms: a frame in which the body is tracked; first: a frame in which it is "
           "searched everywhere.\n",
           rows[0].width, rows[0].height) +
@@ -270,31 +215,32 @@ std::string marker_table_of(std::span<const MarkerRow> rows) {
       "frames.\n";
   for (const MarkerRow& b : rows) {
     if (b.parameter != MarkerSweepParameter::setting) continue;
-    std::string by;
-    for (const std::string& a : b.dominated_by) by += (by.empty() ? "" : ", ") + a;
-    out += b.what +
-           (by.empty() ? ": on the measured front.\n" : ": NOT on the measured front, dominated by " + by + ".\n");
+    out += b.what + (b.dominated_by.empty()
+                         ? ": on the measured front.\n"
+                         : ": NOT on the measured front, dominated by " + joined(b.dominated_by) + ".\n");
   }
   return out;
 }
 
-std::string marker_json_of(std::span<const MarkerRow> rows) {
-  std::string out = "[";
-  for (std::size_t n = 0; n < rows.size(); ++n) {
-    const MarkerRow& r = rows[n];
-    out += (n > 0 ? ",\n" : "\n") + std::string("{\"what\": ") + json_string(r.what) +
-           ", \"knob\": " + json_string(to_string(r.parameter)) +
-           text(", \"width\": %d, \"height\": %d, \"ms\": %s, \"ms_first\": %s, \"memcpy_ratio\": %s, ", r.width,
-                r.height, number(r.ms).c_str(), number(r.ms_first).c_str(), number(r.memcpy_ratio).c_str()) +
-           text("\"rms\": %s, \"worst_rms\": %s, \"direction_deg\": %s, \"worst_direction_deg\": %s, ",
-                number(r.rms).c_str(), number(r.worst_rms).c_str(), number(r.direction_deg).c_str(),
-                number(r.worst_direction_deg).c_str()) +
-           text("\"flagged\": %s, \"unanswered\": %s, \"on_front\": %s, \"beaten_by\": [", number(r.flagged).c_str(),
-                number(r.unanswered).c_str(), r.on_front ? "true" : "false");
-    for (std::size_t i = 0; i < r.dominated_by.size(); ++i) out += (i > 0 ? ", " : "") + json_string(r.dominated_by[i]);
-    out += "]}";
-  }
-  return out + "\n]";
+nlohmann::ordered_json json_of(std::span<const MarkerRow> rows) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (const MarkerRow& r : rows)
+    out.push_back({{"what", r.what},
+                   {"knob", to_string(r.parameter)},
+                   {"width", r.width},
+                   {"height", r.height},
+                   {"ms", json_or_null(r.ms)},
+                   {"ms_first", json_or_null(r.ms_first)},
+                   {"memcpy_ratio", json_or_null(r.memcpy_ratio)},
+                   {"rms", json_or_null(r.rms)},
+                   {"worst_rms", json_or_null(r.worst_rms)},
+                   {"direction_deg", json_or_null(r.direction_deg)},
+                   {"worst_direction_deg", json_or_null(r.worst_direction_deg)},
+                   {"flagged", r.flagged},
+                   {"unanswered", r.unanswered},
+                   {"on_front", r.on_front},
+                   {"beaten_by", r.dominated_by}});
+  return out;
 }
 
 }  // namespace lightwell::eval

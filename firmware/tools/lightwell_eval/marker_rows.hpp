@@ -1,5 +1,5 @@
 // Cost and accuracy of the marker estimator's parameters, from the output of tests/measure/measure_marker_trade.
-//   MarkerRow, read_marker_rows, mark_front, marker_table_of, marker_json_of
+//   MarkerRow, read_marker_rows, mark_front, marker_table_of, json_of
 #pragma once
 
 #include <optional>
@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <nlohmann/json_fwd.hpp>
 
 #include <lightwell/result.hpp>
 
@@ -50,7 +52,7 @@ void mark_front(std::span<MarkerRow> rows);
 /// A Markdown table with an explanation of its columns, and the rows that dominate the default.
 [[nodiscard]] std::string marker_table_of(std::span<const MarkerRow> rows);
 
-/// A JSON list of the rows with all fields.
-[[nodiscard]] std::string marker_json_of(std::span<const MarkerRow> rows);
+/// A list of the rows with all fields.
+[[nodiscard]] nlohmann::ordered_json json_of(std::span<const MarkerRow> rows);
 
 }  // namespace lightwell::eval

@@ -2,48 +2,75 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include <lightwell/json.hpp>
+#include <nlohmann/json.hpp>
 
+#include <lightwell/text.hpp>
+
+#include "tools/json_text.hpp"
 #include "tools/lightwell_eval/formatting.hpp"
 
 namespace lightwell::eval {
 namespace {
 
 std::string camera_of(const Case& c) {
-  return text("%dx%d%s", c.width, c.height, c.sensor == Sensor::ideal ? "" : c.exposures == 1 ? " 8 bit" : " 8 bit x3");
+  return formatted("%dx%d%s", c.width, c.height,
+                   c.sensor == Sensor::ideal ? ""
+                   : c.exposures == 1        ? " 8 bit"
+                                             : " 8 bit x3");
 }
 
 TableLine line_of(const Row& r) {
   return {r.setup.label,
           camera_of(r.setup),
-          text("%.2f", r.ms),
-          text("%.2f", r.memcpy_ratio),
-          r.instructions_per_pixel ? text("%.1f", *r.instructions_per_pixel) : "not available here",
-          text("%.0f", r.bytes),
+          formatted("%.2f", r.ms),
+          formatted("%.2f", r.memcpy_ratio),
+          r.instructions_per_pixel ? formatted("%.1f", *r.instructions_per_pixel) : "not available here",
+          formatted("%.0f", r.bytes),
           percent(r.rms) + " / " + percent(r.worst_rms),
           percent(r.largest) + " / " + percent(r.worst_largest),
-          r.light_deg ? text("%.2f / %.2f", *r.light_deg, *r.worst_light_deg) : "-",
+          r.light_deg ? formatted("%.2f / %.2f", *r.light_deg, *r.worst_light_deg) : "-",
           percent(r.balls[0]) + " / " + percent(r.balls[1]) + " / " + percent(r.balls[2]),
           !std::isfinite(r.bound_or_infinity()) ? "none" : percent(r.bound) + (r.unbounded_share > 0 ? "*" : ""),
           r.on_front ? "yes" : ""};
 }
 
-std::string json_of(const Outcome& o) {
-  return text("{\"ms\": %s, \"instructions_per_pixel\": %s, \"bytes\": %.0f, \"rms\": %s, \"largest\": %s, ",
-              number(1e3 * o.seconds).c_str(), number(o.instructions_per_pixel).c_str(), o.bytes, number(o.rms).c_str(),
-              number(o.largest).c_str()) +
-         text("\"light_deg\": %s, \"balls\": [%s, %s, %s], \"bound\": %s, \"map\": %s}", number(o.light_deg).c_str(),
-              number(o.balls[0]).c_str(), number(o.balls[1]).c_str(), number(o.balls[2]).c_str(),
-              number(o.bound).c_str(), o.map ? "true" : "false");
+nlohmann::ordered_json json_of(const Outcome& o) {
+  return {{"ms", 1e3 * o.seconds},
+          {"instructions_per_pixel", json_or_null(o.instructions_per_pixel)},
+          {"bytes", std::llround(o.bytes)},
+          {"rms", o.rms},
+          {"largest", o.largest},
+          {"light_deg", json_or_null(o.light_deg)},
+          {"balls", o.balls},
+          {"bound", o.bound},
+          {"map", o.map}};
 }
 
-std::string config_of(const Case& c) {
-  return text(
-      "\"setting\": \"%s\", \"block_edge\": %d, \"band\": %d, \"max_lights\": %d, \"epsilon\": %g, "
-      "\"environment_edge\": %d, \"exposures\": %d, \"named\": %s",
-      std::string(to_string(c.config.setting)).c_str(), c.block_edge, c.config.band, c.config.max_lights,
-      c.config.panorama.epsilon, c.config.panorama.environment_edge, c.exposures, c.named ? "true" : "false");
+nlohmann::ordered_json json_of(const Row& r) {
+  const Case& c = r.setup;
+  nlohmann::ordered_json outcomes = nlohmann::ordered_json::array();
+  for (const Outcome& o : r.scenes) outcomes.push_back(json_of(o));
+  return {{"what", c.label},
+          {"knob", to_string(c.parameter)},
+          {"width", c.width},
+          {"height", c.height},
+          {"sensor", c.sensor == Sensor::ideal ? "ideal" : "rgb8"},
+          {"setting", to_string(c.config.setting)},
+          {"block_edge", c.block_edge},
+          {"band", c.config.band},
+          {"max_lights", c.config.max_lights},
+          {"epsilon", c.config.panorama.epsilon},
+          {"environment_edge", c.config.panorama.environment_edge},
+          {"exposures", c.exposures},
+          {"named", c.named},
+          {"ms", r.ms},
+          {"memcpy_ratio", r.memcpy_ratio},
+          {"bytes", r.bytes},
+          {"rms", r.rms},
+          {"on_front", r.on_front},
+          {"outcomes", std::move(outcomes)}};
 }
 
 }  // namespace
@@ -53,12 +80,10 @@ std::string table_of(std::span<const Row> rows, const Run& run) {
                                    "largest %", "light deg", "balls %", "bound %", "front"}};
   for (const Row& row : rows) lines.push_back(line_of(row));
   std::string out = markdown_table(lines, 2);
-  std::string scenes;
-  for (const std::string& s : run.scenes) scenes += (scenes.empty() ? "" : ", ") + s;
   out +=
-      text("\n%zu scenes: ", run.scenes.size()) + scenes + ".\n" +
-      text("memcpy here: %.2f GB/s (best of %s passes over 32 buffers of the default camera's pictures). ",
-           run.memcpy_gb_per_s, run.quick ? "two" : "five") +
+      formatted("\n%zu scenes: ", run.scenes.size()) + joined(run.scenes) + ".\n" +
+      formatted("memcpy here: %.2f GB/s (best of %s passes over 32 buffers of the default camera's pictures). ",
+                run.memcpy_gb_per_s, run.quick ? "two" : "five") +
       "Times: one thread, rgb8 pictures,\nfrom frame to encoded bytes, best of each buffer, median of the scenes; "
       "relative to memcpy of "
       "the same bytes.\nRMS, largest: error of the decoded irradiance relative to its RMS, median / worst scene; with "
@@ -81,27 +106,12 @@ std::string table_of(std::span<const Row> rows, const Run& run) {
   return out;
 }
 
-std::string json_of(std::span<const Row> rows, const Run& run, std::span<const MarkerRow> marker) {
-  std::string out = "{\"scenes\": [";
-  for (std::size_t i = 0; i < run.scenes.size(); ++i) out += (i > 0 ? ", " : "") + json_string(run.scenes[i]);
-  out += text("], \"memcpy_gb_per_s\": %s, \"rows\": [", number(run.memcpy_gb_per_s).c_str());
-  for (std::size_t n = 0; n < rows.size(); ++n) {
-    const Row& r = rows[n];
-    out += (n > 0 ? ",\n" : "\n") + std::string("{\"what\": ") + json_string(r.setup.label) +
-           ", \"knob\": " + json_string(std::string(to_string(r.setup.parameter))) +
-           text(", \"width\": %d, \"height\": %d, \"sensor\": \"%s\", ", r.setup.width, r.setup.height,
-                r.setup.sensor == Sensor::ideal ? "ideal" : "rgb8") +
-           config_of(r.setup) +
-           text(", \"ms\": %s, \"memcpy_ratio\": %s, \"bytes\": %s, \"rms\": %s, \"on_front\": %s",
-                number(r.ms).c_str(), number(r.memcpy_ratio).c_str(), number(r.bytes).c_str(), number(r.rms).c_str(),
-                r.on_front ? "true" : "false") +
-           ", \"outcomes\": [";
-    for (std::size_t k = 0; k < r.scenes.size(); ++k) out += (k > 0 ? ", " : "") + json_of(r.scenes[k]);
-    out += "]}";
-  }
-  out += "\n]";
-  if (!marker.empty()) out += ",\n\"marker\": " + marker_json_of(marker);
-  return out + "}\n";
+nlohmann::ordered_json json_of(std::span<const Row> rows, const Run& run, std::span<const MarkerRow> marker) {
+  nlohmann::ordered_json out = {
+      {"scenes", run.scenes}, {"memcpy_gb_per_s", run.memcpy_gb_per_s}, {"rows", nlohmann::ordered_json::array()}};
+  for (const Row& row : rows) out["rows"].push_back(json_of(row));
+  if (!marker.empty()) out["marker"] = json_of(marker);
+  return out;
 }
 
 }  // namespace lightwell::eval

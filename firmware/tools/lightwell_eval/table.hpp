@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "tools/lightwell_eval/front.hpp"
 #include "tools/lightwell_eval/marker_rows.hpp"
 
@@ -20,8 +22,9 @@ struct Run {
 /// A Markdown table with an explanation of its columns, and the named settings that are not on their front.
 [[nodiscard]] std::string table_of(std::span<const Row> rows, const Run& run);
 
-/// One JSON object: the run, the rows with the outcome of every scene, and the rows of a marker, if any, under the key
-/// "marker". Missing and infinite values are null.
-[[nodiscard]] std::string json_of(std::span<const Row> rows, const Run& run, std::span<const MarkerRow> marker = {});
+/// One object: the run, the rows with the outcome of every scene, and the rows of a marker, if any, under the key
+/// "marker". Missing values are null.
+[[nodiscard]] nlohmann::ordered_json json_of(std::span<const Row> rows, const Run& run,
+                                             std::span<const MarkerRow> marker = {});
 
 }  // namespace lightwell::eval

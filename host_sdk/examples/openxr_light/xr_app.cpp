@@ -6,6 +6,8 @@
 #include <string_view>
 #include <utility>
 
+#include <lightwell/time.hpp>
+
 namespace openxr_light {
 namespace {
 
@@ -177,9 +179,7 @@ bool XrApp::poll_events() {
 
 std::optional<lightwell::Pose> XrApp::view_in_world() const {
   if (view_ == XR_NULL_HANDLE || world_ == XR_NULL_HANDLE || to_xr_time_ == nullptr) return std::nullopt;
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  const auto when = xr_time(static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec);
+  const auto when = xr_time(lightwell::monotonic_now_ns());
   if (!when) return std::nullopt;
   XrSpaceLocation location{};
   location.type = XR_TYPE_SPACE_LOCATION;

@@ -29,8 +29,9 @@ struct PairedProbe {
 /// `uri`: grpcs://HOST or grpcs://HOST:PORT of a probe in pairing mode (`lightwelld --pair`); `code`: the six digits
 /// that it shows. SPAKE2 (RFC 9382) protects against eavesdroppers and against a man in the middle who does not know
 /// the code. The client's private key is generated here and does not leave this machine. Blocks. invalid_argument: the
-/// URI or the form of the code. failed_precondition: the probe reports a wrong code or a closed pairing window.
-/// unavailable: no response. data_loss: the response is not from a peer that knows the code; nothing was stored.
+/// URI or the form of the code. failed_precondition: the probe reports a wrong code or a closed pairing window, or the
+/// SDK was built without gRPC. unavailable: no response. data_loss: the response is not from a peer that knows the
+/// code; nothing was stored.
 [[nodiscard]] Result<PairedProbe> pair_with_probe(std::string_view uri, std::string_view code,
                                                   const PairOptions& options = {});
 

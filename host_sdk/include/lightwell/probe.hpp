@@ -14,9 +14,9 @@
 #include <string>
 #include <string_view>
 
-#include <lightwell/config.hpp>
 #include <lightwell/credentials.hpp>
 #include <lightwell/descriptor.hpp>
+#include <lightwell/estimator_config.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/result.hpp>
@@ -173,7 +173,7 @@ class Probe {
   /// invalid_argument: the URI or the options; the message says what is allowed. unavailable: no response within
   /// connect_timeout, or a certificate was rejected; over MQTT, that the probe is offline or does not report its clock,
   /// without which no age is known. not_found, data_loss: the recording. not_found: no credentials for this probe, or a
-  /// file of MqttCredentials is missing. failed_precondition: the SDK was built without libusb or without MQTT.
+  /// file of MqttCredentials is missing. failed_precondition: the SDK was built without libusb, MQTT or gRPC.
   [[nodiscard]] static Result<Probe> connect(std::string_view uri, ProbeOptions options = {});
 
   Probe(Probe&&) noexcept;

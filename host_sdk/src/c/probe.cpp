@@ -57,7 +57,7 @@ Result<ProbeOptions> options_of(const lw_probe_options* given) {
 }
 
 static_assert(LW_ESTIMATOR_PANORAMA == static_cast<int>(EstimatorKind::panorama) &&
-              LW_ESTIMATOR_MARKER == static_cast<int>(EstimatorKind::marker));
+              LW_ESTIMATOR_MARKER == static_cast<int>(EstimatorKind::marker) && kEstimatorKinds.size() == 2);
 
 /// A field of lw_estimator_config, and the corresponding one of EstimatorConfig and EstimatorUpdate.
 template <class Given, class Member>

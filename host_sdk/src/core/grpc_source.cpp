@@ -13,8 +13,9 @@
 #include <grpcpp/support/slice.h>
 
 #include <lightwell/backoff.hpp>
-#include <lightwell/probe_calls.hpp>
+#include <lightwell/request_codec.hpp>
 
+#include "core/credential_store.hpp"
 #include "core/grpc_connection.hpp"
 #include "core/grpc_credentials.hpp"
 #include "core/grpc_wire.hpp"
@@ -154,9 +155,12 @@ class GrpcSource final : public Source {
 
 }  // namespace
 
-std::unique_ptr<Source> make_grpc_source(const GrpcAddress& address, const ProbeOptions& options,
-                                         DescriptorReceiver& receiver) {
-  return std::make_unique<GrpcSource>(address, options, receiver);
+Result<std::unique_ptr<Source>> make_grpc_source(const GrpcAddress& address, ProbeOptions options,
+                                                 DescriptorReceiver& receiver) {
+  Result<ProbeCredentials> credentials = credentials_for(options.credentials, address);
+  if (!credentials) return credentials.status();
+  options.credentials = std::move(*credentials);
+  return std::unique_ptr<Source>(std::make_unique<GrpcSource>(address, options, receiver));
 }
 
 }  // namespace lightwell::core

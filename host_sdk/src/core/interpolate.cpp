@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include <lightwell/fibonacci_lattice.hpp>
 #include <lightwell/harmonics.hpp>
 
 #include "core/light_rotation.hpp"
@@ -88,15 +89,13 @@ ErrorBound worse(const ErrorBound& a, const ErrorBound& b) {
 }
 
 /// RMS over all normals of the luminance of the irradiance.
-double rms_irradiance(const Descriptor& d) {
+double rms_irradiance(const Descriptor& descriptor) {
   constexpr int kNormals = 64;
-  const IrradianceSh harmonics = irradiance_of(d.radiance);
-  const std::vector<ReceiverLight> lights = receiver_lights(d.lights);
+  const IrradianceSh harmonics = irradiance_of(descriptor.radiance);
+  const std::vector<ReceiverLight> lights = receiver_lights(descriptor.lights);
   double sum = 0;
   for (int i = 0; i < kNormals; ++i) {
-    const double y = 1 - (2.0 * i + 1) / kNormals, s = std::sqrt(1 - y * y),
-                 phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
-    const Vec3d n{s * std::cos(phi), y, s * std::sin(phi)};
+    const Vec3d d = fibonacci_direction(i, kNormals), n{d.x, d.z, d.y};
     const double e = (evaluate(harmonics, vec_cast<float>(n)) + irradiance_on(lights, n)).luminance();
     sum += e * e;
   }

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include <lightwell/deleter.hpp>
 #include <lightwell/framing.hpp>
 #include <lightwell/usb_ids.hpp>
 
@@ -76,10 +77,7 @@ std::string serial_of(libusb_device_handle* handle) {
   return n <= 0 ? std::string() : std::string(reinterpret_cast<const char*>(text.data()), static_cast<std::size_t>(n));
 }
 
-struct CloseHandle {
-  void operator()(libusb_device_handle* h) const { libusb_close(h); }
-};
-using Handle = std::unique_ptr<libusb_device_handle, CloseHandle>;
+using Handle = std::unique_ptr<libusb_device_handle, Deleter<libusb_close>>;
 
 Result<Handle> open_device(libusb_device* device) {
   libusb_device_handle* raw = nullptr;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <lightwell/cap.hpp>
+#include <lightwell/fibonacci_lattice.hpp>
 #include <lightwell/harmonics.hpp>
 #include <lightwell/lobes.hpp>
 
@@ -103,14 +104,6 @@ NineCoefficients in_axes(const NineCoefficients& c, const Axes& axes) {
   return out;
 }
 
-/// Direction i of the spherical Fibonacci lattice: rings of equal area, each rotated by the golden angle.
-Vec3d fibonacci(int i) {
-  const double z = 1 - (2.0 * i + 1) / kResidualNormals;
-  const double s = std::sqrt((1 - z) * (1 + z));
-  const double phi = i * std::numbers::pi * (3 - std::sqrt(5.0));
-  return {s * std::cos(phi), s * std::sin(phi), z};
-}
-
 /// Coefficients A_l of the clamped cosine.
 const std::array<double, kMaxBand + 1>& cosine_lobes() {
   static const std::array<double, kMaxBand + 1> lobes = [] {
@@ -129,7 +122,7 @@ float residual_of(const Descriptor& descriptor, std::span<const MappedLight> lig
   std::array<double, sh_count(kMaxBand)> y{};
   double squared_error = 0, squared_truth = 0;
   for (int i = 0; i < kResidualNormals; ++i) {
-    const Vec3d n = fibonacci(i);
+    const Vec3d n = fibonacci_direction(i, kResidualNormals);
     sh_basis(std::max(sh.band, kBand), n, y);
     Triple target{}, ours{};
     for (int l = 0; l <= sh.band; ++l)

@@ -1,13 +1,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include <lightwell/harmonics.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/lobes.hpp>
 #include <lightwell/query.hpp>
+#include <lightwell/text.hpp>
 
 #include "core/irradiance_rows.hpp"
 #include "core/light_rotation.hpp"
@@ -60,14 +60,11 @@ std::string Lighting::reason() const {
   switch (validity_) {
     case Validity::valid:
       return {};
-    case Validity::stale: {
-      std::array<char, 160> text{};
-      std::snprintf(text.data(), text.size(),
-                    "%.0f ms from the nearest descriptor (as far as the clocks are known: within %.3g ms), and max_age "
-                    "is %.0f ms",
-                    age_.milliseconds(), age_uncertainty().milliseconds(), max_age_.milliseconds());
-      return text.data();
-    }
+    case Validity::stale:
+      return formatted(
+          "%.0f ms from the nearest descriptor (as far as the clocks are known: within %.3g ms), and max_age is %.0f "
+          "ms",
+          age_.milliseconds(), age_uncertainty().milliseconds(), max_age_.milliseconds());
     case Validity::none:
       return "no descriptor has come yet";
     case Validity::before_history:

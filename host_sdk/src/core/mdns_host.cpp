@@ -13,6 +13,7 @@
 #include <avahi-common/simple-watch.h>
 #include <net/if.h>
 
+#include <lightwell/deleter.hpp>
 #include <lightwell/time.hpp>
 #endif
 
@@ -42,13 +43,6 @@ namespace {
 constexpr Duration kTimeout{1'000'000'000};
 /// How long to wait for an IPv4 address after an IPv6 address was received.
 constexpr Duration kIpv4Grace{300'000'000};
-
-struct FreePoll {
-  void operator()(AvahiSimplePoll* poll) const { avahi_simple_poll_free(poll); }
-};
-struct FreeClient {
-  void operator()(AvahiClient* client) const { avahi_client_free(client); }  // and its resolvers
-};
 
 /// Results of resolving one name in both address families.
 struct Answers {
@@ -84,9 +78,10 @@ struct Answers {
 std::optional<std::string> mdns_address(const std::string& host_port, const std::atomic<bool>* stopping) {
   const std::string host(host_of(host_port)), port = host_port.substr(host_port.rfind(':'));
   Answers answers;
-  const std::unique_ptr<AvahiSimplePoll, FreePoll> poll(avahi_simple_poll_new());
+  const std::unique_ptr<AvahiSimplePoll, Deleter<avahi_simple_poll_free>> poll(avahi_simple_poll_new());
   if (!poll) return std::nullopt;
-  const std::unique_ptr<AvahiClient, FreeClient> client(
+  // Freeing the client also frees its resolvers.
+  const std::unique_ptr<AvahiClient, Deleter<avahi_client_free>> client(
       avahi_client_new(avahi_simple_poll_get(poll.get()), AvahiClientFlags{}, Answers::state, &answers, nullptr));
   if (!client) return std::nullopt;
   for (const AvahiProtocol family : {AVAHI_PROTO_INET, AVAHI_PROTO_INET6})

@@ -1,16 +1,14 @@
 #include "core/mqtt_login.hpp"
 
-#include <array>
-#include <cstdio>
 #include <random>
+
+#include <lightwell/text.hpp>
 
 namespace lightwell::core {
 
 std::string random_name() {
   std::random_device random;
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%08x%08x", static_cast<unsigned>(random()), static_cast<unsigned>(random()));
-  return text.data();
+  return formatted("%08x%08x", static_cast<unsigned>(random()), static_cast<unsigned>(random()));
 }
 
 MqttLogin login_of(const MqttCredentials& c) {

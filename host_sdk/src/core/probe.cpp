@@ -5,7 +5,6 @@
 
 #include <lightwell/probe.hpp>
 
-#include "core/credential_store.hpp"
 #include "core/descriptor_receiver.hpp"
 #include "core/source.hpp"
 #include "core/uri.hpp"
@@ -15,7 +14,7 @@ namespace lightwell {
 namespace {
 
 constexpr const char* kUnreachableHint =
-    "; is lightwelld running there, and is its grpc.listen an address that this machine can reach?";
+    "; is lightwelld running there, and is its grpc.listen_address an address that this machine can reach?";
 constexpr const char* kUnreachableTlsHint =
     "; is lightwelld running there with grpc.security, and was it paired (`lightwell pair`)? A probe that requires "
     "client certificates (LINK_SECURITY_MUTUAL_TLS) closes the connection if this client's is missing, expired or of "
@@ -106,11 +105,9 @@ Result<Probe> Probe::connect(std::string_view uri, ProbeOptions options) {
   if (const auto* broker = std::get_if<MqttAddress>(&*where))
     return connect_at_broker(*broker, options, std::move(impl));
   const auto& address = std::get<core::GrpcAddress>(*where);
-  Result<ProbeCredentials> credentials = core::credentials_for(options.credentials, address);
-  if (!credentials.ok())
-    return Status(credentials.status().code(), std::string(uri) + ": " + credentials.status().message());
-  options.credentials = std::move(*credentials);
-  impl->source = core::make_grpc_source(address, options, impl->receiver);
+  Result<std::unique_ptr<core::Source>> source = core::make_grpc_source(address, options, impl->receiver);
+  if (!source.ok()) return Status(source.status().code(), named(uri) + source.status().message());
+  impl->source = std::move(*source);
   const Status described = impl->receiver.wait_until_described(options.connect_timeout);
   if (!described.ok())
     return Status(described.code(),

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include <lightwell/config.hpp>
+#include <lightwell/estimator_config.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/probe.hpp>
 #include <lightwell/result.hpp>
@@ -48,9 +48,10 @@ class Source {
               "they stay as they were; update lightwelld there"};
 }
 
-/// Starts to connect; DescriptorReceiver::describe() reports success. The receiver must outlive the source.
-[[nodiscard]] std::unique_ptr<Source> make_grpc_source(const GrpcAddress& address, const ProbeOptions& options,
-                                                       DescriptorReceiver& receiver);
+/// Starts to connect; DescriptorReceiver::describe() reports success. The receiver must outlive the source. The errors
+/// of credentials_for(); failed_precondition if the SDK was built without gRPC.
+[[nodiscard]] Result<std::unique_ptr<Source>> make_grpc_source(const GrpcAddress& address, ProbeOptions options,
+                                                               DescriptorReceiver& receiver);
 
 /// As make_grpc_source(), with libusb. The errors of make_libusb_transport().
 [[nodiscard]] Result<std::unique_ptr<Source>> make_usb_source(const UsbAddress& address, const ProbeOptions& options,

@@ -1,13 +1,11 @@
 #include "core/uri.hpp"
 
-#include <charconv>
-#include <cmath>
 #include <optional>
-#include <system_error>
 #include <utility>
 
 #include <lightwell/pairing.hpp>
 #include <lightwell/probe.hpp>
+#include <lightwell/text.hpp>
 
 namespace lightwell::core {
 namespace {
@@ -17,14 +15,6 @@ constexpr std::string_view kGrpcs = "grpcs://";
 constexpr std::string_view kReplay = "replay:";
 constexpr std::string_view kUsb = "usb:";
 constexpr std::string_view kSpeed = "?speed=";
-
-template <class Number>
-std::optional<Number> number_of(std::string_view text) {
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
 
 Status refused(std::string_view uri, std::string_view why) {
   return {StatusCode::invalid_argument,
@@ -47,7 +37,7 @@ Result<GrpcAddress> parse_grpc(std::string_view uri, Transport transport, int de
     return refused(uri, "an IPv6 address needs brackets, grpc://[::1]:7420");
   if (colon == std::string_view::npos)
     return GrpcAddress{std::string(host) + ":" + std::to_string(default_port), transport};
-  const std::optional<int> port = number_of<int>(rest.substr(colon + 1));
+  const std::optional<int> port = parse_number<int>(rest.substr(colon + 1));
   if (!port || *port < 1 || *port > 65535) return refused(uri, "the port must be a number from 1 to 65535");
   return GrpcAddress{std::string(host) + ":" + std::to_string(*port), transport};
 }
@@ -56,9 +46,8 @@ Result<ProbeUri> parse_replay(std::string_view uri) {
   std::string_view rest = uri.substr(kReplay.size());
   ReplayPath replay;
   if (const std::size_t mark = rest.rfind(kSpeed); mark != std::string_view::npos) {
-    const std::optional<double> speed = number_of<double>(rest.substr(mark + kSpeed.size()));
-    if (!speed || !std::isfinite(*speed) || *speed < 0)
-      return refused(uri, "the speed must be a number, at least 0; 1 is the original speed");
+    const std::optional<double> speed = parse_number<double>(rest.substr(mark + kSpeed.size()));
+    if (!speed || *speed < 0) return refused(uri, "the speed must be a number, at least 0; 1 is the original speed");
     replay.speed = *speed;
     rest = rest.substr(0, mark);
   }

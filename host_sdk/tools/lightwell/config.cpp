@@ -1,12 +1,14 @@
 #include <algorithm>
 #include <cstdio>
 
+#include <nlohmann/json.hpp>
+
 #include <lightwell/probe.hpp>
 
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "feed.hpp"
-#include "json_line.hpp"
+#include "json_text.hpp"
 
 namespace lightwell::tool {
 namespace {
@@ -28,11 +30,15 @@ int run_config_get(const ConfigGetOptions& options) {
   if (!kind.ok()) return fail(kind.status());
   const std::vector<ConfigField> fields = fields_of({*kind, *config});
   if (options.output == Output::json) {
-    JsonLine line;
-    line.text("estimator", to_string(*kind));
-    for (const ConfigField& f : fields)
-      line.raw(f.name, f.type == ConfigField::Type::number ? f.value : json_string(f.value));
-    std::printf("%s\n", line.str().c_str());
+    nlohmann::ordered_json out;
+    out["estimator"] = to_string(*kind);
+    for (const ConfigField& f : fields) {
+      out[f.name] = f.value;
+      if (f.type != ConfigField::Type::number) continue;
+      if (const auto number = nlohmann::ordered_json::parse(f.value, nullptr, false); number.is_number())
+        out[f.name] = number;
+    }
+    std::printf("%s\n", json_text(out).c_str());
     return kOk;
   }
   std::printf("# estimator: %s\n", std::string(to_string(*kind)).c_str());
@@ -47,8 +53,11 @@ int run_config_set(const ConfigSetOptions& options) {
     const auto equals = field.find('=');
     if (equals == std::string::npos)
       return fail(kUsage, "'" + field + "' is not NAME=VALUE; see lightwell config set --help");
-    const std::string_view text = field;
-    if (const Status s = set_field(update, text.substr(0, equals), text.substr(equals + 1)); !s.ok()) return fail(s);
+    const std::string name = field.substr(0, equals), current = current_option_name(name);
+    if (current != name)
+      std::fprintf(stderr, "lightwell: field '%s' is now called '%s': the former name is deprecated\n", name.c_str(),
+                   current.c_str());
+    if (const Status s = set_field(update, name, field.substr(equals + 1)); !s.ok()) return fail(s);
   }
   Result<Probe> probe = connect(options.uri, options.credentials);
   if (!probe.ok()) return fail(probe.status());

@@ -1,41 +1,37 @@
-#include <array>
 #include <cstdio>
 #include <string>
+#include <utility>
+
+#include <nlohmann/json.hpp>
 
 #include <lightwell/discover.hpp>
 #include <lightwell/printable.hpp>
+#include <lightwell/text.hpp>
 
 #include "broker_login.hpp"
 #include "commands.hpp"
 #include "exit_code.hpp"
-#include "json_line.hpp"
+#include "json_text.hpp"
 
 namespace lightwell::tool {
 namespace {
 
-std::string hex(std::uint32_t value) {
-  std::array<char, 9> text{};
-  std::snprintf(text.data(), text.size(), "%08x", value);
-  return text.data();
-}
+std::string hex(std::uint32_t value) { return formatted("%08x", value); }
 
-std::string json_of(const FoundProbe& probe) {
-  std::string links;
+nlohmann::ordered_json json_of(const FoundProbe& probe) {
+  nlohmann::ordered_json links = nlohmann::ordered_json::array();
   for (const FoundLink& link : probe.links)
-    links +=
-        (links.empty() ? "" : ",") + JsonLine().text("uri", printable(link.uri)).text("security", link.security).str();
-  JsonLine line;
-  line.text("found_by", to_string(probe.by))
-      .text("name", printable(probe.name))
-      .text("id", hex(probe.id))
-      .text("version", printable(probe.version))
-      .text("calibration_id", hex(probe.calibration_id))
-      .number("wire_version", probe.wire_version)
-      .text("instance", printable(probe.instance))
-      .text("host", printable(probe.host))
-      .text("state", probe.gone ? "gone" : "there")
-      .raw("links", "[" + links + "]");
-  return line.str();
+    links.push_back({{"uri", printable(link.uri)}, {"security", link.security}});
+  return {{"found_by", to_string(probe.by)},
+          {"name", printable(probe.name)},
+          {"id", hex(probe.id)},
+          {"version", printable(probe.version)},
+          {"calibration_id", hex(probe.calibration_id)},
+          {"wire_version", probe.wire_version},
+          {"instance", printable(probe.instance)},
+          {"host", printable(probe.host)},
+          {"state", probe.gone ? "gone" : "there"},
+          {"links", std::move(links)}};
 }
 
 void print(const FoundProbe& probe) {
@@ -71,7 +67,7 @@ int run_discover(const DiscoverCommand& command) {
   if (!found.ok()) return fail(found.status());
   for (const FoundProbe& probe : found->probes) {
     if (command.output == Output::json)
-      std::printf("%s\n", json_of(probe).c_str());
+      std::printf("%s\n", json_text(json_of(probe)).c_str());
     else
       print(probe);
   }

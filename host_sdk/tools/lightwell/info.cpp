@@ -1,4 +1,7 @@
+#include <array>
 #include <cstdio>
+
+#include <nlohmann/json.hpp>
 
 #include <lightwell/printable.hpp>
 #include <lightwell/probe.hpp>
@@ -6,52 +9,47 @@
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "feed.hpp"
-#include "json_line.hpp"
+#include "json_text.hpp"
 #include "map_wait.hpp"
 
 namespace lightwell::tool {
 namespace {
 
-std::string json_of(const ProbeInfo& info, const std::optional<EnvironmentView>& environment, MapInfo map) {
+nlohmann::ordered_json json_of(const ProbeInfo& info, const std::optional<EnvironmentView>& environment, MapInfo map) {
   const Counters& counters = info.counters;
-  const auto count = [](std::uint64_t n) { return static_cast<double>(n); };
-  JsonLine line;
-  line.text("name", info.name)
-      .number("id", info.id)
-      .number("calibration_id", info.calibration_id)
-      .text("version", info.version)
-      .text("camera", info.camera)
-      .number("clock_offset_ms", info.clock_offset.milliseconds())
-      .number("clock_uncertainty_ms", info.clock_uncertainty.milliseconds())
-      .number("frames", count(counters.frames))
-      .number("captures_dropped", count(counters.captures_dropped))
-      .number("brackets_incomplete", count(counters.brackets_incomplete))
-      .number("estimates", count(counters.estimates))
-      .number("estimates_failed", count(counters.estimates_failed))
-      .number("descriptors_coalesced", count(counters.descriptors_coalesced))
-      .number("clients", counters.clients)
-      .number("frames_recorded", count(counters.frames_recorded))
-      .number("recording_faults", count(counters.recording_faults))
-      .number("frames_lost", count(counters.frames_lost))
-      .number("setting_moves", count(counters.setting_moves))
-      .number("estimates_late", count(counters.estimates_late))
-      .number("estimates_late_at_fast", count(counters.estimates_late_at_fast))
-      .number("messages_refused", count(counters.messages_refused))
-      .number("authentication_failures", count(counters.authentication_failures))
-      .number("client_list_faults", count(counters.client_list_faults));
-  if (map == MapInfo::included)
-    line.number("environment_edge", environment ? environment->map.levels.front().edge : 0)
-        .number("environment_levels", environment ? static_cast<double>(environment->map.levels.size()) : 0);
+  nlohmann::ordered_json out = {{"name", info.name},
+                                {"id", info.id},
+                                {"calibration_id", info.calibration_id},
+                                {"version", info.version},
+                                {"camera", info.camera},
+                                {"clock_offset_ms", info.clock_offset.milliseconds()},
+                                {"clock_uncertainty_ms", info.clock_uncertainty.milliseconds()},
+                                {"frames", counters.frames},
+                                {"captures_dropped", counters.captures_dropped},
+                                {"brackets_incomplete", counters.brackets_incomplete},
+                                {"estimates", counters.estimates},
+                                {"estimates_failed", counters.estimates_failed},
+                                {"descriptors_coalesced", counters.descriptors_coalesced},
+                                {"clients", counters.clients},
+                                {"frames_recorded", counters.frames_recorded},
+                                {"recording_faults", counters.recording_faults},
+                                {"frames_lost", counters.frames_lost},
+                                {"setting_moves", counters.setting_moves},
+                                {"estimates_late", counters.estimates_late},
+                                {"estimates_late_at_fast", counters.estimates_late_at_fast},
+                                {"messages_refused", counters.messages_refused},
+                                {"authentication_failures", counters.authentication_failures},
+                                {"client_list_faults", counters.client_list_faults}};
+  if (map == MapInfo::included) {
+    out["environment_edge"] = environment ? environment->map.levels.front().edge : 0;
+    out["environment_levels"] = environment ? environment->map.levels.size() : 0;
+  }
   if (const auto& mounting = info.T_world_probe) {
     const auto& [q, t] = mounting->pose;
-    const auto list = [](std::initializer_list<double> values) {
-      std::string out;
-      for (const double v : values) out += (out.empty() ? "[" : ",") + json_number(v);
-      return out + "]";
-    };
-    line.raw("position_m", list({t.x, t.y, t.z})).raw("orientation_xyzw", list({q.x, q.y, q.z, q.w}));
+    out["position_m"] = std::array{t.x, t.y, t.z};
+    out["orientation_xyzw"] = std::array{q.x, q.y, q.z, q.w};
   }
-  return line.str();
+  return out;
 }
 
 }  // namespace
@@ -65,7 +63,7 @@ int run_info(const InfoOptions& options) {
   const std::optional<EnvironmentView> environment = lighting.environment();
   const ProbeInfo info = probe->info();
   if (options.output == Output::json) {
-    std::printf("%s\n", json_of(info, environment, options.map).c_str());
+    std::printf("%s\n", json_text(json_of(info, environment, options.map)).c_str());
     return kOk;
   }
   const Counters& counters = info.counters;

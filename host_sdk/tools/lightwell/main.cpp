@@ -80,7 +80,7 @@ constexpr const char* kConfigSetHelp =
     R"(Each NAME=VALUE is a field as `config get` prints it; other fields are not changed. Either all are
 set or none; they take effect with the next capture.
   lightwell config set grpc://probe.local panorama.epsilon=0.02
-  lightwell config set usb: band=2 max_lights=4 panorama.unseen=mirror
+  lightwell config set usb: band=2 max_lights=4 panorama.unseen_fill=mirror
 Exit codes: 2 unknown field or value, 3 unreachable, 4 refused by the probe.)";
 
 constexpr const char* kDiscoverHelp =

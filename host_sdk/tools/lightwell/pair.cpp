@@ -4,12 +4,14 @@
 #include <iostream>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 #include <lightwell/pair.hpp>
 #include <lightwell/printable.hpp>
 
 #include "commands.hpp"
 #include "exit_code.hpp"
-#include "json_line.hpp"
+#include "json_text.hpp"
 
 namespace lightwell::tool {
 namespace {
@@ -38,12 +40,9 @@ int run_pair(const PairCommand& command) {
   const Result<PairedProbe> paired = pair_with_probe(command.uri, code, options);
   if (!paired.ok()) return fail(paired.status());
   if (command.output == Output::json) {
-    JsonLine line;
-    line.text("name", paired->name)
-        .text("uri", paired->uri)
-        .text("folder", paired->folder)
-        .number("expires_s", static_cast<double>(paired->expires_s));
-    std::printf("%s\n", line.str().c_str());
+    const nlohmann::ordered_json out = {
+        {"name", paired->name}, {"uri", paired->uri}, {"folder", paired->folder}, {"expires_s", paired->expires_s}};
+    std::printf("%s\n", json_text(out).c_str());
     return kOk;
   }
   std::printf("paired with %s until %s\n", printable(paired->name).c_str(), day_of(paired->expires_s).c_str());

@@ -5,12 +5,14 @@
 #include <string>
 #include <string_view>
 
+#include <nlohmann/json.hpp>
+
 #include <lightwell/probe.hpp>
 
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "feed.hpp"
-#include "json_line.hpp"
+#include "json_text.hpp"
 #include "map_wait.hpp"
 #include "watch_statistics.hpp"
 
@@ -41,19 +43,17 @@ void print_answer(std::string_view what, const Answer<T>& answer, std::string_vi
                   Output output) {
   const auto value = answer.value;
   if (output == Output::json) {
-    const std::array<float, 3> rgb = {value.r, value.g, value.b};
-    JsonLine line;
-    line.text("quantity", what)
-        .numbers("rgb", rgb)
-        .number("luminance", static_cast<double>(value.luminance()))
-        .text("unit", unit)
-        .text("lights", answer.lights == LightsIncluded::yes ? "included" : "left_out")
-        .text("validity", to_string(answer.validity))
-        .number("age_ms", answer.age.milliseconds())
-        .number("bound", static_cast<double>(answer.error_bound))
-        .texts("flags", flag_names(answer.flags));
-    if (!source.empty()) line.text("source", source);
-    std::printf("%s\n", line.str().c_str());
+    nlohmann::ordered_json out = {{"quantity", what},
+                                  {"rgb", std::array{value.r, value.g, value.b}},
+                                  {"luminance", value.luminance()},
+                                  {"unit", unit},
+                                  {"lights", answer.lights == LightsIncluded::yes ? "included" : "left_out"},
+                                  {"validity", to_string(answer.validity)},
+                                  {"age_ms", answer.age.milliseconds()},
+                                  {"bound", answer.error_bound},
+                                  {"flags", flag_names(answer.flags)}};
+    if (!source.empty()) out["source"] = source;
+    std::printf("%s\n", json_text(out).c_str());
     return;
   }
   std::printf("%s  %.6g %.6g %.6g  luminance %.6g %s%s  %s  age %.1f ms  bound %s  flags %s%s%s\n",
@@ -70,17 +70,15 @@ void print_light(const Light& light, std::string_view unit, Output output) {
   const Irradiance e = light.irradiance;
   const double radius_deg = static_cast<double>(light.angular_radius_rad) * 180 / 3.14159265358979;
   if (output == Output::json) {
-    const std::array<float, 3> direction = {d.x, d.y, d.z}, rgb = {e.r, e.g, e.b};
-    JsonLine line;
-    line.text("quantity", "light")
-        .number("track", light.track)
-        .numbers("direction", direction)
-        .numbers("rgb", rgb)
-        .number("luminance", static_cast<double>(e.luminance()))
-        .text("unit", unit)
-        .number("angular_radius_deg", radius_deg)
-        .numbers("direction_covariance", light.direction_covariance);
-    std::printf("%s\n", line.str().c_str());
+    const nlohmann::ordered_json out = {{"quantity", "light"},
+                                        {"track", light.track},
+                                        {"direction", std::array{d.x, d.y, d.z}},
+                                        {"rgb", std::array{e.r, e.g, e.b}},
+                                        {"luminance", e.luminance()},
+                                        {"unit", unit},
+                                        {"angular_radius_deg", radius_deg},
+                                        {"direction_covariance", light.direction_covariance}};
+    std::printf("%s\n", json_text(out).c_str());
     return;
   }
   std::printf(

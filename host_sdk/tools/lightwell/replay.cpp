@@ -2,13 +2,15 @@
 #include <optional>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 #include <lightwell/codec.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/recording.hpp>
 
 #include "commands.hpp"
 #include "exit_code.hpp"
-#include "json_line.hpp"
+#include "json_text.hpp"
 #include "watch_statistics.hpp"
 
 namespace lightwell::tool {
@@ -53,11 +55,9 @@ int run_replay(const ReplayOptions& options) {
     }
     const Result<std::string> json = descriptor_to_json(record.payload);
     if (!json.ok()) return fail(kFile, json.status().message());
-    JsonLine line;
-    line.number("seconds", seconds)
-        .number("bytes", static_cast<double>(record.payload.size()))
-        .raw("descriptor", *json);
-    std::printf("%s\n", line.str().c_str());
+    const nlohmann::ordered_json line = {
+        {"seconds", seconds}, {"bytes", record.payload.size()}, {"descriptor", nlohmann::ordered_json::parse(*json)}};
+    std::printf("%s\n", json_text(line).c_str());
   }
   if (reader->torn_bytes() > 0)
     fail(kFile, options.file + " is truncated: its last " + std::to_string(reader->torn_bytes()) +

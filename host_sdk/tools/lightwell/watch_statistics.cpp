@@ -1,22 +1,15 @@
 #include "watch_statistics.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
-#include <limits>
 
-#include "json_line.hpp"
+#include <nlohmann/json.hpp>
+
+#include <lightwell/quantile.hpp>
+#include <lightwell/text.hpp>
+
+#include "json_text.hpp"
 
 namespace lightwell::tool {
-
-double percentile(std::vector<double>& values, double p) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  const double rank = std::ceil(p / 100 * static_cast<double>(values.size()));
-  const auto index = static_cast<std::size_t>(std::max(rank, 1.0)) - 1;
-  return values[std::min(index, values.size() - 1)];
-}
 
 std::vector<std::string_view> flag_names(Flags flags) {
   std::vector<std::string_view> names;
@@ -33,9 +26,7 @@ std::string flags_text(Flags flags) {
 
 std::string bound_text(float bound) {
   if (!std::isfinite(bound)) return "infinite";
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.2f %%", 100 * static_cast<double>(bound));
-  return text.data();
+  return formatted("%.2f %%", 100 * static_cast<double>(bound));
 }
 
 void WatchStatistics::add(const ReceivedDescriptor& item) {
@@ -48,30 +39,32 @@ void WatchStatistics::add(const ReceivedDescriptor& item) {
 
 std::string WatchStatistics::json(std::string_view kind, double seconds, const LinkStats& stats,
                                   const ProbeInfo& info) {
-  const auto count = static_cast<double>(latency_ms_.size());
-  JsonLine line;
-  line.text("kind", kind)
-      .number("seconds", seconds)
-      .number("frames", count)
-      .number("frames_per_s", seconds > 0 ? count / seconds : 0)
-      .number("latency_p50_ms", percentile(latency_ms_, 50))
-      .number("latency_p99_ms", percentile(latency_ms_, 99))
-      .number("age_p50_ms", percentile(age_ms_, 50))
-      .number("age_p99_ms", percentile(age_ms_, 99))
-      .number("bytes_p50", percentile(bytes_, 50))
-      .number("bytes_max", percentile(bytes_, 100))
-      .number("lights", static_cast<double>(newest_.lights.size()))
-      .number("band", newest_.radiance.band)
-      .number("bound", static_cast<double>(newest_.bound.total))
-      .texts("flags", flag_names(newest_.flags))
-      .number("sequence", static_cast<double>(newest_.sequence))
-      .number("gaps", static_cast<double>(stats.gaps))
-      .number("rejected", static_cast<double>(stats.oversized + stats.undecodable + stats.replayed +
-                                              stats.frames_refused + stats.untimely))
-      .number("reconnects", static_cast<double>(stats.reconnects))
-      .number("clock_uncertainty_ms", info.clock_uncertainty.milliseconds())
-      .text("state", to_string(stats.state));
-  return line.str();
+  const std::size_t count = latency_ms_.size();
+  const auto whole = [](double n) {
+    return std::isfinite(n) ? nlohmann::ordered_json(std::llround(n)) : nlohmann::ordered_json();
+  };
+  const nlohmann::ordered_json out = {
+      {"kind", kind},
+      {"seconds", seconds},
+      {"frames", count},
+      {"frames_per_s", seconds > 0 ? static_cast<double>(count) / seconds : 0},
+      {"latency_p50_ms", lower_quantile(latency_ms_, 0.5)},
+      {"latency_p99_ms", lower_quantile(latency_ms_, 0.99)},
+      {"age_p50_ms", lower_quantile(age_ms_, 0.5)},
+      {"age_p99_ms", lower_quantile(age_ms_, 0.99)},
+      {"bytes_p50", whole(lower_quantile(bytes_, 0.5))},
+      {"bytes_max", whole(lower_quantile(bytes_, 1))},
+      {"lights", newest_.lights.size()},
+      {"band", newest_.radiance.band},
+      {"bound", newest_.bound.total},
+      {"flags", flag_names(newest_.flags)},
+      {"sequence", newest_.sequence},
+      {"gaps", stats.gaps},
+      {"rejected", stats.oversized + stats.undecodable + stats.replayed + stats.frames_refused + stats.untimely},
+      {"reconnects", stats.reconnects},
+      {"clock_uncertainty_ms", info.clock_uncertainty.milliseconds()},
+      {"state", to_string(stats.state)}};
+  return json_text(out);
 }
 
 std::string WatchStatistics::text(double seconds, const LinkStats& stats, const ProbeInfo& info) {
@@ -80,15 +73,14 @@ std::string WatchStatistics::text(double seconds, const LinkStats& stats, const 
     std::string text = "no descriptor; the link is " + std::string(to_string(stats.state));
     return stats.last_error.empty() ? text : text + " (" + stats.last_error + ")";
   }
-  std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(),
-                "%5.1f/s  latency %.2f / %.2f ms  age %.1f / %.1f ms  clock +-%.2f ms  %.0f B  "
-                "lights %zu  band %d  bound %s  flags %s  gaps %llu",
-                count / seconds, percentile(latency_ms_, 50), percentile(latency_ms_, 99), percentile(age_ms_, 50),
-                percentile(age_ms_, 99), info.clock_uncertainty.milliseconds(), percentile(bytes_, 50),
-                newest_.lights.size(), newest_.radiance.band, bound_text(newest_.bound.total).c_str(),
-                flags_text(newest_.flags).c_str(), static_cast<unsigned long long>(stats.gaps));
-  return text.data();
+  return formatted(
+      "%5.1f/s  latency %.2f / %.2f ms  age %.1f / %.1f ms  clock +-%.2f ms  %.0f B  "
+      "lights %zu  band %d  bound %s  flags %s  gaps %llu",
+      count / seconds, lower_quantile(latency_ms_, 0.5), lower_quantile(latency_ms_, 0.99),
+      lower_quantile(age_ms_, 0.5), lower_quantile(age_ms_, 0.99), info.clock_uncertainty.milliseconds(),
+      lower_quantile(bytes_, 0.5), newest_.lights.size(), newest_.radiance.band,
+      bound_text(newest_.bound.total).c_str(), flags_text(newest_.flags).c_str(),
+      static_cast<unsigned long long>(stats.gaps));
 }
 
 }  // namespace lightwell::tool

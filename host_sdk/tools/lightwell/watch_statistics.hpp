@@ -12,10 +12,7 @@
 
 namespace lightwell::tool {
 
-/// Nearest-rank percentile, p in (0, 100]; NaN if `values` is empty. Sorts `values`.
-[[nodiscard]] double percentile(std::vector<double>& values, double p);
-
-/// Statistics of the descriptors of a time interval.
+/// Statistics of the descriptors of a time interval. Percentiles are nearest-rank (lower_quantile()).
 class WatchStatistics {
  public:
   void add(const ReceivedDescriptor& item);

@@ -13,7 +13,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include <lightwell/file_descriptor.hpp>
 #include <lightwell/result.hpp>
 
 namespace lightwell {
@@ -21,6 +23,10 @@ namespace lightwell {
 /// Creates the folder (mode 0700) and missing parents. failed_precondition if it is a symbolic link, belongs to another
 /// user (root may use any user's), or is writable by others.
 [[nodiscard]] Status make_private_folder(const std::string& path);
+
+/// Reads a whole file that the user named. not_found if it cannot be opened, data_loss if it cannot be read to its end,
+/// for example a folder; the message names the path.
+[[nodiscard]] Result<std::string> read_text_file(const std::string& path);
 
 enum class FileMode : std::uint8_t {
   owner,  ///< Mode 0600.
@@ -57,13 +63,10 @@ using FilePointer = std::unique_ptr<std::FILE, CloseFile>;
 class FolderLock {
  public:
   [[nodiscard]] static Result<FolderLock> take(const std::string& folder);
-  FolderLock(FolderLock&& other) noexcept;
-  FolderLock& operator=(FolderLock&&) = delete;
-  ~FolderLock();
 
  private:
-  explicit FolderLock(int descriptor) : descriptor_(descriptor) {}
-  int descriptor_;
+  explicit FolderLock(FileDescriptor lock) : lock_(std::move(lock)) {}
+  FileDescriptor lock_;
 };
 
 }  // namespace lightwell

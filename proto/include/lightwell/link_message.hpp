@@ -1,7 +1,5 @@
-// Requests and responses of a link without its own RPC (USB): proto/lightwell/v1/link_message.proto.
-//   encode_..._request       host: encodes a request
-//   answer_link_request      probe: executes a request with its Commands
-//   decode_link_response     host: decodes the response
+// A host's requests and the probe's responses on a link without its own RPC (USB):
+// proto/lightwell/v1/link_message.proto.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +8,9 @@
 #include <span>
 #include <vector>
 
-#include <lightwell/config.hpp>
+#include <lightwell/estimator_config.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
-#include <lightwell/status.hpp>
 #include <lightwell/status_codec.hpp>
 
 namespace lightwell {
@@ -24,12 +21,6 @@ void encode_get_config_request(std::uint32_t id, std::vector<std::byte>& out);
 void encode_set_config_request(std::uint32_t id, const EstimatorUpdate& update, std::vector<std::byte>& out);
 /// normal: probe frame, need not be normalised.
 void encode_report_lux_request(std::uint32_t id, double lux, Vec3d normal, std::vector<std::byte>& out);
-
-/// Executes a LinkRequest and writes the LinkResponse, at most kMaxLinkMessageBytes, into `response`. Every LinkRequest
-/// has a response, also one that is refused. data_loss if `request` is not a LinkRequest; `response` is then empty.
-/// Calls `commands` on this thread.
-[[nodiscard]] Status answer_link_request(std::span<const std::byte> request, Commands& commands,
-                                         std::vector<std::byte>& response);
 
 struct LinkResponse {
   std::uint32_t id = 0;

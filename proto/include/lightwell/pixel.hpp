@@ -1,9 +1,8 @@
-// Pixel formats: layout and alignment, transfer functions, and conversion to and from linear values.
+// Pixel formats: names, transfer functions, and conversion to and from linear values.
 #pragma once
 
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -50,59 +49,12 @@ inline constexpr std::array kPixelFormats = {
   return std::nullopt;
 }
 
-/// Alignment of rows and pictures in bytes that access to their samples needs.
-[[nodiscard]] constexpr std::size_t pixel_alignment(PixelFormat format) {
-  switch (format) {
-    case PixelFormat::rgb8:
-    case PixelFormat::nv12:
-    case PixelFormat::yuyv:
-    case PixelFormat::bayer_rggb8:
-      return 1;
-    case PixelFormat::bayer_rggb10:
-    case PixelFormat::bayer_rggb12:
-      return alignof(std::uint16_t);
-    case PixelFormat::rgb_f32:
-      return alignof(float);
-  }
-  return 1;
-}
-
-/// Bytes per row without padding.
-[[nodiscard]] constexpr std::size_t packed_stride(PixelFormat format, int width) {
-  const auto w = static_cast<std::size_t>(width);
-  switch (format) {
-    case PixelFormat::rgb8:
-      return 3 * w;
-    case PixelFormat::nv12:
-    case PixelFormat::bayer_rggb8:
-      return w;
-    case PixelFormat::yuyv:
-    case PixelFormat::bayer_rggb10:
-    case PixelFormat::bayer_rggb12:
-      return 2 * w;
-    case PixelFormat::rgb_f32:
-      return 12 * w;
-  }
-  return 0;
-}
-
-/// Bytes of a whole picture. Width and height must be even for nv12, yuyv (width) and Bayer.
-[[nodiscard]] constexpr std::size_t picture_bytes(PixelFormat format, std::size_t stride, int height) {
-  const auto h = static_cast<std::size_t>(height);
-  return format == PixelFormat::nv12 ? stride * h + stride * (h / 2) : stride * h;
-}
-
 /// sRGB transfer function (IEC 61966-2-1): the linear value of an sRGB value, both 0 to 1.
 [[nodiscard]] inline double srgb_to_linear(double v) {
   return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
 }
 [[nodiscard]] inline double linear_to_srgb(double x) {
   return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
-}
-
-[[nodiscard]] constexpr bool is_bayer(PixelFormat format) {
-  return format == PixelFormat::bayer_rggb8 || format == PixelFormat::bayer_rggb10 ||
-         format == PixelFormat::bayer_rggb12;
 }
 
 /// Gamma-encoded r, g, b (0 to 255) of BT.601 limited-range bytes, rounded; out-of-gamut values are clamped. Integer

@@ -1,7 +1,6 @@
 // Recordings: a file of checksummed records that stays readable if it is truncated. Format: proto/README.md.
 //   RecordWriter, RecordReader   the container, independent of the records' content
 //   RecordingHeader              the first record
-//   FrameRecord                  a frame with its metadata, encoded and decoded
 #pragma once
 
 #include <cstddef>
@@ -13,12 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include <lightwell/calibration.hpp>
 #include <lightwell/checksum.hpp>
 #include <lightwell/files.hpp>
-#include <lightwell/pixel.hpp>
 #include <lightwell/result.hpp>
-#include <lightwell/time.hpp>
 
 namespace lightwell {
 
@@ -31,13 +27,14 @@ struct RecordingHeader {
   RecordingKind kind = RecordingKind::descriptors;
   std::string probe_name;
   std::string version;
-  std::optional<RigParameters> calibration;  ///< Frames only.
+  std::optional<std::string> calibration;  ///< Frames only: a RigCalibration in binary form.
 };
 
 /// Appends records. After an error, the records written before remain readable.
 class RecordWriter {
  public:
   /// Creates a file, or continues one of the same kind after removing an incomplete record at its end.
+  /// invalid_argument if the header's calibration is not a RigCalibration.
   [[nodiscard]] static Result<RecordWriter> open(const std::string& path, const RecordingHeader& header);
 
   /// time_ns: CLOCK_MONOTONIC of the writer when the record was received. resource_exhausted if the disk is full.
@@ -78,43 +75,6 @@ class RecordReader {
   FilePointer file_;
   RecordingHeader header_;
   std::uint64_t first_ = 0, good_bytes_ = 0, torn_bytes_ = 0, file_bytes_ = 0;
-};
-
-/// One lens's picture inside a FrameRecord.
-struct RecordedView {
-  int lens = 0;
-  PixelFormat format = PixelFormat::rgb8;
-  int width = 0, height = 0;
-  std::size_t stride = 0;
-  std::span<const std::byte> data;
-};
-
-struct FrameRecord {
-  std::uint64_t sequence = 0;
-  ProbeTime mid_exposure;
-  double exposure_s = 0, gain = 1;
-  Duration row_readout;
-  int bracket_index = 0, bracket_size = 1;
-  std::vector<RecordedView> views;
-};
-
-/// Encodes into `out`, whose memory is reused.
-void encode_frame_record(const FrameRecord& frame, std::vector<std::byte>& out);
-
-/// A decoded frame; the data of `frame.views` point into memory of this object.
-class DecodedFrame {
- public:
-  DecodedFrame();
-  ~DecodedFrame();
-  DecodedFrame(DecodedFrame&&) noexcept;
-  DecodedFrame& operator=(DecodedFrame&&) noexcept;
-  /// data_loss, or invalid_argument with the name of the field.
-  [[nodiscard]] Status decode(std::span<const std::byte> payload);
-  FrameRecord frame;
-
- private:
-  struct State;
-  std::unique_ptr<State> state_;
 };
 
 }  // namespace lightwell

@@ -12,23 +12,17 @@
 #include <openssl/evp.h>
 #include <openssl/x509.h>
 
+#include <lightwell/deleter.hpp>
+
 namespace lightwell::pairing {
 
-template <auto Free>
-struct OpenSslDeleter {
-  template <class T>
-  void operator()(T* object) const {
-    Free(object);
-  }
-};
-
-using Bio = std::unique_ptr<BIO, OpenSslDeleter<BIO_free_all>>;
-using BigNumber = std::unique_ptr<BIGNUM, OpenSslDeleter<BN_clear_free>>;
-using BigNumberContext = std::unique_ptr<BN_CTX, OpenSslDeleter<BN_CTX_free>>;
-using Group = std::unique_ptr<EC_GROUP, OpenSslDeleter<EC_GROUP_free>>;
-using Point = std::unique_ptr<EC_POINT, OpenSslDeleter<EC_POINT_clear_free>>;
-using Key = std::unique_ptr<EVP_PKEY, OpenSslDeleter<EVP_PKEY_free>>;
-using Certificate = std::unique_ptr<X509, OpenSslDeleter<X509_free>>;
+using Bio = std::unique_ptr<BIO, Deleter<BIO_free_all>>;
+using BigNumber = std::unique_ptr<BIGNUM, Deleter<BN_clear_free>>;
+using BigNumberContext = std::unique_ptr<BN_CTX, Deleter<BN_CTX_free>>;
+using Group = std::unique_ptr<EC_GROUP, Deleter<EC_GROUP_free>>;
+using Point = std::unique_ptr<EC_POINT, Deleter<EC_POINT_clear_free>>;
+using Key = std::unique_ptr<EVP_PKEY, Deleter<EVP_PKEY_free>>;
+using Certificate = std::unique_ptr<X509, Deleter<X509_free>>;
 
 [[nodiscard]] inline const unsigned char* bytes_of(std::string_view text) {
   return reinterpret_cast<const unsigned char*>(text.data());

@@ -14,7 +14,7 @@ constexpr std::size_t kTagBytes = 16;
 /// A fixed nonce is safe, because each key seals one message only.
 constexpr std::array<unsigned char, 12> kNonce{};
 
-using Cipher = std::unique_ptr<EVP_CIPHER_CTX, pairing::OpenSslDeleter<EVP_CIPHER_CTX_free>>;
+using Cipher = std::unique_ptr<EVP_CIPHER_CTX, Deleter<EVP_CIPHER_CTX_free>>;
 
 const char* label_of(PairingSide side) {
   return side == PairingSide::client ? "lightwell pairing client" : "lightwell pairing probe";

@@ -13,9 +13,9 @@
 #include "app/pipeline.hpp"
 #include "camera/backends/sim/frame_ring.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
-#include "firmware/app/allocation_counter.hpp"
 #include "firmware/app/fakes.hpp"
 #include "sim/rigs.hpp"
+#include "support/allocation_counter.hpp"
 #include "support/wait.hpp"
 
 namespace lightwell {

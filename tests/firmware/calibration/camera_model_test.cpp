@@ -1,13 +1,20 @@
-// Tests of CameraModel: project() and unproject() are inverse over the whole domain of each model.
+// Tests of the camera classes, the same for each, through CameraModel: project() and unproject() are inverse over the
+// whole domain, derivatives, special directions. Then properties of single models.
 #include "calibration/model/camera_model.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <variant>
 
+#include <ceres/jet.h>
 #include <gtest/gtest.h>
 
 #include <lightwell/equirect.hpp>
+
+#include "calibration/model/camera_parameters.hpp"
 
 namespace lightwell {
 namespace {
@@ -16,6 +23,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kDegree = kPi / 180;
 // Pixels are about 1000, angles about 1: a thousand times the rounding error of double.
 constexpr double kPixelTolerance = 1e-9;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInfinity = std::numeric_limits<double>::infinity();
 
 LensParameters lens_with(ModelParameters model, double max_angle_rad) {
   LensParameters lens;
@@ -31,36 +39,54 @@ Vec3d direction_cv(double theta, double phi) {
   return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
 }
 
-template <class Model>
-struct Example;
-template <>
-struct Example<KannalaBrandtParameters> {
+/// The pixel of the axis.
+PixelPosition principal_point(const LensParameters& lens) {
+  return std::visit(
+      [&](const auto& p) {
+        if constexpr (requires { p.cx; }) return PixelPosition{p.cx, p.cy};
+        return PixelPosition{0.5 * (lens.width - 1), 0.5 * (lens.height - 1)};
+      },
+      lens.model);
+}
+
+// A camera class and a lens of it.
+struct KannalaBrandtExample {
+  template <class T>
+  using Camera = KannalaBrandtCamera<T>;
   static LensParameters lens() {
     return lens_with(KannalaBrandtParameters{290, 288, 501.3, 247.9, -0.03, 0.004, -0.0011, 1e-4}, 100 * kDegree);
   }
 };
-template <>
-struct Example<DoubleSphereParameters> {
+struct DoubleSphereExample {
+  template <class T>
+  using Camera = DoubleSphereCamera<T>;
   static LensParameters lens() {
     return lens_with(DoubleSphereParameters{300, 305, 498.2, 251.0, -0.2, 0.61}, 105 * kDegree);
   }
 };
-template <>
-struct Example<MeiParameters> {
+struct MeiExample {
+  template <class T>
+  using Camera = MeiCamera<T>;
   // Typical result of OpenCV's omnidir for a lens of 190 degrees.
   static LensParameters lens() {
     return lens_with(MeiParameters{720, 718, 499.1, 248.2, 1.4, -0.12, 0.21, 3e-4, -7e-4}, 97 * kDegree);
   }
 };
-template <>
-struct Example<EquirectangularParameters> {
+struct EquirectangularExample {
+  template <class T>
+  using Camera = EquirectangularCamera<T>;
   static LensParameters lens() { return lens_with(EquirectangularParameters{}, kPi); }
 };
 
-template <class Model>
-class CameraModelTest : public testing::Test {
+/// Number of parameters that a solver estimates.
+template <class Example>
+constexpr std::size_t kParameters = Example::template Camera<double>::kParameters;
+
+template <class Example>
+class CameraTest : public testing::Test {
  protected:
-  const CameraModel model{Example<Model>::lens()};
+  const LensParameters lens = Example::lens();
+  const CameraModel model{lens};
 
   /// Calls f with directions over the whole domain, including its edge.
   template <class F>
@@ -76,11 +102,10 @@ class CameraModelTest : public testing::Test {
   }
 };
 
-using Models =
-    testing::Types<KannalaBrandtParameters, DoubleSphereParameters, MeiParameters, EquirectangularParameters>;
-TYPED_TEST_SUITE(CameraModelTest, Models);
+using Examples = testing::Types<KannalaBrandtExample, DoubleSphereExample, MeiExample, EquirectangularExample>;
+TYPED_TEST_SUITE(CameraTest, Examples);
 
-TYPED_TEST(CameraModelTest, UnprojectUndoesProject) {
+TYPED_TEST(CameraTest, UnprojectUndoesProject) {
   this->for_directions([&](Vec3d d) {
     const auto pixel = this->model.project(d);
     ASSERT_TRUE(pixel) << d.x << " " << d.y << " " << d.z;
@@ -92,7 +117,7 @@ TYPED_TEST(CameraModelTest, UnprojectUndoesProject) {
   });
 }
 
-TYPED_TEST(CameraModelTest, ProjectUndoesUnproject) {
+TYPED_TEST(CameraTest, ProjectUndoesUnproject) {
   int seen = 0;
   for (int y = 0; y < 500; y += 7) {
     for (int x = 0; x < 1000; x += 7) {
@@ -108,7 +133,7 @@ TYPED_TEST(CameraModelTest, ProjectUndoesUnproject) {
   EXPECT_GT(seen, 2000);
 }
 
-TYPED_TEST(CameraModelTest, LengthOfTheDirectionDoesNotMatter) {
+TYPED_TEST(CameraTest, LengthOfTheDirectionDoesNotMatter) {
   const Vec3d d = direction_cv(1.2, 0.3);
   for (const double scale : {1e-200, 1e-3, 1e200}) {
     const auto a = this->model.project(d), b = this->model.project(d * scale);
@@ -118,20 +143,35 @@ TYPED_TEST(CameraModelTest, LengthOfTheDirectionDoesNotMatter) {
   }
 }
 
-TYPED_TEST(CameraModelTest, InvalidDirectionsHaveNoPixel) {
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+TYPED_TEST(CameraTest, InvalidDirectionsHaveNoPixel) {
   EXPECT_FALSE(this->model.project({0, 0, 0}));
-  EXPECT_FALSE(this->model.project({kNan, 0, 1}));
-  EXPECT_FALSE(this->model.project({0, std::numeric_limits<double>::infinity(), 1}));
-  EXPECT_FALSE(this->model.unproject({kNan, 0}));
+  for (const double bad : {kNan, kInfinity, -kInfinity}) {
+    EXPECT_FALSE(this->model.project({bad, 0, 1}));
+    EXPECT_FALSE(this->model.project({0, bad, 1}));
+    EXPECT_FALSE(this->model.project({0, 0, bad}));
+    EXPECT_FALSE(this->model.unproject({bad, 0}));
+    EXPECT_FALSE(this->model.unproject({0, bad}));
+  }
 }
 
-TYPED_TEST(CameraModelTest, TheDomainEndsAtTheLargestAngle) {
+TYPED_TEST(CameraTest, TheAxisHasThePrincipalPoint) {
+  const PixelPosition center = principal_point(this->lens);
+  const auto pixel = this->model.project({0, 0, 1});
+  ASSERT_TRUE(pixel);
+  EXPECT_EQ(pixel->x, center.x);
+  EXPECT_EQ(pixel->y, center.y);
+  const auto back = this->model.unproject(center);
+  ASSERT_TRUE(back);
+  EXPECT_LT(angle_between(*back, Vec3d{0, 0, 1}), 1e-15);
+}
+
+TYPED_TEST(CameraTest, TheDomainEndsAtTheLargestAngle) {
   const double end = this->model.max_angle_rad();
   if (end == kPi) {
     EXPECT_TRUE(this->model.project({0, 0, -1})) << "the equirectangular domain is the whole sphere";
     return;
   }
+  EXPECT_FALSE(this->model.project({0, 0, -1})) << "behind the camera";
   for (int j = 0; j < 16; ++j) {
     const double phi = 2 * kPi * j / 16;
     const auto edge = this->model.project(direction_cv(end - 1e-9, phi));
@@ -147,8 +187,8 @@ TYPED_TEST(CameraModelTest, TheDomainEndsAtTheLargestAngle) {
   }
 }
 
-TYPED_TEST(CameraModelTest, FloatRoundTripIsWithinAThousandthOfAPixel) {
-  const CameraModelF in_float(Example<TypeParam>::lens());
+TYPED_TEST(CameraTest, FloatRoundTripIsWithinAThousandthOfAPixel) {
+  const CameraModelF in_float(this->lens);
   int seen = 0;
   for (int y = 0; y < 500; y += 7) {
     for (int x = 0; x < 1000; x += 7) {
@@ -172,6 +212,57 @@ TYPED_TEST(CameraModelTest, FloatRoundTripIsWithinAThousandthOfAPixel) {
     EXPECT_NEAR(pixel->x, exact->x, 1e-3);
     EXPECT_NEAR(pixel->y, exact->y, 1e-3);
   });
+}
+
+TYPED_TEST(CameraTest, SolversNeedNoUnitVectors) {
+  if constexpr (kParameters<TypeParam> != 0) {
+    const auto camera = TypeParam::template Camera<double>::from(parameters_of(this->lens.model).data());
+    double u = 0, v = 0, u2 = 0, v2 = 0;
+    ASSERT_TRUE(camera.project(0.3, -0.8, 0.1, u, v));
+    ASSERT_TRUE(camera.project(3e5, -8e5, 1e5, u2, v2));
+    EXPECT_NEAR(u, u2, kPixelTolerance);
+    EXPECT_NEAR(v, v2, kPixelTolerance);
+    EXPECT_FALSE(camera.project(0.0, 0.0, 0.0, u, v));
+  }
+}
+
+/// The pixel as a function of the camera's parameters and a direction, in one array.
+template <class Camera, class T>
+std::array<T, 2> pixel_of(const T* parameters_and_direction) {
+  const T* d = parameters_and_direction + Camera::kParameters;
+  std::array<T, 2> out{};
+  EXPECT_TRUE(Camera::from(parameters_and_direction).project(d[0], d[1], d[2], out[0], out[1]));
+  return out;
+}
+
+TYPED_TEST(CameraTest, AutomaticDerivativesEqualFiniteDifferences) {
+  if constexpr (kParameters<TypeParam> != 0) {
+    constexpr std::size_t kLens = kParameters<TypeParam>, kCount = kLens + 3;
+    using Jet = ceres::Jet<double, static_cast<int>(kCount)>;
+    using Camera = typename TypeParam::template Camera<double>;
+    using JetCamera = typename TypeParam::template Camera<Jet>;
+    std::array<double, kCount> at{};
+    std::ranges::copy(parameters_of(this->lens.model), at.begin());
+    this->for_directions([&](Vec3d d) {
+      // At distance two, so that a nonzero derivative along the ray would be detected.
+      at[kLens] = 2 * d.x, at[kLens + 1] = 2 * d.y, at[kLens + 2] = 2 * d.z;
+      std::array<Jet, kCount> jets;
+      for (std::size_t k = 0; k < kCount; ++k) jets[k] = Jet(at[k], static_cast<int>(k));
+      const std::array<Jet, 2> p = pixel_of<JetCamera>(jets.data());
+      for (std::size_t k = 0; k < kCount; ++k) {
+        // About the cube root of the precision: the optimal step of central differences.
+        const double step = 6e-6 * std::max(1.0, std::abs(at[k]));
+        auto more = at, less = at;
+        more[k] += step, less[k] -= step;
+        const auto up = pixel_of<Camera>(more.data()), down = pixel_of<Camera>(less.data());
+        for (std::size_t c = 0; c < 2; ++c) {
+          const double slope = (up[c] - down[c]) / (2 * step);
+          EXPECT_NEAR(p[c].v[static_cast<Eigen::Index>(k)], slope, 2e-6 * (1 + std::abs(slope)))
+              << "direction " << d.x << " " << d.y << " " << d.z << " number " << k << " coordinate " << c;
+        }
+      }
+    });
+  }
 }
 
 TEST(Mei, WithXiZeroIsAPinhole) {
@@ -271,7 +362,7 @@ TEST(DoubleSphere, EndsWhereTheProjectionIsNoLongerOneToOne) {
 }
 
 TEST(Equirectangular, UprightEqualsEquirectUv) {
-  const LensParameters lens = Example<EquirectangularParameters>::lens();
+  const LensParameters lens = EquirectangularExample::lens();
   const CameraModel model(lens);
   for (int j = 0; j < 500; j += 9) {
     for (int i = 0; i < 1000; i += 9) {
@@ -284,7 +375,7 @@ TEST(Equirectangular, UprightEqualsEquirectUv) {
 }
 
 TEST(UprightLens, RightIsPlusXAndUpIsPlusY) {
-  const LensParameters lens = Example<KannalaBrandtParameters>::lens();
+  const LensParameters lens = KannalaBrandtExample::lens();
   const CameraModel model(lens);
   const auto seen = [&](Vec3d probe) { return model.project(rotate(lens.pose_cv.rotation.inverse(), probe)).value(); };
   const PixelPosition ahead = seen({0, 0, -1});

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "calibration/model/projection.hpp"
+#include "calibration/model/camera_parameters.hpp"
 
 namespace lightwell::shown {
 namespace {

@@ -14,14 +14,6 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 const std::vector<double> kThree{0.001, 0.004, 0.016};
 
-TEST(Exposures, AreOneToEightPositiveNumbers) {
-  EXPECT_TRUE(check_exposures(kThree).ok());
-  EXPECT_FALSE(check_exposures(std::vector<double>{}).ok());
-  EXPECT_FALSE(check_exposures(std::vector<double>(9, 0.01)).ok());
-  for (const double bad : {0.0, -0.01, kNaN, std::numeric_limits<double>::infinity()})
-    EXPECT_FALSE(check_exposures(std::vector<double>{0.01, bad}).ok()) << bad;
-}
-
 TEST(ReportedCycle, DerivesTheIndexFromTheRoundedReportedExposure) {
   ReportedCycle cycle(kThree);
   const std::vector<double> in_force{0.00102, 0.00398, 0.0158, 0.00099};

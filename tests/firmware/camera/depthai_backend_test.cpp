@@ -33,14 +33,14 @@ Result<OakOptions> parsed(const std::string& rest, const CameraConfig& config = 
 
 CameraConfig exposing(std::vector<double> exposure_s, double gain = 1) {
   CameraConfig config;
-  config.exposure_s = std::move(exposure_s);
-  config.gain = gain;
+  config.capture.exposure_s = std::move(exposure_s);
+  config.capture.gain = gain;
   return config;
 }
 
 TEST(OakUri, SettingsAreRead) {
-  const auto o =
-      parsed("14442C10D13EABCE00?socket=B&format=bayer10&white=4200K&readout=18.5us", exposing({0.001, 0.008}, 2));
+  const auto o = parsed("14442C10D13EABCE00?socket=B&format=bayer10&white_balance=4200K&row_readout=18.5us",
+                        exposing({0.001, 0.008}, 2));
   ASSERT_TRUE(o.ok()) << o.status().message();
   EXPECT_EQ(o->id, "14442C10D13EABCE00");
   EXPECT_EQ(o->socket, 'B');
@@ -50,18 +50,33 @@ TEST(OakUri, SettingsAreRead) {
   EXPECT_THAT(o->exposure_us, ElementsAre(1000U, 8000U));
   EXPECT_EQ(o->iso, 200U);
   EXPECT_THAT(o->notes, IsEmpty());
+  const auto of_the_uri = parsed("X?exposure=1ms,8ms&gain=2");
+  ASSERT_TRUE(of_the_uri.ok()) << of_the_uri.status().message();
+  EXPECT_EQ(of_the_uri->exposure_us, o->exposure_us);
+  EXPECT_EQ(of_the_uri->iso, o->iso);
+}
+
+TEST(OakUri, FormerNamesAreAcceptedWithANote) {
+  const auto o = parsed("X?white=4200K&readout=18.5us", exposing({0.001}));
+  ASSERT_TRUE(o.ok()) << o.status().message();
+  EXPECT_EQ(o->white_balance_k, 4200);
+  EXPECT_EQ(o->row_readout.ns, 18'500);
+  EXPECT_THAT(o->notes, ElementsAre(HasSubstr("'readout' is now called 'row_readout'"),
+                                    HasSubstr("'white' is now called 'white_balance'")));
 }
 
 TEST(OakUri, InvalidParametersAreNamed) {
-  for (const auto& [rest, word] : std::vector<std::pair<std::string, std::string>>{{"", "no camera is named"},
-                                                                                   {"X?socket=K", "A to J"},
-                                                                                   {"X?sockt=A", "socket"},
-                                                                                   {"X?format=rgb8", "neither"},
-                                                                                   {"X?white=5000", "1000K to 12000K"},
-                                                                                   {"X?white=500K", "1000K to 12000K"},
-                                                                                   {"X?white=nanK", "1000K to 12000K"},
-                                                                                   {"X?readout=20", "readout"},
-                                                                                   {"X?readout=-1us", "readout"}}) {
+  for (const auto& [rest, word] :
+       std::vector<std::pair<std::string, std::string>>{{"", "no camera is named"},
+                                                        {"X?socket=K", "A to J"},
+                                                        {"X?sockt=A", "socket"},
+                                                        {"X?format=rgb8", "neither"},
+                                                        {"X?white_balance=12001", "1000K to 12000K"},
+                                                        {"X?white_balance=500K", "white_balance"},
+                                                        {"X?white_balance=nanK", "white_balance"},
+                                                        {"X?colour_gains=1,1", "colour_gains"},
+                                                        {"X?row_readout=20", "row_readout"},
+                                                        {"X?row_readout=-1us", "row_readout"}}) {
     const auto o = parsed(rest);
     ASSERT_FALSE(o.ok()) << rest;
     EXPECT_EQ(o.status().code(), StatusCode::invalid_argument);
@@ -84,7 +99,7 @@ TEST(OakUri, ValuesOutsideTheRangesAreClampedWithANote) {
   EXPECT_EQ(o->iso, 1600U);
   EXPECT_THAT(o->notes, Contains(HasSubstr("100 ms becomes 33.33 ms")));
   EXPECT_THAT(o->notes, Contains(HasSubstr("gain 100 becomes 16")));
-  EXPECT_THAT(parsed("X")->notes, Contains(HasSubstr("no camera.exposure_s is set")));
+  EXPECT_THAT(parsed("X")->notes, Contains(HasSubstr("no exposure is set")));
 }
 
 // ---- pictures

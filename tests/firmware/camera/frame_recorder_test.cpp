@@ -95,7 +95,7 @@ class Recorder : public ::testing::Test {
     return count;
   }
 
-  Scratch scratch;
+  test::TempDir scratch;
   std::string path = scratch.path("out.lwrec");
   MadeFrames made;
   std::array<std::vector<std::byte>, 2> pictures;

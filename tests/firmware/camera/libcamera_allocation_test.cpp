@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "camera/backends/libcamera/lens_backend.hpp"
-#include "firmware/app/allocation_counter.hpp"
 #include "firmware/camera/simulated_lens.hpp"
+#include "support/allocation_counter.hpp"
 
 namespace lightwell::libcam {
 namespace {
@@ -34,7 +34,7 @@ void expect_no_allocations(int lenses, bool reports_exposure, std::vector<double
   std::vector<std::unique_ptr<Lens>> cameras;
   LibcameraOptions options;
   options.frame_rate = 200;
-  options.exposure_s = std::move(exposure_s);
+  options.capture.exposure_s = std::move(exposure_s);
   for (int l = 0; l < lenses; ++l) {
     SimulatedCameraOptions o;
     o.id = std::to_string(l);

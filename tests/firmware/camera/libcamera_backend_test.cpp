@@ -26,7 +26,7 @@ using Cameras = std::vector<std::shared_ptr<SimulatedCamera>>;
 std::unique_ptr<CameraBackend> backend_on(const Cameras& cameras, const std::vector<double>& exposure_s) {
   LibcameraOptions options;
   options.frame_rate = 1e6 / static_cast<double>(cameras[0]->options().interval.count());
-  options.exposure_s = exposure_s;
+  options.capture.exposure_s = exposure_s;
   auto mailbox = std::make_shared<Mailbox>();
   std::vector<std::unique_ptr<Lens>> lenses;
   for (const auto& camera : cameras)

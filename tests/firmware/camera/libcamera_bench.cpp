@@ -18,7 +18,7 @@ std::function<Result<std::unique_ptr<CameraBackend>>()> camera(std::vector<doubl
     const Result<CameraUri> uri = parse_camera_uri(std::string("libcamera:") + id());
     if (!uri) return uri.status();
     CameraConfig config;
-    config.exposure_s = exposure_s;
+    config.capture.exposure_s = exposure_s;
     return make_libcamera_backend(*uri, config);
   };
 }

@@ -40,31 +40,48 @@ TEST(LibcameraUri, NamesOneCameraOrTwoInTheOrderOfTheLenses) {
 }
 
 TEST(LibcameraUri, SettingsAreRead) {
+  const auto o = parsed(
+      "1?row_readout=18.9us&timestamp=exposure&colour_gains=1.8,1.5&control_delay=5&exposure=0.001,0.008&gain=2.5");
+  ASSERT_TRUE(o.ok()) << o.status().message();
+  EXPECT_EQ(o->row_readout.ns, 18900);
+  EXPECT_EQ(o->timestamp_event, TimestampEvent::exposure);
+  EXPECT_THAT(*o->capture.colour_gains, ElementsAre(1.8, 1.5));
+  EXPECT_EQ(o->control_delay, 5);
+  EXPECT_THAT(o->capture.exposure_s, ElementsAre(0.001, 0.008));
+  EXPECT_EQ(o->capture.gain, 2.5);
+  EXPECT_THAT(o->notes, IsEmpty());
+}
+
+TEST(LibcameraUri, FormerNamesAreAcceptedWithANote) {
   const auto o = parsed("1?readout=18.9us&stamp=exposure&white=1.8,1.5&settle=5");
   ASSERT_TRUE(o.ok()) << o.status().message();
   EXPECT_EQ(o->row_readout.ns, 18900);
   EXPECT_EQ(o->timestamp_event, TimestampEvent::exposure);
-  EXPECT_THAT(o->colour_gains, ElementsAre(1.8, 1.5));
-  EXPECT_EQ(o->settle_frames, 5);
+  EXPECT_THAT(*o->capture.colour_gains, ElementsAre(1.8, 1.5));
+  EXPECT_EQ(o->control_delay, 5);
+  EXPECT_THAT(o->notes, ElementsAre(HasSubstr("'row_readout'"), HasSubstr("'timestamp'"), HasSubstr("'colour_gains'"),
+                                    HasSubstr("'control_delay'")));
 }
 
 TEST(LibcameraUri, InvalidParametersAreNamed) {
-  for (const auto& [rest, word] : std::vector<std::pair<std::string, std::string>>{{"", "cam --list"},
-                                                                                   {"1,", "cam --list"},
-                                                                                   {"1,2,3", "at most 2"},
-                                                                                   {"1,1", "both lenses"},
-                                                                                   {"1?formt=nv12", "format"},
-                                                                                   {"1?format=rgb_f32", "none of"},
-                                                                                   {"1?format=mjpeg", "none of"},
-                                                                                   {"1?readout=20", "unit"},
-                                                                                   {"1?readout=-20us", "readout"},
-                                                                                   {"1?readout=nanus", "readout"},
-                                                                                   {"1?stamp=middle", "neither"},
-                                                                                   {"1?white=2", "two gains"},
-                                                                                   {"1?white=0,1", "two gains"},
-                                                                                   {"1?white=inf,1", "two gains"},
-                                                                                   {"1?settle=1.5", "settle"},
-                                                                                   {"1?settle=-1", "settle"}}) {
+  for (const auto& [rest, word] :
+       std::vector<std::pair<std::string, std::string>>{{"", "cam --list"},
+                                                        {"1,", "cam --list"},
+                                                        {"1,2,3", "at most 2"},
+                                                        {"1,1", "both lenses"},
+                                                        {"1?formt=nv12", "format"},
+                                                        {"1?format=rgb_f32", "none of"},
+                                                        {"1?format=mjpeg", "none of"},
+                                                        {"1?row_readout=20", "unit"},
+                                                        {"1?row_readout=-20us", "row_readout"},
+                                                        {"1?row_readout=nanus", "row_readout"},
+                                                        {"1?timestamp=middle", "neither"},
+                                                        {"1?colour_gains=2", "two gains"},
+                                                        {"1?colour_gains=0,1", "two gains"},
+                                                        {"1?colour_gains=inf,1", "two gains"},
+                                                        {"1?white_balance=5000K", "white_balance"},
+                                                        {"1?control_delay=1.5", "control_delay"},
+                                                        {"1?control_delay=-1", "control_delay"}}) {
     const auto o = parsed(rest);
     ASSERT_FALSE(o.ok()) << rest;
     EXPECT_EQ(o.status().code(), StatusCode::invalid_argument) << rest;
@@ -82,9 +99,9 @@ TEST(LibcameraUri, NumbersOfTheConfigurationAreChecked) {
   EXPECT_TRUE(refused([](CameraConfig& c) { c.height = 1 << 20; }));
   EXPECT_TRUE(refused([](CameraConfig& c) { c.frame_rate = -1; }));
   EXPECT_TRUE(refused([](CameraConfig& c) { c.frame_rate = std::nan(""); }));
-  EXPECT_TRUE(refused([](CameraConfig& c) { c.gain = 0; }));
-  EXPECT_TRUE(refused([](CameraConfig& c) { c.exposure_s = {0.01, 0}; }));
-  EXPECT_TRUE(refused([](CameraConfig& c) { c.exposure_s.assign(9, 0.01); }));
+  EXPECT_TRUE(refused([](CameraConfig& c) { c.capture.gain = 0; }));
+  EXPECT_TRUE(refused([](CameraConfig& c) { c.capture.exposure_s = {0.01, 0}; }));
+  EXPECT_TRUE(refused([](CameraConfig& c) { c.capture.exposure_s.assign(9, 0.01); }));
   EXPECT_FALSE(refused([](CameraConfig& c) { c.frame_rate = 0; })) << "the camera's own rate";
 }
 
@@ -134,7 +151,7 @@ TEST(LibcameraFormat, ARefusalListsWhatTheCameraOffers) {
 LibcameraOptions asking(std::vector<double> exposure_s) {
   LibcameraOptions o;
   o.cameras = {"1"};
-  o.exposure_s = std::move(exposure_s);
+  o.capture.exposure_s = std::move(exposure_s);
   return o;
 }
 
@@ -180,7 +197,7 @@ TEST(LibcameraControls, RoundsExposuresOfUsbCamerasTo100Microseconds) {
 
 TEST(LibcameraControls, NotesMissingControls) {
   LibcameraOptions asked = asking({0.01});
-  asked.gain = 4;
+  asked.capture.gain = 4;
   const auto chosen = choose_controls({}, asked);
   ASSERT_TRUE(chosen.ok());
   EXPECT_FALSE(chosen->set_exposure);

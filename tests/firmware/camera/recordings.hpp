@@ -8,11 +8,12 @@
 
 #include <gtest/gtest.h>
 
+#include <lightwell/frame_record.hpp>
 #include <lightwell/recording.hpp>
 
 #include "imaging/frame.hpp"
 #include "imaging/image_file.hpp"
-#include "support/scratch.hpp"
+#include "support/temp_dir.hpp"
 
 namespace lightwell {
 

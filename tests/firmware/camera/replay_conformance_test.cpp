@@ -8,8 +8,8 @@ namespace lightwell::conformance {
 namespace {
 
 /// Created once, removed when the program ends.
-const Scratch& scratch() {
-  static const Scratch made;
+const test::TempDir& scratch() {
+  static const test::TempDir made;
   return made;
 }
 

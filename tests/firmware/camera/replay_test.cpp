@@ -5,10 +5,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <lightwell/calibration.hpp>
 #include <lightwell/recording.hpp>
 
 #include "camera/backends/replay/replay_backend.hpp"
 #include "firmware/camera/recordings.hpp"
+#include "support/read_file.hpp"
 
 namespace lightwell {
 namespace {
@@ -63,7 +65,7 @@ class Replay : public ::testing::Test {
     return camera ? (*camera)->open().status() : camera.status();
   }
 
-  Scratch scratch;
+  test::TempDir scratch;
   std::string path = scratch.path("r.lwrec");
   MadeFrames made;
   CameraInfo info;
@@ -146,7 +148,7 @@ TEST_F(Replay, SequenceNumbersIncreaseOverLoops) {
 TEST_F(Replay, ADamagedTailEndsTheRecording) {
   made.count = 6;
   write_recording(path, made);
-  const auto whole = bytes_of_file(path);
+  const auto whole = test::read_bytes(path);
   const auto cut = scratch.write("cut.lwrec", std::span(whole).first(whole.size() - 100));
   EXPECT_EQ(play("replay:" + cut + "?pace=fast").size(), 5U);
   // Each loop plays the frames before the damage.
@@ -154,18 +156,21 @@ TEST_F(Replay, ADamagedTailEndsTheRecording) {
 }
 
 TEST_F(Replay, UnplayableFramesAreGaps) {
-  made.count = 6;
+  made.count = 9;
   write_recording(path, made, [](FrameRecord& f) {
     if (f.sequence == 2) f.exposure_s = -1;
     if (f.sequence == 3) f.views.pop_back();
     if (f.sequence == 4) {
       for (RecordedView& view : f.views) view.height -= 2;
     }
+    if (f.sequence == 6) f.views[0].data = f.views[0].data.first(f.views[0].data.size() - 1);
+    if (f.sequence == 7) --f.views[0].stride;
     return true;
   });
   const auto frames = play("replay:" + path + "?pace=fast");
-  ASSERT_EQ(frames.size(), 3U);
+  ASSERT_EQ(frames.size(), 4U);
   EXPECT_EQ(frames[2].info.sequence, 5U);
+  EXPECT_EQ(frames[3].info.sequence, 8U);
 }
 
 TEST_F(Replay, ADamagedPictureOfAFolderIsAGap) {
@@ -197,10 +202,19 @@ TEST_F(Replay, RefusesUnplayableFilesWithTheReason) {
   EXPECT_EQ(make("replay:x?loop=-1").status().code(), StatusCode::invalid_argument);
   EXPECT_EQ(make("replay:x?loop=").status().code(), StatusCode::invalid_argument);
   EXPECT_EQ(make("replay:x?pace=slow").status().code(), StatusCode::invalid_argument);
+  EXPECT_THAT(make("replay:x?exposure=1ms").status().message(), HasSubstr("no parameter 'exposure'"));
+  CameraConfig config;
+  config.capture.gain = 2;
+  EXPECT_THAT(make_replay_backend(*parse_camera_uri("replay:x"), config).status().message(),
+              HasSubstr("camera.gain: this camera has no gain"));
 
   RecordingHeader header;
   { ASSERT_TRUE(RecordWriter::open(scratch.path("d"), header).ok()); }
   EXPECT_THAT(open_status("replay:" + scratch.path("d")).message(), HasSubstr("descriptors"));
+  header.kind = RecordingKind::frames;
+  header.calibration = encode_calibration({});
+  { ASSERT_TRUE(RecordWriter::open(scratch.path("c"), header).ok()); }
+  EXPECT_THAT(open_status("replay:" + scratch.path("c")).message(), HasSubstr("the calibration in it is invalid"));
   made.count = 0;
   EXPECT_EQ(open_status("replay:" + write_recording(scratch.path("empty"), made)).code(), StatusCode::data_loss);
 

@@ -5,13 +5,13 @@
 
 #include "camera/backends/sim/sim_backend.hpp"
 #include "camera/conformance/conformance.hpp"
-#include "support/scratch.hpp"
+#include "support/temp_dir.hpp"
 
 namespace lightwell::conformance {
 namespace {
 
-const Scratch& scratch() {
-  static const Scratch made;
+const test::TempDir& scratch() {
+  static const test::TempDir made;
   return made;
 }
 
@@ -42,11 +42,11 @@ std::function<Result<std::unique_ptr<CameraBackend>>()> sim_of(const std::string
 
 std::vector<BackendUnderTest> sims() {
   const std::string room = panorama();
-  const std::string bracket = "?rig=pair&ring=8&sensor=rgb8&turn=30deg/s&exposure=1ms,8ms";
+  const std::string bracket = "?rig=pair&frames=8&sensor=rgb8&yaw_rate=30deg/s&exposure=1ms,8ms";
   using enum BackendUnderTest::Pace;
   return {
-      {"ideal", sim_of(room + "?rig=pair&ring=8&turn=30deg/s", 50), own},
-      {"ideal_on_demand", sim_of(room + "?rig=pair&ring=8&turn=30deg/s", 0), on_demand},
+      {"ideal", sim_of(room + "?rig=pair&frames=8&yaw_rate=30deg/s", 50), own},
+      {"ideal_on_demand", sim_of(room + "?rig=pair&frames=8&yaw_rate=30deg/s", 0), on_demand},
       {"rgb8_bracket", sim_of(room + bracket, 50), own},
       {"rgb8_bracket_on_demand", sim_of(room + bracket, 0), on_demand},
       {"rgb8_at_rest", sim_of(room + "?rig=pair&sensor=rgb8", 50), own},

@@ -8,42 +8,7 @@
 #include <linux/videodev2.h>
 
 #include "firmware/camera/v4l2_watcher.hpp"
-
-// glibc's implementations, under the names that it provides for replacements.
-extern "C" {
-void* __libc_malloc(std::size_t size);
-void* __libc_calloc(std::size_t count, std::size_t size);
-void* __libc_realloc(void* old, std::size_t size);
-void* __libc_memalign(std::size_t alignment, std::size_t size);
-}
-
-namespace {
-
-// constinit and trivial: malloc is called before and after everything else.
-constinit thread_local std::size_t taken_by_this_thread = 0;
-
-}  // namespace
-
-extern "C" {
-
-void* malloc(std::size_t size) noexcept {
-  ++taken_by_this_thread;
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) noexcept {
-  ++taken_by_this_thread;
-  return __libc_calloc(count, size);
-}
-void* realloc(void* old, std::size_t size) noexcept {
-  ++taken_by_this_thread;
-  return __libc_realloc(old, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
-  ++taken_by_this_thread;
-  return __libc_memalign(alignment, size);
-}
-
-}  // extern "C"
+#include "support/allocation_counter.hpp"
 
 namespace lightwell {
 namespace {
@@ -56,8 +21,8 @@ class Counter final : public FrameSink {
  public:
   void push(Frame /*frame*/) override {
     constexpr int kFirst = 10;
-    if (++frames == kFirst) at_first = taken_by_this_thread;
-    if (frames == kFirst + kFrames) taken = taken_by_this_thread - at_first;
+    if (++frames == kFirst) at_first = test::allocations_of_this_thread();
+    if (frames == kFirst + kFrames) taken = test::allocations_of_this_thread() - at_first;
     if (frames >= kFirst + kFrames) done = true;
   }
   static constexpr int kFrames = 40;
@@ -79,9 +44,9 @@ std::size_t taken_for(std::uint32_t fourcc, const std::string& parameters) {
 }
 
 TEST(V4l2Allocation, TheCounterCounts) {
-  const std::size_t before = taken_by_this_thread;
+  const std::size_t before = test::allocations_of_this_thread();
   const auto taken = std::make_unique<std::vector<int>>(100);
-  EXPECT_EQ(taken_by_this_thread - before, 2U) << taken->size();
+  EXPECT_EQ(test::allocations_of_this_thread() - before, 2U) << taken->size();
 }
 
 TEST(V4l2Allocation, NonePerFrameIfTheDriversMemoryIsLent) { EXPECT_EQ(taken_for(V4L2_PIX_FMT_YUYV, ""), 0U); }

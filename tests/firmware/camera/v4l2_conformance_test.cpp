@@ -26,7 +26,7 @@ BackendUnderTest camera_of(const std::string& name, const DeviceKind& kind, cons
     plugged().reset();
     plugged() = std::make_unique<UmockCamera>(kind);
     const Result<CameraUri> uri =
-        parse_camera_uri("v4l2:" + UmockCamera::path() + "?width=64&height=48&fps=50" + parameters);
+        parse_camera_uri("v4l2:" + UmockCamera::path() + "?width=64&height=48&frame_rate=50" + parameters);
     if (!uri) return uri.status();
     return make_v4l2_backend(*uri, CameraConfig());
   };
@@ -43,10 +43,10 @@ std::vector<BackendUnderTest> cameras_of_all_kinds() {
   DeviceKind few_buffers = test::webcam(V4L2_PIX_FMT_YUYV);
   few_buffers.most_buffers = 4;
   return {
-      camera_of("yuyv", test::webcam(V4L2_PIX_FMT_YUYV), "&exposure=2ms&readout=50us"),
+      camera_of("yuyv", test::webcam(V4L2_PIX_FMT_YUYV), "&exposure=2ms&row_readout=50us"),
       camera_of("yuyv_bracket", test::webcam(V4L2_PIX_FMT_YUYV), "&exposure=1ms,8ms&control_delay=2"),
       camera_of("yuyv_copied", few_buffers, "&exposure=2ms"),
-      camera_of("nv12", padded, "&exposure=2ms&readout=50us"),
+      camera_of("nv12", padded, "&exposure=2ms&row_readout=50us"),
       camera_of("bayer8_bggr", test::webcam(V4L2_PIX_FMT_SBGGR8), "&exposure=2ms"),
       camera_of("bayer10_packed", no_clock, "&exposure=2ms"),
       camera_of("mjpeg", test::webcam(V4L2_PIX_FMT_MJPEG), "&exposure=2ms"),

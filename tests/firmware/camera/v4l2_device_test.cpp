@@ -119,7 +119,7 @@ TEST(V4l2Controls, AutomaticControlsAreOffAndValuesAreReadBack) {
 
 TEST(V4l2Controls, TheDefaultExposureIsTheCurrentOne) {
   const UmockCamera plugged(webcam(V4L2_PIX_FMT_YUYV));
-  const OpenCamera open("&gain=20");
+  const OpenCamera open("&gain_raw=20");
   EXPECT_THAT(open.info.exposure_s, ElementsAre(::testing::DoubleNear(0.01, 1e-12)));
   EXPECT_THAT(open.notes(), HasSubstr("gain 20"));
 }

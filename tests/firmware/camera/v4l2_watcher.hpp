@@ -20,7 +20,7 @@ namespace lightwell::test {
 
 inline Result<std::unique_ptr<V4l2Camera>> make_camera(const std::string& parameters,
                                                        const std::string& path = UmockCamera::path()) {
-  const Result<CameraUri> uri = parse_camera_uri("v4l2:" + path + "?fps=50&width=64&height=48" + parameters);
+  const Result<CameraUri> uri = parse_camera_uri("v4l2:" + path + "?frame_rate=50&width=64&height=48" + parameters);
   if (!uri) return uri.status();
   return make_v4l2_camera(*uri, CameraConfig());
 }
@@ -77,7 +77,7 @@ class RecordingSink final : public FrameSink {
     std::vector<unsigned> numbers;
     const auto at = [&](std::size_t i) { return std::to_integer<unsigned>(view.data[i]); };
     if (!is_bayer(view.format)) return {at(0), at(1), at(2)};
-    const std::size_t size = pixel_alignment(view.format);
+    const std::size_t size = pixel_layout(view.format).sample_bytes;
     for (const std::size_t i : {std::size_t{0}, size, view.stride, view.stride + size})
       numbers.push_back(size == 1 ? at(i) : at(i) | at(i + 1) << 8);
     return numbers;

@@ -6,7 +6,7 @@
 
 #include "brackets.hpp"
 #include "each_target.hpp"
-#include "estimate/common/row_reader.hpp"
+#include "estimate/frames/row_reader.hpp"
 
 namespace lightwell::estimate {
 namespace {

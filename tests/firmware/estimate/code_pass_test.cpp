@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "estimate/common/row_reader.hpp"
+#include "estimate/frames/row_reader.hpp"
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/oracle_cases.hpp"
 

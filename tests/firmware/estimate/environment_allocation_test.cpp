@@ -1,13 +1,13 @@
 // Maps, whole or as changes, from the sums to the encoded bytes, allocate no memory.
-#include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
 #include <lightwell/codec.hpp>
+#include <lightwell/fibonacci_lattice.hpp>
 
 #include "estimate/common/environment.hpp"
-#include "firmware/app/allocation_counter.hpp"
+#include "support/allocation_counter.hpp"
 
 namespace lightwell::estimate {
 namespace {
@@ -15,11 +15,7 @@ namespace {
 TEST(EnvironmentAllocation, NothingIsAllocatedAfterConstruction) {
   constexpr int kCells = 4000;
   std::vector<Vec3f> direction;
-  for (int i = 0; i < kCells; ++i) {
-    const double z = 1 - (2 * i + 1.0) / kCells, a = i * 2.399963229728653, s = std::sqrt(1 - z * z);
-    direction.push_back(
-        {static_cast<float>(s * std::cos(a)), static_cast<float>(z), static_cast<float>(s * std::sin(a))});
-  }
+  for (int i = 0; i < kCells; ++i) direction.push_back(vec_cast<float>(fibonacci_direction(i, kCells)));
   const std::vector<float> solid_angle(kCells, static_cast<float>(4 * std::numbers::pi / kCells));
   for (const int edge : {8, 64}) {
     EnvironmentMapper mapper(direction, solid_angle, edge, {.rate_hz = 20});

@@ -1,4 +1,4 @@
-#include "estimate/common/flicker.hpp"
+#include "estimate/frames/flicker.hpp"
 
 #include <cmath>
 #include <limits>

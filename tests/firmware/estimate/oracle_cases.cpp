@@ -257,7 +257,7 @@ Shot OracleCase::shoot(const reference::RandomScene& scene, std::span<const doub
     for (std::size_t k = 0; k < lenses_.size(); ++k) {
       const LensParameters& lens = rig_.lenses[k];
       const PhotometricCalibration& p = lens.photometry;
-      const std::size_t stride = packed_stride(format_, lens.width) + padding * pixel_alignment(format_);
+      const std::size_t stride = packed_stride(format_, lens.width) + padding * pixel_layout(format_).sample_bytes;
       std::vector<std::byte>& bytes =
           out.pictures.emplace_back(picture_bytes(format_, stride, lens.height), std::byte{0xEE});
       if (format_ == PixelFormat::rgb_f32) {

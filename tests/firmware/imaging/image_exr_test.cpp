@@ -14,7 +14,8 @@
 #include <gtest/gtest.h>
 
 #include "imaging/image_file.hpp"
-#include "support/scratch.hpp"
+#include "support/read_file.hpp"
+#include "support/temp_dir.hpp"
 
 namespace lightwell {
 namespace {
@@ -83,7 +84,7 @@ void expect_planes(const Result<Image>& image, const Planes& p) {
 
 class ImageExr : public ::testing::Test {
  protected:
-  Scratch scratch;
+  test::TempDir scratch;
   std::string path = scratch.path("x.exr");
   Planes p = planes();
 };
@@ -174,7 +175,7 @@ TEST_F(ImageExr, NegativeInfiniteAndNanStay) {
 
 TEST_F(ImageExr, TruncationAtAnyLengthIsDataLossWithTheLibrarysMessage) {
   write(path, header_of({"R", "G", "B"}), p, {"R", "G", "B"});
-  const auto whole = bytes_of_file(path);
+  const auto whole = test::read_bytes(path);
   for (std::size_t n = 4; n < whole.size(); n += n < 500 || n + 40 > whole.size() ? 1 : 31) {
     const auto image = read_image(scratch.write("cut.exr", std::span(whole).first(n)));
     ASSERT_FALSE(image.ok()) << n << " of " << whole.size();
@@ -185,7 +186,7 @@ TEST_F(ImageExr, TruncationAtAnyLengthIsDataLossWithTheLibrarysMessage) {
 
 TEST_F(ImageExr, AnyDamagedByteEndsInAStatus) {
   write(path, header_of({"R", "G", "B"}), p, {"R", "G", "B"});
-  const auto whole = bytes_of_file(path);
+  const auto whole = test::read_bytes(path);
   for (std::size_t i = 4; i < whole.size(); i += i < 500 ? 1 : 41) {
     auto damaged = whole;
     damaged[i] ^= std::byte{0xFF};
@@ -212,7 +213,7 @@ TEST_F(ImageExr, MissingChannelAndOddWindowsAreRefusedByName) {
 
 TEST_F(ImageExr, HugeHeaderIsRefusedBeforeMemoryIsTaken) {
   write(path, header_of({"R", "G", "B"}), p, {"R", "G", "B"});
-  auto bytes = bytes_of_file(path);
+  auto bytes = test::read_bytes(path);
   // Set both windows to 2^30 in each direction.
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   for (const std::string_view name : {"dataWindow", "displayWindow"}) {

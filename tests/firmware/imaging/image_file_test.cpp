@@ -9,7 +9,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "support/scratch.hpp"
+#include "support/temp_dir.hpp"
 
 namespace lightwell {
 namespace {
@@ -39,7 +39,7 @@ int value(const Image& image, int x, int y, int channel) {
 class ImageFile : public ::testing::Test {
  protected:
   Status status_of(std::span<const std::byte> bytes) { return read_image(scratch.write("x", bytes)).status(); }
-  Scratch scratch;
+  test::TempDir scratch;
 };
 
 TEST_F(ImageFile, PngComesBackAsWrittenInTheOrderRedGreenBlue) {

@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "imaging/image_file.hpp"
-#include "support/scratch.hpp"
+#include "support/temp_dir.hpp"
 
 namespace lightwell {
 namespace {
@@ -24,7 +24,7 @@ std::array<float, 3> pixel(const Image& image, int x, int y) {
 class ImageHdr : public ::testing::Test {
  protected:
   Result<Image> read(const std::string& text) { return read_image(scratch.write("x.hdr", std::string_view(text))); }
-  Scratch scratch;
+  test::TempDir scratch;
   const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
 };
 

@@ -11,11 +11,11 @@ using ::testing::Not;
 using ::testing::Pair;
 
 TEST(CameraUri, PartsComeInTheOrderWritten) {
-  const auto uri = parse_camera_uri("sim:/a b/city.exr?rig=pair&ring=8&empty=");
+  const auto uri = parse_camera_uri("sim:/a b/city.exr?rig=pair&frames=8&empty=");
   ASSERT_TRUE(uri.ok()) << uri.status().message();
   EXPECT_EQ(uri->scheme, "sim");
   EXPECT_EQ(uri->path, "/a b/city.exr");
-  EXPECT_THAT(uri->parameters, ::testing::ElementsAre(Pair("rig", "pair"), Pair("ring", "8"), Pair("empty", "")));
+  EXPECT_THAT(uri->parameters, ::testing::ElementsAre(Pair("rig", "pair"), Pair("frames", "8"), Pair("empty", "")));
 }
 
 TEST(CameraUri, PathMayHoldColonsAndMayBeEmpty) {
@@ -53,6 +53,18 @@ TEST(CameraUri, AnUnknownParameterIsNamedWithTheNearest) {
   EXPECT_THAT(status.message(), HasSubstr("'pase'"));
   EXPECT_THAT(status.message(), HasSubstr("did you mean 'pace'?"));
   EXPECT_THAT(check_parameters(*uri, {}).message(), Not(HasSubstr("did you mean")));
+}
+
+TEST(CameraUri, FormerNamesOfParametersAreReplacedWithAWarning) {
+  auto uri = parse_camera_uri("replay:x?repeat=2&pace=fast");
+  ASSERT_TRUE(uri.ok());
+  std::vector<std::string> warnings;
+  ASSERT_TRUE(rename_parameters(*uri, {{"speed", "pace"}, {"repeat", "loop"}}, warnings).ok());
+  EXPECT_THAT(uri->parameters, ::testing::ElementsAre(Pair("loop", "2"), Pair("pace", "fast")));
+  EXPECT_THAT(warnings, ::testing::ElementsAre(HasSubstr("'repeat' is now called 'loop'")));
+  const Status both = rename_parameters(*uri, {{"loop", "pace"}}, warnings);
+  EXPECT_EQ(both.code(), StatusCode::invalid_argument);
+  EXPECT_THAT(both.message(), HasSubstr("leave 'loop' out"));
 }
 
 }  // namespace

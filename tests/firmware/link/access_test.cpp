@@ -36,7 +36,7 @@ mode_t mode_of(const std::string& path) {
 
 class ProbeKeysTest : public ::testing::Test {
  protected:
-  ProbeKeysTest() { config_.keys = folder_.path("keys"); }
+  ProbeKeysTest() { config_.key_folder = folder_.path("keys"); }
   [[nodiscard]] ProbeKeys load(std::int64_t now = kNow) const {
     const Result<ProbeKeys> keys = load_probe_keys(config_, "attic", now);
     EXPECT_TRUE(keys.ok()) << keys.status().message();
@@ -62,15 +62,15 @@ TEST_F(ProbeKeysTest, AreCreatedOnceAndKept) {
 
 TEST_F(ProbeKeysTest, AreReadableByTheirOwnerOnly) {
   (void)load();
-  EXPECT_EQ(mode_of(config_.keys), 0700U);
-  for (const auto& entry : std::filesystem::directory_iterator(config_.keys))
+  EXPECT_EQ(mode_of(config_.key_folder), 0700U);
+  for (const auto& entry : std::filesystem::directory_iterator(config_.key_folder))
     EXPECT_EQ(mode_of(entry.path().string()), 0600U) << entry.path();
 }
 
 TEST_F(ProbeKeysTest, RejectsAFolderThatIsWritableByOthers) {
-  std::filesystem::create_directory(config_.keys);
-  ASSERT_EQ(::chmod(config_.keys.c_str(), 0777), 0);
-  EXPECT_THAT(load_error(), AllOf(HasSubstr(config_.keys), HasSubstr("chmod 700")));
+  std::filesystem::create_directory(config_.key_folder);
+  ASSERT_EQ(::chmod(config_.key_folder.c_str(), 0777), 0);
+  EXPECT_THAT(load_error(), AllOf(HasSubstr(config_.key_folder), HasSubstr("chmod 700")));
 }
 
 /// The folder belongs to the daemon's user, but `lightwelld --pair` accesses it as root.
@@ -78,7 +78,7 @@ TEST_F(ProbeKeysTest, RejectsHostileFilesAndDoesNotModifyThem) {
   (void)load();
   const HostileFile trap;
   for (const char* name : {"lock", "ca.pem", "ca_key.pem", "probe.pem", "probe_key.pem"}) {
-    const std::string path = config_.keys + "/" + name, aside = folder_.path("aside");
+    const std::string path = config_.key_folder + "/" + name, aside = folder_.path("aside");
     for (const HostileFileKind kind : kHostileFileKinds) {
       std::filesystem::rename(path, aside);
       trap.set(kind, path);
@@ -93,9 +93,9 @@ TEST_F(ProbeKeysTest, RejectsHostileFilesAndDoesNotModifyThem) {
 
 TEST_F(ProbeKeysTest, RejectsAFolderThatIsASymbolicLink) {
   (void)load();
-  std::filesystem::create_directory_symlink(config_.keys, folder_.path("link"));
-  config_.keys = folder_.path("link");
-  EXPECT_THAT(load_error(), AllOf(HasSubstr(config_.keys), HasSubstr("symbolic link")));
+  std::filesystem::create_directory_symlink(config_.key_folder, folder_.path("link"));
+  config_.key_folder = folder_.path("link");
+  EXPECT_THAT(load_error(), AllOf(HasSubstr(config_.key_folder), HasSubstr("symbolic link")));
 }
 
 TEST_F(ProbeKeysTest, ConcurrentFirstLoadsGiveTheSameKeys) {
@@ -124,7 +124,7 @@ TEST_F(ProbeKeysTest, KeysCreatedWithAClockOf1970AreValidLongEnough) {
 TEST_F(ProbeKeysTest, ErrorsNameTheBrokenFile) {
   (void)load();
   for (const char* file : {"ca.pem", "ca_key.pem", "probe.pem", "probe_key.pem"}) {
-    const std::string path = config_.keys + "/" + file, good = *read_private_file(path).value();
+    const std::string path = config_.key_folder + "/" + file, good = *read_private_file(path).value();
     for (const std::string& bad : {std::string(), std::string("garbage"), good.substr(0, good.size() / 2)}) {
       ASSERT_TRUE(write_atomically(path, bad, FileMode::owner).ok());
       EXPECT_THAT(load_error(), HasSubstr(file));
@@ -132,13 +132,13 @@ TEST_F(ProbeKeysTest, ErrorsNameTheBrokenFile) {
     ASSERT_TRUE(write_atomically(path, good, FileMode::owner).ok());
   }
   const std::string other = KeyPair::make()->private_pem;
-  ASSERT_TRUE(write_atomically(config_.keys + "/probe_key.pem", other, FileMode::owner).ok());
+  ASSERT_TRUE(write_atomically(config_.key_folder + "/probe_key.pem", other, FileMode::owner).ok());
   EXPECT_THAT(load_error(), AllOf(HasSubstr("probe.pem"), HasSubstr("does not belong to the certificate")));
 }
 
 TEST_F(ProbeKeysTest, OwnerFilesReplaceTheProbesAndMustMatch) {
   GrpcConfig other;
-  other.keys = folder_.path("other");
+  other.key_folder = folder_.path("other");
   const ProbeKeys owners = *load_probe_keys(other, "cellar", kNow);
   config_.certificate = folder_.write("own.pem", owners.certificate);
   config_.key = folder_.write("own_key.pem", owners.key);
@@ -188,7 +188,7 @@ TEST_F(ReloadingKeysTest, KeepTheInitialKeysUntilRenewal) {
   EXPECT_GE(read_certificate(renewed->certificate)->not_after_s, kNow + 3 * kYear);
   EXPECT_EQ(renewed->key, first->key);
   EXPECT_EQ(renewed->trust, first->trust);
-  EXPECT_EQ(**read_private_file(config_.keys + "/probe.pem"), renewed->certificate);
+  EXPECT_EQ(**read_private_file(config_.key_folder + "/probe.pem"), renewed->certificate);
   EXPECT_FALSE(reloading_.take_changed());
   EXPECT_EQ(reloading_.error_message(), "");
 }
@@ -196,13 +196,13 @@ TEST_F(ReloadingKeysTest, KeepTheInitialKeysUntilRenewal) {
 TEST_F(ReloadingKeysTest, AFailedRenewalIsReportedAndThePreviousKeysStay) {
   ASSERT_TRUE(reloading_.load().ok());
   (void)reloading_.take_changed();
-  const std::string good = **read_private_file(config_.keys + "/probe_key.pem");
-  ASSERT_TRUE(write_atomically(config_.keys + "/probe_key.pem", "garbage", FileMode::owner).ok());
+  const std::string good = **read_private_file(config_.key_folder + "/probe_key.pem");
+  ASSERT_TRUE(write_atomically(config_.key_folder + "/probe_key.pem", "garbage", FileMode::owner).ok());
   EXPECT_EQ(reloading_.error_message(), "") << "the files are checked once a minute";
   now_s_ += 3 * kYear / 2;
   EXPECT_THAT(reloading_.error_message(), AllOf(HasSubstr("probe_key.pem"), HasSubstr("the previous keys are used")));
   EXPECT_FALSE(reloading_.take_changed());
-  ASSERT_TRUE(write_atomically(config_.keys + "/probe_key.pem", good, FileMode::owner).ok());
+  ASSERT_TRUE(write_atomically(config_.key_folder + "/probe_key.pem", good, FileMode::owner).ok());
   now_s_ += 60;
   EXPECT_TRUE(reloading_.take_changed()) << "repaired, the certificate is renewed";
   EXPECT_EQ(reloading_.error_message(), "");
@@ -211,18 +211,18 @@ TEST_F(ReloadingKeysTest, AFailedRenewalIsReportedAndThePreviousKeysStay) {
 TEST_F(ReloadingKeysTest, ADeletedAuthorityIsReportedAndNotReplaced) {
   ASSERT_TRUE(reloading_.load().ok());
   (void)reloading_.take_changed();
-  std::filesystem::remove_all(config_.keys);
+  std::filesystem::remove_all(config_.key_folder);
   now_s_ += 2 * kYear;
   EXPECT_THAT(reloading_.error_message(),
-              AllOf(HasSubstr(config_.keys + "/ca_key.pem"), HasSubstr("pair its clients again")));
+              AllOf(HasSubstr(config_.key_folder + "/ca_key.pem"), HasSubstr("pair its clients again")));
   EXPECT_FALSE(reloading_.take_changed());
-  EXPECT_FALSE(std::filesystem::exists(config_.keys));
+  EXPECT_FALSE(std::filesystem::exists(config_.key_folder));
 }
 
 TEST_F(ReloadingKeysTest, ReloadsOwnerFilesWhenTheyChangeAndMatch) {
   const auto owners = [&](const char* folder) {
     GrpcConfig other;
-    other.keys = folder_.path(folder);
+    other.key_folder = folder_.path(folder);
     return *load_probe_keys(other, folder, kNow);
   };
   const ProbeKeys one = owners("one"), other = owners("other");

@@ -29,7 +29,7 @@ TEST_F(GrpcLifeTest, PortZeroChoosesAFreePort) {
 
 TEST_F(GrpcLifeTest, ASecondLinkOnAPortFailsWithAddressAndRemedy) {
   const std::string taken = host_port(*link_);
-  const std::unique_ptr<Link> second = make_grpc_link({.listen = taken}, "attic", commands_);
+  const std::unique_ptr<Link> second = make_grpc_link({.listen_address = taken}, "attic", commands_);
   const Status s = second->start();
   EXPECT_EQ(s.code(), StatusCode::resource_exhausted);
   EXPECT_THAT(s.message(), HasSubstr(taken));
@@ -43,7 +43,7 @@ TEST_F(GrpcLifeTest, ASecondLinkOnAPortFailsWithAddressAndRemedy) {
 TEST_F(GrpcLifeTest, AMalformedAddressIsRefused) {
   for (const std::string listen :
        {"", "127.0.0.1", "127.0.0.1:port", "127.0.0.1:99999", "[::1:80", "256.256.256.256:80", "192.0.2.1:7420"}) {
-    const std::unique_ptr<Link> link = make_grpc_link({.listen = listen}, "attic", commands_);
+    const std::unique_ptr<Link> link = make_grpc_link({.listen_address = listen}, "attic", commands_);
     const Status s = link->start();
     EXPECT_FALSE(s.ok()) << listen << " became " << link->address();
     EXPECT_THAT(s.message(), HasSubstr("'" + listen + "'"));
@@ -81,7 +81,7 @@ TEST_F(GrpcLifeTest, StopDoesNotWaitForAClientThatKeepsItsConnection) {
 TEST_F(GrpcLifeTest, AfterStopThePortIsFree) {
   const std::string port = host_port(*link_);
   expect_stop();
-  const std::unique_ptr<Link> next = make_grpc_link({.listen = port}, "attic", commands_);
+  const std::unique_ptr<Link> next = make_grpc_link({.listen_address = port}, "attic", commands_);
   EXPECT_TRUE(becomes_true("the port is free again", [&] { return next->start().ok(); }));
   EXPECT_EQ(host_port(*next), port);
 }

@@ -159,7 +159,7 @@ TEST_F(GrpcServiceTest, GetConfigReturnsAllEstimatorFieldsAndNothingElse) {
   ASSERT_TRUE(stub_->GetConfig(&context, {}, &response).ok());
   EXPECT_EQ(response.kind(), v1::ESTIMATOR_KIND_PANORAMA);
   EXPECT_EQ(response.estimator().band(), 3U);
-  EXPECT_EQ(response.estimator().panorama().unseen(), v1::UNSEEN_FILL_MIRROR);
+  EXPECT_EQ(response.estimator().panorama().unseen_fill(), v1::UNSEEN_FILL_MIRROR);
   std::vector<std::string> unset;
   collect_unset(response, "", unset);
   EXPECT_THAT(unset, ::testing::IsEmpty());
@@ -201,7 +201,7 @@ TEST_F(GrpcServiceTest, SetConfigRefusesOtherFieldsByName) {
   refused([](v1::Config& c) { c.set_probe_name("cellar"); }, "probe_name");
   refused([](v1::Config& c) { c.mutable_camera()->set_width(320); }, "camera");
   refused([](v1::Config& c) { c.set_calibration("other.textproto"); }, "calibration");
-  refused([](v1::Config& c) { c.mutable_grpc()->set_listen("0.0.0.0:1"); }, "grpc");
+  refused([](v1::Config& c) { c.mutable_grpc()->set_listen_address("0.0.0.0:1"); }, "grpc");
   refused([](v1::Config& c) { c.mutable_record()->set_path("/tmp/x"); }, "record");
   refused([](v1::Config& c) { c.set_budget_ms(2); }, "budget_ms");
   EXPECT_EQ(commands_.estimator().band, EstimatorConfig{}.band) << "and nothing changed";
@@ -221,7 +221,8 @@ TEST_F(GrpcServiceTest, SetConfigRefusesInvalidValues) {
   refused([](v1::EstimatorConfig& e) { e.set_max_lights(65); }, "max_lights");
   // Truncated to a byte, 257 would be 1 (fast).
   refused([](v1::EstimatorConfig& e) { e.set_setting(static_cast<v1::Setting>(257)); }, "setting");
-  refused([](v1::EstimatorConfig& e) { e.mutable_panorama()->set_unseen(static_cast<v1::UnseenFill>(258)); }, "unseen");
+  refused([](v1::EstimatorConfig& e) { e.mutable_panorama()->set_unseen_fill(static_cast<v1::UnseenFill>(258)); },
+          "unseen");
   refused([](v1::EstimatorConfig& e) { e.mutable_panorama()->set_light_threshold(std::nan("")); }, "light_threshold");
 }
 

@@ -29,9 +29,9 @@ class GuardedProbeTest : public ::testing::Test {
  protected:
   /// Starts the link. Call it once.
   void listen(LinkSecurity security, const std::string& address = "127.0.0.1:0", const WallClock& clock = now) {
-    config_.listen = address;
+    config_.listen_address = address;
     config_.security = security;
-    config_.keys = folder_.path("keys");
+    config_.key_folder = folder_.path("keys");
     link_ = make_grpc_link(config_, "attic", commands_, clock);
     const Status started = link_->start();
     ASSERT_TRUE(started.ok()) << started.message();

@@ -101,7 +101,7 @@ std::string different_code(const std::string& code) {
 
 class PairingWindowTest : public GuardedProbeTest {
  protected:
-  void SetUp() override { config_.keys = folder_.path("keys"); }
+  void SetUp() override { config_.key_folder = folder_.path("keys"); }
   void open(std::chrono::seconds open_for = std::chrono::seconds(120)) {
     PairingWindowOptions options;
     options.listen = "127.0.0.1:0";

@@ -23,7 +23,7 @@ class GrpcLinkTest : public ::testing::Test {
   }
 
   FakeCommands commands_;  // Before the link, which uses it.
-  std::unique_ptr<Link> link_ = make_grpc_link({.listen = "127.0.0.1:0"}, "attic", commands_);
+  std::unique_ptr<Link> link_ = make_grpc_link({.listen_address = "127.0.0.1:0"}, "attic", commands_);
 };
 
 }  // namespace lightwell::test

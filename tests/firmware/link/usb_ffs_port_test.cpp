@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <fcntl.h>
 #include <filesystem>
-#include <fstream>
 #include <thread>
 #include <unistd.h>
 
@@ -13,6 +12,7 @@
 
 #include "link/usb_gadget/ffs_descriptors.hpp"
 #include "link/usb_gadget/ffs_port.hpp"
+#include "support/read_file.hpp"
 #include "support/temp_dir.hpp"
 
 namespace lightwell::test {
@@ -26,11 +26,11 @@ class FfsPortTest : public ::testing::Test {
  protected:
   void SetUp() override { ASSERT_TRUE(port_->open().ok()); }
 
-  static OwnedFile make_socket_pair(OwnedFile& other) {
+  static FileDescriptor make_socket_pair(FileDescriptor& other) {
     std::array<int, 2> ends{};
     EXPECT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends.data()), 0);
-    other = OwnedFile(ends[1]);
-    return OwnedFile(ends[0]);
+    other = FileDescriptor(ends[1]);
+    return FileDescriptor(ends[0]);
   }
   void emit(std::initializer_list<int> types) const {
     std::vector<usb_functionfs_event> events;
@@ -42,7 +42,7 @@ class FfsPortTest : public ::testing::Test {
     ASSERT_EQ(::write(control_.get(), events.data(), events.size() * sizeof events[0]), bytes);
   }
 
-  OwnedFile control_, in_, out_;  ///< The test's ends.
+  FileDescriptor control_, in_, out_;  ///< The test's ends.
   std::unique_ptr<GadgetPort> port_ = make_ffs_port([this]() -> Result<FfsFiles> {
     FfsFiles files;
     files.control = make_socket_pair(control_);
@@ -91,7 +91,7 @@ TEST_F(FfsPortTest, AFailedTransferIsAnErrorEvent) {
   const PortEvent event = port_->wait(kTimeout);
   EXPECT_EQ(event.kind, Kind::received);
   EXPECT_EQ(event.error, EAGAIN);
-  in_ = OwnedFile();
+  in_ = FileDescriptor();
   ASSERT_TRUE(port_->begin_send(memory));
   const PortEvent failed = port_->wait(kTimeout);
   EXPECT_EQ(failed.kind, Kind::sent);
@@ -136,11 +136,9 @@ TEST(FfsFolder, WritesDescriptorsAndStringsAndOpensEndpoints) {
   for (const char* name : {"ep0", "ep1", "ep2"}) mount.write(name, "");
   const Result<FfsFiles> files = open_ffs(mount.path(""));
   ASSERT_TRUE(files.ok()) << files.status().message();
-  std::ifstream written(mount.path("ep0"), std::ios::binary);
-  const std::string all((std::istreambuf_iterator<char>(written)), {});
   const std::vector<std::byte> d = ffs_descriptors(), s = ffs_strings();
-  EXPECT_EQ(all, std::string(reinterpret_cast<const char*>(d.data()), d.size()) +
-                     std::string(reinterpret_cast<const char*>(s.data()), s.size()));
+  EXPECT_EQ(test::read_file(mount.path("ep0")), std::string(reinterpret_cast<const char*>(d.data()), d.size()) +
+                                                    std::string(reinterpret_cast<const char*>(s.data()), s.size()));
 }
 
 TEST(FfsFolder, WithoutFunctionFsGivesTheRemedy) {

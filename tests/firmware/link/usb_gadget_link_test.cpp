@@ -294,7 +294,7 @@ TEST(UsbGadgetLinkStart, FailsWithThePortsReason) {
   EXPECT_EQ(link->start().message(), "no FunctionFS");
   link->stop();
 
-  const auto real = make_usb_gadget_link({.ffs = "/nonexistent"}, commands);
+  const auto real = make_usb_gadget_link({.functionfs_mount = "/nonexistent"}, commands);
   EXPECT_EQ(real->start().code(), StatusCode::not_found);
 }
 

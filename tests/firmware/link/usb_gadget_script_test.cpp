@@ -6,9 +6,11 @@
 
 #include <gtest/gtest.h>
 
+#include <lightwell/text.hpp>
 #include <lightwell/usb_ids.hpp>
 
 #include "support/child.hpp"
+#include "support/read_file.hpp"
 
 namespace lightwell::test {
 namespace {
@@ -43,15 +45,8 @@ class UsbGadgetScript : public ::testing::Test {
     std::getline(in, line);
     return line;
   }
-  [[nodiscard]] std::string log() const {
-    std::ifstream in(tools_.path("log"));
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
-  static std::string hex(unsigned v) {
-    std::array<char, 8> text{};
-    std::snprintf(text.data(), text.size(), "0x%04x", v);
-    return text.data();
-  }
+  [[nodiscard]] std::string log() const { return test::read_file(tools_.path("log")); }
+  static std::string hex(unsigned v) { return formatted("0x%04x", v); }
 
   TempDir root_, tools_;
   fs::path gadget_ = fs::path(root_.path("")) / "usb_gadget/lightwell";

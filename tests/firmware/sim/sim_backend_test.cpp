@@ -4,14 +4,10 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
-#include <cstdio>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <mutex>
 #include <stop_token>
 #include <string>
-#include <unistd.h>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -20,6 +16,7 @@
 #include <lightwell/equirect.hpp>
 
 #include "imaging/uri_values.hpp"
+#include "support/temp_dir.hpp"
 
 namespace lightwell {
 namespace {
@@ -32,7 +29,7 @@ constexpr double kLamp = 128.5 / 256 * 16;
 /// A Radiance HDR file with grey of radiance 0.5 and a lamp at +X.
 class SceneFile {
  public:
-  SceneFile() : path_(std::filesystem::temp_directory_path() / ("lightwell_sim_" + std::to_string(getpid()) + ".hdr")) {
+  SceneFile() {
     constexpr int kWidth = 64, kHeight = 32;
     std::string text = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 32 +X 64\n";
     for (int j = 0; j < kHeight; ++j) {
@@ -41,20 +38,15 @@ class SceneFile {
         text += {'\x80', '\x80', '\x80', lamp ? '\x84' : '\x80'};
       }
     }
-    std::ofstream(path_, std::ios::binary) << text;
-  }
-  SceneFile(const SceneFile&) = delete;
-  SceneFile& operator=(const SceneFile&) = delete;
-  ~SceneFile() {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
+    path_ = folder_.write("scene.hdr", text);
   }
   [[nodiscard]] std::string uri(const std::string& query) const {
-    return "sim:" + path_.string() + (query.empty() ? "" : "?" + query);
+    return "sim:" + path_ + (query.empty() ? "" : "?" + query);
   }
 
  private:
-  std::filesystem::path path_;
+  test::TempDir folder_;
+  std::string path_;
 };
 
 /// Holds all frames until they are taken.
@@ -108,7 +100,7 @@ class SimBackendTest : public testing::Test {
   }
 
   SceneFile file;
-  CameraConfig config{.uri = {}, .width = 64, .height = 48, .frame_rate = 200, .exposure_s = {}};
+  CameraConfig config{.uri = {}, .width = 64, .height = 48, .frame_rate = 200};
 };
 
 TEST_F(SimBackendTest, OpenReturnsTheRigAndTheFrameProperties) {
@@ -139,8 +131,8 @@ TEST_F(SimBackendTest, AnEquirectangularPictureIsMadeTwiceAsWideAsHigh) {
 }
 
 TEST_F(SimBackendTest, FramesHaveBracketIndexAndTime) {
-  config.exposure_s = {0.0001, 0.001, 0.004};
-  const auto camera = made("sensor=rgb8&readout=20us");
+  config.capture.exposure_s = {0.0001, 0.001, 0.004};
+  const auto camera = made("sensor=rgb8&row_readout=20us");
   ASSERT_TRUE(camera->open().ok());
   HoldingSink sink;
   sink.keep(6);
@@ -156,7 +148,7 @@ TEST_F(SimBackendTest, FramesHaveBracketIndexAndTime) {
     const FrameInfo& info = frames[k].info;
     EXPECT_EQ(info.bracket_size, 3);
     EXPECT_EQ(info.bracket_index, static_cast<int>(info.sequence % 3));
-    EXPECT_EQ(info.exposure_s, config.exposure_s[info.sequence % 3]);
+    EXPECT_EQ(info.exposure_s, config.capture.exposure_s[info.sequence % 3]);
     EXPECT_EQ(info.row_readout.ns, 20000);
     // Delivered at the scheduled time or later; late delivery does not shift the exposure.
     const Duration due_after = Duration::from_seconds(info.exposure_s / 2 + 24 * 20e-6);
@@ -174,7 +166,7 @@ TEST_F(SimBackendTest, FramesHaveBracketIndexAndTime) {
 }
 
 TEST_F(SimBackendTest, ALongExposureLowersTheRate) {
-  config.exposure_s = {0.001, 0.04};
+  config.capture.exposure_s = {0.001, 0.04};
   const auto camera = made("sensor=rgb8");
   const Result<CameraInfo> info = camera->open();
   ASSERT_TRUE(info.ok());
@@ -201,7 +193,7 @@ TEST_F(SimBackendTest, FollowsTheClock) {
 }
 
 TEST_F(SimBackendTest, HeldFramesAreUnchangedAndTheSequenceShowsTheLoss) {
-  const auto camera = made("sensor=rgb8&turn=30deg/s&ring=8");
+  const auto camera = made("sensor=rgb8&yaw_rate=30deg/s&frames=8");
   ASSERT_TRUE(camera->open().ok());
   HoldingSink sink;
   ASSERT_TRUE(camera->start(sink).ok());
@@ -300,7 +292,7 @@ TEST_F(SimBackendTest, WithoutAFrameRateWaitsForSpaceInTheSink) {
 
 TEST_F(SimBackendTest, EveryFrameEqualsTheGroundTruth) {
   // Equirectangular lens and ideal sensor: each value is the mean radiance of the scene over a pixel.
-  const auto camera = made("rig=equirect&turn=300deg/s&switch=20ms&ring=16");
+  const auto camera = made("rig=equirect&yaw_rate=300deg/s&lamp_switch=20ms&frames=16");
   ASSERT_TRUE(camera->open().ok());
   const auto& sim = dynamic_cast<const SimBackend&>(*camera);
   EXPECT_FALSE(sim.sanitize_counts().any());
@@ -329,7 +321,7 @@ TEST_F(SimBackendTest, EveryFrameEqualsTheGroundTruth) {
 TEST_F(SimBackendTest, ARollingShutterShearsAMovingScene) {
   // 10 ms from the top row to the bottom row at 600 degrees/s: 6 degrees, one pixel.
   const auto picture = [&](const std::string& readout) {
-    const auto camera = made("rig=equirect&turn=600deg/s&ring=16&readout=" + readout);
+    const auto camera = made("rig=equirect&yaw_rate=600deg/s&frames=16&row_readout=" + readout);
     EXPECT_TRUE(camera->open().ok());
     HoldingSink sink;
     EXPECT_TRUE(camera->start(sink).ok());
@@ -356,14 +348,30 @@ TEST_F(SimBackendTest, ParametersAreCheckedByName) {
   };
   EXPECT_THAT(message("sensr=rgb8"), HasSubstr("sensor"));
   EXPECT_THAT(message("sensor=rgb9"), HasSubstr("rgb_f32"));
-  EXPECT_THAT(message("turn=30deg"), HasSubstr("deg/s"));
-  EXPECT_THAT(message("switch=1min"), HasSubstr("ms"));
-  EXPECT_THAT(message("ring=0"), HasSubstr("ring"));
-  EXPECT_THAT(message("ring=-3"), HasSubstr("ring"));
+  EXPECT_THAT(message("yaw_rate=30deg"), HasSubstr("deg/s"));
+  EXPECT_THAT(message("lamp_switch=1min"), HasSubstr("ms"));
+  EXPECT_THAT(message("frames=0"), HasSubstr("frames"));
+  EXPECT_THAT(message("frames=-3"), HasSubstr("frames"));
   EXPECT_THAT(message("exposure=1ms,0s"), HasSubstr("above zero"));
   EXPECT_THAT(message("exposure=1ms,2ms,3ms,4ms,5ms,6ms,7ms,8ms,9ms"), HasSubstr("8"));
-  config.exposure_s = {0.01};
+  EXPECT_THAT(message("gain=0"), HasSubstr("gain: 0"));
+  config.capture.exposure_s = {0.01};
   EXPECT_THAT(message("exposure=1ms"), HasSubstr("leave one of them out"));
+  config.capture = {.white_balance_k = 5000};
+  EXPECT_THAT(message(""), HasSubstr("camera.white_balance_k"));
+}
+
+TEST_F(SimBackendTest, FormerNamesOfParametersAreAcceptedWithANote) {
+  const auto camera = made("turn=30deg/s&switch=20ms&ring=8&readout=20us&sensor=rgb8");
+  const Result<CameraInfo> info = camera->open();
+  ASSERT_TRUE(info.ok()) << info.status().message();
+  for (const char* name : {"yaw_rate", "lamp_switch", "frames", "row_readout"})
+    EXPECT_THAT(info->notes, ::testing::Contains(HasSubstr("is now called '" + std::string(name) + "'")));
+  const Result<SimOptions> options =
+      parse_sim_options(*parse_camera_uri(file.uri("turn=1rad/s&switch=2s&ring=8&readout=20us")), config);
+  EXPECT_EQ(options->yaw_rate_rad_per_s, 1);
+  EXPECT_EQ(options->lamp_switch_s, 2);
+  EXPECT_EQ(options->frames, 8U);
 }
 
 TEST_F(SimBackendTest, OpenErrorsStateTheReason) {
@@ -387,9 +395,9 @@ TEST(SimOptions, UnitsAreUnderstood) {
   EXPECT_FALSE(uri_duration_s("-1s").ok());
   EXPECT_FALSE(uri_duration_s("").ok());
   EXPECT_FALSE(uri_duration_s("nan").ok());
-  EXPECT_NEAR(*parse_turn_rad_per_s("180deg/s"), 3.14159265358979, 1e-13);
-  EXPECT_NEAR(*parse_turn_rad_per_s("-0.5rad/s"), -0.5, 1e-15);
-  EXPECT_NEAR(*parse_turn_rad_per_s("90"), 1.5707963267949, 1e-12);
+  EXPECT_NEAR(*parse_yaw_rate_rad_per_s("180deg/s"), 3.14159265358979, 1e-13);
+  EXPECT_NEAR(*parse_yaw_rate_rad_per_s("-0.5rad/s"), -0.5, 1e-15);
+  EXPECT_NEAR(*parse_yaw_rate_rad_per_s("90"), 1.5707963267949, 1e-12);
 }
 
 TEST(RingPlan, AMovingSceneHasWholeBracketsAndPeriods) {

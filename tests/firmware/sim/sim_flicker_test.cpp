@@ -9,7 +9,7 @@
 
 #include "camera/backends/sim/frame_ring.hpp"
 #include "camera/backends/sim/sim_options.hpp"
-#include "estimate/common/flicker.hpp"
+#include "estimate/frames/flicker.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "sim/rigs.hpp"
 
@@ -227,7 +227,7 @@ TEST(SimFlicker, IsNotFoundInBracketsOfSteadyLight) {
 }
 
 TEST(SimFlicker, OptionsAreChecked) {
-  CameraConfig config{.uri = {}, .width = 64, .height = 48, .frame_rate = 30, .exposure_s = {}};
+  CameraConfig config{.uri = {}, .width = 64, .height = 48, .frame_rate = 30};
   const auto parsed = [&](const std::string& query) {
     return parse_sim_options(*parse_camera_uri("sim:city?" + query), config);
   };

@@ -5,15 +5,20 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
-#include "imaging/image_file.hpp"
+#include <lightwell/text.hpp>
+
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "firmware/calibration/lens_trials.hpp"
 #include "firmware/pose/tags_around.hpp"
 #include "firmware/tools/calibrate_words.hpp"
+#include "firmware/tools/plotted.hpp"
+#include "imaging/image_file.hpp"
 #include "sim/panorama.hpp"
 #include "sim/render.hpp"
 #include "sim/scene.hpp"
+#include "support/read_file.hpp"
 #include "support/temp_dir.hpp"
 #include "tools/lightwell_calibrate/geometry_command.hpp"
 
@@ -47,8 +52,8 @@ LensParameters webcam() {
   return lens;
 }
 
-/// A folder with pictures of the board at positions all over the field of view (by default of a 190 degree lens), with
-/// 8 bits, noise and blur.
+/// A folder with pictures of the board at positions all over the field of view (by default of a 190 degree lens),
+/// with 8 bits, noise and blur.
 struct BoardPictureFolder {
   TempDir folder;
   LensParameters truth;
@@ -76,9 +81,7 @@ struct BoardPictureFolder {
       image.width = taken.width;
       image.height = taken.height;
       for (const std::uint8_t v : taken.pixels) image.data.insert(image.data.end(), 3, std::byte{v});
-      char name[32];
-      std::snprintf(name, sizeof name, "/%02d.png", i);
-      EXPECT_TRUE(write_png(pictures + name, image).ok());
+      EXPECT_TRUE(write_png(pictures + formatted("/%02d.png", i), image).ok());
     }
   }
 };
@@ -91,9 +94,8 @@ const BoardPictureFolder& board_pictures() {
 TEST(CalibrateGeometry, RecoversTheLensParameters) {
   const BoardPictureFolder& s = board_pictures();
   const TempDir out;
-  const CommandResult result =
-      run(geometry_command, {"--board", s.board, "--lens0", s.pictures, "--field-deg", "190", "--output",
-                             out.path("rig.textproto"), "--report", out.path("report.png"), "--json"});
+  const CommandResult result = run(geometry_command, {"--board", s.board, "--lens0", s.pictures, "--field-deg", "190",
+                                                      "--output", out.path("rig.textproto"), "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("\"sigma_px\""));
   const Result<RigParameters> rig = load_calibration(out.path("rig.textproto"));
@@ -104,8 +106,18 @@ TEST(CalibrateGeometry, RecoversTheLensParameters) {
   EXPECT_EQ(rig->lenses[0].photometry.response.kind, ResponseCurve::Kind::srgb)
       << "the response with which the pictures were read";
   EXPECT_THAT(result.out, HasSubstr("\"flatness_mm\""));
-  EXPECT_THAT(result.out, HasSubstr("\"other_board\": false"));
-  const Result<Image> report = read_image(out.path("report.png"));
+  EXPECT_THAT(result.out, HasSubstr("\"other_board\":false"));
+  const auto json = nlohmann::json::parse(result.out);
+  const auto& covered = json["coverage"].at(0);
+  std::size_t points = 0;
+  for (const auto& picture : json["pictures"])
+    points += picture["points"].get<std::size_t>() - picture["outliers"].get<std::size_t>();
+  EXPECT_EQ(covered["points"].size(), points) << "each fitted point is drawn";
+  double squares = 0;
+  for (const auto& p : covered["points"])
+    squares += p[2].get<double>() * p[2].get<double>() + p[3].get<double>() * p[3].get<double>();
+  EXPECT_NEAR(std::sqrt(squares / static_cast<double>(points)), json["rms_px"].get<double>(), 1e-3);
+  const Result<Image> report = read_image(test::plotted(out, result.out, "report.png"));
   ASSERT_TRUE(report) << report.status().message();
   EXPECT_GT(report->width, 400);
 
@@ -197,14 +209,16 @@ TEST(CalibrateGeometry, AWebcamDeterminesMeiButNotDoubleSphere) {
 TEST(CalibrateGeometry, CoverageReportsMissingViews) {
   const BoardPictureFolder& s = board_pictures();
   const TempDir out;
-  const CommandResult all = run(coverage_command, {"--board", s.board, "--lens0", s.pictures, "--field-circle-px",
-                                                   "300", "--picture", out.path("seen.svg")});
+  const CommandResult all =
+      run(coverage_command, {"--board", s.board, "--lens0", s.pictures, "--field-circle-px", "300"});
   EXPECT_THAT(all.out, HasSubstr("of the picture known from 24 pictures"));
-  EXPECT_TRUE(std::filesystem::exists(out.path("seen.svg")));
   const CommandResult one = run(coverage_command, {"--board", s.board, "--lens0", s.pictures + "/23.png"});
   EXPECT_EQ(one.status, 3);
   EXPECT_THAT(one.out, HasSubstr("show the board in the"));
   EXPECT_THAT(one.out, HasSubstr("take 19 more pictures"));
+  const CommandResult json = run(coverage_command, {"--board", s.board, "--lens0", s.pictures + "/23.png", "--json"});
+  EXPECT_EQ(json.status, 3);
+  EXPECT_THAT(test::read_file(test::plotted(out, json.out, "seen.svg")), HasSubstr("lens 0: 1 pictures, "));
 }
 
 TEST(CalibrateGeometry, RejectsInvalidInputs) {

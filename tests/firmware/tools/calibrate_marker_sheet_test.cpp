@@ -2,9 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -14,6 +12,7 @@
 #include "firmware/tools/calibrate_words.hpp"
 #include "firmware/tools/marker_sheets.hpp"
 #include "support/child.hpp"
+#include "support/read_file.hpp"
 #include "support/temp_dir.hpp"
 #include "tools/lightwell_calibrate/marker_sheet_command.hpp"
 #include "tools/lightwell_calibrate/marker_sheet_page.hpp"
@@ -27,11 +26,6 @@ using test::run;
 using test::TempDir;
 using testing::HasSubstr;
 using testing::StartsWith;
-
-std::string text_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 struct Printed {
   std::string solid;
@@ -200,18 +194,18 @@ TEST(MarkerSheet, WritesOneFilePerPageAndAllPagesToThePdf) {
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_FALSE(std::filesystem::exists(folder.path("s.svg")));
   for (const char* name : {"s-1.svg", "s-2.svg"}) {
-    const std::string svg = text_of(folder.path(name));
+    const std::string svg = test::read_file(folder.path(name));
     EXPECT_THAT(svg, HasSubstr("width=\"210mm\" height=\"297mm\" viewBox=\"0 0 210 297\""));
     for (const char* fill : {"#000000", "#e1e1e1", "#bcbcbc", "#898989"}) EXPECT_THAT(svg, HasSubstr(fill)) << name;
   }
-  const std::string pdf = text_of(folder.path("s.pdf"));
+  const std::string pdf = test::read_file(folder.path("s.pdf"));
   EXPECT_THAT(pdf, StartsWith("%PDF-1."));
   EXPECT_THAT(pdf, HasSubstr("/Count 2"));
   EXPECT_THAT(pdf, HasSubstr("/PrintScaling /None"));
-  EXPECT_THAT(result.out, HasSubstr("\"name\": \"dodecahedron 100 mm grey\""));
+  EXPECT_THAT(result.out, HasSubstr("\"name\":\"dodecahedron 100 mm grey\""));
   EXPECT_THAT(result.out, HasSubstr("s-2.svg"));
-  EXPECT_THAT(result.out, HasSubstr("{\"tag_id\": 0, \"center_mm\": ["));
-  EXPECT_THAT(result.out, HasSubstr("\"between\": [0, 1]"));
+  EXPECT_THAT(result.out, HasSubstr("{\"tag_id\":0,\"center_mm\":["));
+  EXPECT_THAT(result.out, HasSubstr("\"between\":[0,1]"));
   EXPECT_EQ(test::occurrences(result.out, "\"turn_deg\""), 12U);
   EXPECT_EQ(test::occurrences(result.out, "\"between\""), 10U);
   EXPECT_EQ(test::occurrences(result.out, "\"under\""), 20U);

@@ -1,7 +1,6 @@
 // Runs a subcommand of lightwell-calibrate in the process of the test and captures its exit status and output.
 #pragma once
 
-#include <span>
 #include <string>
 #include <vector>
 
@@ -15,13 +14,11 @@ struct CommandResult {
 };
 
 template <class Command>
-CommandResult run(Command command, std::vector<std::string> words) {
-  std::vector<char*> pointers;
-  for (std::string& word : words) pointers.push_back(word.data());
+CommandResult run(Command command, const std::vector<std::string>& words) {
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
   CommandResult result;
-  result.status = command(std::span<char* const>(pointers));
+  result.status = command(words);
   result.out = testing::internal::GetCapturedStdout();
   result.err = testing::internal::GetCapturedStderr();
   return result;

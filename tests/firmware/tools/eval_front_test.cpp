@@ -1,7 +1,12 @@
 // Pareto front, summary and table of lightwell-eval.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
+#include "firmware/tools/plotted.hpp"
+#include "support/read_file.hpp"
+#include "support/temp_dir.hpp"
+#include "tools/json_text.hpp"
 #include "tools/lightwell_eval/front.hpp"
 #include "tools/lightwell_eval/table.hpp"
 
@@ -119,7 +124,24 @@ TEST(Table, NamesTheSettingsThatAreOffTheFront) {
 TEST(Table, StatesThatInstructionCountsAreMissing) {
   const std::vector<Row> rows = {row("fast", 1, 200, 0.01, true)};
   EXPECT_THAT(table_of(rows, {{"city"}, 5, false}), HasSubstr("not available here"));
-  EXPECT_THAT(json_of(rows, {{"city"}, 5, false}), HasSubstr("\"instructions_per_pixel\": null"));
+  const auto json = json_of(rows, {{"city"}, 5, false});
+  EXPECT_TRUE(json["rows"][0]["outcomes"][0]["instructions_per_pixel"].is_null()) << json;
+}
+
+TEST(Chart, HasALabelForEachCase) {
+  std::vector<Row> rows;
+  for (const Case& c : all_cases()) {
+    const auto n = static_cast<double>(rows.size());
+    rows.push_back(row(c.label, 1 + n, 100 + 7 * n, 0.1 / (1 + n), c.named));
+    rows.back().setup = c;
+  }
+  mark_front(rows);
+  const test::TempDir folder;
+  const std::string json = json_text(json_of(rows, {{"city", "night"}, 5, false}));
+  const std::string svg = test::read_file(test::plotted(folder, json, "pareto.svg"));
+  for (const Row& r : rows) EXPECT_THAT(svg, HasSubstr(">" + r.setup.label + "<"));
+  for (const char* title : {"Error and time", "Error and size", "Through an 8-bit sensor", "2 scenes", "5.0 GB/s"})
+    EXPECT_THAT(svg, HasSubstr(title));
 }
 
 TEST(Cases, HaveUniqueNamesAndValidConfigurations) {

@@ -1,14 +1,16 @@
-// Rows of a marker: input and its errors, Pareto front, table, JSON and chart.
-#include <algorithm>
+// Rows of a marker: input and its errors, Pareto front, table, JSON and its chart.
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
+#include "firmware/tools/plotted.hpp"
+#include "support/read_file.hpp"
 #include "support/temp_dir.hpp"
-#include "tools/lightwell_eval/chart.hpp"
+#include "tools/json_text.hpp"
 #include "tools/lightwell_eval/marker_rows.hpp"
 #include "tools/lightwell_eval/table.hpp"
 
@@ -77,11 +79,12 @@ TEST(MarkerRows, AreReadWithAllFields) {
 TEST(MarkerRows, ErrorsNameFileAndLine) {
   const std::string good = std::string(kDefault) + "\n", other = kNoLamps;
   const std::vector<std::pair<std::string, std::string>> wrong = {
-      {"hello", "not a JSON object"},
-      {other.substr(0, 40), "no ':' after \"width\""},
-      {other + " {}", "more than one object"},
+      {"hello", "invalid literal"},
+      {"[]", "not a JSON object"},
+      {other.substr(0, 40), "unexpected end of input"},
+      {other + " {}", "expected end of input"},
       {with(other, "\"ms\":7e0", "\"ms\":\"7\""), "\"ms\" is not a number"},
-      {with(other, "\"ms\":7e0", "\"ms\":nan"), "\"ms\" is neither"},
+      {with(other, "\"ms\":7e0", "\"ms\":nan"), "invalid literal"},
       {with(other, "\"ms\":7e0", "\"ms\":-7"), "\"ms\" is negative"},
       {with(other, "\"ms\":7e0", "\"ms\":0"), "\"ms\" must be above 0"},
       {with(other, "\"ms\":7e0", "\"ms\":7,\"ms\":7"), "\"ms\" is there twice"},
@@ -147,30 +150,27 @@ TEST(MarkerTable, NamesTheRowsThatDominateTheDefault) {
 TEST(MarkerJson, IsAKeyOfTheJsonWithTheSameNumbers) {
   std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerSweepParameter::setting)};
   mark_front(rows);
-  const std::string json = json_of({}, {{"city"}, 5, false}, rows);
-  EXPECT_THAT(json, AllOf(HasSubstr("\"marker\": [\n{\"what\": \"default\", \"knob\": \"setting\", \"width\": 640"),
-                          HasSubstr("\"rms\": 0.03, \"worst_rms\": null"),
-                          HasSubstr("\"on_front\": true, \"beaten_by\": []}")));
-  EXPECT_THAT(json_of({}, {{"city"}, 5, false}), Not(HasSubstr("marker")));
+  const auto json = json_of({}, {{"city"}, 5, false}, rows);
+  EXPECT_THAT(json["marker"].dump(),
+              AllOf(HasSubstr(R"([{"what":"default","knob":"setting","width":640)"),
+                    HasSubstr(R"("rms":0.03,"worst_rms":null)"), HasSubstr(R"("on_front":true,"beaten_by":[]})")));
+  EXPECT_FALSE(json_of({}, {{"city"}, 5, false}).contains("marker"));
   rows.push_back(row("4 faces", 5, 0.02));
   mark_front(rows);
-  EXPECT_THAT(marker_json_of(rows), HasSubstr("\"on_front\": false, \"beaten_by\": [\"4 faces\"]},"));
+  EXPECT_THAT(json_of(rows).dump(), HasSubstr(R"("on_front":false,"beaten_by":["4 faces"]},)"));
 }
 
-TEST(MarkerChart, AddsAPanelWithAMarkForEachAnsweredCase) {
+TEST(MarkerChart, HasALabelForEachAnsweredCase) {
   std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerSweepParameter::setting), row("4 faces", 12, 0.04),
                                  row("1 face", 8, 0.1)};
   rows[2].rms.reset();
-  const eval::Run run{{"city"}, 5, false};
-  const Chart without = pareto_chart({}, run), chart = pareto_chart({}, run, rows);
-  EXPECT_GT(chart.height, without.height);
-  EXPECT_EQ(chart.marks.size(), without.marks.size() + 5 + 2) << "legend entries and cases";
-  const auto says = [&](const std::string& text) {
-    return std::any_of(chart.texts.begin(), chart.texts.end(), [&](const TextLabel& w) { return w.text == text; });
-  };
-  EXPECT_TRUE(says("Light from a marker, one picture of 640x480, 8 bits"));
-  EXPECT_TRUE(says("4 faces"));
-  EXPECT_FALSE(says("1 face"));
+  const test::TempDir folder;
+  const std::string json = json_text(json_of({}, {{"city"}, 5, false}, rows));
+  const std::string svg = test::read_file(test::plotted(folder, json, "pareto.svg"));
+  EXPECT_THAT(svg, AllOf(HasSubstr(">Light from a marker, one picture of 640x480, 8 bits<"), HasSubstr(">4 faces<"),
+                         HasSubstr(">most faces<")));
+  EXPECT_THAT(svg, Not(HasSubstr(">1 face<")));
+  EXPECT_THAT(svg, Not(HasSubstr(">Error and time<"))) << "nothing but the marker was measured";
 }
 
 }  // namespace

@@ -4,25 +4,26 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <numbers>
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <lightwell/calibration.hpp>
 
 #include "calibration/model/camera_model.hpp"
 #include "calibration/model/response.hpp"
-#include "imaging/image_file.hpp"
 #include "firmware/calibration/photometry/lamp_picture.hpp"
 #include "firmware/calibration/photometry/simulated_camera.hpp"
+#include "firmware/tools/plotted.hpp"
+#include "imaging/image_file.hpp"
 #include "sim/rigs.hpp"
 #include "sim/sensor.hpp"
+#include "support/read_file.hpp"
 #include "support/temp_dir.hpp"
 
 namespace lightwell {
@@ -40,9 +41,7 @@ struct Outcome {
   std::string out, err;
 };
 
-Outcome run(std::vector<std::string> words) {
-  std::vector<char*> arguments;
-  for (std::string& w : words) arguments.push_back(w.data());
+Outcome run(const std::vector<std::string>& arguments) {
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
   Outcome outcome;
@@ -50,11 +49,6 @@ Outcome run(std::vector<std::string> words) {
   outcome.out = testing::internal::GetCapturedStdout();
   outcome.err = testing::internal::GetCapturedStderr();
   return outcome;
-}
-
-std::string text_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 /// A rig with a fisheye lens of 190 degrees, folders with its pictures, and a calibration of its geometry alone.
@@ -139,7 +133,7 @@ test::TempDir* PhotometryCommand::folder_ = nullptr;
 TEST_F(PhotometryCommand, MeasuresAllParametersOfACamera) {
   const Outcome done =
       run(words({"--dark", at("dark"), "--response", at("series"), "--flat", at("flat"), "--lamp", at("lamp"), "--grey",
-                 at("card/0.png") + ":260,200,120,80", "--nits", "100", "--report", at("report.png"), "--json"}));
+                 at("card/0.png") + ":260,200,120,80", "--nits", "100", "--json"}));
   ASSERT_EQ(done.exit, 0) << done.err;
   const Result<RigParameters> found = load_calibration(at("out.textproto"));
   ASSERT_TRUE(found.ok()) << found.status().message();
@@ -161,9 +155,15 @@ TEST_F(PhotometryCommand, MeasuresAllParametersOfACamera) {
   EXPECT_EQ(found->lenses.size(), 2U);
   EXPECT_EQ(found->lenses[1].photometry.read_noise, 0) << "the other lens is unchanged";
 
-  EXPECT_THAT(done.out, HasSubstr("\"response\": {\"kind\": \"srgb\""));
-  EXPECT_THAT(done.out, HasSubstr("\"scale\": {\"nits_per_unit\": "));
-  const Result<Image> report = read_image(at("report.png"));
+  EXPECT_THAT(done.out, HasSubstr("\"response\":{\"kind\":\"srgb\""));
+  EXPECT_THAT(done.out, HasSubstr("\"scale\":{\"nits_per_unit\":"));
+  const auto curves = nlohmann::json::parse(done.out)["curves"];
+  EXPECT_GT(curves["response"]["points"].size(), 100U);
+  EXPECT_EQ(curves["vignetting"]["points"].size(), 31U) << "one for each picture of the lamp";
+  EXPECT_GT(curves["noise"]["points"].size(), 5U);
+  const auto edge = curves["vignetting"]["curve"].back();
+  EXPECT_NEAR(edge[1].get<double>(), vignetting(p, edge[0].get<double>() * std::numbers::pi / 180), 1e-9);
+  const Result<Image> report = read_image(test::plotted(*folder_, done.out, "report.png"));
   ASSERT_TRUE(report.ok()) << report.status().message();
   EXPECT_GT(report->width, 1000);
 }
@@ -202,7 +202,7 @@ TEST_F(PhotometryCommand, WrongInputIsNamedAndReplacesNothing) {
   const auto refused = [](const std::vector<std::string>& more) {
     const Outcome done = run(words(more, "kept.textproto"));
     EXPECT_EQ(done.exit, 1) << done.err;
-    EXPECT_EQ(text_of(at("kept.textproto")), "mine");
+    EXPECT_EQ(test::read_file(at("kept.textproto")), "mine");
     return done.err;
   };
   EXPECT_THAT(refused({"--dark", at("nowhere")}), HasSubstr("nowhere/frames.csv: not there"));
@@ -212,7 +212,6 @@ TEST_F(PhotometryCommand, WrongInputIsNamedAndReplacesNothing) {
   EXPECT_THAT(refused({"--lamp", at("flat")}), HasSubstr("no lamp stands out"));
   EXPECT_THAT(refused({"--grey", at("card/0.png") + ":600,200,120,80"}), HasSubstr("outside the picture"));
   EXPECT_THAT(refused({"--dark", at("dark"), "--lens", "2"}), HasSubstr("--lens 2"));
-  EXPECT_THAT(refused({"--dark", at("dark"), "--report", at("no/report.png")}), HasSubstr("cannot be written"));
   fs::create_directories(at("small"));
   ASSERT_TRUE(write_png(at("small/0.png"), {16, 16, PixelFormat::rgb8, std::vector<std::byte>(768)}).ok());
   folder_->write("small/frames.csv", "file,exposure_s,time_s\n0.png,0.01,0\n");

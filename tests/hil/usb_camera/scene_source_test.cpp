@@ -69,7 +69,7 @@ class SceneSourceTest : public ::testing::Test {
     constexpr std::size_t kFrames = 9;
     Result<CameraUri> parsed = parse_camera_uri(uri(parameters + "&sensor=" + sensor));
     ASSERT_TRUE(parsed);
-    CameraConfig config{.uri = {}, .width = kSize.width, .height = kSize.height, .frame_rate = 30, .exposure_s = {}};
+    CameraConfig config{.uri = {}, .width = kSize.width, .height = kSize.height, .frame_rate = 30};
     Result<std::unique_ptr<CameraBackend>> camera = make_sim_backend(*parsed, config);
     ASSERT_TRUE(camera) << camera.status().message();
     ASSERT_TRUE((*camera)->open());
@@ -99,15 +99,15 @@ TEST_F(SceneSourceTest, EqualsTheSimulatedCameraBitForBit) {
 }
 
 TEST_F(SceneSourceTest, EqualsTheSimulatedCameraWithMotionFlickerAndBrackets) {
-  expect_same("rig=single&turn=90deg/s&ring=8", "yuyv", Encoding::yuyv);
-  expect_same("rig=single&turn=90deg/s&ring=8&readout=50us", "yuyv", Encoding::yuyv);
-  expect_same("rig=single&switch=0.1s", "nv12", Encoding::nv12);
+  expect_same("rig=single&yaw_rate=90deg/s&frames=8", "yuyv", Encoding::yuyv);
+  expect_same("rig=single&yaw_rate=90deg/s&frames=8&row_readout=50us", "yuyv", Encoding::yuyv);
+  expect_same("rig=single&lamp_switch=0.1s", "nv12", Encoding::nv12);
   expect_same("rig=single&exposure=1ms,8ms", "yuyv", Encoding::yuyv);
-  expect_same("rig=single&flicker=100hz&ring=6", "yuyv", Encoding::yuyv);
+  expect_same("rig=single&flicker=100hz&frames=6", "yuyv", Encoding::yuyv);
 }
 
 TEST_F(SceneSourceTest, AutomaticExposureIsThatOfTheSimulatedCamera) {
-  CameraConfig config{.uri = {}, .width = 64, .height = 48, .frame_rate = 30, .exposure_s = {}};
+  CameraConfig config{.uri = {}, .width = 64, .height = 48, .frame_rate = 30};
   Result<std::unique_ptr<CameraBackend>> camera =
       make_sim_backend(*parse_camera_uri(uri("rig=single&sensor=yuyv")), config);
   ASSERT_TRUE(camera);
@@ -160,7 +160,7 @@ TEST_F(SceneSourceTest, MotionJpegShowsTheSameImage) {
 }
 
 TEST_F(SceneSourceTest, ImagesRenderedAheadAreReadyAtOnce) {
-  const auto source = open("rig=single&turn=90deg/s&ring=8");
+  const auto source = open("rig=single&yaw_rate=90deg/s&frames=8");
   const StreamFormat format{Encoding::yuyv, kSize, 30};
   ASSERT_TRUE(source->render_ahead(format, {0.001, 0.008}).ok());
   EXPECT_EQ(source->counts().rendered, 16U);
@@ -174,7 +174,7 @@ TEST_F(SceneSourceTest, ImagesRenderedAheadAreReadyAtOnce) {
 
 TEST_F(SceneSourceTest, LimitsTheCache) {
   SceneOptions options;
-  options.uri = uri("rig=single&turn=90deg/s&ring=16");
+  options.uri = uri("rig=single&yaw_rate=90deg/s&frames=16");
   options.memory = 4 * 160 * 120 * 2;
   const auto source = std::move(*SceneSource::open(options, {}));
   ASSERT_TRUE(source->render_ahead({Encoding::yuyv, kSize, 30}, {0.001}).ok());

@@ -25,7 +25,6 @@
 //   flags bits
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -40,8 +39,10 @@
 #include <lightwell/environment.hpp>
 #include <lightwell/probe.hpp>
 #include <lightwell/recording.hpp>
+#include <lightwell/text.hpp>
 
 #include "host_sdk/scenes.hpp"
+#include "support/read_file.hpp"
 
 namespace lightwell::test {
 namespace {
@@ -50,11 +51,7 @@ constexpr std::array kRoughnesses = {0.0F, 0.02F, 0.35F, 1.0F};
 
 std::string numbers(std::initializer_list<double> values) {
   std::string out;
-  std::array<char, 40> text{};
-  for (const double v : values) {
-    std::snprintf(text.data(), text.size(), " %.9g", v);
-    out += text.data();
-  }
+  for (const double v : values) out += formatted(" %.9g", v);
   return out;
 }
 
@@ -191,11 +188,7 @@ void write_answers(std::ostream& out, const Lighting& light) {
 
 std::string hex_of(const std::string& bytes) {
   std::string out;
-  for (const char c : bytes) {
-    std::array<char, 3> hex{};
-    std::snprintf(hex.data(), hex.size(), "%02x", static_cast<unsigned>(static_cast<unsigned char>(c)));
-    out += hex.data();
-  }
+  for (const char c : bytes) out += formatted("%02x", static_cast<unsigned>(static_cast<unsigned char>(c)));
   return out;
 }
 
@@ -204,11 +197,6 @@ void write_message(std::ostream& out, const std::string& bytes) {
   Result<Descriptor> d = decode_descriptor(as_bytes(bytes));
   if (!d.ok()) throw std::runtime_error(d.status().message());
   write_answers(out, Lighting::of(std::move(*d)));
-}
-
-std::string file(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 EnvironmentMap some_map() {
@@ -353,7 +341,7 @@ void write_all(const std::filesystem::path& folder, const std::filesystem::path&
   if (golden.empty()) throw std::runtime_error("no golden vectors in " + vectors.string());
   std::vector<std::string> messages;
   for (const auto& path : golden) {
-    messages.push_back(file(path));
+    messages.push_back(read_file(path));
     write_message(out, messages.back());
   }
 

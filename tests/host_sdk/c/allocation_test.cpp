@@ -5,7 +5,7 @@
 
 #include <lightwell/lightwell.h>
 
-#include "firmware/app/allocation_counter.hpp"
+#include "support/allocation_counter.hpp"
 
 namespace lightwell::test {
 namespace {

@@ -1,18 +1,19 @@
 // marker_picture: renders a marker body in known light to a PNG and prints the ground truth.
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
-#include <lightwell/json.hpp>
 #include <lightwell/marker_body.hpp>
 
 #include "imaging/image_file.hpp"
@@ -91,30 +92,27 @@ MarkerScene scene_of(const MarkerBody& body, const MarkerStage& stage, const Wis
 }
 
 void print_truth(const MarkerScene& scene, const MarkerCamera& camera) {
-  std::printf("{\"body\": %s, \"lamps\": [", json_string(scene.body.name).c_str());
-  const char* comma = "";
+  nlohmann::ordered_json out = {
+      {"body", scene.body.name}, {"lamps", nlohmann::ordered_json::array()}, {"tags", nlohmann::ordered_json::array()}};
   for (const LampTruth& lamp : lamp_truths(scene)) {
     const Vec3d &p = lamp.direction_probe, &b = lamp.direction_body;
-    std::printf("%s\n  {\"direction_probe\": [%.6f, %.6f, %.6f], \"direction_body\": [%.6f, %.6f, %.6f], ", comma, p.x,
-                p.y, p.z, b.x, b.y, b.z);
+    nlohmann::ordered_json truth = {{"direction_probe", std::array{p.x, p.y, p.z}},
+                                    {"direction_body", std::array{b.x, b.y, b.z}}};
     // JSON cannot represent infinity.
-    if (std::isfinite(lamp.distance_m)) std::printf("\"distance_m\": %.6f, ", lamp.distance_m);
-    std::printf("\"irradiance\": [%.6g, %.6g, %.6g]}", lamp.irradiance[0], lamp.irradiance[1], lamp.irradiance[2]);
-    comma = ",";
+    if (std::isfinite(lamp.distance_m)) truth["distance_m"] = lamp.distance_m;
+    truth["irradiance"] = lamp.irradiance;
+    out["lamps"].push_back(std::move(truth));
   }
-  std::printf("],\n \"tags\": [");
-  comma = "";
   for (std::size_t k = 0; k < scene.body.faces.size(); ++k) {
     const auto corners = tag_corners(scene, camera, k);
     if (!corners) continue;
-    const Rgb light = face_irradiance(scene, k, {}).total();
-    std::printf("%s\n  {\"tag\": %d, \"corners_px\": [", comma, scene.body.faces[k].tag_id);
-    for (std::size_t i = 0; i < 4; ++i)
-      std::printf("%s[%.3f, %.3f]", i > 0 ? ", " : "", (*corners)[i].x, (*corners)[i].y);
-    std::printf("], \"irradiance\": [%.6g, %.6g, %.6g]}", light[0], light[1], light[2]);
-    comma = ",";
+    nlohmann::ordered_json corners_px = nlohmann::ordered_json::array();
+    for (const auto& corner : *corners) corners_px.push_back(std::array{corner.x, corner.y});
+    out["tags"].push_back({{"tag", scene.body.faces[k].tag_id},
+                           {"corners_px", std::move(corners_px)},
+                           {"irradiance", face_irradiance(scene, k, {}).total()}});
   }
-  std::printf("]}\n");
+  std::cout << out.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) << std::endl;
 }
 
 Image image_of(const RadiancePicture& radiance, const Wishes& w) {

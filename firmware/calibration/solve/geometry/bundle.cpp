@@ -12,9 +12,11 @@
 #include <ceres/normal_prior.h>
 #include <glog/logging.h>
 
+#include <lightwell/quantile.hpp>
+
+#include "calibration/model/camera_parameters.hpp"
 #include "calibration/solve/geometry/covariance.hpp"
 #include "calibration/solve/geometry/twist.hpp"
-#include "calibration/model/projection.hpp"
 
 namespace lightwell::calibration {
 namespace {
@@ -44,7 +46,7 @@ Point<T> moved(const T* q, const T* t, const Point<T>& p) {
 }
 
 /// Reprojection error of an observation by lens 0 of board 0, whose poses are the identity.
-template <class Model>
+template <template <class> class Camera>
 struct Lens0Residual {
   Vec3d point;
   PixelPosition seen;
@@ -53,7 +55,7 @@ struct Lens0Residual {
   bool operator()(const T* lens, const T* q, const T* t, T* residual) const {
     const Point<T> p = moved(q, t, Point<T>(T(point.x), T(point.y), T(point.z)));
     T u, v;
-    if (!Model::project(lens, p.x(), p.y(), p.z(), u, v)) return false;
+    if (!Camera<T>::from(lens).project(p.x(), p.y(), p.z(), u, v)) return false;
     residual[0] = u - seen.x;
     residual[1] = v - seen.y;
     return true;
@@ -62,7 +64,7 @@ struct Lens0Residual {
 
 /// Reprojection error of any observation, with poses of lens, rig and board; the rig moves with `twist` (rad/s, m/s,
 /// rig frame) during the lens's time offset.
-template <class Model>
+template <template <class> class Camera>
 struct RigResidual {
   Vec3d point;
   PixelPosition seen;
@@ -83,7 +85,7 @@ struct RigResidual {
     p = transform_by_twist(twist, *offset, p);
     p = moved(lens_q, lens_t, p);
     T u, v;
-    if (!Model::project(lens, p.x(), p.y(), p.z(), u, v)) return false;
+    if (!Camera<T>::from(lens).project(p.x(), p.y(), p.z(), u, v)) return false;
     residual[0] = u - seen.x;
     residual[1] = v - seen.y;
     return true;
@@ -91,9 +93,9 @@ struct RigResidual {
 };
 
 /// RigResidual for a board with an estimated shape.
-template <class Model>
+template <template <class> class Camera>
 struct ShapeResidual {
-  RigResidual<Model> flat;
+  RigResidual<Camera> flat;
   ShapeBasis basis;
 
   template <class T>
@@ -133,7 +135,7 @@ class Bundle {
   enum class Boards { as_they_are, with_shapes };
 
   void build(Boards boards);
-  template <class Model>
+  template <template <class> class Camera>
   void add(const Picture& picture, const PointObservation& s, Boards boards);
   [[nodiscard]] bool moves() const { return options_.time_offset && lenses_.size() > 1; }
   /// Whether the picture has the estimated time offset.
@@ -169,9 +171,10 @@ Bundle::Bundle(const BoardObservations& observations, const BundleState& start, 
   for (const Board& b : observations.boards) bases_.push_back(shape_basis(b));
 }
 
-template <class Model>
+template <template <class> class Camera>
 void Bundle::add(const Picture& picture, const PointObservation& s, Boards boards) {
-  constexpr int kValues = static_cast<int>(Model::kParameters), kShape = static_cast<int>(BoardShape::kParameters);
+  constexpr int kValues = static_cast<int>(Camera<double>::kParameters),
+                kShape = static_cast<int>(BoardShape::kParameters);
   Lens& lens = lenses_[static_cast<std::size_t>(picture.lens)];
   PoseBlock& rig = rigs_[static_cast<std::size_t>(picture.capture)];
   PoseBlock& board = boards_[static_cast<std::size_t>(s.board)];
@@ -183,21 +186,21 @@ void Bundle::add(const Picture& picture, const PointObservation& s, Boards board
     const Twist twist = late(picture) ? *twists_[static_cast<std::size_t>(picture.capture)] : Twist{};
     const auto at = static_cast<std::size_t>(s.board);
     id = problem_->AddResidualBlock(
-        new ceres::AutoDiffCostFunction<ShapeResidual<Model>, 2, kValues, 4, 3, 4, 3, 4, 3, 1, kShape>(
-            new ShapeResidual<Model>{{point, s.pixel, twist}, bases_[at][static_cast<std::size_t>(s.point)]}),
+        new ceres::AutoDiffCostFunction<ShapeResidual<Camera>, 2, kValues, 4, 3, 4, 3, 4, 3, 1, kShape>(
+            new ShapeResidual<Camera>{{point, s.pixel, twist}, bases_[at][static_cast<std::size_t>(s.point)]}),
         loss, lens.numbers.data(), lens.from_rig.q.data(), lens.from_rig.t.data(), rig.q.data(), rig.t.data(),
         board.q.data(), board.t.data(), &offset_, shapes_[at].numbers.data());
   } else if (picture.lens == 0 && s.board == 0) {
-    id = problem_->AddResidualBlock(new ceres::AutoDiffCostFunction<Lens0Residual<Model>, 2, kValues, 4, 3>(
-                                        new Lens0Residual<Model>{point, s.pixel}),
+    id = problem_->AddResidualBlock(new ceres::AutoDiffCostFunction<Lens0Residual<Camera>, 2, kValues, 4, 3>(
+                                        new Lens0Residual<Camera>{point, s.pixel}),
                                     loss, lens.numbers.data(), rig.q.data(), rig.t.data());
   } else {
     const Twist twist = late(picture) ? *twists_[static_cast<std::size_t>(picture.capture)] : Twist{};
-    id =
-        problem_->AddResidualBlock(new ceres::AutoDiffCostFunction<RigResidual<Model>, 2, kValues, 4, 3, 4, 3, 4, 3, 1>(
-                                       new RigResidual<Model>{point, s.pixel, twist}),
-                                   loss, lens.numbers.data(), lens.from_rig.q.data(), lens.from_rig.t.data(),
-                                   rig.q.data(), rig.t.data(), board.q.data(), board.t.data(), &offset_);
+    id = problem_->AddResidualBlock(
+        new ceres::AutoDiffCostFunction<RigResidual<Camera>, 2, kValues, 4, 3, 4, 3, 4, 3, 1>(
+            new RigResidual<Camera>{point, s.pixel, twist}),
+        loss, lens.numbers.data(), lens.from_rig.q.data(), lens.from_rig.t.data(), rig.q.data(), rig.t.data(),
+        board.q.data(), board.t.data(), &offset_);
   }
   blocks_.push_back({id, {}});
 }
@@ -210,8 +213,10 @@ void Bundle::build(Boards boards) {
     // Without the rig's velocity the pose at a picture with a time offset is unknown.
     if (late(picture) && !twists_[static_cast<std::size_t>(picture.capture)]) continue;
     for (std::size_t k = 0; k < picture.observations.size(); ++k) {
-      with_model(lenses_[static_cast<std::size_t>(picture.lens)].model,
-                 [&](auto model, const auto&) { add<decltype(model)>(picture, picture.observations[k], boards); });
+      with_camera(lenses_[static_cast<std::size_t>(picture.lens)].model,
+                  [&]<template <class> class Camera>(const auto& /*parameters*/) {
+                    add<Camera>(picture, picture.observations[k], boards);
+                  });
       blocks_.back().second = {static_cast<int>(i), static_cast<int>(k), 0, 0};
     }
   }
@@ -275,9 +280,7 @@ void Bundle::find_residuals(BundleFit& out) {
   const auto count = static_cast<double>(sizes.size());
   const double share = std::sqrt(count / std::max(1.0, count - static_cast<double>(fitted)));
   out.sigma_px = std::sqrt(squares / count) * share;
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  out.spread_px = 1.4826 * *middle * share;
+  out.spread_px = 1.4826 * upper_quantile(sizes, 0.5) * share;
 }
 
 /// One cluster per capture: Jacobian with respect to the `shared` blocks, with the capture's pose eliminated.

@@ -54,7 +54,7 @@ struct BundleFit {
   double rms_px = 0;     ///< RMS of the residual's length.
   double sigma_px = 0;   ///< Standard deviation of one coordinate, from the residuals' RMS.
   double spread_px = 0;  ///< The same from the median absolute residual (times 1.48), robust against outliers.
-  /// By lens, of the model's parameters in the order of projection.hpp.
+  /// By lens, of the model's parameters in the order of parameters_of().
   std::vector<std::vector<double>> lens_covariance;
   /// Covariance of T_lens1_rig, 6 x 6: rotation about lens 1's axes (rad), then translation (m). Empty for one lens.
   std::vector<double> pair_covariance;

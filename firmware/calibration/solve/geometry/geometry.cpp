@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -10,8 +9,11 @@
 
 #include <Eigen/Dense>
 
+#include <lightwell/quantile.hpp>
+#include <lightwell/text.hpp>
+
+#include "calibration/model/camera_parameters.hpp"
 #include "calibration/solve/geometry/initial.hpp"
-#include "calibration/model/projection.hpp"
 
 namespace lightwell::calibration {
 namespace {
@@ -114,9 +116,9 @@ ModelParameters as_kind(const KannalaBrandtParameters& k, LensKind kind, double 
     case LensKind::kannala_brandt:
       return k;
     case LensKind::double_sphere:
-      return equivalent_model<DoubleSphereModel>(k, max_model_angle_rad);
+      return equivalent_model<DoubleSphereCamera>(k, max_model_angle_rad);
     case LensKind::mei:
-      return equivalent_model<MeiModel>(k, max_model_angle_rad);
+      return equivalent_model<MeiCamera>(k, max_model_angle_rad);
   }
   return k;
 }
@@ -188,11 +190,10 @@ std::vector<bool> other_boards(const BundleFit& fit, const BoardObservations& s)
     if (e.sigma > 0) spacings.push_back(e.value);
   std::vector<bool> out(s.pictures.size());
   if (spacings.empty()) return out;
-  const auto middle = spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 2);
-  std::nth_element(spacings.begin(), middle, spacings.end());
+  const double typical = upper_quantile(spacings, 0.5);
   for (std::size_t i = 0; i < s.pictures.size(); ++i) {
     const Estimate& e = fit.capture_spacing[static_cast<std::size_t>(s.pictures[i].capture)];
-    const double off = std::abs(e.value - *middle);
+    const double off = std::abs(e.value - typical);
     out[i] = e.sigma > 0 && off > kSpacingDifference && off > kSpacingDifferenceSigmas * e.sigma &&
              !s.pictures[i].observations.empty();
   }
@@ -231,11 +232,7 @@ BoardFit board_fit(const BundleFit& fit, const Board& board, std::size_t at) {
   return out;
 }
 
-std::string rounded(double value, int digits) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
+std::string rounded(double value, int digits) { return formatted("%.*f", digits, value); }
 
 /// Messages for the user about a board whose spacing or flatness differs from its description.
 std::vector<std::string> shape_notes(const BoardFit& fit, const Board& board) {

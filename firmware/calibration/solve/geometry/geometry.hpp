@@ -25,7 +25,7 @@ struct GeometryOptions {
 
 struct LensFit {
   ModelParameters model;
-  std::vector<double> covariance;     ///< Of the parameters in the order of projection.hpp, row-major.
+  std::vector<double> covariance;     ///< Of the parameters in the order of parameters_of(), row-major.
   double max_observed_angle_rad = 0;  ///< Largest angle from the axis of an observation.
   double max_model_angle_rad = 0;     ///< Largest angle of the model's domain.
   /// Three standard deviations of the model's directions, RMS over the observed angles, rad.

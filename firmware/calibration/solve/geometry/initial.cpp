@@ -8,8 +8,10 @@
 
 #include <ceres/ceres.h>
 
+#include <lightwell/quantile.hpp>
+
+#include "calibration/model/camera_parameters.hpp"
 #include "calibration/solve/geometry/board_pose.hpp"
-#include "calibration/model/projection.hpp"
 
 namespace lightwell::calibration {
 namespace {
@@ -53,9 +55,7 @@ std::optional<Pose> pose_of(const BoardObservations& all, const Picture& picture
     std::vector<double> off;
     for (std::size_t k = 0; k < points.size(); ++k)
       off.push_back(angle_between(transformed(*pose, points[k]), directions[k]));
-    std::vector<double> sorted = off;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-    const double limit = kOutlierMedians * std::max(sorted[sorted.size() / 2], kNear_rad);
+    const double limit = kOutlierMedians * std::max(upper_quantile(std::vector(off), 0.5), kNear_rad);
     std::size_t kept = 0;
     for (std::size_t k = 0; k < points.size(); ++k) {
       if (off[k] > limit) continue;
@@ -212,7 +212,7 @@ Result<BundleState> initialize_bundle(const BoardObservations& observations,
 namespace {
 
 /// Difference of the pixels of one direction in both models.
-template <class Model>
+template <template <class> class Camera>
 struct SamePixel {
   Vec3d direction;
   PixelPosition pixel;
@@ -221,25 +221,25 @@ struct SamePixel {
   bool operator()(const T* lens, T* residual) const {
     T u, v;
     // Outside the model's domain the residual is large and its slope leads back into the domain.
-    if (!Model::project(lens, T(direction.x), T(direction.y), T(direction.z), u, v)) return false;
+    if (!Camera<T>::from(lens).project(T(direction.x), T(direction.y), T(direction.z), u, v)) return false;
     residual[0] = u - pixel.x;
     residual[1] = v - pixel.y;
     return true;
   }
 };
 
-template <class Model>
+template <template <class> class Camera>
 struct Of {};
 
 /// Initial parameters with the same scale on the axis as `k`; several, because there are local minima.
-std::vector<std::array<double, 9>> first_numbers(const KannalaBrandtParameters& k, Of<DoubleSphereModel> /*of*/) {
+std::vector<std::array<double, 9>> first_numbers(const KannalaBrandtParameters& k, Of<DoubleSphereCamera> /*of*/) {
   std::vector<std::array<double, 9>> out;
   for (const double xi : {-0.4, -0.2, 0.0, 0.3})
     for (const double alpha : {0.45, 0.55, 0.65})
       out.push_back({(1 + xi) * k.fx, (1 + xi) * k.fy, k.cx, k.cy, xi, alpha});
   return out;
 }
-std::vector<std::array<double, 9>> first_numbers(const KannalaBrandtParameters& k, Of<MeiModel> /*of*/) {
+std::vector<std::array<double, 9>> first_numbers(const KannalaBrandtParameters& k, Of<MeiCamera> /*of*/) {
   std::vector<std::array<double, 9>> out;
   for (const double xi : {0.8, 1.2, 1.8, 3.0})
     out.push_back({(1 + xi) * k.fx, (1 + xi) * k.fy, k.cx, k.cy, xi, 0, 0, 0, 0});
@@ -247,11 +247,12 @@ std::vector<std::array<double, 9>> first_numbers(const KannalaBrandtParameters& 
 }
 
 /// Minimises from one start and returns the remaining error; infinite if the start does not cover all angles.
-template <class Model>
+template <template <class> class Camera>
 double fit_equivalent_model(const KannalaBrandtParameters& lens, double max_model_angle_rad,
                             std::array<double, 9>& values) {
   ceres::Problem problem;
-  const auto k = KannalaBrandtModel::values(lens);
+  const auto source = KannalaBrandtCamera<double>::from(values_of(lens).data());
+  const auto first = Camera<double>::from(values.data());
   constexpr int kThetas = 40, kAzimuths = 12;
   for (int i = 1; i <= kThetas; ++i) {
     for (int j = 0; j < kAzimuths; ++j) {
@@ -259,12 +260,11 @@ double fit_equivalent_model(const KannalaBrandtParameters& lens, double max_mode
       const Vec3d d{std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
       PixelPosition p;
       double start[2];
-      if (!KannalaBrandtModel::project(k.data(), d.x, d.y, d.z, p.x, p.y)) continue;
-      if (!Model::project(values.data(), d.x, d.y, d.z, start[0], start[1]))
-        return std::numeric_limits<double>::infinity();
+      if (!source.project(d.x, d.y, d.z, p.x, p.y)) continue;
+      if (!first.project(d.x, d.y, d.z, start[0], start[1])) return std::numeric_limits<double>::infinity();
       problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<SamePixel<Model>, 2, static_cast<int>(Model::kParameters)>(
-              new SamePixel<Model>{d, p}),
+          new ceres::AutoDiffCostFunction<SamePixel<Camera>, 2, static_cast<int>(Camera<double>::kParameters)>(
+              new SamePixel<Camera>{d, p}),
           nullptr, values.data());
     }
   }
@@ -279,20 +279,20 @@ double fit_equivalent_model(const KannalaBrandtParameters& lens, double max_mode
 
 }  // namespace
 
-template <class Model>
-typename Model::Parameters equivalent_model(const KannalaBrandtParameters& lens, double max_model_angle_rad) {
+template <template <class> class Camera>
+typename Camera<double>::Parameters equivalent_model(const KannalaBrandtParameters& lens, double max_model_angle_rad) {
   std::array<double, 9> best{};
   double least = std::numeric_limits<double>::infinity();
-  for (std::array<double, 9> values : first_numbers(lens, Of<Model>{})) {
-    const double left = fit_equivalent_model<Model>(lens, max_model_angle_rad, values);
+  for (std::array<double, 9> values : first_numbers(lens, Of<Camera>{})) {
+    const double left = fit_equivalent_model<Camera>(lens, max_model_angle_rad, values);
     if (!(left < least)) continue;
     least = left;
     best = values;
   }
-  return Model::from(best.data());
+  return from_values<typename Camera<double>::Parameters>(best.data());
 }
 
-template DoubleSphereParameters equivalent_model<DoubleSphereModel>(const KannalaBrandtParameters&, double);
-template MeiParameters equivalent_model<MeiModel>(const KannalaBrandtParameters&, double);
+template DoubleSphereParameters equivalent_model<DoubleSphereCamera>(const KannalaBrandtParameters&, double);
+template MeiParameters equivalent_model<MeiCamera>(const KannalaBrandtParameters&, double);
 
 }  // namespace lightwell::calibration

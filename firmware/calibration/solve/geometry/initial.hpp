@@ -32,10 +32,10 @@ struct LensInitialization {
 [[nodiscard]] Result<BundleState> initialize_bundle(const BoardObservations& observations,
                                                     const std::vector<LensInitialization>& lenses);
 
-/// Parameters of `Model` that best approximate `lens` at angles up to `max_model_angle_rad`. All zero if the model
+/// Parameters of `Camera` that best approximate `lens` at angles up to `max_model_angle_rad`. All zero if the model
 /// cannot represent such angles.
-template <class Model>
-[[nodiscard]] typename Model::Parameters equivalent_model(const KannalaBrandtParameters& lens,
-                                                          double max_model_angle_rad);
+template <template <class> class Camera>
+[[nodiscard]] typename Camera<double>::Parameters equivalent_model(const KannalaBrandtParameters& lens,
+                                                                   double max_model_angle_rad);
 
 }  // namespace lightwell::calibration

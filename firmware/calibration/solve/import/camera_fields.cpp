@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include <lightwell/text.hpp>
 
 namespace lightwell {
 
@@ -11,11 +12,7 @@ namespace {
 // Limit of RigParameters::validate().
 constexpr double kMaxSide_px = 16384;
 
-std::string text_of(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
+std::string text_of(double value) { return formatted("%.9g", value); }
 
 }  // namespace
 

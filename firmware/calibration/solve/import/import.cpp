@@ -3,16 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <numbers>
 #include <variant>
 
+#include <lightwell/files.hpp>
+#include <lightwell/text.hpp>
+
+#include "calibration/model/lens_pair.hpp"
 #include "calibration/solve/import/field_of_view.hpp"
 #include "calibration/solve/import/readers.hpp"
-#include "calibration/model/lens_pair.hpp"
 
 namespace lightwell {
 
@@ -33,11 +33,7 @@ constexpr std::array<std::pair<ImportKind, std::string_view>, 3> kKinds{{
     {ImportKind::ros, "ros"},
 }};
 
-std::string degrees(double rad) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3f", rad / kDegree);
-  return text;
-}
+std::string degrees(double rad) { return formatted("%.3f", rad / kDegree); }
 
 double down_to_a_thousandth(double rad) { return std::floor(rad / kDegree * kPerDegree) / kPerDegree * kDegree; }
 
@@ -198,10 +194,9 @@ Result<ImportedCalibration> import_calibration_file(const std::string& path, con
     return Status(StatusCode::invalid_argument, path + ": not a file");
   if (std::filesystem::file_size(path, error) > kMaxFileBytes || error)
     return Status(StatusCode::invalid_argument, path + ": larger than 64 MiB, which no calibration is");
-  std::ifstream in(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (!in) return Status(StatusCode::failed_precondition, path + ": cannot be read");
-  return import_calibration(text, path, options);
+  const Result<std::string> text = read_text_file(path);
+  if (!text) return text.status();
+  return import_calibration(*text, path, options);
 }
 
 }  // namespace lightwell

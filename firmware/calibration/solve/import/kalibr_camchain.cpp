@@ -1,14 +1,15 @@
 // Reads Kalibr's camchain YAML. Parameters and their order: github.com/ethz-asl/kalibr/wiki/yaml-formats and
 // supported-models.
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <iterator>
 
+#include <lightwell/text.hpp>
+
+#include "calibration/model/lens_pair.hpp"
 #include "calibration/solve/import/camera_fields.hpp"
 #include "calibration/solve/import/readers.hpp"
 #include "calibration/solve/import/yaml_map.hpp"
-#include "calibration/model/lens_pair.hpp"
 
 namespace lightwell {
 
@@ -18,12 +19,9 @@ constexpr const char* kKnown = "known are pinhole (with equidistant; radtan and 
 
 /// The N of "camN"; empty for another key.
 std::optional<int> camera_number(const std::string& key) {
-  int n = 0;
-  const char* end = key.data() + key.size();
-  if (key.size() < 4 || key.compare(0, 3, "cam") != 0) return std::nullopt;
-  const auto [stop, error] = std::from_chars(key.data() + 3, end, n);
-  if (error != std::errc() || stop != end || n < 0) return std::nullopt;
-  return n;
+  if (!key.starts_with("cam")) return std::nullopt;
+  const std::optional<int> n = parse_number<int>(std::string_view(key).substr(3));
+  return n && *n >= 0 ? n : std::nullopt;
 }
 
 std::vector<int> camera_numbers(const YamlMap& chain) {

@@ -6,6 +6,8 @@
 
 #include <opencv2/core.hpp>
 
+#include <lightwell/text.hpp>
+
 #include "calibration/solve/import/camera_fields.hpp"
 #include "calibration/solve/import/readers.hpp"
 
@@ -27,12 +29,6 @@ const Names kXi{"xi", "Xi"};
 const Names kWidth{"image_width", "image_Width", "imageWidth", "ImageWidth", "width"};
 const Names kHeight{"image_height", "image_Height", "imageHeight", "ImageHeight", "height"};
 const Names kSize{"image_size", "imageSize", "DIM", "resolution"};
-
-std::string joined(const Names& names) {
-  std::string out;
-  for (const std::string& n : names) out += (out.empty() ? "" : ", ") + n;
-  return out;
-}
 
 /// A field, with its key for messages.
 struct Field {

@@ -6,8 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "calibration/solve/photometry/robust.hpp"
+#include <lightwell/quantile.hpp>
+
 #include "calibration/model/response.hpp"
+#include "calibration/solve/photometry/robust.hpp"
 
 namespace lightwell::photometry {
 namespace {
@@ -24,7 +26,8 @@ struct Histogram {
   double total = 0;
 
   [[nodiscard]] int levels() const { return static_cast<int>(count.size()); }
-  /// Picture value below which the fraction `share` of all values lies.
+  /// Picture value below which the fraction `share` of all values lies, interpolated within a bin, unlike the order
+  /// statistics of lightwell/quantile.hpp.
   [[nodiscard]] double quantile(double share) const {
     double below = 0;
     for (std::size_t k = 0; k < count.size(); ++k) {
@@ -128,8 +131,8 @@ double drift_variance(std::span<const Picture> pictures, const ResponseCurve& re
 }  // namespace
 
 double difference_variance(std::span<const double> differences, double least, double& count) {
-  double mean = median_of({differences.begin(), differences.end()});
   std::vector<double> centred(differences.begin(), differences.end());
+  double mean = median(centred);
   for (double& d : centred) d -= mean;
   // For rounded values the median absolute value may be 0; then iterate from `least`.
   double scale = std::max(scale_about_zero(centred), least);

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <utility>
 
+#include <lightwell/quantile.hpp>
+
 #include "calibration/model/camera_model.hpp"
 #include "calibration/model/lens_table.hpp"
-#include "calibration/solve/photometry/robust.hpp"
 #include "calibration/model/response.hpp"
+#include "calibration/solve/photometry/robust.hpp"
 
 namespace lightwell::photometry {
 namespace {
@@ -118,7 +120,7 @@ Result<LampObservation> LampFinder::find(const Picture& picture, double exposure
       sites.saturated.push_back(saturated);
       if (solid_angle > 0) of_field.push_back(sum);
     }
-  const double around = median_of(of_field);
+  const double around = median(of_field);
   std::vector<double> off = of_field;
   for (double& v : off) v -= around;
   const double noise = std::max(scale_about_zero(off), 3 * rounding_deviation(picture.levels));
@@ -156,7 +158,7 @@ Result<LampObservation> LampFinder::find(const Picture& picture, double exposure
       variance += sites.solid_angle[k] * sites.solid_angle[k] *
                   (3 * p.read_noise * p.read_noise + p.shot_noise * std::max(0.0, sites.light[k]));
     }
-  const double background = median_of(ring);
+  const double background = ring.empty() ? 0 : median(ring);
   LampObservation out;
   out.value = (sum - background * area) / exposure;
   out.deviation = std::sqrt(variance) / exposure;

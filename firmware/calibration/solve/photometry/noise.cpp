@@ -7,8 +7,10 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
-#include "calibration/solve/photometry/robust.hpp"
+#include <lightwell/quantile.hpp>
+
 #include "calibration/model/response.hpp"
+#include "calibration/solve/photometry/robust.hpp"
 
 namespace lightwell::photometry {
 namespace {
@@ -70,7 +72,7 @@ Fit fit_line(const std::vector<Row>& rows) {
   std::vector<double> slopes;
   for (const Row& r : rows)
     if (r.factors(1) > 0) slopes.push_back(r.variance / r.factors(1));
-  fit.line = {0, std::max(median_of(slopes), 1e-15)};
+  fit.line = {0, slopes.empty() ? 1e-15 : std::max(median(slopes), 1e-15)};
   std::vector<double> scaled(rows.size());
   for (int pass = 0; pass < 40; ++pass) {
     for (std::size_t k = 0; k < rows.size(); ++k)

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <vector>
 
-#include "calibration/solve/photometry/robust.hpp"
+#include <lightwell/quantile.hpp>
+
 #include "calibration/model/response.hpp"
+#include "calibration/solve/photometry/robust.hpp"
 
 namespace lightwell::photometry {
 namespace {
@@ -47,8 +49,8 @@ Result<PatchMean> patch_mean(const Picture& picture, const PatchRect& patch, con
     const std::string channel = kChannel[c];
     if (saturated > kMaxSaturatedFraction * out.count)
       return invalid("the patch is saturated in " + channel + "; take it with a shorter exposure");
-    double mean = median_of(values), deviation = 0, count = 0;
     std::vector<double> centred = values;
+    double mean = median(centred), deviation = 0, count = 0;
     for (double& v : centred) v -= mean;
     deviation = std::max(scale_about_zero(centred), 2 * rounding_deviation(picture.levels));
     for (int pass = 0; pass < 4; ++pass) {

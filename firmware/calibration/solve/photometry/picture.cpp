@@ -10,37 +10,23 @@ Status invalid(const std::string& what) { return {StatusCode::invalid_argument, 
 
 std::string size_text(const Picture& p) { return std::to_string(p.width) + "x" + std::to_string(p.height); }
 
-/// Code at photosite (x, y) of a mosaic.
-double code_at(const View& view, int x, int y) {
-  const std::byte* row = view.data.data() + static_cast<std::size_t>(y) * view.stride;
-  const auto column = static_cast<std::size_t>(x);
-  if (view.format == PixelFormat::bayer_rggb8) return std::to_integer<int>(row[column]);
-  return std::to_integer<int>(row[2 * column]) | std::to_integer<int>(row[2 * column + 1]) << 8;
-}
-
 }  // namespace
 
 Result<Picture> picture_of(const View& view, const std::string& name, int float_levels) {
-  if (view.format == PixelFormat::nv12 || view.format == PixelFormat::yuyv)
+  const PixelLayout& layout = pixel_layout(view.format);
+  if (layout.sampling == ColorSampling::ycbcr)
     return invalid(name + ": " + std::string(to_string(view.format)) +
                    " mixes the values of neighbours; record rgb8 or Bayer for a calibration");
-  if (view.width < 2 || view.height < 2 || view.stride < packed_stride(view.format, view.width) ||
-      view.data.size() < picture_bytes(view.format, view.stride, view.height))
-    return invalid(name + ": its data are too few for " + std::to_string(view.width) + "x" +
-                   std::to_string(view.height) + " pixels");
+  if (const Status s = check_view(view); !s.ok()) return invalid(name + ": " + s.message());
   Picture out;
-  const bool mosaic = is_bayer(view.format);
-  out.pitch = mosaic ? 2 : 1;
+  out.pitch = layout.unit_width;
   out.width = view.width / out.pitch;
   out.height = view.height / out.pitch;
-  out.levels = view.format == PixelFormat::rgb_f32        ? float_levels
-               : view.format == PixelFormat::bayer_rggb10 ? 1024
-               : view.format == PixelFormat::bayer_rggb12 ? 4096
-                                                          : 256;
+  out.levels = layout.is_float() ? float_levels : layout.levels();
   out.rgb.reserve(3 * out.sites());
   const double top = out.levels - 1;
   for (int y = 0; y < out.height; ++y) {
-    if (mosaic) {
+    if (is_bayer(view.format)) {
       for (int x = 0; x < out.width; ++x) {
         out.rgb.push_back(static_cast<float>(code_at(view, 2 * x, 2 * y) / top));
         out.rgb.push_back(static_cast<float>(code_at(view, 2 * x + 1, 2 * y) / top));
@@ -50,7 +36,7 @@ Result<Picture> picture_of(const View& view, const std::string& name, int float_
     }
     const std::byte* row = view.data.data() + static_cast<std::size_t>(y) * view.stride;
     for (std::size_t k = 0; k < 3 * static_cast<std::size_t>(out.width); ++k) {
-      if (view.format == PixelFormat::rgb8) {
+      if (!layout.is_float()) {
         out.rgb.push_back(static_cast<float>(std::to_integer<int>(row[k]) / top));
         continue;
       }

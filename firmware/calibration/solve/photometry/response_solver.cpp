@@ -6,10 +6,13 @@
 #include <string>
 #include <utility>
 
+#include <lightwell/quantile.hpp>
+#include <lightwell/text.hpp>
+
+#include "calibration/model/response.hpp"
 #include "calibration/solve/photometry/picture.hpp"
 #include "calibration/solve/photometry/response_fit.hpp"
 #include "calibration/solve/photometry/robust.hpp"
-#include "calibration/model/response.hpp"
 
 namespace lightwell::photometry {
 namespace {
@@ -27,11 +30,7 @@ constexpr int kRounds = 2;
 
 Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "response: " + what}; }
 
-std::string text(double v) {
-  char out[32];
-  std::snprintf(out, sizeof out, "%.3g", v);
-  return out;
-}
+std::string text(double v) { return formatted("%.3g", v); }
 
 Status check_exposures(const ResponseSamples& in) {
   std::vector<double> sorted = in.exposures;
@@ -96,7 +95,7 @@ Result<Usable> usable_of(const ResponseSamples& in, int channel) {
     return invalid(std::to_string(out.pixels) + " pixels are neither dark nor saturated in two exposures or more, " +
                    std::to_string(kMinPixels) +
                    " are needed; choose exposures closer to each other, or a scene with more shades");
-  if (median_of(increases) < 0.02)
+  if (increases.empty() || median(increases) < 0.02)
     return invalid(
         "the picture values do not follow the exposures; turn off automatic exposure and gain, and see that each "
         "exposure was in force when its picture was taken");

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <vector>
+
+#include <lightwell/quantile.hpp>
 
 namespace lightwell::photometry {
 namespace {
@@ -10,14 +13,6 @@ namespace {
 constexpr double kTukey = 4.685;
 
 }  // namespace
-
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return (*middle + *std::max_element(values.begin(), middle)) / 2;
-}
 
 double weighted_median(std::span<const double> values, std::span<const double> weights) {
   std::vector<std::size_t> order(values.size());
@@ -35,7 +30,7 @@ double weighted_median(std::span<const double> values, std::span<const double> w
 double scale_about_zero(std::span<const double> values) {
   std::vector<double> sizes(values.begin(), values.end());
   for (double& v : sizes) v = std::abs(v);
-  return 1.482602 * median_of(std::move(sizes));
+  return sizes.empty() ? 0 : 1.482602 * median(sizes);
 }
 
 double tukey_weight(double u) {

@@ -2,15 +2,13 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
 namespace lightwell::photometry {
 
-/// Median; 0 if `values` is empty.
-[[nodiscard]] double median_of(std::vector<double> values);
-/// Weighted median; 0 if the total weight is 0.
+/// Weighted median: the smallest value with at least half of the total weight at or below it (with equal weights the
+/// lower median). 0 if the total weight is 0.
 [[nodiscard]] double weighted_median(std::span<const double> values, std::span<const double> weights);
-/// Standard deviation of zero-mean Gaussian values, from the median of their absolute values.
+/// Standard deviation of zero-mean Gaussian values, from the median of their absolute values; 0 without values.
 [[nodiscard]] double scale_about_zero(std::span<const double> values);
 
 /// Weight of Tukey's biweight (Beaton & Tukey 1974) with the constant 4.685: 95 % efficiency for Gaussian noise. `u`:

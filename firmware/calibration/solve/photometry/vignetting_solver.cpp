@@ -8,6 +8,9 @@
 #include <Eigen/Core>
 #include <Eigen/QR>
 
+#include <lightwell/quantile.hpp>
+#include <lightwell/text.hpp>
+
 #include "calibration/solve/photometry/robust.hpp"
 
 namespace lightwell::photometry {
@@ -18,11 +21,7 @@ constexpr double kMinVignetting = 0.05;  // Lower limit in a calibration.
 
 Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "vignetting: " + what}; }
 
-std::string degrees(double rad) {
-  char out[32];
-  std::snprintf(out, sizeof out, "%.1f", rad * 180 / std::numbers::pi);
-  return out;
-}
+std::string degrees(double rad) { return formatted("%.1f", rad * 180 / std::numbers::pi); }
 
 Status check_sightings(std::span<const LampObservation> observations, double max_angle_rad) {
   if (!(max_angle_rad > 0 && max_angle_rad <= std::numbers::pi))
@@ -66,7 +65,7 @@ Result<VignettingEstimate> solve_vignetting(std::span<const LampObservation> obs
   // Normalise angles by the field and values by their median, so that the columns have similar magnitude.
   std::vector<double> values;
   for (const LampObservation& s : observations) values.push_back(s.value);
-  const double unit = median_of(values);
+  const double unit = median(values);
   const bool all_known =
       std::all_of(observations.begin(), observations.end(), [](const auto& s) { return s.deviation > 0; });
   Eigen::MatrixXd rows(n, 4);

@@ -11,7 +11,7 @@
 
 namespace lightwell {
 
-/// depthai:MXID?socket=A&format=nv12&white=5000K&readout=0us
+/// depthai:MXID?socket=A&format=nv12&exposure=8ms&gain=1&white_balance=5000K&row_readout=0us
 ///   - MXID: the device's id, its IP address or its name.
 ///   - socket: the camera socket of the board, A to J.
 ///   - format: nv12, or bayer10: the sensor's own pixels, which must have red at the top left.

@@ -1,12 +1,12 @@
 #include "camera/backends/depthai/oak_backend.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <utility>
+
+#include <lightwell/text.hpp>
 
 namespace lightwell::oak {
 namespace {
@@ -27,11 +27,7 @@ ProbeTime now() { return {monotonic_now_ns()}; }
 
 bool alike(double a, double b) { return std::abs(a - b) <= kExposureTolerance * b; }
 
-std::string ms_text(double us) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g ms", 1e-3 * us);
-  return text.data();
-}
+std::string ms_text(double us) { return formatted("%.4g ms", 1e-3 * us); }
 
 }  // namespace
 
@@ -46,7 +42,8 @@ Result<CameraInfo> OakBackend::open() {
   info_.format = options_.format;
   info_.notes = options_.notes;
   if (options_.row_readout.ns == 0)
-    info_.notes.emplace_back("all rows are assumed to be exposed at the same time; for a rolling shutter set readout=");
+    info_.notes.emplace_back(
+        "all rows are assumed to be exposed at the same time; for a rolling shutter set row_readout=");
   if (Status s = measure_stream(); !s.ok()) {
     device_->disconnect();
     return Status(s.code(), "depthai: " + s.message());
@@ -70,10 +67,9 @@ Status OakBackend::check(const OakPicture& picture) const {
     return {StatusCode::failed_precondition, "it gives pictures of " + std::to_string(picture.width) + "x" +
                                                  std::to_string(picture.height) +
                                                  ": set camera.width and camera.height to this size"};
-  const auto rows = static_cast<std::size_t>(picture.height);
+  const View view{0, options_.format, picture.width, picture.height, picture.stride, picture.data};
   if (options_.format == PixelFormat::nv12 &&
-      (picture.stride < static_cast<std::size_t>(picture.width) || picture.plane_stride != picture.stride * rows ||
-       picture.data.size() < picture_bytes(PixelFormat::nv12, picture.stride, picture.height)))
+      (picture.plane_stride != picture.stride * static_cast<std::size_t>(picture.height) || !check_view(view).ok()))
     return {StatusCode::failed_precondition, "the planes of its nv12 are not contiguous in memory"};
   return {};
 }

@@ -1,12 +1,13 @@
 #include "camera/backends/depthai/oak_options.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <string_view>
+#include <utility>
 
-#include "camera/bracket_cycle.hpp"
+#include <lightwell/text.hpp>
+
+#include "camera/uri_parameters.hpp"
 #include "imaging/uri_values.hpp"
 
 namespace lightwell::oak {
@@ -14,16 +15,12 @@ namespace {
 
 // Limits of CameraControl::setManualExposure() and setManualWhiteBalance() in depthai-core's documentation.
 constexpr double kMinIso = 100, kMaxIso = 1600;
-constexpr double kMinWhiteBalance_k = 1000, kMaxWhiteBalance_k = 12'000;
+constexpr int kMaxWhiteBalance_k = 12'000;
 constexpr double kDefault_us = 8000;
 
 Status bad(const std::string& what) { return {StatusCode::invalid_argument, "depthai: " + what}; }
 
-std::string text_of(double v) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g", v);
-  return text.data();
-}
+std::string text_of(double v) { return formatted("%.4g", v); }
 
 Status set_parameter(OakOptions& options, const std::string& key, const std::string& value) {
   if (key == "socket") {
@@ -38,25 +35,17 @@ Status set_parameter(OakOptions& options, const std::string& key, const std::str
     options.format = *format;
     return {};
   }
-  if (key == "white") {
-    const Result<double> kelvin = uri_quantity(value, {{"K", 1}});
-    if (!kelvin || *kelvin < kMinWhiteBalance_k || *kelvin > kMaxWhiteBalance_k)
-      return bad("white=" + value + ": a colour temperature, 1000K to 12000K");
-    options.white_balance_k = static_cast<int>(std::lround(*kelvin));
-    return {};
-  }
   const Status readout = assign(options.row_readout, uri_row_readout(value));
-  return readout.ok() ? readout : bad("readout: " + readout.message());
+  return readout.ok() ? readout : bad("row_readout: " + readout.message());
 }
 
-void hold_exposures(OakOptions& options, const CameraConfig& config) {
+void hold_exposures(OakOptions& options, const std::vector<double>& exposure_s) {
   const double longest = 1e6 / options.frame_rate;
   std::vector<double> asked_us;
-  for (const double s : config.exposure_s) asked_us.push_back(1e6 * s);
+  for (const double s : exposure_s) asked_us.push_back(1e6 * s);
   if (asked_us.empty()) {
     asked_us.push_back(std::min(kDefault_us, longest));
-    options.notes.push_back("no camera.exposure_s is set: an exposure of " + text_of(asked_us[0] / 1000) +
-                            " ms is held");
+    options.notes.push_back("no exposure is set: one of " + text_of(asked_us[0] / 1000) + " ms is held");
   }
   for (const double us : asked_us) {
     const double taken = std::clamp(std::round(us), 1.0, std::floor(longest));
@@ -76,29 +65,36 @@ std::vector<double> OakOptions::exposure_s() const {
 }
 
 Result<OakOptions> parse_options(const CameraUri& uri, const CameraConfig& config) {
-  if (Status s = check_parameters(uri, {"socket", "format", "white", "readout"}); !s.ok()) return s;
+  static const ParameterNames kNames = {.capture = {"exposure", "gain", "white_balance"},
+                                        .own = {"socket", "format", "row_readout"},
+                                        .renamed = {{"readout", "row_readout"}, {"white", "white_balance"}}};
+  Result<UriParameters> parameters = read_parameters(uri, config, kNames);
+  if (!parameters) return parameters.status();
+  const CaptureSettings& capture = parameters->capture;
   OakOptions options;
+  options.notes = std::move(parameters->warnings);
   options.id = uri.path;
   if (options.id.empty()) return bad("no camera is named: write depthai:MXID, with the id from depthai's device list");
   options.width = config.width;
   options.height = config.height;
   options.frame_rate = config.frame_rate;
-  for (const auto& [key, value] : uri.parameters)
+  for (const auto& [key, value] : parameters->own)
     if (Status s = set_parameter(options, key, value); !s.ok()) return s;
   if (options.width < 2 || options.height < 2 || options.width > 16384 || options.height > 16384 ||
       options.width % 4 != 0 || options.height % 2 != 0)
     return bad("camera.width and camera.height: up to 16384, the width a multiple of 4, the height of 2");
   if (!(options.frame_rate >= 1 && options.frame_rate <= 240))
     return bad("camera.frame_rate must lie between 1 and 240");
-  if (!(config.gain > 0) || !std::isfinite(config.gain)) return bad("camera.gain must be above zero");
-  if (!config.exposure_s.empty())
-    if (const Status s = check_exposures(config.exposure_s); !s.ok()) return bad("camera." + s.message());
-  const double iso = std::clamp(std::round(100 * config.gain), kMinIso, kMaxIso);
+  options.white_balance_k = static_cast<int>(std::lround(capture.white_balance_k.value_or(options.white_balance_k)));
+  if (options.white_balance_k > kMaxWhiteBalance_k)
+    return bad("white_balance: " + std::to_string(options.white_balance_k) + " K; the camera takes 1000K to 12000K");
+  const double gain = capture.gain.value_or(1);
+  const double iso = std::clamp(std::round(100 * gain), kMinIso, kMaxIso);
   options.iso = static_cast<std::uint32_t>(iso);
-  if (std::abs(iso - 100 * config.gain) > config.gain)
-    options.notes.push_back("gain " + text_of(config.gain) + " becomes " + text_of(options.gain()) +
+  if (std::abs(iso - 100 * gain) > gain)
+    options.notes.push_back("gain " + text_of(gain) + " becomes " + text_of(options.gain()) +
                             ": the camera takes 1 to 16");
-  hold_exposures(options, config);
+  hold_exposures(options, capture.exposure_s);
   return options;
 }
 

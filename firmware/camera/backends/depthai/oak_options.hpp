@@ -23,9 +23,10 @@ struct OakOptions {
   double frame_rate = 30;
   std::vector<std::uint32_t> exposure_us;  ///< One entry or more.
   std::uint32_t iso = 100;                 ///< 100: a gain of 1.
-  int white_balance_k = 5000;              ///< Colour temperature of the fixed white balance, K.
+  /// Colour temperature of the fixed white balance, K.
+  int white_balance_k = static_cast<int>(CaptureSettings::kDefaultWhiteBalance_k);
   Duration row_readout;
-  std::vector<std::string> notes;  ///< Deviations from the configuration.
+  std::vector<std::string> notes;  ///< Deviations from the request, and former names of parameters.
 
   [[nodiscard]] std::vector<double> exposure_s() const;
   [[nodiscard]] double gain() const { return gain_of_iso(iso); }

@@ -12,6 +12,8 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 
+#include "imaging/pixel_layout.hpp"
+
 namespace lightwell::libcam {
 namespace {
 
@@ -42,13 +44,13 @@ Status BufferMemory::add(const ::libcamera::FrameBuffer& buffer, const PictureLa
   const std::vector<BufferPlane> planes = planes_of(buffer);
   const std::size_t rows_end = layout.stride * static_cast<std::size_t>(layout.height);
   const std::size_t bytes = picture_bytes(layout.format, layout.stride, layout.height);
-  const bool two = layout.format == PixelFormat::nv12;
-  if (planes.size() != (two ? 2U : 1U))
+  if (planes.size() != pixel_layout(layout.format).planes)
     return {StatusCode::failed_precondition, "a picture of " + std::string(to_string(layout.format)) + " has " +
                                                  std::to_string(planes.size()) + " planes: ask for another format="};
-  if (two && (!same_file(planes[0].fd, planes[1].fd) || planes[1].offset != planes[0].offset + rows_end))
+  if (planes.size() == 2 && (!same_file(planes[0].fd, planes[1].fd) || planes[1].offset != planes[0].offset + rows_end))
     return {StatusCode::failed_precondition,
-            "the two planes of nv12 lie apart in memory, which would need a copy: ask for another format= or size"};
+            "the two planes of " + std::string(to_string(layout.format)) +
+                " lie apart in memory, which would need a copy: ask for another format= or size"};
   const std::size_t end = planes.back().offset + planes.back().length;
   if (end < planes[0].offset + bytes)
     return {StatusCode::failed_precondition, "buffers of " + std::to_string(end - planes[0].offset) +

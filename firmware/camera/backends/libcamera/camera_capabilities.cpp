@@ -1,10 +1,10 @@
 #include "camera/backends/libcamera/camera_capabilities.hpp"
 
-#include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <optional>
+
+#include <lightwell/text.hpp>
 
 #include "camera/bracket_cycle.hpp"
 
@@ -19,11 +19,7 @@ constexpr int kMaxSettleFrames = 24;
 /// Number of frames over which the frame rate is measured.
 constexpr int kFramesForRate = 8;
 
-std::string ms_text(double s) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g ms", 1e3 * s);
-  return text.data();
-}
+std::string ms_text(double s) { return formatted("%.4g ms", 1e3 * s); }
 
 bool alike(double a, double b) { return std::abs(a - b) <= kExposureTolerance * b; }
 

@@ -1,22 +1,18 @@
 #include "camera/backends/libcamera/camera_system.hpp"
 
-#include <charconv>
 #include <condition_variable>
 #include <cstdlib>
 #include <cstring>
 #include <iostream>
 #include <utility>
 
+#include <lightwell/text.hpp>
+
 namespace lightwell::libcam {
 namespace {
 
 /// A camera's number in `cam --list`, from 1; 0: the name is not a number.
-std::size_t number_in(const std::string& name) {
-  std::size_t number = 0;
-  const char* const end = name.data() + name.size();
-  const auto [stop, error] = std::from_chars(name.data(), end, number);
-  return error == std::errc() && stop == end ? number : 0;
-}
+std::size_t number_in(const std::string& name) { return parse_number<std::size_t>(name).value_or(0); }
 
 /// Serialises managers: a new one must not start before the previous one has ended, possibly on another thread.
 struct ManagerLifetime {

@@ -3,16 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
+
+#include <lightwell/text.hpp>
 
 namespace lightwell::libcam {
 namespace {
 
-std::string text_of(double v) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g", v);
-  return text.data();
-}
+std::string text_of(double v) { return formatted("%.4g", v); }
 
 bool usable(const std::optional<ControlRange>& range) {
   return range && std::isfinite(range->min) && std::isfinite(range->max) && range->min <= range->max && range->max > 0;
@@ -45,11 +42,10 @@ double default_exposure_us(const SupportedControls& offered, const LibcameraOpti
 
 void choose_exposures(const SupportedControls& offered, const LibcameraOptions& asked, SelectedControls& chosen) {
   std::vector<double> wanted_us;
-  for (const double s : asked.exposure_s) wanted_us.push_back(1e6 * s);
+  for (const double s : asked.capture.exposure_s) wanted_us.push_back(1e6 * s);
   if (wanted_us.empty()) {
     wanted_us.push_back(default_exposure_us(offered, asked));
-    chosen.notes.push_back("no camera.exposure_s is set: an exposure of " + text_of(wanted_us[0] / 1000) +
-                           " ms is held");
+    chosen.notes.push_back("no exposure is set: one of " + text_of(wanted_us[0] / 1000) + " ms is held");
   }
   chosen.set_exposure = usable(offered.exposure_us);
   if (!chosen.set_exposure)
@@ -71,15 +67,16 @@ void choose_exposures(const SupportedControls& offered, const LibcameraOptions& 
 }
 
 void choose_gain(const SupportedControls& offered, const LibcameraOptions& asked, SelectedControls& chosen) {
+  const double wanted = asked.capture.gain.value_or(1);
   if (!usable(offered.gain)) {
     chosen.notes.push_back("the camera offers no AnalogueGain: a gain of 1 is assumed" +
-                           (asked.gain == 1 ? std::string() : ", not " + text_of(asked.gain)));
+                           (wanted == 1 ? std::string() : ", not " + text_of(wanted)));
     return;
   }
-  const double gain = std::clamp(asked.gain, offered.gain->min, offered.gain->max);
+  const double gain = std::clamp(wanted, offered.gain->min, offered.gain->max);
   chosen.gain = static_cast<float>(gain);
-  if (std::abs(gain - asked.gain) > 0.001 * asked.gain)
-    chosen.notes.push_back("gain " + text_of(asked.gain) + " becomes " + text_of(gain) + ": the camera offers " +
+  if (std::abs(gain - wanted) > 0.001 * wanted)
+    chosen.notes.push_back("gain " + text_of(wanted) + " becomes " + text_of(gain) + ": the camera offers " +
                            text_of(offered.gain->min) + " to " + text_of(offered.gain->max));
 }
 
@@ -92,12 +89,14 @@ void choose_white(const SupportedControls& offered, const LibcameraOptions& aske
       chosen.notes.emplace_back("the camera offers no ColourGains: its colour gains are unknown");
     return;
   }
+  // With gains of 1 no channel saturates before the sensor does.
+  const std::array<double, 2> wanted = asked.capture.colour_gains.value_or(std::array<double, 2>{1, 1});
   std::array<float, 2> gains{};
   for (std::size_t i = 0; i < gains.size(); ++i) {
-    const double gain = std::clamp(asked.colour_gains[i], offered.colour_gain->min, offered.colour_gain->max);
-    if (gain != asked.colour_gains[i])
-      chosen.notes.push_back(std::string(i == 0 ? "red" : "blue") + " gain " + text_of(asked.colour_gains[i]) +
-                             " becomes " + text_of(gain));
+    const double gain = std::clamp(wanted[i], offered.colour_gain->min, offered.colour_gain->max);
+    if (gain != wanted[i])
+      chosen.notes.push_back(std::string(i == 0 ? "red" : "blue") + " gain " + text_of(wanted[i]) + " becomes " +
+                             text_of(gain));
     gains[i] = static_cast<float>(gain);
   }
   chosen.colour_gains = gains;
@@ -130,9 +129,9 @@ std::vector<double> SelectedControls::exposure_s() const {
 }
 
 Result<SelectedControls> choose_controls(const SupportedControls& offered, const LibcameraOptions& asked) {
-  if (asked.exposure_s.size() > 1 && !usable(offered.exposure_us))
+  if (asked.capture.exposure_s.size() > 1 && !usable(offered.exposure_us))
     return Status(StatusCode::failed_precondition,
-                  "the camera offers no ExposureTime, so a bracket is not possible: set only one camera.exposure_s");
+                  "the camera offers no ExposureTime, so a bracket is not possible: set only one exposure");
   SelectedControls chosen;
   choose_exposures(offered, asked, chosen);
   choose_gain(offered, asked, chosen);

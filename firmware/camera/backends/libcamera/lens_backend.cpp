@@ -40,7 +40,8 @@ Result<CameraInfo> LensBackend::open() {
 }
 
 Status LensBackend::acquire_all() {
-  const int lendable = required_buffer_count(static_cast<int>(std::max<std::size_t>(1, options_.exposure_s.size())));
+  const int lendable =
+      required_buffer_count(static_cast<int>(std::max<std::size_t>(1, options_.capture.exposure_s.size())));
   std::size_t buffers = 0;
   for (std::size_t l = 0; l < count(); ++l) {
     if (Status s = lenses_[l]->acquire(options_, lendable); !s.ok()) return s;
@@ -78,8 +79,7 @@ Status LensBackend::probe_lenses() {
     if (!std::equal(first.exposure_s.begin(), first.exposure_s.end(), other.exposure_s.begin(), other.exposure_s.end(),
                     alike))
       return {StatusCode::failed_precondition,
-              "the two cameras set different exposures for the same request: set "
-              "camera.exposure_s to values that both support"};
+              "the two cameras set different exposures for the same request: set exposures that both support"};
     reports_exposure_ = reports_exposure_ && other.reports_exposure;
   }
   info_ = describe();
@@ -97,10 +97,10 @@ Status LensBackend::probe_lenses() {
   distinct_ = distinct(info_.exposure_s);
   info_.frame_rate = 1 / interval_.seconds();
   // Frames per held exposure: the settling time, or the delay until the exposure is reported.
-  if (holds_exposure()) info_.frame_rate /= reports_exposure_ ? kFramesToReport : options_.settle_frames + 2;
+  if (holds_exposure()) info_.frame_rate /= reports_exposure_ ? kFramesToReport : options_.control_delay + 2;
   cycle_.emplace(info_.exposure_s);
   alignment_.emplace(static_cast<int>(bracket()), 2 * kFramesToReport);
-  held_.emplace(static_cast<int>(bracket()), Duration{interval_.ns * options_.settle_frames});
+  held_.emplace(static_cast<int>(bracket()), Duration{interval_.ns * options_.control_delay});
   pairs_.emplace(interval_);
   return {};
 }
@@ -108,6 +108,7 @@ Status LensBackend::probe_lenses() {
 CameraInfo LensBackend::describe() const {
   CameraInfo info;
   info.name = "libcamera:";
+  info.notes = options_.notes;
   for (std::size_t l = 0; l < count(); ++l) info.name += (l == 0 ? "" : ",") + lenses_[l]->model();
   const PictureLayout& layout = lenses_[0]->layout();
   info.width = layout.width;
@@ -115,7 +116,8 @@ CameraInfo LensBackend::describe() const {
   info.format = layout.format;
   info.lenses = static_cast<int>(count());
   if (options_.row_readout.ns == 0)
-    info.notes.emplace_back("all rows are assumed to be exposed at the same time; for a rolling shutter set readout=");
+    info.notes.emplace_back(
+        "all rows are assumed to be exposed at the same time; for a rolling shutter set row_readout=");
   return info;
 }
 

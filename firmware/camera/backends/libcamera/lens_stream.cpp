@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "camera/backends/libcamera/format_choice.hpp"
+#include "imaging/pixel_layout.hpp"
 
 namespace lightwell::libcam {
 namespace {
@@ -55,12 +56,13 @@ SupportedControls controls_of(const ::libcamera::ControlInfoMap& map) {
 /// Colour space of a PixelFormat (lightwell/pixel.hpp).
 ::libcamera::ColorSpace color_space_for(PixelFormat format) {
   if (is_bayer(format)) return ::libcamera::ColorSpace::Raw;
-  return format == PixelFormat::rgb8 ? ::libcamera::ColorSpace::Srgb : ::libcamera::ColorSpace::Smpte170m;
+  return pixel_layout(format).sampling == ColorSampling::rgb ? ::libcamera::ColorSpace::Srgb
+                                                             : ::libcamera::ColorSpace::Smpte170m;
 }
 
 /// Whether the colour space converts to RGB as specified in lightwell/pixel.hpp.
 bool means_the_same(const std::optional<::libcamera::ColorSpace>& space, PixelFormat format) {
-  if (format != PixelFormat::nv12 && format != PixelFormat::yuyv) return true;
+  if (pixel_layout(format).sampling != ColorSampling::ycbcr) return true;
   return space && space->ycbcrEncoding == ::libcamera::ColorSpace::YcbcrEncoding::Rec601 &&
          space->range == ::libcamera::ColorSpace::Range::Limited;
 }
@@ -134,12 +136,11 @@ Status LensStream::configure(const LibcameraOptions& options, int buffers_wanted
   if (got.pixelFormat != offer.theirs[*choice])
     return {StatusCode::failed_precondition, "it gives " + got.pixelFormat.toString() + " in place of " +
                                                  std::string(to_string(format)) + " at this size: ask for another"};
-  const bool even_rows = format == PixelFormat::nv12 || is_bayer(format);
-  if ((format != PixelFormat::rgb8 && layout.width % 2 != 0) || (even_rows && layout.height % 2 != 0))
+  if (!size_fits(format, layout.width, layout.height))
     return {StatusCode::failed_precondition, "pictures of " + size_text(layout.width, layout.height) + " " +
                                                  std::string(to_string(format)) +
                                                  " have a fractional number of chroma pixels: request another size"};
-  if (layout.stride < packed_stride(format, layout.width) || layout.stride % pixel_alignment(format) != 0)
+  if (layout.stride < packed_stride(format, layout.width) || layout.stride % pixel_layout(format).sample_bytes != 0)
     return {StatusCode::internal, "rows of " + std::to_string(layout.stride) + " bytes cannot hold the picture"};
   if (settled_ && (layout.width != layout_.width || layout.height != layout_.height))
     return {StatusCode::failed_precondition, "it came back with pictures of " + size_text(layout.width, layout.height) +

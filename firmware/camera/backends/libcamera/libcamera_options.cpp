@@ -1,9 +1,10 @@
 #include "camera/backends/libcamera/libcamera_options.hpp"
 
-#include <cmath>
 #include <string_view>
+#include <utility>
 
-#include "camera/bracket_cycle.hpp"
+#include "camera/uri_parameters.hpp"
+#include "imaging/frame.hpp"
 #include "imaging/uri_values.hpp"
 
 namespace lightwell::libcam {
@@ -23,27 +24,12 @@ Status set_format(LibcameraOptions& options, const std::string& value) {
   return bad("format=" + value + " is none of " + known);
 }
 
-Status set_gains(LibcameraOptions& options, const std::string& value) {
-  const std::size_t comma = value.find(',');
-  const auto one = [](std::string_view text) {
-    const Result<double> gain = uri_quantity(text, {{"", 1}});
-    return gain ? *gain : 0;
-  };
-  if (comma != std::string::npos) {
-    options.colour_gains = {one(std::string_view(value).substr(0, comma)),
-                            one(std::string_view(value).substr(comma + 1))};
-    if (options.colour_gains[0] > 0 && options.colour_gains[1] > 0) return {};
-  }
-  return bad("white=" + value + ": two gains above zero, red and blue, such as white=1.8,1.5");
-}
-
 Status set_parameter(LibcameraOptions& options, const std::string& key, const std::string& value) {
   if (key == "format") return set_format(options, value);
-  if (key == "readout") return named(key, assign(options.row_readout, uri_row_readout(value)));
-  if (key == "white") return set_gains(options, value);
-  if (key == "settle") return named(key, assign(options.settle_frames, uri_number<int>(value, 0, 30)));
-  // stamp
-  if (value != "readout" && value != "exposure") return bad("stamp=" + value + " is neither readout nor exposure");
+  if (key == "row_readout") return named(key, assign(options.row_readout, uri_row_readout(value)));
+  if (key == "control_delay") return named(key, assign(options.control_delay, uri_number<int>(value, 0, 30)));
+  // timestamp
+  if (value != "readout" && value != "exposure") return bad("timestamp=" + value + " is neither readout nor exposure");
   options.timestamp_event = value == "readout" ? TimestampEvent::readout : TimestampEvent::exposure;
   return {};
 }
@@ -70,23 +56,26 @@ Status set_cameras(LibcameraOptions& options, std::string_view path) {
 }  // namespace
 
 Result<LibcameraOptions> parse_options(const CameraUri& uri, const CameraConfig& config) {
-  if (Status s = check_parameters(uri, {"format", "readout", "stamp", "white", "settle"}); !s.ok()) return s;
+  static const ParameterNames kNames = {
+      .capture = {"exposure", "gain", "colour_gains"},
+      .own = {"format", "row_readout", "timestamp", "control_delay"},
+      .renamed = {
+          {"readout", "row_readout"}, {"stamp", "timestamp"}, {"white", "colour_gains"}, {"settle", "control_delay"}}};
+  Result<UriParameters> parameters = read_parameters(uri, config, kNames);
+  if (!parameters) return parameters.status();
   LibcameraOptions options;
+  options.capture = std::move(parameters->capture);
+  options.notes = std::move(parameters->warnings);
   options.width = config.width;
   options.height = config.height;
   options.frame_rate = config.frame_rate;
-  options.exposure_s = config.exposure_s;
-  options.gain = config.gain;
   if (Status s = set_cameras(options, uri.path); !s.ok()) return s;
-  for (const auto& [key, value] : uri.parameters)
+  for (const auto& [key, value] : parameters->own)
     if (Status s = set_parameter(options, key, value); !s.ok()) return s;
   if (options.width < 2 || options.height < 2 || options.width > 16384 || options.height > 16384)
     return bad("camera.width and camera.height: 2 to 16384 pixels");
   if (!(options.frame_rate >= 0 && options.frame_rate <= 1000))
     return bad("camera.frame_rate must lie between 0 (the camera's own) and 1000");
-  if (!(options.gain > 0) || !std::isfinite(options.gain)) return bad("camera.gain must be above zero");
-  if (!options.exposure_s.empty())
-    if (const Status s = check_exposures(options.exposure_s); !s.ok()) return bad("camera." + s.message());
   return options;
 }
 

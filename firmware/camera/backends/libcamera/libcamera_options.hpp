@@ -1,7 +1,6 @@
 // Options of the libcamera backend, from the URI libcamera:ID?key=value... and the configuration.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,14 +18,13 @@ struct LibcameraOptions {
   /// Ids or numbers as printed by `cam --list`, one per lens, in the order of the lenses.
   std::vector<std::string> cameras;
   int width = 640, height = 480;
-  double frame_rate = 30;          ///< 1/s; 0: the camera's own.
-  std::vector<double> exposure_s;  ///< Empty: the camera's default.
-  double gain = 1;
+  double frame_rate = 30;             ///< 1/s; 0: the camera's own.
+  CaptureSettings capture;            ///< Without exposures: the camera's default. Colour gains of 1 if not set.
   std::optional<PixelFormat> format;  ///< Empty: the first supported one.
   Duration row_readout;               ///< Delay between successive rows; libcamera does not report it.
   TimestampEvent timestamp_event = TimestampEvent::readout;
-  std::array<double, 2> colour_gains{1, 1};  ///< Red, blue. 1: no channel saturates before the sensor does.
-  int settle_frames = 3;                     ///< Until a new exposure takes effect, if the camera does not report it.
+  int control_delay = 3;           ///< Frames until a new exposure takes effect, if the camera does not report it.
+  std::vector<std::string> notes;  ///< Former names of parameters in the URI.
 };
 
 /// invalid_argument names the parameter.

@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
 #include "camera/backends/replay/frame_list.hpp"
@@ -88,11 +86,7 @@ class FolderSource final : public Source {
 Result<std::unique_ptr<Source>> open_folder(const std::string& path) {
   fs::path folder = fs::path(path).lexically_normal();
   if (!folder.has_filename()) folder = folder.parent_path();  // Trailing slash.
-  const std::string list = (folder / "frames.csv").string();
-  std::ifstream file(list, std::ios::binary);
-  if (!file) return Status(StatusCode::not_found, list + ": not there; a folder to replay lists its pictures in it");
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  Result<std::vector<ListedFrame>> frames = parse_frame_list(text, list);
+  Result<std::vector<ListedFrame>> frames = load_frame_list(folder.string());
   if (!frames) return frames.status();
   auto source = std::make_unique<FolderSource>(std::move(folder), std::move(*frames));
   if (Status s = source->learn(); !s.ok()) return s;

@@ -1,9 +1,12 @@
 #include "camera/backends/replay/frame_list.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <optional>
+
+#include <lightwell/files.hpp>
+#include <lightwell/text.hpp>
 
 #include "imaging/uri.hpp"
 
@@ -28,23 +31,6 @@ double* number(Row& row, std::string_view column) {
   if (column == "gain") return &row.gain;
   if (column == "row_readout_s") return &row.row_readout_s;
   return nullptr;
-}
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view kBlank = " \t\r";
-  const std::size_t first = text.find_first_not_of(kBlank);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
-}
-
-std::vector<std::string_view> fields_of(std::string_view line) {
-  std::vector<std::string_view> fields;
-  while (true) {
-    const std::size_t comma = line.find(',');
-    fields.push_back(trimmed(line.substr(0, comma)));
-    if (comma == std::string_view::npos) return fields;
-    line.remove_prefix(comma + 1);
-  }
 }
 
 bool is_index(double v, int end) { return v >= 0 && v < end && v == std::floor(v); }
@@ -74,7 +60,7 @@ class Parser {
   }
 
   [[nodiscard]] Status take_columns(std::string_view line) {
-    for (const std::string_view column : fields_of(line)) {
+    for (const std::string_view column : comma_separated(line)) {
       if (std::ranges::find(kColumns, column) == kColumns.end()) {
         const std::string near = nearest_name(column, kColumns);
         return bad("no column '" + std::string(column) + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
@@ -90,7 +76,7 @@ class Parser {
   }
 
   [[nodiscard]] Status read_row(std::string_view line, Row& row) const {
-    const std::vector<std::string_view> fields = fields_of(line);
+    const std::vector<std::string_view> fields = comma_separated(line);
     if (fields.size() != columns_.size())
       return bad(std::to_string(fields.size()) + " values for " + std::to_string(columns_.size()) + " columns");
     for (std::size_t i = 0; i < fields.size(); ++i) {
@@ -99,10 +85,9 @@ class Parser {
         row.file = fields[i];
         continue;
       }
-      const char* const end = fields[i].data() + fields[i].size();
-      const auto [stop, error] = std::from_chars(fields[i].data(), end, *target);
-      if (error != std::errc() || stop != end || !std::isfinite(*target))
-        return bad(columns_[i] + " '" + std::string(fields[i]) + "' is no number");
+      const std::optional<double> value = parse_number<double>(fields[i]);
+      if (!value) return bad(columns_[i] + " '" + std::string(fields[i]) + "' is no number");
+      *target = *value;
     }
     if (row.file.empty()) return bad("no file");
     if (!(row.exposure_s > 0)) return bad("exposure_s must be positive");
@@ -180,6 +165,17 @@ Result<std::vector<ListedFrame>> parse_frame_list(std::string_view text, const s
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return parser.finish();
+}
+
+Result<std::vector<ListedFrame>> load_frame_list(const std::string& folder) {
+  const std::string list = (std::filesystem::path(folder) / "frames.csv").string();
+  const Result<std::string> text = read_text_file(list);
+  if (!text && text.status().code() == StatusCode::not_found)
+    return Status(StatusCode::not_found, list +
+                                             ": not there; list the folder's pictures in it, a line each, with the "
+                                             "columns file,exposure_s,time_s");
+  if (!text) return text.status();
+  return parse_frame_list(*text, list);
 }
 
 }  // namespace lightwell::replay

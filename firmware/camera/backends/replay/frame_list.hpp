@@ -24,5 +24,7 @@ struct ListedFrame {
 
 /// All frames have the same number of files and the same bracket size. invalid_argument names `name` and the line.
 [[nodiscard]] Result<std::vector<ListedFrame>> parse_frame_list(std::string_view text, const std::string& name);
+/// Reads and parses `folder`/frames.csv. not_found if there is none.
+[[nodiscard]] Result<std::vector<ListedFrame>> load_frame_list(const std::string& folder);
 
 }  // namespace lightwell::replay

@@ -2,6 +2,8 @@
 #include <optional>
 #include <utility>
 
+#include <lightwell/calibration.hpp>
+#include <lightwell/frame_record.hpp>
 #include <lightwell/recording.hpp>
 
 #include "camera/backends/replay/source.hpp"
@@ -19,7 +21,11 @@ class RecordingSource final : public Source {
   /// Derives info() from the first frames.
   [[nodiscard]] Status learn(const std::string& path) {
     info_.name = "replay:" + std::filesystem::path(path).filename().string();
-    info_.calibration = reader_.header().calibration;
+    if (const std::optional<std::string>& bytes = reader_.header().calibration) {
+      Result<RigParameters> rig = decode_calibration(*bytes);
+      if (!rig) return {StatusCode::data_loss, path + ": the calibration in it is invalid: " + rig.status().message()};
+      info_.calibration = std::move(*rig);
+    }
     StoredFrame frame;
     std::optional<FrameInfo> first, last;
     for (int i = 0; i < kLookAhead && read(frame); ++i) {

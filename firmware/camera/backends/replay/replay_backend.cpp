@@ -1,15 +1,17 @@
 #include "camera/backends/replay/replay_backend.hpp"
 
 #include <atomic>
-#include <charconv>
 #include <optional>
 #include <stop_token>
 #include <string>
 #include <thread>
 
+#include <lightwell/text.hpp>
+
 #include "camera/backends/replay/frame_slots.hpp"
 #include "camera/backends/replay/source.hpp"
 #include "camera/backends/replay/timeline.hpp"
+#include "camera/uri_parameters.hpp"
 
 namespace lightwell {
 namespace {
@@ -151,16 +153,18 @@ class ReplayBackend final : public CameraBackend {
 }  // namespace
 
 Result<std::unique_ptr<CameraBackend>> make_replay_backend(const CameraUri& uri, const CameraConfig& config) {
-  if (Status s = check_parameters(uri, {"loop", "pace"}); !s.ok()) return s;
+  const Result<UriParameters> parameters =
+      read_parameters(uri, config, {.capture = {}, .own = {"loop", "pace"}, .renamed = {}});
+  if (!parameters) return parameters.status();
   Options options;
   options.path = uri.path;
-  for (const auto& [key, value] : uri.parameters) {
+  for (const auto& [key, value] : parameters->own) {
     if (key == "loop") {
-      const char* const end = value.data() + value.size();
-      const auto [stop, error] = std::from_chars(value.data(), end, options.loops);
-      if (error != std::errc() || stop != end || options.loops < 0)
+      const std::optional<int> loops = parse_number<int>(value);
+      if (!loops || *loops < 0)
         return Status(StatusCode::invalid_argument,
                       "replay: loop '" + value + "' must be a number of passes, or 0 to repeat without end");
+      options.loops = *loops;
     } else if (value == "recorded" || value == "fast") {
       options.pace = value == "fast" ? Pace::fast : Pace::recorded;
     } else {

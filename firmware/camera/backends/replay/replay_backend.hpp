@@ -13,8 +13,8 @@ namespace lightwell {
 
 /// replay:PATH?loop=N&pace=recorded|fast
 ///   - PATH: a recording of kind frames, or a folder with frames.csv (frame_list.hpp) and, optionally,
-///     calibration.textproto. open() reads it. Size, exposures and frame rate are those of the recording; `config` is
-///     ignored, except for the rate of a single frame.
+///     calibration.textproto. open() reads it. Size, exposures, gain and frame rate are those of the recording. Of
+///     `config` the rate of a single frame is used; size and rate are ignored otherwise, capture settings are refused.
 ///   - loop: number of times it is played, 0: endlessly; default 1. At the end state() is finished.
 ///   - pace=recorded (default): with the recorded intervals. Mid-exposure times are shifted so that the first one is
 ///     the time of start(). If no frame may be lent, or the sink blocked the thread for longer than a frame interval,

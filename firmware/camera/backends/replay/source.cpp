@@ -8,24 +8,6 @@ namespace {
 
 bool positive(double v) { return v > 0 && std::isfinite(v); }
 
-bool even(int v) { return v % 2 == 0; }
-
-bool size_fits(PixelFormat format, int width, int height) {
-  switch (format) {
-    case PixelFormat::rgb8:
-    case PixelFormat::rgb_f32:
-      return true;
-    case PixelFormat::yuyv:
-      return even(width);
-    case PixelFormat::nv12:
-    case PixelFormat::bayer_rggb8:
-    case PixelFormat::bayer_rggb10:
-    case PixelFormat::bayer_rggb12:
-      return even(width) && even(height);
-  }
-  return false;
-}
-
 }  // namespace
 
 bool is_playable(const StoredFrame& frame, const CameraInfo& info) {
@@ -39,12 +21,8 @@ bool is_playable(const StoredFrame& frame, const CameraInfo& info) {
   for (std::size_t i = 0; i < frame.view_count; ++i) {
     const View& view = frame.views[i];
     if (view.lens < 0 || view.lens >= kMaxLenses || (i > 0 && view.lens <= frame.views[i - 1].lens)) return false;
-    if (view.width != info.width || view.height != info.height || view.format != info.format ||
-        !size_fits(view.format, view.width, view.height))
-      return false;
-    if (view.stride % pixel_alignment(view.format) != 0 || view.stride < packed_stride(view.format, view.width) ||
-        view.data.size() < picture_bytes(view.format, view.stride, view.height))
-      return false;
+    if (view.width != info.width || view.height != info.height || view.format != info.format) return false;
+    if (view.stride % pixel_layout(view.format).sample_bytes != 0 || !check_view(view).ok()) return false;
   }
   return true;
 }

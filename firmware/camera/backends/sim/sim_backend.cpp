@@ -40,8 +40,9 @@ CameraInfo SimBackend::describe() const {
   info.format = options_.sensor;
   info.lenses = static_cast<int>(world_->rig.lenses.size());
   info.frame_rate = options_.frame_rate;
-  info.exposure_s = options_.exposure_s;
+  info.exposure_s = options_.capture.exposure_s;
   info.calibration = world_->rig;
+  info.notes = options_.notes;
   if (sanitize_counts().any()) {
     info.notes.push_back("the panorama contained invalid radiance values: replaced " +
                          std::to_string(sanitize_counts().nan) + " NaN, " + std::to_string(sanitize_counts().infinite) +
@@ -93,7 +94,7 @@ void SimBackend::release(int /*slot*/) {
 }
 
 void SimBackend::run(FrameSink& sink, const std::stop_token& stop) {
-  const int limit = required_buffer_count(static_cast<int>(options_.exposure_s.size()));
+  const int limit = required_buffer_count(static_cast<int>(options_.capture.exposure_s.size()));
   const double rate = options_.frame_rate;
   const std::uint64_t first = next_sequence_;
   const Clock::time_point start = Clock::now();
@@ -140,15 +141,15 @@ void SimBackend::push_frame(FrameSink& sink, std::uint64_t sequence, ProbeTime d
   info.sequence = sequence;
   info.bracket_size = static_cast<int>(plan.bracket);
   info.bracket_index = static_cast<int>(sequence % plan.bracket);
-  info.exposure_s = options_.exposure_s[sequence % plan.bracket];
-  info.gain = options_.gain;
-  info.row_readout = Duration::from_seconds(options_.readout_s);
+  const std::vector<double>& exposure_s = options_.capture.exposure_s;
+  info.exposure_s = exposure_s[sequence % plan.bracket];
+  info.gain = options_.capture.gain.value_or(1);
+  info.row_readout = Duration::from_seconds(options_.row_readout_s);
   // Without ticks frames may be closer together than exposures allow: subtracting the same delay from all keeps the
   // mid-exposure times in order.
   const double exposing = exposing_s(
-      options_, options_.frame_rate > 0 ? info.exposure_s
-                                        : *std::max_element(options_.exposure_s.begin(), options_.exposure_s.end()));
-  info.mid_exposure = due - Duration::from_seconds(exposing / 2 + options_.height / 2.0 * options_.readout_s);
+      options_, options_.frame_rate > 0 ? info.exposure_s : *std::max_element(exposure_s.begin(), exposure_s.end()));
+  info.mid_exposure = due - Duration::from_seconds(exposing / 2 + options_.height / 2.0 * options_.row_readout_s);
   info.delivered = probe_time(Clock::now());
   sink.push(std::move(frame));
 }

@@ -1,6 +1,6 @@
 // Options of the simulated camera, from its URI and the configuration:
-//   sim:SCENE?rig=pair&sensor=rgb_f32&turn=30deg/s&switch=1.0s&ring=32&seed=1&readout=0us
-//            &exposure=1ms,8ms&flicker=100hz&depth=0.3   (on one line)
+//   sim:SCENE?rig=pair&sensor=rgb_f32&yaw_rate=30deg/s&lamp_switch=1.0s&frames=32&seed=1&row_readout=0us
+//            &exposure=1ms,8ms&gain=1&flicker=100hz&depth=0.3   (on one line)
 #pragma once
 
 #include <cstdint>
@@ -21,25 +21,24 @@ struct SimOptions {
   std::string scene;                                 ///< A name or a path: sim/panorama.hpp's scene_path().
   std::string rig = "pair";                          ///< sim/rigs.hpp's make_rig().
   PixelFormat sensor = PixelFormat::rgb_f32;         ///< As in to_string(PixelFormat).
-  double turn_rad_per_s = 0;                         ///< "30deg/s", "0.5rad/s"; a bare number is deg/s.
-  double switch_s = 0;                               ///< Period after which the lamps switch, s; 0: never.
-  std::uint64_t ring = 32;                           ///< Frames after which a moving scene repeats; each costs memory.
+  double yaw_rate_rad_per_s = 0;                     ///< "30deg/s", "0.5rad/s"; a bare number is deg/s.
+  double lamp_switch_s = 0;                          ///< Period after which the lamps switch, s; 0: never.
+  std::uint64_t frames = 32;                         ///< Frames after which a moving scene repeats; each costs memory.
   std::uint64_t seed = 1;                            ///< Of the noise.
-  double readout_s = 0;                              ///< Delay between successive rows.
+  double row_readout_s = 0;                          ///< Delay between successive rows.
   sim::MainsFlicker flicker{.hz = 0, .depth = 0.3};  ///< Typical of fluorescent tubes and simple LED lamps.
-  std::vector<double> exposure_s;                    ///< The bracket, s; empty: one exposure chosen for the scene.
-  double gain = 1;
+  CaptureSettings capture;  ///< Exposures and gain; without exposures: one chosen for the scene.
   int width = 0, height = 0;
-  double frame_rate = 0;  ///< 1/s; 0: on demand.
+  double frame_rate = 0;           ///< 1/s; 0: on demand.
+  std::vector<std::string> notes;  ///< Former names of parameters in the URI.
 };
 
-/// Parses URI and configuration. Exposures may be given in one of them, not in both. invalid_argument names the
-/// parameter, its value and the accepted values.
+/// invalid_argument names the parameter, its value and the accepted values.
 [[nodiscard]] Result<SimOptions> parse_sim_options(const CameraUri& uri, const CameraConfig& config);
 
 /// "100hz" -> 100. Up to 1000; zero and negative numbers are refused.
 [[nodiscard]] Result<double> parse_frequency_hz(std::string_view text);
 /// "30deg/s", "-0.5rad/s" -> rad/s.
-[[nodiscard]] Result<double> parse_turn_rad_per_s(std::string_view text);
+[[nodiscard]] Result<double> parse_yaw_rate_rad_per_s(std::string_view text);
 
 }  // namespace lightwell

@@ -1,10 +1,10 @@
 #include "camera/backends/v4l2/connection.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
+
+#include <lightwell/text.hpp>
 
 #include "camera/backend.hpp"
 
@@ -13,11 +13,7 @@ namespace {
 
 std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
-std::string rate_text(double rate) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g", rate);
-  return text.data();
-}
+std::string rate_text(double rate) { return formatted("%.4g", rate); }
 
 void note_picture(const Options& options, const NegotiatedFormat& settled, const Layout& layout, bool copied,
                   std::vector<std::string>& notes) {
@@ -41,8 +37,8 @@ void note_picture(const Options& options, const NegotiatedFormat& settled, const
     notes.push_back(fourcc_text(encoding.fourcc) + " is converted to " + std::string(to_string(encoding.format)));
   if (copied) notes.emplace_back("the driver has too few buffers to lend them: frames are copied");
   // PixelFormat defines nv12 and yuyv as BT.601, limited range (lightwell/pixel.hpp).
-  const bool ycbcr = encoding.packing == Packing::none &&
-                     (encoding.format == PixelFormat::yuyv || encoding.format == PixelFormat::nv12);
+  const bool ycbcr =
+      encoding.packing == Packing::none && pixel_layout(encoding.format).sampling == ColorSampling::ycbcr;
   if (ycbcr && settled.quantization == V4L2_QUANTIZATION_FULL_RANGE)
     notes.emplace_back("the driver declares full range, but frames are read as limited range: calibrate the response");
   if (ycbcr && settled.ycbcr != V4L2_YCBCR_ENC_DEFAULT && settled.ycbcr != V4L2_YCBCR_ENC_601)

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
+
+#include <lightwell/text.hpp>
 
 namespace lightwell::v4l2 {
 namespace {
@@ -15,17 +16,7 @@ struct ControlSetting {
   bool missed = false;  ///< Report its absence, because that affects the meaning of pixel values.
 };
 
-std::string joined(const std::vector<std::string>& parts) {
-  std::string all;
-  for (const std::string& part : parts) all += (all.empty() ? "" : ", ") + part;
-  return all;
-}
-
-std::string milliseconds(double s) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g ms", s * 1e3);
-  return text.data();
-}
+std::string milliseconds(double s) { return formatted("%.4g ms", s * 1e3); }
 
 /// Sets a control and returns the value read back; empty if it cannot be set.
 std::optional<int> set_and_read(Device& device, const Control& control, int value) {
@@ -48,6 +39,7 @@ ExposureControl unknown_exposure(double rate) { return {std::nullopt, {}, {1 / (
 }  // namespace
 
 void disable_auto_controls(Device& device, const Options& options, std::vector<std::string>& notes) {
+  const double white_balance_k = options.capture.white_balance_k.value_or(CaptureSettings::kDefaultWhiteBalance_k);
   std::optional<Control> gain = device.control(V4L2_CID_GAIN);
   if (!gain) gain = device.control(V4L2_CID_ANALOGUE_GAIN);
   // In this order, because values can be set only when the automatic controls are off.
@@ -57,8 +49,10 @@ void disable_auto_controls(Device& device, const Options& options, std::vector<s
       ControlSetting{V4L2_CID_FOCUS_AUTO, "automatic focus", 0, false},
       ControlSetting{V4L2_CID_EXPOSURE_AUTO_PRIORITY, "rate that follows exposure", 0, false},
       ControlSetting{V4L2_CID_BACKLIGHT_COMPENSATION, "backlight compensation", 0, false},
-      ControlSetting{gain ? gain->id : V4L2_CID_GAIN, "gain", options.gain.value_or(gain ? gain->range.min : 0), true},
-      ControlSetting{V4L2_CID_WHITE_BALANCE_TEMPERATURE, "white balance", options.white_balance_kelvin, true},
+      ControlSetting{gain ? gain->id : V4L2_CID_GAIN, "gain", options.gain_raw.value_or(gain ? gain->range.min : 0),
+                     true},
+      ControlSetting{V4L2_CID_WHITE_BALANCE_TEMPERATURE, "white balance",
+                     static_cast<int>(std::lround(white_balance_k)), true},
       ControlSetting{V4L2_CID_POWER_LINE_FREQUENCY, "power-line filter", options.power_line, false},
   };
   std::vector<std::string> in_force, missing, refused;
@@ -83,12 +77,13 @@ void disable_auto_controls(Device& device, const Options& options, std::vector<s
 
 Result<ExposureControl> configure_exposure(Device& device, const Options& options, double rate,
                                            std::vector<std::string>& notes) {
+  const std::vector<double>& exposure_s = options.capture.exposure_s;
   const bool manual = make_manual(device);
   const std::optional<Control> control = device.control(V4L2_CID_EXPOSURE_ABSOLUTE);
   if (!control || !manual) {
     const std::string why =
         manual ? "the device has no control of exposure in units of time" : "automatic exposure cannot be switched off";
-    if (options.exposure_s.size() > 1)
+    if (exposure_s.size() > 1)
       return Status(StatusCode::invalid_argument,
                     "v4l2: '" + options.path + "': " + why + ", so there is no bracket: leave exposure out");
     notes.push_back(why + ": frames report the frame interval as an assumption");
@@ -100,11 +95,11 @@ Result<ExposureControl> configure_exposure(Device& device, const Options& option
     exposure.codes.push_back(code);
     exposure.seconds.push_back(code * kExposureUnit_s);
   };
-  if (options.exposure_s.empty()) {
+  if (exposure_s.empty()) {
     const std::optional<int> now = device.control_value(control->id);
     if (now && *now > 0) take(*now);
   }
-  for (const double wanted : options.exposure_s) {
+  for (const double wanted : exposure_s) {
     const std::optional<int> now =
         set_and_read(device, *control, static_cast<int>(std::lround(wanted / kExposureUnit_s)));
     if (!now || *now <= 0) break;
@@ -113,10 +108,10 @@ Result<ExposureControl> configure_exposure(Device& device, const Options& option
       notes.push_back("exposure " + milliseconds(exposure.seconds.back()) + " in place of " + milliseconds(wanted) +
                       ", which the device does not support");
   }
-  if (exposure.codes.size() < std::max<std::size_t>(options.exposure_s.size(), 1))
+  if (exposure.codes.size() < std::max<std::size_t>(exposure_s.size(), 1))
     return Status(StatusCode::internal,
                   "v4l2: '" + options.path + "': the device refuses to set the exposure, or does not report it");
-  if (options.exposure_s.size() > 1 &&
+  if (exposure_s.size() > 1 &&
       std::ranges::count(exposure.codes, exposure.codes.front()) == static_cast<std::ptrdiff_t>(exposure.codes.size()))
     notes.emplace_back("all exposures of the bracket are the same to the device");
   const double longest = *std::ranges::max_element(exposure.seconds);

@@ -25,8 +25,8 @@ struct ExposureControl {
   std::vector<double> seconds;     ///< Exposure by index in the cycle, as read back.
 };
 
-/// Sets manual exposure: each of options.exposure_s is set and read back, finally the first one. `rate`: frame rate,
-/// 1/s, 0 if unknown. invalid_argument for a bracket on a device without an exposure control.
+/// Sets manual exposure: each of options.capture.exposure_s is set and read back, finally the first one. `rate`: frame
+/// rate, 1/s, 0 if unknown. invalid_argument for a bracket on a device without an exposure control.
 [[nodiscard]] Result<ExposureControl> configure_exposure(Device& device, const Options& options, double rate,
                                                          std::vector<std::string>& notes);
 

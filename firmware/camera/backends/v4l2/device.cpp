@@ -8,10 +8,11 @@
 #include <filesystem>
 #include <fstream>
 #include <poll.h>
-#include <unistd.h>
 
 #include <sys/ioctl.h>
 #include <sys/mman.h>
+
+#include <lightwell/text.hpp>
 
 namespace lightwell::v4l2 {
 namespace {
@@ -90,25 +91,10 @@ std::string devices_there_are() {
     found.push_back("/dev/" + entry.path().filename().string() + (name.empty() ? "" : " (" + name + ")"));
   }
   std::ranges::sort(found);
-  std::string list;
-  for (const std::string& one : found) list += (list.empty() ? "" : ", ") + one;
-  return list.empty() ? "there is no V4L2 device; is the camera plugged in?" : "there are: " + list;
+  return found.empty() ? "there is no V4L2 device; is the camera plugged in?" : "there are: " + joined(found);
 }
 
 }  // namespace
-
-FileDescriptor& FileDescriptor::operator=(FileDescriptor&& o) noexcept {
-  if (this != &o) {
-    if (fd_ >= 0) ::close(fd_);
-    fd_ = o.fd_;
-    o.fd_ = -1;
-  }
-  return *this;
-}
-
-FileDescriptor::~FileDescriptor() {
-  if (fd_ >= 0) ::close(fd_);
-}
 
 MappedBuffers& MappedBuffers::operator=(MappedBuffers&& o) noexcept {
   if (this != &o) {

@@ -13,6 +13,7 @@
 
 #include <linux/videodev2.h>
 
+#include <lightwell/file_descriptor.hpp>
 #include <lightwell/result.hpp>
 
 #include "camera/backends/v4l2/formats.hpp"
@@ -21,19 +22,6 @@
 namespace lightwell::v4l2 {
 
 /// Owner of a file descriptor.
-class FileDescriptor {
- public:
-  FileDescriptor() = default;
-  explicit FileDescriptor(int fd) : fd_(fd) {}
-  FileDescriptor(FileDescriptor&& o) noexcept : fd_(o.fd_) { o.fd_ = -1; }
-  FileDescriptor& operator=(FileDescriptor&& o) noexcept;
-  ~FileDescriptor();
-  [[nodiscard]] int get() const { return fd_; }
-
- private:
-  int fd_ = -1;
-};
-
 /// A control and its range, in the driver's own unit.
 struct Control {
   std::uint32_t id = 0;

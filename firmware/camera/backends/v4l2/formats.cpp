@@ -64,9 +64,6 @@ Status refused(const Encoding& encoding, int width, int height, const std::strin
                                             ": ask for another size or format"};
 }
 
-bool needs_even_width(PixelFormat format) { return is_bayer(format) || format == yuyv || format == nv12; }
-bool needs_even_height(PixelFormat format) { return is_bayer(format) || format == nv12; }
-
 }  // namespace
 
 std::span<const Encoding> encodings() { return kEncodings; }
@@ -104,7 +101,7 @@ Result<Layout> layout_of(const Encoding& encoding, int width, int height, std::s
   const int least = is_bayer(format) ? 4 : 2;
   if (width < least || height < least || width > 16384 || height > 16384)
     return refused(encoding, width, height, "pictures, which is no size");
-  if ((needs_even_width(format) && width % 2 != 0) || (needs_even_height(format) && height % 2 != 0))
+  if (!size_fits(format, width, height))
     return refused(encoding, width, height, "pictures, and this format needs even sizes");
 
   Layout layout;
@@ -117,7 +114,7 @@ Result<Layout> layout_of(const Encoding& encoding, int width, int height, std::s
     layout.stride = bytes_per_line == 0 ? packed : bytes_per_line;
     if (layout.stride < packed) return refused(encoding, width, height, "pictures with rows that overlap");
     const bool ours = encoding.packing == none;
-    if (ours && layout.stride % pixel_alignment(format) != 0)
+    if (ours && layout.stride % pixel_layout(format).sample_bytes != 0)
       return refused(encoding, width, height, "pictures with rows that are not aligned to their numbers");
     layout.bytes = ours ? picture_bytes(format, layout.stride, height)
                         : layout.stride * static_cast<std::size_t>(height - 1) + packed;
@@ -129,9 +126,8 @@ Result<Layout> layout_of(const Encoding& encoding, int width, int height, std::s
   layout.view_stride = copied || encoding.packing != none ? packed_stride(format, width) : layout.stride;
   layout.picture_bytes = picture_bytes(format, layout.view_stride, height);
   if (encoding.skip_columns > 0 || encoding.skip_rows > 0) {
-    const std::size_t pixel = pixel_alignment(format);
     layout.view_offset = static_cast<std::size_t>(encoding.skip_rows) * layout.view_stride +
-                         static_cast<std::size_t>(encoding.skip_columns) * pixel;
+                         static_cast<std::size_t>(encoding.skip_columns) * pixel_layout(format).pixel_bytes;
     // A view spans whole strides, so one that begins inside a row must end a row earlier, and Bayer rows come in pairs.
     layout.view_width -= 2 * encoding.skip_columns;
     layout.view_height -= 2;

@@ -6,6 +6,8 @@
 #include <set>
 #include <tuple>
 
+#include <lightwell/text.hpp>
+
 #include "camera/backends/v4l2/formats.hpp"
 
 namespace lightwell::v4l2 {
@@ -54,9 +56,7 @@ struct Rank {
 Status nothing_fits(std::span<const Mode> modes, const RequestedFormat& wanted) {
   std::set<std::string> offered;
   for (const Mode& mode : modes) offered.insert(fourcc_text(mode.fourcc));
-  std::string list;
-  for (const std::string& one : offered) list += (list.empty() ? "" : ", ") + one;
-  if (list.empty()) list = "nothing";
+  const std::string list = offered.empty() ? "nothing" : joined(offered);
   if (!wanted.format.empty())
     return {StatusCode::invalid_argument,
             "v4l2: format=" + wanted.format + " is not among what the camera offers: " + list};

@@ -7,7 +7,7 @@
 
 #include "camera/backends/v4l2/exposure_schedule.hpp"
 #include "camera/backends/v4l2/formats.hpp"
-#include "camera/bracket_cycle.hpp"
+#include "camera/uri_parameters.hpp"
 #include "imaging/uri_values.hpp"
 
 namespace lightwell::v4l2 {
@@ -32,11 +32,10 @@ Result<std::string> format(const std::string& text) {
 Status set_parameter(Options& options, const std::string& name, const std::string& value) {
   if (name == "width") return assign(options.wanted.width, uri_number<int>(value, 2, 16384));
   if (name == "height") return assign(options.wanted.height, uri_number<int>(value, 2, 16384));
-  if (name == "fps") return assign(options.wanted.rate, uri_number<double>(value, 0.1, 1000));
+  if (name == "frame_rate") return assign(options.wanted.rate, uri_number<double>(value, 0.1, 1000));
   if (name == "format") return assign(options.wanted.format, format(value));
-  if (name == "exposure") return assign(options.exposure_s, uri_durations_s(value));
-  if (name == "gain") return assign(options.gain, uri_number<int>(value, -1000000, 1000000));
-  if (name == "white_balance") return assign(options.white_balance_kelvin, uri_number<int>(value, 1000, 20000));
+  // V4L2 does not define how a driver's gain values relate to linear gain.
+  if (name == "gain_raw") return assign(options.gain_raw, uri_number<int>(value, -1000000, 1000000));
   if (name == "power_line") return assign(options.power_line, power_line(value));
   if (name == "control_delay")
     return assign(options.control_delay, uri_number<int>(value, 1, ExposureSchedule::kMaxDelay));
@@ -46,33 +45,25 @@ Status set_parameter(Options& options, const std::string& name, const std::strin
 }  // namespace
 
 Result<Options> parse_options(const CameraUri& uri, const CameraConfig& config) {
-  static const std::vector<std::string_view> kKnown = {"width",    "height",       "fps",           "format",
-                                                       "exposure", "gain",         "white_balance", "power_line",
-                                                       "readout",  "control_delay"};
-  if (Status known = check_parameters(uri, kKnown); !known.ok()) return known;
+  static const ParameterNames kNames = {
+      .capture = {"exposure", "white_balance"},
+      .own = {"width", "height", "frame_rate", "format", "gain_raw", "power_line", "row_readout", "control_delay"},
+      .renamed = {{"fps", "frame_rate"}, {"gain", "gain_raw"}, {"readout", "row_readout"}}};
+  Result<UriParameters> parameters = read_parameters(uri, config, kNames);
+  if (!parameters) return parameters.status();
   Options options;
+  options.capture = std::move(parameters->capture);
+  options.notes = std::move(parameters->warnings);
   options.path = uri.path;
   if (options.path.empty()) return bad("v4l2: no device is named: write v4l2:/dev/video0");
   options.wanted.width = config.width;
   options.wanted.height = config.height;
   // In the configuration 0 means "on demand", which a live camera cannot do: keep the default rate.
   if (config.frame_rate > 0) options.wanted.rate = config.frame_rate;
-  for (const auto& [name, value] : uri.parameters)
+  for (const auto& [name, value] : parameters->own)
     if (Status set = set_parameter(options, name, value); !set.ok()) return bad("v4l2: " + name + ": " + set.message());
-  if (!config.exposure_s.empty()) {
-    if (!options.exposure_s.empty())
-      return bad("v4l2: exposures are given in the URI and in camera.exposure_s: leave one of them out");
-    options.exposure_s = config.exposure_s;
-  }
-  if (!options.exposure_s.empty())
-    if (const Status s = check_exposures(options.exposure_s); !s.ok()) return bad("v4l2: exposure: " + s.message());
-  for (const double e : options.exposure_s)
+  for (const double e : options.capture.exposure_s)
     if (e > kMaxExposure_s) return bad("v4l2: exposure: the longest is 60 s");
-  // V4L2 does not define how a driver's gain values relate to linear gain.
-  if (config.gain != 1)
-    return bad(
-        "v4l2: camera.gain is linear, and V4L2's gain has no unit: leave it at 1, and say the device's own number "
-        "in the URI with gain=");
   return options;
 }
 

@@ -100,7 +100,7 @@ class Backend final : public V4l2Camera {
 Result<CameraInfo> Backend::open() {
   if (pool_) return Status(StatusCode::failed_precondition, "v4l2: is open already");
   if (stop_.get() < 0) return Status(StatusCode::resource_exhausted, "v4l2: no file descriptor is left");
-  std::vector<std::string> notes;
+  std::vector<std::string> notes = options_.notes;
   Result<Connection> connection = connect(options_, notes);
   if (!connection) return connection.status();
   if (Status s = prepare(*connection, notes); !s.ok()) return s;
@@ -115,7 +115,7 @@ Status Backend::prepare(Connection& connection, std::vector<std::string>& notes)
   name_ = connection.device.card().empty() ? "v4l2:" + options_.path : connection.device.card();
   exposure_ = connection.exposure;
   // Keep the exposures in force, so that a reconnected device gets the same ones.
-  if (exposure_.control) options_.exposure_s = exposure_.seconds;
+  if (exposure_.control) options_.capture.exposure_s = exposure_.seconds;
   const int bracket = static_cast<int>(exposure_.seconds.size());
   converter_.emplace(*encoding_, layout_);
 

@@ -14,7 +14,8 @@
 
 namespace lightwell {
 
-/// v4l2:/dev/video0?width=1280&height=960&fps=30&format=yuyv&...: README.md lists parameters, formats and limits.
+/// v4l2:/dev/video0?width=1280&height=960&frame_rate=30&format=yuyv&...: README.md lists parameters, formats and
+/// limits.
 ///
 /// One thread runs from start() to stop(). If the device is unplugged, fails, or delivers nothing for two seconds plus
 /// ten frame intervals, the state is lost: the thread looks for the node every 250 ms and streams again once it is

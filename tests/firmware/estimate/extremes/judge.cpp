@@ -7,6 +7,7 @@
 
 #include <lightwell/codec.hpp>
 #include <lightwell/query.hpp>
+#include <lightwell/text.hpp>
 
 #include "reference/irradiance.hpp"
 
@@ -116,9 +117,7 @@ void Tally::count(const Descriptor& d, const std::vector<reference::V3>& normals
   const double ratio = error / static_cast<double>(d.bound.total);
   if (!(ratio <= worst_over_bound)) {
     worst_over_bound = ratio;
-    char numbers[80];
-    std::snprintf(numbers, sizeof numbers, ": error %.4g, bound %.4g", error, static_cast<double>(d.bound.total));
-    worst_case = where + numbers;
+    worst_case = where + formatted(": error %.4g, bound %.4g", error, static_cast<double>(d.bound.total));
   }
 }
 

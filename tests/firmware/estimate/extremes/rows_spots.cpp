@@ -1,8 +1,9 @@
 // Spots: a hot pixel, the sun, discs anywhere.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
+
+#include <lightwell/text.hpp>
 
 #include "firmware/estimate/extremes/rows.hpp"
 
@@ -36,11 +37,7 @@ Descriptor answer(Estimator& estimator, const Shot& shot, Tally& tally) {
   return d;
 }
 
-std::string text(Vec3d v) {
-  char out[80];
-  std::snprintf(out, sizeof out, "(%.6f, %.6f, %.6f)", v.x, v.y, v.z);
-  return out;
-}
+std::string text(Vec3d v) { return formatted("(%.6f, %.6f, %.6f)", v.x, v.y, v.z); }
 
 /// Axes, oblique directions, and directions around the overlap of two back-to-back lenses of 95 degrees.
 std::vector<Vec3d> special_places() {
@@ -103,7 +100,8 @@ const char* name_of(Place place) {
 
 namespace {
 
-/// Energy of a disc in the pixels; near a pole of an equirectangular image it differs by a few percent from the disc's.
+/// Energy of a disc in the pixels; near a pole of an equirectangular image it differs by a few percent from the
+/// disc's.
 double energy_of_pixels(const RigRenderer& renderer, const Pictures& with, const Pictures& without) {
   double sum = 0;
   for (std::size_t k = 0; k < with.size(); ++k)

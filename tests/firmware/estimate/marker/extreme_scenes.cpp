@@ -12,6 +12,7 @@
 #include <utility>
 
 #include <lightwell/codec.hpp>
+#include <lightwell/quantile.hpp>
 
 #include "app/tag_body_finder.hpp"
 #include "reference/marker/marker_stage.hpp"
@@ -328,10 +329,8 @@ ExtremePicture::ExtremePicture(ExtremeCase what) : case_(std::move(what)) {
   options.blur_px = case_.blur_px;
   radiance_.push_back(reference::render(case_.scene, reference::MarkerCamera(lens), options).rgb);
   // Exposes for the 99.9 % quantile: overshoot at edges does not determine the exposure.
-  std::vector<float> sorted = radiance_.front();
-  const auto high = sorted.end() - static_cast<std::ptrdiff_t>(1 + sorted.size() / 1000);
-  std::nth_element(sorted.begin(), high, sorted.end());
-  exposure_ = kPeakLevel / std::max(1e-9, static_cast<double>(*high));
+  std::vector<float> values = radiance_.front();
+  exposure_ = kPeakLevel / std::max(1e-9, order_statistic(values, values.size() - 1 - values.size() / 1000));
   rig_.lenses.push_back(lens);
   PhotometricCalibration& p = rig_.lenses.front().photometry;
   p.response.kind = is_bayer(case_.format) || case_.format == PixelFormat::rgb_f32 ? ResponseCurve::Kind::linear

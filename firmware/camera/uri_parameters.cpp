@@ -1,0 +1,79 @@
+#include "camera/uri_parameters.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "imaging/frame.hpp"
+#include "imaging/uri_values.hpp"
+
+namespace lightwell {
+namespace {
+
+static_assert(CaptureSettings::kMaxExposures == kMaxBracket);
+
+/// A parameter of CaptureSettings.
+struct CaptureParameter {
+  std::string_view name;
+  std::string_view field;  ///< Of CameraConfig in config.proto.
+  bool (*is_set)(const CaptureSettings&);
+};
+
+constexpr std::array kCaptureParameters = {
+    CaptureParameter{"exposure", "exposure_s", [](const CaptureSettings& c) { return !c.exposure_s.empty(); }},
+    CaptureParameter{"gain", "gain", [](const CaptureSettings& c) { return c.gain.has_value(); }},
+    CaptureParameter{"white_balance", "white_balance_k",
+                     [](const CaptureSettings& c) { return c.white_balance_k.has_value(); }},
+    CaptureParameter{"colour_gains", "colour_gains",
+                     [](const CaptureSettings& c) { return c.colour_gains.has_value(); }},
+};
+
+Status bad(const std::string& what) { return {StatusCode::invalid_argument, what}; }
+
+Result<std::array<double, 2>> parse_colour_gains(std::string_view text) {
+  const std::size_t comma = std::min(text.find(','), text.size());
+  const Result<double> red = uri_quantity(text.substr(0, comma), {{"", 1}});
+  const Result<double> blue = uri_quantity(text.substr(std::min(comma + 1, text.size())), {{"", 1}});
+  if (!red || !blue) return bad("'" + std::string(text) + "' is not two gains, red and blue, such as 1.8,1.5");
+  return std::array<double, 2>{*red, *blue};
+}
+
+Status set_capture(CaptureSettings& capture, std::string_view name, std::string_view value) {
+  if (name == "exposure") return assign(capture.exposure_s, uri_durations_s(value));
+  if (name == "gain") return assign(capture.gain, uri_quantity(value, {{"", 1}}));
+  if (name == "white_balance") return assign(capture.white_balance_k, uri_quantity(value, {{"K", 1}, {"", 1}}));
+  return assign(capture.colour_gains, parse_colour_gains(value));
+}
+
+}  // namespace
+
+Result<UriParameters> read_parameters(CameraUri uri, const CameraConfig& config, const ParameterNames& names) {
+  UriParameters out;
+  if (Status s = rename_parameters(uri, names.renamed, out.warnings); !s.ok()) return s;
+  std::vector<std::string_view> known = names.own;
+  known.insert(known.end(), names.capture.begin(), names.capture.end());
+  if (Status s = check_parameters(uri, known); !s.ok()) return s;
+
+  const std::string camera = uri.scheme + ": ";
+  out.capture = config.capture;
+  for (const CaptureParameter& parameter : kCaptureParameters) {
+    const std::string name(parameter.name), field = "camera." + std::string(parameter.field);
+    if (!parameter.is_set(config.capture)) continue;
+    if (std::ranges::find(names.capture, name) == names.capture.end()) {
+      std::string message = camera + field + ": this camera has no " + name + ": leave it out; its parameters are:";
+      for (const std::string_view other : known) message += " " + std::string(other);
+      return bad(message);
+    }
+    if (std::ranges::find(uri.parameters, name, &std::pair<std::string, std::string>::first) != uri.parameters.end())
+      return bad(camera + name + " is given in the URI and in " + field + ": leave one of them out");
+  }
+  for (auto& [name, value] : uri.parameters) {
+    if (std::ranges::find(kCaptureParameters, name, &CaptureParameter::name) == kCaptureParameters.end())
+      out.own.emplace_back(std::move(name), std::move(value));
+    else if (const Status s = set_capture(out.capture, name, value); !s.ok())
+      return bad(camera + name + ": " + s.message());
+  }
+  if (const Status s = out.capture.validate(); !s.ok()) return bad(camera + s.message());
+  return out;
+}
+
+}  // namespace lightwell

@@ -1,0 +1,70 @@
+#include "tools/command_line.hpp"
+
+#include <iostream>
+#include <map>
+
+#include <lightwell/text.hpp>
+
+#include "imaging/uri.hpp"
+
+namespace lightwell {
+namespace {
+
+/// Describes the first argument that is no option, file or subcommand of the app; empty if there is none.
+std::string unexpected_argument(const CLI::App& app) {
+  const std::vector<std::string> extra = app.remaining();
+  if (extra.empty()) return "";
+  const bool option = extra.front().size() > 1 && extra.front().starts_with('-');
+  const std::string given = option ? extra.front().substr(0, extra.front().find('=')) : extra.front();
+  std::vector<std::string> names;
+  if (option) {
+    for (const CLI::Option* known : app.get_options())
+      for (const std::string& name : known->get_lnames()) names.push_back("--" + name);
+  } else {
+    for (const CLI::App* known : app.get_subcommands({})) names.push_back(known->get_name());
+  }
+  const std::string near = nearest_name(given, {names.begin(), names.end()});
+  return (option ? "unknown option " + given : "unexpected argument '" + given + "'") +
+         (near.empty() ? "" : "; did you mean " + near + "?");
+}
+
+}  // namespace
+
+std::optional<int> parse_command_line(CLI::App& app, const std::vector<std::string>& arguments) {
+  try {
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 expects reverse order.
+  } catch (const CLI::Success& done) {
+    return app.exit(done);
+  } catch (const CLI::ParseError& error) {
+    const std::string unexpected = unexpected_argument(app);
+    return wrong_usage(app, unexpected.empty() ? error.what() : unexpected);
+  }
+  return std::nullopt;
+}
+
+int wrong_usage(const CLI::App& app, std::string_view what) {
+  std::cerr << app.get_name() << ": " << what << "; see --help\n";
+  return kUsage;
+}
+
+int bad_input(const CLI::App& app, const Status& status) {
+  std::cerr << app.get_name() << ": " << status.message() << "\n";
+  return kBadInput;
+}
+
+CLI::Validator number_where(const std::string& range, const std::function<bool(double)>& holds) {
+  const auto check = [range, holds](const std::string& text) {
+    const std::optional<double> number = parse_number<double>(text);
+    return number && holds(*number) ? "" : "'" + text + "' is not " + range;
+  };
+  return {check, ""};
+}
+
+std::vector<std::pair<const CLI::Option*, std::size_t>> in_order(const CLI::App& app) {
+  std::map<const CLI::Option*, std::size_t> counts;
+  std::vector<std::pair<const CLI::Option*, std::size_t>> out;
+  for (const CLI::Option* option : app.parse_order()) out.emplace_back(option, counts[option]++);
+  return out;
+}
+
+}  // namespace lightwell

@@ -1,0 +1,69 @@
+// Command lines of the tools and of the measuring programs, parsed by CLI11.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include <lightwell/result.hpp>
+
+namespace lightwell {
+
+/// Exit status of the tools.
+enum Exit : int { kDone = 0, kBadInput = 1, kUsage = 2 };
+
+/// Parses the arguments after the program's name. nullopt if the program goes on; otherwise its exit status: kDone if
+/// --help was given and printed, kUsage after wrong usage, which is reported as by wrong_usage(). The report of an
+/// unknown option suggests the nearest known one.
+[[nodiscard]] std::optional<int> parse_command_line(CLI::App& app, const std::vector<std::string>& arguments);
+
+/// Writes "NAME: what; see --help" to stderr, with the name of the app, and returns kUsage.
+[[nodiscard]] int wrong_usage(const CLI::App& app, std::string_view what);
+
+/// Writes "NAME: " and the message to stderr and returns kBadInput.
+[[nodiscard]] int bad_input(const CLI::App& app, const Status& status);
+
+/// Accepts numbers that satisfy `holds`. `range` completes the message "'0' is not ...", for example "above 0".
+[[nodiscard]] CLI::Validator number_where(const std::string& range, const std::function<bool(double)>& holds);
+
+/// The options and files of a parsed command line in their order. The number counts the values of the same option
+/// from 0.
+[[nodiscard]] std::vector<std::pair<const CLI::Option*, std::size_t>> in_order(const CLI::App& app);
+
+/// An option whose value `parse` converts; `parse` returns a Result<T>, whose message is reported.
+template <class T, class Parse>
+CLI::Option* add_parsed_option(CLI::App& app, const std::string& name, T& value, Parse parse,
+                               const std::string& description) {
+  const auto take = [&value, name, parse](const std::string& text) {
+    auto parsed = parse(text);
+    if (!parsed) throw CLI::ValidationError(name, parsed.status().message());
+    value = std::move(*parsed);
+  };
+  return app.add_option_function<std::string>(name, take, description);
+}
+
+/// An option whose value is the name, by to_string(), of one of `values`, which must outlive the app.
+template <class T, class Values>
+CLI::Option* add_named_option(CLI::App& app, const std::string& name, T& value, const Values& values,
+                              const std::string& description) {
+  const auto take = [&value, name, &values](const std::string& text) {
+    std::string names;
+    for (const T known : values) {
+      if (to_string(known) == text) {
+        value = known;
+        return;
+      }
+      names += " " + std::string(to_string(known));
+    }
+    throw CLI::ValidationError(name, "'" + text + "' is not known; known are:" + names);
+  };
+  return app.add_option_function<std::string>(name, take, description);
+}
+
+}  // namespace lightwell

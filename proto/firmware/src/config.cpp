@@ -1,0 +1,254 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include <lightwell/config.hpp>
+#include <lightwell/files.hpp>
+#include <lightwell/mqtt.hpp>
+
+#include "config_message.hpp"
+#include "text_message.hpp"
+
+namespace lightwell {
+
+EstimatorConfig config_for_setting(EstimatorConfig config) {
+  double wider = 1;
+  switch (config.setting) {
+    case Setting::fast:
+      wider = 2;
+      break;
+    case Setting::balanced:
+      break;
+    case Setting::exact:
+      wider = 0;
+      break;
+  }
+  config.panorama.epsilon *= wider;
+  config.panorama.radiance_epsilon *= wider;
+  return config;
+}
+
+Result<MqttAddress> MqttConfig::address() const {
+  const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, "mqtt." + what); };
+  Result<MqttAddress> out = parse_mqtt_address(uri);
+  if (!out) return bad("uri: " + out.status().message());
+  const bool tls = out->transport == MqttTransport::tls;
+  if (security > LinkSecurity::mutual_tls) return bad("security is not known");
+  if (security == LinkSecurity::plain && tls) return bad("security: plain text contradicts mqtts://; leave one out");
+  if (security >= LinkSecurity::tls && !tls) return bad("security: TLS needs an address that begins with mqtts://");
+  if (security == LinkSecurity::mutual_tls && certificate_file.empty())
+    return bad("certificate_file is missing, which LINK_SECURITY_MUTUAL_TLS requires");
+  if (security == LinkSecurity::plain) out->plain_login = PlainLogin::allowed;
+  if (const Status s = check_plain_login(*out); !login_file.empty() && !s.ok())
+    return bad("login_file: " + s.message());
+  return out;
+}
+
+Status MqttConfig::validate() const {
+  const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, "mqtt." + what); };
+  const Result<MqttAddress> address = this->address();
+  if (!address) return address.status();
+  if (certificate_file.empty() != key_file.empty())
+    return bad("certificate_file and key_file must be given together or not at all");
+  if (address->transport == MqttTransport::plain && !(ca_file.empty() && certificate_file.empty()))
+    return bad("ca_file and certificate_file have no meaning without TLS: write mqtts://, or leave them out");
+  if (client_id.size() > 128) return bad("client_id is longer than 128 bytes");
+  return {};
+}
+
+Status CaptureSettings::validate() const {
+  constexpr double kMinWhiteBalance_k = 1000, kMaxWhiteBalance_k = 20'000;
+  const auto bad = [](const std::string& name, const std::string& field, const std::string& what) {
+    return Status(StatusCode::invalid_argument,
+                  name + ": " + what + " (camera." + field + ", or " + name + "= in the camera's URI)");
+  };
+  const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
+  if (exposure_s.size() > kMaxExposures)
+    return bad("exposure", "exposure_s", "a bracket has 1 to 8 exposures, not " + std::to_string(exposure_s.size()));
+  for (const double e : exposure_s)
+    if (!positive(e)) return bad("exposure", "exposure_s", std::to_string(e) + " is not above zero, in seconds");
+  if (gain && !positive(*gain)) return bad("gain", "gain", std::to_string(*gain) + " is not above zero");
+  if (white_balance_k && !(*white_balance_k >= kMinWhiteBalance_k && *white_balance_k <= kMaxWhiteBalance_k))
+    return bad("white_balance", "white_balance_k",
+               std::to_string(*white_balance_k) + " does not lie between 1000 and 20000 K");
+  if (colour_gains && !(positive((*colour_gains)[0]) && positive((*colour_gains)[1])))
+    return bad("colour_gains", "colour_gains", "there must be two gains above zero, of red and blue");
+  return {};
+}
+
+Status Config::validate() const {
+  const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
+  if (probe_name.empty() || probe_name.size() > 64) return bad("probe_name must have 1 to 64 characters");
+  if (camera.uri.empty()) return bad("camera.uri is missing: give the source of frames, for example \"sim:city\"");
+  if (camera.width < 16 || camera.height < 16 || camera.width > 16384 || camera.height > 16384)
+    return bad("camera size is " + std::to_string(camera.width) + "x" + std::to_string(camera.height) +
+               "; each of them must be 16 to 16384 pixels");
+  if (!(camera.frame_rate >= 0) || camera.frame_rate > 1000)
+    return bad("camera.frame_rate must be 0 (as fast as possible) to 1000 per second");
+  if (const Status s = camera.capture.validate(); !s.ok()) return s;
+  if (!(budget_ms >= 0) || !std::isfinite(budget_ms))
+    return bad("budget_ms must be milliseconds an estimate may take, or 0 for no budget");
+  if (estimator_kind == EstimatorKind::marker && !marker)
+    return bad(
+        "--estimator marker needs a body: name its file with --body or marker.body_file; lightwell-calibrate "
+        "marker-sheet creates one, and the sheet to print");
+  if (marker && marker->body_file.empty())
+    return bad("marker.body_file is missing: give the path of a file that lightwell-calibrate marker-sheet wrote");
+  if (marker && grey_patch)
+    return bad("grey_patch cannot be combined with marker, whose own albedo is known; leave one of them out");
+  if (mqtt)
+    if (Status s = mqtt->validate(); !s.ok()) return s;
+  if (mdns < Mdns::off || mdns > Mdns::on) return bad("discovery.mdns is not known");
+  if (const Status s = grpc.validate(); !s.ok()) return s;
+  return estimator.validate();
+}
+
+Status GrpcConfig::validate() const {
+  const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
+  if (security > LinkSecurity::mutual_tls) return bad("grpc.security is not known");
+  if (certificate.empty() != key.empty())
+    return bad(
+        "grpc.certificate and grpc.key belong together: name both files, or neither to let the probe make its own");
+  if (!encrypted() && (!certificate.empty() || !client_ca.empty()))
+    return bad(
+        "grpc.certificate, grpc.key and grpc.client_ca need grpc.security: LINK_SECURITY_TLS or "
+        "LINK_SECURITY_MUTUAL_TLS");
+  if (client_certificate_days < 1 || client_certificate_days > 7300)
+    return bad("grpc.client_certificate_days is " + std::to_string(client_certificate_days) + "; it must be 1 to 7300");
+  return {};
+}
+
+Status GreyPatch::validate(const RigParameters& rig) const {
+  const auto wrong = [](const std::string& what) {
+    return Status(StatusCode::invalid_argument, "grey_patch: " + what);
+  };
+  if (lens < 0 || static_cast<std::size_t>(lens) >= rig.lenses.size())
+    return wrong("lens must be 0 to " + std::to_string(rig.lenses.size() - 1) + ", as the calibration has them");
+  const LensParameters& l = rig.lenses[static_cast<std::size_t>(lens)];
+  if (width < 1 || height < 1 || x < 0 || y < 0 || width > l.width - x || height > l.height - y)
+    return wrong("x, y, width and height must lie within the picture");
+  const Vec3d n = vec_cast<double>(normal);
+  if (!(std::abs(dot(n, n) - 1) < 1e-3)) return wrong("normal must have length one");
+  if (!(albedo > 0 && albedo <= 1)) return wrong("albedo must be above 0 and at most 1");
+  return {};
+}
+
+namespace {
+
+Result<CaptureSettings> capture_of(const v1::CameraConfig& m) {
+  CaptureSettings out;
+  out.exposure_s.assign(m.exposure_s().begin(), m.exposure_s().end());
+  if (m.gain() != 0) out.gain = m.gain();
+  if (m.white_balance_k() != 0) out.white_balance_k = m.white_balance_k();
+  if (m.colour_gains_size() != 0 && m.colour_gains_size() != 2)
+    return Status(StatusCode::invalid_argument, "camera.colour_gains must be two numbers: red, blue");
+  if (m.colour_gains_size() == 2) out.colour_gains = std::array<double, 2>{m.colour_gains(0), m.colour_gains(1)};
+  return out;
+}
+
+GrpcConfig grpc_of(const v1::GrpcConfig& m) {
+  GrpcConfig out;
+  if (!m.listen_address().empty()) out.listen_address = m.listen_address();
+  out.security = static_cast<LinkSecurity>(m.security());
+  out.key_folder = m.key_folder();
+  out.certificate = m.certificate();
+  out.key = m.key();
+  out.client_ca = m.client_ca();
+  if (m.client_certificate_days() != 0)
+    out.client_certificate_days = static_cast<int>(std::min(m.client_certificate_days(), 1'000'000U));
+  return out;
+}
+
+Result<GreyPatch> grey_patch_of(const v1::GreyPatch& m) {
+  GreyPatch out;
+  out.lens = static_cast<int>(m.lens());
+  out.x = static_cast<int>(m.x());
+  out.y = static_cast<int>(m.y());
+  out.width = static_cast<int>(m.width());
+  out.height = static_cast<int>(m.height());
+  if (m.normal_size() != 0 && m.normal_size() != 3)
+    return Status(StatusCode::invalid_argument, "grey_patch.normal must be three numbers: x, y, z");
+  if (m.normal_size() == 3) out.normal = {m.normal(0), m.normal(1), m.normal(2)};
+  if (m.albedo() != 0) out.albedo = m.albedo();
+  return out;
+}
+
+MqttConfig mqtt_of(const v1::MqttConfig& m) {
+  MqttConfig out;
+  out.uri = m.uri();
+  out.ca_file = m.ca_file();
+  out.certificate_file = m.certificate_file();
+  out.key_file = m.key_file();
+  out.login_file = m.login_file();
+  out.client_id = m.client_id();
+  out.security = static_cast<LinkSecurity>(m.security());
+  return out;
+}
+
+/// The paths that are relative to the configuration's folder.
+std::vector<std::string*> paths_of(Config& c) {
+  std::vector<std::string*> paths = {&c.calibration,      &c.mounting, &c.grpc.key_folder,
+                                     &c.grpc.certificate, &c.grpc.key, &c.grpc.client_ca};
+  if (c.marker) paths.push_back(&c.marker->body_file);
+  if (c.mqtt)
+    paths.insert(paths.end(), {&c.mqtt->ca_file, &c.mqtt->certificate_file, &c.mqtt->key_file, &c.mqtt->login_file});
+  return paths;
+}
+
+}  // namespace
+
+Result<Config> parse_config(std::string_view text, const std::string& name, const std::string& camera_uri,
+                            std::optional<EstimatorKind> estimator) {
+  v1::Config m;
+  Config c;
+  if (const Status s = parse_text_message(text, name, m, c.warnings); !s.ok()) return s;
+  if (!m.probe_name().empty()) c.probe_name = m.probe_name();
+  c.camera.uri = camera_uri.empty() ? m.camera().uri() : camera_uri;
+  if (m.camera().width() != 0) c.camera.width = static_cast<int>(m.camera().width());
+  if (m.camera().height() != 0) c.camera.height = static_cast<int>(m.camera().height());
+  if (m.camera().frame_rate() != 0) c.camera.frame_rate = m.camera().frame_rate();
+  Result<CaptureSettings> capture = capture_of(m.camera());
+  if (!capture) return Status(capture.status().code(), name + ": " + capture.status().message());
+  c.camera.capture = std::move(*capture);
+  c.calibration = m.calibration();
+  c.mounting = m.mounting();
+  const EstimatorKind kind = estimator.value_or(m.has_marker() ? EstimatorKind::marker : EstimatorKind::panorama);
+  const ReceivedUpdate set = update_of(m.estimator(), kind);
+  for (const std::string& warning : set.warnings) c.warnings.push_back(name + ": " + warning);
+  c.estimator = updated({}, set.update);
+  c.grpc = grpc_of(m.grpc());
+  c.record_path = m.record().path();
+  c.budget_ms = m.budget_ms();
+  if (m.has_grey_patch()) {
+    const Result<GreyPatch> patch = grey_patch_of(m.grey_patch());
+    if (!patch) return Status(patch.status().code(), name + ": " + patch.status().message());
+    c.grey_patch = *patch;
+  }
+  if (m.has_marker()) c.marker = MarkerConfig{m.marker().body_file()};
+  if (m.has_usb_gadget()) {
+    c.usb_gadget.emplace();
+    if (!m.usb_gadget().functionfs_mount().empty()) c.usb_gadget->functionfs_mount = m.usb_gadget().functionfs_mount();
+  }
+  if (m.has_mqtt()) c.mqtt = mqtt_of(m.mqtt());
+  if (m.discovery().mdns() != 0) c.mdns = static_cast<Mdns>(m.discovery().mdns());
+  if (const Status s = c.validate(); !s.ok()) return Status(s.code(), name + ": " + s.message());
+  if (const Status s = c.estimator.validate(kind); !s.ok()) return Status(s.code(), name + ": " + s.message());
+  // After validate(), because the command line may still name the marker's body.
+  c.estimator_kind = kind;
+  return c;
+}
+
+Result<Config> load_config(const std::string& path, const std::string& camera_uri,
+                           std::optional<EstimatorKind> estimator) {
+  const Result<std::string> text = read_text_file(path);
+  if (!text) return text.status();
+  Result<Config> config = parse_config(*text, path, camera_uri, estimator);
+  if (!config) return config.status();
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  for (std::string* file : paths_of(*config))
+    if (!file->empty()) *file = (folder / *file).string();
+  return config;
+}
+
+}  // namespace lightwell

@@ -1,0 +1,181 @@
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <lightwell/framing.hpp>
+#include <lightwell/probe_calls.hpp>
+#include <lightwell/time.hpp>
+
+#include "config_message.hpp"
+#include "lightwell/v1/link_message.pb.h"
+#include "status_message.hpp"
+
+namespace lightwell {
+namespace {
+
+/// Names of the fields of a request that a running probe cannot change.
+std::string fixed_fields(const v1::Config& config) {
+  std::vector<const google::protobuf::FieldDescriptor*> set;
+  config.GetReflection()->ListFields(config, &set);
+  std::string names;
+  for (const auto* field : set)
+    if (field->number() != v1::Config::kEstimatorFieldNumber) names += (names.empty() ? "" : ", ") + field->name();
+  return names;
+}
+
+/// Number of the first field that this version does not know (set by a newer client); 0 if there is none.
+int unknown_field(const google::protobuf::Message& m) {
+  const google::protobuf::Reflection& values = *m.GetReflection();
+  if (const auto& unknown = values.GetUnknownFields(m); !unknown.empty()) return unknown.field(0).number();
+  std::vector<const google::protobuf::FieldDescriptor*> set;
+  values.ListFields(m, &set);
+  for (const auto* field : set)
+    if (field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE)
+      if (const int number = unknown_field(values.GetMessage(m, field)); number != 0) return number;
+  return 0;
+}
+
+template <class Message>
+Result<Message> parsed(std::string_view request) {
+  Message m;
+  if (m.ParseFromArray(request.data(), static_cast<int>(request.size()))) return m;
+  return Status(StatusCode::data_loss, "the request is not a message of proto/lightwell/v1/probe_service.proto");
+}
+
+void answer_info(const StatusSnapshot& status, v1::InfoResponse& response) {
+  fill_status(status, response);
+  // The clock is read last, so that the time of the other work does not count as transmission delay.
+  response.set_clock_now_ns(static_cast<std::uint64_t>(monotonic_now_ns()));
+}
+
+void answer_get_config(const Commands& commands, v1::GetConfigResponse& response) {
+  response.set_kind(static_cast<v1::EstimatorKind>(commands.estimator_kind()));
+  *response.mutable_estimator() = message_of(commands.estimator());
+}
+
+Status answer_set_config(const v1::Config& config, Commands& commands, v1::SetConfigResponse& response) {
+  if (const std::string fixed = fixed_fields(config); !fixed.empty())
+    return {StatusCode::failed_precondition,
+            fixed +
+                ": only `estimator` can change while the probe runs; change the rest in "
+                "the configuration file and restart lightwelld"};
+  if (!config.has_estimator()) return {StatusCode::invalid_argument, "no field is set"};
+  if (const int number = unknown_field(config.estimator()); number != 0)
+    return {StatusCode::invalid_argument,
+            "estimator has a field, number " + std::to_string(number) +
+                ", that this probe does not know; is its firmware older than the client?"};
+  // Fields that are not in the request keep their values.
+  const ReceivedUpdate parsed_request = update_of(config.estimator(), commands.estimator_kind());
+  for (const std::string& warning : parsed_request.warnings) response.add_warnings(warning);
+  if (Status done = commands.update_estimator(parsed_request.update); !done.ok()) return done;
+  answer_get_config(commands, *response.mutable_now());
+  return {};
+}
+
+Result<double> answer_report_lux(const v1::ReportLuxRequest& request, Commands& commands) {
+  const Vec3d normal = normalized(Vec3d{request.normal_x(), request.normal_y(), request.normal_z()});
+  if (normal == Vec3d{}) return Status(StatusCode::invalid_argument, "the normal is zero or not finite");
+  if (!(request.lux() > 0) || !std::isfinite(request.lux()))
+    return Status(StatusCode::invalid_argument, "lux must be positive and finite");
+  return commands.report_lux(request.lux(), normal);
+}
+
+/// Longer texts are truncated.
+constexpr std::size_t kMaxTextBytes = 1024;
+
+std::string truncated(std::string text) {
+  if (text.size() <= kMaxTextBytes) return text;
+  std::size_t end = kMaxTextBytes;
+  // Truncate between characters, because protobuf strings must be UTF-8.
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+  text.resize(end);
+  return text;
+}
+
+/// Truncates the texts of a status so that the response keeps its size limit, whatever name a camera has.
+StatusSnapshot with_short_texts(StatusSnapshot status) {
+  for (std::string* text : {&status.probe_name, &status.version, &status.camera}) *text = truncated(std::move(*text));
+  return status;
+}
+
+Status answer(const v1::LinkRequest& request, Commands& commands, v1::LinkResponse& response) {
+  switch (request.ask_case()) {
+    case v1::LinkRequest::kInfo:
+      answer_info(with_short_texts(commands.status()), *response.mutable_info());
+      return {};
+    case v1::LinkRequest::kSetConfig: {
+      Status done = answer_set_config(request.set_config().config(), commands, *response.mutable_set_config());
+      if (!done.ok()) response.clear_set_config();
+      return done;
+    }
+    case v1::LinkRequest::kReportLux: {
+      const Result<double> scale = answer_report_lux(request.report_lux(), commands);
+      if (scale) response.mutable_report_lux()->set_scale(*scale);
+      return scale.status();
+    }
+    case v1::LinkRequest::kGetConfig:
+      answer_get_config(commands, *response.mutable_get_config());
+      return {};
+    case v1::LinkRequest::ASK_NOT_SET:
+      break;
+  }
+  return {StatusCode::invalid_argument,
+          "this kind of request is not known to the probe; is its firmware older than the SDK?"};
+}
+
+}  // namespace
+
+Result<std::string> answer_probe_call(ProbeCall call, std::string_view request, Commands& commands) {
+  switch (call) {
+    case ProbeCall::info: {
+      const auto parsed_request = parsed<v1::InfoRequest>(request);
+      if (!parsed_request) return parsed_request.status();
+      v1::InfoResponse response;
+      answer_info(commands.status(), response);
+      return response.SerializeAsString();
+    }
+    case ProbeCall::set_config: {
+      const auto parsed_request = parsed<v1::SetConfigRequest>(request);
+      if (!parsed_request) return parsed_request.status();
+      v1::SetConfigResponse response;
+      if (Status done = answer_set_config(parsed_request->config(), commands, response); !done.ok()) return done;
+      return response.SerializeAsString();
+    }
+    case ProbeCall::report_lux: {
+      const auto parsed_request = parsed<v1::ReportLuxRequest>(request);
+      if (!parsed_request) return parsed_request.status();
+      const Result<double> scale = answer_report_lux(*parsed_request, commands);
+      if (!scale) return scale.status();
+      v1::ReportLuxResponse response;
+      response.set_scale(*scale);
+      return response.SerializeAsString();
+    }
+    case ProbeCall::get_config: {
+      const auto parsed_request = parsed<v1::GetConfigRequest>(request);
+      if (!parsed_request) return parsed_request.status();
+      v1::GetConfigResponse response;
+      answer_get_config(commands, response);
+      return response.SerializeAsString();
+    }
+  }
+  return Status(StatusCode::invalid_argument, "unknown call of ProbeService");
+}
+
+Status answer_link_request(std::span<const std::byte> request, Commands& commands, std::vector<std::byte>& response) {
+  response.clear();
+  v1::LinkRequest link_request;
+  if (request.size() > kMaxLinkMessageBytes ||
+      !link_request.ParseFromArray(request.data(), static_cast<int>(request.size())))
+    return {StatusCode::data_loss, "not a LinkRequest"};
+  v1::LinkResponse m;
+  m.set_id(link_request.id());
+  const Status done = answer(link_request, commands, m);
+  // The numbers are equal: src/link_message.cpp asserts it.
+  m.set_code(static_cast<v1::LinkCode>(done.code()));
+  m.set_message(truncated(done.message()));
+  response.resize(m.ByteSizeLong());
+  m.SerializeToArray(response.data(), static_cast<int>(response.size()));
+  return {};
+}
+
+}  // namespace lightwell
