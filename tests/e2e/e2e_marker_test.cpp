@@ -17,9 +17,9 @@
 #include <lightwell/marker_body.hpp>
 
 #include "calibration/model/camera_model.hpp"
-#include "imaging/image_file.hpp"
 #include "e2e/daemon.hpp"
 #include "e2e/light_truth.hpp"
+#include "imaging/image_file.hpp"
 #include "measure/traced_frames.hpp"
 
 namespace lightwell::test {

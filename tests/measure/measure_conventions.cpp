@@ -54,7 +54,7 @@ void report(const char* figure, int lights, auto&& work) {
 
 int main() {
   ConversionOptions quick;
-  quick.residual = Residual::outliers;
+  quick.residual = Residual::left_out;
   const ConversionOptions full;
   const Pose pose{Quat::about({0, 1, 0}, 1), {}};
   for (const int lights : {0, 1, 8, 64}) {

@@ -97,14 +97,14 @@ eval::Chart chart_of(const std::vector<Choice>& all, const std::vector<Cost>& co
   eval::Chart chart;
   chart.width = 3 * kWidth;
   chart.height = kTop + kHeight + 60;
-  chart.words.push_back(
+  chart.texts.push_back(
       {"What accuracy costs an application: medians of eight real panoramas, 30 descriptors and 5 maps a second",
        {20, 32},
        20,
        black,
        eval::Anchor::start,
        true});
-  chart.words.push_back(
+  chart.texts.push_back(
       {"Colour: highest band (grey 0, blue 1, orange 2, green 4, violet 6). Number: lights; with a map its edge "
        "(squares).",
        {20, 58},
@@ -143,19 +143,19 @@ eval::Chart chart_of(const std::vector<Choice>& all, const std::vector<Cost>& co
     for (const double v : ticks(x0, x1)) {
       chart.strokes.push_back({{{px(v), py(y0)}, {px(v), py(y1)}}, faint});
       std::snprintf(text, sizeof text, "%g", v);
-      chart.words.push_back({text, {px(v), py(y0) + 18}, 13, black, eval::Anchor::middle});
+      chart.texts.push_back({text, {px(v), py(y0) + 18}, 13, black, eval::Anchor::middle});
     }
     for (const double v : ticks(y0, y1)) {
       chart.strokes.push_back({{{px(x0), py(v)}, {px(x1), py(v)}}, faint});
       std::snprintf(text, sizeof text, "%g", v);
-      chart.words.push_back({text, {px(x0) - 6, py(v) + 5}, 13, black, eval::Anchor::end});
+      chart.texts.push_back({text, {px(x0) - 6, py(v) + 5}, 13, black, eval::Anchor::end});
     }
-    chart.words.push_back({p.title, {p.left + kPad, kTop - 4}, 15, black, eval::Anchor::start, true});
+    chart.texts.push_back({p.title, {p.left + kPad, kTop - 4}, 15, black, eval::Anchor::start, true});
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (!p.shows(all[i])) continue;
       const eval::ChartPoint at{px(p.cost(costs[i])), py(p.error(costs[i]))};
       chart.marks.push_back({at, 5, of_band[all[i].band], true, all[i].edge > 0});
-      chart.words.push_back({std::to_string(all[i].edge > 0 ? all[i].edge : all[i].lights),
+      chart.texts.push_back({std::to_string(all[i].edge > 0 ? all[i].edge : all[i].lights),
                              {at.x + 7, at.y - 5},
                              12,
                              of_band[all[i].band]});

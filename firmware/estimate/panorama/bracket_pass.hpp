@@ -10,9 +10,9 @@
 #include <lightwell/calibration.hpp>
 
 #include "calibration/model/lens_table.hpp"
-#include "imaging/frame.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/kernels/bracket_rows.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::estimate {
 

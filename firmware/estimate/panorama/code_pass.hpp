@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "calibration/model/lens_table.hpp"
-#include "imaging/frame.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/code_weights.hpp"
 #include "estimate/panorama/kernels/block_light.hpp"
 #include "estimate/panorama/kernels/lane_sums.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::estimate {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "calibration/model/lens_table.hpp"
-#include "imaging/frame.hpp"
 #include "estimate/common/flicker.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::estimate {
 

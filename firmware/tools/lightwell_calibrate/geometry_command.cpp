@@ -13,10 +13,10 @@
 
 #include <CLI/CLI.hpp>
 
-#include "calibration/solve/geometry/coverage.hpp"
-#include "calibration/solve/geometry/geometry.hpp"
 #include "calibration/model/lens_pair.hpp"
 #include "calibration/model/projection.hpp"
+#include "calibration/solve/geometry/coverage.hpp"
+#include "calibration/solve/geometry/geometry.hpp"
 #include "pose/rectified_view.hpp"
 #include "pose/tag_detector.hpp"
 #include "tools/lightwell_calibrate/arguments.hpp"

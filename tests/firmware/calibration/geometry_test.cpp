@@ -7,8 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "calibration/solve/geometry/board_pose.hpp"
 #include "calibration/model/projection.hpp"
+#include "calibration/solve/geometry/board_pose.hpp"
 #include "firmware/calibration/lens_trials.hpp"
 #include "firmware/calibration/shown_boards.hpp"
 

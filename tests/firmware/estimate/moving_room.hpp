@@ -10,8 +10,8 @@
 #include <random>
 #include <vector>
 
-#include "imaging/frame.hpp"
 #include "estimate/common/flicker.hpp"
+#include "imaging/frame.hpp"
 #include "sim/flicker.hpp"
 #include "sim/panorama.hpp"
 

@@ -9,9 +9,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "imaging/image_file.hpp"
 #include "firmware/tools/calibrate_words.hpp"
 #include "firmware/tools/printed_tags.hpp"
+#include "imaging/image_file.hpp"
 #include "support/child.hpp"
 #include "support/temp_dir.hpp"
 #include "tools/lightwell_calibrate/board_command.hpp"

@@ -6,11 +6,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "imaging/image_file.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "firmware/calibration/lens_trials.hpp"
 #include "firmware/pose/tags_around.hpp"
 #include "firmware/tools/calibrate_words.hpp"
+#include "imaging/image_file.hpp"
 #include "sim/panorama.hpp"
 #include "sim/render.hpp"
 #include "sim/scene.hpp"

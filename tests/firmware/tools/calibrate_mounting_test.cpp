@@ -11,9 +11,9 @@
 
 #include <lightwell/mounting.hpp>
 
-#include "imaging/image_file.hpp"
 #include "firmware/pose/mounting_room.hpp"
 #include "firmware/tools/calibrate_words.hpp"
+#include "imaging/image_file.hpp"
 #include "support/temp_dir.hpp"
 #include "tools/lightwell_calibrate/mounting_command.hpp"
 #include "tools/lightwell_calibrate/world_tags.hpp"

@@ -18,9 +18,9 @@
 
 #include "calibration/model/camera_model.hpp"
 #include "calibration/model/response.hpp"
-#include "imaging/image_file.hpp"
 #include "firmware/calibration/photometry/lamp_picture.hpp"
 #include "firmware/calibration/photometry/simulated_camera.hpp"
+#include "imaging/image_file.hpp"
 #include "sim/rigs.hpp"
 #include "sim/sensor.hpp"
 #include "support/temp_dir.hpp"

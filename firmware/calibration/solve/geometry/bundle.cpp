@@ -12,9 +12,9 @@
 #include <ceres/normal_prior.h>
 #include <glog/logging.h>
 
+#include "calibration/model/projection.hpp"
 #include "calibration/solve/geometry/covariance.hpp"
 #include "calibration/solve/geometry/twist.hpp"
-#include "calibration/model/projection.hpp"
 
 namespace lightwell::calibration {
 namespace {

@@ -10,8 +10,8 @@
 
 #include <Eigen/Dense>
 
-#include "calibration/solve/geometry/initial.hpp"
 #include "calibration/model/projection.hpp"
+#include "calibration/solve/geometry/initial.hpp"
 
 namespace lightwell::calibration {
 namespace {

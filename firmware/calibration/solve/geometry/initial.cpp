@@ -8,8 +8,8 @@
 
 #include <ceres/ceres.h>
 
-#include "calibration/solve/geometry/board_pose.hpp"
 #include "calibration/model/projection.hpp"
+#include "calibration/solve/geometry/board_pose.hpp"
 
 namespace lightwell::calibration {
 namespace {

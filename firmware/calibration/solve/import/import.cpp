@@ -10,9 +10,9 @@
 #include <numbers>
 #include <variant>
 
+#include "calibration/model/lens_pair.hpp"
 #include "calibration/solve/import/field_of_view.hpp"
 #include "calibration/solve/import/readers.hpp"
-#include "calibration/model/lens_pair.hpp"
 
 namespace lightwell {
 

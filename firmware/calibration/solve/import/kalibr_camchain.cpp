@@ -5,10 +5,10 @@
 #include <cmath>
 #include <iterator>
 
+#include "calibration/model/lens_pair.hpp"
 #include "calibration/solve/import/camera_fields.hpp"
 #include "calibration/solve/import/readers.hpp"
 #include "calibration/solve/import/yaml_map.hpp"
-#include "calibration/model/lens_pair.hpp"
 
 namespace lightwell {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/solve/photometry/robust.hpp"
 #include "calibration/model/response.hpp"
+#include "calibration/solve/photometry/robust.hpp"
 
 namespace lightwell::photometry {
 namespace {

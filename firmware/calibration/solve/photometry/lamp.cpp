@@ -6,8 +6,8 @@
 
 #include "calibration/model/camera_model.hpp"
 #include "calibration/model/lens_table.hpp"
-#include "calibration/solve/photometry/robust.hpp"
 #include "calibration/model/response.hpp"
+#include "calibration/solve/photometry/robust.hpp"
 
 namespace lightwell::photometry {
 namespace {

@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
-#include "calibration/solve/photometry/robust.hpp"
 #include "calibration/model/response.hpp"
+#include "calibration/solve/photometry/robust.hpp"
 
 namespace lightwell::photometry {
 namespace {

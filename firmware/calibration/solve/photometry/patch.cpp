@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "calibration/solve/photometry/robust.hpp"
 #include "calibration/model/response.hpp"
+#include "calibration/solve/photometry/robust.hpp"
 
 namespace lightwell::photometry {
 namespace {

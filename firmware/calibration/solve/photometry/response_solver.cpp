@@ -6,10 +6,10 @@
 #include <string>
 #include <utility>
 
+#include "calibration/model/response.hpp"
 #include "calibration/solve/photometry/picture.hpp"
 #include "calibration/solve/photometry/response_fit.hpp"
 #include "calibration/solve/photometry/robust.hpp"
-#include "calibration/model/response.hpp"
 
 namespace lightwell::photometry {
 namespace {
