@@ -204,7 +204,7 @@ TEST(Config, DeprecatedFieldsDoNothingForAMarkerAndSaySo) {
   ASSERT_TRUE(c.ok()) << c.status().message();
   EXPECT_EQ(c->estimator, EstimatorConfig{});
   ASSERT_EQ(c->warnings.size(), 1U);
-  EXPECT_NE(c->warnings[0].find("estimator.epsilon does nothing"), std::string::npos) << c->warnings[0];
+  EXPECT_NE(c->warnings[0].find("estimator.epsilon has no effect"), std::string::npos) << c->warnings[0];
 }
 
 TEST(Config, AnOptionOfAnotherEstimatorIsRefusedByName) {
