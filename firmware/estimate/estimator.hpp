@@ -7,8 +7,8 @@
 #include <lightwell/estimator_config.hpp>
 #include <lightwell/result.hpp>
 
-#include "imaging/frame.hpp"
 #include "estimate/common/clipped_energy.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell {
 

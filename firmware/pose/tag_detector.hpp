@@ -63,9 +63,9 @@ struct TagDetectorOptions {
   /// to six times as long: see contrast_above_noise().
   int min_contrast = 5;
   CornerRefinement corners = CornerRefinement::edge_fit;
-  /// Linear intensity for each of the 256 pixel values (linear_table() of calibration/model/response.hpp); empty: the values
-  /// are linear. In an encoded picture (sRGB), the centre of a blurred edge is not half way between the values: without
-  /// this table every tag appears up to half a pixel larger or smaller.
+  /// Linear intensity for each of the 256 pixel values (linear_table() of calibration/model/response.hpp); empty: the
+  /// values are linear. In an encoded picture (sRGB), the centre of a blurred edge is not half way between the values:
+  /// without this table every tag appears up to half a pixel larger or smaller.
   std::vector<float> linear;
   /// Angle from the lens axis beyond which rectified views are searched, rad, 0 to 4. That takes two to five times as
   /// long as the search of the picture.

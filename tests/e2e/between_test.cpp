@@ -263,7 +263,7 @@ TEST_F(PinnedChainTest, APinnedAuthorityIsOnlyTrustedForTheProbesName) {
   const Result<Probe> refused = connect(other.uri(), c);
   ASSERT_FALSE(refused.ok());
   EXPECT_THAT(refused.status().message(),
-              AllOf(HasSubstr("does not name probe.lightwell.internal"), HasSubstr("`ca`")));
+              AllOf(HasSubstr("is not valid for probe.lightwell.internal"), HasSubstr("`ca`")));
   EXPECT_EQ(other.recorded(), "");
   const Impostor named(authority_.chain_for(kProbeHostName, "other_key.pem"), other_key_);
   EXPECT_FALSE(connect(named.uri(), c).ok());

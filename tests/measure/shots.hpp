@@ -12,8 +12,8 @@
 #include <lightwell/pixel.hpp>
 #include <lightwell/status.hpp>
 
-#include "imaging/frame.hpp"
 #include "estimate/estimator.hpp"
+#include "imaging/frame.hpp"
 #include "sim/render.hpp"
 #include "sim/scene.hpp"
 #include "sim/sensor.hpp"

@@ -10,8 +10,8 @@
 #include <lightwell/estimator_config.hpp>
 #include <lightwell/pixel.hpp>
 
-#include "imaging/frame.hpp"
 #include "estimate/estimator.hpp"
+#include "imaging/frame.hpp"
 #include "sim/scene.hpp"
 
 namespace lightwell::measure {

@@ -138,8 +138,8 @@ TEST_F(Files, SymbolicLinkIsFollowedIfItsOwnerIsTrusted) {
 
 TEST_F(Files, FolderThatIsALinkAFileOrForeignIsRefused) {
   std::filesystem::create_directory_symlink(keys_, folder_.path("link"));
-  EXPECT_THAT(make_private_folder(folder_.path("link")).message(), AllOf(HasSubstr("link"), HasSubstr("no folder")));
-  EXPECT_THAT(make_private_folder(folder_.write("file", "x")).message(), HasSubstr("no folder"));
+  EXPECT_THAT(make_private_folder(folder_.path("link")).message(), AllOf(HasSubstr("link"), HasSubstr("not a folder")));
+  EXPECT_THAT(make_private_folder(folder_.write("file", "x")).message(), HasSubstr("not a folder"));
   EXPECT_TRUE(make_private_folder(keys_ + "/new/keys").ok());
   EXPECT_EQ(facts_of(keys_ + "/new/keys").st_mode & 0777, 0700U);
 }

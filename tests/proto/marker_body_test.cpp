@@ -79,7 +79,7 @@ TEST(MarkerBody, TagNumbersAreUniqueAndNonNegative) {
               }),
               HasSubstr("more than 64 faces"));
   EXPECT_THAT(refusal([](MarkerBody& b) { b.faces[0].tag_id = -1; }), HasSubstr("tag_id must not be negative"));
-  EXPECT_THAT(refusal([](MarkerBody& b) { b.faces.push_back(b.faces[0]); }), HasSubstr("face of tag 3: there twice"));
+  EXPECT_THAT(refusal([](MarkerBody& b) { b.faces.push_back(b.faces[0]); }), HasSubstr("face of tag 3: occurs twice"));
 }
 
 TEST(MarkerBody, FacePosesAreChecked) {

@@ -5,9 +5,9 @@
 #include <filesystem>
 
 #include "calibration/model/camera_model.hpp"
+#include "calibration/model/response.hpp"
 #include "calibration/solve/photometry/extraction.hpp"
 #include "calibration/solve/photometry/lamp.hpp"
-#include "calibration/model/response.hpp"
 #include "tools/lightwell_calibrate/photometry_input.hpp"
 
 namespace lightwell::calibrate {

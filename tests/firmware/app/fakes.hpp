@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "imaging/frame.hpp"
 #include "estimate/estimator.hpp"
+#include "imaging/frame.hpp"
 #include "link/link.hpp"
 
 namespace lightwell::test {

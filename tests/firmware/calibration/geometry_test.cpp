@@ -157,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(
     Boards, OtherwisePrinted,
     testing::Values(Printed{"Cylinder", {.bend = shown::Bend::cylinder}, "is not flat: its points span 2.0"},
                     Printed{"Sphere", {.bend = shown::Bend::sphere}, "is not flat: its points span 4.1"},
-                    Printed{"WiderSpacing", {.spacing = 0.32}, "its tags are 1.5"}),
+                    Printed{"WiderSpacing", {.spacing = 0.32}, "differs from its description by 1.5"}),
     [](const auto& each) { return std::string(each.param.name); });
 
 TEST(OtherwisePrintedBoard, ThatIsFlatHasNoShape) {

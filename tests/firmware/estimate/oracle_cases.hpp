@@ -10,9 +10,9 @@
 #include <lightwell/calibration.hpp>
 
 #include "calibration/model/lens_table.hpp"
-#include "imaging/frame.hpp"
 #include "estimate/common/cells.hpp"
 #include "estimate/panorama/blocks.hpp"
+#include "imaging/frame.hpp"
 #include "reference/block_light.hpp"
 #include "reference/random_scene.hpp"
 

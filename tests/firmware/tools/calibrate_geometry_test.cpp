@@ -158,7 +158,8 @@ TEST(CalibrateGeometry, ReportsPicturesWithoutTagsAndAWrongBoardSpacing) {
                              out.path("wall.png"), "--output", out.path("rig.textproto")});
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("wall.png shows no tag of a board"));
-  EXPECT_THAT(result.err, HasSubstr("stated.yaml': its tags are -1.5"));
+  EXPECT_THAT(result.err,
+              HasSubstr("stated.yaml': the distance between its tags differs from its description by -1.5"));
   EXPECT_THAT(result.out, HasSubstr("pictures were read with the response: sRGB"));
   const Result<RigParameters> rig = load_calibration(out.path("rig.textproto"));
   ASSERT_TRUE(rig) << rig.status().message();

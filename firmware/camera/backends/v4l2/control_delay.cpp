@@ -131,7 +131,8 @@ Result<std::optional<int>> measure_with(Device& device, StepMeter& meter, std::u
     max_delay = std::max(max_delay, **delay);
   }
   if (min_delay != max_delay)
-    return not_measured(device, "it took " + std::to_string(min_delay) + " to " + std::to_string(max_delay) + " frames");
+    return not_measured(device,
+                        "it took " + std::to_string(min_delay) + " to " + std::to_string(max_delay) + " frames");
   return std::optional(min_delay);
 }
 

@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "imaging/frame.hpp"
 #include "estimate/panorama/kernels/ycbcr_planes.hpp"
+#include "imaging/frame.hpp"
 
 namespace lightwell::estimate {
 

@@ -8,8 +8,8 @@
 
 #include "calibration/model/camera_model.hpp"
 #include "calibration/model/lens_table.hpp"
-#include "imaging/frame.hpp"
 #include "firmware/estimate/extremes/scene.hpp"
+#include "imaging/frame.hpp"
 #include "reference/vector.hpp"
 
 namespace lightwell::extremes {
