@@ -109,8 +109,8 @@ def pareto_figure(document):
     figure = Figure(figsize=(15, 1.2 + sum(panel.height for panel in panels)), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
     figure.suptitle(
-        f"Lightwell: what accuracy costs\n{len(document['scenes'])} scenes through a pair of lenses, 2 x 640x480 unless "
-        f"said otherwise. One thread; memcpy here {document['memcpy_gb_per_s']:.1f} GB/s.\n"
+        f"Lightwell: what accuracy costs\n{len(document['scenes'])} scenes through a pair of lenses, 2 x 640x480 "
+        f"unless said otherwise. One thread; memcpy here {document['memcpy_gb_per_s']:.1f} GB/s.\n"
         "Filled: on the front of time, bytes, error and bound, of one camera. Lines: the best for the cost.")
     all_axes = figure.subplots(len(panels), squeeze=False, gridspec_kw={"height_ratios": [p.height for p in panels]})
     for panel, axes in zip(panels, all_axes[:, 0]):

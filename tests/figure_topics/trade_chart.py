@@ -21,8 +21,8 @@ PANELS = [("irradiance error, %, over bytes a second", "bytes_per_s", "irradianc
 def draw(items, path):
     figure = Figure(figsize=(18.6, 7), dpi=100, layout="constrained")
     figure.suptitle("What accuracy costs an application: medians of eight real panoramas, 30 descriptors and 5 maps a "
-                    "second\nColour: highest band (grey 0, blue 1, orange 2, green 4, violet 6). Number: lights; with a "
-                    "map its edge (squares).")
+                    "second\nColour: highest band (grey 0, blue 1, orange 2, green 4, violet 6). Number: lights; with "
+                    "a map its edge (squares).")
     for (title, cost, error, shows), axes in zip(PANELS, figure.subplots(1, len(PANELS))):
         axes.set(xscale="log", yscale="log")
         axes.set_title(title, loc="left", weight="bold")

@@ -43,9 +43,8 @@ TEST(FrameLog, WritesALineOfJsonPerFrame) {
   std::ifstream file(folder.path("log"));
   std::string line;
   ASSERT_TRUE(std::getline(file, line)) << "readable while the program still runs";
-  EXPECT_EQ(line,
-            R"({"stream":2,"number":7,"began_ns":5000001000,"pts":5000001,"exposure_s":0.0003,"gain":2.5,)"
-            R"("kelvin":5000,"bytes":100,"sent":60,"outcome":"replaced"})");
+  EXPECT_EQ(line, R"({"stream":2,"number":7,"began_ns":5000001000,"pts":5000001,"exposure_s":0.0003,"gain":2.5,)"
+                  R"("kelvin":5000,"bytes":100,"sent":60,"outcome":"replaced"})");
   EXPECT_TRUE(std::getline(file, line));
   EXPECT_FALSE(std::getline(file, line));
 }
