@@ -5,18 +5,16 @@
 #include <iostream>
 #include <optional>
 
+#include <systemd/sd-daemon.h>
+
 #include <lightwell/descriptor.hpp>
-#include <lightwell/mounting.hpp>
 #include <lightwell/text.hpp>
 
-#include "app/backend_table.hpp"
-#include "app/estimator_table.hpp"
+#include "app/component_tables.hpp"
 #include "app/log.hpp"
 #include "app/network.hpp"
 #include "app/pipeline.hpp"
-#include "app/service_manager.hpp"
 #include "camera/frame_recorder.hpp"
-#include "link/access/bind_policy.hpp"
 
 namespace lightwell {
 namespace {
@@ -30,54 +28,44 @@ struct DaemonComponents {
   std::optional<UncertainPose> mounting;
 };
 
+std::string size_text(int lenses, int width, int height) {
+  return std::to_string(lenses) + " x " + std::to_string(width) + "x" + std::to_string(height);
+}
+
 /// Checks that calibration and camera agree in the number and size of lenses; otherwise every frame would be refused.
 Status check_calibration_size(const RigParameters& rig, const CameraInfo& camera) {
-  const auto size = [](std::size_t lenses, int width, int height) {
-    return std::to_string(lenses) + " x " + std::to_string(width) + "x" + std::to_string(height);
-  };
+  const std::string delivered = size_text(camera.lenses, camera.width, camera.height);
   for (const LensParameters& lens : rig.lenses)
-    if (rig.lenses.size() != static_cast<std::size_t>(camera.lenses) || lens.width != camera.width ||
-        lens.height != camera.height)
-      return {StatusCode::invalid_argument,
-              "the calibration is for " + size(rig.lenses.size(), lens.width, lens.height) + " pixels, camera " +
-                  camera.name + " delivers " +
-                  size(static_cast<std::size_t>(camera.lenses), camera.width, camera.height) +
-                  ": calibrate at this size, or set camera.width and camera.height to the calibration's"};
+    if (const std::string size = size_text(static_cast<int>(rig.lenses.size()), lens.width, lens.height);
+        size != delivered)
+      return invalid_argument("the calibration is for " + size + " pixels, camera " + camera.name + " delivers " +
+                              delivered +
+                              ": calibrate at this size, or set camera.width and camera.height to the calibration's");
   return {};
 }
 
 Result<DaemonComponents> make_components(const Config& config) {
   DaemonComponents components;
-  Result<std::unique_ptr<CameraBackend>> camera = make_backend(config.camera);
-  if (!camera) return camera.status();
-  components.camera = std::move(*camera);
-  Result<CameraInfo> info = components.camera->open();
-  if (!info) return info.status();
-  components.info = std::move(*info);
-  log_info("camera " + components.info.name + ": " + std::to_string(components.info.lenses) + " x " +
-           std::to_string(components.info.width) + "x" + std::to_string(components.info.height) + " " +
-           std::string(to_string(components.info.format)));
-  for (const std::string& note : components.info.notes) log_info("camera: " + note);
+  CameraInfo& info = components.info;
+  if (Status s = make_backend(config.camera).assign_to(components.camera); !s.ok()) return s;
+  if (Status s = components.camera->open().assign_to(info); !s.ok()) return s;
+  log_info("camera " + info.name + ": " + size_text(info.lenses, info.width, info.height) + " " +
+           std::string(to_string(info.format)));
+  for (const std::string& note : info.notes) log_info("camera: " + note);
   if (!config.calibration.empty()) {
-    Result<RigParameters> rig = load_calibration(config.calibration);
-    if (!rig) return rig.status();
-    components.rig = std::move(*rig);
-  } else if (components.info.calibration) {
-    components.rig = *components.info.calibration;
+    if (Status s = load_calibration(config.calibration).assign_to(components.rig); !s.ok()) return s;
+  } else if (info.calibration) {
+    components.rig = *info.calibration;
   } else {
     return Status(StatusCode::failed_precondition,
                   "the camera has no calibration of its own: name one with `calibration` in the configuration or "
                   "--calibration");
   }
-  if (Status s = check_calibration_size(components.rig, components.info); !s.ok()) return s;
-  if (!config.mounting.empty()) {
-    const Result<UncertainPose> mounting = load_mounting(config.mounting);
-    if (!mounting) return mounting.status();
-    components.mounting = *mounting;
-  }
-  Result<std::unique_ptr<Estimator>> estimator = make_estimator(config, components.rig, components.mounting);
-  if (!estimator) return estimator.status();
-  components.estimator = std::move(*estimator);
+  if (Status s = check_calibration_size(components.rig, info); !s.ok()) return s;
+  if (!config.mounting.empty())
+    if (Status s = load_mounting(config.mounting).assign_to(components.mounting); !s.ok()) return s;
+  if (Status s = make_estimator(config, components.rig, components.mounting).assign_to(components.estimator); !s.ok())
+    return s;
   return components;
 }
 
@@ -100,6 +88,11 @@ std::string status_line(const StatusSnapshot& s) {
   return std::to_string(s.counters.estimates) + " estimates, " + std::to_string(s.counters.captures_dropped) +
          " captures dropped, " + std::to_string(s.counters.estimates_failed) + " failed, " +
          std::to_string(s.counters.clients) + " clients";
+}
+
+/// Notifies systemd (sd_notify) of `state`, with a line for `systemctl status`. Without systemd it does nothing.
+void notify_systemd(const std::string& state, const std::string& status) {
+  sd_notify(0, (state + "\nSTATUS=" + printable(status)).c_str());
 }
 
 std::string over_budget_message(double ms, double budget_ms) {
@@ -127,7 +120,7 @@ bool stop_signal_pending() {
 }
 
 Status check_daemon(const Config& config) {
-  if (const Status s = check_bind_policy(config.grpc); !s.ok()) return s;
+  if (const Status s = config.grpc.check_bind_policy(); !s.ok()) return s;
   return make_components(config).status();
 }
 
@@ -135,12 +128,13 @@ Status run_daemon(const Config& config) {
   Result<DaemonComponents> components = make_components(config);
   if (!components) return components.status();
 
-  ProbeIdentity identity{config.probe_name,
-                         fnv1a_32(config.probe_name),
-                         calibration_identity(components->rig),
-                         std::string(kFirmwareVersion),
-                         components->info.name,
-                         components->mounting};
+  const StatusSnapshot identity{config.probe_name,
+                                fnv1a_32(config.probe_name),
+                                calibration_identity(components->rig),
+                                std::string(kFirmwareVersion),
+                                components->info.name,
+                                {},
+                                components->mounting};
   Pipeline pipeline(identity, std::move(components->estimator), config.estimator, config.budget_ms);
   if (Status s = add_links(config, pipeline, pipeline.publisher()); !s.ok()) return s;
 
@@ -148,9 +142,8 @@ Status run_daemon(const Config& config) {
   if (!config.record_path.empty()) {
     const RecordingHeader header{RecordingKind::frames, config.probe_name, identity.version,
                                  encode_calibration(components->rig)};
-    Result<std::unique_ptr<FrameRecorder>> made = FrameRecorder::open(config.record_path, header, pipeline.sink());
-    if (!made) return made.status();
-    recorder = std::move(*made);
+    if (Status s = FrameRecorder::open(config.record_path, header, pipeline.sink()).assign_to(recorder); !s.ok())
+      return s;
     pipeline.watch_recorder(recorder.get());
   }
   if (Status s = pipeline.start(); !s.ok()) return s;
@@ -163,7 +156,7 @@ Status run_daemon(const Config& config) {
 
   for (const auto& link : pipeline.publisher().links())
     std::cout << "lightwelld: listening on " << link->address() << std::endl;
-  notify_ready("looking");
+  notify_systemd("READY=1", "looking");
   NetworkMonitor network(config, pipeline.status(), pipeline.publisher());
 
   std::string logged_error;
@@ -172,7 +165,7 @@ Status run_daemon(const Config& config) {
   Setting logged_setting = config.estimator.setting;
   while (!wait_for_stop_signal()) {
     const StatusSnapshot status = pipeline.status();
-    notify_status(status_line(status));
+    notify_systemd("WATCHDOG=1", status_line(status));
     network.poll();
     if (const std::string e = pipeline.last_error(); e != logged_error) {
       log_error(e);
@@ -202,7 +195,7 @@ Status run_daemon(const Config& config) {
       log_info("the recording has come to its end");
     }
   }
-  notify_stopping();
+  sd_notify(0, "STOPPING=1");
   components->camera->stop();
   if (recorder)
     if (const Status s = recorder->finish(); !s.ok()) log_error("recording: " + s.message());

@@ -1,6 +1,7 @@
-// lightwelld: creates camera, estimator and links from a configuration and runs them until a signal.
+// lightwelld: creates camera, estimator and links from a configuration and runs them until a signal, or pairs a client.
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include <lightwell/config.hpp>
@@ -18,6 +19,11 @@ void block_stop_signals();
 /// Runs until SIGINT or SIGTERM, or until the camera has finished and the last descriptor was published. Logs to
 /// stderr; prints "lightwelld: listening on grpc://..." to stdout when clients can connect.
 [[nodiscard]] Status run_daemon(const Config& config);
+
+/// `lightwelld --pair`: opens a pairing window for one client, prints its address and code to stdout, and waits until
+/// it closes or a signal comes. `listen`: HOST:PORT; empty: the host of the gRPC link with port 7421.
+/// failed_precondition: the configuration has no encryption; unavailable: no client was paired.
+[[nodiscard]] Status run_pairing(const Config& config, const std::string& listen);
 
 /// Opens the camera, loads the calibration and creates the estimator, but does not run.
 [[nodiscard]] Status check_daemon(const Config& config);

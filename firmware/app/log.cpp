@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <iostream>
 
-#include <lightwell/printable.hpp>
+#include <lightwell/text.hpp>
 
 namespace lightwell {
 namespace {

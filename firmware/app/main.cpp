@@ -8,11 +8,9 @@
 
 #include <lightwell/config.hpp>
 
-#include "app/backend_table.hpp"
+#include "app/component_tables.hpp"
 #include "app/daemon.hpp"
-#include "app/estimator_table.hpp"
 #include "app/log.hpp"
-#include "app/pairing.hpp"
 
 namespace {
 
@@ -29,14 +27,6 @@ std::istream& operator>>(std::istream& in, Size& size) {
   in >> size.width >> times >> size.height;
   if (times != 'x' || size.width <= 0 || size.height <= 0) in.setstate(std::ios::failbit);
   return in;
-}
-
-const std::map<std::string, lightwell::LinkSecurity>& securities() {
-  static const std::map<std::string, lightwell::LinkSecurity> names = {
-      {"plain", lightwell::LinkSecurity::plain},
-      {"tls", lightwell::LinkSecurity::tls},
-      {"mutual-tls", lightwell::LinkSecurity::mutual_tls}};
-  return names;
 }
 
 /// The names of all estimators, also of those that this build lacks.
@@ -108,7 +98,10 @@ int main(int argc, char** argv) {
          "--security", security,
          "plain (no authentication), tls (a token or a certificate), mutual-tls (a certificate) [plain on a loopback "
          "address, required otherwise]")
-      ->transform(CLI::CheckedTransformer(securities()));
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, lightwell::LinkSecurity>{{"plain", lightwell::LinkSecurity::plain},
+                                                         {"tls", lightwell::LinkSecurity::tls},
+                                                         {"mutual-tls", lightwell::LinkSecurity::mutual_tls}}));
   app.add_option("--keys", keys, "Folder of the probe's keys and of the list of its clients [the state folder]");
   app.add_flag(
       "--pair", pair,

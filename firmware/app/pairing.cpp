@@ -1,5 +1,3 @@
-#include "app/pairing.hpp"
-
 #include <charconv>
 #include <chrono>
 #include <ctime>

@@ -8,7 +8,7 @@
 
 namespace lightwell {
 
-Pipeline::Pipeline(ProbeIdentity identity, std::unique_ptr<Estimator> estimator, const EstimatorConfig& config,
+Pipeline::Pipeline(StatusSnapshot identity, std::unique_ptr<Estimator> estimator, const EstimatorConfig& config,
                    double budget_ms)
     : identity_(std::move(identity)),
       estimator_(std::move(estimator)),
@@ -113,13 +113,7 @@ std::string Pipeline::last_error() const {
 }
 
 StatusSnapshot Pipeline::status() const {
-  StatusSnapshot s;
-  s.probe_name = identity_.name;
-  s.probe_id = identity_.probe_id;
-  s.calibration_id = identity_.calibration_id;
-  s.version = identity_.version;
-  s.camera = identity_.camera;
-  s.T_world_probe = identity_.T_world_probe;
+  StatusSnapshot s = identity_;
   const BracketSlot::Counts slot = slot_.counts();
   const LinkCounters links = publisher_.counters();
   s.counters.frames = slot.frames;

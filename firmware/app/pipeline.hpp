@@ -17,19 +17,11 @@
 
 namespace lightwell {
 
-/// Identity of the probe, part of its status.
-struct ProbeIdentity {
-  std::string name;
-  std::uint32_t probe_id = 0, calibration_id = 0;
-  std::string version, camera;
-  std::optional<UncertainPose> T_world_probe{};  ///< Pose in the room, if known.
-};
-
 class Pipeline final : public Commands {
  public:
-  /// `budget_ms`: time limit of an estimate including encoding; config.setting is then the richest setting. 0: no
-  /// limit.
-  Pipeline(ProbeIdentity identity, std::unique_ptr<Estimator> estimator, const EstimatorConfig& config,
+  /// `identity`: the probe's status; its counters are ignored. `budget_ms`: time limit of an estimate including
+  /// encoding; config.setting is then the richest setting. 0: no limit.
+  Pipeline(StatusSnapshot identity, std::unique_ptr<Estimator> estimator, const EstimatorConfig& config,
            double budget_ms = 0);
   ~Pipeline() override;
 
@@ -65,7 +57,7 @@ class Pipeline final : public Commands {
   [[nodiscard]] Result<double> recover_clipped_from_lux(double lux, Vec3d normal);
   void update_governor(double ms);
 
-  const ProbeIdentity identity_;
+  const StatusSnapshot identity_;
   BracketSlot slot_;
   Publisher publisher_;
   std::unique_ptr<Estimator> estimator_;

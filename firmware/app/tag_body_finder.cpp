@@ -37,11 +37,9 @@ class TagBodyFinder final : public BodyFinder {
   Status adapt_to_format(const View& view) {
     if (format_ == view.format) return {};
     options_.linear = linear_of_grey(view.format, rig_.lenses[static_cast<std::size_t>(view.lens)].photometry);
-    Result<BodyTracker> tracker = BodyTracker::make(body_, rig_, options_);
-    if (!tracker) return tracker.status();
-    tracker_ = std::move(*tracker);
-    format_ = view.format;
-    return {};
+    const Status made = BodyTracker::make(body_, rig_, options_).assign_to(tracker_);
+    if (made.ok()) format_ = view.format;
+    return made;
   }
 
   RigParameters rig_;

@@ -7,7 +7,7 @@
 #include <lightwell/marker_body.hpp>
 #include <lightwell/result.hpp>
 
-#include "estimate/marker/body_finder.hpp"
+#include "estimate/marker/marker_estimator.hpp"
 #include "pose/body_tracker.hpp"
 
 namespace lightwell {

@@ -42,8 +42,6 @@ std::optional<CyclePlace> ReportedCycle::place(std::uint64_t camera_sequence, do
   return last_;
 }
 
-void HeldCycle::exposure_requested(ProbeTime at) { requested_at_ = requested_at_ ? std::max(*requested_at_, at) : at; }
-
 CyclePlace HeldCycle::take() {
   const CyclePlace place{index_, next_sequence_++};
   index_ = (index_ + 1) % size_;

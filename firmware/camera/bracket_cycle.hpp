@@ -1,8 +1,7 @@
 // Assigns each frame its index in the declared cycle of exposures, for cameras that change the exposure between frames.
-//   ReportedCycle  for cameras that report the exposure of each frame: the index follows from the report
-//   HeldCycle      for cameras that do not, or two cameras in step: each exposure is held until a frame surely has it
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -24,7 +23,8 @@ struct CyclePlace {
   std::uint64_t sequence = 0;
 };
 
-/// Sequence numbers increase across restarts. If two consecutive frames do not have consecutive exposures, the camera
+/// For cameras that report the exposure of each frame: the index follows from the report. Sequence numbers increase
+/// across restarts. If two consecutive frames do not have consecutive exposures, the camera
 /// has skipped an exposure; that counts as a lost frame and leaves a gap in the sequence.
 class ReportedCycle {
  public:
@@ -50,8 +50,9 @@ class ReportedCycle {
   std::optional<CyclePlace> last_;
 };
 
-/// Requests one exposure and holds it. The first frame whose exposure begins at least `settle` after the request has
-/// it; then the next exposure is requested. Frames in between are discarded: sequence numbers count exposures.
+/// For cameras that do not report exposures, or two cameras in step: requests one exposure and holds it. The first
+/// frame whose exposure begins at least `settle` after the request has it; then the next exposure is requested. Frames
+/// in between are discarded: sequence numbers count exposures.
 class HeldCycle {
  public:
   HeldCycle(int size, Duration settle) : size_(size), settle_(settle) {}
@@ -59,7 +60,7 @@ class HeldCycle {
   /// Index of the exposure to request now.
   [[nodiscard]] int index() const { return index_; }
   /// The exposure index() was requested from the camera at `at`. Of several requests the latest counts.
-  void exposure_requested(ProbeTime at);
+  void exposure_requested(ProbeTime at) { requested_at_ = requested_at_ ? std::max(*requested_at_, at) : at; }
   /// The camera was restarted, so its exposure is unknown until the next request.
   void restart() { requested_at_.reset(); }
   /// Whether a frame whose exposure began at `began` certainly has exposure index().

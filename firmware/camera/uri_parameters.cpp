@@ -4,7 +4,7 @@
 #include <array>
 
 #include "imaging/frame.hpp"
-#include "imaging/uri_values.hpp"
+#include "imaging/uri.hpp"
 
 namespace lightwell {
 namespace {

@@ -1,8 +1,5 @@
-// Reads the parameters of camera URIs. Exposure, gain and white balance are parsed here for all cameras:
-//   exposure=1ms,8ms         exposure time, or the times of a bracket; s, ms, us, ns, a bare number is seconds
-//   gain=2                   linear gain of the sensor
-//   white_balance=5000K      colour temperature for which the camera's white balance is fixed; a bare number is kelvin
-//   colour_gains=1.8,1.5     gains of red and blue relative to green
+// Reads the parameters of camera URIs. Those of all cameras, exposure, gain, white_balance and colour_gains, are parsed
+// here (README.md).
 #pragma once
 
 #include <string>
@@ -19,7 +16,7 @@ namespace lightwell {
 
 /// The parameters of a backend.
 struct ParameterNames {
-  std::vector<std::string_view> capture;  ///< Those of the list above that the camera has.
+  std::vector<std::string_view> capture;  ///< Those of all cameras that this one has.
   std::vector<std::string_view> own;      ///< The others.
   std::vector<RenamedParameter> renamed;
 };

@@ -4,9 +4,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <stop_token>
-#include <utility>
 
 #include <lightwell/result.hpp>
 #include <lightwell/time.hpp>
@@ -68,16 +68,7 @@ class FrameOwner {
 class Frame {
  public:
   Frame() = default;
-  Frame(FrameOwner& owner, int slot) : owner_(&owner), slot_(slot) {}
-  Frame(Frame&& o) noexcept { swap(o); }
-  Frame& operator=(Frame&& o) noexcept {
-    Frame taken(std::move(o));
-    swap(taken);
-    return *this;
-  }
-  ~Frame() {
-    if (owner_ != nullptr) owner_->release(slot_);
-  }
+  Frame(FrameOwner& owner, int slot) : loan_(&owner, {slot}) {}
 
   FrameInfo info;
 
@@ -89,18 +80,14 @@ class Frame {
   }
 
  private:
-  void swap(Frame& o) noexcept {
-    std::swap(info, o.info);
-    std::swap(views_, o.views_);
-    std::swap(view_count_, o.view_count_);
-    std::swap(owner_, o.owner_);
-    std::swap(slot_, o.slot_);
-  }
+  struct GiveBack {
+    int slot;
+    void operator()(FrameOwner* owner) const { owner->release(slot); }
+  };
 
   std::array<View, kMaxLenses> views_{};
   std::size_t view_count_ = 0;
-  FrameOwner* owner_ = nullptr;
-  int slot_ = 0;
+  std::unique_ptr<FrameOwner, GiveBack> loan_;
 };
 
 /// Receiver of frames.

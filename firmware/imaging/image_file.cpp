@@ -1,13 +1,8 @@
 #include "imaging/image_file.hpp"
 
-#include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
+#include <filesystem>
 #include <span>
-#include <string_view>
-
-#include <sys/stat.h>
+#include <string>
 
 #include <lightwell/files.hpp>
 
@@ -16,33 +11,17 @@
 namespace lightwell {
 namespace {
 
-constexpr std::int64_t kMaxFileBytes = std::int64_t{1} << 30;
+constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{1} << 30;
 
-Status io_error(const std::string& path, int error) {
-  const StatusCode code = error == ENOENT || error == ENOTDIR                    ? StatusCode::not_found
-                          : error == ENOSPC || error == EFBIG || error == EDQUOT ? StatusCode::resource_exhausted
-                                                                                 : StatusCode::failed_precondition;
-  return {code, path + ": " + std::strerror(error)};
-}
-
-Result<std::vector<std::byte>> read_whole(const std::string& path) {
+Result<std::string> read_whole(const std::string& path) {
   // Check the type before opening: opening a pipe would block until somebody writes to it.
-  struct stat info {};
-  if (::stat(path.c_str(), &info) != 0) return io_error(path, errno);
-  if (!S_ISREG(info.st_mode)) return image_refused(path, "not a file");
-  if (info.st_size > kMaxFileBytes) return image_refused(path, "larger than 1 GiB");
-  const FilePointer file(std::fopen(path.c_str(), "rb"));
-  if (!file) return io_error(path, errno);
-  std::vector<std::byte> bytes(static_cast<std::size_t>(info.st_size));
-  errno = 0;
-  const std::size_t got = std::fread(bytes.data(), 1, bytes.size(), file.get());
-  if (got != bytes.size() && std::ferror(file.get()) != 0) return io_error(path, errno);
-  bytes.resize(got);
-  return bytes;
-}
-
-bool starts_with(std::span<const std::byte> file, std::string_view magic) {
-  return file.size() >= magic.size() && std::memcmp(file.data(), magic.data(), magic.size()) == 0;
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    return image_refused(path, "not a file");
+  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+  if (!error && bytes > kMaxFileBytes) return image_refused(path, "larger than 1 GiB");
+  return read_text_file(path);
 }
 
 }  // namespace
@@ -67,20 +46,15 @@ Status image_refused(const std::string& name, const std::string& why) {
 }
 
 Result<Image> read_image(const std::string& path) {
-  const Result<std::vector<std::byte>> file = read_whole(path);
+  const Result<std::string> file = read_whole(path);
   if (!file) return file.status();
   if (file->empty()) return image_truncated(path, "it is empty");
-  if (starts_with(*file, "\x89PNG")) return read_png(path, *file);
-  if (starts_with(*file, "\xFF\xD8")) return read_jpeg(path, *file);
-  if (starts_with(*file, "\x76\x2F\x31\x01")) return read_exr(path);
-  if (starts_with(*file, "#?RADIANCE") || starts_with(*file, "#?RGBE")) return read_hdr(path, *file);
+  const std::span<const std::byte> bytes = std::as_bytes(std::span(*file));
+  if (file->starts_with("\x89PNG")) return read_png(path, bytes);
+  if (file->starts_with("\xFF\xD8")) return read_jpeg(path, bytes);
+  if (file->starts_with("\x76\x2F\x31\x01")) return read_exr(path);
+  if (file->starts_with("#?RADIANCE") || file->starts_with("#?RGBE")) return read_hdr(path, bytes);
   return image_refused(path, "not a PNG, JPEG, OpenEXR or Radiance HDR picture; convert it to one");
-}
-
-Status write_png(const std::string& path, const Image& image) {
-  const Result<std::vector<std::byte>> png = encode_png(image);
-  if (!png) return {png.status().code(), path + ": " + png.status().message()};
-  return write_atomically(path, {reinterpret_cast<const char*>(png->data()), png->size()}, FileMode::umask);
 }
 
 }  // namespace lightwell

@@ -19,36 +19,31 @@ struct Header {
   std::array<double, 3> scale{1, 1, 1};  ///< Factors that the pixels were multiplied by; divided out.
 };
 
-/// Sequential reader of the file's bytes.
-class Input {
- public:
-  explicit Input(std::span<const std::byte> file) : rest_(file) {}
+/// The bytes of the file that are still to be read.
+using Input = std::span<const std::byte>;
 
-  [[nodiscard]] std::optional<std::uint8_t> byte() {
-    if (rest_.empty()) return std::nullopt;
-    const auto b = std::to_integer<std::uint8_t>(rest_[0]);
-    rest_ = rest_.subspan(1);
-    return b;
-  }
-  [[nodiscard]] std::optional<Rgbe> pixel() {
-    if (rest_.size() < 4) return std::nullopt;
-    Rgbe p;
-    std::memcpy(p.data(), rest_.data(), 4);
-    rest_ = rest_.subspan(4);
-    return p;
-  }
-  [[nodiscard]] std::optional<std::string_view> line() {
-    const std::string_view all(reinterpret_cast<const char*>(rest_.data()), rest_.size());
-    const std::size_t end = all.find('\n');
-    if (end == std::string_view::npos) return std::nullopt;
-    rest_ = rest_.subspan(end + 1);
-    return all.substr(0, end);
-  }
-  [[nodiscard]] std::size_t left() const { return rest_.size(); }
+std::optional<std::uint8_t> take_byte(Input& in) {
+  if (in.empty()) return std::nullopt;
+  const auto b = std::to_integer<std::uint8_t>(in[0]);
+  in = in.subspan(1);
+  return b;
+}
 
- private:
-  std::span<const std::byte> rest_;
-};
+std::optional<Rgbe> take_pixel(Input& in) {
+  Rgbe p;
+  if (in.size() < p.size()) return std::nullopt;
+  std::memcpy(p.data(), in.data(), p.size());
+  in = in.subspan(p.size());
+  return p;
+}
+
+std::optional<std::string_view> take_line(Input& in) {
+  const std::string_view all(reinterpret_cast<const char*>(in.data()), in.size());
+  const std::size_t end = all.find('\n');
+  if (end == std::string_view::npos) return std::nullopt;
+  in = in.subspan(end + 1);
+  return all.substr(0, end);
+}
 
 bool take_prefix(std::string_view& text, std::string_view prefix) {
   if (!text.starts_with(prefix)) return false;
@@ -88,9 +83,9 @@ Status take_factor(const std::string& name, std::string_view line, Header& heade
 Result<Header> read_header(const std::string& name, Input& in) {
   Header header;
   const auto truncated = [&] { return image_truncated(name, "inside the HDR's header"); };
-  std::optional<std::string_view> line = in.line();  // The magic word.
+  std::optional<std::string_view> line = take_line(in);  // The magic word.
   while (true) {
-    line = in.line();
+    line = take_line(in);
     if (!line) return truncated();
     if (line->empty()) break;
     std::string_view text = *line;
@@ -103,7 +98,7 @@ Result<Header> read_header(const std::string& name, Input& in) {
       if (Status s = take_factor(name, text, header); !s.ok()) return s;
     }
   }
-  line = in.line();
+  line = take_line(in);
   if (!line) return truncated();
   std::string_view text = *line;
   std::int64_t width = 0, height = 0;
@@ -124,14 +119,14 @@ enum class RowEnd { whole, cut_off, damaged };
 RowEnd read_adaptive_rle(Input& in, std::span<Rgbe> row) {
   for (std::size_t c = 0; c < 4; ++c) {
     for (std::size_t i = 0; i < row.size();) {
-      const auto code = in.byte();
+      const auto code = take_byte(in);
       if (!code) return RowEnd::cut_off;
       const bool run = *code > 128;
       const std::size_t count = run ? *code - 128U : *code;
       if (count == 0 || count > row.size() - i) return RowEnd::damaged;
       std::optional<std::uint8_t> value;
       for (std::size_t k = 0; k < count; ++k, ++i) {
-        if (k == 0 || !run) value = in.byte();
+        if (k == 0 || !run) value = take_byte(in);
         if (!value) return RowEnd::cut_off;
         row[i][c] = *value;
       }
@@ -146,7 +141,7 @@ RowEnd read_old_rle(Input& in, std::span<Rgbe> row, Rgbe first) {
   unsigned shift = 0;
   std::optional<Rgbe> pixel = first;
   for (std::size_t i = 0; i < row.size();) {
-    if (!pixel) pixel = in.pixel();
+    if (!pixel) pixel = take_pixel(in);
     if (!pixel) return RowEnd::cut_off;
     const Rgbe p = *pixel;
     pixel.reset();
@@ -164,7 +159,7 @@ RowEnd read_old_rle(Input& in, std::span<Rgbe> row, Rgbe first) {
 }
 
 RowEnd read_row(Input& in, std::span<Rgbe> row) {
-  const auto first = in.pixel();
+  const auto first = take_pixel(in);
   if (!first) return RowEnd::cut_off;
   const bool new_runs =
       row.size() >= 8 && row.size() <= 0x7FFF && (*first)[0] == 2 && (*first)[1] == 2 && (*first)[2] < 128;
@@ -189,11 +184,11 @@ void store(std::span<const Rgbe> row, const Header& header, std::byte* out) {
 }  // namespace
 
 Result<Image> read_hdr(const std::string& name, std::span<const std::byte> file) {
-  Input in(file);
+  Input in = file;
   const Result<Header> header = read_header(name, in);
   if (!header) return header.status();
   // The smallest size of a row: one pixel, or four bytes for 2^24 pixels in the old encoding.
-  if (in.left() < 4 * static_cast<std::size_t>(header->height))
+  if (in.size() < 4 * static_cast<std::size_t>(header->height))
     return image_truncated(name, "the HDR's rows are missing");
   Image image{header->width, header->height, PixelFormat::rgb_f32, {}};
   image.data.resize(image.stride() * static_cast<std::size_t>(image.height));
@@ -205,7 +200,7 @@ Result<Image> read_hdr(const std::string& name, std::span<const std::byte> file)
     if (end == RowEnd::damaged) return image_damaged(name, where);
     store(row, *header, image.data.data() + image.stride() * static_cast<std::size_t>(y));
   }
-  if (in.left() > 0) return image_damaged(name, std::to_string(in.left()) + " bytes follow the HDR's last row");
+  if (in.size() > 0) return image_damaged(name, std::to_string(in.size()) + " bytes follow the HDR's last row");
   return image;
 }
 

@@ -23,16 +23,12 @@ inline constexpr std::int64_t kMaxImageSide = 65536;
 [[nodiscard]] Status image_damaged(const std::string& name, const std::string& where);
 [[nodiscard]] Status image_refused(const std::string& name, const std::string& why);
 
+/// 8-bit r, g, b from PNG and JPEG, rows in the order of the file. EXIF orientation is ignored, because a calibration
+/// refers to the sensor's pixels.
 [[nodiscard]] Result<Image> read_png(const std::string& name, std::span<const std::byte> file);
 [[nodiscard]] Result<Image> read_jpeg(const std::string& name, std::span<const std::byte> file);
 [[nodiscard]] Result<Image> read_hdr(const std::string& name, std::span<const std::byte> file);
 /// Takes a path, because OpenEXR seeks in the file.
 [[nodiscard]] Result<Image> read_exr(const std::string& path);
-
-/// Decode a PNG or JPEG whose structure has been checked: 8-bit r, g, b, rows in the order of the file. EXIF
-/// orientation is ignored, because a calibration refers to the sensor's pixels.
-[[nodiscard]] Result<Image> decode_png(const std::string& name, std::span<const std::byte> file);
-[[nodiscard]] Result<Image> decode_jpeg(const std::string& name, std::span<const std::byte> file);
-[[nodiscard]] Result<std::vector<std::byte>> encode_png(const Image& image);
 
 }  // namespace lightwell

@@ -1,6 +1,4 @@
 // The table of pixel formats: memory layout, colour sampling and codes of each PixelFormat.
-//   PixelLayout, pixel_layout()
-//   size_fits(), packed_stride(), picture_bytes(), is_bayer()
 #pragma once
 
 #include <array>

@@ -1,14 +1,17 @@
 #include "imaging/uri.hpp"
 
 #include <algorithm>
-
-#include <lightwell/text.hpp>
+#include <charconv>
+#include <cmath>
+#include <system_error>
 
 namespace lightwell {
 namespace {
 
+Status bad(const std::string& what) { return {StatusCode::invalid_argument, what}; }
+
 Status bad_uri(std::string_view text, const std::string& what) {
-  return {StatusCode::invalid_argument, "camera '" + std::string(text) + "': " + what};
+  return bad("camera '" + std::string(text) + "': " + what);
 }
 
 bool is_scheme(std::string_view name) {
@@ -22,6 +25,16 @@ std::size_t common_prefix(std::string_view a, std::string_view b) {
 
 }  // namespace
 
+std::vector<std::string_view> separated(std::string_view text, char separator) {
+  std::vector<std::string_view> parts;
+  while (true) {
+    const std::size_t end = text.find(separator);
+    parts.push_back(text.substr(0, end));
+    if (end == std::string_view::npos) return parts;
+    text.remove_prefix(end + 1);
+  }
+}
+
 Result<CameraUri> parse_camera_uri(std::string_view text) {
   CameraUri uri;
   const std::size_t colon = text.find(':');
@@ -33,13 +46,7 @@ Result<CameraUri> parse_camera_uri(std::string_view text) {
   uri.path = rest.substr(0, question);
   if (question == std::string_view::npos) return uri;
 
-  std::string_view query = rest.substr(question + 1);
-  for (bool more = true; more;) {
-    const std::size_t ampersand = query.find('&');
-    more = ampersand != std::string_view::npos;
-    const std::string_view item = query.substr(0, ampersand);
-    if (more) query.remove_prefix(ampersand + 1);
-
+  for (const std::string_view item : separated(rest.substr(question + 1), '&')) {
     const std::size_t equals = item.find('=');
     if (equals == std::string_view::npos || equals == 0)
       return bad_uri(text, "parameter '" + std::string(item) + "' is not key=value");
@@ -97,6 +104,43 @@ Status check_parameters(const CameraUri& uri, const std::vector<std::string_view
     return bad_uri(uri.scheme + ":" + uri.path, message);
   }
   return {};
+}
+
+Result<double> uri_quantity(std::string_view text, std::initializer_list<UriUnit> units) {
+  double number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, number);
+  const std::string_view suffix(stop, static_cast<std::size_t>(end - stop));
+  std::string known;
+  for (const UriUnit& unit : units) {
+    if (error == std::errc() && std::isfinite(number) && suffix == unit.suffix) return number * unit.factor;
+    if (!unit.suffix.empty()) known += (known.empty() ? "" : ", ") + std::string(unit.suffix);
+  }
+  return bad("'" + std::string(text) + "' is not a number" + (known.empty() ? "" : " with a unit (" + known + ")"));
+}
+
+Result<double> uri_duration_s(std::string_view text) {
+  Result<double> seconds = uri_quantity(text, {{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}, {"", 1}});
+  if (seconds && *seconds < 0) return bad("'" + std::string(text) + "' is negative");
+  return seconds;
+}
+
+Result<std::vector<double>> uri_durations_s(std::string_view text) {
+  std::vector<double> all;
+  for (const std::string_view part : separated(text, ',')) {
+    const Result<double> one = uri_duration_s(part);
+    if (!one) return one.status();
+    all.push_back(*one);
+  }
+  return all;
+}
+
+Result<Duration> uri_row_readout(std::string_view text) {
+  const Result<double> seconds = uri_quantity(text, {{"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}});
+  if (!seconds) return seconds.status();
+  if (!(*seconds >= 0 && *seconds <= 0.01))
+    return bad("'" + std::string(text) + "' is not a delay between rows from 0us to 10ms");
+  return Duration::from_seconds(*seconds);
 }
 
 }  // namespace lightwell

@@ -1,12 +1,16 @@
-// Camera URIs, "scheme:path?key=value&key=value".
+// Camera URIs, "scheme:path?key=value&key=value", and the values of their parameters.
 #pragma once
 
+#include <initializer_list>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include <lightwell/result.hpp>
+#include <lightwell/text.hpp>
+#include <lightwell/time.hpp>
 
 namespace lightwell {
 
@@ -18,6 +22,9 @@ struct CameraUri {
 
 /// invalid_argument if the scheme is missing, a parameter has no '=', or a parameter occurs twice.
 [[nodiscard]] Result<CameraUri> parse_camera_uri(std::string_view text);
+
+/// The parts between the separators; one empty part for an empty text.
+[[nodiscard]] std::vector<std::string_view> separated(std::string_view text, char separator);
 
 /// The name in `known` with the smallest edit distance (Levenshtein), or empty if that distance is too large.
 [[nodiscard]] std::string nearest_name(std::string_view name, const std::vector<std::string_view>& known);
@@ -34,5 +41,40 @@ struct RenamedParameter {
 
 /// invalid_argument for the first parameter that is not in `known`; the message suggests the nearest known name.
 [[nodiscard]] Status check_parameters(const CameraUri& uri, const std::vector<std::string_view>& known);
+
+// Values of parameters. Errors are invalid_argument and quote the text and the accepted form. NaN and infinity are
+// refused.
+
+struct UriUnit {
+  std::string_view suffix;  ///< Empty for a number without unit.
+  double factor;
+};
+
+/// A number followed by one of the units; the result is in the unit whose factor is 1.
+[[nodiscard]] Result<double> uri_quantity(std::string_view text, std::initializer_list<UriUnit> units);
+
+/// A number from `least` to `most`.
+template <class T>
+[[nodiscard]] Result<T> uri_number(std::string_view text, T least, T most) {
+  if (const std::optional<T> value = parse_number<T>(text); value && *value >= least && *value <= most) return *value;
+  std::ostringstream what;
+  what << "'" << text << "' is not a number from " << least << " to " << most;
+  return Status(StatusCode::invalid_argument, what.str());
+}
+
+/// "1.5ms", "200us", "40ns", "0.01s"; a number without unit is in seconds. Not negative.
+[[nodiscard]] Result<double> uri_duration_s(std::string_view text);
+/// Durations separated by commas: "1ms,8ms".
+[[nodiscard]] Result<std::vector<double>> uri_durations_s(std::string_view text);
+/// Delay between successive rows of a rolling shutter, 0 to 10 ms: "18.5us".
+[[nodiscard]] Result<Duration> uri_row_readout(std::string_view text);
+
+/// Assigns the value, or returns the error.
+template <class T, class U>
+[[nodiscard]] Status assign(T& target, Result<U> value) {
+  if (!value) return value.status();
+  target = std::move(*value);
+  return {};
+}
 
 }  // namespace lightwell

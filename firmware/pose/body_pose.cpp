@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
 #include <Eigen/Dense>
 
 #include "pose/corner_solver.hpp"
-#include "pose/focal_uncertainty.hpp"
-#include "pose/tag_directions.hpp"
 
 namespace lightwell {
 
@@ -23,7 +22,6 @@ constexpr double kMaxPredictionChiSquare = 50;
 /// Mean cost of a corner after the Cauchy loss, in squared standard deviations: a solution with less is in the basin of
 /// the right minimum.
 constexpr double kMaxMeanLoss = 15;
-constexpr const char* kOutlierMessage = "it contradicts the others";
 
 Status wrong(const std::string& what) { return {StatusCode::invalid_argument, "body: " + what}; }
 
@@ -54,10 +52,6 @@ Quads visible_inliers(const Quads& all, const Pose& probe_body) {
   Quads out = find_inliers(all, probe_body);
   std::erase_if(out, [&](const ObservedTag* quad) { return !faces_the_lens(*quad, probe_body); });
   return out;
-}
-
-bool holds(const Quads& quads, const ObservedTag& quad) {
-  return std::find(quads.begin(), quads.end(), &quad) != quads.end();
 }
 
 struct Consensus {
@@ -100,10 +94,7 @@ Attitudes attitudes_of(const Consensus& consensus, const std::optional<BodyPredi
   if (!std::isfinite(out.best.cost)) return out;
   CornerSolution other = solve_pose(consensus.used, std::nullopt, mirror_pose(consensus.used, out.best.probe_world()),
                                     Loss::huber, kPredictedSolverLimits);
-  if (!std::isfinite(other.cost)) return out;
-  const Quat between = other.probe_centroid.rotation * out.best.probe_centroid.rotation.inverse();
-  // Both minimisations converged to the same minimum.
-  if (length(Vec3d{between.x, between.y, between.z}) < 1e-3) return out;
+  if (!std::isfinite(other.cost) || !are_distinct(out.best, other)) return out;
   const Pose turned = other.probe_world();
   for (const ObservedTag* quad : consensus.used)
     if (!faces_the_lens(*quad, turned)) return out;
@@ -121,25 +112,76 @@ Attitudes attitudes_of(const Consensus& consensus, const std::optional<BodyPredi
   return out;
 }
 
-std::string no_tag_reason(const std::vector<TagReport>& reports, std::size_t foreign) {
-  if (reports.empty()) return "no tag is seen";
-  if (foreign == reports.size())
-    return "none of the " + std::to_string(reports.size()) + " seen tags is one of the body's";
-  for (const TagReport& report : reports)
-    if (!report.rejection_reason.empty()) return "no seen tag is usable: " + report.rejection_reason;
-  return "no seen tag is usable";
+std::string no_tag_reason(const ObservedTags& seen) {
+  if (seen.reports.empty()) return "no tag is seen";
+  if (seen.unknown == seen.reports.size())
+    return "none of the " + std::to_string(seen.unknown) + " seen tags is one of the body's";
+  return "no seen tag is usable: " + seen.reports.front().rejection_reason;
+}
+
+/// Beyond this, second-order effects of the corner noise exceed the effect of the focal length.
+constexpr double kMaxFocalSigma = 0.05;
+
+struct FocalUncertainty {
+  Vector6d focal_jacobian = Vector6d::Zero();  ///< As BodyPose::focal_jacobian, of CornerSolution::probe_centroid.
+  FocalCheck check;
+};
+
+/// Linear least squares in the six pose parameters x and the relative focal length error e: residuals r + J x + e g.
+/// The pose was solved with e = 0, which moves it by (J'J)⁻¹ J'g per unit of e. The component of g orthogonal to the
+/// columns of J determines e. An equirectangular lens has no focal length and contributes a zero derivative.
+FocalUncertainty estimate_focal_uncertainty(const PosedLenses& rig, std::span<const TagObservation> observations,
+                                            const Quads& quads, const CornerSolution& solution) {
+  FocalUncertainty out;
+  out.check.sigma = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(solution.residual.size());
+  Eigen::Index row = 0;
+  for (const ObservedTag* quad : quads) {
+    const TagObservation& tag = observations[quad->index];
+    const PosedLens& lens = rig.at(tag.lens);
+    const auto& axis = lens.axis;
+    for (std::size_t i = 0; i < quad->corners.size(); ++i, row += 2) {
+      const CornerObservation& corner = quad->corners[i];
+      const PixelPosition p = tag.tag.corners[i];
+      // One-sided difference towards the principal point, which is inside the field of view. A shorter focal length
+      // corresponds to a pixel further from it.
+      constexpr double kStep = 1e-3;
+      const auto moved =
+          axis ? lens.model.unproject({p.x - kStep * (p.x - axis->x), p.y - kStep * (p.y - axis->y)}) : std::nullopt;
+      if (!moved) continue;
+      const Vec3d change = (rotate(lens.probe_lens.rotation, *moved) - corner.direction) * (-1 / kStep);
+      g.segment<2>(row) = -(corner.whitening * Eigen::Vector2d(dot(change, corner.u), dot(change, corner.v)));
+    }
+  }
+  // Columns scaled to unit norm, because radians and metres have different magnitudes.
+  const Vector6d unit = solution.jacobian.colwise().norm().cwiseInverse();
+  const Eigen::Matrix<double, Eigen::Dynamic, 6> jacobian = solution.jacobian * unit.asDiagonal();
+  const Eigen::LDLT<Matrix6d> normal(jacobian.transpose() * jacobian);
+  if (!unit.allFinite() || normal.info() != Eigen::Success) return out;
+  const Vector6d pose_change = normal.solve(jacobian.transpose() * g);
+  if (!pose_change.allFinite()) return out;
+  out.focal_jacobian = unit.asDiagonal() * pose_change;
+  // The components of g and of the residuals orthogonal to the Jacobian's columns. With a robust loss, the residuals
+  // at the solution are not orthogonal to them.
+  const Eigen::VectorXd across = g - jacobian * pose_change;
+  const Eigen::VectorXd rest = solution.residual - jacobian * normal.solve(jacobian.transpose() * solution.residual);
+  const double information = across.squaredNorm();
+  // Below this, `across` is rounding error.
+  if (!(information > 1e-9 * g.squaredNorm())) return out;
+  const double relative_error = -across.dot(rest) / information;
+  const double freedom = static_cast<double>(rest.size()) - 7;
+  const double squares = (rest + relative_error * across).squaredNorm();
+  const double sigma = std::sqrt(std::max(1.0, freedom > 0 ? squares / freedom : 1.0) / information);
+  if (sigma < kMaxFocalSigma) out.check = {relative_error, sigma};
+  return out;
 }
 
 }  // namespace
 
 Status BodyPoseOptions::validate() const {
-  if (!(model_error_px >= 0 && model_error_px <= 100))
-    return wrong("model_error_px is " + std::to_string(model_error_px) + "; it must be 0 to 100");
-  if (!(ambiguity_odds >= 1) || !std::isfinite(ambiguity_odds))
-    return wrong("ambiguity_odds is " + std::to_string(ambiguity_odds) + "; it must be at least 1");
+  if (const Status s = MountingOptions::validate(); !s.ok()) return wrong(s.message());
   if (!(focal_sigma >= 0 && focal_sigma <= 0.5))
     return wrong("focal_sigma is " + std::to_string(focal_sigma) + "; it must be 0 to 0.5");
-  if (min_tags < 1 || min_tags > 64) return wrong("min_tags is " + std::to_string(min_tags) + "; it must be 1 to 64");
   return {};
 }
 
@@ -157,44 +199,17 @@ Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body,
   if (const Status s = options.validate(); !s.ok()) return s;
   const Result<std::vector<WorldTag>> tags = tags_of(body);
   if (!tags) return tags.status();
-  BodyPose out;
-  std::vector<ObservedTag> known;
-  known.reserve(observations.size());
-  std::size_t foreign = 0;
-  for (std::size_t i = 0; i < observations.size(); ++i) {
-    const TagObservation& s = observations[i];
-    if (!rig.has(s.lens)) return wrong(name_of(s) + ": the rig has " + std::to_string(rig.lenses.size()) + " lenses");
-    TagReport& report = out.tags.emplace_back(TagReport{s.lens, s.tag.family, s.tag.id, 0, false, {}});
-    const auto tag = std::find_if(tags->begin(), tags->end(),
-                                  [&](const WorldTag& t) { return t.family == s.tag.family && t.id == s.tag.id; });
-    if (tag == tags->end()) {
-      report.rejection_reason = "it is not one of the body's";
-      ++foreign;
-      continue;
-    }
-    Result<ObservedTag> quad = directions_of(rig.at(s.lens), s, *tag, options.model_error_px);
-    if (!quad && quad.status().code() == StatusCode::invalid_argument) return quad.status();
-    if (!quad) {
-      report.rejection_reason = quad.status().message();
-      continue;
-    }
-    quad->index = i;
-    known.push_back(std::move(*quad));
-  }
-  if (known.empty()) return Status(StatusCode::not_found, "body: " + no_tag_reason(out.tags, foreign));
-
-  Quads all;
-  for (const ObservedTag& quad : known) all.push_back(&quad);
+  Result<ObservedTags> seen =
+      observed_tags(rig, *tags, observations, options.model_error_px, "it is not one of the body's", /*unique=*/false);
+  if (!seen) return wrong(seen.status().message());
+  if (seen->tags.empty()) return Status(StatusCode::not_found, "body: " + no_tag_reason(*seen));
+  const Quads all = seen->all();
   const Consensus consensus = find_consensus(all, prediction);
   if (consensus.used.empty())
     return Status(StatusCode::failed_precondition,
                   "body: the " + std::to_string(all.size()) +
                       " tags seen of it contradict each other, no majority "
                       "agrees on a pose; check that the body is built as its file says, and that only one is in view");
-  if (consensus.used.size() < static_cast<std::size_t>(options.min_tags))
-    return Status(StatusCode::not_found, "body: " + std::to_string(consensus.used.size()) +
-                                             " of its tags agree on a pose; min_tags asks for " +
-                                             std::to_string(options.min_tags));
   const double freedom = 8.0 * static_cast<double>(consensus.used.size()) - 6;
   const Attitudes found = attitudes_of(consensus, prediction, options.ambiguity_odds, freedom);
   const std::optional<Matrix6d> noise =
@@ -204,6 +219,7 @@ Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body,
                   "body: the corners seen do not determine a pose; it must be larger in the picture or less on edge");
 
   const Pose probe_body = found.best.probe_world();
+  BodyPose out;
   out.used = static_cast<int>(consensus.used.size());
   out.chi_square = found.best.cost / freedom;
   const FocalUncertainty focal = estimate_focal_uncertainty(rig, observations, consensus.used, found.best);
@@ -223,18 +239,11 @@ Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body,
     out.alternative_excess = (found.other.cost - found.best.cost) / std::max(1.0, out.chi_square);
     out.ambiguous = found.ambiguous;
   }
-  double squares = 0;
-  for (const ObservedTag& quad : known) {
-    const TagObservation& observation = observations[quad.index];
-    TagReport& report = out.tags[quad.index];
-    report.rms_px = rms_px(rig.at(observation.lens), observation, *quad.tag, probe_body);
-    report.used = holds(consensus.used, quad);
-    if (report.used)
-      squares += report.rms_px * report.rms_px;
-    else
-      report.rejection_reason = faces_the_lens(quad, probe_body) ? kOutlierMessage : "its face would be turned away";
-  }
-  out.rms_px = std::sqrt(squares / static_cast<double>(consensus.used.size()));
+  out.rms_px = report_residuals(rig, observations, consensus.used, probe_body, *seen);
+  out.tags = std::move(seen->reports);
+  for (const ObservedTag& quad : seen->tags)
+    if (TagReport& report = out.tags[quad.index]; !report.used && !faces_the_lens(quad, probe_body))
+      report.rejection_reason = "its face would be turned away";
   return out;
 }
 

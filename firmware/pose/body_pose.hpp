@@ -1,11 +1,5 @@
-// Pose of a body with tags on it, from the corners of all its tags together.
-//   find_body_pose   T_probe_body with covariance, from the detected tags
-//   tags_of          the tags of a body as WorldTags
-//   BodyPrediction   a prior pose: saves the search for a start, and resolves the ambiguity of a planar target
-//
-// The method is that of mounting.hpp with the body frame as the world frame and T_body_face as the poses of the tags:
-// residuals between directions, a robust loss, rejection of tags that contradict the majority, and the second pose of a
-// planar target.
+// Pose of a body with tags on it, from the corners of all its tags together: the method of mounting.hpp, with the body
+// frame as the world frame and T_body_face as the poses of the tags.
 #pragma once
 
 #include <array>
@@ -20,29 +14,24 @@
 #include <lightwell/uncertain_pose.hpp>
 
 #include "pose/mounting.hpp"
-#include "pose/posed_lens.hpp"
 
 namespace lightwell {
 
 /// The tags of the body, in the body frame. invalid_argument: an unknown tag family.
 [[nodiscard]] Result<std::vector<WorldTag>> tags_of(const MarkerBody& body);
 
+/// A prior pose: saves the search for a start, and resolves the ambiguity of a planar target.
 struct BodyPrediction {
   UncertainPose probe_body;  ///< Finite covariance.
   /// False if the last pose was ambiguous: then the prediction does not resolve an ambiguity.
   bool attitude_known = true;
 };
 
-struct BodyPoseOptions {
-  /// As MountingOptions::model_error_px; covers the camera model and the accuracy of the folded body.
-  double model_error_px = 0.05;
-  /// As MountingOptions::ambiguity_odds.
-  double ambiguity_odds = 400;
-  /// Relative standard deviation of the calibrated focal length. A focal length that is 1 % too long puts the body 1 %
-  /// too far away, and the picture of a distant body does not show that. It is added to the covariance of the pose; the
-  /// weights of the corners do not use it, because the error is the same in every frame.
+/// model_error_px covers the camera model and the accuracy of the folded body.
+struct BodyPoseOptions : MountingOptions {
+  /// Relative standard deviation of the calibrated focal length. It is added to the covariance of the pose; the weights
+  /// of the corners do not use it, because the error is the same in every frame.
   double focal_sigma = 0.01;
-  int min_tags = 1;  ///< Fewer consistent tags are refused (not_found), 1 to 64.
 
   [[nodiscard]] Status validate() const;
 };
@@ -53,17 +42,10 @@ struct FocalCheck {
   double sigma = 0;           ///< Its standard deviation; infinite (no estimate) where it would exceed 0.05.
 };
 
-struct BodyPose {
+/// The prediction, too, may decide between probe_body and `alternative`.
+struct BodyPose : PoseFit {
   UncertainPose probe_body;
-  /// As in Mounting: the second attitude, its excess in chi², and whether neither that nor the prediction decides
-  /// between the two. The covariance is that of probe_body.
-  std::optional<Pose> alternative;
-  double alternative_excess = 0;
-  bool ambiguous = false;
-  std::vector<TagReport> tags;  ///< One per observation, in their order.
-  int used = 0;                 ///< Number of tags used.
-  double rms_px = 0;            ///< RMS reprojection error of the tags used.
-  double chi_square = 0;        ///< Reduced chi²; multiplies the covariance where it is above 1.
+  int used = 0;  ///< Number of tags used.
   /// Derivative of the six parameters of probe_body with respect to the relative focal length error (rad and m per
   /// 100 %). The covariance contains it, scaled with focal_sigma; it is common to all frames with a similar view.
   std::array<double, 6> focal_jacobian{};
@@ -73,9 +55,9 @@ struct BodyPose {
 /// `rig` (a RigParameters converts, see PosedLenses) and `body` have passed validate(). The same tag id may be observed
 /// several times. Rejected, with the reason in `tags`: an id that the body does not have; a tag that is on edge,
 /// mirrored, outside the field of view, or facing away in the result; an outlier (partly occluded, or on another body).
-/// not_found: no tag of the body is left, or fewer than min_tags. failed_precondition: no majority of the tags agrees
-/// on a pose and the prediction does not decide; the corners determine no pose. invalid_argument: NaN, a covariance
-/// that is not positive definite, a lens that the rig does not have, options that do not validate.
+/// not_found: no tag of the body is left. failed_precondition: no majority of the tags agrees on a pose and the
+/// prediction does not decide; the corners determine no pose. invalid_argument: NaN, a covariance that is not positive
+/// definite, a lens that the rig does not have, options that do not validate.
 [[nodiscard]] Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body,
                                               std::span<const TagObservation> observations,
                                               const std::optional<BodyPrediction>& prediction = std::nullopt,

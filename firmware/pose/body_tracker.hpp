@@ -1,10 +1,9 @@
-// Tracks a body through a sequence of pictures: searches the predicted region of each picture for its tags.
+// Tracks a body through a sequence of pictures: searches the predicted region of each picture for its tags. Each call
+// allocates memory: in AprilTag, in Ceres and here.
 //
 //   picture ──> predicted region ──AprilTag, once──> tags ──> find_body_pose ──> pose
 //                   ^   the whole picture without a prediction                     │
 //                   └──────── BodyMotion: time, velocity, covariance <─────────────┘
-//
-// Each call allocates memory: in AprilTag, in Ceres and here.
 #pragma once
 
 #include <memory>
@@ -16,17 +15,16 @@
 #include <lightwell/marker_body.hpp>
 #include <lightwell/result.hpp>
 #include <lightwell/time.hpp>
+#include <lightwell/uncertain_pose.hpp>
 
-#include "pose/body_motion.hpp"
 #include "pose/body_pose.hpp"
-#include "pose/grey_picture.hpp"
+#include "pose/grey_view.hpp"
 #include "pose/tag_detector.hpp"
 
 namespace lightwell {
 
 struct BodyTrackerOptions {
   BodyPoseOptions pose;
-  MotionOptions motion;
   /// Decimation of a search of the whole picture, 1 to 8: 2 takes two thirds of the time and misses tags below 20 px.
   double search_decimate = 1.5;
   /// Decimation in the predicted region, 1 to 8; 0: chosen from the predicted size of the tags.

@@ -21,6 +21,8 @@ constexpr double kCornerMargin_px = 2.5;
 /// Systematic error of the edge model, standard deviation, px.
 constexpr double kModelSigma_px = 0.005;
 
+Vector2d vector(PixelPosition p) { return {p.x, p.y}; }
+
 /// The intersection of two edges by Newton's method, from `s0` along the one and `t0` along the other, px.
 std::optional<RefinedCorner> intersect(const Edge& a, const Edge& b, double s0 = 0, double t0 = 0) {
   double s = s0, t = t0;
@@ -74,7 +76,7 @@ std::optional<Edge> edge_from(Vector2d corner, Vector2d end, Vector2d opposite, 
 
 /// False for a corner that moved by more than one and a half cells (at least 3 px): it belongs to something else.
 bool is_near_start(const RefinedCorner& corner, Vector2d given, const Edge& a, const Edge& b) {
-  return (Vector2d(corner.position.x, corner.position.y) - given).norm() < std::max({3.0, 1.5 * a.cell, 1.5 * b.cell});
+  return (vector(corner.position) - given).norm() < std::max({3.0, 1.5 * a.cell, 1.5 * b.cell});
 }
 
 }  // namespace
@@ -84,10 +86,7 @@ std::array<std::optional<RefinedCorner>, 4> refine_corners(const GreyPicture& pi
   std::array<std::optional<RefinedCorner>, 4> out;
   const LinearPicture intensity(picture, linear);
   const double sign = outline.dark_inside ? 1 : -1;
-  const auto given = [&](std::size_t i) {
-    const PixelPosition p = outline.corners[i % 4];
-    return Vector2d(p.x, p.y);
-  };
+  const auto given = [&](std::size_t i) { return vector(outline.corners[i % 4]); };
   for (std::size_t i = 0; i < 4; ++i) {
     const Vector2d next = given(i + 1), before = given(i + 3);
     auto a = edge_from(given(i), next, before, outline.edge_cells, kFitLength_px);
@@ -103,7 +102,7 @@ std::array<std::optional<RefinedCorner>, 4> refine_corners(const GreyPicture& pi
     const auto realign = [&](Edge& e) {
       const Vector2d tangent = e.tangent(0);
       const Vector2d out_before = e.out;
-      e.origin = Vector2d(rough->position.x, rough->position.y);
+      e.origin = vector(rough->position);
       e.along = tangent;
       e.out = Vector2d(-tangent.y(), tangent.x());
       if (e.out.dot(out_before) < 0) e.out = -e.out;
@@ -124,10 +123,7 @@ std::array<std::optional<RefinedCorner>, 4> locate_corners_by_edge_search(const 
   std::array<std::optional<RefinedCorner>, 4> out;
   const LinearPicture intensity(picture, linear);
   const double sign = outline.dark_inside ? 1 : -1;
-  const auto given = [&](std::size_t i) {
-    const PixelPosition p = outline.corners[i % 4];
-    return Vector2d(p.x, p.y);
-  };
+  const auto given = [&](std::size_t i) { return vector(outline.corners[i % 4]); };
   std::array<std::optional<Edge>, 4> edges;  // From corner i to i + 1.
   for (std::size_t i = 0; i < 4; ++i) {
     const double length = (given(i + 1) - given(i)).norm();

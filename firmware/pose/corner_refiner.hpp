@@ -12,7 +12,7 @@
 #include <span>
 
 #include "calibration/model/camera_model.hpp"
-#include "pose/grey_picture.hpp"
+#include "pose/grey_view.hpp"
 #include "pose/tag_detector.hpp"
 
 namespace lightwell {

@@ -18,9 +18,6 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 template <class T>
 using Vector3 = Eigen::Matrix<T, 3, 1>;
 
-Eigen::Vector3d eigen(Vec3d v) { return {v.x, v.y, v.z}; }
-Vec3d vec(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
 /// Stereographic projection of the unit vector `d` from -n to the tangent plane at n: its length is the angle for small
 /// angles and grows without bound towards -n, so that the cost has no stationary point there.
 template <class T>
@@ -199,8 +196,7 @@ Pose mirror_pose(const Quads& quads, const Pose& probe_world) {
   const Eigen::Vector3d sight = (eigen(seen) - eigen(quads[0]->corners[0].lens)).normalized();
   const Eigen::Matrix3d other = (Eigen::Matrix3d::Identity() - 2 * sight * sight.transpose()) * turn *
                                 (Eigen::Matrix3d::Identity() - 2 * normal * normal.transpose());
-  const Eigen::Quaterniond q(other);
-  Pose out{Quat{q.x(), q.y(), q.z(), q.w()}.normalized(), {}};
+  Pose out{quat(Eigen::Quaterniond(other)).normalized(), {}};
   out.translation = seen - rotate(out.rotation, vec(centroid));
   return out;
 }
@@ -237,6 +233,11 @@ Quads find_inliers(const Quads& quads, const Pose& probe_world) {
   return out;
 }
 
+bool are_distinct(const CornerSolution& a, const CornerSolution& b) {
+  const Quat between = b.probe_centroid.rotation * a.probe_centroid.rotation.inverse();
+  return !(length(Vec3d{between.x, between.y, between.z}) < 1e-3);
+}
+
 std::optional<Matrix6d> pose_covariance_of(const CornerSolution& solution) {
   // Scaled to a unit diagonal first, because radians and metres have different magnitudes.
   const Vector6d unit = solution.information.diagonal().cwiseSqrt().cwiseInverse();
@@ -252,19 +253,6 @@ PoseCovariance covariance_from(const Matrix6d& m) {
   for (int r = 0; r < 6; ++r)
     for (int c = 0; c < 6; ++c) out[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] = m(r, c);
   return out;
-}
-
-double rms_px(const PosedLens& lens, const TagObservation& observation, const WorldTag& tag, const Pose& probe_world) {
-  const Pose lens_world = compose(inverse(lens.probe_lens), probe_world);
-  double sum = 0;
-  const auto at = tag_corners(tag.size_m);
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto p = lens.model.project(transformed(lens_world, transformed(tag.world_tag, at[i])));
-    if (!p) return kInfinite;
-    const PixelPosition observed = observation.tag.corners[i];
-    sum += (p->x - observed.x) * (p->x - observed.x) + (p->y - observed.y) * (p->y - observed.y);
-  }
-  return std::sqrt(sum / 4);
 }
 
 }  // namespace lightwell

@@ -1,28 +1,74 @@
 // Least-squares pose from observed tag corners with rejection of outlier tags. Shared by find_mounting(), whose world
 // frame is the room, and find_body_pose(), whose world frame is the body. Private to firmware/pose.
-//   solve_pose           local minimisation from a start, with a robust loss
-//   consensus_pose       without a start: the pose that most tags agree on
-//   find_inliers         the tags that agree with a pose
-//   mirror_pose          the second attitude of a planar target
-//   pose_covariance_of   the covariance of a solution
 #pragma once
 
 #include <limits>
 #include <optional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
 #include <lightwell/uncertain_pose.hpp>
 
 #include "pose/mounting.hpp"
-#include "pose/tag_directions.hpp"
 
 namespace lightwell {
 
+[[nodiscard]] inline Eigen::Vector3d eigen(Vec3d v) { return {v.x, v.y, v.z}; }
+[[nodiscard]] inline Vec3d vec(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+[[nodiscard]] inline Quat quat(const Eigen::Quaterniond& q) { return {q.x(), q.y(), q.z(), q.w()}; }
+
+/// An observed corner whose position in the world is known.
+struct CornerObservation {
+  Vec3d world;                ///< Position of the corner, world frame, m.
+  Vec3d lens;                 ///< Position of the lens, probe frame, m.
+  Vec3d direction;            ///< Observed direction, unit vector, probe frame.
+  Vec3d u, v;                 ///< Axes of the tangent plane at `direction`, probe frame.
+  Eigen::Matrix2d whitening;  ///< Maps an error (u, v), rad, to independent components of variance 1.
+};
+
+/// The four corners of one tag in one lens.
+struct ObservedTag {
+  std::size_t index = 0;  ///< Index of the TagObservation.
+  const WorldTag* tag = nullptr;
+  std::vector<CornerObservation> corners;
+  Pose probe_world;  ///< Algebraic estimate from this tag alone, accurate to a few pixels.
+};
+
+/// "tag36h11 5 in lens 0", as messages name it.
+[[nodiscard]] std::string name_of(const TagObservation& observation);
+
 using Quads = std::vector<const ObservedTag*>;
+
+/// The observed tags with a known pose, as directions, and one report per observation.
+struct ObservedTags {
+  std::vector<ObservedTag> tags;
+  std::vector<TagReport> reports;
+  std::size_t unknown = 0;  ///< Number of observations of tags that are not in the world.
+
+  [[nodiscard]] Quads all() const {
+    Quads out;
+    for (const ObservedTag& tag : tags) out.push_back(&tag);
+    return out;
+  }
+};
+
+/// `world` must outlive the result. Tags that are not in it are rejected with `unknown_reason`; corners that do not
+/// determine the tag's pose with theirs. invalid_argument: NaN, an invalid covariance, a lens that the rig does not
+/// have; with `unique` a tag twice in one lens.
+[[nodiscard]] Result<ObservedTags> observed_tags(const PosedLenses& rig, std::span<const WorldTag> world,
+                                                 std::span<const TagObservation> observations, double model_error_px,
+                                                 const std::string& unknown_reason, bool unique);
+/// Sets the residuals in the reports of all known tags, and which of them were used. Returns the RMS reprojection error
+/// of the tags used, px.
+[[nodiscard]] double report_residuals(const PosedLenses& rig, std::span<const TagObservation> observations,
+                                      const Quads& used, const Pose& probe_world, ObservedTags& tags);
+
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
@@ -71,14 +117,13 @@ struct SolverLimits {
 /// the solver corrects).
 [[nodiscard]] Pose mirror_pose(const Quads& quads, const Pose& probe_world);
 
+/// False if two minimisations converged to the same attitude.
+[[nodiscard]] bool are_distinct(const CornerSolution& a, const CornerSolution& b);
+
 /// The covariance of probe_centroid if the covariances of the corners are correct; nullopt if the corners determine no
 /// pose.
 [[nodiscard]] std::optional<Matrix6d> pose_covariance_of(const CornerSolution& solution);
 
 [[nodiscard]] PoseCovariance covariance_from(const Matrix6d& m);
-
-/// RMS reprojection error of a tag's four corners, px; infinite if one of them projects outside the field of view.
-[[nodiscard]] double rms_px(const PosedLens& lens, const TagObservation& observation, const WorldTag& tag,
-                            const Pose& probe_world);
 
 }  // namespace lightwell

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "pose/grey_picture.hpp"
+#include "pose/grey_view.hpp"
 
 namespace lightwell {
 

@@ -59,7 +59,8 @@ double area_of(const FaceOutline& outline) {
   return twice / 2;
 }
 
-/// `outline` minus the white square of half width `half`, by quadrants.
+/// `outline` minus the white square of half width `half`, by quadrants. A quadrant minus the square is not convex, so it
+/// consists of two convex patches, above the square and beside it.
 std::vector<MarkerPatch> patches_around(const FaceOutline& outline, double half, PaperKind kind) {
   const std::array<double, 4> albedos = quadrant_albedos(kind);
   std::vector<MarkerPatch> out;
@@ -206,15 +207,7 @@ constexpr double degrees(double d) { return d * std::numbers::pi / 180; }
 
 }  // namespace
 
-std::string_view to_string(PaperKind kind) {
-  switch (kind) {
-    case PaperKind::white:
-      return "white";
-    case PaperKind::grey:
-      return "grey";
-  }
-  return "unknown";
-}
+std::string_view to_string(PaperKind kind) { return kind == PaperKind::white ? "white" : "grey"; }
 
 Result<PaperKind> parse_paper_kind(std::string_view name) {
   for (const PaperKind kind : {PaperKind::white, PaperKind::grey})

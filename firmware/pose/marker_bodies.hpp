@@ -1,7 +1,4 @@
 // Marker bodies as values: printed by lightwell-calibrate marker-sheet, stored in firmware/estimate/marker/bodies.
-//   make_dodecahedron, make_cube, make_icosahedron   a regular solid with a tag in the middle of each face
-//   make_ball_on_tag                                 a tag on a horizontal sheet, a matte ball behind it
-//   white_square_m, tag_size_for                     size of a tag with its white rim
 //
 // Solids: origin in the centre; face 0 on top (normal +Y), the last face at the bottom (-Y). Between them are rings of
 // faces from top to bottom; within a ring the face index increases with the azimuth from +Z towards +X,
@@ -12,10 +9,6 @@
 //   icosahedron    1..3, then 4..9; 10 + k opposite to 4 + k, 16 + k opposite to 1 + k
 // Tag ids are the face index plus first_id. The up axis of a tag is the one of the face's axes (from the middle of an
 // edge through the centre, in either direction) nearest to +Y; on face 0 nearest to -Z, on the last face to +Z.
-//
-// A face around its tag: the white rim belongs to no patch, because it is too narrow to be sampled. The tag's x and y
-// axes divide the rest into four quadrants, each of one albedo. A quadrant minus the rim is not convex, so it consists
-// of two convex patches, above the rim and beside it.
 #pragma once
 
 #include <array>
@@ -44,6 +37,7 @@ enum class PaperKind : std::uint8_t {
 /// Albedo of the quadrants: top left, top right, bottom left, bottom right of the upright tag.
 [[nodiscard]] std::array<double, 4> quadrant_albedos(PaperKind kind);
 
+/// A regular solid with a tag in the middle of each face.
 struct SolidOptions {
   double size_m = 0.1;  ///< Distance between opposite faces.
   PaperKind paper = PaperKind::white;

@@ -5,11 +5,9 @@
 #include <limits>
 #include <set>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include "pose/corner_solver.hpp"
-#include "pose/tag_directions.hpp"
 
 namespace lightwell {
 
@@ -94,46 +92,24 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTa
   if (gravity)
     if (const Status s = check(*gravity); !s.ok()) return s;
   const PosedLenses lenses(rig);
-  std::vector<ObservedTag> known;
-  std::vector<TagReport> reports;
-  std::set<std::tuple<int, TagFamily, int>> unique;
-  for (std::size_t i = 0; i < observations.size(); ++i) {
-    const TagObservation& s = observations[i];
-    if (s.lens < 0 || static_cast<std::size_t>(s.lens) >= rig.lenses.size())
-      return wrong(name_of(s) + ": the rig has " + std::to_string(rig.lenses.size()) + " lenses");
-    reports.push_back({s.lens, s.tag.family, s.tag.id, 0, false, {}});
-    const auto tag = std::find_if(room.begin(), room.end(),
-                                  [&](const WorldTag& t) { return t.family == s.tag.family && t.id == s.tag.id; });
-    if (tag == room.end()) {
-      reports.back().rejection_reason = "it is not in the room's list";
-      continue;
-    }
-    if (!unique.emplace(s.lens, s.tag.family, s.tag.id).second)
-      return wrong(name_of(s) + " is seen twice; a tag number may occur only once in the room");
-    Result<ObservedTag> quad = directions_of(lenses.at(s.lens), s, *tag, options.model_error_px);
-    if (!quad && quad.status().code() == StatusCode::invalid_argument) return quad.status();
-    if (!quad) {
-      reports.back().rejection_reason = quad.status().message();
-      continue;
-    }
-    quad->index = i;
-    known.push_back(std::move(*quad));
-  }
-  if (known.empty()) {
+  static const std::string kUnknown = "it is not in the room's list";
+  Result<ObservedTags> seen =
+      observed_tags(lenses, room, observations, options.model_error_px, kUnknown, /*unique=*/true);
+  if (!seen) return seen.status();
+  if (seen->tags.empty()) {
     if (!gravity) {
       std::string why = "no tag is seen";
-      for (const TagReport& report : reports)
-        why = reports.size() == 1 || report.rejection_reason != "it is not in the room's list"
+      for (const TagReport& report : seen->reports)
+        why = seen->reports.size() == 1 || report.rejection_reason != kUnknown
                   ? report.rejection_reason
                   : "none of the " + std::to_string(observations.size()) + " seen tags is in the room's list";
       return wrong(why + ", and no gravity is given");
     }
     Result<Mounting> up = gravity_mounting(*gravity);
-    if (up) up->tags = std::move(reports);
+    if (up) up->tags = std::move(seen->reports);
     return up;
   }
-  Quads all;
-  for (const ObservedTag& quad : known) all.push_back(&quad);
+  const Quads all = seen->all();
   CornerSolution best = consensus_pose(all, gravity);
   if (!std::isfinite(best.cost)) return Status(StatusCode::internal, "mounting: the solver found no pose at all");
   const Quads used = find_inliers(all, best.probe_world());
@@ -150,7 +126,6 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTa
   if (other.cost < best.cost) std::swap(best, other);
 
   Mounting out;
-  out.tags = std::move(reports);
   out.position_known = out.heading_known = true;
   const double freedom = 8.0 * static_cast<double>(used.size()) + (gravity ? 2 : 0) - 6;
   out.chi_square = best.cost / freedom;
@@ -165,26 +140,13 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTa
   out.world_probe.pose.translation += best.centroid;
 
   // Report the second pose only if the two minimisations did not converge to the same minimum.
-  const Quat between = other.probe_centroid.rotation * best.probe_centroid.rotation.inverse();
-  const Vec3d axis{between.x, between.y, between.z};
-  if (std::isfinite(other.cost) && length(axis) > 1e-3) {
+  if (std::isfinite(other.cost) && are_distinct(best, other)) {
     out.alternative = inverse(other.probe_world());
     out.alternative_excess = (other.cost - best.cost) / scale;
     out.ambiguous = out.alternative_excess < 2 * std::log(options.ambiguity_odds);
   }
-  double squares = 0;
-  for (const ObservedTag& quad : known) {
-    const TagObservation& observation = observations[quad.index];
-    TagReport& report = out.tags[quad.index];
-    report.rms_px = rms_px(lenses.at(observation.lens), observation, *quad.tag, best.probe_world());
-    report.used = std::find(used.begin(), used.end(), &quad) != used.end();
-    if (report.used) {
-      squares += report.rms_px * report.rms_px;
-    } else {
-      report.rejection_reason = "it contradicts the others";
-    }
-  }
-  out.rms_px = std::sqrt(squares / static_cast<double>(used.size()));
+  out.rms_px = report_residuals(lenses, observations, used, best.probe_world(), *seen);
+  out.tags = std::move(seen->reports);
   return out;
 }
 

@@ -1,6 +1,4 @@
 // Pose of the probe in the room, from tags at known poses and from gravity.
-//   find_mounting     T_world_probe with covariance, from all tags in all lenses together
-//   gravity_mounting  the up direction alone, from gravity
 //
 // The least-squares cost is the distance between observed and predicted corners, weighted by the detector's covariance.
 // The residual is the difference of directions in the tangent plane of the observed one (stereographic projection),
@@ -13,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <lightwell/calibration.hpp>
@@ -20,6 +19,7 @@
 #include <lightwell/result.hpp>
 #include <lightwell/uncertain_pose.hpp>
 
+#include "calibration/model/camera_model.hpp"
 #include "pose/tag_board.hpp"
 #include "pose/tag_detector.hpp"
 
@@ -35,6 +35,38 @@ struct WorldTag {
 
 /// All tags of a board with the pose `world_board`. `board` has passed validate().
 [[nodiscard]] std::vector<WorldTag> tags_of(const TagBoard& board, const Pose& world_board);
+
+/// A lens of a rig, prepared for repeated use: camera model and pose on the probe.
+struct PosedLens {
+  int width = 0, height = 0;
+  Pose probe_lens;  ///< T_probe_lens, lens axes _cv, the rotation normalised.
+  CameraModel model;
+  std::optional<PixelPosition> axis;  ///< The principal point; an equirectangular picture has none.
+
+  explicit PosedLens(const LensParameters& lens)
+      : width(lens.width),
+        height(lens.height),
+        probe_lens{lens.pose_cv.rotation.normalized(), lens.pose_cv.translation},
+        model(lens) {
+    std::visit(
+        [&](const auto& p) {
+          if constexpr (requires { p.cx; }) axis = PixelPosition{p.cx, p.cy};
+        },
+        lens.model);
+  }
+};
+
+/// Made from a rig that has passed validate(). Construction takes about a millisecond per lens, because the model
+/// computes the limit of its projection: callers that process a video keep one. Converts implicitly from a rig.
+struct PosedLenses {
+  std::vector<PosedLens> lenses;
+
+  PosedLenses(const RigParameters& rig) {  // NOLINT: implicit by intention
+    for (const LensParameters& lens : rig.lenses) lenses.emplace_back(lens);
+  }
+  [[nodiscard]] bool has(int lens) const { return lens >= 0 && static_cast<std::size_t>(lens) < lenses.size(); }
+  [[nodiscard]] const PosedLens& at(int lens) const { return lenses[static_cast<std::size_t>(lens)]; }
+};
 
 struct TagObservation {
   int lens = 0;
@@ -67,18 +99,22 @@ struct TagReport {
   std::string rejection_reason;  ///< If not used: not in the room's list, on edge, contradicts the others.
 };
 
-struct Mounting {
-  UncertainPose world_probe;
-  bool position_known = false;  ///< If false, the position is 0 with infinite variance.
-  bool heading_known = false;   ///< If false, the rotation about the world's Y is arbitrary, with infinite variance.
-  /// The second pose of a planar target that covers a small part of the picture (a T_world_probe, like world_probe),
-  /// the excess of its chi², and whether that is too small to decide.
+/// Quality of a pose from tags.
+struct PoseFit {
+  /// The second pose of a planar target that covers a small part of the picture, the excess of its chi², and whether
+  /// that is too small to decide. The covariance is that of the first pose.
   std::optional<Pose> alternative;
   double alternative_excess = 0;
   bool ambiguous = false;
   std::vector<TagReport> tags;  ///< One per observation, in their order.
   double rms_px = 0;            ///< RMS reprojection error of the tags used.
   double chi_square = 0;        ///< Reduced chi²; multiplies the covariance where it is above 1.
+};
+
+struct Mounting : PoseFit {
+  UncertainPose world_probe;
+  bool position_known = false;  ///< If false, the position is 0 with infinite variance.
+  bool heading_known = false;   ///< If false, the rotation about the world's Y is arbitrary, with infinite variance.
 };
 
 /// `rig` has passed validate(). A tag is rejected if its corners are collinear, run clockwise (seen from behind or in a

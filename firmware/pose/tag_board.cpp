@@ -1,8 +1,9 @@
 #include "pose/tag_board.hpp"
 
+#include <algorithm>
 #include <charconv>
-#include <cmath>
-#include <optional>
+#include <map>
+#include <type_traits>
 #include <vector>
 
 #include <lightwell/files.hpp>
@@ -45,53 +46,31 @@ std::string_view scalar(std::string_view text) {
   return text;
 }
 
-/// As parse_number(); YAML allows a plus sign.
-template <class T>
-std::optional<T> number(std::string_view text) {
-  if (text.starts_with('+')) text.remove_prefix(1);
-  return parse_number<T>(text);
-}
-
-enum Key : std::size_t { kType, kColumns, kRows, kSize, kSpacing, kOffset, kFamily, kKeys };
 const std::vector<std::string_view> kNames = {"target_type", "tagCols",    "tagRows",  "tagSize",
                                               "tagSpacing",  "codeOffset", "tagFamily"};
 
-/// Sets one field; returns a message if the value is invalid.
-std::optional<std::string> set(TagBoard& board, std::size_t key, std::string_view value) {
-  const auto whole = [&](int& field) -> std::optional<std::string> {
-    const auto n = number<int>(value);
-    if (!n) return "'" + std::string(value) + "' is not a whole number";
-    field = *n;
-    return std::nullopt;
+/// Sets the field of this name, one of kNames; returns a message if the value is invalid, otherwise an empty one.
+std::string set(TagBoard& board, std::string_view name, std::string_view value) {
+  const std::string quoted = "'" + std::string(value) + "'";
+  const auto number = [&](auto& field) -> std::string {
+    using Number = std::remove_reference_t<decltype(field)>;
+    // YAML allows a plus sign.
+    const auto parsed = parse_number<Number>(value.substr(value.starts_with('+') ? 1 : 0));
+    if (!parsed) return quoted + (std::is_integral_v<Number> ? " is not a whole number" : " is not a number");
+    field = *parsed;
+    return {};
   };
-  const auto real = [&](double& field) -> std::optional<std::string> {
-    const auto n = number<double>(value);
-    if (!n) return "'" + std::string(value) + "' is not a number";
-    field = *n;
-    return std::nullopt;
-  };
-  switch (key) {
-    case kColumns:
-      return whole(board.columns);
-    case kRows:
-      return whole(board.rows);
-    case kSize:
-      return real(board.tag_size_m);
-    case kSpacing:
-      return real(board.spacing);
-    case kOffset:
-      return whole(board.first_id);
-    case kFamily: {
-      const Result<TagFamily> family = parse_tag_family(value);
-      if (!family) return family.status().message();
-      board.family = *family;
-      return std::nullopt;
-    }
-    default:
-      break;
+  if (name == "tagCols") return number(board.columns);
+  if (name == "tagRows") return number(board.rows);
+  if (name == "tagSize") return number(board.tag_size_m);
+  if (name == "tagSpacing") return number(board.spacing);
+  if (name == "codeOffset") return number(board.first_id);
+  if (name == "tagFamily") {
+    const Result<TagFamily> family = parse_tag_family(value);
+    if (family) board.family = *family;
+    return family.status().message();
   }
-  if (value == "aprilgrid") return std::nullopt;
-  return "'" + std::string(value) + "' is not supported; a board of tags is of type 'aprilgrid'";
+  return value == "aprilgrid" ? "" : quoted + " is not supported; a board of tags is of type 'aprilgrid'";
 }
 
 }  // namespace
@@ -140,7 +119,7 @@ std::array<Vec3d, 4> tag_corners(double tag_size_m) {
 
 Result<TagBoard> parse_tag_board(std::string_view text, const std::string& name) {
   TagBoard board;
-  std::array<int, kKeys> line_of{};
+  std::map<std::string_view, int> line_of;
   int line_number = 0;
   const auto wrong = [&](const std::string& what) {
     return Status(StatusCode::invalid_argument, name + ":" + std::to_string(line_number) + ": " + what);
@@ -154,20 +133,18 @@ Result<TagBoard> parse_tag_board(std::string_view text, const std::string& name)
     const auto colon = line.find(':');
     if (colon == std::string_view::npos) return wrong("'" + std::string(line) + "' is not 'name: value'");
     const std::string_view key = scalar(line.substr(0, colon)), value = scalar(line.substr(colon + 1));
-    std::size_t index = 0;
-    while (index < kNames.size() && kNames[index] != key) ++index;
-    if (index == kNames.size()) {
+    if (std::ranges::find(kNames, key) == kNames.end()) {
       const std::string near = nearest_name(key, kNames);
       return wrong("unknown field '" + std::string(key) + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
     }
-    if (line_of[index] != 0)
-      return wrong(std::string(key) + " is given twice; the first is on line " + std::to_string(line_of[index]));
-    line_of[index] = line_number;
-    if (const auto problem = set(board, index, value)) return wrong(std::string(key) + ": " + *problem);
+    const auto [first, is_new] = line_of.emplace(key, line_number);
+    if (!is_new)
+      return wrong(std::string(key) + " is given twice; the first is on line " + std::to_string(first->second));
+    if (const std::string problem = set(board, key, value); !problem.empty())
+      return wrong(std::string(key) + ": " + problem);
   }
-  for (const std::size_t needed : {kType, kColumns, kRows, kSize, kSpacing})
-    if (line_of[needed] == 0)
-      return Status(StatusCode::invalid_argument, name + ": " + std::string(kNames[needed]) + " is missing");
+  for (const char* needed : {"target_type", "tagCols", "tagRows", "tagSize", "tagSpacing"})
+    if (!line_of.contains(needed)) return Status(StatusCode::invalid_argument, name + ": " + needed + " is missing");
   if (const Status s = board.validate(); !s.ok()) return Status(s.code(), name + ": " + s.message());
   return board;
 }
@@ -179,24 +156,14 @@ Result<TagBoard> load_tag_board(const std::string& path) {
 }
 
 std::string tag_board_to_text(const TagBoard& board) {
-  return "target_type: 'aprilgrid'\n"
-         "tagFamily: '" +
-         std::string(to_string(board.family)) +
-         "'\n"
-         "tagCols: " +
-         std::to_string(board.columns) +
-         "\n"
-         "tagRows: " +
-         std::to_string(board.rows) +
-         "\n"
-         "tagSize: " +
-         to_text(board.tag_size_m) +
-         "  # m, between the corners that are detected\n"
-         "tagSpacing: " +
-         to_text(board.spacing) +
-         "  # gap / tagSize\n"
-         "codeOffset: " +
-         std::to_string(board.first_id) + "  # number of the bottom left tag\n";
+  std::string out = "target_type: 'aprilgrid'\n";
+  out += "tagFamily: '" + std::string(to_string(board.family)) + "'\n";
+  out += "tagCols: " + std::to_string(board.columns) + "\n";
+  out += "tagRows: " + std::to_string(board.rows) + "\n";
+  out += "tagSize: " + to_text(board.tag_size_m) + "  # m, between the corners that are detected\n";
+  out += "tagSpacing: " + to_text(board.spacing) + "  # gap / tagSize\n";
+  out += "codeOffset: " + std::to_string(board.first_id) + "  # number of the bottom left tag\n";
+  return out;
 }
 
 }  // namespace lightwell

@@ -1,6 +1,4 @@
-// A planar grid of AprilTags as a value.
-//   TagBoard            the grid, its corners in its own frame, validate()
-//   load_tag_board, parse_tag_board, tag_board_to_text      Kalibr's YAML for targets of type 'aprilgrid'
+// A planar grid of AprilTags as a value, and Kalibr's YAML for targets of type 'aprilgrid'.
 //
 // Board frame: right-handed, metres; z = 0 is the paper, +Z points from it towards the viewer, +X right, +Y up. That is
 // Kalibr's convention and agrees with the axes of the world frame for an upright board. The origin is the bottom left
@@ -60,9 +58,7 @@ struct TagBoard {
 [[nodiscard]] std::array<Vec3d, 4> tag_corners(double tag_size_m);
 
 /// Parses Kalibr's YAML: target_type 'aprilgrid', tagCols, tagRows, tagSize (m), tagSpacing, and optionally codeOffset;
-/// tagFamily is Lightwell's extension and optional. Errors: "NAME:LINE: the problem and the remedy". The file describes
-/// the geometry alone: boards that Kalibr prints have tags with a frame of two cells, which AprilTag 3 does not detect.
-/// Print boards with lightwell-calibrate.
+/// tagFamily is Lightwell's extension and optional. Errors: "NAME:LINE: the problem and the remedy".
 [[nodiscard]] Result<TagBoard> parse_tag_board(std::string_view text, const std::string& name);
 /// not_found: the file cannot be opened; data_loss: it cannot be read; otherwise as parse_tag_board().
 [[nodiscard]] Result<TagBoard> load_tag_board(const std::string& path);

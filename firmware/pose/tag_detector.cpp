@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
 
 #include "pose/apriltag_family.hpp"
 #include "pose/corner_refiner.hpp"
-#include "pose/rectified_view.hpp"
 
 namespace lightwell {
 
@@ -15,12 +15,133 @@ namespace {
 
 /// Smallest side of a decimated picture, px: below it AprilTag, which works in tiles of 4 x 4 pixels, detects nothing.
 constexpr int kMinSide_px = 32;
+/// Number of corrected bits: more find more dirty tags, and more false ones; 2 takes 100 MB for tagStandard41h12.
+constexpr int kMaxHamming = 1;
+/// Detections with a smaller decision margin are dropped.
+constexpr double kMinDecisionMargin = 10;
 /// The centre of the top left pixel in AprilTag's coordinates.
 constexpr double kApriltagCenter = 0.5;
 /// Standard deviation of AprilTag's own corners, px; measured a few tenths, more with curved edges.
 constexpr double kCoarseDeviation = 0.5;
 /// Distance from AprilTag's straight edges within which the true ones are searched, px; the decimation is added to it.
 constexpr double kEdgeSearchReach_px = 1.5;
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr int kViewsPerRing = 8;
+constexpr double kRingHalf = 40 * kDegree, kMiddleHalf = 45 * kDegree;
+/// Largest angle of the first ring's centres from the axis: views further out would exceed the field of view of most
+/// lenses. A lens with a larger field has further rings.
+constexpr double kRingCenter = 70 * kDegree, kRingStep = 50 * kDegree;
+constexpr int kMaxSize_px = 1600;
+constexpr std::uint8_t kGrey = 128;
+/// The camera model is evaluated at the corners of blocks of this many pixels and interpolated bilinearly between them.
+/// The error of some hundredths of a pixel does not matter, because corners are refined in the original picture.
+constexpr int kBlock = 8;
+
+Vec3d direction_cv(double theta, double phi) {
+  return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
+}
+
+/// Resolution of the lens in a direction, px/rad: the larger of the radial and the tangential one.
+std::optional<double> density(const CameraModel& lens, double theta, double phi) {
+  const Vec3d ahead = direction_cv(theta, phi);
+  const Vec3d radial = direction_cv(theta + std::numbers::pi / 2, phi), around = cross(ahead, radial);
+  constexpr double kStep = 1e-3;
+  double best = 0;
+  for (const Vec3d aside : {radial, around}) {
+    const auto a = lens.project(ahead - aside * kStep), b = lens.project(ahead + aside * kStep);
+    if (!a || !b) return std::nullopt;
+    best = std::max(best, std::hypot(b->x - a->x, b->y - a->y) / (2 * kStep));
+  }
+  return best > 0 ? std::optional(best) : std::nullopt;
+}
+
+std::optional<ViewAxes> view_towards(const CameraModel& lens, double theta, double phi, double half) {
+  const auto focal = density(lens, theta, phi);
+  if (!focal) return std::nullopt;
+  ViewAxes view;
+  view.forward = direction_cv(theta, phi);
+  // "Down" points away from the axis; any choice will do, because tags are detected in any orientation.
+  view.down = direction_cv(theta + std::numbers::pi / 2, phi);
+  view.right = cross(view.down, view.forward);
+  const double wanted = 2 * *focal * std::tan(half);
+  view.size = static_cast<int>(std::clamp(wanted, 16.0, static_cast<double>(kMaxSize_px)));
+  view.focal_px = *focal * view.size / wanted;
+  return view;
+}
+
+/// The largest angle from the axis that the picture shows, rad; the model's limit where its rim lies in the picture.
+double largest_angle(const CameraModel& lens, int width, int height) {
+  const double end = lens.max_angle_rad();
+  constexpr int kSteps = 64;
+  double seen = 0;
+  const auto include = [&](double x, double y) {
+    if (const auto d = lens.unproject({x, y})) seen = std::max(seen, std::atan2(std::hypot(d->x, d->y), d->z));
+  };
+  for (int i = 0; i <= kSteps; ++i) {
+    const double x = (width - 1.0) * i / kSteps, y = (height - 1.0) * i / kSteps;
+    include(x, 0), include(x, height - 1.0), include(0, y), include(width - 1.0, y);
+  }
+  // The rim of the field of view may lie in the picture all around, or in a part of it.
+  for (int i = 0; i < kSteps; ++i) {
+    const auto p = lens.project(direction_cv(end * (1 - 1e-9), 2 * std::numbers::pi * i / kSteps));
+    if (p && p->x >= 0 && p->y >= 0 && p->x <= width - 1 && p->y <= height - 1) return end;
+  }
+  return seen;
+}
+
+std::uint8_t sampled(const GreyPicture& picture, PixelPosition p) {
+  const double fx = std::floor(p.x), fy = std::floor(p.y);
+  if (!(fx >= 0 && fy >= 0 && fx < picture.width - 1 && fy < picture.height - 1)) return kGrey;
+  const int x = static_cast<int>(fx), y = static_cast<int>(fy);
+  const double u = p.x - fx, v = p.y - fy;
+  const double value = (1 - v) * ((1 - u) * picture.at(x, y) + u * picture.at(x + 1, y)) +
+                       v * ((1 - u) * picture.at(x, y + 1) + u * picture.at(x + 1, y + 1));
+  return static_cast<std::uint8_t>(value + 0.5);
+}
+
+class RectifiedView {
+ public:
+  /// Pixels outside the field of view or the picture are grey (128).
+  RectifiedView(const GreyPicture& picture, const CameraModel& lens, const ViewAxes& axes)
+      : axes_(axes), pixels_(static_cast<std::size_t>(axes.size) * static_cast<std::size_t>(axes.size), kGrey) {
+    const auto at = [&](int x, int y) { return original(lens, {static_cast<double>(x), static_cast<double>(y)}); };
+    for (int top = 0; top < axes.size; top += kBlock)
+      for (int left = 0; left < axes.size; left += kBlock) {
+        const auto a = at(left, top), b = at(left + kBlock, top), c = at(left, top + kBlock),
+                   d = at(left + kBlock, top + kBlock);
+        const bool smooth = a && b && c && d;
+        for (int y = top; y < std::min(top + kBlock, axes.size); ++y)
+          for (int x = left; x < std::min(left + kBlock, axes.size); ++x) {
+            std::optional<PixelPosition> p;
+            if (smooth) {
+              const double u = static_cast<double>(x - left) / kBlock, v = static_cast<double>(y - top) / kBlock;
+              const double wa = (1 - u) * (1 - v), wb = u * (1 - v), wc = (1 - u) * v, wd = u * v;
+              p = PixelPosition{wa * a->x + wb * b->x + wc * c->x + wd * d->x,
+                                wa * a->y + wb * b->y + wc * c->y + wd * d->y};
+            } else if (a || b || c || d) {
+              p = at(x, y);
+            }
+            if (p) pixels_[static_cast<std::size_t>(y * axes.size + x)] = sampled(picture, *p);
+          }
+      }
+  }
+
+  [[nodiscard]] GreyPicture picture() const {
+    return {pixels_, axes_.size, axes_.size, static_cast<std::size_t>(axes_.size)};
+  }
+
+  /// Maps a pixel of the view to the original picture; nullopt outside the field of view.
+  [[nodiscard]] std::optional<PixelPosition> original(const CameraModel& lens, PixelPosition in_view) const {
+    const double middle = (axes_.size - 1) / 2.0;
+    return lens.project(axes_.forward * axes_.focal_px + axes_.right * (in_view.x - middle) +
+                        axes_.down * (in_view.y - middle));
+  }
+
+ private:
+  ViewAxes axes_;
+  std::vector<std::uint8_t> pixels_;
+};
 
 PixelPosition middle_of(const std::array<PixelPosition, 4>& c) {
   return {(c[0].x + c[1].x + c[2].x + c[3].x) / 4, (c[0].y + c[1].y + c[2].y + c[3].y) / 4};
@@ -68,6 +189,20 @@ bool to_original(const RectifiedView& view, const CameraModel& lens, std::array<
 
 }  // namespace
 
+std::vector<ViewAxes> views_of(const CameraModel& lens, int width, int height, double beyond_rad) {
+  std::vector<ViewAxes> views;
+  const double end = largest_angle(lens, width, height);
+  if (!(end > beyond_rad)) return views;
+  if (const auto middle = view_towards(lens, 0, 0, kMiddleHalf)) views.push_back(*middle);
+  for (double theta = std::clamp(end - 20 * kDegree, 35 * kDegree, kRingCenter);; theta += kRingStep) {
+    for (int i = 0; i < kViewsPerRing; ++i)
+      if (const auto view = view_towards(lens, theta, 2 * std::numbers::pi * i / kViewsPerRing, kRingHalf))
+        views.push_back(*view);
+    if (theta + kRingHalf >= end) break;
+  }
+  return views;
+}
+
 Status TagDetectorOptions::validate() const {
   const auto wrong = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
   if (families.empty()) return wrong("families is empty; name at least one");
@@ -75,31 +210,22 @@ Status TagDetectorOptions::validate() const {
     if (std::find(families.begin(), families.begin() + static_cast<std::ptrdiff_t>(i), families[i]) !=
         families.begin() + static_cast<std::ptrdiff_t>(i))
       return wrong("families names " + std::string(to_string(families[i])) + " twice");
-  if (!(decimate >= 1 && decimate <= 8))
-    return wrong("decimate is " + std::to_string(decimate) + "; it must be 1 to 8");
-  if (!(blur_px >= 0 && blur_px <= 5)) return wrong("blur_px is " + std::to_string(blur_px) + "; it must be 0 to 5");
-  if (min_contrast < 1 || min_contrast > 255)
-    return wrong("min_contrast is " + std::to_string(min_contrast) + "; it must be 1 to 255");
-  if (max_hamming < 0 || max_hamming > 2)
-    return wrong("max_hamming is " + std::to_string(max_hamming) + "; it must be 0 to 2");
-  if (!(min_decision_margin >= 0 && min_decision_margin <= 255))
-    return wrong("min_decision_margin is " + std::to_string(min_decision_margin) + "; it must be 0 to 255");
   if (!linear.empty() && linear.size() != 256)
     return wrong("linear has " + std::to_string(linear.size()) + " values; it must have 256, or none");
   for (const float v : linear)
     if (!std::isfinite(v)) return wrong("linear has a value that is not finite");
-  if (!(rectify_beyond_rad >= 0 && rectify_beyond_rad <= 4))
-    return wrong("rectify_beyond_rad is " + std::to_string(rectify_beyond_rad) + "; it must be 0 to 4");
-  if (threads < 1 || threads > 64) return wrong("threads is " + std::to_string(threads) + "; it must be 1 to 64");
   return {};
 }
 
 Status DetectionWindow::validate() const {
-  TagDetectorOptions asked;
-  asked.decimate = decimate;
-  asked.min_contrast = min_contrast;
-  const Status s = asked.validate();
-  return s.ok() ? s : Status(s.code(), "tag detector: " + s.message());
+  const auto wrong = [](const std::string& what) {
+    return Status(StatusCode::invalid_argument, "tag detector: " + what);
+  };
+  if (!(decimate >= 1 && decimate <= 8))
+    return wrong("decimate is " + std::to_string(decimate) + "; it must be 1 to 8");
+  if (min_contrast < 1 || min_contrast > 255)
+    return wrong("min_contrast is " + std::to_string(min_contrast) + "; it must be 1 to 255");
+  return {};
 }
 
 struct TagDetector::Impl {
@@ -108,60 +234,56 @@ struct TagDetector::Impl {
   std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)> detector{nullptr, apriltag_detector_destroy};
 
   /// AprilTag's detections, not refined, in the pixel convention of TagDetection.
-  [[nodiscard]] std::vector<TagDetection> detect_coarse(const GreyPicture& picture, double decimate,
-                                                        int min_contrast) const;
-  void refine(const GreyPicture& picture, TagDetection& tag, double decimate) const;
-};
+  [[nodiscard]] std::vector<TagDetection> detect_coarse(const GreyPicture& picture,
+                                                        const DetectionWindow& search = {}) const {
+    std::vector<TagDetection> out;
+    if (std::min(picture.width, picture.height) < kMinSide_px * search.decimate) return out;
+    detector->quad_decimate = static_cast<float>(search.decimate);
+    detector->qtp.min_white_black_diff = search.min_contrast;
+    // AprilTag does not write to the picture, but image_u8_t has a non-const pointer.
+    image_u8_t image{picture.width, picture.height, static_cast<std::int32_t>(picture.stride),
+                     const_cast<std::uint8_t*>(picture.data.data())};
+    const std::unique_ptr<zarray_t, void (*)(zarray_t*)> found(apriltag_detector_detect(detector.get(), &image),
+                                                               apriltag_detections_destroy);
+    for (int i = 0; i < zarray_size(found.get()); ++i) {
+      apriltag_detection_t* one = nullptr;
+      zarray_get(found.get(), i, &one);
+      if (static_cast<double>(one->decision_margin) < kMinDecisionMargin || one->hamming > kMaxHamming) continue;
+      TagDetection tag;
+      for (const auto& [family, held] : families)
+        if (held.get() == one->family) tag.family = family;
+      tag.id = one->id;
+      tag.hamming = one->hamming;
+      tag.decision_margin = static_cast<double>(one->decision_margin);
+      const double variance = kCoarseDeviation * kCoarseDeviation * search.decimate * search.decimate;
+      for (std::size_t k = 0; k < 4; ++k) {
+        tag.corners[k] = {one->p[k][0] - kApriltagCenter, one->p[k][1] - kApriltagCenter};
+        tag.covariance[k] = {variance, 0, variance};
+      }
+      out.push_back(tag);
+    }
+    return out;
+  }
 
-std::vector<TagDetection> TagDetector::Impl::detect_coarse(const GreyPicture& picture, double decimate,
-                                                           int min_contrast) const {
-  std::vector<TagDetection> out;
-  if (std::min(picture.width, picture.height) < kMinSide_px * decimate) return out;
-  detector->quad_decimate = static_cast<float>(decimate);
-  detector->qtp.min_white_black_diff = min_contrast;
-  // AprilTag does not write to the picture, but image_u8_t has a non-const pointer.
-  image_u8_t image{picture.width, picture.height, static_cast<std::int32_t>(picture.stride),
-                   const_cast<std::uint8_t*>(picture.data.data())};
-  const std::unique_ptr<zarray_t, void (*)(zarray_t*)> found(apriltag_detector_detect(detector.get(), &image),
-                                                             apriltag_detections_destroy);
-  for (int i = 0; i < zarray_size(found.get()); ++i) {
-    apriltag_detection_t* one = nullptr;
-    zarray_get(found.get(), i, &one);
-    if (one->decision_margin < options.min_decision_margin || one->hamming > options.max_hamming) continue;
-    TagDetection tag;
-    for (const auto& [family, held] : families)
-      if (held.get() == one->family) tag.family = family;
-    tag.id = one->id;
-    tag.hamming = one->hamming;
-    tag.decision_margin = static_cast<double>(one->decision_margin);
-    const double variance = kCoarseDeviation * kCoarseDeviation * decimate * decimate;
+  void refine(const GreyPicture& picture, TagDetection& tag, double decimate = 1) const {
+    if (options.corners == CornerRefinement::none) return;
+    const TagShape shape = shape_of(tag.family);
+    const TagOutline outline{tag.corners, shape.edge_cells, shape.dark_inside};
+    const auto corners =
+        options.corners == CornerRefinement::edge_fit
+            ? refine_corners(picture, outline, options.linear)
+            : locate_corners_by_edge_search(picture, outline, options.linear, kEdgeSearchReach_px + decimate);
+    tag.refined = true;
     for (std::size_t k = 0; k < 4; ++k) {
-      tag.corners[k] = {one->p[k][0] - kApriltagCenter, one->p[k][1] - kApriltagCenter};
-      tag.covariance[k] = {variance, 0, variance};
-    }
-    out.push_back(tag);
-  }
-  return out;
-}
-
-void TagDetector::Impl::refine(const GreyPicture& picture, TagDetection& tag, double decimate) const {
-  if (options.corners == CornerRefinement::none) return;
-  const TagShape shape = shape_of(tag.family);
-  const TagOutline outline{tag.corners, shape.edge_cells, shape.dark_inside};
-  const auto corners =
-      options.corners == CornerRefinement::edge_fit
-          ? refine_corners(picture, outline, options.linear)
-          : locate_corners_by_edge_search(picture, outline, options.linear, kEdgeSearchReach_px + decimate);
-  tag.refined = true;
-  for (std::size_t k = 0; k < 4; ++k) {
-    if (corners[k]) {
-      tag.corners[k] = corners[k]->position;
-      tag.covariance[k] = corners[k]->covariance;
-    } else {
-      tag.refined = false;
+      if (corners[k]) {
+        tag.corners[k] = corners[k]->position;
+        tag.covariance[k] = corners[k]->covariance;
+      } else {
+        tag.refined = false;
+      }
     }
   }
-}
+};
 
 TagDetector::TagDetector(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 TagDetector::TagDetector(TagDetector&&) noexcept = default;
@@ -173,27 +295,22 @@ Result<TagDetector> TagDetector::make(const TagDetectorOptions& options) {
   auto impl = std::make_unique<Impl>();
   impl->options = options;
   impl->detector.reset(apriltag_detector_create());
-  apriltag_detector_t& detector = *impl->detector;
-  detector.nthreads = options.threads;
-  detector.quad_decimate = static_cast<float>(options.decimate);
-  detector.quad_sigma = static_cast<float>(options.blur_px);
   for (const TagFamily family : options.families) {
     impl->families.emplace_back(family, make_apriltag_family(family));
-    apriltag_detector_add_family_bits(&detector, impl->families.back().second.get(), options.max_hamming);
+    apriltag_detector_add_family_bits(impl->detector.get(), impl->families.back().second.get(), kMaxHamming);
   }
   return TagDetector(std::move(impl));
 }
 
 Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture, const CameraModel* lens) {
   if (const Status s = picture.validate(); !s.ok()) return s;
-  std::vector<TagDetection> tags = impl_->detect_coarse(picture, impl_->options.decimate, impl_->options.min_contrast);
+  std::vector<TagDetection> tags = impl_->detect_coarse(picture);
   // Detections in rectified views of tags that were also found in the picture: a better start where edges are curved.
   std::vector<std::optional<TagDetection>> straight(tags.size());
   if (lens != nullptr) {
-    for (const ViewAxes& axes : views_of(*lens, picture.width, picture.height, impl_->options.rectify_beyond_rad)) {
+    for (const ViewAxes& axes : views_of(*lens, picture.width, picture.height, kRectifyBeyond_rad)) {
       const RectifiedView view(picture, *lens, axes);
-      for (TagDetection tag :
-           impl_->detect_coarse(view.picture(), impl_->options.decimate, impl_->options.min_contrast)) {
+      for (TagDetection tag : impl_->detect_coarse(view.picture())) {
         tag.rectified = true;
         if (!to_original(view, *lens, tag.corners)) continue;
         const auto known = std::find_if(tags.begin(), tags.end(), [&](const auto& t) { return same_tag(t, tag); });
@@ -209,9 +326,9 @@ Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture
     }
   }
   for (std::size_t i = 0; i < tags.size(); ++i) {
-    impl_->refine(picture, tags[i], impl_->options.decimate);
+    impl_->refine(picture, tags[i]);
     if (tags[i].refined || !straight[i]) continue;
-    impl_->refine(picture, *straight[i], impl_->options.decimate);
+    impl_->refine(picture, *straight[i]);
     if (straight[i]->refined) tags[i] = *straight[i];
   }
   sort(tags);
@@ -231,7 +348,7 @@ Result<std::vector<TagDetection>> TagDetector::detect_in(const GreyPicture& pict
   if (right <= left || bottom <= top) return std::vector<TagDetection>();
   const std::size_t first = static_cast<std::size_t>(top) * picture.stride + static_cast<std::size_t>(left);
   const GreyPicture part{picture.data.subspan(first), right - left, bottom - top, picture.stride};
-  std::vector<TagDetection> tags = impl_->detect_coarse(part, window.decimate, window.min_contrast);
+  std::vector<TagDetection> tags = impl_->detect_coarse(part, window);
   for (TagDetection& tag : tags) {
     for (PixelPosition& p : tag.corners) p = {p.x + left, p.y + top};
     impl_->refine(picture, tag, window.decimate);

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "calibration/model/camera_model.hpp"
-#include "pose/grey_picture.hpp"
+#include "pose/grey_view.hpp"
 #include "pose/tag_family.hpp"
 
 namespace lightwell {
@@ -46,31 +46,30 @@ enum class CornerRefinement : std::uint8_t {
   edge_fit,     ///< Fit of a blurred-edge model: hundredths of a pixel, 1 to 3 ms per tag.
 };
 
+/// Angle from the lens axis beyond which rectified views are searched, rad. That takes two to five times as long as the
+/// search of the picture.
+inline constexpr double kRectifyBeyond_rad = 0.7;
+
+/// Orientation and intrinsics of a square pinhole view.
+struct ViewAxes {
+  Vec3d right, down, forward;  ///< Unit vectors in the lens's _cv frame.
+  double focal_px = 0;
+  int size = 0;  ///< Pixels per side; the principal point is the centre.
+};
+
+/// Pinhole views of a fisheye picture, in which straight edges are straight. Together they cover the centre of a lens
+/// and its field from `beyond_rad` (angle from the axis) outwards, each with about the resolution of the picture there.
+/// Neighbours overlap by 35 degrees, so that a narrower tag is complete in one of them. Empty if the picture, whatever
+/// the model's range, does not extend to `beyond_rad`.
+[[nodiscard]] std::vector<ViewAxes> views_of(const CameraModel& lens, int width, int height, double beyond_rad);
+
 struct TagDetectorOptions {
   std::vector<TagFamily> families = {TagFamily::tag36h11};
-  /// Quads are searched in a picture reduced by this factor, 1 to 8: 2 takes a third of the time and misses tags below
-  /// 20 px.
-  double decimate = 1;
-  /// Standard deviation of a Gaussian blur before the search, px, 0 to 5: 0.8 finds more tags in a noisy picture, but
-  /// fewer small ones.
-  double blur_px = 0;
-  /// Maximum number of corrected bits, 0 to 2: a larger one finds more dirty tags, and more false ones. 2 takes 100 MB
-  /// for tagStandard41h12.
-  int max_hamming = 1;
-  /// Detections with a smaller decision margin are dropped.
-  double min_decision_margin = 10;
-  /// Tiles whose values differ by less are ignored as flat, 1 to 255. If the noise exceeds it, the search takes three
-  /// to six times as long: see contrast_above_noise().
-  int min_contrast = 5;
   CornerRefinement corners = CornerRefinement::edge_fit;
   /// Linear intensity for each of the 256 pixel values (linear_table() of calibration/model/response.hpp); empty: the
   /// values are linear. In an encoded picture (sRGB), the centre of a blurred edge is not half way between the values:
   /// without this table every tag appears up to half a pixel larger or smaller.
   std::vector<float> linear;
-  /// Angle from the lens axis beyond which rectified views are searched, rad, 0 to 4. That takes two to five times as
-  /// long as the search of the picture.
-  double rectify_beyond_rad = 0.7;
-  int threads = 1;
 
   [[nodiscard]] Status validate() const;
 };
@@ -84,9 +83,13 @@ struct PixelRegion {
 
 /// The part of a picture to search, with its own search parameters.
 struct DetectionWindow {
-  PixelRegion region;    ///< Clipped to the picture.
-  double decimate = 1;   ///< Replaces TagDetectorOptions::decimate.
-  int min_contrast = 5;  ///< Replaces TagDetectorOptions::min_contrast.
+  PixelRegion region;  ///< Clipped to the picture.
+  /// Quads are searched in a picture reduced by this factor, 1 to 8: 2 takes a third of the time and misses tags below
+  /// 20 px.
+  double decimate = 1;
+  /// Tiles whose values differ by less are ignored as flat, 1 to 255. If the noise exceeds it, the search takes three
+  /// to six times as long: see contrast_above_noise().
+  int min_contrast = 5;
 
   [[nodiscard]] Status validate() const;
 };

@@ -1,18 +1,21 @@
-#include "pose/tag_directions.hpp"
-
+// Observed corners as directions in the probe frame, the initial pose from a single tag, and residuals in pixels.
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
+#include <string>
+#include <tuple>
+#include <utility>
 
 #include <Eigen/Dense>
+
+#include "pose/corner_solver.hpp"
 
 namespace lightwell {
 
 namespace {
 
 using Eigen::Vector3d;
-
-Vector3d eigen(Vec3d v) { return {v.x, v.y, v.z}; }
-Vec3d vec(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 /// Least width of the four corners relative to their length; below it their plane is undetermined. It corresponds to a
 /// tag 0.06 degrees from on edge, which no picture resolves.
@@ -77,20 +80,11 @@ PlanePose plane_pose(const std::array<Vec3d, 4>& directions, double size_m) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> nearest(approximate, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d r = nearest.matrixU() * nearest.matrixV().transpose();
   if (r.determinant() < 0) r.col(2) = -r.col(2);
-  const Eigen::Quaterniond q(r);
-  PlanePose out;
-  out.pose.rotation = Quat{q.x(), q.y(), q.z(), q.w()}.normalized();
-  out.pose.translation = vec(t / scale * (size_m / 2));
-  return out;
+  return {{quat(Eigen::Quaterniond(r)).normalized(), vec(t / scale * (size_m / 2))}, {}};
 }
 
-}  // namespace
-
-std::string name_of(const TagObservation& observation) {
-  return std::string(to_string(observation.tag.family)) + " " + std::to_string(observation.tag.id) + " in lens " +
-         std::to_string(observation.lens);
-}
-
+/// Unprojects the corners of `observation`; ObservedTag::index is left 0 and `tag` must outlive the result.
+/// invalid_argument: NaN or an invalid covariance. failed_precondition: corners that do not determine the tag's pose.
 Result<ObservedTag> directions_of(const PosedLens& lens, const TagObservation& observation, const WorldTag& tag,
                                   double model_error_px) {
   const auto wrong = [&](const std::string& what) {
@@ -153,6 +147,71 @@ Result<ObservedTag> directions_of(const PosedLens& lens, const TagObservation& o
   out.probe_world = compose(probe_tag, inverse(tag.world_tag));
   out.probe_world.rotation = out.probe_world.rotation.normalized();
   return out;
+}
+
+/// RMS reprojection error of a tag's four corners, px; infinite if one of them projects outside the field of view.
+double rms_px(const PosedLens& lens, const TagObservation& observation, const WorldTag& tag, const Pose& probe_world) {
+  const Pose lens_world = compose(inverse(lens.probe_lens), probe_world);
+  double sum = 0;
+  const auto at = tag_corners(tag.size_m);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto p = lens.model.project(transformed(lens_world, transformed(tag.world_tag, at[i])));
+    if (!p) return std::numeric_limits<double>::infinity();
+    const PixelPosition observed = observation.tag.corners[i];
+    sum += (p->x - observed.x) * (p->x - observed.x) + (p->y - observed.y) * (p->y - observed.y);
+  }
+  return std::sqrt(sum / 4);
+}
+
+}  // namespace
+
+std::string name_of(const TagObservation& observation) {
+  return std::string(to_string(observation.tag.family)) + " " + std::to_string(observation.tag.id) + " in lens " +
+         std::to_string(observation.lens);
+}
+
+Result<ObservedTags> observed_tags(const PosedLenses& rig, std::span<const WorldTag> world,
+                                   std::span<const TagObservation> observations, double model_error_px,
+                                   const std::string& unknown_reason, bool unique) {
+  ObservedTags out;
+  std::set<std::tuple<int, TagFamily, int>> seen;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const TagObservation& s = observations[i];
+    const auto wrong = [&](const std::string& what) { return Status(StatusCode::invalid_argument, name_of(s) + what); };
+    if (!rig.has(s.lens)) return wrong(": the rig has " + std::to_string(rig.lenses.size()) + " lenses");
+    TagReport& report = out.reports.emplace_back(TagReport{s.lens, s.tag.family, s.tag.id, 0, false, unknown_reason});
+    const auto tag = std::find_if(world.begin(), world.end(),
+                                  [&](const WorldTag& t) { return t.family == s.tag.family && t.id == s.tag.id; });
+    if (tag == world.end()) {
+      ++out.unknown;
+      continue;
+    }
+    if (unique && !seen.emplace(s.lens, s.tag.family, s.tag.id).second)
+      return wrong(" is seen twice; a tag number may occur only once in the room");
+    Result<ObservedTag> quad = directions_of(rig.at(s.lens), s, *tag, model_error_px);
+    if (!quad && quad.status().code() == StatusCode::invalid_argument) return quad.status();
+    report.rejection_reason = quad.status().message();
+    if (!quad) continue;
+    quad->index = i;
+    out.tags.push_back(std::move(*quad));
+  }
+  return out;
+}
+
+double report_residuals(const PosedLenses& rig, std::span<const TagObservation> observations, const Quads& used,
+                        const Pose& probe_world, ObservedTags& tags) {
+  double squares = 0;
+  for (const ObservedTag& quad : tags.tags) {
+    const TagObservation& observation = observations[quad.index];
+    TagReport& report = tags.reports[quad.index];
+    report.rms_px = rms_px(rig.at(observation.lens), observation, *quad.tag, probe_world);
+    report.used = std::find(used.begin(), used.end(), &quad) != used.end();
+    if (report.used)
+      squares += report.rms_px * report.rms_px;
+    else
+      report.rejection_reason = "it contradicts the others";
+  }
+  return std::sqrt(squares / static_cast<double>(used.size()));
 }
 
 }  // namespace lightwell

@@ -9,15 +9,7 @@
 
 namespace lightwell {
 
-std::string_view to_string(TagFamily family) {
-  switch (family) {
-    case TagFamily::tag36h11:
-      return "tag36h11";
-    case TagFamily::tagStandard41h12:
-      return "tagStandard41h12";
-  }
-  return "unknown";
-}
+std::string_view to_string(TagFamily family) { return family == TagFamily::tag36h11 ? "tag36h11" : "tagStandard41h12"; }
 
 Result<TagFamily> parse_tag_family(std::string_view name) {
   for (const TagFamily family : {TagFamily::tag36h11, TagFamily::tagStandard41h12})
@@ -27,13 +19,8 @@ Result<TagFamily> parse_tag_family(std::string_view name) {
 }
 
 TagShape shape_of(TagFamily family) {
-  switch (family) {
-    case TagFamily::tag36h11:
-      return {10, 8, 587, true};
-    case TagFamily::tagStandard41h12:
-      return {9, 5, 2115, false};
-  }
-  return {};
+  if (family == TagFamily::tag36h11) return {10, 8, 587, true};
+  return {9, 5, 2115, false};
 }
 
 Result<TagBitmap> tag_bitmap(TagFamily family, int id) {

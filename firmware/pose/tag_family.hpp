@@ -1,7 +1,4 @@
 // AprilTag families and the printed pattern of their tags.
-//   shape_of       size in cells, border
-//   tag_bitmap     the cells of a tag as printed
-//   parse_tag_family, to_string
 #pragma once
 
 #include <cstdint>

@@ -1,20 +1,48 @@
 #include "sim/panorama.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <numbers>
+#include <system_error>
 #include <utility>
 
 #include <lightwell/equirect.hpp>
+#include <lightwell/text.hpp>
 
 #include "imaging/image_file.hpp"
+#include "imaging/uri.hpp"
 
 namespace lightwell::sim {
 
 namespace {
 
 constexpr double kTwoTo32 = 4294967296.0;
+
+constexpr std::array<std::string_view, 8> kScenes = {"city",  "courtyard", "forest",  "interior",
+                                                     "night", "studio",    "sunrise", "sunset"};
+
+/// Value of an environment variable; empty if unset.
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+/// The folder of cmake/fetch_panoramas; empty if there is no home directory.
+std::filesystem::path panorama_folder() {
+  if (const std::string folder = environment("LIGHTWELL_PANORAMA_DIR"); !folder.empty()) return folder;
+  std::filesystem::path cache = environment("LIGHTWELL_CACHE");
+  if (cache.empty()) {
+    std::filesystem::path base = environment("XDG_CACHE_HOME");
+    if (base.empty() && !environment("HOME").empty()) base = std::filesystem::path(environment("HOME")) / ".cache";
+    if (base.empty()) return {};
+    cache = base / "lightwell";
+  }
+  return cache / "panoramas";
+}
 
 std::size_t index_of(const Panorama& p, int i, int j) {
   return 3 * (static_cast<std::size_t>(j) * static_cast<std::size_t>(p.width) + static_cast<std::size_t>(i));
@@ -138,6 +166,46 @@ double luminance_percentile(const Panorama& panorama, double share) {
     if (below >= share * sphere) return luminance;
   }
   return patches.empty() ? 0 : patches.back().first;
+}
+
+Result<std::string> scene_path(std::string_view name_or_path) {
+  if (name_or_path.ends_with(".exr") || name_or_path.ends_with(".hdr")) return std::string(name_or_path);
+
+  const std::vector<std::string_view> known(kScenes.begin(), kScenes.end());
+  const std::string name(name_or_path);
+  if (std::find(known.begin(), known.end(), name_or_path) == known.end()) {
+    const std::string near = nearest_name(name_or_path, known);
+    return Status(StatusCode::invalid_argument,
+                  "no scene is called '" + name + "'" + (near.empty() ? "" : ", did you mean '" + near + "'?") +
+                      " Known: " + joined(kScenes) + ", or a path that ends in .exr or .hdr");
+  }
+  const std::filesystem::path file = panorama_folder() / (name + ".exr");
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) {
+    return Status(StatusCode::not_found,
+                  "the panorama " + file.string() +
+                      " is not there: run cmake/fetch_panoramas, or set LIGHTWELL_PANORAMA_DIR to the "
+                      "folder that holds it");
+  }
+  return file.string();
+}
+
+HighlightMask::HighlightMask(const Panorama& panorama)
+    : width_(static_cast<std::uint64_t>(panorama.width)),
+      height_(static_cast<std::uint64_t>(panorama.height)),
+      mask_(width_ * height_, 0) {
+  constexpr double kTimesMean = 50;
+  const auto threshold = static_cast<float>(kTimesMean * mean_luminance(panorama));
+  const int width = panorama.width;
+  for (int j = 0; j < panorama.height; ++j) {
+    for (int i = 0; i < width; ++i) {
+      if (!(panorama.pixel(i, j).luminance() > threshold)) continue;
+      for (int row = std::max(j - 1, 0); row <= std::min(j + 1, panorama.height - 1); ++row) {
+        for (const int column : {(i + width - 1) % width, i, (i + 1) % width})
+          mask_[static_cast<std::size_t>(row * width + column)] = 1;
+      }
+    }
+  }
 }
 
 }  // namespace lightwell::sim

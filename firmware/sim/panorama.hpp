@@ -1,6 +1,4 @@
 // A panorama: distant radiance over all directions, the environment of the simulated camera.
-//   scene_path      "city" -> a file        load_panorama   a file -> radiance, sanitized
-//   from_function   radiance from a formula
 #pragma once
 
 #include <cstddef>
@@ -67,5 +65,23 @@ struct Panorama {
 /// Percentile of luminance over the sphere, weighted by solid angle: the luminance that the fraction `share` of the
 /// sphere does not exceed.
 [[nodiscard]] double luminance_percentile(const Panorama& panorama, double share);
+
+/// The pixels of a panorama above 50 times its mean luminance, which the renderer must supersample, and their eight
+/// neighbours, because bilinear interpolation spreads them that far.
+class HighlightMask {
+ public:
+  HighlightMask() = default;
+  explicit HighlightMask(const Panorama& panorama);
+
+  [[nodiscard]] bool at(SpherePoint point) const {
+    const auto column = static_cast<std::size_t>(point.u * width_ >> 32);
+    const auto row = static_cast<std::size_t>(point.v * height_ >> 32);
+    return mask_[row * width_ + column] != 0;
+  }
+
+ private:
+  std::uint64_t width_ = 0, height_ = 0;
+  std::vector<std::uint8_t> mask_;
+};
 
 }  // namespace lightwell::sim

@@ -4,7 +4,8 @@
 #include <numbers>
 #include <string>
 #include <utility>
-#include <vector>
+
+#include <lightwell/text.hpp>
 
 #include "calibration/model/camera_model.hpp"
 #include "calibration/model/response.hpp"
@@ -104,22 +105,16 @@ Status check_size(std::string_view kind, int width, int height, PixelFormat form
 Result<RigParameters> make_rig(std::string_view kind, int width, int height, PixelFormat format) {
   if (Status size = check_size(kind, width, height, format); !size.ok()) return size;
   RigParameters rig;
-  if (kind == "pair") {
-    rig.lenses = {kannala_brandt_lens(width, height)};
-    rig.lenses.push_back(rear_lens(rig.lenses[0]));
-  } else if (kind == "single") {
-    rig.lenses = {kannala_brandt_lens(width, height)};
-  } else if (kind == "double_sphere") {
-    rig.lenses = {double_sphere_lens(width, height)};
-    rig.lenses.push_back(rear_lens(rig.lenses[0]));
-  } else if (kind == "equirect") {
+  if (kind == "equirect") {
     rig.lenses = {equirect_lens(width, height)};
+  } else if (std::ranges::find(kRigKinds, kind) != kRigKinds.end()) {
+    rig.lenses = {kind == "double_sphere" ? double_sphere_lens(width, height) : kannala_brandt_lens(width, height)};
+    if (kind != "single") rig.lenses.push_back(rear_lens(rig.lenses[0]));
   } else {
-    const std::vector<std::string_view> known(kRigKinds.begin(), kRigKinds.end());
-    const std::string near = nearest_name(kind, known);
+    const std::string near = nearest_name(kind, {kRigKinds.begin(), kRigKinds.end()});
     return Status(StatusCode::invalid_argument, "no rig is called '" + std::string(kind) + "'" +
                                                     (near.empty() ? "" : ", did you mean '" + near + "'?") +
-                                                    " Known: pair, single, double_sphere, equirect");
+                                                    " Known: " + joined(kRigKinds));
   }
   for (LensParameters& lens : rig.lenses) {
     lens.photometry = photometry_of(format);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace lightwell::sim {
@@ -22,6 +23,12 @@ Panorama with_lamps_dimmed(const Panorama& lit, double factor) {
 }
 
 }  // namespace
+
+double MainsFlicker::factor(double middle_s, double exposure_s) const {
+  const double half = std::numbers::pi * hz * exposure_s;
+  const double kept = std::abs(half) < 1e-9 ? 1 : std::sin(half) / half;
+  return 1 + depth * kept * std::sin(2 * std::numbers::pi * hz * middle_s);
+}
 
 Scene::Scene(Panorama panorama, Motion motion) : lamps_on_(std::move(panorama)), motion_(motion) {
   motion_.cycle_frames = std::max<std::uint64_t>(motion_.cycle_frames, 1);

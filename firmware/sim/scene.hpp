@@ -1,5 +1,5 @@
 // A scene: a panorama with a rotating probe and switching lamps, both pure functions of the frame index, so that the
-// ground truth of every frame is known.
+// ground truth of every frame is known; and mains flicker.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,20 @@
 #include <lightwell/color.hpp>
 #include <lightwell/geometry.hpp>
 
-#include "sim/highlight_mask.hpp"
 #include "sim/panorama.hpp"
 
 namespace lightwell::sim {
+
+/// Modulates all radiance of a scene, as if its lamps lit everything: L(t) = L (1 + depth sin(2 pi hz t)). The mean
+/// over time is L.
+struct MainsFlicker {
+  double hz = 0;     ///< Frequency of the light, Hz: twice the mains frequency. 0: steady.
+  double depth = 0;  ///< Modulation depth, 0 to 1; with 1 the light is dark once per period.
+
+  /// Mean of 1 + depth sin(2 pi hz t) over an exposure of `exposure_s` centred at `middle_s`:
+  /// 1 + depth sinc(pi hz exposure) sin(2 pi hz middle). With an exposure of 0 s, the value at `middle_s`.
+  [[nodiscard]] double factor(double middle_s, double exposure_s) const;
+};
 
 /// Changes from frame to frame; none by default.
 struct Motion {

@@ -3,6 +3,7 @@
 #include <iostream>
 #include <map>
 
+#include <lightwell/files.hpp>
 #include <lightwell/text.hpp>
 
 #include "imaging/uri.hpp"
@@ -50,6 +51,12 @@ int wrong_usage(const CLI::App& app, std::string_view what) {
 int bad_input(const CLI::App& app, const Status& status) {
   std::cerr << app.get_name() << ": " << status.message() << "\n";
   return kBadInput;
+}
+
+Status write_output(const std::string& path, std::string_view bytes) {
+  if (path != "-") return write_atomically(path, bytes, FileMode::umask);
+  std::cout << bytes << std::flush;
+  return std::cout ? Status() : Status(StatusCode::data_loss, "standard output cannot be written");
 }
 
 CLI::Validator number_where(const std::string& range, const std::function<bool(double)>& holds) {

@@ -1,4 +1,4 @@
-// Command lines of the tools and of the measuring programs, parsed by CLI11.
+// Command lines of the tools and of the measuring programs, parsed by CLI11; the files that they write.
 #pragma once
 
 #include <cstddef>
@@ -28,6 +28,9 @@ enum Exit : int { kDone = 0, kBadInput = 1, kUsage = 2 };
 
 /// Writes "NAME: " and the message to stderr and returns kBadInput.
 [[nodiscard]] int bad_input(const CLI::App& app, const Status& status);
+
+/// write_atomically() with the permissions of the umask; "-" is standard output.
+[[nodiscard]] Status write_output(const std::string& path, std::string_view bytes);
 
 /// Accepts numbers that satisfy `holds`. `range` completes the message "'0' is not ...", for example "above 0".
 [[nodiscard]] CLI::Validator number_where(const std::string& range, const std::function<bool(double)>& holds);

@@ -1,5 +1,7 @@
 #include "tools/json_text.hpp"
 
+#include <cmath>
+
 #include <nlohmann/json.hpp>
 
 namespace lightwell {
@@ -10,6 +12,18 @@ std::string json_text(const nlohmann::ordered_json& document) {
 
 nlohmann::ordered_json json_or_null(const std::optional<double>& number) {
   return number ? nlohmann::ordered_json(*number) : nlohmann::ordered_json();
+}
+
+nlohmann::ordered_json json_number(double value) {
+  if (std::isnan(value)) return "NaN";
+  if (std::isinf(value)) return value > 0 ? "Infinity" : "-Infinity";
+  return value;
+}
+
+nlohmann::ordered_json json_numbers(std::span<const double> values) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (const double value : values) out.push_back(json_number(value));
+  return out;
 }
 
 }  // namespace lightwell

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 
 #include <nlohmann/json_fwd.hpp>
@@ -15,5 +16,11 @@ namespace lightwell {
 
 /// The number, or null.
 [[nodiscard]] nlohmann::ordered_json json_or_null(const std::optional<double>& number);
+
+/// A number; infinity and NaN, which JSON cannot represent, are the texts "Infinity", "-Infinity" and "NaN", as in
+/// protobuf's JSON.
+[[nodiscard]] nlohmann::ordered_json json_number(double value);
+/// A list of them.
+[[nodiscard]] nlohmann::ordered_json json_numbers(std::span<const double> values);
 
 }  // namespace lightwell

@@ -1,18 +1,22 @@
 // lightwell-estimate: one descriptor from still images.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <iostream>
+#include <map>
 #include <numbers>
 #include <string>
 #include <vector>
 
 #include <lightwell/codec.hpp>
 #include <lightwell/estimator_config.hpp>
-#include <lightwell/files.hpp>
+#include <lightwell/text.hpp>
 
 #include "app/tag_body_finder.hpp"
 #include "estimate/marker/marker_estimator.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "tools/command_line.hpp"
-#include "tools/image_bracket.hpp"
+#include "tools/lens_image.hpp"
 
 namespace {
 
@@ -30,6 +34,12 @@ PNG and JPEG: 8 bits, decoded with the response curve of the calibration. EXR an
 forward. Meaning of the fields: proto/README.md.
 Exit status: 0 done, 1 an input is wrong (standard error has the reason and the remedy), 2 wrong usage.)";
 
+struct ImageArgument {
+  std::string path;
+  int lens = 0;
+  double exposure_s = 0;  ///< 0: not given.
+};
+
 struct Arguments {
   std::string calibration, equirect, body, json, binary;
   std::vector<ImageArgument> images;
@@ -44,6 +54,83 @@ std::string contradiction_in(const Arguments& in) {
   if (!in.equirect.empty() && !in.images.empty()) return "--equirect takes one image; more images need --calibration";
   const Status s = in.config.validate();
   return s.ok() ? "" : s.message();
+}
+
+Status invalid(const std::string& what) { return {StatusCode::invalid_argument, what}; }
+
+/// A bracket whose frames refer to the images that it owns.
+struct ImageBracket {
+  std::map<int, std::map<double, Image>> images;  ///< By lens and exposure, s.
+  std::vector<Frame> frames;
+  /// Number of values of float images that are negative, NaN or infinite, which the estimator replaces.
+  std::size_t invalid_values = 0;
+  RigParameters rig;  ///< The lenses that have images, renumbered from 0 in their order.
+};
+
+std::size_t count_invalid(const Image& image) {
+  if (image.format != PixelFormat::rgb_f32) return 0;
+  std::size_t count = 0;
+  for (std::size_t at = 0; at + sizeof(float) <= image.data.size(); at += sizeof(float)) {
+    float v;
+    std::memcpy(&v, image.data.data() + at, sizeof v);
+    count += v >= 0 && std::isfinite(v) ? 0 : 1;
+  }
+  return count;
+}
+
+/// Reads the images and combines the exposures of all lenses to frames, shortest first. An image without exposure_s has
+/// an exposure of one second.
+Result<ImageBracket> read_bracket(const RigParameters& rig, const std::vector<ImageArgument>& arguments) {
+  if (arguments.empty()) return invalid("no image is given");
+  ImageBracket out;
+  for (const ImageArgument& a : arguments) {
+    Result<Image> image = read_lens_image(a.path, rig, a.lens);
+    if (!image) return image.status();
+    out.invalid_values += count_invalid(*image);
+    const double exposure_s = a.exposure_s > 0 ? a.exposure_s : 1;
+    if (!out.images[a.lens].emplace(exposure_s, std::move(*image)).second)
+      return invalid("lens " + std::to_string(a.lens) + " has two images of " + std::to_string(exposure_s) +
+                     " s; a bracket gives a different --exposure-s before each image, and --lens N before the images "
+                     "of another lens");
+  }
+  const auto& [first_lens, first] = *out.images.begin();
+  const auto same = [](const auto& a, const auto& b) { return std::abs(a.first - b.first) <= 1e-6 * b.first; };
+  for (const auto& [lens, taken] : out.images)
+    if (!std::equal(taken.begin(), taken.end(), first.begin(), first.end(), same))
+      return invalid("lens " + std::to_string(lens) + " and lens " + std::to_string(first_lens) +
+                     " have different exposures; give every lens the same list of --exposure-s");
+  if (first.size() > kMaxBracket)
+    return invalid("a bracket has at most " + std::to_string(kMaxBracket) + " exposures, this one has " +
+                   std::to_string(first.size()));
+
+  for (const auto& [exposure_s, image] : first) {
+    FrameInfo& info = out.frames.emplace_back().info;
+    info.sequence = out.frames.size();
+    info.exposure_s = exposure_s;
+    info.bracket_index = static_cast<int>(out.frames.size()) - 1;
+    info.bracket_size = static_cast<int>(first.size());
+  }
+  out.rig.nits_per_unit = rig.nits_per_unit;
+  for (const auto& [lens, taken] : out.images) {
+    const int number = static_cast<int>(out.rig.lenses.size());
+    out.rig.lenses.push_back(rig.lenses[static_cast<std::size_t>(lens)]);
+    auto frame = out.frames.begin();
+    for (const auto& [exposure_s, image] : taken) (frame++)->add_view(view_of(image, number));
+  }
+  return out;
+}
+
+/// A rig of one equirectangular lens of this size with an sRGB response.
+RigParameters equirectangular_rig(int width, int height) {
+  RigParameters rig;
+  LensParameters& lens = rig.lenses.emplace_back();
+  lens.width = width;
+  lens.height = height;
+  lens.model = EquirectangularParameters{};
+  lens.max_angle_rad = std::numbers::pi;
+  lens.pose_cv.rotation = upright_lens_cv();
+  lens.photometry.response.kind = ResponseCurve::Kind::srgb;
+  return rig;
 }
 
 Result<std::unique_ptr<Estimator>> make_estimator(const Arguments& arguments, const RigParameters& rig) {
@@ -72,9 +159,9 @@ Result<Descriptor> descriptor_of(const Arguments& arguments) {
     const Result<Image> image = read_image(arguments.equirect);
     if (!image) return image.status();
     if (image->width != 2 * image->height)
-      return Status(StatusCode::invalid_argument,
-                    arguments.equirect + ": an equirectangular panorama is twice as wide as high, this one has " +
-                        std::to_string(image->width) + "x" + std::to_string(image->height) + " pixels");
+      return invalid(arguments.equirect +
+                     formatted(": an equirectangular panorama is twice as wide as high, this one has %dx%d pixels",
+                               image->width, image->height));
     rig = equirectangular_rig(image->width, image->height);
     images = {{arguments.equirect, 0, 0}};
   } else {
@@ -92,14 +179,6 @@ Result<Descriptor> descriptor_of(const Arguments& arguments) {
   Descriptor descriptor;
   if (const Status s = (*estimator)->estimate(bracket->frames, descriptor); !s.ok()) return s;
   return descriptor;
-}
-
-Status write_file(const std::string& path, std::string_view bytes) {
-  if (path == "-") {
-    std::cout << bytes << std::flush;
-    return std::cout ? Status() : Status(StatusCode::data_loss, "standard output cannot be written");
-  }
-  return write_atomically(path, bytes, FileMode::umask);
 }
 
 void print_summary(const Descriptor& d, std::size_t bytes) {
@@ -166,12 +245,13 @@ int main(int argc, char** argv) {
   const Result<std::span<const std::byte>> bytes = encoder.encode(*descriptor);
   if (!bytes) return bad_input(app, bytes.status());
   if (!in.binary.empty())
-    if (const Status s = write_file(in.binary, {reinterpret_cast<const char*>(bytes->data()), bytes->size()}); !s.ok())
+    if (const Status s = write_output(in.binary, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+        !s.ok())
       return bad_input(app, s);
   if (!in.json.empty()) {
     const Result<std::string> json = descriptor_to_json(*bytes);
     if (!json) return bad_input(app, json.status());
-    if (const Status s = write_file(in.json, *json + "\n"); !s.ok()) return bad_input(app, s);
+    if (const Status s = write_output(in.json, *json + "\n"); !s.ok()) return bad_input(app, s);
   } else if (in.binary.empty()) {
     print_summary(*descriptor, bytes->size());
   }

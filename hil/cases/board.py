@@ -20,9 +20,8 @@ def costs(rig: Rig, test: Any, measured: Measured) -> None:
     board.start(fresh=True)
     measured.time("from QEMU's start to ssh", time.monotonic() - begun, "s")
     board.wait_for_service()
-    measured.time(
-        "to lightwelld READY, a simulated camera of 160x120 rendered on the board", time.monotonic() - begun, "s"
-    )
+    measured.time("to lightwelld READY, a simulated camera of 160x120 rendered on the board", time.monotonic() - begun,
+                  "s")
     status = board.status()
     measured.figure("memory of the host's, lightwelld running", status["resident_mb"], "MB")
     used = board.run("free -m | awk '/^Mem/ {print $3}'", check=True).out
@@ -31,11 +30,8 @@ def costs(rig: Rig, test: Any, measured: Measured) -> None:
     # Linking OpenCV's imgcodecs would add a hundred libraries and three seconds to each start.
     libraries = board.run("ldd $(readlink -f /opt/lightwell/bin/lightwelld) | wc -l", check=True).out
     measured.figure("libraries that lightwelld loads", float(libraries), "", "<= 140")
-    measured.time(
-        "to load them (lightwelld --help), best of three",
-        min(_seconds(rig, "lightwelld --help") for _ in range(3)),
-        "s",
-    )
+    measured.time("to load them (lightwelld --help), best of three",
+                  min(_seconds(rig, "lightwelld --help") for _ in range(3)), "s")
     failed = board.run("systemctl --failed --plain --no-legend", check=True).out.split("\n")
     measured.figure("units that failed", sum(1 for line in failed if line.strip()), "", "== 0")
     measured.time("one command by ssh, best of five", min(_seconds(rig, "true") for _ in range(5)), "s")

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from statistics import median
+from math import nan
+from statistics import linear_regression, median
 from typing import Any
 
-from hil.cases.stream import ahead, calibrate, camera_text
+from hil.cases.stream import streaming
 from hil.harness.rig import Rig
 from hil.harness.runner import Measured
 from hil.harness.waits import wait_for
@@ -30,24 +31,20 @@ def without_huge_pages(rig: Rig) -> Iterator[None]:
 
 def ten_thousand_frames(rig: Rig, test: Any, measured: Measured) -> None:
     """Memory, threads and file descriptors of lightwelld over ten thousand frames, with a client connected."""
-    camera = rig.camera_entry(test.camera).usb_simulated
-    with without_huge_pages(rig), rig.usb_camera(test.camera, arguments=ahead(camera)) as outside:
-        uri = rig.configure(camera_text(rig, camera, rig.wait_for_video()), more=calibrate(rig, camera))
-        with rig.watcher(uri) as watcher:
-            watcher.wait_for("light", 60, since=0)
-            first = rig.snapshot(outside, uri)
-            seen: list[tuple[float, dict[str, int]]] = []
-            pools: list[dict[str, tuple[int, int]]] = []
+    with without_huge_pages(rig), streaming(rig, test) as (outside, uri, _):
+        first = rig.snapshot(outside, uri)
+        seen: list[tuple[float, dict[str, int]]] = []
+        pools: list[dict[str, tuple[int, int]]] = []
 
-            def enough() -> bool:
-                frames = rig.info(uri)["frames"] - first["frames"]
-                seen.append((frames, rig.daemon()))
-                pools.append(rig.pool_threads())
-                return frames >= _FRAMES
+        def enough() -> bool:
+            frames = rig.info(uri)["frames"] - first["frames"]
+            seen.append((frames, rig.daemon()))
+            pools.append(rig.pool_threads())
+            return frames >= _FRAMES
 
-            # Sampled only every few seconds, because sampling takes time of the board's processors.
-            wait_for(f"{_FRAMES} frames", enough, test.limit_s - 60, every_s=6)
-            last = rig.snapshot(outside, uri)
+        # Sampled only every few seconds, because sampling takes time of the board's processors.
+        wait_for(f"{_FRAMES} frames", enough, test.limit_s - 60, every_s=6)
+        last = rig.snapshot(outside, uri)
     # Pools and caches have reached their size after a fifth of the frames.
     settled = [(frames, daemon) for frames, daemon in seen if frames >= _FRAMES / 5]
     # Anonymous memory only: pages of programs and libraries are read on first use, and the kernel may drop them again.
@@ -60,26 +57,15 @@ def ten_thousand_frames(rig: Rig, test: Any, measured: Measured) -> None:
     # The median ignores single steps of the allocator; a leak grows between all samples. Leaking one descriptor per
     # frame would be more than 100 kB per thousand frames.
     steps = [1000 * (b["own_kb"] - a["own_kb"]) / (n - m) for (m, a), (n, b) in zip(settled, settled[1:]) if n > m]
-    measured.figure(
-        "its own memory, median growth from look to look", median(steps), "kB in a thousand frames", "<= 10"
-    )
-    measured.figure(
-        "its own memory, grown over the last four fifths",
-        settled[-1][1]["own_kb"] - settled[0][1]["own_kb"],
-        "kB",
-        "<= 800",
-    )
-    measured.figure(
-        "threads more than after a fifth, without gRPC's pools",
-        seen[-1][1]["threads"] - settled[0][1]["threads"],
-        "",
-        "<= 0",
-    )
+    measured.figure("its own memory, median growth from look to look", median(steps), "kB in a thousand frames",
+                    "<= 10")
+    measured.figure("its own memory, grown over the last four fifths",
+                    settled[-1][1]["own_kb"] - settled[0][1]["own_kb"], "kB", "<= 800")
+    measured.figure("threads more than after a fifth, without gRPC's pools",
+                    seen[-1][1]["threads"] - settled[0][1]["threads"], "", "<= 0")
     # The pools grow up to their limit when work coincides, possibly after hours, so their growth is not a leak.
-    measured.figure(
-        "threads of gRPC's pools, first and last, of so many at most",
-        "; ".join(f"{name} {pools[0][name][0]}, {threads} of {most}" for name, (threads, most) in pools[-1].items()),
-    )
+    measured.figure("threads of gRPC's pools, first and last, of so many at most", "; ".join(
+        f"{name} {pools[0][name][0]}, {threads} of {most}" for name, (threads, most) in pools[-1].items()))
     measured.figure("threads of gRPC's pools over their bound, at any look",
                     max(max(0, threads - most) for look in pools for threads, most in look.values()), "", "<= 0")
     measured.figure("handles more than after a fifth", seen[-1][1]["handles"] - settled[0][1]["handles"], "", "<= 0")
@@ -88,8 +74,4 @@ def ten_thousand_frames(rig: Rig, test: Any, measured: Measured) -> None:
 
 def _slope(points: list[tuple[float, float]]) -> float:
     """Slope of the least-squares line through the points; NaN for fewer than three."""
-    if len(points) < 3:
-        return float("nan")
-    x, y = sum(p[0] for p in points) / len(points), sum(p[1] for p in points) / len(points)
-    across = sum((p[0] - x) ** 2 for p in points)
-    return sum((p[0] - x) * (p[1] - y) for p in points) / across if across else float("nan")
+    return linear_regression(*zip(*points)).slope if len(points) >= 3 else nan

@@ -8,23 +8,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from hil.cases.stream import MAX_UNCOUNTED, ahead, calibrate, camera_text, unknown_to_client
+from hil.cases.stream import MAX_UNCOUNTED, streaming, unknown_to_client
 from hil.harness.camera import UsbCamera
 from hil.harness.rig import Rig
 from hil.harness.runner import Measured
 from hil.harness.waits import TimedOut, wait_for
-from hil.harness.watcher import Watcher
-
-
-@contextmanager
-def running(rig: Rig, test: Any, *, more: str = "") -> Iterator[tuple[UsbCamera, str, Watcher]]:
-    """A simulated USB camera, lightwelld that uses it, and a connected client that receives light."""
-    camera = rig.camera_entry(test.camera).usb_simulated
-    with rig.usb_camera(test.camera, arguments=ahead(camera)) as outside:
-        uri = rig.configure(camera_text(rig, camera, rig.wait_for_video()), more=calibrate(rig, camera) + more)
-        with rig.watcher(uri) as watcher:
-            watcher.wait_for("light before the fault", 60, since=0)
-            yield outside, uri, watcher
 
 
 def check_daemon_survived(rig: Rig, before: dict[str, int], measured: Measured) -> None:
@@ -48,7 +36,7 @@ def check_daemon_survived(rig: Rig, before: dict[str, int], measured: Measured) 
 
 def camera_unplugged(rig: Rig, test: Any, measured: Measured) -> None:
     """The camera is unplugged and plugged in again, three times."""
-    with running(rig, test) as (camera, uri, watcher):
+    with streaming(rig, test) as (camera, uri, watcher):
         before = rig.daemon()
         times = []
         for _ in range(3):
@@ -64,15 +52,14 @@ def camera_unplugged(rig: Rig, test: Any, measured: Measured) -> None:
 def camera_silent(rig: Rig, test: Any, measured: Measured) -> None:
     """The camera accepts transfers and sends nothing for ten seconds."""
     silence_s = 10
-    with running(rig, test) as (camera, uri, watcher):
+    with streaming(rig, test) as (camera, uri, watcher):
         before = rig.daemon()
         begun = time.monotonic()
         camera.command("silence", seconds=silence_s)
         watcher.wait_until_silent()
         time.sleep(max(0.0, begun + silence_s - time.monotonic()))
-        measured.time(
-            "light again after ten seconds of silence", watcher.back_after("light after the silence", 60), "s", "<= 6"
-        )
+        measured.time("light again after ten seconds of silence", watcher.back_after("light after the silence", 60),
+                      "s", "<= 6")
         withheld = camera.counters()["counters"]["silent"]
         measured.figure("frames that the camera withheld", withheld, "", f">= {silence_s}")
         check_daemon_survived(rig, before, measured)
@@ -80,7 +67,7 @@ def camera_silent(rig: Rig, test: Any, measured: Measured) -> None:
 
 def camera_stalled(rig: Rig, test: Any, measured: Measured) -> None:
     """The camera's endpoint stalls in the middle of a frame until the host clears the halt."""
-    with running(rig, test) as (camera, uri, watcher):
+    with streaming(rig, test) as (camera, uri, watcher):
         before, streams = rig.daemon(), camera.counters()["counters"]["streams"]
         begun = time.monotonic()
         camera.command("stall")
@@ -111,7 +98,7 @@ def frames_damaged(rig: Rig, test: Any, measured: Measured) -> None:
     # Twice for each kind. More in a row could take two seconds on a busy machine, after which the firmware restarts the
     # camera.
     in_a_row = 10
-    with running(rig, test) as (camera, uri, watcher):
+    with streaming(rig, test) as (camera, uri, watcher):
         before, streams = rig.daemon(), camera.counters()["counters"]["streams"]
         begun = rig.at_rest(camera, uri, watcher)
         for fault, outcome in 2 * (("tear", "torn"), ("shorten", "shortened"), ("mark", "marked")):
@@ -122,12 +109,8 @@ def frames_damaged(rig: Rig, test: Any, measured: Measured) -> None:
         grown = {name: ended[name] - begun[name] for name in ended}
         measured.figure("damaged frames that were sent", grown["damaged"], "", f">= {6 * in_a_row}")
         measured.figure("frames counted as lost meanwhile", grown["frames_lost"], "", f">= {grown['damaged']:.0f}")
-        measured.figure(
-            "frames that were neither whole nor counted",
-            abs(grown["sent"] - grown["frames"] - grown["frames_lost"]),
-            "",
-            MAX_UNCOUNTED,
-        )
+        measured.figure("frames that were neither whole nor counted",
+                        abs(grown["sent"] - grown["frames"] - grown["frames_lost"]), "", MAX_UNCOUNTED)
         unknown_to_client(grown, measured)
         measured.figure("streams begun anew", camera.counters()["counters"]["streams"] - streams, "", "== 0")
         check_daemon_survived(rig, before, measured)
@@ -136,24 +119,20 @@ def frames_damaged(rig: Rig, test: Any, measured: Measured) -> None:
 def network_down(rig: Rig, test: Any, measured: Measured) -> None:
     """The link of the board's network card goes down; it comes up again three seconds after the client has no more
     light."""
-    with running(rig, test) as (camera, uri, watcher):
+    with streaming(rig, test) as (camera, uri, watcher):
         before = rig.daemon()
         rig.board.qmp("set_link", name="net0", up=False)
         watcher.wait_until_silent()
         time.sleep(3)
         rig.board.qmp("set_link", name="net0", up=True)
-        measured.time(
-            "light again after the network is back",
-            watcher.back_after("light after the network came back", 60),
-            "s",
-            "<= 8",
-        )
+        measured.time("light again after the network is back",
+                      watcher.back_after("light after the network came back", 60), "s", "<= 8")
         check_daemon_survived(rig, before, measured)
 
 
 def clock_set_back(rig: Rig, test: Any, measured: Measured) -> None:
     """The board's wall clock jumps back by an hour, and later forward again."""
-    with running(rig, test) as (camera, uri, watcher):
+    with streaming(rig, test) as (camera, uri, watcher):
         before = rig.daemon()
         rig.board.run("date -s @$(( $(date +%s) - 3600 ))", check=True)
         lines = watcher.next_seconds(8)
@@ -167,7 +146,7 @@ def clock_set_back(rig: Rig, test: Any, measured: Measured) -> None:
 
 def daemon_killed(rig: Rig, test: Any, measured: Measured) -> None:
     """lightwelld is killed by SIGKILL, twice: systemd restarts it, and the client reconnects by itself."""
-    with running(rig, test) as (camera, uri, watcher):
+    with streaming(rig, test) as (camera, uri, watcher):
         before = rig.daemon()
         times = []
         for _ in range(2):
@@ -185,22 +164,17 @@ def free_disk_afterwards(rig: Rig) -> Iterator[None]:
     try:
         yield
     finally:
-        rig.board.run(
-            "systemctl stop lightwelld; rm -f /var/lib/lightwell/ballast /var/lib/lightwell/full.lwr", timeout_s=60
-        )
+        rig.board.run("systemctl stop lightwelld; rm -f /var/lib/lightwell/ballast /var/lib/lightwell/full.lwr",
+                      timeout_s=60)
 
 
 def disk_full(rig: Rig, test: Any, measured: Measured) -> None:
     """A recording fills its disk: the recording ends, the estimates continue."""
-    with (
-        free_disk_afterwards(rig),
-        running(rig, test, more='record { path: "/var/lib/lightwell/full.lwr" }\n') as (camera, uri, watcher),
-    ):
+    with (free_disk_afterwards(rig),
+          streaming(rig, test, more='record { path: "/var/lib/lightwell/full.lwr" }\n') as (camera, uri, watcher)):
         before = rig.daemon()
-        rig.board.run(
-            "fallocate -l $(( $(stat -f -c '%a * %S' /var/lib/lightwell) - 2000000 )) /var/lib/lightwell/ballast || "
-            "true"
-        )
+        rig.board.run("fallocate -l $(( $(stat -f -c '%a * %S' /var/lib/lightwell) - 2000000 )) "
+                      "/var/lib/lightwell/ballast || true")
         info = wait_for("the recording to be given up",
                         lambda: i if (i := rig.info(uri))["recording_faults"] else None, 120, every_s=1)
         lines = watcher.next_seconds(5)
@@ -212,7 +186,7 @@ def disk_full(rig: Rig, test: Any, measured: Measured) -> None:
 
 def memory_exhausted(rig: Rig, test: Any, measured: Measured) -> None:
     """Another program exhausts the memory: the kernel kills it, and lightwelld survives or is restarted."""
-    with running(rig, test) as (camera, uri, watcher):
+    with streaming(rig, test) as (camera, uri, watcher):
         before = rig.daemon()
         # tail buffers a line until it ends, and this line never ends.
         rig.board.run("systemd-run --wait --collect --quiet -p OOMScoreAdjust=1000 tail /dev/zero", timeout_s=240)

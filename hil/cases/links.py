@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import tempfile
 import time
@@ -12,6 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from hil.cases.faults import check_daemon_survived
 from hil.harness.rig import Rig
 from hil.harness.runner import CannotRun, Measured, TestFailure
 from hil.harness.waits import wait_for
@@ -32,13 +34,11 @@ def tls_and_pairing(rig: Rig, test: Any, measured: Measured) -> None:
     # Run as root, as an administrator would: the files that it writes must belong to the daemon's user all the same.
     code = wait_for("the pairing code", lambda: _code(rig.board.run("cat /run/pair.log").out), 60, every_s=0.5,
                     state=lambda: rig.board.run("cat /run/pair.log").out.strip())
-    store = rig.folder / "store"
-    environment = {"XDG_CONFIG_HOME": str(store)}
+    environment = {"XDG_CONFIG_HOME": str(rig.folder / "store")}
     begun = time.monotonic()
     rig.client(["pair", f"grpcs://{host}:{pairing_port}", "--code", code], environment=environment)
     measured.time("pairing took", time.monotonic() - begun, "s")
-    summary = json.loads(rig.client(["watch", f"grpcs://{host}:{port}", "--seconds", "5", "--json"],
-                                    environment=environment).splitlines()[-1])
+    summary = rig.watch(f"grpcs://{host}:{port}", 5, environment)
     measured.time("descriptors a second over TLS", summary["frames_per_s"], "/s", ">= 5")
     refused = rig.client(["watch", f"grpcs://{host}:{port}", "--seconds", "2", "--json"], good=range(256),
                          environment={"XDG_CONFIG_HOME": str(rig.folder / "nobody")})
@@ -49,10 +49,8 @@ def tls_and_pairing(rig: Rig, test: Any, measured: Measured) -> None:
 
 def _code(said: str) -> str | None:
     """The six-digit pairing code in the output of lightwelld --pair."""
-    digits = [
-        word.strip(".,:;") for word in said.split() if word.strip(".,:;").isdigit() and len(word.strip(".,:;")) == 6
-    ]
-    return digits[0] if digits else None
+    found = re.search(r"(?<!\S)[.,:;]*(\d{6})[.,:;]*(?!\S)", said)
+    return found and found.group(1)
 
 
 def bad_network(rig: Rig, test: Any, measured: Measured) -> None:
@@ -69,9 +67,8 @@ def bad_network(rig: Rig, test: Any, measured: Measured) -> None:
                                ("1 % of packets damaged", "delay 20ms corrupt 1%")):
                 rig.board.run(f"tc qdisc replace dev eth0 root netem {rule}", check=True)
                 lines = watcher.next_seconds(5, skipped=1)
-                measured.time(
-                    f"{name}: descriptors a second", sum(line["frames"] for line in lines) / len(lines), "/s", ">= 2"
-                )
+                measured.time(f"{name}: descriptors a second", sum(line["frames"] for line in lines) / len(lines), "/s",
+                              ">= 2")
                 measured.time(f"{name}: age at arrival, p99, largest second",
                                 max(line["age_p99_ms"] or 0 for line in lines), "ms")
                 measured.figure(f"{name}: refused", lines[-1]["rejected"] - lines[0]["rejected"], "", "== 0")
@@ -89,30 +86,20 @@ def _avahi(rig: Rig, folder: Path) -> Iterator[dict[str, str]]:
     environment for clients."""
     bus = folder / "bus"
     (folder / "bus.conf").write_text(
-        f"<busconfig><type>system</type><listen>unix:path={bus}</listen><auth>EXTERNAL</auth><policy "
-        f"context=\"default\">"
-        "<allow send_destination=\"*\"/><allow receive_sender=\"*\"/><allow own=\"*\"/><allow "
-        "user=\"*\"/></policy></busconfig>\n",
-        encoding="utf-8",
-    )
+        f"<busconfig><type>system</type><listen>unix:path={bus}</listen><auth>EXTERNAL</auth>"
+        '<policy context="default"><allow send_destination="*"/><allow receive_sender="*"/><allow own="*"/>'
+        '<allow user="*"/></policy></busconfig>\n', encoding="utf-8")
     (folder / "avahi.conf").write_text("[server]\nhost-name=headset\nuse-ipv6=no\n[publish]\npublish-workstation=no\n"
                                        "publish-hinfo=no\n", encoding="utf-8")
     environment = {"DBUS_SYSTEM_BUS_ADDRESS": f"unix:path={bus}"}
     children = []
     try:
-        children.append(
-            subprocess.Popen(["dbus-daemon", f"--config-file={folder / 'bus.conf'}", "--nofork", "--nopidfile"])
-        )
+        bus_daemon = ["dbus-daemon", f"--config-file={folder / 'bus.conf'}", "--nofork", "--nopidfile"]
+        children.append(subprocess.Popen(bus_daemon))
         wait_for("the bus", bus.exists, 20, every_s=0.05)
         # avahi-daemon keeps its process id in /run, so it gets a /run of its own.
-        inside = [
-            "unshare",
-            "-m",
-            "sh",
-            "-c",
-            "mount -t tmpfs none /run && mkdir /run/avahi-daemon && exec avahi-daemon "
-            f"--no-drop-root --no-chroot --no-rlimits -f {folder / 'avahi.conf'}",
-        ]
+        inside = ["unshare", "-m", "sh", "-c", "mount -t tmpfs none /run && mkdir /run/avahi-daemon && exec "
+                  f"avahi-daemon --no-drop-root --no-chroot --no-rlimits -f {folder / 'avahi.conf'}"]
         children.append(subprocess.Popen(rig.board.host_command(inside), env={**os.environ, **environment},
                                          stderr=subprocess.DEVNULL))
         yield environment
@@ -138,9 +125,7 @@ def found_by_mdns(rig: Rig, test: Any, measured: Measured) -> None:
         measured.time("found after", time.monotonic() - begun, "s", "<= 20")
         links = [link["uri"] for link in found["links"] if link["uri"].startswith("grpc")]
         # Connects by the announced host name, which only multicast DNS resolves.
-        summary = json.loads(
-            rig.client(["watch", links[0], "--seconds", "4", "--json"], environment=environment).splitlines()[-1]
-        )
+        summary = rig.watch(links[0], 4, environment)
     measured.figure("firmware's version", found["version"])
     measured.figure("ways in that it told", ", ".join(links))
     measured.time("descriptors a second by the name that it told", summary["frames_per_s"], "/s", ">= 5")
@@ -156,15 +141,11 @@ def usb_cable(rig: Rig, test: Any, measured: Measured) -> None:
     with WatcherOnBoard(rig.board, "usb:") as client:
         client.back_after("light by cable", 60)
         before = rig.daemon()
-        port = rig.board.run(
-            "for d in /sys/bus/usb/devices/*; do grep -qs Lightwell $d/manufacturer $d/product && basename $d; done"
-            " | head -1",
-            check=True,
-        ).out.strip()
+        port = rig.board.run("for d in /sys/bus/usb/devices/*; do grep -qs Lightwell $d/manufacturer $d/product && "
+                             "basename $d; done | head -1", check=True).out.strip()
         if not port:
-            raise TestFailure(
-                "the gadget is not on the bus: " + rig.board.run("ls /sys/bus/usb/devices; dmesg | tail -5").out
-            )
+            shown = rig.board.run("ls /sys/bus/usb/devices; dmesg | tail -5").out
+            raise TestFailure(f"the gadget is not on the bus: {shown}")
         times: dict[str, list[float]] = {"unplugged": [], "detached": []}
         for _ in range(2):
             rig.board.run("lightwell-usb-gadget unbind", check=True)
@@ -174,9 +155,7 @@ def usb_cable(rig: Rig, test: Any, measured: Measured) -> None:
             times["detached"].append(client.back_after("light after the device was detached", 60))
         for name, values in times.items():
             measured.time(f"light again after it was {name}, larger of two", max(values), "s", "<= 8")
-        after = rig.daemon()
-        measured.figure("restarts of lightwelld", after["restarts"] - before["restarts"], "", "== 0")
-        measured.figure("handles more than before", after["handles"] - before["handles"], "", "<= 0")
+        check_daemon_survived(rig, before, measured)
         measured.figure("messages refused by the SDK", client.seconds()[-1]["rejected"], "", "== 0")
 
 
@@ -193,42 +172,32 @@ def usb_two_boards(rig: Rig, test: Any, measured: Measured) -> None:
     wire.attach()
     with WatcherOnBoard(rig.peer, "usb:") as client:
         client.back_after("light on the other board", 60)
-        _follow_by_wire(rig, client, wire, measured)
-
-
-def _follow_by_wire(rig: Rig, client: WatcherOnBoard, wire: UsbWire, measured: Measured) -> None:
-    """Rates and ages at a client on the peer, and how fast it recovers from detaching and unbinding."""
-    device, host, before = rig.board, rig.peer, rig.daemon()
-    lines = client.next_seconds(10)
-    measured.time(
-        "descriptors a second on the other board", sum(line["frames"] for line in lines) / len(lines), "/s", ">= 5"
-    )
-    measured.figure("descriptors missing meanwhile, counted", lines[-1]["gaps"] - lines[0]["gaps"])
-    measured.time(
-        "age of descriptors at their arrival, p99, largest second", max(line["age_p99_ms"] or 0 for line in lines), "ms"
-    )
-    times: dict[str, list[float]] = {"detached by its host": [], "hidden by its device": []}
-    for _ in range(2):
-        wire.detach()
-        client.wait_until_silent()
-        begun = wire.attach()
-        client.back_after("light after the host attached it again", 60)
-        times["detached by its host"].append(time.monotonic() - begun)
-        device.run("lightwell-usb-gadget unbind", check=True)
-        client.wait_until_silent()
-        device.run(f"lightwell-usb-gadget bind --udc {wire.udc}", check=True)
-        begun = wire.attach()
-        client.back_after("light after the gadget was bound again", 60)
-        times["hidden by its device"].append(time.monotonic() - begun)
-    for name, values in times.items():
-        measured.time(f"light again after it was {name}, larger of two", max(values), "s", "<= 8")
-    after, last = rig.daemon(), client.seconds()[-1]
-    measured.figure("restarts of lightwelld", after["restarts"] - before["restarts"], "", "== 0")
-    measured.figure("lightwelld's process is the same", str(after["pid"] == before["pid"]), "", "== True")
-    measured.figure("handles more than before", after["handles"] - before["handles"], "", "<= 0")
-    measured.figure("messages refused by the SDK", last["rejected"], "", "== 0")
-    measured.figure("attachments that the kernel's usbip dropped at once, made again", wire.dropped)
-    measured.figure("reconnects of the client", last["reconnects"], "", "== 4")
-    measured.figure(
-        "firmware on the other board", host.run(["systemctl", "is-active", "lightwelld"]).out.strip(), "", "== inactive"
-    )
+        before = rig.daemon()
+        lines = client.next_seconds(10)
+        measured.time("descriptors a second on the other board", sum(line["frames"] for line in lines) / len(lines),
+                      "/s", ">= 5")
+        measured.figure("descriptors missing meanwhile, counted", lines[-1]["gaps"] - lines[0]["gaps"])
+        measured.time("age of descriptors at their arrival, p99, largest second",
+                      max(line["age_p99_ms"] or 0 for line in lines), "ms")
+        times: dict[str, list[float]] = {"detached by its host": [], "hidden by its device": []}
+        for _ in range(2):
+            wire.detach()
+            client.wait_until_silent()
+            begun = wire.attach()
+            client.back_after("light after the host attached it again", 60)
+            times["detached by its host"].append(time.monotonic() - begun)
+            device.run("lightwell-usb-gadget unbind", check=True)
+            client.wait_until_silent()
+            device.run(f"lightwell-usb-gadget bind --udc {wire.udc}", check=True)
+            begun = wire.attach()
+            client.back_after("light after the gadget was bound again", 60)
+            times["hidden by its device"].append(time.monotonic() - begun)
+        for name, values in times.items():
+            measured.time(f"light again after it was {name}, larger of two", max(values), "s", "<= 8")
+        check_daemon_survived(rig, before, measured)
+        last = client.seconds()[-1]
+        measured.figure("messages refused by the SDK", last["rejected"], "", "== 0")
+        measured.figure("attachments that the kernel's usbip dropped at once, made again", wire.dropped)
+        measured.figure("reconnects of the client", last["reconnects"], "", "== 4")
+        measured.figure("firmware on the other board",
+                        rig.peer.run(["systemctl", "is-active", "lightwelld"]).out.strip(), "", "== inactive")

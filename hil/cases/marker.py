@@ -34,15 +34,10 @@ def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
     body = rig.tools.root / "firmware/estimate/marker/bodies" / BODY
     with rig.desktop_daemon(f"replay:{frames}?loop=0", "--estimator", "marker", "--body", body) as desktop:
         _record_both(rig, (uri, on_board), (desktop, on_desktop))
-        info, lights = rig.info(uri), [
-            json.loads(line) for line in rig.client(["query", uri, "--lights", "--json"]).splitlines()
-        ]
-    measured.figure(
-        "captures that the board dropped, while it looked for the lamp for the first time",
-        info["captures_dropped"],
-        "",
-        "<= 5",
-    )
+        info = rig.info(uri)
+        lights = [json.loads(line) for line in rig.client(["query", uri, "--lights", "--json"]).splitlines()]
+    measured.figure("captures that the board dropped, while it looked for the lamp for the first time",
+                    info["captures_dropped"], "", "<= 5")
     measured.figure("pictures in which it did not find the marker", info["estimates_failed"], "", "== 0")
     directions = [light["direction"] for light in lights if "direction" in light]
     off = _degrees(directions[0], _true_lamp(rig)) if directions else 180

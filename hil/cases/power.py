@@ -14,10 +14,8 @@ _CUTS = 3
 
 
 def _kalibr(focal: float) -> str:
-    return (
-        f"cam0:\n  camera_model: pinhole\n  intrinsics: [{focal}, {focal}, 319.5, 239.5]\n"
-        "  distortion_model: equidistant\n  distortion_coeffs: [0.01, -0.002, 0.0003, 0.0]\n  resolution: [640, 480]\n"
-    )
+    return (f"cam0:\n  camera_model: pinhole\n  intrinsics: [{focal}, {focal}, 319.5, 239.5]\n  distortion_model: "
+            "equidistant\n  distortion_coeffs: [0.01, -0.002, 0.0003, 0.0]\n  resolution: [640, 480]\n")
 
 
 def _prepare(rig: Rig) -> None:
@@ -33,14 +31,9 @@ def _prepare(rig: Rig) -> None:
 
 def _imported(rig: Rig) -> dict[str, str]:
     """The text of each calibration after its import."""
-    whole = {
-        name: rig.board.run(
-            f"lightwell-calibrate import /run/{name}.yaml --output /run/{name}.textproto >/dev/null && "
-            f"cat /run/{name}.textproto",
-            check=True,
-        ).out
-        for name in ("old", "new")
-    }
+    command = ("lightwell-calibrate import /run/{0}.yaml --output /run/{0}.textproto >/dev/null && "
+               "cat /run/{0}.textproto")
+    whole = {name: rig.board.run(command.format(name), check=True).out for name in ("old", "new")}
     if whole["old"] == whole["new"]:
         raise TestFailure("the two imported calibrations are equal, so they cannot be distinguished after a cut")
     return whole
@@ -56,11 +49,8 @@ def cut_while_saving(rig: Rig, test: Any, measured: Measured) -> None:
         _prepare(rig)
         whole = whole or _imported(rig)
         rig.board.run(f"lightwell-calibrate import /run/old.yaml --output {_FILE}", check=True)
-        rig.board.run(
-            "setsid sh /run/save.sh >/run/save.log 2>&1 & while [ ! -s /run/saves ]; do sleep 0.1; done",
-            check=True,
-            timeout_s=120,
-        )
+        rig.board.run("setsid sh /run/save.sh >/run/save.log 2>&1 & while [ ! -s /run/saves ]; do sleep 0.1; done",
+                      check=True, timeout_s=120)
         time.sleep(1 + 3 * chance.random())
         saves += int(rig.board.run("cat /run/saves", check=True).out)
         rig.board.power_cut()

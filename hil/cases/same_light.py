@@ -1,8 +1,4 @@
-"""Compares the light that the board's and the desktop's firmware estimate from the same frames.
-
-same_light           plays frames through both
-measure_difference   adds the differences of two recordings of light as figures
-"""
+"""Compares the light that the board's and the desktop's firmware estimate from the same frames."""
 
 from __future__ import annotations
 
@@ -12,9 +8,8 @@ from hil.harness.rig import Rig
 from hil.harness.runner import Measured
 
 
-def same_light(
-    rig: Rig, frames: Path, there: str, measured: Measured, *, board_s: float = 6, desktop_s: float = 14
-) -> None:
+def same_light(rig: Rig, frames: Path, there: str, measured: Measured, *, board_s: float = 6,
+               desktop_s: float = 14) -> None:
     """Plays a recording of frames through both, for `board_s` and `desktop_s` seconds. `there`: its path on the board,
     `frames`: on this machine."""
     on_board, on_desktop = rig.folder / "board.lwr", rig.folder / "desktop.lwr"
@@ -30,16 +25,8 @@ def same_light(
     measure_difference(rig, on_board, on_desktop, measured, least=20, irradiance_percent=0.02, direction_deg=0.01)
 
 
-def measure_difference(
-    rig: Rig,
-    on_board: Path,
-    on_desktop: Path,
-    measured: Measured,
-    *,
-    least: int,
-    irradiance_percent: float,
-    direction_deg: float,
-) -> None:
+def measure_difference(rig: Rig, on_board: Path, on_desktop: Path, measured: Measured, *, least: int,
+                       irradiance_percent: float, direction_deg: float) -> None:
     """Adds figures with limits: at least `least` descriptors in both recordings, and the largest differences of
     irradiance (percent) and of light directions (degrees)."""
     apart = rig.compare(on_board, on_desktop)

@@ -1,8 +1,5 @@
 """A board: a complete arm64 machine emulated by QEMU that runs the firmware as its systemd service.
 
-Options      the board's hardware, disks and network
-Board        start, stop, power_cut, remove; run, copy_in, copy_out; qmp; serial_tail; status
-
     board = Board("camera", Options(usb_sockets={"cam0": path}))
     board.start()
     print(board.run("uname -m").out, board.grpc())
@@ -208,12 +205,9 @@ class Board:
             accelerator=accelerator,
             kernel=base.kernel,
             initrd=base.initrd,
-            disks=(
-                qemu.Disk(base.disk, "lw-base"),
-                qemu.Disk(firmware, "lw-firmware"),
-                qemu.Disk(self.state_disk, "lw-state", writable=True),
-                *(qemu.Disk(path, serial, writable=True) for serial, path in options.disks.items()),
-            ),
+            disks=(qemu.Disk(base.disk, "lw-base"), qemu.Disk(firmware, "lw-firmware"),
+                   qemu.Disk(self.state_disk, "lw-state", writable=True),
+                   *(qemu.Disk(path, serial, writable=True) for serial, path in options.disks.items())),
             kernel_words=(
                 qemu.CONSOLE,
                 "quiet",
@@ -292,7 +286,7 @@ class Board:
 
         def poll() -> bool:
             self._raise_if_exited()
-            return ssh.is_reachable() and ssh.open(60).status == 0
+            return ssh.is_reachable() and ssh.open(60)
 
         try:
             wait_for(f"the board {self.name} to answer by ssh", poll, timeout_s, state=lambda: self.serial_tail(1))
@@ -363,9 +357,8 @@ class Board:
             self._ssh = Ssh(network.reach(SSH_PORT), known.client, known.host, self.folder, network.host_command(()))
         return self._ssh
 
-    def run(
-        self, command: str | Sequence[str], *, timeout_s: float = 60.0, text: str | None = None, check: bool = False
-    ) -> Ran:
+    def run(self, command: str | Sequence[str], *, timeout_s: float = 60.0, text: str | None = None,
+            check: bool = False) -> Ran:
         """See Ssh.run."""
         self._need()
         return self.ssh().run(command, timeout_s=timeout_s, text=text, check=check)
@@ -389,9 +382,8 @@ class Board:
 
         def poll() -> bool:
             self._raise_if_exited()
-            done = self.run(
-                ["systemctl", "show", unit, "-p", "ActiveState,SubState,ActiveEnterTimestampMonotonic,NRestarts"]
-            )
+            done = self.run(["systemctl", "show", unit, "-p",
+                             "ActiveState,SubState,ActiveEnterTimestampMonotonic,NRestarts"])
             shown.update(line.split("=", 1) for line in done.out.splitlines() if "=" in line)
             restarts.append(int(shown.get("NRestarts", "0")))
             # A unit that was restarted three times is not expected to recover.
@@ -409,12 +401,8 @@ class Board:
 
     def write_config(self, text: str, timeout_s: float = 180.0) -> None:
         """Replaces lightwelld's configuration by `text` and restarts lightwelld. Returns when it serves."""
-        self.run(
-            "cat > /etc/lightwell/probe.textproto.new && mv /etc/lightwell/probe.textproto.new "
-            "/etc/lightwell/probe.textproto",
-            text=text,
-            check=True,
-        )
+        self.run("cat > /etc/lightwell/probe.textproto.new && mv /etc/lightwell/probe.textproto.new "
+                 "/etc/lightwell/probe.textproto", text=text, check=True)
         begun = time.monotonic()
         # This call returns when the service is ready or has failed. Polling by ssh would compete with it for the
         # processor.
@@ -423,12 +411,8 @@ class Board:
 
     # --- QEMU's control protocol
 
-    def qmp_session(self, timeout_s: float = 10.0) -> Qmp:
-        """A session for QEMU's commands and events. QEMU serves one session at a time: close it after use."""
-        self._need()
-        return Qmp(self.folder / "qmp.sock", timeout_s)
-
     def qmp(self, command: str, /, **arguments: Any) -> Any:
         """Runs one QMP command in a session of its own and returns its result."""
-        with self.qmp_session() as session:
+        self._need()
+        with Qmp(self.folder / "qmp.sock") as session:
             return session.command(command, **arguments)

@@ -1,8 +1,4 @@
-"""Builds the programs of the board and of the host from this clone.
-
-build_for_board   lightwelld, the CLI and lightwell-calibrate, against the board's sysroot
-build_for_host    the programs that run on this machine: simulated camera, CLI, daemon, evaluation
-"""
+"""Builds the programs of the board, against its sysroot, and of the host from this clone."""
 
 from __future__ import annotations
 
@@ -14,14 +10,8 @@ from . import image
 from .waits import say
 
 BOARD_TARGETS = ("lightwelld", "lightwell_cli", "lightwell-calibrate")
-HOST_TARGETS = (
-    "lightwell_cli",
-    "lightwelld",
-    "lightwell-usb-camera",
-    "demo_report",
-    "compare_recordings",
-    "marker_frames",
-)
+HOST_TARGETS = ("lightwell_cli", "lightwelld", "lightwell-usb-camera", "demo_report", "compare_recordings",
+                "marker_frames")
 
 
 class NotBuilt(Exception):
@@ -33,9 +23,8 @@ def _run(steps: Sequence[Sequence[str | Path]], log: Path) -> None:
     with open(log, "w", encoding="utf-8") as out:
         for step in steps:
             words = [str(word) for word in step]
-            if subprocess.run(
-                words, cwd=image.REPOSITORY, stdin=subprocess.DEVNULL, stdout=out, stderr=out, check=False
-            ).returncode:
+            if subprocess.run(words, cwd=image.REPOSITORY, stdin=subprocess.DEVNULL, stdout=out, stderr=out,
+                              check=False).returncode:
                 last = "\n".join(log.read_text(encoding="utf-8", errors="replace").splitlines()[-20:])
                 raise NotBuilt(f"'{' '.join(words)}' failed:\n{last}\ncomplete log: {log}")
 
@@ -46,9 +35,8 @@ def build_for_board(folder: Path) -> None:
     packages = image.sysroot()
     steps: list[Sequence[str | Path]] = [["cmake", "--build", folder, "--target", *BOARD_TARGETS]]
     try:
-        in_use = f"LIGHTWELL_SYSROOT_IN_USE:INTERNAL={packages}\n" in (folder / "CMakeCache.txt").read_text(
-            encoding="utf-8"
-        )
+        cached = (folder / "CMakeCache.txt").read_text(encoding="utf-8")
+        in_use = f"LIGHTWELL_SYSROOT_IN_USE:INTERNAL={packages}\n" in cached
     except FileNotFoundError:
         in_use = False
     if not in_use:

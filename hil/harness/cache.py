@@ -1,9 +1,4 @@
-"""A cache of generated folders, keyed by a digest of their inputs.
-
-cache_root()   the cache's folder
-digest()       digest of a set of inputs
-kept()         returns the folder of a key, generated if missing: atomically, by one process at a time
-"""
+"""A cache of generated folders, keyed by a digest of their inputs."""
 
 from __future__ import annotations
 
@@ -73,9 +68,8 @@ def digest(parts: Iterable[str | Path]) -> str:
 
 def _sweep(root: Path, kind: str) -> None:
     """Keeps the MOST_KEPT most recently used folders of a kind and removes those unused for DAYS_KEPT days."""
-    folders = sorted(
-        (folder for folder in root.glob(f"{kind}-*") if folder.is_dir()), key=lambda folder: -folder.stat().st_mtime
-    )
+    folders = sorted((folder for folder in root.glob(f"{kind}-*") if folder.is_dir()),
+                     key=lambda folder: -folder.stat().st_mtime)
     oldest = time.time() - DAYS_KEPT * 24 * 3600
     for place, folder in enumerate(folders):
         if place >= MOST_KEPT or folder.stat().st_mtime < oldest:
@@ -83,9 +77,9 @@ def _sweep(root: Path, kind: str) -> None:
 
 
 def kept(kind: str, key: str, make: Callable[[Path], None], root: Path | None = None) -> Path:
-    """The folder KIND-KEY of the cache. If it is missing, `make` fills an empty folder, which is renamed to it after
-    `make` has returned: a run that is killed or fails leaves no incomplete folder of that name. Of each kind, the four
-    most recently used folders are kept, for 30 days after their last use."""
+    """The folder KIND-KEY of the cache. If it is missing, `make` fills an empty folder, in one process at a time, which
+    is renamed to it after `make` has returned: a run that is killed or fails leaves no incomplete folder of that name.
+    Of each kind, the four most recently used folders are kept, for 30 days after their last use."""
     root = root or cache_root()
     folder = root / f"{kind}-{key}"
 

@@ -1,7 +1,4 @@
-"""Controls lightwell-usb-camera, the simulated USB camera, which runs outside of the guest.
-
-UsbCamera   start, stop, command, counters, frames
-"""
+"""Controls lightwell-usb-camera, the simulated USB camera, which runs outside of the guest."""
 
 from __future__ import annotations
 
@@ -11,7 +8,6 @@ import subprocess
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from .waits import wait_for
@@ -29,25 +25,15 @@ class UsbCamera:
         self._folder = tempfile.TemporaryDirectory(prefix="lightwell-camera-")
         self._control = Path(self._folder.name) / "control"
         self._said = Path(self._folder.name) / "log"
-        self._command = [
-            str(program),
-            "--redir",
-            str(redir),
-            "--control",
-            str(self._control),
-            "--scene",
-            scene,
-            *arguments,
-        ]
+        self._command = [str(program), "--redir", str(redir), "--control", str(self._control), "--scene", scene,
+                         *arguments]
         self._child: subprocess.Popen[bytes] | None = None
 
     def __enter__(self) -> UsbCamera:
         self.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.stop()
         self._folder.cleanup()
 
@@ -86,13 +72,8 @@ class UsbCamera:
             control.settimeout(20)
             control.connect(str(self._control))
             control.sendall((json.dumps({"command": name, **values}) + "\n").encode())
-            heard = b""
-            while not heard.endswith(b"\n"):
-                piece = control.recv(65536)
-                if not piece:
-                    break
-                heard += piece
-        answer: dict[str, Any] = json.loads(heard)
+            with control.makefile() as lines:
+                answer: dict[str, Any] = json.loads(lines.readline())
         if not answer.get("ok"):
             raise CameraError(f"the camera rejected {name}: {answer.get('error')}")
         return answer

@@ -41,31 +41,13 @@ def demo(scene: str, seconds: float, out: Path) -> int:
             )
             say(f"lightwelld serves at {probe}; watching for {seconds:g} s")
             print(
-                rig.client(
-                    ["watch", probe, "--seconds", str(seconds), "--record", str(recording)], timeout_s=seconds + 60
-                ),
+                rig.client(["watch", probe, "--seconds", str(seconds), "--record", str(recording)],
+                           timeout_s=seconds + 60),
                 end="",
             )
-    command = [
-        tools.host / "demo_report",
-        "--recording",
-        recording,
-        "--camera",
-        uri,
-        "--width",
-        camera.width,
-        "--height",
-        camera.height,
-        "--frame-rate",
-        camera.frame_rate,
-        "--picture",
-        out / "demo.png",
-        "--title",
-        f"{Path(scene).stem}, on the board",
-    ]
-    for exposure in BRACKET:
-        command += ["--exposure-s", exposure]
-    return subprocess.run([str(word) for word in command], check=False).returncode
+    command = tools.report_command(recording, uri, camera, BRACKET, "--picture", out / "demo.png",
+                                   "--title", f"{Path(scene).stem}, on the board")
+    return subprocess.run(command, check=False).returncode
 
 
 def main() -> int:

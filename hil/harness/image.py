@@ -1,9 +1,5 @@
 """Makes a board's disks from the arm64 sysroot (cmake/sysroot_aarch64) and from hil/image.
 
-keys()       the ssh key pairs of this machine's boards and clients
-base()       kernel, initrd and root file system
-firmware()   the disk with the files that a build installs
-state()      the disk with the board's persistent state
 Disks are ext4 file systems made by mke2fs -d, which needs neither root nor a loop device. All files belong to root.
 """
 
@@ -15,11 +11,11 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from . import cache
+from .processes import output_of
 from .waits import say
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -37,16 +33,8 @@ class ImageError(Exception):
     """A disk cannot be made; the text says why and what to do."""
 
 
-def _run(command: Sequence[str | Path], *, cwd: Path | None = None) -> str:
-    try:
-        done = subprocess.run([str(word) for word in command], cwd=cwd, text=True, stdin=subprocess.DEVNULL,
-                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
-    except FileNotFoundError as error:
-        raise ImageError(f"{command[0]} is not installed: run cmake/setup") from error
-    if done.returncode != 0:
-        last = "\n".join((done.stderr or done.stdout).strip().splitlines()[-5:])
-        raise ImageError(f"{Path(str(command[0])).name} failed with {done.returncode}: {last}")
-    return done.stdout
+def _run(*command: str | Path) -> str:
+    return output_of(command, ImageError)
 
 
 def sysroot() -> Path:
@@ -71,7 +59,7 @@ def keys() -> Keys:
     """The two key pairs, created once on this machine; the public keys are beside them with the suffix .pub."""
     def make(folder: Path) -> None:
         for name in ("client", "host"):
-            _run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-C", f"lightwell-board-{name}", "-f", folder / name])
+            _run("ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-C", f"lightwell-board-{name}", "-f", folder / name)
 
     folder = cache.kept("board-keys", "1", make)
     return Keys(folder / "client", folder / "host")
@@ -153,11 +141,11 @@ def _fill_root(root: Path, packages: Path, known: Keys) -> None:
     """Fills `root` with the board's root file system: the packages' files, and what their scripts would have
     created."""
     # Hard links: a copy would take a gigabyte.
-    _run(["cp", "-al", f"{packages}/.", root])
+    _run("cp", "-al", f"{packages}/.", root)
     for name in NOT_ON_A_BOARD:
         if (root / name).exists():
             shutil.rmtree(root / name)
-    _run(["find", root / "usr/lib", "-name", "*.a", "-delete"])
+    _run("find", root / "usr/lib", "-name", "*.a", "-delete")
     for name in ("dev", "proc", "sys", "run", "tmp", "opt/lightwell", "var/lib/lightwell"):
         (root / name).mkdir(parents=True, exist_ok=True)
     add_accounts(root, SOURCES / "accounts")
@@ -195,8 +183,7 @@ def _make_initrd(root: Path, version: str, initrd: Path) -> None:
         work = Path(name)
         wanted: list[str] = []
         for module, in _lines(SOURCES / "modules"):
-            shown = _run(["modprobe", "-d", root, "-S", version, "--show-depends", module])
-            for line in shown.splitlines():
+            for line in _run("modprobe", "-d", root, "-S", version, "--show-depends", module).splitlines():
                 verb, path = line.split()[:2]
                 if verb == "insmod" and path not in wanted:
                     wanted.append(path)
@@ -230,49 +217,19 @@ def make_ext4(tree: Path, disk: Path, label: str, *, journal: bool, room_mb: flo
     blocks = sum(-(-entry.st_size // 4096) for entry in files.values()) + len(files)
     megabytes = int(blocks * 4096 / 2**20 * 1.02 + len(files) * 256 / 2**20 + room_mb) + 2
     count = inodes or len(files) + len(files) // 10 + 64
-    command: list[str | Path] = [
-        "mke2fs",
-        "-q",
-        "-F",
-        "-t",
-        "ext4",
-        "-L",
-        label,
-        "-m",
-        "0",
-        "-N",
-        str(count),
-        "-E",
-        "root_owner=0:0,lazy_itable_init=0",
-        "-O",
-        "has_journal" if journal else "^has_journal",
-        "-d",
-        tree,
-        disk,
-        f"{megabytes}M",
-    ]
-    if os.geteuid() != 0:
-        # In a user namespace, this user and its files are mapped to root.
-        command = ["unshare", "--map-root-user", *command]
-    _run(command)
+    # In a user namespace, this user and its files are mapped to root.
+    as_root = [] if os.geteuid() == 0 else ["unshare", "--map-root-user"]
+    _run(*as_root, "mke2fs", "-q", "-F", "-t", "ext4", "-L", label, "-m", "0", "-N", str(count),
+         "-E", "root_owner=0:0,lazy_itable_init=0", "-O", "has_journal" if journal else "^has_journal",
+         "-d", tree, disk, f"{megabytes}M")
 
 
 @dataclass(frozen=True)
 class Base:
     """Kernel, initrd and root file system, all read-only."""
-    folder: Path
-
-    @property
-    def kernel(self) -> Path:
-        return self.folder / "vmlinuz"
-
-    @property
-    def initrd(self) -> Path:
-        return self.folder / "initrd"
-
-    @property
-    def disk(self) -> Path:
-        return self.folder / "base.ext4"
+    kernel: Path
+    initrd: Path
+    disk: Path
 
 
 def base() -> Base:
@@ -287,7 +244,7 @@ def base() -> Base:
         _fill_root(root, packages, known)
         version = _kernel_version(root)
         shutil.copyfile(packages / f"boot/vmlinuz-{version}", folder / "vmlinuz")
-        _run(["depmod", "-b", root, version])
+        _run("depmod", "-b", root, version)
         _make_initrd(root, version, folder / "initrd")
         make_ext4(root, folder / "base.ext4", "lw-base", journal=False, room_mb=8)
         shutil.rmtree(root)
@@ -295,7 +252,8 @@ def base() -> Base:
     # The folder's inode number: a sysroot that was made again has the same name and newer packages.
     key = cache.digest([packages.name, str(packages.stat().st_ino), SOURCES, UNIT, Path(__file__),
                         known.client.with_suffix(".pub"), known.host.with_suffix(".pub")])
-    return Base(cache.kept("board-base", key, make))
+    folder = cache.kept("board-base", key, make)
+    return Base(folder / "vmlinuz", folder / "initrd", folder / "base.ext4")
 
 
 def firmware(build: Path) -> Path:
@@ -303,10 +261,10 @@ def firmware(build: Path) -> Path:
     `board`, and the panoramas of simulated cameras. Raises ImageError if the build is missing or incomplete."""
     if not (build / "CMakeCache.txt").exists():
         raise ImageError(f"{build} is not a configured build: run cmake --preset board-aarch64")
-    panoramas = _run([REPOSITORY / "cmake/fetch_panoramas"]).strip()
+    panoramas = _run(REPOSITORY / "cmake/fetch_panoramas").strip()
     with tempfile.TemporaryDirectory(dir=cache.cache_root(), prefix=".board-stage.") as name:
         stage = Path(name)
-        _run(["cmake", "--install", build, "--component", "board", "--strip", "--prefix", stage])
+        _run("cmake", "--install", build, "--component", "board", "--strip", "--prefix", stage)
         shutil.copytree(panoramas, stage / "share/lightwell/panoramas", dirs_exist_ok=True)
         stage.chmod(0o755)
 

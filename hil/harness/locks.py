@@ -33,9 +33,8 @@ def held(path: Path, what: str, limit_s: float) -> Iterator[None]:
                 return False
             return True
 
-        wait_for(
-            what, free, limit_s, every_s=0.05, state=lambda: f"{path.read_text(encoding='ascii') or 'somebody'} has it"
-        )
+        wait_for(what, free, limit_s, every_s=0.05,
+                 state=lambda: f"{path.read_text(encoding='ascii') or 'somebody'} has it")
         os.ftruncate(descriptor, 0)
         os.pwrite(descriptor, f"process {os.getpid()} since {time.strftime('%H:%M:%S')}".encode(), 0)
         try:

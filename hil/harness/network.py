@@ -1,18 +1,16 @@
 """The network between a board and this machine.
 
-UserNetwork   needs no privileges: QEMU forwards ports of the loopback address to the board
-TapNetwork    needs root: a bridge in a network namespace, on which board and host have addresses
-In both, the board's address is 10.77.0.2 (10.77.0.N+1 for number N on the wire) and the host's is 10.77.0.1.
+The board's address is 10.77.0.2 (10.77.0.N+1 for number N on the wire) and the host's is 10.77.0.1.
 """
 
 from __future__ import annotations
 
 import os
 import re
-import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from .processes import output_of
 from .qmp import Qmp, QmpError
 
 HOST = "10.77.0.1"
@@ -60,12 +58,9 @@ class UserNetwork:
     def arguments(self) -> list[str]:
         # restrict: isolates the board from other networks, in both directions (mDNS, too).
         forwards = "".join(f",hostfwd=tcp:127.0.0.1:0-{board_address(self.number)}:{port}" for port in self.wanted)
-        return [
-            "-netdev",
-            f"user,id=net0,net=10.77.0.0/24,host={HOST},dns=10.77.0.3,dhcpstart=10.77.0.220,restrict=on{forwards}",
-            "-device",
-            f"virtio-net-pci,netdev=net0,mac={mac_address(self.number)},romfile=",
-        ]
+        return ["-netdev",
+                f"user,id=net0,net=10.77.0.0/24,host={HOST},dns=10.77.0.3,dhcpstart=10.77.0.220,restrict=on{forwards}",
+                "-device", f"virtio-net-pci,netdev=net0,mac={mac_address(self.number)},romfile="]
 
     def learn(self, qmp: Qmp) -> None:
         """Reads from QEMU which host ports it bound."""
@@ -88,20 +83,7 @@ class UserNetwork:
 
 
 def _ip(*words: str) -> str:
-    try:
-        done = subprocess.run(
-            ["ip", *words],
-            text=True,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            check=False,
-        )
-    except FileNotFoundError as error:
-        raise NetworkError("ip is not installed: run cmake/setup") from error
-    if done.returncode != 0:
-        raise NetworkError(f"ip {' '.join(words)}: {done.stderr.strip()}")
-    return done.stdout
+    return output_of(["ip", *words], NetworkError)
 
 
 @dataclass
@@ -128,26 +110,28 @@ class TapNetwork:
             raise NetworkError("there is no /dev/net/tun on this machine")
         if self.namespace not in _ip("netns", "list").split():
             _ip("netns", "add", self.namespace)
-            inside = ("-n", self.namespace)
-            _ip(*inside, "link", "set", "lo", "up")
-            _ip(*inside, "link", "add", "br0", "type", "bridge", "forward_delay", "0")
-            _ip(*inside, "address", "add", f"{HOST}/24", "dev", "br0")
-            _ip(*inside, "link", "set", "br0", "up")
-        inside = ("-n", self.namespace)
-        if f" {self.tap}:" in _ip(*inside, "link", "show"):
-            _ip(*inside, "link", "delete", self.tap)
-        _ip(*inside, "tuntap", "add", self.tap, "mode", "tap")
-        _ip(*inside, "link", "set", self.tap, "master", "br0", "up")
+            self._inside("link", "set", "lo", "up")
+            self._inside("link", "add", "br0", "type", "bridge", "forward_delay", "0")
+            self._inside("address", "add", f"{HOST}/24", "dev", "br0")
+            self._inside("link", "set", "br0", "up")
+        self._remove_tap()
+        self._inside("tuntap", "add", self.tap, "mode", "tap")
+        self._inside("link", "set", self.tap, "master", "br0", "up")
 
     def close(self) -> None:
         """Removes the board's tap device, and the namespace with the last one."""
         if self.namespace not in _ip("netns", "list").split():
             return
-        inside = ("-n", self.namespace)
-        if f" {self.tap}:" in _ip(*inside, "link", "show"):
-            _ip(*inside, "link", "delete", self.tap)
-        if " tap" not in _ip(*inside, "link", "show"):
+        self._remove_tap()
+        if " tap" not in self._inside("link", "show"):
             _ip("netns", "delete", self.namespace)
+
+    def _inside(self, *words: str) -> str:
+        return _ip("-n", self.namespace, *words)
+
+    def _remove_tap(self) -> None:
+        if f" {self.tap}:" in self._inside("link", "show"):
+            self._inside("link", "delete", self.tap)
 
     def arguments(self) -> list[str]:
         return ["-netdev", f"tap,id=net0,ifname={self.tap},script=no,downscript=no",

@@ -1,12 +1,28 @@
-"""Identifies processes across runs, although the kernel reuses process ids."""
+"""Runs programs, and identifies processes across runs, although the kernel reuses process ids."""
 
 from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+
+def output_of(command: Sequence[str | Path], error: type[Exception]) -> str:
+    """What a program prints to stdout. Raises `error`, with the end of its output, if it fails or is not installed."""
+    words = [str(word) for word in command]
+    try:
+        done = subprocess.run(words, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, check=False)
+    except FileNotFoundError as missing:
+        raise error(f"{words[0]} is not installed: run cmake/setup") from missing
+    if done.returncode != 0:
+        last = (done.stderr or done.stdout).strip()[-3000:]
+        raise error(f"'{' '.join(words)}' failed with {done.returncode}: {last}")
+    return done.stdout
 
 
 @dataclass(frozen=True)

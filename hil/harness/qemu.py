@@ -1,9 +1,4 @@
-"""QEMU: whether it is installed, which accelerator works, and its command line.
-
-find()          path of the program
-accelerator()   kvm if a guest boots with it, otherwise tcg
-Machine         hardware of a board; arguments() is QEMU's command line
-"""
+"""QEMU: whether it is installed, which accelerator works, and its command line."""
 
 from __future__ import annotations
 
@@ -57,26 +52,9 @@ def boots(command: Sequence[str], timeout_s: float) -> bool:
 
 def probe_command(program: str, base: Base, name: str) -> list[str]:
     """Command of a minimal guest: kernel and initrd, which prints one line and powers off."""
-    return [
-        program,
-        *acceleration(name),
-        "-smp",
-        "1",
-        "-m",
-        "256",
-        "-nodefaults",
-        "-display",
-        "none",
-        "-serial",
-        "stdio",
-        "-no-reboot",
-        "-kernel",
-        str(base.kernel),
-        "-initrd",
-        str(base.initrd),
-        "-append",
-        f"{CONSOLE} quiet panic=-1 lightwell.probe",
-    ]
+    return [program, *acceleration(name), "-smp", "1", "-m", "256", "-nodefaults", "-display", "none",
+            "-serial", "stdio", "-no-reboot", "-kernel", str(base.kernel), "-initrd", str(base.initrd),
+            "-append", f"{CONSOLE} quiet panic=-1 lightwell.probe"]
 
 
 def accelerator(program: str, base: Base) -> tuple[str, str]:
@@ -113,7 +91,7 @@ class Disk:
 
 @dataclass(frozen=True)
 class Machine:
-    """A board's hardware. All paths are paths on this machine."""
+    """A board's hardware, from which arguments() makes QEMU's command line. All paths are paths on this machine."""
     program: str
     accelerator: str
     kernel: Path

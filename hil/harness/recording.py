@@ -1,8 +1,4 @@
-"""Recordings of frames as lightwelld --record writes them; proto/README.md defines the container.
-
-read    returns a recording's calibration and frames
-thin    copies some of the frames unchanged into a new recording
-"""
+"""Recordings of frames as lightwelld --record writes them; proto/README.md defines the container."""
 
 import struct
 from collections.abc import Iterator
@@ -71,8 +67,8 @@ def read(path: Path) -> tuple[str, list[Frame]]:
 
 
 def thin(source: Path, target: Path, *, apart: int, frames: int) -> int:
-    """Copies at most `frames` frames, whose sequence numbers differ by at least `apart`; returns the number of
-    frames."""
+    """Copies at most `frames` frames, whose sequence numbers differ by at least `apart`, unchanged into a new
+    recording; returns their number."""
     kept, last = 0, None
     with open(target, "wb") as out:
         out.write(MAGIC)

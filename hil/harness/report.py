@@ -29,6 +29,11 @@ class Figure:
     timed: bool = False  # A time or a rate, which depends on the machine's load.
 
     @property
+    def value(self) -> str:
+        """The measured value as text."""
+        return self.measured if isinstance(self.measured, str) else f"{self.measured:.4g}"
+
+    @property
     def holds(self) -> bool:
         if not self.asked:
             return True
@@ -94,12 +99,6 @@ def stale(tests: list[Any], results: dict[str, Result], commit: str) -> list[str
     return out
 
 
-def _value(figure: Figure) -> str:
-    if isinstance(figure.measured, str):
-        return figure.measured
-    return f"{figure.measured:.4g}"
-
-
 def markdown(roster: Any, results: dict[str, Result], run: dict[str, str]) -> str:
     """The report as Markdown. `run`: names and values that describe the run itself, in the order of the report."""
     lines = ["# What the board did", ""]
@@ -117,10 +116,7 @@ def markdown(roster: Any, results: dict[str, Result], run: dict[str, str]) -> st
             lines += ["```", result.skipped or result.error, "```", ""]
         if result.figures:
             lines += ["| figure | asked | measured | holds |", "| --- | --- | --- | --- |"]
-            lines += [
-                f"| {f.name} | {f.asked or 'reported'} | {_value(f)} {f.unit} | {'yes' if f.holds else '**no**'} |"
-                for f in result.figures
-            ]
-            lines += [""]
+            lines += [f"| {f.name} | {f.asked or 'reported'} | {f.value} {f.unit} | {'yes' if f.holds else '**no**'} |"
+                      for f in result.figures] + [""]
         lines += [f"{result.seconds:.0f} s", ""]
     return "\n".join(lines)

@@ -1,10 +1,4 @@
-"""The test fixture of hil/cases: a board with its firmware, simulated cameras and clients.
-
-prepare            builds the programs that are missing (Tools)
-open_rig           a Rig for a board of the roster
-Rig                cameras; firmware on the board; clients; firmware on this machine; evaluation programs
-processed_frames   number of frames whose outcome is known
-"""
+"""The test fixture of hil/cases: a board with its firmware, simulated cameras and clients."""
 
 from __future__ import annotations
 
@@ -24,13 +18,16 @@ from . import qemu
 from .board import Board, Options
 from .build import NotBuilt, build_for_board, build_for_host
 from .camera import UsbCamera
+from .processes import output_of
 from .runner import CannotRun, TestFailure
 from .waits import wait_for
 from .watcher import Watcher, WatcherHere
 
 
+# The firmware's counters of frames.
+COUNTERS = ("frames", "frames_lost", "estimates", "estimates_failed", "captures_dropped")
 # The camera's counters of frames damaged by injected faults.
-DAMAGED = ("torn", "shortened", "marked")
+_DAMAGED = ("torn", "shortened", "marked")
 # Thread pools of gRPC 1.51, by the thread names that the kernel shows. Executor threads are kept, at most two per core.
 # The event engine has one thread per core and at least two, and starts one more per second while all are busy, which
 # ends after 30 s without work. gRPC does not limit these; the tests apply the executors' limit to them, too.
@@ -52,16 +49,14 @@ class Tools:
         cores = os.cpu_count()
         return {"host": f"{platform.machine()}, {cores} cores, Linux {platform.release()}"}
 
-
-def _output_of(command: Sequence[str | Path], root: Path, what: str) -> str:
-    """The output of a program that runs on this machine. Raises NotBuilt if it fails; `what` names it in the
-    message."""
-    done = subprocess.run(
-        [str(word) for word in command], cwd=root, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    )
-    if done.returncode:
-        raise NotBuilt(f"{what} failed:\n{done.stdout[-3000:]}")
-    return done.stdout
+    def report_command(self, recording: Path, scene: str, camera: Any, exposures: Sequence[str],
+                       *more: str | Path) -> list[str]:
+        """The command that compares a recording with the true light of its scene: see hil/report/main.cpp."""
+        words = [self.host / "demo_report", "--recording", recording, "--camera", scene, "--width", camera.width,
+                 "--height", camera.height, "--frame-rate", camera.frame_rate, *more]
+        for exposure in exposures:
+            words += ["--exposure-s", exposure]
+        return [str(word) for word in words]
 
 
 def prepare(root: Path, built: tuple[Path, Path] | None = None) -> Tools:
@@ -72,8 +67,7 @@ def prepare(root: Path, built: tuple[Path, Path] | None = None) -> Tools:
         qemu.find()
     except qemu.NoQemu as why:
         raise CannotRun(str(why)) from why
-    os.environ["LIGHTWELL_PANORAMA_DIR"] = panoramas = _output_of([root / "cmake/fetch_panoramas"], root,
-                                                             "cmake/fetch_panoramas").splitlines()[-1]
+    os.environ["LIGHTWELL_PANORAMA_DIR"] = panoramas = output_of([root / "cmake/fetch_panoramas"], NotBuilt).strip()
     host, board = built or (root / "build/dev", root / "build/board-aarch64")
     if built:
         for program in (host / "bin/lightwell-usb-camera", board / "bin/lightwelld"):
@@ -123,9 +117,8 @@ def processed_frames(grown: Mapping[str, float]) -> float:
 class Rig:
     """One board with its cameras and clients. `peer`: the second board on its wire, if the test has one."""
 
-    def __init__(
-        self, board: Board, socket: Path, roster: Any, tools: Tools, folder: Path, peer: Board | None = None
-    ) -> None:
+    def __init__(self, board: Board, socket: Path, roster: Any, tools: Tools, folder: Path,
+                 peer: Board | None = None) -> None:
         self.board = board
         self.peer = peer
         self.tools = tools
@@ -168,14 +161,13 @@ class Rig:
 
     def camera_calibration(self, scene: str, what: str) -> str:
         """The calibration of a simulated camera in text form; `what` is WIDTHxHEIGHT:FORMAT."""
-        command = [self.tools.host / "lightwell-usb-camera", "--scene", scene, "--calibration", what]
-        return _output_of(command, self.folder, "the camera's calibration")
+        return output_of([self.tools.host / "lightwell-usb-camera", "--scene", scene, "--calibration", what],
+                         TestFailure)
 
     # --- the firmware
 
-    def configure(
-        self, camera: str, *, more: str = "", grpc: str = "security: LINK_SECURITY_PLAIN", timeout_s: float = 240
-    ) -> str:
+    def configure(self, camera: str, *, more: str = "", grpc: str = "security: LINK_SECURITY_PLAIN",
+                  timeout_s: float = 240) -> str:
         """Restarts lightwelld with `camera` (text of a CameraConfig), `grpc` (of a GrpcConfig) and `more` fields of the
         configuration. Returns the URI for clients when it serves."""
         self.board.write_config(f'probe_name: "board"\ncamera {{ {camera} }}\n'
@@ -208,17 +200,9 @@ class Rig:
         counts = camera.counters()["counters"]
         info = self.info(uri)
         dropped = sum(counts[name] for name in ("busy", "replaced", "unrendered", "aborted"))
-        sent = sum(counts[name] for name in ("sent", *DAMAGED))
-        return {
-            "at": at,
-            "sent": sent,
-            "camera_dropped": dropped,
-            "damaged": sum(counts[name] for name in DAMAGED),
-            **{
-                name: info[name]
-                for name in ("frames", "frames_lost", "estimates", "estimates_failed", "captures_dropped")
-            },
-        }
+        damaged = sum(counts[name] for name in _DAMAGED)
+        return {"at": at, "sent": counts["sent"] + damaged, "camera_dropped": dropped, "damaged": damaged,
+                **{name: info[name] for name in COUNTERS}}
 
     def at_rest(self, camera: UsbCamera, uri: str, watcher: Watcher) -> dict[str, float]:
         """A snapshot while no frame is in flight, so that counters of input and output can be compared; adds the
@@ -234,25 +218,15 @@ class Rig:
             known = len(watcher.seconds())
             counters = self.snapshot(camera, uri)
             # The client's report of the second with the last frames must be complete before the next frames arrive.
-            lines = wait_for(
-                "the client's second to end",
-                lambda: watcher.seconds() if len(watcher.seconds()) > known else None,
-                10,
-                every_s=0.05,
-            )
+            lines = wait_for("the client's second to end",
+                             lambda: watcher.seconds() if len(watcher.seconds()) > known else None, 10, every_s=0.05)
             late = time.monotonic() - begun
             watcher.wait_for("light after the rest", 60, since=len(lines))
             if late <= _REST_S and streams() == before:
-                return counters | {
-                    "at": begun,
-                    "until": begun + _REST_S,
-                    "arrived": sum(line["frames"] for line in lines),
-                    "missing": lines[-1]["gaps"],
-                }
-        raise TestFailure(
-            f"four snapshots of a silent camera took more than {_REST_S} s each, or the firmware restarted the camera: "
-            "this machine is too busy"
-        )
+                return counters | {"at": begun, "until": begun + _REST_S, "missing": lines[-1]["gaps"],
+                                   "arrived": sum(line["frames"] for line in lines)}
+        raise TestFailure(f"four snapshots of a silent camera took more than {_REST_S} s each, or the firmware "
+                          "restarted the camera: this machine is too busy")
 
     def profile(self, seconds: float) -> str:
         """How the board's processor time is used over `seconds`, in percent of all processors, as text."""
@@ -279,9 +253,8 @@ class Rig:
     def wait_for_recorded(self, frames: int, limit_s: float = 120) -> None:
         """Waits until lightwelld has recorded so many frames."""
         uri = self.board.grpc()
-        wait_for(
-            f"{frames} frames to be recorded", lambda: self.info(uri)["frames_recorded"] >= frames, limit_s, every_s=1
-        )
+        wait_for(f"{frames} frames to be recorded", lambda: self.info(uri)["frames_recorded"] >= frames, limit_s,
+                 every_s=1)
 
     def journal(self, lines: int = 15) -> str:
         """The last lines of lightwelld's journal."""
@@ -300,15 +273,14 @@ class Rig:
         except subprocess.TimeoutExpired as error:
             raise TestFailure(f"{' '.join(words)} did not end within {timeout_s:.0f} s") from error
         if done.returncode not in good:
-            raise TestFailure(
-                f"lightwell {' '.join(words)} ended with {done.returncode}: {done.stderr.strip()}\n{self.journal()}"
-            )
+            raise TestFailure(f"lightwell {' '.join(words)} ended with {done.returncode}: {done.stderr.strip()}\n"
+                              f"{self.journal()}")
         return done.stdout
 
-    def watch(self, uri: str, seconds: float) -> dict[str, Any]:
+    def watch(self, uri: str, seconds: float, environment: Mapping[str, str] | None = None) -> dict[str, Any]:
         """The summary of `lightwell watch --json`."""
-        lines = self.client(["watch", uri, "--seconds", str(seconds), "--json"], timeout_s=seconds + 60).splitlines()
-        return json.loads(lines[-1])
+        words = ["watch", uri, "--seconds", str(seconds), "--json"]
+        return json.loads(self.client(words, timeout_s=seconds + 60, environment=environment).splitlines()[-1])
 
     @contextmanager
     def watcher(self, uri: str) -> Iterator[Watcher]:
@@ -349,57 +321,22 @@ class Rig:
     def record_here(self, uri: str, seconds: float, file: Path) -> None:
         """As record(), for a probe on this machine."""
         file.unlink(missing_ok=True)
-        _output_of(
-            [self.tools.host / "lightwell", "record", uri, file, "--seconds", str(seconds)],
-            self.folder,
-            "lightwell record",
-        )
+        output_of([self.tools.host / "lightwell", "record", uri, file, "--seconds", str(seconds)], TestFailure)
 
     def marker_frames(self, folder: Path, pictures: Sequence[str], *, noisy: int, period_s: float) -> None:
         """Converts path-traced images of a marker to frames of a webcam for the replay camera: see
         hil/report/marker_frames_main.cpp."""
-        _output_of(
-            [
-                self.tools.host / "marker_frames",
-                folder,
-                "--picture",
-                ",".join(pictures),
-                "--noisy",
-                str(noisy),
-                "--period-s",
-                str(period_s),
-            ],
-            self.folder,
-            "marker_frames",
-        )
+        output_of([self.tools.host / "marker_frames", folder, "--picture", ",".join(pictures), "--noisy", str(noisy),
+                   "--period-s", str(period_s)], TestFailure)
 
     def compare(self, one: Path, other: Path) -> dict[str, float]:
         """Differences between the light of two recordings: see hil/report/compare_main.cpp."""
-        return json.loads(
-            _output_of([self.tools.host / "compare_recordings", one, other], self.folder, "compare_recordings")
-        )
+        return json.loads(output_of([self.tools.host / "compare_recordings", one, other], TestFailure))
 
     def evaluate(self, recording: Path, scene: str, camera: Any, exposures: Sequence[str] = ()) -> dict[str, float]:
         """Compares a recording with the true light of its scene; returns demo_report's summary."""
-        command = [
-            self.tools.host / "demo_report",
-            "--recording",
-            recording,
-            "--camera",
-            scene,
-            "--width",
-            camera.width,
-            "--height",
-            camera.height,
-            "--frame-rate",
-            camera.frame_rate,
-            "--json",
-        ]
-        for exposure in exposures:
-            command += ["--exposure-s", exposure]
-        done = subprocess.run(
-            [str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
+        done = subprocess.run(self.tools.report_command(recording, scene, camera, exposures, "--json"),
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         if done.returncode > 1:
             raise TestFailure(f"demo_report ended with {done.returncode}: {done.stderr}")
         return json.loads(done.stdout)

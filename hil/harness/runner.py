@@ -2,15 +2,16 @@
 fails."""
 
 import importlib
+import random
 import signal
 import time
 import traceback
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from . import locks, order
+from . import locks
 from .report import Figure, Result
 from .waits import TimedOut, say
 
@@ -40,8 +41,8 @@ class Measured:
 
     def _add(self, figure: Figure) -> None:
         self.figures.append(figure)
-        shown = figure.measured if isinstance(figure.measured, str) else format(figure.measured, ".4g")
-        say(f"    {figure.name}: {shown} {figure.unit}{'' if figure.holds else f', but the limit is {figure.asked}'}")
+        missed = "" if figure.holds else f", but the limit is {figure.asked}"
+        say(f"    {figure.name}: {figure.value} {figure.unit}{missed}")
 
 
 # Starts the board of a roster entry, and the peer if the test has one; registers their end in the ExitStack.
@@ -57,22 +58,33 @@ def case_of(test: Any, package: str = "hil.cases") -> Case:
     return getattr(importlib.import_module(f"{package}.{file}"), function)
 
 
-class _Limit:
+@contextmanager
+def _limit(seconds: int, what: str) -> Iterator[None]:
     """Raises TimedOut in the test after a time limit, by SIGALRM."""
+    def over(*_: object) -> None:
+        raise TimedOut(f"{what} took longer than its {seconds} s")
 
-    def __init__(self, seconds: int, what: str) -> None:
-        self._seconds, self._what = seconds, what
-
-    def __enter__(self) -> None:
-        self._old = signal.signal(signal.SIGALRM, self._over)
-        signal.alarm(self._seconds)
-
-    def __exit__(self, *_: object) -> None:
+    old = signal.signal(signal.SIGALRM, over)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
         signal.alarm(0)
-        signal.signal(signal.SIGALRM, self._old)
+        signal.signal(signal.SIGALRM, old)
 
-    def _over(self, *_: object) -> None:
-        raise TimedOut(f"{self._what} took longer than its {self._seconds} s")
+
+def shuffled(tests: Sequence[Any], seed: int) -> list[Any]:
+    """A random order, reproducible from a seed, so that no test depends on another. Tests of one board are adjacent, as
+    starting a board takes long, and those that need a fresh board after them (`needs_fresh_board_after`) come last."""
+    chance = random.Random(seed)
+    boards = sorted({test.board for test in tests})
+    chance.shuffle(boards)
+    out: list[Any] = []
+    for board in boards:
+        mine = sorted((test for test in tests if test.board == board), key=lambda test: test.name)
+        chance.shuffle(mine)
+        out += sorted(mine, key=lambda test: test.needs_fresh_board_after)
+    return out
 
 
 def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed: int, commit: str, lock_limit_s: float,
@@ -80,7 +92,7 @@ def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed
         lock_folder: Path | None = None) -> list[Result]:
     """Runs every test once in a random order and calls `finished` with each result."""
     results = []
-    todo = order.shuffled(tests, seed)
+    todo = shuffled(tests, seed)
     with ExitStack() as everything:
         board, stack, name = None, ExitStack(), ""
         everything.callback(lambda: stack.close())
@@ -98,7 +110,7 @@ def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed
                         stack.enter_context(locks.held((lock_folder or locks.lock_folder()) / f"board-{wanted}.lock",
                                                        f"the board {wanted}", lock_limit_s))
                     board = start(boards[test.board], boards[test.peer] if test.peer else None, stack)
-                with _Limit(test.limit_s, test.name):
+                with _limit(test.limit_s, test.name):
                     case(test)(board, test, measured)
             except CannotRun as why:
                 result.skipped = str(why)

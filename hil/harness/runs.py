@@ -1,9 +1,4 @@
-"""Records of the boards on this machine, shared by all processes: one folder per board below runs_folder().
-
-runs_folder    the parent folder
-BoardRecord    a board's board.json: its QEMU process, addresses and owner
-remove_stale   ends boards whose owner has died
-"""
+"""Records of the boards on this machine, shared by all processes: one folder per board below runs_folder()."""
 
 from __future__ import annotations
 
@@ -36,7 +31,7 @@ def runs_folder() -> Path:
 
 
 class BoardRecord:
-    """board.json, which exists while the board's QEMU should run."""
+    """A board's board.json: its QEMU process, addresses and owner. It exists while QEMU should run."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / "board.json"

@@ -10,8 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-# Exit status of ssh itself if it cannot reach the board.
-UNREACHABLE = 255
 # is_reachable() as a program. Connecting has a limit of 1 s, because a board that is not up does not answer; the caller
 # tries again.
 GREETING = """
@@ -34,12 +32,28 @@ class CommandFailed(Exception):
     """A command failed that had to succeed; the text has the end of its output."""
 
 
+def _status(command: Sequence[str], timeout_s: float) -> int:
+    """The exit status of a command without input and output."""
+    return subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                          timeout=timeout_s, check=False).returncode
+
+
+def _run(command: Sequence[str], timeout_s: float, what: str, text: str | None = None) -> Ran:
+    """Runs a command with `text` as its input. Raises TimeoutError, which names `what`."""
+    try:
+        done = subprocess.run(command, input=text, stdin=subprocess.DEVNULL if text is None else None,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace",
+                              timeout=timeout_s, check=False)
+    except subprocess.TimeoutExpired as error:
+        raise TimeoutError(f"waited {timeout_s:g} s for {what}") from error
+    return Ran(done.returncode, done.stdout, done.stderr)
+
+
 class Ssh:
     """Runs commands as root. `before`: prefix of the client's command line (for a network namespace)."""
 
-    def __init__(
-        self, address: tuple[str, int], key: Path, host_key: Path, folder: Path, before: Sequence[str] = ()
-    ) -> None:
+    def __init__(self, address: tuple[str, int], key: Path, host_key: Path, folder: Path,
+                 before: Sequence[str] = ()) -> None:
         self.address = address
         self._before = list(before)
         known = folder / "known_hosts"
@@ -58,16 +72,8 @@ class Ssh:
         words."""
         host, port = self.address
         text = [remote[0]] if len(remote) == 1 else [shlex.join(remote)] if remote else []
-        return [
-            *self._before,
-            "ssh",
-            *self._options,
-            *(["-t"] if terminal else []),
-            "-p",
-            str(port),
-            f"root@{host}",
-            *text,
-        ]
+        return [*self._before, "ssh", *self._options, *(["-t"] if terminal else []), "-p", str(port), f"root@{host}",
+                *text]
 
     def is_reachable(self, timeout_s: float = 15.0) -> bool:
         """Whether an ssh server sends its identification at the port. This costs the board less than a login. The limit
@@ -77,87 +83,43 @@ class Ssh:
             if self._before:
                 # The port is only reachable from within the network namespace.
                 program = [*self._before, sys.executable, "-c", GREETING, host, str(port), str(timeout_s)]
-                return (
-                    subprocess.run(
-                        program,
-                        stdin=subprocess.DEVNULL,
-                        stdout=subprocess.DEVNULL,
-                        stderr=subprocess.DEVNULL,
-                        timeout=timeout_s + 10,
-                        check=False,
-                    ).returncode
-                    == 0
-                )
+                return _status(program, timeout_s + 10) == 0
             with socket.create_connection(self.address, timeout=timeout_s) as connection:
                 return connection.recv(4) == b"SSH-"
         except (OSError, subprocess.TimeoutExpired):
             return False
 
-    def run(
-        self, remote: str | Sequence[str], *, timeout_s: float = 60.0, text: str | None = None, check: bool = False
-    ) -> Ran:
+    def run(self, remote: str | Sequence[str], *, timeout_s: float = 60.0, text: str | None = None,
+            check: bool = False) -> Ran:
         """Runs a command (a str: with the board's shell) with `text` as its input. Raises TimeoutError after
         `timeout_s` (the command may then still run on the board), and with `check` CommandFailed if its status is not
         0."""
         words = [remote] if isinstance(remote, str) else list(remote)
-        try:
-            # open() has made the shared connection. If this command made it, the connection's background process would
-            # inherit stderr, and reading that pipe would end only with the connection.
-            done = subprocess.run(
-                self.command(words),
-                input=text,
-                stdin=subprocess.DEVNULL if text is None else None,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                text=True,
-                errors="replace",
-                timeout=timeout_s,
-                check=False,
-            )
-        except subprocess.TimeoutExpired as error:
-            raise TimeoutError(f"waited {timeout_s:g} s for the board to end: {shlex.join(words)}") from error
-        if check and done.returncode != 0:
-            last = (done.stderr.strip() or done.stdout.strip())[-1000:]
-            raise CommandFailed(f"'{' '.join(words)}' ended with {done.returncode}: {last}")
-        return Ran(done.returncode, done.stdout, done.stderr)
+        # open() has made the shared connection. If this command made it, the connection's background process would
+        # inherit stderr, and reading that pipe would end only with the connection.
+        ran = _run(self.command(words), timeout_s, f"the board to end: {shlex.join(words)}", text)
+        if check and ran.status != 0:
+            last = (ran.err.strip() or ran.out.strip())[-1000:]
+            raise CommandFailed(f"'{' '.join(words)}' ended with {ran.status}: {last}")
+        return ran
 
-    def open(self, timeout_s: float) -> Ran:
+    def open(self, timeout_s: float) -> bool:
         """Makes the shared connection. Its output is not read, because the pipes would stay open as long as it does."""
         try:
-            done = subprocess.run(self.command(["true"]), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                  stderr=subprocess.DEVNULL, timeout=timeout_s, check=False)
+            return _status(self.command(["true"]), timeout_s) == 0
         except subprocess.TimeoutExpired:
-            return Ran(UNREACHABLE, "", f"no answer within {timeout_s:g} s")
-        return Ran(done.returncode, "", "")
+            return False
 
     def close(self) -> None:
         """Ends the shared connection, if there is one."""
         host, port = self.address
-        subprocess.run(
-            [*self._before, "ssh", *self._options, "-O", "exit", "-p", str(port), f"root@{host}"],
-            check=False,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            timeout=10,
-        )
+        _status([*self._before, "ssh", *self._options, "-O", "exit", "-p", str(port), f"root@{host}"], 10)
 
     def _copy(self, source: str, target: str, timeout_s: float) -> None:
         command = [*self._before, "scp", "-q", "-p", "-r", *self._options, "-P", str(self.address[1]), source, target]
-        try:
-            done = subprocess.run(
-                command,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                text=True,
-                timeout=timeout_s,
-                check=False,
-            )
-        except subprocess.TimeoutExpired as error:
-            raise TimeoutError(f"waited {timeout_s:g} s for the copy of {source} to {target}") from error
-        if done.returncode != 0:
-            raise CommandFailed(f"{source} was not copied to {target}: {done.stderr.strip()}")
+        ran = _run(command, timeout_s, f"the copy of {source} to {target}")
+        if ran.status != 0:
+            raise CommandFailed(f"{source} was not copied to {target}: {ran.err.strip()}")
 
     def copy_in(self, source: Path, target: str, timeout_s: float = 120.0) -> None:
         """Copies a file or folder of this machine to `target` on the board."""

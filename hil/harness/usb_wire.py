@@ -1,7 +1,4 @@
-"""A USB connection between two boards by usbip: the gadget on the device's usbip-vudc, attached to the host's vhci-hcd.
-
-UsbWire   attach, detach
-"""
+"""A USB connection between two boards by usbip: the gadget on the device's usbip-vudc, attached to its host's vhci."""
 
 from __future__ import annotations
 
@@ -36,22 +33,14 @@ class UsbWire:
         ("cannot find a urb of seqnum"). In both cases the gadget is attached again.
         """
         def attached() -> float | None:
-            wait_for(
-                "the gadget to be free",
-                lambda: self._device.run(f"cat {_STATUS}", check=True).out.strip() == "1",
-                30,
-                every_s=0.3,
-            )
+            wait_for("the gadget to be free", lambda: self._device.run(f"cat {_STATUS}", check=True).out.strip() == "1",
+                     30, every_s=0.3)
             begun = time.monotonic()
             said = self._host.run(f"usbip attach -r {self._address} -d {self.udc}")
             last.append(said.err.strip())
-            if (
-                said.status == 0
-                and wait_for(
-                    "the gadget on the host's bus, or its port to be free again", self._outcome, 30, every_s=0.2
-                )
-                == _THERE
-            ):
+            outcome = said.status == 0 and wait_for("the gadget on the host's bus, or its port to be free again",
+                                                    self._outcome, 30, every_s=0.2)
+            if outcome == _THERE:
                 return begun
             self.dropped += 1
             return None
@@ -66,11 +55,8 @@ class UsbWire:
 
     def _outcome(self) -> str | None:
         # Third column of vhci-hcd's status: the port's state; 4 is free.
-        return (
-            self._host.run(
-                f"grep -qsx 'Lightwell light probe' /sys/bus/usb/devices/*/product && echo {_THERE} && exit; "
-                f"awk 'NR > 1 && $3 != \"004\" {{ used = 1 }} END {{ if (!used) print \"{_DROPPED}\" }}' "
-                "/sys/devices/platform/vhci_hcd.0/status"
-            ).out.strip()
-            or None
-        )
+        said = self._host.run(
+            f"grep -qsx 'Lightwell light probe' /sys/bus/usb/devices/*/product && echo {_THERE} && exit; "
+            f"awk 'NR > 1 && $3 != \"004\" {{ used = 1 }} END {{ if (!used) print \"{_DROPPED}\" }}' "
+            "/sys/devices/platform/vhci_hcd.0/status")
+        return said.out.strip() or None

@@ -1,8 +1,4 @@
-"""Waits with a time limit and progress messages.
-
-say        prints a message
-wait_for   polls until a condition holds, or raises TimedOut
-"""
+"""Waits with a time limit and progress messages."""
 
 from __future__ import annotations
 
@@ -23,15 +19,8 @@ class TimedOut(Exception):
     """A wait reached its limit; the text says what was waited for, how long, and the last state."""
 
 
-def wait_for(
-    what: str,
-    poll: Callable[[], T | None],
-    timeout_s: float,
-    *,
-    every_s: float = 0.25,
-    progress_period_s: float = 10.0,
-    state: Callable[[], str] = lambda: "",
-) -> T:
+def wait_for(what: str, poll: Callable[[], T | None], timeout_s: float, *, every_s: float = 0.25,
+             progress_period_s: float = 10.0, state: Callable[[], str] = lambda: "") -> T:
     """Calls `poll` every `every_s` seconds until it returns something that is neither None nor False, and returns that.
     Every `progress_period_s` seconds it prints what it waits for, and the text of `state`. `poll` may raise an
     exception to end the wait, if the condition can no longer become true. Raises TimedOut after `timeout_s` seconds."""

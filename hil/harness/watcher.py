@@ -1,9 +1,4 @@
-"""`lightwell watch --json` as a background process, on this machine or on a board, and waits for its output.
-
-Watcher         reads the client's output and waits for it
-WatcherHere     the client is a process on this machine
-WatcherOnBoard  the client is a process on a board; its output is read by ssh
-"""
+"""`lightwell watch --json` as a background process, on this machine or on a board, and waits for its output."""
 
 from __future__ import annotations
 
@@ -14,7 +9,6 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from .board import Board
@@ -31,9 +25,7 @@ class Watcher(ABC):
     def __enter__(self) -> Watcher:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.end()
 
     @abstractmethod
@@ -76,13 +68,9 @@ class Watcher(ABC):
     def next_seconds(self, count: int, limit_s: float = 60, *, skipped: int = 0) -> list[dict[str, Any]]:
         """Waits for `count` new reports, after leaving out the first `skipped` ones, and returns them."""
         since = len(self.seconds()) + skipped
-        return wait_for(
-            f"{count} reports of the client",
-            lambda: seen if len(seen := self.seconds()[since:]) >= count else None,
-            limit_s,
-            every_s=self.every_s,
-            state=self.state,
-        )
+        return wait_for(f"{count} reports of the client",
+                        lambda: seen if len(seen := self.seconds()[since:]) >= count else None, limit_s,
+                        every_s=self.every_s, state=self.state)
 
     def back_after(self, what: str, limit_s: float) -> float:
         """Waits until a report for a whole second counts frames; returns the seconds from now until then. The client
@@ -100,15 +88,14 @@ class Watcher(ABC):
 
 
 class WatcherHere(Watcher):
+    """The client is a process on this machine."""
     every_s = 0.1
 
     def __init__(self, command: Sequence[str]) -> None:
         self._file = tempfile.NamedTemporaryFile("w+", prefix="lightwell-watch-", encoding="utf-8")
         self._child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=self._file, stderr=subprocess.DEVNULL)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.end()
         self._file.close()
 
@@ -121,14 +108,13 @@ class WatcherHere(Watcher):
 
 
 class WatcherOnBoard(Watcher):
-    """`lightwell watch URI` on `board`; at most one on each board."""
+    """The client is a process on `board`, at most one on each; its output is read by ssh."""
     every_s = 0.3
 
     def __init__(self, board: Board, uri: str) -> None:
         self._board = board
-        board.run(
-            f"lightwell watch {uri} --json >/run/watch.json 2>/run/watch.err & echo $! >/run/watch.pid", check=True
-        )
+        board.run(f"lightwell watch {uri} --json >/run/watch.json 2>/run/watch.err & echo $! >/run/watch.pid",
+                  check=True)
 
     def _text(self) -> str:
         return self._board.run("cat /run/watch.json").out

@@ -9,7 +9,6 @@
 #include <CLI/CLI.hpp>
 
 #include "imaging/uri.hpp"
-#include "imaging/uri_values.hpp"
 #include "usb_camera/scene_renderer.hpp"
 #include "usb_camera/scene_source.hpp"
 #include "usb_camera/server.hpp"

@@ -5,8 +5,9 @@
 #include <cstdint>
 #include <memory>
 
+#include <lightwell/file_descriptor.hpp>
+
 #include "usb_camera/device.hpp"
-#include "usb_camera/sockets.hpp"
 
 struct usbredirparser;
 

@@ -1,11 +1,12 @@
 #include "usb_camera/scene_renderer.hpp"
 
 #include <algorithm>
+#include <csetjmp>
+#include <cstdlib>
 #include <utility>
 
+#include "imaging/jpeg_errors.hpp"
 #include "imaging/uri.hpp"
-#include "usb_camera/jpeg_encoder.hpp"
-#include "usb_camera/white_balance.hpp"
 
 namespace lightwell::usb_camera {
 
@@ -27,7 +28,82 @@ PixelFormat sensor_format(Encoding encoding) {
   return PixelFormat::yuyv;
 }
 
+double cubic(double t, double a, double b, double c, double d) { return ((a * t + b) * t + c) * t + d; }
+
+/// Linear Rec. 709 of the black body with Y = 1.
+std::array<double, 3> planckian_rgb(double kelvin) {
+  const double t = 1000 / kelvin;
+  const double x = kelvin <= 4000 ? cubic(t, -0.2661239, -0.2343589, 0.8776956, 0.179910)
+                                  : cubic(t, -3.0258469, 2.1070379, 0.2226347, 0.240390);
+  const double y = kelvin <= 2222   ? cubic(x, -1.1063814, -1.34811020, 2.18555832, -0.20219683)
+                   : kelvin <= 4000 ? cubic(x, -0.9549476, -1.37418593, 2.09137015, -0.16748867)
+                                    : cubic(x, 3.0817580, -5.87338670, 3.75112997, -0.37001483);
+  const double big_x = x / y, big_z = (1 - x - y) / y;
+  // IEC 61966-2-1, annex F: XYZ to linear sRGB.
+  return {3.2406 * big_x - 1.5372 - 0.4986 * big_z, -0.9689 * big_x + 1.8758 + 0.0415 * big_z,
+          0.0557 * big_x - 0.2040 + 1.0570 * big_z};
+}
+
+/// Encodes at one quality. `memory`: allocated by libjpeg, `bytes`: its size. This function has no objects with
+/// destructors, because libjpeg's errors leave it by longjmp().
+bool compress(const std::byte* rgb, FrameSize size, int quality, JpegErrors& errors, unsigned char** memory,
+              unsigned long* bytes) {
+  jpeg_compress_struct info{};
+  info.err = errors.install();
+  if (setjmp(errors.jump) != 0) {
+    jpeg_destroy_compress(&info);
+    return false;
+  }
+  jpeg_create_compress(&info);
+  jpeg_mem_dest(&info, memory, bytes);
+  info.image_width = static_cast<JDIMENSION>(size.width);
+  info.image_height = static_cast<JDIMENSION>(size.height);
+  info.input_components = 3;
+  info.in_color_space = JCS_RGB;
+  jpeg_set_defaults(&info);
+  jpeg_set_quality(&info, quality, TRUE);
+  info.comp_info[0].h_samp_factor = 2;
+  info.comp_info[0].v_samp_factor = 1;
+  // The integer DCT gives identical bits on all machines.
+  info.dct_method = JDCT_ISLOW;
+  jpeg_start_compress(&info, TRUE);
+  while (info.next_scanline < info.image_height) {
+    // libjpeg does not write to its input, although the parameter is not const.
+    auto* row = reinterpret_cast<JSAMPROW>(const_cast<std::byte*>(rgb)) +
+                3 * static_cast<std::size_t>(info.next_scanline) * static_cast<std::size_t>(size.width);
+    jpeg_write_scanlines(&info, &row, 1);
+  }
+  jpeg_finish_compress(&info);
+  jpeg_destroy_compress(&info);
+  return true;
+}
+
 }  // namespace
+
+std::array<double, 3> white_balance(double kelvin) {
+  const std::array<double, 3> seen = planckian_rgb(kelvin), neutral = planckian_rgb(kNeutralKelvin);
+  const double green = seen[1] / neutral[1];
+  return {seen[0] / neutral[0] / green, 1.0, seen[2] / neutral[2] / green};
+}
+
+Result<std::vector<std::byte>> encode_jpeg(std::span<const std::byte> rgb, FrameSize size, int quality,
+                                           std::size_t max_bytes) {
+  for (;; quality -= 5) {
+    JpegErrors errors;
+    unsigned char* memory = nullptr;
+    unsigned long bytes = 0;
+    const bool done = compress(rgb.data(), size, quality, errors, &memory, &bytes);
+    const auto* const begin = reinterpret_cast<const std::byte*>(memory);
+    std::vector<std::byte> out;
+    if (done && bytes <= max_bytes) out.assign(begin, begin + bytes);
+    std::free(memory);
+    if (!done) return Status(StatusCode::internal, std::string("JPEG: ") + errors.message.data());
+    if (!out.empty()) return out;
+    if (quality <= 5)
+      return Status(StatusCode::internal,
+                    "JPEG: the image exceeds " + std::to_string(max_bytes) + " bytes even at the lowest quality");
+  }
+}
 
 Result<std::shared_ptr<SceneRenderer>> SceneRenderer::open(const std::string& uri, int lens, int jpeg_quality,
                                                            const StreamFormat& format) {

@@ -1,22 +1,38 @@
 // Renders one scene in one format: from the number of an image and the sensor settings to bytes.
+//   white_balance()     gains of the sensor's channels for a colour temperature
+//   encode_jpeg()       motion JPEG
+//   SceneRenderer
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <future>
 #include <list>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
 #include <lightwell/result.hpp>
 
-#include "camera/backends/sim/lens_renderer.hpp"
 #include "camera/backends/sim/sim_world.hpp"
 #include "usb_camera/frame_source.hpp"
 
 namespace lightwell::usb_camera {
+
+/// PhotometricCalibration::white_balance of a camera that renders a black body of this temperature as grey: the black
+/// body's linear Rec. 709 red, green and blue relative to those of a black body of 6500 K, normalized to green 1;
+/// exactly 1, 1, 1 at 6500 K. Valid from 1667 to 25000 K: cubic splines of the Planckian locus, Kim et al. 2002, US
+/// patent 7024034.
+[[nodiscard]] std::array<double, 3> white_balance(double kelvin);
+
+/// Baseline JPEG, 4:2:2, as USB cameras send it. `rgb`: 3 bytes per pixel, rows without padding. `quality`: libjpeg's,
+/// 1 to 95; it is lowered in steps of 5 until the image has at most `max_bytes` bytes. internal: libjpeg fails, or no
+/// quality suffices.
+[[nodiscard]] Result<std::vector<std::byte>> encode_jpeg(std::span<const std::byte> rgb, FrameSize size, int quality,
+                                                         std::size_t max_bytes);
 
 /// render() may be called from any thread; the rest is constant.
 class SceneRenderer {

@@ -7,10 +7,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+
+#include <lightwell/file_descriptor.hpp>
+#include <lightwell/result.hpp>
 
 #include "usb_camera/commands.hpp"
 #include "usb_camera/redir_port.hpp"
-#include "usb_camera/sockets.hpp"
 
 namespace lightwell::usb_camera {
 
@@ -18,6 +21,29 @@ struct ServerOptions {
   std::string redir_path;    ///< Where QEMU's chardev connects.
   std::string control_path;  ///< Control socket; empty: none.
 };
+
+/// Listens at the path of a Unix domain socket, after removing a stale socket there. The listening and the accepted
+/// sockets are non-blocking.
+class Listener {
+ public:
+  /// resource_exhausted: another process listens there; invalid_argument: the path has more than 107 bytes.
+  [[nodiscard]] static Result<Listener> at(const std::string& path);
+  Listener(Listener&&) = default;
+  Listener& operator=(Listener&&) = default;
+  ~Listener();
+
+  /// Accepts the next waiting connection; a closed descriptor if there is none.
+  [[nodiscard]] FileDescriptor accept() const;
+  [[nodiscard]] int get() const { return socket_.get(); }
+
+ private:
+  Listener(FileDescriptor socket, std::string path) : socket_(std::move(socket)), path_(std::move(path)) {}
+  FileDescriptor socket_;
+  std::string path_;
+};
+
+/// Connects to the Unix domain socket at a path; the connection is blocking. unavailable: no process listens there.
+[[nodiscard]] Result<FileDescriptor> connect_to(const std::string& path);
 
 /// CLOCK_MONOTONIC.
 [[nodiscard]] CameraTime camera_now();

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "usb_camera/frame_stamp.hpp"
-
 namespace lightwell::usb_camera {
 
 namespace {
@@ -23,6 +21,27 @@ bool take(std::uint64_t& count) {
 }
 
 }  // namespace
+
+void ControlLatency::start(const SensorSettings& settings) { changes_ = {{0, settings}}; }
+
+void ControlLatency::set(const SensorSettings& settings, std::uint64_t exposing) {
+  const std::uint64_t from = exposing + latency_;
+  if (changes_.back().from == from) {
+    changes_.back().settings = settings;
+  } else {
+    changes_.push_back({from, settings});
+  }
+}
+
+const SensorSettings& ControlLatency::at(std::uint64_t frame) const {
+  for (auto change = changes_.rbegin(); change != changes_.rend(); ++change)
+    if (change->from <= frame) return change->settings;
+  return changes_.front().settings;
+}
+
+void ControlLatency::discard_before(std::uint64_t frame) {
+  while (changes_.size() > 1 && changes_[1].from <= frame) changes_.pop_front();
+}
 
 Stream::Stream(const StreamOptions& options, FrameSource& source, FrameLog& log)
     : options_(options), source_(source), log_(log), settings_(options.control_latency) {}

@@ -1,5 +1,5 @@
 // The streaming endpoint: starts frames when they are due and sends them in the transfers that the host has queued.
-//   Pace, StreamOptions, Faults, TransferStatus, TransferSink, Stream
+//   Pace, StreamOptions, Faults, TransferStatus, TransferSink, ControlLatency, Stream
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,6 @@
 #include <optional>
 #include <string_view>
 
-#include "usb_camera/control_latency.hpp"
 #include "usb_camera/frame_log.hpp"
 #include "usb_camera/frame_source.hpp"
 #include "usb_camera/negotiation.hpp"
@@ -46,6 +45,30 @@ class TransferSink {
 
  protected:
   ~TransferSink() = default;
+};
+
+/// Latency of controls: a sensor applies new settings one or two frames after they are set.
+class ControlLatency {
+ public:
+  /// Settings made while frame n is exposed act from frame n + latency; 0: from frame n.
+  explicit ControlLatency(int latency) : latency_(static_cast<std::uint64_t>(latency)) {}
+
+  /// Begins a stream; frame 0 has these settings.
+  void start(const SensorSettings& settings);
+  /// Sets new settings while frame `exposing` is exposed. Of several during one frame the last one counts.
+  void set(const SensorSettings& settings, std::uint64_t exposing);
+  /// The settings of a frame, which must not precede a discarded one.
+  [[nodiscard]] const SensorSettings& at(std::uint64_t frame) const;
+  /// Discards settings that only frames before `frame` need.
+  void discard_before(std::uint64_t frame);
+
+ private:
+  struct Change {
+    std::uint64_t from = 0;
+    SensorSettings settings;
+  };
+  std::uint64_t latency_;
+  std::deque<Change> changes_{Change{}};  ///< Never empty.
 };
 
 /// Has no thread and no clock; the owner passes the time.

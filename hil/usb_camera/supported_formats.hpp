@@ -1,9 +1,9 @@
 // The formats, sizes and frame rates that the camera supports, from which descriptors and negotiation are derived.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string_view>
 #include <vector>
 
@@ -12,24 +12,13 @@ namespace lightwell::usb_camera {
 enum class Encoding : std::uint8_t { yuyv, nv12, mjpeg };
 
 [[nodiscard]] constexpr std::string_view to_string(Encoding encoding) {
-  switch (encoding) {
-    case Encoding::yuyv:
-      return "yuyv";
-    case Encoding::nv12:
-      return "nv12";
-    case Encoding::mjpeg:
-      return "mjpeg";
-  }
-  return "unknown";
+  return std::array{"yuyv", "nv12", "mjpeg"}[static_cast<std::size_t>(encoding)];
 }
 
 struct FrameSize {
   int width = 0, height = 0;
   friend bool operator==(const FrameSize&, const FrameSize&) = default;
 };
-
-/// Unit of UVC's frame intervals.
-inline constexpr double kIntervalUnit_s = 1e-7;
 
 struct SupportedFormats {
   std::vector<Encoding> encodings = {Encoding::yuyv, Encoding::nv12, Encoding::mjpeg};
@@ -41,7 +30,15 @@ struct SupportedFormats {
 };
 
 /// 4:3 and 16:9 for rigs with one image per lens; 2:1 for the rig "equirect".
-[[nodiscard]] SupportedFormats formats_for(std::string_view rig);
+[[nodiscard]] inline SupportedFormats formats_for(std::string_view rig) {
+  SupportedFormats formats;
+  if (rig == "equirect") {
+    formats.sizes = {{640, 320}, {320, 160}, {1280, 640}, {1920, 960}};
+  } else {
+    formats.sizes = {{640, 480}, {160, 120}, {320, 240}, {1280, 720}, {1280, 960}, {1920, 1080}};
+  }
+  return formats;
+}
 
 /// One of the supported formats.
 struct StreamFormat {
@@ -55,6 +52,9 @@ struct StreamFormat {
 [[nodiscard]] constexpr std::uint32_t interval_of(int rate) { return 10'000'000U / static_cast<std::uint32_t>(rate); }
 
 /// Size of a frame in bytes; for motion JPEG the maximum.
-[[nodiscard]] std::size_t largest_frame(Encoding encoding, FrameSize size);
+[[nodiscard]] constexpr std::size_t largest_frame(Encoding encoding, FrameSize size) {
+  const auto pixels = static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
+  return encoding == Encoding::nv12 ? pixels + pixels / 2 : 2 * pixels;
+}
 
 }  // namespace lightwell::usb_camera

@@ -2,7 +2,6 @@
 #include <optional>
 
 #include <lightwell/advertisement.hpp>
-#include <lightwell/printable.hpp>
 #include <lightwell/text.hpp>
 
 namespace lightwell {
@@ -16,7 +15,7 @@ constexpr std::size_t kMaxName = 64;
 constexpr std::size_t kMaxVersion = 32;
 
 Status wrong(std::string_view key, std::string_view why) {
-  return {StatusCode::invalid_argument, "TXT record: " + std::string(key) + ": " + std::string(why)};
+  return invalid_argument("TXT record: " + std::string(key) + ": " + std::string(why));
 }
 
 std::string hex(std::uint32_t value) { return formatted("%08x", value); }

@@ -7,15 +7,37 @@
 
 #include <google/protobuf/util/json_util.h>
 
+#include <lightwell/bytes.hpp>
 #include <lightwell/codec.hpp>
 #include <lightwell/lobes.hpp>
 
-#include "environment_codec.hpp"
 #include "lightwell/v1/descriptor.pb.h"
-#include "quantize.hpp"
 
 namespace lightwell {
 namespace {
+
+// Block floating point, integers times a common power of two: the wire format of coefficients, irradiances,
+// covariances.
+
+/// Largest magnitude that takes at most two bytes as a zigzag varint.
+constexpr std::int32_t kMantissaLimit = 8191;
+
+/// The smallest e for which |largest| / 2^e rounds to at most `limit`, which is a power of two minus one; 0 for zero.
+int exponent_for(float largest, std::int32_t limit = kMantissaLimit) {
+  if (!(largest > 0)) return 0;
+  int k = 0;
+  std::frexp(largest, &k);  // largest = f 2^k with f in [1/2, 1)
+  const int e = k - std::bit_width(static_cast<std::uint32_t>(limit));
+  return std::nearbyint(std::ldexp(static_cast<double>(largest), -e)) > limit ? e + 1 : e;
+}
+
+std::int32_t mantissa_of(float value, int exponent) {
+  return static_cast<std::int32_t>(std::nearbyint(std::ldexp(static_cast<double>(value), -exponent)));
+}
+
+float value_of(std::int32_t mantissa, int exponent) {
+  return static_cast<float>(std::ldexp(static_cast<double>(mantissa), exponent));
+}
 
 constexpr float kDirectionScale = 8191;
 constexpr double kRadiusUnit = 1e-5;
@@ -23,7 +45,7 @@ constexpr double kRadiusUnit = 1e-5;
 constexpr std::int32_t kCovarianceLimit = 63;
 constexpr std::uint32_t kInfiniteBound = 0xFFFFFFFF;
 
-Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "descriptor: " + what}; }
+Status invalid(const std::string& what) { return invalid_argument("descriptor: " + what); }
 
 template <class Quantity>
 bool finite(const Rgb<Quantity>& v) {
@@ -191,6 +213,49 @@ Status read_light(const v1::Light& m, Light& light) {
   }
   if (m.covariance_mantissa_size() == 1) light.direction_covariance[2] = light.direction_covariance[0];
   light.track = m.track();
+  return {};
+}
+
+/// Reserves memory for the largest map, so that fill_environment() allocates nothing.
+void reserve_environment(v1::EnvironmentMap& m) {
+  for (std::size_t k = 0; k < kMaxEnvironmentLevels; ++k) m.add_levels();
+  m.mutable_texels()->reserve(4 * kMaxEnvironmentTexels);
+  m.mutable_runs()->Reserve(static_cast<int>(kMaxEnvironmentTexels));
+  m.Clear();
+}
+
+void fill_environment(const EnvironmentMap& map, v1::EnvironmentMap& m) {
+  m.Clear();
+  m.set_key(map.key);
+  m.set_encoding(v1::EnvironmentMap::RGB9E5);
+  for (const EnvironmentLevel& level : map.levels) {
+    v1::EnvironmentMap::Level& out = *m.add_levels();
+    out.set_edge(static_cast<std::uint32_t>(level.edge));
+    out.set_roughness(level.roughness);
+  }
+  m.set_exponent(map.exponent);
+  m.set_key_interval_ms(map.key_interval_ms);
+  std::string& texels = *m.mutable_texels();
+  texels.resize(4 * map.texels.size());
+  for (std::size_t i = 0; i < map.texels.size(); ++i) put_le(&texels[4 * i], map.texels[i]);
+  m.mutable_runs()->Add(map.runs.begin(), map.runs.end());
+}
+
+/// Checks only what the value type cannot represent; environment_problem() checks the rest.
+Status read_environment(const v1::EnvironmentMap& m, EnvironmentMap& map) {
+  if (m.encoding() != v1::EnvironmentMap::RGB9E5) return invalid("environment.encoding is not known");
+  if (m.texels().size() % 4 != 0) return invalid("environment.texels: the length is not a multiple of 4 bytes");
+  map.key = m.key();
+  map.levels.clear();
+  for (const v1::EnvironmentMap::Level& level : m.levels()) {
+    if (!is_environment_edge(level.edge())) return invalid("environment.levels: an edge must be 8, 16, 32 or 64");
+    map.levels.push_back({static_cast<int>(level.edge()), level.roughness()});
+  }
+  map.exponent = m.exponent();
+  map.key_interval_ms = m.key_interval_ms();
+  map.texels.resize(m.texels().size() / 4);
+  for (std::size_t i = 0; i < map.texels.size(); ++i) map.texels[i] = get_le<std::uint32_t>(&m.texels()[4 * i]);
+  map.runs.assign(m.runs().begin(), m.runs().end());
   return {};
 }
 

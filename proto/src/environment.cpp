@@ -2,36 +2,15 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <string>
 
-#include <lightwell/checksum.hpp>
+#include <lightwell/bytes.hpp>
 #include <lightwell/environment.hpp>
 #include <lightwell/octahedral.hpp>
 #include <lightwell/pixel.hpp>
 
 namespace lightwell {
 namespace {
-
-/// CRC-32C of 32-bit numbers in little-endian byte order, buffered.
-class Checksum {
- public:
-  void add(std::uint32_t v) {
-    for (int k = 0; k < 4; ++k) bytes_[used_++] = static_cast<std::byte>(v >> (8 * k) & 255U);
-    if (used_ == bytes_.size()) flush();
-  }
-  [[nodiscard]] std::uint32_t value() {
-    flush();
-    return crc_;
-  }
-
- private:
-  void flush() {
-    crc_ = crc32c(std::span(bytes_).first(used_), crc_);
-    used_ = 0;
-  }
-  std::array<std::byte, 1024> bytes_{};
-  std::size_t used_ = 0;
-  std::uint32_t crc_ = 0;
-};
 
 /// Index of the texel in column i, row j, each from -1 to edge. Beyond an edge of the square the sphere continues at
 /// the same edge with the order of texels reversed, because each side of an octahedral map is folded at its middle.
@@ -56,28 +35,81 @@ Radiance bilinear(std::span<const std::uint32_t> texels, int edge, OctUv uv, int
   return (at(0, 0) * (1 - fx) + at(1, 0) * fx) * (1 - fy) + (at(0, 1) * (1 - fx) + at(1, 1) * fx) * fy;
 }
 
+Status invalid_map(const std::string& what) { return invalid_argument("descriptor: environment." + what); }
+
+/// Number of texels over which the runs of changes reach, and how many of them change.
+struct RunTotals {
+  std::uint64_t reach = 0, changed = 0;
+
+  explicit RunTotals(std::span<const std::uint32_t> runs) {
+    for (std::size_t k = 0; k < runs.size(); ++k) {
+      reach += runs[k];
+      if (k % 2 == 1) changed += runs[k];
+    }
+  }
+};
+
+Status problem_of_whole(const EnvironmentMap& map) {
+  if (map.levels.size() > kMaxEnvironmentLevels) return invalid_map("levels: there are more than 8");
+  for (std::size_t k = 0; k < map.levels.size(); ++k) {
+    const EnvironmentLevel& level = map.levels[k];
+    if (level.edge < 0 || !is_environment_edge(static_cast<std::uint64_t>(level.edge)))
+      return invalid_map("levels: an edge must be 8, 16, 32 or 64");
+    if (!(level.roughness >= 0 && level.roughness <= 1)) return invalid_map("levels: a roughness must be 0 to 1");
+    if (k == 0) continue;
+    if (level.edge > map.levels[k - 1].edge) return invalid_map("levels: an edge is larger than the one before");
+    if (!(level.roughness > map.levels[k - 1].roughness)) return invalid_map("levels: roughness must increase");
+  }
+  const std::size_t count = texel_count(map.levels);
+  if (count > kMaxEnvironmentTexels) return invalid_map("levels have more than 8192 texels");
+  if (map.texels.size() != count) return invalid_map("texels: the length does not match the levels");
+  if (map.exponent < kMinEnvironmentExponent || map.exponent > kMaxEnvironmentExponent)
+    return invalid_map("exponent is out of range");
+  if (!map.runs.empty()) return invalid_map("runs: not allowed in a whole map");
+  if (map.key != environment_key(map)) return invalid_map("key does not match the content of the map");
+  return {};
+}
+
+Status problem_of_changes(const EnvironmentMap& map) {
+  if (map.exponent != 0) return invalid_map("exponent: not allowed in changes");
+  if (map.key_interval_ms != 0) return invalid_map("key_interval_ms: not allowed in changes");
+  if (map.runs.size() % 2 != 0) return invalid_map("runs: the number is odd; they are pairs");
+  // Canonical form: only the first run may be empty.
+  if (map.runs.size() > 1 && std::ranges::find(map.runs.begin() + 1, map.runs.end(), 0U) != map.runs.end())
+    return invalid_map("runs: one is empty");
+  const RunTotals totals(map.runs);
+  if (totals.reach > kMaxEnvironmentTexels) return invalid_map("runs: they exceed the size of any map");
+  if (map.texels.size() != totals.changed) return invalid_map("texels: the length does not match the runs");
+  return {};
+}
+
 }  // namespace
 
+Status environment_problem(const EnvironmentMap& map) {
+  if (map.key == 0) return invalid_map("key is 0");
+  return map.whole() ? problem_of_whole(map) : problem_of_changes(map);
+}
+
 std::uint32_t environment_key(const EnvironmentMap& whole) {
-  Checksum sum;
-  sum.add(static_cast<std::uint32_t>(whole.exponent));
+  std::uint32_t crc = 0;
+  const auto add = [&](std::uint32_t number) {
+    std::array<std::byte, 4> bytes;
+    put_le(bytes.data(), number);
+    crc = crc32c(bytes, crc);
+  };
+  add(static_cast<std::uint32_t>(whole.exponent));
   for (const EnvironmentLevel& level : whole.levels) {
-    sum.add(static_cast<std::uint32_t>(level.edge));
-    sum.add(std::bit_cast<std::uint32_t>(level.roughness));
+    add(static_cast<std::uint32_t>(level.edge));
+    add(std::bit_cast<std::uint32_t>(level.roughness));
   }
-  for (const std::uint32_t texel : whole.texels) sum.add(texel);
-  const std::uint32_t crc = sum.value();
+  for (const std::uint32_t texel : whole.texels) add(texel);
   return crc == 0 ? 1 : crc;
 }
 
 bool apply_changes(const EnvironmentMap& whole, const EnvironmentMap& changes, EnvironmentMap& out) {
   if (!whole.whole() || changes.whole() || changes.key != whole.key) return false;
-  std::uint64_t reach = 0, taken = 0;
-  for (std::size_t k = 0; k < changes.runs.size(); ++k) {
-    reach += changes.runs[k];
-    if (k % 2 == 1) taken += changes.runs[k];
-  }
-  if (reach > whole.texels.size() || taken != changes.texels.size()) return false;
+  const RunTotals totals(changes.runs);
+  if (totals.reach > whole.texels.size() || totals.changed != changes.texels.size()) return false;
   out = whole;
   std::size_t at = 0, from = 0;
   for (std::size_t k = 0; k < changes.runs.size(); ++k) {

@@ -3,7 +3,7 @@
 #include <limits>
 #include <string>
 
-#include <lightwell/checksum.hpp>
+#include <lightwell/bytes.hpp>
 #include <lightwell/framing.hpp>
 
 namespace lightwell {
@@ -16,34 +16,15 @@ constexpr std::array<std::byte, 4> kMagic = {std::byte{'L'}, std::byte{'W'}, std
 constexpr std::size_t kVersionAt = 4, kKindAt = 5, kSessionAt = 8, kLengthAt = 12, kSequenceAt = 16, kPayloadCrcAt = 24,
                       kHeaderCrcAt = 28;
 
-template <class T>
-void put_le(std::byte* at, T value) {
-  for (std::size_t i = 0; i < sizeof(T); ++i) at[i] = static_cast<std::byte>(value >> (8 * i) & 255U);
-}
-
-template <class T>
-T get_le(const std::byte* at) {
-  T v = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i) v |= static_cast<T>(std::to_integer<T>(at[i]) << (8 * i));
-  return v;
-}
-
 /// Limit of the payload. An unknown kind has the largest limit.
-std::size_t limit_of(std::uint8_t kind) {
-  const bool message =
-      kind == static_cast<std::uint8_t>(FrameKind::request) || kind == static_cast<std::uint8_t>(FrameKind::response);
-  return message ? kMaxLinkMessageBytes : kMaxDescriptorBytes;
-}
-
-bool known_kind(std::uint8_t kind) {
-  return kind >= static_cast<std::uint8_t>(FrameKind::descriptor) &&
-         kind <= static_cast<std::uint8_t>(FrameKind::response);
+std::size_t limit_of(FrameKind kind) {
+  return kind == FrameKind::request || kind == FrameKind::response ? kMaxLinkMessageBytes : kMaxDescriptorBytes;
 }
 
 }  // namespace
 
 Status FrameWriter::write(FrameKind kind, std::span<const std::byte> payload, std::vector<std::byte>& out) {
-  const std::size_t limit = limit_of(static_cast<std::uint8_t>(kind));
+  const std::size_t limit = limit_of(kind);
   if (payload.size() > limit)
     return {StatusCode::invalid_argument, "a message of " + std::to_string(payload.size()) +
                                               " bytes; one of this kind has at most " + std::to_string(limit)};
@@ -65,13 +46,14 @@ Status FrameWriter::write(FrameKind kind, std::span<const std::byte> payload, st
 struct FrameReader::Header {
   explicit Header(const std::byte* at)
       : version(std::to_integer<std::uint8_t>(at[kVersionAt])),
-        kind(std::to_integer<std::uint8_t>(at[kKindAt])),
+        kind(static_cast<FrameKind>(at[kKindAt])),
         session(get_le<std::uint32_t>(at + kSessionAt)),
         length(get_le<std::uint32_t>(at + kLengthAt)),
         sequence(get_le<std::uint64_t>(at + kSequenceAt)),
         payload_crc(get_le<std::uint32_t>(at + kPayloadCrcAt)) {}
 
-  std::uint8_t version, kind;
+  std::uint8_t version;
+  FrameKind kind;
   std::uint32_t session, length;
   std::uint64_t sequence;
   std::uint32_t payload_crc;
@@ -117,47 +99,34 @@ FrameReader::Step FrameReader::step(Search search, const FrameCallback& on_frame
     ++begin_;
     return Step::advanced;
   }
-  if (!std::equal(kMagic.begin(), kMagic.begin() + static_cast<std::ptrdiff_t>(std::min(here, kMagic.size())), at)) {
-    skip();
-    return Step::advanced;
-  }
-  const auto unfinished = [&] {
-    if (search == Search::partial) return Step::needs_more;
-    ++counters_.cut_off;
-    skip();
-    return Step::advanced;
-  };
+  if (!std::equal(kMagic.begin(), kMagic.begin() + static_cast<std::ptrdiff_t>(std::min(here, kMagic.size())), at))
+    return skip();
+  const auto unfinished = [&] { return search == Search::partial ? Step::needs_more : reject(counters_.cut_off); };
   if (here < kFrameHeaderBytes) return unfinished();
-  if (crc32c({at, kHeaderCrcAt}) != get_le<std::uint32_t>(at + kHeaderCrcAt)) {
-    ++counters_.bad_headers;
-    skip();
-    return Step::advanced;
-  }
+  if (crc32c({at, kHeaderCrcAt}) != get_le<std::uint32_t>(at + kHeaderCrcAt)) return reject(counters_.bad_headers);
   const Header header(at);
   // The content of an oversized frame is treated as damage: it is searched for the next header.
-  if (header.length > limit_of(header.kind)) {
-    ++counters_.oversized;
-    skip();
-    return Step::advanced;
-  }
+  if (header.length > limit_of(header.kind)) return reject(counters_.oversized);
   if (here < kFrameHeaderBytes + header.length) return unfinished();
   const std::span payload(at + kFrameHeaderBytes, header.length);
   // The length may be wrong because bytes were lost, so the search continues directly after the header's first byte.
-  if (crc32c(payload) != header.payload_crc) {
-    ++counters_.bad_payloads;
-    skip();
-    return Step::advanced;
-  }
+  if (crc32c(payload) != header.payload_crc) return reject(counters_.bad_payloads);
   begin_ += kFrameHeaderBytes + header.length;
   at_boundary_ = true;
   deliver(header, payload, on_frame);
   return Step::advanced;
 }
 
-void FrameReader::skip() {
+FrameReader::Step FrameReader::skip() {
   ++begin_;
   ++counters_.skipped_bytes;
   at_boundary_ = false;
+  return Step::advanced;
+}
+
+FrameReader::Step FrameReader::reject(std::uint64_t& counter) {
+  ++counter;
+  return skip();
 }
 
 void FrameReader::deliver(const Header& header, std::span<const std::byte> payload, const FrameCallback& on_frame) {
@@ -165,12 +134,12 @@ void FrameReader::deliver(const Header& header, std::span<const std::byte> paylo
     ++counters_.replayed;
     return;
   }
-  if (header.version != kFrameVersion || !known_kind(header.kind)) {
+  if (header.version != kFrameVersion || header.kind < FrameKind::descriptor || header.kind > FrameKind::response) {
     ++counters_.unknown;
     return;
   }
   ++counters_.frames;
-  on_frame({static_cast<FrameKind>(header.kind), header.session, header.sequence, payload});
+  on_frame({header.kind, header.session, header.sequence, payload});
 }
 
 bool FrameReader::is_new(const Header& header) {
@@ -180,10 +149,8 @@ bool FrameReader::is_new(const Header& header) {
     const std::uint64_t missing = header.sequence - sequence_ - 1;
     counters_.lost += std::min(missing, std::numeric_limits<std::uint64_t>::max() - counters_.lost);
   } else {
-    const auto known = std::min(ended_count_, ended_.size());
-    if (std::find(ended_.begin(), ended_.begin() + static_cast<std::ptrdiff_t>(known), header.session) !=
-        ended_.begin() + static_cast<std::ptrdiff_t>(known))
-      return false;
+    const std::span ended = std::span(ended_).first(std::min(ended_count_, ended_.size()));
+    if (std::ranges::find(ended, header.session) != ended.end()) return false;
     // In the first frame of a session, earlier sequence numbers do not count as lost: the reader may have started
     // later.
     if (session_) ended_[ended_count_++ % ended_.size()] = *session_;

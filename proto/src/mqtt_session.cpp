@@ -7,12 +7,12 @@
 #include <mqtt_protocol.h>
 #include <poll.h>
 #include <random>
-#include <unistd.h>
 #include <utility>
 
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 
+#include <lightwell/deleter.hpp>
 #include <lightwell/mqtt_session.hpp>
 
 namespace lightwell {
@@ -27,17 +27,6 @@ constexpr int kKeepAliveSeconds = 5;
 int no_password(char*, int, int, void*) { return 0; }
 
 const char* or_null(const std::string& text) { return text.empty() ? nullptr : text.c_str(); }
-
-/// Strings and bytes that libmosquitto allocated with malloc.
-struct PropertyString {
-  char* text = nullptr;
-  ~PropertyString() { std::free(text); }
-};
-struct PropertyBytes {
-  void* bytes = nullptr;
-  std::uint16_t size = 0;
-  ~PropertyBytes() { std::free(bytes); }
-};
 
 /// Whether the error can mean that the broker requires a client certificate. TLS 1.3 reports that after the handshake:
 /// by an alert (116, RFC 8446; in TLS 1.2 alert 40, RFC 5246) if it is read in time, otherwise by a failed write
@@ -88,17 +77,19 @@ struct MqttSession::Callbacks {
   }
 
   static void message(mosquitto*, void* data, const mosquitto_message* m, const mosquitto_property* properties) {
-    PropertyString topic;
-    PropertyBytes correlation;
-    mosquitto_property_read_string(properties, MQTT_PROP_RESPONSE_TOPIC, &topic.text, false);
-    mosquitto_property_read_binary(properties, MQTT_PROP_CORRELATION_DATA, &correlation.bytes, &correlation.size,
-                                   false);
+    char* topic = nullptr;
+    void* correlation = nullptr;
+    std::uint16_t correlation_size = 0;
+    mosquitto_property_read_string(properties, MQTT_PROP_RESPONSE_TOPIC, &topic, false);
+    mosquitto_property_read_binary(properties, MQTT_PROP_CORRELATION_DATA, &correlation, &correlation_size, false);
+    // libmosquitto allocates both with malloc.
+    const std::unique_ptr<void, Deleter<std::free>> owned_topic(topic), owned_correlation(correlation);
     const auto bytes = [](const void* at, std::size_t size) {
       return std::span(static_cast<const std::byte*>(at), size);
     };
     static_cast<MqttSession*>(data)->options_.on_message(
-        {m->topic, bytes(m->payload, static_cast<std::size_t>(m->payloadlen)), topic.text != nullptr ? topic.text : "",
-         bytes(correlation.bytes, correlation.size)});
+        {m->topic, bytes(m->payload, static_cast<std::size_t>(m->payloadlen)), topic != nullptr ? topic : "",
+         bytes(correlation, correlation_size)});
   }
 
   static void subscribed(mosquitto*, void* data, int, int count, const int* granted, const mosquitto_property*) {
@@ -123,11 +114,6 @@ MqttSession::MqttSession(Options options)
   // Once per process, without cleanup, because other parts of the process may use the library.
   static const int initialised = mosquitto_lib_init();
   (void)initialised;
-}
-
-MqttSession::~MqttSession() {
-  client_.reset();
-  if (wake_ >= 0) ::close(wake_);
 }
 
 std::string MqttSession::configure(mosquitto* client) const {
@@ -193,16 +179,15 @@ void MqttSession::handle_disconnect(std::string why) {
 bool MqttSession::idle() const { return connected_ && client_ && !mosquitto_want_write(client_.get()); }
 
 void MqttSession::wake() const {
-  const std::uint64_t one = 1;
-  // The write fails only if the eventfd counter is full, and then the other thread wakes anyway.
-  if (::write(wake_, &one, sizeof one) < 0) return;
+  // It fails only if the counter is full, and then the other thread wakes anyway.
+  (void)::eventfd_write(wake_.get(), 1);
 }
 
 void MqttSession::wait_for_wake(std::int64_t timeout_ns) const {
-  pollfd fd{wake_, POLLIN, 0};
+  pollfd fd{wake_.get(), POLLIN, 0};
   ::poll(&fd, 1, timeout_ns <= 0 ? 0 : static_cast<int>(timeout_ns / 1'000'000 + 1));
-  std::uint64_t count = 0;
-  if (::read(wake_, &count, sizeof count) < 0) return;
+  eventfd_t ignored = 0;
+  (void)::eventfd_read(wake_.get(), &ignored);
 }
 
 void MqttSession::run_once(Duration timeout) {
@@ -211,7 +196,7 @@ void MqttSession::run_once(Duration timeout) {
   if (!client_) return wait_for_wake(std::min(timeout.ns, next_attempt_ns_ - monotonic_now_ns()));
 
   const short wanted = static_cast<short>(POLLIN | (mosquitto_want_write(client_.get()) ? POLLOUT : 0));
-  std::array<pollfd, 2> fds{{{wake_, POLLIN, 0}, {mosquitto_socket(client_.get()), wanted, 0}}};
+  std::array<pollfd, 2> fds{{{wake_.get(), POLLIN, 0}, {mosquitto_socket(client_.get()), wanted, 0}}};
   const std::int64_t wait = std::clamp<std::int64_t>(timeout.ns, 0, kSecond);
   ::poll(fds.data(), fds.size(), wait == 0 ? 0 : static_cast<int>(wait / 1'000'000 + 1));
   if ((fds[0].revents & POLLIN) != 0) wait_for_wake(0);

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include <lightwell/bytes.hpp>
 #include <lightwell/recording.hpp>
 
 #include "lightwell/v1/recording.pb.h"
@@ -14,25 +15,9 @@ namespace {
 constexpr std::array<unsigned char, 8> kMagic = {'L', 'W', 'R', 'E', 'C', 1, '\r', '\n'};
 constexpr std::size_t kRecordHead = 16;  // size u32, crc32c u32, time i64; little-endian.
 
-template <class T>
-void put_le(unsigned char* at, T value) {
-  for (std::size_t i = 0; i < sizeof(T); ++i)
-    at[i] = static_cast<unsigned char>(static_cast<std::uint64_t>(value) >> (8 * i));
-}
-
-template <class T>
-T get_le(const unsigned char* at) {
-  std::uint64_t v = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i) v |= static_cast<std::uint64_t>(at[i]) << (8 * i);
-  return static_cast<T>(v);
-}
-
 std::uint32_t record_crc(const unsigned char* time, std::span<const std::byte> payload) {
-  const std::uint32_t head = crc32c(std::as_bytes(std::span(time, 8)));
-  return crc32c(payload, head);
+  return crc32c(payload, crc32c(std::as_bytes(std::span(time, 8))));
 }
-
-std::span<const std::byte> bytes_of(const std::string& s) { return std::as_bytes(std::span(s)); }
 
 /// The header as a message in binary form.
 Result<std::string> encode_header(const RecordingHeader& h) {
@@ -41,7 +26,7 @@ Result<std::string> encode_header(const RecordingHeader& h) {
   m.set_probe_name(h.probe_name);
   m.set_version(h.version);
   if (h.calibration && !m.mutable_calibration()->ParseFromString(*h.calibration))
-    return Status(StatusCode::invalid_argument, "the calibration is not a RigCalibration");
+    return invalid_argument("the calibration is not a RigCalibration");
   return m.SerializeAsString();
 }
 
@@ -69,20 +54,18 @@ Result<RecordWriter> RecordWriter::open(const std::string& path, const Recording
     Record skipped;
     while (old->next(skipped)) {
     }
-    if (const Status s = truncate_file(old->file_.get(), old->good_bytes()); !s.ok())
-      return Status(s.code(), path + ": " + s.message());
+    if (const Status s = truncate_file(old->file_.get(), old->good_bytes()); !s.ok()) return s.in(path);
     return RecordWriter(std::move(old->file_));
   }
   RecordWriter writer(std::move(*file));
   if (std::fwrite(kMagic.data(), 1, kMagic.size(), writer.file_.get()) != kMagic.size()) return write_error(path);
-  if (const Status s = writer.append(0, bytes_of(*message)); !s.ok())
-    return Status(s.code(), path + ": " + s.message());
-  if (const Status s = writer.flush(); !s.ok()) return Status(s.code(), path + ": " + s.message());
+  if (const Status s = writer.append(0, std::as_bytes(std::span(*message))); !s.ok()) return s.in(path);
+  if (const Status s = writer.flush(); !s.ok()) return s.in(path);
   return writer;
 }
 
 Status RecordWriter::append(std::int64_t time_ns, std::span<const std::byte> payload) {
-  if (payload.size() > kMaxRecordBytes) return {StatusCode::invalid_argument, "a record is larger than 1 GiB"};
+  if (payload.size() > kMaxRecordBytes) return invalid_argument("a record is larger than 1 GiB");
   unsigned char head[kRecordHead];
   put_le(head, static_cast<std::uint32_t>(payload.size()));
   put_le(head + 8, time_ns);
@@ -94,10 +77,7 @@ Status RecordWriter::append(std::int64_t time_ns, std::span<const std::byte> pay
   return {};
 }
 
-Status RecordWriter::flush() {
-  if (std::fflush(file_.get()) != 0) return write_error("recording");
-  return {};
-}
+Status RecordWriter::flush() { return std::fflush(file_.get()) == 0 ? Status() : write_error("recording"); }
 
 Result<RecordReader> RecordReader::open(const std::string& path) {
   FilePointer file(std::fopen(path.c_str(), "rb"));

@@ -10,7 +10,7 @@
 namespace lightwell::bench {
 
 /// "best": everything that this processor supports; "avx2", "sse4": at most that. Returns Highway's name of the target
-/// that the kernels then use: "AVX3_DL", "AVX2", "NEON". Applies to the whole process; call it before starting threads.
+/// that the kernels then use: "AVX3", "AVX2", "NEON". Applies to the whole process; call it before starting threads.
 /// invalid_argument for another name or an unsupported unit; then nothing changes.
 [[nodiscard]] Result<std::string> select_vector_unit(std::string_view name);
 

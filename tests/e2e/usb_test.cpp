@@ -13,7 +13,7 @@
 #include <lightwell/codec.hpp>
 
 #include "core/descriptor_receiver.hpp"
-#include "core/usb_source.hpp"
+#include "core/source.hpp"
 #include "e2e/usb_cable.hpp"
 #include "link/usb_gadget/usb_gadget_link.hpp"
 #include "support/child.hpp"

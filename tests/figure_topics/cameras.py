@@ -115,8 +115,7 @@ def geometry(programs, say):
 def models(programs, say):
     values = {k: v["value"] for k, v in lines_of([programs / "measure_models"], say).items()}
     rows = [at_least("published lenses beyond 180 deg", 3, values.get("models.published"), "", LENSES),
-            at_most("pixel to direction and back, double, largest", 1e-5, values.get("models.double_px"), "px", LENSES),
-            at_most("pixel to direction and back, float, largest", 1e-3, values.get("models.float_px"), "px", LENSES)]
+            at_most("pixel to direction and back, largest", 1e-5, values.get("models.double_px"), "px", LENSES)]
     for kind in ("kannala_brandt", "double_sphere", "mei"):
         rows.append(at_most(f"light direction with calibrated parameters, {kind.replace('_', ' ')}, largest", 0.2,
                             values.get(f"light_deg.{kind}"), "deg", "simulated lens and sightings, real estimator"))

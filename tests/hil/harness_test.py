@@ -13,7 +13,7 @@ from typing import Any
 from unittest import mock
 
 import harness_path  # noqa: F401
-from hil.harness import locks, order, recording, report, rig, roster, runner, waits
+from hil.harness import locks, recording, report, rig, roster, runner, waits
 from hil.harness.messages import message_class
 from hil.harness.runs import BoardError
 from hil.harness.ssh import CommandFailed
@@ -82,15 +82,6 @@ class TheRoster(unittest.TestCase):
         self.assertIn("nothing renders 'GREY' for vivid; there are bayer10",
                       self.refusal(SMALL.replace('uri: "v4l2:/dev/video0"', 'vivid { format: "GREY" }')))
 
-    def test_former_names_of_fields_are_accepted_with_a_warning(self) -> None:
-        text = SMALL.replace("description:", "what :")
-        text = text.replace("limit_s: 3", "limit_s: 3 spoils_board: true  # what: it\n")
-        text = text.replace('"x"', r'"what: \" spoils_board: "')
-        with self.assertWarnsRegex(FutureWarning, "r:5: field 'spoils_board' is now called") as caught:
-            test = roster.parse(text, "r").test[0]
-        self.assertEqual(len(caught.warnings), 2)
-        self.assertEqual((test.description, test.needs_fresh_board_after), ('what: " spoils_board: ', True))
-
     def test_a_peer_is_a_second_board_on_the_same_wire(self) -> None:
         two = (
             SMALL.replace("cpus: 2", 'net: "tap"')
@@ -109,7 +100,7 @@ class Order(unittest.TestCase):
     tests = [SimpleNamespace(name=f"t.{i}", board="ab"[i % 2], needs_fresh_board_after=i < 4) for i in range(20)]
 
     def names(self, seed: int) -> list[str]:
-        return [test.name for test in order.shuffled(self.tests, seed)]
+        return [test.name for test in runner.shuffled(self.tests, seed)]
 
     def test_depends_only_on_the_seed(self) -> None:
         self.assertEqual(self.names(5), self.names(5))
@@ -118,10 +109,10 @@ class Order(unittest.TestCase):
 
     def test_keeps_boards_together_and_spoiling_tests_last(self) -> None:
         for seed in range(10):
-            boards = [test.board for test in order.shuffled(self.tests, seed)]
+            boards = [test.board for test in runner.shuffled(self.tests, seed)]
             self.assertEqual(sum(1 for a, b in zip(boards, boards[1:]) if a != b), 1)
             for board in "ab":
-                spoiling = [t.needs_fresh_board_after for t in order.shuffled(self.tests, seed) if t.board == board]
+                spoiling = [t.needs_fresh_board_after for t in runner.shuffled(self.tests, seed) if t.board == board]
                 self.assertEqual(spoiling, sorted(spoiling))
 
 
@@ -325,7 +316,7 @@ class Rigs(unittest.TestCase):
             file = Path(folder) / "board.lwr"
             there = []
             with mock.patch.object(alone, "client", lambda *_, **__: there.append(file.exists())), \
-                    mock.patch.object(rig, "_output_of", lambda *_: there.append(file.exists())):
+                    mock.patch.object(rig, "output_of", lambda *_: there.append(file.exists())):
                 for record in (alone.record, alone.record_here):
                     file.write_bytes(b"of another test")
                     record("grpc://127.0.0.1:1", 1, file)

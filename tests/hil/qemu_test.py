@@ -98,7 +98,7 @@ class Accelerator(unittest.TestCase):
         folder = self.enterContext(tempfile.TemporaryDirectory())
         self.enterContext(unittest.mock.patch.dict(os.environ, {"LIGHTWELL_CACHE": folder}))
         self.cached = pathlib.Path(folder) / "board-accelerator.json"
-        self.base = Base(pathlib.Path(folder))
+        self.base = Base(*(pathlib.Path(folder) / name for name in ("vmlinuz", "initrd", "base.ext4")))
 
     def choose(self, *, machine="aarch64", kvm=True, works=True):
         with unittest.mock.patch("platform.machine", return_value=machine), \

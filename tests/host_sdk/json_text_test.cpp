@@ -1,4 +1,4 @@
-#include "host_sdk/tools/lightwell/json_text.hpp"
+#include "host_sdk/tools/lightwell/common.hpp"
 
 #include <cstdint>
 #include <limits>

@@ -8,7 +8,7 @@
 #include <lightwell/codec.hpp>
 #include <lightwell/mqtt.hpp>
 #include <lightwell/probe.hpp>
-#include <lightwell/status_codec.hpp>
+#include <lightwell/status.hpp>
 #include <lightwell/time.hpp>
 
 #include "host_sdk/scenes.hpp"

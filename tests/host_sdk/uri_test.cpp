@@ -6,7 +6,7 @@
 
 #include <lightwell/probe.hpp>
 
-#include "core/mdns_host.hpp"
+#include "core/mdns.hpp"
 
 namespace lightwell::core {
 namespace {

@@ -13,7 +13,7 @@
 
 #include <linux/videodev2.h>
 
-#include "camera/backends/v4l2/converter.hpp"
+#include "camera/backends/v4l2/formats.hpp"
 #include "measure/output.hpp"
 #include "measure/shots.hpp"
 #include "sim/panorama.hpp"

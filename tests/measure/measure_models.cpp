@@ -21,19 +21,18 @@ using namespace lightwell;
 using measure::print_figure;
 constexpr double kDegree = std::numbers::pi / 180;
 
-template <class T>
 double largest_miss(const LensParameters& lens) {
-  const BasicCameraModel<T> model(lens);
+  const CameraModel model(lens);
   double worst = 0;
   int seen = 0;
   for (int y = 0; y < lens.height; ++y) {
     for (int x = 0; x < lens.width; ++x) {
-      const BasicPixelPosition<T> p{static_cast<T>(x), static_cast<T>(y)};
+      const PixelPosition p{static_cast<double>(x), static_cast<double>(y)};
       const auto d = model.unproject(p);
       if (!d) continue;
       const auto back = model.project(*d);
       if (!back) return INFINITY;
-      worst = std::max(worst, static_cast<double>(std::hypot(back->x - p.x, back->y - p.y)));
+      worst = std::max(worst, std::hypot(back->x - p.x, back->y - p.y));
       ++seen;
     }
   }
@@ -74,14 +73,11 @@ double worst_lamp(calibration::LensKind kind, std::uint32_t seed) {
 }  // namespace
 
 int main() {
-  double in_double = 0, in_float = 0;
-  for (const test::PublishedLens& published : test::published_lenses()) {
-    in_double = std::max(in_double, largest_miss<double>(published.lens));
-    in_float = std::max(in_float, largest_miss<float>(published.lens));
-  }
+  double worst_px = 0;
+  for (const test::PublishedLens& published : test::published_lenses())
+    worst_px = std::max(worst_px, largest_miss(published.lens));
   print_figure("models.published", static_cast<double>(test::published_lenses().size()));
-  print_figure("models.double_px", in_double);
-  print_figure("models.float_px", in_float);
+  print_figure("models.double_px", worst_px);
   using calibration::LensKind;
   for (const auto& [name, kind] : {std::pair{"kannala_brandt", LensKind::kannala_brandt},
                                    {"double_sphere", LensKind::double_sphere},

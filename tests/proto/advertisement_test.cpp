@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <lightwell/advertisement.hpp>
-#include <lightwell/printable.hpp>
+#include <lightwell/text.hpp>
 
 namespace lightwell {
 namespace {

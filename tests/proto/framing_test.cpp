@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include <lightwell/checksum.hpp>
+#include <lightwell/bytes.hpp>
 #include <lightwell/framing.hpp>
 
 namespace lightwell {

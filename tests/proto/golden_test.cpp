@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <lightwell/bytes.hpp>
 #include <lightwell/codec.hpp>
-#include <lightwell/recording.hpp>
 
 #include "golden_vectors.hpp"
 #include "support/read_file.hpp"

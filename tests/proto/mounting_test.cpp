@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <lightwell/mounting.hpp>
+#include <lightwell/calibration.hpp>
 
 namespace lightwell {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <lightwell/mqtt.hpp>
-#include <lightwell/status_codec.hpp>
+#include <lightwell/status.hpp>
 
 #include "support/fake_commands.hpp"
 

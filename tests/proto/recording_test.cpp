@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <lightwell/bytes.hpp>
 #include <lightwell/calibration.hpp>
 #include <lightwell/frame_record.hpp>
 #include <lightwell/recording.hpp>

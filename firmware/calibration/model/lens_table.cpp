@@ -25,50 +25,39 @@ double triangle_solid_angle(Vec3d a, Vec3d b, Vec3d c) {
 }
 
 /// A lens with precomputed values for queries per pixel.
-class Lens {
- public:
-  Lens(const LensParameters& parameters, double feather_rad)
-      : parameters_(&parameters),
-        model_(parameters),
-        to_probe_(parameters.pose_cv.rotation.normalized()),
-        axis_(rotate(to_probe_, Vec3d{0, 0, 1})),
-        feather_rad_(feather_rad),
-        cos_max_angle_(std::cos(model_.max_angle_rad())) {}
+struct Lens {
+  LensParameters parameters;
+  CameraModel model;
+  Quat to_probe;
+  Vec3d axis;  ///< Probe frame.
+  double feather_rad;
+  double cos_max_angle;
 
-  [[nodiscard]] const LensParameters& parameters() const { return *parameters_; }
-  [[nodiscard]] const CameraModel& model() const { return model_; }
-  [[nodiscard]] Quat to_probe() const { return to_probe_; }
-  [[nodiscard]] bool equirectangular() const {
-    return std::holds_alternative<EquirectangularParameters>(parameters_->model);
-  }
+  Lens(const LensParameters& of, double feather)
+      : parameters(of),
+        model(of),
+        to_probe(of.pose_cv.rotation.normalized()),
+        axis(rotate(to_probe, Vec3d{0, 0, 1})),
+        feather_rad(feather),
+        cos_max_angle(std::cos(model.max_angle_rad())) {}
 
   /// Index of the pixel that sees a direction in the probe frame.
   [[nodiscard]] std::optional<std::int32_t> pixel_at(Vec3d direction) const {
     // Cheap rejection, which applies to most directions of the other lens.
-    if (dot(direction, axis_) < cos_max_angle_ - 1e-9) return std::nullopt;
-    const auto at = model_.project(rotate(to_probe_.inverse(), direction));
+    if (dot(direction, axis) < cos_max_angle - 1e-9) return std::nullopt;
+    const auto at = model.project(rotate(to_probe.inverse(), direction));
     if (!at) return std::nullopt;
     const double column = std::floor(at->x + 0.5), row = std::floor(at->y + 0.5);
-    if (!(column >= 0 && column < parameters_->width && row >= 0 && row < parameters_->height)) return std::nullopt;
-    return static_cast<std::int32_t>(row) * parameters_->width + static_cast<std::int32_t>(column);
+    if (!(column >= 0 && column < parameters.width && row >= 0 && row < parameters.height)) return std::nullopt;
+    return static_cast<std::int32_t>(row) * parameters.width + static_cast<std::int32_t>(column);
   }
-
-  [[nodiscard]] Vec3d axis() const { return axis_; }
 
   /// Weight of a direction: 1 inside, falling to 0 over the last feather_rad of the domain, and 0 beyond.
   [[nodiscard]] double weight(double cos_angle) const {
-    if (cos_angle <= cos_max_angle_) return 0;
-    const double left = model_.max_angle_rad() - std::acos(std::min(cos_angle, 1.0));
-    return feather_rad_ > 0 ? std::clamp(left / feather_rad_, 0.0, 1.0) : 1.0;
+    if (cos_angle <= cos_max_angle) return 0;
+    const double left = model.max_angle_rad() - std::acos(std::min(cos_angle, 1.0));
+    return feather_rad > 0 ? std::clamp(left / feather_rad, 0.0, 1.0) : 1.0;
   }
-
- private:
-  const LensParameters* parameters_;
-  CameraModel model_;
-  Quat to_probe_;
-  Vec3d axis_;
-  double feather_rad_;
-  double cos_max_angle_;
 };
 
 /// The directions that one pixel sees, in the lens frame: centre, solid angle, and corners in order; for a pixel on the
@@ -83,13 +72,6 @@ struct Patch {
 struct Corner {
   PixelPosition at;
   std::optional<Vec3d> direction;
-};
-
-/// The visible part of a pixel: at most one corner and two cut points for each of four edges.
-struct Polygon {
-  std::array<Vec3d, 12> vertices;
-  std::size_t count = 0;
-  void add(Vec3d v) { vertices[count++] = v; }
 };
 
 /// The boundary of the field of view between a pixel position that the lens sees and one that it does not, by
@@ -111,17 +93,17 @@ Vec3d field_boundary(const CameraModel& model, PixelPosition seen, PixelPosition
 
 /// A pixel on the rim: the visible part of it, with the boundary arc replaced by its chord.
 Patch rim_patch(const CameraModel& model, const std::array<Corner, 4>& corners) {
-  Polygon polygon;
+  std::vector<Vec3d> polygon;
   for (std::size_t i = 0; i < 4; ++i) {
     const Corner &from = corners[i], &to = corners[(i + 1) % 4];
-    if (from.direction) polygon.add(*from.direction);
-    if (from.direction && !to.direction) polygon.add(field_boundary(model, from.at, to.at));
-    if (!from.direction && to.direction) polygon.add(field_boundary(model, to.at, from.at));
+    if (from.direction) polygon.push_back(*from.direction);
+    if (from.direction && !to.direction) polygon.push_back(field_boundary(model, from.at, to.at));
+    if (!from.direction && to.direction) polygon.push_back(field_boundary(model, to.at, from.at));
   }
   Patch patch;
   Vec3d moment{};
-  for (std::size_t i = 2; i < polygon.count; ++i) {
-    const Vec3d a = polygon.vertices[0], b = polygon.vertices[i - 1], c = polygon.vertices[i];
+  for (std::size_t i = 2; i < polygon.size(); ++i) {
+    const Vec3d a = polygon[0], b = polygon[i - 1], c = polygon[i];
     const double omega = std::abs(triangle_solid_angle(a, b, c));
     patch.solid_angle += omega;
     moment += (a + b + c) * omega;
@@ -167,17 +149,17 @@ double mean_overlap_weight(const Lens& lens, const Lens& other, Vec3d other_axis
 class TableBuilder {
  public:
   TableBuilder(const Lens& lens, const Lens* other) : lens_(lens), other_(other) {
-    const auto width = static_cast<std::size_t>(lens.parameters().width);
-    const auto height = static_cast<std::size_t>(lens.parameters().height);
-    table_.width = lens.parameters().width;
-    table_.height = lens.parameters().height;
-    table_.equirectangular = lens.equirectangular();
+    const auto width = static_cast<std::size_t>(lens.parameters.width);
+    const auto height = static_cast<std::size_t>(lens.parameters.height);
+    table_.width = lens.parameters.width;
+    table_.height = lens.parameters.height;
+    table_.equirectangular = std::holds_alternative<EquirectangularParameters>(lens.parameters.model);
     table_.rows.resize(height);
     table_.direction.resize(width * height);
     table_.solid_angle.resize(width * height);
     table_.inverse_vignetting.resize(width * height);
     table_.overlap_pixel.assign(width * height, -1);
-    if (other != nullptr) other_axis_ = rotate(lens.to_probe().inverse(), other->axis());
+    if (other != nullptr) other_axis_ = rotate(lens.to_probe.inverse(), other->axis);
   }
 
   LensTable build() {
@@ -196,7 +178,7 @@ class TableBuilder {
     for (int j = 0; j < table_.height; ++j) {
       const double omega = equirect_solid_angle(j, table_.width, table_.height);
       for (int i = 0; i < table_.width; ++i) {
-        const auto d = lens_.model().unproject({static_cast<double>(i), static_cast<double>(j)});
+        const auto d = lens_.model.unproject({static_cast<double>(i), static_cast<double>(j)});
         if (d) set(i, j, {*d, omega, {*d, *d, *d, *d}});
       }
     }
@@ -207,7 +189,7 @@ class TableBuilder {
     const auto fill = [&](std::vector<Corner>& row, int j) {
       for (std::size_t i = 0; i < row.size(); ++i) {
         row[i].at = {static_cast<double>(i) - 0.5, j - 0.5};
-        row[i].direction = lens_.model().unproject(row[i].at);
+        row[i].direction = lens_.model.unproject(row[i].at);
       }
     };
     std::vector<Corner> above(static_cast<std::size_t>(table_.width) + 1), below(above.size());
@@ -217,7 +199,7 @@ class TableBuilder {
       fill(below, j + 1);
       for (int i = 0; i < table_.width; ++i) {
         const auto k = static_cast<std::size_t>(i);
-        const Patch patch = patch_of(lens_.model(), {above[k], above[k + 1], below[k + 1], below[k]},
+        const Patch patch = patch_of(lens_.model, {above[k], above[k + 1], below[k + 1], below[k]},
                                      {static_cast<double>(i), static_cast<double>(j)});
         if (patch.solid_angle > 0) set(i, j, patch);
       }
@@ -227,7 +209,7 @@ class TableBuilder {
   void set(int column, int row, const Patch& patch) {
     const auto index =
         static_cast<std::size_t>(row) * static_cast<std::size_t>(table_.width) + static_cast<std::size_t>(column);
-    const Vec3d d = rotate(lens_.to_probe(), patch.direction);
+    const Vec3d d = rotate(lens_.to_probe, patch.direction);
     double share = 1;
     if (other_ != nullptr) {
       const auto overlap = other_->pixel_at(d);
@@ -239,7 +221,7 @@ class TableBuilder {
     const double angle = std::atan2(std::hypot(patch.direction.x, patch.direction.y), patch.direction.z);
     table_.direction[index] = vec_cast<float>(d);
     table_.solid_angle[index] = static_cast<float>(patch.solid_angle * share);
-    table_.inverse_vignetting[index] = static_cast<float>(1 / vignetting(lens_.parameters().photometry, angle));
+    table_.inverse_vignetting[index] = static_cast<float>(1 / vignetting(lens_.parameters.photometry, angle));
     covered_sr_ += patch.solid_angle * share;
     RowSpan& span = table_.rows[static_cast<std::size_t>(row)];
     if (span.end == 0) span.first = column;

@@ -1,6 +1,7 @@
 // Precomputed tables of a rig: direction, solid angle and overlap weight of each pixel.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -25,6 +26,11 @@ struct LensTable {
   std::vector<float> inverse_vignetting;  ///< 1 / relative illumination; 1 without vignetting.
   /// Index of the pixel of the other lens that sees the same direction; -1: none.
   std::vector<std::int32_t> overlap_pixel;
+
+  /// Index of a pixel in these tables.
+  [[nodiscard]] std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+  }
 };
 
 struct RigTable {

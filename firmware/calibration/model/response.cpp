@@ -32,40 +32,27 @@ double position_in(const std::vector<double>& table, double linear) {
 
 double linearized(const ResponseCurve& response, double value) {
   const double v = std::clamp(value, 0.0, 1.0);
-  switch (response.kind) {
-    case ResponseCurve::Kind::linear:
-      return v;
-    case ResponseCurve::Kind::srgb:
-      return srgb_to_linear(v);
-    case ResponseCurve::Kind::table:
-      return interpolated(response.inverse, v);
-    case ResponseCurve::Kind::gamma:
-      return std::pow(v, response.gamma);
-  }
-  return v;
+  if (response.kind == ResponseCurve::Kind::srgb) return srgb_to_linear(v);
+  if (response.kind == ResponseCurve::Kind::table) return interpolated(response.inverse, v);
+  return response.kind == ResponseCurve::Kind::gamma ? std::pow(v, response.gamma) : v;
 }
 
 double encoded(const ResponseCurve& response, double linear) {
   const double x = std::clamp(linear, 0.0, 1.0);
-  switch (response.kind) {
-    case ResponseCurve::Kind::linear:
-      return x;
-    case ResponseCurve::Kind::srgb:
-      return linear_to_srgb(x);
-    case ResponseCurve::Kind::table:
-      return position_in(response.inverse, x);
-    case ResponseCurve::Kind::gamma:
-      return std::pow(x, 1 / response.gamma);
-  }
-  return x;
+  if (response.kind == ResponseCurve::Kind::srgb) return linear_to_srgb(x);
+  if (response.kind == ResponseCurve::Kind::table) return position_in(response.inverse, x);
+  return response.kind == ResponseCurve::Kind::gamma ? std::pow(x, 1 / response.gamma) : x;
+}
+
+double linear_value(const PhotometricCalibration& photometry, double value) {
+  return (linearized(photometry.response, value) - photometry.black_level) / (1 - photometry.black_level);
 }
 
 std::vector<float> linear_table(const PhotometricCalibration& photometry, int levels) {
   std::vector<float> table(static_cast<std::size_t>(std::max(levels, 0)));
-  const double black = photometry.black_level;
   for (std::size_t i = 0; i < table.size(); ++i) {
     const double value = levels > 1 ? static_cast<double>(i) / (levels - 1) : 0.0;
-    table[i] = static_cast<float>((linearized(photometry.response, value) - black) / (1 - black));
+    table[i] = static_cast<float>(linear_value(photometry, value));
   }
   return table;
 }

@@ -14,8 +14,11 @@ namespace lightwell {
 /// Inverse of linearized(): picture value of a linear value, clamped to 0 to 1.
 [[nodiscard]] double encoded(const ResponseCurve& response, double linear);
 
-/// Lookup table for 8-, 10- or 12-bit pixels: for each of `levels` picture values the linear value x, with the black
-/// level subtracted and full scale at 1. Negative below the black level.
+/// Linear value x of a picture value: the black level is subtracted, full scale is at 1.
+[[nodiscard]] double linear_value(const PhotometricCalibration& photometry, double value);
+
+/// Lookup table for 8-, 10- or 12-bit pixels: linear_value() of each of `levels` picture values. Negative below the
+/// black level.
 [[nodiscard]] std::vector<float> linear_table(const PhotometricCalibration& photometry, int levels);
 
 /// The smallest of `levels` picture values that counts as saturated; `levels` or more if none does.

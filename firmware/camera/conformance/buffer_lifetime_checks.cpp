@@ -1,5 +1,6 @@
 // Checks of the lifetime of lent buffers, and of slow sinks.
 #include <algorithm>
+#include <future>
 #include <string>
 #include <utility>
 
@@ -22,81 +23,27 @@ bool is_over(Session& session) {
   return state == CameraBackend::State::finished || state == CameraBackend::State::lost;
 }
 
-/// Releases frames on another thread than the one that pushed them.
-class Releaser {
- public:
-  void take(Frame frame) {
-    const std::lock_guard lock(mutex_);
-    frames_.push_back(std::move(frame));
-    changed_.notify_all();
-  }
-  /// Waits until all frames are released.
-  void drain() {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return frames_.empty() && !releasing_; });
-  }
-  ~Releaser() {
-    {
-      const std::lock_guard lock(mutex_);
-      ending_ = true;
-      changed_.notify_all();
-    }
-    thread_.join();
-  }
-
- private:
-  void run() {
-    std::unique_lock lock(mutex_);
-    while (true) {
-      changed_.wait(lock, [this] { return ending_ || !frames_.empty(); });
-      if (ending_ && frames_.empty()) return;
-      std::vector<Frame> mine = std::exchange(frames_, {});
-      releasing_ = true;
-      lock.unlock();
-      mine.clear();
-      lock.lock();
-      releasing_ = false;
-      changed_.notify_all();
-    }
-  }
-
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::vector<Frame> frames_;
-  bool ending_ = false, releasing_ = false;
-  std::thread thread_{[this] { run(); }};
-};
-
-}  // namespace
-
-Violations check_held_across_stop(const BackendUnderTest& camera) {
-  Violations violations;
-  Session session(camera, violations);
-  if (!session.good()) return violations;
+void check_held_across_stop(Session& session, Violations& violations) {
   // One buffer stays free, so that frames come after the restart.
   const std::size_t held = session.min_lent_frames() - 1;
   auto sink = std::make_shared<RecordingSink>();
   sink->keep(held);
-  if (!session.start(sink)) return violations;
+  if (!session.start(sink)) return;
   if (!sink->wait_for(held, session.camera())) {
     violations.push_back("only " + std::to_string(sink->count()) + " of " + std::to_string(held) + " frames came");
-    return violations;
+    return;
   }
   const std::vector<Frame> frames = sink->take_kept();
   const std::vector<std::uint32_t> sums = checksums(frames);
-  if (!session.stop()) return violations;
+  if (!session.stop()) return;
   expect_unchanged(frames, sums, "by stop()", violations);
-  if (!session.collect()) return violations;
+  if (!session.collect()) return;
   expect_unchanged(frames, sums, "after the next start()", violations);
   (void)session.stop();
   expect_unchanged(frames, sums, "by the second stop()", violations);
-  return violations;
 }
 
-Violations check_retaining_sink(const BackendUnderTest& camera) {
-  Violations violations;
-  Session session(camera, violations);
-  if (!session.good()) return violations;
+void check_retaining_sink(Session& session, Violations& violations) {
   auto sink = std::make_shared<RecordingSink>();
   // More than any camera needs to lend; a shorter recording may lend all its frames.
   const std::size_t too_many = 4 * session.min_lent_frames() + 32;
@@ -104,13 +51,13 @@ Violations check_retaining_sink(const BackendUnderTest& camera) {
   // Computed inside push(): a faulty camera may overwrite the memory soon afterwards.
   auto sums = std::make_shared<std::vector<std::uint32_t>>();
   sink->on_frame = [sums](const Frame& frame) { sums->push_back(checksum(frame)); };
-  if (!session.start(sink)) return violations;
+  if (!session.start(sink)) return;
   // Longer than a busy machine delays a thread.
   const auto quiet = std::max(8 * session.interval(), std::chrono::milliseconds(500));
   if (!sink->wait_until_idle(quiet, too_many)) {
     violations.emplace_back("the number of frames lent at the same time is not limited");
     (void)session.stop();
-    return violations;
+    return;
   }
   std::vector<Frame> frames = sink->take_kept();
   if (frames.size() < session.min_lent_frames() && !is_over(session))
@@ -125,63 +72,53 @@ Violations check_retaining_sink(const BackendUnderTest& camera) {
   if (!over) {
     if (!sink->wait_for(before + 1, session.camera())) {
       violations.emplace_back("no frame comes after all were released");
-    } else if (camera.pace == BackendUnderTest::Pace::own && sink->seen()[before].info.sequence == last + 1) {
+    } else if (session.tested().pace == BackendUnderTest::Pace::own && sink->seen()[before].info.sequence == last + 1) {
       violations.emplace_back("frames were lost and the sequence shows no gap");
-    } else if (camera.pace == BackendUnderTest::Pace::on_demand && sink->seen()[before].info.sequence != last + 1) {
+    } else if (session.tested().pace == BackendUnderTest::Pace::on_demand &&
+               sink->seen()[before].info.sequence != last + 1) {
       violations.emplace_back("an on-demand camera lost frames");
     }
   }
   (void)session.stop();
-  return violations;
 }
 
-Violations check_release_on_other_thread(const BackendUnderTest& camera) {
-  Violations violations;
-  Session session(camera, violations);
-  if (!session.good()) return violations;
-  auto releaser = std::make_shared<Releaser>();
+void check_release_on_other_thread(Session& session, Violations& violations) {
+  auto releases = std::make_shared<std::vector<std::future<void>>>();
   auto sink = std::make_shared<RecordingSink>();
-  sink->on_frame = [releaser](Frame& frame) { releaser->take(std::move(frame)); };
-  if (!session.start(sink)) return violations;
-  const std::size_t enough = camera.frames > 0 ? kFramesWanted : 2 * session.min_lent_frames();
+  sink->on_frame = [releases](Frame& frame) {
+    releases->push_back(std::async(std::launch::async, [taken = std::move(frame)]() mutable { taken = Frame(); }));
+  };
+  if (!session.start(sink)) return;
+  const std::size_t enough = session.tested().frames > 0 ? kFramesWanted : 2 * session.min_lent_frames();
   if (!sink->wait_for(enough, session.camera()))
     violations.emplace_back("frames released on another thread are not reused");
-  (void)session.stop();
-  releaser->drain();
-  return violations;
+  // Destroys the futures, which waits for the releases.
+  if (session.stop()) releases->clear();
 }
 
-namespace {
-
-Violations slow_sink_once(const BackendUnderTest& camera) {
+void slow_sink_once(Session& session, Violations& violations) {
   // The frame that was queued, the one that is due, and one more for scheduling delays.
   constexpr int kMaxPerInterval = 3;
   constexpr int kIntervalsSlept = 12;
-  Violations violations;
-  Session session(camera, violations);
-  if (!session.good() || camera.pace == BackendUnderTest::Pace::on_demand || !(session.info().frame_rate > 0))
-    return violations;
+  if (!(session.info().frame_rate > 0)) return;
   const std::chrono::milliseconds interval = session.interval();
   auto sink = std::make_shared<RecordingSink>();
   sink->on_frame = [n = 0, sleep = kIntervalsSlept * interval](const Frame&) mutable {
     if (++n == 3) std::this_thread::sleep_for(sleep);
   };
-  if (!session.start(sink)) return violations;
+  if (!session.start(sink)) return;
   (void)sink->wait_for(3 + 8, session.camera());
-  if (!session.stop()) return violations;
+  if (!session.stop()) return;
   const std::vector<ReceivedFrame> seen = sink->seen();
   if (seen.size() < 4) {
     violations.emplace_back("no frame comes after the sink blocked once");
-    return violations;
+    return;
   }
   const ProbeTime end = seen[3].at + Duration{std::chrono::nanoseconds(interval).count()};
   const auto burst = std::count_if(seen.begin() + 3, seen.end(), [end](const ReceivedFrame& s) { return s.at < end; });
   if (burst > kMaxPerInterval)
     violations.push_back(std::to_string(burst) + " frames came within one frame interval after the sink blocked once");
-  return violations;
 }
-
-}  // namespace
 
 Violations check_slow_sink(const BackendUnderTest& camera) {
   // On a busy machine a delayed thread can cause a burst, too; a camera that makes up for lost frames does it every
@@ -189,8 +126,20 @@ Violations check_slow_sink(const BackendUnderTest& camera) {
   constexpr int kTries = 3;
   Violations violations;
   for (int i = 0; i < kTries; ++i)
-    if (violations = slow_sink_once(camera); violations.empty()) break;
+    if (violations = in_session<slow_sink_once>(camera); violations.empty()) break;
   return violations;
+}
+
+}  // namespace
+
+std::vector<Check> buffer_lifetime_checks() {
+  return {
+      {"held_across_stop", "HeldFramesChangeAcrossStop", in_session<check_held_across_stop>},
+      {"retaining_sink", "LentMemoryIsWrittenToOrLossesAreHidden", in_session<check_retaining_sink>},
+      {"release_on_other_thread", "ReleaseOnAnotherThreadIsLost", in_session<check_release_on_other_thread>},
+      {"slow_sink", "SlowSinkIsFollowedByABurst", check_slow_sink,
+       [](const BackendUnderTest& camera) { return camera.pace == BackendUnderTest::Pace::own; }},
+  };
 }
 
 }  // namespace lightwell::conformance

@@ -10,13 +10,6 @@ namespace {
 
 std::string frame_name(const FrameInfo& info) { return "frame " + std::to_string(info.sequence); }
 
-/// The frames of a short run; failures are appended to `violations`.
-std::vector<ReceivedFrame> frames_of(const BackendUnderTest& camera, Violations& violations) {
-  Session session(camera, violations);
-  if (!session.collect() || !session.stop()) return {};
-  return session.sink().seen();
-}
-
 bool positive(double v) { return v > 0 && std::isfinite(v); }
 
 /// Reports sizes that the format cannot have, rows that overlap, data that are too short, and values that are not
@@ -60,23 +53,20 @@ void check_declared(const CameraInfo& info, Violations& violations) {
     violations.push_back("the camera's own calibration has another number of lenses");
 }
 
-}  // namespace
-
-Violations check_sequence(const BackendUnderTest& camera) {
-  Violations violations;
-  const std::vector<ReceivedFrame> seen = frames_of(camera, violations);
+void check_sequence(Session& session, Violations& violations) {
+  if (!session.collect() || !session.stop()) return;
+  const std::vector<ReceivedFrame> seen = session.sink().seen();
   for (std::size_t i = 1; i < seen.size(); ++i)
     if (seen[i].info.sequence <= seen[i - 1].info.sequence)
       violations.push_back("sequence " + std::to_string(seen[i].info.sequence) + " comes after " +
                            std::to_string(seen[i - 1].info.sequence));
-  return violations;
 }
 
-Violations check_times(const BackendUnderTest& camera) {
+void check_times(Session& session, Violations& violations) {
   // An older mid-exposure time is of another clock.
   constexpr Duration kMaxAge = Duration::from_seconds(5);
-  Violations violations;
-  const std::vector<ReceivedFrame> seen = frames_of(camera, violations);
+  if (!session.collect() || !session.stop()) return;
+  const std::vector<ReceivedFrame> seen = session.sink().seen();
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const FrameInfo& info = seen[i].info;
     const std::string name = frame_name(info);
@@ -92,13 +82,9 @@ Violations check_times(const BackendUnderTest& camera) {
       violations.push_back(name + ": its mid-exposure is not after that of the frame before");
     if (info.delivered < seen[i - 1].info.delivered) violations.push_back(name + ": delivered before the frame before");
   }
-  return violations;
 }
 
-Violations check_views(const BackendUnderTest& camera) {
-  Violations violations;
-  Session session(camera, violations);
-  if (!session.good()) return violations;
+void check_views(Session& session, Violations& violations) {
   check_declared(session.info(), violations);
   // Shared, because a stop() that hangs leaks the sink.
   auto in_frames = std::make_shared<Violations>();
@@ -106,26 +92,21 @@ Violations check_views(const BackendUnderTest& camera) {
   sink->on_frame = [in_frames, info = session.info()](const Frame& frame) {
     check_frame_views(frame, info, *in_frames);
   };
-  if (!session.start(sink)) return violations;
+  if (!session.start(sink)) return;
   if (!sink->wait_for(kFramesWanted, session.camera())) violations.emplace_back("too few frames came");
-  if (!session.stop()) return violations;
+  if (!session.stop()) return;
   violations.insert(violations.end(), in_frames->begin(), in_frames->end());
-  return violations;
 }
 
-Violations check_exposures(const BackendUnderTest& camera) {
+void check_exposures(Session& session, Violations& violations) {
   // Cameras round exposures to whole rows of their sensor.
   constexpr double kTolerance = 0.05;
-  Violations violations;
-  Session session(camera, violations);
-  if (!session.good()) return violations;
   const std::vector<double>& cycle = session.info().exposure_s;
   if (cycle.empty() || cycle.size() > static_cast<std::size_t>(kMaxBracket)) {
     violations.push_back("the declared cycle has " + std::to_string(cycle.size()) + " exposures");
-    return violations;
+    return;
   }
-  if (!session.collect(std::max<std::size_t>(kFramesWanted, 2 * cycle.size() + 1)) || !session.stop())
-    return violations;
+  if (!session.collect(std::max<std::size_t>(kFramesWanted, 2 * cycle.size() + 1)) || !session.stop()) return;
   const FrameInfo* before = nullptr;
   const std::vector<ReceivedFrame> seen = session.sink().seen();
   for (const ReceivedFrame& one : seen) {
@@ -147,20 +128,28 @@ Violations check_exposures(const BackendUnderTest& camera) {
       violations.push_back(name + ": bracket_index does not continue the cycle");
     before = &info;
   }
-  return violations;
 }
 
-Violations check_one_thread(const BackendUnderTest& camera) {
-  Violations violations;
-  Session session(camera, violations);
-  if (!session.collect() || !session.stop()) return violations;
+void check_one_thread(Session& session, Violations& violations) {
+  if (!session.collect() || !session.stop()) return;
   std::set<std::thread::id> threads;
   for (const ReceivedFrame& seen : session.sink().seen()) threads.insert(seen.thread);
   if (threads.size() != 1) violations.push_back("push() came from " + std::to_string(threads.size()) + " threads");
   if (threads.contains(std::this_thread::get_id()))
     violations.emplace_back("push() came from the thread that called start()");
   if (session.sink().overlapped()) violations.emplace_back("push() was called before the push() before had returned");
-  return violations;
+}
+
+}  // namespace
+
+std::vector<Check> frame_checks() {
+  return {
+      {"sequence", "SequenceRepeatsOrGoesBack", in_session<check_sequence>},
+      {"times", "TimesGoBackOrAreOfAnotherClock", in_session<check_times>},
+      {"views", "PicturesAreNotWhatWasDeclared", in_session<check_views>},
+      {"exposures", "ExposuresAreOutsideTheDeclaredCycle", in_session<check_exposures>},
+      {"one_thread", "SeveralThreadsPush", in_session<check_one_thread>},
+  };
 }
 
 }  // namespace lightwell::conformance

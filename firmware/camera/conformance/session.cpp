@@ -4,14 +4,11 @@
 #include <future>
 #include <utility>
 
-#include <lightwell/recording.hpp>
+#include <lightwell/bytes.hpp>
 
 namespace lightwell::conformance {
-namespace {
 
 using Clock = std::chrono::steady_clock;
-
-}  // namespace
 
 void RecordingSink::push(Frame frame) {
   if (inside_.fetch_add(1) != 0) overlapped_ = true;
@@ -77,7 +74,7 @@ bool Session::returns(const std::function<void(State&)>& call) const {
     call(*state);
     done->set_value();
   });
-  if (future.wait_for(timeout_) == std::future_status::ready) {
+  if (future.wait_for(tested_.timeout) == std::future_status::ready) {
     thread.join();
     return true;
   }
@@ -85,8 +82,7 @@ bool Session::returns(const std::function<void(State&)>& call) const {
   return false;
 }
 
-Session::Session(const BackendUnderTest& camera, Violations& violations)
-    : violations_(violations), timeout_(camera.timeout) {
+Session::Session(const BackendUnderTest& camera, Violations& violations) : violations_(violations), tested_(camera) {
   Result<std::unique_ptr<CameraBackend>> made = camera.make();
   if (!made) {
     violations.push_back("make: " + made.status().message());
@@ -114,7 +110,7 @@ bool Session::start() { return start(std::make_shared<RecordingSink>()); }
 
 bool Session::start(std::shared_ptr<RecordingSink> sink) {
   if (!good()) return false;
-  sink->timeout = timeout_;
+  sink->timeout = tested_.timeout;
   state_->sinks.push_back(std::move(sink));
   const Status started = camera().start(*state_->sinks.back());
   if (!started.ok()) violations_.push_back("start(): " + started.message());
@@ -131,7 +127,7 @@ bool Session::stop() {
 }
 
 bool Session::wait_for_state(CameraBackend::State wanted) {
-  const Clock::time_point limit = Clock::now() + timeout_;
+  const Clock::time_point limit = Clock::now() + tested_.timeout;
   while (camera().state() != wanted) {
     if (Clock::now() > limit) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(2));

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "camera/conformance/checks.hpp"
+#include "camera/conformance/conformance.hpp"
 
 namespace lightwell::conformance {
 
@@ -54,7 +54,7 @@ class RecordingSink final : public FrameSink {
   std::atomic<bool> overlapped_{false};
 };
 
-/// Makes and opens a camera. Appends failures to `violations`.
+/// Makes and opens a camera. Appends failures to `violations`. Both arguments outlive the session.
 class Session {
  public:
   Session(const BackendUnderTest& camera, Violations& violations);
@@ -63,6 +63,7 @@ class Session {
   Session& operator=(const Session&) = delete;
 
   [[nodiscard]] bool good() const { return state_->backend != nullptr; }
+  [[nodiscard]] const BackendUnderTest& tested() const { return tested_; }
   /// Starts with a new sink, which sink() returns from now on.
   [[nodiscard]] bool start();
   /// Starts with the given sink.
@@ -94,9 +95,20 @@ class Session {
 
   std::shared_ptr<State> state_ = std::make_shared<State>();
   Violations& violations_;
-  std::chrono::milliseconds timeout_;
+  const BackendUnderTest& tested_;
   CameraInfo info_;
 };
+
+/// Runs a check in a session of its own, if the camera opens.
+template <void (*check)(Session&, Violations&)>
+[[nodiscard]] Violations in_session(const BackendUnderTest& camera) {
+  Violations violations;
+  {
+    Session session(camera, violations);
+    if (session.good()) check(session, violations);
+  }
+  return violations;
+}
 
 /// Checksum of all views of a frame; reads every byte of the declared size.
 [[nodiscard]] std::uint32_t checksum(const Frame& frame);

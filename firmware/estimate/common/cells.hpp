@@ -1,9 +1,8 @@
-// Radiance over directions as sums over small cells that tile the observed part of the sphere, and its projection onto
-// spherical harmonics (SH).
+// Radiance over directions as sums over small cells that tile the observed part of the sphere, its projection onto
+// spherical harmonics (SH), and the RMS over all normals of a projection by Parseval's theorem.
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <numbers>
 #include <span>
 #include <vector>
@@ -32,6 +31,11 @@ struct CellSum {
   float r = 0, g = 0, b = 0;
 
   [[nodiscard]] float luminance() const { return luminance_of(r, g, b); }
+  CellSum& operator+=(const CellSum& o) {
+    r += o.r, g += o.g, b += o.b;
+    return *this;
+  }
+  friend CellSum operator*(const CellSum& s, float k) { return {s.r * k, s.g * k, s.b * k}; }
 };
 
 /// SH coefficients of three channels, in the order of a BasisRow.
@@ -49,9 +53,8 @@ class CellGrid {
   };
   void reserve(std::size_t cells);
   void add_cell(std::span<const Pixel> pixels);
-  /// Must be called after the last cell. Where the cells cover the whole sphere, projection becomes the least-squares
-  /// fit of bands 0 to 6: exact for band-limited radiance, for any tiling. Elsewhere, and where the cells are too few
-  /// (see kMaxGramDeviation), it remains the plain sum, in which unobserved directions are dark.
+  /// Must be called after the last cell. Where fitted() is then true, projection is the least-squares fit of bands 0 to
+  /// 6, otherwise the plain sum, in which unobserved directions are dark.
   void finish();
 
   [[nodiscard]] std::size_t size() const { return rows_.size(); }
@@ -91,5 +94,35 @@ inline constexpr double kFullCoverage = 0.995;
 /// Largest gram_deviation() for the least-squares fit: the eigenvalues of the 49 x 49 Gram matrix are then between 0.02
 /// and 1.98 (Gershgorin's theorem).
 inline constexpr double kMaxGramDeviation = 0.02;
+
+/// RMS over all normals: mean over the three channels, and weighted by luminance. Errors are measured both ways.
+struct IrradianceRms {
+  double plain = 0;     ///< Root of the mean square over normals and channels.
+  double weighted = 0;  ///< Root of the mean over normals of the luminance-weighted sum of squares.
+};
+
+/// From the mean squares over normals of three channels.
+[[nodiscard]] IrradianceRms rms(const double (&squares)[3]);
+
+/// The larger of the two ratios error / whole; 0 for 0/0, infinite for an error without light.
+[[nodiscard]] double relative(const IrradianceRms& error, const IrradianceRms& whole);
+
+/// Of the irradiance by the bands of a projection (0 to 6, 8, 10 and 12).
+[[nodiscard]] IrradianceRms irradiance_rms(const Projection& scene);
+
+/// For each basis function of a BasisRow: its band, and the weight of its squared coefficient in a mean square over
+/// normals.
+struct BandWeights {
+  /// Roughness of the GGX lobe in which errors of glossy radiance are measured.
+  static constexpr double kRoughness = 0.5;
+
+  int band[kRowCount];
+  float irradiance[kRowCount];  ///< A_l² / 4pi; A_l: coefficients of the cosine lobe.
+  float radiance[kRowCount];    ///< K_l² / 4pi; K_l: of the GGX lobe. Bands 8, 10, 12 include 7, 9, 11.
+  /// Mean square of the irradiance by bands above 12, relative to that by bands 8, 10 and 12, for a point light, which
+  /// has the flattest spectrum.
+  double above_irradiance = 0;
+};
+[[nodiscard]] const BandWeights& band_weights();
 
 }  // namespace lightwell::estimate

@@ -65,36 +65,35 @@ bool DescriptorOptimizer::was_selected(std::uint32_t track) const {
   return std::find(previous_tracks_.begin(), previous_tracks_.end(), track) != previous_tracks_.end();
 }
 
-void DescriptorOptimizer::subtract(const Light& light, const Shape& shape, ResidualSh& residual) const {
+void DescriptorOptimizer::subtract(const Light& light, const BasisRow& shape, ResidualSh& residual) const {
   for (int k = 0; k < 3; ++k) {
     const float e = light.irradiance[k];
-    float* __restrict c = residual.c[k];
-    for (std::size_t i = 0; i < kRowCount; ++i) c[i] -= e * shape.y[i];
+    float* __restrict c = residual[static_cast<std::size_t>(k)].data();
+    for (std::size_t i = 0; i < kRowCount; ++i) c[i] -= e * shape[i];
   }
 }
 
 double DescriptorOptimizer::residual_energy_above_band2(const ResidualSh& residual, const Light& light,
-                                                        const Shape& shape,
-                                                        const float (&inverse_mean_square)[3]) const {
+                                                        const BasisRow& shape, float inverse_mean_square) const {
   // Bands 0 to 2 cost few bytes and contain about nine tenths of the irradiance; a light is valued by its reduction of
   // the other bands.
   const BandWeights& w = band_weights();
   double sum = 0;
   for (int k = 0; k < 3; ++k) {
     const float e = light.irradiance[k];
-    const float* __restrict c = residual.c[k];
+    const float* __restrict c = residual[static_cast<std::size_t>(k)].data();
     float part = 0;
     for (std::size_t i = sh_count(2); i < kRowCount; ++i) {
-      const float residual_coefficient = c[i] - e * shape.y[i];
+      const float residual_coefficient = c[i] - e * shape[i];
       part += w.irradiance[i] * residual_coefficient * residual_coefficient;
     }
-    sum += static_cast<double>(part * inverse_mean_square[k]);
+    sum += static_cast<double>(part * inverse_mean_square);
   }
   return sum;
 }
 
 void DescriptorOptimizer::order_lights(std::span<const Light> candidates, int required, std::size_t most,
-                                       const float (&inverse_mean_square)[3]) {
+                                       float inverse_mean_square) {
   order_.clear();
   const std::size_t considered = std::min(candidates.size(), kMaxConsidered);
   Light none;
@@ -129,7 +128,7 @@ void DescriptorOptimizer::truncation_energy(const ResidualSh& residual, bool all
   double e[3][kTailBands.back() + 1] = {}, l2[3][kTailBands.back() + 1] = {};
   for (std::size_t k = 0; k < 3; ++k) {
     for (std::size_t i = 0; i < kRowCount; ++i) {
-      const double c2 = static_cast<double>(residual.c[k][i]) * residual.c[k][i];
+      const double c2 = static_cast<double>(residual[k][i]) * residual[k][i];
       e[k][w.band[i]] += w.irradiance[i] * c2;
       l2[k][w.band[i]] += w.radiance[i] * c2;
     }
@@ -157,7 +156,7 @@ DescriptorOptimizer::ReferenceRms DescriptorOptimizer::begin(const Projection& s
   double irradiance2[3] = {}, radiance2[3] = {};
   for (std::size_t k = 0; k < 3; ++k) {
     for (std::size_t i = 0; i < kRowCount; ++i) {
-      residuals_[0].c[k][i] = static_cast<float>(scene.c[i][k]);
+      residuals_[0][k][i] = static_cast<float>(scene.c[i][k]);
       irradiance2[k] += w.irradiance[i] * scene.c[i][k] * scene.c[i][k];
       radiance2[k] += w.radiance[i] * scene.c[i][k] * scene.c[i][k];
     }
@@ -165,12 +164,13 @@ DescriptorOptimizer::ReferenceRms DescriptorOptimizer::begin(const Projection& s
   return {rms(irradiance2), rms(radiance2)};
 }
 
-void DescriptorOptimizer::shape_of(const Light& light, Shape& out) {
+BasisRow DescriptorOptimizer::shape_of(const Light& light) {
   const BandWeights& w = band_weights();
-  const BasisRow y = basis_row(vec_cast<double>(light.direction));
+  BasisRow out = basis_row(vec_cast<double>(light.direction));
   float zonal[kTailBands.back() + 1];
   for (int l = 0; l <= kTailBands.back(); ++l) zonal[l] = static_cast<float>(cap_zonal(l, light.angular_radius_rad));
-  for (std::size_t i = 0; i < kRowCount; ++i) out.y[i] = zonal[w.band[i]] * y[i];
+  for (std::size_t i = 0; i < kRowCount; ++i) out[i] = zonal[w.band[i]] * out[i];
+  return out;
 }
 
 template <class Visit>
@@ -190,7 +190,7 @@ void DescriptorOptimizer::for_each_band(std::size_t lights, const OptimizerOptio
   for (int l = 0; l <= limits.band; ++l) {
     if (!all_bands && l > 1 && l % 2 != 0) continue;
     for (std::size_t i = static_cast<std::size_t>(l * l); i < static_cast<std::size_t>(sh_count(l)); ++i)
-      for (std::size_t k = 0; k < 3; ++k) configuration.bytes += varint_bytes(residuals_[lights].c[k][i], inverse_step);
+      for (std::size_t k = 0; k < 3; ++k) configuration.bytes += varint_bytes(residuals_[lights][k][i], inverse_step);
     configuration.band = l;
     const double truncation = relative(rms(lost_irradiance[l]), reference.irradiance);
     configuration.error_ratio = error_ratio(truncation, limits);
@@ -214,7 +214,7 @@ int DescriptorOptimizer::max_lights_to_find(const Projection& scene, const Light
   };
   for_each_band(0, limits, reference, update_bytes);
   if (brightest != nullptr) {
-    shape_of(*brightest, shapes_[0]);
+    shapes_[0] = shape_of(*brightest);
     residuals_[1] = residuals_[0];
     subtract(*brightest, shapes_[0], residuals_[1]);
     for_each_band(1, limits, reference, update_bytes);
@@ -234,9 +234,9 @@ void DescriptorOptimizer::optimize(const Projection& scene, std::span<const Ligh
   const ReferenceRms reference = begin(scene);
   out.scene_rms = reference.irradiance;
   const std::size_t shaped = std::min(candidates.size(), limits.epsilon > 0 ? kMaxConsidered : most);
-  for (std::size_t j = 0; j < shaped; ++j) shape_of(candidates[j], shapes_[j]);
+  for (std::size_t j = 0; j < shaped; ++j) shapes_[j] = shape_of(candidates[j]);
   if (required >= static_cast<int>(shaped))
-    shape_of(candidates[static_cast<std::size_t>(required)], shapes_[static_cast<std::size_t>(required)]);
+    shapes_[static_cast<std::size_t>(required)] = shape_of(candidates[static_cast<std::size_t>(required)]);
 
   std::size_t lights = 0;
   int band = limits.band;
@@ -244,7 +244,7 @@ void DescriptorOptimizer::optimize(const Projection& scene, std::span<const Ligh
     // Gains are relative to the scene's mean square over all channels.
     const auto inverse =
         static_cast<float>(out.scene_rms.plain > 0 ? 1 / (out.scene_rms.plain * out.scene_rms.plain) : 0);
-    order_lights(candidates, required, most, {inverse, inverse, inverse});
+    order_lights(candidates, required, most, inverse);
     Configuration best, fallback;
     best.bytes = fallback.error_ratio = std::numeric_limits<double>::infinity();
     for (std::size_t n = required >= 0 && !order_.empty() ? 1 : 0; n <= order_.size(); ++n) {
@@ -288,7 +288,7 @@ void DescriptorOptimizer::optimize(const Projection& scene, std::span<const Ligh
   out.residual.band = band;
   for (std::size_t i = 0; i < static_cast<std::size_t>(sh_count(band)); ++i)
     if (all_bands || w.irradiance[i] != 0)
-      for (std::size_t k = 0; k < 3; ++k) out.residual.c[i][static_cast<int>(k)] = residual.c[k][i];
+      for (std::size_t k = 0; k < 3; ++k) out.residual.c[i][static_cast<int>(k)] = residual[k][i];
 
   selected.clear();
   for (std::size_t j = 0; j < candidates.size(); ++j)

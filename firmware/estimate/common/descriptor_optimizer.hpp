@@ -8,7 +8,6 @@
 #include <lightwell/descriptor.hpp>
 
 #include "estimate/common/cells.hpp"
-#include "estimate/common/spectrum.hpp"
 
 namespace lightwell::estimate {
 
@@ -43,11 +42,7 @@ class DescriptorOptimizer {
 
   /// Selects lights from `candidates` (strongest first) and fills `out` with the rest of the scene.
   /// candidates[required] is always selected; -1: none. Lights are compared with the previous selection by track.
-  ///
-  /// Only bands 0, 1, 2, 4 and 6 affect irradiance (A_3 = A_5 = 0); the others are sent only with a limit on radiance.
-  /// Lights are ordered greedily by the residual that they remove. For each number of lights and each last band, the
-  /// bytes and the error are predicted; of those within the limits, the cheapest is selected. A selection with fewer
-  /// lights or bands than the previous one must have a predicted error of at most kHysteresis of the limit.
+  /// estimate/README.md describes the method.
   void optimize(const Projection& scene, std::span<const Light> candidates, int required,
                 const OptimizerOptions& limits, std::vector<Light>& selected, OptimizedDescriptor& out);
 
@@ -55,12 +50,7 @@ class DescriptorOptimizer {
   static constexpr std::size_t kMaxConsidered = 16;
   static constexpr int kBands = kMaxBand + 1;
 
-  struct Shape {
-    float y[kRowCount];  ///< SH coefficients of a cap with a vector irradiance of 1.
-  };
-  struct ResidualSh {
-    float c[3][kRowCount];
-  };
+  using ResidualSh = std::array<BasisRow, 3>;  ///< SH coefficients by channel.
   struct Configuration {
     std::size_t lights = 0;
     int band = 0;
@@ -74,8 +64,9 @@ class DescriptorOptimizer {
 
   /// Sets residuals_[0] to the scene, and returns its RMS.
   [[nodiscard]] ReferenceRms begin(const Projection& scene);
-  static void shape_of(const Light& light, Shape& out);
-  void subtract(const Light& light, const Shape& shape, ResidualSh& residual) const;
+  /// SH coefficients of the light's cap with a vector irradiance of 1.
+  [[nodiscard]] static BasisRow shape_of(const Light& light);
+  void subtract(const Light& light, const BasisRow& shape, ResidualSh& residual) const;
   /// Calls `visit(Configuration)` for residuals_[lights] and each last band.
   template <class Visit>
   void for_each_band(std::size_t lights, const OptimizerOptions& limits, const ReferenceRms& reference,
@@ -83,13 +74,12 @@ class DescriptorOptimizer {
   /// Mean squares of irradiance and radiance by the bands above each last band: [band][channel].
   void truncation_energy(const ResidualSh& residual, bool all_bands, double (&irradiance)[kBands][3],
                          double (&radiance)[kBands][3]) const;
-  [[nodiscard]] double residual_energy_above_band2(const ResidualSh& residual, const Light& light, const Shape& shape,
-                                                   const float (&inverse_mean_square)[3]) const;
-  void order_lights(std::span<const Light> candidates, int required, std::size_t most,
-                    const float (&inverse_mean_square)[3]);
+  [[nodiscard]] double residual_energy_above_band2(const ResidualSh& residual, const Light& light,
+                                                   const BasisRow& shape, float inverse_mean_square) const;
+  void order_lights(std::span<const Light> candidates, int required, std::size_t most, float inverse_mean_square);
   [[nodiscard]] bool was_selected(std::uint32_t track) const;
 
-  std::vector<Shape> shapes_;
+  std::vector<BasisRow> shapes_;
   std::vector<ResidualSh> residuals_;  ///< After subtraction of 0, 1, 2, ... lights.
   std::vector<std::size_t> order_;     ///< Indices of candidates, in greedy order.
   std::vector<std::uint32_t> previous_tracks_;

@@ -7,14 +7,34 @@
 #include <lightwell/environment.hpp>
 
 #include "estimate/common/cells.hpp"
-#include "estimate/common/environment_lobe.hpp"
-#include "estimate/common/sparse_rows.hpp"
+#include "estimate/common/environment_grid.hpp"
 
 namespace lightwell::estimate {
 
 /// Levels of a map with this edge: roughness 0, 0.25 (not for edge 8, whose texels are wider than that lobe), 0.5, 0.75
 /// and 1, with texels narrower than half the lobe as far as `edge` allows. Empty for an invalid edge.
 [[nodiscard]] std::vector<EnvironmentLevel> environment_levels(int edge);
+
+/// A mip pyramid of an octahedral map: means over 2x2, 4x4, ... texels, down to 4x4 texels, all layers in one array.
+class MeanPyramid {
+ public:
+  static constexpr int kMinEdge = 4;
+  explicit MeanPyramid(const OctahedralGrid& grid);
+
+  struct Layer {
+    int edge;
+    std::size_t first;  ///< Index of its first texel in the array.
+    SparseRows means;   ///< From the previous layer; empty for the map itself.
+    [[nodiscard]] std::size_t texels() const { return static_cast<std::size_t>(edge) * static_cast<std::size_t>(edge); }
+  };
+  [[nodiscard]] const std::vector<Layer>& layers() const { return layers_; }
+  [[nodiscard]] std::size_t size() const { return layers_.back().first + layers_.back().texels(); }
+  /// Computes all layers from the map, which is at the start of the array.
+  void apply(std::span<Rgbx> list) const;
+
+ private:
+  std::vector<Layer> layers_;
+};
 
 /// Precomputes weights from the cells of a rig, then applies them to each map. Not thread-safe.
 class EnvironmentFilter {
@@ -24,9 +44,6 @@ class EnvironmentFilter {
   EnvironmentFilter(std::span<const Vec3f> direction, std::span<const float> solid_angle, int edge);
 
   [[nodiscard]] std::span<const EnvironmentLevel> levels() const { return levels_; }
-  [[nodiscard]] std::size_t cells() const { return light_.size(); }
-  /// Number of weights; run() takes about a nanosecond per weight.
-  [[nodiscard]] std::size_t weights() const;
 
   /// Returns the texels of all levels in the order of EnvironmentMap::texels: radiance in units of the sums per sr,
   /// never negative or NaN. Sums that are negative, NaN, above kMaxCellSum or missing count as 0. Allocates nothing;

@@ -1,8 +1,7 @@
-#include "estimate/common/environment_splat.hpp"
-
 #include <limits>
 
 #include "estimate/common/cells.hpp"
+#include "estimate/common/environment_grid.hpp"
 
 namespace lightwell::estimate {
 namespace {

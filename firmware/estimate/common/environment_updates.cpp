@@ -40,10 +40,6 @@ EnvironmentUpdates::EnvironmentUpdates(std::vector<EnvironmentLevel> levels, Env
   key_.texels.resize(texels);
 }
 
-bool EnvironmentUpdates::due(ProbeTime time) const {
-  return !started_ || key_.key == 0 || time >= next_ || time < last_;
-}
-
 bool EnvironmentUpdates::key_due(ProbeTime time) const {
   return key_.key == 0 || time < last_ || time - key_time_ >= seconds(options_.key_interval_s);
 }
@@ -82,13 +78,9 @@ void EnvironmentUpdates::update(std::span<const Rgbx> texels, double factor, Pro
   started_ = true;
 
   out.emplace(std::move(spare_));
-  const EnvironmentMap& from = whole ? key_ : changes_;
+  // Copies into the memory of the vectors.
+  *out = whole ? key_ : changes_;
   out->key = key_.key;
-  out->exponent = from.exponent;
-  out->key_interval_ms = from.key_interval_ms;
-  out->levels.assign(from.levels.begin(), from.levels.end());
-  out->texels.assign(from.texels.begin(), from.texels.end());
-  out->runs.assign(from.runs.begin(), from.runs.end());
 }
 
 void EnvironmentUpdates::make_key(std::span<const Rgbx> texels, double factor, float most, ProbeTime time) {

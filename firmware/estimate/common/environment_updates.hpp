@@ -1,4 +1,4 @@
-// Schedules and encodes environment maps: whole maps (keys) and changes relative to them.
+// Environment maps for estimators: from the sums of cells to the map in a descriptor, whole (keys) or as changes.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,7 @@
 #include <lightwell/environment.hpp>
 #include <lightwell/time.hpp>
 
-#include "estimate/common/sparse_rows.hpp"
+#include "estimate/common/environment_filter.hpp"
 
 namespace lightwell::estimate {
 
@@ -31,7 +31,7 @@ class EnvironmentUpdates {
 
   /// Whether a map is due at `time` (mid-exposure). The first is, and so is one whose time is before that of the last
   /// map: the clock was restarted.
-  [[nodiscard]] bool due(ProbeTime time) const;
+  [[nodiscard]] bool due(ProbeTime time) const { return !started_ || key_.key == 0 || time >= next_ || time < last_; }
   /// Makes the next map due at once and whole. For changes of the scale.
   void restart() { key_.key = 0; }
 
@@ -57,6 +57,35 @@ class EnvironmentUpdates {
   EnvironmentMap spare_;    ///< Memory for the next result.
   ProbeTime last_, next_, key_time_;
   bool started_ = false;
+};
+
+/// Produces prefiltered maps at its own rate. Allocates all memory when constructed. Not thread-safe.
+class EnvironmentMapper {
+ public:
+  /// Parameters as for EnvironmentFilter and EnvironmentUpdates.
+  EnvironmentMapper(std::span<const Vec3f> direction, std::span<const float> solid_angle, int edge,
+                    EnvironmentUpdateOptions options = {})
+      : filter_(direction, solid_angle, edge), updates_({filter_.levels().begin(), filter_.levels().end()}, options) {}
+
+  /// Whether update() reads the sums in this frame. With a factor other than that of the last map, it always does.
+  [[nodiscard]] bool due(ProbeTime mid_exposure) const { return updates_.due(mid_exposure); }
+
+  /// Sets `out` to a map where one is due, otherwise to nullopt. `sums`: integral of radiance over each cell without
+  /// the lights, in the constructor's order of cells; ignored where no map is due. `factor`: descriptor radiance per
+  /// unit of radiance in `sums`; where it has changed, a whole map is sent, because readers use the last map with newer
+  /// descriptors. Allocates nothing where `out` is that of the previous call.
+  void update(std::span<const CellSum> sums, double factor, ProbeTime mid_exposure,
+              std::optional<EnvironmentMap>& out) {
+    if (factor != factor_) updates_.restart();
+    factor_ = factor;
+    if (!updates_.due(mid_exposure)) return updates_.reclaim(out);
+    updates_.update(filter_.run(sums), factor, mid_exposure, out);
+  }
+
+ private:
+  EnvironmentFilter filter_;
+  EnvironmentUpdates updates_;
+  double factor_ = 0;
 };
 
 }  // namespace lightwell::estimate

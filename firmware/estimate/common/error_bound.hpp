@@ -8,7 +8,6 @@
 
 #include "estimate/common/cells.hpp"
 #include "estimate/common/descriptor_optimizer.hpp"
-#include "estimate/common/spectrum.hpp"
 
 namespace lightwell::estimate {
 

@@ -43,10 +43,9 @@ bool replace_non_finite(Projection& scene, const Projection& by) {
 bool finite(const Light& light) {
   const Vec3f d = light.direction;
   const Irradiance e = light.irradiance;
-  const auto& c = light.direction_covariance;
-  return std::isfinite(d.x) && std::isfinite(d.y) && std::isfinite(d.z) && std::isfinite(e.r) && std::isfinite(e.g) &&
-         std::isfinite(e.b) && std::isfinite(light.angular_radius_rad) && std::isfinite(c[0]) && std::isfinite(c[1]) &&
-         std::isfinite(c[2]);
+  const auto [uu, uv, vv] = light.direction_covariance;
+  return std::ranges::all_of(std::array{d.x, d.y, d.z, e.r, e.g, e.b, light.angular_radius_rad, uu, uv, vv},
+                             [](float v) { return std::isfinite(v); });
 }
 
 /// Converts a covariance to the tangent basis of another direction nearby: that basis is rotated by 180 degrees where z

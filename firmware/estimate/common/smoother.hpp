@@ -32,17 +32,14 @@
 #include <lightwell/time.hpp>
 
 #include "estimate/common/cells.hpp"
-#include "estimate/common/spectrum.hpp"
 
 namespace lightwell::estimate {
 
 /// Default time constant, s: longer means less noise and more lag.
 inline constexpr double kSmoothingTime = 0.25;
 
-/// Works in the probe's frame; not thread-safe; allocates nothing. With white noise of known variance and steps of dt:
-///   noise   variance falls by the factor (1 - q) / (1 + q), q = exp(-dt / tau): 1/15 at 30 frames/s
-///   step    of more than 5 n passes completely in its own frame
-///   ramp    lags by at most tau, and never by more than 4 sqrt(V + n²)
+/// Works in the probe's frame; not thread-safe; allocates nothing. White noise of known variance falls by the factor
+/// (1 - q) / (1 + q), q = exp(-dt / tau); a ramp lags by at most tau, and never by more than 4 sqrt(V + n²).
 class Smoother {
  public:
   /// `time_constant_s`: tau. Zero, negative or NaN: every frame passes unchanged.

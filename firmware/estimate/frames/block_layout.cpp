@@ -16,6 +16,21 @@ BlockLayout::BlockLayout(const RigTable& table, int edge)
         places_.push_back({number, x, y, std::min(edge, l.width - x), std::min(edge, l.height - y)});
     lenses_.push_back(l);
   }
+  for (const Place& p : places_) {
+    const LensTable& lens = table.lenses[static_cast<std::size_t>(p.lens)];
+    double sr = 0, sum_x = 0, sum_y = 0;
+    float sum = 0, pixels = 0;
+    for_each_pixel(p, lens, [&](int x, int y, std::size_t i) {
+      const float a = lens.solid_angle[i];
+      sr += a;
+      sum_x += static_cast<double>(a) * x;
+      sum_y += static_cast<double>(a) * y;
+      sum += a;
+      pixels += a > 0 ? 1.0F : 0.0F;
+    });
+    middles_.push_back(sr > 0 ? Middle{static_cast<float>(sum_x / sr), static_cast<float>(sum_y / sr)} : Middle{});
+    pixel_sr_.push_back(pixels > 0 ? sum / pixels : 0);
+  }
 }
 
 CellGrid BlockLayout::make_grid(const RigTable& table) const {
@@ -26,12 +41,9 @@ CellGrid BlockLayout::make_grid(const RigTable& table) const {
     const Place p = place(block);
     const LensTable& lens = table.lenses[static_cast<std::size_t>(p.lens)];
     pixels.clear();
-    for (int y = p.y; y < p.y + p.height; ++y) {
-      for (int x = p.x; x < p.x + p.width; ++x) {
-        const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x);
-        if (lens.solid_angle[i] > 0) pixels.push_back({lens.direction[i], lens.solid_angle[i]});
-      }
-    }
+    for_each_pixel(p, lens, [&](int, int, std::size_t i) {
+      if (lens.solid_angle[i] > 0) pixels.push_back({lens.direction[i], lens.solid_angle[i]});
+    });
     grid.add_cell(pixels);
   }
   grid.finish();

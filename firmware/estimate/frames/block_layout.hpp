@@ -31,6 +31,22 @@ class BlockLayout {
   [[nodiscard]] std::size_t first(int lens) const { return lenses_[static_cast<std::size_t>(lens)].first; }
   [[nodiscard]] int lens_count() const { return static_cast<int>(lenses_.size()); }
 
+  /// Middle of the block's solid angle, in pixels from the block's corner.
+  struct Middle {
+    float x = 0, y = 0;
+  };
+  [[nodiscard]] Middle middle(std::size_t block) const { return middles_[block]; }
+  /// Mean solid angle of the block's pixels that have one, sr.
+  [[nodiscard]] float pixel_sr(std::size_t block) const { return pixel_sr_[block]; }
+
+  /// Calls visit(x, y, index) for each pixel of the block in rows: its place relative to the block's corner, and its
+  /// index in the lens's tables.
+  template <class Visit>
+  static void for_each_pixel(const Place& p, const LensTable& lens, Visit&& visit) {
+    for (int y = 0; y < p.height; ++y)
+      for (int x = 0; x < p.width; ++x) visit(x, y, lens.index(p.x + x, p.y + y));
+  }
+
   /// The grid whose cells are these blocks.
   [[nodiscard]] CellGrid make_grid(const RigTable& table) const;
 
@@ -41,6 +57,8 @@ class BlockLayout {
   };
   std::vector<Lens> lenses_;
   std::vector<Place> places_;
+  std::vector<Middle> middles_;
+  std::vector<float> pixel_sr_;
   int edge_, shift_;
   std::size_t total_ = 0;
 };

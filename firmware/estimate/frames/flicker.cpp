@@ -190,13 +190,10 @@ void FlickerDetector::add_pair(const FrameProfile& older, const FrameProfile& ne
       pair.h[f][i] =
           a1 * std::polar(1.0, kTwoPi * hertz * newer.time_s) - a0 * std::polar(1.0, kTwoPi * hertz * older.time_s);
     }
-    for (std::size_t l = 0; l < kMaxLenses; ++l) {
-      if (readout_s_ > 0)
-        pair.bands[f][l] =
-            l < lenses_ ? fit_bands(older, newer, l, f) : BandFit{0, kInfiniteVariance, kInfiniteVariance};
-      else
-        pair.bands[f][l] = l == 0 ? fit_global(older, newer) : BandFit{0, kInfiniteVariance, kInfiniteVariance};
-    }
+    if (readout_s_ > 0)
+      for (std::size_t l = 0; l < lenses_; ++l) pair.bands[f][l] = fit_bands(older, newer, l, f);
+    else
+      pair.bands[f][0] = fit_global(older, newer);
   }
   into.push(pair);
 }
@@ -221,7 +218,7 @@ FlickerDetector::BandFit FlickerDetector::fit_bands(const FrameProfile& older, c
     ++n;
   }
   const double covered_s = static_cast<double>(last - first + 1) * group_rows_ * readout_s_;
-  if (n < 2 * kUnknowns || covered_s * kHertz[frequency] < 1) return {0, kInfiniteVariance, kInfiniteVariance};
+  if (n < 2 * kUnknowns || covered_s * kHertz[frequency] < 1) return {};
   const Eigen::LDLT<Eigen::Matrix<double, kUnknowns, kUnknowns>> solver(normal);
   const Vector fitted = solver.solve(rhs);
   const Eigen::Matrix<double, kUnknowns, kUnknowns> inverse =
@@ -229,7 +226,7 @@ FlickerDetector::BandFit FlickerDetector::fit_bands(const FrameProfile& older, c
   const double residual_sum = std::max(0.0, squares - fitted.dot(rhs));
   const double residual_variance = residual_sum / static_cast<double>(n - kUnknowns) + kRoundingSigma * kRoundingSigma;
   const double variance = residual_variance * (inverse(3, 3) + inverse(4, 4));
-  if (!std::isfinite(variance) || !(variance > 0)) return {0, kInfiniteVariance, kInfiniteVariance};
+  if (!std::isfinite(variance) || !(variance > 0)) return {};
   return {{fitted[3], fitted[4]}, variance, residual_variance};
 }
 
@@ -246,7 +243,7 @@ FlickerDetector::BandFit FlickerDetector::fit_global(const FrameProfile& older, 
       ++n;
     }
   }
-  if (n < 2) return {0, kInfiniteVariance, kInfiniteVariance};
+  if (n < 2) return {};
   const double mean = sum / n;
   const double residual_variance = std::max(0.0, squares / n - mean * mean) + kRoundingSigma * kRoundingSigma;
   return {{mean, 0}, residual_variance / n + kRoundingSigma * kRoundingSigma, residual_variance};

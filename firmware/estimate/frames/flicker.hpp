@@ -17,13 +17,13 @@
 // not advance by F dt per frame.
 //
 // Unobservable flicker is not reported as absent. h is known; where it is near zero for a frequency, no frame could
-// show it (30 frames/s at 120 Hz, 25 at 100 Hz, 20 at both; exposures of 10 ms at 100 Hz). At each of the usual rates
-// (15, 20, 24, 25, 30, 50, 60) the bands of one or both frequencies are static; at 27 frames/s both are observable.
+// show it (30 frames/s at 120 Hz, 25 at 100 Hz, 20 at both; exposures of 10 ms at 100 Hz).
 #pragma once
 
 #include <array>
 #include <complex>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -94,7 +94,7 @@ class FlickerDetector {
   /// square of the residuals of d.
   struct BandFit {
     std::complex<double> z;
-    double variance = 0, residual_variance = 0;
+    double variance = std::numeric_limits<double>::infinity(), residual_variance = variance;
   };
   struct Pair {
     double time_s = 0;                                              ///< Of the newer frame.

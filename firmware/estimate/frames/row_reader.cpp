@@ -198,15 +198,6 @@ float near_black_bias(float x, float step, float cut_noise) {
   return rounding + cut;
 }
 
-bool RowReader::has_luma() const {
-  return pixel_layout(exposures_[0].view[has(0) ? 0 : 1].format).sampling == ColorSampling::ycbcr;
-}
-
-int RowReader::pixels_per_color() const {
-  const PixelLayout& layout = pixel_layout(exposures_[0].view[has(0) ? 0 : 1].format);
-  return layout.unit_width * layout.unit_height;
-}
-
 const std::byte* RowReader::floats(int lens, int y, int first) const {
   const View& view = exposures_[0].view[static_cast<std::size_t>(lens)];
   if (exposure_count_ != 1 || !pixel_layout(view.format).is_float()) return nullptr;

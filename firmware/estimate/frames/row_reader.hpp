@@ -27,6 +27,11 @@ struct LinearRow {
   explicit LinearRow(int width);
 };
 
+/// First byte of row y of a view; of NV12, rows from `height` on are chroma.
+[[nodiscard]] inline const std::uint8_t* row_of(const View& view, int y) {
+  return reinterpret_cast<const std::uint8_t*>(view.data.data()) + static_cast<std::size_t>(y) * view.stride;
+}
+
 /// Possible bias of a linear value near black that is common to all pixels. `step`: difference to the next code;
 /// `cut_noise`: standard deviation of noise that is cut off at black, 0 where it is not.
 [[nodiscard]] float near_black_bias(float x, float step, float cut_noise);
@@ -56,9 +61,9 @@ class RowReader {
 
   /// Number of pixels that share one chroma sample in the bound bracket. Colour and energy of a light smaller than that
   /// are not determined.
-  [[nodiscard]] int pixels_per_color() const;
+  [[nodiscard]] int pixels_per_color() const { return layout().unit_width * layout().unit_height; }
   /// Whether each pixel has its own luma sample although chroma is shared (NV12, YUYV).
-  [[nodiscard]] bool has_luma() const;
+  [[nodiscard]] bool has_luma() const { return layout().sampling == ColorSampling::ycbcr; }
 
   /// Until the next bind(), reads in block k use only the exposures[k] shortest exposures; a read must not extend
   /// beyond its block. Refers to both arguments until then.
@@ -87,6 +92,8 @@ class RowReader {
     std::array<View, kMaxLenses> view;
     float radiance_per_linear = 1;  ///< 1 / (exposure_s * gain)
   };
+  /// Of the first view that is present.
+  [[nodiscard]] const PixelLayout& layout() const { return pixel_layout(exposures_[0].view[has(0) ? 0 : 1].format); }
 
   /// What load() fills besides the linear values: nothing; steps and saturation; or these, with pixels that share their
   /// chroma with a saturated pixel counted as saturated, because their colour is wrong.

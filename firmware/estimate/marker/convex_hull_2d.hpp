@@ -20,6 +20,13 @@ class ConvexHull2d {
   }
   void add(double x, double y) { points_.push_back({x, y}); }
 
+  /// Smallest and largest y of the points.
+  [[nodiscard]] std::pair<double, double> y_range() const {
+    const auto [first, last] =
+        std::minmax_element(points_.begin(), points_.end(), [](Point a, Point b) { return a.y < b.y; });
+    return {first->y, last->y};
+  }
+
   /// Computes the hull (monotone chain). False where its area is zero.
   bool close() {
     edges_.clear();

@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <ceres/ceres.h>
-
-#include "estimate/marker/shadow.hpp"
 
 namespace lightwell::marker {
 namespace {
@@ -21,6 +20,8 @@ constexpr double kMinAmbientFraction = 0.02;
 constexpr double kInitialAmbientFraction = 0.3;
 /// A light whose relative irradiance is below this on every face sample is observed by its shadow alone.
 constexpr double kMinFaceIrradiance = 1e-3;
+/// Smallest distance of a light from the body's centre: 0.12 m, well outside of the body.
+constexpr double kMaxInverseDistance = 1 / 0.12;
 /// Albedo of the ground plane where no ambient light determines it.
 constexpr double kGroundAlbedo = 0.2;
 
@@ -61,17 +62,15 @@ struct LightPose {
   [[nodiscard]] Vec3d turned(double du, double dv) const { return normalized(direction + u * du + v * dv); }
 };
 
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 /// Whitened residuals of model minus observations, and their derivatives. Three more rows per channel hold the prior of
 /// the ambient light's linear coefficients.
 class LightingCostFunction final : public ceres::CostFunction {
  public:
   LightingCostFunction(const Observations& observations, const Layout& layout, std::vector<LightPose> light_poses,
-                       const std::vector<Vec3d>& hull, double ambient_gradient_sigma)
-      : observations_(observations),
-        layout_(layout),
-        light_poses_(std::move(light_poses)),
-        hull_(hull),
-        ambient_gradient_sigma_(ambient_gradient_sigma) {
+                       const std::vector<Vec3d>& hull)
+      : observations_(observations), layout_(layout), light_poses_(std::move(light_poses)), hull_(hull) {
     const int ground_samples = layout.ground >= 0 ? static_cast<int>(observations.ground()->size()) : 0;
     set_num_residuals((observations.samples() + 3) * observations.channels() + ground_samples);
     mutable_parameter_block_sizes()->push_back(layout.size);
@@ -80,14 +79,21 @@ class LightingCostFunction final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const double* p = parameters[0];
     double* j = jacobians != nullptr ? jacobians[0] : nullptr;
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
-    RowMajor none(0, 0);
     Eigen::Map<RowMajor> jacobian(j, j != nullptr ? num_residuals() : 0, j != nullptr ? layout_.size : 0);
     if (j != nullptr) jacobian.setZero();
     evaluate_faces(p, r, j != nullptr ? &jacobian : nullptr);
     if (layout_.ground >= 0) evaluate_ground(p, r, j != nullptr ? &jacobian : nullptr);
     return r.allFinite();
+  }
+
+  /// Residuals and Jacobian at `p`.
+  [[nodiscard]] std::pair<Eigen::VectorXd, RowMajor> linearize(const Eigen::VectorXd& p) const {
+    std::pair<Eigen::VectorXd, RowMajor> out(num_residuals(), RowMajor(num_residuals(), layout_.size));
+    const double* parameters[1] = {p.data()};
+    double* jacobians[1] = {out.second.data()};
+    (void)Evaluate(parameters, out.first.data(), jacobians);
+    return out;
   }
 
   [[nodiscard]] LightPose pose_at(const double* p, std::size_t light) const {
@@ -151,8 +157,8 @@ class LightingCostFunction final : public ceres::CostFunction {
       }
       observations_.whiten(c, column);
       r.segment(row, n) = column - observations_.whitened(c);
-      const double flat = ambient_gradient_sigma_ *
-                          (std::max(0.0, ambient[0]) + kMinAmbientFraction * observations_.mean_irradiance(c));
+      const double flat =
+          kAmbientGradientSigma * (std::max(0.0, ambient[0]) + kMinAmbientFraction * observations_.mean_irradiance(c));
       for (int b = 0; b < 3; ++b) r[row + n + b] = ambient[1 + b] / flat;
       if (j == nullptr) continue;
       const auto put = [&](int parameter, double scale, Eigen::Index from) {
@@ -179,7 +185,7 @@ class LightingCostFunction final : public ceres::CostFunction {
         if (b > 0) {
           (*j)(row + n + b - 1, layout_.ambient + 4 * c + b) = 1 / flat;
           (*j)(row + n + b - 1, layout_.ambient + 4 * c) =
-              ambient[0] > 0 ? -ambient[b] * ambient_gradient_sigma_ / (flat * flat) : 0;
+              ambient[0] > 0 ? -ambient[b] * kAmbientGradientSigma / (flat * flat) : 0;
         }
       }
     }
@@ -225,7 +231,6 @@ class LightingCostFunction final : public ceres::CostFunction {
   const Layout& layout_;
   std::vector<LightPose> light_poses_;
   const std::vector<Vec3d>& hull_;
-  double ambient_gradient_sigma_;
   // Buffers. Ceres evaluates through a const pointer, here in one thread.
   mutable Shadow shadow_;
   mutable Eigen::ArrayXd sum_, unit_irradiance_, forward_, backward_;
@@ -236,23 +241,13 @@ LightPose light_pose_of(const PointLight& light) {
   return {light.direction, u, v, light.inverse_distance};
 }
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// Solves for the linear parameters by least squares, given the directions and inverse distances in `p`. The caller
-/// clamps negative values.
+/// Solves for the linear parameters, which are zero in `p`, by least squares, given its directions and inverse
+/// distances. The caller clamps negative values.
 void solve_linear(const LightingCostFunction& cost_function, const Layout& layout, const Observations& observations,
-                  std::vector<double>& p) {
-  Eigen::VectorXd r(cost_function.num_residuals());
-  RowMajor j(cost_function.num_residuals(), layout.size);
-  for (std::size_t i = 0; i < p.size(); ++i)
-    if (static_cast<int>(i) >= layout.ambient) p[i] = 0;
-  for (const Layout::LightParameters& offsets : layout.lights)
-    for (int c = 0; c < observations.channels(); ++c) p[static_cast<std::size_t>(offsets.irradiance + c)] = 0;
-  const double* parameters[1] = {p.data()};
-  double* jacobians[1] = {j.data()};
+                  Eigen::VectorXd& p) {
   for (int c = 0; c < observations.channels(); ++c)
-    p[static_cast<std::size_t>(layout.ambient + 4 * c)] = kInitialAmbientFraction * observations.mean_irradiance(c);
-  (void)cost_function.Evaluate(parameters, r.data(), jacobians);
+    p[layout.ambient + 4 * c] = kInitialAmbientFraction * observations.mean_irradiance(c);
+  const auto [r, j] = cost_function.linearize(p);
   std::vector<int> linear;
   for (const Layout::LightParameters& offsets : layout.lights)
     for (int c = 0; c < observations.channels(); ++c) linear.push_back(offsets.irradiance + c);
@@ -264,8 +259,7 @@ void solve_linear(const LightingCostFunction& cost_function, const Layout& layou
   const double ridge = 1e-9 * std::max(normal.diagonal().maxCoeff(), 1e-300);
   const Eigen::VectorXd x =
       (normal + ridge * Eigen::MatrixXd::Identity(normal.rows(), normal.cols())).ldlt().solve(-part.transpose() * r);
-  for (std::size_t i = 0; i < linear.size(); ++i)
-    p[static_cast<std::size_t>(linear[i])] += x[static_cast<Eigen::Index>(i)];
+  for (std::size_t i = 0; i < linear.size(); ++i) p[linear[i]] += x[static_cast<Eigen::Index>(i)];
 }
 
 /// Indices of the parameters that must not be negative: irradiances, constant ambient terms, ground radiances.
@@ -303,25 +297,22 @@ void set_irradiance_from_shadow(const Observations& observations, Fit& fit) {
 double Fit::bic() const { return chi_square + parameters * std::log(std::max(observations, 2)); }
 
 Fit fit_lights(const Observations& observations, std::vector<PointLight> lights, std::vector<Distance> distances,
-               ObservationSet observation_set, const std::vector<Vec3d>& hull, const FitOptions& options) {
+               ObservationSet observation_set, const std::vector<Vec3d>& hull, int max_iterations) {
   const int channels = observations.channels();
   const bool with_ground =
       observation_set == ObservationSet::faces_and_ground_plane && observations.ground() != nullptr;
   const Layout layout(distances, channels, with_ground);
   std::vector<LightPose> light_poses;
   for (const PointLight& light : lights) light_poses.push_back(light_pose_of(light));
-  const double max_inverse_distance = 1 / options.min_distance_m;
 
-  std::vector<double> p(static_cast<std::size_t>(layout.size), 0.0);
+  Eigen::VectorXd p = Eigen::VectorXd::Zero(layout.size);
   for (std::size_t k = 0; k < lights.size(); ++k)
     if (layout.lights[k].inverse >= 0)
-      p[static_cast<std::size_t>(layout.lights[k].inverse)] =
-          std::clamp(lights[k].inverse_distance, 0.0, max_inverse_distance);
-  auto* cost_function =
-      new LightingCostFunction(observations, layout, light_poses, hull, options.ambient_gradient_sigma);
+      p[layout.lights[k].inverse] = std::clamp(lights[k].inverse_distance, 0.0, kMaxInverseDistance);
+  auto* cost_function = new LightingCostFunction(observations, layout, light_poses, hull);
   solve_linear(*cost_function, layout, observations, p);
   const std::vector<int> nonnegative = nonnegative_parameters(layout, channels);
-  for (const int i : nonnegative) p[static_cast<std::size_t>(i)] = std::max(p[static_cast<std::size_t>(i)], 0.0);
+  for (const int i : nonnegative) p[i] = std::max(p[i], 0.0);
 
   ceres::Problem problem;
   problem.AddResidualBlock(cost_function, nullptr, p.data());
@@ -334,12 +325,12 @@ Fit fit_lights(const Observations& observations, std::vector<PointLight> lights,
     }
     if (offsets.inverse < 0) continue;
     problem.SetParameterLowerBound(p.data(), offsets.inverse, 0);
-    problem.SetParameterUpperBound(p.data(), offsets.inverse, max_inverse_distance);
+    problem.SetParameterUpperBound(p.data(), offsets.inverse, kMaxInverseDistance);
   }
   ceres::Solver::Options solver_options;
   // QR, because a light that illuminates nothing leaves a zero column.
   solver_options.linear_solver_type = ceres::DENSE_QR;
-  solver_options.max_num_iterations = options.iterations;
+  solver_options.max_num_iterations = max_iterations;
   solver_options.function_tolerance = 1e-7;
   solver_options.logging_type = ceres::SILENT;
   solver_options.num_threads = 1;
@@ -356,31 +347,24 @@ Fit fit_lights(const Observations& observations, std::vector<PointLight> lights,
   for (std::size_t k = 0; k < lights.size(); ++k) {
     found.push_back(cost_function->pose_at(p.data(), k));
     PointLight light{found[k].direction, found[k].inverse_distance, {}};
-    for (std::size_t c = 0; c < 3; ++c)
-      light.irradiance[c] = p[static_cast<std::size_t>(layout.lights[k].irradiance) +
-                              std::min(c, static_cast<std::size_t>(channels - 1))];
+    for (int c = 0; c < 3; ++c)
+      light.irradiance[static_cast<std::size_t>(c)] = p[layout.lights[k].irradiance + std::min(c, channels - 1)];
     out.model.lights.push_back(light);
-    if (with_ground) out.ground_irradiance.push_back(p[static_cast<std::size_t>(layout.ground) + 1 + k]);
+    if (with_ground) out.ground_irradiance.push_back(p[layout.ground + 1 + static_cast<int>(k)]);
   }
-  for (std::size_t b = 0; b < 4; ++b)
-    for (std::size_t c = 0; c < 3; ++c)
-      out.model.ambient[b][c] =
-          p[static_cast<std::size_t>(layout.ambient) + 4 * std::min(c, static_cast<std::size_t>(channels - 1)) + b];
+  for (int b = 0; b < 4; ++b)
+    for (int c = 0; c < 3; ++c)
+      out.model.ambient[static_cast<std::size_t>(b)][static_cast<std::size_t>(c)] =
+          p[layout.ambient + 4 * std::min(c, channels - 1) + b];
   if (with_ground) {
-    out.ground_ambient = p[static_cast<std::size_t>(layout.ground)];
+    out.ground_ambient = p[layout.ground];
     set_irradiance_from_shadow(observations, out);
   }
 
   // Linearizes at the minimum, so that the covariance refers to its tangent plane.
-  const LightingCostFunction at_minimum(observations, layout, found, hull, options.ambient_gradient_sigma);
-  std::vector<double> there = p;
-  for (const Layout::LightParameters& offsets : layout.lights)
-    there[static_cast<std::size_t>(offsets.turn)] = there[static_cast<std::size_t>(offsets.turn) + 1] = 0;
-  Eigen::VectorXd r(at_minimum.num_residuals());
-  RowMajor j(at_minimum.num_residuals(), layout.size);
-  const double* parameters[1] = {there.data()};
-  double* jacobians[1] = {j.data()};
-  (void)at_minimum.Evaluate(parameters, r.data(), jacobians);
+  const LightingCostFunction at_minimum(observations, layout, found, hull);
+  for (const Layout::LightParameters& offsets : layout.lights) p[offsets.turn] = p[offsets.turn + 1] = 0;
+  const auto [r, j] = at_minimum.linearize(p);
   out.chi_square = r.squaredNorm();
   // Wide priors keep the covariance finite: standard deviations of 1 rad for directions and 10/m for inverse distances.
   Eigen::MatrixXd information = j.transpose() * j;

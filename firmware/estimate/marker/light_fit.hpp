@@ -1,12 +1,10 @@
 // Nonlinear least-squares fit of point lights and ambient light from a start, with covariance (Ceres).
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "estimate/marker/fit_options.hpp"
 #include "estimate/marker/light_model.hpp"
 #include "estimate/marker/observations.hpp"
 
@@ -36,11 +34,13 @@ struct Fit {
 /// Observations that a fit uses.
 enum class ObservationSet : std::uint8_t { faces, faces_and_ground_plane };
 
+inline constexpr int kMaxFitIterations = 40;
+
 /// Fits to the local minimum nearest to the start. `lights`: directions and inverse distances of the start; their
 /// irradiances are ignored. `hull`: points whose convex hull is the body, m, from its centre.
 [[nodiscard]] Fit fit_lights(const Observations& observations, std::vector<PointLight> lights,
                              std::vector<Distance> distances, ObservationSet observation_set,
-                             const std::vector<Vec3d>& hull, const FitOptions& options);
+                             const std::vector<Vec3d>& hull, int max_iterations = kMaxFitIterations);
 
 /// Residual of each face sample in standard deviations, of the channel in which it is largest.
 [[nodiscard]] std::vector<double> standardized_residuals(const Observations& observations, const LightModel& model);

@@ -1,6 +1,4 @@
-// Parametric light model: ambient light of SH bands 0 and 1, and distant or near point lights.
-//   PointLight, LightModel
-//   relative_irradiance   irradiance of a small surface relative to that at the body's centre
+// Parametric light model: ambient light of SH bands 0 and 1, and distant or near point lights; its error model.
 #pragma once
 
 #include <algorithm>
@@ -36,5 +34,22 @@ struct LightModel {
   const double squared = dot(q, q);
   return std::max(0.0, dot(normal, q)) / (squared * std::sqrt(squared));
 }
+
+// Standard deviations of the observations, in addition to each sample's own sigma.
+
+/// Of a sample, relative to its irradiance: texture, blur, falloff within a patch.
+inline constexpr double kSampleRelativeSigma = 0.005;
+/// Of a sample, relative to Observations::max_irradiance(): light from the ground plane varies along a face.
+inline constexpr double kSampleSigmaFloor = 0.004;
+/// Shared by a surface, relative to its mean irradiance: its attitude and its paper.
+inline constexpr double kSurfaceRelativeSigma = 0.007;
+/// Shared by a surface, relative to Observations::max_irradiance(): interreflection between surfaces.
+inline constexpr double kSurfaceSigmaFloor = 0.015;
+/// Of a ground sample, relative to the plane's mean radiance: its texture, and light that the body reflects onto it.
+inline constexpr double kGroundRelativeSigma = 0.03;
+/// Neighbouring ground samples are correlated: this many count as one.
+inline constexpr double kGroundCorrelatedSamples = 9;
+/// Prior standard deviation of each linear coefficient of the ambient light, relative to its constant.
+inline constexpr double kAmbientGradientSigma = 1;
 
 }  // namespace lightwell::marker

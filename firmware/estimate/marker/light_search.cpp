@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
+#include <utility>
 
 #include <Eigen/QR>
 
-#include "estimate/marker/fibonacci_directions.hpp"
-#include "estimate/marker/shadow.hpp"
+#include "estimate/marker/marker_geometry.hpp"
 
 namespace lightwell::marker {
 namespace {
@@ -63,13 +62,45 @@ std::vector<LightSearch::Candidate> best_of(std::vector<LightSearch::Candidate> 
   return out;
 }
 
+/// Tracking is accepted while the reduced chi square is at most this ratio times that of the last search, or times
+/// kAcceptableChiSquare if that is larger.
+constexpr double kMaxTrackingChiSquareRatio = 1.5;
+constexpr double kAcceptableChiSquare = 0.3;
+/// Iterations of a tracking fit, which starts near the minimum.
+constexpr int kMaxTrackingIterations = 6;
+/// Smallest irradiance of a light relative to Observations::max_irradiance(): below it, a light may be interreflection.
+constexpr double kMinRelativeIrradiance = 0.06;
+/// Smallest initial inverse distance, 1/m: at infinity the residuals depend least on it.
+constexpr double kMinInitialInverseDistance = 0.5;
+
 }  // namespace
 
-LightSearch::LightSearch(const Observations& observations, const std::vector<Vec3d>& hull, const FitOptions& options)
-    : observations_(observations),
-      hull_(hull),
-      ambient_gradient_sigma_(options.ambient_gradient_sigma),
-      face_systems_(static_cast<std::size_t>(observations.channels())) {
+/// `column_of(direction, inverse_distance)`: whitened response to a light there.
+template <class ColumnOf>
+void LightSearch::LinearSystem::fill_columns(const ColumnOf& column_of) {
+  columns.resize(basis.rows(), static_cast<Eigen::Index>(grid().size() * kInverseDistances.size()));
+  Eigen::Index at = 0;
+  for (const Vec3d& direction : grid())
+    for (const double w : kInverseDistances) columns.col(at++) = column_of(direction, w).template cast<float>();
+  const Eigen::MatrixXf single = basis.cast<float>();
+  columns -= single * (single.transpose() * columns);
+}
+
+/// Orthonormal basis of the responses to `lights`, projected off `basis`.
+template <class ColumnOf>
+Eigen::MatrixXd LightSearch::LinearSystem::basis_of(const std::vector<PointLight>& lights,
+                                                    const ColumnOf& column_of) const {
+  Eigen::MatrixXd out(columns.rows(), 0);
+  for (const PointLight& light : lights) {
+    Eigen::VectorXd column = column_of(light.direction, light.inverse_distance);
+    project(basis, column);
+    extend(out, column);
+  }
+  return out;
+}
+
+LightSearch::LightSearch(const Observations& observations, const std::vector<Vec3d>& hull)
+    : observations_(observations), hull_(hull), face_systems_(static_cast<std::size_t>(observations.channels())) {
   const Eigen::Index n = observations.samples();
   for (int c = 0; c < observations.channels(); ++c) {
     LinearSystem& system = face_systems_[static_cast<std::size_t>(c)];
@@ -84,18 +115,13 @@ LightSearch::LightSearch(const Observations& observations, const std::vector<Vec
       column.tail<3>().setZero();
       if (b > 0)
         column[n + b - 1] =
-            1 / (ambient_gradient_sigma_ * kAmbientFraction * std::max(observations.mean_irradiance(c), 1e-300));
+            1 / (kAmbientGradientSigma * kAmbientFraction * std::max(observations.mean_irradiance(c), 1e-300));
       extend(system.basis, column);
     }
     system.residual = Eigen::VectorXd::Zero(n + 3);
     system.residual.head(n) = observations.whitened(c);
     project(system.basis, system.residual);
-    system.columns.resize(n + 3, static_cast<Eigen::Index>(grid().size() * kInverseDistances.size()));
-    Eigen::Index at = 0;
-    for (const Vec3d& direction : grid())
-      for (const double w : kInverseDistances) system.columns.col(at++) = column_of(c, direction, w).cast<float>();
-    const Eigen::MatrixXf single = system.basis.cast<float>();
-    system.columns -= single * (single.transpose() * system.columns);
+    system.fill_columns([&](Vec3d direction, double w) { return column_of(c, direction, w); });
   }
 }
 
@@ -125,12 +151,7 @@ void LightSearch::build_ground_system() {
   extend(system.basis, (ground.open * ground.weight).matrix());
   system.residual = (ground.radiance * ground.weight).matrix();
   project(system.basis, system.residual);
-  system.columns.resize(ground.size(), static_cast<Eigen::Index>(grid().size() * kInverseDistances.size()));
-  Eigen::Index at = 0;
-  for (const Vec3d& direction : grid())
-    for (const double w : kInverseDistances) system.columns.col(at++) = ground_column_of(direction, w).cast<float>();
-  const Eigen::MatrixXf single = system.basis.cast<float>();
-  system.columns -= single * (single.transpose() * system.columns);
+  system.fill_columns([&](Vec3d direction, double w) { return ground_column_of(direction, w); });
 }
 
 LightSearch::ChiSquareMap LightSearch::chi_square_map(ObservationSet observation_set,
@@ -138,12 +159,7 @@ LightSearch::ChiSquareMap LightSearch::chi_square_map(ObservationSet observation
   const std::size_t places = grid().size() * kInverseDistances.size();
   std::vector<double> chi(places, 0);
   const auto add = [&](const LinearSystem& system, const auto& column_of_light) {
-    Eigen::MatrixXd extra(system.columns.rows(), 0);
-    for (const PointLight& light : fixed_lights) {
-      Eigen::VectorXd column = column_of_light(light);
-      project(system.basis, column);
-      extend(extra, column);
-    }
+    const Eigen::MatrixXd extra = system.basis_of(fixed_lights, column_of_light);
     Eigen::VectorXd residual = system.residual;
     project(extra, residual);
     const double start = residual.squaredNorm();
@@ -159,11 +175,10 @@ LightSearch::ChiSquareMap LightSearch::chi_square_map(ObservationSet observation
   };
   for (int c = 0; c < observations_.channels(); ++c)
     add(face_systems_[static_cast<std::size_t>(c)],
-        [&](const PointLight& light) { return column_of(c, light.direction, light.inverse_distance); });
+        [&](Vec3d direction, double w) { return column_of(c, direction, w); });
   if (observation_set == ObservationSet::faces_and_ground_plane && observations_.ground() != nullptr) {
     build_ground_system();
-    add(*ground_system_,
-        [&](const PointLight& light) { return ground_column_of(light.direction, light.inverse_distance); });
+    add(*ground_system_, [&](Vec3d direction, double w) { return ground_column_of(direction, w); });
   }
   ChiSquareMap out{grid(), std::vector<double>(grid().size(), 1e300), std::vector<double>(grid().size(), 0),
                    4 * std::numbers::pi / kDirections};
@@ -189,12 +204,8 @@ double LightSearch::chi_square_of(const PointLight& light, double radius_rad,
       const Vec3d direction = light.direction * std::cos(off) + (u * std::cos(a) + v * std::sin(a)) * std::sin(off);
       column += column_of(c, direction, light.inverse_distance);
     }
-    Eigen::MatrixXd extra(system.columns.rows(), 0);
-    for (const PointLight& other : fixed_lights) {
-      Eigen::VectorXd of_other = column_of(c, other.direction, other.inverse_distance);
-      project(system.basis, of_other);
-      extend(extra, of_other);
-    }
+    const Eigen::MatrixXd extra =
+        system.basis_of(fixed_lights, [&](Vec3d of_light, double w) { return column_of(c, of_light, w); });
     Eigen::VectorXd residual = system.residual;
     project(extra, residual);
     project(system.basis, column);
@@ -216,19 +227,17 @@ std::vector<LightSearch::Candidate> LightSearch::find_single_lights(std::size_t 
 
 std::vector<LightSearch::Candidate> LightSearch::find_light_pairs(std::size_t most) const {
   // Every second direction of the grid at infinity suffices: fits refine the pairs afterwards.
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < grid().size(); i += 2) chosen.push_back(i);
-  const auto m = static_cast<Eigen::Index>(chosen.size());
+  const auto m = static_cast<Eigen::Index>((grid().size() + 1) / 2);
+  const auto direction_at = [](Eigen::Index i) { return grid()[static_cast<std::size_t>(2 * i)]; };
   Eigen::MatrixXf chi = Eigen::MatrixXf::Zero(m, m);
   for (int c = 0; c < observations_.channels(); ++c) {
-    const auto channel = static_cast<std::size_t>(c);
-    Eigen::MatrixXf columns(face_systems_[channel].columns.rows(), m);
+    const LinearSystem& system = face_systems_[static_cast<std::size_t>(c)];
+    Eigen::MatrixXf columns(system.columns.rows(), m);
     for (Eigen::Index i = 0; i < m; ++i)
-      columns.col(i) = face_systems_[channel].columns.col(
-          static_cast<Eigen::Index>(chosen[static_cast<std::size_t>(i)] * kInverseDistances.size()));
+      columns.col(i) = system.columns.col(2 * i * static_cast<Eigen::Index>(kInverseDistances.size()));
     const Eigen::MatrixXf gram = columns.transpose() * columns;
-    const Eigen::VectorXf along = columns.transpose() * face_systems_[channel].residual.cast<float>();
-    const auto start = static_cast<float>(face_systems_[channel].residual.squaredNorm());
+    const Eigen::VectorXf along = columns.transpose() * system.residual.cast<float>();
+    const auto start = static_cast<float>(system.residual.squaredNorm());
     for (Eigen::Index a = 0; a < m; ++a)
       for (Eigen::Index b = a + 1; b < m; ++b) {
         const float aa = gram(a, a), bb = gram(b, b), ab = gram(a, b), det = aa * bb - ab * ab;
@@ -246,16 +255,104 @@ std::vector<LightSearch::Candidate> LightSearch::find_light_pairs(std::size_t mo
   std::vector<Candidate> all;
   const double near = std::cos(kMinSeparation_rad);
   for (Eigen::Index a = 0; a < m; ++a) {
-    const Vec3d& x = grid()[chosen[static_cast<std::size_t>(a)]];
+    const Vec3d x = direction_at(a);
     Candidate best{{}, 1e300};
     for (Eigen::Index b = a + 1; b < m; ++b) {
-      const Vec3d& y = grid()[chosen[static_cast<std::size_t>(b)]];
+      const Vec3d y = direction_at(b);
       if (chi(a, b) < best.chi_square && dot(x, y) < near)
         best = {{PointLight{x, 0, {}}, PointLight{y, 0, {}}}, chi(a, b)};
     }
     if (!best.lights.empty()) all.push_back(std::move(best));
   }
   return best_of(std::move(all), most);
+}
+
+FitCandidates LightModelSelector::search(int max_lights) {
+  add_fit(fit_lights(observations_, {}, {}, observation_set_, hull_));
+  if (max_lights >= 1 && can_improve()) {
+    for (const LightSearch::Candidate& one : light_search().find_single_lights(3, observation_set_))
+      fit_from(one.lights);
+    try_distant(1);
+  }
+  if (max_lights >= 2 && can_improve()) {
+    for (const LightSearch::Candidate& two : light_search().find_light_pairs(3)) fit_from(two.lights);
+    if (best().model.lights.size() == 1) add_light(best().model.lights);
+    try_distant(2);
+  }
+  for (std::size_t count = 3; count <= static_cast<std::size_t>(max_lights) && can_improve(); ++count) {
+    if (best().model.lights.size() + 1 != count) break;
+    add_light(best().model.lights);
+    try_distant(count);
+  }
+  FitCandidates out{best(), {}};
+  for (std::size_t i = 0; i < fits_.size(); ++i)
+    if (i != best_) out.others.push_back(fits_[i]);
+  return out;
+}
+
+std::optional<FitCandidates> LightModelSelector::track(const LightingEstimate& previous) {
+  std::vector<PointLight> lights;
+  std::vector<Distance> distances;
+  for (const LightEstimate& estimate : previous.lights) {
+    lights.push_back(estimate.light);
+    distances.push_back(estimate.distance_estimated ? Distance::free : Distance::infinite);
+  }
+  add_fit(fit_lights(observations_, std::move(lights), std::move(distances), observation_set_, hull_,
+                     kMaxTrackingIterations));
+  if (fits_.empty()) return std::nullopt;
+  const double reduced = best().chi_square / std::max(1, best().observations - best().parameters);
+  if (reduced > kMaxTrackingChiSquareRatio * std::max(previous.chi_square_at_search, kAcceptableChiSquare))
+    return std::nullopt;
+  return FitCandidates{best(), {}};
+}
+
+bool LightModelSelector::can_improve() const {
+  const double price = (2 + observations_.channels()) * std::log(std::max(best().observations, 2));
+  return best().chi_square > price;
+}
+
+void LightModelSelector::add_fit(Fit fit) {
+  for (const PointLight& light : fit.model.lights)
+    if (luminance(light.irradiance) < kMinRelativeIrradiance * observations_.max_irradiance(0)) return;
+  fits_.push_back(std::move(fit));
+  if (fits_.size() == 1 || fits_.back().bic() < best().bic()) best_ = fits_.size() - 1;
+}
+
+void LightModelSelector::fit_from(std::vector<PointLight> lights) {
+  for (PointLight& light : lights)
+    light.inverse_distance = std::max(light.inverse_distance, kMinInitialInverseDistance);
+  const std::vector<Distance> all_free(lights.size(), Distance::free);
+  add_fit(fit_lights(observations_, std::move(lights), all_free, observation_set_, hull_));
+}
+
+void LightModelSelector::try_distant(std::size_t count) {
+  const Fit* of_count = nullptr;
+  for (const Fit& fit : fits_)
+    if (fit.model.lights.size() == count && (of_count == nullptr || fit.chi_square < of_count->chi_square))
+      of_count = &fit;
+  if (of_count == nullptr) return;
+  const std::vector<PointLight> lights = of_count->model.lights;
+  const auto with = [&](std::vector<Distance> distances) {
+    std::vector<PointLight> start = lights;
+    for (std::size_t k = 0; k < count; ++k)
+      if (distances[k] == Distance::infinite) start[k].inverse_distance = 0;
+    add_fit(fit_lights(observations_, start, distances, observation_set_, hull_));
+  };
+  with(std::vector<Distance>(count, Distance::infinite));
+  if (count < 2) return;
+  for (std::size_t k = 0; k < count; ++k) {
+    std::vector<Distance> one(count, Distance::infinite);
+    one[k] = Distance::free;
+    with(one);
+  }
+}
+
+void LightModelSelector::add_light(std::vector<PointLight> lights) {
+  for (const LightSearch::Candidate& one : light_search().find_single_lights(2, observation_set_, lights)) {
+    std::vector<PointLight> more = lights;
+    more.push_back(one.lights[0]);
+    fit_from(more);
+  }
 }
 
 }  // namespace lightwell::marker

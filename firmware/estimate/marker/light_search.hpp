@@ -1,5 +1,6 @@
-// Global search for point lights: sparse least squares over a grid of directions and distances (Aittala 2010, "Inverse
-// lighting and photorealistic rendering for augmented reality", section 4: few lights that explain a diffuse probe).
+// Selection of point lights, from a global search: sparse least squares over a grid of directions and distances
+// (Aittala 2010, "Inverse lighting and photorealistic rendering for augmented reality", section 4: few lights that
+// explain a diffuse probe).
 #pragma once
 
 #include <optional>
@@ -9,7 +10,8 @@
 #include <Eigen/Core>
 
 #include "estimate/marker/light_fit.hpp"
-#include "estimate/marker/shadow.hpp"
+#include "estimate/marker/lighting_estimate.hpp"
+#include "estimate/marker/observations.hpp"
 
 namespace lightwell::marker {
 
@@ -17,7 +19,7 @@ namespace lightwell::marker {
 /// fitted linearly.
 class LightSearch {
  public:
-  LightSearch(const Observations& observations, const std::vector<Vec3d>& hull, const FitOptions& options);
+  LightSearch(const Observations& observations, const std::vector<Vec3d>& hull);
 
   struct Candidate {
     std::vector<PointLight> lights;  ///< Directions and inverse distances; irradiances are not set.
@@ -51,6 +53,11 @@ class LightSearch {
     Eigen::MatrixXd basis;     // orthonormal columns that span the ambient light
     Eigen::VectorXd residual;  // observations, projected off the basis
     Eigen::MatrixXf columns;  // response to a light at each direction and distance of the grid, projected off the basis
+
+    template <class ColumnOf>
+    void fill_columns(const ColumnOf& column_of);
+    template <class ColumnOf>
+    [[nodiscard]] Eigen::MatrixXd basis_of(const std::vector<PointLight>& lights, const ColumnOf& column_of) const;
   };
 
   [[nodiscard]] Eigen::VectorXd column_of(int channel, Vec3d direction, double inverse_distance) const;
@@ -59,11 +66,53 @@ class LightSearch {
 
   const Observations& observations_;
   const std::vector<Vec3d>& hull_;
-  double ambient_gradient_sigma_ = 0.5;
   std::vector<LinearSystem> face_systems_;
   std::optional<LinearSystem> ground_system_;  // built at first use
   Shadow shadow_;
   Eigen::ArrayXd unit_irradiance_;
+};
+
+struct FitCandidates {
+  Fit best;
+  std::vector<Fit> others;  ///< The other fits that were tried.
+};
+
+/// Selects the number of point lights, and which of them are distant, by the Bayesian information criterion (Schwarz
+/// 1978), for one frame and one set of observations. All constructor arguments are referenced and must outlive it.
+class LightModelSelector {
+ public:
+  LightModelSelector(const Observations& observations, const std::vector<Vec3d>& hull, ObservationSet observation_set)
+      : observations_(observations), hull_(hull), observation_set_(observation_set) {}
+
+  /// Global search for 0 to max_lights lights.
+  [[nodiscard]] FitCandidates search(int max_lights);
+  /// One fit that starts from the previous frame's lights. nullopt where one of them has disappeared, or where they do
+  /// not explain this frame (chi square).
+  [[nodiscard]] std::optional<FitCandidates> track(const LightingEstimate& previous);
+  /// The grid search, built at first use.
+  [[nodiscard]] LightSearch& light_search() {
+    return light_search_ ? *light_search_ : light_search_.emplace(observations_, hull_);
+  }
+
+ private:
+  [[nodiscard]] const Fit& best() const { return fits_[best_]; }
+  /// Whether another light could reduce BIC: chi square exceeds the penalty of its parameters.
+  [[nodiscard]] bool can_improve() const;
+  /// Keeps a fit unless one of its lights is too weak.
+  void add_fit(Fit fit);
+  /// Fits from these positions; all distances are parameters.
+  void fit_from(std::vector<PointLight> lights);
+  /// Repeats the best fit of `count` lights with all of them distant, and with all but one distant.
+  void try_distant(std::size_t count);
+  /// Fits with one light more than `lights`, from the best two positions of a search.
+  void add_light(std::vector<PointLight> lights);
+
+  const Observations& observations_;
+  const std::vector<Vec3d>& hull_;
+  ObservationSet observation_set_;
+  std::optional<LightSearch> light_search_;
+  std::vector<Fit> fits_;
+  std::size_t best_ = 0;
 };
 
 }  // namespace lightwell::marker

@@ -1,24 +1,22 @@
 #include "estimate/marker/lighting_estimate.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <numbers>
 #include <optional>
-#include <span>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 
-#include "estimate/marker/direction_uncertainty.hpp"
-#include "estimate/marker/ground_reflection.hpp"
-#include "estimate/marker/light_model_selector.hpp"
-#include "estimate/marker/occluded_samples.hpp"
+#include "estimate/marker/light_search.hpp"
 
 namespace lightwell::marker {
 namespace {
 
+/// Residual, in standard deviations, above which a sample is an outlier (another object or its shadow).
+constexpr double kOutlierThreshold = 4.5;
 /// Largest share of samples rejected as outliers; more would mean that the model is wrong.
 constexpr double kMaxOutlierFraction = 0.35;
 /// Number of times that outliers are rejected and the fit is repeated.
@@ -31,9 +29,113 @@ constexpr double kMinGroundInliers = 0.8;
 /// and it reduces chi square by at least this, compared with a model without a point light.
 constexpr double kMinShadowChiSquareGain = 30;
 
+/// Radii of the discs that are tried in place of a point light, and the increase of chi square up to which a disc
+/// explains the faces as well.
+constexpr std::array kSourceRadii_rad = {0.2, 0.4, 0.7, 1.0};
+constexpr double kMaxChiSquareIncrease = 16;
+/// Standard deviation of a direction where point lights do not explain the observations.
+constexpr double kModelMisfit_rad = 0.2;
+
+/// Logarithmic map: the vector from unit vector `from` to `to` along the great circle, in tangent_basis(from), rad.
+Eigen::Vector2d great_circle_offset(Vec3d from, Vec3d to) {
+  const auto [u, v] = tangent_basis(from);
+  const double angle = angle_between(from, to), x = dot(to, u), y = dot(to, v), across = std::hypot(x, y);
+  if (!(across > 0)) return {angle, 0};
+  return {x / across * angle, y / across * angle};
+}
+
+std::size_t strongest(const LightModel& model) {
+  std::size_t out = 0;
+  for (std::size_t k = 1; k < model.lights.size(); ++k)
+    if (luminance(model.lights[k].irradiance) > luminance(model.lights[out].irradiance)) out = k;
+  return out;
+}
+
+/// Covariance of the direction of light `which`: the fit's own Gaussian mixed with all directions of the grid, each
+/// weighted by its likelihood. In tangent_basis(direction), rad².
+Eigen::Matrix2d multimodal_covariance(const Fit& best, std::size_t which, LightSearch& search,
+                                      ObservationSet observation_set) {
+  const Vec3d direction = best.model.lights[which].direction;
+  const Eigen::Matrix2d own = best.covariance[which].topLeftCorner<2, 2>();
+
+  std::vector<PointLight> fixed_lights = best.model.lights;
+  fixed_lights.erase(fixed_lights.begin() + static_cast<std::ptrdiff_t>(which));
+  const LightSearch::ChiSquareMap map = search.chi_square_map(observation_set, fixed_lights);
+  // The grid search has no lower bounds on parameters, so that its minimum may be below that of the fit.
+  double lowest = best.chi_square;
+  for (const double chi : map.chi_square) lowest = std::min(lowest, chi);
+  double mass = 2 * std::numbers::pi * std::sqrt(std::max(own.determinant(), 1e-18));
+  Eigen::Matrix2d spread = mass * own;
+  for (std::size_t i = 0; i < map.directions.size(); ++i) {
+    const double weight = map.solid_angle * std::exp(-(map.chi_square[i] - lowest) / 2);
+    if (weight < 1e-9) continue;
+    const Eigen::Vector2d offset = great_circle_offset(direction, map.directions[i]);
+    spread += weight * offset * offset.transpose();
+    mass += weight;
+  }
+  return spread / mass;
+}
+
+/// Addition to that covariance by the other models that were tried, weighted by exp(-BIC / 2) (Raftery 1995, "Bayesian
+/// model selection in social research"). Zero where no other model was tried.
+Eigen::Matrix2d model_averaged_covariance(const FitCandidates& candidates, std::size_t which) {
+  const Fit& best = candidates.best;
+  const Vec3d direction = best.model.lights[which].direction;
+  double models = 1;
+  Eigen::Matrix2d out = Eigen::Matrix2d::Zero();
+  for (const Fit& fit : candidates.others) {
+    if (fit.model.lights.empty()) continue;
+    const double weight = std::exp(-(fit.bic() - best.bic()) / 2);
+    if (weight < 1e-6) continue;
+    // The corresponding light of the other model: its strongest for the strongest light, else the nearest.
+    std::size_t same = strongest(fit.model);
+    if (which != strongest(best.model))
+      for (std::size_t k = 0; k < fit.model.lights.size(); ++k)
+        if (angle_between(direction, fit.model.lights[k].direction) <
+            angle_between(direction, fit.model.lights[same].direction))
+          same = k;
+    const Eigen::Vector2d offset = great_circle_offset(direction, fit.model.lights[same].direction);
+    out += weight * offset * offset.transpose();
+    models += weight;
+  }
+  return out / models;
+}
+
+/// Converts a covariance from tangent_basis(from) to tangent_basis(to); exact in the limit of a small rotation.
+Eigen::Matrix2d transport_covariance(const Eigen::Matrix2d& covariance, Vec3d from, Vec3d to) {
+  const auto [u, v] = tangent_basis(from);
+  const auto [s, t] = tangent_basis(to);
+  Eigen::Matrix2d rotation;
+  rotation << dot(s, u), dot(s, v), dot(t, u), dot(t, v);
+  return rotation * covariance * rotation.transpose();
+}
+
+/// Variance of the direction along each axis, rad², due to the unknown size of the light: that of the widest disc that
+/// explains the faces as well. A diffuse surface hardly distinguishes a wide light from a point in its middle, and the
+/// brightest part may be anywhere in it. (The sharpness of a shadow's edge limits the size; this function ignores it.)
+double source_size_variance(const Fit& best, std::size_t which, const LightSearch& search) {
+  std::vector<PointLight> fixed_lights = best.model.lights;
+  fixed_lights.erase(fixed_lights.begin() + static_cast<std::ptrdiff_t>(which));
+  const PointLight& light = best.model.lights[which];
+  const double as_point = search.chi_square_of(light, 0, fixed_lights);
+  double widest = 0;
+  for (const double radius : kSourceRadii_rad)
+    if (search.chi_square_of(light, radius, fixed_lights) < as_point + kMaxChiSquareIncrease) widest = radius;
+  return widest * widest / 4;
+}
+
+/// Variance of the direction along each axis, rad², where the fitted ambient irradiance is negative at some normal:
+/// point lights then do not explain the light. Otherwise 0.
+double model_misfit_variance(const LightModel& model) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double slope = std::hypot(model.ambient[1][c], model.ambient[2][c], model.ambient[3][c]);
+    if (slope > model.ambient[0][c]) return kModelMisfit_rad * kModelMisfit_rad;
+  }
+  return 0;
+}
+
 /// The shading without outliers; `outliers` is set to the number of rejected face samples.
-Shading reject_outliers(const Shading& shading, const Observations& observations, const Fit& fit,
-                        const LightingEstimateOptions& options, int& outliers) {
+Shading reject_outliers(const Shading& shading, const Observations& observations, const Fit& fit, int& outliers) {
   Shading out = shading;
   out.samples.clear();
   const std::vector<double> face_residuals = standardized_residuals(observations, fit.model);
@@ -41,7 +143,7 @@ Shading reject_outliers(const Shading& shading, const Observations& observations
   std::vector<double> sorted;
   for (const double d : face_residuals) sorted.push_back(std::abs(d));
   std::sort(sorted.begin(), sorted.end(), std::greater<>());
-  const double bound = std::max(options.outlier_threshold, sorted.empty() ? 0.0 : sorted[most]);
+  const double bound = std::max(kOutlierThreshold, sorted.empty() ? 0.0 : sorted[most]);
   for (std::size_t i = 0; i < face_residuals.size(); ++i)
     if (std::abs(face_residuals[i]) <= bound) out.samples.push_back(observations.face_samples()[i]);
   outliers = static_cast<int>(face_residuals.size() - out.samples.size());
@@ -49,7 +151,7 @@ Shading reject_outliers(const Shading& shading, const Observations& observations
     const std::vector<double> ground_sample_residuals = ground_residuals(observations, fit, shading.hull);
     out.ground->samples.clear();
     for (std::size_t i = 0; i < ground_sample_residuals.size(); ++i)
-      if (std::abs(ground_sample_residuals[i]) <= options.outlier_threshold)
+      if (std::abs(ground_sample_residuals[i]) <= kOutlierThreshold)
         out.ground->samples.push_back(shading.ground->samples[i]);
   }
   return out;
@@ -66,7 +168,7 @@ bool shadow_is_significant(const Observations& observations, const Fit& fit, con
   if (!fit.ground || fit.model.lights.empty() || observations.ground()->size() < 30) return false;
   const std::vector<double> with = ground_residuals(observations, fit, hull);
   if (rms(with) > kMaxGroundRms) return false;
-  const Fit none = fit_lights(observations, {}, {}, ObservationSet::faces_and_ground_plane, hull, {});
+  const Fit none = fit_lights(observations, {}, {}, ObservationSet::faces_and_ground_plane, hull);
   const std::vector<double> plain = ground_residuals(observations, none, hull);
   double gain = 0;
   for (std::size_t i = 0; i < with.size(); ++i) gain += plain[i] * plain[i] - with[i] * with[i];
@@ -120,7 +222,7 @@ ObservationSet observations_for(SurroundModel surround_model) {
 /// `previous`: the estimate whose lights are tracked; nullopt is returned where they do not explain this frame. Null:
 /// global search.
 std::optional<Hypothesis> evaluate(const Shading& shading, SurroundModel surround_model,
-                                   const LightingEstimateOptions& options, const LightingEstimate* previous) {
+                                   const LightingEstimate* previous, int max_lights) {
   Hypothesis out;
   out.surround_model = surround_model;
   out.inliers = shading;
@@ -128,19 +230,19 @@ std::optional<Hypothesis> evaluate(const Shading& shading, SurroundModel surroun
   if (surround_model != SurroundModel::ground_plane_with_shadow) out.inliers.ground.reset();
   out.outliers = remove_occluded_samples(out.inliers);
   for (int round = 0;; ++round) {
-    out.observations = std::make_unique<Observations>(out.inliers, options.errors);
-    out.selector = std::make_unique<LightModelSelector>(*out.observations, shading.hull, options,
-                                                        observations_for(surround_model));
+    out.observations = std::make_unique<Observations>(out.inliers);
+    out.selector =
+        std::make_unique<LightModelSelector>(*out.observations, shading.hull, observations_for(surround_model));
     if (previous != nullptr) {
       std::optional<FitCandidates> tracked = out.selector->track(*previous);
       if (!tracked) return std::nullopt;
       out.candidates = std::move(*tracked);
     } else {
-      out.candidates = out.selector->search();
+      out.candidates = out.selector->search(max_lights);
     }
     if (round == (previous != nullptr ? 1 : kMaxOutlierRounds)) return out;
     int outliers = 0;
-    Shading fewer = reject_outliers(out.inliers, *out.observations, out.candidates.best, options, outliers);
+    Shading fewer = reject_outliers(out.inliers, *out.observations, out.candidates.best, outliers);
     const bool ground_thinned =
         out.inliers.ground && fewer.ground && fewer.ground->samples.size() < out.inliers.ground->samples.size();
     if (outliers == 0 && !(round == 0 && ground_thinned)) return out;
@@ -167,8 +269,7 @@ Eigen::Matrix2d matrix(const std::array<double, 3>& numbers) {
 
 /// Converts the best fit into an estimate with uncertainties. `previous`: the estimate whose lights were tracked, in
 /// the same order; null after a global search.
-LightingEstimate finalize(Hypothesis hypothesis, const LightingEstimateOptions& options,
-                          const LightingEstimate* previous) {
+LightingEstimate finalize(Hypothesis hypothesis, const LightingEstimate* previous) {
   const ObservationSet observation_set = observations_for(hypothesis.surround_model);
   const bool shadow = hypothesis.surround_model == SurroundModel::ground_plane_with_shadow;
   LightingEstimate out;
@@ -197,12 +298,12 @@ LightingEstimate finalize(Hypothesis hypothesis, const LightingEstimateOptions& 
       return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(c).eigenvalues()[1]);
     };
     // A shadow determines the light, even if other models of the faces are possible.
-    out.localized = out.localized && (shadow || worst_of(covariance) <= options.max_direction_sigma_rad);
+    out.localized = out.localized && (shadow || worst_of(covariance) <= kMaxDirectionSigma_rad);
     if (!shadow)
       covariance +=
           (source_size_variance(best, k, hypothesis.selector->light_search()) + spread) * Eigen::Matrix2d::Identity();
     const double worst = worst_of(covariance);
-    light_estimate.uncertain = !(worst <= options.max_direction_sigma_rad);
+    light_estimate.uncertain = !(worst <= kMaxDirectionSigma_rad);
     if (light_estimate.uncertain) light_estimate.direction_covariance = numbers(covariance);
     const double sigma = std::sqrt(best.covariance[k](2, 2));
     light_estimate.distance_estimated = best.distances[k] == Distance::free;
@@ -222,35 +323,33 @@ LightingEstimate finalize(Hypothesis hypothesis, const LightingEstimateOptions& 
 
 /// Tries the previous frame's hypothesis first. Otherwise tries a ground plane with a shadow, then a ground plane that
 /// only reflects light onto the faces, and, where the strongest light is uncertain, distant surroundings.
-LightingEstimate select_lighting(const Shading& shading, const LightingEstimateOptions& options,
-                                 const LightingEstimate* previous) {
+LightingEstimate select_lighting(const Shading& shading, const LightingEstimate* previous, int max_lights) {
   const bool has_ground = shading.ground && !shading.ground->samples.empty();
   if (previous != nullptr)
     if (std::optional<Hypothesis> hypothesis =
-            evaluate(shading, has_ground ? previous->surround_model : SurroundModel::distant, options, previous))
-      return finalize(std::move(*hypothesis), options, previous);
+            evaluate(shading, has_ground ? previous->surround_model : SurroundModel::distant, previous, max_lights))
+      return finalize(std::move(*hypothesis), previous);
   const auto search = [&](SurroundModel surround_model) {
-    return *evaluate(shading, surround_model, options, nullptr);
+    return *evaluate(shading, surround_model, nullptr, max_lights);
   };
   if (has_ground) {
     Hypothesis with_shadow = search(SurroundModel::ground_plane_with_shadow);
-    if (shadow_is_usable(shading, with_shadow)) return finalize(std::move(with_shadow), options, nullptr);
-    LightingEstimate out = finalize(search(SurroundModel::ground_plane), options, nullptr);
+    if (shadow_is_usable(shading, with_shadow)) return finalize(std::move(with_shadow), nullptr);
+    LightingEstimate out = finalize(search(SurroundModel::ground_plane), nullptr);
     if (!out.uncertain) return out;
   }
-  return finalize(search(SurroundModel::distant), options, nullptr);
+  return finalize(search(SurroundModel::distant), nullptr);
 }
 
 }  // namespace
 
-LightingEstimate estimate_lighting(const Shading& shading, const LightingEstimateOptions& options,
-                                   const LightingEstimate* previous) {
+LightingEstimate estimate_lighting(const Shading& shading, const LightingEstimate* previous, int max_lights) {
   NormalizedShading input(shading);
   LightingEstimate out;
   out.uncertain = true;
   if (!(input.irradiance > 0)) return out;
   if (previous != nullptr && previous->lights.empty()) previous = nullptr;
-  out = select_lighting(input.shading, options, previous);
+  out = select_lighting(input.shading, previous, max_lights);
   for (Rgb& coefficient : out.ambient)
     for (double& v : coefficient) v *= input.irradiance;
   for (LightEstimate& light_estimate : out.lights)

@@ -1,25 +1,13 @@
 // Estimates the lighting of one frame from a marker's shading: point lights, ambient light and their uncertainty.
-//   LightingEstimateOptions, SurroundModel, LightEstimate, LightingEstimate, estimate_lighting
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <vector>
 
-#include "estimate/marker/fit_options.hpp"
 #include "estimate/marker/light_model.hpp"
 
 namespace lightwell::marker {
-
-struct LightingEstimateOptions {
-  ErrorModel errors;
-  FitOptions fit;
-  int max_lights = 3;
-  /// A light is `uncertain` where the standard deviation of its direction along the worse axis exceeds this.
-  double max_direction_sigma_rad = 0.15;
-  /// Residual, in standard deviations, above which a sample is an outlier (another object or its shadow).
-  double outlier_threshold = 4.5;
-};
 
 /// Hypothesis about the surroundings of the body.
 enum class SurroundModel : std::uint8_t {
@@ -28,6 +16,10 @@ enum class SurroundModel : std::uint8_t {
   ground_plane_with_shadow,  ///< Likewise, and the body's shadow on the plane is observed, too.
 };
 
+/// A light is `uncertain` where the standard deviation of its direction along the worse axis exceeds this.
+inline constexpr double kMaxDirectionSigma_rad = 0.15;
+inline constexpr int kMaxPointLights = 3;
+
 struct LightEstimate {
   PointLight light;
   /// In tangent_basis(direction), rad². Includes other directions and models that explain the observations as well.
@@ -35,7 +27,7 @@ struct LightEstimate {
   std::array<double, 3> model_covariance{};      ///< The part of other models, from the last global search.
   double inverse_distance_sigma = 0;             ///< 1/m; infinite where the distance was not estimated.
   bool distance_observable = false;              ///< Inverse distance above two standard deviations.
-  bool uncertain = false;                        ///< Whether the direction's sigma exceeds max_direction_sigma_rad.
+  bool uncertain = false;                        ///< Whether the direction's sigma exceeds kMaxDirectionSigma_rad.
   bool distance_estimated = false;               ///< Whether the distance was a parameter of the fit.
 };
 
@@ -47,7 +39,7 @@ struct LightingEstimate {
   SurroundModel surround_model = SurroundModel::distant;
   bool uncertain = false;  ///< No light was found, or the strongest light is uncertain.
   /// Either the shadow on the ground plane determines the lights, or each light's direction is within
-  /// `max_direction_sigma_rad` before source size is considered and the ambient light is nowhere negative. The model
+  /// kMaxDirectionSigma_rad before source size is considered and the ambient light is nowhere negative. The model
   /// then also predicts the irradiance at normals between the faces.
   bool localized = false;
   int outliers = 0;  ///< Face samples that were rejected.
@@ -59,7 +51,7 @@ struct LightingEstimate {
 /// `previous`: the previous frame's estimate or null. One fit starts from its lights; it is accepted while its reduced
 /// chi square is close to that of the last search. Otherwise a global search runs, which takes five times as long.
 /// Without samples, the estimate has no lights and is uncertain.
-[[nodiscard]] LightingEstimate estimate_lighting(const Shading& shading, const LightingEstimateOptions& options,
-                                                 const LightingEstimate* previous = nullptr);
+[[nodiscard]] LightingEstimate estimate_lighting(const Shading& shading, const LightingEstimate* previous = nullptr,
+                                                 int max_lights = kMaxPointLights);
 
 }  // namespace lightwell::marker

@@ -4,18 +4,15 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <optional>
 #include <string>
 
-#include <lightwell/direction_covariance.hpp>
 #include <lightwell/harmonics.hpp>
+#include <lightwell/uncertain_pose.hpp>
 
 #include "calibration/model/lens_table.hpp"
 #include "estimate/common/error_bound.hpp"
 #include "estimate/common/light_tracker.hpp"
-#include "estimate/frames/descriptor_header.hpp"
 #include "estimate/frames/row_reader.hpp"
-#include "estimate/marker/ground_reflection.hpp"
 #include "estimate/marker/max_entropy_radiance.hpp"
 
 namespace lightwell {
@@ -134,9 +131,8 @@ Status MarkerEstimatorImpl::estimate(std::span<const Frame> bracket, Descriptor&
   };
   if (std::all_of(shading_.samples.begin(), shading_.samples.end(), grey)) shading_.channels = 1;
 
-  marker::LightingEstimateOptions options = options_.lighting;
-  options.max_lights = std::min({options.max_lights, options_.config.max_lights, static_cast<int>(kMaxLights)});
-  report_.light = marker::estimate_lighting(shading_, options, previous_ ? &*previous_ : nullptr);
+  report_.light = marker::estimate_lighting(shading_, previous_ ? &*previous_ : nullptr,
+                                            std::min(marker::kMaxPointLights, options_.config.max_lights));
   previous_ = report_.light;
   inflate_covariance_if_occluded();
   add_pose_covariance();
@@ -223,8 +219,8 @@ void MarkerEstimatorImpl::fill_ambient(Descriptor& out) {
     std::vector<Vec3d> toward;
     for (const marker::LightEstimate& light_estimate : lighting.lights)
       toward.push_back(light_estimate.light.direction);
-    const auto max_entropy = marker::max_entropy_radiance(lighting.inliers, options_.lighting.errors, toward,
-                                                          std::min(options_.config.band, kMaxEntropyBand));
+    const auto max_entropy =
+        marker::max_entropy_radiance(lighting.inliers, toward, std::min(options_.config.band, kMaxEntropyBand));
     if (max_entropy) {
       out.radiance = max_entropy->radiance;
       for (std::size_t k = 0; k < lighting.lights.size(); ++k)
@@ -253,8 +249,7 @@ estimate::BoundParts MarkerEstimatorImpl::bound_parts() const {
   for (const marker::SurfaceSample& s : shading_.samples)
     squares += s.irradiance[1] * s.irradiance[1], noise += s.sigma[1] * s.sigma[1];
   if (!(squares > 0)) return {};
-  const marker::ErrorModel& errors = options_.lighting.errors;
-  return {.sampling = 3 * std::hypot(errors.surface_relative_sigma, errors.surface_sigma_floor),
+  return {.sampling = 3 * std::hypot(marker::kSurfaceRelativeSigma, marker::kSurfaceSigmaFloor),
           .noise = 3 * std::sqrt(noise / squares)};
 }
 

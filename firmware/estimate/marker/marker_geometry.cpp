@@ -1,10 +1,5 @@
 #include "estimate/marker/marker_geometry.hpp"
 
-#include <cmath>
-#include <numbers>
-
-#include "estimate/marker/fibonacci_directions.hpp"
-
 namespace lightwell::marker {
 namespace {
 
@@ -17,15 +12,13 @@ constexpr int kBallPoints = 48;
 
 }  // namespace
 
-Vec3d center_of(const MarkerBody& body) { return body.ball ? body.ball->center : Vec3d{}; }
-
 PosedBody::PosedBody(const MarkerBody& body, const LensParameters& lens, const CameraModel& model,
                      const Pose& probe_body)
     : body_(body),
       model_(model),
       probe_body_(probe_body),
       lens_probe_(inverse(lens.pose_cv)),
-      center_(center_of(body)),
+      center_(body.ball ? body.ball->center : Vec3d{}),
       origin_(transformed(probe_body, center_)),
       lens_(lens.pose_cv.translation - origin_) {
   if (body.ball) {
@@ -34,14 +27,6 @@ PosedBody::PosedBody(const MarkerBody& body, const LensParameters& lens, const C
   }
   for (const MarkerFace& face : body.faces)
     for (const FacePoint& p : face.outline) hull_.push_back(point_of(face, p));
-}
-
-Vec3d PosedBody::normal_of(const MarkerFace& face) const {
-  return rotate(probe_body_.rotation, rotate(face.body_face.rotation, Vec3d{0, 0, 1}));
-}
-
-std::optional<PixelPosition> PosedBody::pixel_of(Vec3d point) const {
-  return model_.project(transformed(lens_probe_, point + origin_));
 }
 
 std::optional<GroundPlane> PosedBody::ground_plane(Vec3d up) const {

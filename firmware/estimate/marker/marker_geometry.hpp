@@ -1,11 +1,11 @@
 // Geometry of a marker body at a pose: faces, hull and ground plane in the probe's axes, and their projection.
-//   PosedBody   faces and ball relative to the body's centre, seen by one lens
 #pragma once
 
 #include <optional>
 #include <vector>
 
 #include <lightwell/calibration.hpp>
+#include <lightwell/fibonacci_lattice.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/marker_body.hpp>
 
@@ -14,9 +14,18 @@
 
 namespace lightwell::marker {
 
-/// The origin of the lights' directions, body frame: the centre of the body's ball, if it has one, else (0, 0, 0).
-[[nodiscard]] Vec3d center_of(const MarkerBody& body);
+/// Evenly spaced: the `count` directions of fibonacci_direction(), from +Y to -Y.
+[[nodiscard]] inline std::vector<Vec3d> fibonacci_directions(int count) {
+  std::vector<Vec3d> out;
+  for (int i = 0; i < count; ++i) {
+    const Vec3d d = fibonacci_direction(i, count);
+    out.push_back({d.y, d.z, d.x});
+  }
+  return out;
+}
 
+/// The origin of the lights' directions is the centre of the body: that of its ball, if it has one, else (0, 0, 0) of
+/// the body frame.
 class PosedBody {
  public:
   /// `body` and `model` are referenced and must outlive it. `probe_body`: T_probe_body.
@@ -24,14 +33,18 @@ class PosedBody {
 
   /// Converts a point of the body frame to the probe's axes, relative to the body's centre, m.
   [[nodiscard]] Vec3d at(Vec3d point_of_body) const { return rotate(probe_body_.rotation, point_of_body - center_); }
-  [[nodiscard]] Vec3d normal_of(const MarkerFace& face) const;
+  [[nodiscard]] Vec3d normal_of(const MarkerFace& face) const {
+    return rotate(probe_body_.rotation, rotate(face.body_face.rotation, Vec3d{0, 0, 1}));
+  }
   [[nodiscard]] Vec3d point_of(const MarkerFace& face, FacePoint p) const {
     return at(transformed(face.body_face, {p.x, p.y, 0}));
   }
   /// Position of the lens relative to the body's centre, m.
   [[nodiscard]] Vec3d lens() const { return lens_; }
   /// Projects a point relative to the body's centre. nullopt where it is outside of the lens's field of view.
-  [[nodiscard]] std::optional<PixelPosition> pixel_of(Vec3d point) const;
+  [[nodiscard]] std::optional<PixelPosition> pixel_of(Vec3d point) const {
+    return model_.project(transformed(lens_probe_, point + origin_));
+  }
   /// Points whose convex hull is the body, relative to its centre.
   [[nodiscard]] const std::vector<Vec3d>& hull() const { return hull_; }
 

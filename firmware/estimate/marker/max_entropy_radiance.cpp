@@ -9,7 +9,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-#include "estimate/marker/fibonacci_directions.hpp"
+#include "estimate/marker/marker_geometry.hpp"
 
 namespace lightwell::marker {
 namespace {
@@ -74,9 +74,9 @@ Eigen::MatrixXd cosines(const std::vector<Vec3d>& normals) {
 /// Radiance from each direction, in units of the mean irradiance: minimizes over mu, by Newton's method,
 ///   sum x(mu) dw - mu . e + |sigma mu|^2 / 2,   x = exp(cosines' mu) / pi.
 /// The gradient is the irradiance by x, minus the observed irradiance e, plus sigma^2 mu.
-Eigen::ArrayXd solve_max_entropy(const Eigen::MatrixXd& cosines, const Eigen::VectorXd& e, const ErrorModel& errors) {
+Eigen::ArrayXd solve_max_entropy(const Eigen::MatrixXd& cosines, const Eigen::VectorXd& e) {
   const Eigen::ArrayXd variance =
-      (errors.surface_relative_sigma * e.array()).square() + std::pow(errors.surface_sigma_floor * e.maxCoeff(), 2);
+      (kSurfaceRelativeSigma * e.array()).square() + std::pow(kSurfaceSigmaFloor * e.maxCoeff(), 2);
   const auto radiance = [&](const Eigen::VectorXd& mu) -> Eigen::ArrayXd {
     return (cosines.transpose() * mu).array().exp() / std::numbers::pi;
   };
@@ -134,7 +134,7 @@ double subtract_peak(Vec3d toward, Eigen::ArrayXd& x) {
 
 }  // namespace
 
-std::optional<MaxEntropyRadiance> max_entropy_radiance(std::span<const SurfaceSample> samples, const ErrorModel& errors,
+std::optional<MaxEntropyRadiance> max_entropy_radiance(std::span<const SurfaceSample> samples,
                                                        std::span<const Vec3d> toward, int band) {
   if (samples.empty()) return std::nullopt;
   const Surfaces surfaces = surfaces_of(samples);
@@ -151,7 +151,7 @@ std::optional<MaxEntropyRadiance> max_entropy_radiance(std::span<const SurfaceSa
       continue;
     }
     any = true;
-    radiance[c] = mean * solve_max_entropy(of_normals, surfaces.irradiance[c] / mean, errors);
+    radiance[c] = mean * solve_max_entropy(of_normals, surfaces.irradiance[c] / mean);
     for (std::size_t k = 0; k < toward.size(); ++k) out.lights[k][c] = subtract_peak(toward[k], radiance[c]);
   }
   if (!any) return std::nullopt;

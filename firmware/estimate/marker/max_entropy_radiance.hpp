@@ -6,7 +6,6 @@
 // of all radiances whose irradiances agree with the surfaces' within their errors (Jaynes 1957, "Information theory and
 // statistical mechanics"; with errors: Skilling & Bryan 1984, "Maximum entropy image reconstruction: general
 // algorithm"). mu, one number per surface, minimizes a convex function (the dual).
-//   MaxEntropyRadiance, max_entropy_radiance
 #pragma once
 
 #include <optional>
@@ -15,8 +14,7 @@
 
 #include <lightwell/harmonics.hpp>
 
-#include "estimate/marker/fit_options.hpp"
-#include "estimate/marker/shading.hpp"
+#include "estimate/marker/light_model.hpp"
 
 namespace lightwell::marker {
 
@@ -31,7 +29,6 @@ struct MaxEntropyRadiance {
 /// `samples`: sorted by surface, as in Shading. `toward`: unit vectors of possible lights. `band`: last SH band of the
 /// radiance, 0 to kMaxBand. nullopt where there are no samples or all irradiances are 0.
 [[nodiscard]] std::optional<MaxEntropyRadiance> max_entropy_radiance(std::span<const SurfaceSample> samples,
-                                                                     const ErrorModel& errors,
                                                                      std::span<const Vec3d> toward, int band);
 
 }  // namespace lightwell::marker

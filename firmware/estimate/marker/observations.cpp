@@ -6,7 +6,6 @@
 #include <lightwell/quantile.hpp>
 
 namespace lightwell::marker {
-
 namespace {
 
 /// Quantiles of the ground samples' radiance that stand for shadow and light.
@@ -26,11 +25,14 @@ double shadow_contrast(const std::optional<GroundPlane>& ground) {
   return bright > 0 ? std::max(1.0, bright / std::max(dark, kMinShadowRatio * bright)) : 1;
 }
 
+/// Smallest elevation of the light above a point of the body, relative to the distance. Below it, the point's shadow is
+/// at infinity or does not exist; the limit moves it far outside of all samples.
+constexpr double kMinElevation = 0.01;
+
 }  // namespace
 
-Observations::Observations(const Shading& shading, const ErrorModel& errors)
-    : channels_(shading.channels), samples_(shading.samples) {
-  if (shading.ground && !shading.ground->samples.empty()) ground_.emplace(*shading.ground, errors);
+Observations::Observations(const Shading& shading) : channels_(shading.channels), samples_(shading.samples) {
+  if (shading.ground && !shading.ground->samples.empty()) ground_.emplace(*shading.ground);
   std::stable_sort(samples_.begin(), samples_.end(),
                    [](const SurfaceSample& a, const SurfaceSample& b) { return a.surface < b.surface; });
   for (int i = 0; i < samples(); ++i) {
@@ -42,6 +44,7 @@ Observations::Observations(const Shading& shading, const ErrorModel& errors)
   const double contrast = shadow_contrast(shading.ground);
   for (int c = 0; c < channels_; ++c) {
     const auto channel = static_cast<std::size_t>(c);
+    Channel& out = by_channel_[channel];
     std::vector<double> means;
     double sum = 0;
     for (const Surface& s : surfaces_) {
@@ -49,57 +52,55 @@ Observations::Observations(const Shading& shading, const ErrorModel& errors)
       for (int i = s.begin; i < s.end; ++i) of_surface += samples_[static_cast<std::size_t>(i)].irradiance[channel];
       sum += of_surface;
       means.push_back(of_surface / (s.end - s.begin));
-      max_irradiance_[channel] = std::max(max_irradiance_[channel], means.back());
+      out.max_irradiance = std::max(out.max_irradiance, means.back());
     }
-    mean_irradiance_[channel] = n > 0 ? sum / n : 0;
+    out.mean_irradiance = n > 0 ? sum / n : 0;
     if (!means.empty())
-      max_irradiance_[channel] =
-          std::max(max_irradiance_[channel], contrast * *std::min_element(means.begin(), means.end()));
-    const double floor = errors.surface_sigma_floor * max_irradiance_[channel];
-    root_weight_[channel].resize(n);
-    shared_whitened_[channel].resize(n);
-    whitened_[channel].resize(n);
+      out.max_irradiance = std::max(out.max_irradiance, contrast * *std::min_element(means.begin(), means.end()));
+    const double floor = kSurfaceSigmaFloor * out.max_irradiance;
+    out.root_weight.resize(n);
+    out.shared_whitened.resize(n);
+    out.whitened.resize(n);
     for (std::size_t k = 0; k < surfaces_.size(); ++k) {
       const Surface& s = surfaces_[k];
-      const double shared = std::hypot(errors.surface_relative_sigma * means[k], floor);
+      const double shared = std::hypot(kSurfaceRelativeSigma * means[k], floor);
       double squared = 0;
       for (int i = s.begin; i < s.end; ++i) {
         const SurfaceSample& sample = samples_[static_cast<std::size_t>(i)];
-        const double alone =
-            std::hypot(sample.sigma[channel], errors.sample_relative_sigma * sample.irradiance[channel],
-                       errors.sample_sigma_floor * max_irradiance_[channel]);
+        const double alone = std::hypot(sample.sigma[channel], kSampleRelativeSigma * sample.irradiance[channel],
+                                        kSampleSigmaFloor * out.max_irradiance);
         // Avoids a division by zero.
-        root_weight_[channel][i] = 1 / std::max(alone, 1e-6 * max_irradiance_[channel] + 1e-300);
-        shared_whitened_[channel][i] = shared * root_weight_[channel][i];
-        squared += shared_whitened_[channel][i] * shared_whitened_[channel][i];
-        whitened_[channel][i] = sample.irradiance[channel];
+        out.root_weight[i] = 1 / std::max(alone, 1e-6 * out.max_irradiance + 1e-300);
+        out.shared_whitened[i] = shared * out.root_weight[i];
+        squared += out.shared_whitened[i] * out.shared_whitened[i];
+        out.whitened[i] = sample.irradiance[channel];
       }
-      shared_[channel].push_back(shared);
-      shrinkage_[channel].push_back(squared > 0 ? (1 - 1 / std::sqrt(1 + squared)) / squared : 0);
+      out.shared.push_back(shared);
+      out.shrinkage.push_back(squared > 0 ? (1 - 1 / std::sqrt(1 + squared)) / squared : 0);
     }
-    whiten(c, whitened_[channel]);
+    whiten(c, out.whitened);
   }
 }
 
 void Observations::whiten(int channel, Eigen::Ref<Eigen::VectorXd> column) const {
-  const auto c = static_cast<std::size_t>(channel);
-  column.array() *= root_weight_[c].array();
+  const Channel& c = of(channel);
+  column.array() *= c.root_weight.array();
   for (std::size_t k = 0; k < surfaces_.size(); ++k) {
     const Surface& s = surfaces_[k];
-    const auto t = shared_whitened_[c].segment(s.begin, s.end - s.begin);
+    const auto t = c.shared_whitened.segment(s.begin, s.end - s.begin);
     auto x = column.segment(s.begin, s.end - s.begin);
-    x -= (shrinkage_[c][k] * t.dot(x)) * t;
+    x -= (c.shrinkage[k] * t.dot(x)) * t;
   }
 }
 
 double Observations::standardized_residual(int channel, int sample, double difference) const {
-  const auto c = static_cast<std::size_t>(channel);
+  const Channel& c = of(channel);
   std::size_t k = 0;
   while (k + 1 < surfaces_.size() && sample >= surfaces_[k].end) ++k;
-  return difference / std::hypot(1 / root_weight_[c][sample], shared_[c][k]);
+  return difference / std::hypot(1 / c.root_weight[sample], c.shared[k]);
 }
 
-GroundObservations::GroundObservations(const GroundPlane& ground, const ErrorModel& errors)
+GroundObservations::GroundObservations(const GroundPlane& ground)
     : point(ground.point), normal(ground.normal), step_m(ground.step_m) {
   const auto n = static_cast<Eigen::Index>(ground.samples.size());
   for (Eigen::ArrayXd* a : {&x, &y, &z, &u, &v, &open, &radiance, &weight}) a->resize(n);
@@ -113,9 +114,38 @@ GroundObservations::GroundObservations(const GroundPlane& ground, const ErrorMod
     open[i] = 1 - t.occluded;
     radiance[i] = t.radiance;
     // The body also reflects light onto the samples that it occludes. This is not modelled: it increases sigma.
-    const double model_sigma = errors.ground_relative_sigma * mean + 0.5 * t.occluded * t.radiance;
-    weight[i] = 1 / (std::hypot(t.sigma, model_sigma) * std::sqrt(errors.ground_correlated_samples) + 1e-300);
+    const double model_sigma = kGroundRelativeSigma * mean + 0.5 * t.occluded * t.radiance;
+    weight[i] = 1 / (std::hypot(t.sigma, model_sigma) * std::sqrt(kGroundCorrelatedSamples) + 1e-300);
   }
+}
+
+bool Shadow::compute_irradiance(const GroundObservations& ground, std::span<const Vec3d> hull, Vec3d direction,
+                                double inverse_distance, Eigen::ArrayXd& out) {
+  out.setZero(ground.size());
+  const auto [u, v] = tangent_basis(ground.normal);
+  const double elevation = dot(direction, ground.normal);
+  // All samples lie in one plane, so that the light's height above it is the same for all.
+  const double rise = elevation - dot(ground.point, ground.normal) * inverse_distance;
+  if (!(rise > 0)) return false;
+  outline_.clear();
+  for (const Vec3d& p : hull) {
+    // Vector from p to the light, times the inverse distance: finite for distant lights, too.
+    const Vec3d to_light = direction - p * inverse_distance;
+    const Vec3d on_ground =
+        p - to_light * (dot(p - ground.point, ground.normal) / std::max(kMinElevation, dot(to_light, ground.normal))) -
+        ground.point;
+    outline_.add(dot(on_ground, u), dot(on_ground, v));
+  }
+  if (!outline_.close()) return false;
+  outline_.signed_distance(ground.u, ground.v, visibility_);
+  const double width = 1.2 * ground.step_m + 0.05 * ground.height();
+  visibility_ = (visibility_ / width + 0.5).max(0.0).min(1.0);
+  visibility_ = visibility_ * visibility_ * (3 - 2 * visibility_);
+  const Vec3d& d = direction;
+  const double w = inverse_distance;
+  squared_ = (d.x - ground.x * w).square() + (d.y - ground.y * w).square() + (d.z - ground.z * w).square();
+  out = visibility_ * rise / (squared_ * squared_.sqrt());
+  return true;
 }
 
 }  // namespace lightwell::marker

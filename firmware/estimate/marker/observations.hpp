@@ -1,6 +1,4 @@
 // Measurements of one frame, whitened: linear combinations with independent errors of variance 1.
-//   Observations         irradiance of the faces
-//   GroundObservations   radiance of the ground plane
 //
 // The samples of one surface share an error (attitude, paper, interreflection): their covariance is D + s² 1 1', D
 // diagonal. With z = D^-1/2 x and t = s D^-1/2 1, the inverse square root of the covariance maps x to
@@ -10,12 +8,13 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "estimate/marker/fit_options.hpp"
-#include "estimate/marker/shading.hpp"
+#include "estimate/marker/convex_hull_2d.hpp"
+#include "estimate/marker/light_model.hpp"
 
 namespace lightwell::marker {
 
@@ -29,33 +28,44 @@ struct GroundObservations {
   Eigen::ArrayXd radiance;
   Eigen::ArrayXd weight;  ///< 1 / standard deviation of the radiance.
 
-  GroundObservations(const GroundPlane& ground, const ErrorModel& errors);
+  explicit GroundObservations(const GroundPlane& ground);
   [[nodiscard]] Eigen::Index size() const { return x.size(); }
   /// Height of the body's centre above the plane, m.
   [[nodiscard]] double height() const { return -dot(point, normal); }
 };
 
+/// Irradiance of the ground plane by one point light, with the body's shadow. Reuses its memory from call to call.
+class Shadow {
+ public:
+  /// Irradiance of each ground sample by a light at direction / inverse_distance (1/m; 0: distant) whose irradiance at
+  /// the body's centre is 1: cosine, falloff, and visibility past the body. The edge of the shadow is a smooth step as
+  /// wide as 1.2 samples plus 0.05 times the height of the body's centre. Returns false and zeros where the light is
+  /// below the plane or the outline of the shadow is degenerate.
+  bool compute_irradiance(const GroundObservations& ground, std::span<const Vec3d> hull, Vec3d direction,
+                          double inverse_distance, Eigen::ArrayXd& out);
+
+ private:
+  ConvexHull2d outline_;
+  Eigen::ArrayXd visibility_, squared_;
+};
+
 class Observations {
  public:
-  Observations(const Shading& shading, const ErrorModel& errors);
+  explicit Observations(const Shading& shading);
 
   [[nodiscard]] int samples() const { return static_cast<int>(samples_.size()); }
   [[nodiscard]] int channels() const { return channels_; }
   [[nodiscard]] const std::vector<SurfaceSample>& face_samples() const { return samples_; }
   /// Rough irradiance of the strongest light at normal incidence: the largest mean over a surface, or the smallest mean
   /// times the contrast of the shadow on the ground plane, whichever is more.
-  [[nodiscard]] double max_irradiance(int channel) const { return max_irradiance_[static_cast<std::size_t>(channel)]; }
+  [[nodiscard]] double max_irradiance(int channel) const { return of(channel).max_irradiance; }
   /// Mean over all samples of the faces.
-  [[nodiscard]] double mean_irradiance(int channel) const {
-    return mean_irradiance_[static_cast<std::size_t>(channel)];
-  }
+  [[nodiscard]] double mean_irradiance(int channel) const { return of(channel).mean_irradiance; }
 
   /// Whitens a column of one value per sample, in place.
   void whiten(int channel, Eigen::Ref<Eigen::VectorXd> column) const;
   /// The whitened irradiances, one row per sample.
-  [[nodiscard]] const Eigen::VectorXd& whitened(int channel) const {
-    return whitened_[static_cast<std::size_t>(channel)];
-  }
+  [[nodiscard]] const Eigen::VectorXd& whitened(int channel) const { return of(channel).whitened; }
   /// `difference` (of a sample's irradiance from a model's) divided by its standard deviation, the error shared by its
   /// surface included.
   [[nodiscard]] double standardized_residual(int channel, int sample, double difference) const;
@@ -68,12 +78,18 @@ class Observations {
     int begin = 0, end = 0;
   };
 
+  /// By sample: `whitened`, `root_weight`, `shared_whitened`. By surface: `shrinkage`, `shared`.
+  struct Channel {
+    Eigen::VectorXd whitened, root_weight, shared_whitened;
+    std::vector<double> shrinkage, shared;
+    double max_irradiance = 0, mean_irradiance = 0;
+  };
+  [[nodiscard]] const Channel& of(int channel) const { return by_channel_[static_cast<std::size_t>(channel)]; }
+
   int channels_;
   std::vector<SurfaceSample> samples_;  // by surface
   std::vector<Surface> surfaces_;
-  std::array<Eigen::VectorXd, 3> whitened_, root_weight_, shared_whitened_;
-  std::array<std::vector<double>, 3> shrinkage_, shared_;
-  Rgb max_irradiance_{}, mean_irradiance_{};
+  std::array<Channel, 3> by_channel_;
   std::optional<GroundObservations> ground_;
 };
 

@@ -4,12 +4,20 @@
 #include <cmath>
 #include <numbers>
 
-#include "estimate/marker/fibonacci_directions.hpp"
-#include "estimate/marker/tag_border.hpp"
-
 namespace lightwell::marker {
 namespace {
 
+/// Width of the margin inside a patch's edge that is excluded, because of blur and the error of the pose.
+constexpr double kMargin_px = 1.5;
+/// Smallest cosine of the angle between a face's normal and the direction to the lens; other faces are not sampled.
+constexpr double kMinViewCosine = 0.12;
+/// Smallest number of pixels inside the margin of a patch.
+constexpr int kMinPixels = 12;
+/// Largest standard deviation of luminance about a plane, relative to the patch's mean. A patch above it is excluded: a
+/// shadow's edge or another object covers a part of it.
+constexpr double kMaxNonuniformity = 0.10;
+/// Number of ground samples, before those that are hidden are excluded.
+constexpr int kGroundSamples = 400;
 /// Round patches of a ball: their number over the whole sphere, and their angular radius.
 constexpr int kBallPatches = 80;
 constexpr double kBallPatchRadius = 0.14;  // rad
@@ -46,6 +54,68 @@ struct PlaneSums {
   }
 };
 
+/// Cells across a tag36h11, its black border included.
+constexpr double kCells = 8;
+/// Pairs of points along each side.
+constexpr int kPairsPerSide = 6;
+/// Smallest distance in the image between the middles of border and margin; below it, blur mixes them.
+constexpr double kMinDistance_px = 3;
+constexpr int kMinPairs = 8;
+/// Largest ratio of a border pixel to the margin pixel beside it.
+constexpr double kMaxInkRatio = 0.75;
+/// Smallest share of pairs below that ratio in a border that is present.
+constexpr double kMinInkFraction = 0.7;
+/// Smallest ratio of the margin's mean to its noise and bias near black.
+constexpr double kMinSignalToNoise = 3;
+
+enum class TagBorder : std::uint8_t {
+  present,
+  absent,         ///< Another object occludes the face, or it is another body.
+  indeterminate,  ///< Too small, too dark, saturated, outside of the image, or a tag family other than tag36h11.
+};
+
+/// Verifies that a face is visible where the pose predicts it: the tag's black border lies inside a white margin.
+/// `reader` must be bound to the frame. `row`: a buffer of any width.
+TagBorder detect_tag_border(estimate::RowReader& reader, estimate::LinearRow& row, int lens, int width, int height,
+                            const MarkerBody& body, const MarkerFace& face, const PosedBody& posed_body) {
+  if (body.tag_family != "tag36h11") return TagBorder::indeterminate;
+  struct PixelSample {
+    double light = 0, variance = 0, bias = 0;
+    bool clipped = false;
+  };
+  estimate::ReadStatistics reading;
+  const auto read_pixel = [&](const PixelPosition& p) -> std::optional<PixelSample> {
+    if (!(p.x > -0.5 && p.y > -0.5 && p.x < width - 0.5 && p.y < height - 0.5)) return std::nullopt;
+    const int x = static_cast<int>(std::lround(p.x)), y = static_cast<int>(std::lround(p.y));
+    reader.read(lens, y, x, x + 1, estimate::RowReader::Reading::with_errors, row, reading);
+    PixelSample out{(static_cast<double>(row.r[0]) + row.g[0] + row.b[0]) / 3};
+    if (!row.certain) out.variance = row.variance[0], out.bias = row.bias[0], out.clipped = row.clipped[0] != 0;
+    return out;
+  };
+  const double cell = body.tag_size_m / kCells, border = (kCells / 2 - 0.5) * cell, margin = (kCells / 2 + 0.5) * cell;
+  int pairs = 0, ink = 0;
+  double paper = 0, variance = 0, bias = 0;
+  for (int side = 0; side < 4; ++side) {
+    for (int k = 0; k < kPairsPerSide; ++k) {
+      const double along = ((k + 0.5) / kPairsPerSide - 0.5) * 2 * border, sign = side < 2 ? 1 : -1;
+      const auto at = [&](double out) {
+        return posed_body.pixel_of(
+            posed_body.point_of(face, side % 2 == 0 ? FacePoint{sign * out, along} : FacePoint{along, sign * out}));
+      };
+      const std::optional<PixelPosition> inner = at(border), outer = at(margin);
+      if (!inner || !outer || std::hypot(inner->x - outer->x, inner->y - outer->y) < kMinDistance_px) continue;
+      const std::optional<PixelSample> black = read_pixel(*inner), white = read_pixel(*outer);
+      if (!black || !white || black->clipped) continue;
+      ++pairs;
+      ink += black->light < kMaxInkRatio * white->light ? 1 : 0;
+      paper += white->light, variance += white->variance, bias += white->bias;
+    }
+  }
+  if (pairs < kMinPairs || !(paper > kMinSignalToNoise * (bias + std::sqrt(variance * pairs))))
+    return TagBorder::indeterminate;
+  return ink >= kMinInkFraction * pairs ? TagBorder::present : TagBorder::absent;
+}
+
 }  // namespace
 
 SphereCoverage sphere_coverage(std::span<const VisibleSurface> surfaces) {
@@ -65,42 +135,38 @@ SphereCoverage sphere_coverage(std::span<const VisibleSurface> surfaces) {
           covered > 0 ? static_cast<double>(saturated) / covered : 0};
 }
 
-MarkerSampler::MarkerSampler(int max_image_width, const SamplerOptions& options)
-    : options_(options), row_(max_image_width) {}
-
 void MarkerSampler::record_surface(Vec3d normal, std::size_t samples, int clipped, const Shading& out) {
   const bool readable = out.samples.size() > samples;
   if (readable || counts_.clipped > clipped) surfaces_.push_back({normal, !readable});
 }
 
+bool MarkerSampler::project_outline(const std::vector<Vec3d>& points) {
+  outline_.clear();
+  for (const Vec3d& point : points) {
+    const std::optional<PixelPosition> p = posed_body_->pixel_of(point);
+    if (!p) return false;
+    outline_.add(p->x, p->y);
+  }
+  return outline_.close();
+}
+
 void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   ++counts_.patches;
-  outline_.clear();
-  double lowest = 1e9, highest = -1e9;
-  Vec3d middle;
-  for (const Vec3d& corner : patch.corners) {
-    middle += corner;
-    const std::optional<PixelPosition> p = posed_body_->pixel_of(corner);
-    if (!p) {
-      ++counts_.too_small;
-      return;
-    }
-    outline_.add(p->x, p->y);
-    lowest = std::min(lowest, p->y);
-    highest = std::max(highest, p->y);
-  }
-  middle = middle * (1.0 / static_cast<double>(patch.corners.size()));
-  if (!outline_.close()) {
+  if (!project_outline(patch.corners)) {
     ++counts_.too_small;
     return;
   }
+  const auto [lowest, highest] = outline_.y_range();
+  Vec3d middle;
+  for (const Vec3d& corner : patch.corners) middle += corner;
+  middle = middle * (1.0 / static_cast<double>(patch.corners.size()));
   PlaneSums plane;
   double sum[3] = {0, 0, 0}, variance = 0, bias = 0, clipped = 0;
-  double first_x = 0, first_y = 0, mean_x = 0, mean_y = 0;
+  double first_x = 0, first_y = 0;
   const int top = std::max(0, static_cast<int>(std::ceil(lowest))),
             bottom = std::min(height_ - 1, static_cast<int>(std::floor(highest)));
   for (int y = top; y <= bottom; ++y) {
-    const auto [from, to] = outline_.inside_at(y, options_.margin_px);
+    const auto [from, to] = outline_.inside_at(y, kMargin_px);
     if (!(from <= to)) continue;
     const int first = std::max(0, static_cast<int>(std::ceil(from))),
               end = std::min(width_, static_cast<int>(std::floor(to)) + 1);
@@ -113,16 +179,14 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
       sum[0] += r, sum[1] += g, sum[2] += b;
       if (!row_.certain) variance += row_.variance[i], bias += row_.bias[i], clipped += row_.clipped[i];
       plane.add(x - first_x, y - first_y, luminance({r, g, b}));
-      mean_x += x, mean_y += y;
     }
   }
-  if (plane.n < options_.min_pixels) {
+  if (plane.n < kMinPixels) {
     ++counts_.too_small;
     return;
   }
   const double mean = plane.l / plane.n;
   counts_.brightest = std::max(counts_.brightest, mean);
-  counts_.darkest = std::min(counts_.darkest, mean);
   counts_.near_black_bias += bias / plane.n;
   if (clipped > kMaxSaturatedFraction * plane.n) {
     ++counts_.clipped;
@@ -130,7 +194,7 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   }
   const double noise = variance / plane.n;
   const double nonuniformity = std::sqrt(std::max(0.0, plane.residual_variance() - 1.5 * noise));
-  if (nonuniformity > options_.max_nonuniformity * std::abs(mean) + 1e-12) {
+  if (nonuniformity > kMaxNonuniformity * std::abs(mean) + 1e-12) {
     ++counts_.nonuniform;
     return;
   }
@@ -139,8 +203,7 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   sample.normal = patch.normal;
   sample.surface = patch.surface;
   const double grazing_relative_sigma =
-      kGrazingRelativeSigma /
-      std::max(options_.min_view_cosine, dot(normalized(posed_body_->lens() - middle), patch.normal));
+      kGrazingRelativeSigma / std::max(kMinViewCosine, dot(normalized(posed_body_->lens() - middle), patch.normal));
   const double spread = std::sqrt(noise / plane.n) + 0.3 * nonuniformity + bias / plane.n;
   for (std::size_t c = 0; c < 3; ++c) {
     const double factor = std::numbers::pi / patch.albedo[c] * scale_;
@@ -156,8 +219,7 @@ void MarkerSampler::sample_ball(const MarkerBody& body, const PosedBody& posed_b
   patch_.albedo = body.ball->albedo;
   patch_.surface = static_cast<int>(body.faces.size());
   for (const Vec3d& normal : normals) {
-    if (dot(normalized(posed_body.lens() - normal * radius), normal) < std::max(options_.min_view_cosine, 0.35))
-      continue;
+    if (dot(normalized(posed_body.lens() - normal * radius), normal) < std::max(kMinViewCosine, 0.35)) continue;
     const auto [u, v] = tangent_basis(normal);
     patch_.corners.clear();
     for (int k = 0; k < kBallCorners; ++k) {
@@ -179,16 +241,10 @@ void MarkerSampler::sample_ground(Shading& out) {
   const auto [u, v] = tangent_basis(ground.normal);
   double radius = 0;
   for (const Vec3d& p : out.hull) radius = std::max(radius, length(p));
-  // Outline of the body in the image, which hides the ground plane.
-  outline_.clear();
-  for (const Vec3d& p : out.hull) {
-    const std::optional<PixelPosition> pixel = posed_body_->pixel_of(p);
-    if (!pixel) return;
-    outline_.add(pixel->x, pixel->y);
-  }
-  if (!outline_.close()) return;
+  // The body hides the ground plane.
+  if (!project_outline(out.hull)) return;
   const double reach = kGroundRadiusFactor * radius;
-  const double step = reach * std::sqrt(std::numbers::pi / options_.ground_samples);
+  const double step = reach * std::sqrt(std::numbers::pi / kGroundSamples);
   ground.step_m = step;
   const double height = -dot(ground.point, ground.normal);
   const Vec3d foot = ground.normal * -height;
@@ -207,7 +263,7 @@ void MarkerSampler::sample_ground(Shading& out) {
                      dy = ((k / kGroundPointsPerSample + 0.5) / kGroundPointsPerSample - 0.5) * step;
         const std::optional<PixelPosition> p = posed_body_->pixel_of(sample.position + u * dx + v * dy);
         good = p && p->x > -0.5 && p->y > -0.5 && p->x < width_ - 0.5 && p->y < height_ - 0.5 &&
-               outline_.signed_distance(p->x, p->y) > 2 * options_.margin_px;
+               outline_.signed_distance(p->x, p->y) > 2 * kMargin_px;
         if (!good) break;
         const int px = std::clamp(static_cast<int>(std::lround(p->x)), 0, width_ - 1);
         const int py = std::clamp(static_cast<int>(std::lround(p->y)), 0, height_ - 1);
@@ -241,7 +297,7 @@ void MarkerSampler::choose_faces(const MarkerBody& body) {
     const MarkerFace& face = body.faces[f];
     const double view_cosine =
         dot(normalized(posed_body_->lens() - posed_body_->point_of(face, {0, 0})), posed_body_->normal_of(face));
-    if (view_cosine >= options_.min_view_cosine) faces_.push_back({f, view_cosine});
+    if (view_cosine >= kMinViewCosine) faces_.push_back({f, view_cosine});
   }
   const auto most = options_.max_faces > 0 ? static_cast<std::size_t>(options_.max_faces) : faces_.size();
   std::stable_sort(faces_.begin(), faces_.end(),
@@ -269,7 +325,6 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
   counts_ = {};
   surfaces_.clear();
   reading_ = {};
-  counts_.darkest = 1e300;
   out.samples.clear();
   out.channels = channels;
   out.hull = posed_body.hull();
@@ -298,8 +353,7 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
   }
   counts_.invalid_pixels = reading_.invalid_pixels;
   if (counts_.patches > 0) counts_.near_black_bias /= counts_.patches;
-  if (counts_.darkest > counts_.brightest) counts_.darkest = counts_.brightest = 0;
-  counts_.darkest *= scale, counts_.brightest *= scale, counts_.near_black_bias *= scale;
+  counts_.brightest *= scale, counts_.near_black_bias *= scale;
   return counts_;
 }
 

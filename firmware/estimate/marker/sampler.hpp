@@ -1,6 +1,4 @@
 // Samples the shading of a marker from a frame, given the body's pose.
-//   MarkerSampler     mean radiance over the inside of every patch, and of the ground plane around the body
-//   sphere_coverage   share of directions that the sampled surfaces receive light from
 #pragma once
 
 #include <cstddef>
@@ -18,20 +16,9 @@
 namespace lightwell::marker {
 
 struct SamplerOptions {
-  /// Width of the margin inside a patch's edge that is excluded, because of blur and the error of the pose.
-  double margin_px = 1.5;
-  /// Smallest cosine of the angle between a face's normal and the direction to the lens; other faces are not sampled.
-  double min_view_cosine = 0.12;
   /// Largest number of faces to sample, those that face the lens most; 0: all visible ones. The ground plane is sampled
   /// in any case. Fewer faces take less time and determine the light less well.
   int max_faces = 0;
-  /// Smallest number of pixels inside the margin of a patch.
-  int min_pixels = 12;
-  /// Largest standard deviation of luminance about a plane, relative to the patch's mean. A patch above it is excluded:
-  /// a shadow's edge or another object covers a part of it.
-  double max_nonuniformity = 0.10;
-  /// Number of ground samples, before those that are hidden are excluded.
-  int ground_samples = 400;
   Vec3d up{0, 1, 0};  ///< Probe frame; determines the face on which the body stands.
 };
 
@@ -39,13 +26,13 @@ struct SamplerOptions {
 struct SampleCounts {
   int patches = 0;                   ///< On the visible faces that were considered.
   int clipped = 0;                   ///< Patches excluded for saturated pixels.
-  int nonuniform = 0;                ///< Patches excluded by max_nonuniformity.
-  int too_small = 0;                 ///< Patches excluded by min_pixels.
+  int nonuniform = 0;                ///< Patches excluded because another object or a shadow's edge covers a part.
+  int too_small = 0;                 ///< Patches excluded for too few pixels.
   int faces = 0;                     ///< Faces with at least one sample.
   std::uint64_t invalid_pixels = 0;  ///< Pixels that were read and are negative, NaN or infinite.
   int occluded = 0;                  ///< Patches excluded because the tag of their face is occluded.
-  /// Smallest and largest mean luminance of a patch (radiance), clipped patches included.
-  double darkest = 0, brightest = 0;
+  /// Largest mean luminance of a patch (radiance), clipped patches included.
+  double brightest = 0;
   /// Mean over patches of the possible bias near black by rounding and noise (luminance of radiance).
   double near_black_bias = 0;
 };
@@ -64,10 +51,11 @@ struct SphereCoverage {
 /// Sums over 2,048 directions; the error is below 0.002.
 [[nodiscard]] SphereCoverage sphere_coverage(std::span<const VisibleSurface> surfaces);
 
-/// Reuses its memory from frame to frame.
+/// Measures the mean radiance over the inside of every patch, and of the ground plane around the body. Reuses its
+/// memory from frame to frame.
 class MarkerSampler {
  public:
-  MarkerSampler(int max_image_width, const SamplerOptions& options);
+  MarkerSampler(int max_image_width, const SamplerOptions& options) : options_(options), row_(max_image_width) {}
 
   /// As SamplerOptions::max_faces.
   void set_max_faces(int max_faces) { options_.max_faces = max_faces; }
@@ -94,6 +82,9 @@ class MarkerSampler {
   /// Appends to surfaces_ if the surface has added samples or clipped patches to the previous counts `samples` and
   /// `clipped`.
   void record_surface(Vec3d normal, std::size_t samples, int clipped, const Shading& out);
+  /// Fills outline_ with the hull of the projected points; false where one is outside of the field of view, or where
+  /// its area is zero.
+  bool project_outline(const std::vector<Vec3d>& points);
   void sample_patch(const Patch& patch, Shading& out);
   void sample_ball(const MarkerBody& body, const PosedBody& posed_body, Shading& out);
   void sample_ground(Shading& out);

@@ -1,31 +1,13 @@
 #include "estimate/panorama/blocks.hpp"
 
-#include <algorithm>
-#include <array>
-
-#include "estimate/panorama/kernels/float_rows.hpp"
+#include "estimate/panorama/kernels/bracket_rows.hpp"
 
 namespace lightwell::estimate {
+
 BlockPass::BlockPass(const RigTable& table, const BlockLayout& layout)
     : table_(table), layout_(layout), row_(max_image_width(table)) {
   const auto n = static_cast<std::size_t>(max_image_width(table));
   for (auto* column : {&r_, &g_, &b_, &peak_, &low_, &clipped_}) column->resize(n);
-  for (std::size_t block = 0; block < layout.size(); ++block) {
-    const BlockLayout::Place p = layout.place(block);
-    const LensTable& lens = table.lenses[static_cast<std::size_t>(p.lens)];
-    double sr = 0, sum_x = 0, sum_y = 0;
-    for (int y = 0; y < p.height; ++y) {
-      for (int x = 0; x < p.width; ++x) {
-        const double a = lens.solid_angle[static_cast<std::size_t>(p.y + y) * static_cast<std::size_t>(lens.width) +
-                                          static_cast<std::size_t>(p.x + x)];
-        sr += a;
-        sum_x += a * x;
-        sum_y += a * y;
-      }
-    }
-    middle_x_.push_back(sr > 0 ? static_cast<float>(sum_x / sr) : 0);
-    middle_y_.push_back(sr > 0 ? static_cast<float>(sum_y / sr) : 0);
-  }
 }
 
 void BlockPass::run(RowReader& reader, BlockSums& out) {
@@ -98,13 +80,7 @@ void BlockPass::run(RowReader& reader, BlockSums& out) {
           down += low_[i];
           clipped += clipped_[i];
         }
-        const float luminance = s.luminance();
-        out.offset_x[block] = luminance > 0 ? across / luminance - middle_x_[block] : 0;
-        out.offset_y[block] = luminance > 0 ? down / luminance - middle_y_[block] : 0;
-        out.sum[block] = s;
-        out.peak[block] = peak;
-        out.clipped[block] = clipped;
-        out.clipped_sr += clipped;
+        out.set(block, s, peak, s.luminance(), across, down, layout_.middle(block), clipped);
       }
     }
   }

@@ -1,4 +1,4 @@
-// Sums of radiance over square blocks of each lens's image, and the scalar pass that computes them.
+// Sums of radiance over square blocks of each lens's image and over the sphere, and the scalar pass that computes them.
 #pragma once
 
 #include <algorithm>
@@ -42,6 +42,34 @@ struct BlockSums {
     counts = {};
     std::fill(clipped.begin(), clipped.end(), 0.0F);
   }
+  /// Sets a block, except for its errors. `luminance_sum`, `across`, `down`: integral of luminance, and the same times
+  /// column and times row within the block, in any common unit. `saturated`: solid angle.
+  void set(std::size_t block, const CellSum& light, float largest, float luminance_sum, float across, float down,
+           BlockLayout::Middle middle, float saturated) {
+    sum[block] = light;
+    peak[block] = largest;
+    offset_x[block] = luminance_sum > 0 ? across / luminance_sum - middle.x : 0;
+    offset_y[block] = luminance_sum > 0 ? down / luminance_sum - middle.y : 0;
+    clipped[block] = saturated;
+    clipped_sr += saturated;
+  }
+};
+
+/// Result of SphereIntegrator::integrate(). Sums are radiance (linear value / (exposure_s * gain * vignetting)) times
+/// solid angle. The later steps of the estimate are functions of this value; only LightFinder, GreyPatchReader and, of
+/// brackets, RowProfiler read pixels again.
+struct FrameIntegral {
+  BlockSums blocks;             ///< By block of the rig. The blocks of a missing lens are filled, or zero.
+  std::vector<CellSum> unseen;  ///< By cell that no lens of the rig sees: filled, or zero.
+  Projection projection;        ///< Of blocks and unseen cells, lights included.
+  double observed_sr = 0;       ///< Solid angle observed by the lenses of this bracket.
+  float mean_luminance = 0;     ///< Of the observed directions.
+  bool filled = false;          ///< Unobserved directions were filled.
+  /// Sum over the blocks without centroid correction: luminance times the angle between centroid and middle, rad.
+  double centroid_offset = 0;
+
+  /// `unseen_cells`: number of elements of `unseen`.
+  FrameIntegral(const BlockLayout& layout, std::size_t unseen_cells) : blocks(layout), unseen(unseen_cells) {}
 };
 
 /// The pass for all formats, through RowReader. Owns its row buffers.
@@ -50,19 +78,11 @@ class BlockPass {
   BlockPass(const RigTable& table, const BlockLayout& layout);
   void run(RowReader& reader, BlockSums& out);
 
-  /// Middle of a block's solid angle, in pixels from the block's corner.
-  struct Middle {
-    float x, y;
-  };
-  [[nodiscard]] Middle middle(std::size_t block) const { return {middle_x_[block], middle_y_[block]}; }
-
  private:
   const RigTable& table_;
   const BlockLayout& layout_;
   LinearRow row_;
   std::vector<float> r_, g_, b_, peak_, low_, clipped_;  ///< Per column, over the rows of one row of blocks.
-  /// Middle of each block's solid angle, in pixels from the block's corner.
-  std::vector<float> middle_x_, middle_y_;
 };
 
 }  // namespace lightwell::estimate

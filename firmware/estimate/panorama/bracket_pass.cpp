@@ -59,33 +59,15 @@ CodeLut make_lut(const PhotometricCalibration& p, int levels) {
   for (std::size_t i = 0; i < w.saturated_from && i < w.weight.size(); ++i)
     w.weight[i] = round_mantissa(w.unit * w.unit / variance[i], 16);
   if (w.saturated_from < w.linear.size()) w.saturated_linear = w.linear[w.saturated_from];
-  if (levels == 256) {
-    for (std::size_t i = 0; i < 256; ++i) {
-      w.linear[i] = round_mantissa(w.linear[i], 24);
-      const auto x = std::bit_cast<std::uint32_t>(w.linear[i]), weight = std::bit_cast<std::uint32_t>(w.weight[i]);
-      for (std::size_t k = 0; k < 3; ++k) w.linear_bytes[k][i] = static_cast<std::uint8_t>(x >> (8 * (k + 1)));
-      for (std::size_t k = 0; k < 2; ++k) w.weight_bytes[k][i] = static_cast<std::uint8_t>(weight >> (8 * (k + 2)));
-    }
-  }
+  if (levels == 256)
+    for (float& linear : w.linear) linear = round_mantissa(linear, 24);
   return w;
-}
-
-/// Software prefetch: rows of many exposures are too many streams for the hardware prefetcher. `ahead` may be beyond
-/// the image.
-void prefetch(const std::uint8_t* at, std::ptrdiff_t ahead, std::size_t bytes) {
-  const std::uintptr_t from = reinterpret_cast<std::uintptr_t>(at) + static_cast<std::uintptr_t>(ahead);
-  for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(reinterpret_cast<const void*>(from + i));
-}
-
-const std::uint8_t* row_of(const View& view, int y) {
-  return reinterpret_cast<const std::uint8_t*>(view.data.data()) + static_cast<std::size_t>(y) * view.stride;
 }
 
 }  // namespace
 
-BracketPass::BracketPass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout,
-                         const BlockPass& blocks)
-    : table_(table), layout_(layout), blocks_(blocks) {
+BracketPass::BracketPass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout)
+    : table_(table), layout_(layout) {
   const auto width = static_cast<std::size_t>(max_image_width(table));
   // Whole blocks, and padding for whole vectors.
   column_stride_ = width + kMaxRows + 2 * kMinLanes;
@@ -99,20 +81,6 @@ BracketPass::BracketPass(const RigParameters& rig, const RigTable& table, const 
   for (auto& column : columns_.noise_allowance) column = next();
   planes_.resize(kMaxBracket * kPlaneRows * width);
   disagreement_.resize(kBracketChunk);
-  for (std::size_t block = 0; block < layout.size(); ++block) {
-    const BlockLayout::Place p = layout.place(block);
-    const LensTable& lens = table.lenses[static_cast<std::size_t>(p.lens)];
-    float sum = 0, pixels = 0;
-    for (int y = p.y; y < p.y + p.height; ++y) {
-      for (int x = p.x; x < p.x + p.width; ++x) {
-        const float sr = lens.solid_angle[static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) +
-                                          static_cast<std::size_t>(x)];
-        sum += sr;
-        pixels += sr > 0 ? 1.0F : 0.0F;
-      }
-    }
-    pixel_sr_.push_back(pixels > 0 ? sum / pixels : 0);
-  }
   for (const LensParameters& lens : rig.lenses) {
     const PhotometricCalibration& p = lens.photometry;
     LensPlan plan;
@@ -163,12 +131,14 @@ void BracketPass::run(std::span<const Frame> bracket, BlockSums& out) {
   sort(bracket);
   out.clear();
   for (int lens = 0; lens < layout_.lens_count(); ++lens) {
-    if (!lenses_[static_cast<std::size_t>(lens)].present) continue;
+    const LensPlan& plan = lenses_[static_cast<std::size_t>(lens)];
+    if (!plan.present) continue;
     const LensTable& table = table_.lenses[static_cast<std::size_t>(lens)];
+    const CodeLut& lut = plan.luts[pixel_layout(format_).depth_index()];
     for (int top = 0; top < table.height; top += layout_.edge()) {
       const int rows = std::min(layout_.edge(), table.height - top);
       for (int begin = 0; begin < table.width; begin += kBracketChunk)
-        run_chunk({lens, top, rows, begin, std::min(begin + kBracketChunk, table.width)}, out);
+        run_chunk({lens, table, plan, lut, top, rows, begin, std::min(begin + kBracketChunk, table.width)}, out);
     }
   }
 }
@@ -177,7 +147,7 @@ void BracketPass::run_chunk(const Chunk& chunk, BlockSums& out) {
   const std::size_t first_block = layout_.block_of(chunk.lens, chunk.begin, chunk.top);
   const std::size_t first = static_cast<std::size_t>(chunk.begin) / (is_bayer(format_) ? 2 : 1);
   const auto blocks = static_cast<std::size_t>((chunk.end - chunk.begin + layout_.edge() - 1) >> layout_.shift());
-  const float unit = unit_ * lut_for(chunk.lens).unit;
+  const float unit = unit_ * chunk.lut.unit;
   const float pixels = is_bayer(format_) ? 4 : 1;  // per column of the comparison
   sum(chunk, count_);
   unsigned reduced_counts = 0;  // Bit mask of the numbers of exposures of blocks that exclude some.
@@ -196,14 +166,14 @@ void BracketPass::run_chunk(const Chunk& chunk, BlockSums& out) {
       const std::size_t block = first_block + k;
       if (out.exposures[block] != count) continue;
       finish_block(chunk, block, first + k, out);
-      out.motion_luminance += std::max(disagreement_[k] * pixels * pixel_sr_[block] * unit, out.sum[block].luminance());
+      out.motion_luminance +=
+          std::max(disagreement_[k] * pixels * layout_.pixel_sr(block) * unit, out.sum[block].luminance());
     }
   }
 }
 
 void BracketPass::sum(const Chunk& chunk, int count) {
-  const LensTable& lens = table_.lenses[static_cast<std::size_t>(chunk.lens)];
-  const LensPlan& plan = lenses_[static_cast<std::size_t>(chunk.lens)];
+  const LensTable& lens = chunk.table;
   const auto width = static_cast<std::size_t>(lens.width);
   const int per = is_bayer(format_) ? 2 : 1;
   const auto first = static_cast<std::size_t>(chunk.begin / per),
@@ -222,16 +192,16 @@ void BracketPass::sum(const Chunk& chunk, int count) {
   BracketRow row;
   const PixelLayout& layout = pixel_layout(format_);
   row.source = layout.sampling == ColorSampling::rgb
-                   ? plan.linear ? BracketSource::linear8 : BracketSource::interleaved8
+                   ? chunk.plan.linear ? BracketSource::linear8 : BracketSource::interleaved8
                : layout.sampling == ColorSampling::ycbcr ? BracketSource::planes8
                : layout.sample_bytes == 1                ? BracketSource::mosaic8
                                                          : BracketSource::mosaic16;
-  row.lut = &lut_for(chunk.lens);
+  row.lut = &chunk.lut;
   row.count = count;
   row.noise_sigmas = row.source == BracketSource::planes8 ? kChromaNoiseSigmas : kNoiseSigmas;
   row.relative_tolerance = row.source == BracketSource::planes8 ? kChromaRelativeTolerance : kRelativeTolerance;
   row.next_row = width;
-  for (std::size_t c = 0; c < 3; ++c) row.luminance[c] = static_cast<float>(kLuminanceWeights[c]) * plan.white[c];
+  for (std::size_t c = 0; c < 3; ++c) row.luminance[c] = static_cast<float>(kLuminanceWeights[c]) * chunk.plan.white[c];
   for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) row.exposures[k].scale = scale_[k];
   for (int y = chunk.top; y < chunk.top + chunk.rows; y += per) {
     const RowSpan span = span_of(lens, y);
@@ -248,10 +218,6 @@ void BracketPass::sum(const Chunk& chunk, int count) {
                       static_cast<std::size_t>(readable_end / per), columns_);
   }
   fold_bracket_columns(columns_, count - 1, row.luminance, first, edge, blocks, folded_);
-}
-
-const CodeLut& BracketPass::lut_for(int lens) const {
-  return lenses_[static_cast<std::size_t>(lens)].luts[pixel_layout(format_).depth_index()];
 }
 
 RowSpan BracketPass::span_of(const LensTable& lens, int y) const {
@@ -274,16 +240,14 @@ std::ptrdiff_t BracketPass::prefetch_distance(const Chunk& chunk, int y, std::pt
   const int per = is_bayer(format_) ? 2 : 1, rows = y + per < chunk.top + chunk.rows ? 0 : chunk.rows - per;
   if (rows == 0) return per * row;
   // The first row of the next chunk, to the right or below.
-  const bool last = chunk.end >= table_.lenses[static_cast<std::size_t>(chunk.lens)].width;
+  const bool last = chunk.end >= chunk.table.width;
   return last ? per * row - chunk.begin * pixel : (chunk.end - chunk.begin) * pixel - rows * row;
 }
 
 void BracketPass::set_row_pointers(const Chunk& chunk, int y, int begin, int end, BracketRow& row) {
-  const LensPlan& plan = lenses_[static_cast<std::size_t>(chunk.lens)];
-  const int width = table_.lenses[static_cast<std::size_t>(chunk.lens)].width;
-  row.ahead = prefetch_distance(chunk, y, width, 1);
+  row.ahead = prefetch_distance(chunk, y, chunk.table.width, 1);
   for (std::size_t k = 0; k < static_cast<std::size_t>(row.count); ++k) {
-    const View& view = plan.view[k];
+    const View& view = chunk.plan.view[k];
     ExposureRow& e = row.exposures[k];
     if (row.source == BracketSource::planes8) {
       convert_to_planes(chunk, y, begin, end, k, e);
@@ -296,9 +260,8 @@ void BracketPass::set_row_pointers(const Chunk& chunk, int y, int begin, int end
 }
 
 void BracketPass::convert_to_planes(const Chunk& chunk, int y, int begin, int end, std::size_t k, ExposureRow& out) {
-  const LensPlan& plan = lenses_[static_cast<std::size_t>(chunk.lens)];
-  const View& view = plan.view[k];
-  const auto width = static_cast<std::size_t>(table_.lenses[static_cast<std::size_t>(chunk.lens)].width);
+  const View& view = chunk.plan.view[k];
+  const auto width = static_cast<std::size_t>(chunk.table.width);
   const auto from = static_cast<std::size_t>(begin), pixels = static_cast<std::size_t>(end - begin);
   const auto stride = static_cast<std::ptrdiff_t>(view.stride);
   std::uint8_t* first = planes_.data() + k * kPlaneRows * width;
@@ -306,7 +269,7 @@ void BracketPass::convert_to_planes(const Chunk& chunk, int y, int begin, int en
   const auto planes = [&](int row) {
     return PlaneRow{plane(row, 0) + from, plane(row, 1) + from, plane(row, 2) + from};
   };
-  const unsigned saturated_from = lut_for(chunk.lens).saturated_from;
+  const unsigned saturated_from = chunk.lut.saturated_from;
   const bool quads = format_ == PixelFormat::nv12;
   const int row = quads ? y % 2 : 0;
   out.at = {plane(row, 0), plane(row, 1), plane(row, 2), plane(row, 3)};
@@ -340,21 +303,16 @@ int BracketPass::consistent_exposures(std::size_t at, float& disagreement) const
 }
 
 void BracketPass::finish_block(const Chunk& chunk, std::size_t block, std::size_t at, BlockSums& out) const {
-  const LensPlan& plan = lenses_[static_cast<std::size_t>(chunk.lens)];
-  const float r = columns_.r[at], g = columns_.g[at], b = columns_.b[at], luminance = folded_.luminance[at];
-  const float low = columns_.low[at], peak = columns_.peak[at], clipped = columns_.clipped[at];
+  const std::array<float, 3>& white = chunk.plan.white;
+  const float luminance = folded_.luminance[at], unit = unit_ * chunk.lut.unit;
   // Converts positions of quads to positions of pixels.
   const float across = is_bayer(format_) ? 2 * folded_.across[at] + 0.5F * luminance : folded_.across[at];
-  const float unit = unit_ * lut_for(chunk.lens).unit;
-  const BlockPass::Middle middle = blocks_.middle(block);
-  out.sum[block] = {r * plan.white[0] * unit, g * plan.white[1] * unit, b * plan.white[2] * unit};
-  out.peak[block] = peak * unit;
-  out.offset_x[block] = luminance > 0 ? across / luminance - middle.x : 0;
-  out.offset_y[block] = luminance > 0 ? low / luminance - middle.y : 0;
+  const CellSum light{columns_.r[at] * white[0] * unit, columns_.g[at] * white[1] * unit,
+                      columns_.b[at] * white[2] * unit};
+  out.set(block, light, columns_.peak[at] * unit, luminance, across, columns_.low[at], layout_.middle(block),
+          columns_.clipped[at]);
   out.noise += static_cast<double>(columns_.noise[at]) * unit * unit;
   out.bias += static_cast<double>(columns_.bias[at]) * unit;
-  out.clipped_sr += clipped;
-  out.clipped[block] = clipped;
 }
 
 }  // namespace lightwell::estimate

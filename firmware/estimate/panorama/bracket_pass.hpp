@@ -16,17 +16,11 @@
 
 namespace lightwell::estimate {
 
-/// Fills the same BlockSums as BlockPass, many times faster, and detects motion.
-///
-/// Motion: exposures are sorted, shortest first, and each is compared with the next longer one, block by block. Over
-/// the pixels that are valid in both, their sums may differ by three sigma of each pixel and 2 %. Where a pixel is
-/// saturated in one, the other must be at least half as bright as the saturation value. A block uses the exposures up
-/// to the first that contradicts the previous one. The shortest is always used, because it alone measures most of the
-/// light; all lamps are therefore measured at one moment, none twice and none not at all.
+/// Fills the same BlockSums as BlockPass, many times faster, and detects motion (estimate/README.md, Brackets).
 class BracketPass {
  public:
-  /// Refers to `table`, `layout` and `blocks` (for the middles of the blocks of `layout`).
-  BracketPass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout, const BlockPass& blocks);
+  /// Refers to `table` and `layout`.
+  BracketPass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout);
 
   /// Whether the bracket has two or more exposures in one format of integer codes, wide enough for vectors. Others are
   /// for CodePass or BlockPass.
@@ -44,10 +38,13 @@ class BracketPass {
   };
   /// Part of a row of blocks of one lens that is processed at once: columns [begin, end) of pixels, whole blocks.
   struct Chunk {
-    int lens, top, rows, begin, end;
+    int lens;
+    const LensTable& table;
+    const LensPlan& plan;
+    const CodeLut& lut;
+    int top, rows, begin, end;
   };
 
-  [[nodiscard]] const CodeLut& lut_for(int lens) const;
   void sort(std::span<const Frame> bracket);
   void run_chunk(const Chunk& chunk, BlockSums& out);
   /// Computes columns_ and folded_ of a chunk from the `count` shortest exposures.
@@ -65,8 +62,6 @@ class BracketPass {
 
   const RigTable& table_;
   const BlockLayout& layout_;
-  const BlockPass& blocks_;
-  std::vector<float> pixel_sr_;  ///< By block, mean solid angle of a pixel.
   std::vector<LensPlan> lenses_;
   PixelFormat format_ = PixelFormat::rgb8;
   int count_ = 0;

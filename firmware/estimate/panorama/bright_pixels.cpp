@@ -1,7 +1,5 @@
 #include "estimate/panorama/bright_pixels.hpp"
 
-#include <algorithm>
-
 #include <lightwell/color.hpp>
 
 namespace lightwell::estimate {
@@ -77,6 +75,32 @@ bool BrightPixels::at_edge(Place p) const {
   const LensTable& own = lens(p);
   return !own.overlap_pixel.empty() && own.overlap_pixel[index(p)] >= 0 &&
          own.solid_angle[index(p)] < min_overlap_solid_angle_;
+}
+
+BlockFloodFill::BlockFloodFill(const RigTable& table, const BlockLayout& layout, const CellGrid& grid,
+                               const BrightPixels& pixels)
+    : grid_(grid), mark_(layout.size()) {
+  blocks_.reserve(kMaxBlocks + 1);
+  std::vector<std::uint32_t> neighbours;
+  for (std::size_t block = 0; block < layout.size(); ++block) {
+    first_neighbour_.push_back(static_cast<std::uint32_t>(neighbours_.size()));
+    const BlockLayout::Place p = layout.place(block);
+    const LensTable& lens = table.lenses[static_cast<std::size_t>(p.lens)];
+    neighbours.clear();
+    BlockLayout::for_each_pixel(p, lens, [&](int x, int y, std::size_t i) {
+      const bool rim = x == 0 || y == 0 || x == p.width - 1 || y == p.height - 1;
+      if (!rim && (lens.overlap_pixel.empty() || lens.overlap_pixel[i] < 0)) return;
+      pixels.for_each_neighbour({p.lens, p.x + x, p.y + y}, [&](BrightPixels::Place n, BrightPixels::Id) {
+        const auto other = static_cast<std::uint32_t>(layout.block_of(n.lens, n.x, n.y));
+        // Blocks without solid angle contain no light and are no background.
+        if (other != block && grid.solid_angle(other) > 0 &&
+            std::find(neighbours.begin(), neighbours.end(), other) == neighbours.end())
+          neighbours.push_back(other);
+      });
+    });
+    neighbours_.insert(neighbours_.end(), neighbours.begin(), neighbours.end());
+  }
+  first_neighbour_.push_back(static_cast<std::uint32_t>(neighbours_.size()));
 }
 
 }  // namespace lightwell::estimate

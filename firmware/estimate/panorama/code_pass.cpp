@@ -6,7 +6,6 @@
 #include <lightwell/color.hpp>
 
 #include "calibration/model/response.hpp"
-#include "estimate/panorama/kernels/block_sums.hpp"
 #include "estimate/panorama/kernels/ycbcr_planes.hpp"
 
 namespace lightwell::estimate {
@@ -15,17 +14,7 @@ namespace {
 /// Pixels of YCbCr that are converted to planes at a time: 16 rows of three planes fit into the L1 cache.
 constexpr std::size_t kCodeChunk = 256;
 
-const std::uint8_t* bytes(const View& view, std::size_t row) {
-  return reinterpret_cast<const std::uint8_t*>(view.data.data()) + row * view.stride;
-}
-
 }  // namespace
-
-CodePass::Scratch::Scratch(std::size_t lanes) : sum(lanes), early(lanes), across(lanes), peak(lanes), clipped(lanes) {}
-
-LaneSums CodePass::Scratch::at(std::size_t lane) {
-  return {sum.data() + lane, early.data() + lane, peak.data() + lane, clipped.data() + lane};
-}
 
 CodePass::CodePass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout)
     : layout_(layout), weights_(table, layout), planes_(3 * kMaxRows * kCodeChunk) {
@@ -66,13 +55,13 @@ bool CodePass::supports(std::span<const Frame> bracket) const {
 void CodePass::plan_lens(const PhotometricCalibration& photometry) {
   LensPlan plan;
   const std::vector<float> linear = linear_table(photometry, 256);
-  plan.linear_from = linear.front();
-  plan.linear_unit = 1 - plan.linear_from;
+  const float linear_from = linear.front();
+  plan.linear_unit = 1 - linear_from;
   plan.linear = photometry.response.kind == ResponseCurve::Kind::linear;
   // Error diffusion: the rounding error of one code is added to the next, so that sums over several codes are precise.
   double rounding_error = 0;
   for (std::size_t code = 0; code < 256; ++code) {
-    const double exact = std::clamp((linear[code] - plan.linear_from) / plan.linear_unit, 0.0F, 1.0F) * 65535.0;
+    const double exact = std::clamp((linear[code] - linear_from) / plan.linear_unit, 0.0F, 1.0F) * 65535.0;
     plan.linear16[code] = static_cast<std::uint16_t>(std::clamp(std::lround(exact + rounding_error), 0L, 65535L));
     rounding_error += exact - plan.linear16[code];
   }
@@ -83,11 +72,16 @@ void CodePass::plan_lens(const PhotometricCalibration& photometry) {
   }
   for (std::size_t i = 0; i < kCodeBits.size(); ++i)
     plan.clipped_from[i] = saturated_from(photometry, 1 << kCodeBits[i]);
-  plan.read2 = static_cast<float>(photometry.read_noise * photometry.read_noise);
-  plan.shot = static_cast<float>(photometry.shot_noise);
-  plan.cut_noise =
-      photometry.black_level < 2 * photometry.read_noise ? static_cast<float>(photometry.read_noise) : 0.0F;
-  for (std::size_t c = 0; c < 3; ++c) plan.white[c] = static_cast<float>(photometry.white_balance[c]);
+  BlockRun& run = plan.run;
+  run.linear_from = linear_from;
+  run.read2 = static_cast<float>(photometry.read_noise * photometry.read_noise);
+  run.shot = static_cast<float>(photometry.shot_noise);
+  run.cut_noise = photometry.black_level < 2 * photometry.read_noise ? static_cast<float>(photometry.read_noise) : 0.0F;
+  for (std::size_t c = 0; c < 3; ++c) {
+    run.white[c] = static_cast<float>(photometry.white_balance[c]);
+    run.luminance[c] = kLuminanceWeights[c] * run.white[c];
+  }
+  if (!plan.linear) run.step = plan.step8.data();
   lenses_.push_back(std::move(plan));
 }
 
@@ -111,35 +105,28 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
   const unsigned clipped_from = plan.clipped_from[layout.depth_index()];
   const Lanes lanes = lanes_of(view.format);
   const LaneRange s = weights_.lane_range(view.lens, lanes, run);
-  const std::uint8_t* weights = weights_.weights(run, lanes);
+  const std::uint8_t* first_weight = run.weighted ? weights_.weights(run, lanes) : nullptr;
   const CodeTable16* table = plan.linear ? nullptr : &plan.linear16;
-  const auto sum_codes = [&](const CodeRows& codes, const std::uint8_t* w, std::size_t w_stride, std::size_t count,
-                             const LaneSums& to) {
-    if (run.weighted)
-      sum_weighted_lanes(codes, w, w_stride, count, to);
-    else
-      sum_lanes(codes, count, to);
+  // Weights from an offset on, in rows that are `stride` bytes apart.
+  const auto weights_at = [&](std::size_t offset, std::size_t stride) {
+    return LaneWeights{run.weighted ? first_weight + offset : nullptr, stride};
   };
   if (lanes == Lanes::interleaved) {
-    sum_codes({bytes(view, static_cast<std::size_t>(top)) + s.begin, view.stride, rows, table, clipped_from}, weights,
-              s.count, s.count, groups_[0].at(s.begin));
+    sum_lanes({row_of(view, top) + s.begin, view.stride, rows, table, clipped_from}, weights_at(0, s.count), s.count,
+              groups_[0].at(s.begin));
     return;
   }
   if (lanes == Lanes::mosaic) {
     for (std::size_t parity = 0; parity < 2; ++parity) {
-      const std::uint8_t* first = bytes(view, static_cast<std::size_t>(top) + parity);
+      const std::uint8_t* first = row_of(view, top + static_cast<int>(parity));
       const LaneSums to = groups_[parity].at(s.begin);
-      const std::uint8_t* w = weights + parity * s.count;
-      if (layout.sample_bytes == 1) {
-        sum_codes({first + s.begin, 2 * view.stride, rows / 2, table, clipped_from}, w, 2 * s.count, s.count, to);
-        continue;
-      }
-      const WordRows words{first + 2 * s.begin, 2 * view.stride, rows / 2,
-                           static_cast<std::uint16_t>(layout.full_scale()), clipped_from};
-      if (run.weighted)
-        sum_weighted_wide_lanes(words, w, 2 * s.count, s.count, to);
+      const LaneWeights weights = weights_at(parity * s.count, 2 * s.count);
+      if (layout.sample_bytes == 1)
+        sum_lanes({first + s.begin, 2 * view.stride, rows / 2, table, clipped_from}, weights, s.count, to);
       else
-        sum_wide_lanes(words, s.count, to);
+        sum_wide_lanes({first + 2 * s.begin, 2 * view.stride, rows / 2, static_cast<std::uint16_t>(layout.full_scale()),
+                        clipped_from},
+                       weights, s.count, to);
     }
     return;
   }
@@ -151,21 +138,20 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
       std::uint8_t* r = planes_.data() + static_cast<std::size_t>(y) * kCodeChunk;
       return PlaneRow{r, r + kPlaneStride, r + 2 * kPlaneStride};
     };
-    const auto line = [&](int y) { return bytes(view, static_cast<std::size_t>(top + y)); };
+    const auto line = [&](int y) { return row_of(view, top + y); };
     if (view.format == PixelFormat::yuyv) {
       for (int y = 0; y < rows; ++y) planes_of_yuyv(line(y) + 2 * at, count, plane(y));
     } else {
       for (int y = 0; y < rows; y += 2) {
         // Blocks begin at even rows; with an odd height, the last row does not share its chroma.
         const int below = std::min(y + 1, rows - 1);
-        planes_of_nv12(line(y) + at, line(below) + at,
-                       bytes(view, static_cast<std::size_t>(view.height + (top + y) / 2)) + at, count, plane(y),
+        planes_of_nv12(line(y) + at, line(below) + at, row_of(view, view.height + (top + y) / 2) + at, count, plane(y),
                        plane(below));
       }
     }
     for (std::size_t c = 0; c < 3; ++c)
-      sum_codes({planes_.data() + c * kMaxRows * kCodeChunk, kCodeChunk, rows, table, clipped_from}, weights + within,
-                s.count, count, groups_[c].at(at));
+      sum_lanes({planes_.data() + c * kMaxRows * kCodeChunk, kCodeChunk, rows, table, clipped_from},
+                weights_at(within, s.count), count, groups_[c].at(at));
   }
 }
 
@@ -262,23 +248,14 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
       break;
   }
 
-  BlockRun in;
+  BlockRun in = plan.run;
   in.weighted = run.weighted;
   in.plain_unit = plan.linear_unit / (plan.linear ? top_code : 65535);
   in.unit = !run.weighted ? in.plain_unit : plan.linear ? in.plain_unit / (words ? 16 : 257) : in.plain_unit;
   // Mean truncation error of the products with weights, whose fraction of four or eight bits is cut off.
   in.cut_off = words ? 0.469F : 0.498F;
-  in.linear_from = plan.linear_from;
   in.half_y = 0.5F * static_cast<float>(rows - 1);
   in.radiance = radiance_per_linear;
-  for (std::size_t c = 0; c < 3; ++c) {
-    in.white[c] = plan.white[c];
-    in.luminance[c] = kLuminanceWeights[c] * plan.white[c];
-  }
-  in.read2 = plan.read2;
-  in.shot = plan.shot;
-  in.cut_noise = plan.cut_noise;
-  if (!plan.linear) in.step = plan.step8.data();
   const std::size_t block = layout_.block_of(view.lens, static_cast<int>(first * edge), top);
   const BlockErrorSums error_sums = convert_block_sums(
       in, weights_.block_weights(block, lanes), codes_.at_first(), blocks,

@@ -15,11 +15,7 @@
 
 namespace lightwell::estimate {
 
-/// Fills the same BlockSums as BlockPass, many times faster.
-///
-/// Within a block, the weight of a pixel (solid angle divided by relative illumination) is approximated by a plane over
-/// x and y, so that sums and first moments of the codes give the weighted sum. Where a plane does not fit (at the edge
-/// of a lens, in the overlap of two lenses), each pixel has its own 8-bit weight.
+/// Fills the same BlockSums as BlockPass, many times faster (see CodeWeights for the weights of pixels).
 class CodePass {
  public:
   CodePass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout);
@@ -42,18 +38,18 @@ class CodePass {
   struct LensPlan {
     CodeTable16 linear16;
     std::vector<float> step8;  ///< Quantization step by linear value in 1/4095.
-    /// Linear value = linear_from + linear_unit * linear16 / 65535.
-    float linear_from = 0, linear_unit = 0;
-    bool linear = false;                                    ///< Codes are linear; linear16 is not used.
+    float linear_unit = 0;     ///< Linear value = run.linear_from + linear_unit * linear16 / 65535.
+    bool linear = false;       ///< Codes are linear; linear16 is not used.
     std::array<unsigned, kCodeBits.size()> clipped_from{};  ///< saturated_from() by index in kCodeBits.
-    float read2 = 0, shot = 0, cut_noise = 0;
-    float white[3] = {1, 1, 1};
+    BlockRun run;                                           ///< The constants of the lens.
   };
   struct Scratch {
     std::vector<std::uint32_t> sum, early, across;
     std::vector<std::uint16_t> peak, clipped;
-    explicit Scratch(std::size_t lanes);
-    [[nodiscard]] LaneSums at(std::size_t lane);
+    explicit Scratch(std::size_t lanes) : sum(lanes), early(lanes), across(lanes), peak(lanes), clipped(lanes) {}
+    [[nodiscard]] LaneSums at(std::size_t lane) {
+      return {sum.data() + lane, early.data() + lane, peak.data() + lane, clipped.data() + lane};
+    }
   };
 
   void plan_lens(const PhotometricCalibration& photometry);

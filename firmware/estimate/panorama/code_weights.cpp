@@ -68,19 +68,15 @@ void CodeWeights::plan_block(int lens_number, std::size_t block) {
   const BlockLayout::Place p = layout_.place(block);
   double sum = 0, sr = 0, visible = 0, x_fit = 0, y_fit = 0, squares = 0;
   const double middle_x = 0.5 * (p.width - 1), middle_y = 0.5 * (p.height - 1);
-  for (int y = 0; y < p.height; ++y) {
-    for (int x = 0; x < p.width; ++x) {
-      const auto i =
-          static_cast<std::size_t>(p.y + y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(p.x + x);
-      const double a = lens.solid_angle[i], w = a * lens.inverse_vignetting[i];
-      visible += a > 0 ? 1 : 0;
-      sr += a;
-      sum += w;
-      squares += w * w;
-      x_fit += w * (x - middle_x);
-      y_fit += w * (y - middle_y);
-    }
-  }
+  BlockLayout::for_each_pixel(p, lens, [&](int x, int y, std::size_t i) {
+    const double a = lens.solid_angle[i], w = a * lens.inverse_vignetting[i];
+    visible += a > 0 ? 1 : 0;
+    sr += a;
+    sum += w;
+    squares += w * w;
+    x_fit += w * (x - middle_x);
+    y_fit += w * (y - middle_y);
+  });
   if (!(sum > 0)) return;
   const double pixels = static_cast<double>(p.width) * p.height;
   block_weights_.half_x[block] = static_cast<float>(middle_x);
@@ -140,8 +136,7 @@ void CodeWeights::round_weights(int lens_number, std::size_t block, Lanes lanes,
     int pixels = 0;
     for (int j = y; j < std::min(y + step, p.height); ++j) {
       for (int i = x; i < std::min(x + step, p.width); ++i, ++pixels) {
-        const auto at = static_cast<std::size_t>(p.y + j) * static_cast<std::size_t>(lens.width) +
-                        static_cast<std::size_t>(p.x + i);
+        const std::size_t at = lens.index(p.x + i, p.y + j);
         sum += static_cast<double>(lens.solid_angle[at]) * lens.inverse_vignetting[at];
       }
     }

@@ -1,5 +1,6 @@
-// Weights of code sums, precomputed for a rig: runs of blocks that are summed together, 8-bit weights of pixels where a
-// plane does not fit, and the coefficients that convert sums to light.
+// Weights of code sums, precomputed for a rig. Within a block, the weight of a pixel (solid angle divided by relative
+// illumination) is a plane over x and y, so that sums and first moments of the codes give the weighted sum. Where a
+// plane does not fit (at the edge of a lens, in the overlap of two lenses), each pixel has its own 8-bit weight.
 #pragma once
 
 #include <array>

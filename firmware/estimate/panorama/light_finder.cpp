@@ -1,6 +1,5 @@
 #include "estimate/panorama/light_finder.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -202,10 +201,7 @@ void LightFinder::record_part(std::uint32_t block, const CellSum& light) {
     if (parts.size() == parts.capacity()) return;
     parts.push_back({block, region_number_, {}});
   }
-  CellSum& sum = parts.back().light;
-  sum.r += light.r;
-  sum.g += light.g;
-  sum.b += light.b;
+  parts.back().light += light;
 }
 
 void LightFinder::gather_pixels(Vec3d axis, RegionMoments& out) {
@@ -215,11 +211,7 @@ void LightFinder::gather_pixels(Vec3d axis, RegionMoments& out) {
     const auto a = static_cast<float>(sr);
     record_part(static_cast<std::uint32_t>(layout_.block_of(pixel.place.lens, pixel.place.x, pixel.place.y)),
                 {l.r * a, l.g * a, l.b * a});
-    out.irradiance[0] += l.r * sr * c;
-    out.irradiance[1] += l.g * sr * c;
-    out.irradiance[2] += l.b * sr * c;
-    out.weight += l.luminance * sr;
-    out.spread += l.luminance * sr * (1 - c);
+    out.add(l.r * sr, l.g * sr, l.b * sr, l.luminance * sr, c);
   }
 }
 
@@ -234,11 +226,7 @@ void LightFinder::gather_blocks(float floor, Vec3d axis, RegionMoments& out) {
     const double c = dot(d, axis), luminance = s.luminance();
     out.toward += d * luminance;
     record_part(block, s);
-    out.irradiance[0] += s.r * c;
-    out.irradiance[1] += s.g * c;
-    out.irradiance[2] += s.b * c;
-    out.weight += luminance;
-    out.spread += luminance * (1 - c);
+    out.add(s.r, s.g, s.b, luminance, c);
   }
 }
 

@@ -23,10 +23,8 @@
 #include "calibration/model/lens_table.hpp"
 #include "estimate/common/cells.hpp"
 #include "estimate/frames/row_reader.hpp"
-#include "estimate/panorama/block_flood_fill.hpp"
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/bright_pixels.hpp"
-#include "estimate/panorama/frame_integral.hpp"
 
 namespace lightwell::estimate {
 
@@ -95,6 +93,14 @@ class LightFinder {
     Vec3d toward;
     double irradiance[3] = {};
     double weight = 0, spread = 0;
+    /// Adds radiance times solid angle, by channel and luminance. `cosine`: of the angle to the axis.
+    void add(double r, double g, double b, double luminance, double cosine) {
+      irradiance[0] += r * cosine;
+      irradiance[1] += g * cosine;
+      irradiance[2] += b * cosine;
+      weight += luminance;
+      spread += luminance * (1 - cosine);
+    }
   };
 
   /// The brightest pixel of a block that belongs to no region.

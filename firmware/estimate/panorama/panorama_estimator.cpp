@@ -2,19 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numbers>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "calibration/model/lens_table.hpp"
 #include "estimate/common/descriptor_optimizer.hpp"
-#include "estimate/common/environment.hpp"
+#include "estimate/common/environment_updates.hpp"
 #include "estimate/common/error_bound.hpp"
 #include "estimate/common/light_tracker.hpp"
 #include "estimate/common/smoother.hpp"
-#include "estimate/frames/descriptor_header.hpp"
 #include "estimate/frames/flicker.hpp"
 #include "estimate/frames/row_reader.hpp"
 #include "estimate/panorama/clipped_lights.hpp"

@@ -5,9 +5,9 @@
 #include <optional>
 
 #include <lightwell/calibration.hpp>
+#include <lightwell/config.hpp>
 
 #include "estimate/estimator.hpp"
-#include "estimate/panorama/grey_patch.hpp"
 
 namespace lightwell {
 

@@ -1,7 +1,6 @@
 #include "estimate/panorama/row_profiler.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -86,8 +85,7 @@ std::span<const RowProfile> RowProfiler::profile(const Frame& exposure) {
     const std::size_t step = layout.pixel_bytes, within = layout.luma_offset;
     for (int top = 0; top < view.height; top += lens.group_rows) {
       const int y = (top + std::min(lens.group_rows, view.height - top) / 2) & ~1;
-      const auto* row =
-          reinterpret_cast<const std::uint8_t*>(view.data.data()) + static_cast<std::size_t>(y) * view.stride;
+      const std::uint8_t* row = row_of(view, y);
       const RowSpan span = table_.lenses[number].rows[static_cast<std::size_t>(y)];
       const float mean = layout.sample_bytes == 2
                              ? mean_of_row(span,

@@ -19,7 +19,7 @@ SphereIntegrator::SphereIntegrator(const RigParameters& rig, const RigTable& tab
       grid_(layout_.make_grid(table)),
       block_pass_(table, layout_),
       code_pass_(rig, table, layout_),
-      bracket_pass_(rig, table, layout_, block_pass_),
+      bracket_pass_(rig, table, layout_),
       unseen_(rig, table, layout_, grid_),
       integral_(layout_, unseen_.cells().size()),
       pixel_rad_(pixel_side(table)) {
@@ -91,14 +91,13 @@ std::vector<float> SphereIntegrator::cell_solid_angles() const {
 SphereIntegrator::BilinearSample SphereIntegrator::bilinear_sample_of(std::size_t block) const {
   const BlockLayout::Place p = layout_.place(block);
   const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
-  const BlockPass::Middle middle = block_pass_.middle(block);
+  const BlockLayout::Middle middle = layout_.middle(block);
   const BlockSums& blocks = integral_.blocks;
   const float x = std::clamp(middle.x + blocks.offset_x[block], 0.0F, static_cast<float>(p.width - 1));
   const float y = std::clamp(middle.y + blocks.offset_y[block], 0.0F, static_cast<float>(p.height - 1));
   const int x0 = std::min(static_cast<int>(x), std::max(p.width - 2, 0)),
             y0 = std::min(static_cast<int>(y), std::max(p.height - 2, 0));
-  const Vec3f* at = &lens.direction[static_cast<std::size_t>(p.y + y0) * static_cast<std::size_t>(lens.width) +
-                                    static_cast<std::size_t>(p.x + x0)];
+  const Vec3f* at = &lens.direction[lens.index(p.x + x0, p.y + y0)];
   return {at, p.width > 1 ? 1 : 0, p.height > 1 ? lens.width : 0, x - static_cast<float>(x0),
           y - static_cast<float>(y0)};
 }

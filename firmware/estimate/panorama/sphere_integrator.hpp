@@ -14,7 +14,6 @@
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/bracket_pass.hpp"
 #include "estimate/panorama/code_pass.hpp"
-#include "estimate/panorama/frame_integral.hpp"
 #include "estimate/panorama/unseen.hpp"
 #include "imaging/frame.hpp"
 

@@ -100,8 +100,7 @@ bool UnseenLight::fill(UnseenFill mode, unsigned present, ProbeTime time, std::s
     const auto copy = [&](std::uint32_t from, float solid_angle, CellSum& to) {
       to = {};
       if (from == kNoBlock || !(grid_.solid_angle(from) > 0)) return;
-      const float k = solid_angle / grid_.solid_angle(from);
-      to = {blocks[from].r * k, blocks[from].g * k, blocks[from].b * k};
+      to = blocks[from] * (solid_angle / grid_.solid_angle(from));
       filled = true;
     };
     for (std::size_t cell = 0; cell < unseen.size(); ++cell)

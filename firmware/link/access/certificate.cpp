@@ -127,10 +127,10 @@ Result<CertificateInfo> read_certificate(const std::string& pem) {
 Status check_key_matches_certificate(const std::string& certificate, const std::string& key) {
   const Certificate x509 = certificate_of(certificate);
   const Key private_key = private_key_of(key);
-  if (!x509) return {StatusCode::invalid_argument, "no certificate in PEM form"};
-  if (!private_key) return {StatusCode::invalid_argument, "no private key in PEM form, or one with a pass phrase"};
+  if (!x509) return invalid_argument("no certificate in PEM form");
+  if (!private_key) return invalid_argument("no private key in PEM form, or one with a pass phrase");
   if (X509_check_private_key(x509.get(), private_key.get()) != 1)
-    return {StatusCode::invalid_argument, "the key does not belong to the certificate"};
+    return invalid_argument("the key does not belong to the certificate");
   return {};
 }
 

@@ -7,7 +7,6 @@
 #include <sys/stat.h>
 
 #include <lightwell/files.hpp>
-#include <lightwell/printable.hpp>
 #include <lightwell/secrets.hpp>
 #include <lightwell/text.hpp>
 

@@ -45,8 +45,6 @@ Result<std::string> new_private_key() {
   return std::move(made->private_pem);
 }
 
-Status at(const std::string& path, const Status& s) { return s.ok() ? s : Status(s.code(), path + ": " + s.message()); }
-
 struct CertifiedKey {
   std::string certificate, key;
 };
@@ -57,20 +55,18 @@ Result<CertifiedKey> load_or_create(const std::string& stem, CertificateRequest 
   const std::string key_path = stem + "_key.pem", path = stem + ".pem";
   const Result<std::string> key = read_or_create(key_path, new_private_key);
   if (!key) return key.status();
-  Result<std::string> public_key = public_key_of(*key);
-  if (!public_key) return at(key_path, public_key.status());
-  request.public_key = std::move(*public_key);
+  if (const Status s = public_key_of(*key).assign_to(request.public_key); !s.ok()) return s.in(key_path);
   const auto issue = [&] { return issue_certificate(request, issuer ? *issuer : Issuer{{}, *key}); };
   Result<std::string> certificate = read_or_create(path, issue);
   if (!certificate) return certificate.status();
   const Result<CertificateInfo> info = read_certificate(*certificate);
-  if (!info) return at(path, info.status());
+  if (!info) return info.status().in(path);
   if (info->not_after_s <= renew_s) {
     certificate = issue();
     if (!certificate) return certificate.status();
     if (const Status s = write_atomically(path, *certificate, FileMode::owner); !s.ok()) return s;
   }
-  if (const Status s = at(path, check_key_matches_certificate(*certificate, *key)); !s.ok()) return s;
+  if (const Status s = check_key_matches_certificate(*certificate, *key); !s.ok()) return s.in(path);
   return CertifiedKey{*certificate, *key};
 }
 
@@ -84,25 +80,18 @@ Result<std::string> read_named(const std::string& path, const char* field) {
 /// Replaces the probe's own keys and authorities by the owner's files, where the configuration names them.
 Status apply_owner_files(const GrpcConfig& config, ProbeKeys& keys) {
   if (!config.certificate.empty()) {
-    Result<std::string> certificate = read_named(config.certificate, "grpc.certificate");
-    if (!certificate) return certificate.status();
-    Result<std::string> key = read_named(config.key, "grpc.key");
-    if (!key) return key.status();
-    if (const Status s = at(config.certificate + ", " + config.key, check_key_matches_certificate(*certificate, *key));
-        !s.ok())
-      return s;
+    if (Status s = read_named(config.certificate, "grpc.certificate").assign_to(keys.certificate); !s.ok()) return s;
+    if (Status s = read_named(config.key, "grpc.key").assign_to(keys.key); !s.ok()) return s;
+    if (const Status s = check_key_matches_certificate(keys.certificate, keys.key); !s.ok())
+      return s.in(config.certificate + ", " + config.key);
     // Clients pin only the first certificate, because the authorities after it also sign certificates of others.
-    Result<CertificateIdentity> own = identify_certificate(*certificate);
-    if (!own) return at(config.certificate, own.status());
+    Result<CertificateIdentity> own = identify_certificate(keys.certificate);
+    if (!own) return own.status().in(config.certificate);
     keys.trust = std::move(own->pem);
-    keys.certificate = std::move(*certificate);
-    keys.key = std::move(*key);
   }
   if (!config.client_ca.empty()) {
-    Result<std::string> ca = read_named(config.client_ca, "grpc.client_ca");
-    if (!ca) return ca.status();
-    if (const Result<CertificateInfo> info = read_certificate(*ca); !info) return at(config.client_ca, info.status());
-    keys.client_ca = std::move(*ca);
+    if (Status s = read_named(config.client_ca, "grpc.client_ca").assign_to(keys.client_ca); !s.ok()) return s;
+    if (const Status s = read_certificate(keys.client_ca).status(); !s.ok()) return s.in(config.client_ca);
     keys.issuer_certificate.clear();
     keys.issuer_key.clear();
   }

@@ -1,16 +1,13 @@
 #include "link/grpc/grpc_link.hpp"
 
-#include <ctime>
 #include <string>
 
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 
-#include "link/access/bind_policy.hpp"
 #include "link/access/client_list.hpp"
 #include "link/access/probe_keys.hpp"
-#include "link/grpc/call_authorizer.hpp"
 #include "link/grpc/probe_service.hpp"
 #include "link/grpc/transport.hpp"
 
@@ -25,13 +22,10 @@ class GrpcLink final : public Link {
 
   Status start() override {
     if (!is_host_and_port(config_.listen_address)) return listen_failure();
-    if (const Status s = check_bind_policy(config_); !s.ok()) return s;
+    if (const Status s = config_.check_bind_policy(); !s.ok()) return s;
     std::shared_ptr<grpc::ServerCredentials> credentials = grpc::InsecureServerCredentials();
-    if (config_.encrypted()) {
-      Result<std::shared_ptr<grpc::ServerCredentials>> tls = make_tls_credentials();
-      if (!tls) return tls.status();
-      credentials = std::move(*tls);
-    }
+    if (config_.encrypted())
+      if (const Status s = make_tls_credentials().assign_to(credentials); !s.ok()) return s;
     grpc::EnableDefaultHealthCheckService(true);
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
     grpc::ServerBuilder builder;
@@ -53,7 +47,7 @@ class GrpcLink final : public Link {
 
   void stop() override {
     if (!server_) return;
-    service_.streams().close();
+    service_.close_streams();
     server_->Shutdown(std::chrono::system_clock::now() + std::chrono::milliseconds(500));
     server_->Wait();
     server_.reset();

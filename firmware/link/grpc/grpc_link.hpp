@@ -14,9 +14,9 @@
 
 namespace lightwell {
 
-/// Paths in `config` are opened as given. start() fails as check_bind_policy() does, and creates missing keys.
-/// `commands` must outlive the link and is called from gRPC's threads. `clock` determines when the probe's certificate
-/// is renewed.
+/// Paths in `config` are opened as given. start() fails as GrpcConfig::check_bind_policy() does, and creates missing
+/// keys. `commands` must outlive the link and is called from gRPC's threads. `clock` determines when the probe's
+/// certificate is renewed.
 [[nodiscard]] std::unique_ptr<Link> make_grpc_link(
     const GrpcConfig& config, std::string_view probe_name, Commands& commands,
     WallClock clock = [] { return std::time(nullptr); });

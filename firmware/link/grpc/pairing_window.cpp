@@ -11,8 +11,6 @@
 #include <lightwell/secrets.hpp>
 
 #include "lightwell/v1/pairing.grpc.pb.h"
-#include "link/access/bind_policy.hpp"
-#include "link/grpc/rpc_status.hpp"
 #include "link/grpc/transport.hpp"
 
 namespace lightwell {
@@ -26,17 +24,38 @@ constexpr int kMaxRequestBytes = 4096;
 using Base = v1::PairingService::WithCallbackMethod_Begin<
     v1::PairingService::WithCallbackMethod_Finish<v1::PairingService::Service>>;
 
-/// Holds the exchanges in progress and the outcome of the window.
-class Service final : public Base {
+/// The service with its server, the exchanges in progress and the outcome.
+class Window final : public PairingWindow, private Base {
  public:
-  Service(PairingWindowOptions options, ProbeKeys keys, std::string code, std::string digest)
+  Window(PairingWindowOptions options, ProbeKeys keys, std::string code, std::string digest)
       : options_(std::move(options)),
         keys_(std::move(keys)),
         code_(std::move(code)),
         digest_(std::move(digest)),
         end_(Clock::now() + options_.open_for) {}
 
-  const std::string& code() const { return code_; }
+  ~Window() override {
+    if (!server_) return;
+    // The response that closed the window may not have been sent yet.
+    server_->Shutdown(std::chrono::system_clock::now() + std::chrono::milliseconds(500));
+    server_->Wait();
+  }
+
+  /// False if the server cannot listen.
+  [[nodiscard]] bool start() {
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort(options_.listen, tls_credentials(keys_), &port_);
+    builder.RegisterService(this);
+    set_limits(builder);
+    builder.SetMaxReceiveMessageSize(kMaxRequestBytes);
+    server_ = builder.BuildAndStart();
+    return server_ && port_ != 0;
+  }
+
+  const std::string& code() const override { return code_; }
+  std::string address() const override {
+    return "grpcs://" + options_.listen.substr(0, options_.listen.rfind(':')) + ":" + std::to_string(port_);
+  }
 
   grpc::ServerUnaryReactor* Begin(grpc::CallbackServerContext* context, const v1::PairBeginRequest* request,
                                   v1::PairBeginResponse* response) override {
@@ -47,18 +66,18 @@ class Service final : public Base {
     return finished(context, finish(*request, *response));
   }
 
-  PairingOutcome wait(std::chrono::milliseconds timeout) {
+  PairingOutcome wait(std::chrono::milliseconds timeout) override {
     std::unique_lock lock(mutex_);
     closed_.wait_until(lock, std::min(Clock::now() + timeout, end_),
                        [this] { return outcome_ != PairingOutcome::open; });
     close_when_over();
     return outcome_;
   }
-  std::string client_name() const {
+  std::string client_name() const override {
     const std::lock_guard lock(mutex_);
     return client_name_;
   }
-  int wrong_codes() const {
+  int wrong_codes() const override {
     const std::lock_guard lock(mutex_);
     return wrong_codes_;
   }
@@ -153,24 +172,11 @@ class Service final : public Base {
   int begun_ = 0, wrong_codes_ = 0;
   std::string client_name_;
   PairingOutcome outcome_ = PairingOutcome::open;
+  int port_ = 0;
+  std::unique_ptr<grpc::Server> server_;
 };
 
 }  // namespace
-
-struct PairingWindow::Impl {
-  std::unique_ptr<Service> service;
-  std::unique_ptr<grpc::Server> server;
-  std::string host;
-  int port = 0;
-};
-
-PairingWindow::PairingWindow(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-
-PairingWindow::~PairingWindow() {
-  // The response that closed the window may not have been sent yet.
-  impl_->server->Shutdown(std::chrono::system_clock::now() + std::chrono::milliseconds(500));
-  impl_->server->Wait();
-}
 
 Result<std::unique_ptr<PairingWindow>> PairingWindow::open(const PairingWindowOptions& options, const ProbeKeys& keys) {
   if (!is_host_and_port(options.listen)) return listen_error(options.listen, "--pair-listen");
@@ -178,23 +184,9 @@ Result<std::unique_ptr<PairingWindow>> PairingWindow::open(const PairingWindowOp
   if (!code) return code.status();
   const Result<std::string> digest = certificate_digest(keys.certificate);
   if (!digest) return digest.status();
-  auto impl = std::make_unique<Impl>();
-  impl->service = std::make_unique<Service>(options, keys, std::move(*code), *digest);
-  impl->host = options.listen.substr(0, options.listen.rfind(':'));
-  grpc::ServerBuilder builder;
-  builder.AddListeningPort(options.listen, tls_credentials(keys, ClientCertificates::not_requested), &impl->port);
-  builder.RegisterService(impl->service.get());
-  set_limits(builder);
-  builder.SetMaxReceiveMessageSize(kMaxRequestBytes);
-  impl->server = builder.BuildAndStart();
-  if (!impl->server || impl->port == 0) return listen_error(options.listen, "--pair-listen");
-  return std::unique_ptr<PairingWindow>(new PairingWindow(std::move(impl)));
+  auto window = std::make_unique<Window>(options, keys, std::move(*code), *digest);
+  if (!window->start()) return listen_error(options.listen, "--pair-listen");
+  return std::unique_ptr<PairingWindow>(std::move(window));
 }
-
-const std::string& PairingWindow::code() const { return impl_->service->code(); }
-std::string PairingWindow::address() const { return "grpcs://" + impl_->host + ":" + std::to_string(impl_->port); }
-std::string PairingWindow::client_name() const { return impl_->service->client_name(); }
-int PairingWindow::wrong_codes() const { return impl_->service->wrong_codes(); }
-PairingOutcome PairingWindow::wait(std::chrono::milliseconds timeout) { return impl_->service->wait(timeout); }
 
 }  // namespace lightwell

@@ -37,25 +37,18 @@ class PairingWindow {
   /// Starts to listen. resource_exhausted: the port cannot be used.
   [[nodiscard]] static Result<std::unique_ptr<PairingWindow>> open(const PairingWindowOptions& options,
                                                                    const ProbeKeys& keys);
-  PairingWindow(const PairingWindow&) = delete;
-  PairingWindow& operator=(const PairingWindow&) = delete;
-  ~PairingWindow();
+  virtual ~PairingWindow() = default;
 
   /// The code to be entered on the client: six digits, valid for one pairing.
-  [[nodiscard]] const std::string& code() const;
+  [[nodiscard]] virtual const std::string& code() const = 0;
   /// The address for clients, for example "grpcs://0.0.0.0:7421".
-  [[nodiscard]] std::string address() const;
+  [[nodiscard]] virtual std::string address() const = 0;
   /// Name of the paired client, for people; empty before.
-  [[nodiscard]] std::string client_name() const;
-  [[nodiscard]] int wrong_codes() const;
+  [[nodiscard]] virtual std::string client_name() const = 0;
+  [[nodiscard]] virtual int wrong_codes() const = 0;
 
   /// Waits until the window closes, at most for `timeout`. Any thread.
-  [[nodiscard]] PairingOutcome wait(std::chrono::milliseconds timeout);
-
- private:
-  struct Impl;
-  explicit PairingWindow(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  [[nodiscard]] virtual PairingOutcome wait(std::chrono::milliseconds timeout) = 0;
 };
 
 }  // namespace lightwell

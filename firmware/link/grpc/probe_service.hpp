@@ -1,11 +1,14 @@
-// ProbeService on gRPC: requests of clients and descriptor streams.
+// ProbeService on gRPC: requests of clients, and descriptor streams with one write in progress and one slot for the
+// newest descriptor each.
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <grpcpp/generic/async_generic_service.h>
 #include <grpcpp/server_builder.h>
@@ -15,7 +18,6 @@
 #include <lightwell/result.hpp>
 
 #include "lightwell/v1/probe_service.grpc.pb.h"
-#include "link/grpc/descriptor_stream.hpp"
 #include "link/link.hpp"
 
 namespace lightwell {
@@ -36,7 +38,8 @@ class ProbeService final {
   void register_at(grpc::ServerBuilder& builder);
 
   void publish(const EncodedDescriptor& descriptor);
-  [[nodiscard]] StreamClients& streams() { return streams_; }
+  /// Ends every stream and waits for them, at most 200 ms.
+  void close_streams();
   /// Number of clients, coalesced descriptors and refused messages.
   [[nodiscard]] LinkCounters counters() const;
 
@@ -44,34 +47,40 @@ class ProbeService final {
   class Call;
   class Dispatcher;
   /// Handler of a method; receives the bytes of its request.
-  using Method = void (ProbeService::*)(const std::string& request, ByteCall& call);
+  using Method = void (ProbeService::*)(const std::string& request, Call& call);
 
-  void stream_descriptors(const std::string& request, ByteCall& call);
-  void get_descriptor(const std::string& request, ByteCall& call);
-  void info(const std::string& request, ByteCall& call);
-  void set_config(const std::string& request, ByteCall& call);
-  void report_lux(const std::string& request, ByteCall& call);
-  void get_config(const std::string& request, ByteCall& call);
+  void stream_descriptors(const std::string& request, Call& call);
+  void get_descriptor(const std::string& request, Call& call);
+  /// Responds with the result of answer_probe_call().
+  template <ProbeCall which>
+  void answer(const std::string& request, Call& call);
 
   /// The bytes of a complete request of allowed size; otherwise counts it and returns the reason. `received`:
   /// OnReadDone's.
   [[nodiscard]] Result<std::string> validate_request(bool received, const grpc::ByteBuffer& bytes);
   /// Parses a request; a malformed one is counted, the call finished, and false returned.
   template <class Request>
-  [[nodiscard]] bool read(const std::string& bytes, Request& request, ByteCall& call);
-  /// Responds with the result of answer_probe_call().
-  void respond(ProbeCall which, const std::string& request, ByteCall& call);
+  [[nodiscard]] bool read(const std::string& bytes, Request& request, Call& call);
   /// Counts the request and finishes the call with INVALID_ARGUMENT.
-  void refuse(const std::string& why, ByteCall& call);
+  void refuse(const std::string& why, Call& call);
+
+  /// Turns a call into a stream: it receives every descriptor, or the newest ones if it is slow.
+  void add_stream(Call& call);
+  /// Does nothing for a call that is no stream.
+  void remove_stream(Call& call);
 
   Commands& commands_;
   std::unique_ptr<grpc::CallbackGenericService> dispatcher_;
   /// Serves no call: reflection lists services with registered methods, which the generic service does not have.
   v1::ProbeService::CallbackService listed_;
-  StreamClients streams_;
-  std::atomic<std::uint64_t> refused_{0};
+  std::atomic<std::uint64_t> refused_{0}, coalesced_{0};
   std::mutex newest_mutex_;
   std::optional<grpc::ByteBuffer> newest_;
+
+  mutable std::mutex streams_mutex_;
+  std::condition_variable stream_removed_;
+  std::vector<Call*> streams_;
+  bool closing_ = false;
 };
 
 }  // namespace lightwell

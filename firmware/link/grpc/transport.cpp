@@ -1,25 +1,21 @@
 #include "link/grpc/transport.hpp"
 
+#include <ctime>
 #include <optional>
-#include <string_view>
 
 #include <grpc/grpc.h>
 #include <grpc/grpc_security.h>
 
+#include <lightwell/secrets.hpp>
+#include <lightwell/text.hpp>
+
 namespace lightwell {
 namespace {
 
-grpc_ssl_client_certificate_request_type request_of(ClientCertificates clients) {
-  switch (clients) {
-    case ClientCertificates::not_requested:
-      break;
-    case ClientCertificates::optional:
-      return GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_AND_VERIFY;
-    case ClientCertificates::required:
-      return GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY;
-  }
-  return GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE;
-}
+constexpr std::string_view kBearer = "Bearer ";
+constexpr std::string_view kHealth = "/grpc.health.v1.Health/";
+/// gRPC refuses larger messages without reading them. The services have smaller limits and count what they refuse.
+constexpr int kMaxWireMessageBytes = 64 * 1024;
 
 std::string_view view_of(const grpc_slice& slice) {
   return {reinterpret_cast<const char*>(GRPC_SLICE_START_PTR(slice)), GRPC_SLICE_LENGTH(slice)};
@@ -33,8 +29,11 @@ class ReloadingTlsCredentials final : public grpc::ServerCredentials {
                           std::shared_ptr<CallAuthorizer> authorizer) {
     // gRPC keeps the C object as long as a server uses it, and then deletes `parts` by the callback.
     auto* const parts = new Parts{std::move(keys), std::move(authorizer)};
+    const grpc_ssl_client_certificate_request_type request =
+        clients == ClientCertificates::required ? GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY
+                                                : GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_AND_VERIFY;
     held_ = grpc_ssl_server_credentials_create_with_options(
-        grpc_ssl_server_credentials_create_options_using_config_fetcher(request_of(clients), fetch, parts));
+        grpc_ssl_server_credentials_create_options_using_config_fetcher(request, fetch, parts));
     grpc_server_credentials_set_auth_metadata_processor(
         held_, {process, [](void* state) { delete static_cast<Parts*>(state); }, parts});
   }
@@ -86,10 +85,30 @@ class ReloadingTlsCredentials final : public grpc::ServerCredentials {
 
 }  // namespace
 
-std::shared_ptr<grpc::ServerCredentials> tls_credentials(const ProbeKeys& keys, ClientCertificates clients) {
-  grpc::SslServerCredentialsOptions options(request_of(clients));
+bool CallAuthorizer::accepts_certificate(std::string_view pem, std::int64_t now_s) const {
+  if (pem.empty()) return false;
+  if (policy_ == CertificatePolicy::any) return true;
+  const Result<std::string> digest = certificate_digest(pem);
+  return digest && clients_->accepts_certificate(to_hex(*digest), now_s);
+}
+
+const char* CallAuthorizer::denial_reason(const CallCredentials& call) {
+  if (call.path.starts_with(kHealth)) return nullptr;
+  const std::int64_t now_s = std::time(nullptr);
+  const std::string_view token =
+      call.authorization.starts_with(kBearer) ? call.authorization.substr(kBearer.size()) : std::string_view();
+  // Both are always evaluated, so that the time does not reveal which of them the call had.
+  const bool by_token = clients_->accepts_token(token, now_s);
+  const bool by_certificate = accepts_certificate(call.certificate, now_s);
+  if (by_token || by_certificate) return nullptr;
+  refused_.fetch_add(1, std::memory_order_relaxed);
+  return "the call has no valid token or certificate of this probe: pair with it (`lightwelld --pair` there, "
+         "`lightwell pair` here)";
+}
+
+std::shared_ptr<grpc::ServerCredentials> tls_credentials(const ProbeKeys& keys) {
+  grpc::SslServerCredentialsOptions options(GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE);
   options.pem_key_cert_pairs.push_back({keys.key, keys.certificate});
-  if (clients != ClientCertificates::not_requested) options.pem_root_certs = keys.client_ca;
   return grpc::SslServerCredentials(options);
 }
 
@@ -115,6 +134,26 @@ void set_limits(grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, 8 * 1024);
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 5'000);
   builder.SetMaxReceiveMessageSize(kMaxWireMessageBytes);
+}
+
+bool is_host_and_port(std::string_view listen) {
+  const std::size_t colon = listen.rfind(':');
+  if (colon == std::string_view::npos || colon == 0) return false;
+  const auto port = parse_number<unsigned>(listen.substr(colon + 1));
+  return port && *port <= 65535;
+}
+
+grpc::Status rpc_status(const Status& s) {
+  // In the order of StatusCode.
+  constexpr grpc::StatusCode kCodes[] = {grpc::StatusCode::OK,
+                                         grpc::StatusCode::INVALID_ARGUMENT,
+                                         grpc::StatusCode::NOT_FOUND,
+                                         grpc::StatusCode::DATA_LOSS,
+                                         grpc::StatusCode::FAILED_PRECONDITION,
+                                         grpc::StatusCode::UNAVAILABLE,
+                                         grpc::StatusCode::RESOURCE_EXHAUSTED,
+                                         grpc::StatusCode::INTERNAL};
+  return {kCodes[static_cast<std::size_t>(s.code())], s.message()};
 }
 
 Status listen_error(const std::string& listen, const std::string& options) {

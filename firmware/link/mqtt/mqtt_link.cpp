@@ -12,7 +12,7 @@
 
 #include <lightwell/files.hpp>
 #include <lightwell/mqtt_session.hpp>
-#include <lightwell/status_codec.hpp>
+#include <lightwell/status.hpp>
 #include <lightwell/time.hpp>
 
 namespace lightwell {
@@ -178,7 +178,7 @@ class Worker {
 Status check_readable(const std::string& field, const std::string& path) {
   if (path.empty()) return {};
   const Result<std::optional<std::string>> text = read_named_file(path);
-  if (!text) return {text.status().code(), "mqtt." + field + ": " + text.status().message()};
+  if (!text) return text.status().in("mqtt." + field);
   if (*text) return {};
   return {StatusCode::not_found, "mqtt." + field + ": " + path + ": there is no such file"};
 }
@@ -187,12 +187,12 @@ Status check_readable(const std::string& field, const std::string& path) {
 Status read_login(const std::string& path, MqttLogin& login) {
   if (path.empty()) return {};
   const Result<std::optional<std::string>> text = read_named_file(path);
-  if (!text) return {text.status().code(), "mqtt.login_file: " + text.status().message()};
+  if (!text) return text.status().in("mqtt.login_file");
   std::tie(login.user, login.password) = mqtt_login_of(text->value_or(""));
   if (login.user.empty())
-    return {StatusCode::invalid_argument, "mqtt.login_file: " + path + ": the first line, the user name, is empty"};
+    return invalid_argument("mqtt.login_file: " + path + ": the first line, the user name, is empty");
   if (login.user.size() > 1024 || login.password.size() > 1024)
-    return {StatusCode::invalid_argument, "mqtt.login_file: " + path + ": a line is longer than 1024 bytes"};
+    return invalid_argument("mqtt.login_file: " + path + ": a line is longer than 1024 bytes");
   return {};
 }
 

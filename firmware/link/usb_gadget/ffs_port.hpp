@@ -1,10 +1,11 @@
-// A GadgetPort on Linux's FunctionFS: the kernel drives the controller, this process implements the interface.
+// A GadgetPort on Linux's FunctionFS: the kernel drives the controller, this process implements the interface. Its
+// descriptors: linux/usb/functionfs.h; USB 2.0, 9.6; USB 3.2, 9.6.7.
 #pragma once
 
 #include <functional>
 #include <memory>
 #include <string>
-#include <utility>
+#include <vector>
 
 #include <lightwell/file_descriptor.hpp>
 #include <lightwell/result.hpp>
@@ -12,6 +13,13 @@
 #include "link/usb_gadget/gadget_port.hpp"
 
 namespace lightwell {
+
+/// One vendor-specific interface with a bulk endpoint in each direction at full, high and super speed, and Microsoft's
+/// OS descriptors 1.0: WINUSB as compatible id, so that Windows loads its own driver, and the interface's GUID. The
+/// first endpoint (file ep1) sends to the host, the second (ep2) receives; the controller chooses their addresses.
+[[nodiscard]] std::vector<std::byte> ffs_descriptors();
+/// The string table: the interface's name.
+[[nodiscard]] std::vector<std::byte> ffs_strings();
 
 /// The open files of a FunctionFS whose descriptors have been written.
 struct FfsFiles {

@@ -1,5 +1,3 @@
-#include "tools/lightwell_calibrate/board_command.hpp"
-
 #include <array>
 #include <iostream>
 #include <string>
@@ -9,9 +7,8 @@
 
 #include "tools/command_line.hpp"
 #include "tools/json_text.hpp"
-#include "tools/lightwell_calibrate/board_page.hpp"
-#include "tools/lightwell_calibrate/json.hpp"
-#include "tools/lightwell_calibrate/output.hpp"
+#include "tools/lightwell_calibrate/commands.hpp"
+#include "tools/lightwell_calibrate/sheets.hpp"
 
 namespace lightwell::calibrate {
 
@@ -27,41 +24,17 @@ The sheet has a description and a ruler. Print at 100 %, measure the ruler, and 
 YAML by measured / 100 mm. Glue the board onto something flat: bent paper makes a calibration inaccurate.
 Exit status: 0 done, 1 an input is wrong (standard error has the reason and the remedy), 2 wrong usage.)";
 
-struct Arguments {
-  TagBoard board;
-  Paper paper = kPapers[0];
-  double dpi = 300;
-  std::vector<std::string> outputs;
-  bool json = false;
-};
-
-bool ends_with(const std::string& path, std::string_view ending) { return path.ends_with(ending); }
-
-std::string check_output(const std::string& path) {
-  for (const char* ending : {".pdf", ".svg", ".png", ".yaml"})
-    if (ends_with(path, ending)) return "";
-  return "'" + path + "' must end in .pdf, .svg, .png or .yaml";
-}
-
-nlohmann::ordered_json json_of(const Arguments& arguments, const BoardPage& sheet) {
-  const TagBoard& board = arguments.board;
+nlohmann::ordered_json json_of(const TagBoard& board, const SheetOptions& options, const BoardPage& sheet) {
   return {{"family", to_string(board.family)},
           {"columns", board.columns},
           {"rows", board.rows},
           {"tag_size_m", json_number(board.tag_size_m)},
           {"spacing", json_number(board.spacing)},
           {"first_id", board.first_id},
-          {"paper", arguments.paper.name},
+          {"paper", options.paper.name},
           {"sheet_mm", json_numbers(std::array{sheet.page.width, sheet.page.height})},
           {"origin_mm", json_numbers(std::array{sheet.origin_x_mm, sheet.origin_y_mm})},
-          {"files", arguments.outputs}};
-}
-
-Status write(const Arguments& arguments, const BoardPage& sheet, const std::string& path) {
-  if (ends_with(path, ".png")) return write_page_png(sheet.page, arguments.dpi, path);
-  if (ends_with(path, ".svg")) return write_output(path, page_to_svg(sheet.page));
-  if (ends_with(path, ".yaml")) return write_output(path, tag_board_to_text(arguments.board));
-  return write_output(path, page_to_pdf(sheet.page));
+          {"files", options.outputs}};
 }
 
 }  // namespace
@@ -69,8 +42,8 @@ Status write(const Arguments& arguments, const BoardPage& sheet, const std::stri
 int board_command(const std::vector<std::string>& arguments) {
   CLI::App app{"A board of AprilTags to print, true to scale.", "lightwell-calibrate board"};
   app.footer(kFooter);
-  Arguments in;
-  TagBoard& board = in.board;
+  TagBoard board;
+  SheetOptions in;
   double tag_size_mm = 24;
   add_parsed_option(app, "--family", board.family, parse_tag_family, "tag36h11 or tagStandard41h12 [tag36h11]");
   app.add_option("--columns", board.columns, "Tags side by side [6]");
@@ -85,16 +58,10 @@ int board_command(const std::vector<std::string>& arguments) {
                  "Number of the bottom left tag; numbers grow to the right, then upwards [0]");
   add_parsed_option(app, "--paper", in.paper, find_paper,
                     "a4, a3 or letter; landscape if the board fits only that way [a4]");
-  app.add_option("--dpi", in.dpi, "Resolution of a PNG [300]")->check(number_where("from 36 to 2400", [](double dpi) {
-    return dpi >= 36 && dpi <= 2400;
-  }));
-  app.add_option("--output", in.outputs,
-                 ".pdf and .svg (vectors), .png, or .yaml (what calibrations read:\n"
-                 "Kalibr's aprilgrid); may be given several times")
-      ->type_name("FILE")
-      ->allow_extra_args(false)
-      ->check(check_output);
-  app.add_flag("--json", in.json, "The layout as JSON on standard output");
+  add_sheet_options(app, in, {".pdf", ".svg", ".png", ".yaml"}, "Resolution of a PNG [300]",
+                    ".pdf and .svg (vectors), .png, or .yaml (what calibrations read:\n"
+                    "Kalibr's aprilgrid); may be given several times",
+                    "The layout as JSON on standard output");
   if (const auto exit = parse_command_line(app, arguments)) return *exit;
   board.tag_size_m = tag_size_mm / 1000;
   if (!*spacing && board.family == TagFamily::tagStandard41h12) board.spacing = 1;
@@ -103,10 +70,14 @@ int board_command(const std::vector<std::string>& arguments) {
 
   const Result<BoardPage> sheet = layout(board, in.paper);
   if (!sheet) return bad_input(app, sheet.status());
-  for (const std::string& path : in.outputs)
-    if (const Status s = write(in, *sheet, path); !s.ok()) return bad_input(app, s);
+  std::vector<std::string> files;
+  for (const std::string& path : in.outputs) {
+    const Status s = path.ends_with(".yaml") ? write_output(path, tag_board_to_text(board))
+                                             : write_pages({&sheet->page, 1}, path, in.dpi, files);
+    if (!s.ok()) return bad_input(app, s);
+  }
   if (in.json) {
-    std::cout << json_text(json_of(in, *sheet)) << std::endl;
+    std::cout << json_text(json_of(board, in, *sheet)) << std::endl;
   } else {
     std::cout << board.tags() << " tags of " << to_string(board.family) << " on "
               << (sheet->landscape ? "landscape " : "") << in.paper.name << "; print at 100 % and measure the ruler\n";

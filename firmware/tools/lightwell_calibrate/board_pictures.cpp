@@ -7,8 +7,9 @@
 
 #include "calibration/model/camera_model.hpp"
 #include "calibration/model/response.hpp"
+#include "pose/grey_view.hpp"
 #include "pose/tag_detector.hpp"
-#include "tools/lightwell_calibrate/grey_image.hpp"
+#include "tools/lens_image.hpp"
 
 namespace lightwell::calibrate {
 namespace {
@@ -36,7 +37,6 @@ Result<std::vector<std::string>> files_of(const std::vector<std::string>& paths)
     std::sort(inside.begin(), inside.end());
     out.insert(out.end(), inside.begin(), inside.end());
   }
-  if (out.empty()) return Status(StatusCode::invalid_argument, "no pictures are named");
   return out;
 }
 
@@ -79,6 +79,7 @@ Result<BoardObservations> read_board_observations(const BoardPictures& in, const
   std::set<std::string> names;
   std::size_t total = 0, done = 0;
   for (const auto& paths : in.lenses) {
+    if (paths.empty()) continue;
     Result<std::vector<std::string>> found = files_of(paths);
     if (!found) return found.status();
     total += found->size();
@@ -90,6 +91,7 @@ Result<BoardObservations> read_board_observations(const BoardPictures& in, const
   std::map<std::string, int> captures;
   for (const std::string& name : names) captures.emplace(name, static_cast<int>(captures.size()));
 
+  GreyView grey;
   for (std::size_t lens = 0; lens < files.size(); ++lens) {
     PhotometricCalibration photometry;
     photometry.response.kind = ResponseCurve::Kind::srgb;
@@ -107,8 +109,11 @@ Result<BoardObservations> read_board_observations(const BoardPictures& in, const
         progress(++done, total);
         continue;
       }
-      const Result<GreyImage> image = read_grey(file);
+      const Result<Image> image = read_image(file);
       if (!image) return image.status();
+      if (image->format != PixelFormat::rgb8)
+        return Status(StatusCode::invalid_argument,
+                      file + ": tags are detected in PNG and JPEG; this is a float image");
       if (first.empty()) {
         first = file;
         out.lenses.push_back({image->width, image->height});
@@ -120,7 +125,7 @@ Result<BoardObservations> read_board_observations(const BoardPictures& in, const
       }
       std::optional<CameraModel> camera;
       if (before != nullptr) camera.emplace(before->lenses[lens]);
-      const auto tags = detector->detect(image->view(), camera ? &*camera : nullptr);
+      const auto tags = detector->detect(grey.of(view_of(*image, 0)), camera ? &*camera : nullptr);
       if (!tags) return Status(tags.status().code(), file + ": " + tags.status().message());
       calibration::Picture picture;
       picture.name = file;

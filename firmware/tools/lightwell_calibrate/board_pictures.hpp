@@ -1,6 +1,7 @@
 // Reads pictures of boards from folders and detects their tags.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -15,8 +16,8 @@
 namespace lightwell::calibrate {
 
 struct BoardPictures {
-  /// Files and folders, one list per lens.
-  std::vector<std::vector<std::string>> lenses;
+  /// Files and folders, one list per lens; that of lens 1 may be empty.
+  std::array<std::vector<std::string>, 2> lenses;
   std::vector<std::string> boards;  ///< Kalibr's YAML.
   /// Photometry by lens, for its response; without it, pictures are read as sRGB. With a wrong response every tag
   /// appears a third of a pixel smaller on each side, because a blurred edge is symmetric only in linear intensity.

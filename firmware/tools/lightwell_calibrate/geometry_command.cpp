@@ -1,5 +1,3 @@
-#include "tools/lightwell_calibrate/geometry_command.hpp"
-
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -14,17 +12,15 @@
 
 #include <nlohmann/json.hpp>
 
-#include "calibration/model/camera_parameters.hpp"
+#include "calibration/model/cameras.hpp"
 #include "calibration/model/lens_pair.hpp"
 #include "calibration/solve/geometry/coverage.hpp"
 #include "calibration/solve/geometry/geometry.hpp"
-#include "pose/rectified_view.hpp"
 #include "pose/tag_detector.hpp"
 #include "tools/command_line.hpp"
 #include "tools/json_text.hpp"
 #include "tools/lightwell_calibrate/board_pictures.hpp"
-#include "tools/lightwell_calibrate/json.hpp"
-#include "tools/lightwell_calibrate/output.hpp"
+#include "tools/lightwell_calibrate/commands.hpp"
 
 namespace lightwell::calibrate {
 namespace {
@@ -62,17 +58,11 @@ constexpr const char* kCoverageFooter = R"(Examples:
 The second one draws the picture again after each look.
 Exit status: 0 no view is missing, 1 an input is wrong, 2 wrong usage, 3 some views are missing.)";
 
-struct Inputs {
-  BoardPictures pictures;
-  std::vector<std::string> lens0, lens1;
-  bool json = false;
-};
-
-void add_inputs(CLI::App& app, Inputs& in) {
-  app.add_option("--board", in.pictures.boards, "Kalibr's YAML of a board; repeat it for several boards")->required();
-  app.add_option("--lens0", in.lens0, "Pictures of lens 0, or a folder of them")->required();
-  app.add_option("--lens1", in.lens1, "Pictures of lens 1, or a folder of them");
-  app.add_flag("--json", in.json, "Print the result as JSON on standard output; lightwell_plot.py draws it");
+void add_inputs(CLI::App& app, BoardPictures& in, bool& json) {
+  app.add_option("--board", in.boards, "Kalibr's YAML of a board; repeat it for several boards")->required();
+  app.add_option("--lens0", in.lenses[0], "Pictures of lens 0, or a folder of them")->required();
+  app.add_option("--lens1", in.lenses[1], "Pictures of lens 1, or a folder of them");
+  app.add_flag("--json", json, "Print the result as JSON on standard output; lightwell_plot.py draws it");
 }
 
 Progress print_progress(const char* what) {
@@ -241,11 +231,11 @@ void print_summary(const GeometryFit& fit) {
 int geometry_command(const std::vector<std::string>& arguments) {
   CLI::App app{"Calibrates lenses from pictures of boards of AprilTags.", "lightwell-calibrate geometry"};
   app.footer(kGeometryFooter);
-  Inputs in;
+  BoardPictures in;
   std::string output, calibration, model = "kannala-brandt";
   double field_deg = 0;
-  bool offset = false;
-  add_inputs(app, in);
+  bool offset = false, json = false;
+  add_inputs(app, in, json);
   app.add_option("--output", output, "The rig in text format; replaced atomically")->required();
   app.add_option("--model", model,
                  "kannala-brandt, double-sphere or mei, which includes Brown's distortion [kannala-brandt]")
@@ -254,11 +244,11 @@ int geometry_command(const std::vector<std::string>& arguments) {
                  "Field of view of the lenses [limited to the angles at which boards were seen]")
       ->check(CLI::Range(1.0, 360.0));
   app.add_option("--calibration", calibration, "A rig whose photometry is kept and used to read the pictures [sRGB]");
-  app.add_option("--rate-hz", in.pictures.rate_hz, "Pictures per second of a moving rig; needed by --time-offset")
+  app.add_option("--rate-hz", in.rate_hz, "Pictures per second of a moving rig; needed by --time-offset")
       ->check(CLI::PositiveNumber);
   app.add_flag("--time-offset", offset, "Estimate by how much lens 1 takes its pictures later");
   if (const auto exit = parse_command_line(app, arguments)) return *exit;
-  if (offset && (in.lens1.empty() || !(in.pictures.rate_hz > 0)))
+  if (offset && (in.lenses[1].empty() || !(in.rate_hz > 0)))
     return wrong_usage(app, "--time-offset needs --lens1 and --rate-hz");
 
   std::optional<RigParameters> before;
@@ -266,11 +256,9 @@ int geometry_command(const std::vector<std::string>& arguments) {
     Result<RigParameters> loaded = load_calibration(calibration);
     if (!loaded) return bad_input(app, loaded.status());
     before = std::move(*loaded);
-    for (const LensParameters& lens : before->lenses) in.pictures.photometry.push_back(lens.photometry);
+    for (const LensParameters& lens : before->lenses) in.photometry.push_back(lens.photometry);
   }
-  in.pictures.lenses = {in.lens0};
-  if (!in.lens1.empty()) in.pictures.lenses.push_back(in.lens1);
-  Result<BoardObservations> seen = read_board_observations(in.pictures, nullptr, print_progress("looking for tags"));
+  Result<BoardObservations> seen = read_board_observations(in, nullptr, print_progress("looking for tags"));
   if (!seen) return bad_input(app, seen.status());
   GeometryOptions options;
   options.time_offset = offset;
@@ -283,11 +271,10 @@ int geometry_command(const std::vector<std::string>& arguments) {
     const LensSize& size = seen->lenses[k];
     first_pass.lenses.push_back(guess(size, fit->lenses[k].model, std::min(half, fit->lenses[k].max_model_angle_rad)));
     first_pass.rectify.push_back(
-        !views_of(CameraModel(first_pass.lenses[k]), size.width, size.height, TagDetectorOptions{}.rectify_beyond_rad)
-             .empty());
+        !views_of(CameraModel(first_pass.lenses[k]), size.width, size.height, kRectifyBeyond_rad).empty());
   }
   first_pass.seen = std::move(*seen);
-  seen = read_board_observations(in.pictures, &first_pass, print_progress("searching the edges"));
+  seen = read_board_observations(in, &first_pass, print_progress("searching the edges"));
   if (!seen) return bad_input(app, seen.status());
   options.kind = model == "mei"             ? LensKind::mei
                  : model == "double-sphere" ? LensKind::double_sphere
@@ -308,14 +295,14 @@ int geometry_command(const std::vector<std::string>& arguments) {
                 << ", the model extrapolates: show the board nearer to the edge\n";
   if (const Status s = write_output(output, calibration_to_text(rig)); !s.ok()) return bad_input(app, s);
   const char* response = before ? "that of --calibration" : "sRGB, because no --calibration was given";
-  if (in.json) {
-    nlohmann::ordered_json json = json_of(*fit, *seen, response);
+  if (json) {
+    nlohmann::ordered_json document = json_of(*fit, *seen, response);
     for (std::size_t k = 0; k < rig.lenses.size(); ++k) {
       const int lens = static_cast<int>(k);
-      json["coverage"].push_back(json_of(coverage(fit->used, lens, circle_of(rig.lenses[k])), fit->used.lenses[k], lens,
-                                         points_of(*fit, lens)));
+      document["coverage"].push_back(json_of(coverage(fit->used, lens, circle_of(rig.lenses[k])), fit->used.lenses[k],
+                                             lens, points_of(*fit, lens)));
     }
-    std::cout << json_text(json) << std::endl;
+    std::cout << json_text(document) << std::endl;
   } else {
     print_summary(*fit);
     std::printf("pictures were read with the response: %s\n", response);
@@ -326,37 +313,36 @@ int geometry_command(const std::vector<std::string>& arguments) {
 int coverage_command(const std::vector<std::string>& arguments) {
   CLI::App app{"Reports which part of the picture still lacks views of a board.", "lightwell-calibrate coverage"};
   app.footer(kCoverageFooter);
-  Inputs in;
+  BoardPictures in;
   double circle_px = 0;
-  bool watch = false;
-  add_inputs(app, in);
+  bool watch = false, json = false;
+  add_inputs(app, in, json);
   app.add_option("--field-circle-px", circle_px, "Radius of the image circle; no views are needed outside")
       ->check(CLI::PositiveNumber);
   app.add_flag("--watch", watch, "Repeat every two seconds until no view is missing");
   if (const auto exit = parse_command_line(app, arguments)) return *exit;
-  in.pictures.lenses = {in.lens0};
-  if (!in.lens1.empty()) in.pictures.lenses.push_back(in.lens1);
   for (;;) {
     const Result<BoardObservations> seen = read_board_observations(
-        in.pictures, nullptr, watch ? Progress([](std::size_t, std::size_t) {}) : print_progress("looking for tags"));
+        in, nullptr, watch ? Progress([](std::size_t, std::size_t) {}) : print_progress("looking for tags"));
     if (!seen && !(watch && seen.status().code() == StatusCode::not_found)) return bad_input(app, seen.status());
     bool lacking = !seen.ok();
     if (seen) {
-      nlohmann::ordered_json json = nlohmann::ordered_json::array();
+      nlohmann::ordered_json document = nlohmann::ordered_json::array();
       for (int lens = 0; lens < static_cast<int>(seen->lenses.size()); ++lens) {
         const Coverage covered = coverage(*seen, lens, circle_px);
         const std::vector<std::string> next = suggest_views(covered);
         lacking = lacking || !next.empty();
-        if (in.json) {
-          json.push_back(json_of(covered, seen->lenses[static_cast<std::size_t>(lens)], lens, points_of(*seen, lens)));
-          json.back()["advice"] = next;
+        if (json) {
+          document.push_back(
+              json_of(covered, seen->lenses[static_cast<std::size_t>(lens)], lens, points_of(*seen, lens)));
+          document.back()["advice"] = next;
           continue;
         }
         std::printf("lens %d: %d %% of the picture known from %d pictures\n", lens,
                     static_cast<int>(100 * covered.share()), covered.with_board);
         for (const std::string& words : next) std::printf("  %s\n", words.c_str());
       }
-      if (in.json) std::printf("%s\n", json_text(json).c_str());
+      if (json) std::printf("%s\n", json_text(document).c_str());
       std::fflush(stdout);
     }
     if (!lacking) return kDone;

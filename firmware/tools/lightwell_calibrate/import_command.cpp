@@ -1,5 +1,3 @@
-#include "tools/lightwell_calibrate/import_command.hpp"
-
 #include <algorithm>
 #include <iostream>
 #include <numbers>
@@ -14,8 +12,7 @@
 #include "calibration/solve/import/import.hpp"
 #include "tools/command_line.hpp"
 #include "tools/json_text.hpp"
-#include "tools/lightwell_calibrate/json.hpp"
-#include "tools/lightwell_calibrate/output.hpp"
+#include "tools/lightwell_calibrate/commands.hpp"
 
 namespace lightwell::calibrate {
 

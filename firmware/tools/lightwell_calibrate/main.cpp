@@ -3,14 +3,11 @@
 #include <vector>
 
 #include "tools/command_line.hpp"
-#include "tools/lightwell_calibrate/board_command.hpp"
-#include "tools/lightwell_calibrate/geometry_command.hpp"
-#include "tools/lightwell_calibrate/import_command.hpp"
-#include "tools/lightwell_calibrate/marker_sheet_command.hpp"
-#include "tools/lightwell_calibrate/mounting_command.hpp"
-#include "tools/lightwell_calibrate/photometry_command.hpp"
+#include "tools/lightwell_calibrate/commands.hpp"
 
 namespace {
+
+namespace calibrate = lightwell::calibrate;
 
 struct Command {
   const char* name;
@@ -19,16 +16,14 @@ struct Command {
 };
 
 constexpr Command kCommands[] = {
-    {"board", "A board of tags to print, true to scale", lightwell::calibrate::board_command},
-    {"marker-sheet", "A paper body with tags for light estimation, to print and fold",
-     lightwell::calibrate::marker_sheet_command},
-    {"coverage", "Which part of the picture still lacks views of the board", lightwell::calibrate::coverage_command},
+    {"board", "A board of tags to print, true to scale", calibrate::board_command},
+    {"marker-sheet", "A paper body with tags for light estimation, to print and fold", calibrate::marker_sheet_command},
+    {"coverage", "Which part of the picture still lacks views of the board", calibrate::coverage_command},
     {"geometry", "Lens models, and the relative pose of two lenses, from pictures of boards",
-     lightwell::calibrate::geometry_command},
-    {"photometry", "Response, black level, noise, vignetting, white balance, scale",
-     lightwell::calibrate::photometry_command},
-    {"mounting", "The pose of the probe in the room, from tags in view", lightwell::calibrate::mounting_command},
-    {"import", "A calibration of OpenCV's, Kalibr's or ROS's", lightwell::calibrate::import_command},
+     calibrate::geometry_command},
+    {"photometry", "Response, black level, noise, vignetting, white balance, scale", calibrate::photometry_command},
+    {"mounting", "The pose of the probe in the room, from tags in view", calibrate::mounting_command},
+    {"import", "A calibration of OpenCV's, Kalibr's or ROS's", calibrate::import_command},
 };
 
 }  // namespace

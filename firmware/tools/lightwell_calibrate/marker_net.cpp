@@ -6,6 +6,8 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <ranges>
+#include <set>
 
 namespace lightwell::calibrate {
 
@@ -42,12 +44,7 @@ bool overlap(const Outline& p, const Outline& q) {
       const double length = std::hypot(b.x - a.x, b.y - a.y);
       const double nx = (b.y - a.y) / length, ny = -(b.x - a.x) / length;
       const auto range = [&](const Outline& o) {
-        std::pair<double, double> out{std::numeric_limits<double>::max(), -std::numeric_limits<double>::max()};
-        for (const PagePoint& v : o) {
-          out.first = std::min(out.first, nx * v.x + ny * v.y);
-          out.second = std::max(out.second, nx * v.x + ny * v.y);
-        }
-        return out;
+        return std::ranges::minmax(o | std::views::transform([&](const PagePoint& v) { return nx * v.x + ny * v.y; }));
       };
       const auto [p0, p1] = range(p);
       const auto [q0, q1] = range(q);
@@ -56,17 +53,22 @@ bool overlap(const Outline& p, const Outline& q) {
   return true;
 }
 
+/// The edge that two faces share, with `a` as its first face; nullopt if they share none.
+std::optional<SharedEdge> edge_between(const std::vector<SharedEdge>& edges, std::size_t a, std::size_t b) {
+  for (const SharedEdge& e : edges) {
+    if (e.a == a && e.b == b) return e;
+    if (e.a == b && e.b == a) return SharedEdge{e.b, e.edge_b, e.a, e.edge_a};
+  }
+  return std::nullopt;
+}
+
 /// A face and the parent to which it is connected; both are the same for the first face.
 struct NetFaceLink {
   std::size_t face = 0, from = 0;
 };
 using Tree = std::vector<NetFaceLink>;
 
-struct Piece {
-  std::vector<NetFace> faces;
-  std::vector<NetFold> folds;
-  std::vector<NetTab> tabs;
-  std::vector<std::array<PagePoint, 2>> cuts;
+struct Piece : NetParts {
   Box box;
 };
 
@@ -78,21 +80,27 @@ class Unfolding {
   /// nullopt if faces or tabs would overlap.
   [[nodiscard]] std::optional<std::vector<Piece>> pieces(const std::vector<Tree>& trees, double turn_rad) const {
     std::vector<Piece> out;
-    std::vector<bool> folded(edges_.size(), false);
+    ClosedEdges closed;
     for (const Tree& tree : trees) {
-      out.push_back(unfold(tree, turn_rad, folded));
+      out.push_back(unfold(tree, turn_rad, closed));
       const Piece& piece = out.back();
       for (std::size_t i = 0; i < piece.faces.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
           if (overlap(outline_of(piece.faces[i]), outline_of(piece.faces[j]))) return std::nullopt;
     }
-    for (std::size_t e = 0; e < edges_.size(); ++e)
-      if (!folded[e] && !add_tab(edges_[e], out)) return std::nullopt;
-    add_open_edges(out);
+    for (const SharedEdge& edge : edges_)
+      if (!closed.contains({edge.a, edge.edge_a}) && !add_tab(edge, out, closed)) return std::nullopt;
+    for (Piece& piece : out)
+      for (const NetFace& placed : piece.faces)
+        for (std::size_t i = 0; i < body_.faces[placed.face].outline.size(); ++i)
+          if (!closed.contains({placed.face, i})) piece.cuts.push_back(edge_of(placed, i));
     return out;
   }
 
  private:
+  /// Edges of faces that are folded or have a tab: index of the face and of its edge.
+  using ClosedEdges = std::set<std::pair<std::size_t, std::size_t>>;
+
   [[nodiscard]] Outline outline_of(const NetFace& placed) const {
     Outline out;
     for (const FacePoint& p : body_.faces[placed.face].outline) out.push_back(placed.on_sheet(p));
@@ -105,33 +113,24 @@ class Unfolding {
     return {placed.on_sheet(o[edge]), placed.on_sheet(o[(edge + 1) % o.size()])};
   }
 
-  [[nodiscard]] Piece unfold(const Tree& tree, double turn_rad, std::vector<bool>& folded) const {
+  [[nodiscard]] Piece unfold(const Tree& tree, double turn_rad, ClosedEdges& closed) const {
     Piece out;
-    for (const NetFaceLink& hung : tree) {
-      if (out.faces.empty()) {
-        out.faces.push_back({hung.face, {0, 0}, turn_rad});
-        out.box.hold(outline_of(out.faces.back()));
-        continue;
-      }
-      for (std::size_t e = 0; e < edges_.size(); ++e) {
-        SharedEdge edge = edges_[e];
-        if (edge.a == hung.face) edge = {edge.b, edge.edge_b, edge.a, edge.edge_a};
-        if (edge.a != hung.from || edge.b != hung.face) continue;
-        const auto parent =
-            std::find_if(out.faces.begin(), out.faces.end(), [&](const NetFace& f) { return f.face == hung.from; });
+    for (const NetFaceLink& link : tree) {
+      NetFace face{link.face, {0, 0}, turn_rad};
+      if (!out.faces.empty()) {
+        const SharedEdge edge = *edge_between(edges_, link.from, link.face);
         // The child's edge has the opposite direction.
-        const auto [to, from] = edge_of(*parent, edge.edge_a);
-        const FaceOutline& o = body_.faces[hung.face].outline;
+        const auto [to, from] = edge_of(*std::ranges::find(out.faces, link.from, &NetFace::face), edge.edge_a);
+        const FaceOutline& o = body_.faces[link.face].outline;
         const FacePoint p = o[edge.edge_b], q = o[(edge.edge_b + 1) % o.size()];
-        NetFace child{hung.face, {0, 0}, std::atan2(from.y - to.y, to.x - from.x) - std::atan2(q.y - p.y, q.x - p.x)};
-        const PagePoint there = child.on_sheet(p);
-        child.center = {from.x - there.x, from.y - there.y};
-        out.folds.push_back({hung.from, hung.face, from, to});
-        out.faces.push_back(child);
-        out.box.hold(outline_of(child));
-        folded[e] = true;
-        break;
+        face.turn_rad = std::atan2(from.y - to.y, to.x - from.x) - std::atan2(q.y - p.y, q.x - p.x);
+        const PagePoint there = face.on_sheet(p);
+        face.center = {from.x - there.x, from.y - there.y};
+        out.folds.push_back({link.from, link.face, from, to});
+        closed.insert({{edge.a, edge.edge_a}, {edge.b, edge.edge_b}});
       }
+      out.faces.push_back(face);
+      out.box.hold(outline_of(face));
     }
     return out;
   }
@@ -139,7 +138,6 @@ class Unfolding {
   struct Choice {
     Piece* piece = nullptr;
     NetTab tab;
-    std::array<PagePoint, 2> other{};
     double growth = 0;
   };
 
@@ -147,8 +145,7 @@ class Unfolding {
   [[nodiscard]] std::optional<Choice> tab_on(std::size_t on, std::size_t edge, std::size_t under,
                                              std::vector<Piece>& pieces) const {
     for (Piece& piece : pieces) {
-      const auto placed =
-          std::find_if(piece.faces.begin(), piece.faces.end(), [&](const NetFace& f) { return f.face == on; });
+      const auto placed = std::ranges::find(piece.faces, on, &NetFace::face);
       if (placed == piece.faces.end()) continue;
       const auto [from, to] = edge_of(*placed, edge);
       const double length = std::hypot(to.x - from.x, to.y - from.y),
@@ -165,11 +162,8 @@ class Unfolding {
         if (!fits(outline, piece)) continue;
         Box larger = piece.box;
         larger.hold(outline);
-        Choice out;
-        out.piece = &piece;
-        out.tab = {on, under, outline};
-        out.growth = larger.width() * larger.height() - piece.box.width() * piece.box.height();
-        return out;
+        return Choice{
+            &piece, {on, under, outline}, larger.width() * larger.height() - piece.box.width() * piece.box.height()};
       }
       return std::nullopt;
     }
@@ -183,30 +177,16 @@ class Unfolding {
   }
 
   /// On the side where the bounding box grows less.
-  [[nodiscard]] bool add_tab(const SharedEdge& edge, std::vector<Piece>& pieces) const {
+  [[nodiscard]] bool add_tab(const SharedEdge& edge, std::vector<Piece>& pieces, ClosedEdges& closed) const {
     std::optional<Choice> best = tab_on(edge.a, edge.edge_a, edge.b, pieces);
     std::optional<Choice> other = tab_on(edge.b, edge.edge_b, edge.a, pieces);
     if (!best || (other && other->growth < best->growth - kTouch)) best = std::move(other);
     if (!best) return false;
+    const bool on_a = best->tab.on == edge.a;
+    closed.insert({best->tab.on, on_a ? edge.edge_a : edge.edge_b});
     best->piece->box.hold(best->tab.outline);
     best->piece->tabs.push_back(std::move(best->tab));
     return true;
-  }
-
-  void add_open_edges(std::vector<Piece>& pieces) const {
-    for (Piece& piece : pieces)
-      for (const NetFace& placed : piece.faces)
-        for (std::size_t i = 0; i < body_.faces[placed.face].outline.size(); ++i) {
-          const auto ends = edge_of(placed, i);
-          const auto same = [&](PagePoint p, PagePoint q) { return std::hypot(p.x - q.x, p.y - q.y) < 1e-3; };
-          const bool fold = std::any_of(piece.folds.begin(), piece.folds.end(), [&](const NetFold& f) {
-            return (same(f.from, ends[0]) && same(f.to, ends[1])) || (same(f.from, ends[1]) && same(f.to, ends[0]));
-          });
-          const bool tab = std::any_of(piece.tabs.begin(), piece.tabs.end(), [&](const NetTab& t) {
-            return t.on == placed.face && same(t.outline.front(), ends[0]) && same(t.outline.back(), ends[1]);
-          });
-          if (!fold && !tab) piece.cuts.push_back(ends);
-        }
   }
 
   const MarkerBody& body_;
@@ -219,11 +199,8 @@ Tree tree_over(const std::vector<std::size_t>& allowed, const std::vector<Shared
   Tree out = {{allowed[0], allowed[0]}};
   for (std::size_t done = 0; done < out.size(); ++done)
     for (const std::size_t face : allowed) {
-      const auto joins = [&](const SharedEdge& e) {
-        return (e.a == out[done].face && e.b == face) || (e.b == out[done].face && e.a == face);
-      };
-      const bool reached = std::any_of(out.begin(), out.end(), [&](const NetFaceLink& h) { return h.face == face; });
-      if (!reached && std::any_of(edges.begin(), edges.end(), joins)) out.push_back({face, out[done].face});
+      if (std::ranges::find(out, face, &NetFaceLink::face) == out.end() && edge_between(edges, out[done].face, face))
+        out.push_back({face, out[done].face});
     }
   return out.size() == allowed.size() ? out : Tree();
 }

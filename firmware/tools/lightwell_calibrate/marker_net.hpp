@@ -1,6 +1,7 @@
 // The net (unfolding) of a paper body: connected faces on each page, folds, and glue tabs.
 //   shared_edges   pairs of adjacent faces and their common edges
 //   make_net       the net on sheets of a paper size
+//   draw_net       its drawing: greys, tags, lines, numbers, text and a ruler
 //
 // Sheet coordinates as in page.hpp: mm from the top left, y downwards. Rotations are counter-clockwise, seen from the
 // printed side.
@@ -13,7 +14,7 @@
 #include <lightwell/marker_body.hpp>
 #include <lightwell/result.hpp>
 
-#include "tools/lightwell_calibrate/sheet_parts.hpp"
+#include "tools/lightwell_calibrate/sheets.hpp"
 
 namespace lightwell::calibrate {
 
@@ -49,14 +50,18 @@ struct NetTab {
   std::vector<PagePoint> outline;  ///< Its first and last point are the ends of the edge.
 };
 
-struct NetPage {
-  double width = 0, height = 0;
-  bool landscape = false;
+/// What lies on a sheet.
+struct NetParts {
   std::vector<NetFace> faces;
   std::vector<NetFold> folds;
   std::vector<NetTab> tabs;
   /// Edges of faces that are cut and have no tab.
   std::vector<std::array<PagePoint, 2>> cuts;
+};
+
+struct NetPage : NetParts {
+  double width = 0, height = 0;
+  bool landscape = false;
 };
 
 struct Net {
@@ -73,5 +78,13 @@ inline constexpr double kNetFooter = 31;
 
 /// The largest factor by which the body can be scaled so that it still fits, rounded down to a thousandth.
 [[nodiscard]] double largest_scale(const MarkerBody& body, const Paper& paper);
+
+/// The picture value, 0 to 1, that prints an albedo on paper of kPaperAlbedo: the sRGB encoding of their ratio.
+[[nodiscard]] double printed_grey(double albedo);
+
+/// One page for each page of the net. Cut lines are solid, fold lines dashed, both 0.15 mm wide, centred on the edge.
+/// The white rim below and to the left of a tag has the number of the face, a tab that of the face above it; both are
+/// tag ids. invalid_argument: a family or a tag that does not exist.
+[[nodiscard]] Result<std::vector<Page>> draw_net(const MarkerBody& body, const Net& net);
 
 }  // namespace lightwell::calibrate

@@ -1,5 +1,3 @@
-#include "tools/lightwell_calibrate/marker_sheet_command.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,10 +13,8 @@
 #include "pose/marker_bodies.hpp"
 #include "tools/command_line.hpp"
 #include "tools/json_text.hpp"
-#include "tools/lightwell_calibrate/json.hpp"
+#include "tools/lightwell_calibrate/commands.hpp"
 #include "tools/lightwell_calibrate/marker_net.hpp"
-#include "tools/lightwell_calibrate/marker_sheet_page.hpp"
-#include "tools/lightwell_calibrate/output.hpp"
 
 namespace lightwell::calibrate {
 
@@ -59,16 +55,12 @@ constexpr std::array<BodyName, 4> kBodies = {{{"dodecahedron", Body::dodecahedro
                                               {"icosahedron", Body::icosahedron, 100},
                                               {"ball", Body::ball, 40}}};
 
-struct Arguments {
+struct Arguments : SheetOptions {
   BodyName body = kBodies[0];
   std::optional<double> size_mm, tag_size_mm, ruler_mm;
   PaperKind kind = PaperKind::white;
-  Paper paper = kPapers[0];
   TagFamily family = TagFamily::tag36h11;
   int first_id = 0;
-  double dpi = 300;
-  std::vector<std::string> outputs;
-  bool json = false;
 
   [[nodiscard]] double size() const { return size_mm.value_or(body.size_mm); }
 };
@@ -80,12 +72,6 @@ Result<BodyName> find_body(std::string_view name) {
   if (body != kBodies.end()) return *body;
   return Status(StatusCode::invalid_argument,
                 "'" + std::string(name) + "' is not known; dodecahedron, cube, icosahedron and ball are");
-}
-
-std::string check_output(const std::string& path) {
-  for (const char* ending : {".pdf", ".svg", ".png"})
-    if (path.ends_with(ending)) return "";
-  return is_body_file(path) ? "" : "'" + path + "' must end in .pdf, .svg, .png or .textproto";
 }
 
 /// The body for the arguments. `tag_size_m` 0: chosen by the face.
@@ -122,12 +108,6 @@ Result<MarkerBody> body_of(const Arguments& arguments) {
   grow(sheet.outline);
   for (MarkerPatch& patch : sheet.patches) grow(patch.outline);
   return nominal;
-}
-
-/// File name of a page: "sheet.svg" becomes "sheet-2.svg" for page 2 of several.
-std::string page_path(const std::string& path, std::size_t page, std::size_t pages) {
-  if (pages == 1) return path;
-  return path.substr(0, path.size() - 4) + "-" + std::to_string(page + 1) + path.substr(path.size() - 4);
 }
 
 nlohmann::ordered_json json_of(PagePoint p) { return json_numbers(std::array{p.x, p.y}); }
@@ -183,22 +163,6 @@ Result<Sheet> sheet_of(const Arguments& arguments, const MarkerBody& body) {
   return Sheet{*std::move(net), *std::move(pages)};
 }
 
-/// Writes one output and adds its files to `files`.
-Status write(const Arguments& arguments, const MarkerBody& body, const Sheet& sheet, const std::string& path,
-             std::vector<std::string>& files) {
-  if (is_body_file(path) || path.ends_with(".pdf")) {
-    files.push_back(path);
-    return write_output(path, is_body_file(path) ? marker_body_to_text(body) : pages_to_pdf(sheet.pages));
-  }
-  for (std::size_t i = 0; i < sheet.pages.size(); ++i) {
-    files.push_back(page_path(path, i, sheet.pages.size()));
-    const Status s = path.ends_with(".png") ? write_page_png(sheet.pages[i], arguments.dpi, files.back())
-                                            : write_output(files.back(), page_to_svg(sheet.pages[i]));
-    if (!s.ok()) return s;
-  }
-  return {};
-}
-
 }  // namespace
 
 int marker_sheet_command(const std::vector<std::string>& arguments) {
@@ -228,18 +192,11 @@ int marker_sheet_command(const std::vector<std::string>& arguments) {
   app.add_option("--ruler-mm", in.ruler_mm,
                  "Measured length of the printed ruler: scales the .textproto to the print [100]")
       ->check(number_where("from 50 to 200", [](double mm) { return mm >= 50 && mm <= 200; }));
-  app.add_option("--dpi", in.dpi, "Resolution of PNGs [300]")->check(number_where("from 36 to 2400", [](double dpi) {
-    return dpi >= 36 && dpi <= 2400;
-  }));
-  app.add_option("--output", in.outputs,
-                 ".pdf (all pages) or .svg (vectors), .png, or .textproto (the body, for lightwelld\n"
-                 "--estimator marker). May be given several times. SVG and PNG have one file per page:\n"
-                 "sheet-1.svg, sheet-2.svg")
-      ->type_name("FILE")
-      ->allow_extra_args(false)
-      ->check(check_output);
-  app.add_flag("--json", in.json,
-               "The layout as JSON on standard output: mm from the top left of the page, y downwards");
+  add_sheet_options(app, in, {".pdf", ".svg", ".png", ".textproto"}, "Resolution of PNGs [300]",
+                    ".pdf (all pages) or .svg (vectors), .png, or .textproto (the body, for lightwelld\n"
+                    "--estimator marker). May be given several times. SVG and PNG have one file per page:\n"
+                    "sheet-1.svg, sheet-2.svg",
+                    "The layout as JSON on standard output: mm from the top left of the page, y downwards");
   if (const auto exit = parse_command_line(app, arguments)) return *exit;
   if (in.outputs.empty() && !in.json) return wrong_usage(app, "give --output FILE");
   // A body file alone need not fit a paper.
@@ -256,8 +213,12 @@ int marker_sheet_command(const std::vector<std::string>& arguments) {
     sheet = *std::move(made);
   }
   std::vector<std::string> files;
-  for (const std::string& path : in.outputs)
-    if (const Status s = write(in, *body, sheet, path, files); !s.ok()) return bad_input(app, s);
+  for (const std::string& path : in.outputs) {
+    if (is_body_file(path)) files.push_back(path);
+    const Status s = is_body_file(path) ? write_output(path, marker_body_to_text(*body))
+                                        : write_pages(sheet.pages, path, in.dpi, files);
+    if (!s.ok()) return bad_input(app, s);
+  }
   if (in.json) {
     std::cout << json_text(json_of(in, *body, sheet.net, files)) << std::endl;
   } else if (!sheet.pages.empty()) {

@@ -1,5 +1,3 @@
-#include "tools/lightwell_calibrate/mounting_command.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,17 +10,17 @@
 
 #include <nlohmann/json.hpp>
 
-#include <lightwell/mounting.hpp>
+#include <lightwell/calibration.hpp>
 #include <lightwell/text.hpp>
 
 #include "calibration/model/response.hpp"
+#include "pose/grey_view.hpp"
 #include "pose/mounting.hpp"
 #include "pose/tag_detector.hpp"
 #include "tools/command_line.hpp"
 #include "tools/json_text.hpp"
-#include "tools/lightwell_calibrate/grey_image.hpp"
-#include "tools/lightwell_calibrate/json.hpp"
-#include "tools/lightwell_calibrate/output.hpp"
+#include "tools/lens_image.hpp"
+#include "tools/lightwell_calibrate/commands.hpp"
 #include "tools/lightwell_calibrate/world_tags.hpp"
 
 namespace lightwell::calibrate {
@@ -105,18 +103,12 @@ Result<std::vector<WorldTag>> room_of(const Arguments& arguments) {
 
 Result<std::vector<TagObservation>> tags_in(const PictureArgument& picture, const RigParameters& rig,
                                             const std::vector<WorldTag>& room) {
-  const auto wrong = [&](const std::string& what) {
-    return Status(StatusCode::invalid_argument, picture.path + ": " + what);
-  };
-  if (static_cast<std::size_t>(picture.lens) >= rig.lenses.size())
-    return wrong("belongs to lens " + std::to_string(picture.lens) + " and the calibration has " +
-                 std::to_string(rig.lenses.size()));
-  const LensParameters& lens = rig.lenses[static_cast<std::size_t>(picture.lens)];
-  const Result<GreyImage> image = read_grey(picture.path);
+  const Result<Image> image = read_lens_image(picture.path, rig, picture.lens);
   if (!image) return image.status();
-  if (image->width != lens.width || image->height != lens.height)
-    return wrong("has " + std::to_string(image->width) + "x" + std::to_string(image->height) +
-                 " pixels, the calibration is for " + std::to_string(lens.width) + "x" + std::to_string(lens.height));
+  if (image->format != PixelFormat::rgb8)
+    return Status(StatusCode::invalid_argument,
+                  picture.path + ": tags are detected in PNG and JPEG; this is a float image");
+  const LensParameters& lens = rig.lenses[static_cast<std::size_t>(picture.lens)];
   TagDetectorOptions options;
   options.families.clear();
   for (const WorldTag& tag : room)
@@ -126,7 +118,8 @@ Result<std::vector<TagObservation>> tags_in(const PictureArgument& picture, cons
   Result<TagDetector> detector = TagDetector::make(options);
   if (!detector) return detector.status();
   const CameraModel model(lens);
-  const Result<std::vector<TagDetection>> tags = detector->detect(image->view(), &model);
+  GreyView grey;
+  const Result<std::vector<TagDetection>> tags = detector->detect(grey.of(view_of(*image, picture.lens)), &model);
   if (!tags) return tags.status();
   std::vector<TagObservation> out;
   for (const TagDetection& tag : *tags) out.push_back({picture.lens, tag});

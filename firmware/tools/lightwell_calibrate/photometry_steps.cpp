@@ -3,60 +3,121 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <map>
+#include <numbers>
+
+#include <lightwell/text.hpp>
 
 #include "calibration/model/camera_model.hpp"
 #include "calibration/model/response.hpp"
-#include "calibration/solve/photometry/extraction.hpp"
-#include "calibration/solve/photometry/lamp.hpp"
-#include "tools/lightwell_calibrate/photometry_input.hpp"
+#include "calibration/solve/photometry/vignetting.hpp"
+#include "camera/backends/replay/frame_list.hpp"
+#include "tools/lens_image.hpp"
 
 namespace lightwell::calibrate {
 namespace {
 
+namespace fs = std::filesystem;
 using photometry::Picture;
 
 Status invalid(const std::string& what) { return {StatusCode::invalid_argument, what}; }
+
+struct ListedPicture {
+  std::string path, file;  ///< `file`: the name in the list.
+  double exposure_s = 1, gain = 1;
+};
+
+/// Reads FOLDER/frames.csv (camera/backends/replay/frame_list.hpp): of each frame the picture of the lens, or the only
+/// one.
+Result<std::vector<ListedPicture>> list_pictures(const std::string& folder, int lens) {
+  const Result<std::vector<replay::ListedFrame>> frames = replay::load_frame_list(folder);
+  if (!frames) return frames.status();
+  std::vector<ListedPicture> out;
+  for (const replay::ListedFrame& frame : *frames) {
+    const std::size_t index = frame.files.size() > 1 ? static_cast<std::size_t>(lens) : 0;
+    if (index >= frame.files.size())
+      return invalid((fs::path(folder) / "frames.csv").string() + ": no picture of lens " + std::to_string(lens) +
+                     "; see --lens");
+    const std::string& name = frame.files[index];
+    out.push_back({(fs::path(folder) / name).string(), name, frame.info.exposure_s, frame.info.gain});
+  }
+  return out;
+}
+
+/// Reads FOLDER/angles.csv with the header "file,angle_deg": angles in rad by file. Empty if there is no such file.
+Result<std::map<std::string, double>> read_angles(const std::string& folder) {
+  std::map<std::string, double> out;
+  const std::string path = (fs::path(folder) / "angles.csv").string();
+  std::error_code error;
+  if (!fs::exists(path, error)) return out;
+  std::ifstream file(path);
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    const auto bad = [&](const std::string& what) {
+      return invalid(path + ":" + std::to_string(number) + ": " + what);
+    };
+    if (trimmed(line).empty()) continue;
+    const std::vector<std::string_view> fields = comma_separated(line);
+    if (fields.size() != 2) return bad("it does not have the two columns file,angle_deg");
+    const std::string name(fields[0]), value(fields[1]);
+    if (number == 1) {
+      if (name != "file" || value != "angle_deg") return bad("the first line must be file,angle_deg");
+      continue;
+    }
+    const std::optional<double> degrees = parse_number<double>(value);
+    if (!degrees || !(*degrees >= 0 && *degrees <= 180))
+      return bad("angle_deg '" + value + "' is not an angle of 0 to 180");
+    if (!out.emplace(name, *degrees * std::numbers::pi / 180).second) return bad(name + " is listed twice");
+  }
+  if (out.empty())
+    return invalid(path + ": no angle is listed; without this file angles are those of the lens's geometry");
+  return out;
+}
 
 struct Series {
   std::vector<ListedPicture> list;
   std::vector<Picture> pictures;
 };
 
-Result<Series> read_series(const std::string& folder, const PictureKind& kind) {
-  Result<std::vector<ListedPicture>> list = list_pictures(folder, kind);
-  if (!list) return list.status();
-  Series out;
-  out.list = std::move(*list);
-  for (const ListedPicture& p : out.list) {
-    Result<Picture> picture = read_picture(p.path, kind);
-    if (!picture) return picture.status();
-    out.pictures.push_back(std::move(*picture));
-  }
-  return out;
-}
-
 class Steps {
  public:
   Steps(PhotometryRun& run, const PhotometryInputs& inputs)
-      : run_(run), in_(inputs), lens_(run.rig.lenses[static_cast<std::size_t>(inputs.lens)]) {
-    kind_ = {inputs.lens, lens_.width, lens_.height, inputs.bits > 0 ? 1 << inputs.bits : 0};
-  }
+      : run_(run), in_(inputs), lens_(run.rig.lenses[static_cast<std::size_t>(inputs.lens)]) {}
 
   [[nodiscard]] Status run() {
-    using Step = Status (Steps::*)();
-    for (const Step step :
+    for (const auto step :
          {&Steps::read_dark, &Steps::response, &Steps::dark, &Steps::flat, &Steps::lamp, &Steps::grey})
       if (Status s = (this->*step)(); !s.ok()) return s;
     return {};
   }
 
  private:
+  /// PNG, JPEG, OpenEXR or HDR; floats are relative to full scale.
+  [[nodiscard]] Result<Picture> read_picture(const std::string& path) const {
+    const Result<Image> image = read_lens_image(path, run_.rig, in_.lens);
+    if (!image) return image.status();
+    return photometry::picture_of(view_of(*image, in_.lens), path, in_.bits > 0 ? 1 << in_.bits : 0);
+  }
+
+  [[nodiscard]] Result<Series> read_series(const std::string& folder) const {
+    Result<std::vector<ListedPicture>> list = list_pictures(folder, in_.lens);
+    if (!list) return list.status();
+    Series out{std::move(*list), {}};
+    for (const ListedPicture& p : out.list) {
+      Result<Picture> picture = read_picture(p.path);
+      if (!picture) return picture.status();
+      out.pictures.push_back(std::move(*picture));
+    }
+    return out;
+  }
+
   [[nodiscard]] PhotometricCalibration& photometry() { return lens_.photometry; }
 
   Status read_dark() {
     dark_value_ = encoded(photometry().response, photometry().black_level);
     if (in_.dark.empty()) return {};
-    Result<Series> series = read_series(in_.dark, kind_);
+    Result<Series> series = read_series(in_.dark);
     if (!series) return series.status();
     dark_ = std::move(*series);
     for (const ListedPicture& p : dark_.list)
@@ -70,7 +131,7 @@ class Steps {
 
   Status response() {
     if (in_.response.empty()) return {};
-    const Result<Series> series = read_series(in_.response, kind_);
+    const Result<Series> series = read_series(in_.response);
     if (!series) return series.status();
     std::vector<double> exposures;
     for (const ListedPicture& p : series->list) exposures.push_back(p.exposure_s * p.gain);
@@ -91,9 +152,7 @@ class Steps {
   void compare_channels(const photometry::ResponseSamples& samples, const photometry::ResponseEstimate& common) {
     constexpr double kMinReportedChange = 0.01;
     for (int c = 0; c < 3; ++c) {
-      photometry::ResponseOptions options;
-      options.channel = c;
-      const auto own = photometry::solve_response(samples, options);
+      const auto own = photometry::solve_response(samples, c);
       if (!own) continue;  // Too few samples of this channel.
       double largest = 0;
       for (int i = 0; i <= 64; ++i) {
@@ -128,7 +187,7 @@ class Steps {
 
   Status flat() {
     if (in_.flat.empty()) return {};
-    Result<Series> series = read_series(in_.flat, kind_);
+    Result<Series> series = read_series(in_.flat);
     if (!series) return series.status();
     std::vector<photometry::FlatPair> pairs;
     for (std::size_t i = 0; i < series->list.size(); i += 2) {
@@ -153,7 +212,7 @@ class Steps {
     if (in_.lamp.empty()) return {};
     if (std::holds_alternative<EquirectangularParameters>(lens_.model))
       return invalid("--lamp: an equirectangular picture has no lens axis, so it has no vignetting");
-    const Result<std::vector<ListedPicture>> list = list_pictures(in_.lamp, kind_);
+    const Result<std::vector<ListedPicture>> list = list_pictures(in_.lamp, in_.lens);
     if (!list) return list.status();
     const Result<std::map<std::string, double>> angles = read_angles(in_.lamp);
     if (!angles) return angles.status();
@@ -166,7 +225,7 @@ class Steps {
         if (at == angles->end()) return invalid(in_.lamp + "/angles.csv: no angle for " + p.file);
         angle = at->second;
       }
-      const Result<Picture> picture = read_picture(p.path, kind_);
+      const Result<Picture> picture = read_picture(p.path);
       if (!picture) return picture.status();
       const Result<photometry::LampObservation> seen = finder->find(*picture, p.exposure_s * p.gain, angle, p.path);
       if (!seen) return seen.status();
@@ -181,7 +240,7 @@ class Steps {
 
   Status grey() {
     if (in_.grey.empty()) return {};
-    const Result<Picture> picture = read_picture(in_.grey, kind_);
+    const Result<Picture> picture = read_picture(in_.grey);
     if (!picture) return picture.status();
     const Result<photometry::PatchMean> patch = photometry::patch_mean(*picture, in_.patch, photometry(), in_.grey);
     if (!patch) return patch.status();
@@ -225,8 +284,8 @@ class Steps {
   [[nodiscard]] Result<photometry::PatchExposure> grey_exposure() const {
     photometry::PatchExposure out{in_.grey_exposure_s, in_.grey_gain > 0 ? in_.grey_gain : 1, 1};
     if (out.exposure_s > 0) return out;
-    const std::filesystem::path path(in_.grey);
-    const auto list = list_pictures(path.parent_path().empty() ? "." : path.parent_path().string(), kind_);
+    const fs::path path(in_.grey);
+    const auto list = list_pictures(path.parent_path().empty() ? "." : path.parent_path().string(), in_.lens);
     if (list)
       for (const ListedPicture& p : *list)
         if (p.file == path.filename().string()) return photometry::PatchExposure{p.exposure_s, p.gain, 1};
@@ -237,7 +296,6 @@ class Steps {
   PhotometryRun& run_;
   const PhotometryInputs& in_;
   LensParameters& lens_;
-  PictureKind kind_;
   Series dark_;
   double dark_value_ = 0;
 };

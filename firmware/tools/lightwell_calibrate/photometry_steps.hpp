@@ -8,13 +8,10 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
 
-#include "calibration/solve/photometry/absolute_scale.hpp"
-#include "calibration/solve/photometry/dark.hpp"
 #include "calibration/solve/photometry/noise.hpp"
 #include "calibration/solve/photometry/patch.hpp"
 #include "calibration/solve/photometry/response_solver.hpp"
-#include "calibration/solve/photometry/vignetting_solver.hpp"
-#include "calibration/solve/photometry/white_balance.hpp"
+#include "calibration/solve/photometry/vignetting.hpp"
 
 namespace lightwell::calibrate {
 

@@ -14,7 +14,7 @@ namespace lightwell::calibrate {
 namespace {
 
 const std::vector<std::string_view> kColumns = {"family", "id", "size_m", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
-enum Column : std::size_t { kFamily, kId, kSize, kTx, kTy, kTz, kQx, kQy, kQz, kQw };
+enum Column : std::size_t { kFamily, kId };  // The others are numbers.
 
 }  // namespace
 
@@ -53,33 +53,30 @@ Result<std::vector<WorldTag>> parse_world_tags(std::string_view text, const std:
     if (cells.size() != order.size())
       return wrong(std::to_string(cells.size()) + " cells, where the first line names " + std::to_string(order.size()));
     WorldTag tag;
+    Vec3d& t = tag.world_tag.translation;
+    Quat& q = tag.world_tag.rotation;
+    const std::array<double*, 10> numbers = {nullptr, nullptr, &tag.size_m, &t.x, &t.y, &t.z, &q.x, &q.y, &q.z, &q.w};
     for (std::size_t i = 0; i < cells.size(); ++i) {
-      const std::string column(kColumns[order[i]]);
+      const std::string text(cells[i]);
       if (order[i] == kFamily) {
-        const Result<TagFamily> family = parse_tag_family(cells[i]);
+        const Result<TagFamily> family = parse_tag_family(text);
         if (!family) return wrong(family.status().message());
         tag.family = *family;
       } else if (order[i] == kId) {
-        const auto id = parse_number<int>(cells[i]);
-        if (!id || *id < 0) return wrong("id: '" + std::string(cells[i]) + "' is not a tag's number");
-        tag.id = *id;
+        tag.id = parse_number<int>(text).value_or(-1);
+        if (tag.id < 0) return wrong("id: '" + text + "' is not a tag's number");
       } else {
-        const auto value = parse_number<double>(cells[i]);
-        if (!value) return wrong(column + ": '" + std::string(cells[i]) + "' is not a number");
-        Pose& p = tag.world_tag;
-        const std::array<double*, 10> fields = {nullptr,          nullptr,          &tag.size_m,   &p.translation.x,
-                                                &p.translation.y, &p.translation.z, &p.rotation.x, &p.rotation.y,
-                                                &p.rotation.z,    &p.rotation.w};
-        *fields[order[i]] = *value;
+        const auto value = parse_number<double>(text);
+        if (!value) return wrong(std::string(kColumns[order[i]]) + ": '" + text + "' is not a number");
+        *numbers[order[i]] = *value;
       }
     }
     if (tag.id >= shape_of(tag.family).tags)
       return wrong(std::string(to_string(tag.family)) + " has no tag " + std::to_string(tag.id));
     if (!(tag.size_m > 0)) return wrong("size_m must be positive, in metres");
-    const Quat& q = tag.world_tag.rotation;
     const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
     if (!(std::abs(norm - 1) < 1e-3)) return wrong("the quaternion's length is " + std::to_string(norm) + ", not 1");
-    tag.world_tag.rotation = q.normalized();
+    q = q.normalized();
     for (const WorldTag& other : out)
       if (other.family == tag.family && other.id == tag.id)
         return wrong(std::string(to_string(tag.family)) + " " + std::to_string(tag.id) + " is listed twice");

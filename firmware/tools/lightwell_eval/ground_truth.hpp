@@ -1,12 +1,13 @@
 // Ground truth of a panorama by sums over its pixels in double precision: irradiance, brightest region, and prefiltered
-// radiance for reflections.
+// radiance for reflections; the three spheres used to compare light estimates (diffuse, matte silver, mirror), lit by
+// the ground truth and by a descriptor.
 #pragma once
 
 #include <array>
 #include <span>
-#include <string>
 #include <vector>
 
+#include <lightwell/descriptor.hpp>
 #include <lightwell/geometry.hpp>
 
 #include "sim/panorama.hpp"
@@ -18,9 +19,8 @@ using Color = std::array<double, 3>;
 
 class GroundTruth {
  public:
-  GroundTruth(std::string name, const sim::Panorama& panorama);
+  explicit GroundTruth(sim::Panorama panorama);
 
-  [[nodiscard]] const std::string& name() const { return name_; }
   /// Irradiance, not divided by pi. Within 1e-4 of the sum over single pixels.
   [[nodiscard]] Color irradiance(Vec3d unit_normal) const;
   /// radiance(d, r) of proto/README.md for r >= 0.25; the panorama itself for r = 0.
@@ -46,7 +46,6 @@ class GroundTruth {
 
   void find_brightest();
 
-  std::string name_;
   sim::Panorama panorama_;
   std::vector<Patch> patches_;
   std::vector<Color> irradiances_;
@@ -56,5 +55,19 @@ class GroundTruth {
 
 /// The 2,048 normals at which proto/README.md defines the error.
 [[nodiscard]] const std::vector<Vec3d>& truth_normals();
+
+/// Diffuse, matte silver, mirror.
+inline constexpr std::size_t kBalls = 3;
+
+/// Orthographic front views of the balls with albedo 1: the radiance of each pixel on the ball.
+using BallPictures = std::array<std::vector<Color>, kBalls>;
+
+[[nodiscard]] BallPictures ball_pictures(const GroundTruth& truth);
+/// Lights appear as discs in the mirror. If `descriptor` has a whole environment map, reflections use it instead of the
+/// spherical harmonics.
+[[nodiscard]] BallPictures ball_pictures(const Descriptor& descriptor);
+
+/// RMS over pixels and channels of the difference, divided by the RMS of the truth.
+[[nodiscard]] std::array<double, kBalls> ball_errors(const BallPictures& truth, const BallPictures& estimate);
 
 }  // namespace lightwell::eval

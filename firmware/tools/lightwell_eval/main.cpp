@@ -1,17 +1,19 @@
 // lightwell-eval: measures time, bytes and accuracy of the estimator's settings.
+#include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
+#include <sstream>
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
 #include <lightwell/files.hpp>
 
+#include "sim/panorama.hpp"
 #include "tools/command_line.hpp"
 #include "tools/json_text.hpp"
-#include "tools/lightwell_eval/scenes.hpp"
 #include "tools/lightwell_eval/table.hpp"
 
 namespace {
@@ -22,6 +24,61 @@ using namespace lightwell::eval;
 int fail(const Status& s) {
   std::cerr << "lightwell-eval: " << s.message() << "\n";
   return s.code() == StatusCode::invalid_argument ? kUsage : kBadInput;
+}
+
+constexpr std::array kEight = {"city", "courtyard", "forest", "interior", "night", "studio", "sunrise", "sunset"};
+constexpr std::string_view kMore = "pmndrs_";
+
+/// The folder of the eight panoramas.
+Result<std::filesystem::path> folder() {
+  const Result<std::string> one = sim::scene_path(kEight.front());
+  if (!one) return one.status();
+  return std::filesystem::path(*one).parent_path();
+}
+
+/// Paths of the panoramas for "eight", "all", or a comma-separated list of names (city, pmndrs_lobby) and files.
+/// not_found and invalid_argument; the message has the remedy.
+Result<std::vector<std::string>> scene_files(const std::string& choice) {
+  std::vector<std::string> names, out;
+  if (choice == "eight" || choice == "all") {
+    names.assign(kEight.begin(), kEight.end());
+  } else {
+    std::stringstream list(choice);
+    for (std::string name; std::getline(list, name, ',');)
+      if (!name.empty()) names.push_back(name);
+  }
+  if (names.empty())
+    return Status(StatusCode::invalid_argument, "--scenes is empty: give all, eight, or names like city,night");
+  for (const std::string& name : names) {
+    const bool more = name.starts_with(kMore) && !name.ends_with(".exr");
+    Result<std::string> path = std::string();
+    if (more) {
+      const auto in = folder();
+      if (!in) return in.status();
+      path = (*in / (name + ".exr")).string();
+      if (!std::filesystem::exists(*path))
+        return Status(StatusCode::not_found,
+                      *path + " does not exist: run cmake/fetch_panoramas --all, which lists the names");
+    } else {
+      path = sim::scene_path(name);
+      if (!path) return path.status();
+    }
+    out.push_back(*path);
+  }
+  if (choice != "all") return out;
+  const auto in = folder();
+  if (!in) return in.status();
+  std::vector<std::string> more;
+  std::error_code error;
+  for (const auto& file : std::filesystem::directory_iterator(*in, error))
+    if (file.path().filename().string().starts_with(kMore) && file.path().extension() == ".exr")
+      more.push_back(file.path().string());
+  if (more.empty())
+    return Status(StatusCode::not_found, "there are no " + std::string(kMore) + "*.exr in " + in->string() +
+                                             ": run cmake/fetch_panoramas --all");
+  std::sort(more.begin(), more.end());
+  out.insert(out.end(), more.begin(), more.end());
+  return out;
 }
 
 /// Progress on stderr: one line that is overwritten on a terminal, otherwise a line per scene.
@@ -56,7 +113,7 @@ Result<std::vector<Row>> measure(const std::vector<std::string>& paths, bool qui
     if (!panorama) return panorama.status();
     const std::string name = std::filesystem::path(path).stem().string();
     run.scenes.push_back(name);
-    const GroundTruth truth(name, *panorama);
+    const GroundTruth truth(*panorama);
     const BallPictures balls = ball_pictures(truth);
     const sim::Scene scene(std::move(*panorama));
     std::map<int, CameraRenderer> cameras;  // By width.

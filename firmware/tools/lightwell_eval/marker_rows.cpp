@@ -12,116 +12,93 @@
 #include <lightwell/text.hpp>
 
 #include "tools/json_text.hpp"
-#include "tools/lightwell_eval/formatting.hpp"
-#include "tools/lightwell_eval/front.hpp"
+#include "tools/lightwell_eval/table.hpp"
 
 namespace lightwell::eval {
 namespace {
 
-constexpr std::array kSweepParameters = {MarkerSweepParameter::setting, MarkerSweepParameter::decimation,
-                                         MarkerSweepParameter::search, MarkerSweepParameter::faces,
-                                         MarkerSweepParameter::order};
+constexpr std::array kSweepParameters = {"setting", "decimation", "search", "faces", "order"};
 
 /// Smallest significant difference of the share of flagged or unanswered frames.
 constexpr double kClearShare = 0.01;
 
-/// Typed access to the members of one line, a JSON object; keeps the first error.
-class Reader {
- public:
-  explicit Reader(const std::string& line) {
-    using Event = nlohmann::ordered_json::parse_event_t;
-    std::set<std::string> names;
-    const auto find_repeated = [&](int, Event event, const nlohmann::ordered_json& value) {
-      if (event == Event::key && !names.insert(value.get<std::string>()).second)
-        set_error("\"" + value.get<std::string>() + "\" is there twice");
-      return true;
-    };
-    try {
-      object_ = nlohmann::ordered_json::parse(line, find_repeated);
-    } catch (const nlohmann::ordered_json::exception& e) {
-      set_error(e.what());
-    }
-    if (!object_.is_object()) set_error("not a JSON object");
-  }
+/// The numbers of a row that may be missing, in the order of the JSON.
+struct NumberField {
+  const char* name;
+  std::optional<double> MarkerRow::*value;
+  bool positive = false;  ///< A value on a logarithmic axis.
+};
+constexpr std::array<NumberField, 7> kNumbers = {{{"ms", &MarkerRow::ms, true},
+                                                  {"ms_first", &MarkerRow::ms_first},
+                                                  {"memcpy_ratio", &MarkerRow::memcpy_ratio},
+                                                  {"rms", &MarkerRow::rms, true},
+                                                  {"worst_rms", &MarkerRow::worst_rms},
+                                                  {"direction_deg", &MarkerRow::direction_deg},
+                                                  {"worst_direction_deg", &MarkerRow::worst_direction_deg}}};
 
-  std::string string(const std::string& name) {
-    const nlohmann::ordered_json value = take(name);
-    const std::string out = value.is_string() ? value.get<std::string>() : "";
-    if (out.empty()) set_error("\"" + name + "\" is not a string");
-    return out;
+/// Reads a line. Sets `error` to the first error; otherwise it stays empty.
+MarkerRow row_of(const std::string& line, std::string& error) {
+  const auto refuse = [&](const std::string& what) {
+    if (error.empty()) error = what;
+  };
+  std::set<std::string> names;
+  const auto find_repeated = [&](int, nlohmann::ordered_json::parse_event_t event, const nlohmann::ordered_json& key) {
+    if (event == nlohmann::ordered_json::parse_event_t::key && !names.insert(key.get<std::string>()).second)
+      refuse("\"" + key.get<std::string>() + "\" is there twice");
+    return true;
+  };
+  MarkerRow row;
+  nlohmann::ordered_json object;
+  try {
+    object = nlohmann::ordered_json::parse(line, find_repeated);
+  } catch (const nlohmann::ordered_json::exception& e) {
+    refuse(e.what());
   }
-  std::optional<double> optional_number(const std::string& name) {
+  if (!object.is_object()) refuse("not a JSON object");
+  if (!error.empty()) return row;
+
+  // Removes and returns a member; null if it is missing.
+  const auto take = [&](const std::string& name) {
+    if (!object.contains(name)) refuse("it lacks \"" + name + "\"");
+    nlohmann::ordered_json value = object.value(name, nlohmann::ordered_json());
+    object.erase(name);
+    return value;
+  };
+  const auto string = [&](const std::string& name) {
+    const nlohmann::ordered_json value = take(name);
+    if (!value.is_string() || value == "") refuse("\"" + name + "\" is not a string");
+    return value.is_string() ? value.get<std::string>() : "";
+  };
+  const auto optional_number = [&](const std::string& name) -> std::optional<double> {
     const nlohmann::ordered_json value = take(name);
     if (value.is_null()) return std::nullopt;
-    if (!value.is_number()) {
-      set_error("\"" + name + "\" is not a number");
-      return std::nullopt;
-    }
-    if (value.get<double>() < 0) set_error("\"" + name + "\" is negative");
-    return value.get<double>();
-  }
-  /// For a value on a logarithmic axis.
-  std::optional<double> optional_positive(const std::string& name) {
+    if (!value.is_number()) refuse("\"" + name + "\" is not a number");
+    if (value.is_number() && value < 0) refuse("\"" + name + "\" is negative");
+    return value.is_number() ? value.get<double>() : 0;
+  };
+  const auto number = [&](const std::string& name, double most) {
     const std::optional<double> v = optional_number(name);
-    if (v && !(*v > 0)) set_error("\"" + name + "\" must be above 0");
-    return v;
-  }
-  double number(const std::string& name, double most) {
-    const std::optional<double> v = optional_number(name);
-    if (!v || *v > most) set_error("\"" + name + "\" must be a number of at most " + formatted("%g", most));
+    if (!v || *v > most) refuse("\"" + name + "\" must be a number of at most " + formatted("%g", most));
     return v.value_or(0);
-  }
-  int whole(const std::string& name) {
+  };
+  const auto pixels = [&](const std::string& name) {
     const double v = number(name, 1e5);
-    if (v < 1 || v != std::floor(v)) set_error("\"" + name + "\" must be a whole number of pixels");
+    if (v < 1 || v != std::floor(v)) refuse("\"" + name + "\" must be a whole number of pixels");
     return static_cast<int>(v);
+  };
+  row.what = string("what");
+  row.parameter = string("knob");
+  if (std::ranges::find(kSweepParameters, row.parameter) == kSweepParameters.end())
+    refuse("no knob '" + row.parameter + "'; there are " + joined(kSweepParameters));
+  row.width = pixels("width");
+  row.height = pixels("height");
+  for (const NumberField& field : kNumbers) {
+    row.*field.value = optional_number(field.name);
+    if (field.positive && row.*field.value == 0.0) refuse("\"" + std::string(field.name) + "\" must be above 0");
   }
-  void end() {
-    if (!object_.empty()) set_error("\"" + object_.begin().key() + "\" is not a field of a marker's row");
-  }
-  void set_error(const std::string& what) {
-    if (error.empty()) error = what;
-  }
-
-  std::string error;
-
- private:
-  /// Removes and returns a member; null if it is missing, which is an error.
-  nlohmann::ordered_json take(const std::string& name) {
-    const auto found = object_.find(name);
-    if (found == object_.end()) {
-      set_error("it lacks \"" + name + "\"");
-      return nullptr;
-    }
-    nlohmann::ordered_json value = std::move(*found);
-    object_.erase(found);
-    return value;
-  }
-  nlohmann::ordered_json object_;
-};
-
-MarkerRow row_of(Reader& from) {
-  MarkerRow row;
-  row.what = from.string("what");
-  const std::string parameter = from.string("knob");
-  const auto known = std::find_if(kSweepParameters.begin(), kSweepParameters.end(),
-                                  [&](MarkerSweepParameter k) { return to_string(k) == parameter; });
-  if (known == kSweepParameters.end())
-    from.set_error("no knob '" + parameter + "'; there are setting, decimation, search, faces and order");
-  else
-    row.parameter = *known;
-  row.width = from.whole("width");
-  row.height = from.whole("height");
-  row.ms = from.optional_positive("ms");
-  row.ms_first = from.optional_number("ms_first");
-  row.memcpy_ratio = from.optional_number("memcpy_ratio");
-  row.rms = from.optional_positive("rms");
-  row.worst_rms = from.optional_number("worst_rms");
-  row.direction_deg = from.optional_number("direction_deg");
-  row.worst_direction_deg = from.optional_number("worst_direction_deg");
-  row.flagged = from.number("flagged", 1);
-  row.unanswered = from.number("unanswered", 1);
-  from.end();
+  row.flagged = number("flagged", 1);
+  row.unanswered = number("unanswered", 1);
+  if (!object.empty()) refuse("\"" + object.begin().key() + "\" is not a field of a marker's row");
   return row;
 }
 
@@ -142,22 +119,6 @@ std::string percent_or_none(const std::optional<double>& v) { return v ? percent
 
 }  // namespace
 
-std::string_view to_string(MarkerSweepParameter parameter) {
-  switch (parameter) {
-    case MarkerSweepParameter::setting:
-      return "setting";
-    case MarkerSweepParameter::decimation:
-      return "decimation";
-    case MarkerSweepParameter::search:
-      return "search";
-    case MarkerSweepParameter::faces:
-      return "faces";
-    case MarkerSweepParameter::order:
-      return "order";
-  }
-  return "unknown";
-}
-
 Result<std::vector<MarkerRow>> read_marker_rows(const std::string& path) {
   std::ifstream file(path);
   if (!file) return Status(StatusCode::not_found, path + ": cannot be read");
@@ -165,16 +126,14 @@ Result<std::vector<MarkerRow>> read_marker_rows(const std::string& path) {
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    Reader reader(line);
-    MarkerRow row;
-    if (reader.error.empty()) row = row_of(reader);
-    if (!rows.empty() && (row.width != rows[0].width || row.height != rows[0].height))
-      reader.set_error(
-          formatted("pictures of %dx%d beside those of %dx%d", row.width, row.height, rows[0].width, rows[0].height));
-    if (std::any_of(rows.begin(), rows.end(), [&](const MarkerRow& r) { return r.what == row.what; }))
-      reader.set_error("a case of the name '" + row.what + "' came before");
-    if (!reader.error.empty())
-      return Status(StatusCode::data_loss, path + ":" + std::to_string(number) + ": " + reader.error);
+    std::string error;
+    MarkerRow row = row_of(line, error);
+    if (error.empty() && !rows.empty() && (row.width != rows[0].width || row.height != rows[0].height))
+      error =
+          formatted("pictures of %dx%d beside those of %dx%d", row.width, row.height, rows[0].width, rows[0].height);
+    if (error.empty() && std::ranges::find(rows, row.what, &MarkerRow::what) != rows.end())
+      error = "a case of the name '" + row.what + "' came before";
+    if (!error.empty()) return Status(StatusCode::data_loss, path + ":" + std::to_string(number) + ": " + error);
     rows.push_back(std::move(row));
   }
   if (rows.empty())
@@ -214,7 +173,7 @@ std::string marker_table_of(std::span<const MarkerRow> rows) {
       "the frames that are not flagged. Front: time, RMS (median, worst), and share of flagged or unanswered "
       "frames.\n";
   for (const MarkerRow& b : rows) {
-    if (b.parameter != MarkerSweepParameter::setting) continue;
+    if (b.parameter != "setting") continue;
     out += b.what + (b.dominated_by.empty()
                          ? ": on the measured front.\n"
                          : ": NOT on the measured front, dominated by " + joined(b.dominated_by) + ".\n");
@@ -224,22 +183,15 @@ std::string marker_table_of(std::span<const MarkerRow> rows) {
 
 nlohmann::ordered_json json_of(std::span<const MarkerRow> rows) {
   nlohmann::ordered_json out = nlohmann::ordered_json::array();
-  for (const MarkerRow& r : rows)
-    out.push_back({{"what", r.what},
-                   {"knob", to_string(r.parameter)},
-                   {"width", r.width},
-                   {"height", r.height},
-                   {"ms", json_or_null(r.ms)},
-                   {"ms_first", json_or_null(r.ms_first)},
-                   {"memcpy_ratio", json_or_null(r.memcpy_ratio)},
-                   {"rms", json_or_null(r.rms)},
-                   {"worst_rms", json_or_null(r.worst_rms)},
-                   {"direction_deg", json_or_null(r.direction_deg)},
-                   {"worst_direction_deg", json_or_null(r.worst_direction_deg)},
-                   {"flagged", r.flagged},
-                   {"unanswered", r.unanswered},
-                   {"on_front", r.on_front},
-                   {"beaten_by", r.dominated_by}});
+  for (const MarkerRow& r : rows) {
+    nlohmann::ordered_json& row = out.emplace_back(
+        nlohmann::ordered_json{{"what", r.what}, {"knob", r.parameter}, {"width", r.width}, {"height", r.height}});
+    for (const NumberField& field : kNumbers) row[field.name] = json_or_null(r.*field.value);
+    row.update({{"flagged", r.flagged},
+                {"unanswered", r.unanswered},
+                {"on_front", r.on_front},
+                {"beaten_by", r.dominated_by}});
+  }
   return out;
 }
 

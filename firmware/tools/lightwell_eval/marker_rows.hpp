@@ -5,7 +5,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -14,20 +13,13 @@
 
 namespace lightwell::eval {
 
-/// The parameter that a case varies; determines its colour in the chart.
-enum class MarkerSweepParameter {
-  setting,     ///< The default.
-  decimation,  ///< Decimation of the region where the body is tracked.
-  search,      ///< Decimation of a search of the whole picture.
-  faces,       ///< Maximum number of sampled faces.
-  order,       ///< Maximum number of lights; use of the table beneath the body.
-};
-[[nodiscard]] std::string_view to_string(MarkerSweepParameter parameter);
-
 /// Medians over the answered frames; nullopt if there are none.
 struct MarkerRow {
   std::string what;  ///< Name of the case.
-  MarkerSweepParameter parameter = MarkerSweepParameter::setting;
+  /// What the case varies; determines its colour in the chart. "setting": the default; "decimation": of the region
+  /// where the body is tracked; "search": decimation of a search of the whole picture; "faces": maximum number of
+  /// sampled faces; "order": maximum number of lights, use of the table beneath the body.
+  std::string parameter = "setting";
   int width = 0, height = 0;  ///< Of a picture, the same in all rows.
   /// Duration of a tracked frame and of the first frame, ms; duration of a tracked frame divided by a memcpy of it.
   std::optional<double> ms, ms_first, memcpy_ratio;

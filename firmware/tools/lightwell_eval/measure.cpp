@@ -8,12 +8,19 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <unistd.h>
+
+#include <linux/perf_event.h>
+#include <sys/ioctl.h>
+#include <sys/syscall.h>
 
 #include <lightwell/codec.hpp>
 #include <lightwell/query.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
-#include "tools/lightwell_eval/instructions.hpp"
+#include "sim/render.hpp"
+#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
 
 namespace lightwell::eval {
 namespace {
@@ -38,6 +45,33 @@ double seconds_now() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// Instructions of `work` in user space by the hardware counter of perf_event_open; nullopt if it is not available
+/// (perf_event_paranoid, a virtual machine, a container).
+std::optional<std::uint64_t> count_instructions(const std::function<void()>& work) {
+  perf_event_attr what{};
+  what.type = PERF_TYPE_HARDWARE;
+  what.size = sizeof what;
+  what.config = PERF_COUNT_HW_INSTRUCTIONS;
+  what.disabled = 1;
+  what.exclude_kernel = 1;
+  what.exclude_hv = 1;
+  what.read_format = PERF_FORMAT_TOTAL_TIME_ENABLED | PERF_FORMAT_TOTAL_TIME_RUNNING;
+  const auto counter = static_cast<int>(syscall(SYS_perf_event_open, &what, 0, -1, -1, PERF_FLAG_FD_CLOEXEC));
+  if (counter < 0) return std::nullopt;
+  ioctl(counter, PERF_EVENT_IOC_RESET, 0);
+  ioctl(counter, PERF_EVENT_IOC_ENABLE, 0);
+  work();
+  ioctl(counter, PERF_EVENT_IOC_DISABLE, 0);
+  struct {
+    std::uint64_t count, enabled_ns, running_ns;
+  } result{};
+  const bool complete = read(counter, &result, sizeof result) == sizeof result;
+  close(counter);
+  // A multiplexed counter has counted only a part of the work.
+  if (!complete || result.count == 0 || result.running_ns < result.enabled_ns) return std::nullopt;
+  return result.count;
 }
 
 /// Time per buffer: the minimum over the passes, averaged over the buffers.
@@ -83,13 +117,122 @@ void find_errors(const Descriptor& d, const GroundTruth& truth, const BallPictur
 
 }  // namespace
 
+std::vector<Case> all_cases() {
+  std::vector<Case> out;
+  const auto add = [&](std::string label, std::string_view parameter) -> Case& {
+    Case& c = out.emplace_back();
+    c.label = std::move(label);
+    c.parameter = parameter;
+    return c;
+  };
+  for (const int width : {640, 320, 1280}) {
+    for (const Setting setting : kSettings) {
+      Case& c = add(std::string(to_string(setting)) + (width == 640 ? "" : " @" + std::to_string(width)), "setting");
+      c.width = width;
+      c.height = width * 3 / 4;
+      c.config.setting = setting;
+      c.named = true;
+    }
+  }
+  // With epsilon 0, so that the descriptor is not reduced and the error is that of the block size.
+  for (const int edge : {2, 4, 8, 16}) {
+    Case& c = add("block " + std::to_string(edge) + ", eps 0", "block");
+    c.block_edge = edge;
+    c.config.panorama.epsilon = 0;
+  }
+  for (const int band : {0, 1, 2, 4}) add("band " + std::to_string(band), "band").config.band = band;
+  for (const int lights : {0, 1, 4, 64}) add("lights " + std::to_string(lights), "lights").config.max_lights = lights;
+  for (const double percent : {0.2, 0.5, 2.0, 5.0}) {
+    std::string text = std::to_string(percent);
+    text.resize(3);
+    add("eps " + text + " %", "epsilon").config.panorama.epsilon = percent / 100;
+  }
+  for (const int edge : {8, 16, 32, 64})
+    add("map " + std::to_string(edge), "map").config.panorama.environment_edge = edge;
+  for (const int exposures : {1, 3}) {
+    for (const Setting setting : kSettings) {
+      Case& c = add("8 bit x" + std::to_string(exposures) + " " + std::string(to_string(setting)), "sensor");
+      c.sensor = Sensor::eight_bit;
+      c.exposures = exposures;
+      c.config.setting = setting;
+      // A single exposure clips every lamp, which no setting changes (the descriptor is flagged).
+      c.named = exposures > 1;
+    }
+  }
+  return out;
+}
+
+std::vector<Frame> RenderedBracket::frames(std::span<const std::byte> memory, std::uint64_t number) const {
+  std::vector<Frame> out;
+  std::size_t picture = 0;
+  for (std::size_t e = 0; e < exposures.size(); ++e) {
+    Frame frame;
+    frame.info.sequence = number * exposures.size() + e;
+    frame.info.mid_exposure = {static_cast<std::int64_t>(number + 1) * 33'000'000 +
+                               static_cast<std::int64_t>(e) * 1'000'000};
+    frame.info.delivered = frame.info.mid_exposure;
+    frame.info.exposure_s = exposures[e];
+    frame.info.bracket_index = static_cast<int>(e);
+    frame.info.bracket_size = static_cast<int>(exposures.size());
+    for (std::size_t k = 0; k < rig.lenses.size(); ++k, ++picture) {
+      const LensParameters& lens = rig.lenses[k];
+      const std::size_t stride = packed_stride(format, lens.width);
+      frame.add_view({static_cast<int>(k), format, lens.width, lens.height, stride,
+                      memory.subspan(offsets[picture], picture_bytes(format, stride, lens.height))});
+    }
+    out.push_back(std::move(frame));
+  }
+  return out;
+}
+
+Result<CameraRenderer> CameraRenderer::make(const sim::Scene& scene, int width, int height) {
+  const Result<RigParameters> rig = sim::make_rig("pair", width, height, PixelFormat::rgb_f32);
+  if (!rig) return rig.status();
+  CameraRenderer out;
+  out.width_ = width;
+  out.height_ = height;
+  const sim::SceneState state = scene.state_at(0);
+  const sim::Panorama& panorama = scene.panorama(state);
+  out.bright_ = sim::luminance_percentile(panorama, 0.99);
+  for (const float v : panorama.rgb) out.peak_ = std::max(out.peak_, static_cast<double>(v));
+  for (const LensParameters& lens : rig->lenses)
+    out.radiance_.push_back(sim::render_radiance(scene, state, lens, sim::samples_for(lens, panorama)));
+  return out;
+}
+
+Result<RenderedBracket> CameraRenderer::bracket(Sensor sensor, int exposures) const {
+  const PixelFormat format = sensor == Sensor::ideal ? PixelFormat::rgb_f32 : PixelFormat::rgb8;
+  std::vector<double> radiances;  // At full scale.
+  for (int i = 0; exposures > 1 && i < exposures; ++i)
+    radiances.push_back(peak_ * std::pow(std::min(1.0, bright_ / peak_), static_cast<double>(i) / (exposures - 1)));
+  if (exposures == 1) radiances = {sensor == Sensor::ideal ? 1 : bright_};
+  Result<RigParameters> rig = sim::make_rig("pair", width_, height_, format);
+  if (!rig) return rig.status();
+  RenderedBracket out;
+  out.rig = std::move(*rig);
+  out.format = format;
+  const sim::SensorModel model = sim::sensor_of(out.rig, format, 1);
+  std::vector<sim::Sensor> sensors;
+  for (const LensParameters& lens : out.rig.lenses) sensors.emplace_back(lens, model);
+  for (std::size_t e = 0; e < radiances.size(); ++e) {
+    out.exposures.push_back(sim::exposure_below_saturation(model, radiances[e], 1));
+    for (std::size_t k = 0; k < sensors.size(); ++k) {
+      out.offsets.push_back(out.bytes.size());
+      out.bytes.resize(out.bytes.size() + sensors[k].bytes());
+      sensors[k].expose(radiance_[k], {out.exposures.back(), 1, e, static_cast<int>(k)},
+                        std::span(out.bytes).subspan(out.offsets.back()));
+    }
+  }
+  return out;
+}
+
 Result<Outcome> Bench::measure(const Case& c, const GroundTruth& truth, const BallPictures& balls,
                                const CameraRenderer& camera) {
   Outcome out;
-  const Result<RenderedBracket> timed = camera.eight_bit(c.exposures);
+  const Result<RenderedBracket> timed = camera.bracket(Sensor::eight_bit, c.exposures);
   if (!timed) return timed.status();
   if (Status s = time(c, *timed, out); !s.ok()) return s;
-  const Result<RenderedBracket> evaluated = c.sensor == Sensor::ideal ? camera.ideal() : timed;
+  const Result<RenderedBracket> evaluated = c.sensor == Sensor::ideal ? camera.bracket(Sensor::ideal, 1) : timed;
   if (!evaluated) return evaluated.status();
   const Result<std::unique_ptr<Estimator>> estimator = estimator_of(c, evaluated->rig);
   if (!estimator) return estimator.status();

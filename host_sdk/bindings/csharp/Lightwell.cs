@@ -14,6 +14,7 @@ using System;
 using System.Collections.Generic;
 using System.Runtime.InteropServices;
 using System.Text;
+using Microsoft.Win32.SafeHandles;
 
 namespace Lightwell
 {
@@ -98,31 +99,24 @@ namespace Lightwell
     public struct Answer
     {
         internal uint size;
-        private int validity;
-        private long age;
-        private IntPtr reason;
-        private Rgb value;
-        private float errorBound;
-        private uint flags;
-        private int lightsIncluded;
-        private int units;
-        private uint refused;
-
-        /// <summary>Zero for a batch.</summary>
-        public Rgb Value { get { return value; } }
-        public Validity Validity { get { return (Validity)validity; } }
+        public Validity Validity { get; }
         /// <summary>Time since mid-exposure when the lighting was obtained.</summary>
-        public long AgeNs { get { return age; } }
+        public long AgeNs { get; }
+        private IntPtr reason;
+        /// <summary>Zero for a batch.</summary>
+        public Rgb Value { get; }
+        /// <summary>RMS relative to the RMS irradiance, 0.01 is 1 %; infinite without a bound (see Flags).</summary>
+        public float ErrorBound { get; }
+        public LightFlags Flags { get; }
+        private int lightsIncluded;
+        public Units Units { get; }
+        /// <summary>Number of invalid inputs of a batch: their values are zero, and Validity is InvalidQuery.</summary>
+        public uint Refused { get; }
+
         /// <summary>Why it is not valid; empty if it is. Allocates a string.</summary>
         public string Reason { get { return Marshal.PtrToStringAnsi(reason) ?? ""; } }
-        /// <summary>RMS relative to the RMS irradiance, 0.01 is 1 %; infinite without a bound (see Flags).</summary>
-        public float ErrorBound { get { return errorBound; } }
-        public LightFlags Flags { get { return (LightFlags)flags; } }
         /// <summary>False for radiance at roughness 0, which excludes the discrete lights.</summary>
         public bool LightsIncluded { get { return lightsIncluded != 0; } }
-        public Units Units { get { return (Units)units; } }
-        /// <summary>Number of invalid inputs of a batch: their values are zero, and Validity is InvalidQuery.</summary>
-        public uint Refused { get { return refused; } }
     }
 
     /// <summary>Properties of a Lighting besides its light.</summary>
@@ -130,8 +124,8 @@ namespace Lightwell
     public struct LightingInfo
     {
         internal uint size;
-        private int validity;
-        private long age;
+        public Validity Validity { get; }
+        public long AgeNs { get; }
         private IntPtr reason;
         /// <summary>Maximum error of AgeNs; stale if the age can exceed MaxAge within it.</summary>
         public long AgeUncertaintyNs;
@@ -144,8 +138,8 @@ namespace Lightwell
         public long DeliveredAfterNs;
         public long EncodedAfterNs;
         public ulong EncodedBytes;
-        private int units;
-        private uint flags;
+        public Units Units { get; }
+        public LightFlags Flags { get; }
         public float BoundTotal, BoundTruncation, BoundSampling, BoundNoise, BoundQuantization, BoundSmoothing;
         /// <summary>Fraction of the sphere that at least one pixel sees.</summary>
         public float Coverage;
@@ -159,14 +153,9 @@ namespace Lightwell
         public int Setting;
         /// <summary>0 unknown, 1 none, 2 100 Hz, 3 120 Hz.</summary>
         public int Flicker;
-        private int derivation;
+        public Derivation Derivation { get; }
 
-        public Derivation Derivation { get { return (Derivation)derivation; } }
-        public Validity Validity { get { return (Validity)validity; } }
-        public long AgeNs { get { return age; } }
         public string Reason { get { return Marshal.PtrToStringAnsi(reason) ?? ""; } }
-        public Units Units { get { return (Units)units; } }
-        public LightFlags Flags { get { return (LightFlags)flags; } }
     }
 
     /// <summary>A detected light (lamp, sun, window), modelled as a spherical cap of uniform radiance.</summary>
@@ -229,8 +218,10 @@ namespace Lightwell
     public struct UnityLighting
     {
         internal uint size;
-        private int validity;
-        private float residual;
+        public Validity Validity { get; }
+        /// <summary>Relative irradiance error due to what Unity cannot represent; -1 if it was not
+        /// computed.</summary>
+        public float Residual { get; }
         [MarshalAs(UnmanagedType.ByValArray, SizeConst = 27)] private float[] harmonics;
         /// <summary>Direction in which the main light shines; unit.</summary>
         public Vec3 Forward;
@@ -239,10 +230,6 @@ namespace Lightwell
         /// <summary>0 if there is no main light or no estimate.</summary>
         public float Intensity;
 
-        public Validity Validity { get { return (Validity)validity; } }
-        /// <summary>Relative irradiance error due to what Unity cannot represent; -1 if it was not
-        /// computed.</summary>
-        public float Residual { get { return residual; } }
         /// <summary>this[rgb, coefficient] at 9 rgb + coefficient, pre-scaled as in Unity.</summary>
         public float[] SphericalHarmonicsL2 { get { return harmonics; } }
     }
@@ -356,11 +343,9 @@ namespace Lightwell
     public struct LinkStats
     {
         internal uint size;
-        private int state;
+        public LinkState State { get; }
         public ulong Received, Bytes, Gaps, Oversized, Undecodable, Replayed, Reconnects, Maps, MapsWithoutKey,
             FramesLost, FramesRefused, Untimely;
-
-        public LinkState State { get { return (LinkState)state; } }
     }
 
     /// <summary>The lighting of one moment. It is not updated automatically: Probe.Latest fills it again.</summary>
@@ -385,25 +370,13 @@ namespace Lightwell
         public static Lighting Decode(byte[] message, long ageNs = 0)
         {
             if (message == null) throw new ArgumentNullException("message");
-            var made = new Lighting();
-            Native.Check(Native.lw_lighting_decode(message, Native.Size(message.Length), ageNs, made.Handle));
-            return made;
+            return Filled(into => Native.lw_lighting_decode(message, Native.Size(message.Length), ageNs, into));
         }
 
-        public Lighting Copy()
-        {
-            var made = new Lighting();
-            Native.Check(Native.lw_lighting_copy(Handle, made.Handle));
-            return made;
-        }
+        public Lighting Copy() { return Filled(into => Native.lw_lighting_copy(Handle, into)); }
 
         /// <summary>The lighting rotated by q: with the rotation of T_world_probe, in the world's axes.</summary>
-        public Lighting Rotated(Rotation q)
-        {
-            var made = new Lighting();
-            Rotated(q, made);
-            return made;
-        }
+        public Lighting Rotated(Rotation q) { return Filled(into => Native.lw_lighting_rotated(Handle, ref q, into)); }
 
         /// <summary>The same, into an existing object; `into` may be this.</summary>
         public void Rotated(Rotation q, Lighting into)
@@ -521,6 +494,14 @@ namespace Lightwell
             return unity;
         }
 
+        /// <summary>A new Lighting that a function of the C ABI fills.</summary>
+        internal static Lighting Filled(Func<LightingHandle, int> fill)
+        {
+            var made = new Lighting();
+            Native.Check(fill(made.Handle));
+            return made;
+        }
+
         private Rgb[] Coefficients(int quantity, int maxBand)
         {
             if (maxBand < 0 || maxBand > MaxBand)
@@ -608,28 +589,19 @@ namespace Lightwell
         /// <summary>The newest, into an existing object, for render loops. Validity.None if there is none.</summary>
         public void Latest(Lighting into) { Native.Check(Native.lw_probe_latest(handle, into.Handle)); }
 
-        public Lighting Latest()
-        {
-            var made = new Lighting();
-            Latest(made);
-            return made;
-        }
+        public Lighting Latest() { return Lighting.Filled(into => Native.lw_probe_latest(handle, into)); }
 
         /// <summary>The newest in the axes of the room in which the probe is mounted; Validity.InvalidQuery if it is
         /// not Mounted.</summary>
         public Lighting LatestInWorld()
         {
-            var made = new Lighting();
-            Native.Check(Native.lw_probe_latest_in_world(handle, made.Handle));
-            return made;
+            return Lighting.Filled(into => Native.lw_probe_latest_in_world(handle, into));
         }
 
         /// <summary>The lighting at a time of NowNs, interpolated between two descriptors.</summary>
         public Lighting At(long hostTimeNs)
         {
-            var made = new Lighting();
-            Native.Check(Native.lw_probe_at(handle, hostTimeNs, made.Handle));
-            return made;
+            return Lighting.Filled(into => Native.lw_probe_at(handle, hostTimeNs, into));
         }
 
         /// <summary>Waits for a newest descriptor with a sequence number other than `seen` (null: any).
@@ -637,15 +609,13 @@ namespace Lightwell
         public Lighting WaitForNext(ulong? seen, TimeSpan timeout)
         {
             var made = new Lighting();
+            var known = seen.HasValue ? new[] { seen.Value } : null;
             var end = NowNs + Ns(timeout);
             for (;;)
             {
                 var left = end - NowNs;
                 var wait = Math.Max(0, Math.Min(left, SliceNs));
-                var known = seen.GetValueOrDefault();
-                var status = seen.HasValue
-                    ? Native.lw_probe_wait_for_next(handle, ref known, wait, made.Handle)
-                    : Native.lw_probe_wait_for_any(handle, IntPtr.Zero, wait, made.Handle);
+                var status = Native.lw_probe_wait_for_next(handle, known, wait, made.Handle);
                 if (status == (int)Status.Unavailable && left > SliceNs) continue;
                 Native.Check(status);
                 return made;
@@ -729,11 +699,9 @@ namespace Lightwell
         }
     }
 
-    internal sealed class LightingHandle : SafeHandle
+    internal sealed class LightingHandle : SafeHandleZeroOrMinusOneIsInvalid
     {
-        private LightingHandle() : base(IntPtr.Zero, true) { }
-
-        public override bool IsInvalid { get { return handle == IntPtr.Zero; } }
+        private LightingHandle() : base(true) { }
 
         protected override bool ReleaseHandle()
         {
@@ -742,11 +710,9 @@ namespace Lightwell
         }
     }
 
-    internal sealed class ProbeHandle : SafeHandle
+    internal sealed class ProbeHandle : SafeHandleZeroOrMinusOneIsInvalid
     {
-        private ProbeHandle() : base(IntPtr.Zero, true) { }
-
-        public override bool IsInvalid { get { return handle == IntPtr.Zero; } }
+        private ProbeHandle() : base(true) { }
 
         protected override bool ReleaseHandle()
         {
@@ -843,11 +809,8 @@ namespace Lightwell
         [DllImport(Library)]
         internal static extern int lw_probe_at(ProbeHandle probe, long hostTime, LightingHandle into);
         [DllImport(Library)]
-        internal static extern int lw_probe_wait_for_next(ProbeHandle probe, ref ulong seen, long timeout,
+        internal static extern int lw_probe_wait_for_next(ProbeHandle probe, [In] ulong[] seen, long timeout,
                                                           LightingHandle into);
-        [DllImport(Library, EntryPoint = "lw_probe_wait_for_next")]
-        internal static extern int lw_probe_wait_for_any(ProbeHandle probe, IntPtr none, long timeout,
-                                                         LightingHandle into);
         [DllImport(Library)] internal static extern int lw_probe_get_info(ProbeHandle probe, ref ProbeInfo info);
         [DllImport(Library)] internal static extern int lw_probe_get_stats(ProbeHandle probe, ref LinkStats stats);
         [DllImport(Library)]

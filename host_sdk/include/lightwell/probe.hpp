@@ -26,8 +26,6 @@
 
 namespace lightwell {
 
-struct MqttAddress;
-
 /// Version of this library, such as "0.1.0".
 [[nodiscard]] std::string_view version();
 
@@ -231,8 +229,6 @@ class Probe {
  private:
   struct Impl;
   explicit Probe(std::unique_ptr<Impl> impl);
-  [[nodiscard]] static Result<Probe> connect_at_broker(const MqttAddress& broker, const ProbeOptions& options,
-                                                       std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

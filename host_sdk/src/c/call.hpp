@@ -1,23 +1,71 @@
 // Common parts of the functions of the C ABI.
-//   call                                        runs a function: catches exceptions, stores the error message
-//   with_probe, with_lighting, into_lighting    check a handle, then run a function with its object
-//   copy_text                                   copies text into the caller's memory
+//   lw_probe, lw_lighting          the objects behind the opaque pointers
+//   call                           runs a function: catches exceptions, stores the error message
+//   with_handle, fill              check a handle, then run a function with its object
+//   copy_text                      copies text into the caller's memory
+//   read_sized, write_sized        versioned structs: the caller sets `size`, which differs between versions of the
+//   header
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <exception>
 #include <new>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <type_traits>
 #include <utility>
 
+#include <lightwell/lighting.hpp>
 #include <lightwell/lightwell.h>
+#include <lightwell/probe.hpp>
 #include <lightwell/result.hpp>
 
-#include "c/handle.hpp"
+namespace lightwell::c {
+
+/// First word of a handle, by which its type is checked. The destructor clears it, so that use after release is usually
+/// detected; not always, because the memory may have been reused.
+class HandleTag {
+ public:
+  explicit HandleTag(std::uint64_t kind) : word_(kind) {}
+  HandleTag(const HandleTag&) = delete;
+  HandleTag& operator=(const HandleTag&) = delete;
+  ~HandleTag() { word_ = 0; }
+
+  [[nodiscard]] bool is(std::uint64_t kind) const { return word_ == kind; }
+
+ private:
+  volatile std::uint64_t word_;  ///< volatile, so that the compiler does not remove the destructor's store.
+};
+
+}  // namespace lightwell::c
+
+struct lw_probe {
+  static constexpr std::uint64_t kKind = 0x65626f72705f776cU;  // "lw_probe"
+  static constexpr const char* kRefusal = "this is not an lw_probe of lw_probe_connect";
+
+  explicit lw_probe(lightwell::Probe connected) : value(std::move(connected)) {}
+  lightwell::c::HandleTag tag{kKind};
+  lightwell::Probe value;
+};
+
+struct lw_lighting {
+  static constexpr std::uint64_t kKind = 0x6e697468676c776cU;  // "lwlghtin"
+  static constexpr const char* kRefusal = "this is not an lw_lighting of lw_lighting_create";
+
+  lightwell::c::HandleTag tag{kKind};
+  lightwell::Lighting value;
+};
 
 namespace lightwell::c {
+
+template <class Handle>
+[[nodiscard]] bool good(const Handle* p) {
+  return p != nullptr && reinterpret_cast<std::uintptr_t>(p) % alignof(HandleTag) == 0 && p->tag.is(Handle::kKind);
+}
 
 /// Stores the message for lw_last_error(), truncated between two characters if it is too long. Allocates nothing, so
 /// that it can report a lack of memory.
@@ -43,25 +91,25 @@ lw_status call(const Work& work) noexcept {
   }
 }
 
-/// Checks the handle, then runs `work(probe)`, which returns a Status. Messages are literals, so that a successful call
-/// constructs no string.
-template <class Work>
-lw_status with_probe(const lw_probe* handle, const Work& work) noexcept {
-  if (!good(handle)) return failed(StatusCode::invalid_argument, "this is not an lw_probe of lw_probe_connect");
+/// Checks the handle, then runs `work(object)`, which returns a Status. Messages are literals, so that a successful
+/// call constructs no string.
+template <class Handle, class Work>
+lw_status with_handle(const Handle* handle, const Work& work) noexcept {
+  if (!good(handle)) return failed(StatusCode::invalid_argument, Handle::kRefusal);
   return call([&] { return work(handle->value); });
 }
 
-template <class Work>
-lw_status with_lighting(const lw_lighting* handle, const Work& work) noexcept {
-  if (!good(handle)) return failed(StatusCode::invalid_argument, "this is not an lw_lighting of lw_lighting_create");
-  return call([&] { return work(handle->value); });
-}
+inline Status not_to_be_filled() { return invalid("`into` is not an lw_lighting of lw_lighting_create"); }
 
-/// The same for an lw_lighting that is to be filled.
-template <class Work>
-lw_status into_lighting(lw_lighting* handle, const Work& work) noexcept {
-  if (!good(handle)) return failed(StatusCode::invalid_argument, "`into` is not an lw_lighting of lw_lighting_create");
-  return call([&] { return work(handle->value); });
+/// Fills `into` with the lighting that `make(object)` returns, or returns its error.
+template <class Handle, class Make>
+lw_status fill(const Handle* handle, lw_lighting* into, const Make& make) noexcept {
+  return with_handle(handle, [&](const auto& object) {
+    if (!good(into)) return not_to_be_filled();
+    Result<Lighting> made = make(object);
+    if (made.ok()) into->value = std::move(*made);
+    return made.status();
+  });
 }
 
 /// As lw_probe_text. invalid_argument for a capacity above 0 with a null pointer.
@@ -69,5 +117,64 @@ Status copy_text(std::string_view from, char* text, std::size_t capacity, std::s
 
 /// Length in bytes of the longest prefix of `text` that has at most `most` bytes and ends between two characters.
 [[nodiscard]] std::size_t whole_characters(std::string_view text, std::size_t most);
+
+/// A larger `size` was not set by the caller.
+inline constexpr std::uint32_t kMaxStructSize = 4096;
+
+/// Reads `size`. invalid_argument if `given` is NULL or the size is invalid; `name` is the struct's name in the header.
+template <class T>
+Status size_of(const T* given, const char* name, std::uint32_t& size) {
+  if (given == nullptr) return invalid(std::string(name) + " is NULL");
+  std::memcpy(&size, given, sizeof size);
+  if (size < 2 * sizeof size || size > kMaxStructSize)
+    return invalid(std::string(name) + ".size is " + std::to_string(size) + "; set it to sizeof(" + name +
+                   ") before the call");
+  return {};
+}
+
+/// Reads a struct. Fields that a shorter struct lacks keep their values in `into`; the unknown part of a longer one
+/// must be zero.
+template <class T>
+Status read_sized(const T* given, const char* name, T& into) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  std::uint32_t size = 0;
+  if (Status status = size_of(given, name, size); !status.ok()) return status;
+  const auto* bytes = reinterpret_cast<const unsigned char*>(given);
+  for (std::size_t i = sizeof(T); i < size; ++i)
+    if (bytes[i] != 0)
+      return invalid(std::string(name) + ": this library knows its first " + std::to_string(sizeof(T)) + " bytes of " +
+                     std::to_string(size) + ", and the rest is not zero; is an older liblightwell loaded than the " +
+                     "application was compiled with?");
+  std::memcpy(&into, given, std::min<std::size_t>(size, sizeof(T)));
+  into.size = sizeof(T);
+  return {};
+}
+
+/// Writes a struct up to the caller's size; fields unknown to the library become zero. `size` is kept.
+template <class T>
+Status write_sized(const T& from, const char* name, T* to) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  std::uint32_t size = 0;
+  if (Status status = size_of(to, name, size); !status.ok()) return status;
+  constexpr std::size_t kHead = sizeof size;
+  auto* bytes = reinterpret_cast<unsigned char*>(to);
+  const std::size_t known = std::min<std::size_t>(size, sizeof(T));
+  std::memcpy(bytes + kHead, reinterpret_cast<const unsigned char*>(&from) + kHead, known - kHead);
+  std::memset(bytes + known, 0, size - known);
+  return {};
+}
+
+/// After a failed call, fills the output with an invalid answer, so that a caller who ignores the status finds no
+/// light.
+template <class T>
+lw_status write_failure(lw_status status, const char* name, T* out) {
+  if (status == LW_OK || out == nullptr) return status;
+  T none{};
+  none.validity = LW_INVALID_QUERY;
+  if constexpr (requires { none.reason; }) none.reason = "the call failed: lw_last_error says why";
+  // The status of the call is returned, even if `out` itself is invalid.
+  (void)write_sized(none, name, out);
+  return status;
+}
 
 }  // namespace lightwell::c

@@ -3,19 +3,162 @@
 #include <array>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include <lightwell/codec.hpp>
+#include <lightwell/environment.hpp>
 #include <lightwell/harmonics.hpp>
 #include <lightwell/lighting.hpp>
 
 #include "c/call.hpp"
-#include "c/result_conversion.hpp"
-#include "c/sized.hpp"
 
 namespace lightwell::c {
 namespace {
+
+static_assert(LW_VALID == static_cast<int>(Validity::valid) && LW_STALE == static_cast<int>(Validity::stale) &&
+              LW_NONE == static_cast<int>(Validity::none) &&
+              LW_BEFORE_HISTORY == static_cast<int>(Validity::before_history) &&
+              LW_INVALID_QUERY == static_cast<int>(Validity::invalid_query));
+static_assert(LW_MEASURED == static_cast<int>(Derivation::measured) &&
+              LW_INTERPOLATED == static_cast<int>(Derivation::interpolated) &&
+              LW_EXTRAPOLATED == static_cast<int>(Derivation::extrapolated) &&
+              LW_HELD == static_cast<int>(Derivation::held));
+static_assert(LW_RELATIVE == static_cast<int>(Units::relative) && LW_ABSOLUTE == static_cast<int>(Units::absolute));
+static_assert(LW_MAX_BAND == kMaxBand && LW_MAX_COEFFICIENTS == sh_count(kMaxBand) && LW_MAX_LIGHTS == kMaxLights &&
+              LW_MAX_ENVIRONMENT_LEVELS == kMaxEnvironmentLevels);
+
+constexpr std::uint32_t bit(Flag flag) { return 1U << static_cast<unsigned>(flag); }
+static_assert(LW_FLAG_UNSEEN == bit(Flag::unseen) && LW_FLAG_CLIPPED == bit(Flag::clipped) &&
+              LW_FLAG_CLEANED == bit(Flag::cleaned) && LW_FLAG_DARK == bit(Flag::dark) &&
+              LW_FLAG_MOVED == bit(Flag::moved) && LW_FLAG_FILLED == bit(Flag::filled) &&
+              LW_FLAG_RECOVERED == bit(Flag::recovered) && LW_FLAG_UNSURE == bit(Flag::unsure) &&
+              LW_FLAG_NEWER == bit(Flag::newer));
+
+/// Static string; empty for Validity::valid.
+const char* reason_of(Validity validity) {
+  switch (validity) {
+    case Validity::valid:
+      return "";
+    case Validity::stale:
+      return "the nearest descriptor is, or may be, further away than max_age_ns";
+    case Validity::none:
+      return "no descriptor has come yet";
+    case Validity::before_history:
+      return "the time is before the oldest stored descriptor; options.history stores more";
+    case Validity::invalid_query:
+      return "the direction, roughness or rotation is zero or not finite";
+  }
+  return "unknown";
+}
+
+/// The LW_FLAG_ bits.
+std::uint32_t bits_of(Flags flags) {
+  std::uint32_t bits = 0;
+  for (const Flag flag : kFlags)
+    if (flags.has(flag)) bits |= bit(flag);
+  return bits;
+}
+
+template <class T>
+lw_answer as_c(const Answer<T>& answer, Units units) {
+  lw_answer out{};
+  out.size = sizeof out;
+  out.validity = static_cast<lw_validity>(answer.validity);
+  out.age_ns = answer.age.ns;
+  out.reason = reason_of(answer.validity);
+  for (int k = 0; k < 3; ++k) out.value[k] = answer.value[k];
+  out.error_bound = answer.error_bound;
+  out.flags = bits_of(answer.flags);
+  out.lights_included = answer.lights == LightsIncluded::yes ? 1 : 0;
+  out.units = static_cast<lw_units>(units);
+  out.refused = answer.validity == Validity::invalid_query ? 1 : 0;
+  return out;
+}
+
+lw_lighting_info as_c(const Lighting& lighting) {
+  const Descriptor& d = lighting.descriptor();
+  lw_lighting_info out{};
+  out.size = sizeof out;
+  out.validity = static_cast<lw_validity>(lighting.validity());
+  out.age_ns = lighting.age().ns;
+  out.reason = reason_of(lighting.validity());
+  out.age_uncertainty_ns = lighting.age_uncertainty().ns;
+  out.sequence = d.sequence;
+  out.mid_exposure_ns = lighting.mid_exposure().ns;
+  out.received_ns = lighting.received().ns;
+  out.probe_mid_exposure_ns = d.time.mid_exposure.ns;
+  out.delivered_after_ns = d.time.delivered_after.ns;
+  out.encoded_after_ns = d.time.encoded_after.ns;
+  out.encoded_bytes = lighting.encoded_bytes();
+  out.units = static_cast<lw_units>(d.units);
+  out.flags = bits_of(d.flags);
+  out.bound_total = d.bound.total;
+  out.bound_truncation = d.bound.truncation;
+  out.bound_sampling = d.bound.sampling;
+  out.bound_noise = d.bound.noise;
+  out.bound_quantization = d.bound.quantization;
+  out.bound_smoothing = d.bound.smoothing;
+  out.coverage = d.coverage;
+  out.saturated = d.saturated;
+  out.band = d.radiance.band;
+  out.light_count = static_cast<std::uint32_t>(d.lights.size());
+  out.probe_id = d.probe_id;
+  out.calibration_id = d.calibration_id;
+  out.setting = static_cast<std::int32_t>(d.setting);
+  out.flicker = static_cast<std::int32_t>(d.flicker);
+  out.derivation = static_cast<lw_derivation>(lighting.derivation());
+  return out;
+}
+
+lw_light as_c(const Light& light) {
+  lw_light out{};
+  out.size = sizeof out;
+  out.track = light.track;
+  out.direction[0] = light.direction.x;
+  out.direction[1] = light.direction.y;
+  out.direction[2] = light.direction.z;
+  for (int k = 0; k < 3; ++k) out.irradiance[k] = light.irradiance[k];
+  out.angular_radius = light.angular_radius_rad;
+  for (std::size_t k = 0; k < 3; ++k) out.direction_covariance[k] = light.direction_covariance[k];
+  return out;
+}
+
+lw_environment as_c(const EnvironmentView& view) {
+  lw_environment out{};
+  out.size = sizeof out;
+  out.level_count = static_cast<std::uint32_t>(view.map.levels.size());
+  out.sequence = view.sequence;
+  out.older_by_ns = view.older_by.ns;
+  out.rotation[0] = view.rotation.x;
+  out.rotation[1] = view.rotation.y;
+  out.rotation[2] = view.rotation.z;
+  out.rotation[3] = view.rotation.w;
+  out.key = view.map.key;
+  out.exponent = view.map.exponent;
+  for (std::size_t k = 0; k < view.map.levels.size(); ++k) {
+    out.edge[k] = static_cast<std::uint32_t>(view.map.levels[k].edge);
+    out.roughness[k] = view.map.levels[k].roughness;
+  }
+  return out;
+}
+
+/// Writes the texels of a level into `out`, which has room for `capacity` numbers; `each` numbers per texel.
+template <class T, class Write>
+Status write_level(const Lighting& lighting, std::uint32_t level, T* out, std::size_t capacity, std::size_t each,
+                   const Write& write) {
+  const std::optional<EnvironmentView> view = lighting.environment();
+  const std::size_t levels = view ? view->map.levels.size() : 0;
+  if (level >= levels)
+    return invalid("unknown level " + std::to_string(level) + ": the map has " + std::to_string(levels));
+  const std::span<const EnvironmentLevel> all = view->map.levels;
+  const std::size_t first = texel_count(all.first(level)), count = texel_count(all.subspan(level, 1));
+  if (out == nullptr || capacity < each * count)
+    return invalid("this level needs room for " + std::to_string(each * count) + " numbers");
+  for (std::size_t i = 0; i < count; ++i) write(view->map.texels[first + i], view->map.exponent, out + each * i);
+  return {};
+}
 
 constexpr std::size_t kTriple = 3 * sizeof(float);
 constexpr Vec3f kUp{0, 1, 0};
@@ -88,6 +231,12 @@ void write_coefficients(const Sh<Quantity>& sh, int max_band, float* out) {
     for (int k = 0; k < 3; ++k) out[3 * i + k] = i < sh.count() ? sh.c[static_cast<std::size_t>(i)][k] : 0;
 }
 
+/// Runs `work(lighting)`, which returns a Status; if it fails, fills `out` with an invalid answer.
+template <class T, class Work>
+lw_status query(const lw_lighting* lighting, const char* name, T* out, const Work& work) {
+  return write_failure(with_handle(lighting, work), name, out);
+}
+
 }  // namespace
 }  // namespace lightwell::c
 
@@ -109,74 +258,64 @@ void lw_lighting_release(lw_lighting* lighting) {
 }
 
 lw_status lw_lighting_copy(const lw_lighting* lighting, lw_lighting* into) {
-  return with_lighting(lighting, [&](const Lighting& from) {
-    if (!good(into)) return invalid("`into` is not an lw_lighting of lw_lighting_create");
-    into->value = from;
-    return Status{};
-  });
+  return fill(lighting, into, [](const Lighting& from) { return from; });
 }
 
 lw_status lw_lighting_decode(const void* bytes, size_t length, int64_t age_ns, lw_lighting* into) {
-  return into_lighting(into, [&](Lighting& to) -> Status {
+  return call([&]() -> Status {
+    if (!good(into)) return not_to_be_filled();
     if (bytes == nullptr && length > 0) return invalid("bytes is NULL, and length is not 0");
     if (age_ns < 0) return invalid("age_ns is below zero");
     Result<Descriptor> d = decode_descriptor({static_cast<const std::byte*>(bytes), length});
-    if (!d.ok()) return d.status();
-    to = Lighting::of(std::move(*d), {age_ns});
-    return {};
+    if (d.ok()) into->value = Lighting::of(std::move(*d), {age_ns});
+    return d.status();
   });
 }
 
 lw_status lw_lighting_rotated(const lw_lighting* lighting, const double* q, lw_lighting* into) {
-  return with_lighting(lighting, [&](const Lighting& from) {
-    if (!good(into)) return invalid("`into` is not an lw_lighting of lw_lighting_create");
+  return fill(lighting, into, [&](const Lighting& from) -> Result<Lighting> {
     if (q == nullptr) return invalid("q is NULL; it is a quaternion x, y, z, w");
-    into->value = from.rotated({q[0], q[1], q[2], q[3]});
-    return Status{};
+    return from.rotated({q[0], q[1], q[2], q[3]});
   });
 }
 
 lw_status lw_lighting_get_info(const lw_lighting* lighting, lw_lighting_info* out) {
-  return write_failure(
-      with_lighting(lighting, [&](const Lighting& l) { return write_sized(as_c(l), "lw_lighting_info", out); }),
-      "lw_lighting_info", out);
+  return query(lighting, "lw_lighting_info", out,
+               [&](const Lighting& l) { return write_sized(as_c(l), "lw_lighting_info", out); });
 }
 
 lw_status lw_lighting_reason(const lw_lighting* lighting, char* text, size_t capacity, size_t* length) {
-  return with_lighting(lighting, [&](const Lighting& l) { return copy_text(l.reason(), text, capacity, length); });
+  return with_handle(lighting, [&](const Lighting& l) { return copy_text(l.reason(), text, capacity, length); });
 }
 
 lw_status lw_lighting_irradiance(const lw_lighting* lighting, const float* normal, lw_answer* out) {
-  const lw_status status = with_lighting(lighting, [&](const Lighting& l) {
+  return query(lighting, "lw_answer", out, [&](const Lighting& l) {
     if (normal == nullptr) return invalid("normal is NULL");
     return write_sized(as_c(l.irradiance(vector_at(normal)), l.units()), "lw_answer", out);
   });
-  return write_failure(status, "lw_answer", out);
 }
 
 lw_status lw_lighting_radiance(const lw_lighting* lighting, const float* direction, float roughness, lw_answer* out) {
-  const lw_status status = with_lighting(lighting, [&](const Lighting& l) {
+  return query(lighting, "lw_answer", out, [&](const Lighting& l) {
     if (direction == nullptr) return invalid("direction is NULL");
     return write_sized(as_c(l.radiance(vector_at(direction), roughness), l.units()), "lw_answer", out);
   });
-  return write_failure(status, "lw_answer", out);
 }
 
 lw_status lw_lighting_irradiance_batch(const lw_lighting* lighting, const float* normals, size_t normal_stride,
                                        size_t count, float* values, size_t value_stride, lw_answer* about) {
-  const lw_status status = with_lighting(lighting, [&](const Lighting& l) {
+  return query(lighting, "lw_answer", about, [&](const Lighting& l) {
     const lw_answer one = as_c(l.irradiance(kUp), l.units());
     return answer_batch<Irradiance>(
         one, {normals, normal_stride, count, values, value_stride}, about,
         [&](std::span<const Vec3f> n, std::span<Irradiance> out) { return l.irradiance(n, out).value; });
   });
-  return write_failure(status, "lw_answer", about);
 }
 
 lw_status lw_lighting_radiance_batch(const lw_lighting* lighting, const float* directions, size_t direction_stride,
                                      size_t count, float roughness, float* values, size_t value_stride,
                                      lw_answer* about) {
-  const lw_status status = with_lighting(lighting, [&](const Lighting& l) {
+  return query(lighting, "lw_answer", about, [&](const Lighting& l) {
     const lw_answer one = as_c(l.radiance(kUp, roughness), l.units());
     return answer_batch<Radiance>(one, {directions, direction_stride, count, values, value_stride}, about,
                                   [&](std::span<const Vec3f> d, std::span<Radiance> out) {
@@ -189,12 +328,11 @@ lw_status lw_lighting_radiance_batch(const lw_lighting* lighting, const float* d
                                     return refused;
                                   });
   });
-  return write_failure(status, "lw_answer", about);
 }
 
 lw_status lw_lighting_harmonics(const lw_lighting* lighting, lw_quantity quantity, int32_t max_band,
                                 float* coefficients, int32_t* band) {
-  return with_lighting(lighting, [&](const Lighting& l) {
+  return with_handle(lighting, [&](const Lighting& l) {
     if (coefficients == nullptr) return invalid("coefficients is NULL");
     if (max_band < 0 || max_band > kMaxBand)
       return invalid("max_band is " + std::to_string(max_band) + "; it is 0 to 6");
@@ -212,7 +350,7 @@ lw_status lw_lighting_harmonics(const lw_lighting* lighting, lw_quantity quantit
 
 lw_status lw_lighting_lights(const lw_lighting* lighting, lw_light* lights, size_t light_size, size_t capacity,
                              size_t* count) {
-  return with_lighting(lighting, [&](const Lighting& l) -> Status {
+  return with_handle(lighting, [&](const Lighting& l) -> Status {
     if (lights == nullptr && capacity > 0) return invalid("lights is NULL, and capacity is not 0");
     if (capacity > 0 && (light_size < 2 * sizeof(std::uint32_t) || light_size > kMaxStructSize))
       return invalid("light_size is " + std::to_string(light_size) + "; it is sizeof(lw_light)");
@@ -224,6 +362,31 @@ lw_status lw_lighting_lights(const lw_lighting* lighting, lw_light* lights, size
     }
     if (count != nullptr) *count = l.lights().size();
     return {};
+  });
+}
+
+lw_status lw_lighting_environment(const lw_lighting* lighting, lw_environment* out) {
+  return with_handle(lighting, [&](const Lighting& l) {
+    const std::optional<EnvironmentView> view = l.environment();
+    lw_environment none{};
+    none.rotation[3] = 1;
+    return write_sized(view ? as_c(*view) : none, "lw_environment", out);
+  });
+}
+
+lw_status lw_lighting_environment_radiance(const lw_lighting* lighting, uint32_t level, float* rgb, size_t capacity) {
+  return with_handle(lighting, [&](const Lighting& l) {
+    return write_level(l, level, rgb, capacity, 3, [](std::uint32_t texel, int exponent, float* to) {
+      const Radiance r = texel_radiance(texel, exponent);
+      for (int k = 0; k < 3; ++k) to[k] = r[k];
+    });
+  });
+}
+
+lw_status lw_lighting_environment_texels(const lw_lighting* lighting, uint32_t level, uint32_t* texels,
+                                         size_t capacity) {
+  return with_handle(lighting, [&](const Lighting& l) {
+    return write_level(l, level, texels, capacity, 1, [](std::uint32_t texel, int, std::uint32_t* to) { *to = texel; });
   });
 }
 

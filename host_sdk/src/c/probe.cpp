@@ -12,7 +12,6 @@
 #include <lightwell/probe.hpp>
 
 #include "c/call.hpp"
-#include "c/sized.hpp"
 
 namespace lightwell::c {
 namespace {
@@ -238,50 +237,34 @@ void lw_probe_close(lw_probe* probe) {
 }
 
 lw_status lw_probe_latest(const lw_probe* probe, lw_lighting* into) {
-  return with_probe(probe, [&](const Probe& p) -> Status {
-    if (!good(into)) return invalid("`into` is not an lw_lighting of lw_lighting_create");
-    into->value = p.latest();
-    return {};
-  });
+  return fill(probe, into, [](const Probe& p) { return p.latest(); });
 }
 
 lw_status lw_probe_latest_in_world(const lw_probe* probe, lw_lighting* into) {
-  return with_probe(probe, [&](const Probe& p) -> Status {
-    if (!good(into)) return invalid("`into` is not an lw_lighting of lw_lighting_create");
-    into->value = p.latest_in_world();
-    return {};
-  });
+  return fill(probe, into, [](const Probe& p) { return p.latest_in_world(); });
 }
 
 lw_status lw_probe_at(const lw_probe* probe, int64_t host_time_ns, lw_lighting* into) {
-  return with_probe(probe, [&](const Probe& p) -> Status {
-    if (!good(into)) return invalid("`into` is not an lw_lighting of lw_lighting_create");
-    into->value = p.at({host_time_ns});
-    return {};
-  });
+  return fill(probe, into, [&](const Probe& p) { return p.at({host_time_ns}); });
 }
 
 lw_status lw_probe_wait_for_next(const lw_probe* probe, const uint64_t* seen, int64_t timeout_ns, lw_lighting* into) {
-  return with_probe(probe, [&](const Probe& p) -> Status {
-    if (!good(into)) return invalid("`into` is not an lw_lighting of lw_lighting_create");
+  return fill(probe, into, [&](const Probe& p) {
     const auto other_than = seen == nullptr ? std::nullopt : std::optional<std::uint64_t>(*seen);
-    Result<Lighting> next = p.wait_for_next(other_than, {std::min(timeout_ns, kForeverNs)});
-    if (!next.ok()) return next.status();
-    into->value = std::move(*next);
-    return {};
+    return p.wait_for_next(other_than, {std::min(timeout_ns, kForeverNs)});
   });
 }
 
 lw_status lw_probe_get_info(const lw_probe* probe, lw_probe_info* out) {
-  return with_probe(probe, [&](const Probe& p) { return write_sized(as_c(p.info()), "lw_probe_info", out); });
+  return with_handle(probe, [&](const Probe& p) { return write_sized(as_c(p.info()), "lw_probe_info", out); });
 }
 
 lw_status lw_probe_get_stats(const lw_probe* probe, lw_link_stats* out) {
-  return with_probe(probe, [&](const Probe& p) { return write_sized(as_c(p.stats()), "lw_link_stats", out); });
+  return with_handle(probe, [&](const Probe& p) { return write_sized(as_c(p.stats()), "lw_link_stats", out); });
 }
 
 lw_status lw_probe_text(const lw_probe* probe, lw_probe_text_kind kind, char* text, size_t capacity, size_t* length) {
-  return with_probe(probe, [&](const Probe& p) -> Status {
+  return with_handle(probe, [&](const Probe& p) -> Status {
     const Result<std::string> found = text_of(p, kind);
     return found.ok() ? copy_text(*found, text, capacity, length) : found.status();
   });
@@ -292,14 +275,14 @@ lw_status lw_estimator_config_defaults(lw_estimator_config* config) {
 }
 
 lw_status lw_probe_get_estimator(const lw_probe* probe, lw_estimator_config* config) {
-  return with_probe(probe, [&](const Probe& p) -> Status {
+  return with_handle(probe, [&](const Probe& p) -> Status {
     const Result<EstimatorConfig> found = p.estimator_config();
     return found.ok() ? write_sized(as_c(*found), "lw_estimator_config", config) : found.status();
   });
 }
 
 lw_status lw_probe_get_estimator_kind(const lw_probe* probe, lw_estimator_kind* kind) {
-  return with_probe(probe, [&](const Probe& p) -> Status {
+  return with_handle(probe, [&](const Probe& p) -> Status {
     if (kind == nullptr) return invalid("kind is NULL; pass the address of a variable for it");
     const Result<EstimatorKind> found = p.estimator_kind();
     if (found.ok()) *kind = static_cast<lw_estimator_kind>(*found);
@@ -308,7 +291,7 @@ lw_status lw_probe_get_estimator_kind(const lw_probe* probe, lw_estimator_kind* 
 }
 
 lw_status lw_probe_change_estimator(lw_probe* probe, const lw_estimator_config* config, uint64_t fields) {
-  return with_probe(probe, [&](const Probe&) -> Status {
+  return with_handle(probe, [&](const Probe&) -> Status {
     lw_estimator_config c{};
     std::uint32_t size = 0;
     if (Status status = size_of(config, "lw_estimator_config", size); !status.ok()) return status;
@@ -319,7 +302,7 @@ lw_status lw_probe_change_estimator(lw_probe* probe, const lw_estimator_config* 
 }
 
 lw_status lw_probe_set_estimator(lw_probe* probe, const lw_estimator_config* config) {
-  return with_probe(probe, [&](const Probe&) -> Status {
+  return with_handle(probe, [&](const Probe&) -> Status {
     lw_estimator_config c = as_c(EstimatorConfig{});
     if (Status status = read_sized(config, "lw_estimator_config", c); !status.ok()) return status;
     // 0 if the application sets only the fields that it knows; then the default applies.
@@ -332,7 +315,7 @@ lw_status lw_probe_set_estimator(lw_probe* probe, const lw_estimator_config* con
 }
 
 lw_status lw_probe_report_lux(lw_probe* probe, double lux, const float* normal, double* factor) {
-  return with_probe(probe, [&](const Probe&) -> Status {
+  return with_handle(probe, [&](const Probe&) -> Status {
     if (normal == nullptr) return invalid("normal is NULL; it is the direction in which the lux meter faces");
     const Result<double> applied = probe->value.report_lux(lux, {normal[0], normal[1], normal[2]});
     if (!applied.ok()) return applied.status();

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include <lightwell/codec.hpp>
-#include <lightwell/printable.hpp>
+#include <lightwell/text.hpp>
 
 #include "core/sample.hpp"
 

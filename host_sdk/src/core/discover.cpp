@@ -1,11 +1,12 @@
 #include <algorithm>
-#include <optional>
+#include <string>
 #include <thread>
+#include <vector>
 
-#include <lightwell/advertisement.hpp>
 #include <lightwell/discover.hpp>
 
 #include "core/discovery_backends.hpp"
+#include "core/usb_transport.hpp"
 
 namespace lightwell {
 
@@ -30,28 +31,51 @@ Discovered core::DiscoveryResults::take() {
   return out;
 }
 
+namespace {
+
+/// Requests Info from a probe on USB.
+void request_info(const std::string& serial, Duration timeout, core::DiscoveryResults& results) {
+  const std::string uri = "usb:" + serial;
+  FoundProbe found{.by = FoundBy::usb, .instance = serial, .links = {{uri, "none"}}};
+  ProbeOptions options;
+  options.connect_timeout = timeout;
+  if (const Result<Probe> probe = Probe::connect(uri, options); probe.ok()) {
+    const ProbeInfo info = probe->info();
+    found.name = info.name;
+    found.id = info.id;
+    found.calibration_id = info.calibration_id;
+    found.version = info.version;
+  } else {
+    // The probe is listed nevertheless: another program may have opened it.
+    results.problem(probe.status().message());
+  }
+  results.put(uri, std::move(found));
+}
+
+/// Requests Info from all probes on USB concurrently.
+void discover_by_usb(Duration timeout, core::DiscoveryResults& results) {
+  const Result<std::vector<std::string>> serials = core::probes_on_usb();
+  if (!serials.ok()) return results.problem("USB: " + serials.status().message());
+  std::vector<std::thread> threads;
+  for (const std::string& serial : *serials)
+    threads.emplace_back([&results, &serial, timeout] { request_info(serial, timeout, results); });
+  for (std::thread& t : threads) t.join();
+}
+
+}  // namespace
+
 Result<Discovered> discover(const DiscoverOptions& options) {
   if (Status status = options.validate(); !status.ok()) return status;
   core::DiscoveryResults results;
-  std::thread at_broker;
-  if (!options.broker.empty()) {
-#ifdef LIGHTWELL_HAVE_MQTT
-    at_broker = std::thread([&] {
+  std::vector<std::thread> threads;
+  if (!options.broker.empty())
+    threads.emplace_back([&] {
       core::discover_at_broker(*parse_mqtt_address(options.broker, MqttBase::optional), options.credentials,
                                options.timeout, results);
     });
-#else
-    results.problem("MQTT: this SDK was built without it; install libmosquitto-dev and build it again");
-#endif
-  }
-  std::thread by_usb([&] { core::discover_by_usb(options.timeout, results); });
-#ifdef LIGHTWELL_HAVE_MDNS
+  threads.emplace_back([&] { discover_by_usb(options.timeout, results); });
   core::discover_by_mdns(options.timeout, results);
-#else
-  results.problem("mDNS: this SDK was built without Avahi; install libavahi-client-dev and build it again");
-#endif
-  if (at_broker.joinable()) at_broker.join();
-  by_usb.join();
+  for (std::thread& t : threads) t.join();
   return results.take();
 }
 

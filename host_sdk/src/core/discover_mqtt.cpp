@@ -1,7 +1,7 @@
 // Discovery of probes by their status, which is retained at an MQTT broker.
 #include <string>
 
-#include <lightwell/status_codec.hpp>
+#include <lightwell/status.hpp>
 
 #include "core/discovery_backends.hpp"
 #include "core/mqtt_login.hpp"

@@ -46,12 +46,10 @@ class DiscoveryResults {
   std::size_t refused_ = 0;
 };
 
-// Each blocks for at most `timeout`, or reports a problem at once.
+// Each blocks for at most `timeout`, or reports a problem at once, for example that the SDK was built without it.
 
 void discover_by_mdns(Duration timeout, DiscoveryResults& results);
 void discover_at_broker(const MqttAddress& broker, const MqttCredentials& credentials, Duration timeout,
                         DiscoveryResults& results);
-/// Requests Info from all probes on USB concurrently.
-void discover_by_usb(Duration timeout, DiscoveryResults& results);
 
 }  // namespace lightwell::core

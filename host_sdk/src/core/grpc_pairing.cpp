@@ -16,8 +16,7 @@
 #include <lightwell/v1/pairing.grpc.pb.h>
 
 #include "core/credential_store.hpp"
-#include "core/grpc_credentials.hpp"
-#include "core/grpc_wire.hpp"
+#include "core/grpc_channel.hpp"
 #include "core/uri.hpp"
 
 namespace lightwell {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include <lightwell/direction_covariance.hpp>
+#include <lightwell/uncertain_pose.hpp>
 
 namespace lightwell::core {
 

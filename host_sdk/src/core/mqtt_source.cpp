@@ -19,11 +19,10 @@
 #include <lightwell/backoff.hpp>
 #include <lightwell/codec.hpp>
 #include <lightwell/mqtt.hpp>
-#include <lightwell/status_codec.hpp>
+#include <lightwell/status.hpp>
 
 #include "core/clock_map.hpp"
 #include "core/mqtt_login.hpp"
-#include "core/probe_info.hpp"
 #include "core/replay_protection.hpp"
 #include "core/source.hpp"
 
@@ -32,7 +31,7 @@ namespace {
 
 constexpr Duration kSecond{1'000'000'000};
 /// The first round trips follow each other quickly: the shortest of several gives a much better clock offset than one.
-constexpr int kFirstRoundTrips = 4;
+constexpr int kFirstPolls = 4;
 constexpr Duration kFirstPollPeriod{100'000'000};
 /// Later round trips: clocks drift by at most 6 ms in between, and a probe can respond to thousands of clients.
 constexpr Duration kPollPeriod{60'000'000'000};
@@ -205,7 +204,7 @@ class SubscriberThread {
     clock_synchronized_ = true;
     last_response_ = last_received_ = received;
     ++round_trips_;
-    next_request_ = received + jittered(round_trips_ < kFirstRoundTrips ? kFirstPollPeriod : kPollPeriod);
+    next_request_ = received + jittered(round_trips_ < kFirstPolls ? kFirstPollPeriod : kPollPeriod);
     describe(received);
     if (!held_.empty()) admit(held_, held_received_);
     held_.clear();
@@ -311,7 +310,9 @@ class SubscriberThread {
 class MqttSource final : public Source {
  public:
   MqttSource(const MqttAddress& address, const ProbeOptions& options, DescriptorReceiver& receiver)
-      : uri_(address.uri()),
+      : Source(address.uri() +
+               ": a probe accepts no commands over MQTT, because any client that may publish could send them; connect "
+               "to it over grpc:// or USB for that"),
         subscriber_(std::make_shared<SubscriberThread>(address, options, receiver)),
         thread_([follower = subscriber_] { follower->run(); }) {}
 
@@ -320,28 +321,17 @@ class MqttSource final : public Source {
     subscriber_->stop() ? thread_.join() : thread_.detach();
   }
 
-  Result<EstimatorState> estimator() override { return no_commands(); }
-  Status change_estimator(const EstimatorUpdate&) override { return no_commands(); }
-  Result<double> report_lux(double, Vec3f) override { return no_commands(); }
-
  private:
-  [[nodiscard]] Status no_commands() const {
-    return {StatusCode::failed_precondition,
-            uri_ +
-                ": a probe accepts no commands over MQTT, because any client that may publish could send them; connect "
-                "to it over grpc:// or USB for that"};
-  }
-
-  const std::string uri_;
   const std::shared_ptr<SubscriberThread> subscriber_;
   std::thread thread_;
 };
 
 }  // namespace
 
-std::unique_ptr<Source> make_mqtt_source(const MqttAddress& address, const ProbeOptions& options,
-                                         DescriptorReceiver& receiver) {
-  return std::make_unique<MqttSource>(address, options, receiver);
+Result<std::unique_ptr<Source>> make_source(const MqttAddress& address, const ProbeOptions& options,
+                                            DescriptorReceiver& receiver) {
+  if (Status s = check_plain_login(address); !options.mqtt.user.empty() && !s.ok()) return s;
+  return std::unique_ptr<Source>(std::make_unique<MqttSource>(address, options, receiver));
 }
 
 }  // namespace lightwell::core

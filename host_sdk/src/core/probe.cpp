@@ -13,12 +13,26 @@ namespace lightwell {
 
 namespace {
 
-constexpr const char* kUnreachableHint =
-    "; is lightwelld running there, and is its grpc.listen_address an address that this machine can reach?";
-constexpr const char* kUnreachableTlsHint =
-    "; is lightwelld running there with grpc.security, and was it paired (`lightwell pair`)? A probe that requires "
-    "client certificates (LINK_SECURITY_MUTUAL_TLS) closes the connection if this client's is missing, expired or of "
-    "another authority";
+/// What stands before an error of a link, and after that of a probe that does not respond.
+struct ErrorText {
+  std::string before, after;
+};
+
+ErrorText error_text(std::string_view uri, const core::ProbeUri& where) {
+  if (std::holds_alternative<core::ReplayPath>(where)) return {};
+  if (const auto* broker = std::get_if<MqttAddress>(&where)) return {broker->uri() + ": ", {}};
+  if (std::holds_alternative<core::UsbAddress>(where))
+    // `usb:` ends with a colon already.
+    return {std::string(uri) + (uri.ends_with(':') ? " " : ": "),
+            "; is the probe plugged in with a cable that carries data, and does its configuration have usb_gadget?"};
+  return {
+      std::string(uri) + ": ",
+      std::get<core::GrpcAddress>(where).transport == core::Transport::tls
+          ? "; is lightwelld running there with grpc.security, and was it paired (`lightwell pair`)? A probe that "
+            "requires client certificates (LINK_SECURITY_MUTUAL_TLS) closes the connection if this client's is "
+            "missing, expired or of another authority"
+          : "; is lightwelld running there, and is its grpc.listen_address an address that this machine can reach?"};
+}
 
 }  // namespace
 
@@ -60,13 +74,6 @@ Status MqttCredentials::validate() const {
   return {};
 }
 
-namespace {
-
-/// The URI as a prefix of messages; `usb:` ends with a colon already.
-std::string named(std::string_view uri) { return std::string(uri) + (uri.ends_with(':') ? " " : ": "); }
-
-}  // namespace
-
 struct Probe::Impl {
   explicit Impl(const ProbeOptions& options) : receiver(options), T_world_probe(options.T_world_probe) {}
   core::DescriptorReceiver receiver;
@@ -85,50 +92,14 @@ Result<Probe> Probe::connect(std::string_view uri, ProbeOptions options) {
   if (!where.ok()) return where.status();
 
   auto impl = std::make_unique<Impl>(options);
-  if (const auto* replay = std::get_if<core::ReplayPath>(&*where)) {
-    Result<std::unique_ptr<core::Source>> source = core::make_replay_source(*replay, impl->receiver);
-    if (!source.ok()) return source.status();
-    impl->source = std::move(*source);
-    return Probe(std::move(impl));
-  }
-  if (const auto* usb = std::get_if<core::UsbAddress>(&*where)) {
-    Result<std::unique_ptr<core::Source>> source = core::make_usb_source(*usb, options, impl->receiver);
-    if (!source.ok()) return Status(source.status().code(), named(uri) + source.status().message());
-    impl->source = std::move(*source);
-    const Status described = impl->receiver.wait_until_described(options.connect_timeout);
-    if (!described.ok())
-      return Status(described.code(), named(uri) + described.message() +
-                                          "; is the probe plugged in with a cable that carries data, and does its "
-                                          "configuration have usb_gadget?");
-    return Probe(std::move(impl));
-  }
-  if (const auto* broker = std::get_if<MqttAddress>(&*where))
-    return connect_at_broker(*broker, options, std::move(impl));
-  const auto& address = std::get<core::GrpcAddress>(*where);
-  Result<std::unique_ptr<core::Source>> source = core::make_grpc_source(address, options, impl->receiver);
-  if (!source.ok()) return Status(source.status().code(), named(uri) + source.status().message());
+  Result<std::unique_ptr<core::Source>> source =
+      std::visit([&](const auto& address) { return core::make_source(address, options, impl->receiver); }, *where);
+  const auto [before, after] = error_text(uri, *where);
+  if (!source.ok()) return Status(source.status().code(), before + source.status().message());
   impl->source = std::move(*source);
-  const Status described = impl->receiver.wait_until_described(options.connect_timeout);
-  if (!described.ok())
-    return Status(described.code(),
-                  std::string(uri) + ": " + described.message() +
-                      (address.transport == core::Transport::tls ? kUnreachableTlsHint : kUnreachableHint));
+  if (const Status s = impl->receiver.wait_until_described(options.connect_timeout); !s.ok())
+    return Status(s.code(), before + s.message() + after);
   return Probe(std::move(impl));
-}
-
-Result<Probe> Probe::connect_at_broker(const MqttAddress& broker, [[maybe_unused]] const ProbeOptions& options,
-                                       [[maybe_unused]] std::unique_ptr<Impl> impl) {
-#ifdef LIGHTWELL_HAVE_MQTT
-  if (const Status s = check_plain_login(broker); !options.mqtt.user.empty() && !s.ok())
-    return Status(s.code(), broker.uri() + ": " + s.message());
-  impl->source = core::make_mqtt_source(broker, options, impl->receiver);
-  const Status described = impl->receiver.wait_until_described(options.connect_timeout);
-  if (!described.ok()) return Status(described.code(), broker.uri() + ": " + described.message());
-  return Probe(std::move(impl));
-#else
-  return Status(StatusCode::failed_precondition,
-                broker.uri() + ": this SDK was built without MQTT; install libmosquitto-dev and build it again");
-#endif
 }
 
 Lighting Probe::latest() const { return impl_->receiver.latest({monotonic_now_ns()}); }

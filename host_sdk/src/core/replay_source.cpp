@@ -55,7 +55,11 @@ class ReplayClock {
 class ReplaySource final : public Source {
  public:
   ReplaySource(RecordReader reader, double speed, DescriptorReceiver& receiver)
-      : reader_(std::move(reader)), speed_(speed), receiver_(receiver), thread_([this] { play(); }) {}
+      : Source("this is a recording; only a probe at grpc://HOST:PORT or usb: accepts commands"),
+        reader_(std::move(reader)),
+        speed_(speed),
+        receiver_(receiver),
+        thread_([this] { play(); }) {}
 
   ~ReplaySource() override {
     {
@@ -66,16 +70,7 @@ class ReplaySource final : public Source {
     thread_.join();
   }
 
-  Result<EstimatorState> estimator() override { return no_probe(); }
-  Status change_estimator(const EstimatorUpdate&) override { return no_probe(); }
-  Result<double> report_lux(double, Vec3f) override { return no_probe(); }
-
  private:
-  static Status no_probe() {
-    return {StatusCode::failed_precondition,
-            "this is a recording; only a probe at grpc://HOST:PORT or usb: accepts commands"};
-  }
-
   void play() {
     receiver_.set_state(LinkState::connected);
     ReplayClock clock(speed_);
@@ -117,7 +112,8 @@ class ReplaySource final : public Source {
 
 }  // namespace
 
-Result<std::unique_ptr<Source>> make_replay_source(const ReplayPath& replay, DescriptorReceiver& receiver) {
+Result<std::unique_ptr<Source>> make_source(const ReplayPath& replay, const ProbeOptions&,
+                                            DescriptorReceiver& receiver) {
   Result<RecordReader> reader = RecordReader::open(replay.path);
   if (!reader.ok()) return reader.status();
   const RecordingHeader& header = reader->header();

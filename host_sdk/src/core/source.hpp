@@ -1,15 +1,18 @@
-// Interface of a connection to a probe, and functions that all connections share.
+// Interface of a connection to a probe, and what all connections share.
 #pragma once
 
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <lightwell/estimator_config.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/probe.hpp>
 #include <lightwell/result.hpp>
+#include <lightwell/status.hpp>
 
+#include "core/clock_map.hpp"
 #include "core/descriptor_receiver.hpp"
 #include "core/uri.hpp"
 
@@ -19,16 +22,41 @@ namespace lightwell::core {
 /// destructor joins it within a second.
 class Source {
  public:
-  Source() = default;
   Source(const Source&) = delete;
   Source& operator=(const Source&) = delete;
   virtual ~Source() = default;
 
   /// As the methods of Probe; any thread; may block.
-  [[nodiscard]] virtual Result<EstimatorState> estimator() = 0;
-  [[nodiscard]] virtual Status change_estimator(const EstimatorUpdate& update) = 0;
-  [[nodiscard]] virtual Result<double> report_lux(double lux, Vec3f normal) = 0;
+  [[nodiscard]] virtual Result<EstimatorState> estimator() { return no_commands_; }
+  [[nodiscard]] virtual Status change_estimator(const EstimatorUpdate&) { return no_commands_; }
+  [[nodiscard]] virtual Result<double> report_lux(double /*lux*/, Vec3f /*normal*/) { return no_commands_; }
+
+ protected:
+  Source() = default;
+  /// A link without commands: failed_precondition with this reason.
+  explicit Source(std::string why) : no_commands_(StatusCode::failed_precondition, std::move(why)) {}
+
+ private:
+  const Status no_commands_;
 };
+
+/// Period of the requests of Info on a link of its own. The first round trips follow each other quickly: the very first
+/// includes the handshake, and the shortest of several gives a much better clock offset than one.
+inline constexpr Duration kInfoPeriod{1'000'000'000}, kFirstInfoPeriod{20'000'000};
+inline constexpr int kFirstRoundTrips = 8;
+
+[[nodiscard]] inline ProbeInfo probe_info(const StatusSnapshot& status, const ClockMap& clock, HostTime now) {
+  return {.name = status.probe_name,
+          .id = status.probe_id,
+          .calibration_id = status.calibration_id,
+          .version = status.version,
+          .camera = status.camera,
+          .clock_offset = clock.offset(now),
+          .clock_uncertainty = clock.uncertainty(now),
+          .clock_drift_ppm = 1e6 * clock.drift(),
+          .counters = status.counters,
+          .T_world_probe = status.T_world_probe};
+}
 
 /// The error of GetConfig if the probe does not have that call.
 [[nodiscard]] inline Status no_get_config(const std::string& probe) {
@@ -48,21 +76,23 @@ class Source {
               "they stay as they were; update lightwelld there"};
 }
 
-/// Starts to connect; DescriptorReceiver::describe() reports success. The receiver must outlive the source. The errors
-/// of credentials_for(); failed_precondition if the SDK was built without gRPC.
-[[nodiscard]] Result<std::unique_ptr<Source>> make_grpc_source(const GrpcAddress& address, ProbeOptions options,
-                                                               DescriptorReceiver& receiver);
+/// Starts to connect; DescriptorReceiver::describe() reports success, for a recording at once. The receiver must
+/// outlive the source. Errors of gRPC: those of credentials_for(); of USB: those of make_libusb_transport(); of MQTT: a
+/// login in plain text; of a recording: those of opening it. failed_precondition if the SDK was built without the link.
+[[nodiscard]] Result<std::unique_ptr<Source>> make_source(const GrpcAddress& address, ProbeOptions options,
+                                                          DescriptorReceiver& receiver);
+[[nodiscard]] Result<std::unique_ptr<Source>> make_source(const UsbAddress& address, const ProbeOptions& options,
+                                                          DescriptorReceiver& receiver);
+[[nodiscard]] Result<std::unique_ptr<Source>> make_source(const MqttAddress& address, const ProbeOptions& options,
+                                                          DescriptorReceiver& receiver);
+[[nodiscard]] Result<std::unique_ptr<Source>> make_source(const ReplayPath& replay, const ProbeOptions& options,
+                                                          DescriptorReceiver& receiver);
 
-/// As make_grpc_source(), with libusb. The errors of make_libusb_transport().
-[[nodiscard]] Result<std::unique_ptr<Source>> make_usb_source(const UsbAddress& address, const ProbeOptions& options,
-                                                              DescriptorReceiver& receiver);
+class UsbTransport;
 
-/// The same with an MQTT broker. Only if the SDK was built with MQTT.
-[[nodiscard]] std::unique_ptr<Source> make_mqtt_source(const MqttAddress& address, const ProbeOptions& options,
-                                                       DescriptorReceiver& receiver);
-
-/// The errors of opening the recording. On success, DescriptorReceiver::describe() has been called.
-[[nodiscard]] Result<std::unique_ptr<Source>> make_replay_source(const ReplayPath& replay,
-                                                                 DescriptorReceiver& receiver);
+/// A connection by USB with any transport.
+[[nodiscard]] std::unique_ptr<Source> make_usb_source(std::unique_ptr<UsbTransport> transport,
+                                                      const UsbAddress& address, const ProbeOptions& options,
+                                                      DescriptorReceiver& receiver);
 
 }  // namespace lightwell::core

@@ -1,8 +1,11 @@
 // USB connection: one thread that receives from a probe and reconnects.
-#include "core/usb_source.hpp"
-
 #include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <list>
+#include <mutex>
 #include <optional>
 #include <random>
 #include <string>
@@ -14,19 +17,95 @@
 #include <lightwell/framing.hpp>
 #include <lightwell/link_message.hpp>
 
-#include "core/clock_map.hpp"
-#include "core/probe_info.hpp"
-#include "core/usb_requests.hpp"
+#include "core/source.hpp"
+#include "core/usb_transport.hpp"
 
 namespace lightwell::core {
 namespace {
 
-constexpr Duration kInfoPeriod{1'000'000'000};
-/// The first round trips follow each other quickly: the shortest of several gives a much better clock offset than one.
-constexpr Duration kFirstInfoPeriod{20'000'000};
-constexpr int kFirstRoundTrips = 8;
 /// A response takes a few milliseconds; after this time the frame of the request or of the response counts as lost.
 constexpr Duration kResponseTimeout{250'000'000};
+
+/// Pending requests. Shared by any threads, which make requests and wait, and one reader thread, which sends them and
+/// receives responses.
+class UsbRequests {
+ public:
+  /// Writes a LinkRequest with this id.
+  using Encode = std::function<void(std::uint32_t id, std::vector<std::byte>& out)>;
+
+  /// Queues a request and waits for the response. unavailable if there is none within `timeout`, or the link is down or
+  /// breaks. `wake` notifies the reader thread.
+  [[nodiscard]] Result<LinkResponse> send_request(const Encode& encode, Duration timeout,
+                                                  const std::function<void()>& wake) {
+    std::unique_lock lock(mutex_);
+    if (!up_) return Status(StatusCode::unavailable, "not connected");
+    const std::uint32_t id = next_id_++;
+    PendingRequest& pending = requests_.emplace_back();
+    const auto position = std::prev(requests_.end());
+    pending.id = id;
+    encode(id, pending.request);
+    lock.unlock();
+    wake();
+    lock.lock();
+    const bool completed =
+        changed_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return pending.answer.has_value(); });
+    Result<LinkResponse> answer =
+        completed ? *std::move(pending.answer)
+                  : Result<LinkResponse>(Status(StatusCode::unavailable, "the probe did not respond in time"));
+    requests_.erase(position);
+    return answer;
+  }
+
+  // Called by the reader thread.
+
+  [[nodiscard]] std::uint32_t new_id() {
+    const std::lock_guard lock(mutex_);
+    return next_id_++;
+  }
+  /// Writes the next unsent request into `out` and returns its id; no value if there is none.
+  [[nodiscard]] std::optional<std::uint32_t> next(std::vector<std::byte>& out) {
+    const std::lock_guard lock(mutex_);
+    for (PendingRequest& q : requests_) {
+      if (q.sent || q.answer) continue;
+      q.sent = true;
+      out = q.request;
+      return q.id;
+    }
+    return std::nullopt;
+  }
+  void answered(const LinkResponse& response) {
+    const std::lock_guard lock(mutex_);
+    for (PendingRequest& q : requests_)
+      if (q.sent && !q.answer && q.id == response.id) q.answer = response;
+    changed_.notify_all();
+  }
+  void link_up() {
+    const std::lock_guard lock(mutex_);
+    up_ = true;
+  }
+  /// All pending requests fail. It is unknown whether the probe executed those that were sent.
+  void link_down() {
+    const std::lock_guard lock(mutex_);
+    up_ = false;
+    for (PendingRequest& q : requests_)
+      if (!q.answer) q.answer = Status(StatusCode::unavailable, "the connection was lost before the probe responded");
+    changed_.notify_all();
+  }
+
+ private:
+  struct PendingRequest {
+    std::uint32_t id = 0;
+    std::vector<std::byte> request;
+    bool sent = false;
+    std::optional<Result<LinkResponse>> answer;
+  };
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::list<PendingRequest> requests_;  ///< At most one per waiting thread.
+  std::uint32_t next_id_ = 1;
+  bool up_ = false;
+};
 
 /// State of one connection, from open() to close().
 struct UsbConnection {
@@ -291,8 +370,8 @@ std::unique_ptr<Source> make_usb_source(std::unique_ptr<UsbTransport> transport,
   return std::make_unique<UsbSource>(std::move(transport), address, options, receiver);
 }
 
-Result<std::unique_ptr<Source>> make_usb_source(const UsbAddress& address, const ProbeOptions& options,
-                                                DescriptorReceiver& receiver) {
+Result<std::unique_ptr<Source>> make_source(const UsbAddress& address, const ProbeOptions& options,
+                                            DescriptorReceiver& receiver) {
   Result<std::unique_ptr<UsbTransport>> transport = make_libusb_transport();
   if (!transport) return transport.status();
   return make_usb_source(std::move(*transport), address, options, receiver);

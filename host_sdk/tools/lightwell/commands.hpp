@@ -1,84 +1,38 @@
-// The tool's commands: options, and the function that runs each.
+// The tool's options, and the functions that run its commands.
 #pragma once
 
-#include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
 namespace lightwell::tool {
 
-enum class Output { text, json };
-
-struct WatchOptions {
+/// The options of all commands. Empty texts: not given.
+struct Options {
   std::string uri;
   std::string credentials;  ///< Folder; empty: looked up.
-  double seconds = 0;       ///< 0: until the recording ends or the tool is interrupted.
-  std::string record;       ///< Empty: none.
-  Output output = Output::text;
-};
-int run_watch(const WatchOptions& options);
-
-struct QueryOptions {
-  std::string uri;
-  std::string credentials;        ///< Folder; empty: looked up.
-  std::string normal, direction;  ///< "x,y,z", or empty.
+  bool json = false;
+  double seconds = 0;             ///< watch, record; 0: until the recording ends or the tool is interrupted.
+  std::string file;               ///< watch, record: to write; replay: to read.
+  std::string normal, direction;  ///< query: "x,y,z".
   double roughness = 1;
   bool lights = false;
-  Output output = Output::text;
+  bool no_map = false;              ///< info: leave out the environment map, for which it may have to wait.
+  std::vector<std::string> fields;  ///< config set: "name=value".
+  double timeout = 2;               ///< discover, s.
+  std::string broker, ca_file, login_file;
+  std::string code;         ///< pair; empty: read from stdin.
+  std::string name, store;  ///< pair; empty: the SDK's defaults.
 };
-int run_query(const QueryOptions& options);
 
-struct RecordOptions {
-  std::string uri, file;
-  std::string credentials;
-  double seconds = 0;
-};
-int run_record(const RecordOptions& options);
-
-struct ReplayOptions {
-  std::string file;
-  Output output = Output::text;
-};
-int run_replay(const ReplayOptions& options);
-
-/// Whether `info` includes the environment map, for which it may have to wait.
-enum class MapInfo : std::uint8_t { included, left_out };
-
-struct InfoOptions {
-  std::string uri;
-  std::string credentials;  ///< Folder; empty: looked up.
-  Output output = Output::text;
-  MapInfo map = MapInfo::included;
-};
-int run_info(const InfoOptions& options);
-
-struct ConfigGetOptions {
-  std::string uri;
-  std::string credentials;  ///< Folder; empty: looked up.
-  Output output = Output::text;
-};
-int run_config_get(const ConfigGetOptions& options);
-
-struct ConfigSetOptions {
-  std::string uri;
-  std::string credentials;          ///< Folder; empty: looked up.
-  std::vector<std::string> fields;  ///< "name=value".
-};
-int run_config_set(const ConfigSetOptions& options);
-
-struct DiscoverCommand {
-  double timeout = 2;
-  std::string broker, ca_file, login_file;  ///< Empty: none.
-  Output output = Output::text;
-};
-int run_discover(const DiscoverCommand& command);
-
-struct PairCommand {
-  std::string uri, code;    ///< Empty code: read from stdin.
-  std::string name, store;  ///< Empty: the SDK's defaults.
-  Output output = Output::text;
-};
-int run_pair(const PairCommand& command);
+/// Each returns the exit code.
+int run_watch(const Options& options);
+int run_query(const Options& options);
+int run_record(const Options& options);
+int run_replay(const Options& options);
+int run_info(const Options& options);
+int run_config_get(const Options& options);
+int run_config_set(const Options& options);
+int run_discover(const Options& options);
+int run_pair(const Options& options);
 
 }  // namespace lightwell::tool

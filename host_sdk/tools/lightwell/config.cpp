@@ -1,35 +1,20 @@
-#include <algorithm>
 #include <cstdio>
 
 #include <nlohmann/json.hpp>
 
-#include <lightwell/probe.hpp>
-
-#include "commands.hpp"
-#include "exit_code.hpp"
-#include "feed.hpp"
-#include "json_text.hpp"
+#include "common.hpp"
 
 namespace lightwell::tool {
-namespace {
 
-Result<Probe> connect(const std::string& uri, const std::string& credentials) {
-  const Result<ProbeOptions> how = options_with(credentials);
-  if (!how.ok()) return how.status();
-  return Probe::connect(uri, *how);
-}
-
-}  // namespace
-
-int run_config_get(const ConfigGetOptions& options) {
-  const Result<Probe> probe = connect(options.uri, options.credentials);
+int run_config_get(const Options& options) {
+  const Result<Probe> probe = connect(options);
   if (!probe.ok()) return fail(probe.status());
   const Result<EstimatorConfig> config = probe->estimator_config();
   if (!config.ok()) return fail(config.status());
   const Result<EstimatorKind> kind = probe->estimator_kind();
   if (!kind.ok()) return fail(kind.status());
   const std::vector<ConfigField> fields = fields_of({*kind, *config});
-  if (options.output == Output::json) {
+  if (options.json) {
     nlohmann::ordered_json out;
     out["estimator"] = to_string(*kind);
     for (const ConfigField& f : fields) {
@@ -38,7 +23,7 @@ int run_config_get(const ConfigGetOptions& options) {
       if (const auto number = nlohmann::ordered_json::parse(f.value, nullptr, false); number.is_number())
         out[f.name] = number;
     }
-    std::printf("%s\n", json_text(out).c_str());
+    print_json(out);
     return kOk;
   }
   std::printf("# estimator: %s\n", std::string(to_string(*kind)).c_str());
@@ -46,7 +31,7 @@ int run_config_get(const ConfigGetOptions& options) {
   return kOk;
 }
 
-int run_config_set(const ConfigSetOptions& options) {
+int run_config_set(const Options& options) {
   // Report misspelt fields before connecting.
   EstimatorUpdate update;
   for (const std::string& field : options.fields) {
@@ -59,7 +44,7 @@ int run_config_set(const ConfigSetOptions& options) {
                    current.c_str());
     if (const Status s = set_field(update, name, field.substr(equals + 1)); !s.ok()) return fail(s);
   }
-  Result<Probe> probe = connect(options.uri, options.credentials);
+  Result<Probe> probe = connect(options);
   if (!probe.ok()) return fail(probe.status());
   const Status changed = probe->change_estimator(update);
   return changed.ok() ? int{kOk} : fail(changed);

@@ -5,13 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include <lightwell/discover.hpp>
-#include <lightwell/printable.hpp>
 #include <lightwell/text.hpp>
 
-#include "broker_login.hpp"
-#include "commands.hpp"
-#include "exit_code.hpp"
-#include "json_text.hpp"
+#include "common.hpp"
 
 namespace lightwell::tool {
 namespace {
@@ -52,22 +48,22 @@ void print(const FoundProbe& probe) {
 
 }  // namespace
 
-int run_discover(const DiscoverCommand& command) {
-  DiscoverOptions options;
-  options.timeout = Duration::from_seconds(command.timeout);
-  options.broker = command.broker;
+int run_discover(const Options& options) {
+  DiscoverOptions how;
+  how.timeout = Duration::from_seconds(options.timeout);
+  how.broker = options.broker;
   const Result<MqttCredentials> login = broker_login();
   if (!login.ok()) return fail(login.status());
-  options.credentials = *login;
-  if (!command.ca_file.empty()) options.credentials.ca_file = command.ca_file;
-  if (!command.login_file.empty())
-    if (const Status status = read_login(command.login_file, options.credentials); !status.ok())
+  how.credentials = *login;
+  if (!options.ca_file.empty()) how.credentials.ca_file = options.ca_file;
+  if (!options.login_file.empty())
+    if (const Status status = read_login(options.login_file, how.credentials); !status.ok())
       return fail(kFile, status.message());
-  const Result<Discovered> found = discover(options);
+  const Result<Discovered> found = discover(how);
   if (!found.ok()) return fail(found.status());
   for (const FoundProbe& probe : found->probes) {
-    if (command.output == Output::json)
-      std::printf("%s\n", json_text(json_of(probe)).c_str());
+    if (options.json)
+      print_json(json_of(probe));
     else
       print(probe);
   }

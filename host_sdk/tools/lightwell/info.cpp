@@ -3,19 +3,14 @@
 
 #include <nlohmann/json.hpp>
 
-#include <lightwell/printable.hpp>
-#include <lightwell/probe.hpp>
+#include <lightwell/text.hpp>
 
-#include "commands.hpp"
-#include "exit_code.hpp"
-#include "feed.hpp"
-#include "json_text.hpp"
-#include "map_wait.hpp"
+#include "common.hpp"
 
 namespace lightwell::tool {
 namespace {
 
-nlohmann::ordered_json json_of(const ProbeInfo& info, const std::optional<EnvironmentView>& environment, MapInfo map) {
+nlohmann::ordered_json json_of(const ProbeInfo& info, const std::optional<EnvironmentView>& environment, bool no_map) {
   const Counters& counters = info.counters;
   nlohmann::ordered_json out = {{"name", info.name},
                                 {"id", info.id},
@@ -40,7 +35,7 @@ nlohmann::ordered_json json_of(const ProbeInfo& info, const std::optional<Enviro
                                 {"messages_refused", counters.messages_refused},
                                 {"authentication_failures", counters.authentication_failures},
                                 {"client_list_faults", counters.client_list_faults}};
-  if (map == MapInfo::included) {
+  if (!no_map) {
     out["environment_edge"] = environment ? environment->map.levels.front().edge : 0;
     out["environment_levels"] = environment ? environment->map.levels.size() : 0;
   }
@@ -54,16 +49,14 @@ nlohmann::ordered_json json_of(const ProbeInfo& info, const std::optional<Enviro
 
 }  // namespace
 
-int run_info(const InfoOptions& options) {
-  const Result<ProbeOptions> how = options_with(options.credentials);
-  if (!how.ok()) return fail(how.status());
-  const Result<Probe> probe = Probe::connect(options.uri, *how);
+int run_info(const Options& options) {
+  const Result<Probe> probe = connect(options);
   if (!probe.ok()) return fail(probe.status());
-  const Lighting lighting = options.map == MapInfo::included ? lighting_with_map(*probe) : Lighting();
+  const Lighting lighting = options.no_map ? Lighting() : lighting_with_map(*probe);
   const std::optional<EnvironmentView> environment = lighting.environment();
   const ProbeInfo info = probe->info();
-  if (options.output == Output::json) {
-    std::printf("%s\n", json_text(json_of(info, environment, options.map)).c_str());
+  if (options.json) {
+    print_json(json_of(info, environment, options.no_map));
     return kOk;
   }
   const Counters& counters = info.counters;
@@ -96,7 +89,7 @@ int run_info(const InfoOptions& options) {
     std::printf("environment  %dx%d, %zu levels, roughness %.2g to %.2g, key %08x\n", map.levels.front().edge,
                 map.levels.front().edge, map.levels.size(), static_cast<double>(map.levels.front().roughness),
                 static_cast<double>(map.levels.back().roughness), map.key);
-  } else if (options.map == MapInfo::included) {
+  } else if (!options.no_map) {
     std::printf("environment  no map within %.1f s; reflections come from harmonics\n", kMapTimeout.seconds());
   }
   return kOk;

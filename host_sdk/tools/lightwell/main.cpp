@@ -4,10 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include <lightwell/probe.hpp>
-
-#include "commands.hpp"
-#include "exit_code.hpp"
+#include "common.hpp"
 
 namespace {
 
@@ -100,163 +97,113 @@ on whatever its address is, a token, and a certificate of this client, whose key
 machine. They are files in a folder per probe below
 $XDG_CONFIG_HOME/lightwell/probes (or ~/.config), for any other client to use.)";
 
-class Program {
- public:
-  Program() {
-    app_.footer(kExamples);
-    app_.require_subcommand(1);
-    app_.set_version_flag("--version", std::string(lightwell::version()));
-    add_watch();
-    add_query();
-    add_record();
-    add_replay();
-    add_info();
-    add_config();
-    add_discover();
-    add_pair();
-  }
-
-  int run(int argc, char** argv) {
-    try {
-      app_.parse(argc, argv);
-    } catch (const CLI::Success& success) {
-      return app_.exit(success);
-    } catch (const CLI::ParseError& error) {
-      return fail(kUsage, std::string(error.what()) + "; see lightwell --help");
-    }
-    return exit_code_;
-  }
-
- private:
-  CLI::App* add(const char* name, const char* about) { return app_.add_subcommand(name, about); }
-  static void add_uri(CLI::App* command, std::string& uri, std::string& credentials) {
+/// Adds the commands, whose callbacks run them with `options` and set `exit_code`.
+void add_commands(CLI::App& app, Options& options, int& exit_code) {
+  const auto add = [&](CLI::App& parent, const char* name, const char* about, int (*run)(const Options&),
+                       const char* footer) {
+    CLI::App* command = parent.add_subcommand(name, about);
+    command->footer(footer);
+    command->callback([&options, &exit_code, run] { exit_code = run(options); });
+    return command;
+  };
+  const auto add_uri = [&](CLI::App* command) {
     command
-        ->add_option("URI", uri, "grpc://HOST:PORT, grpcs://HOST:PORT, usb:SERIAL, mqtt://BROKER/TOPIC or replay:FILE")
+        ->add_option("URI", options.uri,
+                     "grpc://HOST:PORT, grpcs://HOST:PORT, usb:SERIAL, mqtt://BROKER/TOPIC or replay:FILE")
         ->required();
-    command->add_option("--credentials", credentials,
+    command->add_option("--credentials", options.credentials,
                         "Folder that `lightwell pair` made, for a paired probe whose address changed");
-  }
-  static void add_json(CLI::App* command, Output& output) {
-    command->add_flag_callback(
-        "--json", [&output] { output = Output::json; }, "JSON, one object per line");
-  }
-  static void add_seconds(CLI::App* command, double& seconds) {
-    command->add_option("--seconds", seconds, "Duration; without it, until Ctrl-C")->check(CLI::PositiveNumber);
-  }
+  };
+  const auto add_json = [&](CLI::App* command) {
+    command->add_flag("--json", options.json, "JSON, one object per line");
+  };
+  const auto add_seconds = [&](CLI::App* command) {
+    command->add_option("--seconds", options.seconds, "Duration; without it, until Ctrl-C")->check(CLI::PositiveNumber);
+  };
 
-  void add_watch() {
-    CLI::App* command = add("watch", "Statistics of the link and the lighting, one line per second");
-    add_uri(command, watch_.uri, watch_.credentials);
-    add_seconds(command, watch_.seconds);
-    add_json(command, watch_.output);
-    command->add_option("--record", watch_.record, "Also write the descriptors to this file");
-    command->footer(kWatchHelp);
-    command->callback([this] { exit_code_ = run_watch(watch_); });
-  }
+  CLI::App* watch =
+      add(app, "watch", "Statistics of the link and the lighting, one line per second", run_watch, kWatchHelp);
+  add_uri(watch);
+  add_seconds(watch);
+  add_json(watch);
+  watch->add_option("--record", options.file, "Also write the descriptors to this file");
 
-  void add_query() {
-    CLI::App* command = add("query", "Irradiance of a surface, radiance from a direction, discrete lights");
-    add_uri(command, query_.uri, query_.credentials);
-    command->add_option("--normal", query_.normal, "x,y,z: irradiance of a surface with this normal");
-    CLI::Option* direction =
-        command->add_option("--direction", query_.direction, "x,y,z: radiance from this direction");
-    command->add_option("--roughness", query_.roughness, "Perceptual, 0 (mirror, lights left out) to 1; default 1")
-        ->needs(direction)
-        ->check(CLI::Range(0.0, 1.0));
-    command->add_flag("--lights", query_.lights, "The discrete lights");
-    add_json(command, query_.output);
-    command->footer(kQueryHelp);
-    command->callback([this] { exit_code_ = run_query(query_); });
-  }
+  CLI::App* query =
+      add(app, "query", "Irradiance of a surface, radiance from a direction, discrete lights", run_query, kQueryHelp);
+  add_uri(query);
+  query->add_option("--normal", options.normal, "x,y,z: irradiance of a surface with this normal");
+  CLI::Option* direction = query->add_option("--direction", options.direction, "x,y,z: radiance from this direction");
+  query->add_option("--roughness", options.roughness, "Perceptual, 0 (mirror, lights left out) to 1; default 1")
+      ->needs(direction)
+      ->check(CLI::Range(0.0, 1.0));
+  query->add_flag("--lights", options.lights, "The discrete lights");
+  add_json(query);
 
-  void add_record() {
-    CLI::App* command = add("record", "Write descriptors to a file, byte for byte as received");
-    add_uri(command, record_.uri, record_.credentials);
-    command->add_option("FILE", record_.file, "New file, or a recording to continue")->required();
-    add_seconds(command, record_.seconds);
-    command->footer("Example: lightwell record grpc://probe.local evening.lwr --seconds 60");
-    command->callback([this] { exit_code_ = run_record(record_); });
-  }
+  CLI::App* record = add(app, "record", "Write descriptors to a file, byte for byte as received", run_record,
+                         "Example: lightwell record grpc://probe.local evening.lwr --seconds 60");
+  add_uri(record);
+  record->add_option("FILE", options.file, "New file, or a recording to continue")->required();
+  add_seconds(record);
 
-  void add_replay() {
-    CLI::App* command = add("replay", "Content of a recording, one descriptor per line");
-    command->add_option("FILE", replay_.file, "A recording of descriptors")->required();
-    add_json(command, replay_.output);
-    command->footer(
-        "Keys with --json: seconds (since the first), bytes, descriptor (protobuf JSON).\n"
-        "To play one at its original speed: lightwell watch replay:FILE");
-    command->callback([this] { exit_code_ = run_replay(replay_); });
-  }
+  CLI::App* replay = add(app, "replay", "Content of a recording, one descriptor per line", run_replay,
+                         "Keys with --json: seconds (since the first), bytes, descriptor (protobuf JSON).\n"
+                         "To play one at its original speed: lightwell watch replay:FILE");
+  replay->add_option("FILE", options.file, "A recording of descriptors")->required();
+  add_json(replay);
 
-  void add_info() {
-    CLI::App* command = add("info", "Identity, clock and counters of the probe");
-    add_uri(command, info_.uri, info_.credentials);
-    add_json(command, info_.output);
-    command->add_flag_callback(
-        "--no-map", [this] { info_.map = MapInfo::left_out; }, "Do not wait up to 1.5 s for an environment map");
-    command->callback([this] { exit_code_ = run_info(info_); });
-  }
+  CLI::App* info = add(app, "info", "Identity, clock and counters of the probe", run_info, kExamples);
+  add_uri(info);
+  add_json(info);
+  info->add_flag("--no-map", options.no_map, "Do not wait up to 1.5 s for an environment map");
 
-  void add_config() {
-    CLI::App* command = add("config", "Read or change the estimator's configuration");
-    command->require_subcommand(1);
-    command->footer(kConfigHelp);
-    CLI::App* get = command->add_subcommand("get", "Print all fields");
-    add_uri(get, config_get_.uri, config_get_.credentials);
-    add_json(get, config_get_.output);
-    get->footer(kConfigGetHelp);
-    get->callback([this] { exit_code_ = run_config_get(config_get_); });
-    CLI::App* set = command->add_subcommand("set", "Change some fields, keep the others");
-    add_uri(set, config_set_.uri, config_set_.credentials);
-    set->add_option("NAME=VALUE", config_set_.fields, "Fields to change, as `config get` prints them")->required();
-    set->footer(kConfigSetHelp);
-    set->callback([this] { exit_code_ = run_config_set(config_set_); });
-  }
+  CLI::App* config = app.add_subcommand("config", "Read or change the estimator's configuration");
+  config->require_subcommand(1);
+  config->footer(kConfigHelp);
+  CLI::App* get = add(*config, "get", "Print all fields", run_config_get, kConfigGetHelp);
+  add_uri(get);
+  add_json(get);
+  CLI::App* set = add(*config, "set", "Change some fields, keep the others", run_config_set, kConfigSetHelp);
+  add_uri(set);
+  set->add_option("NAME=VALUE", options.fields, "Fields to change, as `config get` prints them")->required();
 
-  void add_discover() {
-    CLI::App* command = add("discover", "List available probes with versions, calibrations and links");
-    command->add_option("--timeout", discover_.timeout, "Duration of the search, seconds [2]")
-        ->check(CLI::PositiveNumber);
-    CLI::Option* broker =
-        command->add_option("--broker", discover_.broker, "mqtt://BROKER or mqtt://BROKER/TOPIC: also search there");
-    command
-        ->add_option("--ca", discover_.ca_file,
-                     "Certification authorities for the broker's certificate, PEM [the system's]")
-        ->needs(broker);
-    command->add_option("--login", discover_.login_file, "File with two lines, user name and password")->needs(broker);
-    add_json(command, discover_.output);
-    command->footer(kDiscoverHelp);
-    command->callback([this] { exit_code_ = run_discover(discover_); });
-  }
+  CLI::App* discover =
+      add(app, "discover", "List available probes with versions, calibrations and links", run_discover, kDiscoverHelp);
+  discover->add_option("--timeout", options.timeout, "Duration of the search, seconds [2]")->check(CLI::PositiveNumber);
+  CLI::Option* broker =
+      discover->add_option("--broker", options.broker, "mqtt://BROKER or mqtt://BROKER/TOPIC: also search there");
+  discover
+      ->add_option("--ca", options.ca_file,
+                   "Certification authorities for the broker's certificate, PEM [the system's]")
+      ->needs(broker);
+  discover->add_option("--login", options.login_file, "File with two lines, user name and password")->needs(broker);
+  add_json(discover);
 
-  void add_pair() {
-    CLI::App* command = add("pair", "Pair a probe with this machine");
-    command->add_option("URI", pair_.uri, "grpcs://HOST:PORT that the probe shows (default port 7421)")->required();
-    command->add_option("--code", pair_.code, "The six digits that the probe shows; without it, read from stdin");
-    command->add_option("--name", pair_.name, "Name of this client in the probe's list [the host name]");
-    command->add_option("--store", pair_.store, "Folder of the credential store, instead of the default");
-    add_json(command, pair_.output);
-    command->footer(kPairHelp);
-    command->callback([this] { exit_code_ = run_pair(pair_); });
-  }
-
-  CLI::App app_{kAbout, "lightwell"};
-  WatchOptions watch_;
-  QueryOptions query_;
-  RecordOptions record_;
-  ReplayOptions replay_;
-  InfoOptions info_;
-  ConfigGetOptions config_get_;
-  ConfigSetOptions config_set_;
-  DiscoverCommand discover_;
-  PairCommand pair_;
-  int exit_code_ = kOk;
-};
+  CLI::App* pair = add(app, "pair", "Pair a probe with this machine", run_pair, kPairHelp);
+  pair->add_option("URI", options.uri, "grpcs://HOST:PORT that the probe shows (default port 7421)")->required();
+  pair->add_option("--code", options.code, "The six digits that the probe shows; without it, read from stdin");
+  pair->add_option("--name", options.name, "Name of this client in the probe's list [the host name]");
+  pair->add_option("--store", options.store, "Folder of the credential store, instead of the default");
+  add_json(pair);
+}
 
 }  // namespace
 
 int main(int argc, char** argv) {
   // Silence gRPC's own messages on stderr, because the tool reports errors; a variable that is set is kept.
   setenv("GRPC_VERBOSITY", "NONE", 0);
-  return Program().run(argc, argv);
+  CLI::App app{kAbout, "lightwell"};
+  app.footer(kExamples);
+  app.require_subcommand(1);
+  app.set_version_flag("--version", std::string(lightwell::version()));
+  Options options;
+  int exit_code = kOk;
+  add_commands(app, options, exit_code);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    return fail(kUsage, std::string(error.what()) + "; see lightwell --help");
+  }
+  return exit_code;
 }

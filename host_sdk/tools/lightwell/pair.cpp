@@ -7,11 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include <lightwell/pair.hpp>
-#include <lightwell/printable.hpp>
+#include <lightwell/text.hpp>
 
-#include "commands.hpp"
-#include "exit_code.hpp"
-#include "json_text.hpp"
+#include "common.hpp"
 
 namespace lightwell::tool {
 namespace {
@@ -28,21 +26,20 @@ std::string day_of(std::int64_t seconds) {
 
 }  // namespace
 
-int run_pair(const PairCommand& command) {
-  std::string code = command.code;
+int run_pair(const Options& options) {
+  std::string code = options.code;
   if (code.empty()) {
     std::fprintf(stderr, "The six digits that the probe shows: ");
     std::getline(std::cin, code);
   }
-  PairOptions options;
-  options.store = command.store;
-  options.client_name = command.name;
-  const Result<PairedProbe> paired = pair_with_probe(command.uri, code, options);
+  PairOptions how;
+  how.store = options.store;
+  how.client_name = options.name;
+  const Result<PairedProbe> paired = pair_with_probe(options.uri, code, how);
   if (!paired.ok()) return fail(paired.status());
-  if (command.output == Output::json) {
-    const nlohmann::ordered_json out = {
-        {"name", paired->name}, {"uri", paired->uri}, {"folder", paired->folder}, {"expires_s", paired->expires_s}};
-    std::printf("%s\n", json_text(out).c_str());
+  if (options.json) {
+    print_json(
+        {{"name", paired->name}, {"uri", paired->uri}, {"folder", paired->folder}, {"expires_s", paired->expires_s}});
     return kOk;
   }
   std::printf("paired with %s until %s\n", printable(paired->name).c_str(), day_of(paired->expires_s).c_str());

@@ -1,5 +1,4 @@
 #include <array>
-#include <charconv>
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -7,14 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include <lightwell/probe.hpp>
+#include <lightwell/text.hpp>
 
-#include "commands.hpp"
-#include "exit_code.hpp"
-#include "feed.hpp"
-#include "json_text.hpp"
-#include "map_wait.hpp"
-#include "watch_statistics.hpp"
+#include "common.hpp"
 
 namespace lightwell::tool {
 namespace {
@@ -23,16 +17,9 @@ namespace {
 constexpr Duration kTimeout{5'000'000'000};
 
 std::optional<Vec3f> vector_of(std::string_view text) {
-  std::array<float, 3> v{};
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto [next, error] = std::from_chars(at, end, v[i]);
-    const bool last = i == 2;
-    if (error != std::errc() || (last ? next != end : next == end || *next != ',')) return std::nullopt;
-    at = next + (last ? 0 : 1);
-  }
-  const Vec3f out{v[0], v[1], v[2]};
+  const auto v = parse_numbers<float, 3>(text);
+  if (!v) return std::nullopt;
+  const Vec3f out{(*v)[0], (*v)[1], (*v)[2]};
   if (normalized(out) == Vec3f{}) return std::nullopt;
   return out;
 }
@@ -40,9 +27,9 @@ std::optional<Vec3f> vector_of(std::string_view text) {
 /// `source`: "map" or "harmonics" for a radiance; empty for an irradiance.
 template <class T>
 void print_answer(std::string_view what, const Answer<T>& answer, std::string_view unit, std::string_view source,
-                  Output output) {
+                  bool json) {
   const auto value = answer.value;
-  if (output == Output::json) {
+  if (json) {
     nlohmann::ordered_json out = {{"quantity", what},
                                   {"rgb", std::array{value.r, value.g, value.b}},
                                   {"luminance", value.luminance()},
@@ -53,7 +40,7 @@ void print_answer(std::string_view what, const Answer<T>& answer, std::string_vi
                                   {"bound", answer.error_bound},
                                   {"flags", flag_names(answer.flags)}};
     if (!source.empty()) out["source"] = source;
-    std::printf("%s\n", json_text(out).c_str());
+    print_json(out);
     return;
   }
   std::printf("%s  %.6g %.6g %.6g  luminance %.6g %s%s  %s  age %.1f ms  bound %s  flags %s%s%s\n",
@@ -65,20 +52,19 @@ void print_answer(std::string_view what, const Answer<T>& answer, std::string_vi
               std::string(source).c_str());
 }
 
-void print_light(const Light& light, std::string_view unit, Output output) {
+void print_light(const Light& light, std::string_view unit, bool json) {
   const Vec3f d = light.direction;
   const Irradiance e = light.irradiance;
   const double radius_deg = static_cast<double>(light.angular_radius_rad) * 180 / 3.14159265358979;
-  if (output == Output::json) {
-    const nlohmann::ordered_json out = {{"quantity", "light"},
-                                        {"track", light.track},
-                                        {"direction", std::array{d.x, d.y, d.z}},
-                                        {"rgb", std::array{e.r, e.g, e.b}},
-                                        {"luminance", e.luminance()},
-                                        {"unit", unit},
-                                        {"angular_radius_deg", radius_deg},
-                                        {"direction_covariance", light.direction_covariance}};
-    std::printf("%s\n", json_text(out).c_str());
+  if (json) {
+    print_json({{"quantity", "light"},
+                {"track", light.track},
+                {"direction", std::array{d.x, d.y, d.z}},
+                {"rgb", std::array{e.r, e.g, e.b}},
+                {"luminance", e.luminance()},
+                {"unit", unit},
+                {"angular_radius_deg", radius_deg},
+                {"direction_covariance", light.direction_covariance}});
     return;
   }
   std::printf(
@@ -91,7 +77,7 @@ void print_light(const Light& light, std::string_view unit, Output output) {
 
 }  // namespace
 
-int run_query(const QueryOptions& options) {
+int run_query(const Options& options) {
   const std::optional<Vec3f> normal = vector_of(options.normal);
   const std::optional<Vec3f> direction = vector_of(options.direction);
   if (!options.normal.empty() && !normal)
@@ -101,21 +87,19 @@ int run_query(const QueryOptions& options) {
   if (!normal && !direction && !options.lights)
     return fail(kUsage, "nothing to query; give --normal x,y,z, --direction x,y,z or --lights");
 
-  const Result<ProbeOptions> how = options_with(options.credentials);
-  if (!how.ok()) return fail(how.status());
-  const Result<Probe> probe = Probe::connect(options.uri, *how);
+  const Result<Probe> probe = connect(options);
   if (!probe.ok()) return fail(probe.status());
   Result<Lighting> lighting = probe->wait_for_next(std::nullopt, kTimeout);
   if (!lighting.ok()) return fail(kNothingReceived, options.uri + ": " + lighting.status().message());
   if (direction) lighting = lighting_with_map(*probe);
   const bool absolute = lighting->units() == Units::absolute;
   if (normal)
-    print_answer("irradiance", lighting->irradiance(*normal), absolute ? "lux" : "relative", "", options.output);
+    print_answer("irradiance", lighting->irradiance(*normal), absolute ? "lux" : "relative", "", options.json);
   if (direction)
     print_answer("radiance", lighting->radiance(*direction, static_cast<float>(options.roughness)),
-                 absolute ? "cd/m2" : "relative", lighting->environment() ? "map" : "harmonics", options.output);
+                 absolute ? "cd/m2" : "relative", lighting->environment() ? "map" : "harmonics", options.json);
   if (options.lights)
-    for (const Light& light : lighting->lights()) print_light(light, absolute ? "lux" : "relative", options.output);
+    for (const Light& light : lighting->lights()) print_light(light, absolute ? "lux" : "relative", options.json);
   return kOk;
 }
 

@@ -8,10 +8,7 @@
 #include <lightwell/lighting.hpp>
 #include <lightwell/recording.hpp>
 
-#include "commands.hpp"
-#include "exit_code.hpp"
-#include "json_text.hpp"
-#include "watch_statistics.hpp"
+#include "common.hpp"
 
 namespace lightwell::tool {
 namespace {
@@ -29,7 +26,7 @@ void print_text(double seconds, std::size_t bytes, const Descriptor& descriptor)
 
 }  // namespace
 
-int run_replay(const ReplayOptions& options) {
+int run_replay(const Options& options) {
   Result<RecordReader> reader = RecordReader::open(options.file);
   if (!reader.ok()) return fail(kFile, reader.status().message());
   if (reader->header().kind != RecordingKind::descriptors)
@@ -49,15 +46,14 @@ int run_replay(const ReplayOptions& options) {
       continue;
     }
     const double seconds = Duration{record.time_ns - *first_ns}.seconds();
-    if (options.output == Output::text) {
+    if (!options.json) {
       print_text(seconds, record.payload.size(), *descriptor);
       continue;
     }
     const Result<std::string> json = descriptor_to_json(record.payload);
     if (!json.ok()) return fail(kFile, json.status().message());
-    const nlohmann::ordered_json line = {
-        {"seconds", seconds}, {"bytes", record.payload.size()}, {"descriptor", nlohmann::ordered_json::parse(*json)}};
-    std::printf("%s\n", json_text(line).c_str());
+    print_json(
+        {{"seconds", seconds}, {"bytes", record.payload.size()}, {"descriptor", nlohmann::ordered_json::parse(*json)}});
   }
   if (reader->torn_bytes() > 0)
     fail(kFile, options.file + " is truncated: its last " + std::to_string(reader->torn_bytes()) +

@@ -1,15 +1,14 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
-#include <google/protobuf/text_format.h>
 
 #include <lightwell/calibration.hpp>
 #include <lightwell/descriptor.hpp>
-#include <lightwell/files.hpp>
 
-#include "lightwell/v1/calibration.pb.h"
+#include "messages.hpp"
 #include "text_message.hpp"
 
 namespace lightwell {
@@ -17,41 +16,68 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
+/// The parameters of a model in the order of the fields of its message.
+constexpr auto members_of(const KannalaBrandtParameters&) {
+  using P = KannalaBrandtParameters;
+  return std::array{&P::fx, &P::fy, &P::cx, &P::cy, &P::k1, &P::k2, &P::k3, &P::k4};
+}
+constexpr auto members_of(const DoubleSphereParameters&) {
+  using P = DoubleSphereParameters;
+  return std::array{&P::fx, &P::fy, &P::cx, &P::cy, &P::xi, &P::alpha};
+}
+constexpr auto members_of(const MeiParameters&) {
+  using P = MeiParameters;
+  return std::array{&P::fx, &P::fy, &P::cx, &P::cy, &P::xi, &P::k1, &P::k2, &P::p1, &P::p2};
+}
+
+template <class Model>
+Model model_from(const google::protobuf::Message& m) {
+  Model out;
+  int field = 0;
+  for (const auto member : members_of(out))
+    out.*member = m.GetReflection()->GetDouble(m, m.GetDescriptor()->field(field++));
+  return out;
+}
+
+template <class Model>
+void fill_model(const Model& model, google::protobuf::Message& m) {
+  int field = 0;
+  for (const auto member : members_of(model))
+    m.GetReflection()->SetDouble(&m, m.GetDescriptor()->field(field++), model.*member);
+}
+
+/// Checks what the models have in common.
+template <class Model>
+Status parameter_problem(const Model& model, const std::string& name) {
+  for (const auto member : members_of(model))
+    if (!std::isfinite(model.*member)) return invalid_argument(name + " has a value that is not finite");
+  if (!(model.fx > 0) || !(model.fy > 0)) return invalid_argument(name + ".fx and fy must be positive");
+  return {};
+}
+
 Status model_problem(const LensParameters& lens) {
-  const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
-  const auto finite = [](std::initializer_list<double> values) {
-    for (const double v : values)
-      if (!std::isfinite(v)) return false;
-    return true;
-  };
   if (const auto* p = std::get_if<KannalaBrandtParameters>(&lens.model)) {
-    if (!finite({p->fx, p->fy, p->cx, p->cy, p->k1, p->k2, p->k3, p->k4}))
-      return bad("kannala_brandt has a value that is not finite");
-    if (!(p->fx > 0) || !(p->fy > 0)) return bad("kannala_brandt.fx and fy must be positive");
+    if (const Status s = parameter_problem(*p, "kannala_brandt"); !s.ok()) return s;
     // The radius must increase with the angle over the whole field of view, so that each pixel has one direction.
     for (int i = 0; i <= 256; ++i) {
       const double t = lens.max_angle_rad * i / 256, t2 = t * t;
       if (!(1 + t2 * (3 * p->k1 + t2 * (5 * p->k2 + t2 * (7 * p->k3 + t2 * 9 * p->k4))) > 0))
-        return bad("kannala_brandt: the radius stops growing at " + std::to_string(t / kDegree) +
-                   " deg, inside max_angle_deg; lower max_angle_deg or correct k1 to k4");
+        return invalid_argument("kannala_brandt: the radius stops growing at " + std::to_string(t / kDegree) +
+                                " deg, inside max_angle_deg; lower max_angle_deg or correct k1 to k4");
     }
   } else if (const auto* d = std::get_if<DoubleSphereParameters>(&lens.model)) {
-    if (!finite({d->fx, d->fy, d->cx, d->cy, d->xi, d->alpha}))
-      return bad("double_sphere has a value that is not finite");
-    if (!(d->fx > 0) || !(d->fy > 0)) return bad("double_sphere.fx and fy must be positive");
-    if (!(d->alpha >= 0 && d->alpha <= 1)) return bad("double_sphere.alpha must be 0 to 1");
-    if (!(d->xi > -1 && d->xi < 1)) return bad("double_sphere.xi must lie between -1 and 1");
+    if (const Status s = parameter_problem(*d, "double_sphere"); !s.ok()) return s;
+    if (!(d->alpha >= 0 && d->alpha <= 1)) return invalid_argument("double_sphere.alpha must be 0 to 1");
+    if (!(d->xi > -1 && d->xi < 1)) return invalid_argument("double_sphere.xi must lie between -1 and 1");
   } else if (const auto* m = std::get_if<MeiParameters>(&lens.model)) {
-    if (!finite({m->fx, m->fy, m->cx, m->cy, m->xi, m->k1, m->k2, m->p1, m->p2}))
-      return bad("mei has a value that is not finite");
-    if (!(m->fx > 0) || !(m->fy > 0)) return bad("mei.fx and fy must be positive");
-    if (!(m->xi >= 0 && m->xi <= 100)) return bad("mei.xi must be 0 to 100");
+    if (const Status s = parameter_problem(*m, "mei"); !s.ok()) return s;
+    if (!(m->xi >= 0 && m->xi <= 100)) return invalid_argument("mei.xi must be 0 to 100");
   }
   return {};
 }
 
 Status photometry_problem(const PhotometricCalibration& p, double max_angle_rad) {
-  const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, "photometry." + what); };
+  const auto bad = [](const std::string& what) { return invalid_argument("photometry." + what); };
   if (!(p.black_level >= 0 && p.black_level < 0.5)) return bad("black_level must be at least 0 and below 0.5");
   if (!(p.saturation > p.black_level && p.saturation <= 1))
     return bad("saturation must lie above black_level, up to 1");
@@ -90,48 +116,30 @@ RigParameters rig_from(const v1::RigCalibration& m) {
     lens.width = static_cast<int>(in.width());
     lens.height = static_cast<int>(in.height());
     lens.max_angle_rad = in.max_angle_deg() * kDegree;
-    switch (in.model_case()) {
-      case v1::LensCalibration::kKannalaBrandt: {
-        const auto& p = in.kannala_brandt();
-        lens.model = KannalaBrandtParameters{p.fx(), p.fy(), p.cx(), p.cy(), p.k1(), p.k2(), p.k3(), p.k4()};
-        break;
-      }
-      case v1::LensCalibration::kDoubleSphere: {
-        const auto& p = in.double_sphere();
-        lens.model = DoubleSphereParameters{p.fx(), p.fy(), p.cx(), p.cy(), p.xi(), p.alpha()};
-        break;
-      }
-      case v1::LensCalibration::kMei: {
-        const auto& p = in.mei();
-        lens.model = MeiParameters{p.fx(), p.fy(), p.cx(), p.cy(), p.xi(), p.k1(), p.k2(), p.p1(), p.p2()};
-        break;
-      }
-      case v1::LensCalibration::kEquirectangular:
-        lens.model = EquirectangularParameters{};
-        lens.max_angle_rad = std::numbers::pi;
-        break;
-      case v1::LensCalibration::MODEL_NOT_SET:
-        lens.model = KannalaBrandtParameters{};  // validate() says that fx is missing.
-        break;
+    if (in.has_equirectangular()) {
+      lens.model = EquirectangularParameters{};
+      lens.max_angle_rad = std::numbers::pi;
+    } else if (in.has_double_sphere()) {
+      lens.model = model_from<DoubleSphereParameters>(in.double_sphere());
+    } else if (in.has_mei()) {
+      lens.model = model_from<MeiParameters>(in.mei());
+    } else {
+      // Also without a model: validate() says that fx is missing.
+      lens.model = model_from<KannalaBrandtParameters>(in.kannala_brandt());
     }
     lens.pose_cv.rotation = upright_lens_cv();
-    if (in.has_pose()) {
-      const auto& p = in.pose();
-      lens.pose_cv = {{p.qx(), p.qy(), p.qz(), p.qw()}, {p.tx(), p.ty(), p.tz()}};
-    }
+    if (in.has_pose()) lens.pose_cv = pose_from(in.pose());
     const v1::Photometry& p = in.photometry();
     PhotometricCalibration& out = lens.photometry;
     out.response.kind = static_cast<ResponseCurve::Kind>(p.response().kind());
     out.response.inverse.assign(p.response().inverse().begin(), p.response().inverse().end());
     if (out.response.kind == ResponseCurve::Kind::gamma) out.response.gamma = p.response().gamma();
     out.black_level = p.black_level();
-    for (int i = 0; i < std::min(3, p.vignetting_size()); ++i)
-      out.vignetting[static_cast<std::size_t>(i)] = p.vignetting(i);
+    std::copy_n(p.vignetting().begin(), std::min(3, p.vignetting_size()), out.vignetting.begin());
     out.read_noise = p.read_noise();
     out.shot_noise = p.shot_noise();
     if (p.has_saturation()) out.saturation = p.saturation();
-    for (int i = 0; i < std::min(3, p.white_balance_size()); ++i)
-      out.white_balance[static_cast<std::size_t>(i)] = p.white_balance(i);
+    std::copy_n(p.white_balance().begin(), std::min(3, p.white_balance_size()), out.white_balance.begin());
     rig.lenses.push_back(std::move(lens));
   }
   return rig;
@@ -144,26 +152,16 @@ v1::RigCalibration rig_to(const RigParameters& rig) {
     v1::LensCalibration& out = *m.add_lens();
     out.set_width(static_cast<std::uint32_t>(lens.width));
     out.set_height(static_cast<std::uint32_t>(lens.height));
-    if (const auto* p = std::get_if<KannalaBrandtParameters>(&lens.model)) {
-      v1::KannalaBrandt& k = *out.mutable_kannala_brandt();
-      k.set_fx(p->fx), k.set_fy(p->fy), k.set_cx(p->cx), k.set_cy(p->cy);
-      k.set_k1(p->k1), k.set_k2(p->k2), k.set_k3(p->k3), k.set_k4(p->k4);
-    } else if (const auto* d = std::get_if<DoubleSphereParameters>(&lens.model)) {
-      v1::DoubleSphere& s = *out.mutable_double_sphere();
-      s.set_fx(d->fx), s.set_fy(d->fy), s.set_cx(d->cx), s.set_cy(d->cy), s.set_xi(d->xi), s.set_alpha(d->alpha);
-    } else if (const auto* o = std::get_if<MeiParameters>(&lens.model)) {
-      v1::Mei& s = *out.mutable_mei();
-      s.set_fx(o->fx), s.set_fy(o->fy), s.set_cx(o->cx), s.set_cy(o->cy), s.set_xi(o->xi);
-      s.set_k1(o->k1), s.set_k2(o->k2), s.set_p1(o->p1), s.set_p2(o->p2);
-    } else {
+    if (const auto* p = std::get_if<KannalaBrandtParameters>(&lens.model))
+      fill_model(*p, *out.mutable_kannala_brandt());
+    else if (const auto* d = std::get_if<DoubleSphereParameters>(&lens.model))
+      fill_model(*d, *out.mutable_double_sphere());
+    else if (const auto* o = std::get_if<MeiParameters>(&lens.model))
+      fill_model(*o, *out.mutable_mei());
+    else
       out.mutable_equirectangular();
-    }
     out.set_max_angle_deg(lens.max_angle_rad / kDegree);
-    v1::Pose& pose = *out.mutable_pose();
-    const Quat& q = lens.pose_cv.rotation;
-    const Vec3d& t = lens.pose_cv.translation;
-    pose.set_qx(q.x), pose.set_qy(q.y), pose.set_qz(q.z), pose.set_qw(q.w);
-    pose.set_tx(t.x), pose.set_ty(t.y), pose.set_tz(t.z);
+    fill_pose(lens.pose_cv, *out.mutable_pose());
     const PhotometricCalibration& p = lens.photometry;
     v1::Photometry& photometry = *out.mutable_photometry();
     v1::Response& response = *photometry.mutable_response();
@@ -184,13 +182,13 @@ v1::RigCalibration rig_to(const RigParameters& rig) {
 
 Status RigParameters::validate() const {
   if (lenses.empty() || lenses.size() > 2)
-    return {StatusCode::invalid_argument, "a rig has one or two lenses, this one has " + std::to_string(lenses.size())};
+    return invalid_argument("a rig has one or two lenses, this one has " + std::to_string(lenses.size()));
   if (!(nits_per_unit >= 0) || !std::isfinite(nits_per_unit))
-    return {StatusCode::invalid_argument, "nits_per_unit must be 0 (not known) or positive"};
+    return invalid_argument("nits_per_unit must be 0 (not known) or positive");
   for (std::size_t i = 0; i < lenses.size(); ++i) {
     const LensParameters& lens = lenses[i];
     const auto bad = [i](const std::string& what) {
-      return Status(StatusCode::invalid_argument, "lens " + std::to_string(i) + ": " + what);
+      return invalid_argument("lens " + std::to_string(i) + ": " + what);
     };
     if (lens.width < 1 || lens.height < 1 || lens.width > 16384 || lens.height > 16384)
       return bad("width and height must be 1 to 16384 pixels");
@@ -209,31 +207,22 @@ Result<RigParameters> parse_calibration(std::string_view text, const std::string
   v1::RigCalibration m;
   if (const Status s = parse_text_message(text, name, m); !s.ok()) return s;
   for (int i = 0; i < m.lens_size(); ++i) {
-    const std::string where = name + ": lens " + std::to_string(i) + ": ";
+    const auto bad = [&](const std::string& what) {
+      return invalid_argument(name + ": lens " + std::to_string(i) + ": " + what);
+    };
     if (m.lens(i).model_case() == v1::LensCalibration::MODEL_NOT_SET)
-      return Status(StatusCode::invalid_argument,
-                    where + "no camera model; add kannala_brandt, double_sphere, mei or equirectangular");
-    if (m.lens(i).photometry().vignetting_size() > 3)
-      return Status(StatusCode::invalid_argument, where + "photometry.vignetting has more than 3 coefficients");
+      return bad("no camera model; add kannala_brandt, double_sphere, mei or equirectangular");
+    if (m.lens(i).photometry().vignetting_size() > 3) return bad("photometry.vignetting has more than 3 coefficients");
     if (const int n = m.lens(i).photometry().white_balance_size(); n != 0 && n != 3)
-      return Status(StatusCode::invalid_argument, where + "photometry.white_balance needs r, g and b");
+      return bad("photometry.white_balance needs r, g and b");
   }
   RigParameters rig = rig_from(m);
-  if (const Status s = rig.validate(); !s.ok()) return Status(s.code(), name + ": " + s.message());
+  if (const Status s = rig.validate(); !s.ok()) return s.in(name);
   return rig;
 }
 
-Result<RigParameters> load_calibration(const std::string& path) {
-  const Result<std::string> text = read_text_file(path);
-  if (!text) return text.status();
-  return parse_calibration(*text, path);
-}
-
-std::string calibration_to_text(const RigParameters& rig) {
-  std::string text;
-  google::protobuf::TextFormat::PrintToString(rig_to(rig), &text);
-  return text;
-}
+Result<RigParameters> load_calibration(const std::string& path) { return load_text(path, parse_calibration); }
+std::string calibration_to_text(const RigParameters& rig) { return text_of(rig_to(rig)); }
 
 std::string encode_calibration(const RigParameters& rig) {
   std::string bytes;
@@ -256,5 +245,15 @@ Result<RigParameters> decode_calibration(std::string_view bytes) {
 }
 
 std::uint32_t calibration_identity(const RigParameters& rig) { return fnv1a_32(encode_calibration(rig)); }
+
+Result<UncertainPose> parse_mounting(std::string_view text, const std::string& name) {
+  v1::Mounting m;
+  if (const Status s = parse_text_message(text, name, m); !s.ok()) return s;
+  const Result<UncertainPose> out = mounting_from(m);
+  return out ? out : out.status().in(name);
+}
+
+Result<UncertainPose> load_mounting(const std::string& path) { return load_text(path, parse_mounting); }
+std::string mounting_to_text(const UncertainPose& T_world_probe) { return text_of(mounting_to(T_world_probe)); }
 
 }  // namespace lightwell

@@ -1,36 +1,24 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <utility>
 
 #include <lightwell/config.hpp>
-#include <lightwell/files.hpp>
 #include <lightwell/mqtt.hpp>
 
-#include "config_message.hpp"
+#include "messages.hpp"
 #include "text_message.hpp"
 
 namespace lightwell {
 
 EstimatorConfig config_for_setting(EstimatorConfig config) {
-  double wider = 1;
-  switch (config.setting) {
-    case Setting::fast:
-      wider = 2;
-      break;
-    case Setting::balanced:
-      break;
-    case Setting::exact:
-      wider = 0;
-      break;
-  }
+  const double wider = config.setting == Setting::fast ? 2 : config.setting == Setting::exact ? 0 : 1;
   config.panorama.epsilon *= wider;
   config.panorama.radiance_epsilon *= wider;
   return config;
 }
 
 Result<MqttAddress> MqttConfig::address() const {
-  const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, "mqtt." + what); };
+  const auto bad = [](const std::string& what) { return invalid_argument("mqtt." + what); };
   Result<MqttAddress> out = parse_mqtt_address(uri);
   if (!out) return bad("uri: " + out.status().message());
   const bool tls = out->transport == MqttTransport::tls;
@@ -46,7 +34,7 @@ Result<MqttAddress> MqttConfig::address() const {
 }
 
 Status MqttConfig::validate() const {
-  const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, "mqtt." + what); };
+  const auto bad = [](const std::string& what) { return invalid_argument("mqtt." + what); };
   const Result<MqttAddress> address = this->address();
   if (!address) return address.status();
   if (certificate_file.empty() != key_file.empty())
@@ -60,8 +48,7 @@ Status MqttConfig::validate() const {
 Status CaptureSettings::validate() const {
   constexpr double kMinWhiteBalance_k = 1000, kMaxWhiteBalance_k = 20'000;
   const auto bad = [](const std::string& name, const std::string& field, const std::string& what) {
-    return Status(StatusCode::invalid_argument,
-                  name + ": " + what + " (camera." + field + ", or " + name + "= in the camera's URI)");
+    return invalid_argument(name + ": " + what + " (camera." + field + ", or " + name + "= in the camera's URI)");
   };
   const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
   if (exposure_s.size() > kMaxExposures)
@@ -78,51 +65,63 @@ Status CaptureSettings::validate() const {
 }
 
 Status Config::validate() const {
-  const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
-  if (probe_name.empty() || probe_name.size() > 64) return bad("probe_name must have 1 to 64 characters");
-  if (camera.uri.empty()) return bad("camera.uri is missing: give the source of frames, for example \"sim:city\"");
+  if (probe_name.empty() || probe_name.size() > 64) return invalid_argument("probe_name must have 1 to 64 characters");
+  if (camera.uri.empty())
+    return invalid_argument("camera.uri is missing: give the source of frames, for example \"sim:city\"");
   if (camera.width < 16 || camera.height < 16 || camera.width > 16384 || camera.height > 16384)
-    return bad("camera size is " + std::to_string(camera.width) + "x" + std::to_string(camera.height) +
-               "; each of them must be 16 to 16384 pixels");
+    return invalid_argument("camera size is " + std::to_string(camera.width) + "x" + std::to_string(camera.height) +
+                            "; each of them must be 16 to 16384 pixels");
   if (!(camera.frame_rate >= 0) || camera.frame_rate > 1000)
-    return bad("camera.frame_rate must be 0 (as fast as possible) to 1000 per second");
+    return invalid_argument("camera.frame_rate must be 0 (as fast as possible) to 1000 per second");
   if (const Status s = camera.capture.validate(); !s.ok()) return s;
   if (!(budget_ms >= 0) || !std::isfinite(budget_ms))
-    return bad("budget_ms must be milliseconds an estimate may take, or 0 for no budget");
+    return invalid_argument("budget_ms must be milliseconds an estimate may take, or 0 for no budget");
   if (estimator_kind == EstimatorKind::marker && !marker)
-    return bad(
+    return invalid_argument(
         "--estimator marker needs a body: name its file with --body or marker.body_file; lightwell-calibrate "
         "marker-sheet creates one, and the sheet to print");
   if (marker && marker->body_file.empty())
-    return bad("marker.body_file is missing: give the path of a file that lightwell-calibrate marker-sheet wrote");
+    return invalid_argument(
+        "marker.body_file is missing: give the path of a file that lightwell-calibrate marker-sheet wrote");
   if (marker && grey_patch)
-    return bad("grey_patch cannot be combined with marker, whose own albedo is known; leave one of them out");
+    return invalid_argument(
+        "grey_patch cannot be combined with marker, whose own albedo is known; leave one of them out");
   if (mqtt)
     if (Status s = mqtt->validate(); !s.ok()) return s;
-  if (mdns < Mdns::off || mdns > Mdns::on) return bad("discovery.mdns is not known");
+  if (mdns < Mdns::off || mdns > Mdns::on) return invalid_argument("discovery.mdns is not known");
   if (const Status s = grpc.validate(); !s.ok()) return s;
   return estimator.validate();
 }
 
 Status GrpcConfig::validate() const {
-  const auto bad = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
-  if (security > LinkSecurity::mutual_tls) return bad("grpc.security is not known");
+  if (security > LinkSecurity::mutual_tls) return invalid_argument("grpc.security is not known");
   if (certificate.empty() != key.empty())
-    return bad(
+    return invalid_argument(
         "grpc.certificate and grpc.key belong together: name both files, or neither to let the probe make its own");
   if (!encrypted() && (!certificate.empty() || !client_ca.empty()))
-    return bad(
+    return invalid_argument(
         "grpc.certificate, grpc.key and grpc.client_ca need grpc.security: LINK_SECURITY_TLS or "
         "LINK_SECURITY_MUTUAL_TLS");
   if (client_certificate_days < 1 || client_certificate_days > 7300)
-    return bad("grpc.client_certificate_days is " + std::to_string(client_certificate_days) + "; it must be 1 to 7300");
+    return invalid_argument("grpc.client_certificate_days is " + std::to_string(client_certificate_days) +
+                            "; it must be 1 to 7300");
   return {};
 }
 
+Status GrpcConfig::check_bind_policy() const {
+  std::string_view host = std::string_view(listen_address).substr(0, listen_address.rfind(':'));
+  if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
+  if (security != LinkSecurity::unspecified || is_loopback_host(host)) return {};
+  return {StatusCode::failed_precondition,
+          "listening on '" + listen_address +
+              "' in plain text would let everyone on the network watch and command this probe: set grpc.security to "
+              "LINK_SECURITY_TLS or LINK_SECURITY_MUTUAL_TLS (--security tls) and pair the clients with `lightwelld "
+              "--pair`; "
+              "or, on a network that you trust, to LINK_SECURITY_PLAIN (--security plain); or listen on 127.0.0.1"};
+}
+
 Status GreyPatch::validate(const RigParameters& rig) const {
-  const auto wrong = [](const std::string& what) {
-    return Status(StatusCode::invalid_argument, "grey_patch: " + what);
-  };
+  const auto wrong = [](const std::string& what) { return invalid_argument("grey_patch: " + what); };
   if (lens < 0 || static_cast<std::size_t>(lens) >= rig.lenses.size())
     return wrong("lens must be 0 to " + std::to_string(rig.lenses.size() - 1) + ", as the calibration has them");
   const LensParameters& l = rig.lenses[static_cast<std::size_t>(lens)];
@@ -142,7 +141,7 @@ Result<CaptureSettings> capture_of(const v1::CameraConfig& m) {
   if (m.gain() != 0) out.gain = m.gain();
   if (m.white_balance_k() != 0) out.white_balance_k = m.white_balance_k();
   if (m.colour_gains_size() != 0 && m.colour_gains_size() != 2)
-    return Status(StatusCode::invalid_argument, "camera.colour_gains must be two numbers: red, blue");
+    return invalid_argument("camera.colour_gains must be two numbers: red, blue");
   if (m.colour_gains_size() == 2) out.colour_gains = std::array<double, 2>{m.colour_gains(0), m.colour_gains(1)};
   return out;
 }
@@ -161,29 +160,23 @@ GrpcConfig grpc_of(const v1::GrpcConfig& m) {
 }
 
 Result<GreyPatch> grey_patch_of(const v1::GreyPatch& m) {
-  GreyPatch out;
-  out.lens = static_cast<int>(m.lens());
-  out.x = static_cast<int>(m.x());
-  out.y = static_cast<int>(m.y());
-  out.width = static_cast<int>(m.width());
-  out.height = static_cast<int>(m.height());
+  GreyPatch out{static_cast<int>(m.lens()), static_cast<int>(m.x()), static_cast<int>(m.y()),
+                static_cast<int>(m.width()), static_cast<int>(m.height())};
   if (m.normal_size() != 0 && m.normal_size() != 3)
-    return Status(StatusCode::invalid_argument, "grey_patch.normal must be three numbers: x, y, z");
+    return invalid_argument("grey_patch.normal must be three numbers: x, y, z");
   if (m.normal_size() == 3) out.normal = {m.normal(0), m.normal(1), m.normal(2)};
   if (m.albedo() != 0) out.albedo = m.albedo();
   return out;
 }
 
 MqttConfig mqtt_of(const v1::MqttConfig& m) {
-  MqttConfig out;
-  out.uri = m.uri();
-  out.ca_file = m.ca_file();
-  out.certificate_file = m.certificate_file();
-  out.key_file = m.key_file();
-  out.login_file = m.login_file();
-  out.client_id = m.client_id();
-  out.security = static_cast<LinkSecurity>(m.security());
-  return out;
+  return {m.uri(),
+          m.ca_file(),
+          m.certificate_file(),
+          m.key_file(),
+          m.login_file(),
+          m.client_id(),
+          static_cast<LinkSecurity>(m.security())};
 }
 
 /// The paths that are relative to the configuration's folder.
@@ -208,9 +201,7 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
   if (m.camera().width() != 0) c.camera.width = static_cast<int>(m.camera().width());
   if (m.camera().height() != 0) c.camera.height = static_cast<int>(m.camera().height());
   if (m.camera().frame_rate() != 0) c.camera.frame_rate = m.camera().frame_rate();
-  Result<CaptureSettings> capture = capture_of(m.camera());
-  if (!capture) return Status(capture.status().code(), name + ": " + capture.status().message());
-  c.camera.capture = std::move(*capture);
+  if (const Status s = capture_of(m.camera()).assign_to(c.camera.capture); !s.ok()) return s.in(name);
   c.calibration = m.calibration();
   c.mounting = m.mounting();
   const EstimatorKind kind = estimator.value_or(m.has_marker() ? EstimatorKind::marker : EstimatorKind::panorama);
@@ -220,11 +211,8 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
   c.grpc = grpc_of(m.grpc());
   c.record_path = m.record().path();
   c.budget_ms = m.budget_ms();
-  if (m.has_grey_patch()) {
-    const Result<GreyPatch> patch = grey_patch_of(m.grey_patch());
-    if (!patch) return Status(patch.status().code(), name + ": " + patch.status().message());
-    c.grey_patch = *patch;
-  }
+  if (m.has_grey_patch())
+    if (const Status s = grey_patch_of(m.grey_patch()).assign_to(c.grey_patch); !s.ok()) return s.in(name);
   if (m.has_marker()) c.marker = MarkerConfig{m.marker().body_file()};
   if (m.has_usb_gadget()) {
     c.usb_gadget.emplace();
@@ -232,8 +220,8 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
   }
   if (m.has_mqtt()) c.mqtt = mqtt_of(m.mqtt());
   if (m.discovery().mdns() != 0) c.mdns = static_cast<Mdns>(m.discovery().mdns());
-  if (const Status s = c.validate(); !s.ok()) return Status(s.code(), name + ": " + s.message());
-  if (const Status s = c.estimator.validate(kind); !s.ok()) return Status(s.code(), name + ": " + s.message());
+  if (const Status s = c.validate(); !s.ok()) return s.in(name);
+  if (const Status s = c.estimator.validate(kind); !s.ok()) return s.in(name);
   // After validate(), because the command line may still name the marker's body.
   c.estimator_kind = kind;
   return c;
@@ -241,10 +229,10 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
 
 Result<Config> load_config(const std::string& path, const std::string& camera_uri,
                            std::optional<EstimatorKind> estimator) {
-  const Result<std::string> text = read_text_file(path);
-  if (!text) return text.status();
-  Result<Config> config = parse_config(*text, path, camera_uri, estimator);
-  if (!config) return config.status();
+  Result<Config> config = load_text(path, [&](std::string_view text, const std::string& name) {
+    return parse_config(text, name, camera_uri, estimator);
+  });
+  if (!config) return config;
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   for (std::string* file : paths_of(*config))
     if (!file->empty()) *file = (folder / *file).string();

@@ -1,14 +1,14 @@
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <lightwell/framing.hpp>
 #include <lightwell/probe_calls.hpp>
 #include <lightwell/time.hpp>
 
-#include "config_message.hpp"
 #include "lightwell/v1/link_message.pb.h"
-#include "status_message.hpp"
+#include "messages.hpp"
 
 namespace lightwell {
 namespace {
@@ -35,13 +35,6 @@ int unknown_field(const google::protobuf::Message& m) {
   return 0;
 }
 
-template <class Message>
-Result<Message> parsed(std::string_view request) {
-  Message m;
-  if (m.ParseFromArray(request.data(), static_cast<int>(request.size()))) return m;
-  return Status(StatusCode::data_loss, "the request is not a message of proto/lightwell/v1/probe_service.proto");
-}
-
 void answer_info(const StatusSnapshot& status, v1::InfoResponse& response) {
   fill_status(status, response);
   // The clock is read last, so that the time of the other work does not count as transmission delay.
@@ -59,11 +52,10 @@ Status answer_set_config(const v1::Config& config, Commands& commands, v1::SetCo
             fixed +
                 ": only `estimator` can change while the probe runs; change the rest in "
                 "the configuration file and restart lightwelld"};
-  if (!config.has_estimator()) return {StatusCode::invalid_argument, "no field is set"};
+  if (!config.has_estimator()) return invalid_argument("no field is set");
   if (const int number = unknown_field(config.estimator()); number != 0)
-    return {StatusCode::invalid_argument,
-            "estimator has a field, number " + std::to_string(number) +
-                ", that this probe does not know; is its firmware older than the client?"};
+    return invalid_argument("estimator has a field, number " + std::to_string(number) +
+                            ", that this probe does not know; is its firmware older than the client?");
   // Fields that are not in the request keep their values.
   const ReceivedUpdate parsed_request = update_of(config.estimator(), commands.estimator_kind());
   for (const std::string& warning : parsed_request.warnings) response.add_warnings(warning);
@@ -74,13 +66,12 @@ Status answer_set_config(const v1::Config& config, Commands& commands, v1::SetCo
 
 Result<double> answer_report_lux(const v1::ReportLuxRequest& request, Commands& commands) {
   const Vec3d normal = normalized(Vec3d{request.normal_x(), request.normal_y(), request.normal_z()});
-  if (normal == Vec3d{}) return Status(StatusCode::invalid_argument, "the normal is zero or not finite");
-  if (!(request.lux() > 0) || !std::isfinite(request.lux()))
-    return Status(StatusCode::invalid_argument, "lux must be positive and finite");
+  if (normal == Vec3d{}) return invalid_argument("the normal is zero or not finite");
+  if (!(request.lux() > 0) || !std::isfinite(request.lux())) return invalid_argument("lux must be positive and finite");
   return commands.report_lux(request.lux(), normal);
 }
 
-/// Longer texts are truncated.
+/// Longer texts are truncated, so that the response keeps its size limit, whatever name a camera has.
 constexpr std::size_t kMaxTextBytes = 1024;
 
 std::string truncated(std::string text) {
@@ -92,16 +83,10 @@ std::string truncated(std::string text) {
   return text;
 }
 
-/// Truncates the texts of a status so that the response keeps its size limit, whatever name a camera has.
-StatusSnapshot with_short_texts(StatusSnapshot status) {
-  for (std::string* text : {&status.probe_name, &status.version, &status.camera}) *text = truncated(std::move(*text));
-  return status;
-}
-
 Status answer(const v1::LinkRequest& request, Commands& commands, v1::LinkResponse& response) {
   switch (request.ask_case()) {
     case v1::LinkRequest::kInfo:
-      answer_info(with_short_texts(commands.status()), *response.mutable_info());
+      answer_info(commands.status(), *response.mutable_info());
       return {};
     case v1::LinkRequest::kSetConfig: {
       Status done = answer_set_config(request.set_config().config(), commands, *response.mutable_set_config());
@@ -119,46 +104,23 @@ Status answer(const v1::LinkRequest& request, Commands& commands, v1::LinkRespon
     case v1::LinkRequest::ASK_NOT_SET:
       break;
   }
-  return {StatusCode::invalid_argument,
-          "this kind of request is not known to the probe; is its firmware older than the SDK?"};
+  return invalid_argument("this kind of request is not known to the probe; is its firmware older than the SDK?");
 }
 
 }  // namespace
 
 Result<std::string> answer_probe_call(ProbeCall call, std::string_view request, Commands& commands) {
-  switch (call) {
-    case ProbeCall::info: {
-      const auto parsed_request = parsed<v1::InfoRequest>(request);
-      if (!parsed_request) return parsed_request.status();
-      v1::InfoResponse response;
-      answer_info(commands.status(), response);
-      return response.SerializeAsString();
-    }
-    case ProbeCall::set_config: {
-      const auto parsed_request = parsed<v1::SetConfigRequest>(request);
-      if (!parsed_request) return parsed_request.status();
-      v1::SetConfigResponse response;
-      if (Status done = answer_set_config(parsed_request->config(), commands, response); !done.ok()) return done;
-      return response.SerializeAsString();
-    }
-    case ProbeCall::report_lux: {
-      const auto parsed_request = parsed<v1::ReportLuxRequest>(request);
-      if (!parsed_request) return parsed_request.status();
-      const Result<double> scale = answer_report_lux(*parsed_request, commands);
-      if (!scale) return scale.status();
-      v1::ReportLuxResponse response;
-      response.set_scale(*scale);
-      return response.SerializeAsString();
-    }
-    case ProbeCall::get_config: {
-      const auto parsed_request = parsed<v1::GetConfigRequest>(request);
-      if (!parsed_request) return parsed_request.status();
-      v1::GetConfigResponse response;
-      answer_get_config(commands, response);
-      return response.SerializeAsString();
-    }
-  }
-  return Status(StatusCode::invalid_argument, "unknown call of ProbeService");
+  // The requests and responses of ProbeService are the alternatives of LinkRequest and LinkResponse.
+  constexpr const char* kNames[] = {"info", "set_config", "report_lux", "get_config"};
+  const auto alternative = [name = kNames[static_cast<std::size_t>(call)]](google::protobuf::Message& m) {
+    return m.GetReflection()->MutableMessage(&m, m.GetDescriptor()->FindFieldByName(name));
+  };
+  v1::LinkRequest link_request;
+  if (!alternative(link_request)->ParseFromArray(request.data(), static_cast<int>(request.size())))
+    return Status(StatusCode::data_loss, "the request is not a message of proto/lightwell/v1/probe_service.proto");
+  v1::LinkResponse response;
+  if (Status done = answer(link_request, commands, response); !done.ok()) return done;
+  return alternative(response)->SerializeAsString();
 }
 
 Status answer_link_request(std::span<const std::byte> request, Commands& commands, std::vector<std::byte>& response) {
@@ -173,6 +135,10 @@ Status answer_link_request(std::span<const std::byte> request, Commands& command
   // The numbers are equal: src/link_message.cpp asserts it.
   m.set_code(static_cast<v1::LinkCode>(done.code()));
   m.set_message(truncated(done.message()));
+  if (m.has_info())
+    for (std::string* text : {m.mutable_info()->mutable_probe_name(), m.mutable_info()->mutable_version(),
+                              m.mutable_info()->mutable_camera()})
+      *text = truncated(std::move(*text));
   response.resize(m.ByteSizeLong());
   m.SerializeToArray(response.data(), static_cast<int>(response.size()));
   return {};

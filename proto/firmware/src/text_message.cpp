@@ -9,8 +9,7 @@
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 #include <google/protobuf/text_format.h>
 
-#include "nearest_name.hpp"
-#include "renamed_fields.hpp"
+#include "field_names.hpp"
 
 namespace lightwell {
 namespace {
@@ -18,24 +17,15 @@ namespace {
 namespace pb = google::protobuf;
 
 /// Keeps the first error, because later ones are usually consequences of it.
-class FirstError final : public pb::io::ErrorCollector {
- public:
-  void AddError(int line, pb::io::ColumnNumber column, const std::string& message) override {
-    if (found_) return;
-    found_ = true;
-    line_ = line + 1;
-    column_ = column + 1;
-    message_ = message;
-  }
-  [[nodiscard]] bool found() const { return found_; }
-  [[nodiscard]] int line() const { return line_; }
-  [[nodiscard]] int column() const { return column_; }
-  [[nodiscard]] const std::string& message() const { return message_; }
+struct FirstError final : pb::io::ErrorCollector {
+  std::string where;  ///< ":LINE:COLUMN"; empty without an error.
+  std::string message;
 
- private:
-  bool found_ = false;
-  int line_ = 0, column_ = 0;
-  std::string message_;
+  void AddError(int line, pb::io::ColumnNumber column, const std::string& what) override {
+    if (!where.empty()) return;
+    where = ":" + std::to_string(line + 1) + ":" + std::to_string(column + 1);
+    message = what;
+  }
 };
 
 const pb::Descriptor* find_type(const pb::Descriptor* root, std::string_view full_name, std::set<const void*>& seen) {
@@ -123,15 +113,13 @@ std::string with_current_names(std::string_view text, const std::string& name, c
 }  // namespace
 
 Status parse_text_message(std::string_view text, const std::string& name, pb::Message& message) {
-  FirstError errors;
+  FirstError error;
   pb::TextFormat::Parser parser;
-  parser.RecordErrorsTo(&errors);
+  parser.RecordErrorsTo(&error);
   pb::io::ArrayInputStream stream(text.data(), static_cast<int>(text.size()));
   if (parser.Parse(&stream, &message)) return {};
-  const std::string where =
-      errors.found() ? ":" + std::to_string(errors.line()) + ":" + std::to_string(errors.column()) : "";
-  return {StatusCode::invalid_argument,
-          name + where + ": " + errors.message() + suggestion(errors.message(), message.GetDescriptor())};
+  return invalid_argument(name + error.where + ": " + error.message +
+                          suggestion(error.message, message.GetDescriptor()));
 }
 
 Status parse_text_message(std::string_view text, const std::string& name, pb::Message& message,
@@ -143,6 +131,12 @@ Status parse_text_message(std::string_view text, const std::string& name, pb::Me
   if (renamed.empty()) return parsed;
   warnings.insert(warnings.end(), renamed.begin(), renamed.end());
   return parse_text_message(current, name, message);
+}
+
+std::string text_of(const pb::Message& message) {
+  std::string text;
+  pb::TextFormat::PrintToString(message, &text);
+  return text;
 }
 
 }  // namespace lightwell

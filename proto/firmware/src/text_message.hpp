@@ -1,4 +1,4 @@
-// Parsing of messages in protobuf text format, with errors that name the position and the nearest known field.
+// Messages in protobuf text format; parsing with errors that name the position and the nearest known field.
 #pragma once
 
 #include <string>
@@ -7,6 +7,7 @@
 
 #include <google/protobuf/message.h>
 
+#include <lightwell/files.hpp>
 #include <lightwell/result.hpp>
 
 namespace lightwell {
@@ -14,8 +15,19 @@ namespace lightwell {
 /// Fills `message`. Errors: "NAME:LINE:COLUMN: what; did you mean 'nearest'?".
 [[nodiscard]] Status parse_text_message(std::string_view text, const std::string& name,
                                         google::protobuf::Message& message);
-/// The same for text that may have former names of fields (renamed_fields.hpp): appends to `warnings` for each.
+/// The same for text that may have former names of fields (field_names.hpp): appends to `warnings` for each.
 [[nodiscard]] Status parse_text_message(std::string_view text, const std::string& name,
                                         google::protobuf::Message& message, std::vector<std::string>& warnings);
+
+/// parse(content, path) of a file.
+template <class Parse>
+[[nodiscard]] auto load_text(const std::string& path, Parse parse) -> decltype(parse(std::string_view(), path)) {
+  const Result<std::string> text = read_text_file(path);
+  if (!text) return text.status();
+  return parse(*text, path);
+}
+
+/// Text from which parse_text_message() restores the message.
+[[nodiscard]] std::string text_of(const google::protobuf::Message& message);
 
 }  // namespace lightwell

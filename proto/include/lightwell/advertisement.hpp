@@ -1,8 +1,5 @@
 // A probe's announcement in DNS-SD (RFC 6763), service type _lightwell._tcp. To the host it is untrusted input, because
 // anyone on the network can announce anything.
-//   Advertisement            the values
-//   advertisement_to_txt     encoded as strings of the TXT record
-//   advertisement_from_txt   decoded, with checks and limits
 #pragma once
 
 #include <cstdint>

@@ -1,8 +1,4 @@
 // Encoding and decoding of descriptors. Specification: proto/README.md.
-//   Encoder            Descriptor -> bytes, no allocation after the first calls
-//   decode_descriptor  bytes -> Descriptor, fully validated
-//   descriptor_to_json bytes -> protobuf JSON
-//   wire_error         bound of the irradiance error due to rounding in the wire format
 #pragma once
 
 #include <cstddef>
@@ -20,7 +16,7 @@ inline constexpr std::uint32_t kWireVersion = 1;
 /// A longer message is rejected without decoding.
 inline constexpr std::size_t kMaxDescriptorBytes = 64 * 1024;
 
-/// Encodes descriptors into a buffer that it reuses. One thread at a time.
+/// Encodes descriptors into a buffer that it reuses; allocates nothing after the first calls. One thread at a time.
 class Encoder {
  public:
   Encoder();

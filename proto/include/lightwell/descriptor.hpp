@@ -1,5 +1,4 @@
 // The lighting descriptor as a value: produced by an estimator, evaluated by an application.
-//   Light, ErrorBound, Flags, Descriptor
 #pragma once
 
 #include <array>
@@ -58,27 +57,10 @@ inline constexpr std::array kFlags = {Flag::unseen, Flag::clipped,   Flag::clean
                                       Flag::filled, Flag::recovered, Flag::unsure,  Flag::newer};
 
 [[nodiscard]] constexpr std::string_view to_string(Flag flag) {
-  switch (flag) {
-    case Flag::unseen:
-      return "unseen";
-    case Flag::clipped:
-      return "clipped";
-    case Flag::cleaned:
-      return "cleaned";
-    case Flag::dark:
-      return "dark";
-    case Flag::moved:
-      return "moved";
-    case Flag::filled:
-      return "filled";
-    case Flag::recovered:
-      return "recovered";
-    case Flag::unsure:
-      return "unsure";
-    case Flag::newer:
-      return "newer";
-  }
-  return "unknown";
+  constexpr std::string_view kNames[] = {"unknown", "unseen", "clipped",   "cleaned", "dark",
+                                         "moved",   "filled", "recovered", "unsure"};
+  if (flag == Flag::newer) return "newer";
+  return kNames[flag <= Flag::unsure ? static_cast<std::size_t>(flag) : 0];
 }
 
 /// Trade-off between computation time, bytes and accuracy, cheapest first. Meanings: config.proto.
@@ -86,15 +68,8 @@ enum class Setting : std::uint8_t { fast = 1, balanced = 2, exact = 3 };
 inline constexpr std::array kSettings = {Setting::fast, Setting::balanced, Setting::exact};
 
 [[nodiscard]] constexpr std::string_view to_string(Setting setting) {
-  switch (setting) {
-    case Setting::fast:
-      return "fast";
-    case Setting::balanced:
-      return "balanced";
-    case Setting::exact:
-      return "exact";
-  }
-  return "unknown";
+  constexpr std::string_view kNames[] = {"unknown", "fast", "balanced", "exact"};
+  return kNames[setting <= Setting::exact ? static_cast<std::size_t>(setting) : 0];
 }
 
 /// Flicker of the light at twice the mains frequency.
@@ -106,17 +81,8 @@ enum class Flicker : std::uint8_t {
 };
 
 [[nodiscard]] constexpr std::string_view to_string(Flicker flicker) {
-  switch (flicker) {
-    case Flicker::unknown:
-      return "unknown";
-    case Flicker::none:
-      return "none";
-    case Flicker::hz100:
-      return "100 Hz";
-    case Flicker::hz120:
-      return "120 Hz";
-  }
-  return "unknown";
+  constexpr std::string_view kNames[] = {"unknown", "none", "100 Hz", "120 Hz"};
+  return kNames[flicker <= Flicker::hz120 ? static_cast<std::size_t>(flicker) : 0];
 }
 
 /// A set of flags.

@@ -1,10 +1,5 @@
 // Prefiltered environment map for reflections: octahedral levels, each prefiltered with one GGX lobe, without the
 // lights.
-//   EnvironmentLevel, EnvironmentMap   a whole map, or the changes to a whole map
-//   texel_count, environment_key       size of a whole map, and the hash that identifies it
-//   apply_changes                      a whole map with changes applied
-//   texel_direction, texel_radiance    one texel
-//   environment_radiance               radiance of a map for a direction and a roughness
 #pragma once
 
 #include <cstddef>
@@ -14,6 +9,7 @@
 
 #include <lightwell/color.hpp>
 #include <lightwell/geometry.hpp>
+#include <lightwell/result.hpp>
 
 namespace lightwell {
 
@@ -36,12 +32,10 @@ struct EnvironmentLevel {
   friend bool operator==(const EnvironmentLevel&, const EnvironmentLevel&) = default;
 };
 
-/// A whole map, or the texels that differ from a whole map. Changes always refer to a whole map, never to other
-/// changes, so that a reader that has the whole map can apply any change to it, whatever messages it missed between.
+/// A whole map, or the texels that differ from a whole map, to which changes always refer, never to other changes.
+/// Specification: proto/README.md, "The environment map".
 struct EnvironmentMap {
-  /// environment_key() of this whole map, or of the whole map to which these changes apply. Never 0. A hash of the
-  /// content: the same map has the same key, also after a restart of the probe.
-  std::uint32_t key = 0;
+  std::uint32_t key = 0;  ///< environment_key() of this whole map, or of the whole map that these changes apply to.
   /// Whole map: its levels in order of increasing roughness, with non-increasing edges. Empty: changes.
   std::vector<EnvironmentLevel> levels;
   int exponent = 0;  ///< Whole map: radiance = texel times 2^exponent, also for the texels of changes to it.
@@ -63,8 +57,10 @@ struct EnvironmentMap {
   return count;
 }
 
-/// CRC-32C of a whole map: exponent, then edge and roughness (IEEE 754 bits) of each level, then the texels, every
-/// number in four bytes, little-endian. 1 if the checksum is 0.
+/// invalid_argument, naming the field, for a map that violates the specification. Checked when encoding and decoding.
+[[nodiscard]] Status environment_problem(const EnvironmentMap& map);
+
+/// A hash of the content of a whole map, never 0.
 [[nodiscard]] std::uint32_t environment_key(const EnvironmentMap& whole);
 
 /// Writes `whole` with `changes` applied into `out`, whose memory is reused; the key stays that of `whole`. Returns

@@ -39,7 +39,6 @@ struct PanoramaEstimatorConfig {
   int environment_edge = 0;
   double environment_rate = 5;
 
-  [[nodiscard]] Status validate() const;
   friend bool operator==(const PanoramaEstimatorConfig&, const PanoramaEstimatorConfig&) = default;
 };
 
@@ -49,7 +48,6 @@ struct MarkerEstimatorConfig {
   double search_decimation = 1.5;
   int max_faces = 0;
 
-  [[nodiscard]] Status validate() const;
   friend bool operator==(const MarkerEstimatorConfig&, const MarkerEstimatorConfig&) = default;
 };
 

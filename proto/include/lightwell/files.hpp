@@ -6,7 +6,6 @@
 // otherwise, because another user could direct root to any file.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <memory>

@@ -1,7 +1,4 @@
 // Framing of messages on a byte stream (USB), with resynchronisation after damage. Format: proto/README.md, "Frames".
-//   FrameKind, LinkFrame   a frame's content
-//   FrameWriter            payloads -> numbered frames
-//   FrameReader            bytes in pieces of any size -> whole frames, and counters of dropped input
 #pragma once
 
 #include <array>
@@ -110,7 +107,9 @@ class FrameReader {
   void search(Search search, const FrameCallback& on_frame);
   [[nodiscard]] Step step(Search search, const FrameCallback& on_frame);
   /// Skips one byte at which no frame begins.
-  void skip();
+  Step skip();
+  /// Counts a frame that is rejected, and skips its first byte.
+  Step reject(std::uint64_t& counter);
   void deliver(const Header& header, std::span<const std::byte> payload, const FrameCallback& on_frame);
   [[nodiscard]] bool is_new(const Header& header);
   void drop_consumed();

@@ -1,11 +1,7 @@
 // Real spherical harmonics: orthonormal, no Condon-Shortley phase, index l(l+1)+m, band 1 in the order y, z, x.
-//   sh_basis      values of all functions up to a band at a direction; sh_recursion: factors of their recursion
-//   Sh<Quantity>  coefficients per channel: RadianceSh, IrradianceSh
-//   evaluate, rotated, irradiance_of
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <span>
 
 #include <lightwell/color.hpp>

@@ -1,7 +1,4 @@
 // Conventions of both ends of the MQTT link: URI of a broker, and the topics. Specification: proto/README.md.
-//   MqttAddress          a broker and the base topic of one probe (or of several, for discovery)
-//   parse_mqtt_address   MqttAddress from a URI
-//   MqttTopics           the topics of one probe
 #pragma once
 
 #include <cstddef>

@@ -1,8 +1,5 @@
 // MQTT client with automatic reconnection, run by one thread. The only user of libmosquitto, for probe and host;
 // without libmosquitto the library lightwell_mqtt_session is not built.
-//   MqttLogin     credentials
-//   MqttMessage   a received message
-//   MqttSession   the connection
 #pragma once
 
 #include <atomic>
@@ -16,6 +13,7 @@
 #include <vector>
 
 #include <lightwell/backoff.hpp>
+#include <lightwell/file_descriptor.hpp>
 #include <lightwell/mqtt.hpp>
 #include <lightwell/time.hpp>
 
@@ -60,9 +58,6 @@ class MqttSession {
     std::function<void(const MqttMessage&)> on_message;
   };
   explicit MqttSession(Options options);
-  ~MqttSession();
-  MqttSession(const MqttSession&) = delete;
-  MqttSession& operator=(const MqttSession&) = delete;
 
   /// Connects if an attempt is due, then processes events until the broker sends something, wake() is called, or
   /// `timeout` has passed. Resolving the broker's name may take longer, because the system's resolver has no timeout.
@@ -105,7 +100,7 @@ class MqttSession {
   bool send(const std::string& topic, std::span<const std::byte> payload, bool retained, const Properties& properties);
 
   const Options options_;
-  int wake_ = -1;  ///< eventfd
+  FileDescriptor wake_;  ///< eventfd
   Backoff backoff_;
   std::unique_ptr<mosquitto, Free> client_;
   std::int64_t attempt_ns_ = 0, next_attempt_ns_ = 0;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -24,23 +25,8 @@ inline constexpr std::array kPixelFormats = {
     PixelFormat::bayer_rggb10, PixelFormat::bayer_rggb12, PixelFormat::rgb_f32};
 
 [[nodiscard]] constexpr std::string_view to_string(PixelFormat format) {
-  switch (format) {
-    case PixelFormat::rgb8:
-      return "rgb8";
-    case PixelFormat::nv12:
-      return "nv12";
-    case PixelFormat::yuyv:
-      return "yuyv";
-    case PixelFormat::bayer_rggb8:
-      return "bayer8";
-    case PixelFormat::bayer_rggb10:
-      return "bayer10";
-    case PixelFormat::bayer_rggb12:
-      return "bayer12";
-    case PixelFormat::rgb_f32:
-      return "rgb_f32";
-  }
-  return "unknown";
+  constexpr std::string_view kNames[] = {"rgb8", "nv12", "yuyv", "bayer8", "bayer10", "bayer12", "rgb_f32"};
+  return format <= kPixelFormats.back() ? kNames[static_cast<std::size_t>(format)] : "unknown";
 }
 
 [[nodiscard]] constexpr std::optional<PixelFormat> pixel_format_of(std::string_view name) {

@@ -1,7 +1,5 @@
 // Reconstruction of radiance from a descriptor's harmonics, for reflections: non-negative and without the ringing of a
-// truncated series. Irradiance is evaluated from the harmonics directly.
-//   reconstruct   once per descriptor: estimates the missing bands, and the window for each roughness
-//   radiance_at   for each direction
+// truncated series. Method and references: proto/README.md, "Radiance from harmonics".
 #pragma once
 
 #include <array>
@@ -16,23 +14,17 @@ struct RadianceReconstruction {
   /// the width of a lobe is proportional.
   static constexpr int kKnots = 5;
 
-  /// The sent coefficients, unchanged. Bands that were not sent (all zero: a descriptor for irradiance leaves out bands
-  /// 3 and 5, and those above its highest) have the coefficients of the maximum entropy distribution with the sent
-  /// coefficients: L = exp(sum of lambda_i Y_i), which is positive everywhere (Jaynes 1957, "Information Theory and
-  /// Statistical Mechanics"). Each channel separately. Coefficients of bands 5 and 6 do not enter the estimate.
+  /// The sent coefficients, unchanged. Bands that were not sent (all zero) have the coefficients of the maximum entropy
+  /// distribution with the sent ones, each channel separately.
   RadianceSh sh;
-  /// t of the window exp(-t l(l+1)) on band l, at each knot: the heat kernel of the sphere, which is positive and so
-  /// causes no overshoot. The same for the three channels, so that edges keep their hue. Decreases with roughness; 0 if
-  /// nothing rings.
+  /// t of the window exp(-t l(l+1)) on band l, at each knot, the same for the three channels. Decreases with roughness;
+  /// 0 if nothing rings.
   std::array<float, kKnots> blur{};
 };
 
-/// Estimates the missing bands and finds the windows. At each roughness the window is the least t for which every
-/// channel, after window and lobe, is in every direction at least a tenth of its local mean (its convolution with the
-/// positive kernel ((1 + x)/2)^6) or of its mean over the sphere, whichever is less. (Sloan 2008, "Stupid Spherical
-/// Harmonics Tricks", section "Windowing", and Sloan 2017, "Deringing Spherical Harmonics", with 0 instead of a tenth.)
-/// Band 0 is unchanged, so energy is conserved. No allocation, a few tenths of a millisecond. Accepts any values: a
-/// channel whose mean is not positive or whose coefficients are not finite does not affect the window.
+/// Estimates the missing bands and finds the windows. Band 0 is unchanged, so energy is conserved. No allocation, a few
+/// tenths of a millisecond. Accepts any values: a channel whose mean is not positive or whose coefficients are not
+/// finite does not affect the window.
 [[nodiscard]] RadianceReconstruction reconstruct(const RadianceSh& sh);
 
 /// Rotates or interpolates a reconstruction, in microseconds: the same as reconstruct() of rotated or interpolated

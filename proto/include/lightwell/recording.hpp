@@ -1,18 +1,14 @@
 // Recordings: a file of checksummed records that stays readable if it is truncated. Format: proto/README.md.
-//   RecordWriter, RecordReader   the container, independent of the records' content
-//   RecordingHeader              the first record
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include <lightwell/checksum.hpp>
 #include <lightwell/files.hpp>
 #include <lightwell/result.hpp>
 

@@ -1,6 +1,7 @@
 // Status and Result: error reporting of all Lightwell libraries. Nothing here throws.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -22,25 +23,10 @@ enum class StatusCode : std::uint8_t {
 
 /// The name of a code as it is written in messages and JSON, "invalid_argument".
 [[nodiscard]] constexpr std::string_view to_string(StatusCode code) {
-  switch (code) {
-    case StatusCode::ok:
-      return "ok";
-    case StatusCode::invalid_argument:
-      return "invalid_argument";
-    case StatusCode::not_found:
-      return "not_found";
-    case StatusCode::data_loss:
-      return "data_loss";
-    case StatusCode::failed_precondition:
-      return "failed_precondition";
-    case StatusCode::unavailable:
-      return "unavailable";
-    case StatusCode::resource_exhausted:
-      return "resource_exhausted";
-    case StatusCode::internal:
-      return "internal";
-  }
-  return "unknown";
+  constexpr std::string_view kNames[] = {
+      "ok",          "invalid_argument",   "not_found", "data_loss", "failed_precondition",
+      "unavailable", "resource_exhausted", "internal"};
+  return code <= StatusCode::internal ? kNames[static_cast<std::size_t>(code)] : "unknown";
 }
 
 /// Success, or an error code with a message that says what is wrong, where, and what to do.
@@ -54,11 +40,19 @@ class [[nodiscard]] Status {
   [[nodiscard]] const std::string& message() const& { return message_; }
   /// By value for a temporary, such as `result.status().message()`.
   [[nodiscard]] std::string message() && { return std::move(message_); }
+  /// The same error with "where: " before its message; ok stays ok.
+  [[nodiscard]] Status in(const std::string& where) const {
+    return ok() ? Status() : Status(code_, where + ": " + message_);
+  }
 
  private:
   StatusCode code_ = StatusCode::ok;
   std::string message_;
 };
+
+[[nodiscard]] inline Status invalid_argument(std::string message) {
+  return {StatusCode::invalid_argument, std::move(message)};
+}
 
 /// A value, or the status with the reason why there is none.
 template <class T>
@@ -77,6 +71,13 @@ class [[nodiscard]] Result {
   const T& operator*() const { return value(); }
   T* operator->() { return &value(); }
   const T* operator->() const { return &value(); }
+
+  /// Moves the value into `out`, if there is one; returns status().
+  template <class Out>
+  [[nodiscard]] Status assign_to(Out& out) && {
+    if (ok()) out = std::move(value());
+    return status();
+  }
 
   /// ok() or the reason.
   [[nodiscard]] Status status() const { return ok() ? Status() : std::get<Status>(held_); }

@@ -1,7 +1,4 @@
 // Random numbers, digests and keys, for both ends of a link. Needs the library lightwell_pairing.
-//   random_bytes, random_code                 from the system's generator
-//   sha256, to_hex, to_base64url, same_secret
-//   KeyPair, certificate_digest, identify_certificate   P-256 and X.509 in PEM
 #pragma once
 
 #include <cstddef>

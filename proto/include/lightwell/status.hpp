@@ -1,10 +1,15 @@
-// A probe's status: what links and dashboards report.
+// A probe's status: what links and dashboards report. As bytes it is an InfoResponse of probe_service.proto, whole, or
+// in parts for links without RPC.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 
+#include <lightwell/result.hpp>
+#include <lightwell/time.hpp>
 #include <lightwell/uncertain_pose.hpp>
 
 namespace lightwell {
@@ -37,10 +42,31 @@ struct StatusSnapshot {
   std::uint32_t calibration_id = 0;
   std::string version;
   std::string camera;
-  Counters counters;
-  std::optional<UncertainPose> T_world_probe;  ///< Mounting of the probe in its room, if configured.
+  Counters counters{};
+  std::optional<UncertainPose> T_world_probe{};  ///< Mounting of the probe in its room, if configured.
 
   friend bool operator==(const StatusSnapshot&, const StatusSnapshot&) = default;
 };
+
+struct InfoAnswer {
+  StatusSnapshot status;
+  ProbeTime clock_now;  ///< When the response was made.
+};
+
+/// data_loss for bytes that are not an InfoResponse.
+[[nodiscard]] Result<InfoAnswer> decode_info(std::span<const std::byte> bytes);
+
+/// InfoResponse in binary form; clock_now_ns is not set.
+[[nodiscard]] std::string encode_status(const StatusSnapshot& status);
+
+/// data_loss for bytes that are not an InfoResponse. invalid_argument, naming the field, for one with values that no
+/// probe sends: an empty name, a name above 64 bytes, a version or a camera above 256 bytes.
+[[nodiscard]] Result<StatusSnapshot> decode_status(std::span<const std::byte> bytes);
+
+/// InfoResponse in binary form with only clock_now_ns.
+[[nodiscard]] std::string encode_clock(ProbeTime now);
+
+/// data_loss for bytes that are not an InfoResponse, or whose clock is missing or beyond 73 years.
+[[nodiscard]] Result<ProbeTime> decode_clock(std::span<const std::byte> bytes);
 
 }  // namespace lightwell

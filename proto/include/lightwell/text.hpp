@@ -1,7 +1,4 @@
-// Numbers and fields in text.
-//   parse_number, parse_numbers
-//   trimmed, comma_separated, joined, edit_distance
-//   formatted                     printf into a string
+// Numbers and fields in text; escaping of untrusted text for a terminal or a log.
 #pragma once
 
 #include <array>
@@ -59,5 +56,10 @@ template <class Parts>
 
 /// As printf, of any length.
 [[gnu::format(printf, 1, 2)]] [[nodiscard]] std::string formatted(const char* format, ...);
+
+/// Escapes as \xNN: control characters (C0, C1, DEL, line and paragraph separators), bidirectional control characters
+/// (which can disguise a name as another), and bytes that are not UTF-8. Use it for all text from a network, a file or
+/// another user before printing or logging: line breaks could forge log lines, escape sequences control the terminal.
+[[nodiscard]] std::string printable(std::string_view text);
 
 }  // namespace lightwell

@@ -1,6 +1,7 @@
 // Durations and time points; time points of different clocks (probe, host) are different types.
 #pragma once
 
+#include <chrono>
 #include <compare>
 #include <cstdint>
 
@@ -38,6 +39,8 @@ using ProbeTime = TimePoint<ProbeClock>;
 using HostTime = TimePoint<HostClock>;
 
 /// Nanoseconds of this machine's CLOCK_MONOTONIC: probe time in the firmware, host time in the SDK.
-[[nodiscard]] std::int64_t monotonic_now_ns();
+[[nodiscard]] inline std::int64_t monotonic_now_ns() {
+  return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 }  // namespace lightwell

@@ -1,7 +1,5 @@
-// Poses with covariance, and first-order propagation of the covariance through composition and inversion.
-//   UncertainPose                T_a_b and the covariance of its error
-//   compose, inverse             T_a_c = T_a_b T_b_c, T_b_a
-//   probe_from_own_tag           T_world_probe from an AR device that detects the tag on the probe
+// Poses with covariance, and first-order propagation of the covariance through composition and inversion, and to
+// directions.
 //
 // The error of T_a_b is (rotation, translation), six numbers in the axes of a: p_a = Exp(rotation) R p_b + t +
 // translation. The rotation (rad) is about the origin of b, so that it does not move that origin; the translation
@@ -32,28 +30,12 @@ namespace pose_detail {
 using Matrix3 = std::array<std::array<double, 3>, 3>;
 
 [[nodiscard]] constexpr Matrix3 matrix_of(Quat q) {
-  Matrix3 m{};
-  const std::array<Vec3d, 3> columns = {rotate(q, Vec3d{1, 0, 0}), rotate(q, Vec3d{0, 1, 0}),
-                                        rotate(q, Vec3d{0, 0, 1})};
-  for (std::size_t i = 0; i < 3; ++i) {
-    m[0][i] = columns[i].x;
-    m[1][i] = columns[i].y;
-    m[2][i] = columns[i].z;
-  }
-  return m;
+  const Vec3d x = rotate(q, Vec3d{1, 0, 0}), y = rotate(q, Vec3d{0, 1, 0}), z = rotate(q, Vec3d{0, 0, 1});
+  return {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}};
 }
 
-/// [v]x m: the cross product of v with each column of m.
-[[nodiscard]] constexpr Matrix3 crossed(Vec3d v, const Matrix3& m) {
-  Matrix3 out{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3d c = cross(v, Vec3d{m[0][i], m[1][i], m[2][i]});
-    out[0][i] = c.x;
-    out[1][i] = c.y;
-    out[2][i] = c.z;
-  }
-  return out;
-}
+/// [v]x: the cross product of v with a vector.
+[[nodiscard]] constexpr Matrix3 cross_matrix(Vec3d v) { return {{{0, -v.z, v.y}, {v.z, 0, -v.x}, {-v.y, v.x, 0}}}; }
 
 /// Adds J C J' to `out`, with the Jacobian J of 3x3 blocks (rotation, 0; lever, translation). A component that depends
 /// on one of infinite variance gets infinite variance and zero covariances.
@@ -100,9 +82,7 @@ inline constexpr Matrix3 kIdentity{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   UncertainPose out{compose(a_b.pose, b_c.pose), {}};
   const Matrix3 r = matrix_of(a_b.pose.rotation);
   // A rotation error w of b moves the origin of c by w x (R t).
-  Matrix3 lever = crossed(rotate(a_b.pose.rotation, b_c.pose.translation), kIdentity);
-  for (auto& row : lever)
-    for (double& v : row) v = -v;
+  const Matrix3 lever = cross_matrix(-rotate(a_b.pose.rotation, b_c.pose.translation));
   add_propagated_covariance(kIdentity, lever, kIdentity, a_b.covariance, out.covariance);
   add_propagated_covariance(r, kZero, r, b_c.covariance, out.covariance);
   return out;
@@ -114,7 +94,7 @@ inline constexpr Matrix3 kIdentity{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   UncertainPose out{inverse(a_b.pose), {}};
   const Matrix3 r = matrix_of(a_b.pose.rotation);
   Matrix3 minus_r_transposed{}, lever{};
-  const Matrix3 t_cross = crossed(a_b.pose.translation, kIdentity);
+  const Matrix3 t_cross = cross_matrix(a_b.pose.translation);
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t k = 0; k < 3; ++k) {
       minus_r_transposed[i][k] = -r[k][i];
@@ -131,6 +111,28 @@ inline constexpr Matrix3 kIdentity{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 [[nodiscard]] inline UncertainPose probe_from_own_tag(const UncertainPose& world_device,
                                                       const UncertainPose& device_tag, const UncertainPose& probe_tag) {
   return compose(compose(world_device, device_tag), inverse(probe_tag));
+}
+
+/// Covariance (rad²; u·u, u·v, v·v in tangent_basis(direction)) of a unit direction whose frame is rotated by the error
+/// of `pose`, to first order: a small rotation vector w displaces d by w x d, which is w·v along u and -w·u along v. A
+/// rotation about the direction itself has no effect and may be unknown; if any other component is unknown, u·u and v·v
+/// are infinite.
+[[nodiscard]] inline std::array<double, 3> direction_covariance(Vec3d direction, const PoseCovariance& pose) {
+  const auto [u, v] = tangent_basis(direction);
+  const std::array<double, 3> along_u{v.x, v.y, v.z}, along_v{-u.x, -u.y, -u.z};
+  const auto moment = [&](const std::array<double, 3>& a, const std::array<double, 3>& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double weight = a[i] * b[k];
+        if (std::abs(weight) > 1e-12) sum += weight * pose[i][k];
+      }
+    return sum;
+  };
+  const double uu = moment(along_u, along_u), uv = moment(along_u, along_v), vv = moment(along_v, along_v);
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  if (!std::isfinite(uu + uv + vv)) return {kUnknown, 0, kUnknown};
+  return {uu, uv, vv};
 }
 
 }  // namespace lightwell

@@ -22,6 +22,26 @@ const char* label_of(PairingSide side) {
 
 PairingSide other(PairingSide side) { return side == PairingSide::client ? PairingSide::probe : PairingSide::client; }
 
+enum class Direction : int { decrypt, encrypt };
+
+/// AES-256-GCM with the key of the messages that `sender` seals; null without a key `ke`, or if OpenSSL fails.
+Cipher cipher_of(const std::string& ke, PairingSide sender, Direction direction) {
+  const std::string key = ke.empty() ? std::string() : pairing::hkdf(ke, label_of(sender), 32);
+  Cipher cipher(key.empty() ? nullptr : EVP_CIPHER_CTX_new());
+  if (cipher && EVP_CipherInit_ex(cipher.get(), EVP_aes_256_gcm(), nullptr, pairing::bytes_of(key), kNonce.data(),
+                                  static_cast<int>(direction)) != 1)
+    cipher.reset();
+  return cipher;
+}
+
+/// Encrypts or decrypts `in`, and computes or verifies the tag. False if that fails.
+bool process(const Cipher& cipher, std::string_view in, std::string& out) {
+  int size = 0, rest = 0;
+  return EVP_CipherUpdate(cipher.get(), pairing::bytes_of(out), &size, pairing::bytes_of(in),
+                          static_cast<int>(in.size())) == 1 &&
+         EVP_CipherFinal_ex(cipher.get(), pairing::bytes_of(out) + size, &rest) == 1;
+}
+
 }  // namespace
 
 struct PairingChannel::State {
@@ -48,14 +68,9 @@ PairingChannel::~PairingChannel() = default;
 Result<PairingExchange> PairingExchange::begin(PairingSide side, std::string_view code) {
   auto state = std::make_unique<State>();
   state->side = side;
-  Result<std::string> w = pairing::scalar_of_code(code), secret = pairing::random_scalar();
-  if (!w) return w.status();
-  if (!secret) return secret.status();
-  state->w = std::move(*w);
-  state->secret = std::move(*secret);
-  Result<std::string> share = pairing::share_of(side, state->w, state->secret);
-  if (!share) return share.status();
-  state->share = std::move(*share);
+  if (Status s = pairing::scalar_of_code(code).assign_to(state->w); !s.ok()) return s;
+  if (Status s = pairing::random_scalar().assign_to(state->secret); !s.ok()) return s;
+  if (Status s = pairing::share_of(side, state->w, state->secret).assign_to(state->share); !s.ok()) return s;
   return PairingExchange(std::move(state));
 }
 
@@ -63,11 +78,8 @@ const std::string& PairingExchange::share() const { return state_->share; }
 
 Status PairingExchange::process_peer_share(std::string_view their_share, std::string_view certificate_digest) {
   const pairing::Identities identities{"lightwell client", "lightwell probe " + std::string(certificate_digest)};
-  Result<pairing::Spake2Keys> keys =
-      pairing::keys_of(state_->side, state_->w, state_->secret, state_->share, their_share, identities);
-  if (!keys) return keys.status();
-  state_->keys = std::move(*keys);
-  return {};
+  return pairing::keys_of(state_->side, state_->w, state_->secret, state_->share, their_share, identities)
+      .assign_to(state_->keys);
 }
 
 const std::string& PairingExchange::confirmation() const { return state_->confirmation(state_->side); }
@@ -80,15 +92,9 @@ bool PairingChannel::confirms(std::string_view theirs) const {
 Result<SealedMessage> PairingExchange::seal(std::string_view plain) && {
   std::unique_ptr<State> state = std::move(state_);
   if (!state) return Status(StatusCode::internal, "this exchange has already sealed its message; begin another");
-  const std::string key = pairing::hkdf(state->keys.ke, label_of(state->side), 32);
-  const Cipher cipher(EVP_CIPHER_CTX_new());
+  const Cipher cipher = cipher_of(state->keys.ke, state->side, Direction::encrypt);
   std::string out(plain.size() + kTagBytes, '\0');
-  int n = 0, last = 0;
-  if (state->keys.ke.empty() || key.empty() || !cipher ||
-      EVP_EncryptInit_ex(cipher.get(), EVP_aes_256_gcm(), nullptr, pairing::bytes_of(key), kNonce.data()) != 1 ||
-      EVP_EncryptUpdate(cipher.get(), pairing::bytes_of(out), &n, pairing::bytes_of(plain),
-                        static_cast<int>(plain.size())) != 1 ||
-      EVP_EncryptFinal_ex(cipher.get(), pairing::bytes_of(out) + n, &last) != 1 ||
+  if (!cipher || !process(cipher, plain, out) ||
       EVP_CIPHER_CTX_ctrl(cipher.get(), EVP_CTRL_GCM_GET_TAG, static_cast<int>(kTagBytes), out.data() + plain.size()) !=
           1)
     return Status(StatusCode::internal, "sealing failed: there is no key yet, or OpenSSL has no AES-256-GCM");
@@ -97,19 +103,13 @@ Result<SealedMessage> PairingExchange::seal(std::string_view plain) && {
 
 Result<std::string> PairingChannel::open(std::string_view sealed) const {
   const Status refused(StatusCode::data_loss, "the sealed message cannot be decrypted with this exchange's key");
-  if (state_->keys.ke.empty() || sealed.size() < kTagBytes) return refused;
-  const std::string key = pairing::hkdf(state_->keys.ke, label_of(other(state_->side)), 32);
+  if (sealed.size() < kTagBytes) return refused;
   const std::string_view body = sealed.substr(0, sealed.size() - kTagBytes);
-  std::string tag(sealed.substr(body.size()));
-  const Cipher cipher(EVP_CIPHER_CTX_new());
-  std::string out(body.size(), '\0');
-  int n = 0, last = 0;
-  if (key.empty() || !cipher ||
-      EVP_DecryptInit_ex(cipher.get(), EVP_aes_256_gcm(), nullptr, pairing::bytes_of(key), kNonce.data()) != 1 ||
-      EVP_DecryptUpdate(cipher.get(), pairing::bytes_of(out), &n, pairing::bytes_of(body),
-                        static_cast<int>(body.size())) != 1 ||
+  std::string tag(sealed.substr(body.size())), out(body.size(), '\0');
+  const Cipher cipher = cipher_of(state_->keys.ke, other(state_->side), Direction::decrypt);
+  if (!cipher ||
       EVP_CIPHER_CTX_ctrl(cipher.get(), EVP_CTRL_GCM_SET_TAG, static_cast<int>(kTagBytes), tag.data()) != 1 ||
-      EVP_DecryptFinal_ex(cipher.get(), pairing::bytes_of(out) + n, &last) != 1)
+      !process(cipher, body, out))
     return refused;
   return out;
 }

@@ -1,5 +1,5 @@
 // make_backend(): selection of a backend by the URI, and its errors.
-#include "app/backend_table.hpp"
+#include "app/component_tables.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // make_estimator(): selection of an estimator by the configuration, and its errors.
-#include "app/estimator_table.hpp"
+#include "app/component_tables.hpp"
 
 #include <algorithm>
 

@@ -58,7 +58,7 @@ class PipelineBudgetTest : public ::testing::Test {
   void make(double budget_ms, Setting setting) {
     EstimatorConfig config;
     config.setting = setting;
-    pipeline_ = std::make_unique<Pipeline>(ProbeIdentity{"attic", 11, 12, "0.1.0", "fake camera"},
+    pipeline_ = std::make_unique<Pipeline>(StatusSnapshot{"attic", 11, 12, "0.1.0", "fake camera"},
                                            std::make_unique<SlowEstimator>(timing_, setting), config, budget_ms);
     pipeline_->publisher().add(std::make_unique<FakeLink>(link_));
     ASSERT_TRUE(pipeline_->start().ok());

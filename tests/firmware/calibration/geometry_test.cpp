@@ -7,8 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "calibration/model/camera_parameters.hpp"
-#include "calibration/solve/geometry/board_pose.hpp"
+#include "calibration/model/cameras.hpp"
+#include "calibration/solve/geometry/initial.hpp"
 #include "firmware/calibration/lens_trials.hpp"
 #include "firmware/calibration/shown_boards.hpp"
 

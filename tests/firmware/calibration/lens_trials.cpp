@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "calibration/model/camera_parameters.hpp"
+#include "calibration/model/cameras.hpp"
 
 namespace lightwell::shown {
 namespace {

@@ -20,7 +20,6 @@ TEST_P(PublishedLens, SeesMoreThanHalfTheSphere) { EXPECT_GT(CameraModel(GetPara
 TEST_P(PublishedLens, PixelsComeBack) {
   const LensParameters& lens = GetParam().lens;
   const CameraModel exact(lens);
-  const CameraModelF quick(lens);
   int seen = 0;
   for (int y = 0; y < lens.height; y += 5) {
     for (int x = 0; x < lens.width; x += 5) {
@@ -30,13 +29,6 @@ TEST_P(PublishedLens, PixelsComeBack) {
       ASSERT_TRUE(back) << x << " " << y;
       EXPECT_LT(std::hypot(back->x - (x + 0.3), back->y - (y - 0.2)), 1e-5) << x << " " << y;
       ++seen;
-      const PixelPositionF there{static_cast<float>(x), static_cast<float>(y)};
-      const auto e = quick.unproject(there);
-      // At the rim, rounding may put it outside the domain.
-      if (!e) continue;
-      const auto again = quick.project(*e);
-      ASSERT_TRUE(again) << x << " " << y;
-      EXPECT_LT(std::hypot(again->x - there.x, again->y - there.y), 1e-3F) << x << " " << y;
     }
   }
   EXPECT_GT(seen, 5000);

@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "camera/backends/depthai/oak_backend.hpp"
+#include "camera/backends/depthai/oak_device.hpp"
 #include "camera/conformance/conformance.hpp"
 #include "camera/conformance/session.hpp"
 #include "firmware/camera/simulated_oak.hpp"
@@ -167,7 +167,7 @@ std::unique_ptr<CameraBackend> backend_on(const std::shared_ptr<OakOnTheTable>& 
   config.frame_rate = 1e6 / static_cast<double>(table->interval.count());
   Result<OakOptions> options = parsed(rest, config);
   EXPECT_TRUE(options.ok());
-  return std::make_unique<OakBackend>(std::move(*options), std::make_unique<SimulatedOak>(table));
+  return make_oak_backend(std::move(*options), std::make_unique<SimulatedOak>(table));
 }
 
 const std::vector<double> kSingle{0.002}, kBracket{0.0005, 0.002, 0.008};

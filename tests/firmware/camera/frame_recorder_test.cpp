@@ -63,9 +63,7 @@ class Recorder : public ::testing::Test {
     return f;
   }
   std::unique_ptr<FrameRecorder> open(int queue) {
-    FrameRecorderOptions options;
-    options.queue = queue;
-    auto recorder = FrameRecorder::open(path, RecordingHeader(), ends, options);
+    auto recorder = FrameRecorder::open(path, RecordingHeader(), ends, queue);
     EXPECT_TRUE(recorder.ok()) << recorder.status().message();
     return recorder ? std::move(*recorder) : nullptr;
   }
@@ -202,9 +200,7 @@ TEST_F(Recorder, AFullDiskEndsTheRecordingAndFramesAreStillForwarded) {
 }
 
 TEST_F(Recorder, InvalidOptionsAndPathsAreRefused) {
-  FrameRecorderOptions options;
-  options.queue = 0;
-  EXPECT_EQ(FrameRecorder::open(path, RecordingHeader(), ends, options).status().code(), StatusCode::invalid_argument);
+  EXPECT_EQ(FrameRecorder::open(path, RecordingHeader(), ends, 0).status().code(), StatusCode::invalid_argument);
   EXPECT_FALSE(FrameRecorder::open(scratch.path("no/folder"), RecordingHeader(), ends).ok());
   scratch.write("text", std::string_view("no recording"));
   EXPECT_EQ(FrameRecorder::open(scratch.path("text"), RecordingHeader(), ends).status().code(),

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "camera/backends/libcamera/lens_backend.hpp"
+#include "camera/backends/libcamera/lens.hpp"
 #include "firmware/camera/simulated_lens.hpp"
 #include "support/allocation_counter.hpp"
 
@@ -43,11 +43,11 @@ void expect_no_allocations(int lenses, bool reports_exposure, std::vector<double
     o.reports_exposure = reports_exposure;
     cameras.push_back(std::make_unique<SimulatedLens>(std::make_shared<SimulatedCamera>(o), l, mailbox));
   }
-  LensBackend backend(std::move(options), std::move(cameras), mailbox);
-  const Result<CameraInfo> info = backend.open();
+  const auto backend = make_lens_backend(std::move(options), std::move(cameras), mailbox);
+  const Result<CameraInfo> info = backend->open();
   ASSERT_TRUE(info.ok()) << info.status().message();
   Counter sink;
-  ASSERT_TRUE(backend.start(sink).ok());
+  ASSERT_TRUE(backend->start(sink).ok());
   ASSERT_TRUE(sink.wait_for(10));
   {
     const test::AllocationCount allocations;
@@ -56,7 +56,7 @@ void expect_no_allocations(int lenses, bool reports_exposure, std::vector<double
     EXPECT_EQ(allocations.value(), 0U);
     if (allocations.value() > 0) test::AllocationCount::print_first();
   }
-  backend.stop();
+  backend->stop();
 }
 
 TEST(LibcameraAllocations, AreNoneForFramesOfOneCamera) { expect_no_allocations(1, true, {0.001}); }

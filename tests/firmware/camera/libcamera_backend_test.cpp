@@ -1,4 +1,5 @@
-// Tests of LensBackend with simulated cameras and ground truth: conformance suite, exposures, pairs, disconnections.
+// Tests of make_lens_backend() with simulated cameras and ground truth: conformance suite, exposures, pairs,
+// disconnections.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -9,7 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "camera/backends/libcamera/lens_backend.hpp"
+#include "camera/backends/libcamera/lens.hpp"
 #include "camera/conformance/conformance.hpp"
 #include "camera/conformance/session.hpp"
 #include "firmware/camera/simulated_lens.hpp"
@@ -31,7 +32,7 @@ std::unique_ptr<CameraBackend> backend_on(const Cameras& cameras, const std::vec
   std::vector<std::unique_ptr<Lens>> lenses;
   for (const auto& camera : cameras)
     lenses.push_back(std::make_unique<SimulatedLens>(camera, static_cast<int>(lenses.size()), mailbox));
-  return std::make_unique<LensBackend>(std::move(options), std::move(lenses), std::move(mailbox));
+  return make_lens_backend(std::move(options), std::move(lenses), std::move(mailbox));
 }
 
 Cameras one(SimulatedCameraOptions options) { return {std::make_shared<SimulatedCamera>(std::move(options))}; }

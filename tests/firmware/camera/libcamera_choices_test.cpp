@@ -7,11 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "camera/backends/libcamera/camera_capabilities.hpp"
-#include "camera/backends/libcamera/control_choice.hpp"
-#include "camera/backends/libcamera/format_choice.hpp"
-#include "camera/backends/libcamera/libcamera_options.hpp"
-#include "camera/backends/libcamera/sensor_clock.hpp"
+#include "camera/backends/libcamera/choices.hpp"
+#include "camera/backends/libcamera/lens.hpp"
 
 namespace lightwell::libcam {
 namespace {

@@ -7,7 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include "camera/backends/libcamera/cycle_alignment.hpp"
 #include "camera/backends/libcamera/frame_pairs.hpp"
 
 namespace lightwell::libcam {

@@ -11,9 +11,8 @@
 #include <gtest/gtest.h>
 #include <sys/mman.h>
 
-#include "camera/backends/libcamera/buffer_memory.hpp"
 #include "camera/backends/libcamera/camera_system.hpp"
-#include "camera/backends/libcamera/format_choice.hpp"
+#include "camera/backends/libcamera/choices.hpp"
 #include "camera/backends/libcamera/libcamera_backend.hpp"
 
 namespace lightwell::libcam {

@@ -18,7 +18,6 @@
 #include <vector>
 
 #include "camera/backends/libcamera/lens.hpp"
-#include "camera/backends/libcamera/mailbox.hpp"
 #include "imaging/frame.hpp"
 
 namespace lightwell::libcam {

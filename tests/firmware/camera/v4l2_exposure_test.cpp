@@ -3,7 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "camera/backends/v4l2/exposure_schedule.hpp"
+#include "camera/backends/v4l2/control_delay.hpp"
+#include "camera/backends/v4l2/timing.hpp"
 
 namespace lightwell::v4l2 {
 namespace {

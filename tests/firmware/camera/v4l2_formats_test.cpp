@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>
 
-#include "camera/backends/v4l2/converter.hpp"
+#include "camera/backends/v4l2/control_delay.hpp"
 #include "camera/backends/v4l2/formats.hpp"
-#include "camera/backends/v4l2/unpack.hpp"
+#include "camera/packed_pixels.hpp"
 #include "firmware/camera/v4l2_picture.hpp"
 
 namespace lightwell::v4l2 {

@@ -1,4 +1,4 @@
-// Tests of JpegDecoder: complete pictures are decoded, others refused.
+// Tests of JpegDecoder::decode_frame(): complete pictures are decoded, others refused.
 #include <algorithm>
 #include <cstdio>
 #include <jpeglib.h>
@@ -7,20 +7,20 @@
 
 #include <gtest/gtest.h>
 
-#include "camera/backends/v4l2/jpeg_decoder.hpp"
 #include "firmware/camera/v4l2_picture.hpp"
+#include "imaging/jpeg_decoder.hpp"
 
-namespace lightwell::v4l2 {
+namespace lightwell {
 namespace {
 
 constexpr int kWidth = 64, kHeight = 48;
 
 class Jpeg : public ::testing::Test {
  protected:
-  bool decodes(std::span<const std::byte> jpeg) { return decoder_.decode(jpeg, rgb_); }
+  bool decodes(std::span<const std::byte> jpeg) { return decoder_.decode_frame(jpeg, kWidth, kHeight, rgb_); }
   int red(int x, int y) const { return std::to_integer<int>(rgb_[static_cast<std::size_t>(3 * (y * kWidth + x))]); }
 
-  JpegDecoder decoder_{kWidth, kHeight};
+  JpegDecoder decoder_;
   std::vector<std::byte> rgb_ = std::vector<std::byte>(3 * kWidth * kHeight);
 };
 
@@ -59,15 +59,15 @@ TEST(JpegDecoder, IsBitIdenticalToLibjpegForAnyContentAndSize) {
   std::mt19937 random(3);
   // Includes sizes that do not fill their blocks, and chroma at half, quarter and full resolution.
   for (const auto& [width, height] : {std::pair{64, 48}, {70, 50}, {2, 2}, {333, 17}}) {
-    JpegDecoder decoder(width, height);
+    JpegDecoder decoder;
     std::vector<std::byte> rgb(static_cast<std::size_t>(3 * width * height));
     for (int i = 0; i < 12; ++i) {
       const std::vector<std::byte> jpeg =
           test::draw_noise_jpeg(width, height, static_cast<unsigned>(random()), 1 + i % 2, 1 + i / 2 % 2);
-      ASSERT_TRUE(decoder.decode(jpeg, rgb)) << width << "x" << height << " picture " << i;
+      ASSERT_TRUE(decoder.decode_frame(jpeg, width, height, rgb)) << width << "x" << height << " picture " << i;
       EXPECT_EQ(rgb, reference(jpeg)) << width << "x" << height << " picture " << i;
       // A truncated picture in between does not affect later ones.
-      EXPECT_FALSE(decoder.decode(std::span(jpeg).first(jpeg.size() * 2 / 3), rgb));
+      EXPECT_FALSE(decoder.decode_frame(std::span(jpeg).first(jpeg.size() * 2 / 3), width, height, rgb));
     }
   }
 }
@@ -112,9 +112,9 @@ TEST_F(Jpeg, RefusesNoise) {
 
 TEST_F(Jpeg, MemoryThatIsTooSmallIsNotWrittenTo) {
   std::vector<std::byte> small(rgb_.size() - 1, std::byte{7});
-  EXPECT_FALSE(decoder_.decode(test::draw_jpeg(kWidth, kHeight, 90, 5, true), small));
+  EXPECT_FALSE(decoder_.decode_frame(test::draw_jpeg(kWidth, kHeight, 90, 5, true), kWidth, kHeight, small));
   EXPECT_TRUE(std::ranges::all_of(small, [](std::byte b) { return b == std::byte{7}; }));
 }
 
 }  // namespace
-}  // namespace lightwell::v4l2
+}  // namespace lightwell

@@ -4,7 +4,6 @@
 #include <linux/videodev2.h>
 
 #include "camera/backends/v4l2/formats.hpp"
-#include "camera/backends/v4l2/negotiation.hpp"
 
 namespace lightwell::v4l2 {
 namespace {

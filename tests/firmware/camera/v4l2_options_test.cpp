@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "camera/backends/v4l2/options.hpp"
+#include "camera/backends/v4l2/connection.hpp"
 
 namespace lightwell::v4l2 {
 namespace {

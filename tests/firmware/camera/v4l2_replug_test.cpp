@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>
 
-#include <lightwell/recording.hpp>
+#include <lightwell/bytes.hpp>
 
 #include "firmware/camera/v4l2_watcher.hpp"
 

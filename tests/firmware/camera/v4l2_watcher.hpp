@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "camera/backends/v4l2/unpack.hpp"
+#include "camera/backends/v4l2/control_delay.hpp"
 #include "camera/backends/v4l2/v4l2_backend.hpp"
 #include "firmware/camera/umock_camera.hpp"
 #include "support/wait.hpp"
@@ -22,7 +22,9 @@ inline Result<std::unique_ptr<V4l2Camera>> make_camera(const std::string& parame
                                                        const std::string& path = UmockCamera::path()) {
   const Result<CameraUri> uri = parse_camera_uri("v4l2:" + path + "?frame_rate=50&width=64&height=48" + parameters);
   if (!uri) return uri.status();
-  return make_v4l2_camera(*uri, CameraConfig());
+  Result<std::unique_ptr<CameraBackend>> made = make_v4l2_backend(*uri, CameraConfig());
+  if (!made) return made.status();
+  return std::unique_ptr<V4l2Camera>(static_cast<V4l2Camera*>(made->release()));
 }
 
 /// Status of making and opening a camera.

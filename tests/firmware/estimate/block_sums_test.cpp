@@ -1,11 +1,10 @@
 // Blocks are the sums of their columns on every Highway target.
-#include "estimate/panorama/kernels/block_sums.hpp"
-
 #include <algorithm>
 #include <cstdint>
 
 #include <gtest/gtest.h>
 
+#include "estimate/panorama/kernels/block_light.hpp"
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/kernel_memory.hpp"
 

@@ -40,8 +40,7 @@ class Motion : public testing::TestWithParam<PixelFormat> {
 
 TEST_P(Motion, StaticNoisyScenesHaveNoMotion) {
   const estimate::BlockLayout layout(table_, 8);
-  const estimate::BlockPass block_pass(table_, layout);
-  estimate::BracketPass pass(rig_, table_, layout, block_pass);
+  estimate::BracketPass pass(rig_, table_, layout);
   estimate::BlockSums sums(layout);
   std::size_t excluded_blocks = 0, blocks = 0;
   for (int frame = 0; frame < 24; ++frame) {
@@ -100,8 +99,7 @@ TEST_P(Motion, StaticBlocksUseAllExposures) {
   const std::vector<RadianceOf> scenes{furnished_room(lamp_at(0)), furnished_room(lamp_at(6)),
                                        furnished_room(lamp_at(12))};
   const estimate::BlockLayout layout(table_, 8);
-  const estimate::BlockPass block_pass(table_, layout);
-  estimate::BracketPass pass(rig_, table_, layout, block_pass);
+  estimate::BracketPass pass(rig_, table_, layout);
   estimate::BlockSums sums(layout);
   const Bracket bracket = bracket_of(rig_, table_, GetParam(), scenes, kThree);
   pass.run(bracket.frames, sums);

@@ -52,7 +52,7 @@ void check(const Case& c) {
 
   test::on_each_target([&](const char* target) {
     SCOPED_TRACE(target);
-    BracketPass pass(rig, table, layout, block_pass);
+    BracketPass pass(rig, table, layout);
     ASSERT_TRUE(pass.supports(bracket.frames));
     BlockSums got(layout);
     pass.run(bracket.frames, got);
@@ -135,8 +135,7 @@ TEST(BracketPass, RefusesUnsupportedBrackets) {
     const std::vector<RadianceOf> scenes(exposures, furnished_room());
     const Bracket b = bracket_of(rig, table, format, scenes, std::span(kThree).first(exposures));
     const BlockLayout layout(table, edge);
-    const BlockPass block_pass(table, layout);
-    return BracketPass(rig, table, layout, block_pass).supports(b.frames);
+    return BracketPass(rig, table, layout).supports(b.frames);
   };
   EXPECT_TRUE(supports(PixelFormat::rgb8, 64, 48, 2, 8));
   EXPECT_FALSE(supports(PixelFormat::rgb8, 62, 48, 2, 8)) << "narrower than a vector";

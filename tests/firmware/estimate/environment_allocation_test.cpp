@@ -6,7 +6,7 @@
 #include <lightwell/codec.hpp>
 #include <lightwell/fibonacci_lattice.hpp>
 
-#include "estimate/common/environment.hpp"
+#include "estimate/common/environment_updates.hpp"
 #include "support/allocation_counter.hpp"
 
 namespace lightwell::estimate {

@@ -1,6 +1,4 @@
 // Rows of floats are added to column sums on every Highway target, at any alignment.
-#include "estimate/panorama/kernels/float_rows.hpp"
-
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -9,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "estimate/panorama/kernels/bracket_rows.hpp"
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/kernel_memory.hpp"
 

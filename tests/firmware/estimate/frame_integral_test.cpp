@@ -1,11 +1,10 @@
 // The values between the steps of the panorama estimator: FrameIntegral and DetectedLights.
-#include "estimate/panorama/frame_integral.hpp"
-
 #include <cmath>
 #include <span>
 #include <vector>
 
 #include "estimate/frames/row_reader.hpp"
+#include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/light_finder.hpp"
 #include "estimate/panorama/sphere_integrator.hpp"
 #include "scenes.hpp"

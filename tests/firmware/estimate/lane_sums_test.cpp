@@ -114,10 +114,7 @@ TEST(LaneSums, SumCodesOverRows) {
       const CodeTable16* table = which < 3 ? &tables[which] : nullptr;
       Sums got(c.lanes);
       const CodeRows rows{at, c.stride, c.rows, table, c.clipped_from};
-      if (weights == nullptr)
-        sum_lanes(rows, c.lanes, got.out());
-      else
-        sum_weighted_lanes(rows, weights, c.weight_stride, c.lanes, got.out());
+      sum_lanes(rows, {weights, c.weight_stride}, c.lanes, got.out());
       ASSERT_TRUE(got.guards_hold()) << c;
       for (std::size_t i = 0; i < c.lanes; ++i) {
         Lane lane;
@@ -150,10 +147,7 @@ TEST(LaneSums, SumMaskedWordsOverRows) {
       const std::uint16_t mask = random() % 2 == 0 ? 1023 : 4095;
       Sums got(c.lanes);
       const WordRows rows{at, c.stride, c.rows, mask, c.clipped_from};
-      if (weights == nullptr)
-        sum_wide_lanes(rows, c.lanes, got.out());
-      else
-        sum_weighted_wide_lanes(rows, weights, c.weight_stride, c.lanes, got.out());
+      sum_wide_lanes(rows, {weights, c.weight_stride}, c.lanes, got.out());
       ASSERT_TRUE(got.guards_hold()) << c;
       for (std::size_t i = 0; i < c.lanes; ++i) {
         Lane lane;
@@ -185,8 +179,8 @@ TEST(LaneSums, EachCodeHasItsOwnLinearValue) {
       weights.fill(static_cast<std::uint8_t>(weight));
       Sums plain(256), weighted(256);
       const CodeRows rows{row.data(), 256, 1, &table, 256};
-      sum_lanes(rows, 256, plain.out());
-      sum_weighted_lanes(rows, weights.data(), 256, 256, weighted.out());
+      sum_lanes(rows, {}, 256, plain.out());
+      sum_lanes(rows, {weights.data(), 256}, 256, weighted.out());
       for (std::size_t i = 0; i < 256; ++i) {
         const unsigned linear = table[row[i]];
         ASSERT_EQ(plain.sum[i], linear) << "code " << int{row[i]};
@@ -205,7 +199,7 @@ TEST(LaneSums, EarlySumsGiveTheFirstMoment) {
         std::vector<std::uint8_t> picture(static_cast<std::size_t>(rows) * 64);
         std::fill_n(picture.begin() + lit * 64, 64, std::uint8_t{200});
         Sums got(64);
-        sum_lanes({picture.data(), 64, rows, nullptr, 256}, 64, got.out());
+        sum_lanes({picture.data(), 64, rows, nullptr, 256}, {}, 64, got.out());
         ASSERT_EQ(static_cast<unsigned>(rows) * got.sum[17] - got.early[17], static_cast<unsigned>(lit) * 200);
       }
     }

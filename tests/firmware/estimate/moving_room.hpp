@@ -12,8 +12,8 @@
 
 #include "estimate/frames/flicker.hpp"
 #include "imaging/frame.hpp"
-#include "sim/flicker.hpp"
 #include "sim/panorama.hpp"
+#include "sim/scene.hpp"
 
 namespace lightwell::estimate {
 

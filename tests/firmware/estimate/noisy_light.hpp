@@ -8,7 +8,7 @@
 
 #include <lightwell/cap.hpp>
 
-#include "estimate/common/spectrum.hpp"
+#include "estimate/common/cells.hpp"
 
 namespace lightwell::estimate {
 

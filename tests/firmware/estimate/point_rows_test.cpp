@@ -1,12 +1,11 @@
 // The projection of point lights equals the oracle's spherical harmonics on every Highway target.
-#include "estimate/common/kernels/point_rows.hpp"
-
 #include <cmath>
 #include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
 
+#include "estimate/common/kernels/projection_rows.hpp"
 #include "firmware/estimate/each_target.hpp"
 #include "reference/harmonics.hpp"
 

@@ -1,6 +1,4 @@
 // The projection kernel sums within float rounding on every Highway target.
-#include "estimate/common/kernels/weighted_rows.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -8,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "estimate/common/kernels/projection_rows.hpp"
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/kernel_memory.hpp"
 
@@ -19,15 +18,15 @@ TEST(WeightedRows, AreSummedWithinFloatRounding) {
     SCOPED_TRACE(target);
     Random random(11);
     std::normal_distribution<float> normal;
-    Fenced row_memory(301 * kRowFloats * sizeof(float)), weight_memory(301 * 3 * sizeof(float));
+    Fenced row_memory(301 * kRowCount * sizeof(float)), weight_memory(301 * 3 * sizeof(float));
     for (const std::size_t count : {0U, 1U, 2U, 3U, 7U, 16U, 255U, 256U, 257U, 300U}) {
       for (const bool at_the_end : {false, true}) {
-        auto* rows = reinterpret_cast<float*>(row_memory.place(count * kRowFloats * sizeof(float), at_the_end));
+        auto* rows = reinterpret_cast<float*>(row_memory.place(count * kRowCount * sizeof(float), at_the_end));
         auto* weights = reinterpret_cast<float*>(weight_memory.place(count * 3 * sizeof(float), at_the_end));
-        for (std::size_t i = 0; i < count * kRowFloats; ++i) rows[i] = normal(random);
+        for (std::size_t i = 0; i < count * kRowCount; ++i) rows[i] = normal(random);
         for (std::size_t i = 0; i < count * 3; ++i) weights[i] = std::exp(3 * normal(random));
         struct {
-          float before[64], out[3][kRowFloats], after[64];
+          float before[64], out[3][kRowCount], after[64];
         } got;
         for (auto* guard : {&got.before, &got.after}) std::fill(std::begin(*guard), std::end(*guard), 12345.0F);
         for (auto& channel : got.out)
@@ -37,10 +36,10 @@ TEST(WeightedRows, AreSummedWithinFloatRounding) {
         for (const auto* guard : {&got.before, &got.after})
           for (const float v : *guard) ASSERT_EQ(v, 12345.0F);
         for (std::size_t c = 0; c < 3; ++c) {
-          for (std::size_t i = 0; i < kRowFloats; ++i) {
+          for (std::size_t i = 0; i < kRowCount; ++i) {
             double sum = in.out[c][i], amount = std::abs(sum);
             for (std::size_t k = 0; k < count; ++k) {
-              const double product = static_cast<double>(weights[3 * k + c]) * rows[k * kRowFloats + i];
+              const double product = static_cast<double>(weights[3 * k + c]) * rows[k * kRowCount + i];
               sum += product;
               amount += std::abs(product);
             }

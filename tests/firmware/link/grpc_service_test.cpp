@@ -7,7 +7,7 @@
 #include <google/protobuf/descriptor.pb.h>
 #include <gtest/gtest.h>
 
-#include <lightwell/status_codec.hpp>
+#include <lightwell/status.hpp>
 
 #include "firmware/link/probe_server.hpp"
 #include "lightwell/v1/probe_service.grpc.pb.h"

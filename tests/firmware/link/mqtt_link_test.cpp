@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <lightwell/mqtt.hpp>
-#include <lightwell/status_codec.hpp>
+#include <lightwell/status.hpp>
 #include <lightwell/time.hpp>
 
 #include "support/broker.hpp"

@@ -8,7 +8,7 @@
 
 #include <lightwell/usb_ids.hpp>
 
-#include "link/usb_gadget/ffs_descriptors.hpp"
+#include "link/usb_gadget/ffs_port.hpp"
 
 namespace lightwell {
 namespace {

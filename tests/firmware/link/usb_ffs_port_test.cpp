@@ -10,7 +10,6 @@
 #include <linux/usb/functionfs.h>
 #include <sys/socket.h>
 
-#include "link/usb_gadget/ffs_descriptors.hpp"
 #include "link/usb_gadget/ffs_port.hpp"
 #include "support/read_file.hpp"
 #include "support/temp_dir.hpp"

@@ -398,10 +398,6 @@ TEST(BodyPose, RejectsInputThatDeterminesNoPose) {
     for (std::size_t k = 0; k < 4; ++k) s.tag.corners[k] = {500 + 20.0 * static_cast<double>(k), 479.5};
   EXPECT_THAT(refusal(find_body_pose(rig, body, edge)), HasSubstr("lie in a line"));
   EXPECT_EQ(find_body_pose(rig, body, edge).status().code(), StatusCode::not_found);
-  BodyPoseOptions options;
-  options.min_tags = 2;
-  EXPECT_THAT(refusal(find_body_pose(rig, body, std::span(good).first(1), std::nullopt, options)),
-              HasSubstr("min_tags"));
   const auto with = [&](auto change) {
     auto seen = good;
     change(seen[1]);
@@ -428,7 +424,6 @@ TEST(BodyPose, RejectsInputThatDeterminesNoPose) {
   EXPECT_THAT(asking([](auto& o) { o.model_error_px = -1; }), HasSubstr("model_error_px"));
   EXPECT_THAT(asking([](auto& o) { o.ambiguity_odds = kNan; }), HasSubstr("ambiguity_odds"));
   EXPECT_THAT(asking([](auto& o) { o.focal_sigma = kNan; }), HasSubstr("focal_sigma"));
-  EXPECT_THAT(asking([](auto& o) { o.min_tags = 0; }), HasSubstr("min_tags"));
 }
 
 }  // namespace

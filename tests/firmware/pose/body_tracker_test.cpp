@@ -280,8 +280,6 @@ TEST(BodyTracker, RejectsInvalidInput) {
   EXPECT_THAT(asking([](auto& o) { o.decimate = 0.5; }), HasSubstr("decimate"));
   EXPECT_THAT(asking([](auto& o) { o.lost_after = 0; }), HasSubstr("lost_after"));
   EXPECT_THAT(asking([](auto& o) { o.pose.focal_sigma = -1; }), HasSubstr("focal_sigma"));
-  EXPECT_THAT(asking([](auto& o) { o.motion.acceleration_sigma_m_per_s2 = 0; }),
-              HasSubstr("acceleration_sigma_m_per_s2"));
   EXPECT_THAT(asking([](auto& o) { o.linear = {0, 1}; }), HasSubstr("linear"));
   MarkerBody none = body;
   none.faces.clear();

@@ -1,10 +1,10 @@
 // Tests of MainsFlicker: closed form against numerical integration.
-#include "sim/flicker.hpp"
-
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
+
+#include "sim/scene.hpp"
 
 namespace lightwell::sim {
 namespace {

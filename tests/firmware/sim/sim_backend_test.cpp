@@ -15,7 +15,7 @@
 
 #include <lightwell/equirect.hpp>
 
-#include "imaging/uri_values.hpp"
+#include "imaging/uri.hpp"
 #include "support/temp_dir.hpp"
 
 namespace lightwell {

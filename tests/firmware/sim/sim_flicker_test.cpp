@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "camera/backends/sim/frame_ring.hpp"
-#include "camera/backends/sim/sim_options.hpp"
+#include "camera/backends/sim/sim_world.hpp"
 #include "estimate/frames/flicker.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "sim/rigs.hpp"

@@ -13,8 +13,8 @@
 #include "support/child.hpp"
 #include "support/read_file.hpp"
 #include "support/temp_dir.hpp"
-#include "tools/lightwell_calibrate/board_command.hpp"
-#include "tools/lightwell_calibrate/board_page.hpp"
+#include "tools/lightwell_calibrate/commands.hpp"
+#include "tools/lightwell_calibrate/sheets.hpp"
 
 namespace lightwell::calibrate {
 namespace {

@@ -20,7 +20,7 @@
 #include "sim/scene.hpp"
 #include "support/read_file.hpp"
 #include "support/temp_dir.hpp"
-#include "tools/lightwell_calibrate/geometry_command.hpp"
+#include "tools/lightwell_calibrate/commands.hpp"
 
 namespace lightwell::calibrate {
 namespace {

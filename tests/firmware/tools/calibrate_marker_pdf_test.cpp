@@ -9,7 +9,7 @@
 #include "firmware/tools/marker_sheets.hpp"
 #include "support/child.hpp"
 #include "support/temp_dir.hpp"
-#include "tools/lightwell_calibrate/marker_sheet_command.hpp"
+#include "tools/lightwell_calibrate/commands.hpp"
 
 namespace lightwell::calibrate {
 namespace {

@@ -14,8 +14,8 @@
 #include "support/child.hpp"
 #include "support/read_file.hpp"
 #include "support/temp_dir.hpp"
-#include "tools/lightwell_calibrate/marker_sheet_command.hpp"
-#include "tools/lightwell_calibrate/marker_sheet_page.hpp"
+#include "tools/lightwell_calibrate/commands.hpp"
+#include "tools/lightwell_calibrate/marker_net.hpp"
 
 namespace lightwell::calibrate {
 namespace {

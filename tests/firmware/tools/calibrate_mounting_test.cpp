@@ -8,14 +8,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <lightwell/mounting.hpp>
+#include <lightwell/calibration.hpp>
 #include <lightwell/text.hpp>
 
 #include "firmware/pose/mounting_room.hpp"
 #include "firmware/tools/calibrate_words.hpp"
 #include "imaging/image_file.hpp"
 #include "support/temp_dir.hpp"
-#include "tools/lightwell_calibrate/mounting_command.hpp"
+#include "tools/lightwell_calibrate/commands.hpp"
 #include "tools/lightwell_calibrate/world_tags.hpp"
 
 namespace lightwell::calibrate {
@@ -174,13 +174,13 @@ TEST(MountingCommand, ExitStatusOfWrongUsageAndWrongInput) {
   EXPECT_THAT(error_text(1, {"--calibration", r.calibration, "--tags", "/none", r.front}),
               HasSubstr("/none: cannot be opened"));
   EXPECT_THAT(error_text(1, {"--calibration", r.calibration, "--tags", r.tags, "--lens", "2", r.front}),
-              HasSubstr("belongs to lens 2"));
+              HasSubstr("lens 2 is not in the calibration"));
   Image small;
   small.width = small.height = 40;
   small.data.resize(40 * 40 * 3);
   ASSERT_TRUE(write_png(r.folder.path("small.png"), small).ok());
   EXPECT_THAT(error_text(1, {"--calibration", r.calibration, "--tags", r.tags, r.folder.path("small.png")}),
-              HasSubstr("has 40x40 pixels, the calibration is for 800x800"));
+              HasSubstr("has 40x40 pixels, the calibration of lens 0 is for 800x800"));
   Image black;
   black.width = black.height = kEdge;
   black.data.resize(static_cast<std::size_t>(kEdge) * kEdge * 3);

@@ -40,8 +40,7 @@ std::string with(std::string line, const std::string& part, const std::string& i
   return line.replace(line.find(part), part.size(), instead);
 }
 
-MarkerRow row(const std::string& what, double ms, double rms,
-              MarkerSweepParameter parameter = MarkerSweepParameter::faces) {
+MarkerRow row(const std::string& what, double ms, double rms, const std::string& parameter = "faces") {
   MarkerRow r;
   r.what = what;
   r.parameter = parameter;
@@ -58,7 +57,7 @@ TEST(MarkerRows, AreReadWithAllFields) {
   ASSERT_EQ(rows->size(), 2U);
   const MarkerRow &default_row = rows->at(0), &none = rows->at(1);
   EXPECT_EQ(default_row.what, "default");
-  EXPECT_EQ(default_row.parameter, MarkerSweepParameter::setting);
+  EXPECT_EQ(default_row.parameter, "setting");
   EXPECT_EQ(default_row.width, 640);
   EXPECT_EQ(default_row.height, 480);
   EXPECT_EQ(default_row.ms, 10);
@@ -70,7 +69,7 @@ TEST(MarkerRows, AreReadWithAllFields) {
   EXPECT_EQ(default_row.worst_direction_deg, 2.5);
   EXPECT_EQ(default_row.flagged, 0.05);
   EXPECT_EQ(default_row.unanswered, 0);
-  EXPECT_EQ(none.parameter, MarkerSweepParameter::order);
+  EXPECT_EQ(none.parameter, "order");
   EXPECT_EQ(none.ms, 7);
   EXPECT_EQ(none.ms_first, 10);
   EXPECT_FALSE(none.direction_deg) << "without lamps there is no direction";
@@ -138,7 +137,7 @@ TEST(MarkerFront, WorstErrorAndFlaggedShareAreObjectives) {
 }
 
 TEST(MarkerTable, NamesTheRowsThatDominateTheDefault) {
-  std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerSweepParameter::setting), row("4 faces", 12, 0.04)};
+  std::vector<MarkerRow> rows = {row("default", 10, 0.03, "setting"), row("4 faces", 12, 0.04)};
   mark_front(rows);
   EXPECT_THAT(marker_table_of(rows), AllOf(HasSubstr("| default"), HasSubstr("default: on the measured front")));
   rows[1].ms = 5, rows[1].rms = 0.02;
@@ -148,7 +147,7 @@ TEST(MarkerTable, NamesTheRowsThatDominateTheDefault) {
 }
 
 TEST(MarkerJson, IsAKeyOfTheJsonWithTheSameNumbers) {
-  std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerSweepParameter::setting)};
+  std::vector<MarkerRow> rows = {row("default", 10, 0.03, "setting")};
   mark_front(rows);
   const auto json = json_of({}, {{"city"}, 5, false}, rows);
   EXPECT_THAT(json["marker"].dump(),
@@ -161,8 +160,7 @@ TEST(MarkerJson, IsAKeyOfTheJsonWithTheSameNumbers) {
 }
 
 TEST(MarkerChart, HasALabelForEachAnsweredCase) {
-  std::vector<MarkerRow> rows = {row("default", 10, 0.03, MarkerSweepParameter::setting), row("4 faces", 12, 0.04),
-                                 row("1 face", 8, 0.1)};
+  std::vector<MarkerRow> rows = {row("default", 10, 0.03, "setting"), row("4 faces", 12, 0.04), row("1 face", 8, 0.1)};
   rows[2].rms.reset();
   const test::TempDir folder;
   const std::string json = json_text(json_of({}, {{"city"}, 5, false}, rows));

@@ -23,7 +23,7 @@ Radiance place(Vec3d d) {
 
 class GroundTruthTest : public ::testing::Test {
  protected:
-  GroundTruthTest() : panorama_(sim::from_function(512, place)), truth_("place", panorama_) {
+  GroundTruthTest() : panorama_(sim::from_function(512, place)), truth_(panorama_) {
     oracle_.width = panorama_.width;
     oracle_.height = panorama_.height;
     oracle_.rgb.assign(panorama_.rgb.begin(), panorama_.rgb.end());
@@ -70,7 +70,7 @@ TEST_F(GroundTruthTest, ReflectionsMatchTheReference) {
 }
 
 TEST(GroundTruthOfDarkness, HasNoBrightestRegion) {
-  const GroundTruth truth("dark", sim::from_function(32, [](Vec3d) { return Radiance{}; }));
+  const GroundTruth truth(sim::from_function(32, [](Vec3d) { return Radiance{}; }));
   EXPECT_EQ(truth.peak_to_mean(), 0);
 }
 

@@ -1,5 +1,5 @@
 // lightwell-calibrate import: exit status, output and notes.
-#include "tools/lightwell_calibrate/import_command.hpp"
+#include "tools/lightwell_calibrate/commands.hpp"
 
 #include <filesystem>
 #include <string>

@@ -1,6 +1,6 @@
 // lightwell-calibrate photometry: accuracy of the calibration from folders of pictures, and errors, which replace
 // nothing.
-#include "tools/lightwell_calibrate/photometry_command.hpp"
+#include "tools/lightwell_calibrate/commands.hpp"
 
 #include <cmath>
 #include <filesystem>

@@ -1,6 +1,6 @@
-#include "usb_camera/frame_stamp.hpp"
-
 #include <gtest/gtest.h>
+
+#include "usb_camera/frame_source.hpp"
 
 namespace lightwell::usb_camera {
 namespace {

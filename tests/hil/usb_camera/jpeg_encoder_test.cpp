@@ -1,11 +1,10 @@
-#include "usb_camera/jpeg_encoder.hpp"
-
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-#include "camera/backends/v4l2/jpeg_decoder.hpp"
-#include "usb_camera/frame_stamp.hpp"
+#include "imaging/jpeg_decoder.hpp"
+#include "usb_camera/frame_source.hpp"
+#include "usb_camera/scene_renderer.hpp"
 
 namespace lightwell::usb_camera {
 namespace {
@@ -30,14 +29,14 @@ TEST(JpegEncoder, DecodesToNearlyTheSameImage) {
   const auto jpeg = encode_jpeg(rgb, size, 90, 1 << 20);
   ASSERT_TRUE(jpeg) << jpeg.status().message();
   std::vector<std::byte> back(rgb.size());
-  v4l2::JpegDecoder decoder(size.width, size.height);
-  ASSERT_TRUE(decoder.decode(*jpeg, back));
+  JpegDecoder decoder;
+  ASSERT_TRUE(decoder.decode_frame(*jpeg, size.width, size.height, back));
   double sum = 0;
   for (std::size_t k = 0; k < rgb.size(); ++k)
     sum += std::abs(static_cast<double>(rgb[k]) - static_cast<double>(back[k]));
   EXPECT_LT(sum / static_cast<double>(rgb.size()), 2);
-  ASSERT_TRUE(
-      decoder.decode(*stamped(std::make_shared<const std::vector<std::byte>>(*jpeg), Encoding::mjpeg, 99), back))
+  ASSERT_TRUE(decoder.decode_frame(*stamped(std::make_shared<const std::vector<std::byte>>(*jpeg), Encoding::mjpeg, 99),
+                                   size.width, size.height, back))
       << "a stamped image can be decoded";
 }
 

@@ -12,7 +12,7 @@
 
 #include "hil/usb_camera/video_host.hpp"
 #include "usb_camera/device.hpp"
-#include "usb_camera/sockets.hpp"
+#include "usb_camera/server.hpp"
 
 struct usbredirparser;
 

@@ -9,11 +9,11 @@
 #include <gtest/gtest.h>
 
 #include "camera/backends/sim/sim_backend.hpp"
-#include "camera/backends/v4l2/jpeg_decoder.hpp"
+#include "imaging/jpeg_decoder.hpp"
 #include "support/panorama_file.hpp"
 #include "support/temp_dir.hpp"
 #include "support/wait.hpp"
-#include "usb_camera/white_balance.hpp"
+#include "usb_camera/scene_renderer.hpp"
 
 namespace lightwell::usb_camera {
 namespace {
@@ -145,8 +145,8 @@ TEST_F(SceneSourceTest, MotionJpegShowsTheSameImage) {
   ASSERT_TRUE(source->configure({Encoding::mjpeg, kSize, 30}).ok());
   const Picture jpeg = rendered(*source, 0, settings);
   std::vector<std::byte> rgb(160 * 120 * 3);
-  v4l2::JpegDecoder decoder(160, 120);
-  ASSERT_TRUE(decoder.decode(*jpeg, rgb)) << "the decoder of the v4l2 backend";
+  JpegDecoder decoder;
+  ASSERT_TRUE(decoder.decode_frame(*jpeg, 160, 120, rgb)) << "the decoder of the v4l2 backend";
   ASSERT_TRUE(source->configure({Encoding::yuyv, kSize, 30}).ok());
   const Picture yuyv = rendered(*source, 0, settings);
   double luma = 0, shown = 0;

@@ -1,6 +1,6 @@
-#include "usb_camera/white_balance.hpp"
-
 #include <gtest/gtest.h>
+
+#include "usb_camera/scene_renderer.hpp"
 
 namespace lightwell::usb_camera {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "pose/grey_picture.hpp"
+#include "pose/grey_view.hpp"
 #include "reference/marker/marker_picture.hpp"
 
 namespace lightwell::reference {

@@ -1,6 +1,11 @@
-// Input of the geometric calibration: observations of known points on flat boards.
+// Input of the geometric calibration: observations of known points on flat boards; and the deviation of a printed board
+// from its description: spacing of the tags, aspect ratio, and bending. The calibration assumes a plane unless the
+// observations contradict it; then the shape is estimated together with the lens, as by Strobl & Hirzinger 2011 ("More
+// accurate pinhole camera calibration with imperfect planar target"), but with a few parameters per board instead of
+// three per point.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -46,5 +51,39 @@ struct BoardObservations {
   std::vector<Board> boards;
   std::vector<Picture> pictures;
 };
+
+/// Parameters, in the order of the bundle adjustment:
+///   0       relative change of the distance between tag centres (tags keep their size);
+///   1       relative excess of the scale along x over the scale along y;
+///   2 to 13 height of the surface, m: coefficients of u², uv, v², u³ ... v⁴, where u and v are the position relative
+///           to the board's centre, in units of half its longer side.
+/// Constant and linear terms are part of the board's pose.
+struct BoardShape {
+  static constexpr std::size_t kParameters = 14, kFirstHeight = 2;
+  std::array<double, kParameters> numbers{};
+
+  [[nodiscard]] double spacing_change() const { return numbers[0]; }
+};
+
+/// Derivatives of one point's position with respect to the parameters of BoardShape; they are constant.
+struct ShapeBasis {
+  std::array<Vec3d, BoardShape::kParameters> per_number{};
+
+  template <class T>
+  void deform(const T* numbers, T& x, T& y, T& z) const {
+    for (std::size_t k = 0; k < per_number.size(); ++k) {
+      x += numbers[k] * per_number[k].x;
+      y += numbers[k] * per_number[k].y;
+      z += numbers[k] * per_number[k].z;
+    }
+  }
+};
+
+/// One basis per point of the board.
+[[nodiscard]] std::vector<ShapeBasis> shape_basis(const Board& board);
+/// Prior standard deviation of each parameter: tolerances of printing and of gluing by hand.
+[[nodiscard]] std::array<double, BoardShape::kParameters> shape_prior(const Board& board);
+/// Flatness deviation: largest less smallest height above the best-fit plane, m.
+[[nodiscard]] double flatness(const Board& board, const BoardShape& shape);
 
 }  // namespace lightwell::calibration

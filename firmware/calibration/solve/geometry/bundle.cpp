@@ -14,7 +14,7 @@
 
 #include <lightwell/quantile.hpp>
 
-#include "calibration/model/camera_parameters.hpp"
+#include "calibration/model/cameras.hpp"
 #include "calibration/solve/geometry/covariance.hpp"
 #include "calibration/solve/geometry/twist.hpp"
 
@@ -45,6 +45,16 @@ Point<T> moved(const T* q, const T* t, const Point<T>& p) {
   return Eigen::Map<const Eigen::Quaternion<T>>(q) * p + Eigen::Map<const Point<T>>(t);
 }
 
+/// Reprojection error of a point in the lens's frame; false if it has no pixel.
+template <template <class> class Camera, class T>
+bool reproject(const T* lens, const Point<T>& p, const PixelPosition& seen, T* residual) {
+  T u, v;
+  if (!Camera<T>::from(lens).project(p.x(), p.y(), p.z(), u, v)) return false;
+  residual[0] = u - seen.x;
+  residual[1] = v - seen.y;
+  return true;
+}
+
 /// Reprojection error of an observation by lens 0 of board 0, whose poses are the identity.
 template <template <class> class Camera>
 struct Lens0Residual {
@@ -53,12 +63,7 @@ struct Lens0Residual {
 
   template <class T>
   bool operator()(const T* lens, const T* q, const T* t, T* residual) const {
-    const Point<T> p = moved(q, t, Point<T>(T(point.x), T(point.y), T(point.z)));
-    T u, v;
-    if (!Camera<T>::from(lens).project(p.x(), p.y(), p.z(), u, v)) return false;
-    residual[0] = u - seen.x;
-    residual[1] = v - seen.y;
-    return true;
+    return reproject<Camera>(lens, moved(q, t, Point<T>(T(point.x), T(point.y), T(point.z))), seen, residual);
   }
 };
 
@@ -83,12 +88,7 @@ struct RigResidual {
     Point<T> p = moved(board_q, board_t, on_board);
     p = moved(rig_q, rig_t, p);
     p = transform_by_twist(twist, *offset, p);
-    p = moved(lens_q, lens_t, p);
-    T u, v;
-    if (!Camera<T>::from(lens).project(p.x(), p.y(), p.z(), u, v)) return false;
-    residual[0] = u - seen.x;
-    residual[1] = v - seen.y;
-    return true;
+    return reproject<Camera>(lens, moved(lens_q, lens_t, p), seen, residual);
   }
 };
 
@@ -121,9 +121,47 @@ class ScopedLogSilencer {
 
 class Bundle {
  public:
-  Bundle(const BoardObservations& observations, const BundleState& start, const BundleOptions& options);
+  Bundle(const BoardObservations& observations, const BundleState& start, const BundleOptions& options)
+      : observations_(observations), options_(options), offset_(start.time_offset_s) {
+    for (std::size_t k = 0; k < start.lenses.size(); ++k)
+      lenses_.push_back({start.lenses[k], parameters_of(start.lenses[k]), PoseBlock(start.lens_from_rig[k])});
+    for (const Pose& p : start.rig_from_world) rigs_.emplace_back(p);
+    for (const Pose& p : start.world_from_board) boards_.emplace_back(p);
+    shapes_ = start.shapes;
+    shapes_.resize(observations.boards.size());
+    for (const Board& b : observations.boards) bases_.push_back(shape_basis(b));
+  }
 
-  [[nodiscard]] Result<BundleFit> fit();
+  [[nodiscard]] Result<BundleFit> fit() {
+    const ScopedLogSilencer silence;
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    options.max_num_iterations = options_.max_iterations;
+    options.function_tolerance = 1e-10;
+    options.parameter_tolerance = 1e-12;
+    options.num_threads = 1;
+    options.logging_type = ceres::SILENT;
+    // The velocity is computed from the poses, which depend on the offset: iterate a few times.
+    const int rounds = moves() ? 4 : 1;
+    for (int round = 0; round < rounds; ++round) {
+      if (moves()) {
+        std::vector<Pose> poses;
+        for (const PoseBlock& p : rigs_) poses.push_back(p.pose());
+        twists_ = twists_of(observations_, poses);
+      }
+      build(options_.shapes ? Boards::with_shapes : Boards::as_they_are);
+      ceres::Solver::Summary summary;
+      ceres::Solve(options, problem_.get(), &summary);
+      if (!summary.IsSolutionUsable() || !std::isfinite(summary.final_cost))
+        return Status(StatusCode::failed_precondition, "calibration: no lens model fits the pictures (" +
+                                                           summary.message + "); check the boards' sizes");
+    }
+    BundleFit out;
+    find_residuals(out);
+    out.state = state();
+    if (const Status s = find_covariances(out); !s.ok()) return s;
+    return out;
+  }
 
  private:
   struct Lens {
@@ -134,19 +172,235 @@ class Bundle {
 
   enum class Boards { as_they_are, with_shapes };
 
-  void build(Boards boards);
-  template <template <class> class Camera>
-  void add(const Picture& picture, const PointObservation& s, Boards boards);
   [[nodiscard]] bool moves() const { return options_.time_offset && lenses_.size() > 1; }
   /// Whether the picture has the estimated time offset.
   [[nodiscard]] bool late(const Picture& picture) const { return moves() && picture.lens == 1; }
-  [[nodiscard]] BundleState state() const;
-  [[nodiscard]] Eigen::VectorXd prior_of(std::size_t board) const;
-  void find_residuals(BundleFit& out);
-  [[nodiscard]] Status find_covariances(BundleFit& out);
-  void find_pair_covariance(const Eigen::MatrixXd& c, Eigen::Index q, Eigen::Index t, BundleFit& out) const;
-  [[nodiscard]] std::vector<Cluster> clusters(const std::vector<double*>& shared);
   [[nodiscard]] Eigen::Index size_of(double* block) const { return problem_->ParameterBlockTangentSize(block); }
+
+  template <template <class> class Camera>
+  void add(const Picture& picture, const PointObservation& s, Boards boards) {
+    constexpr int kValues = static_cast<int>(Camera<double>::kParameters),
+                  kShape = static_cast<int>(BoardShape::kParameters);
+    Lens& lens = lenses_[static_cast<std::size_t>(picture.lens)];
+    PoseBlock& rig = rigs_[static_cast<std::size_t>(picture.capture)];
+    PoseBlock& board = boards_[static_cast<std::size_t>(s.board)];
+    const Vec3d& point =
+        observations_.boards[static_cast<std::size_t>(s.board)].points[static_cast<std::size_t>(s.point)];
+    ceres::LossFunction* loss = new ceres::HuberLoss(options_.robust_px);
+    ceres::ResidualBlockId id = nullptr;
+    if (boards == Boards::with_shapes) {
+      const Twist twist = late(picture) ? *twists_[static_cast<std::size_t>(picture.capture)] : Twist{};
+      const auto at = static_cast<std::size_t>(s.board);
+      id = problem_->AddResidualBlock(
+          new ceres::AutoDiffCostFunction<ShapeResidual<Camera>, 2, kValues, 4, 3, 4, 3, 4, 3, 1, kShape>(
+              new ShapeResidual<Camera>{{point, s.pixel, twist}, bases_[at][static_cast<std::size_t>(s.point)]}),
+          loss, lens.numbers.data(), lens.from_rig.q.data(), lens.from_rig.t.data(), rig.q.data(), rig.t.data(),
+          board.q.data(), board.t.data(), &offset_, shapes_[at].numbers.data());
+    } else if (picture.lens == 0 && s.board == 0) {
+      id = problem_->AddResidualBlock(new ceres::AutoDiffCostFunction<Lens0Residual<Camera>, 2, kValues, 4, 3>(
+                                          new Lens0Residual<Camera>{point, s.pixel}),
+                                      loss, lens.numbers.data(), rig.q.data(), rig.t.data());
+    } else {
+      const Twist twist = late(picture) ? *twists_[static_cast<std::size_t>(picture.capture)] : Twist{};
+      id = problem_->AddResidualBlock(
+          new ceres::AutoDiffCostFunction<RigResidual<Camera>, 2, kValues, 4, 3, 4, 3, 4, 3, 1>(
+              new RigResidual<Camera>{point, s.pixel, twist}),
+          loss, lens.numbers.data(), lens.from_rig.q.data(), lens.from_rig.t.data(), rig.q.data(), rig.t.data(),
+          board.q.data(), board.t.data(), &offset_);
+    }
+    blocks_.push_back({id, {}});
+  }
+
+  void build(Boards boards) {
+    problem_ = std::make_unique<ceres::Problem>();
+    blocks_.clear();
+    for (std::size_t i = 0; i < observations_.pictures.size(); ++i) {
+      const Picture& picture = observations_.pictures[i];
+      // Without the rig's velocity the pose at a picture with a time offset is unknown.
+      if (late(picture) && !twists_[static_cast<std::size_t>(picture.capture)]) continue;
+      for (std::size_t k = 0; k < picture.observations.size(); ++k) {
+        with_camera(lenses_[static_cast<std::size_t>(picture.lens)].model,
+                    [&]<template <class> class Camera>(const auto& /*parameters*/) {
+                      add<Camera>(picture, picture.observations[k], boards);
+                    });
+        blocks_.back().second = {static_cast<int>(i), static_cast<int>(k), 0, 0};
+      }
+    }
+    const auto turn = [&](PoseBlock& pose) {
+      if (problem_->HasParameterBlock(pose.q.data()))
+        problem_->SetManifold(pose.q.data(), new ceres::EigenQuaternionManifold);
+    };
+    const auto fix = [&](double* block) {
+      if (problem_->HasParameterBlock(block)) problem_->SetParameterBlockConstant(block);
+    };
+    for (PoseBlock& p : rigs_) turn(p);
+    for (PoseBlock& p : boards_) turn(p);
+    for (Lens& lens : lenses_) turn(lens.from_rig);
+    fix(lenses_[0].from_rig.q.data()), fix(lenses_[0].from_rig.t.data());
+    fix(boards_[0].q.data()), fix(boards_[0].t.data());
+    if (!moves()) fix(&offset_);
+    for (std::size_t b = 0; b < shapes_.size(); ++b)
+      if (problem_->HasParameterBlock(shapes_[b].numbers.data()))
+        problem_->AddResidualBlock(
+            new ceres::NormalPrior(prior_of(b).asDiagonal(), Eigen::VectorXd::Zero(kShapeNumbers)), nullptr,
+            shapes_[b].numbers.data());
+  }
+
+  /// Prior of a board's shape in units of the residuals, pixels: the Huber scale is three standard deviations of these.
+  [[nodiscard]] Eigen::VectorXd prior_of(std::size_t board) const {
+    const auto sigmas = shape_prior(observations_.boards[board]);
+    return options_.robust_px / 3 * Eigen::Map<const Eigen::VectorXd>(sigmas.data(), kShapeNumbers).cwiseInverse();
+  }
+
+  [[nodiscard]] BundleState state() const {
+    BundleState out;
+    for (const Lens& lens : lenses_) {
+      out.lenses.push_back(with_parameters(lens.model, lens.numbers.data()));
+      out.lens_from_rig.push_back(lens.from_rig.pose());
+    }
+    for (const PoseBlock& p : rigs_) out.rig_from_world.push_back(p.pose());
+    for (const PoseBlock& p : boards_) out.world_from_board.push_back(p.pose());
+    out.time_offset_s = offset_;
+    if (options_.shapes) out.shapes = shapes_;
+    return out;
+  }
+
+  void find_residuals(BundleFit& out) {
+    std::vector<double> sizes;
+    double squares = 0;
+    for (auto& [id, residual] : blocks_) {
+      double r[2] = {};
+      (void)problem_->EvaluateResidualBlock(id, false, nullptr, r, nullptr);
+      residual.x_px = r[0], residual.y_px = r[1];
+      out.residuals.push_back(residual);
+      sizes.push_back(std::abs(r[0]));
+      sizes.push_back(std::abs(r[1]));
+      squares += r[0] * r[0] + r[1] * r[1];
+    }
+    out.rms_px = std::sqrt(squares / static_cast<double>(blocks_.size()));
+    // Degrees of freedom: number of residuals less number of estimated parameters.
+    Eigen::Index fitted = 0;
+    std::vector<double*> blocks;
+    problem_->GetParameterBlocks(&blocks);
+    for (double* block : blocks)
+      if (!problem_->IsParameterBlockConstant(block)) fitted += size_of(block);
+    const auto count = static_cast<double>(sizes.size());
+    const double share = std::sqrt(count / std::max(1.0, count - static_cast<double>(fitted)));
+    out.sigma_px = std::sqrt(squares / count) * share;
+    out.spread_px = 1.4826 * upper_quantile(sizes, 0.5) * share;
+  }
+
+  /// One cluster per capture: Jacobian with respect to the `shared` blocks, with the capture's pose eliminated.
+  [[nodiscard]] std::vector<Cluster> clusters(const std::vector<double*>& shared) {
+    std::vector<std::vector<ceres::ResidualBlockId>> of_capture(rigs_.size());
+    for (const auto& [id, residual] : blocks_)
+      of_capture[static_cast<std::size_t>(observations_.pictures[static_cast<std::size_t>(residual.picture)].capture)]
+          .push_back(id);
+    ceres::Problem::EvaluateOptions options;
+    options.num_threads = 1;
+    std::vector<Cluster> out(rigs_.size());
+    for (std::size_t c = 0; c < rigs_.size(); ++c) {
+      if (of_capture[c].empty()) continue;
+      options.residual_blocks = of_capture[c];
+      options.parameter_blocks = shared;
+      options.parameter_blocks.insert(options.parameter_blocks.end(), {rigs_[c].q.data(), rigs_[c].t.data()});
+      std::vector<double> residuals;
+      ceres::CRSMatrix sparse;
+      if (!problem_->Evaluate(options, nullptr, &residuals, nullptr, &sparse)) continue;
+      Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
+      for (int row = 0; row < sparse.num_rows; ++row)
+        for (int k = sparse.rows[static_cast<std::size_t>(row)]; k < sparse.rows[static_cast<std::size_t>(row) + 1];
+             ++k)
+          dense(row, sparse.cols[static_cast<std::size_t>(k)]) = sparse.values[static_cast<std::size_t>(k)];
+      constexpr Eigen::Index kPose = 6;
+      out[c] = eliminate_nuisance(dense.rightCols(kPose), dense.leftCols(dense.cols() - kPose),
+                                  Eigen::Map<const Eigen::VectorXd>(residuals.data(), sparse.num_rows));
+    }
+    return out;
+  }
+
+  [[nodiscard]] Status find_covariances(BundleFit& out) {
+    build(Boards::with_shapes);
+    std::vector<double*> shared;
+    std::vector<Eigen::Index> first;
+    Eigen::Index count = 0;
+    const auto share = [&](double* block) {
+      first.push_back(count);
+      if (!problem_->HasParameterBlock(block) || problem_->IsParameterBlockConstant(block)) return;
+      shared.push_back(block);
+      count += size_of(block);
+    };
+    for (Lens& lens : lenses_) share(lens.numbers.data());
+    if (lenses_.size() > 1) share(lenses_[1].from_rig.q.data()), share(lenses_[1].from_rig.t.data()), share(&offset_);
+    const std::size_t poses = first.size();
+    for (PoseBlock& board : boards_) share(board.q.data()), share(board.t.data());
+    const Eigen::Index rigid = count;
+    for (BoardShape& shape : shapes_) share(shape.numbers.data());
+    const std::vector<Cluster> each = clusters(shared);
+    std::vector<Cluster> all = each;
+    std::erase_if(all, [](const Cluster& c) { return c.jacobian.rows() == 0; });
+
+    Eigen::VectorXd prior = Eigen::VectorXd::Zero(count);
+    for (std::size_t b = 0; b < shapes_.size(); ++b) {
+      const Eigen::Index at = first[poses + 2 * boards_.size() + b];
+      if (problem_->HasParameterBlock(shapes_[b].numbers.data())) prior.segment(at, kShapeNumbers) = prior_of(b);
+    }
+    const ClusteredCovariance with_shapes = clustered_covariance(all, prior);
+    ClusteredCovariance fitted = with_shapes;
+    if (!options_.shapes) {
+      std::vector<Cluster> flat = all;
+      for (Cluster& c : flat) c.jacobian = c.jacobian.leftCols(rigid).eval();
+      fitted = clustered_covariance(flat, prior.head(rigid));
+    }
+    if (!fitted.determined || !fitted.covariance.allFinite())
+      return {StatusCode::failed_precondition,
+              "calibration: the pictures do not determine all that is to be calibrated; show the boards tilted by 30 "
+              "degrees "
+              "and more, at several distances, and all over the picture up to its edge"};
+    const auto block = [](const Eigen::MatrixXd& c, Eigen::Index at, Eigen::Index size) {
+      std::vector<double> values;
+      for (Eigen::Index i = 0; i < size; ++i)
+        for (Eigen::Index j = 0; j < size; ++j) values.push_back(c(at + i, at + j));
+      return values;
+    };
+    for (std::size_t k = 0; k < lenses_.size(); ++k)
+      out.lens_covariance.push_back(
+          block(fitted.covariance, first[k], static_cast<Eigen::Index>(lenses_[k].numbers.size())));
+    if (lenses_.size() > 1) {
+      find_pair_covariance(fitted.covariance, first[2], first[3], out);
+      if (moves()) out.time_offset_sigma_s = std::sqrt(fitted.covariance(first[4], first[4]));
+    }
+    out.shapes = shapes_;
+    for (std::size_t b = 0; b < shapes_.size() && with_shapes.determined; ++b) {
+      const Eigen::Index at = first[poses + 2 * boards_.size() + b];
+      if (!problem_->HasParameterBlock(shapes_[b].numbers.data())) continue;
+      for (std::size_t i = 0; i < BoardShape::kParameters && !options_.shapes; ++i)
+        out.shapes[b].numbers[i] += with_shapes.step(at + static_cast<Eigen::Index>(i));
+      out.shape_covariance.resize(shapes_.size());
+      out.shape_covariance[b] = block(with_shapes.covariance, at, kShapeNumbers);
+    }
+    // Estimate from each capture separately, with all other parameters fixed.
+    for (const Cluster& c : each) {
+      Eigen::VectorXd spacing = Eigen::VectorXd::Zero(c.jacobian.rows());
+      for (std::size_t b = 0; b < shapes_.size() && c.jacobian.cols() > 0; ++b)
+        if (problem_->HasParameterBlock(shapes_[b].numbers.data()))
+          spacing += c.jacobian.col(first[poses + 2 * boards_.size() + b]);
+      const double weight = spacing.squaredNorm();
+      out.capture_spacing.push_back(
+          weight > 0 ? Estimate{-spacing.dot(c.residuals) / weight, out.spread_px / std::sqrt(weight)} : Estimate{});
+    }
+    return {};
+  }
+
+  void find_pair_covariance(const Eigen::MatrixXd& c, Eigen::Index q, Eigen::Index t, BundleFit& out) const {
+    out.pair_covariance.resize(36);
+    // Ceres' tangent of a quaternion is half the rotation vector.
+    const auto place = [&](Eigen::Index i) { return i < 3 ? q + i : t + i - 3; };
+    for (Eigen::Index i = 0; i < 6; ++i)
+      for (Eigen::Index j = 0; j < 6; ++j)
+        out.pair_covariance[static_cast<std::size_t>(6 * i + j)] =
+            c(place(i), place(j)) * (i < 3 ? 2 : 1) * (j < 3 ? 2 : 1);
+  }
 
   const BoardObservations& observations_;
   BundleOptions options_;
@@ -159,271 +413,6 @@ class Bundle {
   std::vector<std::optional<Twist>> twists_;  ///< By capture.
   std::vector<std::pair<ceres::ResidualBlockId, Residual>> blocks_;
 };
-
-Bundle::Bundle(const BoardObservations& observations, const BundleState& start, const BundleOptions& options)
-    : observations_(observations), options_(options), offset_(start.time_offset_s) {
-  for (std::size_t k = 0; k < start.lenses.size(); ++k)
-    lenses_.push_back({start.lenses[k], parameters_of(start.lenses[k]), PoseBlock(start.lens_from_rig[k])});
-  for (const Pose& p : start.rig_from_world) rigs_.emplace_back(p);
-  for (const Pose& p : start.world_from_board) boards_.emplace_back(p);
-  shapes_ = start.shapes;
-  shapes_.resize(observations.boards.size());
-  for (const Board& b : observations.boards) bases_.push_back(shape_basis(b));
-}
-
-template <template <class> class Camera>
-void Bundle::add(const Picture& picture, const PointObservation& s, Boards boards) {
-  constexpr int kValues = static_cast<int>(Camera<double>::kParameters),
-                kShape = static_cast<int>(BoardShape::kParameters);
-  Lens& lens = lenses_[static_cast<std::size_t>(picture.lens)];
-  PoseBlock& rig = rigs_[static_cast<std::size_t>(picture.capture)];
-  PoseBlock& board = boards_[static_cast<std::size_t>(s.board)];
-  const Vec3d& point =
-      observations_.boards[static_cast<std::size_t>(s.board)].points[static_cast<std::size_t>(s.point)];
-  ceres::LossFunction* loss = new ceres::HuberLoss(options_.robust_px);
-  ceres::ResidualBlockId id = nullptr;
-  if (boards == Boards::with_shapes) {
-    const Twist twist = late(picture) ? *twists_[static_cast<std::size_t>(picture.capture)] : Twist{};
-    const auto at = static_cast<std::size_t>(s.board);
-    id = problem_->AddResidualBlock(
-        new ceres::AutoDiffCostFunction<ShapeResidual<Camera>, 2, kValues, 4, 3, 4, 3, 4, 3, 1, kShape>(
-            new ShapeResidual<Camera>{{point, s.pixel, twist}, bases_[at][static_cast<std::size_t>(s.point)]}),
-        loss, lens.numbers.data(), lens.from_rig.q.data(), lens.from_rig.t.data(), rig.q.data(), rig.t.data(),
-        board.q.data(), board.t.data(), &offset_, shapes_[at].numbers.data());
-  } else if (picture.lens == 0 && s.board == 0) {
-    id = problem_->AddResidualBlock(new ceres::AutoDiffCostFunction<Lens0Residual<Camera>, 2, kValues, 4, 3>(
-                                        new Lens0Residual<Camera>{point, s.pixel}),
-                                    loss, lens.numbers.data(), rig.q.data(), rig.t.data());
-  } else {
-    const Twist twist = late(picture) ? *twists_[static_cast<std::size_t>(picture.capture)] : Twist{};
-    id = problem_->AddResidualBlock(
-        new ceres::AutoDiffCostFunction<RigResidual<Camera>, 2, kValues, 4, 3, 4, 3, 4, 3, 1>(
-            new RigResidual<Camera>{point, s.pixel, twist}),
-        loss, lens.numbers.data(), lens.from_rig.q.data(), lens.from_rig.t.data(), rig.q.data(), rig.t.data(),
-        board.q.data(), board.t.data(), &offset_);
-  }
-  blocks_.push_back({id, {}});
-}
-
-void Bundle::build(Boards boards) {
-  problem_ = std::make_unique<ceres::Problem>();
-  blocks_.clear();
-  for (std::size_t i = 0; i < observations_.pictures.size(); ++i) {
-    const Picture& picture = observations_.pictures[i];
-    // Without the rig's velocity the pose at a picture with a time offset is unknown.
-    if (late(picture) && !twists_[static_cast<std::size_t>(picture.capture)]) continue;
-    for (std::size_t k = 0; k < picture.observations.size(); ++k) {
-      with_camera(lenses_[static_cast<std::size_t>(picture.lens)].model,
-                  [&]<template <class> class Camera>(const auto& /*parameters*/) {
-                    add<Camera>(picture, picture.observations[k], boards);
-                  });
-      blocks_.back().second = {static_cast<int>(i), static_cast<int>(k), 0, 0};
-    }
-  }
-  const auto turn = [&](PoseBlock& pose) {
-    if (problem_->HasParameterBlock(pose.q.data()))
-      problem_->SetManifold(pose.q.data(), new ceres::EigenQuaternionManifold);
-  };
-  const auto fix = [&](double* block) {
-    if (problem_->HasParameterBlock(block)) problem_->SetParameterBlockConstant(block);
-  };
-  for (PoseBlock& p : rigs_) turn(p);
-  for (PoseBlock& p : boards_) turn(p);
-  for (Lens& lens : lenses_) turn(lens.from_rig);
-  fix(lenses_[0].from_rig.q.data()), fix(lenses_[0].from_rig.t.data());
-  fix(boards_[0].q.data()), fix(boards_[0].t.data());
-  if (!moves()) fix(&offset_);
-  for (std::size_t b = 0; b < shapes_.size(); ++b)
-    if (problem_->HasParameterBlock(shapes_[b].numbers.data()))
-      problem_->AddResidualBlock(new ceres::NormalPrior(prior_of(b).asDiagonal(), Eigen::VectorXd::Zero(kShapeNumbers)),
-                                 nullptr, shapes_[b].numbers.data());
-}
-
-/// Prior of a board's shape in units of the residuals, pixels: the Huber scale is three standard deviations of these.
-Eigen::VectorXd Bundle::prior_of(std::size_t board) const {
-  const auto sigmas = shape_prior(observations_.boards[board]);
-  return options_.robust_px / 3 * Eigen::Map<const Eigen::VectorXd>(sigmas.data(), kShapeNumbers).cwiseInverse();
-}
-
-BundleState Bundle::state() const {
-  BundleState out;
-  for (const Lens& lens : lenses_) {
-    out.lenses.push_back(with_parameters(lens.model, lens.numbers.data()));
-    out.lens_from_rig.push_back(lens.from_rig.pose());
-  }
-  for (const PoseBlock& p : rigs_) out.rig_from_world.push_back(p.pose());
-  for (const PoseBlock& p : boards_) out.world_from_board.push_back(p.pose());
-  out.time_offset_s = offset_;
-  if (options_.shapes) out.shapes = shapes_;
-  return out;
-}
-
-void Bundle::find_residuals(BundleFit& out) {
-  std::vector<double> sizes;
-  double squares = 0;
-  for (auto& [id, residual] : blocks_) {
-    double r[2] = {};
-    (void)problem_->EvaluateResidualBlock(id, false, nullptr, r, nullptr);
-    residual.x_px = r[0], residual.y_px = r[1];
-    out.residuals.push_back(residual);
-    sizes.push_back(std::abs(r[0]));
-    sizes.push_back(std::abs(r[1]));
-    squares += r[0] * r[0] + r[1] * r[1];
-  }
-  out.rms_px = std::sqrt(squares / static_cast<double>(blocks_.size()));
-  // Degrees of freedom: number of residuals less number of estimated parameters.
-  Eigen::Index fitted = 0;
-  std::vector<double*> blocks;
-  problem_->GetParameterBlocks(&blocks);
-  for (double* block : blocks)
-    if (!problem_->IsParameterBlockConstant(block)) fitted += size_of(block);
-  const auto count = static_cast<double>(sizes.size());
-  const double share = std::sqrt(count / std::max(1.0, count - static_cast<double>(fitted)));
-  out.sigma_px = std::sqrt(squares / count) * share;
-  out.spread_px = 1.4826 * upper_quantile(sizes, 0.5) * share;
-}
-
-/// One cluster per capture: Jacobian with respect to the `shared` blocks, with the capture's pose eliminated.
-std::vector<Cluster> Bundle::clusters(const std::vector<double*>& shared) {
-  std::vector<std::vector<ceres::ResidualBlockId>> of_capture(rigs_.size());
-  for (const auto& [id, residual] : blocks_)
-    of_capture[static_cast<std::size_t>(observations_.pictures[static_cast<std::size_t>(residual.picture)].capture)]
-        .push_back(id);
-  ceres::Problem::EvaluateOptions options;
-  options.num_threads = 1;
-  std::vector<Cluster> out(rigs_.size());
-  for (std::size_t c = 0; c < rigs_.size(); ++c) {
-    if (of_capture[c].empty()) continue;
-    options.residual_blocks = of_capture[c];
-    options.parameter_blocks = shared;
-    options.parameter_blocks.insert(options.parameter_blocks.end(), {rigs_[c].q.data(), rigs_[c].t.data()});
-    std::vector<double> residuals;
-    ceres::CRSMatrix sparse;
-    if (!problem_->Evaluate(options, nullptr, &residuals, nullptr, &sparse)) continue;
-    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
-    for (int row = 0; row < sparse.num_rows; ++row)
-      for (int k = sparse.rows[static_cast<std::size_t>(row)]; k < sparse.rows[static_cast<std::size_t>(row) + 1]; ++k)
-        dense(row, sparse.cols[static_cast<std::size_t>(k)]) = sparse.values[static_cast<std::size_t>(k)];
-    constexpr Eigen::Index kPose = 6;
-    out[c] = eliminate_nuisance(dense.rightCols(kPose), dense.leftCols(dense.cols() - kPose),
-                                Eigen::Map<const Eigen::VectorXd>(residuals.data(), sparse.num_rows));
-  }
-  return out;
-}
-
-Status Bundle::find_covariances(BundleFit& out) {
-  build(Boards::with_shapes);
-  std::vector<double*> shared;
-  std::vector<Eigen::Index> first;
-  Eigen::Index count = 0;
-  const auto share = [&](double* block) {
-    first.push_back(count);
-    if (!problem_->HasParameterBlock(block) || problem_->IsParameterBlockConstant(block)) return;
-    shared.push_back(block);
-    count += size_of(block);
-  };
-  for (Lens& lens : lenses_) share(lens.numbers.data());
-  if (lenses_.size() > 1) share(lenses_[1].from_rig.q.data()), share(lenses_[1].from_rig.t.data()), share(&offset_);
-  const std::size_t poses = first.size();
-  for (PoseBlock& board : boards_) share(board.q.data()), share(board.t.data());
-  const Eigen::Index rigid = count;
-  for (BoardShape& shape : shapes_) share(shape.numbers.data());
-  const std::vector<Cluster> each = clusters(shared);
-  std::vector<Cluster> all = each;
-  std::erase_if(all, [](const Cluster& c) { return c.jacobian.rows() == 0; });
-
-  Eigen::VectorXd prior = Eigen::VectorXd::Zero(count);
-  for (std::size_t b = 0; b < shapes_.size(); ++b) {
-    const Eigen::Index at = first[poses + 2 * boards_.size() + b];
-    if (problem_->HasParameterBlock(shapes_[b].numbers.data())) prior.segment(at, kShapeNumbers) = prior_of(b);
-  }
-  const ClusteredCovariance with_shapes = clustered_covariance(all, prior);
-  ClusteredCovariance fitted = with_shapes;
-  if (!options_.shapes) {
-    std::vector<Cluster> flat = all;
-    for (Cluster& c : flat) c.jacobian = c.jacobian.leftCols(rigid).eval();
-    fitted = clustered_covariance(flat, prior.head(rigid));
-  }
-  if (!fitted.determined || !fitted.covariance.allFinite())
-    return {
-        StatusCode::failed_precondition,
-        "calibration: the pictures do not determine all that is to be calibrated; show the boards tilted by 30 degrees "
-        "and more, at several distances, and all over the picture up to its edge"};
-  const auto block = [](const Eigen::MatrixXd& c, Eigen::Index at, Eigen::Index size) {
-    std::vector<double> values;
-    for (Eigen::Index i = 0; i < size; ++i)
-      for (Eigen::Index j = 0; j < size; ++j) values.push_back(c(at + i, at + j));
-    return values;
-  };
-  for (std::size_t k = 0; k < lenses_.size(); ++k)
-    out.lens_covariance.push_back(
-        block(fitted.covariance, first[k], static_cast<Eigen::Index>(lenses_[k].numbers.size())));
-  if (lenses_.size() > 1) {
-    find_pair_covariance(fitted.covariance, first[2], first[3], out);
-    if (moves()) out.time_offset_sigma_s = std::sqrt(fitted.covariance(first[4], first[4]));
-  }
-  out.shapes = shapes_;
-  for (std::size_t b = 0; b < shapes_.size() && with_shapes.determined; ++b) {
-    const Eigen::Index at = first[poses + 2 * boards_.size() + b];
-    if (!problem_->HasParameterBlock(shapes_[b].numbers.data())) continue;
-    for (std::size_t i = 0; i < BoardShape::kParameters && !options_.shapes; ++i)
-      out.shapes[b].numbers[i] += with_shapes.step(at + static_cast<Eigen::Index>(i));
-    out.shape_covariance.resize(shapes_.size());
-    out.shape_covariance[b] = block(with_shapes.covariance, at, kShapeNumbers);
-  }
-  // Estimate from each capture separately, with all other parameters fixed.
-  for (const Cluster& c : each) {
-    Eigen::VectorXd spacing = Eigen::VectorXd::Zero(c.jacobian.rows());
-    for (std::size_t b = 0; b < shapes_.size() && c.jacobian.cols() > 0; ++b)
-      if (problem_->HasParameterBlock(shapes_[b].numbers.data()))
-        spacing += c.jacobian.col(first[poses + 2 * boards_.size() + b]);
-    const double weight = spacing.squaredNorm();
-    out.capture_spacing.push_back(
-        weight > 0 ? Estimate{-spacing.dot(c.residuals) / weight, out.spread_px / std::sqrt(weight)} : Estimate{});
-  }
-  return {};
-}
-
-void Bundle::find_pair_covariance(const Eigen::MatrixXd& c, Eigen::Index q, Eigen::Index t, BundleFit& out) const {
-  out.pair_covariance.resize(36);
-  // Ceres' tangent of a quaternion is half the rotation vector.
-  const auto place = [&](Eigen::Index i) { return i < 3 ? q + i : t + i - 3; };
-  for (Eigen::Index i = 0; i < 6; ++i)
-    for (Eigen::Index j = 0; j < 6; ++j)
-      out.pair_covariance[static_cast<std::size_t>(6 * i + j)] =
-          c(place(i), place(j)) * (i < 3 ? 2 : 1) * (j < 3 ? 2 : 1);
-}
-
-Result<BundleFit> Bundle::fit() {
-  const ScopedLogSilencer silence;
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.max_num_iterations = options_.max_iterations;
-  options.function_tolerance = 1e-10;
-  options.parameter_tolerance = 1e-12;
-  options.num_threads = 1;
-  options.logging_type = ceres::SILENT;
-  // The velocity is computed from the poses, which depend on the offset: iterate a few times.
-  const int rounds = moves() ? 4 : 1;
-  for (int round = 0; round < rounds; ++round) {
-    if (moves()) {
-      std::vector<Pose> poses;
-      for (const PoseBlock& p : rigs_) poses.push_back(p.pose());
-      twists_ = twists_of(observations_, poses);
-    }
-    build(options_.shapes ? Boards::with_shapes : Boards::as_they_are);
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, problem_.get(), &summary);
-    if (!summary.IsSolutionUsable() || !std::isfinite(summary.final_cost))
-      return Status(StatusCode::failed_precondition,
-                    "calibration: no lens model fits the pictures (" + summary.message + "); check the boards' sizes");
-  }
-  BundleFit out;
-  find_residuals(out);
-  out.state = state();
-  if (const Status s = find_covariances(out); !s.ok()) return s;
-  return out;
-}
 
 }  // namespace
 

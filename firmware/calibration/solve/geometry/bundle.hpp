@@ -10,7 +10,6 @@
 #include <lightwell/result.hpp>
 
 #include "calibration/solve/geometry/board_observations.hpp"
-#include "calibration/solve/geometry/board_shape.hpp"
 
 namespace lightwell::calibration {
 

@@ -12,7 +12,7 @@
 #include <lightwell/quantile.hpp>
 #include <lightwell/text.hpp>
 
-#include "calibration/model/camera_parameters.hpp"
+#include "calibration/model/cameras.hpp"
 #include "calibration/solve/geometry/initial.hpp"
 
 namespace lightwell::calibration {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <lightwell/calibration.hpp>
@@ -12,6 +13,13 @@
 #include "calibration/solve/geometry/bundle.hpp"
 
 namespace lightwell::calibration {
+
+/// T_lens_board, axes _cv, of a flat board from the directions of its points; directions instead of pixels, because an
+/// image plane does not exist beyond 90 degrees from the axis: the homography from the board to the rays by the direct
+/// linear transform (the cross product of each ray with its mapped point is zero; Hartley & Zisserman 2004,
+/// section 4.1), decomposed as in Zhang 2000, section 3.1. Empty if the points do not determine the pose: fewer than
+/// four, collinear, coincident, or NaN.
+[[nodiscard]] std::optional<Pose> board_pose(std::span<const Vec3d> points, std::span<const Vec3d> directions_cv);
 
 /// Initial estimate of one lens, with an independent pose for each board in each picture.
 struct LensInitialization {

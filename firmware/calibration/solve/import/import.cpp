@@ -11,7 +11,6 @@
 #include <lightwell/text.hpp>
 
 #include "calibration/model/lens_pair.hpp"
-#include "calibration/solve/import/field_of_view.hpp"
 #include "calibration/solve/import/readers.hpp"
 
 namespace lightwell {
@@ -26,6 +25,8 @@ constexpr double kPerDegree = 1000;
 constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{64} << 20;
 // OpenCV's parser has no limit of recursion; calibrations have at most four levels.
 constexpr int kMaxNesting = 1000;
+// A byte order mark and white space.
+constexpr std::string_view kBlank = "\xEF\xBB\xBF \t\r\n";
 
 constexpr std::array<std::pair<ImportKind, std::string_view>, 3> kKinds{{
     {ImportKind::opencv, "opencv"},
@@ -58,67 +59,86 @@ int nesting(std::string_view text) {
   return deepest;
 }
 
-Result<ImportKind> kind_of(std::string_view text, const std::string& name) {
-  // Skip a byte order mark and blank lines.
-  const auto begin = text.find_first_not_of("\xEF\xBB\xBF \t\r\n");
-  const std::string_view body = begin == std::string_view::npos ? std::string_view() : text.substr(begin);
-  if (body.empty()) return Status(StatusCode::data_loss, name + ": is empty; copy it again");
+ImportKind kind_of(std::string_view text, const std::string& name) {
+  const std::string_view body = text.substr(text.find_first_not_of(kBlank));
   if (body.starts_with("<?xml") || body.starts_with("<opencv_storage") || body.starts_with("%YAML:") ||
       body.find("!!opencv-matrix") != std::string_view::npos)
     return ImportKind::opencv;
-  const Result<YamlFormats> formats = resembled_formats(text, name);
-  if (formats && formats->kalibr != formats->ros) return formats->kalibr ? ImportKind::kalibr : ImportKind::ros;
-  // If the text resembles one of the YAML formats, the parser's error is the most useful message.
-  for (const std::string_view word : {"cam0:", "camera_matrix:", "distortion_model:"})
-    if (!formats && body.find(word) != std::string_view::npos) return formats.status();
-  return Status(StatusCode::invalid_argument,
-                name +
-                    ": none of the known kinds of calibration: opencv begins with %YAML:1.0 or <?xml, kalibr has cam0, "
-                    "ros has camera_matrix and distortion_model; --kind selects one of them");
+  try {
+    if (const auto kind = resembled_kind(text, name)) return *kind;
+  } catch (const ImportError&) {
+    // If the text resembles one of the YAML formats, the parser's error is the most useful message.
+    for (const std::string_view word : {"cam0:", "camera_matrix:", "distortion_model:"})
+      if (body.find(word) != std::string_view::npos) throw;
+  }
+  throw ImportError(
+      name +
+      ": none of the known kinds of calibration: opencv begins with %YAML:1.0 or <?xml, kalibr has cam0, ros has "
+      "camera_matrix and distortion_model; --kind selects one of them");
 }
 
-Result<ImportedCameras> read(std::string_view text, const std::string& name, ImportKind kind,
-                             std::optional<int> camera) {
+ImportedCameras read(std::string_view text, const std::string& name, ImportKind kind, std::optional<int> camera) {
   if (kind == ImportKind::kalibr) return read_kalibr_camchain(text, name, camera);
-  if (camera && *camera != 0)
-    return Status(StatusCode::invalid_argument, name + ": has one camera, number 0; leave --camera out");
+  if (camera && *camera != 0) throw ImportError(name + ": has one camera, number 0; leave --camera out");
   return kind == ImportKind::opencv ? read_opencv_storage(text, name) : read_ros_camera_info(text, name);
 }
 
-/// Sets max_angle_rad of a lens, and adds the reason to the notes.
-Status set_angle(const ImportedCamera& camera, const ImportOptions& options, LensParameters& lens,
-                 std::vector<std::string>& notes) {
+/// Half the field of view of a lens, rad. Adds the reason to the notes.
+double max_angle_of(const std::string& name, const ImportedCamera& camera, const ImportOptions& options,
+                    const LensParameters& lens, std::vector<std::string>& notes) {
   const FieldOfView view = field_of_view(lens);
-  double angle = view.model_rad;
+  double angle = options.max_angle_rad.value_or(view.model_rad);
   std::string why;
-  if (options.max_angle_rad) {
-    angle = *options.max_angle_rad;
-    if (angle > view.model_rad) {
-      angle = down_to_a_thousandth(view.model_rad);
-      why = "the end of the model's domain; beyond, two directions would project to the same pixel";
-    }
-  } else {
+  if (angle > view.model_rad) {
+    angle = down_to_a_thousandth(view.model_rad);
+    why = "the end of the model's domain; beyond, two directions would project to the same pixel";
+  } else if (!options.max_angle_rad) {
     if (!view.circle_rad)
-      return {StatusCode::invalid_argument, camera.name +
-                                                ": the principal point is outside the picture, so no circle round "
-                                                "it determines the field of view; give --max-angle-deg"};
+      throw ImportError(name + ": " + camera.name +
+                        ": the principal point is outside the picture, so no circle round it determines the field of "
+                        "view; give --max-angle-deg");
     angle = down_to_a_thousandth(*view.circle_rad);
     why = *view.circle_rad < view.model_rad
-              ? "the edge of the largest circle that fits into the picture; "
-                "use --max-angle-deg if the lens's "
-                "circle is smaller, or cut by the picture (the model goes on to " +
+              ? "the edge of the largest circle that fits into the picture; use --max-angle-deg if the lens's circle "
+                "is smaller, or cut by the picture (the model goes on to " +
                     degrees(view.model_rad) + ")"
               : "the end of the model's domain, inside the picture; --max-angle-deg lowers it";
   }
   if (!(angle > 0))
-    return {StatusCode::invalid_argument, camera.name + ": the model's domain is empty; check its coefficients"};
-  lens.max_angle_rad = angle;
+    throw ImportError(name + ": " + camera.name + ": the model's domain is empty; check its coefficients");
   if (!why.empty()) notes.push_back(camera.name + ": max_angle_deg " + degrees(angle) + ", " + why);
   if (angle > std::numbers::pi / 2 && !camera.valid_beyond_90_deg)
     notes.push_back(camera.name +
                     ": beyond 90 degrees the polynomial is an extrapolation: the calibration saw nothing "
                     "behind the lens's plane (z > 0)");
-  return {};
+  return angle;
+}
+
+ImportedCalibration rig_of(const ImportedCameras& read, ImportKind kind, const std::string& name,
+                           const ImportOptions& options) {
+  ImportedCalibration out;
+  out.kind = kind;
+  for (const ImportedCamera& camera : read.cameras) {
+    LensParameters lens;
+    lens.width = camera.width;
+    lens.height = camera.height;
+    lens.model = camera.model;
+    lens.pose_cv.rotation = upright_lens_cv();
+    lens.max_angle_rad = max_angle_of(name, camera, options, lens, out.notes);
+    out.rig.lenses.push_back(lens);
+    out.cameras.push_back(camera.name);
+  }
+  if (out.rig.lenses.size() == 2) {
+    const std::array<Pose, 2> poses = pair_in_probe(read.second_from_first);
+    for (std::size_t i = 0; i < 2; ++i) out.rig.lenses[i].pose_cv = poses[i];
+    const double between = angle_between(Vec3d{0, 0, 1}, rotate(read.second_from_first.rotation, Vec3d{0, 0, 1}));
+    if (between < std::numbers::pi / 2)
+      out.notes.push_back("the axes of " + out.cameras[0] + " and " + out.cameras[1] + " are " + degrees(between) +
+                          " degrees apart: not a pair back to back; --camera imports one");
+  }
+  out.notes.insert(out.notes.end(), read.notes.begin(), read.notes.end());
+  if (const Status s = out.rig.validate(); !s.ok()) throw ImportError(name + ": " + s.message());
+  return out;
 }
 
 }  // namespace
@@ -154,35 +174,14 @@ Result<ImportedCalibration> import_calibration(std::string_view text, const std:
   if (Status s = options.validate(); !s.ok()) return s;
   if (nesting(text) > kMaxNesting)
     return Status(StatusCode::invalid_argument, name + ": nests deeper than any calibration; is it the right file?");
-  const Result<ImportKind> kind = options.kind ? Result<ImportKind>(*options.kind) : kind_of(text, name);
-  if (!kind) return kind.status();
-  const Result<ImportedCameras> read_in = read(text, name, *kind, options.camera);
-  if (!read_in) return read_in.status();
-
-  ImportedCalibration out;
-  out.kind = *kind;
-  for (const ImportedCamera& camera : read_in->cameras) {
-    LensParameters lens;
-    lens.width = camera.width;
-    lens.height = camera.height;
-    lens.model = camera.model;
-    lens.pose_cv.rotation = upright_lens_cv();
-    if (Status s = set_angle(camera, options, lens, out.notes); !s.ok())
-      return Status(s.code(), name + ": " + s.message());
-    out.rig.lenses.push_back(lens);
-    out.cameras.push_back(camera.name);
+  if (!options.kind && text.find_first_not_of(kBlank) == std::string_view::npos)
+    return Status(StatusCode::data_loss, name + ": is empty; copy it again");
+  try {
+    const ImportKind kind = options.kind ? *options.kind : kind_of(text, name);
+    return rig_of(read(text, name, kind, options.camera), kind, name, options);
+  } catch (const ImportError& e) {
+    return Status(StatusCode::invalid_argument, e.what());
   }
-  if (out.rig.lenses.size() == 2) {
-    const std::array<Pose, 2> poses = pair_in_probe(read_in->second_from_first);
-    for (std::size_t i = 0; i < 2; ++i) out.rig.lenses[i].pose_cv = poses[i];
-    const double between = angle_between_axes(read_in->second_from_first);
-    if (between < std::numbers::pi / 2)
-      out.notes.push_back("the axes of " + out.cameras[0] + " and " + out.cameras[1] + " are " + degrees(between) +
-                          " degrees apart: not a pair back to back; --camera imports one");
-  }
-  out.notes.insert(out.notes.end(), read_in->notes.begin(), read_in->notes.end());
-  if (const Status s = out.rig.validate(); !s.ok()) return Status(s.code(), name + ": " + s.message());
-  return out;
 }
 
 Result<ImportedCalibration> import_calibration_file(const std::string& path, const ImportOptions& options) {

@@ -1,7 +1,4 @@
 // Imports calibrations of other programs. README.md describes the formats and their sources.
-//   import_calibration        from text
-//   import_calibration_file   from a file
-//   model_name                "mei", as calibration.proto calls the models
 #pragma once
 
 #include <optional>
@@ -48,6 +45,7 @@ struct ImportedCalibration {
 [[nodiscard]] Result<ImportedCalibration> import_calibration_file(const std::string& path,
                                                                   const ImportOptions& options = {});
 
+/// As calibration.proto calls the models, "mei".
 [[nodiscard]] std::string_view model_name(const ModelParameters& model);
 
 }  // namespace lightwell

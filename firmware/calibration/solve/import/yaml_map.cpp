@@ -1,6 +1,5 @@
 #include "calibration/solve/import/yaml_map.hpp"
 
-#include <algorithm>
 #include <set>
 #include <utility>
 
@@ -26,32 +25,30 @@ bool all_numbers(const YAML::Node& node, std::vector<double>& out) {
 }  // namespace
 
 YamlMap::YamlMap(std::string file, std::string path, YAML::Node node)
-    : file_(std::move(file)), path_(std::move(path)), node_(std::move(node)) {}
-
-Result<YamlMap> YamlMap::parse(std::string_view text, const std::string& name) {
-  try {
-    YamlMap map(name, "", YAML::Load(std::string(text)));
-    if (!map.node_.IsMap())
-      return Status(StatusCode::invalid_argument, name + ": no YAML with fields; is it the right file?");
-    if (Status s = map.check_keys(); !s.ok()) return s;
-    return map;
-  } catch (const YAML::Exception& e) {
-    return Status(StatusCode::invalid_argument, at_line(name, e.mark) + ": not YAML: " + e.msg);
-  }
+    : file_(std::move(file)), path_(std::move(path)), node_(std::move(node)) {
+  std::set<std::string> seen;
+  for (const auto& entry : node_)
+    if (entry.first.IsScalar() && !seen.insert(entry.first.Scalar()).second)
+      throw ImportError(at_line(file_, entry.first.Mark()) + ": " + path_ + entry.first.Scalar() +
+                        " is there twice; leave one of them out");
 }
 
-Status YamlMap::check_keys() const {
-  std::set<std::string> seen;
-  for (const auto& entry : node_) {
-    if (!entry.first.IsScalar()) continue;
-    if (!seen.insert(entry.first.Scalar()).second)
-      return {StatusCode::invalid_argument, at_line(file_, entry.first.Mark()) + ": " + path_ + entry.first.Scalar() +
-                                                " is there twice; leave one of them out"};
+YamlMap YamlMap::parse(std::string_view text, const std::string& name) {
+  try {
+    const YAML::Node node = YAML::Load(std::string(text));
+    if (!node.IsMap()) throw ImportError(name + ": no YAML with fields; is it the right file?");
+    return {name, "", node};
+  } catch (const YAML::Exception& e) {
+    throw ImportError(at_line(name, e.mark) + ": not YAML: " + e.msg);
   }
-  return {};
 }
 
 YAML::Node YamlMap::at(const std::string& key) const { return std::as_const(node_)[key]; }
+
+YAML::Node YamlMap::required(const std::string& key) const {
+  if (!has(key)) refuse(key, "is missing");
+  return at(key);
+}
 
 bool YamlMap::has(const std::string& key) const { return at(key).IsDefined(); }
 
@@ -64,57 +61,53 @@ std::vector<std::string> YamlMap::keys() const {
   return out;
 }
 
-Result<std::string> YamlMap::one_of(const std::vector<std::string>& spellings) const {
+std::string YamlMap::one_of(const std::vector<std::string>& spellings) const {
   std::string found;
   for (const std::string& s : spellings) {
     if (!has(s)) continue;
-    if (!found.empty()) return problem(s, "has the same meaning as " + found + "; leave one of them out");
+    if (!found.empty()) refuse(s, "has the same meaning as " + found + "; leave one of them out");
     found = s;
   }
-  return found;
+  return found.empty() ? spellings.front() : found;
 }
 
-Status YamlMap::problem(const std::string& key, const std::string& what) const {
+void YamlMap::refuse(const std::string& key, const std::string& what) const {
   const YAML::Mark mark = has(key) ? at(key).Mark() : node_.Mark();
-  return {StatusCode::invalid_argument, at_line(file_, mark) + ": " + path_ + key + ": " + what};
+  throw ImportError(at_line(file_, mark) + ": " + path_ + key + ": " + what);
 }
 
-Result<YamlMap> YamlMap::map(const std::string& key) const {
-  if (!has(key)) return problem(key, "is missing");
-  if (!at(key).IsMap()) return problem(key, "must have fields of its own");
-  YamlMap inner(file_, path_ + key + ".", at(key));
-  if (Status s = inner.check_keys(); !s.ok()) return s;
-  return inner;
+YamlMap YamlMap::map(const std::string& key) const {
+  const YAML::Node node = required(key);
+  if (!node.IsMap()) refuse(key, "must have fields of its own");
+  return {file_, path_ + key + ".", node};
 }
 
-Result<std::string> YamlMap::word(const std::string& key) const {
-  if (!has(key)) return problem(key, "is missing");
-  if (!at(key).IsScalar()) return problem(key, "must be one word");
-  return at(key).Scalar();
+std::string YamlMap::word(const std::string& key) const {
+  const YAML::Node node = required(key);
+  if (!node.IsScalar()) refuse(key, "must be one word");
+  return node.Scalar();
 }
 
-Result<double> YamlMap::number(const std::string& key) const {
-  if (!has(key)) return problem(key, "is missing");
+double YamlMap::number(const std::string& key) const {
+  const YAML::Node node = required(key);
   double value = 0;
-  if (!at(key).IsScalar() || !YAML::convert<double>::decode(at(key), value))
-    return problem(key, at(key).IsScalar() ? "'" + at(key).Scalar() + "' is not a number" : "must be one number");
+  if (!node.IsScalar()) refuse(key, "must be one number");
+  if (!YAML::convert<double>::decode(node, value)) refuse(key, "'" + node.Scalar() + "' is not a number");
   return value;
 }
 
-Result<std::vector<double>> YamlMap::numbers(const std::string& key) const {
-  if (!has(key)) return problem(key, "is missing");
+std::vector<double> YamlMap::numbers(const std::string& key) const {
   std::vector<double> values;
-  if (!all_numbers(at(key), values)) return problem(key, "must be a list of numbers");
+  if (!all_numbers(required(key), values)) refuse(key, "must be a list of numbers");
   return values;
 }
 
-Result<std::vector<std::vector<double>>> YamlMap::rows(const std::string& key) const {
-  if (!has(key)) return problem(key, "is missing");
+std::vector<std::vector<double>> YamlMap::rows(const std::string& key) const {
+  const YAML::Node node = required(key);
+  if (!node.IsSequence()) refuse(key, "must be a list of rows");
   std::vector<std::vector<double>> out;
-  const YAML::Node node = at(key);
-  if (!node.IsSequence()) return problem(key, "must be a list of rows");
   for (const YAML::Node& row : node)
-    if (!all_numbers(row, out.emplace_back())) return problem(key, "must be a list of rows of numbers");
+    if (!all_numbers(row, out.emplace_back())) refuse(key, "must be a list of rows of numbers");
   return out;
 }
 

@@ -1,15 +1,19 @@
-#include "calibration/solve/photometry/extraction.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <string>
 #include <vector>
 
+#include "calibration/solve/photometry/response_solver.hpp"
+
 namespace lightwell::photometry {
 namespace {
 
 constexpr std::size_t kMaxCandidates = 40000;
+/// Number of series, and of brightness classes, each of which contributes the same number of series.
+constexpr std::size_t kSeries = 600, kShades = 20;
+/// Side of the block of sites that a series averages: reduces noise and the effect of camera shake.
+constexpr int kBlock = 3;
 constexpr int kTiles = 4;
 /// Decrease in a longer exposure, as a fraction of full scale, up to which it counts as noise.
 constexpr double kMaxDecrease = 0.03;
@@ -26,21 +30,20 @@ struct Candidate {
   int tile = 0;
 };
 
-Candidate candidate_at(std::span<const Picture> pictures, int x, int y, int channel, const SampleOptions& options,
-                       double saturation) {
+Candidate candidate_at(std::span<const Picture> pictures, int x, int y, int channel, double saturation) {
   Candidate out;
   out.series.channel = channel;
   for (const Picture& p : pictures) {
     double sum = 0, low = 1e9, high = -1e9;
-    for (int j = 0; j < options.block; ++j)
-      for (int i = 0; i < options.block; ++i) {
+    for (int j = 0; j < kBlock; ++j)
+      for (int i = 0; i < kBlock; ++i) {
         const double v = static_cast<double>(p.at(x + i, y + j, channel));
         sum += v;
         low = std::min(low, v);
         high = std::max(high, v);
       }
     const bool saturated = high >= std::min(1.0, saturation + kSaturationMargin);
-    const double mean = saturated ? std::max(high, 1.0) : sum / (options.block * options.block);
+    const double mean = saturated ? std::max(high, 1.0) : sum / (kBlock * kBlock);
     out.series.values.push_back(mean);
     out.shade += std::clamp(mean, 0.0, 1.0) / static_cast<double>(pictures.size());
     out.nonuniformity += saturated ? 0 : high - low;
@@ -60,16 +63,8 @@ bool rises(const PixelSeries& series, std::span<const std::size_t> order) {
 
 }  // namespace
 
-Status SampleOptions::validate() const {
-  if (pixels < 20 || pixels > 100000) return invalid("pixels must be 20 to 100000");
-  if (block < 1 || block > 16) return invalid("block must be 1 to 16");
-  if (shades < 1 || shades > pixels) return invalid("shades must be 1 to the number of pixels");
-  return {};
-}
-
 Result<ResponseSamples> choose_samples(std::span<const Picture> pictures, std::span<const double> exposures,
-                                       double dark_value, double saturation, const SampleOptions& options) {
-  if (const Status s = options.validate(); !s.ok()) return s;
+                                       double dark_value, double saturation) {
   if (const Status s = check_alike(pictures, 3, "response"); !s.ok()) return s;
   if (exposures.size() != pictures.size())
     return invalid(std::to_string(exposures.size()) + " exposures for " + std::to_string(pictures.size()) +
@@ -79,14 +74,14 @@ Result<ResponseSamples> choose_samples(std::span<const Picture> pictures, std::s
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return exposures[a] < exposures[b]; });
 
-  int step = options.block;
+  int step = kBlock;
   while (static_cast<std::size_t>(first.width / step) * static_cast<std::size_t>(first.height / step) > kMaxCandidates)
     ++step;
   std::vector<Candidate> candidates;
   std::size_t moved = 0;
-  for (int y = 0, row = 0; y + options.block <= first.height; y += step, ++row)
-    for (int x = 0, column = 0; x + options.block <= first.width; x += step, ++column) {
-      Candidate c = candidate_at(pictures, x, y, (row + column) % 3, options, saturation);
+  for (int y = 0, row = 0; y + kBlock <= first.height; y += step, ++row)
+    for (int x = 0, column = 0; x + kBlock <= first.width; x += step, ++column) {
+      Candidate c = candidate_at(pictures, x, y, (row + column) % 3, saturation);
       if (rises(c.series, order))
         candidates.push_back(std::move(c));
       else
@@ -101,10 +96,10 @@ Result<ResponseSamples> choose_samples(std::span<const Picture> pictures, std::s
   const auto [low, high] = std::minmax_element(candidates.begin(), candidates.end(),
                                                [](const auto& a, const auto& b) { return a.shade < b.shade; });
   const double darkest = std::max(low->shade, dark_value + 1e-3), brightest = std::min(high->shade, saturation);
-  std::vector<std::vector<const Candidate*>> shades(static_cast<std::size_t>(options.shades));
+  std::vector<std::vector<const Candidate*>> shades(kShades);
   for (const Candidate& c : candidates) {
     if (c.shade < darkest || c.shade > brightest) continue;
-    const double at = brightest > darkest ? (c.shade - darkest) / (brightest - darkest) * options.shades : 0;
+    const double at = brightest > darkest ? (c.shade - darkest) / (brightest - darkest) * kShades : 0;
     shades[std::min(static_cast<std::size_t>(at), shades.size() - 1)].push_back(&c);
   }
 
@@ -113,7 +108,7 @@ Result<ResponseSamples> choose_samples(std::span<const Picture> pictures, std::s
   out.levels = first.levels;
   out.dark_value = dark_value;
   out.saturation = saturation;
-  const auto wanted = static_cast<std::size_t>((options.pixels + options.shades - 1) / options.shades);
+  const std::size_t wanted = kSeries / kShades;
   for (auto& shade : shades) {
     std::stable_sort(shade.begin(), shade.end(),
                      [](const Candidate* a, const Candidate* b) { return a->nonuniformity < b->nonuniformity; });

@@ -1,4 +1,5 @@
-// Mean linear values of a uniform patch of a picture, such as a grey card.
+// A uniform patch of a picture, such as a grey card: its mean linear values, the white balance under the reference
+// illuminant, and the absolute radiometric scale from one reading of a luminance or lux meter.
 #pragma once
 
 #include <array>
@@ -27,5 +28,48 @@ struct PatchMean {
 /// channel, or not uniform (standard deviation above a fifth of the mean).
 [[nodiscard]] Result<PatchMean> patch_mean(const Picture& picture, const PatchRect& patch,
                                            const PhotometricCalibration& photometry, const std::string& name);
+
+struct WhiteBalance {
+  /// Factors on linear r, g, b. The factor of green is 1, because green contributes 72 % of luminance and has the
+  /// strongest signal: luminance, absolute scale and saturation then hardly change when the balance is redone.
+  std::array<double, 3> factors{1, 1, 1};
+  std::array<double, 4> covariance{};  ///< Of the factors of red and blue, row-major; both depend on green's noise.
+};
+
+/// Linear Rec. 709 r, g, b of luminance 1 for a CIE 1931 chromaticity. invalid_argument outside the gamut.
+[[nodiscard]] Result<std::array<double, 3>> rgb_of_chromaticity(double x, double y);
+
+/// `illuminant`: linear Rec. 709 r, g, b of the light on the card; equal values are D65. Vignetting is the same for the
+/// three channels of a pixel and cancels. invalid_argument if a mean is not positive.
+[[nodiscard]] Result<WhiteBalance> solve_white_balance(const PatchMean& card,
+                                                       const std::array<double, 3>& illuminant = {1, 1, 1});
+
+/// Luminance of the patch, cd/m², with its relative standard deviation.
+struct MeterReading {
+  double nits = 0;
+  double deviation = 0;
+};
+
+/// Reading of a luminance meter. DIN 5032-7 allows 7.5 % for class B, about two standard deviations: 0.04.
+[[nodiscard]] Result<MeterReading> luminance_reading(double nits, double deviation = 0.04);
+/// Reading of a lux meter that lies on a matte surface of known albedo: nits = lux * albedo / pi.
+[[nodiscard]] Result<MeterReading> illuminance_reading(double lux, double albedo, double deviation = 0.04,
+                                                       double albedo_deviation = 0.02);
+
+/// Exposure of the picture of the patch.
+struct PatchExposure {
+  double exposure_s = 0, gain = 1;
+  double vignetting = 1;  ///< Mean relative illumination over the patch.
+};
+
+struct AbsoluteScale {
+  double nits_per_unit = 0;  ///< RigParameters::nits_per_unit.
+  double deviation = 0;      ///< Standard deviation, cd/m².
+};
+
+/// nits_per_unit = nits / (luminance of white_balance * x / (exposure_s * gain * vignetting)).
+[[nodiscard]] Result<AbsoluteScale> solve_absolute_scale(const PatchMean& patch,
+                                                         const std::array<double, 3>& white_balance,
+                                                         const PatchExposure& exposure, const MeterReading& reading);
 
 }  // namespace lightwell::photometry

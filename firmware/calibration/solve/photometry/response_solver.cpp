@@ -10,7 +10,6 @@
 #include <lightwell/text.hpp>
 
 #include "calibration/model/response.hpp"
-#include "calibration/solve/photometry/picture.hpp"
 #include "calibration/solve/photometry/response_fit.hpp"
 #include "calibration/solve/photometry/robust.hpp"
 
@@ -27,6 +26,12 @@ constexpr double kHatFoot = 0.02, kHatEnd = 0.007;
 /// Fraction of the scale over which the weight falls to zero towards saturation.
 constexpr double kShoulder = 0.03;
 constexpr int kRounds = 2;
+/// Number of knots of the free curve; time is proportional to the cube.
+constexpr int kKnots = 33;
+/// Size of the resulting table, which is interpolated.
+constexpr int kEntries = 256;
+/// Largest difference from the table at which a parametric curve is preferred: half a level of 8 bits.
+constexpr double kTolerance = 0.002;
 
 Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "response: " + what}; }
 
@@ -148,14 +153,14 @@ struct Table {
 
 /// Table of response^-1 = b + (1 - b) x. Below dark x is negative, extrapolated linearly; the black level b is chosen
 /// so that the table begins with 0.
-Table table_of(const std::function<double(double)>& x, double dark, int entries) {
+Table table_of(const std::function<double(double)>& x, double dark) {
   constexpr double kStep = 1.0 / 512;
   const double slope = dark > 0 ? x(dark + kStep) / kStep : 0;
   Table out;
   out.black_level = slope * dark / (1 + slope * dark);
   out.curve.kind = ResponseCurve::Kind::table;
-  for (int i = 0; i < entries; ++i) {
-    const double v = static_cast<double>(i) / (entries - 1);
+  for (int i = 0; i < kEntries; ++i) {
+    const double v = static_cast<double>(i) / (kEntries - 1);
     const double light = v < dark ? slope * (v - dark) : x(v);
     out.curve.inverse.push_back(std::clamp(out.black_level + (1 - out.black_level) * light, 0.0, 1.0));
   }
@@ -199,7 +204,7 @@ struct Fits {
   }
 };
 
-Fits fit_all(const Usable& usable, const ResponseSamples& in, int knots, double least) {
+Fits fit_all(const Usable& usable, const ResponseSamples& in, double least) {
   const double dark = in.dark_value;
   Fits out;
   out.parametric.resize(3);
@@ -224,12 +229,12 @@ Fits fit_all(const Usable& usable, const ResponseSamples& in, int knots, double 
     out.base = c;
   }
   const LogCurve base = log_curve(out.base, dark);
-  out.free = fit_departure(out.samples, usable.pixels, base, dark, knots, least, in.exposure_deviation);
+  out.free = fit_departure(out.samples, usable.pixels, base, dark, kKnots, least, in.exposure_deviation);
   for (int round = 0; round < kRounds; ++round) {
     update_predictions(
         usable, [&](double v) { return out.free_x(dark, v); }, out.free.fit, dark, out.samples);
     out.free =
-        fit_departure(out.samples, usable.pixels, base, dark, knots, least, in.exposure_deviation, out.free.departure);
+        fit_departure(out.samples, usable.pixels, base, dark, kKnots, least, in.exposure_deviation, out.free.departure);
   }
   return out;
 }
@@ -237,25 +242,8 @@ Fits fit_all(const Usable& usable, const ResponseSamples& in, int knots, double 
 }  // namespace
 
 std::string_view to_string(ResponseCurve::Kind kind) {
-  switch (kind) {
-    case ResponseCurve::Kind::linear:
-      return "linear";
-    case ResponseCurve::Kind::srgb:
-      return "srgb";
-    case ResponseCurve::Kind::table:
-      return "table";
-    case ResponseCurve::Kind::gamma:
-      return "gamma";
-  }
-  return "unknown";
-}
-
-Status ResponseOptions::validate() const {
-  if (channel < -1 || channel > 2) return invalid("channel must be 0, 1, 2, or -1 for all");
-  if (knots < 5 || knots > 257) return invalid("knots must be 5 to 257");
-  if (entries < 16 || entries > 4096) return invalid("entries must be 16 to 4096");
-  if (!(tolerance >= 0 && tolerance < 0.1)) return invalid("tolerance must be 0 to 0.1");
-  return {};
+  using Kind = ResponseCurve::Kind;
+  return kind == Kind::linear ? "linear" : kind == Kind::srgb ? "srgb" : kind == Kind::table ? "table" : "gamma";
 }
 
 double free_curve(const ResponseEstimate& estimate, double value) {
@@ -268,21 +256,20 @@ double free_curve(const ResponseEstimate& estimate, double value) {
   return estimate.knot_linear[k - 1] * (1 - share) + estimate.knot_linear[k] * share;
 }
 
-Result<ResponseEstimate> solve_response(const ResponseSamples& in, const ResponseOptions& options) {
-  if (const Status s = options.validate(); !s.ok()) return s;
+Result<ResponseEstimate> solve_response(const ResponseSamples& in, int channel) {
   if (const Status s = check_exposures(in); !s.ok()) return s;
   if (!(in.dark_value >= 0 && in.dark_value < 0.5 && in.saturation > in.dark_value + 0.2 && in.saturation <= 1))
     return invalid("dark value " + text(in.dark_value) + " and saturation " + text(in.saturation) +
                    " leave no range between them; check the dark pictures");
-  const Result<Usable> usable = usable_of(in, options.channel);
+  const Result<Usable> usable = usable_of(in, channel);
   if (!usable) return usable.status();
   // Lower limit of the residuals' scale: the standard deviation of rounding.
   const double least = std::max(1e-6, rounding_deviation(in.levels));
-  const Fits fits = fit_all(*usable, in, options.knots, least);
+  const Fits fits = fit_all(*usable, in, least);
   const std::vector<ResponseSample>& samples = fits.samples;
   const DepartureFit& free = fits.free;
   const auto free_x = [&](double v) { return fits.free_x(in.dark_value, v); };
-  const Table table = table_of(free_x, in.dark_value, options.entries);
+  const Table table = table_of(free_x, in.dark_value);
 
   ResponseEstimate out;
   const double count = std::max(2.0, static_cast<double>(samples.size() - usable->pixels));
@@ -304,7 +291,7 @@ Result<ResponseEstimate> solve_response(const ResponseSamples& in, const Respons
       const double v = in.dark_value + (1 - in.dark_value) * i / 256;
       from_table = std::max(from_table, std::abs(parametric_x(c, in.dark_value, v) - free_x(v)));
     }
-    const bool first = out.scores.empty(), near_enough = from_table <= options.tolerance;
+    const bool first = out.scores.empty(), near_enough = from_table <= kTolerance;
     const ResponseScore s = score(c.kind, fit.loss, c.kind == ResponseCurve::Kind::gamma ? 1 : 0, from_table);
     // Choose the simplest curve within the tolerance, otherwise the one with the best criterion.
     if (choice.near_enough || !(first || near_enough || s.criterion < choice.score.criterion)) continue;

@@ -1,16 +1,19 @@
 // Response curve from a series of exposures of a static scene: Debevec & Malik 1997, eq. 3.
 //   g(Z_ij) = ln E_i + ln t_j        g = ln of the linear value, E_i the light at pixel i, t_j exposure * gain
-// with hat weights over the values and a smoothness term. Differences from the paper: g is the sum of the nearest
-// parametric curve and a departure, and only the departure is smoothed, so that a parametric response is not biased;
-// the smoothing parameter is estimated (restricted maximum likelihood, Wahba 1985); the hat has its maximum near white
-// and is evaluated at the predicted values; outliers, such as moving objects, are downweighted (Tukey's biweight).
+// with hat weights over the values and a smoothness term. Differences from the paper (README.md): only the departure of
+// g from the nearest parametric curve is smoothed; the smoothing parameter is estimated (restricted maximum likelihood,
+// Wahba 1985); the hat has its maximum near white and is evaluated at the predicted values; outliers, such as moving
+// objects, are downweighted (Tukey's biweight).
 #pragma once
 
+#include <span>
 #include <string_view>
 #include <vector>
 
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
+
+#include "calibration/solve/photometry/picture.hpp"
 
 namespace lightwell::photometry {
 
@@ -30,14 +33,14 @@ struct ResponseSamples {
   double exposure_deviation = 0.001;
 };
 
-struct ResponseOptions {
-  int channel = -1;   ///< Channel of the curve; -1: one curve for all, as in a calibration.
-  int knots = 33;     ///< Number of knots of the departure; time is proportional to the cube.
-  int entries = 256;  ///< Size of the resulting table, which is interpolated.
-  /// Largest difference from the table at which a parametric curve is preferred: half a level of 8 bits.
-  double tolerance = 0.002;
-  [[nodiscard]] Status validate() const;
-};
+/// Chooses blocks spread first over brightness classes, then over the picture, preferring uniform ones; each gives a
+/// series of one channel. `exposures`: exposure_s * gain, one per picture. Blocks that become darker in a longer
+/// exposure (motion) are rejected; a block with a pixel well above saturation counts as saturated. invalid_argument:
+/// pictures that differ in size or kind, a wrong number of exposures, pictures that are too small, fewer than 20 blocks
+/// left.
+[[nodiscard]] Result<ResponseSamples> choose_samples(std::span<const Picture> pictures,
+                                                     std::span<const double> exposures, double dark_value,
+                                                     double saturation);
 
 /// Goodness of fit of one kind of curve.
 struct ResponseScore {
@@ -67,11 +70,10 @@ struct ResponseEstimate {
   std::vector<ResponsePoint> points;
 };
 
-/// invalid_argument, with the remedy, for: fewer than three different exposures, exposures that span less than a factor
-/// of four, fewer than 20 usable pixels, values that do not follow the exposures (automatic exposure) or cover too
-/// small a part of the scale.
-[[nodiscard]] Result<ResponseEstimate> solve_response(const ResponseSamples& samples,
-                                                      const ResponseOptions& options = {});
+/// The curve of one channel, or of all (-1) as in a calibration. invalid_argument, with the remedy, for: fewer than
+/// three different exposures, exposures that span less than a factor of four, fewer than 20 usable pixels, values that
+/// do not follow the exposures (automatic exposure) or cover too small a part of the scale.
+[[nodiscard]] Result<ResponseEstimate> solve_response(const ResponseSamples& samples, int channel = -1);
 
 /// Linear value x of a picture value on the free curve of an estimate, black level subtracted.
 [[nodiscard]] double free_curve(const ResponseEstimate& estimate, double value);

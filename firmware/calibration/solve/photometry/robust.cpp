@@ -33,6 +33,30 @@ double scale_about_zero(std::span<const double> values) {
   return sizes.empty() ? 0 : 1.482602 * median(sizes);
 }
 
+ClippedMean clipped_mean(std::span<const double> values, double first, double least, int passes) {
+  std::vector<double> centred(values.begin(), values.end());
+  ClippedMean out;
+  out.mean = median(centred);
+  for (double& v : centred) v -= out.mean;
+  out.deviation = std::max(scale_about_zero(centred), first);
+  for (int pass = 0; pass < passes; ++pass) {
+    double sum = 0, squares = 0;
+    out.count = 0;
+    for (const double v : values) {
+      const double off = v - out.mean;
+      if (std::abs(off) > 5 * out.deviation) continue;
+      sum += off;
+      squares += off * off;
+      ++out.count;
+    }
+    if (out.count < 2) break;
+    out.variance = (squares - sum * sum / out.count) / (out.count - 1);
+    out.deviation = std::max(std::sqrt(std::max(0.0, out.variance)), least);
+    out.mean += sum / out.count;
+  }
+  return out;
+}
+
 double tukey_weight(double u) {
   const double a = u / kTukey, s = 1 - a * a;
   return std::abs(a) < 1 ? s * s : 0;

@@ -11,6 +11,17 @@ namespace lightwell::photometry {
 /// Standard deviation of zero-mean Gaussian values, from the median of their absolute values; 0 without values.
 [[nodiscard]] double scale_about_zero(std::span<const double> values);
 
+struct ClippedMean {
+  double mean = 0;
+  double variance = 0;   ///< Of one value.
+  double deviation = 0;  ///< Its square root, limited from below.
+  double count = 0;  ///< Number of values used; below 2: variance and deviation are those of the previous iteration.
+};
+
+/// Mean without values more than five standard deviations off, iterated `passes` times from the median and
+/// scale_about_zero(). The standard deviation is at least `first` there, and `least` later.
+[[nodiscard]] ClippedMean clipped_mean(std::span<const double> values, double first, double least, int passes);
+
 /// Weight of Tukey's biweight (Beaton & Tukey 1974) with the constant 4.685: 95 % efficiency for Gaussian noise. `u`:
 /// residual in standard deviations.
 [[nodiscard]] double tukey_weight(double u);

@@ -1,17 +1,20 @@
-// The one CameraManager of the process, shared by all open backends, and its notifications of connected and
-// disconnected cameras.
+// What this process has of libcamera: the one CameraManager, shared by all open backends, with its notifications of
+// connected and disconnected cameras, and the memory of buffers.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
 #include <lightwell/result.hpp>
 
 #include "camera/backends/libcamera/compatibility.hpp"
+#include "camera/backends/libcamera/lens.hpp"
 
 namespace lightwell::libcam {
 
@@ -43,6 +46,36 @@ class CameraSystem {
   std::mutex mutex_;  ///< Guards the two members below; held while watchers are notified.
   int next_watcher_ = 0;
   std::map<int, std::function<void()>> watchers_;
+};
+
+/// The memory of a camera's buffers, mapped into this process once and for as long as it is in use. Mappings outlive
+/// the buffers, the camera and the manager: a lent frame stays valid when its camera is unplugged.
+class BufferMemory final : public PictureMemory {
+ public:
+  BufferMemory() = default;
+  BufferMemory(const BufferMemory&) = delete;
+  BufferMemory& operator=(const BufferMemory&) = delete;
+  ~BufferMemory() override;
+
+  /// Maps the picture of one more buffer. failed_precondition if its planes are not contiguous in memory, as a View
+  /// requires; resource_exhausted if it cannot be mapped.
+  [[nodiscard]] Status add(const ::libcamera::FrameBuffer& buffer, const PictureLayout& layout);
+
+  [[nodiscard]] std::span<const std::byte> picture(int buffer) const override {
+    return buffers_[static_cast<std::size_t>(buffer)].picture;
+  }
+  /// Bracket each reading: synchronise caches on processors that are not coherent with the camera.
+  void begin_reading(int buffer) const;
+  void end_reading(int buffer) const override;
+
+ private:
+  struct Buffer {
+    void* base = nullptr;
+    std::size_t length = 0;
+    int fd = -1;  ///< Duplicate, owned here.
+    std::span<const std::byte> picture;
+  };
+  std::vector<Buffer> buffers_;
 };
 
 }  // namespace lightwell::libcam

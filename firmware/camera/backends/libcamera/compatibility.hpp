@@ -15,7 +15,7 @@
 #include <libcamera/libcamera.h>
 #include <libcamera/version.h>
 
-#include "camera/backends/libcamera/control_choice.hpp"
+#include "camera/backends/libcamera/choices.hpp"
 
 namespace lightwell::libcam {
 

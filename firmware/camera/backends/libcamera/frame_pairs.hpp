@@ -1,9 +1,11 @@
-// Pairs the frames of two free-running cameras by their times.
+// Two free-running cameras: pairs their frames by time, and aligns their cycles of exposures.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 
 #include <lightwell/result.hpp>
 #include <lightwell/time.hpp>
@@ -69,6 +71,29 @@ class FramePairer {
   std::array<FrameQueue, 2> queues_{};
   PairResult refused_;  ///< The frame that offer() refused, for next().
   Counts counts_;
+};
+
+/// Index of the exposure in the cycle. Empty if none matches, or more than one (within kExposureTolerance).
+[[nodiscard]] std::optional<int> index_in_cycle(std::span<const double> exposure_s, double in_force_s);
+
+/// Whether all exposures of the cycle differ by more than the tolerance, so that an exposure determines its index.
+[[nodiscard]] bool distinct(std::span<const double> exposure_s);
+
+/// Aligns two cameras that run through the same cycle of exposures, so that simultaneous frames have the same exposure.
+/// A correction takes effect some frames after it was made; until then disagreeing pairs do not cause another one.
+class CycleAlignment {
+ public:
+  /// `patience`: number of pairs until a correction has taken effect.
+  CycleAlignment(int size, int patience) : size_(size), patience_(patience) {}
+
+  /// Takes the cycle indices of a pair of frames. Returns the number of exposures by which the second camera's next
+  /// request must be advanced; 0: none.
+  [[nodiscard]] int observe(int first, int second);
+  void restart() { waited_ = patience_; }
+
+ private:
+  int size_, patience_;
+  int waited_ = patience_;
 };
 
 }  // namespace lightwell::libcam

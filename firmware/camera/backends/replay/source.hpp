@@ -28,20 +28,19 @@ class Source {
   virtual ~Source() = default;
 
   /// Properties of the frames. frame_rate is the recorded one, 0 for a single frame.
-  [[nodiscard]] virtual const CameraInfo& info() const = 0;
-  /// Reads the next playable frame; false at the end.
-  [[nodiscard]] virtual bool next(StoredFrame& out) = 0;
+  [[nodiscard]] const CameraInfo& info() const { return info_; }
+  /// Reads the next frame that is as info() declares and valid for an estimator; false at the end.
+  [[nodiscard]] bool next(StoredFrame& out);
   /// Back to the first frame.
   virtual void rewind() = 0;
+
+ protected:
+  /// Reads the next readable frame; false at the end.
+  [[nodiscard]] virtual bool read(StoredFrame& out) = 0;
+  CameraInfo info_;
 };
 
 /// A folder or a recording, depending on `path`. not_found, data_loss, invalid_argument; the message states the remedy.
 [[nodiscard]] Result<std::unique_ptr<Source>> open_source(const std::string& path);
-[[nodiscard]] Result<std::unique_ptr<Source>> open_recording(const std::string& path);
-[[nodiscard]] Result<std::unique_ptr<Source>> open_folder(const std::string& path);
-
-/// Whether a frame is as `info` declares and valid for an estimator: sizes that fit the format, aligned rows, positive
-/// exposure and gain.
-[[nodiscard]] bool is_playable(const StoredFrame& frame, const CameraInfo& info);
 
 }  // namespace lightwell::replay

@@ -18,10 +18,6 @@ ProbeTime probe_time(Clock::time_point t) {
 
 }  // namespace
 
-SimBackend::SimBackend(SimOptions options) : options_(std::move(options)) {}
-
-SimBackend::~SimBackend() { stop(); }
-
 Result<CameraInfo> SimBackend::open() {
   if (world_) return Status(StatusCode::failed_precondition, "sim: the camera is open already");
   Result<std::unique_ptr<SimWorld>> world = make_sim_world(options_);
@@ -63,28 +59,6 @@ CameraInfo SimBackend::describe() const {
   return info;
 }
 
-Status SimBackend::start(FrameSink& sink) {
-  if (!world_) return {StatusCode::failed_precondition, "sim: open the camera before starting it"};
-  if (thread_.joinable()) return {StatusCode::failed_precondition, "sim: the camera is running"};
-  stopping_ = false;
-  state_ = State::streaming;
-  stop_ = std::stop_source();
-  thread_ = std::thread([this, &sink, stop = stop_.get_token()] { run(sink, stop); });
-  return {};
-}
-
-void SimBackend::stop() {
-  if (!thread_.joinable()) return;
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  wake_.notify_all();
-  stop_.request_stop();
-  thread_.join();
-  state_ = State::idle;
-}
-
 void SimBackend::release(int /*slot*/) {
   {
     const std::lock_guard lock(mutex_);
@@ -109,11 +83,11 @@ void SimBackend::run(FrameSink& sink, const std::stop_token& stop) {
     {
       std::unique_lock lock(mutex_);
       if (rate > 0) {
-        wake_.wait_until(lock, due(tick), [this] { return stopping_; });
+        wake_.wait_until(lock, stop, due(tick), [] { return false; });
       } else {
-        wake_.wait(lock, [&] { return stopping_ || lent_ < limit; });
+        wake_.wait(lock, stop, [&] { return lent_ < limit; });
       }
-      if (stopping_) return;
+      if (stop.stop_requested()) return;
       lend = lent_ < limit;
       if (lend) ++lent_;
     }

@@ -12,9 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "camera/backends/v4l2/exposure_schedule.hpp"
 #include "camera/backends/v4l2/timing.hpp"
-#include "camera/backends/v4l2/unpack.hpp"
 
 namespace lightwell::v4l2 {
 namespace {
@@ -22,35 +20,12 @@ namespace {
 /// Frames skipped before a step, so that the previous one has taken effect, and frames observed after it.
 constexpr int kSettleFrames = 12, kObservedFrames = 12;
 
-/// Measures the mean level of the picture in a buffer, 0 to 1.
-class LevelMeter {
- public:
-  LevelMeter(const Connection& connection, Converter& converter) : connection_(connection), converter_(converter) {
-    if (!connection.zero_copy) memory_.resize(connection.layout.picture_bytes / sizeof(std::max_align_t) + 1);
-  }
-
-  /// Empty if the picture is damaged.
-  [[nodiscard]] std::optional<double> level(const v4l2_buffer& buffer) {
-    const std::span<const std::byte> all = connection_.buffers.all()[buffer.index].memory;
-    std::span<const std::byte> bytes = all.first(std::min<std::size_t>(buffer.bytesused, all.size()));
-    if ((buffer.flags & V4L2_BUF_FLAG_ERROR) != 0 || bytes.size() < connection_.layout.bytes) return std::nullopt;
-    if (!connection_.zero_copy) {
-      const std::span<std::byte> picture = std::as_writable_bytes(std::span(memory_));
-      if (!converter_.convert(bytes, picture)) return std::nullopt;
-      bytes = picture;
-    }
-    return mean_level(view_of(*connection_.encoding, connection_.layout, bytes));
-  }
-
- private:
-  const Connection& connection_;
-  Converter& converter_;
-  std::vector<std::max_align_t> memory_;
-};
-
 class StepMeter {
  public:
-  StepMeter(Device& device, LevelMeter& levels) : device_(device), meter_(levels) {}
+  StepMeter(Connection& connection, Converter& converter)
+      : connection_(connection), device_(connection.device), converter_(converter) {
+    if (!connection.zero_copy) memory_.resize(connection.layout.picture_bytes / sizeof(std::max_align_t) + 1);
+  }
 
   /// Records levels until `frames` more frames have come and none is waiting. An error if the device stops.
   [[nodiscard]] Status watch(int frames) {
@@ -68,7 +43,7 @@ class StepMeter {
       }
       if (failed != 0) return device_.error("stopped streaming", failed);
       newest_ = sequence_.number(buffer.sequence);
-      if (const std::optional<double> level = meter_.level(buffer)) levels_.push_back({newest_, *level});
+      if (const std::optional<double> level = level_of(buffer)) levels_.push_back({newest_, *level});
       if (const int refused = device_.queue(static_cast<int>(buffer.index)); refused != 0)
         return device_.error("takes no buffer", refused);
       ++came;
@@ -96,8 +71,23 @@ class StepMeter {
   }
 
  private:
+  /// Mean level of the picture in a buffer, 0 to 1; empty if the picture is damaged.
+  [[nodiscard]] std::optional<double> level_of(const v4l2_buffer& buffer) {
+    const std::span<const std::byte> all = connection_.buffers.all()[buffer.index].memory;
+    std::span<const std::byte> bytes = all.first(std::min<std::size_t>(buffer.bytesused, all.size()));
+    if ((buffer.flags & V4L2_BUF_FLAG_ERROR) != 0 || bytes.size() < connection_.layout.bytes) return std::nullopt;
+    if (!connection_.zero_copy) {
+      const std::span<std::byte> picture = std::as_writable_bytes(std::span(memory_));
+      if (!converter_.convert(bytes, picture)) return std::nullopt;
+      bytes = picture;
+    }
+    return mean_level(view_of(*connection_.encoding, connection_.layout, bytes));
+  }
+
+  const Connection& connection_;
   Device& device_;
-  LevelMeter& meter_;
+  Converter& converter_;
+  std::vector<std::max_align_t> memory_;
   SequenceCounter sequence_;
   std::uint64_t newest_ = 0;
   std::vector<Level> levels_;
@@ -136,7 +126,78 @@ Result<std::optional<int>> measure_with(Device& device, StepMeter& meter, std::u
   return std::optional(min_delay);
 }
 
+/// Mean and range of the levels before or after a step.
+struct Plateau {
+  double mean = 0, spread = 0;
+};
+
+Plateau plateau_of(std::span<const Level> levels) {
+  double sum = 0, least = levels.front().level, most = least;
+  for (const Level& l : levels) {
+    sum += l.level;
+    least = std::min(least, l.level);
+    most = std::max(most, l.level);
+  }
+  return {sum / static_cast<double>(levels.size()), most - least};
+}
+
 }  // namespace
+
+double mean_level(const View& view) {
+  constexpr std::size_t kGrid = 64;
+  const auto width = static_cast<std::size_t>(view.width), height = static_cast<std::size_t>(view.height);
+  const std::size_t columns = std::min(width, kGrid), rows = std::min(height, kGrid);
+  const double full_scale = pixel_layout(view.format).full_scale();
+  double sum = 0;
+  for (std::size_t j = 0; j < rows; ++j) {
+    for (std::size_t i = 0; i < columns; ++i) {
+      // Alternate between odd and even columns, so that all colours of a mosaic are sampled.
+      const std::size_t x = std::min(i * width / columns + (j + i) % 2, width - 1);
+      const std::size_t y = std::min(j * height / rows + i % 2, height - 1);
+      sum += code_at(view, static_cast<int>(x), static_cast<int>(y)) / full_scale;
+    }
+  }
+  return columns * rows == 0 ? 0 : sum / static_cast<double>(columns * rows);
+}
+
+std::optional<int> delay_of_step(std::span<const Level> levels, std::uint64_t set_at) {
+  constexpr std::size_t kBefore = 3, kAfter = 6, kLast = 3;
+  // Smaller changes may be caused by the scene or by noise.
+  constexpr double kMinStep = 0.01, kMinRelativeStep = 0.1, kTimesTheSpread = 4;
+  // Largest distance of a frame from its plateau, as a fraction of the step: a frame in the middle has a mixed
+  // exposure.
+  constexpr double kMaxPlateauError = 0.25;
+
+  const auto first_after =
+      std::ranges::find_if(levels, [set_at](const Level& l) { return l.sequence > set_at; }) - levels.begin();
+  const std::span<const Level> before = levels.first(static_cast<std::size_t>(first_after));
+  const std::span<const Level> after = levels.subspan(static_cast<std::size_t>(first_after));
+  if (before.size() < kBefore || after.size() < kAfter) return std::nullopt;
+  for (const Level& l : levels)
+    if (!std::isfinite(l.level)) return std::nullopt;
+
+  const Plateau low = plateau_of(before), high = plateau_of(after.last(kLast));
+  const double step = high.mean - low.mean, size = std::abs(step);
+  if (size < kMinStep || size < kMinRelativeStep * std::max(low.mean, high.mean) ||
+      size < kTimesTheSpread * std::max(low.spread, high.spread))
+    return std::nullopt;
+
+  const Level* last_old = &before.back();
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    const double share = (after[i].level - low.mean) / step;
+    if (std::abs(share) <= kMaxPlateauError) {
+      last_old = &after[i];
+      continue;
+    }
+    for (const Level& l : after.subspan(i))
+      if (std::abs((l.level - low.mean) / step - 1) > kMaxPlateauError) return std::nullopt;
+    if (after[i].sequence != last_old->sequence + 1) return std::nullopt;
+    const std::uint64_t delay = after[i].sequence - set_at;
+    return delay <= static_cast<std::uint64_t>(ExposureSchedule::kMaxDelay) ? std::optional(static_cast<int>(delay))
+                                                                            : std::nullopt;
+  }
+  return std::nullopt;
+}
 
 Result<int> measure_control_delay(Connection& connection, Converter& converter, double rate) {
   Device& device = connection.device;
@@ -153,8 +214,7 @@ Result<int> measure_control_delay(Connection& connection, Converter& converter, 
     if (const int failed = device.queue(static_cast<int>(i)); failed != 0)
       return device.error("takes no buffer", failed);
   if (const int failed = device.stream_on(); failed != 0) return device.error("does not start", failed);
-  LevelMeter levels(connection, converter);
-  StepMeter meter(device, levels);
+  StepMeter meter(connection, converter);
   Result<int> result = not_measured(device, "no step of exposure is visible in the pictures");
   for (const auto& codes : pairs) {
     if (codes.first == codes.second) continue;

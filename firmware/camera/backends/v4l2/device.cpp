@@ -45,40 +45,23 @@ std::string text_of(const unsigned char (&field)[N]) {
   return {text, ::strnlen(text, N)};
 }
 
-std::string remedy_of(int error) {
-  switch (error) {
-    case EBUSY:
-      return "it is in use by another program; stop that one (`fuser -v` names it)";
-    case EACCES:
-    case EPERM:
-      return "this user may not use it; add the user to the group `video`";
-    case ENODEV:
-    case ENXIO:
-      return "it is away; plug it in again";
-    case ENOSPC:
-      return "its bus has no room for it; ask for a smaller size or rate, or use another USB port";
-    default:
-      return std::strerror(error);
-  }
-}
-
-StatusCode code_of(int error) {
-  switch (error) {
-    case EBUSY:
-    case ENODEV:
-    case ENXIO:
-    case EIO:
-      return StatusCode::unavailable;
-    case EACCES:
-    case EPERM:
-      return StatusCode::failed_precondition;
-    case ENOSPC:
-    case ENOMEM:
-      return StatusCode::resource_exhausted;
-    default:
-      return StatusCode::internal;
-  }
-}
+/// An errno, and what it means for the user.
+struct KnownError {
+  int error;
+  StatusCode code;
+  const char* remedy;  ///< Null: as strerror().
+};
+constexpr std::array kKnownErrors = {
+    KnownError{EBUSY, StatusCode::unavailable, "it is in use by another program; stop that one (`fuser -v` names it)"},
+    KnownError{EACCES, StatusCode::failed_precondition, "this user may not use it; add the user to the group `video`"},
+    KnownError{EPERM, StatusCode::failed_precondition, "this user may not use it; add the user to the group `video`"},
+    KnownError{ENODEV, StatusCode::unavailable, "it is away; plug it in again"},
+    KnownError{ENXIO, StatusCode::unavailable, "it is away; plug it in again"},
+    KnownError{EIO, StatusCode::unavailable, nullptr},
+    KnownError{ENOSPC, StatusCode::resource_exhausted,
+               "its bus has no room for it; ask for a smaller size or rate, or use another USB port"},
+    KnownError{ENOMEM, StatusCode::resource_exhausted, nullptr},
+};
 
 /// Lists the existing devices for messages: "/dev/video0 (UVC Camera), /dev/video2 (...)".
 std::string devices_there_are() {
@@ -96,20 +79,8 @@ std::string devices_there_are() {
 
 }  // namespace
 
-MappedBuffers& MappedBuffers::operator=(MappedBuffers&& o) noexcept {
-  if (this != &o) {
-    clear();
-    buffers_ = std::move(o.buffers_);
-    o.buffers_.clear();
-  }
-  return *this;
-}
-
-MappedBuffers::~MappedBuffers() { clear(); }
-
-void MappedBuffers::clear() {
+MappedBuffers::~MappedBuffers() {
   for (const Buffer& buffer : buffers_) ::munmap(buffer.memory.data(), buffer.memory.size());
-  buffers_.clear();
 }
 
 Result<Device> Device::open(const std::string& path) {
@@ -249,7 +220,7 @@ std::optional<Control> Device::control(std::uint32_t id) const {
   auto query = zeroed<v4l2_queryctrl>();
   query.id = id;
   if (call(fd_, VIDIOC_QUERYCTRL, &query) != 0 || (query.flags & kCannotBeSet) != 0) return std::nullopt;
-  return Control{id, text_of(query.name), {query.minimum, query.maximum, query.step}};
+  return Control{id, {query.minimum, query.maximum, query.step}};
 }
 
 int Device::set_control(std::uint32_t id, int value) {
@@ -310,8 +281,11 @@ int Device::stream_off() {
 }
 
 Status Device::error(const std::string& doing, int error) const {
-  return {code_of(error),
-          "v4l2: '" + path_ + "'" + (card_.empty() ? "" : " (" + card_ + ")") + " " + doing + ": " + remedy_of(error)};
+  const auto known = std::ranges::find(kKnownErrors, error, &KnownError::error);
+  const bool is_known = known != kKnownErrors.end();
+  return {is_known ? known->code : StatusCode::internal,
+          "v4l2: '" + path_ + "'" + (card_.empty() ? "" : " (" + card_ + ")") + " " + doing + ": " +
+              (is_known && known->remedy != nullptr ? known->remedy : std::strerror(error))};
 }
 
 PollResult wait_for(const Device* device, int stop, int milliseconds) {

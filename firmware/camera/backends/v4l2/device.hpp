@@ -1,7 +1,4 @@
 // Wrapper of a V4L2 capture device: file descriptor, ioctls and error messages.
-//   Device: open, modes, format, controls, streaming
-//   MappedBuffers: the driver's memory
-//   wait_for(): waits for a frame, an error, or a stop request
 #pragma once
 
 #include <cstddef>
@@ -17,15 +14,12 @@
 #include <lightwell/result.hpp>
 
 #include "camera/backends/v4l2/formats.hpp"
-#include "camera/backends/v4l2/negotiation.hpp"
 
 namespace lightwell::v4l2 {
 
-/// Owner of a file descriptor.
 /// A control and its range, in the driver's own unit.
 struct Control {
   std::uint32_t id = 0;
-  std::string name;
   StepRange range;
 };
 
@@ -48,12 +42,10 @@ class MappedBuffers {
   };
   MappedBuffers() = default;
   MappedBuffers(MappedBuffers&&) noexcept = default;
-  MappedBuffers& operator=(MappedBuffers&& o) noexcept;
   ~MappedBuffers();
 
   [[nodiscard]] std::span<const Buffer> all() const { return buffers_; }
   void add(Buffer buffer) { buffers_.push_back(std::move(buffer)); }
-  void clear();
 
  private:
   std::vector<Buffer> buffers_;

@@ -2,8 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstring>
+#include <set>
+#include <tuple>
 
 #include <linux/videodev2.h>
+
+#include <lightwell/text.hpp>
+
+#include "camera/packed_pixels.hpp"
 
 namespace lightwell::v4l2 {
 namespace {
@@ -62,6 +70,57 @@ Status refused(const Encoding& encoding, int width, int height, const std::strin
   return {StatusCode::invalid_argument, "v4l2: the driver gives " + std::to_string(width) + "x" +
                                             std::to_string(height) + " " + fourcc_text(encoding.fourcc) + " " + why +
                                             ": ask for another size or format"};
+}
+
+constexpr double kMinRateFraction = 0.95;
+
+/// Rank of a size: 0 for the wanted one, then larger ones by their excess, then the others by their deficit.
+std::tuple<int, long> size_rank(const Mode& mode, const RequestedFormat& wanted) {
+  if (mode.width == wanted.width && mode.height == wanted.height) return {0, 0};
+  const long area = static_cast<long>(mode.width) * mode.height;
+  if (mode.width >= wanted.width && mode.height >= wanted.height) return {1, area};
+  return {2, -area};
+}
+
+Fraction interval_of(double rate) {
+  constexpr double kFine = 1000;
+  const auto denominator = static_cast<std::uint32_t>(std::lround(std::clamp(rate, 0.001, 100000.0) * kFine));
+  return {static_cast<std::uint32_t>(kFine), std::max<std::uint32_t>(denominator, 1)};
+}
+
+Fraction nearest_interval(const Mode& mode, double rate) {
+  if (mode.intervals.empty()) return {};
+  const auto by_rate = [](const Fraction& a, const Fraction& b) { return a.rate() < b.rate(); };
+  if (mode.any_between) {
+    const auto [slowest, fastest] = std::ranges::minmax(mode.intervals, by_rate);
+    if (rate <= slowest.rate()) return slowest;
+    return rate >= fastest.rate() ? fastest : interval_of(rate);
+  }
+  // Ties: prefer the higher rate.
+  return *std::ranges::min_element(mode.intervals, [rate](const Fraction& a, const Fraction& b) {
+    const double off_a = std::abs(a.rate() - rate), off_b = std::abs(b.rate() - rate);
+    return off_a != off_b ? off_a < off_b : a.rate() > b.rate();
+  });
+}
+
+struct Rank {
+  std::tuple<int, long> size;
+  int too_slow = 0;
+  std::ptrdiff_t preference = 0;
+  double rate_off = 0;
+
+  friend auto operator<=>(const Rank&, const Rank&) = default;
+};
+
+Status nothing_fits(std::span<const Mode> modes, const RequestedFormat& wanted) {
+  std::set<std::string> offered;
+  for (const Mode& mode : modes) offered.insert(fourcc_text(mode.fourcc));
+  const std::string list = offered.empty() ? "nothing" : joined(offered);
+  if (!wanted.format.empty())
+    return {StatusCode::invalid_argument,
+            "v4l2: format=" + wanted.format + " is not among what the camera offers: " + list};
+  return {StatusCode::invalid_argument,
+          "v4l2: the camera offers " + list + ", of which nothing can be read here (" + format_names() + " can)"};
 }
 
 }  // namespace
@@ -143,6 +202,66 @@ View view_of(const Encoding& encoding, const Layout& layout, std::span<const std
           layout.view_height,
           layout.view_stride,
           picture.subspan(layout.view_offset, bytes)};
+}
+
+bool Converter::convert(std::span<const std::byte> driver, std::span<std::byte> picture) {
+  if (picture.size() < layout_.picture_bytes) return false;
+  if (encoding_.packing == Packing::jpeg) return jpeg_.decode_frame(driver, layout_.width, layout_.height, picture);
+  if (driver.size() < layout_.bytes) return false;
+  // NV12's chroma rows follow its luma rows, with the same stride.
+  const std::size_t rows = layout_.picture_bytes / layout_.view_stride;
+  for (std::size_t row = 0; row < rows; ++row)
+    convert_row(driver.subspan(row * layout_.stride), picture.subspan(row * layout_.view_stride, layout_.view_stride));
+  return true;
+}
+
+void Converter::convert_row(std::span<const std::byte> in, std::span<std::byte> out) const {
+  // BufferPool::allocate() aligns this memory for any type, so rows can be accessed as 16-bit words.
+  const std::span<std::uint16_t> words(reinterpret_cast<std::uint16_t*>(out.data()), out.size() / 2);
+  const auto width = static_cast<std::size_t>(layout_.width);
+  switch (encoding_.packing) {
+    case Packing::packed10:
+      return unpack10(in, words);
+    case Packing::packed12:
+      return unpack12(in, words);
+    case Packing::grey:
+      for (std::size_t i = 0; i < width; ++i) out[3 * i] = out[3 * i + 1] = out[3 * i + 2] = in[i];
+      return;
+    case Packing::none:
+    case Packing::jpeg:
+      std::memcpy(out.data(), in.data(), out.size());
+  }
+}
+
+int nearest_in(const StepRange& range, int wanted) {
+  if (range.max <= range.min || wanted <= range.min) return range.min;
+  const int step = std::max(range.step, 1);
+  const long above = std::min<long>(wanted, range.max) - static_cast<long>(range.min);
+  long value = range.min + (above + step / 2) / step * step;
+  if (value > range.max) value -= step;
+  return static_cast<int>(value);
+}
+
+Result<SelectedMode> choose_mode(std::span<const Mode> modes, const RequestedFormat& wanted) {
+  const Mode* best = nullptr;
+  Rank best_rank;
+  Fraction best_interval;
+  for (const Mode& mode : modes) {
+    const Encoding* const encoding = encoding_of(mode.fourcc);
+    if (encoding == nullptr || (!wanted.format.empty() && encoding->name != wanted.format)) continue;
+    const Fraction interval = nearest_interval(mode, wanted.rate);
+    const double rate = interval.rate();
+    // An unknown rate is assumed to be sufficient.
+    const bool too_slow = rate > 0 && rate < kMinRateFraction * wanted.rate;
+    const Rank rank{size_rank(mode, wanted), too_slow ? 1 : 0, encoding - encodings().data(),
+                    rate > 0 ? std::abs(rate - wanted.rate) : 0};
+    if (best != nullptr && !(rank < best_rank)) continue;
+    best = &mode;
+    best_rank = rank;
+    best_interval = interval;
+  }
+  if (best == nullptr) return nothing_fits(modes, wanted);
+  return SelectedMode{*best, best_interval};
 }
 
 }  // namespace lightwell::v4l2

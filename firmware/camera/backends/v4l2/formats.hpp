@@ -1,6 +1,5 @@
-// Maps V4L2 pixel formats to PixelFormat, in order of preference, and locates a frame's view in a buffer.
-//   Encoding, encodings(), encoding_of(), format_names()
-//   Layout, layout_of(), view_of()
+// Maps V4L2 pixel formats to PixelFormat, in order of preference, locates a frame's view in a buffer, converts buffers,
+// and chooses a device's mode (format, size, rate) for a request.
 #pragma once
 
 #include <cstddef>
@@ -8,11 +7,13 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <lightwell/pixel.hpp>
 #include <lightwell/result.hpp>
 
 #include "imaging/frame.hpp"
+#include "imaging/jpeg_decoder.hpp"
 
 namespace lightwell::v4l2 {
 
@@ -63,5 +64,64 @@ struct Layout {
 
 /// View of a picture in memory of at least layout.picture_bytes.
 [[nodiscard]] View view_of(const Encoding& encoding, const Layout& layout, std::span<const std::byte> picture);
+
+/// Converts a driver's buffer to a picture in a PixelFormat. Not thread-safe.
+class Converter {
+ public:
+  Converter(const Encoding& encoding, const Layout& layout) : encoding_(encoding), layout_(layout) {}
+
+  /// `picture` has layout.picture_bytes. False if `driver` does not contain a complete picture; `picture` may then be
+  /// partly written.
+  [[nodiscard]] bool convert(std::span<const std::byte> driver, std::span<std::byte> picture);
+
+ private:
+  void convert_row(std::span<const std::byte> in, std::span<std::byte> out) const;
+
+  Encoding encoding_;
+  Layout layout_;
+  JpegDecoder jpeg_;
+};
+
+/// Frame interval in seconds, as a fraction (v4l2_fract).
+struct Fraction {
+  std::uint32_t numerator = 0, denominator = 1;
+
+  /// Frames per second; 0 if the interval is 0.
+  [[nodiscard]] double rate() const {
+    return numerator == 0 ? 0 : static_cast<double>(denominator) / static_cast<double>(numerator);
+  }
+};
+
+/// Values from min to max in steps.
+struct StepRange {
+  int min = 0, max = 0, step = 1;
+};
+/// The nearest value in the range; of two, the larger one.
+[[nodiscard]] int nearest_in(const StepRange& range, int wanted);
+
+/// One size of one format, with its frame intervals.
+struct Mode {
+  std::uint32_t fourcc = 0;
+  int width = 0, height = 0;
+  /// The available intervals; if `any_between`, the longest and the shortest. Empty: not reported.
+  std::vector<Fraction> intervals;
+  bool any_between = false;
+};
+
+struct RequestedFormat {
+  int width = 640, height = 480;
+  double rate = 30;
+  std::string format;  ///< Name of an Encoding; empty: any supported one.
+};
+
+struct SelectedMode {
+  Mode mode;
+  Fraction interval;  ///< {0, 1} if the device does not report intervals.
+};
+
+/// Criteria, in this order: the requested size, else the smallest that contains it, else the largest; a rate of at
+/// least 95 % of the requested one; the order of encodings(); the nearest rate. invalid_argument, with a list of the
+/// offered formats, if none is supported or none is the requested one.
+[[nodiscard]] Result<SelectedMode> choose_mode(std::span<const Mode> modes, const RequestedFormat& wanted);
 
 }  // namespace lightwell::v4l2

@@ -35,6 +35,33 @@ std::uint64_t SequenceCounter::number(std::uint32_t driver) {
   return next_++;
 }
 
+ExposureSchedule::ExposureSchedule(int bracket, int delay)
+    : bracket_(std::clamp(bracket, 1, kMaxBracket)), delay_(std::clamp(delay, 1, kMaxDelay)) {}
+
+std::optional<ExposureSchedule::Write> ExposureSchedule::due(std::uint64_t newest) const {
+  if (bracket_ == 1) return std::nullopt;
+  const std::uint64_t from = newest + static_cast<std::uint64_t>(delay_);
+  if (count_ > 0 && changes_[(count_ - 1) % changes_.size()].from >= from) return std::nullopt;
+  return Write{from, static_cast<int>(from % static_cast<std::uint64_t>(bracket_))};
+}
+
+void ExposureSchedule::written(const Write& write, Outcome outcome) {
+  changes_[count_ % changes_.size()] = {write.from, outcome == Outcome::in_time ? write.index : kUnknown};
+  ++count_;
+}
+
+std::optional<int> ExposureSchedule::index_of(std::uint64_t sequence) const {
+  if (bracket_ == 1) return 0;
+  const std::size_t kept = std::min(count_, changes_.size());
+  for (std::size_t back = 1; back <= kept; ++back) {
+    const Change& change = changes_[(count_ - back) % changes_.size()];
+    if (change.from > sequence) continue;
+    const int own = static_cast<int>(sequence % static_cast<std::uint64_t>(bracket_));
+    return change.index == own ? std::optional(own) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
 bool LatencyMonitor::in_time(int index, Duration latency, Duration interval) {
   LatencyMinimum& least = minima_[static_cast<std::size_t>(index)];
   if (least.count++ == kBlock) {

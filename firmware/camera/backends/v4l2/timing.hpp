@@ -1,11 +1,10 @@
-// Exposure time and sequence number of a frame, from the driver's metadata of a buffer.
-//   Timestamp, RowTiming, validate_timestamp(), mid_exposure()
-//   SequenceCounter
-//   LatencyMonitor
+// Time, sequence number and exposure of a frame, from the driver's metadata of a buffer.
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include <lightwell/time.hpp>
 
@@ -53,6 +52,46 @@ class SequenceCounter {
   std::uint64_t next_ = 0;
   std::uint32_t driver_ = 0;
   bool fresh_ = true;
+};
+
+/// Frame s should have index s % bracket of the cycle. A value that is set when s is the newest frame takes effect at
+/// frame s + delay. Frames whose value was set too late, or not at all because frames were lost, have no index.
+class ExposureSchedule {
+ public:
+  /// bracket 1 to kMaxBracket, delay 1 to kMaxDelay.
+  static constexpr int kMaxDelay = 30;
+  ExposureSchedule(int bracket, int delay);
+
+  /// Discards all writes: the exposure of the next frames is unknown.
+  void restart() { count_ = 0; }
+
+  struct Write {
+    std::uint64_t from = 0;  ///< First frame with this exposure.
+    int index = 0;           ///< Index in the cycle.
+  };
+  /// The write that is due after frame `newest`; empty if it was made already, or the exposure is constant.
+  [[nodiscard]] std::optional<Write> due(std::uint64_t newest) const;
+
+  enum class Outcome : std::uint8_t {
+    in_time,
+    uncertain,  ///< It failed, or another frame had come by then: it may take effect a frame later.
+  };
+  void written(const Write& write, Outcome outcome);
+
+  /// Index in the cycle of a frame's exposure; empty if it is unknown or not the one that the frame should have.
+  [[nodiscard]] std::optional<int> index_of(std::uint64_t sequence) const;
+
+ private:
+  static constexpr int kUnknown = -1;
+  struct Change {
+    std::uint64_t from = 0;
+    int index = kUnknown;
+  };
+
+  int bracket_, delay_;
+  /// Ring buffer of the newest changes; more than can be pending.
+  std::array<Change, 2 * static_cast<std::size_t>(kMaxDelay) + 4> changes_{};
+  std::size_t count_ = 0;
 };
 
 /// Detects that the thread handled a frame later than usual. After a delay of half a frame no newer frame is waiting

@@ -9,19 +9,14 @@
 #include <lightwell/config.hpp>
 #include <lightwell/result.hpp>
 
-#include "camera/backend.hpp"
+#include "camera/threaded_backend.hpp"
 #include "imaging/uri.hpp"
 
 namespace lightwell {
 
-/// v4l2:/dev/video0?width=1280&height=960&frame_rate=30&format=yuyv&...: README.md lists parameters, formats and
-/// limits.
-///
-/// One thread runs from start() to stop(). If the device is unplugged, fails, or delivers nothing for two seconds plus
-/// ten frame intervals, the state is lost: the thread looks for the node every 250 ms and streams again once it is
-/// back, with the same format. The sequence has a gap for the frames lost meanwhile. Frames of a device that is gone
-/// stay valid.
-class V4l2Camera : public CameraBackend {
+/// v4l2:/dev/video0?width=1280&height=960&frame_rate=30&format=yuyv&...: README.md lists parameters, formats, limits,
+/// and what happens when the device is unplugged. One thread runs from start() to stop().
+class V4l2Camera : public ThreadedBackend {
  public:
   /// Counters since construction.
   struct Counts {
@@ -43,11 +38,12 @@ class V4l2Camera : public CameraBackend {
   /// The DMABUF that contains a view of a held frame; empty if the picture was converted, or the driver cannot export
   /// buffers. Thread-safe.
   [[nodiscard]] virtual std::optional<DmaBuffer> dma_buffer(const View& view) const = 0;
+
+ protected:
+  using ThreadedBackend::ThreadedBackend;
 };
 
-/// invalid_argument for invalid parameters. open() opens the device.
-[[nodiscard]] Result<std::unique_ptr<V4l2Camera>> make_v4l2_camera(const CameraUri& uri, const CameraConfig& config);
-/// make_v4l2_camera() with the return type that the backend table needs.
+/// A V4l2Camera. invalid_argument for invalid parameters. open() opens the device.
 [[nodiscard]] Result<std::unique_ptr<CameraBackend>> make_v4l2_backend(const CameraUri& uri,
                                                                        const CameraConfig& config);
 

@@ -1,5 +1,7 @@
 #include "estimate/panorama/kernels/block_light.hpp"
 
+#include <algorithm>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "estimate/panorama/kernels/block_light.cpp"
 #include <hwy/foreach_target.h>
@@ -11,6 +13,85 @@ namespace lightwell::estimate {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
+
+template <class D>
+HWY_INLINE void load_channels(D d, int channels, const hn::TFromD<D>* from, hn::Vec<D> (&out)[3]) {
+  if (channels == 3)
+    hn::LoadInterleaved3(d, from, out[0], out[1], out[2]);
+  else if (channels == 2)
+    hn::LoadInterleaved2(d, from, out[0], out[1]);
+  else
+    out[0] = hn::LoadU(d, from);
+}
+
+template <int kEdge>
+void SumBlocksOf(const LaneSums& lanes, int channels, std::size_t blocks, std::uint32_t* across_out) {
+  const hn::CappedTag<std::uint32_t, kEdge> d32;
+  const hn::CappedTag<std::uint16_t, kEdge> d16;
+  const auto count = static_cast<std::size_t>(channels);
+  for (std::size_t block = 0; block < blocks; ++block) {
+    hn::Vec<decltype(d32)> sum[3], early[3], across[3], part[3], part_early[3];
+    hn::Vec<decltype(d16)> peak[3], part_peak[3];
+    for (std::size_t c = 0; c < count; ++c) {
+      sum[c] = early[c] = across[c] = hn::Zero(d32);
+      peak[c] = hn::Zero(d16);
+    }
+    const std::size_t first = block * kEdge;
+    for (std::size_t i = 0; i < kEdge; i += hn::Lanes(d32)) {
+      load_channels(d32, channels, lanes.sum + (first + i) * count, part);
+      load_channels(d32, channels, lanes.early + (first + i) * count, part_early);
+      const auto column = hn::Iota(d32, static_cast<std::uint32_t>(i));
+      for (std::size_t c = 0; c < count; ++c) {
+        sum[c] = hn::Add(sum[c], part[c]);
+        early[c] = hn::Add(early[c], part_early[c]);
+        across[c] = hn::Add(across[c], hn::Mul(part[c], column));
+      }
+    }
+    for (std::size_t i = 0; i < kEdge; i += hn::Lanes(d16)) {
+      load_channels(d16, channels, lanes.peak + (first + i) * count, part_peak);
+      for (std::size_t c = 0; c < count; ++c) peak[c] = hn::Max(peak[c], part_peak[c]);
+    }
+    for (std::size_t c = 0; c < count; ++c) {
+      const std::size_t at = block * count + c;
+      lanes.sum[at] = hn::GetLane(hn::SumOfLanes(d32, sum[c]));
+      lanes.early[at] = hn::GetLane(hn::SumOfLanes(d32, early[c]));
+      lanes.peak[at] = hn::GetLane(hn::MaxOfLanes(d16, peak[c]));
+      across_out[at] = hn::GetLane(hn::SumOfLanes(d32, across[c]));
+    }
+  }
+}
+
+/// For blocks that are too narrow for a vector.
+void SumNarrowBlocks(const LaneSums& lanes, std::size_t channels, std::size_t edge, std::size_t blocks,
+                     std::uint32_t* across_out) {
+  for (std::size_t block = 0; block < blocks; ++block) {
+    for (std::size_t c = 0; c < channels; ++c) {
+      std::uint32_t sum = 0, across = 0, early = 0;
+      std::uint16_t peak = 0;
+      for (std::size_t i = 0; i < edge; ++i) {
+        const std::size_t lane = (block * edge + i) * channels + c;
+        sum += lanes.sum[lane];
+        across += static_cast<std::uint32_t>(i) * lanes.sum[lane];
+        early += lanes.early[lane];
+        peak = std::max(peak, lanes.peak[lane]);
+      }
+      const std::size_t at = block * channels + c;
+      lanes.sum[at] = sum;
+      lanes.early[at] = early;
+      lanes.peak[at] = peak;
+      across_out[at] = across;
+    }
+  }
+}
+
+void SumBlocks(const LaneSums& lanes, int channels, int edge, std::size_t blocks, std::uint32_t* across) {
+  if (edge == 16)
+    SumBlocksOf<16>(lanes, channels, blocks, across);
+  else if (edge == 8)
+    SumBlocksOf<8>(lanes, channels, blocks, across);
+  else
+    SumNarrowBlocks(lanes, static_cast<std::size_t>(channels), static_cast<std::size_t>(edge), blocks, across);
+}
 
 using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
@@ -114,7 +195,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace lightwell::estimate {
 
+HWY_EXPORT(SumBlocks);
 HWY_EXPORT(LightOfBlocks);
+
+void sum_blocks(const LaneSums& lanes, int channels, int edge, std::size_t blocks, std::uint32_t* across) {
+  HWY_DYNAMIC_DISPATCH(SumBlocks)(lanes, channels, edge, blocks, across);
+}
 
 BlockErrorSums convert_block_sums(const BlockRun& run, const BlockWeights& weights, const BlockCodes& codes,
                                   std::size_t blocks, const BlockLight& out) {

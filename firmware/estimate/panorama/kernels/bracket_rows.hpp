@@ -1,6 +1,6 @@
-// SIMD kernels of BracketPass: merge one row of pixels of all exposures, weight it by solid angle and inverse
-// vignetting, add it to sums by column, and compare each exposure with the next longer one. One source for all
-// instruction sets (Highway), as kernels/lane_sums.hpp.
+// SIMD kernels that add a row of pixels to sums by column, as kernels/lane_sums.hpp one source for all instruction
+// sets. Of BracketPass: merge the row in all exposures, weight it by solid angle and inverse vignetting, and compare
+// each exposure with the next longer one. Of BlockPass: rows of floats.
 #pragma once
 
 #include <array>
@@ -15,19 +15,24 @@ namespace lightwell::estimate {
 
 /// Lookup tables by code, for one bit depth.
 struct CodeLut {
-  /// Linear value of each code, divided by `unit`. Where codes are linear, linear[c] is c + linear[0].
+  /// Linear value of each code, divided by `unit`; of 8-bit codes, rounded to the upper 24 bits of a float. Where codes
+  /// are linear, linear[c] is c + linear[0].
   std::vector<float> linear;
   float unit = 1;
   /// 1 / variance of that value (read noise, shot noise, rounding), rounded to the upper 16 bits of a float: weights
   /// need not be precise. 0 where the code is saturated.
   std::vector<float> weight;
-  /// For 8-bit codes: bytes 1 to 3 of the linear value (15 bits of mantissa), bytes 2 and 3 of the weight.
-  alignas(64) std::array<std::array<std::uint8_t, 256>, 3> linear_bytes{};
-  alignas(64) std::array<std::array<std::uint8_t, 256>, 2> weight_bytes{};
   unsigned saturated_from = 0;
   float saturated_linear = 1;                       ///< Of the lowest saturated code.
   float near_black_bias = 0, near_black_limit = 0;  ///< Largest near_black_bias() of values below the limit.
 };
+
+/// Software prefetch of the data `ahead` bytes after `at`, which may be beyond the image: rows of many exposures are
+/// too many streams for the hardware prefetcher.
+inline void prefetch(const void* at, std::ptrdiff_t ahead, std::size_t bytes) {
+  const std::uintptr_t from = reinterpret_cast<std::uintptr_t>(at) + static_cast<std::uintptr_t>(ahead);
+  for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(reinterpret_cast<const void*>(from + i));
+}
 
 /// linear8: interleaved8 whose codes are linear.
 enum class BracketSource : std::uint8_t { interleaved8, linear8, planes8, mosaic8, mosaic16 };
@@ -91,5 +96,17 @@ void fold_bracket_columns(const BracketColumns& columns, int pairs, const std::a
 /// must be at least 64. Other columns of these vectors are changed only in `difference` and `noise_allowance`.
 void merge_bracket_row(const BracketRow& row, std::size_t begin, std::size_t end, std::size_t readable_end,
                        const BracketColumns& out);
+
+/// Sums over the rows of a row of blocks, one element per column of pixels.
+struct FloatColumns {
+  float *r, *g, *b;  ///< Radiance times solid angle.
+  float* low;        ///< Luminance times solid angle times the row's depth.
+  float* peak;       ///< Largest luminance of a pixel with solid angle.
+};
+
+/// Adds a run of `pixels` pixels (three floats r, g, b each, at any alignment) times `scale`. Adds nothing and returns
+/// false where a value is NaN or not in [0, max_radiance].
+[[nodiscard]] bool add_float_row(const std::byte* rgb, const float* solid_angle, std::size_t pixels, float scale,
+                                 float max_radiance, float depth, const FloatColumns& out);
 
 }  // namespace lightwell::estimate

@@ -14,40 +14,7 @@ HWY_BEFORE_NAMESPACE();
 namespace lightwell::estimate {
 namespace HWY_NAMESPACE {
 
-// Where byte shuffles hold 256 elements, a table lookup costs a fraction of a load per code.
-#if HWY_TARGET == HWY_AVX3_DL
-class Lookup {
- public:
-  explicit Lookup(const CodeTable16& table) {
-    for (int quarter = 0; quarter < 4; ++quarter) {
-      const std::uint16_t* values = table.data() + 64 * quarter;
-      const __m512i first = _mm512_loadu_si512(values), second = _mm512_loadu_si512(values + 32);
-      const auto low_bytes = [](__m512i a, __m512i b) HWY_ATTR {
-        return _mm512_inserti64x4(_mm512_castsi256_si512(_mm512_cvtepi16_epi8(a)), _mm512_cvtepi16_epi8(b), 1);
-      };
-      part_[0][quarter] = low_bytes(first, second);
-      part_[1][quarter] = low_bytes(_mm512_srli_epi16(first, 8), _mm512_srli_epi16(second, 8));
-    }
-  }
-  /// Low bytes and high bytes of the linear values.
-  HWY_INLINE void bytes(V8 codes, __m512i (&out)[2]) const {
-    const __mmask64 high = _mm512_movepi8_mask(codes.raw);
-    for (int half = 0; half < 2; ++half)
-      out[half] = _mm512_mask_blend_epi8(high, _mm512_permutex2var_epi8(part_[half][0], codes.raw, part_[half][1]),
-                                         _mm512_permutex2var_epi8(part_[half][2], codes.raw, part_[half][3]));
-  }
-  HWY_INLINE Wide operator()(V8 codes) const {
-    __m512i bytes[2];
-    this->bytes(codes, bytes);
-    // Combines low bytes, widened, with high bytes, widened and shifted.
-    const Wide low = widened(V8{bytes[0]}), up = widened(V8{bytes[1]});
-    return {hn::Or(low.lower, hn::ShiftLeft<8>(up.lower)), hn::Or(low.upper, hn::ShiftLeft<8>(up.upper))};
-  }
-
- private:
-  __m512i part_[2][4];
-};
-#elif HWY_TARGET == HWY_NEON && HWY_ARCH_ARM_A64
+#if HWY_TARGET == HWY_NEON && HWY_ARCH_ARM_A64
 class Lookup {
  public:
   explicit Lookup(const CodeTable16& table) {
@@ -198,67 +165,12 @@ void SumCodes(const CodeRows& rows, std::size_t lanes, const LaneSums& out) {
   });
 }
 
-/// Sums of looked-up codes, two rows at a time.
+/// Sums of looked-up codes.
 class TableSums {
  public:
-  HWY_INLINE explicit TableSums(const Lookup& lookup) : lookup_(lookup) { clear(); }
-
-#if HWY_TARGET == HWY_AVX3_DL
-  // Low and high bytes are processed separately, with pairs of rows interleaved: multiplication by (1, 1) sums a pair
-  // to 16 bits without widening, and by the distances to the end of the rows gives `early`. The sums of 16 rows of
-  // bytes times at most 16 fit into 16 bits.
-  HWY_INLINE void clear() {
-    for (auto& plane : sum_)
-      for (__m512i& s : plane) s = _mm512_setzero_si512();
-    for (auto& plane : early_)
-      for (__m512i& s : plane) s = _mm512_setzero_si512();
-  }
-  HWY_INLINE void add(V8 upper_row, V8 lower_row, int upper_distance, int lower_weight) {
-    const __m512i ones = _mm512_set1_epi16(static_cast<short>(1 | lower_weight << 8));
-    const __m512i distances =
-        _mm512_set1_epi16(static_cast<short>(upper_distance | (lower_weight * (upper_distance - 1)) << 8));
-    __m512i a[2], b[2];
-    lookup_.bytes(upper_row, a);
-    lookup_.bytes(lower_row, b);
-    for (int plane = 0; plane < 2; ++plane) {
-      const __m512i pairs[2] = {_mm512_unpacklo_epi8(a[plane], b[plane]), _mm512_unpackhi_epi8(a[plane], b[plane])};
-      for (int k = 0; k < 2; ++k) {
-        sum_[plane][k] = _mm512_add_epi16(sum_[plane][k], _mm512_maddubs_epi16(pairs[k], ones));
-        early_[plane][k] = _mm512_add_epi16(early_[plane][k], _mm512_maddubs_epi16(pairs[k], distances));
-      }
-    }
-  }
-  HWY_INLINE void store(std::uint32_t* sum, std::uint32_t* early) const {
-    store(sum_, sum);
-    store(early_, early);
-  }
-
- private:
-  /// Each 128-bit part of plane[byte][0] has the lower eight of sixteen lanes, of plane[byte][1] the upper eight.
-  static HWY_INLINE void store(const __m512i (&plane)[2][2], std::uint32_t* to) {
-    const __m512i first = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11),
-                  second = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
-    for (int half = 0; half < 2; ++half) {
-      const __m512i order = half == 0 ? first : second;
-      const __m512i low = _mm512_permutex2var_epi64(plane[0][0], order, plane[0][1]);
-      const __m512i high = _mm512_permutex2var_epi64(plane[1][0], order, plane[1][1]);
-      for (int quarter = 0; quarter < 2; ++quarter) {
-        const __m256i l = quarter == 0 ? _mm512_castsi512_si256(low) : _mm512_extracti64x4_epi64(low, 1);
-        const __m256i h = quarter == 0 ? _mm512_castsi512_si256(high) : _mm512_extracti64x4_epi64(high, 1);
-        const __m512i v = _mm512_add_epi32(_mm512_cvtepu16_epi32(l), _mm512_slli_epi32(_mm512_cvtepu16_epi32(h), 8));
-        _mm512_storeu_si512(to + 32 * half + 16 * quarter, v);
-      }
-    }
-  }
-
-  __m512i sum_[2][2], early_[2][2];
-#else
-  HWY_INLINE void clear() { sum_ = early_ = Sums32(); }
-  HWY_INLINE void add(V8 upper_row, V8 lower_row, int, int lower_weight) {
-    sum_.add(lookup_(upper_row));
-    early_.add(sum_);
-    if (lower_weight == 0) return;
-    sum_.add(lookup_(lower_row));
+  HWY_INLINE explicit TableSums(const Lookup& lookup) : lookup_(lookup) {}
+  HWY_INLINE void add(V8 codes) {
+    sum_.add(lookup_(codes));
     early_.add(sum_);
   }
   HWY_INLINE void store(std::uint32_t* sum, std::uint32_t* early) const {
@@ -268,7 +180,6 @@ class TableSums {
 
  private:
   Sums32 sum_, early_;
-#endif
   const Lookup& lookup_;
 };
 
@@ -286,12 +197,13 @@ void SumLookedUp(const CodeRows& rows, std::size_t lanes, const LaneSums& out) {
       __builtin_prefetch(row + rows.stride + kAhead);
       const V8 upper = hn::LoadU(d8, row), lower = hn::LoadU(d8, row + rows.stride);
       peak = hn::Max(peak, hn::Max(upper, lower));
-      sums.add(upper, lower, rows.rows - y, 1);
+      sums.add(upper);
+      sums.add(lower);
     }
     if (y < rows.rows) {
       const V8 last = hn::LoadU(d8, row);
       peak = hn::Max(peak, last);
-      sums.add(last, last, rows.rows - y, 0);
+      sums.add(last);
     }
     sums.store(out.sum + at, out.early + at);
     store_peak(rows, limit, peak, nullptr, 0, at, out);
@@ -390,25 +302,17 @@ HWY_EXPORT(SumLookedUp);
 HWY_EXPORT(SumWeightedCodes);
 HWY_EXPORT(SumWords);
 
-void sum_lanes(const CodeRows& rows, std::size_t lanes, const LaneSums& out) {
-  if (rows.table == nullptr)
+void sum_lanes(const CodeRows& rows, const LaneWeights& weights, std::size_t lanes, const LaneSums& out) {
+  if (weights.first != nullptr)
+    HWY_DYNAMIC_DISPATCH(SumWeightedCodes)(rows, weights.first, weights.stride, lanes, out);
+  else if (rows.table == nullptr)
     HWY_DYNAMIC_DISPATCH(SumCodes)(rows, lanes, out);
   else
     HWY_DYNAMIC_DISPATCH(SumLookedUp)(rows, lanes, out);
 }
 
-void sum_weighted_lanes(const CodeRows& rows, const std::uint8_t* weights, std::size_t weight_stride, std::size_t lanes,
-                        const LaneSums& out) {
-  HWY_DYNAMIC_DISPATCH(SumWeightedCodes)(rows, weights, weight_stride, lanes, out);
-}
-
-void sum_wide_lanes(const WordRows& rows, std::size_t lanes, const LaneSums& out) {
-  HWY_DYNAMIC_DISPATCH(SumWords)(rows, nullptr, 0, lanes, out);
-}
-
-void sum_weighted_wide_lanes(const WordRows& rows, const std::uint8_t* weights, std::size_t weight_stride,
-                             std::size_t lanes, const LaneSums& out) {
-  HWY_DYNAMIC_DISPATCH(SumWords)(rows, weights, weight_stride, lanes, out);
+void sum_wide_lanes(const WordRows& rows, const LaneWeights& weights, std::size_t lanes, const LaneSums& out) {
+  HWY_DYNAMIC_DISPATCH(SumWords)(rows, weights.first, weights.stride, lanes, out);
 }
 
 }  // namespace lightwell::estimate

@@ -1,9 +1,7 @@
-// SIMD kernels of CodePass: sums over the rows of a block, for all lanes of a row at once.
-//   sum_lanes           linear or looked-up 8-bit codes, with or without a weight for each
-//   sum_wide_lanes      the same for 16-bit words
-// block_sums.hpp sums lanes to blocks, block_light.hpp converts these to light, ycbcr_planes.hpp converts YCbCr to
-// planes of codes. One source for all instruction sets (Highway), dispatched at run time; tests run all of them with
-// hwy::SetSupportedTargetsForTest().
+// SIMD kernels of CodePass: sums over the rows of a block, for all lanes of a row at once, of 8-bit codes (sum_lanes)
+// and of 16-bit words (sum_wide_lanes). block_light.hpp sums lanes to blocks and converts these to light,
+// ycbcr_planes.hpp converts YCbCr to planes of codes. One source for all instruction sets (Highway), dispatched at run
+// time; tests run all of them with hwy::SetSupportedTargetsForTest().
 #pragma once
 
 #include <array>
@@ -48,14 +46,14 @@ struct WordRows {
   unsigned clipped_from;
 };
 
+/// Weights w / 256 of the samples: a byte per lane, rows `stride` bytes apart. Null `first`: plain sums.
+struct LaneWeights {
+  const std::uint8_t* first = nullptr;
+  std::size_t stride = 0;
+};
+
 /// Sums lanes [0, lanes), lanes >= kMinLanes. `out` has as many elements.
-void sum_lanes(const CodeRows& rows, std::size_t lanes, const LaneSums& out);
-/// The same with weights w / 256; `weights`: a byte per lane, rows `weight_stride` bytes apart. Without a table, the
-/// linear value is 257 times the code.
-void sum_weighted_lanes(const CodeRows& rows, const std::uint8_t* weights, std::size_t weight_stride, std::size_t lanes,
-                        const LaneSums& out);
-void sum_wide_lanes(const WordRows& rows, std::size_t lanes, const LaneSums& out);
-void sum_weighted_wide_lanes(const WordRows& rows, const std::uint8_t* weights, std::size_t weight_stride,
-                             std::size_t lanes, const LaneSums& out);
+void sum_lanes(const CodeRows& rows, const LaneWeights& weights, std::size_t lanes, const LaneSums& out);
+void sum_wide_lanes(const WordRows& rows, const LaneWeights& weights, std::size_t lanes, const LaneSums& out);
 
 }  // namespace lightwell::estimate

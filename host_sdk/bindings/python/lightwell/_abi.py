@@ -56,10 +56,8 @@ except OSError as error:
     raise ImportError(f"{error}; set LIGHTWELL_LIBRARY to the path of liblightwell.so.1") from error
 
 if lib.lw_abi_version() >> 16 != lib.LW_ABI_VERSION >> 16 or lib.lw_abi_version() < lib.LW_ABI_VERSION:
-    raise ImportError(
-        f"{_library()} has the ABI {lib.lw_abi_version():#x}, this package needs {lib.LW_ABI_VERSION:#x}: "
-        "install both from one version of Lightwell"
-    )
+    raise ImportError(f"{_library()} has the ABI {lib.lw_abi_version():#x}, this package needs "
+                      f"{lib.LW_ABI_VERSION:#x}: install both from one version of Lightwell")
 
 
 def take(struct):

@@ -96,9 +96,8 @@ class Conversions:
         """SphericalHarmonicsL2 and a directional Light."""
         return self._convert("unity", pipeline, main_light, color=color, residual=residual)
 
-    def to_three(
-        self, lights=ThreeLights.PHYSICAL, main_light=MainLight.APART, *, color=None, residual=Residual.MEASURED
-    ):
+    def to_three(self, lights=ThreeLights.PHYSICAL, main_light=MainLight.APART, *, color=None,
+                 residual=Residual.MEASURED):
         """LightProbe and DirectionalLight of three.js."""
         return self._convert("three", lights, main_light, color=color, residual=residual)
 

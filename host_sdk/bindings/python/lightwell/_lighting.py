@@ -92,28 +92,18 @@ class Lighting(Conversions):
     def irradiance(self, normals):
         """Irradiance (Answer) of flat receivers that face `normals`, (3,) or (..., 3). Not divided by pi, not
         clamped."""
-        questions = _directions(normals, "normals")
-        values = np.empty_like(questions)
-        about = take("lw_answer")
-        check(
-            lib.lw_lighting_irradiance_batch(
-                self._raw, _floats(questions), 0, questions.size // 3, _floats(values), 0, about
-            )
-        )
-        return self._answer(about, values)
+        return self._answer(lib.lw_lighting_irradiance_batch, _directions(normals, "normals"))
 
     def radiance(self, directions, roughness):
         """Radiance (Answer) as reflected by surfaces of a perceptual roughness (alpha = roughness²) with the reflection
         directions `directions`, (3,) or (..., 3). At roughness 0 the discrete lights are excluded."""
-        questions = _directions(directions, "directions")
+        return self._answer(lib.lw_lighting_radiance_batch, _directions(directions, "directions"), roughness)
+
+    def _answer(self, batch, questions, *more):
+        """The Answer of a function of the C ABI to many questions; `more`: its arguments after their number."""
         values = np.empty_like(questions)
         about = take("lw_answer")
-        check(lib.lw_lighting_radiance_batch(self._raw, _floats(questions), 0, questions.size // 3, roughness,
-                                             _floats(values), 0, about))
-        return self._answer(about, values)
-
-    @staticmethod
-    def _answer(about, values):
+        check(batch(self._raw, _floats(questions), 0, questions.size // 3, *more, _floats(values), 0, about))
         reason = ffi.string(about.reason).decode()
         return record(Answer, about, value=values, reason=reason, lights_included=about.lights_included != 0)
 

@@ -17,8 +17,6 @@ _SLICE_NS = 100_000_000
 _OPTIONS = {"max_age": "max_age_ns", "extrapolation": "extrapolation_ns", "connect_timeout": "connect_timeout_ns",
             "retry_min": "retry_min_ns", "retry_max": "retry_max_ns", "silence_limit": "silence_limit_ns"}
 _TEXTS = ("credentials_folder", "mqtt_ca_file", "mqtt_certificate_file", "mqtt_key_file", "mqtt_user", "mqtt_password")
-
-
 # Fields of EstimatorConfig that are enums.
 _WORDS = {"setting": Setting, "unseen": UnseenFill, "smoothing": Smoothing}
 
@@ -131,25 +129,23 @@ class Probe:
     def latest(self, into=None):
         """The newest Lighting; Validity.NONE before the first descriptor. If `into` is given, it is filled and
         returned, so that a loop creates no library objects. Lock-free in the library; does not wait for the network."""
-        into = Lighting() if into is None else into
-        with self._used() as raw:
-            check(lib.lw_probe_latest(raw, into._raw))
-        return into
+        return self._filled(lib.lw_probe_latest, into)
 
     def latest_in_world(self):
         """latest() in the axes of the room in which the probe is mounted; Validity.INVALID_QUERY if info().position is
         None. For another world frame: latest().rotated()."""
-        into = Lighting()
-        with self._used() as raw:
-            check(lib.lw_probe_latest_in_world(raw, into._raw))
-        return into
+        return self._filled(lib.lw_probe_latest_in_world)
 
     def at(self, host_time_ns):
         """The lighting at a time of time.monotonic_ns(): interpolated between two descriptors; after the newest, see
         info().derivation."""
-        into = Lighting()
+        return self._filled(lambda raw, lighting: lib.lw_probe_at(raw, host_time_ns, lighting))
+
+    def _filled(self, fill, into=None):
+        """`into`, or a new Lighting, after a function of the C ABI has filled it."""
+        into = Lighting() if into is None else into
         with self._used() as raw:
-            check(lib.lw_probe_at(raw, host_time_ns, into._raw))
+            check(fill(raw, into._raw))
         return into
 
     def wait_for_next(self, seen=None, timeout=10.0):
@@ -173,11 +169,9 @@ class Probe:
         with self._used() as raw:
             check(lib.lw_probe_get_info(raw, struct))
             texts = [self._text(raw, kind) for kind in (lib.LW_PROBE_NAME, lib.LW_PROBE_VERSION, lib.LW_PROBE_CAMERA)]
-        pose = [
-            np.array(values) if struct.mounted else None for values in (list(struct.position), list(struct.orientation))
-        ]
-        return record(ProbeInfo, struct, name=texts[0], version=texts[1], camera=texts[2], position=pose[0],
-                      orientation=pose[1])
+        pose = {name: np.array(list(getattr(struct, name))) if struct.mounted else None
+                for name in ("position", "orientation")}
+        return record(ProbeInfo, struct, name=texts[0], version=texts[1], camera=texts[2], **pose)
 
     def stats(self):
         """LinkStats. Blocks briefly."""

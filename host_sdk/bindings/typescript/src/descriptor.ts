@@ -2,8 +2,11 @@
 //   Descriptor, Light, ErrorBound   values
 //   decodeDescriptor                bytes -> Descriptor, fully validated
 import { EnvironmentMap, EnvironmentMessage } from "./environment.js";
-import { Rgb, Vec3, normalizedFloat } from "./vector.js";
-import { DecodeError, WireReader, invalid } from "./wire.js";
+import { Rgb, Vec3, normalized } from "./vector.js";
+import {
+  DecodeError, WireReader, fixed32, fixed64, float, invalid, message, repeatedSint32, repeatedUint32, sint32, uint32,
+  uint64,
+} from "./wire.js";
 
 export const wireVersion = 1;
 export const maxDescriptorBytes = 65536;
@@ -16,6 +19,7 @@ export type Flag = "unseen" | "clipped" | "cleaned" | "dark" | "moved" | "filled
 const wireFlags: readonly Flag[] = ["unseen", "clipped", "cleaned", "dark", "moved", "filled", "recovered", "unsure"];
 export type Setting = "fast" | "balanced" | "exact";
 export type Flicker = "unknown" | "none" | "100 Hz" | "120 Hz";
+const flickers: readonly Flicker[] = ["unknown", "none", "100 Hz", "120 Hz"];
 
 /** A detected light (lamp, sun, window), modelled as a spherical cap of uniform radiance. */
 export interface Light {
@@ -96,17 +100,10 @@ class RadianceMessage {
   mantissa: number[] = [];
 
   read(wire: WireReader): void {
-    wire.fields((number) => {
-      switch (number) {
-        case 1:
-          return wire.uint32((v) => (this.bands = v));
-        case 2:
-          return wire.sint32((v) => (this.exponent = v));
-        case 3:
-          return wire.repeatedSint32((v) => this.mantissa.push(v));
-        default:
-          return false;
-      }
+    wire.fields({
+      1: uint32((v) => (this.bands = v)),
+      2: sint32((v) => (this.exponent = v)),
+      3: repeatedSint32((v) => this.mantissa.push(v)),
     });
   }
 
@@ -142,25 +139,14 @@ class LightMessage {
   private track = 0;
 
   read(wire: WireReader): this {
-    wire.fields((number) => {
-      switch (number) {
-        case 1:
-          return wire.repeatedSint32((v) => this.direction.push(v));
-        case 2:
-          return wire.repeatedSint32((v) => this.irradiance.push(v));
-        case 3:
-          return wire.sint32((v) => (this.irradianceExponent = v));
-        case 4:
-          return wire.uint32((v) => (this.radiusE5 = v));
-        case 5:
-          return wire.repeatedSint32((v) => this.covariance.push(v));
-        case 6:
-          return wire.uint32((v) => (this.track = v));
-        case 7:
-          return wire.sint32((v) => (this.covarianceExponent = v));
-        default:
-          return false;
-      }
+    wire.fields({
+      1: repeatedSint32((v) => this.direction.push(v)),
+      2: repeatedSint32((v) => this.irradiance.push(v)),
+      3: sint32((v) => (this.irradianceExponent = v)),
+      4: uint32((v) => (this.radiusE5 = v)),
+      5: repeatedSint32((v) => this.covariance.push(v)),
+      6: uint32((v) => (this.track = v)),
+      7: sint32((v) => (this.covarianceExponent = v)),
     });
     return this;
   }
@@ -172,7 +158,7 @@ class LightMessage {
       throw invalid("light.covariance_mantissa needs three numbers, one or none");
     exponentChecked(this.irradianceExponent, "light.irradiance_exponent");
     exponentChecked(this.covarianceExponent, "light.covariance_exponent");
-    const direction = normalizedFloat(this.direction.map(fround) as Vec3);
+    const direction = normalized(this.direction.map(fround) as Vec3, fround);
     if (direction === null) throw invalid("light.direction is zero");
     const radius = this.radiusE5 * 1e-5;
     if (radius > Math.PI / 2 + 2e-5) throw invalid("light.angular_radius_e5 is above pi/2");
@@ -190,42 +176,10 @@ class LightMessage {
   }
 }
 
-class Bound {
-  private readonly millionths = [0, 0, 0, 0, 0, 0];
-
-  read(wire: WireReader): void {
-    wire.fields((number) => number <= 6 && wire.uint32((v) => (this.millionths[number - 1] = v)));
-  }
-
-  get(): ErrorBound {
-    const [total, truncation, sampling, noise, quantization, smoothing] = this.millionths.map((v) =>
-      v === 0xffffffff ? Infinity : fround(v * 1e-6));
-    return { total, truncation, sampling, noise, quantization, smoothing };
-  }
-}
-
-class Time {
-  midExposureNs = 0n;
-  clock = 0;
-  deliveredAfterUs = 0;
-  encodedAfterUs = 0;
-
-  read(wire: WireReader): void {
-    wire.fields((number) => {
-      switch (number) {
-        case 1:
-          return wire.fixed64((v) => (this.midExposureNs = BigInt.asIntN(64, v)));
-        case 2:
-          return wire.uint32((v) => (this.clock = v));
-        case 3:
-          return wire.uint32((v) => (this.deliveredAfterUs = v));
-        case 4:
-          return wire.uint32((v) => (this.encodedAfterUs = v));
-        default:
-          return false;
-      }
-    });
-  }
+function boundOf(millionths: readonly number[]): ErrorBound {
+  const [total, truncation, sampling, noise, quantization, smoothing] = millionths.map((v) =>
+    v === 0xffffffff ? Infinity : fround(v * 1e-6));
+  return { total, truncation, sampling, noise, quantization, smoothing };
 }
 
 function share(v: number, what: string): number {
@@ -237,79 +191,55 @@ function share(v: number, what: string): number {
  *  fields are ignored. */
 export function decodeDescriptor(bytes: Uint8Array): Descriptor {
   if (bytes.length > maxDescriptorBytes) throw new DecodeError("data_loss", "descriptor: longer than 64 KiB");
-  let version = 0;
-  let sequence = 0n;
-  let units = 0;
-  let unseen = 0;
-  let saturated = 0;
-  let probeId = 0;
-  let calibrationId = 0;
-  let setting = 0;
-  let flicker = 0;
-  const time = new Time();
+  // Members of the descriptor as they are in the message, and numbers that are interpreted below.
+  const plain = {
+    sequence: 0n, midExposureNs: 0n, deliveredAfterUs: 0, encodedAfterUs: 0, probeId: 0, calibrationId: 0,
+  };
+  const raw = { version: 0, clock: 0, units: 0, unseen: 0, saturated: 0, setting: 0, flicker: 0 };
+  const millionths = [0, 0, 0, 0, 0, 0];
   const radiance = new RadianceMessage();
-  const bound = new Bound();
   const flags = new Set<Flag>();
   const lights: LightMessage[] = [];
   let environment: EnvironmentMessage | null = null;
   // Parse all bytes before validating values, so that a truncated message is data_loss, whatever its content.
-  const wire = new WireReader(bytes);
-  wire.fields((number) => {
-    switch (number) {
-      case 1:
-        return wire.uint32((v) => (version = v));
-      case 2:
-        return wire.uint64((v) => (sequence = v));
-      case 3:
-        return wire.message((part) => time.read(part));
-      case 4:
-        return wire.uint32((v) => (units = v));
-      case 5:
-        return wire.message((part) => radiance.read(part));
-      case 6:
-        return wire.message((part) => lights.push(new LightMessage().read(part)));
-      case 7:
-        return wire.message((part) => (environment ??= new EnvironmentMessage()).read(part));
-      case 8:
-        return wire.float((v) => (unseen = v));
-      case 9:
-        return wire.float((v) => (saturated = v));
-      case 10:
-        return wire.message((part) => bound.read(part));
-      case 11:
-        return wire.fixed32((v) => (probeId = v));
-      case 12:
-        return wire.fixed32((v) => (calibrationId = v));
-      case 13:
-        return wire.repeatedUint32((v) => flags.add(wireFlags[v - 1] ?? "newer"));
-      case 14:
-        return wire.uint32((v) => (setting = v));
-      case 15:
-        return wire.uint32((v) => (flicker = v));
-      default:
-        return false;
-    }
+  new WireReader(bytes).fields({
+    1: uint32((v) => (raw.version = v)),
+    2: uint64((v) => (plain.sequence = v)),
+    3: message((time) => time.fields({
+      1: fixed64((v) => (plain.midExposureNs = BigInt.asIntN(64, v))),
+      2: uint32((v) => (raw.clock = v)),
+      3: uint32((v) => (plain.deliveredAfterUs = v)),
+      4: uint32((v) => (plain.encodedAfterUs = v)),
+    })),
+    4: uint32((v) => (raw.units = v)),
+    5: message((part) => radiance.read(part)),
+    6: message((part) => lights.push(new LightMessage().read(part))),
+    7: message((part) => (environment ??= new EnvironmentMessage()).read(part)),
+    8: float((v) => (raw.unseen = v)),
+    9: float((v) => (raw.saturated = v)),
+    10: message((bound) =>
+      bound.fields(Object.fromEntries(millionths.map((_, i) => [i + 1, uint32((v) => (millionths[i] = v))])))),
+    11: fixed32((v) => (plain.probeId = v)),
+    12: fixed32((v) => (plain.calibrationId = v)),
+    13: repeatedUint32((v) => flags.add(wireFlags[v - 1] ?? "newer")),
+    14: uint32((v) => (raw.setting = v)),
+    15: uint32((v) => (raw.flicker = v)),
   });
-  if (version !== wireVersion) throw invalid(`wire_version is ${version}, this reader knows 1`);
-  if (time.clock !== 1) throw invalid("time.clock is not known");
-  if (units !== 1 && units !== 2) throw invalid("units are not known");
+  if (raw.version !== wireVersion) throw invalid(`wire_version is ${raw.version}, this reader knows 1`);
+  if (raw.clock !== 1) throw invalid("time.clock is not known");
+  if (raw.units !== 1 && raw.units !== 2) throw invalid("units are not known");
   if (lights.length > maxLights) throw invalid("more than 64 lights");
   return {
-    sequence,
-    midExposureNs: time.midExposureNs,
-    deliveredAfterUs: time.deliveredAfterUs,
-    encodedAfterUs: time.encodedAfterUs,
-    units: units === 1 ? "relative" : "absolute",
+    ...plain,
+    units: raw.units === 1 ? "relative" : "absolute",
     ...radiance.get(),
     lights: lights.map((light) => light.get()),
     environment: (environment as EnvironmentMessage | null)?.get() ?? null,
-    coverage: share(fround(1 - unseen), "coverage"),
-    saturated: share(saturated, "saturated"),
-    bound: bound.get(),
-    probeId,
-    calibrationId,
+    coverage: share(fround(1 - raw.unseen), "coverage"),
+    saturated: share(raw.saturated, "saturated"),
+    bound: boundOf(millionths),
     flags,
-    setting: setting === 1 ? "fast" : setting === 3 ? "exact" : "balanced",
-    flicker: flicker === 1 ? "none" : flicker === 2 ? "100 Hz" : flicker === 3 ? "120 Hz" : "unknown",
+    setting: raw.setting === 1 ? "fast" : raw.setting === 3 ? "exact" : "balanced",
+    flicker: flickers[raw.flicker] ?? "unknown",
   };
 }

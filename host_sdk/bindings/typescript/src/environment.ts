@@ -6,8 +6,8 @@
 //   levelRadiance         a level as floats, for upload
 import { crc32c } from "./crc32c.js";
 import type { Descriptor } from "./descriptor.js";
-import { Rgb, Vec3, normalizedFloat } from "./vector.js";
-import { WireReader, invalid } from "./wire.js";
+import { Rgb, Vec3, normalized } from "./vector.js";
+import { WireReader, byteString, fixed32, float, invalid, message, repeatedUint32, sint32, uint32 } from "./wire.js";
 
 export const maxEnvironmentTexels = 8192;
 export const maxEnvironmentLevels = 8;
@@ -57,64 +57,34 @@ function keyOf(map: EnvironmentMap): number {
 
 /** Parses the fields; `get` validates them. */
 export class EnvironmentMessage {
-  private key = 0;
+  private readonly map = {
+    key: 0, levels: [] as { edge: number; roughness: number }[], exponent: 0, keyIntervalMs: 0, runs: [] as number[],
+  };
   private encoding = 0;
-  private readonly levels: { edge: number; roughness: number }[] = [];
-  private exponent = 0;
-  private keyIntervalMs = 0;
   private texels = new Uint8Array(0);
-  private readonly runs: number[] = [];
 
   read(wire: WireReader): void {
-    wire.fields((number) => {
-      switch (number) {
-        case 1:
-          return wire.fixed32((v) => (this.key = v));
-        case 2:
-          return wire.uint32((v) => (this.encoding = v));
-        case 3:
-          return wire.message((part) => this.levels.push(EnvironmentMessage.level(part)));
-        case 4:
-          return wire.sint32((v) => (this.exponent = v));
-        case 5:
-          return wire.uint32((v) => (this.keyIntervalMs = v));
-        case 6:
-          return wire.byteString((v) => (this.texels = v));
-        case 7:
-          return wire.repeatedUint32((v) => this.runs.push(v));
-        default:
-          return false;
-      }
+    wire.fields({
+      1: fixed32((v) => (this.map.key = v)),
+      2: uint32((v) => (this.encoding = v)),
+      3: message((part) => {
+        const level = { edge: 0, roughness: 0 };
+        part.fields({ 1: uint32((v) => (level.edge = v)), 2: float((v) => (level.roughness = v)) });
+        this.map.levels.push(level);
+      }),
+      4: sint32((v) => (this.map.exponent = v)),
+      5: uint32((v) => (this.map.keyIntervalMs = v)),
+      6: byteString((v) => (this.texels = v)),
+      7: repeatedUint32((v) => this.map.runs.push(v)),
     });
-  }
-
-  private static level(wire: WireReader): { edge: number; roughness: number } {
-    const level = { edge: 0, roughness: 0 };
-    wire.fields((number) => {
-      switch (number) {
-        case 1:
-          return wire.uint32((v) => (level.edge = v));
-        case 2:
-          return wire.float((v) => (level.roughness = v));
-        default:
-          return false;
-      }
-    });
-    return level;
   }
 
   get(): EnvironmentMap {
     if (this.encoding !== 1) throw invalid("environment.encoding is not known");
     if (this.texels.length % 4 !== 0) throw invalid("environment.texels: the length is not a multiple of 4 bytes");
     const view = new DataView(this.texels.buffer, this.texels.byteOffset, this.texels.byteLength);
-    const map: EnvironmentMap = {
-      key: this.key,
-      levels: this.levels,
-      exponent: this.exponent,
-      keyIntervalMs: this.keyIntervalMs,
-      texels: Uint32Array.from({ length: this.texels.length / 4 }, (_, i) => view.getUint32(4 * i, true)),
-      runs: this.runs,
-    };
+    const texels = Uint32Array.from({ length: this.texels.length / 4 }, (_, i) => view.getUint32(4 * i, true));
+    const map: EnvironmentMap = { ...this.map, texels };
     if (map.key === 0) throw invalid("environment.key is 0");
     if (isWhole(map)) checkWhole(map);
     else checkChanges(map);
@@ -264,7 +234,7 @@ function bilinear(map: EnvironmentMap, level: number, uv: [number, number]): Rgb
 
 /** radiance(d, r) without the lights, in the map's frame. Zero for a direction that is zero or not finite. */
 export function environmentRadiance(map: EnvironmentMap, direction: Vec3, roughness: number): Rgb {
-  const d = normalizedFloat(direction.map(f) as Vec3);
+  const d = normalized(direction.map(f) as Vec3, f);
   if (d === null || !isWhole(map)) return [0, 0, 0];
   const uv = octahedral(d);
   const r = f(roughness);

@@ -1,7 +1,7 @@
 // The lighting of one moment: the queries of C++'s Lighting, with the same results.
 import { Descriptor, Flag, Light, Units, decodeDescriptor } from "./descriptor.js";
 import { EnvironmentKeeper, EnvironmentMap, environmentRadiance } from "./environment.js";
-import { GgxLobe, capIrradiance, capRadiance, cosineLobe, evaluateHarmonics } from "./lobes.js";
+import { GgxLobe, bandOf, capIrradiance, capRadiance, cosineLobe, evaluateHarmonics } from "./lobes.js";
 import { RadianceReconstruction, radianceAt, reconstruct } from "./reconstruction.js";
 import { Rgb, Vec3, dot, normalized } from "./vector.js";
 
@@ -34,7 +34,7 @@ export interface LightingOptions {
 }
 
 const noFlags: ReadonlySet<Flag> = new Set();
-const mirrorFactors: readonly number[] = [1, 1, 1, 1, 1, 1, 1];
+const mirrorLobe = { roughness: 0, lobe: null, factors: [1, 1, 1, 1, 1, 1, 1] };
 const zero = (): Rgb => [0, 0, 0];
 
 /** The lighting of one moment, immutable. Directions and normals: right-handed, +X right, +Y up, -Z forward; any
@@ -81,10 +81,7 @@ export class Lighting {
     const n = normalized(normal);
     if (this.descriptor === null || n === null) return this.answer(zero(), n !== null, true);
     const value = evaluateHarmonics(this.descriptor.radiance, n, cosineLobe);
-    for (const light of this.descriptor.lights) {
-      const k = capIrradiance(dot(unit(light), n), light.angularRadius);
-      for (let c = 0; c < 3; ++c) value[c] += light.irradiance[c] * k;
-    }
+    addLights(value, this.descriptor.lights, n, capIrradiance);
     return this.answer(value, true, true);
   }
 
@@ -96,25 +93,18 @@ export class Lighting {
     const d = normalized(direction);
     const good = d !== null && Number.isFinite(roughness);
     if (this.descriptor === null || d === null || !good) return this.answer(zero(), good, !mirror);
-    if (mirror) {
-      const value = this.environment ? environmentRadiance(this.environment, direction, 0)
-                                     : radianceAt(this.reconstructed(this.descriptor), d, 0, mirrorFactors);
-      return this.answer(value, true, false);
-    }
-    const { roughness: r, lobe, factors } = this.lobeOf(Math.min(Math.max(roughness, GgxLobe.minRoughness), 1));
+    const { roughness: r, lobe, factors } =
+      mirror ? mirrorLobe : this.lobeOf(Math.min(Math.max(roughness, GgxLobe.minRoughness), 1));
     const value = this.environment ? environmentRadiance(this.environment, direction, r)
                                    : radianceAt(this.reconstructed(this.descriptor), d, r, factors);
-    for (const light of this.descriptor.lights) {
-      const k = capRadiance(dot(unit(light), d), light.angularRadius, lobe);
-      for (let c = 0; c < 3; ++c) value[c] += light.irradiance[c] * k;
-    }
-    return this.answer(value, true, true);
+    if (lobe) addLights(value, this.descriptor.lights, d, (cosine, radius) => capRadiance(cosine, radius, lobe));
+    return this.answer(value, true, !mirror);
   }
 
   /** Spherical harmonics of the irradiance without the lights: descriptor.radiance times A_l. */
   irradianceCoefficients(): Rgb[] {
     return (this.descriptor?.radiance ?? [zero()]).map((c, i) => {
-      const k = cosineLobe[Math.floor(Math.sqrt(i))];
+      const k = cosineLobe[bandOf(i)];
       return [c[0] * k, c[1] * k, c[2] * k];
     });
   }
@@ -149,9 +139,13 @@ export class Lighting {
   }
 }
 
-/** Normalises in double: float directions have unit length to seven digits only, too few near a narrow lobe's axis. */
-function unit(light: Light): Vec3 {
-  return normalized(light.direction)!;
+/** Adds to `sum` the irradiance of each light times `weight` of the angle between it and `d`. */
+function addLights(sum: Rgb, lights: readonly Light[], d: Vec3, weight: (cosine: number, radius: number) => number) {
+  for (const light of lights) {
+    // Normalised in double: float directions have unit length to seven digits only, too few near a narrow lobe's axis.
+    const k = weight(dot(normalized(light.direction)!, d), light.angularRadius);
+    for (let c = 0; c < 3; ++c) sum[c] += light.irradiance[c] * k;
+  }
 }
 
 function ownMap(descriptor: Descriptor): EnvironmentMap | null {

@@ -5,6 +5,9 @@ import { Rgb, Vec3 } from "./vector.js";
 export const cosineLobe: readonly number[] =
   [Math.PI, (2 * Math.PI) / 3, Math.PI / 4, 0, -Math.PI / 24, 0, Math.PI / 64];
 
+/** The band of coefficient l(l+1)+m. */
+export const bandOf = (index: number) => Math.floor(Math.sqrt(index));
+
 /** Values of the functions of bands 0 to `band` at the unit vector d, in the order l(l+1)+m: Legendre recursion
  *  without the sine factor (Sloan 2013). */
 export function harmonicsBasis(band: number, d: Vec3): Float64Array {
@@ -46,7 +49,15 @@ export function evaluateHarmonics(coefficients: readonly Rgb[], d: Vec3, factor?
 /** Radius below which the cap is treated as a point: the error is less than the closed forms' cancellation error. */
 const pointRadius = 2e-5;
 const halfPi = Math.PI / 2;
-const clamp = (v: number, low: number, high: number) => Math.min(Math.max(v, low), high);
+export const clamp = (v: number, low: number, high: number) => Math.min(Math.max(v, low), high);
+
+/** Legendre polynomials P_{l-1} and P_l at x; P_{-1} is 1. */
+function legendre(l: number, x: number): [number, number] {
+  let previous = 1;
+  let p = l > 0 ? x : 1;
+  for (let n = 2; n <= l; ++n) [previous, p] = [p, ((2 * n - 1) * x * p - (n - 1) * previous) / n];
+  return [previous, p];
+}
 
 /** Irradiance of a flat receiver per vector irradiance of the cap, clipped at the receiver's horizon (Snyder 1996). */
 export function capIrradiance(cosAngle: number, radius: number): number {
@@ -74,12 +85,8 @@ export function capZonal(l: number, radius: number): number {
   const sigma = clamp(radius, 0, halfPi);
   if (sigma < pointRadius) return 1;
   const a = Math.cos(sigma);
-  let below = 1;
-  let p = 1;
-  let above = a;
-  for (let n = 1; n <= l; ++n) [below, p, above] = [p, above, ((2 * n + 1) * a * above - n * p) / (n + 1)];
   const sinS = Math.sin(sigma);
-  return (2 * Math.PI * (below - above)) / (2 * l + 1) / (Math.PI * sinS * sinS);
+  return (2 * Math.PI * (legendre(l, a)[0] - legendre(l + 1, a)[1])) / (2 * l + 1) / (Math.PI * sinS * sinS);
 }
 
 /** Nodes and weights of n-point Gauss-Legendre quadrature on [-1, 1], x decreasing. */
@@ -87,9 +94,7 @@ export const gaussLegendre = (n: number) => Array.from({ length: n }, (_, i) => 
   let x = Math.cos((Math.PI * (i + 0.75)) / (n + 0.5));
   let slope = 1;
   for (let step = 0; step < 50; ++step) {
-    let p0 = 1;
-    let p1 = x;
-    for (let l = 2; l <= n; ++l) [p0, p1] = [p1, ((2 * l - 1) * x * p1 - (l - 1) * p0) / l];
+    const [p0, p1] = legendre(n, x);
     slope = (n * (x * p1 - p0)) / (x * x - 1);
     x -= p1 / slope;
   }
@@ -144,13 +149,7 @@ export class GgxLobe {
 
   /** Legendre coefficients: convolution multiplies band l by the l-th of them. */
   coefficients(): number[] {
-    return Array.from({ length: 7 }, (_, l) => 2 * Math.PI * this.integral(0, 1, (x) => {
-      let p0 = 1;
-      let p1 = x;
-      if (l === 0) return 1;
-      for (let n = 2; n <= l; ++n) [p0, p1] = [p1, ((2 * n - 1) * x * p1 - (n - 1) * p0) / n];
-      return p1;
-    }));
+    return Array.from({ length: 7 }, (_, l) => 2 * Math.PI * this.integral(0, 1, (x) => legendre(l, x)[1]));
   }
 }
 

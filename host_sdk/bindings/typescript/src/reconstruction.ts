@@ -1,6 +1,6 @@
 // Reconstruction of radiance from a descriptor's harmonics, for reflections: non-negative and without the ringing of a
 // truncated series. Method and numbers as in proto/include/lightwell/reconstruction.hpp.
-import { GgxLobe, gaussLegendre, evaluateHarmonics, harmonicsBasis } from "./lobes.js";
+import { GgxLobe, bandOf, clamp, evaluateHarmonics, gaussLegendre, harmonicsBasis } from "./lobes.js";
 import { Rgb, Vec3 } from "./vector.js";
 
 const maxBand = 6;
@@ -26,9 +26,7 @@ export interface RadianceReconstruction {
   readonly blur: readonly number[];
 }
 
-const clamp = (v: number, low: number, high: number) => Math.min(Math.max(v, low), high);
 const count = (band: number) => (band + 1) ** 2;
-const bandOf = (index: number) => Math.floor(Math.sqrt(index));
 
 let grid: { weight: number[]; y: Float64Array[] } | null = null;
 

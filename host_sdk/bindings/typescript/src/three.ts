@@ -7,7 +7,7 @@
 //   sun.color.setRGB(...value.color);                     // linear
 //   sun.intensity = value.intensity;
 import { Lighting, Validity } from "./lighting.js";
-import { capIrradiance, capZonal, cosineLobe, harmonicsBasis } from "./lobes.js";
+import { bandOf, capIrradiance, capZonal, cosineLobe, harmonicsBasis } from "./lobes.js";
 import { Rgb, Vec3, dot, luminance, normalized } from "./vector.js";
 
 export interface ThreeOptions {
@@ -43,7 +43,6 @@ export interface ConvertedToThree {
 
 const residualNormals = 512;
 const largest = 3.4028234663852886e38 / 1e4;
-const bandOf = (i: number) => (i === 0 ? 0 : i < 4 ? 1 : 2);
 
 interface MappedLight {
   towards: Vec3;
@@ -135,7 +134,7 @@ function residualOf(lighting: Lighting, lights: readonly MappedLight[], color: r
     const n = fibonacci(i);
     const basis = harmonicsBasis(Math.max(band, 2), n);
     const ours: Rgb = [0, 0, 0];
-    radiance.forEach((c, k) => add(ours, c, cosineLobe[Math.floor(Math.sqrt(k))] * basis[k]));
+    radiance.forEach((c, k) => add(ours, c, cosineLobe[bandOf(k)] * basis[k]));
     const truth = mapped(color, ours);
     for (const light of lights) add(truth, light.irradiance, capIrradiance(dot(light.towards, n), light.radius));
     const target: Rgb = [0, 0, 0];

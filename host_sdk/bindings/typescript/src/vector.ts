@@ -11,19 +11,8 @@ export function luminance(c: Rgb): number {
   return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
 }
 
-/** The unit vector; null for zero, NaN or infinite input. */
-export function normalized(v: Vec3): Vec3 | null {
-  const largest = Math.max(Math.abs(v[0]), Math.abs(v[1]), Math.abs(v[2]));
-  if (!(largest > 0) || !Number.isFinite(v[0] + v[1] + v[2])) return null;
-  const s: Vec3 = [v[0] / largest, v[1] / largest, v[2] / largest];
-  const k = 1 / Math.sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
-  return [s[0] * k, s[1] * k, s[2] * k];
-}
-
-const f = Math.fround;
-
-/** The same in float, with the same rounding steps as C++. */
-export function normalizedFloat(v: Vec3): Vec3 | null {
+/** The unit vector; null for zero, NaN or infinite input. `f` rounds each step: Math.fround as in C++'s floats. */
+export function normalized(v: Vec3, f: (x: number) => number = (x) => x): Vec3 | null {
   const largest = Math.max(Math.abs(v[0]), Math.abs(v[1]), Math.abs(v[2]));
   if (!(largest > 0) || !Number.isFinite(f(f(v[0] + v[1]) + v[2]))) return null;
   const s = [f(v[0] / largest), f(v[1] / largest), f(v[2] / largest)];
@@ -45,8 +34,4 @@ export function rotate(q: Quat, v: Vec3): Vec3 {
     v[1] + w * t[1] + z * t[0] - x * t[2],
     v[2] + w * t[2] + x * t[1] - y * t[0],
   ];
-}
-
-export function conjugate(q: Quat): Quat {
-  return [-q[0], -q[1], -q[2], q[3]];
 }

@@ -1,7 +1,8 @@
 // Reader of protobuf's binary form, as far as descriptors need it, as strict as protobuf's own parser: unknown fields
 // are ignored, and invalid messages throw.
-//   DecodeError   the one error of this module
-//   WireReader    the fields of a message
+//   DecodeError             the one error of this module
+//   WireReader              the fields of a message
+//   uint32, sint32, ...     readers of fields: they pass each value to a function
 
 /** Bytes that are not a descriptor. `code` as in C++: "data_loss" if they are not a message, "invalid_argument", with
  *  the field's name in the message, if the message violates the specification. */
@@ -31,133 +32,41 @@ const enum WireType {
 /** Protobuf's limit of nested messages and groups, the outermost message not counted. */
 const maxDepth = 100;
 
-/** The value after a tag; read() consumes it, otherwise the reader skips it. */
+/** Reads the value of a field; false, and nothing is read, if the field has another wire type. */
+export type FieldReader = (wire: WireReader) => boolean;
+
+/** Position in a message, after a tag while a field is read. */
 export class WireReader {
-  private at: number;
-  private type: WireType = WireType.varint;
-  private readonly view: DataView;
+  type: WireType = WireType.varint;
+  readonly view: DataView;
 
   constructor(
-    private readonly bytes: Uint8Array, from = 0, private readonly end = bytes.length, private readonly depth = 0,
+    readonly bytes: Uint8Array, public at = 0, readonly end = bytes.length, private readonly depth = 0,
   ) {
-    this.at = from;
     this.view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   }
 
-  /** Calls `field(number)` for each field; if it returns false, the field is skipped. */
-  fields(field: (number: number) => boolean): void {
+  /** Calls the reader of each field by the field's number; other fields are skipped. */
+  fields(readers: { readonly [number: number]: FieldReader }): void {
     while (this.at < this.end) {
       const tag = this.tag();
       this.type = tag & 7;
-      const start = this.at;
-      if (!field(tag >>> 3)) {
-        this.at = start;
-        this.skip(this.type, tag >>> 3, this.depth);
-      }
+      if (!readers[tag >>> 3]?.(this)) this.skip(this.type, tag >>> 3, this.depth);
     }
   }
 
-  /** Low 32 bits of a varint (uint32, enum); other wire types are skipped. */
-  uint32(set: (value: number) => void): boolean {
-    if (this.type !== WireType.varint) return false;
-    set(this.varint() >>> 0);
-    return true;
-  }
-  sint32(set: (value: number) => void): boolean {
-    return this.uint32((v) => set(zigzag(v)));
-  }
-  uint64(set: (value: bigint) => void): boolean {
-    if (this.type !== WireType.varint) return false;
-    set(this.longVarint());
-    return true;
-  }
-  fixed32(set: (value: number) => void): boolean {
-    if (this.type !== WireType.fixed32) return false;
-    set(this.view.getUint32(this.take(4), true));
-    return true;
-  }
-  fixed64(set: (value: bigint) => void): boolean {
-    if (this.type !== WireType.fixed64) return false;
-    set(this.view.getBigUint64(this.take(8), true));
-    return true;
-  }
-  float(set: (value: number) => void): boolean {
-    if (this.type !== WireType.fixed32) return false;
-    set(this.view.getFloat32(this.take(4), true));
-    return true;
-  }
-  /** Packed or not. */
-  repeatedUint32(add: (value: number) => void): boolean {
-    if (this.type !== WireType.bytes) return this.uint32(add);
-    const packed = this.nested();
-    while (packed.at < packed.end) add(packed.varint() >>> 0);
-    return true;
-  }
-  repeatedSint32(add: (value: number) => void): boolean {
-    return this.repeatedUint32((v) => add(zigzag(v)));
-  }
-  byteString(set: (value: Uint8Array) => void): boolean {
-    if (this.type !== WireType.bytes) return false;
-    const part = this.nested();
-    set(this.bytes.subarray(part.at, part.end));
-    return true;
-  }
-  message(read: (part: WireReader) => void): boolean {
-    if (this.type !== WireType.bytes) return false;
-    read(this.nested());
-    return true;
-  }
-
-  private take(size: number): number {
-    const start = this.at;
-    if (size > this.end - start) throw noMessage();
-    this.at = start + size;
-    return start;
-  }
-
-  private nested(): WireReader {
-    const size = this.length();
-    const start = this.take(size);
-    return new WireReader(this.bytes, start, start + size, this.depth + 1);
-  }
-
-  /** A length below 2^31, in at most five bytes. */
-  private length(): number {
-    let size = 0;
-    for (let k = 0; k < 5; ++k) {
-      const byte = this.bytes[this.take(1)];
-      if (k === 4 && byte > 7) throw noMessage();
-      size |= (byte & 127) << (7 * k);
-      if (byte < 128) return size;
-    }
-    throw noMessage();
-  }
-
-  private tag(): number {
-    let tag = 0;
-    for (let k = 0; k < 5; ++k) {
-      const byte = this.bytes[this.take(1)];
-      tag = (tag | ((byte & 127) << (7 * k))) >>> 0;
-      if (byte < 128) {
-        if (tag >>> 3 === 0) throw noMessage();
-        return tag;
-      }
-    }
-    throw noMessage();
-  }
-
-  /** The low 32 bits, signed. */
-  private varint(): number {
+  /** The low 35 bits of a varint of at most `bytes` bytes. */
+  varint(bytes = 10): number {
     let value = 0;
-    for (let k = 0; k < 10; ++k) {
+    for (let k = 0, unit = 1; k < bytes; ++k, unit *= 128) {
       const byte = this.bytes[this.take(1)];
-      if (k < 5) value |= (byte & 127) << (7 * k);
+      if (k < 5) value += (byte & 127) * unit;
       if (byte < 128) return value;
     }
     throw noMessage();
   }
 
-  private longVarint(): bigint {
+  longVarint(): bigint {
     let value = 0n;
     for (let k = 0n; k < 10n; ++k) {
       const byte = this.bytes[this.take(1)];
@@ -167,26 +76,39 @@ export class WireReader {
     throw noMessage();
   }
 
+  /** Position of the next `size` bytes, which are consumed. */
+  take(size: number): number {
+    const start = this.at;
+    if (size > this.end - start) throw noMessage();
+    this.at = start + size;
+    return start;
+  }
+
+  nested(): WireReader {
+    const size = this.length();
+    const start = this.take(size);
+    return new WireReader(this.bytes, start, start + size, this.depth + 1);
+  }
+
+  private length(): number {
+    const size = this.varint(5);
+    if (size >= 2 ** 31) throw noMessage();
+    return size;
+  }
+
+  private tag(): number {
+    const tag = this.varint(5) >>> 0;
+    if (tag >>> 3 === 0) throw noMessage();
+    return tag;
+  }
+
   private skip(type: number, number: number, depth: number): void {
-    switch (type) {
-      case WireType.varint:
-        this.varint();
-        return;
-      case WireType.fixed64:
-        this.take(8);
-        return;
-      case WireType.bytes:
-        this.take(this.length());
-        return;
-      case WireType.fixed32:
-        this.take(4);
-        return;
-      case WireType.startGroup:
-        this.skipGroup(number, depth);
-        return;
-      default:
-        throw noMessage();
-    }
+    if (type === WireType.varint) this.varint();
+    else if (type === WireType.fixed64) this.take(8);
+    else if (type === WireType.bytes) this.take(this.length());
+    else if (type === WireType.fixed32) this.take(4);
+    else if (type === WireType.startGroup) this.skipGroup(number, depth);
+    else throw noMessage();
   }
 
   private skipGroup(number: number, depth: number): void {
@@ -201,6 +123,35 @@ export class WireReader {
     }
   }
 }
+
+const field = <T>(type: WireType, read: (wire: WireReader) => T) => (set: (value: T) => void): FieldReader =>
+  (wire) => {
+    if (wire.type !== type) return false;
+    set(read(wire));
+    return true;
+  };
+
+/** Low 32 bits of a varint (uint32, enum). */
+export const uint32 = field(WireType.varint, (wire) => wire.varint() >>> 0);
+export const sint32 = field(WireType.varint, (wire) => zigzag(wire.varint()));
+export const uint64 = field(WireType.varint, (wire) => wire.longVarint());
+export const fixed32 = field(WireType.fixed32, (wire) => wire.view.getUint32(wire.take(4), true));
+export const fixed64 = field(WireType.fixed64, (wire) => wire.view.getBigUint64(wire.take(8), true));
+export const float = field(WireType.fixed32, (wire) => wire.view.getFloat32(wire.take(4), true));
+export const message = field(WireType.bytes, (wire) => wire.nested());
+export const byteString = field(WireType.bytes, (wire) => {
+  const part = wire.nested();
+  return wire.bytes.subarray(part.at, part.end);
+});
+
+/** Packed or not. */
+export const repeatedUint32 = (add: (value: number) => void): FieldReader => (wire) => {
+  if (wire.type !== WireType.bytes) return uint32(add)(wire);
+  const packed = wire.nested();
+  while (packed.at < packed.end) add(packed.varint() >>> 0);
+  return true;
+};
+export const repeatedSint32 = (add: (value: number) => void) => repeatedUint32((v) => add(zigzag(v)));
 
 function zigzag(v: number): number {
   return (v >>> 1) ^ -(v & 1);

@@ -1,4 +1,5 @@
-// Geometric and photometric calibration of a camera rig, as a value. Meanings: proto/lightwell/v1/calibration.proto.
+// Geometric and photometric calibration of a camera rig, and a probe's pose in its room, as values. Meanings:
+// proto/lightwell/v1/calibration.proto.
 #pragma once
 
 #include <array>
@@ -9,6 +10,7 @@
 
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
+#include <lightwell/uncertain_pose.hpp>
 
 namespace lightwell {
 
@@ -78,5 +80,12 @@ struct RigParameters {
 [[nodiscard]] Result<RigParameters> decode_calibration(std::string_view bytes);
 /// Hash of the bytes of encode_calibration(): equal values have equal identities, whatever the layout of the file.
 [[nodiscard]] std::uint32_t calibration_identity(const RigParameters& rig);
+
+/// Reads a Mounting in protobuf text format, T_world_probe with its covariance, and normalises its rotation.
+/// invalid_argument, naming the field: a rotation that is zero or not finite, a translation that is not finite, a
+/// variance that is negative or NaN, a covariance larger than its variances allow.
+[[nodiscard]] Result<UncertainPose> load_mounting(const std::string& path);
+[[nodiscard]] Result<UncertainPose> parse_mounting(std::string_view text, const std::string& name);
+[[nodiscard]] std::string mounting_to_text(const UncertainPose& T_world_probe);
 
 }  // namespace lightwell

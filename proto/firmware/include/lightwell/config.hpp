@@ -91,6 +91,9 @@ struct GrpcConfig {
 
   /// Checks all that needs no access to files. invalid_argument names the field.
   [[nodiscard]] Status validate() const;
+  /// failed_precondition, with the remedies: it would listen in plain text on an address that other machines reach,
+  /// without an explicit choice of plain text.
+  [[nodiscard]] Status check_bind_policy() const;
   [[nodiscard]] bool encrypted() const { return security == LinkSecurity::tls || security == LinkSecurity::mutual_tls; }
 };
 

@@ -1,6 +1,4 @@
 // A body with AprilTags from whose shading light is estimated. Meanings: proto/lightwell/v1/marker_body.proto.
-//   MarkerBody, MarkerFace, MarkerPatch, MarkerBall
-//   load_marker_body, parse_marker_body, marker_body_to_text
 //
 // The body's frame is right-handed, in metres. A face's frame: origin in the tag's centre, +X to the right of the
 // upright tag, +Y up, +Z away from the body; its outline and its patches lie in z = 0.

@@ -1,6 +1,4 @@
 // Execution of a client's requests by a probe's Commands, from bytes to bytes.
-//   answer_probe_call     a call of ProbeService, for a link with its own RPC
-//   answer_link_request   a LinkRequest, for a link without (USB): proto/lightwell/v1/link_message.proto
 #pragma once
 
 #include <cstddef>
@@ -17,13 +15,13 @@ namespace lightwell {
 
 enum class ProbeCall : std::uint8_t { info, set_config, report_lux, get_config };
 
-/// The response in binary form. data_loss if `request` is not a request of this call; otherwise the error of
-/// `commands`, or why they were not called. Calls `commands` on this thread.
+/// For a link with its own RPC: the response in binary form. data_loss if `request` is not a request of this call;
+/// otherwise the error of `commands`, or why they were not called. Calls `commands` on this thread.
 [[nodiscard]] Result<std::string> answer_probe_call(ProbeCall call, std::string_view request, Commands& commands);
 
-/// Executes a LinkRequest and writes the LinkResponse, at most kMaxLinkMessageBytes, into `response`. Every LinkRequest
-/// has a response, also one that is refused. data_loss if `request` is not a LinkRequest; `response` is then empty.
-/// Calls `commands` on this thread.
+/// For a link without (USB): executes a LinkRequest and writes the LinkResponse, at most kMaxLinkMessageBytes, into
+/// `response`. Every LinkRequest has a response, also one that is refused. data_loss if `request` is not a LinkRequest;
+/// `response` is then empty. Calls `commands` on this thread.
 [[nodiscard]] Status answer_link_request(std::span<const std::byte> request, Commands& commands,
                                          std::vector<std::byte>& response);
 

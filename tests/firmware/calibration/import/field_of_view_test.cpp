@@ -1,11 +1,10 @@
 // Tests of the field of view of imported lenses.
-#include "calibration/solve/import/field_of_view.hpp"
-
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
+#include "calibration/solve/import/readers.hpp"
 #include "import_checks.hpp"
 
 namespace lightwell {

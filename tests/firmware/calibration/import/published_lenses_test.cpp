@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "calibration/model/camera_model.hpp"
-#include "calibration/solve/import/field_of_view.hpp"
+#include "calibration/solve/import/readers.hpp"
 
 namespace lightwell {
 namespace {

@@ -1,11 +1,11 @@
 // Tests of absolute_scale.hpp.
-#include "calibration/solve/photometry/absolute_scale.hpp"
-
 #include <cmath>
 #include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "calibration/solve/photometry/patch.hpp"
 
 namespace lightwell::photometry {
 namespace {

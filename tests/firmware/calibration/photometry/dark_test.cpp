@@ -1,12 +1,11 @@
 // Tests of dark_value_of() and solve_dark().
-#include "calibration/solve/photometry/dark.hpp"
-
 #include <cmath>
 #include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "calibration/solve/photometry/noise.hpp"
 #include "firmware/calibration/photometry/simulated_camera.hpp"
 
 namespace lightwell::photometry {

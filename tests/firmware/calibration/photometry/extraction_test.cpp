@@ -1,12 +1,11 @@
 // Tests of choose_samples() and picture_of().
-#include "calibration/solve/photometry/extraction.hpp"
-
 #include <cmath>
 #include <cstring>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "calibration/solve/photometry/response_solver.hpp"
 #include "firmware/calibration/photometry/simulated_camera.hpp"
 
 namespace lightwell::photometry {

@@ -1,6 +1,4 @@
 // Tests of LampFinder: the measured light depends on the position only by vignetting.
-#include "calibration/solve/photometry/lamp.hpp"
-
 #include <cmath>
 #include <numbers>
 
@@ -9,6 +7,7 @@
 
 #include "calibration/model/camera_model.hpp"
 #include "calibration/model/response.hpp"
+#include "calibration/solve/photometry/vignetting.hpp"
 #include "firmware/calibration/photometry/lamp_picture.hpp"
 #include "sim/rigs.hpp"
 

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "calibration/solve/photometry/white_balance.hpp"
 #include "firmware/calibration/photometry/simulated_camera.hpp"
 
 namespace lightwell::photometry {

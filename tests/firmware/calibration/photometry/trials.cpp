@@ -8,12 +8,10 @@
 #include <random>
 
 #include "calibration/model/response.hpp"
-#include "calibration/solve/photometry/absolute_scale.hpp"
-#include "calibration/solve/photometry/dark.hpp"
-#include "calibration/solve/photometry/extraction.hpp"
 #include "calibration/solve/photometry/noise.hpp"
-#include "calibration/solve/photometry/vignetting_solver.hpp"
-#include "calibration/solve/photometry/white_balance.hpp"
+#include "calibration/solve/photometry/patch.hpp"
+#include "calibration/solve/photometry/response_solver.hpp"
+#include "calibration/solve/photometry/vignetting.hpp"
 #include "firmware/calibration/photometry/simulated_camera.hpp"
 
 namespace lightwell::photometry {

@@ -1,6 +1,4 @@
 // Tests of solve_vignetting().
-#include "calibration/solve/photometry/vignetting_solver.hpp"
-
 #include <cmath>
 #include <numbers>
 
@@ -8,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "calibration/model/response.hpp"
+#include "calibration/solve/photometry/vignetting.hpp"
 
 namespace lightwell::photometry {
 namespace {

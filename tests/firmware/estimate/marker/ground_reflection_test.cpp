@@ -1,11 +1,11 @@
 // Irradiance of a face by light that the table reflects, compared with closed forms for a uniform disc: the integral of
 // cos cos / (pi r^2) over it.
-#include "estimate/marker/ground_reflection.hpp"
-
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
+
+#include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker {
 namespace {

@@ -33,7 +33,7 @@ double mahalanobis(const LightEstimate& estimate, Vec3d truth) {
 
 TEST(LightingEstimate, DistantLampHasCorrectDirectionAndIrradiance) {
   const LitBody body{.lamps = {{towards(30, 40), 0, {2, 1.5, 1}}}};
-  const LightingEstimate light = estimate_lighting(body.shading(), {});
+  const LightingEstimate light = estimate_lighting(body.shading());
   ASSERT_EQ(light.lights.size(), 1U);
   EXPECT_LT(error_deg(light, towards(30, 40)), 0.2);
   EXPECT_FALSE(light.lights[0].distance_observable) << "a distant lamp has no falloff";
@@ -48,7 +48,7 @@ TEST(LightingEstimate, DistantLampHasCorrectDirectionAndIrradiance) {
 TEST(LightingEstimate, NearLampHasCorrectDistance) {
   for (const double azimuth : {0.0, 45.0, 90.0}) {
     const LitBody body{.lamps = {{towards(azimuth, 35), 1 / 0.3, kWhite}}};
-    const LightingEstimate light = estimate_lighting(body.shading(), {});
+    const LightingEstimate light = estimate_lighting(body.shading());
     ASSERT_EQ(light.lights.size(), 1U) << azimuth;
     EXPECT_TRUE(light.lights[0].distance_observable) << azimuth;
     EXPECT_NEAR(0.3 * light.lights[0].light.inverse_distance, 1, 0.05) << azimuth;
@@ -57,10 +57,10 @@ TEST(LightingEstimate, NearLampHasCorrectDistance) {
 }
 
 TEST(LightingEstimate, TrackedNearLampFollowsTheDistance) {
-  LightingEstimate light = estimate_lighting(LitBody{.lamps = {{towards(45, 35), 1 / 0.3, kWhite}}}.shading(), {});
+  LightingEstimate light = estimate_lighting(LitBody{.lamps = {{towards(45, 35), 1 / 0.3, kWhite}}}.shading());
   for (const double distance : {0.305, 0.31, 0.32}) {
     const LitBody body{.lamps = {{towards(45, 35), 1 / distance, kWhite}}};
-    light = estimate_lighting(body.shading(), {}, &light);
+    light = estimate_lighting(body.shading(), &light);
     ASSERT_TRUE(light.tracked) << distance;
     ASSERT_EQ(light.lights.size(), 1U) << distance;
     EXPECT_TRUE(light.lights[0].distance_observable) << distance;
@@ -82,8 +82,7 @@ TEST(LightingEstimate, TrackingKeepsTheUncertaintyOfTheSearch) {
                        .sample_noise = 0.005,
                        .seed = seed};
     const Shading shading = body.shading();
-    const LightingEstimate searched = estimate_lighting(shading, {}),
-                           tracked = estimate_lighting(shading, {}, &searched);
+    const LightingEstimate searched = estimate_lighting(shading), tracked = estimate_lighting(shading, &searched);
     if (!tracked.tracked || searched.lights.empty()) continue;
     const LightEstimate &before = searched.lights[0], &after = tracked.lights.at(0);
     // The minima of the two fits differ slightly.
@@ -96,8 +95,8 @@ TEST(LightingEstimate, TrackingKeepsTheUncertaintyOfTheSearch) {
 
 TEST(LightingEstimate, TrackedDistantLampStaysDistant) {
   const LitBody body{.lamps = {{towards(30, 40), 0, kWhite}}};
-  const LightingEstimate first = estimate_lighting(body.shading(), {});
-  const LightingEstimate light = estimate_lighting(body.shading(), {}, &first);
+  const LightingEstimate first = estimate_lighting(body.shading());
+  const LightingEstimate light = estimate_lighting(body.shading(), &first);
   ASSERT_TRUE(light.tracked);
   ASSERT_EQ(light.lights.size(), 1U);
   EXPECT_FALSE(light.lights[0].distance_observable);
@@ -110,7 +109,7 @@ TEST(LightingEstimate, TwoLampsOfDifferentColourAreSeparated) {
     const Vec3d left = towards(-apart / 2, 35), right = towards(apart / 2, 30);
     // Two lamps close together illuminate the same faces; their shadows on the table separate them.
     const LitBody body{.lamps = {{left, 0, {1, 0.7, 0.4}}, {right, 0, {0.4, 0.6, 0.8}}}, .table = apart < 80};
-    const LightingEstimate light = estimate_lighting(body.shading(), {});
+    const LightingEstimate light = estimate_lighting(body.shading());
     ASSERT_EQ(light.lights.size(), 2U) << apart;
     EXPECT_LT(error_deg(light, left, 0), 2) << apart;
     EXPECT_LT(error_deg(light, right, 1), 2) << apart;
@@ -123,7 +122,7 @@ TEST(LightingEstimate, TwoLampsOfDifferentColourAreSeparated) {
 
 TEST(LightingEstimate, UniformLightHasNoLightsAndIsUncertain) {
   const LitBody body{.lamps = {}, .ambient = 0.7};
-  const LightingEstimate light = estimate_lighting(body.shading(), {});
+  const LightingEstimate light = estimate_lighting(body.shading());
   EXPECT_TRUE(light.lights.empty());
   EXPECT_TRUE(light.uncertain) << "a lamp behind the body would look the same";
   EXPECT_NEAR(light.ambient[0][1], 0.7, 0.01);
@@ -132,10 +131,10 @@ TEST(LightingEstimate, UniformLightHasNoLightsAndIsUncertain) {
 TEST(LightingEstimate, LampBehindTheBodyIsObservedByItsShadow) {
   for (const double azimuth : {135.0, 180.0}) {
     LitBody body{.lamps = {{towards(azimuth, 35), 1 / 0.61, kWhite}}, .turn_deg = 36, .camera_elevation_deg = 10};
-    const LightingEstimate faces = estimate_lighting(body.shading(), {});
+    const LightingEstimate faces = estimate_lighting(body.shading());
     EXPECT_TRUE(faces.uncertain) << azimuth;
     body.table = true;
-    const LightingEstimate shadow = estimate_lighting(body.shading(), {});
+    const LightingEstimate shadow = estimate_lighting(body.shading());
     ASSERT_FALSE(shadow.lights.empty()) << azimuth;
     EXPECT_EQ(shadow.surround_model, SurroundModel::ground_plane_with_shadow) << azimuth;
     EXPECT_FALSE(shadow.uncertain) << azimuth;
@@ -148,7 +147,7 @@ TEST(LightingEstimate, GroundPlaneWithoutShadowIsNotUsed) {
   Shading shading = body.shading();
   for (std::size_t i = 0; i < shading.ground->samples.size(); ++i)
     shading.ground->samples[i].radiance = i % 2 == 0 ? 0.01 : 0.05;
-  const LightingEstimate light = estimate_lighting(shading, {});
+  const LightingEstimate light = estimate_lighting(shading);
   EXPECT_NE(light.surround_model, SurroundModel::ground_plane_with_shadow) << "a chequered cloth";
   ASSERT_FALSE(light.lights.empty());
   EXPECT_LT(error_deg(light, towards(20, 40)), 0.5);
@@ -168,7 +167,7 @@ TEST(LightingEstimate, ErrorsLieWithinThreeSigma) {
                        .surface_noise = 0.007,
                        .floor_noise = 0.005,
                        .seed = seed};
-    const LightingEstimate light = estimate_lighting(body.shading(), {});
+    const LightingEstimate light = estimate_lighting(body.shading());
     ++trials;
     // An estimate without lights and with the flag makes no claim that could be wrong.
     within += light.lights.empty() ? (light.uncertain ? 1 : 0) : (mahalanobis(light.lights[0], truth) < 11.83 ? 1 : 0);
@@ -182,7 +181,7 @@ TEST(LightingEstimate, OutliersAreRejected) {
   Shading shading = body.shading();
   for (const std::size_t i : {1U, 2U, 14U})
     for (double& e : shading.samples[i].irradiance) e *= 0.6;
-  const LightingEstimate light = estimate_lighting(shading, {});
+  const LightingEstimate light = estimate_lighting(shading);
   EXPECT_GE(light.outliers, 3);
   ASSERT_EQ(light.lights.size(), 1U);
   EXPECT_LT(error_deg(light, towards(30, 40)), 1.0);
@@ -190,12 +189,12 @@ TEST(LightingEstimate, OutliersAreRejected) {
 
 TEST(LightingEstimate, IsIndependentOfUnits) {
   const LitBody body{.lamps = {{towards(30, 40), 0, kWhite}}, .sample_noise = 0.003};
-  const LightingEstimate plain = estimate_lighting(body.shading(), {});
+  const LightingEstimate plain = estimate_lighting(body.shading());
   for (const double scale : {1e-12, 1e9}) {
     Shading shading = body.shading();
     for (SurfaceSample& s : shading.samples)
       for (std::size_t c = 0; c < 3; ++c) s.irradiance[c] *= scale, s.sigma[c] *= scale;
-    const LightingEstimate scaled = estimate_lighting(shading, {});
+    const LightingEstimate scaled = estimate_lighting(shading);
     ASSERT_EQ(scaled.lights.size(), plain.lights.size()) << scale;
     EXPECT_LT(angle_between(scaled.lights[0].light.direction, plain.lights[0].light.direction), 1e-3) << scale;
   }
@@ -205,7 +204,7 @@ TEST(LightingEstimate, DegenerateInputIsUncertainAndFinite) {
   const LitBody body{.lamps = {{towards(30, 40), 0, kWhite}}};
   const Shading whole = body.shading();
   const auto check = [](const Shading& shading, const char* what) {
-    const LightingEstimate light = estimate_lighting(shading, {});
+    const LightingEstimate light = estimate_lighting(shading);
     EXPECT_TRUE(light.uncertain) << what;
     for (const LightEstimate& estimate : light.lights) {
       EXPECT_TRUE(std::isfinite(estimate.light.direction.x) && std::isfinite(estimate.light.irradiance[0])) << what;

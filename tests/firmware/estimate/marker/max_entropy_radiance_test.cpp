@@ -11,7 +11,7 @@
 
 #include <lightwell/harmonics.hpp>
 
-#include "estimate/marker/fibonacci_directions.hpp"
+#include "estimate/marker/marker_geometry.hpp"
 #include "firmware/estimate/marker/lit_body.hpp"
 
 namespace lightwell::marker::test {
@@ -53,7 +53,7 @@ double truth(const LitBody& body, Vec3d normal) {
 TEST(MaxEntropyRadiance, EqualIrradiancesGiveUniformRadiance) {
   LitBody body;
   body.ambient = 2;
-  const auto light = max_entropy_radiance(body.shading().samples, {}, {}, kBand);
+  const auto light = max_entropy_radiance(body.shading().samples, {}, kBand);
   ASSERT_TRUE(light);
   for (const Vec3d& normal : fibonacci_directions(100))
     EXPECT_NEAR(irradiance_at(*light, normal), 2, 2e-3) << "tolerance: error of the sum over directions";
@@ -62,17 +62,17 @@ TEST(MaxEntropyRadiance, EqualIrradiancesGiveUniformRadiance) {
 TEST(MaxEntropyRadiance, ReproducesTheIrradianceOfTheFaces) {
   const LitBody body = room();
   const Shading shading = body.shading();
-  const auto light = max_entropy_radiance(shading.samples, {}, {}, kBand);
+  const auto light = max_entropy_radiance(shading.samples, {}, kBand);
   ASSERT_TRUE(light);
   for (const SurfaceSample& s : shading.samples) {
-    // Three standard deviations of a face: ErrorModel::surface_sigma_floor times the largest irradiance.
+    // Three standard deviations of a face: kSurfaceSigmaFloor times the largest irradiance.
     EXPECT_NEAR(irradiance_at(*light, s.normal), s.irradiance[1], 3 * 0.015 * 2);
   }
 }
 
 TEST(MaxEntropyRadiance, IsCloseToTheTruthBetweenTheFaces) {
   const LitBody body = room();
-  const auto light = max_entropy_radiance(body.shading().samples, {}, {}, kBand);
+  const auto light = max_entropy_radiance(body.shading().samples, {}, kBand);
   ASSERT_TRUE(light);
   double squares = 0, off = 0;
   for (const Vec3d& normal : fibonacci_directions(400)) {
@@ -89,7 +89,7 @@ TEST(MaxEntropyRadiance, IsNonnegativeForInconsistentFaces) {
   std::vector<SurfaceSample> samples = body.shading().samples;
   for (SurfaceSample& s : samples)
     if (s.surface == 1) s.irradiance = {};
-  const auto light = max_entropy_radiance(samples, {}, {}, kBand);
+  const auto light = max_entropy_radiance(samples, {}, kBand);
   ASSERT_TRUE(light);
   for (const Vec3d& normal : fibonacci_directions(200)) {
     EXPECT_TRUE(std::isfinite(irradiance_at(*light, normal)));
@@ -98,7 +98,7 @@ TEST(MaxEntropyRadiance, IsNonnegativeForInconsistentFaces) {
 }
 
 TEST(MaxEntropyRadiance, OneFaceGivesASymmetricRadiance) {
-  const auto light = max_entropy_radiance(samples_of({{0, 1, 0}}, {3}), {}, {}, kBand);
+  const auto light = max_entropy_radiance(samples_of({{0, 1, 0}}, {3}), {}, kBand);
   ASSERT_TRUE(light);
   EXPECT_NEAR(irradiance_at(*light, {0, 1, 0}), 3, 0.05);
   EXPECT_NEAR(irradiance_at(*light, {1, 0, 0}), irradiance_at(*light, {0, 0, 1}), 1e-2) << "rotational symmetry";
@@ -110,8 +110,8 @@ TEST(MaxEntropyRadiance, PeakIsMovedToTheLightAndTheSumIsConserved) {
   body.lamps = {{towards(20, 30), 0, {2, 2, 2}}};
   const Shading shading = body.shading();
   const std::vector<Vec3d> toward = {body.lamps[0].direction, -body.lamps[0].direction};
-  const auto split = max_entropy_radiance(shading.samples, {}, toward, kBand),
-             whole = max_entropy_radiance(shading.samples, {}, {}, kBand);
+  const auto split = max_entropy_radiance(shading.samples, toward, kBand),
+             whole = max_entropy_radiance(shading.samples, {}, kBand);
   ASSERT_TRUE(split && whole);
   EXPECT_GT(split->lights[0][1], 0.1);
   EXPECT_LT(split->lights[0][1], 2) << "at most the lamp's irradiance";
@@ -124,13 +124,13 @@ TEST(MaxEntropyRadiance, PeakIsMovedToTheLightAndTheSumIsConserved) {
 TEST(MaxEntropyRadiance, ScalesWithTheLight) {
   const LitBody body = room();
   const Shading shading = body.shading();
-  const auto light = max_entropy_radiance(shading.samples, {}, {}, kBand);
+  const auto light = max_entropy_radiance(shading.samples, {}, kBand);
   ASSERT_TRUE(light);
   for (const double scale : {1e-20, 1e20}) {
     std::vector<SurfaceSample> samples = shading.samples;
     for (SurfaceSample& s : samples)
       for (double& e : s.irradiance) e *= scale;
-    const auto scaled = max_entropy_radiance(samples, {}, {}, kBand);
+    const auto scaled = max_entropy_radiance(samples, {}, kBand);
     ASSERT_TRUE(scaled);
     for (const Vec3d& normal : fibonacci_directions(20))
       EXPECT_NEAR(irradiance_at(*scaled, normal) / scale, irradiance_at(*light, normal), 1e-4);
@@ -146,18 +146,17 @@ TEST(MaxEntropyRadiance, ReproducesHundredsOfSamplesOfABall) {
     normals.push_back(normal);
     irradiance.push_back(truth(body, normal));
   }
-  const auto light = max_entropy_radiance(samples_of(normals, irradiance), {}, {}, kBand);
+  const auto light = max_entropy_radiance(samples_of(normals, irradiance), {}, kBand);
   ASSERT_TRUE(light);
   for (std::size_t i = 0; i < normals.size(); ++i)
     EXPECT_NEAR(irradiance_at(*light, normals[i]), irradiance[i], 3 * 0.015 * 2);
 }
 
 TEST(MaxEntropyRadiance, WithoutLightGivesNoResult) {
-  EXPECT_FALSE(max_entropy_radiance({}, {}, {}, kBand));
-  EXPECT_FALSE(max_entropy_radiance(samples_of({{0, 1, 0}, {1, 0, 0}}, {0, 0}), {}, {}, kBand));
-  EXPECT_FALSE(
-      max_entropy_radiance(samples_of({{0, 1, 0}}, {std::numeric_limits<double>::quiet_NaN()}), {}, {}, kBand));
-  EXPECT_FALSE(max_entropy_radiance(samples_of({{0, 1, 0}}, {std::numeric_limits<double>::infinity()}), {}, {}, kBand));
+  EXPECT_FALSE(max_entropy_radiance({}, {}, kBand));
+  EXPECT_FALSE(max_entropy_radiance(samples_of({{0, 1, 0}, {1, 0, 0}}, {0, 0}), {}, kBand));
+  EXPECT_FALSE(max_entropy_radiance(samples_of({{0, 1, 0}}, {std::numeric_limits<double>::quiet_NaN()}), {}, kBand));
+  EXPECT_FALSE(max_entropy_radiance(samples_of({{0, 1, 0}}, {std::numeric_limits<double>::infinity()}), {}, kBand));
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // The result of "A camera backend" in CONTRIBUTING.md. Step 1 is grey_backend; step 2 is the target of this test, with
 // the backend in it; step 5 is the comment of make_grey_backend().
-#include "app/backend_table.hpp"
+#include "app/component_tables.hpp"
 #include "camera/conformance/conformance.hpp"
 #include "structure/skeletons/camera/grey_backend.hpp"
 

@@ -5,7 +5,6 @@
 #include <numbers>
 #include <utility>
 
-#include "estimate/frames/descriptor_header.hpp"
 #include "estimate/frames/row_reader.hpp"
 
 namespace lightwell {

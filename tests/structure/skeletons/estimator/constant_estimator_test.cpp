@@ -12,7 +12,7 @@
 #include <lightwell/codec.hpp>
 #include <lightwell/query.hpp>
 
-#include "app/estimator_table.hpp"
+#include "app/component_tables.hpp"
 
 namespace lightwell {
 namespace {

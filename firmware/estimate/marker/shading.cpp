@@ -1,0 +1,160 @@
+#include "estimate/marker/shading.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+#include <span>
+#include <utility>
+
+#include <lightwell/quantile.hpp>
+
+namespace lightwell::marker {
+namespace {
+
+/// Number of rings around the body; hidden patches get the mean radiance of their ring.
+constexpr int kRings = 6;
+/// Standard deviation of the subtracted irradiance, relative to it.
+constexpr double kReflectionRelativeSigma = 0.2;
+
+struct GroundPatch {
+  Vec3d position;
+  Rgb radiance;
+};
+
+/// All patches of the ground plane's grid, hidden ones filled in.
+std::vector<GroundPatch> fill_ground_grid(const GroundPlane& ground) {
+  const auto [u, v] = tangent_basis(ground.normal);
+  const Vec3d below_body = ground.normal * dot(ground.point, ground.normal);
+  const double step = ground.step_m;
+  double reach = 0;
+  for (const GroundSample& s : ground.samples) reach = std::max(reach, length(s.position - below_body));
+  const int across = static_cast<int>(reach / step + 0.5);
+  const int edge = 2 * across + 1;
+  std::vector<const GroundSample*> at(static_cast<std::size_t>(edge * edge), nullptr);
+  std::array<Rgb, kRings> sum{};
+  std::array<double, kRings> count{};
+  const auto ring_of = [&](double distance) {
+    return std::min(kRings - 1, static_cast<int>(distance / (reach + step) * kRings));
+  };
+  for (const GroundSample& s : ground.samples) {
+    const Vec3d from = s.position - below_body;
+    const int column = static_cast<int>(std::lround(dot(from, u) / step)) + across,
+              row = static_cast<int>(std::lround(dot(from, v) / step)) + across;
+    if (column >= 0 && row >= 0 && column < edge && row < edge) at[static_cast<std::size_t>(row * edge + column)] = &s;
+    const auto ring = static_cast<std::size_t>(ring_of(length(from)));
+    count[ring] += 1;
+    for (std::size_t c = 0; c < 3; ++c) sum[ring][c] += s.color[c];
+  }
+  std::vector<GroundPatch> out;
+  for (int row = 0; row < edge; ++row)
+    for (int column = 0; column < edge; ++column) {
+      const double x = (column - across) * step, y = (row - across) * step, distance = std::hypot(x, y);
+      if (distance > reach + step) continue;
+      GroundPatch patch{below_body + u * x + v * y, {}};
+      if (const GroundSample* observed = at[static_cast<std::size_t>(row * edge + column)]) {
+        patch.radiance = observed->color;
+      } else {
+        auto ring = static_cast<std::size_t>(ring_of(distance));
+        while (ring + 1 < kRings && count[ring] == 0) ++ring;
+        if (count[ring] == 0) continue;
+        for (std::size_t c = 0; c < 3; ++c) patch.radiance[c] = sum[ring][c] / count[ring];
+      }
+      out.push_back(patch);
+    }
+  return out;
+}
+
+/// Largest residual of a sample relative to the median irradiance of its face, unless four robust standard deviations
+/// of the face's residuals are more; four sigmas of the sample are added.
+constexpr double kMaxPlaneDeviation = 0.03;
+
+}  // namespace
+
+void estimate_ground_reflection(Shading& shading) {
+  if (!shading.ground || shading.ground->samples.empty()) return;
+  const GroundPlane& ground = *shading.ground;
+  const std::vector<GroundPatch> patches = fill_ground_grid(ground);
+  const double area = ground.step_m * ground.step_m;
+  for (SurfaceSample& s : shading.samples) {
+    s.from_ground = {};
+    for (const GroundPatch& patch : patches) {
+      const Vec3d to_patch = patch.position - s.position;
+      const double squared = dot(to_patch, to_patch);
+      const double along_ground_normal = -dot(to_patch, ground.normal), along_sample_normal = dot(to_patch, s.normal);
+      if (!(along_ground_normal > 0) || !(along_sample_normal > 0)) continue;
+      // Form factor from a small surface to a disc of the patch's area (Cohen & Wallace 1993, "Radiosity and realistic
+      // image synthesis"): finite at small distances.
+      const double factor =
+          along_ground_normal * along_sample_normal / (squared * (squared + area / std::numbers::pi)) * area;
+      for (std::size_t c = 0; c < 3; ++c) s.from_ground[c] += patch.radiance[c] * factor;
+    }
+  }
+}
+
+void subtract_ground_reflection(Shading& shading) {
+  for (SurfaceSample& s : shading.samples) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      s.irradiance[c] = std::max(0.0, s.irradiance[c] - s.from_ground[c]);
+      s.sigma[c] = std::hypot(s.sigma[c], kReflectionRelativeSigma * s.from_ground[c]);
+    }
+    s.from_ground = {};
+  }
+}
+
+int remove_occluded_samples(Shading& shading) {
+  int outliers = 0;
+  std::vector<SurfaceSample> inliers;
+  for (std::size_t begin = 0; begin < shading.samples.size();) {
+    std::size_t end = begin;
+    while (end < shading.samples.size() && shading.samples[end].surface == shading.samples[begin].surface) ++end;
+    const std::span<const SurfaceSample> face(shading.samples.data() + begin, end - begin);
+    begin = end;
+    const Vec3d normal = face[0].normal;
+    const bool flat =
+        std::all_of(face.begin(), face.end(), [&](const SurfaceSample& s) { return dot(s.normal, normal) > 0.9999; });
+    if (!flat || face.size() < 6) {
+      inliers.insert(inliers.end(), face.begin(), face.end());
+      continue;
+    }
+    const auto [u, v] = tangent_basis(normal);
+    struct Point {
+      double u, v, value;
+    };
+    std::vector<Point> points;
+    for (const SurfaceSample& s : face)
+      points.push_back(
+          {dot(s.position, u), dot(s.position, v), (s.irradiance[0] + s.irradiance[1] + s.irradiance[2]) / 3});
+    std::vector<double> residuals(points.size()), best_residuals(points.size(), 0), sorted;
+    double least_median = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < points.size(); ++i)
+      for (std::size_t j = i + 1; j < points.size(); ++j)
+        for (std::size_t k = j + 1; k < points.size(); ++k) {
+          const Point &a = points[i], &b = points[j], &c = points[k];
+          const double bu = b.u - a.u, bv = b.v - a.v, cu = c.u - a.u, cv = c.v - a.v, det = bu * cv - bv * cu;
+          if (std::abs(det) < 0.1 * (bu * bu + bv * bv)) continue;
+          const double gu = ((b.value - a.value) * cv - (c.value - a.value) * bv) / det;
+          const double gv = ((c.value - a.value) * bu - (b.value - a.value) * cu) / det;
+          for (std::size_t n = 0; n < points.size(); ++n)
+            residuals[n] = std::abs(points[n].value - a.value - gu * (points[n].u - a.u) - gv * (points[n].v - a.v));
+          sorted = residuals;
+          const double typical = upper_quantile(sorted, 0.5);
+          if (typical < least_median) least_median = typical, best_residuals = residuals;
+        }
+    sorted.clear();
+    for (const Point& p : points) sorted.push_back(p.value);
+    const double bound =
+        std::max(kMaxPlaneDeviation * std::abs(upper_quantile(sorted, 0.5)), 4 * 1.4826 * least_median);
+    for (std::size_t n = 0; n < points.size(); ++n) {
+      if (!(best_residuals[n] > bound + 4 * (face[n].sigma[0] + face[n].sigma[1] + face[n].sigma[2]) / 3))
+        inliers.push_back(face[n]);
+      else
+        ++outliers;
+    }
+  }
+  shading.samples = std::move(inliers);
+  return outliers;
+}
+
+}  // namespace lightwell::marker

@@ -1,0 +1,19 @@
+// The subcommands of lightwell-calibrate.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace lightwell::calibrate {
+
+/// `arguments`: those after the subcommand. Exit status: 0 done, 1 an input is wrong or insufficient, 2 wrong usage; of
+/// coverage also 3: some views are missing.
+[[nodiscard]] int board_command(const std::vector<std::string>& arguments);
+[[nodiscard]] int marker_sheet_command(const std::vector<std::string>& arguments);
+[[nodiscard]] int coverage_command(const std::vector<std::string>& arguments);
+[[nodiscard]] int geometry_command(const std::vector<std::string>& arguments);
+[[nodiscard]] int photometry_command(const std::vector<std::string>& arguments);
+[[nodiscard]] int mounting_command(const std::vector<std::string>& arguments);
+[[nodiscard]] int import_command(const std::vector<std::string>& arguments);
+
+}  // namespace lightwell::calibrate

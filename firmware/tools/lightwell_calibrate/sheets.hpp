@@ -1,0 +1,80 @@
+// Printed sheets: paper sizes, tags, a ruler, numbers, a board, output.
+//   Paper, kPapers, find_paper   sheets of paper
+//   kPrinterMargin_mm            unprintable margin
+//   tag_rectangles               the dark cells of a tag
+//   draw_ruler                   a ruler of 100 mm, to measure the printer's scale
+//   digits                       a number as filled bars, readable in any orientation
+//   layout                       a board of tags
+//   add_sheet_options, write_pages   the options of the subcommands that print
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include <lightwell/result.hpp>
+
+#include "pose/tag_board.hpp"
+#include "pose/tag_family.hpp"
+#include "tools/lightwell_calibrate/page.hpp"
+
+namespace lightwell::calibrate {
+
+struct Paper {
+  std::string_view name;
+  double width_mm = 0, height_mm = 0;  ///< In portrait orientation.
+};
+
+inline constexpr std::array<Paper, 3> kPapers = {{{"a4", 210, 297}, {"a3", 297, 420}, {"letter", 215.9, 279.4}}};
+
+/// invalid_argument: an unknown name; the message lists the known ones.
+[[nodiscard]] Result<Paper> find_paper(std::string_view name);
+
+inline constexpr double kPrinterMargin_mm = 7, kRulerLength_mm = 100;
+
+/// Formats a number with four significant digits.
+[[nodiscard]] std::string brief(double value);
+
+/// The dark cells of an upright tag, adjacent cells of a row merged; the top left cell is at (left, top), mm.
+[[nodiscard]] std::vector<Rectangle> tag_rectangles(const TagBitmap& tag, double left, double top, double cell);
+
+/// Draws a ruler of kRulerLength_mm, measured between the outer sides of its first and last stroke. Strokes and text
+/// are above the line at y.
+void draw_ruler(double x, double y, Page& page);
+
+/// A number in seven-segment digits, centred at the origin, underlined to distinguish 6 and 9. y increases downwards.
+/// `width` and `height` are its maximum dimensions.
+[[nodiscard]] std::vector<Rectangle> digits(int number, double width, double height);
+
+struct BoardPage {
+  Page page;
+  bool landscape = false;
+  /// Position of the board's origin (bottom left corner of the first tag) on the sheet.
+  double origin_x_mm = 0, origin_y_mm = 0;
+};
+
+/// `board` has passed validate(). Portrait if the board fits that way, otherwise landscape. invalid_argument: it fits
+/// neither way; the message gives the largest tag that would.
+[[nodiscard]] Result<BoardPage> layout(const TagBoard& board, const Paper& paper);
+
+struct SheetOptions {
+  Paper paper = kPapers[0];
+  double dpi = 300;
+  std::vector<std::string> outputs;
+  bool json = false;
+};
+
+/// Adds --dpi, --output and --json. `endings`: of the output files.
+void add_sheet_options(CLI::App& app, SheetOptions& options, const std::vector<std::string>& endings,
+                       const std::string& dpi_help, const std::string& output_help, const std::string& json_help);
+
+/// Writes the pages as a .pdf, or as an .svg or .png of each page: "sheet-2.svg" for page 2 of several. Adds the names
+/// of the files to `files`.
+[[nodiscard]] Status write_pages(std::span<const Page> pages, const std::string& path, double dpi,
+                                 std::vector<std::string>& files);
+
+}  // namespace lightwell::calibrate

@@ -1,0 +1,4 @@
+#include "conventions.cpp"
+#include "library.cpp"
+#include "lighting.cpp"
+#include "probe.cpp"

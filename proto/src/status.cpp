@@ -1,0 +1,176 @@
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+
+#include <lightwell/status.hpp>
+
+#include "messages.hpp"
+
+namespace lightwell {
+namespace {
+
+constexpr std::size_t kMaxName = 64;
+constexpr std::size_t kMaxText = 256;
+
+bool parse(std::span<const std::byte> bytes, v1::InfoResponse& m) {
+  return bytes.size() <= std::numeric_limits<int>::max() &&
+         m.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
+}
+
+Status wrong(const std::string& what) { return invalid_argument("status: " + what); }
+
+constexpr int kTriangle = 21;  // Upper triangle of a 6x6 matrix.
+
+Status covariance_problem(const PoseCovariance& c) {
+  for (std::size_t r = 0; r < 6; ++r) {
+    if (!(c[r][r] >= 0)) return invalid_argument("covariance: variance " + std::to_string(r) + " must not be negative");
+    for (std::size_t k = r + 1; k < 6; ++k) {
+      const bool known = std::isfinite(c[r][r]) && std::isfinite(c[k][k]);
+      // Rounding can make a correlation of 1 slightly larger.
+      if (known ? !(c[r][k] * c[r][k] <= c[r][r] * c[k][k] * (1 + 1e-9)) : c[r][k] != 0)
+        return invalid_argument("covariance of " + std::to_string(r) + " and " + std::to_string(k) +
+                                " is larger than their variances allow; with an infinite variance it must be 0");
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Pose pose_from(const v1::Pose& m) { return {{m.qx(), m.qy(), m.qz(), m.qw()}, {m.tx(), m.ty(), m.tz()}}; }
+
+void fill_pose(const Pose& pose, v1::Pose& m) {
+  const auto& [q, t] = pose;
+  m.set_qx(q.x), m.set_qy(q.y), m.set_qz(q.z), m.set_qw(q.w);
+  m.set_tx(t.x), m.set_ty(t.y), m.set_tz(t.z);
+}
+
+Status pose_problem(const Pose& pose) {
+  const auto& [q, t] = pose;
+  const double squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+  if (!(squared > 1e-18) || !std::isfinite(squared))
+    return invalid_argument("pose has no rotation: qx, qy, qz, qw are zero or not finite");
+  if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z))
+    return invalid_argument("pose: tx, ty, tz must be finite");
+  return {};
+}
+
+Result<UncertainPose> mounting_from(const v1::Mounting& m) {
+  UncertainPose out{pose_from(m.pose()), {}};
+  if (m.covariance_size() != 0 && m.covariance_size() != kTriangle)
+    return invalid_argument("covariance has " + std::to_string(m.covariance_size()) +
+                            " numbers; it is 21, the upper triangle row by row, or none");
+  int next = 0;
+  for (std::size_t r = 0; r < 6 && m.covariance_size() != 0; ++r)
+    for (std::size_t k = r; k < 6; ++k) out.covariance[r][k] = out.covariance[k][r] = m.covariance(next++);
+  if (const Status s = pose_problem(out.pose); !s.ok()) return s;
+  if (const Status s = covariance_problem(out.covariance); !s.ok()) return s;
+  out.pose.rotation = out.pose.rotation.normalized();
+  return out;
+}
+
+v1::Mounting mounting_to(const UncertainPose& T_world_probe) {
+  v1::Mounting m;
+  fill_pose(T_world_probe.pose, *m.mutable_pose());
+  for (std::size_t r = 0; r < 6; ++r)
+    for (std::size_t k = r; k < 6; ++k) m.add_covariance(T_world_probe.covariance[r][k]);
+  return m;
+}
+
+void fill_status(const StatusSnapshot& status, v1::InfoResponse& m) {
+  m.set_probe_name(status.probe_name);
+  m.set_probe_id(status.probe_id);
+  m.set_calibration_id(status.calibration_id);
+  m.set_version(status.version);
+  m.set_camera(status.camera);
+  const Counters& from = status.counters;
+  v1::Counters& c = *m.mutable_counters();
+  c.set_frames(from.frames);
+  c.set_captures_dropped(from.captures_dropped);
+  c.set_brackets_incomplete(from.brackets_incomplete);
+  c.set_estimates(from.estimates);
+  c.set_estimates_failed(from.estimates_failed);
+  c.set_descriptors_coalesced(from.descriptors_coalesced);
+  c.set_clients(from.clients);
+  c.set_frames_recorded(from.frames_recorded);
+  c.set_recording_faults(from.recording_faults);
+  c.set_frames_lost(from.frames_lost);
+  c.set_setting_moves(from.setting_moves);
+  c.set_estimates_late(from.estimates_late);
+  c.set_estimates_late_at_fast(from.estimates_late_at_fast);
+  c.set_messages_refused(from.messages_refused);
+  c.set_authentication_failures(from.authentication_failures);
+  c.set_client_list_faults(from.client_list_faults);
+  if (status.T_world_probe) *m.mutable_mounting() = mounting_to(*status.T_world_probe);
+}
+
+StatusSnapshot status_of(const v1::InfoResponse& m) {
+  StatusSnapshot out;
+  out.probe_name = m.probe_name();
+  out.probe_id = m.probe_id();
+  out.calibration_id = m.calibration_id();
+  out.version = m.version();
+  out.camera = m.camera();
+  const v1::Counters& c = m.counters();
+  out.counters = {.frames = c.frames(),
+                  .captures_dropped = c.captures_dropped(),
+                  .brackets_incomplete = c.brackets_incomplete(),
+                  .estimates = c.estimates(),
+                  .estimates_failed = c.estimates_failed(),
+                  .descriptors_coalesced = c.descriptors_coalesced(),
+                  .clients = c.clients(),
+                  .frames_recorded = c.frames_recorded(),
+                  .recording_faults = c.recording_faults(),
+                  .frames_lost = c.frames_lost(),
+                  .setting_moves = c.setting_moves(),
+                  .estimates_late = c.estimates_late(),
+                  .estimates_late_at_fast = c.estimates_late_at_fast(),
+                  .messages_refused = c.messages_refused(),
+                  .authentication_failures = c.authentication_failures(),
+                  .client_list_faults = c.client_list_faults()};
+  // An invalid mounting is dropped: queries in world axes then report that the pose is unknown.
+  if (m.has_mounting())
+    if (const Result<UncertainPose> mounting = mounting_from(m.mounting()); mounting.ok())
+      out.T_world_probe = *mounting;
+  return out;
+}
+
+std::string encode_status(const StatusSnapshot& status) {
+  v1::InfoResponse m;
+  fill_status(status, m);
+  return m.SerializeAsString();
+}
+
+Result<StatusSnapshot> decode_status(std::span<const std::byte> bytes) {
+  v1::InfoResponse m;
+  if (!parse(bytes, m)) return Status(StatusCode::data_loss, "status: not a protobuf message");
+  if (m.probe_name().empty() || m.probe_name().size() > kMaxName) return wrong("probe_name must have 1 to 64 bytes");
+  if (m.version().size() > kMaxText) return wrong("version is longer than 256 bytes");
+  if (m.camera().size() > kMaxText) return wrong("camera is longer than 256 bytes");
+  return status_of(m);
+}
+
+Result<InfoAnswer> decode_info(std::span<const std::byte> bytes) {
+  v1::InfoResponse m;
+  if (!parse(bytes, m)) return Status(StatusCode::data_loss, "Info: not a protobuf message");
+  return InfoAnswer{status_of(m), {static_cast<std::int64_t>(m.clock_now_ns())}};
+}
+
+std::string encode_clock(ProbeTime now) {
+  v1::InfoResponse m;
+  m.set_clock_now_ns(static_cast<std::uint64_t>(now.ns));
+  return m.SerializeAsString();
+}
+
+Result<ProbeTime> decode_clock(std::span<const std::byte> bytes) {
+  v1::InfoResponse m;
+  if (!parse(bytes, m)) return Status(StatusCode::data_loss, "clock: not a protobuf message");
+  // Well inside of the range in which differences of times do not overflow.
+  constexpr auto kLast = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max() / 4);
+  if (m.clock_now_ns() == 0 || m.clock_now_ns() > kLast)
+    return Status(StatusCode::data_loss, "clock: clock_now_ns is missing or out of range");
+  return ProbeTime{static_cast<std::int64_t>(m.clock_now_ns())};
+}
+
+}  // namespace lightwell
