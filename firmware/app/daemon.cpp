@@ -1,20 +1,36 @@
 #include "app/daemon.hpp"
 
+#include <charconv>
+#include <chrono>
 #include <csignal>
 #include <ctime>
 #include <iostream>
+#include <map>
 #include <optional>
 
 #include <systemd/sd-daemon.h>
 
+#include <lightwell/advertisement.hpp>
+#include <lightwell/codec.hpp>
 #include <lightwell/descriptor.hpp>
+#include <lightwell/pairing.hpp>
 #include <lightwell/text.hpp>
+#include <lightwell/time.hpp>
 
 #include "app/component_tables.hpp"
 #include "app/log.hpp"
-#include "app/network.hpp"
 #include "app/pipeline.hpp"
 #include "camera/frame_recorder.hpp"
+#include "link/access/probe_keys.hpp"
+#include "link/grpc/grpc_link.hpp"
+#include "link/grpc/pairing_window.hpp"
+#include "link/usb_gadget/usb_gadget_link.hpp"
+#ifdef LIGHTWELL_HAVE_LINK_MQTT
+#include "link/mqtt/mqtt_link.hpp"
+#endif
+#ifdef LIGHTWELL_HAVE_DISCOVERY
+#include "link/discovery/advertiser.hpp"
+#endif
 
 namespace lightwell {
 namespace {
@@ -69,6 +85,85 @@ Result<DaemonComponents> make_components(const Config& config) {
   return components;
 }
 
+/// Adds the links of `config` to `publisher`. failed_precondition: a link or the announcement is configured, but not in
+/// this build.
+Status add_links(const Config& config, Commands& commands, Publisher& publisher) {
+  publisher.add(make_grpc_link(config.grpc, config.probe_name, commands));
+  if (config.usb_gadget) publisher.add(make_usb_gadget_link(*config.usb_gadget, commands));
+  if (config.mqtt) {
+#ifdef LIGHTWELL_HAVE_LINK_MQTT
+    publisher.add(make_mqtt_link(*config.mqtt, config.probe_name, commands));
+#else
+    return {StatusCode::failed_precondition,
+            "mqtt: this lightwelld was built without MQTT; install libmosquitto-dev and build it again, or leave "
+            "`mqtt` out"};
+#endif
+  }
+#ifndef LIGHTWELL_HAVE_DISCOVERY
+  if (config.mdns == Mdns::on)
+    return {
+        StatusCode::failed_precondition,
+        "discovery: this lightwelld was built without Avahi; install libavahi-client-dev and build it again, or leave "
+        "`discovery` out"};
+#endif
+  return {};
+}
+
+/// Announces the probe if that is configured, and logs when a link or the announcement fails or recovers.
+class NetworkMonitor {
+ public:
+  /// Call it after the links have been started.
+  NetworkMonitor([[maybe_unused]] const Config& config, [[maybe_unused]] const StatusSnapshot& status,
+                 const Publisher& publisher)
+      : publisher_(publisher) {
+#ifdef LIGHTWELL_HAVE_DISCOVERY
+    if (config.mdns != Mdns::on) return;
+    Advertisement a{status.probe_name, status.probe_id, status.calibration_id, status.version, kWireVersion, {}};
+    for (const auto& link : publisher.links())
+      if (AdvertisedLink shown = advertised_link(link->address()); !shown.uri.empty())
+        a.links.push_back(std::move(shown));
+    advertiser_.emplace(a);
+    // Any text but "", so that the announced name is logged.
+    last_logged_["discovery"] = "nothing logged yet";
+#endif
+  }
+
+  /// Logs changes; call it about once a second.
+  void poll() {
+    for (const auto& link : publisher_.links()) log_transition(link->address(), link->error_message(), "connected");
+#ifdef LIGHTWELL_HAVE_DISCOVERY
+    if (advertiser_)
+      log_transition("discovery", advertiser_->error_message(), "announced as '" + advertiser_->announced_as() + "'");
+#endif
+    // At most once a minute, so that a flood of invalid messages does not fill the log.
+    constexpr std::int64_t kMinute = 60'000'000'000;
+    const std::uint64_t refused = publisher_.counters().messages_refused;
+    const std::int64_t now = monotonic_now_ns();
+    if (refused == logged_refused_ || (logged_refused_ns_ != 0 && now - logged_refused_ns_ < kMinute)) return;
+    log_error(std::to_string(refused) +
+              " messages from outside have been refused: malformed, not for this probe, or too many");
+    logged_refused_ = refused;
+    logged_refused_ns_ = now;
+  }
+
+ private:
+  void log_transition(const std::string& what, const std::string& error_message, const std::string& good) {
+    std::string& last_logged = last_logged_[what];
+    if (last_logged == error_message) return;
+    last_logged = error_message;
+    error_message.empty() ? log_info(what + ": " + good)
+                          : log_error(what + ": " + error_message + "; it is tried again");
+  }
+
+  const Publisher& publisher_;
+#ifdef LIGHTWELL_HAVE_DISCOVERY
+  std::optional<Advertiser> advertiser_;
+#endif
+  std::map<std::string, std::string> last_logged_;
+  std::uint64_t logged_refused_ = 0;
+  std::int64_t logged_refused_ns_ = 0;
+};
+
 sigset_t stop_signals() {
   sigset_t set;
   sigemptyset(&set);
@@ -100,6 +195,30 @@ std::string over_budget_message(double ms, double budget_ms) {
       "budget: an estimate takes %.3g ms even at the setting fast, and the budget is %.3g ms; set a larger one with "
       "--budget-ms, or smaller pictures with --size",
       ms, budget_ms);
+}
+
+/// The number after the last colon; 0 if there is none.
+int port_of(const std::string& listen) {
+  int port = 0;
+  const char* const end = listen.data() + listen.size();
+  std::from_chars(listen.data() + listen.rfind(':') + 1, end, port);
+  return port;
+}
+
+Status status_of(PairingOutcome outcome, const PairingWindow& window) {
+  switch (outcome) {
+    case PairingOutcome::paired:
+      return {};
+    case PairingOutcome::too_many_wrong_codes:
+      return {StatusCode::unavailable,
+              "three wrong codes were received and the window is closed: if you entered none of them, somebody on the "
+              "network is guessing"};
+    case PairingOutcome::open:
+    case PairingOutcome::timed_out:
+      break;
+  }
+  return {StatusCode::unavailable, "no client was paired (" + std::to_string(window.wrong_codes()) +
+                                       " wrong codes); start again for a new code"};
 }
 
 }  // namespace
@@ -202,6 +321,32 @@ Status run_daemon(const Config& config) {
   pipeline.stop();
   log_info(status_line(pipeline.status()));
   return {};
+}
+
+Status run_pairing(const Config& config, const std::string& listen) {
+  if (!config.grpc.encrypted())
+    return {StatusCode::failed_precondition,
+            "pairing needs encryption: set grpc.security to LINK_SECURITY_TLS or LINK_SECURITY_MUTUAL_TLS, or use "
+            "--security tls"};
+  const Result<ProbeKeys> keys = load_probe_keys(config.grpc, config.probe_name, std::time(nullptr));
+  if (!keys) return keys.status();
+  PairingWindowOptions options;
+  options.listen = listen.empty() ? config.grpc.listen_address.substr(0, config.grpc.listen_address.rfind(':')) + ":" +
+                                        std::to_string(kDefaultPairingPort)
+                                  : listen;
+  options.probe_name = config.probe_name;
+  options.port = port_of(config.grpc.listen_address);
+  options.client_certificate_days = config.grpc.client_certificate_days;
+  const Result<std::unique_ptr<PairingWindow>> opened = PairingWindow::open(options, *keys);
+  if (!opened) return opened.status();
+  PairingWindow& window = **opened;
+  std::cout << "lightwelld: pairing on " << window.address() << " for " << options.open_for.count() << " s, code "
+            << window.code() << std::endl;
+  PairingOutcome outcome = PairingOutcome::open;
+  while (outcome == PairingOutcome::open && !stop_signal_pending())
+    outcome = window.wait(std::chrono::milliseconds(100));
+  if (outcome == PairingOutcome::paired) log_info("paired with " + window.client_name());
+  return status_of(outcome, window);
 }
 
 }  // namespace lightwell

@@ -31,7 +31,7 @@ class Estimator {
   /// flags.
   [[nodiscard]] virtual Status estimate(std::span<const Frame> bracket, Descriptor& out) = 0;
 
-  /// The kind, which determines the options: see option_names() and settings_of().
+  /// The kind, which determines the options: see fields_of() and settings_of().
   [[nodiscard]] virtual EstimatorKind kind() const = 0;
   /// Takes effect with the next estimate; light tracks persist. Returns invalid_argument, naming the option, where an
   /// option is out of range or belongs to another estimator; the configuration is then unchanged.

@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <stop_token>
+#include <utility>
 
 #include <lightwell/result.hpp>
 #include <lightwell/time.hpp>
@@ -69,6 +70,17 @@ class Frame {
  public:
   Frame() = default;
   Frame(FrameOwner& owner, int slot) : loan_(&owner, {slot}) {}
+  /// The other frame has no views afterwards.
+  Frame(Frame&& o) noexcept
+      : info(o.info), views_(o.views_), view_count_(std::exchange(o.view_count_, 0)), loan_(std::move(o.loan_)) {}
+  Frame& operator=(Frame&& o) noexcept {
+    info = o.info;
+    views_ = o.views_;
+    view_count_ = std::exchange(o.view_count_, 0);
+    loan_ = std::move(o.loan_);
+    return *this;
+  }
+  ~Frame() = default;
 
   FrameInfo info;
 

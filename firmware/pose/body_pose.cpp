@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
@@ -34,11 +33,8 @@ bool is_near(const std::optional<BodyPrediction>& prediction, const Pose& pose) 
   const Vec3d t = pose.translation - before.translation;
   Vector6d error;
   error << s * q.x, s * q.y, s * q.z, t.x, t.y, t.z;
-  Matrix6d covariance;
-  for (int r = 0; r < 6; ++r)
-    for (int c = 0; c < 6; ++c)
-      covariance(r, c) = prediction->probe_body.covariance[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)];
-  const Eigen::LLT<Matrix6d> root(covariance);
+  const Eigen::LLT<Matrix6d> root(
+      Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(prediction->probe_body.covariance[0].data()));
   if (root.info() != Eigen::Success) return false;
   return error.dot(root.solve(error)) < kMaxPredictionChiSquare;
 }
@@ -86,8 +82,7 @@ struct Attitudes {
   bool ambiguous = false;
 };
 
-Attitudes attitudes_of(const Consensus& consensus, const std::optional<BodyPrediction>& prediction, double odds,
-                       double freedom) {
+Attitudes attitudes_of(const Consensus& consensus, const std::optional<BodyPrediction>& prediction, double freedom) {
   Attitudes out;
   out.best =
       solve_pose(consensus.used, std::nullopt, consensus.solution.probe_world(), Loss::huber, kPredictedSolverLimits);
@@ -100,7 +95,7 @@ Attitudes attitudes_of(const Consensus& consensus, const std::optional<BodyPredi
     if (!faces_the_lens(*quad, turned)) return out;
   out.other = std::move(other);
   const double scale = std::max(1.0, out.best.cost / freedom);
-  out.ambiguous = out.other.cost - out.best.cost < 2 * std::log(odds) * scale;
+  out.ambiguous = out.other.cost - out.best.cost < kAmbiguousChiSquare * scale;
   if (out.ambiguous && prediction && prediction->attitude_known) {
     const bool best_near = is_near(prediction, out.best.probe_world()),
                other_near = is_near(prediction, out.other.probe_world());
@@ -119,21 +114,11 @@ std::string no_tag_reason(const ObservedTags& seen) {
   return "no seen tag is usable: " + seen.reports.front().rejection_reason;
 }
 
-/// Beyond this, second-order effects of the corner noise exceed the effect of the focal length.
-constexpr double kMaxFocalSigma = 0.05;
-
-struct FocalUncertainty {
-  Vector6d focal_jacobian = Vector6d::Zero();  ///< As BodyPose::focal_jacobian, of CornerSolution::probe_centroid.
-  FocalCheck check;
-};
-
-/// Linear least squares in the six pose parameters x and the relative focal length error e: residuals r + J x + e g.
-/// The pose was solved with e = 0, which moves it by (J'J)⁻¹ J'g per unit of e. The component of g orthogonal to the
-/// columns of J determines e. An equirectangular lens has no focal length and contributes a zero derivative.
-FocalUncertainty estimate_focal_uncertainty(const PosedLenses& rig, std::span<const TagObservation> observations,
-                                            const Quads& quads, const CornerSolution& solution) {
-  FocalUncertainty out;
-  out.check.sigma = std::numeric_limits<double>::infinity();
+/// BodyPose::focal_jacobian of CornerSolution::probe_centroid. Linear least squares in the six pose parameters x and
+/// the relative focal length error e: residuals r + J x + e g. The pose was solved with e = 0, which moves it by
+/// (J'J)⁻¹ J'g per unit of e. An equirectangular lens has no focal length and contributes a zero derivative.
+Vector6d focal_jacobian_of(const PosedLenses& rig, std::span<const TagObservation> observations, const Quads& quads,
+                           const CornerSolution& solution) {
   Eigen::VectorXd g = Eigen::VectorXd::Zero(solution.residual.size());
   Eigen::Index row = 0;
   for (const ObservedTag* quad : quads) {
@@ -157,23 +142,10 @@ FocalUncertainty estimate_focal_uncertainty(const PosedLenses& rig, std::span<co
   const Vector6d unit = solution.jacobian.colwise().norm().cwiseInverse();
   const Eigen::Matrix<double, Eigen::Dynamic, 6> jacobian = solution.jacobian * unit.asDiagonal();
   const Eigen::LDLT<Matrix6d> normal(jacobian.transpose() * jacobian);
-  if (!unit.allFinite() || normal.info() != Eigen::Success) return out;
+  if (!unit.allFinite() || normal.info() != Eigen::Success) return Vector6d::Zero();
   const Vector6d pose_change = normal.solve(jacobian.transpose() * g);
-  if (!pose_change.allFinite()) return out;
-  out.focal_jacobian = unit.asDiagonal() * pose_change;
-  // The components of g and of the residuals orthogonal to the Jacobian's columns. With a robust loss, the residuals
-  // at the solution are not orthogonal to them.
-  const Eigen::VectorXd across = g - jacobian * pose_change;
-  const Eigen::VectorXd rest = solution.residual - jacobian * normal.solve(jacobian.transpose() * solution.residual);
-  const double information = across.squaredNorm();
-  // Below this, `across` is rounding error.
-  if (!(information > 1e-9 * g.squaredNorm())) return out;
-  const double relative_error = -across.dot(rest) / information;
-  const double freedom = static_cast<double>(rest.size()) - 7;
-  const double squares = (rest + relative_error * across).squaredNorm();
-  const double sigma = std::sqrt(std::max(1.0, freedom > 0 ? squares / freedom : 1.0) / information);
-  if (sigma < kMaxFocalSigma) out.check = {relative_error, sigma};
-  return out;
+  if (!pose_change.allFinite()) return Vector6d::Zero();
+  return unit.asDiagonal() * pose_change;
 }
 
 }  // namespace
@@ -211,7 +183,7 @@ Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body,
                       " tags seen of it contradict each other, no majority "
                       "agrees on a pose; check that the body is built as its file says, and that only one is in view");
   const double freedom = 8.0 * static_cast<double>(consensus.used.size()) - 6;
-  const Attitudes found = attitudes_of(consensus, prediction, options.ambiguity_odds, freedom);
+  const Attitudes found = attitudes_of(consensus, prediction, freedom);
   const std::optional<Matrix6d> noise =
       std::isfinite(found.best.cost) ? pose_covariance_of(found.best) : std::optional<Matrix6d>();
   if (!noise)
@@ -222,16 +194,14 @@ Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body,
   BodyPose out;
   out.used = static_cast<int>(consensus.used.size());
   out.chi_square = found.best.cost / freedom;
-  const FocalUncertainty focal = estimate_focal_uncertainty(rig, observations, consensus.used, found.best);
-  out.focal = focal.check;
-  const Matrix6d covariance = std::max(1.0, out.chi_square) * *noise + options.focal_sigma * options.focal_sigma *
-                                                                           focal.focal_jacobian *
-                                                                           focal.focal_jacobian.transpose();
+  const Vector6d focal = focal_jacobian_of(rig, observations, consensus.used, found.best);
+  const Matrix6d covariance =
+      std::max(1.0, out.chi_square) * *noise + options.focal_sigma * options.focal_sigma * focal * focal.transpose();
   const UncertainPose to_origin{Pose{{}, -found.best.centroid}, {}};
   out.probe_body = compose(UncertainPose{found.best.probe_centroid, covariance_from(covariance)}, to_origin);
   // A rotation about the corners' centroid also moves the body's origin.
-  const Vec3d turn{focal.focal_jacobian[0], focal.focal_jacobian[1], focal.focal_jacobian[2]};
-  const Vec3d moved = Vec3d{focal.focal_jacobian[3], focal.focal_jacobian[4], focal.focal_jacobian[5]} +
+  const Vec3d turn{focal[0], focal[1], focal[2]};
+  const Vec3d moved = Vec3d{focal[3], focal[4], focal[5]} +
                       cross(turn, rotate(found.best.probe_centroid.rotation, -found.best.centroid));
   out.focal_jacobian = {turn.x, turn.y, turn.z, moved.x, moved.y, moved.z};
   if (std::isfinite(found.other.cost)) {

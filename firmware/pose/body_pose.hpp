@@ -36,12 +36,6 @@ struct BodyPoseOptions : MountingOptions {
   [[nodiscard]] Status validate() const;
 };
 
-/// Estimate of the focal length error from the perspective of the corners: nearer parts of the body look larger.
-struct FocalCheck {
-  double relative_error = 0;  ///< (calibrated - true) / true focal length. Average it over many frames.
-  double sigma = 0;           ///< Its standard deviation; infinite (no estimate) where it would exceed 0.05.
-};
-
 /// The prediction, too, may decide between probe_body and `alternative`.
 struct BodyPose : PoseFit {
   UncertainPose probe_body;
@@ -49,7 +43,6 @@ struct BodyPose : PoseFit {
   /// Derivative of the six parameters of probe_body with respect to the relative focal length error (rad and m per
   /// 100 %). The covariance contains it, scaled with focal_sigma; it is common to all frames with a similar view.
   std::array<double, 6> focal_jacobian{};
-  FocalCheck focal;
 };
 
 /// `rig` (a RigParameters converts, see PosedLenses) and `body` have passed validate(). The same tag id may be observed

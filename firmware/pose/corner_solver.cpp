@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <Eigen/Dense>
+#include <Eigen/SparseCore>
 #include <ceres/ceres.h>
 
 #include <lightwell/quantile.hpp>
@@ -102,13 +103,11 @@ double robust_cost(const Quads& quads, const std::optional<GravityReading>& grav
 using PoseJacobian = Eigen::Matrix<double, Eigen::Dynamic, 6>;
 
 PoseJacobian dense_jacobian(const ceres::CRSMatrix& sparse) {
-  PoseJacobian out = PoseJacobian::Zero(sparse.num_rows, 6);
-  for (int row = 0; row < sparse.num_rows; ++row)
-    for (int i = sparse.rows[static_cast<std::size_t>(row)]; i < sparse.rows[static_cast<std::size_t>(row) + 1]; ++i) {
-      const int column = sparse.cols[static_cast<std::size_t>(i)];
-      // The tangent space of Ceres' quaternion manifold is half a rotation vector.
-      out(row, column) = sparse.values[static_cast<std::size_t>(i)] * (column < 3 ? 0.5 : 1.0);
-    }
+  PoseJacobian out = Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>>(
+      sparse.num_rows, sparse.num_cols, static_cast<Eigen::Index>(sparse.values.size()), sparse.rows.data(),
+      sparse.cols.data(), sparse.values.data());
+  // The tangent space of Ceres' quaternion manifold is half a rotation vector.
+  out.leftCols<3>() *= 0.5;
   return out;
 }
 
@@ -250,8 +249,7 @@ std::optional<Matrix6d> pose_covariance_of(const CornerSolution& solution) {
 
 PoseCovariance covariance_from(const Matrix6d& m) {
   PoseCovariance out{};
-  for (int r = 0; r < 6; ++r)
-    for (int c = 0; c < 6; ++c) out[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] = m(r, c);
+  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(out[0].data()) = m;
   return out;
 }
 

@@ -2,6 +2,7 @@
 // frame is the room, and find_body_pose(), whose world frame is the body. Private to firmware/pose.
 #pragma once
 
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <span>
@@ -116,6 +117,9 @@ struct SolverLimits {
 /// perpendicular to the line of sight (Schweighofer & Pinz 2006, section 3, without their perspective terms, for which
 /// the solver corrects).
 [[nodiscard]] Pose mirror_pose(const Quads& quads, const Pose& probe_world);
+
+/// Excess of chi² below which the second pose makes the result ambiguous: a likelihood ratio of 400.
+inline const double kAmbiguousChiSquare = 2 * std::log(400.0);
 
 /// False if two minimisations converged to the same attitude.
 [[nodiscard]] bool are_distinct(const CornerSolution& a, const CornerSolution& b);

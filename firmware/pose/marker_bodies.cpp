@@ -59,8 +59,8 @@ double area_of(const FaceOutline& outline) {
   return twice / 2;
 }
 
-/// `outline` minus the white square of half width `half`, by quadrants. A quadrant minus the square is not convex, so it
-/// consists of two convex patches, above the square and beside it.
+/// `outline` minus the white square of half width `half`, by quadrants. A quadrant minus the square is not convex, so
+/// it consists of two convex patches, above the square and beside it.
 std::vector<MarkerPatch> patches_around(const FaceOutline& outline, double half, PaperKind kind) {
   const std::array<double, 4> albedos = quadrant_albedos(kind);
   std::vector<MarkerPatch> out;

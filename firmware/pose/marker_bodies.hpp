@@ -18,7 +18,7 @@
 #include <lightwell/marker_body.hpp>
 #include <lightwell/result.hpp>
 
-#include "pose/tag_family.hpp"
+#include "pose/tag_board.hpp"
 
 namespace lightwell {
 

@@ -58,8 +58,6 @@ Status check(std::span<const WorldTag> room) {
 Status MountingOptions::validate() const {
   if (!(model_error_px >= 0 && model_error_px <= 100))
     return wrong("model_error_px is " + std::to_string(model_error_px) + "; it must be 0 to 100");
-  if (!(ambiguity_odds >= 1) || !std::isfinite(ambiguity_odds))
-    return wrong("ambiguity_odds is " + std::to_string(ambiguity_odds) + "; it must be at least 1");
   return {};
 }
 
@@ -143,7 +141,7 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTa
   if (std::isfinite(other.cost) && are_distinct(best, other)) {
     out.alternative = inverse(other.probe_world());
     out.alternative_excess = (other.cost - best.cost) / scale;
-    out.ambiguous = out.alternative_excess < 2 * std::log(options.ambiguity_odds);
+    out.ambiguous = out.alternative_excess < kAmbiguousChiSquare;
   }
   out.rms_px = report_residuals(lenses, observations, used, best.probe_world(), *seen);
   out.tags = std::move(seen->reports);

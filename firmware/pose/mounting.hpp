@@ -81,9 +81,6 @@ struct GravityReading {
 struct MountingOptions {
   /// Standard deviation of the camera model's error, px; its square is added to the variance of each coordinate.
   double model_error_px = 0.05;
-  /// Likelihood ratio below which the second pose of a planar target makes the result ambiguous: 400 is a difference of
-  /// 12 in chi².
-  double ambiguity_odds = 400;
 
   [[nodiscard]] Status validate() const;
 };

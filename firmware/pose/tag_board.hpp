@@ -1,4 +1,5 @@
-// A planar grid of AprilTags as a value, and Kalibr's YAML for targets of type 'aprilgrid'.
+// AprilTag families, the printed pattern of their tags, a planar grid of tags as a value, and Kalibr's YAML for targets
+// of type 'aprilgrid'.
 //
 // Board frame: right-handed, metres; z = 0 is the paper, +Z points from it towards the viewer, +X right, +Y up. That is
 // Kalibr's convention and agrees with the axes of the world frame for an upright board. The origin is the bottom left
@@ -15,15 +16,52 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
 
-#include "pose/tag_family.hpp"
+struct apriltag_family;  // Of the AprilTag library.
 
 namespace lightwell {
+
+enum class TagFamily : std::uint8_t {
+  tag36h11,          ///< 587 tags, black border outside; the most common family.
+  tagStandard41h12,  ///< 2,115 tags; data bits outside the border, so that cells are larger on the same paper.
+};
+
+[[nodiscard]] std::string_view to_string(TagFamily family);
+
+/// Parses AprilTag's name of a family. invalid_argument: an unknown name; the message lists the known ones.
+[[nodiscard]] Result<TagFamily> parse_tag_family(std::string_view name);
+
+struct TagShape {
+  int cells = 0;            ///< Width of the whole tag in cells, including the white rim if the family has one.
+  int edge_cells = 0;       ///< Width in cells of the square whose corners are detected, which defines the tag's size.
+  int tags = 0;             ///< Number of tags; ids are 0 to tags - 1.
+  bool dark_inside = true;  ///< Whether that square is dark along its edge and its surroundings bright, or vice versa.
+};
+
+[[nodiscard]] TagShape shape_of(TagFamily family);
+
+/// The cells of an upright tag, seen from its printed face.
+struct TagBitmap {
+  int cells = 0;
+  std::vector<bool> dark;  ///< Row by row from the top, `cells` per row.
+
+  [[nodiscard]] bool is_dark(int column, int row) const { return dark[static_cast<std::size_t>(row * cells + column)]; }
+};
+
+/// The AprilTag library's table of a family.
+using ApriltagFamily = std::unique_ptr<apriltag_family, void (*)(apriltag_family*)>;
+[[nodiscard]] ApriltagFamily make_apriltag_family(TagFamily family);
+
+/// invalid_argument: an id that the family does not have.
+[[nodiscard]] Result<TagBitmap> tag_bitmap(TagFamily family, int id);
 
 struct TagBoard {
   TagFamily family = TagFamily::tag36h11;

@@ -6,7 +6,8 @@
 #include <string>
 #include <utility>
 
-#include "pose/apriltag_family.hpp"
+#include <apriltag/apriltag.h>
+
 #include "pose/corner_refiner.hpp"
 
 namespace lightwell {
@@ -228,89 +229,76 @@ Status DetectionWindow::validate() const {
   return {};
 }
 
-struct TagDetector::Impl {
-  TagDetectorOptions options;
-  std::vector<std::pair<TagFamily, ApriltagFamily>> families;
-  std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)> detector{nullptr, apriltag_detector_destroy};
-
-  /// AprilTag's detections, not refined, in the pixel convention of TagDetection.
-  [[nodiscard]] std::vector<TagDetection> detect_coarse(const GreyPicture& picture,
-                                                        const DetectionWindow& search = {}) const {
-    std::vector<TagDetection> out;
-    if (std::min(picture.width, picture.height) < kMinSide_px * search.decimate) return out;
-    detector->quad_decimate = static_cast<float>(search.decimate);
-    detector->qtp.min_white_black_diff = search.min_contrast;
-    // AprilTag does not write to the picture, but image_u8_t has a non-const pointer.
-    image_u8_t image{picture.width, picture.height, static_cast<std::int32_t>(picture.stride),
-                     const_cast<std::uint8_t*>(picture.data.data())};
-    const std::unique_ptr<zarray_t, void (*)(zarray_t*)> found(apriltag_detector_detect(detector.get(), &image),
-                                                               apriltag_detections_destroy);
-    for (int i = 0; i < zarray_size(found.get()); ++i) {
-      apriltag_detection_t* one = nullptr;
-      zarray_get(found.get(), i, &one);
-      if (static_cast<double>(one->decision_margin) < kMinDecisionMargin || one->hamming > kMaxHamming) continue;
-      TagDetection tag;
-      for (const auto& [family, held] : families)
-        if (held.get() == one->family) tag.family = family;
-      tag.id = one->id;
-      tag.hamming = one->hamming;
-      tag.decision_margin = static_cast<double>(one->decision_margin);
-      const double variance = kCoarseDeviation * kCoarseDeviation * search.decimate * search.decimate;
-      for (std::size_t k = 0; k < 4; ++k) {
-        tag.corners[k] = {one->p[k][0] - kApriltagCenter, one->p[k][1] - kApriltagCenter};
-        tag.covariance[k] = {variance, 0, variance};
-      }
-      out.push_back(tag);
-    }
-    return out;
-  }
-
-  void refine(const GreyPicture& picture, TagDetection& tag, double decimate = 1) const {
-    if (options.corners == CornerRefinement::none) return;
-    const TagShape shape = shape_of(tag.family);
-    const TagOutline outline{tag.corners, shape.edge_cells, shape.dark_inside};
-    const auto corners =
-        options.corners == CornerRefinement::edge_fit
-            ? refine_corners(picture, outline, options.linear)
-            : locate_corners_by_edge_search(picture, outline, options.linear, kEdgeSearchReach_px + decimate);
-    tag.refined = true;
+std::vector<TagDetection> TagDetector::detect_coarse(const GreyPicture& picture, const DetectionWindow& search) const {
+  std::vector<TagDetection> out;
+  if (std::min(picture.width, picture.height) < kMinSide_px * search.decimate) return out;
+  detector_->quad_decimate = static_cast<float>(search.decimate);
+  detector_->qtp.min_white_black_diff = search.min_contrast;
+  // AprilTag does not write to the picture, but image_u8_t has a non-const pointer.
+  image_u8_t image{picture.width, picture.height, static_cast<std::int32_t>(picture.stride),
+                   const_cast<std::uint8_t*>(picture.data.data())};
+  const std::unique_ptr<zarray_t, void (*)(zarray_t*)> found(apriltag_detector_detect(detector_.get(), &image),
+                                                             apriltag_detections_destroy);
+  for (int i = 0; i < zarray_size(found.get()); ++i) {
+    apriltag_detection_t* one = nullptr;
+    zarray_get(found.get(), i, &one);
+    if (static_cast<double>(one->decision_margin) < kMinDecisionMargin || one->hamming > kMaxHamming) continue;
+    TagDetection tag;
+    for (const auto& [family, held] : families_)
+      if (held.get() == one->family) tag.family = family;
+    tag.id = one->id;
+    tag.hamming = one->hamming;
+    tag.decision_margin = static_cast<double>(one->decision_margin);
+    const double variance = kCoarseDeviation * kCoarseDeviation * search.decimate * search.decimate;
     for (std::size_t k = 0; k < 4; ++k) {
-      if (corners[k]) {
-        tag.corners[k] = corners[k]->position;
-        tag.covariance[k] = corners[k]->covariance;
-      } else {
-        tag.refined = false;
-      }
+      tag.corners[k] = {one->p[k][0] - kApriltagCenter, one->p[k][1] - kApriltagCenter};
+      tag.covariance[k] = {variance, 0, variance};
+    }
+    out.push_back(tag);
+  }
+  return out;
+}
+
+void TagDetector::refine(const GreyPicture& picture, TagDetection& tag, double decimate) const {
+  if (options_.corners == CornerRefinement::none) return;
+  const TagShape shape = shape_of(tag.family);
+  const TagOutline outline{tag.corners, shape.edge_cells, shape.dark_inside};
+  const auto corners =
+      options_.corners == CornerRefinement::edge_fit
+          ? refine_corners(picture, outline, options_.linear)
+          : locate_corners_by_edge_search(picture, outline, options_.linear, kEdgeSearchReach_px + decimate);
+  tag.refined = true;
+  for (std::size_t k = 0; k < 4; ++k) {
+    if (corners[k]) {
+      tag.corners[k] = corners[k]->position;
+      tag.covariance[k] = corners[k]->covariance;
+    } else {
+      tag.refined = false;
     }
   }
-};
-
-TagDetector::TagDetector(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-TagDetector::TagDetector(TagDetector&&) noexcept = default;
-TagDetector& TagDetector::operator=(TagDetector&&) noexcept = default;
-TagDetector::~TagDetector() = default;
+}
 
 Result<TagDetector> TagDetector::make(const TagDetectorOptions& options) {
   if (const Status s = options.validate(); !s.ok()) return Status(s.code(), "tag detector: " + s.message());
-  auto impl = std::make_unique<Impl>();
-  impl->options = options;
-  impl->detector.reset(apriltag_detector_create());
+  TagDetector out;
+  out.options_ = options;
+  out.detector_ = {apriltag_detector_create(), apriltag_detector_destroy};
   for (const TagFamily family : options.families) {
-    impl->families.emplace_back(family, make_apriltag_family(family));
-    apriltag_detector_add_family_bits(impl->detector.get(), impl->families.back().second.get(), kMaxHamming);
+    out.families_.emplace_back(family, make_apriltag_family(family));
+    apriltag_detector_add_family_bits(out.detector_.get(), out.families_.back().second.get(), kMaxHamming);
   }
-  return TagDetector(std::move(impl));
+  return out;
 }
 
 Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture, const CameraModel* lens) {
   if (const Status s = picture.validate(); !s.ok()) return s;
-  std::vector<TagDetection> tags = impl_->detect_coarse(picture);
+  std::vector<TagDetection> tags = detect_coarse(picture);
   // Detections in rectified views of tags that were also found in the picture: a better start where edges are curved.
   std::vector<std::optional<TagDetection>> straight(tags.size());
   if (lens != nullptr) {
     for (const ViewAxes& axes : views_of(*lens, picture.width, picture.height, kRectifyBeyond_rad)) {
       const RectifiedView view(picture, *lens, axes);
-      for (TagDetection tag : impl_->detect_coarse(view.picture())) {
+      for (TagDetection tag : detect_coarse(view.picture())) {
         tag.rectified = true;
         if (!to_original(view, *lens, tag.corners)) continue;
         const auto known = std::find_if(tags.begin(), tags.end(), [&](const auto& t) { return same_tag(t, tag); });
@@ -326,9 +314,9 @@ Result<std::vector<TagDetection>> TagDetector::detect(const GreyPicture& picture
     }
   }
   for (std::size_t i = 0; i < tags.size(); ++i) {
-    impl_->refine(picture, tags[i]);
+    refine(picture, tags[i]);
     if (tags[i].refined || !straight[i]) continue;
-    impl_->refine(picture, *straight[i]);
+    refine(picture, *straight[i]);
     if (straight[i]->refined) tags[i] = *straight[i];
   }
   sort(tags);
@@ -348,10 +336,10 @@ Result<std::vector<TagDetection>> TagDetector::detect_in(const GreyPicture& pict
   if (right <= left || bottom <= top) return std::vector<TagDetection>();
   const std::size_t first = static_cast<std::size_t>(top) * picture.stride + static_cast<std::size_t>(left);
   const GreyPicture part{picture.data.subspan(first), right - left, bottom - top, picture.stride};
-  std::vector<TagDetection> tags = impl_->detect_coarse(part, window);
+  std::vector<TagDetection> tags = detect_coarse(part, window);
   for (TagDetection& tag : tags) {
     for (PixelPosition& p : tag.corners) p = {p.x + left, p.y + top};
-    impl_->refine(picture, tag, window.decimate);
+    refine(picture, tag, window.decimate);
   }
   sort(tags);
   return tags;

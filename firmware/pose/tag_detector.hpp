@@ -12,11 +12,14 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "calibration/model/camera_model.hpp"
 #include "pose/grey_view.hpp"
-#include "pose/tag_family.hpp"
+#include "pose/tag_board.hpp"
+
+struct apriltag_detector;  // Of the AprilTag library.
 
 namespace lightwell {
 
@@ -94,14 +97,13 @@ struct DetectionWindow {
   [[nodiscard]] Status validate() const;
 };
 
-/// Not thread-safe: one call at a time. Movable.
+/// Not thread-safe: one call at a time. Can be moved, not assigned.
 class TagDetector {
  public:
   /// invalid_argument: options that do not validate.
   [[nodiscard]] static Result<TagDetector> make(const TagDetectorOptions& options = {});
-  TagDetector(TagDetector&&) noexcept;
-  TagDetector& operator=(TagDetector&&) noexcept;
-  ~TagDetector();
+  // No assignment: AprilTag's detector must be destroyed before its families.
+  TagDetector(TagDetector&&) = default;
 
   /// All tags in the picture, sorted by family and id; an id may occur several times. With `lens`, rectified views are
   /// searched, too. A tag across the seam of an equirectangular picture is not found. invalid_argument: a picture that
@@ -114,9 +116,15 @@ class TagDetector {
   [[nodiscard]] Result<std::vector<TagDetection>> detect_in(const GreyPicture& picture, const DetectionWindow& window);
 
  private:
-  struct Impl;
-  explicit TagDetector(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  TagDetector() = default;
+  /// AprilTag's detections, not refined, in the pixel convention of TagDetection.
+  [[nodiscard]] std::vector<TagDetection> detect_coarse(const GreyPicture& picture,
+                                                        const DetectionWindow& search = {}) const;
+  void refine(const GreyPicture& picture, TagDetection& tag, double decimate = 1) const;
+
+  TagDetectorOptions options_;
+  std::vector<std::pair<TagFamily, ApriltagFamily>> families_;
+  std::unique_ptr<apriltag_detector, void (*)(apriltag_detector*)> detector_{nullptr, nullptr};
 };
 
 }  // namespace lightwell

@@ -48,9 +48,22 @@ int wrong_usage(const CLI::App& app, std::string_view what) {
   return kUsage;
 }
 
-int bad_input(const CLI::App& app, const Status& status) {
-  std::cerr << app.get_name() << ": " << status.message() << "\n";
-  return kBadInput;
+void refuse(const std::string& what) { throw InputError(invalid_argument(what)); }
+
+void require(const Status& status) {
+  if (!status.ok()) throw InputError(status);
+}
+
+int run_command(CLI::App& app, const std::vector<std::string>& arguments, const std::function<int()>& work) {
+  if (const auto exit = parse_command_line(app, arguments)) return *exit;
+  try {
+    return work();
+  } catch (const UsageError& error) {
+    return wrong_usage(app, error.what());
+  } catch (const InputError& error) {
+    std::cerr << app.get_name() << ": " << error.what() << "\n";
+    return kBadInput;
+  }
 }
 
 Status write_output(const std::string& path, std::string_view bytes) {

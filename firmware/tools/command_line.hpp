@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -26,8 +27,33 @@ enum Exit : int { kDone = 0, kBadInput = 1, kUsage = 2 };
 /// Writes "NAME: what; see --help" to stderr, with the name of the app, and returns kUsage.
 [[nodiscard]] int wrong_usage(const CLI::App& app, std::string_view what);
 
-/// Writes "NAME: " and the message to stderr and returns kBadInput.
-[[nodiscard]] int bad_input(const CLI::App& app, const Status& status);
+/// Wrong usage that the parser cannot find; ends the work of run_command().
+struct UsageError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// An input is wrong, or a file cannot be written; ends the work of run_command().
+struct InputError : std::runtime_error {
+  explicit InputError(const Status& status) : std::runtime_error(status.message()), code(status.code()) {}
+  StatusCode code;
+};
+
+/// Throws InputError with invalid_argument.
+[[noreturn]] void refuse(const std::string& what);
+/// Throws InputError if the status is not ok.
+void require(const Status& status);
+/// The value of a result; throws InputError if there is none.
+template <class T>
+[[nodiscard]] T require(Result<T> result) {
+  require(result.status());
+  return std::move(*result);
+}
+
+/// Parses the arguments as parse_command_line() and calls `work`, which returns the exit status. After UsageError the
+/// exit status is kUsage, reported by wrong_usage(); after InputError kBadInput, its message is written to stderr after
+/// "NAME: ".
+[[nodiscard]] int run_command(CLI::App& app, const std::vector<std::string>& arguments,
+                              const std::function<int()>& work);
 
 /// write_atomically() with the permissions of the umask; "-" is standard output.
 [[nodiscard]] Status write_output(const std::string& path, std::string_view bytes);
@@ -55,18 +81,15 @@ CLI::Option* add_parsed_option(CLI::App& app, const std::string& name, T& value,
 template <class T, class Values>
 CLI::Option* add_named_option(CLI::App& app, const std::string& name, T& value, const Values& values,
                               const std::string& description) {
-  const auto take = [&value, name, &values](const std::string& text) {
+  const auto parse = [&values](const std::string& text) -> Result<T> {
     std::string names;
     for (const T known : values) {
-      if (to_string(known) == text) {
-        value = known;
-        return;
-      }
+      if (to_string(known) == text) return known;
       names += " " + std::string(to_string(known));
     }
-    throw CLI::ValidationError(name, "'" + text + "' is not known; known are:" + names);
+    return invalid_argument("'" + text + "' is not known; known are:" + names);
   };
-  return app.add_option_function<std::string>(name, take, description);
+  return add_parsed_option(app, name, value, parse, description);
 }
 
 }  // namespace lightwell

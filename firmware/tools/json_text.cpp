@@ -1,5 +1,6 @@
 #include "tools/json_text.hpp"
 
+#include <array>
 #include <cmath>
 
 #include <nlohmann/json.hpp>
@@ -24,6 +25,12 @@ nlohmann::ordered_json json_numbers(std::span<const double> values) {
   nlohmann::ordered_json out = nlohmann::ordered_json::array();
   for (const double value : values) out.push_back(json_number(value));
   return out;
+}
+
+nlohmann::ordered_json json_pose(const Pose& pose) {
+  const auto& [q, t] = pose;
+  return {{"translation_m", json_numbers(std::array{t.x, t.y, t.z})},
+          {"rotation_xyzw", json_numbers(std::array{q.x, q.y, q.z, q.w})}};
 }
 
 }  // namespace lightwell

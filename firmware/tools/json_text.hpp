@@ -7,6 +7,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <lightwell/geometry.hpp>
+
 namespace lightwell {
 
 /// The document in one line of ASCII, which is safe to print: all other characters and control characters are escaped.
@@ -22,5 +24,8 @@ namespace lightwell {
 [[nodiscard]] nlohmann::ordered_json json_number(double value);
 /// A list of them.
 [[nodiscard]] nlohmann::ordered_json json_numbers(std::span<const double> values);
+
+/// {"translation_m": [x, y, z], "rotation_xyzw": [x, y, z, w]}
+[[nodiscard]] nlohmann::ordered_json json_pose(const Pose& pose);
 
 }  // namespace lightwell

@@ -46,17 +46,15 @@ struct Arguments {
   EstimatorConfig config;
 };
 
-/// Describes what is missing or contradictory; empty if nothing is.
-std::string contradiction_in(const Arguments& in) {
+/// Throws UsageError if something is missing or contradictory.
+void check(const Arguments& in) {
   if (in.equirect.empty() == in.calibration.empty())
-    return "give either --calibration with images or --equirect with one";
-  if (!in.equirect.empty() && !in.body.empty()) return "--body needs --calibration, that of the camera";
-  if (!in.equirect.empty() && !in.images.empty()) return "--equirect takes one image; more images need --calibration";
-  const Status s = in.config.validate();
-  return s.ok() ? "" : s.message();
+    throw UsageError("give either --calibration with images or --equirect with one");
+  if (!in.equirect.empty() && !in.body.empty()) throw UsageError("--body needs --calibration, that of the camera");
+  if (!in.equirect.empty() && !in.images.empty())
+    throw UsageError("--equirect takes one image; more images need --calibration");
+  if (const Status s = in.config.validate(); !s.ok()) throw UsageError(s.message());
 }
-
-Status invalid(const std::string& what) { return {StatusCode::invalid_argument, what}; }
 
 /// A bracket whose frames refer to the images that it owns.
 struct ImageBracket {
@@ -69,39 +67,34 @@ struct ImageBracket {
 
 std::size_t count_invalid(const Image& image) {
   if (image.format != PixelFormat::rgb_f32) return 0;
-  std::size_t count = 0;
-  for (std::size_t at = 0; at + sizeof(float) <= image.data.size(); at += sizeof(float)) {
-    float v;
-    std::memcpy(&v, image.data.data() + at, sizeof v);
-    count += v >= 0 && std::isfinite(v) ? 0 : 1;
-  }
-  return count;
+  std::vector<float> values(image.data.size() / sizeof(float));
+  std::memcpy(values.data(), image.data.data(), values.size() * sizeof(float));
+  return static_cast<std::size_t>(std::ranges::count_if(values, [](float v) { return !(v >= 0 && std::isfinite(v)); }));
 }
 
 /// Reads the images and combines the exposures of all lenses to frames, shortest first. An image without exposure_s has
 /// an exposure of one second.
-Result<ImageBracket> read_bracket(const RigParameters& rig, const std::vector<ImageArgument>& arguments) {
-  if (arguments.empty()) return invalid("no image is given");
+ImageBracket read_bracket(const RigParameters& rig, const std::vector<ImageArgument>& arguments) {
+  if (arguments.empty()) refuse("no image is given");
   ImageBracket out;
   for (const ImageArgument& a : arguments) {
-    Result<Image> image = read_lens_image(a.path, rig, a.lens);
-    if (!image) return image.status();
-    out.invalid_values += count_invalid(*image);
+    Image image = require(read_lens_image(a.path, rig, a.lens));
+    out.invalid_values += count_invalid(image);
     const double exposure_s = a.exposure_s > 0 ? a.exposure_s : 1;
-    if (!out.images[a.lens].emplace(exposure_s, std::move(*image)).second)
-      return invalid("lens " + std::to_string(a.lens) + " has two images of " + std::to_string(exposure_s) +
-                     " s; a bracket gives a different --exposure-s before each image, and --lens N before the images "
-                     "of another lens");
+    if (!out.images[a.lens].emplace(exposure_s, std::move(image)).second)
+      refuse(
+          formatted("lens %d has two images of %f s; a bracket gives a different --exposure-s before each image, "
+                    "and --lens N before the images of another lens",
+                    a.lens, exposure_s));
   }
   const auto& [first_lens, first] = *out.images.begin();
   const auto same = [](const auto& a, const auto& b) { return std::abs(a.first - b.first) <= 1e-6 * b.first; };
   for (const auto& [lens, taken] : out.images)
     if (!std::equal(taken.begin(), taken.end(), first.begin(), first.end(), same))
-      return invalid("lens " + std::to_string(lens) + " and lens " + std::to_string(first_lens) +
-                     " have different exposures; give every lens the same list of --exposure-s");
+      refuse(formatted("lens %d and lens %d have different exposures; give every lens the same list of --exposure-s",
+                       lens, first_lens));
   if (first.size() > kMaxBracket)
-    return invalid("a bracket has at most " + std::to_string(kMaxBracket) + " exposures, this one has " +
-                   std::to_string(first.size()));
+    refuse(formatted("a bracket has at most %d exposures, this one has %zu", int{kMaxBracket}, first.size()));
 
   for (const auto& [exposure_s, image] : first) {
     FrameInfo& info = out.frames.emplace_back().info;
@@ -133,51 +126,40 @@ RigParameters equirectangular_rig(int width, int height) {
   return rig;
 }
 
-Result<std::unique_ptr<Estimator>> make_estimator(const Arguments& arguments, const RigParameters& rig) {
+std::unique_ptr<Estimator> make_estimator(const Arguments& arguments, const RigParameters& rig) {
   if (arguments.body.empty()) {
     PanoramaOptions options;
     options.config = arguments.config;
     options.probe_id = fnv1a_32("lightwell-estimate");
-    return make_panorama_estimator(rig, options);
+    return require(make_panorama_estimator(rig, options));
   }
-  const Result<MarkerBody> body = load_marker_body(arguments.body);
-  if (!body) return body.status();
-  Result<std::unique_ptr<BodyFinder>> finder = make_tag_body_finder(rig, *body);
-  if (!finder) return finder.status();
+  const MarkerBody body = require(load_marker_body(arguments.body));
   MarkerOptions options;
   options.config = arguments.config;
   options.probe_id = fnv1a_32("lightwell-estimate");
-  Result<std::unique_ptr<MarkerEstimator>> marker = make_marker_estimator(rig, *body, std::move(*finder), options);
-  if (!marker) return marker.status();
-  return std::unique_ptr<Estimator>(std::move(*marker));
+  return require(make_marker_estimator(rig, body, require(make_tag_body_finder(rig, body)), options));
 }
 
-Result<Descriptor> descriptor_of(const Arguments& arguments) {
+Descriptor descriptor_of(const Arguments& arguments) {
   std::vector<ImageArgument> images = arguments.images;
   RigParameters rig;
   if (!arguments.equirect.empty()) {
-    const Result<Image> image = read_image(arguments.equirect);
-    if (!image) return image.status();
-    if (image->width != 2 * image->height)
-      return invalid(arguments.equirect +
-                     formatted(": an equirectangular panorama is twice as wide as high, this one has %dx%d pixels",
-                               image->width, image->height));
-    rig = equirectangular_rig(image->width, image->height);
+    const Image image = require(read_image(arguments.equirect));
+    if (image.width != 2 * image.height)
+      refuse(arguments.equirect +
+             formatted(": an equirectangular panorama is twice as wide as high, this one has %dx%d pixels", image.width,
+                       image.height));
+    rig = equirectangular_rig(image.width, image.height);
     images = {{arguments.equirect, 0, 0}};
   } else {
-    Result<RigParameters> loaded = load_calibration(arguments.calibration);
-    if (!loaded) return loaded.status();
-    rig = std::move(*loaded);
+    rig = require(load_calibration(arguments.calibration));
   }
-  const Result<ImageBracket> bracket = read_bracket(rig, images);
-  if (!bracket) return bracket.status();
-  if (bracket->invalid_values > 0)
-    std::cerr << "lightwell-estimate: " << bracket->invalid_values
+  const ImageBracket bracket = read_bracket(rig, images);
+  if (bracket.invalid_values > 0)
+    std::cerr << "lightwell-estimate: " << bracket.invalid_values
               << " values are negative, NaN or infinite and were replaced (flag CLEANED)\n";
-  Result<std::unique_ptr<Estimator>> estimator = make_estimator(arguments, bracket->rig);
-  if (!estimator) return estimator.status();
   Descriptor descriptor;
-  if (const Status s = (*estimator)->estimate(bracket->frames, descriptor); !s.ok()) return s;
+  require(make_estimator(arguments, bracket.rig)->estimate(bracket.frames, descriptor));
   return descriptor;
 }
 
@@ -222,38 +204,30 @@ int main(int argc, char** argv) {
   app.add_option("--binary", in.binary, "Write the encoded descriptor (wire format)");
   app.add_option("--band", in.config.band, "Highest band of the harmonics, 0 to 6 [4]");
   app.add_option("--max-lights", in.config.max_lights, "Maximum number of lights, 0 to 64 [8]");
-  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
-  ImageArgument next;
-  for (const auto& [option, index] : in_order(app)) {
-    if (option == lens) next.lens = lenses[index];
-    if (option == exposure) next.exposure_s = exposures[index];
-    if (option != images) continue;
-    next.path = paths[index];
-    in.images.push_back(next);
-    next.exposure_s = 0;
-  }
-  if (next.exposure_s > 0)
-    return wrong_usage(app, in.equirect.empty()
-                                ? "--exposure-s has no image after it; it applies to the next one"
-                                : "--equirect takes one image without exposure; a bracket of panoramas needs "
-                                  "--calibration with equirectangular {}");
-  if (const std::string wrong = contradiction_in(in); !wrong.empty()) return wrong_usage(app, wrong);
-
-  const Result<Descriptor> descriptor = descriptor_of(in);
-  if (!descriptor) return bad_input(app, descriptor.status());
-  Encoder encoder;
-  const Result<std::span<const std::byte>> bytes = encoder.encode(*descriptor);
-  if (!bytes) return bad_input(app, bytes.status());
-  if (!in.binary.empty())
-    if (const Status s = write_output(in.binary, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
-        !s.ok())
-      return bad_input(app, s);
-  if (!in.json.empty()) {
-    const Result<std::string> json = descriptor_to_json(*bytes);
-    if (!json) return bad_input(app, json.status());
-    if (const Status s = write_output(in.json, *json + "\n"); !s.ok()) return bad_input(app, s);
-  } else if (in.binary.empty()) {
-    print_summary(*descriptor, bytes->size());
-  }
-  return kDone;
+  return run_command(app, {argv + 1, argv + argc}, [&] {
+    ImageArgument next;
+    for (const auto& [option, index] : in_order(app)) {
+      if (option == lens) next.lens = lenses[index];
+      if (option == exposure) next.exposure_s = exposures[index];
+      if (option != images) continue;
+      next.path = paths[index];
+      in.images.push_back(next);
+      next.exposure_s = 0;
+    }
+    if (next.exposure_s > 0)
+      throw UsageError(in.equirect.empty() ? "--exposure-s has no image after it; it applies to the next one"
+                                           : "--equirect takes one image without exposure; a bracket of panoramas "
+                                             "needs --calibration with equirectangular {}");
+    check(in);
+    const Descriptor descriptor = descriptor_of(in);
+    Encoder encoder;
+    const std::span<const std::byte> bytes = require(encoder.encode(descriptor));
+    if (!in.binary.empty())
+      require(write_output(in.binary, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
+    if (!in.json.empty())
+      require(write_output(in.json, require(descriptor_to_json(bytes)) + "\n"));
+    else if (in.binary.empty())
+      print_summary(descriptor, bytes.size());
+    return kDone;
+  });
 }

@@ -16,6 +16,7 @@ import json
 import math
 import os
 import sys
+from collections import namedtuple
 from pathlib import Path as FilePath
 from typing import NamedTuple
 
@@ -60,21 +61,8 @@ class Case(NamedTuple):
     on_front: bool
 
 
-class Panel(NamedTuple):
-    title: str
-    cost: str
-    error: str
-    height: float  # Inches.
-    knobs: dict
-    cases: list
-
-
-class Label(NamedTuple):
-    text: str
-    x: float
-    y: float
-    color: str
-    weight: str
+Panel = namedtuple("Panel", "title cost error height knobs cases")  # The height in inches.
+Label = namedtuple("Label", "text x y color weight")
 
 
 def panels_of(document):

@@ -26,7 +26,7 @@ enum class Pace : std::uint8_t {
 struct StreamOptions {
   Pace pace = Pace::rate;
   int control_latency = 2;  ///< In frames; see ControlLatency.
-  bool stamp = false;       ///< Embeds the frame's number in the image: frame_stamp.hpp.
+  bool stamp = false;       ///< Embeds the frame's number in the image: stamped().
   int ahead = 8;            ///< Number of frames whose images are ordered before they are due.
 };
 

@@ -23,7 +23,7 @@ namespace pb = google::protobuf;
 /// An option of an estimator.
 template <class Access, class Limits>
 struct Option {
-  std::string_view name;   ///< As in option_names().
+  std::string_view name;   ///< As in config.proto: "band", "panorama.epsilon".
   Access of;               ///< Its member of an EstimatorConfig or EstimatorUpdate.
   Limits allow;            ///< Whether a value is within its limits.
   std::string_view range;  ///< The limits of a number in words.
@@ -41,7 +41,7 @@ Option(std::string_view, Access, Limits, std::string_view) -> Option<Access, Lim
 constexpr auto within(int low, int high) {
   return [low, high](auto v) { return v >= low && v <= high; };
 }
-constexpr auto kShare = [](double v) { return v >= 0 && v < 1; };
+constexpr auto kFraction = [](double v) { return v >= 0 && v < 1; };
 
 /// Every option.
 constexpr auto kOptions = std::tuple{
@@ -51,10 +51,10 @@ constexpr auto kOptions = std::tuple{
            [](Setting v) { return v >= Setting::fast && v <= Setting::exact; }, ""},
     Option{"panorama.light_threshold", [](auto& c) -> decltype(auto) { return (c.panorama.light_threshold); },
            [](double v) { return v >= 1.5 && std::isfinite(v); }, "at least 1.5 times the mean"},
-    Option{"panorama.epsilon", [](auto& c) -> decltype(auto) { return (c.panorama.epsilon); }, kShare,
+    Option{"panorama.epsilon", [](auto& c) -> decltype(auto) { return (c.panorama.epsilon); }, kFraction,
            "0 to 1, 0.01 is 1 %"},
-    Option{"panorama.radiance_epsilon", [](auto& c) -> decltype(auto) { return (c.panorama.radiance_epsilon); }, kShare,
-           "0 to 1, 0.01 is 1 %"},
+    Option{"panorama.radiance_epsilon", [](auto& c) -> decltype(auto) { return (c.panorama.radiance_epsilon); },
+           kFraction, "0 to 1, 0.01 is 1 %"},
     Option{"panorama.unseen_fill", [](auto& c) -> decltype(auto) { return (c.panorama.unseen); },
            [](UnseenFill v) { return v >= UnseenFill::none && v <= UnseenFill::average; }, ""},
     Option{"panorama.smoothing", [](auto& c) -> decltype(auto) { return (c.panorama.smoothing); },
@@ -115,7 +115,7 @@ std::vector<std::string> move_deprecated(v1::EstimatorConfig& m, EstimatorKind k
   return warnings;
 }
 
-/// Looks up a field by its name in option_names(): the message that contains it, and its descriptor.
+/// Looks up a field by the name of its option: the message that contains it, and its descriptor.
 std::pair<pb::Message*, const pb::FieldDescriptor*> find_field(v1::EstimatorConfig& m, std::string_view name) {
   pb::Message* in = &m;
   if (const auto dot = name.find('.'); dot != std::string_view::npos) {
@@ -218,21 +218,6 @@ Status EstimatorConfig::validate(EstimatorKind kind) const {
   if (out.ok() && std::ranges::find(settings, setting) == settings.end())
     out = invalid_argument("estimator.setting: the " + name + " estimator has no setting " +
                            std::string(to_string(setting)) + "; set " + std::string(to_string(settings.back())));
-  return out;
-}
-
-std::vector<std::string> option_names(EstimatorKind kind) {
-  std::vector<std::string> out;
-  const pb::Descriptor& all = *v1::EstimatorConfig::descriptor();
-  for (int i = 0; i < all.field_count(); ++i) {
-    const pb::FieldDescriptor& field = *all.field(i);
-    if (const pb::Descriptor* section = field.message_type()) {
-      if (field.name() != to_string(kind)) continue;
-      for (int k = 0; k < section->field_count(); ++k) out.push_back(field.name() + "." + section->field(k)->name());
-    } else if (!field.options().deprecated()) {
-      out.push_back(field.name());
-    }
-  }
   return out;
 }
 

@@ -79,27 +79,19 @@ Rgb<Quantity> evaluate_any(const Sh<Quantity>& sh, Vec3f d) {
   return sum;
 }
 
-/// Quadrature that is exact for products of two functions of band kMaxBand: Gauss-Legendre in z, equidistant in
-/// azimuth.
-struct SphereRule {
-  struct Node {
-    Vec3d direction;
-    double weight;
-  };
-  std::vector<Node> nodes;
-
-  SphereRule() {
-    constexpr int rings = kMaxBand + 1, steps = 2 * kMaxBand + 1;
-    for (int i = 0; i < rings; ++i) {
-      const auto [z, ring_weight] = gauss_legendre_node(rings, i);
-      const double s = std::sqrt(1 - z * z);
-      for (int k = 0; k < steps; ++k) {
-        const double phi = 2 * std::numbers::pi * k / steps;
-        nodes.push_back({{s * std::cos(phi), s * std::sin(phi), z}, ring_weight * 2 * std::numbers::pi / steps});
-      }
-    }
-  }
+struct SphereNode {
+  Vec3d direction;
+  double weight;
 };
+
+/// Quadrature that is exact for products of two functions of band kMaxBand.
+std::vector<SphereNode> sphere_rule() {
+  std::vector<SphereNode> nodes;
+  for_each_sphere_node(kMaxBand + 1, 2 * kMaxBand + 1, 0, [&](Vec3d direction, double weight) {
+    nodes.push_back({direction, weight});
+  });
+  return nodes;
+}
 
 }  // namespace
 
@@ -111,12 +103,12 @@ Radiance evaluate(const RadianceSh& sh, Vec3f d) { return evaluate_any(sh, d); }
 Irradiance evaluate(const IrradianceSh& sh, Vec3f normal) { return evaluate_any(sh, normal); }
 
 RadianceSh rotated(const RadianceSh& sh, Quat q) {
-  static const SphereRule rule;
+  static const std::vector<SphereNode> rule = sphere_rule();
   const Quat unit = q.normalized();
   const auto count = static_cast<std::size_t>(sh.count());
   std::array<std::array<double, 3>, sh_count(kMaxBand)> sum{};
   std::array<double, sh_count(kMaxBand)> here, there;
-  for (const SphereRule::Node& node : rule.nodes) {
+  for (const SphereNode& node : rule) {
     // rotated(f)(d) = f(q^-1 d). Its projection by the quadrature is exact, because f has no band above kMaxBand.
     basis<double>(sh.band, rotate(unit.inverse(), node.direction), there);
     basis<double>(sh.band, node.direction, here);

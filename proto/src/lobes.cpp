@@ -50,16 +50,8 @@ double GgxLobe::value(double x) const {
 std::array<double, kMaxBand + 1> GgxLobe::coefficients() const {
   std::array<double, kMaxBand + 1> k{};
   for (int l = 0; l <= kMaxBand; ++l) {
-    k[static_cast<std::size_t>(l)] = 2 * std::numbers::pi * integral(0, 1, [l](double x) {
-                                       double p0 = 1, p1 = x;
-                                       if (l == 0) return p0;
-                                       for (int n = 2; n <= l; ++n) {
-                                         const double p2 = ((2 * n - 1) * x * p1 - (n - 1) * p0) / n;
-                                         p0 = p1;
-                                         p1 = p2;
-                                       }
-                                       return p1;
-                                     });
+    k[static_cast<std::size_t>(l)] =
+        2 * std::numbers::pi * integral(0, 1, [l](double x) { return l == 0 ? 1 : legendre(l, x)[1]; });
   }
   return k;
 }

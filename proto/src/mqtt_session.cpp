@@ -41,20 +41,6 @@ bool may_require_certificate(const std::string& why) {
 
 }  // namespace
 
-struct MqttSession::Properties {
-  mosquitto_property* list = nullptr;
-  bool good = true;
-  ~Properties() { mosquitto_property_free_all(&list); }
-
-  void add_correlation(std::span<const std::byte> bytes) {
-    good = good && mosquitto_property_add_binary(&list, MQTT_PROP_CORRELATION_DATA, bytes.data(),
-                                                 static_cast<std::uint16_t>(bytes.size())) == MOSQ_ERR_SUCCESS;
-  }
-  void add_response_topic(const std::string& topic) {
-    good = good && mosquitto_property_add_string(&list, MQTT_PROP_RESPONSE_TOPIC, topic.c_str()) == MOSQ_ERR_SUCCESS;
-  }
-};
-
 struct MqttSession::Callbacks {
   static void connected(mosquitto* client, void* data, int reason, int, const mosquitto_property*) {
     auto& self = *static_cast<MqttSession*>(data);
@@ -150,11 +136,12 @@ void MqttSession::attempt(std::int64_t now_ns) {
   client_.reset(mosquitto_new(options_.login.client_id.c_str(), true, this));
   if (!client_) return handle_disconnect("out of memory");
   if (const std::string problem = configure(client_.get()); !problem.empty()) return handle_disconnect(problem);
-  Properties properties;
-  mosquitto_property_add_int32(&properties.list, MQTT_PROP_MAXIMUM_PACKET_SIZE, options_.largest_packet);
+  mosquitto_property* properties = nullptr;
+  mosquitto_property_add_int32(&properties, MQTT_PROP_MAXIMUM_PACKET_SIZE, options_.largest_packet);
   // The non-blocking connect takes no properties. The blocking one stores them in the client, and then fails without
   // connecting, because port -1 is invalid.
-  mosquitto_connect_bind_v5(client_.get(), host, -1, kKeepAliveSeconds, nullptr, properties.list);
+  mosquitto_connect_bind_v5(client_.get(), host, -1, kKeepAliveSeconds, nullptr, properties);
+  mosquitto_property_free_all(&properties);
   resolving_ = true;
   const int rc = mosquitto_connect_async(client_.get(), host, options_.address.port, kKeepAliveSeconds);
   const int system_error = errno;
@@ -224,28 +211,32 @@ void MqttSession::serve(short events) {
 }
 
 bool MqttSession::send(const std::string& topic, std::span<const std::byte> payload, bool retained,
-                       const Properties& properties) {
-  return client_ && properties.good &&
-         mosquitto_publish_v5(client_.get(), nullptr, topic.c_str(), static_cast<int>(payload.size()), payload.data(),
-                              0, retained, properties.list) == MOSQ_ERR_SUCCESS;
+                       const std::string& response_topic, std::span<const std::byte> correlation) {
+  mosquitto_property* properties = nullptr;
+  int rc = client_ ? MOSQ_ERR_SUCCESS : MOSQ_ERR_NO_CONN;
+  if (rc == MOSQ_ERR_SUCCESS && !response_topic.empty())
+    rc = mosquitto_property_add_string(&properties, MQTT_PROP_RESPONSE_TOPIC, response_topic.c_str());
+  if (rc == MOSQ_ERR_SUCCESS && !correlation.empty())
+    rc = mosquitto_property_add_binary(&properties, MQTT_PROP_CORRELATION_DATA, correlation.data(),
+                                       static_cast<std::uint16_t>(correlation.size()));
+  if (rc == MOSQ_ERR_SUCCESS)
+    rc = mosquitto_publish_v5(client_.get(), nullptr, topic.c_str(), static_cast<int>(payload.size()), payload.data(),
+                              0, retained, properties);
+  mosquitto_property_free_all(&properties);
+  return rc == MOSQ_ERR_SUCCESS;
 }
 
 bool MqttSession::publish(const std::string& topic, std::span<const std::byte> payload, bool retained) {
-  return send(topic, payload, retained, {});
+  return send(topic, payload, retained, {}, {});
 }
 
 bool MqttSession::request(const std::string& topic, const std::string& response_topic,
                           std::span<const std::byte> correlation) {
-  Properties properties;
-  properties.add_response_topic(response_topic);
-  properties.add_correlation(correlation);
-  return connected_ && send(topic, {}, false, properties);
+  return connected_ && send(topic, {}, false, response_topic, correlation);
 }
 
 bool MqttSession::respond(const MqttMessage& request, std::span<const std::byte> payload) {
-  Properties properties;
-  properties.add_correlation(request.correlation);
-  return send(std::string(request.response_topic), payload, false, properties);
+  return send(std::string(request.response_topic), payload, false, {}, request.correlation);
 }
 
 void MqttSession::close(Duration timeout) {

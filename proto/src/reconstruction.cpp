@@ -39,7 +39,7 @@ constexpr double kBlurUnit = 0.1, kMaxBlur = 100;
 constexpr int kBisections = 11;
 constexpr int kDirections = 512;
 
-/// Quadrature that is exact up to band 19: Gauss-Legendre in z, equidistant in azimuth.
+/// Quadrature that is exact up to band 19.
 struct EstimateGrid {
   static constexpr int kRows = 10, kColumns = 20, kNodes = kRows * kColumns;
   std::array<double, kNodes> weight;
@@ -48,16 +48,11 @@ struct EstimateGrid {
   static const EstimateGrid& get() {
     static const EstimateGrid grid = [] {
       EstimateGrid g;
-      for (int j = 0, n = 0; j < kRows; ++j) {
-        const GaussLegendreNode row = gauss_legendre_node(kRows, j);
-        const double sine = std::sqrt(1 - row.x * row.x);
-        for (int i = 0; i < kColumns; ++i, ++n) {
-          const double phi = 2 * std::numbers::pi * (i + 0.5) / kColumns;
-          const auto at = static_cast<std::size_t>(n);
-          g.weight[at] = row.weight * 2 * std::numbers::pi / kColumns;
-          sh_basis(kMaxBand, Vec3d{sine * std::cos(phi), sine * std::sin(phi), row.x}, g.y[at]);
-        }
-      }
+      std::size_t n = 0;
+      for_each_sphere_node(kRows, kColumns, 0.5, [&](Vec3d direction, double weight) {
+        g.weight[n] = weight;
+        sh_basis(kMaxBand, direction, g.y[n++]);
+      });
       return g;
     }();
     return grid;

@@ -194,7 +194,7 @@ TEST_F(SecurityTest, AProbeWithAnotherPinEndsInTheHandshake) {
 TEST_F(SecurityTest, AnExpiredCertificateEndsInTheHandshake) {
   const KeyPair ca = *KeyPair::make(), key = *KeyPair::make();
   const std::int64_t now = std::time(nullptr);
-  const Issuer issuer{
+  const CertifiedKey issuer{
       *issue_certificate({CertificateUse::authority, "x", ca.public_pem, kDefaultNotBefore_s, now + 3600},
                          {{}, ca.private_pem}),
       ca.private_pem};

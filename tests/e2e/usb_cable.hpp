@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/usb_transport.hpp"
-#include "link/usb_gadget/gadget_port.hpp"
+#include "link/usb_gadget/usb_gadget_link.hpp"
 
 namespace lightwell::test {
 

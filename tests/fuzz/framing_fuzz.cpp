@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <cstdlib>
 
+#include <lightwell/commands.hpp>
 #include <lightwell/framing.hpp>
 #include <lightwell/link_message.hpp>
-#include <lightwell/probe_calls.hpp>
 
 #include "support/fake_commands.hpp"
 

@@ -12,8 +12,8 @@
 #include <linux/usbdevice_fs.h>
 #include <sys/ioctl.h>
 
+#include <lightwell/commands.hpp>
 #include <lightwell/framing.hpp>
-#include <lightwell/probe_calls.hpp>
 #include <lightwell/text.hpp>
 #include <lightwell/usb_ids.hpp>
 

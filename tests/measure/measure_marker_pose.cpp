@@ -52,7 +52,7 @@ double best(const Call& call) {
   return out;
 }
 
-struct View {
+struct PosedPicture {
   Pose truth;
   reference::GreyBytes picture;
 };
@@ -118,13 +118,13 @@ BodyTrackerOptions options_of(CornerRefinement corners) {
   return options;
 }
 
-void measure_tracker(const RigParameters& rig, const MarkerBody& body, const std::vector<View>& views,
+void measure_tracker(const RigParameters& rig, const MarkerBody& body, const std::vector<PosedPicture>& views,
                      const std::string& name) {
   BodyTracker tracker = std::move(*BodyTracker::make(body, rig, options_of(CornerRefinement::edge_search)));
   double first = 0, tracked = 0, share = 0, decimate = 0;
   int expected = 0;
   Errors errors;
-  for (const View& view : views) {
+  for (const PosedPicture& view : views) {
     first += best([&] {
       tracker.reset();
       (void)tracker.track(view.picture.view(), frame(0));
@@ -149,7 +149,7 @@ void measure_tracker(const RigParameters& rig, const MarkerBody& body, const std
   errors.print_as("tracked." + name);
 }
 
-void measure_parts(const RigParameters& rig, const MarkerBody& body, const std::vector<View>& views) {
+void measure_parts(const RigParameters& rig, const MarkerBody& body, const std::vector<PosedPicture>& views) {
   const std::vector<std::pair<CornerRefinement, const char*>> works = {{CornerRefinement::none, "none"},
                                                                        {CornerRefinement::edge_search, "followed"},
                                                                        {CornerRefinement::edge_fit, "fitted"}};
@@ -163,7 +163,7 @@ void measure_parts(const RigParameters& rig, const MarkerBody& body, const std::
     for (const double decimate : {1.0, 1.5, 2.0, 3.0, 4.0}) {
       double ms = 0, tags = 0;
       Errors errors;
-      for (const View& view : views) {
+      for (const PosedPicture& view : views) {
         BodyTracker tracker = std::move(*BodyTracker::make(body, rig, options_of(CornerRefinement::edge_search)));
         (void)tracker.track(view.picture.view(), frame(0));
         (void)tracker.track(view.picture.view(), frame(1));
@@ -213,7 +213,7 @@ int main(int argc, char** argv) {
   const MarkerBody body = test::dodecahedron();
   const test::BodyCamera camera(rig, body);
   const auto views_at = [&](double width_px) {
-    std::vector<View> out;
+    std::vector<PosedPicture> out;
     for (std::uint64_t i = 0; i < (quick ? 2u : 12u); ++i) {
       const Pose truth = test::body_at({0.01 * static_cast<double>(i % 5), 0, -test::distance_for(width_px)}, 100 + i);
       out.push_back({truth, camera.take(truth, 200 + i)});
@@ -221,7 +221,7 @@ int main(int argc, char** argv) {
     return out;
   };
   for (const double width_px : quick ? std::vector<double>{400} : std::vector<double>{100, 200, 400, 700, 900}) {
-    const std::vector<View> views = views_at(width_px);
+    const std::vector<PosedPicture> views = views_at(width_px);
     measure_tracker(rig, body, views, std::to_string(static_cast<int>(width_px)) + "px");
     if (width_px == 400) measure_parts(rig, body, views);
   }

@@ -214,7 +214,6 @@ TEST(Config, FieldsRoundTripThroughText) {
   EstimatorUpdate read;
   for (const EstimatorKind kind : {EstimatorKind::panorama, EstimatorKind::marker}) {
     const std::vector<ConfigField> fields = fields_of({kind, c});
-    ASSERT_EQ(fields.size(), option_names(kind).size());
     for (const ConfigField& f : fields) {
       const Status s = set_field(read, f.name, f.value);
       EXPECT_TRUE(s.ok()) << s.message();
@@ -300,10 +299,11 @@ TEST(Config, AnOptionOfAnotherEstimatorIsRefusedByName) {
 }
 
 TEST(Config, AnEstimatorAnswersWhichOptionsItHas) {
-  using Names = std::vector<std::string>;
-  EXPECT_EQ(option_names(EstimatorKind::marker), (Names{"band", "max_lights", "setting", "marker.decimation",
-                                                        "marker.search_decimation", "marker.max_faces"}));
-  EXPECT_EQ(option_names(EstimatorKind::panorama).size(), 10U);
+  std::vector<std::string> names;
+  for (const ConfigField& field : fields_of({EstimatorKind::marker, {}})) names.push_back(field.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"band", "max_lights", "setting", "marker.decimation",
+                                             "marker.search_decimation", "marker.max_faces"}));
+  EXPECT_EQ(fields_of({EstimatorKind::panorama, {}}).size(), 10U);
 }
 
 TEST(Config, ParsesTheMarkerBody) {

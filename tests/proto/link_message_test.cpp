@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <lightwell/commands.hpp>
 #include <lightwell/framing.hpp>
 #include <lightwell/link_message.hpp>
-#include <lightwell/probe_calls.hpp>
 
 #include "lightwell/v1/link_message.pb.h"
 #include "support/fake_commands.hpp"

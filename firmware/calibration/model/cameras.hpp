@@ -1,4 +1,4 @@
-// The camera models, as templates over a scalar type T: float, double or ceres::Jet, so that a solver differentiates
+// The camera models, as templates over a scalar type T: double or ceres::Jet, so that a solver differentiates
 // the functions from which the tables are made. Axes _cv: x right, y down, z forward.
 //   project()        the pixel of a direction; does not check the domain
 //   unproject()      the unit vector of a pixel; empty if no direction within `max_angle` (rad) has this pixel
@@ -66,9 +66,6 @@ template <class IsValid>
 /// Domain: up to the first zero of r' = dr/dtheta.
 /// Inverse: theta from r by Newton's method; direction (x sin theta / r, y sin theta / r, cos theta) with
 ///   x = (u - cx) / fx, y = (v - cy) / fy, r = sqrt(x² + y²).
-/// Jacobian, with d² = x² + y² + z², a = r' z / d², b = r / rho; v follows with fy, x and y exchanged:
-///   du/dx = fx (a x² + b y²) / rho²     du/dy = fx (a - b) x y / rho²     du/dz = -fx r' x / d²
-///   du/dfx = r x / rho                  du/dcx = 1                        du/dki = fx theta^(2 i + 1) x / rho
 template <class T>
 struct KannalaBrandtCamera {
   using Parameters = KannalaBrandtParameters;
@@ -161,10 +158,6 @@ struct KannalaBrandtCamera {
 ///   mx = (u - cx) / fx    my = (v - cy) / fy    r² = mx² + my²
 ///   mz = (1 - alpha² r²) / (alpha sqrt(1 - (2 alpha - 1) r²) + 1 - alpha)
 ///   direction = (mz xi + sqrt(mz² + (1 - xi²) r²)) / (mz² + r²) (mx, my, mz) - (0, 0, xi)
-/// Jacobian, with the gradient of q; v follows with fy, y and (0, 1, 0):
-///   ds = xi (x, y, z) / d1 + (0, 0, 1)     dq = alpha ((x, y, 0) + s ds) / d2 + (1 - alpha) ds
-///   du/d(x, y, z) = fx ((1, 0, 0) - x / q dq) / q         du/dfx = x / q     du/dcx = 1
-///   du/dxi = -fx x d1 (alpha s / d2 + 1 - alpha) / q²     du/dalpha = -fx x (d2 - s) / q²
 template <class T>
 struct DoubleSphereCamera {
   using Parameters = DoubleSphereParameters;
@@ -228,12 +221,6 @@ struct DoubleSphereCamera {
 /// (xi <= 1); or less, to where the distortion folds the picture.
 /// Inverse: m from n by Newton's method; then eq. 9:
 ///   direction = (xi + sqrt(1 + (1 - xi²) r²)) / (1 + r²) (mx, my, 1) - (0, 0, xi)
-/// Jacobian, with e = 2 k1 + 4 k2 r²; v follows with fy and ny:
-///   dnx/dmx = l + e mx² + 2 p1 my + 6 p2 mx     dny/dmy = l + e my² + 6 p1 my + 2 p2 mx
-///   dnx/dmy = dny/dmx = e mx my + 2 p1 mx + 2 p2 my
-///   dq = (0, 0, 1) + xi (x, y, z) / d     dmx = ((1, 0, 0) - mx dq) / q     dmy = ((0, 1, 0) - my dq) / q
-///   du/d(x, y, z) = fx (dnx/dmx dmx + dnx/dmy dmy)     du/dxi = -fx d / q (mx dnx/dmx + my dnx/dmy)
-///   du/dfx = nx     du/dcx = 1     du/dki = fx mx r^(2 i)     du/dp1 = fx 2 mx my     du/dp2 = fx (r² + 2 mx²)
 template <class T>
 struct MeiCamera {
   using Parameters = MeiParameters;
@@ -333,7 +320,7 @@ struct MeiCamera {
 };
 
 /// A stitched picture of the whole sphere (lightwell/equirect.hpp): longitude and latitude are linear in the pixel; z
-/// is the centre of the picture. Computes in double; not for ceres::Jet.
+/// is the centre of the picture. Not a template, because it has no parameters to estimate.
 ///
 /// Parameters: none that a solver estimates; width and height of the picture, px.
 /// Projection:
@@ -341,8 +328,6 @@ struct MeiCamera {
 /// Domain: every direction but zero; to pi.
 /// Inverse, with phi = 2 pi ((u + 1/2) / width - 1/2) and theta = pi ((v + 1/2) / height - 1/2):
 ///   direction = (cos theta sin phi, sin theta, cos theta cos phi)
-/// Jacobian, with rho² = x² + z², d² = x² + y² + z², a = width / (2 pi), b = height / pi:
-///   du/d(x, y, z) = a (z, 0, -x) / rho²     dv/d(x, y, z) = b (-x y / rho, rho, -y z / rho) / d²
 struct EquirectangularCamera {
   using Parameters = EquirectangularParameters;
   static constexpr std::size_t kParameters = 0;

@@ -148,30 +148,24 @@ double mean_overlap_weight(const Lens& lens, const Lens& other, Vec3d other_axis
 
 class TableBuilder {
  public:
-  TableBuilder(const Lens& lens, const Lens* other) : lens_(lens), other_(other) {
-    const auto width = static_cast<std::size_t>(lens.parameters.width);
-    const auto height = static_cast<std::size_t>(lens.parameters.height);
+  TableBuilder(const Lens& lens, const Lens* other, LensTable& table) : lens_(lens), other_(other), table_(table) {
     table_.width = lens.parameters.width;
     table_.height = lens.parameters.height;
     table_.equirectangular = std::holds_alternative<EquirectangularParameters>(lens.parameters.model);
-    table_.rows.resize(height);
-    table_.direction.resize(width * height);
-    table_.solid_angle.resize(width * height);
-    table_.inverse_vignetting.resize(width * height);
-    table_.overlap_pixel.assign(width * height, -1);
+    const std::size_t pixels = table_.index(0, table_.height);
+    table_.rows.resize(static_cast<std::size_t>(table_.height));
+    table_.direction.resize(pixels);
+    table_.solid_angle.resize(pixels);
+    table_.inverse_vignetting.resize(pixels);
+    table_.overlap_pixel.assign(pixels, -1);
     if (other != nullptr) other_axis_ = rotate(lens.to_probe.inverse(), other->axis);
   }
 
-  LensTable build() {
-    if (table_.equirectangular) {
-      equirectangular_rows();
-    } else {
-      corner_grid();
-    }
-    return std::move(table_);
+  /// Fills the table and returns the sum of its solid angles.
+  double build() {
+    table_.equirectangular ? equirectangular_rows() : corner_grid();
+    return covered_sr_;
   }
-
-  [[nodiscard]] double covered_sr() const { return covered_sr_; }
 
  private:
   void equirectangular_rows() {
@@ -207,8 +201,7 @@ class TableBuilder {
   }
 
   void set(int column, int row, const Patch& patch) {
-    const auto index =
-        static_cast<std::size_t>(row) * static_cast<std::size_t>(table_.width) + static_cast<std::size_t>(column);
+    const std::size_t index = table_.index(column, row);
     const Vec3d d = rotate(lens_.to_probe, patch.direction);
     double share = 1;
     if (other_ != nullptr) {
@@ -231,7 +224,7 @@ class TableBuilder {
   const Lens& lens_;
   const Lens* other_;
   Vec3d other_axis_;  ///< In this lens's frame.
-  LensTable table_;
+  LensTable& table_;
   double covered_sr_ = 0;
 };
 
@@ -259,11 +252,9 @@ Result<RigTable> make_rig_table(const RigParameters& rig, double feather_rad) {
   }
 
   RigTable table;
-  for (std::size_t i = 0; i < lenses.size(); ++i) {
-    TableBuilder builder(lenses[i], lenses.size() == 2 ? &lenses[1 - i] : nullptr);
-    table.lenses.push_back(builder.build());
-    table.covered_sr += builder.covered_sr();
-  }
+  for (std::size_t i = 0; i < lenses.size(); ++i)
+    table.covered_sr +=
+        TableBuilder(lenses[i], lenses.size() == 2 ? &lenses[1 - i] : nullptr, table.lenses.emplace_back()).build();
   if (table.lenses.size() == 2) {
     drop_empty_overlaps(table.lenses[0], table.lenses[1]);
     drop_empty_overlaps(table.lenses[1], table.lenses[0]);

@@ -91,7 +91,7 @@ std::string text_of(BIO* bio) {
 
 }  // namespace
 
-Result<std::string> issue_certificate(const CertificateRequest& request, const Issuer& issuer) {
+Result<std::string> issue_certificate(const CertificateRequest& request, const CertifiedKey& issuer) {
   const Bio in = reader_of(request.public_key);
   const Key subject_key(in ? PEM_read_bio_PUBKEY(in.get(), nullptr, no_password, nullptr) : nullptr);
   if (!subject_key || !is_p256(subject_key.get()))
@@ -110,18 +110,6 @@ Result<std::string> issue_certificate(const CertificateRequest& request, const I
       X509_sign(made.get(), signer.get(), EVP_sha256()) == 0 || PEM_write_bio_X509(out.get(), made.get()) != 1)
     return Status(StatusCode::internal, "OpenSSL failed to create a certificate for '" + request.common_name + "'");
   return text_of(out.get());
-}
-
-Result<CertificateInfo> read_certificate(const std::string& pem) {
-  const Certificate certificate = certificate_of(pem);
-  if (!certificate) return Status(StatusCode::data_loss, "no certificate in PEM form");
-  std::tm until{};
-  if (ASN1_TIME_to_tm(X509_get0_notAfter(certificate.get()), &until) != 1)
-    return Status(StatusCode::data_loss, "the certificate's expiry date cannot be read");
-  std::array<char, 256> name{};
-  X509_NAME_get_text_by_NID(X509_get_subject_name(certificate.get()), NID_commonName, name.data(),
-                            static_cast<int>(name.size()));
-  return CertificateInfo{timegm(&until), name.data()};
 }
 
 Status check_key_matches_certificate(const std::string& certificate, const std::string& key) {

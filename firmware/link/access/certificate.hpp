@@ -24,21 +24,13 @@ struct CertificateRequest {
   std::int64_t not_after_s = 0;  ///< Seconds since 1970.
 };
 
-/// The signer. An empty certificate means self-signed with `key`.
-struct Issuer {
+struct CertifiedKey {
   std::string certificate, key;
 };
 
-/// invalid_argument: the key is not on P-256, or the issuer's certificate or key cannot be read.
-[[nodiscard]] Result<std::string> issue_certificate(const CertificateRequest& request, const Issuer& issuer);
-
-struct CertificateInfo {
-  std::int64_t not_after_s = 0;
-  std::string common_name;
-};
-
-/// Reads the first certificate in `pem`. data_loss: there is none.
-[[nodiscard]] Result<CertificateInfo> read_certificate(const std::string& pem);
+/// An issuer with an empty certificate means self-signed with its key. invalid_argument: the key is not on P-256, or
+/// the issuer's certificate or key cannot be read.
+[[nodiscard]] Result<std::string> issue_certificate(const CertificateRequest& request, const CertifiedKey& issuer);
 
 /// invalid_argument: `key` cannot be read or does not belong to `certificate`.
 [[nodiscard]] Status check_key_matches_certificate(const std::string& certificate, const std::string& key);

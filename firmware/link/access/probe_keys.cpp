@@ -45,23 +45,22 @@ Result<std::string> new_private_key() {
   return std::move(made->private_pem);
 }
 
-struct CertifiedKey {
-  std::string certificate, key;
-};
 /// Key and certificate STEM_key.pem and STEM.pem; creates missing ones, and renews a certificate that expires at
 /// `renew_s` or before. Without `issuer`, self-signed.
 Result<CertifiedKey> load_or_create(const std::string& stem, CertificateRequest request,
-                                    const std::optional<Issuer>& issuer, std::int64_t renew_s) {
+                                    const std::optional<CertifiedKey>& issuer, std::int64_t renew_s) {
   const std::string key_path = stem + "_key.pem", path = stem + ".pem";
   const Result<std::string> key = read_or_create(key_path, new_private_key);
   if (!key) return key.status();
   if (const Status s = public_key_of(*key).assign_to(request.public_key); !s.ok()) return s.in(key_path);
-  const auto issue = [&] { return issue_certificate(request, issuer ? *issuer : Issuer{{}, *key}); };
+  const auto issue = [&] { return issue_certificate(request, issuer ? *issuer : CertifiedKey{{}, *key}); };
   Result<std::string> certificate = read_or_create(path, issue);
   if (!certificate) return certificate.status();
-  const Result<CertificateInfo> info = read_certificate(*certificate);
-  if (!info) return info.status().in(path);
-  if (info->not_after_s <= renew_s) {
+  const Result<CertificateIdentity> present = identify_certificate(*certificate);
+  if (!present) return present.status().in(path);
+  if (present->expires_s == 0)
+    return Status(StatusCode::data_loss, path + ": the certificate's expiry date cannot be read");
+  if (present->expires_s <= renew_s) {
     certificate = issue();
     if (!certificate) return certificate.status();
     if (const Status s = write_atomically(path, *certificate, FileMode::owner); !s.ok()) return s;
@@ -91,7 +90,7 @@ Status apply_owner_files(const GrpcConfig& config, ProbeKeys& keys) {
   }
   if (!config.client_ca.empty()) {
     if (Status s = read_named(config.client_ca, "grpc.client_ca").assign_to(keys.client_ca); !s.ok()) return s;
-    if (const Status s = read_certificate(keys.client_ca).status(); !s.ok()) return s.in(config.client_ca);
+    if (const Status s = identify_certificate(keys.client_ca).status(); !s.ok()) return s.in(config.client_ca);
     keys.issuer_certificate.clear();
     keys.issuer_key.clear();
   }
@@ -135,8 +134,8 @@ Result<ProbeKeys> load_probe_keys(const GrpcConfig& config, std::string_view pro
   request.use = CertificateUse::probe;
   request.common_name = std::string(probe_name);
   request.not_after_s = days_from(now_s, kProbeDays);
-  const Result<CertifiedKey> probe = load_or_create(
-      *folder + "/probe", request, Issuer{authority->certificate, authority->key}, now_s + kProbeDays * kDay_s / 3);
+  const Result<CertifiedKey> probe =
+      load_or_create(*folder + "/probe", request, *authority, now_s + kProbeDays * kDay_s / 3);
   if (!probe) return probe.status();
   keys.certificate = probe->certificate;
   keys.key = probe->key;

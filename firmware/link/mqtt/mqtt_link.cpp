@@ -175,20 +175,21 @@ class Worker {
   MqttSession session_;  // Last, because its callbacks use the other members.
 };
 
-Status check_readable(const std::string& field, const std::string& path) {
-  if (path.empty()) return {};
-  const Result<std::optional<std::string>> text = read_named_file(path);
+/// The content of the file; empty without a path.
+Result<std::string> content_of(const std::string& field, const std::string& path) {
+  if (path.empty()) return std::string();
+  Result<std::optional<std::string>> text = read_named_file(path);
   if (!text) return text.status().in("mqtt." + field);
-  if (*text) return {};
-  return {StatusCode::not_found, "mqtt." + field + ": " + path + ": there is no such file"};
+  if (*text) return std::move(**text);
+  return Status(StatusCode::not_found, "mqtt." + field + ": " + path + ": there is no such file");
 }
 
 /// The file has the user name in the first line and the password in the second.
 Status read_login(const std::string& path, MqttLogin& login) {
   if (path.empty()) return {};
-  const Result<std::optional<std::string>> text = read_named_file(path);
-  if (!text) return text.status().in("mqtt.login_file");
-  std::tie(login.user, login.password) = mqtt_login_of(text->value_or(""));
+  const Result<std::string> text = content_of("login_file", path);
+  if (!text) return text.status();
+  std::tie(login.user, login.password) = mqtt_login_of(*text);
   if (login.user.empty())
     return invalid_argument("mqtt.login_file: " + path + ": the first line, the user name, is empty");
   if (login.user.size() > 1024 || login.password.size() > 1024)
@@ -210,9 +211,8 @@ class MqttLink final : public Link {
     if (!address) return address.status();
     for (const auto& [field, path] : {std::pair{"ca_file", config_.ca_file},
                                       {"certificate_file", config_.certificate_file},
-                                      {"key_file", config_.key_file},
-                                      {"login_file", config_.login_file}})
-      if (Status s = check_readable(field, path); !s.ok()) return s;
+                                      {"key_file", config_.key_file}})
+      if (Status s = content_of(field, path).status(); !s.ok()) return s;
     MqttLogin login{config_.client_id, {}, {}, config_.ca_file, config_.certificate_file, config_.key_file};
     if (Status s = read_login(config_.login_file, login); !s.ok()) return s;
     address_ = address->uri();

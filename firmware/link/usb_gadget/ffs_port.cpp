@@ -1,12 +1,14 @@
 #include "link/usb_gadget/ffs_port.hpp"
 
 #include <array>
+#include <bit>
 #include <cerrno>
 #include <cstring>
 #include <deque>
 #include <fcntl.h>
 #include <poll.h>
-#include <string_view>
+#include <span>
+#include <type_traits>
 #include <unistd.h>
 
 #include <linux/aio_abi.h>
@@ -188,102 +190,79 @@ class FfsPort final : public GadgetPort {
   std::deque<PortEvent> events_;
 };
 
-/// Serialises little-endian numbers.
-class Bytes {
- public:
-  Bytes& u8(unsigned v) { return put(v, 1); }
-  Bytes& u16(unsigned v) { return put(v, 2); }
-  Bytes& u32(std::size_t v) { return put(v, 4); }
-  /// With a terminating zero.
-  Bytes& text(std::string_view v) {
-    for (const char c : v) u8(static_cast<unsigned char>(c));
-    return u8(0);
-  }
-  Bytes& zeros(int count) {
-    for (; count > 0; --count) u8(0);
-    return *this;
-  }
-  Bytes& append(const std::vector<std::byte>& v) {
-    all_.insert(all_.end(), v.begin(), v.end());
-    return *this;
-  }
-  [[nodiscard]] const std::vector<std::byte>& all() const { return all_; }
-  [[nodiscard]] std::size_t size() const { return all_.size(); }
+static_assert(std::endian::native == std::endian::little, "the descriptors are little-endian");
 
- private:
-  Bytes& put(std::size_t v, int bytes) {
-    for (int i = 0; i < bytes; ++i) all_.push_back(static_cast<std::byte>(v >> (8 * i) & 255U));
-    return *this;
-  }
-  std::vector<std::byte> all_;
-};
-
-constexpr unsigned kIn = USB_DIR_IN | 1U, kOut = USB_DIR_OUT | 2U;
-
-void interface_descriptor(Bytes& out) {
-  out.u8(USB_DT_INTERFACE_SIZE).u8(USB_DT_INTERFACE).u8(0).u8(0).u8(2);
-  out.u8(kUsbInterfaceClass).u8(kUsbInterfaceSubclass).u8(kUsbInterfaceProtocol).u8(1);
+/// The bytes of the objects, or of a vector's elements, one after the other. Those of a string literal include its
+/// terminating zero.
+template <class... Parts>
+std::vector<std::byte> concatenated(const Parts&... parts) {
+  std::vector<std::byte> out;
+  const auto append = [&out](const auto& part) {
+    std::span<const std::byte> bytes;
+    if constexpr (std::is_same_v<decltype(part), const std::vector<std::byte>&>)
+      bytes = part;
+    else
+      bytes = std::as_bytes(std::span(&part, 1));
+    out.insert(out.end(), bytes.begin(), bytes.end());
+  };
+  (append(parts), ...);
+  return out;
 }
 
-void endpoint_descriptor(Bytes& out, unsigned address, unsigned packet_bytes) {
-  out.u8(USB_DT_ENDPOINT_SIZE).u8(USB_DT_ENDPOINT).u8(address).u8(USB_ENDPOINT_XFER_BULK).u16(packet_bytes).u8(0);
+using Word = std::uint32_t;
+
+constexpr usb_interface_descriptor kInterface{USB_DT_INTERFACE_SIZE, USB_DT_INTERFACE,      0, 0, 2, kUsbInterfaceClass,
+                                              kUsbInterfaceSubclass, kUsbInterfaceProtocol, 1};
+
+constexpr usb_endpoint_descriptor_no_audio endpoint_in(std::uint16_t packet_bytes) {
+  return {USB_DT_ENDPOINT_SIZE, USB_DT_ENDPOINT, USB_DIR_IN | 1, USB_ENDPOINT_XFER_BULK, packet_bytes, 0};
+}
+constexpr usb_endpoint_descriptor_no_audio endpoint_out(std::uint16_t packet_bytes) {
+  return {USB_DT_ENDPOINT_SIZE, USB_DT_ENDPOINT, USB_DIR_OUT | 2, USB_ENDPOINT_XFER_BULK, packet_bytes, 0};
 }
 
 /// The companion descriptor of super speed: no bursts, no streams, because light descriptors are small.
-void companion_descriptor(Bytes& out) { out.u8(USB_DT_SS_EP_COMP_SIZE).u8(USB_DT_SS_ENDPOINT_COMP).zeros(4); }
+constexpr usb_ss_ep_comp_descriptor kCompanion{USB_DT_SS_EP_COMP_SIZE, USB_DT_SS_ENDPOINT_COMP, 0, 0, 0};
 
-constexpr std::size_t kOsHeaderBytes = sizeof(usb_os_desc_header);
+/// An OS descriptor of Microsoft for the first interface, with one entry.
+std::vector<std::byte> os_descriptor(std::uint16_t index, const std::vector<std::byte>& entry) {
+  const auto bytes = static_cast<Word>(sizeof(usb_os_desc_header) + entry.size());
+  return concatenated(usb_os_desc_header{0, bytes, 1, index, {{1, 0}}}, entry);
+}
 
-/// "Extended compat ID", index 4: selects the driver that Windows loads.
-void compatible_id(Bytes& out) {
-  Bytes function;
-  function.u8(0).u8(1);  // the first interface; reserved, 1
-  function.text("WINUSB").zeros(1).zeros(8).zeros(6);
-  out.u8(0).u32(kOsHeaderBytes + function.size()).u16(1).u16(4).u8(1).u8(0).append(function.all());
+/// "Extended compat ID", index 4: selects the driver that Windows loads. The first interface; reserved, 1; the
+/// identifier in eight bytes; no second identifier; reserved.
+std::vector<std::byte> compatible_id() {
+  return os_descriptor(4, concatenated(std::uint8_t{0}, std::uint8_t{1}, "WINUSB\0", std::array<std::byte, 8>{},
+                                       std::array<std::byte, 6>{}));
 }
 
 /// "Extended properties", index 5. The kernel turns name and value into UTF-16.
-void interface_guid(Bytes& out) {
-  constexpr std::string_view kName = "DeviceInterfaceGUID";
-  const std::string_view value = kUsbInterfaceGuid;
-  constexpr unsigned kText = 1;  // REG_SZ
-  Bytes property;
-  property.u32(14 + kName.size() + 1 + value.size() + 1).u32(kText);
-  property.u16(static_cast<unsigned>(kName.size() + 1)).text(kName).u32(value.size() + 1).text(value);
-  out.u8(0).u32(kOsHeaderBytes + property.size()).u16(1).u16(5).u16(1).append(property.all());
+std::vector<std::byte> interface_guid() {
+  constexpr char kName[] = "DeviceInterfaceGUID";
+  constexpr Word kText = 1;  // REG_SZ
+  const std::vector<std::byte> property =
+      concatenated(kText, std::uint16_t{sizeof kName}, kName, Word{sizeof kUsbInterfaceGuid}, kUsbInterfaceGuid);
+  return os_descriptor(5, concatenated(static_cast<Word>(sizeof(Word) + property.size()), property));
 }
 
 }  // namespace
 
 std::vector<std::byte> ffs_descriptors() {
-  Bytes body;
-  body.u32(3).u32(3).u32(5).u32(2);  // Number of descriptors for full, high and super speed, and of Microsoft's.
-  for (const unsigned packet_bytes : {64U, 512U}) {
-    interface_descriptor(body);
-    endpoint_descriptor(body, kIn, packet_bytes);
-    endpoint_descriptor(body, kOut, packet_bytes);
-  }
-  interface_descriptor(body);
-  for (const unsigned address : {kIn, kOut}) {
-    endpoint_descriptor(body, address, 1024);
-    companion_descriptor(body);
-  }
-  compatible_id(body);
-  interface_guid(body);
-
-  Bytes out;
-  constexpr unsigned kFlags =
+  // The numbers of descriptors for full, high and super speed, and of Microsoft's.
+  const std::vector<std::byte> body =
+      concatenated(Word{3}, Word{3}, Word{5}, Word{2}, kInterface, endpoint_in(64), endpoint_out(64), kInterface,
+                   endpoint_in(512), endpoint_out(512), kInterface, endpoint_in(1024), kCompanion, endpoint_out(1024),
+                   kCompanion, compatible_id(), interface_guid());
+  constexpr Word kSets =
       FUNCTIONFS_HAS_FS_DESC | FUNCTIONFS_HAS_HS_DESC | FUNCTIONFS_HAS_SS_DESC | FUNCTIONFS_HAS_MS_OS_DESC;
-  out.u32(FUNCTIONFS_DESCRIPTORS_MAGIC_V2).u32(12 + body.size()).u32(kFlags).append(body.all());
-  return out.all();
+  return concatenated(Word{FUNCTIONFS_DESCRIPTORS_MAGIC_V2}, static_cast<Word>(12 + body.size()), kSets, body);
 }
 
 std::vector<std::byte> ffs_strings() {
-  Bytes language;
-  language.u16(0x0409).text("Lightwell light probe");
-  Bytes out;
-  out.u32(FUNCTIONFS_STRINGS_MAGIC).u32(16 + language.size()).u32(1).u32(1).append(language.all());
-  return out.all();
+  const std::vector<std::byte> language = concatenated(std::uint16_t{0x0409}, "Lightwell light probe");
+  return concatenated(Word{FUNCTIONFS_STRINGS_MAGIC}, static_cast<Word>(16 + language.size()), Word{1}, Word{1},
+                      language);
 }
 
 Result<FfsFiles> open_ffs(const std::string& mount) {

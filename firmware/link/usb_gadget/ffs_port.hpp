@@ -10,7 +10,7 @@
 #include <lightwell/file_descriptor.hpp>
 #include <lightwell/result.hpp>
 
-#include "link/usb_gadget/gadget_port.hpp"
+#include "link/usb_gadget/usb_gadget_link.hpp"
 
 namespace lightwell {
 

@@ -8,8 +8,6 @@
 #include <thread>
 #include <vector>
 
-#include <lightwell/probe_calls.hpp>
-
 #include "link/usb_gadget/ffs_port.hpp"
 
 namespace lightwell {

@@ -56,33 +56,30 @@ int board_command(const std::vector<std::string>& arguments) {
                      "Gap between tags as a share of their size, Kalibr's tagSpacing [0.3; tagStandard41h12: 1]");
   app.add_option("--first-id", board.first_id,
                  "Number of the bottom left tag; numbers grow to the right, then upwards [0]");
-  add_parsed_option(app, "--paper", in.paper, find_paper,
-                    "a4, a3 or letter; landscape if the board fits only that way [a4]");
+  add_named_option(app, "--paper", in.paper, kPapers,
+                   "a4, a3 or letter; landscape if the board fits only that way [a4]");
   add_sheet_options(app, in, {".pdf", ".svg", ".png", ".yaml"}, "Resolution of a PNG [300]",
                     ".pdf and .svg (vectors), .png, or .yaml (what calibrations read:\n"
                     "Kalibr's aprilgrid); may be given several times",
                     "The layout as JSON on standard output");
-  if (const auto exit = parse_command_line(app, arguments)) return *exit;
-  board.tag_size_m = tag_size_mm / 1000;
-  if (!*spacing && board.family == TagFamily::tagStandard41h12) board.spacing = 1;
-  if (in.outputs.empty() && !in.json) return wrong_usage(app, "give --output FILE");
-  if (const Status s = board.validate(); !s.ok()) return wrong_usage(app, s.message());
+  return run_command(app, arguments, [&] {
+    board.tag_size_m = tag_size_mm / 1000;
+    if (!*spacing && board.family == TagFamily::tagStandard41h12) board.spacing = 1;
+    if (in.outputs.empty() && !in.json) throw UsageError("give --output FILE");
+    if (const Status s = board.validate(); !s.ok()) throw UsageError(s.message());
 
-  const Result<BoardPage> sheet = layout(board, in.paper);
-  if (!sheet) return bad_input(app, sheet.status());
-  std::vector<std::string> files;
-  for (const std::string& path : in.outputs) {
-    const Status s = path.ends_with(".yaml") ? write_output(path, tag_board_to_text(board))
-                                             : write_pages({&sheet->page, 1}, path, in.dpi, files);
-    if (!s.ok()) return bad_input(app, s);
-  }
-  if (in.json) {
-    std::cout << json_text(json_of(board, in, *sheet)) << std::endl;
-  } else {
-    std::cout << board.tags() << " tags of " << to_string(board.family) << " on "
-              << (sheet->landscape ? "landscape " : "") << in.paper.name << "; print at 100 % and measure the ruler\n";
-  }
-  return kDone;
+    const BoardPage sheet = require(layout(board, in.paper));
+    std::vector<std::string> files;
+    for (const std::string& path : in.outputs)
+      require(path.ends_with(".yaml") ? write_output(path, tag_board_to_text(board))
+                                      : write_pages({&sheet.page, 1}, path, in.dpi, files));
+    if (in.json)
+      std::cout << json_text(json_of(board, in, sheet)) << std::endl;
+    else
+      std::cout << board.tags() << " tags of " << to_string(board.family) << " on "
+                << (sheet.landscape ? "landscape " : "") << in.paper.name << "; print at 100 % and measure the ruler\n";
+    return kDone;
+  });
 }
 
 }  // namespace lightwell::calibrate

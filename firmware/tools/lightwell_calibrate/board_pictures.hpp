@@ -3,12 +3,10 @@
 
 #include <array>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include <lightwell/calibration.hpp>
-#include <lightwell/result.hpp>
 
 #include "calibration/solve/geometry/board_observations.hpp"
 #include "pose/tag_board.hpp"
@@ -37,9 +35,8 @@ struct FirstPass {
 
 /// Pictures with the same file name (without extension) in the folders of a pair's lenses belong to one capture. With
 /// `before`, tags are also searched in rectified views, except in pictures that already had every point of every board.
-/// Errors name the file: pictures of a lens with different sizes, boards with common tag ids.
-[[nodiscard]] Result<calibration::BoardObservations> read_board_observations(const BoardPictures& in,
-                                                                             const FirstPass* before,
-                                                                             const Progress& progress);
+/// Throws InputError, which names the file: pictures of a lens with different sizes, boards with common tag ids.
+[[nodiscard]] calibration::BoardObservations read_board_observations(const BoardPictures& in, const FirstPass* before,
+                                                                     const Progress& progress);
 
 }  // namespace lightwell::calibrate

@@ -13,8 +13,6 @@
 #include <nlohmann/json.hpp>
 
 #include "calibration/model/cameras.hpp"
-#include "calibration/model/lens_pair.hpp"
-#include "calibration/solve/geometry/coverage.hpp"
 #include "calibration/solve/geometry/geometry.hpp"
 #include "pose/tag_detector.hpp"
 #include "tools/command_line.hpp"
@@ -99,7 +97,7 @@ RigParameters rig_of(const GeometryFit& fit, const std::vector<LensSize>& sizes,
     if (before != nullptr && k < before->lenses.size()) rig.lenses[k].photometry = before->lenses[k].photometry;
   }
   if (fit.lenses.size() > 1) {
-    const std::array<Pose, 2> poses = pair_in_probe(fit.pair);
+    const std::array<Pose, 2> poses = pair_in_probe(fit.bundle.state.lens_from_rig[1]);
     for (std::size_t k = 0; k < 2; ++k) rig.lenses[k].pose_cv = poses[k];
   }
   return rig;
@@ -138,15 +136,12 @@ nlohmann::ordered_json json_of(const GeometryFit& fit, const BoardObservations& 
                                 {"sigma_px", json_number(fit.bundle.sigma_px)},
                                 {"lenses", std::move(lenses)}};
   if (fit.lenses.size() > 1) {
-    const Quat& q = fit.pair.rotation;
-    const Vec3d& t = fit.pair.translation;
     std::vector<double> sigmas;
-    for (std::size_t i = 0; i < 6; ++i) sigmas.push_back(std::sqrt(fit.pair_covariance[7 * i]));
-    out["lens1_lens0_cv"] = {{"translation_m", json_numbers(std::array{t.x, t.y, t.z})},
-                             {"rotation_xyzw", json_numbers(std::array{q.x, q.y, q.z, q.w})},
-                             {"sigma_rotation_rad_translation_m", json_numbers(sigmas)}};
-    out["time_offset_s"] = json_number(fit.time_offset_s);
-    out["time_offset_sigma_s"] = json_number(fit.time_offset_sigma_s);
+    for (std::size_t i = 0; i < 6; ++i) sigmas.push_back(std::sqrt(fit.bundle.pair_covariance[7 * i]));
+    out["lens1_lens0_cv"] = json_pose(fit.bundle.state.lens_from_rig[1]);
+    out["lens1_lens0_cv"]["sigma_rotation_rad_translation_m"] = json_numbers(sigmas);
+    out["time_offset_s"] = json_number(fit.bundle.state.time_offset_s);
+    out["time_offset_sigma_s"] = json_number(fit.bundle.time_offset_sigma_s);
   }
   for (std::size_t b = 0; b < fit.boards.size(); ++b) {
     const BoardFit& board = fit.boards[b];
@@ -217,12 +212,13 @@ void print_summary(const GeometryFit& fit) {
   }
   if (fit.lenses.size() > 1) {
     // Row-major 6 x 6: variances of the rotation at 0, 7, 14 and of the translation at 21, 28, 35.
-    const std::vector<double>& c = fit.pair_covariance;
+    const std::vector<double>& c = fit.bundle.pair_covariance;
     std::printf(
         "pair: %.3f mm apart, position +- %.3f mm, orientation +- %.4f degrees; lens 1 is %.3f +- %.3f ms late "
         "(0 without --time-offset)\n",
-        1e3 * length(fit.pair.translation), 1e3 * std::sqrt(c[21] + c[28] + c[35]),
-        std::sqrt(c[0] + c[7] + c[14]) / kDegree, 1e3 * fit.time_offset_s, 1e3 * fit.time_offset_sigma_s);
+        1e3 * length(fit.bundle.state.lens_from_rig[1].translation), 1e3 * std::sqrt(c[21] + c[28] + c[35]),
+        std::sqrt(c[0] + c[7] + c[14]) / kDegree, 1e3 * fit.bundle.state.time_offset_s,
+        1e3 * fit.bundle.time_offset_sigma_s);
   }
 }
 
@@ -247,67 +243,61 @@ int geometry_command(const std::vector<std::string>& arguments) {
   app.add_option("--rate-hz", in.rate_hz, "Pictures per second of a moving rig; needed by --time-offset")
       ->check(CLI::PositiveNumber);
   app.add_flag("--time-offset", offset, "Estimate by how much lens 1 takes its pictures later");
-  if (const auto exit = parse_command_line(app, arguments)) return *exit;
-  if (offset && (in.lenses[1].empty() || !(in.rate_hz > 0)))
-    return wrong_usage(app, "--time-offset needs --lens1 and --rate-hz");
-
-  std::optional<RigParameters> before;
-  if (!calibration.empty()) {
-    Result<RigParameters> loaded = load_calibration(calibration);
-    if (!loaded) return bad_input(app, loaded.status());
-    before = std::move(*loaded);
-    for (const LensParameters& lens : before->lenses) in.photometry.push_back(lens.photometry);
-  }
-  Result<BoardObservations> seen = read_board_observations(in, nullptr, print_progress("looking for tags"));
-  if (!seen) return bad_input(app, seen.status());
-  GeometryOptions options;
-  options.time_offset = offset;
-  Result<GeometryFit> fit = calibrate_geometry(*seen, options);
-  if (!fit) return bad_input(app, fit.status());
-  // With approximate lenses, tags near the edge can be searched in rectified views.
-  FirstPass first_pass;
-  const double half = field_deg > 0 ? 0.5 * field_deg * kDegree : pi;
-  for (std::size_t k = 0; k < fit->lenses.size(); ++k) {
-    const LensSize& size = seen->lenses[k];
-    first_pass.lenses.push_back(guess(size, fit->lenses[k].model, std::min(half, fit->lenses[k].max_model_angle_rad)));
-    first_pass.rectify.push_back(
-        !views_of(CameraModel(first_pass.lenses[k]), size.width, size.height, kRectifyBeyond_rad).empty());
-  }
-  first_pass.seen = std::move(*seen);
-  seen = read_board_observations(in, &first_pass, print_progress("searching the edges"));
-  if (!seen) return bad_input(app, seen.status());
-  options.kind = model == "mei"             ? LensKind::mei
-                 : model == "double-sphere" ? LensKind::double_sphere
-                                            : LensKind::kannala_brandt;
-  fit = calibrate_geometry(*seen, options);
-  if (!fit) return bad_input(app, fit.status());
-
-  for (const Picture& p : seen->pictures)
-    if (p.observations.empty()) fit->notes.push_back(p.name + " shows no tag of a board");
-  const RigParameters rig = rig_of(*fit, seen->lenses, field_deg * kDegree, before ? &*before : nullptr);
-  if (const Status s = rig.validate(); !s.ok()) return bad_input(app, s);
-  for (const std::string& note : fit->notes) std::cerr << app.get_name() << ": " << note << "\n";
-  for (std::size_t k = 0; k < rig.lenses.size(); ++k)
-    if (fit->lenses[k].max_observed_angle_rad < 0.95 * rig.lenses[k].max_angle_rad)
-      std::cerr << "lightwell-calibrate geometry: lens " << k << " saw boards up to "
-                << fit->lenses[k].max_observed_angle_rad / kDegree << " degrees from its axis; beyond, up to "
-                << rig.lenses[k].max_angle_rad / kDegree
-                << ", the model extrapolates: show the board nearer to the edge\n";
-  if (const Status s = write_output(output, calibration_to_text(rig)); !s.ok()) return bad_input(app, s);
-  const char* response = before ? "that of --calibration" : "sRGB, because no --calibration was given";
-  if (json) {
-    nlohmann::ordered_json document = json_of(*fit, *seen, response);
-    for (std::size_t k = 0; k < rig.lenses.size(); ++k) {
-      const int lens = static_cast<int>(k);
-      document["coverage"].push_back(json_of(coverage(fit->used, lens, circle_of(rig.lenses[k])), fit->used.lenses[k],
-                                             lens, points_of(*fit, lens)));
+  return run_command(app, arguments, [&] {
+    if (offset && (in.lenses[1].empty() || !(in.rate_hz > 0)))
+      throw UsageError("--time-offset needs --lens1 and --rate-hz");
+    std::optional<RigParameters> before;
+    if (!calibration.empty()) {
+      before = require(load_calibration(calibration));
+      for (const LensParameters& lens : before->lenses) in.photometry.push_back(lens.photometry);
     }
-    std::cout << json_text(document) << std::endl;
-  } else {
-    print_summary(*fit);
-    std::printf("pictures were read with the response: %s\n", response);
-  }
-  return kDone;
+    // With approximate lenses, tags near the edge can be searched in rectified views.
+    GeometryOptions options;
+    options.time_offset = offset;
+    FirstPass first_pass;
+    first_pass.seen = read_board_observations(in, nullptr, print_progress("looking for tags"));
+    const GeometryFit approximate = require(calibrate_geometry(first_pass.seen, options));
+    const double half = field_deg > 0 ? 0.5 * field_deg * kDegree : pi;
+    for (std::size_t k = 0; k < approximate.lenses.size(); ++k) {
+      const LensSize& size = first_pass.seen.lenses[k];
+      const LensFit& lens = approximate.lenses[k];
+      first_pass.lenses.push_back(guess(size, lens.model, std::min(half, lens.max_model_angle_rad)));
+      first_pass.rectify.push_back(
+          !views_of(CameraModel(first_pass.lenses[k]), size.width, size.height, kRectifyBeyond_rad).empty());
+    }
+    const BoardObservations seen = read_board_observations(in, &first_pass, print_progress("searching the edges"));
+    options.kind = model == "mei"             ? LensKind::mei
+                   : model == "double-sphere" ? LensKind::double_sphere
+                                              : LensKind::kannala_brandt;
+    GeometryFit fit = require(calibrate_geometry(seen, options));
+
+    for (const Picture& p : seen.pictures)
+      if (p.observations.empty()) fit.notes.push_back(p.name + " shows no tag of a board");
+    const RigParameters rig = rig_of(fit, seen.lenses, field_deg * kDegree, before ? &*before : nullptr);
+    require(rig.validate());
+    for (const std::string& note : fit.notes) std::cerr << app.get_name() << ": " << note << "\n";
+    for (std::size_t k = 0; k < rig.lenses.size(); ++k)
+      if (fit.lenses[k].max_observed_angle_rad < 0.95 * rig.lenses[k].max_angle_rad)
+        std::cerr << app.get_name() << ": lens " << k << " saw boards up to "
+                  << fit.lenses[k].max_observed_angle_rad / kDegree << " degrees from its axis; beyond, up to "
+                  << rig.lenses[k].max_angle_rad / kDegree
+                  << ", the model extrapolates: show the board nearer to the edge\n";
+    require(write_output(output, calibration_to_text(rig)));
+    const char* response = before ? "that of --calibration" : "sRGB, because no --calibration was given";
+    if (json) {
+      nlohmann::ordered_json document = json_of(fit, seen, response);
+      for (std::size_t k = 0; k < rig.lenses.size(); ++k) {
+        const int lens = static_cast<int>(k);
+        document["coverage"].push_back(json_of(coverage(fit.used, lens, circle_of(rig.lenses[k])), fit.used.lenses[k],
+                                               lens, points_of(fit, lens)));
+      }
+      std::cout << json_text(document) << std::endl;
+    } else {
+      print_summary(fit);
+      std::printf("pictures were read with the response: %s\n", response);
+    }
+    return kDone;
+  });
 }
 
 int coverage_command(const std::vector<std::string>& arguments) {
@@ -320,21 +310,25 @@ int coverage_command(const std::vector<std::string>& arguments) {
   app.add_option("--field-circle-px", circle_px, "Radius of the image circle; no views are needed outside")
       ->check(CLI::PositiveNumber);
   app.add_flag("--watch", watch, "Repeat every two seconds until no view is missing");
-  if (const auto exit = parse_command_line(app, arguments)) return *exit;
-  for (;;) {
-    const Result<BoardObservations> seen = read_board_observations(
-        in, nullptr, watch ? Progress([](std::size_t, std::size_t) {}) : print_progress("looking for tags"));
-    if (!seen && !(watch && seen.status().code() == StatusCode::not_found)) return bad_input(app, seen.status());
-    bool lacking = !seen.ok();
-    if (seen) {
+  return run_command(app, arguments, [&] {
+    for (;; std::this_thread::sleep_for(std::chrono::seconds(2))) {
+      BoardObservations seen;
+      try {
+        seen = read_board_observations(
+            in, nullptr, watch ? Progress([](std::size_t, std::size_t) {}) : print_progress("looking for tags"));
+      } catch (const InputError& error) {
+        if (watch && error.code == StatusCode::not_found) continue;
+        throw;
+      }
+      bool lacking = false;
       nlohmann::ordered_json document = nlohmann::ordered_json::array();
-      for (int lens = 0; lens < static_cast<int>(seen->lenses.size()); ++lens) {
-        const Coverage covered = coverage(*seen, lens, circle_px);
+      for (int lens = 0; lens < static_cast<int>(seen.lenses.size()); ++lens) {
+        const Coverage covered = coverage(seen, lens, circle_px);
         const std::vector<std::string> next = suggest_views(covered);
         lacking = lacking || !next.empty();
         if (json) {
           document.push_back(
-              json_of(covered, seen->lenses[static_cast<std::size_t>(lens)], lens, points_of(*seen, lens)));
+              json_of(covered, seen.lenses[static_cast<std::size_t>(lens)], lens, points_of(seen, lens)));
           document.back()["advice"] = next;
           continue;
         }
@@ -344,11 +338,10 @@ int coverage_command(const std::vector<std::string>& arguments) {
       }
       if (json) std::printf("%s\n", json_text(document).c_str());
       std::fflush(stdout);
+      if (!lacking) return int{kDone};
+      if (!watch) return kLacking;
     }
-    if (!lacking) return kDone;
-    if (!watch) return kLacking;
-    std::this_thread::sleep_for(std::chrono::seconds(2));
-  }
+  });
 }
 
 }  // namespace lightwell::calibrate

@@ -105,23 +105,21 @@ int import_command(const std::vector<std::string>& arguments) {
           ->type_name("A")
           ->check(number_where("above 0 and at most 180", [](double deg) { return deg > 0 && deg <= 180; }));
   app.add_flag("--json", in.json, "A description of the result as JSON on standard output");
-  if (const auto exit = parse_command_line(app, arguments)) return *exit;
-  if (in.json && in.output == "-")
-    return wrong_usage(app, "--json and --output - both use standard output; give another --output");
-  if (!kind.empty()) in.options.kind = import_kind(kind);
-  if (*max_angle) in.options.max_angle_rad = max_angle_deg * kDegree;
+  return run_command(app, arguments, [&] {
+    if (in.json && in.output == "-")
+      throw UsageError("--json and --output - both use standard output; give another --output");
+    if (!kind.empty()) in.options.kind = import_kind(kind);
+    if (*max_angle) in.options.max_angle_rad = max_angle_deg * kDegree;
 
-  const Result<ImportedCalibration> imported = import_calibration_file(in.input, in.options);
-  if (!imported) return bad_input(app, imported.status());
-  const std::string text = file_text(in, *imported);
-  // Check that the firmware can parse the result before it replaces an existing file.
-  if (const Result<RigParameters> back = parse_calibration(text, in.output); !back)
-    return bad_input(app, back.status());
-  if (const Status s = write_output(in.output, text); !s.ok()) return bad_input(app, s);
-  for (const std::string& note : imported->notes) std::cerr << app.get_name() << ": " << note << "\n";
-  if (in.json)
-    if (const Status s = write_output("-", json_text(json_of(in, *imported)) + "\n"); !s.ok()) return bad_input(app, s);
-  return kDone;
+    const ImportedCalibration imported = require(import_calibration_file(in.input, in.options));
+    const std::string text = file_text(in, imported);
+    // Check that the firmware can parse the result before it replaces an existing file.
+    require(parse_calibration(text, in.output).status());
+    require(write_output(in.output, text));
+    for (const std::string& note : imported.notes) std::cerr << app.get_name() << ": " << note << "\n";
+    if (in.json) require(write_output("-", json_text(json_of(in, imported)) + "\n"));
+    return kDone;
+  });
 }
 
 }  // namespace lightwell::calibrate

@@ -5,29 +5,6 @@
 #include "tools/command_line.hpp"
 #include "tools/lightwell_calibrate/commands.hpp"
 
-namespace {
-
-namespace calibrate = lightwell::calibrate;
-
-struct Command {
-  const char* name;
-  const char* what;
-  int (*run)(const std::vector<std::string>& arguments);
-};
-
-constexpr Command kCommands[] = {
-    {"board", "A board of tags to print, true to scale", calibrate::board_command},
-    {"marker-sheet", "A paper body with tags for light estimation, to print and fold", calibrate::marker_sheet_command},
-    {"coverage", "Which part of the picture still lacks views of the board", calibrate::coverage_command},
-    {"geometry", "Lens models, and the relative pose of two lenses, from pictures of boards",
-     calibrate::geometry_command},
-    {"photometry", "Response, black level, noise, vignetting, white balance, scale", calibrate::photometry_command},
-    {"mounting", "The pose of the probe in the room, from tags in view", calibrate::mounting_command},
-    {"import", "A calibration of OpenCV's, Kalibr's or ROS's", calibrate::import_command},
-};
-
-}  // namespace
-
 int main(int argc, char** argv) {
   CLI::App app{"Calibrates the direction and the radiance of each pixel of a camera.", "lightwell-calibrate"};
   app.footer(
@@ -37,13 +14,23 @@ int main(int argc, char** argv) {
       "Exit status: 0 done, 1 an input is wrong (standard error has the reason and the remedy), 2 wrong usage.");
   app.require_subcommand(1);
   int status = lightwell::kDone;
-  for (const Command& c : kCommands) {
+  const auto add = [&](const char* name, const char* what, int (*run)(const std::vector<std::string>&)) {
     // The subcommand parses its arguments, --help too.
-    CLI::App* command = app.add_subcommand(c.name, c.what);
+    CLI::App* command = app.add_subcommand(name, what);
     command->set_help_flag();
     command->prefix_command();
-    command->callback([&status, &c, command] { status = c.run(command->remaining()); });
-  }
+    command->callback([&status, run, command] { status = run(command->remaining()); });
+  };
+  namespace calibrate = lightwell::calibrate;
+  add("board", "A board of tags to print, true to scale", calibrate::board_command);
+  add("marker-sheet", "A paper body with tags for light estimation, to print and fold",
+      calibrate::marker_sheet_command);
+  add("coverage", "Which part of the picture still lacks views of the board", calibrate::coverage_command);
+  add("geometry", "Lens models, and the relative pose of two lenses, from pictures of boards",
+      calibrate::geometry_command);
+  add("photometry", "Response, black level, noise, vignetting, white balance, scale", calibrate::photometry_command);
+  add("mounting", "The pose of the probe in the room, from tags in view", calibrate::mounting_command);
+  add("import", "A calibration of OpenCV's, Kalibr's or ROS's", calibrate::import_command);
   if (const auto exit = lightwell::parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   return status;
 }

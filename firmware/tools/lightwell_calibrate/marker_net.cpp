@@ -62,11 +62,8 @@ std::optional<SharedEdge> edge_between(const std::vector<SharedEdge>& edges, std
   return std::nullopt;
 }
 
-/// A face and the parent to which it is connected; both are the same for the first face.
-struct NetFaceLink {
-  std::size_t face = 0, from = 0;
-};
-using Tree = std::vector<NetFaceLink>;
+/// Faces of a piece; the first one is laid first.
+using Group = std::vector<std::size_t>;
 
 struct Piece : NetParts {
   Box box;
@@ -77,13 +74,13 @@ class Unfolding {
  public:
   Unfolding(const MarkerBody& body, const std::vector<SharedEdge>& edges) : body_(body), edges_(edges) {}
 
-  /// nullopt if faces or tabs would overlap.
-  [[nodiscard]] std::optional<std::vector<Piece>> pieces(const std::vector<Tree>& trees, double turn_rad) const {
+  /// nullopt if a group is not connected, or faces or tabs would overlap.
+  [[nodiscard]] std::optional<std::vector<Piece>> pieces(const std::vector<Group>& groups, double turn_rad) const {
     std::vector<Piece> out;
     ClosedEdges closed;
-    for (const Tree& tree : trees) {
-      out.push_back(unfold(tree, turn_rad, closed));
-      const Piece& piece = out.back();
+    for (const Group& group : groups) {
+      const Piece& piece = out.emplace_back(unfold(group, turn_rad, closed));
+      if (piece.faces.size() < group.size()) return std::nullopt;
       for (std::size_t i = 0; i < piece.faces.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
           if (overlap(outline_of(piece.faces[i]), outline_of(piece.faces[j]))) return std::nullopt;
@@ -113,25 +110,30 @@ class Unfolding {
     return {placed.on_sheet(o[edge]), placed.on_sheet(o[(edge + 1) % o.size()])};
   }
 
-  [[nodiscard]] Piece unfold(const Tree& tree, double turn_rad, ClosedEdges& closed) const {
+  /// Breadth-first from the first face: each face is connected to the first neighbour that was laid.
+  [[nodiscard]] Piece unfold(const Group& group, double turn_rad, ClosedEdges& closed) const {
     Piece out;
-    for (const NetFaceLink& link : tree) {
-      NetFace face{link.face, {0, 0}, turn_rad};
-      if (!out.faces.empty()) {
-        const SharedEdge edge = *edge_between(edges_, link.from, link.face);
-        // The child's edge has the opposite direction.
-        const auto [to, from] = edge_of(*std::ranges::find(out.faces, link.from, &NetFace::face), edge.edge_a);
-        const FaceOutline& o = body_.faces[link.face].outline;
-        const FacePoint p = o[edge.edge_b], q = o[(edge.edge_b + 1) % o.size()];
-        face.turn_rad = std::atan2(from.y - to.y, to.x - from.x) - std::atan2(q.y - p.y, q.x - p.x);
-        const PagePoint there = face.on_sheet(p);
-        face.center = {from.x - there.x, from.y - there.y};
-        out.folds.push_back({link.from, link.face, from, to});
-        closed.insert({{edge.a, edge.edge_a}, {edge.b, edge.edge_b}});
-      }
+    const auto lay = [&](const NetFace& face) {
       out.faces.push_back(face);
       out.box.hold(outline_of(face));
-    }
+    };
+    lay({group[0], {0, 0}, turn_rad});
+    for (std::size_t done = 0; done < out.faces.size(); ++done)
+      for (const std::size_t child : group) {
+        const std::size_t parent = out.faces[done].face;
+        const std::optional<SharedEdge> edge = edge_between(edges_, parent, child);
+        if (!edge || std::ranges::find(out.faces, child, &NetFace::face) != out.faces.end()) continue;
+        // The child's edge has the opposite direction.
+        const auto [to, from] = edge_of(out.faces[done], edge->edge_a);
+        const FaceOutline& o = body_.faces[child].outline;
+        const FacePoint p = o[edge->edge_b], q = o[(edge->edge_b + 1) % o.size()];
+        NetFace face{child, {0, 0}, std::atan2(from.y - to.y, to.x - from.x) - std::atan2(q.y - p.y, q.x - p.x)};
+        const PagePoint there = face.on_sheet(p);
+        face.center = {from.x - there.x, from.y - there.y};
+        out.folds.push_back({parent, child, from, to});
+        closed.insert({{edge->a, edge->edge_a}, {edge->b, edge->edge_b}});
+        lay(face);
+      }
     return out;
   }
 
@@ -193,39 +195,20 @@ class Unfolding {
   const std::vector<SharedEdge>& edges_;
 };
 
-/// Breadth-first traversal of the faces in `allowed` from the first one; each face is connected to the first neighbour
-/// that was reached. Empty if some faces are not reachable.
-Tree tree_over(const std::vector<std::size_t>& allowed, const std::vector<SharedEdge>& edges) {
-  Tree out = {{allowed[0], allowed[0]}};
-  for (std::size_t done = 0; done < out.size(); ++done)
-    for (const std::size_t face : allowed) {
-      if (std::ranges::find(out, face, &NetFaceLink::face) == out.end() && edge_between(edges, out[done].face, face))
-        out.push_back({face, out[done].face});
-    }
-  return out.size() == allowed.size() ? out : Tree();
-}
-
 /// Divisions of a body into pieces, those with the fewest pieces first.
-std::vector<std::vector<Tree>> ways(std::size_t faces, const std::vector<SharedEdge>& edges) {
-  std::vector<std::vector<std::vector<std::size_t>>> groups;
-  std::vector<std::size_t> all(faces);
+std::vector<std::vector<Group>> ways(std::size_t faces) {
+  std::vector<std::vector<Group>> out;
+  Group all(faces);
   std::iota(all.begin(), all.end(), std::size_t{0});
   if (faces == 6) {
-    groups.push_back({{1, 0, 2, 4, 5, 3}});    // A cross.
-    groups.push_back({{1, 0, 5}, {3, 2, 4}});  // Two strips around each other.
+    out.push_back({{1, 0, 2, 4, 5, 3}});    // A cross.
+    out.push_back({{1, 0, 5}, {3, 2, 4}});  // Two strips around each other.
   } else if (faces > 6 && faces % 2 == 0) {
     const auto middle = all.begin() + static_cast<std::ptrdiff_t>(faces / 2);
-    groups.push_back({{all.begin(), middle}, {all.rbegin(), std::make_reverse_iterator(middle)}});
+    out.push_back({{all.begin(), middle}, {all.rbegin(), std::make_reverse_iterator(middle)}});
   }
-  groups.emplace_back();
-  for (const std::size_t face : all) groups.back().push_back({face});
-  std::vector<std::vector<Tree>> out;
-  for (const auto& way : groups) {
-    std::vector<Tree> trees;
-    for (const auto& group : way) trees.push_back(tree_over(group, edges));
-    if (std::none_of(trees.begin(), trees.end(), [](const Tree& t) { return t.empty(); }))
-      out.push_back(std::move(trees));
-  }
+  out.emplace_back();
+  for (const std::size_t face : all) out.back().push_back({face});
   return out;
 }
 
@@ -281,10 +264,10 @@ std::optional<Net> fitted(const MarkerBody& body, const Paper& paper) {
   std::vector<int> turns_deg = {0, 90};
   for (int turn = 6; turn < 180; turn += 6)
     if (turn != 90) turns_deg.push_back(turn);
-  for (const std::vector<Tree>& trees : ways(body.faces.size(), edges)) {
+  for (const std::vector<Group>& groups : ways(body.faces.size())) {
     std::optional<Net> best;
     for (const int turn : turns_deg) {
-      const auto pieces = unfolding.pieces(trees, turn * std::numbers::pi / 180);
+      const auto pieces = unfolding.pieces(groups, turn * std::numbers::pi / 180);
       if (!pieces) continue;
       for (const bool landscape : {false, true}) {
         Net net{packed(*pieces, landscape ? paper.height_mm : paper.width_mm,

@@ -1,7 +1,4 @@
 // The net (unfolding) of a paper body: connected faces on each page, folds, and glue tabs.
-//   shared_edges   pairs of adjacent faces and their common edges
-//   make_net       the net on sheets of a paper size
-//   draw_net       its drawing: greys, tags, lines, numbers, text and a ruler
 //
 // Sheet coordinates as in page.hpp: mm from the top left, y downwards. Rotations are counter-clockwise, seen from the
 // printed side.

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <map>
 #include <numbers>
+#include <set>
 #include <string>
 
 #include <lightwell/pixel.hpp>
@@ -18,12 +18,10 @@ constexpr double kLine = 0.15, kDash = 4;
 using Outlines = std::vector<std::vector<PagePoint>>;
 
 /// Maps rectangles from a face's frame in mm, y downwards, to the sheet.
-Outlines placed(const NetFace& face, const std::vector<Rectangle>& rectangles) {
-  Outlines out;
-  for (const Rectangle& r : rectangles) {
-    const auto at = [&](double x, double y) { return face.on_sheet({x / 1000, -y / 1000}); };
-    out.push_back({at(r.x, r.y), at(r.x + r.width, r.y), at(r.x + r.width, r.y + r.height), at(r.x, r.y + r.height)});
-  }
+PageArea placed(const NetFace& face, const std::vector<Rectangle>& rectangles) {
+  PageArea out = black_area(rectangles);
+  for (auto& outline : out.outlines)
+    for (PagePoint& p : outline) p = face.on_sheet({p.x / 1000, -p.y / 1000});
   return out;
 }
 
@@ -42,22 +40,21 @@ void add_dashes(Outlines& to, PagePoint p, PagePoint q) {
 
 /// Draws the lighter greys first, extending beneath the darker ones, so that no white line shows between them.
 void draw_greys(const MarkerBody& body, const std::vector<NetFace>& faces, Page& page) {
-  std::map<double, Outlines, std::greater<>> up_to;
-  for (const bool collect : {false, true})
-    for (const NetFace& face : faces)
-      for (const MarkerPatch& patch : body.faces[face.face].patches) {
-        const double grey = printed_grey(patch.albedo[1]);
-        if (grey >= 1) continue;
-        if (!collect) {
-          up_to[grey];
-          continue;
-        }
-        std::vector<PagePoint> outline;
-        for (const FacePoint& p : patch.outline) outline.push_back(face.on_sheet(p));
-        for (auto& [lightest, outlines] : up_to)
-          if (grey <= lightest) outlines.push_back(outline);
-      }
-  for (auto& [grey, outlines] : up_to) page.areas.push_back({std::move(outlines), grey});
+  std::vector<PageArea> patches;
+  std::set<double, std::greater<>> greys;
+  for (const NetFace& face : faces)
+    for (const MarkerPatch& patch : body.faces[face.face].patches) {
+      const double grey = printed_grey(patch.albedo[1]);
+      if (grey >= 1) continue;
+      greys.insert(grey);
+      std::vector<PagePoint>& outline = patches.emplace_back(PageArea{{{}}, grey}).outlines[0];
+      for (const FacePoint& p : patch.outline) outline.push_back(face.on_sheet(p));
+    }
+  for (const double lightest : greys) {
+    PageArea& area = page.areas.emplace_back(PageArea{{}, lightest});
+    for (const PageArea& patch : patches)
+      if (patch.grey <= lightest) area.outlines.push_back(patch.outlines[0]);
+  }
 }
 
 Status draw_tag(const MarkerBody& body, const NetFace& placed_face, Page& page) {
@@ -67,11 +64,11 @@ Status draw_tag(const MarkerBody& body, const NetFace& placed_face, Page& page) 
   const Result<TagBitmap> bitmap = tag_bitmap(*family, id);
   if (!bitmap) return bitmap.status();
   const double cell = 1000 * body.tag_size_m / shape_of(*family).edge_cells, half = bitmap->cells * cell / 2;
-  page.areas.push_back({placed(placed_face, tag_rectangles(*bitmap, -half, -half, cell)), 0});
+  page.areas.push_back(placed(placed_face, tag_rectangles(*bitmap, -half, -half, cell)));
   std::vector<Rectangle> number = digits(id, 0.8 * cell, 0.6 * cell);
   const double corner = 500 * white_square_m(*family, body.tag_size_m) - cell / 2;
   for (Rectangle& r : number) r.x -= corner, r.y += corner;
-  page.areas.push_back({placed(placed_face, number), 0});
+  page.areas.push_back(placed(placed_face, number));
   return {};
 }
 
@@ -83,7 +80,7 @@ void draw_tab(const MarkerBody& body, const NetTab& tab, Page& page) {
   middle.turn_rad = std::atan2(from.y - to.y, to.x - from.x);
   const double wide = std::hypot(tab.outline[2].x - tab.outline[1].x, tab.outline[2].y - tab.outline[1].y);
   const double deep = 2 * std::hypot(middle.center.x - (from.x + to.x) / 2, middle.center.y - (from.y + to.y) / 2);
-  page.areas.push_back({placed(middle, digits(body.faces[tab.under].tag_id, 0.8 * wide, 0.5 * deep)), 0});
+  page.areas.push_back(placed(middle, digits(body.faces[tab.under].tag_id, 0.8 * wide, 0.5 * deep)));
 }
 
 /// The position of the ball: a cross, and a circle of its diameter.
@@ -153,8 +150,8 @@ Result<std::vector<Page>> draw_net(const MarkerBody& body, const Net& net) {
       draw_tab(body, tab, page);
     }
     page.areas.push_back({std::move(lines), 0});
-    if (body.ball) draw_ball_place(body, sheet.faces.front(), page);
     draw_words(body, net, i, page);
+    if (body.ball) draw_ball_place(body, sheet.faces.front(), page);
     out.push_back(std::move(page));
   }
   return out;

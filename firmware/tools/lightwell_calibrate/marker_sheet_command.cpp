@@ -44,16 +44,16 @@ How to make one:
 
 Exit status: 0 done, 1 an input is wrong (standard error has the reason and the remedy), 2 wrong usage.)";
 
-enum class Body : std::uint8_t { dodecahedron, cube, icosahedron, ball };
 struct BodyName {
   std::string_view name;
-  Body body;
   double size_mm;
+  Result<MarkerBody> (*make_solid)(const SolidOptions&);  ///< Null: the ball.
 };
-constexpr std::array<BodyName, 4> kBodies = {{{"dodecahedron", Body::dodecahedron, 100},
-                                              {"cube", Body::cube, 60},
-                                              {"icosahedron", Body::icosahedron, 100},
-                                              {"ball", Body::ball, 40}}};
+constexpr std::array<BodyName, 4> kBodies = {{{"dodecahedron", 100, make_dodecahedron},
+                                              {"cube", 60, make_cube},
+                                              {"icosahedron", 100, make_icosahedron},
+                                              {"ball", 40, nullptr}}};
+std::string_view to_string(const BodyName& body) { return body.name; }
 
 struct Arguments : SheetOptions {
   BodyName body = kBodies[0];
@@ -67,47 +67,37 @@ struct Arguments : SheetOptions {
 
 bool is_body_file(const std::string& path) { return path.ends_with(".textproto"); }
 
-Result<BodyName> find_body(std::string_view name) {
-  const auto body = std::find_if(kBodies.begin(), kBodies.end(), [&](const BodyName& b) { return b.name == name; });
-  if (body != kBodies.end()) return *body;
-  return Status(StatusCode::invalid_argument,
-                "'" + std::string(name) + "' is not known; dodecahedron, cube, icosahedron and ball are");
-}
-
 /// The body for the arguments. `tag_size_m` 0: chosen by the face.
-Result<MarkerBody> make_body(const Arguments& arguments, double size_m, double tag_size_m) {
-  if (arguments.body.body == Body::ball) {
-    BallOnTagOptions options;
-    options.ball_diameter_m = size_m;
-    options.paper = arguments.kind;
-    options.family = arguments.family;
-    options.id = arguments.first_id;
-    options.tag_size_m = tag_size_m;
-    return make_ball_on_tag(options);
-  }
-  const SolidOptions options{size_m, arguments.kind, arguments.family, arguments.first_id, tag_size_m};
-  if (arguments.body.body == Body::cube) return make_cube(options);
-  if (arguments.body.body == Body::icosahedron) return make_icosahedron(options);
-  return make_dodecahedron(options);
+MarkerBody make_body(const Arguments& arguments, double size_m, double tag_size_m) {
+  if (arguments.body.make_solid != nullptr)
+    return require(
+        arguments.body.make_solid({size_m, arguments.kind, arguments.family, arguments.first_id, tag_size_m}));
+  BallOnTagOptions options;
+  options.ball_diameter_m = size_m;
+  options.paper = arguments.kind;
+  options.family = arguments.family;
+  options.id = arguments.first_id;
+  options.tag_size_m = tag_size_m;
+  return require(make_ball_on_tag(options));
 }
 
 /// The body as printed, scaled by --ruler-mm / 100. A ball is not printed, so it keeps its diameter and its height
 /// above the sheet; only the tag and its distance scale.
-Result<MarkerBody> body_of(const Arguments& arguments) {
+MarkerBody body_of(const Arguments& arguments) {
   const double size = arguments.size() / 1000;
-  Result<MarkerBody> nominal = make_body(arguments, size, arguments.tag_size_mm.value_or(0) / 1000);
-  if (!nominal || !arguments.ruler_mm) return nominal;
+  MarkerBody body = make_body(arguments, size, arguments.tag_size_mm.value_or(0) / 1000);
+  if (!arguments.ruler_mm) return body;
   const double scale = *arguments.ruler_mm / kRulerLength_mm;
-  if (arguments.body.body != Body::ball) return make_body(arguments, size * scale, nominal->tag_size_m * scale);
-  MarkerFace& sheet = nominal->faces[0];
+  if (arguments.body.make_solid != nullptr) return make_body(arguments, size * scale, body.tag_size_m * scale);
+  MarkerFace& sheet = body.faces[0];
   const auto grow = [&](FaceOutline& outline) {
     for (FacePoint& p : outline) p.x *= scale, p.y *= scale;
   };
-  nominal->tag_size_m *= scale;
+  body.tag_size_m *= scale;
   sheet.body_face.translation.z *= scale;
   grow(sheet.outline);
   for (MarkerPatch& patch : sheet.patches) grow(patch.outline);
-  return nominal;
+  return body;
 }
 
 nlohmann::ordered_json json_of(PagePoint p) { return json_numbers(std::array{p.x, p.y}); }
@@ -146,21 +136,12 @@ nlohmann::ordered_json json_of(const Arguments& arguments, const MarkerBody& bod
           {"files", files}};
 }
 
-struct Sheet {
-  Net net;
-  std::vector<Page> pages;
-};
-
-Result<Sheet> sheet_of(const Arguments& arguments, const MarkerBody& body) {
+Net net_of(const Arguments& arguments, const MarkerBody& body) {
   Result<Net> net = make_net(body, arguments.paper);
-  if (!net) {
-    const double fits = std::floor(10 * arguments.size() * largest_scale(body, arguments.paper)) / 10;
-    return Status(net.status().code(), body.name + ": " + net.status().message() + "; --size-mm " + brief(fits) +
-                                           " would, or larger --paper");
-  }
-  Result<std::vector<Page>> pages = draw_net(body, *net);
-  if (!pages) return pages.status();
-  return Sheet{*std::move(net), *std::move(pages)};
+  if (net) return *std::move(net);
+  const double fits = std::floor(10 * arguments.size() * largest_scale(body, arguments.paper)) / 10;
+  throw InputError({net.status().code(), body.name + ": " + net.status().message() + "; --size-mm " + brief(fits) +
+                                             " would, or larger --paper"});
 }
 
 }  // namespace
@@ -172,16 +153,16 @@ int marker_sheet_command(const std::vector<std::string>& arguments) {
   Arguments in;
   const CLI::Validator size =
       number_where("above 0 and at most 10000", [](double mm) { return mm > 0 && mm <= 10'000; });
-  add_parsed_option(app, "--body", in.body, find_body,
-                    "dodecahedron, cube, icosahedron, or ball: a tag on a sheet with a matt ball behind it\n"
-                    "[dodecahedron]");
+  add_named_option(app, "--body", in.body, kBodies,
+                   "dodecahedron, cube, icosahedron, or ball: a tag on a sheet with a matt ball behind it\n"
+                   "[dodecahedron]");
   app.add_option("--size-mm", in.size_mm,
                  "Distance between opposite faces, or diameter of the ball [100; cube 60, ball 40]")
       ->check(size);
   add_parsed_option(app, "--paper-kind", in.kind, parse_paper_kind,
                     "white: plain paper. grey: the quadrants around each tag are 100, 75, 50 and 25 % of\n"
                     "the paper's white, for lamps that saturate white paper [white]");
-  add_parsed_option(app, "--paper", in.paper, find_paper, "a4, a3 or letter [a4]");
+  add_named_option(app, "--paper", in.paper, kPapers, "a4, a3 or letter [a4]");
   add_parsed_option(app, "--family", in.family, parse_tag_family, "tag36h11 or tagStandard41h12 [tag36h11]");
   app.add_option("--first-id", in.first_id,
                  "Number of face 0's tag; the others follow. Two bodies in one room need different numbers [0]");
@@ -197,38 +178,31 @@ int marker_sheet_command(const std::vector<std::string>& arguments) {
                     "--estimator marker). May be given several times. SVG and PNG have one file per page:\n"
                     "sheet-1.svg, sheet-2.svg",
                     "The layout as JSON on standard output: mm from the top left of the page, y downwards");
-  if (const auto exit = parse_command_line(app, arguments)) return *exit;
-  if (in.outputs.empty() && !in.json) return wrong_usage(app, "give --output FILE");
-  // A body file alone need not fit a paper.
-  const bool drawn = in.json || !std::all_of(in.outputs.begin(), in.outputs.end(), is_body_file);
-  if (in.ruler_mm && drawn)
-    return wrong_usage(app, "--ruler-mm describes a printed sheet; it goes with --output BODY.textproto alone");
+  return run_command(app, arguments, [&] {
+    if (in.outputs.empty() && !in.json) throw UsageError("give --output FILE");
+    // A body file alone need not fit a paper.
+    const bool drawn = in.json || !std::ranges::all_of(in.outputs, is_body_file);
+    if (in.ruler_mm && drawn)
+      throw UsageError("--ruler-mm describes a printed sheet; it goes with --output BODY.textproto alone");
 
-  const Result<MarkerBody> body = body_of(in);
-  if (!body) return bad_input(app, body.status());
-  Sheet sheet;
-  if (drawn) {
-    Result<Sheet> made = sheet_of(in, *body);
-    if (!made) return bad_input(app, made.status());
-    sheet = *std::move(made);
-  }
-  std::vector<std::string> files;
-  for (const std::string& path : in.outputs) {
-    if (is_body_file(path)) files.push_back(path);
-    const Status s = is_body_file(path) ? write_output(path, marker_body_to_text(*body))
-                                        : write_pages(sheet.pages, path, in.dpi, files);
-    if (!s.ok()) return bad_input(app, s);
-  }
-  if (in.json) {
-    std::cout << json_text(json_of(in, *body, sheet.net, files)) << std::endl;
-  } else if (!sheet.pages.empty()) {
-    const std::size_t pages = sheet.pages.size();
-    std::cout << body->name << ": " << pages << (pages == 1 ? " page of " : " pages of ") << in.paper.name
-              << "; print at 100 % and measure the ruler\n";
-  } else {
-    std::cout << body->name << ": tags of " << brief(1000 * body->tag_size_m) << " mm\n";
-  }
-  return kDone;
+    const MarkerBody body = body_of(in);
+    const Net net = drawn ? net_of(in, body) : Net();
+    const std::vector<Page> pages = require(draw_net(body, net));
+    std::vector<std::string> files;
+    for (const std::string& path : in.outputs) {
+      if (is_body_file(path)) files.push_back(path);
+      require(is_body_file(path) ? write_output(path, marker_body_to_text(body))
+                                 : write_pages(pages, path, in.dpi, files));
+    }
+    if (in.json)
+      std::cout << json_text(json_of(in, body, net, files)) << std::endl;
+    else if (drawn)
+      std::cout << body.name << ": " << pages.size() << (pages.size() == 1 ? " page of " : " pages of ")
+                << in.paper.name << "; print at 100 % and measure the ruler\n";
+    else
+      std::cout << body.name << ": tags of " << brief(1000 * body.tag_size_m) << " mm\n";
+    return kDone;
+  });
 }
 
 }  // namespace lightwell::calibrate

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iostream>
 #include <numbers>
@@ -11,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <lightwell/calibration.hpp>
+#include <lightwell/files.hpp>
 #include <lightwell/text.hpp>
 
 #include "calibration/model/response.hpp"
@@ -73,91 +73,66 @@ Result<GravityReading> parse_gravity(const std::string& text) {
   return GravityReading{{(*n)[0], (*n)[1], (*n)[2]}, 0};
 }
 
-/// Describes what is missing or contradictory; empty if nothing is.
-std::string contradiction_in(const Arguments& in) {
-  if (in.json && in.output == "-") return "--json and --output - both use standard output; give another --output";
-  if (const Status s = in.options.validate(); !s.ok()) return s.message();
-  if (in.board.empty() != !in.board_pose) return "--board and --board-pose go together";
-  if (in.pictures.empty() && !in.gravity) return "give pictures, or --gravity";
-  if (!in.pictures.empty() && in.calibration.empty()) return "pictures need --calibration";
+/// Throws UsageError if something is missing or contradictory.
+void check(const Arguments& in) {
+  if (in.json && in.output == "-")
+    throw UsageError("--json and --output - both use standard output; give another --output");
+  if (const Status s = in.options.validate(); !s.ok()) throw UsageError(s.message());
+  if (in.board.empty() != !in.board_pose) throw UsageError("--board and --board-pose go together");
+  if (in.pictures.empty() && !in.gravity) throw UsageError("give pictures, or --gravity");
+  if (!in.pictures.empty() && in.calibration.empty()) throw UsageError("pictures need --calibration");
   if (!in.pictures.empty() && in.tags.empty() && in.board.empty())
-    return "pictures need --tags or --board, the poses of the tags";
-  return "";
+    throw UsageError("pictures need --tags or --board, the poses of the tags");
 }
 
-Result<std::vector<WorldTag>> room_of(const Arguments& arguments) {
+std::vector<WorldTag> room_of(const Arguments& arguments) {
   std::vector<WorldTag> room;
-  if (!arguments.tags.empty()) {
-    Result<std::vector<WorldTag>> tags = load_world_tags(arguments.tags);
-    if (!tags) return tags.status();
-    room = std::move(*tags);
-  }
-  if (!arguments.board.empty()) {
-    const Result<TagBoard> board = load_tag_board(arguments.board);
-    if (!board) return board.status();
-    const std::vector<WorldTag> tags = tags_of(*board, *arguments.board_pose);
-    room.insert(room.end(), tags.begin(), tags.end());
-  }
+  if (!arguments.tags.empty())
+    room = require(parse_world_tags(require(read_text_file(arguments.tags)), arguments.tags));
+  if (!arguments.board.empty())
+    for (const WorldTag& tag : tags_of(require(load_tag_board(arguments.board)), *arguments.board_pose))
+      room.push_back(tag);
   return room;
 }
 
-Result<std::vector<TagObservation>> tags_in(const PictureArgument& picture, const RigParameters& rig,
-                                            const std::vector<WorldTag>& room) {
-  const Result<Image> image = read_lens_image(picture.path, rig, picture.lens);
-  if (!image) return image.status();
-  if (image->format != PixelFormat::rgb8)
-    return Status(StatusCode::invalid_argument,
-                  picture.path + ": tags are detected in PNG and JPEG; this is a float image");
+void add_tags_in(const PictureArgument& picture, const RigParameters& rig, const std::vector<WorldTag>& room,
+                 std::vector<TagObservation>& seen) {
+  const Image image = require(read_lens_image(picture.path, rig, picture.lens));
+  if (image.format != PixelFormat::rgb8)
+    refuse(picture.path + ": tags are detected in PNG and JPEG; this is a float image");
   const LensParameters& lens = rig.lenses[static_cast<std::size_t>(picture.lens)];
   TagDetectorOptions options;
   options.families.clear();
   for (const WorldTag& tag : room)
-    if (std::find(options.families.begin(), options.families.end(), tag.family) == options.families.end())
+    if (std::ranges::find(options.families, tag.family) == options.families.end())
       options.families.push_back(tag.family);
   options.linear = linear_table(lens.photometry, 256);
-  Result<TagDetector> detector = TagDetector::make(options);
-  if (!detector) return detector.status();
+  TagDetector detector = require(TagDetector::make(options));
   const CameraModel model(lens);
   GreyView grey;
-  const Result<std::vector<TagDetection>> tags = detector->detect(grey.of(view_of(*image, picture.lens)), &model);
-  if (!tags) return tags.status();
-  std::vector<TagObservation> out;
-  for (const TagDetection& tag : *tags) out.push_back({picture.lens, tag});
-  return out;
+  for (const TagDetection& tag : require(detector.detect(grey.of(view_of(image, picture.lens)), &model)))
+    seen.push_back({picture.lens, tag});
 }
 
-Result<Mounting> mounting_of(const Arguments& arguments) {
-  if (arguments.pictures.empty()) return gravity_mounting(*arguments.gravity);
-  const Result<RigParameters> rig = load_calibration(arguments.calibration);
-  if (!rig) return rig.status();
-  const Result<std::vector<WorldTag>> room = room_of(arguments);
-  if (!room) return room.status();
+Mounting mounting_of(const Arguments& arguments) {
+  if (arguments.pictures.empty()) return require(gravity_mounting(*arguments.gravity));
+  const RigParameters rig = require(load_calibration(arguments.calibration));
+  const std::vector<WorldTag> room = room_of(arguments);
   std::vector<TagObservation> seen;
-  for (const PictureArgument& picture : arguments.pictures) {
-    const Result<std::vector<TagObservation>> tags = tags_in(picture, *rig, *room);
-    if (!tags) return tags.status();
-    seen.insert(seen.end(), tags->begin(), tags->end());
-  }
-  return find_mounting(*rig, *room, seen, arguments.gravity, arguments.options);
-}
-
-nlohmann::ordered_json json_of(const Pose& p) {
-  const Vec3d& t = p.translation;
-  const Quat& q = p.rotation;
-  return {{"translation_m", json_numbers(std::array{t.x, t.y, t.z})},
-          {"rotation_xyzw", json_numbers(std::array{q.x, q.y, q.z, q.w})}};
+  for (const PictureArgument& picture : arguments.pictures) add_tags_in(picture, rig, room, seen);
+  return require(find_mounting(rig, room, seen, arguments.gravity, arguments.options));
 }
 
 nlohmann::ordered_json json_of(const Mounting& m) {
   nlohmann::ordered_json covariance = nlohmann::ordered_json::array();
   for (const auto& row : m.world_probe.covariance) covariance.push_back(json_numbers(row));
-  nlohmann::ordered_json out = {{"world_probe", json_of(m.world_probe.pose)},
+  nlohmann::ordered_json out = {{"world_probe", json_pose(m.world_probe.pose)},
                                 {"covariance", std::move(covariance)},
                                 {"position_known", m.position_known},
                                 {"heading_known", m.heading_known},
                                 {"ambiguous", m.ambiguous}};
   if (m.alternative) {
-    out["alternative"] = json_of(*m.alternative);
+    out["alternative"] = json_pose(*m.alternative);
     out["alternative_excess"] = json_number(m.alternative_excess);
   }
   out["rms_px"] = json_number(m.rms_px);
@@ -175,18 +150,20 @@ nlohmann::ordered_json json_of(const Mounting& m) {
   return out;
 }
 
+std::string text_of(Vec3d v) { return formatted("(%g, %g, %g)", v.x, v.y, v.z); }
+
 void print_summary(const Mounting& m) {
-  const Pose& p = m.world_probe.pose;
+  const auto& [rotation, translation] = m.world_probe.pose;
   const auto sigma = [&](std::size_t i) { return std::sqrt(m.world_probe.covariance[i][i]); };
-  const Vec3d ahead = rotate(p.rotation, Vec3d{0, 0, -1}), up = rotate(p.rotation, Vec3d{0, 1, 0});
+  const Vec3d forward{0, 0, -1};
   if (m.position_known)
-    std::cout << "the probe is at (" << p.translation.x << ", " << p.translation.y << ", " << p.translation.z
-              << ") m, +- (" << 1000 * sigma(3) << ", " << 1000 * sigma(4) << ", " << 1000 * sigma(5) << ") mm\n";
+    std::cout << "the probe is at " << text_of(translation) << " m, +- "
+              << text_of({1000 * sigma(3), 1000 * sigma(4), 1000 * sigma(5)}) << " mm\n";
   else
     std::cout << "the position and the heading of the probe are unknown\n";
-  std::cout << "its forward direction is (" << ahead.x << ", " << ahead.y << ", " << ahead.z << "), its up direction ("
-            << up.x << ", " << up.y << ", " << up.z << "); rotation about the world's axes +- (" << sigma(0) / kDegree
-            << ", " << sigma(1) / kDegree << ", " << sigma(2) / kDegree << ") deg\n";
+  std::cout << "its forward direction is " << text_of(rotate(rotation, forward)) << ", its up direction "
+            << text_of(rotate(rotation, Vec3d{0, 1, 0})) << "; rotation about the world's axes +- "
+            << text_of({sigma(0) / kDegree, sigma(1) / kDegree, sigma(2) / kDegree}) << " deg\n";
   for (const TagReport& t : m.tags) {
     std::cout << to_string(t.family) << " " << t.id << " in lens " << t.lens << ": ";
     if (t.used)
@@ -194,11 +171,10 @@ void print_summary(const Mounting& m) {
     else
       std::cout << "rejected: " << t.rejection_reason << "\n";
   }
-  if (m.ambiguous) {
-    const Vec3d other = rotate(m.alternative->rotation, Vec3d{0, 0, -1});
-    std::cout << "AMBIGUOUS: the pictures would be almost the same with the forward direction (" << other.x << ", "
-              << other.y << ", " << other.z << "); show it more or larger tags, or give --gravity\n";
-  }
+  if (m.ambiguous)
+    std::cout << "AMBIGUOUS: the pictures would be almost the same with the forward direction "
+              << text_of(rotate(m.alternative->rotation, forward))
+              << "; show it more or larger tags, or give --gravity\n";
 }
 
 }  // namespace
@@ -234,33 +210,31 @@ int mounting_command(const std::vector<std::string>& arguments) {
                  "which sends it to its clients; - is standard output. Replaced atomically")
       ->check([](const std::string& path) { return path.empty() ? "the name of the file is empty" : ""; });
   app.add_flag("--json", in.json, "Pose, covariance and residuals of the tags as JSON on standard output");
-  if (const auto exit = parse_command_line(app, arguments)) return *exit;
-  PictureArgument picture;
-  for (const auto& [option, index] : in_order(app)) {
-    if (option == lens) picture.lens = lenses[index];
-    if (option != pictures) continue;
-    picture.path = paths[index];
-    in.pictures.push_back(picture);
-  }
-  if (in.gravity) in.gravity->sigma_rad = gravity_sigma_deg * kDegree;
-  if (const std::string wrong = contradiction_in(in); !wrong.empty()) return wrong_usage(app, wrong);
+  return run_command(app, arguments, [&] {
+    PictureArgument picture;
+    for (const auto& [option, index] : in_order(app)) {
+      if (option == lens) picture.lens = lenses[index];
+      if (option != pictures) continue;
+      picture.path = paths[index];
+      in.pictures.push_back(picture);
+    }
+    if (in.gravity) in.gravity->sigma_rad = gravity_sigma_deg * kDegree;
+    check(in);
 
-  const Result<Mounting> mounting = mounting_of(in);
-  if (!mounting) return bad_input(app, mounting.status());
-  if (!in.output.empty()) {
-    if (mounting->ambiguous)
-      return bad_input(app, {StatusCode::failed_precondition,
-                             "the pictures do not decide between two attitudes: nothing was written to " + in.output +
-                                 "; show larger or more tags, or give --gravity"});
-    if (const Status s = write_output(in.output, mounting_to_text(mounting->world_probe)); !s.ok())
-      return bad_input(app, s);
-  }
-  if (in.json) {
-    std::cout << json_text(json_of(*mounting)) << std::endl;
-  } else if (in.output != "-") {
-    print_summary(*mounting);
-  }
-  return kDone;
+    const Mounting mounting = mounting_of(in);
+    if (!in.output.empty()) {
+      if (mounting.ambiguous)
+        throw InputError({StatusCode::failed_precondition,
+                          "the pictures do not decide between two attitudes: nothing was written to " + in.output +
+                              "; show larger or more tags, or give --gravity"});
+      require(write_output(in.output, mounting_to_text(mounting.world_probe)));
+    }
+    if (in.json)
+      std::cout << json_text(json_of(mounting)) << std::endl;
+    else if (in.output != "-")
+      print_summary(mounting);
+    return kDone;
+  });
 }
 
 }  // namespace lightwell::calibrate

@@ -55,11 +55,6 @@ std::string content_of(const Page& page) {
     content += "f\n";
   }
   content += "0 g\n";
-  for (const auto& shape : page.shapes) {
-    for (const Rectangle& r : shape)
-      content += x(r.x) + " " + y(r.y + r.height) + " " + x(r.width) + " " + x(r.height) + " re\n";
-    content += "f\n";
-  }
   for (const PageText& t : page.texts)
     content += "BT /F1 " + x(t.size) + " Tf " + x(t.x) + " " + y(t.y) + " Td (" + escaped_pdf(t.text) + ") Tj ET\n";
   return content;
@@ -89,6 +84,13 @@ void add_in_row(float* row, double x0, double x1, double height) {
 }
 
 }  // namespace
+
+PageArea black_area(std::span<const Rectangle> rectangles) {
+  PageArea out;
+  for (const Rectangle& r : rectangles)
+    out.outlines.push_back({{r.x, r.y}, {r.x + r.width, r.y}, {r.x + r.width, r.y + r.height}, {r.x, r.y + r.height}});
+  return out;
+}
 
 Coverage coverage_of(const std::vector<std::vector<PagePoint>>& outlines, double scale) {
   double x_min = std::numeric_limits<double>::max(), x_max = -x_min, y_min = x_min, y_max = -x_min;
@@ -175,13 +177,6 @@ std::string page_to_svg(const Page& page) {
     }
     out += "\"/>\n";
   }
-  for (const auto& shape : page.shapes) {
-    out += "<path fill=\"#000\" d=\"";
-    for (const Rectangle& r : shape)
-      out += "M" + number(r.x) + " " + number(r.y) + "h" + number(r.width) + "v" + number(r.height) + "h" +
-             number(-r.width) + "z";
-    out += "\"/>\n";
-  }
   for (const PageText& t : page.texts)
     out += "<text x=\"" + number(t.x) + "\" y=\"" + number(t.y) + "\" font-size=\"" + number(t.size) +
            "\" font-family=\"Helvetica, Arial, sans-serif\">" + escaped_xml(t.text) + "</text>\n";
@@ -197,21 +192,13 @@ Status write_page_png(const Page& page, double dots_per_inch, const std::string&
                                                 "x" + number(high) + " pixels; at most 64 megapixels are written"};
   const int width = static_cast<int>(wide), height = static_cast<int>(high);
   cv::Mat light(height, width, CV_32F, cv::Scalar(1));
-  const auto fill = [&](const PageArea& area) {
+  for (const PageArea& area : page.areas) {
     const Coverage covered = coverage_of(area.outlines, scale);
     for (int y = std::max(0, -covered.top); y < std::min(covered.height, height - covered.top); ++y)
       for (int x = std::max(0, -covered.left); x < std::min(covered.width, width - covered.left); ++x) {
         float& pixel = light.at<float>(covered.top + y, covered.left + x);
         pixel += covered.at(x, y) * (static_cast<float>(area.grey) - pixel);
       }
-  };
-  for (const PageArea& area : page.areas) fill(area);
-  for (const auto& shape : page.shapes) {
-    PageArea black;
-    for (const Rectangle& r : shape)
-      black.outlines.push_back(
-          {{r.x, r.y}, {r.x + r.width, r.y}, {r.x + r.width, r.y + r.height}, {r.x, r.y + r.height}});
-    fill(black);
   }
   cv::Mat grey;
   light.convertTo(grey, CV_8U, 255);

@@ -26,6 +26,9 @@ struct PageArea {
   double grey = 0;  ///< sRGB value, 0 black to 1 white.
 };
 
+/// Rectangles that do not overlap, as one black shape.
+[[nodiscard]] PageArea black_area(std::span<const Rectangle> rectangles);
+
 struct PageText {
   std::string text;     ///< ASCII.
   double x = 0, y = 0;  ///< Start of the baseline.
@@ -34,10 +37,7 @@ struct PageText {
 
 struct Page {
   double width = 210, height = 297;
-  /// Drawn first, in this order.
-  std::vector<PageArea> areas;
-  /// Black rectangles. Each inner list is filled as one shape, like a PageArea; its rectangles do not overlap.
-  std::vector<std::vector<Rectangle>> shapes;
+  std::vector<PageArea> areas;  ///< Drawn in this order.
   std::vector<PageText> texts;
 };
 

@@ -234,7 +234,6 @@ int photometry_command(const std::vector<std::string>& arguments) {
   app.footer(kFooter);
   PhotometryInputs in;
   std::string calibration, output, grey, grey_xy;
-  double nits = 0, lux = 0;
   bool json = false;
   app.add_option("--calibration", calibration, "The present rig: geometry, and photometry to start from")->required();
   app.add_option("--output", output, "The rig with the measured photometry; replaced atomically")->required();
@@ -248,34 +247,30 @@ int photometry_command(const std::vector<std::string>& arguments) {
   auto* seconds =
       app.add_option("--grey-exposure-s", in.grey_exposure_s, "Exposure of that picture [frames.csv beside it]");
   auto* gain = app.add_option("--grey-gain", in.grey_gain, "Gain of that picture [1]");
-  auto* of_nits = app.add_option("--nits", nits, "Luminance meter's reading of the patch, cd/m2");
-  auto* of_lux = app.add_option("--lux", lux, "Lux meter's reading on the card");
+  app.add_option("--nits", in.nits, "Luminance meter's reading of the patch, cd/m2");
+  app.add_option("--lux", in.lux, "Lux meter's reading on the card");
   auto* albedo = app.add_option("--albedo", in.albedo, "The card's albedo (reflectance), with --lux");
   app.add_option("--meter-deviation", in.meter_deviation, "Relative standard deviation of the meter [0.04]");
   app.add_option("--bits", in.bits, "Bit depth of the values in OpenEXR, 8 to 16 [not quantised]");
   app.add_flag("--json", json, "Print the result as JSON on standard output; lightwell_plot.py draws it");
-  if (const auto exit = parse_command_line(app, arguments)) return *exit;
-  const auto usage = [&app](const std::string& what) { return wrong_usage(app, what); };
-  if (!grey.empty() && !split_grey(grey, in)) return usage("--grey '" + grey + "' is not IMAGE:x,y,w,h");
-  if (in.grey.empty() && (*of_nits || *of_lux || *xy || *seconds || *gain))
-    return usage("--nits, --lux and --grey-... need a patch; give it with --grey");
-  if (*xy && !(in.grey_xy = parse_numbers<double, 2>(grey_xy))) return usage("--grey-xy '" + grey_xy + "' is not x,y");
-  if (*of_nits && *of_lux) return usage("give either --nits or --lux");
-  if (bool(*of_lux) != bool(*albedo)) return usage("--lux and --albedo go together");
-  if (in.bits != 0 && (in.bits < 8 || in.bits > 16)) return usage("--bits must be 8 to 16");
-  if (*of_nits) in.nits = nits;
-  if (*of_lux) in.lux = lux;
-  if (in.dark.empty() && in.response.empty() && in.flat.empty() && in.lamp.empty() && in.grey.empty())
-    return usage("nothing to measure: give --dark, --response, --flat, --lamp or --grey");
+  return run_command(app, arguments, [&] {
+    if (!grey.empty() && !split_grey(grey, in)) throw UsageError("--grey '" + grey + "' is not IMAGE:x,y,w,h");
+    if (in.grey.empty() && (in.nits || in.lux || *xy || *seconds || *gain))
+      throw UsageError("--nits, --lux and --grey-... need a patch; give it with --grey");
+    if (*xy && !(in.grey_xy = parse_numbers<double, 2>(grey_xy)))
+      throw UsageError("--grey-xy '" + grey_xy + "' is not x,y");
+    if (in.nits && in.lux) throw UsageError("give either --nits or --lux");
+    if (in.lux.has_value() != bool(*albedo)) throw UsageError("--lux and --albedo go together");
+    if (in.bits != 0 && (in.bits < 8 || in.bits > 16)) throw UsageError("--bits must be 8 to 16");
+    if (in.dark.empty() && in.response.empty() && in.flat.empty() && in.lamp.empty() && in.grey.empty())
+      throw UsageError("nothing to measure: give --dark, --response, --flat, --lamp or --grey");
 
-  const Result<RigParameters> rig = load_calibration(calibration);
-  if (!rig) return bad_input(app, rig.status());
-  const Result<PhotometryRun> run = calibrate_photometry(*rig, in);
-  if (!run) return bad_input(app, run.status());
-  if (Status s = write_output(output, calibration_to_text(run->rig)); !s.ok()) return bad_input(app, s);
-  for (const std::string& note : run->notes) std::cerr << app.get_name() << ": " << note << "\n";
-  std::cout << (json ? json_text(json_of(*run)) + "\n" : to_text(*run)) << std::flush;
-  return kDone;
+    const PhotometryRun run = calibrate_photometry(require(load_calibration(calibration)), in);
+    require(write_output(output, calibration_to_text(run.rig)));
+    for (const std::string& note : run.notes) std::cerr << app.get_name() << ": " << note << "\n";
+    std::cout << (json ? json_text(json_of(run)) + "\n" : to_text(run)) << std::flush;
+    return kDone;
+  });
 }
 
 }  // namespace lightwell::calibrate

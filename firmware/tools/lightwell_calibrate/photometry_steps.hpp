@@ -6,7 +6,6 @@
 #include <vector>
 
 #include <lightwell/calibration.hpp>
-#include <lightwell/result.hpp>
 
 #include "calibration/solve/photometry/noise.hpp"
 #include "calibration/solve/photometry/patch.hpp"
@@ -45,7 +44,7 @@ struct PhotometryRun {
 };
 
 /// Runs the steps in the order of their dependencies: black level, response, dark, flats, lamp, grey card, meter.
-/// Values of skipped steps are kept from `rig`. The result has passed RigParameters::validate().
-[[nodiscard]] Result<PhotometryRun> calibrate_photometry(const RigParameters& rig, const PhotometryInputs& inputs);
+/// Values of skipped steps are kept from `rig`. The result has passed RigParameters::validate(). Throws InputError.
+[[nodiscard]] PhotometryRun calibrate_photometry(const RigParameters& rig, const PhotometryInputs& inputs);
 
 }  // namespace lightwell::calibrate

@@ -29,12 +29,6 @@ std::pair<double, double> extent(const TagBoard& board) {
 
 }  // namespace
 
-Result<Paper> find_paper(std::string_view name) {
-  const auto paper = std::find_if(kPapers.begin(), kPapers.end(), [&](const Paper& p) { return p.name == name; });
-  if (paper != kPapers.end()) return *paper;
-  return Status(StatusCode::invalid_argument, "'" + std::string(name) + "' is not known; a4, a3 and letter are");
-}
-
 std::string brief(double value) { return formatted("%.4g", value); }
 
 std::vector<Rectangle> tag_rectangles(const TagBitmap& tag, double left, double top, double cell) {
@@ -51,19 +45,18 @@ std::vector<Rectangle> tag_rectangles(const TagBitmap& tag, double left, double 
 
 void draw_ruler(double x, double y, Page& page) {
   constexpr double kThin = 0.15;
+  constexpr int kEnd = static_cast<int>(kRulerLength_mm);
   std::vector<Rectangle> lines = {{x, y, kRulerLength_mm, kThin}};
-  // The left side of a stroke is at its position; of the last stroke the right side.
-  for (int mm = 0; mm <= static_cast<int>(kRulerLength_mm); ++mm) {
-    const double stroke_height = mm % 10 == 0 ? 3.2 : mm % 5 == 0 ? 2.2 : 1.4;
+  for (int mm = 0; mm <= kEnd; ++mm) {
+    if (mm % 50 == 0)
+      page.texts.push_back({std::to_string(mm) + (mm == kEnd ? " mm" : ""), x + mm + 0.8, y - 3.6, 2.4});
     // Millimetre strokes in the first and the last centimetre only.
-    if (mm > 10 && mm < kRulerLength_mm - 10 && mm % 5 != 0) continue;
-    lines.push_back(
-        {x + mm - (mm == static_cast<int>(kRulerLength_mm) ? kThin : 0), y - stroke_height, kThin, stroke_height});
+    if (mm > 10 && mm < kEnd - 10 && mm % 5 != 0) continue;
+    const double height = mm % 10 == 0 ? 3.2 : mm % 5 == 0 ? 2.2 : 1.4;
+    // The left side of a stroke is at its position; of the last stroke the right side.
+    lines.push_back({x + mm - (mm == kEnd ? kThin : 0), y - height, kThin, height});
   }
-  page.shapes.push_back(std::move(lines));
-  for (int mm = 0; mm <= static_cast<int>(kRulerLength_mm); mm += 50)
-    page.texts.push_back(
-        {std::to_string(mm) + (mm == static_cast<int>(kRulerLength_mm) ? " mm" : ""), x + mm + 0.8, y - 3.6, 2.4});
+  page.areas.push_back(black_area(lines));
 }
 
 std::vector<Rectangle> digits(int number, double width, double height) {
@@ -118,28 +111,27 @@ Result<BoardPage> layout(const TagBoard& board, const Paper& paper) {
       const Result<TagBitmap> bitmap = tag_bitmap(board.family, id);
       if (!bitmap) return bitmap.status();
       const Vec3d top_left = board.corners(id)[3];
-      page.shapes.push_back(tag_rectangles(*bitmap, out.origin_x_mm + 1000 * top_left.x - beyond,
-                                           out.origin_y_mm - 1000 * top_left.y - beyond, cell));
+      page.areas.push_back(black_area(tag_rectangles(*bitmap, out.origin_x_mm + 1000 * top_left.x - beyond,
+                                                     out.origin_y_mm - 1000 * top_left.y - beyond, cell)));
     }
     const double foot = height - kEdge - kFooter;
-    const std::string numbers =
-        std::to_string(board.first_id) + " to " + std::to_string(board.first_id + board.tags() - 1);
-    page.texts.push_back({"Lightwell board: " + std::string(to_string(board.family)) + ", " +
-                              std::to_string(board.columns) + " x " + std::to_string(board.rows) + " tags, numbers " +
-                              numbers + " from the bottom left, tag " + brief(tag) + " mm, gap " +
-                              brief(tag * board.spacing) + " mm (spacing " + brief(board.spacing) + ").",
-                          kEdge + 2, foot + 5, 2.6});
     page.texts.push_back(
-        {"Print at 100 % (\"actual size\") on matt paper and glue it onto something flat. Corner to corner " +
-             brief(1000 * board.width_m()) + " x " + brief(1000 * board.height_m()) + " mm: measure both ways.",
-         kEdge + 2, foot + 9, 2.6});
+        {formatted("Lightwell board: %s, %d x %d tags, numbers %d to %d from the bottom left, tag %.4g mm, "
+                   "gap %.4g mm (spacing %.4g).",
+                   std::string(to_string(board.family)).c_str(), board.columns, board.rows, board.first_id,
+                   board.first_id + board.tags() - 1, tag, tag * board.spacing, board.spacing),
+         kEdge + 2, foot + 5, 2.6});
+    page.texts.push_back({formatted("Print at 100 %% (\"actual size\") on matt paper and glue it onto something flat. "
+                                    "Corner to corner %.4g x %.4g mm: measure both ways.",
+                                    1000 * board.width_m(), 1000 * board.height_m()),
+                          kEdge + 2, foot + 9, 2.6});
     draw_ruler(kEdge + 2, foot + 18.5, page);
     return out;
   }
-  return Status(StatusCode::invalid_argument, "the board is " + brief(tag * across) + " x " + brief(tag * upwards) +
-                                                  " mm with its rim and does not fit " + std::string(paper.name) +
-                                                  "; --tag-size-mm " + brief(std::floor(largest * 10) / 10) +
-                                                  " would, or fewer --columns and --rows, or larger --paper");
+  return invalid_argument(
+      formatted("the board is %.4g x %.4g mm with its rim and does not fit %s; --tag-size-mm %.4g would, or fewer "
+                "--columns and --rows, or larger --paper",
+                tag * across, tag * upwards, std::string(paper.name).c_str(), std::floor(largest * 10) / 10));
 }
 
 void add_sheet_options(CLI::App& app, SheetOptions& options, const std::vector<std::string>& endings,

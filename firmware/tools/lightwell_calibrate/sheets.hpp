@@ -1,11 +1,4 @@
 // Printed sheets: paper sizes, tags, a ruler, numbers, a board, output.
-//   Paper, kPapers, find_paper   sheets of paper
-//   kPrinterMargin_mm            unprintable margin
-//   tag_rectangles               the dark cells of a tag
-//   draw_ruler                   a ruler of 100 mm, to measure the printer's scale
-//   digits                       a number as filled bars, readable in any orientation
-//   layout                       a board of tags
-//   add_sheet_options, write_pages   the options of the subcommands that print
 #pragma once
 
 #include <array>
@@ -19,7 +12,6 @@
 #include <lightwell/result.hpp>
 
 #include "pose/tag_board.hpp"
-#include "pose/tag_family.hpp"
 #include "tools/lightwell_calibrate/page.hpp"
 
 namespace lightwell::calibrate {
@@ -31,9 +23,9 @@ struct Paper {
 
 inline constexpr std::array<Paper, 3> kPapers = {{{"a4", 210, 297}, {"a3", 297, 420}, {"letter", 215.9, 279.4}}};
 
-/// invalid_argument: an unknown name; the message lists the known ones.
-[[nodiscard]] Result<Paper> find_paper(std::string_view name);
+inline std::string_view to_string(const Paper& paper) { return paper.name; }
 
+/// Unprintable margin, and the length of the ruler.
 inline constexpr double kPrinterMargin_mm = 7, kRulerLength_mm = 100;
 
 /// Formats a number with four significant digits.

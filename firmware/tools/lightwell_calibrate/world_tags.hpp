@@ -1,4 +1,4 @@
-// Reads the poses of a room's tags from a CSV file.
+// Parses the poses of a room's tags, a CSV file.
 //   family,id,size_m,tx,ty,tz,qx,qy,qz,qw
 //   tag36h11,7,0.16,0.5,1.4,-2.0,0,0,0,1
 // The first line names the columns, in any order; family is optional (tag36h11), all others are required. Each row is
@@ -18,7 +18,5 @@ namespace lightwell::calibrate {
 
 /// invalid_argument: a malformed line or an invalid value; the message has `name` and the line.
 [[nodiscard]] Result<std::vector<WorldTag>> parse_world_tags(std::string_view text, const std::string& name);
-/// not_found: the file cannot be opened; data_loss: it cannot be read; otherwise as parse_world_tags().
-[[nodiscard]] Result<std::vector<WorldTag>> load_world_tags(const std::string& path);
 
 }  // namespace lightwell::calibrate

@@ -127,10 +127,7 @@ Color GroundTruth::irradiance(Vec3d n) const {
 }
 
 Color GroundTruth::radiance(Vec3d d, double roughness) const {
-  if (roughness == 0) {
-    const Radiance l = panorama_.radiance(d);
-    return {l.r, l.g, l.b};
-  }
+  if (roughness == 0) return color(panorama_.radiance(d));
   // GgxLobe::value without its constant factor, which cancels in the division.
   const double a2 = std::pow(roughness, 4), slope = 0.5 * (1 - a2);
   Color sum{};
@@ -214,19 +211,22 @@ BallPictures ball_pictures(const Descriptor& d) {
                   [&](Vec3d v) { return color(rest(mirror, vec_cast<float>(v), 0) + discs(d, v)); });
 }
 
+RelativeError relative_error(std::span<const Color> truth, std::span<const Color> estimate) {
+  double difference = 0, whole = 0, largest = 0;
+  for (std::size_t k = 0; k < truth.size(); ++k)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double t = truth[k][c], error = estimate[k][c] - t;
+      difference += error * error;
+      whole += t * t;
+      largest = std::max(largest, std::abs(error));
+    }
+  if (!(whole > 0)) return {};
+  return {std::sqrt(difference / whole), largest / std::sqrt(whole / (3.0 * static_cast<double>(truth.size())))};
+}
+
 std::array<double, kBalls> ball_errors(const BallPictures& truth, const BallPictures& estimate) {
   std::array<double, kBalls> out{};
-  for (std::size_t b = 0; b < kBalls; ++b) {
-    double difference = 0, whole = 0;
-    for (std::size_t k = 0; k < truth[b].size(); ++k) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        const double t = truth[b][k][c], e = estimate[b][k][c];
-        difference += (e - t) * (e - t);
-        whole += t * t;
-      }
-    }
-    out[b] = whole > 0 ? std::sqrt(difference / whole) : 0;
-  }
+  for (std::size_t b = 0; b < kBalls; ++b) out[b] = relative_error(truth[b], estimate[b]).rms;
   return out;
 }
 

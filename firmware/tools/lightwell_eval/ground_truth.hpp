@@ -67,7 +67,12 @@ using BallPictures = std::array<std::vector<Color>, kBalls>;
 /// spherical harmonics.
 [[nodiscard]] BallPictures ball_pictures(const Descriptor& descriptor);
 
-/// RMS over pixels and channels of the difference, divided by the RMS of the truth.
+/// RMS and maximum over colours and channels of the difference, divided by the RMS of the truth; 0 if that is 0.
+struct RelativeError {
+  double rms = 0, largest = 0;
+};
+[[nodiscard]] RelativeError relative_error(std::span<const Color> truth, std::span<const Color> estimate);
+/// The RMS of each ball.
 [[nodiscard]] std::array<double, kBalls> ball_errors(const BallPictures& truth, const BallPictures& estimate);
 
 }  // namespace lightwell::eval

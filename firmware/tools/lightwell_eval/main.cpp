@@ -4,12 +4,11 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
-#include <sstream>
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
-#include <lightwell/files.hpp>
+#include <lightwell/text.hpp>
 
 #include "sim/panorama.hpp"
 #include "tools/command_line.hpp"
@@ -18,65 +17,41 @@
 
 namespace {
 
+namespace fs = std::filesystem;
 using namespace lightwell;
 using namespace lightwell::eval;
-
-int fail(const Status& s) {
-  std::cerr << "lightwell-eval: " << s.message() << "\n";
-  return s.code() == StatusCode::invalid_argument ? kUsage : kBadInput;
-}
 
 constexpr std::array kEight = {"city", "courtyard", "forest", "interior", "night", "studio", "sunrise", "sunset"};
 constexpr std::string_view kMore = "pmndrs_";
 
-/// The folder of the eight panoramas.
-Result<std::filesystem::path> folder() {
-  const Result<std::string> one = sim::scene_path(kEight.front());
-  if (!one) return one.status();
-  return std::filesystem::path(*one).parent_path();
-}
-
 /// Paths of the panoramas for "eight", "all", or a comma-separated list of names (city, pmndrs_lobby) and files.
-/// not_found and invalid_argument; the message has the remedy.
-Result<std::vector<std::string>> scene_files(const std::string& choice) {
-  std::vector<std::string> names, out;
+/// Throws InputError with the remedy.
+std::vector<std::string> scene_files(const std::string& choice) {
+  std::vector<std::string> names, out, more;
   if (choice == "eight" || choice == "all") {
     names.assign(kEight.begin(), kEight.end());
   } else {
-    std::stringstream list(choice);
-    for (std::string name; std::getline(list, name, ',');)
-      if (!name.empty()) names.push_back(name);
+    for (const std::string_view name : comma_separated(choice))
+      if (!name.empty()) names.emplace_back(name);
   }
-  if (names.empty())
-    return Status(StatusCode::invalid_argument, "--scenes is empty: give all, eight, or names like city,night");
+  if (names.empty()) refuse("--scenes is empty: give all, eight, or names like city,night");
+  const auto folder = [] { return fs::path(require(sim::scene_path(kEight.front()))).parent_path(); };
   for (const std::string& name : names) {
-    const bool more = name.starts_with(kMore) && !name.ends_with(".exr");
-    Result<std::string> path = std::string();
-    if (more) {
-      const auto in = folder();
-      if (!in) return in.status();
-      path = (*in / (name + ".exr")).string();
-      if (!std::filesystem::exists(*path))
-        return Status(StatusCode::not_found,
-                      *path + " does not exist: run cmake/fetch_panoramas --all, which lists the names");
-    } else {
-      path = sim::scene_path(name);
-      if (!path) return path.status();
-    }
-    out.push_back(*path);
+    const bool added = name.starts_with(kMore) && !name.ends_with(".exr");
+    out.push_back(added ? (folder() / (name + ".exr")).string() : require(sim::scene_path(name)));
+    if (added && !fs::exists(out.back()))
+      throw InputError({StatusCode::not_found,
+                        out.back() + " does not exist: run cmake/fetch_panoramas --all, which lists the names"});
   }
   if (choice != "all") return out;
-  const auto in = folder();
-  if (!in) return in.status();
-  std::vector<std::string> more;
   std::error_code error;
-  for (const auto& file : std::filesystem::directory_iterator(*in, error))
+  for (const auto& file : fs::directory_iterator(folder(), error))
     if (file.path().filename().string().starts_with(kMore) && file.path().extension() == ".exr")
       more.push_back(file.path().string());
   if (more.empty())
-    return Status(StatusCode::not_found, "there are no " + std::string(kMore) + "*.exr in " + in->string() +
-                                             ": run cmake/fetch_panoramas --all");
-  std::sort(more.begin(), more.end());
+    throw InputError({StatusCode::not_found, "there are no " + std::string(kMore) + "*.exr in " + folder().string() +
+                                                 ": run cmake/fetch_panoramas --all"});
+  std::ranges::sort(more);
   out.insert(out.end(), more.begin(), more.end());
   return out;
 }
@@ -103,38 +78,28 @@ class Progress {
   bool terminal_ = isatty(STDERR_FILENO) == 1;
 };
 
-Result<std::vector<Row>> measure(const std::vector<std::string>& paths, bool quick, Run& run) {
+std::vector<Row> measure(const std::vector<std::string>& paths, bool quick, Run& run) {
   std::vector<Row> rows;
   for (Case& c : all_cases()) rows.emplace_back().setup = std::move(c);
   Bench bench(quick ? 2 : 5);
   Progress progress(paths.size() * rows.size());
   for (const std::string& path : paths) {
-    Result<sim::Panorama> panorama = sim::load_panorama(path);
-    if (!panorama) return panorama.status();
-    const std::string name = std::filesystem::path(path).stem().string();
-    run.scenes.push_back(name);
-    const GroundTruth truth(*panorama);
+    sim::Panorama panorama = require(sim::load_panorama(path));
+    const std::string& name = run.scenes.emplace_back(fs::path(path).stem().string());
+    const GroundTruth truth(panorama);
     const BallPictures balls = ball_pictures(truth);
-    const sim::Scene scene(std::move(*panorama));
+    const sim::Scene scene(std::move(panorama));
     std::map<int, CameraRenderer> cameras;  // By width.
     for (Row& row : rows) {
-      progress.step(name, row.setup.label);
-      auto camera = cameras.find(row.setup.width);
-      if (camera == cameras.end()) {
-        Result<CameraRenderer> made = CameraRenderer::make(scene, row.setup.width, row.setup.height);
-        if (!made) return made.status();
-        camera = cameras.emplace(row.setup.width, std::move(*made)).first;
-      }
-      Result<Outcome> outcome = bench.measure(row.setup, truth, balls, camera->second);
-      if (!outcome) return outcome.status();
-      row.scenes.push_back(std::move(*outcome));
+      const Case& c = row.setup;
+      progress.step(name, c.label);
+      auto camera = cameras.find(c.width);
+      if (camera == cameras.end()) camera = cameras.emplace(c.width, CameraRenderer(scene, c.width, c.height)).first;
+      row.scenes.push_back(bench.measure(c, truth, balls, camera->second));
     }
   }
-  for (Row& row : rows) {
-    const auto bytes = static_cast<std::size_t>(row.scenes.front().picture_bytes);
-    summarise(row, bench.memcpy_seconds().at(bytes));
-  }
-  const auto bytes = static_cast<std::size_t>(rows.front().scenes.front().picture_bytes);
+  for (Row& row : rows) summarise(row, bench.memcpy_seconds().at(row.scenes.front().picture_bytes));
+  const std::size_t bytes = rows.front().scenes.front().picture_bytes;
   run.memcpy_gb_per_s = static_cast<double>(bytes) / bench.memcpy_seconds().at(bytes) * 1e-9;
   mark_front(rows);
   return rows;
@@ -142,7 +107,7 @@ Result<std::vector<Row>> measure(const std::vector<std::string>& paths, bool qui
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   CLI::App app{"Measures what the estimator's settings cost and what they give.", "lightwell-eval"};
   app.footer(
       "Examples:\n"
@@ -172,34 +137,35 @@ int main(int argc, char** argv) {
   app.add_flag("--quick", quick, "Fewer scenes and passes, for a first impression");
   if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   if (!pareto && marker_file.empty()) return wrong_usage(app, "nothing to do; give --pareto or --marker");
-  Result<std::vector<MarkerRow>> marker = std::vector<MarkerRow>();
-  if (!marker_file.empty()) marker = read_marker_rows(marker_file);
-  if (!marker) return fail(marker.status());
-  mark_front(*marker);
+  std::vector<MarkerRow> marker;
+  if (!marker_file.empty()) marker = require(read_marker_rows(marker_file));
+  mark_front(marker);
   if (!pareto) {
-    std::cout << (json ? json_text(json_of(*marker)) + "\n" : marker_table_of(*marker)) << std::flush;
+    std::cout << (json ? json_text(json_of(marker)) + "\n" : marker_table_of(marker)) << std::flush;
     return kDone;
   }
-  const Result<std::vector<std::string>> paths = scene_files(!scenes.empty() ? scenes
-                                                             : quick         ? "city,interior,night"
-                                                                             : "eight");
-  if (!paths) return fail(paths.status());
+  const std::vector<std::string> paths = scene_files(!scenes.empty() ? scenes
+                                                     : quick         ? "city,interior,night"
+                                                                     : "eight");
   std::error_code error;
-  std::filesystem::create_directories(out, error);  // Before the measurement, which takes minutes.
+  fs::create_directories(out, error);  // Before the measurement, which takes minutes.
   if (error)
-    return fail({StatusCode::not_found, "cannot create the folder " + out + ": " + error.message() + "; see --out"});
+    throw InputError(
+        {StatusCode::not_found, "cannot create the folder " + out + ": " + error.message() + "; see --out"});
 
   Run run;
   run.quick = quick;
-  const Result<std::vector<Row>> rows = measure(*paths, quick, run);
-  if (!rows) return fail(rows.status());
-  const std::string figures = json_text(json_of(*rows, run, *marker)) + "\n";
+  const std::vector<Row> rows = measure(paths, quick, run);
+  const std::string figures = json_text(json_of(rows, run, marker)) + "\n";
   if (json)
     std::cout << figures;
   else
-    std::cout << table_of(*rows, run) << (marker->empty() ? "" : "\n") << marker_table_of(*marker);
+    std::cout << table_of(rows, run) << (marker.empty() ? "" : "\n") << marker_table_of(marker);
   std::cout << std::flush;
-  if (Status s = write_atomically(out + "/pareto.json", figures, FileMode::umask); !s.ok()) return fail(s);
+  require(write_output(out + "/pareto.json", figures));
   std::cerr << "lightwell-eval: wrote " << out << "/pareto.json; lightwell_plot.py draws it\n";
   return kDone;
+} catch (const lightwell::InputError& error) {
+  std::cerr << "lightwell-eval: " << error.what() << "\n";
+  return error.code == lightwell::StatusCode::invalid_argument ? lightwell::kUsage : lightwell::kBadInput;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <set>
+#include <stdexcept>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -36,56 +37,51 @@ constexpr std::array<NumberField, 7> kNumbers = {{{"ms", &MarkerRow::ms, true},
                                                   {"direction_deg", &MarkerRow::direction_deg},
                                                   {"worst_direction_deg", &MarkerRow::worst_direction_deg}}};
 
-/// Reads a line. Sets `error` to the first error; otherwise it stays empty.
-MarkerRow row_of(const std::string& line, std::string& error) {
-  const auto refuse = [&](const std::string& what) {
-    if (error.empty()) error = what;
-  };
+std::string quoted(const std::string& name) { return formatted("\"%s\"", name.c_str()); }
+
+[[noreturn]] void refuse(const std::string& what) { throw std::runtime_error(what); }
+
+/// Reads a line. Throws the first error.
+MarkerRow row_of(const std::string& line) {
   std::set<std::string> names;
   const auto find_repeated = [&](int, nlohmann::ordered_json::parse_event_t event, const nlohmann::ordered_json& key) {
     if (event == nlohmann::ordered_json::parse_event_t::key && !names.insert(key.get<std::string>()).second)
-      refuse("\"" + key.get<std::string>() + "\" is there twice");
+      refuse(quoted(key.get<std::string>()) + " is there twice");
     return true;
   };
-  MarkerRow row;
-  nlohmann::ordered_json object;
-  try {
-    object = nlohmann::ordered_json::parse(line, find_repeated);
-  } catch (const nlohmann::ordered_json::exception& e) {
-    refuse(e.what());
-  }
+  nlohmann::ordered_json object = nlohmann::ordered_json::parse(line, find_repeated);
   if (!object.is_object()) refuse("not a JSON object");
-  if (!error.empty()) return row;
 
-  // Removes and returns a member; null if it is missing.
+  // Removes and returns a member.
   const auto take = [&](const std::string& name) {
-    if (!object.contains(name)) refuse("it lacks \"" + name + "\"");
-    nlohmann::ordered_json value = object.value(name, nlohmann::ordered_json());
+    if (!object.contains(name)) refuse("it lacks " + quoted(name));
+    nlohmann::ordered_json value = object[name];
     object.erase(name);
     return value;
   };
   const auto string = [&](const std::string& name) {
     const nlohmann::ordered_json value = take(name);
-    if (!value.is_string() || value == "") refuse("\"" + name + "\" is not a string");
-    return value.is_string() ? value.get<std::string>() : "";
+    if (!value.is_string() || value == "") refuse(quoted(name) + " is not a string");
+    return value.get<std::string>();
   };
   const auto optional_number = [&](const std::string& name) -> std::optional<double> {
     const nlohmann::ordered_json value = take(name);
     if (value.is_null()) return std::nullopt;
-    if (!value.is_number()) refuse("\"" + name + "\" is not a number");
-    if (value.is_number() && value < 0) refuse("\"" + name + "\" is negative");
-    return value.is_number() ? value.get<double>() : 0;
+    if (!value.is_number()) refuse(quoted(name) + " is not a number");
+    if (value < 0) refuse(quoted(name) + " is negative");
+    return value.get<double>();
   };
   const auto number = [&](const std::string& name, double most) {
     const std::optional<double> v = optional_number(name);
-    if (!v || *v > most) refuse("\"" + name + "\" must be a number of at most " + formatted("%g", most));
-    return v.value_or(0);
+    if (!v || *v > most) refuse(quoted(name) + " must be a number of at most " + formatted("%g", most));
+    return *v;
   };
   const auto pixels = [&](const std::string& name) {
     const double v = number(name, 1e5);
-    if (v < 1 || v != std::floor(v)) refuse("\"" + name + "\" must be a whole number of pixels");
+    if (v < 1 || v != std::floor(v)) refuse(quoted(name) + " must be a whole number of pixels");
     return static_cast<int>(v);
   };
+  MarkerRow row;
   row.what = string("what");
   row.parameter = string("knob");
   if (std::ranges::find(kSweepParameters, row.parameter) == kSweepParameters.end())
@@ -94,11 +90,11 @@ MarkerRow row_of(const std::string& line, std::string& error) {
   row.height = pixels("height");
   for (const NumberField& field : kNumbers) {
     row.*field.value = optional_number(field.name);
-    if (field.positive && row.*field.value == 0.0) refuse("\"" + std::string(field.name) + "\" must be above 0");
+    if (field.positive && row.*field.value == 0.0) refuse(quoted(field.name) + " must be above 0");
   }
   row.flagged = number("flagged", 1);
   row.unanswered = number("unanswered", 1);
-  if (!object.empty()) refuse("\"" + object.begin().key() + "\" is not a field of a marker's row");
+  if (!object.empty()) refuse(quoted(object.begin().key()) + " is not a field of a marker's row");
   return row;
 }
 
@@ -126,15 +122,17 @@ Result<std::vector<MarkerRow>> read_marker_rows(const std::string& path) {
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
-    std::string error;
-    MarkerRow row = row_of(line, error);
-    if (error.empty() && !rows.empty() && (row.width != rows[0].width || row.height != rows[0].height))
-      error =
-          formatted("pictures of %dx%d beside those of %dx%d", row.width, row.height, rows[0].width, rows[0].height);
-    if (error.empty() && std::ranges::find(rows, row.what, &MarkerRow::what) != rows.end())
-      error = "a case of the name '" + row.what + "' came before";
-    if (!error.empty()) return Status(StatusCode::data_loss, path + ":" + std::to_string(number) + ": " + error);
-    rows.push_back(std::move(row));
+    try {
+      MarkerRow row = row_of(line);
+      if (!rows.empty() && (row.width != rows[0].width || row.height != rows[0].height))
+        refuse(
+            formatted("pictures of %dx%d beside those of %dx%d", row.width, row.height, rows[0].width, rows[0].height));
+      if (std::ranges::find(rows, row.what, &MarkerRow::what) != rows.end())
+        refuse("a case of the name '" + row.what + "' came before");
+      rows.push_back(std::move(row));
+    } catch (const std::exception& error) {
+      return Status(StatusCode::data_loss, path + ":" + std::to_string(number) + ": " + error.what());
+    }
   }
   if (rows.empty())
     return Status(StatusCode::data_loss, path + ": no rows; tests/measure/measure_marker_trade prints them");

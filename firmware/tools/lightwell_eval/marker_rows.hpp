@@ -1,5 +1,4 @@
 // Cost and accuracy of the marker estimator's parameters, from the output of tests/measure/measure_marker_trade.
-//   MarkerRow, read_marker_rows, mark_front, marker_table_of, json_of
 #pragma once
 
 #include <optional>
@@ -37,8 +36,9 @@ struct MarkerRow {
 /// time or an error of 0, a share above 1, a different picture size, a repeated name; or no rows at all.
 [[nodiscard]] Result<std::vector<MarkerRow>> read_marker_rows(const std::string& path);
 
-/// Sets on_front and dominated_by as in front.hpp. The objectives are time, median error, worst error and the share of
-/// flagged or unanswered frames. A row without time or median error is dominated by all rows that have them.
+/// Sets on_front and dominated_by as mark_front() of table.hpp. The objectives are time, median error, worst error and
+/// the share of flagged or unanswered frames. A row without time or median error is dominated by all rows that have
+/// them.
 void mark_front(std::span<MarkerRow> rows);
 
 /// A Markdown table with an explanation of its columns, and the rows that dominate the default.

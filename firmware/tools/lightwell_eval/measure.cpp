@@ -21,6 +21,7 @@
 #include "sim/render.hpp"
 #include "sim/rigs.hpp"
 #include "sim/sensor.hpp"
+#include "tools/command_line.hpp"
 
 namespace lightwell::eval {
 namespace {
@@ -33,11 +34,11 @@ constexpr double kMaxSeconds = 2;
 /// Frame numbers from the start of one pass to that of the next: half a minute of simulated time.
 constexpr std::uint64_t kPassStride = 1000;
 
-Result<std::unique_ptr<Estimator>> estimator_of(const Case& c, const RigParameters& rig) {
+std::unique_ptr<Estimator> estimator_of(const Case& c, const RigParameters& rig) {
   PanoramaOptions options;
   options.config = c.config;
   options.block_edge = c.block_edge;
-  return make_panorama_estimator(rig, options);
+  return require(make_panorama_estimator(rig, options));
 }
 
 /// CPU time of this thread, which excludes the time taken by other programs.
@@ -91,18 +92,14 @@ class BestOf {
 };
 
 void find_errors(const Descriptor& d, const GroundTruth& truth, const BallPictures& balls, Outcome& out) {
-  double difference = 0, whole = 0, largest = 0;
-  for (std::size_t k = 0; k < truth_normals().size(); ++k) {
-    const Irradiance e = irradiance_at(d, vec_cast<float>(truth_normals()[k]));
-    for (int c = 0; c < 3; ++c) {
-      const double t = truth.irradiances()[k][static_cast<std::size_t>(c)], error = e[c] - t;
-      difference += error * error;
-      whole += t * t;
-      largest = std::max(largest, std::abs(error));
-    }
+  std::vector<Color> irradiances;
+  for (const Vec3d& n : truth_normals()) {
+    const Irradiance e = irradiance_at(d, vec_cast<float>(n));
+    irradiances.push_back({e.r, e.g, e.b});
   }
-  out.rms = std::sqrt(difference / whole);
-  out.largest = largest / std::sqrt(whole / (3.0 * static_cast<double>(truth_normals().size())));
+  const RelativeError error = relative_error(truth.irradiances(), irradiances);
+  out.rms = error.rms;
+  out.largest = error.largest;
   if (truth.peak_to_mean() >= kMinPeakToMean) {
     out.light_deg = 180;
     for (const Light& light : d.lights) {
@@ -166,7 +163,7 @@ std::vector<Frame> RenderedBracket::frames(std::span<const std::byte> memory, st
   std::vector<Frame> out;
   std::size_t picture = 0;
   for (std::size_t e = 0; e < exposures.size(); ++e) {
-    Frame frame;
+    Frame& frame = out.emplace_back();
     frame.info.sequence = number * exposures.size() + e;
     frame.info.mid_exposure = {static_cast<std::int64_t>(number + 1) * 33'000'000 +
                                static_cast<std::int64_t>(e) * 1'000'000};
@@ -180,36 +177,28 @@ std::vector<Frame> RenderedBracket::frames(std::span<const std::byte> memory, st
       frame.add_view({static_cast<int>(k), format, lens.width, lens.height, stride,
                       memory.subspan(offsets[picture], picture_bytes(format, stride, lens.height))});
     }
-    out.push_back(std::move(frame));
   }
   return out;
 }
 
-Result<CameraRenderer> CameraRenderer::make(const sim::Scene& scene, int width, int height) {
-  const Result<RigParameters> rig = sim::make_rig("pair", width, height, PixelFormat::rgb_f32);
-  if (!rig) return rig.status();
-  CameraRenderer out;
-  out.width_ = width;
-  out.height_ = height;
+CameraRenderer::CameraRenderer(const sim::Scene& scene, int width, int height) : width_(width), height_(height) {
   const sim::SceneState state = scene.state_at(0);
   const sim::Panorama& panorama = scene.panorama(state);
-  out.bright_ = sim::luminance_percentile(panorama, 0.99);
-  for (const float v : panorama.rgb) out.peak_ = std::max(out.peak_, static_cast<double>(v));
-  for (const LensParameters& lens : rig->lenses)
-    out.radiance_.push_back(sim::render_radiance(scene, state, lens, sim::samples_for(lens, panorama)));
-  return out;
+  bright_ = sim::luminance_percentile(panorama, 0.99);
+  for (const float v : panorama.rgb) peak_ = std::max(peak_, static_cast<double>(v));
+  const RigParameters rig = require(sim::make_rig("pair", width, height, PixelFormat::rgb_f32));
+  for (const LensParameters& lens : rig.lenses)
+    radiance_.push_back(sim::render_radiance(scene, state, lens, sim::samples_for(lens, panorama)));
 }
 
-Result<RenderedBracket> CameraRenderer::bracket(Sensor sensor, int exposures) const {
+RenderedBracket CameraRenderer::bracket(Sensor sensor, int exposures) const {
   const PixelFormat format = sensor == Sensor::ideal ? PixelFormat::rgb_f32 : PixelFormat::rgb8;
   std::vector<double> radiances;  // At full scale.
   for (int i = 0; exposures > 1 && i < exposures; ++i)
     radiances.push_back(peak_ * std::pow(std::min(1.0, bright_ / peak_), static_cast<double>(i) / (exposures - 1)));
   if (exposures == 1) radiances = {sensor == Sensor::ideal ? 1 : bright_};
-  Result<RigParameters> rig = sim::make_rig("pair", width_, height_, format);
-  if (!rig) return rig.status();
   RenderedBracket out;
-  out.rig = std::move(*rig);
+  out.rig = require(sim::make_rig("pair", width_, height_, format));
   out.format = format;
   const sim::SensorModel model = sim::sensor_of(out.rig, format, 1);
   std::vector<sim::Sensor> sensors;
@@ -226,32 +215,24 @@ Result<RenderedBracket> CameraRenderer::bracket(Sensor sensor, int exposures) co
   return out;
 }
 
-Result<Outcome> Bench::measure(const Case& c, const GroundTruth& truth, const BallPictures& balls,
-                               const CameraRenderer& camera) {
+Outcome Bench::measure(const Case& c, const GroundTruth& truth, const BallPictures& balls,
+                       const CameraRenderer& camera) {
   Outcome out;
-  const Result<RenderedBracket> timed = camera.bracket(Sensor::eight_bit, c.exposures);
-  if (!timed) return timed.status();
-  if (Status s = time(c, *timed, out); !s.ok()) return s;
-  const Result<RenderedBracket> evaluated = c.sensor == Sensor::ideal ? camera.bracket(Sensor::ideal, 1) : timed;
-  if (!evaluated) return evaluated.status();
-  const Result<std::unique_ptr<Estimator>> estimator = estimator_of(c, evaluated->rig);
-  if (!estimator) return estimator.status();
+  const RenderedBracket timed = camera.bracket(Sensor::eight_bit, c.exposures);
+  time(c, timed, out);
+  const RenderedBracket evaluated = c.sensor == Sensor::ideal ? camera.bracket(Sensor::ideal, 1) : timed;
   Descriptor made;
-  if (Status s = (*estimator)->estimate(evaluated->frames(evaluated->bytes, 0), made); !s.ok()) return s;
+  require(estimator_of(c, evaluated.rig)->estimate(evaluated.frames(evaluated.bytes, 0), made));
   Encoder encoder;
-  const Result<std::span<const std::byte>> bytes = encoder.encode(made);
-  if (!bytes) return bytes.status();
+  const std::span<const std::byte> bytes = require(encoder.encode(made));
+  out.bytes = static_cast<double>(bytes.size());
   // The errors are those of the decoded descriptor, including rounding by the encoding.
-  const Result<Descriptor> received = decode_descriptor(*bytes);
-  if (!received) return received.status();
-  out.bytes = static_cast<double>(bytes->size());
-  find_errors(*received, truth, balls, out);
+  find_errors(require(decode_descriptor(bytes)), truth, balls, out);
   return out;
 }
 
-Status Bench::time(const Case& c, const RenderedBracket& bracket, Outcome& out) {
-  Result<std::unique_ptr<Estimator>> estimator = estimator_of(c, bracket.rig);
-  if (!estimator) return estimator.status();
+void Bench::time(const Case& c, const RenderedBracket& bracket, Outcome& out) {
+  const std::unique_ptr<Estimator> estimator = estimator_of(c, bracket.rig);
   buffers_.resize(kBuffers);
   std::vector<std::vector<Frame>> frames;
   for (std::size_t i = 0; i < kBuffers; ++i) {
@@ -260,7 +241,6 @@ Status Bench::time(const Case& c, const RenderedBracket& bracket, Outcome& out) 
   }
   Encoder encoder;
   Descriptor made;
-  Status status;
   // Each pass begins long after the one before, so that work at a lower rate (maps) is due in the same buffers of every
   // pass. Otherwise the minimum over the passes would exclude it.
   std::uint64_t number = 0;
@@ -270,9 +250,8 @@ Status Bench::time(const Case& c, const RenderedBracket& bracket, Outcome& out) 
       frame.info.mid_exposure = {static_cast<std::int64_t>(number) * 33'000'000 + frame.info.bracket_index * 1'000'000};
       frame.info.delivered = frame.info.mid_exposure;
     }
-    Status s = (*estimator)->estimate(frames[i], made);
-    if (s.ok()) s = encoder.encode(made).status();
-    if (!s.ok()) status = s;
+    require(estimator->estimate(frames[i], made));
+    require(encoder.encode(made).status());
   };
   BestOf estimates;
   const double start = seconds_now();
@@ -285,8 +264,7 @@ Status Bench::time(const Case& c, const RenderedBracket& bracket, Outcome& out) 
         for (std::size_t i = 0; i < kBuffers; ++i) one(i);
       }))
     out.instructions_per_pixel = static_cast<double>(*count) / kBuffers / pixels;
-  out.picture_bytes = static_cast<double>(bracket.bytes.size());
-  if (!status.ok()) return status;
+  out.picture_bytes = bracket.bytes.size();
 
   frames.clear();
   double& best =
@@ -297,7 +275,6 @@ Status Bench::time(const Case& c, const RenderedBracket& bracket, Outcome& out) 
       std::memcpy(buffers_[(b + 1) % kBuffers].data(), buffers_[b].data(), bracket.bytes.size());
     });
   best = std::min(best, copies.mean());
-  return {};
 }
 
 }  // namespace lightwell::eval

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstddef>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,7 +13,6 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/estimator_config.hpp>
 #include <lightwell/pixel.hpp>
-#include <lightwell/result.hpp>
 
 #include "imaging/frame.hpp"
 #include "sim/scene.hpp"
@@ -58,19 +56,17 @@ struct RenderedBracket {
   [[nodiscard]] std::vector<Frame> frames(std::span<const std::byte> memory, std::uint64_t number) const;
 };
 
-/// Renders the radiance of a camera's lenses once; exposes it any number of times.
+/// Renders the radiance of a camera's lenses once; exposes it any number of times. Throws InputError, as Bench.
 class CameraRenderer {
  public:
   /// Takes about two seconds for 2 x 1280x960.
-  [[nodiscard]] static Result<CameraRenderer> make(const sim::Scene& scene, int width, int height);
+  CameraRenderer(const sim::Scene& scene, int width, int height);
 
   /// Sensor::ideal: one exposure of one second. Sensor::eight_bit: a single exposure saturates the brightest 1 % of the
   /// panorama; a bracket ranges from an exposure for the peak to that one.
-  [[nodiscard]] Result<RenderedBracket> bracket(Sensor sensor, int exposures) const;
+  [[nodiscard]] RenderedBracket bracket(Sensor sensor, int exposures) const;
 
  private:
-  CameraRenderer() = default;
-
   int width_ = 0, height_ = 0;
   double bright_ = 0, peak_ = 0;
   std::vector<std::vector<float>> radiance_;  ///< By lens.
@@ -79,8 +75,8 @@ class CameraRenderer {
 struct Outcome {
   double seconds = 0;  ///< Thread CPU time from frame to encoded bytes; mean over the buffers of each one's best pass.
   std::optional<double> instructions_per_pixel;
-  double picture_bytes = 0;  ///< Size of the bracket that was timed.
-  double bytes = 0;          ///< Encoded size of the descriptor whose errors are given, including a whole map.
+  std::size_t picture_bytes = 0;  ///< Size of the bracket that was timed.
+  double bytes = 0;               ///< Encoded size of the descriptor whose errors are given, including a whole map.
   /// Irradiance error of proto/README.md, and the largest error of any normal and channel, both relative to the RMS.
   double rms = 0, largest = 0;
   std::optional<double> light_deg;  ///< Direction error; nullopt if the brightest region is below 100 times the mean.
@@ -94,14 +90,14 @@ class Bench {
  public:
   explicit Bench(int passes) : passes_(passes) {}
 
-  [[nodiscard]] Result<Outcome> measure(const Case& c, const GroundTruth& truth, const BallPictures& balls,
-                                        const CameraRenderer& camera);
+  [[nodiscard]] Outcome measure(const Case& c, const GroundTruth& truth, const BallPictures& balls,
+                                const CameraRenderer& camera);
 
   /// Seconds of one memcpy between buffers, by number of bytes, measured in the same way; the minimum so far.
   [[nodiscard]] const std::map<std::size_t, double>& memcpy_seconds() const { return memcpy_seconds_; }
 
  private:
-  [[nodiscard]] Status time(const Case& c, const RenderedBracket& bracket, Outcome& out);
+  void time(const Case& c, const RenderedBracket& bracket, Outcome& out);
 
   int passes_;
   std::vector<std::vector<std::byte>> buffers_;

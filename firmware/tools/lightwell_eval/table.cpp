@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <functional>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -104,36 +104,33 @@ nlohmann::ordered_json json_of(const Row& r) {
 }  // namespace
 
 void summarise(Row& row, double memcpy_seconds) {
-  const auto over = [&](auto&& value) {
+  // The values that exist.
+  const auto over = [&](const auto& value) {
     std::vector<double> all;
-    for (const Outcome& o : row.scenes) all.push_back(value(o));
+    for (const Outcome& o : row.scenes)
+      if (const std::optional<double> v = std::invoke(value, o)) all.push_back(*v);
     return all;
   };
-  const auto largest_of = [](const std::vector<double>& all) {
-    return all.empty() ? 0 : *std::max_element(all.begin(), all.end());
-  };
-  const double seconds = median(over([](const Outcome& o) { return o.seconds; }));
+  const double seconds = median(over(&Outcome::seconds));
   row.ms = 1e3 * seconds;
   row.memcpy_ratio = seconds / memcpy_seconds;
-  row.bytes = median(over([](const Outcome& o) { return o.bytes; }));
-  std::vector<double> rms = over([](const Outcome&o) { return o.rms; }),
-                      largest = over([](const Outcome&o) { return o.largest; });
+  row.bytes = median(over(&Outcome::bytes));
+  std::vector<double> rms = over(&Outcome::rms), largest = over(&Outcome::largest);
   row.rms = median(rms);
-  row.worst_rms = largest_of(rms);
+  row.worst_rms = std::ranges::max(rms);
   row.largest = median(largest);
-  row.worst_largest = largest_of(largest);
-  std::vector<double> instructions, light, bounds;
-  for (const Outcome& o : row.scenes) {
-    if (o.instructions_per_pixel) instructions.push_back(*o.instructions_per_pixel);
-    if (o.light_deg) light.push_back(*o.light_deg);
-    if (std::isfinite(o.bound)) bounds.push_back(o.bound);
-    row.unbounded_share += std::isfinite(o.bound) ? 0 : 1.0 / static_cast<double>(row.scenes.size());
-  }
+  row.worst_largest = std::ranges::max(largest);
+  std::vector<double> instructions = over(&Outcome::instructions_per_pixel), light = over(&Outcome::light_deg),
+                      bounds = over([](const Outcome&o) {
+                        return std::isfinite(o.bound) ? std::optional(o.bound) : std::nullopt;
+                      });
   if (!instructions.empty()) row.instructions_per_pixel = median(instructions);
   row.bound = bounds.empty() ? 0 : median(bounds);
+  for (const Outcome& o : row.scenes)
+    row.unbounded_share += std::isfinite(o.bound) ? 0 : 1.0 / static_cast<double>(row.scenes.size());
   if (!light.empty()) {
     row.light_deg = median(light);
-    row.worst_light_deg = largest_of(light);
+    row.worst_light_deg = std::ranges::max(light);
   }
   for (std::size_t b = 0; b < kBalls; ++b) row.balls[b] = median(over([b](const Outcome& o) { return o.balls[b]; }));
 }
@@ -176,20 +173,16 @@ std::string table_of(std::span<const Row> rows, const Run& run) {
                                    "largest %", "light deg", "balls %", "bound %", "front"}};
   for (const Row& row : rows) lines.push_back(line_of(row));
   std::string out = markdown_table(lines, 2);
-  out +=
-      formatted("\n%zu scenes: ", run.scenes.size()) + joined(run.scenes) + ".\n" +
-      formatted("memcpy here: %.2f GB/s (best of %s passes over 32 buffers of the default camera's pictures). ",
-                run.memcpy_gb_per_s, run.quick ? "two" : "five") +
-      "Times: one thread, rgb8 pictures,\nfrom frame to encoded bytes, best of each buffer, median of the scenes; "
-      "relative to memcpy of "
-      "the same bytes.\nRMS, largest: error of the decoded irradiance relative to its RMS, median / worst scene; with "
-      "an ideal "
-      "sensor unless\nthe camera is 8 bit. light: direction error of the brightest region if it is 100 times the "
-      "mean, "
-      "median / worst.\nballs: diffuse / matte silver / mirror, relative RMSE of linear pictures, median. bound: the "
-      "descriptor's error bound, median; *: some scenes have none.\nfront: no other row "
-      "of the same camera has less of ms, bytes, RMS or bound and no more of the others. Differences below 5 % of time "
-      "and 2 % of the others\nare ignored.\n";
+  out += formatted("\n%zu scenes: ", run.scenes.size()) + joined(run.scenes) + ".\n" +
+         formatted("memcpy here: %.2f GB/s (best of %s passes over 32 buffers of the default camera's pictures). ",
+                   run.memcpy_gb_per_s, run.quick ? "two" : "five") +
+         "Times: one thread, rgb8 pictures,\nfrom frame to encoded bytes, best of each buffer, median of the scenes; "
+         "relative to memcpy of the same bytes.\nRMS, largest: error of the decoded irradiance relative to its RMS, "
+         "median / worst scene; with an ideal sensor unless\nthe camera is 8 bit. light: direction error of the "
+         "brightest region if it is 100 times the mean, median / worst.\nballs: diffuse / matte silver / mirror, "
+         "relative RMSE of linear pictures, median. bound: the descriptor's error bound, median; *: some scenes have "
+         "none.\nfront: no other row of the same camera has less of ms, bytes, RMS or bound and no more of the others. "
+         "Differences below 5 % of time and 2 % of the others\nare ignored.\n";
   std::string off;
   for (const Row& row : rows)
     if (row.setup.named && !row.on_front) off += (off.empty() ? "" : ", ") + row.setup.label;

@@ -36,7 +36,10 @@ namespace {
 /// Requests Info from a probe on USB.
 void request_info(const std::string& serial, Duration timeout, core::DiscoveryResults& results) {
   const std::string uri = "usb:" + serial;
-  FoundProbe found{.by = FoundBy::usb, .instance = serial, .links = {{uri, "none"}}};
+  FoundProbe found;
+  found.by = FoundBy::usb;
+  found.instance = serial;
+  found.links = {{uri, "none"}};
   ProbeOptions options;
   options.connect_timeout = timeout;
   if (const Result<Probe> probe = Probe::connect(uri, options); probe.ok()) {

@@ -14,8 +14,8 @@
 #include <grpcpp/support/channel_arguments.h>
 #include <grpcpp/support/slice.h>
 
-#include <lightwell/printable.hpp>
 #include <lightwell/secrets.hpp>
+#include <lightwell/text.hpp>
 
 #include "core/mdns.hpp"
 

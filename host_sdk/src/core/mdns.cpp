@@ -20,7 +20,7 @@
 
 #include <lightwell/advertisement.hpp>
 #include <lightwell/deleter.hpp>
-#include <lightwell/printable.hpp>
+#include <lightwell/text.hpp>
 #include <lightwell/time.hpp>
 
 #include "core/discovery_backends.hpp"

@@ -22,7 +22,7 @@ struct ReceiverLight {
 [[nodiscard]] std::vector<ReceiverLight> receiver_lights(std::span<const Light> lights);
 
 /// Irradiance of a receiver with the unit normal `normal`: the sum over the lights of their irradiance at normal
-/// incidence times the ratio cap_irradiance(), which clips the cap at the receiver's horizon. As lights_irradiance().
+/// incidence times the ratio cap_irradiance(), which clips the cap at the receiver's horizon. As irradiance_at().
 [[nodiscard]] Irradiance irradiance_on(std::span<const ReceiverLight> lights, Vec3d normal);
 
 }  // namespace lightwell::core

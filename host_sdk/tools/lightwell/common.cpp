@@ -36,12 +36,13 @@ std::string environment(const char* name) {
 
 }  // namespace
 
-int fail(ExitCode code, std::string_view message) {
-  std::fprintf(stderr, "lightwell: %s\n", printable(message).c_str());
-  return code;
-}
+void warn(std::string_view message) { std::fprintf(stderr, "lightwell: %s\n", printable(message).c_str()); }
 
-int fail(const Status& status) { return fail(code_of(status.code()), status.message()); }
+void fail(ExitCode code, const std::string& message) { throw Failure(code, message); }
+
+void require(const Status& status, std::optional<ExitCode> code) {
+  if (!status.ok()) fail(code.value_or(code_of(status.code())), status.message());
+}
 
 std::string json_text(const nlohmann::ordered_json& document) {
   return document.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
@@ -77,24 +78,21 @@ Status read_login(const std::string& path, MqttCredentials& credentials) {
   return {};
 }
 
-Result<MqttCredentials> broker_login() {
+MqttCredentials broker_login() {
   MqttCredentials out;
   out.ca_file = environment("LIGHTWELL_MQTT_CA");
   out.certificate_file = environment("LIGHTWELL_MQTT_CERTIFICATE");
   out.key_file = environment("LIGHTWELL_MQTT_KEY");
-  if (const std::string login = environment("LIGHTWELL_MQTT_LOGIN"); !login.empty())
-    if (Status status = read_login(login, out); !status.ok()) return status;
+  if (const std::string login = environment("LIGHTWELL_MQTT_LOGIN"); !login.empty()) require(read_login(login, out));
   return out;
 }
 
-Result<Probe> connect(const Options& options, std::function<void(const Arrival&)> on_descriptor) {
-  Result<MqttCredentials> login = broker_login();
-  if (!login.ok()) return login.status();
+Probe connect(const Options& options, std::function<void(const Arrival&)> on_descriptor) {
   ProbeOptions how;
-  how.mqtt = std::move(*login);
+  how.mqtt = broker_login();
   how.credentials.folder = options.credentials;
   how.on_descriptor = std::move(on_descriptor);
-  return Probe::connect(options.uri, std::move(how));
+  return require(Probe::connect(options.uri, std::move(how)));
 }
 
 Lighting lighting_with_map(const Probe& probe) {

@@ -50,11 +50,10 @@ nlohmann::ordered_json json_of(const ProbeInfo& info, const std::optional<Enviro
 }  // namespace
 
 int run_info(const Options& options) {
-  const Result<Probe> probe = connect(options);
-  if (!probe.ok()) return fail(probe.status());
-  const Lighting lighting = options.no_map ? Lighting() : lighting_with_map(*probe);
+  const Probe probe = connect(options);
+  const Lighting lighting = options.no_map ? Lighting() : lighting_with_map(probe);
   const std::optional<EnvironmentView> environment = lighting.environment();
-  const ProbeInfo info = probe->info();
+  const ProbeInfo info = probe.info();
   if (options.json) {
     print_json(json_of(info, environment, options.no_map));
     return kOk;
@@ -92,6 +91,42 @@ int run_info(const Options& options) {
   } else if (!options.no_map) {
     std::printf("environment  no map within %.1f s; reflections come from harmonics\n", kMapTimeout.seconds());
   }
+  return kOk;
+}
+
+int run_config_get(const Options& options) {
+  const Probe probe = connect(options);
+  const EstimatorConfig config = require(probe.estimator_config());
+  const EstimatorKind kind = require(probe.estimator_kind());
+  const std::vector<ConfigField> fields = fields_of({kind, config});
+  if (options.json) {
+    nlohmann::ordered_json out;
+    out["estimator"] = to_string(kind);
+    for (const ConfigField& f : fields) {
+      out[f.name] = f.value;
+      if (f.type != ConfigField::Type::number) continue;
+      if (const auto number = nlohmann::ordered_json::parse(f.value, nullptr, false); number.is_number())
+        out[f.name] = number;
+    }
+    print_json(out);
+    return kOk;
+  }
+  std::printf("# estimator: %s\n", std::string(to_string(kind)).c_str());
+  for (const ConfigField& f : fields) std::printf("%s=%s\n", f.name.c_str(), f.value.c_str());
+  return kOk;
+}
+
+int run_config_set(const Options& options) {
+  // Report misspelt fields before connecting.
+  EstimatorUpdate update;
+  for (const std::string& field : options.fields) {
+    const auto equals = field.find('=');
+    if (equals == std::string::npos) fail(kUsage, "'" + field + "' is not NAME=VALUE; see lightwell config set --help");
+    const std::string name = field.substr(0, equals), current = current_option_name(name);
+    if (current != name) warn("field '" + name + "' is now called '" + current + "': the former name is deprecated");
+    require(set_field(update, name, field.substr(equals + 1)));
+  }
+  require(connect(options).change_estimator(update));
   return kOk;
 }
 

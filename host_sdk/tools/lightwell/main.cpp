@@ -203,7 +203,11 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
-    return fail(kUsage, std::string(error.what()) + "; see lightwell --help");
+    warn(std::string(error.what()) + "; see lightwell --help");
+    return kUsage;
+  } catch (const Failure& failure) {
+    warn(failure.what());
+    return failure.code;
   }
   return exit_code;
 }

@@ -81,25 +81,23 @@ int run_query(const Options& options) {
   const std::optional<Vec3f> normal = vector_of(options.normal);
   const std::optional<Vec3f> direction = vector_of(options.direction);
   if (!options.normal.empty() && !normal)
-    return fail(kUsage, "--normal '" + options.normal + "': three numbers x,y,z, not all zero");
+    fail(kUsage, "--normal '" + options.normal + "': three numbers x,y,z, not all zero");
   if (!options.direction.empty() && !direction)
-    return fail(kUsage, "--direction '" + options.direction + "': three numbers x,y,z, not all zero");
+    fail(kUsage, "--direction '" + options.direction + "': three numbers x,y,z, not all zero");
   if (!normal && !direction && !options.lights)
-    return fail(kUsage, "nothing to query; give --normal x,y,z, --direction x,y,z or --lights");
+    fail(kUsage, "nothing to query; give --normal x,y,z, --direction x,y,z or --lights");
 
-  const Result<Probe> probe = connect(options);
-  if (!probe.ok()) return fail(probe.status());
-  Result<Lighting> lighting = probe->wait_for_next(std::nullopt, kTimeout);
-  if (!lighting.ok()) return fail(kNothingReceived, options.uri + ": " + lighting.status().message());
-  if (direction) lighting = lighting_with_map(*probe);
-  const bool absolute = lighting->units() == Units::absolute;
-  if (normal)
-    print_answer("irradiance", lighting->irradiance(*normal), absolute ? "lux" : "relative", "", options.json);
+  const Probe probe = connect(options);
+  const Result<Lighting> first = probe.wait_for_next(std::nullopt, kTimeout);
+  require(first.status().in(options.uri), kNothingReceived);
+  const Lighting lighting = direction ? lighting_with_map(probe) : *first;
+  const bool absolute = lighting.units() == Units::absolute;
+  if (normal) print_answer("irradiance", lighting.irradiance(*normal), absolute ? "lux" : "relative", "", options.json);
   if (direction)
-    print_answer("radiance", lighting->radiance(*direction, static_cast<float>(options.roughness)),
-                 absolute ? "cd/m2" : "relative", lighting->environment() ? "map" : "harmonics", options.json);
+    print_answer("radiance", lighting.radiance(*direction, static_cast<float>(options.roughness)),
+                 absolute ? "cd/m2" : "relative", lighting.environment() ? "map" : "harmonics", options.json);
   if (options.lights)
-    for (const Light& light : lighting->lights()) print_light(light, absolute ? "lux" : "relative", options.json);
+    for (const Light& light : lighting.lights()) print_light(light, absolute ? "lux" : "relative", options.json);
   return kOk;
 }
 

@@ -27,22 +27,20 @@ void print_text(double seconds, std::size_t bytes, const Descriptor& descriptor)
 }  // namespace
 
 int run_replay(const Options& options) {
-  Result<RecordReader> reader = RecordReader::open(options.file);
-  if (!reader.ok()) return fail(kFile, reader.status().message());
-  if (reader->header().kind != RecordingKind::descriptors)
-    return fail(kFile, options.file +
-                           " holds a camera's frames, not descriptors; lightwelld plays "
-                           "it as the camera replay:PATH");
+  RecordReader reader = require(RecordReader::open(options.file), kFile);
+  if (reader.header().kind != RecordingKind::descriptors)
+    fail(kFile,
+         options.file + " holds a camera's frames, not descriptors; lightwelld plays it as the camera replay:PATH");
   std::size_t count = 0, bad = 0;
   std::optional<std::int64_t> first_ns;
   Record record;
-  while (reader->next(record)) {
+  while (reader.next(record)) {
     ++count;
     if (!first_ns) first_ns = record.time_ns;
     const Result<Descriptor> descriptor = decode_descriptor(record.payload);
     if (!descriptor.ok()) {
       ++bad;
-      fail(kFile, "record " + std::to_string(count) + ": " + descriptor.status().message());
+      warn("record " + std::to_string(count) + ": " + descriptor.status().message());
       continue;
     }
     const double seconds = Duration{record.time_ns - *first_ns}.seconds();
@@ -50,15 +48,14 @@ int run_replay(const Options& options) {
       print_text(seconds, record.payload.size(), *descriptor);
       continue;
     }
-    const Result<std::string> json = descriptor_to_json(record.payload);
-    if (!json.ok()) return fail(kFile, json.status().message());
+    const std::string json = require(descriptor_to_json(record.payload), kFile);
     print_json(
-        {{"seconds", seconds}, {"bytes", record.payload.size()}, {"descriptor", nlohmann::ordered_json::parse(*json)}});
+        {{"seconds", seconds}, {"bytes", record.payload.size()}, {"descriptor", nlohmann::ordered_json::parse(json)}});
   }
-  if (reader->torn_bytes() > 0)
-    fail(kFile, options.file + " is truncated: its last " + std::to_string(reader->torn_bytes()) +
-                    " bytes are not a complete record");
-  if (count == 0) return fail(kNothingReceived, options.file + " contains no descriptor");
+  if (reader.torn_bytes() > 0)
+    warn(options.file + " is truncated: its last " + std::to_string(reader.torn_bytes()) +
+         " bytes are not a complete record");
+  if (count == 0) fail(kNothingReceived, options.file + " contains no descriptor");
   return bad > 0 ? kFile : kOk;
 }
 

@@ -1,13 +1,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
 #include <csignal>
 #include <cstdio>
-#include <deque>
 #include <limits>
 #include <mutex>
 #include <optional>
+#include <thread>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -27,46 +26,24 @@ volatile std::sig_atomic_t signal_seen = 0;
 
 void on_signal(int) { signal_seen = 1; }
 
-/// A copy of an Arrival.
-struct ReceivedDescriptor {
-  std::vector<std::byte> bytes;
-  Descriptor descriptor;
-  HostTime mid_exposure, received, stored;
-};
-
-/// All descriptors of a probe, from the SDK's reader thread to the main thread. SIGINT and SIGTERM end it instead of
-/// the process, so that a summary is printed. No descriptor is dropped here: a slow tool blocks the reader thread. A
-/// recording then waits; a probe drops descriptors, which is visible as gaps in the sequence.
+/// Passes the descriptors of a probe to `take` and to the recording, until --seconds are over, a played recording ends,
+/// or SIGINT or SIGTERM arrives, which do not end the process, so that a summary is printed. No descriptor is dropped
+/// here: the SDK's reader thread runs `take`. If it is slow, a played recording waits, and a probe drops descriptors,
+/// which is visible as gaps in the sequence.
 class Feed {
  public:
-  Feed() = default;
-  Feed(const Feed&) = delete;
-  Feed& operator=(const Feed&) = delete;
-
-  ~Feed() {
-    {
-      // Release the reader thread, which may wait in put(), because the probe's destructor joins it.
-      const std::lock_guard lock(mutex_);
-      closed_ = true;
-    }
-    changed_.notify_all();
-    probe_.reset();
-  }
-
-  [[nodiscard]] Status open(const Options& options) {
+  /// Connects, and opens the file of the options, if any.
+  Feed(const Options& options, std::function<void(const Arrival&)> take) : file_(options.file), take_(std::move(take)) {
     std::signal(SIGINT, on_signal);
     std::signal(SIGTERM, on_signal);
-    Result<Probe> probe = connect(options, [this](const Arrival& arrival) { put(arrival); });
-    if (!probe.ok()) return probe.status();
-    probe_.emplace(std::move(*probe));
+    const std::lock_guard lock(mutex_);  // Descriptors wait until the file is open.
+    probe_.emplace(connect(options, [this](const Arrival& arrival) { put(arrival); }));
     start_ = HostTime{monotonic_now_ns()};
     if (options.seconds > 0) end_ = start_ + Duration::from_seconds(options.seconds);
-    return {};
-  }
-
-  /// Opens the file of the options for the descriptors.
-  [[nodiscard]] Result<RecordWriter> recording(const std::string& file) const {
-    return RecordWriter::open(file, {RecordingKind::descriptors, probe_->info().name, std::string(version()), {}});
+    if (!file_.empty())
+      writer_.emplace(require(
+          RecordWriter::open(file_, {RecordingKind::descriptors, probe_->info().name, std::string(version()), {}}),
+          kFile));
   }
 
   [[nodiscard]] const Probe& probe() const { return *probe_; }
@@ -75,60 +52,55 @@ class Feed {
   /// When --seconds are over.
   [[nodiscard]] HostTime end() const { return end_; }
 
-  /// The next descriptor; no value at `deadline`, at the end of a recording, or after a signal.
-  [[nodiscard]] std::optional<ReceivedDescriptor> next(HostTime deadline) {
-    // Wait in short periods, because neither a signal nor the end of a recording notifies the condition variable.
+  /// Waits until `until`; false if there are no more descriptors, at end() at the latest.
+  [[nodiscard]] bool wait(HostTime until) {
+    // In short periods, because neither a signal nor the end of a recording notifies.
     constexpr std::int64_t kPollPeriod = 20'000'000;
     for (;;) {
-      const bool last_poll = over() || monotonic_now_ns() >= deadline.ns;
-      std::unique_lock lock(mutex_);
-      const auto wait = last_poll ? 0 : std::min(kPollPeriod, deadline.ns - monotonic_now_ns());
-      if (changed_.wait_for(lock, std::chrono::nanoseconds(wait), [this] { return !waiting_.empty(); })) {
-        std::optional<ReceivedDescriptor> item;
-        item.emplace(std::move(waiting_.front()));
-        waiting_.pop_front();
-        changed_.notify_all();
-        return item;
+      const HostTime now{monotonic_now_ns()};
+      {
+        const std::lock_guard lock(mutex_);
+        require(written_, kFile);
+        if (signal_seen != 0 || now >= end_ || probe_->stats().state == LinkState::ended) return false;
       }
-      if (last_poll) return std::nullopt;
+      if (now >= until) return true;
+      std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(kPollPeriod, (until - now).ns)));
     }
   }
 
-  /// A signal was received, or the end of a recording is reached and next() has returned all descriptors.
-  [[nodiscard]] bool over() const {
-    if (signal_seen != 0) return true;
-    if (probe_->stats().state != LinkState::ended) return false;
+  /// No descriptor is passed while the lock is held.
+  [[nodiscard]] std::unique_lock<std::mutex> lock() { return std::unique_lock(mutex_); }
+
+  /// Ends the recording; no descriptor is passed any more. An error names the file.
+  [[nodiscard]] Status close() {
     const std::lock_guard lock(mutex_);
-    return waiting_.empty();
+    closed_ = true;
+    if (writer_ && written_.ok()) written_ = writer_->flush().in(file_);
+    return written_;
   }
 
  private:
   void put(const Arrival& arrival) {
-    ReceivedDescriptor item{{arrival.bytes.begin(), arrival.bytes.end()},
-                            arrival.descriptor,
-                            arrival.mid_exposure,
-                            arrival.received,
-                            arrival.stored};
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return closed_ || waiting_.size() < kMaxWaiting; });
-    if (closed_) return;
-    waiting_.push_back(std::move(item));
-    changed_.notify_all();
+    const std::lock_guard lock(mutex_);
+    if (closed_ || !written_.ok()) return;
+    take_(arrival);
+    if (writer_) written_ = writer_->append(arrival.received.ns, arrival.bytes).in(file_);
   }
 
-  static constexpr std::size_t kMaxWaiting = 256;
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<ReceivedDescriptor> waiting_;
+  std::mutex mutex_;
+  const std::string file_;
+  const std::function<void(const Arrival&)> take_;
+  std::optional<RecordWriter> writer_;
+  Status written_;
   bool closed_ = false;
-  std::optional<Probe> probe_;
   HostTime start_, end_{std::numeric_limits<std::int64_t>::max()};
+  std::optional<Probe> probe_;  // Last, because its thread uses the members above.
 };
 
 /// Statistics of the descriptors of a time interval. Percentiles are nearest-rank (lower_quantile()).
 class WatchStatistics {
  public:
-  void add(const ReceivedDescriptor& item) {
+  void add(const Arrival& item) {
     const Duration delivered = item.descriptor.time.delivered_after;
     latency_ms_.push_back((item.stored - (item.mid_exposure + delivered)).milliseconds());
     age_ms_.push_back((item.stored - item.mid_exposure).milliseconds());
@@ -199,59 +171,38 @@ class WatchStatistics {
 }  // namespace
 
 int run_watch(const Options& options) {
-  Feed feed;
-  if (const Status s = feed.open(options); !s.ok()) return fail(s);
-  std::optional<RecordWriter> writer;
-  if (!options.file.empty()) {
-    Result<RecordWriter> file = feed.recording(options.file);
-    if (!file.ok()) return fail(kFile, file.status().message());
-    writer.emplace(std::move(*file));
-  }
-
-  HostTime second_start = feed.start();
   WatchStatistics second, whole;
-  for (;;) {
-    const HostTime second_end = std::min(second_start + kSecond, feed.end());
-    if (const std::optional<ReceivedDescriptor> item = feed.next(second_end)) {
-      second.add(*item);
-      whole.add(*item);
-      if (writer)
-        if (const Status status = writer->append(item->received.ns, item->bytes); !status.ok())
-          return fail(kFile, options.file + ": " + status.message());
-    }
+  Feed feed(options, [&](const Arrival& arrival) {
+    second.add(arrival);
+    whole.add(arrival);
+  });
+  HostTime second_start = feed.start();
+  for (bool more = true; more;) {
+    more = feed.wait(std::min(second_start + kSecond, feed.end()));
+    const auto lock = feed.lock();
     const HostTime now{monotonic_now_ns()};
-    const bool done = now >= feed.end() || feed.over();
-    if (now >= second_end || done) {
-      // A last interval that is too short to measure a rate counts only in the summary.
-      const Duration stretch = now - second_start;
-      if (stretch.ns > kSecond.ns / 10) second.print("second", stretch.seconds(), feed.probe(), options.json);
-      second = {};
-      second_start = now;
-    }
-    if (done) break;
+    // A last interval that is too short to measure a rate counts only in the summary.
+    const Duration stretch = now - second_start;
+    if (stretch.ns > kSecond.ns / 10) second.print("second", stretch.seconds(), feed.probe(), options.json);
+    second = {};
+    second_start = now;
   }
-  const Duration ran = HostTime{monotonic_now_ns()} - feed.start();
-  whole.print("summary", ran.seconds(), feed.probe(), options.json);
-  if (writer)
-    if (const Status status = writer->flush(); !status.ok()) return fail(kFile, options.file + ": " + status.message());
-  if (whole.empty()) return fail(kNothingReceived, options.uri + ": no descriptor was received");
+  const Status recorded = feed.close();
+  whole.print("summary", (HostTime{monotonic_now_ns()} - feed.start()).seconds(), feed.probe(), options.json);
+  require(recorded, kFile);
+  if (whole.empty()) fail(kNothingReceived, options.uri + ": no descriptor was received");
   return kOk;
 }
 
 int run_record(const Options& options) {
-  Feed feed;
-  if (const Status s = feed.open(options); !s.ok()) return fail(s);
-  Result<RecordWriter> writer = feed.recording(options.file);
-  if (!writer.ok()) return fail(kFile, writer.status().message());
   std::uint64_t count = 0, bytes = 0;
-  while (const std::optional<ReceivedDescriptor> item = feed.next(feed.end())) {
-    if (const Status status = writer->append(item->received.ns, item->bytes); !status.ok())
-      return fail(kFile, options.file + ": " + status.message());
+  Feed feed(options, [&](const Arrival& arrival) {
     ++count;
-    bytes += item->bytes.size();
-  }
-  if (const Status status = writer->flush(); !status.ok()) return fail(kFile, options.file + ": " + status.message());
-  if (count == 0) return fail(kNothingReceived, options.uri + ": no descriptor was received");
+    bytes += arrival.bytes.size();
+  });
+  static_cast<void>(feed.wait(feed.end()));
+  require(feed.close(), kFile);
+  if (count == 0) fail(kNothingReceived, options.uri + ": no descriptor was received");
   std::printf("%s: %llu descriptors, %llu bytes, %llu gaps\n", options.file.c_str(),
               static_cast<unsigned long long>(count), static_cast<unsigned long long>(bytes),
               static_cast<unsigned long long>(feed.probe().stats().gaps));

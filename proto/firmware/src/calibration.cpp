@@ -2,9 +2,6 @@
 #include <cmath>
 #include <numbers>
 
-#include <google/protobuf/io/coded_stream.h>
-#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
-
 #include <lightwell/calibration.hpp>
 #include <lightwell/descriptor.hpp>
 
@@ -224,16 +221,8 @@ Result<RigParameters> parse_calibration(std::string_view text, const std::string
 Result<RigParameters> load_calibration(const std::string& path) { return load_text(path, parse_calibration); }
 std::string calibration_to_text(const RigParameters& rig) { return text_of(rig_to(rig)); }
 
-std::string encode_calibration(const RigParameters& rig) {
-  std::string bytes;
-  {
-    google::protobuf::io::StringOutputStream stream(&bytes);
-    google::protobuf::io::CodedOutputStream coded(&stream);
-    coded.SetSerializationDeterministic(true);
-    rig_to(rig).SerializeToCodedStream(&coded);
-  }
-  return bytes;
-}
+// Equal values have equal bytes, because the message has no field of type map.
+std::string encode_calibration(const RigParameters& rig) { return rig_to(rig).SerializeAsString(); }
 
 Result<RigParameters> decode_calibration(std::string_view bytes) {
   v1::RigCalibration m;

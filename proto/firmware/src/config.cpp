@@ -195,7 +195,7 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
                             std::optional<EstimatorKind> estimator) {
   v1::Config m;
   Config c;
-  if (const Status s = parse_text_message(text, name, m, c.warnings); !s.ok()) return s;
+  if (const Status s = parse_text_message(text, name, m, &c.warnings); !s.ok()) return s;
   if (!m.probe_name().empty()) c.probe_name = m.probe_name();
   c.camera.uri = camera_uri.empty() ? m.camera().uri() : camera_uri;
   if (m.camera().width() != 0) c.camera.width = static_cast<int>(m.camera().width());

@@ -12,12 +12,11 @@
 
 namespace lightwell {
 
-/// Fills `message`. Errors: "NAME:LINE:COLUMN: what; did you mean 'nearest'?".
+/// Fills `message`. Errors: "NAME:LINE:COLUMN: what; did you mean 'nearest'?". Former names of fields (field_names.hpp)
+/// are accepted, each with a line appended to `warnings`.
 [[nodiscard]] Status parse_text_message(std::string_view text, const std::string& name,
-                                        google::protobuf::Message& message);
-/// The same for text that may have former names of fields (field_names.hpp): appends to `warnings` for each.
-[[nodiscard]] Status parse_text_message(std::string_view text, const std::string& name,
-                                        google::protobuf::Message& message, std::vector<std::string>& warnings);
+                                        google::protobuf::Message& message,
+                                        std::vector<std::string>* warnings = nullptr);
 
 /// parse(content, path) of a file.
 template <class Parse>

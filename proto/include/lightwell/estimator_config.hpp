@@ -67,8 +67,6 @@ struct EstimatorConfig {
   friend bool operator==(const EstimatorConfig&, const EstimatorConfig&) = default;
 };
 
-/// Names of the options of an estimator of this kind, in the order of config.proto: "band", "panorama.epsilon", ...
-[[nodiscard]] std::vector<std::string> option_names(EstimatorKind kind);
 /// The settings that make a difference for an estimator of this kind.
 [[nodiscard]] std::span<const Setting> settings_of(EstimatorKind kind);
 
@@ -113,15 +111,15 @@ struct EstimatorState {
   EstimatorConfig config{};
 };
 
-/// An option as text, named as in option_names(): "panorama.epsilon" with value "0.01".
+/// An option as text, named as in config.proto: "panorama.epsilon" with value "0.01".
 struct ConfigField {
   enum class Type : std::uint8_t { number, word };
   std::string name, value;
   Type type = Type::number;
 };
-/// All options of this estimator, in the order of option_names().
+/// All options of this estimator, in the order of config.proto.
 [[nodiscard]] std::vector<ConfigField> fields_of(const EstimatorState& estimator);
-/// The name in option_names() of an option that is given by its former name; other names are unchanged.
+/// The name of an option that is given by its former name; other names are unchanged.
 [[nodiscard]] std::string current_option_name(std::string_view name);
 /// Sets one field of `update`; name (also a former one) and value as fields_of() writes them. invalid_argument names
 /// the nearest known field, or the allowed values. Limits are not checked.

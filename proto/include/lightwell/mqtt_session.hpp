@@ -87,7 +87,6 @@ class MqttSession {
  private:
   struct Callbacks;
   friend struct Callbacks;
-  struct Properties;
   struct Free {
     void operator()(mosquitto* client) const;
   };
@@ -97,7 +96,9 @@ class MqttSession {
   void handle_disconnect(std::string why);
   void serve(short events);
   void wait_for_wake(std::int64_t timeout_ns) const;
-  bool send(const std::string& topic, std::span<const std::byte> payload, bool retained, const Properties& properties);
+  /// An empty response topic or correlation means none.
+  bool send(const std::string& topic, std::span<const std::byte> payload, bool retained,
+            const std::string& response_topic, std::span<const std::byte> correlation);
 
   const Options options_;
   FileDescriptor wake_;  ///< eventfd

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -41,13 +42,14 @@ inline constexpr const char* kProbeHostName = "probe.lightwell.internal";
 
 /// The properties of a certificate that a client checks.
 struct CertificateIdentity {
-  std::string pem;            ///< This certificate, without the rest of the chain.
-  std::string key_digest;     ///< SHA-256 of its SubjectPublicKeyInfo (RFC 7469, 2.4), 32 bytes: unchanged if the
-                              ///< certificate is renewed with the same key.
-  bool is_authority = false;  ///< It may issue certificates (basicConstraints).
-  bool is_server = false;     ///< A TLS server may use it (keyUsage, extKeyUsage).
-  bool is_in_date = false;    ///< Valid by this machine's clock when it was read.
-  std::string host;           ///< Its first DNS name; if it has none and is not an authority, its common name.
+  std::string pem;             ///< This certificate, without the rest of the chain.
+  std::string key_digest;      ///< SHA-256 of its SubjectPublicKeyInfo (RFC 7469, 2.4), 32 bytes: unchanged if the
+                               ///< certificate is renewed with the same key.
+  bool is_authority = false;   ///< It may issue certificates (basicConstraints).
+  bool is_server = false;      ///< A TLS server may use it (keyUsage, extKeyUsage).
+  bool is_in_date = false;     ///< Valid by this machine's clock when it was read.
+  std::int64_t expires_s = 0;  ///< Seconds since 1970; 0 if it cannot be read.
+  std::string host;            ///< Its first DNS name; if it has none and is not an authority, its common name.
 };
 
 /// The identity of the first certificate in `pem`, which in a chain is the server's. data_loss if there is none.

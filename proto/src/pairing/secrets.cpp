@@ -1,5 +1,6 @@
 #include <array>
 #include <cstdint>
+#include <ctime>
 
 #include <openssl/core_names.h>
 #include <openssl/crypto.h>
@@ -175,6 +176,7 @@ Result<CertificateIdentity> identify_certificate(std::string_view pem) {
   // X509_cmp_current_time() returns 0 for an invalid time.
   out.is_in_date = X509_cmp_current_time(X509_get0_notBefore(held.get())) < 0 &&
                    X509_cmp_current_time(X509_get0_notAfter(held.get())) > 0;
+  if (std::tm end{}; ASN1_TIME_to_tm(X509_get0_notAfter(held.get()), &end) == 1) out.expires_s = timegm(&end);
   out.host = pairing::host_of(held.get());
   return out;
 }

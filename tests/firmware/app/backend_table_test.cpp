@@ -1,8 +1,8 @@
 // make_backend(): selection of a backend by the URI, and its errors.
-#include "app/component_tables.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "app/component_tables.hpp"
 
 namespace lightwell {
 namespace {

@@ -1,10 +1,10 @@
 // make_estimator(): selection of an estimator by the configuration, and its errors.
-#include "app/component_tables.hpp"
-
 #include <algorithm>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "app/component_tables.hpp"
 
 namespace lightwell {
 namespace {

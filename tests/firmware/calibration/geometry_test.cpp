@@ -206,7 +206,7 @@ TEST(Webcam, DeterminesMeiWhichHasBrownsDistortion) {
 }
 
 void expect_pair(const GeometryFit& fit, const Pose& truth) {
-  const shown::PairError off = shown::pair_error(truth, fit.pair);
+  const shown::PairError off = shown::pair_error(truth, fit.bundle.state.lens_from_rig[1]);
   EXPECT_LT(off.turn_rad, 0.1 * kDegree);
   EXPECT_LT(off.shift_m, 1e-3);
 }
@@ -224,8 +224,8 @@ TEST(PairOfLenses, TimeOffsetIsRecovered) {
   pair.later_s = 0.004;
   const GeometryFit fit = fitted(shown::pair_of_lenses(pair, {.pictures = 60}), {.time_offset = true});
   ASSERT_EQ(fit.lenses.size(), 2U);
-  EXPECT_NEAR(fit.time_offset_s, pair.later_s, 1e-4);
-  EXPECT_NEAR(fit.time_offset_s, pair.later_s, 3 * fit.time_offset_sigma_s + 2e-5)
+  EXPECT_NEAR(fit.bundle.state.time_offset_s, pair.later_s, 1e-4);
+  EXPECT_NEAR(fit.bundle.state.time_offset_s, pair.later_s, 3 * fit.bundle.time_offset_sigma_s + 2e-5)
       << "at 20 captures per second the motion is not exactly linear";
   expect_pair(fit, pair.lens1_from_lens0);
 }

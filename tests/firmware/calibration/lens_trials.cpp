@@ -143,14 +143,14 @@ Trials pair_trials(int count, const Show& show) {
       out.direction_rad.push_back(direction_error(truth.lens, lens.model));
       count_within(lens, truth.lens.model, out);
     }
-    out.pair.push_back(pair_error(truth.lens1_from_lens0, fit->pair));
+    out.pair.push_back(pair_error(truth.lens1_from_lens0, fit->bundle.state.lens_from_rig[1]));
     // found = turn * truth, in lens 1's frame.
-    Quat turn = fit->pair.rotation * truth.lens1_from_lens0.rotation.inverse();
+    Quat turn = fit->bundle.state.lens_from_rig[1].rotation * truth.lens1_from_lens0.rotation.inverse();
     if (turn.w < 0) turn = {-turn.x, -turn.y, -turn.z, -turn.w};
-    const Vec3d shift = fit->pair.translation - truth.lens1_from_lens0.translation;
+    const Vec3d shift = fit->bundle.state.lens_from_rig[1].translation - truth.lens1_from_lens0.translation;
     const double off[6] = {2 * turn.x, 2 * turn.y, 2 * turn.z, shift.x, shift.y, shift.z};
     for (std::size_t i = 0; i < 6; ++i)
-      out.pair_within_3_sigma[i] += std::abs(off[i]) <= 3 * std::sqrt(fit->pair_covariance[7 * i]) ? 1 : 0;
+      out.pair_within_3_sigma[i] += std::abs(off[i]) <= 3 * std::sqrt(fit->bundle.pair_covariance[7 * i]) ? 1 : 0;
   }
   return out;
 }

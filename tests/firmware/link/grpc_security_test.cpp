@@ -148,7 +148,7 @@ TEST_F(GrpcSecurityTest, AnInvalidCertificateFailsTheHandshake) {
   listen(LinkSecurity::tls);
   const ProbeKeys own = keys();
   const PairedClient good = pair_client();
-  const Issuer issuer{own.issuer_certificate, own.issuer_key};
+  const CertifiedKey issuer{own.issuer_certificate, own.issuer_key};
   const auto expired =
       issue_certificate({CertificateUse::client, "x", good.key.public_pem, kDefaultNotBefore_s, now() - 60}, issuer);
   const auto not_yet =
@@ -175,9 +175,9 @@ TEST_F(GrpcSecurityTest, TheCertificateIsRenewedWhileAStreamRuns) {
                                                         grpc::AccessTokenCredentials(client.credentials.token))));
   ASSERT_TRUE(becomes_true("the stream is registered", [&] { return link_->counters().clients == 1; }));
   const auto certificate_expiry = [&] {
-    const Result<CertificateInfo> info = read_certificate(call(channel_of(client), kInfo, "").certificate);
+    const Result<CertificateIdentity> info = identify_certificate(call(channel_of(client), kInfo, "").certificate);
     EXPECT_TRUE(info.ok());
-    return info ? info->not_after_s : 0;
+    return info ? info->expires_s : 0;
   };
   EXPECT_EQ(certificate_expiry(), probe_clock + 2 * 365 * 86'400);
   probe_clock += 500 * 86'400;  // More than two thirds of two years have passed.

@@ -143,7 +143,7 @@ TEST(BodyPose, DefaultCovarianceCoversATwoPercentFocalLengthError) {
   const MarkerBody body = dodecahedron();
   for (const double width_px : {100.0, 250.0, 400.0, 700.0}) {
     int within = 0;
-    double focal_error = 0, weight = 0, rms = 0, turn = 0;
+    double rms = 0, turn = 0;
     for (std::uint64_t seed = 0; seed < 50; ++seed) {
       const Pose truth = body_at({0.03, 0, -distance_for(width_px)}, seed);
       const auto pose = find_body_pose(calibrated, body, simulate_body_observations(real, body, truth, 0.1, seed));
@@ -151,21 +151,10 @@ TEST(BodyPose, DefaultCovarianceCoversATwoPercentFocalLengthError) {
       within += within_three_sigma(pose->probe_body, truth);
       turn = std::max(turn, turn_of(error_of(pose->probe_body.pose, truth)));
       rms += pose->rms_px / 50;
-      if (!std::isfinite(pose->focal.sigma)) continue;
-      const double w = 1 / (pose->focal.sigma * pose->focal.sigma);
-      focal_error += w * pose->focal.relative_error;
-      weight += w;
     }
     EXPECT_GE(within, 48) << width_px;
-    if (!(weight > 0)) {
-      EXPECT_LT(width_px, 200) << "the perspective of a near body must give an estimate";
-      continue;
-    }
     std::cout << width_px << " px wide, focal length 2 % too long: " << within << " of 50 within 3 sigma, RMS " << rms
-              << " px, worst turn " << turn / kDegree << " deg; estimated error " << 100 * focal_error / weight
-              << " +- " << 100 / std::sqrt(weight) << " %\n";
-    // The estimate is consistent with its standard deviation, however large that is.
-    EXPECT_NEAR(focal_error / weight, 0.02, 3 / std::sqrt(weight) + 0.003);
+              << " px, worst turn " << turn / kDegree << " deg\n";
   }
 }
 
@@ -422,7 +411,6 @@ TEST(BodyPose, RejectsInputThatDeterminesNoPose) {
     return refusal(find_body_pose(rig, body, good, std::nullopt, o));
   };
   EXPECT_THAT(asking([](auto& o) { o.model_error_px = -1; }), HasSubstr("model_error_px"));
-  EXPECT_THAT(asking([](auto& o) { o.ambiguity_odds = kNan; }), HasSubstr("ambiguity_odds"));
   EXPECT_THAT(asking([](auto& o) { o.focal_sigma = kNan; }), HasSubstr("focal_sigma"));
 }
 

@@ -251,8 +251,6 @@ TEST(BodyTracker, CovarianceCoversATwoPercentFocalLengthError) {
     ASSERT_TRUE(observation);
     ASSERT_TRUE(observation->pose);
     expect_consistent_or_flagged(*observation, truth, "focal length 2 % too long");
-    std::cout << "  estimated focal length error " << 100 * observation->pose->focal.relative_error << " +- "
-              << 100 * observation->pose->focal.sigma << " %\n";
     tracker->reset();
   }
 }

@@ -333,9 +333,6 @@ TEST(Mounting, RejectsInputThatDeterminesNoPose) {
   MountingOptions options;
   options.model_error_px = -1;
   EXPECT_THAT(refusal(find_mounting(rig, room, good, std::nullopt, options)), HasSubstr("model_error_px"));
-  options = {};
-  options.ambiguity_odds = kNan;
-  EXPECT_THAT(refusal(find_mounting(rig, room, good, std::nullopt, options)), HasSubstr("ambiguity_odds"));
 }
 
 TEST(Mounting, ATagOnEdgeIsRejectedIfOthersAreSeen) {

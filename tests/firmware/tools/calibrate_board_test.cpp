@@ -101,9 +101,9 @@ TEST(BoardCommand, TheSvgIsInMillimetresAndHasEachRectangleOfThePage) {
   EXPECT_THAT(svg, HasSubstr("width=\"297mm\" height=\"420mm\" viewBox=\"0 0 297 420\""));
   const auto sheet = layout(TagBoard{}, kPapers[1]);
   std::size_t rectangles = 0;
-  for (const auto& shape : sheet->page.shapes) rectangles += shape.size();
-  EXPECT_EQ(test::occurrences(svg, "h-"), rectangles);
-  EXPECT_EQ(test::occurrences(svg, "<path"), sheet->page.shapes.size());
+  for (const PageArea& area : sheet->page.areas) rectangles += area.outlines.size();
+  EXPECT_EQ(test::occurrences(svg, "M"), rectangles);
+  EXPECT_EQ(test::occurrences(svg, "<path"), sheet->page.areas.size());
 }
 
 TEST(BoardCommand, TheSheetHasADescriptionAndARulerOfTenCentimetres) {
@@ -113,12 +113,9 @@ TEST(BoardCommand, TheSheetHasADescriptionAndARulerOfTenCentimetres) {
   EXPECT_THAT(page.texts[0].text, HasSubstr("tag36h11, 6 x 6 tags, numbers 0 to 35"));
   EXPECT_THAT(page.texts[0].text, HasSubstr("tag 24 mm, gap 7.2 mm (spacing 0.3)"));
   EXPECT_THAT(page.texts[1].text, HasSubstr("180 x 180 mm"));
-  const auto& ruler = page.shapes.back();
   double left = 1e9, right = 0;
-  for (const Rectangle& r : ruler) {
-    left = std::min(left, r.x);
-    right = std::max(right, r.x + r.width);
-  }
+  for (const auto& stroke : page.areas.back().outlines)
+    for (const PagePoint& p : stroke) left = std::min(left, p.x), right = std::max(right, p.x);
   EXPECT_NEAR(right - left, 100, 1e-9) << "from the outside of the first stroke to that of the last";
   for (const PageText& t : page.texts) EXPECT_LT(t.y, page.height - 3) << t.text;
 }

@@ -58,7 +58,7 @@ TEST_P(PrintedMarker, HasEveryTagAtItsPositionTrueToScale) {
   ASSERT_EQ(result.status, 0) << result.err;
   const TagFamily family = *parse_tag_family(p.family);
   const MarkerBody body = marker_body(p.solid, p.size_mm / 1000, *parse_paper_kind(p.kind), family, p.first_id);
-  const auto net = make_net(body, *find_paper(p.paper));
+  const auto net = make_net(body, *std::ranges::find(kPapers, p.paper, &Paper::name));
   ASSERT_TRUE(net.ok());
   for (std::size_t i = 0; i < net->pages.size(); ++i) {
     const std::string name = net->pages.size() == 1 ? "sheet.png" : "sheet-" + std::to_string(i + 1) + ".png";
@@ -142,7 +142,8 @@ TEST(MarkerSheet, HasADescriptionAndARuler) {
       const std::string about_greys = "Printers differ: the greys' albedos must be checked";
       EXPECT_EQ(words.find(about_greys) != std::string::npos, kind == PaperKind::grey);
       double left = 1e9, right = 0;
-      for (const Rectangle& r : page.shapes.back()) left = std::min(left, r.x), right = std::max(right, r.x + r.width);
+      for (const auto& stroke : page.areas.back().outlines)
+        for (const PagePoint& p : stroke) left = std::min(left, p.x), right = std::max(right, p.x);
       EXPECT_NEAR(right - left, 100, 1e-9);
     }
   }

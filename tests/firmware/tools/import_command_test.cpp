@@ -1,6 +1,4 @@
 // lightwell-calibrate import: exit status, output and notes.
-#include "tools/lightwell_calibrate/commands.hpp"
-
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -12,6 +10,7 @@
 
 #include "support/read_file.hpp"
 #include "support/temp_dir.hpp"
+#include "tools/lightwell_calibrate/commands.hpp"
 
 namespace lightwell {
 namespace {

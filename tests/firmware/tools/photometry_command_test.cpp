@@ -1,7 +1,5 @@
 // lightwell-calibrate photometry: accuracy of the calibration from folders of pictures, and errors, which replace
 // nothing.
-#include "tools/lightwell_calibrate/commands.hpp"
-
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -25,6 +23,7 @@
 #include "sim/sensor.hpp"
 #include "support/read_file.hpp"
 #include "support/temp_dir.hpp"
+#include "tools/lightwell_calibrate/commands.hpp"
 
 namespace lightwell {
 namespace {

@@ -10,7 +10,7 @@
 
 #include <lightwell/geometry.hpp>
 
-#include "pose/tag_family.hpp"
+#include "pose/tag_board.hpp"
 #include "reference/marker/marker_scene.hpp"
 
 namespace lightwell::reference {

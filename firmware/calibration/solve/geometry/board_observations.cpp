@@ -1,9 +1,10 @@
+#include "calibration/solve/geometry/board_observations.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <Eigen/Dense>
-
-#include "calibration/solve/geometry/board_observations.hpp"
 
 namespace lightwell::calibration {
 namespace {
@@ -26,6 +27,11 @@ Extent extent_of(const Board& board) {
   }
   return {(low + high) * 0.5, std::max({1e-9, (high.x - low.x) / 2, (high.y - low.y) / 2})};
 }
+
+constexpr int kCellsAcross = 12;
+constexpr int kMinPictures = 20;
+/// Fraction of uncovered cells in a region above which a view is suggested.
+constexpr double kMaxUncoveredFraction = 0.25;
 
 }  // namespace
 
@@ -73,6 +79,83 @@ double flatness(const Board& board, const BoardShape& shape) {
   }
   const Eigen::VectorXd off = height - plane * plane.colPivHouseholderQr().solve(height);
   return off.maxCoeff() - off.minCoeff();
+}
+
+double Coverage::share() const {
+  int counted = 0, known = 0;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    if (!counts[i]) continue;
+    ++counted;
+    known += pictures[i] >= kMinViewsPerCell ? 1 : 0;
+  }
+  return counted > 0 ? static_cast<double>(known) / counted : 0;
+}
+
+Coverage coverage(const BoardObservations& observations, int lens, double circle_px) {
+  Coverage out;
+  const LensSize& size = observations.lenses[static_cast<std::size_t>(lens)];
+  const double cell = static_cast<double>(std::max(size.width, size.height)) / kCellsAcross;
+  out.columns = std::max(1, static_cast<int>(std::lround(size.width / cell)));
+  out.rows = std::max(1, static_cast<int>(std::lround(size.height / cell)));
+  const auto cells = static_cast<std::size_t>(out.columns * out.rows);
+  out.pictures.assign(cells, 0);
+  out.counts.assign(cells, true);
+  for (int row = 0; row < out.rows; ++row)
+    for (int column = 0; column < out.columns; ++column) {
+      const double x = (column + 0.5) / out.columns * size.width - 0.5 * size.width;
+      const double y = (row + 0.5) / out.rows * size.height - 0.5 * size.height;
+      if (circle_px > 0 && std::hypot(x, y) > circle_px)
+        out.counts[static_cast<std::size_t>(row * out.columns + column)] = false;
+    }
+  for (const Picture& p : observations.pictures) {
+    if (p.lens != lens || p.observations.empty()) continue;
+    ++out.with_board;
+    std::set<std::size_t> seen;
+    for (const PointObservation& s : p.observations) {
+      const int column = std::clamp(static_cast<int>((s.pixel.x + 0.5) / size.width * out.columns), 0, out.columns - 1);
+      const int row = std::clamp(static_cast<int>((s.pixel.y + 0.5) / size.height * out.rows), 0, out.rows - 1);
+      seen.insert(static_cast<std::size_t>(row * out.columns + column));
+    }
+    for (const std::size_t i : seen) ++out.pictures[i];
+  }
+  return out;
+}
+
+std::vector<std::string> suggest_views(const Coverage& c) {
+  std::vector<std::string> out;
+  struct Region {
+    double lacking;
+    std::string text;
+  };
+  std::vector<Region> regions;
+  static constexpr const char* kDown[] = {"upper", "middle", "lower"};
+  static constexpr const char* kAcross[] = {"left", "middle", "right"};
+  for (int down = 0; down < 3; ++down) {
+    for (int across = 0; across < 3; ++across) {
+      int counted = 0, lacking = 0;
+      for (int row = down * c.rows / 3; row < (down + 1) * c.rows / 3; ++row)
+        for (int column = across * c.columns / 3; column < (across + 1) * c.columns / 3; ++column) {
+          counted += c.counts[static_cast<std::size_t>(row * c.columns + column)] ? 1 : 0;
+          lacking += c.needs_views(column, row) ? 1 : 0;
+        }
+      if (counted == 0 || lacking <= kMaxUncoveredFraction * counted) continue;
+      std::string where = down == 1 && across == 1 ? "middle"
+                          : down == 1              ? kAcross[across]
+                          : across == 1            ? kDown[down] + std::string(" part")
+                                                   : std::string(kDown[down]) + " " + kAcross[across];
+      regions.push_back({static_cast<double>(lacking) / counted,
+                         "show the board in the " + where + " of the picture" +
+                             (down == 1 && across == 1 ? "" : ", up to its edge") + " (" + std::to_string(lacking) +
+                             " of " + std::to_string(counted) + " cells lack views)"});
+    }
+  }
+  std::stable_sort(regions.begin(), regions.end(),
+                   [](const Region& a, const Region& b) { return a.lacking > b.lacking; });
+  for (Region& r : regions) out.push_back(std::move(r.text));
+  if (c.with_board < kMinPictures)
+    out.push_back("take " + std::to_string(kMinPictures - c.with_board) +
+                  " more pictures, the board tilted by 30 degrees and more");
+  return out;
 }
 
 }  // namespace lightwell::calibration

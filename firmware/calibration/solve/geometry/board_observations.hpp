@@ -1,14 +1,14 @@
-// Input of the geometric calibration: observations of known points on flat boards; and the deviation of a printed board
-// from its description: spacing of the tags, aspect ratio, and bending. The calibration assumes a plane unless the
-// observations contradict it; then the shape is estimated together with the lens, as by Strobl & Hirzinger 2011 ("More
-// accurate pinhole camera calibration with imperfect planar target"), but with a few parameters per board instead of
-// three per point.
+// Input of the geometric calibration: observations of known points on flat boards, their coverage of the picture; and
+// the deviation of a printed board from its description, estimated together with the lens as by Strobl & Hirzinger 2011
+// ("More accurate pinhole camera calibration with imperfect planar target"), but with a few parameters per board.
 #pragma once
 
 #include <array>
+#include <numbers>
 #include <string>
 #include <vector>
 
+#include <lightwell/calibration.hpp>
 #include <lightwell/geometry.hpp>
 
 #include "calibration/model/camera_model.hpp"
@@ -45,6 +45,11 @@ struct Picture {
 struct LensSize {
   int width = 0, height = 0;
 };
+
+/// A lens of this model without a limit of its field of view.
+[[nodiscard]] inline LensParameters lens_of(const LensSize& size, const ModelParameters& model) {
+  return {size.width, size.height, model, std::numbers::pi, {}, {}};
+}
 
 struct BoardObservations {
   std::vector<LensSize> lenses;  ///< One or two.
@@ -85,5 +90,32 @@ struct ShapeBasis {
 [[nodiscard]] std::array<double, BoardShape::kParameters> shape_prior(const Board& board);
 /// Flatness deviation: largest less smallest height above the best-fit plane, m.
 [[nodiscard]] double flatness(const Board& board, const BoardShape& shape);
+
+/// Coverage of a lens's picture by observations while pictures are being taken: a grid of cells, with the number of
+/// pictures that have an observation in each.
+struct Coverage {
+  /// Number of pictures with an observation for which a cell counts as covered.
+  static constexpr int kMinViewsPerCell = 3;
+
+  int columns = 0, rows = 0;
+  std::vector<int> pictures;  ///< By cell, rows from the top.
+  std::vector<bool> counts;   ///< By cell: whether it is inside the image circle.
+  int with_board = 0;         ///< Number of pictures with at least one observation.
+
+  [[nodiscard]] bool needs_views(int column, int row) const {
+    const auto at = static_cast<std::size_t>(row * columns + column);
+    return counts[at] && pictures[at] < kMinViewsPerCell;
+  }
+  /// Covered fraction of the cells that count.
+  [[nodiscard]] double share() const;
+};
+
+/// About 12 cells along the longer side. `circle_px`: radius of the image circle about the picture's centre; cells
+/// outside do not count. 0: the whole picture.
+[[nodiscard]] Coverage coverage(const BoardObservations& observations, int lens, double circle_px);
+
+/// Instructions for the next pictures, the most important first: "show the board in the upper left of the picture,
+/// towards its edge". Empty if the coverage suffices.
+[[nodiscard]] std::vector<std::string> suggest_views(const Coverage& coverage);
 
 }  // namespace lightwell::calibration

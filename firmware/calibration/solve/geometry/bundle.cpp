@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
-#include <numeric>
 #include <optional>
 
 #include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <Eigen/SparseCore>
 #include <ceres/ceres.h>
 #include <ceres/normal_prior.h>
 #include <glog/logging.h>
@@ -16,7 +18,6 @@
 
 #include "calibration/model/cameras.hpp"
 #include "calibration/solve/geometry/covariance.hpp"
-#include "calibration/solve/geometry/twist.hpp"
 
 namespace lightwell::calibration {
 namespace {
@@ -35,6 +36,7 @@ struct PoseBlock {
   [[nodiscard]] Pose pose() const { return {Quat{q[0], q[1], q[2], q[3]}.normalized(), {t[0], t[1], t[2]}}; }
 };
 
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 constexpr auto kShapeNumbers = static_cast<Eigen::Index>(BoardShape::kParameters);
 
 template <class T>
@@ -43,6 +45,50 @@ using Point = Eigen::Matrix<T, 3, 1>;
 template <class T>
 Point<T> moved(const T* q, const T* t, const Point<T>& p) {
   return Eigen::Map<const Eigen::Quaternion<T>>(q) * p + Eigen::Map<const Point<T>>(t);
+}
+
+/// Velocity of the world relative to the rig, in the rig frame: angular (rad/s) and linear (m/s).
+struct Twist {
+  Vec3d turn, shift;
+};
+
+/// Position of a point in the rig frame after `seconds`, to first order in the translation.
+template <class T>
+Point<T> transform_by_twist(const Twist& twist, const T& seconds, const Point<T>& p) {
+  // Normalised quaternion from half angles: the error is of third order in the rotation angle, which is small.
+  const Eigen::Quaternion<T> q(T(1), T(0.5) * seconds * twist.turn.x, T(0.5) * seconds * twist.turn.y,
+                               T(0.5) * seconds * twist.turn.z);
+  const Point<T> shift(seconds * twist.shift.x, seconds * twist.shift.y, seconds * twist.shift.z);
+  return q.normalized() * p + shift;
+}
+
+/// By capture, T_after T_before^-1 of the previous and the next rig pose over the time between them. Empty for the
+/// first and the last capture, next to gaps of more than a second, and for too few observations.
+std::vector<std::optional<Twist>> twists_of(const BoardObservations& observations,
+                                            const std::vector<Pose>& rig_from_world) {
+  constexpr double kMaxGap_s = 1;
+  constexpr std::size_t kMinPoints = 8;
+  std::vector<double> time(rig_from_world.size(), std::numeric_limits<double>::quiet_NaN());
+  std::vector<std::size_t> seen(rig_from_world.size()), order;
+  for (const Picture& p : observations.pictures) seen[static_cast<std::size_t>(p.capture)] += p.observations.size();
+  for (const Picture& p : observations.pictures)
+    if (const auto c = static_cast<std::size_t>(p.capture); seen[c] >= kMinPoints) time[c] = p.time_s;
+  for (std::size_t i = 0; i < time.size(); ++i)
+    if (std::isfinite(time[i])) order.push_back(i);
+  std::ranges::sort(order, {}, [&](std::size_t i) { return time[i]; });
+  std::vector<std::optional<Twist>> out(rig_from_world.size());
+  for (std::size_t k = 1; k + 1 < order.size(); ++k) {
+    const std::size_t before = order[k - 1], at = order[k], after = order[k + 1];
+    const double seconds = time[after] - time[before];
+    if (!(time[at] > time[before]) || !(time[after] > time[at]) || seconds > 2 * kMaxGap_s) continue;
+    const Pose moved = compose(rig_from_world[after], inverse(rig_from_world[before]));
+    Quat q = moved.rotation;
+    if (q.w < 0) q = {-q.x, -q.y, -q.z, -q.w};
+    const double s = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z);
+    const double angle = 2 * std::atan2(s, q.w), rate = (s > 0 ? angle / s : 2) / seconds;
+    out[at] = Twist{{q.x * rate, q.y * rate, q.z * rate}, moved.translation * (1 / seconds)};
+  }
+  return out;
 }
 
 /// Reprojection error of a point in the lens's frame; false if it has no pixel.
@@ -67,43 +113,29 @@ struct Lens0Residual {
   }
 };
 
-/// Reprojection error of any observation, with poses of lens, rig and board; the rig moves with `twist` (rad/s, m/s,
-/// rig frame) during the lens's time offset.
+/// Reprojection error of any observation, with poses of lens, rig and board, and optionally the board's shape; the rig
+/// moves with `twist` during the lens's time offset.
 template <template <class> class Camera>
 struct RigResidual {
   Vec3d point;
   PixelPosition seen;
   Twist twist;
-
-  template <class T>
-  bool operator()(const T* lens, const T* lens_q, const T* lens_t, const T* rig_q, const T* rig_t, const T* board_q,
-                  const T* board_t, const T* offset, T* residual) const {
-    return of(Point<T>(T(point.x), T(point.y), T(point.z)), lens, lens_q, lens_t, rig_q, rig_t, board_q, board_t,
-              offset, residual);
-  }
-
-  template <class T>
-  bool of(const Point<T>& on_board, const T* lens, const T* lens_q, const T* lens_t, const T* rig_q, const T* rig_t,
-          const T* board_q, const T* board_t, const T* offset, T* residual) const {
-    Point<T> p = moved(board_q, board_t, on_board);
-    p = moved(rig_q, rig_t, p);
-    p = transform_by_twist(twist, *offset, p);
-    return reproject<Camera>(lens, moved(lens_q, lens_t, p), seen, residual);
-  }
-};
-
-/// RigResidual for a board with an estimated shape.
-template <template <class> class Camera>
-struct ShapeResidual {
-  RigResidual<Camera> flat;
-  ShapeBasis basis;
+  const ShapeBasis* basis;
 
   template <class T>
   bool operator()(const T* lens, const T* lens_q, const T* lens_t, const T* rig_q, const T* rig_t, const T* board_q,
                   const T* board_t, const T* offset, const T* shape, T* residual) const {
-    Point<T> p(T(flat.point.x), T(flat.point.y), T(flat.point.z));
-    basis.deform(shape, p.x(), p.y(), p.z());
-    return flat.of(p, lens, lens_q, lens_t, rig_q, rig_t, board_q, board_t, offset, residual);
+    Point<T> p(T(point.x), T(point.y), T(point.z));
+    if (shape != nullptr) basis->deform(shape, p.x(), p.y(), p.z());
+    p = transform_by_twist(twist, *offset, moved(rig_q, rig_t, moved(board_q, board_t, p)));
+    return reproject<Camera>(lens, moved(lens_q, lens_t, p), seen, residual);
+  }
+
+  template <class T>
+  bool operator()(const T* lens, const T* lens_q, const T* lens_t, const T* rig_q, const T* rig_t, const T* board_q,
+                  const T* board_t, const T* offset, T* residual) const {
+    const T* const flat = nullptr;
+    return (*this)(lens, lens_q, lens_t, rig_q, rig_t, board_q, board_t, offset, flat, residual);
   }
 };
 
@@ -144,12 +176,8 @@ class Bundle {
     // The velocity is computed from the poses, which depend on the offset: iterate a few times.
     const int rounds = moves() ? 4 : 1;
     for (int round = 0; round < rounds; ++round) {
-      if (moves()) {
-        std::vector<Pose> poses;
-        for (const PoseBlock& p : rigs_) poses.push_back(p.pose());
-        twists_ = twists_of(observations_, poses);
-      }
-      build(options_.shapes ? Boards::with_shapes : Boards::as_they_are);
+      if (moves()) twists_ = twists_of(observations_, state().rig_from_world);
+      build(options_.shapes);
       ceres::Solver::Summary summary;
       ceres::Solve(options, problem_.get(), &summary);
       if (!summary.IsSolutionUsable() || !std::isfinite(summary.final_cost))
@@ -170,15 +198,13 @@ class Bundle {
     PoseBlock from_rig;
   };
 
-  enum class Boards { as_they_are, with_shapes };
-
   [[nodiscard]] bool moves() const { return options_.time_offset && lenses_.size() > 1; }
   /// Whether the picture has the estimated time offset.
   [[nodiscard]] bool late(const Picture& picture) const { return moves() && picture.lens == 1; }
   [[nodiscard]] Eigen::Index size_of(double* block) const { return problem_->ParameterBlockTangentSize(block); }
 
   template <template <class> class Camera>
-  void add(const Picture& picture, const PointObservation& s, Boards boards) {
+  void add(const Picture& picture, const PointObservation& s, bool with_shapes) {
     constexpr int kValues = static_cast<int>(Camera<double>::kParameters),
                   kShape = static_cast<int>(BoardShape::kParameters);
     Lens& lens = lenses_[static_cast<std::size_t>(picture.lens)];
@@ -186,32 +212,30 @@ class Bundle {
     PoseBlock& board = boards_[static_cast<std::size_t>(s.board)];
     const Vec3d& point =
         observations_.boards[static_cast<std::size_t>(s.board)].points[static_cast<std::size_t>(s.point)];
+    const ShapeBasis& basis = bases_[static_cast<std::size_t>(s.board)][static_cast<std::size_t>(s.point)];
+    const Twist twist = late(picture) ? *twists_[static_cast<std::size_t>(picture.capture)] : Twist{};
     ceres::LossFunction* loss = new ceres::HuberLoss(options_.robust_px);
     ceres::ResidualBlockId id = nullptr;
-    if (boards == Boards::with_shapes) {
-      const Twist twist = late(picture) ? *twists_[static_cast<std::size_t>(picture.capture)] : Twist{};
-      const auto at = static_cast<std::size_t>(s.board);
+    if (with_shapes)
       id = problem_->AddResidualBlock(
-          new ceres::AutoDiffCostFunction<ShapeResidual<Camera>, 2, kValues, 4, 3, 4, 3, 4, 3, 1, kShape>(
-              new ShapeResidual<Camera>{{point, s.pixel, twist}, bases_[at][static_cast<std::size_t>(s.point)]}),
+          new ceres::AutoDiffCostFunction<RigResidual<Camera>, 2, kValues, 4, 3, 4, 3, 4, 3, 1, kShape>(
+              new RigResidual<Camera>{point, s.pixel, twist, &basis}),
           loss, lens.numbers.data(), lens.from_rig.q.data(), lens.from_rig.t.data(), rig.q.data(), rig.t.data(),
-          board.q.data(), board.t.data(), &offset_, shapes_[at].numbers.data());
-    } else if (picture.lens == 0 && s.board == 0) {
+          board.q.data(), board.t.data(), &offset_, shapes_[static_cast<std::size_t>(s.board)].numbers.data());
+    else if (picture.lens == 0 && s.board == 0)
       id = problem_->AddResidualBlock(new ceres::AutoDiffCostFunction<Lens0Residual<Camera>, 2, kValues, 4, 3>(
                                           new Lens0Residual<Camera>{point, s.pixel}),
                                       loss, lens.numbers.data(), rig.q.data(), rig.t.data());
-    } else {
-      const Twist twist = late(picture) ? *twists_[static_cast<std::size_t>(picture.capture)] : Twist{};
+    else
       id = problem_->AddResidualBlock(
           new ceres::AutoDiffCostFunction<RigResidual<Camera>, 2, kValues, 4, 3, 4, 3, 4, 3, 1>(
-              new RigResidual<Camera>{point, s.pixel, twist}),
+              new RigResidual<Camera>{point, s.pixel, twist, &basis}),
           loss, lens.numbers.data(), lens.from_rig.q.data(), lens.from_rig.t.data(), rig.q.data(), rig.t.data(),
           board.q.data(), board.t.data(), &offset_);
-    }
     blocks_.push_back({id, {}});
   }
 
-  void build(Boards boards) {
+  void build(bool with_shapes) {
     problem_ = std::make_unique<ceres::Problem>();
     blocks_.clear();
     for (std::size_t i = 0; i < observations_.pictures.size(); ++i) {
@@ -221,7 +245,7 @@ class Bundle {
       for (std::size_t k = 0; k < picture.observations.size(); ++k) {
         with_camera(lenses_[static_cast<std::size_t>(picture.lens)].model,
                     [&]<template <class> class Camera>(const auto& /*parameters*/) {
-                      add<Camera>(picture, picture.observations[k], boards);
+                      add<Camera>(picture, picture.observations[k], with_shapes);
                     });
         blocks_.back().second = {static_cast<int>(i), static_cast<int>(k), 0, 0};
       }
@@ -273,8 +297,7 @@ class Bundle {
       (void)problem_->EvaluateResidualBlock(id, false, nullptr, r, nullptr);
       residual.x_px = r[0], residual.y_px = r[1];
       out.residuals.push_back(residual);
-      sizes.push_back(std::abs(r[0]));
-      sizes.push_back(std::abs(r[1]));
+      sizes.insert(sizes.end(), {std::abs(r[0]), std::abs(r[1])});
       squares += r[0] * r[0] + r[1] * r[1];
     }
     out.rms_px = std::sqrt(squares / static_cast<double>(blocks_.size()));
@@ -307,11 +330,9 @@ class Bundle {
       std::vector<double> residuals;
       ceres::CRSMatrix sparse;
       if (!problem_->Evaluate(options, nullptr, &residuals, nullptr, &sparse)) continue;
-      Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
-      for (int row = 0; row < sparse.num_rows; ++row)
-        for (int k = sparse.rows[static_cast<std::size_t>(row)]; k < sparse.rows[static_cast<std::size_t>(row) + 1];
-             ++k)
-          dense(row, sparse.cols[static_cast<std::size_t>(k)]) = sparse.values[static_cast<std::size_t>(k)];
+      const Eigen::MatrixXd dense = Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>>(
+          sparse.num_rows, sparse.num_cols, static_cast<Eigen::Index>(sparse.values.size()), sparse.rows.data(),
+          sparse.cols.data(), sparse.values.data());
       constexpr Eigen::Index kPose = 6;
       out[c] = eliminate_nuisance(dense.rightCols(kPose), dense.leftCols(dense.cols() - kPose),
                                   Eigen::Map<const Eigen::VectorXd>(residuals.data(), sparse.num_rows));
@@ -320,7 +341,7 @@ class Bundle {
   }
 
   [[nodiscard]] Status find_covariances(BundleFit& out) {
-    build(Boards::with_shapes);
+    build(/*with_shapes=*/true);
     std::vector<double*> shared;
     std::vector<Eigen::Index> first;
     Eigen::Index count = 0;
@@ -355,19 +376,22 @@ class Bundle {
     if (!fitted.determined || !fitted.covariance.allFinite())
       return {StatusCode::failed_precondition,
               "calibration: the pictures do not determine all that is to be calibrated; show the boards tilted by 30 "
-              "degrees "
-              "and more, at several distances, and all over the picture up to its edge"};
+              "degrees and more, at several distances, and all over the picture up to its edge"};
     const auto block = [](const Eigen::MatrixXd& c, Eigen::Index at, Eigen::Index size) {
-      std::vector<double> values;
-      for (Eigen::Index i = 0; i < size; ++i)
-        for (Eigen::Index j = 0; j < size; ++j) values.push_back(c(at + i, at + j));
-      return values;
+      const RowMajor part = c.block(at, at, size, size);
+      return std::vector<double>(part.data(), part.data() + part.size());
     };
     for (std::size_t k = 0; k < lenses_.size(); ++k)
       out.lens_covariance.push_back(
           block(fitted.covariance, first[k], static_cast<Eigen::Index>(lenses_[k].numbers.size())));
     if (lenses_.size() > 1) {
-      find_pair_covariance(fitted.covariance, first[2], first[3], out);
+      const Eigen::Index q = first[2], t = first[3];
+      const std::array<Eigen::Index, 6> places{q, q + 1, q + 2, t, t + 1, t + 2};
+      RowMajor pair = fitted.covariance(places, places);
+      // Ceres' tangent of a quaternion is half the rotation vector.
+      pair.topRows(3) *= 2;
+      pair.leftCols(3) *= 2;
+      out.pair_covariance.assign(pair.data(), pair.data() + pair.size());
       if (moves()) out.time_offset_sigma_s = std::sqrt(fitted.covariance(first[4], first[4]));
     }
     out.shapes = shapes_;
@@ -390,16 +414,6 @@ class Bundle {
           weight > 0 ? Estimate{-spacing.dot(c.residuals) / weight, out.spread_px / std::sqrt(weight)} : Estimate{});
     }
     return {};
-  }
-
-  void find_pair_covariance(const Eigen::MatrixXd& c, Eigen::Index q, Eigen::Index t, BundleFit& out) const {
-    out.pair_covariance.resize(36);
-    // Ceres' tangent of a quaternion is half the rotation vector.
-    const auto place = [&](Eigen::Index i) { return i < 3 ? q + i : t + i - 3; };
-    for (Eigen::Index i = 0; i < 6; ++i)
-      for (Eigen::Index j = 0; j < 6; ++j)
-        out.pair_covariance[static_cast<std::size_t>(6 * i + j)] =
-            c(place(i), place(j)) * (i < 3 ? 2 : 1) * (j < 3 ? 2 : 1);
   }
 
   const BoardObservations& observations_;

@@ -13,6 +13,8 @@
 
 namespace lightwell::calibration {
 
+enum class LensKind { kannala_brandt, double_sphere, mei };
+
 /// The parameters of the bundle adjustment.
 struct BundleState {
   std::vector<ModelParameters> lenses;

@@ -1,5 +1,5 @@
-// Covariance of estimated parameters from the residuals, without assuming that these are independent or identically
-// distributed: the residuals of one capture share its blur, motion and light, and the corners of a tag share edges.
+// Covariance of estimated parameters from residuals that are neither independent nor identically distributed: those of
+// one capture share its blur, motion and light, and the corners of a tag share edges.
 #pragma once
 
 #include <vector>
@@ -25,11 +25,9 @@ struct ClusteredCovariance {
 [[nodiscard]] Cluster eliminate_nuisance(const Eigen::MatrixXd& own, const Eigen::MatrixXd& shared,
                                          const Eigen::VectorXd& residuals);
 
-/// Cluster-robust sandwich covariance (Liang & Zeger 1986) with a leverage correction (CR2, Bell & McCaffrey 2002):
-/// unbiased for homoscedastic noise, and valid for noise that differs between captures or is correlated within one.
-/// Because a few captures do not determine a full matrix, the covariance of the scores is shrunk towards that of
-/// homoscedastic noise (Ledoit & Wolf 2004). `prior`: one row per parameter, given by its diagonal entry in the
-/// residuals' unit; 0: no prior.
+/// Sandwich covariance clustered by capture, with the corrections that README.md names: unbiased for homoscedastic
+/// noise; shrunk because a few captures do not determine a full matrix. `prior`: one row per parameter, given by its
+/// diagonal entry in the residuals' unit; 0: no prior.
 [[nodiscard]] ClusteredCovariance clustered_covariance(const std::vector<Cluster>& clusters,
                                                        const Eigen::VectorXd& prior);
 

@@ -57,18 +57,17 @@ Status check(const BoardObservations& s) {
     for (const Vec3d& p : b.points)
       if (!std::isfinite(p.x + p.y) || p.z != 0)
         return bad("board '" + b.name + "' is not flat, or a point of it is no number");
+  const auto is_index = [](int at, const auto& of) { return at >= 0 && static_cast<std::size_t>(at) < of.size(); };
   for (const Picture& p : s.pictures) {
-    if (p.lens < 0 || static_cast<std::size_t>(p.lens) >= s.lenses.size())
+    if (!is_index(p.lens, s.lenses))
       return bad(p.name + " is of lens " + std::to_string(p.lens) + ", which is not there");
     if (p.capture < 0) return bad(p.name + " has no capture");
+    const LensSize& size = s.lenses[static_cast<std::size_t>(p.lens)];
     for (const PointObservation& k : p.observations) {
-      if (k.board < 0 || static_cast<std::size_t>(k.board) >= s.boards.size() || k.point < 0 ||
-          static_cast<std::size_t>(k.point) >= s.boards[static_cast<std::size_t>(k.board)].points.size())
+      if (!is_index(k.board, s.boards) || !is_index(k.point, s.boards[static_cast<std::size_t>(k.board)].points))
         return bad(p.name + " shows a point that no board has");
-      if (!std::isfinite(k.pixel.x) || !std::isfinite(k.pixel.y))
-        return bad(p.name + " shows a point at a pixel that is no number");
-      const LensSize& size = s.lenses[static_cast<std::size_t>(p.lens)];
-      if (k.pixel.x < -0.5 || k.pixel.y < -0.5 || k.pixel.x > size.width - 0.5 || k.pixel.y > size.height - 0.5)
+      // False for NaN.
+      if (!(k.pixel.x >= -0.5 && k.pixel.y >= -0.5 && k.pixel.x <= size.width - 0.5 && k.pixel.y <= size.height - 0.5))
         return bad(p.name + " shows a point outside its " + std::to_string(size.width) + "x" +
                    std::to_string(size.height) + " pixels");
     }
@@ -101,27 +100,6 @@ Status check_enough(const BoardObservations& s, int lens) {
 }
 
 double angle_from_axis(Vec3d d) { return std::atan2(std::hypot(d.x, d.y), d.z); }
-
-LensParameters lens_of(const LensSize& size, const ModelParameters& model) {
-  LensParameters lens;
-  lens.width = size.width;
-  lens.height = size.height;
-  lens.model = model;
-  lens.max_angle_rad = pi;
-  return lens;
-}
-
-ModelParameters as_kind(const KannalaBrandtParameters& k, LensKind kind, double max_model_angle_rad) {
-  switch (kind) {
-    case LensKind::kannala_brandt:
-      return k;
-    case LensKind::double_sphere:
-      return equivalent_model<DoubleSphereCamera>(k, max_model_angle_rad);
-    case LensKind::mei:
-      return equivalent_model<MeiCamera>(k, max_model_angle_rad);
-  }
-  return k;
-}
 
 /// Propagates the covariance of the parameters to directions, by finite differences along its principal axes.
 double direction_uncertainty(const LensSize& size, const ModelParameters& model, const std::vector<double>& covariance,
@@ -223,15 +201,6 @@ std::size_t drop_outliers(const BundleFit& fit, BoardObservations& s) {
   return count;
 }
 
-BoardFit board_fit(const BundleFit& fit, const Board& board, std::size_t at) {
-  BoardFit out;
-  out.shape = fit.shapes[at];
-  if (!fit.shape_covariance.empty() && !fit.shape_covariance[at].empty())
-    out.spacing_sigma = std::sqrt(fit.shape_covariance[at][0]);
-  out.flatness_m = flatness(board, out.shape);
-  return out;
-}
-
 std::string rounded(double value, int digits) { return formatted("%.*f", digits, value); }
 
 /// Messages for the user about a board whose spacing or flatness differs from its description.
@@ -310,7 +279,8 @@ Result<GeometryFit> calibrate_geometry(const BoardObservations& given, const Geo
   const auto as = [&](LensKind kind) {
     BundleState start = first->state;
     for (std::size_t k = 0; k < start.lenses.size(); ++k)
-      start.lenses[k] = as_kind(std::get<KannalaBrandtParameters>(start.lenses[k]), kind, seen_by(k, start.lenses[k]));
+      start.lenses[k] =
+          equivalent_model(std::get<KannalaBrandtParameters>(start.lenses[k]), kind, seen_by(k, start.lenses[k]));
     return start;
   };
   bundle.robust_px = std::max(0.05, 3 * first->spread_px);
@@ -363,7 +333,12 @@ Result<GeometryFit> calibrate_geometry(const BoardObservations& given, const Geo
                         " standard deviations from their predicted positions");
   for (std::size_t b = 0; b < given.boards.size(); ++b) {
     BoardFit board;
-    if (bundle.shapes) board = board_fit(*fit, given.boards[b], b);
+    if (bundle.shapes) {
+      board.shape = fit->shapes[b];
+      if (!fit->shape_covariance.empty() && !fit->shape_covariance[b].empty())
+        board.spacing_sigma = std::sqrt(fit->shape_covariance[b][0]);
+      board.flatness_m = flatness(given.boards[b], board.shape);
+    }
     for (const std::string& note : shape_notes(board, given.boards[b])) out.notes.push_back(note);
     out.boards.push_back(board);
   }
@@ -377,12 +352,6 @@ Result<GeometryFit> calibrate_geometry(const BoardObservations& given, const Geo
     lens.direction_uncertainty_rad =
         direction_uncertainty(observations.lenses[k], lens.model, lens.covariance, lens.max_observed_angle_rad);
     out.lenses.push_back(std::move(lens));
-  }
-  if (fit->state.lenses.size() > 1) {
-    out.pair = fit->state.lens_from_rig[1];
-    out.pair_covariance = fit->pair_covariance;
-    out.time_offset_s = fit->state.time_offset_s;
-    out.time_offset_sigma_s = fit->time_offset_sigma_s;
   }
   out.bundle = std::move(*fit);
   out.used = std::move(observations);

@@ -1,9 +1,6 @@
-// Calibrates lenses from observations of boards, without an initial estimate: lens models with covariance. One lens and
-// one board; or two lenses back to back and several boards around them, whose relative poses are estimated in the same
-// fit.
+// Calibrates one lens, or two back to back with boards around them, from observations, without an initial estimate.
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
@@ -14,8 +11,6 @@
 #include "calibration/solve/geometry/bundle.hpp"
 
 namespace lightwell::calibration {
-
-enum class LensKind { kannala_brandt, double_sphere, mei };
 
 struct GeometryOptions {
   LensKind kind = LensKind::kannala_brandt;
@@ -49,12 +44,7 @@ struct GeometryFit {
   std::vector<LensFit> lenses;
   std::vector<BoardFit> boards;
   std::vector<PictureFit> pictures;
-  /// For two lenses: T_lens1_lens0, axes _cv, and its covariance: rotation about lens 1's axes (rad), then translation
-  /// (m).
-  Pose pair;
-  std::vector<double> pair_covariance;
-  double time_offset_s = 0, time_offset_sigma_s = 0;
-  BundleFit bundle;
+  BundleFit bundle;        ///< Of two lenses: `state.lens_from_rig[1]` is T_lens1_lens0, axes _cv.
   BoardObservations used;  ///< The observations of the bundle adjustment: the given ones without the rejected ones.
   std::vector<std::string> notes;  ///< For the user: rejected observations, bent boards.
 };

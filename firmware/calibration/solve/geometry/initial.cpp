@@ -29,13 +29,8 @@ constexpr int kPoseRounds = 6;
 constexpr double kMinSingularValueRatio = 1e-7;
 
 LensParameters equidistant(const LensSize& size, double field_rad) {
-  LensParameters lens;
-  lens.width = size.width;
-  lens.height = size.height;
   const double f = 0.5 * std::min(size.width, size.height) / (0.5 * field_rad);
-  lens.model = KannalaBrandtParameters{f, f, 0.5 * (size.width - 1), 0.5 * (size.height - 1), 0, 0, 0, 0};
-  lens.max_angle_rad = pi;
-  return lens;
+  return lens_of(size, KannalaBrandtParameters{f, f, 0.5 * (size.width - 1), 0.5 * (size.height - 1), 0, 0, 0, 0});
 }
 
 /// Pose of a board with rejection of outliers: points with residuals far above the median are removed, and the pose is
@@ -278,24 +273,6 @@ struct SamePixel {
   }
 };
 
-template <template <class> class Camera>
-struct Of {};
-
-/// Initial parameters with the same scale on the axis as `k`; several, because there are local minima.
-std::vector<std::array<double, 9>> first_numbers(const KannalaBrandtParameters& k, Of<DoubleSphereCamera> /*of*/) {
-  std::vector<std::array<double, 9>> out;
-  for (const double xi : {-0.4, -0.2, 0.0, 0.3})
-    for (const double alpha : {0.45, 0.55, 0.65})
-      out.push_back({(1 + xi) * k.fx, (1 + xi) * k.fy, k.cx, k.cy, xi, alpha});
-  return out;
-}
-std::vector<std::array<double, 9>> first_numbers(const KannalaBrandtParameters& k, Of<MeiCamera> /*of*/) {
-  std::vector<std::array<double, 9>> out;
-  for (const double xi : {0.8, 1.2, 1.8, 3.0})
-    out.push_back({(1 + xi) * k.fx, (1 + xi) * k.fy, k.cx, k.cy, xi, 0, 0, 0, 0});
-  return out;
-}
-
 /// Minimises from one start and returns the remaining error; infinite if the start does not cover all angles.
 template <template <class> class Camera>
 double fit_equivalent_model(const KannalaBrandtParameters& lens, double max_model_angle_rad,
@@ -327,13 +304,13 @@ double fit_equivalent_model(const KannalaBrandtParameters& lens, double max_mode
   return summary.IsSolutionUsable() ? summary.final_cost : std::numeric_limits<double>::infinity();
 }
 
-}  // namespace
-
+/// The best of several minimisations; all zero if no start covers all angles.
 template <template <class> class Camera>
-typename Camera<double>::Parameters equivalent_model(const KannalaBrandtParameters& lens, double max_model_angle_rad) {
+ModelParameters best_fit(const KannalaBrandtParameters& lens, double max_model_angle_rad,
+                         const std::vector<std::array<double, 9>>& starts) {
   std::array<double, 9> best{};
   double least = std::numeric_limits<double>::infinity();
-  for (std::array<double, 9> values : first_numbers(lens, Of<Camera>{})) {
+  for (std::array<double, 9> values : starts) {
     const double left = fit_equivalent_model<Camera>(lens, max_model_angle_rad, values);
     if (!(left < least)) continue;
     least = left;
@@ -342,7 +319,21 @@ typename Camera<double>::Parameters equivalent_model(const KannalaBrandtParamete
   return from_values<typename Camera<double>::Parameters>(best.data());
 }
 
-template DoubleSphereParameters equivalent_model<DoubleSphereCamera>(const KannalaBrandtParameters&, double);
-template MeiParameters equivalent_model<MeiCamera>(const KannalaBrandtParameters&, double);
+}  // namespace
+
+ModelParameters equivalent_model(const KannalaBrandtParameters& k, LensKind kind, double max_model_angle_rad) {
+  if (kind == LensKind::kannala_brandt) return k;
+  // Starts with the same scale on the axis as `k`.
+  std::vector<std::array<double, 9>> starts;
+  if (kind == LensKind::mei) {
+    for (const double xi : {0.8, 1.2, 1.8, 3.0})
+      starts.push_back({(1 + xi) * k.fx, (1 + xi) * k.fy, k.cx, k.cy, xi, 0, 0, 0, 0});
+    return best_fit<MeiCamera>(k, max_model_angle_rad, starts);
+  }
+  for (const double xi : {-0.4, -0.2, 0.0, 0.3})
+    for (const double alpha : {0.45, 0.55, 0.65})
+      starts.push_back({(1 + xi) * k.fx, (1 + xi) * k.fy, k.cx, k.cy, xi, alpha});
+  return best_fit<DoubleSphereCamera>(k, max_model_angle_rad, starts);
+}
 
 }  // namespace lightwell::calibration

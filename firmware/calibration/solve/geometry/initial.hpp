@@ -14,11 +14,10 @@
 
 namespace lightwell::calibration {
 
-/// T_lens_board, axes _cv, of a flat board from the directions of its points; directions instead of pixels, because an
-/// image plane does not exist beyond 90 degrees from the axis: the homography from the board to the rays by the direct
-/// linear transform (the cross product of each ray with its mapped point is zero; Hartley & Zisserman 2004,
-/// section 4.1), decomposed as in Zhang 2000, section 3.1. Empty if the points do not determine the pose: fewer than
-/// four, collinear, coincident, or NaN.
+/// T_lens_board, axes _cv, of a flat board from the directions of its points: the homography from the board to the rays
+/// by the direct linear transform (the cross product of each ray with its mapped point is zero; Hartley & Zisserman
+/// 2004, section 4.1), decomposed as in Zhang 2000, section 3.1. Empty if the points do not determine the pose: fewer
+/// than four, collinear, coincident, or NaN.
 [[nodiscard]] std::optional<Pose> board_pose(std::span<const Vec3d> points, std::span<const Vec3d> directions_cv);
 
 /// Initial estimate of one lens, with an independent pose for each board in each picture.
@@ -40,10 +39,9 @@ struct LensInitialization {
 [[nodiscard]] Result<BundleState> initialize_bundle(const BoardObservations& observations,
                                                     const std::vector<LensInitialization>& lenses);
 
-/// Parameters of `Camera` that best approximate `lens` at angles up to `max_model_angle_rad`. All zero if the model
+/// The model of this kind that best approximates `lens` at angles up to `max_model_angle_rad`. All zero if the kind
 /// cannot represent such angles.
-template <template <class> class Camera>
-[[nodiscard]] typename Camera<double>::Parameters equivalent_model(const KannalaBrandtParameters& lens,
-                                                                   double max_model_angle_rad);
+[[nodiscard]] ModelParameters equivalent_model(const KannalaBrandtParameters& lens, LensKind kind,
+                                               double max_model_angle_rad);
 
 }  // namespace lightwell::calibration

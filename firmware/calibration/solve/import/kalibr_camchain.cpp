@@ -117,9 +117,9 @@ ImportedCamera read_camera(const YamlMap& camera, const std::string& name) {
 void note_timeshift(const YamlMap& camera, const std::string& name, std::vector<std::string>& notes) {
   static constexpr const char* kKey = "timeshift_cam_imu";
   if (!camera.has(kKey)) return;
-  const double shift = camera.number(kKey);
-  if (!std::isfinite(shift)) camera.refuse(kKey, "is not finite");
-  notes.push_back(name + ": timeshift_cam_imu " + listed(std::array{shift}) +
+  const std::array shift{camera.number(kKey)};
+  check_numbers(camera, kKey, shift);
+  notes.push_back(name + ": timeshift_cam_imu " + listed(shift) +
                   " s (t_imu = t_cam + shift) is ignored, because a rig has no IMU");
 }
 
@@ -144,17 +144,13 @@ Pose chain_pose(const YamlMap& camera) {
   // Tolerance of orthonormality: files have at least seven digits.
   constexpr double kOrthonormal = 1e-4;
   static constexpr const char* kKey = "T_cn_cnm1";
-  if (!camera.has(kKey))
-    camera.refuse(kKey,
-                  "is missing, so the relative pose of the two lenses is unknown; calibrate both together, or "
-                  "import one with --camera");
-  const std::vector<std::vector<double>> rows = camera.rows(kKey);
-  if (rows.size() != 4) camera.refuse(kKey, "must be 4 x 4 numbers, it has " + std::to_string(rows.size()) + " rows");
-  for (const auto& row : rows) {
-    if (row.size() != 4) camera.refuse(kKey, "must be 4 x 4 numbers, a row has " + std::to_string(row.size()));
-    for (const double v : row)
-      if (!std::isfinite(v)) camera.refuse(kKey, "has a value that is not finite");
-  }
+  const std::vector<std::vector<double>> rows = camera.rows(
+      camera.require({kKey},
+                     ", so the relative pose of the two lenses is unknown; calibrate both together, or import one with "
+                     "--camera"));
+  if (rows.size() != 4 || std::ranges::any_of(rows, [](const auto& row) { return row.size() != 4; }))
+    camera.refuse(kKey, "must be 4 rows of 4 numbers");
+  for (const auto& row : rows) check_numbers(camera, kKey, row);
   if (rows[3] != std::vector<double>{0, 0, 0, 1}) camera.refuse(kKey, "the last row must be 0 0 0 1");
   std::array<Vec3d, 3> m;
   for (std::size_t i = 0; i < 3; ++i) m[i] = {rows[i][0], rows[i][1], rows[i][2]};

@@ -36,25 +36,7 @@ class Storage : public Fields {
     throw ImportError(name_ + ": " + key + ": " + what);
   }
 
-  [[nodiscard]] bool has(const std::string& key) const { return !storage_[key].empty(); }
-
-  /// The spelling that is present, or empty; refuses two.
-  [[nodiscard]] std::string find(const Names& spellings) const {
-    std::string found;
-    for (const std::string& key : spellings) {
-      if (!has(key)) continue;
-      if (!found.empty()) refuse(key, "has the same meaning as " + found + "; leave one of them out");
-      found = key;
-    }
-    return found;
-  }
-
-  /// The spelling that is present; refuses none, with `remedy`.
-  [[nodiscard]] std::string require(const Names& spellings, const std::string& remedy = "") const {
-    const std::string found = find(spellings);
-    if (found.empty()) refuse(spellings.front(), "is missing" + remedy);
-    return found;
-  }
+  [[nodiscard]] bool has(const std::string& key) const override { return !storage_[key].empty(); }
 
   /// The numbers, row-major, of a matrix with rows, cols and data, a list, or a list of rows.
   [[nodiscard]] std::vector<double> numbers(const std::string& key) const {

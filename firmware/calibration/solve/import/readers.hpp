@@ -1,5 +1,5 @@
-// What the readers of the formats share, and one reader per format; import.cpp makes a rig from their common result.
-// Functions of this folder other than those of import.hpp report errors by throwing ImportError.
+// What the readers of the formats share (defined in import.cpp, which makes a rig from their common result), and one
+// reader per format. Functions of this folder other than those of import.hpp report errors by throwing ImportError.
 #pragma once
 
 #include <optional>
@@ -24,6 +24,11 @@ struct ImportError : std::runtime_error {
 class Fields {
  public:
   virtual ~Fields() = default;
+  [[nodiscard]] virtual bool has(const std::string& key) const = 0;
+  /// The spelling of a key that is present, or empty; refuses two.
+  [[nodiscard]] std::string find(const std::vector<std::string>& spellings) const;
+  /// The spelling that is present; refuses none, with `remedy`.
+  [[nodiscard]] std::string require(const std::vector<std::string>& spellings, const std::string& remedy = "") const;
   /// Throws "FILE:LINE: cam0.KEY: WHAT", as far as the format knows line and map.
   [[noreturn]] virtual void refuse(const std::string& key, const std::string& what) const = 0;
 };

@@ -40,14 +40,14 @@ struct Window {
 };
 
 Window window_of(const YamlMap& info, int width, int height) {
-  Window w{0, 0, width, height, 1, 1};
+  Window w{0, 0, width, height};
   if (info.has("roi")) {
     const YamlMap roi = info.map("roi");
     const int x = whole(roi, "x_offset", 0), y = whole(roi, "y_offset", 0);
     const int cols = whole(roi, "width", 0), rows = whole(roi, "height", 0);
     // By the definition of the message, width = height = 0 is the full picture.
     if (cols != 0 || rows != 0) {
-      w.x = x, w.y = y, w.width = cols, w.height = rows;
+      w = {x, y, cols, rows};
       if (w.width < 1 || w.height < 1 || w.x + w.width > width || w.y + w.height > height)
         info.refuse("roi", "must lie inside the picture of " + std::to_string(width) + " x " + std::to_string(height) +
                                " pixels; all zero is the whole picture");
@@ -76,15 +76,14 @@ PinholeFields seen_through(const Window& w, const PinholeFields& p) {
 
 ImportedCameras read_ros_camera_info(std::string_view text, const std::string& name) {
   const YamlMap info = YamlMap::parse(text, name);
-  const std::string width_key = info.one_of({"image_width", "width"});
-  const double width = info.number(width_key), height = info.number(info.one_of({"image_height", "height"}));
+  const std::string width_key = info.require({"image_width", "width"});
+  const double width = info.number(width_key), height = info.number(info.require({"image_height", "height"}));
   check_size(info, width_key, width, height);
   const Window window = window_of(info, static_cast<int>(width), static_cast<int>(height));
-  const std::string k_key = info.one_of({"camera_matrix", "K", "k"});
+  const std::string k_key = info.require({"camera_matrix", "K", "k"});
   const PinholeFields p = seen_through(window, pinhole_of(info, k_key, matrix(info, k_key)));
-  if (!info.has("distortion_model")) info.refuse("distortion_model", std::string("is missing; ") + kKnown);
-  const std::string model = info.word("distortion_model");
-  const std::string d_key = info.one_of({"distortion_coefficients", "D", "d"});
+  const std::string model = info.word(info.require({"distortion_model"}, std::string("; ") + kKnown));
+  const std::string d_key = info.require({"distortion_coefficients", "D", "d"});
   const std::vector<double> d = matrix(info, d_key);
   check_numbers(info, d_key, d);
   const std::string here = "; here are " + std::to_string(d.size());

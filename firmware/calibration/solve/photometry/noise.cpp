@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include <Eigen/Core>
 #include <Eigen/LU>
@@ -63,53 +64,48 @@ struct Grouped {
   double mean = 0, deviation = 0, mean_variance = 0, deviation_variance = 0;
 };
 
-class GroupedLikelihood {
- public:
-  /// Uses codes `first` to `last`; bin edges are linear values.
-  GroupedLikelihood(const Histogram& histogram, const ResponseCurve& response, int first, int last) {
-    const double top = histogram.levels() - 1;
-    for (int k = first; k <= last; ++k) {
-      const bool bottom = k == 0, end = k + 1 == histogram.levels();
-      low_.push_back(bottom ? -1e9 : linearized(response, (k - 0.5) / top));
-      high_.push_back(end ? 1e9 : linearized(response, (k + 0.5) / top));
-      count_.push_back(histogram.count[static_cast<std::size_t>(k)]);
-    }
+/// Maximum likelihood by Fisher scoring over mean and ln of the standard deviation, from the codes `first` to `last`.
+Grouped fit_grouped(const Histogram& histogram, const ResponseCurve& response, int first, int last, double mean,
+                    double deviation) {
+  struct CodeBin {
+    double low, high, count;  ///< Edges are linear values.
+  };
+  std::vector<CodeBin> bins;
+  const double top = histogram.levels() - 1;
+  double total = 0;
+  for (int k = first; k <= last; ++k) {
+    const bool bottom = k == 0, end = k + 1 == histogram.levels();
+    bins.push_back({bottom ? -1e9 : linearized(response, (k - 0.5) / top),
+                    end ? 1e9 : linearized(response, (k + 0.5) / top), histogram.count[static_cast<std::size_t>(k)]});
+    total += bins.back().count;
   }
-
-  /// Fisher scoring over mean and ln of the standard deviation.
-  [[nodiscard]] Grouped solve(double mean, double deviation) const {
-    Grouped out{mean, deviation};
-    for (int pass = 0; pass < 100; ++pass) {
-      double score[2] = {}, information[3] = {}, total = 0;
-      for (const double c : count_) total += c;
-      for (std::size_t k = 0; k < count_.size(); ++k) {
-        const double a = std::clamp((low_[k] - out.mean) / out.deviation, -40.0, 40.0);
-        const double b = std::clamp((high_[k] - out.mean) / out.deviation, -40.0, 40.0);
-        const double p = std::max(probability(a, b), 1e-280);
-        const double by_mean = (density(a) - density(b)) / out.deviation;
-        const double by_log = a * density(a) - b * density(b);
-        score[0] += count_[k] * by_mean / p;
-        score[1] += count_[k] * by_log / p;
-        information[0] += total * by_mean * by_mean / p;
-        information[1] += total * by_mean * by_log / p;
-        information[2] += total * by_log * by_log / p;
-      }
-      const double determinant = information[0] * information[2] - information[1] * information[1];
-      if (!(determinant > 0) || !std::isfinite(determinant)) break;
-      const double step_mean = (information[2] * score[0] - information[1] * score[1]) / determinant;
-      const double step_log = (information[0] * score[1] - information[1] * score[0]) / determinant;
-      out.mean_variance = information[2] / determinant;
-      out.deviation_variance = information[0] / determinant * out.deviation * out.deviation;
-      out.mean += std::clamp(step_mean, -out.deviation, out.deviation);
-      out.deviation *= std::exp(std::clamp(step_log, -0.5, 0.5));
-      if (std::abs(step_mean) < 1e-9 * out.deviation && std::abs(step_log) < 1e-9) break;
+  Grouped out{mean, deviation};
+  for (int pass = 0; pass < 100; ++pass) {
+    double score[2] = {}, information[3] = {};
+    for (const auto& [low, high, count] : bins) {
+      const double a = std::clamp((low - out.mean) / out.deviation, -40.0, 40.0);
+      const double b = std::clamp((high - out.mean) / out.deviation, -40.0, 40.0);
+      const double p = std::max(probability(a, b), 1e-280);
+      const double by_mean = (density(a) - density(b)) / out.deviation;
+      const double by_log = a * density(a) - b * density(b);
+      score[0] += count * by_mean / p;
+      score[1] += count * by_log / p;
+      information[0] += total * by_mean * by_mean / p;
+      information[1] += total * by_mean * by_log / p;
+      information[2] += total * by_log * by_log / p;
     }
-    return out;
+    const double determinant = information[0] * information[2] - information[1] * information[1];
+    if (!(determinant > 0) || !std::isfinite(determinant)) break;
+    const double step_mean = (information[2] * score[0] - information[1] * score[1]) / determinant;
+    const double step_log = (information[0] * score[1] - information[1] * score[0]) / determinant;
+    out.mean_variance = information[2] / determinant;
+    out.deviation_variance = information[0] / determinant * out.deviation * out.deviation;
+    out.mean += std::clamp(step_mean, -out.deviation, out.deviation);
+    out.deviation *= std::exp(std::clamp(step_log, -0.5, 0.5));
+    if (std::abs(step_mean) < 1e-9 * out.deviation && std::abs(step_log) < 1e-9) break;
   }
-
- private:
-  std::vector<double> low_, high_, count_;
-};
+  return out;
+}
 
 /// Variance of the pictures' means: drift between pictures.
 double drift_variance(std::span<const Picture> pictures, const ResponseCurve& response, double low, double high) {
@@ -131,12 +127,9 @@ double drift_variance(std::span<const Picture> pictures, const ResponseCurve& re
 }
 
 /// Noise variance of one picture from the differences of two pictures of the same scene: half the mean square about the
-/// mean. `least`: lower limit of the standard deviation for the rejection of outliers.
-struct DifferenceVariance {
-  double variance = 0, count = 0;
-};
-
-DifferenceVariance difference_variance(std::span<const double> differences, double least) {
+/// mean; and the number of differences used. `least`: lower limit of the standard deviation for the rejection of
+/// outliers.
+std::pair<double, double> difference_variance(std::span<const double> differences, double least) {
   // For rounded values the median absolute value may be 0; then the rejection starts from `least`.
   const ClippedMean mean = clipped_mean(differences, least, least, 8);
   return {mean.count < 2 ? 0 : mean.variance / 2, mean.count};
@@ -265,9 +258,8 @@ Result<DarkEstimate> solve_dark(std::span<const Picture> pictures, const Respons
   };
   // One code, or two adjacent ones: only rounding is visible.
   if (occupied < 3 || inside - largest < 30) return unresolved();
-  const Grouped gauss =
-      GroupedLikelihood(histogram, response, first, last)
-          .solve(linear_at(*value), std::max(linear_at(*value + spread) - linear_at(*value), 0.2 * code));
+  const Grouped gauss = fit_grouped(histogram, response, first, last, linear_at(*value),
+                                    std::max(linear_at(*value + spread) - linear_at(*value), 0.2 * code));
   if (!(gauss.mean_variance > 0) || !std::isfinite(gauss.mean) || !(gauss.deviation > 0.15 * code)) return unresolved();
   const double low = (first - 0.5) / top, high = (last + 0.5) / top;
   out.black_level = std::clamp(gauss.mean, 0.0, 0.49);

@@ -1,4 +1,5 @@
-// Pictures of the photometric solvers, independent of the pixel format.
+// Pictures of the photometric solvers, independent of the pixel format, and the samples of an exposure series for
+// response_solver.hpp.
 #pragma once
 
 #include <cstddef>
@@ -39,5 +40,30 @@ struct Picture {
 /// invalid_argument unless there are at least `least` pictures, all with the same size, kind and number of levels;
 /// `what` names them in the message.
 [[nodiscard]] Status check_alike(std::span<const Picture> pictures, std::size_t least, const std::string& what);
+
+/// The values of one channel of a pixel over the series of exposures.
+struct PixelSeries {
+  int channel = 0;             ///< 0 red, 1 green, 2 blue.
+  std::vector<double> values;  ///< Picture values as fractions of full scale, one per exposure.
+};
+
+struct ResponseSamples {
+  std::vector<double> exposures;  ///< exposure_s * gain.
+  std::vector<PixelSeries> pixels;
+  int levels = 256;          ///< Number of codes; 0: not quantised.
+  double dark_value = 0;     ///< Picture value without light, from dark frames.
+  double saturation = 0.98;  ///< Values from here on are lower bounds.
+  /// Relative standard deviation of each exposure: shutters count rows, and drivers round.
+  double exposure_deviation = 0.001;
+};
+
+/// Chooses blocks spread first over brightness classes, then over the picture, preferring uniform ones; each gives a
+/// series of one channel. `exposures`: exposure_s * gain, one per picture. Blocks that become darker in a longer
+/// exposure (motion) are rejected; a block with a pixel well above saturation counts as saturated. invalid_argument:
+/// pictures that differ in size or kind, a wrong number of exposures, pictures that are too small, fewer than 20 blocks
+/// left.
+[[nodiscard]] Result<ResponseSamples> choose_samples(std::span<const Picture> pictures,
+                                                     std::span<const double> exposures, double dark_value,
+                                                     double saturation);
 
 }  // namespace lightwell::photometry

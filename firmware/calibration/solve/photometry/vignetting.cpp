@@ -292,8 +292,7 @@ Result<VignettingEstimate> solve_vignetting(std::span<const LampObservation> obs
     jacobian(i, i + 1) = angle / found(0);
   }
   const Eigen::Matrix3d of_curve = jacobian * covariance * jacobian.transpose();
-  for (int i = 0; i < 3; ++i)
-    for (int k = 0; k < 3; ++k) out.covariance[static_cast<std::size_t>(3 * i + k)] = of_curve(i, k);
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(out.covariance.data()) = of_curve;
 
   for (int i = 0; i <= 128; ++i) {
     const double left = powers(i / 128.0).dot(found) / found(0);

@@ -1,5 +1,12 @@
-// The commands of a probe that its links call.
+// The commands of a probe that its links call, and the execution of a client's requests by them.
 #pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include <lightwell/estimator_config.hpp>
 #include <lightwell/geometry.hpp>
@@ -23,5 +30,17 @@ class Commands {
   /// Scales radiance so that the irradiance at `normal` (unit, probe frame) is `lux`; returns the factor.
   [[nodiscard]] virtual Result<double> report_lux(double lux, Vec3d normal) = 0;
 };
+
+enum class ProbeCall : std::uint8_t { info, set_config, report_lux, get_config };
+
+/// For a link with its own RPC: the response in binary form. data_loss if `request` is not a request of this call;
+/// otherwise the error of `commands`, or why they were not called. Calls `commands` on this thread.
+[[nodiscard]] Result<std::string> answer_probe_call(ProbeCall call, std::string_view request, Commands& commands);
+
+/// For a link without (USB): executes a LinkRequest and writes the LinkResponse, at most kMaxLinkMessageBytes, into
+/// `response`. Every LinkRequest has a response, also one that is refused. data_loss if `request` is not a LinkRequest;
+/// `response` is then empty. Calls `commands` on this thread.
+[[nodiscard]] Status answer_link_request(std::span<const std::byte> request, Commands& commands,
+                                         std::vector<std::byte>& response);
 
 }  // namespace lightwell

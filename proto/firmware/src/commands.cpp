@@ -3,8 +3,8 @@
 #include <utility>
 #include <vector>
 
+#include <lightwell/commands.hpp>
 #include <lightwell/framing.hpp>
-#include <lightwell/probe_calls.hpp>
 #include <lightwell/time.hpp>
 
 #include "lightwell/v1/link_message.pb.h"

@@ -1,4 +1,0 @@
-#include "conventions.cpp"
-#include "library.cpp"
-#include "lighting.cpp"
-#include "probe.cpp"
