@@ -29,6 +29,7 @@ try:
     from matplotlib.path import Path
     from matplotlib.ticker import LogLocator, NullLocator
     from matplotlib.transforms import Bbox
+    from PIL import Image
 except ImportError:
     sys.exit("lightwell_plot.py: matplotlib is missing; Debian's package is python3-matplotlib")
 
@@ -321,6 +322,8 @@ def save(figure, path):
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         figure.savefig(temporary, format=path.suffix[1:], dpi=200)
+        if path.suffix == ".png":  # matplotlib writes an alpha channel, which every pixel sets to opaque.
+            Image.open(temporary).convert("RGB").save(temporary, format="png", dpi=(200, 200))
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)

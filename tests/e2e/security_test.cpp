@@ -95,7 +95,7 @@ TEST_F(SecurityTest, AMistakeInTheListOfClientsIsInTheLogAndInInfo) {
   ASSERT_TRUE(connect(daemon.uri(), pair(daemon.uri())).ok());
   std::ofstream(keys() + "/clients", std::ios::app) << "a slip of the hand\n";
   EXPECT_TRUE(becomes_true("the log names the line", [&] {
-    return daemon.process().err().find("clients:4: the first word is no SHA-256") != std::string::npos;
+    return daemon.process().err().find("clients:4: the first word is not a SHA-256") != std::string::npos;
   })) << daemon.process().err();
   Child info(tool({"info", daemon.uri(), "--json"}), environment());
   EXPECT_EQ(info.wait(), (ExitStatus{0, 0})) << info.err();

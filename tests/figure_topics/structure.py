@@ -16,9 +16,10 @@ from structure.line_counts import measure as count_lines
 TEST_TARGETS = ["all"]
 
 # The tests that the label `structure` has at least.
-MUST_EXIST = {"code_layout", "code_layout_self_test", "glossary", "glossary_self_test", "include_direction",
-              "include_direction_self_test", "packages", "skeleton_camera_test", "skeleton_estimator_test",
-              "skeleton_link_test", "skeleton_pixel_format_test", "wire_tables", "wire_tables_self_test"}
+MUST_EXIST = {"code_layout", "code_layout_self_test", "glossary", "glossary_self_test", "header_self_containment",
+              "header_self_containment_self_test", "include_direction", "include_direction_self_test", "packages",
+              "skeleton_camera_test", "skeleton_estimator_test", "skeleton_link_test", "skeleton_pixel_format_test",
+              "wire_tables", "wire_tables_self_test"}
 
 # The first commit that is laid out by .clang-format. Its parent, the same code in another layout, has the 73,600 lines
 # (empty ones counted) of which the requirement speaks.

@@ -151,7 +151,7 @@ TEST(PanoramaEstimator, RefusesFramesThatDoNotMatchTheRigWithAReason) {
   EXPECT_NE(refusal([](View& v, FrameInfo&) { v.width = 120; }).find("120x180"), std::string::npos);
   EXPECT_NE(refusal([](View& v, FrameInfo&) { v.lens = 0; }).find("twice"), std::string::npos);
   EXPECT_NE(refusal([](View& v, FrameInfo&) { v.lens += 1; }).find("lens 2"), std::string::npos);
-  EXPECT_NE(refusal([](View& v, FrameInfo&) { v.data = v.data.first(100); }).find("shorter"), std::string::npos);
+  EXPECT_NE(refusal([](View& v, FrameInfo&) { v.data = v.data.first(100); }).find("too few"), std::string::npos);
   for (const double exposure :
        {0.0, -1.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})
     EXPECT_NE(refusal([&](View&, FrameInfo& i) { i.exposure_s = exposure; }).find("exposure_s"), std::string::npos);
