@@ -33,7 +33,7 @@ class Reader {
     std::set<std::string> names;
     const auto find_repeated = [&](int, Event event, const nlohmann::ordered_json& value) {
       if (event == Event::key && !names.insert(value.get<std::string>()).second)
-        set_error(std::string("\"").append(value.get<std::string>()).append("\" is there twice"));
+        set_error(formatted("\"%s\" is there twice", value.get<std::string>().c_str()));
       return true;
     };
     try {

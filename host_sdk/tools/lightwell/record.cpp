@@ -24,12 +24,13 @@ int run_record(const RecordOptions& options) {
                                            : HostTime{std::numeric_limits<std::int64_t>::max()};
   std::uint64_t count = 0, bytes = 0;
   while (const std::optional<ReceivedDescriptor> item = feed.next(end)) {
-    if (const Status status = writer->append(item->received.ns, item->bytes); !status.ok())
-      return fail(kFile, options.file + ": " + status.message());
+    Status status = writer->append(item->received.ns, item->bytes);
+    // Each record goes to the file at once: a killed process loses none that it received.
+    if (status.ok()) status = writer->flush();
+    if (!status.ok()) return fail(kFile, options.file + ": " + status.message());
     ++count;
     bytes += item->bytes.size();
   }
-  if (const Status status = writer->flush(); !status.ok()) return fail(kFile, options.file + ": " + status.message());
   if (count == 0) return fail(kNothingReceived, options.uri + ": no descriptor was received");
   std::printf("%s: %llu descriptors, %llu bytes, %llu gaps\n", options.file.c_str(),
               static_cast<unsigned long long>(count), static_cast<unsigned long long>(bytes),

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <poll.h>
 #include <thread>
 #include <unistd.h>
@@ -79,6 +80,7 @@ class Backend final : public V4l2Camera {
   double rate_ = 0;
   bool lends_buffers_ = false;
   std::string name_;
+  std::optional<Attachment> attachment_;
   std::optional<ExposureSchedule> schedule_;
   std::optional<BufferPool> pool_;
   std::optional<Converter> converter_;
@@ -103,6 +105,9 @@ Result<CameraInfo> Backend::open() {
   std::vector<std::string> notes = options_.notes;
   Result<Connection> connection = connect(options_, notes);
   if (!connection) return connection.status();
+  // A symbolic link identifies a camera; the number of a node changes.
+  std::error_code ignored;
+  if (!std::filesystem::is_symlink(options_.path, ignored)) attachment_ = attachment_of(options_.path);
   if (Status s = prepare(*connection, notes); !s.ok()) return s;
   return describe(std::move(notes));
 }
@@ -147,8 +152,10 @@ CameraInfo Backend::describe(std::vector<std::string> notes) const {
 }
 
 Status Backend::connect_again() {
+  Options options = options_;
+  if (attachment_) options.path = node_at(*attachment_).value_or(options_.path);
   std::vector<std::string> reported_before;
-  Result<Connection> connection = connect(options_, reported_before);
+  Result<Connection> connection = connect(options, reported_before);
   if (!connection) return connection.status();
   // CameraInfo promised these to the consumers.
   const bool as_before = connection->encoding == encoding_ && connection->layout == layout_ &&
@@ -156,7 +163,7 @@ Status Backend::connect_again() {
                          connection->exposure.seconds.size() == exposure_.seconds.size();
   if (!as_before)
     return {StatusCode::unavailable,
-            "v4l2: '" + options_.path + "' has been reconnected, but delivers another format or size than before"};
+            "v4l2: '" + options.path + "' has been reconnected, but delivers another format or size than before"};
   exposure_ = std::move(connection->exposure);
   device_.emplace(std::move(connection->device));
   pool_->adopt(std::move(connection->buffers));

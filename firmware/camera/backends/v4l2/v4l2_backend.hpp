@@ -18,9 +18,9 @@ namespace lightwell {
 /// limits.
 ///
 /// One thread runs from start() to stop(). If the device is unplugged, fails, or delivers nothing for two seconds plus
-/// ten frame intervals, the state is lost: the thread looks for the node every 250 ms and streams again once it is
-/// back, with the same format. The sequence has a gap for the frames lost meanwhile. Frames of a device that is gone
-/// stay valid.
+/// ten frame intervals, the state is lost: the thread looks for the camera every 250 ms and streams again once it is
+/// back, with the same format: at the same port, whatever its node's number, else at the same path. The sequence has a
+/// gap for the frames lost meanwhile. Frames of a device that is gone stay valid.
 class V4l2Camera : public CameraBackend {
  public:
   /// Counters since construction.
