@@ -35,17 +35,23 @@ def check_daemon_survived(rig: Rig, before: dict[str, int], measured: Measured) 
 
 
 def camera_unplugged(rig: Rig, test: Any, measured: Measured) -> None:
-    """The camera is unplugged and plugged in again, three times."""
+    """The camera is unplugged and plugged in again, three times. The second time lightwelld does not run meanwhile: it
+    still holds the old device node when the camera is back, so the kernel makes a node with another number."""
     with streaming(rig, test) as (camera, uri, watcher):
         before = rig.daemon()
-        times = []
-        for _ in range(3):
+        times, nodes = [], []
+        for suspended in (False, True, False):
+            if suspended:
+                rig.board.run("systemctl kill --signal=STOP lightwelld", check=True)
             camera.command("unplug")
             rig.wait_for_no_video()
             camera.command("plug")
-            rig.wait_for_video()
+            nodes.append(rig.wait_for_video())
+            if suspended:
+                rig.board.run("systemctl kill --signal=CONT lightwelld", check=True)
             times.append(watcher.back_after("light after the camera was put in again", 60))
         measured.time("light again after the kernel has its device, largest of three", max(times), "s", "<= 6")
+        measured.figure("device nodes that the camera had", len(set(nodes)), "", ">= 2")
         check_daemon_survived(rig, before, measured)
 
 

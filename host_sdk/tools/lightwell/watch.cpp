@@ -75,7 +75,6 @@ class Feed {
   [[nodiscard]] Status close() {
     const std::lock_guard lock(mutex_);
     closed_ = true;
-    if (writer_ && written_.ok()) written_ = writer_->flush().in(file_);
     return written_;
   }
 
@@ -84,7 +83,11 @@ class Feed {
     const std::lock_guard lock(mutex_);
     if (closed_ || !written_.ok()) return;
     take_(arrival);
-    if (writer_) written_ = writer_->append(arrival.received.ns, arrival.bytes).in(file_);
+    if (!writer_) return;
+    written_ = writer_->append(arrival.received.ns, arrival.bytes);
+    // Each record goes to the file at once: a killed process loses none that it received.
+    if (written_.ok()) written_ = writer_->flush();
+    written_ = written_.in(file_);
   }
 
   std::mutex mutex_;

@@ -86,7 +86,8 @@ gboolean on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer) {
   return TRUE;
 }
 
-constexpr const char* kSysPath = "/sys/devices/virtual/video4linux/video90";
+/// The USB interface of the camera.
+const std::string kPort = "/devices/pci0000:00/usb1/1-1/1-1:1.0";
 
 void make_bed() {
   if (bed().testbed != nullptr) return;
@@ -97,7 +98,7 @@ void make_bed() {
   }
   UMockdevIoctlBase* const handler = umockdev_ioctl_base_new();
   g_signal_connect(handler, "handle-ioctl", G_CALLBACK(on_ioctl), nullptr);
-  for (const std::string& path : {UmockCamera::path(), UmockCamera::path_by_id()}) {
+  for (const std::string& path : {UmockCamera::path(), UmockCamera::path_renumbered(), UmockCamera::path_by_id()}) {
     GError* error = nullptr;
     if (umockdev_testbed_attach_ioctl(bed().testbed, path.c_str(), handler, &error) != FALSE) continue;
     std::fprintf(stderr, "umockdev: %s\n", error->message);
@@ -119,6 +120,7 @@ UmockCamera::~UmockCamera() {
 }
 
 std::string UmockCamera::path() { return "/dev/video90"; }
+std::string UmockCamera::path_renumbered() { return "/dev/video92"; }
 std::string UmockCamera::path_by_id() { return "/dev/v4l/by-id/usb-Test_Camera-video-index0"; }
 
 V4l2Device& UmockCamera::device() { return *bed().device; }
@@ -134,15 +136,21 @@ void UmockCamera::plug_in(DeviceKind kind) {
   plug_in();
 }
 
-void UmockCamera::plug_in() {
+void UmockCamera::plug_in() { plug_in_as(path()); }
+
+void UmockCamera::plug_in_renumbered() { plug_in_as(path_renumbered()); }
+
+void UmockCamera::plug_in_as(const std::string& path) {
   if (plugged_) return;
   plugged_ = true;
+  path_ = path;
   GError* error = nullptr;
+  const std::string name = path.substr(std::string("/dev/").size());
   const std::string description =
-      "P: /devices/virtual/video4linux/video90\nN: video90=00\nE: SUBSYSTEM=video4linux\nE: DEVNAME=/dev/video90\n"
-      "A: dev=81:90\nA: name=Test Camera\n";
+      "P: " + kPort + "/video4linux/" + name + "\nN: " + name + "=00\nE: SUBSYSTEM=video4linux\nE: DEVNAME=" + path +
+      "\nA: dev=81:" + name.substr(std::string("video").size()) + "\nA: index=0\nA: name=Test Camera\n";
   // Open the node by its path in the testbed, so that this does not count as opening the device.
-  const std::string node = in_bed(path()).string();
+  const std::string node = in_bed(path).string();
   if (umockdev_testbed_add_from_string(bed().testbed, description.c_str(), &error) == FALSE) {
     std::fprintf(stderr, "umockdev: %s\n", error->message);
     std::exit(1);
@@ -164,15 +172,15 @@ void UmockCamera::plug_in() {
   std::filesystem::create_directories(link.parent_path());
   std::error_code ignored;
   std::filesystem::remove(link, ignored);
-  std::filesystem::create_symlink("../../video90", link);
+  std::filesystem::create_symlink("../../" + name, link);
 }
 
 void UmockCamera::unplug() {
   if (!plugged_) return;
   plugged_ = false;
-  umockdev_testbed_remove_device(bed().testbed, kSysPath);
+  umockdev_testbed_remove_device(bed().testbed, ("/sys" + kPort + "/video4linux/" + path_.substr(5)).c_str());
   std::error_code ignored;
-  std::filesystem::remove(in_bed(path()), ignored);
+  std::filesystem::remove(in_bed(path_), ignored);
   std::filesystem::remove(in_bed(path_by_id()), ignored);
   std::shared_ptr<V4l2Device> device;
   {
@@ -187,7 +195,7 @@ int UmockCamera::mappings() {
   std::ifstream maps("/proc/self/maps");
   int count = 0;
   for (std::string line; std::getline(maps, line);)
-    if (line.find("/dev/video90") != std::string::npos) ++count;
+    if (line.find("/dev/video9") != std::string::npos) ++count;
   return count;
 }
 

@@ -23,11 +23,14 @@ class UmockCamera {
 
   /// "/dev/video90": a number that does not occur on real machines, so that no real camera is used.
   [[nodiscard]] static std::string path();
+  [[nodiscard]] static std::string path_renumbered();
   /// The symbolic link to it by id.
   [[nodiscard]] static std::string path_by_id();
 
   void unplug();
   void plug_in();
+  /// Plugs it into the same port; its node is path_renumbered(), as if another camera had the old number.
+  void plug_in_renumbered();
   /// Plugs another camera into the same node.
   void plug_in(DeviceKind kind);
   [[nodiscard]] V4l2Device& device();
@@ -36,7 +39,10 @@ class UmockCamera {
   [[nodiscard]] static int descriptors();
 
  private:
+  void plug_in_as(const std::string& path);
+
   bool plugged_ = false;
+  std::string path_;  ///< Of the current node, or of the last one.
 };
 
 }  // namespace lightwell::test

@@ -53,6 +53,21 @@ TEST(V4l2Replug, FramesResumeWithinTwoSeconds) {
   EXPECT_EQ(open.camera->counts().disconnects, 1U);
 }
 
+TEST(V4l2Replug, ACameraWithAnotherNodeNumberAtTheSamePortIsFound) {
+  UmockCamera plugged(webcam(V4L2_PIX_FMT_YUYV));
+  OpenCamera open("");
+  ASSERT_TRUE(open.start());
+  ASSERT_TRUE(open.sink.more_come(2));
+  plugged.unplug();
+  ASSERT_TRUE(open.becomes(State::lost));
+  plugged.plug_in_renumbered();
+  ASSERT_TRUE(open.sink.more_come(2)) << "the old number is still in use";
+  plugged.unplug();
+  ASSERT_TRUE(open.becomes(State::lost));
+  plugged.plug_in();
+  EXPECT_TRUE(open.sink.more_come(2)) << "the old number is free again";
+}
+
 TEST(V4l2Replug, TheInitialExposureIsKept) {
   DeviceKind kind = webcam(V4L2_PIX_FMT_YUYV);
   UmockCamera plugged(kind);

@@ -17,7 +17,7 @@
 namespace lightwell::v4l2 {
 
 struct Options {
-  std::string path;                  ///< Device node; symbolic links are resolved again at each reconnection.
+  std::string path;                  ///< Device node, or a symbolic link to one.
   RequestedFormat wanted;            ///< From the URI, else from the configuration.
   CaptureSettings capture;           ///< Exposures and white balance; without exposures: the camera's initial exposure.
   std::optional<int> gain_raw;       ///< V4L2_CID_GAIN, which has no unit; empty: the lowest.

@@ -63,14 +63,20 @@ constexpr std::array kKnownErrors = {
     KnownError{ENOMEM, StatusCode::resource_exhausted, nullptr},
 };
 
+/// The first line of a file in sysfs; empty if there is no such file.
+std::string attribute(const std::filesystem::path& path) {
+  std::string value;
+  std::ifstream file(path);
+  std::getline(file, value);
+  return value;
+}
+
 /// Lists the existing devices for messages: "/dev/video0 (UVC Camera), /dev/video2 (...)".
 std::string devices_there_are() {
   std::vector<std::string> found;
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator("/sys/class/video4linux", ignored)) {
-    std::string name;
-    std::ifstream file(entry.path() / "name");
-    std::getline(file, name);
+    const std::string name = attribute(entry.path() / "name");
     found.push_back("/dev/" + entry.path().filename().string() + (name.empty() ? "" : " (" + name + ")"));
   }
   std::ranges::sort(found);
@@ -78,6 +84,24 @@ std::string devices_there_are() {
 }
 
 }  // namespace
+
+std::optional<Attachment> attachment_of(const std::string& path) {
+  std::error_code failed;
+  // Such as /sys/devices/pci0000:00/0000:00:14.0/usb1/1-1/1-1:1.0/video4linux/video0.
+  const std::filesystem::path device =
+      std::filesystem::canonical("/sys/class/video4linux" / std::filesystem::path(path).filename(), failed);
+  if (failed) return std::nullopt;
+  const std::filesystem::path parent = device.parent_path().parent_path();
+  if (parent.filename() == "virtual") return std::nullopt;
+  return Attachment{parent, attribute(device / "index")};
+}
+
+std::optional<std::string> node_at(const Attachment& attachment) {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(attachment.parent / "video4linux", ignored))
+    if (attribute(entry.path() / "index") == attachment.index) return "/dev/" + entry.path().filename().string();
+  return std::nullopt;
+}
 
 MappedBuffers::~MappedBuffers() {
   for (const Buffer& buffer : buffers_) ::munmap(buffer.memory.data(), buffer.memory.size());

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -50,6 +51,18 @@ class MappedBuffers {
  private:
   std::vector<Buffer> buffers_;
 };
+
+/// Where a video device is attached, by sysfs: the folder of its parent (a USB interface, a platform device) and its
+/// index among the parent's nodes. A camera that is plugged into the same port again is attached at the same place, but
+/// its node gets another number if the old one was still open or mapped when the camera came back.
+struct Attachment {
+  std::filesystem::path parent;
+  std::string index;
+};
+/// Of the device node `path`. Empty if sysfs does not describe it, and for a virtual device, which has no parent.
+[[nodiscard]] std::optional<Attachment> attachment_of(const std::string& path);
+/// The device node that is attached there now, such as "/dev/video2". Empty if there is none.
+[[nodiscard]] std::optional<std::string> node_at(const Attachment& attachment);
 
 /// Not thread-safe. Methods that are called for each frame return an errno, 0 for success.
 class Device {

@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <poll.h>
 #include <stop_token>
 #include <unistd.h>
@@ -42,6 +43,9 @@ class Backend final : public V4l2Camera {
     std::vector<std::string> notes = options_.notes;
     Result<Connection> connection = connect(options_, notes);
     if (!connection) return connection.status();
+    // A symbolic link identifies a camera; the number of a node changes.
+    std::error_code ignored;
+    if (!std::filesystem::is_symlink(options_.path, ignored)) attachment_ = attachment_of(options_.path);
     if (Status s = prepare(*connection, notes); !s.ok()) return s;
     CameraInfo info;
     info.name = device_->card().empty() ? "v4l2:" + options_.path : device_->card();
@@ -122,8 +126,10 @@ class Backend final : public V4l2Camera {
   }
 
   [[nodiscard]] Status connect_again() {
+    Options options = options_;
+    if (attachment_) options.path = node_at(*attachment_).value_or(options_.path);
     std::vector<std::string> reported_before;
-    Result<Connection> connection = connect(options_, reported_before);
+    Result<Connection> connection = connect(options, reported_before);
     if (!connection) return connection.status();
     // CameraInfo promised these to the consumers.
     const bool as_before = connection->encoding == encoding_ && connection->layout == layout_ &&
@@ -131,7 +137,7 @@ class Backend final : public V4l2Camera {
                            connection->exposure.seconds.size() == exposure_.seconds.size();
     if (!as_before)
       return {StatusCode::unavailable,
-              "v4l2: '" + options_.path + "' has been reconnected, but delivers another format or size than before"};
+              "v4l2: '" + options.path + "' has been reconnected, but delivers another format or size than before"};
     exposure_ = std::move(connection->exposure);
     device_.emplace(std::move(connection->device));
     pool_->adopt(std::move(connection->buffers));
@@ -327,6 +333,7 @@ class Backend final : public V4l2Camera {
   Layout layout_;
   double rate_ = 0;
   bool lends_buffers_ = false;
+  std::optional<Attachment> attachment_;
   std::optional<ExposureSchedule> schedule_;
   std::optional<BufferPool> pool_;
   std::optional<Converter> converter_;
