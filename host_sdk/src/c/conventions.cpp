@@ -1,11 +1,9 @@
 // C ABI of the conversions to other engines' lighting types.
 #include <algorithm>
-#include <cstddef>
-#include <cstring>
+#include <array>
 #include <initializer_list>
 #include <iterator>
 #include <string>
-#include <type_traits>
 
 #include <lightwell/conventions.h>
 #include <lightwell/conventions.hpp>
@@ -45,29 +43,87 @@ Result<ConversionOptions> options_of(const lw_conversion_options* given) {
   return out;
 }
 
-/// Copies the members of `from` from one on. Those of the C structs have the types and the order of the C++ types.
-template <std::size_t first_from, std::size_t first_to, class T, class C>
-void copy_members(const T& from, C& to) {
-  static_assert(std::is_trivially_copyable_v<T> && sizeof(T) - first_from == sizeof(C) - first_to);
-  std::memcpy(reinterpret_cast<char*>(&to) + first_to, reinterpret_cast<const char*>(&from) + first_from,
-              sizeof(T) - first_from);
+template <std::size_t n>
+void copy(const std::array<float, n>& from, float (&to)[n]) {
+  std::copy(from.begin(), from.end(), to);
 }
 
-template <class T, class C>
-void fill_value(const T& from, C& to) {
-  copy_members<0, offsetof(C, residual) + sizeof to.residual>(from, to);
+template <std::size_t n>
+void copy(const std::array<std::array<float, 3>, n>& from, float (&to)[3 * n]) {
+  for (std::size_t i = 0; i < n; ++i) std::copy(from[i].begin(), from[i].end(), to + 3 * i);
 }
 
-// A time is aligned to 8 bytes, so that the padding after the state before it differs.
+void copy(const DomPoint& from, float (&to)[4]) { copy(std::array{from.x, from.y, from.z, from.w}, to); }
 
-void fill_value(const ArCoreLightEstimate& from, lw_arcore& to) {
+void fill(const WebXrLightEstimate& from, lw_webxr& to) {
+  copy(from.sphericalHarmonicsCoefficients, to.sphericalHarmonicsCoefficients);
+  copy(from.primaryLightDirection, to.primaryLightDirection);
+  copy(from.primaryLightIntensity, to.primaryLightIntensity);
+}
+
+void fill(const ArCoreLightEstimate& from, lw_arcore& to) {
   to.state = static_cast<std::int32_t>(from.state);
-  copy_members<offsetof(ArCoreLightEstimate, timestamp), offsetof(lw_arcore, timestamp)>(from, to);
+  to.timestamp = from.timestamp;
+  copy(from.environmentalHdrMainLightDirection, to.environmentalHdrMainLightDirection);
+  copy(from.environmentalHdrMainLightIntensity, to.environmentalHdrMainLightIntensity);
+  copy(from.environmentalHdrAmbientSphericalHarmonics, to.environmentalHdrAmbientSphericalHarmonics);
 }
 
-void fill_value(const OpenXrLightEstimate& from, lw_openxr& to) {
+void fill(const OpenXrLightEstimate& from, lw_openxr& to) {
   to.state = static_cast<std::int32_t>(from.state);
-  copy_members<offsetof(OpenXrLightEstimate, lastUpdatedTime), offsetof(lw_openxr, lastUpdatedTime)>(from, to);
+  to.lastUpdatedTime = from.lastUpdatedTime;
+  to.ambientLightState = static_cast<std::int32_t>(from.ambientLight.state);
+  copy(from.ambientLight.intensity, to.ambientLightIntensity);
+  copy(from.ambientLight.colorCorrection, to.ambientLightColorCorrection);
+  to.sphericalHarmonicsState = static_cast<std::int32_t>(from.sphericalHarmonics.state);
+  to.sphericalHarmonicsKind = static_cast<lw_openxr_harmonics>(from.sphericalHarmonics.kind);
+  copy(from.sphericalHarmonics.coefficients, to.sphericalHarmonicsCoefficients);
+  to.directionalLightState = static_cast<std::int32_t>(from.directionalLight.state);
+  copy(from.directionalLight.intensity, to.directionalLightIntensity);
+  copy(from.directionalLight.direction, to.directionalLightDirection);
+}
+
+void fill(const ArKitLightEstimate& from, lw_arkit& to) {
+  copy(from.sphericalHarmonicsCoefficients, to.sphericalHarmonicsCoefficients);
+  copy(from.primaryLightDirection, to.primaryLightDirection);
+  to.primaryLightIntensity = from.primaryLightIntensity;
+  to.ambientIntensity = from.ambientIntensity;
+  to.ambientColorTemperature = from.ambientColorTemperature;
+}
+
+void fill(const UnityLighting& from, lw_unity& to) {
+  copy(from.sphericalHarmonicsL2, to.sphericalHarmonicsL2);
+  copy(from.forward, to.forward);
+  copy(from.color, to.color);
+  to.intensity = from.intensity;
+}
+
+void fill(const ThreeLighting& from, lw_three& to) {
+  copy(from.sh, to.sh);
+  to.lightProbeIntensity = from.lightProbeIntensity;
+  copy(from.position, to.position);
+  copy(from.color, to.color);
+  to.intensity = from.intensity;
+}
+
+void fill(const FilamentLighting& from, lw_filament& to) {
+  copy(from.irradiance, to.irradiance);
+  copy(from.radiance, to.radiance);
+  to.indirectIntensity = from.indirectIntensity;
+  copy(from.direction, to.direction);
+  copy(from.color, to.color);
+  to.intensity = from.intensity;
+  to.sunAngularRadius = from.sunAngularRadius;
+}
+
+void fill(const UnrealLighting& from, lw_unreal& to) {
+  copy(from.R, to.R);
+  copy(from.G, to.G);
+  copy(from.B, to.B);
+  copy(from.forward, to.forward);
+  copy(from.color, to.color);
+  to.intensity = from.intensity;
+  to.lightSourceAngle = from.lightSourceAngle;
 }
 
 /// `make(lighting, options)` returns the Converted value.
@@ -84,7 +140,7 @@ lw_status convert(const lw_lighting* lighting, const lw_conversion_options* opti
     c.size = sizeof c;
     c.validity = static_cast<lw_validity>(made.validity);
     c.residual = made.residual.value_or(-1.0F);
-    fill_value(made.value, c);
+    fill(made.value, c);
     return write_sized(c, name, out);
   });
   return write_failure(status, name, out);
