@@ -10,7 +10,6 @@
 #include <lightwell/text.hpp>
 
 #include "app/daemon.hpp"
-#include "app/log.hpp"
 #include "camera/backends/sim/sim_backend.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #ifdef LIGHTWELL_HAVE_CAMERA_REPLAY

@@ -1,8 +1,8 @@
 #include "app/daemon.hpp"
 
-#include <charconv>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <ctime>
 #include <iostream>
 #include <map>
@@ -18,7 +18,6 @@
 #include <lightwell/time.hpp>
 
 #include "app/component_tables.hpp"
-#include "app/log.hpp"
 #include "app/pipeline.hpp"
 #include "camera/frame_recorder.hpp"
 #include "link/access/probe_keys.hpp"
@@ -122,7 +121,7 @@ class NetworkMonitor {
     for (const auto& link : publisher.links())
       if (AdvertisedLink shown = advertised_link(link->address()); !shown.uri.empty())
         a.links.push_back(std::move(shown));
-    advertiser_.emplace(a);
+    advertiser_ = make_advertiser(a);
     // Any text but "", so that the announced name is logged.
     last_logged_["discovery"] = "nothing logged yet";
 #endif
@@ -157,7 +156,7 @@ class NetworkMonitor {
 
   const Publisher& publisher_;
 #ifdef LIGHTWELL_HAVE_DISCOVERY
-  std::optional<Advertiser> advertiser_;
+  std::unique_ptr<Advertiser> advertiser_;
 #endif
   std::map<std::string, std::string> last_logged_;
   std::uint64_t logged_refused_ = 0;
@@ -197,31 +196,28 @@ std::string over_budget_message(double ms, double budget_ms) {
       ms, budget_ms);
 }
 
-/// The number after the last colon; 0 if there is none.
-int port_of(const std::string& listen) {
-  int port = 0;
-  const char* const end = listen.data() + listen.size();
-  std::from_chars(listen.data() + listen.rfind(':') + 1, end, port);
-  return port;
-}
-
 Status status_of(PairingOutcome outcome, const PairingWindow& window) {
-  switch (outcome) {
-    case PairingOutcome::paired:
-      return {};
-    case PairingOutcome::too_many_wrong_codes:
-      return {StatusCode::unavailable,
-              "three wrong codes were received and the window is closed: if you entered none of them, somebody on the "
-              "network is guessing"};
-    case PairingOutcome::open:
-    case PairingOutcome::timed_out:
-      break;
-  }
+  if (outcome == PairingOutcome::paired) return {};
+  if (outcome == PairingOutcome::too_many_wrong_codes)
+    return {StatusCode::unavailable,
+            "three wrong codes were received and the window is closed: if you entered none of them, somebody on the "
+            "network is guessing"};
   return {StatusCode::unavailable, "no client was paired (" + std::to_string(window.wrong_codes()) +
                                        " wrong codes); start again for a new code"};
 }
 
+/// Writes one line to stderr, with journald's priority prefix if stderr is the journal. Escapes control characters,
+/// which texts from clients and brokers may contain.
+void write_log(const char* journal_prefix, const char* plain_prefix, const std::string& line) {
+  // systemd sets JOURNAL_STREAM for a service whose stderr is the journal.
+  static const bool journal = std::getenv("JOURNAL_STREAM") != nullptr;
+  std::cerr << (journal ? journal_prefix : plain_prefix) << printable(line) << std::endl;
+}
+
 }  // namespace
+
+void log_info(const std::string& line) { write_log("<6>", "lightwelld: ", line); }
+void log_error(const std::string& line) { write_log("<3>", "lightwelld: error: ", line); }
 
 void block_stop_signals() {
   const sigset_t set = stop_signals();
@@ -286,20 +282,22 @@ Status run_daemon(const Config& config) {
     const StatusSnapshot status = pipeline.status();
     notify_systemd("WATCHDOG=1", status_line(status));
     network.poll();
-    if (const std::string e = pipeline.last_error(); e != logged_error) {
-      log_error(e);
-      logged_error = e;
+    const Pipeline::Health health = pipeline.health();
+    if (health.last_error != logged_error) {
+      log_error(health.last_error);
+      logged_error = health.last_error;
     }
     if (recorder && recorder->faults() != logged_faults) {
       logged_faults = recorder->faults();
       log_error("recording: " + recorder->last_error().message() + "; the probe goes on without it");
     }
-    if (const Setting now = pipeline.setting(); now != logged_setting) {
-      log_info("budget: setting " + std::string(to_string(logged_setting)) + " -> " + std::string(to_string(now)));
-      logged_setting = now;
+    if (health.setting != logged_setting) {
+      log_info("budget: setting " + std::string(to_string(logged_setting)) + " -> " +
+               std::string(to_string(health.setting)));
+      logged_setting = health.setting;
     }
-    if (const std::optional<double> ms = pipeline.over_budget_ms(); ms && !logged_over_budget) {
-      log_error(over_budget_message(*ms, config.budget_ms));
+    if (health.over_budget_ms && !logged_over_budget) {
+      log_error(over_budget_message(*health.over_budget_ms, config.budget_ms));
       logged_over_budget = true;
     }
     const CameraBackend::State state = components->camera->state();
@@ -335,7 +333,8 @@ Status run_pairing(const Config& config, const std::string& listen) {
                                         std::to_string(kDefaultPairingPort)
                                   : listen;
   options.probe_name = config.probe_name;
-  options.port = port_of(config.grpc.listen_address);
+  options.port =
+      parse_number<int>(config.grpc.listen_address.substr(config.grpc.listen_address.rfind(':') + 1)).value_or(0);
   options.client_certificate_days = config.grpc.client_certificate_days;
   const Result<std::unique_ptr<PairingWindow>> opened = PairingWindow::open(options, *keys);
   if (!opened) return opened.status();

@@ -11,6 +11,10 @@ namespace lightwell {
 
 inline constexpr std::string_view kFirmwareVersion = LIGHTWELL_VERSION;
 
+/// The daemon's log: one line per message on stderr; control characters are escaped.
+void log_info(const std::string& line);
+void log_error(const std::string& line);
+
 /// Blocks SIGINT and SIGTERM in this thread and all threads it starts; call it before anything else.
 void block_stop_signals();
 /// Whether SIGINT or SIGTERM is pending. Any thread.

@@ -10,7 +10,6 @@
 
 #include "app/component_tables.hpp"
 #include "app/daemon.hpp"
-#include "app/log.hpp"
 
 namespace {
 

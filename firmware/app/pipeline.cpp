@@ -1,7 +1,6 @@
 #include "app/pipeline.hpp"
 
 #include <cmath>
-#include <optional>
 
 #include <lightwell/query.hpp>
 #include <lightwell/time.hpp>
@@ -16,7 +15,7 @@ Pipeline::Pipeline(StatusSnapshot identity, std::unique_ptr<Estimator> estimator
       governor_(budget_ms, config.setting),
       used_(config.setting),
       config_(config),
-      setting_(config.setting) {
+      health_{{}, config.setting, {}} {
   newest_.lights.reserve(kMaxLights);
   newest_clipped_.reserve(kMaxLights + 1);
 }
@@ -65,7 +64,7 @@ void Pipeline::run() {
     } else {
       {
         const std::lock_guard lock(mutex_);
-        last_error_ = status.message();
+        health_.last_error = status.message();
       }
       failed_.fetch_add(1, std::memory_order_release);
     }
@@ -89,27 +88,17 @@ void Pipeline::configure_estimator() {
 void Pipeline::update_governor(double ms) {
   governor_.record_duration(ms);
   const std::lock_guard lock(mutex_);
-  setting_ = governor_.setting();
+  health_.setting = governor_.setting();
   governor_counts_ = governor_.counts();
   if (!governor_.exceeds_budget_at_fast())
-    over_budget_ms_.reset();
-  else if (!over_budget_ms_)
-    over_budget_ms_ = governor_.typical_ms();
+    health_.over_budget_ms.reset();
+  else if (!health_.over_budget_ms)
+    health_.over_budget_ms = governor_.typical_ms();
 }
 
-Setting Pipeline::setting() const {
+Pipeline::Health Pipeline::health() const {
   const std::lock_guard lock(mutex_);
-  return setting_;
-}
-
-std::optional<double> Pipeline::over_budget_ms() const {
-  const std::lock_guard lock(mutex_);
-  return over_budget_ms_;
-}
-
-std::string Pipeline::last_error() const {
-  const std::lock_guard lock(mutex_);
-  return last_error_;
+  return health_;
 }
 
 StatusSnapshot Pipeline::status() const {

@@ -13,7 +13,7 @@
 #include "app/governor.hpp"
 #include "camera/frame_recorder.hpp"
 #include "estimate/estimator.hpp"
-#include "link/publisher.hpp"
+#include "link/link.hpp"
 
 namespace lightwell {
 
@@ -36,13 +36,13 @@ class Pipeline final : public Commands {
   /// Ends the thread, then the links. Call it after the camera has stopped.
   void stop();
 
-  /// The last error of the estimator or the encoder; empty if there was none.
-  [[nodiscard]] std::string last_error() const;
-
-  /// The setting for the next estimate.
-  [[nodiscard]] Setting setting() const;
-  /// Median duration, ms, when even the cheapest setting was first found to exceed the budget; nullopt otherwise.
-  [[nodiscard]] std::optional<double> over_budget_ms() const;
+  struct Health {
+    std::string last_error;  ///< The last error of the estimator or the encoder; empty if there was none.
+    Setting setting;         ///< For the next estimate.
+    /// Median duration, ms, when even the cheapest setting was first found to exceed the budget; nullopt otherwise.
+    std::optional<double> over_budget_ms;
+  };
+  [[nodiscard]] Health health() const;
 
   // Commands
   [[nodiscard]] StatusSnapshot status() const override;
@@ -78,10 +78,8 @@ class Pipeline final : public Commands {
   std::vector<ClippedLight> newest_clipped_;  ///< The clipped lights of `newest_`.
   Recovery recovery_;
   bool has_newest_ = false;
-  Setting setting_;
+  Health health_;
   Governor::Counts governor_counts_;
-  std::optional<double> over_budget_ms_;
-  std::string last_error_;
 };
 
 }  // namespace lightwell

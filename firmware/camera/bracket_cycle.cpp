@@ -1,6 +1,5 @@
 #include "camera/bracket_cycle.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 

@@ -34,8 +34,7 @@ class ReportedCycle {
   /// The camera's frame counter starts again.
   void restart() { fresh_ = true; }
 
-  /// Empty for a frame to discard: its exposure is not in the cycle (or not finite), or its sequence number does not
-  /// increase.
+  /// Empty for a frame to discard: its exposure is not in the cycle, or its sequence number does not increase.
   [[nodiscard]] std::optional<CyclePlace> place(std::uint64_t camera_sequence, double exposure_s);
 
  private:

@@ -5,7 +5,7 @@ namespace lightwell {
 Result<std::unique_ptr<FrameRecorder>> FrameRecorder::open(const std::string& path, RecordingHeader header,
                                                            FrameSink& next, int queue) {
   if (queue < 1 || queue > 1024)
-    return Status(StatusCode::invalid_argument, "recorder.queue must be 1 to 1024, it is " + std::to_string(queue));
+    return invalid_argument("recorder.queue must be 1 to 1024, it is " + std::to_string(queue));
   header.kind = RecordingKind::frames;
   Result<RecordWriter> file = RecordWriter::open(path, header);
   if (!file) return file.status();
@@ -88,8 +88,7 @@ void FrameRecorder::run() {
   if (last_error().ok()) note(file_.flush());
 }
 
-/// The oldest copy in the queue; null at the end. Flushes the file before it waits, so that a power failure loses only
-/// frames that were still queued.
+/// The oldest copy in the queue; null at the end. Flushes the file before it waits: a power failure loses the queue.
 FrameRecorder::Copy* FrameRecorder::next_waiting() {
   std::unique_lock lock(mutex_);
   if (waiting_.empty() && !ending_ && error_.ok()) {

@@ -27,9 +27,8 @@ namespace lightwell {
 class FrameRecorder final : public FrameSink {
  public:
   /// Creates the file, or appends to a recording of kind frames. Sets `header.kind`. `next` must outlive the recorder.
-  /// Errors as RecordWriter::open(), and invalid_argument for the queue.
-  /// `queue`: number of copies that can wait to be written, 1 to 1024. Each costs the memory of a frame and lets the
-  /// disk stall for one frame interval.
+  /// Errors as RecordWriter::open(), and invalid_argument for the queue. `queue`: number of copies that can wait to be
+  /// written, 1 to 1024. Each lets the disk stall for a frame.
   [[nodiscard]] static Result<std::unique_ptr<FrameRecorder>> open(const std::string& path, RecordingHeader header,
                                                                    FrameSink& next, int queue = 8);
 

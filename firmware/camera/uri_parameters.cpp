@@ -4,7 +4,6 @@
 #include <array>
 
 #include "imaging/frame.hpp"
-#include "imaging/uri.hpp"
 
 namespace lightwell {
 namespace {
@@ -27,13 +26,12 @@ constexpr std::array kCaptureParameters = {
                      [](const CaptureSettings& c) { return c.colour_gains.has_value(); }},
 };
 
-Status bad(const std::string& what) { return {StatusCode::invalid_argument, what}; }
-
 Result<std::array<double, 2>> parse_colour_gains(std::string_view text) {
   const std::size_t comma = std::min(text.find(','), text.size());
   const Result<double> red = uri_quantity(text.substr(0, comma), {{"", 1}});
   const Result<double> blue = uri_quantity(text.substr(std::min(comma + 1, text.size())), {{"", 1}});
-  if (!red || !blue) return bad("'" + std::string(text) + "' is not two gains, red and blue, such as 1.8,1.5");
+  if (!red || !blue)
+    return invalid_argument("'" + std::string(text) + "' is not two gains, red and blue, such as 1.8,1.5");
   return std::array<double, 2>{*red, *blue};
 }
 
@@ -61,18 +59,17 @@ Result<UriParameters> read_parameters(CameraUri uri, const CameraConfig& config,
     if (std::ranges::find(names.capture, name) == names.capture.end()) {
       std::string message = camera + field + ": this camera has no " + name + ": leave it out; its parameters are:";
       for (const std::string_view other : known) message += " " + std::string(other);
-      return bad(message);
+      return invalid_argument(message);
     }
     if (std::ranges::find(uri.parameters, name, &std::pair<std::string, std::string>::first) != uri.parameters.end())
-      return bad(camera + name + " is given in the URI and in " + field + ": leave one of them out");
+      return invalid_argument(camera + name + " is given in the URI and in " + field + ": leave one of them out");
   }
-  for (auto& [name, value] : uri.parameters) {
+  for (auto& [name, value] : uri.parameters)
     if (std::ranges::find(kCaptureParameters, name, &CaptureParameter::name) == kCaptureParameters.end())
       out.own.emplace_back(std::move(name), std::move(value));
     else if (const Status s = set_capture(out.capture, name, value); !s.ok())
-      return bad(camera + name + ": " + s.message());
-  }
-  if (const Status s = out.capture.validate(); !s.ok()) return bad(camera + s.message());
+      return invalid_argument(camera + name + ": " + s.message());
+  if (const Status s = out.capture.validate(); !s.ok()) return invalid_argument(camera + s.message());
   return out;
 }
 

@@ -1,5 +1,4 @@
-// Reads the parameters of camera URIs. Those of all cameras, exposure, gain, white_balance and colour_gains, are parsed
-// here (README.md).
+// Reads the parameters of camera URIs; parses those of all cameras: exposure, gain, white_balance, colour_gains.
 #pragma once
 
 #include <string>
@@ -28,8 +27,7 @@ struct UriParameters {
   std::vector<std::string> warnings;                     ///< Former names in the URI, for CameraInfo::notes.
 };
 
-/// invalid_argument names the parameter: unknown, of an invalid value, given in both the URI and the configuration, or
-/// given in the configuration of a camera that does not have it.
+/// invalid_argument names a parameter: unknown, invalid, in both URI and configuration, or not this camera's.
 [[nodiscard]] Result<UriParameters> read_parameters(CameraUri uri, const CameraConfig& config,
                                                     const ParameterNames& names);
 

@@ -19,8 +19,7 @@ struct RadianceScale {
   double factor = 1;  ///< Descriptor radiance per unit of (linear value / (exposure_s * gain * vignetting)).
 };
 
-/// Not thread-safe: one thread at a time. An estimator may allocate all memory when it is constructed; the panorama
-/// estimator's estimate() allocates none.
+/// Not thread-safe: one thread at a time. The panorama estimator's estimate() allocates no memory.
 class Estimator {
  public:
   virtual ~Estimator() = default;

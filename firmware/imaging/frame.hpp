@@ -64,8 +64,7 @@ class FrameOwner {
   ~FrameOwner() = default;
 };
 
-/// Metadata and borrowed pictures. Move-only; the destructor returns the memory to the backend. A frame must not
-/// outlive the backend that made it.
+/// Metadata and borrowed pictures. Move-only; the destructor returns the memory to the backend, which must outlive it.
 class Frame {
  public:
   Frame() = default;

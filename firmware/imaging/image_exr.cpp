@@ -15,8 +15,7 @@
 namespace lightwell {
 namespace {
 
-/// Reads the header of the first part, and nothing beyond it. Imf::InputFile would allocate tables of the size that the
-/// header states before the caller can check that size.
+/// Reads the header of the first part alone: Imf::InputFile would allocate tables before the size can be checked.
 Imf::Header first_header(const std::string& path) {
   Imf::StdIFStream stream(path.c_str());
   int magic = 0, version = 0;

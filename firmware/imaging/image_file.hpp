@@ -11,8 +11,7 @@
 
 namespace lightwell {
 
-/// An image that owns its pixels; rows from the top, without padding. rgb8 from PNG and JPEG, rgb_f32 from EXR and HDR
-/// (the values as stored in the file).
+/// An image that owns its pixels; rows from the top, without padding. rgb8 from PNG and JPEG, rgb_f32 from EXR and HDR.
 struct Image {
   int width = 0, height = 0;
   PixelFormat format = PixelFormat::rgb8;

@@ -135,8 +135,7 @@ RowEnd read_adaptive_rle(Input& in, std::span<Rgbe> row) {
   return RowEnd::whole;
 }
 
-/// Old run-length encoding: a pixel (1, 1, 1, n) repeats the previous one n times; in successive repeat pixels n is
-/// multiplied by 256, 65536, ...
+/// Old run-length encoding: a pixel (1, 1, 1, n) repeats the previous one n times; the next such pixels 256 n, ...
 RowEnd read_old_rle(Input& in, std::span<Rgbe> row, Rgbe first) {
   unsigned shift = 0;
   std::optional<Rgbe> pixel = first;
@@ -168,8 +167,7 @@ RowEnd read_row(Input& in, std::span<Rgbe> row) {
   return read_adaptive_rle(in, row);
 }
 
-/// (mantissa + 1/2) / 256 * 2^(exponent - 128): writers truncate the mantissa, so the middle of its interval is the
-/// unbiased value.
+/// (mantissa + 1/2) / 256 * 2^(exponent - 128): writers truncate the mantissa; the middle of its interval is unbiased.
 void store(std::span<const Rgbe> row, const Header& header, std::byte* out) {
   for (const Rgbe& p : row) {
     std::array<float, 3> rgb{};

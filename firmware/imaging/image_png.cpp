@@ -1,5 +1,4 @@
 // Reads and writes PNG with libpng, which here treats a wrong CRC of any chunk as an error (W3C PNG, third edition).
-#include <algorithm>
 #include <array>
 #include <csetjmp>
 #include <cstring>
@@ -163,11 +162,10 @@ Result<Image> read_png(const std::string& name, std::span<const std::byte> file)
 }
 
 Status write_png(const std::string& path, const Image& image) {
-  if (image.format != PixelFormat::rgb8)
-    return {StatusCode::invalid_argument, path + ": only rgb8 pictures are written as PNG"};
+  if (image.format != PixelFormat::rgb8) return invalid_argument(path + ": only rgb8 pictures are written as PNG");
   if (image.width < 1 || image.height < 1 ||
       image.data.size() < picture_bytes(image.format, image.stride(), image.height))
-    return {StatusCode::invalid_argument, path + ": the picture's data do not fill its size"};
+    return invalid_argument(path + ": the picture's data do not fill its size");
   Writer writer;
   if (!writer.write(image))
     return {StatusCode::internal, path + ": libpng could not encode the picture: " + writer.errors.message.data()};

@@ -23,8 +23,7 @@ inline constexpr std::int64_t kMaxImageSide = 65536;
 [[nodiscard]] Status image_damaged(const std::string& name, const std::string& where);
 [[nodiscard]] Status image_refused(const std::string& name, const std::string& why);
 
-/// 8-bit r, g, b from PNG and JPEG, rows in the order of the file. EXIF orientation is ignored, because a calibration
-/// refers to the sensor's pixels.
+/// 8-bit r, g, b. EXIF orientation is ignored, because a calibration refers to the sensor's pixels.
 [[nodiscard]] Result<Image> read_png(const std::string& name, std::span<const std::byte> file);
 [[nodiscard]] Result<Image> read_jpeg(const std::string& name, std::span<const std::byte> file);
 [[nodiscard]] Result<Image> read_hdr(const std::string& name, std::span<const std::byte> file);

@@ -23,11 +23,9 @@ class JpegDecoder {
   };
   /// Reads the header of a picture, which must stay valid until decode(). False: see fault().
   [[nodiscard]] bool read_header(std::span<const std::byte> jpeg, Header& header);
-  /// After read_header(): writes rows without padding, of 3 * width * height bytes in all. False: see fault(); `rgb`
-  /// may then be partly written.
+  /// After read_header(): writes 3 * width * height bytes. False: see fault(); `rgb` may then be partly written.
   [[nodiscard]] bool decode(std::span<std::byte> rgb);
-  /// A frame of Motion JPEG. False unless it is whole, of this size, grey or YCbCr, and `rgb` is large enough.
-  /// Progressive frames are refused: no camera sends them.
+  /// A frame of Motion JPEG. False unless it is whole, of this size, grey or YCbCr, not progressive, and fits `rgb`.
   [[nodiscard]] bool decode_frame(std::span<const std::byte> jpeg, int width, int height, std::span<std::byte> rgb);
   /// After decode(): the bytes that follow the end marker.
   [[nodiscard]] std::span<const std::byte> rest() const;

@@ -8,10 +8,8 @@
 namespace lightwell {
 namespace {
 
-Status bad(const std::string& what) { return {StatusCode::invalid_argument, what}; }
-
 Status bad_uri(std::string_view text, const std::string& what) {
-  return bad("camera '" + std::string(text) + "': " + what);
+  return invalid_argument("camera '" + std::string(text) + "': " + what);
 }
 
 bool is_scheme(std::string_view name) {
@@ -116,12 +114,13 @@ Result<double> uri_quantity(std::string_view text, std::initializer_list<UriUnit
     if (error == std::errc() && std::isfinite(number) && suffix == unit.suffix) return number * unit.factor;
     if (!unit.suffix.empty()) known += (known.empty() ? "" : ", ") + std::string(unit.suffix);
   }
-  return bad("'" + std::string(text) + "' is not a number" + (known.empty() ? "" : " with a unit (" + known + ")"));
+  return invalid_argument("'" + std::string(text) + "' is not a number" +
+                          (known.empty() ? "" : " with a unit (" + known + ")"));
 }
 
 Result<double> uri_duration_s(std::string_view text) {
   Result<double> seconds = uri_quantity(text, {{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}, {"", 1}});
-  if (seconds && *seconds < 0) return bad("'" + std::string(text) + "' is negative");
+  if (seconds && *seconds < 0) return invalid_argument("'" + std::string(text) + "' is negative");
   return seconds;
 }
 
@@ -139,7 +138,7 @@ Result<Duration> uri_row_readout(std::string_view text) {
   const Result<double> seconds = uri_quantity(text, {{"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}});
   if (!seconds) return seconds.status();
   if (!(*seconds >= 0 && *seconds <= 0.01))
-    return bad("'" + std::string(text) + "' is not a delay between rows from 0us to 10ms");
+    return invalid_argument("'" + std::string(text) + "' is not a delay between rows from 0us to 10ms");
   return Duration::from_seconds(*seconds);
 }
 

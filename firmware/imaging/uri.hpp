@@ -34,16 +34,14 @@ struct RenamedParameter {
   std::string_view former, current;
 };
 
-/// Replaces former names of parameters by the current ones; appends to `warnings` for each. invalid_argument if a
-/// parameter is given by both names.
+/// Replaces former names of parameters by the current ones, with warnings. invalid_argument if both names are given.
 [[nodiscard]] Status rename_parameters(CameraUri& uri, const std::vector<RenamedParameter>& renamed,
                                        std::vector<std::string>& warnings);
 
 /// invalid_argument for the first parameter that is not in `known`; the message suggests the nearest known name.
 [[nodiscard]] Status check_parameters(const CameraUri& uri, const std::vector<std::string_view>& known);
 
-// Values of parameters. Errors are invalid_argument and quote the text and the accepted form. NaN and infinity are
-// refused.
+// Values of parameters. invalid_argument quotes the text and the accepted form. NaN and infinity are refused.
 
 struct UriUnit {
   std::string_view suffix;  ///< Empty for a number without unit.
@@ -59,7 +57,7 @@ template <class T>
   if (const std::optional<T> value = parse_number<T>(text); value && *value >= least && *value <= most) return *value;
   std::ostringstream what;
   what << "'" << text << "' is not a number from " << least << " to " << most;
-  return Status(StatusCode::invalid_argument, what.str());
+  return invalid_argument(what.str());
 }
 
 /// "1.5ms", "200us", "40ns", "0.01s"; a number without unit is in seconds. Not negative.

@@ -1,5 +1,3 @@
-#include "pose/body_pose.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -7,22 +5,21 @@
 
 #include <Eigen/Dense>
 
+#include "pose/body_tracker.hpp"
 #include "pose/corner_solver.hpp"
 
 namespace lightwell {
 
 namespace {
 
-/// A step that lowers chi² by less than 1e-7 of its value moves the pose by about a thousandth of its standard
-/// deviation.
+/// A step that lowers chi² by less than 1e-7 of its value moves the pose by about a thousandth of its sigma.
 constexpr SolverLimits kPredictedSolverLimits{30, 1e-7};
 /// Gate of a prediction with six degrees of freedom. The 99.99 % quantile of chi² is 28; predictions are coarse.
 constexpr double kMaxPredictionChiSquare = 50;
-/// Mean cost of a corner after the Cauchy loss, in squared standard deviations: a solution with less is in the basin of
-/// the right minimum.
+/// Mean cost of a corner after the Cauchy loss, in sigma²: a solution with less is in the basin of the right minimum.
 constexpr double kMaxMeanLoss = 15;
 
-Status wrong(const std::string& what) { return {StatusCode::invalid_argument, "body: " + what}; }
+Status wrong(const std::string& what) { return invalid_argument("body: " + what); }
 
 /// Mahalanobis gate of `pose` against the prediction. The covariance of `pose` is neglected, being much smaller.
 bool is_near(const std::optional<BodyPrediction>& prediction, const Pose& pose) {
@@ -75,8 +72,7 @@ Consensus find_consensus(const Quads& all, const std::optional<BodyPrediction>& 
   return out;
 }
 
-/// The two attitudes that minimise the cost over the tags used. `best` has the smaller cost, or is the one near the
-/// prediction if the costs do not decide.
+/// The two attitudes that minimise the cost. `best` has the smaller one, or is near the prediction if that is unclear.
 struct Attitudes {
   CornerSolution best, other;
   bool ambiguous = false;
@@ -128,8 +124,7 @@ Vector6d focal_jacobian_of(const PosedLenses& rig, std::span<const TagObservatio
     for (std::size_t i = 0; i < quad->corners.size(); ++i, row += 2) {
       const CornerObservation& corner = quad->corners[i];
       const PixelPosition p = tag.tag.corners[i];
-      // One-sided difference towards the principal point, which is inside the field of view. A shorter focal length
-      // corresponds to a pixel further from it.
+      // One-sided difference towards the principal point (in the field of view). Shorter focal: pixel further out.
       constexpr double kStep = 1e-3;
       const auto moved =
           axis ? lens.model.unproject({p.x - kStep * (p.x - axis->x), p.y - kStep * (p.y - axis->y)}) : std::nullopt;

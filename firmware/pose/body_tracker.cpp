@@ -1,18 +1,16 @@
 #include "pose/body_tracker.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <span>
 #include <utility>
 
 namespace lightwell {
 
 namespace {
 
-Status wrong(const std::string& what) { return {StatusCode::invalid_argument, "body tracker: " + what}; }
+Status wrong(const std::string& what) { return invalid_argument("body tracker: " + what); }
 
 /// The pose with the covariance of the noise that is independent between frames, without the focal length error.
 UncertainPose without_focal(const BodyPose& pose, double focal_sigma) {
@@ -147,8 +145,7 @@ struct BodyView {
   double cell_px = 0;  ///< Shorter side of a cell of the smallest tag that needs to be found.
 };
 
-/// Which of a body's tags a lens will see; nullopt where no tag both faces the lens and lies in its picture. `tags` are
-/// in the body frame.
+/// Which of a body's tags (body frame) a lens will see; nullopt where none faces the lens and lies in its picture.
 std::optional<BodyView> view_of(const PosedLens& lens, std::span<const WorldTag> tags,
                                 const UncertainPose& probe_body) {
   const Pose lens_body = compose(inverse(lens.probe_lens), probe_body.pose);
@@ -221,8 +218,7 @@ std::optional<BodyView> view_of(const PosedLens& lens, std::span<const WorldTag>
 
 /// The largest decimation at which AprilTag still finds tags with cells of `cell_px`.
 double decimation_for(double cell_px) {
-  // AprilTag subsamples one pixel of d x d for integer d and averages for 1.5. With 1.5 it finds tags nearly as small
-  // as without decimation, in a quarter of the time.
+  // AprilTag subsamples for integer d and averages for 1.5, which finds nearly all tags in a quarter of the time.
   for (const double d : {4.0, 3.0, 2.0})
     if (cell_px >= 3.5 * d) return d;
   return cell_px >= 2.5 * 1.5 ? 1.5 : 1;

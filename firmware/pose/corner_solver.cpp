@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <utility>
 
 #include <Eigen/Dense>
@@ -29,8 +28,7 @@ void stereographic(const Vector3<T>& d, const Eigen::Vector3d& n, const Eigen::V
   out = {scale * d.dot(u.cast<T>()), scale * d.dot(v.cast<T>())};
 }
 
-/// Whitened direction error of one corner. Parameters: the quaternion (x, y, z, w) and the translation of
-/// T_probe_centroid.
+/// Whitened direction error of one corner. Parameters: quaternion (x, y, z, w) and translation of T_probe_centroid.
 struct CornerResidual {
   const CornerObservation* corner;
   Vec3d centroid;

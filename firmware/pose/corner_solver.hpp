@@ -65,8 +65,7 @@ struct ObservedTags {
 [[nodiscard]] Result<ObservedTags> observed_tags(const PosedLenses& rig, std::span<const WorldTag> world,
                                                  std::span<const TagObservation> observations, double model_error_px,
                                                  const std::string& unknown_reason, bool unique);
-/// Sets the residuals in the reports of all known tags, and which of them were used. Returns the RMS reprojection error
-/// of the tags used, px.
+/// Sets the residuals of all known tags in the reports, and which were used. Returns the RMS of those used, px.
 [[nodiscard]] double report_residuals(const PosedLenses& rig, std::span<const TagObservation> observations,
                                       const Quads& used, const Pose& probe_world, ObservedTags& tags);
 
@@ -114,8 +113,7 @@ struct SolverLimits {
 [[nodiscard]] Quads find_inliers(const Quads& quads, const Pose& probe_world);
 
 /// The second pose of a planar target with almost the same projection: the target's plane reflected in the plane
-/// perpendicular to the line of sight (Schweighofer & Pinz 2006, section 3, without their perspective terms, for which
-/// the solver corrects).
+/// perpendicular to the line of sight (Schweighofer & Pinz 2006, section 3, without perspective terms).
 [[nodiscard]] Pose mirror_pose(const Quads& quads, const Pose& probe_world);
 
 /// Excess of chi² below which the second pose makes the result ambiguous: a likelihood ratio of 400.
@@ -124,8 +122,7 @@ inline const double kAmbiguousChiSquare = 2 * std::log(400.0);
 /// False if two minimisations converged to the same attitude.
 [[nodiscard]] bool are_distinct(const CornerSolution& a, const CornerSolution& b);
 
-/// The covariance of probe_centroid if the covariances of the corners are correct; nullopt if the corners determine no
-/// pose.
+/// The covariance of probe_centroid if those of the corners are correct; nullopt if they determine no pose.
 [[nodiscard]] std::optional<Matrix6d> pose_covariance_of(const CornerSolution& solution);
 
 [[nodiscard]] PoseCovariance covariance_from(const Matrix6d& m);

@@ -78,8 +78,7 @@ struct Steepest {
   double width_px = 0;  ///< Width of the edge: its intensity range divided by its steepest slope.
 };
 
-/// The point of steepest ascent (times `sign`) along `p0 + out * d`, |d| <= reach <= kMaxHalfWidth_px; nullopt without
-/// enough contrast.
+/// The point of steepest ascent (times `sign`) along `p0 + out * d`, |d| <= reach <= kMaxHalfWidth_px, if any.
 std::optional<Steepest> steepest(const LinearPicture& picture, Vector2d p0, Vector2d out, double reach, double sign) {
   constexpr double kStep = 0.5;
   constexpr std::size_t kGradientOffset = 2;  // Differences over 2 px: shorter is noisy, longer mixes the next cell.
@@ -201,8 +200,7 @@ class BlurredStep {
   double width_, own_, sigma_;
 };
 
-/// Parameters: curve (3), value inside, value outside, blur sigma (px), and the relative illumination gradients along
-/// and across the edge (1/px).
+/// Parameters: curve (3), value inside, outside, blur sigma (px), relative illumination gradients along, across (1/px).
 class EdgeModel {
  public:
   EdgeModel(const Edge& edge, std::vector<Sample> samples) : edge_(edge), samples_(std::move(samples)) {}

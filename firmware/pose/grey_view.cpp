@@ -53,7 +53,7 @@ void grey_of_mosaic(const View& view, std::uint8_t* out) {
 }  // namespace
 
 Status GreyPicture::validate() const {
-  const auto wrong = [](const std::string& what) { return Status(StatusCode::invalid_argument, "picture: " + what); };
+  const auto wrong = [](const std::string& what) { return invalid_argument("picture: " + what); };
   if (width < 1 || height < 1 || width > kMaxSide_px || height > kMaxSide_px)
     return wrong("it has " + std::to_string(width) + "x" + std::to_string(height) + " pixels; a side must be 1 to " +
                  std::to_string(kMaxSide_px));

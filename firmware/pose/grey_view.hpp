@@ -13,8 +13,7 @@
 
 namespace lightwell {
 
-/// A non-owning view of an 8-bit grey picture: rows from the top, `stride` bytes apart. The centre of the top left
-/// pixel is (0, 0).
+/// A view of an 8-bit grey picture: rows from the top, `stride` bytes apart. The centre of the first pixel is (0, 0).
 struct GreyPicture {
   std::span<const std::uint8_t> data;
   int width = 0, height = 0;
@@ -37,8 +36,7 @@ class GreyView {
  public:
   /// NV12 and YUYV: luma (NV12 without a copy). RGB: (r + 2 g + b) / 4. Bayer: green, interpolated from the four
   /// neighbours at red and blue sites. Float: the square root of green, with the 99 % quantile as white. Valid until
-  /// the next call and as long as the data of `view`. Empty if `view` fails check_view(), or is narrower or
-  /// lower than two pixels.
+  /// the next call and as long as the data of `view`. Empty if `view` is invalid or below two pixels.
   [[nodiscard]] GreyPicture of(const View& view);
 
  private:

@@ -18,8 +18,6 @@ constexpr double kMaxSize_m = 10;
 /// Polygons of a smaller area are rounding errors, not patches, m².
 constexpr double kNoArea = 1e-12;
 
-Status wrong(const std::string& what) { return {StatusCode::invalid_argument, what}; }
-
 std::string brief(double value) { return formatted("%.6g", value); }
 
 /// Rounding keeps the decimal numbers of body files short; + 0.0 turns -0 into 0.
@@ -153,11 +151,12 @@ double largest_half_square(const std::vector<HalfPlane>& edges) {
 
 Status check(double size_m, const std::string& field, TagFamily family, int first_id, std::size_t tags) {
   if (!(size_m > 0 && size_m <= kMaxSize_m))
-    return wrong(field + " is " + brief(size_m) + "; it is in metres, above 0 and at most 10");
+    return invalid_argument(field + " is " + brief(size_m) + "; it is in metres, above 0 and at most 10");
   const int known = shape_of(family).tags, needed = static_cast<int>(tags);
   if (first_id < 0 || first_id > known - needed)
-    return wrong("first_id is " + std::to_string(first_id) + " and the body has " + std::to_string(needed) + " tags; " +
-                 std::string(to_string(family)) + " has numbers 0 to " + std::to_string(known - 1));
+    return invalid_argument("first_id is " + std::to_string(first_id) + " and the body has " + std::to_string(needed) +
+                            " tags; " + std::string(to_string(family)) + " has numbers 0 to " +
+                            std::to_string(known - 1));
   return {};
 }
 
@@ -165,9 +164,10 @@ Status check(double size_m, const std::string& field, TagFamily family, int firs
 Result<double> tag_size(double given, double chosen, TagFamily family, double half) {
   const double largest = 2 * half / white_square_m(family, 1);
   const double size = given == 0 ? chosen : given;
-  if (given == 0 && size <= 0) return wrong("size_m is too small for a tag with cells of 0.1 mm");
+  if (given == 0 && size <= 0) return invalid_argument("size_m is too small for a tag with cells of 0.1 mm");
   if (!(size > 0) || !(size <= largest * (1 + 1e-9)))
-    return wrong("tag_size_m is " + brief(size) + "; on this face it is above 0 and at most " + brief(largest));
+    return invalid_argument("tag_size_m is " + brief(size) + "; on this face it is above 0 and at most " +
+                            brief(largest));
   return size;
 }
 
@@ -212,7 +212,7 @@ std::string_view to_string(PaperKind kind) { return kind == PaperKind::white ? "
 Result<PaperKind> parse_paper_kind(std::string_view name) {
   for (const PaperKind kind : {PaperKind::white, PaperKind::grey})
     if (name == to_string(kind)) return kind;
-  return wrong("'" + std::string(name) + "' is not a kind of paper; known are white and grey");
+  return invalid_argument("'" + std::string(name) + "' is not a kind of paper; known are white and grey");
 }
 
 std::array<double, 4> quadrant_albedos(PaperKind kind) {
@@ -249,8 +249,7 @@ Result<MarkerBody> make_cube(const SolidOptions& options) {
 Result<MarkerBody> make_icosahedron(const SolidOptions& options) {
   std::vector<Vec3d> normals = {{0, 1, 0}};
   for (int k = 0; k < 3; ++k) normals.push_back(normal_at(std::sqrt(5.0) / 3, degrees(120 * k)));
-  // The dot product of neighbouring normals is sqrt(5)/3; this azimuth difference to a face of the first ring gives
-  // that at height 1/3.
+  // The dot product of neighbouring normals is sqrt(5)/3, which this azimuth difference gives at height 1/3.
   const double turn = std::acos(std::sqrt(5.0 / 8));
   for (int k = 0; k < 3; ++k) {
     normals.push_back(normal_at(1.0 / 3, degrees(120 * k) + turn));
@@ -265,8 +264,7 @@ Result<MarkerBody> make_icosahedron(const SolidOptions& options) {
 Result<MarkerBody> make_ball_on_tag(const BallOnTagOptions& options) {
   const double d = options.ball_diameter_m;
   if (const Status s = check(d, "ball_diameter_m", options.family, options.id, 1); !s.ok()) return s;
-  // Seen from above, the ball covers the sheet from 0.5 d behind the tag's centre on; the white square ends before
-  // that.
+  // From above, the ball covers the sheet from 0.5 d behind the tag's centre; the white square ends before that.
   const Result<double> tag =
       tag_size(options.tag_size_m, tag_size_for(options.family, 0.75 * d), options.family, 0.45 * d);
   if (!tag) return tag.status();

@@ -68,8 +68,7 @@ struct BallOnTagOptions {
 
 /// Side of the square around a tag's centre that belongs to no patch, m: the tag with its white rim of one cell.
 [[nodiscard]] double white_square_m(TagFamily family, double tag_size_m);
-/// Size of the tag whose white square has the side `radius_m`, m, with the cell rounded down to 0.1 mm; 0 if that
-/// leaves no cell.
+/// Size of the tag whose white square has the side `radius_m`, m, the cell rounded down to 0.1 mm; 0: no cell.
 [[nodiscard]] double tag_size_for(TagFamily family, double radius_m);
 
 }  // namespace lightwell

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <set>
-#include <string>
 #include <utility>
 
 #include "pose/corner_solver.hpp"
@@ -14,8 +13,6 @@ namespace lightwell {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
-Status wrong(const std::string& what) { return {StatusCode::invalid_argument, what}; }
 
 /// The smallest rotation that maps the unit vector `from` to `to`.
 Quat rotation_between(Vec3d from, Vec3d to) {
@@ -30,10 +27,10 @@ Quat rotation_between(Vec3d from, Vec3d to) {
 
 Status check(const GravityReading& gravity) {
   if (normalized(gravity.up_probe) == Vec3d{})
-    return wrong(
+    return invalid_argument(
         "gravity: up_probe is zero or not a number; give the direction away from the earth in the probe's frame");
   if (!(gravity.sigma_rad > 0) || !std::isfinite(gravity.sigma_rad))
-    return wrong("gravity: sigma_rad is " + std::to_string(gravity.sigma_rad) + "; it must be positive");
+    return invalid_argument("gravity: sigma_rad is " + std::to_string(gravity.sigma_rad) + "; it must be positive");
   return {};
 }
 
@@ -44,11 +41,12 @@ Status check(std::span<const WorldTag> room) {
     const Quat q = tag.world_tag.rotation;
     const Vec3d t = tag.world_tag.translation;
     const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-    if (!(tag.size_m > 0) || !std::isfinite(tag.size_m)) return wrong(name + ": its size must be positive, in metres");
+    if (!(tag.size_m > 0) || !std::isfinite(tag.size_m))
+      return invalid_argument(name + ": its size must be positive, in metres");
     if (!(std::abs(norm - 1) < 1e-3))
-      return wrong(name + ": its quaternion has the length " + std::to_string(norm) + ", not 1");
-    if (!std::isfinite(t.x + t.y + t.z)) return wrong(name + ": its position is not a number");
-    if (!known.emplace(tag.family, tag.id).second) return wrong(name + " is listed twice");
+      return invalid_argument(name + ": its quaternion has the length " + std::to_string(norm) + ", not 1");
+    if (!std::isfinite(t.x + t.y + t.z)) return invalid_argument(name + ": its position is not a number");
+    if (!known.emplace(tag.family, tag.id).second) return invalid_argument(name + " is listed twice");
   }
   return {};
 }
@@ -57,7 +55,7 @@ Status check(std::span<const WorldTag> room) {
 
 Status MountingOptions::validate() const {
   if (!(model_error_px >= 0 && model_error_px <= 100))
-    return wrong("model_error_px is " + std::to_string(model_error_px) + "; it must be 0 to 100");
+    return invalid_argument("model_error_px is " + std::to_string(model_error_px) + "; it must be 0 to 100");
   return {};
 }
 
@@ -101,7 +99,7 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTa
         why = seen->reports.size() == 1 || report.rejection_reason != kUnknown
                   ? report.rejection_reason
                   : "none of the " + std::to_string(observations.size()) + " seen tags is in the room's list";
-      return wrong(why + ", and no gravity is given");
+      return invalid_argument(why + ", and no gravity is given");
     }
     Result<Mounting> up = gravity_mounting(*gravity);
     if (up) up->tags = std::move(seen->reports);

@@ -84,8 +84,8 @@ std::string_view to_string(TagFamily family) { return family == TagFamily::tag36
 Result<TagFamily> parse_tag_family(std::string_view name) {
   for (const TagFamily family : {TagFamily::tag36h11, TagFamily::tagStandard41h12})
     if (name == to_string(family)) return family;
-  return Status(StatusCode::invalid_argument,
-                "'" + std::string(name) + "' is not a family of tags; known are tag36h11 and tagStandard41h12");
+  return invalid_argument("'" + std::string(name) +
+                          "' is not a family of tags; known are tag36h11 and tagStandard41h12");
 }
 
 TagShape shape_of(TagFamily family) {
@@ -101,8 +101,8 @@ ApriltagFamily make_apriltag_family(TagFamily family) {
 Result<TagBitmap> tag_bitmap(TagFamily family, int id) {
   const TagShape shape = shape_of(family);
   if (id < 0 || id >= shape.tags)
-    return Status(StatusCode::invalid_argument, std::string(to_string(family)) + " has no tag " + std::to_string(id) +
-                                                    "; its last is " + std::to_string(shape.tags - 1));
+    return invalid_argument(std::string(to_string(family)) + " has no tag " + std::to_string(id) + "; its last is " +
+                            std::to_string(shape.tags - 1));
   const ApriltagFamily held = make_apriltag_family(family);
   const std::unique_ptr<image_u8_t, void (*)(image_u8_t*)> image(apriltag_to_image(held.get(), id), image_u8_destroy);
   TagBitmap out;
@@ -113,7 +113,7 @@ Result<TagBitmap> tag_bitmap(TagFamily family, int id) {
 }
 
 Status TagBoard::validate() const {
-  const auto wrong = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
+  const auto wrong = [](const std::string& what) { return invalid_argument(what); };
   if (columns < 1 || columns > kMaxTagsPerSide)
     return wrong("columns (tagCols) is " + std::to_string(columns) + "; it must be 1 to " +
                  std::to_string(kMaxTagsPerSide));
@@ -159,7 +159,7 @@ Result<TagBoard> parse_tag_board(std::string_view text, const std::string& name)
   std::map<std::string_view, int> line_of;
   int line_number = 0;
   const auto wrong = [&](const std::string& what) {
-    return Status(StatusCode::invalid_argument, name + ":" + std::to_string(line_number) + ": " + what);
+    return invalid_argument(name + ":" + std::to_string(line_number) + ": " + what);
   };
   while (!text.empty()) {
     const auto end = text.find('\n');
@@ -181,7 +181,7 @@ Result<TagBoard> parse_tag_board(std::string_view text, const std::string& name)
       return wrong(std::string(key) + ": " + problem);
   }
   for (const char* needed : {"target_type", "tagCols", "tagRows", "tagSize", "tagSpacing"})
-    if (!line_of.contains(needed)) return Status(StatusCode::invalid_argument, name + ": " + needed + " is missing");
+    if (!line_of.contains(needed)) return invalid_argument(name + ": " + needed + " is missing");
   if (const Status s = board.validate(); !s.ok()) return Status(s.code(), name + ": " + s.message());
   return board;
 }

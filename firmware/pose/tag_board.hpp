@@ -66,8 +66,7 @@ using ApriltagFamily = std::unique_ptr<apriltag_family, void (*)(apriltag_family
 struct TagBoard {
   TagFamily family = TagFamily::tag36h11;
   int columns = 6, rows = 6;
-  /// Distance between the detected corners, m: for tag36h11 the outer edge of the black frame; for tagStandard41h12 the
-  /// edge between the white square and the black ring around it.
+  /// Distance between the detected corners, m: of tag36h11 the black frame's outside, of tagStandard41h12 its inside.
   double tag_size_m = 0.024;
   /// Gap between the squares of neighbouring tags divided by tag_size_m (Kalibr's tagSpacing).
   double spacing = 0.3;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 #include <string>
-#include <utility>
 
 #include <apriltag/apriltag.h>
 
@@ -30,8 +29,7 @@ constexpr double kEdgeSearchReach_px = 1.5;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kViewsPerRing = 8;
 constexpr double kRingHalf = 40 * kDegree, kMiddleHalf = 45 * kDegree;
-/// Largest angle of the first ring's centres from the axis: views further out would exceed the field of view of most
-/// lenses. A lens with a larger field has further rings.
+/// Largest angle of the first ring's centres from the axis, in the field of most lenses; larger fields have more rings.
 constexpr double kRingCenter = 70 * kDegree, kRingStep = 50 * kDegree;
 constexpr int kMaxSize_px = 1600;
 constexpr std::uint8_t kGrey = 128;
@@ -168,8 +166,7 @@ bool same_tag(const TagDetection& a, const TagDetection& b) {
          std::hypot(ma.x - mb.x, ma.y - mb.y) < std::max(reach_of(a.corners), reach_of(b.corners));
 }
 
-/// Maps corners from the view to the original. False if a corner is not in the original, or an edge crosses the seam of
-/// an equirectangular picture.
+/// Maps corners from the view to the original. False if one is not in it, or an edge crosses an equirectangular seam.
 bool to_original(const RectifiedView& view, const CameraModel& lens, std::array<PixelPosition, 4>& corners) {
   std::array<PixelPosition, 4> out;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -205,23 +202,20 @@ std::vector<ViewAxes> views_of(const CameraModel& lens, int width, int height, d
 }
 
 Status TagDetectorOptions::validate() const {
-  const auto wrong = [](const std::string& what) { return Status(StatusCode::invalid_argument, what); };
-  if (families.empty()) return wrong("families is empty; name at least one");
+  if (families.empty()) return invalid_argument("families is empty; name at least one");
   for (std::size_t i = 0; i < families.size(); ++i)
     if (std::find(families.begin(), families.begin() + static_cast<std::ptrdiff_t>(i), families[i]) !=
         families.begin() + static_cast<std::ptrdiff_t>(i))
-      return wrong("families names " + std::string(to_string(families[i])) + " twice");
+      return invalid_argument("families names " + std::string(to_string(families[i])) + " twice");
   if (!linear.empty() && linear.size() != 256)
-    return wrong("linear has " + std::to_string(linear.size()) + " values; it must have 256, or none");
+    return invalid_argument("linear has " + std::to_string(linear.size()) + " values; it must have 256, or none");
   for (const float v : linear)
-    if (!std::isfinite(v)) return wrong("linear has a value that is not finite");
+    if (!std::isfinite(v)) return invalid_argument("linear has a value that is not finite");
   return {};
 }
 
 Status DetectionWindow::validate() const {
-  const auto wrong = [](const std::string& what) {
-    return Status(StatusCode::invalid_argument, "tag detector: " + what);
-  };
+  const auto wrong = [](const std::string& what) { return invalid_argument("tag detector: " + what); };
   if (!(decimate >= 1 && decimate <= 8))
     return wrong("decimate is " + std::to_string(decimate) + "; it must be 1 to 8");
   if (min_contrast < 1 || min_contrast > 255)

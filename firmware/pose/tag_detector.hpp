@@ -11,7 +11,6 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -49,8 +48,7 @@ enum class CornerRefinement : std::uint8_t {
   edge_fit,     ///< Fit of a blurred-edge model: hundredths of a pixel, 1 to 3 ms per tag.
 };
 
-/// Angle from the lens axis beyond which rectified views are searched, rad. That takes two to five times as long as the
-/// search of the picture.
+/// Angle from the axis beyond which rectified views are searched, rad: two to five times the time of the picture.
 inline constexpr double kRectifyBeyond_rad = 0.7;
 
 /// Orientation and intrinsics of a square pinhole view.
@@ -87,11 +85,9 @@ struct PixelRegion {
 /// The part of a picture to search, with its own search parameters.
 struct DetectionWindow {
   PixelRegion region;  ///< Clipped to the picture.
-  /// Quads are searched in a picture reduced by this factor, 1 to 8: 2 takes a third of the time and misses tags below
-  /// 20 px.
+  /// Reduction of the picture in which quads are searched, 1 to 8. 2: a third of the time, but no tags below 20 px.
   double decimate = 1;
-  /// Tiles whose values differ by less are ignored as flat, 1 to 255. If the noise exceeds it, the search takes three
-  /// to six times as long: see contrast_above_noise().
+  /// Tiles whose values differ by less are ignored, 1 to 255. Slow if less than contrast_above_noise().
   int min_contrast = 5;
 
   [[nodiscard]] Status validate() const;

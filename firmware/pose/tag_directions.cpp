@@ -17,8 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Least width of the four corners relative to their length; below it their plane is undetermined. It corresponds to a
-/// tag 0.06 degrees from on edge, which no picture resolves.
+/// Least width of the four corners relative to their length, for a tag 0.06 degrees from on edge; below, no plane.
 constexpr double kMinRelativeWidth = 1e-3;
 
 struct PlanePose {
@@ -87,9 +86,7 @@ PlanePose plane_pose(const std::array<Vec3d, 4>& directions, double size_m) {
 /// invalid_argument: NaN or an invalid covariance. failed_precondition: corners that do not determine the tag's pose.
 Result<ObservedTag> directions_of(const PosedLens& lens, const TagObservation& observation, const WorldTag& tag,
                                   double model_error_px) {
-  const auto wrong = [&](const std::string& what) {
-    return Status(StatusCode::invalid_argument, name_of(observation) + ": " + what);
-  };
+  const auto wrong = [&](const std::string& what) { return invalid_argument(name_of(observation) + ": " + what); };
   const auto unusable = [&](const std::string& what) {
     return Status(StatusCode::failed_precondition, name_of(observation) + ": " + what);
   };
@@ -177,7 +174,7 @@ Result<ObservedTags> observed_tags(const PosedLenses& rig, std::span<const World
   std::set<std::tuple<int, TagFamily, int>> seen;
   for (std::size_t i = 0; i < observations.size(); ++i) {
     const TagObservation& s = observations[i];
-    const auto wrong = [&](const std::string& what) { return Status(StatusCode::invalid_argument, name_of(s) + what); };
+    const auto wrong = [&](const std::string& what) { return invalid_argument(name_of(s) + what); };
     if (!rig.has(s.lens)) return wrong(": the rig has " + std::to_string(rig.lenses.size()) + " lenses");
     TagReport& report = out.reports.emplace_back(TagReport{s.lens, s.tag.family, s.tag.id, 0, false, unknown_reason});
     const auto tag = std::find_if(world.begin(), world.end(),

@@ -83,18 +83,17 @@ Radiance Panorama::radiance(SpherePoint point) const {
 
 Result<Panorama> make_panorama(int width, int height, std::vector<float> rgb) {
   if (height < 2 || width != 2 * height) {
-    return Status(StatusCode::invalid_argument, "a panorama must be twice as wide as it is high, this picture is " +
-                                                    std::to_string(width) + "x" + std::to_string(height) +
-                                                    ": stretch or pad it to 2:1 (the whole sphere, equirectangular)");
+    return invalid_argument("a panorama must be twice as wide as it is high, this picture is " + std::to_string(width) +
+                            "x" + std::to_string(height) +
+                            ": stretch or pad it to 2:1 (the whole sphere, equirectangular)");
   }
   if (rgb.size() != 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
-    return Status(StatusCode::invalid_argument, "a panorama needs three floats a pixel");
+    return invalid_argument("a panorama needs three floats a pixel");
 
   Panorama p{width, height, std::move(rgb), {}};
   float largest = 0;
-  for (const float x : p.rgb) {
+  for (const float x : p.rgb)
     if (std::isfinite(x)) largest = std::max(largest, x);
-  }
   for (float& x : p.rgb) {
     if (std::isnan(x)) {
       ++p.sanitize_counts.nan;
@@ -113,10 +112,8 @@ Result<Panorama> make_panorama(int width, int height, std::vector<float> rgb) {
 Result<Panorama> load_panorama(const std::string& path) {
   const Result<Image> image = read_image(path);
   if (!image) return image.status();
-  if (image->format != PixelFormat::rgb_f32) {
-    return Status(StatusCode::invalid_argument,
-                  path + ": 8-bit pictures hold no radiance; use an OpenEXR or Radiance HDR file");
-  }
+  if (image->format != PixelFormat::rgb_f32)
+    return invalid_argument(path + ": 8-bit pictures hold no radiance; use an OpenEXR or Radiance HDR file");
   std::vector<float> rgb(image->data.size() / sizeof(float));
   std::memcpy(rgb.data(), image->data.data(), rgb.size() * sizeof(float));
   Result<Panorama> panorama = make_panorama(image->width, image->height, std::move(rgb));
@@ -175,9 +172,9 @@ Result<std::string> scene_path(std::string_view name_or_path) {
   const std::string name(name_or_path);
   if (std::find(known.begin(), known.end(), name_or_path) == known.end()) {
     const std::string near = nearest_name(name_or_path, known);
-    return Status(StatusCode::invalid_argument,
-                  "no scene is called '" + name + "'" + (near.empty() ? "" : ", did you mean '" + near + "'?") +
-                      " Known: " + joined(kScenes) + ", or a path that ends in .exr or .hdr");
+    return invalid_argument("no scene is called '" + name + "'" +
+                            (near.empty() ? "" : ", did you mean '" + near + "'?") + " Known: " + joined(kScenes) +
+                            ", or a path that ends in .exr or .hdr");
   }
   const std::filesystem::path file = panorama_folder() / (name + ".exr");
   std::error_code error;
@@ -200,10 +197,9 @@ HighlightMask::HighlightMask(const Panorama& panorama)
   for (int j = 0; j < panorama.height; ++j) {
     for (int i = 0; i < width; ++i) {
       if (!(panorama.pixel(i, j).luminance() > threshold)) continue;
-      for (int row = std::max(j - 1, 0); row <= std::min(j + 1, panorama.height - 1); ++row) {
+      for (int row = std::max(j - 1, 0); row <= std::min(j + 1, panorama.height - 1); ++row)
         for (const int column : {(i + width - 1) % width, i, (i + 1) % width})
           mask_[static_cast<std::size_t>(row * width + column)] = 1;
-      }
     }
   }
 }

@@ -62,8 +62,7 @@ struct Panorama {
 /// Mean luminance over the sphere, weighted by solid angle.
 [[nodiscard]] double mean_luminance(const Panorama& panorama);
 
-/// Percentile of luminance over the sphere, weighted by solid angle: the luminance that the fraction `share` of the
-/// sphere does not exceed.
+/// Percentile of luminance over the sphere: the luminance that the fraction `share` of the sphere does not exceed.
 [[nodiscard]] double luminance_percentile(const Panorama& panorama, double share);
 
 /// The pixels of a panorama above 50 times its mean luminance, which the renderer must supersample, and their eight

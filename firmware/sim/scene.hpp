@@ -1,18 +1,23 @@
 // A scene: a panorama with a rotating probe and switching lamps, both pure functions of the frame index, so that the
-// ground truth of every frame is known; and mains flicker.
+// ground truth of every frame is known; mains flicker; the radiance that a lens projects onto each photosite.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
+#include <vector>
 
+#include <lightwell/calibration.hpp>
 #include <lightwell/color.hpp>
 #include <lightwell/geometry.hpp>
 
+#include "calibration/model/camera_model.hpp"
+#include "calibration/model/lens_table.hpp"
 #include "sim/panorama.hpp"
 
 namespace lightwell::sim {
 
-/// Modulates all radiance of a scene, as if its lamps lit everything: L(t) = L (1 + depth sin(2 pi hz t)). The mean
-/// over time is L.
+/// Modulates all radiance of a scene, as if its lamps lit everything: L(t) = L (1 + depth sin(2 pi hz t)).
 struct MainsFlicker {
   double hz = 0;     ///< Frequency of the light, Hz: twice the mains frequency. 0: steady.
   double depth = 0;  ///< Modulation depth, 0 to 1; with 1 the light is dark once per period.
@@ -24,8 +29,7 @@ struct MainsFlicker {
 
 /// Changes from frame to frame; none by default.
 struct Motion {
-  /// Angular velocity of the probe about +Y, right-handed: forward for half a cycle and back for the other half, so
-  /// that a ring of frames closes without a jump.
+  /// Angular velocity of the probe about +Y, right-handed: forward for half a cycle and back, so that a ring closes.
   double turn_rad_per_s = 0;
   double frame_rate = 30;          ///< Frames per second of scene time.
   std::uint64_t cycle_frames = 1;  ///< Period of the scene, frames.
@@ -68,5 +72,42 @@ class Scene {
   HighlightMask highlights_on_, highlights_off_;
   Motion motion_;
 };
+
+/// Sample directions of a lens, precomputed: n x n on a regular grid inside each pixel.
+class LensRays {
+ public:
+  /// 1 <= samples_per_axis <= 8. Takes 8 n² bytes per pixel in the field of view.
+  LensRays(const LensParameters& lens, int samples_per_axis);
+
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+
+  /// Renders rows [rows.first, rows.end): each pixel is the mean radiance of those of its samples that are in the field
+  /// of view, 0 if none is. A pixel with a sample in Scene::highlights() is sampled four times as densely in each
+  /// direction; otherwise the energy of a sun would depend on its position relative to the samples. `out`: the whole
+  /// picture, r, g, b per pixel. No allocation.
+  void render(const Scene& scene, const SceneState& state, RowSpan rows, std::span<float> out) const;
+
+ private:
+  [[nodiscard]] int sample_pixel(int column, int row, std::vector<SpherePoint>& out) const;
+  [[nodiscard]] RowSpan sample_row(int row);
+  [[nodiscard]] Radiance supersample(const Panorama& world, std::uint32_t shift, int column, int row) const;
+
+  CameraModel model_;
+  Quat to_probe_;
+  int width_, height_;
+  int per_axis_;
+  std::vector<RowSpan> rows_;           ///< Pixels in the field of view.
+  std::vector<std::size_t> row_start_;  ///< By row: index of its first pixel among the pixels of all spans.
+  std::vector<SpherePoint> samples_;    ///< n² per pixel of the spans, probe frame.
+  std::vector<std::uint8_t> seen_;      ///< Per pixel: number of valid samples; these come first.
+};
+
+/// Samples per axis so that neighbouring samples are half a panorama pixel apart on the lens's axis; 2 to 8.
+[[nodiscard]] int samples_for(const LensParameters& lens, const Panorama& panorama);
+
+/// Renders a whole picture in one state of the scene.
+[[nodiscard]] std::vector<float> render_radiance(const Scene& scene, const SceneState& state,
+                                                 const LensParameters& lens, int samples_per_axis = 2);
 
 }  // namespace lightwell::sim

@@ -1,21 +1,71 @@
 #include "sim/sensor.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
+#include <numbers>
+#include <string>
+
+#include <lightwell/text.hpp>
 
 #include "calibration/model/camera_model.hpp"
 #include "calibration/model/response.hpp"
+#include "imaging/uri.hpp"
 
 namespace lightwell::sim {
-
 namespace {
+
+constexpr double kHalfField = 95.0 / 180.0 * std::numbers::pi;
+constexpr double kCircleShare = 0.99;
+// Radiance units: radiance 1 gives full scale in 10 ms at gain 1.
+constexpr double kRadiancePerUnit = 0.01;
+constexpr double kFullWellElectrons = 10000, kReadElectrons = 3;
+
+PhotometricCalibration photometry_of(PixelFormat format) {
+  PhotometricCalibration p;
+  const PixelLayout& layout = pixel_layout(format);
+  if (layout.is_float()) return p;
+  p.vignetting = {-0.08, 0.005, 0};
+  p.shot_noise = 1 / kFullWellElectrons;
+  p.read_noise = kReadElectrons / kFullWellElectrons;
+  p.response.kind = ResponseCurve::Kind::srgb;
+  if (is_bayer(format)) {
+    p.response.kind = ResponseCurve::Kind::linear;
+    // Code 16 of 8 bits, 64 of 10 bits, 256 of 12 bits.
+    p.black_level = layout.levels() / 16.0 / layout.full_scale();
+  }
+  return p;
+}
+
+/// A lens along the probe's -Z whose image circle fills the picture. The focal lengths of `model` are set.
+template <class Model>
+LensParameters circle_lens(int width, int height, Model model) {
+  model.fx = model.fy = 1;
+  LensParameters lens{width, height, model, kHalfField, {upright_lens_cv(), {}}, {}};
+  const auto rim = CameraModel(lens).project({std::sin(kHalfField), 0, std::cos(kHalfField)});
+  model.fx = model.fy = kCircleShare * std::min(width, height) / 2 / (rim ? rim->x : 1);
+  model.cx = (width - 1) / 2.0;
+  model.cy = (height - 1) / 2.0;
+  lens.model = model;
+  return lens;
+}
+
+constexpr KannalaBrandtParameters kKannalaBrandt{.k1 = -0.018, .k2 = 0.0025, .k3 = -0.0011, .k4 = 0.0001};
+constexpr DoubleSphereParameters kDoubleSphere{.xi = -0.2, .alpha = 0.6};
+
+Status check_size(std::string_view kind, int width, int height, PixelFormat format) {
+  const std::string size = std::to_string(width) + "x" + std::to_string(height);
+  if (width < 16 || height < 8) return invalid_argument(size + " is too small for a picture, 16x8 at least");
+  if (!size_fits(format, width, height))
+    return invalid_argument(size + ": " + std::string(to_string(format)) + " needs even sizes");
+  if (kind == "equirect" && width != 2 * height)
+    return invalid_argument(size + ": an equirect picture must be twice as wide as high");
+  return {};
+}
 
 // Cells of the response table; with interpolation the error is below a hundredth of an 8-bit level.
 constexpr std::size_t kResponseCells = 4096;
-// Number of electrons above which the Poisson distribution is approximated by a Gaussian: error within 2 % of its
-// standard deviation.
+// Electrons above which the Poisson distribution is approximated by a Gaussian: error within 2 % of its sigma.
 constexpr double kGaussianElectrons = 50;
 
 std::byte byte_of(double v) { return static_cast<std::byte>(static_cast<int>(std::clamp(v, 0.0, 255.0) + 0.5)); }
@@ -29,9 +79,8 @@ double red_difference(const std::array<double, 3>& p) { return 128 + 112 * p[0] 
 template <std::size_t N>
 std::array<double, 3> mean_of(const std::array<const float*, N>& pixels) {
   std::array<double, 3> mean{};
-  for (const float* p : pixels) {
+  for (const float* p : pixels)
     for (std::size_t c = 0; c < 3; ++c) mean[c] += p[c] / static_cast<double>(N);
-  }
   return mean;
 }
 
@@ -50,6 +99,48 @@ std::uint64_t mixed(std::uint64_t z) {
 double unit(std::uint32_t bits) { return (bits + 0.5) / 4294967296.0; }
 
 }  // namespace
+
+Result<RigParameters> make_rig(std::string_view kind, int width, int height, PixelFormat format) {
+  if (Status size = check_size(kind, width, height, format); !size.ok()) return size;
+  RigParameters rig;
+  if (kind == "equirect") {
+    rig.lenses = {{width, height, EquirectangularParameters{}, std::numbers::pi, {upright_lens_cv(), {}}, {}}};
+  } else if (std::ranges::find(kRigKinds, kind) != kRigKinds.end()) {
+    const LensParameters front = kind == "double_sphere" ? circle_lens(width, height, kDoubleSphere)
+                                                         : circle_lens(width, height, kKannalaBrandt);
+    rig.lenses.assign(kind == "single" ? 1 : 2, front);
+    // The second lens looks along the probe's +Z, picture upright.
+    if (kind != "single")
+      rig.lenses[1].pose_cv.rotation = Quat::about({0, 1, 0}, std::numbers::pi) * front.pose_cv.rotation;
+  } else {
+    const std::string near = nearest_name(kind, {kRigKinds.begin(), kRigKinds.end()});
+    return invalid_argument("no rig is called '" + std::string(kind) + "'" +
+                            (near.empty() ? "" : ", did you mean '" + near + "'?") + " Known: " + joined(kRigKinds));
+  }
+  for (LensParameters& lens : rig.lenses) {
+    lens.photometry = photometry_of(format);
+    // An equirectangular picture has no optical axis, hence no vignetting.
+    if (kind == "equirect") lens.photometry.vignetting = {};
+  }
+  if (format != PixelFormat::rgb_f32) rig.nits_per_unit = kRadiancePerUnit;
+  return rig;
+}
+
+SensorModel sensor_of(const RigParameters& rig, PixelFormat format, std::uint64_t seed) {
+  SensorModel sensor;
+  sensor.format = format;
+  sensor.photometry = rig.lenses.front().photometry;
+  sensor.radiance_per_unit = rig.nits_per_unit > 0 ? rig.nits_per_unit : 1;
+  sensor.seed = seed;
+  return sensor;
+}
+
+double exposure_below_saturation(const SensorModel& sensor, double radiance, double gain) {
+  if (sensor.format == PixelFormat::rgb_f32 || !(radiance > 0)) return 1;
+  const PhotometricCalibration& p = sensor.photometry;
+  const double saturated = (linearized(p.response, p.saturation) - p.black_level) / (1 - p.black_level);
+  return 0.95 * saturated * sensor.radiance_per_unit / (radiance * gain);
+}
 
 NoiseStream::NoiseStream(std::uint64_t seed, std::uint64_t frame, int lens)
     : key_(mixed(mixed(mixed(seed + kGolden) + frame + kGolden) + static_cast<std::uint64_t>(lens) + kGolden)) {}
@@ -162,9 +253,8 @@ Sensor::Sensor(const LensParameters& lens, const SensorModel& model)
     }
   }
   response_.resize(kResponseCells + 1);
-  for (std::size_t k = 0; k < response_.size(); ++k) {
+  for (std::size_t k = 0; k < response_.size(); ++k)
     response_[k] = static_cast<float>(encoded(model_.photometry.response, static_cast<double>(k) / kResponseCells));
-  }
 }
 
 void Sensor::expose(std::span<const float> radiance, const Exposure& exposure, std::span<std::byte> out) const {

@@ -61,8 +61,7 @@ template <class T>
 /// Accepts numbers that satisfy `holds`. `range` completes the message "'0' is not ...", for example "above 0".
 [[nodiscard]] CLI::Validator number_where(const std::string& range, const std::function<bool(double)>& holds);
 
-/// The options and files of a parsed command line in their order. The number counts the values of the same option
-/// from 0.
+/// The options and files of a command line in their order. The number counts the values of an option from 0.
 [[nodiscard]] std::vector<std::pair<const CLI::Option*, std::size_t>> in_order(const CLI::App& app);
 
 /// An option whose value `parse` converts; `parse` returns a Result<T>, whose message is reported.

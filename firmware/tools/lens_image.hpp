@@ -11,8 +11,7 @@
 
 namespace lightwell {
 
-/// read_image(). invalid_argument, with path and remedy: a lens that is not in the rig, a size that differs from the
-/// calibration's.
+/// read_image(). invalid_argument, with path and remedy: a lens that is not in the rig, a size that is not its own.
 [[nodiscard]] Result<Image> read_lens_image(const std::string& path, const RigParameters& rig, int lens);
 
 /// Refers to the pixels of `image`.

@@ -72,8 +72,7 @@ std::size_t count_invalid(const Image& image) {
   return static_cast<std::size_t>(std::ranges::count_if(values, [](float v) { return !(v >= 0 && std::isfinite(v)); }));
 }
 
-/// Reads the images and combines the exposures of all lenses to frames, shortest first. An image without exposure_s has
-/// an exposure of one second.
+/// Reads the images and combines the exposures of all lenses to frames, shortest first. Default exposure: 1 s.
 ImageBracket read_bracket(const RigParameters& rig, const std::vector<ImageArgument>& arguments) {
   if (arguments.empty()) refuse("no image is given");
   ImageBracket out;
@@ -113,19 +112,6 @@ ImageBracket read_bracket(const RigParameters& rig, const std::vector<ImageArgum
   return out;
 }
 
-/// A rig of one equirectangular lens of this size with an sRGB response.
-RigParameters equirectangular_rig(int width, int height) {
-  RigParameters rig;
-  LensParameters& lens = rig.lenses.emplace_back();
-  lens.width = width;
-  lens.height = height;
-  lens.model = EquirectangularParameters{};
-  lens.max_angle_rad = std::numbers::pi;
-  lens.pose_cv.rotation = upright_lens_cv();
-  lens.photometry.response.kind = ResponseCurve::Kind::srgb;
-  return rig;
-}
-
 std::unique_ptr<Estimator> make_estimator(const Arguments& arguments, const RigParameters& rig) {
   if (arguments.body.empty()) {
     PanoramaOptions options;
@@ -149,7 +135,9 @@ Descriptor descriptor_of(const Arguments& arguments) {
       refuse(arguments.equirect +
              formatted(": an equirectangular panorama is twice as wide as high, this one has %dx%d pixels", image.width,
                        image.height));
-    rig = equirectangular_rig(image.width, image.height);
+    rig.lenses = {
+        {image.width, image.height, EquirectangularParameters{}, std::numbers::pi, {upright_lens_cv(), {}}, {}}};
+    rig.lenses[0].photometry.response.kind = ResponseCurve::Kind::srgb;
     images = {{arguments.equirect, 0, 0}};
   } else {
     rig = require(load_calibration(arguments.calibration));

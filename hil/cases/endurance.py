@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from math import nan
-from statistics import linear_regression, median
+from statistics import median
 from typing import Any
 
 from hil.cases.stream import streaming
@@ -48,12 +47,11 @@ def ten_thousand_frames(rig: Rig, test: Any, measured: Measured) -> None:
     # Pools and caches have reached their size after a fifth of the frames.
     settled = [(frames, daemon) for frames, daemon in seen if frames >= _FRAMES / 5]
     # Anonymous memory only: pages of programs and libraries are read on first use, and the kernel may drop them again.
-    slope = _slope([(frames, float(daemon["own_kb"])) for frames, daemon in settled])
     measured.figure("frames", seen[-1][0], "", f">= {_FRAMES}")
     measured.figure("of these, frames that became light", last["estimates"] - first["estimates"])
     measured.figure("memory, all and its own, every fifth look",
                     ", ".join(f"{daemon['rss_kb']}/{daemon['own_kb']}" for _, daemon in seen[::5]), "kB")
-    measured.figure("its own memory, slope over the last four fifths", 1000 * slope, "kB in a thousand frames")
+    # Anonymous memory only: pages of programs and libraries are read on first use, and the kernel may drop them again.
     # The median ignores single steps of the allocator; a leak grows between all samples. Leaking one descriptor per
     # frame would be more than 100 kB per thousand frames.
     steps = [1000 * (b["own_kb"] - a["own_kb"]) / (n - m) for (m, a), (n, b) in zip(settled, settled[1:]) if n > m]
@@ -70,8 +68,3 @@ def ten_thousand_frames(rig: Rig, test: Any, measured: Measured) -> None:
                     max(max(0, threads - most) for look in pools for threads, most in look.values()), "", "<= 0")
     measured.figure("handles more than after a fifth", seen[-1][1]["handles"] - settled[0][1]["handles"], "", "<= 0")
     measured.figure("restarts", seen[-1][1]["restarts"] - seen[0][1]["restarts"], "", "== 0")
-
-
-def _slope(points: list[tuple[float, float]]) -> float:
-    """Slope of the least-squares line through the points; NaN for fewer than three."""
-    return linear_regression(*zip(*points)).slope if len(points) >= 3 else nan

@@ -9,8 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from hil.cases.stream import MAX_UNCOUNTED, streaming, unknown_to_client
-from hil.harness.camera import UsbCamera
-from hil.harness.rig import Rig
+from hil.harness.rig import Rig, UsbCamera
 from hil.harness.runner import Measured
 from hil.harness.waits import TimedOut, wait_for
 

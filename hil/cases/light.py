@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from hil.cases.same_light import same_light
-from hil.cases.stream import ahead, calibrate, camera_text
+from hil.cases.stream import ahead, calibrate, camera_text, same_light
 from hil.harness.rig import Rig
 from hil.harness.runner import Measured
 

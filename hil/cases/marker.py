@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from hil.cases.same_light import measure_difference
+from hil.cases.stream import measure_difference
 from hil.harness.rig import Rig
 from hil.harness.runner import Measured
 

@@ -6,12 +6,11 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
-from hil.cases.same_light import same_light
 from hil.harness import recording
-from hil.harness.camera import UsbCamera
-from hil.harness.rig import COUNTERS, Rig, processed_frames
+from hil.harness.rig import COUNTERS, Rig, UsbCamera, processed_frames
 from hil.harness.runner import Measured, TestFailure
 from hil.harness.vivid import VividLoop, render
 from hil.harness.watcher import Watcher
@@ -78,7 +77,7 @@ def measure_stream(rig: Rig, test: Any, measured: Measured) -> None:
         time.sleep(_SECONDS)
         ended = rig.at_rest(outside, uri, watcher)
         rss = rig.daemon()["rss_kb"]
-        profile = rig.profile(4)
+        idle = rig.idle_percent(4)
         summary = watcher.summary()
     took = ended["at"] - begun["until"]
     grown = {name: ended[name] - begun[name] for name in ended}
@@ -98,7 +97,7 @@ def measure_stream(rig: Rig, test: Any, measured: Measured) -> None:
     measured.time("from delivery to the client, p99", summary["latency_p99_ms"] or float("nan"), "ms")
     measured.figure("a descriptor, median", summary["bytes_p50"] or float("nan"), "bytes")
     measured.figure("lightwelld's memory", rss / 1024, "MB")
-    measured.figure("where the board's two processors' time goes, %", profile)
+    measured.time("idle time of the board's two processors", idle, "%")
 
 
 # Tests of the roster that differ only in their camera.
@@ -129,13 +128,13 @@ def limits(rig: Rig, test: Any, measured: Measured) -> None:
         sized.width, sized.height, sized.frame_rate = width, height, 60
         with streaming(rig, test, camera=sized, scene=still, arguments=["--pace", "free"]) as (outside, uri, watcher):
             begun, since = rig.snapshot(outside, uri), len(watcher.seconds())
-            profile = rig.profile(6)
+            idle = rig.idle_percent(6)
             ended, lines = rig.snapshot(outside, uri), watcher.seconds()[since:]
         took = ended["at"] - begun["at"]
         measured.time(f"{width}x{height}: frames into the firmware", (ended["frames"] - begun["frames"]) / took, "/s")
         measured.time(f"{width}x{height}: descriptors at the client",
                       sum(line["frames"] for line in lines) / max(1, len(lines)), "/s")
-        measured.figure(f"{width}x{height}: where the board's two processors' time goes", profile)
+        measured.time(f"{width}x{height}: idle time of the board's two processors", idle, "%")
 
 
 @contextmanager
@@ -186,6 +185,36 @@ def compare_light(rig: Rig, measured: Measured) -> None:
     same_light(rig, thinned, f"{_LOOP_FOLDER}/thinned.lwr", measured, board_s=4, desktop_s=8)
 
 
+def same_light(rig: Rig, frames: Path, there: str, measured: Measured, *, board_s: float = 6,
+               desktop_s: float = 14) -> None:
+    """Plays a recording of frames through both, for `board_s` and `desktop_s` seconds. `there`: its path on the board,
+    `frames`: on this machine."""
+    on_board, on_desktop = rig.folder / "board.lwr", rig.folder / "desktop.lwr"
+    # In a loop, so that a client receives frames whenever it connects.
+    uri = rig.configure(f'uri: "replay:{there}?loop=0"')
+    rig.record(uri, board_s, on_board)
+    dropped = rig.info(uri)["captures_dropped"]
+    with rig.desktop_daemon(f"replay:{frames}?loop=0") as desktop:
+        rig.record_here(desktop, desktop_s, on_desktop)
+    measured.figure("captures that the board dropped, after which its smoothing is another", dropped, "", "== 0")
+    # Sums over pixels use SIMD lanes, four with NEON, eight or sixteen with AVX, so floats are added in another order.
+    # The difference must stay below the quantization on the wire, half a step of 13 bits of each coefficient.
+    measure_difference(rig, on_board, on_desktop, measured, least=20, irradiance_percent=0.02, direction_deg=0.01)
+
+
+def measure_difference(rig: Rig, on_board: Path, on_desktop: Path, measured: Measured, *, least: int,
+                       irradiance_percent: float, direction_deg: float) -> None:
+    """Adds figures with limits: at least `least` descriptors in both recordings, and the largest differences of
+    irradiance (percent) and of light directions (degrees)."""
+    apart = rig.compare(on_board, on_desktop)
+    measured.figure("descriptors that both made", apart["both"], "", f">= {least}")
+    measured.figure("of these, with every number of their light the same", apart["same"])
+    measured.figure("irradiance: RMS of the difference by RMS of the light, largest", 100 * apart["irradiance"], "%",
+                    f"<= {irradiance_percent}")
+    measured.figure("directions of lights, largest difference", apart["direction_deg"], "deg", f"<= {direction_deg}")
+    measured.figure("lights that only one of them found", apart["unmatched"], "", "== 0")
+
+
 def _check_frame_counts(rig: Rig, loop: VividLoop, uri: str, measured: Measured, *, seconds: float,
                         dropped: int = 0) -> None:
     """vivid makes a frame at each tick of its clock, whether it is captured or not: the firmware must have received
@@ -215,7 +244,7 @@ def _check_frame_counts(rig: Rig, loop: VividLoop, uri: str, measured: Measured,
     measured.figure(f"{what}frames that were neither estimated nor counted as dropped",
                     abs(grown["frames"] - processed_frames(grown)), "", "<= 4")
     if not dropped:
-        measured.figure("where the board's two processors' time goes, %", rig.profile(3))
+        measured.time("idle time of the board's two processors", rig.idle_percent(3), "%")
 
 
 def _record(rig: Rig, text: str, more: str) -> None:

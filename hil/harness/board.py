@@ -18,19 +18,18 @@ import shutil
 import subprocess
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from . import image, qemu
-from .locks import held
 from .network import GRPC_PORT, PORTS, SSH_PORT, Network, TapNetwork, UserNetwork, kernel_words, network_from
 from .processes import Process
-from .qmp import Qmp, QmpError
+from .qemu import Qmp, QmpError
 from .runs import BoardError, BoardRecord, remove_stale, runs_folder
 from .ssh import Ran, Ssh
-from .waits import TimedOut, say, wait_for
+from .waits import TimedOut, held, say, wait_for
 
 BOOT_S = 240.0
 DOWN_S = 60.0
@@ -62,6 +61,13 @@ class Options:
     # The board belongs to the process that starts it. If that process is gone, the next start of any board ends the
     # board.
     owned: bool = False
+
+
+def _content(log: Path) -> str:
+    """The text of a log; empty if it cannot be read."""
+    with suppress(OSError):
+        return log.read_text(encoding="utf-8", errors="replace")
+    return ""
 
 
 class Board:
@@ -118,17 +124,10 @@ class Board:
 
     def serial_tail(self, lines: int = 20) -> str:
         """The last lines that the board's kernel and systemd printed."""
-        try:
-            text = self.serial_log.read_text(encoding="utf-8", errors="replace")
-        except OSError:
-            return ""
-        return "\n".join(text.replace("\r", "").splitlines()[-lines:])
+        return "\n".join(_content(self.serial_log).replace("\r", "").splitlines()[-lines:])
 
     def _exit_log(self) -> str:
-        try:
-            own = (self.folder / "qemu.log").read_text(encoding="utf-8", errors="replace").strip()
-        except OSError:
-            own = ""
+        own = _content(self.folder / "qemu.log").strip()
         return "\n".join(text for text in (self.serial_tail(), own) if text)
 
     def status(self) -> dict[str, Any]:
@@ -200,9 +199,9 @@ class Board:
         network: Network = (TapNetwork(options.wire or self.folder.name, options.number) if options.net == "tap"
                             else UserNetwork(options.number, tuple(dict.fromkeys((*PORTS, *options.ports)))))
         identity = hashlib.sha256(str(self.folder).encode()).hexdigest()[:32]
-        machine = qemu.Machine(
-            program=program,
-            accelerator=accelerator,
+        qmp_socket = self.folder / "qmp.sock"
+        command = qemu.arguments(
+            program, accelerator,
             kernel=base.kernel,
             initrd=base.initrd,
             disks=(qemu.Disk(base.disk, "lw-base"), qemu.Disk(firmware, "lw-firmware"),
@@ -222,19 +221,19 @@ class Board:
                 *kernel_words(options.number, self.name),
                 *options.kernel_words,
             ),
-            network=tuple(network.arguments()),
-            qmp=self.folder / "qmp.sock",
+            network=network.arguments(),
+            qmp=qmp_socket,
             serial_log=self.serial_log,
             cpus=options.cpus,
             memory_mb=options.memory_mb,
-            usb_sockets=tuple(options.usb_sockets.items()),
+            usb_sockets=options.usb_sockets,
             extra=options.qemu_arguments,
         )
         network.open()
         try:
             with open(self.folder / "qemu.log", "wb") as log:
                 # A separate session, so that the terminal's Ctrl-C does not reach QEMU.
-                self._child = subprocess.Popen(network.host_command(machine.arguments()), stdin=subprocess.DEVNULL,
+                self._child = subprocess.Popen(network.host_command(command), stdin=subprocess.DEVNULL,
                                                stdout=log, stderr=log, start_new_session=True)
             process = Process.of(self._child.pid)
             record = {
@@ -257,15 +256,15 @@ class Board:
             def connect() -> bool:
                 self._raise_if_exited()
                 try:
-                    with Qmp(machine.qmp) as qmp:
+                    with Qmp(qmp_socket) as qmp:
                         network.learn(qmp)
                 except QmpError:
-                    if machine.qmp.exists() and self.running():
+                    if qmp_socket.exists() and self.running():
                         raise
                     return False
                 return True
 
-            wait_for("QEMU to open its socket", lambda: machine.qmp.exists() and connect(), 30, every_s=0.05,
+            wait_for("QEMU to open its socket", lambda: qmp_socket.exists() and connect(), 30, every_s=0.05,
                      state=self._exit_log)
             self._record.save(record | {"network": network.describe()})
         except (OSError, QmpError, TimedOut) as error:

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from .locks import held
+from .waits import held
 
 DAYS_KEPT = 30
 MOST_KEPT = 4

@@ -15,7 +15,7 @@ from hil.cases.light import BRACKET  # noqa: E402
 from hil.cases.stream import ahead, calibrate, camera_text  # noqa: E402
 from hil.harness import roster  # noqa: E402
 from hil.harness.board import BoardError  # noqa: E402
-from hil.harness.build import NotBuilt  # noqa: E402
+from hil.harness.image import NotBuilt  # noqa: E402
 from hil.harness.rig import open_rig, prepare  # noqa: E402
 from hil.harness.runner import CannotRun, TestFailure  # noqa: E402
 from hil.harness.waits import TimedOut, say  # noqa: E402

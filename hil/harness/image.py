@@ -1,4 +1,5 @@
-"""Makes a board's disks from the arm64 sysroot (cmake/sysroot_aarch64) and from hil/image.
+"""Builds the programs of board and host, and makes a board's disks from the arm64 sysroot
+(cmake/sysroot_aarch64) and from hil/image.
 
 Disks are ext4 file systems made by mke2fs -d, which needs neither root nor a loop device. All files belong to root.
 """
@@ -11,6 +12,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,6 +29,9 @@ UNIT = REPOSITORY / "firmware/app/service/lightwelld.service.in"
 NOT_ON_A_BOARD = ("usr/include", "usr/share/doc", "usr/share/perl", "usr/share/perl5", "usr/lib/aarch64-linux-gnu/perl",
                   "usr/lib/aarch64-linux-gnu/perl-base", "usr/share/cmake", "usr/lib/aarch64-linux-gnu/cmake",
                   "usr/share/initramfs-tools", "usr/lib/klibc", "usr/lib/gcc", "etc/rc0.d", "boot")
+BOARD_TARGETS = ("lightwelld", "lightwell_cli", "lightwell-calibrate")
+HOST_TARGETS = ("lightwell_cli", "lightwelld", "lightwell-usb-camera", "demo_report", "compare_recordings",
+                "marker_frames")
 
 
 class ImageError(Exception):
@@ -46,6 +51,44 @@ def sysroot() -> Path:
     if done.returncode != 0:
         raise ImageError("the arm64 sysroot cannot be made; see the output of cmake/sysroot_aarch64")
     return Path(done.stdout.strip())
+
+
+class NotBuilt(Exception):
+    """Configuring or building failed; the text has the last lines of the log and the log's path."""
+
+
+def _run_logged(steps: Sequence[Sequence[str | Path]], log: Path) -> None:
+    log.parent.mkdir(parents=True, exist_ok=True)
+    with open(log, "w", encoding="utf-8") as out:
+        for step in steps:
+            words = [str(word) for word in step]
+            if subprocess.run(words, cwd=REPOSITORY, stdin=subprocess.DEVNULL, stdout=out, stderr=out,
+                              check=False).returncode:
+                last = "\n".join(log.read_text(encoding="utf-8", errors="replace").splitlines()[-20:])
+                raise NotBuilt(f"'{' '.join(words)}' failed:\n{last}\ncomplete log: {log}")
+
+
+def build_for_board(folder: Path) -> None:
+    """Builds into `folder`. Configures it anew if the sysroot has changed, because CMake's cache still refers to the
+    old one."""
+    packages = sysroot()
+    steps: list[Sequence[str | Path]] = [["cmake", "--build", folder, "--target", *BOARD_TARGETS]]
+    try:
+        cached = (folder / "CMakeCache.txt").read_text(encoding="utf-8")
+        in_use = f"LIGHTWELL_SYSROOT_IN_USE:INTERNAL={packages}\n" in cached
+    except FileNotFoundError:
+        in_use = False
+    if not in_use:
+        say("configuring and building the firmware for the board; this takes minutes the first time")
+        steps.insert(0, ["cmake", "--fresh", "--preset", "board-aarch64", "-B", folder])
+    _run_logged(steps, folder.parent / "board.log")
+
+
+def build_for_host(folder: Path, panoramas: Path) -> None:
+    """Builds into `folder` with the preset dev."""
+    say("building the programs of the host")
+    _run_logged([["cmake", "--preset", "dev", "-B", folder, f"-DLIGHTWELL_PANORAMA_DIR={panoramas}"],
+          ["cmake", "--build", folder, "--target", *HOST_TARGETS]], folder.parent / "host.log")
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from .processes import output_of
-from .qmp import Qmp, QmpError
+from .qemu import Qmp, QmpError
 
 HOST = "10.77.0.1"
 SSH_PORT = 22

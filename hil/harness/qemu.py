@@ -1,4 +1,5 @@
-"""QEMU: whether it is installed, which accelerator works, and its command line."""
+"""QEMU: whether it is installed, which accelerator works, its command line, and its machine protocol (QMP): one
+connection at a time, JSON lines (QEMU 7.2, docs/interop/qmp-spec.txt)."""
 
 from __future__ import annotations
 
@@ -6,10 +7,12 @@ import json
 import os
 import platform
 import shutil
+import socket
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from . import cache
 from .image import Base
@@ -89,41 +92,93 @@ class Disk:
     writable: bool = False
 
 
-@dataclass(frozen=True)
-class Machine:
-    """A board's hardware, from which arguments() makes QEMU's command line. All paths are paths on this machine."""
-    program: str
-    accelerator: str
-    kernel: Path
-    initrd: Path
-    disks: tuple[Disk, ...]
-    kernel_words: tuple[str, ...]
-    network: tuple[str, ...]
-    qmp: Path
-    serial_log: Path
-    cpus: int = 2
-    memory_mb: int = 2048
-    # usb-redir sockets of programs that emulate USB devices, by device id. A device is plugged in when its program
-    # starts to listen.
-    usb_sockets: tuple[tuple[str, Path], ...] = ()
-    extra: tuple[str, ...] = ()
+def arguments(program: str, accelerator: str, *, kernel: Path, initrd: Path, disks: Sequence[Disk],
+              kernel_words: Sequence[str], network: Sequence[str], qmp: Path, serial_log: Path, cpus: int = 2,
+              memory_mb: int = 2048, usb_sockets: Mapping[str, Path] | None = None,
+              extra: Sequence[str] = ()) -> list[str]:
+    """The command line of a board. All paths are paths on this machine. `usb_sockets`: usb-redir sockets of programs
+    that emulate USB devices, by device id. A device is plugged in when its program starts to listen."""
+    words = [program, *acceleration(accelerator), "-smp", str(cpus), "-m", str(memory_mb),
+             "-nodefaults", "-display", "none",
+             # A board that is started again appends to its log.
+             "-chardev", f"file,id=serial,path={serial_log},append=on", "-serial", "chardev:serial",
+             "-qmp", f"unix:{qmp},server=on,wait=off",
+             "-kernel", str(kernel), "-initrd", str(initrd), "-append", " ".join(kernel_words),
+             "-device", "virtio-rng-pci", "-device", "qemu-xhci,id=xhci"]
+    for index, disk in enumerate(disks):
+        # The format is given, not probed: data in the first block of a raw disk must not be taken for a header.
+        kind = "qcow2" if disk.path.suffix == ".qcow2" else "raw"
+        access = "off" if disk.writable else "on"
+        words += ["-drive", f"if=none,id=disk{index},file={disk.path},format={kind},readonly={access}",
+                  "-device", f"virtio-blk-pci,drive=disk{index},serial={disk.serial}"]
+    words += network
+    for name, path in (usb_sockets or {}).items():
+        words += ["-chardev", f"socket,id={name},path={path},reconnect=1",
+                  "-device", f"usb-redir,chardev={name},id={name},bus=xhci.0"]
+    return [*words, *extra]
 
-    def arguments(self) -> list[str]:
-        words = [self.program, *acceleration(self.accelerator), "-smp", str(self.cpus), "-m", str(self.memory_mb),
-                 "-nodefaults", "-display", "none",
-                 # A board that is started again appends to its log.
-                 "-chardev", f"file,id=serial,path={self.serial_log},append=on", "-serial", "chardev:serial",
-                 "-qmp", f"unix:{self.qmp},server=on,wait=off",
-                 "-kernel", str(self.kernel), "-initrd", str(self.initrd), "-append", " ".join(self.kernel_words),
-                 "-device", "virtio-rng-pci", "-device", "qemu-xhci,id=xhci"]
-        for index, disk in enumerate(self.disks):
-            # The format is given, not probed: data in the first block of a raw disk must not be taken for a header.
-            kind = "qcow2" if disk.path.suffix == ".qcow2" else "raw"
-            access = "off" if disk.writable else "on"
-            words += ["-drive", f"if=none,id=disk{index},file={disk.path},format={kind},readonly={access}",
-                      "-device", f"virtio-blk-pci,drive=disk{index},serial={disk.serial}"]
-        words += self.network
-        for name, path in self.usb_sockets:
-            words += ["-chardev", f"socket,id={name},path={path},reconnect=1",
-                      "-device", f"usb-redir,chardev={name},id={name},bus=xhci.0"]
-        return [*words, *self.extra]
+
+class QmpError(Exception):
+    """QEMU rejected a command or does not answer."""
+
+
+class Qmp:
+    """A session. QEMU serves one at a time: keep it open only as long as it is needed.
+
+    with Qmp(path) as qmp:
+        qmp.command("device_del", id="cam0")
+    """
+
+    def __init__(self, path: Path, timeout_s: float = 10.0) -> None:
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self._lines = self._socket.makefile("rb")
+        try:
+            self._socket.settimeout(timeout_s)
+            self._socket.connect(str(path))
+            greeting = self._read()
+            if "QMP" not in greeting:
+                raise QmpError(f"{path} does not speak QMP: {greeting}")
+            self.command("qmp_capabilities")
+        except OSError as error:
+            self.__exit__()
+            raise QmpError(f"QEMU does not answer at {path}: {error}") from error
+        except QmpError:
+            self.__exit__()
+            raise
+
+    def __enter__(self) -> Qmp:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._lines.close()
+        self._socket.close()
+
+    def _read(self) -> dict[str, Any]:
+        try:
+            line = self._lines.readline()
+        except TimeoutError as error:
+            raise QmpError("QEMU did not answer in time") from error
+        if not line.endswith(b"\n"):
+            raise QmpError("QEMU closed the connection")
+        return json.loads(line)
+
+    def command(self, name: str, /, **arguments: Any) -> Any:
+        """Runs a command and returns its result. Underscores in argument names become hyphens. Raises QmpError."""
+        message: dict[str, Any] = {"execute": name}
+        if arguments:
+            message["arguments"] = {key.replace("_", "-"): value for key, value in arguments.items()}
+        try:
+            self._socket.sendall(json.dumps(message).encode() + b"\n")
+        except OSError as error:
+            raise QmpError(f"QEMU is gone: {error}") from error
+        while True:
+            answer = self._read()
+            if "error" in answer:
+                raise QmpError(f"{name}: {answer['error'].get('desc', answer['error'])}")
+            # Anything else is an event.
+            if "return" in answer:
+                return answer["return"]
+
+    def monitor(self, line: str) -> str:
+        """Runs a command of the human monitor, for functions that QMP lacks, and returns its output."""
+        return self.command("human-monitor-command", **{"command-line": line})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import platform
+import socket
 import subprocess
 import tempfile
 import time
@@ -16,8 +17,7 @@ from typing import Any
 
 from . import qemu
 from .board import Board, Options
-from .build import NotBuilt, build_for_board, build_for_host
-from .camera import UsbCamera
+from .image import NotBuilt, build_for_board, build_for_host
 from .processes import output_of
 from .runner import CannotRun, TestFailure
 from .waits import wait_for
@@ -36,6 +36,64 @@ _ENGINE = "event_engine"
 _REST_S = 1.8
 # Time for frames in flight to pass kernel, firmware, network and client after the camera has stopped sending.
 _UNDER_WAY_S = 0.5
+
+
+class UsbCamera:
+    """One process of lightwell-usb-camera, the simulated USB camera, which runs outside of the guest. `redir`: the
+    usb-redir socket that it creates, one of the board's Options.usb_sockets."""
+
+    def __init__(self, program: Path, redir: Path, scene: str, arguments: Sequence[str] = ()) -> None:
+        self.redir = redir
+        self._folder = tempfile.TemporaryDirectory(prefix="lightwell-camera-")
+        self._control = Path(self._folder.name) / "control"
+        self._said = Path(self._folder.name) / "log"
+        self._command = [str(program), "--redir", str(redir), "--control", str(self._control), "--scene", scene,
+                         *arguments]
+
+    def __enter__(self) -> UsbCamera:
+        """Starts the camera. Returns when it accepts commands, after it has rendered its frames."""
+        self.redir.unlink(missing_ok=True)
+        with open(self._said, "wb") as said:
+            self._child = subprocess.Popen(self._command, stdin=subprocess.DEVNULL, stdout=said, stderr=said)
+
+        def ready() -> bool:
+            if self._child.poll() is not None:
+                raise TestFailure(f"{' '.join(self._command)} ended at once: {self.log_tail()}")
+            return self._control.exists() and self.redir.exists()
+
+        wait_for("the camera to render ahead", ready, 180, every_s=0.05, state=self.log_tail)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Ends the camera's process and removes its socket: the board sees it unplugged."""
+        self._child.terminate()
+        try:
+            self._child.wait(10)
+        except subprocess.TimeoutExpired:
+            self._child.kill()
+            self._child.wait()
+        self.redir.unlink(missing_ok=True)
+        self._folder.cleanup()
+
+    def log_tail(self) -> str:
+        """The end of its log."""
+        return self._said.read_text(encoding="utf-8", errors="replace").strip()[-500:] if self._said.exists() else ""
+
+    def command(self, name: str, **values: Any) -> dict[str, Any]:
+        """Sends a command (hil/README.md lists them) and returns the response. Raises TestFailure if it is rejected."""
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as control:
+            control.settimeout(20)
+            control.connect(str(self._control))
+            control.sendall((json.dumps({"command": name, **values}) + "\n").encode())
+            with control.makefile() as lines:
+                answer: dict[str, Any] = json.loads(lines.readline())
+        if not answer.get("ok"):
+            raise TestFailure(f"the camera rejected {name}: {answer.get('error')}")
+        return answer
+
+    def counters(self) -> dict[str, Any]:
+        """Its counters since its start or `reset_counters`."""
+        return self.command("counters")
 
 
 @dataclass(frozen=True)
@@ -228,27 +286,13 @@ class Rig:
         raise TestFailure(f"four snapshots of a silent camera took more than {_REST_S} s each, or the firmware "
                           "restarted the camera: this machine is too busy")
 
-    def profile(self, seconds: float) -> str:
-        """How the board's processor time is used over `seconds`, in percent of all processors, as text."""
-        script = (f"p=$(pidof lightwelld); sample() {{ head -1 /proc/stat; cat /proc/$p/task/*/stat; }}; "
-                  f"sample; echo --; sleep {seconds}; sample")
-        first, second = self.board.run(script, check=True, timeout_s=seconds + 60).out.split("--\n")
-        def read(text: str) -> tuple[list[int], dict[str, int]]:
-            lines = [line for line in text.splitlines() if " " in line]
-            threads: dict[str, int] = {}
-            for line in lines[1:]:
-                name, rest = line[line.index("(") + 1:line.rindex(")")], line[line.rindex(")") + 2:].split()
-                threads[name] = threads.get(name, 0) + int(rest[11]) + int(rest[12])
-            return [int(word) for word in lines[0].split()[1:]], threads
-        (all_a, own_a), (all_b, own_b) = read(first), read(second)
-        grown = [b - a for a, b in zip(all_a, all_b)]
-        whole = sum(grown) or 1
-        share = lambda ticks: f"{100 * ticks / whole:.0f}"
-        own = {name: own_b[name] - own_a.get(name, 0) for name in own_b}
-        text = (f"idle {share(grown[3] + grown[4])}, interrupts {share(grown[5] + grown[6])}, "
-                f"lightwelld {share(sum(own.values()))}")
-        busiest = sorted(own, key=lambda name: -own[name])[:4]
-        return text + " (" + ", ".join(f"{name} {share(own[name])}" for name in busiest) + ")"
+    def idle_percent(self, seconds: float) -> float:
+        """Percentage of the board's processor time that is idle over `seconds`."""
+        shown = self.board.run(f"head -1 /proc/stat; sleep {seconds}; head -1 /proc/stat", check=True,
+                               timeout_s=seconds + 60).out
+        first, second = ([int(word) for word in line.split()[1:]] for line in shown.splitlines())
+        grown = [b - a for a, b in zip(first, second)]
+        return 100 * (grown[3] + grown[4]) / max(1, sum(grown))
 
     def wait_for_recorded(self, frames: int, limit_s: float = 120) -> None:
         """Waits until lightwelld has recorded so many frames."""

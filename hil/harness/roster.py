@@ -5,7 +5,7 @@ from typing import Any
 
 from google.protobuf import text_format
 
-from .messages import message_class
+from .recording import message_class
 from .vivid import FOURCC
 
 HIL = Path(__file__).resolve().parent.parent

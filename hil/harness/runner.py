@@ -11,7 +11,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from . import locks
+from . import waits
 from .report import Figure, Result
 from .waits import TimedOut, say
 
@@ -107,7 +107,7 @@ def run(tests: Sequence[Any], boards: dict[str, Any], start: StartBoard, *, seed
                     stack, board, name = ExitStack(), None, test.board
                     # All runs take the locks in the same order, so that they cannot deadlock.
                     for wanted in sorted(filter(None, (test.board, test.peer))):
-                        stack.enter_context(locks.held((lock_folder or locks.lock_folder()) / f"board-{wanted}.lock",
+                        stack.enter_context(waits.held((lock_folder or waits.lock_folder()) / f"board-{wanted}.lock",
                                                        f"the board {wanted}", lock_limit_s))
                     board = start(boards[test.board], boards[test.peer] if test.peer else None, stack)
                 with _limit(test.limit_s, test.name):

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <lightwell/codec.hpp>
-#include <lightwell/fibonacci_lattice.hpp>
+#include <lightwell/geometry.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/recording.hpp>
 

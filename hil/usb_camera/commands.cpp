@@ -12,7 +12,6 @@
 #include "tools/json_text.hpp"
 
 namespace lightwell::usb_camera {
-
 namespace {
 
 /// A command with its values, a JSON object.
@@ -42,9 +41,10 @@ using Answer = Result<nlohmann::ordered_json>;
 
 const nlohmann::ordered_json kDone = nlohmann::ordered_json::object();
 
-nlohmann::ordered_json counters_of(const Call& call) {
+Answer counters(const Call& call) {
   const Device& device = *call.targets.device;
-  nlohmann::ordered_json out;
+  nlohmann::ordered_json whole;
+  nlohmann::ordered_json& out = whole["counters"];
   for (std::size_t i = 0; i < kOutcomes.size(); ++i)
     out[std::string(kOutcomes[i])] = call.targets.log->count(static_cast<Outcome>(i));
   out["streams"] = device.stream().streams();
@@ -60,13 +60,7 @@ nlohmann::ordered_json counters_of(const Call& call) {
                         {"render_s", c.render_s},
                         {"failed", c.failed}};
   }
-  return out;
-}
-
-Answer counters(const Call& call) {
-  nlohmann::ordered_json out;
-  out["counters"] = counters_of(call);
-  return out;
+  return whole;
 }
 
 Answer reset_counters(const Call& call) {

@@ -1,14 +1,11 @@
 #include "usb_camera/descriptors.hpp"
 
 #include <algorithm>
-#include <array>
 #include <initializer_list>
-#include <span>
 
 #include "usb_camera/controls.hpp"
 
 namespace lightwell::usb_camera {
-
 namespace {
 
 constexpr std::uint8_t kInterfaceClass = 0x0E;  // Video.

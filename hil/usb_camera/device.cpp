@@ -4,7 +4,6 @@
 #include <utility>
 
 namespace lightwell::usb_camera {
-
 namespace {
 
 // USB 2.0, tables 9-3 to 9-6.

@@ -1,5 +1,4 @@
 // The camera as a USB device: the control endpoint and the streaming endpoint.
-//   SetupPacket, Device
 #pragma once
 
 #include <cstdint>
@@ -7,7 +6,6 @@
 
 #include "usb_camera/controls.hpp"
 #include "usb_camera/descriptors.hpp"
-#include "usb_camera/negotiation.hpp"
 #include "usb_camera/stream.hpp"
 
 namespace lightwell::usb_camera {
@@ -38,7 +36,7 @@ struct DeviceCounts {
   std::uint64_t resets = 0;  ///< Bus resets.
 };
 
-/// Has no thread, clock or socket; redir_port.hpp connects it to a host.
+/// Has no thread, clock or socket; redir_port.cpp connects it to a host.
 class Device {
  public:
   Device(const DeviceOptions& options, FrameSource& source, FrameLog& log);

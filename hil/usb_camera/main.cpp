@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <iostream>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -37,11 +38,8 @@ struct Ahead {
 
 Result<Ahead> parse_ahead(const std::string& text, const SupportedFormats& formats) {
   std::vector<std::string> parts;
-  for (std::size_t at = 0; at <= text.size();) {
-    const std::size_t end = std::min(text.find(':', at), text.size());
-    parts.push_back(text.substr(at, end - at));
-    at = end + 1;
-  }
+  std::istringstream in(text + ':');
+  for (std::string part; std::getline(in, part, ':');) parts.push_back(part);
   const auto bad = [&](const std::string& what) {
     return Status(StatusCode::invalid_argument, "--ahead " + text + ": " + what);
   };

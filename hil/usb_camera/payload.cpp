@@ -4,7 +4,6 @@
 #include <utility>
 
 namespace lightwell::usb_camera {
-
 namespace {
 
 constexpr std::uint8_t kFrameId = 0x01, kEndOfFrame = 0x02, kPresentation = 0x04, kSourceClock = 0x08, kError = 0x40,

@@ -8,7 +8,7 @@
 
 #include <lightwell/time.hpp>
 
-#include "usb_camera/little_endian.hpp"
+#include "usb_camera/descriptors.hpp"
 
 namespace lightwell::usb_camera {
 

@@ -1,19 +1,17 @@
-#include "usb_camera/redir_port.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <optional>
 #include <span>
 #include <usbredirparser.h>
 #include <utility>
 
 #include <sys/socket.h>
 
-namespace lightwell::usb_camera {
+#include "usb_camera/server.hpp"
 
+namespace lightwell::usb_camera {
 namespace {
 
 // Limit of pending output, more than all transfers that a well-behaved host queues.
@@ -25,19 +23,9 @@ constexpr std::size_t kMaxReadBytes = std::size_t{64} << 10;
 constexpr std::size_t kControlOut = 0, kControlIn = 16, kStreamingIn = 17;
 constexpr std::uint16_t kControlPacket = 64;
 
-std::uint8_t wire_status(TransferStatus status) {
-  switch (status) {
-    case TransferStatus::success:
-      return usb_redir_success;
-    case TransferStatus::cancelled:
-      return usb_redir_cancelled;
-    case TransferStatus::stalled:
-      return usb_redir_stall;
-    case TransferStatus::refused:
-      return usb_redir_inval;
-  }
-  return usb_redir_ioerror;
-}
+/// In the order of TransferStatus.
+constexpr std::array<std::uint8_t, 4> kWireStatus = {usb_redir_success, usb_redir_cancelled, usb_redir_stall,
+                                                     usb_redir_inval};
 
 /// The parser's functions take non-const pointers to data that they do not change.
 std::uint8_t* unchanged(std::span<const std::uint8_t> data) {
@@ -164,47 +152,28 @@ struct RedirPort::Callbacks {
   static void cancel(void* self, std::uint64_t id) { port(self).device_.stream().cancel(id, port(self)); }
 
   // Not supported: isochronous and interrupt endpoints, USB 3 streams, buffered bulk.
-  static void iso(void* self, std::uint64_t, usb_redir_iso_packet_header*, std::uint8_t* data, int) {
+  template <class Header>
+  static void drop(void* self, std::uint64_t, Header*, std::uint8_t* data, int) {
     const Data owned(self, data);
   }
-  static void interrupt(void* self, std::uint64_t, usb_redir_interrupt_packet_header*, std::uint8_t* data, int) {
-    const Data owned(self, data);
-  }
-  static void buffered_bulk(void* self, std::uint64_t, usb_redir_buffered_bulk_packet_header*, std::uint8_t* data,
-                            int) {
-    const Data owned(self, data);
-  }
-  static void iso_status(void* self, std::uint64_t id, std::uint8_t endpoint) {
+  template <class Header>
+  static void refuse_iso(void* self, std::uint64_t id, Header* h) {
     usb_redir_iso_stream_status_header status{};
     status.status = usb_redir_inval;
-    status.endpoint = endpoint;
+    status.endpoint = h->endpoint;
     usbredirparser_send_iso_stream_status(parser(self), id, &status);
   }
-  static void start_iso(void* self, std::uint64_t id, usb_redir_start_iso_stream_header* h) {
-    iso_status(self, id, h->endpoint);
-  }
-  static void stop_iso(void* self, std::uint64_t id, usb_redir_stop_iso_stream_header* h) {
-    iso_status(self, id, h->endpoint);
-  }
-  static void interrupt_status(void* self, std::uint64_t id, std::uint8_t endpoint) {
+  template <class Header>
+  static void refuse_interrupt(void* self, std::uint64_t id, Header* h) {
     usb_redir_interrupt_receiving_status_header status{};
     status.status = usb_redir_inval;
-    status.endpoint = endpoint;
+    status.endpoint = h->endpoint;
     usbredirparser_send_interrupt_receiving_status(parser(self), id, &status);
   }
-  static void start_interrupt(void* self, std::uint64_t id, usb_redir_start_interrupt_receiving_header* h) {
-    interrupt_status(self, id, h->endpoint);
-  }
-  static void stop_interrupt(void* self, std::uint64_t id, usb_redir_stop_interrupt_receiving_header* h) {
-    interrupt_status(self, id, h->endpoint);
-  }
-  static void alloc_streams(void*, std::uint64_t, usb_redir_alloc_bulk_streams_header*) {}
-  static void free_streams(void*, std::uint64_t, usb_redir_free_bulk_streams_header*) {}
-  static void start_bulk(void*, std::uint64_t, usb_redir_start_bulk_receiving_header*) {}
-  static void stop_bulk(void*, std::uint64_t, usb_redir_stop_bulk_receiving_header*) {}
-  static void filter_reject(void*) {}
+  template <class Header>
+  static void ignore(void*, std::uint64_t, Header*) {}
+  static void ignore(void*) {}
   static void filter(void*, usbredirfilter_rule* rules, int) { std::free(rules); }
-  static void disconnect_ack(void*) {}
 };
 
 void RedirPort::Destroy::operator()(usbredirparser* parser) const { usbredirparser_destroy(parser); }
@@ -225,21 +194,21 @@ RedirPort::RedirPort(Device& device, FileDescriptor socket, bool plugged)
   p.get_alt_setting_func = C::get_alt_setting;
   p.control_packet_func = C::control;
   p.bulk_packet_func = C::bulk;
-  p.iso_packet_func = C::iso;
-  p.interrupt_packet_func = C::interrupt;
-  p.buffered_bulk_packet_func = C::buffered_bulk;
+  p.iso_packet_func = C::drop;
+  p.interrupt_packet_func = C::drop;
+  p.buffered_bulk_packet_func = C::drop;
   p.cancel_data_packet_func = C::cancel;
-  p.start_iso_stream_func = C::start_iso;
-  p.stop_iso_stream_func = C::stop_iso;
-  p.start_interrupt_receiving_func = C::start_interrupt;
-  p.stop_interrupt_receiving_func = C::stop_interrupt;
-  p.alloc_bulk_streams_func = C::alloc_streams;
-  p.free_bulk_streams_func = C::free_streams;
-  p.start_bulk_receiving_func = C::start_bulk;
-  p.stop_bulk_receiving_func = C::stop_bulk;
-  p.filter_reject_func = C::filter_reject;
+  p.start_iso_stream_func = C::refuse_iso;
+  p.stop_iso_stream_func = C::refuse_iso;
+  p.start_interrupt_receiving_func = C::refuse_interrupt;
+  p.stop_interrupt_receiving_func = C::refuse_interrupt;
+  p.alloc_bulk_streams_func = C::ignore;
+  p.free_bulk_streams_func = C::ignore;
+  p.start_bulk_receiving_func = C::ignore;
+  p.stop_bulk_receiving_func = C::ignore;
+  p.filter_reject_func = C::ignore;
   p.filter_filter_func = C::filter;
-  p.device_disconnect_ack_func = C::disconnect_ack;
+  p.device_disconnect_ack_func = C::ignore;
 
   std::array<std::uint32_t, USB_REDIR_CAPS_SIZE> capabilities{};
   for (const int capability :
@@ -319,7 +288,7 @@ void RedirPort::announce() {
 void RedirPort::complete(std::uint64_t id, TransferStatus status, std::span<const std::uint8_t> data) {
   usb_redir_bulk_packet_header header{};
   header.endpoint = kStreamingEndpoint;
-  header.status = wire_status(status);
+  header.status = kWireStatus[static_cast<std::size_t>(status)];
   header.length = static_cast<std::uint16_t>(data.size() & 0xFFFF);
   header.length_high = static_cast<std::uint16_t>(data.size() >> 16);
   usbredirparser_send_bulk_packet(parser_.get(), id, &header, unchanged(data), static_cast<int>(data.size()));

@@ -9,24 +9,14 @@
 #include "imaging/uri.hpp"
 
 namespace lightwell::usb_camera {
-
 namespace {
 
 constexpr std::size_t kLightMemory = std::size_t{256} << 20;
 // Maximum number of cached sensors, one per colour temperature.
 constexpr std::size_t kSensors = 8;
 
-PixelFormat sensor_format(Encoding encoding) {
-  switch (encoding) {
-    case Encoding::yuyv:
-      return PixelFormat::yuyv;
-    case Encoding::nv12:
-      return PixelFormat::nv12;
-    case Encoding::mjpeg:
-      return PixelFormat::rgb8;
-  }
-  return PixelFormat::yuyv;
-}
+/// The sensor's formats in the order of Encoding.
+constexpr std::array kSensorFormats = {PixelFormat::yuyv, PixelFormat::nv12, PixelFormat::rgb8};
 
 double cubic(double t, double a, double b, double c, double d) { return ((a * t + b) * t + c) * t + d; }
 
@@ -122,7 +112,7 @@ Result<std::shared_ptr<SceneRenderer>> SceneRenderer::open(const std::string& ur
   config.frame_rate = format.rate;
   Result<SimOptions> options = parse_sim_options(*parsed, config);
   if (!options) return options.status();
-  options->sensor = sensor_format(format.encoding);
+  options->sensor = kSensorFormats[static_cast<std::size_t>(format.encoding)];
   Result<std::unique_ptr<SimWorld>> world = make_sim_world(std::move(*options));
   if (!world) return world.status();
   if (lens < 0 || static_cast<std::size_t>(lens) >= (*world)->rig.lenses.size())

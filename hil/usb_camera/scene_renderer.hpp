@@ -1,7 +1,4 @@
 // Renders one scene in one format: from the number of an image and the sensor settings to bytes.
-//   white_balance()     gains of the sensor's channels for a colour temperature
-//   encode_jpeg()       motion JPEG
-//   SceneRenderer
 #pragma once
 
 #include <array>
@@ -17,8 +14,8 @@
 
 #include <lightwell/result.hpp>
 
-#include "camera/backends/sim/sim_world.hpp"
-#include "usb_camera/frame_source.hpp"
+#include "camera/backends/sim/sim_backend.hpp"
+#include "usb_camera/controls.hpp"
 
 namespace lightwell::usb_camera {
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 namespace lightwell::usb_camera {
-
 namespace {
 
 // Each renderer holds two copies of a panorama and, after its first image, the directions of all its pixels.

@@ -15,8 +15,8 @@
 #include <tuple>
 #include <vector>
 
-#include "usb_camera/frame_source.hpp"
 #include "usb_camera/scene_renderer.hpp"
+#include "usb_camera/stream.hpp"
 
 namespace lightwell::usb_camera {
 

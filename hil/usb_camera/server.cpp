@@ -7,7 +7,6 @@
 #include <ctime>
 #include <poll.h>
 #include <unistd.h>
-#include <utility>
 #include <vector>
 
 #include <sys/eventfd.h>
@@ -15,7 +14,6 @@
 #include <sys/un.h>
 
 namespace lightwell::usb_camera {
-
 namespace {
 
 constexpr std::size_t kMaxClients = 8, kMaxLineBytes = 4096, kMaxUnreadBytes = std::size_t{16} << 20;

@@ -1,19 +1,115 @@
-// The streaming endpoint: starts frames when they are due and sends them in the transfers that the host has queued.
-//   Pace, StreamOptions, Faults, TransferStatus, TransferSink, ControlLatency, Stream
+// The streaming endpoint: starts frames when they are due, sends them in the transfers that the host has queued, and
+// logs their outcome.
 #pragma once
 
-#include <cstdint>
 #include <deque>
 #include <memory>
-#include <optional>
-#include <string_view>
 
-#include "usb_camera/frame_log.hpp"
-#include "usb_camera/frame_source.hpp"
-#include "usb_camera/negotiation.hpp"
+#include <nlohmann/json_fwd.hpp>
+
+#include <lightwell/files.hpp>
+#include <lightwell/result.hpp>
+
+#include "usb_camera/controls.hpp"
 #include "usb_camera/payload.hpp"
 
 namespace lightwell::usb_camera {
+
+/// The immutable bytes of one frame.
+using Picture = std::shared_ptr<const std::vector<std::byte>>;
+
+/// A copy of the image that contains the frame's number, for tests that do not evaluate the light.
+///   yuyv, nv12   the luma of pixel i of the first row, i from 0 to 15, is 16 d + 8, where d is hexadecimal digit i of
+///                the number, least significant first
+///   mjpeg        a comment (COM) after the start marker holds the number in eight bytes, least significant first; the
+///                pixels do not change
+[[nodiscard]] inline Picture stamped(const Picture& picture, Encoding encoding, std::uint64_t number) {
+  auto out = std::make_shared<std::vector<std::byte>>(*picture);
+  if (encoding == Encoding::mjpeg) {
+    // After the two bytes of the start marker, the comment: marker, length including itself, number.
+    std::array<std::byte, 12> comment = {std::byte{0xFF}, std::byte{0xFE}, std::byte{0}, std::byte{10}};
+    for (std::size_t i = 0; i < 8; ++i) comment[4 + i] = static_cast<std::byte>(number >> (8 * i));
+    if (out->size() >= 2) out->insert(out->begin() + 2, comment.begin(), comment.end());
+    return out;
+  }
+  const std::size_t step = encoding == Encoding::yuyv ? 2 : 1;
+  for (std::size_t i = 0; i < 16 && i * step < out->size(); ++i)
+    (*out)[i * step] = static_cast<std::byte>(16 * (number >> (4 * i) & 0xF) + 8);
+  return out;
+}
+
+/// Gives the stream its images. scene_source.hpp implements it.
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+
+  /// Sets the format of the images from now on.
+  [[nodiscard]] virtual Status configure(const StreamFormat& format) = 0;
+  /// Automatic exposure time at gain 1 in seconds. Does not need configure().
+  [[nodiscard]] virtual double automatic_exposure_s() const = 0;
+  /// From the end of the first row's exposure to the end of the last row's, in the format configured.
+  [[nodiscard]] virtual double readout_s() const = 0;
+  /// The image of a frame, or nullptr while it is not ready; it is then queued for rendering before all others.
+  [[nodiscard]] virtual Picture picture(std::uint64_t number, const SensorSettings& settings) = 0;
+  /// Queues an image that will be needed soon.
+  virtual void order(std::uint64_t number, const SensorSettings& settings) = 0;
+};
+
+enum class Outcome : std::uint8_t {
+  sent,        ///< Sent completely.
+  torn,        ///< Sent without its middle third (injected fault).
+  shortened,   ///< Sent without its last third (injected fault).
+  marked,      ///< Sent completely with the error bit (injected fault).
+  skipped,     ///< Not sent (injected fault).
+  silent,      ///< Not sent, because an injected fault keeps the camera silent.
+  busy,        ///< Not sent: the previous frame was still being sent when it was due.
+  replaced,    ///< Not sent: the host fetched nothing until the next frame was due.
+  unrendered,  ///< Not sent: its image was not rendered in time.
+  aborted,     ///< Sent in part: the host, a stall or unplugging ended the stream.
+};
+inline constexpr std::array<std::string_view, 10> kOutcomes = {"sent",   "torn", "shortened", "marked",     "skipped",
+                                                               "silent", "busy", "replaced",  "unrendered", "aborted"};
+
+[[nodiscard]] constexpr std::string_view to_string(Outcome outcome) {
+  return kOutcomes[static_cast<std::size_t>(outcome)];
+}
+
+struct FrameRecord {
+  std::uint64_t stream = 0;  ///< Number of the stream since the program began, from 1.
+  std::uint64_t number = 0;  ///< Number of the frame in its stream, from 0, whether it was sent or not.
+  CameraTime began;          ///< Start of exposure. clock_ticks() of it is the presentation time in payload headers.
+  SensorSettings settings;   ///< Settings of the exposure.
+  std::uint64_t bytes = 0;   ///< Size of the image.
+  std::uint64_t sent = 0;    ///< Bytes of the image that were sent.
+  Outcome outcome = Outcome::sent;
+};
+
+/// {"stream":1,"number":0,"began_ns":...,"pts":...,"exposure_s":0.001,"gain":1.0,"kelvin":6500,"bytes":614400,
+///  "sent":614400,"outcome":"sent"}
+[[nodiscard]] nlohmann::ordered_json json_of(const FrameRecord& record);
+
+/// Log of the outcome of every frame, with which a test compares the frames that arrived.
+class FrameLog {
+ public:
+  /// `keep`: number of latest frames that are kept.
+  explicit FrameLog(std::size_t keep = 4096) : keep_(keep) {}
+
+  /// Writes a line of JSON for each frame from now on; overwrites an old file. unavailable: the file cannot be written.
+  [[nodiscard]] Status write_to(const std::string& path);
+
+  void add(const FrameRecord& record);
+  /// Sets all counts to zero; frame numbers continue.
+  void reset_counts() { counts_ = {}; }
+
+  [[nodiscard]] std::uint64_t count(Outcome outcome) const { return counts_[static_cast<std::size_t>(outcome)]; }
+  [[nodiscard]] const std::deque<FrameRecord>& records() const { return records_; }
+
+ private:
+  std::size_t keep_;
+  std::deque<FrameRecord> records_;
+  std::array<std::uint64_t, kOutcomes.size()> counts_{};
+  FilePointer file_;
+};
 
 /// Determines when the next frame is due.
 enum class Pace : std::uint8_t {

@@ -6,7 +6,6 @@
 
 #include <lightwell/bytes.hpp>
 #include <lightwell/environment.hpp>
-#include <lightwell/octahedral.hpp>
 #include <lightwell/pixel.hpp>
 
 namespace lightwell {

@@ -9,7 +9,6 @@
 #include <fstream>
 #include <stdio.h>
 #include <unistd.h>
-#include <utility>
 #include <vector>
 
 #include <sys/file.h>

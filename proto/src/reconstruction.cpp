@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <lightwell/fibonacci_lattice.hpp>
+#include <lightwell/geometry.hpp>
 #include <lightwell/lobes.hpp>
 #include <lightwell/reconstruction.hpp>
 

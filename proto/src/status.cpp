@@ -1,7 +1,5 @@
 #include <cmath>
-#include <cstdint>
 #include <limits>
-#include <string>
 
 #include <lightwell/status.hpp>
 

@@ -16,7 +16,6 @@
 #include "e2e/secure_daemon.hpp"
 #include "lightwell/v1/pairing.grpc.pb.h"
 #include "lightwell/v1/probe_service.grpc.pb.h"
-#include "link/access/certificate.hpp"
 #include "link/access/client_list.hpp"
 #include "link/access/probe_keys.hpp"
 #include "support/read_file.hpp"

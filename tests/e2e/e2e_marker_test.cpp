@@ -12,7 +12,7 @@
 #include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
 
-#include <lightwell/fibonacci_lattice.hpp>
+#include <lightwell/geometry.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/marker_body.hpp>
 

@@ -10,8 +10,8 @@
 #include <lightwell/secrets.hpp>
 
 #include "e2e/secure_daemon.hpp"
-#include "link/access/certificate.hpp"
 #include "link/access/client_list.hpp"
+#include "link/access/probe_keys.hpp"
 #include "support/impairing_proxy.hpp"
 #include "support/read_file.hpp"
 

@@ -33,7 +33,7 @@ PROMISES = [
      "proto_files_test", "Config.ALogin*:MqttAddress.Says*", "values alone"),
     ("1 the same at the daemon's link", "mqtt_link_test", "*InvalidConfiguration*", "real Mosquitto"),
     ("1 the same at the SDK's link", "mqtt_source_test", "*ALogin*", "real Mosquitto"),
-    ("1 names from the network forge no line", "log_test", None, "real daemon's log"),
+    ("1 names from the network forge no line", "app_test", "Log.*", "real daemon's log"),
     ("1 the same in the command line's output", "lightwell_cli_test", "*WhatAProbeSays*", "real program"),
     ("2 the README's tables are what the .proto files say", "wire_tables", None, "protoc"),
     ("2 a decoder written from the prose alone agrees with every golden vector and 7,200 damaged messages",

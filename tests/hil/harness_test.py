@@ -13,8 +13,8 @@ from typing import Any
 from unittest import mock
 
 import harness_path  # noqa: F401
-from hil.harness import locks, recording, report, rig, roster, runner, waits
-from hil.harness.messages import message_class
+from hil.harness import recording, report, rig, roster, runner, waits
+from hil.harness.recording import message_class
 from hil.harness.runs import BoardError
 from hil.harness.ssh import CommandFailed
 from hil.harness.vivid import VividLoop
@@ -31,13 +31,13 @@ class Locks(unittest.TestCase):
     def test_a_lock_is_exclusive_and_names_its_holder(self) -> None:
         with tempfile.TemporaryDirectory() as folder:
             where = Path(folder)
-            with locks.held(where / "box", "the box", 1):
+            with waits.held(where / "box", "the box", 1):
                 with self.assertRaisesRegex(waits.TimedOut, "for the box .*last seen: process [0-9]+ since .* has it"):
-                    with locks.held(where / "box", "the box", 0.05):
+                    with waits.held(where / "box", "the box", 0.05):
                         self.fail("two hold it")
-                with locks.held(where / "other", "the other", 0.05):
+                with waits.held(where / "other", "the other", 0.05):
                     pass
-            with locks.held(where / "box", "the box", 0.05):
+            with waits.held(where / "box", "the box", 0.05):
                 pass
 
     def test_a_waiting_thread_gets_the_lock(self) -> None:
@@ -45,10 +45,10 @@ class Locks(unittest.TestCase):
             got = threading.Event()
 
             def second() -> None:
-                with locks.held(Path(folder) / "box", "the box", 10):
+                with waits.held(Path(folder) / "box", "the box", 10):
                     got.set()
 
-            with locks.held(Path(folder) / "box", "the box", 1):
+            with waits.held(Path(folder) / "box", "the box", 1):
                 thread = threading.Thread(target=second)
                 thread.start()
                 time.sleep(0.05)
@@ -257,14 +257,14 @@ class Runs(unittest.TestCase):
     def test_a_peer_is_started_for_one_test_and_locked_meanwhile(self) -> None:
         def looks(_: int, __: Any, measured: runner.Measured) -> None:
             with self.assertRaises(waits.TimedOut):
-                with locks.held(Path(self.folder.name) / "board-another.lock", "the other", 0.05):
+                with waits.held(Path(self.folder.name) / "board-another.lock", "the other", 0.05):
                     self.fail("two hold it")
             measured.figure("f", 1)
 
         results = self.run_them(a=self.well, spoils_two=looks)
         self.assertTrue(all(result.good for result in results.values()), results)
         self.assertEqual(self.peers, [None, "the other"])
-        with locks.held(Path(self.folder.name) / "board-another.lock", "the other", 0.05):
+        with waits.held(Path(self.folder.name) / "board-another.lock", "the other", 0.05):
             pass
 
     def test_a_board_that_does_not_start_fails_its_tests(self) -> None:

@@ -5,7 +5,7 @@ import unittest.mock
 
 import harness_path  # noqa: F401
 from hil.harness import network
-from hil.harness.qmp import QmpError
+from hil.harness.qemu import QmpError
 
 USERNET = """\
 Hub -1 (net0):

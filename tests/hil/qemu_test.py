@@ -26,7 +26,7 @@ def machine(**options):
         "qmp": pathlib.Path("/q"),
         "serial_log": pathlib.Path("/s"),
     }
-    return qemu.Machine(**(made | options)).arguments()
+    return qemu.arguments(**(made | options))
 
 
 def after(words, option):
@@ -56,7 +56,7 @@ class Arguments(unittest.TestCase):
         self.assertIn("format=qcow2", after(words, "-drive")[0])
 
     def test_a_usb_device_reconnects_to_its_program(self):
-        words = machine(usb_sockets=(("cam0", pathlib.Path("/tmp/cam0.sock")),))
+        words = machine(usb_sockets={"cam0": pathlib.Path("/tmp/cam0.sock")})
         self.assertIn("socket,id=cam0,path=/tmp/cam0.sock,reconnect=1", after(words, "-chardev"))
         self.assertIn("usb-redir,chardev=cam0,id=cam0,bus=xhci.0", after(words, "-device"))
 

@@ -8,7 +8,7 @@ import threading
 import unittest
 
 import harness_path  # noqa: F401
-from hil.harness.qmp import Qmp, QmpError
+from hil.harness.qemu import Qmp, QmpError
 
 
 class Server:

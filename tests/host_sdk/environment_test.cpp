@@ -9,7 +9,6 @@
 #include <lightwell/query.hpp>
 
 #include "core/descriptor_receiver.hpp"
-#include "core/environment_assembler.hpp"
 #include "host_sdk/scenes.hpp"
 
 namespace lightwell::core {

@@ -7,9 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include <lightwell/fibonacci_lattice.hpp>
+#include <lightwell/geometry.hpp>
 
-#include "core/interpolate.hpp"
 #include "host_sdk/scenes.hpp"
 
 namespace lightwell::core {

@@ -8,7 +8,7 @@
 #include <hwy/targets.h>
 
 #include <lightwell/cap.hpp>
-#include <lightwell/fibonacci_lattice.hpp>
+#include <lightwell/geometry.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/query.hpp>
 

@@ -1,11 +1,11 @@
 // Reconstructions that are computed when they are needed.
-#include "core/lazy_reconstruction.hpp"
-
 #include <memory>
 #include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "core/sample.hpp"
 
 namespace lightwell::core {
 namespace {

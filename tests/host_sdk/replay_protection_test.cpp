@@ -1,8 +1,8 @@
-#include "core/replay_protection.hpp"
-
 #include <limits>
 
 #include <gtest/gtest.h>
+
+#include "core/clock_map.hpp"
 
 namespace lightwell::core {
 namespace {

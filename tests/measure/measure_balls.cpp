@@ -25,7 +25,7 @@
 #include "measure/shots.hpp"
 #include "measure/three_balls.hpp"
 #include "sim/panorama.hpp"
-#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
 
 namespace {
 

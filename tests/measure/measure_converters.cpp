@@ -17,7 +17,7 @@
 #include "measure/output.hpp"
 #include "measure/shots.hpp"
 #include "sim/panorama.hpp"
-#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
 #include "tools/command_line.hpp"
 
 namespace {

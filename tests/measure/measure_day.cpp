@@ -25,7 +25,7 @@
 #include <lightwell/probe.hpp>
 
 #include "link/grpc/grpc_link.hpp"
-#include "link/publisher.hpp"
+#include "link/link.hpp"
 #include "measure/output.hpp"
 #include "tools/command_line.hpp"
 

@@ -13,8 +13,7 @@
 
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "sim/panorama.hpp"
-#include "sim/render.hpp"
-#include "sim/rigs.hpp"
+#include "sim/scene.hpp"
 #include "sim/sensor.hpp"
 #include "tools/command_line.hpp"
 

@@ -40,7 +40,7 @@
 #include "bench/memcpy_speed.hpp"
 #include "bench/thread_time.hpp"
 #include "estimate/marker/marker_estimator.hpp"
-#include "estimate/marker/marker_geometry.hpp"
+#include "estimate/marker/shading.hpp"
 #include "measure/output.hpp"
 #include "measure/traced_frames.hpp"
 #include "tools/command_line.hpp"

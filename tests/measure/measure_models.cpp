@@ -12,7 +12,6 @@
 #include "fixtures/published_lenses.hpp"
 #include "measure/output.hpp"
 #include "sim/panorama.hpp"
-#include "sim/render.hpp"
 #include "sim/scene.hpp"
 
 namespace {

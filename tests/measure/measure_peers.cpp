@@ -30,7 +30,6 @@
 #include "measure/panorama_truth.hpp"
 #include "measure/shots.hpp"
 #include "sim/panorama.hpp"
-#include "sim/rigs.hpp"
 #include "sim/sensor.hpp"
 #include "tools/command_line.hpp"
 

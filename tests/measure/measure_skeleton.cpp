@@ -20,8 +20,8 @@
 #include "reference/harmonics.hpp"
 #include "reference/irradiance.hpp"
 #include "sim/panorama.hpp"
-#include "sim/render.hpp"
-#include "sim/rigs.hpp"
+#include "sim/scene.hpp"
+#include "sim/sensor.hpp"
 
 namespace {
 

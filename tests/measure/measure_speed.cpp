@@ -21,7 +21,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <lightwell/fibonacci_lattice.hpp>
+#include <lightwell/geometry.hpp>
 #include <lightwell/text.hpp>
 
 #include "bench/vector_unit.hpp"
@@ -29,7 +29,7 @@
 #include "measure/output.hpp"
 #include "measure/speed_bench.hpp"
 #include "sim/panorama.hpp"
-#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
 #include "tools/command_line.hpp"
 
 namespace {

@@ -21,7 +21,7 @@
 #include "measure/panorama_truth.hpp"
 #include "measure/shots.hpp"
 #include "measure/three_balls.hpp"
-#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
 
 namespace {
 

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include <lightwell/fibonacci_lattice.hpp>
+#include <lightwell/geometry.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/lobes.hpp>
 
@@ -14,7 +14,7 @@
 #include "measure/panorama_truth.hpp"
 #include "measure/shots.hpp"
 #include "sim/panorama.hpp"
-#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
 
 namespace lightwell {
 namespace {

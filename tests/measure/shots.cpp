@@ -6,7 +6,7 @@
 
 #include <lightwell/codec.hpp>
 
-#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
 
 namespace lightwell::measure {
 namespace {

@@ -14,7 +14,6 @@
 
 #include "estimate/estimator.hpp"
 #include "imaging/frame.hpp"
-#include "sim/render.hpp"
 #include "sim/scene.hpp"
 #include "sim/sensor.hpp"
 

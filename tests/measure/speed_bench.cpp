@@ -11,8 +11,7 @@
 #include <lightwell/time.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
-#include "sim/render.hpp"
-#include "sim/rigs.hpp"
+#include "sim/scene.hpp"
 #include "sim/sensor.hpp"
 
 namespace lightwell::measure {

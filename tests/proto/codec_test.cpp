@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <lightwell/codec.hpp>
-#include <lightwell/fibonacci_lattice.hpp>
+#include <lightwell/geometry.hpp>
 #include <lightwell/query.hpp>
 
 #include "golden_vectors.hpp"

@@ -7,8 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <lightwell/environment.hpp>
-#include <lightwell/fibonacci_lattice.hpp>
-#include <lightwell/octahedral.hpp>
+#include <lightwell/geometry.hpp>
 #include <lightwell/pixel.hpp>
 
 namespace lightwell {

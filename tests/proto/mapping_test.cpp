@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <lightwell/environment.hpp>
 #include <lightwell/equirect.hpp>
-#include <lightwell/fibonacci_lattice.hpp>
-#include <lightwell/octahedral.hpp>
+#include <lightwell/geometry.hpp>
 #include <lightwell/pixel.hpp>
 
 #include "reference/panorama.hpp"

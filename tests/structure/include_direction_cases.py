@@ -65,7 +65,7 @@ CLEAN = {
     "host_sdk/src/core/mdns.cpp": ["<avahi-client/lookup.h>"],
     "host_sdk/src/field/fit.cpp": ["<ceres/ceres.h>", '"core/store.hpp"', "<opencv2/core.hpp>"],
     "host_sdk/src/field/fit.hpp": [],
-    "host_sdk/examples/openxr_light/xr_app.hpp": ["<openxr/openxr.h>", "<lightwell/probe.hpp>"],
+    "host_sdk/examples/openxr_light/main.cpp": ["<openxr/openxr.h>", "<lightwell/probe.hpp>"],
     "host_sdk/src/relight/trace.cpp": ["<embree3/rtcore.h>", '"core/store.hpp"'],
     "host_sdk/tools/viewer.cpp": ["<apriltag/tag36h11.h>", "<opencv2/imgproc.hpp>", "<nlohmann/json.hpp>",
                                   "<lightwell/probe.hpp>", '"core/store.hpp"'],

@@ -17,8 +17,7 @@ struct PixelPosition {
   double x = 0, y = 0;
 };
 
-/// The intrinsic geometry of one lens: one of the camera classes, and the field of view. A value type without
-/// allocations.
+/// The intrinsic geometry of one lens: one of the camera classes, and the field of view. Allocates nothing.
 class CameraModel {
  public:
   /// `lens` must pass RigParameters::validate().

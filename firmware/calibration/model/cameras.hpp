@@ -24,8 +24,7 @@
 
 namespace lightwell {
 
-/// Relative tolerance of the domain's end for rounding errors, so that unproject() accepts the pixel that project()
-/// returns for the last direction.
+/// Relative tolerance of the domain's end: unproject() must accept the pixel of project() for the last direction.
 inline constexpr double kDomainTolerance = 1e-12;
 
 /// Whether the angle of a direction from the z axis is at most `max_angle`, rad.
@@ -83,8 +82,7 @@ struct KannalaBrandtCamera {
   [[nodiscard]] bool project(const T& x, const T& y, const T& z, T& u, T& v) const {
     using std::atan2, std::sqrt;
     const T across2 = x * x + y * y;
-    // Near the axis r / across tends to 1 / z, and the square root has no derivative at zero. Below this threshold the
-    // next term of the series is below the precision of double.
+    // Near the axis r / across is 1 / z to the precision of double, and the square root has no derivative at zero.
     T scale;
     if (across2 <= T(1e-16) * z * z) {
       if (!(z > T(0))) return false;
@@ -108,8 +106,7 @@ struct KannalaBrandtCamera {
     return Vec3<T>{across * mx, across * my, std::cos(*theta)};
   }
 
-  /// The slope is a polynomial of fourth degree in theta²: a dip that largest_valid_angle() does not detect is
-  /// negligible.
+  /// The slope is a polynomial of fourth degree in theta²: a dip that largest_valid_angle() misses is negligible.
   [[nodiscard]] double max_angle_rad(double limit) const requires std::same_as<T, double> {
     return largest_valid_angle(limit, [this](double theta) { return slope(theta) > 0; });
   }
@@ -351,8 +348,7 @@ struct EquirectangularCamera {
   }
 };
 
-// The parameters of a model as numbers, for solvers, in the order of the parameters struct and of kNames. The model
-// must not be equirectangular, which has no parameters.
+// The parameters of a model, for solvers, in the order of its struct and of kNames. Not for equirectangular models.
 
 /// The numbers of a parameters struct.
 template <class Parameters>

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <optional>
 #include <variant>
@@ -60,8 +59,7 @@ struct Lens {
   }
 };
 
-/// The directions that one pixel sees, in the lens frame: centre, solid angle, and corners in order; for a pixel on the
-/// rim all corners are the centre.
+/// The directions that one pixel sees, in the lens frame: centre, solid angle, corners (on the rim the centre).
 struct Patch {
   Vec3d direction;
   double solid_angle = 0;
@@ -74,8 +72,7 @@ struct Corner {
   std::optional<Vec3d> direction;
 };
 
-/// The boundary of the field of view between a pixel position that the lens sees and one that it does not, by
-/// bisection.
+/// The boundary of the field of view between a seen and an unseen pixel position, by bisection.
 Vec3d field_boundary(const CameraModel& model, PixelPosition seen, PixelPosition unseen) {
   Vec3d last{};
   // 2^-30 pixels: far below the float precision of the solid angle.
@@ -228,26 +225,23 @@ class TableBuilder {
   double covered_sr_ = 0;
 };
 
-/// Removes references to pixels without an entry: a pixel may contain a visible direction although none of its corners
-/// is visible.
+/// Removes references to pixels without an entry: a pixel may contain a visible direction, but no visible corner.
 void drop_empty_overlaps(LensTable& table, const LensTable& other) {
-  for (std::int32_t& overlap : table.overlap_pixel) {
+  for (std::int32_t& overlap : table.overlap_pixel)
     if (overlap >= 0 && other.direction[static_cast<std::size_t>(overlap)] == Vec3f{}) overlap = -1;
-  }
 }
 
 }  // namespace
 
 Result<RigTable> make_rig_table(const RigParameters& rig, double feather_rad) {
   if (Status valid = rig.validate(); !valid.ok()) return valid;
-  if (!(feather_rad >= 0) || !std::isfinite(feather_rad))
-    return Status(StatusCode::invalid_argument, "feather_rad must be zero or more");
+  if (!(feather_rad >= 0) || !std::isfinite(feather_rad)) return invalid_argument("feather_rad must be zero or more");
 
   std::vector<Lens> lenses;
   for (const LensParameters& parameters : rig.lenses) {
     const auto pixels = static_cast<std::int64_t>(parameters.width) * parameters.height;
     if (pixels > std::numeric_limits<std::int32_t>::max())
-      return Status(StatusCode::invalid_argument, "a picture of more than 2^31 pixels");
+      return invalid_argument("a picture of more than 2^31 pixels");
     lenses.emplace_back(parameters, feather_rad);
   }
 

@@ -17,8 +17,7 @@ namespace lightwell {
 /// Linear value x of a picture value: the black level is subtracted, full scale is at 1.
 [[nodiscard]] double linear_value(const PhotometricCalibration& photometry, double value);
 
-/// Lookup table for 8-, 10- or 12-bit pixels: linear_value() of each of `levels` picture values. Negative below the
-/// black level.
+/// Lookup table for 8-, 10- or 12-bit pixels: linear_value() of each of `levels` values. Negative below black.
 [[nodiscard]] std::vector<float> linear_table(const PhotometricCalibration& photometry, int levels);
 
 /// The smallest of `levels` picture values that counts as saturated; `levels` or more if none does.

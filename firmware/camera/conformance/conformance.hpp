@@ -2,8 +2,7 @@
 //   using lightwell::conformance::CameraConformance;
 //   INSTANTIATE_TEST_SUITE_P(Replay, CameraConformance, conformance::cameras({{"recording", make_recording}}),
 //                            conformance::name_of);
-// The checks are functions that return violations, so that a test of the suite can run them on cameras that are broken
-// on purpose.
+// The checks return violations, so that a test of the suite can run them on cameras that are broken on purpose.
 #pragma once
 
 #include <chrono>
@@ -56,11 +55,6 @@ struct Check {
 };
 /// All checks of README.md.
 [[nodiscard]] std::vector<Check> all_checks();
-
-// The parts of all_checks().
-[[nodiscard]] std::vector<Check> frame_checks();
-[[nodiscard]] std::vector<Check> life_checks();
-[[nodiscard]] std::vector<Check> buffer_lifetime_checks();
 
 struct CheckOfBackend {
   BackendUnderTest camera;

@@ -8,8 +8,6 @@
 
 #include <lightwell/lobes.hpp>
 
-#include "estimate/common/kernels/projection_rows.hpp"
-
 namespace lightwell::estimate {
 namespace {
 
@@ -40,8 +38,7 @@ BandWeights compute_weights() {
   for (int l = 0; l <= kMaxBand; ++l) put(l, low[static_cast<std::size_t>(l)] * low[static_cast<std::size_t>(l)]);
   double counted = 0, above = 0;
   for (const int l : kTailBands) {
-    // K_l by its definition, the integral of the lobe times P_l. Odd bands are not computed from images; each is
-    // assumed to be as strong as the even band above it.
+    // K_l by its definition: the integral of lobe times P_l. An odd band is assumed as strong as the next even one.
     const auto k = [&](int band) {
       return 2 * std::numbers::pi *
              lobe.integral(0, 1, [&](double x) { return std::legendre(static_cast<unsigned>(band), x); });

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <numbers>
 #include <span>
 #include <vector>
@@ -91,8 +92,7 @@ class CellGrid {
 
 /// Smallest share of the sphere that counts as full coverage: the rest is a few pixels at the edge of the image circle.
 inline constexpr double kFullCoverage = 0.995;
-/// Largest gram_deviation() for the least-squares fit: the eigenvalues of the 49 x 49 Gram matrix are then between 0.02
-/// and 1.98 (Gershgorin's theorem).
+/// Largest gram_deviation() for the fit: all 49 eigenvalues are then between 0.02 and 1.98 (Gershgorin's theorem).
 inline constexpr double kMaxGramDeviation = 0.02;
 
 /// RMS over all normals: mean over the three channels, and weighted by luminance. Errors are measured both ways.
@@ -110,8 +110,7 @@ struct IrradianceRms {
 /// Of the irradiance by the bands of a projection (0 to 6, 8, 10 and 12).
 [[nodiscard]] IrradianceRms irradiance_rms(const Projection& scene);
 
-/// For each basis function of a BasisRow: its band, and the weight of its squared coefficient in a mean square over
-/// normals.
+/// By basis function of a BasisRow: its band, and the weight of its squared coefficient in a mean over normals.
 struct BandWeights {
   /// Roughness of the GGX lobe in which errors of glossy radiance are measured.
   static constexpr double kRoughness = 0.5;
@@ -119,10 +118,24 @@ struct BandWeights {
   int band[kRowCount];
   float irradiance[kRowCount];  ///< A_l² / 4pi; A_l: coefficients of the cosine lobe.
   float radiance[kRowCount];    ///< K_l² / 4pi; K_l: of the GGX lobe. Bands 8, 10, 12 include 7, 9, 11.
-  /// Mean square of the irradiance by bands above 12, relative to that by bands 8, 10 and 12, for a point light, which
-  /// has the flattest spectrum.
+  /// Mean square irradiance of bands above 12 relative to bands 8, 10, 12, for a point light (flattest spectrum).
   double above_irradiance = 0;
 };
 [[nodiscard]] const BandWeights& band_weights();
+
+/// `rows`: `count` BasisRows. out[c][i] += sum over k of weights[3 k + c] * rows[k][i], in float; precise for a few
+/// hundred rows.
+void add_weighted_rows(const float* rows, const float* weights, std::size_t count, float (&out)[3][kRowCount]);
+
+/// Point lights. Elements beyond `count` must be finite and are ignored.
+struct LightPoints {
+  static constexpr std::size_t kMaxPoints = 128;
+  std::size_t count = 0;
+  alignas(64) std::array<float, kMaxPoints> x{}, y{}, z{};  ///< Unit vectors.
+  alignas(64) std::array<float, kMaxPoints> r{}, g{}, b{};
+};
+
+/// out[c][i] += sum over the points of channel c times basis function i of a BasisRow, in float, to 2e-6 of the sum.
+void add_points(const LightPoints& points, float (&out)[3][kRowCount]);
 
 }  // namespace lightwell::estimate

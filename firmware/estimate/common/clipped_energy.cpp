@@ -57,7 +57,7 @@ Status status_of(RecoveryFault fault) {
     case RecoveryFault::none:
       return {};
     case RecoveryFault::no_reading:
-      return {StatusCode::invalid_argument, "the reading must be positive and finite, and its normal a unit vector"};
+      return invalid_argument("the reading must be positive and finite, and its normal a unit vector");
     case RecoveryFault::nothing_clipped:
       return {StatusCode::failed_precondition,
               "no light is clipped, or pixels outside of lights are: the reading cannot be attributed to lights"};
@@ -65,8 +65,7 @@ Status status_of(RecoveryFault fault) {
       return {StatusCode::failed_precondition,
               "the receiver gets too little of the clipped light for its normal: turn it towards the light"};
     case RecoveryFault::below_observed:
-      return {StatusCode::invalid_argument,
-              "the reading is below the irradiance that the camera observed: check its unit"};
+      return invalid_argument("the reading is below the irradiance that the camera observed: check its unit");
   }
   return {StatusCode::internal, "unknown"};
 }

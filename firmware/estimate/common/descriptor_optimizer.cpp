@@ -10,8 +10,7 @@
 namespace lightwell::estimate {
 namespace {
 
-/// Share of the limit that a prediction may reach. Truncation is exact except for the bands above 12; the other errors
-/// are expected values.
+/// Share of the limit that a prediction may reach. Truncation is exact up to band 12; other errors are expectations.
 constexpr double kLimitMargin = 0.9;
 /// A selection with fewer lights or bands than the previous one may reach this share of the limit.
 constexpr double kHysteresis = 0.8;
@@ -75,8 +74,7 @@ void DescriptorOptimizer::subtract(const Light& light, const BasisRow& shape, Re
 
 double DescriptorOptimizer::residual_energy_above_band2(const ResidualSh& residual, const Light& light,
                                                         const BasisRow& shape, float inverse_mean_square) const {
-  // Bands 0 to 2 cost few bytes and contain about nine tenths of the irradiance; a light is valued by its reduction of
-  // the other bands.
+  // Bands 0 to 2 cost few bytes and contain nine tenths of the irradiance; a light is valued by the other bands.
   const BandWeights& w = band_weights();
   double sum = 0;
   for (int k = 0; k < 3; ++k) {
@@ -177,8 +175,7 @@ template <class Visit>
 void DescriptorOptimizer::for_each_band(std::size_t lights, const OptimizerOptions& limits,
                                         const ReferenceRms& reference, Visit&& visit) const {
   const bool all_bands = needs_all_bands(limits);
-  // The step will be rounded down to a power of two. Using its geometric mean makes the selection independent of the
-  // scene's brightness.
+  // The step will be rounded down to a power of two: with its geometric mean the scene's brightness has no effect.
   const double step =
       allowed_step(limits.band, all_bands, kRoundingShare * limits.epsilon * reference.irradiance.plain);
   const double inverse_step = step > 0 ? std::numbers::sqrt2 / step : 0;

@@ -36,13 +36,11 @@ class DescriptorOptimizer {
 
   /// Upper limit on the number of lights to search for before optimize(), `brightest` (may be null) included. A light
   /// costs its bytes, and can save at most the bytes of the cheapest sufficient message with no light or `brightest`
-  /// alone. The limit is one above that number, and not below the number of lights sent before, so that two similar
-  /// lights do not alternate.
+  /// alone. The limit is one above that number, and not below the number sent before, against alternation.
   [[nodiscard]] int max_lights_to_find(const Projection& scene, const Light* brightest, const OptimizerOptions& limits);
 
   /// Selects lights from `candidates` (strongest first) and fills `out` with the rest of the scene.
-  /// candidates[required] is always selected; -1: none. Lights are compared with the previous selection by track.
-  /// estimate/README.md describes the method.
+  /// candidates[required] is always selected; -1: none. Compares with the previous selection by track.
   void optimize(const Projection& scene, std::span<const Light> candidates, int required,
                 const OptimizerOptions& limits, std::vector<Light>& selected, OptimizedDescriptor& out);
 

@@ -1,7 +1,7 @@
 #include <limits>
 
 #include "estimate/common/cells.hpp"
-#include "estimate/common/environment_grid.hpp"
+#include "estimate/common/environment_updates.hpp"
 
 namespace lightwell::estimate {
 namespace {
@@ -148,12 +148,11 @@ class Splat {
     std::sort(overlaps_.begin(), overlaps_.end(),
               [](const Overlap& a, const Overlap& b) { return a.at != b.at ? a.at < b.at : a.cell < b.cell; });
     std::size_t kept = 0;
-    for (const Overlap& p : overlaps_) {
+    for (const Overlap& p : overlaps_)
       if (kept > 0 && overlaps_[kept - 1].at == p.at && overlaps_[kept - 1].cell == p.cell)
         overlaps_[kept - 1].sr += p.sr;
       else
         overlaps_[kept++] = p;
-    }
     overlaps_.resize(kept);
   }
 
@@ -161,8 +160,7 @@ class Splat {
     const double full = full_sphere_ ? 4 * std::numbers::pi / covered_ : 1;
     std::vector<double> of_texel(grid_.texels()), of_cell(size());
     for (int round = 0; round < kMaxSinkhornIterations; ++round) {
-      // The last step balances texels on a full sphere, so that a constant stays exactly constant, and cells otherwise,
-      // so that no energy is lost at the boundary.
+      // The last step balances texels on a full sphere (a constant stays exact), cells otherwise (no energy is lost).
       const bool texels = (round % 2 == 1) == full_sphere_;
       auto& sum = texels ? of_texel : of_cell;
       std::fill(sum.begin(), sum.end(), 0.0);

@@ -1,14 +1,127 @@
 #include "estimate/common/environment_updates.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <utility>
 
+#include <lightwell/lobes.hpp>
 #include <lightwell/pixel.hpp>
 
 namespace lightwell::estimate {
 namespace {
+
+constexpr int kMaxBaseEdge = 64;
+/// Samples along an edge of the square: 0.3 to 1.5 degrees apart, fine compared with the cells of any rig.
+constexpr int kSamplesAcross = 256;
+
+/// Largest half side of a texel that is used as a whole: relative to the angle over which the lobe changes by its own
+/// value, and absolute, because the widest lobe still ends at the horizon.
+constexpr double kRelativeResolution = 0.1, kMaxResolution_rad = 0.06;
+/// Texels of less weight are left out; their sum is below the rounding of RGB9E5.
+constexpr double kMinWeight = 1e-7;
+
+/// Computes the row of weights for one direction.
+class LobeRow {
+ public:
+  LobeRow(const OctahedralGrid& grid, const MeanPyramid& pyramid, double roughness)
+      : grid_(grid), pyramid_(pyramid), lobe_(roughness), width_(2 * roughness * roughness), weight_(pyramid.size()) {
+    for (const auto& layer : pyramid.layers()) half_side_.push_back(0.5 * std::sqrt(4 * std::numbers::pi) / layer.edge);
+    for (int j = 0; j < grid.edge; ++j)
+      for (int i = 0; i < grid.edge; ++i) centre_.push_back(texel_direction(grid.edge, i, j));
+  }
+
+  std::span<const SparseRows::Entry> weights_at(Vec3f centre) {
+    compute_texel_weights(centre);
+    for (std::size_t k = 1; k < pyramid_.layers().size(); ++k) compute_layer_weights(k);
+    row_.clear();
+    const auto& coarsest = pyramid_.layers().back();
+    for (int j = 0; j < coarsest.edge; ++j)
+      for (int i = 0; i < coarsest.edge; ++i) add_part(centre, pyramid_.layers().size() - 1, i, j);
+    double sum = 0;
+    for (const auto& e : row_) sum += e.weight;
+    for (auto& e : row_) e.weight = static_cast<float>(e.weight / sum);
+    return row_;
+  }
+
+ private:
+  /// Half side of a texel, rad, at an angle with this cosine from the lobe's middle, over which the lobe is nearly
+  /// flat. The lobe changes by its value over its width in the middle, over the angle from it farther out.
+  [[nodiscard]] double resolution(double cosine) const {
+    return std::min(kMaxResolution_rad,
+                    kRelativeResolution * std::sqrt(width_ * width_ + 2 * std::max(0.0, 1 - cosine)));
+  }
+
+  void compute_texel_weights(Vec3f centre) {
+    // 1 - cos is computed from the chord: in float, the cosine has too few digits near the middle of a narrow lobe.
+    const auto cosine_to = [centre](Vec3f d) {
+      const Vec3f chord = d - centre;
+      return 1 - 0.5 * static_cast<double>(dot(chord, chord));
+    };
+    for (std::size_t texel = 0; texel < grid_.texels(); ++texel) {
+      if (const double cosine = cosine_to(centre_[texel]); half_side_[0] < resolution(cosine)) {
+        weight_[texel] = lobe_.value(cosine) * grid_.solid_angle[texel];
+        continue;
+      }
+      const auto samples = std::span(grid_.sample).subspan(texel * grid_.per_texel(), grid_.per_texel());
+      double w = 0;
+      for (const auto& s : samples) w += lobe_.value(cosine_to(s.direction)) * s.solid_angle;
+      weight_[texel] = w;
+    }
+  }
+
+  void compute_layer_weights(std::size_t k) {
+    const auto& fine = pyramid_.layers()[k - 1];
+    const auto& coarse = pyramid_.layers()[k];
+    for (int j = 0; j < coarse.edge; ++j)
+      for (int i = 0; i < coarse.edge; ++i) {
+        double w = 0;
+        for (int dj = 0; dj < 2; ++dj)
+          for (int di = 0; di < 2; ++di) w += weight_[at(fine, 2 * i + di, 2 * j + dj)];
+        weight_[at(coarse, i, j)] = w;
+      }
+  }
+
+  void add_part(Vec3f centre, std::size_t k, int i, int j) {
+    const auto& layer = pyramid_.layers()[k];
+    const std::size_t index = at(layer, i, j);
+    if (weight_[index] < kMinWeight) return;
+    const double cosine = dot(texel_direction(layer.edge, i, j), centre);
+    if (k == 0 || half_side_[k] < resolution(cosine)) {
+      row_.push_back({static_cast<std::uint32_t>(index), static_cast<float>(weight_[index])});
+      return;
+    }
+    for (int dj = 0; dj < 2; ++dj)
+      for (int di = 0; di < 2; ++di) add_part(centre, k - 1, 2 * i + di, 2 * j + dj);
+  }
+
+  static std::size_t at(const MeanPyramid::Layer& layer, int i, int j) {
+    return layer.first + static_cast<std::size_t>(j) * static_cast<std::size_t>(layer.edge) +
+           static_cast<std::size_t>(i);
+  }
+
+  const OctahedralGrid& grid_;
+  const MeanPyramid& pyramid_;
+  GgxLobe lobe_;
+  double width_;
+  std::vector<double> weight_;     ///< Integral of the lobe over each texel of all layers.
+  std::vector<Vec3f> centre_;      ///< Of each texel of the map.
+  std::vector<double> half_side_;  ///< Of a texel of mean solid angle, rad, by layer.
+  std::vector<SparseRows::Entry> row_;
+};
+
+/// Rows that convert a pyramid to the texels of a level: radiance(d, r) at the centre of each texel (lobes.hpp). Near
+/// the middle of the lobe, rows use single texels, farther out, where the lobe is flat, texels of coarser layers.
+/// Weights are the lobe's integral over the samples of each texel; they sum to 1.
+SparseRows lobe_rows(const OctahedralGrid& grid, const MeanPyramid& pyramid, int edge, double roughness) {
+  SparseRows out;
+  LobeRow row(grid, pyramid, roughness);
+  for (int j = 0; j < edge; ++j)
+    for (int i = 0; i < edge; ++i) out.add_row(row.weights_at(texel_direction(edge, i, j)));
+  return out;
+}
+
+OctahedralGrid base_grid(int edge) {
+  const int base = std::min(2 * edge, kMaxBaseEdge);
+  return {base, kSamplesAcross / base};
+}
 
 /// The brightest texel of a whole map is scaled to [2^7, 2^8) of RGB9E5's range up to 2^16: until the next whole map,
 /// radiance may grow by a factor of 256, and texels down to 2^-23 of it have all nine bits.
@@ -31,6 +144,79 @@ void reserve(EnvironmentMap& map, std::size_t texels, std::size_t levels) {
 }
 
 }  // namespace
+
+std::vector<EnvironmentLevel> environment_levels(int edge) {
+  if (!is_environment_edge(static_cast<std::uint64_t>(std::max(edge, 0)))) return {};
+  if (edge == 8) return {{8, 0}, {8, 0.5F}, {8, 0.75F}, {8, 1}};
+  // The lobe's full width at half maximum is 2.6 roughness² rad, the mean width of a texel 3.5 / edge rad.
+  const int middle = std::min(edge, 32), wide = std::min(edge / 2, 16);
+  return {{edge, 0}, {middle, 0.25F}, {edge == 64 ? 32 : 16, 0.5F}, {wide, 0.75F}, {wide, 1}};
+}
+
+MeanPyramid::MeanPyramid(const OctahedralGrid& grid) {
+  std::vector<double> solid_angle = grid.solid_angle;
+  layers_.push_back({grid.edge, 0, {}});
+  while (layers_.back().edge > kMinEdge) {
+    const Layer& fine = layers_.back();
+    Layer coarse{fine.edge / 2, fine.first + solid_angle.size(), {}};
+    std::vector<double> sums;
+    for (int j = 0; j < coarse.edge; ++j)
+      for (int i = 0; i < coarse.edge; ++i) {
+        std::array<SparseRows::Entry, 4> row;
+        double sum = 0;
+        for (std::size_t k = 0; k < 4; ++k) {
+          const int fine_i = 2 * i + static_cast<int>(k % 2), fine_j = 2 * j + static_cast<int>(k / 2);
+          row[k].index = static_cast<std::uint32_t>(fine_j * fine.edge + fine_i);
+          sum += solid_angle[row[k].index];
+        }
+        for (auto& e : row) e.weight = static_cast<float>(solid_angle[e.index] / sum);
+        coarse.means.add_row(row);
+        sums.push_back(sum);
+      }
+    solid_angle = std::move(sums);
+    layers_.push_back(std::move(coarse));
+  }
+}
+
+void MeanPyramid::apply(std::span<Rgbx> list) const {
+  for (std::size_t k = 1; k < layers_.size(); ++k) {
+    const Layer& coarse = layers_[k];
+    const auto fine = list.subspan(layers_[k - 1].first, coarse.first - layers_[k - 1].first);
+    coarse.means.apply(fine, list.subspan(coarse.first, coarse.means.rows()));
+  }
+}
+
+EnvironmentFilter::EnvironmentFilter(std::span<const Vec3f> direction, std::span<const float> solid_angle, int edge)
+    : levels_(environment_levels(edge)),
+      base_(base_grid(levels_.empty() ? 8 : edge)),
+      pyramid_(base_),
+      splat_(splat_rows(direction, solid_angle, base_)),
+      light_(std::min(direction.size(), solid_angle.size())),
+      means_(pyramid_.size()),
+      texels_(texel_count(levels_)) {
+  for (std::size_t k = 1; k < levels_.size(); ++k)
+    lobes_.push_back(lobe_rows(base_, pyramid_, levels_[k].edge, static_cast<double>(levels_[k].roughness)));
+}
+
+std::span<const Rgbx> EnvironmentFilter::run(std::span<const CellSum> sums) {
+  const auto clean = [](float v) { return v > 0 && v <= kMaxCellSum ? v : 0.0F; };
+  for (std::size_t c = 0; c < light_.size(); ++c) {
+    const CellSum s = c < sums.size() ? sums[c] : CellSum{};
+    light_[c].v = {clean(s.r), clean(s.g), clean(s.b), 0};
+  }
+  splat_.apply(light_, std::span(means_).first(splat_.rows()));
+  pyramid_.apply(means_);
+  if (levels_.empty()) return {};
+  const auto sharp = std::find_if(pyramid_.layers().begin(), pyramid_.layers().end(),
+                                  [this](const auto& layer) { return layer.edge == levels_[0].edge; });
+  std::size_t next = texel_count(std::span(levels_).first(1));
+  std::copy_n(means_.begin() + static_cast<std::ptrdiff_t>(sharp->first), next, texels_.begin());
+  for (const SparseRows& rows : lobes_) {
+    rows.apply(means_, std::span(texels_).subspan(next, rows.rows()));
+    next += rows.rows();
+  }
+  return texels_;
+}
 
 EnvironmentUpdates::EnvironmentUpdates(std::vector<EnvironmentLevel> levels, EnvironmentUpdateOptions options)
     : options_(options) {
@@ -69,8 +255,7 @@ void EnvironmentUpdates::update(std::span<const Rgbx> texels, double factor, Pro
   }
   if (whole) make_key(texels, factor, most, time);
 
-  // A fixed schedule, not a delay after each map: the mean rate is kept where the frame period does not divide that of
-  // maps.
+  // A fixed schedule, not a delay after each map, keeps the mean rate for all frame periods.
   const Duration period = seconds(1 / std::max(options_.rate_hz, 1e-6));
   const bool on_schedule = started_ && time >= next_ && time - next_ < period;
   next_ = (on_schedule ? next_ : time) + period;

@@ -10,8 +10,7 @@
 namespace lightwell::estimate {
 namespace {
 
-/// Relative error of the irradiance of a smooth sphere through pixels and blocks of finite size; measured on the eight
-/// panoramas, see estimate/README.md.
+/// Relative irradiance error of a smooth sphere by pixels and blocks, measured on panoramas (estimate/README.md).
 constexpr double kSmoothSampling = 1e-3;
 /// Relative error of the irradiance per squared side of a pixel, rad²: edges of bright regions fall anywhere in pixels.
 constexpr double kPixelSampling = 0.5;
@@ -25,8 +24,7 @@ constexpr double kChromaEdgeError = 0.2;
 constexpr double kMosaicEdgeRatio = 0.886;
 
 /// Relative error of the light of a disc with an area of n = `samples` chroma samples, one of which alone has
-/// kChromaEdgeError, if the samples on its edge may be wrong completely: 2 sqrt(pi n) of them are on the edge, and
-/// their errors add in quadrature.
+/// kChromaEdgeError, if the 2 sqrt(pi n) samples on its edge may be wrong, in quadrature.
 double edge_error(double samples) {
   const double share =
       std::min(1.0, std::sqrt(2 * std::sqrt(std::numbers::pi)) * std::pow(std::max(samples, 1e-9), -0.75));

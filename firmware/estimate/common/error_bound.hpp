@@ -33,8 +33,7 @@ struct IntegrationErrors {
 /// cells have a finite size, and cells may be too few for the least-squares fit. `pixel_rad`: side of a pixel.
 [[nodiscard]] double constant_sampling_error(const CellGrid& grid, double pixel_rad);
 
-/// Errors of the irradiance of one frame, before lights and bands are selected, relative to its RMS over all normals.
-/// All zero where there is no light.
+/// Irradiance errors of one frame, before lights and bands are selected, relative to its RMS. Zero without light.
 struct RelativeErrors {
   double rms = 0;    ///< RMS irradiance, the denominator of the others: plain or luminance-weighted, the smaller one.
   double noise = 0;  ///< One sigma.
@@ -56,8 +55,7 @@ struct BoundParts {
   double truncation = 0, sampling = 0, noise = 0, quantization = 0, smoothing = 0;
 };
 
-/// The bound whose total is the sum of the parts. The total is infinite where `flags` say that light was not measured:
-/// dark, unseen, or clipped and not recovered.
+/// The bound whose total is the sum of the parts; infinite where `flags` has dark, unseen, or clipped not recovered.
 [[nodiscard]] ErrorBound error_bound(const BoundParts& parts, Flags flags);
 
 /// The bound of a descriptor whose radiance, lights and flags are set; without parts where it is dark.

@@ -16,8 +16,7 @@ constexpr std::size_t kMaxTracks = 2 * kMaxLights;
 // Time constant of the low-pass filters of velocity and luminance (gain 0.2 per frame at 30 frames/s): long compared
 // with the time for which two crossing lamps are detected as one.
 constexpr float kFilterTime_s = 0.15F;
-// A factor of e in luminance costs as much as this angle, at most kMaxLogRatio times, so that a dimmed lamp is still
-// assigned by its direction.
+// A factor of e in luminance costs as much as this angle, at most kMaxLogRatio times: a dimmed lamp stays assigned.
 constexpr float kRadPerLogIntensity = 0.03F;
 constexpr float kMaxLogRatio = 2;
 

@@ -15,9 +15,9 @@ namespace lightwell::estimate {
 /// Greedy nearest-neighbour data association with constant-velocity prediction (Blackman 1986, "Multiple-target
 /// tracking with radar applications"). The pair of track and light with the lowest cost is assigned first, then the
 /// next. The cost includes the change of intensity, so that two lamps that cross keep their numbers, even if they were
-/// one bright region for a while. Unassigned lights get new numbers. A track without a light is kept for one second, so
-/// that a flickering lamp keeps its number. All parameters are in seconds, independent of the frame rate. Where time
-/// stands still or runs backwards, tracks neither move nor expire.
+/// one bright region for a while. Unassigned lights get new numbers. A track without a light is kept for one second.
+/// All parameters are in seconds, independent of the frame rate. Where time stands still or runs backwards, tracks
+/// neither move nor expire.
 class LightTracker {
  public:
   LightTracker();

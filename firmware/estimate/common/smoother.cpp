@@ -48,8 +48,7 @@ bool finite(const Light& light) {
                              [](float v) { return std::isfinite(v); });
 }
 
-/// Converts a covariance to the tangent basis of another direction nearby: that basis is rotated by 180 degrees where z
-/// changes its sign.
+/// Converts a covariance to the tangent basis of a direction nearby: it is rotated by 180 degrees where z changes sign.
 std::array<float, 3> change_basis(const std::array<float, 3>& covariance, Vec3f from, Vec3f to) {
   const auto old = tangent_basis(vec_cast<double>(from)), fresh = tangent_basis(vec_cast<double>(to));
   const auto variance = [&](std::size_t a, std::size_t b) {
@@ -61,8 +60,7 @@ std::array<float, 3> change_basis(const std::array<float, 3>& covariance, Vec3f 
   return {variance(0, 0), variance(0, 1), variance(1, 1)};
 }
 
-/// Normalizes means of unit vectors, which are shorter than 1. Vectors of length 1 within float precision are returned
-/// bit for bit.
+/// Normalizes means of unit vectors, which are shorter than 1; unchanged where 1 within float precision.
 Vec3f unit(Vec3d d) {
   const double l = length(d);
   return std::abs(l - 1) < 2e-7 ? vec_cast<float>(d) : vec_cast<float>(normalized(d));
@@ -136,8 +134,7 @@ IrradianceRms Smoother::apply(Projection& scene, std::span<Light> lights, ProbeT
   return gain < 1 ? IrradianceRms{(1 - gain) * all.plain, (1 - gain) * all.weighted} : IrradianceRms{};
 }
 
-/// `gain`: that of the scene. The gain of a light is at least `gain`, `min_gain` and that of the mean over the frames
-/// in which its track was found.
+/// The gain of a light is at least `gain` (of the scene), `min_gain` and that of the mean over its track's frames.
 void Smoother::smooth_lights(std::span<Light> lights, double gain, double min_gain, double noise_rms) {
   std::swap(lights_, previous_lights_);
   const std::span<const SmoothedLight> previous(previous_lights_.data(), light_count_);

@@ -39,8 +39,7 @@ class BlockLayout {
   /// Mean solid angle of the block's pixels that have one, sr.
   [[nodiscard]] float pixel_sr(std::size_t block) const { return pixel_sr_[block]; }
 
-  /// Calls visit(x, y, index) for each pixel of the block in rows: its place relative to the block's corner, and its
-  /// index in the lens's tables.
+  /// Calls visit(x, y, index) for each pixel in rows: its place in the block, and its index in the lens's tables.
   template <class Visit>
   static void for_each_pixel(const Place& p, const LensTable& lens, Visit&& visit) {
     for (int y = 0; y < p.height; ++y)

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include <Eigen/Cholesky>
@@ -22,8 +21,7 @@ constexpr double kWindow_s = 2.5;
 constexpr double kMinPairs = 8;
 // Smallest mean a(e)² at which flicker is observable.
 constexpr double kMinAttenuation2 = 0.01;
-// Smallest |h|² / (a(e0)² + a(e1)²), which is at most 2. At 0.15, bands move by a tenth of their distance per frame;
-// the motion of slower ones could be the scene's.
+// Smallest |h|² / (a(e0)² + a(e1)²), which is at most 2. At 0.15, bands move by a tenth of their distance per frame.
 constexpr double kMinObservability = 0.15;
 // Probability of a false alarm per frame: 10 to the power of minus this.
 constexpr double kFalseAlarmExponent = 8;

@@ -90,8 +90,7 @@ class FlickerDetector {
     bool used = false;
     std::array<std::vector<float>, kMaxLenses> log;  ///< NaN where a group is ignored.
   };
-  /// Fit to one lens, one frequency and a pair of frames: z, its variance (infinite where unobservable), and the mean
-  /// square of the residuals of d.
+  /// Fit to a lens, a frequency and a pair: z, its variance (infinite where unobservable), mean square residual of d.
   struct BandFit {
     std::complex<double> z;
     double variance = std::numeric_limits<double>::infinity(), residual_variance = variance;

@@ -25,7 +25,7 @@ float float_at(const std::byte* at) {
   return v;
 }
 
-Status format_mismatch(const std::string& what) { return {StatusCode::invalid_argument, "frame: " + what}; }
+Status format_mismatch(const std::string& what) { return invalid_argument("frame: " + what); }
 
 }  // namespace
 
@@ -309,8 +309,7 @@ void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRo
     }
   }
 
-  // Only floats can be invalid. Negative values of an integer sensor are noise and are kept: cutting them off would
-  // cause a bias.
+  // Only floats can be invalid. Negative values of an integer sensor are noise: cutting them off would cause a bias.
   if (!is_radiance) return;
   int invalid = 0;
   for (const float* channel : radiance)

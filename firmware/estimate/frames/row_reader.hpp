@@ -1,5 +1,5 @@
 // Converts a run of pixels of any format to linear radiance, merged from the exposures of a bracket, pixel by pixel.
-// The SIMD passes of panorama/ (code_pass, bracket_pass, code_weights, row_profiler) decode integer formats without it.
+// The SIMD passes of panorama/ (code_pass, bracket_pass, row_profiler) decode integer formats without it.
 #pragma once
 
 #include <array>
@@ -52,25 +52,21 @@ class RowReader {
 
   explicit RowReader(const RigParameters& rig, const RigTable& table);
 
-  /// Returns invalid_argument where the frames do not match the rig or each other. Refers to the frames until the next
-  /// bind().
+  /// invalid_argument where the frames do not match the rig or each other. Refers to them until the next bind().
   [[nodiscard]] Status bind(std::span<const Frame> bracket);
 
   /// Whether the bracket contains the lens; a camera of a pair may be missing.
   [[nodiscard]] bool has(int lens) const { return (present_lenses_ >> lens & 1U) != 0; }
 
-  /// Number of pixels that share one chroma sample in the bound bracket. Colour and energy of a light smaller than that
-  /// are not determined.
+  /// Pixels that share a chroma sample in the bound bracket: colour and energy of a smaller light are not determined.
   [[nodiscard]] int pixels_per_color() const { return layout().unit_width * layout().unit_height; }
   /// Whether each pixel has its own luma sample although chroma is shared (NV12, YUYV).
   [[nodiscard]] bool has_luma() const { return layout().sampling == ColorSampling::ycbcr; }
 
-  /// Until the next bind(), reads in block k use only the exposures[k] shortest exposures; a read must not extend
-  /// beyond its block. Refers to both arguments until then.
+  /// Until bind(), reads in block k use the exposures[k] shortest exposures, and stay in it. Refers to its arguments.
   void limit_exposures_per_block(const BlockLayout& layout, std::span<const std::uint8_t> exposures);
 
-  /// Pixel `first` of row y where the bracket is a single float frame (radiance is the value times scale_of_floats());
-  /// otherwise null.
+  /// Pixel `first` of row y (times scale_of_floats()) where the bracket is a single float frame; otherwise null.
   [[nodiscard]] const std::byte* floats(int lens, int y, int first) const;
   [[nodiscard]] float scale_of_floats() const { return exposures_[0].radiance_per_linear; }
 

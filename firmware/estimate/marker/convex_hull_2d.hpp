@@ -1,5 +1,4 @@
-// Convex hull of points in a plane (Andrew 1979, "Another efficient algorithm for convex hulls in two dimensions"), and
-// distances to it.
+// Convex hull in a plane (Andrew 1979, "Another efficient algorithm for convex hulls in two dimensions"), distances.
 #pragma once
 
 #include <algorithm>
@@ -45,8 +44,7 @@ class ConvexHull2d {
     return edges_.size() >= 3;
   }
 
-  /// After close(): the largest signed distance to an edge's line; negative inside. Outside of a corner it is less than
-  /// the Euclidean distance.
+  /// After close(): the largest signed distance to an edge's line; negative inside, less than Euclidean at corners.
   [[nodiscard]] double signed_distance(double x, double y) const {
     double most = -std::numeric_limits<double>::infinity();
     for (const Edge& e : edges_) most = std::max(most, e.nx * x + e.ny * y - e.offset);

@@ -1,5 +1,3 @@
-#include "estimate/marker/light_fit.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -8,6 +6,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <ceres/ceres.h>
+
+#include "estimate/marker/light_search.hpp"
 
 namespace lightwell::marker {
 namespace {
@@ -64,8 +64,7 @@ struct LightPose {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Whitened residuals of model minus observations, and their derivatives. Three more rows per channel hold the prior of
-/// the ambient light's linear coefficients.
+/// Whitened residuals and their derivatives. Three more rows per channel: prior of the ambient linear coefficients.
 class LightingCostFunction final : public ceres::CostFunction {
  public:
   LightingCostFunction(const Observations& observations, const Layout& layout, std::vector<LightPose> light_poses,
@@ -241,8 +240,7 @@ LightPose light_pose_of(const PointLight& light) {
   return {light.direction, u, v, light.inverse_distance};
 }
 
-/// Solves for the linear parameters, which are zero in `p`, by least squares, given its directions and inverse
-/// distances. The caller clamps negative values.
+/// Solves for the linear parameters, zero in `p`, by least squares. The caller clamps negative values.
 void solve_linear(const LightingCostFunction& cost_function, const Layout& layout, const Observations& observations,
                   Eigen::VectorXd& p) {
   for (int c = 0; c < observations.channels(); ++c)
@@ -276,8 +274,7 @@ std::vector<int> nonnegative_parameters(const Layout& layout, int channels) {
 /// Sets the irradiance of lights that illuminate no visible face from their radiance on the ground plane, divided by
 /// the plane's albedo. Their colour is unknown and set to grey.
 void set_irradiance_from_shadow(const Observations& observations, Fit& fit) {
-  // Estimates the albedo on the assumption that the plane's ambient irradiance equals the faces' mean irradiance. How
-  // much of the latter comes from weak lights is not known well.
+  // Estimates the albedo on the assumption that the plane's ambient irradiance equals the faces' mean irradiance.
   double mean_irradiance = 0;
   for (int c = 0; c < observations.channels(); ++c)
     mean_irradiance += observations.mean_irradiance(c) / observations.channels();

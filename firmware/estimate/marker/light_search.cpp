@@ -7,7 +7,7 @@
 
 #include <Eigen/QR>
 
-#include "estimate/marker/marker_geometry.hpp"
+#include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker {
 namespace {
@@ -62,8 +62,7 @@ std::vector<LightSearch::Candidate> best_of(std::vector<LightSearch::Candidate> 
   return out;
 }
 
-/// Tracking is accepted while the reduced chi square is at most this ratio times that of the last search, or times
-/// kAcceptableChiSquare if that is larger.
+/// Largest reduced chi square of tracking relative to that of the last search, or to kAcceptableChiSquare if larger.
 constexpr double kMaxTrackingChiSquareRatio = 1.5;
 constexpr double kAcceptableChiSquare = 0.3;
 /// Iterations of a tracking fit, which starts near the minimum.

@@ -9,14 +9,50 @@
 
 #include <Eigen/Core>
 
-#include "estimate/marker/light_fit.hpp"
 #include "estimate/marker/lighting_estimate.hpp"
 #include "estimate/marker/observations.hpp"
+#include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker {
 
-/// Chi square of the observations for point lights at the grid's positions. Ambient light and all irradiances are
-/// fitted linearly.
+enum class Distance : std::uint8_t { infinite, free };
+
+/// A fitted model with its covariance and goodness of fit.
+struct Fit {
+  LightModel model;
+  std::vector<Distance> distances;  ///< Of each light: whether its distance is a parameter.
+  /// Of each light: direction in tangent_basis(direction) (rad, 2 rows) and inverse distance (1/m).
+  std::vector<Eigen::Matrix3d> covariance;
+  double chi_square = 0;
+  int parameters = 0;
+  int observations = 0;
+  bool ground = false;  ///< Whether the ground plane's samples were fitted, too.
+  /// Radiance of the ground plane, if fitted: by the ambient light alone, and by each light, unshadowed, at its normal.
+  double ground_ambient = 0;
+  std::vector<double> ground_irradiance;
+
+  /// Bayesian information criterion (Schwarz 1978), up to a constant.
+  [[nodiscard]] double bic() const;
+};
+
+/// Observations that a fit uses.
+enum class ObservationSet : std::uint8_t { faces, faces_and_ground_plane };
+
+inline constexpr int kMaxFitIterations = 40;
+
+/// Fits to the local minimum nearest to the start. `lights`: directions and inverse distances of the start; their
+/// irradiances are ignored. `hull`: points whose convex hull is the body, m, from its centre.
+[[nodiscard]] Fit fit_lights(const Observations& observations, std::vector<PointLight> lights,
+                             std::vector<Distance> distances, ObservationSet observation_set,
+                             const std::vector<Vec3d>& hull, int max_iterations = kMaxFitIterations);
+
+/// Residual of each face sample in standard deviations, of the channel in which it is largest.
+[[nodiscard]] std::vector<double> standardized_residuals(const Observations& observations, const LightModel& model);
+/// Residual of each ground sample in standard deviations.
+[[nodiscard]] std::vector<double> ground_residuals(const Observations& observations, const Fit& fit,
+                                                   const std::vector<Vec3d>& hull);
+
+/// Chi square for point lights at the grid's positions. Ambient light and all irradiances are fitted linearly.
 class LightSearch {
  public:
   LightSearch(const Observations& observations, const std::vector<Vec3d>& hull);
@@ -26,8 +62,7 @@ class LightSearch {
     double chi_square = 0;
   };
 
-  /// At most `most` candidates for one light, best first, none within 25 degrees of a better one. `fixed_lights`:
-  /// lights at known positions whose irradiances are fitted, too.
+  /// At most `most` candidates for one light, best first, 25 degrees apart; also fits `fixed_lights`' irradiances.
   [[nodiscard]] std::vector<Candidate> find_single_lights(std::size_t most, ObservationSet observation_set,
                                                           const std::vector<PointLight>& fixed_lights = {});
   /// At most `most` candidates for two distant lights, best first; uses the faces alone.
@@ -86,8 +121,7 @@ class LightModelSelector {
 
   /// Global search for 0 to max_lights lights.
   [[nodiscard]] FitCandidates search(int max_lights);
-  /// One fit that starts from the previous frame's lights. nullopt where one of them has disappeared, or where they do
-  /// not explain this frame (chi square).
+  /// One fit from the previous frame's lights; nullopt where one has disappeared or they do not explain this frame.
   [[nodiscard]] std::optional<FitCandidates> track(const LightingEstimate& previous);
   /// The grid search, built at first use.
   [[nodiscard]] LightSearch& light_search() {

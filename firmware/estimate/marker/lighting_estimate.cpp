@@ -29,8 +29,7 @@ constexpr double kMinGroundInliers = 0.8;
 /// and it reduces chi square by at least this, compared with a model without a point light.
 constexpr double kMinShadowChiSquareGain = 30;
 
-/// Radii of the discs that are tried in place of a point light, and the increase of chi square up to which a disc
-/// explains the faces as well.
+/// Radii of discs tried in place of a point light, and the chi square increase up to which one explains the faces.
 constexpr std::array kSourceRadii_rad = {0.2, 0.4, 0.7, 1.0};
 constexpr double kMaxChiSquareIncrease = 16;
 /// Standard deviation of a direction where point lights do not explain the observations.
@@ -124,8 +123,7 @@ double source_size_variance(const Fit& best, std::size_t which, const LightSearc
   return widest * widest / 4;
 }
 
-/// Variance of the direction along each axis, rad², where the fitted ambient irradiance is negative at some normal:
-/// point lights then do not explain the light. Otherwise 0.
+/// Variance of the direction along each axis, rad², where the fitted ambient irradiance is negative at some normal.
 double model_misfit_variance(const LightModel& model) {
   for (std::size_t c = 0; c < 3; ++c) {
     const double slope = std::hypot(model.ambient[1][c], model.ambient[2][c], model.ambient[3][c]);
@@ -175,8 +173,7 @@ bool shadow_is_significant(const Observations& observations, const Fit& fit, con
   return gain > kMinShadowChiSquareGain;
 }
 
-/// Shading in units in which the mean irradiance of the faces and the mean radiance of the ground plane are 1, because
-/// the fit's tolerances are absolute.
+/// Shading with a mean irradiance of the faces and a mean ground radiance of 1: the fit's tolerances are absolute.
 struct NormalizedShading {
   Shading shading;
   double irradiance = 0;  ///< The unit: the mean irradiance; 0 where it is not positive and finite.
@@ -219,8 +216,7 @@ ObservationSet observations_for(SurroundModel surround_model) {
                                                                    : ObservationSet::faces;
 }
 
-/// `previous`: the estimate whose lights are tracked; nullopt is returned where they do not explain this frame. Null:
-/// global search.
+/// `previous`: the estimate whose lights are tracked; nullopt where they do not explain this frame. Null: search.
 std::optional<Hypothesis> evaluate(const Shading& shading, SurroundModel surround_model,
                                    const LightingEstimate* previous, int max_lights) {
   Hypothesis out;
@@ -267,8 +263,7 @@ Eigen::Matrix2d matrix(const std::array<double, 3>& numbers) {
   return out;
 }
 
-/// Converts the best fit into an estimate with uncertainties. `previous`: the estimate whose lights were tracked, in
-/// the same order; null after a global search.
+/// The best fit as an estimate with uncertainties. `previous`: with the tracked lights in the same order, or null.
 LightingEstimate finalize(Hypothesis hypothesis, const LightingEstimate* previous) {
   const ObservationSet observation_set = observations_for(hypothesis.surround_model);
   const bool shadow = hypothesis.surround_model == SurroundModel::ground_plane_with_shadow;

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "estimate/marker/light_model.hpp"
+#include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker {
 

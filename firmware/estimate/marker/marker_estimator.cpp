@@ -2,12 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numbers>
-#include <string>
 
 #include <lightwell/harmonics.hpp>
-#include <lightwell/uncertain_pose.hpp>
 
 #include "calibration/model/lens_table.hpp"
 #include "estimate/common/error_bound.hpp"
@@ -260,12 +257,12 @@ Result<std::unique_ptr<MarkerEstimator>> make_marker_estimator(const RigParamete
                                                                const MarkerOptions& options) {
   if (Status s = options.config.validate(EstimatorKind::marker); !s.ok()) return s;
   if (Status s = body.validate(); !s.ok()) return s;
-  if (finder == nullptr) return Status(StatusCode::invalid_argument, "make_marker_estimator: the body finder is null");
+  if (finder == nullptr) return invalid_argument("make_marker_estimator: the body finder is null");
   bool any = body.ball.has_value();
   for (const MarkerFace& face : body.faces) any = any || !face.patches.empty();
   if (!any)
-    return Status(StatusCode::invalid_argument,
-                  "the body '" + body.name + "' has neither patches nor a ball: light cannot be measured from it");
+    return invalid_argument("the body '" + body.name +
+                            "' has neither patches nor a ball: light cannot be measured from it");
   Result<RigTable> table = make_rig_table(rig);
   if (!table) return table.status();
   return std::unique_ptr<MarkerEstimator>(

@@ -1,6 +1,6 @@
 // Estimates the lighting from a marker in the camera's view: a body of known albedo. The shading of its faces and its
 // shadow on the ground plane determine point lights and ambient light. Directions are from the body's centre, in the
-// probe's (the camera's) axes.
+// probe's axes.
 #pragma once
 
 #include <cstdint>
@@ -30,8 +30,7 @@ struct FinderDecimation {
   double tracked = 0;        ///< Of the part where the body is expected, 1 to 8; 0: depends on the size of the tags.
 };
 
-/// Interface to the tag detector: finds the body's pose in a frame. Must be given all frames, in the order of time. Not
-/// thread-safe.
+/// Interface to the tag detector: finds the body's pose in a frame. Takes all frames, in order. Not thread-safe.
 class BodyFinder {
  public:
   virtual ~BodyFinder() = default;
@@ -56,8 +55,7 @@ struct MarkerReport {
   marker::LightingEstimate light;  ///< Irradiances in the descriptor's units.
 };
 
-/// estimate() returns not_found where no frame of the bracket shows the body. It allocates memory, because Ceres and
-/// AprilTag do.
+/// estimate() returns not_found where no frame of the bracket shows the body. Ceres and AprilTag allocate memory.
 class MarkerEstimator : public Estimator {
  public:
   [[nodiscard]] virtual const MarkerReport& report() const = 0;

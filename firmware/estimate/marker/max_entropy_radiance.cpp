@@ -9,7 +9,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-#include "estimate/marker/marker_geometry.hpp"
+#include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker {
 namespace {
@@ -17,8 +17,7 @@ namespace {
 /// Directions of the discretized sphere. Their spacing of 9 degrees is fine compared with the cosine lobe of a surface.
 constexpr int kDirections = 500;
 constexpr double kSteradian = 4 * std::numbers::pi / kDirections;  // per direction
-/// Newton iterations (ten are common), and the decrement at which they end: about the share of the mean by which
-/// irradiances may still change.
+/// Newton iterations (ten are common), and their final decrement: about the relative change of irradiances left.
 constexpr int kMaxIterations = 100;
 constexpr double kConvergence = 1e-9;
 /// A peak lies within the first angle of its direction, its surroundings between the first and the second.

@@ -14,15 +14,14 @@
 
 #include <lightwell/harmonics.hpp>
 
-#include "estimate/marker/light_model.hpp"
+#include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker {
 
 struct MaxEntropyRadiance {
   /// Probe frame; the samples' unit of irradiance per steradian. Without the part in `lights`.
   RadianceSh radiance;
-  /// Of each requested direction, in their order: irradiance at normal incidence of the radiance that exceeds its
-  /// surroundings within 0.35 rad.
+  /// By requested direction: irradiance of the radiance above its surroundings within 0.35 rad, at normal incidence.
   std::vector<Rgb> lights;
 };
 

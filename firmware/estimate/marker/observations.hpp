@@ -14,7 +14,7 @@
 #include <Eigen/Core>
 
 #include "estimate/marker/convex_hull_2d.hpp"
-#include "estimate/marker/light_model.hpp"
+#include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker {
 
@@ -66,8 +66,7 @@ class Observations {
   void whiten(int channel, Eigen::Ref<Eigen::VectorXd> column) const;
   /// The whitened irradiances, one row per sample.
   [[nodiscard]] const Eigen::VectorXd& whitened(int channel) const { return of(channel).whitened; }
-  /// `difference` (of a sample's irradiance from a model's) divided by its standard deviation, the error shared by its
-  /// surface included.
+  /// `difference` (of a sample's irradiance from a model's) by its standard deviation, the surface's error included.
   [[nodiscard]] double standardized_residual(int channel, int sample, double difference) const;
 
   /// Null where no ground plane was sampled.

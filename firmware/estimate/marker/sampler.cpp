@@ -13,8 +13,7 @@ constexpr double kMargin_px = 1.5;
 constexpr double kMinViewCosine = 0.12;
 /// Smallest number of pixels inside the margin of a patch.
 constexpr int kMinPixels = 12;
-/// Largest standard deviation of luminance about a plane, relative to the patch's mean. A patch above it is excluded: a
-/// shadow's edge or another object covers a part of it.
+/// Largest relative sigma of luminance about a plane; above it, a shadow's edge or another object is in the patch.
 constexpr double kMaxNonuniformity = 0.10;
 /// Number of ground samples, before those that are hidden are excluded.
 constexpr int kGroundSamples = 400;
@@ -28,8 +27,7 @@ constexpr double kGroundRadiusFactor = 3.4;
 constexpr int kGroundPointsPerSample = 4;
 /// Largest share of saturated pixels in a patch.
 constexpr double kMaxSaturatedFraction = 0.01;
-/// Relative standard deviation of the irradiance times the cosine of the viewing angle: at grazing angles, paper is not
-/// Lambertian.
+/// Relative sigma of the irradiance times the cosine of the viewing angle: grazed paper is not Lambertian.
 constexpr double kGrazingRelativeSigma = 0.003;
 
 /// Sums for a least-squares plane of luminance over a patch. Coordinates are relative to its first pixel.

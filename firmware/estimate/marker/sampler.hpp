@@ -10,7 +10,6 @@
 
 #include "estimate/frames/row_reader.hpp"
 #include "estimate/marker/convex_hull_2d.hpp"
-#include "estimate/marker/marker_geometry.hpp"
 #include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker {
@@ -51,8 +50,7 @@ struct SphereCoverage {
 /// Sums over 2,048 directions; the error is below 0.002.
 [[nodiscard]] SphereCoverage sphere_coverage(std::span<const VisibleSurface> surfaces);
 
-/// Measures the mean radiance over the inside of every patch, and of the ground plane around the body. Reuses its
-/// memory from frame to frame.
+/// Measures the mean radiance inside every patch, and of the ground plane around the body. Reuses its memory.
 class MarkerSampler {
  public:
   MarkerSampler(int max_image_width, const SamplerOptions& options) : options_(options), row_(max_image_width) {}
@@ -79,11 +77,9 @@ class MarkerSampler {
   };
   /// Fills faces_, in the body's order. A face whose tag is occluded is counted, and the next face takes its place.
   void choose_faces(const MarkerBody& body);
-  /// Appends to surfaces_ if the surface has added samples or clipped patches to the previous counts `samples` and
-  /// `clipped`.
+  /// Appends to surfaces_ if the surface has added to the previous counts `samples` and `clipped`.
   void record_surface(Vec3d normal, std::size_t samples, int clipped, const Shading& out);
-  /// Fills outline_ with the hull of the projected points; false where one is outside of the field of view, or where
-  /// its area is zero.
+  /// Fills outline_ with the hull of the projected points; false where one has no pixel, or where its area is zero.
   bool project_outline(const std::vector<Vec3d>& points);
   void sample_patch(const Patch& patch, Shading& out);
   void sample_ball(const MarkerBody& body, const PosedBody& posed_body, Shading& out);

@@ -1,12 +1,19 @@
-// Measured shading of a marker's faces and of the ground plane (the table) around it.
+// Measured shading of a marker's faces and of the ground plane (the table) around it; the body's geometry at a pose;
+// the light model: ambient light of SH bands 0 and 1, distant or near point lights, and its error model.
 // Frame: the probe's axes, origin in the body's centre. Metres.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <vector>
 
+#include <lightwell/calibration.hpp>
 #include <lightwell/geometry.hpp>
+#include <lightwell/marker_body.hpp>
+
+#include "calibration/model/camera_model.hpp"
 
 namespace lightwell::marker {
 
@@ -66,5 +73,90 @@ void subtract_ground_reflection(Shading& shading);
 /// through three samples with the smallest median absolute residual is the fit (Rousseeuw 1984, "Least median of
 /// squares regression"). Faces with fewer than six samples are unchanged.
 int remove_occluded_samples(Shading& shading);
+
+/// Evenly spaced: the `count` directions of fibonacci_direction(), from +Y to -Y.
+[[nodiscard]] inline std::vector<Vec3d> fibonacci_directions(int count) {
+  std::vector<Vec3d> out;
+  for (int i = 0; i < count; ++i) {
+    const Vec3d d = fibonacci_direction(i, count);
+    out.push_back({d.y, d.z, d.x});
+  }
+  return out;
+}
+
+/// The lights' directions are from the body's centre: that of its ball, if it has one, else (0, 0, 0) of its frame.
+class PosedBody {
+ public:
+  /// `body` and `model` are referenced and must outlive it. `probe_body`: T_probe_body.
+  PosedBody(const MarkerBody& body, const LensParameters& lens, const CameraModel& model, const Pose& probe_body);
+
+  /// Converts a point of the body frame to the probe's axes, relative to the body's centre, m.
+  [[nodiscard]] Vec3d at(Vec3d point_of_body) const { return rotate(probe_body_.rotation, point_of_body - center_); }
+  [[nodiscard]] Vec3d normal_of(const MarkerFace& face) const {
+    return rotate(probe_body_.rotation, rotate(face.body_face.rotation, Vec3d{0, 0, 1}));
+  }
+  [[nodiscard]] Vec3d point_of(const MarkerFace& face, FacePoint p) const {
+    return at(transformed(face.body_face, {p.x, p.y, 0}));
+  }
+  /// Position of the lens relative to the body's centre, m.
+  [[nodiscard]] Vec3d lens() const { return lens_; }
+  /// Projects a point relative to the body's centre. nullopt where it is outside of the lens's field of view.
+  [[nodiscard]] std::optional<PixelPosition> pixel_of(Vec3d point) const {
+    return model_.project(transformed(lens_probe_, point + origin_));
+  }
+  /// Points whose convex hull is the body, relative to its centre.
+  [[nodiscard]] const std::vector<Vec3d>& hull() const { return hull_; }
+
+  /// The plane on which the body stands, without samples: the ball's sheet, else that of the face whose normal points
+  /// down most. nullopt where no face's normal is within 50 degrees of down (`up`: probe frame), or where the lens is
+  /// less than 7 degrees above the plane.
+  [[nodiscard]] std::optional<GroundPlane> ground_plane(Vec3d up) const;
+
+ private:
+  const MarkerBody& body_;
+  const CameraModel& model_;
+  Pose probe_body_, lens_probe_;
+  Vec3d center_, origin_, lens_;
+  std::vector<Vec3d> hull_;
+};
+
+/// Position relative to the body's centre: direction / inverse_distance, for which infinity is a regular value.
+struct PointLight {
+  Vec3d direction;              ///< Unit vector from the body's centre to the light, probe frame.
+  double inverse_distance = 0;  ///< 1/m; 0: distant.
+  Rgb irradiance{};             ///< At the body's centre, at normal incidence.
+};
+
+struct LightModel {
+  /// Irradiance of the ambient light at a normal: ambient[0] + dot((ambient[1], ambient[2], ambient[3]), normal).
+  std::array<Rgb, 4> ambient{};
+  std::vector<PointLight> lights;  ///< Strongest first.
+};
+
+/// Irradiance at `position` (m, from the body's centre) with `normal`, for a point light whose irradiance at the centre
+/// is 1: the cosine, clipped at the horizon, divided by the squared distance.
+[[nodiscard]] inline double relative_irradiance(Vec3d direction, double inverse_distance, Vec3d position,
+                                                Vec3d normal) {
+  const Vec3d q = direction - position * inverse_distance;
+  const double squared = dot(q, q);
+  return std::max(0.0, dot(normal, q)) / (squared * std::sqrt(squared));
+}
+
+// Standard deviations of the observations, in addition to each sample's own sigma.
+
+/// Of a sample, relative to its irradiance: texture, blur, falloff within a patch.
+inline constexpr double kSampleRelativeSigma = 0.005;
+/// Of a sample, relative to Observations::max_irradiance(): light from the ground plane varies along a face.
+inline constexpr double kSampleSigmaFloor = 0.004;
+/// Shared by a surface, relative to its mean irradiance: its attitude and its paper.
+inline constexpr double kSurfaceRelativeSigma = 0.007;
+/// Shared by a surface, relative to Observations::max_irradiance(): interreflection between surfaces.
+inline constexpr double kSurfaceSigmaFloor = 0.015;
+/// Of a ground sample, relative to the plane's mean radiance: its texture, and light that the body reflects onto it.
+inline constexpr double kGroundRelativeSigma = 0.03;
+/// Neighbouring ground samples are correlated: this many count as one.
+inline constexpr double kGroundCorrelatedSamples = 9;
+/// Prior standard deviation of each linear coefficient of the ambient light, relative to its constant.
+inline constexpr double kAmbientGradientSigma = 1;
 
 }  // namespace lightwell::marker

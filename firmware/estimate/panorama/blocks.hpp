@@ -23,8 +23,7 @@ struct BlockSums {
   std::vector<float> offset_x, offset_y;
   /// By block, the number of shortest exposures that were merged; filled by BracketPass only.
   std::vector<std::uint8_t> exposures;
-  /// Sum over the blocks with motion between exposures: integral of luminance over the block, or the difference between
-  /// the exposures, whichever is more.
+  /// Over the blocks with motion between exposures: integral of luminance, or that of the difference if that is more.
   double motion_luminance = 0;
   std::vector<float> clipped;  ///< By block, the solid angle saturated in every exposure.
   ReadStatistics counts;
@@ -56,8 +55,7 @@ struct BlockSums {
 };
 
 /// Result of SphereIntegrator::integrate(). Sums are radiance (linear value / (exposure_s * gain * vignetting)) times
-/// solid angle. The later steps of the estimate are functions of this value; only LightFinder, GreyPatchReader and, of
-/// brackets, RowProfiler read pixels again.
+/// solid angle. Only LightFinder, GreyPatchReader and, of brackets, RowProfiler read pixels again.
 struct FrameIntegral {
   BlockSums blocks;             ///< By block of the rig. The blocks of a missing lens are filled, or zero.
   std::vector<CellSum> unseen;  ///< By cell that no lens of the rig sees: filled, or zero.

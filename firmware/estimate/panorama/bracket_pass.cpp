@@ -8,7 +8,7 @@
 #include <lightwell/color.hpp>
 
 #include "calibration/model/response.hpp"
-#include "estimate/panorama/kernels/ycbcr_planes.hpp"
+#include "estimate/panorama/kernels/lane_sums.hpp"
 
 namespace lightwell::estimate {
 namespace {

@@ -1,5 +1,4 @@
-// The pass for brackets of integer codes: merges exposures pixel by pixel by inverse variance, and excludes exposures
-// from blocks where something moved between them.
+// The pass for brackets of integer codes: merges exposures per pixel by inverse variance, without those after motion.
 #pragma once
 
 #include <array>
@@ -22,8 +21,7 @@ class BracketPass {
   /// Refers to `table` and `layout`.
   BracketPass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout);
 
-  /// Whether the bracket has two or more exposures in one format of integer codes, wide enough for vectors. Others are
-  /// for CodePass or BlockPass.
+  /// Whether the bracket has two or more exposures in one format of integer codes, wide enough for vectors.
   [[nodiscard]] bool supports(std::span<const Frame> bracket) const;
   /// `bracket` must have passed RowReader::bind().
   void run(std::span<const Frame> bracket, BlockSums& out);
@@ -55,8 +53,7 @@ class BracketPass {
   [[nodiscard]] RowSpan span_of(const LensTable& lens, int y) const;
   void set_row_pointers(const Chunk& chunk, int y, int begin, int end, BracketRow& row);
   void convert_to_planes(const Chunk& chunk, int y, int begin, int end, std::size_t k, ExposureRow& out);
-  /// Number of consistent exposures of the block whose sums are at index `at`. `disagreement`: difference of the first
-  /// excluded exposure, summed over pixels; 0 where none is.
+  /// Number of consistent exposures of the block at index `at`. `disagreement`: difference of the first excluded, or 0.
   [[nodiscard]] int consistent_exposures(std::size_t at, float& disagreement) const;
   void finish_block(const Chunk& chunk, std::size_t block, std::size_t at, BlockSums& out) const;
 

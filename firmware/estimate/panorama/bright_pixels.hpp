@@ -70,13 +70,11 @@ class BrightPixels {
   [[nodiscard]] float solid_angle(const Pixel& pixel) const {
     return lens(pixel.place).solid_angle[pixel.id - lens_first_[static_cast<std::size_t>(pixel.place.lens)]];
   }
-  /// Whether another lens sees the same direction and the pixel is at the edge of its lens, where only a small part of
-  /// it counts. Its light is used, its position is not.
+  /// Whether the pixel is at the edge of its lens and another sees it, too: its light is used, not its position.
   [[nodiscard]] bool at_edge(Place place) const;
 
   /// Calls `visit(place, id)` for the eight neighbours, across seam and poles, and for the nine pixels of the other
-  /// lens around the one with the same direction, because a light's brightest pixels in two lenses may differ in
-  /// direction.
+  /// lens around the one with the same direction, because the brightest pixels may differ.
   template <class Visit>
   void for_each_neighbour(Place p, Visit&& visit) const;
 

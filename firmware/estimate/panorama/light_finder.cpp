@@ -157,8 +157,7 @@ Vec3d LightFinder::core_direction(RowReader& reader, float peak, float dark) {
   };
   for (const BrightPixels::Pixel& pixel : region_) add(pixel, pixel.light.luminance);
   if (region_.size() > kMaxCoreWithRim) return normalized(toward);
-  // Of pixels that the light covers in part, the luminance above that of the darkest neighbour belongs to it. Blocks
-  // without bright pixels need not be read.
+  // Of pixels that the light covers in part, the luminance above the darkest neighbour's belongs to it.
   const auto is_dark = [&](std::size_t block) { return !pixels_.has(block) && sums_->peak[block] < dark; };
   for (BrightPixels::Pixel& pixel : rim_) {
     const std::size_t block = layout_.block_of(pixel.place.lens, pixel.place.x, pixel.place.y);
@@ -247,8 +246,7 @@ Light LightFinder::region_light(RowReader& reader, std::uint32_t block, Place pe
     if (axis == Vec3d{}) return out;
     double core_sr = 0;
     for (std::size_t k = 0; k < core; ++k) core_sr += pixels_.solid_angle(region_[k]);
-    // Variance of the centroid of n square pixels: edge² / 12 / n, plus (a tenth of a pixel)² for the unknown
-    // distribution of light within pixels.
+    // Variance of the centroid of n square pixels: edge² / 12 / n, plus (a tenth of a pixel)² for light within pixels.
     const int shared = reader.pixels_per_color();
     const double samples = std::max(1.0, static_cast<double>(core) / shared);
     variance = core_sr / static_cast<double>(core) * shared * (1.0 / 12 / samples + 0.01);
@@ -303,8 +301,7 @@ std::optional<Light> LightFinder::next_region(RowReader& reader, double least) {
     parent_ = 0;
     // Reads no pixel if the light of all blocks within reach, above their surroundings, is too little.
     if (least > 0 && flood(c.block, halo_threshold(c.peak), grid_.direction(c.block), kCosMaxExtent) < least) {
-      // The other blocks of the flood need not be tried: except for light below this halo threshold, they reach no
-      // more.
+      // Except for light below this halo threshold, the other blocks of the flood reach no more.
       for (const std::uint32_t block : flood_.blocks()) rejected_in_frame_[block] = frame_number_;
       continue;
     }

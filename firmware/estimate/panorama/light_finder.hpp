@@ -39,8 +39,7 @@ struct DetectedLights {
 
   std::vector<Light> lights;  ///< Strongest first; tracks are not set.
   int required = -1;          ///< Index of a light that must be sent because of its peak luminance; -1: none.
-  /// Possible error (one sigma, luminance) of the irradiance of the lights, due to shared chroma samples: pixels at the
-  /// edge of a light have the colour of their neighbours.
+  /// Possible error (one sigma, luminance) of the lights' irradiance: edge pixels share the chroma of their neighbours.
   double chroma_edge_error = 0;
   std::vector<std::uint8_t> region;  ///< By light, the number of its region.
   std::vector<Part> parts;           ///< Of all regions, also of those that are no light; sorted by region.
@@ -74,8 +73,7 @@ class LightFinder {
   /// none where there is no light or where the region is too wide, is valid until the next call.
   const DetectedLights& find_brightest(RowReader& reader, const FrameIntegral& integral, const EstimatorConfig& config);
 
-  /// Must be called once after find_brightest(). At most `max_lights`, always including the brightest. The result is
-  /// valid until the next call.
+  /// Once after find_brightest(). At most `max_lights`, including the brightest. Valid until the next call.
   const DetectedLights& find_others(RowReader& reader, int max_lights);
 
  private:
@@ -114,13 +112,11 @@ class LightFinder {
   void link_mark(std::uint8_t mark);
   /// Null outside of the blocks of flood_, and where memory for pixels is exhausted.
   [[nodiscard]] const PixelLight* light_in_flood(RowReader& reader, Place p);
-  /// Adds the connected pixels with a luminance of at least `floor` to the region. Fills rim_ with the adjacent pixels,
-  /// at most kMaxRimPixels.
+  /// Adds the connected pixels of luminance >= `floor` to the region; fills rim_ with up to kMaxRimPixels around it.
   void grow_core(RowReader& reader, float floor);
   /// After grow_core(): the same within kCosHaloReach of `axis`, without a rim.
   void grow_halo(RowReader& reader, float floor, Vec3f axis);
-  /// Centroid of the core and of the part of the light in its rim; zero where both are dark. Blocks whose peak is below
-  /// `dark` (luminance) are not read.
+  /// Centroid of the core and of the light in its rim; zero if dark. Does not read blocks with peaks below `dark`.
   [[nodiscard]] Vec3d core_direction(RowReader& reader, float peak, float dark);
   /// Whether flood_ has few enough pixels, or covers little enough of the sphere, to be processed pixel by pixel.
   [[nodiscard]] bool is_compact(float peak) const;
@@ -130,8 +126,7 @@ class LightFinder {
   void gather_pixels(Vec3d axis, RegionMoments& out);
   void record_part(std::uint32_t block, const CellSum& light);
   [[nodiscard]] Light region_light(RowReader& reader, std::uint32_t block, Place peak_at, float peak, bool compact);
-  /// The light of the brightest remaining region with a nonzero irradiance. Skips regions whose upper bound of the
-  /// irradiance (luminance) is below `least`.
+  /// The light of the brightest remaining region that is not dark. Skips regions whose upper bound is below `least`.
   [[nodiscard]] std::optional<Light> next_region(RowReader& reader, double least);
   /// Smallest luminance of the halo of a light with this peak.
   [[nodiscard]] float halo_threshold(float peak) const;

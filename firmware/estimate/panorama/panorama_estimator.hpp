@@ -14,8 +14,7 @@ namespace lightwell {
 struct PanoramaOptions {
   EstimatorConfig config;
   std::uint32_t probe_id = 0;
-  /// Edge of a block in pixels, a power of two up to 16. 0: about 3.2 degrees. Larger blocks are faster; the sampling
-  /// part of the bound grows.
+  /// Edge of a block in pixels, a power of two up to 16. 0: about 3.2 degrees. Larger: faster, with a larger bound.
   int block_edge = 0;
   /// If set, the energy of clipped lights is recovered from this patch in every frame.
   std::optional<GreyPatch> grey_patch;

@@ -28,8 +28,7 @@ class RowProfiler {
 
  private:
   struct Lens {
-    /// Linear value of green by code, for each depth of kCodeBits, and by luma, assumed to be grey. NaN where
-    /// saturated.
+    /// Linear value of green by code, for each depth of kCodeBits, and by luma (of grey). NaN where saturated.
     std::array<std::vector<float>, kCodeBits.size()> codes;
     std::vector<float> luma;
     int group_rows = 0;

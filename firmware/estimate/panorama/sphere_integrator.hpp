@@ -1,12 +1,15 @@
 // Integrates a bracket of frames over the sphere: sums of blocks and their projection onto spherical harmonics.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
 #include <lightwell/calibration.hpp>
 #include <lightwell/estimator_config.hpp>
+#include <lightwell/time.hpp>
 
+#include "calibration/model/camera_model.hpp"
 #include "calibration/model/lens_table.hpp"
 #include "estimate/common/cells.hpp"
 #include "estimate/frames/block_layout.hpp"
@@ -14,10 +17,45 @@
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/bracket_pass.hpp"
 #include "estimate/panorama/code_pass.hpp"
-#include "estimate/panorama/unseen.hpp"
 #include "imaging/frame.hpp"
 
 namespace lightwell::estimate {
+
+/// Two kinds of directions are unobserved: those that no lens of the rig sees, which get cells of their own here, and
+/// the blocks of a lens whose camera is missing in the bracket.
+class UnseenLight {
+ public:
+  UnseenLight(const RigParameters& rig, const RigTable& table, const BlockLayout& layout, const CellGrid& grid);
+
+  /// Cells of the directions that no lens of the rig sees; empty where the rig sees the whole sphere.
+  [[nodiscard]] const CellGrid& cells() const { return cells_; }
+
+  /// Fills the unobserved blocks and cells; returns whether any was. `present`: bit mask of the lenses in the bracket.
+  /// `blocks`: sums of all blocks, zero for missing lenses. `unseen`: sums of cells(), all of which are set. Time
+  /// averages use observed blocks alone.
+  bool fill(UnseenFill mode, unsigned present, ProbeTime time, std::span<CellSum> blocks, std::span<CellSum> unseen);
+
+ private:
+  static constexpr std::uint32_t kNoBlock = 0xFFFFFFFF;
+
+  [[nodiscard]] std::uint32_t block_seeing(Vec3d direction, unsigned lenses) const;
+  void update_mean(unsigned present, ProbeTime time, std::span<const CellSum> blocks);
+
+  const RigTable& table_;
+  const BlockLayout& layout_;
+  const CellGrid& grid_;
+  struct Lens {
+    CameraModel model;
+    Quat from_probe;
+  };
+  std::vector<Lens> lenses_;
+  CellGrid cells_;
+  std::vector<std::uint32_t> mirror_of_cell_;
+  std::vector<std::vector<std::uint32_t>> mirror_of_block_;  ///< By missing lens, for each block.
+  std::vector<CellSum> mean_;
+  std::vector<std::uint8_t> has_mean_;  ///< By lens, whether its blocks have a mean.
+  ProbeTime last_;
+};
 
 /// Holds the blocks of a rig and all memory for their sums. Not thread-safe.
 class SphereIntegrator {
@@ -35,14 +73,12 @@ class SphereIntegrator {
   /// Block k is cell k.
   [[nodiscard]] const CellGrid& grid() const { return grid_; }
 
-  /// Directions and solid angles, sr, of all cells: the blocks, then those that no lens sees. Input of an environment
-  /// map.
+  /// Directions and solid angles, sr, of all cells: the blocks, then those that no lens sees. For environment maps.
   [[nodiscard]] std::vector<Vec3f> cell_directions() const;
   [[nodiscard]] std::vector<float> cell_solid_angles() const;
 
  private:
-  /// A position between four pixels: pointer to the upper left direction, offsets of the right and lower neighbours (0
-  /// where there is none), and interpolation weights, 0 to 1.
+  /// A position between four pixels: the upper left one, offsets of the right and lower neighbours (or 0), and weights.
   struct BilinearSample {
     const Vec3f* at;
     int right, down;

@@ -12,6 +12,7 @@
 #include <avahi-common/malloc.h>
 #include <avahi-common/simple-watch.h>
 
+#include <lightwell/text.hpp>
 #include <lightwell/time.hpp>
 
 namespace lightwell {
@@ -23,6 +24,8 @@ constexpr int kPollTimeoutMs = 200;
 constexpr int kMaxRenames = 100;
 /// Port of the service record if no link listens on this machine: that of the discard service.
 constexpr std::uint16_t kNoPort = 9;
+/// Limit of an instance name: one DNS label.
+constexpr std::size_t kMaxLabelBytes = 63;
 
 /// Port of the first link that listens on this machine.
 std::uint16_t port_of(const Advertisement& a) {
@@ -36,22 +39,12 @@ std::uint16_t port_of(const Advertisement& a) {
   return kNoPort;
 }
 
-/// Truncates to the 63 bytes of a DNS label, at a boundary of UTF-8 characters.
-std::string instance_name(std::string name) {
-  constexpr std::size_t kMaxLabel = 63;
-  if (name.size() <= kMaxLabel) return name;
-  std::size_t end = kMaxLabel;
-  while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0U) == 0x80U) --end;
-  name.resize(end);
-  return name;
-}
-
-}  // namespace
-
-class Advertiser::Worker {
+class AvahiAdvertiser final : public Advertiser {
  public:
-  explicit Worker(const Advertisement& advertisement)
-      : instance_(instance_name(advertisement.name)), port_(port_of(advertisement)), poll_(avahi_simple_poll_new()) {
+  explicit AvahiAdvertiser(const Advertisement& advertisement)
+      : instance_(truncated(advertisement.name, kMaxLabelBytes)),
+        port_(port_of(advertisement)),
+        poll_(avahi_simple_poll_new()) {
     for (const std::string& entry : advertisement_to_txt(advertisement)) {
       AvahiStringList* longer = avahi_string_list_add(txt_, entry.c_str());
       if (longer != nullptr) txt_ = longer;
@@ -59,9 +52,9 @@ class Advertiser::Worker {
     txt_ = avahi_string_list_reverse(txt_);
     if (poll_ != nullptr) thread_ = std::thread([this] { run(); });
   }
-  Worker(const Worker&) = delete;
-  Worker& operator=(const Worker&) = delete;
-  ~Worker() {
+  AvahiAdvertiser(const AvahiAdvertiser&) = delete;
+  AvahiAdvertiser& operator=(const AvahiAdvertiser&) = delete;
+  ~AvahiAdvertiser() override {
     stopping_ = true;
     if (thread_.joinable()) {
       avahi_simple_poll_wakeup(poll_);
@@ -71,11 +64,11 @@ class Advertiser::Worker {
     if (poll_ != nullptr) avahi_simple_poll_free(poll_);
   }
 
-  [[nodiscard]] std::string announced_as() const {
+  std::string announced_as() const override {
     const std::lock_guard lock(mutex_);
     return announced_;
   }
-  [[nodiscard]] std::string error_message() const {
+  std::string error_message() const override {
     const std::lock_guard lock(mutex_);
     return error_message_;
   }
@@ -115,7 +108,7 @@ class Advertiser::Worker {
   }
 
   static void on_client(AvahiClient* client, AvahiClientState state, void* data) {
-    auto& self = *static_cast<Worker*>(data);
+    auto& self = *static_cast<AvahiAdvertiser*>(data);
     self.client_ = client;
     switch (state) {
       case AVAHI_CLIENT_S_RUNNING:
@@ -138,7 +131,7 @@ class Advertiser::Worker {
   }
 
   static void on_group(AvahiEntryGroup* group, AvahiEntryGroupState state, void* data) {
-    auto& self = *static_cast<Worker*>(data);
+    auto& self = *static_cast<AvahiAdvertiser*>(data);
     self.group_ = group;
     if (state == AVAHI_ENTRY_GROUP_ESTABLISHED) {
       const std::lock_guard lock(self.mutex_);
@@ -206,9 +199,10 @@ class Advertiser::Worker {
   std::thread thread_;
 };
 
-Advertiser::Advertiser(const Advertisement& advertisement) : worker_(std::make_unique<Worker>(advertisement)) {}
-Advertiser::~Advertiser() = default;
-std::string Advertiser::announced_as() const { return worker_->announced_as(); }
-std::string Advertiser::error_message() const { return worker_->error_message(); }
+}  // namespace
+
+std::unique_ptr<Advertiser> make_advertiser(const Advertisement& advertisement) {
+  return std::make_unique<AvahiAdvertiser>(advertisement);
+}
 
 }  // namespace lightwell

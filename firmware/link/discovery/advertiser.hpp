@@ -8,23 +8,18 @@
 
 namespace lightwell {
 
-/// Has its own thread. Waits for a daemon that is absent or restarts. If another probe has the same name, changes the
-/// instance name of the record ("attic" becomes "attic #2"), not the probe's own name.
+/// Has its own thread, which ends with the object. Waits for a daemon that is absent or restarts. If another probe has
+/// the same name, changes the instance name of the record ("attic" becomes "attic #2"), not the probe's own name.
 class Advertiser {
  public:
-  explicit Advertiser(const Advertisement& advertisement);
-  ~Advertiser();
-  Advertiser(const Advertiser&) = delete;
-  Advertiser& operator=(const Advertiser&) = delete;
+  virtual ~Advertiser() = default;
 
   /// The instance name that is announced; empty while there is none. Any thread.
-  [[nodiscard]] std::string announced_as() const;
+  [[nodiscard]] virtual std::string announced_as() const = 0;
   /// Why the probe is not announced, for people; empty while it is. Any thread.
-  [[nodiscard]] std::string error_message() const;
-
- private:
-  class Worker;
-  std::unique_ptr<Worker> worker_;
+  [[nodiscard]] virtual std::string error_message() const = 0;
 };
+
+[[nodiscard]] std::unique_ptr<Advertiser> make_advertiser(const Advertisement& advertisement);
 
 }  // namespace lightwell

@@ -15,7 +15,6 @@
 
 #include "lightwell/v1/probe_service.grpc.pb.h"
 #include "link/access/client_list.hpp"
-#include "link/access/probe_keys.hpp"
 #include "link/grpc/transport.hpp"
 
 namespace lightwell {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include <lightwell/file_descriptor.hpp>
+#include <lightwell/files.hpp>
 #include <lightwell/result.hpp>
 
 #include "link/usb_gadget/usb_gadget_link.hpp"

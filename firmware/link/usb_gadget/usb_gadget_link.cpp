@@ -102,10 +102,8 @@ class GadgetLink final : public UsbGadgetLink {
         enabled_ = false;
         break;
       case PortEvent::Kind::suspended:
-        suspended_ = true;
-        break;
       case PortEvent::Kind::resumed:
-        suspended_ = false;
+        suspended_ = event.kind == PortEvent::Kind::suspended;
         break;
       case PortEvent::Kind::sent:
         on_sent(event);

@@ -6,8 +6,7 @@
 
 namespace lightwell::calibrate {
 
-/// `arguments`: those after the subcommand. Exit status: 0 done, 1 an input is wrong or insufficient, 2 wrong usage; of
-/// coverage also 3: some views are missing.
+/// `arguments`: those after the subcommand. Exit status: 0 done, 1 a bad input, 2 wrong usage, 3 coverage lacks views.
 [[nodiscard]] int board_command(const std::vector<std::string>& arguments);
 [[nodiscard]] int marker_sheet_command(const std::vector<std::string>& arguments);
 [[nodiscard]] int coverage_command(const std::vector<std::string>& arguments);

@@ -74,13 +74,7 @@ Progress print_progress(const char* what) {
 }
 
 LensParameters guess(const LensSize& size, const ModelParameters& model, double max_angle_rad) {
-  LensParameters lens;
-  lens.width = size.width;
-  lens.height = size.height;
-  lens.model = model;
-  lens.max_angle_rad = max_angle_rad;
-  lens.pose_cv.rotation = upright_lens_cv();
-  return lens;
+  return {size.width, size.height, model, max_angle_rad, {upright_lens_cv(), {}}, {}};
 }
 
 RigParameters rig_of(const GeometryFit& fit, const std::vector<LensSize>& sizes, double field_rad,

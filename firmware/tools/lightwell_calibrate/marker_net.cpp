@@ -153,8 +153,7 @@ class Unfolding {
       const double length = std::hypot(to.x - from.x, to.y - from.y),
                    deep = std::min(kMaxTabDepth_mm, kTabShare * length);
       const double ux = (to.x - from.x) / length, uy = (to.y - from.y) / length;
-      // The outline is counter-clockwise, seen from the printed side, so its outside is to the right of an edge: with y
-      // downwards (-uy, ux).
+      // The outline is counter-clockwise on the printed side: its outside is right of an edge, (-uy, ux), y down.
       for (const double end_deg : {60.0, 45.0, 32.0}) {
         const double in = deep / std::tan(end_deg * std::numbers::pi / 180);
         const Outline outline = {from,
@@ -222,8 +221,7 @@ void move(Piece& piece, double dx, double dy) {
   piece.box.x0 += dx, piece.box.x1 += dx, piece.box.y0 += dy, piece.box.y1 += dy;
 }
 
-/// Places pieces in rows from the top left, with a new page when one is full, and centres the pieces of each page.
-/// Empty if a piece is too large.
+/// Places pieces in rows from the top left, on new pages when full, and centres each page. Empty: a piece is too large.
 std::vector<NetPage> packed(std::vector<Piece> pieces, double width, double height) {
   const double room_x = width - 2 * kPrinterMargin_mm, room_y = height - 2 * kPrinterMargin_mm - kNetFooter;
   std::vector<std::vector<Piece>> pages(1);
@@ -322,7 +320,7 @@ double largest_scale(const MarkerBody& body, const Paper& paper) {
 Result<Net> make_net(const MarkerBody& body, const Paper& paper) {
   std::optional<Net> net = fitted(body, paper);
   if (net) return *std::move(net);
-  return Status(StatusCode::invalid_argument, "a face does not fit " + std::string(paper.name));
+  return invalid_argument("a face does not fit " + std::string(paper.name));
 }
 
 }  // namespace lightwell::calibrate

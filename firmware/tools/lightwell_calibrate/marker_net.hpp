@@ -15,8 +15,7 @@
 
 namespace lightwell::calibrate {
 
-/// Two faces (indices of MarkerBody::faces) and the index of their common edge. Edge i is from point i of the outline
-/// to the next.
+/// Two faces (indices of MarkerBody::faces) and their common edge. Edge i is from point i of the outline to the next.
 struct SharedEdge {
   std::size_t a = 0, edge_a = 0;
   std::size_t b = 0, edge_b = 0;

@@ -57,7 +57,7 @@ struct Arguments {
 
 Result<Pose> parse_board_pose(const std::string& text) {
   const auto wrong = [&](const std::string& form) {
-    return Status(StatusCode::invalid_argument, "'" + text + "' is not a valid value: " + form);
+    return invalid_argument("'" + text + "' is not a valid value: " + form);
   };
   const auto n = parse_numbers<double, 7>(text);
   if (!n) return wrong("tx,ty,tz,qx,qy,qz,qw");
@@ -69,7 +69,7 @@ Result<Pose> parse_board_pose(const std::string& text) {
 
 Result<GravityReading> parse_gravity(const std::string& text) {
   const auto n = parse_numbers<double, 3>(text);
-  if (!n) return Status(StatusCode::invalid_argument, "'" + text + "' is not x,y,z");
+  if (!n) return invalid_argument("'" + text + "' is not x,y,z");
   return GravityReading{{(*n)[0], (*n)[1], (*n)[2]}, 0};
 }
 

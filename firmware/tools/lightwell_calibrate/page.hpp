@@ -19,8 +19,7 @@ struct PagePoint {
   double x = 0, y = 0;
 };
 
-/// Outlines filled as one shape, so that no gap shows between touching ones. Overlapping outlines have the same
-/// orientation.
+/// Outlines filled as one shape, without gaps between touching ones. Overlapping ones have the same orientation.
 struct PageArea {
   std::vector<std::vector<PagePoint>> outlines;
   double grey = 0;  ///< sRGB value, 0 black to 1 white.
@@ -51,8 +50,7 @@ struct Coverage {
 };
 
 /// The exact share of each pixel that the outlines cover, for pages that are true to scale to a fraction of a pixel.
-/// `outlines` in mm, `scale` in pixels per mm. Overlapping outlines must have the same orientation; their coverage is
-/// limited to 1.
+/// `outlines` in mm, `scale` in pixels per mm. Overlapping ones have the same orientation and at most 1.
 [[nodiscard]] Coverage coverage_of(const std::vector<std::vector<PagePoint>>& outlines, double scale);
 
 /// Vector graphics; texts in Helvetica, one of PDF's standard fonts. The document asks viewers to print without scaling

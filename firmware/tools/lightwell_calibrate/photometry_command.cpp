@@ -160,8 +160,7 @@ nlohmann::ordered_json json_of(const photometry::VignettingEstimate& v) {
           {"outliers", v.outliers}};
 }
 
-/// A step without input is null. Deviations are standard deviations in the unit of their value. "calibration" has
-/// values of the resulting calibration.
+/// A step without input is null. Deviations are in the unit of their value. "calibration": the resulting calibration.
 nlohmann::ordered_json json_of(const PhotometryRun& run) {
   nlohmann::ordered_json out = {{"lens", run.lens}, {"response", nullptr},   {"dark", nullptr},
                                 {"noise", nullptr}, {"vignetting", nullptr}, {"white_balance", nullptr},

@@ -11,8 +11,7 @@
 
 #include "calibration/model/camera_model.hpp"
 #include "calibration/model/response.hpp"
-#include "calibration/solve/photometry/vignetting.hpp"
-#include "camera/backends/replay/frame_list.hpp"
+#include "camera/backends/replay/source.hpp"
 #include "tools/command_line.hpp"
 #include "tools/lens_image.hpp"
 
@@ -27,8 +26,7 @@ struct ListedPicture {
   double exposure_s = 1, gain = 1;
 };
 
-/// Reads FOLDER/frames.csv (camera/backends/replay/frame_list.hpp): of each frame the picture of the lens, or the only
-/// one.
+/// Reads FOLDER/frames.csv: of each frame the picture of the lens, or the only one.
 std::vector<ListedPicture> list_pictures(const std::string& folder, int lens) {
   std::vector<ListedPicture> out;
   for (const replay::ListedFrame& frame : require(replay::load_frame_list(folder))) {

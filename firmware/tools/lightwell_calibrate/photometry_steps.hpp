@@ -8,7 +8,7 @@
 #include <lightwell/calibration.hpp>
 
 #include "calibration/solve/photometry/noise.hpp"
-#include "calibration/solve/photometry/patch.hpp"
+#include "calibration/solve/photometry/picture.hpp"
 #include "calibration/solve/photometry/response_solver.hpp"
 #include "calibration/solve/photometry/vignetting.hpp"
 

@@ -34,12 +34,10 @@ inline constexpr double kPrinterMargin_mm = 7, kRulerLength_mm = 100;
 /// The dark cells of an upright tag, adjacent cells of a row merged; the top left cell is at (left, top), mm.
 [[nodiscard]] std::vector<Rectangle> tag_rectangles(const TagBitmap& tag, double left, double top, double cell);
 
-/// Draws a ruler of kRulerLength_mm, measured between the outer sides of its first and last stroke. Strokes and text
-/// are above the line at y.
+/// Draws a ruler of kRulerLength_mm between the outer sides of its first and last stroke, above the line at y.
 void draw_ruler(double x, double y, Page& page);
 
-/// A number in seven-segment digits, centred at the origin, underlined to distinguish 6 and 9. y increases downwards.
-/// `width` and `height` are its maximum dimensions.
+/// A number in seven-segment digits, centred at the origin, underlined, within `width` and `height`; y downwards.
 [[nodiscard]] std::vector<Rectangle> digits(int number, double width, double height);
 
 struct BoardPage {
@@ -49,8 +47,7 @@ struct BoardPage {
   double origin_x_mm = 0, origin_y_mm = 0;
 };
 
-/// `board` has passed validate(). Portrait if the board fits that way, otherwise landscape. invalid_argument: it fits
-/// neither way; the message gives the largest tag that would.
+/// `board` is valid. Portrait if it fits that way, else landscape. invalid_argument: the largest tag that would fit.
 [[nodiscard]] Result<BoardPage> layout(const TagBoard& board, const Paper& paper);
 
 struct SheetOptions {
@@ -64,8 +61,7 @@ struct SheetOptions {
 void add_sheet_options(CLI::App& app, SheetOptions& options, const std::vector<std::string>& endings,
                        const std::string& dpi_help, const std::string& output_help, const std::string& json_help);
 
-/// Writes the pages as a .pdf, or as an .svg or .png of each page: "sheet-2.svg" for page 2 of several. Adds the names
-/// of the files to `files`.
+/// Writes the pages as a .pdf, or as an .svg or .png of each: "sheet-2.svg" for page 2. Adds their names to `files`.
 [[nodiscard]] Status write_pages(std::span<const Page> pages, const std::string& path, double dpi,
                                  std::vector<std::string>& files);
 

@@ -8,7 +8,6 @@
 
 #include <lightwell/cap.hpp>
 #include <lightwell/equirect.hpp>
-#include <lightwell/fibonacci_lattice.hpp>
 #include <lightwell/query.hpp>
 #include <lightwell/reconstruction.hpp>
 
@@ -16,8 +15,7 @@ namespace lightwell::eval {
 namespace {
 
 /// Number of patches around the panorama to which pixels are summed. Irradiance is then exact except where the horizon
-/// of a normal crosses a patch; reflections are accurate for a roughness of at least 0.25, whose lobe is 7 degrees
-/// wide.
+/// of a normal crosses a patch; reflections for a roughness of at least 0.25 (a lobe of 7 degrees) are accurate.
 constexpr int kPatchesWide = 256;
 
 double luminance(const sim::Panorama& p, int i, int j) { return p.pixel(i, j).luminance(); }

@@ -1,6 +1,5 @@
 // Ground truth of a panorama by sums over its pixels in double precision: irradiance, brightest region, and prefiltered
-// radiance for reflections; the three spheres used to compare light estimates (diffuse, matte silver, mirror), lit by
-// the ground truth and by a descriptor.
+// radiance for reflections; three spheres (diffuse, matte silver, mirror), lit by the ground truth and by a descriptor.
 #pragma once
 
 #include <array>
@@ -26,8 +25,7 @@ class GroundTruth {
   /// radiance(d, r) of proto/README.md for r >= 0.25; the panorama itself for r = 0.
   [[nodiscard]] Color radiance(Vec3d unit_direction, double perceptual_roughness) const;
 
-  /// Direction of the brightest region: the luminance-weighted centroid of the 8-connected pixels around the brightest
-  /// one with at least half its luminance.
+  /// Luminance-weighted centroid of the 8-connected pixels around the brightest one with at least half its luminance.
   [[nodiscard]] Vec3d brightest() const { return brightest_; }
   /// Luminance of the brightest pixel divided by the mean over the sphere.
   [[nodiscard]] double peak_to_mean() const { return peak_to_mean_; }
@@ -63,8 +61,7 @@ inline constexpr std::size_t kBalls = 3;
 using BallPictures = std::array<std::vector<Color>, kBalls>;
 
 [[nodiscard]] BallPictures ball_pictures(const GroundTruth& truth);
-/// Lights appear as discs in the mirror. If `descriptor` has a whole environment map, reflections use it instead of the
-/// spherical harmonics.
+/// Lights appear as discs in the mirror. Reflections use the environment map of `descriptor`, if it is whole.
 [[nodiscard]] BallPictures ball_pictures(const Descriptor& descriptor);
 
 /// RMS and maximum over colours and channels of the difference, divided by the RMS of the truth; 0 if that is 0.

@@ -24,8 +24,7 @@ using namespace lightwell::eval;
 constexpr std::array kEight = {"city", "courtyard", "forest", "interior", "night", "studio", "sunrise", "sunset"};
 constexpr std::string_view kMore = "pmndrs_";
 
-/// Paths of the panoramas for "eight", "all", or a comma-separated list of names (city, pmndrs_lobby) and files.
-/// Throws InputError with the remedy.
+/// Paths of the panoramas for "eight", "all", or names (city, pmndrs_lobby) and files with commas. Throws InputError.
 std::vector<std::string> scene_files(const std::string& choice) {
   std::vector<std::string> names, out, more;
   if (choice == "eight" || choice == "all") {

@@ -18,8 +18,6 @@
 #include <lightwell/query.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
-#include "sim/render.hpp"
-#include "sim/rigs.hpp"
 #include "sim/sensor.hpp"
 #include "tools/command_line.hpp"
 
@@ -48,8 +46,7 @@ double seconds_now() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-/// Instructions of `work` in user space by the hardware counter of perf_event_open; nullopt if it is not available
-/// (perf_event_paranoid, a virtual machine, a container).
+/// User-space instructions of `work` by perf_event_open; nullopt if it is not available (paranoid, a virtual machine).
 std::optional<std::uint64_t> count_instructions(const std::function<void()>& work) {
   perf_event_attr what{};
   what.type = PERF_TYPE_HARDWARE;
@@ -241,8 +238,7 @@ void Bench::time(const Case& c, const RenderedBracket& bracket, Outcome& out) {
   }
   Encoder encoder;
   Descriptor made;
-  // Each pass begins long after the one before, so that work at a lower rate (maps) is due in the same buffers of every
-  // pass. Otherwise the minimum over the passes would exclude it.
+  // Each pass begins long after the one before: work at a lower rate (maps) is due in the same buffers of every pass.
   std::uint64_t number = 0;
   const auto one = [&](std::size_t i) {
     number = i == 0 ? (number / kPassStride + 1) * kPassStride : number + 1;

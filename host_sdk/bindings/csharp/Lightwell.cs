@@ -63,7 +63,7 @@ namespace Lightwell
     {
         public Status Status { get; }
 
-        public LightwellException(Status status, string message) : base(message) { Status = status; }
+        public LightwellException(Status status, string message) : base(message) => Status = status;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -82,7 +82,7 @@ namespace Lightwell
         public Rgb(float r, float g, float b) { R = r; G = g; B = b; }
 
         /// <summary>Luminance in cd/m² of radiance, illuminance in lux of irradiance, if units are absolute.</summary>
-        public float Luminance { get { return 0.2126f * R + 0.7152f * G + 0.0722f * B; } }
+        public float Luminance => 0.2126f * R + 0.7152f * G + 0.0722f * B;
     }
 
     /// <summary>Rotation quaternion, Hamilton convention: p_new = q p_old.</summary>
@@ -114,9 +114,9 @@ namespace Lightwell
         public uint Refused { get; }
 
         /// <summary>Why it is not valid; empty if it is. Allocates a string.</summary>
-        public string Reason { get { return Marshal.PtrToStringAnsi(reason) ?? ""; } }
+        public string Reason => Marshal.PtrToStringAnsi(reason) ?? "";
         /// <summary>False for radiance at roughness 0, which excludes the discrete lights.</summary>
-        public bool LightsIncluded { get { return lightsIncluded != 0; } }
+        public bool LightsIncluded => lightsIncluded != 0;
     }
 
     /// <summary>Properties of a Lighting besides its light.</summary>
@@ -155,7 +155,7 @@ namespace Lightwell
         public int Flicker;
         public Derivation Derivation { get; }
 
-        public string Reason { get { return Marshal.PtrToStringAnsi(reason) ?? ""; } }
+        public string Reason => Marshal.PtrToStringAnsi(reason) ?? "";
     }
 
     /// <summary>A detected light (lamp, sun, window), modelled as a spherical cap of uniform radiance.</summary>
@@ -231,7 +231,7 @@ namespace Lightwell
         public float Intensity;
 
         /// <summary>this[rgb, coefficient] at 9 rgb + coefficient, pre-scaled as in Unity.</summary>
-        public float[] SphericalHarmonicsL2 { get { return harmonics; } }
+        public float[] SphericalHarmonicsL2 => harmonics;
     }
 
     /// <summary>Options of a connection. Zero means the default of ProbeOptions in probe.hpp.</summary>
@@ -273,12 +273,12 @@ namespace Lightwell
         public int MarkerMaxFaces;
         private int reserved2;
 
-        public static EstimatorConfig Defaults()
-        {
-            var config = new EstimatorConfig { size = (uint)Marshal.SizeOf(typeof(EstimatorConfig)) };
-            Native.Check(Native.lw_estimator_config_defaults(ref config));
-            return config;
-        }
+        public static EstimatorConfig Defaults() =>
+            Native.Filled(Sized(), (ref EstimatorConfig config) => Native.lw_estimator_config_defaults(ref config));
+
+        /// <summary>Zero except for its size.</summary>
+        internal static EstimatorConfig Sized() =>
+            new EstimatorConfig { size = (uint)Marshal.SizeOf(typeof(EstimatorConfig)) };
     }
 
     /// <summary>Partial update of an EstimatorConfig: fields that are null are not changed.</summary>
@@ -290,18 +290,16 @@ namespace Lightwell
         public int? MarkerMaxFaces;
 
         /// <summary>Copies the fields that are set into `config`; returns their LW_FIELD_ bits.</summary>
-        internal ulong Fill(ref EstimatorConfig config)
-        {
-            return Put(Band, 0, ref config.Band) | Put(MaxLights, 1, ref config.MaxLights) |
-                Put(Setting, 2, ref config.Setting) | Put(Unseen, 3, ref config.Unseen) |
-                Put(Smoothing, 4, ref config.Smoothing) | Put(EnvironmentEdge, 5, ref config.EnvironmentEdge) |
-                Put(LightThreshold, 6, ref config.LightThreshold) | Put(Epsilon, 7, ref config.Epsilon) |
-                Put(RadianceEpsilon, 8, ref config.RadianceEpsilon) |
-                Put(EnvironmentRate, 9, ref config.EnvironmentRate) |
-                Put(MarkerDecimation, 10, ref config.MarkerDecimation) |
-                Put(MarkerSearchDecimation, 11, ref config.MarkerSearchDecimation) |
-                Put(MarkerMaxFaces, 12, ref config.MarkerMaxFaces);
-        }
+        internal ulong Fill(ref EstimatorConfig config) =>
+            Put(Band, 0, ref config.Band) | Put(MaxLights, 1, ref config.MaxLights) |
+            Put(Setting, 2, ref config.Setting) | Put(Unseen, 3, ref config.Unseen) |
+            Put(Smoothing, 4, ref config.Smoothing) | Put(EnvironmentEdge, 5, ref config.EnvironmentEdge) |
+            Put(LightThreshold, 6, ref config.LightThreshold) | Put(Epsilon, 7, ref config.Epsilon) |
+            Put(RadianceEpsilon, 8, ref config.RadianceEpsilon) |
+            Put(EnvironmentRate, 9, ref config.EnvironmentRate) |
+            Put(MarkerDecimation, 10, ref config.MarkerDecimation) |
+            Put(MarkerSearchDecimation, 11, ref config.MarkerSearchDecimation) |
+            Put(MarkerMaxFaces, 12, ref config.MarkerMaxFaces);
 
         private static ulong Put<T>(T? value, int bit, ref T field) where T : struct
         {
@@ -335,7 +333,7 @@ namespace Lightwell
         public ulong ClientListFaults;
 
         /// <summary>Whether the probe's pose in its room is configured.</summary>
-        public bool Mounted { get { return mounted != 0; } }
+        public bool Mounted => mounted != 0;
     }
 
     /// <summary>Statistics of the connection since it was made.</summary>
@@ -359,12 +357,11 @@ namespace Lightwell
         public Lighting()
         {
             Native.CheckVersion();
-            LightingHandle made;
-            Native.Check(Native.lw_lighting_create(out made));
+            Native.Check(Native.lw_lighting_create(out var made));
             Handle = made;
         }
 
-        public void Dispose() { Handle.Dispose(); }
+        public void Dispose() => Handle.Dispose();
 
         /// <summary>Decodes the bytes of a LightingDescriptor that was received without a Probe.</summary>
         public static Lighting Decode(byte[] message, long ageNs = 0)
@@ -373,16 +370,14 @@ namespace Lightwell
             return Filled(into => Native.lw_lighting_decode(message, Native.Size(message.Length), ageNs, into));
         }
 
-        public Lighting Copy() { return Filled(into => Native.lw_lighting_copy(Handle, into)); }
+        public Lighting Copy() => Filled(into => Native.lw_lighting_copy(Handle, into));
 
         /// <summary>The lighting rotated by q: with the rotation of T_world_probe, in the world's axes.</summary>
-        public Lighting Rotated(Rotation q) { return Filled(into => Native.lw_lighting_rotated(Handle, ref q, into)); }
+        public Lighting Rotated(Rotation q) => Filled(into => Native.lw_lighting_rotated(Handle, ref q, into));
 
         /// <summary>The same, into an existing object; `into` may be this.</summary>
-        public void Rotated(Rotation q, Lighting into)
-        {
+        public void Rotated(Rotation q, Lighting into) =>
             Native.Check(Native.lw_lighting_rotated(Handle, ref q, into.Handle));
-        }
 
         public LightingInfo Info
         {
@@ -395,7 +390,7 @@ namespace Lightwell
         }
 
         /// <summary>Why it is not valid, with numbers; empty if it is.</summary>
-        public string Reason { get { return Native.Text((m, c, l) => Native.lw_lighting_reason(Handle, m, c, l)); } }
+        public string Reason => Native.Text((m, c, l) => Native.lw_lighting_reason(Handle, m, c, l));
 
         /// <summary>Irradiance of a flat receiver that faces `normal`. Not divided by pi, not clamped.</summary>
         public Answer Irradiance(Vec3 normal)
@@ -435,10 +430,10 @@ namespace Lightwell
 
         /// <summary>Spherical harmonics of the radiance without the lights: real, orthonormal, no Condon-Shortley
         /// phase, in the order l(l+1)+m. (maxBand + 1)² coefficients, zeros above Info.Band.</summary>
-        public Rgb[] RadianceCoefficients(int maxBand) { return Coefficients(0, maxBand); }
+        public Rgb[] RadianceCoefficients(int maxBand) => Coefficients(0, maxBand);
 
         /// <summary>The same convolved with the clamped cosine: evaluate at a normal, and add the lights.</summary>
-        public Rgb[] IrradianceCoefficients(int maxBand) { return Coefficients(1, maxBand); }
+        public Rgb[] IrradianceCoefficients(int maxBand) => Coefficients(1, maxBand);
 
         /// <summary>Strongest first.</summary>
         public LightSource[] Lights
@@ -446,9 +441,8 @@ namespace Lightwell
             get
             {
                 var lights = new LightSource[MaxLights];
-                UIntPtr count;
                 Native.Check(Native.lw_lighting_lights(Handle, lights, Native.Size(Marshal.SizeOf(typeof(LightSource))),
-                                                       Native.Size(MaxLights), out count));
+                                                       Native.Size(MaxLights), out var count));
                 Array.Resize(ref lights, (int)count);
                 return lights;
             }
@@ -507,8 +501,7 @@ namespace Lightwell
             if (maxBand < 0 || maxBand > MaxBand)
                 throw new ArgumentOutOfRangeException("maxBand", maxBand, "it is 0 to 6");
             var values = new Rgb[(maxBand + 1) * (maxBand + 1)];
-            int band;
-            Native.Check(Native.lw_lighting_harmonics(Handle, quantity, maxBand, values, out band));
+            Native.Check(Native.lw_lighting_harmonics(Handle, quantity, maxBand, values, out var band));
             return values;
         }
 
@@ -530,7 +523,7 @@ namespace Lightwell
 
         private readonly ProbeHandle handle;
 
-        private Probe(ProbeHandle handle) { this.handle = handle; }
+        private Probe(ProbeHandle handle) => this.handle = handle;
 
         /// <summary>uri: "grpc://host:port", "grpcs://" with TLS, "usb:SERIAL", "mqtt://broker/venue/probe",
         /// "mqtts://", or "replay:PATH", a recording of descriptors. Blocks, at most
@@ -539,32 +532,29 @@ namespace Lightwell
         {
             if (uri == null) throw new ArgumentNullException("uri");
             Native.CheckVersion();
-            var c = new Native.COptions { size = (uint)Marshal.SizeOf(typeof(Native.COptions)) };
-            if (options != null)
+            options = options ?? new ProbeOptions();
+            var c = new Native.COptions
             {
-                c.history = options.History;
-                c.maxAge = Ns(options.MaxAge);
-                c.extrapolation = options.Extrapolation < TimeSpan.Zero ? -1 : Ns(options.Extrapolation);
-                c.connectTimeout = Ns(options.ConnectTimeout);
-                c.retryMin = Ns(options.RetryMin);
-                c.retryMax = Ns(options.RetryMax);
-                c.silenceLimit = Ns(options.SilenceLimit);
-            }
+                size = (uint)Marshal.SizeOf(typeof(Native.COptions)),
+                history = options.History,
+                maxAge = Ns(options.MaxAge),
+                extrapolation = options.Extrapolation < TimeSpan.Zero ? -1 : Ns(options.Extrapolation),
+                connectTimeout = Ns(options.ConnectTimeout),
+                retryMin = Ns(options.RetryMin),
+                retryMax = Ns(options.RetryMax),
+                silenceLimit = Ns(options.SilenceLimit)
+            };
             var bytes = Encoding.UTF8.GetBytes(uri);
             var texts = new List<GCHandle>();
             try
             {
-                if (options != null)
-                {
-                    c.credentialsFolder = Pinned(options.CredentialsFolder, texts);
-                    c.mqttCaFile = Pinned(options.MqttCaFile, texts);
-                    c.mqttCertificateFile = Pinned(options.MqttCertificateFile, texts);
-                    c.mqttKeyFile = Pinned(options.MqttKeyFile, texts);
-                    c.mqttUser = Pinned(options.MqttUser, texts);
-                    c.mqttPassword = Pinned(options.MqttPassword, texts);
-                }
-                ProbeHandle made;
-                Native.Check(Native.lw_probe_connect(bytes, Native.Size(bytes.Length), ref c, out made));
+                c.credentialsFolder = Pinned(options.CredentialsFolder, texts);
+                c.mqttCaFile = Pinned(options.MqttCaFile, texts);
+                c.mqttCertificateFile = Pinned(options.MqttCertificateFile, texts);
+                c.mqttKeyFile = Pinned(options.MqttKeyFile, texts);
+                c.mqttUser = Pinned(options.MqttUser, texts);
+                c.mqttPassword = Pinned(options.MqttPassword, texts);
+                Native.Check(Native.lw_probe_connect(bytes, Native.Size(bytes.Length), ref c, out var made));
                 return new Probe(made);
             }
             finally
@@ -581,28 +571,22 @@ namespace Lightwell
             return texts[texts.Count - 1].AddrOfPinnedObject();
         }
 
-        public void Dispose() { handle.Dispose(); }
+        public void Dispose() => handle.Dispose();
 
         /// <summary>This machine's clock, used by At and for host times.</summary>
-        public static long NowNs { get { return Native.lw_now_ns(); } }
+        public static long NowNs => Native.lw_now_ns();
 
         /// <summary>The newest, into an existing object, for render loops. Validity.None if there is none.</summary>
-        public void Latest(Lighting into) { Native.Check(Native.lw_probe_latest(handle, into.Handle)); }
+        public void Latest(Lighting into) => Native.Check(Native.lw_probe_latest(handle, into.Handle));
 
-        public Lighting Latest() { return Lighting.Filled(into => Native.lw_probe_latest(handle, into)); }
+        public Lighting Latest() => Lighting.Filled(into => Native.lw_probe_latest(handle, into));
 
         /// <summary>The newest in the axes of the room in which the probe is mounted; Validity.InvalidQuery if it is
         /// not Mounted.</summary>
-        public Lighting LatestInWorld()
-        {
-            return Lighting.Filled(into => Native.lw_probe_latest_in_world(handle, into));
-        }
+        public Lighting LatestInWorld() => Lighting.Filled(into => Native.lw_probe_latest_in_world(handle, into));
 
         /// <summary>The lighting at a time of NowNs, interpolated between two descriptors.</summary>
-        public Lighting At(long hostTimeNs)
-        {
-            return Lighting.Filled(into => Native.lw_probe_at(handle, hostTimeNs, into));
-        }
+        public Lighting At(long hostTimeNs) => Lighting.Filled(into => Native.lw_probe_at(handle, hostTimeNs, into));
 
         /// <summary>Waits for a newest descriptor with a sequence number other than `seen` (null: any).
         /// Status.Unavailable after `timeout`, FailedPrecondition if the recording has ended. Blocks.</summary>
@@ -623,46 +607,30 @@ namespace Lightwell
         }
 
         /// <summary>Blocks briefly, as the following.</summary>
-        public ProbeInfo Info
-        {
-            get
-            {
-                var info = new ProbeInfo { size = (uint)Marshal.SizeOf(typeof(ProbeInfo)) };
-                Native.Check(Native.lw_probe_get_info(handle, ref info));
-                return info;
-            }
-        }
+        public ProbeInfo Info =>
+            Native.Filled(new ProbeInfo { size = (uint)Marshal.SizeOf(typeof(ProbeInfo)) },
+                          (ref ProbeInfo info) => Native.lw_probe_get_info(handle, ref info));
 
-        public LinkStats Stats
-        {
-            get
-            {
-                var stats = new LinkStats { size = (uint)Marshal.SizeOf(typeof(LinkStats)) };
-                Native.Check(Native.lw_probe_get_stats(handle, ref stats));
-                return stats;
-            }
-        }
+        public LinkStats Stats =>
+            Native.Filled(new LinkStats { size = (uint)Marshal.SizeOf(typeof(LinkStats)) },
+                          (ref LinkStats stats) => Native.lw_probe_get_stats(handle, ref stats));
 
-        public string Name { get { return Text(0); } }
-        public string Version { get { return Text(1); } }
-        public string Camera { get { return Text(2); } }
+        public string Name => Text(0);
+        public string Version => Text(1);
+        public string Camera => Text(2);
         /// <summary>Last error of the link or of a rejected message; empty if there was none.</summary>
-        public string LastError { get { return Text(3); } }
+        public string LastError => Text(3);
 
         /// <summary>The current configuration: the probe's file with the changes of all clients. Blocks until the probe
         /// responds. FailedPrecondition for a recording, and if the probe's firmware is too old to report it.</summary>
-        public EstimatorConfig EstimatorConfig()
-        {
-            var config = new EstimatorConfig { size = (uint)Marshal.SizeOf(typeof(EstimatorConfig)) };
-            Native.Check(Native.lw_probe_get_estimator(handle, ref config));
-            return config;
-        }
+        public EstimatorConfig EstimatorConfig() =>
+            Native.Filled(Lightwell.EstimatorConfig.Sized(),
+                          (ref EstimatorConfig config) => Native.lw_probe_get_estimator(handle, ref config));
 
         /// <summary>The active estimator. Blocks and fails as EstimatorConfig().</summary>
         public EstimatorKind EstimatorKind()
         {
-            int kind;
-            Native.Check(Native.lw_probe_get_estimator_kind(handle, out kind));
+            Native.Check(Native.lw_probe_get_estimator_kind(handle, out var kind));
             return (EstimatorKind)kind;
         }
 
@@ -670,7 +638,7 @@ namespace Lightwell
         /// ChangeEstimator(new EstimatorUpdate { Epsilon = 0.02 }). Blocks until the probe responds.</summary>
         public void ChangeEstimator(EstimatorUpdate update)
         {
-            var config = new EstimatorConfig { size = (uint)Marshal.SizeOf(typeof(EstimatorConfig)) };
+            var config = Lightwell.EstimatorConfig.Sized();
             Native.Check(Native.lw_probe_change_estimator(handle, ref config, update.Fill(ref config)));
         }
 
@@ -686,17 +654,14 @@ namespace Lightwell
         /// Returns the factor that was applied. Blocks until the probe responds.</summary>
         public double ReportLux(double lux, Vec3 normal)
         {
-            double factor;
-            Native.Check(Native.lw_probe_report_lux(handle, lux, ref normal, out factor));
+            Native.Check(Native.lw_probe_report_lux(handle, lux, ref normal, out var factor));
             return factor;
         }
 
-        private string Text(int kind) { return Native.Text((m, c, l) => Native.lw_probe_text(handle, kind, m, c, l)); }
+        private string Text(int kind) => Native.Text((m, c, l) => Native.lw_probe_text(handle, kind, m, c, l));
 
-        private static long Ns(TimeSpan span)
-        {
-            return span.Ticks > long.MaxValue / 100 ? long.MaxValue / 100 : span.Ticks * 100;
-        }
+        private static long Ns(TimeSpan span) =>
+            span.Ticks > long.MaxValue / 100 ? long.MaxValue / 100 : span.Ticks * 100;
     }
 
     internal sealed class LightingHandle : SafeHandleZeroOrMinusOneIsInvalid
@@ -762,9 +727,18 @@ namespace Lightwell
             [MarshalAs(UnmanagedType.ByValArray, SizeConst = 9)] internal float[] color;
         }
 
+        internal delegate int FillStruct<T>(ref T value);
+
+        /// <summary>`value`, with its size set, after a function of the C ABI has filled it.</summary>
+        internal static T Filled<T>(T value, FillStruct<T> fill)
+        {
+            Check(fill(ref value));
+            return value;
+        }
+
         internal delegate int FillText(byte[] text, UIntPtr capacity, UIntPtr[] length);
 
-        internal static UIntPtr Size(int n) { return new UIntPtr((uint)n); }
+        internal static UIntPtr Size(int n) => new UIntPtr((uint)n);
 
         internal static void CheckVersion()
         {
@@ -778,8 +752,7 @@ namespace Lightwell
         internal static void Check(int status)
         {
             if (status == 0) return;
-            UIntPtr length;
-            var text = lw_last_error(out length);
+            var text = lw_last_error(out var length);
             var bytes = new byte[(int)length];
             Marshal.Copy(text, bytes, 0, bytes.Length);
             throw new LightwellException((Status)status, Encoding.UTF8.GetString(bytes));
@@ -799,80 +772,63 @@ namespace Lightwell
         [DllImport(Library)] internal static extern IntPtr lw_last_error(out UIntPtr length);
         [DllImport(Library)] internal static extern long lw_now_ns();
 
-        [DllImport(Library)]
-        internal static extern int lw_probe_connect([In] byte[] uri, UIntPtr length, ref COptions options,
-                                                    out ProbeHandle made);
+        [DllImport(Library)] internal static extern int lw_probe_connect(
+            [In] byte[] uri, UIntPtr length, ref COptions options, out ProbeHandle made);
         [DllImport(Library)] internal static extern void lw_probe_close(IntPtr probe);
         [DllImport(Library)] internal static extern int lw_probe_latest(ProbeHandle probe, LightingHandle into);
-        [DllImport(Library)]
-        internal static extern int lw_probe_latest_in_world(ProbeHandle probe, LightingHandle into);
-        [DllImport(Library)]
-        internal static extern int lw_probe_at(ProbeHandle probe, long hostTime, LightingHandle into);
-        [DllImport(Library)]
-        internal static extern int lw_probe_wait_for_next(ProbeHandle probe, [In] ulong[] seen, long timeout,
-                                                          LightingHandle into);
+        [DllImport(Library)] internal static extern int lw_probe_latest_in_world(
+            ProbeHandle probe, LightingHandle into);
+        [DllImport(Library)] internal static extern int lw_probe_at(
+            ProbeHandle probe, long hostTime, LightingHandle into);
+        [DllImport(Library)] internal static extern int lw_probe_wait_for_next(
+            ProbeHandle probe, [In] ulong[] seen, long timeout, LightingHandle into);
         [DllImport(Library)] internal static extern int lw_probe_get_info(ProbeHandle probe, ref ProbeInfo info);
         [DllImport(Library)] internal static extern int lw_probe_get_stats(ProbeHandle probe, ref LinkStats stats);
-        [DllImport(Library)]
-        internal static extern int lw_probe_text(ProbeHandle probe, int kind, [Out] byte[] text, UIntPtr capacity,
-                                                 [Out] UIntPtr[] length);
+        [DllImport(Library)] internal static extern int lw_probe_text(
+            ProbeHandle probe, int kind, [Out] byte[] text, UIntPtr capacity, [Out] UIntPtr[] length);
         [DllImport(Library)] internal static extern int lw_estimator_config_defaults(ref EstimatorConfig config);
-        [DllImport(Library)]
-        internal static extern int lw_probe_get_estimator(ProbeHandle probe, ref EstimatorConfig config);
-        [DllImport(Library)]
-        internal static extern int lw_probe_get_estimator_kind(ProbeHandle probe, out int kind);
-        [DllImport(Library)]
-        internal static extern int lw_probe_change_estimator(ProbeHandle probe, ref EstimatorConfig config,
-                                                             ulong fields);
-        [DllImport(Library)]
-        internal static extern int lw_probe_set_estimator(ProbeHandle probe, ref EstimatorConfig config);
-        [DllImport(Library)]
-        internal static extern int lw_probe_report_lux(ProbeHandle probe, double lux, ref Vec3 normal,
-                                                       out double factor);
+        [DllImport(Library)] internal static extern int lw_probe_get_estimator(
+            ProbeHandle probe, ref EstimatorConfig config);
+        [DllImport(Library)] internal static extern int lw_probe_get_estimator_kind(ProbeHandle probe, out int kind);
+        [DllImport(Library)] internal static extern int lw_probe_change_estimator(
+            ProbeHandle probe, ref EstimatorConfig config, ulong fields);
+        [DllImport(Library)] internal static extern int lw_probe_set_estimator(
+            ProbeHandle probe, ref EstimatorConfig config);
+        [DllImport(Library)] internal static extern int lw_probe_report_lux(
+            ProbeHandle probe, double lux, ref Vec3 normal, out double factor);
 
         [DllImport(Library)] internal static extern int lw_lighting_create(out LightingHandle made);
         [DllImport(Library)] internal static extern void lw_lighting_release(IntPtr lighting);
-        [DllImport(Library)]
-        internal static extern int lw_lighting_copy(LightingHandle lighting, LightingHandle into);
-        [DllImport(Library)]
-        internal static extern int lw_lighting_decode([In] byte[] bytes, UIntPtr length, long age,
-                                                      LightingHandle into);
-        [DllImport(Library)]
-        internal static extern int lw_lighting_rotated(LightingHandle lighting, ref Rotation q,
-                                                       LightingHandle into);
-        [DllImport(Library)]
-        internal static extern int lw_lighting_get_info(LightingHandle lighting, ref LightingInfo info);
-        [DllImport(Library)]
-        internal static extern int lw_lighting_reason(LightingHandle lighting, [Out] byte[] text, UIntPtr capacity,
-                                                      [Out] UIntPtr[] length);
-        [DllImport(Library)]
-        internal static extern int lw_lighting_irradiance(LightingHandle lighting, ref Vec3 normal, ref Answer answer);
-        [DllImport(Library)]
-        internal static extern int lw_lighting_radiance(LightingHandle lighting, ref Vec3 direction, float roughness,
-                                                        ref Answer answer);
-        [DllImport(Library)]
-        internal static extern int lw_lighting_irradiance_batch(LightingHandle lighting, [In] Vec3[] normals,
-                                                                UIntPtr normalStride, UIntPtr count,
-                                                                [In, Out] Rgb[] values, UIntPtr valueStride,
-                                                                ref Answer about);
-        [DllImport(Library)]
-        internal static extern int lw_lighting_radiance_batch(LightingHandle lighting, [In] Vec3[] directions,
-                                                              UIntPtr directionStride, UIntPtr count, float roughness,
-                                                              [In, Out] Rgb[] values, UIntPtr valueStride,
-                                                              ref Answer about);
-        [DllImport(Library)]
-        internal static extern int lw_lighting_harmonics(LightingHandle lighting, int quantity, int maxBand,
-                                                         [In, Out] Rgb[] coefficients, out int band);
-        [DllImport(Library)]
-        internal static extern int lw_lighting_lights(LightingHandle lighting, [In, Out] LightSource[] lights,
-                                                      UIntPtr lightSize, UIntPtr capacity, out UIntPtr count);
-        [DllImport(Library)]
-        internal static extern int lw_lighting_to_unity(LightingHandle lighting, int pipeline, int mainLight,
-                                                        ref CConversionOptions options, ref UnityLighting unity);
-        [DllImport(Library)]
-        internal static extern int lw_lighting_environment(LightingHandle lighting, ref CEnvironment environment);
-        [DllImport(Library)]
-        internal static extern int lw_lighting_environment_radiance(LightingHandle lighting, uint level,
-                                                                    [In, Out] Rgb[] rgb, UIntPtr capacity);
+        [DllImport(Library)] internal static extern int lw_lighting_copy(LightingHandle lighting, LightingHandle into);
+        [DllImport(Library)] internal static extern int lw_lighting_decode(
+            [In] byte[] bytes, UIntPtr length, long age, LightingHandle into);
+        [DllImport(Library)] internal static extern int lw_lighting_rotated(
+            LightingHandle lighting, ref Rotation q, LightingHandle into);
+        [DllImport(Library)] internal static extern int lw_lighting_get_info(
+            LightingHandle lighting, ref LightingInfo info);
+        [DllImport(Library)] internal static extern int lw_lighting_reason(
+            LightingHandle lighting, [Out] byte[] text, UIntPtr capacity, [Out] UIntPtr[] length);
+        [DllImport(Library)] internal static extern int lw_lighting_irradiance(
+            LightingHandle lighting, ref Vec3 normal, ref Answer answer);
+        [DllImport(Library)] internal static extern int lw_lighting_radiance(
+            LightingHandle lighting, ref Vec3 direction, float roughness, ref Answer answer);
+        [DllImport(Library)] internal static extern int lw_lighting_irradiance_batch(
+            LightingHandle lighting, [In] Vec3[] normals, UIntPtr normalStride, UIntPtr count, [In, Out] Rgb[] values,
+            UIntPtr valueStride, ref Answer about);
+        [DllImport(Library)] internal static extern int lw_lighting_radiance_batch(
+            LightingHandle lighting, [In] Vec3[] directions, UIntPtr directionStride, UIntPtr count, float roughness,
+            [In, Out] Rgb[] values, UIntPtr valueStride, ref Answer about);
+        [DllImport(Library)] internal static extern int lw_lighting_harmonics(
+            LightingHandle lighting, int quantity, int maxBand, [In, Out] Rgb[] coefficients, out int band);
+        [DllImport(Library)] internal static extern int lw_lighting_lights(
+            LightingHandle lighting, [In, Out] LightSource[] lights, UIntPtr lightSize, UIntPtr capacity,
+            out UIntPtr count);
+        [DllImport(Library)] internal static extern int lw_lighting_to_unity(
+            LightingHandle lighting, int pipeline, int mainLight, ref CConversionOptions options,
+            ref UnityLighting unity);
+        [DllImport(Library)] internal static extern int lw_lighting_environment(
+            LightingHandle lighting, ref CEnvironment environment);
+        [DllImport(Library)] internal static extern int lw_lighting_environment_radiance(
+            LightingHandle lighting, uint level, [In, Out] Rgb[] rgb, UIntPtr capacity);
     }
 }

@@ -1,13 +1,9 @@
 /* Conversions to other engines' lighting types, for C: conventions.hpp through the C ABI, with the rules of
  * lightwell.h. Meaning, unit, axes and signs of each field are documented at the type of the same name in
- * conventions.hpp; fields are named as in the target. A separate main light is not contained in the harmonics.
- *   lw_conversion_options     options of all conversions
- *   lw_webxr, lw_arcore, lw_openxr, lw_arkit          AR platforms
- *   lw_unity, lw_three, lw_filament, lw_unreal         renderers
+ * conventions.hpp. Transform the lighting to the application's world first (lw_lighting_rotated).
  *
- * Transform the lighting to the application's world first (lw_lighting_rotated), in Lightwell's axes; the conversion
- * changes handedness. Functions return LW_OK also without an estimate: see `validity`; the value is then the target's
- * own representation of that. No function blocks; all allocate.
+ * Functions return LW_OK also without an estimate: see `validity`; the value is then the target's own representation of
+ * that. No function blocks; all allocate.
  */
 #ifndef LIGHTWELL_CONVENTIONS_H
 #define LIGHTWELL_CONVENTIONS_H

@@ -1,8 +1,4 @@
 // Conversions to other engines' lighting types: a value type for each, with the target's names, order, axes and units.
-//   Converted, ConversionOptions                   common to all conversions
-//   WebXrLightEstimate, ArCoreLightEstimate, OpenXrLightEstimate, ArKitLightEstimate      AR platforms
-//   UnityLighting, ThreeLighting, FilamentLighting, UnrealLighting                         renderers
-//
 // Members are named as in the target. A sphere lit by the target with these values has the irradiance of
 // Lighting::irradiance, except for what the target cannot represent: SH bands above 2 of the harmonics and of all
 // lights but the main one, and the size of the main light. Converted::residual is the resulting error.

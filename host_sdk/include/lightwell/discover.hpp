@@ -22,15 +22,8 @@ enum class FoundBy : std::uint8_t {
 };
 
 [[nodiscard]] constexpr std::string_view to_string(FoundBy by) {
-  switch (by) {
-    case FoundBy::mdns:
-      return "mdns";
-    case FoundBy::mqtt:
-      return "mqtt";
-    case FoundBy::usb:
-      return "usb";
-  }
-  return "unknown";
+  constexpr std::string_view kNames[] = {"mdns", "mqtt", "usb"};
+  return by <= FoundBy::usb ? kNames[static_cast<std::size_t>(by)] : "unknown";
 }
 
 struct FoundLink {

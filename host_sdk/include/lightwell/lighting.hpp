@@ -34,19 +34,8 @@ enum class Validity : std::uint8_t {
 };
 
 [[nodiscard]] constexpr std::string_view to_string(Validity validity) {
-  switch (validity) {
-    case Validity::valid:
-      return "valid";
-    case Validity::stale:
-      return "stale";
-    case Validity::none:
-      return "none";
-    case Validity::before_history:
-      return "before_history";
-    case Validity::invalid_query:
-      return "invalid_query";
-  }
-  return "unknown";
+  constexpr std::string_view kNames[] = {"valid", "stale", "none", "before_history", "invalid_query"};
+  return validity <= Validity::invalid_query ? kNames[static_cast<std::size_t>(validity)] : "unknown";
 }
 
 /// How an answer was derived from descriptors.
@@ -58,17 +47,8 @@ enum class Derivation : std::uint8_t {
 };
 
 [[nodiscard]] constexpr std::string_view to_string(Derivation derivation) {
-  switch (derivation) {
-    case Derivation::measured:
-      return "measured";
-    case Derivation::interpolated:
-      return "interpolated";
-    case Derivation::extrapolated:
-      return "extrapolated";
-    case Derivation::held:
-      return "held";
-  }
-  return "unknown";
+  constexpr std::string_view kNames[] = {"measured", "interpolated", "extrapolated", "held"};
+  return derivation <= Derivation::held ? kNames[static_cast<std::size_t>(derivation)] : "unknown";
 }
 
 /// Whether a value includes the discrete lights.

@@ -118,19 +118,8 @@ enum class LinkState : std::uint8_t {
 };
 
 [[nodiscard]] constexpr std::string_view to_string(LinkState state) {
-  switch (state) {
-    case LinkState::connecting:
-      return "connecting";
-    case LinkState::connected:
-      return "connected";
-    case LinkState::waiting:
-      return "waiting";
-    case LinkState::ended:
-      return "ended";
-    case LinkState::gone:
-      return "gone";
-  }
-  return "unknown";
+  constexpr std::string_view kNames[] = {"connecting", "connected", "waiting", "ended", "gone"};
+  return state <= LinkState::gone ? kNames[static_cast<std::size_t>(state)] : "unknown";
 }
 
 /// Statistics since connect().
@@ -165,8 +154,7 @@ class Probe {
   ///   grpc://host:port    default port 7420; IPv6 as `grpc://[::1]:7420`; `grpcs://` with TLS (credentials)
   ///   usb:SERIAL          or `usb:` for the only probe on USB
   ///   replay:PATH         a recording of descriptors at its original speed; `?speed=2` twice as fast, `?speed=0` as
-  ///   fast
-  ///                       as it can be read
+  ///                       fast as it can be read
   ///   mqtt://host:port/venue/probe   a broker and the probe's base topic; default port 1883; `mqtts://` with TLS, 8883
   /// invalid_argument: the URI or the options; the message says what is allowed. unavailable: no response within
   /// connect_timeout, or a certificate was rejected; over MQTT, that the probe is offline or does not report its clock,

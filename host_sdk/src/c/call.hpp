@@ -1,10 +1,5 @@
-// Common parts of the functions of the C ABI.
-//   lw_probe, lw_lighting          the objects behind the opaque pointers
-//   call                           runs a function: catches exceptions, stores the error message
-//   with_handle, fill              check a handle, then run a function with its object
-//   copy_text                      copies text into the caller's memory
-//   read_sized, write_sized        versioned structs: the caller sets `size`, which differs between versions of the
-//   header
+// Common parts of the functions of the C ABI: the objects behind the opaque pointers, exceptions and messages, and
+// versioned structs, whose `size` the caller sets because it differs between versions of the header.
 #pragma once
 
 #include <algorithm>

@@ -156,59 +156,53 @@ extern "C" {
 
 lw_status lw_lighting_to_webxr(const lw_lighting* lighting, lw_sh_signs signs, const lw_conversion_options* options,
                                lw_webxr* out) {
-  return convert(
-      lighting, options, "lw_webxr", out, {Choice{signs, "signs"}},
-      [&](const Lighting& l, const ConversionOptions& o) { return to_webxr(l, static_cast<ShSigns>(signs), o); });
+  return convert(lighting, options, "lw_webxr", out, {{signs, "signs"}},
+                 [&](const auto& l, const auto& o) { return to_webxr(l, static_cast<ShSigns>(signs), o); });
 }
 
 lw_status lw_lighting_to_arcore(const lw_lighting* lighting, const lw_conversion_options* options, lw_arcore* out) {
   return convert(lighting, options, "lw_arcore", out, {},
-                 [&](const Lighting& l, const ConversionOptions& o) { return to_arcore(l, o); });
+                 [&](const auto& l, const auto& o) { return to_arcore(l, o); });
 }
 
 lw_status lw_lighting_to_openxr(const lw_lighting* lighting, lw_openxr_harmonics kind, lw_sh_signs signs,
                                 const lw_conversion_options* options, lw_openxr* out) {
-  return convert(lighting, options, "lw_openxr", out, {Choice{kind, "kind"}, Choice{signs, "signs"}},
-                 [&](const Lighting& l, const ConversionOptions& o) {
+  return convert(lighting, options, "lw_openxr", out, {{kind, "kind"}, {signs, "signs"}},
+                 [&](const auto& l, const auto& o) {
                    return to_openxr(l, static_cast<XrSphericalHarmonicsKind>(kind), static_cast<ShSigns>(signs), o);
                  });
 }
 
 lw_status lw_lighting_to_arkit(const lw_lighting* lighting, const lw_conversion_options* options, lw_arkit* out) {
-  return convert(lighting, options, "lw_arkit", out, {},
-                 [&](const Lighting& l, const ConversionOptions& o) { return to_arkit(l, o); });
+  return convert(lighting, options, "lw_arkit", out, {}, [&](const auto& l, const auto& o) { return to_arkit(l, o); });
 }
 
 lw_status lw_lighting_to_unity(const lw_lighting* lighting, lw_unity_pipeline pipeline, lw_main_light main_light,
                                const lw_conversion_options* options, lw_unity* out) {
-  return convert(lighting, options, "lw_unity", out, {Choice{pipeline, "pipeline"}, Choice{main_light, "main_light"}},
-                 [&](const Lighting& l, const ConversionOptions& o) {
+  return convert(lighting, options, "lw_unity", out, {{pipeline, "pipeline"}, {main_light, "main_light"}},
+                 [&](const auto& l, const auto& o) {
                    return to_unity(l, static_cast<UnityPipeline>(pipeline), static_cast<MainLight>(main_light), o);
                  });
 }
 
 lw_status lw_lighting_to_three(const lw_lighting* lighting, lw_three_lights lights, lw_main_light main_light,
                                const lw_conversion_options* options, lw_three* out) {
-  return convert(lighting, options, "lw_three", out, {Choice{lights, "lights"}, Choice{main_light, "main_light"}},
-                 [&](const Lighting& l, const ConversionOptions& o) {
+  return convert(lighting, options, "lw_three", out, {{lights, "lights"}, {main_light, "main_light"}},
+                 [&](const auto& l, const auto& o) {
                    return to_three(l, static_cast<ThreeLights>(lights), static_cast<MainLight>(main_light), o);
                  });
 }
 
 lw_status lw_lighting_to_filament(const lw_lighting* lighting, lw_main_light main_light,
                                   const lw_conversion_options* options, lw_filament* out) {
-  return convert(lighting, options, "lw_filament", out, {Choice{main_light, "main_light"}},
-                 [&](const Lighting& l, const ConversionOptions& o) {
-                   return to_filament(l, static_cast<MainLight>(main_light), o);
-                 });
+  return convert(lighting, options, "lw_filament", out, {{main_light, "main_light"}},
+                 [&](const auto& l, const auto& o) { return to_filament(l, static_cast<MainLight>(main_light), o); });
 }
 
 lw_status lw_lighting_to_unreal(const lw_lighting* lighting, lw_main_light main_light,
                                 const lw_conversion_options* options, lw_unreal* out) {
-  return convert(lighting, options, "lw_unreal", out, {Choice{main_light, "main_light"}},
-                 [&](const Lighting& l, const ConversionOptions& o) {
-                   return to_unreal(l, static_cast<MainLight>(main_light), o);
-                 });
+  return convert(lighting, options, "lw_unreal", out, {{main_light, "main_light"}},
+                 [&](const auto& l, const auto& o) { return to_unreal(l, static_cast<MainLight>(main_light), o); });
 }
 
 }  // extern "C"

@@ -38,19 +38,11 @@ static_assert(LW_FLAG_UNSEEN == bit(Flag::unseen) && LW_FLAG_CLIPPED == bit(Flag
 
 /// Static string; empty for Validity::valid.
 const char* reason_of(Validity validity) {
-  switch (validity) {
-    case Validity::valid:
-      return "";
-    case Validity::stale:
-      return "the nearest descriptor is, or may be, further away than max_age_ns";
-    case Validity::none:
-      return "no descriptor has come yet";
-    case Validity::before_history:
-      return "the time is before the oldest stored descriptor; options.history stores more";
-    case Validity::invalid_query:
-      return "the direction, roughness or rotation is zero or not finite";
-  }
-  return "unknown";
+  constexpr const char* kReasons[] = {"", "the nearest descriptor is, or may be, further away than max_age_ns",
+                                      "no descriptor has come yet",
+                                      "the time is before the oldest stored descriptor; options.history stores more",
+                                      "the direction, roughness or rotation is zero or not finite"};
+  return validity <= Validity::invalid_query ? kReasons[static_cast<std::size_t>(validity)] : "unknown";
 }
 
 /// The LW_FLAG_ bits.

@@ -38,26 +38,11 @@ void DescriptorReceiver::describe(const ProbeInfo& info) {
 
 void DescriptorReceiver::receive(std::span<const std::byte> bytes, HostTime received, const HostTimeOf& host_time_of) {
   Result<Descriptor> decoded = decode_descriptor(bytes);
-  if (!decoded.ok()) {
-    const std::lock_guard lock(mutex_);
-    ++stats_.undecodable;
-    stats_.last_error = decoded.status().message();
-    return;
-  }
+  if (!decoded.ok()) return drop(stats_.undecodable, decoded.status().message());
   const std::optional<MappedTime> mapped = host_time_of(decoded->time);
-  if (!mapped) {
-    const std::lock_guard lock(mutex_);
-    ++stats_.untimely;
-    stats_.last_error = "descriptor " + std::to_string(decoded->sequence) +
-                        " is not newer than an earlier one, or is dated in the future";
-    return;
-  }
-  if (is_duplicate(*decoded)) {
-    const std::lock_guard lock(mutex_);
-    ++stats_.replayed;
-    stats_.last_error = "descriptor " + std::to_string(decoded->sequence) + " was received again after a newer one";
-    return;
-  }
+  const auto name = [&] { return "descriptor " + std::to_string(decoded->sequence); };
+  if (!mapped) return drop(stats_.untimely, name() + " is not newer than an earlier one, or is dated in the future");
+  if (is_duplicate(*decoded)) return drop(stats_.replayed, name() + " was received again after a newer one");
   newest_ = {decoded->probe_id, decoded->sequence, decoded->time.mid_exposure};
   auto sample = std::make_shared<Sample>(sample_of(std::move(*decoded)));
   sample->mid_exposure = mapped->at;
@@ -76,6 +61,12 @@ void DescriptorReceiver::receive(std::span<const std::byte> bytes, HostTime rece
   count(shared->descriptor, bytes.size(), understood);
   if (on_descriptor_) on_descriptor_({bytes, shared->descriptor, shared->mid_exposure, received, stored});
   reconstruct_ahead_.published(before ? before->reconstruction.get() : nullptr, shared->reconstruction.get());
+}
+
+void DescriptorReceiver::drop(std::uint64_t& counter, const std::string& why) {
+  const std::lock_guard lock(mutex_);
+  ++counter;
+  stats_.last_error = why;
 }
 
 bool DescriptorReceiver::is_duplicate(const Descriptor& descriptor) const {
@@ -97,10 +88,8 @@ void DescriptorReceiver::count(const Descriptor& descriptor, std::size_t bytes, 
 }
 
 void DescriptorReceiver::refuse_oversized(std::size_t bytes) {
-  const std::lock_guard lock(mutex_);
-  ++stats_.oversized;
-  stats_.last_error = "a message of " + std::to_string(bytes) + " bytes; a descriptor has at most " +
-                      std::to_string(kMaxDescriptorBytes);
+  drop(stats_.oversized, "a message of " + std::to_string(bytes) + " bytes; a descriptor has at most " +
+                             std::to_string(kMaxDescriptorBytes));
 }
 
 void DescriptorReceiver::set_frame_counters(std::uint64_t lost, std::uint64_t refused) {
@@ -109,11 +98,7 @@ void DescriptorReceiver::set_frame_counters(std::uint64_t lost, std::uint64_t re
   stats_.frames_refused = refused;
 }
 
-void DescriptorReceiver::refuse(const std::string& why) {
-  const std::lock_guard lock(mutex_);
-  ++stats_.undecodable;
-  stats_.last_error = printable(why);
-}
+void DescriptorReceiver::refuse(const std::string& why) { drop(stats_.undecodable, printable(why)); }
 
 void DescriptorReceiver::set_state(LinkState state) {
   const std::lock_guard lock(mutex_);
@@ -131,14 +116,10 @@ void DescriptorReceiver::report_error(const std::string& error) {
   stats_.last_error = printable(error);
 }
 
-Lighting DescriptorReceiver::latest(HostTime now) const {
-  const std::shared_ptr<const History> history = store_.read();
-  return newest_lighting(history.get(), now, max_age_);
-}
+Lighting DescriptorReceiver::latest(HostTime now) const { return newest_lighting(store_.read().get(), now, max_age_); }
 
 Lighting DescriptorReceiver::at(HostTime time) const {
-  const std::shared_ptr<const History> history = store_.read();
-  return lighting_at(history.get(), time, max_age_, extrapolation_);
+  return lighting_at(store_.read().get(), time, max_age_, extrapolation_);
 }
 
 Status DescriptorReceiver::wait_until_described(Duration timeout) const {

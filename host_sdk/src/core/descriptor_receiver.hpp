@@ -14,7 +14,6 @@
 #include <lightwell/probe.hpp>
 
 #include "core/clock_map.hpp"
-#include "core/environment_assembler.hpp"
 #include "core/history.hpp"
 #include "core/store.hpp"
 
@@ -69,6 +68,8 @@ class DescriptorReceiver {
     ProbeTime mid_exposure;
   };
 
+  /// Counts a rejected message.
+  void drop(std::uint64_t& counter, const std::string& why);
   [[nodiscard]] bool is_duplicate(const Descriptor& descriptor) const;
   void count(const Descriptor& descriptor, std::size_t bytes, bool map_understood);
 

@@ -57,22 +57,16 @@ ColorMatrix floats(const Matrix& m) {
 
 bool positive(double v) { return v > 0 && std::isfinite(v); }
 
-Status refused(const std::string& what, const std::string& remedy) {
-  return {StatusCode::invalid_argument, what + ": " + remedy};
-}
-
-bool real(Chromaticity c) { return positive(c.x) && positive(c.y) && c.x + c.y < 1; }
-
 Status check_chromaticity(const char* name, Chromaticity c) {
-  if (real(c)) return {};
-  return refused(name, "x and y must be positive and their sum below 1");
+  if (positive(c.x) && positive(c.y) && c.x + c.y < 1) return {};
+  return invalid_argument(std::string(name) + ": x and y must be positive and their sum below 1");
 }
 
 Column xyz_of_white(Chromaticity c) { return {c.x / c.y, 1, (1 - c.x - c.y) / c.y}; }
 
 Status check_picture(double ev100, double calibration) {
-  if (!std::isfinite(ev100) || ev100 < -50 || ev100 > 50) return refused("ev100", "must be within -50 and 50");
-  if (!positive(calibration)) return refused("calibration", "must be positive and finite");
+  if (!std::isfinite(ev100) || ev100 < -50 || ev100 > 50) return invalid_argument("ev100: must be within -50 and 50");
+  if (!positive(calibration)) return invalid_argument("calibration: must be positive and finite");
   return {};
 }
 
@@ -84,13 +78,13 @@ ColorMatrix exposed(double ev100, double calibration) {
 
 Status ConversionOptions::validate() const {
   if (color.finite()) return {};
-  return refused("color", "every element must be finite");
+  return invalid_argument("color: every element must be finite");
 }
 
 Result<double> ev100(const CameraExposure& camera) {
-  if (!positive(camera.f_number)) return refused("f_number", "must be positive and finite");
-  if (!positive(camera.shutter_s)) return refused("shutter_s", "must be positive and finite, in seconds");
-  if (!positive(camera.iso)) return refused("iso", "must be positive and finite");
+  if (!positive(camera.f_number)) return invalid_argument("f_number: must be positive and finite");
+  if (!positive(camera.shutter_s)) return invalid_argument("shutter_s: must be positive and finite, in seconds");
+  if (!positive(camera.iso)) return invalid_argument("iso: must be positive and finite");
   return std::log2(camera.f_number * camera.f_number / camera.shutter_s * 100 / camera.iso);
 }
 
@@ -101,8 +95,9 @@ double exposure(double ev100) { return 1 / saturating_luminance(ev100); }
 Result<Chromaticity> chromaticity_of(double kelvin, Locus locus) {
   const double lowest = locus == Locus::daylight ? 4000 : 1667;
   if (!(kelvin >= lowest && kelvin <= 25000))
-    return refused("kelvin", locus == Locus::daylight ? "daylight is from 4000 to 25000; lamps below are planckian"
-                                                      : "must be from 1667 to 25000");
+    return invalid_argument(locus == Locus::daylight
+                                ? "kelvin: daylight is from 4000 to 25000; lamps below are planckian"
+                                : "kelvin: must be from 1667 to 25000");
   const double t = 1000 / kelvin;
   const auto cubic = [](double v, double a, double b, double c, double d) { return ((a * v + b) * v + c) * v + d; };
   Chromaticity out;
@@ -138,7 +133,7 @@ Result<ColorMatrix> white_adaptation(Chromaticity from, Chromaticity to) {
   const Column cone_from = times(kBradford, xyz_of_white(from)), cone_to = times(kBradford, xyz_of_white(to));
   Matrix gain{};
   for (std::size_t i = 0; i < 3; ++i) {
-    if (!(cone_from[i] > 0)) return refused("from", "no light of this chromaticity is white to an eye");
+    if (!(cone_from[i] > 0)) return invalid_argument("from: no light of this chromaticity is white to an eye");
     gain[i][i] = cone_to[i] / cone_from[i];
   }
   const Matrix cones_of_rgb = times(kBradford, kXyzOfRgb);
@@ -160,9 +155,9 @@ Result<ColorMatrix> mapping_of(const PassThroughCamera& camera) {
 Status VarjoWhiteBalance::validate() const {
   if (Status s = check_picture(ev100, calibration); !s.ok()) return s;
   for (const double gain : white_balance_color_gains)
-    if (!positive(gain)) return refused("white_balance_color_gains", "must be positive and finite");
-  if (!inv_ccm.finite()) return refused("inv_ccm", "every element must be finite");
-  if (!ccm.finite()) return refused("ccm", "every element must be finite");
+    if (!positive(gain)) return invalid_argument("white_balance_color_gains: must be positive and finite");
+  if (!inv_ccm.finite()) return invalid_argument("inv_ccm: every element must be finite");
+  if (!ccm.finite()) return invalid_argument("ccm: every element must be finite");
   return {};
 }
 
@@ -180,10 +175,11 @@ Result<ColorMatrix> mapping_of_patch(Irradiance lit_by, Albedo albedo, std::arra
   for (int k = 0; k < 3; ++k) {
     const auto at = static_cast<std::size_t>(k);
     if (!positive(static_cast<double>(reflected[k])))
-      return refused("lit_by and albedo", "every channel must be positive; a black patch cannot be used");
-    if (!positive(static_cast<double>(seen[at]))) return refused("seen", "every channel must be positive and finite");
+      return invalid_argument("lit_by and albedo: every channel must be positive; a black patch cannot be used");
+    if (!positive(static_cast<double>(seen[at])))
+      return invalid_argument("seen: every channel must be positive and finite");
     gain[at] = seen[at] / reflected[k];
-    if (!positive(static_cast<double>(gain[at]))) return refused("seen", "is out of proportion to the light");
+    if (!positive(static_cast<double>(gain[at]))) return invalid_argument("seen: is out of proportion to the light");
   }
   return ColorMatrix::gains(gain[0], gain[1], gain[2]);
 }

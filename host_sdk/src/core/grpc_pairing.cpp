@@ -24,8 +24,6 @@ namespace {
 
 constexpr std::size_t kCodeDigits = 6;
 
-Status with_uri(std::string_view uri, const Status& s) { return {s.code(), std::string(uri) + ": " + s.message()}; }
-
 /// The digits of a code, without the spaces and dashes that a user may have typed.
 Result<std::string> digits_of(std::string_view code) {
   std::string out;
@@ -56,55 +54,39 @@ std::string with_port(const std::string& host_port, std::uint32_t port) {
   return host_port.substr(0, host_port.rfind(':') + 1) + std::to_string(port);
 }
 
-/// Both round trips of the pairing, and the probe's response after mutual authentication.
-class PairingCall {
- public:
-  PairingCall(const core::GrpcAddress& address, const PairOptions& options, PairingExchange exchange)
-      : options_(options),
-        exchange_(std::move(exchange)),
-        stub_(core::new_channel(address.host_port, core::unverified_credentials())) {}
+/// Both round trips of the pairing; returns the probe's response after mutual authentication.
+Result<v1::PairCredentials> request_credentials(const core::GrpcAddress& address, const PairOptions& options,
+                                                PairingExchange exchange, const KeyPair& key) {
+  v1::PairingService::Stub stub(core::new_channel(address.host_port, core::unverified_credentials()));
+  v1::PairBeginRequest begin;
+  begin.set_share(exchange.share());
+  v1::PairBeginResponse begun;
+  grpc::ClientContext first;
+  first.set_deadline(core::deadline_after(options.timeout));
+  if (Status s = core::status_of(stub.Begin(&first, begin, &begun)); !s.ok()) return s;
+  const Result<std::string> certificate = shown_certificate(first);
+  if (!certificate.ok()) return certificate.status();
+  if (Status s = exchange.process_peer_share(begun.share(), *certificate); !s.ok()) return s;
 
-  Status begin() {
-    v1::PairBeginRequest request;
-    request.set_share(exchange_.share());
-    v1::PairBeginResponse response;
-    grpc::ClientContext context;
-    context.set_deadline(core::deadline_after(options_.timeout));
-    if (Status s = core::status_of(stub_.Begin(&context, request, &response)); !s.ok()) return s;
-    const Result<std::string> certificate = shown_certificate(context);
-    if (!certificate.ok()) return certificate.status();
-    session_ = response.session();
-    return exchange_.process_peer_share(response.share(), *certificate);
-  }
-
-  /// Consumes the exchange: call it once.
-  Result<v1::PairCredentials> finish(const KeyPair& key) && {
-    v1::PairApplication application;
-    application.set_client_name(options_.client_name.empty() ? host_name() : options_.client_name);
-    application.set_public_key(key.public_pem);
-    v1::PairFinishRequest request;
-    request.set_session(session_);
-    request.set_confirmation(exchange_.confirmation());
-    Result<SealedMessage> sealed = std::move(exchange_).seal(application.SerializeAsString());
-    if (!sealed.ok()) return sealed.status();
-    request.set_sealed(std::move(sealed->bytes));
-    v1::PairFinishResponse response;
-    grpc::ClientContext context;
-    context.set_deadline(core::deadline_after(options_.timeout));
-    if (Status s = core::status_of(stub_.Finish(&context, request, &response)); !s.ok()) return s;
-    const Result<std::string> opened = sealed->reader.open(response.sealed());
-    v1::PairCredentials credentials;
-    if (!sealed->reader.confirms(response.confirmation()) || !opened.ok() || !credentials.ParseFromString(*opened))
-      return Status(StatusCode::data_loss, "the response is not from the probe that shows this code");
-    return credentials;
-  }
-
- private:
-  const PairOptions& options_;
-  PairingExchange exchange_;
-  v1::PairingService::Stub stub_;
-  std::string session_;
-};
+  v1::PairApplication application;
+  application.set_client_name(options.client_name.empty() ? host_name() : options.client_name);
+  application.set_public_key(key.public_pem);
+  v1::PairFinishRequest finish;
+  finish.set_session(begun.session());
+  finish.set_confirmation(exchange.confirmation());
+  Result<SealedMessage> sealed = std::move(exchange).seal(application.SerializeAsString());
+  if (!sealed.ok()) return sealed.status();
+  finish.set_sealed(std::move(sealed->bytes));
+  v1::PairFinishResponse finished;
+  grpc::ClientContext second;
+  second.set_deadline(core::deadline_after(options.timeout));
+  if (Status s = core::status_of(stub.Finish(&second, finish, &finished)); !s.ok()) return s;
+  const Result<std::string> opened = sealed->reader.open(finished.sealed());
+  v1::PairCredentials credentials;
+  if (!sealed->reader.confirms(finished.confirmation()) || !opened.ok() || !credentials.ParseFromString(*opened))
+    return Status(StatusCode::data_loss, "the response is not from the probe that shows this code");
+  return credentials;
+}
 
 }  // namespace
 
@@ -121,10 +103,9 @@ Result<PairedProbe> pair_with_probe(std::string_view uri, std::string_view code,
   Result<KeyPair> key = KeyPair::make();
   if (!key.ok()) return key.status();
 
-  PairingCall pairing_call(*address, options, std::move(*exchange));
-  if (const Status s = pairing_call.begin(); !s.ok()) return with_uri(uri, s);
-  const Result<v1::PairCredentials> pairing_response = std::move(pairing_call).finish(*key);
-  if (!pairing_response.ok()) return with_uri(uri, pairing_response.status());
+  const Result<v1::PairCredentials> pairing_response =
+      request_credentials(*address, options, std::move(*exchange), *key);
+  if (!pairing_response.ok()) return pairing_response.status().in(std::string(uri));
 
   core::PairedFiles files;
   files.name = pairing_response->probe_name().substr(0, pairing_response->probe_name().find_first_of("\r\n"));

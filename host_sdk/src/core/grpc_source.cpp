@@ -250,8 +250,7 @@ class GrpcSource final : public Source {
       return no_get_config(host_port_);
     std::vector<std::byte> bytes;
     Result<T> answer = ended.ok() ? decode(bytes_of(response, bytes)) : Result<T>(status_of(ended));
-    if (answer) return answer;
-    return Status(answer.status().code(), host_port_ + ": " + answer.status().message());
+    return answer ? answer : answer.status().in(host_port_);
   }
 
   void follow() {

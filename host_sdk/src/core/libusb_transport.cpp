@@ -94,14 +94,14 @@ class LibusbTransport;
 
 /// A transfer with its buffer; both must live until libusb has completed the transfer.
 struct Transfer {
-  explicit Transfer(std::size_t bytes) : memory(bytes), usb(libusb_alloc_transfer(0)) {}
+  explicit Transfer(LibusbTransport* transport) : usb(libusb_alloc_transfer(0)), owner(transport) {}
   Transfer(const Transfer&) = delete;
   Transfer& operator=(const Transfer&) = delete;
   ~Transfer() { libusb_free_transfer(usb); }
 
-  std::vector<std::byte> memory;
-  libusb_transfer* usb;
-  LibusbTransport* owner = nullptr;
+  std::vector<std::byte> memory = std::vector<std::byte>(kTransferBytes);
+  libusb_transfer* const usb;
+  LibusbTransport* const owner;
   bool under_way = false;
 };
 
@@ -142,12 +142,9 @@ class LibusbTransport final : public UsbTransport {
         error != 0)
       return refuse("the probe's interface cannot be set: " + text_of(error));
     for (std::size_t i = 0; i < kTransfersInFlight; ++i) {
-      auto& transfer = in_.emplace_back(std::make_unique<Transfer>(kTransferBytes));
-      transfer->owner = this;
-      libusb_fill_bulk_transfer(transfer->usb, handle_.get(), interface_.in,
-                                reinterpret_cast<unsigned char*>(transfer->memory.data()),
-                                static_cast<int>(kTransferBytes), on_ended, transfer.get(), 0);
-      if (!submit(*transfer)) return refuse("reading from the probe cannot be started");
+      in_.push_back(std::make_unique<Transfer>(this));
+      if (!start(*in_.back(), interface_.in, kTransferBytes, 0))
+        return refuse("reading from the probe cannot be started");
     }
     return {};
   }
@@ -180,16 +177,11 @@ class LibusbTransport final : public UsbTransport {
 
   Status begin_send(std::span<const std::byte> bytes) override {
     if (!handle_ || (out_ && out_->under_way)) return {StatusCode::unavailable, "not connected"};
-    if (!out_) {
-      out_ = std::make_unique<Transfer>(kTransferBytes);
-      out_->owner = this;
-    }
+    if (!out_) out_ = std::make_unique<Transfer>(this);
     if (bytes.size() > out_->memory.size()) return {StatusCode::internal, "a request larger than a transfer"};
     std::copy(bytes.begin(), bytes.end(), out_->memory.begin());
-    libusb_fill_bulk_transfer(out_->usb, handle_.get(), interface_.out,
-                              reinterpret_cast<unsigned char*>(out_->memory.data()), static_cast<int>(bytes.size()),
-                              on_ended, out_.get(), kSendTimeoutMs);
-    if (!submit(*out_)) return {StatusCode::unavailable, "the probe is gone"};
+    if (!start(*out_, interface_.out, bytes.size(), kSendTimeoutMs))
+      return {StatusCode::unavailable, "the probe is gone"};
     return {};
   }
 
@@ -225,6 +217,11 @@ class LibusbTransport final : public UsbTransport {
     t->owner->ended_.push_back(t);
   }
 
+  [[nodiscard]] bool start(Transfer& t, std::uint8_t endpoint, std::size_t bytes, unsigned timeout_ms) {
+    libusb_fill_bulk_transfer(t.usb, handle_.get(), endpoint, reinterpret_cast<unsigned char*>(t.memory.data()),
+                              static_cast<int>(bytes), on_ended, &t, timeout_ms);
+    return submit(t);
+  }
   [[nodiscard]] bool submit(Transfer& t) {
     t.under_way = libusb_submit_transfer(t.usb) == 0;
     return t.under_way;
@@ -320,7 +317,41 @@ class LibusbTransport final : public UsbTransport {
     return event;
   }
 
-  [[nodiscard]] Status find(const std::string& serial);
+  [[nodiscard]] Status find(const std::string& serial) {
+    libusb_device** list = nullptr;
+    if (context_ == nullptr)
+      if (Status initialised = init(); !initialised.ok()) return initialised;
+    const ssize_t count = libusb_get_device_list(context_, &list);
+    if (count < 0) return {StatusCode::unavailable, "USB cannot be enumerated: " + text_of(static_cast<int>(count))};
+    std::vector<std::pair<libusb_device*, Interface>> probes;
+    for (ssize_t i = 0; i < count; ++i)
+      if (const auto found = probe_interface(list[i])) probes.emplace_back(list[i], *found);
+
+    const bool choose = !serial.empty() || probes.size() > 1;
+    std::string others;
+    Status status(StatusCode::not_found, "no probe is plugged in");
+    for (const auto& [device, interface] : probes) {
+      Result<Handle> opened = open_device(device);
+      if (!opened) {
+        status = opened.status();
+        continue;
+      }
+      if (const std::string its = choose ? serial_of(opened->get()) : serial;
+          its != serial || (choose && serial.empty())) {
+        others += (others.empty() ? "usb:" : ", usb:") + its;
+        continue;
+      }
+      handle_ = std::move(*opened);
+      interface_ = interface;
+      status = {};
+      break;
+    }
+    libusb_free_device_list(list, 1);
+    if (status.ok() || others.empty()) return status;
+    if (serial.empty()) return {StatusCode::failed_precondition, "several probes are plugged in, name one: " + others};
+    return {StatusCode::not_found,
+            "no probe with the serial number '" + serial + "' is plugged in; there is " + others};
+  }
 
   libusb_context* context_ = nullptr;
   std::mutex context_mutex_;  ///< Protects the context: wake() against its replacement.
@@ -337,41 +368,6 @@ class LibusbTransport final : public UsbTransport {
   Transfer* reading_ = nullptr;  ///< The transfer whose bytes the last event refers to.
   int errors_in_row_ = 0;
 };
-
-Status LibusbTransport::find(const std::string& serial) {
-  libusb_device** list = nullptr;
-  if (context_ == nullptr)
-    if (Status initialised = init(); !initialised.ok()) return initialised;
-  const ssize_t count = libusb_get_device_list(context_, &list);
-  if (count < 0) return {StatusCode::unavailable, "USB cannot be enumerated: " + text_of(static_cast<int>(count))};
-  std::vector<std::pair<libusb_device*, Interface>> probes;
-  for (ssize_t i = 0; i < count; ++i)
-    if (const auto found = probe_interface(list[i])) probes.emplace_back(list[i], *found);
-
-  const bool choose = !serial.empty() || probes.size() > 1;
-  std::string others;
-  Status status(StatusCode::not_found, "no probe is plugged in");
-  for (const auto& [device, interface] : probes) {
-    Result<Handle> opened = open_device(device);
-    if (!opened) {
-      status = opened.status();
-      continue;
-    }
-    if (const std::string its = choose ? serial_of(opened->get()) : serial;
-        its != serial || (choose && serial.empty())) {
-      others += (others.empty() ? "usb:" : ", usb:") + its;
-      continue;
-    }
-    handle_ = std::move(*opened);
-    interface_ = interface;
-    status = {};
-    break;
-  }
-  libusb_free_device_list(list, 1);
-  if (status.ok() || others.empty()) return status;
-  if (serial.empty()) return {StatusCode::failed_precondition, "several probes are plugged in, name one: " + others};
-  return {StatusCode::not_found, "no probe with the serial number '" + serial + "' is plugged in; there is " + others};
-}
 
 }  // namespace
 

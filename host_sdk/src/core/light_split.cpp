@@ -9,7 +9,7 @@
 #include <vector>
 
 #include <lightwell/cap.hpp>
-#include <lightwell/fibonacci_lattice.hpp>
+#include <lightwell/geometry.hpp>
 #include <lightwell/harmonics.hpp>
 #include <lightwell/lobes.hpp>
 
@@ -55,11 +55,16 @@ struct MappedLight {
   std::array<double, kBand + 1> zonal{1, 1, 1};
 };
 
-MappedLight mapped_light(const Light& light, const ColorMatrix& color) {
-  MappedLight out{normalized(vec_cast<double>(light.direction)), mapped(color, light.irradiance),
-                  static_cast<double>(light.angular_radius_rad)};
-  for (int l = 0; l <= kBand; ++l) out.zonal[static_cast<std::size_t>(l)] = cap_zonal(l, out.rho);
-  return out;
+std::vector<MappedLight> mapped_lights(std::span<const Light> lights, const ColorMatrix& color) {
+  std::vector<MappedLight> all;
+  all.reserve(lights.size());
+  for (const Light& light : lights) {
+    MappedLight out{normalized(vec_cast<double>(light.direction)), mapped(color, light.irradiance),
+                    static_cast<double>(light.angular_radius_rad)};
+    for (int l = 0; l <= kBand; ++l) out.zonal[static_cast<std::size_t>(l)] = cap_zonal(l, out.rho);
+    all.push_back(out);
+  }
+  return all;
 }
 
 int band_of(std::size_t i) { return i == 0 ? 0 : i < 4 ? 1 : 2; }
@@ -104,21 +109,12 @@ NineCoefficients in_axes(const NineCoefficients& c, const Axes& axes) {
   return out;
 }
 
-/// Coefficients A_l of the clamped cosine.
-const std::array<double, kMaxBand + 1>& cosine_lobes() {
-  static const std::array<double, kMaxBand + 1> lobes = [] {
-    std::array<double, kMaxBand + 1> out;
-    for (int l = 0; l <= kMaxBand; ++l) out[static_cast<std::size_t>(l)] = cosine_lobe(l);
-    return out;
-  }();
-  return lobes;
-}
-
 /// Converted::residual. All in Lightwell's axes; `kept` and `main` are the target's harmonics and directional light.
 float residual_of(const Descriptor& descriptor, std::span<const MappedLight> lights, const ColorMatrix& color,
                   const NineCoefficients& kept, const std::optional<DirectionalLight>& main) {
   const RadianceSh& sh = descriptor.radiance;
-  const auto& lobe = cosine_lobes();
+  std::array<double, kMaxBand + 1> lobe;
+  for (int l = 0; l <= kMaxBand; ++l) lobe[static_cast<std::size_t>(l)] = cosine_lobe(l);
   std::array<double, sh_count(kMaxBand)> y{};
   double squared_error = 0, squared_truth = 0;
   for (int i = 0; i < kResidualNormals; ++i) {
@@ -145,17 +141,9 @@ float residual_of(const Descriptor& descriptor, std::span<const MappedLight> lig
   return squared_truth > 0 ? static_cast<float>(std::sqrt(squared_error / squared_truth)) : 0.0F;
 }
 
-std::vector<MappedLight> mapped_lights(const Lighting& lighting, const ColorMatrix& color) {
-  std::vector<MappedLight> lights;
-  lights.reserve(lighting.lights().size());
-  for (const Light& light : lighting.lights()) lights.push_back(mapped_light(light, color));
-  return lights;
-}
-
 const MappedLight* brightest(std::span<const MappedLight> lights) {
-  const auto found = std::max_element(lights.begin(), lights.end(), [](const MappedLight& a, const MappedLight& b) {
-    return luminance(a.irradiance) < luminance(b.irradiance);
-  });
+  const auto found =
+      std::ranges::max_element(lights, {}, [](const MappedLight& light) { return luminance(light.irradiance); });
   return found == lights.end() ? nullptr : &*found;
 }
 
@@ -192,7 +180,7 @@ SplitLight split(const Lighting& lighting, MainLight main, const Axes& axes, con
   NineCoefficients kept{};
   for (std::size_t i = 0; i < kCount && static_cast<int>(i) < descriptor.radiance.count(); ++i)
     kept[i] = mapped(options.color, descriptor.radiance.c[i]);
-  const std::vector<MappedLight> lights = mapped_lights(lighting, options.color);
+  const std::vector<MappedLight> lights = mapped_lights(descriptor.lights, options.color);
   const MappedLight* apart = main == MainLight::apart ? brightest(lights) : nullptr;
   std::optional<DirectionalLight> taken = directional(apart);
   for (const MappedLight& light : lights) {
@@ -214,7 +202,7 @@ SplitLight split(const Lighting& lighting, MainLight main, const Axes& axes, con
 
 std::optional<DirectionalLight> strongest(const Lighting& lighting, const Axes& axes,
                                           const ConversionOptions& options) {
-  const std::vector<MappedLight> lights = mapped_lights(lighting, options.color);
+  const std::vector<MappedLight> lights = mapped_lights(lighting.lights(), options.color);
   std::optional<DirectionalLight> out = directional(brightest(lights));
   if (out) out->towards = axes.of(out->towards);
   return out;

@@ -10,7 +10,6 @@
 #include <lightwell/text.hpp>
 
 #include "core/irradiance_rows.hpp"
-#include "core/light_rotation.hpp"
 #include "core/sample.hpp"
 
 namespace lightwell {

@@ -1,5 +1,5 @@
-// MQTT connection: one thread that subscribes to a probe's topics and requests its clock, without which descriptors are
-// not accepted.
+// MQTT: the connection, one thread that subscribes to a probe's topics and requests its clock, without which
+// descriptors are not accepted; and discovery at a broker.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -19,18 +19,19 @@
 #include <lightwell/backoff.hpp>
 #include <lightwell/codec.hpp>
 #include <lightwell/mqtt.hpp>
+#include <lightwell/mqtt_session.hpp>
 #include <lightwell/status.hpp>
+#include <lightwell/text.hpp>
 
 #include "core/clock_map.hpp"
-#include "core/mqtt_login.hpp"
-#include "core/replay_protection.hpp"
+#include "core/discovery_backends.hpp"
 #include "core/source.hpp"
 
 namespace lightwell::core {
 namespace {
 
 constexpr Duration kSecond{1'000'000'000};
-/// The first round trips follow each other quickly: the shortest of several gives a much better clock offset than one.
+/// As kFirstRoundTrips.
 constexpr int kFirstPolls = 4;
 constexpr Duration kFirstPollPeriod{100'000'000};
 /// Later round trips: clocks drift by at most 6 ms in between, and a probe can respond to thousands of clients.
@@ -39,6 +40,18 @@ constexpr Duration kResponseTimeout{1'000'000'000};
 constexpr Duration kRetryMin{500'000'000}, kRetryMax{8'000'000'000};
 /// The broker sends a probe's retained status with the subscription.
 constexpr Duration kStatusTimeout{500'000'000};
+
+/// Sixteen random hexadecimal digits.
+std::string random_name() {
+  std::random_device random;
+  return formatted("%08x%08x", static_cast<unsigned>(random()), static_cast<unsigned>(random()));
+}
+
+/// The login with a client identifier that is unique to this connection: a broker disconnects a client when another one
+/// connects with the same identifier.
+MqttLogin login_of(const MqttCredentials& c) {
+  return {"lightwell-sdk-" + random_name(), c.user, c.password, c.ca_file, c.certificate_file, c.key_file};
+}
 
 struct PendingRequest {
   std::array<std::byte, 16> correlation{};
@@ -326,12 +339,68 @@ class MqttSource final : public Source {
   std::thread thread_;
 };
 
+constexpr std::string_view kStatus = "/status";
+
+/// Topic levels below the base that are searched; more would match topics of other applications.
+std::vector<std::string> status_topics(const std::string& base) {
+  std::vector<std::string> out;
+  if (!base.empty()) out.push_back(base + std::string(kStatus));
+  std::string level = base.empty() ? "+" : base + "/+";
+  for (int i = 0; i < 3; ++i, level += "/+") out.push_back(level + std::string(kStatus));
+  return out;
+}
+
+/// Adds the probe of a status message that is retained at the broker.
+void add_status(const MqttMessage& message, const MqttAddress& broker, DiscoveryResults& results) {
+  MqttAddress own = broker;
+  own.base = message.topic.substr(0, message.topic.size() - kStatus.size());
+  // Any client may publish on any topic: a topic that is not a valid base is ignored.
+  const Result<MqttAddress> address = parse_mqtt_address(own.uri());
+  if (!address.ok() || address->base != own.base) return results.refuse();
+  FoundProbe probe;
+  probe.by = FoundBy::mqtt;
+  probe.instance = own.base;
+  probe.links = {{own.uri(), own.transport == MqttTransport::tls ? "tls" : "none"}};
+  if (std::string_view(reinterpret_cast<const char*>(message.payload.data()), message.payload.size()) == kMqttGone) {
+    probe.gone = true;
+  } else {
+    const Result<StatusSnapshot> status = message.payload.size() <= kMaxMqttStatusBytes
+                                              ? decode_status(message.payload)
+                                              : Status(StatusCode::data_loss, "too long");
+    if (!status.ok()) return results.refuse();
+    probe.name = status->probe_name;
+    probe.id = status->probe_id;
+    probe.calibration_id = status->calibration_id;
+    probe.version = status->version;
+  }
+  results.put("mqtt " + own.base, std::move(probe));
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Source>> make_source(const MqttAddress& address, const ProbeOptions& options,
                                             DescriptorReceiver& receiver) {
   if (Status s = check_plain_login(address); !options.mqtt.user.empty() && !s.ok()) return s;
   return std::unique_ptr<Source>(std::make_unique<MqttSource>(address, options, receiver));
+}
+
+void discover_at_broker(const MqttAddress& broker, const MqttCredentials& credentials, Duration timeout,
+                        DiscoveryResults& results) {
+  std::string failure = "the broker does not respond";
+  MqttSession::Options options;
+  options.address = broker;
+  options.login = login_of(credentials);
+  options.subscriptions = status_topics(broker.base);
+  options.retry_min = {200'000'000};
+  options.retry_max = {1'000'000'000};
+  options.connect_timeout = timeout;
+  options.on_connected = [&] { failure.clear(); };
+  options.on_lost = [&](const std::string& why) { failure = why; };
+  options.on_message = [&](const MqttMessage& message) { add_status(message, broker, results); };
+  MqttSession session(options);
+  const HostTime end = HostTime{monotonic_now_ns()} + timeout;
+  for (Duration left = timeout; left.ns > 0; left = end - HostTime{monotonic_now_ns()}) session.run_once(left);
+  if (!failure.empty()) results.problem(broker.uri() + ": " + failure);
 }
 
 }  // namespace lightwell::core

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <utility>
 #include <variant>
@@ -39,23 +41,21 @@ ErrorText error_text(std::string_view uri, const core::ProbeUri& where) {
 std::string_view version() { return LIGHTWELL_VERSION; }
 
 Status ProbeOptions::validate() const {
-  const auto refused = [](std::string_view what) {
-    return Status(StatusCode::invalid_argument, "ProbeOptions: " + std::string(what));
-  };
-  if (max_age.ns <= 0) return refused("max_age must be above zero");
-  if (history < 1 || history > 4096) return refused("history must be 1 to 4096");
+  if (max_age.ns <= 0) return invalid_argument("ProbeOptions: max_age must be above zero");
+  if (history < 1 || history > 4096) return invalid_argument("ProbeOptions: history must be 1 to 4096");
   if (extrapolation.ns < 0 || extrapolation > Duration::from_seconds(1))
-    return refused("extrapolation must be 0 to 1 s");
-  if (connect_timeout.ns <= 0) return refused("connect_timeout must be above zero");
-  if (retry_min.ns <= 0) return refused("retry_min must be above zero");
-  if (retry_max < retry_min) return refused("retry_max must not be below retry_min");
+    return invalid_argument("ProbeOptions: extrapolation must be 0 to 1 s");
+  if (connect_timeout.ns <= 0) return invalid_argument("ProbeOptions: connect_timeout must be above zero");
+  if (retry_min.ns <= 0) return invalid_argument("ProbeOptions: retry_min must be above zero");
+  if (retry_max < retry_min) return invalid_argument("ProbeOptions: retry_max must not be below retry_min");
   if (silence_limit < Duration::from_seconds(2))
-    return refused("silence_limit must be 2 s or more, because the probe's clock is requested once a second");
+    return invalid_argument(
+        "ProbeOptions: silence_limit must be 2 s or more, because the probe's clock is requested once a second");
   if (T_world_probe) {
     const Quat q = T_world_probe->pose.rotation;
     const double squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
     if (!(squared > 0) || !std::isfinite(squared))
-      return refused("T_world_probe's rotation must not be zero and must be finite");
+      return invalid_argument("ProbeOptions: T_world_probe's rotation must not be zero and must be finite");
   }
   if (Status s = credentials.validate(); !s.ok()) return s;
   return mqtt.validate();
@@ -63,14 +63,46 @@ Status ProbeOptions::validate() const {
 
 Status MqttCredentials::validate() const {
   if (certificate_file.empty() != key_file.empty())
-    return {StatusCode::invalid_argument,
-            "MqttCredentials: certificate_file and key_file must be given together or not at all"};
-  if (user.empty() && !password.empty())
-    return {StatusCode::invalid_argument, "MqttCredentials: a password without a user"};
+    return invalid_argument("MqttCredentials: certificate_file and key_file must be given together or not at all");
+  if (user.empty() && !password.empty()) return invalid_argument("MqttCredentials: a password without a user");
   for (const auto& [field, path] :
        {std::pair{"ca_file", &ca_file}, {"certificate_file", &certificate_file}, {"key_file", &key_file}})
     if (!path->empty() && !std::ifstream(*path).good())
       return {StatusCode::not_found, "MqttCredentials: " + std::string(field) + ": " + *path + " cannot be read"};
+  return {};
+}
+
+bool ProbeCredentials::empty() const {
+  return folder.empty() && pinned.empty() && ca.empty() && client_certificate.empty() && client_key.empty() &&
+         token.empty();
+}
+
+Status ProbeCredentials::validate() const {
+  if (empty()) return {};
+  const bool more =
+      !pinned.empty() || !ca.empty() || !client_certificate.empty() || !client_key.empty() || !token.empty();
+  if (!folder.empty())
+    return more ? invalid_argument("ProbeCredentials: folder replaces all other fields; leave them empty") : Status();
+  if (pinned.empty() == ca.empty())
+    return invalid_argument("ProbeCredentials: exactly one of pinned and ca must be set");
+  for (const auto& [pem, name] :
+       {std::pair(&pinned, "pinned"), std::pair(&ca, "ca"), std::pair(&client_certificate, "client_certificate")})
+    if (!pem->empty() && pem->find("-----BEGIN CERTIFICATE-----") == std::string::npos)
+      return invalid_argument("ProbeCredentials: " + std::string(name) + " is not a certificate in PEM form");
+  if (client_certificate.empty() != client_key.empty())
+    return invalid_argument("ProbeCredentials: client_certificate and client_key must be given together");
+  if (std::any_of(token.begin(), token.end(), [](char c) { return c <= ' ' || c > '~'; }))
+    return invalid_argument("ProbeCredentials: token has a space or a character that is not ASCII");
+  return {};
+}
+
+std::string default_credential_store() {
+  const auto set = [](const char* name) {
+    const char* const value = std::getenv(name);
+    return std::string(value == nullptr ? "" : value);
+  };
+  if (const std::string config = set("XDG_CONFIG_HOME"); !config.empty()) return config + "/lightwell/probes";
+  if (const std::string home = set("HOME"); !home.empty()) return home + "/.config/lightwell/probes";
   return {};
 }
 
@@ -107,11 +139,8 @@ Lighting Probe::latest_in_world() const {
   const Lighting light = latest();
   const UncertainPose* T_world_probe = impl_->T_world_probe ? &*impl_->T_world_probe : light.mounting();
   // Before the first descriptor, that is the reason, whether or not the pose is known.
-  if (light.validity() == Validity::none || T_world_probe == nullptr)
-    return {nullptr,
-            light.validity() == Validity::none ? Validity::none : Validity::invalid_query,
-            {},
-            Lighting::kDefaultMaxAge};
+  const Validity none = light.validity() == Validity::none ? Validity::none : Validity::invalid_query;
+  if (none == Validity::none || T_world_probe == nullptr) return {nullptr, none, {}, Lighting::kDefaultMaxAge};
   return light.in_world(*T_world_probe);
 }
 Lighting Probe::at(HostTime time) const { return impl_->receiver.at(time); }
@@ -126,14 +155,12 @@ LinkStats Probe::stats() const { return impl_->receiver.stats(); }
 
 Result<EstimatorConfig> Probe::estimator_config() const {
   const Result<EstimatorState> state = impl_->source->estimator();
-  if (!state) return state.status();
-  return state->config;
+  return state ? Result<EstimatorConfig>(state->config) : state.status();
 }
 
 Result<EstimatorKind> Probe::estimator_kind() const {
   const Result<EstimatorState> state = impl_->source->estimator();
-  if (!state) return state.status();
-  return state->kind;
+  return state ? Result<EstimatorKind>(state->kind) : state.status();
 }
 
 Status Probe::change_estimator(const EstimatorUpdate& fields) {

@@ -118,9 +118,8 @@ Result<std::unique_ptr<Source>> make_source(const ReplayPath& replay, const Prob
   if (!reader.ok()) return reader.status();
   const RecordingHeader& header = reader->header();
   if (header.kind != RecordingKind::descriptors)
-    return Status(StatusCode::invalid_argument, replay.path +
-                                                    " holds a camera's frames, not descriptors; lightwelld plays it as "
-                                                    "the camera replay:PATH");
+    return invalid_argument(replay.path +
+                            " holds a camera's frames, not descriptors; lightwelld plays it as the camera replay:PATH");
   ProbeInfo info;
   info.name = header.probe_name;
   info.version = header.version;

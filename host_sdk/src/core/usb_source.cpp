@@ -4,7 +4,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <functional>
-#include <list>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <random>
@@ -40,20 +40,15 @@ class UsbRequests {
     std::unique_lock lock(mutex_);
     if (!up_) return Status(StatusCode::unavailable, "not connected");
     const std::uint32_t id = next_id_++;
-    PendingRequest& pending = requests_.emplace_back();
-    const auto position = std::prev(requests_.end());
-    pending.id = id;
+    PendingRequest& pending = requests_[id];
     encode(id, pending.request);
     lock.unlock();
     wake();
     lock.lock();
-    const bool completed =
-        changed_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return pending.answer.has_value(); });
-    Result<LinkResponse> answer =
-        completed ? *std::move(pending.answer)
-                  : Result<LinkResponse>(Status(StatusCode::unavailable, "the probe did not respond in time"));
-    requests_.erase(position);
-    return answer;
+    (void)changed_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return pending.answer.has_value(); });
+    const std::optional<Result<LinkResponse>> answer = std::move(pending.answer);
+    requests_.erase(id);
+    return answer ? *answer : Status(StatusCode::unavailable, "the probe did not respond in time");
   }
 
   // Called by the reader thread.
@@ -65,18 +60,18 @@ class UsbRequests {
   /// Writes the next unsent request into `out` and returns its id; no value if there is none.
   [[nodiscard]] std::optional<std::uint32_t> next(std::vector<std::byte>& out) {
     const std::lock_guard lock(mutex_);
-    for (PendingRequest& q : requests_) {
+    for (auto& [id, q] : requests_) {
       if (q.sent || q.answer) continue;
       q.sent = true;
       out = q.request;
-      return q.id;
+      return id;
     }
     return std::nullopt;
   }
   void answered(const LinkResponse& response) {
     const std::lock_guard lock(mutex_);
-    for (PendingRequest& q : requests_)
-      if (q.sent && !q.answer && q.id == response.id) q.answer = response;
+    const auto found = requests_.find(response.id);
+    if (found != requests_.end() && found->second.sent && !found->second.answer) found->second.answer = response;
     changed_.notify_all();
   }
   void link_up() {
@@ -87,14 +82,13 @@ class UsbRequests {
   void link_down() {
     const std::lock_guard lock(mutex_);
     up_ = false;
-    for (PendingRequest& q : requests_)
+    for (auto& [id, q] : requests_)
       if (!q.answer) q.answer = Status(StatusCode::unavailable, "the connection was lost before the probe responded");
     changed_.notify_all();
   }
 
  private:
   struct PendingRequest {
-    std::uint32_t id = 0;
     std::vector<std::byte> request;
     bool sent = false;
     std::optional<Result<LinkResponse>> answer;
@@ -102,7 +96,7 @@ class UsbRequests {
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::list<PendingRequest> requests_;  ///< At most one per waiting thread.
+  std::map<std::uint32_t, PendingRequest> requests_;  ///< By id; at most one per waiting thread.
   std::uint32_t next_id_ = 1;
   bool up_ = false;
 };
@@ -172,8 +166,7 @@ class UsbSource final : public Source {
     const Result<LinkResponse> answer =
         requests_.send_request(encode, options_.connect_timeout, [this] { transport_->wake(); });
     const Status status = answer ? answer->status : answer.status();
-    if (!status.ok()) return Status(status.code(), name() + ": " + status.message());
-    return answer;
+    return status.ok() ? answer : status.in(name());
   }
 
   void follow() {
@@ -265,11 +258,9 @@ class UsbSource final : public Source {
         if (!event.error.empty()) on_not_sent(c, event.error);
         break;
       case UsbEvent::Kind::failed:
-        receiver_.report_error(name() + ": " + event.error);
-        break;
       case UsbEvent::Kind::gone:
         receiver_.report_error(name() + ": " + event.error);
-        c.over = true;
+        c.over = event.kind == UsbEvent::Kind::gone;
         break;
       case UsbEvent::Kind::arrived:
       case UsbEvent::Kind::woken:
@@ -331,10 +322,8 @@ class UsbSource final : public Source {
     c.info_id.reset();
     c.next_info = received + (++c.round_trips < kFirstRoundTrips ? kFirstInfoPeriod : kInfoPeriod);
     if (!response.status.ok() || !response.info) {
-      receiver_.report_error(
-          name() + ": " +
-          (response.status.ok() ? "the probe's response does not match the request" : response.status.message()));
-      return;
+      const Status error = response.status.ok() ? unexpected_response() : response.status.in(name());
+      return receiver_.report_error(error.message());
     }
     const InfoAnswer& answer = *response.info;
     clock_.add(c.info_sent, answer.clock_now, received);

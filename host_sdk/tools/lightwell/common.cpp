@@ -16,19 +16,6 @@
 namespace lightwell::tool {
 namespace {
 
-ExitCode code_of(StatusCode code) {
-  switch (code) {
-    case StatusCode::ok:
-      return kOk;
-    case StatusCode::invalid_argument:
-      return kUsage;
-    case StatusCode::unavailable:
-      return kUnreachable;
-    default:
-      return kFile;
-  }
-}
-
 std::string environment(const char* name) {
   const char* const value = std::getenv(name);
   return value == nullptr ? std::string() : std::string(value);
@@ -41,7 +28,11 @@ void warn(std::string_view message) { std::fprintf(stderr, "lightwell: %s\n", pr
 void fail(ExitCode code, const std::string& message) { throw Failure(code, message); }
 
 void require(const Status& status, std::optional<ExitCode> code) {
-  if (!status.ok()) fail(code.value_or(code_of(status.code())), status.message());
+  if (status.ok()) return;
+  const ExitCode by_status = status.code() == StatusCode::invalid_argument ? kUsage
+                             : status.code() == StatusCode::unavailable    ? kUnreachable
+                                                                           : kFile;
+  fail(code.value_or(by_status), status.message());
 }
 
 std::string json_text(const nlohmann::ordered_json& document) {

@@ -64,7 +64,6 @@ angular_radius_deg, direction_covariance.)";
 constexpr const char* kConfigHelp =
     R"(The estimator's configuration: the probe's file with the changes of all clients. It is the same
 for all clients, and is kept until lightwelld restarts.
-  lightwell config get grpc://probe.local
   lightwell config get grpc://probe.local --json
   lightwell config set grpc://probe.local setting=fast panorama.epsilon=0.02)";
 
@@ -76,7 +75,6 @@ The fields are those of the active estimator. Meanings and limits: proto/lightwe
 constexpr const char* kConfigSetHelp =
     R"(Each NAME=VALUE is a field as `config get` prints it; other fields are not changed. Either all are
 set or none; they take effect with the next capture.
-  lightwell config set grpc://probe.local panorama.epsilon=0.02
   lightwell config set usb: band=2 max_lights=4 panorama.unseen_fill=mirror
 Exit codes: 2 unknown field or value, 3 unreachable, 4 refused by the probe.)";
 

@@ -1,10 +1,9 @@
 #include <cmath>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include <lightwell/commands.hpp>
 #include <lightwell/framing.hpp>
+#include <lightwell/text.hpp>
 #include <lightwell/time.hpp>
 
 #include "lightwell/v1/link_message.pb.h"
@@ -74,15 +73,6 @@ Result<double> answer_report_lux(const v1::ReportLuxRequest& request, Commands& 
 /// Longer texts are truncated, so that the response keeps its size limit, whatever name a camera has.
 constexpr std::size_t kMaxTextBytes = 1024;
 
-std::string truncated(std::string text) {
-  if (text.size() <= kMaxTextBytes) return text;
-  std::size_t end = kMaxTextBytes;
-  // Truncate between characters, because protobuf strings must be UTF-8.
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
-  text.resize(end);
-  return text;
-}
-
 Status answer(const v1::LinkRequest& request, Commands& commands, v1::LinkResponse& response) {
   switch (request.ask_case()) {
     case v1::LinkRequest::kInfo:
@@ -134,11 +124,11 @@ Status answer_link_request(std::span<const std::byte> request, Commands& command
   const Status done = answer(link_request, commands, m);
   // The numbers are equal: src/link_message.cpp asserts it.
   m.set_code(static_cast<v1::LinkCode>(done.code()));
-  m.set_message(truncated(done.message()));
+  m.set_message(truncated(done.message(), kMaxTextBytes));
   if (m.has_info())
     for (std::string* text : {m.mutable_info()->mutable_probe_name(), m.mutable_info()->mutable_version(),
                               m.mutable_info()->mutable_camera()})
-      *text = truncated(std::move(*text));
+      *text = truncated(std::move(*text), kMaxTextBytes);
   response.resize(m.ByteSizeLong());
   m.SerializeToArray(response.data(), static_cast<int>(response.size()));
   return {};

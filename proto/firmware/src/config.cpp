@@ -3,7 +3,6 @@
 #include <filesystem>
 
 #include <lightwell/config.hpp>
-#include <lightwell/mqtt.hpp>
 
 #include "messages.hpp"
 #include "text_message.hpp"

@@ -34,12 +34,8 @@ struct DecodedFrame::State {
   v1::FrameRecord message;
 };
 
-DecodedFrame::DecodedFrame() : state_(std::make_unique<State>()) {}
-DecodedFrame::~DecodedFrame() = default;
-DecodedFrame::DecodedFrame(DecodedFrame&&) noexcept = default;
-DecodedFrame& DecodedFrame::operator=(DecodedFrame&&) noexcept = default;
-
 Status DecodedFrame::decode(std::span<const std::byte> payload) {
+  if (state_ == nullptr) state_ = std::make_shared<State>();
   v1::FrameRecord& m = state_->message;
   frame = {};
   if (!m.ParseFromArray(payload.data(), static_cast<int>(payload.size())))

@@ -2,6 +2,7 @@
 // lights.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -13,6 +14,36 @@
 
 namespace lightwell {
 
+/// Octahedral map of the sphere onto the unit square (Cigolle et al. 2014, "A Survey of Efficient Representations for
+/// Independent Unit Vectors", listing 1), with the map's centre at +Y and its corners at -Y.
+struct OctUv {
+  float u = 0, v = 0;
+};
+
+/// Maps the lower half of the octahedron to the outer triangles of the square, and back.
+inline void fold_lower_half(float& a, float& b) {
+  const float folded_a = (1 - std::abs(b)) * std::copysign(1.0F, a);
+  b = (1 - std::abs(a)) * std::copysign(1.0F, b);
+  a = folded_a;
+}
+
+/// u, v in [0, 1]; u increases with x, v with z. d need not be normalised; zero maps to the centre.
+[[nodiscard]] inline OctUv oct_encode(Vec3f d) {
+  const float sum = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
+  if (!(sum > 0)) return {0.5F, 0.5F};
+  float a = d.x / sum, b = d.z / sum;
+  if (d.y < 0) fold_lower_half(a, b);
+  return {0.5F * (a + 1), 0.5F * (b + 1)};
+}
+
+/// The unit vector at u, v.
+[[nodiscard]] inline Vec3f oct_decode(OctUv uv) {
+  float a = 2 * uv.u - 1, b = 2 * uv.v - 1;
+  const float y = 1 - std::abs(a) - std::abs(b);
+  if (y < 0) fold_lower_half(a, b);
+  return normalized(Vec3f{a, y, b});
+}
+
 /// Limit that leaves room for the rest of a descriptor in a message of 64 KiB.
 inline constexpr std::size_t kMaxEnvironmentTexels = 8192;
 inline constexpr std::size_t kMaxEnvironmentLevels = 8;
@@ -23,7 +54,7 @@ inline constexpr int kMinEnvironmentExponent = -150, kMaxEnvironmentExponent = 1
   return edge == 8 || edge == 16 || edge == 32 || edge == 64;
 }
 
-/// A square of edge x edge texels in the octahedral mapping of octahedral.hpp: column i increases with u, row j with v,
+/// A square of edge x edge texels in the octahedral mapping: column i increases with u, row j with v,
 /// texel centres are at (i + 0.5) / edge. Each texel holds radiance(d, roughness) at its centre, without the lights.
 struct EnvironmentLevel {
   int edge = 0;         ///< 8, 16, 32 or 64.

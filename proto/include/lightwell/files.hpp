@@ -14,10 +14,31 @@
 #include <string_view>
 #include <utility>
 
-#include <lightwell/file_descriptor.hpp>
 #include <lightwell/result.hpp>
 
 namespace lightwell {
+
+/// A POSIX file descriptor, closed with the object. A negative number is no descriptor.
+class FileDescriptor {
+ public:
+  FileDescriptor() = default;
+  explicit FileDescriptor(int number) : number_(number) {}
+  FileDescriptor(FileDescriptor&& other) noexcept : number_(other.release()) {}
+  /// Swaps: `other` closes the descriptor that this object had.
+  FileDescriptor& operator=(FileDescriptor&& other) noexcept {
+    std::swap(number_, other.number_);
+    return *this;
+  }
+  ~FileDescriptor();
+
+  [[nodiscard]] int get() const { return number_; }
+  explicit operator bool() const { return number_ >= 0; }
+  /// Returns the descriptor and no longer owns it.
+  [[nodiscard]] int release() { return std::exchange(number_, -1); }
+
+ private:
+  int number_ = -1;
+};
 
 /// Creates the folder (mode 0700) and missing parents. failed_precondition if it is a symbolic link, belongs to another
 /// user (root may use any user's), or is writable by others.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace lightwell {
 
@@ -129,6 +130,15 @@ struct Pose {
 [[nodiscard]] constexpr Pose inverse(const Pose& a_b) {
   const Quat back = a_b.rotation.inverse();
   return {back, -rotate(back, a_b.translation)};
+}
+
+/// Unit vector i of `count` on a spiral from +Z to -Z, each representing 4 pi / count sr: the rings have equal area,
+/// and each is rotated by the golden angle relative to the previous one. The Fibonacci lattice of Gonzalez 2010,
+/// "Measurement of areas on a sphere using Fibonacci and latitude-longitude lattices", with half a step at the poles.
+[[nodiscard]] inline Vec3d fibonacci_direction(int i, int count) {
+  const double z = 1 - (2.0 * i + 1) / count, ring = std::sqrt((1 - z) * (1 + z));
+  const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0)), azimuth = golden_angle * i;
+  return {ring * std::cos(azimuth), ring * std::sin(azimuth), z};
 }
 
 }  // namespace lightwell

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include <lightwell/backoff.hpp>
-#include <lightwell/file_descriptor.hpp>
+#include <lightwell/files.hpp>
 #include <lightwell/mqtt.hpp>
 #include <lightwell/time.hpp>
 

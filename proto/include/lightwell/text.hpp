@@ -51,6 +51,9 @@ template <class Parts>
   return out;
 }
 
+/// At most `max_bytes` bytes of the text, cut between UTF-8 characters.
+[[nodiscard]] std::string truncated(std::string text, std::size_t max_bytes);
+
 /// Number of insertions, deletions and substitutions of one character that turn `a` into `b` (Levenshtein 1966).
 [[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);
 

@@ -14,7 +14,7 @@
 #include "camera/backends/sim/frame_ring.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "firmware/app/fakes.hpp"
-#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
 #include "support/allocation_counter.hpp"
 #include "support/wait.hpp"
 

@@ -1,9 +1,9 @@
 // The daemon's log escapes control characters in texts from clients, brokers and networks.
-#include "app/log.hpp"
-
 #include <string>
 
 #include <gtest/gtest.h>
+
+#include "app/daemon.hpp"
 
 namespace lightwell {
 namespace {

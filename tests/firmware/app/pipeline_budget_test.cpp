@@ -90,21 +90,21 @@ TEST_F(PipelineBudgetTest, LowersTheSettingAndStatesItInTheDescriptor) {
   make(200, Setting::exact);
   process(4);
   EXPECT_EQ(last(), Setting::fast);
-  EXPECT_EQ(pipeline_->setting(), Setting::fast);
+  EXPECT_EQ(pipeline_->health().setting, Setting::fast);
   EXPECT_EQ(pipeline_->status().counters.setting_moves, 1U);
   EXPECT_EQ(pipeline_->status().counters.estimates_late, 2U);
   EXPECT_EQ(pipeline_->status().counters.estimates_late_at_fast, 0U);
   EXPECT_EQ(pipeline_->estimator().setting, Setting::exact) << "the configuration is unchanged";
-  EXPECT_FALSE(pipeline_->over_budget_ms());
+  EXPECT_FALSE(pipeline_->health().over_budget_ms);
 }
 
 TEST_F(PipelineBudgetTest, RaisesTheSettingAgainWhenItFits) {
   timing_.balanced_ms = 600;
   make(200, Setting::balanced);
   process(3);
-  ASSERT_EQ(pipeline_->setting(), Setting::fast);
+  ASSERT_EQ(pipeline_->health().setting, Setting::fast);
   timing_.balanced_ms = 0;
-  for (int i = 0; i < 400 && pipeline_->setting() == Setting::fast; ++i) process(1);
+  for (int i = 0; i < 400 && pipeline_->health().setting == Setting::fast; ++i) process(1);
   process(1);
   EXPECT_EQ(last(), Setting::balanced);
   EXPECT_EQ(pipeline_->status().counters.setting_moves, 2U);
@@ -124,8 +124,8 @@ TEST_F(PipelineBudgetTest, ReportsIfEvenFastIsTooSlow) {
   make(5, Setting::balanced);
   process(8);
   EXPECT_EQ(last(), Setting::fast);
-  ASSERT_TRUE(pipeline_->over_budget_ms());
-  EXPECT_GE(*pipeline_->over_budget_ms(), 30);
+  ASSERT_TRUE(pipeline_->health().over_budget_ms);
+  EXPECT_GE(*pipeline_->health().over_budget_ms, 30);
   EXPECT_GE(pipeline_->status().counters.estimates_late_at_fast, 5U);
 }
 
@@ -133,7 +133,7 @@ TEST_F(PipelineBudgetTest, ReconfigurationKeepsTheGovernedSetting) {
   timing_.balanced_ms = 600;
   make(200, Setting::balanced);
   process(3);
-  ASSERT_EQ(pipeline_->setting(), Setting::fast);
+  ASSERT_EQ(pipeline_->health().setting, Setting::fast);
   EstimatorConfig config = pipeline_->estimator();
   config.band = 2;
   ASSERT_TRUE(pipeline_->update_estimator(all_fields(config)).ok());

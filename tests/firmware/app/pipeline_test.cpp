@@ -85,7 +85,7 @@ TEST_F(PipelineTest, EstimatorErrorsAreCountedAndReported) {
   process_one();
   EXPECT_EQ(pipeline_.status().counters.estimates_failed, 1U);
   EXPECT_EQ(link_.count(), 0U);
-  EXPECT_THAT(pipeline_.last_error(), HasSubstr("lens 7"));
+  EXPECT_THAT(pipeline_.health().last_error, HasSubstr("lens 7"));
   {
     const std::lock_guard lock(script_.mutex);
     script_.fail_with = {};
@@ -99,7 +99,7 @@ TEST_F(PipelineTest, EncodingErrorsAreCountedAndReported) {
   script_.level = std::numeric_limits<float>::quiet_NaN();
   process_one();
   EXPECT_EQ(pipeline_.status().counters.estimates_failed, 1U);
-  EXPECT_THAT(pipeline_.last_error(), HasSubstr("not finite"));
+  EXPECT_THAT(pipeline_.health().last_error, HasSubstr("not finite"));
 }
 
 TEST_F(PipelineTest, StatusHasIdentityAndCounters) {

@@ -1,7 +1,7 @@
-#include "camera/backends/replay/frame_list.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "camera/backends/replay/source.hpp"
 
 namespace lightwell::replay {
 namespace {

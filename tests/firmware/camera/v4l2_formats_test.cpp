@@ -8,8 +8,8 @@
 
 #include "camera/backends/v4l2/control_delay.hpp"
 #include "camera/backends/v4l2/formats.hpp"
-#include "camera/packed_pixels.hpp"
 #include "firmware/camera/v4l2_picture.hpp"
+#include "imaging/pixel_layout.hpp"
 
 namespace lightwell::v4l2 {
 namespace {

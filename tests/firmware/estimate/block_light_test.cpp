@@ -1,7 +1,5 @@
 // Conversion of code sums to light on every Highway target: equals the formulas in double, and writes nothing beyond
 // the last block.
-#include "estimate/panorama/kernels/block_light.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "estimate/frames/row_reader.hpp"
+#include "estimate/panorama/kernels/lane_sums.hpp"
 #include "firmware/estimate/each_target.hpp"
 
 namespace lightwell::estimate {

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "estimate/panorama/kernels/block_light.hpp"
+#include "estimate/panorama/kernels/lane_sums.hpp"
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/kernel_memory.hpp"
 

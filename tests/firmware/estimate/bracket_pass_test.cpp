@@ -21,7 +21,7 @@ struct Case {
   double gamma = 0;  ///< Of the response; 0: that of the rig, 1: linear.
 };
 
-/// Full scale is a radiance of 0.01 / exposure (firmware/sim/rigs.hpp).
+/// Full scale is a radiance of 0.01 / exposure (firmware/sim/sensor.hpp).
 const std::vector<double> kThree{1e-5, 3.3e-4, 5e-3};
 
 void check(const Case& c) {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <lightwell/codec.hpp>
-#include <lightwell/fibonacci_lattice.hpp>
+#include <lightwell/geometry.hpp>
 
 #include "estimate/common/environment_updates.hpp"
 #include "support/allocation_counter.hpp"

@@ -1,6 +1,4 @@
 // Environment filter: energy, comparison of each level with the double-precision oracle, and extreme inputs.
-#include "estimate/common/environment_filter.hpp"
-
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -12,6 +10,7 @@
 
 #include <lightwell/pixel.hpp>
 
+#include "estimate/common/environment_updates.hpp"
 #include "reference/ggx.hpp"
 #include "reference/harmonics.hpp"
 #include "reference/vector.hpp"

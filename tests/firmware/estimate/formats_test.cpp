@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "scenes.hpp"
-#include "sim/render.hpp"
+#include "sim/scene.hpp"
 #include "sim/sensor.hpp"
 
 namespace lightwell {
@@ -73,7 +73,7 @@ class Formats : public testing::TestWithParam<PixelFormat> {};
 
 TEST_P(Formats, BracketOfThreeReproducesTheScene) {
   const RigParameters rig = rig_of("pair", 320, 240, GetParam());
-  // Full scale is a radiance of 0.01 / exposure (firmware/sim/rigs.hpp): 1000, 30 and 2.
+  // Full scale is a radiance of 0.01 / exposure (firmware/sim/sensor.hpp): 1000, 30 and 2.
   const Exposed e = expose(rig, GetParam(), {1e-5, 3.3e-4, 5e-3});
   Descriptor d;
   ASSERT_TRUE(estimator_of(rig)->estimate(e.frames, d).ok());

@@ -9,7 +9,7 @@
 #include <lightwell/pixel.hpp>
 
 #include "calibration/model/response.hpp"
-#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
 
 namespace lightwell::test {
 namespace {

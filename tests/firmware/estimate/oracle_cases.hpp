@@ -35,7 +35,7 @@ struct Truth {
   double clipped_sr = 0, noise = 0;
 };
 
-/// A rig of sim/rigs.hpp and its oracle. Caches what depends on the geometry alone.
+/// A rig of sim/sensor.hpp and its oracle. Caches what depends on the geometry alone.
 class OracleCase {
  public:
   OracleCase(std::string_view kind, int width, int height, PixelFormat format, Curve curve);

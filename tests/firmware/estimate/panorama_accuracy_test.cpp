@@ -8,7 +8,7 @@
 #include "reference/bright_region.hpp"
 #include "scenes.hpp"
 #include "sim/panorama.hpp"
-#include "sim/render.hpp"
+#include "sim/scene.hpp"
 
 namespace lightwell {
 namespace {

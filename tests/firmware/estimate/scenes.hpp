@@ -15,7 +15,7 @@
 #include "estimate/panorama/panorama_estimator.hpp"
 #include "reference/irradiance.hpp"
 #include "reference/vector.hpp"
-#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
 
 namespace lightwell::testing_scenes {
 

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "estimate/common/kernels/projection_rows.hpp"
+#include "estimate/common/cells.hpp"
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/kernel_memory.hpp"
 

@@ -1,6 +1,4 @@
 // Conversion of YCbCr equals rgb8_of_ycbcr601() on every Highway target.
-#include "estimate/panorama/kernels/ycbcr_planes.hpp"
-
 #include <array>
 #include <cstdint>
 
@@ -8,6 +6,7 @@
 
 #include <lightwell/pixel.hpp>
 
+#include "estimate/panorama/kernels/lane_sums.hpp"
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/kernel_memory.hpp"
 

@@ -13,7 +13,6 @@
 #include <lightwell/files.hpp>
 #include <lightwell/secrets.hpp>
 
-#include "link/access/certificate.hpp"
 #include "link/access/client_list.hpp"
 #include "link/access/probe_keys.hpp"
 #include "support/hostile_file.hpp"

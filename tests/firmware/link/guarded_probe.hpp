@@ -10,7 +10,6 @@
 #include <lightwell/secrets.hpp>
 
 #include "firmware/link/probe_server.hpp"
-#include "link/access/certificate.hpp"
 #include "link/access/client_list.hpp"
 #include "link/access/probe_keys.hpp"
 #include "support/temp_dir.hpp"

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "firmware/pose/mounting_room.hpp"
-#include "pose/body_pose.hpp"
+#include "pose/body_tracker.hpp"
 #include "pose/marker_bodies.hpp"
 
 namespace lightwell::test {

@@ -1,6 +1,4 @@
 // find_body_pose: accuracy, consistency of the covariance, outlier tags, ambiguity, predictions.
-#include "pose/body_pose.hpp"
-
 #include <cmath>
 #include <iostream>
 #include <limits>
@@ -11,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "firmware/pose/bodies_in_view.hpp"
+#include "pose/body_tracker.hpp"
 
 namespace lightwell {
 namespace {

@@ -1,6 +1,4 @@
 // Tests of LensRays and of the predefined rigs.
-#include "sim/render.hpp"
-
 #include <cmath>
 #include <numbers>
 
@@ -10,7 +8,8 @@
 
 #include "calibration/model/camera_model.hpp"
 #include "calibration/model/lens_table.hpp"
-#include "sim/rigs.hpp"
+#include "sim/scene.hpp"
+#include "sim/sensor.hpp"
 
 namespace lightwell::sim {
 namespace {

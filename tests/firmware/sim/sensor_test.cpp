@@ -10,7 +10,6 @@
 #include <lightwell/color.hpp>
 
 #include "calibration/model/response.hpp"
-#include "sim/rigs.hpp"
 
 namespace lightwell::sim {
 namespace {

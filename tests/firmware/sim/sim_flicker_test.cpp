@@ -8,10 +8,10 @@
 #include <gtest/gtest.h>
 
 #include "camera/backends/sim/frame_ring.hpp"
-#include "camera/backends/sim/sim_world.hpp"
+#include "camera/backends/sim/sim_backend.hpp"
 #include "estimate/frames/flicker.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
-#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
 
 namespace lightwell {
 namespace {

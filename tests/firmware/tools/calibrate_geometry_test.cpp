@@ -16,7 +16,6 @@
 #include "firmware/tools/plotted.hpp"
 #include "imaging/image_file.hpp"
 #include "sim/panorama.hpp"
-#include "sim/render.hpp"
 #include "sim/scene.hpp"
 #include "support/read_file.hpp"
 #include "support/temp_dir.hpp"

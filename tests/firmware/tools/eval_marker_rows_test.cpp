@@ -11,7 +11,6 @@
 #include "support/read_file.hpp"
 #include "support/temp_dir.hpp"
 #include "tools/json_text.hpp"
-#include "tools/lightwell_eval/marker_rows.hpp"
 #include "tools/lightwell_eval/table.hpp"
 
 namespace lightwell::eval {

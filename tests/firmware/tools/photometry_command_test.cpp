@@ -19,7 +19,6 @@
 #include "firmware/calibration/photometry/simulated_camera.hpp"
 #include "firmware/tools/plotted.hpp"
 #include "imaging/image_file.hpp"
-#include "sim/rigs.hpp"
 #include "sim/sensor.hpp"
 #include "support/read_file.hpp"
 #include "support/temp_dir.hpp"

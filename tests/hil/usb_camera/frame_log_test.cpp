@@ -1,11 +1,10 @@
-#include "usb_camera/frame_log.hpp"
-
 #include <fstream>
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include "support/temp_dir.hpp"
+#include "usb_camera/stream.hpp"
 
 namespace lightwell::usb_camera {
 namespace {

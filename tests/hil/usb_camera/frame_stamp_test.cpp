@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "usb_camera/frame_source.hpp"
+#include "usb_camera/stream.hpp"
 
 namespace lightwell::usb_camera {
 namespace {

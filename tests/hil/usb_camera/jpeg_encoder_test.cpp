@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "imaging/jpeg_decoder.hpp"
-#include "usb_camera/frame_source.hpp"
 #include "usb_camera/scene_renderer.hpp"
+#include "usb_camera/stream.hpp"
 
 namespace lightwell::usb_camera {
 namespace {

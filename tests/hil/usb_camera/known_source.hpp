@@ -7,7 +7,7 @@
 #include <set>
 #include <vector>
 
-#include "usb_camera/frame_source.hpp"
+#include "usb_camera/stream.hpp"
 
 namespace lightwell::usb_camera::bench {
 

@@ -1,6 +1,6 @@
-#include "usb_camera/negotiation.hpp"
-
 #include <gtest/gtest.h>
+
+#include "usb_camera/controls.hpp"
 
 namespace lightwell::usb_camera {
 namespace {

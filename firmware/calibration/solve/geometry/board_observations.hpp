@@ -19,8 +19,7 @@ namespace lightwell::calibration {
 struct Board {
   std::string name;
   std::vector<Vec3d> points;
-  /// Number of consecutive points that belong to one tag; 0: unknown. The size of a tag is assumed to be exact, its
-  /// position on the board is not.
+  /// Consecutive points that belong to one tag, whose size is assumed to be exact, its position not; 0: unknown.
   int points_per_tag = 0;
 };
 
@@ -35,8 +34,7 @@ struct PointObservation {
 struct Picture {
   std::string name;  ///< Used in messages.
   int lens = 0;
-  /// Pictures with the same capture index were taken at the same time, except for the lenses' time offset: they share
-  /// the rig's pose.
+  /// Pictures with the same capture index share the rig's pose, except for the lenses' time offset.
   int capture = 0;
   double time_s = 0;  ///< Of the capture; used to estimate the time offset.
   std::vector<PointObservation> observations;
@@ -91,8 +89,7 @@ struct ShapeBasis {
 /// Flatness deviation: largest less smallest height above the best-fit plane, m.
 [[nodiscard]] double flatness(const Board& board, const BoardShape& shape);
 
-/// Coverage of a lens's picture by observations while pictures are being taken: a grid of cells, with the number of
-/// pictures that have an observation in each.
+/// Coverage of a lens's picture: a grid of cells, with the number of pictures that have an observation in each.
 struct Coverage {
   /// Number of pictures with an observation for which a cell counts as covered.
   static constexpr int kMinViewsPerCell = 3;
@@ -110,12 +107,10 @@ struct Coverage {
   [[nodiscard]] double share() const;
 };
 
-/// About 12 cells along the longer side. `circle_px`: radius of the image circle about the picture's centre; cells
-/// outside do not count. 0: the whole picture.
+/// About 12 cells along the longer side. `circle_px`: radius of the image circle; cells outside do not count. 0: all.
 [[nodiscard]] Coverage coverage(const BoardObservations& observations, int lens, double circle_px);
 
-/// Instructions for the next pictures, the most important first: "show the board in the upper left of the picture,
-/// towards its edge". Empty if the coverage suffices.
+/// Instructions for the next pictures, the most important first. Empty if the coverage suffices.
 [[nodiscard]] std::vector<std::string> suggest_views(const Coverage& coverage);
 
 }  // namespace lightwell::calibration

@@ -113,8 +113,7 @@ struct Lens0Residual {
   }
 };
 
-/// Reprojection error of any observation, with poses of lens, rig and board, and optionally the board's shape; the rig
-/// moves with `twist` during the lens's time offset.
+/// Reprojection error of any observation, optionally with the board's shape; the rig moves with `twist`.
 template <template <class> class Camera>
 struct RigResidual {
   Vec3d point;

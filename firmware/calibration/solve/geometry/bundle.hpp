@@ -47,8 +47,7 @@ struct Estimate {
   double value = 0, sigma = 0;
 };
 
-/// Result of the bundle adjustment. Square matrices are row-major. Covariances are clustered by capture
-/// (covariance.hpp).
+/// Result of the bundle adjustment. Matrices are row-major, covariances clustered by capture (covariance.hpp).
 struct BundleFit {
   BundleState state;
   std::vector<Residual> residuals;
@@ -60,8 +59,7 @@ struct BundleFit {
   /// Covariance of T_lens1_rig, 6 x 6: rotation about lens 1's axes (rad), then translation (m). Empty for one lens.
   std::vector<double> pair_covariance;
   double time_offset_sigma_s = 0;
-  /// By board: its shape, with covariance below. If shapes were not estimated, the result of one Gauss-Newton step of
-  /// shapes and all other parameters from the final residuals.
+  /// By board: its shape, with covariance below. If not estimated: one Gauss-Newton step of all parameters at the end.
   std::vector<BoardShape> shapes;
   std::vector<std::vector<double>> shape_covariance;
   /// By capture: relative tag spacing compared with that in the other captures; sigma 0 without observations.

@@ -1,13 +1,11 @@
 #include "calibration/solve/geometry/covariance.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace lightwell::calibration {
 namespace {
 
-/// Singular value of the matrix with normalised columns, relative to the largest, below which a parameter is not
-/// determined.
+/// Relative singular value of the matrix with normalised columns below which a parameter is not determined.
 constexpr double kSingular = 1e-9;
 /// Lower limit of 1 - leverage in the correction: a cluster that alone determines a direction leaves no residual there.
 constexpr double kMinLeverageComplement = 0.05;

@@ -20,8 +20,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// Zhang 2000 needs three poses of a plane; with fewer pictures or observations than these the covariance is too large
-/// to be useful.
+/// Zhang 2000 needs three poses of a plane; with fewer pictures or observations than these the covariance is too large.
 constexpr std::size_t kMinPictures = 5, kMinObservations = 100;
 /// Smallest angle between board normals: with parallel boards focal length and distance are not separable.
 constexpr double kMinTilt_rad = 10 * pi / 180;
@@ -29,8 +28,7 @@ constexpr double kMinTilt_rad = 10 * pi / 180;
 constexpr double kMaxFocalSigma = 0.02;
 /// The same for double sphere and Mei, whose focal length is correlated with xi.
 constexpr double kMaxFocalSigmaWithXi = 0.2;
-/// Evidence from which a board's shape is estimated: Wald statistic per parameter, and standard deviations of the
-/// spacing alone.
+/// Evidence from which a board's shape is estimated: Wald statistic per parameter, and sigmas of the spacing alone.
 constexpr double kShapeEvidence = 4, kSpacingSigmas = 5;
 /// Difference of the tag spacing, relative and in standard deviations, from which a picture shows another board.
 constexpr double kSpacingDifference = 0.01, kSpacingDifferenceSigmas = 6;
@@ -44,7 +42,7 @@ constexpr double kOutlierThreshold = 6;
 constexpr std::size_t kMinPointsPerPicture = 4;
 constexpr int kOutlierRounds = 3;
 
-Status bad(const std::string& what) { return {StatusCode::invalid_argument, "calibration: " + what}; }
+Status bad(const std::string& what) { return invalid_argument("calibration: " + what); }
 Status is_underdetermined(const std::string& what) { return {StatusCode::failed_precondition, "calibration: " + what}; }
 
 Status check(const BoardObservations& s) {
@@ -160,8 +158,7 @@ bool has_shape(const BundleFit& fit, std::size_t board) {
   return evidence > kShapeEvidence;
 }
 
-/// Pictures of captures whose tag spacing differs from that of most captures; none if such captures are not
-/// exceptional.
+/// Pictures of captures whose tag spacing differs from that of most captures; none if these are many.
 std::vector<bool> other_boards(const BundleFit& fit, const BoardObservations& s) {
   std::vector<double> spacings;
   for (const Estimate& e : fit.capture_spacing)

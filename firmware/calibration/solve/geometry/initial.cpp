@@ -33,8 +33,7 @@ LensParameters equidistant(const LensSize& size, double field_rad) {
   return lens_of(size, KannalaBrandtParameters{f, f, 0.5 * (size.width - 1), 0.5 * (size.height - 1), 0, 0, 0, 0});
 }
 
-/// Pose of a board with rejection of outliers: points with residuals far above the median are removed, and the pose is
-/// computed again.
+/// Pose of a board; points with residuals far above the median are removed, and the pose is computed again.
 std::optional<Pose> pose_of(const BoardObservations& all, const Picture& picture, int board,
                             const CameraModel& camera) {
   std::vector<Vec3d> points, directions;

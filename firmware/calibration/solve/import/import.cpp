@@ -48,17 +48,15 @@ int nesting(std::string_view text) {
   int depth = 0, deepest = 0, dashes = 0;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i], next = i + 1 < text.size() ? text[i + 1] : '\n';
-    if (c == '[' || c == '{' || (c == '<' && next != '/' && next != '!' && next != '?')) {
+    if (c == '[' || c == '{' || (c == '<' && next != '/' && next != '!' && next != '?'))
       ++depth;
-    } else if (c == ']' || c == '}' || (c == '<' && next == '/') || (c == '/' && next == '>')) {
+    else if (c == ']' || c == '}' || (c == '<' && next == '/') || (c == '/' && next == '>'))
       depth = std::max(depth - 1, 0);
-    }
     // "- - - 1" is three nested lists.
-    if (c == '-' && (next == ' ' || next == '\t')) {
+    if (c == '-' && (next == ' ' || next == '\t'))
       ++dashes;
-    } else if (c != ' ' && c != '\t') {
+    else if (c != ' ' && c != '\t')
       dashes = 0;
-    }
     deepest = std::max({deepest, depth, dashes});
   }
   return deepest;
@@ -124,11 +122,7 @@ ImportedCalibration rig_of(const ImportedCameras& read, ImportKind kind, const s
   ImportedCalibration out;
   out.kind = kind;
   for (const ImportedCamera& camera : read.cameras) {
-    LensParameters lens;
-    lens.width = camera.width;
-    lens.height = camera.height;
-    lens.model = camera.model;
-    lens.pose_cv.rotation = upright_lens_cv();
+    LensParameters lens{camera.width, camera.height, camera.model, 0, {upright_lens_cv(), {}}, {}};
     lens.max_angle_rad = max_angle_of(name, camera, options, lens, out.notes);
     out.rig.lenses.push_back(lens);
     out.cameras.push_back(camera.name);
@@ -265,9 +259,9 @@ std::string_view model_name(const ModelParameters& model) {
 }
 
 Status ImportOptions::validate() const {
-  if (camera && *camera < 0) return {StatusCode::invalid_argument, "--camera must be 0 or more"};
+  if (camera && *camera < 0) return invalid_argument("--camera must be 0 or more");
   if (max_angle_rad && !(*max_angle_rad > 0 && *max_angle_rad <= std::numbers::pi))
-    return {StatusCode::invalid_argument, "--max-angle-deg must be above 0 and at most 180 (half the field of view)"};
+    return invalid_argument("--max-angle-deg must be above 0 and at most 180 (half the field of view)");
   return {};
 }
 
@@ -275,14 +269,14 @@ Result<ImportedCalibration> import_calibration(std::string_view text, const std:
                                                const ImportOptions& options) {
   if (Status s = options.validate(); !s.ok()) return s;
   if (nesting(text) > kMaxNesting)
-    return Status(StatusCode::invalid_argument, name + ": nests deeper than any calibration; is it the right file?");
+    return invalid_argument(name + ": nests deeper than any calibration; is it the right file?");
   if (!options.kind && text.find_first_not_of(kBlank) == std::string_view::npos)
     return Status(StatusCode::data_loss, name + ": is empty; copy it again");
   try {
     const ImportKind kind = options.kind ? *options.kind : kind_of(text, name);
     return rig_of(read(text, name, kind, options.camera), kind, name, options);
   } catch (const ImportError& e) {
-    return Status(StatusCode::invalid_argument, e.what());
+    return invalid_argument(e.what());
   }
 }
 
@@ -291,10 +285,9 @@ Result<ImportedCalibration> import_calibration_file(const std::string& path, con
   const auto status = std::filesystem::status(path, error);
   if (status.type() == std::filesystem::file_type::not_found)
     return Status(StatusCode::not_found, path + ": there is no such file");
-  if (status.type() != std::filesystem::file_type::regular)
-    return Status(StatusCode::invalid_argument, path + ": not a file");
+  if (status.type() != std::filesystem::file_type::regular) return invalid_argument(path + ": not a file");
   if (std::filesystem::file_size(path, error) > kMaxFileBytes || error)
-    return Status(StatusCode::invalid_argument, path + ": larger than 64 MiB, which no calibration is");
+    return invalid_argument(path + ": larger than 64 MiB, which no calibration is");
   const Result<std::string> text = read_text_file(path);
   if (!text) return text.status();
   return import_calibration(*text, path, options);

@@ -127,15 +127,14 @@ void note_timeshift(const YamlMap& camera, const std::string& name, std::vector<
 Quat quaternion_of(const std::array<Vec3d, 3>& m) {
   const double x = m[0].x, y = m[1].y, z = m[2].z, trace = x + y + z;
   Quat q;
-  if (trace >= x && trace >= y && trace >= z) {
+  if (trace >= x && trace >= y && trace >= z)
     q = {m[2].y - m[1].z, m[0].z - m[2].x, m[1].x - m[0].y, 1 + trace};
-  } else if (x >= y && x >= z) {
+  else if (x >= y && x >= z)
     q = {1 + x - y - z, m[0].y + m[1].x, m[0].z + m[2].x, m[2].y - m[1].z};
-  } else if (y >= z) {
+  else if (y >= z)
     q = {m[0].y + m[1].x, 1 - x + y - z, m[1].z + m[2].y, m[0].z - m[2].x};
-  } else {
+  else
     q = {m[0].z + m[2].x, m[1].z + m[2].y, 1 - x - y + z, m[1].x - m[0].y};
-  }
   return q.normalized();
 }
 

@@ -78,12 +78,11 @@ class Storage : public Fields {
 
  private:
   static bool gather(const cv::FileNode& sequence, std::vector<double>& out) {
-    for (const cv::FileNode element : sequence) {
+    for (const cv::FileNode element : sequence)
       if (element.isInt() || element.isReal())
         out.push_back(static_cast<double>(element));
       else if (!element.isSeq() || !gather(element, out))
         return false;
-    }
     return true;
   }
 

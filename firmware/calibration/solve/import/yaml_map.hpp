@@ -99,8 +99,7 @@ class YamlMap : public Fields {
     return true;
   }
 
-  /// The node of a key; undefined if the key is missing. Not a reference, because even a const YAML::Node shares
-  /// mutable state.
+  /// The node of a key, or undefined. Not a reference, because even a const YAML::Node shares mutable state.
   [[nodiscard]] YAML::Node at(const std::string& key) const { return std::as_const(node_)[key]; }
   [[nodiscard]] YAML::Node required(const std::string& key) const {
     if (!has(key)) refuse(key, "is missing");

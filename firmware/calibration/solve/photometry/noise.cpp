@@ -17,8 +17,6 @@
 namespace lightwell::photometry {
 namespace {
 
-Status invalid(const std::string& what) { return {StatusCode::invalid_argument, what}; }
-
 /// Number of histogram bins for values that are not quantised: much finer than any noise.
 constexpr int kFineLevels = 65536;
 constexpr double kMaxDarkValue = 0.3;
@@ -29,8 +27,7 @@ struct Histogram {
   double total = 0;
 
   [[nodiscard]] int levels() const { return static_cast<int>(count.size()); }
-  /// Picture value below which the fraction `share` of all values lies, interpolated within a bin, unlike the order
-  /// statistics of lightwell/quantile.hpp.
+  /// Picture value below which the fraction `share` of all values lies, interpolated within a bin.
   [[nodiscard]] double quantile(double share) const {
     double below = 0;
     for (std::size_t k = 0; k < count.size(); ++k) {
@@ -127,8 +124,7 @@ double drift_variance(std::span<const Picture> pictures, const ResponseCurve& re
 }
 
 /// Noise variance of one picture from the differences of two pictures of the same scene: half the mean square about the
-/// mean; and the number of differences used. `least`: lower limit of the standard deviation for the rejection of
-/// outliers.
+/// mean; and the number of differences used. `least`: lower limit of sigma for the rejection.
 std::pair<double, double> difference_variance(std::span<const double> differences, double least) {
   // For rounded values the median absolute value may be 0; then the rejection starts from `least`.
   const ClippedMean mean = clipped_mean(differences, least, least, 8);
@@ -215,14 +211,14 @@ Result<double> dark_value_of(std::span<const Picture> pictures) {
   if (const Status s = check_alike(pictures, 1, "dark"); !s.ok()) return s;
   const double value = histogram_of(pictures).quantile(0.5);
   if (value > kMaxDarkValue)
-    return invalid("dark: the middle value is " + std::to_string(value) +
-                   " of full scale: these pictures are not dark; cover the lens");
+    return invalid_argument("dark: the middle value is " + std::to_string(value) +
+                            " of full scale: these pictures are not dark; cover the lens");
   return value;
 }
 
 Result<DarkEstimate> solve_dark(std::span<const Picture> pictures, const ResponseCurve& response, double gain) {
   if (const Status s = check_alike(pictures, 2, "dark"); !s.ok()) return s;
-  if (!(gain > 0) || !std::isfinite(gain)) return invalid("dark: gain must be positive");
+  if (!(gain > 0) || !std::isfinite(gain)) return invalid_argument("dark: gain must be positive");
   const Result<double> value = dark_value_of(pictures);
   if (!value) return value.status();
   const Histogram histogram = histogram_of(pictures);
@@ -230,8 +226,8 @@ Result<DarkEstimate> solve_dark(std::span<const Picture> pictures, const Respons
   // Use the upper half only, because the lower half may be censored.
   const double spread = std::max(histogram.quantile(0.8413) - *value, 0.25 / top);
   if (spread > 0.1)
-    return invalid("dark: the values differ by " + std::to_string(spread) +
-                   " of full scale: light enters the camera; cover the lens");
+    return invalid_argument("dark: the values differ by " + std::to_string(spread) +
+                            " of full scale: light enters the camera; cover the lens");
   const int first = std::max(0, static_cast<int>(std::floor((*value - kWindow * spread) * top)) - 2);
   const int last = std::min(histogram.levels() - 1, static_cast<int>(std::ceil((*value + kWindow * spread) * top)) + 2);
 
@@ -275,7 +271,7 @@ Result<DarkEstimate> solve_dark(std::span<const Picture> pictures, const Respons
       differences.push_back(linear_at(static_cast<double>(a)) - linear_at(static_cast<double>(b)));
     }
   if (std::all_of(differences.begin(), differences.end(), [](double d) { return d == 0; }))
-    return invalid("dark: two pictures are identical; each must be a new capture");
+    return invalid_argument("dark: two pictures are identical; each must be a new capture");
   if (out.clipped || gauss.deviation < 0.5 * code) return out;
   const double rounding = pictures.front().levels > 1 ? code * code / 12 : 0;
   const auto [total, count] = difference_variance(differences, code / 2);
@@ -288,7 +284,7 @@ Result<DarkEstimate> solve_dark(std::span<const Picture> pictures, const Respons
 
 Result<std::vector<NoiseLevel>> noise_levels(std::span<const FlatPair> pairs,
                                              const PhotometricCalibration& photometry) {
-  if (pairs.empty()) return invalid("noise: no pair of flat pictures");
+  if (pairs.empty()) return invalid_argument("noise: no pair of flat pictures");
   std::vector<NoiseLevel> out;
   std::size_t hidden = 0;
   for (std::size_t n = 0; n < pairs.size(); ++n) {
@@ -296,13 +292,14 @@ Result<std::vector<NoiseLevel>> noise_levels(std::span<const FlatPair> pairs,
     const std::string name = "flat pair " + std::to_string(n);
     const Picture both[] = {pair.a, pair.b};
     if (const Status s = check_alike(both, 2, name); !s.ok()) return s;
-    if (!(pair.gain > 0) || !std::isfinite(pair.gain)) return invalid("noise: " + name + ": gain must be positive");
+    if (!(pair.gain > 0) || !std::isfinite(pair.gain))
+      return invalid_argument("noise: " + name + ": gain must be positive");
     // Pictures that are entirely white or black may be identical.
     const bool shades = std::any_of(pair.a.rgb.begin(), pair.a.rgb.end(), [&](float v) {
       return static_cast<double>(v) > 0 && static_cast<double>(v) < photometry.saturation;
     });
     if (shades && pair.a.rgb == pair.b.rgb)
-      return invalid("noise: " + name + ": both pictures are identical; each must be a new capture");
+      return invalid_argument("noise: " + name + ": both pictures are identical; each must be a new capture");
     const double code = pair.a.levels > 1 ? 1.0 / (pair.a.levels - 1) : 0;
     std::vector<Bin> bins(kBins);
     for (std::size_t i = 0; i < pair.a.rgb.size(); ++i) {
@@ -340,9 +337,10 @@ Result<std::vector<NoiseLevel>> noise_levels(std::span<const FlatPair> pairs,
     }
   }
   if (out.empty() && hidden > 0)
-    return invalid("noise: rounding hides the noise: it is less than 0.3 of a code; take the flats at a higher gain");
+    return invalid_argument(
+        "noise: rounding hides the noise: it is less than 0.3 of a code; take the flats at a higher gain");
   if (out.empty())
-    return invalid(
+    return invalid_argument(
         "noise: no level has 200 pixels between dark and saturated; light the flats so that they are between 5 % and "
         "90 %");
   return out;
@@ -350,20 +348,20 @@ Result<std::vector<NoiseLevel>> noise_levels(std::span<const FlatPair> pairs,
 
 Result<NoiseEstimate> solve_noise(std::span<const NoiseLevel> levels, const std::optional<DarkEstimate>& dark) {
   if (levels.size() < 3)
-    return invalid("noise: " + std::to_string(levels.size()) +
-                   " levels of light, at least three are needed; take pairs at more exposures");
+    return invalid_argument("noise: " + std::to_string(levels.size()) +
+                            " levels of light, at least three are needed; take pairs at more exposures");
   std::vector<Row> rows;
   double lowest = levels.front().mean, highest = 0;
   for (const NoiseLevel& l : levels) {
     if (!std::isfinite(l.mean) || !std::isfinite(l.variance) || !(l.count > 1) || !(l.gain > 0))
-      return invalid("noise: a level has an invalid mean, variance or count");
+      return invalid_argument("noise: a level has an invalid mean, variance or count");
     rows.push_back({{l.gain * l.gain, l.gain * l.mean}, l.variance, l.rounding, l.count, 0});
     lowest = std::min(lowest, l.mean);
     highest = std::max(highest, l.mean);
   }
   if (!(highest >= kMinRange * std::max(lowest, 1e-9)))
-    return invalid("noise: the levels of light span " + std::to_string(lowest) + " to " + std::to_string(highest) +
-                   " only; let the brightest be at least three times the darkest");
+    return invalid_argument("noise: the levels of light span " + std::to_string(lowest) + " to " +
+                            std::to_string(highest) + " only; let the brightest be at least three times the darkest");
   const bool with_dark = dark && dark->resolved && dark->read_deviation > 0;
   if (with_dark)
     rows.push_back({{1, 0}, dark->read_noise * dark->read_noise, 0, 1, 2 * dark->read_noise * dark->read_deviation});
@@ -372,7 +370,8 @@ Result<NoiseEstimate> solve_noise(std::span<const NoiseLevel> levels, const std:
   out.shot_noise = fit.line(1);
   out.shot_deviation = std::sqrt(std::max(0.0, fit.covariance(1, 1)));
   if (!(out.shot_noise > 3 * out.shot_deviation))
-    return invalid("noise: the variance does not grow with light; turn off noise reduction, and do not take JPEG");
+    return invalid_argument(
+        "noise: the variance does not grow with light; turn off noise reduction, and do not take JPEG");
   const double squared = std::max(0.0, fit.line(0)), squared_deviation = std::sqrt(std::max(0.0, fit.covariance(0, 0)));
   out.read_noise = std::sqrt(squared);
   // First-order propagation diverges at read_noise 0, so it is limited by the root of read²'s standard deviation.

@@ -18,11 +18,9 @@ namespace lightwell::photometry {
 struct DarkEstimate {
   double black_level = 0, black_deviation = 0;  ///< As in PhotometricCalibration, and its standard deviation.
   double read_noise = 0, read_deviation = 0;    ///< Likewise, at gain 1.
-  /// Part of the noise is censored at the lowest code: read_noise is of a censored Gaussian fit and includes
-  /// fixed-pattern noise.
+  /// Part of the noise is censored at the lowest code; read_noise then includes fixed-pattern noise.
   bool clipped = false;
-  /// False: (nearly) all pixels have one or two codes. Then read_noise is 0, and read_deviation is the noise that
-  /// quantisation may conceal.
+  /// False: (nearly) all pixels have one or two codes; read_noise is 0, read_deviation what quantisation may hide.
   bool resolved = true;
   double outlier_share = 0;  ///< Fraction of hot and dead pixels: more than six standard deviations off.
 };
@@ -34,8 +32,7 @@ struct DarkEstimate {
 /// Maximum-likelihood fit of a Gaussian, rounded to codes and censored at the lowest, to the histogram of codes
 /// (grouped data: Kulldorff 1961); neither rounding nor a black level of 0 biases it. If neither censoring nor rounding
 /// matters, read noise is computed from the differences between pictures instead, which excludes fixed-pattern noise.
-/// `gain`: of all pictures. invalid_argument for fewer than two pictures, pictures that differ in kind, are not dark,
-/// or are identical.
+/// `gain`: of all pictures. invalid_argument for fewer than two pictures, or if they are not alike, not dark, or equal.
 [[nodiscard]] Result<DarkEstimate> solve_dark(std::span<const Picture> pictures, const ResponseCurve& response,
                                               double gain = 1);
 

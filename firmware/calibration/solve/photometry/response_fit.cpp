@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -244,8 +243,7 @@ DepartureFit fit_departure(Samples samples, std::size_t pixels, const LogCurve& 
   }
   // Penalty on third differences, so that the curve is extrapolated with constant curvature; the second differences of
   // the paper would extrapolate linearly. The weight is the square of the value instead of the hat, which vanishes at
-  // the ends, where smoothness is needed most: towards dark the logarithms of two curves differ like the logarithm of
-  // the value.
+  // the ends, where smoothness is needed most: towards dark the logarithms of two curves differ like that of the value.
   constexpr std::array<double, 4> kDifference{-1, 3, -3, 1};
   Eigen::MatrixXd bend = Eigen::MatrixXd::Zero(knots - 3, n);
   for (Eigen::Index i = 0; i < knots - 3; ++i)

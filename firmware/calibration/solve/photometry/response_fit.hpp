@@ -1,5 +1,4 @@
-// Implementation of response_solver: fits curves to ln x(Z) = ln E + ln t, with the log light ln E of each pixel
-// eliminated.
+// Implementation of response_solver: fits curves to ln x(Z) = ln E + ln t, with each pixel's ln E eliminated.
 #pragma once
 
 #include <functional>
@@ -44,8 +43,7 @@ struct GammaFit {
   ResponseFit fit;
 };
 
-/// Fits x = (v^gamma - dark^gamma) / (1 - dark^gamma), gamma from 0.2 to 6. `exposure_deviation`: relative standard
-/// deviation of each exposure.
+/// Fits x = (v^gamma - dark^gamma) / (1 - dark^gamma), gamma from 0.2 to 6. `exposure_deviation`: relative sigma.
 [[nodiscard]] GammaFit fit_gamma(std::span<const ResponseSample> samples, std::size_t pixels, double dark,
                                  double min_scale, double exposure_deviation);
 

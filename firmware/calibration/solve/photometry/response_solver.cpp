@@ -20,8 +20,7 @@ constexpr double kMinExposureRange = 4;
 constexpr std::size_t kMinPixels = 20;
 /// Distance from dark below which values are rejected: their logarithm is mostly noise.
 constexpr double kFoot = 0.005;
-/// Margins of the hat above dark and below saturation, so that noise does not carry weighted values out of the used
-/// range.
+/// Margins of the hat above dark and below saturation, so that noise carries no weighted value out of the range.
 constexpr double kHatFoot = 0.02, kHatEnd = 0.007;
 /// Fraction of the scale over which the weight falls to zero towards saturation.
 constexpr double kShoulder = 0.03;
@@ -33,7 +32,7 @@ constexpr int kEntries = 256;
 /// Largest difference from the table at which a parametric curve is preferred: half a level of 8 bits.
 constexpr double kTolerance = 0.002;
 
-Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "response: " + what}; }
+Status invalid(const std::string& what) { return invalid_argument("response: " + what); }
 
 std::string text(double v) { return formatted("%.3g", v); }
 
@@ -151,8 +150,7 @@ struct Table {
   double black_level = 0;
 };
 
-/// Table of response^-1 = b + (1 - b) x. Below dark x is negative, extrapolated linearly; the black level b is chosen
-/// so that the table begins with 0.
+/// Table of response^-1 = b + (1 - b) x. Below dark x is extrapolated linearly; with b the table begins at 0.
 Table table_of(const std::function<double(double)>& x, double dark) {
   constexpr double kStep = 1.0 / 512;
   const double slope = dark > 0 ? x(dark + kStep) / kStep : 0;
@@ -170,8 +168,7 @@ Table table_of(const std::function<double(double)>& x, double dark) {
   return out;
 }
 
-/// Updates each sample's predicted value, and the hat weight from it: a weight that depends on the sample's own noise
-/// would favour positive noise. `x`: the fitted curve.
+/// Updates each sample's prediction, and its hat weight: its own noise would bias it. `x`: the fitted curve.
 void update_predictions(const Usable& usable, const std::function<double(double)>& x, const ResponseFit& fit,
                         double dark, std::vector<ResponseSample>& samples) {
   constexpr int kSteps = 2048;
@@ -190,8 +187,7 @@ void update_predictions(const Usable& usable, const std::function<double(double)
   }
 }
 
-/// Fits of all kinds of curves. Each is linearised at its own predictions, because another curve's would add its
-/// errors.
+/// Fits of all kinds of curves, each linearised at its own predictions: another curve's would add its errors.
 struct Fits {
   std::vector<ResponseCurve> parametric;  ///< Parametric curves, the simplest first.
   GammaFit gamma;

@@ -33,8 +33,7 @@ struct ResponseEstimate {
   double black_level = 0;  ///< Linear value of `dark_value` on this curve, at which x is 0.
   /// Standard deviation of the exponent of a gamma curve.
   double gamma_deviation = 0;
-  /// Knots of the free curve: picture values, linear values x (0 at dark, 1 at full scale), and the covariance of the
-  /// latter, row-major.
+  /// Knots of the free curve: picture values, linear values x (0 at dark, 1 at full scale), their row-major covariance.
   std::vector<double> knot_value, knot_linear, knot_covariance;
   /// Typical difference of a sample from the curve, fraction of full scale.
   double residual = 0;

@@ -5,8 +5,7 @@
 
 namespace lightwell::photometry {
 
-/// Weighted median: the smallest value with at least half of the total weight at or below it (with equal weights the
-/// lower median). 0 if the total weight is 0.
+/// Weighted (lower) median: the smallest value with half of the total weight at or below it. 0 if that weight is 0.
 [[nodiscard]] double weighted_median(std::span<const double> values, std::span<const double> weights);
 /// Standard deviation of zero-mean Gaussian values, from the median of their absolute values; 0 without values.
 [[nodiscard]] double scale_about_zero(std::span<const double> values);
@@ -22,8 +21,7 @@ struct ClippedMean {
 /// scale_about_zero(). The standard deviation is at least `first` there, and `least` later.
 [[nodiscard]] ClippedMean clipped_mean(std::span<const double> values, double first, double least, int passes);
 
-/// Weight of Tukey's biweight (Beaton & Tukey 1974) with the constant 4.685: 95 % efficiency for Gaussian noise. `u`:
-/// residual in standard deviations.
+/// Weight of Tukey's biweight (Beaton & Tukey 1974), constant 4.685: 95 % efficiency for Gaussian noise. `u`: sigmas.
 [[nodiscard]] double tukey_weight(double u);
 /// Loss of Tukey's biweight: u²/2 for small u, 3.66 for outliers.
 [[nodiscard]] double tukey_loss(double u);

@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kMinObservations = 8;
 constexpr double kMinVignetting = 0.05;  // Lower limit in a calibration.
 
-Status invalid(const std::string& what) { return {StatusCode::invalid_argument, "vignetting: " + what}; }
+Status invalid(const std::string& what) { return invalid_argument("vignetting: " + what); }
 
 std::string degrees(double rad) { return formatted("%.1f", rad * 180 / std::numbers::pi); }
 
@@ -136,9 +136,7 @@ Result<LampFinder> LampFinder::make(const LensParameters& lens) {
 
 Result<LampObservation> LampFinder::find(const Picture& picture, double exposure, std::optional<double> angle_rad,
                                          const std::string& name) const {
-  const auto refused = [&](const std::string& what) {
-    return Status(StatusCode::invalid_argument, name + ": " + what);
-  };
+  const auto refused = [&](const std::string& what) { return invalid_argument(name + ": " + what); };
   const int pitch = picture.pitch;
   if (picture.width * pitch != lens_.width || picture.height * pitch != lens_.height)
     return refused("it has " + std::to_string(picture.width * pitch) + "x" + std::to_string(picture.height * pitch) +
@@ -258,8 +256,7 @@ Result<VignettingEstimate> solve_vignetting(std::span<const LampObservation> obs
       // First a smoothed L1 loss, which has a unique minimum, then Tukey's biweight, which rejects outliers.
       const double u = scaled[static_cast<std::size_t>(k)] / scale;
       weight(k) = pass < 10 ? 1 / std::max(1.0, std::abs(u)) : tukey_weight(u);
-      // Unknown standard deviations are proportional to the curve, not to the observation, whose error would affect its
-      // own weight.
+      // Unknown standard deviations are proportional to the curve; the observation's error would affect its weight.
       if (!all_known) deviation(k) = std::max(rows.row(k).dot(found), 1e-3);
     }
     if (pass > 12 && (found - before).cwiseAbs().maxCoeff() < 1e-13 * found.cwiseAbs().maxCoeff()) break;

@@ -13,8 +13,7 @@ namespace lightwell {
 
 /// depthai:MXID?socket=A&format=nv12&...: README.md lists the parameters.
 ///
-/// invalid_argument for invalid parameters; open() returns not_found with a list of the devices, unavailable or
-/// failed_precondition.
+/// invalid_argument for parameters; open() returns not_found with all devices, unavailable or failed_precondition.
 [[nodiscard]] Result<std::unique_ptr<CameraBackend>> make_depthai_backend(const CameraUri& uri,
                                                                           const CameraConfig& config);
 

@@ -11,9 +11,9 @@
 
 #include <lightwell/text.hpp>
 
+#include "camera/backend.hpp"
 #include "camera/backends/depthai/oak_device.hpp"
 #include "camera/bracket_cycle.hpp"
-#include "camera/threaded_backend.hpp"
 
 namespace lightwell::oak {
 namespace {

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
 #include <utility>
 
 #include <lightwell/text.hpp>
 
-#include "camera/packed_pixels.hpp"
 #include "camera/uri_parameters.hpp"
+#include "imaging/pixel_layout.hpp"
 
 namespace lightwell::oak {
 namespace {
@@ -18,7 +17,7 @@ constexpr double kMinIso = 100, kMaxIso = 1600;
 constexpr int kMaxWhiteBalance_k = 12'000;
 constexpr double kDefault_us = 8000;
 
-Status bad(const std::string& what) { return {StatusCode::invalid_argument, "depthai: " + what}; }
+Status bad(const std::string& what) { return invalid_argument("depthai: " + what); }
 
 std::string text_of(double v) { return formatted("%.4g", v); }
 

@@ -1,5 +1,4 @@
-// An OAK camera as the backend sees it: its options, its frames, and the interface OakDevice, which depthai_backend.cpp
-// implements with depthai-core.
+// An OAK camera as the backend sees it: options, frames, and OakDevice, which depthai_backend.cpp implements.
 #pragma once
 
 #include <chrono>
@@ -38,8 +37,7 @@ struct OakOptions {
   [[nodiscard]] static double gain_of_iso(std::uint32_t iso_value) { return iso_value / 100.0; }
 };
 
-/// Clamps exposures to the frame interval and gains to 1 to 16, the range of depthai's control messages, and adds
-/// notes. invalid_argument names the parameter.
+/// Clamps exposures to the frame interval and gains to depthai's 1 to 16, with notes. invalid_argument: a parameter.
 [[nodiscard]] Result<OakOptions> parse_options(const CameraUri& uri, const CameraConfig& config);
 
 /// A frame on the host, as delivered by depthai.
@@ -67,8 +65,7 @@ class OakDevice {
  public:
   virtual ~OakDevice() = default;
 
-  /// Boots the device and starts its camera, which takes seconds. Returns its display name. not_found lists the
-  /// devices.
+  /// Boots the device and starts its camera, in seconds. Returns its display name. not_found lists all devices.
   [[nodiscard]] virtual Result<std::string> connect(const OakOptions& options) = 0;
   virtual void disconnect() = 0;
 

@@ -21,9 +21,6 @@
 namespace lightwell::libcam {
 namespace {
 
-/// A camera's number in `cam --list`, from 1; 0: the name is not a number.
-std::size_t number_in(const std::string& name) { return parse_number<std::size_t>(name).value_or(0); }
-
 /// Serialises managers: a new one must not start before the previous one has ended, possibly on another thread.
 struct ManagerLifetime {
   std::mutex mutex;
@@ -38,8 +35,7 @@ ManagerLifetime& manager_lifetime() {
 }
 
 /// Silences libcamera's log, because libraries do not log and errors are returned as Status; not if one of libcamera's
-/// own log variables is set. Log levels can only be set after libcamera's first message, so the log is off during
-/// startup.
+/// own log variables is set. Levels can only be set after the first message, so the log is off during startup.
 class ScopedLogSilencer {
  public:
   ScopedLogSilencer()
@@ -111,7 +107,8 @@ Result<std::shared_ptr<::libcamera::Camera>> CameraSystem::find(const std::strin
   const std::vector<std::shared_ptr<::libcamera::Camera>> all = manager_.cameras();
   for (const auto& camera : all)
     if (camera->id() == name) return camera;
-  if (const std::size_t number = number_in(name); number >= 1 && number <= all.size()) return all[number - 1];
+  if (const auto number = parse_number<std::size_t>(name); number && *number >= 1 && *number <= all.size())
+    return all[*number - 1];
   std::string list;
   for (std::size_t i = 0; i < all.size(); ++i)
     list += (i == 0 ? "" : "; ") + std::to_string(i + 1) + ": '" + all[i]->id() + "' (" + model_of(*all[i]) + ")";

@@ -1,5 +1,4 @@
-// What this process has of libcamera: the one CameraManager, shared by all open backends, with its notifications of
-// connected and disconnected cameras, and the memory of buffers.
+// The one CameraManager of this process, shared by all open backends, with its notifications; the memory of buffers.
 #pragma once
 
 #include <cstddef>
@@ -33,8 +32,7 @@ class CameraSystem {
   /// Finds a camera by id; null if it is not connected.
   [[nodiscard]] std::shared_ptr<::libcamera::Camera> present(const std::string& id) const;
 
-  /// `changed` is called on libcamera's thread whenever a camera was connected or disconnected, until unwatch() has
-  /// returned. It must not call libcamera.
+  /// `changed` is called on libcamera's thread when a camera comes or goes, until unwatch(). No calls to libcamera.
   [[nodiscard]] int watch(std::function<void()> changed);
   void unwatch(int watcher);
 
@@ -57,8 +55,7 @@ class BufferMemory final : public PictureMemory {
   BufferMemory& operator=(const BufferMemory&) = delete;
   ~BufferMemory() override;
 
-  /// Maps the picture of one more buffer. failed_precondition if its planes are not contiguous in memory, as a View
-  /// requires; resource_exhausted if it cannot be mapped.
+  /// Maps one more buffer. failed_precondition: its planes are not contiguous; resource_exhausted: it cannot be mapped.
   [[nodiscard]] Status add(const ::libcamera::FrameBuffer& buffer, const PictureLayout& layout);
 
   [[nodiscard]] std::span<const std::byte> picture(int buffer) const override {

@@ -13,7 +13,7 @@
 namespace lightwell::libcam {
 namespace {
 
-Status bad(const std::string& what) { return {StatusCode::invalid_argument, "libcamera: " + what}; }
+Status bad(const std::string& what) { return invalid_argument("libcamera: " + what); }
 
 /// Prepends the name of the parameter to an error.
 Status named(const std::string& key, const Status& s) { return s.ok() ? s : bad(key + ": " + s.message()); }
@@ -57,8 +57,7 @@ constexpr std::uint32_t fourcc_of(const char (&name)[5]) {
   return code;
 }
 
-/// In order of preference. Processed formats are available in any size; raw formats are used only on request, or if
-/// there is no other.
+/// In order of preference. Processed formats exist in any size; raw ones are used on request, or if there is no other.
 constexpr std::array<std::pair<PixelFormat, std::uint32_t>, 6> kFormats{{
     {PixelFormat::nv12, fourcc_of("NV12")},
     {PixelFormat::yuyv, fourcc_of("YUYV")},

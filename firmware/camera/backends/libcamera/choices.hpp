@@ -1,5 +1,4 @@
-// The options of the libcamera backend, from the URI libcamera:ID?key=value... and the configuration, and the choice of
-// a camera's pixel format and of the values of its controls.
+// The options of the libcamera backend, and the choice of a camera's pixel format and of the values of its controls.
 #pragma once
 
 #include <array>

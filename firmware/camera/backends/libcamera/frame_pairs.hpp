@@ -86,8 +86,7 @@ class CycleAlignment {
   /// `patience`: number of pairs until a correction has taken effect.
   CycleAlignment(int size, int patience) : size_(size), patience_(patience) {}
 
-  /// Takes the cycle indices of a pair of frames. Returns the number of exposures by which the second camera's next
-  /// request must be advanced; 0: none.
+  /// Takes the cycle indices of a pair. Returns by how many exposures the second camera's next request must advance.
   [[nodiscard]] int observe(int first, int second);
   void restart() { waited_ = patience_; }
 

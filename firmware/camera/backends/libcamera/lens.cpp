@@ -1,9 +1,7 @@
 #include "camera/backends/libcamera/lens.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <ctime>
-#include <optional>
 
 #include <lightwell/text.hpp>
 

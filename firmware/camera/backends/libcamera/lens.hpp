@@ -35,9 +35,8 @@ struct ClockReading {
 [[nodiscard]] ClockReading read_clocks();
 
 /// Converts libcamera's timestamps to the probe's clock (CLOCK_MONOTONIC). libcamera documents SensorTimestamp as
-/// CLOCK_BOOTTIME, but passes on the timestamp of the kernel's driver, which is usually CLOCK_MONOTONIC. The two differ
-/// by the time the machine was suspended, so a timestamp that lies in the future of CLOCK_MONOTONIC must be
-/// CLOCK_BOOTTIME.
+/// CLOCK_BOOTTIME, but passes on the timestamp of the kernel's driver, which is usually CLOCK_MONOTONIC. They differ by
+/// the time of suspension, so a timestamp in the future of CLOCK_MONOTONIC must be CLOCK_BOOTTIME.
 class SensorClock {
  public:
   /// Converts to CLOCK_MONOTONIC; `now` is the time of arrival. Empty if the timestamp fits neither clock: it is not
@@ -82,8 +81,7 @@ class PictureMemory {
  public:
   virtual ~PictureMemory() = default;
   [[nodiscard]] virtual std::span<const std::byte> picture(int buffer) const = 0;
-  /// Ends the reading that Lens::collect() began, if the lens has other buffers by then; otherwise Lens::make_idle()
-  /// does.
+  /// Ends the reading that Lens::collect() began, where the lens has other buffers by then; else make_idle() does.
   virtual void end_reading(int buffer) const = 0;
 };
 
@@ -145,8 +143,7 @@ class Mailbox {
     bool stop = false;
   };
 
-  /// Reserves capacity, here and in `post`, which must be the argument of every take(). Call before any other thread
-  /// uses the mailbox.
+  /// Reserves capacity, here and in `post`, the argument of every take(). Call before other threads use the mailbox.
   void prepare(Events& post, std::size_t completions, std::size_t returns) {
     max_completions_ = completions;
     for (Events* p : {&post, &filling_}) {
@@ -220,8 +217,7 @@ struct CameraCapabilities {
 };
 
 /// Starts `lens`, takes frames, and stops it: a second or two at 30 frames per second. unavailable if no frame comes
-/// within 5 s; failed_precondition if a bracket's reported exposures are not the requested ones (a single exposure: a
-/// note), or if a report is not positive.
+/// within 5 s; failed_precondition if a bracket's reported exposures are not the requested ones.
 [[nodiscard]] Result<CameraCapabilities> probe_capabilities(Lens& lens, Mailbox& mailbox, Mailbox::Events& post,
                                                             double nominal_rate);
 
@@ -230,8 +226,7 @@ struct CameraCapabilities {
 
 /// The backend over one or two lenses, with the indices 0 and 1, that post to `mailbox`. Pushes from one thread of its
 /// own, which also queues idle buffers to the cameras. open() runs the cameras briefly (probe_capabilities()). If a
-/// camera is disconnected, or delivers nothing for seconds, the state is lost; all lenses stop, and start again once it
-/// is back.
+/// camera is disconnected, or delivers nothing for seconds, the state is lost; all lenses stop until it is back.
 [[nodiscard]] std::unique_ptr<CameraBackend> make_lens_backend(LibcameraOptions options,
                                                                std::vector<std::unique_ptr<Lens>> lenses,
                                                                std::shared_ptr<Mailbox> mailbox);

@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "camera/backend.hpp"
 #include "camera/backends/libcamera/frame_pairs.hpp"
 #include "camera/backends/libcamera/lens.hpp"
 #include "camera/bracket_cycle.hpp"
-#include "camera/threaded_backend.hpp"
 
 namespace lightwell::libcam {
 namespace {
@@ -110,7 +110,7 @@ class LensBackend final : public ThreadedBackend, public FrameOwner {
       buffers += static_cast<std::size_t>(lenses_[l]->buffers());
       if (l == 0) continue;
       if (lenses_[l]->id() == lenses_[0]->id())
-        return {StatusCode::invalid_argument, "camera '" + lenses_[l]->id() + "' cannot be both lenses"};
+        return invalid_argument("camera '" + lenses_[l]->id() + "' cannot be both lenses");
       const PictureLayout &layout = lenses_[l]->layout(), &first = lenses_[0]->layout();
       if (layout.format != first.format || layout.width != first.width || layout.height != first.height)
         return {StatusCode::failed_precondition,

@@ -14,8 +14,7 @@ namespace lightwell {
 /// libcamera:ID[,ID]?format=nv12&exposure=1ms,8ms&...: README.md lists the parameters. Two IDs make a rig of two
 /// lenses, whose frames are paired by time.
 ///
-/// invalid_argument for invalid parameters; open() returns not_found with a list of the cameras, unavailable or
-/// failed_precondition.
+/// invalid_argument for parameters; open() returns not_found with all cameras, unavailable or failed_precondition.
 [[nodiscard]] Result<std::unique_ptr<CameraBackend>> make_libcamera_backend(const CameraUri& uri,
                                                                             const CameraConfig& config);
 

@@ -13,7 +13,6 @@
 
 #include "camera/backends/replay/source.hpp"
 #include "camera/backends/replay/timeline.hpp"
-#include "camera/threaded_backend.hpp"
 #include "camera/uri_parameters.hpp"
 
 namespace lightwell {
@@ -268,13 +267,12 @@ Result<std::unique_ptr<CameraBackend>> make_replay_backend(const CameraUri& uri,
     if (key == "loop") {
       const std::optional<int> loops = parse_number<int>(value);
       if (!loops || *loops < 0)
-        return Status(StatusCode::invalid_argument,
-                      "replay: loop '" + value + "' must be a number of passes, or 0 to repeat without end");
+        return invalid_argument("replay: loop '" + value + "' must be a number of passes, or 0 to repeat without end");
       options.loops = *loops;
     } else if (value == "recorded" || value == "fast") {
       options.pace = value == "fast" ? Pace::fast : Pace::recorded;
     } else {
-      return Status(StatusCode::invalid_argument, "replay: pace '" + value + "' must be recorded or fast");
+      return invalid_argument("replay: pace '" + value + "' must be recorded or fast");
     }
   }
   return std::unique_ptr<CameraBackend>(std::make_unique<ReplayBackend>(std::move(options), config.frame_rate));

@@ -12,7 +12,7 @@
 namespace lightwell {
 
 /// replay:PATH?loop=N&pace=recorded|fast
-///   - PATH: a recording of kind frames, or a folder with frames.csv (frame_list.hpp) and, optionally,
+///   - PATH: a recording of kind frames, or a folder with frames.csv (source.hpp) and, optionally,
 ///     calibration.textproto. open() reads it. Size, exposures, gain and frame rate are those of the recording. Of
 ///     `config` the rate of a single frame is used; size and rate are ignored otherwise, capture settings are refused.
 ///   - loop: number of times it is played, 0: endlessly; default 1. At the end state() is finished.

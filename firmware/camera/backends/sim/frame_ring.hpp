@@ -1,5 +1,4 @@
-// The simulated camera's pictures. They are rendered before streaming; frames lend this memory, which is never written
-// to again.
+// The simulated camera's pictures, rendered before streaming. Frames lend this memory; it is not written to again.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +10,6 @@
 #include <lightwell/calibration.hpp>
 #include <lightwell/result.hpp>
 
-#include "sim/render.hpp"
 #include "sim/scene.hpp"
 #include "sim/sensor.hpp"
 
@@ -30,11 +28,9 @@ struct LensRenderer {
   sim::Sensor sensor;
   ExposureTiming timing;
 
-  /// Radiance of a frame without flicker; row by row if the probe rotates under a rolling shutter. `out`: r, g, b per
-  /// pixel, whole picture.
+  /// Radiance of a frame without flicker, by row if the probe rotates under a rolling shutter. `out`: r, g, b each.
   void radiance(const sim::Scene& scene, std::uint64_t index, std::span<float> out) const;
-  /// Multiplies `steady` by the mean flicker of each row's exposure. Frame times are equally spaced; exposures precede
-  /// them.
+  /// Multiplies `steady` by the mean flicker of each row's exposure, which ends at the equally spaced frame time.
   void flicker(std::uint64_t index, double exposure_s, std::span<const float> steady, std::span<float> out) const;
 };
 
@@ -74,8 +70,7 @@ struct RingRequest {
 /// shorter and the lamps switch faster. resource_exhausted if not even one bracket fits. With flicker, up to twice the
 /// requested frames: the number that contains most nearly a whole number of periods.
 [[nodiscard]] Result<RingPlan> plan_moving(const RingRequest& request);
-/// Plan for a probe at rest: four brackets, with different noise, for each state of the lamps; fewer if memory does not
-/// suffice.
+/// Plan for a probe at rest: four brackets with different noise for each state of the lamps, or as many as fit.
 [[nodiscard]] Result<RingPlan> plan_still(const RingRequest& request);
 
 /// Inputs of rendering.

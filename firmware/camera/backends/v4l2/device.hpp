@@ -11,7 +11,7 @@
 
 #include <linux/videodev2.h>
 
-#include <lightwell/file_descriptor.hpp>
+#include <lightwell/files.hpp>
 #include <lightwell/result.hpp>
 
 #include "camera/backends/v4l2/formats.hpp"

@@ -11,7 +11,7 @@
 
 #include <lightwell/text.hpp>
 
-#include "camera/packed_pixels.hpp"
+#include "imaging/pixel_layout.hpp"
 
 namespace lightwell::v4l2 {
 namespace {

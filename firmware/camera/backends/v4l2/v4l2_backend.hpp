@@ -9,7 +9,7 @@
 #include <lightwell/config.hpp>
 #include <lightwell/result.hpp>
 
-#include "camera/threaded_backend.hpp"
+#include "camera/backend.hpp"
 #include "imaging/uri.hpp"
 
 namespace lightwell {

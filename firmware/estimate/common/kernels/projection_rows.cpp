@@ -1,4 +1,4 @@
-#include "estimate/common/kernels/projection_rows.hpp"
+#include "estimate/common/cells.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "estimate/common/kernels/projection_rows.cpp"
@@ -85,8 +85,7 @@ void AddWeightedRows(const float* rows, const float* weights, std::size_t count,
 using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 
-/// Adds value * (r, g, b) to the sums of one basis function. `sums`: three vectors per function; their lanes are summed
-/// at the end.
+/// Adds value * (r, g, b) to the sums of one basis function: three vectors, whose lanes are summed at the end.
 HWY_INLINE void add_product(D d, V value, V r, V g, V b, int row, float* sums) {
   const std::size_t lanes = hn::Lanes(d);
   float* at = sums + 3 * static_cast<std::size_t>(row) * lanes;

@@ -1,6 +1,6 @@
-#include "estimate/panorama/kernels/block_light.hpp"
-
 #include <algorithm>
+
+#include "estimate/panorama/kernels/lane_sums.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "estimate/panorama/kernels/block_light.cpp"

@@ -104,8 +104,7 @@ HWY_INLINE void merge_part(const BracketRow& row, const Constants& c, const Brac
   for (int k = 0; k < count; ++k) {
     const AnySample& s = samples[k];
     const VF r = s.r.at(p), g = s.g.at(p), b = s.b.at(p), weight = s.weight.at(p);
-    // The radiance x * scale has a variance of scale² / weight; in the sum, the factor of x is therefore weight /
-    // scale.
+    // The radiance x * scale has a variance of scale² / weight, so that the factor of x in the sum is weight / scale.
     const VF inverse = hn::Set(d, c.inverse[k]), of_x = hn::Mul(weight, inverse);
     m.r = hn::MulAdd(of_x, r, m.r);
     m.g = hn::MulAdd(of_x, g, m.g);
@@ -124,8 +123,7 @@ HWY_INLINE void merge_part(const BracketRow& row, const Constants& c, const Brac
       VF difference = hn::Sub(previous_light, light);
       VF noise_allowance = hn::MulAdd(hn::Set(d, c.relative_tolerance), light, hn::Add(previous_sigma, sigma));
       if (!hn::AllTrue(d, both)) {
-        // Where one exposure is saturated, it gives a lower bound; the other gets a margin of two (scaled) sigmas, so
-        // that noise is not taken for motion.
+        // A saturated exposure gives a lower bound; the other gets a margin of two (scaled) sigmas against noise.
         const VF lower_bound = hn::IfThenElse(valid, hn::Set(d, c.lower_bound[k - 1]), hn::Set(d, c.lower_bound[k]));
         const VF upper_bound = hn::MulAdd(hn::Set(d, 2.0F), hn::IfThenElse(valid, sigma, previous_sigma),
                                           hn::IfThenElse(valid, light, previous_light));
@@ -213,20 +211,15 @@ void MergeRow(const BracketRow& row, std::size_t begin, std::size_t end, std::si
               const BracketColumns& out) {
   switch (row.source) {
     case BracketSource::interleaved8:
-      merge_rows<Interleaved8, false>(row, begin, end, readable_end, out);
-      return;
+      return merge_rows<Interleaved8, false>(row, begin, end, readable_end, out);
     case BracketSource::linear8:
-      merge_rows<Linear8, false>(row, begin, end, readable_end, out);
-      return;
+      return merge_rows<Linear8, false>(row, begin, end, readable_end, out);
     case BracketSource::planes8:
-      merge_rows<Planes8, false>(row, begin, end, readable_end, out);
-      return;
+      return merge_rows<Planes8, false>(row, begin, end, readable_end, out);
     case BracketSource::mosaic8:
-      merge_rows<Mosaic8, true>(row, begin, end, readable_end, out);
-      return;
+      return merge_rows<Mosaic8, true>(row, begin, end, readable_end, out);
     case BracketSource::mosaic16:
-      merge_rows<Mosaic16, true>(row, begin, end, readable_end, out);
-      return;
+      return merge_rows<Mosaic16, true>(row, begin, end, readable_end, out);
   }
 }
 
@@ -239,10 +232,8 @@ void SharedTops(const PlaneRow& row, const PlaneRow* below, std::size_t pixels, 
                 std::uint8_t* out, std::uint8_t* out_below) {
   const D8 d;
   const hn::RepartitionToWide<D8> d16;
-  const std::size_t n = hn::Lanes(d);
   const V8 limit = hn::Set(d, static_cast<std::uint8_t>(saturated_from < 255 ? saturated_from : 255));
-  for (std::size_t from = 0; from < pixels; from += n) {
-    const std::size_t at = from + n <= pixels ? from : pixels - n;
+  for_strips(pixels, [&](std::size_t at) HWY_ATTR {
     const V8 own = top_of(row, at), lower = below == nullptr ? own : top_of(*below, at);
     const V8 most = hn::Max(own, lower);
     const auto pair = hn::BitCast(d16, most);
@@ -252,7 +243,7 @@ void SharedTops(const PlaneRow& row, const PlaneRow* below, std::size_t pixels, 
     const V8 full = hn::Set(d, 255);
     hn::StoreU(hn::IfThenElse(saturated, full, own), d, out + at);
     if (below != nullptr) hn::StoreU(hn::IfThenElse(saturated, full, lower), d, out_below + at);
-  }
+  });
 }
 
 /// Joins adjacent columns pairwise until each block is one column.

@@ -8,19 +8,17 @@
 #include <cstdint>
 #include <vector>
 
-#include "estimate/panorama/kernels/ycbcr_planes.hpp"
+#include "estimate/panorama/kernels/lane_sums.hpp"
 #include "imaging/frame.hpp"
 
 namespace lightwell::estimate {
 
 /// Lookup tables by code, for one bit depth.
 struct CodeLut {
-  /// Linear value of each code, divided by `unit`; of 8-bit codes, rounded to the upper 24 bits of a float. Where codes
-  /// are linear, linear[c] is c + linear[0].
+  /// Linear value of each code by `unit`; of 8-bit codes, the upper 24 bits. Linear codes: linear[c] is c + linear[0].
   std::vector<float> linear;
   float unit = 1;
-  /// 1 / variance of that value (read noise, shot noise, rounding), rounded to the upper 16 bits of a float: weights
-  /// need not be precise. 0 where the code is saturated.
+  /// 1 / variance of that value (read noise, shot noise, rounding), the upper 16 bits of a float; 0 if saturated.
   std::vector<float> weight;
   unsigned saturated_from = 0;
   float saturated_linear = 1;                       ///< Of the lowest saturated code.
@@ -55,8 +53,7 @@ struct BracketColumns {
   float* noise;    ///< Squared weight times variance.
   float* bias;     ///< Possible bias near black.
   float* clipped;  ///< Solid angle saturated in every exposure.
-  /// Radiance of the brightest channel in exposure k minus that in k + 1, summed without weights over pixels that are
-  /// valid in both; and the tolerance of this difference.
+  /// Radiance of the brightest channel in exposure k minus that in k + 1, over pixels valid in both; and its tolerance.
   std::array<float*, kMaxBracket - 1> difference, noise_allowance;
 };
 
@@ -70,8 +67,7 @@ struct BracketRow {
   std::size_t next_row = 0;          ///< Floats from the upper to the lower row of a mosaic.
   std::ptrdiff_t ahead = 0;          ///< As ExposureRow::ahead, in floats.
   std::array<float, 3> luminance{};  ///< Weights of r, g, b, white balance included.
-  /// Tolerances of the comparison of two exposures: standard deviations of a pixel, for each exposure, in all pixels of
-  /// a block; and share of the radiance.
+  /// Tolerances of the comparison of two exposures: sigmas of each pixel in each exposure; share of the radiance.
   float noise_sigmas = 3, relative_tolerance = 0.02F;
   float depth = 0;  ///< Row within the block; for a pair of rows, its middle.
 };
@@ -104,8 +100,7 @@ struct FloatColumns {
   float* peak;       ///< Largest luminance of a pixel with solid angle.
 };
 
-/// Adds a run of `pixels` pixels (three floats r, g, b each, at any alignment) times `scale`. Adds nothing and returns
-/// false where a value is NaN or not in [0, max_radiance].
+/// Adds a run of `pixels` pixels (floats r, g, b, any alignment) times `scale`; false, and nothing, for invalid values.
 [[nodiscard]] bool add_float_row(const std::byte* rgb, const float* solid_angle, std::size_t pixels, float scale,
                                  float max_radiance, float depth, const FloatColumns& out);
 

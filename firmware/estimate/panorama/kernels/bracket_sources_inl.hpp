@@ -30,8 +30,7 @@ struct Four {
   HWY_INLINE VF at(std::size_t p) const { return part[p]; }
 };
 
-/// Linear values and weights of one exposure's pixels of a strip. `top`: linear value of the brightest of the four
-/// sites of a mosaic's quad; unused for other formats.
+/// Linear values and weights of one exposure's pixels of a strip. `top`: the brightest site of a mosaic's quad.
 struct Sample {
   Four r, g, b, weight, top;
   HWY_INLINE Sample() {}

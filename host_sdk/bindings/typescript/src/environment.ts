@@ -4,10 +4,11 @@
 //   EnvironmentKeeper     assembles the current map from messages
 //   environmentRadiance   radiance of a map for a direction and a roughness
 //   levelRadiance         a level as floats, for upload
-import { crc32c } from "./crc32c.js";
 import type { Descriptor } from "./descriptor.js";
 import { Rgb, Vec3, normalized } from "./vector.js";
-import { WireReader, byteString, fixed32, float, invalid, message, repeatedUint32, sint32, uint32 } from "./wire.js";
+import {
+  WireReader, byteString, crc32c, fixed32, float, invalid, message, repeatedUint32, sint32, uint32,
+} from "./wire.js";
 
 export const maxEnvironmentTexels = 8192;
 export const maxEnvironmentLevels = 8;

@@ -1,6 +1,5 @@
 // Recordings of descriptors, as written by `lightwell record`. Format: proto/README.md.
-import { crc32c } from "./crc32c.js";
-import { DecodeError } from "./wire.js";
+import { DecodeError, crc32c } from "./wire.js";
 
 export interface RecordedMessage {
   /** CLOCK_MONOTONIC of the recorder at reception, ns. */

@@ -156,3 +156,16 @@ export const repeatedSint32 = (add: (value: number) => void) => repeatedUint32((
 function zigzag(v: number): number {
   return (v >>> 1) ^ -(v & 1);
 }
+
+const crcTable = new Uint32Array(256).map((_, i) => {
+  let v = i;
+  for (let k = 0; k < 8; ++k) v = v & 1 ? (v >>> 1) ^ 0x82f63b78 : v >>> 1;
+  return v;
+});
+
+/** CRC-32C (Castagnoli), as in RFC 3720 B.4. */
+export function crc32c(bytes: Uint8Array): number {
+  let crc = ~0;
+  for (const b of bytes) crc = (crc >>> 8) ^ crcTable[(crc ^ b) & 255];
+  return ~crc >>> 0;
+}

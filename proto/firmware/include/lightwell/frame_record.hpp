@@ -34,13 +34,9 @@ struct FrameRecord {
 /// Encodes into `out`, whose memory is reused.
 void encode_frame_record(const FrameRecord& frame, std::vector<std::byte>& out);
 
-/// A decoded frame; the data of `frame.views` point into memory of this object.
+/// A decoded frame; the data of `frame.views` point into memory of this object, which copies share.
 class DecodedFrame {
  public:
-  DecodedFrame();
-  ~DecodedFrame();
-  DecodedFrame(DecodedFrame&&) noexcept;
-  DecodedFrame& operator=(DecodedFrame&&) noexcept;
   /// data_loss, or invalid_argument with the name of the field. Does not compare the bytes of a view with its size and
   /// stride: a reader must do that.
   [[nodiscard]] Status decode(std::span<const std::byte> payload);
@@ -48,7 +44,7 @@ class DecodedFrame {
 
  private:
   struct State;
-  std::unique_ptr<State> state_;
+  std::shared_ptr<State> state_;
 };
 
 }  // namespace lightwell

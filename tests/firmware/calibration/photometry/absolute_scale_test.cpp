@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "calibration/solve/photometry/patch.hpp"
+#include "calibration/solve/photometry/picture.hpp"
 
 namespace lightwell::photometry {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "calibration/model/camera_model.hpp"
-#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
 
 namespace lightwell::photometry {
 

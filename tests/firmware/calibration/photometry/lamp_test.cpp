@@ -9,7 +9,7 @@
 #include "calibration/model/response.hpp"
 #include "calibration/solve/photometry/vignetting.hpp"
 #include "firmware/calibration/photometry/lamp_picture.hpp"
-#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
 
 namespace lightwell::photometry {
 namespace {

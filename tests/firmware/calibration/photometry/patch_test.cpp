@@ -1,9 +1,8 @@
 // Tests of patch_mean() and solve_white_balance().
-#include "calibration/solve/photometry/patch.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "calibration/solve/photometry/picture.hpp"
 #include "firmware/calibration/photometry/simulated_camera.hpp"
 
 namespace lightwell::photometry {

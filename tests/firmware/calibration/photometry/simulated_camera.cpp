@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "sim/rigs.hpp"
+#include "sim/sensor.hpp"
 
 namespace lightwell::photometry {
 namespace {

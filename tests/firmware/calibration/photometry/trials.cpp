@@ -9,7 +9,7 @@
 
 #include "calibration/model/response.hpp"
 #include "calibration/solve/photometry/noise.hpp"
-#include "calibration/solve/photometry/patch.hpp"
+#include "calibration/solve/photometry/picture.hpp"
 #include "calibration/solve/photometry/response_solver.hpp"
 #include "calibration/solve/photometry/vignetting.hpp"
 #include "firmware/calibration/photometry/simulated_camera.hpp"

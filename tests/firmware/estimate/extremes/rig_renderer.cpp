@@ -8,7 +8,6 @@
 #include <numbers>
 #include <string>
 
-#include "sim/rigs.hpp"
 #include "sim/sensor.hpp"
 
 namespace lightwell::extremes {

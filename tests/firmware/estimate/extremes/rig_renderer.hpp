@@ -23,7 +23,7 @@ struct Shot {
   Frame frame;
 };
 
-/// A rig of sim/rigs.hpp; below 16x8, the same lenses with fewer pixels.
+/// A rig of sim/sensor.hpp; below 16x8, the same lenses with fewer pixels.
 [[nodiscard]] RigParameters rig_of(const char* kind, int width, int height, PixelFormat format = PixelFormat::rgb_f32);
 /// A lens along -Z that sees this share of the sphere.
 [[nodiscard]] RigParameters rig_that_sees(double share, int width, int height);

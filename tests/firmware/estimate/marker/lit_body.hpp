@@ -9,7 +9,6 @@
 
 #include <lightwell/geometry.hpp>
 
-#include "estimate/marker/light_model.hpp"
 #include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker::test {

@@ -11,7 +11,7 @@
 
 #include <lightwell/harmonics.hpp>
 
-#include "estimate/marker/marker_geometry.hpp"
+#include "estimate/marker/shading.hpp"
 #include "firmware/estimate/marker/lit_body.hpp"
 
 namespace lightwell::marker::test {

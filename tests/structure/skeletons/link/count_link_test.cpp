@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "link/publisher.hpp"
+#include "link/link.hpp"
 #include "support/fake_commands.hpp"
 
 namespace lightwell {

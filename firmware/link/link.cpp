@@ -1,4 +1,4 @@
-#include "link/publisher.hpp"
+#include "link/link.hpp"
 
 #include <lightwell/time.hpp>
 
