@@ -114,6 +114,7 @@ std::string Pipeline::last_error() const {
 
 StatusSnapshot Pipeline::status() const {
   StatusSnapshot s = identity_;
+  s.counters = {};
   const BracketSlot::Counts slot = slot_.counts();
   const LinkCounters links = publisher_.counters();
   s.counters.frames = slot.frames;
