@@ -103,6 +103,7 @@ Pipeline::Health Pipeline::health() const {
 
 StatusSnapshot Pipeline::status() const {
   StatusSnapshot s = identity_;
+  s.counters = {};
   const BracketSlot::Counts slot = slot_.counts();
   const LinkCounters links = publisher_.counters();
   s.counters.frames = slot.frames;

@@ -24,8 +24,8 @@ struct CyclePlace {
 };
 
 /// For cameras that report the exposure of each frame: the index follows from the report. Sequence numbers increase
-/// across restarts. If two consecutive frames do not have consecutive exposures, the camera
-/// has skipped an exposure; that counts as a lost frame and leaves a gap in the sequence.
+/// across restarts. If two consecutive frames do not have consecutive exposures, the camera has skipped an exposure;
+/// that counts as a lost frame and leaves a gap in the sequence.
 class ReportedCycle {
  public:
   /// `exposure_s`: 1 to kMaxBracket exposure times above zero.

@@ -1,8 +1,12 @@
 #include "imaging/image_file.hpp"
 
 #include <algorithm>
-#include <filesystem>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <span>
+
+#include <sys/stat.h>
 
 #include <lightwell/files.hpp>
 
@@ -32,17 +36,25 @@ bool may_follow_the_end(std::span<const std::byte> rest) {
   return std::ranges::all_of(rest, [](std::byte b) { return b == std::byte{0}; });
 }
 
-constexpr std::uintmax_t kMaxFileBytes = std::uintmax_t{1} << 30;
+constexpr std::int64_t kMaxFileBytes = std::int64_t{1} << 30;
 
 Result<std::string> read_whole(const std::string& path) {
+  const auto failed = [&path] {
+    const StatusCode code =
+        errno == ENOENT || errno == ENOTDIR ? StatusCode::not_found : StatusCode::failed_precondition;
+    return Status(code, path + ": " + std::strerror(errno));
+  };
   // Check the type before opening: opening a pipe would block until somebody writes to it.
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-    return image_refused(path, "not a file");
-  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
-  if (!error && bytes > kMaxFileBytes) return image_refused(path, "larger than 1 GiB");
-  return read_text_file(path);
+  struct stat info {};
+  if (::stat(path.c_str(), &info) != 0) return failed();
+  if (!S_ISREG(info.st_mode)) return image_refused(path, "not a file");
+  if (info.st_size > kMaxFileBytes) return image_refused(path, "larger than 1 GiB");
+  const FilePointer file(std::fopen(path.c_str(), "rb"));
+  if (!file) return failed();
+  std::string bytes(static_cast<std::size_t>(info.st_size), '\0');
+  bytes.resize(std::fread(bytes.data(), 1, bytes.size(), file.get()));
+  if (std::ferror(file.get()) != 0) return failed();
+  return bytes;
 }
 
 }  // namespace

@@ -130,6 +130,7 @@ class Qmp:
     """
 
     def __init__(self, path: Path, timeout_s: float = 10.0) -> None:
+        self._timeout_s = timeout_s
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self._lines = self._socket.makefile("rb")
         try:
@@ -171,7 +172,10 @@ class Qmp:
             self._socket.sendall(json.dumps(message).encode() + b"\n")
         except OSError as error:
             raise QmpError(f"QEMU is gone: {error}") from error
+        deadline = time.monotonic() + self._timeout_s
         while True:
+            if time.monotonic() > deadline:
+                raise QmpError("QEMU did not answer in time")
             answer = self._read()
             if "error" in answer:
                 raise QmpError(f"{name}: {answer['error'].get('desc', answer['error'])}")

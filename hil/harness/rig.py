@@ -85,7 +85,7 @@ class UsbCamera:
             control.settimeout(20)
             control.connect(str(self._control))
             control.sendall((json.dumps({"command": name, **values}) + "\n").encode())
-            with control.makefile() as lines:
+            with control.makefile(encoding="utf-8") as lines:
                 answer: dict[str, Any] = json.loads(lines.readline())
         if not answer.get("ok"):
             raise TestFailure(f"the camera rejected {name}: {answer.get('error')}")

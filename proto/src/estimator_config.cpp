@@ -153,7 +153,8 @@ void write_option(Value value, pb::Message& m, const pb::FieldDescriptor& f) {
 template <class Value>
 std::string option_text(Value value, const pb::FieldDescriptor& f) {
   if constexpr (std::is_enum_v<Value>) {
-    return word_of(*f.enum_type()->FindValueByNumber(static_cast<int>(value)));
+    const pb::EnumValueDescriptor* const named = f.enum_type()->FindValueByNumber(static_cast<int>(value));
+    return named == nullptr ? "unknown" : word_of(*named);
   } else {
     std::array<char, 32> text{};
     return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};

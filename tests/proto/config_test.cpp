@@ -180,7 +180,8 @@ TEST(Config, AFormerNameElsewhereOrBesideTheCurrentOneIsRefused) {
   const std::string both = refusal("camera { uri: \"x:\" }\ngrpc { listen: \"a:1\" listen_address: \"b:1\" }");
   EXPECT_NE(both.find("probe.textproto:2:"), std::string::npos) << both;
   EXPECT_NE(both.find("listen_address"), std::string::npos) << both;
-  for (const std::string torn : {"grpc { listen: \"", "grpc { listen: \"a\\", "}}>> grpc { listen", "grpc { listen:"})
+  for (const std::string torn : {"grpc { listen: \"", "grpc { listen: \"a\\", "}}>> grpc { listen", "grpc { listen:",
+                                 "grpc { listen listen_address: \"a\" }", "grpc { listen # listen\n \"a\" }"})
     EXPECT_FALSE(parse_config("camera { uri: \"x:\" } " + torn, "x").ok()) << torn;
 }
 

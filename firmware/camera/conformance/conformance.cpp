@@ -316,6 +316,8 @@ void check_release_on_other_thread(Session& session, Violations& violations) {
   auto releases = std::make_shared<std::vector<std::future<void>>>();
   auto sink = std::make_shared<RecordingSink>();
   sink->on_frame = [releases](Frame& frame) {
+    // A thread that has ended keeps its stack until its future is destroyed.
+    if (releases->size() >= 32) releases->clear();
     releases->push_back(std::async(std::launch::async, [taken = std::move(frame)]() mutable { taken = Frame(); }));
   };
   if (!session.start(sink)) return;

@@ -69,9 +69,9 @@ void estimate_ground_reflection(Shading& shading);
 void subtract_ground_reflection(Shading& shading);
 
 /// Removes samples of a face that another object or its shadow covers: outliers per flat face. Returns their number.
-/// Irradiance along a face is approximately linear: the plane
-/// through three samples with the smallest median absolute residual is the fit (Rousseeuw 1984, "Least median of
-/// squares regression"). Faces with fewer than six samples are unchanged.
+/// Irradiance along a face is approximately linear: the plane through three samples with the smallest median absolute
+/// residual is the fit (Rousseeuw 1984, "Least median of squares regression"). Faces with fewer than six samples are
+/// unchanged.
 int remove_occluded_samples(Shading& shading);
 
 /// Evenly spaced: the `count` directions of fibonacci_direction(), from +Y to -Y.

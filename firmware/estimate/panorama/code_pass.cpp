@@ -182,7 +182,7 @@ CodePass::CodePass(const RigParameters& rig, const RigTable& table, const BlockL
     : layout_(layout), weights_(table, layout), planes_(3 * kMaxRows * kCodeChunk) {
   const auto edge = static_cast<std::size_t>(layout.edge());
   const std::size_t columns = (static_cast<std::size_t>(max_image_width(table)) + edge - 1) / edge;
-  groups_.assign(3, Scratch(3 * columns * edge + kMinLanes + kBlockPadding));
+  groups_.assign(3, Scratch(3 * columns * edge + kMinLanes));
   if (layout.edge() < 2 || layout.edge() > kMaxRows) return;
   for (int lens = 0; lens < layout.lens_count(); ++lens)
     plan_lens(rig.lenses[static_cast<std::size_t>(lens)].photometry);

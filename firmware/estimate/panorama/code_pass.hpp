@@ -79,6 +79,7 @@ class CodeWeights {
 class CodePass {
  public:
   CodePass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout);
+  CodePass(CodePass&&) = default;  ///< Not copyable: BlockRun::step points into a LensPlan.
 
   /// Whether the bracket is a single exposure of integer codes that the kernels can sum: rows of at least kMinLanes
   /// pixels, blocks of 2 to kMaxRows rows, and a linear response if codes have 10 or 12 bits.

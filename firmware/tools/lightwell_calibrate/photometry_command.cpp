@@ -246,8 +246,8 @@ int photometry_command(const std::vector<std::string>& arguments) {
   auto* seconds =
       app.add_option("--grey-exposure-s", in.grey_exposure_s, "Exposure of that picture [frames.csv beside it]");
   auto* gain = app.add_option("--grey-gain", in.grey_gain, "Gain of that picture [1]");
-  app.add_option("--nits", in.nits, "Luminance meter's reading of the patch, cd/m2");
-  app.add_option("--lux", in.lux, "Lux meter's reading on the card");
+  auto* nits = app.add_option("--nits", in.nits, "Luminance meter's reading of the patch, cd/m2");
+  auto* lux = app.add_option("--lux", in.lux, "Lux meter's reading on the card");
   auto* albedo = app.add_option("--albedo", in.albedo, "The card's albedo (reflectance), with --lux");
   app.add_option("--meter-deviation", in.meter_deviation, "Relative standard deviation of the meter [0.04]");
   app.add_option("--bits", in.bits, "Bit depth of the values in OpenEXR, 8 to 16 [not quantised]");
@@ -258,6 +258,7 @@ int photometry_command(const std::vector<std::string>& arguments) {
       throw UsageError("--nits, --lux and --grey-... need a patch; give it with --grey");
     if (*xy && !(in.grey_xy = parse_numbers<double, 2>(grey_xy)))
       throw UsageError("--grey-xy '" + grey_xy + "' is not x,y");
+    if ((*nits && !in.nits) || (*lux && !in.lux)) throw UsageError("--nits and --lux need a number");
     if (in.nits && in.lux) throw UsageError("give either --nits or --lux");
     if (in.lux.has_value() != bool(*albedo)) throw UsageError("--lux and --albedo go together");
     if (in.bits != 0 && (in.bits < 8 || in.bits > 16)) throw UsageError("--bits must be 8 to 16");

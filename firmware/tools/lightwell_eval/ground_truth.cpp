@@ -218,13 +218,15 @@ RelativeError relative_error(std::span<const Color> truth, std::span<const Color
       whole += t * t;
       largest = std::max(largest, std::abs(error));
     }
-  if (!(whole > 0)) return {};
   return {std::sqrt(difference / whole), largest / std::sqrt(whole / (3.0 * static_cast<double>(truth.size())))};
 }
 
 std::array<double, kBalls> ball_errors(const BallPictures& truth, const BallPictures& estimate) {
   std::array<double, kBalls> out{};
-  for (std::size_t b = 0; b < kBalls; ++b) out[b] = relative_error(truth[b], estimate[b]).rms;
+  for (std::size_t b = 0; b < kBalls; ++b) {
+    const double rms = relative_error(truth[b], estimate[b]).rms;
+    out[b] = std::isfinite(rms) ? rms : 0;  // A black ball has no relative error.
+  }
   return out;
 }
 

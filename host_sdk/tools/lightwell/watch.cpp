@@ -196,12 +196,14 @@ int run_watch(const Options& options) {
   HostTime second_start = feed.start();
   for (bool more = true; more;) {
     more = feed.wait(std::min(second_start + kSecond, feed.end()));
-    const auto lock = feed.lock();
+    auto lock = feed.lock();
+    WatchStatistics done = std::exchange(second, {});
     const HostTime now{monotonic_now_ns()};
+    // Not while printing: a blocked standard output must not delay the reception.
+    lock.unlock();
     // A last interval that is too short to measure a rate counts only in the summary.
-    const Duration stretch = now - second_start;
-    if (stretch.ns > kSecond.ns / 10) second.print("second", stretch.seconds(), feed.probe(), options.json);
-    second = {};
+    const Duration interval = now - second_start;
+    if (interval.ns > kSecond.ns / 10) done.print("second", interval.seconds(), feed.probe(), options.json);
     second_start = now;
   }
   const Status recorded = feed.close();
@@ -212,6 +214,7 @@ int run_watch(const Options& options) {
 }
 
 int run_record(const Options& options) {
+  if (options.file.empty()) fail(kFile, "the name of the file is empty");
   std::uint64_t count = 0, bytes = 0;
   Feed feed(options, [&](const Arrival& arrival) {
     ++count;

@@ -36,7 +36,8 @@ int unknown_field(const google::protobuf::Message& m) {
 
 void answer_info(const StatusSnapshot& status, v1::InfoResponse& response) {
   fill_status(status, response);
-  // The clock is read last, so that the time of the other work does not count as transmission delay.
+  // The clock is read last but for the truncation of long texts, so that the time of the other work does not count as
+  // transmission delay.
   response.set_clock_now_ns(static_cast<std::uint64_t>(monotonic_now_ns()));
 }
 

@@ -1,9 +1,11 @@
 #include "text_message.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/io/tokenizer.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 #include <google/protobuf/text_format.h>
 
 #include "field_names.hpp"
@@ -52,6 +54,21 @@ std::size_t index_of(const std::string& text, int line, int column) {
   return at;
 }
 
+/// Index of the token before a position of the tokenizer.
+std::size_t token_before(const std::string& text, int line, int column) {
+  FirstError ignored;
+  pb::io::ArrayInputStream stream(text.data(), static_cast<int>(text.size()));
+  pb::io::Tokenizer tokens(&stream, &ignored);
+  // As TextFormat::Parser sets them.
+  tokens.set_comment_style(pb::io::Tokenizer::SH_COMMENT_STYLE);
+  tokens.set_allow_f_after_float(true);
+  tokens.set_require_space_after_number(false);
+  tokens.set_allow_multiline_strings(true);
+  while (tokens.Next() && std::pair(tokens.current().line, tokens.current().column) < std::pair(line, column)) {
+  }
+  return index_of(text, tokens.previous().line, tokens.previous().column);
+}
+
 }  // namespace
 
 Status parse_text_message(std::string_view text, const std::string& name, pb::Message& message,
@@ -69,7 +86,7 @@ Status parse_text_message(std::string_view text, const std::string& name, pb::Me
       return invalid_argument(name + ":" + std::to_string(error.line + 1) + ":" + std::to_string(error.column + 1) +
                               ": " + error.message + suggestion(type, wrong));
     // The error is at the token after the name.
-    const std::size_t begin = current_text.rfind(wrong, index_of(current_text, error.line, error.column));
+    const std::size_t begin = token_before(current_text, error.line, error.column);
     const auto line = 1 + std::ranges::count(std::string_view(current_text).substr(0, begin), '\n');
     current_text.replace(begin, wrong.size(), current);
     if (warnings == nullptr) continue;

@@ -103,11 +103,11 @@ class MqttSession {
   const Options options_;
   FileDescriptor wake_;  ///< eventfd
   Backoff backoff_;
-  std::unique_ptr<mosquitto, Free> client_;
   std::int64_t attempt_ns_ = 0, next_attempt_ns_ = 0;
   std::atomic<bool> connected_{false}, resolving_{false};
   std::string library_error_;  ///< Last error logged by libmosquitto: more specific than its return codes.
   std::string disconnected_;   ///< Reason of the disconnection, set by the library's callback; empty while connected.
+  std::unique_ptr<mosquitto, Free> client_;  // Last, because its callbacks use the other members.
 };
 
 }  // namespace lightwell

@@ -19,19 +19,14 @@ TEST(BlockSums, SumLanesOverColumns) {
       for (int channels = 1; channels <= 3; ++channels) {
         for (const std::size_t blocks : {1U, 2U, 3U, 5U, 7U, 8U, 15U, 16U, 17U, 31U, 33U, 40U, 81U}) {
           const auto columns = static_cast<std::size_t>(edge), count = static_cast<std::size_t>(channels);
-          const std::size_t lanes = blocks * columns * count, room = lanes + kBlockPadding;
-          Sums got(room);
-          Guarded<std::uint32_t> across(room);
+          const std::size_t lanes = blocks * columns * count;
+          Sums got(lanes);
+          Guarded<std::uint32_t> across(lanes);
           const bool full = random() % 3 == 0;
-          for (std::size_t i = 0; i < room; ++i) {
-            // Up to the largest sum of 16 rows of 65535; padding is random.
-            const bool beyond = i >= lanes;
-            got.sum.data()[i] = beyond ? static_cast<std::uint32_t>(random())
-                                : full ? 16 * 65535U
-                                       : below(random, 16 * 65535);
-            got.early.data()[i] = beyond ? static_cast<std::uint32_t>(random())
-                                  : full ? 136 * 65535U
-                                         : below(random, 136 * 65535);
+          for (std::size_t i = 0; i < lanes; ++i) {
+            // Up to the largest sum of 16 rows of 65535.
+            got.sum.data()[i] = full ? 16 * 65535U : below(random, 16 * 65535);
+            got.early.data()[i] = full ? 136 * 65535U : below(random, 136 * 65535);
             got.peak.data()[i] = static_cast<std::uint16_t>(random());
             across.data()[i] = static_cast<std::uint32_t>(random());
           }

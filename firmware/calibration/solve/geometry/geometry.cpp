@@ -64,7 +64,8 @@ Status check(const BoardObservations& s) {
     for (const PointObservation& k : p.observations) {
       if (!is_index(k.board, s.boards) || !is_index(k.point, s.boards[static_cast<std::size_t>(k.board)].points))
         return bad(p.name + " shows a point that no board has");
-      // False for NaN.
+      if (!std::isfinite(k.pixel.x) || !std::isfinite(k.pixel.y))
+        return bad(p.name + " shows a point at a pixel that is no number");
       if (!(k.pixel.x >= -0.5 && k.pixel.y >= -0.5 && k.pixel.x <= size.width - 0.5 && k.pixel.y <= size.height - 0.5))
         return bad(p.name + " shows a point outside its " + std::to_string(size.width) + "x" +
                    std::to_string(size.height) + " pixels");

@@ -147,9 +147,11 @@ Pose chain_pose(const YamlMap& camera) {
       camera.require({kKey},
                      ", so the relative pose of the two lenses is unknown; calibrate both together, or import one with "
                      "--camera"));
-  if (rows.size() != 4 || std::ranges::any_of(rows, [](const auto& row) { return row.size() != 4; }))
-    camera.refuse(kKey, "must be 4 rows of 4 numbers");
-  for (const auto& row : rows) check_numbers(camera, kKey, row);
+  if (rows.size() != 4) camera.refuse(kKey, "must be 4 x 4 numbers, it has " + std::to_string(rows.size()) + " rows");
+  for (const auto& row : rows) {
+    if (row.size() != 4) camera.refuse(kKey, "must be 4 x 4 numbers, a row has " + std::to_string(row.size()));
+    check_numbers(camera, kKey, row);
+  }
   if (rows[3] != std::vector<double>{0, 0, 0, 1}) camera.refuse(kKey, "the last row must be 0 0 0 1");
   std::array<Vec3d, 3> m;
   for (std::size_t i = 0; i < 3; ++i) m[i] = {rows[i][0], rows[i][1], rows[i][2]};

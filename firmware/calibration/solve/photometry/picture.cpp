@@ -284,6 +284,8 @@ Result<MeterReading> illuminance_reading(double lux, double albedo, double devia
 
 Result<AbsoluteScale> solve_absolute_scale(const PatchMean& patch, const std::array<double, 3>& white_balance,
                                            const PatchExposure& exposure, const MeterReading& reading) {
+  if (!positive(reading.nits) || !(reading.deviation >= 0))
+    return invalid_argument("absolute scale: the reading must be positive");
   if (!positive(exposure.exposure_s) || !positive(exposure.gain))
     return invalid_argument("absolute scale: exposure and gain of the patch's picture must be given and positive");
   if (!(exposure.vignetting >= 0.05))

@@ -1,6 +1,5 @@
 // The options of a V4L2 camera, from its URI and the configuration (README.md); opens a device and prepares it for
-// streaming: switches off all automatic controls, sets manual values, and reads back
-// the values in force.
+// streaming: switches off all automatic controls, sets manual values, and reads back the values in force.
 #pragma once
 
 #include <optional>
