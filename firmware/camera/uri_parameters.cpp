@@ -36,10 +36,10 @@ Result<std::array<double, 2>> parse_colour_gains(std::string_view text) {
 }
 
 Status set_capture(CaptureSettings& capture, std::string_view name, std::string_view value) {
-  if (name == "exposure") return assign(capture.exposure_s, uri_durations_s(value));
-  if (name == "gain") return assign(capture.gain, uri_quantity(value, {{"", 1}}));
-  if (name == "white_balance") return assign(capture.white_balance_k, uri_quantity(value, {{"K", 1}, {"", 1}}));
-  return assign(capture.colour_gains, parse_colour_gains(value));
+  if (name == "exposure") return uri_durations_s(value).assign_to(capture.exposure_s);
+  if (name == "gain") return uri_quantity(value, {{"", 1}}).assign_to(capture.gain);
+  if (name == "white_balance") return uri_quantity(value, {{"K", 1}, {"", 1}}).assign_to(capture.white_balance_k);
+  return parse_colour_gains(value).assign_to(capture.colour_gains);
 }
 
 }  // namespace

@@ -67,12 +67,4 @@ template <class T>
 /// Delay between successive rows of a rolling shutter, 0 to 10 ms: "18.5us".
 [[nodiscard]] Result<Duration> uri_row_readout(std::string_view text);
 
-/// Assigns the value, or returns the error.
-template <class T, class U>
-[[nodiscard]] Status assign(T& target, Result<U> value) {
-  if (!value) return value.status();
-  target = std::move(*value);
-  return {};
-}
-
 }  // namespace lightwell

@@ -17,7 +17,6 @@
 #include <vector>
 
 #include <lightwell/calibration.hpp>
-#include <lightwell/geometry.hpp>
 #include <lightwell/marker_body.hpp>
 #include <lightwell/result.hpp>
 #include <lightwell/time.hpp>

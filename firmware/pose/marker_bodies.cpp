@@ -131,8 +131,7 @@ Shaped shape(const std::vector<Vec3d>& normals, std::size_t index, double r, Vec
   const auto angle = [](const HalfPlane& e) {
     return std::fmod(std::atan2(e.b, e.a) + 2.5 * std::numbers::pi + 1e-6, 2 * std::numbers::pi);
   };
-  std::sort(out.edges.begin(), out.edges.end(),
-            [&](const HalfPlane& p, const HalfPlane& q) { return angle(p) < angle(q); });
+  std::ranges::sort(out.edges, {}, angle);
   for (std::size_t i = 0; i < out.edges.size(); ++i) {
     const HalfPlane& p = out.edges[(i + out.edges.size() - 1) % out.edges.size()];
     const HalfPlane& q = out.edges[i];
@@ -154,9 +153,8 @@ Status check(double size_m, const std::string& field, TagFamily family, int firs
     return invalid_argument(field + " is " + brief(size_m) + "; it is in metres, above 0 and at most 10");
   const int known = shape_of(family).tags, needed = static_cast<int>(tags);
   if (first_id < 0 || first_id > known - needed)
-    return invalid_argument("first_id is " + std::to_string(first_id) + " and the body has " + std::to_string(needed) +
-                            " tags; " + std::string(to_string(family)) + " has numbers 0 to " +
-                            std::to_string(known - 1));
+    return invalid_argument(formatted("first_id is %d and the body has %d tags; ", first_id, needed) +
+                            std::string(to_string(family)) + " has numbers 0 to " + std::to_string(known - 1));
   return {};
 }
 

@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <set>
 #include <utility>
 
+#include <lightwell/text.hpp>
+
+#include "imaging/csv.hpp"
 #include "pose/corner_solver.hpp"
 
 namespace lightwell {
@@ -51,7 +55,48 @@ Status check(std::span<const WorldTag> room) {
   return {};
 }
 
+/// Columns of parse_world_tags(), the optional one first.
+const std::vector<std::string_view> kColumns = {"family", "id", "size_m", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
+constexpr std::size_t kRequiredColumns = 1;
+
+Result<WorldTag> tag_of(const CsvRow& row) {
+  WorldTag tag;
+  if (const auto family = row.cells.find("family"); family != row.cells.end())
+    if (const Status s = parse_tag_family(family->second).assign_to(tag.family); !s.ok()) return row.bad(s.message());
+  const std::string& id = row.cells.at("id");
+  tag.id = parse_number<int>(id).value_or(-1);
+  if (tag.id < 0) return row.bad("id: '" + id + "' is not a tag's number");
+  Vec3d& t = tag.world_tag.translation;
+  Quat& q = tag.world_tag.rotation;
+  double* const numbers[] = {&tag.size_m, &t.x, &t.y, &t.z, &q.x, &q.y, &q.z, &q.w};
+  for (std::size_t i = 0; i < std::size(numbers); ++i)
+    if (const Status s = row.read(kColumns[i + 2], *numbers[i]); !s.ok()) return s;
+  if (tag.id >= shape_of(tag.family).tags)
+    return row.bad(std::string(to_string(tag.family)) + " has no tag " + std::to_string(tag.id));
+  if (!(tag.size_m > 0)) return row.bad("size_m must be positive, in metres");
+  const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+  if (!(std::abs(norm - 1) < 1e-3)) return row.bad("the quaternion's length is " + std::to_string(norm) + ", not 1");
+  q = q.normalized();
+  return tag;
+}
+
 }  // namespace
+
+Result<std::vector<WorldTag>> parse_world_tags(std::string_view text, const std::string& name) {
+  const Result<std::vector<CsvRow>> rows = parse_csv(text, name, kColumns, kRequiredColumns, true);
+  if (!rows) return rows.status();
+  std::vector<WorldTag> out;
+  for (const CsvRow& row : *rows) {
+    const Result<WorldTag> tag = tag_of(row);
+    if (!tag) return tag.status();
+    for (const WorldTag& other : out)
+      if (other.family == tag->family && other.id == tag->id)
+        return row.bad(std::string(to_string(tag->family)) + " " + std::to_string(tag->id) + " is listed twice");
+    out.push_back(*tag);
+  }
+  if (out.empty()) return invalid_argument(name + ": lists no tag");
+  return out;
+}
 
 Status MountingOptions::validate() const {
   if (!(model_error_px >= 0 && model_error_px <= 100))

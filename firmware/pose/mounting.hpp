@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -32,6 +33,14 @@ struct WorldTag {
   double size_m = 0;  ///< As TagBoard::tag_size_m.
   Pose world_tag;
 };
+
+/// Parses the poses of a room's tags, a CSV file (parse_csv()).
+///   family,id,size_m,tx,ty,tz,qx,qy,qz,qw
+///   tag36h11,7,0.16,0.5,1.4,-2.0,0,0,0,1
+/// family is optional (tag36h11), all others are required. Each row is T_world_tag: metres, and a unit quaternion.
+/// Lines that begin with # are ignored. invalid_argument: a malformed line or an invalid value; the message has `name`
+/// and the line.
+[[nodiscard]] Result<std::vector<WorldTag>> parse_world_tags(std::string_view text, const std::string& name);
 
 /// All tags of a board with the pose `world_board`. `board` has passed validate().
 [[nodiscard]] std::vector<WorldTag> tags_of(const TagBoard& board, const Pose& world_board);

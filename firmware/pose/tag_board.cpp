@@ -113,26 +113,23 @@ Result<TagBitmap> tag_bitmap(TagFamily family, int id) {
 }
 
 Status TagBoard::validate() const {
-  const auto wrong = [](const std::string& what) { return invalid_argument(what); };
   if (columns < 1 || columns > kMaxTagsPerSide)
-    return wrong("columns (tagCols) is " + std::to_string(columns) + "; it must be 1 to " +
-                 std::to_string(kMaxTagsPerSide));
+    return invalid_argument(formatted("columns (tagCols) is %d; it must be 1 to %d", columns, kMaxTagsPerSide));
   if (rows < 1 || rows > kMaxTagsPerSide)
-    return wrong("rows (tagRows) is " + std::to_string(rows) + "; it must be 1 to " + std::to_string(kMaxTagsPerSide));
+    return invalid_argument(formatted("rows (tagRows) is %d; it must be 1 to %d", rows, kMaxTagsPerSide));
   if (!(tag_size_m > 0 && tag_size_m <= kMaxTagSize_m))
-    return wrong("tag_size_m (tagSize) is " + to_text(tag_size_m) + "; it is in metres, above 0 and at most " +
-                 to_text(kMaxTagSize_m));
+    return invalid_argument("tag_size_m (tagSize) is " + to_text(tag_size_m) +
+                            "; it is in metres, above 0 and at most " + to_text(kMaxTagSize_m));
   const double least = min_spacing(family);
   // Tolerates a spacing that the user rounded to three digits.
   if (!(spacing >= least - 1e-3 && spacing <= kMaxSpacing))
-    return wrong("spacing (tagSpacing) is " + to_text(spacing) + "; tags of " + std::string(to_string(family)) +
-                 " need at least " + to_text(least) + " of their size between them, and at most " +
-                 to_text(kMaxSpacing));
+    return invalid_argument("spacing (tagSpacing) is " + to_text(spacing) + "; tags of " +
+                            std::string(to_string(family)) + " need at least " + to_text(least) +
+                            " of their size between them, and at most " + to_text(kMaxSpacing));
   const int known = shape_of(family).tags;
   if (first_id < 0 || first_id > known - tags())
-    return wrong("first_id (codeOffset) is " + std::to_string(first_id) + " and the board has " +
-                 std::to_string(tags()) + " tags; " + std::string(to_string(family)) + " has numbers 0 to " +
-                 std::to_string(known - 1));
+    return invalid_argument(formatted("first_id (codeOffset) is %d and the board has %d tags; ", first_id, tags()) +
+                            std::string(to_string(family)) + " has numbers 0 to " + std::to_string(known - 1));
   return {};
 }
 

@@ -154,9 +154,7 @@ double reach_of(const std::array<PixelPosition, 4>& c) {
 }
 
 void sort(std::vector<TagDetection>& tags) {
-  std::stable_sort(tags.begin(), tags.end(), [](const TagDetection& a, const TagDetection& b) {
-    return std::pair(a.family, a.id) < std::pair(b.family, b.id);
-  });
+  std::ranges::stable_sort(tags, {}, [](const TagDetection& t) { return std::pair(t.family, t.id); });
 }
 
 /// Whether two detections are of the same printed tag, not of two copies.

@@ -82,11 +82,10 @@ Radiance Panorama::radiance(SpherePoint point) const {
 }
 
 Result<Panorama> make_panorama(int width, int height, std::vector<float> rgb) {
-  if (height < 2 || width != 2 * height) {
-    return invalid_argument("a panorama must be twice as wide as it is high, this picture is " + std::to_string(width) +
-                            "x" + std::to_string(height) +
+  if (height < 2 || width != 2 * height)
+    return invalid_argument("a panorama must be twice as wide as it is high, this picture is " +
+                            formatted("%dx%d", width, height) +
                             ": stretch or pad it to 2:1 (the whole sphere, equirectangular)");
-  }
   if (rgb.size() != 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
     return invalid_argument("a panorama needs three floats a pixel");
 

@@ -23,7 +23,6 @@ from .runner import CannotRun, TestFailure
 from .waits import wait_for
 from .watcher import Watcher, WatcherHere
 
-
 # The firmware's counters of frames.
 COUNTERS = ("frames", "frames_lost", "estimates", "estimates_failed", "captures_dropped")
 # The camera's counters of frames damaged by injected faults.
@@ -300,10 +299,6 @@ class Rig:
         wait_for(f"{frames} frames to be recorded", lambda: self.info(uri)["frames_recorded"] >= frames, limit_s,
                  every_s=1)
 
-    def journal(self, lines: int = 15) -> str:
-        """The last lines of lightwelld's journal."""
-        return self.board.run(["journalctl", "-u", "lightwelld", "-n", str(lines), "--no-pager", "-o", "cat"]).out
-
     # --- clients, as separate processes outside of the board
 
     def client(self, words: Sequence[str], *, timeout_s: float = 90, good: Collection[int] = (0,),
@@ -317,8 +312,9 @@ class Rig:
         except subprocess.TimeoutExpired as error:
             raise TestFailure(f"{' '.join(words)} did not end within {timeout_s:.0f} s") from error
         if done.returncode not in good:
+            journal = self.board.run("journalctl -u lightwelld -n 15 --no-pager -o cat").out
             raise TestFailure(f"lightwell {' '.join(words)} ended with {done.returncode}: {done.stderr.strip()}\n"
-                              f"{self.journal()}")
+                              f"{journal}")
         return done.stdout
 
     def watch(self, uri: str, seconds: float, environment: Mapping[str, str] | None = None) -> dict[str, Any]:

@@ -102,7 +102,6 @@ std::vector<LightSample> thinned(const std::vector<LightSample>& samples, std::s
     skipped += s.flux;
     at += l;
     if (at < next) continue;
-    // Flux skipped since the last chosen sample is added to this direction, because neighbours in the list are close.
     out.push_back({s.direction, skipped});
     skipped = {};
     while (next <= at) next += step;
@@ -208,6 +207,16 @@ LinearPicture ball(int edge, const std::function<Radiance(Vec3f, Vec3f)>& shade)
   return out;
 }
 
+/// Irradiance of the visible light samples on a surface with this normal.
+template <class Visible>
+Irradiance diffuse(const std::vector<LightSample>& light, Vec3f normal, Visible visible) {
+  Irradiance e;
+  for (const LightSample& s : light)
+    if (const float c = dot(s.direction, normal); c > 0 && visible(s.direction))
+      e += Irradiance{s.flux.r * c, s.flux.g * c, s.flux.b * c};
+  return e;
+}
+
 /// A ball and a block on a matte floor, seen from the front and above, with direct light and shadows.
 LinearPicture still_life(int width, int height, const std::vector<LightSample>& light) {
   LinearPicture out(width, height);
@@ -221,13 +230,8 @@ LinearPicture still_life(int width, int height, const std::vector<LightSample>& 
       const float y = (static_cast<float>(height) - 2 * (static_cast<float>(j) + 0.5F)) / static_cast<float>(height);
       const std::optional<Hit> hit = trace(eye, normalized(forward * zoom + right * x + up * y));
       if (!hit) continue;
-      Irradiance e;
       const Vec3f lifted = hit->point + hit->normal * 2e-3F;
-      for (const LightSample& s : light) {
-        const float c = dot(s.direction, hit->normal);
-        if (c <= 0 || occluded(lifted, s.direction)) continue;
-        e += Irradiance{s.flux.r * c, s.flux.g * c, s.flux.b * c};
-      }
+      const Irradiance e = diffuse(light, hit->normal, [&](Vec3f d) { return !occluded(lifted, d); });
       const std::size_t at =
           static_cast<std::size_t>(j) * static_cast<std::size_t>(width) + static_cast<std::size_t>(i);
       out.pixels[at] = reflected_radiance(e, hit->albedo);
@@ -246,16 +250,6 @@ Radiance glossy(const std::vector<LightSample>& light, Vec3f direction, double r
     if (k > 0) sum += s.flux * static_cast<float>(k);
   }
   return sum;
-}
-
-/// Irradiance of light samples on a surface with this normal.
-Irradiance diffuse(const std::vector<LightSample>& light, Vec3f normal) {
-  Irradiance e;
-  for (const LightSample& s : light) {
-    const float c = dot(s.direction, normal);
-    if (c > 0) e += Irradiance{s.flux.r * c, s.flux.g * c, s.flux.b * c};
-  }
-  return e;
 }
 
 constexpr int kMargin = 16, kBallEdge = 170, kStillWidth = 300, kText = 22;
@@ -333,7 +327,8 @@ Row lit_by(const Lighting& lighting) {
 Row lit_by(const sim::Scene& scene, const sim::SceneState& state) {
   const Albedo white{0.8F, 0.8F, 0.8F};
   const std::vector<LightSample> all = samples_of(scene.panorama(state), state.rotation_world_probe);
-  return {ball(kBallEdge, [&](Vec3f n, Vec3f) { return reflected_radiance(diffuse(all, n), white); }),
+  return {ball(kBallEdge,
+               [&](Vec3f n, Vec3f) { return reflected_radiance(diffuse(all, n, [](Vec3f) { return true; }), white); }),
           ball(kBallEdge, [&](Vec3f, Vec3f d) { return glossy(all, d, kGlossy); }),
           ball(kBallEdge, [&](Vec3f, Vec3f d) { return scene.radiance(vec_cast<double>(d), state); }),
           still_life(kStillWidth, kBallEdge, thinned(all, 1200))};

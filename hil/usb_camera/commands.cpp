@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "imaging/uri.hpp"
-#include "tools/json_text.hpp"
+#include "tools/command_line.hpp"
 
 namespace lightwell::usb_camera {
 namespace {

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "usb_camera/payload.hpp"
-
 namespace lightwell::usb_camera {
 namespace {
 

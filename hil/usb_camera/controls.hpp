@@ -91,6 +91,9 @@ class Controls {
   std::uint64_t sets_ = 0;
 };
 
+/// Size of a payload header with presentation time and source clock (2.4.3.3).
+inline constexpr std::size_t kPayloadHeader = 12;
+
 /// The result of a commit.
 struct NegotiatedFormat {
   StreamFormat format;

@@ -3,14 +3,12 @@
 #include <cstdio>
 #include <iostream>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "imaging/uri.hpp"
-#include "usb_camera/scene_renderer.hpp"
 #include "usb_camera/scene_source.hpp"
 #include "usb_camera/server.hpp"
 
@@ -37,9 +35,8 @@ struct Ahead {
 };
 
 Result<Ahead> parse_ahead(const std::string& text, const SupportedFormats& formats) {
-  std::vector<std::string> parts;
-  std::istringstream in(text + ':');
-  for (std::string part; std::getline(in, part, ':');) parts.push_back(part);
+  const std::vector<std::string_view> views = separated(text, ':');
+  const std::vector<std::string> parts(views.begin(), views.end());
   const auto bad = [&](const std::string& what) {
     return Status(StatusCode::invalid_argument, "--ahead " + text + ": " + what);
   };

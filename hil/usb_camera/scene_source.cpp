@@ -3,7 +3,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csetjmp>
+#include <cstdlib>
 #include <utility>
+
+#include "imaging/jpeg_errors.hpp"
+#include "imaging/uri.hpp"
 
 namespace lightwell::usb_camera {
 namespace {
@@ -12,8 +17,191 @@ namespace {
 constexpr std::size_t kMaxRenderers = 4;
 // Limit of queued jobs; jobs become obsolete when settings change or the stream ends.
 constexpr std::size_t kMaxJobs = 256;
+constexpr std::size_t kLightMemory = std::size_t{256} << 20;
+// Maximum number of cached sensors, one per colour temperature.
+constexpr std::size_t kSensors = 8;
+
+/// The sensor's formats in the order of Encoding.
+constexpr std::array kSensorFormats = {PixelFormat::yuyv, PixelFormat::nv12, PixelFormat::rgb8};
+
+double cubic(double t, double a, double b, double c, double d) { return ((a * t + b) * t + c) * t + d; }
+
+/// Linear Rec. 709 of the black body with Y = 1.
+std::array<double, 3> planckian_rgb(double kelvin) {
+  const double t = 1000 / kelvin;
+  const double x = kelvin <= 4000 ? cubic(t, -0.2661239, -0.2343589, 0.8776956, 0.179910)
+                                  : cubic(t, -3.0258469, 2.1070379, 0.2226347, 0.240390);
+  const double y = kelvin <= 2222   ? cubic(x, -1.1063814, -1.34811020, 2.18555832, -0.20219683)
+                   : kelvin <= 4000 ? cubic(x, -0.9549476, -1.37418593, 2.09137015, -0.16748867)
+                                    : cubic(x, 3.0817580, -5.87338670, 3.75112997, -0.37001483);
+  const double big_x = x / y, big_z = (1 - x - y) / y;
+  // IEC 61966-2-1, annex F: XYZ to linear sRGB.
+  return {3.2406 * big_x - 1.5372 - 0.4986 * big_z, -0.9689 * big_x + 1.8758 + 0.0415 * big_z,
+          0.0557 * big_x - 0.2040 + 1.0570 * big_z};
+}
+
+/// Encodes at one quality. `memory`: allocated by libjpeg, `bytes`: its size. This function has no objects with
+/// destructors, because libjpeg's errors leave it by longjmp().
+bool compress(const std::byte* rgb, FrameSize size, int quality, JpegErrors& errors, unsigned char** memory,
+              unsigned long* bytes) {
+  jpeg_compress_struct info{};
+  info.err = errors.install();
+  if (setjmp(errors.jump) != 0) {
+    jpeg_destroy_compress(&info);
+    return false;
+  }
+  jpeg_create_compress(&info);
+  jpeg_mem_dest(&info, memory, bytes);
+  info.image_width = static_cast<JDIMENSION>(size.width);
+  info.image_height = static_cast<JDIMENSION>(size.height);
+  info.input_components = 3;
+  info.in_color_space = JCS_RGB;
+  jpeg_set_defaults(&info);
+  jpeg_set_quality(&info, quality, TRUE);
+  info.comp_info[0].h_samp_factor = 2;
+  info.comp_info[0].v_samp_factor = 1;
+  // The integer DCT gives identical bits on all machines.
+  info.dct_method = JDCT_ISLOW;
+  jpeg_start_compress(&info, TRUE);
+  while (info.next_scanline < info.image_height) {
+    // libjpeg does not write to its input, although the parameter is not const.
+    auto* row = reinterpret_cast<JSAMPROW>(const_cast<std::byte*>(rgb)) +
+                3 * static_cast<std::size_t>(info.next_scanline) * static_cast<std::size_t>(size.width);
+    jpeg_write_scanlines(&info, &row, 1);
+  }
+  jpeg_finish_compress(&info);
+  jpeg_destroy_compress(&info);
+  return true;
+}
 
 }  // namespace
+
+std::array<double, 3> white_balance(double kelvin) {
+  const std::array<double, 3> seen = planckian_rgb(kelvin), neutral = planckian_rgb(kNeutralKelvin);
+  const double green = seen[1] / neutral[1];
+  return {seen[0] / neutral[0] / green, 1.0, seen[2] / neutral[2] / green};
+}
+
+Result<std::vector<std::byte>> encode_jpeg(std::span<const std::byte> rgb, FrameSize size, int quality,
+                                           std::size_t max_bytes) {
+  for (;; quality -= 5) {
+    JpegErrors errors;
+    unsigned char* memory = nullptr;
+    unsigned long bytes = 0;
+    const bool done = compress(rgb.data(), size, quality, errors, &memory, &bytes);
+    const auto* const begin = reinterpret_cast<const std::byte*>(memory);
+    std::vector<std::byte> out;
+    if (done && bytes <= max_bytes) out.assign(begin, begin + bytes);
+    std::free(memory);
+    if (!done) return Status(StatusCode::internal, std::string("JPEG: ") + errors.message.data());
+    if (!out.empty()) return out;
+    if (quality <= 5)
+      return Status(StatusCode::internal,
+                    "JPEG: the image exceeds " + std::to_string(max_bytes) + " bytes even at the lowest quality");
+  }
+}
+
+Result<std::shared_ptr<SceneRenderer>> SceneRenderer::open(const std::string& uri, int lens, int jpeg_quality,
+                                                           const StreamFormat& format) {
+  Result<CameraUri> parsed = parse_camera_uri(uri);
+  if (!parsed) return parsed.status();
+  if (parsed->scheme != "sim")
+    return Status(StatusCode::invalid_argument, "'" + uri + "' is not a URI of the simulated camera, sim:SCENE?...");
+  for (const auto& [name, value] : parsed->parameters) {
+    if (name == "sensor" || name == "gain")
+      return Status(StatusCode::invalid_argument,
+                    name + "=" + value + " is not allowed, because the host sets it; leave it out");
+  }
+  CameraConfig config;
+  config.width = format.size.width;
+  config.height = format.size.height;
+  config.frame_rate = format.rate;
+  Result<SimOptions> options = parse_sim_options(*parsed, config);
+  if (!options) return options.status();
+  options->sensor = kSensorFormats[static_cast<std::size_t>(format.encoding)];
+  Result<std::unique_ptr<SimWorld>> world = make_sim_world(std::move(*options));
+  if (!world) return world.status();
+  if (lens < 0 || static_cast<std::size_t>(lens) >= (*world)->rig.lenses.size())
+    return Status(StatusCode::invalid_argument,
+                  "the rig " + (*world)->options.rig + " has no lens " + std::to_string(lens) +
+                      "; number of lenses: " + std::to_string((*world)->rig.lenses.size()));
+  return std::shared_ptr<SceneRenderer>(new SceneRenderer(std::move(*world), lens, jpeg_quality, format));
+}
+
+SceneRenderer::SceneRenderer(std::unique_ptr<SimWorld> world, int lens, int jpeg_quality, const StreamFormat& format)
+    : world_(std::move(world)), lens_(static_cast<std::size_t>(lens)), jpeg_quality_(jpeg_quality), format_(format) {}
+
+const LensRenderer& SceneRenderer::renderer() {
+  std::call_once(built_, [this] {
+    const LensParameters& lens = world_->rig.lenses[lens_];
+    const RingSource source = world_->source();
+    renderer_ = std::make_unique<LensRenderer>(
+        LensRenderer{sim::LensRays(lens, sim::samples_for(lens, world_->scene.panorama({}))),
+                     sim::Sensor(lens, source.sensor), source.timing});
+  });
+  return *renderer_;
+}
+
+SceneRenderer::Light SceneRenderer::light(std::uint64_t index) {
+  const LensRenderer& lens = renderer();
+  const std::size_t values =
+      3 * static_cast<std::size_t>(lens.rays.width()) * static_cast<std::size_t>(lens.rays.height());
+  std::promise<Light> promise;
+  {
+    std::unique_lock lock(mutex_);
+    const auto known = std::find_if(lights_.begin(), lights_.end(),
+                                    [&](const auto& entry) { return same_light(world_->scene, entry.first, index); });
+    if (known != lights_.end()) {
+      lights_.splice(lights_.begin(), lights_, known);
+      const std::shared_future<Light> future = known->second;
+      lock.unlock();
+      return future.get();
+    }
+    lights_.emplace_front(index, promise.get_future().share());
+    const std::size_t most = std::max<std::size_t>(2, kLightMemory / (values * sizeof(float)));
+    while (lights_.size() > most) lights_.pop_back();
+  }
+  auto out = std::make_shared<std::vector<float>>(values);
+  lens.radiance(world_->scene, index, *out);
+  promise.set_value(out);
+  return out;
+}
+
+std::shared_ptr<const sim::Sensor> SceneRenderer::sensor(int kelvin) {
+  const std::lock_guard lock(mutex_);
+  const auto known = sensors_.find(kelvin);
+  if (known != sensors_.end()) return known->second;
+  sim::SensorModel model = world_->source().sensor;
+  model.photometry.white_balance = white_balance(kelvin);
+  if (sensors_.size() >= kSensors) sensors_.clear();
+  auto sensor = std::make_shared<const sim::Sensor>(world_->rig.lenses[lens_], model);
+  sensors_[kelvin] = sensor;
+  return sensor;
+}
+
+RigParameters SceneRenderer::calibration() const {
+  RigParameters rig = world_->rig;
+  rig.lenses = {rig.lenses[lens_]};
+  return rig;
+}
+
+Result<std::vector<std::byte>> SceneRenderer::render(std::uint64_t picture, const SensorSettings& settings) {
+  const std::uint64_t index = plan().scene_index_of_picture(picture);
+  const LensRenderer& lens = renderer();
+  const Light steady = light(index);
+  std::span<const float> seen = *steady;
+  std::vector<float> flickering;
+  if (lens.timing.flicker.hz > 0) {
+    flickering.resize(steady->size());
+    lens.flicker(index, settings.exposure_s, *steady, flickering);
+    seen = flickering;
+  }
+  const std::shared_ptr<const sim::Sensor> chip = sensor(settings.kelvin);
+  std::vector<std::byte> out(chip->bytes());
+  chip->expose(seen, {settings.exposure_s, settings.gain, picture, static_cast<int>(lens_)}, out);
+  if (format_.encoding != Encoding::mjpeg) return out;
+  return encode_jpeg(out, format_.size, jpeg_quality_, largest_frame(Encoding::mjpeg, format_.size));
+}
 
 Result<std::unique_ptr<SceneSource>> SceneSource::open(SceneOptions options, std::function<void()> ready) {
   // The format that determines automatic exposure until a host has chosen one.

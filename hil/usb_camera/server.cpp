@@ -29,6 +29,8 @@ Result<sockaddr_un> address_of(const std::string& path) {
 
 const sockaddr* generic(const sockaddr_un& address) { return reinterpret_cast<const sockaddr*>(&address); }
 
+CameraTime camera_now() { return {monotonic_now_ns()}; }
+
 }  // namespace
 
 Result<Listener> Listener::at(const std::string& path) {
@@ -58,8 +60,6 @@ Result<FileDescriptor> connect_to(const std::string& path) {
     return Status(StatusCode::unavailable, "cannot connect to " + path + ": " + std::strerror(errno));
   return socket;
 }
-
-CameraTime camera_now() { return {monotonic_now_ns()}; }
 
 Result<std::unique_ptr<Server>> Server::open(const ServerOptions& options, CommandTargets targets) {
   std::unique_ptr<Server> server(new Server(std::move(targets)));

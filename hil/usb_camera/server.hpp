@@ -87,9 +87,6 @@ class RedirPort final : public TransferSink {
   std::unique_ptr<usbredirparser, Destroy> parser_;
 };
 
-/// CLOCK_MONOTONIC.
-[[nodiscard]] CameraTime camera_now();
-
 /// Serves one host at a time; another one waits in the socket's queue until the first has gone.
 class Server final : public Cable, private TransferSink {
  public:

@@ -8,13 +8,17 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tools/json_text.hpp"
+#include "tools/command_line.hpp"
 
 namespace lightwell::usb_camera {
 namespace {
 
 // Limit of frames that are logged individually as missed after the machine was suspended.
 constexpr int kMaxMissedFrames = 10'000;
+
+// Bits of a payload header (UVC 1.1, 2.4.3.3).
+constexpr std::uint8_t kFrameId = 0x01, kEndOfFrame = 0x02, kPresentation = 0x04, kSourceClock = 0x08, kError = 0x40,
+                       kEndOfHeader = 0x80;
 
 Duration seconds(double s) { return {std::llround(s * 1e9)}; }
 
@@ -26,6 +30,40 @@ bool take(std::uint64_t& count) {
 }
 
 }  // namespace
+
+std::uint32_t clock_ticks(CameraTime time) { return static_cast<std::uint32_t>(time.ns / 1000); }
+
+std::uint16_t start_of_frame(CameraTime time) { return static_cast<std::uint16_t>(time.ns / 1'000'000 & 0x7FF); }
+
+void PayloadSplitter::open_payload(CameraTime now) {
+  const std::size_t left = frame_.size() - sent_;
+  payload_left_ = std::min(left, payload_bytes_ - kPayloadHeader);
+  full_size_ = payload_left_ + kPayloadHeader == payload_bytes_;
+  header_.clear();
+  put(header_, kPayloadHeader, 1);
+  put(header_,
+      static_cast<unsigned>(kEndOfHeader | kPresentation | kSourceClock | (fields_.frame_id ? kFrameId : 0) |
+                            (fields_.error ? kError : 0) | (payload_left_ == left ? kEndOfFrame : 0)),
+      1);
+  put(header_, fields_.presentation, 4);
+  put(header_, clock_ticks(now), 4);
+  put(header_, start_of_frame(now), 2);
+  open_ = begun_ = true;
+}
+
+void PayloadSplitter::fill(std::size_t length, CameraTime now, Bytes& out) {
+  out.clear();
+  if (!open_ && sent_ < frame_.size()) open_payload(now);
+  const auto of_header = static_cast<std::ptrdiff_t>(std::min(length, header_.size()));
+  out.insert(out.end(), header_.begin(), header_.begin() + of_header);
+  header_.erase(header_.begin(), header_.begin() + of_header);
+  const std::size_t of_data = std::min(length - out.size(), payload_left_);
+  const auto* const data = reinterpret_cast<const std::uint8_t*>(frame_.data()) + sent_;
+  out.insert(out.end(), data, data + of_data);
+  payload_left_ -= of_data;
+  sent_ += of_data;
+  if (payload_left_ == 0 && header_.empty() && (out.size() < length || full_size_)) open_ = false;
+}
 
 nlohmann::ordered_json json_of(const FrameRecord& r) {
   return {{"stream", r.stream},
@@ -165,10 +203,8 @@ void Stream::drop(FrameRecord record, Outcome outcome) {
 
 void Stream::abort_frame() {
   if (!sending_) return;
-  FrameRecord record = sending_->record;
-  record.sent = sending_->splitter.sent();
-  record.outcome = Outcome::aborted;
-  log_.add(record);
+  sending_->record.sent = sending_->splitter.sent();
+  drop(sending_->record, Outcome::aborted);
   sending_.reset();
 }
 
@@ -199,22 +235,22 @@ void Stream::begin(CameraTime due, Picture picture) {
   FrameRecord r = record(due);
   if (options_.stamp) picture = stamped(picture, negotiated_format_->format.encoding, next_);
   r.bytes = picture->size();
-  const std::span<const std::byte> all(*picture);
-  std::vector<std::span<const std::byte>> parts = {all};
-  const std::size_t third = all.size() / 3;
+  const auto third = static_cast<std::ptrdiff_t>(picture->size() / 3);
   if (take(faults_.tear)) {
     r.outcome = Outcome::torn;
-    parts = {all.first(third), all.last(third)};
+    auto rest = std::make_shared<std::vector<std::byte>>(picture->begin(), picture->begin() + third);
+    rest->insert(rest->end(), picture->end() - third, picture->end());
+    picture = rest;
   } else if (take(faults_.shorten)) {
     r.outcome = Outcome::shortened;
-    parts = {all.first(all.size() - third)};
+    picture = std::make_shared<std::vector<std::byte>>(picture->begin(), picture->end() - third);
   } else if (take(faults_.mark)) {
     r.outcome = Outcome::marked;
   }
   frame_id_ = !frame_id_;
   const PayloadFields fields{frame_id_, r.outcome == Outcome::marked, clock_ticks(r.began)};
-  sending_.emplace(
-      Sending{r, std::move(picture), PayloadSplitter(std::move(parts), negotiated_format_->payload_bytes, fields)});
+  const PayloadSplitter splitter(*picture, negotiated_format_->payload_bytes, fields);
+  sending_.emplace(Sending{r, std::move(picture), splitter});
 }
 
 void Stream::advance(CameraTime due) {

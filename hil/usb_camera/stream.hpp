@@ -1,5 +1,5 @@
-// The streaming endpoint: starts frames when they are due, sends them in the transfers that the host has queued, and
-// logs their outcome.
+// The streaming endpoint: starts frames when they are due, splits them into payloads (UVC 1.1, 2.4.3) and the transfers
+// that the host has queued, and logs their outcome.
 #pragma once
 
 #include <deque>
@@ -9,11 +9,58 @@
 
 #include <lightwell/files.hpp>
 #include <lightwell/result.hpp>
+#include <lightwell/time.hpp>
 
 #include "usb_camera/controls.hpp"
-#include "usb_camera/payload.hpp"
 
 namespace lightwell::usb_camera {
+
+struct CameraClock {};
+/// Nanoseconds of the camera's clock. The program uses CLOCK_MONOTONIC.
+using CameraTime = TimePoint<CameraClock>;
+
+/// The camera's clock in payload headers: microseconds modulo 2^32.
+[[nodiscard]] std::uint32_t clock_ticks(CameraTime time);
+/// The USB frame number in payload headers, derived from the camera's clock instead of the bus: milliseconds modulo
+/// 2048.
+[[nodiscard]] std::uint16_t start_of_frame(CameraTime time);
+
+struct PayloadFields {
+  bool frame_id = false;           ///< Alternates from frame to frame.
+  bool error = false;              ///< The frame's ERR bit.
+  std::uint32_t presentation = 0;  ///< clock_ticks() of the start of exposure.
+};
+
+/// Delivers a frame transfer by transfer. Every payload begins with a new transfer. It ends with a transfer that is
+/// shorter than requested, or when it has the negotiated length. A shorter payload that fills its last transfer exactly
+/// is therefore followed by an empty transfer.
+class PayloadSplitter {
+ public:
+  /// The frame's memory must outlive this object. `payload_bytes` > kPayloadHeader.
+  PayloadSplitter(std::span<const std::byte> frame, std::uint32_t payload_bytes, PayloadFields fields)
+      : frame_(frame), payload_bytes_(payload_bytes), fields_(fields) {}
+
+  /// Writes the bytes of a transfer of at most `length` bytes to `out`; `now` becomes the source clock if a payload
+  /// begins.
+  void fill(std::size_t length, CameraTime now, Bytes& out);
+
+  [[nodiscard]] bool done() const { return sent_ == frame_.size() && !open_; }
+  [[nodiscard]] bool begun() const { return begun_; }
+  /// Bytes of the frame, without headers, that have been delivered.
+  [[nodiscard]] std::size_t sent() const { return sent_; }
+
+ private:
+  void open_payload(CameraTime now);
+
+  std::span<const std::byte> frame_;
+  std::uint32_t payload_bytes_;
+  PayloadFields fields_;
+  std::size_t sent_ = 0;
+  Bytes header_;                  ///< Remaining bytes of the header.
+  std::size_t payload_left_ = 0;  ///< Remaining data bytes of the open payload.
+  bool full_size_ = false;        ///< The open payload has the negotiated length.
+  bool open_ = false, begun_ = false;
+};
 
 /// The immutable bytes of one frame.
 using Picture = std::shared_ptr<const std::vector<std::byte>>;

@@ -1,3 +1,5 @@
+#include <array>
+
 #include <lightwell/framing.hpp>
 #include <lightwell/link_message.hpp>
 
@@ -17,34 +19,39 @@ static_assert(static_cast<int>(StatusCode::resource_exhausted) == v1::LINK_CODE_
 static_assert(static_cast<int>(StatusCode::internal) == v1::LINK_CODE_INTERNAL);
 static_assert(static_cast<int>(kEstimatorKinds.back()) == v1::EstimatorKind_MAX);
 
-/// Writes a LinkRequest with this number into `out`; `fill` sets what is asked.
-template <class Fill>
-void encode_request(std::uint32_t id, std::vector<std::byte>& out, Fill fill) {
-  v1::LinkRequest m;
-  m.set_id(id);
-  fill(m);
+void write(const v1::LinkRequest& m, std::vector<std::byte>& out) {
   out.resize(m.ByteSizeLong());
   m.SerializeToArray(out.data(), static_cast<int>(out.size()));
 }
 
-void fill_set_config(const EstimatorUpdate& update, v1::SetConfigRequest& request) {
-  fill_config(update, *request.mutable_config()->mutable_estimator());
+void fill(const GetConfig&, v1::LinkRequest& m) { m.mutable_get_config(); }
+
+void fill(const EstimatorUpdate& update, v1::LinkRequest& m) {
+  fill_config(update, *m.mutable_set_config()->mutable_config()->mutable_estimator());
 }
 
-void fill_report_lux(double lux, Vec3d normal, v1::ReportLuxRequest& request) {
-  request.set_lux(lux);
-  request.set_normal_x(normal.x);
-  request.set_normal_y(normal.y);
-  request.set_normal_z(normal.z);
+void fill(const ReportLux& report, v1::LinkRequest& m) {
+  v1::ReportLuxRequest& request = *m.mutable_report_lux();
+  request.set_lux(report.lux);
+  request.set_normal_x(report.normal.x);
+  request.set_normal_y(report.normal.y);
+  request.set_normal_z(report.normal.z);
 }
 
-template <class Message>
-bool parse_response(std::span<const std::byte> bytes, Message& m) {
+v1::LinkRequest request_of(const LinkCommand& command) {
+  v1::LinkRequest m;
+  std::visit([&](const auto& c) { fill(c, m); }, command);
+  return m;
+}
+
+/// The alternative of a LinkRequest or a LinkResponse: a message of ProbeService.
+google::protobuf::Message& alternative(const LinkCommand& command, google::protobuf::Message& m) {
+  constexpr std::array kNames = {"get_config", "set_config", "report_lux"};
+  return *m.GetReflection()->MutableMessage(&m, m.GetDescriptor()->FindFieldByName(kNames[command.index()]));
+}
+
+bool parse_response(std::span<const std::byte> bytes, google::protobuf::Message& m) {
   return bytes.size() <= kMaxLinkMessageBytes && m.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
-}
-
-Status not_a_response() {
-  return {StatusCode::data_loss, "the probe's response is not a message of proto/lightwell/v1/probe_service.proto"};
 }
 
 /// data_loss if this version does not know the configuration.
@@ -60,27 +67,7 @@ Result<EstimatorState> state_of(const v1::GetConfigResponse& response) {
   return out;
 }
 
-}  // namespace
-
-void encode_info_request(std::uint32_t id, std::vector<std::byte>& out) {
-  encode_request(id, out, [](v1::LinkRequest& m) { m.mutable_info(); });
-}
-
-void encode_get_config_request(std::uint32_t id, std::vector<std::byte>& out) {
-  encode_request(id, out, [](v1::LinkRequest& m) { m.mutable_get_config(); });
-}
-
-void encode_set_config_request(std::uint32_t id, const EstimatorUpdate& update, std::vector<std::byte>& out) {
-  encode_request(id, out, [&](v1::LinkRequest& m) { fill_set_config(update, *m.mutable_set_config()); });
-}
-
-void encode_report_lux_request(std::uint32_t id, double lux, Vec3d normal, std::vector<std::byte>& out) {
-  encode_request(id, out, [&](v1::LinkRequest& m) { fill_report_lux(lux, normal, *m.mutable_report_lux()); });
-}
-
-Result<LinkResponse> decode_link_response(std::span<const std::byte> bytes) {
-  v1::LinkResponse m;
-  if (!parse_response(bytes, m)) return Status(StatusCode::data_loss, "not a LinkResponse");
+LinkResponse response_of(const v1::LinkResponse& m) {
   LinkResponse out;
   out.id = m.id();
   if (m.code() != v1::LINK_CODE_OK) {
@@ -101,36 +88,37 @@ Result<LinkResponse> decode_link_response(std::span<const std::byte> bytes) {
   return out;
 }
 
-std::string encode_set_config_request(const EstimatorUpdate& update) {
-  v1::SetConfigRequest m;
-  fill_set_config(update, m);
-  return m.SerializeAsString();
+}  // namespace
+
+void encode_info_request(std::uint32_t id, std::vector<std::byte>& out) {
+  v1::LinkRequest m;
+  m.set_id(id);
+  m.mutable_info();
+  write(m, out);
 }
 
-std::string encode_report_lux_request(double lux, Vec3d normal) {
-  v1::ReportLuxRequest m;
-  fill_report_lux(lux, normal, m);
-  return m.SerializeAsString();
+void encode_link_request(std::uint32_t id, const LinkCommand& command, std::vector<std::byte>& out) {
+  v1::LinkRequest m = request_of(command);
+  m.set_id(id);
+  write(m, out);
 }
 
-Result<EstimatorState> decode_get_config_response(std::span<const std::byte> response) {
-  v1::GetConfigResponse m;
-  return parse_response(response, m) ? state_of(m) : not_a_response();
+Result<LinkResponse> decode_link_response(std::span<const std::byte> bytes) {
+  v1::LinkResponse m;
+  if (!parse_response(bytes, m)) return Status(StatusCode::data_loss, "not a LinkResponse");
+  return response_of(m);
 }
 
-Result<std::optional<EstimatorState>> decode_set_config_response(std::span<const std::byte> response) {
-  v1::SetConfigResponse m;
-  if (!parse_response(response, m)) return not_a_response();
-  if (!m.has_now()) return std::optional<EstimatorState>();
-  const Result<EstimatorState> now = state_of(m.now());
-  if (!now) return now.status();
-  return std::optional(*now);
+std::string encode_rpc_request(const LinkCommand& command) {
+  v1::LinkRequest m = request_of(command);
+  return alternative(command, m).SerializeAsString();
 }
 
-Result<double> decode_report_lux_response(std::span<const std::byte> response) {
-  v1::ReportLuxResponse m;
-  if (!parse_response(response, m)) return not_a_response();
-  return m.scale();
+Result<LinkResponse> decode_rpc_response(const LinkCommand& command, std::span<const std::byte> response) {
+  v1::LinkResponse m;
+  if (parse_response(response, alternative(command, m))) return response_of(m);
+  return Status(StatusCode::data_loss,
+                "the probe's response is not a message of proto/lightwell/v1/probe_service.proto");
 }
 
 }  // namespace lightwell

@@ -6,7 +6,7 @@
 
 #include <lightwell/probe.hpp>
 
-#include "core/mdns.hpp"
+#include "core/discovery_backends.hpp"
 
 namespace lightwell::core {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tools/json_text.hpp"
+#include "tools/command_line.hpp"
 
 namespace lightwell::measure {
 namespace {

@@ -50,19 +50,19 @@ TEST(LinkMessage, CommandsAreExecutedAndErrorsReturned) {
   Bytes request;
   EstimatorConfig config;
   config.band = 2;
-  encode_set_config_request(1, all_fields(config), request);
+  encode_link_request(1, all_fields(config), request);
   EXPECT_TRUE(asked(request, commands).status.ok());
   EXPECT_EQ(commands.estimator().band, 2);
 
   config.band = 99;
-  encode_set_config_request(2, all_fields(config), request);
+  encode_link_request(2, all_fields(config), request);
   const LinkResponse refused = asked(request, commands);
   EXPECT_EQ(refused.id, 2U);
   EXPECT_EQ(refused.status.code(), StatusCode::invalid_argument);
   EXPECT_NE(refused.status.message().find("band"), std::string::npos);
   EXPECT_EQ(commands.estimator().band, 2) << "a refused configuration changes nothing";
 
-  encode_report_lux_request(3, 400, {0, 5, 0}, request);
+  encode_link_request(3, ReportLux{400, {0, 5, 0}}, request);
   const LinkResponse lux = asked(request, commands);
   ASSERT_TRUE(lux.scale);
   EXPECT_EQ(*lux.scale, 800);
@@ -74,11 +74,11 @@ TEST(LinkMessage, ConfigurationIsReportedAndChanged) {
   test::FakeCommands commands;
   commands.kind_ = EstimatorKind::marker;
   Bytes request;
-  encode_set_config_request(1, {.max_lights = 3}, request);
+  encode_link_request(1, EstimatorUpdate{.max_lights = 3}, request);
   ASSERT_TRUE(asked(request, commands).status.ok());
-  encode_set_config_request(2, {.marker = {.max_faces = 4}}, request);
+  encode_link_request(2, EstimatorUpdate{.marker = {.max_faces = 4}}, request);
   ASSERT_TRUE(asked(request, commands).status.ok());
-  encode_get_config_request(3, request);
+  encode_link_request(3, GetConfig{}, request);
   const LinkResponse r = asked(request, commands);
   EXPECT_TRUE(r.status.ok()) << r.status.message();
   ASSERT_TRUE(r.estimator);
@@ -111,11 +111,11 @@ TEST(LinkMessage, InvalidRequestsAreRefusedWithTheReason) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
   Bytes request;
   for (const double lux : {0.0, -1.0, kNan, kInf}) {
-    encode_report_lux_request(1, lux, {0, 1, 0}, request);
+    encode_link_request(1, ReportLux{lux, {0, 1, 0}}, request);
     EXPECT_EQ(asked(request, commands).status.code(), StatusCode::invalid_argument) << lux;
   }
   for (const Vec3d normal : {Vec3d{0, 0, 0}, Vec3d{kNan, 0, 1}, Vec3d{kInf, 0, 0}}) {
-    encode_report_lux_request(1, 100, normal, request);
+    encode_link_request(1, ReportLux{100, normal}, request);
     EXPECT_EQ(asked(request, commands).status.code(), StatusCode::invalid_argument);
   }
   EXPECT_FALSE(commands.lux_);
@@ -150,7 +150,7 @@ TEST(LinkMessage, BytesThatAreNotAMessageAreRejectedByBothSides) {
   // Truncated or with a flipped bit at any position: with or without a response, but without a crash.
   std::mt19937 random(3);
   Bytes request;
-  encode_set_config_request(4, all_fields({}), request);
+  encode_link_request(4, all_fields({}), request);
   for (int k = 0; k < 20'000; ++k) {
     Bytes damaged = request;
     damaged.resize(1 + random() % damaged.size());

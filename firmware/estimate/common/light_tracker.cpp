@@ -4,7 +4,6 @@
 #include <cmath>
 
 namespace lightwell::estimate {
-namespace {
 
 // Radius of the association gate: the motion of a probe that rotates at 180 deg/s plus the error of centroids, clamped
 // to [kMinGate_rad, kMaxGate_rad]. The lower limit applies at 30 frames/s and above.
@@ -19,8 +18,6 @@ constexpr float kFilterTime_s = 0.15F;
 // A factor of e in luminance costs as much as this angle, at most kMaxLogRatio times: a dimmed lamp stays assigned.
 constexpr float kRadPerLogIntensity = 0.03F;
 constexpr float kMaxLogRatio = 2;
-
-}  // namespace
 
 LightTracker::LightTracker() {
   tracks_.reserve(kMaxTracks + kMaxLights);

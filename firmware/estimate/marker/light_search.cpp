@@ -7,8 +7,6 @@
 
 #include <Eigen/QR>
 
-#include "estimate/marker/shading.hpp"
-
 namespace lightwell::marker {
 namespace {
 

@@ -9,8 +9,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-#include "estimate/marker/shading.hpp"
-
 namespace lightwell::marker {
 namespace {
 

@@ -33,8 +33,7 @@ constexpr double kMinElevation = 0.01;
 
 Observations::Observations(const Shading& shading) : channels_(shading.channels), samples_(shading.samples) {
   if (shading.ground && !shading.ground->samples.empty()) ground_.emplace(*shading.ground);
-  std::stable_sort(samples_.begin(), samples_.end(),
-                   [](const SurfaceSample& a, const SurfaceSample& b) { return a.surface < b.surface; });
+  std::ranges::stable_sort(samples_, {}, &SurfaceSample::surface);
   for (int i = 0; i < samples(); ++i) {
     if (i == 0 || samples_[static_cast<std::size_t>(i)].surface != samples_[static_cast<std::size_t>(i - 1)].surface)
       surfaces_.push_back({i, i});

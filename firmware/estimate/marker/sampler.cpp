@@ -298,8 +298,7 @@ void MarkerSampler::choose_faces(const MarkerBody& body) {
     if (view_cosine >= kMinViewCosine) faces_.push_back({f, view_cosine});
   }
   const auto most = options_.max_faces > 0 ? static_cast<std::size_t>(options_.max_faces) : faces_.size();
-  std::stable_sort(faces_.begin(), faces_.end(),
-                   [](const VisibleFace& a, const VisibleFace& b) { return a.view_cosine > b.view_cosine; });
+  std::ranges::stable_sort(faces_, std::ranges::greater(), &VisibleFace::view_cosine);
   std::size_t kept = 0;
   for (std::size_t k = 0; k < faces_.size() && kept < most; ++k) {
     const MarkerFace& face = body.faces[faces_[k].number];
@@ -311,8 +310,7 @@ void MarkerSampler::choose_faces(const MarkerBody& body) {
     faces_[kept++] = faces_[k];
   }
   faces_.resize(kept);
-  std::sort(faces_.begin(), faces_.end(),
-            [](const VisibleFace& a, const VisibleFace& b) { return a.number < b.number; });
+  std::ranges::sort(faces_, {}, &VisibleFace::number);
 }
 
 SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int width, int height, const MarkerBody& body,

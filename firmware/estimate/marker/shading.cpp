@@ -1,7 +1,5 @@
 #include "estimate/marker/shading.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <numbers>

@@ -3,13 +3,10 @@
 #include <lightwell/color.hpp>
 
 namespace lightwell::estimate {
-namespace {
 
 constexpr std::size_t kMaxBlocks = 2048;
 /// In the overlap of two lenses, a pixel with less than this share of the mean solid angle is at the edge of its lens.
 constexpr double kMinOverlapShare = 0.1;
-
-}  // namespace
 
 BrightPixels::BrightPixels(const RigTable& table, const BlockLayout& layout)
     : table_(table),

@@ -9,15 +9,12 @@
 #include "imaging/pixel_layout.hpp"
 
 namespace lightwell::estimate {
-namespace {
 
 /// Largest RMS residual of a block's weights about the plane, relative to their mean. It averages out over pixels.
 constexpr double kMaxPlaneResidual = 5e-4;
 
 /// Pixels of YCbCr that are converted to planes at a time: 16 rows of three planes fit into the L1 cache.
 constexpr std::size_t kCodeChunk = 256;
-
-}  // namespace
 
 Lanes lanes_of(PixelFormat format) {
   if (pixel_layout(format).sampling == ColorSampling::rgb) return Lanes::interleaved;

@@ -8,7 +8,6 @@
 #include "estimate/common/error_bound.hpp"
 
 namespace lightwell::estimate {
-namespace {
 
 /// The halo extends down to this share of the peak, or to kHaloOverMean times the mean if that is more.
 constexpr float kHaloThreshold = 0.02F, kHaloOverMean = 3;
@@ -50,8 +49,6 @@ constexpr float kMinPeakRatio = 100;
 constexpr std::uint8_t kRim = 255;  ///< Temporary mark of rim pixels; regions are numbered up to kMaxRegions.
 constexpr std::size_t kMaxParts = 65536;
 constexpr std::size_t kMaxRegionPixels = 400'000;
-
-}  // namespace
 
 LightFinder::LightFinder(const RigTable& table, const BlockLayout& layout, const CellGrid& grid)
     : layout_(layout), grid_(grid), pixels_(table, layout), flood_(table, layout, grid, pixels_) {

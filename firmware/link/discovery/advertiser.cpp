@@ -52,8 +52,6 @@ class AvahiAdvertiser final : public Advertiser {
     txt_ = avahi_string_list_reverse(txt_);
     if (poll_ != nullptr) thread_ = std::thread([this] { run(); });
   }
-  AvahiAdvertiser(const AvahiAdvertiser&) = delete;
-  AvahiAdvertiser& operator=(const AvahiAdvertiser&) = delete;
   ~AvahiAdvertiser() override {
     stopping_ = true;
     if (thread_.joinable()) {

@@ -145,8 +145,7 @@ class GadgetLink final : public UsbGadgetLink {
   void on_sent(const PortEvent& event) {
     sending_ = false;
     if (event.error == 0 && event.bytes == frame_.size()) return;
-    failed();
-    pause();
+    send_failed();
   }
 
   void on_received(const PortEvent& event) {
@@ -217,11 +216,11 @@ class GadgetLink final : public UsbGadgetLink {
     }
     sending_ = port_->begin_send(frame_);
     if (sending_) return;
-    failed();
-    pause();
+    send_failed();
   }
 
-  void failed() {
+  void send_failed() {
+    pause();
     const std::lock_guard lock(mutex_);
     ++counters_.frames_failed;
   }

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/command_line.hpp"
-#include "tools/json_text.hpp"
 #include "tools/lightwell_calibrate/commands.hpp"
 #include "tools/lightwell_calibrate/sheets.hpp"
 

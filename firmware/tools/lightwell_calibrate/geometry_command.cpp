@@ -16,7 +16,6 @@
 #include "calibration/solve/geometry/geometry.hpp"
 #include "pose/tag_detector.hpp"
 #include "tools/command_line.hpp"
-#include "tools/json_text.hpp"
 #include "tools/lightwell_calibrate/board_pictures.hpp"
 #include "tools/lightwell_calibrate/commands.hpp"
 

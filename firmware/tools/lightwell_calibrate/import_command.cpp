@@ -11,7 +11,6 @@
 
 #include "calibration/solve/import/import.hpp"
 #include "tools/command_line.hpp"
-#include "tools/json_text.hpp"
 #include "tools/lightwell_calibrate/commands.hpp"
 
 namespace lightwell::calibrate {
@@ -81,7 +80,6 @@ int import_command(const std::vector<std::string>& arguments) {
   CLI::App app{"Imports camera calibrations of other programs.", "lightwell-calibrate import"};
   app.footer(kFooter);
   Arguments in;
-  std::string kind;
   double max_angle_deg = 0;
   const auto not_empty = [](const std::string& path) { return path.empty() ? "the name of the file is empty" : ""; };
   app.add_option("INPUT", in.input, "The calibration to import")->required()->check(not_empty);
@@ -91,9 +89,8 @@ int import_command(const std::vector<std::string>& arguments) {
       ->type_name("FILE")
       ->required()
       ->check(not_empty);
-  app.add_option("--kind", kind, "opencv, kalibr or ros [by the content]")
-      ->type_name("KIND")
-      ->check(CLI::IsMember({"opencv", "kalibr", "ros"}));
+  add_parsed_option(app, "--kind", in.options.kind, parse_import_kind, "opencv, kalibr or ros [by the content]")
+      ->type_name("KIND");
   app.add_option("--camera", in.options.camera, "Only camN of a camchain [one camera, or a pair]")
       ->type_name("N")
       ->check(CLI::NonNegativeNumber);
@@ -108,7 +105,6 @@ int import_command(const std::vector<std::string>& arguments) {
   return run_command(app, arguments, [&] {
     if (in.json && in.output == "-")
       throw UsageError("--json and --output - both use standard output; give another --output");
-    if (!kind.empty()) in.options.kind = import_kind(kind);
     if (*max_angle) in.options.max_angle_rad = max_angle_deg * kDegree;
 
     const ImportedCalibration imported = require(import_calibration_file(in.input, in.options));

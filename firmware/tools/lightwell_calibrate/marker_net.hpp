@@ -1,6 +1,6 @@
 // The net (unfolding) of a paper body: connected faces on each page, folds, and glue tabs.
 //
-// Sheet coordinates as in page.hpp: mm from the top left, y downwards. Rotations are counter-clockwise, seen from the
+// Sheet coordinates as in sheets.hpp: mm from the top left, y downwards. Rotations are counter-clockwise, seen from the
 // printed side.
 #pragma once
 

@@ -16,7 +16,6 @@
 
 #include "pose/marker_bodies.hpp"
 #include "tools/command_line.hpp"
-#include "tools/json_text.hpp"
 #include "tools/lightwell_calibrate/commands.hpp"
 #include "tools/lightwell_calibrate/marker_net.hpp"
 

@@ -18,10 +18,8 @@
 #include "pose/mounting.hpp"
 #include "pose/tag_detector.hpp"
 #include "tools/command_line.hpp"
-#include "tools/json_text.hpp"
 #include "tools/lens_image.hpp"
 #include "tools/lightwell_calibrate/commands.hpp"
-#include "tools/lightwell_calibrate/world_tags.hpp"
 
 namespace lightwell::calibrate {
 

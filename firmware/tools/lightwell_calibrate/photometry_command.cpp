@@ -14,7 +14,6 @@
 
 #include "calibration/model/response.hpp"
 #include "tools/command_line.hpp"
-#include "tools/json_text.hpp"
 #include "tools/lightwell_calibrate/commands.hpp"
 #include "tools/lightwell_calibrate/photometry_steps.hpp"
 

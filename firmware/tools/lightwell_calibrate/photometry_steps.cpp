@@ -3,15 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <numbers>
 
+#include <lightwell/files.hpp>
 #include <lightwell/text.hpp>
 
 #include "calibration/model/camera_model.hpp"
 #include "calibration/model/response.hpp"
 #include "camera/backends/replay/source.hpp"
+#include "imaging/csv.hpp"
 #include "tools/command_line.hpp"
 #include "tools/lens_image.hpp"
 
@@ -39,27 +40,18 @@ std::vector<ListedPicture> list_pictures(const std::string& folder, int lens) {
   return out;
 }
 
-/// Reads FOLDER/angles.csv with the header "file,angle_deg": angles in rad by file. Empty if there is no such file.
+/// Reads FOLDER/angles.csv with the columns file and angle_deg: angles in rad by file. Empty if there is no such file.
 std::map<std::string, double> read_angles(const std::string& folder) {
   std::map<std::string, double> out;
   const std::string path = (fs::path(folder) / "angles.csv").string();
   std::error_code error;
   if (!fs::exists(path, error)) return out;
-  std::ifstream file(path);
-  std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
-    const auto bad = [&](const std::string& what) { refuse(path + ":" + std::to_string(number) + ": " + what); };
-    if (trimmed(line).empty()) continue;
-    const std::vector<std::string_view> fields = comma_separated(line);
-    if (fields.size() != 2) bad("it does not have the two columns file,angle_deg");
-    const std::string name(fields[0]), value(fields[1]);
-    if (number == 1) {
-      if (name != "file" || value != "angle_deg") bad("the first line must be file,angle_deg");
-      continue;
-    }
-    const std::optional<double> degrees = parse_number<double>(value);
-    if (!degrees || !(*degrees >= 0 && *degrees <= 180)) bad("angle_deg '" + value + "' is not an angle of 0 to 180");
-    if (!out.emplace(name, *degrees * std::numbers::pi / 180).second) bad(name + " is listed twice");
+  for (const CsvRow& row : require(parse_csv(require(read_text_file(path)), path, {"file", "angle_deg"}, 0))) {
+    const std::string &file = row.cells.at("file"), &angle = row.cells.at("angle_deg");
+    const std::optional<double> degrees = parse_number<double>(angle);
+    if (!degrees || !(*degrees >= 0 && *degrees <= 180))
+      refuse(row.place + "angle_deg '" + angle + "' is not an angle of 0 to 180");
+    if (!out.emplace(file, *degrees * std::numbers::pi / 180).second) refuse(row.place + file + " is listed twice");
   }
   if (out.empty()) refuse(path + ": no angle is listed; without this file angles are those of the lens's geometry");
   return out;

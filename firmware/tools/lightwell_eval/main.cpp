@@ -12,7 +12,6 @@
 
 #include "sim/panorama.hpp"
 #include "tools/command_line.hpp"
-#include "tools/json_text.hpp"
 #include "tools/lightwell_eval/table.hpp"
 
 namespace {

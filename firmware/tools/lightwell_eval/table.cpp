@@ -6,7 +6,6 @@
 #include <fstream>
 #include <functional>
 #include <set>
-#include <stdexcept>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -14,7 +13,7 @@
 #include <lightwell/quantile.hpp>
 #include <lightwell/text.hpp>
 
-#include "tools/json_text.hpp"
+#include "tools/command_line.hpp"
 
 namespace lightwell::eval {
 namespace {
@@ -126,8 +125,6 @@ constexpr std::array<NumberField, 7> kNumbers = {{{"ms", &MarkerRow::ms, true},
 
 std::string quoted(const std::string& name) { return formatted("\"%s\"", name.c_str()); }
 
-[[noreturn]] void refuse(const std::string& what) { throw std::runtime_error(what); }
-
 /// Reads a line. Throws the first error.
 MarkerRow row_of(const std::string& line) {
   std::set<std::string> names;
@@ -236,8 +233,8 @@ void summarise(Row& row, double memcpy_seconds) {
 
 void mark_front(std::span<Row> rows) {
   for (Row& b : rows)
-    b.on_front = std::none_of(rows.begin(), rows.end(),
-                              [&](const Row& a) { return a.setup.competes_with(b.setup) && dominates(a, b); });
+    b.on_front =
+        std::ranges::none_of(rows, [&](const Row& a) { return a.setup.competes_with(b.setup) && dominates(a, b); });
 }
 
 std::string percent(double share) { return formatted(share < 0.1 ? "%.2f" : share < 1 ? "%.1f" : "%.0f", 100 * share); }

@@ -1,7 +1,4 @@
 // Lightwell for C#: one file over the C ABI (lightwell.h), for Unity and other applications.
-//   Probe      the connection: Latest, At, WaitForNext, Info, Stats, EstimatorConfig, ChangeEstimator, ReportLux
-//   Lighting   the lighting of one moment: Irradiance, Radiance, coefficients, Lights, Environment, Rotated, ToUnity
-//
 // Put it into the project with liblightwell.so beside it (Unity: Assets/Plugins). C# 7.2 and .NET Standard 2.0 are
 // enough; there is no unsafe code. Directions and normals are in the probe's frame: right-handed, +X right, +Y up,
 // -Z forward, metres; they need not be normalised. UNITY'S AXES DIFFER: Lighting.ToUnity returns values in Unity's

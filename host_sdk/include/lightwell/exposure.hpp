@@ -1,11 +1,5 @@
 // Exposure and white balance: maps radiance and irradiance to picture values, so that a rendered white patch has the
 // brightness and colour of a real one in the picture of a pass-through camera.
-//   ColorMatrix                         a linear map of linear colour; what conversions (conventions.hpp) take
-//   CameraExposure, ev100, exposure     ISO 12232, saturation-based
-//   Chromaticity, white_adaptation      white points, Bradford
-//   PassThroughCamera, VarjoWhiteBalance, mapping_of   mapping from a camera's reported settings
-//   mapping_of_patch                    mapping from a patch of known albedo in its picture
-//
 // If units are relative, mappings have one unknown factor, except that of mapping_of_patch(), which includes it.
 #pragma once
 

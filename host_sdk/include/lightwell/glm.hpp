@@ -1,8 +1,5 @@
 // Conversions between Lightwell's and GLM's types. Optional: the only header that includes GLM (0.9.9 or later), which
 // the application must find itself (Debian: libglm-dev, find_package(glm), glm::glm).
-//   to_glm, from_glm          vectors, quaternions, poses, colours, colour matrices
-//   sh_uniform                harmonics as a vec4 array of a uniform block (std140, std430)
-//   irradiance_uniform        nine coefficients of the irradiance polynomial, for a shader
 #pragma once
 
 #include <array>

@@ -1,7 +1,4 @@
 // The lighting at a probe at one moment: an immutable value returned by Probe.
-//   Validity, Derivation, LightsIncluded, Answer<T>   the result of a query, its origin and its quality
-//   EnvironmentView                                   the environment map for reflections, for upload by engines
-//   Lighting                                          irradiance, radiance and lights of one moment
 #pragma once
 
 #include <cstddef>

@@ -1,7 +1,4 @@
 /* A probe, for any language that can call C: the C ABI of liblightwell.so, in C99 and C++.
- *   lw_abi_version, lw_last_error   of the library; of this thread's last failed call
- *   lw_probe                        the connection
- *   lw_lighting                     the lighting of one moment, and its queries
  *
  * Meanings are documented in probe.hpp and lighting.hpp, where types and functions have the same names. Directions and
  * normals are in the probe's frame (right-handed, +X right, +Y up, -Z forward) unless lw_lighting_rotated, and need not

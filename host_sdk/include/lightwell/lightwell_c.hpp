@@ -1,9 +1,6 @@
 // C++17 wrapper of the C ABI, with owning objects and strings instead of handles and buffers. For use of a prebuilt
 // liblightwell.so with another compiler or standard library: only C crosses the boundary. Applications that build the
 // SDK from source use probe.hpp. Works without exceptions; throws none itself.
-//   lw::Status, lw::Result<T>   success or an error
-//   lw::Lighting                the lighting of one moment
-//   lw::Probe                   the connection
 #pragma once
 
 #include <array>

@@ -1,8 +1,4 @@
 // Client API of a probe: connect, then query the lighting.
-//   version                  version of this library
-//   ProbeOptions, Arrival    options of the connection, one received descriptor
-//   ProbeInfo, LinkStats     properties of the probe, statistics of the link
-//   Probe                    the connection
 #pragma once
 
 #include <cstddef>

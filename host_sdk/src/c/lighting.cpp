@@ -108,12 +108,10 @@ lw_light as_c(const Light& light) {
   lw_light out{};
   out.size = sizeof out;
   out.track = light.track;
-  out.direction[0] = light.direction.x;
-  out.direction[1] = light.direction.y;
-  out.direction[2] = light.direction.z;
+  std::ranges::copy(std::array{light.direction.x, light.direction.y, light.direction.z}, out.direction);
   for (int k = 0; k < 3; ++k) out.irradiance[k] = light.irradiance[k];
   out.angular_radius = light.angular_radius_rad;
-  for (std::size_t k = 0; k < 3; ++k) out.direction_covariance[k] = light.direction_covariance[k];
+  std::ranges::copy(light.direction_covariance, out.direction_covariance);
   return out;
 }
 
@@ -123,10 +121,8 @@ lw_environment as_c(const EnvironmentView& view) {
   out.level_count = static_cast<std::uint32_t>(view.map.levels.size());
   out.sequence = view.sequence;
   out.older_by_ns = view.older_by.ns;
-  out.rotation[0] = view.rotation.x;
-  out.rotation[1] = view.rotation.y;
-  out.rotation[2] = view.rotation.z;
-  out.rotation[3] = view.rotation.w;
+  const Quat& q = view.rotation;
+  std::ranges::copy(std::array{q.x, q.y, q.z, q.w}, out.rotation);
   out.key = view.map.key;
   out.exponent = view.map.exponent;
   for (std::size_t k = 0; k < view.map.levels.size(); ++k) {

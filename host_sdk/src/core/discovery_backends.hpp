@@ -1,9 +1,11 @@
-// The backends of discover(), and the collection of their results.
+// The backends of discover(), and the collection of their results; host names in .local.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -51,5 +53,15 @@ class DiscoveryResults {
 void discover_by_mdns(Duration timeout, DiscoveryResults& results);
 void discover_at_broker(const MqttAddress& broker, const MqttCredentials& credentials, Duration timeout,
                         DiscoveryResults& results);
+
+// Host names in .local by multicast DNS (RFC 6762), which gRPC's resolver does not support.
+
+/// Whether the host of "host:port" is a name in .local.
+[[nodiscard]] bool is_mdns_name(const std::string& host_port);
+
+/// "host:port" with the host's current address, IPv4 if it has both; resolve again for each connection. No value if
+/// there is no answer within a second, if multicast DNS is not available (no avahi-daemon, built without Avahi), or
+/// once `*stopping` is set (may be null).
+[[nodiscard]] std::optional<std::string> mdns_address(const std::string& host_port, const std::atomic<bool>* stopping);
 
 }  // namespace lightwell::core

@@ -17,7 +17,7 @@
 #include <lightwell/secrets.hpp>
 #include <lightwell/text.hpp>
 
-#include "core/mdns.hpp"
+#include "core/discovery_backends.hpp"
 
 namespace lightwell::core {
 namespace {

@@ -1,5 +1,4 @@
 // Client side of pairing: proto/lightwell/v1/pairing.proto.
-#include <algorithm>
 #include <array>
 #include <memory>
 #include <unistd.h>

@@ -1,5 +1,6 @@
 // gRPC connection: one thread that receives from a probe and reconnects.
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -190,7 +191,7 @@ class GrpcConnection {
 class GrpcSource final : public Source {
  public:
   GrpcSource(const GrpcAddress& address, const ProbeOptions& options, DescriptorReceiver& receiver)
-      : host_port_(address.host_port),
+      : Source(address.host_port),
         options_(options),
         credentials_(address.transport == Transport::tls ? tls_credentials(options.credentials)
                                                          : grpc::InsecureChannelCredentials()),
@@ -210,47 +211,34 @@ class GrpcSource final : public Source {
     }
   }
 
-  Result<EstimatorState> estimator() override {
-    return call<EstimatorState>("GetConfig", {}, decode_get_config_response);
-  }
-
-  Status change_estimator(const EstimatorUpdate& update) override {
-    const auto now =
-        call<std::optional<EstimatorState>>("SetConfig", encode_set_config_request(update), decode_set_config_response);
-    return now ? check_change(host_port_, update, *now) : now.status();
-  }
-
-  Result<double> report_lux(double lux, Vec3f normal) override {
-    return call<double>("ReportLux", encode_report_lux_request(lux, vec_cast<double>(normal)),
-                        decode_report_lux_response);
-  }
-
  private:
   /// Tag of the alarm of wake(); the tags of GrpcConnection start at 1.
   static constexpr void* kWake = nullptr;
 
-  /// Makes a unary call and decodes the response. Runs on the caller's thread, which gRPC allows concurrently with the
-  /// reader thread's calls on the same channel.
-  template <class T>
-  Result<T> call(const std::string& method, const std::string& request,
-                 Result<T> (*decode)(std::span<const std::byte>)) {
+  /// Makes a unary call. Runs on the caller's thread, which gRPC allows concurrently with the reader thread's calls on
+  /// the same channel.
+  [[nodiscard]] Result<LinkResponse> request(const LinkCommand& command) override {
+    constexpr std::array kMethods = {"GetConfig", "SetConfig", "ReportLux"};
     const std::shared_ptr<grpc::Channel> channel = [this] {
       const std::lock_guard lock(channel_mutex_);
       return channel_;
     }();
-    if (!channel) return Status(StatusCode::unavailable, host_port_ + ": not connected yet");
+    if (!channel) return Status(StatusCode::unavailable, name() + ": not connected yet");
     grpc::ClientContext context;
     context.set_deadline(deadline_after(options_.connect_timeout));
     grpc::ByteBuffer response;
     // As generated stubs do; the messages are encoded by `proto`.
     const grpc::Status ended = grpc::internal::BlockingUnaryCall(
-        channel.get(), grpc::internal::RpcMethod(path_of(method).c_str(), grpc::internal::RpcMethod::NORMAL_RPC),
-        &context, buffer_of(request), &response);
-    if (ended.error_code() == grpc::StatusCode::UNIMPLEMENTED && method == "GetConfig")
-      return no_get_config(host_port_);
+        channel.get(),
+        grpc::internal::RpcMethod(path_of(kMethods[command.index()]).c_str(), grpc::internal::RpcMethod::NORMAL_RPC),
+        &context, buffer_of(encode_rpc_request(command)), &response);
+    if (ended.error_code() == grpc::StatusCode::UNIMPLEMENTED && std::holds_alternative<GetConfig>(command))
+      return no_get_config();
     std::vector<std::byte> bytes;
-    Result<T> answer = ended.ok() ? decode(bytes_of(response, bytes)) : Result<T>(status_of(ended));
-    return answer ? answer : answer.status().in(host_port_);
+    const Result<LinkResponse> answer =
+        ended.ok() ? decode_rpc_response(command, bytes_of(response, bytes)) : status_of(ended);
+    const Status status = answer ? answer->status : answer.status();
+    return status.ok() ? answer : status.in(name());
   }
 
   void follow() {
@@ -268,7 +256,7 @@ class GrpcSource final : public Source {
 
   /// Runs one connection until its end; true if the stream was started.
   bool run_connection() {
-    const std::shared_ptr<grpc::Channel> channel = new_channel(host_port_, credentials_, &stopping_);
+    const std::shared_ptr<grpc::Channel> channel = new_channel(name(), credentials_, &stopping_);
     {
       const std::lock_guard lock(channel_mutex_);
       channel_ = channel;
@@ -288,7 +276,6 @@ class GrpcSource final : public Source {
     return connection.succeeded();
   }
 
-  const std::string host_port_;
   const ProbeOptions options_;
   const std::shared_ptr<grpc::ChannelCredentials> credentials_;
   DescriptorReceiver& receiver_;

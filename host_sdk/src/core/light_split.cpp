@@ -9,7 +9,6 @@
 #include <vector>
 
 #include <lightwell/cap.hpp>
-#include <lightwell/geometry.hpp>
 #include <lightwell/harmonics.hpp>
 #include <lightwell/lobes.hpp>
 

@@ -1,6 +1,4 @@
 // Multicast DNS through this machine's avahi-daemon: addresses of names in .local, and discovery by DNS-SD.
-#include "core/mdns.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cctype>

@@ -323,9 +323,7 @@ class SubscriberThread {
 class MqttSource final : public Source {
  public:
   MqttSource(const MqttAddress& address, const ProbeOptions& options, DescriptorReceiver& receiver)
-      : Source(address.uri() +
-               ": a probe accepts no commands over MQTT, because any client that may publish could send them; connect "
-               "to it over grpc:// or USB for that"),
+      : Source(address.uri()),
         subscriber_(std::make_shared<SubscriberThread>(address, options, receiver)),
         thread_([follower = subscriber_] { follower->run(); }) {}
 
@@ -335,6 +333,13 @@ class MqttSource final : public Source {
   }
 
  private:
+  [[nodiscard]] Result<LinkResponse> request(const LinkCommand&) override {
+    return Status(StatusCode::failed_precondition,
+                  name() +
+                      ": a probe accepts no commands over MQTT, because any client that may publish could send them; "
+                      "connect to it over grpc:// or USB for that");
+  }
+
   const std::shared_ptr<SubscriberThread> subscriber_;
   std::thread thread_;
 };

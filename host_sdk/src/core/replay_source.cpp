@@ -55,11 +55,9 @@ class ReplayClock {
 class ReplaySource final : public Source {
  public:
   ReplaySource(RecordReader reader, double speed, DescriptorReceiver& receiver)
-      : Source("this is a recording; only a probe at grpc://HOST:PORT or usb: accepts commands"),
-        reader_(std::move(reader)),
-        speed_(speed),
-        receiver_(receiver),
-        thread_([this] { play(); }) {}
+      : Source("recording"), reader_(std::move(reader)), speed_(speed), receiver_(receiver), thread_([this] {
+          play();
+        }) {}
 
   ~ReplaySource() override {
     {
@@ -71,6 +69,11 @@ class ReplaySource final : public Source {
   }
 
  private:
+  [[nodiscard]] Result<LinkResponse> request(const LinkCommand&) override {
+    return Status(StatusCode::failed_precondition,
+                  "this is a recording; only a probe at grpc://HOST:PORT or usb: accepts commands");
+  }
+
   void play() {
     receiver_.set_state(LinkState::connected);
     ReplayClock clock(speed_);

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 
 #include <lightwell/estimator_config.hpp>
 #include <lightwell/geometry.hpp>
+#include <lightwell/link_message.hpp>
 #include <lightwell/probe.hpp>
 #include <lightwell/result.hpp>
 #include <lightwell/status.hpp>
@@ -26,18 +26,55 @@ class Source {
   Source& operator=(const Source&) = delete;
   virtual ~Source() = default;
 
-  /// As the methods of Probe; any thread; may block.
-  [[nodiscard]] virtual Result<EstimatorState> estimator() { return no_commands_; }
-  [[nodiscard]] virtual Status change_estimator(const EstimatorUpdate&) { return no_commands_; }
-  [[nodiscard]] virtual Result<double> report_lux(double /*lux*/, Vec3f /*normal*/) { return no_commands_; }
+  // As the methods of Probe; any thread; may block.
+
+  [[nodiscard]] Result<EstimatorState> estimator() {
+    const Result<LinkResponse> response = request(GetConfig{});
+    if (!response) return response.status();
+    if (!response->estimator) return unexpected_response();
+    return *response->estimator;
+  }
+  [[nodiscard]] Status change_estimator(const EstimatorUpdate& update) {
+    const Result<LinkResponse> response = request(update);
+    if (!response) return response.status();
+    if (response->estimator ||
+        (update.panorama == EstimatorUpdate::Panorama{} && update.marker == EstimatorUpdate::Marker{}))
+      return {};
+    return {StatusCode::failed_precondition,
+            name_ +
+                ": the probe's firmware is older than this SDK and does not know the fields of `panorama` and "
+                "`marker`: they stay as they were; update lightwelld there"};
+  }
+  [[nodiscard]] Result<double> report_lux(double lux, Vec3f normal) {
+    const Result<LinkResponse> response = request(ReportLux{lux, vec_cast<double>(normal)});
+    if (!response) return response.status();
+    if (!response->scale) return unexpected_response();
+    return *response->scale;
+  }
 
  protected:
-  Source() = default;
-  /// A link without commands: failed_precondition with this reason.
-  explicit Source(std::string why) : no_commands_(StatusCode::failed_precondition, std::move(why)) {}
+  /// `name` begins the messages of errors.
+  explicit Source(std::string name) : name_(std::move(name)) {}
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+  /// Sends a request and waits; an error status from the probe is returned as the error. failed_precondition for a link
+  /// without commands.
+  [[nodiscard]] virtual Result<LinkResponse> request(const LinkCommand& command) = 0;
+
+  /// The error of GetConfig if the probe does not have that call.
+  [[nodiscard]] Status no_get_config() const {
+    return {StatusCode::failed_precondition,
+            name_ +
+                ": the probe's firmware is older than this SDK and does not report its configuration; update "
+                "lightwelld there"};
+  }
+  [[nodiscard]] Status unexpected_response() const {
+    return {StatusCode::internal, name_ + ": the probe's response does not match the request"};
+  }
 
  private:
-  const Status no_commands_;
+  const std::string name_;
 };
 
 /// Period of the requests of Info on a link of its own. The first round trips follow each other quickly: the very first
@@ -56,24 +93,6 @@ inline constexpr int kFirstRoundTrips = 8;
           .clock_drift_ppm = 1e6 * clock.drift(),
           .counters = status.counters,
           .T_world_probe = status.T_world_probe};
-}
-
-/// The error of GetConfig if the probe does not have that call.
-[[nodiscard]] inline Status no_get_config(const std::string& probe) {
-  return {StatusCode::failed_precondition,
-          probe +
-              ": the probe's firmware is older than this SDK and does not report its configuration; update lightwelld "
-              "there"};
-}
-
-/// Checks a change that the probe accepted; `now` is the configuration that it reported, if it did.
-[[nodiscard]] inline Status check_change(const std::string& probe, const EstimatorUpdate& update,
-                                         const std::optional<EstimatorState>& now) {
-  if (now || (update.panorama == EstimatorUpdate::Panorama{} && update.marker == EstimatorUpdate::Marker{})) return {};
-  return {StatusCode::failed_precondition,
-          probe +
-              ": the probe's firmware is older than this SDK and does not know the fields of `panorama` and `marker`: "
-              "they stay as they were; update lightwelld there"};
 }
 
 /// Starts to connect; DescriptorReceiver::describe() reports success, for a recording at once. The receiver must

@@ -30,18 +30,15 @@ constexpr Duration kResponseTimeout{250'000'000};
 /// receives responses.
 class UsbRequests {
  public:
-  /// Writes a LinkRequest with this id.
-  using Encode = std::function<void(std::uint32_t id, std::vector<std::byte>& out)>;
-
   /// Queues a request and waits for the response. unavailable if there is none within `timeout`, or the link is down or
   /// breaks. `wake` notifies the reader thread.
-  [[nodiscard]] Result<LinkResponse> send_request(const Encode& encode, Duration timeout,
+  [[nodiscard]] Result<LinkResponse> send_request(const LinkCommand& command, Duration timeout,
                                                   const std::function<void()>& wake) {
     std::unique_lock lock(mutex_);
     if (!up_) return Status(StatusCode::unavailable, "not connected");
     const std::uint32_t id = next_id_++;
     PendingRequest& pending = requests_[id];
-    encode(id, pending.request);
+    encode_link_request(id, command, pending.request);
     lock.unlock();
     wake();
     lock.lock();
@@ -116,7 +113,8 @@ class UsbSource final : public Source {
  public:
   UsbSource(std::unique_ptr<UsbTransport> transport, const UsbAddress& address, const ProbeOptions& options,
             DescriptorReceiver& receiver)
-      : transport_(std::move(transport)),
+      : Source(address.serial.empty() ? "usb" : "usb:" + address.serial),
+        transport_(std::move(transport)),
         address_(address),
         options_(options),
         receiver_(receiver),
@@ -130,42 +128,14 @@ class UsbSource final : public Source {
     thread_.join();
   }
 
-  Result<EstimatorState> estimator() override {
-    const Result<LinkResponse> response = request(encode_get_config_request);
-    // A request without arguments is invalid only for a probe that does not know it.
-    if (response.status().code() == StatusCode::invalid_argument) return no_get_config(name());
-    if (!response) return response.status();
-    if (!response->estimator) return unexpected_response();
-    return *response->estimator;
-  }
-
-  Status change_estimator(const EstimatorUpdate& update) override {
-    const Result<LinkResponse> response =
-        request([&](std::uint32_t id, std::vector<std::byte>& out) { encode_set_config_request(id, update, out); });
-    return response ? check_change(name(), update, response->estimator) : response.status();
-  }
-
-  Result<double> report_lux(double lux, Vec3f normal) override {
-    const Result<LinkResponse> response = request([&](std::uint32_t id, std::vector<std::byte>& out) {
-      encode_report_lux_request(id, lux, vec_cast<double>(normal), out);
-    });
-    if (!response) return response.status();
-    if (!response->scale) return unexpected_response();
-    return *response->scale;
-  }
-
  private:
-  [[nodiscard]] std::string name() const { return address_.serial.empty() ? "usb" : "usb:" + address_.serial; }
-
-  [[nodiscard]] Status unexpected_response() const {
-    return {StatusCode::internal, name() + ": the probe's response does not match the request"};
-  }
-
-  /// Sends a request and waits; an error status from the probe is returned as the error.
-  [[nodiscard]] Result<LinkResponse> request(const UsbRequests::Encode& encode) {
+  [[nodiscard]] Result<LinkResponse> request(const LinkCommand& command) override {
     const Result<LinkResponse> answer =
-        requests_.send_request(encode, options_.connect_timeout, [this] { transport_->wake(); });
+        requests_.send_request(command, options_.connect_timeout, [this] { transport_->wake(); });
     const Status status = answer ? answer->status : answer.status();
+    // A request without arguments is invalid only for a probe that does not know it.
+    if (std::holds_alternative<GetConfig>(command) && status.code() == StatusCode::invalid_argument)
+      return no_get_config();
     return status.ok() ? answer : status.in(name());
   }
 

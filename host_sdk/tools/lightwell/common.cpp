@@ -3,9 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <optional>
 #include <tuple>
-#include <utility>
 
 #include <nlohmann/json.hpp>
 

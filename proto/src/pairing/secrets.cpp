@@ -1,5 +1,4 @@
 #include <array>
-#include <cstdint>
 #include <ctime>
 
 #include <openssl/core_names.h>

@@ -1,6 +1,4 @@
 // BracketSlot: keeps the newest complete bracket and counts lost frames and brackets.
-#include "app/bracket_slot.hpp"
-
 #include <stop_token>
 #include <thread>
 #include <vector>
@@ -8,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/pipeline.hpp"
 #include "firmware/app/fakes.hpp"
 #include "support/wait.hpp"
 

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/lightwell_calibrate/page.hpp"
+#include "tools/lightwell_calibrate/sheets.hpp"
 
 namespace lightwell::calibrate {
 namespace {

@@ -14,9 +14,9 @@
 #include "firmware/pose/mounting_room.hpp"
 #include "firmware/tools/calibrate_words.hpp"
 #include "imaging/image_file.hpp"
+#include "pose/mounting.hpp"
 #include "support/temp_dir.hpp"
 #include "tools/lightwell_calibrate/commands.hpp"
-#include "tools/lightwell_calibrate/world_tags.hpp"
 
 namespace lightwell::calibrate {
 namespace {

@@ -10,7 +10,7 @@
 #include "firmware/tools/plotted.hpp"
 #include "support/read_file.hpp"
 #include "support/temp_dir.hpp"
-#include "tools/json_text.hpp"
+#include "tools/command_line.hpp"
 #include "tools/lightwell_eval/table.hpp"
 
 namespace lightwell::eval {

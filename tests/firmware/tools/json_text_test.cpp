@@ -1,5 +1,3 @@
-#include "tools/json_text.hpp"
-
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -7,6 +5,8 @@
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
+#include "tools/command_line.hpp"
 
 namespace lightwell {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "imaging/image_file.hpp"
 #include "pose/tag_detector.hpp"
-#include "tools/lightwell_calibrate/page.hpp"
+#include "tools/lightwell_calibrate/sheets.hpp"
 
 namespace lightwell::test {
 

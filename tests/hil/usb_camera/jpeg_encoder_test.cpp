@@ -3,8 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "imaging/jpeg_decoder.hpp"
-#include "usb_camera/scene_renderer.hpp"
-#include "usb_camera/stream.hpp"
+#include "usb_camera/scene_source.hpp"
 
 namespace lightwell::usb_camera {
 namespace {

@@ -1,10 +1,9 @@
-#include "usb_camera/payload.hpp"
-
 #include <tuple>
 
 #include <gtest/gtest.h>
 
 #include "hil/usb_camera/video_host.hpp"
+#include "usb_camera/stream.hpp"
 
 namespace lightwell::usb_camera {
 namespace {
@@ -22,7 +21,7 @@ TEST_P(PayloadSplitting, TheHostReassemblesTheFrame) {
   const auto [frame, asked, transfer] = GetParam();
   const auto payload = static_cast<std::uint32_t>(asked == 0 ? frame + 12 : asked);
   const std::vector<std::byte> picture = bytes(frame);
-  PayloadSplitter splitter({std::span(picture)}, payload, {true, false, 0xCAFE1234});
+  PayloadSplitter splitter(picture, payload, {true, false, 0xCAFE1234});
   EXPECT_FALSE(splitter.begun());
   bench::VideoHost host(payload, transfer);
   Bytes out;
@@ -56,7 +55,7 @@ INSTANTIATE_TEST_SUITE_P(Sizes, PayloadSplitting,
 TEST(SplittingShortFrames, AnEmptyTransferEndsAPayloadThatFillsItsTransfers) {
   // As with motion JPEG: the negotiated payload is longer than this frame, which ends at the end of a transfer.
   const std::vector<std::byte> picture = bytes(1024 - 12);
-  PayloadSplitter splitter({std::span(picture)}, 5000, {});
+  PayloadSplitter splitter(picture, 5000, {});
   Bytes out;
   splitter.fill(1024, {}, out);
   EXPECT_EQ(out.size(), 1024U);
@@ -66,10 +65,9 @@ TEST(SplittingShortFrames, AnEmptyTransferEndsAPayloadThatFillsItsTransfers) {
   EXPECT_TRUE(splitter.done());
 }
 
-TEST(SplittingParts, SendsOnlyTheParts) {
-  const std::vector<std::byte> picture = bytes(3000);
-  const std::span<const std::byte> all(picture);
-  PayloadSplitter splitter({all.first(1000), all.last(1000)}, 4000, {false, true, 0});
+TEST(SplittingMarkedFrames, TheHostReceivesTheErrorBit) {
+  const std::vector<std::byte> picture = bytes(2000);
+  PayloadSplitter splitter(picture, 4000, {false, true, 0});
   bench::VideoHost host(4000, 512);
   Bytes out;
   while (!splitter.done()) {
@@ -79,9 +77,7 @@ TEST(SplittingParts, SendsOnlyTheParts) {
   ASSERT_EQ(host.frames.size(), 1U);
   EXPECT_TRUE(host.frames[0].error);
   EXPECT_FALSE(host.frames[0].frame_id);
-  ASSERT_EQ(host.frames[0].bytes.size(), 2000U);
-  EXPECT_EQ(host.frames[0].bytes[999], static_cast<std::uint8_t>(picture[999]));
-  EXPECT_EQ(host.frames[0].bytes[1000], static_cast<std::uint8_t>(picture[2000]));
+  EXPECT_EQ(host.frames[0].bytes.size(), 2000U);
 }
 
 TEST(Clock, CountsMicrosecondsAndMillisecondsAndWraps) {

@@ -13,7 +13,6 @@
 #include "support/panorama_file.hpp"
 #include "support/temp_dir.hpp"
 #include "support/wait.hpp"
-#include "usb_camera/scene_renderer.hpp"
 
 namespace lightwell::usb_camera {
 namespace {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "usb_camera/scene_renderer.hpp"
+#include "usb_camera/scene_source.hpp"
 
 namespace lightwell::usb_camera {
 namespace {

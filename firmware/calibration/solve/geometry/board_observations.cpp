@@ -149,8 +149,7 @@ std::vector<std::string> suggest_views(const Coverage& c) {
                              " of " + std::to_string(counted) + " cells lack views)"});
     }
   }
-  std::stable_sort(regions.begin(), regions.end(),
-                   [](const Region& a, const Region& b) { return a.lacking > b.lacking; });
+  std::ranges::stable_sort(regions, std::ranges::greater(), &Region::lacking);
   for (Region& r : regions) out.push_back(std::move(r.text));
   if (c.with_board < kMinPictures)
     out.push_back("take " + std::to_string(kMinPictures - c.with_board) +

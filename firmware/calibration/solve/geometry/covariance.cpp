@@ -3,14 +3,11 @@
 #include <algorithm>
 
 namespace lightwell::calibration {
-namespace {
 
 /// Relative singular value of the matrix with normalised columns below which a parameter is not determined.
 constexpr double kSingular = 1e-9;
 /// Lower limit of 1 - leverage in the correction: a cluster that alone determines a direction leaves no residual there.
 constexpr double kMinLeverageComplement = 0.05;
-
-}  // namespace
 
 Cluster eliminate_nuisance(const Eigen::MatrixXd& own, const Eigen::MatrixXd& shared,
                            const Eigen::VectorXd& residuals) {

@@ -67,8 +67,7 @@ Status check(const BoardObservations& s) {
       if (!std::isfinite(k.pixel.x) || !std::isfinite(k.pixel.y))
         return bad(p.name + " shows a point at a pixel that is no number");
       if (!(k.pixel.x >= -0.5 && k.pixel.y >= -0.5 && k.pixel.x <= size.width - 0.5 && k.pixel.y <= size.height - 0.5))
-        return bad(p.name + " shows a point outside its " + std::to_string(size.width) + "x" +
-                   std::to_string(size.height) + " pixels");
+        return bad(p.name + formatted(" shows a point outside its %dx%d pixels", size.width, size.height));
     }
   }
   return {};

@@ -245,10 +245,10 @@ std::string_view to_string(ImportKind kind) {
   return "unknown";
 }
 
-std::optional<ImportKind> import_kind(std::string_view name) {
+Result<ImportKind> parse_import_kind(std::string_view name) {
   for (const auto& [kind, known] : kKinds)
     if (known == name) return kind;
-  return std::nullopt;
+  return invalid_argument("'" + std::string(name) + "' is not a kind of calibration; known are opencv, kalibr and ros");
 }
 
 std::string_view model_name(const ModelParameters& model) {

@@ -18,8 +18,8 @@ enum class ImportKind {
 };
 
 [[nodiscard]] std::string_view to_string(ImportKind kind);
-/// Inverse of to_string(); empty for an unknown name.
-[[nodiscard]] std::optional<ImportKind> import_kind(std::string_view name);
+/// Inverse of to_string(). invalid_argument: an unknown name; the message lists the known ones.
+[[nodiscard]] Result<ImportKind> parse_import_kind(std::string_view name);
 
 struct ImportOptions {
   std::optional<ImportKind> kind;  ///< Empty: derived from the content.

@@ -8,14 +8,13 @@
 #include <numeric>
 
 #include <lightwell/color.hpp>
+#include <lightwell/text.hpp>
 
 #include "calibration/model/response.hpp"
 #include "calibration/solve/photometry/robust.hpp"
 
 namespace lightwell::photometry {
 namespace {
-
-std::string size_text(const Picture& p) { return std::to_string(p.width) + "x" + std::to_string(p.height); }
 
 constexpr std::size_t kMaxCandidates = 40000;
 /// Number of series, and of brightness classes, each of which contributes the same number of series.
@@ -120,9 +119,9 @@ Status check_alike(std::span<const Picture> pictures, std::size_t least, const s
   for (const Picture& p : pictures) {
     const Picture& first = pictures.front();
     if (p.width != first.width || p.height != first.height || p.pitch != first.pitch || p.levels != first.levels)
-      return invalid_argument(what + ": pictures of " + size_text(first) + " with " + std::to_string(first.levels) +
-                              " levels and of " + size_text(p) + " with " + std::to_string(p.levels) +
-                              "; take all with one camera mode");
+      return invalid_argument(
+          what + formatted(": pictures of %dx%d with %d levels and of %dx%d with %d; take all with one camera mode",
+                           first.width, first.height, first.levels, p.width, p.height, p.levels));
     if (p.rgb.size() != 3 * p.sites() || p.sites() == 0) return invalid_argument(what + ": an empty picture");
   }
   return {};
@@ -132,8 +131,7 @@ Result<ResponseSamples> choose_samples(std::span<const Picture> pictures, std::s
                                        double dark_value, double saturation) {
   if (const Status s = check_alike(pictures, 3, "response"); !s.ok()) return s;
   if (exposures.size() != pictures.size())
-    return invalid_argument("response: " + std::to_string(exposures.size()) + " exposures for " +
-                            std::to_string(pictures.size()) + " pictures");
+    return invalid_argument(formatted("response: %zu exposures for %zu pictures", exposures.size(), pictures.size()));
   const Picture& first = pictures.front();
   std::vector<std::size_t> order(exposures.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -158,8 +156,7 @@ Result<ResponseSamples> choose_samples(std::span<const Picture> pictures, std::s
                             " are left; keep camera and scene still, and check the exposures in the list");
 
   // Blocks that are dark or saturated in all exposures are not usable.
-  const auto [low, high] = std::minmax_element(candidates.begin(), candidates.end(),
-                                               [](const auto& a, const auto& b) { return a.shade < b.shade; });
+  const auto [low, high] = std::ranges::minmax_element(candidates, {}, &Candidate::shade);
   const double darkest = std::max(low->shade, dark_value + 1e-3), brightest = std::min(high->shade, saturation);
   std::vector<std::vector<const Candidate*>> shades(kShades);
   for (const Candidate& c : candidates) {
@@ -175,8 +172,7 @@ Result<ResponseSamples> choose_samples(std::span<const Picture> pictures, std::s
   out.saturation = saturation;
   const std::size_t wanted = kSeries / kShades;
   for (auto& shade : shades) {
-    std::stable_sort(shade.begin(), shade.end(),
-                     [](const Candidate* a, const Candidate* b) { return a->nonuniformity < b->nonuniformity; });
+    std::ranges::stable_sort(shade, {}, &Candidate::nonuniformity);
     std::vector<std::size_t> in_tile(kTiles * kTiles);
     std::size_t taken = 0;
     // At most a quarter of the series from one of 16 regions of the picture.
@@ -199,9 +195,8 @@ Result<PatchMean> patch_mean(const Picture& picture, const PatchRect& patch, con
   const std::int64_t right = std::int64_t{patch.x} + patch.width, below = std::int64_t{patch.y} + patch.height;
   if (patch.x < 0 || patch.y < 0 || patch.width < 1 || patch.height < 1 ||
       right > std::int64_t{picture.width} * pitch || below > std::int64_t{picture.height} * pitch)
-    return refused("the patch " + std::to_string(patch.x) + "," + std::to_string(patch.y) + "," +
-                   std::to_string(patch.width) + "," + std::to_string(patch.height) + " lies outside the picture of " +
-                   std::to_string(picture.width * pitch) + "x" + std::to_string(picture.height * pitch) + " pixels");
+    return refused(formatted("the patch %d,%d,%d,%d lies outside the picture of %dx%d pixels", patch.x, patch.y,
+                             patch.width, patch.height, picture.width * pitch, picture.height * pitch));
   const int x0 = (patch.x + pitch - 1) / pitch, x1 = static_cast<int>(right) / pitch;
   const int y0 = (patch.y + pitch - 1) / pitch, y1 = static_cast<int>(below) / pitch;
   if (x1 <= x0 || y1 <= y0 || (x1 - x0) * (y1 - y0) < 16)
@@ -243,8 +238,8 @@ Result<std::array<double, 3>> rgb_of_chromaticity(double x, double y) {
                                   0.0557101 * xn - 0.2040211 + 1.0569959 * zn};
   for (const double c : rgb)
     if (!(c > 0.01) || !std::isfinite(c))
-      return invalid_argument("white balance: the chromaticity " + std::to_string(x) + ", " + std::to_string(y) +
-                              " is outside the gamut of Rec. 709");
+      return invalid_argument(
+          formatted("white balance: the chromaticity %f, %f is outside the gamut of Rec. 709", x, y));
   return rgb;
 }
 

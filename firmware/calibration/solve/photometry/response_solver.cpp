@@ -75,8 +75,7 @@ Result<Usable> usable_of(const ResponseSamples& in, int channel) {
   for (const PixelSeries& pixel : in.pixels) {
     if (channel >= 0 && pixel.channel != channel) continue;
     if (pixel.values.size() != in.exposures.size())
-      return invalid("a pixel has " + std::to_string(pixel.values.size()) + " values for " +
-                     std::to_string(in.exposures.size()) + " exposures");
+      return invalid(formatted("a pixel has %zu values for %zu exposures", pixel.values.size(), in.exposures.size()));
     std::vector<ResponseSample> own;
     for (std::size_t j = 0; j < pixel.values.size(); ++j) {
       const double v = pixel.values[j];

@@ -8,11 +8,8 @@
 #include <lightwell/quantile.hpp>
 
 namespace lightwell::photometry {
-namespace {
 
 constexpr double kTukey = 4.685;
-
-}  // namespace
 
 double weighted_median(std::span<const double> values, std::span<const double> weights) {
   std::vector<std::size_t> order(values.size());

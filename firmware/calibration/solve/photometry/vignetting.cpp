@@ -139,9 +139,8 @@ Result<LampObservation> LampFinder::find(const Picture& picture, double exposure
   const auto refused = [&](const std::string& what) { return invalid_argument(name + ": " + what); };
   const int pitch = picture.pitch;
   if (picture.width * pitch != lens_.width || picture.height * pitch != lens_.height)
-    return refused("it has " + std::to_string(picture.width * pitch) + "x" + std::to_string(picture.height * pitch) +
-                   " pixels, the calibration speaks of " + std::to_string(lens_.width) + "x" +
-                   std::to_string(lens_.height));
+    return refused(formatted("it has %dx%d pixels, the calibration speaks of %dx%d", picture.width * pitch,
+                             picture.height * pitch, lens_.width, lens_.height));
   if (!(exposure > 0) || !std::isfinite(exposure)) return refused("its exposure must be positive");
   const PhotometricCalibration& p = lens_.photometry;
   Sites sites{picture.width, picture.height, {}, {}, {}};

@@ -123,9 +123,9 @@ class OakBackend final : public ThreadedBackend, public FrameOwner {
 
   [[nodiscard]] Status check(const OakPicture& picture) const {
     if (picture.width != options_.width || picture.height != options_.height)
-      return {StatusCode::failed_precondition, "it gives pictures of " + std::to_string(picture.width) + "x" +
-                                                   std::to_string(picture.height) +
-                                                   ": set camera.width and camera.height to this size"};
+      return {StatusCode::failed_precondition,
+              formatted("it gives pictures of %dx%d: set camera.width and camera.height to this size", picture.width,
+                        picture.height)};
     const View view{0, options_.format, picture.width, picture.height, picture.stride, picture.data};
     if (options_.format == PixelFormat::nv12 &&
         (picture.plane_stride != picture.stride * static_cast<std::size_t>(picture.height) || !check_view(view).ok()))

@@ -34,8 +34,7 @@ Status set_parameter(OakOptions& options, const std::string& key, const std::str
     options.format = *format;
     return {};
   }
-  const Status readout = assign(options.row_readout, uri_row_readout(value));
-  return readout.ok() ? readout : bad("row_readout: " + readout.message());
+  return uri_row_readout(value).assign_to(options.row_readout).in("depthai: row_readout");
 }
 
 void hold_exposures(OakOptions& options, const std::vector<double>& exposure_s) {

@@ -24,8 +24,6 @@ class CameraSystem {
   [[nodiscard]] static Result<std::shared_ptr<CameraSystem>> get();
   /// All cameras must have been released by then.
   ~CameraSystem();
-  CameraSystem(const CameraSystem&) = delete;
-  CameraSystem& operator=(const CameraSystem&) = delete;
 
   /// Finds a camera by id, or by its number in `cam --list`, from 1. not_found lists all cameras.
   [[nodiscard]] Result<std::shared_ptr<::libcamera::Camera>> find(const std::string& name) const;

@@ -15,9 +15,6 @@ namespace {
 
 Status bad(const std::string& what) { return invalid_argument("libcamera: " + what); }
 
-/// Prepends the name of the parameter to an error.
-Status named(const std::string& key, const Status& s) { return s.ok() ? s : bad(key + ": " + s.message()); }
-
 Status set_format(LibcameraOptions& options, const std::string& value) {
   options.format = pixel_format_of(value);
   if (options.format && *options.format != PixelFormat::rgb_f32) return {};
@@ -29,8 +26,9 @@ Status set_format(LibcameraOptions& options, const std::string& value) {
 
 Status set_parameter(LibcameraOptions& options, const std::string& key, const std::string& value) {
   if (key == "format") return set_format(options, value);
-  if (key == "row_readout") return named(key, assign(options.row_readout, uri_row_readout(value)));
-  if (key == "control_delay") return named(key, assign(options.control_delay, uri_number<int>(value, 0, 30)));
+  if (key == "row_readout") return uri_row_readout(value).assign_to(options.row_readout).in("libcamera: row_readout");
+  if (key == "control_delay")
+    return uri_number<int>(value, 0, 30).assign_to(options.control_delay).in("libcamera: control_delay");
   // timestamp
   if (value != "readout" && value != "exposure") return bad("timestamp=" + value + " is neither readout nor exposure");
   options.timestamp_event = value == "readout" ? TimestampEvent::readout : TimestampEvent::exposure;
@@ -40,8 +38,7 @@ Status set_parameter(LibcameraOptions& options, const std::string& key, const st
 Status set_cameras(LibcameraOptions& options, std::string_view path) {
   for (const std::string_view camera : separated(path, ',')) options.cameras.emplace_back(camera);
   if (options.cameras.size() > static_cast<std::size_t>(kMaxLenses))
-    return bad("a rig has at most " + std::to_string(kMaxLenses) + " lenses, these are " +
-               std::to_string(options.cameras.size()) + " cameras");
+    return bad(formatted("a rig has at most %d lenses, these are %zu cameras", kMaxLenses, options.cameras.size()));
   for (const std::string& camera : options.cameras)
     if (camera.empty())
       return bad(

@@ -7,7 +7,6 @@
 #include <optional>
 #include <span>
 
-#include <lightwell/result.hpp>
 #include <lightwell/time.hpp>
 
 namespace lightwell::libcam {

@@ -141,7 +141,6 @@ Result<CameraCapabilities> probe_capabilities(Lens& lens, Mailbox& mailbox, Mail
   const SelectedControls& controls = lens.controls();
   const Duration nominal = controls.duration_us ? Duration{*controls.duration_us * 1000}
                                                 : Duration::from_seconds(1 / (nominal_rate > 0 ? nominal_rate : 30));
-  const auto named = [&](const Status& s) { return Status(s.code(), "camera '" + lens.id() + "': " + s.message()); };
   // Discard completions left over from another lens.
   post.completions.clear();
   mailbox.restart();
@@ -164,7 +163,7 @@ Result<CameraCapabilities> probe_capabilities(Lens& lens, Mailbox& mailbox, Mail
   learned.interval = run.interval(nominal);
   lens.stop();
   mailbox.restart();
-  if (!status.ok()) return named(status);
+  if (!status.ok()) return status.in("camera '" + lens.id() + "'");
   if (!learned.reports_exposure && controls.exposure_us.size() > 1)
     learned.notes.emplace_back(
         "the camera does not report exposures: each is held until it has certainly taken effect, which "

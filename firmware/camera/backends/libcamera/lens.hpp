@@ -1,9 +1,4 @@
 // One lens: buffers that are queued to a camera with an exposure and come back with a picture.
-//   SensorClock           the times of its frames
-//   Lens                  the interface that libcamera_backend.cpp implements; the backend uses only this
-//   Mailbox               the events that a lens posts
-//   probe_capabilities()  measures a camera before streaming
-//   make_lens_backend()
 #pragma once
 
 #include <chrono>

@@ -93,9 +93,7 @@ class LensStream final : public Lens {
   [[nodiscard]] Status acquire(const LibcameraOptions& options, int lendable) override {
     release();
     if (!system_) {
-      Result<std::shared_ptr<CameraSystem>> system = CameraSystem::get();
-      if (!system) return system.status();
-      system_ = std::move(*system);
+      if (Status s = CameraSystem::get().assign_to(system_); !s.ok()) return s;
       watcher_ = system_->watch([mailbox = mailbox_] { mailbox->cameras_changed(); });
     }
     std::shared_ptr<::libcamera::Camera> camera;
@@ -103,9 +101,7 @@ class LensStream final : public Lens {
       camera = system_->present(id_);
       if (!camera) return {StatusCode::unavailable, "libcamera: camera '" + id_ + "' is away: plug it in again"};
     } else {
-      Result<std::shared_ptr<::libcamera::Camera>> found = system_->find(name_);
-      if (!found) return found.status();
-      camera = std::move(*found);
+      if (Status s = system_->find(name_).assign_to(camera); !s.ok()) return s;
     }
     if (const int error = camera->acquire(); error != 0) return failed("camera '" + camera->id() + "'", error);
     camera_ = std::move(camera);

@@ -156,9 +156,7 @@ class ReplayBackend final : public ThreadedBackend {
 
   [[nodiscard]] Result<CameraInfo> open() override {
     if (source_) return Status(StatusCode::failed_precondition, "replay: is open already");
-    Result<std::unique_ptr<Source>> source = replay::open_source(options_.path);
-    if (!source) return source.status();
-    source_ = std::move(*source);
+    if (Status s = replay::open_source(options_.path).assign_to(source_); !s.ok()) return s;
     CameraInfo info = source_->info();
     slots_.emplace(required_buffer_count(static_cast<int>(info.exposure_s.size())), kReadAhead);
     // A single frame has no frame rate.

@@ -10,155 +10,77 @@
 #include <lightwell/files.hpp>
 #include <lightwell/frame_record.hpp>
 #include <lightwell/recording.hpp>
-#include <lightwell/text.hpp>
 
+#include "imaging/csv.hpp"
 #include "imaging/image_file.hpp"
-#include "imaging/uri.hpp"
 
 namespace lightwell::replay {
 namespace {
 
-const std::vector<std::string_view> kColumns = {"file",          "lens",         "exposure_s", "time_s",
-                                                "bracket_index", "bracket_size", "gain",       "row_readout_s"};
-const std::vector<std::string_view> kRequired = {"file", "exposure_s", "time_s"};
+/// Optional ones first.
+const std::vector<std::string_view> kColumns = {"lens",          "bracket_index", "bracket_size", "gain",
+                                                "row_readout_s", "file",          "exposure_s",   "time_s"};
+constexpr std::size_t kRequired = 5;
 
 struct Row {
   std::string file;
   double lens = 0, exposure_s = 0, time_s = 0, bracket_index = 0, bracket_size = 1, gain = 1, row_readout_s = 0;
 };
 
-double* number(Row& row, std::string_view column) {
-  if (column == "lens") return &row.lens;
-  if (column == "exposure_s") return &row.exposure_s;
-  if (column == "time_s") return &row.time_s;
-  if (column == "bracket_index") return &row.bracket_index;
-  if (column == "bracket_size") return &row.bracket_size;
-  if (column == "gain") return &row.gain;
-  if (column == "row_readout_s") return &row.row_readout_s;
-  return nullptr;
-}
-
 bool is_index(double v, int end) { return v >= 0 && v < end && v == std::floor(v); }
 
-class Parser {
- public:
-  explicit Parser(std::string name) : name_(std::move(name)) {}
+Result<Row> read_row(const CsvRow& cells) {
+  Row row;
+  row.file = cells.cells.at("file");
+  const std::pair<std::string_view, double*> numbers[] = {
+      {"lens", &row.lens},
+      {"exposure_s", &row.exposure_s},
+      {"time_s", &row.time_s},
+      {"bracket_index", &row.bracket_index},
+      {"bracket_size", &row.bracket_size},
+      {"gain", &row.gain},
+      {"row_readout_s", &row.row_readout_s},
+  };
+  for (const auto& [column, number] : numbers)
+    if (Status s = cells.read(column, *number); !s.ok()) return s;
+  if (row.file.empty()) return cells.bad("no file");
+  if (!(row.exposure_s > 0)) return cells.bad("exposure_s must be positive");
+  if (!(row.gain > 0)) return cells.bad("gain must be positive");
+  if (!(row.row_readout_s >= 0 && row.row_readout_s <= 1)) return cells.bad("row_readout_s must be 0 to 1");
+  // The limit admits seconds since 1970, and nanoseconds fit into 64 bits.
+  if (!(row.time_s >= 0 && row.time_s < 4e9)) return cells.bad("time_s must be 0 to 4e9");
+  if (!is_index(row.lens, kMaxLenses)) return cells.bad("lens must be 0 or 1");
+  if (!is_index(row.bracket_size - 1, kMaxBracket))
+    return cells.bad("bracket_size must be 1 to " + std::to_string(kMaxBracket));
+  if (!is_index(row.bracket_index, static_cast<int>(row.bracket_size)))
+    return cells.bad("bracket_index must be 0 to bracket_size - 1");
+  return row;
+}
 
-  [[nodiscard]] Status take_line(std::string_view line) {
-    ++line_;
-    if (trimmed(line).empty()) return {};
-    if (columns_.empty()) return take_columns(line);
-    Row row;
-    if (Status s = read_row(line, row); !s.ok()) return s;
-    return add(row);
-  }
+ListedFrame frame_of(const Row& row, std::size_t sequence) {
+  ListedFrame frame;
+  frame.info.sequence = sequence;
+  frame.info.mid_exposure = {Duration::from_seconds(row.time_s).ns};
+  frame.info.exposure_s = row.exposure_s;
+  frame.info.gain = row.gain;
+  frame.info.row_readout = Duration::from_seconds(row.row_readout_s);
+  frame.info.bracket_index = static_cast<int>(row.bracket_index);
+  frame.info.bracket_size = static_cast<int>(row.bracket_size);
+  return frame;
+}
 
-  [[nodiscard]] Result<std::vector<ListedFrame>> finish() {
-    if (columns_.empty() || frames_.empty()) return bad("no frame is listed");
-    if (Status s = check_last(); !s.ok()) return s;
-    return std::move(frames_);
-  }
-
- private:
-  [[nodiscard]] Status bad(const std::string& what) const {
-    return invalid_argument(name_ + ":" + std::to_string(line_) + ": " + what);
-  }
-
-  [[nodiscard]] Status take_columns(std::string_view line) {
-    for (const std::string_view column : comma_separated(line)) {
-      if (std::ranges::find(kColumns, column) == kColumns.end()) {
-        const std::string near = nearest_name(column, kColumns);
-        return bad("no column '" + std::string(column) + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
-      }
-      if (std::ranges::find(columns_, column) != columns_.end())
-        return bad("column '" + std::string(column) + "' is there twice");
-      columns_.emplace_back(column);
-    }
-    for (const std::string_view column : kRequired)
-      if (std::ranges::find(columns_, column) == columns_.end())
-        return bad("no column '" + std::string(column) + "' in the first line");
-    return {};
-  }
-
-  [[nodiscard]] Status read_row(std::string_view line, Row& row) const {
-    const std::vector<std::string_view> fields = comma_separated(line);
-    if (fields.size() != columns_.size())
-      return bad(std::to_string(fields.size()) + " values for " + std::to_string(columns_.size()) + " columns");
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-      double* const target = number(row, columns_[i]);
-      if (target == nullptr) {
-        row.file = fields[i];
-        continue;
-      }
-      const std::optional<double> value = parse_number<double>(fields[i]);
-      if (!value) return bad(columns_[i] + " '" + std::string(fields[i]) + "' is no number");
-      *target = *value;
-    }
-    if (row.file.empty()) return bad("no file");
-    if (!(row.exposure_s > 0)) return bad("exposure_s must be positive");
-    if (!(row.gain > 0)) return bad("gain must be positive");
-    if (!(row.row_readout_s >= 0 && row.row_readout_s <= 1)) return bad("row_readout_s must be 0 to 1");
-    // The limit admits seconds since 1970, and nanoseconds fit into 64 bits.
-    if (!(row.time_s >= 0 && row.time_s < 4e9)) return bad("time_s must be 0 to 4e9");
-    if (!is_index(row.lens, kMaxLenses)) return bad("lens must be 0 or 1");
-    if (!is_index(row.bracket_size - 1, kMaxBracket))
-      return bad("bracket_size must be 1 to " + std::to_string(kMaxBracket));
-    if (!is_index(row.bracket_index, static_cast<int>(row.bracket_size)))
-      return bad("bracket_index must be 0 to bracket_size - 1");
-    return {};
-  }
-
-  [[nodiscard]] Status add(const Row& row) {
-    const bool same_frame = previous_ && previous_->time_s == row.time_s && previous_->exposure_s == row.exposure_s;
-    if (same_frame) {
-      if (previous_->bracket_index != row.bracket_index || previous_->gain != row.gain ||
-          previous_->bracket_size != row.bracket_size || previous_->row_readout_s != row.row_readout_s)
-        return bad("the lenses of one frame must have the same bracket, gain and row_readout_s");
-    } else {
-      if (previous_ && row.time_s <= previous_->time_s) return bad("time_s must grow");
-      if (Status s = check_last(); !s.ok()) return s;
-      frames_.push_back(frame_of(row));
-    }
-    auto& files = frames_.back().files;
-    if (row.lens != static_cast<double>(files.size()))
-      return bad("lens " + std::to_string(static_cast<int>(row.lens)) + " where lens " + std::to_string(files.size()) +
-                 " of the frame was expected");
-    files.push_back(row.file);
-    previous_ = row;
-    return {};
-  }
-
-  /// Checks that the completed last frame has the lenses and the bracket size of the first one.
-  [[nodiscard]] Status check_last() const {
-    if (frames_.empty()) return {};
-    const ListedFrame& first = frames_.front();
-    const ListedFrame& last = frames_.back();
-    if (last.files.size() != first.files.size())
-      return bad("the frame above has " + std::to_string(last.files.size()) + " lenses, the first one has " +
-                 std::to_string(first.files.size()));
-    if (last.info.bracket_size != first.info.bracket_size)
-      return bad("the frame above has another bracket_size than the first one");
-    return {};
-  }
-
-  [[nodiscard]] ListedFrame frame_of(const Row& row) const {
-    ListedFrame frame;
-    frame.info.sequence = frames_.size();
-    frame.info.mid_exposure = {Duration::from_seconds(row.time_s).ns};
-    frame.info.exposure_s = row.exposure_s;
-    frame.info.gain = row.gain;
-    frame.info.row_readout = Duration::from_seconds(row.row_readout_s);
-    frame.info.bracket_index = static_cast<int>(row.bracket_index);
-    frame.info.bracket_size = static_cast<int>(row.bracket_size);
-    return frame;
-  }
-
-  std::string name_;
-  int line_ = 0;
-  std::vector<std::string> columns_;
-  std::optional<Row> previous_;
-  std::vector<ListedFrame> frames_;
-};
+/// Checks that the completed last frame has the lenses and the bracket size of the first one.
+Status check_last(const CsvRow& at, const std::vector<ListedFrame>& frames) {
+  if (frames.empty()) return {};
+  const ListedFrame& first = frames.front();
+  const ListedFrame& last = frames.back();
+  if (last.files.size() != first.files.size())
+    return at.bad("the frame above has " + std::to_string(last.files.size()) + " lenses, the first one has " +
+                  std::to_string(first.files.size()));
+  if (last.info.bracket_size != first.info.bracket_size)
+    return at.bad("the frame above has another bracket_size than the first one");
+  return {};
+}
 
 namespace fs = std::filesystem;
 
@@ -210,9 +132,7 @@ class FolderSource final : public Source {
     const fs::path calibration = folder_ / "calibration.textproto";
     std::error_code error;
     if (fs::exists(calibration, error)) {
-      Result<RigParameters> rig = load_calibration(calibration.string());
-      if (!rig) return rig.status();
-      info_.calibration = std::move(*rig);
+      if (Status s = load_calibration(calibration.string()).assign_to(info_.calibration); !s.ok()) return s;
     }
     StoredFrame frame;
     if (Status s = read_listed(first, frame); !s.ok()) return s;
@@ -347,13 +267,32 @@ Result<std::unique_ptr<Source>> open_recording(const std::string& path) {
 }  // namespace
 
 Result<std::vector<ListedFrame>> parse_frame_list(std::string_view text, const std::string& name) {
-  Parser parser(name);
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    if (Status s = parser.take_line(text.substr(0, end)); !s.ok()) return s;
-    text.remove_prefix(std::min(end + 1, text.size()));
+  const Result<std::vector<CsvRow>> rows = parse_csv(text, name, kColumns, kRequired);
+  if (!rows) return rows.status();
+  if (rows->empty()) return invalid_argument(name + ": no frame is listed");
+  std::vector<ListedFrame> frames;
+  std::optional<Row> previous;
+  for (const CsvRow& cells : *rows) {
+    const Result<Row> row = read_row(cells);
+    if (!row) return row.status();
+    if (previous && previous->time_s == row->time_s && previous->exposure_s == row->exposure_s) {
+      if (previous->bracket_index != row->bracket_index || previous->gain != row->gain ||
+          previous->bracket_size != row->bracket_size || previous->row_readout_s != row->row_readout_s)
+        return cells.bad("the lenses of one frame must have the same bracket, gain and row_readout_s");
+    } else {
+      if (previous && row->time_s <= previous->time_s) return cells.bad("time_s must grow");
+      if (Status s = check_last(cells, frames); !s.ok()) return s;
+      frames.push_back(frame_of(*row, frames.size()));
+    }
+    std::vector<std::string>& files = frames.back().files;
+    if (row->lens != static_cast<double>(files.size()))
+      return cells.bad("lens " + std::to_string(static_cast<int>(row->lens)) + " where lens " +
+                       std::to_string(files.size()) + " of the frame was expected");
+    files.push_back(row->file);
+    previous = *row;
   }
-  return parser.finish();
+  if (Status s = check_last(rows->back(), frames); !s.ok()) return s;
+  return frames;
 }
 
 Result<std::vector<ListedFrame>> load_frame_list(const std::string& folder) {

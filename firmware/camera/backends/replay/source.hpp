@@ -25,8 +25,8 @@ struct ListedFrame {
 ///   a0.png,0,0.004,0.000,0,2
 /// The first line names the columns, in any order. file, exposure_s and time_s are required; lens, bracket_index and
 /// row_readout_s default to 0, bracket_size and gain to 1. Consecutive rows with the same time_s (mid-exposure, any
-/// origin) and exposure_s are one frame, one row per lens; times increase from frame to frame. Quotes are not
-/// supported: file names cannot contain commas.
+/// origin) and exposure_s are one frame, one row per lens; times increase from frame to frame. File names cannot
+/// contain commas.
 ///
 /// All frames have the same number of files and the same bracket size. invalid_argument names `name` and the line.
 [[nodiscard]] Result<std::vector<ListedFrame>> parse_frame_list(std::string_view text, const std::string& name);

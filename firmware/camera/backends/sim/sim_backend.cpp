@@ -49,7 +49,7 @@ Result<RingPlan> plan_ring(const SimOptions& options, const RigParameters& rig) 
 }
 
 Status set_parameter(SimOptions& options, const std::string& name, const std::string& value) {
-  if (name == "rig") return assign(options.rig, Result<std::string>(value));
+  if (name == "rig") return Result<std::string>(value).assign_to(options.rig);
   if (name == "sensor") {
     if (const auto format = pixel_format_of(value)) {
       options.sensor = *format;
@@ -59,13 +59,13 @@ Status set_parameter(SimOptions& options, const std::string& name, const std::st
     for (const PixelFormat f : kPixelFormats) known += (known.empty() ? "" : ", ") + std::string(to_string(f));
     return invalid_argument("'" + value + "' is none of " + known);
   }
-  if (name == "yaw_rate") return assign(options.yaw_rate_rad_per_s, parse_yaw_rate_rad_per_s(value));
-  if (name == "lamp_switch") return assign(options.lamp_switch_s, uri_duration_s(value));
-  if (name == "row_readout") return assign(options.row_readout_s, uri_duration_s(value));
-  if (name == "flicker") return assign(options.flicker.hz, parse_frequency_hz(value));
-  if (name == "depth") return assign(options.flicker.depth, uri_number(value, 0.0, 1.0));
-  if (name == "frames") return assign(options.frames, uri_number<std::size_t>(value, 1, 100000));
-  return assign(options.seed, uri_number<std::uint64_t>(value, 0, ~std::uint64_t{0}));
+  if (name == "yaw_rate") return parse_yaw_rate_rad_per_s(value).assign_to(options.yaw_rate_rad_per_s);
+  if (name == "lamp_switch") return uri_duration_s(value).assign_to(options.lamp_switch_s);
+  if (name == "row_readout") return uri_duration_s(value).assign_to(options.row_readout_s);
+  if (name == "flicker") return parse_frequency_hz(value).assign_to(options.flicker.hz);
+  if (name == "depth") return uri_number(value, 0.0, 1.0).assign_to(options.flicker.depth);
+  if (name == "frames") return uri_number<std::size_t>(value, 1, 100000).assign_to(options.frames);
+  return uri_number<std::uint64_t>(value, 0, ~std::uint64_t{0}).assign_to(options.seed);
 }
 
 Status check(const SimOptions& options) {
@@ -145,14 +145,13 @@ ExposureTiming SimWorld::timing() const {
 
 Result<std::unique_ptr<SimWorld>> make_sim_world(SimOptions options) {
   if (options.rig == "equirect") options.height = options.width / 2;
-  const auto failed = [](const Status& status) { return Status(status.code(), "sim: " + status.message()); };
   Result<RigParameters> rig = sim::make_rig(options.rig, options.width, options.height, options.sensor);
-  if (!rig) return failed(rig.status());
+  if (!rig) return rig.status().in("sim");
 
   const Result<std::string> path = sim::scene_path(options.scene);
-  if (!path) return failed(path.status());
+  if (!path) return path.status().in("sim");
   Result<sim::Panorama> panorama = sim::load_panorama(*path);
-  if (!panorama) return failed(panorama.status());
+  if (!panorama) return panorama.status().in("sim");
   const sim::SanitizeCounts sanitize_counts = panorama->sanitize_counts;
 
   std::vector<double>& exposure_s = options.capture.exposure_s;
@@ -172,9 +171,7 @@ Result<std::unique_ptr<SimWorld>> make_sim_world(SimOptions options) {
 
 Result<CameraInfo> SimBackend::open() {
   if (world_) return Status(StatusCode::failed_precondition, "sim: the camera is open already");
-  Result<std::unique_ptr<SimWorld>> world = make_sim_world(options_);
-  if (!world) return world.status();
-  world_ = std::move(*world);
+  if (Status s = make_sim_world(options_).assign_to(world_); !s.ok()) return s;
   options_ = world_->options;
   ring_.render(world_->plan, world_->source(), progress_);
   return describe();
@@ -191,22 +188,19 @@ CameraInfo SimBackend::describe() const {
   info.exposure_s = options_.capture.exposure_s;
   info.calibration = world_->rig;
   info.notes = options_.notes;
-  if (sanitize_counts().any()) {
+  if (sanitize_counts().any())
     info.notes.push_back("the panorama contained invalid radiance values: replaced " +
                          std::to_string(sanitize_counts().nan) + " NaN, " + std::to_string(sanitize_counts().infinite) +
                          " infinite, " + std::to_string(sanitize_counts().negative) + " negative values");
-  }
   const RingPlan& plan = ring_.plan();
-  if (plan.pictures() < plan.wanted) {
+  if (plan.pictures() < plan.wanted)
     info.notes.push_back("a ring of " + std::to_string(plan.pictures()) + " frames; " + std::to_string(plan.wanted) +
                          " would take more than 1 GiB");
-  }
   if (options_.flicker.hz > 0) {
     const double hz = plan.periods_per_frame * scene_rate(options_);
-    if (std::abs(hz - options_.flicker.hz) > 1e-6 * hz) {
+    if (std::abs(hz - options_.flicker.hz) > 1e-6 * hz)
       info.notes.push_back("light flickers at " + std::to_string(hz) + " Hz, so that " + std::to_string(plan.cycle) +
                            " frames hold a whole number of periods");
-    }
   }
   return info;
 }

@@ -31,16 +31,16 @@ Result<std::string> format(const std::string& text) {
 }
 
 Status set_parameter(Options& options, const std::string& name, const std::string& value) {
-  if (name == "width") return assign(options.wanted.width, uri_number<int>(value, 2, 16384));
-  if (name == "height") return assign(options.wanted.height, uri_number<int>(value, 2, 16384));
-  if (name == "frame_rate") return assign(options.wanted.rate, uri_number<double>(value, 0.1, 1000));
-  if (name == "format") return assign(options.wanted.format, format(value));
+  if (name == "width") return uri_number<int>(value, 2, 16384).assign_to(options.wanted.width);
+  if (name == "height") return uri_number<int>(value, 2, 16384).assign_to(options.wanted.height);
+  if (name == "frame_rate") return uri_number<double>(value, 0.1, 1000).assign_to(options.wanted.rate);
+  if (name == "format") return format(value).assign_to(options.wanted.format);
   // V4L2 does not define how a driver's gain values relate to linear gain.
-  if (name == "gain_raw") return assign(options.gain_raw, uri_number<int>(value, -1000000, 1000000));
-  if (name == "power_line") return assign(options.power_line, power_line(value));
+  if (name == "gain_raw") return uri_number<int>(value, -1000000, 1000000).assign_to(options.gain_raw);
+  if (name == "power_line") return power_line(value).assign_to(options.power_line);
   if (name == "control_delay")
-    return assign(options.control_delay, uri_number<int>(value, 1, ExposureSchedule::kMaxDelay));
-  return assign(options.row_readout, uri_row_readout(value));
+    return uri_number<int>(value, 1, ExposureSchedule::kMaxDelay).assign_to(options.control_delay);
+  return uri_row_readout(value).assign_to(options.row_readout);
 }
 
 std::string size_text(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }

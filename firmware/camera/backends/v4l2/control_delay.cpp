@@ -5,9 +5,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstddef>
-#include <optional>
 #include <poll.h>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>

@@ -5,7 +5,6 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
-#include <filesystem>
 #include <fstream>
 #include <poll.h>
 
@@ -207,8 +206,7 @@ Result<NegotiatedFormat> Device::set_mode(const SelectedMode& choice) {
   pix.pixelformat = choice.mode.fourcc;
   pix.field = V4L2_FIELD_NONE;
   if (const int failed = call(fd_, VIDIOC_S_FMT, &format); failed != 0)
-    return error("refuses " + std::to_string(choice.mode.width) + "x" + std::to_string(choice.mode.height) + " " +
-                     fourcc_text(choice.mode.fourcc),
+    return error(formatted("refuses %dx%d ", choice.mode.width, choice.mode.height) + fourcc_text(choice.mode.fourcc),
                  failed);
   NegotiatedFormat settled;
   settled.encoding = encoding_of(pix.pixelformat);

@@ -67,9 +67,8 @@ std::size_t packed_driver_stride(const Encoding& encoding, int width) {
 }
 
 Status refused(const Encoding& encoding, int width, int height, const std::string& why) {
-  return {StatusCode::invalid_argument, "v4l2: the driver gives " + std::to_string(width) + "x" +
-                                            std::to_string(height) + " " + fourcc_text(encoding.fourcc) + " " + why +
-                                            ": ask for another size or format"};
+  return invalid_argument(formatted("v4l2: the driver gives %dx%d ", width, height) + fourcc_text(encoding.fourcc) +
+                          " " + why + ": ask for another size or format");
 }
 
 constexpr double kMinRateFraction = 0.95;

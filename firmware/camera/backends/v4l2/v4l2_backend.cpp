@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <poll.h>
 #include <stop_token>

@@ -1,9 +1,5 @@
 // Prefiltered environment map for reflections: octahedral levels, each prefiltered with one GGX lobe, without the
 // lights.
-//   EnvironmentMap        a whole map, or the changes to a whole map
-//   EnvironmentKeeper     assembles the current map from messages
-//   environmentRadiance   radiance of a map for a direction and a roughness
-//   levelRadiance         a level as floats, for upload
 import type { Descriptor } from "./descriptor.js";
 import { Rgb, Vec3, normalized } from "./vector.js";
 import {

@@ -1,8 +1,5 @@
 // Reader of protobuf's binary form, as far as descriptors need it, as strict as protobuf's own parser: unknown fields
 // are ignored, and invalid messages throw.
-//   DecodeError             the one error of this module
-//   WireReader              the fields of a message
-//   uint32, sint32, ...     readers of fields: they pass each value to a function
 
 /** Bytes that are not a descriptor. `code` as in C++: "data_loss" if they are not a message, "invalid_argument", with
  *  the field's name in the message, if the message violates the specification. */
