@@ -1,10 +1,10 @@
-#include "host_sdk/tools/lightwell/common.hpp"
-
 #include <cstdint>
 #include <limits>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
+#include "host_sdk/tools/lightwell/common.hpp"
 
 namespace lightwell::tool {
 namespace {

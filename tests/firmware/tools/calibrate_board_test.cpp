@@ -154,7 +154,7 @@ TEST(BoardCommand, ErrorsHaveTheRemedy) {
   EXPECT_THAT(usage({"--columns", "0", "--json"}), HasSubstr("columns"));
   EXPECT_THAT(usage({"--tag-size-mm", "nan", "--json"}), HasSubstr("is nan; it is in metres"));
   EXPECT_THAT(usage({"--spacing", "0.01", "--json"}), HasSubstr("spacing"));
-  EXPECT_THAT(usage({"--paper", "a5"}), HasSubstr("a4, a3 and letter"));
+  EXPECT_THAT(usage({"--paper", "a5"}), HasSubstr("known are: a4 a3 letter"));
   EXPECT_THAT(usage({"--family", "tag16h5"}), HasSubstr("known are tag36h11"));
   EXPECT_THAT(usage({"--output", "board.doc"}), HasSubstr("must end in .pdf"));
   EXPECT_THAT(usage({"board.pdf"}), HasSubstr("unexpected argument 'board.pdf'"));

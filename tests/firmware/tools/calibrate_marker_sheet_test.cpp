@@ -256,9 +256,9 @@ TEST(MarkerSheet, ErrorsHaveTheRemedy) {
   };
   EXPECT_THAT(usage({}), HasSubstr("give --output"));
   EXPECT_THAT(usage({"--bodi", "cube"}), HasSubstr("did you mean --body?"));
-  EXPECT_THAT(usage({"--body", "tetrahedron"}), HasSubstr("dodecahedron, cube, icosahedron and ball are"));
+  EXPECT_THAT(usage({"--body", "tetrahedron"}), HasSubstr("known are: dodecahedron cube icosahedron ball"));
   EXPECT_THAT(usage({"--paper-kind", "black"}), HasSubstr("known are white and grey"));
-  EXPECT_THAT(usage({"--paper", "a5"}), HasSubstr("a4, a3 and letter"));
+  EXPECT_THAT(usage({"--paper", "a5"}), HasSubstr("known are: a4 a3 letter"));
   EXPECT_THAT(usage({"--family", "tag16h5"}), HasSubstr("known are tag36h11"));
   for (const char* size : {"0", "-3", "nan", "20000", "x"})
     EXPECT_THAT(usage({"--size-mm", size, "--json"}), HasSubstr(size));
