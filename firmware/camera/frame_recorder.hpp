@@ -28,7 +28,7 @@ class FrameRecorder final : public FrameSink {
  public:
   /// Creates the file, or appends to a recording of kind frames. Sets `header.kind`. `next` must outlive the recorder.
   /// Errors as RecordWriter::open(), and invalid_argument for the queue. `queue`: number of copies that can wait to be
-  /// written, 1 to 1024. Each lets the disk stall for a frame.
+  /// written, 1 to 1024. Each costs the memory of a frame and lets the disk stall for one frame interval.
   [[nodiscard]] static Result<std::unique_ptr<FrameRecorder>> open(const std::string& path, RecordingHeader header,
                                                                    FrameSink& next, int queue = 8);
 

@@ -46,7 +46,6 @@ def ten_thousand_frames(rig: Rig, test: Any, measured: Measured) -> None:
         last = rig.snapshot(outside, uri)
     # Pools and caches have reached their size after a fifth of the frames.
     settled = [(frames, daemon) for frames, daemon in seen if frames >= _FRAMES / 5]
-    # Anonymous memory only: pages of programs and libraries are read on first use, and the kernel may drop them again.
     measured.figure("frames", seen[-1][0], "", f">= {_FRAMES}")
     measured.figure("of these, frames that became light", last["estimates"] - first["estimates"])
     measured.figure("memory, all and its own, every fifth look",

@@ -286,9 +286,9 @@ class Rig:
                           "restarted the camera: this machine is too busy")
 
     def idle_percent(self, seconds: float) -> float:
-        """Percentage of the board's processor time that is idle over `seconds`."""
-        shown = self.board.run(f"head -1 /proc/stat; sleep {seconds}; head -1 /proc/stat", check=True,
-                               timeout_s=seconds + 60).out
+        """Percentage of the board's processor time that is idle over `seconds`. lightwelld must be running."""
+        shown = self.board.run(f"pidof lightwelld >/dev/null && head -1 /proc/stat && sleep {seconds} && head -1 /proc/stat",
+                               check=True, timeout_s=seconds + 60).out
         first, second = ([int(word) for word in line.split()[1:]] for line in shown.splitlines())
         grown = [b - a for a, b in zip(first, second)]
         return 100 * (grown[3] + grown[4]) / max(1, sum(grown))

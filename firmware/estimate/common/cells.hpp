@@ -135,7 +135,8 @@ struct LightPoints {
   alignas(64) std::array<float, kMaxPoints> r{}, g{}, b{};
 };
 
-/// out[c][i] += sum over the points of channel c times basis function i of a BasisRow, in float, to 2e-6 of the sum.
+/// out[c][i] += sum over the points of channel c times basis function i of a BasisRow, in float. Error: at most 2e-6
+/// of the largest basis function times the sum of absolute values.
 void add_points(const LightPoints& points, float (&out)[3][kRowCount]);
 
 }  // namespace lightwell::estimate

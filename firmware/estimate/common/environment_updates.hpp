@@ -184,7 +184,8 @@ struct EnvironmentUpdateOptions {
   double step = 0.01;
 };
 
-/// Encodes maps, and keeps the last whole map and the schedule. Allocates nothing if maps are passed back to update().
+/// Encodes maps; keeps the last whole map and the schedule. No allocation if maps are passed back to update(). Not
+/// thread-safe.
 class EnvironmentUpdates {
  public:
   EnvironmentUpdates(std::vector<EnvironmentLevel> levels, EnvironmentUpdateOptions options);

@@ -126,7 +126,8 @@ class LightFinder {
   void gather_pixels(Vec3d axis, RegionMoments& out);
   void record_part(std::uint32_t block, const CellSum& light);
   [[nodiscard]] Light region_light(RowReader& reader, std::uint32_t block, Place peak_at, float peak, bool compact);
-  /// The light of the brightest remaining region that is not dark. Skips regions whose upper bound is below `least`.
+  /// The light of the brightest remaining region that is not dark. Skips regions whose upper bound of
+  /// irradiance (luminance) is below `least`.
   [[nodiscard]] std::optional<Light> next_region(RowReader& reader, double least);
   /// Smallest luminance of the halo of a light with this peak.
   [[nodiscard]] float halo_threshold(float peak) const;

@@ -27,7 +27,7 @@ struct ListedPicture {
   double exposure_s = 1, gain = 1;
 };
 
-/// Reads FOLDER/frames.csv: of each frame the picture of the lens, or the only one.
+/// Reads FOLDER/frames.csv (camera/backends/replay/source.hpp): of each frame the picture of the lens, or the only one.
 std::vector<ListedPicture> list_pictures(const std::string& folder, int lens) {
   std::vector<ListedPicture> out;
   for (const replay::ListedFrame& frame : require(replay::load_frame_list(folder))) {

@@ -1,6 +1,7 @@
 /* Conversions to other engines' lighting types, for C: conventions.hpp through the C ABI, with the rules of
- * lightwell.h. Meaning, unit, axes and signs of each field are documented at the type of the same name in
- * conventions.hpp. Transform the lighting to the application's world first (lw_lighting_rotated).
+ * lightwell.h. Meaning, unit, axes and signs of each field are documented at the corresponding type in conventions.hpp.
+ * Transform the lighting to the application's world first (lw_lighting_rotated), in Lightwell's axes; the conversion
+ * changes handedness.
  *
  * Functions return LW_OK also without an estimate: see `validity`; the value is then the target's own representation of
  * that. No function blocks; all allocate.

@@ -305,7 +305,8 @@ LW_API lw_status lw_probe_report_lux(lw_probe* probe, double lux, const float* n
 LW_API lw_status lw_lighting_create(lw_lighting** out);
 LW_API void lw_lighting_release(lw_lighting* lighting);
 
-/* Shares the state with another container. Does not allocate. */
+/* Puts the same lighting into another container, for another thread to keep: filling either one later does not change
+ * the other. Does not allocate. */
 LW_API lw_status lw_lighting_copy(const lw_lighting* lighting, lw_lighting* into);
 
 /* Decodes the bytes of a LightingDescriptor that was not received by a probe. Stale if age_ns is above 250 ms.
@@ -406,7 +407,7 @@ typedef struct lw_light {
   uint32_t size;
   uint32_t track;                /* Identity over time: the same light keeps its track. 0: not tracked. */
   float direction[3];            /* Unit, TOWARDS the light. */
-  float irradiance[3];           /* At normal incidence. */
+  float irradiance[3];           /* At normal incidence: magnitude of the vector irradiance of the cap. */
   float angular_radius;          /* rad. */
   float direction_covariance[3]; /* u·u, u·v, v·v in rad², in the tangent basis of proto/README.md. */
 } lw_light;

@@ -31,7 +31,7 @@ namespace lightwell::core {
 namespace {
 
 constexpr Duration kSecond{1'000'000'000};
-/// As kFirstRoundTrips.
+/// The first round trips follow each other quickly, so that the clocks agree soon after the connection.
 constexpr int kFirstPolls = 4;
 constexpr Duration kFirstPollPeriod{100'000'000};
 /// Later round trips: clocks drift by at most 6 ms in between, and a probe can respond to thousands of clients.

@@ -20,19 +20,21 @@ struct OctUv {
   float u = 0, v = 0;
 };
 
+namespace detail {
 /// Maps the lower half of the octahedron to the outer triangles of the square, and back.
 inline void fold_lower_half(float& a, float& b) {
   const float folded_a = (1 - std::abs(b)) * std::copysign(1.0F, a);
   b = (1 - std::abs(a)) * std::copysign(1.0F, b);
   a = folded_a;
 }
+}  // namespace detail
 
 /// u, v in [0, 1]; u increases with x, v with z. d need not be normalised; zero maps to the centre.
 [[nodiscard]] inline OctUv oct_encode(Vec3f d) {
   const float sum = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
   if (!(sum > 0)) return {0.5F, 0.5F};
   float a = d.x / sum, b = d.z / sum;
-  if (d.y < 0) fold_lower_half(a, b);
+  if (d.y < 0) detail::fold_lower_half(a, b);
   return {0.5F * (a + 1), 0.5F * (b + 1)};
 }
 
@@ -40,7 +42,7 @@ inline void fold_lower_half(float& a, float& b) {
 [[nodiscard]] inline Vec3f oct_decode(OctUv uv) {
   float a = 2 * uv.u - 1, b = 2 * uv.v - 1;
   const float y = 1 - std::abs(a) - std::abs(b);
-  if (y < 0) fold_lower_half(a, b);
+  if (y < 0) detail::fold_lower_half(a, b);
   return normalized(Vec3f{a, y, b});
 }
 

@@ -30,7 +30,8 @@ class CameraSystem {
   /// Finds a camera by id; null if it is not connected.
   [[nodiscard]] std::shared_ptr<::libcamera::Camera> present(const std::string& id) const;
 
-  /// `changed` is called on libcamera's thread when a camera comes or goes, until unwatch(). No calls to libcamera.
+  /// `changed` is called on libcamera's thread when a camera comes or goes, until unwatch() has returned. It must not
+  /// call libcamera.
   [[nodiscard]] int watch(std::function<void()> changed);
   void unwatch(int watcher);
 

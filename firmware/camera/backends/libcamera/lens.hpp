@@ -212,7 +212,8 @@ struct CameraCapabilities {
 };
 
 /// Starts `lens`, takes frames, and stops it: a second or two at 30 frames per second. unavailable if no frame comes
-/// within 5 s; failed_precondition if a bracket's reported exposures are not the requested ones.
+/// within 5 s; failed_precondition if a bracket's reported exposures are not the requested ones (a single exposure:
+/// a note), or if a report is not positive.
 [[nodiscard]] Result<CameraCapabilities> probe_capabilities(Lens& lens, Mailbox& mailbox, Mailbox::Events& post,
                                                             double nominal_rate);
 

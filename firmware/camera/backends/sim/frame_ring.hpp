@@ -30,7 +30,8 @@ struct LensRenderer {
 
   /// Radiance of a frame without flicker, by row if the probe rotates under a rolling shutter. `out`: r, g, b each.
   void radiance(const sim::Scene& scene, std::uint64_t index, std::span<float> out) const;
-  /// Multiplies `steady` by the mean flicker of each row's exposure, which ends at the equally spaced frame time.
+  /// Multiplies `steady` by the mean flicker of each row's exposure. Frame times are equally spaced; the middle row's
+  /// exposure ends at them.
   void flicker(std::uint64_t index, double exposure_s, std::span<const float> steady, std::span<float> out) const;
 };
 

@@ -53,7 +53,8 @@ struct BracketColumns {
   float* noise;    ///< Squared weight times variance.
   float* bias;     ///< Possible bias near black.
   float* clipped;  ///< Solid angle saturated in every exposure.
-  /// Radiance of the brightest channel in exposure k minus that in k + 1, over pixels valid in both; and its tolerance.
+  /// Radiance of the brightest channel in exposure k minus that in k + 1, summed without weights over pixels valid in
+  /// both; and its tolerance.
   std::array<float*, kMaxBracket - 1> difference, noise_allowance;
 };
 
@@ -100,7 +101,8 @@ struct FloatColumns {
   float* peak;       ///< Largest luminance of a pixel with solid angle.
 };
 
-/// Adds a run of `pixels` pixels (floats r, g, b, any alignment) times `scale`; false, and nothing, for invalid values.
+/// Adds a run of `pixels` pixels (floats r, g, b, any alignment) times `scale`. Adds nothing and returns false where
+/// a value is NaN or not in [0, max_radiance].
 [[nodiscard]] bool add_float_row(const std::byte* rgb, const float* solid_angle, std::size_t pixels, float scale,
                                  float max_radiance, float depth, const FloatColumns& out);
 

@@ -34,9 +34,12 @@ struct FrameRecord {
 /// Encodes into `out`, whose memory is reused.
 void encode_frame_record(const FrameRecord& frame, std::vector<std::byte>& out);
 
-/// A decoded frame; the data of `frame.views` point into memory of this object, which copies share.
+/// A decoded frame; the data of `frame.views` point into memory of this object.
 class DecodedFrame {
  public:
+  DecodedFrame() = default;
+  DecodedFrame(DecodedFrame&&) = default;
+  DecodedFrame& operator=(DecodedFrame&&) = default;
   /// data_loss, or invalid_argument with the name of the field. Does not compare the bytes of a view with its size and
   /// stride: a reader must do that.
   [[nodiscard]] Status decode(std::span<const std::byte> payload);
