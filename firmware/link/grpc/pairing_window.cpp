@@ -19,7 +19,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// Limit of a request; a PairFinishRequest has about 400 bytes.
-constexpr int kMaxRequestBytes = 4096;
+constexpr int kMaxPairingRequestBytes = 4096;
 
 using Base = v1::PairingService::WithCallbackMethod_Begin<
     v1::PairingService::WithCallbackMethod_Finish<v1::PairingService::Service>>;
@@ -47,7 +47,7 @@ class Window final : public PairingWindow, private Base {
     builder.AddListeningPort(options_.listen, tls_credentials(keys_), &port_);
     builder.RegisterService(this);
     set_limits(builder);
-    builder.SetMaxReceiveMessageSize(kMaxRequestBytes);
+    builder.SetMaxReceiveMessageSize(kMaxPairingRequestBytes);
     server_ = builder.BuildAndStart();
     return server_ && port_ != 0;
   }

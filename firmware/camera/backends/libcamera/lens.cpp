@@ -20,7 +20,7 @@ constexpr int kFramesForRate = 8;
 
 std::string ms_text(double s) { return formatted("%.4g ms", 1e3 * s); }
 
-bool alike(double a, double b) { return std::abs(a - b) <= kExposureTolerance * b; }
+bool is_close(double a, double b) { return std::abs(a - b) <= kExposureTolerance * b; }
 
 class Run {
  public:
@@ -71,11 +71,11 @@ Status probe_exposures(Run& run, const SelectedControls& controls, Picture pictu
   for (std::size_t i = 0; i < controls.exposure_us.size(); ++i) {
     const double asked = 1e-6 * controls.exposure_us[i];
     int frames = 0;
-    while (!alike(picture.exposure_s.value_or(0), asked) && frames++ < kMaxSettleFrames)
+    while (!is_close(picture.exposure_s.value_or(0), asked) && frames++ < kMaxSettleFrames)
       if (!run.next(controls.exposure_us[i], picture))
         return {StatusCode::unavailable, "it stopped delivering frames while exposures were tested"};
     const double got = picture.exposure_s.value_or(0);
-    if (!alike(got, asked)) {
+    if (!is_close(got, asked)) {
       if (controls.exposure_us.size() > 1 || got <= 0)
         return {StatusCode::failed_precondition,
                 "an exposure of " + ms_text(asked) + " was requested, but it reports " + ms_text(got) + " after " +
