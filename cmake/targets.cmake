@@ -131,9 +131,8 @@ function(lightwell_test name)
     "${PROJECT_SOURCE_DIR}/host_sdk/src")
   target_link_libraries(${name} PRIVATE
     lightwell_options ${arg_LIBRARIES} GTest::gtest_main GTest::gmock)
-  # The libraries under test keep their flags. -O1 shortens the compilation of the test's own sources; -g1 keeps the
-  # line numbers of its stack traces.
-  target_compile_options(${name} PRIVATE "$<$<CONFIG:RelWithDebInfo>:-O1;-g1>")
+  # The libraries under test keep their flags. -O1 shortens the compilation of the test's own sources.
+  target_compile_options(${name} PRIVATE "$<$<CONFIG:RelWithDebInfo>:-O1>")
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES
     LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT}
