@@ -17,8 +17,9 @@ def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
     """The board's and the desktop's firmware estimate the same light from the same frames, recorded on the board."""
     camera = type(rig.camera_entry(test.camera).usb_simulated)()
     camera.CopyFrom(rig.camera_entry(test.camera).usb_simulated)
-    # Slow enough for both to process every frame, because the arithmetic is to be compared.
-    camera.width, camera.height, camera.frame_rate = 320, 240, 15
+    # Slow enough for both to process every frame, because the arithmetic is to be compared: at 15 frames per second the
+    # emulated board misses one in about half of the runs.
+    camera.width, camera.height, camera.frame_rate = 320, 240, 8
     frames = rig.folder / "frames.lwr"
     with rig.usb_camera(test.camera, arguments=ahead(camera)):
         calibration = calibrate(rig, camera)
