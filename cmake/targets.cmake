@@ -107,8 +107,8 @@ endfunction()
 #                [TIMEOUT <seconds>] [ENVIRONMENT <NAME=value>...])
 # A Google Test program and one ctest of the same name. A test may include private headers: #include
 # lines are relative to tests/, proto/src and host_sdk/src as well as to the folders of its LIBRARIES.
-# The environment variable LIGHTWELL_PANORAMA_DIR is the folder of the panoramas. The test also gets its
-# folder below tests/ as a label (firmware/estimate), so that the tests of one folder can be selected.
+# The environment variable LIGHTWELL_PANORAMA_DIR is the folder of the panoramas. ctest starts the tests
+# with the largest time limit first. The test also gets its folder below tests/ as a label (firmware/estimate), so that the tests of one folder can be selected.
 function(lightwell_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;LIBRARIES;LABELS;ENVIRONMENT")
   lightwell_refuse_unparsed(${name} "${arg_UNPARSED_ARGUMENTS}")
@@ -135,7 +135,7 @@ function(lightwell_test name)
   target_compile_options(${name} PRIVATE "$<$<CONFIG:RelWithDebInfo>:-O1>")
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES
-    LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT}
+    LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT} COST ${arg_TIMEOUT}
     ENVIRONMENT "LIGHTWELL_PANORAMA_DIR=${LIGHTWELL_PANORAMA_DIR};${arg_ENVIRONMENT}")
 endfunction()
 

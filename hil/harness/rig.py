@@ -287,8 +287,9 @@ class Rig:
 
     def idle_percent(self, seconds: float) -> float:
         """Percentage of the board's processor time that is idle over `seconds`. lightwelld must be running."""
-        shown = self.board.run(f"pidof lightwelld >/dev/null && head -1 /proc/stat && sleep {seconds} && head -1 /proc/stat",
-                               check=True, timeout_s=seconds + 60).out
+        stat = "head -1 /proc/stat"
+        shown = self.board.run(f"pidof lightwelld >/dev/null && {stat} && sleep {seconds} && {stat}", check=True,
+                               timeout_s=seconds + 60).out
         first, second = ([int(word) for word in line.split()[1:]] for line in shown.splitlines())
         grown = [b - a for a, b in zip(first, second)]
         return 100 * (grown[3] + grown[4]) / max(1, sum(grown))

@@ -121,7 +121,7 @@ def without_grpc(say):
     say(test)
     rows = [equals(f"an SDK without gRPC is built and installed, and none of its programs loads gRPC: {test}", 1,
                    run_test(test)["passed"], "", "the installed SDK, ldd")]
-    for what, folder in ("with", BUILD), ("without", BUILD / "tests/install/without_grpc"):
+    for what, folder in ("with", BUILD), ("without", BUILD.with_name(BUILD.name + "-without-grpc")):
         rows.append(reported(f"shared libraries that the command line {what} gRPC loads",
                              loaded_libraries(folder / "bin/lightwell"), "", "ldd"))
     return rows
