@@ -20,16 +20,17 @@ struct ErrorText {
   std::string before, after;
 };
 
-ErrorText error_text(std::string_view uri, const core::ProbeUri& where) {
-  if (std::holds_alternative<core::ReplayPath>(where)) return {};
-  if (const auto* broker = std::get_if<MqttAddress>(&where)) return {broker->uri() + ": ", {}};
-  if (std::holds_alternative<core::UsbAddress>(where))
-    // `usb:` ends with a colon already.
-    return {std::string(uri) + (uri.ends_with(':') ? " " : ": "),
-            "; is the probe plugged in with a cable that carries data, and does its configuration have usb_gadget?"};
+ErrorText error_text(std::string_view, const core::ReplayPath&) { return {}; }
+ErrorText error_text(std::string_view, const MqttAddress& broker) { return {broker.uri() + ": ", {}}; }
+ErrorText error_text(std::string_view uri, const core::UsbAddress&) {
+  // `usb:` ends with a colon already.
+  return {std::string(uri) + (uri.ends_with(':') ? " " : ": "),
+          "; is the probe plugged in with a cable that carries data, and does its configuration have usb_gadget?"};
+}
+ErrorText error_text(std::string_view uri, const core::GrpcAddress& address) {
   return {
       std::string(uri) + ": ",
-      std::get<core::GrpcAddress>(where).transport == core::Transport::tls
+      address.transport == core::Transport::tls
           ? "; is lightwelld running there with grpc.security, and was it paired (`lightwell pair`)? A probe that "
             "requires client certificates (LINK_SECURITY_MUTUAL_TLS) closes the connection if this client's is "
             "missing, expired or of another authority"
@@ -126,7 +127,7 @@ Result<Probe> Probe::connect(std::string_view uri, ProbeOptions options) {
   auto impl = std::make_unique<Impl>(options);
   Result<std::unique_ptr<core::Source>> source =
       std::visit([&](const auto& address) { return core::make_source(address, options, impl->receiver); }, *where);
-  const auto [before, after] = error_text(uri, *where);
+  const auto [before, after] = std::visit([&](const auto& address) { return error_text(uri, address); }, *where);
   if (!source.ok()) return Status(source.status().code(), before + source.status().message());
   impl->source = std::move(*source);
   if (const Status s = impl->receiver.wait_until_described(options.connect_timeout); !s.ok())
