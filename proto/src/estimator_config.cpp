@@ -185,7 +185,8 @@ Status parse_option(const pb::FieldDescriptor& f, std::string_view text, std::op
 
 std::string_view to_string(EstimatorKind kind) {
   constexpr std::string_view kNames[] = {"unknown", "panorama", "marker"};
-  return kNames[kind <= EstimatorKind::marker ? static_cast<std::size_t>(kind) : 0];
+  const auto i = static_cast<std::size_t>(kind);
+  return kNames[i < std::size(kNames) ? i : 0];
 }
 
 Status EstimatorConfig::validate() const {
