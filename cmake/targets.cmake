@@ -104,19 +104,24 @@ function(lightwell_executable name)
 endfunction()
 
 # lightwell_test(<name> SOURCES <file>... LABELS <label>... [LIBRARIES <library>...]
-#                [TIMEOUT <seconds>] [ENVIRONMENT <NAME=value>...])
+#                [TIMEOUT <seconds>] [COST <seconds>] [ENVIRONMENT <NAME=value>...])
 # A Google Test program and one ctest of the same name. A test may include private headers: #include
 # lines are relative to tests/, proto/src and host_sdk/src as well as to the folders of its LIBRARIES.
 # The environment variable LIGHTWELL_PANORAMA_DIR is the folder of the panoramas. ctest starts the tests
-# with the largest time limit first. The test also gets its folder below tests/ as a label (firmware/estimate), so that the tests of one folder can be selected.
+# with the largest COST first (default: 10): the seconds that the test takes, times 1.5 if it mostly waits, so that
+# waiting and computing tests overlap. The test also gets its folder below tests/ as a label (firmware/estimate), so that
+# the tests of one folder can be selected.
 function(lightwell_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;LIBRARIES;LABELS;ENVIRONMENT")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT;COST" "SOURCES;LIBRARIES;LABELS;ENVIRONMENT")
   lightwell_refuse_unparsed(${name} "${arg_UNPARSED_ARGUMENTS}")
   if(NOT arg_LABELS)
     message(FATAL_ERROR "lightwell_test(${name}): LABELS is missing: give the labels that select the test")
   endif()
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 120)
+  endif()
+  if(NOT arg_COST)
+    set(arg_COST 10)
   endif()
   cmake_path(RELATIVE_PATH CMAKE_CURRENT_SOURCE_DIR BASE_DIRECTORY "${PROJECT_SOURCE_DIR}/tests"
              OUTPUT_VARIABLE folder)
@@ -135,7 +140,7 @@ function(lightwell_test name)
   target_compile_options(${name} PRIVATE "$<$<CONFIG:RelWithDebInfo>:-O1>")
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES
-    LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT} COST ${arg_TIMEOUT}
+    LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT} COST ${arg_COST}
     ENVIRONMENT "LIGHTWELL_PANORAMA_DIR=${LIGHTWELL_PANORAMA_DIR};${arg_ENVIRONMENT}")
 endfunction()
 
