@@ -159,7 +159,7 @@ def changes(say):
 
 
 def recorded_runs(path, commit):
-    """The green runs of tests/run at this commit, in a clean clone, of all tests but those labelled slow (mutations)."""
+    """The green runs of tests/run --without slow (mutations) at this commit, in a clean clone."""
     lines = path.read_text().splitlines() if path.exists() else []
     return [run for run in map(json.loads, lines) if run["commit"] == commit and run["preset"] == PRESET
             and run["clean"] and run["tests"] == "without slow"]
