@@ -11,38 +11,17 @@
 #include <lightwell/codec.hpp>
 #include <lightwell/lobes.hpp>
 
+#include "block_float.hpp"
 #include "lightwell/v1/descriptor.pb.h"
+#include "wire_covariance.hpp"
 
 namespace lightwell {
 namespace {
 
-// Block floating point, integers times a common power of two: the wire format of coefficients, irradiances,
-// covariances.
-
 /// Largest magnitude that takes at most two bytes as a zigzag varint.
 constexpr std::int32_t kMantissaLimit = 8191;
-
-/// The smallest e for which |largest| / 2^e rounds to at most `limit`, which is a power of two minus one; 0 for zero.
-int exponent_for(float largest, std::int32_t limit = kMantissaLimit) {
-  if (!(largest > 0)) return 0;
-  int k = 0;
-  std::frexp(largest, &k);  // largest = f 2^k with f in [1/2, 1)
-  const int e = k - std::bit_width(static_cast<std::uint32_t>(limit));
-  return std::nearbyint(std::ldexp(static_cast<double>(largest), -e)) > limit ? e + 1 : e;
-}
-
-std::int32_t mantissa_of(float value, int exponent) {
-  return static_cast<std::int32_t>(std::nearbyint(std::ldexp(static_cast<double>(value), -exponent)));
-}
-
-float value_of(std::int32_t mantissa, int exponent) {
-  return static_cast<float>(std::ldexp(static_cast<double>(mantissa), exponent));
-}
-
 constexpr float kDirectionScale = 8191;
 constexpr double kRadiusUnit = 1e-5;
-/// Fits one byte as a zigzag varint; two significant digits suffice for a covariance.
-constexpr std::int32_t kCovarianceLimit = 63;
 constexpr std::uint32_t kInfiniteBound = 0xFFFFFFFF;
 
 Status invalid(const std::string& what) { return invalid_argument("descriptor: " + what); }
@@ -95,7 +74,7 @@ Status problem(const Descriptor& d) {
 int common_zeros(std::uint32_t all_bits) { return all_bits == 0 ? 0 : std::countr_zero(all_bits); }
 
 int radiance_exponent(const Descriptor& d) {
-  const int finest = exponent_for(largest_coefficient(d.radiance));
+  const int finest = exponent_for(largest_coefficient(d.radiance), kMantissaLimit);
   if (!(d.radiance_step > 0) || !std::isfinite(d.radiance_step)) return finest;
   int k = 0;
   std::frexp(d.radiance_step, &k);  // step = f 2^k with f in [1/2, 1)
@@ -130,7 +109,7 @@ void fill_radiance(const Descriptor& d, v1::SphericalHarmonics& m) {
 void fill_light(const Light& light, v1::Light& m) {
   for (const float v : {light.direction.x, light.direction.y, light.direction.z})
     m.add_direction(static_cast<std::int32_t>(std::nearbyint(v * kDirectionScale)));
-  const int exponent = exponent_for(largest(light.irradiance));
+  const int exponent = exponent_for(largest(light.irradiance), kMantissaLimit);
   std::uint32_t all_bits = 0;
   for (int k = 0; k < 3; ++k)
     all_bits |= static_cast<std::uint32_t>(std::abs(mantissa_of(light.irradiance[k], exponent)));
@@ -139,11 +118,10 @@ void fill_light(const Light& light, v1::Light& m) {
   m.set_irradiance_exponent(all_bits == 0 ? 0 : exponent + zeros);
   m.set_angular_radius_e5(static_cast<std::uint32_t>(std::lround(light.angular_radius_rad / kRadiusUnit)));
   const auto& cov = light.direction_covariance;
-  if (const float most = std::max({std::abs(cov[0]), std::abs(cov[1]), std::abs(cov[2])}); most > 0) {
-    const int unit = exponent_for(most, kCovarianceLimit);
-    const bool round = cov[0] == cov[2] && cov[1] == 0;
-    for (std::size_t k = 0; k < (round ? 1 : cov.size()); ++k) m.add_covariance_mantissa(mantissa_of(cov[k], unit));
-    m.set_covariance_exponent(unit);
+  if (const WireCovariance sent = round_covariance(cov); sent.mantissa != decltype(sent.mantissa){}) {
+    const bool isotropic = cov[0] == cov[2] && cov[1] == 0;
+    for (std::size_t k = 0; k < (isotropic ? 1 : cov.size()); ++k) m.add_covariance_mantissa(sent.mantissa[k]);
+    m.set_covariance_exponent(sent.exponent);
   }
   m.set_track(light.track);
 }
@@ -172,7 +150,8 @@ Status read_radiance(const v1::SphericalHarmonics& m, RadianceSh& sh) {
                    std::to_string(needed));
   sh.band = m.bands() == 0 ? 0 : std::bit_width(m.bands()) - 1;
   // 2^100 times 8191 is within the range of float.
-  if (m.exponent() < -150 || m.exponent() > 100) return invalid("radiance.exponent is out of range");
+  if (m.exponent() < kMinBlockExponent || m.exponent() > kMaxBlockExponent)
+    return invalid("radiance.exponent is out of range");
   int next = 0;
   for (int l = 0; l <= sh.band; ++l) {
     if ((m.bands() >> l & 1U) == 0) continue;
@@ -190,9 +169,9 @@ Status read_light(const v1::Light& m, Light& light) {
   if (m.irradiance_mantissa_size() != 3) return invalid("light.irradiance_mantissa needs three numbers");
   if (const int n = m.covariance_mantissa_size(); n != 0 && n != 1 && n != 3)
     return invalid("light.covariance_mantissa needs three numbers, one or none");
-  if (m.covariance_exponent() < -150 || m.covariance_exponent() > 100)
+  if (m.covariance_exponent() < kMinBlockExponent || m.covariance_exponent() > kMaxBlockExponent)
     return invalid("light.covariance_exponent is out of range");
-  if (m.irradiance_exponent() < -150 || m.irradiance_exponent() > 100)
+  if (m.irradiance_exponent() < kMinBlockExponent || m.irradiance_exponent() > kMaxBlockExponent)
     return invalid("light.irradiance_exponent is out of range");
   light.direction = normalized(Vec3f{static_cast<float>(m.direction(0)), static_cast<float>(m.direction(1)),
                                      static_cast<float>(m.direction(2))});
@@ -205,13 +184,14 @@ Status read_light(const v1::Light& m, Light& light) {
   const double radius = m.angular_radius_e5() * kRadiusUnit;
   if (radius > std::numbers::pi / 2 + 2 * kRadiusUnit) return invalid("light.angular_radius_e5 is above pi/2");
   light.angular_radius_rad = static_cast<float>(std::min(radius, std::numbers::pi / 2));
+  WireCovariance covariance{{}, m.covariance_exponent()};
   for (int k = 0; k < m.covariance_mantissa_size(); ++k) {
     if (std::abs(static_cast<std::int64_t>(m.covariance_mantissa(k))) > kCovarianceLimit)
       return invalid("light.covariance_mantissa is larger than 63");
-    light.direction_covariance[static_cast<std::size_t>(k)] =
-        value_of(m.covariance_mantissa(k), m.covariance_exponent());
+    covariance.mantissa[static_cast<std::size_t>(k)] = m.covariance_mantissa(k);
   }
-  if (m.covariance_mantissa_size() == 1) light.direction_covariance[2] = light.direction_covariance[0];
+  if (m.covariance_mantissa_size() == 1) covariance.mantissa[2] = covariance.mantissa[0];
+  light.direction_covariance = covariance_of(covariance);
   light.track = m.track();
   return {};
 }
@@ -418,7 +398,7 @@ double wire_error(const Descriptor& d, double rms_irradiance) {
   double error = std::sqrt(std::max({squares[0], squares[1], squares[2]}) / (4 * std::numbers::pi));
   for (const Light& light : d.lights) {
     const float e = largest(light.irradiance);
-    error += std::ldexp(0.5, exponent_for(e)) * std::sqrt(1.0 / 6);
+    error += std::ldexp(0.5, exponent_for(e, kMantissaLimit)) * std::sqrt(1.0 / 6);
     error += e * (std::numbers::sqrt3 / 2 / kDirectionScale) * 0.5;
   }
   return error / rms_irradiance;

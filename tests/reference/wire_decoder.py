@@ -215,6 +215,18 @@ def _harmonics(fields):
     return result
 
 
+def _nearest_covariance(uu, uv, vv):
+    """The positive semi-definite [uu, uv, vv] at the least Frobenius distance: negative eigenvalues become zero."""
+    if uu >= 0 and vv >= 0 and uv ** 2 <= uu * vv:
+        return [uu, uv, vv]
+    h = (uu - vv) / 2
+    r = math.sqrt(h ** 2 + uv ** 2)
+    k = (uu + vv) / 2 + r
+    if k <= 0:
+        return [0, 0, 0]
+    return [k * (r + h) / (2 * r), k * uv / (2 * r), k * (r - h) / (2 * r)]
+
+
 def _light(fields):
     """direction: unit vector towards the light; irradiance [r, g, b]; angular radius in rad; covariance in rad²."""
     direction = fields["direction"]
@@ -232,7 +244,7 @@ def _light(fields):
     return {"direction": [value / length for value in direction],
             "irradiance": [math.ldexp(value, exponent) for value in mantissa],
             "angular_radius_rad": min(radius / 1e5, math.pi / 2),
-            "covariance": [math.ldexp(value, covariance_exponent) for value in (uu, uv, vv)],
+            "covariance": [math.ldexp(value, covariance_exponent) for value in _nearest_covariance(uu, uv, vv)],
             "track": fields["track"]}
 
 

@@ -157,7 +157,7 @@ void Smoother::smooth_lights(std::span<Light> lights, double gain, double min_ga
         squares += more * more / 18;
       }
       const auto in_sigmas = [&](double squared, double variance) {
-        return squared == 0 ? 0 : std::sqrt(squared / (std::max(variance, 0.0) * (1 + smoothed.variance)));
+        return squared == 0 ? 0 : std::sqrt(squared / (variance * (1 + smoothed.variance)));
       };
       const Vec3d off = found - smoothed.direction;
       const double irradiance_change = in_sigmas(squares, noise_rms * noise_rms);

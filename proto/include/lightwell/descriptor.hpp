@@ -23,7 +23,8 @@ struct Light {
   Vec3f direction;               ///< Unit, TOWARDS the light.
   Irradiance irradiance;         ///< At normal incidence: the magnitude of the vector irradiance of the cap.
   float angular_radius_rad = 0;  ///< Radius of the uniform cap with the same second moment, 0 to pi/2.
-  /// Covariance of the direction in tangent_basis(direction), rad²: u·u, u·v, v·v.
+  /// Covariance of the direction in tangent_basis(direction), rad²: u·u, u·v, v·v. Positive semi-definite, up to the
+  /// rounding of floats if it was rotated; the codec removes that.
   std::array<float, 3> direction_covariance{};
   std::uint32_t track = 0;  ///< Identity over time: the same light keeps its track. 0: not tracked.
 

@@ -248,6 +248,29 @@ std::vector<Descriptor> scenes() {
   return out;
 }
 
+/// A message with a light for each covariance: positive semi-definite, indefinite as old probes sent them, negative,
+/// and so small that rounding to float changes them.
+std::string covariance_message() {
+  constexpr int kCovariances[][3] = {{5, 12, 36}, {4, 12, 35}, {4, -12, 35}, {0, 5, 63},  {63, -63, 62},
+                                     {-5, 3, 7},  {-5, 0, 7},  {1, 63, -2},  {-5, 3, -4}, {1, 3, 9}};
+  const auto zigzag = [](int v) { return static_cast<char>(v < 0 ? -2 * v - 1 : 2 * v); };
+  std::string bytes = encoded(constant_scene({10, 20, 30}));
+  for (const int exponent : {-20, -60, -148, -150})
+    for (const auto& m : kCovariances) {
+      // Direction 1, 2, -2; irradiance 5, 4, 3; the mantissas.
+      std::string light("\x0A\x03\x02\x04\x03\x12\x03\x0A\x08\x06\x2A\x03", 12);
+      for (const int mantissa : m) light += zigzag(mantissa);
+      light += '\x38';  // covariance_exponent, two bytes where the zigzag number is above 127
+      const unsigned z = static_cast<unsigned>(-2 * exponent - 1);
+      if (z > 127) light += static_cast<char>(z % 128 + 128);
+      light += static_cast<char>(z > 127 ? z / 128 : z);
+      bytes += '\x32';  // lights
+      bytes += static_cast<char>(light.size());
+      bytes += light;
+    }
+  return bytes;
+}
+
 /// One fault, or one unusual but valid encoding: a repeated field, an unknown field.
 std::string mutated(std::string bytes, const std::string& other, std::mt19937& random) {
   const auto below = [&](std::size_t n) { return n == 0 ? 0 : std::size_t{random()} % n; };
@@ -344,6 +367,7 @@ void write_all(const std::filesystem::path& folder, const std::filesystem::path&
     messages.push_back(read_file(path));
     write_message(out, messages.back());
   }
+  write_message(out, covariance_message());
 
   Result<RecordWriter> writer = RecordWriter::open(recording, {RecordingKind::descriptors, "attic", "0.1.0", {}});
   if (!writer.ok()) throw std::runtime_error(writer.status().message());

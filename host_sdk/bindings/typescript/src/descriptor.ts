@@ -29,7 +29,7 @@ export interface Light {
   irradiance: Rgb;
   /** rad, 0 to pi/2. */
   angularRadius: number;
-  /** u·u, u·v, v·v in rad², in the tangent basis of proto/README.md. */
+  /** u·u, u·v, v·v in rad², in the tangent basis of proto/README.md. Positive semi-definite. */
   directionCovariance: Vec3;
   /** Identity over time: the same light keeps its track. 0: not tracked. */
   track: number;
@@ -92,6 +92,26 @@ function mantissaChecked(m: number, limit: number, what: string): number {
 
 function valueOf(mantissa: number, exponent: number): number {
   return fround(mantissa * 2 ** exponent);
+}
+
+/** The positive semi-definite matrix uu, uv, vv that is nearest in the Frobenius norm: negative eigenvalues become zero
+ *  (Higham 1988, "Computing a nearest symmetric positive semidefinite matrix", theorem 2.1). */
+function nearestPositiveSemidefinite([uu, uv, vv]: Vec3): Vec3 {
+  if (uu >= 0 && vv >= 0 && uv * uv <= uu * vv) return [uu, uv, vv];
+  const h = (uu - vv) / 2;
+  const r = Math.sqrt(h * h + uv * uv);
+  const largest = (uu + vv) / 2 + r; // Eigenvalue.
+  if (!(largest > 0)) return [0, 0, 0];
+  return [(largest * (r + h)) / (2 * r), (largest * uv) / (2 * r), (largest * (r - h)) / (2 * r)];
+}
+
+/** The covariance uu, uv, vv of a message, rounded to float and positive semi-definite. */
+function covarianceOf(mantissa: Vec3, exponent: number): Vec3 {
+  const m = new Float32Array(nearestPositiveSemidefinite(mantissa).map((v) => v * 2 ** exponent));
+  const bits = new Uint32Array(m.buffer);
+  // Rounding to float may make uv too large. One less in its bits is the next float towards zero.
+  while (m[1] * m[1] > m[0] * m[2]) --bits[1];
+  return [m[0], m[1], m[2]];
 }
 
 class RadianceMessage {
@@ -164,13 +184,12 @@ class LightMessage {
     if (radius > Math.PI / 2 + 2e-5) throw invalid("light.angular_radius_e5 is above pi/2");
     const irradiance = this.irradiance.map((m) =>
       valueOf(mantissaChecked(m, mantissaLimit, "light.irradiance_mantissa"), this.irradianceExponent));
-    const covariance = this.covariance.map((m) =>
-      valueOf(mantissaChecked(m, covarianceLimit, "light.covariance_mantissa"), this.covarianceExponent));
+    const [uu, uv, vv] = this.covariance.map((m) => mantissaChecked(m, covarianceLimit, "light.covariance_mantissa"));
     return {
       direction,
       irradiance: irradiance as Rgb,
       angularRadius: fround(Math.min(radius, Math.PI / 2)),
-      directionCovariance: covariance.length === 3 ? (covariance as Vec3) : [covariance[0] ?? 0, 0, covariance[0] ?? 0],
+      directionCovariance: covarianceOf([uu ?? 0, uv ?? 0, vv ?? uu ?? 0], this.covarianceExponent),
       track: this.track,
     };
   }
