@@ -26,8 +26,8 @@ class Encoder {
 
   /// The returned bytes are valid until the next call. invalid_argument for a value that the wire format cannot hold:
   /// NaN or infinity anywhere but in the bound, a band or a number of lights above the limits, a light of zero
-  /// direction. A direction covariance is rounded so that it stays positive semi-definite; an indefinite one
-  /// is replaced by the nearest that is.
+  /// direction. Direction covariances are rounded so that they stay positive semi-definite; an indefinite one is sent
+  /// as the nearest that is not.
   [[nodiscard]] Result<std::span<const std::byte>> encode(const Descriptor& descriptor);
 
  private:
@@ -36,8 +36,8 @@ class Encoder {
 };
 
 /// data_loss for bytes that are not a message, invalid_argument, naming the field, for a message that violates the
-/// specification. Unknown fields are ignored. Direction covariances are positive semi-definite: an indefinite one, which
-/// old recordings hold, is replaced by the nearest matrix in the Frobenius norm that is.
+/// specification. Unknown fields are ignored. Direction covariances are positive semi-definite: an indefinite one, as
+/// old recordings hold, is replaced by the nearest in the Frobenius norm.
 [[nodiscard]] Result<Descriptor> decode_descriptor(std::span<const std::byte> bytes);
 
 /// The protobuf JSON mapping of a message, zero fields included.
