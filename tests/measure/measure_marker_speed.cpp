@@ -17,7 +17,6 @@
 #include "app/tag_body_finder.hpp"
 #include "bench/memcpy_speed.hpp"
 #include "bench/thread_time.hpp"
-#include "calibration/model/lens_table.hpp"
 #include "estimate/marker/marker_estimator.hpp"
 #include "estimate/marker/shading.hpp"
 #include "measure/output.hpp"
@@ -108,9 +107,7 @@ int main(int argc, char** argv) {
     best.all = std::min(best.all, all / (kFrames - 1));
     best.finding = std::min(best.finding, finding / (kFrames - 1));
 
-    const Result<RigTable> table = make_rig_table(rig);
-    if (!table) fail(table.status().message());
-    estimate::RowReader reader(rig, *table);
+    estimate::RowReader reader(rig);
     marker::MarkerSampler sampler(rig.lenses[0].width, {});
     const CameraModel model(rig.lenses[0]);
     marker::Shading shading;
