@@ -1,5 +1,6 @@
 #include "calibration/model/pixel_vignetting.hpp"
 
+#include <array>
 #include <cmath>
 
 #include "calibration/model/response.hpp"
@@ -8,7 +9,7 @@ namespace lightwell {
 
 PixelVignetting::PixelVignetting(const LensParameters& lens) : photometry_(lens.photometry), model_(lens) {
   const auto width = static_cast<std::size_t>(lens.width), height = static_cast<std::size_t>(lens.height);
-  const bool uniform = photometry_.vignetting == decltype(photometry_.vignetting){};
+  const bool uniform = photometry_.vignetting == std::array<double, 3>{};
   stride_ = uniform ? 0 : width;
   inverse_.assign(uniform ? width : width * height, uniform ? 1.0F : 0.0F);
 }
