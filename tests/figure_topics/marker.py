@@ -389,5 +389,5 @@ def measure(programs, say):
         hard = pool.submit(items_of, [programs / "measure_marker_extremes"], say)
         figures = pool.submit(lines_of, [programs / "measure_marker"], say)
         lights = pool.submit(items_of, [programs / "measure_marker_light"], say)
-    return (grid_of_ours(figures.result()) + grid_of_seed(figures.result()) + light(lights.result()) + speed(times) + [of_still] +
-            extremes(hard.result()) + trade(with_pareto_front(programs / "lightwell-eval", cases, say)))
+    return (grid_of_ours(figures.result()) + grid_of_seed(figures.result()) + light(lights.result()) + speed(times) +
+            [of_still] + extremes(hard.result()) + trade(with_pareto_front(programs / "lightwell-eval", cases, say)))
