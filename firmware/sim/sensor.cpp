@@ -1,6 +1,7 @@
 #include "sim/sensor.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -97,6 +98,22 @@ std::uint64_t mixed(std::uint64_t z) {
 
 /// The centre of one of 2^32 equal cells of [0, 1], which is never 0 or 1.
 double unit(std::uint32_t bits) { return (bits + 0.5) / 4294967296.0; }
+
+/// Relative illumination of each pixel; beyond the field of view that of its edge.
+std::vector<float> vignetting_of(const LensParameters& lens, const PhotometricCalibration& photometry) {
+  std::vector<float> out(static_cast<std::size_t>(lens.width) * static_cast<std::size_t>(lens.height), 1.0F);
+  if (photometry.vignetting == std::array<double, 3>{}) return out;
+  const CameraModel geometry(lens);
+  auto at = out.begin();
+  for (int j = 0; j < lens.height; ++j) {
+    for (int i = 0; i < lens.width; ++i) {
+      const auto d = geometry.unproject({static_cast<double>(i), static_cast<double>(j)});
+      const double angle = d ? std::atan2(std::hypot(d->x, d->y), d->z) : geometry.max_angle_rad();
+      *at++ = static_cast<float>(vignetting(photometry, angle));
+    }
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -243,15 +260,7 @@ class Sensor::RowExposure {
 Sensor::Sensor(const LensParameters& lens, const SensorModel& model)
     : model_(model), width_(lens.width), height_(lens.height) {
   if (model_.format == PixelFormat::rgb_f32) return;
-  const CameraModel geometry(lens);
-  vignetting_.reserve(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
-  for (int j = 0; j < height_; ++j) {
-    for (int i = 0; i < width_; ++i) {
-      const auto d = geometry.unproject({static_cast<double>(i), static_cast<double>(j)});
-      const double angle = d ? std::atan2(std::hypot(d->x, d->y), d->z) : geometry.max_angle_rad();
-      vignetting_.push_back(static_cast<float>(vignetting(model_.photometry, angle)));
-    }
-  }
+  vignetting_ = vignetting_of(lens, model_.photometry);
   response_.resize(kResponseCells + 1);
   for (std::size_t k = 0; k < response_.size(); ++k)
     response_[k] = static_cast<float>(encoded(model_.photometry.response, static_cast<double>(k) / kResponseCells));

@@ -7,6 +7,8 @@ centre.
 
 import json
 import os
+import pathlib
+import resource
 import subprocess
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
@@ -19,6 +21,7 @@ TARGETS = [
     "measure_marker_light",
     "measure_marker_speed",
     "measure_marker_trade",
+    "lightwell-estimate",
     "lightwell-eval",
 ]
 
@@ -296,6 +299,24 @@ def speed(figures):
     return rows
 
 
+def still(programs, folder, say):
+    """CPU time of lightwell-estimate for one picture: start of the program, decoding, search, estimate."""
+    name = "CPU seconds of one still, lightwell-estimate --body, 1280x960"
+    real = "a path-traced frame, simulated 8-bit sensor, as PNG; user and system time of the process, best of five"
+    # The body of the frame that measure_marker_speed writes.
+    body = pathlib.Path(__file__).parents[2] / "firmware/estimate/marker/bodies/dodecahedron_100mm_grey.textproto"
+    say(name)
+    seconds = []
+    for _ in range(5):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        done = subprocess.run([programs / "lightwell-estimate", "--calibration", f"{folder}/camera.textproto",
+                               "--body", body, f"{folder}/picture.png", "--json", "-"], stdout=subprocess.DEVNULL)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        if done.returncode == 0:
+            seconds.append(after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime)
+    return at_most(name, 0.3, min(seconds) if len(seconds) == 5 else None, "s", real)
+
+
 def extremes(items):
     """An estimate from an extreme picture must be refused, flagged or right; one from an easy picture must be right."""
     real = "oracle's pictures, simulated 8-bit sensor; real AprilTag"
@@ -360,11 +381,13 @@ def trade(cases):
 
 def measure(programs, say):
     # Timing programs run one at a time; the others run in parallel.
-    times = lines_of([programs / "measure_marker_speed"], say)
+    with tempfile.TemporaryDirectory() as folder:
+        times = lines_of([programs / "measure_marker_speed", "--still", folder], say)
+        of_still = still(programs, folder, say)
     cases = items_of([programs / "measure_marker_trade"], say)
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
         hard = pool.submit(items_of, [programs / "measure_marker_extremes"], say)
         figures = pool.submit(lines_of, [programs / "measure_marker"], say)
         lights = pool.submit(items_of, [programs / "measure_marker_light"], say)
     return (grid_of_ours(figures.result()) + grid_of_seed(figures.result()) + light(lights.result()) + speed(times) +
-            extremes(hard.result()) + trade(with_pareto_front(programs / "lightwell-eval", cases, say)))
+            [of_still] + extremes(hard.result()) + trade(with_pareto_front(programs / "lightwell-eval", cases, say)))

@@ -5,7 +5,7 @@
 //   marker_speed.ms_detection_and_pose, .ms_sampling, .ms_light, .ms_all     milliseconds per frame, while tracking
 //   marker_speed.ms_first                   first frame, with a full search for body and lights
 //   marker_speed.memcpy_gb_per_s
-//   measure_marker_speed [--frame NAME] [--frames FOLDER] [--bodies FOLDER]
+//   measure_marker_speed [--frame NAME] [--frames FOLDER] [--bodies FOLDER] [--still FOLDER]
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -17,9 +17,9 @@
 #include "app/tag_body_finder.hpp"
 #include "bench/memcpy_speed.hpp"
 #include "bench/thread_time.hpp"
-#include "calibration/model/lens_table.hpp"
 #include "estimate/marker/marker_estimator.hpp"
 #include "estimate/marker/shading.hpp"
+#include "imaging/image_file.hpp"
 #include "measure/output.hpp"
 #include "measure/traced_frames.hpp"
 #include "tools/command_line.hpp"
@@ -52,6 +52,18 @@ class TimedFinder final : public BodyFinder {
   double& spent_;
 };
 
+/// Writes picture.png and camera.textproto into `folder`. A distortion of 0.02 px and vignetting of 0.2 % are added, so
+/// that as much is computed as for a real lens.
+void write_still(const std::string& folder, RigParameters rig, const measure::Shot& shot) {
+  std::get<MeiParameters>(rig.lenses[0].model).k1 = 1e-4;
+  rig.lenses[0].photometry.vignetting[0] = -0.01;
+  const View& view = shot.frames.front().views().front();
+  const Status picture =
+      write_png(folder + "/picture.png", {view.width, view.height, view.format, shot.pixels.front()});
+  const Status camera = write_output(folder + "/camera.textproto", calibration_to_text(rig));
+  if (!picture.ok() || !camera.ok()) fail(picture.ok() ? camera.message() : picture.message());
+}
+
 struct Times {
   double first = 1e9, all = 1e9, finding = 1e9, sampling = 1e9;
 };
@@ -60,11 +72,13 @@ struct Times {
 
 int main(int argc, char** argv) {
   std::string frames_folder = LIGHTWELL_MARKER_FRAMES, bodies_folder = LIGHTWELL_MARKER_BODIES,
-              name = "extra_large_straight_grey";
+              name = "extra_large_straight_grey", still_folder;
   CLI::App app{"Processing time of a frame with a marker in view, on one thread.", "measure_marker_speed"};
   app.add_option("--frame", name, "The image [extra_large_straight_grey]");
   app.add_option("--frames", frames_folder, "Folder of scenes.json and the images [tests/reference/mitsuba/marker]");
   app.add_option("--bodies", bodies_folder, "Folder of the marker bodies [firmware/estimate/marker/bodies]");
+  app.add_option("--still", still_folder,
+                 "Write the first frame there as picture.png, and its camera.textproto, for lightwell-estimate [no]");
   if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   const auto frames = measure::load_traced_frames(frames_folder);
   if (!frames) fail(frames.status().message());
@@ -79,6 +93,7 @@ int main(int argc, char** argv) {
   const RigParameters rig = picture->rig_for(sensor);
   std::vector<measure::Shot> shots;
   for (int k = 0; k < 6; ++k) shots.push_back(picture->expose(sensor, static_cast<std::uint64_t>(k)));
+  if (!still_folder.empty()) write_still(still_folder, rig, shots.front());
 
   Times best;
   for (int run = 0; run < kRuns; ++run) {
@@ -108,9 +123,7 @@ int main(int argc, char** argv) {
     best.all = std::min(best.all, all / (kFrames - 1));
     best.finding = std::min(best.finding, finding / (kFrames - 1));
 
-    const Result<RigTable> table = make_rig_table(rig);
-    if (!table) fail(table.status().message());
-    estimate::RowReader reader(rig, *table);
+    estimate::RowReader reader(rig);
     marker::MarkerSampler sampler(rig.lenses[0].width, {});
     const CameraModel model(rig.lenses[0]);
     marker::Shading shading;

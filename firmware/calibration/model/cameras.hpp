@@ -258,12 +258,16 @@ struct MeiCamera {
   [[nodiscard]] double max_angle_rad(double limit) const requires std::same_as<T, double> {
     // The domain is open: exclude the end itself.
     const double end = std::min(limit, std::acos(xi > 1 ? -1 / xi : -xi) - 1e-9);
-    return largest_valid_angle(end, [this](double theta) {
-      constexpr int kAzimuths = 72;
+    if (!is_distorted()) return end;
+    std::array<std::array<double, 2>, 72> azimuths;
+    for (std::size_t i = 0; i < azimuths.size(); ++i) {
+      const double phi = 2 * std::numbers::pi * static_cast<double>(i) / azimuths.size();
+      azimuths[i] = {std::cos(phi), std::sin(phi)};
+    }
+    return largest_valid_angle(end, [&](double theta) {
       const double r = std::sin(theta) / (std::cos(theta) + xi);
-      for (int i = 0; i < kAzimuths; ++i) {
-        const double phi = 2 * std::numbers::pi * i / kAzimuths;
-        const DistortionJacobian j = distortion_jacobian(r * std::cos(phi), r * std::sin(phi));
+      for (const auto& [cosine, sine] : azimuths) {
+        const DistortionJacobian j = distortion_jacobian(r * cosine, r * sine);
         if (!(j.xx > 0 && j.yy > 0 && j.determinant() > 0)) return false;
       }
       return true;
@@ -271,6 +275,8 @@ struct MeiCamera {
   }
 
  private:
+  [[nodiscard]] bool is_distorted() const { return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0; }
+
   /// d(nx, ny) / d(mx, my), which is symmetric.
   struct DistortionJacobian {
     T xx, xy, yy;
@@ -291,8 +297,8 @@ struct MeiCamera {
 
   /// Inverse of distorted() by Newton's method; empty if it does not converge.
   [[nodiscard]] std::optional<std::array<T, 2>> undistorted(T nx, T ny, T farthest) const {
+    if (!is_distorted()) return std::array{nx, ny};
     const T wanted = std::hypot(nx, ny);
-    if (wanted == 0 && p1 == 0 && p2 == 0) return std::array<T, 2>{};
     // Initial radius by bisection: without the tangential terms the radius is monotonic up to `farthest`.
     T low = 0, high = farthest;
     for (int i = 0; i < 30; ++i) {

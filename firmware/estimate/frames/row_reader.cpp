@@ -40,9 +40,10 @@ RowReader::CodeTable::CodeTable(const PhotometricCalibration& photometry, int le
   saturated_from = lightwell::saturated_from(photometry, levels);
 }
 
-RowReader::RowReader(const RigParameters& rig, const RigTable& table) : rig_(rig), table_(table) {
+RowReader::RowReader(const RigParameters& rig, const RigTable* table) : rig_(rig), table_(table) {
   std::size_t max_width = 0;
   for (const LensParameters& lens : rig.lenses) {
+    if (table == nullptr) vignetting_.emplace_back(lens);
     std::vector<CodeTable>& tables = tables_.emplace_back();
     for (const int bits : kCodeBits) tables.emplace_back(lens.photometry, 1 << bits);
     max_width = std::max(max_width, static_cast<std::size_t>(lens.width));
@@ -204,19 +205,21 @@ const std::byte* RowReader::floats(int lens, int y, int first) const {
   return view.data.data() + static_cast<std::size_t>(y) * view.stride + 12 * static_cast<std::size_t>(first);
 }
 
+const float* RowReader::inverse_vignetting_of(std::size_t lens, int y, int first, int end) {
+  if (table_ == nullptr) return vignetting_[lens].inverse(y, first, end);
+  const LensTable& table = table_->lenses[lens];
+  return table.inverse_vignetting.data() + table.index(first, y);
+}
+
 void RowReader::read(int lens, int y, int first, int end, Reading what, LinearRow& out, ReadStatistics& counts) {
   const auto n = static_cast<std::size_t>(end - first);
   const auto at = static_cast<std::size_t>(lens);
-  const LensTable& table = table_.lenses[at];
   const PhotometricCalibration& photometry = rig_.lenses[at].photometry;
   // Floats are radiance: vignetting, response and white balance have been corrected.
   const bool is_radiance = pixel_layout(exposures_[0].view[at].format).is_float();
   const std::size_t exposures =
       layout_ == nullptr ? exposure_count_ : exposures_per_block_[layout_->block_of(lens, first, y)];
-  const float* inverse_vignetting =
-      is_radiance ? ones_.data()
-                  : table.inverse_vignetting.data() +
-                        static_cast<std::size_t>(y) * static_cast<std::size_t>(table.width) + first;
+  const float* inverse_vignetting = is_radiance ? ones_.data() : inverse_vignetting_of(at, y, first, end);
   const auto noise = [&](double v) { return is_radiance ? 0.0F : static_cast<float>(v); };
   const float read2 = noise(photometry.read_noise * photometry.read_noise), shot = noise(photometry.shot_noise);
   // With a black level, noise below black is kept and averages out.

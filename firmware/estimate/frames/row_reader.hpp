@@ -10,6 +10,7 @@
 #include <lightwell/result.hpp>
 
 #include "calibration/model/lens_table.hpp"
+#include "calibration/model/pixel_vignetting.hpp"
 #include "imaging/frame.hpp"
 
 namespace lightwell::estimate {
@@ -50,7 +51,10 @@ class RowReader {
   /// Members that read() fills: r, g, b; these and `clipped`; or all.
   enum class Reading { radiance, with_clipped, with_errors };
 
-  explicit RowReader(const RigParameters& rig, const RigTable& table);
+  /// For callers that read most of each picture: vignetting is that of `table`. Refers to both arguments.
+  RowReader(const RigParameters& rig, const RigTable& table) : RowReader(rig, &table) {}
+  /// For callers that read a small part of each picture: the vignetting of a pixel is evaluated when it is first read.
+  explicit RowReader(const RigParameters& rig) : RowReader(rig, nullptr) {}
 
   /// invalid_argument where the frames do not match the rig or each other. Refers to them until the next bind().
   [[nodiscard]] Status bind(std::span<const Frame> bracket);
@@ -91,13 +95,17 @@ class RowReader {
   /// Of the first view that is present.
   [[nodiscard]] const PixelLayout& layout() const { return pixel_layout(exposures_[0].view[has(0) ? 0 : 1].format); }
 
+  RowReader(const RigParameters& rig, const RigTable* table);
   /// What load() fills besides the linear values: nothing; steps and saturation; or these, with pixels that share their
   /// chroma with a saturated pixel counted as saturated, because their colour is wrong.
   enum class SaturationHandling { none, own, shared };
   void load(const View& view, int y, int first, int end, SaturationHandling saturation);
+  /// 1 / relative illumination of pixels [first, end) of row y.
+  [[nodiscard]] const float* inverse_vignetting_of(std::size_t lens, int y, int first, int end);
 
   const RigParameters& rig_;
-  const RigTable& table_;
+  const RigTable* table_;                          ///< Null: `vignetting_` is used.
+  std::vector<PixelVignetting> vignetting_;        ///< By lens; empty with a table.
   std::vector<std::vector<CodeTable>> tables_;     ///< By lens and index in kCodeBits.
   std::array<Exposure, kMaxBracket> exposures_{};  ///< Shortest first.
   std::size_t exposure_count_ = 0;

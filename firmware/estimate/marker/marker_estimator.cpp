@@ -6,7 +6,6 @@
 
 #include <lightwell/harmonics.hpp>
 
-#include "calibration/model/lens_table.hpp"
 #include "estimate/common/error_bound.hpp"
 #include "estimate/common/light_tracker.hpp"
 #include "estimate/frames/row_reader.hpp"
@@ -36,15 +35,14 @@ float rounded(double v) { return static_cast<float>(v); }
 
 class MarkerEstimatorImpl final : public MarkerEstimator {
  public:
-  MarkerEstimatorImpl(const RigParameters& rig, RigTable table, const MarkerBody& body,
-                      std::unique_ptr<BodyFinder> finder, const MarkerOptions& options)
+  MarkerEstimatorImpl(const RigParameters& rig, const MarkerBody& body, std::unique_ptr<BodyFinder> finder,
+                      const MarkerOptions& options)
       : rig_(rig),
-        rig_table_(std::move(table)),
         body_(body),
         finder_(std::move(finder)),
         options_(options),
-        reader_(rig_, rig_table_),
-        sampler_(max_image_width(rig_table_), options.sampler),
+        reader_(rig_),
+        sampler_(std::ranges::max(rig.lenses, {}, &LensParameters::width).width, options.sampler),
         calibration_id_(calibration_identity(rig)) {
     if (rig.nits_per_unit > 0) scale_ = {Units::absolute, rig.nits_per_unit};
     for (const LensParameters& lens : rig_.lenses) models_.emplace_back(lens);
@@ -81,7 +79,6 @@ class MarkerEstimatorImpl final : public MarkerEstimator {
   [[nodiscard]] estimate::BoundParts bound_parts() const;
 
   RigParameters rig_;
-  RigTable rig_table_;
   MarkerBody body_;
   std::unique_ptr<BodyFinder> finder_;
   MarkerOptions options_;
@@ -256,6 +253,7 @@ Result<std::unique_ptr<MarkerEstimator>> make_marker_estimator(const RigParamete
                                                                std::unique_ptr<BodyFinder> finder,
                                                                const MarkerOptions& options) {
   if (Status s = options.config.validate(EstimatorKind::marker); !s.ok()) return s;
+  if (Status s = rig.validate(); !s.ok()) return s;
   if (Status s = body.validate(); !s.ok()) return s;
   if (finder == nullptr) return invalid_argument("make_marker_estimator: the body finder is null");
   bool any = body.ball.has_value();
@@ -263,10 +261,7 @@ Result<std::unique_ptr<MarkerEstimator>> make_marker_estimator(const RigParamete
   if (!any)
     return invalid_argument("the body '" + body.name +
                             "' has neither patches nor a ball: light cannot be measured from it");
-  Result<RigTable> table = make_rig_table(rig);
-  if (!table) return table.status();
-  return std::unique_ptr<MarkerEstimator>(
-      std::make_unique<MarkerEstimatorImpl>(rig, std::move(*table), body, std::move(finder), options));
+  return std::unique_ptr<MarkerEstimator>(std::make_unique<MarkerEstimatorImpl>(rig, body, std::move(finder), options));
 }
 
 }  // namespace lightwell

@@ -99,7 +99,7 @@ class SampledScene {
     frame.info.exposure_s = 1;
     frame.add_view({0, PixelFormat::rgb_f32, kWidth, kHeight, packed_stride(PixelFormat::rgb_f32, kWidth),
                     std::as_bytes(std::span(pixels))});
-    estimate::RowReader reader(rig_, table_);
+    estimate::RowReader reader(rig_);
     EXPECT_TRUE(reader.bind(std::span(&frame, 1)).ok());
     SamplerOptions options;
     options.max_faces = max_faces;
