@@ -76,7 +76,8 @@ Result<std::unique_ptr<Estimator>> make_marker(const Config& config, const RigPa
   MarkerOptions options;
   options.config = config.estimator;
   options.probe_id = fnv1a_32(config.probe_name);
-  // With a mounting the up direction is known, and thus the face on which the body stands.
+  // With a mounting the up direction is known; without one, the face on which the body stands is inferred from the
+  // image.
   if (mounting) options.sampler.up = rotate(mounting->pose.rotation.inverse(), Vec3d{0, 1, 0});
   Result<std::unique_ptr<MarkerEstimator>> marker = make_marker_estimator(rig, *body, std::move(*finder), options);
   if (!marker) return marker.status();

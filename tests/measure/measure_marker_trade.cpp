@@ -85,8 +85,8 @@ std::vector<Case> all_cases() {
         .marker.config.marker.max_faces = faces;
   for (const int lamps : {0, 1, 2, 3})
     add(lamps == 1 ? "1 lamp" : std::to_string(lamps) + " lamps", "order").marker.config.max_lights = lamps;
-  // Without an up direction, no ground plane is assumed.
-  add("no table", "order").marker.sampler.up = {};
+  // No face points down, so that no ground plane is sampled.
+  add("no table", "order").marker.sampler.up = Vec3d{};
   return out;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -18,7 +19,9 @@ struct SamplerOptions {
   /// Largest number of faces to sample, those that face the lens most; 0: all visible ones. The ground plane is sampled
   /// in any case. Fewer faces take less time and determine the light less well.
   int max_faces = 0;
-  Vec3d up{0, 1, 0};  ///< Probe frame; determines the face on which the body stands.
+  /// Unit vector, probe frame; determines the face on which the body stands. nullopt: not known, the most likely face
+  /// is chosen (PosedBody::face_below). Zero: no ground plane is sampled, except below a ball.
+  std::optional<Vec3d> up;
 };
 
 /// Statistics of the sampled frame.

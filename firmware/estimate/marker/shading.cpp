@@ -70,6 +70,14 @@ constexpr double kMaxPlaneDeviation = 0.03;
 
 /// Smallest cosine of the angle between down and the normal of a face on which the body may stand.
 constexpr double kMinDownCosine = 0.64;
+/// Where down is not known: distribution of the camera's roll and of its elevation above the plane, and the largest
+/// squared Mahalanobis distance (the 99.73 % quantile of chi square with two degrees of freedom).
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kRollSigma_rad = 10 * kDegree;
+constexpr double kMeanElevation_rad = 40 * kDegree, kElevationSigma_rad = 20 * kDegree;
+constexpr double kMaxSquaredMahalanobis = 11.83;
+/// Smallest sine of the angle between the optical axis and the probe's +Y for which +Y determines the roll.
+constexpr double kMinAxisSine = 0.1;
 /// Smallest sine of the lens's elevation above the ground plane.
 constexpr double kMinLensElevation = 0.12;
 /// Number of points that represent the hull of a ball.
@@ -170,6 +178,9 @@ PosedBody::PosedBody(const MarkerBody& body, const LensParameters& lens, const C
       center_(body.ball ? body.ball->center : Vec3d{}),
       origin_(transformed(probe_body, center_)),
       lens_(lens.pose_cv.translation - origin_) {
+  const Vec3d axis = rotate(lens.pose_cv.rotation, Vec3d{0, 0, 1}), right = cross(axis, Vec3d{0, 1, 0});
+  image_right_ = length(right) > kMinAxisSine ? normalized(right) : rotate(lens.pose_cv.rotation, Vec3d{1, 0, 0});
+  image_up_ = cross(image_right_, axis);
   if (body.ball) {
     for (const Vec3d& direction : fibonacci_directions(kBallPoints)) hull_.push_back(direction * body.ball->radius_m);
     return;
@@ -178,17 +189,28 @@ PosedBody::PosedBody(const MarkerBody& body, const LensParameters& lens, const C
     for (const FacePoint& p : face.outline) hull_.push_back(point_of(face, p));
 }
 
-std::optional<GroundPlane> PosedBody::ground_plane(Vec3d up) const {
-  const MarkerFace* lowest = nullptr;
-  double most = kMinDownCosine;
-  if (body_.ball) {
-    lowest = &body_.faces.front();
-  } else {
-    for (const MarkerFace& face : body_.faces) {
-      const double down = -dot(normal_of(face), up);
-      if (down > most) most = down, lowest = &face;
+const MarkerFace* PosedBody::face_below(std::optional<Vec3d> up) const {
+  if (body_.ball) return &body_.faces.front();
+  const MarkerFace* out = nullptr;
+  double least = up ? -kMinDownCosine : kMaxSquaredMahalanobis;
+  for (const MarkerFace& face : body_.faces) {
+    const Vec3d normal = normal_of(face);
+    double cost = 0;
+    if (up) {
+      cost = dot(normal, *up);
+    } else {
+      // Twice the negative logarithm of the likelihood, up to a constant, if up were the face's inward normal.
+      const double roll = std::atan2(dot(-normal, image_right_), dot(-normal, image_up_));
+      const double elevation = std::asin(std::clamp(dot(-normal, normalized(lens_)), -1.0, 1.0));
+      cost = std::pow(roll / kRollSigma_rad, 2) + std::pow((elevation - kMeanElevation_rad) / kElevationSigma_rad, 2);
     }
+    if (cost < least) least = cost, out = &face;
   }
+  return out;
+}
+
+std::optional<GroundPlane> PosedBody::ground_plane(std::optional<Vec3d> up) const {
+  const MarkerFace* lowest = face_below(up);
   if (lowest == nullptr) return std::nullopt;
   GroundPlane out;
   out.point = point_of(*lowest, {0, 0});

@@ -107,16 +107,22 @@ class PosedBody {
   /// Points whose convex hull is the body, relative to its centre.
   [[nodiscard]] const std::vector<Vec3d>& hull() const { return hull_; }
 
-  /// The plane on which the body stands, without samples: the ball's sheet, else that of the face whose normal points
-  /// down most. nullopt where no face's normal is within 50 degrees of down (`up`: probe frame), or where the lens is
-  /// less than 7 degrees above the plane.
-  [[nodiscard]] std::optional<GroundPlane> ground_plane(Vec3d up) const;
+  /// The face on which the body stands; the only face of a ball's sheet. `up`: unit vector, probe frame, if it is
+  /// known: then the face whose normal points down most, null where none is within 50 degrees of down. Otherwise the
+  /// most likely face for a camera with a roll of 0 +- 10 degrees, 40 +- 20 degrees above the plane (independent normal
+  /// distributions), null where none is within three sigma.
+  [[nodiscard]] const MarkerFace* face_below(std::optional<Vec3d> up) const;
+  /// The plane on which the body stands, without samples: that of face_below(). nullopt where there is no such face, or
+  /// where the lens is less than 7 degrees above the plane.
+  [[nodiscard]] std::optional<GroundPlane> ground_plane(std::optional<Vec3d> up) const;
 
  private:
   const MarkerBody& body_;
   const CameraModel& model_;
   Pose probe_body_, lens_probe_;
   Vec3d center_, origin_, lens_;
+  /// Axes of the lens's image, probe frame; image_up_ is as near to the probe's +Y as the optical axis allows.
+  Vec3d image_right_, image_up_;
   std::vector<Vec3d> hull_;
 };
 

@@ -40,8 +40,6 @@ struct ExtremeCase {
   std::optional<MarkerBody> believed_body;  ///< Body given to the estimator, where it differs from the scene's.
   /// The result must be right; `flagged` is a failure.
   bool easy = false;
-  /// Known to fail: figures report it; tests only require that the descriptor is valid.
-  bool unsolved = false;
 };
 
 /// All cases. `bodies_folder`: firmware/estimate/marker/bodies. Throws std::runtime_error where a body cannot be read.
