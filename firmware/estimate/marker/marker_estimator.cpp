@@ -211,9 +211,8 @@ void MarkerEstimatorImpl::fill_descriptor(Descriptor& out) {
 /// Sets the distance where it is observable, and the light's direction and the body's attitude are known.
 void MarkerEstimatorImpl::fill_distance(const marker::LightEstimate& light_estimate, Light& out) const {
   if (!light_estimate.distance_observable || light_estimate.uncertain || report_.body.ambiguous) return;
-  const double distance_m = 1 / light_estimate.light.inverse_distance;
-  out.distance_m = rounded(distance_m);
-  out.distance_sigma_m = rounded(distance_m * distance_m * light_estimate.inverse_distance_sigma);
+  out.distance_m = rounded(light_estimate.distance_m());
+  out.distance_sigma_m = rounded(light_estimate.distance_sigma_m());
 }
 
 /// Fills the radiance without the lights: the ambient light, or the maximum-entropy radiance where the lights are
