@@ -54,9 +54,10 @@ struct DescriptorHeader {
   Setting setting = Setting::balanced;
 };
 
-/// Sets sequence, times, units, identities and setting of `out`. The sequence counts captures; a bracket is one
-/// capture, so that descriptors of brackets are numbered without gaps. The time is the middle between the first and the
-/// last mid-exposure. The time of encoding is not known yet; it is set to that of delivery.
+/// Sets sequence, times, units, identities and setting of `out`, and its origin to the probe. The sequence counts
+/// captures; a bracket is one capture, so that descriptors of brackets are numbered without gaps. The time is the
+/// middle between the first and the last mid-exposure. The time of encoding is not known yet; it is set to that of
+/// delivery.
 inline void fill_header(std::span<const Frame> bracket, const DescriptorHeader& header, Descriptor& out) {
   const FrameInfo &first = bracket.front().info, &last = bracket.back().info;
   out.sequence = first.sequence / bracket.size();
@@ -67,6 +68,7 @@ inline void fill_header(std::span<const Frame> bracket, const DescriptorHeader& 
   out.probe_id = header.probe_id;
   out.calibration_id = header.calibration_id;
   out.setting = header.setting;
+  out.T_probe_origin = {};
 }
 
 }  // namespace estimate

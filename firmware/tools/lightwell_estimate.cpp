@@ -5,11 +5,13 @@
 #include <iostream>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <lightwell/codec.hpp>
 #include <lightwell/estimator_config.hpp>
+#include <lightwell/query.hpp>
 #include <lightwell/text.hpp>
 
 #include "app/tag_body_finder.hpp"
@@ -158,10 +160,15 @@ void print_summary(const Descriptor& d, std::size_t bytes) {
   for (const Flag f : kFlags)
     if (d.flags.has(f)) std::cout << "; " << to_string(f);
   std::cout << "\n";
-  for (const Light& l : d.lights)
+  for (const Light& l : d.lights) {
     std::cout << "light towards (" << l.direction.x << ", " << l.direction.y << ", " << l.direction.z
               << "), irradiance (" << l.irradiance.r << ", " << l.irradiance.g << ", " << l.irradiance.b << "), radius "
-              << l.angular_radius_rad * degree << " deg\n";
+              << l.angular_radius_rad * degree << " deg";
+    if (const std::optional<Vec3d> at = light_position(l, d.T_probe_origin))
+      std::cout << ", distance " << l.distance_m << " +- " << l.distance_sigma_m << " m, position (" << at->x << ", "
+                << at->y << ", " << at->z << ") m";
+    std::cout << "\n";
+  }
 }
 
 }  // namespace

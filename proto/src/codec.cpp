@@ -14,6 +14,7 @@
 #include "block_float.hpp"
 #include "lightwell/v1/descriptor.pb.h"
 #include "wire_covariance.hpp"
+#include "wire_position.hpp"
 
 namespace lightwell {
 namespace {
@@ -58,7 +59,9 @@ Status problem(const Descriptor& d) {
       return invalid("a light's angular radius is not within 0 and pi/2");
     for (const float v : light.direction_covariance)
       if (!std::isfinite(v)) return invalid("a light's direction covariance is not finite");
+    if (Status s = distance_problem(light); !s.ok()) return s;
   }
+  if (Status s = origin_problem(d.T_probe_origin); !s.ok()) return s;
   if (!share(d.coverage)) return invalid("coverage must be 0 to 1");
   if (!share(d.saturated)) return invalid("saturated must be 0 to 1");
   for (const float v :
@@ -124,6 +127,7 @@ void fill_light(const Light& light, v1::Light& m) {
     m.set_covariance_exponent(sent.exponent);
   }
   m.set_track(light.track);
+  fill_distance(light, m);
 }
 
 std::uint32_t millionths(float v) {
@@ -193,7 +197,7 @@ Status read_light(const v1::Light& m, Light& light) {
   if (m.covariance_mantissa_size() == 1) covariance.mantissa[2] = covariance.mantissa[0];
   light.direction_covariance = covariance_of(covariance);
   light.track = m.track();
-  return {};
+  return read_distance(m, light);
 }
 
 /// Reserves memory for the largest map, so that fill_environment() allocates nothing.
@@ -243,8 +247,9 @@ Status read_environment(const v1::EnvironmentMap& m, EnvironmentMap& map) {
 
 struct Encoder::State {
   v1::LightingDescriptor message;
-  /// Owned here and attached to `message` only while it is serialised, so that its memory is kept between maps.
+  /// Owned here and attached to `message` only while it is serialised, so that their memory is kept.
   v1::EnvironmentMap environment;
+  v1::Pose origin;
   std::vector<std::byte> bytes;
 };
 
@@ -303,6 +308,11 @@ Result<std::span<const std::byte>> Encoder::encode(const Descriptor& d) {
     fill_environment(*d.environment, state_->environment);
     m.unsafe_arena_set_allocated_environment(&state_->environment);
   }
+  const bool elsewhere = d.T_probe_origin != Pose{};
+  if (elsewhere) {
+    fill_origin(d.T_probe_origin, state_->origin);
+    m.unsafe_arena_set_allocated_t_probe_origin(&state_->origin);
+  }
   const std::size_t size = m.ByteSizeLong();
   const bool fits = size <= kMaxDescriptorBytes;
   if (fits) {
@@ -310,6 +320,7 @@ Result<std::span<const std::byte>> Encoder::encode(const Descriptor& d) {
     m.SerializeWithCachedSizesToArray(reinterpret_cast<std::uint8_t*>(state_->bytes.data()));
   }
   if (d.environment) (void)m.unsafe_arena_release_environment();
+  if (elsewhere) (void)m.unsafe_arena_release_t_probe_origin();
   if (!fits) return invalid("larger than 64 KiB");
   return std::span<const std::byte>(state_->bytes);
 }
@@ -334,10 +345,13 @@ Result<Descriptor> decode_descriptor(std::span<const std::byte> bytes) {
   d.lights.resize(static_cast<std::size_t>(m.lights_size()));
   for (int i = 0; i < m.lights_size(); ++i)
     if (const Status s = read_light(m.lights(i), d.lights[static_cast<std::size_t>(i)]); !s.ok()) return s;
+  if (Status s = origin_from(m).assign_to(d.T_probe_origin); !s.ok()) return s;
   if (m.has_environment()) {
     d.environment.emplace();
     if (const Status s = read_environment(m.environment(), *d.environment); !s.ok()) return s;
   }
+  // Not left to the check of coverage: 1 minus a tiny negative number is 1.
+  if (!share(m.unseen())) return invalid("unseen (1 - coverage) must be 0 to 1");
   d.coverage = 1 - m.unseen();
   d.saturated = m.saturated();
   const v1::ErrorBound& bound = m.bound();

@@ -134,6 +134,36 @@ TEST_F(MarkerTest, TheLampThatLightsItIsTheStrongestLight) {
   EXPECT_THAT(daemon.process().err(), HasSubstr("looking for " + name_));
 }
 
+TEST_F(MarkerTest, ANearLampHasAPositionInTheFrameAskedFor) {
+  take("near_turned_white_front_right");
+  Daemon daemon(options(seen_));
+  const Observer observer(daemon.uri());
+  ASSERT_TRUE(observer.gets(1)) << daemon.process().err();
+  const Lighting light = observer.probe().latest();
+  ASSERT_EQ(light.validity(), Validity::valid);
+  const std::optional<Light> lamp = light.primary_light();
+  ASSERT_TRUE(lamp);
+  const measure::TracedLamp& truth = frame_.lamps.front();
+  ASSERT_GT(lamp->distance_m, 0);
+  // Three sigma of one frame; the error of the marker's pose (below) is not part of it.
+  EXPECT_NEAR(lamp->distance_m, truth.distance_m, 3 * lamp->distance_sigma_m);
+  EXPECT_LT(lamp->distance_sigma_m, 0.1 * truth.distance_m);
+  constexpr double kMaxPoseError_m = 0.005;
+  EXPECT_LT(length(light.origin().translation - frame_.probe_body.translation), kMaxPoseError_m);
+  const auto& c = lamp->direction_covariance;
+  const double limit =
+      3 * std::hypot(lamp->distance_sigma_m, std::sqrt(c[0] + c[2]) * truth.distance_m) + kMaxPoseError_m;
+  const std::optional<Vec3d> position = light.position(*lamp);
+  ASSERT_TRUE(position);
+  EXPECT_LT(length(*position - truth.position), limit);
+
+  const Pose T_world_probe{Quat::about({0, 1, 0}, 1.2), {3, 1, -2}};
+  const Lighting world = light.in_world(T_world_probe);
+  const std::optional<Vec3d> in_world = world.position(world.lights()[0]);
+  ASSERT_TRUE(in_world);
+  EXPECT_LT(length(*in_world - transformed(T_world_probe, truth.position)), limit);
+}
+
 TEST_F(MarkerTest, IrradianceAgreesWithTheTruthWhereNormalsFaceTheCamera) {
   Daemon daemon(options(seen_));
   const Observer observer(daemon.uri());

@@ -246,6 +246,11 @@ def light(items):
         )
     )
     flagged("near lamp", near)
+    lamps = [lamp for i in items for lamp in i.get("lamps", [])]
+    deviations = [abs(lamp["distance_deviations"]) for lamp in lamps if "distance_deviations" in lamp]
+    within = 100 * sum(d < 3 for d in deviations) / len(deviations) if deviations else None
+    what = f"all {len(deviations)} distances in descriptors: inverse distance within 3 sigma"
+    rows.append(at_least(what, 95, within, "%", real))
     far = [i["lamps"][0] for i in of_group("far") if i.get("lamps")]
     rows.append(reported("lamp at 5 m: direction, worst", largest([x["error_deg"] for x in far]), "deg", real))
     for name in sorted({i["frame"] for i in of_group("room")}):

@@ -128,6 +128,31 @@ TEST_F(Cli, QueryPrintsResults) {
   EXPECT_THAT(result.out, HasSubstr("\"quantity\":\"light\""));
 }
 
+TEST_F(Cli, QueryPrintsWhereAMarkersLightHoldsAndWhereANearLampIs) {
+  Descriptor d = test::numbered(1, 10'000'000);
+  d.lights[0].distance_m = 0.5F;
+  d.lights[0].distance_sigma_m = 0.02F;
+  d.lights.push_back(test::light({1, 0, 0}, {0.1F, 0.1F, 0.1F}, 0, 2));
+  d.T_probe_origin = {{0, 0, 1, 0}, {0.25, 0, -1}};
+  {
+    Result<RecordWriter> writer = RecordWriter::open(copy(), {RecordingKind::descriptors, "attic", "0.0.2", {}});
+    ASSERT_TRUE(writer.ok());
+    const std::string bytes = test::encoded(d);
+    ASSERT_TRUE(writer->append(10'000'000, test::as_bytes(bytes)).ok());
+  }
+  const std::string query = "query 'replay:" + copy() + "?speed=0' --lights";
+  const std::string json = run(query + " --json").out, text = run(query).out;
+  EXPECT_EQ(lines(json), 3) << json;
+  EXPECT_THAT(json, HasSubstr(R"({"quantity":"origin","position":[0.25,0.0,-1.0],"orientation":[0.0,0.0,1.0,0.0]})"));
+  // The lamp is towards +Y.
+  EXPECT_THAT(json, HasSubstr(R"("distance_m":0.5,)"));
+  EXPECT_THAT(json, HasSubstr(R"("position":[0.25,0.5,-1.0])"));
+  EXPECT_EQ(json.find("distance_m"), json.rfind("distance_m")) << "of the other light it is not known";
+  EXPECT_THAT(text, HasSubstr("origin  position 0.2500 0.0000 -1.0000 m  orientation 0.00000 0.00000 1.00000 0.00000"));
+  EXPECT_THAT(text, HasSubstr("distance 0.5 +- 0.02 m  position 0.2500 0.5000 -1.0000 m"));
+  EXPECT_THAT(run("query 'replay:" + recording() + "?speed=0' --lights").out, Not(HasSubstr("origin")));
+}
+
 TEST_F(Cli, RecordStoresTheReceivedBytes) {
   const Outcome result = run("record 'replay:" + recording() + "?speed=0' " + copy());
   EXPECT_EQ(result.code, 0) << result.out;

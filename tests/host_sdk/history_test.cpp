@@ -231,6 +231,33 @@ TEST(Interpolate, MovesAtConstantSpeedAlongTheGreatCircle) {
   }
 }
 
+TEST(Interpolate, OriginAndDistancesMoveAlongALine) {
+  Descriptor a = test::one_light({0, 0, -1}, {1, 1, 1}), b = a;
+  a.lights.push_back(test::light({1, 0, 0}, {1, 1, 1}, 0, 2));
+  b.lights.push_back(a.lights[1]);
+  a.lights[0].distance_m = 0.3F, a.lights[0].distance_sigma_m = 0.01F;
+  b.lights[0].distance_m = 0.5F, b.lights[0].distance_sigma_m = 0.03F;
+  b.lights[1].distance_m = 2, b.lights[1].distance_sigma_m = 0.5F;
+  a.T_probe_origin = {Quat::about({0, 0, 1}, 0.2), {0, 0, -1}};
+  b.T_probe_origin = {Quat::about({0, 0, 1}, 1.2), {0.4, 0, -1.4}};
+  // The same rotation as a quaternion of the other sign: the way is the shorter one.
+  for (const double sign : {1.0, -1.0}) {
+    const Quat q = Quat::about({0, 0, 1}, 1.2);
+    b.T_probe_origin.rotation = {sign * q.x, sign * q.y, sign * q.z, sign * q.w};
+    const Descriptor quarter = interpolated(a, b, 0.25F);
+    EXPECT_NEAR(quarter.T_probe_origin.translation.x, 0.1, 1e-12);
+    EXPECT_NEAR(quarter.T_probe_origin.translation.z, -1.1, 1e-12);
+    const Vec3d turned = rotate(quarter.T_probe_origin.rotation, Vec3d{1, 0, 0});
+    EXPECT_NEAR(turned.x, std::cos(0.45), 1e-12);
+    EXPECT_NEAR(turned.y, std::sin(0.45), 1e-12);
+    ASSERT_EQ(quarter.lights.size(), 2U);
+    EXPECT_NEAR(quarter.lights[0].distance_m, 0.35, 1e-6);
+    EXPECT_NEAR(quarter.lights[0].distance_sigma_m, 0.015, 1e-7);
+    EXPECT_EQ(quarter.lights[1].distance_m, 0) << "not known in the nearer one";
+    EXPECT_EQ(interpolated(a, b, 0.75F).lights[1].distance_m, 2);
+  }
+}
+
 TEST(Interpolate, OppositeDirectionsStayUnit) {
   Descriptor a, b;
   a.lights = {test::light({1, 0, 0}, {1, 1, 1})};

@@ -58,6 +58,13 @@ Turn turn_of(Vec3d from, Vec3d to) {
 
 double sum(const std::array<double, 3>& c) { return c[0] + c[1] + c[2]; }
 
+/// The descriptor's light that is nearest to a direction; null if it has none.
+const Light* nearest_light(const Descriptor& d, Vec3d direction) {
+  const auto angle = [&](const Light& light) { return angle_between(vec_cast<double>(light.direction), direction); };
+  const auto found = std::ranges::min_element(d.lights, {}, angle);
+  return found == d.lights.end() ? nullptr : &*found;
+}
+
 void print(const measure::TracedFrame& frame, bool answered, const Descriptor& out, const MarkerReport& report) {
   nlohmann::ordered_json line = {{"frame", frame.name}, {"group", frame.group}, {"body", frame.body},
                                  {"view", frame.view},  {"place", frame.place}, {"answered", answered}};
@@ -121,6 +128,13 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
         const Vec3d at = nearest->light.direction * (1 / nearest->light.inverse_distance);
         errors["position"] = length(at - lamp.direction * lamp.distance_m) / lamp.distance_m;
         errors["distance"] = 1 / nearest->light.inverse_distance / lamp.distance_m - 1;
+      }
+      if (const Light* sent = nearest_light(out, lamp.direction); sent != nullptr && sent->distance_m > 0) {
+        errors["distance_m"] = sent->distance_m;
+        errors["distance_sigma_m"] = sent->distance_sigma_m;
+        // Of the inverse distance, which is closer to a normal distribution; that of a distant lamp is 0.
+        const double d = sent->distance_m, inverse_sigma = sent->distance_sigma_m / (d * d);
+        errors["distance_deviations"] = (1 / d - (lamp.distance_m > 0 ? 1 / lamp.distance_m : 0)) / inverse_sigma;
       }
       line["lamps"].push_back(std::move(errors));
     }

@@ -151,6 +151,8 @@ TEST(Codec, RejectsInvalidMessagesNamingTheField) {
   EXPECT_NE(message_of([](M& m) { m.mutable_lights(0)->set_angular_radius_e5(200000); }).find("radius"),
             std::string::npos);
   EXPECT_NE(message_of([](M& m) { m.set_unseen(2); }).find("coverage"), std::string::npos);
+  // 1 minus this is 1.
+  EXPECT_NE(message_of([](M& m) { m.set_unseen(-1e-26F); }).find("unseen"), std::string::npos);
   EXPECT_NE(message_of([](M& m) { m.mutable_environment()->set_key(1); }).find("environment"), std::string::npos);
   EXPECT_NE(message_of([](M& m) { m.set_units(v1::UNITS_UNSPECIFIED); }).find("units"), std::string::npos);
 }

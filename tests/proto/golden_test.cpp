@@ -53,7 +53,7 @@ TEST(GoldenVectors, OfVersion1AreUnchanged) {
   };
   for (const Frozen& f : {Frozen{"v1_constant", 68, 0x35079315}, Frozen{"v1_environment_changes", 97, 0x9b52980f},
                           Frozen{"v1_fullest", 3613, 0xc5141bb8}, Frozen{"v1_lamp_at_plus_x", 141, 0x2d2dbf33},
-                          Frozen{"v1_smallest", 35, 0x314b523e}}) {
+                          Frozen{"v1_near_lamp", 237, 0x67d37f31}, Frozen{"v1_smallest", 35, 0x314b523e}}) {
     const std::string bytes = file(std::string(f.name) + ".bin");
     EXPECT_EQ(bytes.size(), f.bytes) << f.name;
     EXPECT_EQ(crc32c(std::as_bytes(std::span(bytes))), f.crc32c) << f.name;

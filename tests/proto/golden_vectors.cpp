@@ -45,6 +45,21 @@ Descriptor lamp_at_plus_x() {
   return d;
 }
 
+/// Of a marker: the origin is not the probe, and the distance of one of two lamps is known.
+Descriptor near_lamp() {
+  Descriptor d = lamp_at_plus_x();
+  d.lights[0].distance_m = 0.3F;
+  d.lights[0].distance_sigma_m = 0.00512F;
+  Light distant = d.lights[0];
+  distant.direction = {0, 1, 0};
+  distant.irradiance = {1, 1, 1};
+  distant.track = 4;
+  distant.distance_m = distant.distance_sigma_m = 0;
+  d.lights.push_back(distant);
+  d.T_probe_origin = {{0.5, -0.5, 0.5, 0.5}, {0.0625, -0.125, -0.75}};
+  return d;
+}
+
 EnvironmentMap whole_map() {
   EnvironmentMap map;
   map.levels = {{16, 0}, {8, 0.5F}};
@@ -100,6 +115,7 @@ std::vector<GoldenVector> golden_vectors() {
   return {{"v1_smallest", smallest()},
           {"v1_constant", constant()},
           {"v1_lamp_at_plus_x", lamp_at_plus_x()},
+          {"v1_near_lamp", near_lamp()},
           {"v1_environment_changes", environment_changes()},
           {"v1_fullest", fullest()}};
 }

@@ -26,6 +26,7 @@ WIRE_VERSION, CLOCK_PROBE_MONOTONIC, RGB9E5 = 1, 1, 1
 KNOWN_UNITS = (1, 2)
 KNOWN_SETTINGS = KNOWN_FLICKERS = (0, 1, 2, 3)
 INFINITE_BOUND = 4294967295
+LARGEST_TRANSLATION, SMALLEST_SQUARED_LENGTH = 1e6, 1e-18  # of T_probe_origin
 
 VARINT, EIGHT_BYTES, LENGTH, GROUP_BEGINS, GROUP_ENDS, FOUR_BYTES = range(6)
 
@@ -37,7 +38,7 @@ SCHEMA = {
         7: ("environment", "EnvironmentMap", False), 8: ("unseen", "float", False), 9: ("saturated", "float", False),
         10: ("bound", "ErrorBound", False), 11: ("probe_id", "fixed32", False),
         12: ("calibration_id", "fixed32", False), 13: ("flags", "enum", True), 14: ("setting", "enum", False),
-        15: ("flicker", "enum", False)},
+        15: ("flicker", "enum", False), 16: ("T_probe_origin", "Pose", False)},
     "CaptureTime": {
         1: ("mid_exposure_ns", "fixed64", False), 2: ("clock", "enum", False),
         3: ("delivered_after_us", "uint32", False), 4: ("encoded_after_us", "uint32", False)},
@@ -47,7 +48,8 @@ SCHEMA = {
         1: ("direction", "sint32", True), 2: ("irradiance_mantissa", "sint32", True),
         3: ("irradiance_exponent", "sint32", False), 4: ("angular_radius_e5", "uint32", False),
         5: ("covariance_mantissa", "sint32", True), 6: ("track", "uint32", False),
-        7: ("covariance_exponent", "sint32", False)},
+        7: ("covariance_exponent", "sint32", False), 8: ("distance_e4", "uint32", False),
+        9: ("distance_sigma_e4", "uint32", False)},
     "EnvironmentMap": {
         1: ("key", "fixed32", False), 2: ("encoding", "enum", False), 3: ("levels", "Level", True),
         4: ("exponent", "sint32", False), 5: ("key_interval_ms", "uint32", False), 6: ("texels", "bytes", False),
@@ -56,10 +58,14 @@ SCHEMA = {
     "ErrorBound": {
         1: ("total", "uint32", False), 2: ("truncation", "uint32", False), 3: ("sampling", "uint32", False),
         4: ("noise", "uint32", False), 5: ("quantization", "uint32", False), 6: ("smoothing", "uint32", False)},
+    "Pose": {
+        1: ("qx", "double", False), 2: ("qy", "double", False), 3: ("qz", "double", False), 4: ("qw", "double", False),
+        5: ("tx", "double", False), 6: ("ty", "double", False), 7: ("tz", "double", False)},
 }
 
 WIRE_TYPES = {"uint32": VARINT, "uint64": VARINT, "enum": VARINT, "sint32": VARINT, "fixed64": EIGHT_BYTES,
-              "fixed32": FOUR_BYTES, "float": FOUR_BYTES, "bytes": LENGTH, **{name: LENGTH for name in SCHEMA}}
+              "double": EIGHT_BYTES, "fixed32": FOUR_BYTES, "float": FOUR_BYTES, "bytes": LENGTH,
+              **{name: LENGTH for name in SCHEMA}}
 
 
 class WireError(ValueError):
@@ -144,8 +150,8 @@ def _single(kind, payload):
     """The value of one number or of bytes, from the payload that _payload() returned."""
     if WIRE_TYPES[kind] == VARINT:
         return _from_varint(kind, payload)
-    if kind == "float":
-        return struct.unpack("<f", payload)[0]
+    if kind in ("float", "double"):
+        return struct.unpack("<f" if kind == "float" else "<d", payload)[0]
     return payload if kind == "bytes" else int.from_bytes(payload, "little")
 
 
@@ -228,7 +234,8 @@ def _nearest_covariance(uu, uv, vv):
 
 
 def _light(fields):
-    """direction: unit vector towards the light; irradiance [r, g, b]; angular radius in rad; covariance in rad²."""
+    """direction: unit vector towards the light; irradiance [r, g, b]; angular radius in rad; covariance in rad²;
+    distance and its standard deviation in m, 0 if not known."""
     direction = fields["direction"]
     _require(len(direction) == 3, f"{len(direction)} numbers of a light's direction")
     _require(any(direction), "a light without a direction")
@@ -241,11 +248,23 @@ def _light(fields):
     covariance_exponent = _exponent(fields["covariance_exponent"], "a light's covariance")
     uu, uv, vv = {0: lambda: [0, 0, 0], 1: lambda: [covariance[0], 0, covariance[0]],
                   3: lambda: covariance}[len(covariance)]()
+    distance, sigma = fields["distance_e4"], fields["distance_sigma_e4"]
+    _require((distance == 0) == (sigma == 0), f"a distance of {distance} with a standard deviation of {sigma}")
     return {"direction": [value / length for value in direction],
             "irradiance": [math.ldexp(value, exponent) for value in mantissa],
             "angular_radius_rad": min(radius / 1e5, math.pi / 2),
             "covariance": [math.ldexp(value, covariance_exponent) for value in _nearest_covariance(uu, uv, vv)],
-            "track": fields["track"]}
+            "track": fields["track"], "distance_m": distance / 1e4, "distance_sigma_m": sigma / 1e4}
+
+
+def _origin(fields):
+    """T_probe_origin as {rotation: unit quaternion [x, y, z, w], translation: [x, y, z] in m}."""
+    rotation, translation = ([fields[name] for name in names] for names in (("qx", "qy", "qz", "qw"),
+                                                                             ("tx", "ty", "tz")))
+    squared = sum(value * value for value in rotation)
+    _require(SMALLEST_SQUARED_LENGTH < squared < math.inf, f"the quaternion {rotation}")
+    _require(all(abs(value) <= LARGEST_TRANSLATION for value in translation), f"the translation {translation}")
+    return {"rotation": [value / math.sqrt(squared) for value in rotation], "translation": translation}
 
 
 def crc32c(data):
@@ -314,7 +333,8 @@ def decode(message):
     flags: list of int, as sent
     radiance: 49 x [r, g, b], the coefficient of Y_lm at index l(l+1)+m; zero if not sent
     lights: list of dict: direction [x, y, z] (unit, towards the light), irradiance [r, g, b], angular_radius_rad (0 to
-        pi/2), covariance [uu, uv, vv] (rad²), track (0 is none)
+        pi/2), covariance [uu, uv, vv] (rad²), track (0 is none), distance_m and distance_sigma_m (0: not known)
+    T_probe_origin: dict: rotation [x, y, z, w] (unit quaternion), translation [x, y, z] (m); the identity if not sent
     environment: None or dict: key, levels [[edge, roughness], ...], exponent, key_interval_ms, texels [[r, g, b], ...]
         (of a whole map radiance; of changes without the factor 2^exponent of their whole map), runs
     unseen, saturated: float, shares of 0 to 1
@@ -330,7 +350,7 @@ def decode(message):
     for share in ("unseen", "saturated"):
         _require(0 <= fields[share] <= 1, f"{share} of {fields[share]}")
     bound = fields["bound"] or _empty("ErrorBound")
-    environment = fields["environment"]
+    environment, origin = fields["environment"], fields["T_probe_origin"]
     return {
         "sequence": fields["sequence"], "mid_exposure_ns": time["mid_exposure_ns"],
         "delivered_after_us": time["delivered_after_us"], "encoded_after_us": time["encoded_after_us"],
@@ -341,6 +361,7 @@ def decode(message):
         "radiance": _harmonics(fields["radiance"] or _empty("SphericalHarmonics")),
         "lights": [_light(light) for light in fields["lights"]],
         "environment": None if environment is None else _environment(environment),
+        "T_probe_origin": _origin({**_empty("Pose"), "qw": 1.0} if origin is None else origin),
         "unseen": float(fields["unseen"]), "saturated": float(fields["saturated"]),
         "bound": {part: math.inf if value == INFINITE_BOUND else value / 1e6 for part, value in bound.items()}}
 

@@ -44,6 +44,13 @@ def unit(normal):
     return [x / math.hypot(*normal) for x in normal]
 
 
+def compare_origin(line, message, numbers):
+    origin = message["T_probe_origin"]
+    # The absolute tolerance of 1e-9 m is the rounding of the nine digits of answers.txt.
+    near(line, origin["translation"], numbers[:3], 1e-4)
+    near(line, origin["rotation"], numbers[3:7], 1)
+
+
 def bits_of(flags):
     """The SDK's bit mask of flags: one bit for each named flag, and bit 31 for all others."""
     return sum({1 << flag if 1 <= flag <= 8 else 1 << 31 for flag in flags})
@@ -78,7 +85,10 @@ def check_answers(path):
             near("radius", [light["angular_radius_rad"]], numbers[6:7], 0)
             near("covariance", light["covariance"], numbers[7:10], SMALLEST_NORMAL)
             equal("track", light["track"], int(v[10]))
+            near("distance", [light["distance_m"], light["distance_sigma_m"]], numbers[11:13], 0)
             lights += 1
+        elif word == "origin":
+            compare_origin(line, message, numbers)
         elif word == "map" and message["environment"] and message["environment"]["levels"]:
             equal("levels", len(message["environment"]["levels"]), int(numbers[0]))
             levels = []
@@ -95,7 +105,7 @@ def check_answers(path):
 
 def check_mutants(path):
     """Checks that both decoders refuse the same damaged messages and decode the others to the same values."""
-    message, taken, refused, lines = None, 0, 0, path.read_text().splitlines()
+    message, taken, refused, moved, lines = None, 0, 0, 0, path.read_text().splitlines()
     for line in lines:
         word, *v = line.split()
         if word == "mutant":
@@ -108,11 +118,16 @@ def check_mutants(path):
             taken, refused = taken + (v[0] == "ok"), refused + (v[0] != "ok")
         elif word == "flags":
             equal("flags", bits_of(message["flags"]), int(v[0]))
+        elif word == "origin":
+            compare_origin(line, message, [float(x) for x in v])
+            moved += float(v[6]) != 1
+        elif word == "distances":
+            near(line, [light["distance_m"] for light in message["lights"]], [float(x) for x in v], 0)
         else:
             numbers = [float(x) for x in v]
             near(line, irradiance(message, unit(numbers[:3])), numbers[3:], scale_of(message))
-    if taken < 1000 or refused < 1000:
-        raise Failure(f"{path} has {taken} messages to take and {refused} to refuse only")
+    if taken < 1000 or refused < 1000 or moved < 100:
+        raise Failure(f"{path} has {taken} messages to take, {moved} with an origin, and {refused} to refuse only")
     return taken, refused
 
 

@@ -95,10 +95,13 @@ def names_in(messages, prefix=""):
         yield from names_in(message.nested_type, f"{prefix}{message.name}.")
 
 
-def tables(root, name):
-    file = parsed(root, name)
+def message_and_enum_names(file):
+    return set(names_in(file.message_type)) | {enum.name for enum in file.enum_type}
+
+
+def tables(file, known):
+    """The tables of a file; `known`: names that have a table, to which the column of types links."""
     comments = comments_of(file)
-    known = set(names_in(file.message_type)) | {enum.name for enum in file.enum_type}
     text = ""
     for index, message in enumerate(file.message_type):
         text += "".join(message_table(message, (4, index), message.name, comments, known))
@@ -109,8 +112,10 @@ def tables(root, name):
 
 def with_new_tables(root, text):
     """The README's text with every table generated again."""
+    files = {name: parsed(root, name) for name in BLOCK.findall(text)}
+    known = set().union(*map(message_and_enum_names, files.values()))
     return BLOCK.sub(
-        lambda m: f"<!-- fields of {m[1]} -->\n\n{tables(root, m[1])}<!-- end of fields -->\n", text)
+        lambda m: f"<!-- fields of {m[1]} -->\n\n{tables(files[m[1]], known)}<!-- end of fields -->\n", text)
 
 
 def self_test():
@@ -127,6 +132,10 @@ def self_test():
         proto.write_text(proto.read_text().replace("Metres", "Inches"))
         if with_new_tables(root, once) == once:
             sys.exit("self-test: a changed comment was not noticed")
+        (root / "b.proto").write_text(head + 'import "a.proto";\nmessage Other {\n  // One.\n  Thing thing = 1;\n}\n')
+        both = with_new_tables(root, once + "<!-- fields of b.proto -->\n<!-- end of fields -->\n")
+        if "| `thing` | 1 | [Thing](#thing) | One. |" not in both:
+            sys.exit(f"self-test: no link to a table of another file:\n{both}")
         proto.write_text(head + "message Thing { uint32 size = 7; }\n")
         try:
             with_new_tables(root, once)

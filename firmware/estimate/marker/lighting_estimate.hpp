@@ -29,6 +29,11 @@ struct LightEstimate {
   bool distance_observable = false;              ///< Inverse distance above two standard deviations.
   bool uncertain = false;                        ///< Whether the direction's sigma exceeds kMaxDirectionSigma_rad.
   bool distance_estimated = false;               ///< Whether the distance was a parameter of the fit.
+
+  /// From the body's centre, m; infinite for a distant light.
+  [[nodiscard]] double distance_m() const { return 1 / light.inverse_distance; }
+  /// Standard deviation of the distance, m, to first order.
+  [[nodiscard]] double distance_sigma_m() const { return inverse_distance_sigma * distance_m() * distance_m(); }
 };
 
 struct LightingEstimate {

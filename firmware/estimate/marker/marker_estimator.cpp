@@ -75,6 +75,7 @@ class MarkerEstimatorImpl final : public MarkerEstimator {
   void inflate_covariance_if_occluded();
   void add_pose_covariance();
   void fill_descriptor(Descriptor& out);
+  void fill_distance(const marker::LightEstimate& light_estimate, Light& out) const;
   void fill_ambient(Descriptor& out);
   [[nodiscard]] estimate::BoundParts bound_parts() const;
 
@@ -132,6 +133,7 @@ Status MarkerEstimatorImpl::estimate(std::span<const Frame> bracket, Descriptor&
   add_pose_covariance();
 
   estimate::fill_header(bracket, {scale_.units, options_.probe_id, calibration_id_, options_.config.setting}, out);
+  out.T_probe_origin = posed_body.probe_origin();
   out.flicker = Flicker::unknown;
   out.environment.reset();
   fill_descriptor(out);
@@ -194,12 +196,20 @@ void MarkerEstimatorImpl::fill_descriptor(Descriptor& out) {
     one.direction_covariance = {rounded(light_estimate.direction_covariance[0]),
                                 rounded(light_estimate.direction_covariance[1]),
                                 rounded(light_estimate.direction_covariance[2])};
+    fill_distance(light_estimate, one);
     out.lights.push_back(one);
   }
   tracker_.assign(out.lights, out.time.mid_exposure);
   const marker::SphereCoverage shares = marker::sphere_coverage(sampler_.surfaces());
   out.coverage = rounded(shares.coverage);
   out.saturated = rounded(shares.saturated);
+}
+
+/// Sets the distance where it is observable, and the light's direction and the body's attitude are known.
+void MarkerEstimatorImpl::fill_distance(const marker::LightEstimate& light_estimate, Light& out) const {
+  if (!light_estimate.distance_observable || light_estimate.uncertain || report_.body.ambiguous) return;
+  out.distance_m = rounded(light_estimate.distance_m());
+  out.distance_sigma_m = rounded(light_estimate.distance_sigma_m());
 }
 
 /// Fills the radiance without the lights: the ambient light, or the maximum-entropy radiance where the lights are

@@ -1,6 +1,6 @@
 // Estimates the lighting from a marker in the camera's view: a body of known albedo. The shading of its faces and its
-// shadow on the ground plane determine point lights and ambient light. Directions are from the body's centre, in the
-// probe's axes.
+// shadow on the ground plane determine point lights and ambient light. The descriptor's origin is the body's centre;
+// directions are in the probe's axes.
 #pragma once
 
 #include <cstdint>
@@ -48,7 +48,7 @@ struct MarkerOptions {
   marker::SamplerOptions sampler;
 };
 
-/// Inputs and intermediate results of the last estimate that have no field in a descriptor.
+/// Inputs and intermediate results of the last estimate.
 struct MarkerReport {
   DetectedBody body;
   marker::SampleCounts counts;

@@ -98,6 +98,8 @@ class PosedBody {
   [[nodiscard]] Vec3d point_of(const MarkerFace& face, FacePoint p) const {
     return at(transformed(face.body_face, {p.x, p.y, 0}));
   }
+  /// Pose of the body's centre, with the axes of the body's file, in the probe's frame.
+  [[nodiscard]] Pose probe_origin() const { return {probe_body_.rotation.normalized(), origin_}; }
   /// Position of the lens relative to the body's centre, m.
   [[nodiscard]] Vec3d lens() const { return lens_; }
   /// Projects a point relative to the body's centre. nullopt where it is outside of the lens's field of view.

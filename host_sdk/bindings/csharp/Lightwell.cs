@@ -151,6 +151,13 @@ namespace Lightwell
         /// <summary>0 unknown, 1 none, 2 100 Hz, 3 120 Hz.</summary>
         public int Flicker;
         public Derivation Derivation { get; }
+        private int reserved;
+        /// <summary>Position at which the light holds, in the lighting's frame, m: of a marker, or of the probe
+        /// itself.</summary>
+        public double OriginX, OriginY, OriginZ;
+        /// <summary>Of a marker's axes: p_lighting = OriginOrientation p_origin + position. Turns no
+        /// direction.</summary>
+        public Rotation OriginOrientation;
 
         public string Reason => Marshal.PtrToStringAnsi(reason) ?? "";
     }
@@ -170,6 +177,14 @@ namespace Lightwell
         public float AngularRadius;
         /// <summary>u·u, u·v, v·v in rad².</summary>
         public Vec3 DirectionCovariance;
+        /// <summary>From the origin, m. 0: distant or not known.</summary>
+        public float Distance;
+        /// <summary>Standard deviation of the distance, m.</summary>
+        public float DistanceSigma;
+        private Vec3 position;
+
+        /// <summary>In the lighting's frame, m, as LightingInfo.OriginX; null if the distance is not known.</summary>
+        public Vec3? Position => Distance > 0 ? position : (Vec3?)null;
     }
 
     /// <summary>One octahedral level of the environment map: +Y at the centre, u from x, v from z, rows from the top,
@@ -369,12 +384,18 @@ namespace Lightwell
 
         public Lighting Copy() => Filled(into => Native.lw_lighting_copy(Handle, into));
 
-        /// <summary>The lighting rotated by q: with the rotation of T_world_probe, in the world's axes.</summary>
+        /// <summary>The lighting rotated by q about the probe: with the rotation of T_world_probe, in the world's
+        /// axes.</summary>
         public Lighting Rotated(Rotation q) => Filled(into => Native.lw_lighting_rotated(Handle, ref q, into));
 
         /// <summary>The same, into an existing object; `into` may be this.</summary>
         public void Rotated(Rotation q, Lighting into) =>
             Native.Check(Native.lw_lighting_rotated(Handle, ref q, into.Handle));
+
+        /// <summary>The lighting in a world frame: p_new = orientation p_old + (x, y, z), m. Also moves the origin and
+        /// the positions of lights.</summary>
+        public Lighting InWorld(double x, double y, double z, Rotation orientation) =>
+            Filled(into => Native.lw_lighting_in_world(Handle, new[] { x, y, z }, ref orientation, into));
 
         public LightingInfo Info
         {
@@ -689,7 +710,7 @@ namespace Lightwell
         private const string Library = "lightwell";
 
         /// <summary>LW_ABI_VERSION of the header for which this file is written.</summary>
-        private const uint AbiVersion = 0x00010001;
+        private const uint AbiVersion = 0x00010002;
 
         internal static readonly uint SizeOfAnswer = (uint)Marshal.SizeOf(typeof(Answer));
         internal static readonly uint SizeOfLightingInfo = (uint)Marshal.SizeOf(typeof(LightingInfo));
@@ -801,6 +822,8 @@ namespace Lightwell
             [In] byte[] bytes, UIntPtr length, long age, LightingHandle into);
         [DllImport(Library)] internal static extern int lw_lighting_rotated(
             LightingHandle lighting, ref Rotation q, LightingHandle into);
+        [DllImport(Library)] internal static extern int lw_lighting_in_world(
+            LightingHandle lighting, [In] double[] position, ref Rotation q, LightingHandle into);
         [DllImport(Library)] internal static extern int lw_lighting_get_info(
             LightingHandle lighting, ref LightingInfo info);
         [DllImport(Library)] internal static extern int lw_lighting_reason(

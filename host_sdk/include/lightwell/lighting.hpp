@@ -73,7 +73,7 @@ struct EnvironmentView {
 };
 
 /// The lighting of one moment, immutable. Cheap to copy: copies share their state. Any number of threads may query it
-/// concurrently. It is not updated: get the next one from the Probe. Directions and normals are in the probe's frame
+/// concurrently. It is not updated: get the next one from the Probe. Directions and normals are in the probe's axes
 /// (right-handed, +Y up, -Z forward) unless rotated(); they need not be normalised. No method throws or blocks, no
 /// value is NaN.
 class Lighting {
@@ -146,6 +146,16 @@ class Lighting {
   /// Strongest first. Valid as long as this object or a copy of it.
   [[nodiscard]] std::span<const Light> lights() const;
 
+  /// Pose of the point at which the light holds, in the frame of this lighting: T_probe_origin, after in_world()
+  /// T_world_origin. A panoramic probe's origin is the probe; that of a marker is the marker's centre, with the axes of
+  /// its body. Directions are from the origin, irradiances those at it. Its rotation turns no direction.
+  [[nodiscard]] Pose origin() const { return descriptor().T_probe_origin; }
+
+  /// Position of one of lights(), m, in the frame of this lighting; nullopt for a light whose distance is not known: it
+  /// is distant, or was not observed. The standard deviation along the direction is Light::distance_sigma_m, across it
+  /// that of the direction times the distance; the error of the origin is not included.
+  [[nodiscard]] std::optional<Vec3d> position(const Light& light) const;
+
   /// The environment map at this moment: that of this descriptor, or the newest before it (a probe sends maps more
   /// rarely than descriptors). None if the probe sends none, if none was received yet, if the last one is older than
   /// three intervals between whole maps, or if it has other units.
@@ -154,19 +164,22 @@ class Lighting {
   /// The strongest light.
   [[nodiscard]] std::optional<Light> primary_light() const;
 
-  /// The same lighting in a frame rotated by q: p_new = q p_old. To light a world of known pose, q is the rotation of
-  /// T_world_probe. The environment map is not resampled: EnvironmentView::rotation is its rotation, and descriptor()
-  /// does not contain it. About 20 µs. invalid_query if q is zero or not finite.
+  /// The same lighting in a frame rotated by q about the probe: p_new = q p_old. To light a world of known pose, q is
+  /// the rotation of T_world_probe; in_world() also moves the origin. The environment map is not resampled:
+  /// EnvironmentView::rotation is its rotation, and descriptor() does not contain it. About 20 µs. invalid_query if q
+  /// is zero or not finite.
   [[nodiscard]] Lighting rotated(Quat q) const;
 
-  /// The same lighting in the application's world frame. Only the rotation of T_world_probe is used: a descriptor holds
-  /// directions, not distances, so the lighting is taken as the same around the probe. At a distance d from the probe
-  /// and D from a lamp the relative error is about d / D; the position of the lamp is not known from one descriptor.
-  /// invalid_query as rotated().
+  /// The same lighting in the application's world frame: origin() and position() are in the world, directions in its
+  /// axes. Irradiance and radiance remain those at the origin; they do not depend on the translation. At a distance d
+  /// from the origin and D from a lamp the relative error of its irradiance is up to about 2 d / D. A caller who knows
+  /// position() can move a near lamp: its irradiance at a point falls with the squared distance. invalid_query as
+  /// rotated(), and for a translation that is not finite.
   [[nodiscard]] Lighting in_world(const Pose& T_world_probe) const;
 
   /// The same for an uncertain pose: its rotation covariance is added to each light's direction_covariance (infinite
-  /// where the rotation is unknown). The error bound does not include it.
+  /// where the rotation is unknown). The error bound does not include it. If a component of the translation is unknown
+  /// (infinite variance), no light has a distance or a position.
   [[nodiscard]] Lighting in_world(const UncertainPose& T_world_probe) const;
 
   /// T_world_probe in the frame of the room, as the probe reported it when this descriptor was received, for
@@ -178,6 +191,8 @@ class Lighting {
  private:
   template <class T>
   [[nodiscard]] Answer<T> answer() const;
+  /// In the frame b of T_b_a, whose rotation need not be normalised; this is in frame a.
+  [[nodiscard]] Lighting in_frame(const Pose& T_b_a) const;
 
   std::shared_ptr<const core::Sample> sample_;
   Validity validity_ = Validity::none;

@@ -39,18 +39,16 @@ extern "C" {
 #endif
 
 /* Of this header. The upper 16 bits (and the SONAME) change with incompatible changes, the lower 16 with additions. */
-#define LW_ABI_VERSION 0x00010001
+#define LW_ABI_VERSION 0x00010002
 
-/* As a length: the text ends with a zero byte. */
-#define LW_ZERO_TERMINATED SIZE_MAX
+#define LW_ZERO_TERMINATED SIZE_MAX /* As a length: the text ends with a zero byte. */
 
 #define LW_MAX_BAND 6
 #define LW_MAX_COEFFICIENTS 49
 #define LW_MAX_LIGHTS 64
 #define LW_MAX_ENVIRONMENT_LEVELS 8
 
-/* As StatusCode of result.hpp. */
-typedef int32_t lw_status;
+typedef int32_t lw_status; /* As StatusCode of result.hpp. */
 enum {
   LW_OK = 0,
   LW_INVALID_ARGUMENT = 1,
@@ -62,8 +60,7 @@ enum {
   LW_INTERNAL = 7
 };
 
-/* Whether an answer can be used. */
-typedef int32_t lw_validity;
+typedef int32_t lw_validity; /* Whether an answer can be used. */
 enum {
   LW_VALID = 0,
   LW_STALE = 1,          /* The values were measured, but are or may be older than lw_probe_options.max_age_ns. */
@@ -100,8 +97,7 @@ typedef struct lw_lighting lw_lighting;
 /* LW_ABI_VERSION of the loaded library. It is compatible with applications that were compiled with the same upper 16
  * bits; functions of a higher lower half are missing. */
 LW_API uint32_t lw_abi_version(void);
-/* "0.1.0". */
-LW_API const char* lw_version(void);
+LW_API const char* lw_version(void); /* "0.1.0". */
 
 /* Message of the last failed call on this thread, empty if there was none: UTF-8, zero-terminated, at most 1023 bytes.
  * *length (may be NULL) is its length without the zero. Valid until the next failure on this thread. */
@@ -165,8 +161,7 @@ typedef struct lw_probe_info {
   uint64_t client_list_faults;
 } lw_probe_info;
 
-/* As LinkState. */
-typedef int32_t lw_link_state;
+typedef int32_t lw_link_state; /* As LinkState. */
 enum { LW_LINK_CONNECTING = 0, LW_LINK_CONNECTED = 1, LW_LINK_WAITING = 2, LW_LINK_ENDED = 3, LW_LINK_GONE = 4 };
 
 /* As LinkStats: since lw_probe_connect. */
@@ -225,15 +220,13 @@ enum {
   LW_FIELD_MARKER_MAX_FACES = 1 << 12
 };
 
-/* What light is estimated from. */
-typedef int32_t lw_estimator_kind;
+typedef int32_t lw_estimator_kind; /* What light is estimated from. */
 enum {
   LW_ESTIMATOR_PANORAMA = 1, /* A panoramic view of the surroundings. */
   LW_ESTIMATOR_MARKER = 2    /* The shading of a marker in view. */
 };
 
-/* Strings of a probe, for lw_probe_text. */
-typedef int32_t lw_probe_text_kind;
+typedef int32_t lw_probe_text_kind; /* Strings of a probe, for lw_probe_text. */
 enum {
   LW_PROBE_NAME = 0,
   LW_PROBE_VERSION = 1, /* Of its firmware. */
@@ -254,9 +247,9 @@ LW_API void lw_probe_close(lw_probe* probe);
  * LW_NONE before the first descriptor. */
 LW_API lw_status lw_probe_latest(const lw_probe* probe, lw_lighting* into);
 
-/* The same in the axes of the probe's room, by its mounting (lw_probe_info.mounted); the uncertainty of its rotation is
- * added to each light's. LW_OK with LW_INVALID_QUERY if the mounting is not known. About 20 µs, allocates: call it once
- * per frame. For another world frame: lw_lighting_rotated. */
+/* The same in the frame of the probe's room, by its mounting (lw_probe_info.mounted), whose uncertainty is added as in
+ * Lighting::in_world. LW_OK with LW_INVALID_QUERY if the mounting is not known. About 20 µs, allocates: call it once
+ * per frame. For another world frame: lw_lighting_in_world. */
 LW_API lw_status lw_probe_latest_in_world(const lw_probe* probe, lw_lighting* into);
 
 /* As Probe::at: the lighting at `host_time_ns` (of lw_now_ns), interpolated, extrapolated or held
@@ -317,8 +310,12 @@ LW_API lw_status lw_lighting_decode(const void* bytes, size_t length, int64_t ag
  * LW_OK with LW_INVALID_QUERY if q is zero or not finite. About 20 µs, allocates. */
 LW_API lw_status lw_lighting_rotated(const lw_lighting* lighting, const double* q, lw_lighting* into);
 
-/* As Derivation. */
-typedef int32_t lw_derivation;
+/* As lw_lighting_rotated, and the origin and the positions of lights move: p_new = q p_old + position[3] (m), such as
+ * T_world_probe. LW_INVALID_QUERY also if the position is not finite. Since LW_ABI_VERSION 0x00010002. */
+LW_API lw_status lw_lighting_in_world(const lw_lighting* lighting, const double* position, const double* q,
+                                      lw_lighting* into);
+
+typedef int32_t lw_derivation; /* As Derivation. */
 enum { LW_MEASURED = 0, LW_INTERPOLATED = 1, LW_EXTRAPOLATED = 2, LW_HELD = 3 };
 
 typedef struct lw_lighting_info {
@@ -351,6 +348,9 @@ typedef struct lw_lighting_info {
   int32_t setting; /* 1 fast, 2 balanced, 3 exact. */
   int32_t flicker; /* 0 unknown, 1 none, 2 100 Hz, 3 120 Hz. */
   lw_derivation derivation;
+  int32_t reserved;
+  double origin_position[3];    /* Where the light holds, m, in the lighting's frame: 0 of a probe, else of a marker. */
+  double origin_orientation[4]; /* Of a marker's axes, x, y, z, w. It turns no direction. */
 } lw_lighting_info;
 
 LW_API lw_status lw_lighting_get_info(const lw_lighting* lighting, lw_lighting_info* out);
@@ -410,6 +410,9 @@ typedef struct lw_light {
   float irradiance[3];           /* At normal incidence: magnitude of the vector irradiance of the cap. */
   float angular_radius;          /* rad. */
   float direction_covariance[3]; /* u·u, u·v, v·v in rad², in the tangent basis of proto/README.md. */
+  float distance;                /* From the origin, m. 0: distant or not known; then distance_sigma, position are 0. */
+  float distance_sigma;          /* Standard deviation of the distance, m. */
+  float position[3];             /* m, in the lighting's frame, as origin_position. */
 } lw_light;
 
 /* Strongest first, into lights[0 .. capacity), which are light_size (sizeof(lw_light)) bytes apart; the library sets

@@ -92,6 +92,10 @@ class Lighting {
   Result<Lighting> rotated(const std::array<double, 4>& q) const {
     return filled([&](lw_lighting* into) { return lw_lighting_rotated(get(), q.data(), into); });
   }
+  /// p_new = q p_old + position, m; q: x, y, z, w.
+  Result<Lighting> in_world(const std::array<double, 3>& position, const std::array<double, 4>& q) const {
+    return filled([&](lw_lighting* into) { return lw_lighting_in_world(get(), position.data(), q.data(), into); });
+  }
 
   [[nodiscard]] lw_lighting_info info() const {
     auto out = sized<lw_lighting_info>();
@@ -201,7 +205,7 @@ class Probe {
   Result<Lighting> latest() const {
     return Lighting::filled([&](lw_lighting* into) { return lw_probe_latest(get(), into); });
   }
-  /// In the world frame: the axes of the room in which the probe is mounted.
+  /// In the world frame: that of the room in which the probe is mounted.
   Result<Lighting> latest_in_world() const {
     return Lighting::filled([&](lw_lighting* into) { return lw_probe_latest_in_world(get(), into); });
   }

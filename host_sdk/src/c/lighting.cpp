@@ -101,10 +101,13 @@ lw_lighting_info as_c(const Lighting& lighting) {
   out.setting = static_cast<std::int32_t>(d.setting);
   out.flicker = static_cast<std::int32_t>(d.flicker);
   out.derivation = static_cast<lw_derivation>(lighting.derivation());
+  const auto& [q, t] = lighting.origin();
+  std::ranges::copy(std::array{t.x, t.y, t.z}, out.origin_position);
+  std::ranges::copy(std::array{q.x, q.y, q.z, q.w}, out.origin_orientation);
   return out;
 }
 
-lw_light as_c(const Light& light) {
+lw_light as_c(const Light& light, const std::optional<Vec3d>& position) {
   lw_light out{};
   out.size = sizeof out;
   out.track = light.track;
@@ -112,6 +115,10 @@ lw_light as_c(const Light& light) {
   for (int k = 0; k < 3; ++k) out.irradiance[k] = light.irradiance[k];
   out.angular_radius = light.angular_radius_rad;
   std::ranges::copy(light.direction_covariance, out.direction_covariance);
+  out.distance = light.distance_m;
+  out.distance_sigma = light.distance_sigma_m;
+  const Vec3f p = vec_cast<float>(position.value_or(Vec3d{}));
+  std::ranges::copy(std::array{p.x, p.y, p.z}, out.position);
   return out;
 }
 
@@ -267,6 +274,15 @@ lw_status lw_lighting_rotated(const lw_lighting* lighting, const double* q, lw_l
   });
 }
 
+lw_status lw_lighting_in_world(const lw_lighting* lighting, const double* position, const double* q,
+                               lw_lighting* into) {
+  return fill(lighting, into, [&](const Lighting& from) -> Result<Lighting> {
+    if (position == nullptr || q == nullptr)
+      return invalid("position or q is NULL; they are x, y, z and a quaternion x, y, z, w");
+    return from.in_world(Pose{{q[0], q[1], q[2], q[3]}, {position[0], position[1], position[2]}});
+  });
+}
+
 lw_status lw_lighting_get_info(const lw_lighting* lighting, lw_lighting_info* out) {
   return query(lighting, "lw_lighting_info", out,
                [&](const Lighting& l) { return write_sized(as_c(l), "lw_lighting_info", out); });
@@ -346,7 +362,9 @@ lw_status lw_lighting_lights(const lw_lighting* lighting, lw_light* lights, size
     for (std::size_t i = 0; i < std::min(capacity, l.lights().size()); ++i, to += light_size) {
       const auto size = static_cast<std::uint32_t>(light_size);
       std::memcpy(to, &size, sizeof size);
-      if (Status s = write_sized(as_c(l.lights()[i]), "lw_light", reinterpret_cast<lw_light*>(to)); !s.ok()) return s;
+      const Light& light = l.lights()[i];
+      const lw_light made = as_c(light, l.position(light));
+      if (Status s = write_sized(made, "lw_light", reinterpret_cast<lw_light*>(to)); !s.ok()) return s;
     }
     if (count != nullptr) *count = l.lights().size();
     return {};

@@ -45,7 +45,22 @@ Light between(const Light& a, const Light& b, float f) {
   const auto from_a = transport_covariance(a.direction_covariance, a.direction, forward, out.direction);
   const auto from_b = transport_covariance(b.direction_covariance, b.direction, backward, out.direction);
   for (std::size_t i = 0; i < 3; ++i) out.direction_covariance[i] = blend(from_a[i], from_b[i], f);
+  if (a.distance_m > 0 && b.distance_m > 0) {
+    out.distance_m = blend(a.distance_m, b.distance_m, f);
+    out.distance_sigma_m = blend(a.distance_sigma_m, b.distance_sigma_m, f);
+  }
   return out;
+}
+
+/// Rotation about one axis by the shorter way (Shoemake 1985, "Animating rotation with quaternion curves"), translation
+/// along the line.
+Pose blend_poses(const Pose& a, const Pose& b, double f) {
+  if (a == b) return a;
+  Quat turn = a.rotation.inverse() * b.rotation;
+  if (turn.w < 0) turn = {-turn.x, -turn.y, -turn.z, -turn.w};
+  const Vec3d imaginary{turn.x, turn.y, turn.z};
+  const Quat part = Quat::about(normalized(imaginary), 2 * f * std::atan2(length(imaginary), turn.w));
+  return {(a.rotation * part).normalized(), a.translation * (1 - f) + b.translation * f};
 }
 
 const Light* with_track(const std::vector<Light>& lights, std::uint32_t track) {
@@ -186,6 +201,7 @@ Descriptor interpolated(const Descriptor& a, const Descriptor& b, float f) {
   out.time.mid_exposure.ns = blend_ns(a.time.mid_exposure.ns, b.time.mid_exposure.ns, f);
   out.radiance = blend_harmonics(a.radiance, b.radiance, f);
   out.lights = blend_lights(a.lights, b.lights, f);
+  out.T_probe_origin = blend_poses(a.T_probe_origin, b.T_probe_origin, static_cast<double>(f));
   out.coverage = std::min(a.coverage, b.coverage);
   out.saturated = std::max(a.saturated, b.saturated);
   out.bound = worse(a.bound, b.bound);

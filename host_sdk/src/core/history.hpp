@@ -31,14 +31,15 @@ struct History {
 [[nodiscard]] Lighting lighting_at(const History* history, HostTime time, Duration max_age, Duration extrapolation);
 
 /// Descriptor at the fraction `f` (0 to 1) between `a` and `b`. Harmonics are interpolated linearly; a band that only
-/// one has is zero in the other. Lights with the same track move along the great circle, with linear irradiance; a
-/// light that only one has fades. Bounds, coverage and flags are the worse of the two. Sequence, identities and
-/// environment map are those of the nearer descriptor; if units or calibration differ, so is everything.
+/// one has is zero in the other. Lights with the same track move along the great circle, with linear irradiance, and
+/// linear distance if both are known, otherwise that of the nearer descriptor; a light that only one has fades. The
+/// origin moves along a line and turns about one axis. Bounds, coverage and flags are the worse of the two. Sequence,
+/// identities and environment map are those of the nearer descriptor; if units or calibration differ, so is everything.
 [[nodiscard]] Descriptor interpolated(const Descriptor& a, const Descriptor& b, float f);
 
 /// `newest` with its lights extrapolated: each light that `before` has too is rotated by `f` (>= 0) times its rotation
-/// since then, at most by pi. The error bound grows by the change of irradiance. If units or calibration differ:
-/// `newest` unchanged.
+/// since then, at most by pi. The error bound grows by the change of irradiance. Distances and origin stay. If units or
+/// calibration differ: `newest` unchanged.
 [[nodiscard]] Descriptor extrapolated(const Descriptor& before, const Descriptor& newest, float f);
 
 }  // namespace lightwell::core

@@ -161,14 +161,19 @@ Answer<Radiance> Lighting::radiance(Vec3f direction, float perceptual_roughness)
 
 const UncertainPose* Lighting::mounting() const { return sample_ ? sample_->T_world_probe.get() : nullptr; }
 
-Lighting Lighting::rotated(Quat q) const {
+std::optional<Vec3d> Lighting::position(const Light& light) const { return light_position(light, origin()); }
+
+Lighting Lighting::in_frame(const Pose& T_b_a) const {
   if (!sample_) return *this;
+  const auto& [q, t] = T_b_a;
   const double norm2 = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-  if (!(norm2 > 0) || !std::isfinite(norm2)) return {nullptr, Validity::invalid_query, {}, max_age_};
+  if (!(norm2 > 0) || !std::isfinite(norm2) || !std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z))
+    return {nullptr, Validity::invalid_query, {}, max_age_};
   const Quat turn = q.normalized();
   core::Sample out = *sample_;
   out.descriptor.radiance = lightwell::rotated(out.descriptor.radiance, turn);
   for (Light& light : out.descriptor.lights) light = core::rotate_light(light, turn);
+  out.descriptor.T_probe_origin = compose(Pose{turn, t}, out.descriptor.T_probe_origin);
   core::prepare(out);
   if (out.reconstruction)
     out.reconstruction = std::make_shared<const core::LazyReconstruction>(out.reconstruction, turn);
@@ -178,14 +183,20 @@ Lighting Lighting::rotated(Quat q) const {
   return {std::make_shared<const core::Sample>(std::move(out)), validity_, age_, max_age_, derivation_};
 }
 
-Lighting Lighting::in_world(const Pose& T_world_probe) const { return rotated(T_world_probe.rotation); }
+Lighting Lighting::rotated(Quat q) const { return in_frame({q, {}}); }
+
+Lighting Lighting::in_world(const Pose& T_world_probe) const { return in_frame(T_world_probe); }
 
 Lighting Lighting::in_world(const UncertainPose& T_world_probe) const {
   Lighting turned = in_world(T_world_probe.pose);
   if (!turned.sample_) return turned;
   core::Sample out = *turned.sample_;
-  for (Light& light : out.descriptor.lights)
-    light.direction_covariance = core::add_pose_noise(light, T_world_probe.covariance);
+  const PoseCovariance& c = T_world_probe.covariance;
+  const bool placed = std::isfinite(c[3][3]) && std::isfinite(c[4][4]) && std::isfinite(c[5][5]);
+  for (Light& light : out.descriptor.lights) {
+    light.direction_covariance = core::add_pose_noise(light, c);
+    if (!placed) light.distance_m = light.distance_sigma_m = 0;
+  }
   turned.sample_ = std::make_shared<const core::Sample>(std::move(out));
   return turned;
 }

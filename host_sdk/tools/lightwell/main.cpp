@@ -59,7 +59,9 @@ Radiance comes from the probe's environment map; without a map within 1.5 s it c
 harmonics. "source" is map or harmonics.
 Keys with --json: quantity, rgb, luminance, unit, lights (included, left_out), validity, age_ms,
 bound (null: infinite), flags; of a radiance also source; of a light: track, direction, rgb, luminance, unit,
-angular_radius_deg, direction_covariance.)";
+angular_radius_deg, direction_covariance, of a near lamp also distance_m, distance_sigma_m (standard deviation),
+position. --lights of a marker begins with its origin, the point at which its light holds: position (m), orientation
+(x, y, z, w). All are in the probe's frame.)";
 
 constexpr const char* kConfigHelp =
     R"(The estimator's configuration: the probe's file with the changes of all clients. It is the same

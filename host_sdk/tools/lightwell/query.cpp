@@ -52,27 +52,52 @@ void print_answer(std::string_view what, const Answer<T>& answer, std::string_vi
               std::string(source).c_str());
 }
 
-void print_light(const Light& light, std::string_view unit, bool json) {
+/// With the position, m, of a near lamp; nullopt if it is not known.
+void print_light(const Light& light, const std::optional<Vec3d>& position, std::string_view unit, bool json) {
   const Vec3f d = light.direction;
   const Irradiance e = light.irradiance;
   const double radius_deg = static_cast<double>(light.angular_radius_rad) * 180 / 3.14159265358979;
   if (json) {
-    print_json({{"quantity", "light"},
-                {"track", light.track},
-                {"direction", std::array{d.x, d.y, d.z}},
-                {"rgb", std::array{e.r, e.g, e.b}},
-                {"luminance", e.luminance()},
-                {"unit", unit},
-                {"angular_radius_deg", radius_deg},
-                {"direction_covariance", light.direction_covariance}});
+    nlohmann::ordered_json out = {{"quantity", "light"},
+                                  {"track", light.track},
+                                  {"direction", std::array{d.x, d.y, d.z}},
+                                  {"rgb", std::array{e.r, e.g, e.b}},
+                                  {"luminance", e.luminance()},
+                                  {"unit", unit},
+                                  {"angular_radius_deg", radius_deg},
+                                  {"direction_covariance", light.direction_covariance}};
+    if (position) {
+      out["distance_m"] = light.distance_m;
+      out["distance_sigma_m"] = light.distance_sigma_m;
+      out["position"] = std::array{position->x, position->y, position->z};
+    }
+    print_json(out);
     return;
   }
+  std::string place;
+  if (position)
+    place = formatted("  distance %.4g +- %.2g m  position %.4f %.4f %.4f m", static_cast<double>(light.distance_m),
+                      static_cast<double>(light.distance_sigma_m), position->x, position->y, position->z);
   std::printf(
       "light %u  towards %.4f %.4f %.4f  irradiance %.6g %.6g %.6g  luminance %.6g %s  "
-      "radius %.2f deg\n",
+      "radius %.2f deg%s\n",
       light.track, static_cast<double>(d.x), static_cast<double>(d.y), static_cast<double>(d.z),
       static_cast<double>(e.r), static_cast<double>(e.g), static_cast<double>(e.b), static_cast<double>(e.luminance()),
-      std::string(unit).c_str(), radius_deg);
+      std::string(unit).c_str(), radius_deg, place.c_str());
+}
+
+/// The pose of the point at which the light holds, if that is not the probe.
+void print_origin(const Pose& origin, bool json) {
+  if (origin == Pose{}) return;
+  const auto& [q, t] = origin;
+  if (json) {
+    print_json({{"quantity", "origin"},
+                {"position", std::array{t.x, t.y, t.z}},
+                {"orientation", std::array{q.x, q.y, q.z, q.w}}});
+    return;
+  }
+  std::printf("origin  position %.4f %.4f %.4f m  orientation %.5f %.5f %.5f %.5f\n", t.x, t.y, t.z, q.x, q.y, q.z,
+              q.w);
 }
 
 }  // namespace
@@ -96,8 +121,10 @@ int run_query(const Options& options) {
   if (direction)
     print_answer("radiance", lighting.radiance(*direction, static_cast<float>(options.roughness)),
                  absolute ? "cd/m2" : "relative", lighting.environment() ? "map" : "harmonics", options.json);
-  if (options.lights)
-    for (const Light& light : lighting.lights()) print_light(light, absolute ? "lux" : "relative", options.json);
+  if (!options.lights) return kOk;
+  print_origin(lighting.origin(), options.json);
+  for (const Light& light : lighting.lights())
+    print_light(light, lighting.position(light), absolute ? "lux" : "relative", options.json);
   return kOk;
 }
 

@@ -27,6 +27,10 @@ struct Light {
   /// rounding of floats if it was rotated; the codec removes that.
   std::array<float, 3> direction_covariance{};
   std::uint32_t track = 0;  ///< Identity over time: the same light keeps its track. 0: not tracked.
+  /// From the descriptor's origin, for a near lamp; lightwell::light_position() is its position. 0: distant, or not
+  /// known.
+  float distance_m = 0;
+  float distance_sigma_m = 0;  ///< Standard deviation of the distance; 0 if the distance is 0, and only then.
 
   friend bool operator==(const Light&, const Light&) = default;
 };
@@ -122,7 +126,7 @@ struct CaptureTime {
   friend bool operator==(const CaptureTime&, const CaptureTime&) = default;
 };
 
-/// The estimate of one frame. Directions are in the probe's frame.
+/// The estimate of one frame: the light at the origin. Directions are in the probe's axes.
 struct Descriptor {
   std::uint64_t sequence = 0;
   CaptureTime time;
@@ -141,6 +145,9 @@ struct Descriptor {
   Flags flags;
   Setting setting = Setting::balanced;
   Flicker flicker = Flicker::unknown;
+  /// Pose of the origin in the probe's frame. The light holds at its translation (m); for a marker its rotation is that
+  /// of the body's axes. Turns no other member. The identity: the origin is the probe.
+  Pose T_probe_origin;
 
   friend bool operator==(const Descriptor&, const Descriptor&) = default;
 };

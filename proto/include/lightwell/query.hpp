@@ -1,10 +1,12 @@
-// Evaluation of a descriptor: irradiance and radiance. Shared by the SDK, the firmware and the tests.
+// Evaluation of a descriptor: irradiance, radiance, positions of lights. Shared by the SDK, the firmware and the tests.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include <lightwell/cap.hpp>
 #include <lightwell/descriptor.hpp>
+#include <lightwell/geometry.hpp>
 
 namespace lightwell {
 
@@ -12,6 +14,14 @@ namespace lightwell {
 /// angles inside of a narrow lobe or the sun's disc.
 [[nodiscard]] inline double cos_between(Vec3f a, Vec3f b) {
   return dot(normalized(vec_cast<double>(a)), normalized(vec_cast<double>(b)));
+}
+
+/// Position of a near lamp, m, in frame a; nullopt if its distance is not known. `light`: its direction in the axes of
+/// a. `T_a_origin`: Descriptor::T_probe_origin, or that in another frame.
+[[nodiscard]] inline std::optional<Vec3d> light_position(const Light& light, const Pose& T_a_origin) {
+  if (!(light.distance_m > 0)) return std::nullopt;
+  const Vec3d to_lamp = normalized(vec_cast<double>(light.direction)) * static_cast<double>(light.distance_m);
+  return T_a_origin.translation + to_lamp;
 }
 
 /// radiance(d, r) of the lights only; d may have any length.

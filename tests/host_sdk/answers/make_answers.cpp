@@ -11,7 +11,9 @@
 //   irradiance x y z  r g b              of the normal x y z
 //   radiance x y z roughness  r g b
 //   coefficient radiance-or-irradiance(0,1) i  r g b
-//   light x y z  r g b  radius  uu uv vv  track
+//   light x y z  r g b  radius  uu uv vv  track  distance sigma  px py pz
+//                                        0 0 and 0 0 0 where the distance is not known
+//   origin tx ty tz  qx qy qz qw         translation and rotation
 //   map levels exponent                  0 levels: none
 //   level edge roughness
 //   texel level index  r g b
@@ -23,6 +25,8 @@
 //   mutant STATUS HEX                    STATUS is the name of a StatusCode; after "ok" follows
 //   irradiance x y z  r g b
 //   flags bits
+//   origin tx ty tz  qx qy qz qw
+//   distances d ...                      of each light
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -59,7 +63,10 @@ template <class Quantity>
 std::string numbers(const Rgb<Quantity>& v) {
   return numbers({v.r, v.g, v.b});
 }
-std::string numbers(Vec3f v) { return numbers({v.x, v.y, v.z}); }
+template <class T>
+std::string numbers(Vec3<T> v) {
+  return numbers({v.x, v.y, v.z});
+}
 
 void write_map(std::ostream& out, const Lighting& light) {
   const auto view = light.environment();
@@ -158,6 +165,11 @@ void write_engines(std::ostream& out, const Lighting& light) {
   }
 }
 
+void write_origin(std::ostream& out, const Pose& origin) {
+  const auto& [q, t] = origin;
+  out << "origin" << numbers({t.x, t.y, t.z, q.x, q.y, q.z, q.w}) << '\n';
+}
+
 void write_answers(std::ostream& out, const Lighting& light) {
   const Descriptor& d = light.descriptor();
   out << "info " << d.sequence
@@ -177,7 +189,8 @@ void write_answers(std::ostream& out, const Lighting& light) {
   for (const Light& l : light.lights())
     out << "light" << numbers(l.direction) << numbers(l.irradiance) << numbers({l.angular_radius_rad})
         << numbers({l.direction_covariance[0], l.direction_covariance[1], l.direction_covariance[2]}) << ' ' << l.track
-        << '\n';
+        << numbers({l.distance_m, l.distance_sigma_m}) << numbers(light.position(l).value_or(Vec3d{})) << '\n';
+  write_origin(out, light.origin());
   write_map(out, light);
   const Quat q = Quat{0.2, -0.5, 0.1, 0.8}.normalized();
   const Lighting turned = light.rotated(q);
@@ -231,8 +244,13 @@ std::vector<Descriptor> scenes() {
       Light l = light({any(random), any(random), any(random)}, Irradiance{9, 8, 7} * (200.0F - 10.0F * float(k)),
                       k == 0 ? 0.0046F : 0.2F * float(k % 8), static_cast<std::uint32_t>(k + 1));
       l.direction_covariance = {1e-4F, k % 2 == 0 ? 0 : 2e-5F, k % 2 == 0 ? 1e-4F : 3e-4F};
+      if (k % 3 == 1) {
+        l.distance_m = 0.3F * static_cast<float>(k);
+        l.distance_sigma_m = 0.0123F;
+      }
       d.lights.push_back(l);
     }
+    if (i >= 8) d.T_probe_origin = {Quat::about({0, 1, 0}, 0.1 * i), {0.01 * i, -0.02, -0.5}};
     if (i == 5) d.flags.set(Flag::unsure);
     if (i == 12) d.flags.set(Flag::clipped);
     if (i == 3) d.environment = whole;
@@ -334,6 +352,10 @@ void write_mutant(std::ofstream& out, const std::string& bytes, Vec3f n) {
   out << "mutant " << to_string(d.status().code()) << ' ' << hex_of(bytes) << '\n';
   if (!d.ok()) return;
   out << "flags " << bits_of(d->flags) << '\n';
+  write_origin(out, d->T_probe_origin);
+  out << "distances";
+  for (const Light& l : d->lights) out << numbers({l.distance_m});
+  out << '\n';
   out << "irradiance" << numbers(n) << numbers(Lighting::of(std::move(*d)).irradiance(n).value) << '\n';
 }
 

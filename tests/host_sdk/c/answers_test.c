@@ -195,9 +195,19 @@ static void check_line(const lw_lighting* light, lw_lighting* turned, const char
     lw_light lights[LW_MAX_LIGHTS];
     size_t count = 0;
     const lw_light* l = &lights[(*light_number)++];
-    CHECK(n == 11 && lw_lighting_lights(light, lights, sizeof *lights, LW_MAX_LIGHTS, &count) == LW_OK);
+    CHECK(n == 16 && lw_lighting_lights(light, lights, sizeof *lights, LW_MAX_LIGHTS, &count) == LW_OK);
     CHECK(l < lights + count && same(l->direction, v) && same(l->irradiance, v + 3));
     CHECK(l->angular_radius == (float)v[6] && same(l->direction_covariance, v + 7) && l->track == (uint32_t)v[10]);
+    CHECK(l->distance == (float)v[11] && l->distance_sigma == (float)v[12]);
+    /* A position is computed as double and rounded to float here. */
+    for (int k = 0; k < 3; ++k) CHECK(fabs(l->position[k] - v[13 + k]) <= 1e-6 * (1 + fabs(v[13 + k])));
+  } else if (strcmp(word, "origin") == 0) {
+    lw_lighting_info info = {.size = sizeof info};
+    int k;
+    CHECK(n == 7 && lw_lighting_get_info(light, &info) == LW_OK);
+    /* Nine digits of numbers below 1. */
+    for (k = 0; k < 3; ++k) CHECK(fabs(info.origin_position[k] - v[k]) < 1e-8);
+    for (k = 0; k < 4; ++k) CHECK(fabs(info.origin_orientation[k] - v[3 + k]) < 1e-8);
   } else if (strcmp(word, "map") == 0 || strcmp(word, "level") == 0) {
     lw_environment map = {.size = sizeof map};
     CHECK(lw_lighting_environment(light, &map) == LW_OK);

@@ -83,6 +83,8 @@ static void no_handle_is_refused(lw_lighting* light) {
     CHECK(lw_lighting_environment_texels(bad, 0, NULL, 0) == LW_INVALID_ARGUMENT);
     CHECK(lw_lighting_rotated(bad, q, light) == LW_INVALID_ARGUMENT);
     CHECK(lw_lighting_rotated(light, q, bad_into) == LW_INVALID_ARGUMENT);
+    CHECK(lw_lighting_in_world(bad, q, q, light) == LW_INVALID_ARGUMENT);
+    CHECK(lw_lighting_in_world(light, q, q, bad_into) == LW_INVALID_ARGUMENT);
     CHECK(lw_lighting_copy(bad, light) == LW_INVALID_ARGUMENT);
     CHECK(lw_lighting_copy(light, bad_into) == LW_INVALID_ARGUMENT);
     CHECK(lw_lighting_decode("", 0, 0, bad_into) == LW_INVALID_ARGUMENT);
@@ -110,6 +112,7 @@ static void no_handle_is_refused(lw_lighting* light) {
 
 static void null_arguments_are_refused(lw_lighting* light, lw_probe* probe) {
   const float up[3] = {0, 1, 0};
+  const double identity[4] = {0, 0, 0, 1};
   float values[3];
   size_t count = 0;
   char letter = 'x';
@@ -137,6 +140,8 @@ static void null_arguments_are_refused(lw_lighting* light, lw_probe* probe) {
   CHECK(lw_lighting_environment(light, NULL) == LW_INVALID_ARGUMENT);
   CHECK(lw_lighting_environment_radiance(light, 0, values, 3) == LW_INVALID_ARGUMENT);
   CHECK(lw_lighting_rotated(light, NULL, light) == LW_INVALID_ARGUMENT);
+  CHECK(lw_lighting_in_world(light, NULL, identity, light) == LW_INVALID_ARGUMENT);
+  CHECK(lw_lighting_in_world(light, identity, NULL, light) == LW_INVALID_ARGUMENT);
   CHECK(lw_probe_get_info(probe, NULL) == LW_INVALID_ARGUMENT);
   CHECK(lw_probe_get_stats(probe, NULL) == LW_INVALID_ARGUMENT);
   CHECK(lw_probe_text(probe, LW_PROBE_NAME, NULL, 1, NULL) == LW_INVALID_ARGUMENT);
@@ -153,7 +158,7 @@ static int zero(const float* v) { return v[0] == 0 && v[1] == 0 && v[2] == 0; }
 static void no_question_is_said_so(lw_lighting* light) {
   const float bad[4][3] = {{0, 0, 0}, {NAN, 0, 1}, {0, INFINITY, 0}, {0, 0, -INFINITY}};
   const float up[3] = {0, 1, 0};
-  const double no_turn[4] = {0, 0, 0, 0}, nan_turn[4] = {NAN, 0, 0, 1};
+  const double no_turn[4] = {0, 0, 0, 0}, nan_turn[4] = {NAN, 0, 0, 1}, identity[4] = {0, 0, 0, 1};
   const float batch[9] = {0, 1, 0, NAN, 0, 0, 1, 0, 0};
   float values[9];
   lw_answer a = {.size = sizeof a};
@@ -173,6 +178,8 @@ static void no_question_is_said_so(lw_lighting* light) {
   CHECK(lw_lighting_create(&turned) == LW_OK);
   CHECK(lw_lighting_rotated(light, no_turn, turned) == LW_OK && lw_lighting_get_info(turned, &info) == LW_OK);
   CHECK(info.validity == LW_INVALID_QUERY);
+  CHECK(lw_lighting_in_world(light, nan_turn, identity, turned) == LW_OK);
+  CHECK(lw_lighting_get_info(turned, &info) == LW_OK && info.validity == LW_INVALID_QUERY);
   CHECK(lw_lighting_rotated(light, nan_turn, turned) == LW_OK);
   CHECK(lw_lighting_irradiance(turned, up, &a) == LW_OK && a.validity == LW_INVALID_QUERY && zero(a.value));
   lw_lighting_release(turned);

@@ -1,4 +1,5 @@
-/* Test data of the C programs: a lighting with one light at +X (golden vector v1_lamp_at_plus_x), and a recording. */
+/* Test data of the C programs: a lighting with one light at +X (golden vector v1_lamp_at_plus_x), one of a marker with
+ * a near lamp (v1_near_lamp), and a recording. */
 #ifndef LIGHTWELL_TESTS_LAMP_H
 #define LIGHTWELL_TESTS_LAMP_H
 
@@ -10,12 +11,12 @@
 
 enum { LAMP_CAPACITY = 4096 };
 
-/* The bytes of the message, and their number. */
-static size_t lamp_bytes(const char* vectors, unsigned char bytes[LAMP_CAPACITY]) {
+/* The bytes of a golden vector, and their number. */
+static size_t vector_bytes(const char* vectors, const char* name, unsigned char bytes[LAMP_CAPACITY]) {
   char path[1024];
   size_t n;
   FILE* file;
-  snprintf(path, sizeof path, "%s/v1_lamp_at_plus_x.bin", vectors);
+  snprintf(path, sizeof path, "%s/%s.bin", vectors, name);
   file = fopen(path, "rb");
   CHECK(file != NULL);
   n = file == NULL ? 0 : fread(bytes, 1, LAMP_CAPACITY, file);
@@ -23,14 +24,16 @@ static size_t lamp_bytes(const char* vectors, unsigned char bytes[LAMP_CAPACITY]
   return n;
 }
 
-static lw_lighting* lamp(const char* vectors) {
+static lw_lighting* lighting_of(const char* vectors, const char* name) {
   unsigned char bytes[LAMP_CAPACITY];
-  const size_t n = lamp_bytes(vectors, bytes);
+  const size_t n = vector_bytes(vectors, name, bytes);
   lw_lighting* out = NULL;
   CHECK(lw_lighting_create(&out) == LW_OK);
   CHECK(lw_lighting_decode(bytes, n, 0, out) == LW_OK);
   return out;
 }
+
+static lw_lighting* lamp(const char* vectors) { return lighting_of(vectors, "v1_lamp_at_plus_x"); }
 
 /* A recording, played to its end. */
 static lw_probe* played(const char* recording, lw_lighting* last) {

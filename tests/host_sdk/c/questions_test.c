@@ -11,7 +11,7 @@
 
 static void decoding_is_careful(const char* vectors) {
   unsigned char bytes[LAMP_CAPACITY];
-  const size_t n = lamp_bytes(vectors, bytes);
+  const size_t n = vector_bytes(vectors, "v1_lamp_at_plus_x", bytes);
   lw_lighting* out = lamp(vectors);
   size_t k;
   lw_lighting_info info = {.size = sizeof info};
@@ -313,6 +313,51 @@ static void without_a_mounting_there_is_no_world(const lw_probe* probe, lw_light
   lw_lighting_release(world);
 }
 
+static int is_at(const float* p, float x, float y, float z) {
+  return fabsf(p[0] - x) < 1e-5F && fabsf(p[1] - y) < 1e-5F && fabsf(p[2] - z) < 1e-5F;
+}
+
+/* The golden vector: a lamp at 0.3 m towards +X from an origin at (0.0625, -0.125, -0.75), and a distant one. */
+static void near_lamps_have_positions(const char* vectors, lw_lighting* without) {
+  lw_lighting* light = lighting_of(vectors, "v1_near_lamp");
+  lw_light lights[2], older;
+  lw_lighting_info info = {.size = sizeof info};
+  size_t count = 0;
+  /* A quarter to the left: +X becomes -Z, -Z becomes -X. */
+  const double place[3] = {5, -2, 100}, left[4] = {0, 0.70710678118654757, 0, 0.70710678118654757};
+  CHECK(lw_lighting_lights(light, lights, sizeof *lights, 2, &count) == LW_OK && count == 2);
+  CHECK(lights[0].distance == 0.3F && lights[0].distance_sigma == 0.0052F);
+  CHECK(is_at(lights[0].position, 0.3625F, -0.125F, -0.75F));
+  CHECK(lights[1].distance == 0 && lights[1].distance_sigma == 0 && is_at(lights[1].position, 0, 0, 0));
+  CHECK(lw_lighting_get_info(light, &info) == LW_OK);
+  CHECK(info.origin_position[0] == 0.0625 && info.origin_position[1] == -0.125 && info.origin_position[2] == -0.75);
+  CHECK(info.origin_orientation[0] == 0.5 && info.origin_orientation[1] == -0.5 && info.origin_orientation[3] == 0.5);
+  CHECK(lw_lighting_rotated(light, left, light) == LW_OK);
+  CHECK(lw_lighting_lights(light, lights, sizeof *lights, 2, &count) == LW_OK);
+  CHECK(is_at(lights[0].position, -0.75F, -0.125F, -0.3625F));
+  lw_lighting_release(light);
+  light = lighting_of(vectors, "v1_near_lamp");
+  CHECK(lw_lighting_in_world(light, place, left, light) == LW_OK);
+  CHECK(lw_lighting_lights(light, lights, sizeof *lights, 2, &count) == LW_OK);
+  CHECK(is_at(lights[0].direction, 0, 0, -1) && is_at(lights[0].position, 4.25F, -2.125F, 99.6375F));
+  CHECK(lights[0].distance == 0.3F && lights[1].distance == 0);
+  CHECK(lw_lighting_get_info(light, &info) == LW_OK && fabs(info.origin_position[2] - 99.9375) < 1e-9);
+  /* An application of version 1.1 has a struct without the distance. */
+  memset(&older, 0x5A, sizeof older);
+  CHECK(lw_lighting_lights(light, &older, offsetof(lw_light, distance), 1, &count) == LW_OK);
+  CHECK(older.track == 3 && ((unsigned char*)&older)[offsetof(lw_light, distance)] == 0x5A);
+  memset(&info, 0x5A, sizeof info);
+  info.size = (uint32_t)offsetof(lw_lighting_info, origin_position);
+  CHECK(lw_lighting_get_info(light, &info) == LW_OK && info.derivation == LW_MEASURED);
+  CHECK(((unsigned char*)&info)[offsetof(lw_lighting_info, origin_position)] == 0x5A);
+  /* Of a probe: the origin is the probe. */
+  info.size = sizeof info;
+  CHECK(lw_lighting_get_info(without, &info) == LW_OK && info.origin_position[2] == 0 &&
+        info.origin_orientation[3] == 1);
+  CHECK(lw_lighting_lights(without, lights, sizeof *lights, 2, &count) == LW_OK && lights[0].distance == 0);
+  lw_lighting_release(light);
+}
+
 int main(int argc, char** argv) {
   lw_lighting *light, *scratch = NULL;
   lw_probe* probe;
@@ -328,6 +373,7 @@ int main(int argc, char** argv) {
   without_a_mounting_there_is_no_world(probe, scratch);
   the_past_and_the_far_future(probe, scratch);
   batches_keep_strides(light);
+  near_lamps_have_positions(argv[1], light);
   lw_probe_close(probe);
   lw_lighting_release(light);
   lw_lighting_release(scratch);

@@ -49,6 +49,8 @@ int main(int argc, char** argv) {
   // A rotation by pi about +Y maps the light at +X to -X.
   const auto turned = light->rotated({0, 1, 0, 0});
   CHECK(turned.ok());
+  const auto placed = light->in_world({1, 2, 3}, {0, 1, 0, 0});
+  CHECK(placed.ok() && placed->info().origin_position[1] == light->info().origin_position[1] + 2);
   const float a = turned->irradiance(lw::Vec3{-1, 0, 0}).value[0], b = light->irradiance(lw::Vec3{1, 0, 0}).value[0];
   CHECK(a > b - 1 && a < b + 1);
   CHECK(light->copy().ok() && light->copy()->info().sequence == 113U);

@@ -88,6 +88,16 @@ internal static class LightwellTest
                 var c = l.DirectionCovariance;
                 Same(new Rgb(c.X, c.Y, c.Z), v, 7, "covariance of a light");
                 Check(l.AngularRadius == (float)v[6] && l.Track == (uint)v[10], "radius and track of a light");
+                Check(l.Distance == (float)v[11] && l.DistanceSigma == (float)v[12], "distance of a light");
+                Check(l.Position.HasValue == v[11] > 0, "a position where there is a distance");
+                var at = l.Position ?? new Vec3();
+                // A position is computed as double and rounded to float here.
+                for (var k = 0; k < 3; ++k)
+                    Check(Math.Abs(new[] { at.X, at.Y, at.Z }[k] - v[13 + k]) <= 1e-6 * (1 + Math.Abs(v[13 + k])),
+                          "position of a light");
+                break;
+            case "origin":
+                OriginIsThatOfCpp(light, v);
                 break;
             case "map":
                 var map = light.Environment;
@@ -112,6 +122,23 @@ internal static class LightwellTest
             default:
                 Check(false, "a line of a known kind: " + word);
                 break;
+        }
+    }
+
+    private static void OriginIsThatOfCpp(Lighting light, double[] v)
+    {
+        var info = light.Info;
+        var o = info.OriginOrientation;
+        var got = new[] { info.OriginX, info.OriginY, info.OriginZ, o.X, o.Y, o.Z, o.W };
+        // Nine digits of numbers below 1.
+        for (var k = 0; k < 7; ++k) Check(Math.Abs(got[k] - v[k]) < 1e-8, "origin");
+        using (var world = light.InWorld(1, 2, 3, new Rotation(0, 0, 0, 1)))
+        {
+            Check(Math.Abs(world.Info.OriginY - v[1] - 2) < 1e-8, "the origin moves with the world");
+            var lamps = light.Lights;
+            for (var k = 0; k < lamps.Length; ++k)
+                Check(!lamps[k].Position.HasValue ||
+                      Math.Abs(world.Lights[k].Position.Value.Z - lamps[k].Position.Value.Z - 3) < 1e-5, "and lamps");
         }
     }
 

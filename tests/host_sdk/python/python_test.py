@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """The Python package against the results of C++, and its own features: arrays, errors, threads.
 
-usage: python_test.py ANSWERS_FOLDER
+usage: python_test.py ANSWERS_FOLDER VECTORS_FOLDER
 """
 
 import gc
+import pathlib
 import pickle
 import sys
 import threading
@@ -18,6 +19,7 @@ import lightwell
 from lightwell import Derivation, Error, LinkState, Status, Units, Validity
 
 FOLDER = sys.argv[1]
+VECTORS = pathlib.Path(sys.argv[2])
 MESSAGES = answers.read(FOLDER)
 
 
@@ -65,15 +67,27 @@ class Numbers(unittest.TestCase):
             self.same(found.irradiance, row[3:6])
             self.same(found.direction_covariance, row[7:10])
             self.assertEqual((np.float32(found.angular_radius), found.track), (np.float32(row[6]), row[10]))
+            self.place_agrees(found, row[11:])
         units, flags, bound, band, _, coverage = message.lines["info"][0]
         info = light.info()
         self.assertEqual((info.sequence, info.units, info.flags, info.band), (message.sequence, units, flags, band))
         self.same([info.bound_total, info.coverage], [bound, coverage])
+        # Nine digits of double.
+        np.testing.assert_allclose(np.concatenate([info.origin_position, info.origin_orientation]),
+                                   message.lines["origin"][0], rtol=1e-8, atol=1e-9)
         self.map_agrees(light.environment(), message)
         for row in message.lines["rotated"][:3]:
             got = light.rotated(row[:4]).irradiance(row[4:7]).value
             scale = np.abs(light.radiance_coefficients()).max() + sum(l.irradiance.max() for l in lights)
             np.testing.assert_allclose(got, row[7:], atol=1e-5 * float(scale))
+
+    def place_agrees(self, found, row):
+        if row[0] == 0:
+            self.assertEqual((found.distance, found.distance_sigma, found.position), (None, None, None))
+            return
+        self.same([found.distance, found.distance_sigma], row[:2])
+        # A position is computed as double and rounded to float here.
+        np.testing.assert_allclose(found.position, row[2:], rtol=1e-6, atol=1e-6)
 
     def map_agrees(self, environment, message):
         levels, _ = message.lines["map"][0]
@@ -97,6 +111,25 @@ class Numbers(unittest.TestCase):
             self.agrees(probe.latest(), MESSAGES[-1])
             self.assertIsNone(MESSAGES[-1].payload)
             self.assertIsNotNone(probe.latest().environment())
+
+
+class World(unittest.TestCase):
+    def test_near_lamp_is_placed_in_it(self):
+        message = (VECTORS / "v1_near_lamp.bin").read_bytes()
+        light = lightwell.Lighting.decode(message)
+        near, distant = light.lights()
+        np.testing.assert_allclose(near.position, [0.3625, -0.125, -0.75], rtol=1e-6)
+        self.assertIsNone(distant.position)
+        # Left by a quarter about +Y: +X becomes -Z, and -Z becomes -X.
+        world = light.in_world([5, -2, 100], [0, np.sqrt(0.5), 0, np.sqrt(0.5)])
+        near, distant = world.lights()
+        np.testing.assert_allclose(near.position, [4.25, -2.125, 99.6375], rtol=1e-6)
+        np.testing.assert_allclose(world.info().origin_position, [4.25, -2.125, 99.9375], rtol=1e-12)
+        self.assertAlmostEqual(near.distance, 0.3, 6)
+        self.assertIsNone(distant.position)
+        self.assertEqual(light.in_world([np.nan, 0, 0], [0, 0, 0, 1]).validity, Validity.INVALID_QUERY)
+        with self.assertRaises(ValueError):
+            light.in_world([0, 0], [0, 0, 0, 1])
 
 
 class Engines(unittest.TestCase):

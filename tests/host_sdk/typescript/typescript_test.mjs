@@ -100,9 +100,16 @@ function agrees(light, rows) {
         const l = light.lights[lightNumber++];
         same(l.direction, v.slice(0, 3), "direction");
         same(l.irradiance, v.slice(3, 6), "irradiance of a light");
-        same([l.angularRadius, ...l.directionCovariance, l.track], v.slice(6), "radius, covariance, track");
+        same([l.angularRadius, ...l.directionCovariance, l.track], v.slice(6, 11), "radius, covariance, track");
+        same([l.distance, l.distanceSigma], v.slice(11, 13), "distance");
+        assert.equal(l.position !== null, v[11] > 0);
+        near(l.position ?? [0, 0, 0], v.slice(13), 1, "position");
         break;
       }
+      case "origin":
+        // Nine digits.
+        near([...d.origin.translation, ...d.origin.rotation], v, 1, word);
+        break;
       case "map":
         assert.equal(light.environment?.levels.length ?? 0, v[0]);
         assert.equal(light.environment?.exponent ?? 0, v[1]);
@@ -178,10 +185,21 @@ test("damaged messages are accepted and rejected as in C++", () => {
   const count = { ok: 0, data_loss: 0, invalid_argument: 0 };
   let descriptor = null;
   let newer = 0;
+  let placed = 0;
   for (const [word, ...rest] of lines("mutants.txt")) {
     if (word === "irradiance") {
       const v = rest.map(number);
       near(new Lighting(descriptor).irradiance(v.slice(0, 3)).value, v.slice(3), scale(descriptor), "of a mutant");
+      continue;
+    }
+    if (word === "origin") {
+      const v = rest.map(number);
+      near([...descriptor.origin.translation, ...descriptor.origin.rotation], v, Math.max(1, ...v.map(Math.abs)), word);
+      if (v[6] !== 1) ++placed;
+      continue;
+    }
+    if (word === "distances") {
+      same(descriptor.lights.map((light) => light.distance), rest.map(number), word);
       continue;
     }
     if (word === "flags") {
@@ -203,6 +221,7 @@ test("damaged messages are accepted and rejected as in C++", () => {
   }
   console.log(`${count.ok} taken, ${count.data_loss} torn, ${count.invalid_argument} invalid`);
   assert.ok(newer > 0, "a reason of the future was met");
+  assert.ok(placed > 100, "origins were met");
   for (const n of Object.values(count)) assert.ok(n > 300, "each kind was met often");
 });
 

@@ -62,7 +62,8 @@ class Lighting(Conversions):
         return out
 
     def rotated(self, quaternion):
-        """The lighting rotated by q = (x, y, z, w), p_new = q p_old; to light a world, q of T_world_probe."""
+        """The lighting rotated about the probe by q = (x, y, z, w), p_new = q p_old; to light a world, q of
+        T_world_probe."""
         q = np.ascontiguousarray(quaternion, dtype=np.float64)
         if q.shape != (4,):
             raise ValueError(f"quaternion: the shape is {q.shape}; it is (4,): x, y, z, w")
@@ -70,11 +71,24 @@ class Lighting(Conversions):
         check(lib.lw_lighting_rotated(self._raw, ffi.from_buffer("double[]", q), out._raw))
         return out
 
+    def in_world(self, position, quaternion):
+        """The lighting in a world frame: p_new = q p_old + position (m). Also moves the origin and the positions of
+        lights."""
+        p = np.ascontiguousarray(position, dtype=np.float64)
+        q = np.ascontiguousarray(quaternion, dtype=np.float64)
+        if p.shape != (3,) or q.shape != (4,):
+            raise ValueError(f"position, quaternion: the shapes are {p.shape} and {q.shape}; they are (3,) and (4,)")
+        out = Lighting()
+        check(lib.lw_lighting_in_world(self._raw, ffi.from_buffer("double[]", p), ffi.from_buffer("double[]", q),
+                                       out._raw))
+        return out
+
     def info(self):
         """LightingInfo: validity, age, times, bound, flags."""
         struct = take("lw_lighting_info")
         check(lib.lw_lighting_get_info(self._raw, struct))
-        return record(LightingInfo, struct, reason=self.reason)
+        return record(LightingInfo, struct, reason=self.reason, origin_position=np.array(list(struct.origin_position)),
+                      origin_orientation=np.array(list(struct.origin_orientation)))
 
     @property
     def validity(self):
@@ -138,8 +152,11 @@ class Lighting(Conversions):
         def triple(values):
             return np.array(list(values), np.float32)
 
+        def place(l):
+            return (l.distance, l.distance_sigma, triple(l.position)) if l.distance > 0 else ()
+
         return [Light(triple(l.direction), triple(l.irradiance), l.angular_radius, triple(l.direction_covariance),
-                      l.track) for l in lights[0:count[0]]]
+                      l.track, *place(l)) for l in lights[0:count[0]]]
 
     def environment(self):
         """Environment, the map for reflections, or None if there is none."""

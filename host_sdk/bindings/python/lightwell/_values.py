@@ -135,6 +135,9 @@ class Light:
     angular_radius: float  # rad
     direction_covariance: np.ndarray  # float32 (3,): u·u, u·v, v·v in rad².
     track: int  # Identity over time: the same light keeps its track. 0: not tracked.
+    distance: Optional[float] = None  # From the origin, m; None: distant or not known.
+    distance_sigma: Optional[float] = None  # Standard deviation of the distance, m.
+    position: Optional[np.ndarray] = None  # float32 (3,), m, in the lighting's frame, as LightingInfo.origin_position.
 
 
 @dataclass(frozen=True)
@@ -186,6 +189,8 @@ class LightingInfo:
     setting: int
     flicker: int
     derivation: Derivation
+    origin_position: np.ndarray  # float64 (3,), m: where the light holds, of a marker; zero: at the probe.
+    origin_orientation: np.ndarray  # float64 (4,), x, y, z, w: of a marker's axes. Turns no direction.
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,10 @@
 //   Descriptor, Light, ErrorBound   values
 //   decodeDescriptor                bytes -> Descriptor, fully validated
 import { EnvironmentMap, EnvironmentMessage } from "./environment.js";
-import { Rgb, Vec3, normalized } from "./vector.js";
+import { Pose, Quat, Rgb, Vec3, normalized } from "./vector.js";
 import {
-  DecodeError, WireReader, fixed32, fixed64, float, invalid, message, repeatedSint32, repeatedUint32, sint32, uint32,
-  uint64,
+  DecodeError, WireReader, double, fixed32, fixed64, float, invalid, message, repeatedSint32, repeatedUint32, sint32,
+  uint32, uint64,
 } from "./wire.js";
 
 export const wireVersion = 1;
@@ -33,6 +33,12 @@ export interface Light {
   directionCovariance: Vec3;
   /** Identity over time: the same light keeps its track. 0: not tracked. */
   track: number;
+  /** From the descriptor's origin, m. 0: distant or not known. */
+  distance: number;
+  /** Standard deviation of the distance, m. */
+  distanceSigma: number;
+  /** In the probe's frame, m: the origin's translation plus distance times direction; null if that is not known. */
+  position: Vec3 | null;
 }
 
 /** Bound of the irradiance error, RMS over normals relative to the RMS irradiance: 0.01 is 1 %. Infinite where no bound
@@ -46,7 +52,7 @@ export interface ErrorBound {
   smoothing: number;
 }
 
-/** The lighting of one moment, in the probe's frame. */
+/** The lighting of one moment: at the origin, in the probe's axes. */
 export interface Descriptor {
   sequence: bigint;
   /** Mid-exposure in the probe's CLOCK_MONOTONIC, ns. */
@@ -74,8 +80,12 @@ export interface Descriptor {
   flags: ReadonlySet<Flag>;
   setting: Setting;
   flicker: Flicker;
+  /** T_probe_origin: the light holds at its translation; for a marker its rotation is that of the body's axes. It turns
+   *  no direction. The identity: the origin is the probe. */
+  origin: Pose;
 }
 
+const identity: Pose = { rotation: [0, 0, 0, 1], translation: [0, 0, 0] };
 const mantissaLimit = 8191;
 const covarianceLimit = 63;
 const fround = Math.fround;
@@ -157,6 +167,8 @@ class LightMessage {
   private covarianceExponent = 0;
   private radiusE5 = 0;
   private track = 0;
+  private distanceE4 = 0;
+  private distanceSigmaE4 = 0;
 
   read(wire: WireReader): this {
     wire.fields({
@@ -167,11 +179,13 @@ class LightMessage {
       5: repeatedSint32((v) => this.covariance.push(v)),
       6: uint32((v) => (this.track = v)),
       7: sint32((v) => (this.covarianceExponent = v)),
+      8: uint32((v) => (this.distanceE4 = v)),
+      9: uint32((v) => (this.distanceSigmaE4 = v)),
     });
     return this;
   }
 
-  get(): Light {
+  get(origin: Pose): Light {
     if (this.direction.length !== 3) throw invalid("light.direction needs three numbers");
     if (this.irradiance.length !== 3) throw invalid("light.irradiance_mantissa needs three numbers");
     if (![0, 1, 3].includes(this.covariance.length))
@@ -185,13 +199,38 @@ class LightMessage {
     const irradiance = this.irradiance.map((m) =>
       valueOf(mantissaChecked(m, mantissaLimit, "light.irradiance_mantissa"), this.irradianceExponent));
     const [uu, uv, vv] = this.covariance.map((m) => mantissaChecked(m, covarianceLimit, "light.covariance_mantissa"));
+    if ((this.distanceE4 === 0) !== (this.distanceSigmaE4 === 0))
+      throw invalid("light.distance_e4 without distance_sigma_e4, or the reverse");
+    const distance = fround(this.distanceE4 * 1e-4);
+    const unit = normalized(direction)!;
     return {
       direction,
       irradiance: irradiance as Rgb,
       angularRadius: fround(Math.min(radius, Math.PI / 2)),
       directionCovariance: covarianceOf([uu ?? 0, uv ?? 0, vv ?? uu ?? 0], this.covarianceExponent),
       track: this.track,
+      distance,
+      distanceSigma: fround(this.distanceSigmaE4 * 1e-4),
+      position: distance > 0 ? (origin.translation.map((v, k) => v + unit[k] * distance) as Vec3) : null,
     };
+  }
+}
+
+class PoseMessage {
+  private readonly numbers = [0, 0, 0, 0, 0, 0, 0];
+
+  read(wire: WireReader): this {
+    wire.fields(Object.fromEntries(this.numbers.map((_, i) => [i + 1, double((v) => (this.numbers[i] = v))])));
+    return this;
+  }
+
+  get(): Pose {
+    const [x, y, z, w] = this.numbers;
+    const translation = this.numbers.slice(4) as Vec3;
+    const squared = x * x + y * y + z * z + w * w;
+    if (!(squared > 1e-18 && squared < Infinity)) throw invalid("T_probe_origin has no rotation");
+    if (!translation.every((v) => Math.abs(v) <= 1e6)) throw invalid("T_probe_origin: tx, ty, tz must be within 1e6 m");
+    return { rotation: [x, y, z, w].map((v) => v / Math.sqrt(squared)) as Quat, translation };
   }
 }
 
@@ -220,6 +259,7 @@ export function decodeDescriptor(bytes: Uint8Array): Descriptor {
   const flags = new Set<Flag>();
   const lights: LightMessage[] = [];
   let environment: EnvironmentMessage | null = null;
+  let pose: PoseMessage | null = null;
   // Parse all bytes before validating values, so that a truncated message is data_loss, whatever its content.
   new WireReader(bytes).fields({
     1: uint32((v) => (raw.version = v)),
@@ -243,22 +283,25 @@ export function decodeDescriptor(bytes: Uint8Array): Descriptor {
     13: repeatedUint32((v) => flags.add(wireFlags[v - 1] ?? "newer")),
     14: uint32((v) => (raw.setting = v)),
     15: uint32((v) => (raw.flicker = v)),
+    16: message((part) => (pose ??= new PoseMessage()).read(part)),
   });
   if (raw.version !== wireVersion) throw invalid(`wire_version is ${raw.version}, this reader knows 1`);
   if (raw.clock !== 1) throw invalid("time.clock is not known");
   if (raw.units !== 1 && raw.units !== 2) throw invalid("units are not known");
   if (lights.length > maxLights) throw invalid("more than 64 lights");
+  const origin = (pose as PoseMessage | null)?.get() ?? identity;
   return {
     ...plain,
     units: raw.units === 1 ? "relative" : "absolute",
     ...radiance.get(),
-    lights: lights.map((light) => light.get()),
+    lights: lights.map((light) => light.get(origin)),
     environment: (environment as EnvironmentMessage | null)?.get() ?? null,
-    coverage: share(fround(1 - raw.unseen), "coverage"),
+    coverage: fround(1 - share(raw.unseen, "unseen (1 - coverage)")),
     saturated: share(raw.saturated, "saturated"),
     bound: boundOf(millionths),
     flags,
     setting: raw.setting === 1 ? "fast" : raw.setting === 3 ? "exact" : "balanced",
     flicker: flickers[raw.flicker] ?? "unknown",
+    origin,
   };
 }

@@ -21,5 +21,5 @@ export type { RecordedMessage, Recording } from "./recording.js";
 export { toThree } from "./three.js";
 export type { ConvertedToThree, ThreeLighting, ThreeOptions } from "./three.js";
 export { luminance, rotate } from "./vector.js";
-export type { Quat, Rgb, Vec3 } from "./vector.js";
+export type { Pose, Quat, Rgb, Vec3 } from "./vector.js";
 export { DecodeError } from "./wire.js";

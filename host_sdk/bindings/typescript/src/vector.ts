@@ -5,6 +5,11 @@ export type Vec3 = [number, number, number];
 export type Rgb = [number, number, number];
 /** Rotation quaternion x, y, z, w; Hamilton convention. */
 export type Quat = [number, number, number, number];
+/** T_a_b: p_a = rotation p_b + translation (m). */
+export interface Pose {
+  rotation: Quat;
+  translation: Vec3;
+}
 
 /** Luminance in cd/m² of radiance, illuminance in lux of irradiance, if units are absolute. */
 export function luminance(c: Rgb): number {

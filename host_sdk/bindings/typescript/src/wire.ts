@@ -135,6 +135,7 @@ export const uint64 = field(WireType.varint, (wire) => wire.longVarint());
 export const fixed32 = field(WireType.fixed32, (wire) => wire.view.getUint32(wire.take(4), true));
 export const fixed64 = field(WireType.fixed64, (wire) => wire.view.getBigUint64(wire.take(8), true));
 export const float = field(WireType.fixed32, (wire) => wire.view.getFloat32(wire.take(4), true));
+export const double = field(WireType.fixed64, (wire) => wire.view.getFloat64(wire.take(8), true));
 export const message = field(WireType.bytes, (wire) => wire.nested());
 export const byteString = field(WireType.bytes, (wire) => {
   const part = wire.nested();

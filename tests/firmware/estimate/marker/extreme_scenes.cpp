@@ -364,7 +364,9 @@ std::vector<Evaluation> ExtremePicture::evaluate_frames(std::uint64_t seed) cons
     Descriptor made;
     const Status status = (*estimator)->estimate(shot.frames, made);
     out.push_back(evaluate_extreme(status, made, truth_));
-    if (status.ok()) out.back().report = (*estimator)->report();
+    if (!status.ok()) continue;
+    out.back().descriptor = std::move(made);
+    out.back().report = (*estimator)->report();
   }
   return out;
 }

@@ -54,7 +54,8 @@ struct Evaluation {
   std::optional<Vec3d> direction;       ///< Of the strongest estimated light.
   double error_deg = 0, sigma_deg = 0;  ///< Of that light; sigma along the error.
   double squared_mahalanobis = 0;       ///< Of the error; two degrees of freedom.
-  MarkerReport report;                  ///< The estimator's report.
+  Descriptor descriptor;                ///< The estimator's descriptor and report.
+  MarkerReport report;
 };
 
 class ExtremePicture {
