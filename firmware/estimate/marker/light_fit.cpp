@@ -196,7 +196,10 @@ class LightingCostFunction final : public ceres::CostFunction {
     const Eigen::Index n = ground.size(), row = num_residuals() - n;
     const double ambient = p[layout_.ground];
     sum_ = ambient * ground.open - ground.radiance;
-    if (j != nullptr) j->col(layout_.ground).segment(row, n) = (ground.open * ground.weight).matrix();
+    const auto put = [&](int parameter, const Eigen::ArrayXd& derivative) {
+      j->col(parameter).segment(row, n) = ground.whitened(derivative);
+    };
+    if (j != nullptr) put(layout_.ground, ground.open);
     for (std::size_t k = 0; k < layout_.lights.size(); ++k) {
       const Layout::LightParameters& offsets = layout_.lights[k];
       const int own = layout_.ground + 1 + static_cast<int>(k);
@@ -204,10 +207,7 @@ class LightingCostFunction final : public ceres::CostFunction {
       shadow_.compute_irradiance(ground, hull_, pose.direction, pose.inverse_distance, unit_irradiance_);
       sum_ += p[own] * unit_irradiance_;
       if (j == nullptr) continue;
-      j->col(own).segment(row, n) = (unit_irradiance_ * ground.weight).matrix();
-      const auto put = [&](int parameter, double step) {
-        j->col(parameter).segment(row, n) = ((forward_ - backward_) * ground.weight * (p[own] / (2 * step))).matrix();
-      };
+      put(own, unit_irradiance_);
       for (int axis = 0; axis < 2; ++axis) {
         for (const double sign : {1.0, -1.0}) {
           const double du = p[offsets.turn] + (axis == 0 ? sign * kDirectionStep_rad : 0);
@@ -215,15 +215,15 @@ class LightingCostFunction final : public ceres::CostFunction {
           shadow_.compute_irradiance(ground, hull_, light_poses_[k].turned(du, dv), pose.inverse_distance,
                                      sign > 0 ? forward_ : backward_);
         }
-        put(offsets.turn + axis, kDirectionStep_rad);
+        put(offsets.turn + axis, (forward_ - backward_) * (p[own] / (2 * kDirectionStep_rad)));
       }
       if (offsets.inverse < 0) continue;
       shadow_.compute_irradiance(ground, hull_, pose.direction, pose.inverse_distance + kInverseDistanceStep, forward_);
       shadow_.compute_irradiance(ground, hull_, pose.direction, pose.inverse_distance - kInverseDistanceStep,
                                  backward_);
-      put(offsets.inverse, kInverseDistanceStep);
+      put(offsets.inverse, (forward_ - backward_) * (p[own] / (2 * kInverseDistanceStep)));
     }
-    r.segment(row, n) = (sum_ * ground.weight).matrix();
+    r.segment(row, n) = ground.whitened(sum_);
   }
 
   const Observations& observations_;
@@ -409,18 +409,17 @@ std::vector<double> standardized_residuals(const Observations& observations, con
   return out;
 }
 
-std::vector<double> ground_residuals(const Observations& observations, const Fit& fit, const std::vector<Vec3d>& hull) {
+Eigen::ArrayXd ground_residuals(const Observations& observations, const Fit& fit, const std::vector<Vec3d>& hull) {
   if (observations.ground() == nullptr) return {};
   const GroundObservations& ground = *observations.ground();
-  Eigen::ArrayXd sum = fit.ground_ambient * ground.open - ground.radiance, unit_irradiance;
+  Eigen::ArrayXd out = ground.radiance - fit.ground_ambient * ground.open, unit_irradiance;
   Shadow shadow;
   for (std::size_t k = 0; k < fit.model.lights.size() && k < fit.ground_irradiance.size(); ++k) {
     const PointLight& light = fit.model.lights[k];
     shadow.compute_irradiance(ground, hull, light.direction, light.inverse_distance, unit_irradiance);
-    sum += fit.ground_irradiance[k] * unit_irradiance;
+    out -= fit.ground_irradiance[k] * unit_irradiance;
   }
-  sum *= ground.weight;
-  return {sum.begin(), sum.end()};
+  return out;
 }
 
 }  // namespace lightwell::marker

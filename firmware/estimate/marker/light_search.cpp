@@ -137,7 +137,7 @@ Eigen::VectorXd LightSearch::column_of(int channel, Vec3d direction, double inve
 Eigen::VectorXd LightSearch::ground_column_of(Vec3d direction, double inverse_distance) {
   const GroundObservations& ground = *observations_.ground();
   shadow_.compute_irradiance(ground, hull_, direction, inverse_distance, unit_irradiance_);
-  return (unit_irradiance_ * ground.weight).matrix();
+  return ground.whitened(unit_irradiance_);
 }
 
 void LightSearch::build_ground_system() {
@@ -145,8 +145,8 @@ void LightSearch::build_ground_system() {
   const GroundObservations& ground = *observations_.ground();
   LinearSystem& system = ground_system_.emplace();
   system.basis.resize(ground.size(), 0);
-  extend(system.basis, (ground.open * ground.weight).matrix());
-  system.residual = (ground.radiance * ground.weight).matrix();
+  extend(system.basis, ground.whitened(ground.open));
+  system.residual = ground.whitened(ground.radiance);
   project(system.basis, system.residual);
   system.fill_columns([&](Vec3d direction, double w) { return ground_column_of(direction, w); });
 }

@@ -48,9 +48,9 @@ inline constexpr int kMaxFitIterations = 40;
 
 /// Residual of each face sample in standard deviations, of the channel in which it is largest.
 [[nodiscard]] std::vector<double> standardized_residuals(const Observations& observations, const LightModel& model);
-/// Residual of each ground sample in standard deviations.
-[[nodiscard]] std::vector<double> ground_residuals(const Observations& observations, const Fit& fit,
-                                                   const std::vector<Vec3d>& hull);
+/// Residual radiance of each ground sample; none where no ground plane was sampled.
+[[nodiscard]] Eigen::ArrayXd ground_residuals(const Observations& observations, const Fit& fit,
+                                              const std::vector<Vec3d>& hull);
 
 /// Chi square for point lights at the grid's positions. Ambient light and all irradiances are fitted linearly.
 class LightSearch {

@@ -9,6 +9,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <Eigen/QR>
 
 #include "estimate/marker/light_search.hpp"
 
@@ -21,13 +22,19 @@ constexpr double kOutlierThreshold = 4.5;
 constexpr double kMaxOutlierFraction = 0.35;
 /// Number of times that outliers are rejected and the fit is repeated.
 constexpr int kMaxOutlierRounds = 2;
-/// The shadow is used where the RMS residual of the ground samples, in standard deviations, is at most this (the ground
-/// is one plane of one colour),
-constexpr double kMaxGroundRms = 0.35;
-/// at least this share of the ground samples are inliers,
+/// The shadow is used where at least this share of the ground samples are inliers,
 constexpr double kMinGroundInliers = 0.8;
-/// and it reduces chi square by at least this, compared with a model without a point light.
-constexpr double kMinShadowChiSquareGain = 30;
+/// and it reduces the ground's deviance by at least this, compared with a smooth brightness.
+constexpr double kMinShadowDevianceGain = 12;
+
+/// Smallest sine of the elevation of a light whose shadow is used: 5 degrees. Below it, a shadow has no end.
+constexpr double kMinShadowElevation = 0.087;
+
+/// Standard deviation of a texture below which it is negligible beside kShadowModelSigma.
+constexpr double kMinTextureSigma = 0.03;
+
+/// Twice the logarithm of the prior odds that a plane below the body is a table: 9 to 1.
+constexpr double kGroundPlanePrior = 4.4;
 
 /// Radii of discs tried in place of a point light, and the chi square increase up to which one explains the faces.
 constexpr std::array kSourceRadii_rad = {0.2, 0.4, 0.7, 1.0};
@@ -146,31 +153,40 @@ Shading reject_outliers(const Shading& shading, const Observations& observations
     if (std::abs(face_residuals[i]) <= bound) out.samples.push_back(observations.face_samples()[i]);
   outliers = static_cast<int>(face_residuals.size() - out.samples.size());
   if (shading.ground && fit.ground) {
-    const std::vector<double> ground_sample_residuals = ground_residuals(observations, fit, shading.hull);
+    const GroundObservations& ground = *observations.ground();
+    const Eigen::ArrayXd residuals = ground_residuals(observations, fit, shading.hull);
+    const GroundTexture texture = ground.fit_texture(residuals);
     out.ground->samples.clear();
-    for (std::size_t i = 0; i < ground_sample_residuals.size(); ++i)
-      if (std::abs(ground_sample_residuals[i]) <= kOutlierThreshold)
-        out.ground->samples.push_back(shading.ground->samples[i]);
+    for (Eigen::Index i = 0; i < residuals.size(); ++i)
+      if (std::abs(residuals[i]) <=
+          kOutlierThreshold * ground.mean_radiance * std::hypot(texture.sigma, std::sqrt(ground.own_variance[i])))
+        out.ground->samples.push_back(shading.ground->samples[static_cast<std::size_t>(i)]);
   }
   return out;
 }
 
-double rms(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v * v;
-  return values.empty() ? 0 : std::sqrt(sum / static_cast<double>(values.size()));
+/// Residuals of the ground's radiance about its least-squares quadratic in the plane's coordinates: falloff of near
+/// lights and sheen, without a shadow.
+Eigen::ArrayXd smooth_residuals(const GroundObservations& ground) {
+  Eigen::MatrixXd terms(ground.size(), 6);
+  const double reach = std::max(std::sqrt((ground.u.square() + ground.v.square()).maxCoeff()), 1e-300);
+  const Eigen::ArrayXd u = ground.u / reach, v = ground.v / reach;
+  terms << ground.open.matrix(), u.matrix(), v.matrix(), u.square().matrix(), (u * v).matrix(), v.square().matrix();
+  const Eigen::VectorXd radiance = ground.radiance.matrix();
+  return (radiance - terms * terms.colPivHouseholderQr().solve(radiance)).array();
 }
 
-/// Whether the ground samples determine a light: they agree with its shadow, and disagree with a model without a light.
+/// Whether the ground samples determine a light: its shadow explains them better than a smooth brightness, each with
+/// the texture that fits best.
 bool shadow_is_significant(const Observations& observations, const Fit& fit, const std::vector<Vec3d>& hull) {
   if (!fit.ground || fit.model.lights.empty() || observations.ground()->size() < 30) return false;
-  const std::vector<double> with = ground_residuals(observations, fit, hull);
-  if (rms(with) > kMaxGroundRms) return false;
-  const Fit none = fit_lights(observations, {}, {}, ObservationSet::faces_and_ground_plane, hull);
-  const std::vector<double> plain = ground_residuals(observations, none, hull);
-  double gain = 0;
-  for (std::size_t i = 0; i < with.size(); ++i) gain += plain[i] * plain[i] - with[i] * with[i];
-  return gain > kMinShadowChiSquareGain;
+  const GroundObservations& ground = *observations.ground();
+  if (dot(fit.model.lights[strongest(fit.model)].direction, ground.normal) < kMinShadowElevation) return false;
+  const auto deviance_of = [&](const Eigen::ArrayXd& residuals) {
+    return ground.deviance(residuals, ground.fit_texture(residuals));
+  };
+  return deviance_of(smooth_residuals(ground)) - deviance_of(ground_residuals(observations, fit, hull)) >
+         kMinShadowDevianceGain;
 }
 
 /// Shading with a mean irradiance of the faces and a mean ground radiance of 1: the fit's tolerances are absolute.
@@ -208,6 +224,7 @@ struct Hypothesis {
   std::unique_ptr<Observations> observations;
   std::unique_ptr<LightModelSelector> selector;
   FitCandidates candidates;
+  std::optional<GroundTexture> texture;
   int outliers = 0;
 };
 
@@ -225,8 +242,9 @@ std::optional<Hypothesis> evaluate(const Shading& shading, SurroundModel surroun
   if (surround_model != SurroundModel::distant) subtract_ground_reflection(out.inliers);
   if (surround_model != SurroundModel::ground_plane_with_shadow) out.inliers.ground.reset();
   out.outliers = remove_occluded_samples(out.inliers);
+  if (previous != nullptr) out.texture = previous->ground_texture;
   for (int round = 0;; ++round) {
-    out.observations = std::make_unique<Observations>(out.inliers);
+    out.observations = std::make_unique<Observations>(out.inliers, out.texture);
     out.selector =
         std::make_unique<LightModelSelector>(*out.observations, shading.hull, observations_for(surround_model));
     if (previous != nullptr) {
@@ -237,11 +255,18 @@ std::optional<Hypothesis> evaluate(const Shading& shading, SurroundModel surroun
       out.candidates = out.selector->search(max_lights);
     }
     if (round == (previous != nullptr ? 1 : kMaxOutlierRounds)) return out;
+    // A texture weakens the observations of the shadow: the search is repeated with it.
+    bool textured = false;
+    if (previous == nullptr && out.observations->ground() != nullptr) {
+      const GroundObservations& ground = *out.observations->ground();
+      out.texture = ground.fit_texture(ground_residuals(*out.observations, out.candidates.best, shading.hull));
+      textured = out.texture->sigma > kMinTextureSigma || ground.texture.sigma > kMinTextureSigma;
+    }
     int outliers = 0;
     Shading fewer = reject_outliers(out.inliers, *out.observations, out.candidates.best, outliers);
     const bool ground_thinned =
         out.inliers.ground && fewer.ground && fewer.ground->samples.size() < out.inliers.ground->samples.size();
-    if (outliers == 0 && !(round == 0 && ground_thinned)) return out;
+    if (outliers == 0 && !(round == 0 && (textured || ground_thinned))) return out;
     out.outliers += outliers;
     out.inliers = std::move(fewer);
   }
@@ -273,6 +298,7 @@ LightingEstimate finalize(Hypothesis hypothesis, const LightingEstimate* previou
   out.used = hypothesis.observations->samples();
   out.surround_model = hypothesis.surround_model;
   out.tracked = previous != nullptr;
+  out.ground_texture = hypothesis.texture;
   out.ambient = best.model.ambient;
   out.chi_square = best.chi_square / std::max(1, best.observations - best.parameters);
   out.chi_square_at_search = previous != nullptr ? previous->chi_square_at_search : out.chi_square;
@@ -316,8 +342,8 @@ LightingEstimate finalize(Hypothesis hypothesis, const LightingEstimate* previou
   return out;
 }
 
-/// Tries the previous frame's hypothesis first. Otherwise tries a ground plane with a shadow, then a ground plane that
-/// only reflects light onto the faces, and, where the strongest light is uncertain, distant surroundings.
+/// Tries the previous frame's hypothesis first. Otherwise tries a ground plane with a shadow. Without a shadow, a plane
+/// that only reflects light onto the faces and distant surroundings are compared, and both count in the covariance.
 LightingEstimate select_lighting(const Shading& shading, const LightingEstimate* previous, int max_lights) {
   const bool has_ground = shading.ground && !shading.ground->samples.empty();
   if (previous != nullptr)
@@ -330,10 +356,16 @@ LightingEstimate select_lighting(const Shading& shading, const LightingEstimate*
   if (has_ground) {
     Hypothesis with_shadow = search(SurroundModel::ground_plane_with_shadow);
     if (shadow_is_usable(shading, with_shadow)) return finalize(std::move(with_shadow), nullptr);
-    LightingEstimate out = finalize(search(SurroundModel::ground_plane), nullptr);
-    if (!out.uncertain) return out;
   }
-  return finalize(search(SurroundModel::distant), nullptr);
+  Hypothesis distant = search(SurroundModel::distant);
+  if (!has_ground) return finalize(std::move(distant), nullptr);
+  Hypothesis plane = search(SurroundModel::ground_plane);
+  // Both explain the same samples of the faces, so that their BIC can be compared.
+  const bool plane_is_likelier = plane.candidates.best.bic() < distant.candidates.best.bic() + kGroundPlanePrior;
+  Hypothesis& likelier = plane_is_likelier ? plane : distant;
+  const Hypothesis& other = plane_is_likelier ? distant : plane;
+  likelier.candidates.others.push_back(other.candidates.best);
+  return finalize(std::move(likelier), nullptr);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "estimate/marker/shading.hpp"
@@ -49,6 +50,7 @@ struct LightingEstimate {
   bool localized = false;
   int outliers = 0;  ///< Face samples that were rejected.
   int used = 0;
+  std::optional<GroundTexture> ground_texture;  ///< Of the last search, if a ground plane was used.
   bool tracked = false;  ///< Whether the fit started from the previous frame's lights; false: global search.
   std::vector<SurfaceSample> inliers;  ///< Face samples without the outliers.
 };

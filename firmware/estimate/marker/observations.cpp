@@ -29,10 +29,19 @@ double shadow_contrast(const std::optional<GroundPlane>& ground) {
 /// at infinity or does not exist; the limit moves it far outside of all samples.
 constexpr double kMinElevation = 0.01;
 
+/// Coordinate of each ground sample along an axis of the plane, m.
+Eigen::ArrayXd coordinates(const GroundPlane& ground, Vec3d axis) {
+  Eigen::ArrayXd out(static_cast<Eigen::Index>(ground.samples.size()));
+  for (Eigen::Index i = 0; i < out.size(); ++i)
+    out[i] = dot(ground.samples[static_cast<std::size_t>(i)].position - ground.point, axis);
+  return out;
+}
+
 }  // namespace
 
-Observations::Observations(const Shading& shading) : channels_(shading.channels), samples_(shading.samples) {
-  if (shading.ground && !shading.ground->samples.empty()) ground_.emplace(*shading.ground);
+Observations::Observations(const Shading& shading, const std::optional<GroundTexture>& known_texture)
+    : channels_(shading.channels), samples_(shading.samples) {
+  if (shading.ground && !shading.ground->samples.empty()) ground_.emplace(*shading.ground, known_texture);
   std::ranges::stable_sort(samples_, {}, &SurfaceSample::surface);
   for (int i = 0; i < samples(); ++i) {
     if (i == 0 || samples_[static_cast<std::size_t>(i)].surface != samples_[static_cast<std::size_t>(i - 1)].surface)
@@ -99,23 +108,50 @@ double Observations::standardized_residual(int channel, int sample, double diffe
   return difference / std::hypot(1 / c.root_weight[sample], c.shared[k]);
 }
 
-GroundObservations::GroundObservations(const GroundPlane& ground)
-    : point(ground.point), normal(ground.normal), step_m(ground.step_m) {
+GroundObservations::GroundObservations(const GroundPlane& ground, const std::optional<GroundTexture>& known_texture)
+    : point(ground.point),
+      normal(ground.normal),
+      step_m(ground.step_m),
+      u(coordinates(ground, tangent_basis(ground.normal)[0])),
+      v(coordinates(ground, tangent_basis(ground.normal)[1])),
+      neighbours(u, v) {
   const auto n = static_cast<Eigen::Index>(ground.samples.size());
-  for (Eigen::ArrayXd* a : {&x, &y, &z, &u, &v, &open, &radiance, &weight}) a->resize(n);
-  const auto [along, across] = tangent_basis(normal);
-  double mean = 0;
-  for (const GroundSample& t : ground.samples) mean += t.radiance / static_cast<double>(n);
+  for (Eigen::ArrayXd* a : {&x, &y, &z, &open, &radiance, &own_variance}) a->resize(n);
+  for (const GroundSample& t : ground.samples) mean_radiance += t.radiance / static_cast<double>(n);
+  mean_radiance = std::max(mean_radiance, 1e-300);
   for (Eigen::Index i = 0; i < n; ++i) {
     const GroundSample& t = ground.samples[static_cast<std::size_t>(i)];
     x[i] = t.position.x, y[i] = t.position.y, z[i] = t.position.z;
-    u[i] = dot(t.position - point, along), v[i] = dot(t.position - point, across);
     open[i] = 1 - t.occluded;
     radiance[i] = t.radiance;
     // The body also reflects light onto the samples that it occludes. This is not modelled: it increases sigma.
-    const double model_sigma = kGroundRelativeSigma * mean + 0.5 * t.occluded * t.radiance;
-    weight[i] = 1 / (std::hypot(t.sigma, model_sigma) * std::sqrt(kGroundCorrelatedSamples) + 1e-300);
+    const double sigma = std::hypot(t.sigma, kBodyReflectionRelativeSigma * t.occluded * t.radiance) / mean_radiance;
+    own_variance[i] = sigma * sigma + kShadowModelSigma * kShadowModelSigma;
   }
+  if (known_texture) texture = *known_texture;
+  whitening = GroundWhitening(neighbours, own_variance, texture);
+}
+
+void GroundObservations::whiten(Eigen::Ref<Eigen::VectorXd> column) const {
+  column /= mean_radiance;
+  whitening.whiten(column);
+}
+
+Eigen::VectorXd GroundObservations::whitened(const Eigen::ArrayXd& radiances) const {
+  Eigen::VectorXd out = radiances.matrix();
+  whiten(out);
+  return out;
+}
+
+GroundTexture GroundObservations::fit_texture(const Eigen::ArrayXd& residuals) const {
+  return fit_ground_texture(neighbours, own_variance, step_m, residuals.matrix() / mean_radiance);
+}
+
+double GroundObservations::deviance(const Eigen::ArrayXd& residuals, const GroundTexture& of_texture) const {
+  const GroundWhitening with(neighbours, own_variance, of_texture);
+  Eigen::VectorXd column = residuals.matrix() / mean_radiance;
+  with.whiten(column);
+  return column.squaredNorm() + with.log_determinant();
 }
 
 bool Shadow::compute_irradiance(const GroundObservations& ground, std::span<const Vec3d> hull, Vec3d direction,

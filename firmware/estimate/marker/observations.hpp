@@ -14,6 +14,7 @@
 #include <Eigen/Core>
 
 #include "estimate/marker/convex_hull_2d.hpp"
+#include "estimate/marker/ground_texture.hpp"
 #include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker {
@@ -26,10 +27,24 @@ struct GroundObservations {
   Eigen::ArrayXd u, v;     ///< Position in tangent_basis(normal), m, from `point`.
   Eigen::ArrayXd open;     ///< Share of the ambient irradiance that the body does not occlude, 0 to 1.
   Eigen::ArrayXd radiance;
-  Eigen::ArrayXd weight;  ///< 1 / standard deviation of the radiance.
+  double mean_radiance = 0;
+  GroundNeighbours neighbours;
+  Eigen::ArrayXd own_variance;  ///< Of each sample, besides the texture; relative to the squared mean radiance.
+  GroundTexture texture{.sigma = 0};
+  GroundWhitening whitening;
 
-  explicit GroundObservations(const GroundPlane& ground);
+  /// `known_texture`: of an earlier fit. nullopt: none.
+  GroundObservations(const GroundPlane& ground, const std::optional<GroundTexture>& known_texture);
+  GroundObservations(const GroundObservations&) = delete;
+  GroundObservations& operator=(const GroundObservations&) = delete;
   [[nodiscard]] Eigen::Index size() const { return x.size(); }
+  /// Whitens a column of one radiance per sample, in place.
+  void whiten(Eigen::Ref<Eigen::VectorXd> column) const;
+  [[nodiscard]] Eigen::VectorXd whitened(const Eigen::ArrayXd& radiances) const;
+  /// The texture of maximum likelihood for residual radiances.
+  [[nodiscard]] GroundTexture fit_texture(const Eigen::ArrayXd& residuals) const;
+  /// Minus twice the logarithm of the likelihood of residual radiances, up to a constant.
+  [[nodiscard]] double deviance(const Eigen::ArrayXd& residuals, const GroundTexture& of_texture) const;
   /// Height of the body's centre above the plane, m.
   [[nodiscard]] double height() const { return -dot(point, normal); }
 };
@@ -51,7 +66,8 @@ class Shadow {
 
 class Observations {
  public:
-  explicit Observations(const Shading& shading);
+  /// `known_texture`: as of GroundObservations.
+  explicit Observations(const Shading& shading, const std::optional<GroundTexture>& known_texture = std::nullopt);
 
   [[nodiscard]] int samples() const { return static_cast<int>(samples_.size()); }
   [[nodiscard]] int channels() const { return channels_; }

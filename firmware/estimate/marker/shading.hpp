@@ -51,6 +51,14 @@ struct GroundPlane {
   std::vector<GroundSample> samples;
 };
 
+/// Covariance of the radiance of two points about a lighting model, relative to the plane's squared mean radiance:
+/// sigma² (correlated exp(-distance / length_m) + (1 - correlated) [same point]); Matérn class with nu = 1/2.
+struct GroundTexture {
+  double sigma = 0.03;    ///< Standard deviation relative to the plane's mean radiance.
+  double correlated = 0;  ///< Share of the variance that is correlated, 0 to 1.
+  double length_m = 1;    ///< Correlation length, m.
+};
+
 struct Shading {
   std::vector<SurfaceSample> samples;
   std::optional<GroundPlane> ground;
@@ -160,10 +168,11 @@ inline constexpr double kSampleSigmaFloor = 0.004;
 inline constexpr double kSurfaceRelativeSigma = 0.007;
 /// Shared by a surface, relative to Observations::max_irradiance(): interreflection between surfaces.
 inline constexpr double kSurfaceSigmaFloor = 0.015;
-/// Of a ground sample, relative to the plane's mean radiance: its texture, and light that the body reflects onto it.
-inline constexpr double kGroundRelativeSigma = 0.03;
-/// Neighbouring ground samples are correlated: this many count as one.
-inline constexpr double kGroundCorrelatedSamples = 9;
+/// Of a ground sample, relative to the plane's mean radiance: width and position of a shadow's edge.
+inline constexpr double kShadowModelSigma = 0.08;
+/// Of a ground sample, relative to its radiance times the share of the ambient light that the body occludes there:
+/// light that the body reflects onto it.
+inline constexpr double kBodyReflectionRelativeSigma = 0.5;
 /// Prior standard deviation of each linear coefficient of the ambient light, relative to its constant.
 inline constexpr double kAmbientGradientSigma = 1;
 

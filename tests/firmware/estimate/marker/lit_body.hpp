@@ -39,6 +39,7 @@ struct LitBody {
   double camera_elevation_deg = 26.565;
   bool table = false;
   double table_albedo = 0.05;
+  double table_texture = 0;  ///< Relative standard deviation of the table's albedo: waves of 2 to 15 cm.
   double sample_noise = 0;   ///< Relative standard deviation of each sample.
   double surface_noise = 0;  ///< Relative standard deviation shared by each face.
   double floor_noise = 0;    ///< Standard deviation shared by each face, in units of irradiance.
@@ -83,6 +84,22 @@ struct LitBody {
       }
     }
     return enter < leave;
+  }
+
+  /// Albedo of the table at a point, relative to its mean: 40 plane waves.
+  [[nodiscard]] std::vector<double> relative_albedos(const std::vector<Vec3d>& points) const {
+    constexpr int kWaves = 40;
+    std::mt19937 random(seed + 1000);
+    std::uniform_real_distribution<double> unit(0, 1);
+    std::vector<double> out(points.size(), 1);
+    for (int k = 0; k < kWaves; ++k) {
+      const double wavelength = 0.02 * std::pow(7.5, unit(random)), phase = 2 * std::numbers::pi * unit(random);
+      const Vec3d wave = towards(360 * unit(random), 0) * (2 * std::numbers::pi / wavelength);
+      for (std::size_t i = 0; i < points.size(); ++i)
+        out[i] += table_texture * std::sqrt(2.0 / kWaves) * std::cos(dot(wave, points[i]) + phase);
+    }
+    for (double& a : out) a = std::max(a, 0.05);
+    return out;
   }
 
   [[nodiscard]] Shading shading() const {
@@ -144,6 +161,10 @@ struct LitBody {
         sample.sigma = table_albedo * 1e-3;
         plane.samples.push_back(sample);
       }
+    std::vector<Vec3d> points;
+    for (const GroundSample& sample : plane.samples) points.push_back(sample.position);
+    const std::vector<double> albedos = relative_albedos(points);
+    for (std::size_t i = 0; i < points.size(); ++i) plane.samples[i].radiance *= albedos[i];
     return out;
   }
 };
