@@ -10,9 +10,11 @@
 //                                     normalized to equal sums); irradiance (relative error of the sum); position
 //                                     (error relative to the distance) and distance, if the light's distance is
 //                                     observable
-//   irradiance_rms, strongest_share, faces_lit   in a room: relative RMS error of irradiance over normals within 60
-//                                     degrees of the camera; the share of the strongest light in the irradiance of a
-//                                     surface that faces it; the number of visible faces that it lights
+//   irradiance_rms                    relative RMS error of irradiance over normals within 60 degrees of the camera;
+//   the
+//                                     truth is all light, the board's included
+//   strongest_share, faces_lit        in a room: the share of the strongest light in the irradiance of a surface that
+//                                     faces it; the number of visible faces that it lights
 //   found, near, shadow               number of estimated lights; whether the distance of the first is observable;
 //                                     whether the shadow on the table was used
 // Usage: --help.
@@ -26,8 +28,6 @@
 #include <utility>
 
 #include <nlohmann/json.hpp>
-
-#include <lightwell/query.hpp>
 
 #include "app/tag_body_finder.hpp"
 #include "estimate/marker/marker_estimator.hpp"
@@ -65,7 +65,8 @@ const Light* nearest_light(const Descriptor& d, Vec3d direction) {
   return found == d.lights.end() ? nullptr : &*found;
 }
 
-void print(const measure::TracedFrame& frame, bool answered, const Descriptor& out, const MarkerReport& report) {
+void print(const measure::TracedFrame& frame, const measure::TrueIrradiance& all_light, bool answered,
+           const Descriptor& out, const MarkerReport& report) {
   nlohmann::ordered_json line = {{"frame", frame.name}, {"group", frame.group}, {"body", frame.body},
                                  {"view", frame.view},  {"place", frame.place}, {"answered", answered}};
   if (!answered) {
@@ -78,17 +79,8 @@ void print(const measure::TracedFrame& frame, bool answered, const Descriptor& o
   line["found"] = lights.size();
   line["shadow"] = report.light.surround_model == marker::SurroundModel::ground_plane_with_shadow;
   line["near"] = !lights.empty() && lights[0].distance_observable;
+  line["irradiance_rms"] = measure::irradiance_error(all_light, out);
   if (!frame.normals.empty()) {
-    double squares = 0, truth = 0;
-    for (std::size_t i = 0; i < frame.normals.size(); ++i) {
-      const Irradiance e = irradiance_at(out, vec_cast<float>(frame.normals[i]));
-      const std::array<double, 3> answer = {e.r, e.g, e.b};
-      for (std::size_t c = 0; c < 3; ++c) {
-        squares += std::pow(answer[c] - frame.irradiance[i][c], 2);
-        truth += std::pow(frame.irradiance[i][c], 2);
-      }
-    }
-    line["irradiance_rms"] = std::sqrt(squares / truth);
     line["strongest_share"] = frame.strongest_share;
     line["faces_lit"] = frame.lamps[0].visible_lit_faces;
   }
@@ -196,6 +188,7 @@ int main(int argc, char** argv) {
     const auto picture = measure::TracedPicture::load(frames_folder, frame, body);
     if (!picture) fail(picture.status());
     const RigParameters rig = picture->rig_for(sensor);
+    const measure::TrueIrradiance truth = measure::irradiance_facing_camera(frame);
     for (int k = 0; k < noisy; ++k) {
       const measure::Shot shot = picture->expose(sensor, number++);
       Result<std::unique_ptr<BodyFinder>> finder = make_tag_body_finder(rig, body);
@@ -205,7 +198,7 @@ int main(int argc, char** argv) {
       Descriptor out;
       const Status s = (*estimator)->estimate(shot.frames, out);
       if (!s.ok() && s.code() != StatusCode::not_found) fail(s);
-      print(frame, s.ok(), out, (*estimator)->report());
+      print(frame, truth, s.ok(), out, (*estimator)->report());
       if (verbose) print_result(frame, (*estimator)->report());
     }
   }

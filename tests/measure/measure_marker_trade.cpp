@@ -17,7 +17,6 @@
 // Images are path-traced, frames are noisy 8-bit sRGB of a camera at rest: the first is searched, the others are
 // tracked. Errors are of all frames. Usage: --help.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -33,7 +32,6 @@
 #include <nlohmann/json.hpp>
 
 #include <lightwell/quantile.hpp>
-#include <lightwell/query.hpp>
 #include <lightwell/text.hpp>
 
 #include "app/tag_body_finder.hpp"
@@ -50,7 +48,6 @@ namespace {
 using namespace lightwell;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr int kNormals = 2048;
 constexpr std::int64_t kFrameNs = 33'333'333;
 
 [[noreturn]] void fail(const std::string& what) {
@@ -98,25 +95,6 @@ struct Tally {
   bool verbose = false;
 };
 
-/// Normals of a Fibonacci lattice within 60 degrees of the direction to the camera.
-std::vector<Vec3d> normals_towards(Vec3d camera) {
-  std::vector<Vec3d> out;
-  for (const Vec3d& n : marker::fibonacci_directions(kNormals))
-    if (dot(n, camera) > 0.5) out.push_back(n);
-  return out;
-}
-
-double irradiance_error(const measure::TracedFrame& frame, const Descriptor& answer) {
-  double squares = 0, truth = 0;
-  for (const Vec3d& n : normals_towards(normalized(-frame.probe_body.translation))) {
-    const Irradiance e = irradiance_at(answer, vec_cast<float>(n));
-    const std::array<double, 3> estimate = {e.r, e.g, e.b}, truth_rgb = measure::true_irradiance(frame, n);
-    for (std::size_t c = 0; c < 3; ++c)
-      squares += std::pow(estimate[c] - truth_rgb[c], 2), truth += truth_rgb[c] * truth_rgb[c];
-  }
-  return std::sqrt(squares / truth);
-}
-
 /// With two lamps, the weaker one may be the first estimated light: the smallest angle counts.
 std::optional<double> direction_error_deg(const measure::TracedFrame& frame,
                                           const std::vector<marker::LightEstimate>& lights) {
@@ -128,8 +106,8 @@ std::optional<double> direction_error_deg(const measure::TracedFrame& frame,
   return out;
 }
 
-void evaluate(const measure::TracedFrame& frame, bool answered, const Descriptor& answer, const MarkerReport& report,
-              Tally& tally) {
+void evaluate(const measure::TracedFrame& frame, const measure::TrueIrradiance& truth, bool answered,
+              const Descriptor& answer, const MarkerReport& report, Tally& tally) {
   ++tally.frames;
   if (!answered) {
     ++tally.unanswered;
@@ -137,7 +115,7 @@ void evaluate(const measure::TracedFrame& frame, bool answered, const Descriptor
   }
   const bool unsure = answer.flags.has(Flag::unsure);
   tally.flagged += unsure ? 1 : 0;
-  tally.rms.push_back(irradiance_error(frame, answer));
+  tally.rms.push_back(measure::irradiance_error(truth, answer));
   const std::optional<double> deg = direction_error_deg(frame, report.light.lights);
   if (tally.verbose)
     std::fprintf(
@@ -162,7 +140,8 @@ class Stream {
   }
 
   /// Processes all frames, in later calls all but the first. The results are added to `tally` if it is not null.
-  void process(const measure::TracedFrame& frame, std::vector<measure::Shot>& shots, Tally* tally) {
+  void process(const measure::TracedFrame& frame, const measure::TrueIrradiance& truth,
+               std::vector<measure::Shot>& shots, Tally* tally) {
     best_ms_.resize(shots.size(), std::numeric_limits<double>::infinity());
     for (std::size_t k = frames_ == 0 ? 0 : 1; k < shots.size(); ++k) {
       shots[k].frames.front().info.mid_exposure = ProbeTime{++frames_ * kFrameNs};
@@ -174,7 +153,7 @@ class Stream {
       // Later frames only count if the body was tracked: after a loss the whole image is searched.
       if (k == 0 || (s.ok() && answered_)) best_ms_[k] = std::min(best_ms_[k], spent);
       answered_ = s.ok();
-      if (tally != nullptr) evaluate(frame, s.ok(), out, estimator_->report(), *tally);
+      if (tally != nullptr) evaluate(frame, truth, s.ok(), out, estimator_->report(), *tally);
     }
   }
 
@@ -257,11 +236,13 @@ int main(int argc, char** argv) {
     const RigParameters rig = picture->rig_for(sensor);
     std::vector<measure::Shot> shots;
     for (int k = 0; k <= followed; ++k) shots.push_back(picture->expose(sensor, number++));
+    const measure::TrueIrradiance truth = measure::irradiance_facing_camera(frame);
     std::vector<Stream> streams;
     for (const Case& one : cases) streams.emplace_back(one, body, rig);
     // Cases alternate, so that a temporary slowdown of the machine affects all of them.
     for (int run = 0; run < runs; ++run)
-      for (std::size_t i = 0; i < cases.size(); ++i) streams[i].process(frame, shots, run == 0 ? &tallies[i] : nullptr);
+      for (std::size_t i = 0; i < cases.size(); ++i)
+        streams[i].process(frame, truth, shots, run == 0 ? &tallies[i] : nullptr);
     for (std::size_t i = 0; i < cases.size(); ++i) streams[i].add_times(tallies[i]);
   }
   if (width == 0) fail("no frames of that group");

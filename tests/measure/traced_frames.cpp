@@ -12,6 +12,7 @@
 #include <google/protobuf/util/json_util.h>
 
 #include <lightwell/files.hpp>
+#include <lightwell/query.hpp>
 
 #include "calibration/model/camera_model.hpp"
 #include "imaging/image_file.hpp"
@@ -152,8 +153,12 @@ Result<TracedFrame> frame_of(const std::string& name, const Struct& s) {
   of.take_lack_of(camera);
   of.take_lack_of(pose);
 
-  const Value* board = of.find("board");
-  frame.board = board != nullptr && board->has_struct_value();
+  if (const Value* board = of.find("board"); board != nullptr && board->has_struct_value()) {
+    Fields b(board->struct_value());
+    frame.board = {b.vector("center_m"), normalized(b.vector("normal")), normalized(b.vector("x")),
+                   b.numbers<2>("size_m"), b.number("albedo")};
+    of.take_lack_of(b);
+  }
   frame.place = "other";
   const Value* lamps = of.find("lamps");
   for (const Value& v : (lamps == nullptr ? Value::default_instance() : *lamps).list_value().values()) {
@@ -262,14 +267,68 @@ Result<std::map<std::string, MarkerBody>> load_traced_bodies(const std::string& 
   return bodies;
 }
 
-std::array<double, 3> true_irradiance(const TracedFrame& frame, Vec3d normal) {
-  std::array<double, 3> out{};
-  for (std::size_t c = 0; c < 3; ++c) {
-    out[c] = std::numbers::pi * frame.ambient_radiance[c];
-    for (const TracedLamp& lamp : frame.lamps)
-      out[c] += lamp.irradiance[c] * std::max(0.0, dot(lamp.direction, normal));
+std::vector<std::array<double, 3>> true_irradiance(const TracedFrame& frame, std::span<const Vec3d> normals) {
+  constexpr int kDirections = 10'000;
+  /// What the board changes in the radiance from a direction.
+  struct Difference {
+    Vec3d direction;
+    std::array<double, 3> radiance{};
+  };
+  std::vector<Difference> by_board;
+  for (int i = 0; frame.board && i < kDirections; ++i) {
+    const TracedBoard& board = *frame.board;
+    const Vec3d d = fibonacci_direction(i, kDirections), to_board = board.center - frame.probe_body.translation;
+    if (!(dot(d, board.normal) < 0)) continue;
+    const Vec3d at = d * (dot(to_board, board.normal) / dot(d, board.normal)), on_board = at - to_board;
+    if (std::abs(dot(on_board, board.x)) > board.size_m[0] / 2 ||
+        std::abs(dot(on_board, cross(board.normal, board.x))) > board.size_m[1] / 2)
+      continue;
+    Difference& difference = by_board.emplace_back();
+    difference.direction = d;
+    for (std::size_t c = 0; c < 3; ++c) {
+      double irradiance = std::numbers::pi * frame.ambient_radiance[c];
+      for (const TracedLamp& lamp : frame.lamps) {
+        const Vec3d to_lamp = lamp.direction * lamp.distance_m - at;
+        irradiance += lamp.irradiance[c] * std::pow(lamp.distance_m, 2) * std::max(0.0, dot(to_lamp, board.normal)) /
+                      std::pow(length(to_lamp), 3);
+      }
+      difference.radiance[c] = board.albedo / std::numbers::pi * irradiance - frame.ambient_radiance[c];
+    }
+  }
+  std::vector<std::array<double, 3>> out;
+  for (const Vec3d& normal : normals) {
+    std::array<double, 3>& sum = out.emplace_back();
+    for (std::size_t c = 0; c < 3; ++c) {
+      sum[c] = std::numbers::pi * frame.ambient_radiance[c];
+      for (const TracedLamp& lamp : frame.lamps)
+        sum[c] += lamp.irradiance[c] * std::max(0.0, dot(lamp.direction, normal));
+      for (const Difference& one : by_board)
+        sum[c] += one.radiance[c] * std::max(0.0, dot(one.direction, normal)) * 4 * std::numbers::pi / kDirections;
+    }
   }
   return out;
+}
+
+TrueIrradiance irradiance_facing_camera(const TracedFrame& frame) {
+  if (!frame.normals.empty()) return {frame.normals, frame.irradiance};
+  constexpr int kNormals = 2048;
+  const Vec3d to_camera = normalized(-frame.probe_body.translation);
+  TrueIrradiance out;
+  for (int i = 0; i < kNormals; ++i)
+    if (const Vec3d n = fibonacci_direction(i, kNormals); dot(n, to_camera) > 0.5) out.normals.push_back(n);
+  out.irradiance = true_irradiance(frame, out.normals);
+  return out;
+}
+
+double irradiance_error(const TrueIrradiance& truth, const Descriptor& answer) {
+  double squares = 0, all = 0;
+  for (std::size_t i = 0; i < truth.normals.size(); ++i) {
+    const Irradiance e = irradiance_at(answer, vec_cast<float>(truth.normals[i]));
+    const std::array<double, 3> estimate = {e.r, e.g, e.b};
+    for (std::size_t c = 0; c < 3; ++c)
+      squares += std::pow(estimate[c] - truth.irradiance[i][c], 2), all += std::pow(truth.irradiance[i][c], 2);
+  }
+  return std::sqrt(squares / all);
 }
 
 Result<TracedPicture> TracedPicture::load(const std::string& folder, const TracedFrame& frame, const MarkerBody& body) {

@@ -2,7 +2,8 @@
 // made from them by a simulated sensor.
 //   load_traced_frames    reads scenes.json: poses, lamps, irradiance
 //   load_traced_bodies    reads the bodies
-//   true_irradiance       irradiance by lamps and ambient light, in closed form
+//   true_irradiance       irradiance by all light of a scene with lamps
+//   irradiance_facing_camera, irradiance_error   the error of a descriptor at normals near the camera
 //   TracedPicture         radiance of one image, and frames made from it
 #pragma once
 
@@ -10,10 +11,12 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include <lightwell/calibration.hpp>
+#include <lightwell/descriptor.hpp>
 #include <lightwell/marker_body.hpp>
 #include <lightwell/result.hpp>
 
@@ -30,6 +33,14 @@ struct TracedLamp {
   int visible_lit_faces = 0;           ///< Number of faces that are visible to the camera and lit by the lamp.
 };
 
+/// The rectangle on which the body stands; probe frame, m.
+struct TracedBoard {
+  Vec3d center, normal;
+  Vec3d x;  ///< Unit vector along the first side.
+  std::array<double, 2> size_m{};
+  double albedo = 0;
+};
+
 struct TracedFrame {
   std::string name, file;
   std::string group;  ///< "grid": as in the thesis; other groups: mitsuba/marker/README.md.
@@ -38,7 +49,7 @@ struct TracedFrame {
   std::string place;  ///< Of the first lamp: "front", "front_right", "right", "back_right", "behind", or "other".
   RigParameters rig;  ///< A pinhole with the photometry of an ideal linear sensor.
   Pose probe_body;    ///< T_probe_body.
-  bool board = false;
+  std::optional<TracedBoard> board;
   std::vector<TracedLamp> lamps;             ///< In a room: only its strongest light, with distance_m 0.
   std::array<double, 3> ambient_radiance{};  ///< Of the uniform ambient light; 0 in a room.
   /// In a room: irradiance at normals within 60 degrees of the camera, and the share of the strongest light in the
@@ -54,9 +65,23 @@ struct TracedFrame {
 /// Reads dodecahedron_100mm_{white,grey}.textproto in `folder`; keys are TracedFrame::body. Errors of load_marker_body.
 [[nodiscard]] Result<std::map<std::string, MarkerBody>> load_traced_bodies(const std::string& folder);
 
-/// Irradiance at the body's centre for a unit normal (probe frame), without occlusion or reflections: the sum of each
-/// lamp's irradiance times the cosine, if positive, plus pi times the ambient radiance. Not for rooms.
-[[nodiscard]] std::array<double, 3> true_irradiance(const TracedFrame& frame, Vec3d normal);
+/// Irradiance at the body's centre for each unit normal (probe frame) by all light that arrives there if the body is
+/// absent: the lamps, the ambient light where the board does not hide it, and light of both that the board reflects, by
+/// a sum over 10,000 directions. Not for rooms.
+[[nodiscard]] std::vector<std::array<double, 3>> true_irradiance(const TracedFrame& frame,
+                                                                 std::span<const Vec3d> normals);
+
+/// At normals within 60 degrees of the direction to the camera: 512 of a Fibonacci lattice; in a room those of
+/// scenes.json.
+struct TrueIrradiance {
+  std::vector<Vec3d> normals;
+  std::vector<std::array<double, 3>> irradiance;
+};
+/// Occluders are ignored.
+[[nodiscard]] TrueIrradiance irradiance_facing_camera(const TracedFrame& frame);
+
+/// Relative RMS error of a descriptor's irradiance over these normals and three channels.
+[[nodiscard]] double irradiance_error(const TrueIrradiance& truth, const Descriptor& answer);
 
 /// Model of an 8-bit camera's sensor.
 struct TracedSensor {

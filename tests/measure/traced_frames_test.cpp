@@ -25,7 +25,7 @@ constexpr const char* kScenes = R"({"frames": {
   "a_frame": {"file": "a.exr", "group": "air", "body": "grey", "turn_about_y_deg": 0,
     "camera": {"width": 120, "height": 90, "fx_px": 100, "fy_px": 100, "cx_px": 59.5, "cy_px": 44.5},
     "T_probe_body": {"q_xyzw": [0, 0, 0, 1], "t_m": [0, 0, -1]}, "lamps": [], "ambient_radiance_rgb": [0, 0, 0],
-    "board": {"size_m": [1, 1]}}}})";
+    "board": {"center_m": [0, -0.1, -1], "normal": [0, 1, 0], "x": [1, 0, 0], "size_m": [2, 1], "albedo": 0.35}}}})";
 
 MarkerPatch square(double x, double y, double half, double albedo) {
   return {{{x - half, y - half}, {x + half, y - half}, {x + half, y + half}, {x - half, y + half}},
@@ -72,7 +72,10 @@ TEST(TracedFrames, AreSortedByName) {
   EXPECT_EQ(a.name, "a_frame");
   EXPECT_EQ(a.view, "straight");
   EXPECT_EQ(a.place, "other");
-  EXPECT_TRUE(a.board);
+  ASSERT_TRUE(a.board);
+  EXPECT_EQ(a.board->center, (Vec3d{0, -0.1, -1}));
+  EXPECT_EQ(a.board->size_m, (std::array<double, 2>{2, 1}));
+  EXPECT_EQ(a.board->albedo, 0.35);
   EXPECT_EQ(b.file, "b.exr");
   EXPECT_EQ(b.group, "grid");
   EXPECT_EQ(b.body, "white");
@@ -98,12 +101,39 @@ TEST(TracedFrames, IrradianceIsTheSumOfLampsAboveTheHorizonAndAmbientLight) {
   const TracedFrame frame = load_traced_frames(folder.path(""))->at(1);
   constexpr std::array<double, 3> kLamp = {3, 2, 1}, kAround = {0.1, 0.2, 0.3};
   EXPECT_EQ(frame.ambient_radiance, kAround);
+  const std::array<Vec3d, 3> normals = {Vec3d{0, 0.6, 0.8}, Vec3d{0, 0, 1}, Vec3d{0, -1, 0}};
+  const auto irradiance = true_irradiance(frame, normals);
   for (std::size_t c = 0; c < 3; ++c) {
     const double around = std::numbers::pi * kAround[c];
-    EXPECT_NEAR(true_irradiance(frame, {0, 0.6, 0.8})[c], kLamp[c] + around, 1e-12) << "straight below the lamp";
-    EXPECT_NEAR(true_irradiance(frame, {0, 0, 1})[c], 0.8 * kLamp[c] + around, 1e-12) << "a cosine of 0.8";
-    EXPECT_NEAR(true_irradiance(frame, {0, -1, 0})[c], around, 1e-12) << "turned away";
+    EXPECT_NEAR(irradiance[0][c], kLamp[c] + around, 1e-12) << "straight below the lamp";
+    EXPECT_NEAR(irradiance[1][c], 0.8 * kLamp[c] + around, 1e-12) << "a cosine of 0.8";
+    EXPECT_NEAR(irradiance[2][c], around, 1e-12) << "turned away";
   }
+}
+
+TEST(TracedFrames, IrradianceContainsTheLightOfTheBoard) {
+  const test::TempDir folder;
+  folder.write("scenes.json", kScenes);
+  TracedFrame frame = load_traced_frames(folder.path(""))->at(0);
+  // So large a board and so far a lamp that the board is a half space of uniform radiance.
+  frame.board->size_m = {1e6, 1e6};
+  frame.ambient_radiance = {0.1, 0.2, 0.3};
+  TracedLamp lamp;
+  lamp.direction = {0, 0.6, 0.8};
+  lamp.distance_m = 1e9;
+  lamp.irradiance = {3, 2, 1};
+  frame.lamps = {lamp};
+  const std::array<Vec3d, 3> normals = {Vec3d{0, -1, 0}, Vec3d{1, 0, 0}, Vec3d{0, 1, 0}};
+  const auto irradiance = true_irradiance(frame, normals);
+  for (std::size_t i = 0; i < normals.size(); ++i)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double around = std::numbers::pi * frame.ambient_radiance[c], above = (1 + normals[i].y) / 2;
+      const double board = 0.35 * (around + 0.6 * lamp.irradiance[c]);
+      // The tolerance is the error of the sum over directions.
+      EXPECT_NEAR(irradiance[i][c],
+                  above * around + (1 - above) * board + lamp.irradiance[c] * std::max(0.0, 0.6 * normals[i].y), 2e-3)
+          << i;
+    }
 }
 
 TEST(TracedFrames, MissingFieldsAreNamed) {

@@ -11,6 +11,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
+#include "estimate/marker/ground_light.hpp"
 #include "estimate/marker/light_search.hpp"
 
 namespace lightwell::marker {
@@ -383,6 +384,11 @@ LightingEstimate estimate_lighting(const Shading& shading, const LightingEstimat
     for (double& v : light_estimate.light.irradiance) v *= input.irradiance;
   for (SurfaceSample& sample : out.inliers)
     for (std::size_t c = 0; c < 3; ++c) sample.irradiance[c] *= input.irradiance, sample.sigma[c] *= input.irradiance;
+  if (out.surround_model != SurroundModel::distant) {
+    std::vector<PointLight> lights;
+    for (const LightEstimate& light_estimate : out.lights) lights.push_back(light_estimate.light);
+    out.ground = unoccluded_ground_irradiance(shading, lights);
+  }
   return out;
 }
 

@@ -38,7 +38,10 @@ struct LightEstimate {
 };
 
 struct LightingEstimate {
-  std::array<Rgb, 4> ambient{};
+  std::array<Rgb, 4> ambient{};  ///< As LightModel::ambient; without `ground`.
+  /// Irradiance by the light that the ground plane sends to the body's centre, as if the body were absent, in the same
+  /// form. Zero for distant surroundings: then `ambient`, `lights` and `inliers` contain it.
+  std::array<Rgb, 4> ground{};
   std::vector<LightEstimate> lights;  ///< Strongest first.
   double chi_square = 0;              ///< Reduced: divided by the degrees of freedom.
   double chi_square_at_search = 0;    ///< Reduced chi square of the last global search.
@@ -52,7 +55,7 @@ struct LightingEstimate {
   int used = 0;
   std::optional<GroundTexture> ground_texture;  ///< Of the last search, if a ground plane was used.
   bool tracked = false;  ///< Whether the fit started from the previous frame's lights; false: global search.
-  std::vector<SurfaceSample> inliers;  ///< Face samples without the outliers.
+  std::vector<SurfaceSample> inliers;  ///< Face samples without the outliers and without the ground plane's light.
 };
 
 /// `previous`: the previous frame's estimate or null. One fit starts from its lights; it is accepted while its reduced

@@ -4,18 +4,14 @@
 #include <cmath>
 #include <numbers>
 
-#include <lightwell/harmonics.hpp>
-
 #include "estimate/common/error_bound.hpp"
 #include "estimate/common/light_tracker.hpp"
 #include "estimate/frames/row_reader.hpp"
-#include "estimate/marker/max_entropy_radiance.hpp"
+#include "estimate/marker/ambient_radiance.hpp"
 
 namespace lightwell {
 namespace {
 
-/// Constants of the spherical harmonics of bands 0 and 1: proto/README.md.
-constexpr double kY0 = 0.28209479177387814, kY1 = 0.48860251190291992;
 /// The frame is dark where the brightest patch is below this multiple of the bias near black.
 constexpr double kMinSignalToNoise = 3;
 /// Added to each direction's standard deviation: paper is not quite Lambertian, lights are not points.
@@ -27,9 +23,6 @@ constexpr double kMaxOccludedFraction = 0.25;
 constexpr double kUnknownDirectionVariance = 1;
 /// Albedo that is assumed for saturated patches in a lower bound of the irradiance.
 constexpr double kWhitePaperAlbedo = 0.8;
-
-/// Last band of the maximum-entropy radiance: the cosine lobe of the faces attenuates higher bands.
-constexpr int kMaxEntropyBand = 4;
 
 float rounded(double v) { return static_cast<float>(v); }
 
@@ -76,7 +69,6 @@ class MarkerEstimatorImpl final : public MarkerEstimator {
   void add_pose_covariance();
   void fill_descriptor(Descriptor& out);
   void fill_distance(const marker::LightEstimate& light_estimate, Light& out) const;
-  void fill_ambient(Descriptor& out);
   [[nodiscard]] estimate::BoundParts bound_parts() const;
 
   RigParameters rig_;
@@ -185,7 +177,8 @@ void MarkerEstimatorImpl::fill_descriptor(Descriptor& out) {
     for (double& v : lighting.ambient[0]) v = std::numbers::pi * counts.brightest / kWhitePaperAlbedo;
   }
 
-  fill_ambient(out);
+  out.radiance = marker::ambient_radiance(lighting, options_.config.band);
+  out.radiance_step = 0;
   out.lights.clear();
   for (const marker::LightEstimate& light_estimate : lighting.lights) {
     Light one;
@@ -210,41 +203,6 @@ void MarkerEstimatorImpl::fill_distance(const marker::LightEstimate& light_estim
   if (!light_estimate.distance_observable || light_estimate.uncertain || report_.body.ambiguous) return;
   out.distance_m = rounded(light_estimate.distance_m());
   out.distance_sigma_m = rounded(light_estimate.distance_sigma_m());
-}
-
-/// Fills the radiance without the lights: the ambient light, or the maximum-entropy radiance where the lights are
-/// uncertain. The latter also replaces the lights' irradiances and reorders them.
-void MarkerEstimatorImpl::fill_ambient(Descriptor& out) {
-  marker::LightingEstimate& lighting = report_.light;
-  out.radiance = {};
-  out.radiance_step = 0;
-  if (lighting.uncertain && !lighting.localized) {
-    // Many sets of point lights explain the faces; they predict different irradiances at normals between the faces.
-    std::vector<Vec3d> toward;
-    for (const marker::LightEstimate& light_estimate : lighting.lights)
-      toward.push_back(light_estimate.light.direction);
-    const auto max_entropy =
-        marker::max_entropy_radiance(lighting.inliers, toward, std::min(options_.config.band, kMaxEntropyBand));
-    if (max_entropy) {
-      out.radiance = max_entropy->radiance;
-      for (std::size_t k = 0; k < lighting.lights.size(); ++k)
-        lighting.lights[k].light.irradiance = max_entropy->lights[k];
-      const auto sum = [](const marker::LightEstimate& light_estimate) {
-        return light_estimate.light.irradiance[0] + light_estimate.light.irradiance[1] +
-               light_estimate.light.irradiance[2];
-      };
-      std::ranges::stable_sort(lighting.lights, std::ranges::greater{}, sum);
-      return;
-    }
-  }
-  out.radiance.band = 1;
-  // ambient[1..3] are x, y, z; band 1 is in the order y, z, x.
-  constexpr std::array<std::size_t, 4> kOrder = {0, 2, 3, 1};
-  for (std::size_t i = 0; i < 4; ++i) {
-    const double factor = i == 0 ? 1 / (std::numbers::pi * kY0) : 1.5 / (std::numbers::pi * kY1);
-    const marker::Rgb& from = lighting.ambient[kOrder[i]];
-    out.radiance.c[i] = {rounded(from[0] * factor), rounded(from[1] * factor), rounded(from[2] * factor)};
-  }
 }
 
 /// The parts refer to the normals that were observed.

@@ -21,8 +21,13 @@ struct GroundPatch {
   Rgb radiance;
 };
 
-/// All patches of the ground plane's grid, hidden ones filled in.
-std::vector<GroundPatch> fill_ground_grid(const GroundPlane& ground) {
+/// The sampled part of the ground plane, hidden patches filled in.
+struct GroundGrid {
+  std::vector<GroundPatch> patches;
+  Rgb beyond{};  ///< Radiance of the plane beyond them: the mean of the outermost ring.
+};
+
+GroundGrid fill_ground_grid(const GroundPlane& ground) {
   const auto [u, v] = tangent_basis(ground.normal);
   const Vec3d below_body = ground.normal * dot(ground.point, ground.normal);
   const double step = ground.step_m;
@@ -45,7 +50,14 @@ std::vector<GroundPatch> fill_ground_grid(const GroundPlane& ground) {
     count[ring] += 1;
     for (std::size_t c = 0; c < 3; ++c) sum[ring][c] += s.color[c];
   }
-  std::vector<GroundPatch> out;
+  const auto mean_of = [&](std::size_t ring) {
+    Rgb mean = sum[ring];
+    for (double& value : mean) value /= count[ring];
+    return mean;
+  };
+  GroundGrid out;
+  for (std::size_t ring = 0; ring < kRings; ++ring)
+    if (count[ring] > 0) out.beyond = mean_of(ring);
   for (int row = 0; row < edge; ++row)
     for (int column = 0; column < edge; ++column) {
       const double x = (column - across) * step, y = (row - across) * step, distance = std::hypot(x, y);
@@ -57,9 +69,9 @@ std::vector<GroundPatch> fill_ground_grid(const GroundPlane& ground) {
         auto ring = static_cast<std::size_t>(ring_of(distance));
         while (ring + 1 < kRings && count[ring] == 0) ++ring;
         if (count[ring] == 0) continue;
-        for (std::size_t c = 0; c < 3; ++c) patch.radiance[c] = sum[ring][c] / count[ring];
+        patch.radiance = mean_of(ring);
       }
-      out.push_back(patch);
+      out.patches.push_back(patch);
     }
   return out;
 }
@@ -88,11 +100,13 @@ constexpr int kBallPoints = 48;
 void estimate_ground_reflection(Shading& shading) {
   if (!shading.ground || shading.ground->samples.empty()) return;
   const GroundPlane& ground = *shading.ground;
-  const std::vector<GroundPatch> patches = fill_ground_grid(ground);
+  const GroundGrid grid = fill_ground_grid(ground);
   const double area = ground.step_m * ground.step_m;
   for (SurfaceSample& s : shading.samples) {
     s.from_ground = {};
-    for (const GroundPatch& patch : patches) {
+    // An infinite plane of radiance 1 gives this irradiance.
+    double beyond = std::numbers::pi * (1 - dot(s.normal, ground.normal)) / 2;
+    for (const GroundPatch& patch : grid.patches) {
       const Vec3d to_patch = patch.position - s.position;
       const double squared = dot(to_patch, to_patch);
       const double along_ground_normal = -dot(to_patch, ground.normal), along_sample_normal = dot(to_patch, s.normal);
@@ -102,7 +116,9 @@ void estimate_ground_reflection(Shading& shading) {
       const double factor =
           along_ground_normal * along_sample_normal / (squared * (squared + area / std::numbers::pi)) * area;
       for (std::size_t c = 0; c < 3; ++c) s.from_ground[c] += patch.radiance[c] * factor;
+      beyond -= factor;
     }
+    for (std::size_t c = 0; c < 3; ++c) s.from_ground[c] += std::max(0.0, beyond) * grid.beyond[c];
   }
 }
 

@@ -69,7 +69,8 @@ struct Shading {
 
 /// Sets SurfaceSample::from_ground: the irradiance by the patches of the ground plane (the table), computed from its
 /// radiance in the image. Both kinds of samples must be in the same units. Patches that the body or the image's edge
-/// hides get the mean radiance of the visible ones at the same distance from the body.
+/// hides get the mean radiance of the visible ones at the same distance from the body; the infinite rest of the plane
+/// gets that of the outermost ones.
 void estimate_ground_reflection(Shading& shading);
 
 /// Subtracts from_ground from the faces' irradiance, at most down to 0, and adds a fifth of it to the samples' sigma in

@@ -15,8 +15,8 @@ constexpr Rgb kRadiance = {0.2, 0.4, 0.1};
 /// Relative error by the approximation of the disc by squares.
 constexpr double kSquares = 0.01;
 
-/// A face `kHeight` above the middle of a uniform disc with normal `up`. Samples nearer to the middle than `hidden` (m)
-/// are missing.
+/// A face `kHeight` above the middle of a uniform disc with normal `up`, in a black plane that is sampled to twice the
+/// disc's radius. Samples nearer to the middle than `hidden` (m) are missing.
 Shading above_a_disc(Vec3d up, Vec3d normal, double hidden = 0) {
   Shading out;
   SurfaceSample face;
@@ -29,14 +29,14 @@ Shading above_a_disc(Vec3d up, Vec3d normal, double hidden = 0) {
   ground.point = up * -kHeight;
   ground.step_m = kStep;
   const auto [u, v] = tangent_basis(up);
-  const int across = static_cast<int>(kRadius / kStep);
+  const int across = static_cast<int>(2 * kRadius / kStep);
   for (int x = -across; x <= across; ++x)
     for (int y = -across; y <= across; ++y) {
       const double off = kStep * std::hypot(x, y);
-      if (off > kRadius || off < hidden) continue;
+      if (off > 2 * kRadius || off < hidden) continue;
       GroundSample sample;
       sample.position = ground.point + u * (x * kStep) + v * (y * kStep);
-      sample.color = kRadiance;
+      if (off <= kRadius) sample.color = kRadiance;
       ground.samples.push_back(sample);
     }
   return out;
@@ -67,6 +67,16 @@ TEST(GroundReflection, VerticalFaceReceivesHalfOfTheDisc) {
 
 TEST(GroundReflection, FaceThatPointsUpReceivesNothing) {
   EXPECT_EQ(from_ground(above_a_disc({0, 1, 0}, {0, 1, 0})), Rgb{});
+}
+
+TEST(GroundReflection, ThePlaneContinuesBeyondItsSamples) {
+  for (const Vec3d normal : {Vec3d{0, -1, 0}, Vec3d{0, 0, 1}, normalized(Vec3d{1, 1, 0}), Vec3d{0, 1, 0}}) {
+    Shading shading = above_a_disc({0, 1, 0}, normal);
+    for (GroundSample& sample : shading.ground->samples) sample.color = kRadiance;
+    const Rgb light = from_ground(shading);
+    for (std::size_t c = 0; c < 3; ++c)
+      EXPECT_NEAR(light[c], std::numbers::pi * kRadiance[c] * (1 - normal.y) / 2, 1e-9) << c;
+  }
 }
 
 TEST(GroundReflection, HiddenPatchesGetTheRadianceOfTheirRing) {

@@ -207,6 +207,20 @@ TEST(LightingEstimate, BrightnessOfTheTableThatVariesSmoothlyIsNotAShadow) {
   }
 }
 
+TEST(LightingEstimate, GroundIsTheLightOfTheTableWithoutTheBody) {
+  LitBody body{.lamps = {{towards(40, 40), 0, {1, 0.8, 0.6}}}, .ambient = 0.2, .table = true, .table_albedo = 0.35};
+  const LightingEstimate light = estimate_lighting(body.shading());
+  EXPECT_NE(light.surround_model, SurroundModel::distant);
+  for (std::size_t c = 0; c < 3; ++c) {
+    // Half of the table's exitance; the body's shadow covers a tenth of the sampled part.
+    const double half = 0.35 * (0.2 + body.lamps[0].irradiance[c] * std::sin(40 * kDegree)) / 2;
+    EXPECT_NEAR(light.ground[0][c], half, 0.03 * half) << c;
+    EXPECT_NEAR(light.ground[2][c], -half, 0.03 * half) << "down, channel " << c;
+  }
+  body.table = false;
+  EXPECT_EQ(estimate_lighting(body.shading()).ground, (std::array<Rgb, 4>{}));
+}
+
 TEST(LightingEstimate, GroundPlaneWithoutShadowIsNotUsed) {
   LitBody body{.lamps = {{towards(20, 40), 0, kWhite}}, .table = true};
   Shading shading = body.shading();

@@ -147,17 +147,20 @@ struct LitBody {
         sample.position = p;
         const double squared = x * x + z * z + kInradius * kInradius;
         sample.occluded = kInradius * kInradius * kInradius / (squared * std::sqrt(squared));
-        double e = ambient * (1 - sample.occluded);
+        Rgb e;
+        e.fill(ambient * (1 - sample.occluded));
         for (const PointLight& lamp : lamps) {
           double visible = 0;
           for (int k = 0; k < 16; ++k)
             visible += shaded(p + Vec3d{(k % 4 - 1.5) / 4 * plane.step_m, 0, (k / 4 - 1.5) / 4 * plane.step_m}, lamp)
                            ? 0
                            : 1.0 / 16;
-          e += (lamp.irradiance[0] + lamp.irradiance[1] + lamp.irradiance[2]) / 3 * visible *
-               relative_irradiance_of(lamp, p, plane.normal);
+          for (std::size_t c = 0; c < 3; ++c)
+            e[c] += lamp.irradiance[c] * visible * relative_irradiance_of(lamp, p, plane.normal);
         }
-        sample.radiance = table_albedo / std::numbers::pi * e * (1 + 2 * sample_noise * normal(random));
+        const double noise = 1 + 2 * sample_noise * normal(random);
+        for (std::size_t c = 0; c < 3; ++c) sample.color[c] = table_albedo / std::numbers::pi * e[c] * noise;
+        sample.radiance = (sample.color[0] + sample.color[1] + sample.color[2]) / 3;
         sample.sigma = table_albedo * 1e-3;
         plane.samples.push_back(sample);
       }
