@@ -4,8 +4,10 @@
 //   marker_speed.fps                        frames per second from the camera's bytes to the descriptor, while tracking
 //   marker_speed.ms_detection_and_pose, .ms_sampling, .ms_light, .ms_all     milliseconds per frame, while tracking
 //   marker_speed.ms_first                   first frame, with a full search for body and lights
-//   marker_speed.memcpy_gb_per_s
-//   measure_marker_speed [--frame NAME] [--frames FOLDER] [--bodies FOLDER] [--still FOLDER]
+//   marker_speed.ms_apriltag                AprilTag's own detection in the whole frame at its default half resolution
+//   marker_speed.memcpy_gb_per_s, .ms_memcpy      copying the frame
+// With --count N it processes N frames and prints nothing: the program for tests/measure/count_instructions.
+//   measure_marker_speed [--count N] [--frame NAME] [--frames FOLDER] [--bodies FOLDER] [--still FOLDER]
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -22,6 +24,7 @@
 #include "imaging/image_file.hpp"
 #include "measure/output.hpp"
 #include "measure/traced_frames.hpp"
+#include "pose/tag_detector.hpp"
 #include "tools/command_line.hpp"
 
 namespace {
@@ -65,18 +68,48 @@ void write_still(const std::string& folder, RigParameters rig, const measure::Sh
 }
 
 struct Times {
-  double first = 1e9, all = 1e9, finding = 1e9, sampling = 1e9;
+  double first = 1e9, all = 1e9, finding = 1e9, sampling = 1e9, apriltag = 1e9;
 };
+
+/// Estimates the light in the k-th frame of a camera at rest.
+void process(MarkerEstimator& estimator, std::vector<measure::Shot>& shots, int k, Descriptor& out) {
+  measure::Shot& shot = shots[static_cast<std::size_t>(k) % shots.size()];
+  shot.frames.front().info.mid_exposure = ProbeTime{(k + 1) * 16'666'667LL};
+  if (const Status s = estimator.estimate(shot.frames, out); !s.ok()) fail(s.message());
+  if (k > 0 && !estimator.report().light.tracked)
+    std::fprintf(stderr, "measure_marker_speed: frame %d was searched instead of tracked\n", k);
+}
+
+/// Time of AprilTag's own detection in the green channel, ms.
+double apriltag_ms(const measure::Shot& shot) {
+  TagDetectorOptions options;
+  options.corners = CornerRefinement::none;
+  auto detector = TagDetector::make(options);
+  if (!detector) fail(detector.status().message());
+  const View& view = shot.frames.front().views().front();
+  std::vector<std::uint8_t> green(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height));
+  for (std::size_t i = 0; i < green.size(); ++i) green[i] = std::to_integer<std::uint8_t>(view.data[3 * i + 1]);
+  const GreyPicture picture{green, view.width, view.height, static_cast<std::size_t>(view.width)};
+  const DetectionWindow window{.region = {0, 0, view.width, view.height}, .decimate = 2};
+  const double begin = bench::thread_time_ms();
+  const auto found = detector->detect_in(picture, window);
+  const double spent = bench::thread_time_ms() - begin;
+  if (!found || found->empty()) fail("AprilTag finds no tag");
+  return spent;
+}
 
 }  // namespace
 
 int main(int argc, char** argv) {
   std::string frames_folder = LIGHTWELL_MARKER_FRAMES, bodies_folder = LIGHTWELL_MARKER_BODIES,
               name = "extra_large_straight_grey", still_folder;
+  int count = 0;
   CLI::App app{"Processing time of a frame with a marker in view, on one thread.", "measure_marker_speed"};
   app.add_option("--frame", name, "The image [extra_large_straight_grey]");
   app.add_option("--frames", frames_folder, "Folder of scenes.json and the images [tests/reference/mitsuba/marker]");
   app.add_option("--bodies", bodies_folder, "Folder of the marker bodies [firmware/estimate/marker/bodies]");
+  app.add_option("--count", count, "Process N frames and print nothing, to count instructions [no]")
+      ->check(CLI::PositiveNumber);
   app.add_option("--still", still_folder,
                  "Write the first frame there as picture.png, and its camera.textproto, for lightwell-estimate [no]");
   if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
@@ -95,34 +128,36 @@ int main(int argc, char** argv) {
   for (int k = 0; k < 6; ++k) shots.push_back(picture->expose(sensor, static_cast<std::uint64_t>(k)));
   if (!still_folder.empty()) write_still(still_folder, rig, shots.front());
 
-  Times best;
-  for (int run = 0; run < kRuns; ++run) {
+  double finding = 0;
+  Descriptor out;
+  const auto new_estimator = [&] {
     Result<std::unique_ptr<BodyFinder>> plain = make_tag_body_finder(rig, *body);
     if (!plain) fail(plain.status().message());
-    double finding = 0;
     auto estimator = make_marker_estimator(rig, *body, std::make_unique<TimedFinder>(std::move(*plain), finding), {});
     if (!estimator) fail(estimator.status().message());
-    Descriptor out;
+    return std::move(*estimator);
+  };
+  if (count > 0) {
+    const auto estimator = new_estimator();
+    for (int k = 0; k < count; ++k) process(*estimator, shots, k, out);
+    return 0;
+  }
+  Times best;
+  for (int run = 0; run < kRuns; ++run) {
+    const auto estimator = new_estimator();
     double all = 0, first = 0;
     for (int k = 0; k < kFrames; ++k) {
-      measure::Shot& shot = shots[static_cast<std::size_t>(k) % shots.size()];
-      shot.frames.front().info.mid_exposure = ProbeTime{(k + 1) * 16'666'667LL};
       const double begin = bench::thread_time_ms();
-      if (const Status s = (*estimator)->estimate(shot.frames, out); !s.ok()) fail(s.message());
+      process(*estimator, shots, k, out);
       const double spent = bench::thread_time_ms() - begin;
-      if (k == 0) {
-        first = spent;
-        finding = 0;
-      } else {
-        all += spent;
-      }
-      if (k > 0 && !(*estimator)->report().light.tracked)
-        std::fprintf(stderr, "measure_marker_speed: frame %d was searched instead of tracked\n", k);
+      (k == 0 ? first : all) += spent;
+      if (k == 0) finding = 0;
     }
     best.first = std::min(best.first, first);
     best.all = std::min(best.all, all / (kFrames - 1));
     best.finding = std::min(best.finding, finding / (kFrames - 1));
 
+    best.apriltag = std::min(best.apriltag, apriltag_ms(shots.front()));
     estimate::RowReader reader(rig);
     marker::MarkerSampler sampler(rig.lenses[0].width, {});
     const CameraModel model(rig.lenses[0]);
@@ -130,12 +165,13 @@ int main(int argc, char** argv) {
     const double begin = bench::thread_time_ms();
     for (int k = 0; k < kFrames; ++k) {
       if (!reader.bind(shots[static_cast<std::size_t>(k) % shots.size()].frames).ok()) fail("the frame cannot be read");
-      const marker::PosedBody placed(*body, rig.lenses[0], model, (*estimator)->report().body.probe_body.pose);
+      const marker::PosedBody placed(*body, rig.lenses[0], model, estimator->report().body.probe_body.pose);
       (void)sampler.sample(reader, 0, rig.lenses[0].width, rig.lenses[0].height, *body, placed, 1, 3, shading);
       marker::estimate_ground_reflection(shading);
     }
     best.sampling = std::min(best.sampling, (bench::thread_time_ms() - begin) / kFrames);
   }
+  const bench::MemcpySpeed copy = bench::memcpy_speed(1280 * 960 * 3);
   const auto print = [](const std::string& figure, double value) {
     measure::print_figure("marker_speed." + figure, value);
   };
@@ -145,6 +181,8 @@ int main(int argc, char** argv) {
   print("ms_sampling", best.sampling);
   print("ms_light", best.all - best.finding - best.sampling);
   print("ms_first", best.first);
-  print("memcpy_gb_per_s", bench::memcpy_speed(1280 * 960 * 3).gigabytes_per_s);
+  print("ms_apriltag", best.apriltag);
+  print("memcpy_gb_per_s", copy.gigabytes_per_s);
+  print("ms_memcpy", 1000 * copy.seconds_per_copy);
   return 0;
 }
