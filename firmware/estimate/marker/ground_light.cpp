@@ -36,7 +36,7 @@ std::array<Rgb, 4> unoccluded_ground_irradiance(const Shading& shading, std::spa
   std::array<Rgb, 4> out{};
   if (!shading.ground || shading.ground->samples.empty()) return out;
   const GroundPlane& plane = *shading.ground;
-  const GroundObservations ground(plane);
+  const GroundGeometry ground(plane);
   const Vec3d foot = ground.normal * -ground.height();
   Eigen::MatrixXd columns(ground.size(), 1 + static_cast<Eigen::Index>(lights.size()));
   columns.col(0) = ground.open;

@@ -108,21 +108,27 @@ double Observations::standardized_residual(int channel, int sample, double diffe
   return difference / std::hypot(1 / c.root_weight[sample], c.shared[k]);
 }
 
-GroundObservations::GroundObservations(const GroundPlane& ground, const std::optional<GroundTexture>& known_texture)
+GroundGeometry::GroundGeometry(const GroundPlane& ground)
     : point(ground.point),
       normal(ground.normal),
       step_m(ground.step_m),
       u(coordinates(ground, tangent_basis(ground.normal)[0])),
-      v(coordinates(ground, tangent_basis(ground.normal)[1])),
-      neighbours(u, v) {
+      v(coordinates(ground, tangent_basis(ground.normal)[1])) {
   const auto n = static_cast<Eigen::Index>(ground.samples.size());
-  for (Eigen::ArrayXd* a : {&x, &y, &z, &open, &radiance, &own_variance}) a->resize(n);
-  for (const GroundSample& t : ground.samples) mean_radiance += t.radiance / static_cast<double>(n);
-  mean_radiance = std::max(mean_radiance, 1e-300);
+  for (Eigen::ArrayXd* a : {&x, &y, &z, &open}) a->resize(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const GroundSample& t = ground.samples[static_cast<std::size_t>(i)];
     x[i] = t.position.x, y[i] = t.position.y, z[i] = t.position.z;
     open[i] = 1 - t.occluded;
+  }
+}
+
+GroundObservations::GroundObservations(const GroundPlane& ground, const std::optional<GroundTexture>& known_texture)
+    : GroundGeometry(ground), radiance(size()), neighbours(u, v), own_variance(size()) {
+  for (const GroundSample& t : ground.samples) mean_radiance += t.radiance / static_cast<double>(size());
+  mean_radiance = std::max(mean_radiance, 1e-300);
+  for (Eigen::Index i = 0; i < size(); ++i) {
+    const GroundSample& t = ground.samples[static_cast<std::size_t>(i)];
     radiance[i] = t.radiance;
     // The body also reflects light onto the samples that it occludes. This is not modelled: it increases sigma.
     const double sigma = std::hypot(t.sigma, kBodyReflectionRelativeSigma * t.occluded * t.radiance) / mean_radiance;
@@ -154,7 +160,7 @@ double GroundObservations::deviance(const Eigen::ArrayXd& residuals, const Groun
   return column.squaredNorm() + with.log_determinant();
 }
 
-bool Shadow::compute_irradiance(const GroundObservations& ground, std::span<const Vec3d> hull, Vec3d direction,
+bool Shadow::compute_irradiance(const GroundGeometry& ground, std::span<const Vec3d> hull, Vec3d direction,
                                 double inverse_distance, Eigen::ArrayXd& out) {
   out.setZero(ground.size());
   const auto [u, v] = tangent_basis(ground.normal);

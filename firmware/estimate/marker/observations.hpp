@@ -19,13 +19,22 @@
 
 namespace lightwell::marker {
 
-/// Samples of the ground plane (the table), one channel: the mean of r, g and b. One array element per sample.
-struct GroundObservations {
+/// Places of the samples of the ground plane (the table). One array element per sample.
+struct GroundGeometry {
   Vec3d point, normal;
   double step_m = 0;
   Eigen::ArrayXd x, y, z;  ///< Position, m, from the body's centre.
   Eigen::ArrayXd u, v;     ///< Position in tangent_basis(normal), m, from `point`.
   Eigen::ArrayXd open;     ///< Share of the ambient irradiance that the body does not occlude, 0 to 1.
+
+  explicit GroundGeometry(const GroundPlane& ground);
+  [[nodiscard]] Eigen::Index size() const { return x.size(); }
+  /// Height of the body's centre above the plane, m.
+  [[nodiscard]] double height() const { return -dot(point, normal); }
+};
+
+/// Samples of the ground plane, one channel: the mean of r, g and b.
+struct GroundObservations : GroundGeometry {
   Eigen::ArrayXd radiance;
   double mean_radiance = 0;
   GroundNeighbours neighbours;
@@ -37,7 +46,6 @@ struct GroundObservations {
   GroundObservations(const GroundPlane& ground, const std::optional<GroundTexture>& known_texture);
   GroundObservations(const GroundObservations&) = delete;
   GroundObservations& operator=(const GroundObservations&) = delete;
-  [[nodiscard]] Eigen::Index size() const { return x.size(); }
   /// Whitens a column of one radiance per sample, in place.
   void whiten(Eigen::Ref<Eigen::VectorXd> column) const;
   [[nodiscard]] Eigen::VectorXd whitened(const Eigen::ArrayXd& radiances) const;
@@ -45,8 +53,6 @@ struct GroundObservations {
   [[nodiscard]] GroundTexture fit_texture(const Eigen::ArrayXd& residuals) const;
   /// Minus twice the logarithm of the likelihood of residual radiances, up to a constant.
   [[nodiscard]] double deviance(const Eigen::ArrayXd& residuals, const GroundTexture& of_texture) const;
-  /// Height of the body's centre above the plane, m.
-  [[nodiscard]] double height() const { return -dot(point, normal); }
 };
 
 /// Irradiance of the ground plane by one point light, with the body's shadow. Reuses its memory from call to call.
@@ -56,7 +62,7 @@ class Shadow {
   /// the body's centre is 1: cosine, falloff, and visibility past the body. The edge of the shadow is a smooth step as
   /// wide as 1.2 samples plus 0.05 times the height of the body's centre. Returns false and zeros where the light is
   /// below the plane or the outline of the shadow is degenerate.
-  bool compute_irradiance(const GroundObservations& ground, std::span<const Vec3d> hull, Vec3d direction,
+  bool compute_irradiance(const GroundGeometry& ground, std::span<const Vec3d> hull, Vec3d direction,
                           double inverse_distance, Eigen::ArrayXd& out);
 
  private:
