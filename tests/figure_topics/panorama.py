@@ -9,11 +9,11 @@ import math
 import os
 import platform
 import re
-import shutil
 import statistics
 import subprocess
 import time
 
+from figure_topics import aarch64
 from figure_topics.panorama_extremes import extremes
 from figure_topics.panorama_front import front
 from figure_topics.rows import at_least, at_most, equals, known_short, reported, row
@@ -74,8 +74,6 @@ SETTINGS = ["fast", "balanced", "exact"]
 # Limits of the instructions per pixel at `fast` on aarch64; every other format and setting is only reported.
 MOST_INSTRUCTIONS = {"rgb8_linear": 20}
 WORK = (10, 20)  # Frames of the two counted runs.
-# As in the preset bench. g++ 12 gives false warnings at -O3 (-Wrestrict), which are errors in the board's preset.
-OPTIMISED = ["-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O3 -DNDEBUG", "-DLIGHTWELL_WERROR=OFF"]
 
 
 class Programs:
@@ -377,36 +375,15 @@ def kernels(items, machine):
     return rows
 
 
-def build_for_aarch64(root, say):
-    """Builds AARCH64_TARGETS optimised as for release, in a separate folder, because the preset's build is for tests.
-
-    Returns the folder of the programs and the sysroot; None, None without a sysroot, qemu-aarch64 or a good build."""
-    folder = root / "build/figures-aarch64"
-    sysroot = subprocess.run([root / "cmake/sysroot_aarch64"], stdout=subprocess.PIPE, text=True)
-    if sysroot.returncode or not shutil.which("qemu-aarch64"):
-        say("aarch64: no sysroot or no qemu-aarch64: not measured")
-        return None, None
-    say("building for aarch64 (Release)")
-    for command in (["cmake", "--fresh", "--preset", "board-aarch64", "-B", folder, *OPTIMISED],
-                    ["cmake", "--build", folder, "--target", *AARCH64_TARGETS]):
-        done = subprocess.run(command, cwd=root, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        if done.returncode:
-            say(done.stdout[-4000:] + "\naarch64: the build failed: not measured")
-            return None, None
-    return folder / "bin", sysroot.stdout.strip()
-
-
-def instructions(root, folder, say):
-    def counted(rig, format, setting):
+def instructions(folder, say):
+    def counted_row(rig, format, setting):
         name = f"aarch64 (NEON) instructions a pixel, {setting}, {FORMAT_NAMES[format]}, {RIGS[rig]}"
         say(name)
-        value = None
+        counted = None
         if folder:
-            done = subprocess.run([root / "tests/measure/count_instructions", "--json", "--work", *map(str, WORK),
-                                   folder / "measure_instructions", "--frames", "{}", rig, format, setting],
-                                  stdout=subprocess.PIPE, text=True)
-            if not done.returncode:
-                value = json.loads(done.stdout)["per_unit"] / COUNTED[rig]
+            command = [folder / "measure_instructions", "--frames", "{}", rig, format, setting]
+            counted = aarch64.instructions(command, WORK)
+        value = None if counted is None else counted / COUNTED[rig]
         real = "city.exr, g++ -O3, qemu-user Cortex-A72, frame to encoded descriptor"
         limit = MOST_INSTRUCTIONS.get(format) if setting == "fast" else None
         return reported(name, value, "", real) if limit is None else at_most(name, limit, value, "", real)
@@ -415,13 +392,12 @@ def instructions(root, folder, say):
     cases = [(rig, format, setting) for rig, formats in (("single", FORMAT_NAMES), ("equirect", MOST_INSTRUCTIONS))
              for format in formats for setting in SETTINGS]
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(lambda case: counted(*case), cases))
+        return list(pool.map(lambda case: counted_row(*case), cases))
 
 
 def measure(folder, say):
-    root = folder.parents[2]
     programs = Programs(folder, say)
-    aarch64_folder, sysroot = build_for_aarch64(root, say)
+    aarch64_folder, sysroot = aarch64.build(AARCH64_TARGETS, say)
     units = vector_units(programs)
     rows = timings(programs, units) + front(folder, say, next(iter(units)))
 
@@ -444,4 +420,4 @@ def measure(folder, say):
         rows += extremes(of_extremes.result())
         rows += kernels(of_kernels.result(), f"this machine, {platform.machine()}")
         rows += kernels(emulated.result() if emulated else [], "NEON under qemu-user, Cortex-A72")
-    return rows + instructions(root, aarch64_folder, say)
+    return rows + instructions(aarch64_folder, say)
