@@ -12,7 +12,6 @@
 namespace lightwell::marker {
 namespace {
 
-constexpr std::size_t kMaxNeighbours = GroundNeighbours::kMaxNeighbours;
 /// Limits of fit_ground_texture(): smallest and largest sigma; correlation lengths in steps; shares.
 constexpr double kMinSigma = 0.001, kMaxSigma = 0.6;
 /// Iterations of sigma at a given correlation: each scales it by the reduced chi square.
@@ -24,26 +23,30 @@ constexpr double kWinsorized = 3;
 
 }  // namespace
 
-GroundNeighbours::GroundNeighbours(const Eigen::ArrayXd& u, const Eigen::ArrayXd& v) : u_(u), v_(v) {
-  begin_.push_back(0);
-  std::vector<std::pair<double, Eigen::Index>> near;
+GroundNeighbours::GroundNeighbours(const Eigen::ArrayXd& u, const Eigen::ArrayXd& v)
+    : u_(u), v_(v), nearest_(static_cast<std::size_t>(u.size())) {
   for (Eigen::Index i = 0; i < u.size(); ++i) {
-    near.clear();
-    for (Eigen::Index k = std::max<Eigen::Index>(0, i - kCandidates); k < i; ++k) near.emplace_back(distance(i, k), k);
-    const std::size_t most = std::min(kMaxNeighbours, near.size());
-    std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(most), near.end());
-    for (std::size_t k = 0; k < most; ++k) indices_.push_back(near[k].second);
-    begin_.push_back(indices_.size());
+    Nearest& nearest = nearest_[static_cast<std::size_t>(i)];
+    std::array<double, kMax> squared{};
+    // From the last to the first: the last ones are the nearest, and most others are passed over.
+    for (Eigen::Index k = i - 1; k >= std::max<Eigen::Index>(0, i - kCandidates); --k) {
+      const double du = u[i] - u[k], dv = v[i] - v[k], d = du * du + dv * dv;
+      std::size_t at = nearest.count;
+      if (at == kMax && !(d < squared[kMax - 1])) continue;
+      if (at < kMax)
+        ++nearest.count;
+      else
+        --at;
+      for (; at > 0 && d < squared[at - 1]; --at)
+        squared[at] = squared[at - 1], nearest.indices[at] = nearest.indices[at - 1];
+      squared[at] = d, nearest.indices[at] = k;
+    }
   }
 }
 
 double GroundNeighbours::distance(Eigen::Index a, Eigen::Index b) const {
-  return std::hypot(u_[a] - u_[b], v_[a] - v_[b]);
-}
-
-std::span<const Eigen::Index> GroundNeighbours::of(Eigen::Index sample) const {
-  const auto i = static_cast<std::size_t>(sample);
-  return std::span(indices_).subspan(begin_[i], begin_[i + 1] - begin_[i]);
+  const double du = u_[a] - u_[b], dv = v_[a] - v_[b];
+  return std::sqrt(du * du + dv * dv);
 }
 
 GroundWhitening::GroundWhitening(const GroundNeighbours& neighbours, const Eigen::ArrayXd& own_variance,
@@ -55,29 +58,30 @@ GroundWhitening::GroundWhitening(const GroundNeighbours& neighbours, const Eigen
     return shared * std::exp(-neighbours.distance(a, b) / texture.length_m);
   };
   // Fixed sizes: no allocation per sample.
-  using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxNeighbours, kMaxNeighbours>;
-  using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxNeighbours, 1>;
+  constexpr int kMax = GroundNeighbours::kMax;
+  using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMax, kMax>;
+  using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMax, 1>;
+  if (shared > 0) coefficients_.resize(static_cast<std::size_t>(neighbours.size()));
   for (Eigen::Index i = 0; i < neighbours.size(); ++i) {
-    const std::span<const Eigen::Index> near = neighbours.of(i);
-    const auto count = static_cast<Eigen::Index>(near.size());
     double conditional = variance + own_variance[i];
-    SmallVector weights = SmallVector::Zero(count);
-    if (shared > 0 && count > 0) {
+    const GroundNeighbours::Nearest& near = neighbours.of(i);
+    if (shared > 0 && near.count > 0) {
+      const auto count = static_cast<Eigen::Index>(near.count);
       Small among(count, count);
       SmallVector to_sample(count);
       for (Eigen::Index a = 0; a < count; ++a) {
-        const Eigen::Index first = near[static_cast<std::size_t>(a)];
+        const Eigen::Index first = near.indices[static_cast<std::size_t>(a)];
         to_sample[a] = covariance(i, first);
         for (Eigen::Index b = 0; b < a; ++b)
-          among(a, b) = among(b, a) = covariance(first, near[static_cast<std::size_t>(b)]);
+          among(a, b) = among(b, a) = covariance(first, near.indices[static_cast<std::size_t>(b)]);
         among(a, a) = variance + own_variance[first];
       }
-      weights = among.llt().solve(to_sample);
+      const SmallVector weights = among.llt().solve(to_sample);
       conditional -= weights.dot(to_sample);
+      std::ranges::copy(weights, coefficients_[static_cast<std::size_t>(i)].begin());
     }
     // Rounding may leave less than the uncorrelated part.
     conditional = std::max(conditional, variance - shared + own_variance[i]) + 1e-12;
-    for (Eigen::Index a = 0; a < count; ++a) coefficients_.push_back(weights[a]);
     inverse_sigma_[i] = 1 / std::sqrt(conditional);
     log_determinant_ += std::log(conditional);
   }
@@ -85,14 +89,15 @@ GroundWhitening::GroundWhitening(const GroundNeighbours& neighbours, const Eigen
 
 void GroundWhitening::whiten(Eigen::Ref<Eigen::VectorXd> column) const {
   // From the last sample to the first, because a sample depends on earlier ones alone.
-  std::size_t at = coefficients_.size();
-  for (Eigen::Index i = column.size() - 1; i >= 0; --i) {
-    const std::span<const Eigen::Index> near = neighbours_->of(i);
-    at -= near.size();
-    double value = column[i];
-    for (std::size_t k = 0; k < near.size(); ++k) value -= coefficients_[at + k] * column[near[k]];
-    column[i] = value * inverse_sigma_[i];
-  }
+  if (!coefficients_.empty())
+    for (Eigen::Index i = column.size() - 1; i >= 0; --i) {
+      const auto& coefficients = coefficients_[static_cast<std::size_t>(i)];
+      const auto& indices = neighbours_->of(i).indices;
+      double predicted = 0;
+      for (std::size_t k = 0; k < indices.size(); ++k) predicted += coefficients[k] * column[indices[k]];
+      column[i] -= predicted;
+    }
+  column.array() *= inverse_sigma_;
 }
 
 GroundTexture fit_ground_texture(const GroundNeighbours& neighbours, const Eigen::ArrayXd& own_variance, double step_m,

@@ -2,7 +2,9 @@
 // samples are whitened. A texture hides a shadow only as far as it varies over the same distances.
 #pragma once
 
-#include <span>
+#include <array>
+#include <cstddef>
+#include <tuple>
 #include <vector>
 
 #include <Eigen/Core>
@@ -14,22 +16,26 @@ namespace lightwell::marker {
 /// Positions of the ground samples, and for each its nearest earlier ones.
 class GroundNeighbours {
  public:
+  /// Indices below the sample's own, nearest first.
+  struct Nearest {
+    std::size_t count = 0;  ///< Less than kMax for the first samples.
+    std::array<Eigen::Index, 6> indices{};
+  };
+
   /// `u`, `v`: positions in the plane, m, row by row: neighbours are searched among the last kCandidates samples.
   GroundNeighbours(const Eigen::ArrayXd& u, const Eigen::ArrayXd& v);
 
   [[nodiscard]] Eigen::Index size() const { return u_.size(); }
   [[nodiscard]] double distance(Eigen::Index a, Eigen::Index b) const;
-  /// Indices below `sample`, nearest first, at most kMaxNeighbours.
-  [[nodiscard]] std::span<const Eigen::Index> of(Eigen::Index sample) const;
+  [[nodiscard]] const Nearest& of(Eigen::Index sample) const { return nearest_[static_cast<std::size_t>(sample)]; }
 
-  static constexpr std::size_t kMaxNeighbours = 6;
+  static constexpr std::size_t kMax = std::tuple_size_v<decltype(Nearest::indices)>;
   /// Three rows of MarkerSampler's ground samples.
   static constexpr Eigen::Index kCandidates = 80;
 
  private:
   Eigen::ArrayXd u_, v_;
-  std::vector<Eigen::Index> indices_;
-  std::vector<std::size_t> begin_;
+  std::vector<Nearest> nearest_;
 };
 
 /// Approximate inverse square root of a covariance: sample i is conditioned on its nearest earlier samples alone
@@ -50,8 +56,8 @@ class GroundWhitening {
 
  private:
   const GroundNeighbours* neighbours_ = nullptr;
-  std::vector<double> coefficients_;  // in the order of the neighbours' indices
-  Eigen::ArrayXd inverse_sigma_;      // of the conditional distribution
+  std::vector<std::array<double, GroundNeighbours::kMax>> coefficients_;  // zero beyond count; empty: uncorrelated
+  Eigen::ArrayXd inverse_sigma_;                                          // of the conditional distribution
   Eigen::ArrayXd sigma_;
   double log_determinant_ = 0;
 };

@@ -136,7 +136,8 @@ Eigen::VectorXd LightSearch::column_of(int channel, Vec3d direction, double inve
 
 Eigen::VectorXd LightSearch::ground_column_of(Vec3d direction, double inverse_distance) {
   const GroundObservations& ground = *observations_.ground();
-  shadow_.compute_irradiance(ground, hull_, direction, inverse_distance, unit_irradiance_);
+  if (!shadow_.compute_irradiance(ground, hull_, direction, inverse_distance, unit_irradiance_))
+    return Eigen::VectorXd::Zero(ground.size());
   return ground.whitened(unit_irradiance_);
 }
 
