@@ -12,6 +12,7 @@ Azimuths are from +Z towards +X; the camera is at azimuth 0 except in the set `m
 
 import argparse
 import dataclasses
+import functools
 import hashlib
 import json
 import math
@@ -169,12 +170,15 @@ def luminance(c) -> float:
 # Parts of a scene
 # ---------------------------------------------------------------------------------------------------------------------
 def attitude_of(n: Numbers, body: bodies.Body) -> bodies.Rotation:
-    """Any face of a polyhedron may be at the bottom; the sheet below a ball always is."""
+    """Any face of a polyhedron may be at the bottom. The sheet below a ball always is, and the ball does not stand
+    between the camera and the tag, which is on the side of +Z."""
     upright = bodies.about((1.0, 0.0, 0.0), 0.0)
+    half_turn = 90 if body.ball else 180
     if not body.ball:
         bottom = body.faces[int(n.uniform("body.bottom") * len(body.faces))]
         upright = bodies.between(bottom.frame.normal, (0.0, -1.0, 0.0))
-    return bodies.composed(bodies.about((0.0, 1.0, 0.0), math.radians(n.uniform("body.turn", 0, 360))), upright)
+    return bodies.composed(bodies.about((0.0, 1.0, 0.0), math.radians(n.uniform("body.turn", -half_turn, half_turn))),
+                           upright)
 
 
 def folded(n: Numbers, body: bodies.Body, amount: float) -> tuple[tuple[bodies.Frame, ...], bodies.Vector | None]:
@@ -314,7 +318,7 @@ def scene_of(name: str, key: str, ranges: Ranges, views: tuple[View, ...] = (Vie
                                   min(60.0, max(20.0, elevation + v.elevation_deg)), roll, aim) for v in views]
     stage = placing.Stage(hull, table_height, [c.position for c in cameras])
     lamps = lamps_of(n, ranges, stage)
-    crop = placing.crop_for(cameras[frame], hull, table_height, lamps[0].position(), size * views[frame].zoom)
+    crop = placing.crop_for(cameras, hull, table_height, lamps[0].position(), size)
     paper = n.uniform("paper.roughness", 0.3, 0.6) if n.uniform("paper.satin") < ranges.satin else 0.0
     return Scene(name, key, body_name, paper, attitude, faces, ball,
                  table_of(n, {k: TABLE_WEIGHTS[k] for k in ranges.tables}), table_height, lamps,
@@ -339,7 +343,7 @@ DEFECTS = {
 }
 LAMP_IN_FRONT = Ranges(size_px=(200, 320), lamps=1, azimuth_deg=60, room=(0.05, 0.3), tables=("uniform",), folds=0.0,
                        satin=0.0, clutter=0.0)
-MOVING = Ranges(size_px=(150, 320))
+MOVING = Ranges(size_px=(140, 280))
 SMALL = Ranges(size_px=(30, 100))
 
 
@@ -348,6 +352,7 @@ def is_unseen(index: int) -> bool:
     return bool(hashlib.sha256(f"half/{index}".encode()).digest()[0] & 1)
 
 
+@functools.cache
 def names(which: str) -> list[str]:
     """The pictures of a set, in their order."""
     if which in ("dev", "unseen"):

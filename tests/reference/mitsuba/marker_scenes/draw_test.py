@@ -80,8 +80,8 @@ class Sets(unittest.TestCase):
     def test_a_sequence_differs_in_the_camera_alone(self):
         frames = [draw.picture(f"moving/02_{i}") for i in range(draw.SEQUENCE_FRAMES)]
         for f in frames:
-            self.assertEqual(replace(f, name="", camera=frames[0].camera, crop=(), size_px=0, frame=0),
-                             replace(frames[0], name="", crop=(), size_px=0))
+            self.assertEqual(replace(f, name="", camera=frames[0].camera, size_px=0, frame=0),
+                             replace(frames[0], name="", size_px=0))
         steps = [bodies.length(bodies.plus(a.camera.position, b.camera.position, -1))
                  for a, b in zip(frames, frames[1:])]
         self.assertGreater(min(steps), 0)

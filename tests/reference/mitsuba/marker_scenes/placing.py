@@ -62,19 +62,25 @@ def size_of(camera: Camera, hull) -> float:
 def camera_for(hull, size_px: float, focal_px: float, frame: tuple[int, int], azimuth_deg: float, elevation_deg: float,
                roll_deg: float, aim: tuple[float, float]) -> Camera:
     """The camera at whose distance the hull has `size_px`, at least 1.5 radii away. `aim`: where the body's centre is
-    in the frame, -1 to 1 of the room that the body leaves there, 0.6 of it at most."""
+    in the frame, -1 to 1 of 0.6 of the room that the body leaves there; moved so that all of the body is in it."""
     out = towards(azimuth_deg, elevation_deg)
     right = unit(cross(UP, out))
-    level = transposed((right, cross(out, right), out))
-    room = [0.6 * max(0.0, side / 2 - 0.62 * size_px - MARGIN_PX) for side in frame]
-    ray = unit((aim[0] * room[0] / focal_px, -aim[1] * room[1] / focal_px, -1.0))
-    aimed = composed(composed(level, about((0.0, 0.0, 1.0), math.radians(roll_deg))),
-                     transposed(between((0.0, 0.0, -1.0), ray)))
-    low, high = 1.5 * max(length(p) for p in hull), 20.0
-    for _ in range(50):
-        middle = (low + high) / 2
-        camera = Camera(focal_px, *frame, aimed, plus((0.0, 0.0, 0.0), out, middle))
-        low, high = (middle, high) if size_of(camera, hull) > size_px else (low, middle)
+    level = composed(transposed((right, cross(out, right), out)), about((0.0, 0.0, 1.0), math.radians(roll_deg)))
+    offset = [a * 0.6 * max(0.0, side / 2 - 0.62 * size_px - MARGIN_PX) for a, side in zip(aim, frame)]
+    for _ in range(6):
+        ray = unit((offset[0] / focal_px, -offset[1] / focal_px, -1.0))
+        aimed = composed(level, transposed(between((0.0, 0.0, -1.0), ray)))
+        low, high = 1.5 * max(length(p) for p in hull), 20.0
+        for _ in range(50):
+            middle = (low + high) / 2
+            camera = Camera(focal_px, *frame, aimed, plus((0.0, 0.0, 0.0), out, middle))
+            low, high = (middle, high) if size_of(camera, hull) > size_px else (low, middle)
+        box = box_of(camera, hull)
+        move = [max(0.0, MARGIN_PX - box[axis]) - max(0.0, box[2 + axis] + MARGIN_PX - (side - 1))
+                for axis, side in enumerate(frame)]
+        if move == [0.0, 0.0]:
+            break
+        offset = [o + m for o, m in zip(offset, move)]
     return camera
 
 
@@ -180,15 +186,20 @@ def shadow_points(hull, table_height: float, lamp: Vector) -> list[Vector]:
     return out
 
 
-def crop_for(camera: Camera, hull, table_height: float, lamp: Vector, size_px: float) -> tuple[int, int, int, int]:
-    """x, y, width, height of the picture within the sensor: all of the body, as much of its shadow by `lamp` as fits,
-    and table around. The larger the body, the less is around it."""
-    body = box_of(camera, hull)
-    wanted = box_of(camera, list(hull) + shadow_points(hull, table_height, lamp))
+def union(boxes) -> tuple[float, float, float, float]:
+    left, top, right, bottom = zip(*boxes)
+    return (min(left), min(top), max(right), max(bottom))
+
+
+def crop_for(cameras, hull, table_height: float, lamp: Vector, size_px: float) -> tuple[int, int, int, int]:
+    """x, y, width, height of the pictures of a sequence within the sensor: all of the body, as much of its shadow by
+    `lamp` as fits, and table around. The larger the body, the less is around it."""
+    body = union(box_of(c, hull) for c in cameras)
+    wanted = union(box_of(c, list(hull) + shadow_points(hull, table_height, lamp)) for c in cameras)
     position = min(1.0, max(0.0, math.log(size_px / SMALL_PX) / math.log(LARGE_PX / SMALL_PX)))
     width = size_px * (WIDTH_OF_SMALL + (WIDTH_OF_LARGE - WIDTH_OF_SMALL) * position)
     out = []
-    for axis, (side, most) in enumerate([(camera.width, width), (camera.height, HEIGHT_OF_WIDTH * width)]):
+    for axis, (side, most) in enumerate([(cameras[0].width, width), (cameras[0].height, HEIGHT_OF_WIDTH * width)]):
         least = body[2 + axis] - body[axis] + 2 * MARGIN_PX
         extent = min(side, 2 * math.ceil(max(most, least) / 2))
         start = (wanted[axis] + wanted[2 + axis] - extent) / 2

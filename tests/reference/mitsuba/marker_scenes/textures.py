@@ -40,8 +40,9 @@ def wood(table: draw.Table, rng) -> tuple[np.ndarray, float]:
     extent = 0.6
     u = np.arange(SIDE)[None, :] / SIDE
     rings = u * max(1, round(extent / table.scale_m)) + 0.8 * noise(rng, 60, 300)
-    profile = (rings % 1.0) ** 2 - 1 / 3
-    return 1 + table.contrast * (1.5 * profile + 0.25 * noise(rng, 1, 60)), extent
+    late = rings % 1.0  # the share of a ring that has grown; late wood is dark and ends within a tenth of a ring
+    profile = np.minimum((late / 0.9) ** 2, (1 - late) / 0.1) - 0.35
+    return 1 + table.contrast * (-1.5 * profile + 0.25 * noise(rng, 1, 60)), extent
 
 
 def tiles(table: draw.Table, rng) -> tuple[np.ndarray, float]:

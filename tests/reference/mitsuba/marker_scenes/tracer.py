@@ -16,9 +16,10 @@ from pathlib import Path
 import numpy as np
 
 if "DRJIT_LIBLLVM_PATH" not in os.environ:
-    found = sorted(glob.glob(str(Path.home() / ".rustup/toolchains/*/lib/libLLVM*.so*")))
+    # The small ones are linker scripts.
+    found = glob.glob(str(Path.home() / ".rustup/toolchains/*/lib/libLLVM*.so*"))
     if found:
-        os.environ["DRJIT_LIBLLVM_PATH"] = found[0]
+        os.environ["DRJIT_LIBLLVM_PATH"] = max(sorted(found), key=os.path.getsize)
 
 import drjit as dr  # noqa: E402 (the library is named before)
 import mitsuba as mi  # noqa: E402

@@ -197,6 +197,7 @@ def truth_of(scene: draw.Scene, texture, centre: dict, faces: list[dict], shadow
     r = to_camera(scene)
     c, (x, y, w, h), s = scene.camera, scene.crop, scene.sensor
     attitude = bodies.composed(tuple(map(tuple, r)), scene.attitude)
+    looking = np.degrees(np.arctan2(c.position[0], c.position[2]))
     cut = s.vignetting / camera_sensor.corner_angle(c) ** 2
     return {
         "name": scene.name, "body": scene.body, "size_px": numbers(scene.size_px), "defect": scene.defect,
@@ -209,7 +210,8 @@ def truth_of(scene: draw.Scene, texture, centre: dict, faces: list[dict], shadow
         "lamps": [{"direction": numbers(r @ np.array(bodies.unit(lamp.position())), 9),
                    "irradiance_rgb": numbers(lamp.irradiance), "distance_m": numbers(lamp.distance),
                    "size_m": numbers(lamp.size_m), "shape": lamp.shape,
-                   "azimuth_deg": numbers(lamp.azimuth_deg), "elevation_deg": numbers(lamp.elevation_deg)}
+                   "azimuth_deg": numbers((lamp.azimuth_deg - looking + 180) % 360 - 180),
+                   "elevation_deg": numbers(lamp.elevation_deg)}
                   for lamp in scene.lamps],
         "room_share": numbers(scene.room.share), "ambient_sh": numbers(centre["ambient_sh"]),
         "irradiance_rgb": numbers(centre["irradiance"]),
