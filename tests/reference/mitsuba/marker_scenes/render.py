@@ -24,6 +24,7 @@ import numpy as np
 
 import camera_sensor
 import draw
+import picture
 import textures
 import tracer
 import truth
@@ -73,7 +74,7 @@ class Rendered:
             traced = tracer.Traced(scene, self.texture, room, folder)
             self.faces = truth.face_lights(scene, traced)
             self.shadow = truth.shadow_px(scene, traced)
-            self.radiance = traced.picture()
+            self.radiance = picture.picture(scene, self.texture, room, folder, traced)
 
     def gains(self, scene: draw.Scene) -> np.ndarray:
         white = max((0.8 / np.pi * f["irradiance"] for f in self.faces), key=lambda c: c @ truth.LUMINANCE)
@@ -90,9 +91,9 @@ class Rendered:
 def render(names: list[str], out: Path, minutes: float) -> None:
     start, shared, rendered = time.time(), None, None
     for name in names:
-        path, picture = out / f"{name.partition('/')[0]}.jsonl", out / f"{name}.jpg"
+        path, file = out / f"{name.partition('/')[0]}.jsonl", out / f"{name}.jpg"
         items = lines_of(path)
-        if name in items and picture.exists():
+        if name in items and file.exists():
             continue
         if time.time() - start > 60 * minutes:
             print("stopped: the time is over; the rest is rendered by the next run")
@@ -103,7 +104,7 @@ def render(names: list[str], out: Path, minutes: float) -> None:
         if key != shared:
             shared, rendered = key, Rendered(scene)
         jpeg, line = rendered.files(scene)
-        write_atomically(picture, jpeg)
+        write_atomically(file, jpeg)
         items[name] = line
         write_truth(path, items)
         print(f"{name}: {time.process_time() - began:.1f} s of processor, {len(jpeg) / 1000:.0f} kB, "

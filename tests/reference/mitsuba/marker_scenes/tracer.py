@@ -1,9 +1,9 @@
 """A drawn scene in Mitsuba 3: the picture's radiance, and the light that arrives along given rays.
 
-    Traced(scene, folder)       loads the scene
-    .picture()                  (h, w, 3) radiance of the crop
-    .arriving(origins, directions, ...)   radiance along rays, without the lamps' own
-    .visible(...)               what the camera's rays meet
+    Traced(scene, ...)          loads the scene
+    .image(integrator, ...)     (h, w, 3) what an integrator sees in the crop
+    .arriving(...), .blocked(...), .first_hits(...)   along given rays
+    .surfaces()                 (h, w) the surface in the middle of each pixel
 
 `llvm_ad_rgb` needs an LLVM library that is newer than Debian 12's: DRJIT_LIBLLVM_PATH names it, else that of a Rust
 toolchain is taken. Without one, Mitsuba reports that it cannot initialize.
@@ -32,9 +32,8 @@ mi.set_variant("llvm_ad_rgb")
 mi.set_log_level(mi.LogLevel.Error)
 
 MAX_DEPTH = 4                   # segments of a path: direct light and two reflections before it
-PICTURE_SAMPLES = 6e6           # of a picture: a small one has more per pixel
-SAMPLES_PER_PIXEL = (9, 64)
 PASS_SAMPLES = 4e6              # limits the memory
+CLUTTER_FIRST = 100             # number of the first surface of clutter
 PRINT_GAP_M = 1.5e-5            # between blank paper and print, for the tracer
 CORE_GAP_M = 0.0015             # between a face and the core, which is seen through gaps of the folds
 SPECULAR = 0.5                  # of satin: a refractive index of 1.5
@@ -53,32 +52,32 @@ def surface(reflectance: dict, roughness: float) -> dict:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Polygons
+# Polygons: corners in the world, counter-clockwise seen from outside; albedo; number of the surface
 # ---------------------------------------------------------------------------------------------------------------------
-def printed_polygons(scene: draw.Scene) -> list[tuple[list, bodies.Vector]]:
-    """(corners in the world, albedo) of the folded faces."""
+def printed_polygons(scene: draw.Scene) -> list[tuple]:
+    """The folded faces. Ink and paper of a face are two surfaces."""
     out, body = [], scene.model()
-    for face, frame in zip(body.faces, scene.faces):
+    for i, (face, frame) in enumerate(zip(body.faces, scene.faces)):
         for outline, albedo, layer in bodies.printed(face, body.tag_size):
             points = [frame.at((x, y, (layer - 1) * PRINT_GAP_M)) for x, y in outline]
-            out.append(([bodies.turned(scene.attitude, p) for p in points], albedo))
+            out.append(([bodies.turned(scene.attitude, p) for p in points], albedo, 2 * i + (albedo[0] < 0.1)))
     return out
 
 
-def core_polygons(scene: draw.Scene) -> list[tuple[list, bodies.Vector]]:
+def core_polygons(scene: draw.Scene) -> list[tuple]:
     """The nominal polyhedron, a little smaller, of blank paper."""
     body, out = scene.model(), []
     if body.ball:
         return out
-    for face in body.faces:
+    for i, face in enumerate(body.faces):
         scale = 1 - CORE_GAP_M / bodies.dot(face.frame.normal, face.frame.origin)
         out.append(([bodies.turned(scene.attitude, tuple(scale * v for v in p)) for p in face.corners()],
-                    (bodies.WHITE,) * 3))
+                    (bodies.WHITE,) * 3, i))
     return out
 
 
-def clutter_polygons(thing: Clutter) -> list[tuple[list, bodies.Vector]]:
-    """Counter-clockwise seen from outside."""
+def clutter_polygons(thing: Clutter) -> list[tuple]:
+    """Round walls are one surface; 0 to 4 are used."""
     turn = bodies.about((0.0, 1.0, 0.0), np.radians(thing.turn_deg))
 
     def place(x, y, z):
@@ -88,7 +87,7 @@ def clutter_polygons(thing: Clutter) -> list[tuple[list, bodies.Vector]]:
         r, rings = thing.width / 2, SIDES // 2
         grid = [[place(r * np.sin(t) * np.sin(a), r - r * np.cos(t), r * np.sin(t) * np.cos(a))
                  for a in np.linspace(0, 2 * np.pi, SIDES + 1)] for t in np.linspace(0, np.pi, rings + 1)]
-        return [([grid[i][j], grid[i][j + 1], grid[i + 1][j + 1], grid[i + 1][j]], thing.albedo)
+        return [([grid[i][j], grid[i][j + 1], grid[i + 1][j + 1], grid[i + 1][j]], thing.albedo, 0)
                 for i in range(rings) for j in range(SIDES)]
     if thing.kind == "box":
         w, d = thing.width / 2, thing.depth / 2
@@ -96,22 +95,23 @@ def clutter_polygons(thing: Clutter) -> list[tuple[list, bodies.Vector]]:
     else:
         angles = np.arange(SIDES) * 2 * np.pi / SIDES
         ring = [(thing.width / 2 * np.sin(a), thing.width / 2 * np.cos(a)) for a in angles]
-    out = [([place(x, thing.height, z) for x, z in ring], thing.albedo)]
-    for (x0, z0), (x1, z1) in zip(ring, ring[1:] + ring[:1]):
+    out = [([place(x, thing.height, z) for x, z in ring], thing.albedo, 4)]
+    for i, ((x0, z0), (x1, z1)) in enumerate(zip(ring, ring[1:] + ring[:1])):
         out.append(([place(x0, 0, z0), place(x1, 0, z1), place(x1, thing.height, z1), place(x0, thing.height, z0)],
-                    thing.albedo))
+                    thing.albedo, i if thing.kind == "box" else 0))
     return out
 
 
 def mesh(polygons, folder: Path, name: str, roughness: float):
-    """Convex polygons as one mesh with an albedo per triangle."""
-    points, triangles, colors = [], [], []
-    for corners, albedo in polygons:
+    """The polygons as one mesh with an albedo per triangle, and the surface of each triangle."""
+    points, triangles, colors, surfaces = [], [], [], []
+    for corners, albedo, surface_number in polygons:
         start = len(points)
         points.extend(corners)
         for i in range(1, len(corners) - 1):
             triangles.append((start, start + i, start + i + 1))
             colors.append(albedo)
+            surfaces.append(surface_number)
     path = folder / f"{name}.ply"
     head = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}",
             *(f"property float {a}" for a in "xyz"), f"element face {len(triangles)}",
@@ -122,7 +122,7 @@ def mesh(polygons, folder: Path, name: str, roughness: float):
     out = mi.load_dict({"type": "ply", "filename": str(path), "face_normals": True,
                         "bsdf": surface({"type": "mesh_attribute", "name": "face_color"}, roughness)})
     out.add_attribute("face_color", 3, np.array(colors, np.float32).ravel())
-    return out
+    return out, np.array(surfaces)
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -142,30 +142,35 @@ def bitmap(array: np.ndarray) -> mi.Bitmap:
 
 
 class Traced:
-    """`texture`: textures.Texture of the table. `room`: radiance of the room's map. `parts`: of "body" and "around"
-    (table, clutter), what is there; lamps and room always are."""
+    """`texture`: textures.Texture of the table. `room`: radiance of the room's map; None: black. `parts`: of "body" and
+    "around" (table, clutter), what is there. `lamps`: by default all."""
 
-    def __init__(self, scene: draw.Scene, texture, room: np.ndarray, folder: Path, parts=("body", "around")):
+    def __init__(self, scene: draw.Scene, texture, room: np.ndarray | None, folder: Path, parts=("body", "around"),
+                 lamps=None):
         t, self.scene = mi.ScalarTransform4f(), scene
-        d = {"type": "scene",
-             "room": {"type": "envmap", "bitmap": bitmap(room), "sampling_weight": 0.0}}
-        for i, lamp in enumerate(scene.lamps):
+        d = {"type": "scene"}
+        if room is not None:
+            # The rays find it; sampled as an emitter it would take samples from the lamps.
+            d["room"] = {"type": "envmap", "bitmap": bitmap(room), "sampling_weight": 0.0}
+        for i, lamp in enumerate(scene.lamps if lamps is None else lamps):
             d[f"lamp_{i}"] = lamp_shape(lamp)
+        things, self.numbers_of = [], {}
         if "body" in parts:
-            d["paper"] = mesh(printed_polygons(scene), folder, "paper", scene.paper_roughness)
+            d["paper"], self.numbers_of["paper"] = mesh(printed_polygons(scene), folder, "paper", scene.paper_roughness)
             ball = scene.model().ball
             if ball:
                 d["ball"] = {"type": "sphere", "radius": ball.radius,
                              "center": list(bodies.turned(scene.attitude, scene.ball_center)),
                              "bsdf": surface(rgb(ball.albedo), scene.paper_roughness)}
-        things = core_polygons(scene) if "body" in parts else []
+            things += core_polygons(scene)
         if "around" in parts:
-            things += [p for thing in scene.clutter for p in clutter_polygons(thing)]
+            for i, thing in enumerate(scene.clutter):
+                things += [(p, albedo, CLUTTER_FIRST + 5 * i + k) for p, albedo, k in clutter_polygons(thing)]
             d["table"] = self.table(texture, t)
         if things:
-            d["things"] = mesh(things, folder, "things", 0.0)
+            d["things"], self.numbers_of["things"] = mesh(things, folder, "things", 0.0)
         self.scene_mi = mi.load_dict(d)
-        self.integrator = mi.load_dict({"type": "path", "max_depth": MAX_DEPTH, "rr_depth": 100})
+        self.path = mi.load_dict({"type": "path", "max_depth": MAX_DEPTH, "rr_depth": 100})
 
     def table(self, texture, t) -> dict:
         table = self.scene.table
@@ -189,14 +194,15 @@ class Traced:
                      "rfilter": {"type": "box"}},
             "sampler": {"type": "multijitter"}})
 
-    def picture(self, samples: float = PICTURE_SAMPLES) -> np.ndarray:
+    def image(self, integrator, samples: float, per_pixel: tuple[int, int], salt: int) -> np.ndarray:
+        """(h, w, 3). `samples`: of the whole picture, within the limits `per_pixel`."""
         area = self.scene.crop[2] * self.scene.crop[3]
-        spp = int(np.clip(samples / area, *SAMPLES_PER_PIXEL))
+        spp = int(np.clip(samples / area, *per_pixel))
         passes = max(1, round(spp * area / PASS_SAMPLES))
-        seed, sensor = self.scene.numbers().seed(f"tracer.{self.scene.frame}") % 2**31, self.sensor()
-        total = sum(np.array(mi.render(self.scene_mi, sensor=sensor, integrator=self.integrator,
+        seed, sensor = self.scene.numbers().seed(f"tracer.{self.scene.frame}.{salt}") % 2**31, self.sensor()
+        total = sum(np.array(mi.render(self.scene_mi, sensor=sensor, integrator=integrator,
                                        spp=max(1, spp // passes), seed=seed + i)) for i in range(passes))
-        return (total / passes).astype(np.float64)
+        return (total[..., -3:] / passes).astype(np.float64)
 
     def arriving(self, origins: np.ndarray, directions: np.ndarray, seed: int = 0) -> np.ndarray:
         """(n, 3) radiance along rays; 0 where a ray meets a lamp."""
@@ -206,7 +212,7 @@ class Traced:
         sampler.seed(seed, len(directions))
         si = self.scene_mi.ray_intersect(rays)
         lamp = si.is_valid() & si.shape.is_emitter()
-        radiance, _, _ = self.integrator.sample(self.scene_mi, sampler, rays)
+        radiance, _, _ = self.path.sample(self.scene_mi, sampler, rays)
         return np.array(dr.select(lamp, mi.Color3f(0), radiance)).T.astype(np.float64)
 
     def blocked(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
@@ -217,10 +223,30 @@ class Traced:
                         mi.Float(np.maximum(far - 1e-3, 1e-4).astype(np.float32)), mi.Float(0.0), mi.Color0f())
         return np.array(self.scene_mi.ray_test(rays))
 
-    def first_hits(self, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 3) points, and (n,) whether each is on the table."""
+    def hits(self, origins: np.ndarray, directions: np.ndarray):
+        """First intersections, and the names of the shapes with the mask of each."""
         rays = mi.Ray3f(mi.Point3f(np.asarray(origins, np.float32).T), mi.Vector3f(np.asarray(directions, np.float32).T))
         pi = self.scene_mi.ray_intersect_preliminary(rays)
-        table = next(s for s in self.scene_mi.shapes() if s.id() == "table")
-        hit = np.array(pi.is_valid() & (pi.shape == mi.ShapePtr(table)))
-        return np.asarray(origins) + np.where(hit, np.array(pi.t), 0)[:, None] * directions, hit
+        of = {s.id(): np.array(pi.is_valid() & (pi.shape == mi.ShapePtr(s))) for s in self.scene_mi.shapes()}
+        return np.array(pi.t), np.array(pi.prim_index), of
+
+    def camera_rays(self, step: int = 1) -> tuple[np.ndarray, tuple[int, int]]:
+        """(n, 3) unit directions through the middle of every step-th pixel, row by row, and their rows and columns."""
+        c, (x, y, w, h) = self.scene.camera, self.scene.crop
+        u, v = np.meshgrid(x + np.arange(step // 2, w, step) - (c.width - 1) / 2,
+                           y + np.arange(step // 2, h, step) - (c.height - 1) / 2)
+        rays = np.stack([u / c.focal_px, -v / c.focal_px, -np.ones_like(u)], -1) @ np.array(c.rotation).T
+        return (rays / np.linalg.norm(rays, axis=-1, keepdims=True)).reshape(-1, 3), u.shape
+
+    def surfaces(self) -> np.ndarray:
+        """(h, w) number of the surface that the ray through each pixel's middle meets: 0 room or lamp, 1 table, 2 ball,
+        from 1000 printed faces, from 2000 the core and clutter."""
+        rays, shape = self.camera_rays()
+        _, triangle, of = self.hits(np.tile(self.scene.camera.position, (len(rays), 1)), rays)
+        out = np.zeros(len(rays), int)
+        out[of.get("table", np.zeros(len(rays), bool))] = 1
+        out[of.get("ball", np.zeros(len(rays), bool))] = 2
+        for thousands, name in ((1000, "paper"), (2000, "things")):
+            if name in self.numbers_of:
+                out[of[name]] = thousands + self.numbers_of[name][triangle[of[name]]]
+        return out.reshape(shape)

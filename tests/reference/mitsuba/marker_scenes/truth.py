@@ -160,14 +160,11 @@ def face_lights(scene: draw.Scene, traced) -> list[dict]:
 
 def shadow_px(scene: draw.Scene, traced) -> int:
     """Pixels of the picture that show table from which the nominal body hides the strongest lamp's centre."""
-    x, y, w, h = scene.crop
-    c, step = scene.camera, SHADOW_STEP_PX
-    u, v = np.meshgrid(x + np.arange(step // 2, w, step), y + np.arange(step // 2, h, step))
-    rays = np.stack([(u - (c.width - 1) / 2) / c.focal_px, -(v - (c.height - 1) / 2) / c.focal_px,
-                     -np.ones_like(u, float)], -1).reshape(-1, 3) @ to_camera(scene)
-    rays /= np.linalg.norm(rays, axis=1)[:, None]
-    points, table = traced.first_hits(np.tile(c.position, (len(rays), 1)), rays)
-    points = points[table]
+    rays, _ = traced.camera_rays(SHADOW_STEP_PX)
+    eyes = np.tile(scene.camera.position, (len(rays), 1))
+    distance, _, of = traced.hits(eyes, rays)
+    table = of["table"]
+    points = eyes[table] + distance[table, None] * rays[table]
     way = np.array(scene.lamps[0].position()) - points
     body, r = scene.model(), np.array(scene.attitude)
     if body.ball:
@@ -183,7 +180,7 @@ def shadow_px(scene: draw.Scene, traced) -> int:
         enter = np.where(along < 0, t, -np.inf).max(1)
         leave = np.where(along > 0, t, np.inf).min(1)
         hidden = (enter < leave) & (leave > 0)
-    return int(hidden.sum()) * step * step
+    return int(hidden.sum()) * SHADOW_STEP_PX**2
 
 
 def numbers(a, digits: int = 4) -> list:
