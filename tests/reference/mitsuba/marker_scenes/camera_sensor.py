@@ -9,6 +9,7 @@ from PIL import Image
 import draw
 
 FINEST_JPEG = 95    # from this quality on, the colours have full resolution
+LARGEST_FILE, LEAST_QUALITY, QUALITY_STEP = 45_000, 50, 5  # bytes; of the drawn pictures
 
 
 def blurred(image: np.ndarray, sigma: float) -> np.ndarray:
@@ -56,15 +57,24 @@ def gains_of(sensor: draw.Sensor, white: np.ndarray, illuminant: np.ndarray) -> 
     return sensor.level / (white * balance).max() * balance
 
 
-def developed(scene: draw.Scene, radiance: np.ndarray, gains: np.ndarray) -> bytes:
-    """The JPEG file. `radiance`: (h, w, 3)."""
+def compressed(picture: Image.Image, quality: int) -> bytes:
+    out = io.BytesIO()
+    picture.save(out, "JPEG", quality=quality, subsampling=0 if quality >= FINEST_JPEG else 2, optimize=True)
+    return out.getvalue()
+
+
+def developed(scene: draw.Scene, radiance: np.ndarray, gains: np.ndarray) -> tuple[bytes, int]:
+    """The JPEG file and its quality: as drawn, or less for at most LARGEST_FILE, but LEAST_QUALITY. Of the set defects
+    it is always as drawn. `radiance`: (h, w, 3)."""
     s = scene.sensor
     rng = np.random.default_rng(scene.numbers().seed(f"noise.{scene.frame}"))
     linear = blurred(radiance, s.blur_px) * vignetting_of(scene)[..., None] * gains
     if s.electrons > 0:
         linear = linear + rng.normal(size=linear.shape) * np.sqrt(np.maximum(linear, 0) / s.electrons + s.read_noise**2)
     picture = Image.fromarray((encoded(linear) * 255 + 0.5).astype(np.uint8))
-    out = io.BytesIO()
-    picture.save(out, "JPEG", quality=s.jpeg_quality, subsampling=0 if s.jpeg_quality >= FINEST_JPEG else 2,
-                 optimize=True)
-    return out.getvalue()
+    quality = s.jpeg_quality
+    while True:
+        file = compressed(picture, quality)
+        if len(file) <= LARGEST_FILE or quality <= LEAST_QUALITY or scene.defect:
+            return file, quality
+        quality = max(LEAST_QUALITY, quality - QUALITY_STEP)

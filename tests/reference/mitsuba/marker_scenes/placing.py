@@ -16,7 +16,7 @@ from bodies import Rotation, Vector, about, between, composed, cross, dot, lengt
 TABLE_RADII = 3.4
 MARGIN_PX = 8          # between the body and the picture's edge
 # Width of a picture as a multiple of the body's size, for the smallest and the largest body.
-WIDTH_OF_SMALL, WIDTH_OF_LARGE, SMALL_PX, LARGE_PX, HEIGHT_OF_WIDTH = 3.4, 1.25, 100.0, 900.0, 0.85
+WIDTH_OF_SMALL, WIDTH_OF_LARGE, SMALL_PX, LARGE_PX, HEIGHT_OF_WIDTH = 3.0, 1.2, 100.0, 900.0, 0.85
 UP = (0.0, 1.0, 0.0)
 
 

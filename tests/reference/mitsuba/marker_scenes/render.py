@@ -74,7 +74,7 @@ class Rendered:
             traced = tracer.Traced(scene, self.texture, room, folder)
             self.faces = truth.face_lights(scene, traced)
             self.shadow = truth.shadow_px(scene, traced)
-            self.radiance = picture.picture(scene, self.texture, room, folder, traced)
+            self.radiance = picture.picture(scene, traced)
 
     def gains(self, scene: draw.Scene) -> np.ndarray:
         white = max((0.8 / np.pi * f["irradiance"] for f in self.faces), key=lambda c: c @ truth.LUMINANCE)
@@ -84,8 +84,9 @@ class Rendered:
 
     def files(self, scene: draw.Scene) -> tuple[bytes, dict]:
         gains = self.gains(scene)
-        return (camera_sensor.developed(scene, self.radiance, gains),
-                truth.truth_of(scene, self.texture, self.centre, self.faces, self.shadow, gains))
+        jpeg, quality = camera_sensor.developed(scene, self.radiance, gains)
+        line = truth.truth_of(scene, self.texture, self.centre, self.faces, self.shadow, gains)
+        return jpeg, line | {"jpeg_quality": quality}
 
 
 def render(names: list[str], out: Path, minutes: float) -> None:

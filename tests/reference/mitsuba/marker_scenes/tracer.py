@@ -1,9 +1,9 @@
 """A drawn scene in Mitsuba 3: the picture's radiance, and the light that arrives along given rays.
 
-    Traced(scene, ...)          loads the scene
-    .image(integrator, ...)     (h, w, 3) what an integrator sees in the crop
-    .arriving(...), .blocked(...), .first_hits(...)   along given rays
-    .surfaces()                 (h, w) the surface in the middle of each pixel
+    Traced(scene, ...)                        loads the scene
+    .direct_light(...), .other_light(...)     (h, w, 3) of the crop
+    .arriving(...), .blocked(...), .hits(...) along given rays
+    .surfaces()                               (h, w) the surface in the middle of each pixel
 
 `llvm_ad_rgb` needs an LLVM library that is newer than Debian 12's: DRJIT_LIBLLVM_PATH names it, else that of a Rust
 toolchain is taken. Without one, Mitsuba reports that it cannot initialize.
@@ -31,7 +31,7 @@ from placing import Clutter  # noqa: E402
 mi.set_variant("llvm_ad_rgb")
 mi.set_log_level(mi.LogLevel.Error)
 
-MAX_DEPTH = 4                   # segments of a path: direct light and two reflections before it
+MAX_DEPTH = 4                   # segments of a path from a surface that is looked at
 PASS_SAMPLES = 4e6              # limits the memory
 CLUTTER_FIRST = 100             # number of the first surface of clutter
 PRINT_GAP_M = 1.5e-5            # between blank paper and print, for the tracer
@@ -141,6 +141,24 @@ def bitmap(array: np.ndarray) -> mi.Bitmap:
     return mi.Bitmap(np.ascontiguousarray(array, np.float32), mi.Bitmap.PixelFormat.RGB)
 
 
+def z_order(column, row):
+    """Morton's index of a pixel: the bits of row and column in turn."""
+    out = mi.UInt32(0)
+    for bit in range(11):
+        out |= ((column >> bit) & 1) << (2 * bit) | ((row >> bit) & 1) << (2 * bit + 1)
+    return out
+
+
+def low_discrepancy(index, dimensions: int) -> list:
+    """Points of the R sequence (Roberts 2018). With indices in Z-order the samples of neighbouring pixels complement each
+    other, so that less noise remains after smoothing (Ahmed and Wonka 2020, doi:10.1145/3414685.3417881)."""
+    base = 2.0
+    for _ in range(60):  # the root of base^(d + 1) = base + 1
+        base = (1 + base) ** (1 / (dimensions + 1))
+    steps = [round(base ** -(k + 1) * 2**32) | 1 for k in range(dimensions)]
+    return [mi.Float((index * mi.UInt32(step)) >> 8) * (1 / 2**24) for step in steps]
+
+
 class Traced:
     """`texture`: textures.Texture of the table. `room`: radiance of the room's map; None: black. `parts`: of "body" and
     "around" (table, clutter), what is there. `lamps`: by default all."""
@@ -170,6 +188,7 @@ class Traced:
         if things:
             d["things"], self.numbers_of["things"] = mesh(things, folder, "things", 0.0)
         self.scene_mi = mi.load_dict(d)
+        self.lamps_mi = [s.emitter() for s in self.scene_mi.shapes() if s.is_emitter()]
         self.path = mi.load_dict({"type": "path", "max_depth": MAX_DEPTH, "rr_depth": 100})
 
     def table(self, texture, t) -> dict:
@@ -181,28 +200,76 @@ class Traced:
             [1, 0, 0], -90).scale([w, h, 1])
         return {"type": "rectangle", "to_world": place, "bsdf": surface(picture, table.roughness)}
 
-    def sensor(self):
+    def samples(self, strata: int, salt: int):
+        """Camera rays of the crop, `strata` squared in each pixel, in parts of at most PASS_SAMPLES: (rays, sampler,
+        index for low_discrepancy(), samples a pixel)."""
         c, (x, y, w, h) = self.scene.camera, self.scene.crop
-        column = lambda k: [row[k] for row in c.rotation]
-        look = mi.ScalarTransform4f().look_at(
-            origin=list(c.position), target=[p - b for p, b in zip(c.position, column(2))], up=column(1))
-        return mi.load_dict({
-            "type": "perspective", "fov": float(np.degrees(2 * np.arctan(c.width / 2 / c.focal_px))), "fov_axis": "x",
-            "near_clip": 0.005, "far_clip": 100.0, "to_world": look,
-            "film": {"type": "hdrfilm", "width": c.width, "height": c.height, "crop_offset_x": x, "crop_offset_y": y,
-                     "crop_width": w, "crop_height": h, "pixel_format": "rgb", "component_format": "float32",
-                     "rfilter": {"type": "box"}},
-            "sampler": {"type": "multijitter"}})
+        seed = self.scene.numbers().seed(f"tracer.{self.scene.frame}.{salt}") % 2**31
+        cells = np.array([(i, j) for i in range(strata) for j in range(strata)], np.float32)
+        parts = max(1, round(w * h * len(cells) / PASS_SAMPLES))
+        # Opaque: a literal would be compiled into the kernel, anew for each scene.
+        column = [dr.opaque(mi.Vector3f, [row[k] for row in c.rotation]) for k in range(3)]
+        eye = dr.opaque(mi.Point3f, c.position)
+        across, left, top, focal = (dr.opaque(mi.Float, v) for v in (strata, x - c.width / 2, y - c.height / 2,
+                                                                     c.focal_px))
+        start, of_pixel = 0, dr.opaque(mi.UInt32, len(cells))
+        for part in np.array_split(cells, parts):
+            n = len(part)
+            sampler = mi.load_dict({"type": "independent"})
+            sampler.seed(seed + start, w * h * n)
+            per_pixel, width, at = dr.opaque(mi.UInt32, n), dr.opaque(mi.UInt32, w), dr.arange(mi.UInt32, w * h * n)
+            pixel = at // per_pixel
+            cell, row = at - pixel * per_pixel, pixel // width
+            column_number, jitter = pixel - row * width, sampler.next_2d()
+            u, v = (dr.gather(mi.Float, mi.Float(np.ascontiguousarray(part[:, a])), cell) for a in (0, 1))
+            u = mi.Float(column_number) + (u + jitter.x) / across + left
+            v = mi.Float(row) + (v + jitter.y) / across + top
+            d = dr.normalize((column[0] * u - column[1] * v) / focal - column[2])
+            order = z_order(column_number, row) * of_pixel + cell + dr.opaque(mi.UInt32, (start + seed) % 2**32)
+            yield mi.RayDifferential3f(mi.Ray3f(eye, d)), sampler, order, n
+            start += n
 
-    def image(self, integrator, samples: float, per_pixel: tuple[int, int], salt: int) -> np.ndarray:
-        """(h, w, 3). `samples`: of the whole picture, within the limits `per_pixel`."""
-        area = self.scene.crop[2] * self.scene.crop[3]
-        spp = int(np.clip(samples / area, *per_pixel))
-        passes = max(1, round(spp * area / PASS_SAMPLES))
-        seed, sensor = self.scene.numbers().seed(f"tracer.{self.scene.frame}.{salt}") % 2**31, self.sensor()
-        total = sum(np.array(mi.render(self.scene_mi, sensor=sensor, integrator=integrator,
-                                       spp=max(1, spp // passes), seed=seed + i)) for i in range(passes))
-        return (total[..., -3:] / passes).astype(np.float64)
+    def sums(self, color, n: int) -> np.ndarray:
+        """(h, w, 3) sums over the n samples of each pixel."""
+        w, h = self.scene.crop[2:]
+        dr.eval(color)  # once for the three channels
+        return np.stack([np.array(dr.block_sum(channel, n)) for channel in color], -1).reshape(h, w, 3).astype(float)
+
+    def direct_light(self, strata: int) -> tuple[np.ndarray, np.ndarray]:
+        """(h, w, 3) radiance of visible lamps and room, and of what surfaces reflect of the lamps' direct light; (h, w,
+        3) diffuse reflectance. Each sample goes to each lamp."""
+        context, light, albedo = mi.BSDFContext(), 0.0, 0.0
+        for rays, sampler, order, n in self.samples(strata, 0):
+            si = self.scene_mi.ray_intersect(rays)
+            bsdf, total = si.bsdf(rays), si.emitter(self.scene_mi).eval(si)
+            for i, emitter in enumerate(self.lamps_mi):
+                place = mi.Point2f(*low_discrepancy(order, 3)[i % 2:][:2])
+                ds, weight = emitter.sample_direction(si, place, si.is_valid())
+                lit = si.is_valid() & (ds.pdf > 0)
+                lit &= ~self.scene_mi.ray_test(si.spawn_ray_to(ds.p), lit)
+                total += dr.select(lit, bsdf.eval(context, si, si.to_local(ds.d), lit) * weight, 0)
+            reflectance = bsdf.eval_diffuse_reflectance(si, si.is_valid())
+            dr.eval(total, reflectance)
+            light, albedo = light + self.sums(total, n), albedo + self.sums(reflectance, n)
+        return light / strata**2, albedo / strata**2
+
+    def other_light(self, strata: int) -> np.ndarray:
+        """(h, w, 3) radiance of what surfaces reflect of all light but the lamps' direct."""
+        context, light = mi.BSDFContext(), 0.0
+        for rays, sampler, order, n in self.samples(strata, 1):
+            si = self.scene_mi.ray_intersect(rays)
+            lobe, *way = low_discrepancy(order, 3)
+            bs, weight = si.bsdf(rays).sample(context, si, lobe, mi.Point2f(*way), si.is_valid())
+            onward = mi.RayDifferential3f(si.spawn_ray(si.to_world(bs.wo)))
+            seen = self.radiance(onward, sampler, si.is_valid() & (bs.pdf > 0))
+            light = light + self.sums(dr.select(si.is_valid() & (bs.pdf > 0), weight * seen, 0), n)
+        return light / strata**2
+
+    def radiance(self, rays, sampler, active=True):
+        """Radiance along rays; 0 where a ray meets a lamp."""
+        si = self.scene_mi.ray_intersect(rays, active)
+        radiance, _, _ = self.path.sample(self.scene_mi, sampler, rays, None, active)
+        return dr.select(si.is_valid() & si.shape.is_emitter(), mi.Color3f(0), radiance)
 
     def arriving(self, origins: np.ndarray, directions: np.ndarray, seed: int = 0) -> np.ndarray:
         """(n, 3) radiance along rays; 0 where a ray meets a lamp."""
@@ -210,10 +277,7 @@ class Traced:
                                              mi.Vector3f(np.asarray(directions, np.float32).T)))
         sampler = mi.load_dict({"type": "independent"})
         sampler.seed(seed, len(directions))
-        si = self.scene_mi.ray_intersect(rays)
-        lamp = si.is_valid() & si.shape.is_emitter()
-        radiance, _, _ = self.path.sample(self.scene_mi, sampler, rays)
-        return np.array(dr.select(lamp, mi.Color3f(0), radiance)).T.astype(np.float64)
+        return np.array(self.radiance(rays, sampler)).T.astype(np.float64)
 
     def blocked(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """(n,) whether something is between; the last millimetre is not looked at."""

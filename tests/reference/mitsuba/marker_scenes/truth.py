@@ -219,5 +219,5 @@ def truth_of(scene: draw.Scene, texture, centre: dict, faces: list[dict], shadow
                   "contrast": numbers(texture.contrast), "roughness": numbers(scene.table.roughness)},
         "clutter": len(scene.clutter), "paper_roughness": numbers(scene.paper_roughness),
         "elevation_deg": numbers(np.degrees(np.arcsin(c.position[1] / bodies.length(c.position)))),
-        "blur_px": numbers(s.blur_px), "vignetting_corner": numbers(s.vignetting), "jpeg_quality": s.jpeg_quality,
+        "blur_px": numbers(s.blur_px), "vignetting_corner": numbers(s.vignetting),
     }
