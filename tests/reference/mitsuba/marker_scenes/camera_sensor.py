@@ -4,7 +4,7 @@ Pillow."""
 import io
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageFile
 
 import draw
 
@@ -59,6 +59,7 @@ def gains_of(sensor: draw.Sensor, white: np.ndarray, illuminant: np.ndarray) -> 
 
 def compressed(picture: Image.Image, quality: int) -> bytes:
     out = io.BytesIO()
+    ImageFile.MAXBLOCK = 3 * picture.width * picture.height  # Pillow's buffer for `optimize`: too small for noise
     picture.save(out, "JPEG", quality=quality, subsampling=0 if quality >= FINEST_JPEG else 2, optimize=True)
     return out.getvalue()
 

@@ -1,23 +1,23 @@
 #!/usr/bin/env python3
-"""Smoothing along surfaces, and textures. Skipped without numpy."""
+"""Smoothing along surfaces, textures, and the camera from radiance to a file. Needs numpy and Pillow."""
 
+import io
 import sys
 import unittest
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
+from PIL import Image
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-try:
-    import numpy as np
-
-    import draw
-    import smoothing
-    import textures
-except ImportError:
-    np = None
+import camera_sensor  # noqa: E402
+import draw  # noqa: E402
+import smoothing  # noqa: E402
+import textures  # noqa: E402
 
 
-@unittest.skipIf(np is None, "numpy is missing")
 class Smoothing(unittest.TestCase):
     def setUp(self):
         self.surfaces = np.ones((40, 60), int)
@@ -49,7 +49,67 @@ class Smoothing(unittest.TestCase):
         self.assertFalse((out[:, 31:] == light[:, 31:]).any())
 
 
-@unittest.skipIf(np is None, "numpy is missing")
+class Sensor(unittest.TestCase):
+    """With a picture of the set defects: the whole sensor's geometry, a sensor without errors, and its file as drawn."""
+
+    def setUp(self):
+        self.scene = draw.picture("defects/03_none")
+        self.even = np.full((self.scene.crop[3], self.scene.crop[2], 3), 0.5)
+
+    def with_sensor(self, **changes):
+        return replace(self.scene, sensor=replace(self.scene.sensor, **changes))
+
+    def decoded(self, scene, radiance) -> np.ndarray:
+        file, _ = camera_sensor.developed(scene, radiance, np.ones(3))
+        v = np.asarray(Image.open(io.BytesIO(file))) / 255
+        return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)
+
+    def test_the_brightest_paper_has_its_level(self):
+        white, light = np.array([2.0, 1.0, 0.5]), np.array([3.0, 1.0, 0.4])
+        gains = camera_sensor.gains_of(self.scene.sensor, white, light)
+        self.assertAlmostEqual((gains * white).max(), self.scene.sensor.level)
+        # The light's colour is removed wholly.
+        self.assertLess(np.ptp(gains * light), 1e-12)
+
+    def test_even_light_is_encoded_and_decoded(self):
+        # A code is 0.9 % of full scale at this level.
+        self.assertLess(np.abs(self.decoded(self.scene, self.even) - 0.5).max(), 0.0045)
+
+    def test_noise_has_its_variance(self):
+        noisy = self.decoded(self.with_sensor(electrons=3000.0, read_noise=0.005), self.even)[..., 1]
+        # sqrt(0.5 / 3000 + 0.005^2); JPEG of quality 97 removes a little.
+        self.assertAlmostEqual(noisy.std() / np.sqrt(0.5 / 3000 + 0.005**2), 1, delta=0.1)
+
+    def test_vignetting_at_the_corner_of_the_sensor(self):
+        c = self.scene.camera
+        whole = replace(self.with_sensor(vignetting=0.25), crop=(0, 0, c.width, c.height))
+        v = camera_sensor.vignetting_of(whole)
+        # The middle of the corner's pixel is half a pixel within the corner.
+        self.assertAlmostEqual(v[0, 0], 0.75, delta=0.001)
+        self.assertAlmostEqual(v[c.height // 2, c.width // 2], 1, delta=1e-5)
+        x, y, w, h = self.scene.crop
+        self.assertTrue((camera_sensor.vignetting_of(self.with_sensor(vignetting=0.25)) == v[y:y + h, x:x + w]).all())
+
+    def test_blur_has_its_width(self):
+        line = np.zeros((9, 31, 3))
+        line[:, 15] = 1
+        for sigma in (0.5, 1.0, 2.0):
+            row = camera_sensor.blurred(line, sigma)[4, :, 0]
+            self.assertAlmostEqual(row.sum(), 1)
+            # A pixel has a variance of 1/12.
+            self.assertAlmostEqual(row @ (np.arange(31) - 15) ** 2, sigma**2 + 1 / 12, delta=0.03 * sigma**2 + 0.01)
+
+    def test_quality_falls_for_the_size_of_the_file_but_not_of_a_defect(self):
+        noise = np.random.default_rng(3).uniform(0, 1, (400, 400, 3))
+        scene = replace(self.scene, crop=(0, 0, 400, 400))
+        _, quality = camera_sensor.developed(scene, noise, np.ones(3))
+        self.assertEqual(quality, self.scene.sensor.jpeg_quality)
+        file, quality = camera_sensor.developed(replace(scene, defect=""), noise, np.ones(3))
+        self.assertEqual(quality, camera_sensor.LEAST_QUALITY)
+        _, quality = camera_sensor.developed(replace(scene, defect=""), 0 * noise, np.ones(3))
+        self.assertEqual(quality, self.scene.sensor.jpeg_quality)
+
+
 class Textures(unittest.TestCase):
     def test_tables(self):
         for kind in draw.TABLE_WEIGHTS:
