@@ -5,9 +5,9 @@ light that a surface reflects (of the room, of other surfaces) is noisy and chan
 
     direct + smooth(rest)
 
-`direct` has what is visible of lamps and room, and the reflection of each lamp. `rest` is path traced; smooth() averages
-it over the pixels of a window that show the same surface, divided by their albedo. Everything is unbiased but smooth(),
-which is exact where the irradiance is linear within the window.
+`direct` is what is visible of lamps and room, and the reflection of each lamp. `rest` is path traced; smooth() averages
+it over the pixels of a window that show the same surface, divided by their albedo. Only smooth() is biased; it is exact
+where the irradiance is linear within the window.
 """
 
 import numpy as np

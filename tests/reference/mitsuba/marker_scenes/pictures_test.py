@@ -66,7 +66,9 @@ def ratios(of: dict) -> list[float]:
 
 
 class Pictures(unittest.TestCase):
-    def test_each_line_has_its_picture(self):
+    maxDiff = None
+
+    def test_each_picture_has_its_line_and_file(self):
         for which in draw.SETS:
             lines = truth(which)
             self.assertEqual(sorted(of["name"] for of in lines), sorted(draw.names(which)))

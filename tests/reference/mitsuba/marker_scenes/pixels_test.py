@@ -50,7 +50,7 @@ class Smoothing(unittest.TestCase):
 
 
 class Sensor(unittest.TestCase):
-    """With a picture of the set defects: the whole sensor's geometry, a sensor without errors, and its file as drawn."""
+    """With a scene of the set defects: its sensor has no errors."""
 
     def setUp(self):
         self.scene = draw.picture("defects/03_none")

@@ -99,7 +99,8 @@ class Lamp:
 
     def lowest(self) -> float:
         half = self.size_m / 2
-        return self.position()[1] - (half * math.cos(math.radians(self.elevation_deg)) if self.shape == "disc" else half)
+        below = half * math.cos(math.radians(self.elevation_deg)) if self.shape == "disc" else half
+        return self.position()[1] - below
 
     def form_factor(self) -> float:
         """Irradiance at the body's centre divided by the radiance."""

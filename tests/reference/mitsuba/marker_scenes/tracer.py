@@ -150,8 +150,8 @@ def z_order(column, row):
 
 
 def low_discrepancy(index, dimensions: int) -> list:
-    """Points of the R sequence (Roberts 2018). With indices in Z-order the samples of neighbouring pixels complement each
-    other, so that less noise remains after smoothing (Ahmed and Wonka 2020, doi:10.1145/3414685.3417881)."""
+    """Points of the R sequence (Roberts 2018). With indices in Z-order the samples of neighbouring pixels complement
+    each other, so that less noise remains after smoothing (Ahmed and Wonka 2020, doi:10.1145/3414685.3417881)."""
     base = 2.0
     for _ in range(60):  # the root of base^(d + 1) = base + 1
         base = (1 + base) ** (1 / (dimensions + 1))
@@ -172,9 +172,9 @@ class Traced:
             d["room"] = {"type": "envmap", "bitmap": bitmap(room), "sampling_weight": 0.0}
         for i, lamp in enumerate(scene.lamps if lamps is None else lamps):
             d[f"lamp_{i}"] = lamp_shape(lamp)
-        things, self.numbers_of = [], {}
+        things, self.surface_numbers = [], {}
         if "body" in parts:
-            d["paper"], self.numbers_of["paper"] = mesh(printed_polygons(scene), folder, "paper", scene.paper_roughness)
+            d["paper"], self.surface_numbers["paper"] = mesh(printed_polygons(scene), folder, "paper", scene.paper_roughness)
             ball = scene.model().ball
             if ball:
                 d["ball"] = {"type": "sphere", "radius": ball.radius,
@@ -186,7 +186,7 @@ class Traced:
                 things += [(p, albedo, CLUTTER_FIRST + 5 * i + k) for p, albedo, k in clutter_polygons(thing)]
             d["table"] = self.table(texture, t)
         if things:
-            d["things"], self.numbers_of["things"] = mesh(things, folder, "things", 0.0)
+            d["things"], self.surface_numbers["things"] = mesh(things, folder, "things", 0.0)
         self.scene_mi = mi.load_dict(d)
         self.lamps_mi = [s.emitter() for s in self.scene_mi.shapes() if s.is_emitter()]
         self.path = mi.load_dict({"type": "path", "max_depth": MAX_DEPTH, "rr_depth": 100})
@@ -289,7 +289,8 @@ class Traced:
 
     def hits(self, origins: np.ndarray, directions: np.ndarray):
         """First intersections, and the names of the shapes with the mask of each."""
-        rays = mi.Ray3f(mi.Point3f(np.asarray(origins, np.float32).T), mi.Vector3f(np.asarray(directions, np.float32).T))
+        rays = mi.Ray3f(mi.Point3f(np.asarray(origins, np.float32).T),
+                        mi.Vector3f(np.asarray(directions, np.float32).T))
         pi = self.scene_mi.ray_intersect_preliminary(rays)
         of = {s.id(): np.array(pi.is_valid() & (pi.shape == mi.ShapePtr(s))) for s in self.scene_mi.shapes()}
         return np.array(pi.t), np.array(pi.prim_index), of
@@ -311,6 +312,6 @@ class Traced:
         out[of.get("table", np.zeros(len(rays), bool))] = 1
         out[of.get("ball", np.zeros(len(rays), bool))] = 2
         for thousands, name in ((1000, "paper"), (2000, "things")):
-            if name in self.numbers_of:
-                out[of[name]] = thousands + self.numbers_of[name][triangle[of[name]]]
+            if name in self.surface_numbers:
+                out[of[name]] = thousands + self.surface_numbers[name][triangle[of[name]]]
         return out.reshape(shape)
