@@ -174,7 +174,8 @@ class Traced:
             d[f"lamp_{i}"] = lamp_shape(lamp)
         things, self.surface_numbers = [], {}
         if "body" in parts:
-            d["paper"], self.surface_numbers["paper"] = mesh(printed_polygons(scene), folder, "paper", scene.paper_roughness)
+            d["paper"], self.surface_numbers["paper"] = mesh(printed_polygons(scene), folder, "paper",
+                                                             scene.paper_roughness)
             ball = scene.model().ball
             if ball:
                 d["ball"] = {"type": "sphere", "radius": ball.radius,
