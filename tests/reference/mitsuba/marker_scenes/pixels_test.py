@@ -34,6 +34,12 @@ class Smoothing(unittest.TestCase):
         out = smoothing.smooth(even * x, even, np.ones((40, 60), int), 4)
         self.assertLess(np.abs(out - even * x)[5:-5, 5:-5].max(), 1e-12)
 
+    def test_pixels_that_show_two_surfaces_do_not_count(self):
+        light = np.where(self.surfaces == 1, 1.0, 3.0)[..., None] * self.albedo
+        mixed = light.copy()
+        mixed[:, 29:31] *= 1.5
+        self.assertLess(np.abs(smoothing.smooth(mixed, self.albedo, self.surfaces, 4) - light).max(), 1e-12)
+
     def test_noise_falls_by_the_window(self):
         noise = np.random.default_rng(1).normal(size=(40, 60, 3))
         even = np.ones_like(noise)
