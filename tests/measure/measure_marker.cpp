@@ -126,6 +126,7 @@ int main(int argc, char** argv) {
     if (!seed) fail(seed.status());
     std::vector<std::unique_ptr<measure::MarkerMethod>> methods;
     methods.push_back(std::move(*seed));
+    methods.push_back(measure::make_arief_method());
     methods.push_back(measure::make_estimator_method());
     std::vector<const measure::TracedFrame*> looked_at;
     measure::TracedSensor sensor;
