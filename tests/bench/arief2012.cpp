@@ -22,6 +22,9 @@ constexpr int kTouch_px = 4;
 /// The smallest shadow, relative to the body's area in the picture.
 constexpr double kMinArea = 0.01;
 constexpr std::size_t kMinEdgePoints = 10, kMaxEdgePoints = 120;
+constexpr int kMaxLitPoints = 1'000;
+/// Longest shadow, in heights of the body: a light 10 degrees above the ground.
+constexpr double kMaxShift = 5.7;
 /// Limit of the distance of a point to the shadow's edge, in heights of the body.
 constexpr float kMaxDistance = 0.1F;
 
@@ -184,32 +187,43 @@ Vec3d AriefView::direction_of(Point shift) const {
   return normalized(up_ - right_ * double{shift.x} - forward_ * double{shift.y});
 }
 
-/// Mean distance of the points to the edge of the body's shadow, each at most kMaxDistance.
-double AriefView::distance_to_shadow(std::span<const Point> edge, Point shift) const {
+/// Mean distance of the edge's points to the edge of the body's shadow, each at most kMaxDistance, plus that of the lit
+/// points inside that shadow.
+double AriefView::mismatch(const Observed& seen, Point shift) const {
   std::vector<cv::Point2f> cast, hull;
   for (const Vertex& v : vertices_)
     cast.emplace_back(static_cast<float>(v.x + v.z * shift.x), static_cast<float>(v.y + v.z * shift.y));
-  cv::convexHull(cast, hull);
+  cv::convexHull(cast, hull);  // Counter-clockwise.
+  const std::size_t count = hull.size();
+  std::vector<cv::Point2f> sides;
+  for (std::size_t k = 0; k < count; ++k) sides.push_back(hull[(k + 1) % count] - hull[k]);
   double sum = 0;
-  for (const Point& p : edge) {
+  for (const Point& p : seen.edge) {
     float least = kMaxDistance * kMaxDistance;
-    for (std::size_t k = 0; k < hull.size(); ++k) {
-      const cv::Point2f side = hull[(k + 1) % hull.size()] - hull[k], from(p.x - hull[k].x, p.y - hull[k].y);
-      const float along = std::clamp(from.dot(side) / std::max(side.dot(side), 1e-12F), 0.0F, 1.0F);
-      const cv::Point2f off = from - side * along;
+    for (std::size_t k = 0; k < count; ++k) {
+      const cv::Point2f from(p.x - hull[k].x, p.y - hull[k].y);
+      const float along = std::clamp(from.dot(sides[k]) / std::max(sides[k].dot(sides[k]), 1e-12F), 0.0F, 1.0F);
+      const cv::Point2f off = from - sides[k] * along;
       least = std::min(least, off.dot(off));
     }
     sum += std::sqrt(least);
   }
-  return sum / static_cast<double>(edge.size());
+  for (const Point& p : seen.lit) {
+    double depth = kMaxDistance;
+    for (std::size_t k = 0; k < count && depth > 0; ++k)
+      depth = std::min(depth, sides[k].cross(cv::Point2f(p.x - hull[k].x, p.y - hull[k].y)) / cv::norm(sides[k]));
+    sum += std::max(depth, 0.0);
+  }
+  return sum / static_cast<double>(seen.edge.size());
 }
 
-/// The shift with the nearest shadow: the best of several starts around `first`, then a compass search.
-AriefView::Point AriefView::fitted(std::span<const Point> edge, Point first) const {
+/// The shift with the smallest mismatch: the best of several starts around `first`, then a compass search.
+AriefView::Point AriefView::fitted(const Observed& seen, Point first) const {
   Point best = first;
-  double least = distance_to_shadow(edge, best);
+  double least = mismatch(seen, best);
   const auto attempt = [&](Point p) {
-    const double d = distance_to_shadow(edge, p);
+    if (std::hypot(p.x, p.y) > kMaxShift) return false;
+    const double d = mismatch(seen, p);
     if (d >= least) return false;
     least = d;
     best = p;
@@ -220,8 +234,8 @@ AriefView::Point AriefView::fitted(std::span<const Point> edge, Point first) con
       const double c = scale * std::cos(turn_deg * kDegree), s = scale * std::sin(turn_deg * kDegree);
       attempt({static_cast<float>(c * first.x - s * first.y), static_cast<float>(s * first.x + c * first.y)});
     }
-  // From a tenth of the body's height to 0.05 degrees of the light's direction.
-  for (float step = 0.1F; step > 0.001F; step /= 2)
+  // From a tenth of the body's height to 0.1 degrees of the light's direction.
+  for (float step = 0.1F; step > 0.002F; step /= 2)
     for (bool moved = true; moved;) {
       const Point p = best;
       moved = attempt({p.x + step, p.y}) || attempt({p.x - step, p.y}) || attempt({p.x, p.y + step}) ||
@@ -274,12 +288,17 @@ AriefLight AriefView::light(double threshold) const {
   if (!(per_height > 0)) return out;
 
   const Point line{static_cast<float>(per_height * x / away), static_cast<float>(per_height * y / away)};
-  std::vector<Point> some;
+  Observed seen;
   const std::size_t step = edge.size() / kMaxEdgePoints + 1;
-  for (std::size_t k = 0; k < edge.size(); k += step) some.push_back(edge[k]);
+  for (std::size_t k = 0; k < edge.size(); k += step) seen.edge.push_back(edge[k]);
+  const int apart = 1 + static_cast<int>(std::sqrt(width_ * height_ / double{kMaxLitPoints}));
+  for (int py = 0; py < height_; py += apart)
+    for (int px = 0; px < width_; px += apart)
+      if (inner_[static_cast<std::size_t>(py * width_ + px)] != 0 && labels.at<int>(py, px) != chosen)
+        seen.lit.push_back(plane_at({px, py}));
   out.known = true;
   out.line = direction_of(line);
-  out.contour = direction_of(fitted(some, line));
+  out.contour = direction_of(fitted(seen, line));
   return out;
 }
 

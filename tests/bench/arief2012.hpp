@@ -6,8 +6,8 @@
 //   arief_best_threshold     the single threshold that is best for a set of frames
 //
 // Only the abstract could be read. It says: the shadow of a reference object that doubles as a 3D marker is analysed;
-// one strong light; a controlled environment with a uniform surface; a mean error below 0.038 rad. The rest is the plain
-// reading of that, in favour of the method where there is a choice:
+// one strong light; a controlled environment with a uniform surface; a mean error below 0.038 rad. The rest is the
+// plain reading of that, in favour of the method where there is a choice:
 //   pose           From all tags together, by the caller.
 //   ground         The plane of the body's face that is most probably below if the camera is upright and looks down by
 //                  40 degrees; or the face that `up_cv` points away from.
@@ -17,9 +17,9 @@
 //   line           Azimuth: from the foot of the body's centre to the centroid of the visible shadow. Elevation: by the
 //                  tip, the point of the shadow's edge that is furthest along this line; it is cast by the vertex of
 //                  the body that requires the highest light.
-//   contour        The direction whose shadow of the body has the edge nearest to the visible edge of the shadow (mean
-//                  absolute distance, limited for outliers), searched from the line's result. Points of the contour
-//                  where the body, the picture's border or the reach cuts the shadow are not used.
+//   contour        The direction whose shadow of the body has the edge nearest to the visible edge of the shadow, and
+//                  covers no lit ground (mean of the distances, each limited), searched from the line's result. Points
+//                  of the contour where the body, the picture's border or the reach cuts the shadow are not used.
 //   light          Distant: the direction is the same at every point of the body.
 // The paper's filtering over time is left out: each picture is estimated on its own.
 #pragma once
@@ -55,8 +55,8 @@ struct AriefLight {
 
 class AriefView {
  public:
-  /// `body` has passed validate(); `lens_body` is T_lens_body, axes _cv. std::nullopt if no ground is in view, and for a
-  /// body with a ball: its sheet covers the ground where the shadow falls, and is not uniform.
+  /// `body` has passed validate(); `lens_body` is T_lens_body, axes _cv. std::nullopt if no ground is in view, and for
+  /// a body with a ball: its sheet covers the ground where the shadow falls, and is not uniform.
   [[nodiscard]] static std::optional<AriefView> make(const GreyPicture& picture, const CameraModel& lens,
                                                      const MarkerBody& body, const Pose& lens_body,
                                                      const AriefOptions& options = {});
@@ -71,12 +71,16 @@ class AriefView {
   struct Vertex {
     double x, y, z;
   };
+  /// Points of the ground: of the visible edge of the shadow, and beside the shadow.
+  struct Observed {
+    std::vector<Point> edge, lit;
+  };
   AriefView() = default;
   [[nodiscard]] bool set_plane(const MarkerBody& body, const Pose& lens_body, const std::optional<Vec3d>& up_cv);
   [[nodiscard]] bool set_region(const GreyPicture& picture, const CameraModel& lens, double reach);
   [[nodiscard]] Vec3d direction_of(Point shift) const;
-  [[nodiscard]] double distance_to_shadow(std::span<const Point> edge, Point shift) const;
-  [[nodiscard]] Point fitted(std::span<const Point> edge, Point first) const;
+  [[nodiscard]] double mismatch(const Observed& seen, Point shift) const;
+  [[nodiscard]] Point fitted(const Observed& seen, Point first) const;
 
   // The plane: lengths in heights of the body, origin at the foot of its centre.
   Vec3d foot_, right_, forward_, up_;  ///< Lens axes; the last three are unit.

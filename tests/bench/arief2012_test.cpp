@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -63,6 +65,19 @@ TEST(Arief, FindsALampWhoseShadowIsInView) {
       // The cube hides a part of the shadow, and so moves its centroid: with a short shadow by up to 7 degrees.
       EXPECT_LT(angle_between(stage.in_probe(light.line), truth), 8 * kDegree) << azimuth << ", " << elevation;
     }
+}
+
+TEST(Arief, FindsALampWhoseShadowIsPartlyHidden) {
+  // What is seen of the edge fits several directions; only one of them leaves the lit ground lit.
+  for (const auto& [azimuth, elevation] : {std::pair{20.0, 30.0}, {40.0, 30.0}, {60.0, 40.0}}) {
+    Stage stage;
+    const Vec3d truth = stage.towards(azimuth, elevation);
+    stage.scene.lamps = {reference::DistantLamp{truth, {1, 1, 1}, 0}};
+    const auto view = stage.view();
+    ASSERT_TRUE(view);
+    // As above.
+    EXPECT_LT(angle_between(stage.in_probe(view->light(0.5).contour), truth), 1 * kDegree) << azimuth;
+  }
 }
 
 TEST(Arief, FindsALampFromACameraHeldSidewaysIfUpIsKnown) {

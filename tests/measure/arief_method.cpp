@@ -37,7 +37,8 @@ class AriefMethod final : public MarkerMethod {
     if (!seen->pose) return {};
     const Pose lens_body = compose(inverse(lens.pose_cv), seen->pose->probe_body.pose);
     const std::optional<AriefView> ground = AriefView::make(picture, CameraModel(lens), body, lens_body);
-    for (std::size_t k = 0; ground && k < kAriefThresholds; ++k) one.lights[k] = ground->light(bench::arief_threshold(k));
+    for (std::size_t k = 0; ground && k < kAriefThresholds; ++k)
+      one.lights[k] = ground->light(bench::arief_threshold(k));
     return {};
   }
 
