@@ -423,5 +423,6 @@ def measure(programs, say):
         hard = pool.submit(items_of, [programs / "measure_marker_extremes"], say)
         figures = pool.submit(lines_of, [programs / "measure_marker"], say)
         lights = pool.submit(items_of, [programs / "measure_marker_light"], say)
-    return (grid_of_ours(figures.result()) + grid_of_seed(figures.result()) + grid_of_arief(figures.result()) +
-            light(lights.result()) + speed(times) + [of_still] + extremes(hard.result()) + trade(with_pareto_front(programs / "lightwell-eval", cases, say)))
+    grid = figures.result()
+    return (grid_of_ours(grid) + grid_of_seed(grid) + grid_of_arief(grid) + light(lights.result()) + speed(times) +
+            [of_still] + extremes(hard.result()) + trade(with_pareto_front(programs / "lightwell-eval", cases, say)))
