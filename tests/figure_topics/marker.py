@@ -1,4 +1,5 @@
-"""Topic marker: light from a marker body, compared with Straughn's algorithm ("the seed") and its published figures.
+"""Topic marker: light from a marker body, compared with Straughn's algorithm ("the seed") and its published figures,
+and with the shadow-based method of Arief et al.
 
 The grid of Straughn's thesis: a body of 10 cm between opposite faces on a dark board, the lamp 35 degrees above the
 board at 61 cm, path-traced; ten noisy 8-bit frames of each picture. Errors are those of the direction from the body's
@@ -175,6 +176,34 @@ def grid_of_seed(figures):
         for column, what in SEEDS.items():
             value = figures.get(f"{column}.{encoding}.grid.mean", {}).get("value")
             rows.append(reported(f"{name}, {what}: direction, mean of all", value, "deg", real, thesis("mean")))
+    return rows
+
+
+def grid_of_arief(figures):
+    """For comparison: the shadow-based method of Arief et al. 2012 at the best fixed threshold."""
+    rows = []
+    published = figures.get("arief2012.mean", {}).get("value")
+    for encoding, encoding_name in ENCODINGS.items():
+        real = REAL.format(encoding=encoding_name)
+        name = f"shadow-based (Arief 2012), {encoding_name}"
+        get = lambda figure: figures.get(f"arief.{encoding}.{figure}", {})
+        rows.append(reported(f"{name}: best fixed threshold", get("setting").get("value"), "of the ground", real))
+        for place, place_name in PLACES.items():
+            mean, worst = get(f"grid.{place}.mean").get("value"), get(f"grid.{place}.worst").get("value")
+            rows.append(reported(f"{name}, lamp {place_name}: direction, mean", mean, "deg", real))
+            rows.append(reported(f"{name}, lamp {place_name}: direction, worst frame", worst, "deg", real))
+        for place in BACK:
+            mean = get(f"low.{place}.mean").get("value")
+            rows.append(
+                reported(f"{name}, lamp {PLACES[place]}, {SEEN_LOW['low']}: direction, mean", mean, "deg", real)
+            )
+        mean = get("grid.mean")
+        rows.append(reported(f"{name}: direction, mean of all", mean.get("value"), "deg", real, published))
+        rows.append(reported(f"{name}: frames without an answer", share_flagged(mean), "%", real))
+        line = figures.get(f"arief_line.{encoding}.grid.mean", {}).get("value")
+        rows.append(reported(f"{name}, by the shadow's line and tip: direction, mean of all", line, "deg", real))
+        each = figures.get(f"arief_each.{encoding}.grid.mean", {}).get("value")
+        rows.append(reported(f"{name}, {SEEDS['seed_each']}: direction, mean of all", each, "deg", real))
     return rows
 
 
@@ -394,5 +423,6 @@ def measure(programs, say):
         hard = pool.submit(items_of, [programs / "measure_marker_extremes"], say)
         figures = pool.submit(lines_of, [programs / "measure_marker"], say)
         lights = pool.submit(items_of, [programs / "measure_marker_light"], say)
-    return (grid_of_ours(figures.result()) + grid_of_seed(figures.result()) + light(lights.result()) + speed(times) +
+    grid = figures.result()
+    return (grid_of_ours(grid) + grid_of_seed(grid) + grid_of_arief(grid) + light(lights.result()) + speed(times) +
             [of_still] + extremes(hard.result()) + trade(with_pareto_front(programs / "lightwell-eval", cases, say)))

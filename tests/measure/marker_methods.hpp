@@ -1,7 +1,8 @@
 // Methods that estimate a light from frames of a marker, behind one interface. Results are read after all frames,
-// because the threshold of Straughn's method is chosen over all of them.
+// because the thresholds of published methods are chosen over all of them.
 //   MarkerMethod           the interface
 //   make_straughn_method   bench/straughn2018 with lightwell's tag detector
+//   make_arief_method      bench/arief2012 with the body's pose by lightwell's tracker
 //   make_estimator_method  lightwelld's estimator
 #pragma once
 
@@ -47,6 +48,13 @@ class MarkerMethod {
 ///   seed_half      a threshold of 0.5, which the text implies
 ///   seed_each      the best threshold for each frame, which needs the truth: a lower limit of the error
 [[nodiscard]] Result<std::unique_ptr<MarkerMethod>> make_straughn_method(bool srgb);
+
+/// Columns, all with the same poses; no answer where no shadow is found:
+///   arief        light by the shadow's contour, the single threshold that is best for the grid
+///   arief_line   the same by the shadow's line and tip
+///   arief_each   `arief` with the best threshold for each frame, which needs the truth: a lower limit of the error
+/// Of a TracedFrame, group and the first lamp's direction are used, to choose thresholds.
+[[nodiscard]] std::unique_ptr<MarkerMethod> make_arief_method();
 
 /// One column, "ours"; flagged if the descriptor has Flag::unsure.
 [[nodiscard]] std::unique_ptr<MarkerMethod> make_estimator_method();

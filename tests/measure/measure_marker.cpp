@@ -2,7 +2,8 @@
 // degrees between estimated and true direction from the body's centre), frames, flagged, unanswered (numbers of frames;
 // flagged and unanswered frames do not count for the value).
 //   thesis.mean, .median, .PLACE, .BODY.VIEW     results published in the thesis (Straughn 2018), with `where`
-//   COLUMN.ENCODING.setting                      the value chosen over all frames (the thesis's threshold)
+//   arief2012.mean                               the result published by Arief et al. 2012, with `where`
+//   COLUMN.ENCODING.setting                      the value chosen over the grid (a published method's threshold)
 //   COLUMN.ENCODING.GROUP.mean, .median, .worst  over a group of frames (grid, low, air)
 //   COLUMN.ENCODING.GROUP.PLACE.mean, .worst     lamp in front, front_right, right, back_right, behind
 //   COLUMN.ENCODING.GROUP.BODY.VIEW.mean         white or grey, straight or turned
@@ -24,6 +25,7 @@
 #include <lightwell/descriptor.hpp>
 #include <lightwell/quantile.hpp>
 
+#include "bench/arief2012.hpp"
 #include "bench/straughn2018_published.hpp"
 #include "measure/marker_methods.hpp"
 #include "measure/output.hpp"
@@ -101,7 +103,7 @@ void print(const measure::MarkerColumn& column, const std::string& encoding,
 int main(int argc, char** argv) {
   std::string frames_folder = LIGHTWELL_MARKER_FRAMES, bodies_folder = LIGHTWELL_MARKER_BODIES;
   int noisy = 10;
-  CLI::App app{"Light from a marker in path-traced frames: the thesis (Straughn 2018), and what it published.",
+  CLI::App app{"Light from a marker in path-traced frames, by the estimator and by published methods.",
                "measure_marker"};
   app.add_option("--noisy", noisy, "Noisy 8-bit frames of each image [10]")->check(CLI::PositiveNumber);
   app.add_option("--frames", frames_folder, "Folder of scenes.json and the images [tests/reference/mitsuba/marker]");
@@ -120,12 +122,16 @@ int main(int argc, char** argv) {
   print(bench::kStraughnMedian);
   for (const auto& p : bench::kStraughnByLamp) print(p);
   for (const auto& p : bench::kStraughnByView) print(p);
+  measure::print_line({{"figure", "arief2012.mean"},
+                       {"value", bench::kAriefPublished_rad * 180 / std::numbers::pi},
+                       {"where", "abstract: below 0.038 rad, one lamp, uniform surface"}});
 
   for (const bool srgb : {true, false}) {
     auto seed = measure::make_straughn_method(srgb);
     if (!seed) fail(seed.status());
     std::vector<std::unique_ptr<measure::MarkerMethod>> methods;
     methods.push_back(std::move(*seed));
+    methods.push_back(measure::make_arief_method());
     methods.push_back(measure::make_estimator_method());
     std::vector<const measure::TracedFrame*> looked_at;
     measure::TracedSensor sensor;

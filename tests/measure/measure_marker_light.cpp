@@ -31,6 +31,7 @@
 
 #include "app/tag_body_finder.hpp"
 #include "estimate/marker/marker_estimator.hpp"
+#include "measure/direction_error.hpp"
 #include "measure/output.hpp"
 #include "measure/traced_frames.hpp"
 #include "tools/command_line.hpp"
@@ -44,16 +45,6 @@ constexpr double kDegree = std::numbers::pi / 180;
 [[noreturn]] void fail(const Status& s) {
   std::fprintf(stderr, "measure_marker_light: %s\n", s.message().c_str());
   std::exit(1);
-}
-
-struct Turn {
-  double u, v, angle;
-};
-
-Turn turn_of(Vec3d from, Vec3d to) {
-  const auto [u, v] = tangent_basis(from);
-  const double angle = angle_between(from, to), x = dot(to, u), y = dot(to, v), across = std::hypot(x, y);
-  return across > 0 ? Turn{x / across * angle, y / across * angle, angle} : Turn{0, 0, angle};
 }
 
 double sum(const std::array<double, 3>& c) { return c[0] + c[1] + c[2]; }
@@ -94,14 +85,11 @@ void print(const measure::TracedFrame& frame, const measure::TrueIrradiance& all
     for (std::size_t k = 1; k < std::min(lights.size(), frame.lamps.size()); ++k)
       if (angle_between(lights[k].light.direction, truth) < angle_between(lights[which].light.direction, truth))
         which = k;
-    const auto& c = lights[which].direction_covariance;
-    const Turn t = turn_of(lights[which].light.direction, truth);
-    const double det = c[0] * c[2] - c[1] * c[1];
-    const double along =
-        t.angle > 0 ? (c[0] * t.u * t.u + 2 * c[1] * t.u * t.v + c[2] * t.v * t.v) / (t.angle * t.angle) : c[0];
-    line["error_deg"] = t.angle / kDegree;
-    line["sigma_deg"] = std::sqrt(along) / kDegree;
-    line["deviations2"] = (c[2] * t.u * t.u - 2 * c[1] * t.u * t.v + c[0] * t.v * t.v) / det;
+    const measure::DirectionError error =
+        measure::direction_error(lights[which].light.direction, lights[which].direction_covariance, truth);
+    line["error_deg"] = error.angle_rad / kDegree;
+    line["sigma_deg"] = error.sigma_rad / kDegree;
+    line["deviations2"] = error.mahalanobis2;
     line["lamps"] = nlohmann::ordered_json::array();
     for (const measure::TracedLamp& lamp : frame.lamps) {
       const marker::LightEstimate* nearest = &lights[0];
