@@ -72,47 +72,39 @@ Consensus find_consensus(const Quads& all, const std::optional<BodyPrediction>& 
   return out;
 }
 
-/// The two attitudes that minimise the cost. `best` has the smaller one, or is near the prediction if that is unclear.
-struct Attitudes {
-  CornerSolution best, other;
-  bool ambiguous = false;
+/// How the pose that minimises the squares follows from an error e that the residuals r + J x + e g do not model: it
+/// moves by (J'J)⁻¹ J'g per unit of e.
+class PoseResponse {
+ public:
+  explicit PoseResponse(const CornerSolution& solution)
+      // Columns scaled to unit norm, because radians and metres have different magnitudes.
+      : unit_(solution.jacobian.colwise().norm().cwiseInverse()),
+        jacobian_(solution.jacobian * unit_.asDiagonal()),
+        normal_(jacobian_.transpose() * jacobian_),
+        known_(unit_.allFinite() && normal_.info() == Eigen::Success) {}
+
+  struct Effect {
+    Vector6d pose = Vector6d::Zero();  ///< Change of CornerSolution::probe_centroid.
+    double squares = 0;                ///< Sum of squares of the residuals that remain.
+  };
+  [[nodiscard]] Effect of(const Eigen::VectorXd& g) const {
+    Effect out;
+    const Vector6d change = known_ ? Vector6d(normal_.solve(jacobian_.transpose() * g)) : Vector6d::Zero();
+    if (!change.allFinite()) return out;
+    out.pose = unit_.asDiagonal() * change;
+    out.squares = (g - jacobian_ * change).squaredNorm();
+    return out;
+  }
+
+ private:
+  Vector6d unit_;
+  Eigen::Matrix<double, Eigen::Dynamic, 6> jacobian_;
+  Eigen::LDLT<Matrix6d> normal_;
+  bool known_;
 };
 
-Attitudes attitudes_of(const Consensus& consensus, const std::optional<BodyPrediction>& prediction, double freedom) {
-  Attitudes out;
-  out.best =
-      solve_pose(consensus.used, std::nullopt, consensus.solution.probe_world(), Loss::huber, kPredictedSolverLimits);
-  if (!std::isfinite(out.best.cost)) return out;
-  CornerSolution other = solve_pose(consensus.used, std::nullopt, mirror_pose(consensus.used, out.best.probe_world()),
-                                    Loss::huber, kPredictedSolverLimits);
-  if (!std::isfinite(other.cost) || !are_distinct(out.best, other)) return out;
-  const Pose turned = other.probe_world();
-  for (const ObservedTag* quad : consensus.used)
-    if (!faces_the_lens(*quad, turned)) return out;
-  out.other = std::move(other);
-  const double scale = std::max(1.0, out.best.cost / freedom);
-  out.ambiguous = out.other.cost - out.best.cost < kAmbiguousChiSquare * scale;
-  if (out.ambiguous && prediction && prediction->attitude_known) {
-    const bool best_near = is_near(prediction, out.best.probe_world()),
-               other_near = is_near(prediction, out.other.probe_world());
-    if (best_near != other_near) {
-      if (other_near) std::swap(out.best, out.other);
-      out.ambiguous = false;
-    }
-  }
-  return out;
-}
-
-std::string no_tag_reason(const ObservedTags& seen) {
-  if (seen.reports.empty()) return "no tag is seen";
-  if (seen.unknown == seen.reports.size())
-    return "none of the " + std::to_string(seen.unknown) + " seen tags is one of the body's";
-  return "no seen tag is usable: " + seen.reports.front().rejection_reason;
-}
-
-/// BodyPose::focal_jacobian of CornerSolution::probe_centroid. Linear least squares in the six pose parameters x and
-/// the relative focal length error e: residuals r + J x + e g. The pose was solved with e = 0, which moves it by
-/// (J'J)⁻¹ J'g per unit of e. An equirectangular lens has no focal length and contributes a zero derivative.
+/// BodyPose::focal_jacobian of CornerSolution::probe_centroid. An equirectangular lens has no focal length and
+/// contributes a zero derivative.
 Vector6d focal_jacobian_of(const PosedLenses& rig, std::span<const TagObservation> observations, const Quads& quads,
                            const CornerSolution& solution) {
   Eigen::VectorXd g = Eigen::VectorXd::Zero(solution.residual.size());
@@ -133,14 +125,97 @@ Vector6d focal_jacobian_of(const PosedLenses& rig, std::span<const TagObservatio
       g.segment<2>(row) = -(corner.whitening * Eigen::Vector2d(dot(change, corner.u), dot(change, corner.v)));
     }
   }
-  // Columns scaled to unit norm, because radians and metres have different magnitudes.
-  const Vector6d unit = solution.jacobian.colwise().norm().cwiseInverse();
-  const Eigen::Matrix<double, Eigen::Dynamic, 6> jacobian = solution.jacobian * unit.asDiagonal();
-  const Eigen::LDLT<Matrix6d> normal(jacobian.transpose() * jacobian);
-  if (!unit.allFinite() || normal.info() != Eigen::Success) return Vector6d::Zero();
-  const Vector6d pose_change = normal.solve(jacobian.transpose() * g);
-  if (!pose_change.allFinite()) return Vector6d::Zero();
-  return unit.asDiagonal() * pose_change;
+  return PoseResponse(solution).of(g).pose;
+}
+
+/// Effect of independent errors of the faces.
+struct FaceErrors {
+  Matrix6d covariance = Matrix6d::Zero();  ///< Of CornerSolution::probe_centroid.
+  double squares = 0;                      ///< Expected increase of the sum of squared residuals.
+
+  /// Expected reduced chi².
+  [[nodiscard]] double expected(double freedom) const { return 1 + squares / freedom; }
+};
+
+FaceErrors face_errors_of(const Quads& quads, const CornerSolution& solution, const BodyPoseOptions& options) {
+  FaceErrors out;
+  const PoseResponse response(solution);
+  const Pose probe_body = solution.probe_world();
+  Eigen::VectorXd g(solution.residual.size());
+  const auto is_first_view = [&](std::size_t q) {
+    return std::none_of(quads.begin(), quads.begin() + static_cast<std::ptrdiff_t>(q),
+                        [&](const ObservedTag* before) { return before->tag == quads[q]->tag; });
+  };
+  // Two lenses, or two observations, may show the same face.
+  for (std::size_t q = 0; q < quads.size(); ++q) {
+    if (!is_first_view(q)) continue;
+    const Pose probe_face = compose(probe_body, quads[q]->tag->world_tag);
+    for (int k = 0; k < 6; ++k) {
+      const Vec3d axis =
+          rotate(probe_face.rotation, Vec3d{k % 3 == 0 ? 1.0 : 0, k % 3 == 1 ? 1.0 : 0, k % 3 == 2 ? 1.0 : 0});
+      const double sigma = k < 3 ? options.face_turn_sigma_rad : options.face_shift_sigma_m;
+      g.setZero();
+      Eigen::Index row = 0;
+      for (const ObservedTag* quad : quads)
+        for (const CornerObservation& corner : quad->corners) {
+          const Vec3d at = transformed(probe_body, corner.world);
+          const Vec3d change =
+              (k < 3 ? cross(axis, at - probe_face.translation) : axis) * (sigma / length(at - corner.lens));
+          if (quad->tag == quads[q]->tag)
+            g.segment<2>(row) = corner.whitening * Eigen::Vector2d(dot(change, corner.u), dot(change, corner.v));
+          row += 2;
+        }
+      const PoseResponse::Effect effect = response.of(g);
+      out.covariance += effect.pose * effect.pose.transpose();
+      out.squares += effect.squares;
+    }
+  }
+  return out;
+}
+
+/// The two attitudes that minimise the cost. `best` has the smaller one, or is near the prediction if that is unclear.
+struct Attitudes {
+  CornerSolution best, other;
+  double log_ratio = 0;  ///< PoseFit::alternative_excess.
+  bool ambiguous = false;
+};
+
+Attitudes attitudes_of(const Consensus& consensus, const std::optional<BodyPrediction>& prediction, double freedom,
+                       const BodyPoseOptions& options) {
+  Attitudes out;
+  out.best =
+      solve_pose(consensus.used, std::nullopt, consensus.solution.probe_world(), Loss::huber, kPredictedSolverLimits);
+  if (!std::isfinite(out.best.cost)) return out;
+  CornerSolution other = solve_pose(consensus.used, std::nullopt, mirror_pose(consensus.used, out.best.probe_world()),
+                                    Loss::huber, kPredictedSolverLimits);
+  if (!std::isfinite(other.cost) || !are_distinct(out.best, other)) return out;
+  const Pose turned = other.probe_world();
+  for (const ObservedTag* quad : consensus.used)
+    if (!faces_the_lens(*quad, turned)) return out;
+  out.other = std::move(other);
+  if (out.other.cost < out.best.cost) std::swap(out.best, out.other);
+  const double expected = face_errors_of(consensus.used, out.best, options).expected(freedom);
+  out.log_ratio = log_likelihood_ratio(out.best.cost / expected, out.other.cost / expected, freedom);
+  out.ambiguous = out.log_ratio < kAmbiguousLogRatio;
+  if (out.ambiguous && prediction && prediction->attitude_known) {
+    const bool best_near = is_near(prediction, out.best.probe_world()),
+               other_near = is_near(prediction, out.other.probe_world());
+    if (best_near != other_near) {
+      if (other_near) {
+        std::swap(out.best, out.other);
+        out.log_ratio = -out.log_ratio;
+      }
+      out.ambiguous = false;
+    }
+  }
+  return out;
+}
+
+std::string no_tag_reason(const ObservedTags& seen) {
+  if (seen.reports.empty()) return "no tag is seen";
+  if (seen.unknown == seen.reports.size())
+    return "none of the " + std::to_string(seen.unknown) + " seen tags is one of the body's";
+  return "no seen tag is usable: " + seen.reports.front().rejection_reason;
 }
 
 }  // namespace
@@ -149,6 +224,10 @@ Status BodyPoseOptions::validate() const {
   if (const Status s = MountingOptions::validate(); !s.ok()) return wrong(s.message());
   if (!(focal_sigma >= 0 && focal_sigma <= 0.5))
     return wrong("focal_sigma is " + std::to_string(focal_sigma) + "; it must be 0 to 0.5");
+  if (!(face_turn_sigma_rad >= 0 && face_turn_sigma_rad <= 0.5))
+    return wrong("face_turn_sigma_rad is " + std::to_string(face_turn_sigma_rad) + "; it must be 0 to 0.5");
+  if (!(face_shift_sigma_m >= 0 && face_shift_sigma_m <= 0.1))
+    return wrong("face_shift_sigma_m is " + std::to_string(face_shift_sigma_m) + "; it must be 0 to 0.1");
   return {};
 }
 
@@ -178,7 +257,7 @@ Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body,
                       " tags seen of it contradict each other, no majority "
                       "agrees on a pose; check that the body is built as its file says, and that only one is in view");
   const double freedom = 8.0 * static_cast<double>(consensus.used.size()) - 6;
-  const Attitudes found = attitudes_of(consensus, prediction, freedom);
+  const Attitudes found = attitudes_of(consensus, prediction, freedom, options);
   const std::optional<Matrix6d> noise =
       std::isfinite(found.best.cost) ? pose_covariance_of(found.best) : std::optional<Matrix6d>();
   if (!noise)
@@ -190,10 +269,16 @@ Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body,
   out.used = static_cast<int>(consensus.used.size());
   out.chi_square = found.best.cost / freedom;
   const Vector6d focal = focal_jacobian_of(rig, observations, consensus.used, found.best);
+  const FaceErrors faces = face_errors_of(consensus.used, found.best, options);
+  const double scale = std::max(1.0, found.best.residual.squaredNorm() / (freedom * faces.expected(freedom)));
   const Matrix6d covariance =
-      std::max(1.0, out.chi_square) * *noise + options.focal_sigma * options.focal_sigma * focal * focal.transpose();
+      scale * (*noise + faces.covariance) + options.focal_sigma * options.focal_sigma * focal * focal.transpose();
   const UncertainPose to_origin{Pose{{}, -found.best.centroid}, {}};
-  out.probe_body = compose(UncertainPose{found.best.probe_centroid, covariance_from(covariance)}, to_origin);
+  const auto about_origin = [&](const Matrix6d& c) {
+    return compose(UncertainPose{found.best.probe_centroid, covariance_from(c)}, to_origin);
+  };
+  out.probe_body = about_origin(covariance);
+  out.face_covariance = about_origin(scale * faces.covariance).covariance;
   // A rotation about the corners' centroid also moves the body's origin.
   const Vec3d turn{focal[0], focal[1], focal[2]};
   const Vec3d moved = Vec3d{focal[3], focal[4], focal[5]} +
@@ -201,7 +286,7 @@ Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body,
   out.focal_jacobian = {turn.x, turn.y, turn.z, moved.x, moved.y, moved.z};
   if (std::isfinite(found.other.cost)) {
     out.alternative = found.other.probe_world();
-    out.alternative_excess = (found.other.cost - found.best.cost) / std::max(1.0, out.chi_square);
+    out.alternative_excess = found.log_ratio;
     out.ambiguous = found.ambiguous;
   }
   out.rms_px = report_residuals(rig, observations, consensus.used, probe_body, *seen);

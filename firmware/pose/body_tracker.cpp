@@ -13,11 +13,12 @@ namespace {
 Status wrong(const std::string& what) { return invalid_argument("body tracker: " + what); }
 
 /// The pose with the covariance of the noise that is independent between frames, without the focal length error.
-UncertainPose without_focal(const BodyPose& pose, double focal_sigma) {
+UncertainPose without_common_errors(const BodyPose& pose, double focal_sigma) {
   UncertainPose out = pose.probe_body;
   for (std::size_t i = 0; i < 6; ++i)
     for (std::size_t k = 0; k < 6; ++k)
-      out.covariance[i][k] -= focal_sigma * focal_sigma * pose.focal_jacobian[i] * pose.focal_jacobian[k];
+      out.covariance[i][k] -=
+          focal_sigma * focal_sigma * pose.focal_jacobian[i] * pose.focal_jacobian[k] + pose.face_covariance[i][k];
   return out;
 }
 
@@ -312,7 +313,7 @@ Result<BodyObservation> BodyTracker::track(const GreyPicture& picture, ProbeTime
   in.seen[l] = pose.ok();
   if (pose) {
     in.misses = 0;
-    in.motion.update(mid_exposure, without_focal(*pose, in.options.pose.focal_sigma), !pose->ambiguous);
+    in.motion.update(mid_exposure, without_common_errors(*pose, in.options.pose.focal_sigma), !pose->ambiguous);
     out.pose = std::move(*pose);
   } else {
     out.failure_reason = pose.status().message();

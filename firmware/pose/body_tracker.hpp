@@ -38,22 +38,28 @@ struct BodyPrediction {
   bool attitude_known = true;
 };
 
-/// model_error_px covers the camera model and the accuracy of the folded body.
+/// Errors that are the same in every frame: they are part of the pose's covariance, but do not weight the corners.
 struct BodyPoseOptions : MountingOptions {
-  /// Relative standard deviation of the calibrated focal length. It is added to the covariance of the pose; the weights
-  /// of the corners do not use it, because the error is the same in every frame.
+  /// Relative standard deviation of the calibrated focal length.
   double focal_sigma = 0.01;
+  /// Standard deviations of a folded and glued body's faces from their places, about and along each axis of a face.
+  /// Larger errors show in chi², which multiplies them, except where a single tag is seen.
+  double face_turn_sigma_rad = 0.009, face_shift_sigma_m = 0.25e-3;
 
   [[nodiscard]] Status validate() const;
 };
 
 /// The prediction, too, may decide between probe_body and `alternative`.
+/// `chi_square` is that of the corners' noise alone. The covariance is multiplied by the ratio of the squared residuals
+/// to those that noise and the faces' errors let expect, where it is above 1.
 struct BodyPose : PoseFit {
   UncertainPose probe_body;
   int used = 0;  ///< Number of tags used.
   /// Derivative of the six parameters of probe_body with respect to the relative focal length error (rad and m per
   /// 100 %). The covariance contains it, scaled with focal_sigma; it is common to all frames with a similar view.
   std::array<double, 6> focal_jacobian{};
+  /// The part of the covariance that is due to the faces' errors; common to all frames with a similar view.
+  PoseCovariance face_covariance{};
 };
 
 /// `rig` (a RigParameters converts, see PosedLenses) and `body` have passed validate(). The same tag id may be observed

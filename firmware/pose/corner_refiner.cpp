@@ -15,8 +15,6 @@ using Eigen::Vector2d;
 
 /// Length of the edge that is fitted, px; along more, a parabola is no longer a good model.
 constexpr double kFitLength_px = 40;
-/// Pixels closer to a corner are not used, px: further away, a blur of 1 px (sigma) of the corner has no effect.
-constexpr double kCornerMargin_px = 2.5;
 /// Systematic error of the edge model, standard deviation, px.
 constexpr double kModelSigma_px = 0.005;
 

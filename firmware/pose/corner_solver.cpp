@@ -15,6 +15,9 @@ namespace lightwell {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
+/// Degrees of freedom of the prior of the corners' common variance factor: a standard deviation of the factor's
+/// logarithm of sqrt(2 / 8), the scatter of chi² over the conditions of the table in README.md.
+constexpr double kVarianceFreedom = 8;
 template <class T>
 using Vector3 = Eigen::Matrix<T, 3, 1>;
 
@@ -228,6 +231,10 @@ Quads find_inliers(const Quads& quads, const Pose& probe_world) {
   for (std::size_t i = 0; i < quads.size(); ++i)
     if (all[i] <= threshold) out.push_back(quads[i]);
   return out;
+}
+
+double log_likelihood_ratio(double best, double other, double freedom) {
+  return (kVarianceFreedom + freedom) * std::log((kVarianceFreedom + other) / (kVarianceFreedom + best));
 }
 
 bool are_distinct(const CornerSolution& a, const CornerSolution& b) {

@@ -116,8 +116,16 @@ struct SolverLimits {
 /// perpendicular to the line of sight (Schweighofer & Pinz 2006, section 3, without perspective terms).
 [[nodiscard]] Pose mirror_pose(const Quads& quads, const Pose& probe_world);
 
-/// Excess of chi² below which the second pose makes the result ambiguous: a likelihood ratio of 400.
-inline const double kAmbiguousChiSquare = 2 * std::log(400.0);
+/// Value of log_likelihood_ratio() below which the second pose makes the result ambiguous: a ratio of 400. If both are
+/// equally probable beforehand, the second one has a probability of 1 / 401.
+inline const double kAmbiguousLogRatio = 2 * std::log(400.0);
+
+/// Twice the logarithm of the likelihood ratio of two poses whose corners have the costs `best` and `other` (chi²),
+/// with `freedom` degrees of freedom. The corners' variances are correct up to a common factor, whose prior is a scaled
+/// inverse chi² distribution about 1. Integrated over the factor, the corners have a Student t distribution (Gelman et
+/// al. 2013, section 17.2). Close to the difference of chi² if that is much smaller than `freedom`; negative if the
+/// second pose has the smaller cost.
+[[nodiscard]] double log_likelihood_ratio(double best, double other, double freedom);
 
 /// False if two minimisations converged to the same attitude.
 [[nodiscard]] bool are_distinct(const CornerSolution& a, const CornerSolution& b);

@@ -18,6 +18,11 @@ LinearPicture::LinearPicture(const GreyPicture& picture, std::span<const float> 
     values_[i] = linear.empty() ? static_cast<double>(i) : 255.0 * static_cast<double>(linear[i]);
 }
 
+double LinearPicture::step_at(double level) const {
+  const auto above = std::upper_bound(values_.begin() + 1, values_.end() - 1, level);
+  return std::max(*above - *(above - 1), 1e-6);
+}
+
 bool LinearPicture::along(Eigen::Vector2d from, Eigen::Vector2d step, std::span<double> out) const {
   const Eigen::Vector2d last = from + step * static_cast<double>(out.size() - 1);
   const Eigen::Vector2d low = from.cwiseMin(last), high = from.cwiseMax(last);
@@ -47,8 +52,8 @@ using Eigen::Vector2d;
 using Parameters = Eigen::Matrix<double, 8, 1>;
 using Normal = Eigen::Matrix<double, 8, 8>;
 
-constexpr double kMinContrast = 5;  ///< Of 255.
-/// Standard deviation of the rounding of pixel values to integers, 1/sqrt(12).
+constexpr double kMinContrast = 5;  ///< In steps of the pixel values.
+/// Standard deviation of the rounding of pixel values to integers, 1/sqrt(12), in steps.
 constexpr double kRounding = 0.29;
 /// Prior standard deviation of the relative illumination gradient along the edge, 1/px: 1 % halves it over 50 px.
 constexpr double kIlluminationGradient = 0.01;
@@ -66,10 +71,27 @@ constexpr std::size_t kMaxPoints = 48;
 constexpr double kPointDeviation = 0.5;
 /// Lower limit of the standard deviation of the points: a smaller scatter is by chance.
 constexpr double kMinScatter_px = 0.03;
-/// Variance inflation for correlated neighbouring points, which interpolate the same pixels.
-constexpr double kCorrelationFactor = 1.5;
-/// Bias of a blurred edge relative to its width, per unit of (width / cell - 0.5); measured.
-constexpr double kBlurBias = 0.1;
+
+/// Noise of an edge beyond the scatter around it. Blur mixes the edge with the next but one cells and with the rounded
+/// corner, which displaces the whole edge. Fitted to the cells of the table in README.md (measure_corners).
+struct EdgeNoise {
+  double variance_factor;            ///< For the correlation of neighbouring points or pixels.
+  double cell_bias, cell_decay;      ///< Of the next but one cells: relative to the width of a cell.
+  double corner_bias, corner_decay;  ///< Of the corner: relative to the blur.
+
+  /// Standard deviation of the displacement, px, for the `blur` and the width of a `cell`, px.
+  [[nodiscard]] double bias(double blur, double cell) const {
+    const auto tail = [&](double distance, double decay) {
+      return std::exp(-decay * (distance / blur) * (distance / blur));
+    };
+    return std::hypot(cell_bias * cell * tail(cell, cell_decay),
+                      corner_bias * blur * tail(kCornerMargin_px, corner_decay));
+  }
+};
+/// `blur` is Steepest::width_px.
+constexpr EdgeNoise kTraceNoise{1.8, 0.6, 2.6, 0.035, 2.6};
+/// `blur` is the fitted standard deviation.
+constexpr EdgeNoise kFitNoise{1.2, 0.16, 0.23, 0.18, 0.77};
 /// Largest half width of the searched band, px.
 constexpr double kMaxHalfWidth_px = 20;
 
@@ -78,10 +100,13 @@ struct Steepest {
   double width_px = 0;  ///< Width of the edge: its intensity range divided by its steepest slope.
 };
 
-/// The point of steepest ascent (times `sign`) along `p0 + out * d`, |d| <= reach <= kMaxHalfWidth_px, if any.
+/// The middle of the steepest ascent (times `sign`) along `p0 + out * d`, |d| <= reach <= kMaxHalfWidth_px, if any: the
+/// centroid of the gradient above kMinShareOfPeak of its maximum. The maximum itself has an error of 0.1 px, because
+/// the samples interpolate pixels.
 std::optional<Steepest> steepest(const LinearPicture& picture, Vector2d p0, Vector2d out, double reach, double sign) {
   constexpr double kStep = 0.5;
   constexpr std::size_t kGradientOffset = 2;  // Differences over 2 px: shorter is noisy, longer mixes the next cell.
+  constexpr double kMinShareOfPeak = 0.7;     // Less mixes the next cell, more is noisy.
   constexpr auto kMaxHalf = static_cast<std::size_t>(kMaxHalfWidth_px / kStep);
   const std::size_t half = std::min(static_cast<std::size_t>(std::ceil(reach / kStep)), kMaxHalf);
   std::array<double, 2 * (kMaxHalf + kGradientOffset) + 1> buffer;
@@ -98,15 +123,20 @@ std::optional<Steepest> steepest(const LinearPicture& picture, Vector2d p0, Vect
       best = g;
       where = i;
     }
-  if (best < kMinContrast) return std::nullopt;
-  double fine = 0;
-  if (where > kGradientOffset && where + kGradientOffset + 1 < values.size()) {
-    const double before = gradient(where - 1), after = gradient(where + 1), bend = before - 2 * best + after;
-    if (bend < 0) fine = std::clamp(0.5 * (before - after) / bend, -0.5, 0.5);
-  }
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  return Steepest{first + (static_cast<double>(where) + fine) * kStep,
-                  2 * kGradientOffset * kStep * (*most - *least) / best};
+  if (best < kMinContrast * picture.step_at((*least + *most) / 2)) return std::nullopt;
+  const double base = kMinShareOfPeak * best;
+  double weights = best - base, moment = weights * static_cast<double>(where);
+  const auto add = [&](std::size_t i) {
+    const double weight = gradient(i) - base;
+    if (!(weight > 0)) return false;
+    weights += weight;
+    moment += weight * static_cast<double>(i);
+    return true;
+  };
+  for (std::size_t i = where; i > kGradientOffset && add(i - 1);) --i;
+  for (std::size_t i = where; i + kGradientOffset + 1 < values.size() && add(i + 1);) ++i;
+  return Steepest{first + moment / weights * kStep, 2 * kGradientOffset * kStep * (*most - *least) / best};
 }
 
 struct Sample {
@@ -203,22 +233,25 @@ class BlurredStep {
 /// Parameters: curve (3), value inside, outside, blur sigma (px), relative illumination gradients along, across (1/px).
 class EdgeModel {
  public:
-  EdgeModel(const Edge& edge, std::vector<Sample> samples) : edge_(edge), samples_(std::move(samples)) {}
+  /// `rounding` is the standard deviation of the rounding of pixel values.
+  EdgeModel(const Edge& edge, std::vector<Sample> samples, double rounding)
+      : edge_(edge), samples_(std::move(samples)), rounding_(rounding) {}
 
   struct Sums {
     Normal normal = Normal::Zero();         ///< Normal equations: weighted J'J,
     Parameters right = Parameters::Zero();  ///< and the right-hand side, weighted J'r.
-    double cost = 0, squares = 0, count = 0;
+    double cost = 0, squares = 0, count = 0, rounding = 0;
 
     /// Estimated variance of one pixel, at least that of rounding.
     [[nodiscard]] double variance() const {
-      return std::max(squares / std::max(count - kUnknown, 1.0), kRounding * kRounding);
+      return std::max(squares / std::max(count - kUnknown, 1.0), rounding * rounding);
     }
   };
 
   /// Sums at the parameters `at`. `scale` is the scale of Tukey's biweight, in pixel values; 0: all weights are 1.
   [[nodiscard]] Sums sums(const Parameters& at, double scale) {
     Sums out;
+    out.rounding = rounding_;
     residuals_.clear();
     const BlurredStep blurred(at[5], edge_.out);
     const double step = at[4] - at[3];
@@ -254,6 +287,7 @@ class EdgeModel {
   const Edge& edge_;
   std::vector<Sample> samples_;
   std::vector<double> residuals_;
+  double rounding_;
 };
 
 /// Start of the fit: mean values on both sides of the edge and a blur of 0.7 px; nullopt if there are too few pixels.
@@ -317,13 +351,12 @@ bool trace_edge(const LinearPicture& picture, Edge& edge, double reach, double s
   if (!curve.allFinite()) return false;
   edge.curve = curve;
   const double variance =
-      std::max(squares / std::max(weights - 3, 1.0), kMinScatter_px * kMinScatter_px) * kCorrelationFactor;
+      std::max(squares / std::max(weights - 3, 1.0), kMinScatter_px * kMinScatter_px) * kTraceNoise.variance_factor;
   edge.covariance = variance * normal.inverse();
-  // Where blur mixes neighbouring cells, the steepest points have a common bias along the whole edge.
   const auto middle = points.begin() + static_cast<std::ptrdiff_t>(count / 2);
   std::nth_element(points.begin(), middle, points.begin() + static_cast<std::ptrdiff_t>(count),
                    [](const Point& a, const Point& b) { return a.width_px < b.width_px; });
-  const double bias = kBlurBias * middle->width_px * std::clamp(middle->width_px / edge.cell - 0.5, 0.0, 2.0);
+  const double bias = kTraceNoise.bias(middle->width_px, edge.cell);
   edge.covariance(0, 0) += bias * bias;
   return true;
 }
@@ -336,12 +369,13 @@ bool fit(const LinearPicture& picture, Edge& edge, double sign) {
   if (!guess) return false;
   Parameters x = *guess;
   const double bend = bend_deviation(picture, edge.end);
-  EdgeModel model(edge, samples);
+  const double step = picture.step_at((x[3] + x[4]) / 2);
+  EdgeModel model(edge, samples, kRounding * step);
   EdgeModel::Sums here;
   for (int round = 0; round < 3; ++round) {
     double scale = 0;
     // The median residual measures the noise of the flat areas; the second term allows for model error on the slope.
-    if (round > 0) scale = std::max(1.4826 * model.median_residual(), 1 + 0.02 * std::abs(x[4] - x[3]));
+    if (round > 0) scale = std::max(1.4826 * model.median_residual(), step + 0.02 * std::abs(x[4] - x[3]));
     here = model.sums(x, scale);
     double damping = 1e-3;
     for (int i = 0; i < 10; ++i) {
@@ -356,16 +390,16 @@ bool fit(const LinearPicture& picture, Edge& edge, double sign) {
       add_zero_prior(6, kIlluminationGradient);
       add_zero_prior(7, kIlluminationGradientAcross);
       damped.diagonal() *= 1 + damping;
-      const Parameters step = damped.ldlt().solve(right);
-      if (!step.allFinite()) return false;
-      Parameters next = x + step;
+      const Parameters change = damped.ldlt().solve(right);
+      if (!change.allFinite()) return false;
+      Parameters next = x + change;
       next[5] = std::clamp(next[5], 0.15, half);
       const EdgeModel::Sums there = model.sums(next, scale);
       if (there.cost <= here.cost * (1 + 1e-6)) {
         x = next;
         here = there;
         damping = std::max(damping / 10, 1e-9);
-        if (step.head<3>().cwiseAbs().maxCoeff() < 1e-4) break;
+        if (change.head<3>().cwiseAbs().maxCoeff() < 1e-4) break;
       } else {
         damping *= 10;
         if (damping > 1e6) break;
@@ -374,7 +408,7 @@ bool fit(const LinearPicture& picture, Edge& edge, double sign) {
   }
   if (here.count < 10) return false;
   const double contrast = sign * (x[4] - x[3]);
-  if (contrast < kMinContrast || contrast < 2 * std::sqrt(here.variance())) return false;
+  if (contrast < kMinContrast * step || contrast < 2 * std::sqrt(here.variance())) return false;
   if ((x.head<3>() - edge.curve).cwiseAbs().maxCoeff() > 2 * half) return false;
   Normal information = here.normal / here.variance();
   information(2, 2) += 1 / (bend * bend);
@@ -383,7 +417,9 @@ bool fit(const LinearPicture& picture, Edge& edge, double sign) {
   const Normal covariance = information.ldlt().solve(Normal::Identity());
   if (!covariance.allFinite()) return false;
   edge.curve = x.head<3>();
-  edge.covariance = covariance.topLeftCorner<3, 3>();
+  edge.covariance = kFitNoise.variance_factor * covariance.topLeftCorner<3, 3>();
+  const double bias = kFitNoise.bias(x[5], edge.cell);
+  edge.covariance(0, 0) += bias * bias;
   return true;
 }
 

@@ -22,11 +22,17 @@ class LinearPicture {
   /// Samples bilinearly at `from`, `from + step`, ...; false if a sample lies outside the picture.
   [[nodiscard]] bool along(Eigen::Vector2d from, Eigen::Vector2d step, std::span<double> out) const;
   [[nodiscard]] int sides() const { return picture_.width + picture_.height; }
+  /// Linear intensity of one step of the pixel values at the linear intensity `level`: 1 if the values are linear. The
+  /// steps of an encoded picture (sRGB) are finer where it is dark.
+  [[nodiscard]] double step_at(double level) const;
 
  private:
   GreyPicture picture_;
   std::array<double, 256> values_{};
 };
+
+/// Pixels closer to a corner are not used, px, because blur rounds it.
+inline constexpr double kCornerMargin_px = 2.5;
 
 /// The part of an edge next to a corner, in its own axes, px: s along the edge away from the corner, d outwards.
 struct Edge {
@@ -45,8 +51,8 @@ struct Edge {
   [[nodiscard]] Eigen::Vector2d tangent(double s) const { return (along + out * slope(s)).normalized(); }
 };
 
-/// Fits a parabola to the points of steepest outward ascent (times `sign`) within `reach` px of the edge; sets `curve`
-/// and `covariance`. False if fewer than half of the points along the edge have enough contrast.
+/// Fits a parabola to the middles of the steepest part of the outward ascent (times `sign`) within `reach` px of the
+/// edge; sets `curve` and `covariance`. False if fewer than half of the points along the edge have enough contrast.
 [[nodiscard]] bool trace_edge(const LinearPicture& picture, Edge& edge, double reach, double sign);
 
 /// Fits the blurred-edge model, starting from `edge.curve`; sets `curve` and `covariance`. False if there is no

@@ -183,8 +183,8 @@ Result<Mounting> find_mounting(const RigParameters& rig, std::span<const WorldTa
   // Report the second pose only if the two minimisations did not converge to the same minimum.
   if (std::isfinite(other.cost) && are_distinct(best, other)) {
     out.alternative = inverse(other.probe_world());
-    out.alternative_excess = (other.cost - best.cost) / scale;
-    out.ambiguous = out.alternative_excess < kAmbiguousChiSquare;
+    out.alternative_excess = log_likelihood_ratio(best.cost, other.cost, freedom);
+    out.ambiguous = out.alternative_excess < kAmbiguousLogRatio;
   }
   out.rms_px = report_residuals(lenses, observations, used, best.probe_world(), *seen);
   out.tags = std::move(seen->reports);

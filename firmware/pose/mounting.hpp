@@ -107,8 +107,9 @@ struct TagReport {
 
 /// Quality of a pose from tags.
 struct PoseFit {
-  /// The second pose of a planar target that covers a small part of the picture, the excess of its chi², and whether
-  /// that is too small to decide. The covariance is that of the first pose.
+  /// The second pose of a planar target that covers a small part of the picture, twice the logarithm of the likelihood
+  /// ratio of the first pose to it, and whether that is too small to decide: below 2 ln 400. The covariance is that of
+  /// the first pose.
   std::optional<Pose> alternative;
   double alternative_excess = 0;
   bool ambiguous = false;

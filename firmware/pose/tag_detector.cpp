@@ -21,8 +21,9 @@ constexpr int kMaxHamming = 1;
 constexpr double kMinDecisionMargin = 10;
 /// The centre of the top left pixel in AprilTag's coordinates.
 constexpr double kApriltagCenter = 0.5;
-/// Standard deviation of AprilTag's own corners, px; measured a few tenths, more with curved edges.
-constexpr double kCoarseDeviation = 0.5;
+/// Standard deviation of AprilTag's own corners, px: between the 0.1 px of a sharp straight edge and the 0.45 px of a
+/// curved one. Proportional to a decimation above 2.
+constexpr double kCoarseDeviation = 0.3;
 /// Distance from AprilTag's straight edges within which the true ones are searched, px; the decimation is added to it.
 constexpr double kEdgeSearchReach_px = 1.5;
 
@@ -241,7 +242,7 @@ std::vector<TagDetection> TagDetector::detect_coarse(const GreyPicture& picture,
     tag.id = one->id;
     tag.hamming = one->hamming;
     tag.decision_margin = static_cast<double>(one->decision_margin);
-    const double variance = kCoarseDeviation * kCoarseDeviation * search.decimate * search.decimate;
+    const double deviation = kCoarseDeviation * std::max(1.0, search.decimate / 2), variance = deviation * deviation;
     for (std::size_t k = 0; k < 4; ++k) {
       tag.corners[k] = {one->p[k][0] - kApriltagCenter, one->p[k][1] - kApriltagCenter};
       tag.covariance[k] = {variance, 0, variance};

@@ -2,6 +2,7 @@
 // frame:
 //   frame, group, body, view, place   the frame (tests/reference/mitsuba/marker/scenes.json)
 //   answered, unsure                  whether there is a descriptor; whether its light is flagged as uncertain
+//   ambiguous                         whether two attitudes of the body explain the tags
 //   error_deg, sigma_deg, deviations2 direction of the strongest true lamp compared with the nearer of the two
 //                                     strongest estimated lights: the angle, the estimate's standard deviation along
 //                                     the error, and the squared Mahalanobis distance of the error (two degrees of
@@ -67,6 +68,7 @@ void print(const measure::TracedFrame& frame, const measure::TrueIrradiance& all
   }
   const auto& lights = report.light.lights;
   line["unsure"] = out.flags.has(Flag::unsure);
+  line["ambiguous"] = report.body.ambiguous;
   line["found"] = lights.size();
   line["shadow"] = report.light.surround_model == marker::SurroundModel::ground_plane_with_shadow;
   line["near"] = !lights.empty() && lights[0].distance_observable;

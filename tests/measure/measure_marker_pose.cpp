@@ -115,6 +115,7 @@ BodyTrackerOptions options_of(CornerRefinement corners) {
   BodyTrackerOptions options;
   options.corners = corners;
   options.pose.focal_sigma = 0;
+  options.pose.face_turn_sigma_rad = options.pose.face_shift_sigma_m = 0;
   return options;
 }
 
@@ -175,7 +176,7 @@ void measure_parts(const RigParameters& rig, const MarkerBody& body, const std::
         });
         tags += static_cast<double>(found.size());
         BodyPoseOptions options;
-        options.focal_sigma = 0;
+        options.focal_sigma = options.face_turn_sigma_rad = options.face_shift_sigma_m = 0;
         const auto seen = observations_of(found);
         const auto pose = find_body_pose(rig, body, seen, std::nullopt, options);
         if (!pose) continue;

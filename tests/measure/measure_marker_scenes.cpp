@@ -20,6 +20,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -103,6 +104,15 @@ void print(const MarkerScene& scene, const SceneScore& score, const MarkerReport
     line["shadow"] = report.light.surround_model == marker::SurroundModel::ground_plane_with_shadow;
     line["found"] = report.light.lights.size();
     line["tags"] = report.body.tags;
+    line["ambiguous"] = report.body.ambiguous;
+    const Quat turn = inverse(scene.probe_body).rotation * report.body.probe_body.pose.rotation;
+    line["pose_error_deg"] = 2 * std::atan2(std::hypot(turn.x, turn.y, turn.z), std::abs(turn.w)) * 180 / std::numbers::pi;
+    line["covered"] = report.counts.nonuniform + report.counts.occluded + report.light.outliers;
+    line["patches"] = report.counts.patches;
+    line["chi_square"] = report.light.chi_square;
+    line["light_uncertain"] = report.light.uncertain;
+    line["surround"] = static_cast<int>(report.light.surround_model);
+    line["texture"] = report.light.ground_texture ? report.light.ground_texture->sigma : 0;
   }
   if (followed_error_deg) line["followed_error_deg"] = *followed_error_deg;
   measure::print_line(line);

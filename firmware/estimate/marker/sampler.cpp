@@ -4,11 +4,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "estimate/marker/gloss.hpp"
+
 namespace lightwell::marker {
 namespace {
 
 /// Width of the margin inside a patch's edge that is excluded, because of blur and the error of the pose.
 constexpr double kMargin_px = 1.5;
+/// The same for black cells: of the white around them, a blur of 1 px leaves 0.6 % there.
+constexpr double kInkMargin_px = 2.5;
 /// Smallest cosine of the angle between a face's normal and the direction to the lens; other faces are not sampled.
 constexpr double kMinViewCosine = 0.12;
 /// Smallest number of pixels inside the margin of a patch.
@@ -116,6 +120,12 @@ TagBorder detect_tag_border(estimate::RowReader& reader, estimate::LinearRow& ro
 
 }  // namespace
 
+struct MarkerSampler::PixelSums {
+  PlaneSums plane;
+  double color[3] = {0, 0, 0}, variance = 0, bias = 0, clipped = 0;
+  double first_x = 0, first_y = 0;
+};
+
 SphereCoverage sphere_coverage(std::span<const VisibleSurface> surfaces) {
   static const std::vector<Vec3d> directions = fibonacci_directions(2048);
   int covered = 0, saturated = 0;
@@ -148,49 +158,49 @@ bool MarkerSampler::project_outline(const std::vector<Vec3d>& points) {
   return outline_.close();
 }
 
-void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
-  ++counts_.patches;
-  if (!project_outline(patch.corners)) {
-    ++counts_.too_small;
-    return;
-  }
+void MarkerSampler::add_pixels(const std::vector<Vec3d>& corners, double margin, PixelSums& sums) {
+  if (!project_outline(corners)) return;
   const auto [lowest, highest] = outline_.y_range();
-  Vec3d middle;
-  for (const Vec3d& corner : patch.corners) middle += corner;
-  middle = middle * (1.0 / static_cast<double>(patch.corners.size()));
-  PlaneSums plane;
-  double sum[3] = {0, 0, 0}, variance = 0, bias = 0, clipped = 0;
-  double first_x = 0, first_y = 0;
   const int top = std::max(0, static_cast<int>(std::ceil(lowest))),
             bottom = std::min(height_ - 1, static_cast<int>(std::floor(highest)));
   for (int y = top; y <= bottom; ++y) {
-    const auto [from, to] = outline_.inside_at(y, kMargin_px);
+    const auto [from, to] = outline_.inside_at(y, margin);
     if (!(from <= to)) continue;
     const int first = std::max(0, static_cast<int>(std::ceil(from))),
               end = std::min(width_, static_cast<int>(std::floor(to)) + 1);
     if (first >= end) continue;
     reader_->read(lens_, y, first, end, estimate::RowReader::Reading::with_errors, row_, reading_);
-    if (plane.n == 0) first_x = first, first_y = y;
+    if (sums.plane.n == 0) sums.first_x = first, sums.first_y = y;
     for (int x = first; x < end; ++x) {
       const auto i = static_cast<std::size_t>(x - first);
       const double r = row_.r[i], g = row_.g[i], b = row_.b[i];
-      sum[0] += r, sum[1] += g, sum[2] += b;
-      if (!row_.certain) variance += row_.variance[i], bias += row_.bias[i], clipped += row_.clipped[i];
-      plane.add(x - first_x, y - first_y, luminance({r, g, b}));
+      sums.color[0] += r, sums.color[1] += g, sums.color[2] += b;
+      if (!row_.certain) sums.variance += row_.variance[i], sums.bias += row_.bias[i], sums.clipped += row_.clipped[i];
+      sums.plane.add(x - sums.first_x, y - sums.first_y, luminance({r, g, b}));
     }
   }
+}
+
+void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
+  ++counts_.patches;
+  Vec3d middle;
+  for (const Vec3d& corner : patch.corners) middle += corner;
+  middle = middle * (1.0 / static_cast<double>(patch.corners.size()));
+  PixelSums sums;
+  add_pixels(patch.corners, kMargin_px, sums);
+  const PlaneSums& plane = sums.plane;
   if (plane.n < kMinPixels) {
     ++counts_.too_small;
     return;
   }
   const double mean = plane.l / plane.n;
   counts_.brightest = std::max(counts_.brightest, mean);
-  counts_.near_black_bias += bias / plane.n;
-  if (clipped > kMaxSaturatedFraction * plane.n) {
+  counts_.near_black_bias += sums.bias / plane.n;
+  if (sums.clipped > kMaxSaturatedFraction * plane.n) {
     ++counts_.clipped;
     return;
   }
-  const double noise = variance / plane.n;
+  const double noise = sums.variance / plane.n;
   const double nonuniformity = std::sqrt(std::max(0.0, plane.residual_variance() - 1.5 * noise));
   if (nonuniformity > kMaxNonuniformity * std::abs(mean) + 1e-12) {
     ++counts_.nonuniform;
@@ -202,13 +212,35 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   sample.surface = patch.surface;
   const double grazing_relative_sigma =
       kGrazingRelativeSigma / std::max(kMinViewCosine, dot(normalized(posed_body_->lens() - middle), patch.normal));
-  const double spread = std::sqrt(noise / plane.n) + 0.3 * nonuniformity + bias / plane.n;
+  const double spread = std::sqrt(noise / plane.n) + 0.3 * nonuniformity + sums.bias / plane.n;
   for (std::size_t c = 0; c < 3; ++c) {
     const double factor = std::numbers::pi / patch.albedo[c] * scale_;
-    sample.irradiance[c] = std::max(0.0, sum[c] / plane.n * factor);
+    sample.irradiance[c] = std::max(0.0, sums.color[c] / plane.n * factor);
     sample.sigma[c] = spread * factor + grazing_relative_sigma * sample.irradiance[c];
   }
   out.samples.push_back(sample);
+}
+
+void MarkerSampler::sample_ink(const MarkerBody& body, const MarkerFace& face, int surface, Shading& out) {
+  if (body.tag_family != "tag36h11" || face.patches.empty()) return;
+  const double cell = body.tag_size_m / kCells, outer = kCells / 2 * cell, inner = outer - cell;
+  PixelSums sums;
+  for (int side = 0; side < 4; ++side) {
+    const double sign = side < 2 ? 1 : -1;
+    patch_.corners.clear();
+    for (const auto& [across, along] : {std::pair{inner, -inner}, {inner, inner}, {outer, inner}, {outer, -inner}})
+      patch_.corners.push_back(posed_body_->point_of(
+          face, side % 2 == 0 ? FacePoint{sign * across, along} : FacePoint{along, sign * across}));
+    add_pixels(patch_.corners, kInkMargin_px, sums);
+  }
+  const double n = sums.plane.n;
+  if (n < kMinPixels || sums.clipped > 0) return;
+  InkSample sample{.surface = surface};
+  for (const MarkerPatch& patch : face.patches)
+    sample.paper_albedo += luminance(patch.albedo) / static_cast<double>(face.patches.size());
+  sample.radiance = sums.plane.l / n * scale_;
+  sample.sigma = (std::sqrt(sums.variance) / n + sums.bias / n) * scale_;
+  out.ink.push_back(sample);
 }
 
 void MarkerSampler::sample_ball(const MarkerBody& body, const PosedBody& posed_body, Shading& out) {
@@ -322,6 +354,7 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
   surfaces_.clear();
   reading_ = {};
   out.samples.clear();
+  out.ink.clear();
   out.channels = channels;
   out.hull = posed_body.hull();
   choose_faces(body);
@@ -339,8 +372,10 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
       sample_patch(patch_, out);
     }
     record_surface(normal, samples_before, clipped, out);
+    if (out.samples.size() > samples_before) sample_ink(body, face, static_cast<int>(visible.number), out);
     counts_.faces += out.samples.size() > samples_before ? 1 : 0;
   }
+  subtract_gloss(out);
   if (body.ball) sample_ball(body, posed_body, out);
   out.ground = posed_body.ground_plane(options_.up);
   if (out.ground) {

@@ -84,7 +84,12 @@ class MarkerSampler {
   void record_surface(Vec3d normal, std::size_t samples, int clipped, const Shading& out);
   /// Fills outline_ with the hull of the projected points; false where one has no pixel, or where its area is zero.
   bool project_outline(const std::vector<Vec3d>& points);
+  struct PixelSums;
+  /// Adds the pixels that are inside the hull of the projected points by at least `margin` px.
+  void add_pixels(const std::vector<Vec3d>& corners, double margin, PixelSums& sums);
   void sample_patch(const Patch& patch, Shading& out);
+  /// Samples the sides of the black border of a face's tag.
+  void sample_ink(const MarkerBody& body, const MarkerFace& face, int surface, Shading& out);
   void sample_ball(const MarkerBody& body, const PosedBody& posed_body, Shading& out);
   void sample_ground(Shading& out);
 

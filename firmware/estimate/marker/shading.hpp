@@ -33,6 +33,14 @@ struct SurfaceSample {
   Rgb from_ground{};  ///< Part of the irradiance that the ground plane reflects, if there is one.
 };
 
+/// Black ink on a face: it shows the specular reflection of the paper beside it.
+struct InkSample {
+  int surface = 0;
+  double radiance = 0;      ///< Luminance.
+  double sigma = 0;         ///< Standard deviation of `radiance` by noise, and its bias.
+  double paper_albedo = 0;  ///< Luminance of the albedo of the face's patches.
+};
+
 /// A patch of the ground plane: its albedo is unknown, so only radiance is known.
 struct GroundSample {
   Vec3d position;
@@ -61,6 +69,7 @@ struct GroundTexture {
 
 struct Shading {
   std::vector<SurfaceSample> samples;
+  std::vector<InkSample> ink;  ///< At most one per face.
   std::optional<GroundPlane> ground;
   /// Points whose convex hull is the body.
   std::vector<Vec3d> hull;

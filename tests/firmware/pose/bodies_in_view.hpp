@@ -20,6 +20,25 @@ inline MarkerBody dodecahedron() {
   return std::move(*body);
 }
 
+/// Standard deviations of a folded and glued body's faces from their places, about and along each of their axes.
+struct BuildErrors {
+  double turn_rad = 0, shift_m = 0;
+};
+
+inline MarkerBody with_build_errors(MarkerBody body, const BuildErrors& errors, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  const auto drawn = [&] { return Vec3d{normal(random), normal(random), normal(random)}; };
+  for (MarkerFace& face : body.faces) {
+    const Vec3d turn = drawn() * errors.turn_rad, shift = drawn() * errors.shift_m;
+    const double angle = length(turn);
+    const Quat rotation = angle > 0 ? Quat::about(turn * (1 / angle), angle) : Quat{};
+    face.body_face = compose(face.body_face, Pose{rotation, shift});
+    face.body_face.rotation = face.body_face.rotation.normalized();
+  }
+  return body;
+}
+
 /// One pinhole camera with a horizontal field of view of 60 degrees.
 inline RigParameters camera_rig(int width = 1280, int height = 960, double focal_px = 1100) {
   LensParameters lens;

@@ -79,7 +79,7 @@ BodyCamera::BodyCamera(const RigParameters& rig, const MarkerBody& body, std::ui
   scene_.background = {kBackground, kBackground, kBackground};
 }
 
-std::vector<float> BodyCamera::radiance(const Pose& probe_body, const BodyShot& shot) const {
+std::vector<float> BodyCamera::radiance_at(const Pose& probe_body, const BodyShot& shot) const {
   reference::MarkerScene scene = scene_;
   scene.probe_body = probe_body;
   if (shot.occluder) scene.occluders.push_back(*shot.occluder);
@@ -101,30 +101,31 @@ reference::GreyBytes BodyCamera::take(const Pose& probe_body, std::uint64_t seed
   return take(shot);
 }
 
-reference::GreyBytes BodyCamera::take(const BodyShot& shot) const {
-  const int width = camera_.width(), height = camera_.height();
-  std::vector<float> sum;
-  if (shot.closing_pose) {
-    constexpr int kInstants = 8;
-    sum.assign(clutter_.size(), 0);
-    for (int i = 0; i < kInstants; ++i) {
-      const auto now = radiance(between(shot.probe_body, *shot.closing_pose, (i + 0.5) / kInstants), shot);
-      for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += now[k] / kInstants;
-    }
-  } else {
-    sum = radiance(shot.probe_body, shot);
+std::vector<float> BodyCamera::radiance(const BodyShot& shot) const {
+  if (!shot.closing_pose) return radiance_at(shot.probe_body, shot);
+  constexpr int kInstants = 8;
+  std::vector<float> sum(clutter_.size());
+  for (int i = 0; i < kInstants; ++i) {
+    const auto now = radiance_at(between(shot.probe_body, *shot.closing_pose, (i + 0.5) / kInstants), shot);
+    for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += now[k] / kInstants;
   }
-  blur(sum, width, height, shot.blur_px);
-  reference::RadiancePicture picture{width, height, std::vector<float>(3 * sum.size())};
+  return sum;
+}
+
+reference::GreyBytes BodyCamera::expose(std::vector<float> radiance, const BodyShot& shot) const {
+  const int width = camera_.width(), height = camera_.height();
+  blur(radiance, width, height, shot.blur_px);
+  reference::RadiancePicture picture{width, height, std::vector<float>(3 * radiance.size())};
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       const auto to = static_cast<std::size_t>(y * width + (shot.mirrored ? width - 1 - x : x));
-      for (std::size_t c = 0; c < 3; ++c) picture.rgb[3 * to + c] = sum[static_cast<std::size_t>(y * width + x)];
+      for (std::size_t c = 0; c < 3; ++c) picture.rgb[3 * to + c] = radiance[static_cast<std::size_t>(y * width + x)];
     }
   reference::ExposureOptions exposure;
   exposure.full_scale = 1 / shot.exposure;
   exposure.electrons = shot.electrons;
   exposure.read_noise_electrons = shot.read_noise_electrons;
+  exposure.srgb = shot.srgb;
   exposure.seed = shot.seed;
   return reference::expose_grey(picture, exposure);
 }

@@ -19,6 +19,7 @@ struct BodyShot {
   double exposure = 1;        ///< 1: the brightest face is at 0.7 of full scale.
   double electrons = 10'000;  ///< Full scale at exposure 1.
   double read_noise_electrons = 3;
+  bool srgb = false;  ///< Encoded as sRGB; otherwise linear.
   bool mirrored = false;
   std::optional<reference::SphereOccluder> occluder;
   std::uint64_t seed = 1;
@@ -28,12 +29,16 @@ class BodyCamera {
  public:
   BodyCamera(const RigParameters& rig, const MarkerBody& body, std::uint64_t clutter_seed = 7);
 
-  [[nodiscard]] reference::GreyBytes take(const BodyShot& shot) const;
+  [[nodiscard]] reference::GreyBytes take(const BodyShot& shot) const { return expose(radiance(shot), shot); }
   [[nodiscard]] reference::GreyBytes take(const Pose& probe_body, std::uint64_t seed = 1) const;
 
+  /// Linear radiance without lens blur, one value per pixel; takes most of the time of take().
+  [[nodiscard]] std::vector<float> radiance(const BodyShot& shot) const;
+  /// Lens blur, exposure and noise of `shot`.
+  [[nodiscard]] reference::GreyBytes expose(std::vector<float> radiance, const BodyShot& shot) const;
+
  private:
-  /// Linear radiance, one value per pixel.
-  [[nodiscard]] std::vector<float> radiance(const Pose& probe_body, const BodyShot& shot) const;
+  [[nodiscard]] std::vector<float> radiance_at(const Pose& probe_body, const BodyShot& shot) const;
 
   reference::MarkerCamera camera_;
   reference::MarkerScene scene_;

@@ -4,11 +4,11 @@
 #include <limits>
 #include <vector>
 
-#include <Eigen/Dense>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "firmware/pose/bodies_in_view.hpp"
+#include "firmware/pose/normalized_error.hpp"
 #include "pose/body_tracker.hpp"
 
 namespace lightwell {
@@ -21,6 +21,7 @@ using test::dodecahedron;
 using test::error_of;
 using test::face_on;
 using test::kDegree;
+using test::normalized_error;
 using test::shift_of;
 using test::simulate_body_observations;
 using test::turn_of;
@@ -32,18 +33,8 @@ BodyPoseOptions exact_camera() {
   BodyPoseOptions options;
   options.model_error_px = 0;
   options.focal_sigma = 0;
+  options.face_turn_sigma_rad = options.face_shift_sigma_m = 0;
   return options;
-}
-
-/// e' C⁻¹ e / 6.
-double normalized_error(const std::array<double, 6>& e, const PoseCovariance& c) {
-  Eigen::Matrix<double, 6, 6> m;
-  Eigen::Matrix<double, 6, 1> v;
-  for (std::size_t r = 0; r < 6; ++r) {
-    v[static_cast<Eigen::Index>(r)] = e[r];
-    for (std::size_t k = 0; k < 6; ++k) m(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(k)) = c[r][k];
-  }
-  return v.dot(m.ldlt().solve(v)) / 6;
 }
 
 bool within_three_sigma(const UncertainPose& found, const Pose& truth) {
