@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The table and the exit status of tests/figures for rows that hold, fall short, and are known to fall short; which
-recorded runs of tests/run the topic structure reports."""
+"""The table and the exit status of tests/figures for rows that hold, fall short, and are known to fall short; lines
+that measuring programs print; which recorded runs of tests/run the topic structure reports."""
 
 import contextlib
 import importlib.machinery
@@ -18,6 +18,7 @@ TESTS = pathlib.Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(TESTS))
 from figure_topics import structure  # noqa: E402
+from figure_topics.marker import lines_of  # noqa: E402
 from figure_topics.rows import at_most, known_short  # noqa: E402
 
 LOADER = importlib.machinery.SourceFileLoader("figures", str(TESTS / "figures"))
@@ -65,6 +66,17 @@ class Figures(unittest.TestCase):
         self.assertEqual(status, 0)
         self.assertIn("yes, unmark  quick", printed)
         self.assertIn("remove their marks", printed)
+
+
+class PrintedLines(unittest.TestCase):
+    LINES = '{"picture": "dev/0003"}\n{"figure": "dev.answered", "value": 99}'
+
+    def test_lines_without_a_figure_are_skipped(self):
+        printed = lines_of([sys.executable, "-c", f"print({self.LINES!r})"], lambda text: None)
+        self.assertEqual(printed, {"dev.answered": {"figure": "dev.answered", "value": 99}})
+
+    def test_a_failed_program_has_no_figures(self):
+        self.assertEqual(lines_of([sys.executable, "-c", f"print({self.LINES!r}); exit(1)"], lambda text: None), {})
 
 
 class RecordedRuns(unittest.TestCase):

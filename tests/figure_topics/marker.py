@@ -58,12 +58,13 @@ OPEN = (
 
 
 def lines_of(command, say):
-    """Runs a program; returns the JSON objects that it prints by figure, {} if it failed."""
+    """Runs a program; returns the JSON objects that it prints by figure, {} if it failed. Objects without the key
+    `figure` are skipped."""
     say(" ".join(str(getattr(c, "name", c)) for c in command))
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
     if done.returncode:
         return {}
-    return {item["figure"]: item for item in map(json.loads, done.stdout.splitlines())}
+    return {item["figure"]: item for item in map(json.loads, done.stdout.splitlines()) if "figure" in item}
 
 
 def items_of(command, say):

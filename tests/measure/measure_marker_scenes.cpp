@@ -106,7 +106,8 @@ void print(const MarkerScene& scene, const SceneScore& score, const MarkerReport
     line["tags"] = report.body.tags;
     line["ambiguous"] = report.body.ambiguous;
     const Quat turn = inverse(scene.probe_body).rotation * report.body.probe_body.pose.rotation;
-    line["pose_error_deg"] = 2 * std::atan2(std::hypot(turn.x, turn.y, turn.z), std::abs(turn.w)) * 180 / std::numbers::pi;
+    line["pose_error_deg"] =
+        2 * std::atan2(std::hypot(turn.x, turn.y, turn.z), std::abs(turn.w)) * 180 / std::numbers::pi;
     line["covered"] = report.counts.nonuniform + report.counts.occluded + report.light.outliers;
     line["patches"] = report.counts.patches;
     line["chi_square"] = report.light.chi_square;

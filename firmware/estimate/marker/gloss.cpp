@@ -11,8 +11,8 @@ namespace lightwell::marker {
 namespace {
 
 /// Standard deviation of a specular reflection relative to itself: it varies over a face.
-constexpr double kGlossRelativeSigma = 0.2;
-/// Ink whose relative standard deviation, in units of the paper's radiance, is above this is too dark or noisy.
+constexpr double kGlossRelativeSigma = 0.7;
+/// Largest standard deviation of the ink's radiance, relative to that of the paper; above it, the ink is not used.
 constexpr double kMaxInkSigma = 0.01;
 
 struct GlossyFace {
@@ -32,7 +32,7 @@ void subtract_gloss(Shading& shading) {
     for (const SurfaceSample& s : shading.samples)
       if (s.surface == ink.surface) face.irradiance += luminance(s.irradiance), ++count;
     face.irradiance /= std::max(1.0, count);
-    if (!(face.irradiance > 0) || !(ink.paper_albedo > 2 * kMaxInkAlbedo)) continue;
+    if (!(face.irradiance > 0) || !std::isfinite(ink.radiance) || !(ink.paper_albedo > 2 * kMaxInkAlbedo)) continue;
     if (!(std::numbers::pi * ink.sigma <= kMaxInkSigma * ink.paper_albedo * face.irradiance)) continue;
     face.ink_albedo = std::numbers::pi * ink.radiance / face.irradiance;
     faces.push_back(face);
@@ -40,7 +40,8 @@ void subtract_gloss(Shading& shading) {
   if (faces.empty()) return;
   const double ink_albedo =
       std::clamp(std::ranges::min_element(faces, {}, &GlossyFace::ink_albedo)->ink_albedo, 0.0, kMaxInkAlbedo);
-  // Share of the irradiance that is specular: with E' = E + pi s / a and i' E' = i E + pi s.
+  // Share of the irradiance that is specular: E' = E + pi s / a and i' E' = i E + pi s give (i' - i) / (a - i), with
+  // paper of albedo a, ink of albedo i and apparent albedo i', specular radiance s.
   const auto specular_share = [&](const GlossyFace& face) {
     return std::clamp((face.ink_albedo - ink_albedo) / (face.paper_albedo - ink_albedo), 0.0, 1.0);
   };

@@ -8,8 +8,9 @@ namespace lightwell::marker {
 /// Subtracts each face's specular reflection from the irradiance of its samples, and widens their sigma.
 /// A face of diffuse albedo a and specular radiance s has the radiance a E / pi + s; s is that of ink and paper alike
 /// (a clear surface over both), so that ink gives it. The ink's albedo is the smallest that the faces with ink show, at
-/// most kMaxInkAlbedo: a face without specular reflection then keeps its irradiance. Faces without an ink sample keep
-/// theirs, too, with a sigma as wide as the median specular reflection of the others.
+/// most kMaxInkAlbedo: a face without specular reflection then keeps its irradiance, and a specular part that all faces
+/// have in common stays, up to that limit. Samples of faces without usable ink keep theirs, too; the median specular
+/// share of the other faces is added to their sigma in quadrature.
 void subtract_gloss(Shading& shading);
 
 /// Largest albedo of black ink. Laser and inkjet prints have 0.02 to 0.06.

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include <lightwell/quantile.hpp>
 
@@ -18,6 +19,8 @@ constexpr double kMinSigma = 0.001, kMaxSigma = 0.6;
 constexpr int kSigmaIterations = 2;
 constexpr std::array kLengths = {1.5, 5.0};
 constexpr std::array kCorrelated = {0.6, 0.9};
+/// Standard deviations of the coefficients of smooth_terms(), relative to the mean radiance: of u and v, of the others.
+constexpr double kSlopeSigma = 0.25, kCurvatureSigma = 0.15;
 /// Robust standard deviations up to which a residual is taken as it is.
 constexpr double kWinsorized = 3;
 
@@ -44,6 +47,16 @@ GroundNeighbours::GroundNeighbours(const Eigen::ArrayXd& u, const Eigen::ArrayXd
   }
 }
 
+Eigen::MatrixXd GroundNeighbours::smooth_terms() const {
+  Eigen::MatrixXd out(size(), 5);
+  if (size() == 0) return out;
+  Eigen::ArrayXd u = u_ - u_.mean(), v = v_ - v_.mean();
+  const double reach = std::max(std::sqrt((u.square() + v.square()).maxCoeff()), 1e-300);
+  u /= reach, v /= reach;
+  out << u.matrix(), v.matrix(), u.square().matrix(), (u * v).matrix(), v.square().matrix();
+  return out;
+}
+
 double GroundNeighbours::distance(Eigen::Index a, Eigen::Index b) const {
   const double du = u_[a] - u_[b], dv = v_[a] - v_[b];
   return std::sqrt(du * du + dv * dv);
@@ -53,7 +66,6 @@ GroundWhitening::GroundWhitening(const GroundNeighbours& neighbours, const Eigen
                                  const GroundTexture& texture)
     : neighbours_(&neighbours), inverse_sigma_(neighbours.size()) {
   const double variance = texture.sigma * texture.sigma, shared = variance * texture.correlated;
-  sigma_ = (variance + own_variance).sqrt();
   const auto covariance = [&](Eigen::Index a, Eigen::Index b) {
     return shared * std::exp(-neighbours.distance(a, b) / texture.length_m);
   };
@@ -85,9 +97,36 @@ GroundWhitening::GroundWhitening(const GroundNeighbours& neighbours, const Eigen
     inverse_sigma_[i] = 1 / std::sqrt(conditional);
     log_determinant_ += std::log(conditional);
   }
+  smooth_ = neighbours.smooth_terms();
+  smooth_.leftCols<2>() *= kSlopeSigma;
+  smooth_.rightCols<3>() *= kCurvatureSigma;
+  whitened_smooth_ = smooth_;
+  for (Eigen::Index k = 0; k < smooth_.cols(); ++k) whiten_texture(whitened_smooth_.col(k));
+  const Eigen::MatrixXd gram = whitened_smooth_.transpose() * whitened_smooth_;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);
+  const Eigen::ArrayXd variances = eigen.eigenvalues().array().max(0.0);
+  // A term that does not vary over the samples has no direction.
+  const Eigen::ArrayXd lengths = variances.sqrt().max(1e-9);
+  directions_ = whitened_smooth_ * eigen.eigenvectors() * lengths.inverse().matrix().asDiagonal();
+  shrinkage_ = 1 - (1 + variances).rsqrt();
+  log_determinant_ += (1 + variances).log().sum();
 }
 
 void GroundWhitening::whiten(Eigen::Ref<Eigen::VectorXd> column) const {
+  whiten_texture(column);
+  column -= directions_ * shrinkage_.cwiseProduct(directions_.transpose() * column);
+}
+
+Eigen::VectorXd GroundWhitening::smooth_part(const Eigen::VectorXd& residuals) const {
+  Eigen::VectorXd whitened = residuals;
+  whiten_texture(whitened);
+  const Eigen::Index terms = smooth_.cols();
+  const Eigen::MatrixXd precision =
+      Eigen::MatrixXd::Identity(terms, terms) + whitened_smooth_.transpose() * whitened_smooth_;
+  return smooth_ * precision.llt().solve(whitened_smooth_.transpose() * whitened);
+}
+
+void GroundWhitening::whiten_texture(Eigen::Ref<Eigen::VectorXd> column) const {
   // From the last sample to the first, because a sample depends on earlier ones alone.
   if (!coefficients_.empty())
     for (Eigen::Index i = column.size() - 1; i >= 0; --i) {

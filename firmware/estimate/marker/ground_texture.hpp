@@ -1,5 +1,6 @@
-// Statistics of the ground plane's texture (wood, cloth, print): a Gaussian process, by which residuals of the ground
-// samples are whitened. A texture hides a shadow only as far as it varies over the same distances.
+// Statistics of the ground plane's texture (wood, cloth, print) and of a smooth variation of its brightness: Gaussian
+// processes, by which residuals of the ground samples are whitened. They hide a shadow only as far as they vary over
+// the same distances.
 #pragma once
 
 #include <array>
@@ -28,9 +29,12 @@ class GroundNeighbours {
   [[nodiscard]] Eigen::Index size() const { return u_.size(); }
   [[nodiscard]] double distance(Eigen::Index a, Eigen::Index b) const;
   [[nodiscard]] const Nearest& of(Eigen::Index sample) const { return nearest_[static_cast<std::size_t>(sample)]; }
+  /// One column for each of u, v, u², u v, v², measured from the mean position of the samples, relative to the largest
+  /// distance from there.
+  [[nodiscard]] Eigen::MatrixXd smooth_terms() const;
 
   static constexpr std::size_t kMax = std::tuple_size_v<decltype(Nearest::indices)>;
-  /// Three rows of MarkerSampler's ground samples.
+  /// Three rows of MarkerSampler's ground samples at the usual step.
   static constexpr Eigen::Index kCandidates = 80;
 
  private:
@@ -38,27 +42,35 @@ class GroundNeighbours {
   std::vector<Nearest> nearest_;
 };
 
-/// Approximate inverse square root of a covariance: sample i is conditioned on its nearest earlier samples alone
-/// (Vecchia 1988, "Estimation and model identification for continuous spatial processes", eq. 4). Without a correlated
-/// part it is exact.
+/// Approximate inverse square root of the covariance of the samples' residuals: own variance, texture, and a smooth
+/// variation of the brightness (sheen, light of a room) with independent coefficients of smooth_terms().
+/// Of the texture, sample i is conditioned on its nearest earlier samples alone (Vecchia 1988, "Estimation and model
+/// identification for continuous spatial processes", eq. 4). Without a correlated part it is exact.
 class GroundWhitening {
  public:
   GroundWhitening() = default;
-  /// `own_variance`: of each sample, in addition to the texture. All in units of the squared mean radiance.
+  /// `own_variance`: of each sample, in addition to the texture and the smooth variation. All in units of the squared
+  /// mean radiance.
   GroundWhitening(const GroundNeighbours& neighbours, const Eigen::ArrayXd& own_variance, const GroundTexture& texture);
 
   /// In place; one row per sample.
   void whiten(Eigen::Ref<Eigen::VectorXd> column) const;
   /// Logarithm of the covariance's determinant.
   [[nodiscard]] double log_determinant() const { return log_determinant_; }
-  /// Standard deviation of each sample's residual by itself.
-  [[nodiscard]] const Eigen::ArrayXd& sigma() const { return sigma_; }
+  /// Expectation of the smooth variation, given the residuals.
+  [[nodiscard]] Eigen::VectorXd smooth_part(const Eigen::VectorXd& residuals) const;
 
  private:
+  /// Whitens the own variance and the texture.
+  void whiten_texture(Eigen::Ref<Eigen::VectorXd> column) const;
+
   const GroundNeighbours* neighbours_ = nullptr;
   std::vector<std::array<double, GroundNeighbours::kMax>> coefficients_;  // zero beyond count; empty: uncorrelated
   Eigen::ArrayXd inverse_sigma_;                                          // of the conditional distribution
-  Eigen::ArrayXd sigma_;
+  Eigen::MatrixXd smooth_;                                                // terms times their standard deviations
+  Eigen::MatrixXd whitened_smooth_;                                       // whiten_texture() of them
+  Eigen::MatrixXd directions_;                                            // orthonormal columns of the same span
+  Eigen::VectorXd shrinkage_;                                             // of each: 1 - 1 / sqrt(1 + its variance)
   double log_determinant_ = 0;
 };
 

@@ -22,8 +22,12 @@ constexpr double kInitialAmbientFraction = 0.3;
 constexpr double kMinFaceIrradiance = 1e-3;
 /// Smallest distance of a light from the body's centre: 0.12 m, well outside of the body.
 constexpr double kMaxInverseDistance = 1 / 0.12;
-/// Albedo of the ground plane where no ambient light determines it.
+/// Albedo of the ground plane where neither ambient light nor a light on it determines it.
 constexpr double kGroundAlbedo = 0.2;
+/// Reduced chi square of matte faces on a plain table with exact lights. Below 1: the error model allows for more.
+constexpr double kUsualChiSquare = 0.25;
+/// Smallest share of the ambient light in the radiance of the ground plane.
+constexpr double kMinGroundAmbient = 0.1;
 
 /// Layout of the parameter vector. Per light: rotation of its direction (u, v), inverse distance if that is free,
 /// irradiance per channel. Per channel: four ambient coefficients. For the ground plane, its radiance under the ambient
@@ -274,12 +278,15 @@ std::vector<int> nonnegative_parameters(const Layout& layout, int channels) {
 /// Sets the irradiance of lights that illuminate no visible face from their radiance on the ground plane, divided by
 /// the plane's albedo. Their colour is unknown and set to grey.
 void set_irradiance_from_shadow(const Observations& observations, Fit& fit) {
-  // Estimates the albedo on the assumption that the plane's ambient irradiance equals the faces' mean irradiance.
-  double mean_irradiance = 0;
+  // Estimates the albedo on the assumption that the plane's ambient irradiance equals the faces' mean irradiance. At
+  // least a tenth of the plane's radiance is taken as ambient; otherwise a light's irradiance would be unbounded.
+  double mean_irradiance = 0, reflected = fit.ground_ambient;
+  for (const double by_light : fit.ground_irradiance) reflected += by_light;
+  const double by_ambient = std::max(fit.ground_ambient, kMinGroundAmbient * reflected);
   for (int c = 0; c < observations.channels(); ++c)
     mean_irradiance += observations.mean_irradiance(c) / observations.channels();
-  const double albedo = mean_irradiance > 0 && fit.ground_ambient > 0 ? fit.ground_ambient / mean_irradiance
-                                                                      : kGroundAlbedo / std::numbers::pi;
+  const double albedo =
+      mean_irradiance > 0 && by_ambient > 0 ? by_ambient / mean_irradiance : kGroundAlbedo / std::numbers::pi;
   for (std::size_t k = 0; k < fit.model.lights.size(); ++k) {
     PointLight& light = fit.model.lights[k];
     double most = 0;
@@ -290,6 +297,10 @@ void set_irradiance_from_shadow(const Observations& observations, Fit& fit) {
 }
 
 }  // namespace
+
+double Fit::dispersion() const {
+  return std::max(1.0, chi_square / (kUsualChiSquare * std::max(1, observations - parameters)));
+}
 
 double Fit::bic() const { return chi_square + parameters * std::log(std::max(observations, 2)); }
 
@@ -373,8 +384,7 @@ Fit fit_lights(const Observations& observations, std::vector<PointLight> lights,
   for (int i = 0; i < layout.size; ++i)
     information(i, i) += 1e-12 * std::max(information.diagonal().maxCoeff(), 1e-300);
   const Eigen::MatrixXd covariance = information.ldlt().solve(Eigen::MatrixXd::Identity(layout.size, layout.size));
-  const double degrees_of_freedom = std::max(1, at_minimum.num_residuals() - layout.size);
-  const double variance_scale = std::max(1.0, out.chi_square / degrees_of_freedom);
+  const double variance_scale = out.dispersion();
   for (std::size_t k = 0; k < lights.size(); ++k) {
     const Layout::LightParameters& offsets = layout.lights[k];
     const std::array<int, 3> index = {offsets.turn, offsets.turn + 1, offsets.inverse};

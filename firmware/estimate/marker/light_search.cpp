@@ -67,8 +67,41 @@ constexpr double kAcceptableChiSquare = 0.3;
 constexpr int kMaxTrackingIterations = 6;
 /// Smallest irradiance of a light relative to Observations::max_irradiance(): below it, a light may be interreflection.
 constexpr double kMinRelativeIrradiance = 0.06;
+/// The table reflects the same share of each light: largest ratio of a light's share to that of all light together, or
+/// the reverse (texture, gloss, lights that clutter hides), for lights at least kMinReflectedElevation (sine) above it.
+constexpr double kMaxAlbedoRatio = 6, kMinReflectedElevation = 0.08;
+/// The same for the ambient light, if it has at least this share of the irradiance of the table.
+constexpr double kMinAmbientShare = 0.2;
 /// Smallest initial inverse distance, 1/m: at infinity the residuals depend least on it.
 constexpr double kMinInitialInverseDistance = 0.5;
+
+double mean(const Rgb& c) { return (c[0] + c[1] + c[2]) / 3; }
+
+/// Whether all lights of a fit with the ground plane are above it, and it reflects similar shares of them and of the
+/// ambient light.
+bool table_is_consistent(const Fit& fit, const GroundGeometry& ground) {
+  if (!fit.ground || fit.model.lights.empty()) return true;
+  const Vec3d& normal = ground.normal;
+  for (const PointLight& light : fit.model.lights)
+    if (!(dot(light.direction, normal) + ground.height() * light.inverse_distance > 0)) return false;
+  // Per light: irradiance of the table by the model of the faces, and its radiance.
+  std::vector<std::array<double, 2>> shares;
+  double incident = 0, reflected = 0;
+  for (std::size_t k = 0; k < fit.model.lights.size(); ++k) {
+    const double elevation = dot(fit.model.lights[k].direction, normal);
+    if (elevation < kMinReflectedElevation) continue;
+    shares.push_back({mean(fit.model.lights[k].irradiance) * elevation, fit.ground_irradiance[k] * elevation});
+    incident += shares.back()[0], reflected += shares.back()[1];
+  }
+  const auto& a = fit.model.ambient;
+  const double ambient = mean(a[0]) + mean(a[1]) * normal.x + mean(a[2]) * normal.y + mean(a[3]) * normal.z;
+  incident += std::max(0.0, ambient), reflected += fit.ground_ambient;
+  if (ambient > kMinAmbientShare * incident) shares.push_back({ambient, fit.ground_ambient});
+  return std::ranges::all_of(shares, [&](const std::array<double, 2>& share) {
+    return share[1] * incident * kMaxAlbedoRatio >= share[0] * reflected &&
+           share[1] * incident <= kMaxAlbedoRatio * share[0] * reflected;
+  });
+}
 
 }  // namespace
 
@@ -312,6 +345,7 @@ bool LightModelSelector::can_improve() const {
 void LightModelSelector::add_fit(Fit fit) {
   for (const PointLight& light : fit.model.lights)
     if (luminance(light.irradiance) < kMinRelativeIrradiance * observations_.max_irradiance(0)) return;
+  if (observations_.ground() != nullptr && !table_is_consistent(fit, *observations_.ground())) return;
   fits_.push_back(std::move(fit));
   if (fits_.size() == 1 || fits_.back().bic() < best().bic()) best_ = fits_.size() - 1;
 }

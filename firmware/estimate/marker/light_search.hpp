@@ -21,7 +21,8 @@ enum class Distance : std::uint8_t { infinite, free };
 struct Fit {
   LightModel model;
   std::vector<Distance> distances;  ///< Of each light: whether its distance is a parameter.
-  /// Of each light: direction in tangent_basis(direction) (rad, 2 rows) and inverse distance (1/m).
+  /// Of each light: direction in tangent_basis(direction) (rad, 2 rows) and inverse distance (1/m). Multiplied by
+  /// dispersion().
   std::vector<Eigen::Matrix3d> covariance;
   double chi_square = 0;
   int parameters = 0;
@@ -31,6 +32,9 @@ struct Fit {
   double ground_ambient = 0;
   std::vector<double> ground_irradiance;
 
+  /// Factor of all variances, at least 1: the reduced chi square relative to that of pictures that the model explains
+  /// (the overdispersion of Burnham & Anderson 2002, "Model Selection and Multimodel Inference", section 2.5).
+  [[nodiscard]] double dispersion() const;
   /// Bayesian information criterion (Schwarz 1978), up to a constant.
   [[nodiscard]] double bic() const;
 };
@@ -121,7 +125,7 @@ class LightModelSelector {
 
   /// Global search for 0 to max_lights lights.
   [[nodiscard]] FitCandidates search(int max_lights);
-  /// One fit from the previous frame's lights; nullopt where one has disappeared or they do not explain this frame.
+  /// One fit from the previous frame's lights; nullopt where add_fit() rejects it or it does not explain this frame.
   [[nodiscard]] std::optional<FitCandidates> track(const LightingEstimate& previous);
   /// The grid search, built at first use.
   [[nodiscard]] LightSearch& light_search() {
@@ -132,7 +136,8 @@ class LightModelSelector {
   [[nodiscard]] const Fit& best() const { return fits_[best_]; }
   /// Whether another light could reduce BIC: chi square exceeds the penalty of its parameters.
   [[nodiscard]] bool can_improve() const;
-  /// Keeps a fit unless one of its lights is too weak.
+  /// Keeps a fit unless one of its lights is too weak or, with the ground plane, below it, or the plane would reflect
+  /// very different shares of the lights.
   void add_fit(Fit fit);
   /// Fits from these positions; all distances are parameters.
   void fit_from(std::vector<PointLight> lights);

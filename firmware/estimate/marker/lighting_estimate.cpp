@@ -25,7 +25,7 @@ constexpr double kMaxOutlierFraction = 0.35;
 constexpr int kMaxOutlierRounds = 2;
 /// The shadow is used where at least this share of the ground samples are inliers,
 constexpr double kMinGroundInliers = 0.8;
-/// and it reduces the ground's deviance by at least this, compared with a smooth brightness.
+/// and it reduces the deviance that a smooth brightness leaves by more than this.
 constexpr double kMinShadowDevianceGain = 12;
 
 /// Smallest sine of the elevation of a light whose shadow is used: 5 degrees. Below it, a shadow has no end.
@@ -59,7 +59,7 @@ std::size_t strongest(const LightModel& model) {
 }
 
 /// Covariance of the direction of light `which`: the fit's own Gaussian mixed with all directions of the grid, each
-/// weighted by its likelihood. In tangent_basis(direction), rad².
+/// weighted by its likelihood to the power of 1 / dispersion. In tangent_basis(direction), rad².
 Eigen::Matrix2d multimodal_covariance(const Fit& best, std::size_t which, LightSearch& search,
                                       ObservationSet observation_set) {
   const Vec3d direction = best.model.lights[which].direction;
@@ -74,7 +74,7 @@ Eigen::Matrix2d multimodal_covariance(const Fit& best, std::size_t which, LightS
   double mass = 2 * std::numbers::pi * std::sqrt(std::max(own.determinant(), 1e-18));
   Eigen::Matrix2d spread = mass * own;
   for (std::size_t i = 0; i < map.directions.size(); ++i) {
-    const double weight = map.solid_angle * std::exp(-(map.chi_square[i] - lowest) / 2);
+    const double weight = map.solid_angle * std::exp(-(map.chi_square[i] - lowest) / (2 * best.dispersion()));
     if (weight < 1e-9) continue;
     const Eigen::Vector2d offset = great_circle_offset(direction, map.directions[i]);
     spread += weight * offset * offset.transpose();
@@ -84,7 +84,8 @@ Eigen::Matrix2d multimodal_covariance(const Fit& best, std::size_t which, LightS
 }
 
 /// Addition to that covariance by the other models that were tried, weighted by exp(-BIC / 2) (Raftery 1995, "Bayesian
-/// model selection in social research"). Zero where no other model was tried.
+/// model selection in social research") to the power of 1 / dispersion, as in QAIC (Burnham & Anderson 2002). Zero if
+/// no other model was tried.
 Eigen::Matrix2d model_averaged_covariance(const FitCandidates& candidates, std::size_t which) {
   const Fit& best = candidates.best;
   const Vec3d direction = best.model.lights[which].direction;
@@ -92,7 +93,7 @@ Eigen::Matrix2d model_averaged_covariance(const FitCandidates& candidates, std::
   Eigen::Matrix2d out = Eigen::Matrix2d::Zero();
   for (const Fit& fit : candidates.others) {
     if (fit.model.lights.empty()) continue;
-    const double weight = std::exp(-(fit.bic() - best.bic()) / 2);
+    const double weight = std::exp(-(fit.bic() - best.bic()) / (2 * best.dispersion()));
     if (weight < 1e-6) continue;
     // The corresponding light of the other model: its strongest for the strongest light, else the nearest.
     std::size_t same = strongest(fit.model);
@@ -140,8 +141,10 @@ double model_misfit_variance(const LightModel& model) {
   return 0;
 }
 
-/// The shading without outliers; `outliers` is set to the number of rejected face samples.
-Shading reject_outliers(const Shading& shading, const Observations& observations, const Fit& fit, int& outliers) {
+/// The shading without outliers; `outliers` is set to the number of rejected face samples. `known_texture`: of the
+/// ground; nullopt: it is fitted to the residuals (15 whitenings).
+Shading reject_outliers(const Shading& shading, const Observations& observations, const Fit& fit,
+                        const std::optional<GroundTexture>& known_texture, int& outliers) {
   Shading out = shading;
   out.samples.clear();
   const std::vector<double> face_residuals = standardized_residuals(observations, fit.model);
@@ -155,8 +158,9 @@ Shading reject_outliers(const Shading& shading, const Observations& observations
   outliers = static_cast<int>(face_residuals.size() - out.samples.size());
   if (shading.ground && fit.ground) {
     const GroundObservations& ground = *observations.ground();
-    const Eigen::ArrayXd residuals = ground_residuals(observations, fit, shading.hull);
-    const GroundTexture texture = ground.fit_texture(residuals);
+    Eigen::ArrayXd residuals = ground_residuals(observations, fit, shading.hull);
+    const GroundTexture texture = known_texture ? *known_texture : ground.fit_texture(residuals);
+    residuals -= ground.smooth_part(residuals, texture);
     out.ground->samples.clear();
     for (Eigen::Index i = 0; i < residuals.size(); ++i)
       if (std::abs(residuals[i]) <=
@@ -166,27 +170,39 @@ Shading reject_outliers(const Shading& shading, const Observations& observations
   return out;
 }
 
-/// Residuals of the ground's radiance about its least-squares quadratic in the plane's coordinates: falloff of near
-/// lights and sheen, without a shadow.
-Eigen::ArrayXd smooth_residuals(const GroundObservations& ground) {
-  Eigen::MatrixXd terms(ground.size(), 6);
+/// Residuals of the ground's radiance about its least-squares fit by a quadratic in the plane's coordinates (falloff of
+/// near lights, sheen) and by `shadows`, a column for each.
+Eigen::ArrayXd residuals_of(const GroundObservations& ground, const Eigen::MatrixXd& shadows) {
+  Eigen::MatrixXd terms(ground.size(), 6 + shadows.cols());
   const double reach = std::max(std::sqrt((ground.u.square() + ground.v.square()).maxCoeff()), 1e-300);
   const Eigen::ArrayXd u = ground.u / reach, v = ground.v / reach;
-  terms << ground.open.matrix(), u.matrix(), v.matrix(), u.square().matrix(), (u * v).matrix(), v.square().matrix();
+  terms << ground.open.matrix(), u.matrix(), v.matrix(), u.square().matrix(), (u * v).matrix(), v.square().matrix(),
+      shadows;
   const Eigen::VectorXd radiance = ground.radiance.matrix();
   return (radiance - terms * terms.colPivHouseholderQr().solve(radiance)).array();
 }
 
-/// Whether the ground samples determine a light: its shadow explains them better than a smooth brightness, each with
-/// the texture that fits best.
+/// Whether the ground samples determine a light: its shadow explains what a smooth brightness leaves, each with the
+/// texture that fits best.
 bool shadow_is_significant(const Observations& observations, const Fit& fit, const std::vector<Vec3d>& hull) {
   if (!fit.ground || fit.model.lights.empty() || observations.ground()->size() < 30) return false;
   const GroundObservations& ground = *observations.ground();
   if (dot(fit.model.lights[strongest(fit.model)].direction, ground.normal) < kMinShadowElevation) return false;
+  Eigen::MatrixXd shadows(ground.size(), static_cast<Eigen::Index>(fit.model.lights.size()));
+  Shadow shadow;
+  Eigen::ArrayXd irradiance;
+  for (std::size_t k = 0; k < fit.model.lights.size(); ++k) {
+    const PointLight& light = fit.model.lights[k];
+    shadow.compute_irradiance(ground, hull, light.direction, light.inverse_distance, irradiance);
+    shadows.col(static_cast<Eigen::Index>(k)) = irradiance * fit.ground_irradiance[k];
+  }
+  // One column: the lights in the proportions of the fit.
+  shadows = shadows.rowwise().sum().eval();
   const auto deviance_of = [&](const Eigen::ArrayXd& residuals) {
     return ground.deviance(residuals, ground.fit_texture(residuals));
   };
-  return deviance_of(smooth_residuals(ground)) - deviance_of(ground_residuals(observations, fit, hull)) >
+  return deviance_of(residuals_of(ground, Eigen::MatrixXd(ground.size(), 0))) -
+             deviance_of(residuals_of(ground, shadows)) >
          kMinShadowDevianceGain;
 }
 
@@ -264,7 +280,9 @@ std::optional<Hypothesis> evaluate(const Shading& shading, SurroundModel surroun
       textured = out.texture->sigma > kMinTextureSigma || ground.texture.sigma > kMinTextureSigma;
     }
     int outliers = 0;
-    Shading fewer = reject_outliers(out.inliers, *out.observations, out.candidates.best, outliers);
+    // After a search, its residuals are the first from which the texture is known.
+    const std::optional<GroundTexture> known_texture = previous != nullptr ? previous->ground_texture : std::nullopt;
+    Shading fewer = reject_outliers(out.inliers, *out.observations, out.candidates.best, known_texture, outliers);
     const bool ground_thinned =
         out.inliers.ground && fewer.ground && fewer.ground->samples.size() < out.inliers.ground->samples.size();
     if (outliers == 0 && !(round == 0 && (textured || ground_thinned))) return out;

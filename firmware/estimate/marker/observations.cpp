@@ -132,7 +132,7 @@ GroundObservations::GroundObservations(const GroundPlane& ground, const std::opt
     radiance[i] = t.radiance;
     // The body also reflects light onto the samples that it occludes. This is not modelled: it increases sigma.
     const double sigma = std::hypot(t.sigma, kBodyReflectionRelativeSigma * t.occluded * t.radiance) / mean_radiance;
-    own_variance[i] = sigma * sigma + kShadowModelSigma * kShadowModelSigma;
+    own_variance[i] = sigma * sigma + kShadowModelSigma * kShadowModelSigma * ground.density;
   }
   if (known_texture) texture = *known_texture;
   whitening = GroundWhitening(neighbours, own_variance, texture);
@@ -151,6 +151,10 @@ Eigen::VectorXd GroundObservations::whitened(const Eigen::ArrayXd& radiances) co
 
 GroundTexture GroundObservations::fit_texture(const Eigen::ArrayXd& residuals) const {
   return fit_ground_texture(neighbours, own_variance, step_m, residuals.matrix() / mean_radiance);
+}
+
+Eigen::ArrayXd GroundObservations::smooth_part(const Eigen::ArrayXd& residuals, const GroundTexture& of_texture) const {
+  return GroundWhitening(neighbours, own_variance, of_texture).smooth_part(residuals.matrix());
 }
 
 double GroundObservations::deviance(const Eigen::ArrayXd& residuals, const GroundTexture& of_texture) const {

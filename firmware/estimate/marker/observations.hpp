@@ -38,7 +38,7 @@ struct GroundObservations : GroundGeometry {
   Eigen::ArrayXd radiance;
   double mean_radiance = 0;
   GroundNeighbours neighbours;
-  Eigen::ArrayXd own_variance;  ///< Of each sample, besides the texture; relative to the squared mean radiance.
+  Eigen::ArrayXd own_variance;  ///< Of each sample by itself; relative to the squared mean radiance.
   GroundTexture texture{.sigma = 0};
   GroundWhitening whitening;
 
@@ -51,6 +51,8 @@ struct GroundObservations : GroundGeometry {
   [[nodiscard]] Eigen::VectorXd whitened(const Eigen::ArrayXd& radiances) const;
   /// The texture of maximum likelihood for residual radiances.
   [[nodiscard]] GroundTexture fit_texture(const Eigen::ArrayXd& residuals) const;
+  /// Expected smooth variation of the radiance, given residual radiances.
+  [[nodiscard]] Eigen::ArrayXd smooth_part(const Eigen::ArrayXd& residuals, const GroundTexture& of_texture) const;
   /// Minus twice the logarithm of the likelihood of residual radiances, up to a constant.
   [[nodiscard]] double deviance(const Eigen::ArrayXd& residuals, const GroundTexture& of_texture) const;
 };

@@ -21,6 +21,8 @@ constexpr int kMinPixels = 12;
 constexpr double kMaxNonuniformity = 0.10;
 /// Number of ground samples, before those that are hidden are excluded.
 constexpr int kGroundSamples = 400;
+/// Number of those that are seen below which the step is made smaller, and the smallest factor of the step.
+constexpr double kMinGroundSamples = 200, kMinGroundStepFactor = 0.4;
 /// Round patches of a ball: their number over the whole sphere, and their angular radius.
 constexpr int kBallPatches = 80;
 constexpr double kBallPatchRadius = 0.14;  // rad
@@ -266,16 +268,30 @@ void MarkerSampler::sample_ball(const MarkerBody& body, const PosedBody& posed_b
   }
 }
 
-void MarkerSampler::sample_ground(Shading& out) {
-  GroundPlane& ground = *out.ground;
-  const auto [u, v] = tangent_basis(ground.normal);
+void MarkerSampler::sample_ground(const MarkerBody& body, Shading& out) {
+  const GroundPlane& ground = *out.ground;
   double radius = 0;
   for (const Vec3d& p : out.hull) radius = std::max(radius, length(p));
   // The body hides the ground plane.
   if (!project_outline(out.hull)) return;
   const double reach = kGroundRadiusFactor * radius;
-  const double step = reach * std::sqrt(std::numbers::pi / kGroundSamples);
+  double step = reach * std::sqrt(std::numbers::pi / kGroundSamples);
+  sample_ground_grid(body, reach, radius, step, out);
+  // Where the body or the edge of the image hides most of the plane, the rest is sampled more finely.
+  const double seen = static_cast<double>(ground.samples.size());
+  if (seen == 0 || seen >= kMinGroundSamples) return;
+  const double factor = std::max(kMinGroundStepFactor, std::sqrt(seen / kMinGroundSamples));
+  step *= factor;
+  out.ground->density = 1 / (factor * factor);
+  sample_ground_grid(body, reach, radius, step, out);
+}
+
+void MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, double radius, double step, Shading& out) {
+  GroundPlane& ground = *out.ground;
   ground.step_m = step;
+  ground.samples.clear();
+  covers_.clear();
+  const auto [u, v] = tangent_basis(ground.normal);
   const double height = -dot(ground.point, ground.normal);
   const Vec3d foot = ground.normal * -height;
   const int across = static_cast<int>(reach / step) + 1;
@@ -285,6 +301,8 @@ void MarkerSampler::sample_ground(Shading& out) {
       if (off > reach) continue;
       GroundSample sample;
       sample.position = foot + u * x + v * y;
+      const GroundCover cover = ground_cover(body, *posed_body_, sample.position, step / 2);
+      if (cover == GroundCover::mixed) continue;
       double sum = 0, squares = 0, variance = 0, n = 0, bias = 0;
       Rgb color{};
       bool good = true;
@@ -317,8 +335,10 @@ void MarkerSampler::sample_ground(Shading& out) {
       const double squared = off * off + height * height;
       sample.occluded = std::min(0.9, 0.8 * radius * radius * height / (squared * std::sqrt(squared)));
       ground.samples.push_back(sample);
+      covers_.push_back(cover);
     }
   }
+  equalize_sheet(ground, covers_);
 }
 
 void MarkerSampler::choose_faces(const MarkerBody& body) {
@@ -379,7 +399,7 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
   if (body.ball) sample_ball(body, posed_body, out);
   out.ground = posed_body.ground_plane(options_.up);
   if (out.ground) {
-    sample_ground(out);
+    sample_ground(body, out);
     if (out.ground->samples.empty()) out.ground.reset();
   }
   counts_.invalid_pixels = reading_.invalid_pixels;

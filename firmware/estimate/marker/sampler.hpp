@@ -11,6 +11,7 @@
 
 #include "estimate/frames/row_reader.hpp"
 #include "estimate/marker/convex_hull_2d.hpp"
+#include "estimate/marker/ground_sheet.hpp"
 #include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker {
@@ -53,7 +54,8 @@ struct SphereCoverage {
 /// Sums over 2,048 directions; the error is below 0.002.
 [[nodiscard]] SphereCoverage sphere_coverage(std::span<const VisibleSurface> surfaces);
 
-/// Measures the mean radiance inside every patch, and of the ground plane around the body. Reuses its memory.
+/// Measures the mean radiance inside every patch, on the black border of each tag (family tag36h11), and of the ground
+/// plane around the body. Reuses its memory.
 class MarkerSampler {
  public:
   MarkerSampler(int max_image_width, const SamplerOptions& options) : options_(options), row_(max_image_width) {}
@@ -88,10 +90,14 @@ class MarkerSampler {
   /// Adds the pixels that are inside the hull of the projected points by at least `margin` px.
   void add_pixels(const std::vector<Vec3d>& corners, double margin, PixelSums& sums);
   void sample_patch(const Patch& patch, Shading& out);
-  /// Samples the sides of the black border of a face's tag.
+  /// Samples the sides of the black border of a face's tag. Adds nothing where the family is not tag36h11, where the
+  /// border has too few pixels, or where one is saturated.
   void sample_ink(const MarkerBody& body, const MarkerFace& face, int surface, Shading& out);
   void sample_ball(const MarkerBody& body, const PosedBody& posed_body, Shading& out);
-  void sample_ground(Shading& out);
+  void sample_ground(const MarkerBody& body, Shading& out);
+  /// Replaces the ground's samples by those of a square grid within `reach` of the body's foot, m. `radius`: of the
+  /// hull.
+  void sample_ground_grid(const MarkerBody& body, double reach, double radius, double step, Shading& out);
 
   SamplerOptions options_;
   estimate::LinearRow row_;
@@ -100,6 +106,7 @@ class MarkerSampler {
   Patch patch_;
   std::vector<VisibleFace> faces_;
   std::vector<VisibleSurface> surfaces_;
+  std::vector<GroundCover> covers_;  // of the ground's samples
   // Of the current frame.
   estimate::RowReader* reader_ = nullptr;
   const PosedBody* posed_body_ = nullptr;

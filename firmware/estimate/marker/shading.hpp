@@ -27,8 +27,8 @@ using Rgb = std::array<double, 3>;
 struct SurfaceSample {
   Vec3d position;
   Vec3d normal;       ///< Unit, outwards.
-  Rgb irradiance;     ///< pi * radiance / albedo.
-  Rgb sigma;          ///< Standard deviation of the error of this sample alone: sensor noise, texture of the paper.
+  Rgb irradiance;     ///< pi * radiance / albedo, without the specular reflection (gloss.hpp).
+  Rgb sigma;          ///< Standard deviation of this sample's own error: sensor noise, texture, specular reflection.
   int surface = 0;    ///< Samples of one surface share an error, too: attitude, paper, interreflection.
   Rgb from_ground{};  ///< Part of the irradiance that the ground plane reflects, if there is one.
 };
@@ -56,11 +56,14 @@ struct GroundPlane {
   Vec3d point;
   Vec3d normal;       ///< Unit, towards the body.
   double step_m = 0;  ///< Between neighbouring samples.
+  /// Number of samples in the area of one at the usual step, at least 1. They share the errors of the shadow's model.
+  double density = 1;
   std::vector<GroundSample> samples;
 };
 
-/// Covariance of the radiance of two points about a lighting model, relative to the plane's squared mean radiance:
-/// sigma² (correlated exp(-distance / length_m) + (1 - correlated) [same point]); Matérn class with nu = 1/2.
+/// Covariance of the radiance of two points about a lighting model and GroundNeighbours::smooth_terms(), relative to
+/// the plane's squared mean radiance: sigma² (correlated exp(-distance / length_m) + (1 - correlated) [same point]);
+/// Matérn class with nu = 1/2.
 struct GroundTexture {
   double sigma = 0.03;    ///< Standard deviation relative to the plane's mean radiance.
   double correlated = 0;  ///< Share of the variance that is correlated, 0 to 1.
@@ -178,7 +181,8 @@ inline constexpr double kSampleSigmaFloor = 0.004;
 inline constexpr double kSurfaceRelativeSigma = 0.007;
 /// Shared by a surface, relative to Observations::max_irradiance(): interreflection between surfaces.
 inline constexpr double kSurfaceSigmaFloor = 0.015;
-/// Of a ground sample, relative to the plane's mean radiance: width and position of a shadow's edge.
+/// Of a ground sample at the usual step, relative to the plane's mean radiance: width and position of a shadow's edge.
+/// The variance is multiplied by GroundPlane::density.
 inline constexpr double kShadowModelSigma = 0.08;
 /// Of a ground sample, relative to its radiance times the share of the ambient light that the body occludes there:
 /// light that the body reflects onto it.

@@ -1,6 +1,9 @@
-// Whitening of a plane's texture against the dense Cholesky factor, and textures found again from their own draws.
+// Whitening of a plane's texture and smooth variation against the dense covariance, and textures found again from their
+// own draws.
 #include "estimate/marker/ground_texture.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -20,7 +23,28 @@ struct Grid {
   }
 };
 
-Eigen::MatrixXd covariance(const Grid& grid, const GroundTexture& texture, const Eigen::ArrayXd& own_variance) {
+/// Standard deviations of the smooth terms u, v, u², u v, v², relative to the mean radiance.
+constexpr std::array kSmoothSigma = {0.25, 0.25, 0.15, 0.15, 0.15};
+
+/// The smooth terms times their standard deviations: S of the covariance S S'. Coordinates are from the middle of the
+/// samples, relative to the largest distance from there.
+Eigen::MatrixXd smooth_terms(const Grid& grid) {
+  const Eigen::Index n = grid.u.size();
+  Eigen::MatrixXd out(n, 5);
+  double reach = 0;
+  for (Eigen::Index i = 0; i < n; ++i)
+    reach = std::max(reach, std::hypot(grid.u[i] - grid.u.mean(), grid.v[i] - grid.v.mean()));
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double u = reach > 0 ? (grid.u[i] - grid.u.mean()) / reach : 0,
+                 v = reach > 0 ? (grid.v[i] - grid.v.mean()) / reach : 0;
+    const std::array terms = {u, v, u * u, u * v, v * v};
+    for (std::size_t k = 0; k < terms.size(); ++k) out(i, static_cast<Eigen::Index>(k)) = kSmoothSigma[k] * terms[k];
+  }
+  return out;
+}
+
+/// Own variance and texture.
+Eigen::MatrixXd texture_covariance(const Grid& grid, const GroundTexture& texture, const Eigen::ArrayXd& own_variance) {
   const Eigen::Index n = grid.u.size();
   Eigen::MatrixXd out(n, n);
   const double variance = texture.sigma * texture.sigma;
@@ -33,6 +57,11 @@ Eigen::MatrixXd covariance(const Grid& grid, const GroundTexture& texture, const
   return out;
 }
 
+Eigen::MatrixXd covariance(const Grid& grid, const GroundTexture& texture, const Eigen::ArrayXd& own_variance) {
+  const Eigen::MatrixXd s = smooth_terms(grid);
+  return texture_covariance(grid, texture, own_variance) + s * s.transpose();
+}
+
 Eigen::VectorXd normal_deviates(Eigen::Index n, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
@@ -41,20 +70,59 @@ Eigen::VectorXd normal_deviates(Eigen::Index n, unsigned seed) {
   return out;
 }
 
-TEST(GroundTexture, WhiteningOfUncorrelatedSamplesDividesBySigma) {
-  const Grid grid(5);
+void expect_exact(const Grid& grid, const GroundTexture& texture, const Eigen::ArrayXd& own, const char* what) {
+  const Eigen::Index n = grid.u.size();
   const GroundNeighbours neighbours(grid.u, grid.v);
-  const Eigen::ArrayXd own = Eigen::ArrayXd::LinSpaced(25, 0, 0.02);
-  const GroundWhitening whitening(neighbours, own, {.sigma = 0.1, .correlated = 0});
-  const Eigen::VectorXd x = normal_deviates(25, 1);
-  Eigen::VectorXd white = x;
+  const GroundWhitening with(neighbours, own, texture);
+  const Eigen::LLT<Eigen::MatrixXd> dense(covariance(grid, texture, own));
+  const Eigen::MatrixXd inverse = dense.solve(Eigen::MatrixXd::Identity(n, n));
+  Eigen::MatrixXd whitening = Eigen::MatrixXd::Identity(n, n);
+  for (Eigen::Index k = 0; k < n; ++k) with.whiten(whitening.col(k));
+  // The variance of 1e-12 that is added is at most 1e-8 of the smallest conditional one.
+  EXPECT_NEAR((whitening.transpose() * whitening - inverse).norm(), 0, 1e-7 * inverse.norm()) << what;
+  EXPECT_NEAR(with.log_determinant(), 2 * dense.matrixLLT().diagonal().array().log().sum(), 1e-6) << what;
+  const Eigen::VectorXd x = normal_deviates(n, 2);
+  const Eigen::MatrixXd s = smooth_terms(grid);
+  EXPECT_NEAR((with.smooth_part(x) - s * s.transpose() * inverse * x).norm(), 0, 1e-7 * x.norm()) << what;
+}
+
+TEST(GroundTexture, WhiteningOfUncorrelatedSamplesIsExact) {
+  const Grid grid(5);
+  const GroundTexture white{.sigma = 0.1, .correlated = 0};
+  expect_exact(grid, white, Eigen::ArrayXd::LinSpaced(25, 0, 0.02), "own variances");
+  expect_exact(grid, {.sigma = 0.01, .correlated = 0}, Eigen::ArrayXd::Zero(25), "small noise: the terms dominate");
+  Grid line = grid;
+  line.v = 0.3;
+  expect_exact(line, white, Eigen::ArrayXd::LinSpaced(25, 0, 0.02), "a line: three terms do not vary");
+}
+
+TEST(GroundTexture, SmoothBrightnessIsSeparatedFromNoise) {
+  const Grid grid(20);
+  const GroundNeighbours neighbours(grid.u, grid.v);
+  const GroundWhitening whitening(neighbours, Eigen::ArrayXd::Zero(400), {.sigma = 0.05, .correlated = 0});
+  const Eigen::VectorXd gradient = smooth_terms(grid) * Eigen::VectorXd::Unit(5, 0) * 2;
+  // The noise leaves the five coefficients an error of 0.05 * sqrt(5 / 400) per sample; 3 times that.
+  const Eigen::VectorXd error = whitening.smooth_part(gradient + 0.05 * normal_deviates(400, 4)) - gradient;
+  EXPECT_LT(std::sqrt(error.squaredNorm() / 400), 3 * 0.05 * std::sqrt(5.0 / 400));
+  // It costs the likelihood of two standard deviations of one coefficient.
+  Eigen::VectorXd white = gradient;
   whitening.whiten(white);
-  double log_determinant = 0;
-  for (Eigen::Index i = 0; i < 25; ++i) {
-    EXPECT_NEAR(white[i], x[i] / std::sqrt(0.01 + own[i]), 1e-6) << i;
-    log_determinant += std::log(0.01 + own[i]);
+  EXPECT_LT(white.squaredNorm(), 4);
+}
+
+TEST(GroundTexture, WithoutSmoothVariationWhiteningDividesBySigma) {
+  for (const Eigen::Index n : {0, 1, 30}) {
+    // All samples at one place.
+    const GroundNeighbours neighbours(Eigen::ArrayXd::Constant(n, 0.2), Eigen::ArrayXd::Constant(n, -0.1));
+    const GroundWhitening whitening(neighbours, Eigen::ArrayXd::Constant(n, 0.03), {.sigma = 0.1, .correlated = 0});
+    const Eigen::VectorXd x = normal_deviates(n, 1);
+    Eigen::VectorXd white = x;
+    whitening.whiten(white);
+    // Relative tolerance of the variance of 1e-12 that is added.
+    EXPECT_LE((white - x / 0.2).norm(), 1e-9 * x.norm()) << n;
+    EXPECT_NEAR(whitening.log_determinant(), static_cast<double>(n) * std::log(0.04), 1e-8) << n;
+    EXPECT_LE(whitening.smooth_part(x).norm(), 1e-9 * x.norm()) << n;
   }
-  EXPECT_NEAR(whitening.log_determinant(), log_determinant, 1e-6);
 }
 
 TEST(GroundTexture, WhiteningOfSevenSamplesIsTheExactFactor) {
@@ -63,15 +131,7 @@ TEST(GroundTexture, WhiteningOfSevenSamplesIsTheExactFactor) {
   grid.u.conservativeResize(7), grid.v.conservativeResize(7);
   const Eigen::ArrayXd own = Eigen::ArrayXd::LinSpaced(7, 0.001, 0.01);
   const GroundTexture texture{.sigma = 0.2, .correlated = 0.9, .length_m = 0.03};
-  const GroundNeighbours neighbours(grid.u, grid.v);
-  const GroundWhitening with(neighbours, own, texture);
-  const Eigen::LLT<Eigen::MatrixXd> dense(covariance(grid, texture, own));
-  const Eigen::VectorXd x = normal_deviates(7, 2);
-  Eigen::VectorXd white = x;
-  with.whiten(white);
-  // 1e-9: the variance of 1e-12 that is added, relative to the smallest conditional one.
-  EXPECT_NEAR((white - dense.matrixL().solve(x)).norm(), 0, 1e-9);
-  EXPECT_NEAR(with.log_determinant(), 2 * dense.matrixLLT().diagonal().array().log().sum(), 1e-8);
+  expect_exact(grid, texture, own, "seven samples");
 }
 
 TEST(GroundTexture, WhitenedDrawsHaveUnitVariance) {
@@ -103,7 +163,7 @@ TEST(GroundTexture, IsFoundAgainFromItsDraws) {
   for (const double sigma : {0.01, 0.1}) {
     for (const double correlated : {0.0, 0.8}) {
       const GroundTexture truth{.sigma = sigma, .correlated = correlated, .length_m = 4 * kStep_m};
-      const Eigen::LLT<Eigen::MatrixXd> dense(covariance(grid, truth, own));
+      const Eigen::LLT<Eigen::MatrixXd> dense(texture_covariance(grid, truth, own));
       Eigen::VectorXd x = dense.matrixL() * normal_deviates(400, 3);
       for (Eigen::Index i = 0; i < 400; i += 37) x[i] += 20 * sigma;  // objects on the table
       const GroundTexture found = fit_ground_texture(neighbours, own, kStep_m, x);

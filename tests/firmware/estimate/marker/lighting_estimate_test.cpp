@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -205,6 +207,61 @@ TEST(LightingEstimate, BrightnessOfTheTableThatVariesSmoothlyIsNotAShadow) {
       t.radiance *= std::max(0.05, 1 + slope * t.position.x + slope * slope * t.position.x * t.position.z);
     EXPECT_NE(estimate_lighting(shading).surround_model, SurroundModel::ground_plane_with_shadow) << slope;
   }
+}
+
+TEST(LightingEstimate, ShadowBesideASmoothBrightnessOfTheTableIsUsed) {
+  constexpr double kReach_m = 0.2;
+  for (const double azimuth : {110.0, 150.0, 180.0, 230.0})
+    for (const double slope : {0.5, -0.5}) {
+      const LitBody body{.lamps = {{towards(azimuth, 40), 0, kWhite}},
+                         .ambient = 0.3,
+                         .camera_elevation_deg = 35,
+                         .table = true,
+                         .table_albedo = 0.3,
+                         .sample_noise = 0.002};
+      Shading shading = body.shading();
+      for (GroundSample& t : shading.ground->samples) t.radiance *= 1 + slope * t.position.x / kReach_m;
+      const LightingEstimate light = estimate_lighting(shading);
+      EXPECT_EQ(light.surround_model, SurroundModel::ground_plane_with_shadow) << azimuth << " deg, slope " << slope;
+      EXPECT_FALSE(light.uncertain) << azimuth << " deg, slope " << slope;
+      ASSERT_FALSE(light.lights.empty()) << azimuth << " deg, slope " << slope;
+      EXPECT_LT(error_deg(light, towards(azimuth, 40)), 1.5) << azimuth << " deg, slope " << slope;
+    }
+}
+
+TEST(LightingEstimate, GlossOnOneFaceIsNoLightBelowTheTable) {
+  int shadows = 0, trials = 0;
+  for (int k = 0; k < 12; ++k) {
+    const Vec3d truth = towards(90 + 15.0 * k, 35);
+    const LitBody body{.lamps = {{truth, 1 / 0.8, kWhite}},
+                       .ambient = 0.3,
+                       .camera_elevation_deg = 35,
+                       .table = true,
+                       .table_albedo = 0.3,
+                       .sample_noise = 0.005,
+                       .surface_noise = 0.007,
+                       .seed = static_cast<unsigned>(k)};
+    const Shading matte = body.shading();
+    std::set<int> faces;
+    for (const SurfaceSample& s : matte.samples) faces.insert(s.surface);
+    for (const int face : faces) {
+      Shading shading = matte;
+      for (SurfaceSample& s : shading.samples)
+        for (double& e : s.irradiance) e *= s.surface == face ? 1.3 : 1;
+      const LightingEstimate light = estimate_lighting(shading);
+      const bool shadow = light.surround_model == SurroundModel::ground_plane_with_shadow;
+      ++trials, shadows += shadow ? 1 : 0;
+      const auto what = [&] { return std::to_string(90 + 15 * k) + " deg, face " + std::to_string(face); };
+      for (const LightEstimate& one : light.lights) {
+        const double height = one.light.direction.y + test::kInradius * one.light.inverse_distance;
+        // Without the shadow, the faces alone decide, and the answer says that it is uncertain.
+        EXPECT_TRUE(height > 0 || (!shadow && light.uncertain)) << what() << ": " << height;
+      }
+      EXPECT_TRUE(light.uncertain || error_deg(light, truth) < 3) << what();
+    }
+  }
+  // The shadow is clear: at most one answer in four is of the faces alone.
+  EXPECT_GE(shadows, trials * 3 / 4);
 }
 
 TEST(LightingEstimate, GroundIsTheLightOfTheTableWithoutTheBody) {

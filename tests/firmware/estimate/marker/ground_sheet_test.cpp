@@ -1,0 +1,127 @@
+// The sheet under a ball: what a ground sample shows, and shadows that run on over the sheet's edge.
+#include "estimate/marker/ground_sheet.hpp"
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace lightwell::marker {
+namespace {
+
+MarkerBody body_of(const std::string& name) {
+  return *load_marker_body(std::string(LIGHTWELL_MARKER_BODIES) + "/" + name + ".textproto");
+}
+
+LensParameters pinhole() {
+  LensParameters lens;
+  lens.width = 640;
+  lens.height = 480;
+  MeiParameters model;
+  model.fx = model.fy = 800;
+  model.cx = 319.5;
+  model.cy = 239.5;
+  lens.model = model;
+  lens.max_angle_rad = 1.2;
+  lens.pose_cv = {upright_lens_cv(), {}};
+  return lens;
+}
+
+TEST(GroundSheet, CoverIsSheetTableOrMixed) {
+  const MarkerBody body = body_of("ball_40mm");
+  const LensParameters lens = pinhole();
+  const CameraModel model(lens);
+  const PosedBody posed(body, lens, model, {Quat::about({1, 0, 0}, 0.7), {0, 0, -0.6}});
+  const auto at = [&](double x, double y) {
+    return ground_cover(body, posed, posed.point_of(body.faces[0], {x, y}), 0.002);
+  };
+  // The sheet reaches from -5 to 5 cm and from -3 to 7 cm, the tag from -1.2 to 1.2 cm.
+  EXPECT_EQ(at(0.03, 0.03), GroundCover::sheet);
+  EXPECT_EQ(at(0.06, 0.03), GroundCover::table);
+  EXPECT_EQ(at(0.03, -0.04), GroundCover::table);
+  EXPECT_EQ(at(0.05, 0.03), GroundCover::mixed) << "the sheet's edge";
+  EXPECT_EQ(at(0.05 - 0.0029, 0.03), GroundCover::sheet);
+  EXPECT_EQ(at(0.05 + 0.0029, 0.03), GroundCover::table);
+  EXPECT_EQ(at(0, 0), GroundCover::mixed) << "the tag";
+  EXPECT_EQ(at(0.012, 0.013), GroundCover::mixed) << "the tag's edge";
+}
+
+TEST(GroundSheet, OtherBodiesHaveNone) {
+  const MarkerBody body = body_of("cube_60mm_grey");
+  const LensParameters lens = pinhole();
+  const CameraModel model(lens);
+  const PosedBody posed(body, lens, model, {{}, {0, 0, -0.6}});
+  EXPECT_EQ(ground_cover(body, posed, {0, -0.03, 0}, 0.002), GroundCover::table);
+}
+
+/// A line of samples from the sheet to the table; light falls by a half at every other sample, as by a shadow's edges.
+struct Line {
+  GroundPlane ground{.point = {}, .normal = {0, 1, 0}, .step_m = 0.01, .density = 1, .samples = {}};
+  std::vector<GroundCover> covers;
+
+  explicit Line(int on, int off) {
+    for (int row = 0; row < 4; ++row)
+      for (int i = 0; i < on + off; ++i) {
+        const bool sheet = i < on;
+        const double light = row % 2 == 0 ? 1 : 0.5, albedo = sheet ? 0.8 : 0.2;
+        GroundSample sample;
+        sample.position = {0.01 * i, 0, 0.01 * row};
+        sample.radiance = light * albedo;
+        sample.sigma = 0.01 * albedo;
+        sample.color = {light * albedo, light * albedo, light * albedo};
+        ground.samples.push_back(sample);
+        covers.push_back(sheet ? GroundCover::sheet : GroundCover::table);
+      }
+  }
+};
+
+TEST(GroundSheet, HasTheTablesAlbedoAfterwards) {
+  Line line(5, 6);
+  equalize_sheet(line.ground, line.covers);
+  ASSERT_EQ(line.ground.samples.size(), 44U);
+  for (std::size_t i = 0; i < line.covers.size(); ++i) {
+    const GroundSample& sample = line.ground.samples[i];
+    const double light = (i / 11) % 2 == 0 ? 1 : 0.5;
+    EXPECT_NEAR(sample.radiance, 0.2 * light, 1e-12) << i;
+    EXPECT_NEAR(sample.sigma, 0.002, 1e-12) << i;
+    EXPECT_NEAR(sample.color[1], (line.covers[i] == GroundCover::sheet ? 0.8 : 0.2) * light, 1e-12)
+        << "the light that the sheet reflects stays";
+  }
+}
+
+TEST(GroundSheet, WithoutNeighboursAcrossTheEdgeTheSmallerPartIsRemoved) {
+  for (const bool sheet_is_larger : {true, false}) {
+    Line line(sheet_is_larger ? 8 : 3, sheet_is_larger ? 3 : 8);
+    for (std::size_t i = 0; i < line.covers.size(); ++i)
+      if (line.covers[i] == GroundCover::table) line.ground.samples[i].position.x += 0.1;
+    equalize_sheet(line.ground, line.covers);
+    ASSERT_EQ(line.ground.samples.size(), 32U);
+    for (const GroundSample& sample : line.ground.samples)
+      EXPECT_GE(sample.radiance, sheet_is_larger ? 0.4 : 0.1) << sample.position.x;
+    for (const GroundSample& sample : line.ground.samples)
+      EXPECT_LE(sample.radiance, sheet_is_larger ? 0.8 : 0.2) << sample.position.x;
+  }
+}
+
+TEST(GroundSheet, OneKindAloneIsKeptAsItIs) {
+  for (const GroundCover cover : {GroundCover::sheet, GroundCover::table}) {
+    Line line(3, 0);
+    line.covers.assign(line.covers.size(), cover);
+    equalize_sheet(line.ground, line.covers);
+    EXPECT_EQ(line.ground.samples.size(), 12U);
+    EXPECT_EQ(line.ground.samples[0].radiance, 0.8);
+  }
+  GroundPlane none{.point = {}, .normal = {0, 1, 0}, .step_m = 0.01, .density = 1, .samples = {}};
+  equalize_sheet(none, {});
+  EXPECT_TRUE(none.samples.empty());
+}
+
+TEST(GroundSheet, BlackSamplesGiveNoRatio) {
+  Line line(5, 6);
+  for (GroundSample& sample : line.ground.samples) sample.radiance = 0;
+  equalize_sheet(line.ground, line.covers);
+  for (const GroundSample& sample : line.ground.samples) EXPECT_EQ(sample.radiance, 0);
+}
+
+}  // namespace
+}  // namespace lightwell::marker
