@@ -170,40 +170,24 @@ Shading reject_outliers(const Shading& shading, const Observations& observations
   return out;
 }
 
-/// Residuals of the ground's radiance about its least-squares fit by a quadratic in the plane's coordinates (falloff of
-/// near lights, sheen) and by `shadows`, a column for each.
-Eigen::ArrayXd residuals_of(const GroundObservations& ground, const Eigen::MatrixXd& shadows) {
-  Eigen::MatrixXd terms(ground.size(), 6 + shadows.cols());
-  const double reach = std::max(std::sqrt((ground.u.square() + ground.v.square()).maxCoeff()), 1e-300);
-  const Eigen::ArrayXd u = ground.u / reach, v = ground.v / reach;
-  terms << ground.open.matrix(), u.matrix(), v.matrix(), u.square().matrix(), (u * v).matrix(), v.square().matrix(),
-      shadows;
-  const Eigen::VectorXd radiance = ground.radiance.matrix();
-  return (radiance - terms * terms.colPivHouseholderQr().solve(radiance)).array();
-}
-
-/// Whether the ground samples determine a light: its shadow explains what a smooth brightness leaves, each with the
-/// texture that fits best.
+/// Whether the ground samples determine a light: its shadow explains what a smooth brightness (a quadratic in the
+/// plane's coordinates: falloff of near lights, sheen) leaves, each fitted by least squares, with the texture that fits
+/// best. The lights of the fit are one term, in its proportions.
 bool shadow_is_significant(const Observations& observations, const Fit& fit, const std::vector<Vec3d>& hull) {
   if (!fit.ground || fit.model.lights.empty() || observations.ground()->size() < 30) return false;
   const GroundObservations& ground = *observations.ground();
   if (dot(fit.model.lights[strongest(fit.model)].direction, ground.normal) < kMinShadowElevation) return false;
-  Eigen::MatrixXd shadows(ground.size(), static_cast<Eigen::Index>(fit.model.lights.size()));
-  Shadow shadow;
-  Eigen::ArrayXd irradiance;
-  for (std::size_t k = 0; k < fit.model.lights.size(); ++k) {
-    const PointLight& light = fit.model.lights[k];
-    shadow.compute_irradiance(ground, hull, light.direction, light.inverse_distance, irradiance);
-    shadows.col(static_cast<Eigen::Index>(k)) = irradiance * fit.ground_irradiance[k];
-  }
-  // One column: the lights in the proportions of the fit.
-  shadows = shadows.rowwise().sum().eval();
-  const auto deviance_of = [&](const Eigen::ArrayXd& residuals) {
+  const Eigen::ArrayXd by_lights =
+      ground.radiance - fit.ground_ambient * ground.open - ground_residuals(observations, fit, hull);
+  Eigen::MatrixXd terms(ground.size(), 7);
+  terms << ground.open.matrix(), ground.neighbours.smooth_terms(), by_lights.matrix();
+  const Eigen::VectorXd radiance = ground.radiance.matrix();
+  const auto deviance_with = [&](Eigen::Index count) {
+    const auto used = terms.leftCols(count);
+    const Eigen::ArrayXd residuals = (radiance - used * used.colPivHouseholderQr().solve(radiance)).array();
     return ground.deviance(residuals, ground.fit_texture(residuals));
   };
-  return deviance_of(residuals_of(ground, Eigen::MatrixXd(ground.size(), 0))) -
-             deviance_of(residuals_of(ground, shadows)) >
-         kMinShadowDevianceGain;
+  return deviance_with(6) - deviance_with(7) > kMinShadowDevianceGain;
 }
 
 /// Shading with a mean irradiance of the faces and a mean ground radiance of 1: the fit's tolerances are absolute.

@@ -9,31 +9,17 @@
 #include <gtest/gtest.h>
 
 #include "estimate/marker/shading.hpp"
+#include "firmware/estimate/marker/shipped_bodies.hpp"
 
 namespace lightwell::marker {
 namespace {
 
+using test::pinhole;
+using test::shipped_body;
+
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kDistance_m = 0.6;
 const Vec3d kProbeUp{0, 1, 0};
-
-LensParameters pinhole() {
-  LensParameters lens;
-  lens.width = 640;
-  lens.height = 480;
-  MeiParameters model;
-  model.fx = model.fy = 800;
-  model.cx = 319.5;
-  model.cy = 239.5;
-  lens.model = model;
-  lens.max_angle_rad = 1.2;
-  lens.pose_cv = {upright_lens_cv(), {}};
-  return lens;
-}
-
-MarkerBody body_of(const std::string& name) {
-  return *load_marker_body(std::string(LIGHTWELL_MARKER_BODIES) + "/" + name + ".textproto");
-}
 
 Vec3d normal_of(const MarkerFace& face) { return rotate(face.body_face.rotation, Vec3d{0, 0, 1}); }
 
@@ -75,7 +61,7 @@ TEST(GroundPlane, IsTheTableForCamerasThatLookDown) {
        {Case{"cube_60mm_grey", {1, 1, 1, 1, 1, 1}}, Case{"dodecahedron_100mm_white", {0.9, 1, 1, 1, 1, 1}},
         Case{"dodecahedron_100mm_grey", {0.9, 1, 1, 1, 1, 1}},
         Case{"icosahedron_100mm_white", {0.6, 0.8, 1, 1, 1, 0.7}}}) {
-    const MarkerBody body = body_of(one.body);
+    const MarkerBody body = shipped_body(one.body);
     for (std::size_t k = 0; k < one.least.size(); ++k)
       for (const double roll_deg : {-8.0, 0.0, 8.0})
         EXPECT_GE(share_found(body, 10.0 * static_cast<double>(k + 1), roll_deg), one.least[k])
@@ -84,7 +70,7 @@ TEST(GroundPlane, IsTheTableForCamerasThatLookDown) {
 }
 
 TEST(GroundPlane, IsTheSheetOfABall) {
-  const MarkerBody body = body_of("ball_40mm");
+  const MarkerBody body = shipped_body("ball_40mm");
   const LensParameters lens = pinhole();
   const CameraModel model(lens);
   const PosedBody posed(body, lens, model, {Quat::about({1, 0, 0}, 60 * kDegree), {0, 0, -kDistance_m}});
@@ -94,7 +80,7 @@ TEST(GroundPlane, IsTheSheetOfABall) {
 }
 
 TEST(GroundPlane, AKnownUpDecidesAlone) {
-  const MarkerBody body = body_of("cube_60mm_grey");
+  const MarkerBody body = shipped_body("cube_60mm_grey");
   const LensParameters lens = pinhole();
   const CameraModel model(lens);
   const MarkerFace& support = body.faces.back();
@@ -111,7 +97,7 @@ TEST(GroundPlane, AKnownUpDecidesAlone) {
 
 TEST(GroundPlane, IsAbsentWhereNoFaceIsLikely) {
   // One face, which stands upright and faces the camera.
-  MarkerBody body = body_of("cube_60mm_grey");
+  MarkerBody body = shipped_body("cube_60mm_grey");
   body.faces.resize(2);
   body.faces.erase(body.faces.begin());
   const LensParameters lens = pinhole();

@@ -1,34 +1,20 @@
 // The sheet under a ball: what a ground sample shows, and shadows that run on over the sheet's edge.
 #include "estimate/marker/ground_sheet.hpp"
 
-#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "firmware/estimate/marker/shipped_bodies.hpp"
+
 namespace lightwell::marker {
 namespace {
 
-MarkerBody body_of(const std::string& name) {
-  return *load_marker_body(std::string(LIGHTWELL_MARKER_BODIES) + "/" + name + ".textproto");
-}
-
-LensParameters pinhole() {
-  LensParameters lens;
-  lens.width = 640;
-  lens.height = 480;
-  MeiParameters model;
-  model.fx = model.fy = 800;
-  model.cx = 319.5;
-  model.cy = 239.5;
-  lens.model = model;
-  lens.max_angle_rad = 1.2;
-  lens.pose_cv = {upright_lens_cv(), {}};
-  return lens;
-}
+using test::pinhole;
+using test::shipped_body;
 
 TEST(GroundSheet, CoverIsSheetTableOrMixed) {
-  const MarkerBody body = body_of("ball_40mm");
+  const MarkerBody body = shipped_body("ball_40mm");
   const LensParameters lens = pinhole();
   const CameraModel model(lens);
   const PosedBody posed(body, lens, model, {Quat::about({1, 0, 0}, 0.7), {0, 0, -0.6}});
@@ -47,7 +33,7 @@ TEST(GroundSheet, CoverIsSheetTableOrMixed) {
 }
 
 TEST(GroundSheet, OtherBodiesHaveNone) {
-  const MarkerBody body = body_of("cube_60mm_grey");
+  const MarkerBody body = shipped_body("cube_60mm_grey");
   const LensParameters lens = pinhole();
   const CameraModel model(lens);
   const PosedBody posed(body, lens, model, {{}, {0, 0, -0.6}});

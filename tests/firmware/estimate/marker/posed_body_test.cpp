@@ -4,25 +4,13 @@
 
 #include <gtest/gtest.h>
 
-#include <lightwell/calibration.hpp>
-#include <lightwell/marker_body.hpp>
-
-#include "calibration/model/camera_model.hpp"
 #include "estimate/marker/shading.hpp"
+#include "firmware/estimate/marker/shipped_bodies.hpp"
 
 namespace lightwell::marker {
 namespace {
 
-LensParameters pinhole() {
-  LensParameters lens;
-  lens.width = 640, lens.height = 480;
-  MeiParameters model;
-  model.fx = model.fy = 700, model.cx = 320, model.cy = 240;
-  lens.model = model;
-  lens.max_angle_rad = 0.5;
-  lens.pose_cv = {{1, 0, 0, 0}, {}};
-  return lens;
-}
+using test::pinhole;
 
 TEST(PosedBody, OriginIsTheMeasuringCentreWithTheAxesOfTheBody) {
   const LensParameters lens = pinhole();

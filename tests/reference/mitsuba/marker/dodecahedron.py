@@ -12,11 +12,14 @@ The body's frame: right-handed, metres, origin in the centre, +Y the top (face 0
 right, +Y up, +Z out.
 """
 
-import re
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import text_format  # noqa: E402
 
 INRADIUS = 0.050  # 100 mm face to face
 TAG = 0.024       # black edge to black edge, 8 cells
@@ -172,41 +175,6 @@ def rotation(x: float, y: float, z: float, w: float) -> np.ndarray:
                      [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
 
 
-def parse_text(text: str) -> dict[str, list]:
-    """Parses the part of protobuf's text format that body files use: name -> list of numbers, strings and messages."""
-    tokens = re.findall(r'"[^"]*"|[{}\[\]:,;<>]|[^\s{}\[\]:,;<>"]+', re.sub(r"#[^\n]*", "", text))
-    position = 0
-
-    def scalar(token: str):
-        return token[1:-1] if token.startswith('"') else float(token)
-
-    def message() -> dict[str, list]:
-        nonlocal position
-        out: dict[str, list] = {}
-        while position < len(tokens) and tokens[position] != "}":
-            name = tokens[position]
-            position += 1
-            if tokens[position] == ":":
-                position += 1
-            values = out.setdefault(name, [])
-            if tokens[position] == "{":
-                position += 1
-                values.append(message())
-                position += 1
-            elif tokens[position] == "[":
-                end = tokens.index("]", position)
-                values.extend(scalar(t) for t in tokens[position + 1:end] if t != ",")
-                position = end + 1
-            else:
-                values.append(scalar(tokens[position]))
-                position += 1
-            if position < len(tokens) and tokens[position] in ",;":
-                position += 1
-        return out
-
-    return message()
-
-
 @dataclass
 class Comparison:
     """Result of compare(): the largest differences, and the share of the quadrants that the file's patches cover."""
@@ -221,7 +189,7 @@ def compare(path: Path, variant: str, tolerance: float = 1e-6) -> Comparison:
         if not condition:
             raise Disagreement(f"{path}: {what}")
 
-    body = parse_text(path.read_text())
+    body = text_format.parse(path.read_text())
     need(body.get("tag_family", ["tag36h11"]) == ["tag36h11"], "another tag family")
     need(abs(body["tag_size_m"][0] - TAG) < tolerance, f"tag_size_m {body['tag_size_m'][0]}, here {TAG}")
     need(sorted(int(f.get("tag_id", [0])[0]) for f in body["face"]) == list(range(12)), "tags are not 0 to 11")

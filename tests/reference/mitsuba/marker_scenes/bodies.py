@@ -8,9 +8,12 @@ Vectors are tuples of three floats, rotations tuples of three rows. Metres.
 """
 
 import math
-import re
+import sys
 from dataclasses import dataclass
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import text_format  # noqa: E402
 
 Vector = tuple[float, float, float]
 Rotation = tuple[Vector, Vector, Vector]
@@ -204,40 +207,6 @@ def printed(face: Face, tag_size: float) -> list[tuple[list[tuple[float, float]]
     return out
 
 
-def parse_text(text: str) -> dict[str, list]:
-    """The part of protobuf's text format that body files use: name -> list of numbers, strings and messages."""
-    tokens = re.findall(r'"[^"]*"|[{}\[\]:,;]|[^\s{}\[\]:,;"]+', re.sub(r"#[^\n]*", "", text))
-    position = 0
-
-    def value(token: str):
-        return token[1:-1] if token.startswith('"') else float(token)
-
-    def message() -> dict[str, list]:
-        nonlocal position
-        out: dict[str, list] = {}
-        while position < len(tokens) and tokens[position] != "}":
-            values = out.setdefault(tokens[position], [])
-            position += 1
-            if tokens[position] == ":":
-                position += 1
-            if tokens[position] == "{":
-                position += 1
-                values.append(message())
-                position += 1
-            elif tokens[position] == "[":
-                end = tokens.index("]", position)
-                values.extend(value(t) for t in tokens[position + 1:end] if t != ",")
-                position = end + 1
-            else:
-                values.append(value(tokens[position]))
-                position += 1
-            if position < len(tokens) and tokens[position] in ",;":
-                position += 1
-        return out
-
-    return message()
-
-
 def pairs(values: list[float]) -> tuple[tuple[float, float], ...]:
     return tuple(zip(values[0::2], values[1::2]))
 
@@ -248,7 +217,7 @@ def color(values: list[float]) -> Vector:
 
 def load(path: Path) -> Body:
     """Errors: OSError; KeyError for a field that is missing; ValueError for another tag family."""
-    data = parse_text(Path(path).read_text())
+    data = text_format.parse(Path(path).read_text())
     if data.get("tag_family", ["tag36h11"]) != ["tag36h11"]:
         raise ValueError(f"{path}: only tag36h11 is known here")
     faces = []
