@@ -23,6 +23,16 @@ constexpr std::array kCorrelated = {0.6, 0.9};
 constexpr double kSlopeSigma = 0.25, kCurvatureSigma = 0.15;
 /// Robust standard deviations up to which a residual is taken as it is.
 constexpr double kWinsorized = 3;
+/// Standard deviations of the textures of GroundLikelihood.
+constexpr std::array kSigmas = {0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32};
+
+void winsorize(Eigen::VectorXd& residuals) {
+  if (residuals.size() == 0) return;
+  std::vector<double> sizes;
+  for (const double r : residuals) sizes.push_back(std::abs(r));
+  const double limit = kWinsorized * 1.4826 * order_statistic(sizes, sizes.size() / 2) + kMinSigma;
+  residuals = residuals.cwiseMin(limit).cwiseMax(-limit);
+}
 
 }  // namespace
 
@@ -139,14 +149,32 @@ void GroundWhitening::whiten_texture(Eigen::Ref<Eigen::VectorXd> column) const {
   column.array() *= inverse_sigma_;
 }
 
+GroundLikelihood::GroundLikelihood(const GroundNeighbours& neighbours, const Eigen::ArrayXd& own_variance,
+                                   double step_m) {
+  for (const double sigma : kSigmas) {
+    whitenings_.emplace_back(neighbours, own_variance, GroundTexture{sigma, 0, step_m});
+    for (const double length : kLengths)
+      for (const double correlated : kCorrelated)
+        whitenings_.emplace_back(neighbours, own_variance, GroundTexture{sigma, correlated, length * step_m});
+  }
+}
+
+double GroundLikelihood::deviance(Eigen::VectorXd residuals) const {
+  winsorize(residuals);
+  double least = std::numeric_limits<double>::infinity();
+  for (const GroundWhitening& whitening : whitenings_) {
+    Eigen::VectorXd column = residuals;
+    whitening.whiten(column);
+    least = std::min(least, column.squaredNorm() + whitening.log_determinant());
+  }
+  return least;
+}
+
 GroundTexture fit_ground_texture(const GroundNeighbours& neighbours, const Eigen::ArrayXd& own_variance, double step_m,
                                  Eigen::VectorXd residuals) {
   GroundTexture best;
   if (residuals.size() == 0) return best;
-  std::vector<double> sizes;
-  for (const double r : residuals) sizes.push_back(std::abs(r));
-  const double limit = kWinsorized * 1.4826 * order_statistic(sizes, sizes.size() / 2) + kMinSigma;
-  residuals = residuals.cwiseMin(limit).cwiseMax(-limit);
+  winsorize(residuals);
   const double spread =
       std::clamp(std::sqrt(residuals.squaredNorm() / static_cast<double>(residuals.size())), kMinSigma, kMaxSigma);
   double least = std::numeric_limits<double>::infinity();

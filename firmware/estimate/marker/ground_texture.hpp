@@ -74,6 +74,20 @@ class GroundWhitening {
   double log_determinant_ = 0;
 };
 
+/// Likelihood of residuals under the likeliest of a grid of textures, which is computed once for all residuals.
+class GroundLikelihood {
+ public:
+  /// `own_variance`: as of GroundWhitening. `step_m`: distance of neighbouring samples.
+  GroundLikelihood(const GroundNeighbours& neighbours, const Eigen::ArrayXd& own_variance, double step_m);
+
+  /// Minus twice the logarithm of the likelihood of residuals (relative to the mean radiance), up to a constant.
+  /// Residuals beyond three robust standard deviations count as three.
+  [[nodiscard]] double deviance(Eigen::VectorXd residuals) const;
+
+ private:
+  std::vector<GroundWhitening> whitenings_;
+};
+
 /// The texture of maximum likelihood for these residuals (relative to the mean radiance), from a grid of deviations and
 /// correlation lengths. Residuals beyond three robust standard deviations (objects, their shadows) count as three.
 /// `step_m`: distance of neighbouring samples.

@@ -26,6 +26,8 @@ constexpr double kMaxInverseDistance = 1 / 0.12;
 constexpr double kGroundAlbedo = 0.2;
 /// Reduced chi square of matte faces on a plain table with exact lights. Below 1: the error model allows for more.
 constexpr double kUsualChiSquare = 0.25;
+/// Degrees of freedom of the distribution of each group's errors: how well their variance is known beforehand.
+constexpr double kErrorDegreesOfFreedom = 4;
 /// Smallest share of the ambient light in the radiance of the ground plane.
 constexpr double kMinGroundAmbient = 0.1;
 
@@ -145,6 +147,7 @@ class LightingCostFunction final : public ceres::CostFunction {
         factors(i, column + 1) = slope(to_u);
         factors(i, column + 2) = slope(to_v);
         factors(i, column + 3) = slope(-s.position);
+        if (s.occluder_radius > 0) multiply_by_visibility(s, k, du, dv, w, factors.row(i).segment<4>(column));
       }
     }
     Eigen::VectorXd column(n);
@@ -192,6 +195,22 @@ class LightingCostFunction final : public ceres::CostFunction {
         }
       }
     }
+  }
+
+  /// Of one sample and one light: `factors` is its relative irradiance without the sphere's shadow and the derivatives
+  /// of that. The derivatives of the visibility are numerical.
+  void multiply_by_visibility(const SurfaceSample& sample, std::size_t light, double du, double dv, double w,
+                              Eigen::Ref<Eigen::RowVector4d, 0, Eigen::InnerStride<>> factors) const {
+    const auto visibility = [&](double u, double v, double inverse) {
+      return sphere_visibility(light_poses_[light].turned(u, v), inverse, sample);
+    };
+    const double a = kDirectionStep_rad, b = kInverseDistanceStep, visible = visibility(du, dv, w);
+    const std::array slopes = {(visibility(du + a, dv, w) - visibility(du - a, dv, w)) / (2 * a),
+                               (visibility(du, dv + a, w) - visibility(du, dv - a, w)) / (2 * a),
+                               (visibility(du, dv, w + b) - visibility(du, dv, w - b)) / (2 * b)};
+    for (int i = 0; i < 3; ++i)
+      factors[i + 1] = factors[i + 1] * visible + factors[0] * slopes[static_cast<std::size_t>(i)];
+    factors[0] *= visible;
   }
 
   template <class Jacobian>
@@ -291,7 +310,7 @@ void set_irradiance_from_shadow(const Observations& observations, Fit& fit) {
     PointLight& light = fit.model.lights[k];
     double most = 0;
     for (const SurfaceSample& s : observations.face_samples())
-      most = std::max(most, relative_irradiance(light.direction, light.inverse_distance, s.position, s.normal));
+      most = std::max(most, relative_irradiance(light.direction, light.inverse_distance, s));
     if (most < kMinFaceIrradiance) light.irradiance.fill(fit.ground_irradiance[k] / albedo);
   }
 }
@@ -302,7 +321,17 @@ double Fit::dispersion() const {
   return std::max(1.0, chi_square / (kUsualChiSquare * std::max(1, observations - parameters)));
 }
 
-double Fit::bic() const { return chi_square + parameters * std::log(std::max(observations, 2)); }
+double Fit::face_dispersion() const {
+  return face_chi_square / (kUsualChiSquare * std::max(1, channels * face_samples - parameters));
+}
+
+double Fit::deviance() const {
+  const double faces = (face_samples + kErrorDegreesOfFreedom) *
+                       std::log1p(face_chi_square / channels / (kErrorDegreesOfFreedom * kUsualChiSquare));
+  return faces + ground_deviance + (chi_square - face_chi_square - ground_chi_square);
+}
+
+double Fit::bic() const { return deviance() + parameters * std::log(std::max(face_samples + ground_samples, 2.0)); }
 
 Fit fit_lights(const Observations& observations, std::vector<PointLight> lights, std::vector<Distance> distances,
                ObservationSet observation_set, const std::vector<Vec3d>& hull, int max_iterations) {
@@ -349,8 +378,13 @@ Fit fit_lights(const Observations& observations, std::vector<PointLight> lights,
   out.distances = std::move(distances);
   out.ground = with_ground;
   out.parameters = layout.size;
+  out.channels = channels;
+  out.face_samples = observations.samples();
   out.observations = observations.samples() * channels;
-  if (with_ground) out.observations += static_cast<int>(observations.ground()->size());
+  if (with_ground) {
+    out.observations += static_cast<int>(observations.ground()->size());
+    out.ground_samples = static_cast<double>(observations.ground()->size()) / observations.ground()->density;
+  }
   std::vector<LightPose> found;
   for (std::size_t k = 0; k < lights.size(); ++k) {
     found.push_back(cost_function->pose_at(p.data(), k));
@@ -374,6 +408,13 @@ Fit fit_lights(const Observations& observations, std::vector<PointLight> lights,
   for (const Layout::LightParameters& offsets : layout.lights) p[offsets.turn] = p[offsets.turn + 1] = 0;
   const auto [r, j] = at_minimum.linearize(p);
   out.chi_square = r.squaredNorm();
+  const Eigen::Index n = observations.samples();
+  for (int c = 0; c < channels; ++c) out.face_chi_square += r.segment(c * (n + 3), n).squaredNorm();
+  if (with_ground) {
+    out.ground_chi_square = r.tail(observations.ground()->size()).squaredNorm();
+    if (max_iterations == kMaxFitIterations)
+      out.ground_deviance = observations.ground()->marginal_deviance(ground_residuals(observations, out, hull));
+  }
   // Wide priors keep the covariance finite: standard deviations of 1 rad for directions and 10/m for inverse distances.
   Eigen::MatrixXd information = j.transpose() * j;
   for (const Layout::LightParameters& offsets : layout.lights) {
@@ -409,8 +450,7 @@ std::vector<double> standardized_residuals(const Observations& observations, con
       double sum = model.ambient[0][channel] + model.ambient[1][channel] * s.normal.x +
                    model.ambient[2][channel] * s.normal.y + model.ambient[3][channel] * s.normal.z;
       for (const PointLight& light : model.lights)
-        sum += light.irradiance[channel] *
-               relative_irradiance(light.direction, light.inverse_distance, s.position, s.normal);
+        sum += light.irradiance[channel] * relative_irradiance(light.direction, light.inverse_distance, s);
       const double d = observations.standardized_residual(c, i, s.irradiance[channel] - sum);
       if (std::abs(d) > std::abs(most)) most = d;
     }

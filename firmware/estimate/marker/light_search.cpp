@@ -72,6 +72,10 @@ constexpr double kMinRelativeIrradiance = 0.06;
 constexpr double kMaxAlbedoRatio = 6, kMinReflectedElevation = 0.08;
 /// The same for the ambient light, if it has at least this share of the irradiance of the table.
 constexpr double kMinAmbientShare = 0.2;
+/// Rounds in which each light in turn is searched again, the others fixed.
+constexpr int kMaxExchanges = 2;
+/// Reduced chi square that no model is expected to fall below.
+constexpr double kMinChiSquare = 0.05;
 /// Smallest initial inverse distance, 1/m: at infinity the residuals depend least on it.
 constexpr double kMinInitialInverseDistance = 0.5;
 
@@ -160,7 +164,7 @@ Eigen::VectorXd LightSearch::column_of(int channel, Vec3d direction, double inve
   Eigen::VectorXd column(n + 3);
   for (Eigen::Index i = 0; i < n; ++i) {
     const SurfaceSample& s = observations_.face_samples()[static_cast<std::size_t>(i)];
-    column[i] = relative_irradiance(direction, inverse_distance, s.position, s.normal);
+    column[i] = relative_irradiance(direction, inverse_distance, s);
   }
   observations_.whiten(channel, column.head(n));
   column.tail<3>().setZero();
@@ -256,13 +260,12 @@ std::vector<LightSearch::Candidate> LightSearch::find_single_lights(std::size_t 
   return best_of(std::move(all), most);
 }
 
-std::vector<LightSearch::Candidate> LightSearch::find_light_pairs(std::size_t most) const {
+std::vector<LightSearch::Candidate> LightSearch::find_light_pairs(std::size_t most, ObservationSet observation_set) {
   // Every second direction of the grid at infinity suffices: fits refine the pairs afterwards.
   const auto m = static_cast<Eigen::Index>((grid().size() + 1) / 2);
   const auto direction_at = [](Eigen::Index i) { return grid()[static_cast<std::size_t>(2 * i)]; };
   Eigen::MatrixXf chi = Eigen::MatrixXf::Zero(m, m);
-  for (int c = 0; c < observations_.channels(); ++c) {
-    const LinearSystem& system = face_systems_[static_cast<std::size_t>(c)];
+  const auto add = [&](const LinearSystem& system) {
     Eigen::MatrixXf columns(system.columns.rows(), m);
     for (Eigen::Index i = 0; i < m; ++i)
       columns.col(i) = system.columns.col(2 * i * static_cast<Eigen::Index>(kInverseDistances.size()));
@@ -281,6 +284,11 @@ std::vector<LightSearch::Candidate> LightSearch::find_light_pairs(std::size_t mo
         }
         chi(a, b) += start - gain;
       }
+  };
+  for (const LinearSystem& system : face_systems_) add(system);
+  if (observation_set == ObservationSet::faces_and_ground_plane && observations_.ground() != nullptr) {
+    build_ground_system();
+    add(*ground_system_);
   }
   // Keeps the best partner for each first light.
   std::vector<Candidate> all;
@@ -306,13 +314,14 @@ FitCandidates LightModelSelector::search(int max_lights) {
     try_distant(1);
   }
   if (max_lights >= 2 && can_improve()) {
-    for (const LightSearch::Candidate& two : light_search().find_light_pairs(3)) fit_from(two.lights);
-    if (best().model.lights.size() == 1) add_light(best().model.lights);
+    for (const LightSearch::Candidate& two : light_search().find_light_pairs(4, observation_set_)) fit_from(two.lights);
+    add_light(best_of_count(1));
+    exchange_lights(2);
     try_distant(2);
   }
   for (std::size_t count = 3; count <= static_cast<std::size_t>(max_lights) && can_improve(); ++count) {
-    if (best().model.lights.size() + 1 != count) break;
-    add_light(best().model.lights);
+    add_light(best_of_count(count - 1));
+    exchange_lights(count);
     try_distant(count);
   }
   FitCandidates out{best(), {}};
@@ -338,8 +347,8 @@ std::optional<FitCandidates> LightModelSelector::track(const LightingEstimate& p
 }
 
 bool LightModelSelector::can_improve() const {
-  const double price = (2 + observations_.channels()) * std::log(std::max(best().observations, 2));
-  return best().chi_square > price;
+  const double reduced = best().face_chi_square / std::max(1, best().channels * best().face_samples);
+  return reduced > kMinChiSquare || observation_set_ == ObservationSet::faces_and_ground_plane;
 }
 
 void LightModelSelector::add_fit(Fit fit) {
@@ -357,11 +366,15 @@ void LightModelSelector::fit_from(std::vector<PointLight> lights) {
   add_fit(fit_lights(observations_, std::move(lights), all_free, observation_set_, hull_));
 }
 
-void LightModelSelector::try_distant(std::size_t count) {
-  const Fit* of_count = nullptr;
+const Fit* LightModelSelector::best_of_count(std::size_t count) const {
+  const Fit* out = nullptr;
   for (const Fit& fit : fits_)
-    if (fit.model.lights.size() == count && (of_count == nullptr || fit.chi_square < of_count->chi_square))
-      of_count = &fit;
+    if (fit.model.lights.size() == count && (out == nullptr || fit.deviance() < out->deviance())) out = &fit;
+  return out;
+}
+
+void LightModelSelector::try_distant(std::size_t count) {
+  const Fit* of_count = best_of_count(count);
   if (of_count == nullptr) return;
   const std::vector<PointLight> lights = of_count->model.lights;
   const auto with = [&](std::vector<Distance> distances) {
@@ -379,11 +392,33 @@ void LightModelSelector::try_distant(std::size_t count) {
   }
 }
 
-void LightModelSelector::add_light(std::vector<PointLight> lights) {
-  for (const LightSearch::Candidate& one : light_search().find_single_lights(2, observation_set_, lights)) {
+void LightModelSelector::add_light(const Fit* fit) {
+  if (fit == nullptr) return;
+  const std::vector<PointLight> lights = fit->model.lights;
+  for (const LightSearch::Candidate& one : light_search().find_single_lights(3, observation_set_, lights)) {
     std::vector<PointLight> more = lights;
     more.push_back(one.lights[0]);
     fit_from(more);
+  }
+}
+
+void LightModelSelector::exchange_lights(std::size_t count) {
+  for (int round = 0; round < kMaxExchanges; ++round) {
+    const Fit* start = best_of_count(count);
+    if (start == nullptr) return;
+    const double deviance = start->deviance();
+    const std::vector<PointLight> lights = start->model.lights;
+    for (std::size_t k = 0; k < count; ++k) {
+      std::vector<PointLight> others = lights;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+      for (const LightSearch::Candidate& one : light_search().find_single_lights(2, observation_set_, others)) {
+        if (angle_between(one.lights[0].direction, lights[k].direction) < kMinSeparation_rad) continue;
+        std::vector<PointLight> exchanged = others;
+        exchanged.push_back(one.lights[0]);
+        fit_from(exchanged);
+      }
+    }
+    if (!(best_of_count(count)->deviance() < deviance)) return;
   }
 }
 

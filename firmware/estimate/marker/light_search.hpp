@@ -24,9 +24,15 @@ struct Fit {
   /// Of each light: direction in tangent_basis(direction) (rad, 2 rows) and inverse distance (1/m). Multiplied by
   /// dispersion().
   std::vector<Eigen::Matrix3d> covariance;
-  double chi_square = 0;
+  double chi_square = 0;         ///< Of all residuals and of the priors.
+  double face_chi_square = 0;    ///< Of the faces' samples alone.
+  double ground_chi_square = 0;  ///< Of the ground's samples alone.
+  double ground_deviance = 0;    ///< GroundObservations::marginal_deviance(); 0 after tracking.
   int parameters = 0;
   int observations = 0;
+  int face_samples = 0;       ///< Samples, each of all channels: the channels have the same errors.
+  double ground_samples = 0;  ///< At the usual step: GroundPlane::density samples count as one.
+  int channels = 1;
   bool ground = false;  ///< Whether the ground plane's samples were fitted, too.
   /// Radiance of the ground plane, if fitted: by the ambient light alone, and by each light, unshadowed, at its normal.
   double ground_ambient = 0;
@@ -35,6 +41,12 @@ struct Fit {
   /// Factor of all variances, at least 1: the reduced chi square relative to that of pictures that the model explains
   /// (the overdispersion of Burnham & Anderson 2002, "Model Selection and Multimodel Inference", section 2.5).
   [[nodiscard]] double dispersion() const;
+  /// The same for the faces' samples alone; may be below 1.
+  [[nodiscard]] double face_dispersion() const;
+  /// Minus twice the logarithm of the likelihood, up to a constant. The errors of the faces have an unknown common
+  /// factor: a multivariate t distribution (Lange, Little & Taylor 1989, "Robust statistical modeling using the t
+  /// distribution", eq. 1). Those of the ground have the likeliest texture: ground_deviance.
+  [[nodiscard]] double deviance() const;
   /// Bayesian information criterion (Schwarz 1978), up to a constant.
   [[nodiscard]] double bic() const;
 };
@@ -69,8 +81,8 @@ class LightSearch {
   /// At most `most` candidates for one light, best first, 25 degrees apart; also fits `fixed_lights`' irradiances.
   [[nodiscard]] std::vector<Candidate> find_single_lights(std::size_t most, ObservationSet observation_set,
                                                           const std::vector<PointLight>& fixed_lights = {});
-  /// At most `most` candidates for two distant lights, best first; uses the faces alone.
-  [[nodiscard]] std::vector<Candidate> find_light_pairs(std::size_t most) const;
+  /// At most `most` candidates for two distant lights, best first.
+  [[nodiscard]] std::vector<Candidate> find_light_pairs(std::size_t most, ObservationSet observation_set);
 
   /// Smallest chi square over the grid's distances, for a light in each direction of the grid.
   struct ChiSquareMap {
@@ -143,8 +155,13 @@ class LightModelSelector {
   void fit_from(std::vector<PointLight> lights);
   /// Repeats the best fit of `count` lights with all of them distant, and with all but one distant.
   void try_distant(std::size_t count);
-  /// Fits with one light more than `lights`, from the best two positions of a search.
-  void add_light(std::vector<PointLight> lights);
+  /// The likeliest fit with `count` lights; null if there is none.
+  [[nodiscard]] const Fit* best_of_count(std::size_t count) const;
+  /// Fits with one light more than `fit`, from the best three positions of a search; nothing if it is null.
+  void add_light(const Fit* fit);
+  /// Searches each light of the likeliest fit with `count` lights again, the others fixed, and fits from there, until
+  /// nothing improves.
+  void exchange_lights(std::size_t count);
 
   const Observations& observations_;
   const std::vector<Vec3d>& hull_;

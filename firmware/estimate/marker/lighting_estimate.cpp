@@ -37,9 +37,18 @@ constexpr double kMinTextureSigma = 0.03;
 /// Twice the logarithm of the prior odds that a plane below the body is a table: 9 to 1.
 constexpr double kGroundPlanePrior = 4.4;
 
+/// Smallest change of the logarithm of the faces' variances for which a search is repeated.
+constexpr double kMinReweighting = 0.4;
+
 /// Radii of discs tried in place of a point light, and the chi square increase up to which one explains the faces.
 constexpr std::array kSourceRadii_rad = {0.2, 0.4, 0.7, 1.0};
 constexpr double kMaxChiSquareIncrease = 16;
+/// Directions farther than this from the reported one are another mode: 25 degrees. The probability of all of them
+/// above which a light is uncertain.
+constexpr double kModeRadius_rad = 0.43;
+constexpr double kMaxElsewhere = 0.05;
+/// Exponent 1 / kModelTemperature of the models' weights. Above 1: the residuals' independence is an approximation.
+constexpr double kModelTemperature = 3;
 /// Standard deviation of a direction where point lights do not explain the observations.
 constexpr double kModelMisfit_rad = 0.2;
 
@@ -58,10 +67,35 @@ std::size_t strongest(const LightModel& model) {
   return out;
 }
 
-/// Covariance of the direction of light `which`: the fit's own Gaussian mixed with all directions of the grid, each
-/// weighted by its likelihood to the power of 1 / dispersion. In tangent_basis(direction), rad².
-Eigen::Matrix2d multimodal_covariance(const Fit& best, std::size_t which, LightSearch& search,
-                                      ObservationSet observation_set) {
+/// Distribution of a direction about the reported one: in one mode, and elsewhere.
+struct DirectionSpread {
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< Of all, in tangent_basis(direction), rad².
+  Eigen::Matrix2d main_mode = Eigen::Matrix2d::Zero();   ///< Of the part within kModeRadius_rad.
+  double elsewhere = 0;                                  ///< Probability of the rest.
+};
+
+/// Sums of weighted offsets from the reported direction.
+class SpreadSums {
+ public:
+  /// The reported direction itself.
+  SpreadSums(double weight, const Eigen::Matrix2d& covariance)
+      : mass_(weight), main_mass_(weight), all_(weight * covariance), main_(weight * covariance) {}
+  void add(double weight, const Eigen::Vector2d& offset) {
+    const Eigen::Matrix2d square = weight * offset * offset.transpose();
+    mass_ += weight, all_ += square;
+    if (offset.norm() < kModeRadius_rad) main_mass_ += weight, main_ += square;
+  }
+  [[nodiscard]] DirectionSpread spread() const { return {all_ / mass_, main_ / main_mass_, 1 - main_mass_ / mass_}; }
+
+ private:
+  double mass_, main_mass_;
+  Eigen::Matrix2d all_, main_;
+};
+
+/// Spread of the direction of light `which`: the fit's own Gaussian mixed with all directions of the grid, each
+/// weighted by its likelihood to the power of 1 / dispersion.
+DirectionSpread multimodal_spread(const Fit& best, std::size_t which, LightSearch& search,
+                                  ObservationSet observation_set) {
   const Vec3d direction = best.model.lights[which].direction;
   const Eigen::Matrix2d own = best.covariance[which].topLeftCorner<2, 2>();
 
@@ -71,29 +105,24 @@ Eigen::Matrix2d multimodal_covariance(const Fit& best, std::size_t which, LightS
   // The grid search has no lower bounds on parameters, so that its minimum may be below that of the fit.
   double lowest = best.chi_square;
   for (const double chi : map.chi_square) lowest = std::min(lowest, chi);
-  double mass = 2 * std::numbers::pi * std::sqrt(std::max(own.determinant(), 1e-18));
-  Eigen::Matrix2d spread = mass * own;
+  SpreadSums sums(2 * std::numbers::pi * std::sqrt(std::max(own.determinant(), 1e-18)), own);
   for (std::size_t i = 0; i < map.directions.size(); ++i) {
     const double weight = map.solid_angle * std::exp(-(map.chi_square[i] - lowest) / (2 * best.dispersion()));
-    if (weight < 1e-9) continue;
-    const Eigen::Vector2d offset = great_circle_offset(direction, map.directions[i]);
-    spread += weight * offset * offset.transpose();
-    mass += weight;
+    if (weight >= 1e-9) sums.add(weight, great_circle_offset(direction, map.directions[i]));
   }
-  return spread / mass;
+  return sums.spread();
 }
 
-/// Addition to that covariance by the other models that were tried, weighted by exp(-BIC / 2) (Raftery 1995, "Bayesian
-/// model selection in social research") to the power of 1 / dispersion, as in QAIC (Burnham & Anderson 2002). Zero if
-/// no other model was tried.
-Eigen::Matrix2d model_averaged_covariance(const FitCandidates& candidates, std::size_t which) {
+/// Spread by the other models that were tried, weighted by exp(-BIC / 2) (Raftery 1995, "Bayesian model selection in
+/// social research") to the power of 1 / kModelTemperature, as in QAIC (Burnham & Anderson 2002). Zero if no other
+/// model was tried.
+DirectionSpread model_spread(const FitCandidates& candidates, std::size_t which) {
   const Fit& best = candidates.best;
   const Vec3d direction = best.model.lights[which].direction;
-  double models = 1;
-  Eigen::Matrix2d out = Eigen::Matrix2d::Zero();
+  SpreadSums sums(1, Eigen::Matrix2d::Zero());
   for (const Fit& fit : candidates.others) {
     if (fit.model.lights.empty()) continue;
-    const double weight = std::exp(-(fit.bic() - best.bic()) / (2 * best.dispersion()));
+    const double weight = std::exp(-(fit.bic() - best.bic()) / (2 * kModelTemperature));
     if (weight < 1e-6) continue;
     // The corresponding light of the other model: its strongest for the strongest light, else the nearest.
     std::size_t same = strongest(fit.model);
@@ -102,11 +131,9 @@ Eigen::Matrix2d model_averaged_covariance(const FitCandidates& candidates, std::
         if (angle_between(direction, fit.model.lights[k].direction) <
             angle_between(direction, fit.model.lights[same].direction))
           same = k;
-    const Eigen::Vector2d offset = great_circle_offset(direction, fit.model.lights[same].direction);
-    out += weight * offset * offset.transpose();
-    models += weight;
+    sums.add(weight, great_circle_offset(direction, fit.model.lights[same].direction));
   }
-  return out / models;
+  return sums.spread();
 }
 
 /// Converts a covariance from tangent_basis(from) to tangent_basis(to); exact in the limit of a small rotation.
@@ -226,6 +253,7 @@ struct Hypothesis {
   std::unique_ptr<LightModelSelector> selector;
   FitCandidates candidates;
   std::optional<GroundTexture> texture;
+  double face_dispersion = 1;
   int outliers = 0;
 };
 
@@ -243,9 +271,9 @@ std::optional<Hypothesis> evaluate(const Shading& shading, SurroundModel surroun
   if (surround_model != SurroundModel::distant) subtract_ground_reflection(out.inliers);
   if (surround_model != SurroundModel::ground_plane_with_shadow) out.inliers.ground.reset();
   out.outliers = remove_occluded_samples(out.inliers);
-  if (previous != nullptr) out.texture = previous->ground_texture;
+  if (previous != nullptr) out.texture = previous->ground_texture, out.face_dispersion = previous->face_dispersion;
   for (int round = 0;; ++round) {
-    out.observations = std::make_unique<Observations>(out.inliers, out.texture);
+    out.observations = std::make_unique<Observations>(out.inliers, out.texture, out.face_dispersion);
     out.selector =
         std::make_unique<LightModelSelector>(*out.observations, shading.hull, observations_for(surround_model));
     if (previous != nullptr) {
@@ -257,11 +285,15 @@ std::optional<Hypothesis> evaluate(const Shading& shading, SurroundModel surroun
     }
     if (round == (previous != nullptr ? 1 : kMaxOutlierRounds)) return out;
     // A texture weakens the observations of the shadow: the search is repeated with it.
-    bool textured = false;
+    bool textured = false, reweighted = false;
+    double face_dispersion = out.face_dispersion;
     if (previous == nullptr && out.observations->ground() != nullptr) {
       const GroundObservations& ground = *out.observations->ground();
       out.texture = ground.fit_texture(ground_residuals(*out.observations, out.candidates.best, shading.hull));
       textured = out.texture->sigma > kMinTextureSigma || ground.texture.sigma > kMinTextureSigma;
+      // Errors of the faces that the model does not know (gloss, folds) weaken them beside the shadow.
+      face_dispersion = std::max(1.0, out.face_dispersion * out.candidates.best.face_dispersion());
+      reweighted = std::abs(std::log(face_dispersion / out.face_dispersion)) > kMinReweighting;
     }
     int outliers = 0;
     // After a search, its residuals are the first from which the texture is known.
@@ -269,7 +301,8 @@ std::optional<Hypothesis> evaluate(const Shading& shading, SurroundModel surroun
     Shading fewer = reject_outliers(out.inliers, *out.observations, out.candidates.best, known_texture, outliers);
     const bool ground_thinned =
         out.inliers.ground && fewer.ground && fewer.ground->samples.size() < out.inliers.ground->samples.size();
-    if (outliers == 0 && !(round == 0 && (textured || ground_thinned))) return out;
+    if (outliers == 0 && !reweighted && !(round == 0 && (textured || ground_thinned))) return out;
+    out.face_dispersion = face_dispersion;
     out.outliers += outliers;
     out.inliers = std::move(fewer);
   }
@@ -302,6 +335,7 @@ LightingEstimate finalize(Hypothesis hypothesis, const LightingEstimate* previou
   out.surround_model = hypothesis.surround_model;
   out.tracked = previous != nullptr;
   out.ground_texture = hypothesis.texture;
+  out.face_dispersion = hypothesis.face_dispersion;
   out.ambient = best.model.ambient;
   out.chi_square = best.chi_square / std::max(1, best.observations - best.parameters);
   out.chi_square_at_search = previous != nullptr ? previous->chi_square_at_search : out.chi_square;
@@ -310,25 +344,34 @@ LightingEstimate finalize(Hypothesis hypothesis, const LightingEstimate* previou
   for (std::size_t k = 0; k < best.model.lights.size(); ++k) {
     LightEstimate light_estimate;
     light_estimate.light = best.model.lights[k];
-    const Eigen::Matrix2d models =
-        previous != nullptr ? transport_covariance(matrix(previous->lights[k].model_covariance),
-                                                   previous->lights[k].light.direction, light_estimate.light.direction)
-                            : model_averaged_covariance(hypothesis.candidates, k);
-    Eigen::Matrix2d covariance =
-        multimodal_covariance(best, k, hypothesis.selector->light_search(), observation_set) + models;
-    light_estimate.model_covariance = numbers(models);
+    DirectionSpread models;
+    if (previous != nullptr) {
+      models.covariance = models.main_mode =
+          transport_covariance(matrix(previous->lights[k].model_covariance), previous->lights[k].light.direction,
+                               light_estimate.light.direction);
+      models.elsewhere = previous->lights[k].model_probability;
+    } else {
+      models = model_spread(hypothesis.candidates, k);
+    }
+    const DirectionSpread modes = multimodal_spread(best, k, hypothesis.selector->light_search(), observation_set);
+    const Eigen::Matrix2d covariance = modes.covariance + models.covariance;
+    light_estimate.model_covariance = numbers(models.covariance);
+    light_estimate.model_probability = models.elsewhere;
     light_estimate.direction_covariance = numbers(covariance);
+    Eigen::Matrix2d main_mode = modes.main_mode + models.main_mode;
+    const double elsewhere = 1 - (1 - modes.elsewhere) * (1 - models.elsewhere);
     const auto worst_of = [](const Eigen::Matrix2d& c) {
       return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(c).eigenvalues()[1]);
     };
     // A shadow determines the light, even if other models of the faces are possible.
     out.localized = out.localized && (shadow || worst_of(covariance) <= kMaxDirectionSigma_rad);
+    Eigen::Matrix2d unknown = Eigen::Matrix2d::Zero();
     if (!shadow)
-      covariance +=
+      unknown =
           (source_size_variance(best, k, hypothesis.selector->light_search()) + spread) * Eigen::Matrix2d::Identity();
-    const double worst = worst_of(covariance);
-    light_estimate.uncertain = !(worst <= kMaxDirectionSigma_rad);
-    if (light_estimate.uncertain) light_estimate.direction_covariance = numbers(covariance);
+    main_mode += unknown;
+    light_estimate.uncertain = !(worst_of(main_mode) <= kMaxDirectionSigma_rad) || !(elsewhere <= kMaxElsewhere);
+    if (light_estimate.uncertain) light_estimate.direction_covariance = numbers(covariance + unknown);
     const double sigma = std::sqrt(best.covariance[k](2, 2));
     light_estimate.distance_estimated = best.distances[k] == Distance::free;
     light_estimate.distance_observable =

@@ -26,10 +26,11 @@ struct LightEstimate {
   /// In tangent_basis(direction), rad². Includes other directions and models that explain the observations as well.
   std::array<double, 3> direction_covariance{};  ///< u·u, u·v, v·v
   std::array<double, 3> model_covariance{};      ///< The part of other models, from the last global search.
-  double inverse_distance_sigma = 0;             ///< 1/m; infinite where the distance was not estimated.
-  bool distance_observable = false;              ///< Inverse distance above two standard deviations.
-  bool uncertain = false;                        ///< Whether the direction's sigma exceeds kMaxDirectionSigma_rad.
-  bool distance_estimated = false;               ///< Whether the distance was a parameter of the fit.
+  double model_probability = 0;       ///< Of other models that place it elsewhere, from the last global search.
+  double inverse_distance_sigma = 0;  ///< 1/m; infinite where the distance was not estimated.
+  bool distance_observable = false;   ///< Inverse distance above two standard deviations.
+  bool uncertain = false;             ///< Whether the direction's sigma exceeds kMaxDirectionSigma_rad.
+  bool distance_estimated = false;    ///< Whether the distance was a parameter of the fit.
 
   /// From the body's centre, m; infinite for a distant light.
   [[nodiscard]] double distance_m() const { return 1 / light.inverse_distance; }
@@ -54,6 +55,7 @@ struct LightingEstimate {
   int outliers = 0;  ///< Face samples that were rejected.
   int used = 0;
   std::optional<GroundTexture> ground_texture;  ///< Of the last search, if a ground plane was used.
+  double face_dispersion = 1;                   ///< Factor of the variances of the faces' samples, of the last search.
   bool tracked = false;  ///< Whether the fit started from the previous frame's lights; false: global search.
   std::vector<SurfaceSample> inliers;  ///< Face samples without the outliers and without the ground plane's light.
 };

@@ -39,7 +39,8 @@ Eigen::ArrayXd coordinates(const GroundPlane& ground, Vec3d axis) {
 
 }  // namespace
 
-Observations::Observations(const Shading& shading, const std::optional<GroundTexture>& known_texture)
+Observations::Observations(const Shading& shading, const std::optional<GroundTexture>& known_texture,
+                           double face_dispersion)
     : channels_(shading.channels), samples_(shading.samples) {
   if (shading.ground && !shading.ground->samples.empty()) ground_.emplace(*shading.ground, known_texture);
   std::ranges::stable_sort(samples_, {}, &SurfaceSample::surface);
@@ -49,7 +50,7 @@ Observations::Observations(const Shading& shading, const std::optional<GroundTex
     surfaces_.back().end = i + 1;
   }
   const int n = samples();
-  const double contrast = shadow_contrast(shading.ground);
+  const double contrast = shadow_contrast(shading.ground), inflation = std::sqrt(face_dispersion);
   for (int c = 0; c < channels_; ++c) {
     const auto channel = static_cast<std::size_t>(c);
     Channel& out = by_channel_[channel];
@@ -71,12 +72,13 @@ Observations::Observations(const Shading& shading, const std::optional<GroundTex
     out.whitened.resize(n);
     for (std::size_t k = 0; k < surfaces_.size(); ++k) {
       const Surface& s = surfaces_[k];
-      const double shared = std::hypot(kSurfaceRelativeSigma * means[k], floor);
+      const double shared = inflation * std::hypot(kSurfaceRelativeSigma * means[k], floor);
       double squared = 0;
       for (int i = s.begin; i < s.end; ++i) {
         const SurfaceSample& sample = samples_[static_cast<std::size_t>(i)];
-        const double alone = std::hypot(sample.sigma[channel], kSampleRelativeSigma * sample.irradiance[channel],
-                                        kSampleSigmaFloor * out.max_irradiance);
+        const double alone =
+            inflation * std::hypot(sample.sigma[channel], kSampleRelativeSigma * sample.irradiance[channel],
+                                   kSampleSigmaFloor * out.max_irradiance);
         // Avoids a division by zero.
         out.root_weight[i] = 1 / std::max(alone, 1e-6 * out.max_irradiance + 1e-300);
         out.shared_whitened[i] = shared * out.root_weight[i];
@@ -112,6 +114,7 @@ GroundGeometry::GroundGeometry(const GroundPlane& ground)
     : point(ground.point),
       normal(ground.normal),
       step_m(ground.step_m),
+      density(ground.density),
       u(coordinates(ground, tangent_basis(ground.normal)[0])),
       v(coordinates(ground, tangent_basis(ground.normal)[1])) {
   const auto n = static_cast<Eigen::Index>(ground.samples.size());
@@ -124,7 +127,7 @@ GroundGeometry::GroundGeometry(const GroundPlane& ground)
 }
 
 GroundObservations::GroundObservations(const GroundPlane& ground, const std::optional<GroundTexture>& known_texture)
-    : GroundGeometry(ground), radiance(size()), neighbours(u, v), own_variance(size()) {
+    : GroundGeometry(ground), radiance(size()), neighbours(u, v), own_variance(size()), noise_variance(size()) {
   for (const GroundSample& t : ground.samples) mean_radiance += t.radiance / static_cast<double>(size());
   mean_radiance = std::max(mean_radiance, 1e-300);
   for (Eigen::Index i = 0; i < size(); ++i) {
@@ -132,6 +135,7 @@ GroundObservations::GroundObservations(const GroundPlane& ground, const std::opt
     radiance[i] = t.radiance;
     // The body also reflects light onto the samples that it occludes. This is not modelled: it increases sigma.
     const double sigma = std::hypot(t.sigma, kBodyReflectionRelativeSigma * t.occluded * t.radiance) / mean_radiance;
+    noise_variance[i] = sigma * sigma;
     own_variance[i] = sigma * sigma + kShadowModelSigma * kShadowModelSigma * ground.density;
   }
   if (known_texture) texture = *known_texture;
@@ -155,6 +159,11 @@ GroundTexture GroundObservations::fit_texture(const Eigen::ArrayXd& residuals) c
 
 Eigen::ArrayXd GroundObservations::smooth_part(const Eigen::ArrayXd& residuals, const GroundTexture& of_texture) const {
   return GroundWhitening(neighbours, own_variance, of_texture).smooth_part(residuals.matrix());
+}
+
+double GroundObservations::marginal_deviance(const Eigen::ArrayXd& residuals) const {
+  if (!likelihood) likelihood.emplace(neighbours, noise_variance, step_m);
+  return likelihood->deviance(residuals.matrix() / mean_radiance);
 }
 
 double GroundObservations::deviance(const Eigen::ArrayXd& residuals, const GroundTexture& of_texture) const {

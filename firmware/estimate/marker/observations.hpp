@@ -22,10 +22,10 @@ namespace lightwell::marker {
 /// Places of the samples of the ground plane (the table). One array element per sample.
 struct GroundGeometry {
   Vec3d point, normal;
-  double step_m = 0;
-  Eigen::ArrayXd x, y, z;  ///< Position, m, from the body's centre.
-  Eigen::ArrayXd u, v;     ///< Position in tangent_basis(normal), m, from `point`.
-  Eigen::ArrayXd open;     ///< Share of the ambient irradiance that the body does not occlude, 0 to 1.
+  double step_m = 0, density = 1;  ///< As of GroundPlane.
+  Eigen::ArrayXd x, y, z;          ///< Position, m, from the body's centre.
+  Eigen::ArrayXd u, v;             ///< Position in tangent_basis(normal), m, from `point`.
+  Eigen::ArrayXd open;             ///< Share of the ambient irradiance that the body does not occlude, 0 to 1.
 
   explicit GroundGeometry(const GroundPlane& ground);
   [[nodiscard]] Eigen::Index size() const { return x.size(); }
@@ -41,6 +41,8 @@ struct GroundObservations : GroundGeometry {
   Eigen::ArrayXd own_variance;  ///< Of each sample by itself; relative to the squared mean radiance.
   GroundTexture texture{.sigma = 0};
   GroundWhitening whitening;
+  Eigen::ArrayXd noise_variance;  ///< As own_variance, without the errors of the shadow's model.
+  mutable std::optional<GroundLikelihood> likelihood;
 
   /// `known_texture`: of an earlier fit. nullopt: none.
   GroundObservations(const GroundPlane& ground, const std::optional<GroundTexture>& known_texture);
@@ -53,6 +55,8 @@ struct GroundObservations : GroundGeometry {
   [[nodiscard]] GroundTexture fit_texture(const Eigen::ArrayXd& residuals) const;
   /// Expected smooth variation of the radiance, given residual radiances.
   [[nodiscard]] Eigen::ArrayXd smooth_part(const Eigen::ArrayXd& residuals, const GroundTexture& of_texture) const;
+  /// GroundLikelihood::deviance() of residual radiances, computed at first use. Not thread-safe.
+  [[nodiscard]] double marginal_deviance(const Eigen::ArrayXd& residuals) const;
   /// Minus twice the logarithm of the likelihood of residual radiances, up to a constant.
   [[nodiscard]] double deviance(const Eigen::ArrayXd& residuals, const GroundTexture& of_texture) const;
 };
@@ -74,8 +78,9 @@ class Shadow {
 
 class Observations {
  public:
-  /// `known_texture`: as of GroundObservations.
-  explicit Observations(const Shading& shading, const std::optional<GroundTexture>& known_texture = std::nullopt);
+  /// `known_texture`: as of GroundObservations. `face_dispersion`: factor of all variances of the faces' samples.
+  explicit Observations(const Shading& shading, const std::optional<GroundTexture>& known_texture = std::nullopt,
+                        double face_dispersion = 1);
 
   [[nodiscard]] int samples() const { return static_cast<int>(samples_.size()); }
   [[nodiscard]] int channels() const { return channels_; }

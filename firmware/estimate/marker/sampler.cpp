@@ -212,6 +212,7 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   sample.position = middle;
   sample.normal = patch.normal;
   sample.surface = patch.surface;
+  sample.occluder_radius = patch.occluder_radius;
   const double grazing_relative_sigma =
       kGrazingRelativeSigma / std::max(kMinViewCosine, dot(normalized(posed_body_->lens() - middle), patch.normal));
   const double spread = std::sqrt(noise / plane.n) + 0.3 * nonuniformity + sums.bias / plane.n;
@@ -250,6 +251,7 @@ void MarkerSampler::sample_ball(const MarkerBody& body, const PosedBody& posed_b
   const double radius = body.ball->radius_m;
   patch_.albedo = body.ball->albedo;
   patch_.surface = static_cast<int>(body.faces.size());
+  patch_.occluder_radius = 0;
   for (const Vec3d& normal : normals) {
     if (dot(normalized(posed_body.lens() - normal * radius), normal) < std::max(kMinViewCosine, 0.35)) continue;
     const auto [u, v] = tangent_basis(normal);
@@ -389,6 +391,7 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
       patch_.normal = normal;
       patch_.albedo = patch.albedo;
       patch_.surface = static_cast<int>(visible.number);
+      patch_.occluder_radius = body.ball ? body.ball->radius_m : 0;
       sample_patch(patch_, out);
     }
     record_surface(normal, samples_before, clipped, out);

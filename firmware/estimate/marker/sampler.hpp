@@ -75,6 +75,7 @@ class MarkerSampler {
     Vec3d normal;
     Rgb albedo;
     int surface = 0;
+    double occluder_radius = 0;  // as of SurfaceSample
   };
   struct VisibleFace {
     std::size_t number = 0;

@@ -80,6 +80,9 @@ GroundGrid fill_ground_grid(const GroundPlane& ground) {
 /// of the face's residuals are more; four sigmas of the sample are added.
 constexpr double kMaxPlaneDeviation = 0.03;
 
+/// Width of the edge of a sphere's shadow relative to its radius: patches of a ball's sheet are about as wide.
+constexpr double kSphereShadowWidth = 0.6;
+
 /// Smallest cosine of the angle between down and the normal of a face on which the body may stand.
 constexpr double kMinDownCosine = 0.64;
 /// Where down is not known: distribution of the camera's roll and of its elevation above the plane, and the largest
@@ -96,6 +99,22 @@ constexpr double kMinLensElevation = 0.12;
 constexpr int kBallPoints = 48;
 
 }  // namespace
+
+double sphere_visibility(Vec3d direction, double inverse_distance, const SurfaceSample& sample) {
+  if (!(sample.occluder_radius > 0)) return 1;
+  const Vec3d to_light = normalized(direction - sample.position * inverse_distance);
+  // Of the ray from the sample to the light: distance from the sample to the point nearest to the origin.
+  const double along = -dot(sample.position, to_light);
+  if (!(along > 0)) return 1;
+  const double miss = length(sample.position + to_light * along) / sample.occluder_radius - 1;
+  const double step = std::clamp(miss / kSphereShadowWidth + 0.5, 0.0, 1.0);
+  return step * step * (3 - 2 * step);
+}
+
+double relative_irradiance(Vec3d direction, double inverse_distance, const SurfaceSample& sample) {
+  return relative_irradiance(direction, inverse_distance, sample.position, sample.normal) *
+         sphere_visibility(direction, inverse_distance, sample);
+}
 
 void estimate_ground_reflection(Shading& shading) {
   if (!shading.ground || shading.ground->samples.empty()) return;

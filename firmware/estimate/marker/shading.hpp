@@ -31,6 +31,9 @@ struct SurfaceSample {
   Rgb sigma;          ///< Standard deviation of this sample's own error: sensor noise, texture, specular reflection.
   int surface = 0;    ///< Samples of one surface share an error, too: attitude, paper, interreflection.
   Rgb from_ground{};  ///< Part of the irradiance that the ground plane reflects, if there is one.
+  /// Radius of a sphere around the origin that hides lights from the sample, m: the ball, for a patch of its sheet. 0:
+  /// nothing hides them.
+  double occluder_radius = 0;
 };
 
 /// Black ink on a face: it shows the specular reflection of the paper beside it.
@@ -170,6 +173,11 @@ struct LightModel {
   const double squared = dot(q, q);
   return std::max(0.0, dot(normal, q)) / (squared * std::sqrt(squared));
 }
+
+/// The same for a sample, with the shadow of the sphere that hides lights from it.
+[[nodiscard]] double relative_irradiance(Vec3d direction, double inverse_distance, const SurfaceSample& sample);
+/// Share of a light that passes the sphere around the origin, 0 to 1. The edge of the shadow is a smooth step.
+[[nodiscard]] double sphere_visibility(Vec3d direction, double inverse_distance, const SurfaceSample& sample);
 
 // Standard deviations of the observations, in addition to each sample's own sigma.
 
