@@ -14,6 +14,11 @@ namespace {
 constexpr double kY0 = 0.28209479177387814, kY1 = 0.48860251190291992;
 /// Last band of the maximum-entropy radiance: the cosine lobe of the faces attenuates higher bands.
 constexpr int kMaxEntropyBand = 4;
+/// Normals at which an uncertain model is checked, and the cosine of their largest angle to a face that is seen. At
+/// these, irradiance above that of the brightest face by more than this factor is an extrapolation: between faces of a
+/// dodecahedron (63 degrees apart), that of one light is up to 1.2 times as large as on either.
+constexpr int kNormals = 200;
+constexpr double kMinNormalCosine = 0.7, kMaxExtrapolation = 1.3;
 
 /// Adds the radiance of bands 0 and 1 whose irradiance at a normal is irradiance[0] + dot(irradiance[1..3], normal); of
 /// band 0 alone where `out` has no more.
@@ -29,11 +34,30 @@ void add_irradiance(const std::array<Rgb, 4>& irradiance, RadianceSh& out) {
   }
 }
 
+/// Whether the model's irradiance between the faces that are seen, or beside them, is much above that of the brightest
+/// one.
+bool extrapolates(const LightingEstimate& estimate) {
+  static const std::vector<Vec3d> normals = fibonacci_directions(kNormals);
+  double brightest = 0;
+  for (const SurfaceSample& sample : estimate.inliers) brightest = std::max(brightest, luminance(sample.irradiance));
+  return std::ranges::any_of(normals, [&](const Vec3d& normal) {
+    if (std::ranges::none_of(estimate.inliers,
+                             [&](const SurfaceSample& s) { return dot(s.normal, normal) > kMinNormalCosine; }))
+      return false;
+    const auto& [constant, x, y, z] = estimate.ambient;
+    double irradiance =
+        luminance(constant) + luminance(x) * normal.x + luminance(y) * normal.y + luminance(z) * normal.z;
+    for (const LightEstimate& one : estimate.lights)
+      irradiance += luminance(one.light.irradiance) * std::max(0.0, dot(one.light.direction, normal));
+    return irradiance > kMaxExtrapolation * brightest;
+  });
+}
+
 }  // namespace
 
 RadianceSh ambient_radiance(LightingEstimate& estimate, int band) {
   RadianceSh out;
-  if (estimate.uncertain && !estimate.localized) {
+  if (estimate.uncertain && (!estimate.localized || extrapolates(estimate))) {
     // Many sets of point lights explain the faces; they predict different irradiances at normals between the faces.
     std::vector<Vec3d> toward;
     for (const LightEstimate& one : estimate.lights) toward.push_back(one.light.direction);

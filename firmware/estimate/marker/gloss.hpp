@@ -13,7 +13,7 @@ namespace lightwell::marker {
 /// share of the other faces is added to their sigma in quadrature.
 void subtract_gloss(Shading& shading);
 
-/// Largest albedo of black ink. Laser and inkjet prints have 0.02 to 0.06.
-inline constexpr double kMaxInkAlbedo = 0.06;
+/// Largest albedo of black ink: a solid black of laser and inkjet prints has an optical density of 1.35 or more.
+inline constexpr double kMaxInkAlbedo = 0.045;
 
 }  // namespace lightwell::marker
