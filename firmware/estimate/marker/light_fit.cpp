@@ -1,3 +1,5 @@
+#include "estimate/marker/light_fit.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -6,8 +8,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <ceres/ceres.h>
-
-#include "estimate/marker/light_search.hpp"
 
 namespace lightwell::marker {
 namespace {
@@ -24,10 +24,6 @@ constexpr double kMinFaceIrradiance = 1e-3;
 constexpr double kMaxInverseDistance = 1 / 0.12;
 /// Albedo of the ground plane where neither ambient light nor a light on it determines it.
 constexpr double kGroundAlbedo = 0.2;
-/// Reduced chi square of matte faces on a plain table with exact lights. Below 1: the error model allows for more.
-constexpr double kUsualChiSquare = 0.25;
-/// Degrees of freedom of the distribution of each group's errors: how well their variance is known beforehand.
-constexpr double kErrorDegreesOfFreedom = 4;
 /// Smallest share of the ambient light in the radiance of the ground plane.
 constexpr double kMinGroundAmbient = 0.1;
 
@@ -317,22 +313,6 @@ void set_irradiance_from_shadow(const Observations& observations, Fit& fit) {
 
 }  // namespace
 
-double Fit::dispersion() const {
-  return std::max(1.0, chi_square / (kUsualChiSquare * std::max(1, observations - parameters)));
-}
-
-double Fit::face_dispersion() const {
-  return face_chi_square / (kUsualChiSquare * std::max(1, channels * face_samples - parameters));
-}
-
-double Fit::deviance() const {
-  const double faces = (face_samples + kErrorDegreesOfFreedom) *
-                       std::log1p(face_chi_square / channels / (kErrorDegreesOfFreedom * kUsualChiSquare));
-  return faces + ground_deviance + (chi_square - face_chi_square - ground_chi_square);
-}
-
-double Fit::bic() const { return deviance() + parameters * std::log(std::max(face_samples + ground_samples, 2.0)); }
-
 Fit fit_lights(const Observations& observations, std::vector<PointLight> lights, std::vector<Distance> distances,
                ObservationSet observation_set, const std::vector<Vec3d>& hull, int max_iterations) {
   const int channels = observations.channels();
@@ -436,38 +416,6 @@ Fit fit_lights(const Observations& observations, std::vector<PointLight> lights,
           block(a, b) =
               variance_scale * covariance(index[static_cast<std::size_t>(a)], index[static_cast<std::size_t>(b)]);
     out.covariance.push_back(block);
-  }
-  return out;
-}
-
-std::vector<double> standardized_residuals(const Observations& observations, const LightModel& model) {
-  std::vector<double> out;
-  for (int i = 0; i < observations.samples(); ++i) {
-    const SurfaceSample& s = observations.face_samples()[static_cast<std::size_t>(i)];
-    double most = 0;
-    for (int c = 0; c < observations.channels(); ++c) {
-      const auto channel = static_cast<std::size_t>(c);
-      double sum = model.ambient[0][channel] + model.ambient[1][channel] * s.normal.x +
-                   model.ambient[2][channel] * s.normal.y + model.ambient[3][channel] * s.normal.z;
-      for (const PointLight& light : model.lights)
-        sum += light.irradiance[channel] * relative_irradiance(light.direction, light.inverse_distance, s);
-      const double d = observations.standardized_residual(c, i, s.irradiance[channel] - sum);
-      if (std::abs(d) > std::abs(most)) most = d;
-    }
-    out.push_back(most);
-  }
-  return out;
-}
-
-Eigen::ArrayXd ground_residuals(const Observations& observations, const Fit& fit, const std::vector<Vec3d>& hull) {
-  if (observations.ground() == nullptr) return {};
-  const GroundObservations& ground = *observations.ground();
-  Eigen::ArrayXd out = ground.radiance - fit.ground_ambient * ground.open, unit_irradiance;
-  Shadow shadow;
-  for (std::size_t k = 0; k < fit.model.lights.size() && k < fit.ground_irradiance.size(); ++k) {
-    const PointLight& light = fit.model.lights[k];
-    shadow.compute_irradiance(ground, hull, light.direction, light.inverse_distance, unit_irradiance);
-    out -= fit.ground_irradiance[k] * unit_irradiance;
   }
   return out;
 }

@@ -11,8 +11,9 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
+#include "estimate/marker/direction_spread.hpp"
 #include "estimate/marker/ground_light.hpp"
-#include "estimate/marker/light_search.hpp"
+#include "estimate/marker/light_model_selector.hpp"
 
 namespace lightwell::marker {
 namespace {
@@ -43,98 +44,12 @@ constexpr double kMinReweighting = 0.4;
 /// Radii of discs tried in place of a point light, and the chi square increase up to which one explains the faces.
 constexpr std::array kSourceRadii_rad = {0.2, 0.4, 0.7, 1.0};
 constexpr double kMaxChiSquareIncrease = 16;
-/// Directions farther than this from the reported one are another mode: 25 degrees. The probability of all of them
-/// above which a light is uncertain.
-constexpr double kModeRadius_rad = 0.43;
+/// Largest standard deviation of the direction by the unknown size of the source: 8.6 degrees.
+constexpr double kMaxSourceSigma_rad = 0.15;
+/// Probability of other modes above which a light is uncertain.
 constexpr double kMaxElsewhere = 0.05;
-/// Exponent 1 / kModelTemperature of the models' weights. Above 1: the residuals' independence is an approximation.
-constexpr double kModelTemperature = 3;
 /// Standard deviation of a direction where point lights do not explain the observations.
 constexpr double kModelMisfit_rad = 0.2;
-
-/// Logarithmic map: the vector from unit vector `from` to `to` along the great circle, in tangent_basis(from), rad.
-Eigen::Vector2d great_circle_offset(Vec3d from, Vec3d to) {
-  const auto [u, v] = tangent_basis(from);
-  const double angle = angle_between(from, to), x = dot(to, u), y = dot(to, v), across = std::hypot(x, y);
-  if (!(across > 0)) return {angle, 0};
-  return {x / across * angle, y / across * angle};
-}
-
-std::size_t strongest(const LightModel& model) {
-  std::size_t out = 0;
-  for (std::size_t k = 1; k < model.lights.size(); ++k)
-    if (luminance(model.lights[k].irradiance) > luminance(model.lights[out].irradiance)) out = k;
-  return out;
-}
-
-/// Distribution of a direction about the reported one: in one mode, and elsewhere.
-struct DirectionSpread {
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< Of all, in tangent_basis(direction), rad².
-  Eigen::Matrix2d main_mode = Eigen::Matrix2d::Zero();   ///< Of the part within kModeRadius_rad.
-  double elsewhere = 0;                                  ///< Probability of the rest.
-};
-
-/// Sums of weighted offsets from the reported direction.
-class SpreadSums {
- public:
-  /// The reported direction itself.
-  SpreadSums(double weight, const Eigen::Matrix2d& covariance)
-      : mass_(weight), main_mass_(weight), all_(weight * covariance), main_(weight * covariance) {}
-  void add(double weight, const Eigen::Vector2d& offset) {
-    const Eigen::Matrix2d square = weight * offset * offset.transpose();
-    mass_ += weight, all_ += square;
-    if (offset.norm() < kModeRadius_rad) main_mass_ += weight, main_ += square;
-  }
-  [[nodiscard]] DirectionSpread spread() const { return {all_ / mass_, main_ / main_mass_, 1 - main_mass_ / mass_}; }
-
- private:
-  double mass_, main_mass_;
-  Eigen::Matrix2d all_, main_;
-};
-
-/// Spread of the direction of light `which`: the fit's own Gaussian mixed with all directions of the grid, each
-/// weighted by its likelihood to the power of 1 / dispersion.
-DirectionSpread multimodal_spread(const Fit& best, std::size_t which, LightSearch& search,
-                                  ObservationSet observation_set) {
-  const Vec3d direction = best.model.lights[which].direction;
-  const Eigen::Matrix2d own = best.covariance[which].topLeftCorner<2, 2>();
-
-  std::vector<PointLight> fixed_lights = best.model.lights;
-  fixed_lights.erase(fixed_lights.begin() + static_cast<std::ptrdiff_t>(which));
-  const LightSearch::ChiSquareMap map = search.chi_square_map(observation_set, fixed_lights);
-  // The grid search has no lower bounds on parameters, so that its minimum may be below that of the fit.
-  double lowest = best.chi_square;
-  for (const double chi : map.chi_square) lowest = std::min(lowest, chi);
-  SpreadSums sums(2 * std::numbers::pi * std::sqrt(std::max(own.determinant(), 1e-18)), own);
-  for (std::size_t i = 0; i < map.directions.size(); ++i) {
-    const double weight = map.solid_angle * std::exp(-(map.chi_square[i] - lowest) / (2 * best.dispersion()));
-    if (weight >= 1e-9) sums.add(weight, great_circle_offset(direction, map.directions[i]));
-  }
-  return sums.spread();
-}
-
-/// Spread by the other models that were tried, weighted by exp(-BIC / 2) (Raftery 1995, "Bayesian model selection in
-/// social research") to the power of 1 / kModelTemperature, as in QAIC (Burnham & Anderson 2002). Zero if no other
-/// model was tried.
-DirectionSpread model_spread(const FitCandidates& candidates, std::size_t which) {
-  const Fit& best = candidates.best;
-  const Vec3d direction = best.model.lights[which].direction;
-  SpreadSums sums(1, Eigen::Matrix2d::Zero());
-  for (const Fit& fit : candidates.others) {
-    if (fit.model.lights.empty()) continue;
-    const double weight = std::exp(-(fit.bic() - best.bic()) / (2 * kModelTemperature));
-    if (weight < 1e-6) continue;
-    // The corresponding light of the other model: its strongest for the strongest light, else the nearest.
-    std::size_t same = strongest(fit.model);
-    if (which != strongest(best.model))
-      for (std::size_t k = 0; k < fit.model.lights.size(); ++k)
-        if (angle_between(direction, fit.model.lights[k].direction) <
-            angle_between(direction, fit.model.lights[same].direction))
-          same = k;
-    sums.add(weight, great_circle_offset(direction, fit.model.lights[same].direction));
-  }
-  return sums.spread();
-}
 
 /// Converts a covariance from tangent_basis(from) to tangent_basis(to); exact in the limit of a small rotation.
 Eigen::Matrix2d transport_covariance(const Eigen::Matrix2d& covariance, Vec3d from, Vec3d to) {
@@ -358,20 +273,18 @@ LightingEstimate finalize(Hypothesis hypothesis, const LightingEstimate* previou
     light_estimate.model_covariance = numbers(models.covariance);
     light_estimate.model_probability = models.elsewhere;
     light_estimate.direction_covariance = numbers(covariance);
-    Eigen::Matrix2d main_mode = modes.main_mode + models.main_mode;
+    const Eigen::Matrix2d main_mode = modes.main_mode + models.main_mode;
     const double elsewhere = 1 - (1 - modes.elsewhere) * (1 - models.elsewhere);
     const auto worst_of = [](const Eigen::Matrix2d& c) {
       return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(c).eigenvalues()[1]);
     };
     // A shadow determines the light, even if other models of the faces are possible.
     out.localized = out.localized && (shadow || worst_of(covariance) <= kMaxDirectionSigma_rad);
-    Eigen::Matrix2d unknown = Eigen::Matrix2d::Zero();
-    if (!shadow)
-      unknown =
-          (source_size_variance(best, k, hypothesis.selector->light_search()) + spread) * Eigen::Matrix2d::Identity();
-    main_mode += unknown;
-    light_estimate.uncertain = !(worst_of(main_mode) <= kMaxDirectionSigma_rad) || !(elsewhere <= kMaxElsewhere);
-    if (light_estimate.uncertain) light_estimate.direction_covariance = numbers(covariance + unknown);
+    const double size = shadow ? 0 : spread + source_size_variance(best, k, hypothesis.selector->light_search());
+    light_estimate.uncertain = !(worst_of(main_mode) <= kMaxDirectionSigma_rad) ||
+                               !(std::sqrt(size) <= kMaxSourceSigma_rad) || !(elsewhere <= kMaxElsewhere);
+    if (light_estimate.uncertain)
+      light_estimate.direction_covariance = numbers(covariance + size * Eigen::Matrix2d::Identity());
     const double sigma = std::sqrt(best.covariance[k](2, 2));
     light_estimate.distance_estimated = best.distances[k] == Distance::free;
     light_estimate.distance_observable =

@@ -17,8 +17,10 @@ enum class SurroundModel : std::uint8_t {
   ground_plane_with_shadow,  ///< Likewise, and the body's shadow on the plane is observed, too.
 };
 
-/// A light is `uncertain` where the standard deviation of its direction along the worse axis exceeds this.
-inline constexpr double kMaxDirectionSigma_rad = 0.15;
+/// A light is `uncertain` where the standard deviation of its direction along the worse axis exceeds this (6.9
+/// degrees), where directions more than 25 degrees away have a probability above 5 %, or where, without a shadow, a
+/// disc that is so wide that its middle is known to 8.6 degrees only explains the faces as well.
+inline constexpr double kMaxDirectionSigma_rad = 0.12;
 inline constexpr int kMaxPointLights = 3;
 
 struct LightEstimate {

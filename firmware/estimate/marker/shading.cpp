@@ -100,6 +100,13 @@ constexpr int kBallPoints = 48;
 
 }  // namespace
 
+std::size_t strongest(const LightModel& model) {
+  std::size_t out = 0;
+  for (std::size_t k = 1; k < model.lights.size(); ++k)
+    if (luminance(model.lights[k].irradiance) > luminance(model.lights[out].irradiance)) out = k;
+  return out;
+}
+
 double sphere_visibility(Vec3d direction, double inverse_distance, const SurfaceSample& sample) {
   if (!(sample.occluder_radius > 0)) return 1;
   const Vec3d to_light = normalized(direction - sample.position * inverse_distance);

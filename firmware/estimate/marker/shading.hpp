@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -164,6 +165,9 @@ struct LightModel {
   std::array<Rgb, 4> ambient{};
   std::vector<PointLight> lights;  ///< Strongest first.
 };
+
+/// Index of the light with the largest luminance; 0 if there is none.
+[[nodiscard]] std::size_t strongest(const LightModel& model);
 
 /// Irradiance at `position` (m, from the body's centre) with `normal`, for a point light whose irradiance at the centre
 /// is 1: the cosine, clipped at the horizon, divided by the squared distance.

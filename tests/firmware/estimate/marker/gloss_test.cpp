@@ -107,7 +107,7 @@ TEST(Gloss, SpecularRadianceIsSubtractedAndWidensSigma) {
 }
 
 TEST(Gloss, InkIsAtMostAsBrightAsPrintedInk) {
-  // All faces reflect: the smallest apparent albedo is 0.14, and only 0.06 of it can be ink.
+  // All faces reflect: the smallest apparent albedo is 0.145, and only 0.045 of it can be ink.
   const Face face{.irradiance = {1, 1, 1}, .specular = 0.1, .ink = kMaxInkAlbedo};
   for (const std::size_t count : {1U, 3U})
     for (const SurfaceSample& s : without_gloss(shading_of(std::vector<Face>(count, face))).samples)

@@ -2,6 +2,7 @@
 // radiance; compared with closed forms and with sums over an infinite plane.
 #include "estimate/marker/ground_light.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -101,6 +102,28 @@ TEST(AmbientRadiance, ContainsTheGroundWhetherTheLightsAreCertainOrNot) {
       EXPECT_NEAR(evaluate(e, at).b - evaluate(plain, at).b, 0.05 * (1 - n.y), 1e-5) << uncertain;
     }
     EXPECT_EQ(with.lights[0].light.irradiance, without.lights[0].light.irradiance) << uncertain;
+  }
+}
+
+TEST(AmbientRadiance, UncertainLightsThatExtrapolateGiveWayToTheLightOfTheFaces) {
+  const LitBody body{.lamps = {{towards(20, 30), 0, {1, 1, 1}}}, .ambient = 0.3};
+  LightingEstimate estimate;
+  estimate.inliers = body.shading().samples;
+  estimate.uncertain = estimate.localized = true;
+  estimate.lights.resize(1);
+  // A light between two faces, so strong that the irradiance there is ten times that of the brightest face.
+  estimate.lights[0].light = {towards(36, 60), 0, {10, 10, 10}};
+  const RadianceSh radiance = ambient_radiance(estimate, 4);
+  double brightest = 0;
+  for (const SurfaceSample& s : estimate.inliers) brightest = std::max(brightest, s.irradiance[1]);
+  EXPECT_LT(estimate.lights[0].light.irradiance[1], brightest);
+  // The maximum-entropy light reproduces the faces: 5 %, their errors.
+  for (const SurfaceSample& s : estimate.inliers) {
+    const double by_light =
+        estimate.lights[0].light.irradiance[1] * std::max(0.0, dot(estimate.lights[0].light.direction, s.normal));
+    EXPECT_NEAR(evaluate(irradiance_of(radiance), vec_cast<float>(s.normal)).g + by_light, s.irradiance[1],
+                0.05 * brightest)
+        << s.surface;
   }
 }
 

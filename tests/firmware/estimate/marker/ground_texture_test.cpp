@@ -191,5 +191,46 @@ TEST(GroundTexture, DegenerateInputStaysFinite) {
   }
 }
 
+/// A draw of a texture about a mean radiance of 1.
+Eigen::VectorXd texture_draw(const Grid& grid, const GroundTexture& texture) {
+  const Eigen::ArrayXd own = Eigen::ArrayXd::Constant(grid.u.size(), 1e-6);
+  return Eigen::LLT<Eigen::MatrixXd>(texture_covariance(grid, texture, own)).matrixL() *
+         normal_deviates(grid.u.size(), 5);
+}
+
+TEST(GroundLikelihood, AShadowThatIsLeftInTheResidualsIsLessLikely) {
+  const Grid grid(15);
+  const GroundNeighbours neighbours(grid.u, grid.v);
+  const GroundLikelihood likelihood(neighbours, Eigen::ArrayXd::Constant(grid.u.size(), 1e-6), kStep_m);
+  Eigen::VectorXd shadow(grid.u.size());
+  for (Eigen::Index i = 0; i < grid.u.size(); ++i)
+    shadow[i] = std::hypot(grid.u[i] - 0.05, grid.v[i] - 0.07) < 0.025 ? -0.3 : 0;
+  for (const double sigma : {0.01, 0.03, 0.1}) {
+    const Eigen::VectorXd texture = texture_draw(grid, {sigma, 0.9, 0.05});
+    // Twice the logarithm of the price of the six parameters of a light, by BIC.
+    EXPECT_GT(likelihood.deviance(texture + shadow) - likelihood.deviance(texture), 6 * std::log(225)) << sigma;
+  }
+}
+
+TEST(GroundLikelihood, GrowsWithTheLogarithmOfTheResiduals) {
+  const Grid grid(15);
+  const GroundNeighbours neighbours(grid.u, grid.v);
+  const GroundLikelihood likelihood(neighbours, Eigen::ArrayXd::Constant(grid.u.size(), 1e-8), kStep_m);
+  const Eigen::VectorXd texture = texture_draw(grid, {0.01, 0.9, 0.05});
+  // The smooth variation does not grow with the texture: it takes up to five of 225 degrees of freedom.
+  EXPECT_NEAR((likelihood.deviance(4 * texture) - likelihood.deviance(texture)) / (2 * 225 * std::log(4)), 1, 0.05);
+}
+
+TEST(GroundLikelihood, DegenerateInputStaysFinite) {
+  for (const int edge : {1, 2, 4}) {
+    const Grid grid(edge);
+    const GroundNeighbours neighbours(grid.u, grid.v);
+    const GroundLikelihood likelihood(neighbours, Eigen::ArrayXd::Zero(grid.u.size()), kStep_m);
+    for (const double value : {0.0, 1.0, 1e6})
+      EXPECT_TRUE(std::isfinite(likelihood.deviance(Eigen::VectorXd::Constant(grid.u.size(), value))))
+          << edge << ", " << value;
+  }
+}
+
 }  // namespace
 }  // namespace lightwell::marker

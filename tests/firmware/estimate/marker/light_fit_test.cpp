@@ -1,4 +1,6 @@
 // Standard deviations of a fit, on samples from closed forms with known errors.
+#include "estimate/marker/light_fit.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -6,7 +8,6 @@
 
 #include <gtest/gtest.h>
 
-#include "estimate/marker/light_search.hpp"
 #include "firmware/estimate/marker/lit_body.hpp"
 
 namespace lightwell::marker {

@@ -148,6 +148,45 @@ TEST(LightingEstimate, LampBehindTheBodyIsObservedByItsShadow) {
   }
 }
 
+TEST(LightingEstimate, LampsOfSimilarStrengthAreTwoLights) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    // Behind the body, 35 degrees apart: faces and shadow are nearly explained by one lamp between them.
+    const LitBody body{.lamps = {{towards(160, 35), 1 / 1.2, kWhite}, {towards(-155, 30), 1 / 1.6, {0.8, 0.8, 0.8}}},
+                       .ambient = 0.4,
+                       .turn_deg = 17,
+                       .camera_elevation_deg = 40,
+                       .table = true,
+                       .table_albedo = 0.3,
+                       .table_texture = 0.02,
+                       .sample_noise = 0.003,
+                       .surface_noise = 0.005,
+                       .seed = seed};
+    const LightingEstimate light = estimate_lighting(body.shading());
+    ASSERT_EQ(light.lights.size(), 2U) << seed;
+    EXPECT_LT(std::min(error_deg(light, body.lamps[0].direction), error_deg(light, body.lamps[0].direction, 1)), 4)
+        << seed;
+  }
+}
+
+TEST(LightingEstimate, AShadowCountsMoreThanFacesThatTheModelDoesNotExplain) {
+  for (const double azimuth : {-100.0, -40.0, 30.0, 120.0}) {
+    const LitBody body{.lamps = {{towards(azimuth, 40), 0, kWhite}},
+                       .ambient = 0.4,
+                       .camera_elevation_deg = 40,
+                       .table = true,
+                       .table_albedo = 0.3,
+                       .sample_noise = 0.003};
+    Shading shading = body.shading();
+    // Gloss: the irradiance of each face seems to vary by a quarter from side to side.
+    for (SurfaceSample& s : shading.samples)
+      for (double& e : s.irradiance) e *= 1 + 5 * dot(s.position, normalized(cross(s.normal, towards(20, 30))));
+    const LightingEstimate light = estimate_lighting(shading);
+    ASSERT_FALSE(light.lights.empty()) << azimuth;
+    EXPECT_GT(light.face_dispersion, 2) << azimuth;
+    EXPECT_LT(error_deg(light, body.lamps[0].direction), 4) << azimuth;
+  }
+}
+
 /// Answers for lamps all around, 20 to 65 degrees high, on tables with a texture.
 struct TexturedTables {
   int trials = 0, wrong = 0;
