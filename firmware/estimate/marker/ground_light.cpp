@@ -51,11 +51,14 @@ std::array<Rgb, 4> unoccluded_ground_irradiance(const Shading& shading, std::spa
   double reach = 0;
   for (const GroundSample& s : plane.samples) {
     reach = std::max(reach, length(s.position - foot));
-    for (std::size_t c = 0; c < 3; ++c) most[c] = std::max(most[c], kMaxExtrapolation * s.color[c]);
+    for (std::size_t c = 0; c < 3; ++c) most[c] = std::max(most[c], kMaxExtrapolation * s.color[c] * s.table_ratio);
   }
   for (std::size_t c = 0; c < 3; ++c) {
     Eigen::VectorXd color(ground.size());
-    for (Eigen::Index i = 0; i < color.size(); ++i) color[i] = plane.samples[static_cast<std::size_t>(i)].color[c];
+    for (Eigen::Index i = 0; i < color.size(); ++i) {
+      const GroundSample& s = plane.samples[static_cast<std::size_t>(i)];
+      color[i] = s.color[c] * s.table_ratio;
+    }
     coefficients[c] = nonnegative_least_squares(columns, color);
   }
   const auto radiance_at = [&](Vec3d position) {

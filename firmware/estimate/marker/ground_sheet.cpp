@@ -66,8 +66,11 @@ void equalize_sheet(GroundPlane& ground, std::span<const GroundCover> covers) {
     return;
   }
   const double ratio = order_statistic(ratios, ratios.size() / 2);
-  for (std::size_t i = 0; i < covers.size(); ++i)
-    if (covers[i] == GroundCover::sheet) ground.samples[i].radiance *= ratio, ground.samples[i].sigma *= ratio;
+  for (std::size_t i = 0; i < covers.size(); ++i) {
+    if (covers[i] != GroundCover::sheet) continue;
+    GroundSample& sample = ground.samples[i];
+    sample.radiance *= ratio, sample.sigma *= ratio, sample.table_ratio = ratio;
+  }
 }
 
 }  // namespace lightwell::marker

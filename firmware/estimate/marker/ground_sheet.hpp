@@ -20,8 +20,9 @@ enum class GroundCover : std::uint8_t {
                                        double half_step);
 
 /// Multiplies the radiance of the sheet's samples by the ratio of the table's albedo to the sheet's, so that shadows
-/// run on over its edge; color stays. `covers`: of each sample, none `mixed`. The ratio is the median over neighbours
-/// on both sides of the edge. With fewer than six pairs of them the smaller group of samples is removed.
+/// run on over its edge, and sets table_ratio; color stays. `covers`: of each sample, none `mixed`. The ratio is the
+/// median over neighbours on both sides of the edge. With fewer than six pairs of them the smaller group of samples is
+/// removed.
 void equalize_sheet(GroundPlane& ground, std::span<const GroundCover> covers);
 
 }  // namespace lightwell::marker

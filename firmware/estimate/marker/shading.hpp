@@ -53,6 +53,8 @@ struct GroundSample {
   double sigma = 0;
   /// Share of the ambient irradiance that the body occludes there, 0 to 1.
   double occluded = 0;
+  /// Albedo of the table relative to that of the sample's surface: on a ball's sheet not 1. `color` is without it.
+  double table_ratio = 1;
 };
 
 /// The plane on which the body stands.

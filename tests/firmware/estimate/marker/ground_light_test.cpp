@@ -77,6 +77,20 @@ TEST(GroundLight, OfANearLampVariesOverThePlane) {
   }
 }
 
+TEST(GroundLight, IsThatOfTheTableInPlaceOfABallsSheet) {
+  const LitBody body{.lamps = {{towards(40, 40), 0, {1, 0.8, 0.6}}}, .ambient = 0.2, .table = true};
+  Shading shading = body.shading();
+  const auto table = unoccluded_ground_irradiance(shading, body.lamps);
+  for (GroundSample& s : shading.ground->samples) {
+    if (length(s.position) > 0.1) continue;
+    // A sheet of four times the table's albedo.
+    s.table_ratio = 0.25;
+    for (double& c : s.color) c /= s.table_ratio;
+  }
+  const auto sheet = unoccluded_ground_irradiance(shading, body.lamps);
+  for (const Vec3d& n : fibonacci_directions(20)) EXPECT_NEAR(at_normal(sheet, n)[1], at_normal(table, n)[1], 1e-9);
+}
+
 TEST(GroundLight, IsZeroWithoutAPlane) {
   const LitBody body{.lamps = {{towards(0, 40), 0, {1, 1, 1}}}};
   EXPECT_EQ(unoccluded_ground_irradiance(body.shading(), body.lamps), (std::array<Rgb, 4>{}));

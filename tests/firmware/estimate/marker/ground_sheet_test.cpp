@@ -72,6 +72,7 @@ TEST(GroundSheet, HasTheTablesAlbedoAfterwards) {
     EXPECT_NEAR(sample.sigma, 0.002, 1e-12) << i;
     EXPECT_NEAR(sample.color[1], (line.covers[i] == GroundCover::sheet ? 0.8 : 0.2) * light, 1e-12)
         << "the light that the sheet reflects stays";
+    EXPECT_NEAR(sample.table_ratio, line.covers[i] == GroundCover::sheet ? 0.25 : 1, 1e-12) << i;
   }
 }
 
