@@ -109,7 +109,7 @@ Status MarkerEstimatorImpl::estimate(std::span<const Frame> bracket, Descriptor&
   const LensParameters& parameters = rig_.lenses[lens];
   const marker::PosedBody posed_body(body_, parameters, models_[lens], report_.body.probe_body.pose);
   report_.counts = sampler_.sample(reader_, *found_lens, parameters.width, parameters.height, body_, posed_body,
-                                   scale_.factor, 3, shading_);
+                                   scale_.factor, report_.body.blur_px.value_or(0), 3, shading_);
   marker::estimate_ground_reflection(shading_);
   // Channels that are equal in every sample (a grey camera, or grey light) are fitted once.
   const auto grey = [](const marker::SurfaceSample& s) {
@@ -168,7 +168,8 @@ void MarkerEstimatorImpl::fill_descriptor(Descriptor& out) {
   if (counts.invalid_pixels > 0) out.flags.set(Flag::cleaned);
   const bool dark = !(counts.brightest > kMinSignalToNoise * counts.near_black_bias) || !(counts.brightest > 0);
   if (dark) out.flags.set(Flag::dark);
-  if (lighting.uncertain || report_.body.ambiguous || dark) out.flags.set(Flag::unsure);
+  const bool blurred = report_.body.blur_px.value_or(0) > marker::kMaxBlur_px;
+  if (lighting.uncertain || report_.body.ambiguous || dark || blurred) out.flags.set(Flag::unsure);
   if (dark) {
     lighting = {};
     lighting.uncertain = true;

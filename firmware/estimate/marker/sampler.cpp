@@ -9,7 +9,8 @@
 namespace lightwell::marker {
 namespace {
 
-/// Width of the margin inside a patch's edge that is excluded, because of blur and the error of the pose.
+/// Width of the margin inside a patch's edge that is excluded, because of blur and the error of the pose. All margins
+/// are for a blur of up to 1 px and grow in proportion above.
 constexpr double kMargin_px = 1.5;
 /// The same for black cells: of the white around them, a blur of 1 px leaves 0.6 % there.
 constexpr double kInkMargin_px = 2.5;
@@ -189,7 +190,7 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   for (const Vec3d& corner : patch.corners) middle += corner;
   middle = middle * (1.0 / static_cast<double>(patch.corners.size()));
   PixelSums sums;
-  add_pixels(patch.corners, kMargin_px, sums);
+  add_pixels(patch.corners, margin_factor_ * kMargin_px, sums);
   const PlaneSums& plane = sums.plane;
   if (plane.n < kMinPixels) {
     ++counts_.too_small;
@@ -234,7 +235,7 @@ void MarkerSampler::sample_ink(const MarkerBody& body, const MarkerFace& face, i
     for (const auto& [across, along] : {std::pair{inner, -inner}, {inner, inner}, {outer, inner}, {outer, -inner}})
       patch_.corners.push_back(posed_body_->point_of(
           face, side % 2 == 0 ? FacePoint{sign * across, along} : FacePoint{along, sign * across}));
-    add_pixels(patch_.corners, kInkMargin_px, sums);
+    add_pixels(patch_.corners, margin_factor_ * kInkMargin_px, sums);
   }
   const double n = sums.plane.n;
   if (n < kMinPixels || sums.clipped > 0) return;
@@ -313,7 +314,7 @@ void MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, dou
                      dy = ((k / kGroundPointsPerSample + 0.5) / kGroundPointsPerSample - 0.5) * step;
         const std::optional<PixelPosition> p = posed_body_->pixel_of(sample.position + u * dx + v * dy);
         good = p && p->x > -0.5 && p->y > -0.5 && p->x < width_ - 0.5 && p->y < height_ - 0.5 &&
-               outline_.signed_distance(p->x, p->y) > 2 * kMargin_px;
+               outline_.signed_distance(p->x, p->y) > 2 * margin_factor_ * kMargin_px;
         if (!good) break;
         const int px = std::clamp(static_cast<int>(std::lround(p->x)), 0, width_ - 1);
         const int py = std::clamp(static_cast<int>(std::lround(p->y)), 0, height_ - 1);
@@ -368,10 +369,12 @@ void MarkerSampler::choose_faces(const MarkerBody& body) {
 }
 
 SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int width, int height, const MarkerBody& body,
-                                   const PosedBody& posed_body, double scale, int channels, Shading& out) {
+                                   const PosedBody& posed_body, double scale, double blur_px, int channels,
+                                   Shading& out) {
   reader_ = &reader;
   posed_body_ = &posed_body;
   lens_ = lens, width_ = width, height_ = height, scale_ = scale;
+  margin_factor_ = std::max(1.0, blur_px);
   counts_ = {};
   surfaces_.clear();
   reading_ = {};

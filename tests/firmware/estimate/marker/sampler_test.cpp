@@ -107,10 +107,12 @@ class SampledScene {
   [[nodiscard]] Sampled sample(int max_faces, const std::set<int>& occluded = {}) const {
     return sample(picture(occluded, {}), max_faces);
   }
-  /// `specular`: radiance that is added to ink and paper, by face. `blurred`: by a Gaussian of sigma 1 px.
-  [[nodiscard]] Sampled sample_glossy(const std::map<int, double>& specular, bool blurred) const {
+  /// `specular`: radiance that is added to ink and paper, by face. `blur_px`: standard deviation of a Gaussian;
+  /// `believed_blur_px`: what the sampler is told.
+  [[nodiscard]] Sampled sample_glossy(const std::map<int, double>& specular, double blur_px,
+                                      double believed_blur_px) const {
     const std::vector<float> pixels = picture({}, specular);
-    return sample(blurred ? blur(pixels) : pixels, 0);
+    return sample(blur_px > 0 ? blur(pixels, blur_px) : pixels, 0, believed_blur_px);
   }
   /// Largest distance of a point of the body from its centre, m.
   [[nodiscard]] double radius() const {
@@ -120,7 +122,7 @@ class SampledScene {
   }
 
  private:
-  [[nodiscard]] Sampled sample(const std::vector<float>& pixels, int max_faces) const {
+  [[nodiscard]] Sampled sample(const std::vector<float>& pixels, int max_faces, double blur_px = 0) const {
     Frame frame;
     frame.info.exposure_s = 1;
     frame.add_view({0, PixelFormat::rgb_f32, width_, height_, packed_stride(PixelFormat::rgb_f32, width_),
@@ -130,13 +132,13 @@ class SampledScene {
     SamplerOptions options;
     options.max_faces = max_faces;
     Sampled out;
-    out.counts =
-        MarkerSampler(width_, options).sample(reader, 0, width_, height_, body_, posed_body_, 1, 3, out.shading);
+    out.counts = MarkerSampler(width_, options)
+                     .sample(reader, 0, width_, height_, body_, posed_body_, 1, blur_px, 3, out.shading);
     return out;
   }
 
-  [[nodiscard]] std::vector<float> blur(const std::vector<float>& pixels) const {
-    constexpr int kReach = 4;
+  [[nodiscard]] std::vector<float> blur(const std::vector<float>& pixels, double sigma_px) const {
+    const int reach = static_cast<int>(std::ceil(4 * sigma_px));
     std::vector<float> out = pixels, across(pixels.size());
     for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}}) {
       across = out;
@@ -144,9 +146,9 @@ class SampledScene {
         for (int x = 0; x < width_; ++x)
           for (int c = 0; c < 3; ++c) {
             double sum = 0, weights = 0;
-            for (int k = -kReach; k <= kReach; ++k) {
+            for (int k = -reach; k <= reach; ++k) {
               const int from_x = std::clamp(x + k * dx, 0, width_ - 1), from_y = std::clamp(y + k * dy, 0, height_ - 1);
-              const double weight = std::exp(-0.5 * k * k);
+              const double weight = std::exp(-0.5 * k * k / (sigma_px * sigma_px));
               sum += weight * across[static_cast<std::size_t>(3 * (from_y * width_ + from_x) + c)], weights += weight;
             }
             out[static_cast<std::size_t>(3 * (y * width_ + x) + c)] = static_cast<float>(sum / weights);
@@ -238,7 +240,7 @@ TEST(MarkerSampler, SpecularRadianceOfAFaceIsSubtracted) {
   const SampledScene scene(kLarge);
   const std::vector<int> seen = scene.faces_seen();
   for (const bool blurred : {false, true}) {
-    const SampledScene::Sampled matte = scene.sample_glossy({}, blurred);
+    const SampledScene::Sampled matte = scene.sample_glossy({}, blurred ? 1 : 0, 1);
     ASSERT_GE(matte.shading.ink.size(), 3U) << blurred;
     for (const InkSample& ink : matte.shading.ink) {
       // Float pixels; of a blur of 1 px, at most Q(2.5) = 0.6 % of the white arrives at the ink's margin.
@@ -246,7 +248,7 @@ TEST(MarkerSampler, SpecularRadianceOfAFaceIsSubtracted) {
       EXPECT_NEAR(ink.paper_albedo, 0.8, 1e-9);
     }
     for (const InkSample& ink : matte.shading.ink) {
-      const SampledScene::Sampled glossy = scene.sample_glossy({{ink.surface, 0.1}}, blurred);
+      const SampledScene::Sampled glossy = scene.sample_glossy({{ink.surface, 0.1}}, blurred ? 1 : 0, 1);
       ASSERT_EQ(glossy.shading.samples.size(), matte.shading.samples.size()) << blurred;
       for (std::size_t i = 0; i < matte.shading.samples.size(); ++i) {
         const SurfaceSample &with = glossy.shading.samples[i], &without = matte.shading.samples[i];
@@ -263,9 +265,22 @@ TEST(MarkerSampler, SpecularRadianceOfAFaceIsSubtracted) {
   }
 }
 
+TEST(MarkerSampler, MarginsGrowWithTheBlur) {
+  const SampledScene scene(kLarge);
+  constexpr double kBlur_px = 1.4;
+  const SampledScene::Sampled unaware = scene.sample_glossy({}, kBlur_px, 0),
+                              aware = scene.sample_glossy({}, kBlur_px, kBlur_px);
+  ASSERT_FALSE(aware.shading.ink.empty());
+  double most = 0;
+  for (const InkSample& ink : unaware.shading.ink) most = std::max(most, ink.radiance);
+  EXPECT_GT(most, kInkRadiance + 0.015) << "2.5 px from the white, Q(2.5 / 1.4) = 3.7 % of it arrive";
+  // As with a blur of 1 px and its margin: at most Q(2.5) = 0.6 % from each of the two sides.
+  for (const InkSample& ink : aware.shading.ink) EXPECT_NEAR(ink.radiance, kInkRadiance, 0.012) << ink.surface;
+}
+
 TEST(MarkerSampler, WithoutPixelsInsideTheInkFacesKeepTheirIrradiance) {
   const SampledScene scene(Picture{400, 300, 500});  // cells are 4 pixels wide, less than twice the margin
-  const SampledScene::Sampled glossy = scene.sample_glossy({{scene.faces_seen()[0], 0.1}}, false);
+  const SampledScene::Sampled glossy = scene.sample_glossy({{scene.faces_seen()[0], 0.1}}, 0, 0);
   EXPECT_TRUE(glossy.shading.ink.empty());
   for (const SurfaceSample& s : glossy.shading.samples)
     EXPECT_NEAR(s.irradiance[1], std::numbers::pi / 0.8 * (s.surface == scene.faces_seen()[0] ? 1.1 : 1), 1e-4);
