@@ -98,6 +98,12 @@ constexpr double kMinLensElevation = 0.12;
 /// Number of points that represent the hull of a ball.
 constexpr int kBallPoints = 48;
 
+/// The smallest rotation that turns unit vector `from` to `to`.
+Quat rotation_between(Vec3d from, Vec3d to) {
+  const Vec3d axis = cross(from, to);
+  return length(axis) > 1e-12 ? Quat::about(normalized(axis), angle_between(from, to)) : Quat{};
+}
+
 }  // namespace
 
 std::size_t strongest(const LightModel& model) {
@@ -234,6 +240,12 @@ PosedBody::PosedBody(const MarkerBody& body, const LensParameters& lens, const C
 const MarkerFace* PosedBody::face_below(std::optional<Vec3d> up) const {
   if (body_.ball) return &body_.faces.front();
   const MarkerFace* out = nullptr;
+  // Cameras are level as a device, or level as the body is seen: the smaller roll counts. Where the body is beside the
+  // optical axis, both differ (of a steep view by 30 degrees and more).
+  const auto roll_of = [&](Vec3d at_axis) {
+    return std::abs(std::atan2(dot(at_axis, image_right_), dot(at_axis, image_up_)));
+  };
+  const Quat sight_axis = rotation_between(normalized(-lens_), cross(image_up_, image_right_));
   double least = up ? -kMinDownCosine : kMaxSquaredMahalanobis;
   for (const MarkerFace& face : body_.faces) {
     const Vec3d normal = normal_of(face);
@@ -242,7 +254,7 @@ const MarkerFace* PosedBody::face_below(std::optional<Vec3d> up) const {
       cost = dot(normal, *up);
     } else {
       // Twice the negative logarithm of the likelihood, up to a constant, if up were the face's inward normal.
-      const double roll = std::atan2(dot(-normal, image_right_), dot(-normal, image_up_));
+      const double roll = std::min(roll_of(-normal), roll_of(rotate(sight_axis, -normal)));
       const double elevation = std::asin(std::clamp(dot(-normal, normalized(lens_)), -1.0, 1.0));
       cost = std::pow(roll / kRollSigma_rad, 2) + std::pow((elevation - kMeanElevation_rad) / kElevationSigma_rad, 2);
     }
