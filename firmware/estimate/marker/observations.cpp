@@ -134,9 +134,10 @@ GroundObservations::GroundObservations(const GroundPlane& ground, const std::opt
     const GroundSample& t = ground.samples[static_cast<std::size_t>(i)];
     radiance[i] = t.radiance;
     // The body also reflects light onto the samples that it occludes. This is not modelled: it increases sigma.
-    const double sigma = std::hypot(t.sigma, kBodyReflectionRelativeSigma * t.occluded * t.radiance) / mean_radiance;
-    noise_variance[i] = sigma * sigma;
-    own_variance[i] = sigma * sigma + kShadowModelSigma * kShadowModelSigma * ground.density;
+    const double noise = t.sigma / mean_radiance,
+                 reflection = kBodyReflectionRelativeSigma * t.occluded * t.radiance / mean_radiance;
+    noise_variance[i] = noise * noise + reflection * reflection * ground.density;
+    own_variance[i] = noise_variance[i] + kShadowModelSigma * kShadowModelSigma * ground.density;
   }
   if (known_texture) texture = *known_texture;
   whitening = GroundWhitening(neighbours, own_variance, texture);

@@ -23,15 +23,16 @@ constexpr double kMaxNonuniformity = 0.10;
 /// Number of ground samples, before those that are hidden are excluded.
 constexpr int kGroundSamples = 400;
 /// Number of those that are seen below which the step is made smaller, and the smallest factor of the step.
-constexpr double kMinGroundSamples = 200, kMinGroundStepFactor = 0.4;
+constexpr double kMinGroundSamples = 300, kMinGroundStepFactor = 0.4;
 /// Round patches of a ball: their number over the whole sphere, and their angular radius.
 constexpr int kBallPatches = 80;
 constexpr double kBallPatchRadius = 0.14;  // rad
 constexpr int kBallCorners = 8;
 /// Radius of the sampled part of the ground plane, relative to that of the body's hull.
 constexpr double kGroundRadiusFactor = 3.4;
-/// Points along each side of a ground sample.
-constexpr int kGroundPointsPerSample = 4;
+/// Points along each side of a ground sample, and how many of all have to be seen: the table beside the body, where
+/// shadows begin, is often seen in part.
+constexpr int kGroundPointsPerSample = 4, kMinGroundPoints = 8;
 /// Largest share of saturated pixels in a patch.
 constexpr double kMaxSaturatedFraction = 0.01;
 /// Relative sigma of the irradiance times the cosine of the viewing angle: grazed paper is not Lambertian.
@@ -279,17 +280,16 @@ void MarkerSampler::sample_ground(const MarkerBody& body, Shading& out) {
   if (!project_outline(out.hull)) return;
   const double reach = kGroundRadiusFactor * radius;
   double step = reach * std::sqrt(std::numbers::pi / kGroundSamples);
-  sample_ground_grid(body, reach, radius, step, out);
+  const int seen = sample_ground_grid(body, reach, radius, step, out);
   // Where the body or the edge of the image hides most of the plane, the rest is sampled more finely.
-  const double seen = static_cast<double>(ground.samples.size());
-  if (seen == 0 || seen >= kMinGroundSamples) return;
+  if (ground.samples.empty() || seen >= kMinGroundSamples) return;
   const double factor = std::max(kMinGroundStepFactor, std::sqrt(seen / kMinGroundSamples));
   step *= factor;
   out.ground->density = 1 / (factor * factor);
   sample_ground_grid(body, reach, radius, step, out);
 }
 
-void MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, double radius, double step, Shading& out) {
+int MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, double radius, double step, Shading& out) {
   GroundPlane& ground = *out.ground;
   ground.step_m = step;
   ground.samples.clear();
@@ -298,6 +298,7 @@ void MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, dou
   const double height = -dot(ground.point, ground.normal);
   const Vec3d foot = ground.normal * -height;
   const int across = static_cast<int>(reach / step) + 1;
+  int whole = 0;
   for (int iy = -across; iy <= across; ++iy) {
     for (int ix = -across; ix <= across; ++ix) {
       const double x = ix * step, y = iy * step, off = std::hypot(x, y);
@@ -308,14 +309,16 @@ void MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, dou
       if (cover == GroundCover::mixed) continue;
       double sum = 0, squares = 0, variance = 0, n = 0, bias = 0;
       Rgb color{};
+      Vec3d seen;
       bool good = true;
       for (int k = 0; k < kGroundPointsPerSample * kGroundPointsPerSample && good; ++k) {
         const double dx = ((k % kGroundPointsPerSample + 0.5) / kGroundPointsPerSample - 0.5) * step,
                      dy = ((k / kGroundPointsPerSample + 0.5) / kGroundPointsPerSample - 0.5) * step;
-        const std::optional<PixelPosition> p = posed_body_->pixel_of(sample.position + u * dx + v * dy);
-        good = p && p->x > -0.5 && p->y > -0.5 && p->x < width_ - 0.5 && p->y < height_ - 0.5 &&
-               outline_.signed_distance(p->x, p->y) > 2 * margin_factor_ * kMargin_px;
-        if (!good) break;
+        const Vec3d point = sample.position + u * dx + v * dy;
+        const std::optional<PixelPosition> p = posed_body_->pixel_of(point);
+        if (!p || !(p->x > -0.5 && p->y > -0.5 && p->x < width_ - 0.5 && p->y < height_ - 0.5) ||
+            !(outline_.signed_distance(p->x, p->y) > 2 * margin_factor_ * kMargin_px))
+          continue;
         const int px = std::clamp(static_cast<int>(std::lround(p->x)), 0, width_ - 1);
         const int py = std::clamp(static_cast<int>(std::lround(p->y)), 0, height_ - 1);
         reader_->read(lens_, py, px, px + 1, estimate::RowReader::Reading::with_errors, row_, reading_);
@@ -326,9 +329,12 @@ void MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, dou
           bias += row_.bias[0];
         }
         sum += l, squares += l * l, n += 1;
+        seen += point;
         color[0] += row_.r[0], color[1] += row_.g[0], color[2] += row_.b[0];
       }
-      if (!good) continue;
+      if (!good || n < kMinGroundPoints) continue;
+      sample.position = seen * (1 / n);
+      whole += n == kGroundPointsPerSample * kGroundPointsPerSample ? 1 : 0;
       const double mean = sum / n;
       sample.radiance = mean * scale_;
       for (std::size_t c = 0; c < 3; ++c) sample.color[c] = color[c] / n * scale_;
@@ -342,6 +348,7 @@ void MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, dou
     }
   }
   equalize_sheet(ground, covers_);
+  return whole;
 }
 
 void MarkerSampler::choose_faces(const MarkerBody& body) {

@@ -103,8 +103,8 @@ class MarkerSampler {
   void sample_ball(const MarkerBody& body, const PosedBody& posed_body, Shading& out);
   void sample_ground(const MarkerBody& body, Shading& out);
   /// Replaces the ground's samples by those of a square grid within `reach` of the body's foot, m. `radius`: of the
-  /// hull.
-  void sample_ground_grid(const MarkerBody& body, double reach, double radius, double step, Shading& out);
+  /// hull. Returns the number of samples that are wholly seen.
+  int sample_ground_grid(const MarkerBody& body, double reach, double radius, double step, Shading& out);
 
   SamplerOptions options_;
   estimate::LinearRow row_;
