@@ -215,6 +215,7 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   sample.normal = patch.normal;
   sample.surface = patch.surface;
   sample.occluder_radius = patch.occluder_radius;
+  sample.squared_angle = std::pow(posed_body_->axis_angle(middle), 2);
   const double grazing_relative_sigma =
       kGrazingRelativeSigma / std::max(kMinViewCosine, dot(normalized(posed_body_->lens() - middle), patch.normal));
   const double spread = std::sqrt(noise / plane.n) + 0.3 * nonuniformity + sums.bias / plane.n;

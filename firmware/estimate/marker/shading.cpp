@@ -234,10 +234,11 @@ PosedBody::PosedBody(const MarkerBody& body, const LensParameters& lens, const C
       lens_probe_(inverse(lens.pose_cv)),
       center_(body.ball ? body.ball->center : Vec3d{}),
       origin_(transformed(probe_body, center_)),
-      lens_(lens.pose_cv.translation - origin_) {
-  const Vec3d axis = rotate(lens.pose_cv.rotation, Vec3d{0, 0, 1}), right = cross(axis, Vec3d{0, 1, 0});
+      lens_(lens.pose_cv.translation - origin_),
+      axis_(rotate(lens.pose_cv.rotation, Vec3d{0, 0, 1})) {
+  const Vec3d right = cross(axis_, Vec3d{0, 1, 0});
   image_right_ = length(right) > kMinAxisSine ? normalized(right) : rotate(lens.pose_cv.rotation, Vec3d{1, 0, 0});
-  image_up_ = cross(image_right_, axis);
+  image_up_ = cross(image_right_, axis_);
   if (body.ball) {
     for (const Vec3d& direction : fibonacci_directions(kBallPoints)) hull_.push_back(direction * body.ball->radius_m);
     return;
@@ -254,7 +255,7 @@ const MarkerFace* PosedBody::face_below(std::optional<Vec3d> up) const {
   const auto roll_of = [&](Vec3d at_axis) {
     return std::abs(std::atan2(dot(at_axis, image_right_), dot(at_axis, image_up_)));
   };
-  const Quat sight_axis = rotation_between(normalized(-lens_), cross(image_up_, image_right_));
+  const Quat sight_axis = rotation_between(normalized(-lens_), axis_);
   double least = up ? -kMinDownCosine : kMaxSquaredMahalanobis;
   for (const MarkerFace& face : body_.faces) {
     const Vec3d normal = normal_of(face);
