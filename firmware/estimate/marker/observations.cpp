@@ -162,7 +162,7 @@ GroundObservations::GroundObservations(const GroundPlane& ground, const std::opt
     // The body also reflects light onto the samples that it occludes. This is not modelled: it increases sigma.
     const double noise = t.sigma / mean_radiance,
                  reflection = kBodyReflectionRelativeSigma * t.occluded * t.radiance / mean_radiance;
-    noise_variance[i] = noise * noise + reflection * reflection * ground.density;
+    noise_variance[i] = noise * noise + reflection * reflection;
     own_variance[i] = noise_variance[i] + kShadowModelSigma * kShadowModelSigma * ground.density;
   }
   if (known_texture) texture = *known_texture;

@@ -142,8 +142,8 @@ class PosedBody {
 
   /// The face on which the body stands; the only face of a ball's sheet. `up`: unit vector, probe frame, if it is
   /// known: then the face whose normal points down most, null where none is within 50 degrees of down. Otherwise the
-  /// most likely face for a camera with a roll of 0 +- 10 degrees, in its image or as the body is seen, 40 +- 20 degrees
-  /// above the plane (independent normal distributions), null where none is within three sigma.
+  /// most likely face for a camera with a roll of 0 +- 10 degrees, in its image or as the body is seen, 40 +- 20
+  /// degrees above the plane (independent normal distributions), null where none is within three sigma.
   [[nodiscard]] const MarkerFace* face_below(std::optional<Vec3d> up) const;
   /// The plane on which the body stands, without samples: that of face_below(). nullopt where there is no such face, or
   /// where the lens is less than 7 degrees above the plane.
