@@ -108,7 +108,7 @@ class SampledScene {
     return sample(picture(occluded, {}), max_faces);
   }
   /// `specular`: radiance that is added to ink and paper, by face. `blur_px`: standard deviation of a Gaussian;
-  /// `believed_blur_px`: what the sampler is told.
+  /// `believed_blur_px`: the value given to the sampler.
   [[nodiscard]] Sampled sample_glossy(const std::map<int, double>& specular, double blur_px,
                                       double believed_blur_px) const {
     const std::vector<float> pixels = picture({}, specular);
