@@ -29,7 +29,7 @@ class TagBodyFinder final : public BodyFinder {
     if (!observation) return observation.status();
     const std::optional<BodyPose>& pose = observation->pose;
     if (!pose) return std::optional<DetectedBody>();
-    return std::optional<DetectedBody>({pose->probe_body, pose->used, pose->ambiguous});
+    return std::optional<DetectedBody>({pose->probe_body, pose->used, pose->ambiguous, pose->blur_px});
   }
 
  private:

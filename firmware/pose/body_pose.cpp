@@ -5,6 +5,8 @@
 
 #include <Eigen/Dense>
 
+#include <lightwell/quantile.hpp>
+
 #include "pose/body_tracker.hpp"
 #include "pose/corner_solver.hpp"
 
@@ -211,6 +213,15 @@ Attitudes attitudes_of(const Consensus& consensus, const std::optional<BodyPredi
   return out;
 }
 
+/// BodyPose::blur_px.
+std::optional<double> blur_of(std::span<const TagObservation> observations, const Quads& used) {
+  std::vector<double> blurs;
+  for (const ObservedTag* quad : used)
+    if (const std::optional<double> blur = observations[quad->index].tag.blur_px) blurs.push_back(*blur);
+  if (blurs.empty()) return std::nullopt;
+  return median(blurs);
+}
+
 std::string no_tag_reason(const ObservedTags& seen) {
   if (seen.reports.empty()) return "no tag is seen";
   if (seen.unknown == seen.reports.size())
@@ -267,6 +278,7 @@ Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body,
   const Pose probe_body = found.best.probe_world();
   BodyPose out;
   out.used = static_cast<int>(consensus.used.size());
+  out.blur_px = blur_of(observations, consensus.used);
   out.chi_square = found.best.cost / freedom;
   const Vector6d focal = focal_jacobian_of(rig, observations, consensus.used, found.best);
   const FaceErrors faces = face_errors_of(consensus.used, found.best, options);

@@ -55,6 +55,8 @@ struct BodyPoseOptions : MountingOptions {
 struct BodyPose : PoseFit {
   UncertainPose probe_body;
   int used = 0;  ///< Number of tags used.
+  /// Median of TagDetection::blur_px over the tags used; nullopt: measured on none.
+  std::optional<double> blur_px;
   /// Derivative of the six parameters of probe_body with respect to the relative focal length error (rad and m per
   /// 100 %). The covariance contains it, scaled with focal_sigma; it is common to all frames with a similar view.
   std::array<double, 6> focal_jacobian{};

@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 
+#include "pose/edge_blur.hpp"
 #include "pose/edge_fit.hpp"
 
 namespace lightwell {
@@ -76,11 +77,24 @@ bool is_near_start(const RefinedCorner& corner, Vector2d given, const Edge& a, c
   return (vector(corner.position) - given).norm() < std::max({3.0, 1.5 * a.cell, 1.5 * b.cell});
 }
 
+/// RefinedTag::blur_px, from the blur of each edge.
+std::optional<double> blur_of_tag(const std::array<std::optional<double>, 4>& edges) {
+  std::optional<double> out;
+  for (std::size_t i = 0; i < 2; ++i) {
+    double sum = 0;
+    int count = 0;
+    for (const std::optional<double>& blur : {edges[i], edges[i + 2]})
+      if (blur) sum += *blur, ++count;
+    if (count > 0) out = std::max(out.value_or(0), sum / count);
+  }
+  return out;
+}
+
 }  // namespace
 
-std::array<std::optional<RefinedCorner>, 4> refine_corners(const GreyPicture& picture, const TagOutline& outline,
-                                                           std::span<const float> linear) {
-  std::array<std::optional<RefinedCorner>, 4> out;
+RefinedTag refine_corners(const GreyPicture& picture, const TagOutline& outline, std::span<const float> linear) {
+  RefinedTag out;
+  std::array<std::optional<double>, 4> blurs;
   const LinearPicture intensity(picture, linear);
   const double sign = outline.dark_inside ? 1 : -1;
   const auto given = [&](std::size_t i) { return vector(outline.corners[i % 4]); };
@@ -108,31 +122,35 @@ std::array<std::optional<RefinedCorner>, 4> refine_corners(const GreyPicture& pi
     realign(*a);
     realign(*b);
     if (!trace(*a, 3) || !trace(*b, 3) || !fit(intensity, *a, sign) || !fit(intensity, *b, sign)) continue;
+    blurs[i] = measure_blur(intensity, *a, sign);
     const auto corner = intersect(*a, *b);
-    if (corner && is_near_start(*corner, given(i), *a, *b)) out[i] = corner;
+    if (corner && is_near_start(*corner, given(i), *a, *b)) out.corners[i] = corner;
   }
+  out.blur_px = blur_of_tag(blurs);
   return out;
 }
 
-std::array<std::optional<RefinedCorner>, 4> locate_corners_by_edge_search(const GreyPicture& picture,
-                                                                          const TagOutline& outline,
-                                                                          std::span<const float> linear, double reach) {
-  std::array<std::optional<RefinedCorner>, 4> out;
+RefinedTag locate_corners_by_edge_search(const GreyPicture& picture, const TagOutline& outline,
+                                         std::span<const float> linear, double reach) {
+  RefinedTag out;
   const LinearPicture intensity(picture, linear);
   const double sign = outline.dark_inside ? 1 : -1;
   const auto given = [&](std::size_t i) { return vector(outline.corners[i % 4]); };
   std::array<std::optional<Edge>, 4> edges;  // From corner i to i + 1.
+  std::array<std::optional<double>, 4> blurs;
   for (std::size_t i = 0; i < 4; ++i) {
     const double length = (given(i + 1) - given(i)).norm();
     edges[i] = edge_from(given(i), given(i + 1), given(i + 3), outline.edge_cells, length);
     if (edges[i] && !trace_edge(intensity, *edges[i], std::clamp(0.6 * edges[i]->cell, 1.0, reach), sign))
       edges[i].reset();
+    if (edges[i]) blurs[i] = measure_blur(intensity, *edges[i], sign);
   }
+  out.blur_px = blur_of_tag(blurs);
   for (std::size_t i = 0; i < 4; ++i) {
     const auto &before = edges[(i + 3) % 4], &after = edges[i];
     if (!before || !after) continue;
     const auto corner = intersect(*before, *after, (given(i) - given(i + 3)).norm(), 0);
-    if (corner && is_near_start(*corner, given(i), *before, *after)) out[i] = corner;
+    if (corner && is_near_start(*corner, given(i), *before, *after)) out.corners[i] = corner;
   }
   return out;
 }

@@ -22,6 +22,14 @@ struct RefinedCorner {
   PixelCovariance covariance;
 };
 
+/// nullopt for a corner with an edge that cannot be traced: outside the picture, without contrast, or occluded.
+struct RefinedTag {
+  std::array<std::optional<RefinedCorner>, 4> corners;
+  /// Standard deviation of the blur across the tag's edges (edge_blur.hpp), px: the mean of two opposite edges, of the
+  /// pair that is blurred more (motion along the other pair does not blur it). nullopt: measured on no edge.
+  std::optional<double> blur_px;
+};
+
 /// The detected outline of a tag, from which the refinement starts.
 struct TagOutline {
   std::array<PixelPosition, 4> corners{};  ///< In order around the tag; accurate to a few pixels.
@@ -29,17 +37,14 @@ struct TagOutline {
   bool dark_inside = true;
 };
 
-/// Fits the edge model. nullopt for a corner with an edge that cannot be traced: outside the picture, without contrast,
-/// or occluded. `linear` has 256 entries (linear intensity of each pixel value, 0 to 1), or none if values are linear.
-[[nodiscard]] std::array<std::optional<RefinedCorner>, 4> refine_corners(const GreyPicture& picture,
-                                                                         const TagOutline& outline,
-                                                                         std::span<const float> linear);
+/// Fits the edge model. `linear` has 256 entries (linear intensity of each pixel value, 0 to 1), or none if values are
+/// linear.
+[[nodiscard]] RefinedTag refine_corners(const GreyPicture& picture, const TagOutline& outline,
+                                        std::span<const float> linear);
 
 /// Intersects parabolas through the points of steepest gradient along each whole edge, at most `reach` px from the
 /// straight line between the given corners, without fitting intensities. Takes a fiftieth of the time.
-[[nodiscard]] std::array<std::optional<RefinedCorner>, 4> locate_corners_by_edge_search(const GreyPicture& picture,
-                                                                                        const TagOutline& outline,
-                                                                                        std::span<const float> linear,
-                                                                                        double reach);
+[[nodiscard]] RefinedTag locate_corners_by_edge_search(const GreyPicture& picture, const TagOutline& outline,
+                                                       std::span<const float> linear, double reach);
 
 }  // namespace lightwell

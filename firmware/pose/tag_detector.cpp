@@ -256,15 +256,16 @@ void TagDetector::refine(const GreyPicture& picture, TagDetection& tag, double d
   if (options_.corners == CornerRefinement::none) return;
   const TagShape shape = shape_of(tag.family);
   const TagOutline outline{tag.corners, shape.edge_cells, shape.dark_inside};
-  const auto corners =
+  const RefinedTag found =
       options_.corners == CornerRefinement::edge_fit
           ? refine_corners(picture, outline, options_.linear)
           : locate_corners_by_edge_search(picture, outline, options_.linear, kEdgeSearchReach_px + decimate);
+  tag.blur_px = found.blur_px;
   tag.refined = true;
   for (std::size_t k = 0; k < 4; ++k) {
-    if (corners[k]) {
-      tag.corners[k] = corners[k]->position;
-      tag.covariance[k] = corners[k]->covariance;
+    if (const std::optional<RefinedCorner>& corner = found.corners[k]) {
+      tag.corners[k] = corner->position;
+      tag.covariance[k] = corner->covariance;
     } else {
       tag.refined = false;
     }

@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -39,6 +40,9 @@ struct TagDetection {
   double decision_margin = 0;  ///< Mean difference of a cell from the threshold, 0 to 255: below 20 is unreliable.
   bool refined = false;        ///< Whether all four corners are refined; unrefined ones are accurate to half a pixel.
   bool rectified = false;      ///< Detected in a rectified view, or refined from there.
+  /// Standard deviation of the blur across the tag's edges in the direction in which it is larger, px; nullopt where it
+  /// was not measured (CornerRefinement::none, no edge with enough contrast).
+  std::optional<double> blur_px;
 };
 
 /// Refinement of AprilTag's corners.

@@ -105,6 +105,7 @@ void print(const MarkerScene& scene, const SceneScore& score, const MarkerReport
     line["found"] = report.light.lights.size();
     line["tags"] = report.body.tags;
     line["ambiguous"] = report.body.ambiguous;
+    if (report.body.blur_px) line["blur_px"] = *report.body.blur_px;
     const Quat turn = inverse(scene.probe_body).rotation * report.body.probe_body.pose.rotation;
     line["pose_error_deg"] =
         2 * std::atan2(std::hypot(turn.x, turn.y, turn.z), std::abs(turn.w)) * 180 / std::numbers::pi;

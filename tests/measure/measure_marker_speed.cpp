@@ -166,7 +166,7 @@ int main(int argc, char** argv) {
     for (int k = 0; k < kFrames; ++k) {
       if (!reader.bind(shots[static_cast<std::size_t>(k) % shots.size()].frames).ok()) fail("the frame cannot be read");
       const marker::PosedBody placed(*body, rig.lenses[0], model, estimator->report().body.probe_body.pose);
-      (void)sampler.sample(reader, 0, rig.lenses[0].width, rig.lenses[0].height, *body, placed, 1, 3, shading);
+      (void)sampler.sample(reader, 0, rig.lenses[0].width, rig.lenses[0].height, *body, placed, 1, 0, 3, shading);
       marker::estimate_ground_reflection(shading);
     }
     best.sampling = std::min(best.sampling, (bench::thread_time_ms() - begin) / kFrames);

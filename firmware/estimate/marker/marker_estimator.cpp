@@ -16,6 +16,8 @@ namespace {
 constexpr double kMinSignalToNoise = 3;
 /// Added to each direction's standard deviation: paper is not quite Lambertian, lights are not points.
 constexpr double kMinDirectionSigma_rad = 0.005;
+/// Standard deviation of a ball's place on its sheet, along each axis: as of faces (BodyPoseOptions).
+constexpr double kBallShiftSigma_m = 0.25e-3;
 /// Largest share of patches that may be occluded, nonuniform or outliers. Above it, the occluder may also hide the
 /// ground plane or a light, and the remaining samples may be explained by a light that does not exist.
 constexpr double kMaxOccludedFraction = 0.25;
@@ -23,6 +25,15 @@ constexpr double kMaxOccludedFraction = 0.25;
 constexpr double kUnknownDirectionVariance = 1;
 /// Albedo that is assumed for saturated patches in a lower bound of the irradiance.
 constexpr double kWhitePaperAlbedo = 0.8;
+
+/// Standard deviation of the vignetting of a lens that is calibrated without it: loss per squared angle from the axis,
+/// 1/rad². 0.5 is a quarter at 40 degrees; natural vignetting alone (cos^4, Ray 2002, "Applied photographic optics")
+/// would be 2, and most cameras correct a part of it.
+constexpr double kVignettingSigma = 0.5;
+
+bool has_vignetting(const LensParameters& lens) {
+  return std::ranges::any_of(lens.photometry.vignetting, [](double v) { return v != 0; });
+}
 
 float rounded(double v) { return static_cast<float>(v); }
 
@@ -109,7 +120,10 @@ Status MarkerEstimatorImpl::estimate(std::span<const Frame> bracket, Descriptor&
   const LensParameters& parameters = rig_.lenses[lens];
   const marker::PosedBody posed_body(body_, parameters, models_[lens], report_.body.probe_body.pose);
   report_.counts = sampler_.sample(reader_, *found_lens, parameters.width, parameters.height, body_, posed_body,
-                                   scale_.factor, 3, shading_);
+                                   scale_.factor, report_.body.blur_px.value_or(0), 3, shading_);
+  // Float pixels are radiance: nothing is left to correct.
+  const bool is_radiance = bracket.front().views().front().format == PixelFormat::rgb_f32;
+  shading_.vignetting_sigma = is_radiance || has_vignetting(parameters) ? 0 : kVignettingSigma;
   marker::estimate_ground_reflection(shading_);
   // Channels that are equal in every sample (a grey camera, or grey light) are fitted once.
   const auto grey = [](const marker::SurfaceSample& s) {
@@ -147,14 +161,17 @@ void MarkerEstimatorImpl::inflate_covariance_if_occluded() {
   }
 }
 
-/// The error of the body's attitude rotates all directions.
+/// The error of the body's attitude rotates all directions. A ball that is glued beside its place has other normals at
+/// the same pixels: turned by the shift divided by its radius.
 void MarkerEstimatorImpl::add_pose_covariance() {
   const PoseCovariance& c = report_.body.probe_body.covariance;
+  const double turn = body_.ball ? kBallShiftSigma_m / body_.ball->radius_m : 0;
+  const double every = kMinDirectionSigma_rad * kMinDirectionSigma_rad + turn * turn;
   for (marker::LightEstimate& light_estimate : report_.light.lights) {
     const auto [uu, uv, vv] = direction_covariance(light_estimate.light.direction, c);
-    light_estimate.direction_covariance[0] += uu + kMinDirectionSigma_rad * kMinDirectionSigma_rad;
+    light_estimate.direction_covariance[0] += uu + every;
     light_estimate.direction_covariance[1] += uv;
-    light_estimate.direction_covariance[2] += vv + kMinDirectionSigma_rad * kMinDirectionSigma_rad;
+    light_estimate.direction_covariance[2] += vv + every;
   }
 }
 
@@ -168,7 +185,8 @@ void MarkerEstimatorImpl::fill_descriptor(Descriptor& out) {
   if (counts.invalid_pixels > 0) out.flags.set(Flag::cleaned);
   const bool dark = !(counts.brightest > kMinSignalToNoise * counts.near_black_bias) || !(counts.brightest > 0);
   if (dark) out.flags.set(Flag::dark);
-  if (lighting.uncertain || report_.body.ambiguous || dark) out.flags.set(Flag::unsure);
+  const bool blurred = report_.body.blur_px.value_or(0) > marker::kMaxBlur_px;
+  if (lighting.uncertain || report_.body.ambiguous || dark || blurred) out.flags.set(Flag::unsure);
   if (dark) {
     lighting = {};
     lighting.uncertain = true;

@@ -22,6 +22,8 @@ struct DetectedBody {
   UncertainPose probe_body;  ///< T_probe_body.
   int tags = 0;              ///< Number of tags that agree with the pose.
   bool ambiguous = false;    ///< Another attitude explains the tags nearly as well.
+  /// Standard deviation of the image's blur at the tags' edges, px; nullopt: not measured, taken as sharp.
+  std::optional<double> blur_px;
 };
 
 /// Decimation of the image before tags are detected.

@@ -37,6 +37,22 @@ Eigen::ArrayXd coordinates(const GroundPlane& ground, Vec3d axis) {
   return out;
 }
 
+/// Factor of a shared error in the inverse square root of a covariance (observations.hpp): `squared` is t't.
+double shrinkage_of(double squared) { return squared > 0 ? (1 - 1 / std::sqrt(1 + squared)) / squared : 0; }
+
+/// Change of the irradiances by one standard deviation of the vignetting, relative to the middle of the samples: what
+/// all have in common is a part of the scale.
+Eigen::VectorXd vignetting_effect(const std::vector<SurfaceSample>& samples, std::size_t channel, double sigma) {
+  Eigen::VectorXd out(static_cast<Eigen::Index>(samples.size()));
+  double middle = 0;
+  for (const SurfaceSample& s : samples) middle += s.squared_angle / static_cast<double>(samples.size());
+  for (Eigen::Index i = 0; i < out.size(); ++i) {
+    const SurfaceSample& s = samples[static_cast<std::size_t>(i)];
+    out[i] = sigma * (s.squared_angle - middle) * s.irradiance[channel];
+  }
+  return out;
+}
+
 }  // namespace
 
 Observations::Observations(const Shading& shading, const std::optional<GroundTexture>& known_texture,
@@ -86,14 +102,24 @@ Observations::Observations(const Shading& shading, const std::optional<GroundTex
         out.whitened[i] = sample.irradiance[channel];
       }
       out.shared.push_back(shared);
-      out.shrinkage.push_back(squared > 0 ? (1 - 1 / std::sqrt(1 + squared)) / squared : 0);
+      out.shrinkage.push_back(shrinkage_of(squared));
     }
+    out.vignetting = vignetting_effect(samples_, channel, shading.vignetting_sigma);
+    out.vignetting_whitened = out.vignetting;
+    whiten_surfaces(out, out.vignetting_whitened);
+    out.vignetting_shrinkage = shrinkage_of(out.vignetting_whitened.squaredNorm());
     whiten(c, out.whitened);
   }
 }
 
 void Observations::whiten(int channel, Eigen::Ref<Eigen::VectorXd> column) const {
   const Channel& c = of(channel);
+  whiten_surfaces(c, column);
+  if (c.vignetting_shrinkage > 0)
+    column -= (c.vignetting_shrinkage * c.vignetting_whitened.dot(column)) * c.vignetting_whitened;
+}
+
+void Observations::whiten_surfaces(const Channel& c, Eigen::Ref<Eigen::VectorXd> column) const {
   column.array() *= c.root_weight.array();
   for (std::size_t k = 0; k < surfaces_.size(); ++k) {
     const Surface& s = surfaces_[k];
@@ -107,7 +133,7 @@ double Observations::standardized_residual(int channel, int sample, double diffe
   const Channel& c = of(channel);
   std::size_t k = 0;
   while (k + 1 < surfaces_.size() && sample >= surfaces_[k].end) ++k;
-  return difference / std::hypot(1 / c.root_weight[sample], c.shared[k]);
+  return difference / std::hypot(1 / c.root_weight[sample], c.shared[k], c.vignetting[sample]);
 }
 
 GroundGeometry::GroundGeometry(const GroundPlane& ground)
@@ -134,9 +160,10 @@ GroundObservations::GroundObservations(const GroundPlane& ground, const std::opt
     const GroundSample& t = ground.samples[static_cast<std::size_t>(i)];
     radiance[i] = t.radiance;
     // The body also reflects light onto the samples that it occludes. This is not modelled: it increases sigma.
-    const double sigma = std::hypot(t.sigma, kBodyReflectionRelativeSigma * t.occluded * t.radiance) / mean_radiance;
-    noise_variance[i] = sigma * sigma;
-    own_variance[i] = sigma * sigma + kShadowModelSigma * kShadowModelSigma * ground.density;
+    const double noise = t.sigma / mean_radiance,
+                 reflection = kBodyReflectionRelativeSigma * t.occluded * t.radiance / mean_radiance;
+    noise_variance[i] = noise * noise + reflection * reflection;
+    own_variance[i] = noise_variance[i] + kShadowModelSigma * kShadowModelSigma * ground.density;
   }
   if (known_texture) texture = *known_texture;
   whitening = GroundWhitening(neighbours, own_variance, texture);

@@ -2,7 +2,8 @@
 //
 // The samples of one surface share an error (attitude, paper, interreflection): their covariance is D + s² 1 1', D
 // diagonal. With z = D^-1/2 x and t = s D^-1/2 1, the inverse square root of the covariance maps x to
-// z - t (t'z) (1 - 1 / sqrt(1 + t't)) / t't.
+// z - t (t'z) (1 - 1 / sqrt(1 + t't)) / t't. All samples share the lens's vignetting, if it is not calibrated: the same
+// formula is applied to the result, with t = the whitened effect of one standard deviation of it.
 #pragma once
 
 #include <array>
@@ -106,12 +107,15 @@ class Observations {
     int begin = 0, end = 0;
   };
 
-  /// By sample: `whitened`, `root_weight`, `shared_whitened`. By surface: `shrinkage`, `shared`.
+  /// By sample: `whitened`, `root_weight`, `shared_whitened`, `vignetting` (its effect), `vignetting_whitened`. By
+  /// surface: `shrinkage`, `shared`.
   struct Channel {
-    Eigen::VectorXd whitened, root_weight, shared_whitened;
+    Eigen::VectorXd whitened, root_weight, shared_whitened, vignetting, vignetting_whitened;
     std::vector<double> shrinkage, shared;
+    double vignetting_shrinkage = 0;
     double max_irradiance = 0, mean_irradiance = 0;
   };
+  void whiten_surfaces(const Channel& channel, Eigen::Ref<Eigen::VectorXd> column) const;
   [[nodiscard]] const Channel& of(int channel) const { return by_channel_[static_cast<std::size_t>(channel)]; }
 
   int channels_;

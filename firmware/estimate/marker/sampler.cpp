@@ -9,7 +9,8 @@
 namespace lightwell::marker {
 namespace {
 
-/// Width of the margin inside a patch's edge that is excluded, because of blur and the error of the pose.
+/// Width of the margin inside a patch's edge that is excluded, because of blur and the error of the pose. All margins
+/// are for a blur of up to 1 px and grow in proportion above.
 constexpr double kMargin_px = 1.5;
 /// The same for black cells: of the white around them, a blur of 1 px leaves 0.6 % there.
 constexpr double kInkMargin_px = 2.5;
@@ -22,15 +23,16 @@ constexpr double kMaxNonuniformity = 0.10;
 /// Number of ground samples, before those that are hidden are excluded.
 constexpr int kGroundSamples = 400;
 /// Number of those that are seen below which the step is made smaller, and the smallest factor of the step.
-constexpr double kMinGroundSamples = 200, kMinGroundStepFactor = 0.4;
+constexpr double kMinGroundSamples = 300, kMinGroundStepFactor = 0.4;
 /// Round patches of a ball: their number over the whole sphere, and their angular radius.
 constexpr int kBallPatches = 80;
 constexpr double kBallPatchRadius = 0.14;  // rad
 constexpr int kBallCorners = 8;
 /// Radius of the sampled part of the ground plane, relative to that of the body's hull.
 constexpr double kGroundRadiusFactor = 3.4;
-/// Points along each side of a ground sample.
-constexpr int kGroundPointsPerSample = 4;
+/// Points along each side of a ground sample, and how many of all have to be seen: the table beside the body, where
+/// shadows begin, is often seen in part.
+constexpr int kGroundPointsPerSample = 4, kMinGroundPoints = 8;
 /// Largest share of saturated pixels in a patch.
 constexpr double kMaxSaturatedFraction = 0.01;
 /// Relative sigma of the irradiance times the cosine of the viewing angle: grazed paper is not Lambertian.
@@ -189,7 +191,7 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   for (const Vec3d& corner : patch.corners) middle += corner;
   middle = middle * (1.0 / static_cast<double>(patch.corners.size()));
   PixelSums sums;
-  add_pixels(patch.corners, kMargin_px, sums);
+  add_pixels(patch.corners, margin_factor_ * kMargin_px, sums);
   const PlaneSums& plane = sums.plane;
   if (plane.n < kMinPixels) {
     ++counts_.too_small;
@@ -213,6 +215,7 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   sample.normal = patch.normal;
   sample.surface = patch.surface;
   sample.occluder_radius = patch.occluder_radius;
+  sample.squared_angle = std::pow(posed_body_->axis_angle(middle), 2);
   const double grazing_relative_sigma =
       kGrazingRelativeSigma / std::max(kMinViewCosine, dot(normalized(posed_body_->lens() - middle), patch.normal));
   const double spread = std::sqrt(noise / plane.n) + 0.3 * nonuniformity + sums.bias / plane.n;
@@ -234,7 +237,7 @@ void MarkerSampler::sample_ink(const MarkerBody& body, const MarkerFace& face, i
     for (const auto& [across, along] : {std::pair{inner, -inner}, {inner, inner}, {outer, inner}, {outer, -inner}})
       patch_.corners.push_back(posed_body_->point_of(
           face, side % 2 == 0 ? FacePoint{sign * across, along} : FacePoint{along, sign * across}));
-    add_pixels(patch_.corners, kInkMargin_px, sums);
+    add_pixels(patch_.corners, margin_factor_ * kInkMargin_px, sums);
   }
   const double n = sums.plane.n;
   if (n < kMinPixels || sums.clipped > 0) return;
@@ -278,17 +281,16 @@ void MarkerSampler::sample_ground(const MarkerBody& body, Shading& out) {
   if (!project_outline(out.hull)) return;
   const double reach = kGroundRadiusFactor * radius;
   double step = reach * std::sqrt(std::numbers::pi / kGroundSamples);
-  sample_ground_grid(body, reach, radius, step, out);
+  const int seen = sample_ground_grid(body, reach, radius, step, out);
   // Where the body or the edge of the image hides most of the plane, the rest is sampled more finely.
-  const double seen = static_cast<double>(ground.samples.size());
-  if (seen == 0 || seen >= kMinGroundSamples) return;
+  if (ground.samples.empty() || seen >= kMinGroundSamples) return;
   const double factor = std::max(kMinGroundStepFactor, std::sqrt(seen / kMinGroundSamples));
   step *= factor;
   out.ground->density = 1 / (factor * factor);
   sample_ground_grid(body, reach, radius, step, out);
 }
 
-void MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, double radius, double step, Shading& out) {
+int MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, double radius, double step, Shading& out) {
   GroundPlane& ground = *out.ground;
   ground.step_m = step;
   ground.samples.clear();
@@ -297,6 +299,7 @@ void MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, dou
   const double height = -dot(ground.point, ground.normal);
   const Vec3d foot = ground.normal * -height;
   const int across = static_cast<int>(reach / step) + 1;
+  int whole = 0;
   for (int iy = -across; iy <= across; ++iy) {
     for (int ix = -across; ix <= across; ++ix) {
       const double x = ix * step, y = iy * step, off = std::hypot(x, y);
@@ -307,14 +310,16 @@ void MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, dou
       if (cover == GroundCover::mixed) continue;
       double sum = 0, squares = 0, variance = 0, n = 0, bias = 0;
       Rgb color{};
+      Vec3d seen;
       bool good = true;
       for (int k = 0; k < kGroundPointsPerSample * kGroundPointsPerSample && good; ++k) {
         const double dx = ((k % kGroundPointsPerSample + 0.5) / kGroundPointsPerSample - 0.5) * step,
                      dy = ((k / kGroundPointsPerSample + 0.5) / kGroundPointsPerSample - 0.5) * step;
-        const std::optional<PixelPosition> p = posed_body_->pixel_of(sample.position + u * dx + v * dy);
-        good = p && p->x > -0.5 && p->y > -0.5 && p->x < width_ - 0.5 && p->y < height_ - 0.5 &&
-               outline_.signed_distance(p->x, p->y) > 2 * kMargin_px;
-        if (!good) break;
+        const Vec3d point = sample.position + u * dx + v * dy;
+        const std::optional<PixelPosition> p = posed_body_->pixel_of(point);
+        if (!p || !(p->x > -0.5 && p->y > -0.5 && p->x < width_ - 0.5 && p->y < height_ - 0.5) ||
+            !(outline_.signed_distance(p->x, p->y) > 2 * margin_factor_ * kMargin_px))
+          continue;
         const int px = std::clamp(static_cast<int>(std::lround(p->x)), 0, width_ - 1);
         const int py = std::clamp(static_cast<int>(std::lround(p->y)), 0, height_ - 1);
         reader_->read(lens_, py, px, px + 1, estimate::RowReader::Reading::with_errors, row_, reading_);
@@ -325,9 +330,12 @@ void MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, dou
           bias += row_.bias[0];
         }
         sum += l, squares += l * l, n += 1;
+        seen += point;
         color[0] += row_.r[0], color[1] += row_.g[0], color[2] += row_.b[0];
       }
-      if (!good) continue;
+      if (!good || n < kMinGroundPoints) continue;
+      sample.position = seen * (1 / n);
+      whole += n == kGroundPointsPerSample * kGroundPointsPerSample ? 1 : 0;
       const double mean = sum / n;
       sample.radiance = mean * scale_;
       for (std::size_t c = 0; c < 3; ++c) sample.color[c] = color[c] / n * scale_;
@@ -341,6 +349,7 @@ void MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, dou
     }
   }
   equalize_sheet(ground, covers_);
+  return whole;
 }
 
 void MarkerSampler::choose_faces(const MarkerBody& body) {
@@ -368,10 +377,12 @@ void MarkerSampler::choose_faces(const MarkerBody& body) {
 }
 
 SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int width, int height, const MarkerBody& body,
-                                   const PosedBody& posed_body, double scale, int channels, Shading& out) {
+                                   const PosedBody& posed_body, double scale, double blur_px, int channels,
+                                   Shading& out) {
   reader_ = &reader;
   posed_body_ = &posed_body;
   lens_ = lens, width_ = width, height_ = height, scale_ = scale;
+  margin_factor_ = std::max(1.0, blur_px);
   counts_ = {};
   surfaces_.clear();
   reading_ = {};

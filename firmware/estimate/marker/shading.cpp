@@ -5,26 +5,44 @@
 #include <numbers>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include <lightwell/quantile.hpp>
 
 namespace lightwell::marker {
 namespace {
 
-/// Number of rings around the body; hidden patches get the mean radiance of their ring.
-constexpr int kRings = 6;
+/// A patch of the ground plane that is not seen gets the mean radiance of this many nearest samples: one alone would
+/// have its texture and its noise.
+constexpr std::size_t kNearestSamples = 6;
+/// Beyond the samples the plane is divided by azimuth and by distance, in equal ratios: to twice their reach.
+constexpr int kAzimuths = 24, kDistances = 2;
+constexpr double kDistanceRatio = 1.4142;
 /// Standard deviation of the subtracted irradiance, relative to it.
 constexpr double kReflectionRelativeSigma = 0.2;
 
 struct GroundPatch {
   Vec3d position;
+  double area = 0;
   Rgb radiance;
 };
 
-/// The sampled part of the ground plane, hidden patches filled in.
+/// Mean colour of the samples that are nearest to a point of the plane.
+Rgb color_near(Vec3d point, const std::vector<GroundSample>& samples) {
+  std::vector<std::pair<double, const GroundSample*>> by_distance;
+  for (const GroundSample& s : samples) by_distance.emplace_back(length(s.position - point), &s);
+  const std::size_t count = std::min(kNearestSamples, by_distance.size());
+  std::ranges::nth_element(by_distance, by_distance.begin() + static_cast<std::ptrdiff_t>(count - 1));
+  Rgb out{};
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t c = 0; c < 3; ++c) out[c] += by_distance[i].second->color[c] / static_cast<double>(count);
+  return out;
+}
+
+/// The ground plane around the body, what is not seen filled in.
 struct GroundGrid {
   std::vector<GroundPatch> patches;
-  Rgb beyond{};  ///< Radiance of the plane beyond them: the mean of the outermost ring.
+  Rgb beyond{};  ///< Mean radiance of the outermost ones: of the plane beyond them.
 };
 
 GroundGrid fill_ground_grid(const GroundPlane& ground) {
@@ -36,43 +54,35 @@ GroundGrid fill_ground_grid(const GroundPlane& ground) {
   const int across = static_cast<int>(reach / step + 0.5);
   const int edge = 2 * across + 1;
   std::vector<const GroundSample*> at(static_cast<std::size_t>(edge * edge), nullptr);
-  std::array<Rgb, kRings> sum{};
-  std::array<double, kRings> count{};
-  const auto ring_of = [&](double distance) {
-    return std::min(kRings - 1, static_cast<int>(distance / (reach + step) * kRings));
-  };
   for (const GroundSample& s : ground.samples) {
     const Vec3d from = s.position - below_body;
     const int column = static_cast<int>(std::lround(dot(from, u) / step)) + across,
               row = static_cast<int>(std::lround(dot(from, v) / step)) + across;
     if (column >= 0 && row >= 0 && column < edge && row < edge) at[static_cast<std::size_t>(row * edge + column)] = &s;
-    const auto ring = static_cast<std::size_t>(ring_of(length(from)));
-    count[ring] += 1;
-    for (std::size_t c = 0; c < 3; ++c) sum[ring][c] += s.color[c];
   }
-  const auto mean_of = [&](std::size_t ring) {
-    Rgb mean = sum[ring];
-    for (double& value : mean) value /= count[ring];
-    return mean;
-  };
   GroundGrid out;
-  for (std::size_t ring = 0; ring < kRings; ++ring)
-    if (count[ring] > 0) out.beyond = mean_of(ring);
+  const double inner = reach + step / 2;
   for (int row = 0; row < edge; ++row)
     for (int column = 0; column < edge; ++column) {
-      const double x = (column - across) * step, y = (row - across) * step, distance = std::hypot(x, y);
-      if (distance > reach + step) continue;
-      GroundPatch patch{below_body + u * x + v * y, {}};
-      if (const GroundSample* observed = at[static_cast<std::size_t>(row * edge + column)]) {
-        patch.radiance = observed->color;
-      } else {
-        auto ring = static_cast<std::size_t>(ring_of(distance));
-        while (ring + 1 < kRings && count[ring] == 0) ++ring;
-        if (count[ring] == 0) continue;
-        patch.radiance = mean_of(ring);
-      }
-      out.patches.push_back(patch);
+      const double x = (column - across) * step, y = (row - across) * step;
+      if (std::hypot(x, y) > inner) continue;
+      const Vec3d position = below_body + u * x + v * y;
+      const GroundSample* observed = at[static_cast<std::size_t>(row * edge + column)];
+      out.patches.push_back(
+          {position, step * step, observed != nullptr ? observed->color : color_near(position, ground.samples)});
     }
+  double from = inner;
+  for (int ring = 0; ring < kDistances; ++ring, from *= kDistanceRatio) {
+    const double to = from * kDistanceRatio, middle = std::sqrt(from * to);
+    for (int k = 0; k < kAzimuths; ++k) {
+      const double a = 2 * std::numbers::pi * k / kAzimuths;
+      const Vec3d position = below_body + u * (middle * std::cos(a)) + v * (middle * std::sin(a));
+      const GroundPatch& patch = out.patches.emplace_back(GroundPatch{
+          position, std::numbers::pi * (to * to - from * from) / kAzimuths, color_near(position, ground.samples)});
+      if (ring == kDistances - 1)
+        for (std::size_t c = 0; c < 3; ++c) out.beyond[c] += patch.radiance[c] / kAzimuths;
+    }
+  }
   return out;
 }
 
@@ -97,6 +107,12 @@ constexpr double kMinAxisSine = 0.1;
 constexpr double kMinLensElevation = 0.12;
 /// Number of points that represent the hull of a ball.
 constexpr int kBallPoints = 48;
+
+/// The smallest rotation that turns unit vector `from` to `to`.
+Quat rotation_between(Vec3d from, Vec3d to) {
+  const Vec3d axis = cross(from, to);
+  return length(axis) > 1e-12 ? Quat::about(normalized(axis), angle_between(from, to)) : Quat{};
+}
 
 }  // namespace
 
@@ -127,7 +143,6 @@ void estimate_ground_reflection(Shading& shading) {
   if (!shading.ground || shading.ground->samples.empty()) return;
   const GroundPlane& ground = *shading.ground;
   const GroundGrid grid = fill_ground_grid(ground);
-  const double area = ground.step_m * ground.step_m;
   for (SurfaceSample& s : shading.samples) {
     s.from_ground = {};
     // An infinite plane of radiance 1 gives this irradiance.
@@ -139,8 +154,8 @@ void estimate_ground_reflection(Shading& shading) {
       if (!(along_ground_normal > 0) || !(along_sample_normal > 0)) continue;
       // Form factor from a small surface to a disc of the patch's area (Cohen & Wallace 1993, "Radiosity and realistic
       // image synthesis"): finite at small distances.
-      const double factor =
-          along_ground_normal * along_sample_normal / (squared * (squared + area / std::numbers::pi)) * area;
+      const double factor = along_ground_normal * along_sample_normal /
+                            (squared * (squared + patch.area / std::numbers::pi)) * patch.area;
       for (std::size_t c = 0; c < 3; ++c) s.from_ground[c] += patch.radiance[c] * factor;
       beyond -= factor;
     }
@@ -219,10 +234,11 @@ PosedBody::PosedBody(const MarkerBody& body, const LensParameters& lens, const C
       lens_probe_(inverse(lens.pose_cv)),
       center_(body.ball ? body.ball->center : Vec3d{}),
       origin_(transformed(probe_body, center_)),
-      lens_(lens.pose_cv.translation - origin_) {
-  const Vec3d axis = rotate(lens.pose_cv.rotation, Vec3d{0, 0, 1}), right = cross(axis, Vec3d{0, 1, 0});
+      lens_(lens.pose_cv.translation - origin_),
+      axis_(rotate(lens.pose_cv.rotation, Vec3d{0, 0, 1})) {
+  const Vec3d right = cross(axis_, Vec3d{0, 1, 0});
   image_right_ = length(right) > kMinAxisSine ? normalized(right) : rotate(lens.pose_cv.rotation, Vec3d{1, 0, 0});
-  image_up_ = cross(image_right_, axis);
+  image_up_ = cross(image_right_, axis_);
   if (body.ball) {
     for (const Vec3d& direction : fibonacci_directions(kBallPoints)) hull_.push_back(direction * body.ball->radius_m);
     return;
@@ -234,6 +250,12 @@ PosedBody::PosedBody(const MarkerBody& body, const LensParameters& lens, const C
 const MarkerFace* PosedBody::face_below(std::optional<Vec3d> up) const {
   if (body_.ball) return &body_.faces.front();
   const MarkerFace* out = nullptr;
+  // Cameras are level as a device, or level as the body is seen: the smaller roll counts. Where the body is beside the
+  // optical axis, both differ (of a steep view by 30 degrees and more).
+  const auto roll_of = [&](Vec3d at_axis) {
+    return std::abs(std::atan2(dot(at_axis, image_right_), dot(at_axis, image_up_)));
+  };
+  const Quat sight_axis = rotation_between(normalized(-lens_), axis_);
   double least = up ? -kMinDownCosine : kMaxSquaredMahalanobis;
   for (const MarkerFace& face : body_.faces) {
     const Vec3d normal = normal_of(face);
@@ -242,7 +264,7 @@ const MarkerFace* PosedBody::face_below(std::optional<Vec3d> up) const {
       cost = dot(normal, *up);
     } else {
       // Twice the negative logarithm of the likelihood, up to a constant, if up were the face's inward normal.
-      const double roll = std::atan2(dot(-normal, image_right_), dot(-normal, image_up_));
+      const double roll = std::min(roll_of(-normal), roll_of(rotate(sight_axis, -normal)));
       const double elevation = std::asin(std::clamp(dot(-normal, normalized(lens_)), -1.0, 1.0));
       cost = std::pow(roll / kRollSigma_rad, 2) + std::pow((elevation - kMeanElevation_rad) / kElevationSigma_rad, 2);
     }

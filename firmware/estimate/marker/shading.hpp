@@ -35,6 +35,7 @@ struct SurfaceSample {
   /// Radius of a sphere around the origin that hides lights from the sample, m: the ball, for a patch of its sheet. 0:
   /// nothing hides them.
   double occluder_radius = 0;
+  double squared_angle = 0;  ///< Square of the angle between the optical axis and the ray to the sample, rad².
 };
 
 /// Black ink on a face: it shows the specular reflection of the paper beside it.
@@ -83,6 +84,9 @@ struct Shading {
   /// Points whose convex hull is the body.
   std::vector<Vec3d> hull;
   int channels = 3;  ///< 1: r, g and b are equal in every sample (a grey camera, or grey light).
+  /// Standard deviation of the lens's vignetting where it is not calibrated: loss per squared angle, 1/rad²; common to
+  /// all samples.
+  double vignetting_sigma = 0;
 };
 
 /// Sets SurfaceSample::from_ground: the irradiance by the patches of the ground plane (the table), computed from its
@@ -129,6 +133,8 @@ class PosedBody {
   [[nodiscard]] Pose probe_origin() const { return {probe_body_.rotation.normalized(), origin_}; }
   /// Position of the lens relative to the body's centre, m.
   [[nodiscard]] Vec3d lens() const { return lens_; }
+  /// Angle between the optical axis and the ray to a point relative to the body's centre, rad.
+  [[nodiscard]] double axis_angle(Vec3d point) const { return angle_between(axis_, point - lens_); }
   /// Projects a point relative to the body's centre. nullopt where it is outside of the lens's field of view.
   [[nodiscard]] std::optional<PixelPosition> pixel_of(Vec3d point) const {
     return model_.project(transformed(lens_probe_, point + origin_));
@@ -138,8 +144,8 @@ class PosedBody {
 
   /// The face on which the body stands; the only face of a ball's sheet. `up`: unit vector, probe frame, if it is
   /// known: then the face whose normal points down most, null where none is within 50 degrees of down. Otherwise the
-  /// most likely face for a camera with a roll of 0 +- 10 degrees, 40 +- 20 degrees above the plane (independent normal
-  /// distributions), null where none is within three sigma.
+  /// most likely face for a camera with a roll of 0 +- 10 degrees, in its image or as the body is seen, 40 +- 20
+  /// degrees above the plane (independent normal distributions), null where none is within three sigma.
   [[nodiscard]] const MarkerFace* face_below(std::optional<Vec3d> up) const;
   /// The plane on which the body stands, without samples: that of face_below(). nullopt where there is no such face, or
   /// where the lens is less than 7 degrees above the plane.
@@ -150,6 +156,7 @@ class PosedBody {
   const CameraModel& model_;
   Pose probe_body_, lens_probe_;
   Vec3d center_, origin_, lens_;
+  Vec3d axis_;  // optical axis, probe frame
   /// Axes of the lens's image, probe frame; image_up_ is as near to the probe's +Y as the optical axis allows.
   Vec3d image_right_, image_up_;
   std::vector<Vec3d> hull_;

@@ -138,7 +138,7 @@ TEST(TagDetector, AnOccludedCornerIsNotRefined) {
   for (int y = 0; y < 400; ++y)
     for (int x = 0; x < 400; ++x)
       if (std::hypot(x - hidden.x, y - hidden.y) < 28) picture.pixels[static_cast<std::size_t>(y * 400 + x)] = 128;
-  const auto corners = refine_corners(picture.view(), outline, {});
+  const auto corners = refine_corners(picture.view(), outline, {}).corners;
   EXPECT_FALSE(corners[2]);
   ASSERT_TRUE(corners[0]);
   EXPECT_NEAR(corners[0]->position.x, outline.corners[0].x, 0.3);

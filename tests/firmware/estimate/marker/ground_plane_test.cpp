@@ -69,6 +69,44 @@ TEST(GroundPlane, IsTheTableForCamerasThatLookDown) {
   }
 }
 
+/// The pose at which the body, as in `standing`, is seen `aside_deg` to the right of the axis, by a camera that is
+/// level towards the body and then turned away from it.
+Pose level_towards_the_body(const Pose& standing, double aside_deg) {
+  const Pose turn{Quat::about({0, 1, 0}, -aside_deg * kDegree), {}};
+  return compose(turn, standing);
+}
+
+/// The same by a camera whose image's horizontal axis is level. Seen from the body, its elevation is the same.
+Pose level_in_itself(const MarkerFace& face, double elevation_deg, double aside_deg, double turn) {
+  const double pitch = std::asin(std::sin(elevation_deg * kDegree) / std::cos(aside_deg * kDegree));
+  const Vec3d ray{std::sin(aside_deg * kDegree), 0, -std::cos(aside_deg * kDegree)};
+  Pose out = standing_on(face, pitch / kDegree, 0, turn);
+  out.translation = ray * kDistance_m;
+  return out;
+}
+
+TEST(GroundPlane, IsTheTableBesideTheAxisOfALevelCamera) {
+  const LensParameters lens = pinhole();
+  const CameraModel model(lens);
+  for (const char* name : {"cube_60mm_grey", "dodecahedron_100mm_white", "icosahedron_100mm_white"}) {
+    const MarkerBody body = shipped_body(name);
+    for (const bool towards_body : {true, false})
+      for (const double aside_deg : {-25.0, 25.0}) {
+        int found = 0, all = 0;
+        for (const MarkerFace& face : body.faces)
+          for (int k = 0; k < 36; ++k, ++all) {
+            const double turn = k * 10 * kDegree;
+            const Pose pose = towards_body ? level_towards_the_body(standing_on(face, 50, 0, turn), aside_deg)
+                                           : level_in_itself(face, 50, aside_deg, turn);
+            const PosedBody posed(body, lens, model, pose);
+            const MarkerFace* below = posed.face_below(std::nullopt);
+            found += below == &face ? 1 : 0;
+          }
+        EXPECT_GE(found, 0.95 * all) << name << ", " << aside_deg << " deg, level towards the body: " << towards_body;
+      }
+  }
+}
+
 TEST(GroundPlane, IsTheSheetOfABall) {
   const MarkerBody body = shipped_body("ball_40mm");
   const LensParameters lens = pinhole();

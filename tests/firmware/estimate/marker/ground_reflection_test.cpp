@@ -2,6 +2,7 @@
 // cos cos / (pi r^2) over it.
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -79,10 +80,24 @@ TEST(GroundReflection, ThePlaneContinuesBeyondItsSamples) {
   }
 }
 
-TEST(GroundReflection, HiddenPatchesGetTheRadianceOfTheirRing) {
+TEST(GroundReflection, HiddenPatchesGetTheRadianceOfTheNearestSamples) {
   const Vec3d up{0, 1, 0};
   const Rgb whole = from_ground(above_a_disc(up, -up)), partly = from_ground(above_a_disc(up, -up, 0.07));
   for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(partly[c], whole[c], 1e-9) << c;
+}
+
+TEST(GroundReflection, ThePlaneContinuesAsBrightAsOnItsSide) {
+  // Half of the plane is bright, and sampled to twice the height of the face. A vertical face above the border sees the
+  // half before it, to infinity: pi L / 2.
+  Shading shading = above_a_disc({0, 1, 0}, {1, 0, 0});
+  std::erase_if(shading.ground->samples,
+                [](const GroundSample& s) { return std::hypot(s.position.x, s.position.z) > 2 * kHeight; });
+  for (GroundSample& s : shading.ground->samples) s.color = s.position.x > 0 ? kRadiance : Rgb{};
+  const double half = std::numbers::pi * kRadiance[0] / 2;
+  // The disc alone gives 0.45 of it, and a rest as bright as the mean of both halves 0.73.
+  EXPECT_NEAR(from_ground(shading)[0] / half, 0.85, 0.05);
+  shading.samples[0].normal = {-1, 0, 0};
+  EXPECT_NEAR(from_ground(shading)[0] / half, 0.15, 0.05);
 }
 
 TEST(GroundReflection, IsSubtractedWithItsUncertainty) {

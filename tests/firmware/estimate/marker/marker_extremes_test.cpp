@@ -69,6 +69,17 @@ TEST(MarkerFormats, SameSceneGivesTheSameLightInEveryFormat) {
   }
 }
 
+TEST(MarkerBlur, AboveTheLimitOfTheErrorModelIsFlagged) {
+  for (const double blur_px : {1.0, 2.0}) {
+    ExtremeCase blurred = case_of("plain");
+    blurred.blur_px = blur_px;
+    const Evaluation v = ExtremePicture(std::move(blurred)).worst(1);
+    ASSERT_TRUE(v.report.body.blur_px);
+    EXPECT_NEAR(*v.report.body.blur_px, blur_px, 0.3);
+    EXPECT_EQ(v.outcome, blur_px > kMaxBlur_px ? Outcome::flagged : Outcome::right) << v.why << ", " << blur_px;
+  }
+}
+
 TEST(MarkerExtremesRefuse, ImagesWithoutATagOfTheBody) {
   for (const char* name : {"exposure x 1e-4, all black", "mirrored picture", "another body's tags", "noise alone",
                            "floats, none a number"}) {
