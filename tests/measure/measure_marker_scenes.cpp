@@ -70,7 +70,7 @@ Estimate estimate(MarkerEstimator& estimator, const MarkerScene& scene, const st
   std::vector<Frame> frames(1);
   FrameInfo& info = frames.front().info;
   info.sequence = static_cast<std::uint64_t>(scene.frame) + 1;
-  info.exposure_s = 1;
+  info.exposure_s = scene.exposure_s;
   info.mid_exposure = ProbeTime{(scene.frame + 1) * kFrameStep_ns};
   frames.front().add_view(view_of(image, 0));
   Estimate out;
