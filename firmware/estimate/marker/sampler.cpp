@@ -29,6 +29,8 @@ constexpr double kBallPatchRadius = 0.14;  // rad
 constexpr int kBallCorners = 8;
 /// Radius of the sampled part of the ground plane, relative to that of the body's hull.
 constexpr double kGroundRadiusFactor = 3.4;
+/// Patches of a surface, for the numbers of patches: a thousand, more than any face has.
+constexpr int kMaxPatches = 1000;
 /// Points along each side of a ground sample.
 constexpr int kGroundPointsPerSample = 4;
 /// Largest share of saturated pixels in a patch.
@@ -213,6 +215,7 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   sample.normal = patch.normal;
   sample.surface = patch.surface;
   sample.occluder_radius = patch.occluder_radius;
+  sample.patch = patch.number;
   const double grazing_relative_sigma =
       kGrazingRelativeSigma / std::max(kMinViewCosine, dot(normalized(posed_body_->lens() - middle), patch.normal));
   const double spread = std::sqrt(noise / plane.n) + 0.3 * nonuniformity + sums.bias / plane.n;
@@ -252,12 +255,14 @@ void MarkerSampler::sample_ball(const MarkerBody& body, const PosedBody& posed_b
   patch_.albedo = body.ball->albedo;
   patch_.surface = static_cast<int>(body.faces.size());
   patch_.occluder_radius = 0;
-  for (const Vec3d& normal : normals) {
+  for (std::size_t k = 0; k < normals.size(); ++k) {
+    const Vec3d normal = normals[k];
+    patch_.number = patch_.surface * kMaxPatches + static_cast<int>(k);
     if (dot(normalized(posed_body.lens() - normal * radius), normal) < std::max(kMinViewCosine, 0.35)) continue;
     const auto [u, v] = tangent_basis(normal);
     patch_.corners.clear();
-    for (int k = 0; k < kBallCorners; ++k) {
-      const double a = 2 * std::numbers::pi * k / kBallCorners;
+    for (int corner = 0; corner < kBallCorners; ++corner) {
+      const double a = 2 * std::numbers::pi * corner / kBallCorners;
       patch_.corners.push_back(
           (normal * std::cos(kBallPatchRadius) + (u * std::cos(a) + v * std::sin(a)) * std::sin(kBallPatchRadius)) *
           radius);
@@ -385,7 +390,9 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
     const Vec3d normal = posed_body.normal_of(face);
     const std::size_t samples_before = out.samples.size();
     const int clipped = counts_.clipped;
-    for (const MarkerPatch& patch : face.patches) {
+    for (std::size_t k = 0; k < face.patches.size(); ++k) {
+      const MarkerPatch& patch = face.patches[k];
+      patch_.number = static_cast<int>(visible.number) * kMaxPatches + static_cast<int>(k);
       patch_.corners.clear();
       for (const FacePoint& p : patch.outline) patch_.corners.push_back(posed_body.point_of(face, p));
       patch_.normal = normal;

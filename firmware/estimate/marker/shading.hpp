@@ -35,6 +35,8 @@ struct SurfaceSample {
   /// Radius of a sphere around the origin that hides lights from the sample, m: the ball, for a patch of its sheet. 0:
   /// nothing hides them.
   double occluder_radius = 0;
+  /// Number of the patch: on a face the same in all frames, on a ball while the camera does not turn around it.
+  int patch = 0;
 };
 
 /// Black ink on a face: it shows the specular reflection of the paper beside it.
