@@ -40,7 +40,7 @@ struct MarkerScene {
   int frame = 0;       ///< Within a sequence.
   /// As a camera reports it: of the first frame of a sequence 1, later ones relative to it (automatic exposure).
   double exposure_s = 1;
-  RigParameters rig;   ///< The probe's frame is the camera's.
+  RigParameters rig;  ///< The probe's frame is the camera's.
   Pose probe_body;
   std::vector<SceneLamp> lamps;  ///< The strongest first.
   /// At the body's centre without the body, in units of the descriptor (picture value 1 for an exposure of 1 s): each

@@ -11,8 +11,8 @@
 //   CLASS.not_flagged, CLASS.median_deg, CLASS.decile_deg         direction errors of pictures that are not flagged
 //   irradiance.flagged.median, .decile, irradiance.unflagged.median, .decile    percent
 //   DEFECT.flagged, DEFECT.worst_deg, DEFECT.worst_of_all_deg     of the set defects
-//   single_deg, followed_deg, ratio                               of the set moving: medians over the sequences; a frame
-//                                                                 reports its exposure, as a camera does
+//   single_deg, followed_deg, ratio                               of the set moving: medians over the sequences
+// Frames of a sequence report their exposure, as a camera does.
 // Definitions and limits: README.md of the scenes and tests/figure_topics. The set `unseen` is measured only if it is
 // named: nothing may be tuned on it.
 #include <algorithm>
