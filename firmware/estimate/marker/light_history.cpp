@@ -94,6 +94,7 @@ void LightHistory::average(ProbeTime time, Quat probe_body, LightingEstimate& es
     const auto add = [&](const Light& other) {
       const Eigen::Matrix2d basis = transport(other.direction, light.direction);
       const Eigen::Matrix2d covariance = basis * matrix(other.covariance) * basis.transpose() + scatter;
+      if (!covariance.allFinite()) return;
       const Eigen::Vector2d off = offset(light.direction, other.direction);
       if (&other != &light && off.dot((covariance + own).inverse() * off) > kMaxSquaredMahalanobis) return;
       const Eigen::Matrix2d weight = covariance.inverse();
@@ -108,6 +109,7 @@ void LightHistory::average(ProbeTime time, Quat probe_body, LightingEstimate& es
           nearest = &other;
       if (nearest != nullptr) add(*nearest);
     }
+    if (!own.allFinite()) continue;
     const Eigen::Matrix2d inverse = information.inverse();
     const Eigen::Vector2d mean = inverse * weighted;
     // Most of the errors are the same in all frames (the model of light, paper and table): the mean of the covariances,

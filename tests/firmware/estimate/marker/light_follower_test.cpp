@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -199,15 +200,31 @@ TEST(LightHistory, KeepsABoundedNumberOfFrames) {
   EXPECT_EQ(history.size(), 0U);
 }
 
+LightingEstimate light_at(double azimuth_deg, double variance = 4e-4) {
+  LightingEstimate out;
+  LightEstimate one;
+  one.light.direction = towards(azimuth_deg, 40);
+  one.direction_covariance = {variance, 0, variance};
+  out.lights.push_back(one);
+  return out;
+}
+
+TEST(LightHistory, AnUnknownCovarianceCountsInNoMean) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  LightHistory history;
+  LightingEstimate unknown = light_at(1, kInfinite), known = light_at(0), again = light_at(1, kInfinite);
+  history.average(at_s(0), Quat{}, unknown);
+  EXPECT_LT(angle_between(unknown.lights[0].light.direction, towards(1, 40)), 1e-9);
+  history.average(at_s(0.1), Quat{}, known);
+  EXPECT_LT(angle_between(known.lights[0].light.direction, towards(0, 40)), 1e-9);
+  history.average(at_s(0.2), Quat{}, again);
+  EXPECT_LT(angle_between(again.lights[0].light.direction, towards(1, 40)), 1e-9);
+  LightingEstimate none;
+  history.average(at_s(0.3), Quat{}, none);
+  EXPECT_TRUE(none.lights.empty());
+}
+
 TEST(LightHistory, AnotherLightIsNoPartOfTheMean) {
-  const auto light_at = [](double azimuth_deg) {
-    LightingEstimate out;
-    LightEstimate one;
-    one.light.direction = towards(azimuth_deg, 40);
-    one.direction_covariance = {4e-4, 0, 4e-4};
-    out.lights.push_back(one);
-    return out;
-  };
   LightHistory history;
   LightingEstimate first = light_at(0), near = light_at(1), far = light_at(60);
   history.average(at_s(0), Quat{}, first);
