@@ -24,7 +24,7 @@ class LightHistory {
   /// `probe_body`: rotation of T_probe_body.
   void average(ProbeTime time, Quat probe_body, LightingEstimate& estimate);
   void clear() { frames_.clear(); }
-  /// Number of frames that are kept: at most 17, the current one included.
+  /// Number of frames that are kept: at most 16.
   [[nodiscard]] std::size_t size() const { return frames_.size(); }
 
  private:

@@ -193,7 +193,7 @@ TEST(LightHistory, KeepsABoundedNumberOfFrames) {
   for (int k = 0; k < 1000; ++k) {
     LightingEstimate frame = light;
     history.average(at_s(k / 60.0), Quat{}, frame);
-    ASSERT_LE(history.size(), 17U);
+    ASSERT_LE(history.size(), 16U);
   }
   EXPECT_GE(history.size(), 10U);
   history.clear();
