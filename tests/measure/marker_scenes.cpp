@@ -62,7 +62,8 @@ SceneClass class_of(const json& of) {
   return behind && shadow && plain ? SceneClass::shadow_behind : SceneClass::other;
 }
 
-MarkerScene scene_of(const json& of, const std::vector<Vec3d>& normals) {
+/// `first_gain`: of the green channel, of a sequence's first frame; set if this is one.
+MarkerScene scene_of(const json& of, const std::vector<Vec3d>& normals, double& first_gain) {
   MarkerScene scene;
   scene.name = of.at("name");
   scene.body = of.at("body");
@@ -78,9 +79,12 @@ MarkerScene scene_of(const json& of, const std::vector<Vec3d>& normals) {
     scene.lamps.push_back({normalized(vector_of(lamp.at("direction"))), lamp.at("azimuth_deg")});
   scene.normals = normals;
   const auto gain = of.at("gain_rgb").get<std::array<double, 3>>();
+  // The gains of a sequence differ by the exposure alone: white balance is the same.
+  if (scene.frame == 0) first_gain = gain[1];
+  scene.exposure_s = gain[1] / first_gain;
   for (const json& one : of.at("irradiance_rgb")) {
     auto& e = scene.irradiance.emplace_back(one.get<std::array<double, 3>>());
-    for (std::size_t c = 0; c < 3; ++c) e[c] *= gain[c];
+    for (std::size_t c = 0; c < 3; ++c) e[c] *= gain[c] / scene.exposure_s;
   }
   scene.scene_class = class_of(of);
   return scene;
@@ -108,6 +112,7 @@ Result<std::vector<MarkerScene>> load_marker_scenes(const std::string& folder, c
   std::vector<Vec3d> normals;
   std::istringstream lines(*text);
   std::string line;
+  double first_gain = 1;
   for (int number = 1; std::getline(lines, line); ++number) {
     const auto damaged = [&](const std::string& why) {
       return Status(StatusCode::data_loss, path + ", line " + std::to_string(number) + ": " + why);
@@ -118,7 +123,7 @@ Result<std::vector<MarkerScene>> load_marker_scenes(const std::string& folder, c
         for (const json& n : item.at("normals")) normals.push_back(normalized(vector_of(n)));
         continue;
       }
-      scenes.push_back(scene_of(item, normals));
+      scenes.push_back(scene_of(item, normals, first_gain));
     } catch (const json::exception& e) {
       return damaged(e.what());
     }

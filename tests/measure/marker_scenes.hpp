@@ -38,11 +38,13 @@ struct MarkerScene {
   std::string table;   ///< Kind of its texture.
   double size_px = 0;  ///< Larger side of the body's bounding box.
   int frame = 0;       ///< Within a sequence.
-  RigParameters rig;   ///< The probe's frame is the camera's.
+  /// As a camera reports it: of the first frame of a sequence 1, later ones relative to it (automatic exposure).
+  double exposure_s = 1;
+  RigParameters rig;  ///< The probe's frame is the camera's.
   Pose probe_body;
   std::vector<SceneLamp> lamps;  ///< The strongest first.
-  /// At the body's centre without the body, in units of the descriptor (picture value 1 for 1 s): each normal, probe
-  /// frame.
+  /// At the body's centre without the body, in units of the descriptor (picture value 1 for an exposure of 1 s): each
+  /// normal, probe frame.
   std::vector<Vec3d> normals;
   std::vector<std::array<double, 3>> irradiance;
   SceneClass scene_class = SceneClass::other;

@@ -64,6 +64,17 @@ TEST(MarkerScenes, HaveTheRigAndTheTruthInTheUnitsOfThePicture) {
   EXPECT_EQ(s.irradiance[0], (std::array<double, 3>{1, 3, 8}));
 }
 
+TEST(MarkerScenes, FramesOfASequenceReportTheirExposure) {
+  std::string brighter = with(R"("frame":0)", R"("frame":1)");
+  brighter.replace(brighter.find("[0.5,1,2]"), 9, "[1,2,4]");
+  const auto scenes = loaded(kHead + "\n" + kScene + "\n" + brighter + "\n" + kScene + "\n");
+  ASSERT_TRUE(scenes) << scenes.status().message();
+  EXPECT_EQ(scenes->at(0).exposure_s, 1);
+  EXPECT_EQ(scenes->at(1).exposure_s, 2);
+  EXPECT_EQ(scenes->at(1).irradiance, scenes->at(0).irradiance) << "the same light";
+  EXPECT_EQ(scenes->at(2).exposure_s, 1) << "another sequence";
+}
+
 TEST(MarkerScenes, ClassesFollowFacesLampShadowAndTable) {
   EXPECT_EQ(scene().scene_class, SceneClass::shadow_behind);
   // A second face that is not seen at a grazing angle.

@@ -12,6 +12,7 @@
 //   irradiance.flagged.median, .decile, irradiance.unflagged.median, .decile    percent
 //   DEFECT.flagged, DEFECT.worst_deg, DEFECT.worst_of_all_deg     of the set defects
 //   single_deg, followed_deg, ratio                               of the set moving: medians over the sequences
+// Frames of a sequence report their exposure, as a camera does.
 // Definitions and limits: README.md of the scenes and tests/figure_topics. The set `unseen` is measured only if it is
 // named: nothing may be tuned on it.
 #include <algorithm>
@@ -70,7 +71,7 @@ Estimate estimate(MarkerEstimator& estimator, const MarkerScene& scene, const st
   std::vector<Frame> frames(1);
   FrameInfo& info = frames.front().info;
   info.sequence = static_cast<std::uint64_t>(scene.frame) + 1;
-  info.exposure_s = 1;
+  info.exposure_s = scene.exposure_s;
   info.mid_exposure = ProbeTime{(scene.frame + 1) * kFrameStep_ns};
   frames.front().add_view(view_of(image, 0));
   Estimate out;

@@ -8,6 +8,7 @@
 #include "estimate/common/light_tracker.hpp"
 #include "estimate/frames/row_reader.hpp"
 #include "estimate/marker/ambient_radiance.hpp"
+#include "estimate/marker/light_follower.hpp"
 
 namespace lightwell {
 namespace {
@@ -64,7 +65,7 @@ class MarkerEstimatorImpl final : public MarkerEstimator {
   }
   void set_scale(RadianceScale scale) override {
     scale_ = scale;
-    previous_.reset();
+    follower_.reset();
   }
   RadianceScale scale() const override { return scale_; }
   const MarkerReport& report() const override { return report_; }
@@ -92,7 +93,7 @@ class MarkerEstimatorImpl final : public MarkerEstimator {
   estimate::LightTracker tracker_;
   RadianceScale scale_;
   marker::Shading shading_;
-  std::optional<marker::LightingEstimate> previous_;
+  marker::LightFollower follower_;
   MarkerReport report_;
   std::uint32_t calibration_id_;
 };
@@ -107,7 +108,7 @@ Result<int> MarkerEstimatorImpl::find_body(std::span<const Frame> bracket) {
       return view.lens;
     }
   }
-  previous_.reset();
+  follower_.reset();
   return Status(StatusCode::not_found, "no tag of the body '" + body_.name +
                                            "' was read: it is not in the picture, or too small, dark or blurred");
 }
@@ -132,9 +133,11 @@ Status MarkerEstimatorImpl::estimate(std::span<const Frame> bracket, Descriptor&
   };
   if (std::all_of(shading_.samples.begin(), shading_.samples.end(), grey)) shading_.channels = 1;
 
-  report_.light = marker::estimate_lighting(shading_, previous_ ? &*previous_ : nullptr,
-                                            std::min(marker::kMaxPointLights, options_.config.max_lights));
-  previous_ = report_.light;
+  report_.light = follower_.estimate({.time = bracket.front().info.mid_exposure,
+                                      .probe_body = report_.body.probe_body.pose.rotation,
+                                      .to_lens = posed_body.lens(),
+                                      .ambiguous = report_.body.ambiguous},
+                                     shading_, std::min(marker::kMaxPointLights, options_.config.max_lights));
   inflate_covariance_if_occluded();
   add_pose_covariance();
 

@@ -33,6 +33,8 @@ constexpr double kGroundRadiusFactor = 3.4;
 /// Points along each side of a ground sample, and how many of all have to be seen: the table beside the body, where
 /// shadows begin, is often seen in part.
 constexpr int kGroundPointsPerSample = 4, kMinGroundPoints = 8;
+/// Patches of a surface, for the numbers of patches: a thousand, more than any face has.
+constexpr int kMaxPatches = 1000;
 /// Largest share of saturated pixels in a patch.
 constexpr double kMaxSaturatedFraction = 0.01;
 /// Relative sigma of the irradiance times the cosine of the viewing angle: grazed paper is not Lambertian.
@@ -216,6 +218,7 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   sample.surface = patch.surface;
   sample.occluder_radius = patch.occluder_radius;
   sample.squared_angle = std::pow(posed_body_->axis_angle(middle), 2);
+  sample.patch = patch.number;
   const double grazing_relative_sigma =
       kGrazingRelativeSigma / std::max(kMinViewCosine, dot(normalized(posed_body_->lens() - middle), patch.normal));
   const double spread = std::sqrt(noise / plane.n) + 0.3 * nonuniformity + sums.bias / plane.n;
@@ -255,12 +258,14 @@ void MarkerSampler::sample_ball(const MarkerBody& body, const PosedBody& posed_b
   patch_.albedo = body.ball->albedo;
   patch_.surface = static_cast<int>(body.faces.size());
   patch_.occluder_radius = 0;
-  for (const Vec3d& normal : normals) {
+  for (std::size_t k = 0; k < normals.size(); ++k) {
+    const Vec3d normal = normals[k];
+    patch_.number = patch_.surface * kMaxPatches + static_cast<int>(k);
     if (dot(normalized(posed_body.lens() - normal * radius), normal) < std::max(kMinViewCosine, 0.35)) continue;
     const auto [u, v] = tangent_basis(normal);
     patch_.corners.clear();
-    for (int k = 0; k < kBallCorners; ++k) {
-      const double a = 2 * std::numbers::pi * k / kBallCorners;
+    for (int corner = 0; corner < kBallCorners; ++corner) {
+      const double a = 2 * std::numbers::pi * corner / kBallCorners;
       patch_.corners.push_back(
           (normal * std::cos(kBallPatchRadius) + (u * std::cos(a) + v * std::sin(a)) * std::sin(kBallPatchRadius)) *
           radius);
@@ -396,7 +401,9 @@ SampleCounts MarkerSampler::sample(estimate::RowReader& reader, int lens, int wi
     const Vec3d normal = posed_body.normal_of(face);
     const std::size_t samples_before = out.samples.size();
     const int clipped = counts_.clipped;
-    for (const MarkerPatch& patch : face.patches) {
+    for (std::size_t k = 0; k < face.patches.size(); ++k) {
+      const MarkerPatch& patch = face.patches[k];
+      patch_.number = static_cast<int>(visible.number) * kMaxPatches + static_cast<int>(k);
       patch_.corners.clear();
       for (const FacePoint& p : patch.outline) patch_.corners.push_back(posed_body.point_of(face, p));
       patch_.normal = normal;

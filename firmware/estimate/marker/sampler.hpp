@@ -82,6 +82,7 @@ class MarkerSampler {
     Rgb albedo;
     int surface = 0;
     double occluder_radius = 0;  // as of SurfaceSample
+    int number = 0;              // SurfaceSample::patch
   };
   struct VisibleFace {
     std::size_t number = 0;

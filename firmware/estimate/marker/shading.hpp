@@ -36,6 +36,8 @@ struct SurfaceSample {
   /// nothing hides them.
   double occluder_radius = 0;
   double squared_angle = 0;  ///< Square of the angle between the optical axis and the ray to the sample, rad².
+  /// Number of the patch: on a face the same in all frames, on a ball while the camera does not turn around it.
+  int patch = 0;
 };
 
 /// Black ink on a face: it shows the specular reflection of the paper beside it.

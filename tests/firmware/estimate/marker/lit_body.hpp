@@ -120,6 +120,7 @@ struct LitBody {
         sample.position = middle + u * (0.023 * std::cos(a)) + v * (0.023 * std::sin(a));
         sample.normal = n[face];
         sample.surface = static_cast<int>(face);
+        sample.patch = 100 * sample.surface + k;
         const double noise = of_face * (1 + sample_noise * normal(random));
         for (std::size_t c = 0; c < 3; ++c) {
           double e = ambient;

@@ -228,6 +228,19 @@ TEST(MarkerSampler, WithoutALimitSamplesAllVisibleFacesInOrder) {
   }
 }
 
+TEST(MarkerSampler, APatchHasItsNumberWhateverElseIsSampled) {
+  const SampledScene scene;
+  const Shading all = scene.sample(0).shading, two = scene.sample(2).shading;
+  std::map<int, Vec3d> places;
+  for (const SurfaceSample& s : all.samples)
+    EXPECT_TRUE(places.emplace(s.patch, s.position).second) << s.patch << " is the number of two patches";
+  ASSERT_LT(two.samples.size(), all.samples.size());
+  for (const SurfaceSample& s : two.samples) {
+    ASSERT_TRUE(places.contains(s.patch)) << s.patch;
+    EXPECT_LT(length(s.position - places.at(s.patch)), 1e-9) << s.patch;
+  }
+}
+
 TEST(MarkerSampler, IrradianceIsPiTimesRadianceOverAlbedo) {
   for (const SurfaceSample& s : SampledScene().sample(0).shading.samples)
     for (const double e : s.irradiance)
