@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "estimate/marker/gloss.hpp"
+#include "estimate/marker/tag_border.hpp"
 
 namespace lightwell::marker {
 namespace {
@@ -23,7 +24,7 @@ constexpr double kMaxNonuniformity = 0.10;
 /// Number of ground samples, before those that are hidden are excluded.
 constexpr int kGroundSamples = 400;
 /// Number of those that are seen below which the step is made smaller, and the smallest factor of the step.
-constexpr double kMinGroundSamples = 300, kMinGroundStepFactor = 0.4;
+constexpr double kMinGroundSamples = 250, kMinGroundStepFactor = 0.4;
 /// Round patches of a ball: their number over the whole sphere, and their angular radius.
 constexpr int kBallPatches = 80;
 constexpr double kBallPatchRadius = 0.14;  // rad
@@ -64,65 +65,6 @@ struct PlaneSums {
 
 /// Cells across a tag36h11, its black border included.
 constexpr double kCells = 8;
-/// Pairs of points along each side.
-constexpr int kPairsPerSide = 6;
-/// Smallest distance in the image between the middles of border and margin; below it, blur mixes them.
-constexpr double kMinDistance_px = 3;
-constexpr int kMinPairs = 8;
-/// Largest ratio of a border pixel to the margin pixel beside it.
-constexpr double kMaxInkRatio = 0.75;
-/// Smallest share of pairs below that ratio in a border that is present.
-constexpr double kMinInkFraction = 0.7;
-/// Smallest ratio of the margin's mean to its noise and bias near black.
-constexpr double kMinSignalToNoise = 3;
-
-enum class TagBorder : std::uint8_t {
-  present,
-  absent,         ///< Another object occludes the face, or it is another body.
-  indeterminate,  ///< Too small, too dark, saturated, outside of the image, or a tag family other than tag36h11.
-};
-
-/// Verifies that a face is visible where the pose predicts it: the tag's black border lies inside a white margin.
-/// `reader` must be bound to the frame. `row`: a buffer of any width.
-TagBorder detect_tag_border(estimate::RowReader& reader, estimate::LinearRow& row, int lens, int width, int height,
-                            const MarkerBody& body, const MarkerFace& face, const PosedBody& posed_body) {
-  if (body.tag_family != "tag36h11") return TagBorder::indeterminate;
-  struct PixelSample {
-    double light = 0, variance = 0, bias = 0;
-    bool clipped = false;
-  };
-  estimate::ReadStatistics reading;
-  const auto read_pixel = [&](const PixelPosition& p) -> std::optional<PixelSample> {
-    if (!(p.x > -0.5 && p.y > -0.5 && p.x < width - 0.5 && p.y < height - 0.5)) return std::nullopt;
-    const int x = static_cast<int>(std::lround(p.x)), y = static_cast<int>(std::lround(p.y));
-    reader.read(lens, y, x, x + 1, estimate::RowReader::Reading::with_errors, row, reading);
-    PixelSample out{(static_cast<double>(row.r[0]) + row.g[0] + row.b[0]) / 3};
-    if (!row.certain) out.variance = row.variance[0], out.bias = row.bias[0], out.clipped = row.clipped[0] != 0;
-    return out;
-  };
-  const double cell = body.tag_size_m / kCells, border = (kCells / 2 - 0.5) * cell, margin = (kCells / 2 + 0.5) * cell;
-  int pairs = 0, ink = 0;
-  double paper = 0, variance = 0, bias = 0;
-  for (int side = 0; side < 4; ++side) {
-    for (int k = 0; k < kPairsPerSide; ++k) {
-      const double along = ((k + 0.5) / kPairsPerSide - 0.5) * 2 * border, sign = side < 2 ? 1 : -1;
-      const auto at = [&](double out) {
-        return posed_body.pixel_of(
-            posed_body.point_of(face, side % 2 == 0 ? FacePoint{sign * out, along} : FacePoint{along, sign * out}));
-      };
-      const std::optional<PixelPosition> inner = at(border), outer = at(margin);
-      if (!inner || !outer || std::hypot(inner->x - outer->x, inner->y - outer->y) < kMinDistance_px) continue;
-      const std::optional<PixelSample> black = read_pixel(*inner), white = read_pixel(*outer);
-      if (!black || !white || black->clipped) continue;
-      ++pairs;
-      ink += black->light < kMaxInkRatio * white->light ? 1 : 0;
-      paper += white->light, variance += white->variance, bias += white->bias;
-    }
-  }
-  if (pairs < kMinPairs || !(paper > kMinSignalToNoise * (bias + std::sqrt(variance * pairs))))
-    return TagBorder::indeterminate;
-  return ink >= kMinInkFraction * pairs ? TagBorder::present : TagBorder::absent;
-}
 
 }  // namespace
 
@@ -286,16 +228,43 @@ void MarkerSampler::sample_ground(const MarkerBody& body, Shading& out) {
   if (!project_outline(out.hull)) return;
   const double reach = kGroundRadiusFactor * radius;
   double step = reach * std::sqrt(std::numbers::pi / kGroundSamples);
-  const int seen = sample_ground_grid(body, reach, radius, step, out);
   // Where the body or the edge of the image hides most of the plane, the rest is sampled more finely.
-  if (ground.samples.empty() || seen >= kMinGroundSamples) return;
-  const double factor = std::max(kMinGroundStepFactor, std::sqrt(seen / kMinGroundSamples));
-  step *= factor;
-  out.ground->density = 1 / (factor * factor);
+  const int seen = count_ground_samples(reach, step, ground);
+  if (seen > 0 && seen < kMinGroundSamples) {
+    const double factor = std::max(kMinGroundStepFactor, std::sqrt(seen / kMinGroundSamples));
+    step *= factor;
+    out.ground->density = 1 / (factor * factor);
+  }
   sample_ground_grid(body, reach, radius, step, out);
 }
 
-int MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, double radius, double step, Shading& out) {
+std::optional<PixelPosition> MarkerSampler::ground_pixel(Vec3d point) const {
+  const std::optional<PixelPosition> p = posed_body_->pixel_of(point);
+  if (!p || !(p->x > -0.5 && p->y > -0.5 && p->x < width_ - 0.5 && p->y < height_ - 0.5) ||
+      !(outline_.signed_distance(p->x, p->y) > 2 * margin_factor_ * kMargin_px))
+    return std::nullopt;
+  return p;
+}
+
+int MarkerSampler::count_ground_samples(double reach, double step, const GroundPlane& ground) const {
+  const auto [u, v] = tangent_basis(ground.normal);
+  const Vec3d foot = ground.normal * dot(ground.point, ground.normal);
+  const int across = static_cast<int>(reach / step) + 1;
+  const double corner = (0.5 - 0.5 / kGroundPointsPerSample) * step;
+  int whole = 0;
+  for (int iy = -across; iy <= across; ++iy)
+    for (int ix = -across; ix <= across; ++ix) {
+      const double x = ix * step, y = iy * step;
+      if (std::hypot(x, y) > reach) continue;
+      const auto seen = [&](double dx, double dy) {
+        return ground_pixel(foot + u * (x + dx) + v * (y + dy)).has_value();
+      };
+      whole += seen(-corner, -corner) && seen(corner, -corner) && seen(-corner, corner) && seen(corner, corner) ? 1 : 0;
+    }
+  return whole;
+}
+
+void MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, double radius, double step, Shading& out) {
   GroundPlane& ground = *out.ground;
   ground.step_m = step;
   ground.samples.clear();
@@ -304,7 +273,6 @@ int MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, doub
   const double height = -dot(ground.point, ground.normal);
   const Vec3d foot = ground.normal * -height;
   const int across = static_cast<int>(reach / step) + 1;
-  int whole = 0;
   for (int iy = -across; iy <= across; ++iy) {
     for (int ix = -across; ix <= across; ++ix) {
       const double x = ix * step, y = iy * step, off = std::hypot(x, y);
@@ -317,14 +285,14 @@ int MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, doub
       Rgb color{};
       Vec3d seen;
       bool good = true;
-      for (int k = 0; k < kGroundPointsPerSample * kGroundPointsPerSample && good; ++k) {
+      constexpr int kPoints = kGroundPointsPerSample * kGroundPointsPerSample;
+      // Enough points may still be seen while n + kPoints - k is at least kMinGroundPoints.
+      for (int k = 0; k < kPoints && good && n + kPoints - k >= kMinGroundPoints; ++k) {
         const double dx = ((k % kGroundPointsPerSample + 0.5) / kGroundPointsPerSample - 0.5) * step,
                      dy = ((k / kGroundPointsPerSample + 0.5) / kGroundPointsPerSample - 0.5) * step;
         const Vec3d point = sample.position + u * dx + v * dy;
-        const std::optional<PixelPosition> p = posed_body_->pixel_of(point);
-        if (!p || !(p->x > -0.5 && p->y > -0.5 && p->x < width_ - 0.5 && p->y < height_ - 0.5) ||
-            !(outline_.signed_distance(p->x, p->y) > 2 * margin_factor_ * kMargin_px))
-          continue;
+        const std::optional<PixelPosition> p = ground_pixel(point);
+        if (!p) continue;
         const int px = std::clamp(static_cast<int>(std::lround(p->x)), 0, width_ - 1);
         const int py = std::clamp(static_cast<int>(std::lround(p->y)), 0, height_ - 1);
         reader_->read(lens_, py, px, px + 1, estimate::RowReader::Reading::with_errors, row_, reading_);
@@ -340,7 +308,6 @@ int MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, doub
       }
       if (!good || n < kMinGroundPoints) continue;
       sample.position = seen * (1 / n);
-      whole += n == kGroundPointsPerSample * kGroundPointsPerSample ? 1 : 0;
       const double mean = sum / n;
       sample.radiance = mean * scale_;
       for (std::size_t c = 0; c < 3; ++c) sample.color[c] = color[c] / n * scale_;
@@ -354,7 +321,6 @@ int MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, doub
     }
   }
   equalize_sheet(ground, covers_);
-  return whole;
 }
 
 void MarkerSampler::choose_faces(const MarkerBody& body) {

@@ -103,9 +103,12 @@ class MarkerSampler {
   void sample_ink(const MarkerBody& body, const MarkerFace& face, int surface, Shading& out);
   void sample_ball(const MarkerBody& body, const PosedBody& posed_body, Shading& out);
   void sample_ground(const MarkerBody& body, Shading& out);
-  /// Replaces the ground's samples by those of a square grid within `reach` of the body's foot, m. `radius`: of the
-  /// hull. Returns the number of samples that are wholly seen.
-  int sample_ground_grid(const MarkerBody& body, double reach, double radius, double step, Shading& out);
+  /// The pixel that shows a point of the ground plane; nullopt where it is outside of the image, or the body hides it.
+  [[nodiscard]] std::optional<PixelPosition> ground_pixel(Vec3d point) const;
+  /// Number of samples of a square grid within `reach` of the body's foot, m, that are wholly seen.
+  [[nodiscard]] int count_ground_samples(double reach, double step, const GroundPlane& ground) const;
+  /// Samples that grid. `radius`: of the hull.
+  void sample_ground_grid(const MarkerBody& body, double reach, double radius, double step, Shading& out);
 
   SamplerOptions options_;
   estimate::LinearRow row_;
