@@ -330,7 +330,7 @@ TEST(MarkerSampler, SamplesTheGroundMoreDenselyWhereLittleOfItIsSeen) {
       EXPECT_GE(seen, 300) << focal_px;
     } else if (factor > 0.4 + 1e-9) {
       ++denser;
-      // Finer samples also fit into narrower gaps, and samples that are seen in part are added to 300 whole ones.
+      // Finer samples also fit into narrower gaps, and samples that are seen in part are added to 250 whole ones.
       EXPECT_GE(seen, 290) << focal_px;
       EXPECT_LE(seen, 480) << focal_px;
     }
