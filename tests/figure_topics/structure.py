@@ -33,7 +33,7 @@ MOST_LINES = 450
 # marker's extremes and panorama_test compute many scenes and take a minute or more.
 MARKER_SOURCE, PANORAMA_SOURCE = "firmware/estimate/marker/light_fit.cpp", "firmware/estimate/panorama/light_finder.cpp"
 CHANGES = [
-    ("marker", MARKER_SOURCE, ("marker_light_test", "max_entropy_radiance_test"), 60),
+    ("marker", MARKER_SOURCE, ("marker_light_test", "marker_shadow_test", "max_entropy_radiance_test"), 60),
     ("marker", MARKER_SOURCE, ("marker_extremes_test",), None),
     ("panorama", PANORAMA_SOURCE, ("panorama_test", "kernels_test"), None),
 ]
