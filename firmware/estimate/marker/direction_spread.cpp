@@ -10,8 +10,6 @@
 namespace lightwell::marker {
 namespace {
 
-/// Directions farther than this from the reported one are another mode: 25 degrees.
-constexpr double kModeRadius_rad = 0.43;
 /// Exponent 1 / kModelTemperature of the models' weights. Above 1: the residuals' independence is an approximation.
 constexpr double kModelTemperature = 3;
 
@@ -32,7 +30,7 @@ class SpreadSums {
   void add(double weight, const Eigen::Vector2d& offset) {
     const Eigen::Matrix2d square = weight * offset * offset.transpose();
     mass_ += weight, all_ += square;
-    if (offset.norm() < kModeRadius_rad) main_mass_ += weight, main_ += square;
+    if (offset.norm() < kMinSeparation_rad) main_mass_ += weight, main_ += square;
   }
   [[nodiscard]] DirectionSpread spread() const { return {all_ / mass_, main_ / main_mass_, 1 - main_mass_ / mass_}; }
 

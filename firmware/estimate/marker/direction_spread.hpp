@@ -13,7 +13,7 @@ namespace lightwell::marker {
 /// Distribution of a direction about the reported one: in one mode, and elsewhere.
 struct DirectionSpread {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< Of all, in tangent_basis(direction), rad².
-  Eigen::Matrix2d main_mode = Eigen::Matrix2d::Zero();   ///< Of the part within 25 degrees of it.
+  Eigen::Matrix2d main_mode = Eigen::Matrix2d::Zero();   ///< Of the part within kMinSeparation_rad.
   double elsewhere = 0;                                  ///< Probability of the rest.
 };
 

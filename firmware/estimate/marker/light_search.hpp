@@ -14,7 +14,8 @@
 
 namespace lightwell::marker {
 
-/// Two candidates are distinct where a light of one is farther than this from all lights of the other: 25 degrees.
+/// Directions farther apart than this (25 degrees) are different modes of the likelihood. Two candidates are distinct
+/// where a light of one is farther than this from all lights of the other.
 inline constexpr double kMinSeparation_rad = 0.43;
 
 /// Chi square for point lights at the grid's positions. Ambient light and all irradiances are fitted linearly.

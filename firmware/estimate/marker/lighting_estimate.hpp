@@ -31,7 +31,7 @@ struct LightEstimate {
   double model_probability = 0;       ///< Of other models that place it elsewhere, from the last global search.
   double inverse_distance_sigma = 0;  ///< 1/m; infinite where the distance was not estimated.
   bool distance_observable = false;   ///< Inverse distance above two standard deviations.
-  bool uncertain = false;             ///< Whether the direction's sigma exceeds kMaxDirectionSigma_rad.
+  bool uncertain = false;             ///< As described at kMaxDirectionSigma_rad.
   bool distance_estimated = false;    ///< Whether the distance was a parameter of the fit.
 
   /// From the body's centre, m; infinite for a distant light.
