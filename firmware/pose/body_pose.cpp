@@ -43,8 +43,24 @@ bool faces_the_lens(const ObservedTag& quad, const Pose& probe_body) {
   return dot(rotate(probe_face.rotation, Vec3d{0, 0, 1}), quad.corners[0].lens - probe_face.translation) > 0;
 }
 
-Quads visible_inliers(const Quads& all, const Pose& probe_body) {
-  Quads out = find_inliers(all, probe_body);
+/// Expected mean squared residual of a tag whose face has errors of its own.
+double expected_residual(const ObservedTag& quad, const Pose& probe_body, const BodyPoseOptions& options) {
+  const Pose probe_face = compose(probe_body, quad.tag->world_tag);
+  double sum = 0;
+  for (const CornerObservation& corner : quad.corners) {
+    const Vec3d at = transformed(probe_body, corner.world);
+    const double shift = std::hypot(options.face_shift_sigma_m,
+                                    options.face_turn_sigma_rad * length(at - probe_face.translation)) /
+                         length(at - corner.lens);
+    sum += shift * shift * corner.whitening.squaredNorm() / 2;
+  }
+  return 1 + sum / static_cast<double>(quad.corners.size());
+}
+
+Quads visible_inliers(const Quads& all, const Pose& probe_body, const BodyPoseOptions& options) {
+  std::vector<double> expected;
+  for (const ObservedTag* quad : all) expected.push_back(expected_residual(*quad, probe_body, options));
+  Quads out = find_inliers(all, probe_body, expected);
   std::erase_if(out, [&](const ObservedTag* quad) { return !faces_the_lens(*quad, probe_body); });
   return out;
 }
@@ -56,20 +72,21 @@ struct Consensus {
 
 /// The inlier tags and an approximate pose. Starts from the prediction; searches for a start with consensus_pose() if
 /// that leads neither to a majority of the tags nor to a pose near the prediction. No majority: `used` is empty.
-Consensus find_consensus(const Quads& all, const std::optional<BodyPrediction>& prediction) {
+Consensus find_consensus(const Quads& all, const std::optional<BodyPrediction>& prediction,
+                         const BodyPoseOptions& options) {
   Consensus out;
   const auto is_majority = [&] { return 2 * out.used.size() > all.size(); };
   if (prediction) {
     out.solution = solve_pose(all, std::nullopt, prediction->probe_body.pose, Loss::cauchy, kPredictedSolverLimits);
     if (std::isfinite(out.solution.cost)) {
       const Pose found = out.solution.probe_world();
-      out.used = visible_inliers(all, found);
+      out.used = visible_inliers(all, found, options);
       const bool fits = out.solution.cost < kMaxMeanLoss * 4 * static_cast<double>(all.size());
       if ((fits && is_majority()) || (!out.used.empty() && is_near(prediction, found))) return out;
     }
   }
   out.solution = consensus_pose(all, std::nullopt, kPredictedSolverLimits);
-  if (std::isfinite(out.solution.cost)) out.used = visible_inliers(all, out.solution.probe_world());
+  if (std::isfinite(out.solution.cost)) out.used = visible_inliers(all, out.solution.probe_world(), options);
   if (!is_majority()) out.used.clear();
   return out;
 }
@@ -261,7 +278,7 @@ Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body,
   if (!seen) return wrong(seen.status().message());
   if (seen->tags.empty()) return Status(StatusCode::not_found, "body: " + no_tag_reason(*seen));
   const Quads all = seen->all();
-  const Consensus consensus = find_consensus(all, prediction);
+  const Consensus consensus = find_consensus(all, prediction, options);
   if (consensus.used.empty())
     return Status(StatusCode::failed_precondition,
                   "body: the " + std::to_string(all.size()) +

@@ -77,8 +77,8 @@ struct BodyPose : PoseFit {
 
 struct BodyTrackerOptions {
   BodyPoseOptions pose;
-  /// Decimation of a search of the whole picture, 1 to 8: 2 takes two thirds of the time and misses tags below 20 px.
-  double search_decimate = 1.5;
+  /// Decimation of a search of the whole picture, 1 to 8: 1.5 takes half of the time and misses tags below 20 px.
+  double search_decimate = 1;
   /// Decimation in the predicted region, 1 to 8; 0: chosen from the predicted size of the tags.
   double decimate = 0;
   /// Number of pictures without the body after which the prediction is discarded, 1 to 1,000.

@@ -223,9 +223,10 @@ CornerSolution consensus_pose(const Quads& quads, const std::optional<GravityRea
   return best;
 }
 
-Quads find_inliers(const Quads& quads, const Pose& probe_world) {
+Quads find_inliers(const Quads& quads, const Pose& probe_world, std::span<const double> expected) {
   std::vector<double> all;
   for (const ObservedTag* quad : quads) all.push_back(mean_squared_residual(*quad, probe_world));
+  for (std::size_t i = 0; i < expected.size(); ++i) all[i] /= expected[i];
   const double threshold = std::max(25.0, 25 * lower_quantile(std::vector(all), 0.5));
   Quads out;
   for (std::size_t i = 0; i < quads.size(); ++i)

@@ -108,9 +108,10 @@ struct SolverLimits {
 /// Mean squared residual of a tag's corners at a pose, in squared standard deviations.
 [[nodiscard]] double mean_squared_residual(const ObservedTag& quad, const Pose& probe_world);
 
-/// The tags that agree with a pose: mean squared residual at most 25, and at most 25 times the lower median over the
-/// tags, so that a model error common to all tags makes none an outlier.
-[[nodiscard]] Quads find_inliers(const Quads& quads, const Pose& probe_world);
+/// The tags that agree with a pose: mean squared residual, relative to the expected one, at most 25, and at most 25
+/// times the lower median over the tags, so that a model error common to all tags makes none an outlier. `expected`: of
+/// each tag, with its own model errors; empty: 1.
+[[nodiscard]] Quads find_inliers(const Quads& quads, const Pose& probe_world, std::span<const double> expected = {});
 
 /// The second pose of a planar target with almost the same projection: the target's plane reflected in the plane
 /// perpendicular to the line of sight (Schweighofer & Pinz 2006, section 3, without perspective terms).

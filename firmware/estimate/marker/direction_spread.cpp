@@ -11,7 +11,7 @@ namespace lightwell::marker {
 namespace {
 
 /// Exponent 1 / kModelTemperature of the models' weights. Above 1: the residuals' independence is an approximation.
-constexpr double kModelTemperature = 3;
+constexpr double kModelTemperature = 2;
 
 /// Logarithmic map: the vector from unit vector `from` to `to` along the great circle, in tangent_basis(from), rad.
 Eigen::Vector2d great_circle_offset(Vec3d from, Vec3d to) {

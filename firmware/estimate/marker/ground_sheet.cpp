@@ -13,6 +13,13 @@ namespace {
 /// Samples on both sides of the edge, between which a mixed one was left out, are at most this many steps apart.
 constexpr double kMaxPairSteps = 2.3;
 constexpr std::size_t kMinPairs = 6;
+/// The colours of lamps from 2,700 to 6,500 K lie on a line in (ln r/g, ln b/g); this is its slope with opposite sign,
+/// for sRGB's primaries.
+constexpr double kInvariantSlope = 1.85;
+/// Standard deviation of the invariant for independent relative errors of 1 in r, g and b.
+constexpr double kInvariantNoise = 3.5;
+/// Largest difference of the invariant from the surface's median: cameras' primaries, windows, light from other objects.
+constexpr double kMaxInvariantDifference = 0.2;
 /// Width of the margin around a tag of which the samples are left out, relative to the tag: one cell.
 constexpr double kTagMargin = 0.125;
 
@@ -43,6 +50,33 @@ GroundCover ground_cover(const MarkerBody& body, const PosedBody& posed_body, Ve
     covered += inside(sheet.outline, {middle.x + reach * std::cos(a), middle.y + reach * std::sin(a)}) ? 1 : 0;
   }
   return covered == 8 ? GroundCover::sheet : covered == 0 ? GroundCover::table : GroundCover::mixed;
+}
+
+void remove_clutter(GroundPlane& ground, std::vector<GroundCover>& covers) {
+  std::vector<double> invariants(covers.size()), of_cover;
+  for (std::size_t i = 0; i < covers.size(); ++i) {
+    const Rgb& c = ground.samples[i].color;
+    const double dark = 1e-3 * (c[0] + c[1] + c[2]) + 1e-300;
+    const double r = std::max(c[0], dark), g = std::max(c[1], dark), b = std::max(c[2], dark);
+    invariants[i] = kInvariantSlope * std::log(r / g) + std::log(b / g);
+  }
+  std::vector<bool> clutter(covers.size());
+  for (const GroundCover cover : {GroundCover::table, GroundCover::sheet}) {
+    of_cover.clear();
+    for (std::size_t i = 0; i < covers.size(); ++i)
+      if (covers[i] == cover) of_cover.push_back(invariants[i]);
+    if (of_cover.empty()) continue;
+    const double middle = order_statistic(of_cover, of_cover.size() / 2);
+    for (std::size_t i = 0; i < covers.size(); ++i) {
+      const GroundSample& sample = ground.samples[i];
+      const double sigma = kInvariantNoise * sample.sigma / std::max(sample.radiance, 1e-300);
+      if (covers[i] == cover) clutter[i] = std::abs(invariants[i] - middle) > kMaxInvariantDifference + 4 * sigma;
+    }
+  }
+  std::size_t at = 0;
+  std::erase_if(ground.samples, [&](const GroundSample&) { return clutter[at++]; });
+  at = 0;
+  std::erase_if(covers, [&](GroundCover) { return clutter[at++]; });
 }
 
 void equalize_sheet(GroundPlane& ground, std::span<const GroundCover> covers) {

@@ -9,13 +9,13 @@
 #include <Eigen/QR>
 #include <ceres/ceres.h>
 
+#include "estimate/marker/light_priors.hpp"
+
 namespace lightwell::marker {
 namespace {
 
 /// Steps of the numerical derivatives of the shadow: 0.1 degrees, and 1 cm for a light at 1 m.
 constexpr double kDirectionStep_rad = 0.002, kInverseDistanceStep = 0.01;
-/// The prior of the ambient light's linear coefficients is relative to at least this share of the mean irradiance.
-constexpr double kMinAmbientFraction = 0.02;
 /// Start of the constant ambient irradiance, as a share of the mean irradiance.
 constexpr double kInitialAmbientFraction = 0.3;
 /// A light whose relative irradiance is below this on every face sample is observed by its shadow alone.
@@ -27,53 +27,18 @@ constexpr double kGroundAlbedo = 0.2;
 /// Smallest share of the ambient light in the radiance of the ground plane.
 constexpr double kMinGroundAmbient = 0.1;
 
-/// Layout of the parameter vector. Per light: rotation of its direction (u, v), inverse distance if that is free,
-/// irradiance per channel. Per channel: four ambient coefficients. For the ground plane, its radiance under the ambient
-/// light and under each light. Members are offsets; -1: absent.
-struct Layout {
-  struct LightParameters {
-    int turn = 0, inverse = -1, irradiance = 0;
-  };
-  std::vector<LightParameters> lights;
-  int ambient = 0, ground = -1, size = 0;
-
-  Layout(const std::vector<Distance>& distances, int channels, bool with_ground) {
-    for (const Distance d : distances) {
-      LightParameters offsets;
-      offsets.turn = size;
-      size += 2;
-      if (d == Distance::free) offsets.inverse = size++;
-      offsets.irradiance = size;
-      size += channels;
-      lights.push_back(offsets);
-    }
-    ambient = size;
-    size += 4 * channels;
-    if (with_ground) {
-      ground = size;
-      size += 1 + static_cast<int>(distances.size());
-    }
-  }
-};
-
-/// A light's direction, the tangent vectors along which it rotates, and its inverse distance.
-struct LightPose {
-  Vec3d direction, u, v;
-  double inverse_distance = 0;
-
-  [[nodiscard]] Vec3d turned(double du, double dv) const { return normalized(direction + u * du + v * dv); }
-};
-
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// Whitened residuals and their derivatives. Three more rows per channel: prior of the ambient linear coefficients.
+/// Residuals of standard deviation 1 and their derivatives: of the faces by channel, of the priors, of the ground plane.
 class LightingCostFunction final : public ceres::CostFunction {
  public:
-  LightingCostFunction(const Observations& observations, const Layout& layout, std::vector<LightPose> light_poses,
+  LightingCostFunction(const Observations& observations, const FitLayout& layout, std::vector<LightPose> light_poses,
                        const std::vector<Vec3d>& hull)
-      : observations_(observations), layout_(layout), light_poses_(std::move(light_poses)), hull_(hull) {
+      : observations_(observations),
+        layout_(layout),
+        light_poses_(std::move(light_poses)),
+        hull_(hull),
+        priors_(observations_, layout_, light_poses_) {
     const int ground_samples = layout.ground >= 0 ? static_cast<int>(observations.ground()->size()) : 0;
-    set_num_residuals((observations.samples() + 3) * observations.channels() + ground_samples);
+    set_num_residuals(observations.samples() * observations.channels() + priors_.rows() + ground_samples);
     mutable_parameter_block_sizes()->push_back(layout.size);
   }
 
@@ -84,6 +49,9 @@ class LightingCostFunction final : public ceres::CostFunction {
     Eigen::Map<RowMajor> jacobian(j, j != nullptr ? num_residuals() : 0, j != nullptr ? layout_.size : 0);
     if (j != nullptr) jacobian.setZero();
     evaluate_faces(p, r, j != nullptr ? &jacobian : nullptr);
+    const Eigen::Index first = observations_.samples() * observations_.channels(), rows = priors_.rows();
+    Eigen::Ref<RowMajor> of_priors = jacobian.middleRows(j != nullptr ? first : 0, j != nullptr ? rows : 0);
+    priors_.evaluate(p, r.segment(first, rows), j != nullptr ? &of_priors : nullptr);
     if (layout_.ground >= 0) evaluate_ground(p, r, j != nullptr ? &jacobian : nullptr);
     return r.allFinite();
   }
@@ -98,7 +66,7 @@ class LightingCostFunction final : public ceres::CostFunction {
   }
 
   [[nodiscard]] LightPose pose_at(const double* p, std::size_t light) const {
-    const Layout::LightParameters& offsets = layout_.lights[light];
+    const FitLayout::LightParameters& offsets = layout_.lights[light];
     LightPose out;
     out.direction = light_poses_[light].turned(p[offsets.turn], p[offsets.turn + 1]);
     const auto [u, v] = tangent_basis(out.direction);
@@ -117,7 +85,7 @@ class LightingCostFunction final : public ceres::CostFunction {
     // Of each light: relative irradiance, and its derivatives by u, v and the inverse distance.
     Eigen::MatrixXd factors(n, static_cast<Eigen::Index>(4 * lights));
     for (std::size_t k = 0; k < lights; ++k) {
-      const Layout::LightParameters& offsets = layout_.lights[k];
+      const FitLayout::LightParameters& offsets = layout_.lights[k];
       const double du = p[offsets.turn], dv = p[offsets.turn + 1];
       const Vec3d raw = light_poses_[k].direction + light_poses_[k].u * du + light_poses_[k].v * dv;
       const double size = length(raw);
@@ -148,7 +116,7 @@ class LightingCostFunction final : public ceres::CostFunction {
     }
     Eigen::VectorXd column(n);
     int row = 0;
-    for (int c = 0; c < observations_.channels(); ++c, row += n + 3) {
+    for (int c = 0; c < observations_.channels(); ++c, row += n) {
       const double* ambient = p + layout_.ambient + 4 * c;
       for (int i = 0; i < n; ++i) {
         const Vec3d& normal = samples[static_cast<std::size_t>(i)].normal;
@@ -159,9 +127,6 @@ class LightingCostFunction final : public ceres::CostFunction {
       }
       observations_.whiten(c, column);
       r.segment(row, n) = column - observations_.whitened(c);
-      const double flat =
-          kAmbientGradientSigma * (std::max(0.0, ambient[0]) + kMinAmbientFraction * observations_.mean_irradiance(c));
-      for (int b = 0; b < 3; ++b) r[row + n + b] = ambient[1 + b] / flat;
       if (j == nullptr) continue;
       const auto put = [&](int parameter, double scale, Eigen::Index from) {
         column = scale * factors.col(from);
@@ -169,7 +134,7 @@ class LightingCostFunction final : public ceres::CostFunction {
         j->col(parameter).segment(row, n) = column;
       };
       for (std::size_t k = 0; k < lights; ++k) {
-        const Layout::LightParameters& offsets = layout_.lights[k];
+        const FitLayout::LightParameters& offsets = layout_.lights[k];
         const double irradiance = p[offsets.irradiance + c];
         const auto first = static_cast<Eigen::Index>(4 * k);
         put(offsets.turn, irradiance, first + 1);
@@ -184,11 +149,6 @@ class LightingCostFunction final : public ceres::CostFunction {
         }
         observations_.whiten(c, column);
         j->col(layout_.ambient + 4 * c + b).segment(row, n) = column;
-        if (b > 0) {
-          (*j)(row + n + b - 1, layout_.ambient + 4 * c + b) = 1 / flat;
-          (*j)(row + n + b - 1, layout_.ambient + 4 * c) =
-              ambient[0] > 0 ? -ambient[b] * kAmbientGradientSigma / (flat * flat) : 0;
-        }
       }
     }
   }
@@ -220,7 +180,7 @@ class LightingCostFunction final : public ceres::CostFunction {
     };
     if (j != nullptr) put(layout_.ground, ground.open);
     for (std::size_t k = 0; k < layout_.lights.size(); ++k) {
-      const Layout::LightParameters& offsets = layout_.lights[k];
+      const FitLayout::LightParameters& offsets = layout_.lights[k];
       const int own = layout_.ground + 1 + static_cast<int>(k);
       const LightPose pose = pose_at(p, k);
       shadow_.compute_irradiance(ground, hull_, pose.direction, pose.inverse_distance, unit_irradiance_);
@@ -246,9 +206,10 @@ class LightingCostFunction final : public ceres::CostFunction {
   }
 
   const Observations& observations_;
-  const Layout& layout_;
+  const FitLayout& layout_;
   std::vector<LightPose> light_poses_;
   const std::vector<Vec3d>& hull_;
+  LightPriors priors_;
   // Buffers. Ceres evaluates through a const pointer, here in one thread.
   mutable Shadow shadow_;
   mutable Eigen::ArrayXd sum_, unit_irradiance_, forward_, backward_;
@@ -260,13 +221,13 @@ LightPose light_pose_of(const PointLight& light) {
 }
 
 /// Solves for the linear parameters, zero in `p`, by least squares. The caller clamps negative values.
-void solve_linear(const LightingCostFunction& cost_function, const Layout& layout, const Observations& observations,
+void solve_linear(const LightingCostFunction& cost_function, const FitLayout& layout, const Observations& observations,
                   Eigen::VectorXd& p) {
   for (int c = 0; c < observations.channels(); ++c)
     p[layout.ambient + 4 * c] = kInitialAmbientFraction * observations.mean_irradiance(c);
   const auto [r, j] = cost_function.linearize(p);
   std::vector<int> linear;
-  for (const Layout::LightParameters& offsets : layout.lights)
+  for (const FitLayout::LightParameters& offsets : layout.lights)
     for (int c = 0; c < observations.channels(); ++c) linear.push_back(offsets.irradiance + c);
   for (int i = layout.ambient; i < layout.size; ++i) linear.push_back(i);
   Eigen::MatrixXd part(j.rows(), static_cast<Eigen::Index>(linear.size()));
@@ -280,9 +241,9 @@ void solve_linear(const LightingCostFunction& cost_function, const Layout& layou
 }
 
 /// Indices of the parameters that must not be negative: irradiances, constant ambient terms, ground radiances.
-std::vector<int> nonnegative_parameters(const Layout& layout, int channels) {
+std::vector<int> nonnegative_parameters(const FitLayout& layout, int channels) {
   std::vector<int> out;
-  for (const Layout::LightParameters& offsets : layout.lights)
+  for (const FitLayout::LightParameters& offsets : layout.lights)
     for (int c = 0; c < channels; ++c) out.push_back(offsets.irradiance + c);
   for (int c = 0; c < channels; ++c) out.push_back(layout.ambient + 4 * c);
   if (layout.ground >= 0)
@@ -318,7 +279,7 @@ Fit fit_lights(const Observations& observations, std::vector<PointLight> lights,
   const int channels = observations.channels();
   const bool with_ground =
       observation_set == ObservationSet::faces_and_ground_plane && observations.ground() != nullptr;
-  const Layout layout(distances, channels, with_ground);
+  const FitLayout layout(distances, channels, with_ground);
   std::vector<LightPose> light_poses;
   for (const PointLight& light : lights) light_poses.push_back(light_pose_of(light));
 
@@ -334,7 +295,7 @@ Fit fit_lights(const Observations& observations, std::vector<PointLight> lights,
   ceres::Problem problem;
   problem.AddResidualBlock(cost_function, nullptr, p.data());
   for (const int i : nonnegative) problem.SetParameterLowerBound(p.data(), i, 0);
-  for (const Layout::LightParameters& offsets : layout.lights) {
+  for (const FitLayout::LightParameters& offsets : layout.lights) {
     // Limits the rotation to the hemisphere around the start, on which the parametrization is valid.
     for (int axis = 0; axis < 2; ++axis) {
       problem.SetParameterLowerBound(p.data(), offsets.turn + axis, -1.5);
@@ -385,11 +346,11 @@ Fit fit_lights(const Observations& observations, std::vector<PointLight> lights,
 
   // Linearizes at the minimum, so that the covariance refers to its tangent plane.
   const LightingCostFunction at_minimum(observations, layout, found, hull);
-  for (const Layout::LightParameters& offsets : layout.lights) p[offsets.turn] = p[offsets.turn + 1] = 0;
+  for (const FitLayout::LightParameters& offsets : layout.lights) p[offsets.turn] = p[offsets.turn + 1] = 0;
   const auto [r, j] = at_minimum.linearize(p);
   out.chi_square = r.squaredNorm();
   const Eigen::Index n = observations.samples();
-  for (int c = 0; c < channels; ++c) out.face_chi_square += r.segment(c * (n + 3), n).squaredNorm();
+  for (int c = 0; c < channels; ++c) out.face_chi_square += r.segment(c * n, n).squaredNorm();
   if (with_ground) {
     out.ground_chi_square = r.tail(observations.ground()->size()).squaredNorm();
     if (max_iterations == kMaxFitIterations)
@@ -397,7 +358,7 @@ Fit fit_lights(const Observations& observations, std::vector<PointLight> lights,
   }
   // Wide priors keep the covariance finite: standard deviations of 1 rad for directions and 10/m for inverse distances.
   Eigen::MatrixXd information = j.transpose() * j;
-  for (const Layout::LightParameters& offsets : layout.lights) {
+  for (const FitLayout::LightParameters& offsets : layout.lights) {
     information(offsets.turn, offsets.turn) += 1;
     information(offsets.turn + 1, offsets.turn + 1) += 1;
     if (offsets.inverse >= 0) information(offsets.inverse, offsets.inverse) += 0.01;
@@ -407,7 +368,7 @@ Fit fit_lights(const Observations& observations, std::vector<PointLight> lights,
   const Eigen::MatrixXd covariance = information.ldlt().solve(Eigen::MatrixXd::Identity(layout.size, layout.size));
   const double variance_scale = out.dispersion();
   for (std::size_t k = 0; k < lights.size(); ++k) {
-    const Layout::LightParameters& offsets = layout.lights[k];
+    const FitLayout::LightParameters& offsets = layout.lights[k];
     const std::array<int, 3> index = {offsets.turn, offsets.turn + 1, offsets.inverse};
     Eigen::Matrix3d block = Eigen::Matrix3d::Zero();
     for (int a = 0; a < 3; ++a)

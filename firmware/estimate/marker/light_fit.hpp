@@ -6,12 +6,11 @@
 
 #include <Eigen/Core>
 
+#include "estimate/marker/fit_parameters.hpp"
 #include "estimate/marker/observations.hpp"
 #include "estimate/marker/shading.hpp"
 
 namespace lightwell::marker {
-
-enum class Distance : std::uint8_t { infinite, free };
 
 /// A fitted model with its covariance and goodness of fit.
 struct Fit {

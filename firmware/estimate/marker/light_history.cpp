@@ -71,7 +71,6 @@ LightingEstimate turned(LightingEstimate estimate, Quat turn) {
   for (LightEstimate& one : estimate.lights) {
     const Eigen::Matrix2d basis = turn_of_basis(one.light.direction, turn);
     one.direction_covariance = transported(one.direction_covariance, basis);
-    one.model_covariance = transported(one.model_covariance, basis);
     one.light.direction = rotate(turn, one.light.direction);
   }
   for (SurfaceSample& s : estimate.inliers) s.position = rotate(turn, s.position), s.normal = rotate(turn, s.normal);

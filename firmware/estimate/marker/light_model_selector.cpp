@@ -1,7 +1,6 @@
 #include "estimate/marker/light_model_selector.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -15,11 +14,10 @@ constexpr double kAcceptableChiSquare = 0.3;
 constexpr int kMaxTrackingIterations = 6;
 /// Smallest irradiance of a light relative to Observations::max_irradiance(): below it, a light may be interreflection.
 constexpr double kMinRelativeIrradiance = 0.06;
-/// The table reflects the same share of each light: largest ratio of a light's share to that of all light together, or
-/// the reverse (texture, gloss, lights that clutter hides), for lights at least kMinReflectedElevation (sine) above it.
-constexpr double kMaxAlbedoRatio = 6, kMinReflectedElevation = 0.08;
-/// The same for the ambient light, if it has at least this share of the irradiance of the table.
-constexpr double kMinAmbientShare = 0.2;
+/// Smallest sine of the elevation of a light above the ground plane, seen from the body's foot: 3 degrees.
+constexpr double kMinElevation = 0.05;
+/// Smallest angle between two lights.
+constexpr double kMinLightSeparation_rad = 0.26;
 /// Rounds in which each light in turn is searched again, the others fixed.
 constexpr int kMaxExchanges = 2;
 /// Reduced chi square that no model is expected to fall below.
@@ -27,31 +25,18 @@ constexpr double kMinChiSquare = 0.05;
 /// Smallest initial inverse distance, 1/m: at infinity the residuals depend least on it.
 constexpr double kMinInitialInverseDistance = 0.5;
 
-double mean(const Rgb& c) { return (c[0] + c[1] + c[2]) / 3; }
+/// Whether two lights are so close together that they are one that is wide.
+bool are_merged(const std::vector<PointLight>& lights) {
+  for (std::size_t k = 0; k < lights.size(); ++k)
+    for (std::size_t i = 0; i < k; ++i)
+      if (angle_between(lights[i].direction, lights[k].direction) < kMinLightSeparation_rad) return true;
+  return false;
+}
 
-/// Whether all lights of a fit with the ground plane are above it, and it reflects similar shares of them and of the
-/// ambient light.
-bool table_is_consistent(const Fit& fit, const GroundGeometry& ground) {
-  if (!fit.ground || fit.model.lights.empty()) return true;
-  const Vec3d& normal = ground.normal;
-  for (const PointLight& light : fit.model.lights)
-    if (!(dot(light.direction, normal) + ground.height() * light.inverse_distance > 0)) return false;
-  // Per light: irradiance of the table by the model of the faces, and its radiance.
-  std::vector<std::array<double, 2>> shares;
-  double incident = 0, reflected = 0;
-  for (std::size_t k = 0; k < fit.model.lights.size(); ++k) {
-    const double elevation = dot(fit.model.lights[k].direction, normal);
-    if (elevation < kMinReflectedElevation) continue;
-    shares.push_back({mean(fit.model.lights[k].irradiance) * elevation, fit.ground_irradiance[k] * elevation});
-    incident += shares.back()[0], reflected += shares.back()[1];
-  }
-  const auto& a = fit.model.ambient;
-  const double ambient = mean(a[0]) + mean(a[1]) * normal.x + mean(a[2]) * normal.y + mean(a[3]) * normal.z;
-  incident += std::max(0.0, ambient), reflected += fit.ground_ambient;
-  if (ambient > kMinAmbientShare * incident) shares.push_back({ambient, fit.ground_ambient});
-  return std::ranges::all_of(shares, [&](const std::array<double, 2>& share) {
-    return share[1] * incident * kMaxAlbedoRatio >= share[0] * reflected &&
-           share[1] * incident <= kMaxAlbedoRatio * share[0] * reflected;
+/// Whether the ground plane can show all lights of a fit: at the horizon, a light hardly illuminates it.
+bool are_above(const std::vector<PointLight>& lights, const GroundGeometry& ground) {
+  return std::ranges::all_of(lights, [&](const PointLight& light) {
+    return dot(light.direction, ground.normal) + ground.height() * light.inverse_distance > kMinElevation;
   });
 }
 
@@ -106,7 +91,8 @@ bool LightModelSelector::can_improve() const {
 void LightModelSelector::add_fit(Fit fit) {
   for (const PointLight& light : fit.model.lights)
     if (luminance(light.irradiance) < kMinRelativeIrradiance * observations_.max_irradiance(0)) return;
-  if (observations_.ground() != nullptr && !table_is_consistent(fit, *observations_.ground())) return;
+  if (are_merged(fit.model.lights)) return;
+  if (fit.ground && !are_above(fit.model.lights, *observations_.ground())) return;
   fits_.push_back(std::move(fit));
   if (fits_.size() == 1 || fits_.back().bic() < best().bic()) best_ = fits_.size() - 1;
 }

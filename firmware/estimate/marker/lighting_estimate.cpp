@@ -46,6 +46,8 @@ constexpr std::array kSourceRadii_rad = {0.2, 0.4, 0.7, 1.0};
 constexpr double kMaxChiSquareIncrease = 16;
 /// Largest standard deviation of the direction by the unknown size of the source: 8.6 degrees.
 constexpr double kMaxSourceSigma_rad = 0.15;
+/// Largest standard deviation of the direction with the other modes: 11.5 degrees.
+constexpr double kMaxTotalSigma_rad = 0.2;
 /// Probability of other modes above which a light is uncertain.
 constexpr double kMaxElsewhere = 0.05;
 /// Standard deviation of a direction where point lights do not explain the observations.
@@ -239,9 +241,44 @@ Eigen::Matrix2d matrix(const std::array<double, 3>& numbers) {
   return out;
 }
 
+double worst_sigma(const Eigen::Matrix2d& covariance) {
+  return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).eigenvalues()[1]);
+}
+
+/// Covariance of the direction of light `which` of a search, and whether it is uncertain. `misfit`:
+/// model_misfit_variance() of the best fit. Clears `localized` where the faces alone do not determine the direction.
+void estimate_spread(const Hypothesis& hypothesis, std::size_t which, double misfit, LightEstimate& out,
+                     bool& localized) {
+  const bool shadow = hypothesis.surround_model == SurroundModel::ground_plane_with_shadow;
+  const Fit& best = hypothesis.candidates.best;
+  LightSearch& search = hypothesis.selector->light_search();
+  const DirectionSpread models = model_spread(hypothesis.candidates, which),
+                        modes = multimodal_spread(best, which, search, observations_for(hypothesis.surround_model));
+  const Eigen::Matrix2d covariance = modes.covariance + models.covariance;
+  const double elsewhere = 1 - (1 - modes.elsewhere) * (1 - models.elsewhere);
+  // A shadow determines the light, even if other models of the faces are possible.
+  localized = localized && (shadow || worst_sigma(covariance) <= kMaxDirectionSigma_rad);
+  const double size = shadow ? 0 : misfit + source_size_variance(best, which, search);
+  out.uncertain = !(worst_sigma(modes.main_mode + models.main_mode) <= kMaxDirectionSigma_rad) ||
+                  !(worst_sigma(covariance) <= kMaxTotalSigma_rad) || !(std::sqrt(size) <= kMaxSourceSigma_rad) ||
+                  !(elsewhere <= kMaxElsewhere);
+  out.direction_covariance = numbers(covariance + (out.uncertain ? size : 0) * Eigen::Matrix2d::Identity());
+  out.fit_variance = best.covariance[which].topLeftCorner<2, 2>().trace();
+}
+
+/// The same for a light that was tracked: as at the last search, `before`, and wider where the fit has become so.
+void keep_spread(const LightEstimate& before, const Fit& fit, std::size_t which, LightEstimate& out) {
+  const double now = fit.covariance[which].topLeftCorner<2, 2>().trace();
+  const double wider = before.fit_variance > 0 ? std::max(1.0, now / before.fit_variance) : 1;
+  const Eigen::Matrix2d covariance =
+      wider * transport_covariance(matrix(before.direction_covariance), before.light.direction, out.light.direction);
+  out.direction_covariance = numbers(covariance);
+  out.fit_variance = wider * before.fit_variance;
+  out.uncertain = before.uncertain || !(worst_sigma(covariance) <= kMaxTotalSigma_rad);
+}
+
 /// The best fit as an estimate with uncertainties. `previous`: with the tracked lights in the same order, or null.
 LightingEstimate finalize(Hypothesis hypothesis, const LightingEstimate* previous) {
-  const ObservationSet observation_set = observations_for(hypothesis.surround_model);
   const bool shadow = hypothesis.surround_model == SurroundModel::ground_plane_with_shadow;
   LightingEstimate out;
   const Fit& best = hypothesis.candidates.best;
@@ -255,36 +292,15 @@ LightingEstimate finalize(Hypothesis hypothesis, const LightingEstimate* previou
   out.chi_square = best.chi_square / std::max(1, best.observations - best.parameters);
   out.chi_square_at_search = previous != nullptr ? previous->chi_square_at_search : out.chi_square;
   const double spread = model_misfit_variance(best.model);
-  out.localized = !best.model.lights.empty() && (shadow || !(spread > 0));
+  out.localized =
+      previous != nullptr ? previous->localized : !best.model.lights.empty() && (shadow || !(spread > 0));
   for (std::size_t k = 0; k < best.model.lights.size(); ++k) {
     LightEstimate light_estimate;
     light_estimate.light = best.model.lights[k];
-    DirectionSpread models;
-    if (previous != nullptr) {
-      models.covariance = models.main_mode =
-          transport_covariance(matrix(previous->lights[k].model_covariance), previous->lights[k].light.direction,
-                               light_estimate.light.direction);
-      models.elsewhere = previous->lights[k].model_probability;
-    } else {
-      models = model_spread(hypothesis.candidates, k);
-    }
-    const DirectionSpread modes = multimodal_spread(best, k, hypothesis.selector->light_search(), observation_set);
-    const Eigen::Matrix2d covariance = modes.covariance + models.covariance;
-    light_estimate.model_covariance = numbers(models.covariance);
-    light_estimate.model_probability = models.elsewhere;
-    light_estimate.direction_covariance = numbers(covariance);
-    const Eigen::Matrix2d main_mode = modes.main_mode + models.main_mode;
-    const double elsewhere = 1 - (1 - modes.elsewhere) * (1 - models.elsewhere);
-    const auto worst_of = [](const Eigen::Matrix2d& c) {
-      return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(c).eigenvalues()[1]);
-    };
-    // A shadow determines the light, even if other models of the faces are possible.
-    out.localized = out.localized && (shadow || worst_of(covariance) <= kMaxDirectionSigma_rad);
-    const double size = shadow ? 0 : spread + source_size_variance(best, k, hypothesis.selector->light_search());
-    light_estimate.uncertain = !(worst_of(main_mode) <= kMaxDirectionSigma_rad) ||
-                               !(std::sqrt(size) <= kMaxSourceSigma_rad) || !(elsewhere <= kMaxElsewhere);
-    if (light_estimate.uncertain)
-      light_estimate.direction_covariance = numbers(covariance + size * Eigen::Matrix2d::Identity());
+    if (previous != nullptr)
+      keep_spread(previous->lights[k], best, k, light_estimate);
+    else
+      estimate_spread(hypothesis, k, spread, light_estimate, out.localized);
     const double sigma = std::sqrt(best.covariance[k](2, 2));
     light_estimate.distance_estimated = best.distances[k] == Distance::free;
     light_estimate.distance_observable =

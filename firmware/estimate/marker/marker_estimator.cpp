@@ -16,7 +16,7 @@ namespace {
 /// The frame is dark where the brightest patch is below this multiple of the bias near black.
 constexpr double kMinSignalToNoise = 3;
 /// Added to each direction's standard deviation: paper is not quite Lambertian, lights are not points.
-constexpr double kMinDirectionSigma_rad = 0.005;
+constexpr double kMinDirectionSigma_rad = 0.02;
 /// Standard deviation of a ball's place on its sheet, along each axis: as of faces (BodyPoseOptions).
 constexpr double kBallShiftSigma_m = 0.25e-3;
 /// Largest share of patches that may be occluded, nonuniform or outliers. Above it, the occluder may also hide the
@@ -109,8 +109,9 @@ Result<int> MarkerEstimatorImpl::find_body(std::span<const Frame> bracket) {
     }
   }
   follower_.reset();
-  return Status(StatusCode::not_found, "no tag of the body '" + body_.name +
-                                           "' was read: it is not in the picture, or too small, dark or blurred");
+  return Status(StatusCode::not_found, "no pose of the body '" + body_.name +
+                                           "' was found: its tags are not in the picture, too small, dark or blurred, "
+                                           "or they contradict each other");
 }
 
 Status MarkerEstimatorImpl::estimate(std::span<const Frame> bracket, Descriptor& out) {

@@ -13,6 +13,9 @@ namespace {
 /// Width of the margin inside a patch's edge that is excluded, because of blur and the error of the pose. All margins
 /// are for a blur of up to 1 px and grow in proportion above.
 constexpr double kMargin_px = 1.5;
+/// A patch that is not uniform is read again with margins wider by this factor, up to a largest one: a slit beside a
+/// face that is not folded as the body's file says.
+constexpr double kMarginStep = 2, kMaxMargin_px = 6;
 /// The same for black cells: of the white around them, a blur of 1 px leaves 0.6 % there.
 constexpr double kInkMargin_px = 2.5;
 /// Smallest cosine of the angle between a face's normal and the direction to the lens; other faces are not sampled.
@@ -135,25 +138,33 @@ void MarkerSampler::sample_patch(const Patch& patch, Shading& out) {
   for (const Vec3d& corner : patch.corners) middle += corner;
   middle = middle * (1.0 / static_cast<double>(patch.corners.size()));
   PixelSums sums;
-  add_pixels(patch.corners, margin_factor_ * kMargin_px, sums);
+  double mean = 0, noise = 0, nonuniformity = 0;
+  for (double margin = kMargin_px;; margin *= kMarginStep) {
+    sums = {};
+    add_pixels(patch.corners, margin_factor_ * margin, sums);
+    const PlaneSums& plane = sums.plane;
+    if (plane.n < kMinPixels) {
+      ++(margin > kMargin_px ? counts_.nonuniform : counts_.too_small);
+      return;
+    }
+    mean = plane.l / plane.n;
+    noise = sums.variance / plane.n;
+    nonuniformity = std::sqrt(std::max(0.0, plane.residual_variance() - 1.5 * noise));
+    if (margin == kMargin_px) {
+      counts_.brightest = std::max(counts_.brightest, mean);
+      counts_.near_black_bias += sums.bias / plane.n;
+    }
+    if (sums.clipped > kMaxSaturatedFraction * plane.n) {
+      ++counts_.clipped;
+      return;
+    }
+    if (nonuniformity <= kMaxNonuniformity * std::abs(mean) + 1e-12) break;
+    if (margin * kMarginStep > kMaxMargin_px) {
+      ++counts_.nonuniform;
+      return;
+    }
+  }
   const PlaneSums& plane = sums.plane;
-  if (plane.n < kMinPixels) {
-    ++counts_.too_small;
-    return;
-  }
-  const double mean = plane.l / plane.n;
-  counts_.brightest = std::max(counts_.brightest, mean);
-  counts_.near_black_bias += sums.bias / plane.n;
-  if (sums.clipped > kMaxSaturatedFraction * plane.n) {
-    ++counts_.clipped;
-    return;
-  }
-  const double noise = sums.variance / plane.n;
-  const double nonuniformity = std::sqrt(std::max(0.0, plane.residual_variance() - 1.5 * noise));
-  if (nonuniformity > kMaxNonuniformity * std::abs(mean) + 1e-12) {
-    ++counts_.nonuniform;
-    return;
-  }
   SurfaceSample sample;
   sample.position = middle;
   sample.normal = patch.normal;
@@ -320,6 +331,7 @@ void MarkerSampler::sample_ground_grid(const MarkerBody& body, double reach, dou
       covers_.push_back(cover);
     }
   }
+  remove_clutter(ground, covers_);
   equalize_sheet(ground, covers_);
 }
 

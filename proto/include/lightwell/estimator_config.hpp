@@ -45,7 +45,7 @@ struct PanoramaEstimatorConfig {
 /// Options of the marker estimator. Meanings and defaults: config.proto.
 struct MarkerEstimatorConfig {
   double decimation = 0;
-  double search_decimation = 1.5;
+  double search_decimation = 1;
   int max_faces = 0;
 
   friend bool operator==(const MarkerEstimatorConfig&, const MarkerEstimatorConfig&) = default;
