@@ -213,10 +213,10 @@ TEST_F(MarkerTest, WithoutItsBodyThereIsNoLightAndTheReasonIsLoggedOnce) {
   EXPECT_EQ(observer.count(), 0U);
   EXPECT_EQ(observer.probe().latest().validity(), Validity::none);
   EXPECT_TRUE(becomes_true("the log says why", [&] {
-    return occurrences(daemon.process().err(), "no tag of the body '" + name_ + "'") > 0;
+    return occurrences(daemon.process().err(), "no pose of the body '" + name_ + "'") > 0;
   })) << daemon.process().err();
   EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0}));
-  EXPECT_EQ(occurrences(daemon.process().err(), "no tag of the body"), 1U) << daemon.process().err();
+  EXPECT_EQ(occurrences(daemon.process().err(), "no pose of the body"), 1U) << daemon.process().err();
 }
 
 TEST_F(MarkerTest, ABodyPathIsRelativeToTheConfigurationFile) {
@@ -281,7 +281,7 @@ TEST_F(MarkerTest, TheToolEstimatesTheLightFromOneImage) {
 TEST_F(MarkerTest, TheToolReportsAnImageWithoutABody) {
   const std::string picture = write_picture("picture.png", covered(seen_[0]));
   Child tool({LIGHTWELL_ESTIMATE, "--calibration", calibration_, "--body", kBody, picture, "--json", "-"});
-  EXPECT_THAT(run(tool, 1).err(), HasSubstr("no tag of the body '" + name_ + "'"));
+  EXPECT_THAT(run(tool, 1).err(), HasSubstr("no pose of the body '" + name_ + "'"));
   EXPECT_EQ(tool.out(), "");
 }
 

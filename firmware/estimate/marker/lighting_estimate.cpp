@@ -114,24 +114,25 @@ Shading reject_outliers(const Shading& shading, const Observations& observations
   return out;
 }
 
-/// Whether the ground samples determine a light: its shadow explains what a smooth brightness (a quadratic in the
-/// plane's coordinates: falloff of near lights, sheen) leaves, each fitted by least squares, with the texture that fits
-/// best. The lights of the fit are one term, in its proportions.
+/// Whether the ground samples determine a light: its shadow explains what ambient light that the body occludes and a
+/// smooth brightness (a quadratic in the plane's coordinates: falloff of near lights, sheen) leave, each fitted by least
+/// squares, with the texture that fits best. The lights of the fit are one term, in its proportions.
 bool shadow_is_significant(const Observations& observations, const Fit& fit, const std::vector<Vec3d>& hull) {
   if (!fit.ground || fit.model.lights.empty() || observations.ground()->size() < 30) return false;
   const GroundObservations& ground = *observations.ground();
   if (dot(fit.model.lights[strongest(fit.model)].direction, ground.normal) < kMinShadowElevation) return false;
   const Eigen::ArrayXd by_lights =
       ground.radiance - fit.ground_ambient * ground.open - ground_residuals(observations, fit, hull);
-  Eigen::MatrixXd terms(ground.size(), 7);
-  terms << ground.open.matrix(), ground.neighbours.smooth_terms(), by_lights.matrix();
+  Eigen::MatrixXd terms(ground.size(), 8);
+  terms << ground.open.matrix(), Eigen::VectorXd::Ones(ground.size()), ground.neighbours.smooth_terms(),
+      by_lights.matrix();
   const Eigen::VectorXd radiance = ground.radiance.matrix();
   const auto deviance_with = [&](Eigen::Index count) {
     const auto used = terms.leftCols(count);
     const Eigen::ArrayXd residuals = (radiance - used * used.colPivHouseholderQr().solve(radiance)).array();
     return ground.deviance(residuals, ground.fit_texture(residuals));
   };
-  return deviance_with(6) - deviance_with(7) > kMinShadowDevianceGain;
+  return deviance_with(7) - deviance_with(8) > kMinShadowDevianceGain;
 }
 
 /// Shading with a mean irradiance of the faces and a mean ground radiance of 1: the fit's tolerances are absolute.
