@@ -49,9 +49,9 @@ double expected_residual(const ObservedTag& quad, const Pose& probe_body, const 
   double sum = 0;
   for (const CornerObservation& corner : quad.corners) {
     const Vec3d at = transformed(probe_body, corner.world);
-    const double shift = std::hypot(options.face_shift_sigma_m,
-                                    options.face_turn_sigma_rad * length(at - probe_face.translation)) /
-                         length(at - corner.lens);
+    const double shift =
+        std::hypot(options.face_shift_sigma_m, options.face_turn_sigma_rad * length(at - probe_face.translation)) /
+        length(at - corner.lens);
     sum += shift * shift * corner.whitening.squaredNorm() / 2;
   }
   return 1 + sum / static_cast<double>(quad.corners.size());

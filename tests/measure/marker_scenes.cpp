@@ -37,8 +37,9 @@ RigParameters rig_of(const json& of) {
   pinhole.cx = of.at("center_px").at(0);
   pinhole.cy = of.at("center_px").at(1);
   lens.model = pinhole;
-  // The widest frame of the scenes, 1280x960 at 500 px, has its corners at 58 degrees.
-  lens.max_angle_rad = 1.2;
+  // The widest frame of the scenes, 1280x960 at 500 px, has its corners at 58 degrees. Beyond it, the polynomial of the
+  // vignetting may leave no light.
+  lens.max_angle_rad = 1.02;
   lens.pose_cv = {upright_lens_cv(), {}};
   lens.photometry.response.kind = ResponseCurve::Kind::srgb;
   lens.photometry.read_noise = of.at("read_noise");

@@ -18,7 +18,8 @@ constexpr std::size_t kMinPairs = 6;
 constexpr double kInvariantSlope = 1.85;
 /// Standard deviation of the invariant for independent relative errors of 1 in r, g and b.
 constexpr double kInvariantNoise = 3.5;
-/// Largest difference of the invariant from the surface's median: cameras' primaries, windows, light from other objects.
+/// Largest difference of the invariant from the surface's median: cameras' primaries, windows, light from other
+/// objects.
 constexpr double kMaxInvariantDifference = 0.2;
 /// Width of the margin around a tag of which the samples are left out, relative to the tag: one cell.
 constexpr double kTagMargin = 0.125;

@@ -22,8 +22,8 @@ enum class GroundCover : std::uint8_t {
 
 /// Removes samples of objects on the table: those whose colour differs from the median of their surface by more than
 /// the colours of lamps explain. The measure is an illuminant invariant (Finlayson, Hordley, Lu & Drew 2006, "On the
-/// removal of shadows from images"), so that shadows of lamps of other colours stay. Objects of the table's colour stay,
-/// too. `covers`: of each sample; the same are removed.
+/// removal of shadows from images"), so that shadows of lamps of other colours stay. Objects of the table's colour
+/// stay, too. `covers`: of each sample; the same are removed.
 void remove_clutter(GroundPlane& ground, std::vector<GroundCover>& covers);
 
 /// Multiplies the radiance of the sheet's samples by the ratio of the table's albedo to the sheet's, so that shadows

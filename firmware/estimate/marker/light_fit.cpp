@@ -27,7 +27,7 @@ constexpr double kGroundAlbedo = 0.2;
 /// Smallest share of the ambient light in the radiance of the ground plane.
 constexpr double kMinGroundAmbient = 0.1;
 
-/// Residuals of standard deviation 1 and their derivatives: of the faces by channel, of the priors, of the ground plane.
+/// Residuals of standard deviation 1 and their derivatives: of faces by channel, of priors, of the ground plane.
 class LightingCostFunction final : public ceres::CostFunction {
  public:
   LightingCostFunction(const Observations& observations, const FitLayout& layout, std::vector<LightPose> light_poses,

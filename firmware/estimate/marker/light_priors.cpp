@@ -112,8 +112,7 @@ void LightPriors::evaluate_albedo(const double* parameters, Eigen::Index row, Ei
     residuals[row] = difference / kAlbedoSigma;
     if (jacobian == nullptr) continue;
     const Eigen::RowVectorXd da = by.dx.row(k) * y + by.x[k] * dy, db = by.dy.row(k) * x + by.y[k] * dx;
-    jacobian->row(row) =
-        (da - db - difference * (da + db + kMinLightShare * (dx * y + x * dy))) / (sum * kAlbedoSigma);
+    jacobian->row(row) = (da - db - difference * (da + db + kMinLightShare * (dx * y + x * dy))) / (sum * kAlbedoSigma);
   }
 }
 

@@ -115,8 +115,8 @@ Shading reject_outliers(const Shading& shading, const Observations& observations
 }
 
 /// Whether the ground samples determine a light: its shadow explains what ambient light that the body occludes and a
-/// smooth brightness (a quadratic in the plane's coordinates: falloff of near lights, sheen) leave, each fitted by least
-/// squares, with the texture that fits best. The lights of the fit are one term, in its proportions.
+/// smooth brightness (a quadratic in the plane's coordinates: falloff of near lights, sheen) leave, each fitted by
+/// least squares, with the texture that fits best. The lights of the fit are one term, in its proportions.
 bool shadow_is_significant(const Observations& observations, const Fit& fit, const std::vector<Vec3d>& hull) {
   if (!fit.ground || fit.model.lights.empty() || observations.ground()->size() < 30) return false;
   const GroundObservations& ground = *observations.ground();
@@ -293,8 +293,7 @@ LightingEstimate finalize(Hypothesis hypothesis, const LightingEstimate* previou
   out.chi_square = best.chi_square / std::max(1, best.observations - best.parameters);
   out.chi_square_at_search = previous != nullptr ? previous->chi_square_at_search : out.chi_square;
   const double spread = model_misfit_variance(best.model);
-  out.localized =
-      previous != nullptr ? previous->localized : !best.model.lights.empty() && (shadow || !(spread > 0));
+  out.localized = previous != nullptr ? previous->localized : !best.model.lights.empty() && (shadow || !(spread > 0));
   for (std::size_t k = 0; k < best.model.lights.size(); ++k) {
     LightEstimate light_estimate;
     light_estimate.light = best.model.lights[k];

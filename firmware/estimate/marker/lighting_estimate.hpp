@@ -29,11 +29,11 @@ struct LightEstimate {
   /// In tangent_basis(direction), rad². Includes other directions and models that explain the observations as well, as
   /// of the last global search.
   std::array<double, 3> direction_covariance{};  ///< u·u, u·v, v·v
-  double fit_variance = 0;            ///< Trace of the part of the fit itself, rad².
-  double inverse_distance_sigma = 0;  ///< 1/m; infinite where the distance was not estimated.
-  bool distance_observable = false;   ///< Inverse distance above two standard deviations.
-  bool uncertain = false;             ///< As described at kMaxDirectionSigma_rad.
-  bool distance_estimated = false;    ///< Whether the distance was a parameter of the fit.
+  double fit_variance = 0;                       ///< Trace of the part of the fit itself, rad².
+  double inverse_distance_sigma = 0;             ///< 1/m; infinite where the distance was not estimated.
+  bool distance_observable = false;              ///< Inverse distance above two standard deviations.
+  bool uncertain = false;                        ///< As described at kMaxDirectionSigma_rad.
+  bool distance_estimated = false;               ///< Whether the distance was a parameter of the fit.
 
   /// From the body's centre, m; infinite for a distant light.
   [[nodiscard]] double distance_m() const { return 1 / light.inverse_distance; }
