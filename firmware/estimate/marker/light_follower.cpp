@@ -9,7 +9,7 @@ namespace {
 /// Turn of the view, as seen from the body, after which lights are searched again: 5 degrees. The ground's samples are
 /// then at other places relative to the edges of shadows, and the search may select another model.
 constexpr double kViewAngle_rad = 0.087;
-/// Shortest interval between two searches: one takes as long as five to ten tracked frames.
+/// Shortest interval between two searches: one takes as long as ten to fifteen tracked frames.
 constexpr double kMinInterval_s = 0.25;
 /// Without motion: first and longest interval between two searches.
 constexpr double kFirstInterval_s = 0.5, kMaxInterval_s = 8;
