@@ -9,7 +9,7 @@ from figure_topics import aarch64
 from figure_topics.marker import lines_of
 from figure_topics.rows import at_least, at_most, is_measured, reported, row
 
-TARGETS = ["measure_marker_scenes", "measure_marker_speed"]
+TARGETS = ["measure_marker_peers", "measure_marker_scenes", "measure_marker_speed"]
 WORK = (10, 30)  # Frames of the two counted runs.
 
 REAL = "Mitsuba's pictures, simulated camera (noise, blur, vignetting, white balance, JPEG); real AprilTag"
@@ -90,6 +90,18 @@ def small(figures):
                     figures.get("small.confident_wrong", {}).get("value"), "%", REAL)]
 
 
+def peers(figures):
+    """Published methods on the dodecahedra of `unseen`; their thresholds are the best for `dev`."""
+    rows = []
+    for method, name in (("seed", "Straughn 2018"), ("arief", "Arief 2012"), ("ours", "Lightwell, flagged answers too")):
+        for scene_class in ("all", *CLASSES):
+            for quantile, what in (("median", "median"), ("decile", "ninth decile")):
+                figure = figures.get(f"unseen.{scene_class}.{method}.{quantile}", {})
+                rows.append(reported(f"{name}, {scene_class}: direction, {what}", figure.get("value"), "deg",
+                                     f"{REAL}; {figure.get('pictures', 0):g} answers"))
+    return rows
+
+
 def speed(figures, say):
     real = "a path-traced frame of 1280x960, simulated sensor; real AprilTag and Ceres; time of one thread's processor"
     get = lambda what: figures.get(f"marker_speed.{what}", {}).get("value")
@@ -112,4 +124,6 @@ def measure(programs, say):
         command += ["--set", name]
     times = lines_of([programs / "measure_marker_speed"], say)
     figures = lines_of(command, say)
-    return speed(times, say) + unseen(figures) + defects(figures) + moving(figures) + small(figures)
+    published = lines_of([programs / "measure_marker_peers", "--set", "unseen"], say)
+    return (speed(times, say) + unseen(figures) + defects(figures) + moving(figures) + small(figures) +
+            peers(published))
