@@ -93,7 +93,8 @@ def small(figures):
 def peers(figures):
     """Published methods on the dodecahedra of `unseen`; their thresholds are the best for `dev`."""
     rows = []
-    for method, name in (("seed", "Straughn 2018"), ("arief", "Arief 2012"), ("ours", "Lightwell, flagged answers too")):
+    methods = {"seed": "Straughn 2018", "arief": "Arief 2012", "ours": "Lightwell, flagged answers too"}
+    for method, name in methods.items():
         for scene_class in ("all", *CLASSES):
             for quantile, what in (("median", "median"), ("decile", "ninth decile")):
                 figure = figures.get(f"unseen.{scene_class}.{method}.{quantile}", {})

@@ -64,8 +64,8 @@ struct LightingEstimate {
 };
 
 /// `previous`: the previous frame's estimate or null. One fit starts from its lights; it is accepted while its reduced
-/// chi square is close to that of the last search. Otherwise a global search runs, which takes fifty times as long as the fit.
-/// Without samples, the estimate has no lights and is uncertain.
+/// chi square is close to that of the last search. Otherwise a global search runs, which takes fifty times as long as
+/// the fit. Without samples, the estimate has no lights and is uncertain.
 [[nodiscard]] LightingEstimate estimate_lighting(const Shading& shading, const LightingEstimate* previous = nullptr,
                                                  int max_lights = kMaxPointLights);
 

@@ -28,7 +28,7 @@ BODIES = Path(__file__).resolve().parents[4] / "firmware/estimate/marker/bodies"
 BODY_WEIGHTS = {"dodecahedron_100mm_white": 0.30, "dodecahedron_100mm_grey": 0.20, "icosahedron_100mm_white": 0.20,
                 "cube_60mm_grey": 0.15, "ball_40mm": 0.15}
 TABLE_WEIGHTS = {"uniform": 0.35, "wood": 0.2, "tiles": 0.15, "cloth": 0.15, "print": 0.15}
-DEV, UNSEEN = 150, 600          # pictures of these sets
+DEV, UNSEEN = 500, 600          # pictures of these sets
 DEFECT_SCENES, SMALL_SCENES = 12, 12
 SEQUENCES, SEQUENCE_FRAMES = 10, 10
 FRAME = (1280, 960)             # the whole sensor, px

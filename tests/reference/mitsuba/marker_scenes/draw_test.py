@@ -54,7 +54,7 @@ class Numbers(unittest.TestCase):
 class Sets(unittest.TestCase):
     def test_half_of_all_indices_is_unseen(self):
         dev, unseen = draw.names("dev"), draw.names("unseen")
-        self.assertEqual((len(dev), len(unseen)), (150, 600))
+        self.assertEqual((len(dev), len(unseen)), (500, 600))
         self.assertFalse({n[-4:] for n in dev} & {n[-4:] for n in unseen})
         share = sum(draw.is_unseen(i) for i in range(4000)) / 4000
         # Standard deviation 0.008.
