@@ -67,7 +67,7 @@ struct BodyPose : PoseFit {
 /// `rig` (a RigParameters converts, see PosedLenses) and `body` have passed validate(). The same tag id may be observed
 /// several times. Rejected, with the reason in `tags`: an id that the body does not have; a tag that is on edge,
 /// mirrored, outside the field of view, or facing away in the result; an outlier (partly occluded, or on another body).
-/// not_found: no pose of the body is left. failed_precondition: no majority of the tags agrees on a pose and the
+/// not_found: no tag of the body is left. failed_precondition: no majority of the tags agrees on a pose and the
 /// prediction does not decide; the corners determine no pose. invalid_argument: NaN, a covariance that is not positive
 /// definite, a lens that the rig does not have, options that do not validate.
 [[nodiscard]] Result<BodyPose> find_body_pose(const PosedLenses& rig, const MarkerBody& body,

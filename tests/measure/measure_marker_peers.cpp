@@ -79,23 +79,23 @@ int main(int argc, char** argv) {
   app.add_option("--bodies", bodies_folder, "Folder of the marker bodies [firmware/estimate/marker/bodies]");
   app.footer("Exit status: 0 measured, 1 failed, 2 wrong usage.");
   return run_command(app, {argv + 1, argv + argc}, [&] {
-    if (std::find(sets.begin(), sets.end(), "dev") == sets.end()) sets.insert(sets.begin(), "dev");
+    if (std::ranges::find(sets, "dev") == sets.end()) sets.push_back("dev");
     std::vector<std::unique_ptr<measure::MarkerMethod>> methods;
     methods.push_back(require(measure::make_straughn_method(true)));
     methods.push_back(measure::make_arief_method());
     methods.push_back(measure::make_estimator_method());
     std::map<std::string, MarkerBody> bodies;
-    std::vector<std::vector<MarkerScene>> all;
+    std::map<std::string, std::vector<MarkerScene>> all;
     std::vector<const MarkerScene*> measured;
-    for (const std::string& set : sets) all.push_back(require(measure::load_marker_scenes(folder, set)));
-    for (const std::vector<MarkerScene>& of_set : all)
-      for (const MarkerScene& scene : of_set) {
+    for (const std::string& set : sets) all[set] = require(measure::load_marker_scenes(folder, set));
+    for (const auto& [set, scenes] : all)
+      for (const MarkerScene& scene : scenes) {
         if (!scene.body.starts_with("dodecahedron")) continue;
         if (!bodies.contains(scene.body))
           bodies.emplace(scene.body, require(load_marker_body(bodies_folder + "/" + scene.body + ".textproto")));
         const Image image = require(read_lens_image(folder + "/" + scene.name + ".jpg", scene.rig, 0));
         const measure::Shot shot = shot_of(scene, image);
-        const measure::TracedFrame frame = frame_of(scene, &of_set == &all.front());
+        const measure::TracedFrame frame = frame_of(scene, set == "dev");
         for (const auto& method : methods) require(method->process(frame, scene.rig, bodies.at(scene.body), shot));
         measured.push_back(&scene);
       }

@@ -23,7 +23,7 @@ struct DirectionSpread {
                                                 ObservationSet observation_set);
 
 /// Spread by the other models that were tried, weighted by exp(-BIC / 2) (Raftery 1995, "Bayesian model selection in
-/// social research") to the power of 1/3, since the residuals are not quite independent (QAIC: Burnham & Anderson
+/// social research") to the power of 1/2, since the residuals are not quite independent (QAIC: Burnham & Anderson
 /// 2002). Zero if no other model was tried.
 [[nodiscard]] DirectionSpread model_spread(const FitCandidates& candidates, std::size_t which);
 

@@ -47,6 +47,16 @@ struct LightPose {
   double inverse_distance = 0;
 
   [[nodiscard]] Vec3d turned(double du, double dv) const { return normalized(direction + u * du + v * dv); }
+  /// turned() and its derivatives by du and dv: the parts of u and v perpendicular to it.
+  struct Turned {
+    Vec3d direction, to_u, to_v;
+  };
+  [[nodiscard]] Turned turned_with_slopes(double du, double dv) const {
+    const Vec3d raw = direction + u * du + v * dv;
+    const double inverse = 1 / length(raw);
+    const Vec3d d = raw * inverse;
+    return {d, (u - d * dot(d, u)) * inverse, (v - d * dot(d, v)) * inverse};
+  }
 };
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

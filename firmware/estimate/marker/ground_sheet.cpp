@@ -21,6 +21,10 @@ constexpr double kInvariantNoise = 3.5;
 /// Largest difference of the invariant from the surface's median: cameras' primaries, windows, light from other
 /// objects.
 constexpr double kMaxInvariantDifference = 0.2;
+/// The same in standard deviations of the noise, in addition.
+constexpr double kMaxInvariantDeviation = 4;
+/// Channels below this share of the colour count as it: their ratios are noise.
+constexpr double kMinChannelShare = 1e-3;
 /// Width of the margin around a tag of which the samples are left out, relative to the tag: one cell.
 constexpr double kTagMargin = 0.125;
 
@@ -57,7 +61,7 @@ void remove_clutter(GroundPlane& ground, std::vector<GroundCover>& covers) {
   std::vector<double> invariants(covers.size()), of_cover;
   for (std::size_t i = 0; i < covers.size(); ++i) {
     const Rgb& c = ground.samples[i].color;
-    const double dark = 1e-3 * (c[0] + c[1] + c[2]) + 1e-300;
+    const double dark = kMinChannelShare * (c[0] + c[1] + c[2]) + 1e-300;
     const double r = std::max(c[0], dark), g = std::max(c[1], dark), b = std::max(c[2], dark);
     invariants[i] = kInvariantSlope * std::log(r / g) + std::log(b / g);
   }
@@ -71,7 +75,7 @@ void remove_clutter(GroundPlane& ground, std::vector<GroundCover>& covers) {
     for (std::size_t i = 0; i < covers.size(); ++i) {
       const GroundSample& sample = ground.samples[i];
       const double sigma = kInvariantNoise * sample.sigma / std::max(sample.radiance, 1e-300);
-      if (covers[i] == cover) clutter[i] = std::abs(invariants[i] - middle) > kMaxInvariantDifference + 4 * sigma;
+      if (covers[i] == cover) clutter[i] = std::abs(invariants[i] - middle) > kMaxInvariantDifference + kMaxInvariantDeviation * sigma;
     }
   }
   std::size_t at = 0;

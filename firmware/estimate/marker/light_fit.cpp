@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -18,14 +17,8 @@ namespace {
 constexpr double kDirectionStep_rad = 0.002, kInverseDistanceStep = 0.01;
 /// Start of the constant ambient irradiance, as a share of the mean irradiance.
 constexpr double kInitialAmbientFraction = 0.3;
-/// A light whose relative irradiance is below this on every face sample is observed by its shadow alone.
-constexpr double kMinFaceIrradiance = 1e-3;
 /// Smallest distance of a light from the body's centre: 0.12 m, well outside of the body.
 constexpr double kMaxInverseDistance = 1 / 0.12;
-/// Albedo of the ground plane where neither ambient light nor a light on it determines it.
-constexpr double kGroundAlbedo = 0.2;
-/// Smallest share of the ambient light in the radiance of the ground plane.
-constexpr double kMinGroundAmbient = 0.1;
 
 /// Residuals of standard deviation 1 and their derivatives: of faces by channel, of priors, of the ground plane.
 class LightingCostFunction final : public ceres::CostFunction {
@@ -87,12 +80,7 @@ class LightingCostFunction final : public ceres::CostFunction {
     for (std::size_t k = 0; k < lights; ++k) {
       const FitLayout::LightParameters& offsets = layout_.lights[k];
       const double du = p[offsets.turn], dv = p[offsets.turn + 1];
-      const Vec3d raw = light_poses_[k].direction + light_poses_[k].u * du + light_poses_[k].v * dv;
-      const double size = length(raw);
-      const Vec3d d = raw * (1 / size);
-      // Derivatives of the unit vector: the part of the tangent vector perpendicular to it.
-      const Vec3d to_u = (light_poses_[k].u - d * dot(d, light_poses_[k].u)) * (1 / size);
-      const Vec3d to_v = (light_poses_[k].v - d * dot(d, light_poses_[k].v)) * (1 / size);
+      const auto [d, to_u, to_v] = light_poses_[k].turned_with_slopes(du, dv);
       const double w = offsets.inverse >= 0 ? p[offsets.inverse] : light_poses_[k].inverse_distance;
       for (int i = 0; i < n; ++i) {
         const SurfaceSample& s = samples[static_cast<std::size_t>(i)];
@@ -251,27 +239,6 @@ std::vector<int> nonnegative_parameters(const FitLayout& layout, int channels) {
   return out;
 }
 
-/// Sets the irradiance of lights that illuminate no visible face from their radiance on the ground plane, divided by
-/// the plane's albedo. Their colour is unknown and set to grey.
-void set_irradiance_from_shadow(const Observations& observations, Fit& fit) {
-  // Estimates the albedo on the assumption that the plane's ambient irradiance equals the faces' mean irradiance. At
-  // least a tenth of the plane's radiance is taken as ambient; otherwise a light's irradiance would be unbounded.
-  double mean_irradiance = 0, reflected = fit.ground_ambient;
-  for (const double by_light : fit.ground_irradiance) reflected += by_light;
-  const double by_ambient = std::max(fit.ground_ambient, kMinGroundAmbient * reflected);
-  for (int c = 0; c < observations.channels(); ++c)
-    mean_irradiance += observations.mean_irradiance(c) / observations.channels();
-  const double albedo =
-      mean_irradiance > 0 && by_ambient > 0 ? by_ambient / mean_irradiance : kGroundAlbedo / std::numbers::pi;
-  for (std::size_t k = 0; k < fit.model.lights.size(); ++k) {
-    PointLight& light = fit.model.lights[k];
-    double most = 0;
-    for (const SurfaceSample& s : observations.face_samples())
-      most = std::max(most, relative_irradiance(light.direction, light.inverse_distance, s));
-    if (most < kMinFaceIrradiance) light.irradiance.fill(fit.ground_irradiance[k] / albedo);
-  }
-}
-
 }  // namespace
 
 Fit fit_lights(const Observations& observations, std::vector<PointLight> lights, std::vector<Distance> distances,
@@ -339,10 +306,7 @@ Fit fit_lights(const Observations& observations, std::vector<PointLight> lights,
     for (int c = 0; c < 3; ++c)
       out.model.ambient[static_cast<std::size_t>(b)][static_cast<std::size_t>(c)] =
           p[layout.ambient + 4 * std::min(c, channels - 1) + b];
-  if (with_ground) {
-    out.ground_ambient = p[layout.ground];
-    set_irradiance_from_shadow(observations, out);
-  }
+  if (with_ground) out.ground_ambient = p[layout.ground];
 
   // Linearizes at the minimum, so that the covariance refers to its tangent plane.
   const LightingCostFunction at_minimum(observations, layout, found, hull);

@@ -75,9 +75,8 @@ LightPriors::PlaneLight LightPriors::plane_light(const double* parameters) const
     const FitLayout::LightParameters& offsets = layout_.lights[k];
     const auto at = static_cast<Eigen::Index>(1 + k);
     const int own = layout_.ground + 1 + static_cast<int>(k);
-    const Vec3d turned =
-        start_[k].direction + start_[k].u * parameters[offsets.turn] + start_[k].v * parameters[offsets.turn + 1];
-    const Vec3d direction = normalized(turned);
+    const auto [direction, to_u, to_v] =
+        start_[k].turned_with_slopes(parameters[offsets.turn], parameters[offsets.turn + 1]);
     const double elevation = dot(direction, normal);
     if (elevation <= 0) continue;
     double irradiance = 0;
@@ -88,8 +87,7 @@ LightPriors::PlaneLight LightPriors::plane_light(const double* parameters) const
     out.x[at] = parameters[own] * elevation, out.dx(at, own) = elevation;
     out.y[at] = irradiance * elevation;
     for (int axis = 0; axis < 2; ++axis) {
-      const Vec3d& tangent = axis == 0 ? start_[k].u : start_[k].v;
-      const double slope = dot(tangent - direction * dot(direction, tangent), normal) / length(turned);
+      const double slope = dot(axis == 0 ? to_u : to_v, normal);
       out.dx(at, offsets.turn + axis) = parameters[own] * slope;
       out.dy(at, offsets.turn + axis) = irradiance * slope;
     }

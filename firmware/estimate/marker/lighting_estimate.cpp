@@ -292,15 +292,15 @@ LightingEstimate finalize(Hypothesis hypothesis, const LightingEstimate* previou
   out.ambient = best.model.ambient;
   out.chi_square = best.chi_square / std::max(1, best.observations - best.parameters);
   out.chi_square_at_search = previous != nullptr ? previous->chi_square_at_search : out.chi_square;
-  const double spread = model_misfit_variance(best.model);
-  out.localized = previous != nullptr ? previous->localized : !best.model.lights.empty() && (shadow || !(spread > 0));
+  const double misfit = model_misfit_variance(best.model);
+  out.localized = previous != nullptr ? previous->localized : !best.model.lights.empty() && (shadow || !(misfit > 0));
   for (std::size_t k = 0; k < best.model.lights.size(); ++k) {
     LightEstimate light_estimate;
     light_estimate.light = best.model.lights[k];
     if (previous != nullptr)
       keep_spread(previous->lights[k], best, k, light_estimate);
     else
-      estimate_spread(hypothesis, k, spread, light_estimate, out.localized);
+      estimate_spread(hypothesis, k, misfit, light_estimate, out.localized);
     const double sigma = std::sqrt(best.covariance[k](2, 2));
     light_estimate.distance_estimated = best.distances[k] == Distance::free;
     light_estimate.distance_observable =

@@ -18,9 +18,9 @@ enum class SurroundModel : std::uint8_t {
 };
 
 /// A light is `uncertain` where the standard deviation of its direction along the worse axis exceeds this (6.9
-/// degrees), where directions more than 25 degrees away have a probability above 5 %, where with these it is above 11.5
-/// degrees, or where, without a shadow, a
-/// disc that is so wide that its middle is known to 8.6 degrees only explains the faces as well.
+/// degrees), where directions more than 25 degrees away have a probability above 5 % or raise it above 11.5 degrees, or
+/// where, without a shadow, a disc that is so wide that its middle is known to 8.6 degrees only explains the faces as
+/// well. After tracking: as of the last search, or the standard deviation is above 11.5 degrees.
 inline constexpr double kMaxDirectionSigma_rad = 0.12;
 inline constexpr int kMaxPointLights = 3;
 
@@ -29,7 +29,7 @@ struct LightEstimate {
   /// In tangent_basis(direction), rad². Includes other directions and models that explain the observations as well, as
   /// of the last global search.
   std::array<double, 3> direction_covariance{};  ///< u·u, u·v, v·v
-  double fit_variance = 0;                       ///< Trace of the part of the fit itself, rad².
+  double fit_variance = 0;                       ///< Trace of the fit's own part of it, rad².
   double inverse_distance_sigma = 0;             ///< 1/m; infinite where the distance was not estimated.
   bool distance_observable = false;              ///< Inverse distance above two standard deviations.
   bool uncertain = false;                        ///< As described at kMaxDirectionSigma_rad.

@@ -25,6 +25,7 @@ using test::normalized_error;
 using test::shift_of;
 using test::simulate_body_observations;
 using test::turn_of;
+using test::with_build_errors;
 using testing::HasSubstr;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -219,6 +220,28 @@ TEST(BodyPose, AnOutlierTagIsRejectedWithItsReason) {
         id, "contradicts the others");
   }
   EXPECT_GE(tried, 5);
+}
+
+// Two faces that are folded 1 degree and 0.5 mm off and seen from near are no contradiction; with exact faces they
+// would be.
+TEST(BodyPose, FoldedFacesSeenFromNearAgree) {
+  const RigParameters rig = camera_rig();
+  const MarkerBody body = dodecahedron();
+  int tried = 0, contradicted = 0;
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    const Pose truth = body_at({0, 0, -0.2}, seed);
+    auto seen = simulate_body_observations(rig, with_build_errors(body, {kDegree, 0.5e-3}, seed), truth, 0.05, seed);
+    if (seen.size() < 2) continue;
+    seen.resize(2);
+    ++tried;
+    const auto found = find_body_pose(rig, body, seen);
+    ASSERT_TRUE(found) << found.status().message();
+    EXPECT_EQ(found->used, 2) << seed;
+    const auto exact = find_body_pose(rig, body, seen, std::nullopt, exact_camera());
+    contradicted += !exact || exact->used < 2 ? 1 : 0;
+  }
+  EXPECT_GE(tried, 5);
+  EXPECT_GE(contradicted, 1) << "no case tests the errors of faces";
 }
 
 TEST(BodyPose, OneDisplacedCornerHasLittleInfluence) {

@@ -40,6 +40,55 @@ TEST(GroundSheet, OtherBodiesHaveNone) {
   EXPECT_EQ(ground_cover(body, posed, {0, -0.03, 0}, 0.002), GroundCover::table);
 }
 
+GroundPlane coloured(const std::vector<Rgb>& colours) {
+  GroundPlane out;
+  for (const Rgb& c : colours) {
+    GroundSample sample;
+    sample.color = c;
+    sample.radiance = (c[0] + c[1] + c[2]) / 3;
+    sample.sigma = 0.01 * sample.radiance;
+    out.samples.push_back(sample);
+  }
+  return out;
+}
+
+TEST(GroundClutter, ObjectsOfAnotherColourGoAndColouredShadowsStay) {
+  // Light of 6,500 and of 2,700 K in linear sRGB, on a brown table.
+  const Rgb table = {0.4, 0.3, 0.2}, cold = {1, 1, 1}, warm = {1, 0.60, 0.23}, turquoise = {0.2, 0.5, 0.5};
+  const auto lit = [](const Rgb& albedo, const Rgb& light, double power) {
+    return Rgb{albedo[0] * light[0] * power, albedo[1] * light[1] * power, albedo[2] * light[2] * power};
+  };
+  std::vector<Rgb> colours;
+  for (int k = 0; k < 20; ++k) colours.push_back(lit(table, cold, 1));
+  for (int k = 0; k < 10; ++k) colours.push_back(lit(table, warm, 0.3));
+  for (int k = 0; k < 5; ++k) colours.push_back(lit(turquoise, cold, 1));
+  GroundPlane ground = coloured(colours);
+  std::vector<GroundCover> covers(colours.size(), GroundCover::table);
+  remove_clutter(ground, covers);
+  ASSERT_EQ(ground.samples.size(), 30U);
+  EXPECT_EQ(covers.size(), 30U);
+  for (const GroundSample& sample : ground.samples) EXPECT_GT(sample.color[0], sample.color[2]);
+}
+
+TEST(GroundClutter, SheetAndTableHaveColoursOfTheirOwn) {
+  std::vector<Rgb> colours(12, Rgb{0.8, 0.8, 0.8});
+  std::vector<GroundCover> covers(12, GroundCover::sheet);
+  for (int k = 0; k < 12; ++k) colours.push_back({0.1, 0.3, 0.1}), covers.push_back(GroundCover::table);
+  GroundPlane ground = coloured(colours);
+  remove_clutter(ground, covers);
+  EXPECT_EQ(ground.samples.size(), 24U);
+}
+
+TEST(GroundClutter, BlackAndGreyStay) {
+  GroundPlane ground = coloured(std::vector<Rgb>(8, Rgb{}));
+  std::vector<GroundCover> covers(8, GroundCover::table);
+  remove_clutter(ground, covers);
+  EXPECT_EQ(ground.samples.size(), 8U);
+  ground.samples.clear(), covers.clear();
+  remove_clutter(ground, covers);
+  EXPECT_TRUE(ground.samples.empty());
+}
+
 /// A line of samples from the sheet to the table; light falls by a half at every other sample, as by a shadow's edges.
 struct Line {
   GroundPlane ground{.point = {}, .normal = {0, 1, 0}, .step_m = 0.01, .density = 1, .samples = {}};

@@ -181,10 +181,10 @@ TEST(TableLight, IsPartOfASureDescriptor) {
     const TableScene scene(azimuth, 35);
     const Descriptor light = scene.estimate(1);
     EXPECT_FALSE(light.flags.has(Flag::unsure)) << azimuth;
-    // The ambient light makes up for the error of the lamp's irradiance where faces are seen. On the far side the
-    // irradiance is known by the plane's albedo, whose prior has a standard deviation of 12 %.
+    // The ambient light makes up for the error of the lamp's irradiance where faces are seen. That of a lamp which
+    // hardly illuminates them follows from its shadow by the plane's albedo, whose prior has a sigma of 12 %.
     EXPECT_LT(error_of(scene, light, 1, 60), 0.02) << azimuth;
-    EXPECT_LT(error_of(scene, light, 1, 180), 0.12) << azimuth;
+    EXPECT_LT(error_of(scene, light, 1, 180), azimuth < 90 ? 0.04 : 0.12) << azimuth;
   }
 }
 
