@@ -75,7 +75,8 @@ void remove_clutter(GroundPlane& ground, std::vector<GroundCover>& covers) {
     for (std::size_t i = 0; i < covers.size(); ++i) {
       const GroundSample& sample = ground.samples[i];
       const double sigma = kInvariantNoise * sample.sigma / std::max(sample.radiance, 1e-300);
-      if (covers[i] == cover) clutter[i] = std::abs(invariants[i] - middle) > kMaxInvariantDifference + kMaxInvariantDeviation * sigma;
+      if (covers[i] == cover)
+        clutter[i] = std::abs(invariants[i] - middle) > kMaxInvariantDifference + kMaxInvariantDeviation * sigma;
     }
   }
   std::size_t at = 0;
