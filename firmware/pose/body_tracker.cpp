@@ -222,8 +222,13 @@ double decimation_for(double cell_px) {
   // AprilTag subsamples for integer d and averages for 1.5, which finds nearly all tags in a quarter of the time.
   for (const double d : {4.0, 3.0, 2.0})
     if (cell_px >= 3.5 * d) return d;
-  return cell_px >= 2.5 * 1.5 ? 1.5 : 1;
+  if (cell_px >= 2.5 * 1.5) return 1.5;
+  return cell_px >= 2.5 ? 1 : kEnlarged;
 }
+
+/// Whether a search that found nothing is repeated in the enlarged picture and by its logarithm: that takes six times
+/// the time, and a camera may look for hours at a place without the body.
+bool search_thoroughly(int misses) { return misses % 8 == 0; }
 
 }  // namespace
 
@@ -245,8 +250,9 @@ struct BodyTracker::Impl {
   std::vector<WorldTag> tags;
   TagDetector detector;
   BodyMotion motion;
-  std::vector<bool> seen;  ///< By lens: whether its last picture showed the body.
-  int misses = 0;          ///< Consecutive pictures without the body.
+  std::vector<bool> seen;          ///< By lens: whether its last picture showed the body.
+  int misses = 0;                  ///< Consecutive pictures without the body.
+  Tones tones = Tones::unchanged;  ///< Of the last search.
 };
 
 BodyTracker::BodyTracker(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -300,16 +306,36 @@ Result<BodyObservation> BodyTracker::track(const GreyPicture& picture, ProbeTime
   const std::optional<BodyView> view =
       expected && in.seen[l] ? view_of(through, in.tags, expected->probe_body) : std::nullopt;
   out.predicted = view.has_value();
-  out.region = view ? view->region : PixelRegion{0, 0, picture.width, picture.height};
-  out.decimate = !view                     ? in.options.search_decimate
-                 : in.options.decimate > 0 ? in.options.decimate
-                                           : decimation_for(view->cell_px);
-  Result<std::vector<TagDetection>> tags = in.detector.detect_in(picture, {out.region, out.decimate, out.min_contrast});
-  if (!tags) return tags.status();
-  out.tags = std::move(*tags);
-  std::vector<TagObservation> seen;
-  for (const TagDetection& tag : out.tags) seen.push_back({lens, tag});
-  Result<BodyPose> pose = find_body_pose(in.rig, in.body, seen, expected, in.options.pose);
+  const auto search = [&](PixelRegion region, double decimate, Tones tones) -> Result<BodyPose> {
+    out.region = region;
+    out.decimate = decimate;
+    in.tones = tones;
+    Result<std::vector<TagDetection>> tags =
+        in.detector.detect_in(picture, {region, decimate, out.min_contrast, tones});
+    if (!tags) return tags.status();
+    out.tags = std::move(*tags);
+    std::vector<TagObservation> seen;
+    for (const TagDetection& tag : out.tags) seen.push_back({lens, tag});
+    return find_body_pose(in.rig, in.body, seen, expected, in.options.pose);
+  };
+  const PixelRegion whole{0, 0, picture.width, picture.height};
+  Result<BodyPose> pose =
+      view ? search(view->region, in.options.decimate > 0 ? in.options.decimate : decimation_for(view->cell_px),
+                    in.tones)
+           : search(whole, in.options.search_decimate, Tones::unchanged);
+  if (!view && !pose && in.options.search_decimate == 1 && search_thoroughly(in.misses)) {
+    pose = search(whole, kEnlarged, Tones::unchanged);
+    if (!pose) pose = search(whole, 1, Tones::logarithmic);
+  }
+  // The smallest tags of a body that has just been found.
+  if (!view && pose && out.decimate == 1)
+    if (const auto found = view_of(through, in.tags, pose->probe_body); found && decimation_for(found->cell_px) < 1) {
+      BodyObservation before = out;
+      if (Result<BodyPose> better = search(found->region, kEnlarged, in.tones))
+        pose = std::move(better);
+      else
+        out = std::move(before);
+    }
   in.seen[l] = pose.ok();
   if (pose) {
     in.misses = 0;

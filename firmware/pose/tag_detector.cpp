@@ -27,6 +27,12 @@ constexpr double kCoarseDeviation = 0.3;
 /// Distance from AprilTag's straight edges within which the true ones are searched, px; the decimation is added to it.
 constexpr double kEdgeSearchReach_px = 1.5;
 
+/// AprilTag's decode_sharpening of an enlarged picture: cells of less than 2 px blur into each other.
+constexpr double kEnlargedSharpening = 1;
+
+/// Intensity to which Tones::logarithmic maps half of the smallest ratios: ink in a shadow.
+constexpr double kBlack = 0.01;
+
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kViewsPerRing = 8;
 constexpr double kRingHalf = 40 * kDegree, kMiddleHalf = 45 * kDegree;
@@ -154,6 +160,59 @@ double reach_of(const std::array<PixelPosition, 4>& c) {
   return reach;
 }
 
+/// Four neighbours of a pixel of the enlarged picture, a quarter of a pixel beyond the second: Catmull-Rom weights.
+std::uint8_t interpolated(int a, int b, int c, int d) {
+  return static_cast<std::uint8_t>(std::clamp((-9 * a + 111 * b + 29 * c - 3 * d + 64) >> 7, 0, 255));
+}
+
+/// Doubles the columns of `in`: pixel X of the result is centred at (X - 0.5) / 2 of `in`. Pixels beyond the border are
+/// those of the border.
+void enlarge_row(std::span<const std::uint8_t> in, std::span<std::uint8_t> out) {
+  const auto at = [&](std::size_t x, int step) -> int {
+    return in[static_cast<std::size_t>(
+        std::clamp(static_cast<std::ptrdiff_t>(x) + step, std::ptrdiff_t{0}, std::ssize(in) - 1))];
+  };
+  for (std::size_t x = 0; x < in.size(); ++x) {
+    out[2 * x] = interpolated(at(x, 1), at(x, 0), at(x, -1), at(x, -2));
+    out[2 * x + 1] = interpolated(at(x, -1), at(x, 0), at(x, 1), at(x, 2));
+  }
+}
+
+/// `picture` with twice the columns and rows, in `bytes`.
+GreyPicture enlarged(const GreyPicture& picture, std::vector<std::uint8_t>& bytes) {
+  const auto width = static_cast<std::size_t>(picture.width), height = static_cast<std::size_t>(picture.height);
+  std::vector<std::uint8_t> wide(2 * width * height);
+  for (std::size_t y = 0; y < height; ++y)
+    enlarge_row(picture.data.subspan(y * picture.stride, width), std::span(wide).subspan(2 * width * y, 2 * width));
+  bytes.resize(4 * width * height);
+  const auto row = [&](std::size_t y, int step) {
+    const auto clamped = std::clamp(static_cast<int>(y) + step, 0, picture.height - 1);
+    return wide.data() + 2 * width * static_cast<std::size_t>(clamped);
+  };
+  for (std::size_t y = 0; y < height; ++y)
+    for (const int side : {-1, 1}) {
+      const std::uint8_t *a = row(y, -side), *b = row(y, 0), *c = row(y, side), *d = row(y, 2 * side);
+      std::uint8_t* out = bytes.data() + 2 * width * (2 * y + (side > 0 ? 1 : 0));
+      for (std::size_t x = 0; x < 2 * width; ++x) out[x] = interpolated(a[x], b[x], c[x], d[x]);
+    }
+  return {bytes, 2 * picture.width, 2 * picture.height, 2 * width};
+}
+
+/// Tones::logarithmic, in `bytes`. `linear`: as TagDetectorOptions::linear.
+GreyPicture logarithm_of(const GreyPicture& picture, std::span<const float> linear, std::vector<std::uint8_t>& bytes) {
+  std::array<std::uint8_t, 256> curve{};
+  for (std::size_t i = 0; i < curve.size(); ++i) {
+    const double intensity = linear.empty() ? static_cast<double>(i) / 255 : std::clamp<double>(linear[i], 0, 1);
+    curve[i] = static_cast<std::uint8_t>(std::lround(255 * std::log1p(intensity / kBlack) / std::log1p(1 / kBlack)));
+  }
+  const auto width = static_cast<std::size_t>(picture.width), height = static_cast<std::size_t>(picture.height);
+  bytes.resize(width * height);
+  for (std::size_t y = 0; y < height; ++y)
+    std::ranges::transform(picture.data.subspan(y * picture.stride, width), bytes.data() + y * width,
+                           [&](std::uint8_t value) { return curve[value]; });
+  return {bytes, picture.width, picture.height, width};
+}
+
 void sort(std::vector<TagDetection>& tags) {
   std::ranges::stable_sort(tags, {}, [](const TagDetection& t) { return std::pair(t.family, t.id); });
 }
@@ -215,8 +274,8 @@ Status TagDetectorOptions::validate() const {
 
 Status DetectionWindow::validate() const {
   const auto wrong = [](const std::string& what) { return invalid_argument("tag detector: " + what); };
-  if (!(decimate >= 1 && decimate <= 8))
-    return wrong("decimate is " + std::to_string(decimate) + "; it must be 1 to 8");
+  if (decimate != kEnlarged && !(decimate >= 1 && decimate <= 8))
+    return wrong("decimate is " + std::to_string(decimate) + "; it must be 0.5, or 1 to 8");
   if (min_contrast < 1 || min_contrast > 255)
     return wrong("min_contrast is " + std::to_string(min_contrast) + "; it must be 1 to 255");
   return {};
@@ -250,6 +309,17 @@ std::vector<TagDetection> TagDetector::detect_coarse(const GreyPicture& picture,
     out.push_back(tag);
   }
   return out;
+}
+
+std::vector<TagDetection> TagDetector::detect_enlarged(const GreyPicture& picture, DetectionWindow search) {
+  search.decimate = 1;
+  const double usual = detector_->decode_sharpening;
+  detector_->decode_sharpening = kEnlargedSharpening;
+  std::vector<TagDetection> tags = detect_coarse(enlarged(picture, enlarged_), search);
+  detector_->decode_sharpening = usual;
+  for (TagDetection& tag : tags)
+    for (PixelPosition& p : tag.corners) p = {(p.x - 0.5) / 2, (p.y - 0.5) / 2};
+  return tags;
 }
 
 void TagDetector::refine(const GreyPicture& picture, TagDetection& tag, double decimate) const {
@@ -330,7 +400,10 @@ Result<std::vector<TagDetection>> TagDetector::detect_in(const GreyPicture& pict
   if (right <= left || bottom <= top) return std::vector<TagDetection>();
   const std::size_t first = static_cast<std::size_t>(top) * picture.stride + static_cast<std::size_t>(left);
   const GreyPicture part{picture.data.subspan(first), right - left, bottom - top, picture.stride};
-  std::vector<TagDetection> tags = detect_coarse(part, window);
+  const GreyPicture toned =
+      window.tones == Tones::logarithmic ? logarithm_of(part, options_.linear, logarithmic_) : part;
+  std::vector<TagDetection> tags =
+      window.decimate == kEnlarged ? detect_enlarged(toned, window) : detect_coarse(toned, window);
   for (TagDetection& tag : tags) {
     for (PixelPosition& p : tag.corners) p = {p.x + left, p.y + top};
     refine(picture, tag, window.decimate);

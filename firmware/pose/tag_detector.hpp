@@ -86,13 +86,25 @@ struct PixelRegion {
   friend bool operator==(const PixelRegion&, const PixelRegion&) = default;
 };
 
+/// DetectionWindow::decimate of a picture that is enlarged.
+inline constexpr double kEnlarged = 0.5;
+
+/// How pixel values are presented to AprilTag, which separates black from white half way between a tile's extremes.
+enum class Tones : std::uint8_t {
+  unchanged,
+  /// The logarithm of the linear intensity: a shadow across a tag is nearer to white than to ink. Amplifies noise.
+  logarithmic,
+};
+
 /// The part of a picture to search, with its own search parameters.
 struct DetectionWindow {
   PixelRegion region;  ///< Clipped to the picture.
   /// Reduction of the picture in which quads are searched, 1 to 8. 2: a third of the time, but no tags below 20 px.
+  /// kEnlarged: the picture is enlarged twice, for cells below 2.5 px; four times the time.
   double decimate = 1;
   /// Tiles whose values differ by less are ignored, 1 to 255. Slow if less than contrast_above_noise().
   int min_contrast = 5;
+  Tones tones = Tones::unchanged;
 
   [[nodiscard]] Status validate() const;
 };
@@ -120,11 +132,13 @@ class TagDetector {
   /// AprilTag's detections, not refined, in the pixel convention of TagDetection.
   [[nodiscard]] std::vector<TagDetection> detect_coarse(const GreyPicture& picture,
                                                         const DetectionWindow& search = {}) const;
+  [[nodiscard]] std::vector<TagDetection> detect_enlarged(const GreyPicture& picture, DetectionWindow search);
   void refine(const GreyPicture& picture, TagDetection& tag, double decimate = 1) const;
 
   TagDetectorOptions options_;
   std::vector<std::pair<TagFamily, ApriltagFamily>> families_;
   std::unique_ptr<apriltag_detector, void (*)(apriltag_detector*)> detector_{nullptr, nullptr};
+  std::vector<std::uint8_t> logarithmic_, enlarged_;
 };
 
 }  // namespace lightwell

@@ -21,6 +21,15 @@ Eigen::Vector2d great_circle_offset(Vec3d from, Vec3d to) {
   return {x / across * angle, y / across * angle};
 }
 
+/// The direction in which another model has a light at `direction`: of its nearest light, or, if none is within
+/// kMinSeparation_rad, of its strongest. Which of two lights is the stronger one says nothing about their directions.
+Vec3d corresponding_direction(const LightModel& model, Vec3d direction) {
+  const auto nearest = std::ranges::min_element(
+      model.lights, {}, [&](const PointLight& light) { return angle_between(light.direction, direction); });
+  if (angle_between(nearest->direction, direction) < kMinSeparation_rad) return nearest->direction;
+  return model.lights[strongest(model)].direction;
+}
+
 /// Sums of weighted offsets from the reported direction.
 class SpreadSums {
  public:
@@ -68,14 +77,7 @@ DirectionSpread model_spread(const FitCandidates& candidates, std::size_t which)
     if (fit.model.lights.empty()) continue;
     const double weight = std::exp(-(fit.bic() - best.bic()) / (2 * kModelTemperature));
     if (weight < 1e-6) continue;
-    // The corresponding light of the other model: its strongest for the strongest light, else the nearest.
-    std::size_t same = strongest(fit.model);
-    if (which != strongest(best.model))
-      for (std::size_t k = 0; k < fit.model.lights.size(); ++k)
-        if (angle_between(direction, fit.model.lights[k].direction) <
-            angle_between(direction, fit.model.lights[same].direction))
-          same = k;
-    sums.add(weight, great_circle_offset(direction, fit.model.lights[same].direction));
+    sums.add(weight, great_circle_offset(direction, corresponding_direction(fit.model, direction)));
   }
   return sums.spread();
 }

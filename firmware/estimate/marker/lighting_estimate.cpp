@@ -50,6 +50,9 @@ constexpr double kMaxSourceSigma_rad = 0.15;
 constexpr double kMaxTotalSigma_rad = 0.2;
 /// Probability of other modes above which a light is uncertain.
 constexpr double kMaxElsewhere = 0.05;
+/// Irradiance of a light that the ambient light may hide, relative to the strongest light that was found, above which
+/// the answer is uncertain. A room has such a gradient, too: 1.5 is exceeded by a twentieth of the right answers.
+constexpr double kMaxHiddenLight = 1.5;
 /// Standard deviation of a direction where point lights do not explain the observations.
 constexpr double kModelMisfit_rad = 0.2;
 
@@ -83,6 +86,14 @@ double model_misfit_variance(const LightModel& model) {
     if (slope > model.ambient[0][c]) return kModelMisfit_rad * kModelMisfit_rad;
   }
   return 0;
+}
+
+/// Whether the ambient light may hide a light that is stronger than `light`: a lamp of irradiance E that is fitted as
+/// ambient light has linear coefficients of length E / 2 (the projection of max(0, cos) onto them; Ramamoorthi &
+/// Hanrahan 2001, "An efficient representation for irradiance environment maps", eq. 8).
+bool may_hide_light(const std::array<Rgb, 4>& ambient, const PointLight& light) {
+  return 2 * std::hypot(luminance(ambient[1]), luminance(ambient[2]), luminance(ambient[3])) >
+         kMaxHiddenLight * luminance(light.irradiance);
 }
 
 /// The shading without outliers; `outliers` is set to the number of rejected face samples. `known_texture`: of the
@@ -312,7 +323,7 @@ LightingEstimate finalize(Hypothesis hypothesis, const LightingEstimate* previou
   std::sort(out.lights.begin(), out.lights.end(), [](const LightEstimate& a, const LightEstimate& b) {
     return luminance(a.light.irradiance) > luminance(b.light.irradiance);
   });
-  out.uncertain = out.lights.empty() || out.lights[0].uncertain;
+  out.uncertain = out.lights.empty() || out.lights[0].uncertain || may_hide_light(out.ambient, out.lights[0].light);
   out.inliers = std::move(hypothesis.inliers.samples);
   return out;
 }
