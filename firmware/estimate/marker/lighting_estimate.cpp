@@ -26,8 +26,8 @@ constexpr double kMaxOutlierFraction = 0.35;
 constexpr int kMaxOutlierRounds = 2;
 /// The shadow is used where at least this share of the ground samples are inliers,
 constexpr double kMinGroundInliers = 0.8;
-/// and it reduces the deviance that a smooth brightness leaves by more than this.
-constexpr double kMinShadowDevianceGain = 12;
+/// and it reduces the deviance that a smooth brightness leaves by more than this: three standard deviations.
+constexpr double kMinShadowDevianceGain = 9;
 
 /// Smallest sine of the elevation of a light whose shadow is used: 5 degrees. Below it, a shadow has no end.
 constexpr double kMinShadowElevation = 0.087;

@@ -66,6 +66,9 @@ void expect_consistent_or_flagged(const BodyObservation& observation, const Pose
   }
 }
 
+/// Width of a body whose tags have cells of less than 2 px.
+constexpr double kSmall_px = 72;
+
 TEST(BodyTracker, FindsAStationaryBodyThenSearchesThePredictedRegion) {
   TrackerFixture fixture;
   double turn = 0, shift = 0;
@@ -182,6 +185,41 @@ TEST(BodyTracker, EachApparentSizeIsEstimatedCorrectlyOrRejected) {
       EXPECT_EQ(found, kTrials) << width_px;
     }
   }
+}
+
+TEST(BodyTracker, TagsOfTwoPixelsACellAreFoundInTheEnlargedPicture) {
+  TrackerFixture fixture;
+  auto detector = TagDetector::make();
+  ASSERT_TRUE(detector);
+  std::size_t tags = 0, as_it_is = 0;
+  constexpr int kTrials = 8;
+  for (std::uint64_t i = 0; i < kTrials; ++i) {
+    fixture.tracker.reset();
+    const Pose truth = body_at({0.02, 0.01, -distance_for(kSmall_px)}, 60 + i);
+    const auto picture = fixture.camera.take(truth, i);
+    as_it_is += detector->detect_in(picture.view(), {{0, 0, 1280, 960}})->size();
+    for (int k = 0; k < 2; ++k) {
+      const BodyObservation observation = fixture.track(picture, 33 * k);
+      ASSERT_TRUE(observation.pose) << i << ": " << observation.failure_reason;
+      expect_consistent_or_flagged(observation, truth, "small");
+      EXPECT_EQ(observation.predicted, k == 1);
+      EXPECT_EQ(observation.decimate, kEnlarged);
+      if (k == 0) tags += observation.tags.size();
+    }
+  }
+  std::cout << "small bodies: " << tags << " tags, " << as_it_is << " without enlarging\n";
+  EXPECT_GE(tags, 2 * as_it_is);
+  EXPECT_GT(tags, std::size_t{kTrials}) << "two tags determine the attitude";
+}
+
+TEST(BodyTracker, AVisitOfTheBodyAfterALongAbsenceIsNoticed) {
+  TrackerFixture fixture;
+  const auto empty = fixture.camera.take(body_at({0, 0, -distance_for(8)}, 1));
+  const auto small = fixture.camera.take(body_at({0.02, 0.01, -distance_for(kSmall_px)}, 60));
+  int pictures = 0;
+  for (; pictures < 11; ++pictures) ASSERT_FALSE(fixture.track(empty, 33 * pictures).pose);
+  const int arrival = pictures;
+  while (!fixture.track(small, 33 * pictures).pose) ASSERT_LT(++pictures, arrival + 8);
 }
 
 TEST(BodyTracker, DegradedPicturesAreEstimatedCorrectlyOrRejected) {
@@ -321,7 +359,7 @@ TEST(TagDetector, DetectInFindsTheSameTagsAsDetect) {
   for (const PixelRegion& region : {PixelRegion{640, 0, 10, 10}, PixelRegion{-20, 0, 20, 480}, PixelRegion{0, 0, 0, 0},
                                     PixelRegion{10, 10, -5, 20}, PixelRegion{0, 0, 5, 5}})
     EXPECT_TRUE(detector->detect_in(picture.view(), {region})->empty());
-  EXPECT_FALSE(detector->detect_in(picture.view(), {{0, 0, 640, 480}, 0.5}));
+  EXPECT_FALSE(detector->detect_in(picture.view(), {{0, 0, 640, 480}, 0.7}));
 }
 
 }  // namespace

@@ -144,6 +144,53 @@ TEST(TagDetector, AnOccludedCornerIsNotRefined) {
   EXPECT_NEAR(corners[0]->position.x, outline.corners[0].x, 0.3);
 }
 
+/// A shadow that ends within a tag joins its dark side to the ink.
+TEST(TagDetector, ATagUnderTheEdgeOfAShadowIsFoundByTheLogarithm) {
+  const std::vector<PlacedBoard> board = {test::board_facing(test::single_tag(3, 0.25), {0, 0, -0.6}, {0, 0, 1}, 0.3)};
+  BoardPicture picture = camera().take(kOrigin, board);
+  const auto lit = detector().detect(picture.view());
+  ASSERT_EQ(lit->size(), 1u);
+  const auto& corners = (*lit)[0].corners;
+  for (int y = 0; y < 400; ++y)
+    for (int x = 0; x < 400; ++x)
+      if (x < (corners[0].x + corners[2].x) / 2) {
+        auto& pixel = picture.pixels[static_cast<std::size_t>(y * 400 + x)];
+        pixel = static_cast<std::uint8_t>(0.3 * pixel);
+      }
+  const DetectionWindow window{.region = {0, 0, 400, 400}};
+  EXPECT_TRUE(detector().detect_in(picture.view(), window)->empty()) << "the logarithm would not be needed";
+  DetectionWindow logarithmic = window;
+  logarithmic.tones = Tones::logarithmic;
+  const auto found = detector().detect_in(picture.view(), logarithmic);
+  ASSERT_EQ(found->size(), 1u);
+  EXPECT_EQ((*found)[0].id, 3);
+  // Two and a half standard deviations of AprilTag's corners: beside the shadow's edge they cannot be refined.
+  for (std::size_t k = 0; k < 4; ++k)
+    EXPECT_LT(std::hypot((*found)[0].corners[k].x - corners[k].x, (*found)[0].corners[k].y - corners[k].y), 0.75) << k;
+}
+
+TEST(TagDetector, AnEnlargedPictureShowsTheSameCorners) {
+  const BoardPicture picture = camera().take(kOrigin, board_ahead(0.4));
+  const DetectionWindow window{.region = {21, 13, 370, 381}};
+  DetectionWindow larger = window;
+  larger.decimate = kEnlarged;
+  TagDetectorOptions unrefined;
+  unrefined.corners = CornerRefinement::none;
+  const auto plain = detector(unrefined).detect_in(picture.view(), window);
+  const auto enlarged = detector(unrefined).detect_in(picture.view(), larger);
+  ASSERT_EQ(plain->size(), 4u);
+  ASSERT_EQ(enlarged->size(), 4u);
+  double offset_x = 0, offset_y = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t k = 0; k < 4; ++k) {
+      offset_x += ((*enlarged)[i].corners[k].x - (*plain)[i].corners[k].x) / 16;
+      offset_y += ((*enlarged)[i].corners[k].y - (*plain)[i].corners[k].y) / 16;
+    }
+  // An error of half a pixel of the enlarged picture would be 0.25.
+  EXPECT_NEAR(offset_x, 0, 0.1);
+  EXPECT_NEAR(offset_y, 0, 0.1);
+}
+
 TEST(TagDetector, FindsNothingInPicturesWithoutTags) {
   std::mt19937_64 random(4);
   std::vector<std::uint8_t> noise(400 * 400);

@@ -123,6 +123,20 @@ TEST(LightingEstimate, UniformLightHasNoLightsAndIsUncertain) {
   EXPECT_NEAR(light.ambient[0][1], 0.7, 0.01);
 }
 
+TEST(LightingEstimate, AGradientThatMayHideAStrongerLightIsUncertain) {
+  const Vec3d lamp = towards(100, 40);
+  const LitBody body{.lamps = {{lamp, 0, {0.3, 0.3, 0.3}}}, .table = true};
+  for (const double gradient : {0.05, 1.2}) {
+    Shading shading = body.shading();
+    for (SurfaceSample& sample : shading.samples)
+      for (double& v : sample.irradiance) v += gradient * (1 + dot(sample.normal, towards(0, 20)));
+    const LightingEstimate light = estimate_lighting(shading, nullptr, 1);
+    ASSERT_FALSE(light.lights.empty()) << gradient;
+    EXPECT_LT(error_deg(light, lamp), 3) << gradient;
+    EXPECT_EQ(light.uncertain, gradient > 0.5) << "as a lamp it has an irradiance of " << 2 * gradient;
+  }
+}
+
 TEST(LightingEstimate, LampBehindTheBodyIsObservedByItsShadow) {
   for (const double azimuth : {135.0, 180.0}) {
     LitBody body{.lamps = {{towards(azimuth, 35), 1 / 0.61, kWhite}}, .turn_deg = 36, .camera_elevation_deg = 10};
