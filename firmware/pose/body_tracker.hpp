@@ -77,7 +77,9 @@ struct BodyPose : PoseFit {
 
 struct BodyTrackerOptions {
   BodyPoseOptions pose;
-  /// Decimation of a search of the whole picture, 1 to 8: 1.5 takes half of the time and misses tags below 20 px.
+  /// Decimation of a search of the whole picture, 1 to 8: 1.5 takes half of the time and misses tags below 20 px. With 1,
+  /// a picture in which nothing is found is also searched enlarged and by its logarithm: the first one without the body
+  /// and every eighth after it.
   double search_decimate = 1;
   /// Decimation in the predicted region, 1 to 8; 0: chosen from the predicted size of the tags.
   double decimate = 0;
@@ -96,7 +98,7 @@ struct BodyObservation {
   std::vector<TagDetection> tags;  ///< All detected tags, of the body or not, in pixels of the whole picture.
   bool predicted = false;          ///< Whether only the predicted region was searched.
   PixelRegion region;              ///< The region that was searched.
-  double decimate = 1;             ///< Decimation of the search.
+  double decimate = 1;             ///< DetectionWindow::decimate of the search.
   int min_contrast = 5;            ///< Contrast threshold of the search, from contrast_above_noise().
 };
 

@@ -17,7 +17,10 @@ Result<std::string> select_vector_unit(std::string_view name) {
     return Status(StatusCode::invalid_argument, "this processor has no " + std::string(name) + ": use best");
   // Better targets have lower bits.
   if (unit != 0) hwy::DisableTargets(unit - 1);
-  return std::string(hwy::TargetName(hwy::SupportedAndGeneratedTargets().front()));
+  const std::string selected = hwy::TargetName(hwy::SupportedAndGeneratedTargets().front());
+  // Highway 1.0.3: SupportedTargets() selects all targets that the processor has, disabled ones included.
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  return selected;
 }
 
 }  // namespace lightwell::bench

@@ -27,6 +27,21 @@ void expect_limited(const char* name, std::int64_t target) {
   EXPECT_NE(hwy::SupportedTargets() & target, 0);
 }
 
+/// The kernels that HWY_DYNAMIC_DISPATCH calls: the position of the target among those that were compiled.
+std::size_t dispatched(const char* name) {
+  EXPECT_TRUE(select_vector_unit(name));
+  return hwy::GetChosenTarget().GetIndex();
+}
+
+TEST_F(VectorUnit, KernelsOfTheSelectedTargetAreCalled) {
+  if ((hwy::SupportedTargets() & HWY_SSE4) == 0) GTEST_SKIP() << "not an x86 processor";
+  const std::size_t sse4 = dispatched("sse4");
+  hwy::GetChosenTarget().Update(HWY_SSE4);
+  EXPECT_EQ(sse4, hwy::GetChosenTarget().GetIndex());
+  if ((hwy::SupportedTargets() & HWY_AVX2) == 0) return;
+  EXPECT_NE(dispatched("best"), sse4);
+}
+
 TEST_F(VectorUnit, LimitsTheTargets) {
   expect_limited("avx2", HWY_AVX2);
   expect_limited("sse4", HWY_SSE4);

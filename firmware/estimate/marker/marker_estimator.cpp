@@ -17,6 +17,8 @@ namespace {
 constexpr double kMinSignalToNoise = 3;
 /// Added to each direction's standard deviation: paper is not quite Lambertian, lights are not points.
 constexpr double kMinDirectionSigma_rad = 0.02;
+/// Largest standard deviation of a direction, that of the body's attitude included, which is certain: 10 degrees.
+constexpr double kMaxCertainSigma_rad = 0.175;
 /// Standard deviation of a ball's place on its sheet, along each axis: as of faces (BodyPoseOptions).
 constexpr double kBallShiftSigma_m = 0.25e-3;
 /// Largest share of patches that may be occluded, nonuniform or outliers. Above it, the occluder may also hide the
@@ -34,6 +36,11 @@ constexpr double kVignettingSigma = 0.5;
 
 bool has_vignetting(const LensParameters& lens) {
   return std::ranges::any_of(lens.photometry.vignetting, [](double v) { return v != 0; });
+}
+
+double worst_sigma(const std::array<double, 3>& covariance) {
+  const auto [uu, uv, vv] = covariance;
+  return std::sqrt((uu + vv) / 2 + std::hypot((uu - vv) / 2, uv));
 }
 
 float rounded(double v) { return static_cast<float>(v); }
@@ -176,7 +183,9 @@ void MarkerEstimatorImpl::add_pose_covariance() {
     light_estimate.direction_covariance[0] += uu + every;
     light_estimate.direction_covariance[1] += uv;
     light_estimate.direction_covariance[2] += vv + every;
+    if (!(worst_sigma(light_estimate.direction_covariance) <= kMaxCertainSigma_rad)) light_estimate.uncertain = true;
   }
+  if (!report_.light.lights.empty() && report_.light.lights[0].uncertain) report_.light.uncertain = true;
 }
 
 void MarkerEstimatorImpl::fill_descriptor(Descriptor& out) {
