@@ -77,9 +77,9 @@ struct BodyPose : PoseFit {
 
 struct BodyTrackerOptions {
   BodyPoseOptions pose;
-  /// Decimation of a search of the whole picture, 1 to 8: 1.5 takes half of the time and misses tags below 20 px. With 1,
-  /// a picture in which nothing is found is also searched enlarged and by its logarithm: the first one without the body
-  /// and every eighth after it.
+  /// Decimation of a search of the whole picture, 1 to 8: 1.5 takes half of the time and misses tags below 20 px. With
+  /// 1, a picture in which nothing is found is also searched enlarged and by its logarithm: the first one without the
+  /// body and every eighth after it.
   double search_decimate = 1;
   /// Decimation in the predicted region, 1 to 8; 0: chosen from the predicted size of the tags.
   double decimate = 0;
