@@ -114,23 +114,15 @@ void Pipeline::run() {
     configure_estimator();
     const std::int64_t start_ns = monotonic_now_ns();
     Status status = estimator_->estimate(bracket.frames(), descriptor);
-    if (status.ok()) status = publisher_.publish(descriptor);
+    if (status.ok()) {
+      // Before it is published: a client that has received it may report a lux reading for it at once.
+      keep_newest(descriptor);
+      status = publisher_.publish(descriptor);
+    }
     bracket.clear();
     if (status.ok()) update_governor(static_cast<double>(publisher_.encoded_ns() - start_ns) * 1e-6);
     // The counters are incremented last, so that a reader of the count also sees its result.
     if (status.ok()) {
-      {
-        const std::lock_guard lock(mutex_);
-        // newest_ is stored without its environment map, because a copy of it would allocate.
-        std::optional<EnvironmentMap> map;
-        map.swap(descriptor.environment);
-        newest_ = descriptor;
-        map.swap(descriptor.environment);
-        newest_factor_ = estimator_->scale().factor;
-        const std::span<const ClippedLight> clipped = estimator_->clipped_lights();
-        newest_clipped_.assign(clipped.begin(), clipped.end());
-        has_newest_ = true;
-      }
       estimates_.fetch_add(1, std::memory_order_release);
     } else {
       {
@@ -140,6 +132,19 @@ void Pipeline::run() {
       failed_.fetch_add(1, std::memory_order_release);
     }
   }
+}
+
+void Pipeline::keep_newest(Descriptor& descriptor) {
+  const std::lock_guard lock(mutex_);
+  // newest_ is stored without its environment map, because a copy of it would allocate.
+  std::optional<EnvironmentMap> map;
+  map.swap(descriptor.environment);
+  newest_ = descriptor;
+  map.swap(descriptor.environment);
+  newest_factor_ = estimator_->scale().factor;
+  const std::span<const ClippedLight> clipped = estimator_->clipped_lights();
+  newest_clipped_.assign(clipped.begin(), clipped.end());
+  has_newest_ = true;
 }
 
 void Pipeline::configure_estimator() {

@@ -119,6 +119,8 @@ class Pipeline final : public Commands {
  private:
   void run();
   void configure_estimator();
+  /// Stores the descriptor for report_lux(); unchanged when the call returns.
+  void keep_newest(Descriptor& descriptor);
   [[nodiscard]] Result<double> recover_clipped_from_lux(double lux, Vec3d normal);
   void update_governor(double ms);
 
