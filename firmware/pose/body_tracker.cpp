@@ -226,8 +226,8 @@ double decimation_for(double cell_px) {
   return cell_px >= 2.5 ? 1 : kEnlarged;
 }
 
-/// Whether a search that found nothing is repeated in the enlarged picture and by its logarithm: that takes six times
-/// the time, and a camera may look for hours at a place without the body.
+/// Whether a search that found nothing is repeated in the enlarged picture and by its logarithm: that searches six
+/// times as many pixels in all, and a camera may look for hours at a place without the body.
 bool search_thoroughly(int misses) { return misses % 8 == 0; }
 
 }  // namespace

@@ -30,7 +30,7 @@ constexpr double kEdgeSearchReach_px = 1.5;
 /// AprilTag's decode_sharpening of an enlarged picture: cells of less than 2 px blur into each other.
 constexpr double kEnlargedSharpening = 1;
 
-/// Intensity to which Tones::logarithmic maps half of the smallest ratios: ink in a shadow.
+/// Linear intensity, relative to full scale, below which Tones::logarithmic is nearly linear: that of ink in a shadow.
 constexpr double kBlack = 0.01;
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -160,7 +160,8 @@ double reach_of(const std::array<PixelPosition, 4>& c) {
   return reach;
 }
 
-/// Four neighbours of a pixel of the enlarged picture, a quarter of a pixel beyond the second: Catmull-Rom weights.
+/// Value a quarter of a pixel from b towards c, from successive pixels a to d: Catmull-Rom weights (Keys 1981, "Cubic
+/// convolution interpolation for digital image processing", a = -1/2), in 1/128.
 std::uint8_t interpolated(int a, int b, int c, int d) {
   return static_cast<std::uint8_t>(std::clamp((-9 * a + 111 * b + 29 * c - 3 * d + 64) >> 7, 0, 255));
 }
@@ -311,11 +312,12 @@ std::vector<TagDetection> TagDetector::detect_coarse(const GreyPicture& picture,
   return out;
 }
 
-std::vector<TagDetection> TagDetector::detect_enlarged(const GreyPicture& picture, DetectionWindow search) {
+std::vector<TagDetection> TagDetector::detect_enlarged(const GreyPicture& picture, DetectionWindow search) const {
   search.decimate = 1;
   const double usual = detector_->decode_sharpening;
   detector_->decode_sharpening = kEnlargedSharpening;
-  std::vector<TagDetection> tags = detect_coarse(enlarged(picture, enlarged_), search);
+  std::vector<std::uint8_t> bytes;
+  std::vector<TagDetection> tags = detect_coarse(enlarged(picture, bytes), search);
   detector_->decode_sharpening = usual;
   for (TagDetection& tag : tags)
     for (PixelPosition& p : tag.corners) p = {(p.x - 0.5) / 2, (p.y - 0.5) / 2};
@@ -400,8 +402,8 @@ Result<std::vector<TagDetection>> TagDetector::detect_in(const GreyPicture& pict
   if (right <= left || bottom <= top) return std::vector<TagDetection>();
   const std::size_t first = static_cast<std::size_t>(top) * picture.stride + static_cast<std::size_t>(left);
   const GreyPicture part{picture.data.subspan(first), right - left, bottom - top, picture.stride};
-  const GreyPicture toned =
-      window.tones == Tones::logarithmic ? logarithm_of(part, options_.linear, logarithmic_) : part;
+  std::vector<std::uint8_t> bytes;
+  const GreyPicture toned = window.tones == Tones::logarithmic ? logarithm_of(part, options_.linear, bytes) : part;
   std::vector<TagDetection> tags =
       window.decimate == kEnlarged ? detect_enlarged(toned, window) : detect_coarse(toned, window);
   for (TagDetection& tag : tags) {

@@ -100,7 +100,7 @@ enum class Tones : std::uint8_t {
 struct DetectionWindow {
   PixelRegion region;  ///< Clipped to the picture.
   /// Reduction of the picture in which quads are searched, 1 to 8. 2: a third of the time, but no tags below 20 px.
-  /// kEnlarged: the picture is enlarged twice, for cells below 2.5 px; four times the time.
+  /// kEnlarged: the picture is enlarged twice, for cells below 2.5 px; four times the pixels.
   double decimate = 1;
   /// Tiles whose values differ by less are ignored, 1 to 255. Slow if less than contrast_above_noise().
   int min_contrast = 5;
@@ -132,13 +132,13 @@ class TagDetector {
   /// AprilTag's detections, not refined, in the pixel convention of TagDetection.
   [[nodiscard]] std::vector<TagDetection> detect_coarse(const GreyPicture& picture,
                                                         const DetectionWindow& search = {}) const;
-  [[nodiscard]] std::vector<TagDetection> detect_enlarged(const GreyPicture& picture, DetectionWindow search);
+  /// The same in the picture enlarged twice; search.decimate is ignored.
+  [[nodiscard]] std::vector<TagDetection> detect_enlarged(const GreyPicture& picture, DetectionWindow search) const;
   void refine(const GreyPicture& picture, TagDetection& tag, double decimate = 1) const;
 
   TagDetectorOptions options_;
   std::vector<std::pair<TagFamily, ApriltagFamily>> families_;
   std::unique_ptr<apriltag_detector, void (*)(apriltag_detector*)> detector_{nullptr, nullptr};
-  std::vector<std::uint8_t> logarithmic_, enlarged_;
 };
 
 }  // namespace lightwell

@@ -50,7 +50,8 @@ struct LightingEstimate {
   double chi_square = 0;              ///< Reduced: divided by the degrees of freedom.
   double chi_square_at_search = 0;    ///< Reduced chi square of the last global search.
   SurroundModel surround_model = SurroundModel::distant;
-  bool uncertain = false;  ///< No light was found, or the strongest light is uncertain.
+  /// No light was found, the strongest light is uncertain, or the ambient light may hide a stronger one.
+  bool uncertain = false;
   /// Either the shadow on the ground plane determines the lights, or each light's direction is within
   /// kMaxDirectionSigma_rad before source size is considered and the ambient light is nowhere negative. The model
   /// then also predicts the irradiance at normals between the faces.
@@ -62,6 +63,9 @@ struct LightingEstimate {
   bool tracked = false;  ///< Whether the fit started from the previous frame's lights; false: global search.
   std::vector<SurfaceSample> inliers;  ///< Face samples without the outliers and without the ground plane's light.
 };
+
+/// Standard deviation along the worse axis, rad, of a direction's covariance (u·u, u·v, v·v).
+[[nodiscard]] double worst_sigma(const std::array<double, 3>& covariance);
 
 /// `previous`: the previous frame's estimate or null. One fit starts from its lights; it is accepted while its reduced
 /// chi square is close to that of the last search. Otherwise a global search runs, which takes fifty times as long as

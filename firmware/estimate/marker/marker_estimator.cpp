@@ -38,11 +38,6 @@ bool has_vignetting(const LensParameters& lens) {
   return std::ranges::any_of(lens.photometry.vignetting, [](double v) { return v != 0; });
 }
 
-double worst_sigma(const std::array<double, 3>& covariance) {
-  const auto [uu, uv, vv] = covariance;
-  return std::sqrt((uu + vv) / 2 + std::hypot((uu - vv) / 2, uv));
-}
-
 float rounded(double v) { return static_cast<float>(v); }
 
 class MarkerEstimatorImpl final : public MarkerEstimator {
@@ -173,7 +168,7 @@ void MarkerEstimatorImpl::inflate_covariance_if_occluded() {
 }
 
 /// The error of the body's attitude rotates all directions. A ball that is glued beside its place has other normals at
-/// the same pixels: turned by the shift divided by its radius.
+/// the same pixels: turned by the shift divided by its radius. A light above kMaxCertainSigma_rad becomes uncertain.
 void MarkerEstimatorImpl::add_pose_covariance() {
   const PoseCovariance& c = report_.body.probe_body.covariance;
   const double turn = body_.ball ? kBallShiftSigma_m / body_.ball->radius_m : 0;
@@ -183,7 +178,8 @@ void MarkerEstimatorImpl::add_pose_covariance() {
     light_estimate.direction_covariance[0] += uu + every;
     light_estimate.direction_covariance[1] += uv;
     light_estimate.direction_covariance[2] += vv + every;
-    if (!(worst_sigma(light_estimate.direction_covariance) <= kMaxCertainSigma_rad)) light_estimate.uncertain = true;
+    if (!(marker::worst_sigma(light_estimate.direction_covariance) <= kMaxCertainSigma_rad))
+      light_estimate.uncertain = true;
   }
   if (!report_.light.lights.empty() && report_.light.lights[0].uncertain) report_.light.uncertain = true;
 }

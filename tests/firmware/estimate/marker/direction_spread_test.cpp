@@ -12,9 +12,8 @@
 namespace lightwell::marker {
 namespace {
 
+using test::kDegree;
 using test::towards;
-
-constexpr double kDegree = 0.017453292519943295;
 
 /// A fit of these lights whose BIC is `bic`.
 Fit fit_of(std::vector<PointLight> lights, double bic) {

@@ -107,6 +107,8 @@ TEST(MarkerEstimator, ABallBesideItsPlaceTurnsDirections) {
     EXPECT_LT(usual.lights[0].direction_covariance[k], 0.04 * 0.04);
     EXPECT_GT(small.lights[0].direction_covariance[k], 0.125 * 0.125);
   }
+  EXPECT_FALSE(small.flags.has(Flag::unsure)) << "7 degrees";
+  EXPECT_TRUE(BallScene(0.05).estimate(std::nullopt).flags.has(Flag::unsure)) << "14 degrees";
 }
 
 }  // namespace
