@@ -217,13 +217,10 @@ void CodePass::plan_lens(const PhotometricCalibration& photometry) {
   const float linear_from = linear.front();
   plan.linear_unit = 1 - linear_from;
   plan.linear = photometry.response.kind == ResponseCurve::Kind::linear;
-  // Error diffusion: the rounding error of one code is added to the next, so that sums over several codes are precise.
-  double rounding_error = 0;
-  for (std::size_t code = 0; code < 256; ++code) {
-    const double exact = std::clamp((linear[code] - linear_from) / plan.linear_unit, 0.0F, 1.0F) * 65535.0;
-    plan.linear16[code] = static_cast<std::uint16_t>(std::clamp(std::lround(exact + rounding_error), 0L, 65535L));
-    rounding_error += exact - plan.linear16[code];
-  }
+  std::array<double, 256> linear16{};
+  for (std::size_t code = 0; code < linear16.size(); ++code)
+    linear16[code] = (linear[code] - linear_from) / plan.linear_unit * 65535.0;
+  plan.linear16 = CodeTable(linear16);
   plan.step8.resize(4096);
   for (std::size_t i = 0, code = 1; i < plan.step8.size(); ++i) {
     while (code < 255 && linear[code] < static_cast<float>(i) / 4095) ++code;
@@ -265,7 +262,7 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
   const Lanes lanes = lanes_of(view.format);
   const LaneRange s = weights_.lane_range(view.lens, lanes, run);
   const std::uint8_t* first_weight = run.weighted ? weights_.weights(run, lanes) : nullptr;
-  const CodeTable16* table = plan.linear ? nullptr : &plan.linear16;
+  const CodeTable* table = plan.linear ? nullptr : &plan.linear16;
   // Weights from an offset on, in rows that are `stride` bytes apart.
   const auto weights_at = [&](std::size_t offset, std::size_t stride) {
     return LaneWeights{run.weighted ? first_weight + offset : nullptr, stride};

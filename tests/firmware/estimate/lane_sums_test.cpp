@@ -80,28 +80,25 @@ void for_cases(std::size_t bytes_per_lane, std::initializer_list<unsigned> limit
   }
 }
 
-CodeTable16 rising_table() {
-  CodeTable16 table;
-  for (std::size_t i = 0; i < 256; ++i)
-    table[i] = static_cast<std::uint16_t>(std::lround(65535 * std::pow(static_cast<double>(i) / 255, 2.2)));
-  return table;
+template <class Value>
+CodeTable table_of(Value&& value) {
+  std::array<double, 256> linear{};
+  for (std::size_t i = 0; i < linear.size(); ++i) linear[i] = value(i);
+  return CodeTable(linear);
 }
-
-CodeTable16 any_table() {
+CodeTable rising_table() {
+  return table_of([](std::size_t i) { return 65535 * std::pow(static_cast<double>(i) / 255, 2.2); });
+}
+CodeTable any_table() {
   Random random(5);
-  CodeTable16 table;
-  for (std::uint16_t& v : table) v = static_cast<std::uint16_t>(random() >> 8);
-  return table;
+  return table_of([&](std::size_t) { return static_cast<double>(random() >> 8 & 65535); });
 }
-
-CodeTable16 full_table() {
-  CodeTable16 table;
-  table.fill(65535);
-  return table;
+CodeTable full_table() {
+  return table_of([](std::size_t) { return 65535.0; });
 }
 
 TEST(LaneSums, SumCodesOverRows) {
-  const std::array<CodeTable16, 3> tables = {rising_table(), any_table(), full_table()};
+  const std::array tables = {rising_table(), any_table(), full_table()};
   test::on_each_target([&](const char* target) {
     SCOPED_TRACE(target);
     Fenced picture(kMaxRows * 1100), weighing(kMaxRows * 1100);
@@ -111,7 +108,7 @@ TEST(LaneSums, SumCodesOverRows) {
       fill(at, bytes, below(random, 6), random);
       const std::uint8_t* weights = put_weights(c, weighing, random);
       const std::size_t which = below(random, 4);
-      const CodeTable16* table = which < 3 ? &tables[which] : nullptr;
+      const CodeTable* table = which < 3 ? &tables[which] : nullptr;
       Sums got(c.lanes);
       const CodeRows rows{at, c.stride, c.rows, table, c.clipped_from};
       sum_lanes(rows, {weights, c.weight_stride}, c.lanes, got.out());
@@ -170,7 +167,7 @@ TEST(LaneSums, SumMaskedWordsOverRows) {
 
 TEST(LaneSums, EachCodeHasItsOwnLinearValue) {
   // A wrong table entry might not be detected in sums of many codes.
-  const CodeTable16 table = any_table();
+  const CodeTable table = any_table();
   test::on_each_target([&](const char* target) {
     SCOPED_TRACE(target);
     std::array<std::uint8_t, 256> row, weights;

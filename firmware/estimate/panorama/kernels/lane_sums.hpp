@@ -1,7 +1,7 @@
 // SIMD kernels of CodePass. lane_sums.cpp: sums over the rows of a block, for all lanes of a row at once, of 8-bit
-// codes and of 16-bit words; rows of YCbCr to planes of r, g, b codes. block_light.cpp: sums of lanes to blocks, and
-// these to light, peak, centroid and noise, a vector of blocks at a time. One source for all instruction sets
-// (Highway), dispatched at run time; tests run all of them with hwy::SetSupportedTargetsForTest().
+// codes and of 16-bit words. ycbcr_planes.cpp: rows of YCbCr to planes of r, g, b codes. block_light.cpp: sums of lanes
+// to blocks, and these to light, peak, centroid and noise, a vector of blocks at a time. One source for all instruction
+// sets (Highway), dispatched at run time; tests run all of them with hwy::SetSupportedTargetsForTest().
 #pragma once
 
 #include <array>
@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "estimate/common/cells.hpp"
+#include "estimate/panorama/kernels/code_table.hpp"
 
 namespace lightwell::estimate {
 
@@ -16,9 +17,6 @@ namespace lightwell::estimate {
 inline constexpr int kMaxRows = 16;
 /// Smallest number of lanes of a row: kernels read whole vectors, and shift the last one back.
 inline constexpr std::size_t kMinLanes = 64;
-
-/// Linear values of the 256 codes; full scale is 65535.
-using CodeTable16 = std::array<std::uint16_t, 256>;
 
 /// One element per lane, the position of a sample in a row: 3 x + c for interleaved colour, else x.
 struct LaneSums {
@@ -31,10 +29,10 @@ struct LaneSums {
 /// `rows` rows of 8-bit codes.
 struct CodeRows {
   const std::uint8_t* first;
-  std::size_t stride;        ///< Bytes between rows that are summed.
-  int rows;                  ///< 1 to kMaxRows.
-  const CodeTable16* table;  ///< Null: the code itself is the linear value (plain) or 257 times it (weighted).
-  unsigned clipped_from;     ///< 256 or more: no code is clipped.
+  std::size_t stride;      ///< Bytes between rows that are summed.
+  int rows;                ///< 1 to kMaxRows.
+  const CodeTable* table;  ///< Null: the code itself is the linear value (plain) or 257 times it (weighted).
+  unsigned clipped_from;   ///< 256 or more: no code is clipped.
 };
 
 /// Rows of 16-bit little-endian words, masked to at most 12 bits: the linear value (plain), or 16 times it (weighted).

@@ -40,6 +40,42 @@ HWY_INLINE Wide widened(V8 v) {
   return {hn::PromoteTo(D16(), hn::LowerHalf(half, v)), hn::PromoteTo(D16(), hn::UpperHalf(half, v))};
 }
 
+// x86 unpacks within 128-bit blocks by one instruction; across a whole vector it takes several.
+#undef LIGHTWELL_UNPACKS_BLOCKS
+#define LIGHTWELL_UNPACKS_BLOCKS (HWY_ARCH_X86 && HWY_TARGET < HWY_EMU128)
+
+/// Words from low and high bytes, in UnpackedOrder.
+HWY_INLINE Wide wide(V8 low, V8 high) {
+#if LIGHTWELL_UNPACKS_BLOCKS
+  return {hn::BitCast(D16(), hn::InterleaveLower(D8(), low, high)),
+          hn::BitCast(D16(), hn::InterleaveUpper(D8(), low, high))};
+#else
+  const Wide l = widened(low), h = widened(high);
+  return {hn::Or(l.lower, hn::ShiftLeft<8>(h.lower)), hn::Or(l.upper, hn::ShiftLeft<8>(h.upper))};
+#endif
+}
+HWY_INLINE Wide unpacked(V8 v) {
+#if LIGHTWELL_UNPACKS_BLOCKS
+  return wide(v, hn::Zero(D8()));
+#else
+  return widened(v);
+#endif
+}
+
+/// The order of a row: the lower vector holds the first half of the elements.
+struct RowOrder {
+  HWY_INLINE static Wide widened(V8 v) { return HWY_NAMESPACE::widened(v); }
+  /// Distance of the 128-bit blocks of a vector in the row, and of the first blocks of both vectors.
+  static constexpr std::size_t block_step() { return 8; }
+  static std::size_t upper_at() { return hn::Lanes(D16()); }
+};
+/// The order of unpacked(): the lower vector holds the first half of each 128-bit block.
+struct UnpackedOrder {
+  HWY_INLINE static Wide widened(V8 v) { return unpacked(v); }
+  static constexpr std::size_t block_step() { return LIGHTWELL_UNPACKS_BLOCKS ? 16 : RowOrder::block_step(); }
+  static std::size_t upper_at() { return LIGHTWELL_UNPACKS_BLOCKS ? 8 : RowOrder::upper_at(); }
+};
+
 /// Calls strip(at) for each vector of lanes; the last is shifted back so that it ends with the row.
 template <class Strip>
 HWY_INLINE void for_strips(std::size_t lanes, Strip&& strip) {
