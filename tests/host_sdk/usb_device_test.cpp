@@ -165,7 +165,11 @@ std::ptrdiff_t handles_of_ours() {
 
 TEST(UsbDevice, HundredReplugsLeakNothing) {
   UmockProbe device;
-  const Result<Probe> probe = Probe::connect("usb:", options());
+  // The SDK initialises libusb again where it finds no probe. umockdev aborts if a probe is plugged in meanwhile, because
+  // libusb's socket of events is gone: so each search ends before the next event, and only an event begins another.
+  ProbeOptions hotplug_alone = options();
+  hotplug_alone.retry_min = hotplug_alone.retry_max = Duration::from_seconds(3600);
+  const Result<Probe> probe = Probe::connect("usb:", hotplug_alone);
   ASSERT_TRUE(probe.ok()) << probe.status().message();
   long threads = 0;
   std::ptrdiff_t files = 0;
@@ -177,7 +181,7 @@ TEST(UsbDevice, HundredReplugsLeakNothing) {
       files = handles_of_ours();
     }
     device.unplug();
-    ASSERT_TRUE(becomes_true("the link is down", [&] { return probe->stats().state != LinkState::connected; }));
+    ASSERT_TRUE(becomes_true("the probe is missed", [&] { return probe->stats().state == LinkState::waiting; }));
     EXPECT_EQ(probe->latest().descriptor().sequence, i + 1) << "the last descriptor is kept";
     device.plug_in();
     ASSERT_TRUE(becomes_true("the link is back (" + probe->stats().last_error + ")",
