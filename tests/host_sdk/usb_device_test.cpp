@@ -4,6 +4,7 @@
 #include <chrono>
 #include <filesystem>
 #include <string_view>
+#include <thread>
 #include <unistd.h>
 
 #include <gtest/gtest.h>
@@ -165,8 +166,8 @@ std::ptrdiff_t handles_of_ours() {
 
 TEST(UsbDevice, HundredReplugsLeakNothing) {
   UmockProbe device;
-  // The SDK initialises libusb again where it finds no probe. umockdev aborts if a probe is plugged in meanwhile, because
-  // libusb's socket of events is gone: so each search ends before the next event, and only an event begins another.
+  // A search that finds no probe initialises libusb again. umockdev aborts if a probe is plugged in while libusb closes
+  // its socket of events, so that only the event begins a search here.
   ProbeOptions hotplug_alone = options();
   hotplug_alone.retry_min = hotplug_alone.retry_max = Duration::from_seconds(3600);
   const Result<Probe> probe = Probe::connect("usb:", hotplug_alone);
@@ -191,6 +192,27 @@ TEST(UsbDevice, HundredReplugsLeakNothing) {
   EXPECT_TRUE(becomes_true("as many handles are open as early on", [&] { return handles_of_ours() <= files; }))
       << handles_of_ours() << " instead of " << files;
   EXPECT_LE(proc_status_number(::getpid(), "Threads"), threads);
+}
+
+TEST(UsbDevice, SearchesForAMissingProbeLeakNothing) {
+  UmockProbe device;
+  ProbeOptions hasty = options();
+  hasty.retry_min = hasty.retry_max = Duration::from_seconds(0.001);
+  const Result<Probe> probe = Probe::connect("usb:", hasty);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  device.unplug();
+  const auto search_for = [](int milliseconds) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+  };
+  ASSERT_TRUE(becomes_true("a search has failed", [&] { return !probe->stats().last_error.empty(); }));
+  search_for(300);
+  const std::ptrdiff_t files = handles_of_ours();
+  const long threads = proc_status_number(::getpid(), "Threads");
+  search_for(1000);
+  // A search opens handles and starts a thread of libusb for a while.
+  EXPECT_TRUE(becomes_true("as many handles are open as before", [&] { return handles_of_ours() <= files; }));
+  EXPECT_TRUE(becomes_true("as many threads run as before",
+                           [&] { return proc_status_number(::getpid(), "Threads") <= threads; }));
 }
 
 TEST(UsbDevice, StallIsClearedAndBusErrorsAreTolerated) {
