@@ -29,6 +29,14 @@ ProbeOptions options() {
   o.silence_limit = Duration::from_seconds(30);
   return o;
 }
+/// The options of a client that searches at this interval while the probe is missing.
+ProbeOptions options_with_retry(Duration interval) {
+  ProbeOptions o = options();
+  o.retry_min = o.retry_max = interval;
+  return o;
+}
+/// Only an event of the bus begins a search.
+ProbeOptions hotplug_alone() { return options_with_retry(Duration::from_seconds(3600)); }
 
 ::testing::AssertionResult received(const Probe& probe, std::uint64_t count) {
   return becomes_true(std::to_string(count) + " descriptors are here (" + probe.stats().last_error + ")",
@@ -137,9 +145,7 @@ TEST(UsbDevice, MissingProbeIsReportedAndFoundWhenPluggedIn) {
   EXPECT_NE(none.status().message().find("no probe is plugged in"), std::string::npos) << none.status().message();
 
   UmockProbe device;
-  ProbeOptions hotplug_alone = options();
-  hotplug_alone.retry_min = hotplug_alone.retry_max = Duration::from_seconds(3600);
-  const Result<Probe> probe = Probe::connect("usb:", hotplug_alone);
+  const Result<Probe> probe = Probe::connect("usb:", hotplug_alone());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
   device.unplug();
   ASSERT_TRUE(becomes_true("the probe is missed", [&] { return probe->stats().state == LinkState::waiting; }));
@@ -168,9 +174,7 @@ TEST(UsbDevice, HundredReplugsLeakNothing) {
   UmockProbe device;
   // A search that finds no probe initialises libusb again. umockdev aborts if a probe is plugged in while libusb closes
   // its socket of events, so that only the event begins a search here.
-  ProbeOptions hotplug_alone = options();
-  hotplug_alone.retry_min = hotplug_alone.retry_max = Duration::from_seconds(3600);
-  const Result<Probe> probe = Probe::connect("usb:", hotplug_alone);
+  const Result<Probe> probe = Probe::connect("usb:", hotplug_alone());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
   long threads = 0;
   std::ptrdiff_t files = 0;
@@ -196,19 +200,14 @@ TEST(UsbDevice, HundredReplugsLeakNothing) {
 
 TEST(UsbDevice, SearchesForAMissingProbeLeakNothing) {
   UmockProbe device;
-  ProbeOptions hasty = options();
-  hasty.retry_min = hasty.retry_max = Duration::from_seconds(0.001);
-  const Result<Probe> probe = Probe::connect("usb:", hasty);
+  const Result<Probe> probe = Probe::connect("usb:", options_with_retry(Duration::from_seconds(0.001)));
   ASSERT_TRUE(probe.ok()) << probe.status().message();
   device.unplug();
-  const auto search_for = [](int milliseconds) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
-  };
-  ASSERT_TRUE(becomes_true("a search has failed", [&] { return !probe->stats().last_error.empty(); }));
-  search_for(300);
+  ASSERT_TRUE(becomes_true("the probe is missed", [&] { return !probe->stats().last_error.empty(); }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
   const std::ptrdiff_t files = handles_of_ours();
   const long threads = proc_status_number(::getpid(), "Threads");
-  search_for(1000);
+  std::this_thread::sleep_for(std::chrono::seconds(1));
   // A search opens handles and starts a thread of libusb for a while.
   EXPECT_TRUE(becomes_true("as many handles are open as before", [&] { return handles_of_ours() <= files; }));
   EXPECT_TRUE(becomes_true("as many threads run as before",

@@ -19,10 +19,10 @@ constexpr double kMinSignalToNoise = 3;
 constexpr double kMinDirectionSigma_rad = 0.02;
 /// Largest standard deviation of a direction, that of the body's attitude included, which is certain: 5.3 degrees.
 constexpr double kMaxCertainSigma_rad = 0.092;
-/// Standard deviation of a light's place across its direction, which counts in that limit alone. A light that is fitted
-/// as near may be sheen, a wide lamp, or two lamps: the covariance is that of errors in the mean, but large errors are
-/// ten times as frequent as of distant lights.
-constexpr double kLightPlaceSigma_m = 0.02;
+/// Standard deviation of a light's position across its direction, which counts in that limit alone. A light that is
+/// fitted as near may be sheen, a wide lamp, or two lamps: the covariance is that of errors in the mean, but large
+/// errors are several times as frequent as of distant lights (the README's section Random scenes).
+constexpr double kLightPositionSigma_m = 0.02;
 /// Standard deviation of a ball's place on its sheet, along each axis: as of faces (BodyPoseOptions).
 constexpr double kBallShiftSigma_m = 0.25e-3;
 /// Largest share of patches that may be occluded, nonuniform or outliers. Above it, the occluder may also hide the
@@ -182,8 +182,8 @@ void MarkerEstimatorImpl::add_pose_covariance() {
     light_estimate.direction_covariance[0] += uu + every;
     light_estimate.direction_covariance[1] += uv;
     light_estimate.direction_covariance[2] += vv + every;
-    const double place = kLightPlaceSigma_m * light_estimate.light.inverse_distance;
-    if (!(std::hypot(marker::worst_sigma(light_estimate.direction_covariance), place) <= kMaxCertainSigma_rad))
+    const double of_position = kLightPositionSigma_m * light_estimate.light.inverse_distance;
+    if (!(std::hypot(marker::worst_sigma(light_estimate.direction_covariance), of_position) <= kMaxCertainSigma_rad))
       light_estimate.uncertain = true;
   }
   if (!report_.light.lights.empty() && report_.light.lights[0].uncertain) report_.light.uncertain = true;

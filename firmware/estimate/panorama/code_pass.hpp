@@ -96,7 +96,7 @@ class CodePass {
     [[nodiscard]] BlockCodes at_first();
   };
   struct LensPlan {
-    CodeTable linear16{{}};
+    CodeTable linear16;
     std::vector<float> step8;  ///< Quantization step by linear value in 1/4095.
     float linear_unit = 0;     ///< Linear value = run.linear_from + linear_unit * linear16 / 65535.
     bool linear = false;       ///< Codes are linear; linear16 is not used.

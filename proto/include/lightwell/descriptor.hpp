@@ -51,8 +51,8 @@ enum class Flag : std::uint8_t {
                   ///< exposure and of those that agree with it.
   filled = 6,     ///< Directions that no pixel sees were filled as configured (UnseenFill); no error bound covers them.
   recovered = 7,  ///< The energy of saturated pixels was recovered from a lux meter or from the grey patch.
-  unsure = 8,     ///< The observations fit several light directions: the strongest light's covariance is wide, or the
-                  ///< light was not observed at all.
+  unsure = 8,     ///< The observations fit several light directions: the strongest light's covariance is wide, the
+                  ///< light may be very near, or it was not observed at all.
   newer = 31,     ///< Set by the decoder only: the probe set a flag that this version does not know.
 };
 /// The flags that the wire format has.

@@ -26,7 +26,7 @@ Curve curve(std::string name, OfValue&& of_value) {
 
 double bt709(double v) { return v < 0.081 ? v / 4.5 : std::pow((v + 0.099) / 1.099, 1 / 0.45); }
 
-/// sRGB with a black level within the scale: 0 up to the code of black.
+/// sRGB that is 0 up to the code of black: a kink.
 double above_black(double v, double black) { return std::max(srgb_to_linear(v) - black, 0.0) / (1 - black); }
 
 std::vector<Curve> camera_curves() {
@@ -36,7 +36,7 @@ std::vector<Curve> camera_curves() {
                             curve("S", [](double v) { return v * v * (3 - 2 * v); }),
                             curve("black", [](double) { return 0.0; }),
                             curve("white", [](double) { return 1.0; })};
-  for (const double gamma : {1.0, 1.5, 1.8, 2.0, 2.2, 2.4, 2.6})
+  for (const double gamma : {1.0, 1.5, 1.8, 2.0, 2.2, 2.4, 2.6, 2.8, 3.0})
     out.push_back(curve("gamma " + std::to_string(gamma), [&](double v) { return std::pow(v, gamma); }));
   for (const double black : {0.001, 0.004, 0.016, 0.05})
     out.push_back(curve("black level " + std::to_string(black), [&](double v) { return above_black(v, black); }));

@@ -93,6 +93,13 @@ CodeTable any_table() {
   Random random(5);
   return table_of([&](std::size_t) { return static_cast<double>(random() >> 8 & 65535); });
 }
+/// Concave from the middle on: negative curvatures.
+CodeTable s_shaped_table() {
+  return table_of([](std::size_t i) {
+    const double v = static_cast<double>(i) / 255;
+    return 65535 * v * v * (3 - 2 * v);
+  });
+}
 CodeTable full_table() {
   return table_of([](std::size_t) { return 65535.0; });
 }
@@ -167,21 +174,26 @@ TEST(LaneSums, SumMaskedWordsOverRows) {
 
 TEST(LaneSums, EachCodeHasItsOwnLinearValue) {
   // A wrong table entry might not be detected in sums of many codes.
-  const CodeTable table = any_table();
+  ASSERT_EQ(any_table().segments(), nullptr);
+  ASSERT_NE(rising_table().segments(), nullptr);
+  ASSERT_NE(s_shaped_table().segments(), nullptr);
+  const std::array tables = {any_table(), rising_table(), s_shaped_table()};
   test::on_each_target([&](const char* target) {
     SCOPED_TRACE(target);
-    std::array<std::uint8_t, 256> row, weights;
-    for (std::size_t i = 0; i < 256; ++i) row[i] = static_cast<std::uint8_t>(i * 77 + 3);
-    for (int weight = 0; weight < 256; ++weight) {
-      weights.fill(static_cast<std::uint8_t>(weight));
-      Sums plain(256), weighted(256);
-      const CodeRows rows{row.data(), 256, 1, &table, 256};
-      sum_lanes(rows, {}, 256, plain.out());
-      sum_lanes(rows, {weights.data(), 256}, 256, weighted.out());
-      for (std::size_t i = 0; i < 256; ++i) {
-        const unsigned linear = table[row[i]];
-        ASSERT_EQ(plain.sum[i], linear) << "code " << int{row[i]};
-        ASSERT_EQ(weighted.sum[i], linear * static_cast<unsigned>(weight) / 256) << "code " << int{row[i]};
+    for (const CodeTable& table : tables) {
+      std::array<std::uint8_t, 256> row, weights;
+      for (std::size_t i = 0; i < 256; ++i) row[i] = static_cast<std::uint8_t>(i * 77 + 3);
+      for (int weight = 0; weight < 256; ++weight) {
+        weights.fill(static_cast<std::uint8_t>(weight));
+        Sums plain(256), weighted(256);
+        const CodeRows rows{row.data(), 256, 1, &table, 256};
+        sum_lanes(rows, {}, 256, plain.out());
+        sum_lanes(rows, {weights.data(), 256}, 256, weighted.out());
+        for (std::size_t i = 0; i < 256; ++i) {
+          const unsigned linear = table[row[i]];
+          ASSERT_EQ(plain.sum[i], linear) << "code " << int{row[i]};
+          ASSERT_EQ(weighted.sum[i], linear * static_cast<unsigned>(weight) / 256) << "code " << int{row[i]};
+        }
       }
     }
   });

@@ -67,19 +67,11 @@ class TableLookup {
   const std::uint16_t* table_;
 };
 
-/// Evaluates CodeSegments: a third of the instructions of a lookup of one code after another.
+/// Evaluates CodeSegments, which must outlive it.
 class SegmentLookup {
  public:
   using Order = UnpackedOrder;
-  explicit SegmentLookup(const CodeSegments& s) : exact_from_(static_cast<std::uint8_t>(16 * s.exact_segment)) {
-    for (std::size_t i = 0; i < CodeSegments::kLength; ++i) {
-      exact_.set(i, s.exact[i]);
-      base_.set(i, s.base[i]);
-      rise_.set(i, s.rise[i]);
-      bend_.set(i, static_cast<std::uint16_t>(s.bend[i]));
-      square_[i] = static_cast<std::uint8_t>(i * i);
-    }
-  }
+  explicit SegmentLookup(const CodeSegments& segments) : segments_(segments) {}
   HWY_INLINE Wide operator()(V8 codes) const {
     const D8 d;
     const D16 d16;
@@ -87,42 +79,36 @@ class SegmentLookup {
     const V8 segment = hn::And(hn::BitCast(d, hn::ShiftRight<4>(hn::BitCast(d16, codes))), lower_bits);
     const V8 within = hn::And(codes, lower_bits);
     // Below 128, and so an index, in the exact segment alone.
-    const V8 in_exact = hn::SaturatedAdd(hn::Xor(codes, hn::Set(d, exact_from_)), hn::Set(d, 0x70));
-    const Wide base =
-        wide(hn::Or(base_.low(segment), exact_.low(in_exact)), hn::Or(base_.high(segment), exact_.high(in_exact)));
-    const Wide rise = wide(rise_.low(segment), rise_.high(segment)),
-               bend = wide(bend_.low(segment), bend_.high(segment));
+    const V8 exact_from = hn::Set(d, static_cast<std::uint8_t>(CodeSegments::kLength * segments_.exact_segment));
+    const V8 in_exact = hn::SaturatedAdd(hn::Xor(codes, exact_from), hn::Set(d, 0x70));
+    const Wide base = wide(hn::Or(selected(segments_.base.low, segment), selected(segments_.exact.low, in_exact)),
+                           hn::Or(selected(segments_.base.high, segment), selected(segments_.exact.high, in_exact)));
+    const Wide rise = words(segments_.rise, segment), bend = words(segments_.bend, segment);
     // t 2^12 and t² 2^7: the products' upper 16 bits are the quotients.
     const V8 zero = hn::Zero(d), shifted = hn::BitCast(d, hn::ShiftLeft<4>(hn::BitCast(d16, within)));
-    const Wide t = wide(zero, shifted), t2 = wide(zero, hn::TableLookupBytes(hn::LoadDup128(d, square_), within));
+    const Wide t = wide(zero, shifted), t2 = wide(zero, selected(kSquares, within));
     return {sum(base.lower, rise.lower, bend.lower, t.lower, t2.lower),
             sum(base.upper, rise.upper, bend.upper, t.upper, t2.upper)};
   }
 
  private:
-  /// Low and high bytes of 16 words.
-  class Words {
-   public:
-    void set(std::size_t i, std::uint16_t word) {
-      bytes_[0][i] = static_cast<std::uint8_t>(word);
-      bytes_[1][i] = static_cast<std::uint8_t>(word >> 8);
-    }
-    HWY_INLINE V8 low(V8 index) const { return hn::TableLookupBytesOr0(hn::LoadDup128(D8(), bytes_[0]), index); }
-    HWY_INLINE V8 high(V8 index) const { return hn::TableLookupBytesOr0(hn::LoadDup128(D8(), bytes_[1]), index); }
+  using Bytes = std::array<std::uint8_t, CodeSegments::kLength>;
+  alignas(16) static constexpr Bytes kSquares = {0, 1, 4, 9, 16, 25, 36, 49, 64, 81, 100, 121, 144, 169, 196, 225};
 
-   private:
-    alignas(16) std::uint8_t bytes_[2][CodeSegments::kLength];
-  };
-
+  /// An index of 128 or more selects 0.
+  HWY_INLINE static V8 selected(const Bytes& bytes, V8 index) {
+    return hn::TableLookupBytesOr0(hn::LoadDup128(D8(), bytes.data()), index);
+  }
+  HWY_INLINE static Wide words(const CodeSegments::Words& words, V8 index) {
+    return wide(selected(words.low, index), selected(words.high, index));
+  }
   HWY_INLINE static V16 sum(V16 base, V16 rise, V16 bend, V16 t, V16 t2) {
     const DI16 d;
     const auto quadratic = hn::MulHigh(hn::BitCast(d, bend), hn::BitCast(d, hn::ShiftRight<1>(t2)));
     return hn::Add(hn::Add(base, hn::MulHigh(rise, t)), hn::BitCast(D16(), quadratic));
   }
 
-  std::uint8_t exact_from_;
-  Words exact_, base_, rise_, bend_;
-  alignas(16) std::uint8_t square_[CodeSegments::kLength];
+  const CodeSegments& segments_;
 };
 #endif
 

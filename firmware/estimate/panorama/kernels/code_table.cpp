@@ -78,9 +78,9 @@ std::optional<CodeSegments> fit_segments(const std::array<double, 256>& linear,
   std::array<double, kLength> errors{};
   for (std::size_t h = 0; h < kLength; ++h) {
     const SegmentFit fit = fit_segment(&linear[h * kLength]);
-    out.base[h] = static_cast<std::uint16_t>(fit.segment.base);
-    out.rise[h] = static_cast<std::uint16_t>(fit.segment.rise);
-    out.bend[h] = static_cast<std::int16_t>(fit.segment.bend);
+    out.base.set(h, fit.segment.base);
+    out.rise.set(h, fit.segment.rise);
+    out.bend.set(h, fit.segment.bend);
     errors[h] = fit.error;
   }
   const auto worst = std::max_element(errors.begin(), errors.end());
@@ -88,9 +88,8 @@ std::optional<CodeSegments> fit_segments(const std::array<double, 256>& linear,
   if (!std::all_of(errors.begin(), errors.end(), [](double e) { return e <= kMaxSegmentError; })) return std::nullopt;
   const auto h = static_cast<std::size_t>(worst - errors.begin());
   out.exact_segment = h;
-  out.base[h] = out.rise[h] = 0;
-  out.bend[h] = 0;
-  std::copy_n(rounded.begin() + static_cast<std::ptrdiff_t>(h * kLength), kLength, out.exact.begin());
+  for (CodeSegments::Words* const words : {&out.base, &out.rise, &out.bend}) words->set(h, 0);
+  for (std::size_t t = 0; t < kLength; ++t) out.exact.set(t, rounded[h * kLength + t]);
   return out;
 }
 
@@ -98,7 +97,7 @@ std::optional<CodeSegments> fit_segments(const std::array<double, 256>& linear,
 
 int CodeSegments::value(std::size_t code) const {
   const std::size_t h = code / kLength, t = code % kLength;
-  return (h == exact_segment ? exact[t] : 0) + value_at({base[h], rise[h], bend[h]}, t);
+  return (h == exact_segment ? exact[t] : 0) + value_at({base[h], rise[h], static_cast<std::int16_t>(bend[h])}, t);
 }
 
 CodeTable::CodeTable(const std::array<double, 256>& linear) {

@@ -117,7 +117,7 @@ TEST(MarkerEstimator, ABallBesideItsPlaceTurnsDirections) {
   EXPECT_TRUE(small.flags.has(Flag::unsure)) << "7 degrees";
 }
 
-TEST(MarkerEstimator, ALampSoNearThatItsPlaceMattersIsUnsure) {
+TEST(MarkerEstimator, ALightSoNearThatItsPositionMattersIsUnsure) {
   // 2 cm are 2.3 degrees at 0.5 m, and 6.4 at 0.18 m.
   const Descriptor far = BallScene(1, 0.5).estimate(std::nullopt), near = BallScene(1, 0.18).estimate(std::nullopt);
   ASSERT_FALSE(near.lights.empty());
