@@ -50,8 +50,8 @@ Rgb specular_radiance(const Panorama& env, const V3& v_plane, const Gloss& gloss
 /// E: the integral of L n.l over the upper hemisphere, exact for uniform pixels.
 Rgb plane_irradiance(const Panorama& env);
 
-/// S(v) at directions of the upper hemisphere, interpolated by cubic polynomials. For elevations above 5 degrees the
-/// error is below 0.3 % of the largest S; below 5 degrees the lobe becomes narrower than the table's step in azimuth.
+/// S(v) at directions of the upper hemisphere, interpolated by cubic polynomials. For elevations above 8 degrees the
+/// error is below 0.3 % of the largest S; below 8 degrees the lobe becomes narrower than the table's step in azimuth.
 ///
 /// The sum over the panorama is not cut off, because GGX has long tails: beyond k alpha of slope of the half vector
 /// there remains 1 / (1 + k^2) of the lobe, so that 1e-3 would need k = 32. Instead, pixels far from the lobe are

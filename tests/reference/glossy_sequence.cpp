@@ -63,7 +63,7 @@ Rgb mixed(const Rgb& a, const Rgb& b, double t) {
   return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])};
 }
 
-constexpr double kDarkest = 0.03, kPaper = 0.8;
+constexpr double kInk = 0.03, kPaper = 0.8;
 
 /// Draws on a texture in coordinates 0..1 from the upper left corner.
 class Painter {
@@ -79,7 +79,7 @@ class Painter {
         const Rgb value = color((i + 0.5 - i0) / (i1 - i0), (j + 0.5 - j0) / (j1 - j0));
         const std::size_t at =
             3 * (static_cast<std::size_t>(j) * static_cast<std::size_t>(texture_.n) + static_cast<std::size_t>(i));
-        for (std::size_t c = 0; c < 3; ++c) texture_.rgb[at + c] = std::clamp(value[c], kDarkest, kPaper);
+        for (std::size_t c = 0; c < 3; ++c) texture_.rgb[at + c] = std::clamp(value[c], kInk, kPaper);
       }
     }
   }
@@ -110,7 +110,7 @@ void write_lines(Painter& painter, SplitMix& random, double left, double upper, 
 Rgb ink_color(SplitMix& random, double from, double to) {
   Rgb color{};
   const double grey = random.uniform(from, to);
-  for (double& c : color) c = std::clamp(grey * random.uniform(0.5, 1.5), kDarkest, kPaper);
+  for (double& c : color) c = std::clamp(grey * random.uniform(0.5, 1.5), kInk, kPaper);
   return color;
 }
 

@@ -81,7 +81,8 @@ def radiance(scene, d):
 
 
 def environment(scene):
-    """Mitsuba's rows are at the polar angles pi j / (H - 1), its columns at the azimuths 2 pi (i + 0.5) / W from -Z to +X."""
+    """Mitsuba's rows are at the polar angles pi j / (H - 1), its columns at the azimuths 2 pi (i + 0.5) / W, from -Z
+    to +X."""
     azimuth = 2 * np.pi * (np.arange(MAP_WIDTH) + 0.5) / MAP_WIDTH
     polar = np.pi * np.arange(MAP_HEIGHT) / (MAP_HEIGHT - 1)
     s = np.sin(polar)[:, None]
