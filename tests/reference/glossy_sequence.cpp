@@ -168,37 +168,89 @@ double SplitMix::gaussian() {
   return r * std::cos(2 * pi * uniform());
 }
 
+namespace {
+
+/// Distance, gaze, roll and tremor of a hand, the same for every path of its viewing direction.
+class Hand {
+ public:
+  Hand(SplitMix& random, const TrajectoryOptions& options)
+      : options_(options),
+        distance_(random, 0.05, 0.2),
+        roll_(random, 0.02, 0.08),
+        gaze_x_(random, 0.03, 0.1),
+        gaze_y_(random, 0.03, 0.1) {
+    for (int axis = 0; axis < 3; ++axis) tremor_.emplace_back(random, 3, 9, 5);
+  }
+
+  [[nodiscard]] Pose pose(double time, double elevation, double azimuth) const {
+    const double range = 0.5 * (options_.nearest_m + options_.farthest_m) +
+                         0.5 * (options_.farthest_m - options_.nearest_m) * distance_.at(time);
+    const V3 eye = range * V3{std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
+                              std::sin(elevation)};
+    // Within the square inside the circle.
+    const V3 target = options_.gaze_radius_m * std::sqrt(0.5) * V3{gaze_x_.at(time), gaze_y_.at(time), 0};
+    const M3 straight = facing_centre(elevation, azimuth);
+    const M3 turned_to_target = smallest_rotation(rotated(straight, target - eye), {0, 0, 1});
+    const M3 rolled = rotation_about({0, 0, 1}, options_.roll_deg * kRadian * roll_.at(time));
+    const M3 shaken =
+        rotation_of(options_.tremor_deg * kRadian * V3{tremor_[0].at(time), tremor_[1].at(time), tremor_[2].at(time)});
+    Pose out;
+    out.rotation = product(shaken, product(rolled, product(turned_to_target, straight)));
+    out.translation = -1.0 * rotated(out.rotation, eye);
+    return out;
+  }
+
+ private:
+  TrajectoryOptions options_;
+  Sines distance_, roll_, gaze_x_, gaze_y_;
+  std::vector<Sines> tremor_;
+};
+
+}  // namespace
+
 std::vector<Pose> hand_held_trajectory(std::uint64_t seed, int frames, const TrajectoryOptions& options) {
   SplitMix random(seed, kTrajectory);
   const double first_azimuth = random.uniform(0, 2 * pi), phase = random.uniform() < 0.5 ? 0 : pi;
   const double turns_a_swing = 0.5 * (1 + std::sqrt(5.0));
   const double swing_rad_per_s = options.azimuth_deg_per_s * kRadian / turns_a_swing;
   const double low = std::sin(options.lowest_deg * kRadian), high = std::sin(options.highest_deg * kRadian);
-  const Sines wobble(random, 0.03, 0.08), distance(random, 0.05, 0.2), roll(random, 0.02, 0.08);
-  const Sines gaze_x(random, 0.03, 0.1), gaze_y(random, 0.03, 0.1);
-  std::vector<Sines> tremor;
-  for (int axis = 0; axis < 3; ++axis) tremor.emplace_back(random, 3, 9, 5);
+  const Sines wobble(random, 0.03, 0.08);
+  const Hand hand(random, options);
   std::vector<Pose> poses;
   for (int frame = 0; frame < frames; ++frame) {
     const double time = frame / options.frames_per_s;
     const double azimuth = first_azimuth + options.azimuth_deg_per_s * kRadian * time + 10 * kRadian * wobble.at(time);
     const double elevation =
         std::asin(0.5 * (high + low) - 0.5 * (high - low) * std::cos(swing_rad_per_s * time + phase));
-    const double range = 0.5 * (options.nearest_m + options.farthest_m) +
-                         0.5 * (options.farthest_m - options.nearest_m) * distance.at(time);
-    const V3 eye = range * V3{std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
-                              std::sin(elevation)};
-    // Within the square inside the circle.
-    const V3 target = options.gaze_radius_m * std::sqrt(0.5) * V3{gaze_x.at(time), gaze_y.at(time), 0};
-    const M3 straight = facing_centre(elevation, azimuth);
-    const M3 turned_to_target = smallest_rotation(rotated(straight, target - eye), {0, 0, 1});
-    const M3 rolled = rotation_about({0, 0, 1}, options.roll_deg * kRadian * roll.at(time));
-    const M3 shaken =
-        rotation_of(options.tremor_deg * kRadian * V3{tremor[0].at(time), tremor[1].at(time), tremor[2].at(time)});
-    Pose pose;
-    pose.rotation = product(shaken, product(rolled, product(turned_to_target, straight)));
-    pose.translation = -1.0 * rotated(pose.rotation, eye);
-    poses.push_back(pose);
+    poses.push_back(hand.pose(time, elevation, azimuth));
+  }
+  return poses;
+}
+
+std::vector<Pose> guided_trajectory(std::uint64_t seed, int frames, double turns, const TrajectoryOptions& options) {
+  SplitMix random(seed, kTrajectory);
+  const double first_azimuth = random.uniform(0, 2 * pi);
+  const Hand hand(random, options);
+  const double high = options.highest_deg * kRadian, low = options.lowest_deg * kRadian;
+  const double azimuth_per_elevation = 2 * pi * turns / (high - low);
+  // Length of the path of the viewing direction from the top to each of many elevations.
+  constexpr int kSteps = 4000;
+  std::vector<double> length(kSteps + 1);
+  for (int step = 1; step <= kSteps; ++step) {
+    const double middle = high + (low - high) * (step - 0.5) / kSteps;
+    length[static_cast<std::size_t>(step)] =
+        length[static_cast<std::size_t>(step - 1)] +
+        (high - low) / kSteps * std::hypot(1.0, azimuth_per_elevation * std::cos(middle));
+  }
+  std::vector<Pose> poses;
+  std::size_t after = 1;
+  for (int frame = 0; frame < frames; ++frame) {
+    const double reached = length.back() * (frame + 0.5) / frames;
+    while (length[after] < reached) ++after;
+    const double part = (reached - length[after - 1]) / (length[after] - length[after - 1]);
+    const double share = (static_cast<double>(after - 1) + part) / kSteps;
+    const double elevation = high + (low - high) * share;
+    poses.push_back(hand.pose(frame / options.frames_per_s, elevation, first_azimuth + 2 * pi * turns * share));
   }
   return poses;
 }

@@ -39,6 +39,13 @@ struct TrajectoryOptions {
   double tremor_deg = 0.2;      ///< the largest rotation of the hand's tremor about each axis, 3 to 9 Hz
 };
 
+/// T_camera_plane of a hand that is guided to see all directions: a spiral from highest_deg to lowest_deg whose turns
+/// are evenly spaced in elevation, at constant speed of the viewing direction. A camera that sees 28 degrees of
+/// directions at once, as one 0.4 m from a plane of 0.2 m, leaves no gap with four turns. azimuth_deg_per_s and
+/// frames_per_s only set the time scale of gaze, roll and tremor.
+std::vector<Pose> guided_trajectory(std::uint64_t seed, int frames, double turns,
+                                    const TrajectoryOptions& options = {});
+
 /// T_camera_plane of each frame: sums of sines of time, smooth everywhere. Without tremor the camera turns by no more
 /// than 40 degrees/s at the default options. Image up is towards the plane's +Z, turned by the roll.
 std::vector<Pose> hand_held_trajectory(std::uint64_t seed, int frames, const TrajectoryOptions& options = {});

@@ -105,6 +105,32 @@ TEST(GlossySequence, TrajectorySeesTheWholeHemisphere) {
   }
 }
 
+TEST(GlossySequence, GuidedTrajectoryLeavesNoGap) {
+  TrajectoryOptions options;
+  options.highest_deg = 82;
+  for (const int frames : {300, 900}) {
+    const std::vector<Pose> poses = guided_trajectory(7, frames, 4, options);
+    ASSERT_EQ(poses.size(), static_cast<std::size_t>(frames));
+    double widest = 0;
+    for (double elevation = 12; elevation <= 90; elevation += 3)
+      for (double azimuth = 0; azimuth < 360; azimuth += 6) {
+        const V3 direction{std::cos(elevation * kRadian) * std::cos(azimuth * kRadian),
+                           std::cos(elevation * kRadian) * std::sin(azimuth * kRadian), std::sin(elevation * kRadian)};
+        double nearest = 180;
+        for (const Pose& pose : poses)
+          nearest = std::min(nearest, std::acos(std::min(1.0, dot(direction, normalised(eye_of(pose))))) / kRadian);
+        widest = std::max(widest, nearest);
+      }
+    // 8.75 degrees half way between turns, and more beside the first and the last turn. A plane of 0.2 m that is 0.4 m
+    // away has directions within 14 degrees of that of its middle.
+    EXPECT_LT(widest, 14) << frames;
+    for (const Pose& pose : poses) {
+      EXPECT_GT(elevation_deg(eye_of(pose)), 11.9);
+      EXPECT_LT(elevation_deg(eye_of(pose)), 82.1);
+    }
+  }
+}
+
 TEST(GlossySequence, SameSeedSameNumbers) {
   const std::vector<Pose> a = hand_held_trajectory(5, 50), b = hand_held_trajectory(5, 80),
                           other = hand_held_trajectory(6, 50);

@@ -8,15 +8,17 @@ Exit: 0 every alpha within 1 %, 1 something disagrees.
 """
 
 import argparse
+import glob
 import json
 import os
 import sys
 import time
 from pathlib import Path
 
-LLVM = "/root/.rustup/toolchains/stable-x86_64-unknown-linux-gnu/lib/libLLVM.so.22.1-rust-1.95.0-stable"
-if "DRJIT_LIBLLVM_PATH" not in os.environ and Path(LLVM).exists():
-    os.environ["DRJIT_LIBLLVM_PATH"] = LLVM
+if "DRJIT_LIBLLVM_PATH" not in os.environ:  # Else that of a Rust toolchain; its small files are linker scripts.
+    found = glob.glob(str(Path.home() / ".rustup/toolchains/*/lib/libLLVM*.so*"))
+    if found:
+        os.environ["DRJIT_LIBLLVM_PATH"] = max(sorted(found), key=os.path.getsize)
 
 import drjit as dr
 import mitsuba as mi

@@ -9,14 +9,16 @@ tests/reference/panorama.hpp: the centre is -Z, to the right is +X, the top row 
 """
 
 import argparse
+import glob
 import os
 import sys
 import time
 from pathlib import Path
 
-LLVM = "/root/.rustup/toolchains/stable-x86_64-unknown-linux-gnu/lib/libLLVM.so.22.1-rust-1.95.0-stable"
-if "DRJIT_LIBLLVM_PATH" not in os.environ and Path(LLVM).exists():
-    os.environ["DRJIT_LIBLLVM_PATH"] = LLVM
+if "DRJIT_LIBLLVM_PATH" not in os.environ:  # Else that of a Rust toolchain; its small files are linker scripts.
+    found = glob.glob(str(Path.home() / ".rustup/toolchains/*/lib/libLLVM*.so*"))
+    if found:
+        os.environ["DRJIT_LIBLLVM_PATH"] = max(sorted(found), key=os.path.getsize)
 
 import drjit as dr
 import mitsuba as mi
@@ -192,7 +194,7 @@ def main():
     for number, name in enumerate(args.names):
         start = time.time()
         picture, difference = render(ROOMS[name](), args.spp, 1000 * (number + 1))
-        dr.set_thread_count(2)  # the writer of OpenEXR waits for ever for a second thread
+        dr.set_thread_count(2)  # the writer of OpenEXR waits without end for a second thread
         mi.Bitmap(rounded(picture)).write(str(args.out / f"{name}.exr"))
         dr.set_thread_count(1)
         up = picture[:HEIGHT // 2]
