@@ -232,25 +232,27 @@ std::vector<Pose> guided_trajectory(std::uint64_t seed, int frames, double turns
   const double first_azimuth = random.uniform(0, 2 * pi);
   const Hand hand(random, options);
   const double high = options.highest_deg * kRadian, low = options.lowest_deg * kRadian;
-  const double azimuth_per_elevation = 2 * pi * turns / (high - low);
-  // Length of the path of the viewing direction from the top to each of many elevations.
+  const auto elevation_at = [&](double share) {
+    return high + (low - high) * std::min(1.0, share * turns / (turns - 1));
+  };
+  // Length of the path of the viewing direction up to each of many azimuths.
   constexpr int kSteps = 4000;
   std::vector<double> length(kSteps + 1);
   for (int step = 1; step <= kSteps; ++step) {
-    const double middle = high + (low - high) * (step - 0.5) / kSteps;
+    const double before = elevation_at((step - 1.0) / kSteps), after = elevation_at(static_cast<double>(step) / kSteps);
     length[static_cast<std::size_t>(step)] =
         length[static_cast<std::size_t>(step - 1)] +
-        (high - low) / kSteps * std::hypot(1.0, azimuth_per_elevation * std::cos(middle));
+        std::hypot(after - before, 2 * pi * turns / kSteps * std::cos(0.5 * (before + after)));
   }
   std::vector<Pose> poses;
-  std::size_t after = 1;
+  std::size_t next = 1;
   for (int frame = 0; frame < frames; ++frame) {
     const double reached = length.back() * (frame + 0.5) / frames;
-    while (length[after] < reached) ++after;
-    const double part = (reached - length[after - 1]) / (length[after] - length[after - 1]);
-    const double share = (static_cast<double>(after - 1) + part) / kSteps;
-    const double elevation = high + (low - high) * share;
-    poses.push_back(hand.pose(frame / options.frames_per_s, elevation, first_azimuth + 2 * pi * turns * share));
+    while (length[next] < reached) ++next;
+    const double part = (reached - length[next - 1]) / (length[next] - length[next - 1]);
+    const double share = (static_cast<double>(next - 1) + part) / kSteps;
+    poses.push_back(
+        hand.pose(frame / options.frames_per_s, elevation_at(share), first_azimuth + 2 * pi * turns * share));
   }
   return poses;
 }

@@ -109,7 +109,7 @@ TEST(GlossySequence, GuidedTrajectoryLeavesNoGap) {
   TrajectoryOptions options;
   options.highest_deg = 82;
   for (const int frames : {300, 900}) {
-    const std::vector<Pose> poses = guided_trajectory(7, frames, 4, options);
+    const std::vector<Pose> poses = guided_trajectory(7, frames, 5, options);
     ASSERT_EQ(poses.size(), static_cast<std::size_t>(frames));
     double widest = 0;
     for (double elevation = 12; elevation <= 90; elevation += 3)
@@ -121,7 +121,7 @@ TEST(GlossySequence, GuidedTrajectoryLeavesNoGap) {
           nearest = std::min(nearest, std::acos(std::min(1.0, dot(direction, normalised(eye_of(pose))))) / kRadian);
         widest = std::max(widest, nearest);
       }
-    // 8.75 degrees half way between turns, and more beside the first and the last turn. A plane of 0.2 m that is 0.4 m
+    // 8.75 degrees half way between turns, and more beside the first turn. A plane of 0.2 m that is 0.4 m
     // away has directions within 14 degrees of that of its middle.
     EXPECT_LT(widest, 14) << frames;
     for (const Pose& pose : poses) {

@@ -32,8 +32,8 @@ class HemisphereGrid {
     const auto n = static_cast<std::size_t>(levels_);
     return 1 + 2 * n * (n + 1);
   }
-  /// Angle between successive levels, rad. Neighbours of a level are as far apart at the horizon, and pi / 2 times as
-  /// far at the pole.
+  /// Angle between successive levels, rad. Neighbours of a level are one spacing apart at the horizon, and
+  /// pi / 2 spacings near the pole.
   [[nodiscard]] double spacing_rad() const { return std::numbers::pi / (2 * levels_); }
 
   /// Index of the first node of a level; levels() + 1 gives size().

@@ -1,0 +1,66 @@
+#include "estimate/specular/lumisphere.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace lightwell::specular {
+namespace {
+
+/// The two neighbours of the same level and the nearest node of the levels above and below.
+std::array<std::size_t, 4> neighbours(const HemisphereGrid& grid, std::size_t node) {
+  const int level = grid.level_of(node), count = HemisphereGrid::nodes_of(level);
+  const std::size_t first = HemisphereGrid::first_of(level);
+  const auto along = static_cast<int>(node - first);
+  const auto on_level = [&](int other) {
+    if (other < 0 || other > grid.levels()) return node;
+    const int nodes = HemisphereGrid::nodes_of(other);
+    const auto index = static_cast<int>(std::lround(static_cast<double>(along) / count * nodes)) % nodes;
+    return HemisphereGrid::first_of(other) + static_cast<std::size_t>(index);
+  };
+  return {first + static_cast<std::size_t>((along + 1) % count),
+          first + static_cast<std::size_t>((along + count - 1) % count), on_level(level - 1), on_level(level + 1)};
+}
+
+/// Reflectance of a smooth surface towards a node.
+float reflectance(const HemisphereGrid& grid, std::size_t node) {
+  const double m = 1 - grid.direction(node).z;
+  return static_cast<float>(0.04 + 0.96 * m * m * m * m * m);
+}
+
+}  // namespace
+
+void fill_unseen(Lumisphere& lumisphere) {
+  const std::size_t size = lumisphere.grid.size();
+  std::vector<std::uint8_t> known(size);
+  std::size_t missing = 0;
+  for (std::size_t node = 0; node < size; ++node) {
+    known[node] = lumisphere.weight[node] > 0 ? 1 : 0;
+    missing += 1U - known[node];
+  }
+  std::vector<std::size_t> filled;
+  while (missing > 0 && missing < size) {
+    filled.clear();
+    for (std::size_t node = 0; node < size; ++node) {
+      if (known[node] != 0) continue;
+      Radiance sum;
+      float count = 0;
+      for (const std::size_t other : neighbours(lumisphere.grid, node)) {
+        if (known[other] == 0) continue;
+        const Radiance& v = lumisphere.value[other];
+        const float scale = 1 / reflectance(lumisphere.grid, other);
+        sum.r += scale * v.r, sum.g += scale * v.g, sum.b += scale * v.b;
+        ++count;
+      }
+      if (!(count > 0)) continue;
+      const float scale = reflectance(lumisphere.grid, node) / count;
+      lumisphere.value[node] = {scale * sum.r, scale * sum.g, scale * sum.b};
+      filled.push_back(node);
+    }
+    if (filled.empty()) return;
+    for (const std::size_t node : filled) known[node] = 1;
+    missing -= filled.size();
+  }
+}
+
+}  // namespace lightwell::specular

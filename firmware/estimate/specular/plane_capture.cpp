@@ -1,0 +1,129 @@
+#include "estimate/specular/plane_capture.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include "estimate/specular/plane_motion.hpp"
+
+namespace lightwell::specular {
+namespace {
+
+/// Pixels around the plane that are read: the reach of the refinement.
+constexpr double kMargin_px = 24;
+/// A frame is stored if its relative error is below kMaxError (a picture of something else has about 1) and at most
+/// this multiple of the usual one,
+constexpr double kMaxError = 0.75;
+constexpr double kMaxErrorRatio = 1.5;
+constexpr double kErrorMargin = 0.2;
+/// or after so many others that were not (five seconds): the light or the plane has changed.
+constexpr int kMaxRejected = 150;
+/// Largest relative error of frames from which the texture's alignment is estimated. Grazing views have more.
+constexpr double kMaxAlignedError = 0.35;
+/// Frames without a refined pose after which it is not extrapolated.
+constexpr std::uint32_t kMaxGap = 3;
+/// Frames over which the usual error is averaged.
+constexpr double kErrorMemory = 20;
+
+}  // namespace
+
+PlaneCapture::PlaneCapture(const RigParameters& rig, const CaptureOptions& options)
+    : options_(options),
+      warp_(rig, options.texels),
+      refiner_(options.texels, options.refiner),
+      light_field_(options.texels, options.levels, options.max_bytes),
+      separation_(options.texels, options.lumisphere_levels) {}
+
+CapturedFrame PlaneCapture::add(estimate::RowReader& reader, int lens, const UncertainPose& tag_pose,
+                                std::uint32_t frame, double scale) {
+  CapturedFrame out;
+  out.pose.probe_plane = tag_pose.pose;
+  out.visible = warp_.load(reader, lens, tag_pose.pose, kMargin_px, scale);
+  if (!out.visible) return out;
+  if (options_.refine_pose) {
+    const Vec3d lens_now = warp_.lens_in_plane(tag_pose.pose);
+    const UncertainPose prior{alignment().texture_pose(tag_pose.pose, lens_now), tag_pose.covariance};
+    separation_.predict(lens_now, predicted_);
+    out.pose = refiner_.refine(warp_, prior, extrapolated(frame), predicted_, image_);
+    if (!agrees(out.pose)) return out;
+    if (out.pose.aligned && out.pose.error_after < kMaxAlignedError) add_to_alignment(tag_pose, out.pose.probe_plane);
+    track_[0] = track_[1];
+    track_[1] = {out.pose.probe_plane, frame, true};
+  } else {
+    warp_.sample(tag_pose.pose, image_);
+  }
+  out.stored = true;
+  const auto first = light_field_.add(
+      image_, {warp_.lens_in_plane(out.pose.probe_plane), warp_.pixel_rad(out.pose.probe_plane)}, frame);
+  out.new_samples = first.size();
+  separation_.add_to_medians(image_, first);
+  separation_.add_clipped(image_, warp_.lens_in_plane(out.pose.probe_plane));
+  (void)separation_.sweep(light_field_, options_.separation_samples);
+  return out;
+}
+
+std::optional<Pose> PlaneCapture::extrapolated(std::uint32_t frame) const {
+  const auto& [before, last] = track_;
+  if (!last.valid || frame - last.frame > kMaxGap) return std::nullopt;
+  if (!before.valid || last.frame - before.frame > kMaxGap) return last.pose;
+  // The motion from `before` to `last`, in the plane's frame, continued for the time since.
+  const double steps = static_cast<double>(frame - last.frame) / static_cast<double>(last.frame - before.frame);
+  const Vector6 motion = steps * logarithm(compose(inverse(before.pose), last.pose));
+  return compose(last.pose, exponential(motion));
+}
+
+bool PlaneCapture::agrees(const RefinedPose& pose) {
+  // Nothing to compare with yet.
+  if (!std::isfinite(pose.error_after)) return true;
+  const double largest = std::min(kMaxError, kMaxErrorRatio * usual_error_ + kErrorMargin);
+  if (usual_error_ > 0 && rejected_ < kMaxRejected && pose.error_after > largest) {
+    ++rejected_;
+    return false;
+  }
+  const double memory = rejected_ >= kMaxRejected || !(usual_error_ > 0) ? 1 : kErrorMemory;
+  usual_error_ += (pose.error_after - usual_error_) / memory;
+  rejected_ = 0;
+  return true;
+}
+
+Pose TextureAlignment::texture_pose(const Pose& probe_plane, Vec3d lens) const {
+  Vector6 motion;
+  motion << 0, 0, rotation_rad, x_m + scale * lens.x, y_m + scale * lens.y, scale * lens.z;
+  return compose(probe_plane, exponential(motion));
+}
+
+void PlaneCapture::add_to_alignment(const UncertainPose& tag_pose, const Pose& refined) {
+  const Vector6 motion = logarithm(compose(inverse(tag_pose.pose), refined));
+  // Without correlations: those of a tag's rotation and translation are strong, and would turn a refined tilt that is
+  // off by 0.05 degrees into a position that is off by 0.4 mm.
+  const Matrix6 information = motion_covariance(tag_pose).diagonal().cwiseInverse().asDiagonal();
+  const Vec3d lens = warp_.lens_in_plane(refined);
+  // A scaled texture is seen from a distance scaled by the inverse: the plane moves along the ray from the lens.
+  Eigen::Matrix<double, 6, 4> design = Eigen::Matrix<double, 6, 4>::Zero();
+  design(3, 0) = design(4, 1) = design(2, 2) = 1;
+  design(3, 3) = lens.x, design(4, 3) = lens.y, design(5, 3) = lens.z;
+  const Eigen::Matrix4d a = design.transpose() * information * design;
+  const Eigen::Vector4d b = design.transpose() * information * motion;
+  for (int r = 0; r < 4; ++r) {
+    auto& row = normal_[static_cast<std::size_t>(r)];
+    for (int c = 0; c < 4; ++c) row[static_cast<std::size_t>(c)] += a(r, c);
+    row[4] += b[r];
+  }
+}
+
+TextureAlignment PlaneCapture::alignment() const {
+  Eigen::Matrix4d a;
+  Eigen::Vector4d b;
+  for (int r = 0; r < 4; ++r) {
+    const auto& row = normal_[static_cast<std::size_t>(r)];
+    for (int c = 0; c < 4; ++c) a(r, c) = row[static_cast<std::size_t>(c)];
+    b[r] = row[4];
+  }
+  const auto solver = a.ldlt();
+  if (!solver.isPositive() || !(solver.rcond() > 1e-12)) return {};
+  const Eigen::Vector4d x = solver.solve(b);
+  return {x[0], x[1], x[2], x[3]};
+}
+
+}  // namespace lightwell::specular

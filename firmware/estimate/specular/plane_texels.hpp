@@ -1,0 +1,63 @@
+// The texels of a textured plane: a square grid in the plane's frame.
+//
+// Plane frame: right-handed, m; origin in the middle of the square, z = 0 is the surface, +Z its normal towards the
+// viewer, +X to the right and +Y to the top of the texture. Row 0 of the texture is the top one.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <lightwell/geometry.hpp>
+
+namespace lightwell::specular {
+
+/// Texels are processed in tiles of kTileEdge x kTileEdge.
+inline constexpr int kTileEdge = 4;
+inline constexpr int kTileTexels = kTileEdge * kTileEdge;
+
+struct PlaneTexels {
+  double size_m = 0.2;  ///< Side of the square.
+  int edge = 256;       ///< Texels along a side: a multiple of kTileEdge, 8 to 256.
+
+  [[nodiscard]] bool valid() const {
+    return edge >= 8 && edge <= 256 && edge % kTileEdge == 0 && size_m > 0 && size_m < 100;
+  }
+  [[nodiscard]] std::size_t count() const { return static_cast<std::size_t>(edge) * static_cast<std::size_t>(edge); }
+  [[nodiscard]] int tiles() const { return edge / kTileEdge; }  ///< Along a side.
+  [[nodiscard]] double texel_m() const { return size_m / edge; }
+
+  /// Index of texel k (row by row) of a tile (row by row).
+  [[nodiscard]] std::size_t texel_of(int tile, int k) const {
+    const int column = tile % tiles() * kTileEdge + k % kTileEdge, row = tile / tiles() * kTileEdge + k / kTileEdge;
+    return static_cast<std::size_t>(row * edge + column);
+  }
+  /// The centre of a texel.
+  [[nodiscard]] Vec3d center(std::size_t texel) const {
+    return point(static_cast<double>(texel % static_cast<std::size_t>(edge)) + 0.5,
+                 static_cast<double>(texel / static_cast<std::size_t>(edge)) + 0.5);
+  }
+
+  /// Of the position `column`, `row` in texels: whole numbers are the texels' corners, halves their centres.
+  [[nodiscard]] Vec3d point(double column, double row) const {
+    return {(column / edge - 0.5) * size_m, (0.5 - row / edge) * size_m, 0};
+  }
+};
+
+/// Radiance of one texel by channel, and what is known of it.
+struct alignas(16) TexelRadiance {
+  float r = 0, g = 0, b = 0;
+  /// kUnseen; 0: measured; above 0: a pixel that contributes to it is saturated, the radiance is a lower bound.
+  float clipped = kUnseen;
+
+  static constexpr float kUnseen = -1;
+  [[nodiscard]] bool seen() const { return clipped >= 0; }
+  [[nodiscard]] bool measured() const { return clipped == 0; }
+  [[nodiscard]] float luminance() const { return 0.2126F * r + 0.7152F * g + 0.0722F * b; }
+};
+
+/// Row by row from the top, PlaneTexels::count() elements.
+using TexelImage = std::vector<TexelRadiance>;
+
+}  // namespace lightwell::specular

@@ -1,0 +1,55 @@
+// Direct photometric alignment of a picture of the plane with the radiance that is predicted for its texels.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include <lightwell/uncertain_pose.hpp>
+
+#include "estimate/specular/plane_warp.hpp"
+
+namespace lightwell::specular {
+
+struct RefinerOptions {
+  /// Gauss-Newton steps with means over tiles (they converge from farther away), then with single texels or, in
+  /// views whose pixels are longer, with means over 2x2 or a tile. Each costs a warp of the whole plane. The first must
+  /// be at least 1.
+  int tile_steps = 3, texel_steps = 2;
+};
+
+struct RefinedPose {
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Pose probe_plane;
+  /// Mean absolute difference of the detail (value minus mean of the neighbours) of tiles and of their prediction,
+  /// relative to the prediction's detail, before and after; infinite where nothing can be compared.
+  double error_before = kInfinity, error_after = kInfinity;
+  int texels = 0;  ///< That were compared in the last step.
+  /// False: the error grew, the pose is that from which the refinement started.
+  bool aligned = false;
+};
+
+/// Efficient second-order minimisation (Benhimane & Malis 2004, "Real-time image-based tracking of planes using
+/// efficient second-order minimization") over the six parameters of a rigid motion, with Tukey weights and the tag's
+/// pose as prior. Reuses its memory.
+class PoseRefiner {
+ public:
+  PoseRefiner(const PlaneTexels& texels, const RefinerOptions& options) : texels_(texels), options_(options) {}
+
+  /// `warp` must be loaded. Starts from the pose of `prior` or from `other`, whichever agrees better. `predicted`:
+  /// texels that are not measured() are ignored. `image` receives the texels at the returned pose.
+  [[nodiscard]] RefinedPose refine(PlaneWarp& warp, const UncertainPose& prior, const std::optional<Pose>& other,
+                                   const TexelImage& predicted, TexelImage& image);
+
+ private:
+  struct Level;
+  struct Step;
+  [[nodiscard]] Step step(const Level& level, Vec3d lens) const;
+  void reduce(const TexelImage& image, int factor, std::vector<float>& out) const;
+
+  PlaneTexels texels_;
+  RefinerOptions options_;
+  std::vector<float> predicted_, observed_;
+};
+
+}  // namespace lightwell::specular

@@ -1,0 +1,268 @@
+#include "estimate/specular/reflectance_separation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <lightwell/pixel.hpp>
+
+namespace lightwell::specular {
+namespace {
+
+/// Reach of Tukey's biweight in standard deviations: 95 % efficient for a normal distribution (Huber 1981).
+constexpr float kReach = 4.685F;
+/// Relative deviation that no texel is better than: rounding to RGB9E5, interpolation.
+constexpr float kMinRelativeDeviation = 0.004F;
+constexpr int kMeanSteps = 2;
+/// Every so many texels of a frame are examined for saturation; prime to the texels of a row.
+constexpr std::size_t kClippedStride = 5;
+/// Of the refined poses, texels².
+constexpr float kRegistrationVariance = 0.04F;
+/// Work for a tile without samples, in samples.
+constexpr std::size_t kTileCost = 16;
+
+float luminance(const std::array<float, 3>& v) { return 0.2126F * v[0] + 0.7152F * v[1] + 0.0722F * v[2]; }
+
+}  // namespace
+
+ReflectanceSeparation::ReflectanceSeparation(const PlaneTexels& texels, int levels)
+    : texels_(texels),
+      medians_(texels.count()),
+      diffuse_(texels.count()),
+      blur_(texels.count()),
+      specular_(levels),
+      next_(levels),
+      clipped_(specular_.grid.size()) {}
+
+void ReflectanceSeparation::add_to_medians(const TexelImage& image, std::span<const std::uint32_t> first) {
+  for (const std::uint32_t texel : first) {
+    const TexelRadiance& t = image[texel];
+    medians_[texel].add(t.r, t.g, t.b);
+    if (sweeps_ > 0 && diffuse_[texel].seen()) continue;
+    const auto& m = medians_[texel].value();
+    diffuse_[texel] = {m[0], m[1], m[2], 0};
+  }
+}
+
+void ReflectanceSeparation::add_clipped(const TexelImage& image, Vec3d lens) {
+  const Vec3f eye = vec_cast<float>(lens);
+  for (std::size_t k = 0; k < image.size(); k += kClippedStride) {
+    const TexelRadiance& t = image[k];
+    if (!t.seen() || !diffuse_[k].seen()) continue;
+    ClippedNode& node = clipped_[specular_.grid.nearest(eye - vec_cast<float>(texels_.center(k)))];
+    // A pixel beside a saturated one is mixed with it: only texels that are saturated for the most part are bounds.
+    if (!(t.clipped > 0.5F)) {
+      node.measured += t.measured() ? 1.0F : 0.0F;
+      continue;
+    }
+    ++node.clipped;
+    const float rate = 1 / std::min(node.clipped, 100.0F);
+    const Radiance over{t.r - diffuse_[k].r, t.g - diffuse_[k].g, t.b - diffuse_[k].b};
+    node.color.r += rate * (over.r - node.color.r), node.color.g += rate * (over.g - node.color.g);
+    node.color.b += rate * (over.b - node.color.b);
+    const float bound = luminance({over.r, over.g, over.b}), scale = 0.5F * luminance({t.r, t.g, t.b});
+    node.bound = node.clipped > 1 ? node.bound + rate * scale * (bound > node.bound ? 0.9F : -0.1F) : bound;
+  }
+}
+
+void ReflectanceSeparation::gather(const SurfaceLightField& light_field, int tile) {
+  samples_.clear();
+  const auto inverse_texel = static_cast<float>(1 / texels_.texel_m());
+  light_field.for_each_page(tile, [&](const LightFieldPage& page) {
+    const SurfaceLightField::View* view = light_field.view_of(page.frame);
+    HemisphereGrid::Interpolation of_node;
+    if (view == nullptr) of_node = specular_.grid.interpolate(vec_cast<float>(light_field.grid().direction(page.node)));
+    for (std::uint32_t k = 0; k < kTileTexels; ++k) {
+      if ((page.filled >> k & 1U) == 0) continue;
+      if (view == nullptr) {
+        samples_.push_back({rgb9e5_decode(page.sample[k]), of_node, k, 0, 0});
+        continue;
+      }
+      const Vec3f to_lens = view->lens - vec_cast<float>(texels_.center(texels_.texel_of(tile, static_cast<int>(k))));
+      const float square = dot(to_lens, to_lens), inverse_cosine = std::sqrt(square) / to_lens.z;
+      // A pixel is `across` wide and `across` / cosine long; its density is the inverse area. Box and bilinear
+      // interpolation have a variance of a quarter of the squared side.
+      const float across = view->pixel_rad * view->pixel_rad * square * inverse_texel * inverse_texel;
+      const float density = 1 / (across * inverse_cosine);
+      samples_.push_back({rgb9e5_decode(page.sample[k]), specular_.grid.interpolate(to_lens), k, density * density,
+                          0.125F * across * (1 + inverse_cosine * inverse_cosine)});
+    }
+  });
+}
+
+void ReflectanceSeparation::update_tile(int tile) {
+  for (Sample& s : samples_) {
+    const Radiance specular = specular_.at(s.where);
+    s.radiance[0] -= specular.r, s.radiance[1] -= specular.g, s.radiance[2] -= specular.b;
+  }
+  std::array<std::array<float, 3>, kTileTexels> mean{};
+  std::array<float, kTileTexels> sigma{};
+  for (std::uint32_t k = 0; k < kTileTexels; ++k) {
+    // Start from the previous value (the first time: the median); a few steps of the biweight follow.
+    const TexelRadiance& previous = diffuse_[texels_.texel_of(tile, static_cast<int>(k))];
+    mean[k] = {previous.r, previous.g, previous.b};
+  }
+  for (int step = 0; step < kMeanSteps; ++step) {
+    std::array<float, kTileTexels> deviation{}, count{};
+    for (const Sample& s : samples_) {
+      deviation[s.k] += std::abs(luminance(s.radiance) - luminance(mean[s.k]));
+      ++count[s.k];
+    }
+    for (std::uint32_t k = 0; k < kTileTexels; ++k)
+      sigma[k] = 1.25F * deviation[k] / std::max(count[k], 1.0F) + kMinRelativeDeviation * luminance(mean[k]);
+    std::array<std::array<float, 5>, kTileTexels> sum{};
+    for (const Sample& s : samples_) {
+      const float u = (luminance(s.radiance) - luminance(mean[s.k])) / (kReach * sigma[s.k]);
+      if (!(u * u < 1)) continue;
+      const float weight = (1 - u * u) * (1 - u * u) * s.weight;
+      sum[s.k][4] += weight * s.blur;
+      for (std::size_t c = 0; c < 3; ++c) sum[s.k][c] += weight * s.radiance[c];
+      sum[s.k][3] += weight;
+    }
+    for (std::uint32_t k = 0; k < kTileTexels; ++k)
+      if (sum[k][3] > 0) {
+        for (std::size_t c = 0; c < 3; ++c) mean[k][c] = sum[k][c] / sum[k][3];
+        blur_[texels_.texel_of(tile, static_cast<int>(k))] = sum[k][4] / sum[k][3];
+      }
+  }
+  std::array<float, kTileTexels> inverse_variance{};
+  for (std::uint32_t k = 0; k < kTileTexels; ++k) {
+    inverse_variance[k] = sigma[k] > 0 ? 1 / (sigma[k] * sigma[k]) : 0;
+    TexelRadiance& texel = diffuse_[texels_.texel_of(tile, static_cast<int>(k))];
+    if (texel.seen()) texel = {mean[k][0], mean[k][1], mean[k][2], 0};
+  }
+  for (const Sample& s : samples_) {
+    const Radiance specular = specular_.at(s.where);
+    const float r = s.radiance[0] - mean[s.k][0] + specular.r, g = s.radiance[1] - mean[s.k][1] + specular.g,
+                b = s.radiance[2] - mean[s.k][2] + specular.b;
+    for (std::size_t n = 0; n < 3; ++n) {
+      const float weight = s.where.weight[n] * inverse_variance[s.k];
+      Radiance& value = next_.value[s.where.node[n]];
+      value.r += weight * r, value.g += weight * g, value.b += weight * b;
+      next_.weight[s.where.node[n]] += weight;
+    }
+  }
+}
+
+float ReflectanceSeparation::low_quantile(float Radiance::*channel) {
+  // Nodes at the fringe of what was seen have few samples: only those count that have a tenth of the mean weight.
+  double mean = 0;
+  for (const float weight : next_.weight) mean += static_cast<double>(weight);
+  const float least_weight = static_cast<float>(0.1 * mean / static_cast<double>(next_.weight.size()));
+  order_.clear();
+  for (std::size_t node = 0; node < next_.value.size(); ++node)
+    if (next_.weight[node] > least_weight) order_.push_back(next_.value[node].*channel);
+  if (order_.empty()) return 0;
+  const auto low = order_.begin() + static_cast<std::ptrdiff_t>(order_.size() / 50);
+  std::nth_element(order_.begin(), low, order_.end());
+  return *low;
+}
+
+void ReflectanceSeparation::finish_sweep() {
+  for (std::size_t node = 0; node < next_.value.size(); ++node) {
+    const float weight = next_.weight[node];
+    Radiance& v = next_.value[node];
+    v = weight > 0 ? Radiance{v.r / weight, v.g / weight, v.b / weight} : Radiance{};
+  }
+  const Radiance least{low_quantile(&Radiance::r), low_quantile(&Radiance::g), low_quantile(&Radiance::b)};
+  for (std::size_t node = 0; node < next_.value.size(); ++node) {
+    Radiance& v = next_.value[node];
+    if (next_.weight[node] > 0) v = {v.r - least.r, v.g - least.g, v.b - least.b};
+  }
+  for (TexelRadiance& texel : diffuse_)
+    if (texel.seen()) texel.r += least.r, texel.g += least.g, texel.b += least.b;
+  for (std::size_t node = 0; node < clipped_.size(); ++node) {
+    const ClippedNode& c = clipped_[node];
+    next_.clipped[node] = c.clipped > c.measured ? 1 : 0;
+    Radiance& value = next_.value[node];
+    const float mean = luminance({c.color.r, c.color.g, c.color.b});
+    if (next_.clipped[node] == 0 || !(mean > 0) || c.bound < luminance({value.r, value.g, value.b})) continue;
+    value = {c.color.r * c.bound / mean, c.color.g * c.bound / mean, c.color.b * c.bound / mean};
+    next_.weight[node] += std::numeric_limits<float>::min();
+  }
+  fill_unseen(next_);
+  std::swap(specular_, next_);
+  std::fill(next_.value.begin(), next_.value.end(), Radiance{});
+  std::fill(next_.weight.begin(), next_.weight.end(), 0.0F);
+  ++sweeps_;
+}
+
+bool ReflectanceSeparation::sweep(const SurfaceLightField& light_field, std::size_t samples) {
+  const int all = texels_.tiles() * texels_.tiles();
+  for (std::size_t done = 0; done < samples; done += samples_.size() + kTileCost) {
+    gather(light_field, next_tile_);
+    update_tile(next_tile_);
+    if (++next_tile_ < all) continue;
+    next_tile_ = 0;
+    finish_sweep();
+    return true;
+  }
+  return false;
+}
+
+void ReflectanceSeparation::solve(const SurfaceLightField& light_field, int sweeps) {
+  constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
+  if (next_tile_ > 0) (void)sweep(light_field, kAll);
+  for (int k = 0; k < sweeps; ++k) (void)sweep(light_field, kAll);
+}
+
+void ReflectanceSeparation::sharpen(int iterations, TexelImage& out) const {
+  out = diffuse_;
+  const auto edge = static_cast<std::size_t>(texels_.edge);
+  TexelImage blurred(out.size());
+  for (int n = 0; n < iterations; ++n) {
+    for (std::size_t j = 0; j < edge; ++j)
+      for (std::size_t i = 0; i < edge; ++i) {
+        const std::size_t at = j * edge + i;
+        const TexelRadiance& c = out[at];
+        // The kernel (v/2, 1 - v, v/2) along each axis has the variance v; beyond 0.6 it is no longer a blur.
+        const float half = 0.5F * std::min(blur_[at] + kRegistrationVariance, 0.6F);
+        blurred[at] = c;
+        for (const std::size_t other :
+             {i > 0 ? at - 1 : at, i + 1 < edge ? at + 1 : at, j > 0 ? at - edge : at, j + 1 < edge ? at + edge : at}) {
+          const TexelRadiance& o = out[other].seen() ? out[other] : c;
+          blurred[at].r += half * (o.r - c.r), blurred[at].g += half * (o.g - c.g), blurred[at].b += half * (o.b - c.b);
+        }
+      }
+    for (std::size_t k = 0; k < out.size(); ++k) {
+      out[k].r += diffuse_[k].r - blurred[k].r;
+      out[k].g += diffuse_[k].g - blurred[k].g;
+      out[k].b += diffuse_[k].b - blurred[k].b;
+    }
+  }
+}
+
+void ReflectanceSeparation::predict(Vec3d lens, TexelImage& out) const {
+  out = diffuse_;
+  if (sweeps_ == 0) return;
+  // S at the corners of the tiles, bilinear between them: a tile is seen within a degree.
+  const Vec3f eye = vec_cast<float>(lens);
+  const int tiles = texels_.tiles();
+  std::vector<Radiance> above(static_cast<std::size_t>(tiles + 1)), below(above.size());
+  const auto fill = [&](int row, std::vector<Radiance>& corners) {
+    for (int i = 0; i <= tiles; ++i)
+      corners[static_cast<std::size_t>(i)] =
+          specular_.at(eye - vec_cast<float>(texels_.point(i * kTileEdge, row * kTileEdge)));
+  };
+  fill(0, below);
+  for (int j = 0; j < texels_.edge; ++j) {
+    if (j % kTileEdge == 0) {
+      std::swap(above, below);
+      fill(j / kTileEdge + 1, below);
+    }
+    const float v = (static_cast<float>(j % kTileEdge) + 0.5F) / kTileEdge;
+    for (int i = 0; i < texels_.edge; ++i) {
+      TexelRadiance& texel = out[static_cast<std::size_t>(j * texels_.edge + i)];
+      if (!texel.seen()) continue;
+      const float u = (static_cast<float>(i % kTileEdge) + 0.5F) / kTileEdge;
+      const auto left = static_cast<std::size_t>(i / kTileEdge), right = left + 1;
+      const float w[4] = {(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v};
+      texel.r += w[0] * above[left].r + w[1] * above[right].r + w[2] * below[left].r + w[3] * below[right].r;
+      texel.g += w[0] * above[left].g + w[1] * above[right].g + w[2] * below[left].g + w[3] * below[right].g;
+      texel.b += w[0] * above[left].b + w[1] * above[right].b + w[2] * below[left].b + w[3] * below[right].b;
+    }
+  }
+}
+
+}  // namespace lightwell::specular

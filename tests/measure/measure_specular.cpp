@@ -1,0 +1,184 @@
+// Measures the surface light field of glossy planes on rendered sequences: errors of re-rendered held-out views, time
+// and memory. One JSON object per line.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include <lightwell/quantile.hpp>
+
+#include "bench/memcpy_speed.hpp"
+#include "bench/thread_time.hpp"
+#include "estimate/specular/plane_capture.hpp"
+#include "measure/output.hpp"
+#include "measure/plane_views.hpp"
+#include "measure/specular_sequences.hpp"
+#include "tools/command_line.hpp"
+
+namespace lightwell {
+namespace {
+
+using measure::SpecularSequence;
+using measure::SpecularSequenceOptions;
+
+/// How the poses of a capture are found.
+enum class Poses { exact, noisy, refined };
+constexpr std::array kPoses = {Poses::exact, Poses::noisy, Poses::refined};
+const char* name_of(Poses poses) {
+  return poses == Poses::exact ? "exact" : poses == Poses::noisy ? "noisy" : "refined";
+}
+
+specular::CaptureOptions options_of(Poses poses) {
+  specular::CaptureOptions out;
+  out.refine_pose = poses == Poses::refined;
+  return out;
+}
+
+UncertainPose pose_of(const SpecularSequence& sequence, Poses poses, int frame) {
+  UncertainPose out = sequence.tag_pose(frame);
+  if (poses == Poses::exact) out.pose = sequence.true_pose(frame);
+  return out;
+}
+
+constexpr int kSweeps = 3;
+
+void print_errors(const std::string& sequence, const std::string& method, const measure::ViewErrors& errors) {
+  nlohmann::ordered_json line;
+  line["sequence"] = sequence;
+  line["method"] = method;
+  line["rmse"] = errors.rmse;
+  line["rmse_seen"] = errors.rmse_seen;
+  line["max_gradient_difference"] = errors.max_gradient_difference;
+  line["saturated"] = errors.saturated;
+  line["unseen"] = errors.unseen;
+  measure::print_line(line);
+}
+
+/// Captures with exact, noisy and refined poses, of the same frames.
+void measure_sequence(const SpecularSequenceOptions& options) {
+  const std::unique_ptr<SpecularSequence> made = require(SpecularSequence::make(options));
+  const SpecularSequence& sequence = *made;
+  estimate::RowReader reader(sequence.rig());
+  std::vector<std::unique_ptr<specular::PlaneCapture>> captures;
+  for (const Poses poses : kPoses)
+    captures.push_back(std::make_unique<specular::PlaneCapture>(sequence.rig(), options_of(poses)));
+  int stored = 0;
+  for (int k = 0; k < options.frames; ++k) {
+    const measure::Shot shot = sequence.frame(k);
+    require(reader.bind(shot.frames));
+    for (std::size_t n = 0; n < captures.size(); ++n) {
+      const auto frame = captures[n]->add(reader, 0, pose_of(sequence, kPoses[n], k), static_cast<std::uint32_t>(k),
+                                          SpecularSequence::kExposure_s);
+      if (kPoses[n] == Poses::refined) stored += frame.stored ? 1 : 0;
+    }
+  }
+  std::vector<measure::HeldOutView> views = measure::held_out_views(sequence);
+  for (std::size_t n = 0; n < captures.size(); ++n) {
+    specular::PlaneCapture& capture = *captures[n];
+    // The seed's way with the same poses: medians, one lumisphere of 60 levels without interpolation or weights.
+    print_errors(options.name, std::string("published, ") + name_of(kPoses[n]),
+                 measure::view_errors(sequence, views, measure::published_appearance(capture)));
+    capture.solve(kSweeps);
+    print_errors(options.name, std::string("ours, ") + name_of(kPoses[n]),
+                 measure::view_errors(sequence, views, measure::appearance_of(capture)));
+  }
+  const specular::SurfaceLightField& field = captures.back()->light_field();
+  nlohmann::ordered_json line;
+  line["sequence"] = options.name;
+  line["frames"] = options.frames;
+  line["stored"] = stored;
+  line["samples_per_texel"] = static_cast<double>(field.samples()) / static_cast<double>(field.texels().count());
+  line["fill"] = field.fill();
+  line["removed_samples"] = field.removed();
+  measure::print_line(line);
+}
+
+/// Peak resident memory of this process, MB.
+double peak_megabytes() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.rfind("VmHWM:", 0) == 0) return std::stod(line.substr(6)) / 1e3;
+  return 0;
+}
+
+/// Time of a frame and growth of memory, of one capture with refined poses.
+void measure_speed(const SpecularSequenceOptions& options) {
+  const std::unique_ptr<SpecularSequence> made = require(SpecularSequence::make(options));
+  const SpecularSequence& sequence = *made;
+  const measure::Shot first = sequence.frame(0);
+  const std::vector<std::byte>& pixels = first.pixels.front();
+  const bench::MemcpySpeed copy = bench::memcpy_speed(pixels.size());
+  // The peer: the plane rectified to 256x256 by OpenCV, one thread.
+  cv::setNumThreads(1);
+  cv::Mat picture(options.height, options.width, CV_8UC3, const_cast<std::byte*>(pixels.data())), rectified;
+  const cv::Point2f from[] = {{80, 60}, {560, 60}, {600, 420}, {40, 420}},
+                    to[] = {{0, 0}, {256, 0}, {256, 256}, {0, 256}};
+  const cv::Mat homography = cv::getPerspectiveTransform(from, to);
+  std::vector<double> warp_ms, frame_ms;
+  for (int k = 0; k < 50; ++k) {
+    const double start = bench::thread_time_ms();
+    cv::warpPerspective(picture, rectified, homography, {256, 256});
+    warp_ms.push_back(bench::thread_time_ms() - start);
+  }
+  const double before = peak_megabytes();
+  estimate::RowReader reader(sequence.rig());
+  specular::PlaneCapture capture(sequence.rig(), options_of(Poses::refined));
+  for (int k = 0; k < options.frames; ++k) {
+    const measure::Shot shot = sequence.frame(k);
+    const UncertainPose pose = sequence.tag_pose(k);
+    const double start = bench::thread_time_ms();
+    require(reader.bind(shot.frames));
+    (void)capture.add(reader, 0, pose, static_cast<std::uint32_t>(k), SpecularSequence::kExposure_s);
+    frame_ms.push_back(bench::thread_time_ms() - start);
+  }
+  nlohmann::ordered_json line;
+  line["figure"] = "speed";
+  line["ms"] = median(frame_ms);
+  line["decile_ms"] = upper_quantile(frame_ms, 0.9);
+  line["memcpy_ratio"] = median(frame_ms) / (1e3 * copy.seconds_per_copy);
+  line["warp_perspective_ms"] = median(warp_ms);
+  line["warp_perspective_ratio"] = median(frame_ms) / median(warp_ms);
+  line["memcpy_gb_s"] = copy.gigabytes_per_s;
+  line["samples_per_texel"] = static_cast<double>(capture.light_field().samples()) /
+                              static_cast<double>(capture.light_field().texels().count());
+  line["peak_growth_mb"] = peak_megabytes() - before;
+  measure::print_line(line);
+}
+
+}  // namespace
+}  // namespace lightwell
+
+int main(int argc, char** argv) {
+  using namespace lightwell;
+  std::vector<std::string> names;
+  bool speed = false;
+  double shorter = 1;
+  CLI::App app{"Errors of re-rendered views of glossy planes, time and memory of their capture.", "measure_specular"};
+  app.add_option("--sequence", names, "Sequences to measure; several may be given [all]")
+      ->check(CLI::IsMember(measure::sequence_names()));
+  app.add_flag("--speed", speed, "Measure time and memory instead of errors, with the first sequence");
+  app.add_option("--shorter", shorter, "Divide the number of frames by this [1]")->check(CLI::Range(1.0, 100.0));
+  app.footer("A sequence takes two to four minutes. Exit status: 0 measured, 1 failed, 2 wrong usage.");
+  return run_command(app, {argv + 1, argv + argc}, [&] {
+    if (names.empty()) names = measure::sequence_names();
+    for (const std::string& name : names) {
+      SpecularSequenceOptions options = require(measure::sequence_options(name));
+      options.frames = static_cast<int>(options.frames / shorter);
+      if (speed) {
+        measure_speed(options);
+        break;
+      }
+      measure_sequence(options);
+    }
+    return kDone;
+  });
+}

@@ -1,0 +1,208 @@
+#include "measure/specular_sequences.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <lightwell/text.hpp>
+
+#include "measure/panorama_truth.hpp"
+
+namespace lightwell::measure {
+namespace {
+
+Pose pose_of(const reference::Pose& camera_plane) {
+  // Shepperd's method for the rows of a rotation matrix; the lens is the probe turned to its _cv axes.
+  const auto& m = camera_plane.rotation;
+  const double trace = m[0].x + m[1].y + m[2].z;
+  Quat q;
+  if (trace > 0) {
+    const double s = 2 * std::sqrt(trace + 1);
+    q = {(m[2].y - m[1].z) / s, (m[0].z - m[2].x) / s, (m[1].x - m[0].y) / s, s / 4};
+  } else if (m[0].x > m[1].y && m[0].x > m[2].z) {
+    const double s = 2 * std::sqrt(1 + m[0].x - m[1].y - m[2].z);
+    q = {s / 4, (m[0].y + m[1].x) / s, (m[0].z + m[2].x) / s, (m[2].y - m[1].z) / s};
+  } else if (m[1].y > m[2].z) {
+    const double s = 2 * std::sqrt(1 + m[1].y - m[0].x - m[2].z);
+    q = {(m[0].y + m[1].x) / s, s / 4, (m[1].z + m[2].y) / s, (m[0].z - m[2].x) / s};
+  } else {
+    const double s = 2 * std::sqrt(1 + m[2].z - m[0].x - m[1].y);
+    q = {(m[0].z + m[2].x) / s, (m[1].z + m[2].y) / s, s / 4, (m[1].x - m[0].y) / s};
+  }
+  const reference::V3& t = camera_plane.translation;
+  return compose(Pose{upright_lens_cv(), {}}, Pose{q.normalized(), {t.x, t.y, t.z}});
+}
+
+RigParameters pinhole_rig(const SpecularSequenceOptions& o) {
+  LensParameters lens;
+  lens.width = o.width, lens.height = o.height;
+  lens.model = MeiParameters{o.focal_px, o.focal_px, (o.width - 1) / 2.0, (o.height - 1) / 2.0, 0, 0, 0, 0, 0};
+  lens.max_angle_rad = std::atan(std::hypot(o.width, o.height) / 2 / o.focal_px) + 0.01;
+  lens.pose_cv = {upright_lens_cv(), {}};
+  // A full well of 10,000 electrons, read noise of 3.
+  lens.photometry.response.kind = ResponseCurve::Kind::srgb;
+  lens.photometry.shot_noise = 1e-4;
+  lens.photometry.read_noise = 3e-4;
+  RigParameters rig;
+  rig.lenses = {lens};
+  rig.nits_per_unit = 1;
+  return rig;
+}
+
+double luminance_of(const reference::Rgb& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
+
+/// `environment`: as SpecularSequenceOptions, or "room:FILE" of tests/reference/mitsuba/rooms, or "panorama:NAME".
+struct NamedSequence {
+  const char* name;
+  const char* environment;
+  double alpha;
+  std::uint64_t seed;
+  int frames;
+  double exposure_factor;
+};
+constexpr NamedSequence kSequences[] = {
+    {"living room 0.32", "room:living_room.exr", 0.1, 11, 600, 1},
+    {"living room 0.17", "room:living_room.exr", 0.03, 12, 900, 1},
+    {"office 0.45", "room:office.exr", 0.2, 13, 600, 1},
+    {"interior 0.32", "panorama:interior", 0.1, 14, 450, 1},
+    {"lamps 0.17", "lamps", 0.03, 15, 900, 1},
+    {"studio 0.17, saturated", "panorama:studio", 0.03, 16, 600, 1},
+    {"office 0.32, exposure varies eightfold", "room:office.exr", 0.1, 17, 600, 8},
+};
+
+}  // namespace
+
+std::vector<std::string> sequence_names() {
+  std::vector<std::string> out;
+  for (const NamedSequence& s : kSequences) out.emplace_back(s.name);
+  return out;
+}
+
+Result<SpecularSequenceOptions> sequence_options(const std::string& name) {
+  for (const NamedSequence& s : kSequences) {
+    if (s.name != name) continue;
+    SpecularSequenceOptions out;
+    out.name = name, out.environment = s.environment, out.alpha = s.alpha, out.seed = s.seed, out.frames = s.frames;
+    out.exposure_factor = s.exposure_factor;
+    const std::string::size_type colon = out.environment.find(':');
+    if (colon == std::string::npos) return out;
+    const std::string kind = out.environment.substr(0, colon), file = out.environment.substr(colon + 1);
+    if (kind == "room") {
+      out.environment = std::string(LIGHTWELL_REFERENCE_ROOMS) + "/" + file;
+      return out;
+    }
+    const Result<std::vector<std::string>> paths = eight_panoramas();
+    if (!paths) return paths.status();
+    for (const std::string& path : *paths)
+      if (path.find("/" + file + ".") != std::string::npos) {
+        out.environment = path;
+        return out;
+      }
+    return Status(StatusCode::not_found, "panorama " + file + ": not among those of cmake/fetch_panoramas");
+  }
+  return Status(StatusCode::not_found, "sequence '" + name + "'; there are: " + joined(sequence_names()));
+}
+
+Result<reference::Panorama> load_environment(const std::string& path) {
+  Result<PanoramaTruth> truth = load_panorama_truth(path);
+  if (!truth) return truth.status();
+  const reference::Panorama& full = truth->sums.panorama();
+  const int factor = std::max(1, full.width / 512);
+  reference::Panorama out{full.width / factor, full.height / factor, {}};
+  out.rgb.resize(static_cast<std::size_t>(3 * out.width * out.height));
+  for (int j = 0; j < out.height; ++j)
+    for (int i = 0; i < out.width; ++i) {
+      reference::Rgb sum{};
+      double weight = 0;
+      for (int y = j * factor; y < (j + 1) * factor; ++y)
+        for (int x = i * factor; x < (i + 1) * factor; ++x) {
+          const double sr = reference::pixel_solid_angle(y, full.width, full.height);
+          const reference::Rgb p = reference::pixel(full, x, y);
+          for (std::size_t c = 0; c < 3; ++c) sum[c] += sr * p[c];
+          weight += sr;
+        }
+      for (std::size_t c = 0; c < 3; ++c) sum[c] /= weight;
+      reference::set_pixel(out, i, j, sum);
+    }
+  return out;
+}
+
+Result<std::unique_ptr<SpecularSequence>> SpecularSequence::make(const SpecularSequenceOptions& options) {
+  std::unique_ptr<SpecularSequence> out(new SpecularSequence(options));
+  if (options.environment == "lamps") {
+    out->environment_ = reference::random_lamps(options.seed, 512, 256, 4);
+  } else if (options.environment == "gradient") {
+    out->environment_ = reference::lamps_on_gradient(512, 256, {1, 1, 1.2}, {0.3, 0.25, 0.2}, {});
+  } else {
+    Result<reference::Panorama> loaded = load_environment(options.environment);
+    if (!loaded) return loaded.status();
+    out->environment_ = std::move(*loaded);
+  }
+  const double irradiance = luminance_of(reference::plane_irradiance(out->environment_));
+  if (!(irradiance > 0)) return invalid_argument(options.environment + ": no light above the plane");
+  const double factor = options.white / (0.8 / reference::pi * irradiance);
+  for (double& v : out->environment_.rgb) v *= factor;
+  out->table_ = std::make_unique<reference::SpecularTable>(out->environment_, reference::Gloss{options.alpha});
+  reference::GlossyScene& scene = out->scene_;
+  scene.albedo =
+      options.textured ? reference::book_texture(options.seed, 256) : reference::plain_texture(8, {0.5, 0.5, 0.5});
+  scene.size_m = kPlane_m;
+  scene.irradiance = reference::plane_irradiance(out->environment_);
+  scene.specular = out->table_.get();
+  scene.background = {0.1, 0.1, 0.1};
+  // The guide asks for all directions but those within 10 degrees of the plane (the paper's circle), which needs views
+  // from lower ones. Held-out views are from where their pixels' directions are inside the circle.
+  reference::TrajectoryOptions path;
+  path.highest_deg = 82, path.lowest_deg = 8;
+  out->trajectory_ = reference::guided_trajectory(options.seed, options.frames, 5, path);
+  path.lowest_deg = 17;
+  out->held_out_ = reference::guided_trajectory(options.seed + 1000, kHeldOut * 25, 5, path);
+  out->camera_ = std::make_unique<Camera>(pinhole_rig(options), options.format);
+  return out;
+}
+
+reference::PinholeCamera SpecularSequence::pinhole() const {
+  return {options_.width, options_.height, options_.focal_px, (options_.width - 1) / 2.0, (options_.height - 1) / 2.0};
+}
+
+Shot SpecularSequence::frame(int k) const {
+  const reference::GlossyView view =
+      reference::render_view(scene_, pinhole(), trajectory_[static_cast<std::size_t>(k)], 2);
+  LensRadiance radiance(1);
+  radiance[0].reserve(view.rgb.size());
+  for (const double v : view.rgb) radiance[0].push_back(static_cast<float>(v / kExposure_s));
+  const double step = k % 4 == 0   ? 1
+                      : k % 4 == 2 ? 1 / options_.exposure_factor
+                                   : 1 / std::sqrt(options_.exposure_factor);
+  const std::vector<double> exposures{kExposure_s * step};
+  return camera_->expose(radiance, exposures, static_cast<std::uint64_t>(k));
+}
+
+Pose SpecularSequence::true_pose(int k) const { return pose_of(trajectory_[static_cast<std::size_t>(k)]); }
+
+UncertainPose SpecularSequence::tag_pose(int k) const {
+  UncertainPose out;
+  out.pose = pose_of(reference::perturbed(
+      trajectory_[static_cast<std::size_t>(k)],
+      reference::pose_noise(options_.seed, k, options_.rotation_noise_rad, options_.translation_noise_m)));
+  // The noise w, n of the camera (p -> exp(w) p + n) turns the plane by w and moves its origin t by w × t + n.
+  const double turn = std::pow(options_.rotation_noise_rad, 2), shift = std::pow(options_.translation_noise_m, 2);
+  const Vec3d t = out.pose.translation;
+  const double lever[3][3] = {{0, t.z, -t.y}, {-t.z, 0, t.x}, {t.y, -t.x, 0}};
+  for (std::size_t r = 0; r < 3; ++r)
+    for (std::size_t c = 0; c < 3; ++c) {
+      out.covariance[r][c] = r == c ? turn : 0;
+      out.covariance[r + 3][c] = out.covariance[c][r + 3] = turn * lever[r][c];
+      double product = r == c ? shift : 0;
+      for (std::size_t n = 0; n < 3; ++n) product += turn * lever[r][n] * lever[c][n];
+      out.covariance[r + 3][c + 3] = product;
+    }
+  return out;
+}
+
+Pose SpecularSequence::held_out_pose(int k) const { return pose_of(held_out_[static_cast<std::size_t>(k) * 25 + 12]); }
+
+reference::GlossyView SpecularSequence::held_out_view(int k) const {
+  return reference::render_view(scene_, pinhole(), held_out_[static_cast<std::size_t>(k) * 25 + 12], 3);
+}
+
+}  // namespace lightwell::measure

@@ -1,0 +1,85 @@
+// Sequences of pictures of a glossy plane with their ground truth (tests/reference/glossy_plane), as noisy frames of a
+// simulated sensor.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <lightwell/calibration.hpp>
+#include <lightwell/result.hpp>
+#include <lightwell/uncertain_pose.hpp>
+
+#include "measure/shots.hpp"
+#include "reference/glossy_sequence.hpp"
+
+namespace lightwell::measure {
+
+struct SpecularSequenceOptions {
+  std::string name;
+  /// "lamps", "gradient", or the path of a panorama of linear radiance.
+  std::string environment = "lamps";
+  double alpha = 0.1;  ///< Of the plane's gloss.
+  bool textured = true;
+  std::uint64_t seed = 1;
+  int frames = 600;
+  int width = 640, height = 480;
+  double focal_px = 560;
+  double rotation_noise_rad = 0.3 / 180 * 3.14159265358979, translation_noise_m = 0.001;  ///< Of the tag's poses.
+  /// Diffuse radiance of white paper (albedo 0.8), share of full scale.
+  double white = 0.6;
+  double exposure_factor = 1;  ///< Exposures vary by this factor, in turn.
+  PixelFormat format = PixelFormat::rgb8;
+};
+
+/// The sequences of tests/figures: a room, an office, panoramas, lamps; roughness 0.17, 0.32, 0.45; one with saturated
+/// highlights, one whose exposure varies.
+[[nodiscard]] std::vector<std::string> sequence_names();
+/// not_found: an unknown name, or a panorama that `cmake/fetch_panoramas` has not fetched.
+[[nodiscard]] Result<SpecularSequenceOptions> sequence_options(const std::string& name);
+
+/// A square of kPlane_m under distant light. Renders each picture when it is asked for.
+class SpecularSequence {
+ public:
+  static constexpr double kPlane_m = 0.2;
+  static constexpr double kExposure_s = 0.01;
+
+  [[nodiscard]] static Result<std::unique_ptr<SpecularSequence>> make(const SpecularSequenceOptions& options);
+
+  [[nodiscard]] const SpecularSequenceOptions& options() const { return options_; }
+  [[nodiscard]] const RigParameters& rig() const { return camera_->rig(); }
+  /// Frame k of the trajectory.
+  [[nodiscard]] Shot frame(int k) const;
+  /// T_probe_plane of frame k: true, and with the tag's noise.
+  [[nodiscard]] Pose true_pose(int k) const;
+  [[nodiscard]] UncertainPose tag_pose(int k) const;
+
+  /// Views that are not in the sequence, of another trajectory through the same directions.
+  [[nodiscard]] int held_out_count() const { return kHeldOut; }
+  [[nodiscard]] Pose held_out_pose(int k) const;
+  /// Normalised intensity: share of full scale at kExposure_s, not clipped. `coverage` is 1 on the plane.
+  [[nodiscard]] reference::GlossyView held_out_view(int k) const;
+
+  /// In the plane's world axes, in the same unit as the pictures' normalised intensity.
+  [[nodiscard]] const reference::Panorama& environment() const { return environment_; }
+  [[nodiscard]] const reference::GlossyScene& scene() const { return scene_; }
+  [[nodiscard]] reference::PinholeCamera pinhole() const;
+
+ private:
+  static constexpr int kHeldOut = 24;
+  explicit SpecularSequence(const SpecularSequenceOptions& options) : options_(options) {}
+
+  SpecularSequenceOptions options_;
+  reference::Panorama environment_;
+  std::unique_ptr<reference::SpecularTable> table_;
+  reference::GlossyScene scene_;
+  std::vector<reference::Pose> trajectory_, held_out_;
+  std::unique_ptr<Camera> camera_;
+};
+
+/// Reads OpenEXR or Radiance, averaged to at most 512x256.
+[[nodiscard]] Result<reference::Panorama> load_environment(const std::string& path);
+
+}  // namespace lightwell::measure
