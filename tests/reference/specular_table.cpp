@@ -26,7 +26,7 @@ constexpr double kCellSize = 0.5;
 constexpr int kMostCells = 64;
 
 /// A rectangle of pixels. The tree is in preorder: the first child follows its parent.
-struct Block {
+struct SourceBlock {
   V3 centroid;           ///< of the power, on the unit sphere
   double radius2 = 0;    ///< every pixel of the block is within this squared distance of the centroid
   double half_dz = 0;    ///< half the extent in z
@@ -75,7 +75,7 @@ class BlockTree {
     const double smith_v = std::sqrt(a2_ + (1 - a2_) * v.z * v.z);
     Rgb sum{};
     for (std::size_t k = 0; k < blocks_.size();) {
-      const Block& b = blocks_[k];
+      const SourceBlock& b = blocks_[k];
       if (b.power[0] + b.power[1] + b.power[2] <= 0) {
         k = b.next;
         continue;
@@ -112,7 +112,7 @@ class BlockTree {
   }
 
   /// The mean of f_s n.l over a pixel.
-  [[nodiscard]] double divided_pixel(const V3& v, double smith_v, const Block& b, double h2, double q) const {
+  [[nodiscard]] double divided_pixel(const V3& v, double smith_v, const SourceBlock& b, double h2, double q) const {
     const double height = top(b.row) - bottom(b.row), width = 2 * pi / env_.width;
     const double ring = std::hypot(b.centroid.x, b.centroid.y);
     const Turn azimuth{b.centroid.y / ring, b.centroid.x / ring}, elevation{ring, b.centroid.z};
@@ -150,7 +150,7 @@ class BlockTree {
     return sum / weights;
   }
 
-  void set_pixel_values(Block& b) const {
+  void set_pixel_values(SourceBlock& b) const {
     const double upper = top(b.row), lower = bottom(b.row), middle = 0.5 * (upper + lower);
     const double azimuth = 2 * pi * ((b.column + 0.5) / env_.width - 0.5);
     const double width = 2 * pi / env_.width * std::cos(lower);
@@ -165,7 +165,7 @@ class BlockTree {
   std::size_t add_block(int left, int right, int first, int last) {
     const std::size_t at = blocks_.size();
     blocks_.emplace_back();
-    Block b;
+    SourceBlock b;
     b.column = left;
     b.row = first;
     b.is_pixel = right - left == 1 && last - first == 1;
@@ -187,11 +187,11 @@ class BlockTree {
     return at;
   }
 
-  static void join(Block& b, const Block& one, const Block& two) {
-    const auto grey = [](const Block& x) { return x.power[0] + x.power[1] + x.power[2] + 1e-30; };
+  static void join(SourceBlock& b, const SourceBlock& one, const SourceBlock& two) {
+    const auto grey = [](const SourceBlock& x) { return x.power[0] + x.power[1] + x.power[2] + 1e-30; };
     b.centroid = normalised(grey(one) * one.centroid + grey(two) * two.centroid);
     double radius = 0;
-    for (const Block* child : {&one, &two}) {
+    for (const SourceBlock* child : {&one, &two}) {
       radius = std::max(radius, length(child->centroid - b.centroid) + std::sqrt(child->radius2));
       for (std::size_t c = 0; c < 3; ++c) b.power[c] += child->power[c];
     }
@@ -202,7 +202,7 @@ class BlockTree {
   Gloss gloss_;
   double a2_, block_limit_;
   std::vector<std::vector<Turn>> azimuths_, elevations_, last_elevations_;  // [cells - 1]
-  std::vector<Block> blocks_;
+  std::vector<SourceBlock> blocks_;
 };
 
 /// The weights of the cubic polynomial through the values at -1, 0, 1 and 2, at t.
