@@ -23,7 +23,7 @@ constexpr double kLowestElevation = 8 * pi / 180;
 constexpr double kBlockSize = 0.13;
 /// The largest cell of a divided pixel, in the same unit. Two Gauss points an axis leave 0.5^4 72 / 4320 = 0.1 %.
 constexpr double kCellSize = 0.5;
-constexpr int kMostCells = 64;
+constexpr int kMaxCells = 64;
 
 /// A rectangle of pixels. The tree is in preorder: the first child follows its parent.
 struct SourceBlock {
@@ -62,7 +62,7 @@ class BlockTree {
   BlockTree(const Panorama& env, const Gloss& gloss)
       : env_(env), gloss_(gloss), a2_(gloss.alpha * gloss.alpha), block_limit_(0.25 * kBlockSize * kBlockSize) {
     const int rows = (env.height + 1) / 2;
-    for (int count = 1; count <= kMostCells; ++count) {
+    for (int count = 1; count <= kMaxCells; ++count) {
       azimuths_.push_back(gauss_points(count, 2 * pi / env.width));
       elevations_.push_back(gauss_points(count, pi / env.height));
       last_elevations_.push_back(gauss_points(count, top(rows - 1) - bottom(rows - 1)));
@@ -127,7 +127,7 @@ class BlockTree {
       const double c = dot(across, tangent);
       const double stretch = std::sqrt(1 + c * c * (1 / (v_dot_h * v_dot_h) - 1));
       const int count = static_cast<int>(std::ceil(0.5 * extent * stretch / (kCellSize * slope)));
-      return static_cast<std::size_t>(std::clamp(count, 1, kMostCells) - 1);
+      return static_cast<std::size_t>(std::clamp(count, 1, kMaxCells) - 1);
     };
     const bool is_last = 2 * (b.row + 1) >= env_.height;
     const auto& x = azimuths_[cells(east, width * ring)];

@@ -47,14 +47,11 @@ void fill_unseen(Lumisphere& lumisphere) {
       float count = 0;
       for (const std::size_t other : neighbours(lumisphere.grid, node)) {
         if (known[other] == 0) continue;
-        const Radiance& v = lumisphere.value[other];
-        const float scale = 1 / reflectance(lumisphere.grid, other);
-        sum.r += scale * v.r, sum.g += scale * v.g, sum.b += scale * v.b;
+        sum += lumisphere.value[other] * (1 / reflectance(lumisphere.grid, other));
         ++count;
       }
       if (!(count > 0)) continue;
-      const float scale = reflectance(lumisphere.grid, node) / count;
-      lumisphere.value[node] = {scale * sum.r, scale * sum.g, scale * sum.b};
+      lumisphere.value[node] = sum * (reflectance(lumisphere.grid, node) / count);
       filled.push_back(node);
     }
     if (filled.empty()) return;

@@ -23,10 +23,7 @@ struct Lumisphere {
 
   [[nodiscard]] Radiance at(const HemisphereGrid::Interpolation& where) const {
     Radiance out;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Radiance& v = value[where.node[k]];
-      out.r += where.weight[k] * v.r, out.g += where.weight[k] * v.g, out.b += where.weight[k] * v.b;
-    }
+    for (std::size_t k = 0; k < 3; ++k) out += where.weight[k] * value[where.node[k]];
     return out;
   }
   /// `to_viewer`: plane frame, need not be normalised.

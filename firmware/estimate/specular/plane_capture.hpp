@@ -50,7 +50,7 @@ struct CapturedFrame {
 /// Takes frames in order. Not thread-safe.
 class PlaneCapture {
  public:
-  /// Refers to `rig`. `options.texels` must be valid.
+  /// Refers to `rig`.
   PlaneCapture(const RigParameters& rig, const CaptureOptions& options);
 
   /// `reader` must be bound to the frame. Radiance is stored in the reader's units times `scale`. `tag_pose`:
@@ -65,8 +65,6 @@ class PlaneCapture {
   /// Refined poses are relative to the texture, whose place is that of the first frames. This is the weighted
   /// least-squares estimate from all tag poses.
   [[nodiscard]] TextureAlignment alignment() const;
-  /// Texels of the last frame at its refined pose.
-  [[nodiscard]] const TexelImage& image() const { return image_; }
 
  private:
   void add_to_alignment(const UncertainPose& tag_pose, const Pose& refined);

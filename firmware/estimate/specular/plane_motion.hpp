@@ -34,23 +34,17 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 /// Covariance of a pose error as a motion in the plane's frame: that of the pose T_probe_plane, turned from the axes of
 /// the probe to those of the plane. Unknown components get 1 rad² or m².
 [[nodiscard]] inline Matrix6 motion_covariance(const UncertainPose& prior) {
-  Matrix6 turn = Matrix6::Zero(), covariance;
-  const Quat back = prior.pose.rotation.inverse();
-  const Vec3d axes[3] = {rotate(back, Vec3d{1, 0, 0}), rotate(back, Vec3d{0, 1, 0}), rotate(back, Vec3d{0, 0, 1})};
-  for (int k = 0; k < 3; ++k)
-    for (int block = 0; block < 6; block += 3) {
-      turn(block, block + k) = axes[k].x;
-      turn(block + 1, block + k) = axes[k].y;
-      turn(block + 2, block + k) = axes[k].z;
-    }
+  // Composed with an exact inverse, the error is that of T_plane_plane.
+  const PoseCovariance in_plane = compose(UncertainPose{inverse(prior.pose), {}}, prior).covariance;
+  Matrix6 out;
   for (int r = 0; r < 6; ++r)
     for (int c = 0; c < 6; ++c) {
-      const double v = prior.covariance[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)];
-      covariance(r, c) = std::isfinite(v) ? v : (r == c ? 1.0 : 0.0);
+      const double v = in_plane[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)];
+      out(r, c) = std::isfinite(v) ? v : 1;
     }
   // 0.01 degrees and 0.01 mm: no tag is known better, and a covariance of zero has no inverse.
-  for (int k = 0; k < 3; ++k) covariance(k, k) += 3e-8, covariance(k + 3, k + 3) += 1e-10;
-  return turn * covariance * turn.transpose();
+  for (int k = 0; k < 3; ++k) out(k, k) += 3e-8, out(k + 3, k + 3) += 1e-10;
+  return out;
 }
 
 }  // namespace lightwell::specular

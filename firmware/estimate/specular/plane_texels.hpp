@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include <lightwell/color.hpp>
 #include <lightwell/geometry.hpp>
 
 namespace lightwell::specular {
@@ -18,12 +19,9 @@ inline constexpr int kTileEdge = 4;
 inline constexpr int kTileTexels = kTileEdge * kTileEdge;
 
 struct PlaneTexels {
-  double size_m = 0.2;  ///< Side of the square.
+  double size_m = 0.2;  ///< Side of the square, above 0.
   int edge = 256;       ///< Texels along a side: a multiple of kTileEdge, 8 to 256.
 
-  [[nodiscard]] bool valid() const {
-    return edge >= 8 && edge <= 256 && edge % kTileEdge == 0 && size_m > 0 && size_m < 100;
-  }
   [[nodiscard]] std::size_t count() const { return static_cast<std::size_t>(edge) * static_cast<std::size_t>(edge); }
   [[nodiscard]] int tiles() const { return edge / kTileEdge; }  ///< Along a side.
   [[nodiscard]] double texel_m() const { return size_m / edge; }
@@ -54,7 +52,8 @@ struct alignas(16) TexelRadiance {
   static constexpr float kUnseen = -1;
   [[nodiscard]] bool seen() const { return clipped >= 0; }
   [[nodiscard]] bool measured() const { return clipped == 0; }
-  [[nodiscard]] float luminance() const { return 0.2126F * r + 0.7152F * g + 0.0722F * b; }
+  [[nodiscard]] Radiance radiance() const { return {r, g, b}; }
+  [[nodiscard]] float luminance() const { return luminance_of(r, g, b); }
 };
 
 /// Row by row from the top, PlaneTexels::count() elements.

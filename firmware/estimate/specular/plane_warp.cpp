@@ -72,7 +72,7 @@ std::size_t PlaneWarp::project_nodes(const Pose& probe_plane, int stride) {
 bool PlaneWarp::load(estimate::RowReader& reader, int lens, const Pose& probe_plane, double margin_px, double scale) {
   lens_ = lens;
   width_ = height_ = 0;
-  counts_ = {};
+  estimate::ReadStatistics ignored;
   if (!(lens_in_plane(probe_plane).z > 0) || project_nodes(probe_plane, 1) == 0) return false;
   float low_x = std::numeric_limits<float>::max(), low_y = low_x, high_x = -low_x, high_y = -low_x;
   for (const Node& node : nodes_) {
@@ -91,7 +91,7 @@ bool PlaneWarp::load(estimate::RowReader& reader, int lens, const Pose& probe_pl
   pixels_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
   const auto factor = static_cast<float>(scale);
   for (int y = 0; y < height_; ++y) {
-    reader.read(lens, top_ + y, left_, right, estimate::RowReader::Reading::with_clipped, row_, counts_);
+    reader.read(lens, top_ + y, left_, right, estimate::RowReader::Reading::with_clipped, row_, ignored);
     Pixel* out = &pixels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_)];
     for (int x = 0; x < width_; ++x) {
       const auto k = static_cast<std::size_t>(x);

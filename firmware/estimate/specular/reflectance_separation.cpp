@@ -6,6 +6,7 @@
 #include <limits>
 
 #include <lightwell/pixel.hpp>
+#include <lightwell/quantile.hpp>
 
 namespace lightwell::specular {
 namespace {
@@ -22,7 +23,10 @@ constexpr float kRegistrationVariance = 0.04F;
 /// Work for a tile without samples, in samples.
 constexpr std::size_t kTileCost = 16;
 
-float luminance(const std::array<float, 3>& v) { return 0.2126F * v[0] + 0.7152F * v[1] + 0.0722F * v[2]; }
+Radiance decoded(std::uint32_t rgb9e5) {
+  const auto [r, g, b] = rgb9e5_decode(rgb9e5);
+  return {r, g, b};
+}
 
 }  // namespace
 
@@ -58,10 +62,9 @@ void ReflectanceSeparation::add_clipped(const TexelImage& image, Vec3d lens) {
     }
     ++node.clipped;
     const float rate = 1 / std::min(node.clipped, 100.0F);
-    const Radiance over{t.r - diffuse_[k].r, t.g - diffuse_[k].g, t.b - diffuse_[k].b};
-    node.color.r += rate * (over.r - node.color.r), node.color.g += rate * (over.g - node.color.g);
-    node.color.b += rate * (over.b - node.color.b);
-    const float bound = luminance({over.r, over.g, over.b}), scale = 0.5F * luminance({t.r, t.g, t.b});
+    const Radiance over = t.radiance() - diffuse_[k].radiance();
+    node.color += rate * (over - node.color);
+    const float bound = over.luminance(), scale = 0.5F * t.luminance();
     node.bound = node.clipped > 1 ? node.bound + rate * scale * (bound > node.bound ? 0.9F : -0.1F) : bound;
   }
 }
@@ -76,7 +79,7 @@ void ReflectanceSeparation::gather(const SurfaceLightField& light_field, int til
     for (std::uint32_t k = 0; k < kTileTexels; ++k) {
       if ((page.filled >> k & 1U) == 0) continue;
       if (view == nullptr) {
-        samples_.push_back({rgb9e5_decode(page.sample[k]), of_node, k, 0, 0});
+        samples_.push_back({decoded(page.sample[k]), of_node, k, 0, 0});
         continue;
       }
       const Vec3f to_lens = view->lens - vec_cast<float>(texels_.center(texels_.texel_of(tile, static_cast<int>(k))));
@@ -85,61 +88,57 @@ void ReflectanceSeparation::gather(const SurfaceLightField& light_field, int til
       // interpolation have a variance of a quarter of the squared side.
       const float across = view->pixel_rad * view->pixel_rad * square * inverse_texel * inverse_texel;
       const float density = 1 / (across * inverse_cosine);
-      samples_.push_back({rgb9e5_decode(page.sample[k]), specular_.grid.interpolate(to_lens), k, density * density,
+      samples_.push_back({decoded(page.sample[k]), specular_.grid.interpolate(to_lens), k, density * density,
                           0.125F * across * (1 + inverse_cosine * inverse_cosine)});
     }
   });
 }
 
 void ReflectanceSeparation::update_tile(int tile) {
-  for (Sample& s : samples_) {
-    const Radiance specular = specular_.at(s.where);
-    s.radiance[0] -= specular.r, s.radiance[1] -= specular.g, s.radiance[2] -= specular.b;
-  }
-  std::array<std::array<float, 3>, kTileTexels> mean{};
+  const auto texel_of = [&](std::size_t k) { return texels_.texel_of(tile, static_cast<int>(k)); };
+  // Start from the previous value (the first time: the median); a few steps of the biweight follow.
+  std::array<Radiance, kTileTexels> mean{};
   std::array<float, kTileTexels> sigma{};
-  for (std::uint32_t k = 0; k < kTileTexels; ++k) {
-    // Start from the previous value (the first time: the median); a few steps of the biweight follow.
-    const TexelRadiance& previous = diffuse_[texels_.texel_of(tile, static_cast<int>(k))];
-    mean[k] = {previous.r, previous.g, previous.b};
-  }
+  for (std::size_t k = 0; k < kTileTexels; ++k) mean[k] = diffuse_[texel_of(k)].radiance();
+  for (Sample& s : samples_) s.radiance = s.radiance - specular_.at(s.where);
   for (int step = 0; step < kMeanSteps; ++step) {
     std::array<float, kTileTexels> deviation{}, count{};
     for (const Sample& s : samples_) {
-      deviation[s.k] += std::abs(luminance(s.radiance) - luminance(mean[s.k]));
+      deviation[s.k] += std::abs(s.radiance.luminance() - mean[s.k].luminance());
       ++count[s.k];
     }
-    for (std::uint32_t k = 0; k < kTileTexels; ++k)
-      sigma[k] = 1.25F * deviation[k] / std::max(count[k], 1.0F) + kMinRelativeDeviation * luminance(mean[k]);
-    std::array<std::array<float, 5>, kTileTexels> sum{};
+    for (std::size_t k = 0; k < kTileTexels; ++k)
+      sigma[k] = 1.25F * deviation[k] / std::max(count[k], 1.0F) + kMinRelativeDeviation * mean[k].luminance();
+    struct Sum {
+      Radiance radiance;
+      float blur = 0, weight = 0;
+    };
+    std::array<Sum, kTileTexels> sum{};
     for (const Sample& s : samples_) {
-      const float u = (luminance(s.radiance) - luminance(mean[s.k])) / (kReach * sigma[s.k]);
+      const float u = (s.radiance.luminance() - mean[s.k].luminance()) / (kReach * sigma[s.k]);
       if (!(u * u < 1)) continue;
       const float weight = (1 - u * u) * (1 - u * u) * s.weight;
-      sum[s.k][4] += weight * s.blur;
-      for (std::size_t c = 0; c < 3; ++c) sum[s.k][c] += weight * s.radiance[c];
-      sum[s.k][3] += weight;
+      sum[s.k].radiance += weight * s.radiance;
+      sum[s.k].blur += weight * s.blur;
+      sum[s.k].weight += weight;
     }
-    for (std::uint32_t k = 0; k < kTileTexels; ++k)
-      if (sum[k][3] > 0) {
-        for (std::size_t c = 0; c < 3; ++c) mean[k][c] = sum[k][c] / sum[k][3];
-        blur_[texels_.texel_of(tile, static_cast<int>(k))] = sum[k][4] / sum[k][3];
-      }
+    for (std::size_t k = 0; k < kTileTexels; ++k) {
+      if (!(sum[k].weight > 0)) continue;
+      mean[k] = sum[k].radiance * (1 / sum[k].weight);
+      blur_[texel_of(k)] = sum[k].blur / sum[k].weight;
+    }
   }
   std::array<float, kTileTexels> inverse_variance{};
-  for (std::uint32_t k = 0; k < kTileTexels; ++k) {
+  for (std::size_t k = 0; k < kTileTexels; ++k) {
     inverse_variance[k] = sigma[k] > 0 ? 1 / (sigma[k] * sigma[k]) : 0;
-    TexelRadiance& texel = diffuse_[texels_.texel_of(tile, static_cast<int>(k))];
-    if (texel.seen()) texel = {mean[k][0], mean[k][1], mean[k][2], 0};
+    TexelRadiance& texel = diffuse_[texel_of(k)];
+    if (texel.seen()) texel = {mean[k].r, mean[k].g, mean[k].b, 0};
   }
   for (const Sample& s : samples_) {
-    const Radiance specular = specular_.at(s.where);
-    const float r = s.radiance[0] - mean[s.k][0] + specular.r, g = s.radiance[1] - mean[s.k][1] + specular.g,
-                b = s.radiance[2] - mean[s.k][2] + specular.b;
+    const Radiance specular = s.radiance - mean[s.k] + specular_.at(s.where);
     for (std::size_t n = 0; n < 3; ++n) {
       const float weight = s.where.weight[n] * inverse_variance[s.k];
-      Radiance& value = next_.value[s.where.node[n]];
-      value.r += weight * r, value.g += weight * g, value.b += weight * b;
+      next_.value[s.where.node[n]] += weight * specular;
       next_.weight[s.where.node[n]] += weight;
     }
   }
@@ -150,25 +149,20 @@ float ReflectanceSeparation::low_quantile(float Radiance::*channel) {
   double mean = 0;
   for (const float weight : next_.weight) mean += static_cast<double>(weight);
   const float least_weight = static_cast<float>(0.1 * mean / static_cast<double>(next_.weight.size()));
-  order_.clear();
+  of_nodes_.clear();
   for (std::size_t node = 0; node < next_.value.size(); ++node)
-    if (next_.weight[node] > least_weight) order_.push_back(next_.value[node].*channel);
-  if (order_.empty()) return 0;
-  const auto low = order_.begin() + static_cast<std::ptrdiff_t>(order_.size() / 50);
-  std::nth_element(order_.begin(), low, order_.end());
-  return *low;
+    if (next_.weight[node] > least_weight) of_nodes_.push_back(next_.value[node].*channel);
+  return of_nodes_.empty() ? 0 : static_cast<float>(upper_quantile(of_nodes_, 0.02));
 }
 
 void ReflectanceSeparation::finish_sweep() {
   for (std::size_t node = 0; node < next_.value.size(); ++node) {
     const float weight = next_.weight[node];
-    Radiance& v = next_.value[node];
-    v = weight > 0 ? Radiance{v.r / weight, v.g / weight, v.b / weight} : Radiance{};
+    next_.value[node] = weight > 0 ? next_.value[node] * (1 / weight) : Radiance{};
   }
   const Radiance least{low_quantile(&Radiance::r), low_quantile(&Radiance::g), low_quantile(&Radiance::b)};
   for (std::size_t node = 0; node < next_.value.size(); ++node) {
-    Radiance& v = next_.value[node];
-    if (next_.weight[node] > 0) v = {v.r - least.r, v.g - least.g, v.b - least.b};
+    if (next_.weight[node] > 0) next_.value[node] = next_.value[node] - least;
   }
   for (TexelRadiance& texel : diffuse_)
     if (texel.seen()) texel.r += least.r, texel.g += least.g, texel.b += least.b;
@@ -176,9 +170,9 @@ void ReflectanceSeparation::finish_sweep() {
     const ClippedNode& c = clipped_[node];
     next_.clipped[node] = c.clipped > c.measured ? 1 : 0;
     Radiance& value = next_.value[node];
-    const float mean = luminance({c.color.r, c.color.g, c.color.b});
-    if (next_.clipped[node] == 0 || !(mean > 0) || c.bound < luminance({value.r, value.g, value.b})) continue;
-    value = {c.color.r * c.bound / mean, c.color.g * c.bound / mean, c.color.b * c.bound / mean};
+    const float mean = c.color.luminance();
+    if (next_.clipped[node] == 0 || !(mean > 0) || c.bound < value.luminance()) continue;
+    value = c.color * (c.bound / mean);
     next_.weight[node] += std::numeric_limits<float>::min();
   }
   fill_unseen(next_);

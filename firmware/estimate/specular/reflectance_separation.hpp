@@ -13,18 +13,17 @@
 
 namespace lightwell::specular {
 
-/// Steps of ReflectanceSeparation::sharpen() that give the least error of re-rendered views (2 and 4: 5 % more).
+/// Steps of ReflectanceSeparation::sharpen(): more amplify noise, fewer leave blur.
 inline constexpr int kSharpenSteps = 3;
 
 /// Alternating robust least squares over all samples of a surface light field (the two-way additive model; backfitting,
-/// Friedman & Stuetzle 1981): D(x) is a biweight mean over directions of L - S, in which near and steep views, whose
-/// pixels are smaller than texels, have more weight, S(v) a weighted mean over texels of
-/// L - D. It starts from running medians as D. A constant can move between D and S: S is 0 at its 2 % quantile.
-/// Reuses its memory.
+/// Friedman & Stuetzle 1981): D(x) is a biweight mean over directions of L - S, in which near and near-normal
+/// views, whose pixels are smallest, have more weight; S(v) is a weighted mean over texels of L - D. It starts from
+/// running medians as D. A constant can move between D and S: S is 0 at its 2 % quantile. Reuses its memory.
 class ReflectanceSeparation {
  public:
-  /// `levels` of the lumisphere's hemisphere. It may be finer than that of the light field: samples keep the exact
-  /// direction of their frame.
+  /// `levels` of the lumisphere's hemisphere. It may be finer than that of the light field: the position of the lens is
+  /// known for each page.
   ReflectanceSeparation(const PlaneTexels& texels, int levels);
 
   /// Adds the texels `first` (the first samples in their directions) of a frame to the running medians.
@@ -56,7 +55,7 @@ class ReflectanceSeparation {
 
  private:
   struct Sample {
-    std::array<float, 3> radiance;
+    Radiance radiance;
     HemisphereGrid::Interpolation where;
     std::uint32_t k;  ///< Texel of the tile.
     float weight;     ///< In D: the squared number of pixels per area of the plane, up to a factor.
@@ -80,7 +79,7 @@ class ReflectanceSeparation {
   };
   std::vector<ClippedNode> clipped_;  ///< By node of the lumisphere.
   std::vector<Sample> samples_;
-  std::vector<float> order_;
+  std::vector<float> of_nodes_;  ///< Memory of low_quantile().
   int next_tile_ = 0, sweeps_ = 0;
 };
 

@@ -39,7 +39,7 @@ struct ViewPoint {
 /// directions keep samples of half of the tiles, and all texels those of half of their directions.
 class SurfaceLightField {
  public:
-  /// `texels` must be valid. `levels` of the hemisphere: at most 127. `max_bytes`: at least kMinBytes.
+  /// `levels` of the hemisphere: at most 127. `max_bytes`: at least kMinBytes.
   SurfaceLightField(const PlaneTexels& texels, int levels, std::size_t max_bytes);
 
   [[nodiscard]] const HemisphereGrid& grid() const { return grid_; }

@@ -5,22 +5,16 @@
     .arriving(...), .blocked(...), .hits(...) along given rays
     .surfaces()                               (h, w) the surface in the middle of each pixel
 
-`llvm_ad_rgb` needs an LLVM library that is newer than Debian 12's: DRJIT_LIBLLVM_PATH names it, else that of a Rust
-toolchain is taken. Without one, Mitsuba reports that it cannot initialize.
+`llvm_ad_rgb` needs a newer LLVM library than Debian 12's (llvm_library.py).
 """
 
-import glob
-import os
+import sys
 from pathlib import Path
 
 import numpy as np
 
-if "DRJIT_LIBLLVM_PATH" not in os.environ:
-    # The small ones are linker scripts.
-    found = glob.glob(str(Path.home() / ".rustup/toolchains/*/lib/libLLVM*.so*"))
-    if found:
-        os.environ["DRJIT_LIBLLVM_PATH"] = max(sorted(found), key=os.path.getsize)
-
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import llvm_library  # noqa: E402, F401 (before drjit)
 import drjit as dr  # noqa: E402 (the library is named before)
 import mitsuba as mi  # noqa: E402
 

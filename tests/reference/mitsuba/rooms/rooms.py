@@ -9,17 +9,12 @@ tests/reference/panorama.hpp: the centre is -Z, to the right is +X, the top row 
 """
 
 import argparse
-import glob
-import os
 import sys
 import time
 from pathlib import Path
 
-if "DRJIT_LIBLLVM_PATH" not in os.environ:  # Else that of a Rust toolchain; its small files are linker scripts.
-    found = glob.glob(str(Path.home() / ".rustup/toolchains/*/lib/libLLVM*.so*"))
-    if found:
-        os.environ["DRJIT_LIBLLVM_PATH"] = max(sorted(found), key=os.path.getsize)
-
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import llvm_library  # noqa: E402, F401 (before drjit)
 import drjit as dr
 import mitsuba as mi
 import numpy as np
