@@ -16,10 +16,13 @@ struct Lumisphere {
   HemisphereGrid grid{120};
   std::vector<Radiance> value;  ///< By node.
   std::vector<float> weight;    ///< By node: sum of the weights of the samples around it; 0: never seen.
+  /// By node: standard deviation of the luminance of the samples around it: blur at edges of the texture, wrong poses.
+  std::vector<float> sigma;
   /// By node: 1 where most samples were saturated; the value is a lower bound.
   std::vector<std::uint8_t> clipped;
 
-  explicit Lumisphere(int levels = 120) : grid(levels), value(grid.size()), weight(grid.size()), clipped(grid.size()) {}
+  explicit Lumisphere(int levels = 120)
+      : grid(levels), value(grid.size()), weight(grid.size()), sigma(grid.size()), clipped(grid.size()) {}
 
   [[nodiscard]] Radiance at(const HemisphereGrid::Interpolation& where) const {
     Radiance out;

@@ -20,6 +20,15 @@ constexpr int kMeanSteps = 2;
 constexpr std::size_t kClippedStride = 5;
 /// Of the refined poses, texels².
 constexpr float kRegistrationVariance = 0.04F;
+/// Nodes with less than this share of the mean weight have a few samples at edges of the texture; their values are off
+/// by ten times as much as others. They count as unseen.
+constexpr double kMinRelativeWeight = 0.03;
+/// Above this share of saturated texels a node is a lower bound.
+constexpr float kMaxClippedShare = 0.5F;
+/// A sweep has at most about so many samples, so that S follows within a second or two: more are divided into 2 to
+/// kMaxStride sweeps over different tiles.
+constexpr std::size_t kSweepSamples = 1'200'000;
+constexpr int kMaxStride = 16;
 /// Work for a tile without samples, in samples.
 constexpr std::size_t kTileCost = 16;
 
@@ -136,10 +145,12 @@ void ReflectanceSeparation::update_tile(int tile) {
   }
   for (const Sample& s : samples_) {
     const Radiance specular = s.radiance - mean[s.k] + specular_.at(s.where);
+    const float square = specular.luminance() * specular.luminance();
     for (std::size_t n = 0; n < 3; ++n) {
       const float weight = s.where.weight[n] * inverse_variance[s.k];
       next_.value[s.where.node[n]] += weight * specular;
       next_.weight[s.where.node[n]] += weight;
+      next_.sigma[s.where.node[n]] += weight * square;
     }
   }
 }
@@ -156,9 +167,16 @@ float ReflectanceSeparation::low_quantile(float Radiance::*channel) {
 }
 
 void ReflectanceSeparation::finish_sweep() {
+  double sum = 0, nodes = 0;
+  for (const float weight : next_.weight) sum += static_cast<double>(weight), nodes += weight > 0 ? 1 : 0;
+  const auto least_weight = static_cast<float>(kMinRelativeWeight * sum / std::max(nodes, 1.0));
   for (std::size_t node = 0; node < next_.value.size(); ++node) {
-    const float weight = next_.weight[node];
-    next_.value[node] = weight > 0 ? next_.value[node] * (1 / weight) : Radiance{};
+    float& weight = next_.weight[node];
+    if (!(weight > least_weight)) weight = 0;
+    const float scale = weight > 0 ? 1 / weight : 0;
+    next_.value[node] = next_.value[node] * scale;
+    const float luminance = next_.value[node].luminance();
+    next_.sigma[node] = std::sqrt(std::max(0.0F, next_.sigma[node] * scale - luminance * luminance));
   }
   const Radiance least{low_quantile(&Radiance::r), low_quantile(&Radiance::g), low_quantile(&Radiance::b)};
   for (std::size_t node = 0; node < next_.value.size(); ++node) {
@@ -168,7 +186,7 @@ void ReflectanceSeparation::finish_sweep() {
     if (texel.seen()) texel.r += least.r, texel.g += least.g, texel.b += least.b;
   for (std::size_t node = 0; node < clipped_.size(); ++node) {
     const ClippedNode& c = clipped_[node];
-    next_.clipped[node] = c.clipped > c.measured ? 1 : 0;
+    next_.clipped[node] = c.clipped > kMaxClippedShare * (c.clipped + c.measured) ? 1 : 0;
     Radiance& value = next_.value[node];
     const float mean = c.color.luminance();
     if (next_.clipped[node] == 0 || !(mean > 0) || c.bound < value.luminance()) continue;
@@ -179,16 +197,32 @@ void ReflectanceSeparation::finish_sweep() {
   std::swap(specular_, next_);
   std::fill(next_.value.begin(), next_.value.end(), Radiance{});
   std::fill(next_.weight.begin(), next_.weight.end(), 0.0F);
+  std::fill(next_.sigma.begin(), next_.sigma.end(), 0.0F);
   ++sweeps_;
 }
 
 bool ReflectanceSeparation::sweep(const SurfaceLightField& light_field, std::size_t samples) {
-  const int all = texels_.tiles() * texels_.tiles();
+  if (next_group_ == 0) {
+    stride_ = 1;
+    while (stride_ < kMaxStride && light_field.samples() / static_cast<std::size_t>(stride_) > kSweepSamples)
+      stride_ *= 2;
+    ++phase_;
+  }
+  return process(light_field, samples);
+}
+
+bool ReflectanceSeparation::process(const SurfaceLightField& light_field, std::size_t samples) {
+  const int tiles = texels_.tiles() * texels_.tiles(), groups = (tiles + stride_ - 1) / stride_;
   for (std::size_t done = 0; done < samples; done += samples_.size() + kTileCost) {
-    gather(light_field, next_tile_);
-    update_tile(next_tile_);
-    if (++next_tile_ < all) continue;
-    next_tile_ = 0;
+    // One tile of each group of `stride_`, another one in every sweep; shifted from group to group.
+    const int tile = next_group_ * stride_ + (phase_ + 7 * next_group_) % stride_;
+    samples_.clear();
+    if (tile < tiles) {
+      gather(light_field, tile);
+      update_tile(tile);
+    }
+    if (++next_group_ < groups) continue;
+    next_group_ = 0;
     finish_sweep();
     return true;
   }
@@ -197,8 +231,9 @@ bool ReflectanceSeparation::sweep(const SurfaceLightField& light_field, std::siz
 
 void ReflectanceSeparation::solve(const SurfaceLightField& light_field, int sweeps) {
   constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
-  if (next_tile_ > 0) (void)sweep(light_field, kAll);
-  for (int k = 0; k < sweeps; ++k) (void)sweep(light_field, kAll);
+  if (next_group_ > 0) (void)process(light_field, kAll);
+  stride_ = 1;
+  for (int k = 0; k < sweeps; ++k) (void)process(light_field, kAll);
 }
 
 void ReflectanceSeparation::sharpen(int iterations, TexelImage& out) const {

@@ -33,10 +33,10 @@ class ReflectanceSeparation {
   /// lower bounds that they give (the darkest texels give the highest ones; some are wrong, at edges of the texture).
   void add_clipped(const TexelImage& image, Vec3d lens);
 
-  /// Processes the next tiles until they have `samples` samples or a sweep over all tiles ends; then S is replaced.
-  /// Returns whether it ended.
+  /// Processes the next tiles until they have `samples` samples or a sweep ends; then S is replaced. A sweep passes all
+  /// tiles, or a part of them where there are many samples: another part in every sweep. Returns whether it ended.
   bool sweep(const SurfaceLightField& light_field, std::size_t samples);
-  /// Sweeps over all tiles.
+  /// Sweeps over all tiles, each with all samples.
   void solve(const SurfaceLightField& light_field, int sweeps);
 
   /// Expected radiance of all texels from a position of the lens (plane frame, m); unseen where a texel has no value.
@@ -61,6 +61,7 @@ class ReflectanceSeparation {
     float weight;     ///< In D: the squared number of pixels per area of the plane, up to a factor.
     float blur;       ///< Variance of a pixel's footprint along an axis, mean of both axes, texels².
   };
+  bool process(const SurfaceLightField& light_field, std::size_t samples);
   void gather(const SurfaceLightField& light_field, int tile);
   void update_tile(int tile);
   void finish_sweep();
@@ -80,7 +81,9 @@ class ReflectanceSeparation {
   std::vector<ClippedNode> clipped_;  ///< By node of the lumisphere.
   std::vector<Sample> samples_;
   std::vector<float> of_nodes_;  ///< Memory of low_quantile().
-  int next_tile_ = 0, sweeps_ = 0;
+  int next_group_ = 0;           ///< Of stride_ tiles.
+  int stride_ = 1, phase_ = 0;   ///< Every sweep passes one of stride_ tiles.
+  int sweeps_ = 0;
 };
 
 }  // namespace lightwell::specular
