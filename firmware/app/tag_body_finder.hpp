@@ -1,4 +1,4 @@
-// Connects the body tracker of pose with the marker estimator.
+// Connects the body tracker of pose with the estimators that need the pose of a body.
 #pragma once
 
 #include <memory>
@@ -7,7 +7,7 @@
 #include <lightwell/marker_body.hpp>
 #include <lightwell/result.hpp>
 
-#include "estimate/marker/marker_estimator.hpp"
+#include "estimate/frames/body_finder.hpp"
 #include "pose/body_tracker.hpp"
 
 namespace lightwell {
