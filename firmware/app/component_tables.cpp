@@ -27,6 +27,7 @@
 #ifdef LIGHTWELL_HAVE_MARKER
 #include "app/tag_body_finder.hpp"
 #include "estimate/marker/marker_estimator.hpp"
+#include "estimate/specular/specular_estimator.hpp"
 #endif
 
 namespace lightwell {
@@ -84,6 +85,27 @@ Result<std::unique_ptr<Estimator>> make_marker(const Config& config, const RigPa
   log_info("marker: looking for " + body->name);
   return std::unique_ptr<Estimator>(std::move(*marker));
 }
+
+/// Requires config.plane.
+Result<std::unique_ptr<Estimator>> make_specular(const Config& config, const RigParameters& rig,
+                                                 const std::optional<UncertainPose>& /*mounting*/) {
+  if (config.budget_ms > 0 && settings_of(EstimatorKind::specular).size() < 2)
+    return invalid_argument(
+        "budget_ms: the specular estimator has no cheaper setting to keep a budget with; leave budget_ms "
+        "(--budget-ms) out, and lower camera.frame_rate");
+  const Result<GlossyPlane> plane = load_glossy_plane(config.plane->plane_file);
+  if (!plane) return plane.status();
+  Result<std::unique_ptr<BodyFinder>> finder = make_tag_body_finder(rig, plane->body());
+  if (!finder) return finder.status();
+  SpecularOptions options;
+  options.config = config.estimator;
+  options.probe_id = fnv1a_32(config.probe_name);
+  Result<std::unique_ptr<SpecularEstimator>> specular =
+      make_specular_estimator(rig, *plane, std::move(*finder), options);
+  if (!specular) return specular.status();
+  log_info("specular: looking for " + plane->name);
+  return std::unique_ptr<Estimator>(std::move(*specular));
+}
 #endif
 
 }  // namespace
@@ -130,6 +152,7 @@ std::span<const EstimatorEntry> estimator_table() {
       EstimatorEntry{EstimatorKind::panorama, "all that the camera sees around it", &make_panorama},
 #ifdef LIGHTWELL_HAVE_MARKER
       EstimatorEntry{EstimatorKind::marker, "a body with tags in the picture", &make_marker},
+      EstimatorEntry{EstimatorKind::specular, "a glossy plane that the camera moves around", &make_specular},
 #endif
   };
   return kTable;

@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
       "  lightwell watch grpc://127.0.0.1:7420               shows what a client receives\n"
       "Fields of the file: proto/lightwell/v1/config.proto. Options override the file.\n"
       "Exit status: 0 stopped by a signal or at the end of a recording, 1 could not start, 2 wrong usage.");
-  std::string config_path, camera, calibration, estimator, body, mounting, listen, mqtt, record, name, keys,
+  std::string config_path, camera, calibration, estimator, body, plane, mounting, listen, mqtt, record, name, keys,
       pair_listen;
   lightwell::LinkSecurity security = lightwell::LinkSecurity::unspecified;
   Size size;
@@ -77,8 +77,10 @@ int main(int argc, char** argv) {
   app.add_option("--camera", camera, "Where frames come from; --cameras lists the kinds");
   app.add_option("--calibration", calibration, "Calibration in protobuf text format; default: the camera's own");
   app.add_option("--estimator", estimator,
-                 "Source of the light: " + estimator_help() + " [marker if a body is named, otherwise panorama]")
+                 "Source of the light: " + estimator_help() +
+                     " [marker if a body is named, specular if a plane is, otherwise panorama]")
       ->check(CLI::IsMember(estimator_names()));
+  app.add_option("--plane", plane, "The glossy plane (a GlossyPlane, proto/lightwell/v1/glossy_plane.proto)");
   app.add_option("--body", body, "The marker's body, as lightwell-calibrate marker-sheet wrote it");
   app.add_option("--mounting", mounting,
                  "Pose of the probe in the room, as lightwell-calibrate mounting wrote it; clients receive it");
@@ -127,6 +129,7 @@ int main(int argc, char** argv) {
   lightwell::Config config;
   std::optional<lightwell::EstimatorKind> kind;
   if (!body.empty()) kind = lightwell::EstimatorKind::marker;
+  if (!plane.empty()) kind = lightwell::EstimatorKind::specular;
   for (const lightwell::EstimatorKind k : lightwell::kEstimatorKinds)
     if (to_string(k) == estimator) kind = k;
   if (!config_path.empty()) {
@@ -144,6 +147,8 @@ int main(int argc, char** argv) {
   if (kind) config.estimator_kind = *kind;
   if (!body.empty()) config.marker = lightwell::MarkerConfig{body};
   if (config.estimator_kind != lightwell::EstimatorKind::marker) config.marker.reset();
+  if (!plane.empty()) config.plane = lightwell::PlaneConfig{plane};
+  if (config.estimator_kind != lightwell::EstimatorKind::specular) config.plane.reset();
   if (!mounting.empty()) config.mounting = mounting;
   if (size.width != 0) {
     config.camera.width = size.width;

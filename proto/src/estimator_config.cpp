@@ -69,6 +69,9 @@ constexpr auto kOptions = std::tuple{
            within(1, 8), "1 to 8"},
     Option{"marker.max_faces", [](auto& c) -> decltype(auto) { return (c.marker.max_faces); },
            [](int v) { return v >= 0; }, "0 (all) or more"},
+    Option{"specular.environment_edge", [](auto& c) -> decltype(auto) { return (c.specular.environment_edge); },
+           [](int v) { return v == 0 || (v > 0 && is_environment_edge(static_cast<std::uint64_t>(v))); },
+           "0, 8, 16, 32 or 64"},
 };
 
 template <class Visit>
@@ -184,7 +187,7 @@ Status parse_option(const pb::FieldDescriptor& f, std::string_view text, std::op
 }  // namespace
 
 std::string_view to_string(EstimatorKind kind) {
-  constexpr std::string_view kNames[] = {"unknown", "panorama", "marker"};
+  constexpr std::string_view kNames[] = {"unknown", "panorama", "marker", "specular"};
   const auto i = static_cast<std::size_t>(kind);
   return kNames[i < std::size(kNames) ? i : 0];
 }
@@ -223,9 +226,9 @@ Status EstimatorConfig::validate(EstimatorKind kind) const {
 }
 
 std::span<const Setting> settings_of(EstimatorKind kind) {
-  // The options of the marker estimator do not form a single trade-off, so its settings make no difference.
+  // The options of the other estimators do not form a single trade-off, so their settings make no difference.
   const std::span<const Setting> all(kSettings);
-  return kind == EstimatorKind::marker ? all.subspan(1, 1) : all;
+  return kind == EstimatorKind::panorama ? all : all.subspan(1, 1);
 }
 
 EstimatorConfig updated(EstimatorConfig config, const EstimatorUpdate& update) {

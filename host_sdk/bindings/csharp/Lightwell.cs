@@ -283,7 +283,8 @@ namespace Lightwell
         /// estimator.</summary>
         public double MarkerDecimation, MarkerSearchDecimation;
         public int MarkerMaxFaces;
-        private int reserved2;
+        /// <summary>Option of the specular estimator: 0, 8, 16, 32 or 64.</summary>
+        public int SpecularEnvironmentEdge;
 
         public static EstimatorConfig Defaults() =>
             Native.Filled(Sized(), (ref EstimatorConfig config) => Native.lw_estimator_config_defaults(ref config));
@@ -299,7 +300,7 @@ namespace Lightwell
         public int? Band, MaxLights, Setting, Unseen, Smoothing, EnvironmentEdge;
         public double? LightThreshold, Epsilon, RadianceEpsilon, EnvironmentRate;
         public double? MarkerDecimation, MarkerSearchDecimation;
-        public int? MarkerMaxFaces;
+        public int? MarkerMaxFaces, SpecularEnvironmentEdge;
 
         /// <summary>Copies the fields that are set into `config`; returns their LW_FIELD_ bits.</summary>
         internal ulong Fill(ref EstimatorConfig config) =>
@@ -311,7 +312,8 @@ namespace Lightwell
             Put(EnvironmentRate, 9, ref config.EnvironmentRate) |
             Put(MarkerDecimation, 10, ref config.MarkerDecimation) |
             Put(MarkerSearchDecimation, 11, ref config.MarkerSearchDecimation) |
-            Put(MarkerMaxFaces, 12, ref config.MarkerMaxFaces);
+            Put(MarkerMaxFaces, 12, ref config.MarkerMaxFaces) |
+            Put(SpecularEnvironmentEdge, 13, ref config.SpecularEnvironmentEdge);
 
         private static ulong Put<T>(T? value, int bit, ref T field) where T : struct
         {
@@ -321,8 +323,9 @@ namespace Lightwell
         }
     }
 
-    /// <summary>What light is estimated from: a panoramic view of the surroundings, or a marker in view.</summary>
-    public enum EstimatorKind { Panorama = 1, Marker = 2 }
+    /// <summary>What light is estimated from: a panoramic view of the surroundings, a marker in view, or the mirror
+    /// image in a glossy plane.</summary>
+    public enum EstimatorKind { Panorama = 1, Marker = 2, Specular = 3 }
 
     /// <summary>Identity and clock of a probe, and its counters since its start.</summary>
     [StructLayout(LayoutKind.Sequential)]

@@ -200,7 +200,7 @@ typedef struct lw_estimator_config {
   double marker_decimation; /* From here on, of the marker estimator only. 0, or 1 to 8. */
   double marker_search_decimation;
   int32_t marker_max_faces;
-  int32_t reserved_2; /* 0. */
+  int32_t specular_environment_edge; /* Of the specular estimator only. 0, 8, 16, 32 or 64. */
 } lw_estimator_config;
 
 /* Fields of lw_estimator_config, for lw_probe_change_estimator. */
@@ -217,13 +217,15 @@ enum {
   LW_FIELD_ENVIRONMENT_RATE = 1 << 9,
   LW_FIELD_MARKER_DECIMATION = 1 << 10,
   LW_FIELD_MARKER_SEARCH_DECIMATION = 1 << 11,
-  LW_FIELD_MARKER_MAX_FACES = 1 << 12
+  LW_FIELD_MARKER_MAX_FACES = 1 << 12,
+  LW_FIELD_SPECULAR_ENVIRONMENT_EDGE = 1 << 13
 };
 
 typedef int32_t lw_estimator_kind; /* What light is estimated from. */
 enum {
   LW_ESTIMATOR_PANORAMA = 1, /* A panoramic view of the surroundings. */
-  LW_ESTIMATOR_MARKER = 2    /* The shading of a marker in view. */
+  LW_ESTIMATOR_MARKER = 2,   /* The shading of a marker in view. */
+  LW_ESTIMATOR_SPECULAR = 3  /* The mirror image of the surroundings in a glossy plane. */
 };
 
 typedef int32_t lw_probe_text_kind; /* Strings of a probe, for lw_probe_text. */

@@ -56,7 +56,8 @@ Result<ProbeOptions> options_of(const lw_probe_options* given) {
 }
 
 static_assert(LW_ESTIMATOR_PANORAMA == static_cast<int>(EstimatorKind::panorama) &&
-              LW_ESTIMATOR_MARKER == static_cast<int>(EstimatorKind::marker) && kEstimatorKinds.size() == 2);
+              LW_ESTIMATOR_MARKER == static_cast<int>(EstimatorKind::marker) &&
+              LW_ESTIMATOR_SPECULAR == static_cast<int>(EstimatorKind::specular) && kEstimatorKinds.size() == 3);
 
 /// A field of lw_estimator_config, and the corresponding one of EstimatorConfig and EstimatorUpdate.
 template <class Given, class Member>
@@ -94,6 +95,9 @@ constexpr auto kConfigMembers = std::tuple{
                  [](auto& s) -> decltype(auto) { return (s.marker.search_decimation); }},
     ConfigMember{LW_FIELD_MARKER_MAX_FACES, "marker_max_faces", &lw_estimator_config::marker_max_faces,
                  [](auto& s) -> decltype(auto) { return (s.marker.max_faces); }},
+    ConfigMember{LW_FIELD_SPECULAR_ENVIRONMENT_EDGE, "specular_environment_edge",
+                 &lw_estimator_config::specular_environment_edge,
+                 [](auto& s) -> decltype(auto) { return (s.specular.environment_edge); }},
 };
 
 template <class Visit>
@@ -120,7 +124,7 @@ bool convert(Given given, Value& out) {
 
 /// Copies the fields selected by `fields` into an update; `size` is the size of the application's struct.
 Result<EstimatorUpdate> update_of(const lw_estimator_config& c, std::uint64_t fields, std::size_t size) {
-  if (c.reserved != 0 || c.reserved_2 != 0) return invalid("lw_estimator_config.reserved is not 0");
+  if (c.reserved != 0) return invalid("lw_estimator_config.reserved is not 0");
   EstimatorUpdate out;
   Status status;
   for_each_member([&](const auto& m) {

@@ -82,6 +82,14 @@ Status Config::validate() const {
   if (marker && marker->body_file.empty())
     return invalid_argument(
         "marker.body_file is missing: give the path of a file that lightwell-calibrate marker-sheet wrote");
+  if (estimator_kind == EstimatorKind::specular && !plane)
+    return invalid_argument(
+        "--estimator specular needs a plane: name its file with --plane or plane.plane_file (proto/lightwell/v1/"
+        "glossy_plane.proto describes it)");
+  if (plane && plane->plane_file.empty())
+    return invalid_argument("plane.plane_file is missing: give the path of a GlossyPlane");
+  if (plane && marker) return invalid_argument("plane cannot be combined with marker; leave one of them out");
+  if (plane && grey_patch) return invalid_argument("grey_patch cannot be combined with plane; leave one of them out");
   if (marker && grey_patch)
     return invalid_argument(
         "grey_patch cannot be combined with marker, whose own albedo is known; leave one of them out");
@@ -183,6 +191,7 @@ std::vector<std::string*> paths_of(Config& c) {
   std::vector<std::string*> paths = {&c.calibration,      &c.mounting, &c.grpc.key_folder,
                                      &c.grpc.certificate, &c.grpc.key, &c.grpc.client_ca};
   if (c.marker) paths.push_back(&c.marker->body_file);
+  if (c.plane) paths.push_back(&c.plane->plane_file);
   if (c.mqtt)
     paths.insert(paths.end(), {&c.mqtt->ca_file, &c.mqtt->certificate_file, &c.mqtt->key_file, &c.mqtt->login_file});
   return paths;
@@ -203,7 +212,9 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
   if (const Status s = capture_of(m.camera()).assign_to(c.camera.capture); !s.ok()) return s.in(name);
   c.calibration = m.calibration();
   c.mounting = m.mounting();
-  const EstimatorKind kind = estimator.value_or(m.has_marker() ? EstimatorKind::marker : EstimatorKind::panorama);
+  const EstimatorKind kind = estimator.value_or(m.has_marker()  ? EstimatorKind::marker
+                                                : m.has_plane() ? EstimatorKind::specular
+                                                                : EstimatorKind::panorama);
   const ReceivedUpdate set = update_of(m.estimator(), kind);
   for (const std::string& warning : set.warnings) c.warnings.push_back(name + ": " + warning);
   c.estimator = updated({}, set.update);
@@ -213,6 +224,7 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
   if (m.has_grey_patch())
     if (const Status s = grey_patch_of(m.grey_patch()).assign_to(c.grey_patch); !s.ok()) return s.in(name);
   if (m.has_marker()) c.marker = MarkerConfig{m.marker().body_file()};
+  if (m.has_plane()) c.plane = PlaneConfig{m.plane().plane_file()};
   if (m.has_usb_gadget()) {
     c.usb_gadget.emplace();
     if (!m.usb_gadget().functionfs_mount().empty()) c.usb_gadget->functionfs_mount = m.usb_gadget().functionfs_mount();

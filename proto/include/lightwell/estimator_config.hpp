@@ -25,8 +25,8 @@ enum class UnseenFill : std::uint8_t {
 enum class Smoothing : std::uint8_t { none = 1, one_euro = 2 };
 
 /// What light is estimated from. The options of each kind are in the member of EstimatorConfig with the same name.
-enum class EstimatorKind : std::uint8_t { panorama = 1, marker = 2 };
-inline constexpr std::array kEstimatorKinds = {EstimatorKind::panorama, EstimatorKind::marker};
+enum class EstimatorKind : std::uint8_t { panorama = 1, marker = 2, specular = 3 };
+inline constexpr std::array kEstimatorKinds = {EstimatorKind::panorama, EstimatorKind::marker, EstimatorKind::specular};
 [[nodiscard]] std::string_view to_string(EstimatorKind kind);
 
 /// Options of the panorama estimator. Meanings and defaults: config.proto.
@@ -51,6 +51,13 @@ struct MarkerEstimatorConfig {
   friend bool operator==(const MarkerEstimatorConfig&, const MarkerEstimatorConfig&) = default;
 };
 
+/// Options of the specular estimator. Meanings and defaults: config.proto.
+struct SpecularEstimatorConfig {
+  int environment_edge = 0;
+
+  friend bool operator==(const SpecularEstimatorConfig&, const SpecularEstimatorConfig&) = default;
+};
+
 /// Meanings and defaults: config.proto.
 struct EstimatorConfig {
   int band = 6;
@@ -58,6 +65,7 @@ struct EstimatorConfig {
   Setting setting = Setting::balanced;
   PanoramaEstimatorConfig panorama{};
   MarkerEstimatorConfig marker{};
+  SpecularEstimatorConfig specular{};
 
   /// Checks the values. invalid_argument names the field.
   [[nodiscard]] Status validate() const;
@@ -91,11 +99,18 @@ struct EstimatorUpdate {
     friend bool operator==(const Marker&, const Marker&) = default;
   };
 
+  struct Specular {
+    std::optional<int> environment_edge{};
+
+    friend bool operator==(const Specular&, const Specular&) = default;
+  };
+
   std::optional<int> band{};
   std::optional<int> max_lights{};
   std::optional<Setting> setting{};
   Panorama panorama{};
   Marker marker{};
+  Specular specular{};
 
   friend bool operator==(const EstimatorUpdate&, const EstimatorUpdate&) = default;
 };

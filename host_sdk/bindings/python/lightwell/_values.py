@@ -76,6 +76,7 @@ class EstimatorKind(IntEnum):
 
     PANORAMA = 1  # A panoramic view of the surroundings.
     MARKER = 2  # The shading of a marker in view.
+    SPECULAR = 3  # The mirror image of the surroundings in a glossy plane.
 
 
 class Setting(IntEnum):
@@ -245,6 +246,8 @@ class EstimatorConfig:
     marker_decimation: float
     marker_search_decimation: float
     marker_max_faces: int
+    # Option of the specular estimator.
+    specular_environment_edge: int
 
 
 @dataclass(frozen=True)

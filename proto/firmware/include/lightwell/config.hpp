@@ -58,6 +58,11 @@ struct MarkerConfig {
   std::string body_file;  ///< Path of a MarkerBody.
 };
 
+/// Options for estimating light from a glossy plane in view.
+struct PlaneConfig {
+  std::string plane_file;  ///< Path of a GlossyPlane.
+};
+
 struct UsbGadgetConfig {
   std::string functionfs_mount = "/dev/ffs-lightwell";  ///< Where FunctionFS is mounted.
 };
@@ -108,6 +113,7 @@ struct Config {
   double budget_ms = 0;  ///< 0: none.
   std::optional<GreyPatch> grey_patch;
   std::optional<MarkerConfig> marker;  ///< The marker estimator needs it.
+  std::optional<PlaneConfig> plane;    ///< The specular estimator needs it.
   std::optional<UsbGadgetConfig> usb_gadget;
   std::optional<MqttConfig> mqtt;
   Mdns mdns = Mdns::off;

@@ -1,0 +1,67 @@
+// Reflection of an environment by a glossy plane, as a linear operator between hemispheres, and its transpose.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <lightwell/color.hpp>
+#include <lightwell/hemisphere_grid.hpp>
+#include <lightwell/specular_brdf.hpp>
+
+namespace lightwell::specular {
+
+/// S(v) = sum over cells l of f(v, l) n·l L(l) dω. Cells and viewing directions are the nodes of the same hemisphere,
+/// in the plane's frame. Near the mirror direction every cell has a coefficient of its own; elsewhere the cells of a
+/// coarse hemisphere share one, because the tails of GGX are long and smooth.
+///
+/// The grid and the BRDF are unchanged by quarter turns about the normal. Coefficients are therefore kept for the
+/// viewing directions of one quarter, and each is used for four turns and three channels. Not thread-safe.
+class GlossOperator {
+ public:
+  /// `levels` of both hemispheres: levels_for(), or a multiple of it.
+  GlossOperator(const SpecularBrdf& brdf, int levels);
+
+  /// Levels at which the lobe's half width at half maximum, 2 atan(0.64 alpha), has about two nodes; 30 to 60. The
+  /// lower limit is for grazing angles, where the lobe is narrower in azimuth.
+  [[nodiscard]] static int levels_for(double alpha);
+
+  [[nodiscard]] const HemisphereGrid& grid() const { return grid_; }
+  [[nodiscard]] const SpecularBrdf& brdf() const { return brdf_; }
+  /// Of a cell, sr.
+  [[nodiscard]] float solid_angle(std::size_t cell) const { return solid_angle_[cell]; }
+  /// By viewing direction: the reflection of an environment of radiance 1.
+  [[nodiscard]] std::span<const float> albedo() const { return albedo_; }
+
+  /// out[v] = reflected radiance. Both have grid().size() elements.
+  void reflect(std::span<const Radiance> radiance, std::span<Radiance> out);
+  /// out[l] = sum over v of the coefficient times weight[v].
+  void transpose(std::span<const Radiance> weight, std::span<Radiance> out);
+
+ private:
+  /// A channel's values at the four turns of a node, and the other channels'.
+  struct alignas(64) Turns {
+    std::array<float, 16> v{};  ///< Index: 4 channel + turn.
+  };
+  struct Near {
+    std::uint32_t cell;
+    float coefficient;  ///< Exact minus that of the coarse cell.
+  };
+  /// The node that a quarter turn, `turn` times, makes of a node.
+  [[nodiscard]] std::size_t turned(std::size_t node, std::size_t turn) const { return turned_[4 * node + turn]; }
+
+  SpecularBrdf brdf_;
+  HemisphereGrid grid_, coarse_;
+  std::vector<float> solid_angle_, albedo_;
+  std::vector<std::uint32_t> turned_;   ///< Four nodes for each node.
+  std::vector<std::uint32_t> quarter_;  ///< Viewing directions with coefficients.
+  std::vector<std::uint32_t> parent_;   ///< By cell: coarse cell.
+  std::vector<float> far_;  ///< A row for each viewing direction of the quarter, a column for each coarse cell.
+  std::vector<Near> near_;
+  std::vector<std::size_t> near_end_;  ///< By viewing direction of the quarter.
+  std::vector<Turns> fine_turns_, coarse_turns_;
+};
+
+}  // namespace lightwell::specular

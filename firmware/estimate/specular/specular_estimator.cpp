@@ -1,0 +1,207 @@
+#include "estimate/specular/specular_estimator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "estimate/common/error_bound.hpp"
+#include "estimate/frames/row_reader.hpp"
+#include "estimate/panorama/panorama_estimator.hpp"
+#include "estimate/specular/environment_picture.hpp"
+
+namespace lightwell {
+namespace {
+
+/// Smallest share of the directions above specular::kGrazing_rad for which a bound is stated, and for which the lights
+/// are complete.
+constexpr double kMinSeen = 0.1, kCompleteSeen = 0.75;
+/// Largest standard deviation of the scale for which the light counts as sure.
+constexpr double kMaxScaleSigma = 0.25;
+/// Error of the irradiance by directions that were not seen, relative to their share. Their total is limited by the
+/// irradiance that the diffuse texture shows; their distribution is a guess.
+constexpr double kGuessError = 0.25;
+/// Error of the irradiance by the deconvolution: light at the edges of what a lobe resolves.
+constexpr double kDeconvolutionError = 0.03;
+/// Standard deviation of a light's direction: of the alignment and the grid, and relative to the lobe's half width.
+constexpr double kDirectionSigma_rad = 0.009, kLobeSigma = 0.1;
+
+class SpecularEstimatorImpl final : public SpecularEstimator {
+ public:
+  SpecularEstimatorImpl(const RigParameters& rig, const GlossyPlane& plane, std::unique_ptr<BodyFinder> finder,
+                        std::unique_ptr<Estimator> panorama, const SpecularOptions& options)
+      : rig_(rig),
+        plane_(plane),
+        finder_(std::move(finder)),
+        panorama_(std::move(panorama)),
+        options_(options),
+        reader_(rig_),
+        capture_(rig_, options.capture),
+        calibration_id_(calibration_identity(rig)) {
+    if (plane.white_albedo) white_ = {*plane.white_albedo, kGivenAlbedoSigma};
+    set_scale(rig.nits_per_unit > 0 ? RadianceScale{Units::absolute, rig.nits_per_unit} : RadianceScale{});
+  }
+
+  Status estimate(std::span<const Frame> bracket, Descriptor& out) override;
+
+  EstimatorKind kind() const override { return EstimatorKind::specular; }
+  Status configure(const EstimatorConfig& config) override {
+    if (Status s = config.validate(kind()); !s.ok()) return s;
+    if (Status s = panorama_->configure(panorama_config(config)); !s.ok()) return s;
+    options_.config = config;
+    return {};
+  }
+  void set_scale(RadianceScale scale) override { panorama_->set_scale(scale); }
+  RadianceScale scale() const override { return panorama_->scale(); }
+  const specular::PlaneCapture& capture() const override { return capture_; }
+  const specular::GlossEstimate* gloss() const override { return gloss_; }
+  void finish() override {
+    capture_.solve(kFinalSweeps);
+    estimator_ = {};
+    estimate_gloss();
+  }
+
+  /// The options of the estimator that describes the environment: it has no noise that needs smoothing.
+  [[nodiscard]] static EstimatorConfig panorama_config(const EstimatorConfig& config) {
+    EstimatorConfig out;
+    out.band = config.band;
+    out.max_lights = config.max_lights;
+    out.panorama.smoothing = Smoothing::none;
+    // All lights that were found: objects on the plane cast shadows.
+    out.panorama.epsilon = 0;
+    out.panorama.environment_edge = config.specular.environment_edge;
+    return out;
+  }
+
+ private:
+  static constexpr double kGivenAlbedoSigma = 0.02;
+  static constexpr int kFinalSweeps = 3;
+
+  struct FoundPlane {
+    UncertainPose probe_plane;
+    int lens = 0;
+    bool ambiguous = false;
+  };
+  /// In the first frame of the bracket that shows it.
+  [[nodiscard]] Result<FoundPlane> find_plane(std::span<const Frame> bracket);
+  void estimate_gloss();
+  void adjust(const FoundPlane& found, const specular::GlossEstimate& gloss, Descriptor& out) const;
+
+  RigParameters rig_;
+  GlossyPlane plane_;
+  std::unique_ptr<BodyFinder> finder_;
+  std::unique_ptr<Estimator> panorama_;  ///< Of EnvironmentPicture.
+  SpecularOptions options_;
+  estimate::RowReader reader_;
+  specular::PlaneCapture capture_;
+  specular::GlossEstimator estimator_;
+  specular::EnvironmentPicture picture_;
+  specular::WhiteAlbedo white_;
+  const specular::GlossEstimate* gloss_ = nullptr;
+  std::uint32_t calibration_id_, frames_ = 0;
+  int since_estimate_ = 0, sweeps_at_estimate_ = 0;
+  double exposure_ =
+      0;  ///< Exposure times gain of the first frame: the unit of the captured radiance is its full scale.
+};
+
+Result<SpecularEstimatorImpl::FoundPlane> SpecularEstimatorImpl::find_plane(std::span<const Frame> bracket) {
+  for (const Frame& frame : bracket)
+    for (const View& view : frame.views()) {
+      const Result<std::optional<DetectedBody>> found = finder_->find(view, frame.info);
+      if (!found) return found.status();
+      if (*found) return FoundPlane{(*found)->probe_body, view.lens, (*found)->ambiguous};
+    }
+  return Status(StatusCode::not_found, "no pose of the plane '" + plane_.name +
+                                           "' was found: its tags are not in the picture, too small, dark or blurred, "
+                                           "or they contradict each other");
+}
+
+void SpecularEstimatorImpl::estimate_gloss() {
+  gloss_ = estimator_.estimate(capture_.separation().specular(), capture_.separation().diffuse(), white_);
+  since_estimate_ = 0;
+  sweeps_at_estimate_ = capture_.separation().sweeps();
+}
+
+Status SpecularEstimatorImpl::estimate(std::span<const Frame> bracket, Descriptor& out) {
+  if (Status s = reader_.bind(bracket); !s.ok()) return s;
+  const Result<FoundPlane> found = find_plane(bracket);
+  if (!found) return found.status();
+  if (exposure_ == 0) exposure_ = bracket.front().info.exposure_s * bracket.front().info.gain;
+  // A mirrored attitude would spoil the texture.
+  if (!found->ambiguous) (void)capture_.add(reader_, found->lens, found->probe_plane, frames_, exposure_);
+  ++frames_, ++since_estimate_;
+  const int sweeps = capture_.separation().sweeps();
+  if (sweeps > 0 && sweeps != sweeps_at_estimate_ &&
+      (gloss_ == nullptr || since_estimate_ >= options_.frames_between_estimates))
+    estimate_gloss();
+  std::optional<specular::GlossEstimate> uniform;
+  if (gloss_ == nullptr) uniform = specular::uniform_estimate(capture_.separation().diffuse(), white_);
+  if (gloss_ == nullptr && !uniform)
+    return Status(StatusCode::not_found, "the plane '" + plane_.name +
+                                             "' has not been seen yet: its tags are in the "
+                                             "picture, its surface is not, or it is saturated or covered");
+  const specular::GlossEstimate& gloss = gloss_ != nullptr ? *gloss_ : *uniform;
+  picture_.render(gloss, found->probe_plane.pose);
+  FrameInfo info = bracket.front().info;
+  info.exposure_s = exposure_, info.gain = 1, info.row_readout = {};
+  info.bracket_index = 0, info.bracket_size = 1;
+  const Frame environment = picture_.frame(info);
+  if (Status s = panorama_->estimate({&environment, 1}, out); !s.ok()) return s;
+  estimate::fill_header(bracket, {scale().units, options_.probe_id, calibration_id_, options_.config.setting}, out);
+  adjust(*found, gloss, out);
+  return {};
+}
+
+/// What the description of the environment's picture does not know: how the environment was found.
+void SpecularEstimatorImpl::adjust(const FoundPlane& found, const specular::GlossEstimate& gloss,
+                                   Descriptor& out) const {
+  out.T_probe_origin = found.probe_plane.pose;
+  out.flicker = Flicker::unknown;
+  // Half of the sphere is the plane.
+  out.coverage = static_cast<float>(0.5 + 0.5 * gloss.seen);
+  out.saturated = static_cast<float>(gloss.clipped);
+  if (gloss.seen < kMinSeen || !gloss.glossy) out.flags.set(Flag::unseen);
+  if (gloss.clipped > 0) out.flags.set(Flag::clipped), out.flags.set(Flag::recovered);
+  if (!gloss.glossy || found.ambiguous || gloss.scale_sigma > kMaxScaleSigma || gloss.seen < kCompleteSeen)
+    out.flags.set(Flag::unsure);
+  const double half_width = SpecularBrdf::half_width_rad(gloss.alpha);
+  const double sigma = std::hypot(kDirectionSigma_rad, kLobeSigma * half_width);
+  for (Light& light : out.lights) {
+    const auto [uu, uv, vv] = direction_covariance(vec_cast<double>(light.direction), found.probe_plane.covariance);
+    light.direction_covariance[0] += static_cast<float>(uu + sigma * sigma);
+    light.direction_covariance[1] += static_cast<float>(uv);
+    light.direction_covariance[2] += static_cast<float>(vv + sigma * sigma);
+  }
+  const ErrorBound& picture = out.bound;
+  out.bound = estimate::error_bound({.truncation = static_cast<double>(picture.truncation),
+                                     .sampling = static_cast<double>(picture.sampling) + kGuessError * gloss.guessed,
+                                     .noise = kDeconvolutionError + gloss.scale_sigma,
+                                     .quantization = static_cast<double>(picture.quantization),
+                                     .smoothing = static_cast<double>(picture.smoothing)},
+                                    out.flags);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<SpecularEstimator>> make_specular_estimator(const RigParameters& rig, const GlossyPlane& plane,
+                                                                   std::unique_ptr<BodyFinder> finder,
+                                                                   const SpecularOptions& options) {
+  if (finder == nullptr) return invalid_argument("finder: none is given");
+  if (Status s = rig.validate(); !s.ok()) return s;
+  if (Status s = plane.validate(); !s.ok()) return s;
+  if (Status s = options.config.validate(EstimatorKind::specular); !s.ok()) return s;
+  if (options.frames_between_estimates < 1) return invalid_argument("frames_between_estimates must be at least 1");
+  SpecularOptions with_size = options;
+  with_size.capture.texels.size_m = plane.side_m;
+  PanoramaOptions panorama;
+  panorama.config = SpecularEstimatorImpl::panorama_config(options.config);
+  panorama.probe_id = options.probe_id;
+  Result<std::unique_ptr<Estimator>> described = make_panorama_estimator(specular::EnvironmentPicture::rig(), panorama);
+  if (!described) return described.status();
+  return std::unique_ptr<SpecularEstimator>(
+      std::make_unique<SpecularEstimatorImpl>(rig, plane, std::move(finder), std::move(*described), with_size));
+}
+
+}  // namespace lightwell

@@ -1,0 +1,47 @@
+// Estimates the lighting from a glossy plane that the camera moves around: the plane's surface light field is captured,
+// its specular part is deconvolved to the environment above the plane, and that is described as a panorama's is. The
+// descriptor's origin is the middle of the plane, with its axes; directions are in the probe's axes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include <lightwell/calibration.hpp>
+#include <lightwell/estimator_config.hpp>
+#include <lightwell/glossy_plane.hpp>
+
+#include "estimate/estimator.hpp"
+#include "estimate/frames/body_finder.hpp"
+#include "estimate/specular/gloss_estimate.hpp"
+#include "estimate/specular/plane_capture.hpp"
+
+namespace lightwell {
+
+struct SpecularOptions {
+  EstimatorConfig config;
+  std::uint32_t probe_id = 0;
+  specular::CaptureOptions capture;  ///< `texels.size_m` is that of the plane.
+  /// Frames from one estimate of the environment to the next, at least; descriptors between them have the environment
+  /// of the last one. Fewer cost time: an estimate takes some tenths of a second.
+  int frames_between_estimates = 30;
+};
+
+/// estimate() returns not_found where no frame of the bracket shows the plane's tags. Until the environment is known,
+/// light is uniform above the plane, with Flag::unseen. Until then and after a change it allocates memory.
+class SpecularEstimator : public Estimator {
+ public:
+  [[nodiscard]] virtual const specular::PlaneCapture& capture() const = 0;
+  /// The last estimate of the environment; null before the first.
+  [[nodiscard]] virtual const specular::GlossEstimate* gloss() const = 0;
+  /// Separates and estimates with all samples, which takes seconds: for pictures that are not a stream. The next
+  /// descriptor contains it.
+  virtual void finish() = 0;
+};
+
+/// Returns invalid_argument where the rig, the plane or an option is invalid, or `finder` is null.
+[[nodiscard]] Result<std::unique_ptr<SpecularEstimator>> make_specular_estimator(const RigParameters& rig,
+                                                                                 const GlossyPlane& plane,
+                                                                                 std::unique_ptr<BodyFinder> finder,
+                                                                                 const SpecularOptions& options);
+
+}  // namespace lightwell

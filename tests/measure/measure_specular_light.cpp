@@ -1,0 +1,304 @@
+// Measures the light that the specular estimator finds in rendered sequences of a glossy plane, against the environment
+// that lit them: irradiance and its bound, lights, three balls. One JSON object per line.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include <lightwell/glossy_plane.hpp>
+#include <lightwell/lighting.hpp>
+#include <lightwell/quantile.hpp>
+
+#include "bench/thread_time.hpp"
+#include "estimate/specular/specular_estimator.hpp"
+#include "measure/output.hpp"
+#include "measure/panorama_sums.hpp"
+#include "measure/specular_sequences.hpp"
+#include "measure/three_balls.hpp"
+#include "reference/bright_region.hpp"
+#include "reference/irradiance.hpp"
+#include "tools/command_line.hpp"
+
+namespace lightwell {
+namespace {
+
+namespace ref = reference;
+using measure::SpecularSequence;
+
+constexpr double kDegree = 3.14159265358979 / 180;
+/// Elevation above which the plane can mirror: the paper's circle.
+const double kLowest = std::sin(10 * kDegree);
+constexpr int kMapEdge = 64;
+/// Every so many frames a descriptor is compared with the truth.
+constexpr int kCompareEvery = 10;
+
+/// Gives the poses of a sequence's tags.
+class SequenceFinder final : public BodyFinder {
+ public:
+  explicit SequenceFinder(const SpecularSequence& sequence) : sequence_(sequence) {}
+  void set_decimation(const FinderDecimation&) override {}
+  Result<std::optional<DetectedBody>> find(const View&, const FrameInfo&) override {
+    return std::optional<DetectedBody>({sequence_.tag_pose(frame_++), 4, false, std::nullopt});
+  }
+
+ private:
+  const SpecularSequence& sequence_;
+  int frame_ = 0;
+};
+
+/// The albedo of white in the textures of tests/reference.
+constexpr double kWhiteAlbedo = 0.8;
+
+GlossyPlane plane_of_sequence() {
+  GlossyPlane out;
+  out.name = "reference plane", out.side_m = SpecularSequence::kPlane_m, out.tag_size_m = 0.03;
+  out.tags.push_back({0, {}});
+  return out;
+}
+
+/// What surrounds the middle of the plane, world axes: the environment above, the plane's mean diffuse radiance below.
+ref::Panorama surroundings(const SpecularSequence& sequence) {
+  const ref::PlaneTexture& albedo = sequence.scene().albedo;
+  ref::Rgb plane{};
+  for (std::size_t k = 0; k < albedo.rgb.size(); ++k)
+    plane[k % 3] += albedo.rgb[k] / (static_cast<double>(albedo.rgb.size()) / 3);
+  for (std::size_t c = 0; c < 3; ++c) plane[c] *= sequence.scene().irradiance[c] / ref::pi;
+  ref::Panorama out = ref::cleaned(sequence.environment());
+  for (int j = out.height / 2; j < out.height; ++j)
+    for (int i = 0; i < out.width; ++i) ref::set_pixel(out, i, j, plane);
+  return out;
+}
+
+/// The part that the plane can mirror; the rest is black.
+template <class RadianceOf>
+ref::Panorama mirrored_part(int width, int height, const RadianceOf& radiance) {
+  ref::Panorama out{width, height, {}};
+  out.rgb.resize(static_cast<std::size_t>(3 * width * height));
+  for (int j = 0; j < height; ++j)
+    for (int i = 0; i < width; ++i) {
+      const ref::V3 d = ref::pixel_direction(i, j, width, height);
+      ref::set_pixel(out, i, j, d.y > kLowest ? radiance(d) : ref::Rgb{});
+    }
+  return out;
+}
+
+Vec3f in_probe(const Descriptor& d, const ref::V3& world) {
+  const ref::V3 p = ref::plane_from_world(world);
+  return rotate(d.T_probe_origin.rotation,
+                Vec3f{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
+}
+ref::V3 in_world(const Descriptor& d, Vec3f probe) {
+  const Vec3f p = rotate(d.T_probe_origin.rotation.inverse(), probe);
+  return ref::world_from_plane({static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)});
+}
+ref::Rgb rgb(const auto& v) { return {static_cast<double>(v.r), static_cast<double>(v.g), static_cast<double>(v.b)}; }
+
+/// Relative RMS error of the irradiance over normals and channels.
+double irradiance_error(const Descriptor& d, const Lighting& light, const std::vector<ref::V3>& normals,
+                        const std::vector<ref::Rgb>& truth) {
+  double error = 0, whole = 0;
+  for (std::size_t k = 0; k < normals.size(); ++k) {
+    const ref::Rgb e = rgb(light.irradiance(in_probe(d, normals[k])).value);
+    for (std::size_t c = 0; c < 3; ++c) {
+      error += (e[c] - truth[k][c]) * (e[c] - truth[k][c]);
+      whole += truth[k][c] * truth[k][c];
+    }
+  }
+  return std::sqrt(error / whole);
+}
+
+/// A light of the truth as the plane shows it: blurred by the lobe.
+struct TrueLight {
+  ref::V3 direction;
+  double irradiance = 0;
+};
+/// Strongest first: those above a tenth of it that are at least two lobe widths from stronger ones.
+std::vector<TrueLight> true_lights(const ref::Panorama& blurred, double lobe_width_rad) {
+  std::vector<TrueLight> all, out;
+  for (const ref::BrightRegion& r : ref::bright_regions(blurred, 40))
+    all.push_back({r.direction, luminance_of(r.vector_irradiance[0], r.vector_irradiance[1], r.vector_irradiance[2])});
+  std::ranges::sort(all, std::greater<>(), &TrueLight::irradiance);
+  for (const TrueLight& light : all) {
+    if (light.irradiance < 0.1 * all.front().irradiance) break;
+    const bool apart = std::ranges::all_of(
+        out, [&](const TrueLight& o) { return ref::dot(o.direction, light.direction) < std::cos(2 * lobe_width_rad); });
+    if (apart) out.push_back(light);
+  }
+  return out;
+}
+
+void print_lights(const std::string& name, const std::vector<TrueLight>& truth, const Descriptor& d) {
+  int index = 0;
+  for (const TrueLight& light : truth) {
+    nlohmann::ordered_json line;
+    line["sequence"] = name;
+    line["light"] = index++;
+    line["relative_irradiance"] = light.irradiance / truth.front().irradiance;
+    double best = -1;
+    const Light* nearest = nullptr;
+    for (const Light& l : d.lights)
+      if (const double cosine = ref::dot(in_world(d, l.direction), light.direction); cosine > best)
+        best = cosine, nearest = &l;
+    line["error_deg"] = nearest != nullptr ? std::acos(std::min(best, 1.0)) / kDegree : 180.0;
+    if (nearest != nullptr) {
+      const auto& c = nearest->direction_covariance;
+      line["sigma_deg"] = std::sqrt((static_cast<double>(c[0]) + static_cast<double>(c[2])) / 2) / kDegree;
+    }
+    measure::print_line(line);
+  }
+}
+
+void print_balls(const std::string& name, const ref::Panorama& truth, const ref::Panorama& answer) {
+  const measure::BallView view(64);
+  const double exposure = measure::exposure(truth);
+  const auto published = [&](const ref::Panorama& p) {
+    return measure::ball_pictures(view, measure::PanoramaSums(measure::published_environment(p)));
+  };
+  measure::BallPictures t = measure::ball_pictures(view, measure::PanoramaSums(truth)),
+                        a = measure::ball_pictures(view, measure::PanoramaSums(answer)), tp = published(truth),
+                        ap = published(answer);
+  for (const measure::Ball ball : {measure::Ball::diffuse, measure::Ball::matte_silver, measure::Ball::mirror}) {
+    const auto b = static_cast<std::size_t>(ball);
+    // Only the pixels whose normal (reflection) is in the part that the plane can mirror.
+    std::vector<std::size_t> used;
+    for (std::size_t k = 0; k < view.normals.size(); ++k)
+      if ((ball == measure::Ball::diffuse ? view.normals : view.reflections)[k].y > kLowest) used.push_back(k);
+    const auto part = [&](const measure::BallPictures& pictures) {
+      measure::BallPicture out;
+      for (const std::size_t k : used) out.push_back(pictures[b][k]);
+      return out;
+    };
+    const measure::BallError linear = measure::ball_error(part(t), part(a), exposure),
+                             as_published = measure::ball_error(part(tp), part(ap), 1);
+    nlohmann::ordered_json line;
+    line["sequence"] = name;
+    line["ball"] = measure::ball_name(ball);
+    line["si_rmse"] = linear.si_rmse;
+    line["truth_rms"] = linear.truth_rms;
+    line["si_rmse_published"] = as_published.si_rmse;
+    measure::print_line(line);
+  }
+}
+
+enum class White { assumed, given };
+
+void measure_sequence(const measure::SpecularSequenceOptions& options, White white) {
+  const std::unique_ptr<SpecularSequence> made = require(SpecularSequence::make(options));
+  const SpecularSequence& sequence = *made;
+  SpecularOptions estimator_options;
+  estimator_options.config.specular.environment_edge = kMapEdge;
+  GlossyPlane plane = plane_of_sequence();
+  if (white == White::given) plane.white_albedo = kWhiteAlbedo;
+  const std::unique_ptr<SpecularEstimator> estimator = require(
+      make_specular_estimator(sequence.rig(), plane, std::make_unique<SequenceFinder>(sequence), estimator_options));
+  // Radiance is relative to full scale at kExposure_s, as the environment's.
+  estimator->set_scale({Units::relative, SpecularSequence::kExposure_s});
+
+  const ref::Panorama around = surroundings(sequence);
+  const measure::PanoramaSums sums(around);
+  const std::vector<ref::V3> normals = ref::fibonacci_normals(256);
+  std::vector<ref::Rgb> truth;
+  for (const ref::V3& n : normals) truth.push_back(sums.irradiance(n));
+  const double roughness = std::sqrt(options.alpha), width = 2 * SpecularBrdf::half_width_rad(options.alpha);
+  const ref::Panorama blurred =
+      mirrored_part(256, 128, [&](const ref::V3& d) { return sums.radiance(d, std::max(0.1, roughness)); });
+  const std::vector<TrueLight> lights = true_lights(blurred, width);
+
+  Descriptor d;
+  int compared = 0, bounded = 0, held = 0, failed = 0;
+  std::vector<double> ratios, frame_ms, mahalanobis, errors;
+  double last_error = 0;
+  const auto compare = [&] {
+    const Lighting light = Lighting::of(d);
+    last_error = irradiance_error(d, light, normals, truth);
+    const auto bound = static_cast<double>(d.bound.total);
+    ++compared;
+    if (!std::isfinite(bound)) return;
+    ++bounded;
+    held += last_error <= bound ? 1 : 0;
+    errors.push_back(last_error);
+    ratios.push_back(bound / std::max(last_error, 1e-9));
+    for (const Light& l : d.lights) {
+      const ref::V3 w = in_world(d, l.direction);
+      double best = 10;
+      for (const TrueLight& t : lights) best = std::min(best, std::acos(std::min(1.0, ref::dot(w, t.direction))));
+      const auto variance = static_cast<double>((l.direction_covariance[0] + l.direction_covariance[2]) / 2);
+      if (best < width + 5 * kDegree) mahalanobis.push_back(best * best / variance);
+    }
+  };
+  for (int k = 0; k < options.frames; ++k) {
+    const measure::Shot shot = sequence.frame(k);
+    const double start = bench::thread_time_ms();
+    const Status status = estimator->estimate(shot.frames, d);
+    frame_ms.push_back(bench::thread_time_ms() - start);
+    failed += status.ok() ? 0 : 1;
+    if (status.ok() && k % kCompareEvery == 0) compare();
+  }
+  nlohmann::ordered_json line;
+  line["sequence"] = options.name;
+  line["white"] = white == White::given ? "given" : "assumed";
+  line["frames"] = options.frames;
+  line["failed"] = failed;
+  line["compared"] = compared;
+  line["bounded"] = static_cast<double>(bounded) / std::max(compared, 1);
+  line["held"] = bounded > 0 ? static_cast<double>(held) / bounded : 0;
+  line["bound_to_error"] = ratios.empty() ? 0 : median(ratios);
+  line["error_median"] = errors.empty() ? 0 : median(errors);
+  line["mahalanobis_q95"] = mahalanobis.empty() ? 0 : upper_quantile(mahalanobis, 0.95);
+  line["ms"] = median(frame_ms);
+  line["max_ms"] = *std::ranges::max_element(frame_ms);
+  // The final answer, with all samples.
+  estimator->finish();
+  require(estimator->estimate(sequence.frame(options.frames - 1).frames, d));
+  compare();
+  line["final_error"] = last_error;
+  line["final_bound"] = static_cast<double>(d.bound.total);
+  for (const Flag f : kFlags)
+    if (d.flags.has(f)) line["flags"].push_back(to_string(f));
+  line["alpha"] = estimator->gloss()->alpha;
+  line["true_alpha"] = options.alpha;
+  line["seen"] = estimator->gloss()->seen;
+  line["scale_sigma"] = estimator->gloss()->scale_sigma;
+  line["lights"] = d.lights.size();
+  measure::print_line(line);
+  print_lights(options.name, lights, d);
+  const Lighting light = Lighting::of(d);
+  std::vector<measure::CapLight> caps;
+  for (const Light& l : d.lights)
+    caps.push_back({in_world(d, l.direction), static_cast<double>(l.angular_radius_rad), rgb(l.irradiance)});
+  const ref::Panorama answer =
+      measure::answer_environment([&](const ref::V3& w) { return rgb(light.radiance(in_probe(d, w), 0).value); }, caps);
+  print_balls(options.name, blurred,
+              mirrored_part(answer.width, answer.height, [&](const ref::V3& w) { return ref::sample(answer, w); }));
+}
+
+}  // namespace
+}  // namespace lightwell
+
+int main(int argc, char** argv) {
+  using namespace lightwell;
+  std::vector<std::string> names;
+  double shorter = 1;
+  bool white_given = false;
+  CLI::App app{"Errors of the light that is estimated from glossy planes.", "measure_specular_light"};
+  app.add_option("--sequence", names, "Sequences to measure; several may be given [all]")
+      ->check(CLI::IsMember(measure::sequence_names()));
+  app.add_option("--shorter", shorter, "Divide the number of frames by this [1]")->check(CLI::Range(1.0, 100.0));
+  app.add_flag("--white-given", white_given, "The plane's file has the albedo of white");
+  app.footer("A sequence takes one to three minutes. Exit status: 0 measured, 1 failed, 2 wrong usage.");
+  return run_command(app, {argv + 1, argv + argc}, [&] {
+    if (names.empty()) names = measure::sequence_names();
+    for (const std::string& name : names) {
+      measure::SpecularSequenceOptions options = require(measure::sequence_options(name));
+      options.frames = static_cast<int>(options.frames / shorter);
+      measure_sequence(options, white_given ? White::given : White::assumed);
+    }
+    return kDone;
+  });
+}
