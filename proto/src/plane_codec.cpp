@@ -227,7 +227,6 @@ struct PlaneEncoder::State {
   PlaneEncoderOptions options;
   std::uint32_t capture = 0;
   std::uint64_t revision = 0;
-  bool repeat = false;
   PlaneTileLayout layout;
   std::vector<SentTile> tiles;
   v1::PlaneUpdate message;
@@ -245,6 +244,31 @@ struct PlaneEncoder::State {
     }
   }
 
+  /// Messages with the header that `message` has, and the tiles with content for which `due` is true.
+  template <class Due>
+  std::span<const std::vector<std::byte>> write_messages(const Due& due) {
+    used = 0;
+    const std::size_t header = message.ByteSizeLong();
+    std::size_t size = header;
+    for (std::size_t t = 0; t < tiles.size(); ++t) {
+      SentTile& tile = tiles[t];
+      if (tile.revision == 0 || !due(tile)) continue;
+      if (size + tile_bytes(tile) > kMaxPlaneMessageBytes) {
+        write_message();
+        size = header;
+      }
+      v1::PlaneTile& out = *message.add_tiles();
+      out.set_index(static_cast<std::uint32_t>(t));
+      out.set_exponent(tile.exponent);
+      out.set_values(tile.values);
+      out.set_states(tile.states);
+      size += tile_bytes(tile);
+    }
+    if (used == 0 || message.tiles_size() > 0) write_message();
+    return {messages.data(), used};
+  }
+
+ private:
   void write_message() {
     if (used == messages.size()) messages.emplace_back();
     std::vector<std::byte>& out = messages[used++];
@@ -264,8 +288,6 @@ PlaneEncoder::PlaneEncoder(const PlaneEncoderOptions& options) : state_(std::mak
 PlaneEncoder::~PlaneEncoder() = default;
 PlaneEncoder::PlaneEncoder(PlaneEncoder&&) noexcept = default;
 PlaneEncoder& PlaneEncoder::operator=(PlaneEncoder&&) noexcept = default;
-
-void PlaneEncoder::repeat_all() { state_->repeat = true; }
 
 Result<std::span<const std::vector<std::byte>>> PlaneEncoder::encode(const CapturedPlane& plane) {
   if (Status s = captured_plane_problem(plane); !s.ok()) return s;
@@ -294,29 +316,17 @@ Result<std::span<const std::vector<std::byte>>> PlaneEncoder::encode(const Captu
   m.set_revision(state.revision);
   m.set_key_interval_ms(static_cast<std::uint32_t>(state.options.key_interval.ns / 1'000'000));
 
-  state.used = 0;
-  const std::size_t header = m.ByteSizeLong();
-  std::size_t size = header;
-  for (std::size_t t = 0; t < state.tiles.size(); ++t) {
-    SentTile& tile = state.tiles[t];
-    if (tile.revision == 0) continue;
+  return state.write_messages([&](SentTile& tile) {
     const bool key_due = now < tile.time || now - tile.time >= state.options.key_interval;
-    if (tile.revision != state.revision && !state.repeat && !key_due) continue;
+    if (tile.revision != state.revision && !key_due) return false;
     tile.time = now;
-    if (size + tile_bytes(tile) > kMaxPlaneMessageBytes) {
-      state.write_message();
-      size = header;
-    }
-    v1::PlaneTile& out = *m.add_tiles();
-    out.set_index(static_cast<std::uint32_t>(t));
-    out.set_exponent(tile.exponent);
-    out.set_values(tile.values);
-    out.set_states(tile.states);
-    size += tile_bytes(tile);
-  }
-  if (state.used == 0 || m.tiles_size() > 0) state.write_message();
-  state.repeat = false;
-  return std::span<const std::vector<std::byte>>(state.messages.data(), state.used);
+    return true;
+  });
+}
+
+std::span<const std::vector<std::byte>> PlaneEncoder::whole() {
+  if (state_->revision == 0) return {};
+  return state_->write_messages([](const SentTile&) { return true; });
 }
 
 }  // namespace lightwell

@@ -198,7 +198,7 @@ TEST(PlaneCodec, ReaderStaysWithinTheStep) {
   }
 }
 
-TEST(PlaneCodec, TilesAreRepeatedAfterTheKeyIntervalAndOnRequest) {
+TEST(PlaneCodec, TilesAreRepeatedAfterTheKeyInterval) {
   CapturedPlane plane = linear_plane();
   PlaneEncoder encoder({.images = ImageRecipients::all_clients, .key_interval = {1'000'000'000}});
   const std::size_t all = tile_count(encoded(encoder, plane));
@@ -212,11 +212,31 @@ TEST(PlaneCodec, TilesAreRepeatedAfterTheKeyIntervalAndOnRequest) {
   // Their content did not change, and their revision says so.
   EXPECT_EQ(repeated[0].tile_revision[0], 1U);
   EXPECT_EQ(tile_count(after(1'000'000)), 0U);
-  encoder.repeat_all();
-  EXPECT_EQ(tile_count(after(1'000'000)), all);
-  EXPECT_EQ(tile_count(after(1'000'000)), 0U);
   // A clock that was set back.
   EXPECT_EQ(tile_count(after(-3'600'000'000'000)), all);
+}
+
+TEST(PlaneCodec, WholeIsWhatReadersOfAllMessagesHold) {
+  std::mt19937 random(6);
+  CapturedPlane plane = random_plane(random);
+  PlaneEncoder encoder(kWithImages);
+  EXPECT_TRUE(encoder.whole().empty());
+  Held all(plane), late(plane);
+  all.take(encoded(encoder, plane));
+  plane.texture.radiance[0].r *= 2;
+  plane.lumisphere.radiance[3].r *= 1.001F;
+  const auto changes = encoded(encoder, plane);
+  all.take(changes);
+  EXPECT_EQ(tile_count(changes), 1U);
+  const auto whole = decoded(encoder.whole());
+  late.take(whole);
+  EXPECT_EQ(whole[0].revision, 2U);
+  EXPECT_EQ(whole[0].tile_revision, changes[0].tile_revision);
+  EXPECT_EQ(late.texture, all.texture);
+  EXPECT_EQ(late.lumisphere, all.lumisphere);
+  EXPECT_EQ(late.coverage, all.coverage);
+  // Changes nothing.
+  EXPECT_EQ(tile_count(encoded(encoder, plane)), 0U);
 }
 
 /// The texture is a photograph. Nothing of it leaves the probe, whatever is in it, unless that is allowed.

@@ -192,6 +192,8 @@ class Lighting {
 };
 static_assert(sizeof(Vec3) == 3 * sizeof(float), "batch queries need tightly packed triples");
 
+class Plane;
+
 /// A connection to a probe. Any thread may call any method; destroy it only while no call is in progress.
 class Probe {
  public:
@@ -263,6 +265,9 @@ class Probe {
     return factor;
   }
 
+  /// Fills a Plane (below) with the newest complete state; needs lw_probe_options.plane. Lock-free, no allocation.
+  Status plane(Plane& into) const;
+
   [[nodiscard]] lw_probe* get() const { return raw_.get(); }
 
  private:
@@ -328,6 +333,8 @@ class Plane {
   explicit Plane(lw_plane* raw) : raw_(raw) {}
   std::unique_ptr<lw_plane, Release> raw_;
 };
+
+inline Status Probe::plane(Plane& into) const { return status_of(lw_probe_plane(get(), into.get())); }
 
 /// Collects the messages of one captured plane. One thread at a time.
 class PlaneReader {

@@ -58,6 +58,10 @@ typedef struct lw_plane_reader_stats {
 } lw_plane_reader_stats;
 LW_API lw_status lw_plane_reader_get_stats(const lw_plane_reader* reader, lw_plane_reader_stats* out);
 
+/* Puts the newest complete state of the plane that the probe captures into `into`; LW_NONE without
+ * lw_probe_options.plane. For render loops: lock-free, no allocation. As Probe::plane. */
+LW_API lw_status lw_probe_plane(const lw_probe* probe, lw_plane* into);
+
 /* ---- the plane ---- */
 
 /* LW_NONE at first. Release it with lw_plane_release, which ignores NULL. */

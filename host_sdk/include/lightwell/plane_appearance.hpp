@@ -95,7 +95,7 @@ class PlaneAppearance {
   /// Validity::none.
   PlaneAppearance() = default;
   /// Used by the SDK.
-  PlaneAppearance(std::shared_ptr<const core::PlaneState> state, Duration age);
+  PlaneAppearance(std::shared_ptr<const core::PlaneState> state, HostTime now);
 
   /// valid if the newest update is complete and recent; stale if a tile of it is missing or it is older than three key
   /// intervals; none if nothing was received.
@@ -166,8 +166,13 @@ class PlaneReader {
   /// nothing has changed.
   Status take(std::span<const std::byte> message, HostTime received);
 
+  /// Whether a message was received, and no tile of the newest update is missing.
+  [[nodiscard]] bool complete() const;
+
   /// The plane as received so far. Copies it (about 1 MB) if it changed since the previous snapshot.
   [[nodiscard]] PlaneAppearance snapshot(HostTime now);
+  /// The same for the SDK; null before the first message.
+  [[nodiscard]] std::shared_ptr<const core::PlaneState> state();
 
   [[nodiscard]] const PlaneReaderStats& stats() const { return stats_; }
 

@@ -149,6 +149,14 @@ lw_status lw_plane_reader_get_stats(const lw_plane_reader* reader, lw_plane_read
   });
 }
 
+lw_status lw_probe_plane(const lw_probe* probe, lw_plane* into) {
+  return with_handle(probe, [&](const Probe& p) {
+    if (!good(into)) return invalid(lw_plane::kRefusal);
+    into->value = p.plane();
+    return Status{};
+  });
+}
+
 lw_status lw_plane_create(lw_plane** out) { return create(out); }
 
 void lw_plane_release(lw_plane* plane) {

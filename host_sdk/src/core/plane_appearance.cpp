@@ -114,8 +114,8 @@ bool usable(const PlaneCamera& c) {
 
 }  // namespace
 
-PlaneAppearance::PlaneAppearance(std::shared_ptr<const core::PlaneState> state, Duration age)
-    : state_(std::move(state)), age_(age) {}
+PlaneAppearance::PlaneAppearance(std::shared_ptr<const core::PlaneState> state, HostTime now)
+    : state_(std::move(state)), age_(state_ ? std::max(Duration{}, now - state_->received) : Duration{}) {}
 
 Validity PlaneAppearance::validity() const {
   if (!state_) return Validity::none;

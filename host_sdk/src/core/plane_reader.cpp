@@ -124,10 +124,13 @@ Status PlaneReader::take(std::span<const std::byte> message, HostTime received) 
   return {};
 }
 
-PlaneAppearance PlaneReader::snapshot(HostTime now) {
-  if (!state_) return {};
-  if (!published_) published_ = std::make_shared<const core::PlaneState>(*state_);
-  return {published_, std::max(Duration{}, now - state_->received)};
+bool PlaneReader::complete() const { return state_ && state_->missing == 0; }
+
+std::shared_ptr<const core::PlaneState> PlaneReader::state() {
+  if (state_ && !published_) published_ = std::make_shared<const core::PlaneState>(*state_);
+  return published_;
 }
+
+PlaneAppearance PlaneReader::snapshot(HostTime now) { return {state(), now}; }
 
 }  // namespace lightwell

@@ -98,7 +98,7 @@ struct PlaneEncoderOptions {
 };
 
 /// Encodes successive states of a plane for one stream of messages: remembers what was sent, and writes the tiles that
-/// changed. One thread at a time. Reuses its memory: allocates nothing after the first complete update.
+/// changed. One thread at a time. Reuses its memory.
 class PlaneEncoder {
  public:
   static constexpr float kMinRelativeEntry = 1e-3F;
@@ -114,8 +114,9 @@ class PlaneEncoder {
   /// those of the previous call with the same capture number. Then nothing changes.
   [[nodiscard]] Result<std::span<const std::vector<std::byte>>> encode(const CapturedPlane& plane);
 
-  /// The next update has all tiles: a reader has joined.
-  void repeat_all();
+  /// All that was sent so far, as messages of the newest update: for a reader that joins now, which then holds what the
+  /// readers of all messages hold. None before the first encode(). Valid until the next call.
+  [[nodiscard]] std::span<const std::vector<std::byte>> whole();
 
  private:
   struct State;
