@@ -71,13 +71,6 @@ void store(const PlaneTile& tile, core::PlaneState& state) {
 
 }  // namespace
 
-Validity core::PlaneState::freshness(PlanePart part, std::size_t entry) const {
-  if (missing == 0) return Validity::valid;
-  const std::size_t tile = layout.tile_of(part, entry);
-  if (held[tile] == listed[tile]) return Validity::valid;
-  return held[tile] == 0 ? Validity::none : Validity::stale;
-}
-
 PlaneReader::PlaneReader() = default;
 PlaneReader::~PlaneReader() = default;
 PlaneReader::PlaneReader(PlaneReader&&) noexcept = default;

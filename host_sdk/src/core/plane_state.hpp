@@ -25,7 +25,15 @@ struct PlaneState {
   std::size_t missing = 0;            ///< Number of tiles with held != listed.
 
   /// Whether the entry is of the newest content, of an older one, or has not arrived.
-  [[nodiscard]] Validity freshness(PlanePart part, std::size_t entry) const;
+  [[nodiscard]] Validity freshness(PlanePart part, std::size_t entry) const {
+    return missing == 0 ? Validity::valid : freshness_of_tile(layout.tile_of(part, entry));
+  }
+
+ private:
+  [[nodiscard]] Validity freshness_of_tile(std::size_t tile) const {
+    if (held[tile] == listed[tile]) return Validity::valid;
+    return held[tile] == 0 ? Validity::none : Validity::stale;
+  }
 };
 
 }  // namespace lightwell::core
