@@ -28,6 +28,17 @@ Status Publisher::publish(Descriptor& descriptor) {
   return {};
 }
 
+Status Publisher::publish_plane(const CapturedPlane& plane) {
+  const auto changes = plane_encoder_.encode(plane);
+  if (!changes) return changes.status();
+  auto encoded = std::make_shared<EncodedPlane>();
+  encoded->changes.assign(changes->begin(), changes->end());
+  const auto whole = plane_encoder_.whole();
+  encoded->whole.assign(whole.begin(), whole.end());
+  for (const auto& link : links_) link->publish_plane(encoded);
+  return {};
+}
+
 LinkCounters Publisher::counters() const {
   LinkCounters sum;
   for (const auto& link : links_) {

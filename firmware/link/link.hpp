@@ -10,12 +10,20 @@
 
 #include <lightwell/codec.hpp>
 #include <lightwell/descriptor.hpp>
+#include <lightwell/plane_codec.hpp>
 #include <lightwell/result.hpp>
 
 namespace lightwell {
 
 /// One encoded descriptor, immutable and shared by all links.
 using EncodedDescriptor = std::shared_ptr<const std::vector<std::byte>>;
+
+/// One update of a captured plane, immutable and shared by all links.
+struct EncodedPlane {
+  using Messages = std::vector<std::vector<std::byte>>;
+  Messages changes;  ///< For clients that received all updates before.
+  Messages whole;    ///< For all others.
+};
 
 /// Statistics of a link since its start; `clients` is the current number.
 struct LinkCounters {
@@ -38,6 +46,9 @@ class Link {
   /// Queues the descriptor and returns; a full queue drops its oldest entry and counts it. Called from one publishing
   /// thread, between start() and stop().
   virtual void publish(const EncodedDescriptor& descriptor) = 0;
+  /// Queues the update of a captured plane and returns. A slow client misses updates and then receives the newest one
+  /// whole. Called from one thread, between start() and stop(). Links without a stream of planes ignore it.
+  virtual void publish_plane(const std::shared_ptr<const EncodedPlane>& /*plane*/) {}
   /// Ends the service of all clients; returns within a second.
   virtual void stop() = 0;
 
@@ -53,6 +64,9 @@ class Link {
 /// publish() is called from one thread. All links are added before the first publish().
 class Publisher {
  public:
+  /// `planes`: of publish_plane(); by default clients receive no images.
+  explicit Publisher(const PlaneEncoderOptions& planes = {}) : plane_encoder_(planes) {}
+
   void add(std::unique_ptr<Link> link) { links_.push_back(std::move(link)); }
 
   /// Starts all links in order. If one fails, stops those already started and returns its status.
@@ -62,6 +76,10 @@ class Publisher {
   /// Sets time.encoded_after of `descriptor`, encodes it (without allocation up to this point) and passes it to the
   /// links.
   [[nodiscard]] Status publish(Descriptor& descriptor);
+  /// Encodes the changes of a captured plane and passes them to the links; a few milliseconds. From one thread, which
+  /// may be another than that of publish(). Call it at least once in each key interval, also if nothing has changed:
+  /// clients take longer silence for a lost probe. Errors: those of PlaneEncoder::encode().
+  [[nodiscard]] Status publish_plane(const CapturedPlane& plane);
   /// CLOCK_MONOTONIC, ns, when the last descriptor was encoded, before it was passed to a link.
   [[nodiscard]] std::int64_t encoded_ns() const { return encoded_ns_; }
 
@@ -71,6 +89,7 @@ class Publisher {
 
  private:
   Encoder encoder_;
+  PlaneEncoder plane_encoder_;
   std::int64_t encoded_ns_ = 0;
   std::vector<std::unique_ptr<Link>> links_;
 };

@@ -318,6 +318,19 @@ TEST(GrpcSource, WhatAnOldProbeDoesNotKnowIsSaid) {
   }
 }
 
+TEST(GrpcSource, AnOldProbeWithoutPlanesStillSendsDescriptors) {
+  FakeProbe fake;
+  fake.set_script({encoded(numbered(5, 1))});
+  ProbeOptions with_plane = options();
+  with_plane.plane = PlaneReception::receive;
+  const Result<Probe> probe = Probe::connect(fake.uri(), with_plane);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  ASSERT_TRUE(eventually([&] { return probe->stats().last_error.find("captures no planes") != std::string::npos; }));
+  ASSERT_TRUE(eventually([&] { return probe->stats().received == 1; }));
+  EXPECT_EQ(probe->stats().state, LinkState::connected);
+  EXPECT_EQ(probe->plane().validity(), Validity::none);
+}
+
 TEST(GrpcSource, InvalidCommandsAreNotSent) {
   FakeProbe fake;
   Result<Probe> probe = Probe::connect(fake.uri(), options());

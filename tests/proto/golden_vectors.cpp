@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include "support/captured_planes.hpp"
+
 namespace lightwell {
 namespace {
 
@@ -118,6 +120,18 @@ std::vector<GoldenVector> golden_vectors() {
           {"v1_near_lamp", near_lamp()},
           {"v1_environment_changes", environment_changes()},
           {"v1_fullest", fullest()}};
+}
+
+CapturedPlane golden_plane() {
+  CapturedPlane plane = test::linear_plane(12, 4, 3);
+  plane.info.T_probe_plane = Pose{{0, 0, 0, 1}, {0.01, 0.02, -0.5}};
+  plane.info.texture_to_plane = {0.001, 0.002, 0.003, 1.004};
+  plane.info.gloss_alpha = 0.125F;
+  plane.info.f0 = 0.0625F;
+  plane.lumisphere.state[40] = SampleState::unseen;
+  plane.texture.state[17] = SampleState::clipped;
+  plane.coverage.seen[24] = 0;
+  return plane;
 }
 
 }  // namespace lightwell

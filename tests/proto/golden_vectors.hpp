@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include <lightwell/captured_plane.hpp>
 #include <lightwell/descriptor.hpp>
 
 namespace lightwell {
@@ -14,5 +15,8 @@ struct GoldenVector {
 };
 
 [[nodiscard]] std::vector<GoldenVector> golden_vectors();
+
+/// Whose first message is kept in captured_plane/v1_small.bin, with its texture.
+[[nodiscard]] CapturedPlane golden_plane();
 
 }  // namespace lightwell

@@ -1,8 +1,10 @@
 // make_golden_vectors DIRECTORY: writes the golden messages, binary and JSON.
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 
 #include <lightwell/codec.hpp>
+#include <lightwell/plane_codec.hpp>
 
 #include "golden_vectors.hpp"
 
@@ -24,5 +26,16 @@ int main(int argc, char** argv) {
         .write(reinterpret_cast<const char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
     std::ofstream(stem + ".json") << *json << "\n";
   }
+  lightwell::PlaneEncoder planes({.images = lightwell::ImageRecipients::all_clients});
+  const auto messages = planes.encode(lightwell::golden_plane());
+  if (!messages) {
+    std::cerr << messages.status().message() << "\n";
+    return 1;
+  }
+  const std::filesystem::path folder = std::filesystem::path(argv[1]) / "captured_plane";
+  std::filesystem::create_directories(folder);
+  const std::vector<std::byte>& bytes = messages->front();
+  std::ofstream(folder / "v1_small.bin", std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   return 0;
 }

@@ -28,8 +28,8 @@ constexpr std::size_t kMaxRequestBytes = 4096;
 
 grpc::Status shutting_down() { return {grpc::StatusCode::UNAVAILABLE, "the probe is shutting down"}; }
 
-/// ProbeService: requests of clients, and descriptor streams with one write in progress and one slot for the newest
-/// descriptor each.
+/// ProbeService: requests of clients, descriptor streams with one write in progress and one slot for the newest
+/// descriptor each, and streams of captured planes.
 ///
 /// Sends descriptors as the publisher encoded them, and parses requests itself, in order to refuse and count malformed,
 /// too large and incomplete ones. A generic service therefore receives all calls as streams of bytes in both
@@ -59,13 +59,21 @@ class ProbeService final {
     for (Call* stream : streams_) stream->enqueue(buffer);
   }
 
+  void publish_plane(const std::shared_ptr<const EncodedPlane>& plane) {
+    const std::lock_guard lock(streams_mutex_);
+    newest_plane_ = plane;
+    for (Call* stream : plane_streams_) stream->enqueue_plane(plane);
+  }
+
   /// Ends every stream and waits for them, at most 200 ms.
   void close_streams() {
     std::unique_lock lock(streams_mutex_);
     closing_ = true;
-    for (Call* stream : streams_) stream->finish(shutting_down());
+    for (const auto* list : {&streams_, &plane_streams_})
+      for (Call* stream : *list) stream->finish(shutting_down());
     // The last write of a client that does not read stays pending in gRPC; the deadline of Server::Shutdown() ends it.
-    stream_removed_.wait_for(lock, std::chrono::milliseconds(200), [this] { return streams_.empty(); });
+    stream_removed_.wait_for(lock, std::chrono::milliseconds(200),
+                             [this] { return streams_.empty() && plane_streams_.empty(); });
   }
 
   /// Number of clients, coalesced descriptors and refused messages.
@@ -108,9 +116,18 @@ class ProbeService final {
       const std::lock_guard lock(mutex_);
       if (finished_) return;
       if (!writing_) return write(descriptor);
-      if (waiting_) service_.coalesced_.fetch_add(1, std::memory_order_relaxed);
-      next_ = descriptor;
-      waiting_ = true;
+      if (!queue_.empty()) service_.coalesced_.fetch_add(1, std::memory_order_relaxed);
+      queue_.assign(1, descriptor);
+    }
+
+    /// Sends an update of the plane, or keeps it while the one before is being sent.
+    void enqueue_plane(const std::shared_ptr<const EncodedPlane>& plane) {
+      const std::lock_guard lock(mutex_);
+      if (finished_) return;
+      // The kept one is never sent, so changes to it are no use to the client.
+      if (plane_) needs_whole_plane_ = true;
+      plane_ = plane;
+      if (!writing_) write_next();
     }
 
     void OnReadDone(bool received) override {
@@ -127,9 +144,8 @@ class ProbeService final {
       writing_ = false;
       if (!ok) {
         finish_locked(grpc::Status::CANCELLED);
-      } else if (waiting_ && !finished_) {
-        waiting_ = false;
-        write(next_);
+      } else if (!finished_) {
+        write_next();
       }
     }
 
@@ -147,6 +163,21 @@ class ProbeService final {
       StartWrite(&current_);
     }
 
+    void write_next() {
+      if (queue_.empty() && plane_) {
+        const EncodedPlane::Messages& messages = needs_whole_plane_ ? plane_->whole : plane_->changes;
+        for (auto m = messages.rbegin(); m != messages.rend(); ++m) {
+          const grpc::Slice slice(m->data(), m->size());
+          queue_.emplace_back(&slice, 1);
+        }
+        needs_whole_plane_ = false;
+        plane_.reset();
+      }
+      if (queue_.empty()) return;
+      write(queue_.back());
+      queue_.pop_back();
+    }
+
     void finish_locked(const grpc::Status& status) {
       if (finished_) return;
       finished_ = true;
@@ -157,8 +188,12 @@ class ProbeService final {
     const Method method_;
     grpc::ByteBuffer request_;
     std::mutex mutex_;
-    grpc::ByteBuffer current_, next_;
-    bool writing_ = false, waiting_ = false, finished_ = false;
+    grpc::ByteBuffer current_;
+    std::vector<grpc::ByteBuffer> queue_;  ///< To be sent after current_, from the last to the first.
+    bool writing_ = false, finished_ = false;
+    // Of a stream of planes.
+    std::shared_ptr<const EncodedPlane> plane_;  ///< To be sent after queue_; null: none.
+    bool needs_whole_plane_ = true;              ///< The client lacks an update before.
   };
 
   /// Receives the calls of all methods that no other service of the server has.
@@ -173,7 +208,8 @@ class ProbeService final {
           {"/lightwell.v1.ProbeService/GetDescriptor", &ProbeService::get_descriptor},
           {"/lightwell.v1.ProbeService/SetConfig", &ProbeService::answer<ProbeCall::set_config>},
           {"/lightwell.v1.ProbeService/ReportLux", &ProbeService::answer<ProbeCall::report_lux>},
-          {"/lightwell.v1.ProbeService/GetConfig", &ProbeService::answer<ProbeCall::get_config>}};
+          {"/lightwell.v1.ProbeService/GetConfig", &ProbeService::answer<ProbeCall::get_config>},
+          {"/lightwell.v1.ProbeService/StreamPlane", &ProbeService::stream_plane}};
       for (const auto& [path, method] : kMethods)
         if (context->method() == path) return new Call(service_, method);
       return CallbackGenericService::CreateReactor(context);  // UNIMPLEMENTED
@@ -213,12 +249,21 @@ class ProbeService final {
 
   /// Turns the call into a stream: it receives every descriptor, or the newest ones if it is slow.
   void stream_descriptors(const std::string& bytes, Call& call) {
-    if (!check<v1::StreamDescriptorsRequest>(bytes, call)) return;
+    if (check<v1::StreamDescriptorsRequest>(bytes, call)) add_stream(call, streams_);
+  }
+
+  /// Turns the call into a stream: it receives the newest plane at once, and every later update.
+  void stream_plane(const std::string& bytes, Call& call) {
+    if (check<v1::StreamPlaneRequest>(bytes, call)) add_stream(call, plane_streams_);
+  }
+
+  void add_stream(Call& call, std::vector<Call*>& list) {
     bool closing = false;
     {
       const std::lock_guard lock(streams_mutex_);
       closing = closing_;
-      streams_.push_back(&call);
+      list.push_back(&call);
+      if (&list == &plane_streams_ && newest_plane_) call.enqueue_plane(newest_plane_);
     }
     if (closing) call.finish(shutting_down());
   }
@@ -248,6 +293,7 @@ class ProbeService final {
   void remove_stream(Call& call) {
     const std::lock_guard lock(streams_mutex_);
     std::erase(streams_, &call);
+    std::erase(plane_streams_, &call);
     stream_removed_.notify_all();
   }
 
@@ -261,7 +307,8 @@ class ProbeService final {
 
   mutable std::mutex streams_mutex_;
   std::condition_variable stream_removed_;
-  std::vector<Call*> streams_;
+  std::vector<Call*> streams_, plane_streams_;
+  std::shared_ptr<const EncodedPlane> newest_plane_;
   bool closing_ = false;
 };
 
@@ -295,6 +342,8 @@ class GrpcLink final : public Link {
   }
 
   void publish(const EncodedDescriptor& descriptor) override { service_.publish(descriptor); }
+
+  void publish_plane(const std::shared_ptr<const EncodedPlane>& plane) override { service_.publish_plane(plane); }
 
   void stop() override {
     if (!server_) return;

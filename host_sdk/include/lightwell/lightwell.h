@@ -39,7 +39,7 @@ extern "C" {
 #endif
 
 /* Of this header. The upper 16 bits (and the SONAME) change with incompatible changes, the lower 16 with additions. */
-#define LW_ABI_VERSION 0x00010002
+#define LW_ABI_VERSION 0x00010003
 
 #define LW_ZERO_TERMINATED SIZE_MAX /* As a length: the text ends with a zero byte. */
 
@@ -129,6 +129,8 @@ typedef struct lw_probe_options {
   const char* mqtt_key_file;
   const char* mqtt_user;
   const char* mqtt_password;
+  int32_t plane;    /* 1: receives captured planes, for lw_probe_plane (plane_appearance.h). Default: 0. */
+  int32_t reserved; /* 0. */
 } lw_probe_options;
 
 /* As ProbeInfo and Counters: since the start of the daemon. */
@@ -393,10 +395,8 @@ LW_API lw_status lw_lighting_radiance_batch(const lw_lighting* lighting, const f
                                             size_t value_stride, lw_answer* about);
 
 typedef int32_t lw_quantity;
-enum {
-  LW_RADIANCE = 0,
-  LW_IRRADIANCE = 1 /* Radiance times A_l = pi, 2 pi/3, pi/4, 0, -pi/24, 0, pi/64. */
-};
+/* Irradiance: radiance times A_l = pi, 2 pi/3, pi/4, 0, -pi/24, 0, pi/64. */
+enum { LW_RADIANCE = 0, LW_IRRADIANCE = 1 };
 
 /* Spherical harmonics without the lights: real, orthonormal, WITHOUT the Condon-Shortley phase (all constants
  * positive), r, g, b of each function, in the order l(l+1)+m, band 1 as y, z, x. Writes exactly 3 (max_band + 1)²

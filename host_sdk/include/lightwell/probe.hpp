@@ -15,6 +15,7 @@
 #include <lightwell/estimator_config.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/lighting.hpp>
+#include <lightwell/plane_appearance.hpp>
 #include <lightwell/result.hpp>
 #include <lightwell/status.hpp>
 #include <lightwell/time.hpp>
@@ -52,6 +53,10 @@ struct MqttCredentials {
   [[nodiscard]] Status validate() const;
 };
 
+/// Whether a Probe receives the plane that the probe captures. A whole plane is about 400 kB with its texture, 120 kB
+/// without.
+enum class PlaneReception : std::uint8_t { none, receive };
+
 struct ProbeOptions {
   /// Older answers are stale. Smaller: the application detects earlier that descriptors no longer arrive.
   Duration max_age = Lighting::kDefaultMaxAge;
@@ -76,6 +81,8 @@ struct ProbeOptions {
   /// the probe reports (ProbeInfo::T_world_probe, in the frame of the room). For a moving probe call
   /// latest().in_world(pose) with the current pose.
   std::optional<UncertainPose> T_world_probe;
+  /// receive: for plane(), over gRPC; other links have no planes.
+  PlaneReception plane = PlaneReception::none;
   MqttCredentials mqtt;
   /// Trust anchors for a grpcs:// probe, and this client's identity. Empty: those that `lightwell pair` stored.
   ProbeCredentials credentials;
@@ -179,6 +186,10 @@ class Probe {
   /// the oldest stored descriptor: Validity::before_history. stale if the nearest descriptor is more than max_age away.
   /// Lock-free; allocates when it interpolates.
   [[nodiscard]] Lighting at(HostTime time) const;
+
+  /// The newest complete state of the plane that the probe captures. For render threads: as latest(). Validity::none
+  /// without ProbeOptions::plane, before the first, and over other links than gRPC.
+  [[nodiscard]] PlaneAppearance plane() const;
 
   /// For tools: waits until the newest descriptor has a sequence number other than `seen` (nullopt: any) and returns
   /// it. It blocks, so not for render threads. unavailable after `timeout`, failed_precondition if the recording has

@@ -52,6 +52,9 @@ Result<ProbeOptions> options_of(const lw_probe_options* given) {
   set_unless_null(out.mqtt.key_file, options.mqtt_key_file);
   set_unless_null(out.mqtt.user, options.mqtt_user);
   set_unless_null(out.mqtt.password, options.mqtt_password);
+  if (options.plane < 0 || options.plane > 1 || options.reserved != 0)
+    return invalid("lw_probe_options.plane is " + std::to_string(options.plane) + "; it is 0 or 1, and reserved is 0");
+  if (options.plane == 1) out.plane = PlaneReception::receive;
   return out;
 }
 

@@ -87,6 +87,12 @@ void DescriptorReceiver::count(const Descriptor& descriptor, std::size_t bytes, 
   changed_.notify_all();
 }
 
+void DescriptorReceiver::receive_plane(std::span<const std::byte> bytes, HostTime received) {
+  if (const Status s = plane_reader_.take(bytes, received); !s.ok()) return refuse(s.message());
+  // An update is several messages; until they are there, the former state is the better one.
+  if (plane_reader_.complete()) planes_.publish(plane_reader_.state());
+}
+
 void DescriptorReceiver::refuse_oversized(std::size_t bytes) {
   drop(stats_.oversized, "a message of " + std::to_string(bytes) + " bytes; a descriptor has at most " +
                              std::to_string(kMaxDescriptorBytes));

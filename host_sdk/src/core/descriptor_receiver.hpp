@@ -15,6 +15,7 @@
 
 #include "core/clock_map.hpp"
 #include "core/history.hpp"
+#include "core/plane_state.hpp"
 #include "core/store.hpp"
 
 namespace lightwell::core {
@@ -23,7 +24,8 @@ namespace lightwell::core {
 /// (ReplayProtection).
 using HostTimeOf = std::function<std::optional<MappedTime>(const CaptureTime&)>;
 
-/// Shared by one connection's reader thread, which writes, and any number of threads, which query.
+/// Also takes the messages of the plane that the probe captures. Shared by one connection's reader thread, which
+/// writes, and any number of threads, which query.
 class DescriptorReceiver {
  public:
   explicit DescriptorReceiver(const ProbeOptions& options);
@@ -35,6 +37,10 @@ class DescriptorReceiver {
   /// Processes the bytes of one descriptor. An undecodable or untimely descriptor, or a duplicate (by sequence number
   /// and time), is counted and dropped; the last valid one is kept.
   void receive(std::span<const std::byte> bytes, HostTime received, const HostTimeOf& host_time_of);
+  /// Processes one message of the plane's stream. An invalid one is counted with the undecodable ones.
+  void receive_plane(std::span<const std::byte> bytes, HostTime received);
+  /// Another stream of the plane begins, which starts with a whole plane. Until that is complete, the former one stays.
+  void restart_plane() { plane_reader_ = {}; }
   /// Counts a message of that size that was dropped without decoding.
   void refuse_oversized(std::size_t bytes);
   /// Sets the numbers of lost and rejected link frames since the start of the link.
@@ -52,6 +58,8 @@ class DescriptorReceiver {
   /// Lock-free.
   [[nodiscard]] Lighting latest(HostTime now) const;
   [[nodiscard]] Lighting at(HostTime time) const;
+  /// Lock-free.
+  [[nodiscard]] PlaneAppearance plane(HostTime now) const { return {planes_.read(), now}; }
 
   /// unavailable if describe() was not called within `timeout`.
   [[nodiscard]] Status wait_until_described(Duration timeout) const;
@@ -85,6 +93,8 @@ class DescriptorReceiver {
   std::shared_ptr<const UncertainPose> T_world_probe_;
   ReconstructAhead reconstruct_ahead_;
   LatestStore<History> store_;
+  PlaneReader plane_reader_;
+  LatestStore<PlaneState> planes_;
 
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;

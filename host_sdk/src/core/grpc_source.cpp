@@ -41,9 +41,9 @@ grpc::ByteBuffer buffer_of(const std::string& message) {
 }
 
 /// One connection to a probe, from the first request to its end: requests Info until the clock is known, then reads the
-/// stream of descriptors and requests Info once a second. Everything runs on the reader thread, which passes the
-/// completion queue's events on. The stream is a generic call, because that returns the message's bytes; a generated
-/// stub would parse them. Destroy it only when drained().
+/// stream of descriptors, and that of the captured plane if wanted, and requests Info once a second. Everything runs on
+/// the reader thread, which passes the completion queue's events on. The stream is a generic call, because that returns
+/// the message's bytes; a generated stub would parse them. Destroy it only when drained().
 class GrpcConnection {
  public:
   GrpcConnection(const std::shared_ptr<grpc::Channel>& channel, const ProbeOptions& options,
@@ -57,6 +57,8 @@ class GrpcConnection {
     const auto op = static_cast<Op>(reinterpret_cast<std::intptr_t>(tag));
     if (op == Op::info)
       on_info(ok);
+    else if (op >= Op::plane_start)
+      on_plane_event(op, ok);
     else
       on_stream_event(op, ok);
   }
@@ -82,15 +84,26 @@ class GrpcConnection {
     if (!error.empty()) receiver_.report_error(error);
     if (info_pending_) info_context_->TryCancel();
     if (stream_pending_) stream_context_.TryCancel();
+    if (plane_pending_) plane_context_.TryCancel();
   }
 
   /// After close() or a lost connection: no more events follow.
-  [[nodiscard]] bool drained() const { return closing_ && !info_pending_ && !stream_pending_; }
+  [[nodiscard]] bool drained() const { return closing_ && !info_pending_ && !stream_pending_ && !plane_pending_; }
   /// Whether the stream was started.
   [[nodiscard]] bool succeeded() const { return streaming_; }
 
  private:
-  enum class Op : std::intptr_t { info = 1, start, write, read, finish };
+  enum class Op : std::intptr_t {
+    info = 1,
+    start,
+    write,
+    read,
+    finish,
+    plane_start,
+    plane_write,
+    plane_read,
+    plane_finish
+  };
   static void* tag_of(Op op) { return reinterpret_cast<void*>(static_cast<std::intptr_t>(op)); }
 
   void request_info() {
@@ -128,6 +141,31 @@ class GrpcConnection {
     streaming_ = stream_pending_ = true;
     stream_ = generic_.PrepareCall(&stream_context_, path_of("StreamDescriptors"), &queue_);
     stream_->StartCall(tag_of(Op::start));
+    if (options_.plane == PlaneReception::none) return;
+    receiver_.restart_plane();
+    plane_pending_ = true;
+    plane_ = generic_.PrepareCall(&plane_context_, path_of("StreamPlane"), &queue_);
+    plane_->StartCall(tag_of(Op::plane_start));
+  }
+
+  /// The connection outlives this stream: firmware that is older than it does not have the call.
+  void on_plane_event(Op op, bool ok) {
+    if (op == Op::plane_finish) {
+      plane_pending_ = false;
+      if (plane_status_.error_code() == grpc::StatusCode::UNIMPLEMENTED)
+        receiver_.report_error("the probe's firmware is older than this SDK and captures no planes; update lightwelld");
+      return;
+    }
+    if (op == Op::plane_read && ok) {
+      receiver_.receive_plane(bytes_of(plane_message_, bytes_), {monotonic_now_ns()});
+      plane_message_.Clear();
+    }
+    if (!ok || closing_)
+      plane_->Finish(&plane_status_, tag_of(Op::plane_finish));
+    else if (op == Op::plane_start)
+      plane_->Write(buffer_of({}), grpc::WriteOptions().set_last_message(), tag_of(Op::plane_write));
+    else
+      plane_->Read(&plane_message_, tag_of(Op::plane_read));
   }
 
   void on_stream_event(Op op, bool ok) {
@@ -182,9 +220,14 @@ class GrpcConnection {
   grpc::Status stream_status_;
   std::vector<std::byte> bytes_;
 
+  grpc::ClientContext plane_context_;
+  std::unique_ptr<grpc::GenericClientAsyncReaderWriter> plane_;
+  grpc::ByteBuffer plane_message_;
+  grpc::Status plane_status_;
+
   ClockMap clock_;
   HostTime last_received_;
-  bool info_pending_ = false, stream_pending_ = false;
+  bool info_pending_ = false, stream_pending_ = false, plane_pending_ = false;
   bool streaming_ = false, closing_ = false;
 };
 

@@ -145,6 +145,7 @@ Lighting Probe::latest_in_world() const {
   return light.in_world(*T_world_probe);
 }
 Lighting Probe::at(HostTime time) const { return impl_->receiver.at(time); }
+PlaneAppearance Probe::plane() const { return impl_->receiver.plane({monotonic_now_ns()}); }
 
 Result<Lighting> Probe::wait_for_next(std::optional<std::uint64_t> seen, Duration timeout) const {
   if (Status status = impl_->receiver.wait_for_next(seen, timeout); !status.ok()) return status;

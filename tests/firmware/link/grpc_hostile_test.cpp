@@ -80,7 +80,7 @@ TEST_F(GrpcHostileTest, MalformedRequestsToEveryMethodAreRefusedAndCounted) {
   // Field number 0; a length beyond the end; an unterminated varint; an unterminated group.
   const std::vector<std::string> garbage = {std::string("\0", 1), "\x0a\x7f", std::string(11, '\xff'), "\x0b"};
   std::uint64_t sent = 0;
-  for (const char* method : {"Info", "GetDescriptor", "SetConfig", "ReportLux", "StreamDescriptors"})
+  for (const char* method : {"Info", "GetDescriptor", "SetConfig", "ReportLux", "StreamDescriptors", "StreamPlane"})
     for (const std::string& bytes : garbage) {
       const Reply reply = call(channel, kService + method, bytes);
       EXPECT_EQ(reply.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << method;
@@ -117,7 +117,7 @@ TEST_F(GrpcHostileTest, SurvivesRandomBytes) {
 
 TEST_F(GrpcHostileTest, ATooLargeRequestIsRefusedAndCountedAndTheConnectionStaysOpen) {
   const std::shared_ptr<grpc::Channel> channel = connect(*link_);
-  for (const char* method : {"Info", "GetDescriptor", "SetConfig", "ReportLux", "StreamDescriptors"}) {
+  for (const char* method : {"Info", "GetDescriptor", "SetConfig", "ReportLux", "StreamDescriptors", "StreamPlane"}) {
     const std::uint64_t before = refused();
     EXPECT_EQ(call(channel, kService + method, std::string(4097, '\0')).status.error_code(),
               grpc::StatusCode::RESOURCE_EXHAUSTED)

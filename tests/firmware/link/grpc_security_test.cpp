@@ -128,7 +128,8 @@ TEST_F(GrpcSecurityTest, HealthNeedsNoTokenAndReflectionDoes) {
 TEST_F(GrpcSecurityTest, EveryMethodNeedsAuthorization) {
   listen(LinkSecurity::tls);
   const std::shared_ptr<grpc::Channel> one = channel();
-  for (const char* method : {"Info", "GetDescriptor", "SetConfig", "ReportLux", "StreamDescriptors", "NoSuchMethod"})
+  for (const char* method :
+       {"Info", "GetDescriptor", "SetConfig", "ReportLux", "StreamDescriptors", "StreamPlane", "NoSuchMethod"})
     EXPECT_EQ(call(one, std::string("/lightwell.v1.ProbeService/") + method, "").status.error_code(),
               grpc::StatusCode::UNAUTHENTICATED)
         << method;

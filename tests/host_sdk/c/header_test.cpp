@@ -1,8 +1,9 @@
-// lightwell.h and conventions.h are also valid in the oldest supported C++, with the same meaning.
+// lightwell.h, conventions.h and plane_appearance.h are also valid in the oldest supported C++, with the same meaning.
 #include <cstring>
 
 #include <lightwell/conventions.h>
 #include <lightwell/lightwell.h>
+#include <lightwell/plane_appearance.h>
 
 #include "check.h"
 
@@ -14,5 +15,11 @@ int main() {
   CHECK(lw_lighting_get_info(light, &info) == LW_OK && info.validity == LW_NONE);
   CHECK(std::strcmp(lw_validity_name(info.validity), "none") == 0);
   lw_lighting_release(light);
-  return checks_failed(3);
+  lw_plane* plane = NULL;
+  CHECK(lw_plane_create(&plane) == LW_OK);
+  lw_plane_info about = lw_plane_info();
+  about.size = sizeof about;
+  CHECK(lw_plane_get_info(plane, &about) == LW_OK && about.validity == LW_NONE);
+  lw_plane_release(plane);
+  return checks_failed(5);
 }

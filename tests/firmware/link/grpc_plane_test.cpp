@@ -1,0 +1,152 @@
+// Streams of captured planes of the gRPC link.
+#include <gtest/gtest.h>
+
+#include <lightwell/plane_codec.hpp>
+
+#include "firmware/link/probe_server.hpp"
+#include "support/captured_planes.hpp"
+
+namespace lightwell::test {
+namespace {
+
+constexpr const char* kStreamPlane = "/lightwell.v1.ProbeService/StreamPlane";
+
+std::shared_ptr<const EncodedPlane> update(int number, std::size_t changes, std::size_t whole, std::size_t bytes = 16) {
+  auto out = std::make_shared<EncodedPlane>();
+  const auto text = [&](const char* kind, std::size_t k) {
+    std::string name = kind + std::to_string(number) + "." + std::to_string(k);
+    name.resize(bytes, ' ');
+    const auto raw = std::as_bytes(std::span(name));
+    return std::vector<std::byte>(raw.begin(), raw.end());
+  };
+  for (std::size_t k = 0; k < changes; ++k) out->changes.push_back(text("change", k));
+  for (std::size_t k = 0; k < whole; ++k) out->whole.push_back(text("whole", k));
+  return out;
+}
+
+class GrpcPlaneTest : public GrpcLinkTest {
+ protected:
+  static std::string trimmed(const std::optional<std::string>& text) {
+    return text ? text->substr(0, text->find(' ')) : "nothing";
+  }
+};
+
+TEST_F(GrpcPlaneTest, AClientGetsTheWholePlaneAndThenChanges) {
+  link_->publish_plane(update(1, 1, 3));
+  RawStream first(connect(*link_), kStreamPlane);
+  EXPECT_EQ(trimmed(first.next()), "whole1.0");
+  EXPECT_EQ(trimmed(first.next()), "whole1.1");
+  EXPECT_EQ(trimmed(first.next()), "whole1.2");
+  link_->publish_plane(update(2, 2, 3));
+  EXPECT_EQ(trimmed(first.next()), "change2.0");
+  EXPECT_EQ(trimmed(first.next()), "change2.1");
+  RawStream second(connect(*link_), kStreamPlane);
+  EXPECT_EQ(trimmed(second.next()), "whole2.0");
+  EXPECT_EQ(trimmed(second.next()), "whole2.1");
+  EXPECT_EQ(trimmed(second.next()), "whole2.2");
+  link_->publish_plane(update(3, 1, 3));
+  EXPECT_EQ(trimmed(first.next()), "change3.0");
+  EXPECT_EQ(trimmed(second.next()), "change3.0");
+  // It is no client of descriptors, and gets none.
+  EXPECT_EQ(link_->counters().clients, 0U);
+  link_->publish(message(1));
+  link_->publish_plane(update(4, 1, 3));
+  EXPECT_EQ(trimmed(first.next()), "change4.0");
+}
+
+TEST_F(GrpcPlaneTest, ASlowClientMissesUpdatesAndGetsTheNewestWhole) {
+  link_->publish_plane(update(0, 1, 1));
+  RawStream slow(connect(*link_), kStreamPlane);
+  ASSERT_EQ(trimmed(slow.next()), "whole0.0");
+  // 60 MB: more than gRPC and the kernel hold for a client that does not read.
+  for (int number = 1; number <= 1000; ++number) link_->publish_plane(update(number, 1, 1, 60'000));
+  // Changes without a gap; after a gap a whole plane; the newest at last.
+  int last = 0, gaps = 0;
+  while (last < 1000) {
+    const std::string got = trimmed(slow.next());
+    ASSERT_TRUE(got.starts_with("change") || got.starts_with("whole")) << got << " after " << last;
+    const bool whole = got.starts_with("whole");
+    const int number = std::stoi(got.substr(whole ? 5 : 6));
+    ASSERT_GT(number, last);
+    if (!whole) {
+      ASSERT_EQ(number, last + 1);
+    }
+    gaps += whole ? 1 : 0;
+    last = number;
+  }
+  EXPECT_GE(gaps, 1) << "60 MB were buffered without being read";
+}
+
+/// No update is lost to a client that reads: the newest one comes without another publish_plane().
+TEST_F(GrpcPlaneTest, TheNewestUpdateAlwaysArrives) {
+  RawStream reader(connect(*link_), kStreamPlane);
+  link_->publish_plane(update(0, 1, 1));
+  ASSERT_EQ(trimmed(reader.next()), "whole0.0");
+  for (int round = 1; round <= 200; ++round) {
+    link_->publish_plane(update(3 * round, 1, 1));
+    link_->publish_plane(update(3 * round + 1, 1, 1));
+    link_->publish_plane(update(3 * round + 2, 1, 1));
+    const std::string newest = std::to_string(3 * round + 2) + ".0";
+    std::string got;
+    do got = trimmed(reader.next());
+    while (got != "nothing" && !got.ends_with(newest));
+    ASSERT_NE(got, "nothing") << "waited for " << newest;
+  }
+}
+
+TEST_F(GrpcPlaneTest, StreamsEndWithTheLink) {
+  RawStream stream(connect(*link_), kStreamPlane);
+  // The first message shows that the stream is registered.
+  link_->publish_plane(update(1, 1, 1));
+  ASSERT_EQ(trimmed(stream.next()), "whole1.0");
+  link_->stop();
+  EXPECT_EQ(stream.end().error_code(), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST_F(GrpcPlaneTest, GarbageInPlaceOfTheRequestIsRefused) {
+  const Reply reply = call(connect(*link_), kStreamPlane, "\xff\xff\xff");
+  EXPECT_EQ(reply.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(link_->counters().messages_refused, 1U);
+}
+
+/// A link that keeps what it is given.
+class KeepingLink final : public Link {
+ public:
+  Status start() override { return {}; }
+  void publish(const EncodedDescriptor&) override {}
+  void publish_plane(const std::shared_ptr<const EncodedPlane>& plane) override { planes.push_back(plane); }
+  void stop() override {}
+  LinkCounters counters() const override { return {}; }
+  std::string address() const override { return {}; }
+
+  std::vector<std::shared_ptr<const EncodedPlane>> planes;
+};
+
+TEST(PublishPlane, EncodesOnceAndGivesNobodyImagesByDefault) {
+  const auto publish_twice = [](Publisher& publisher) {
+    auto kept = std::make_unique<KeepingLink>();
+    KeepingLink& link = *kept;
+    publisher.add(std::move(kept));
+    const CapturedPlane plane = linear_plane();
+    EXPECT_TRUE(publisher.publish_plane(plane).ok());
+    EXPECT_TRUE(publisher.publish_plane(plane).ok());
+    CapturedPlane bad = plane;
+    bad.info.size_m = -1;
+    EXPECT_EQ(publisher.publish_plane(bad).code(), StatusCode::invalid_argument);
+    return link.planes;
+  };
+  Publisher by_default;
+  for (const auto& plane : publish_twice(by_default))
+    for (const auto* messages : {&plane->changes, &plane->whole})
+      for (const auto& bytes : *messages) EXPECT_EQ(decode_plane_update(bytes)->layout.texture_edge(), 0);
+  Publisher with_images({.images = ImageRecipients::all_clients});
+  const auto planes = publish_twice(with_images);
+  ASSERT_EQ(planes.size(), 2U);
+  ASSERT_EQ(planes[0]->changes.size(), 1U);
+  EXPECT_EQ(decode_plane_update(planes[0]->changes[0])->tiles.size(), 6U);
+  EXPECT_EQ(decode_plane_update(planes[1]->changes[0])->tiles.size(), 0U);
+  EXPECT_EQ(decode_plane_update(planes[1]->whole[0])->tiles.size(), 6U);
+}
+
+}  // namespace
+}  // namespace lightwell::test
