@@ -118,18 +118,21 @@ struct TrueLight {
   ref::V3 direction;
   double irradiance = 0;
 };
-/// Strongest first: those above a tenth of it that are at least two lobe widths from stronger ones.
+/// Bright regions in the order of their peaks, without those nearer than two lobe widths to a brighter one (the slopes
+/// of its blur are regions, too); those above a tenth of the strongest, strongest first.
 std::vector<TrueLight> true_lights(const ref::Panorama& blurred, double lobe_width_rad) {
+  constexpr double kMinPeakToMean = 4;
   std::vector<TrueLight> all, out;
-  for (const ref::BrightRegion& r : ref::bright_regions(blurred, 40))
-    all.push_back({r.direction, luminance_of(r.vector_irradiance[0], r.vector_irradiance[1], r.vector_irradiance[2])});
-  std::ranges::sort(all, std::greater<>(), &TrueLight::irradiance);
-  for (const TrueLight& light : all) {
-    if (light.irradiance < 0.1 * all.front().irradiance) break;
+  for (const ref::BrightRegion& r : ref::bright_regions(blurred, 100)) {
+    if (r.peak_to_mean < kMinPeakToMean) break;
     const bool apart = std::ranges::all_of(
-        out, [&](const TrueLight& o) { return ref::dot(o.direction, light.direction) < std::cos(2 * lobe_width_rad); });
-    if (apart) out.push_back(light);
+        all, [&](const TrueLight& o) { return ref::dot(o.direction, r.direction) < std::cos(2 * lobe_width_rad); });
+    const auto& e = r.vector_irradiance;
+    if (apart) all.push_back({r.direction, luminance_of(e[0], e[1], e[2])});
   }
+  std::ranges::sort(all, std::greater<>(), &TrueLight::irradiance);
+  for (const TrueLight& light : all)
+    if (light.irradiance >= 0.1 * all.front().irradiance) out.push_back(light);
   return out;
 }
 
