@@ -27,14 +27,19 @@ class SurfaceLightFieldTest : public ::testing::Test {
   const PlaneTexels texels_{0.2, 64};
 };
 
+// The direction of a texel is that of its tile.
 TEST_F(SurfaceLightFieldTest, HoldsOneSampleForEachTexelAndVisitedDirection) {
   SurfaceLightField field(texels_, 60, kPlenty);
   std::set<std::pair<std::size_t, std::uint32_t>> visited;
   for (std::uint32_t frame = 0; frame < 50; ++frame) {
     const Vec3d from = lens(static_cast<int>(frame));
     std::size_t fresh = 0;
-    for (std::size_t texel = 0; texel < texels_.count(); ++texel)
-      fresh += visited.insert({texel, field.grid().nearest(vec_cast<float>(from - texels_.center(texel)))}).second;
+    for (int tile = 0; tile < texels_.tiles() * texels_.tiles(); ++tile)
+      for (int k = 0; k < kTileTexels; ++k)
+        fresh += visited
+                     .insert({texels_.texel_of(tile, k),
+                              field.grid().nearest(vec_cast<float>(from - texels_.tile_center(tile)))})
+                     .second;
     EXPECT_EQ(field.add(uniform(1), {from, 0.002}, frame).size(), fresh);
   }
   EXPECT_EQ(field.samples(), visited.size());
