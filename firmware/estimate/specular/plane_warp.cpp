@@ -12,6 +12,8 @@ constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
 
 /// Of the grid that is projected exactly: intervals along a side of the plane. Third differences need three.
 constexpr int kFewestIntervals = 8;
+/// Smallest depth of the plane, relative to its largest, with which positions are weighted by depth.
+constexpr double kMinDepth = 0.05;
 
 int max_width(const RigParameters& rig) {
   int width = 1;
@@ -26,6 +28,7 @@ PlaneWarp::PlaneWarp(const RigParameters& rig, const PlaneTexels& texels)
   for (const LensParameters& lens : rig.lenses) cameras_.emplace_back(lens);
   const auto corners = static_cast<std::size_t>(texels.tiles() + 1);
   corners_.resize(corners * corners);
+  homogeneous_.resize(corners_.size());
 }
 
 Vec3d PlaneWarp::lens_in_plane(const Pose& probe_plane) const {
@@ -51,43 +54,51 @@ bool PlaneWarp::project_corners(const Pose& lens_plane, int stride) {
   const Vec3d right = transformed(lens_plane, texels_.point(kTileEdge, 0)) - origin;
   const Vec3d down = transformed(lens_plane, texels_.point(0, kTileEdge)) - origin;
   const int count = texels_.tiles() + 1;
+  // Weighted by the depth, a pinhole's positions are linear. Depth is none for a lens that sees around itself.
+  const double across = (count - 1) * right.z, along = (count - 1) * down.z;
+  const double nearest = origin.z + std::min(across, 0.0) + std::min(along, 0.0);
+  const bool by_depth = nearest > kMinDepth * (origin.z + std::max(across, 0.0) + std::max(along, 0.0));
   bool inside = true;
   for (int j = 0; j < count; j += stride)
     for (int i = 0; i < count; i += stride) {
-      const auto pixel = camera.project(origin + right * double(i) + down * double(j));
+      const Vec3d point = origin + right * double(i) + down * double(j);
+      const auto pixel = camera.project(point);
+      const double w = by_depth ? point.z : 1;
       inside = inside && pixel.has_value();
-      corners_[static_cast<std::size_t>(j * count + i)] =
-          pixel ? Corner{static_cast<float>(pixel->x), static_cast<float>(pixel->y)} : Corner{kMissing, kMissing};
+      homogeneous_[static_cast<std::size_t>(j * count + i)] =
+          pixel ? vec_cast<float>(Vec3d{pixel->x * w, pixel->y * w, w}) : Vec3f{kMissing, kMissing, 1};
     }
   return inside;
 }
 
-float PlaneWarp::third_difference(int stride) const {
+float PlaneWarp::interpolation_error(int stride) const {
   const int count = texels_.tiles() + 1;
-  float out = 0;
+  float third = 0, least_w = std::numeric_limits<float>::max();
   const auto add = [&](int first, int step) {
-    const Corner* c = &corners_[static_cast<std::size_t>(first)];
-    out = std::max({out, std::abs(c[3 * step].x - c[0].x + 3 * (c[step].x - c[2 * step].x)),
-                    std::abs(c[3 * step].y - c[0].y + 3 * (c[step].y - c[2 * step].y))});
+    const Vec3f* h = &homogeneous_[static_cast<std::size_t>(first)];
+    const Vec3f d = h[3 * step] - h[0] + 3.0F * (h[step] - h[2 * step]);
+    third = std::max({third, std::abs(d.x), std::abs(d.y)});
+    least_w = std::min({least_w, h[0].z, h[3 * step].z});
   };
   for (int j = 0; j < count; j += stride)
     for (int i = 0; i + 3 * stride < count; i += stride) {
       add(j * count + i, stride);
       add(i * count + j, stride * count);
     }
-  return out;
+  // Quadratic interpolation over three nodes: 1 / (9 sqrt 3) of the third difference; 1.25 times the error of the rows
+  // is carried into the columns.
+  return third / least_w * (1 + 1.25F) / 15.6F;
 }
 
 void PlaneWarp::interpolate_corners(int stride) {
   const int count = texels_.tiles() + 1;
   // Quadratic Lagrange interpolation over three nodes, along the rows that have nodes, then along columns.
   const auto fill = [&](int first, int step) {
-    Corner* c = &corners_[static_cast<std::size_t>(first)];
-    const Corner a = c[0], m = c[stride * step], b = c[2 * stride * step];
+    Vec3f* h = &homogeneous_[static_cast<std::size_t>(first)];
+    const Vec3f a = h[0], m = h[stride * step], b = h[2 * stride * step];
     for (int k = 1; k < 2 * stride; ++k) {
       const float t = static_cast<float>(k) / static_cast<float>(stride) - 1;
-      const float of_a = 0.5F * t * (t - 1), of_m = 1 - t * t, of_b = 0.5F * t * (t + 1);
-      c[k * step] = {of_a * a.x + of_m * m.x + of_b * b.x, of_a * a.y + of_m * m.y + of_b * b.y};
+      h[k * step] = 0.5F * t * (t - 1) * a + (1 - t * t) * m + 0.5F * t * (t + 1) * b;
     }
   };
   for (int j = 0; j < count; j += stride)
@@ -98,18 +109,26 @@ void PlaneWarp::interpolate_corners(int stride) {
 
 std::span<const PlaneWarp::Corner> PlaneWarp::corners(const Pose& probe_plane) {
   const Pose lens_plane = compose(inverse(rig_.lenses[static_cast<std::size_t>(lens_)].pose_cv), probe_plane);
-  // The error of quadratic interpolation is at most the third difference / (9 sqrt 3), and 1.25 times the rows' error
-  // is carried into columns. Third differences vary: half of the limit is used.
-  constexpr double kMaxThird_px = kMaxCornerError_px * 15.6 / (1 + 1.25) / 2;
-  for (int stride = texels_.tiles() / kFewestIntervals; stride > 1; stride /= 2) {
+  int stride = texels_.tiles() / kFewestIntervals;
+  for (; stride > 1; stride /= 2) {
     if (texels_.tiles() % (2 * stride) != 0) continue;
-    // Beyond the domain nothing can be interpolated: the exact projection says which corners are inside.
-    if (!project_corners(lens_plane, stride)) break;
-    if (static_cast<double>(third_difference(stride)) > kMaxThird_px) continue;
-    interpolate_corners(stride);
-    return corners_;
+    if (!project_corners(lens_plane, stride)) {
+      // Beyond the domain nothing can be interpolated: the exact projection says which corners are inside.
+      stride = 1;
+      break;
+    }
+    // Third differences vary within an interval: half of the limit is used.
+    if (2 * interpolation_error(stride) < static_cast<float>(kMaxCornerError_px)) break;
   }
-  (void)project_corners(lens_plane, 1);
+  if (stride > 1) {
+    interpolate_corners(stride);
+  } else {
+    (void)project_corners(lens_plane, 1);
+  }
+  for (std::size_t k = 0; k < corners_.size(); ++k) {
+    const Vec3f h = homogeneous_[k];
+    corners_[k] = {h.x / h.z, h.y / h.z};
+  }
   return corners_;
 }
 

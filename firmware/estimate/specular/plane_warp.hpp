@@ -19,8 +19,9 @@ namespace lightwell::specular {
 /// Reads once the part of a picture that shows the plane, and resamples it at any number of nearby poses. Pixels are
 /// interpolated bilinearly. Positions in the picture are bilinear between the corners of tiles (for a pinhole an eighth
 /// of the second difference: 0.02 px where a tile is 8 px wide and a fiftieth of its distance). Corners are projected
-/// exactly at the nodes of a coarser grid and interpolated by a biquadratic between them; the grid is refined until the
-/// third differences show an error of at most kMaxCornerError_px, for any lens. Reuses its memory. Not thread-safe.
+/// exactly at the nodes of a coarser grid and interpolated by a biquadratic in homogeneous coordinates between them.
+/// For a pinhole this is exact; for other lenses the grid is refined until the third differences show an error of at
+/// most kMaxCornerError_px. Reuses its memory. Not thread-safe.
 class PlaneWarp {
  public:
   /// Refers to `rig`, which must be valid.
@@ -70,8 +71,8 @@ class PlaneWarp {
   void visit_points(const Pose& probe_plane, Visit&& visit);
   /// Projects every `stride`-th corner of a tile. Returns whether all of them are within the lens's domain.
   bool project_corners(const Pose& lens_plane, int stride);
-  /// Largest third difference between corners that are `stride` apart, px.
-  [[nodiscard]] float third_difference(int stride) const;
+  /// Bound of the error that interpolation between corners `stride` apart has, by third differences, px.
+  [[nodiscard]] float interpolation_error(int stride) const;
   /// Fills the corners between those that are `stride` apart.
   void interpolate_corners(int stride);
 
@@ -81,7 +82,8 @@ class PlaneWarp {
   int lens_ = 0;
   int left_ = 0, top_ = 0, width_ = 0, height_ = 0;  ///< The loaded part.
   std::vector<Pixel> pixels_;
-  std::vector<float> luminance_;  ///< Of pixels_; NaN where saturated.
+  std::vector<float> luminance_;    ///< Of pixels_; NaN where saturated.
+  std::vector<Vec3f> homogeneous_;  ///< Of corners: (x w, y w, w).
   std::vector<Corner> corners_;
   estimate::LinearRow row_;
 };

@@ -59,6 +59,17 @@ TEST_F(SurfaceLightFieldTest, HoldsOneSampleForEachTexelAndVisitedDirection) {
   EXPECT_NEAR(field.fill(), static_cast<double>(found) / (4096.0 * 7321), 1e-12);
 }
 
+// What one direction for a tile costs: texels of 0.8 mm at 0.4 m are off by at most a quarter of a spacing.
+TEST_F(SurfaceLightFieldTest, TheDirectionOfATileIsThatOfItsTexels) {
+  const PlaneTexels texels{0.2, 256};
+  const double spacing = HemisphereGrid(60).spacing_rad();
+  for (const Vec3d from : {Vec3d{0.05, 0, 0.4}, Vec3d{0.3, 0.1, 0.25}, Vec3d{-0.1, 0.38, 0.06}})
+    for (int tile = 0; tile < texels.tiles() * texels.tiles(); ++tile)
+      for (int k = 0; k < kTileTexels; ++k)
+        ASSERT_LT(angle_between(from - texels.tile_center(tile), from - texels.center(texels.texel_of(tile, k))),
+                  0.25 * spacing * 0.4 / length(from - texels.tile_center(tile)));
+}
+
 TEST_F(SurfaceLightFieldTest, ANewerSampleReplacesAnOlderOne) {
   SurfaceLightField field(texels_, 60, kPlenty);
   (void)field.add(uniform(1), {{0, 0, 0.5}, 0.002}, 7);
