@@ -65,7 +65,8 @@ def trade(lines):
         if line["fill_limit"] < 1:
             what += f", ended at {100 * line['fill_limit']:g} % of the light field"
         real = (f"{line['sequence']}, {line['stored']} of {line['frames']} frames stored, "
-                f"{100 * line['fill']:.1f} % filled, {100 * line['unseen']:.0f} % of the pixels in unseen directions; {REAL}")
+                f"{100 * line['fill']:.1f} % filled, {100 * line['unseen']:.0f} % of the pixels in unseen directions; "
+                f"{REAL}")
         rows += [reported(f"{what}: capture of a frame, median", line["ms"], "ms", real),
                  reported(f"{what}: memory of the light field", line["mb"], "MB", real),
                  reported(f"{what}: RMSE of held-out views", line["rmse"], "of full scale", real),

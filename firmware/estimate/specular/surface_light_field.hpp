@@ -33,11 +33,11 @@ struct ViewPoint {
   double pixel_rad = 0;  ///< Angle between neighbouring pixels.
 };
 
-/// Storage is sparse in texels and in directions. A frame's texels are stored by tile: the direction of a tile is that of
-/// its centre (0.2 degrees from its corners at 0.4 m and 0.8 mm texels), so that a page is filled by one frame, and
-/// view_of() gives the directions of its texels exactly. Memory: 80 bytes a page and its share of a hash table. Pages are
-/// allocated in blocks that never move. Where memory ends, every other older page is removed: all directions keep samples
-/// of half of the tiles, and all texels those of half of their directions.
+/// Storage is sparse in texels and in directions. A frame's texels are stored by tile: the direction of a tile is that
+/// of its centre (0.2 degrees from its corners at 0.4 m and 0.8 mm texels), so that a page is filled by one frame, and
+/// view_of() gives the directions of its texels exactly. Memory: 80 bytes a page and its share of a hash table. Pages
+/// are allocated in blocks that never move. Where memory ends, every other older page is removed: all directions keep
+/// samples of half of the tiles, and all texels those of half of their directions.
 class SurfaceLightField {
  public:
   /// `levels` of the hemisphere: at most 127. `max_bytes`: kMinBytes to kMaxBytes; both are clamped.
