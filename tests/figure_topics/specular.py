@@ -54,7 +54,7 @@ def speed(line):
 
 
 def trade(lines):
-    """Rows of the lines of `measure_specular --trade`."""
+    """Rows of the lines of `measure_specular --trade --fill`."""
     rows = []
     for line in lines:
         if line.get("figure") not in ("trade", "fill"):
@@ -85,5 +85,5 @@ def instructions(say):
 def measure(programs, say):
     times = items_of([programs / "measure_specular", "--speed"], say)
     rows = speed(next((line for line in times if line.get("figure") == "speed"), {}))
-    rows += trade(items_of([programs / "measure_specular", "--trade", "--sequence", TRADE_SEQUENCE], say))
+    rows += trade(items_of([programs / "measure_specular", "--trade", "--fill", "--sequence", TRADE_SEQUENCE], say))
     return rows + views(items_of([programs / "measure_specular"], say)) + instructions(say)
