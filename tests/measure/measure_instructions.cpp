@@ -1,9 +1,11 @@
 // The program for tests/measure/count_instructions: processes N frames from frame to encoded descriptor. One-time work
 // (scene, tables, first frame) does not depend on N.
 //   measure_instructions --frames N [RIG [FORMAT [SETTING]]]
-// RIG: single, one lens of 1280x960; equirect, a whole sphere of 1568x784. FORMAT: rgb8_linear, RGB8 with linear
-// response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 with the rig's response. SETTING: fast, balanced,
-// exact. Defaults: single, rgb8_linear, fast.
+//   measure_instructions --frames N plane
+// RIG: single, one lens of 1280x960; equirect, a whole sphere of 1568x784; plane, the capture of a glossy plane's
+// surface light field from 640x480 sRGB frames, at most kPlaneFrames, without descriptors. FORMAT: rgb8_linear, RGB8
+// with linear response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 with the rig's response. SETTING: fast,
+// balanced, exact. Defaults: single, rgb8_linear, fast.
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -12,6 +14,8 @@
 #include <lightwell/codec.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
+#include "estimate/specular/plane_capture.hpp"
+#include "measure/specular_sequences.hpp"
 #include "sim/panorama.hpp"
 #include "sim/scene.hpp"
 #include "sim/sensor.hpp"
@@ -29,6 +33,32 @@ constexpr double kExposure = 1e-3;
   std::exit(1);
 }
 
+/// Rendered whatever the number of frames that are captured.
+constexpr int kPlaneFrames = 40;
+
+/// Captures the first frames of a sequence.
+int capture_plane(int frames) {
+  measure::SpecularSequenceOptions options;
+  options.name = "lamps";
+  const auto made = measure::SpecularSequence::make(options);
+  if (!made) fail(made.status());
+  const measure::SpecularSequence& sequence = **made;
+  std::vector<measure::Shot> shots;
+  for (int k = 0; k < kPlaneFrames; ++k) shots.push_back(sequence.frame(k));
+  estimate::RowReader reader(sequence.rig());
+  specular::PlaneCapture capture(sequence.rig(), {});
+  int stored = 0;
+  for (int k = 0; k < frames; ++k) {
+    if (const Status s = reader.bind(shots[static_cast<std::size_t>(k)].frames); !s.ok()) fail(s);
+    stored +=
+        capture
+            .add(reader, 0, sequence.tag_pose(k), static_cast<std::uint32_t>(k), measure::SpecularSequence::kExposure_s)
+            .stored;
+  }
+  std::printf("%d frames of %dx%d, %d stored\n", frames, options.width, options.height, stored);
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -38,13 +68,17 @@ int main(int argc, char** argv) {
   PanoramaOptions options;
   options.config.setting = Setting::fast;
   app.add_option("--frames", frames, "Number of frames")->required()->check(CLI::NonNegativeNumber);
-  app.add_option("RIG", kind, "One lens of 1280x960, or a whole sphere of 1568x784 [single]")
-      ->check(CLI::IsMember({"single", "equirect"}));
+  app.add_option("RIG", kind,
+                 "single: one lens of 1280x960; equirect: a whole sphere of 1568x784; plane: capture of a glossy plane "
+                 "from 640x480 sRGB frames, at most 40 [single]")
+      ->check(CLI::IsMember({"single", "equirect", "plane"}));
   app.add_option("FORMAT", pixels_of,
                  "rgb8_linear: RGB8 with linear response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 with "
                  "the rig's response [rgb8_linear]");
   add_named_option(app, "SETTING", options.config.setting, kSettings, "fast, balanced or exact [fast]");
   if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
+  if (kind == "plane")
+    return frames <= kPlaneFrames ? capture_plane(frames) : wrong_usage(app, "plane: at most 40 frames");
   const bool sphere = kind == "equirect", linear = pixels_of == "rgb8_linear";
   const std::optional<PixelFormat> format = linear ? PixelFormat::rgb8 : pixel_format_of(pixels_of);
   if (!format) return wrong_usage(app, "unknown FORMAT '" + pixels_of + "'");

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <fstream>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -154,18 +155,109 @@ void measure_speed(const SpecularSequenceOptions& options) {
   measure::print_line(line);
 }
 
+/// A capture with less than the defaults, and when it ends.
+struct TradeCase {
+  int levels = 60, texels = 256;
+  int every = 1;    ///< Captures every so many frames.
+  double fill = 1;  ///< Ends when this share of the light field is filled.
+};
+
+/// Times and errors of captures of the same sequence, in one pass over `order`, the numbers of its frames.
+void measure_cases(const SpecularSequence& sequence, const std::string& figure, const std::vector<int>& order,
+                   const std::vector<TradeCase>& cases, std::size_t max_bytes) {
+  struct Run {
+    std::unique_ptr<specular::PlaneCapture> capture;
+    std::vector<double> ms;
+    int stored = 0;
+  };
+  std::vector<Run> runs;
+  for (const TradeCase& c : cases) {
+    specular::CaptureOptions options;
+    // The separation keeps its ratio of levels.
+    options.levels = c.levels, options.lumisphere_levels = 2 * c.levels, options.texels.edge = c.texels;
+    options.max_bytes = max_bytes;
+    runs.push_back({std::make_unique<specular::PlaneCapture>(sequence.rig(), options), {}, 0});
+  }
+  estimate::RowReader reader(sequence.rig());
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const measure::Shot shot = sequence.frame(order[k]);
+    require(reader.bind(shot.frames));
+    for (std::size_t n = 0; n < cases.size(); ++n) {
+      Run& run = runs[n];
+      if (k % static_cast<std::size_t>(cases[n].every) != 0 || run.capture->light_field().fill() >= cases[n].fill)
+        continue;
+      const double start = bench::thread_time_ms();
+      // Frames are numbered as a camera of this rate does.
+      const auto frame = run.capture->add(reader, 0, sequence.tag_pose(order[k]),
+                                          static_cast<std::uint32_t>(run.ms.size()), SpecularSequence::kExposure_s);
+      run.ms.push_back(bench::thread_time_ms() - start);
+      run.stored += frame.stored ? 1 : 0;
+    }
+  }
+  std::vector<measure::HeldOutView> views = measure::held_out_views(sequence);
+  for (std::size_t n = 0; n < cases.size(); ++n) {
+    specular::PlaneCapture& capture = *runs[n].capture;
+    nlohmann::ordered_json line;
+    line["figure"] = figure;
+    line["sequence"] = sequence.options().name;
+    line["levels"] = cases[n].levels;
+    line["texels"] = cases[n].texels;
+    line["every"] = cases[n].every;
+    line["frames"] = runs[n].ms.size();
+    line["stored"] = runs[n].stored;
+    line["ms"] = median(runs[n].ms);
+    line["mb"] = static_cast<double>(capture.light_field().bytes()) / 1e6;
+    line["fill"] = capture.light_field().fill();
+    line["fill_limit"] = cases[n].fill;
+    line["rmse_published_way"] = measure::view_errors(sequence, views, measure::published_appearance(capture)).rmse;
+    capture.solve(kSweeps);
+    const measure::ViewErrors errors = measure::view_errors(sequence, views, measure::appearance_of(capture));
+    line["rmse"] = errors.rmse;
+    line["rmse_seen"] = errors.rmse_seen;
+    line["unseen"] = errors.unseen;
+    measure::print_line(line);
+  }
+}
+
+/// Levels, texels and rate, one at a time.
+void measure_trade(const SpecularSequenceOptions& options) {
+  std::vector<int> order(static_cast<std::size_t>(options.frames));
+  std::iota(order.begin(), order.end(), 0);
+  measure_cases(*require(SpecularSequence::make(options)), "trade", order,
+                {{60, 256}, {40, 256}, {20, 256}, {60, 128}, {60, 64}, {60, 256, 2}, {60, 256, 4}},
+                specular::CaptureOptions{}.max_bytes);
+}
+
+/// The share of the light field that is filled, with memory for all samples.
+void measure_fill(SpecularSequenceOptions options) {
+  // A spiral of three times the frames, narrow enough for a fifth of the light field, in four passes: each is through
+  // all directions, between the views of the earlier ones.
+  options.frames *= 3;
+  options.turns = 12;
+  constexpr int kPasses = 4;
+  std::vector<int> order;
+  for (const int first : {0, 2, 1, 3})
+    for (int k = first; k < options.frames; k += kPasses) order.push_back(k);
+  measure_cases(*require(SpecularSequence::make(options)), "fill", order, {{60, 256, 1, 0.06}, {60, 256, 1, 0.2}},
+                640U << 20U);
+}
+
 }  // namespace
 }  // namespace lightwell
 
 int main(int argc, char** argv) {
   using namespace lightwell;
   std::vector<std::string> names;
-  bool speed = false;
+  bool speed = false, trade = false, fill = false;
   double shorter = 1;
   CLI::App app{"Errors of re-rendered views of glossy planes, time and memory of their capture.", "measure_specular"};
   app.add_option("--sequence", names, "Sequences to measure; several may be given [all]")
       ->check(CLI::IsMember(measure::sequence_names()));
   app.add_flag("--speed", speed, "Measure time and memory instead of errors, with the first sequence");
+  app.add_flag("--trade", trade,
+               "Measure time, memory and error for fewer levels, texels and frames, with the first sequence");
+  app.add_flag("--fill", fill,
+               "Measure the error by the share of the light field that is filled, with the first sequence");
   app.add_option("--shorter", shorter, "Divide the number of frames by this [1]")->check(CLI::Range(1.0, 100.0));
   app.footer("A sequence takes two to four minutes. Exit status: 0 measured, 1 failed, 2 wrong usage.");
   return run_command(app, {argv + 1, argv + argc}, [&] {
@@ -173,10 +265,10 @@ int main(int argc, char** argv) {
     for (const std::string& name : names) {
       SpecularSequenceOptions options = require(measure::sequence_options(name));
       options.frames = static_cast<int>(options.frames / shorter);
-      if (speed) {
-        measure_speed(options);
-        break;
-      }
+      if (speed) measure_speed(options);
+      if (trade) measure_trade(options);
+      if (fill) measure_fill(options);
+      if (speed || trade || fill) break;
       measure_sequence(options);
     }
     return kDone;

@@ -153,7 +153,7 @@ Result<std::unique_ptr<SpecularSequence>> SpecularSequence::make(const SpecularS
   // from lower ones. Held-out views are from where their pixels' directions are inside the circle.
   reference::TrajectoryOptions path;
   path.highest_deg = 82, path.lowest_deg = 8;
-  out->trajectory_ = reference::guided_trajectory(options.seed, options.frames, 5, path);
+  out->trajectory_ = reference::guided_trajectory(options.seed, options.frames, options.turns, path);
   path.lowest_deg = 17;
   out->held_out_ = reference::guided_trajectory(options.seed + 1000, kHeldOut * 25, 5, path);
   out->camera_ = std::make_unique<Camera>(pinhole_rig(options), options.format);

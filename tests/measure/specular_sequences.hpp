@@ -25,6 +25,7 @@ struct SpecularSequenceOptions {
   bool textured = true;
   std::uint64_t seed = 1;
   int frames = 600;
+  double turns = 5;  ///< Of the spiral of its views; held-out views have 5.
   int width = 640, height = 480;
   double focal_px = 560;
   double rotation_noise_rad = 0.3 / 180 * 3.14159265358979, translation_noise_m = 0.001;  ///< Of the tag's poses.

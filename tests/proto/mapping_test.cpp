@@ -76,6 +76,20 @@ TEST(Rgb9e5, HoldsNineBitsOverThirtyOneOctaves) {
   }
 }
 
+TEST(Rgb9e5, RoundsAsTheSpecificationDoes) {
+  // OpenGL 4.6, 8.5.2, eq. 8.4 and following, for one channel.
+  for (float v = 1e-12F; v < 6.5e4F; v *= 1.00037F) {
+    int exponent = std::max(-16, static_cast<int>(std::floor(std::log2(static_cast<double>(v))))) + 16;
+    if (std::floor(std::ldexp(static_cast<double>(v), 24 - exponent) + 0.5) >= 512) ++exponent;
+    const auto mantissa =
+        static_cast<std::uint32_t>(std::floor(std::ldexp(static_cast<double>(v), 24 - exponent) + 0.5));
+    const std::uint32_t code = rgb9e5_encode(0, v, 0);
+    EXPECT_EQ(code >> 9 & 511U, mantissa) << v;
+    EXPECT_EQ(code >> 27, static_cast<std::uint32_t>(exponent)) << v;
+    EXPECT_EQ(rgb9e5_decode(code)[1], std::ldexp(static_cast<float>(mantissa), exponent - 24)) << v;
+  }
+}
+
 TEST(Rgb9e5, InvalidValuesBecomeZeroAndTooLargeOnesAreClamped) {
   EXPECT_EQ(rgb9e5_encode(std::numeric_limits<float>::quiet_NaN(), -1, 0), 0U);
   EXPECT_NEAR(rgb9e5_decode(rgb9e5_encode(1e9F, 0, 0))[0], 65408, 1);

@@ -37,6 +37,11 @@ struct PlaneTexels {
                  static_cast<double>(texel / static_cast<std::size_t>(edge)) + 0.5);
   }
 
+  /// The centre of a tile (row by row).
+  [[nodiscard]] Vec3d tile_center(int tile) const {
+    return point((tile % tiles() + 0.5) * kTileEdge, (tile / tiles() + 0.5) * kTileEdge);
+  }
+
   /// Of the position `column`, `row` in texels: whole numbers are the texels' corners, halves their centres.
   [[nodiscard]] Vec3d point(double column, double row) const {
     return {(column / edge - 0.5) * size_m, (0.5 - row / edge) * size_m, 0};

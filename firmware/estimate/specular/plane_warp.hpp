@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <lightwell/calibration.hpp>
@@ -16,9 +17,11 @@
 namespace lightwell::specular {
 
 /// Reads once the part of a picture that shows the plane, and resamples it at any number of nearby poses. Pixels are
-/// interpolated bilinearly; the projection is exact at the corners of tiles and bilinear between them (for a
-/// pinhole an eighth of the second difference: 0.02 px where a tile is 8 px wide and a fiftieth of its distance).
-/// Reuses its memory. Not thread-safe.
+/// interpolated bilinearly. Positions in the picture are bilinear between the corners of tiles (for a pinhole an eighth
+/// of the second difference: 0.02 px where a tile is 8 px wide and a fiftieth of its distance). Corners are projected
+/// exactly at the nodes of a coarser grid and interpolated by a biquadratic in homogeneous coordinates between them.
+/// For a pinhole this is exact; for other lenses the grid is refined until the third differences show an error of at
+/// most kMaxCornerError_px. Reuses its memory. Not thread-safe.
 class PlaneWarp {
  public:
   /// Refers to `rig`, which must be valid.
@@ -32,9 +35,19 @@ class PlaneWarp {
   /// Texels at this pose; those whose tile is not inside the loaded part of the picture are unseen. `out` is resized.
   void sample(const Pose& probe_plane, TexelImage& out);
 
-  /// Mean luminance of each tile, row by row, from the middles of its four quarters: a quarter of the time of sample().
-  /// NaN where the tile is unseen or has a saturated pixel.
-  void sample_tiles(const Pose& probe_plane, std::vector<float>& out);
+  /// Mean luminance of cells of `cell` x `cell` texels (1, 2 or kTileEdge), row by row, from the cells' texels, or from
+  /// the middles of a tile's four quarters. NaN where the tile is unseen or a pixel is saturated.
+  void sample_luminance(const Pose& probe_plane, int cell, std::vector<float>& out);
+
+  /// Error of the interpolated corners of tiles against their exact projection, px, as estimated from third
+  /// differences.
+  static constexpr double kMaxCornerError_px = 0.01;
+  /// Position of a corner of a tile in the picture, px, as sample() interpolates it; NaN outside the lens's domain.
+  struct Corner {
+    float x = 0, y = 0;
+  };
+  /// Of all corners, row by row; valid until the next call.
+  [[nodiscard]] std::span<const Corner> corners(const Pose& probe_plane);
 
   /// Position of the lens in the plane's frame, m.
   [[nodiscard]] Vec3d lens_in_plane(const Pose& probe_plane) const;
@@ -51,17 +64,17 @@ class PlaneWarp {
   struct alignas(16) Pixel {
     float v[4];  ///< r, g, b; 1 where saturated.
   };
-  struct Node {
-    float x = 0, y = 0;  ///< In the picture, px.
-    bool inside = false;
-  };
-  /// Calls `visit(tile row, tile column, row, column, pixel)` at `edge` x `edge` evenly spaced points of each tile that
-  /// is inside the loaded part.
+  /// Calls `visit(tile row, tile column, row, column, pixel, offset, weights)` at `edge` x `edge` evenly spaced points
+  /// of each tile that is inside the loaded part: bilinear weights of the pixel at `offset`, its right neighbour and
+  /// the two below them.
   template <int edge, class Visit>
   void visit_points(const Pose& probe_plane, Visit&& visit);
-  /// Positions of the corners of all tiles. `stride`: 1 projects all of them, 2 every other one, with the rest halfway
-  /// between. Returns the number of projected corners that are within the lens's domain.
-  std::size_t project_nodes(const Pose& probe_plane, int stride);
+  /// Projects every `stride`-th corner of a tile. Returns whether all of them are within the lens's domain.
+  bool project_corners(const Pose& lens_plane, int stride);
+  /// Bound of the error that interpolation between corners `stride` apart has, by third differences, px.
+  [[nodiscard]] float interpolation_error(int stride) const;
+  /// Fills the corners between those that are `stride` apart.
+  void interpolate_corners(int stride);
 
   const RigParameters& rig_;
   PlaneTexels texels_;
@@ -69,7 +82,9 @@ class PlaneWarp {
   int lens_ = 0;
   int left_ = 0, top_ = 0, width_ = 0, height_ = 0;  ///< The loaded part.
   std::vector<Pixel> pixels_;
-  std::vector<Node> nodes_;
+  std::vector<float> luminance_;    ///< Of pixels_; NaN where saturated.
+  std::vector<Vec3f> homogeneous_;  ///< Of corners: (x w, y w, w).
+  std::vector<Corner> corners_;
   estimate::LinearRow row_;
 };
 

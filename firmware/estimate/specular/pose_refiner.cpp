@@ -1,7 +1,9 @@
 #include "estimate/specular/pose_refiner.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 #include "estimate/specular/plane_motion.hpp"
@@ -15,6 +17,9 @@ constexpr double kPlainDetail = 0.02;
 constexpr int kMinTexels = 64;
 
 constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
+
+/// Texels that are summed side by side, and sums: 21 of the information matrix, 6 of the gradient.
+constexpr std::size_t kLanes = 8, kSums = 21 + 6;
 
 /// Difference of detail (value minus mean of the four neighbours), mean absolute, relative to the detail of `predicted`
 /// and a share of its brightness. A highlight that is not predicted is smooth and hardly counts. Infinite where nothing
@@ -39,19 +44,12 @@ double relative_error(const std::vector<float>& observed, const std::vector<floa
 
 /// Edge of the cells in which a picture has detail, in texels: 1, 2 or kTileEdge. `pixel_m`: length of a pixel on the
 /// plane where it is longest.
-int detail_factor(double pixel_m, double texel_m) {
+int detail_cell(double pixel_m, double texel_m) {
   if (pixel_m < 1.5 * texel_m) return 1;
   return pixel_m < 3 * texel_m ? 2 : kTileEdge;
 }
 
 }  // namespace
-
-struct PoseRefiner::Level {
-  const std::vector<float>& predicted;
-  const std::vector<float>& observed;
-  int edge;
-  double cell_m;
-};
 
 struct PoseRefiner::Step {
   Matrix6 information = Matrix6::Zero();
@@ -59,33 +57,30 @@ struct PoseRefiner::Step {
   int texels = 0;
 };
 
-void PoseRefiner::reduce(const TexelImage& image, int factor, std::vector<float>& out) const {
-  const int edge = texels_.edge / factor;
-  out.resize(static_cast<std::size_t>(edge) * static_cast<std::size_t>(edge));
-  for (int j = 0; j < edge; ++j)
-    for (int i = 0; i < edge; ++i) {
+void PoseRefiner::reduce(int cell) {
+  const auto full = static_cast<std::size_t>(texels_.edge), edge = full / static_cast<std::size_t>(cell);
+  predicted_.assign(edge * edge, 0.0F);
+  const float scale = 1 / static_cast<float>(cell * cell);
+  const auto size = static_cast<std::size_t>(cell);
+  for (std::size_t row = 0; row < full; ++row) {
+    const float* in = &predicted_texels_[row * full];
+    float* out = &predicted_[row / size * edge];
+    for (std::size_t i = 0; i < edge; ++i) {
       float sum = 0;
-      bool complete = true;
-      for (int y = 0; y < factor; ++y)
-        for (int x = 0; x < factor; ++x) {
-          const TexelRadiance& t = image[static_cast<std::size_t>((j * factor + y) * texels_.edge + i * factor + x)];
-          complete = complete && t.measured();
-          sum += t.luminance();
-        }
-      out[static_cast<std::size_t>(j * edge + i)] = complete ? sum / static_cast<float>(factor * factor) : kMissing;
+      for (std::size_t x = 0; x < size; ++x) sum += in[i * size + x];
+      out[i] += scale * sum;
     }
+  }
 }
 
-PoseRefiner::Step PoseRefiner::step(const Level& level, Vec3d lens) const {
+PoseRefiner::Step PoseRefiner::step(int cell, Vec3d lens) const {
   Step out;
-  const int edge = level.edge;
-  const auto at = [edge](const std::vector<float>& v, int i, int j) {
-    return v[static_cast<std::size_t>(j * edge + i)];
-  };
+  const auto edge = static_cast<std::size_t>(texels_.edge / cell);
+  const double cell_m = texels_.texel_m() * cell;
   double absolute = 0;
   int count = 0;
-  for (std::size_t k = 0; k < level.predicted.size(); ++k) {
-    const float r = level.observed[k] - level.predicted[k];
+  for (std::size_t k = 0; k < predicted_.size(); ++k) {
+    const float r = observed_[k] - predicted_[k];
     if (r == r) absolute += static_cast<double>(std::abs(r)), ++count;
   }
   if (count == 0) return out;
@@ -94,46 +89,76 @@ PoseRefiner::Step PoseRefiner::step(const Level& level, Vec3d lens) const {
   const double sigma = 1.25 * absolute / count;
   // An exact match has nothing to align.
   if (!(sigma > 0)) return out;
-  const double inverse_reach = 1 / (4.685 * sigma), half = 0.25 / level.cell_m;
-  for (int j = 1; j + 1 < edge; ++j)
-    for (int i = 1; i + 1 < edge; ++i) {
-      const float residual = at(level.observed, i, j) - at(level.predicted, i, j);
-      // Mean gradient of observation and prediction, by central differences.
-      const float across = at(level.observed, i + 1, j) - at(level.observed, i - 1, j) + at(level.predicted, i + 1, j) -
-                           at(level.predicted, i - 1, j);
-      const float upward = at(level.observed, i, j - 1) - at(level.observed, i, j + 1) + at(level.predicted, i, j - 1) -
-                           at(level.predicted, i, j + 1);
-      const double check = static_cast<double>(residual + across + upward),
-                   u = static_cast<double>(residual) * inverse_reach;
-      if (!(check == check) || u * u >= 1) continue;
-      const double weight = (1 - u * u) * (1 - u * u);
-      const double gx = static_cast<double>(across) * half, gy = static_cast<double>(upward) * half;
-      const double x = (i + 0.5 - 0.5 * edge) * level.cell_m, y = (0.5 * edge - j - 0.5) * level.cell_m;
-      // A point that leaves the plane by z is seen where its ray meets the plane: displaced by -z (lens - point) /
-      // lens.z.
-      const double sx = (lens.x - x) / lens.z, sy = (lens.y - y) / lens.z, out_of_plane = -(gx * sx + gy * sy);
-      Vector6 row;
-      row << out_of_plane * y, -out_of_plane * x, gy * x - gx * y, gx, gy, out_of_plane;
-      out.information.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
-      out.gradient += weight * static_cast<double>(residual) * row;
+  const auto inverse_reach = static_cast<float>(1 / (4.685 * sigma)), half = static_cast<float>(0.25 / cell_m);
+  // Sums of a row in lanes, so that loops vectorise: the lower triangle of the information, then the gradient.
+  std::array<std::array<float, kLanes>, kSums> sums;
+  std::array<double, kSums> total{};
+  for (std::size_t j = 1; j + 1 < edge; ++j) {
+    for (auto& lanes : sums) lanes.fill(0);
+    const double y_m = (0.5 * static_cast<double>(edge) - static_cast<double>(j) - 0.5) * cell_m;
+    const auto y = static_cast<float>(y_m), sy = static_cast<float>((lens.y - y_m) / lens.z);
+    const auto lens_x = static_cast<float>(lens.x), inverse_z = static_cast<float>(1 / lens.z);
+    const auto x0 = static_cast<float>((0.5 - 0.5 * static_cast<double>(edge)) * cell_m);
+    for (std::size_t first = 1; first + 1 < edge; first += kLanes) {
+      // The last lanes of a row may lie outside: their index is clamped and their weight is 0.
+      std::array<std::array<float, kLanes>, 6> row;
+      std::array<float, kLanes> weight, residual;
+      for (std::size_t n = 0; n < kLanes; ++n) {
+        const std::size_t i = std::min(first + n, edge - 2), at = j * edge + i;
+        const float* o = &observed_[at];
+        const float* p = &predicted_[at];
+        residual[n] = o[0] - p[0];
+        // Mean gradient of observation and prediction, by central differences.
+        const float across = o[1] - o[-1] + p[1] - p[-1];
+        const float upward =
+            o[-static_cast<std::ptrdiff_t>(edge)] - o[edge] + p[-static_cast<std::ptrdiff_t>(edge)] - p[edge];
+        const float u = residual[n] * inverse_reach, biweight = 1 - u * u;
+        const float check = residual[n] + across + upward;
+        const bool valid = check == check && biweight > 0 && first + n == i;
+        weight[n] = valid ? biweight * biweight : 0.0F;
+        residual[n] = valid ? residual[n] : 0.0F;
+        const float gx = valid ? across * half : 0.0F, gy = valid ? upward * half : 0.0F;
+        const float x = x0 + static_cast<float>(static_cast<int>(i)) * static_cast<float>(cell_m);
+        // A point that leaves the plane by z is seen where its ray meets the plane: displaced by -z (lens - point) /
+        // lens.z.
+        const float out_of_plane = -(gx * ((lens_x - x) * inverse_z) + gy * sy);
+        row[0][n] = out_of_plane * y, row[1][n] = -out_of_plane * x, row[2][n] = gy * x - gx * y;
+        row[3][n] = gx, row[4][n] = gy, row[5][n] = out_of_plane;
+      }
+      std::size_t sum = 0;
+      for (std::size_t a = 0; a < 6; ++a) {
+        std::array<float, kLanes> weighted;
+        for (std::size_t n = 0; n < kLanes; ++n) weighted[n] = weight[n] * row[a][n];
+        for (std::size_t b = 0; b <= a; ++b, ++sum)
+          for (std::size_t n = 0; n < kLanes; ++n) sums[sum][n] += weighted[n] * row[b][n];
+        for (std::size_t n = 0; n < kLanes; ++n) sums[21 + a][n] += weighted[n] * residual[n];
+      }
     }
+    for (std::size_t k = 0; k < kSums; ++k)
+      for (const float lane : sums[k]) total[k] += static_cast<double>(lane);
+  }
   // Errors of neighbouring texels are correlated (interpolation, errors of the texture): a tenth of them count.
   const double scale = 0.1 / (sigma * sigma);
-  out.information = out.information.selfadjointView<Eigen::Lower>();
-  out.information *= scale;
-  out.gradient *= scale;
+  std::size_t sum = 0;
+  for (int a = 0; a < 6; ++a) {
+    for (int b = 0; b <= a; ++b, ++sum) out.information(a, b) = out.information(b, a) = scale * total[sum];
+    out.gradient[a] = scale * total[21 + static_cast<std::size_t>(a)];
+  }
   return out;
 }
 
 RefinedPose PoseRefiner::refine(PlaneWarp& warp, const UncertainPose& prior, const std::optional<Pose>& other,
                                 const TexelImage& predicted, TexelImage& image) {
   RefinedPose out;
-  reduce(predicted, kTileEdge, predicted_);
-  warp.sample_tiles(prior.pose, observed_);
+  predicted_texels_.resize(predicted.size());
+  for (std::size_t k = 0; k < predicted.size(); ++k)
+    predicted_texels_[k] = predicted[k].clipped == 0 ? predicted[k].luminance() : kMissing;
+  reduce(kTileEdge);
+  warp.sample_luminance(prior.pose, kTileEdge, observed_);
   out.error_before = relative_error(observed_, predicted_, texels_.tiles());
   out.probe_plane = prior.pose;
   if (other) {
-    warp.sample_tiles(*other, observed_);
+    warp.sample_luminance(*other, kTileEdge, observed_);
     const double error = relative_error(observed_, predicted_, texels_.tiles());
     if (error < out.error_before) {
       out.error_before = error;
@@ -141,20 +166,14 @@ RefinedPose PoseRefiner::refine(PlaneWarp& warp, const UncertainPose& prior, con
     }
   }
   const Matrix6 information = motion_covariance(prior).inverse();
-  const int fine = detail_factor(warp.pixel_on_plane(prior.pose), texels_.texel_m());
+  const int fine = detail_cell(warp.pixel_on_plane(prior.pose), texels_.texel_m());
   Pose best = out.probe_plane;
   int reduced = kTileEdge;
   for (int k = 0; k < options_.tile_steps + options_.texel_steps; ++k) {
-    const int factor = k < options_.tile_steps ? kTileEdge : fine;
-    if (factor != reduced) reduce(predicted, reduced = factor, predicted_);
-    if (factor == kTileEdge) {
-      warp.sample_tiles(best, observed_);
-    } else {
-      warp.sample(best, image);
-      reduce(image, factor, observed_);
-    }
-    const Step now =
-        step({predicted_, observed_, texels_.edge / factor, texels_.texel_m() * factor}, warp.lens_in_plane(best));
+    const int cell = k < options_.tile_steps ? kTileEdge : fine;
+    if (cell != reduced) reduce(reduced = cell);
+    warp.sample_luminance(best, cell, observed_);
+    const Step now = step(cell, warp.lens_in_plane(best));
     if (now.texels < kMinTexels) break;
     out.texels = now.texels;
     // The prior pulls the total motion back to zero.
@@ -164,8 +183,8 @@ RefinedPose PoseRefiner::refine(PlaneWarp& warp, const UncertainPose& prior, con
     best = compose(best, exponential(motion));
     best.rotation = best.rotation.normalized();
   }
-  if (reduced != kTileEdge) reduce(predicted, kTileEdge, predicted_);
-  warp.sample_tiles(best, observed_);
+  if (reduced != kTileEdge) reduce(kTileEdge);
+  warp.sample_luminance(best, kTileEdge, observed_);
   out.error_after = relative_error(observed_, predicted_, texels_.tiles());
   out.aligned = out.error_after <= out.error_before;
   if (out.aligned) {

@@ -42,13 +42,15 @@ class PoseRefiner {
                                    const TexelImage& predicted, TexelImage& image);
 
  private:
-  struct Level;
   struct Step;
-  [[nodiscard]] Step step(const Level& level, Vec3d lens) const;
-  void reduce(const TexelImage& image, int factor, std::vector<float>& out) const;
+  /// One linearisation at cells of `cell` texels: of observed_ and predicted_.
+  [[nodiscard]] Step step(int cell, Vec3d lens) const;
+  /// Fills predicted_ with the means over cells of predicted_texels_.
+  void reduce(int cell);
 
   PlaneTexels texels_;
   RefinerOptions options_;
+  std::vector<float> predicted_texels_;  ///< Luminance by texel; NaN where not measured.
   std::vector<float> predicted_, observed_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -16,8 +17,8 @@ constexpr float kReach = 4.685F;
 /// Relative deviation that no texel is better than: rounding to RGB9E5, interpolation.
 constexpr float kMinRelativeDeviation = 0.004F;
 constexpr int kMeanSteps = 2;
-/// Every so many texels of a frame are examined for saturation; prime to the texels of a row.
-constexpr std::size_t kClippedStride = 5;
+/// Every so many texels of a tile are examined for saturation: those of its diagonal.
+constexpr int kClippedStride = kTileEdge + 1;
 /// Of the refined poses, texels².
 constexpr float kRegistrationVariance = 0.04F;
 /// Nodes with less than this share of the mean weight have a few samples at edges of the texture; their values are off
@@ -60,45 +61,68 @@ void ReflectanceSeparation::add_to_medians(const TexelImage& image, std::span<co
 
 void ReflectanceSeparation::add_clipped(const TexelImage& image, Vec3d lens) {
   const Vec3f eye = vec_cast<float>(lens);
-  for (std::size_t k = 0; k < image.size(); k += kClippedStride) {
-    const TexelRadiance& t = image[k];
-    if (!t.seen() || !diffuse_[k].seen()) continue;
-    ClippedNode& node = clipped_[specular_.grid.nearest(eye - vec_cast<float>(texels_.center(k)))];
-    // A pixel beside a saturated one is mixed with it: only texels that are saturated for the most part are bounds.
-    if (!(t.clipped > 0.5F)) {
-      node.measured += t.measured() ? 1.0F : 0.0F;
-      continue;
+  for (int tile = 0; tile < texels_.tiles() * texels_.tiles(); ++tile) {
+    ClippedNode& node = clipped_[specular_.grid.nearest(eye - vec_cast<float>(texels_.tile_center(tile)))];
+    for (int k = 0; k < kTileTexels; k += kClippedStride) {
+      const std::size_t texel = texels_.texel_of(tile, k);
+      const TexelRadiance& t = image[texel];
+      if (!t.seen() || !diffuse_[texel].seen()) continue;
+      // A pixel beside a saturated one is mixed with it: only texels that are saturated for the most part are bounds.
+      if (!(t.clipped > 0.5F)) {
+        node.measured += t.measured() ? 1.0F : 0.0F;
+        continue;
+      }
+      ++node.clipped;
+      const float rate = 1 / std::min(node.clipped, 100.0F);
+      const Radiance over = t.radiance() - diffuse_[texel].radiance();
+      node.color += rate * (over - node.color);
+      const float bound = over.luminance(), scale = 0.5F * t.luminance();
+      node.bound = node.clipped > 1 ? node.bound + rate * scale * (bound > node.bound ? 0.9F : -0.1F) : bound;
     }
-    ++node.clipped;
-    const float rate = 1 / std::min(node.clipped, 100.0F);
-    const Radiance over = t.radiance() - diffuse_[k].radiance();
-    node.color += rate * (over - node.color);
-    const float bound = over.luminance(), scale = 0.5F * t.luminance();
-    node.bound = node.clipped > 1 ? node.bound + rate * scale * (bound > node.bound ? 0.9F : -0.1F) : bound;
   }
 }
 
 void ReflectanceSeparation::gather(const SurfaceLightField& light_field, int tile) {
   samples_.clear();
   const auto inverse_texel = static_cast<float>(1 / texels_.texel_m());
+  const HemisphereGrid grid = specular_.grid;
+  std::array<float, kTileTexels> x, y;
+  for (int k = 0; k < kTileTexels; ++k) {
+    const Vec3f center = vec_cast<float>(texels_.center(texels_.texel_of(tile, k)));
+    x[static_cast<std::size_t>(k)] = center.x, y[static_cast<std::size_t>(k)] = center.y;
+  }
   light_field.for_each_page(tile, [&](const LightFieldPage& page) {
     const SurfaceLightField::View* view = light_field.view_of(page.frame);
-    HemisphereGrid::Interpolation of_node;
-    if (view == nullptr) of_node = specular_.grid.interpolate(vec_cast<float>(light_field.grid().direction(page.node)));
-    for (std::uint32_t k = 0; k < kTileTexels; ++k) {
-      if ((page.filled >> k & 1U) == 0) continue;
-      if (view == nullptr) {
-        samples_.push_back({decoded(page.sample[k]), of_node, k, 0, 0});
-        continue;
-      }
-      const Vec3f to_lens = view->lens - vec_cast<float>(texels_.center(texels_.texel_of(tile, static_cast<int>(k))));
+    if (view == nullptr) {
+      const auto where = grid.interpolate(vec_cast<float>(light_field.grid().direction(page.node)));
+      for (std::uint32_t k = 0; k < kTileTexels; ++k)
+        if ((page.filled >> k & 1U) != 0) samples_.push_back({decoded(page.sample[k]), where, k, 0, 0});
+      return;
+    }
+    // Of all texels, in arrays, so that the loop vectorises; texels without a sample are left out after it.
+    std::array<std::array<std::uint32_t, kTileTexels>, 3> node;
+    std::array<std::array<float, kTileTexels>, 3> weight;
+    std::array<float, kTileTexels> weight_in_diffuse, blur;
+    const SurfaceLightField::View v = *view;
+    const float texels_per_pixel = v.pixel_rad * inverse_texel, square_scale = texels_per_pixel * texels_per_pixel;
+    for (std::size_t k = 0; k < kTileTexels; ++k) {
+      const Vec3f to_lens{v.lens.x - x[k], v.lens.y - y[k], v.lens.z};
+      const auto where = grid.interpolate(to_lens);
+      for (std::size_t n = 0; n < 3; ++n) node[n][k] = where.node[n], weight[n][k] = where.weight[n];
       const float square = dot(to_lens, to_lens), inverse_cosine = std::sqrt(square) / to_lens.z;
       // A pixel is `across` wide and `across` / cosine long; its density is the inverse area. Box and bilinear
       // interpolation have a variance of a quarter of the squared side.
-      const float across = view->pixel_rad * view->pixel_rad * square * inverse_texel * inverse_texel;
-      const float density = 1 / (across * inverse_cosine);
-      samples_.push_back({decoded(page.sample[k]), specular_.grid.interpolate(to_lens), k, density * density,
-                          0.125F * across * (1 + inverse_cosine * inverse_cosine)});
+      const float across = square_scale * square, density = 1 / (across * inverse_cosine);
+      weight_in_diffuse[k] = density * density;
+      blur[k] = 0.125F * across * (1 + inverse_cosine * inverse_cosine);
+    }
+    for (unsigned texels = page.filled; texels != 0; texels &= texels - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(texels));
+      samples_.push_back({decoded(page.sample[k]),
+                          {{node[0][k], node[1][k], node[2][k]}, {weight[0][k], weight[1][k], weight[2][k]}},
+                          static_cast<std::uint32_t>(k),
+                          weight_in_diffuse[k],
+                          blur[k]});
     }
   });
 }

@@ -10,22 +10,29 @@ namespace {
 
 constexpr std::size_t kFirstTable = 1U << 14U;
 
-std::size_t slot_of(std::uint16_t tile, std::uint16_t node, std::size_t table_size) {
-  // Fibonacci hashing (Knuth 1998, TAOCP vol. 3, 6.4).
-  const std::uint64_t key = std::uint64_t{tile} << 16U | node;
-  const int bits = std::countr_zero(table_size);
-  return static_cast<std::size_t>((key * 0x9E3779B97F4A7C15ULL) >> (64 - bits));
-}
+constexpr std::uint32_t kIndexBits = 24, kIndexMask = (1U << kIndexBits) - 1;
 
 }  // namespace
 
 SurfaceLightField::SurfaceLightField(const PlaneTexels& texels, int levels, std::size_t max_bytes)
     : texels_(texels),
       grid_(std::clamp(levels, 1, 127)),
-      max_bytes_(std::max(max_bytes, kMinBytes)),
+      max_bytes_(std::clamp(max_bytes, kMinBytes, kMaxBytes)),
       head_(texels.count() / kTileTexels),
       table_(kFirstTable),
-      views_(kFrames) {}
+      codes_(static_cast<std::size_t>(texels.edge * kTileEdge)),
+      nodes_(static_cast<std::size_t>(texels.tiles())),
+      measured_(nodes_.size()),
+      views_(kFrames) {
+  first_.reserve(texels.count());
+}
+
+SurfaceLightField::TableKey SurfaceLightField::key_of(std::uint16_t tile, std::uint16_t node) const {
+  // Fibonacci hashing (Knuth 1998, TAOCP vol. 3, 6.4).
+  const std::uint64_t hash = (std::uint64_t{tile} << 16U | node) * 0x9E3779B97F4A7C15ULL;
+  const int rest = 64 - std::countr_zero(table_.size());
+  return {static_cast<std::size_t>(hash >> rest), static_cast<std::uint32_t>(hash >> (rest - 8)) << kIndexBits};
+}
 
 std::size_t SurfaceLightField::bytes() const {
   return blocks_.size() * kBlock * sizeof(LightFieldPage) +
@@ -34,9 +41,12 @@ std::size_t SurfaceLightField::bytes() const {
 
 std::uint32_t SurfaceLightField::find(std::uint16_t tile, std::uint16_t node) const {
   const std::size_t mask = table_.size() - 1;
-  for (std::size_t slot = slot_of(tile, node, table_.size()); table_[slot] != 0; slot = (slot + 1) & mask) {
-    const LightFieldPage& candidate = page(table_[slot] - 1);
-    if (candidate.node == node && candidate.tile == tile) return table_[slot];
+  const TableKey key = key_of(tile, node);
+  for (std::size_t slot = key.slot; table_[slot] != 0; slot = (slot + 1) & mask) {
+    if ((table_[slot] & ~kIndexMask) != key.tag) continue;
+    const std::uint32_t index = table_[slot] & kIndexMask;
+    const LightFieldPage& candidate = page(index - 1);
+    if (candidate.node == node && candidate.tile == tile) return index;
   }
   return 0;
 }
@@ -46,9 +56,10 @@ void SurfaceLightField::link(std::uint32_t index) {
   linked.next = head_[linked.tile];
   head_[linked.tile] = index + 1;
   const std::size_t mask = table_.size() - 1;
-  std::size_t slot = slot_of(linked.tile, linked.node, table_.size());
+  const TableKey key = key_of(linked.tile, linked.node);
+  std::size_t slot = key.slot;
   while (table_[slot] != 0) slot = (slot + 1) & mask;
-  table_[slot] = index + 1;
+  table_[slot] = key.tag | (index + 1);
 }
 
 void SurfaceLightField::grow_table() {
@@ -90,41 +101,55 @@ std::uint32_t SurfaceLightField::insert(std::uint16_t tile, std::uint16_t node) 
   return index + 1;
 }
 
+void SurfaceLightField::store(std::uint16_t tile, std::uint16_t node, unsigned bits, const std::uint32_t* codes,
+                              std::uint32_t frame) {
+  std::uint32_t index = find(tile, node);
+  if (index == 0) index = insert(tile, node);
+  LightFieldPage& target = page(index - 1);
+  target.frame = frame;
+  for (unsigned k = 0; k < kTileTexels; ++k) {
+    const std::uint32_t code = codes[k / kTileEdge * static_cast<unsigned>(texels_.edge) + k % kTileEdge];
+    target.sample[k] = (bits >> k & 1U) != 0 ? code : target.sample[k];
+  }
+  for (unsigned fresh = bits & ~unsigned{target.filled}; fresh != 0; fresh &= fresh - 1)
+    first_.push_back(static_cast<std::uint32_t>(texels_.texel_of(tile, std::countr_zero(fresh))));
+  target.filled = static_cast<std::uint16_t>(target.filled | bits);
+}
+
 std::span<const std::uint32_t> SurfaceLightField::add(const TexelImage& image, const ViewPoint& from,
                                                       std::uint32_t frame) {
   newest_frame_ = frame;
   views_[frame % kFrames] = {vec_cast<float>(from.lens), static_cast<float>(from.pixel_rad)};
   first_.clear();
-  const int tile_count = texels_.tiles() * texels_.tiles();
-  // A frame adds about two pages a tile, at most as many as a tile has texels.
-  const std::size_t needed = page_count_ + 4 * static_cast<std::size_t>(tile_count);
+  // A frame adds at most a page a tile.
+  const std::size_t needed = page_count_ + head_.size();
   if (needed * sizeof(LightFieldPage) + (bytes() - blocks_.size() * kBlock * sizeof(LightFieldPage)) > max_bytes_)
     thin();
-  for (int tile = 0; tile < tile_count; ++tile) {
-    std::uint16_t current_node = 0;
-    std::uint32_t current = 0;
-    for (int k = 0; k < kTileTexels; ++k) {
-      const std::size_t texel = texels_.texel_of(tile, k);
-      const TexelRadiance& radiance = image[texel];
-      if (!radiance.measured()) continue;
-      const auto node = static_cast<std::uint16_t>(grid_.nearest(vec_cast<float>(from.lens - texels_.center(texel))));
-      if (current == 0 || node != current_node) {
-        const auto tile_index = static_cast<std::uint16_t>(tile);
-        current = find(tile_index, node);
-        if (current == 0) current = insert(tile_index, node);
-        current_node = node;
-      }
-      LightFieldPage& target = page(current - 1);
-      target.frame = frame;
-      const auto bit = static_cast<std::uint16_t>(1U << static_cast<unsigned>(k));
-      if ((target.filled & bit) == 0) {
-        target.filled = static_cast<std::uint16_t>(target.filled | bit);
-        ++samples_;
-        first_.push_back(static_cast<std::uint32_t>(texel));
-      }
-      target.sample[static_cast<std::size_t>(k)] = rgb9e5_encode(radiance.r, radiance.g, radiance.b);
+  const auto edge = static_cast<std::size_t>(texels_.edge);
+  for (int row = 0; row < texels_.tiles(); ++row) {
+    const TexelRadiance* texels = &image[static_cast<std::size_t>(row * kTileEdge) * edge];
+    for (std::size_t k = 0; k < codes_.size(); ++k) codes_[k] = rgb9e5_encode(texels[k].r, texels[k].g, texels[k].b);
+    const auto first_tile = static_cast<std::uint16_t>(row * texels_.tiles());
+    // The table and the pages are larger than caches: the row's slots are fetched first, then its pages.
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      const auto tile = static_cast<std::uint16_t>(first_tile + i);
+      nodes_[i] = static_cast<std::uint16_t>(grid_.nearest(vec_cast<float>(from.lens - texels_.tile_center(tile))));
+      __builtin_prefetch(&table_[key_of(tile, nodes_[i]).slot]);
+      unsigned measured = 0;
+      for (unsigned k = 0; k < kTileTexels; ++k)
+        measured |= (texels[k / kTileEdge * edge + i * kTileEdge + k % kTileEdge].measured() ? 1U : 0U) << k;
+      measured_[i] = static_cast<std::uint16_t>(measured);
     }
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      const auto tile = static_cast<std::uint16_t>(first_tile + i);
+      const std::uint32_t index = table_[key_of(tile, nodes_[i]).slot] & kIndexMask;
+      if (index != 0) __builtin_prefetch(&page(index - 1));
+    }
+    for (std::size_t i = 0; i < nodes_.size(); ++i)
+      if (measured_[i] != 0)
+        store(static_cast<std::uint16_t>(first_tile + i), nodes_[i], measured_[i], &codes_[i * kTileEdge], frame);
   }
+  samples_ += first_.size();
   return first_;
 }
 

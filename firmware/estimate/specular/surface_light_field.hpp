@@ -33,13 +33,14 @@ struct ViewPoint {
   double pixel_rad = 0;  ///< Angle between neighbouring pixels.
 };
 
-/// Storage is sparse in texels and in directions: neighbouring texels are seen from nearly the same direction in the
-/// same frame, so that a page for a tile and a node is mostly filled. Memory: 80 bytes a page and its share of a hash
-/// table. Pages are allocated in blocks that never move. Where memory ends, every other older page is removed: all
-/// directions keep samples of half of the tiles, and all texels those of half of their directions.
+/// Storage is sparse in texels and in directions. A frame's texels are stored by tile: the direction of a tile is that
+/// of its centre (0.2 degrees from its corners at 0.4 m and 0.8 mm texels), so that a page is filled by one frame, and
+/// view_of() gives the directions of its texels exactly. Memory: 80 bytes a page and its share of a hash table. Pages
+/// are allocated in blocks that never move. Where memory ends, every other older page is removed: all directions keep
+/// samples of half of the tiles, and all texels those of half of their directions.
 class SurfaceLightField {
  public:
-  /// `levels` of the hemisphere: at most 127. `max_bytes`: at least kMinBytes.
+  /// `levels` of the hemisphere: at most 127. `max_bytes`: kMinBytes to kMaxBytes; both are clamped.
   SurfaceLightField(const PlaneTexels& texels, int levels, std::size_t max_bytes);
 
   [[nodiscard]] const HemisphereGrid& grid() const { return grid_; }
@@ -78,6 +79,8 @@ class SurfaceLightField {
   static constexpr std::uint32_t kFrames = 1U << 16U;
   /// Memory for the pages of a few frames.
   static constexpr std::size_t kMinBytes = 16U << 20U;
+  /// Pages have indices of 24 bits.
+  static constexpr std::size_t kMaxBytes = 1280U << 20U;
 
  private:
   static constexpr std::size_t kBlock = 4096;      ///< Pages of a block.
@@ -87,10 +90,18 @@ class SurfaceLightField {
     return blocks_[index / kBlock][index % kBlock];
   }
   [[nodiscard]] LightFieldPage& page(std::uint32_t index) { return blocks_[index / kBlock][index % kBlock]; }
+  /// Where a page is in the table: its slot, and the tag of its entry.
+  struct TableKey {
+    std::size_t slot = 0;
+    std::uint32_t tag = 0;
+  };
+  [[nodiscard]] TableKey key_of(std::uint16_t tile, std::uint16_t node) const;
   /// Index of the page, plus one; 0 where it is not stored.
   [[nodiscard]] std::uint32_t find(std::uint16_t tile, std::uint16_t node) const;
   /// Index of a new page, plus one.
   [[nodiscard]] std::uint32_t insert(std::uint16_t tile, std::uint16_t node);
+  /// Stores the texels of a tile; `bits` as in LightFieldPage::filled, `codes`: of the tile's first texel.
+  void store(std::uint16_t tile, std::uint16_t node, unsigned bits, const std::uint32_t* codes, std::uint32_t frame);
   void grow_table();
   /// Links a page into its tile's list and the table.
   void link(std::uint32_t index);
@@ -102,10 +113,16 @@ class SurfaceLightField {
   std::size_t max_bytes_;
   std::vector<std::unique_ptr<LightFieldPage[]>> blocks_;
   std::size_t page_count_ = 0;
-  std::vector<std::uint32_t> head_;   ///< By tile: index of its newest page, plus one.
-  std::vector<std::uint32_t> table_;  ///< Open addressing; index of a page, plus one; 0: empty.
+  std::vector<std::uint32_t> head_;  ///< By tile: index of its newest page, plus one.
+  /// Open addressing. Index of a page, plus one, in the lower 24 bits, above it a tag: 8 more bits of the hash, by
+  /// which nearly all other pages are skipped without reading them. 0: empty.
+  std::vector<std::uint32_t> table_;
   std::vector<std::uint32_t> first_;  ///< Result of add().
-  std::vector<View> views_;           ///< By frame modulo kFrames.
+  // Memory of add(), for a row of tiles: RGB9E5 by texel, row by row; by tile its node and the texels that are
+  // measured.
+  std::vector<std::uint32_t> codes_;
+  std::vector<std::uint16_t> nodes_, measured_;
+  std::vector<View> views_;  ///< By frame modulo kFrames.
   std::uint32_t newest_frame_ = 0;
   std::uint64_t samples_ = 0, removed_ = 0;
   std::uint32_t thinned_ = 0;  ///< Times.

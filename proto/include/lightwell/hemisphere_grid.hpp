@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -57,12 +58,20 @@ class HemisphereGrid {
   };
   /// `direction` need not be normalised. Linear in theta and, within a level, in phi; continuous. Around the pole the
   /// arcs between nodes are cut short, by 0.3 spacings on level 1 and 0.3 / i on level i. Directions below the
-  /// horizon are treated as on the horizon with the same azimuth; zero and NaN give the pole.
+  /// horizon are treated as on the horizon with the same azimuth; zero, infinite and NaN give the pole.
   [[nodiscard]] Interpolation interpolate(Vec3f direction) const;
   /// The node of the same lattice triangle with the largest weight: the nearest one within half a triangle's side.
   [[nodiscard]] std::uint32_t nearest(Vec3f direction) const;
 
  private:
+  /// The lattice triangle around a direction: corners `along` rows `level` of a quarter of phi, and their weights.
+  struct Triangle {
+    float quarter;
+    float level[3], along[3], weight[3];
+  };
+  [[nodiscard]] Triangle triangle(float x, float y, float height) const;
+  [[nodiscard]] static std::uint32_t node_at(float quarter, float level, float along);
+
   int levels_;
 };
 
@@ -82,10 +91,10 @@ struct DiscPoint {
 }
 
 namespace detail {
-/// atan2(y, x) in quarter turns, 0 to 4, for finite arguments that are not both zero. Error: 3e-6 quarter turns
-/// (minimax polynomial of degree 11 for atan on [0, 1]). Several times as fast as the library's function.
-[[nodiscard]] inline float quarter_turns(float y, float x) {
-  const float ax = std::abs(x), ay = std::abs(y), low = std::min(ax, ay), high = std::max(ax, ay);
+/// atan2(y, x) in quarter turns, 0 to 1, for finite arguments of at least 0 that are not both zero. Error: 3e-6 quarter
+/// turns (minimax polynomial of degree 11 for atan on [0, 1]). Several times as fast as the library's function.
+[[nodiscard]] inline float quarter_turn(float y, float x) {
+  const float low = y < x ? y : x, high = x < y ? y : x;
   const float t = low / high, t2 = t * t;
   float a = -0.01172120F;
   a = a * t2 + 0.05265332F;
@@ -93,9 +102,8 @@ namespace detail {
   a = a * t2 + 0.19354346F;
   a = a * t2 - 0.33262347F;
   a = (a * t2 + 0.99997726F) * t * (2 / std::numbers::pi_v<float>);
-  a = ay > ax ? 1 - a : a;
-  a = x < 0 ? 2 - a : a;
-  return y < 0 ? 4 - a : a;
+  const float complement = 1 - a;
+  return y > x ? complement : a;
 }
 }  // namespace detail
 
@@ -127,32 +135,51 @@ inline double HemisphereGrid::solid_angle(std::size_t node) const {
   return band / nodes_of(level);
 }
 
-inline HemisphereGrid::Interpolation HemisphereGrid::interpolate(Vec3f d) const {
-  const float ring = std::sqrt(d.x * d.x + d.y * d.y);
-  // Also false for NaN.
-  if (!(ring > 0) || !(std::abs(d.z) < std::numeric_limits<float>::infinity())) return {{0, 0, 0}, {1, 0, 0}};
-  const float row = std::min(detail::quarter_turns(ring, std::max(d.z, 0.0F)), 1.0F) * static_cast<float>(levels_);
-  const float turn = detail::quarter_turns(d.y, d.x);
-  const int quarter = std::min(static_cast<int>(turn), 3);
-  const float column = std::min(turn - static_cast<float>(quarter), 1.0F) * row;
+// Without branches and calls, so that loops over directions vectorise (with -fno-math-errno and -fno-trapping-math).
+// Indices are whole numbers in floats, exact below 2^24.
+inline HemisphereGrid::Triangle HemisphereGrid::triangle(float x, float y, float height) const {
+  const auto smaller = [](float a, float b) { return a < b ? a : b; };
+  // 0 for NaN.
+  const auto positive = [](float v) { return v > 0 ? v : 0.0F; };
+  const auto whole = [](float v) { return static_cast<float>(static_cast<int>(v)); };
+  const auto levels = static_cast<float>(levels_);
+  const float ring = std::sqrt(x * x + y * y);
+  // 0, or NaN where a component is infinite or NaN.
+  const float invalid = 0 * (ring + height);
+  const float theta = detail::quarter_turn(ring, height) + invalid, row = smaller(positive(theta), 1) * levels;
+  // Quarter by the signs, which also defines it for zeros.
+  const auto x_bits = std::bit_cast<std::int32_t>(x), y_bits = std::bit_cast<std::int32_t>(y);
+  const auto quarter = static_cast<float>((x_bits >> 31 & 1) ^ (y_bits >> 31 & 3));
+  const float steep = detail::quarter_turn(std::abs(y), std::abs(x)), flat = 1 - steep;
+  const float column = positive((x_bits ^ y_bits) < 0 ? flat : steep) * row;
   // In the last row the triangle above it is used.
-  const int i = std::min(static_cast<int>(row), levels_ - 1), j = std::min(static_cast<int>(column), i);
-  const float fi = row - static_cast<float>(i), fj = std::min(column - static_cast<float>(j), 1.0F);
-  const auto node = [quarter](int level, int along) {
-    if (level == 0) return std::uint32_t{0};
-    int index = quarter * level + along;
-    if (index >= 4 * level) index -= 4 * level;
-    return static_cast<std::uint32_t>(first_of(level)) + static_cast<std::uint32_t>(index);
-  };
-  if (fj <= fi) return {{node(i, j), node(i + 1, j), node(i + 1, j + 1)}, {1 - fi, fi - fj, fj}};
-  const int next = std::min(j + 1, i);
-  return {{node(i, j), node(i, next), node(i + 1, j + 1)}, {1 - fj, fj - fi, fi}};
+  const float i = smaller(whole(row), levels - 1), j = smaller(whole(column), i);
+  const float fi = row - i, fj = smaller(column - j, 1);
+  // Never above (i, i), because column <= row: the corner between the other two is in row i + 1, or after j in row i.
+  const float down = fj <= fi ? 1.0F : 0.0F, larger = fi < fj ? fj : fi, least = smaller(fi, fj);
+  return {quarter, {i, i + down, i + 1}, {j, j + 1 - down, j + 1}, {1 - larger, larger - least, least}};
+}
+
+inline std::uint32_t HemisphereGrid::node_at(float quarter, float level, float along) {
+  const float index = quarter * level + along, wrapped = index >= 4 * level ? index - 4 * level : index;
+  const float node = 1 + 2 * level * (level - 1) + wrapped;
+  return static_cast<std::uint32_t>(static_cast<std::int32_t>(level > 0 ? node : 0.0F));
+}
+
+inline HemisphereGrid::Interpolation HemisphereGrid::interpolate(Vec3f d) const {
+  const Triangle t = triangle(d.x, d.y, d.z > 0 ? d.z : d.z * 0);
+  return {{node_at(t.quarter, t.level[0], t.along[0]), node_at(t.quarter, t.level[1], t.along[1]),
+           node_at(t.quarter, t.level[2], t.along[2])},
+          {t.weight[0], t.weight[1], t.weight[2]}};
 }
 
 inline std::uint32_t HemisphereGrid::nearest(Vec3f d) const {
-  const Interpolation at = interpolate(d);
-  const auto best = std::max_element(at.weight.begin(), at.weight.end()) - at.weight.begin();
-  return at.node[static_cast<std::size_t>(best)];
+  const Triangle t = triangle(d.x, d.y, d.z > 0 ? d.z : d.z * 0);
+  const bool second = t.weight[1] > t.weight[0];
+  const float weight = second ? t.weight[1] : t.weight[0];
+  const float level = second ? t.level[1] : t.level[0], along = second ? t.along[1] : t.along[0];
+  const bool third = t.weight[2] > weight;
+  return node_at(t.quarter, third ? t.level[2] : level, third ? t.along[2] : along);
 }
 
 }  // namespace lightwell

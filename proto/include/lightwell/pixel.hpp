@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -60,28 +61,39 @@ inline constexpr std::array kPixelFormats = {
 }
 
 /// RGB9E5 (OpenGL 4.6 specification, 8.5.2): shared exponent, red in the lowest nine bits. Negative and NaN become 0.
+/// Without branches and calls, so that loops vectorise.
 [[nodiscard]] inline std::uint32_t rgb9e5_encode(float r, float g, float b) {
-  constexpr int kMantissaBits = 9, kBias = 15, kMaxExponent = 31;
-  static constexpr float kMaxValue = 65408.0F;  // (2^9 - 1) / 2^9 * 2^(31 - 15)
-  const auto clean = [](float v) { return v > 0 ? std::min<float>(v, kMaxValue) : 0.0F; };
+  constexpr int kMantissaBits = 9, kBias = 15, kFloatBias = 127, kFloatMantissaBits = 23;
+  constexpr float kMaxValue = 65408.0F;  // (2^9 - 1) / 2^9 * 2^(31 - 15)
+  const auto clean = [](float v) {
+    const float positive = v > 0 ? v : 0.0F;
+    return positive < kMaxValue ? positive : kMaxValue;
+  };
   const float rc = clean(r), gc = clean(g), bc = clean(b);
-  const float largest = std::max({rc, gc, bc});
-  if (!(largest > 0)) return 0;
-  int exponent = std::max(-kBias - 1, std::ilogb(largest)) + 1 + kBias;
-  float unit = std::ldexp(1.0F, exponent - kBias - kMantissaBits);
-  if (std::floor(largest / unit + 0.5F) >= static_cast<float>(1 << kMantissaBits)) {
-    unit *= 2;
-    ++exponent;
-  }
-  exponent = std::min(exponent, kMaxExponent);
-  const auto mantissa = [&](float v) { return static_cast<std::uint32_t>(std::floor(v / unit + 0.5F)); };
-  return static_cast<std::uint32_t>(exponent) << 27 | mantissa(bc) << 18 | mantissa(gc) << 9 | mantissa(rc);
+  const float larger = rc > gc ? rc : gc, largest = larger > bc ? larger : bc;
+  // Subnormal values have an exponent of -127, which the limit replaces.
+  const int floor_log2 = (std::bit_cast<std::int32_t>(largest) >> kFloatMantissaBits) - kFloatBias;
+  int exponent = (floor_log2 > -kBias - 1 ? floor_log2 : -kBias - 1) + 1 + kBias;
+  const auto power_of_two = [](int e) { return std::bit_cast<float>((e + kFloatBias) << kFloatMantissaBits); };
+  // Where the largest mantissa would be rounded to 2^9, the next exponent is used; kMaxValue is
+  // not rounded up.
+  const float rounded = largest * power_of_two(kMantissaBits + kBias - exponent) + 0.5F;
+  exponent += rounded >= static_cast<float>(1 << kMantissaBits) ? 1 : 0;
+  const float scale = power_of_two(kMantissaBits + kBias - exponent);
+  const auto mantissa = [scale](float v) {
+    return static_cast<std::uint32_t>(static_cast<std::int32_t>(v * scale + 0.5F));
+  };
+  const std::uint32_t code =
+      static_cast<std::uint32_t>(exponent) << 27 | mantissa(bc) << 18 | mantissa(gc) << 9 | mantissa(rc);
+  return largest > 0 ? code : 0;
 }
 
 [[nodiscard]] inline std::array<float, 3> rgb9e5_decode(std::uint32_t v) {
-  const float unit = std::ldexp(1.0F, static_cast<int>(v >> 27) - 15 - 9);
-  return {static_cast<float>(v & 511U) * unit, static_cast<float>(v >> 9 & 511U) * unit,
-          static_cast<float>(v >> 18 & 511U) * unit};
+  // 2^(exponent - 15 - 9), of which a float is 23 mantissa bits below its exponent plus 127.
+  const float unit = std::bit_cast<float>(((v >> 27) + 127 - 15 - 9) << 23);
+  return {static_cast<float>(static_cast<std::int32_t>(v & 511U)) * unit,
+          static_cast<float>(static_cast<std::int32_t>(v >> 9 & 511U)) * unit,
+          static_cast<float>(static_cast<std::int32_t>(v >> 18 & 511U)) * unit};
 }
 
 }  // namespace lightwell

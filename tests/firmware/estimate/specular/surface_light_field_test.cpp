@@ -27,14 +27,19 @@ class SurfaceLightFieldTest : public ::testing::Test {
   const PlaneTexels texels_{0.2, 64};
 };
 
+// The direction of a texel is that of its tile.
 TEST_F(SurfaceLightFieldTest, HoldsOneSampleForEachTexelAndVisitedDirection) {
   SurfaceLightField field(texels_, 60, kPlenty);
   std::set<std::pair<std::size_t, std::uint32_t>> visited;
   for (std::uint32_t frame = 0; frame < 50; ++frame) {
     const Vec3d from = lens(static_cast<int>(frame));
     std::size_t fresh = 0;
-    for (std::size_t texel = 0; texel < texels_.count(); ++texel)
-      fresh += visited.insert({texel, field.grid().nearest(vec_cast<float>(from - texels_.center(texel)))}).second;
+    for (int tile = 0; tile < texels_.tiles() * texels_.tiles(); ++tile)
+      for (int k = 0; k < kTileTexels; ++k)
+        fresh += visited
+                     .insert({texels_.texel_of(tile, k),
+                              field.grid().nearest(vec_cast<float>(from - texels_.tile_center(tile)))})
+                     .second;
     EXPECT_EQ(field.add(uniform(1), {from, 0.002}, frame).size(), fresh);
   }
   EXPECT_EQ(field.samples(), visited.size());
@@ -52,6 +57,17 @@ TEST_F(SurfaceLightFieldTest, HoldsOneSampleForEachTexelAndVisitedDirection) {
     });
   EXPECT_EQ(found, visited.size());
   EXPECT_NEAR(field.fill(), static_cast<double>(found) / (4096.0 * 7321), 1e-12);
+}
+
+// What one direction for a tile costs: texels of 0.8 mm at 0.4 m are off by at most a quarter of a spacing.
+TEST_F(SurfaceLightFieldTest, TheDirectionOfATileIsThatOfItsTexels) {
+  const PlaneTexels texels{0.2, 256};
+  const double spacing = HemisphereGrid(60).spacing_rad();
+  for (const Vec3d from : {Vec3d{0.05, 0, 0.4}, Vec3d{0.3, 0.1, 0.25}, Vec3d{-0.1, 0.38, 0.06}})
+    for (int tile = 0; tile < texels.tiles() * texels.tiles(); ++tile)
+      for (int k = 0; k < kTileTexels; ++k)
+        ASSERT_LT(angle_between(from - texels.tile_center(tile), from - texels.center(texels.texel_of(tile, k))),
+                  0.25 * spacing * 0.4 / length(from - texels.tile_center(tile)));
 }
 
 TEST_F(SurfaceLightFieldTest, ANewerSampleReplacesAnOlderOne) {
