@@ -42,7 +42,8 @@ reference::TriangleMesh make_object(const std::string& object, int triangles, st
     for (int k = 0; k < 5; ++k) {
       const V3 foot{0.06 * uniform(random), 0.06 * uniform(random), 0};
       const V3 head = foot + V3{0.03 * uniform(random), 0.03 * uniform(random), 0.12};
-      out = reference::joined(std::move(out), reference::make_pole(foot, head, 0.0015, 10, std::max(1, triangles / 100)));
+      out =
+          reference::joined(std::move(out), reference::make_pole(foot, head, 0.0015, 10, std::max(1, triangles / 100)));
     }
     return out;
   }
@@ -83,8 +84,8 @@ ShadowCase make_shadow_case(const ShadowCaseOptions& options) {
   out.scene.mesh = make_object(options.object, options.triangles, random);
   double total = 0;
   for (const double radius : options.radii_deg) {
-    const double elevation =
-        kDegree * (options.min_elevation_deg + uniform(random) * (options.max_elevation_deg - options.min_elevation_deg));
+    const double elevation = kDegree * (options.min_elevation_deg +
+                                        uniform(random) * (options.max_elevation_deg - options.min_elevation_deg));
     const double azimuth = 2 * std::numbers::pi * uniform(random);
     const double cosine = std::cos(elevation), sine = std::sin(elevation);
     // On the plane, every light has a similar irradiance.

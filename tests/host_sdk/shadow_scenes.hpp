@@ -24,21 +24,19 @@ struct ShadowCase {
   std::vector<Vec3f> positions;
   std::vector<std::uint32_t> indices;
 
-  [[nodiscard]] ShadowReceiver receiver(int texels) const {
-    return {T_lighting_plane, side_m, side_m, texels, texels};
-  }
+  [[nodiscard]] ShadowReceiver receiver(int texels) const { return {T_lighting_plane, side_m, side_m, texels, texels}; }
   [[nodiscard]] ShadowMesh mesh() const { return {positions, indices, {}}; }
 };
 
 /// Object and light of a case. The residual is uniform.
 struct ShadowCaseOptions {
   std::string name;
-  std::string object;            ///< One of shadow_objects().
-  int triangles = 2000;          ///< About.
-  std::vector<double> radii_deg; ///< Angular radius of each light.
+  std::string object;             ///< One of shadow_objects().
+  int triangles = 2000;           ///< About.
+  std::vector<double> radii_deg;  ///< Angular radius of each light.
   double min_elevation_deg = 20;
   double max_elevation_deg = 80;
-  double residual_share = 0.4;   ///< Of the plane's irradiance.
+  double residual_share = 0.4;  ///< Of the plane's irradiance.
   std::uint64_t seed = 1;
 };
 

@@ -35,9 +35,13 @@ struct NamedOptions {
 };
 
 std::vector<NamedOptions> settings() {
-  return {{"8 per light, 32 residual", {8, 32, 2}},     {"16 per light, 64 residual", {16, 64, 2}},
-          {"32 per light, 64 residual", {32, 64, 2}},   {"default", {}},
-          {"64 per light, 256 residual", {64, 256, 2}}, {"256 per light, 512 residual, cells of 1", {256, 512, 1}}};
+  return {{"8 samples, 32 directions, cells of 4", {8, 32, 4}},
+          {"16 samples, 48 directions, cells of 2", {16, 48, 2}},
+          {"32 samples, 64 directions, cells of 2", {32, 64, 2}},
+          {"32 samples, 64 directions, cells of 1", {32, 64, 1}},
+          {"default", {}},
+          {"64 samples, 128 directions, cells of 1", {64, 128, 1}},
+          {"256 samples, 512 directions, cells of 1", {256, 512, 1}}};
 }
 
 std::vector<LightRatio> cast(ShadowCaster& caster, const ShadowCase& shadow_case, ShadowSummary& summary) {
@@ -62,7 +66,8 @@ double warp_perspective_ms() {
   cv::setNumThreads(1);
   const cv::Mat picture(480, 640, CV_8UC3, cv::Scalar(10, 20, 30));
   cv::Mat rectified;
-  const cv::Point2f from[] = {{80, 60}, {560, 60}, {600, 420}, {40, 420}}, to[] = {{0, 0}, {256, 0}, {256, 256}, {0, 256}};
+  const cv::Point2f from[] = {{80, 60}, {560, 60}, {600, 420}, {40, 420}},
+                    to[] = {{0, 0}, {256, 0}, {256, 256}, {0, 256}};
   const cv::Mat homography = cv::getPerspectiveTransform(from, to);
   std::vector<double> times;
   for (int k = 0; k < 50; ++k) {
@@ -138,7 +143,8 @@ int main(int argc, char** argv) {
   app.add_option("--scene", scene, "Measure only scenes whose name contains this");
   app.add_option("--texels", texels, "Texels of each texture that are compared with the ray tracer [1500]")
       ->check(CLI::Range(1, kTexels * kTexels));
-  app.add_option("--rays", rays, "Rays of the ray tracer for each texel and light [1024]")->check(CLI::Range(1, 1 << 20));
+  app.add_option("--rays", rays, "Rays of the ray tracer for each texel and light [1024]")
+      ->check(CLI::Range(1, 1 << 20));
   app.add_option("--picture", picture, "Draw the first scene into this PNG: truth, result, 8 times the difference");
   app.footer("All scenes take some minutes. Exit status: 0 measured, 1 failed, 2 wrong usage.");
   return run_command(app, {argv + 1, argv + argc}, [&] {

@@ -137,7 +137,8 @@ Rgb ShadowTracer::ratio(const PlaneRectangle& rectangle, int rays) const {
   Rgb with{}, without{};
   // Each rectangle and each light has its own shift of the points (Cranley & Patterson 1976).
   std::uint64_t seed = 0x9e3779b97f4a7c15U;
-  for (const double v : {rectangle.left, rectangle.bottom}) seed = seed * 6364136223846793005U + std::uint64_t(1e9 * (v + 100));
+  for (const double v : {rectangle.left, rectangle.bottom})
+    seed = seed * 6364136223846793005U + std::uint64_t(1e9 * (v + 100));
   const auto next_shift = [&] {
     seed = seed * 6364136223846793005U + 1442695040888963407U;
     return static_cast<double>(seed >> 11) * 0x1p-53;
@@ -273,7 +274,8 @@ TriangleMesh make_chair(V3 position, double width, double turn_rad, int n) {
   const double w = width / 2, leg = 0.1 * width;
   TriangleMesh out;
   for (const double x : {-w, w - leg})
-    for (const double y : {-w, w - leg}) out = joined(std::move(out), make_box({x, y, 0}, {x + leg, y + leg, width}, n));
+    for (const double y : {-w, w - leg})
+      out = joined(std::move(out), make_box({x, y, 0}, {x + leg, y + leg, width}, n));
   out = joined(std::move(out), make_box({-w, -w, width}, {w, w, width + leg}, n));
   out = joined(std::move(out), make_box({-w, w - leg, width + leg}, {w, w, 2 * width}, n));
   for (V3& p : out.positions)

@@ -17,8 +17,8 @@ struct TriangleMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// A cap of uniform radiance around `direction` (towards the light, plane's frame), or, with a distance, a sphere around
-/// distance * direction that has this angular radius from the plane's origin.
+/// A cap of uniform radiance around `direction` (towards the light, plane's frame), or, with a distance, a sphere
+/// around distance * direction that has this angular radius from the plane's origin.
 struct ShadowLight {
   V3 direction;
   double radius_rad = 0;

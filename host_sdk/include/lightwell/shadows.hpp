@@ -1,4 +1,5 @@
-// Soft shadows of a virtual object on a real plane: for each texel of the plane, the fraction of its light that remains.
+// Soft shadows of a virtual object on a real plane: for each texel of the plane, the fraction of its light that
+// remains.
 #pragma once
 
 #include <cstddef>
@@ -45,12 +46,12 @@ struct ShadowMesh {
 struct ShadowOptions {
   /// Most directions sampled of one light, 1 to 1024. A light whose penumbra is narrow gets fewer. Time grows
   /// proportionally, the error of wide penumbrae falls.
-  int light_samples = 64;
+  int light_samples = 48;
   /// Directions sampled of the residual radiance, 1 to 1024. Time grows proportionally.
-  int residual_directions = 128;
+  int residual_directions = 96;
   /// Texels along the side of one cell in which the residual's occlusion is computed; interpolated between the cells. 1
   /// to 16. Time falls slowly; the shadow around contacts becomes blurred.
-  int residual_cell = 2;
+  int residual_cell = 1;
 
   [[nodiscard]] Status validate() const;
 };

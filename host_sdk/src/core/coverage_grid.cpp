@@ -7,15 +7,47 @@
 namespace lightwell::core {
 namespace {
 
-/// Projection of p from the point onto the plane, in texels.
-Vec3d projected(Vec3f p, LightPoint point) {
-  const double k = 1.0 / (static_cast<double>(point.z) - static_cast<double>(point.w) * static_cast<double>(p.z));
-  const auto along = [&](float of_p, float of_point) {
-    return (static_cast<double>(of_p) * static_cast<double>(point.z) -
-            static_cast<double>(of_point) * static_cast<double>(p.z)) *
-           k;
-  };
-  return {along(p.x, point.x), along(p.y, point.y), 0};
+/// Projection onto the plane from one point of light, into cells.
+class Projection {
+ public:
+  Projection(LightPoint point, float scale)
+      : point_(point), scale_(scale), shear_x_(point.x / point.z), shear_y_(point.y / point.z) {}
+
+  [[nodiscard]] Cell operator()(Vec3f p) const {
+    if (point_.w == 0) return {scale_ * (p.x - shear_x_ * p.z), scale_ * (p.y - shear_y_ * p.z)};
+    // p + (p - point) z / (z_point - z)
+    const float k = p.z / (point_.z - p.z);
+    return {scale_ * (p.x + (p.x - point_.x) * k), scale_ * (p.y + (p.y - point_.y) * k)};
+  }
+
+ private:
+  LightPoint point_;
+  float scale_;
+  float shear_x_, shear_y_;
+};
+
+/// Adds the area below a piece of an edge within one column to the cells from its first row down. `column`: the first
+/// row's cell of that column.
+inline void add_in_column(float* column, std::size_t stride, float width, float low, float high) {
+  // Of that area, 1 - m is in the piece's own row, where m is its mean depth below the row's upper side, and the whole
+  // width in the rows that follow.
+  const int first = static_cast<int>(low);
+  const auto upper = static_cast<float>(first);
+  float* cell = column + static_cast<std::size_t>(first) * stride;
+  if (high <= upper + 1) {
+    const float m = width * (0.5F * (low + high) - upper);
+    cell[0] += width - m;
+    cell[stride] += m;
+    return;
+  }
+  const float width_per_row = width / (high - low);
+  for (float begin = low, row = upper; begin < high; cell += stride) {
+    const float end = std::min(high, row + 1), part = width_per_row * (end - begin);
+    const float m = part * (0.5F * (begin + end) - row);
+    cell[0] += part - m;
+    cell[stride] += m;
+    begin = row = row + 1;
+  }
 }
 
 }  // namespace
@@ -26,6 +58,7 @@ void CoverageGrid::reset(int columns, int rows, float scale, std::size_t planes)
   scale_ = scale;
   for (Layer& layer : layers_) layer.assign(stride() * static_cast<std::size_t>(rows + 2), 0.0F);
   for (std::vector<float>* v : {&running_, &covered_}) v->assign(kLayers * stride(), 0.0F);
+  row_columns_.assign(static_cast<std::size_t>(rows + 3), Range{});
   if (planes_.size() != planes) planes_.resize(planes);
   clear();
 }
@@ -36,38 +69,44 @@ void CoverageGrid::clear() {
 
 void CoverageGrid::add(const Occluder& occluder, std::span<const SilhouetteEdge> silhouettes, LightPoint point,
                        unsigned bit, std::span<const float> weights) {
-  first_row_ = rows_;
-  first_column_ = columns_;
-  last_row_ = last_column_ = -1;
-  const auto scale = static_cast<double>(scale_);
+  rows_touched_ = {};
+  cut_off_left_ = cut_off_right_ = false;
+  const Projection project(point, scale_);
   const std::size_t layers = occluder.closed() ? 1 : 2;
   for (const SilhouetteEdge& edge : silhouettes) {
     if ((edge.changes >> bit & 1) == 0) continue;
     const bool facing = (edge.facing >> bit & 1) != 0;
     const Segment& s = occluder.segment(edge);
-    const Vec3d from = projected(s.a, point) * scale, to = projected(s.b, point) * scale;
+    const Cell from = project(s.a), to = project(s.b);
     // The outline of the triangles that face the light runs along the edge if the left one does. The others are seen
-    // from behind: their outline runs the other way, which at a common edge is the same direction.
-    const float sign = facing ? 1.0F : -1.0F;
-    if (!edge.border || facing) add_edge(layers_[0], from, to, sign);
-    if (layers == 2 && (!edge.border || !facing)) add_edge(layers_[1], from, to, sign);
+    // from behind and their outline runs the other way, so that a common edge is the same part of both outlines.
+    if (!edge.border || facing) add_edge(layers_[0], from, to, facing ? 1.0F : -1.0F);
+    if (edge.border && layers == 2) add_edge(layers_[1], from, to, -1);
   }
   resolve(layers, weights);
 }
 
-void CoverageGrid::add_edge(Layer& layer, Vec3d from, Vec3d to, float sign) {
+void CoverageGrid::add_edge(Layer& layer, Cell from, Cell to, float sign) {
   if (from.x > to.x) {
     std::swap(from, to);
     sign = -sign;
   }
-  // Both are false for NaN.
-  if (!(to.x > 0 && from.x < columns_) || !(to.x > from.x)) return;
+  const auto right = static_cast<float>(columns_), below = static_cast<float>(rows_);
+  // False for NaN.
+  if (!(to.x > from.x && to.x > 0 && from.x < right)) return;
+  if (from.x >= 0 && to.x <= right && std::min(from.y, to.y) >= 0 && std::max(from.y, to.y) <= below)
+    return add_inside(layer, from.x, from.y, to.x, to.y, sign);
+  clip_edge(layer, {from.x, from.y, 0}, {to.x, to.y, 0}, sign);
+}
+
+void CoverageGrid::clip_edge(Layer& layer, Vec3d from, Vec3d to, float sign) {
   const double slope = (to.y - from.y) / (to.x - from.x);
+  cut_off_left_ = cut_off_left_ || from.x < 0;
+  cut_off_right_ = cut_off_right_ || to.x > columns_;
   if (from.x < 0) from = {0, from.y - from.x * slope, 0};
   if (to.x > columns_) to = {static_cast<double>(columns_), from.y + (columns_ - from.x) * slope, 0};
   // Cells below the last row are not of interest. Above the first row an edge counts as if it were on its upper side.
   const double bottom = rows_;
-  if (std::max(from.y, to.y) > bottom) last_row_ = rows_ - 1;
   if (from.y >= bottom && to.y >= bottom) return;
   const auto cut = [&](double height) { return std::clamp(from.x + (height - from.y) / slope, from.x, to.x); };
   const auto inside = [&](double x0, double y0, double x1, double y1) {
@@ -91,82 +130,64 @@ void CoverageGrid::add_edge(Layer& layer, Vec3d from, Vec3d to, float sign) {
 }
 
 void CoverageGrid::add_inside(Layer& layer, float x0, float y0, float x1, float y1, float sign) {
-  const int last = columns_ - 1;
-  int column = std::min(static_cast<int>(x0), last);
-  first_column_ = std::min(first_column_, column);
-  first_row_ = std::min(first_row_, static_cast<int>(std::min(y0, y1)));
-  last_row_ = std::max(last_row_, std::min(static_cast<int>(std::max(y0, y1)), rows_ - 1));
-  const float slope = (y1 - y0) / (x1 - x0), low = std::min(y0, y1), high = std::max(y0, y1);
+  const int last = columns_ - 1, first_column = std::min(static_cast<int>(x0), last);
+  const float low = std::min(y0, y1), high = std::max(y0, y1);
+  const Range columns{first_column, std::min(static_cast<int>(x1), last)};
+  const int first_row = static_cast<int>(low), last_row = static_cast<int>(high);
+  // The piece in a row also changes the row below.
+  for (int row = first_row; row <= last_row + 1; ++row) row_columns_[static_cast<std::size_t>(row)].include(columns);
+  rows_touched_.include({first_row, last_row + 1});
+  float* const cells = layer.data();
+  const std::size_t stride = this->stride();
+  if (columns.first == columns.last) return add_in_column(cells + first_column, stride, sign * (x1 - x0), low, high);
+  const float slope = (y1 - y0) / (x1 - x0);
   float x = x0, y = y0;
-  for (; column < last; ++column) {
-    const auto border = static_cast<float>(column + 1);
-    if (border >= x1) break;
-    const float next = std::clamp(y0 + (border - x0) * slope, low, high);
-    add_in_column(layer, column, border - x, std::min(y, next), std::max(y, next), sign);
+  for (int column = first_column; column <= columns.last; ++column) {
+    const float border = column == columns.last ? x1 : static_cast<float>(column + 1);
+    const float next = column == columns.last ? y1 : std::clamp(y0 + (border - x0) * slope, low, high);
+    add_in_column(cells + column, stride, sign * (border - x), std::min(y, next), std::max(y, next));
     x = border;
     y = next;
-  }
-  add_in_column(layer, column, x1 - x, std::min(y, y1), std::max(y, y1), sign);
-  last_column_ = std::max(last_column_, column);
-}
-
-void CoverageGrid::add_in_column(Layer& layer, int column, float width, float low, float high, float sign) {
-  // Of the area under a piece of the edge, 1 - m is in the piece's own row, where m is its mean depth below the row's
-  // upper side, and the whole width in the rows that follow.
-  const int first = static_cast<int>(low), last = static_cast<int>(high);
-  float* cell = layer.data() + static_cast<std::size_t>(first) * stride() + column;
-  if (first == last) {
-    const float m = 0.5F * (low + high) - static_cast<float>(first);
-    cell[0] += sign * width * (1 - m);
-    cell[stride()] += sign * width * m;
-    return;
-  }
-  const float width_per_row = width / (high - low);
-  for (int row = first; row <= last; ++row, cell += stride()) {
-    const float begin = std::max(low, static_cast<float>(row)), end = std::min(high, static_cast<float>(row + 1));
-    const float part = sign * width_per_row * (end - begin), m = 0.5F * (begin + end) - static_cast<float>(row);
-    cell[0] += part * (1 - m);
-    cell[stride()] += part * m;
   }
 }
 
 void CoverageGrid::resolve(std::size_t layers, std::span<const float> weights) {
-  if (last_column_ < first_column_) return;
-  const auto begin = static_cast<std::size_t>(first_column_);
-  const auto count = static_cast<std::size_t>(last_column_ - first_column_ + 1);
+  // In a row, covered cells lie between the edges that cross it, or between these and a side of the grid beyond which
+  // edges were cut off. The last two rows are below the grid.
   std::ranges::fill(running_, 0.0F);
-  // One row more, and the one below, hold what the last row's edges leave there.
-  for (int row = first_row_; row <= last_row_; ++row) {
-    const std::size_t at = static_cast<std::size_t>(row) * stride() + begin;
+  for (int row = rows_touched_.first; row <= rows_touched_.last; ++row) {
+    Range& touched = row_columns_[static_cast<std::size_t>(row)];
+    const Range columns{cut_off_left_ ? 0 : touched.first, cut_off_right_ ? columns_ - 1 : touched.last};
+    touched = {};
+    if (columns.last < columns.first) continue;
+    const auto count = static_cast<std::size_t>(columns.last - columns.first + 1);
+    const std::size_t at = static_cast<std::size_t>(row) * stride() + static_cast<std::size_t>(columns.first);
     float* const covered = covered_.data();
-    for (std::size_t k = 0; k < layers; ++k) {
-      float* const cells = layers_[k].data() + at;
-      float* const running = running_.data() + k * stride();
-      if (k == 0) {
-        for (std::size_t x = 0; x < count; ++x) {
-          running[x] += cells[x];
-          cells[x] = 0;
-          covered[x] = std::min(std::max(running[x], 0.0F), 1.0F);
-        }
-      } else {
-        for (std::size_t x = 0; x < count; ++x) {
-          running[x] += cells[x];
-          cells[x] = 0;
-          covered[x] = std::max(covered[x], std::min(running[x], 1.0F));
-        }
+    float* const facing = running_.data() + columns.first;
+    float* const cells = layers_[0].data() + at;
+    for (std::size_t x = 0; x < count; ++x) {
+      const float sum = facing[x] + cells[x];
+      facing[x] = sum;
+      cells[x] = 0;
+      covered[x] = std::min(1.0F, std::max(0.0F, sum));
+    }
+    if (layers == 2) {
+      float* const others = running_.data() + stride() + columns.first;
+      float* const more = layers_[1].data() + at;
+      for (std::size_t x = 0; x < count; ++x) {
+        const float sum = others[x] + more[x];
+        others[x] = sum;
+        more[x] = 0;
+        covered[x] = std::max(covered[x], std::min(1.0F, facing[x] + sum));
       }
     }
+    if (row >= rows_) continue;
     for (std::size_t p = 0; p < weights.size(); ++p) {
       float* const plane = planes_[p].data() + at;
       const float weight = weights[p];
       for (std::size_t x = 0; x < count; ++x) plane[x] += weight * covered[x];
     }
   }
-  for (std::size_t k = 0; k < layers; ++k)
-    for (std::size_t row = static_cast<std::size_t>(last_row_ + 1); row <= static_cast<std::size_t>(last_row_ + 2);
-         ++row)
-      if (row < static_cast<std::size_t>(rows_ + 2))
-        std::fill_n(layers_[k].data() + row * stride() + begin, count, 0.0F);
 }
 
 }  // namespace lightwell::core

@@ -1,9 +1,11 @@
 // Exact area coverage of grid cells by projected outlines.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -12,6 +14,11 @@
 #include "core/occluder.hpp"
 
 namespace lightwell::core {
+
+/// A position in cells.
+struct Cell {
+  float x = 0, y = 0;
+};
 
 /// Adds up, over many points of light, the covered share of each cell of a grid. The outlines of one point go into an
 /// accumulation buffer: each edge adds its signed area to the cells that it crosses, and the sum along a column is the
@@ -36,16 +43,27 @@ class CoverageGrid {
   }
 
  private:
-  /// Counts of triangles that face the light, and of the others: the second only for meshes that are not closed.
+  /// The count of triangles that face the light; for meshes that are not closed, also that of the others minus it.
   static constexpr std::size_t kLayers = 2;
   using Layer = std::vector<float>;
 
+  /// Of rows or columns; empty at first.
+  struct Range {
+    int first = std::numeric_limits<int>::max(), last = -1;
+
+    void include(Range other) {
+      first = std::min(first, other.first);
+      last = std::max(last, other.last);
+    }
+  };
+
   [[nodiscard]] std::size_t stride() const { return static_cast<std::size_t>(columns_); }
-  /// An edge in cells, of any position; `sign` times.
-  void add_edge(Layer& layer, Vec3d from, Vec3d to, float sign);
+  /// An edge of any position; `sign` times.
+  void add_edge(Layer& layer, Cell from, Cell to, float sign);
+  /// An edge that is not within the grid; from.x < to.x.
+  void clip_edge(Layer& layer, Vec3d from, Vec3d to, float sign);
   /// The same within the grid, from.x <= to.x.
   void add_inside(Layer& layer, float x0, float y0, float x1, float y1, float sign);
-  void add_in_column(Layer& layer, int column, float width, float low, float high, float sign);
   void resolve(std::size_t layers, std::span<const float> weights);
 
   int columns_ = 0, rows_ = 0;
@@ -53,7 +71,9 @@ class CoverageGrid {
   std::array<Layer, kLayers> layers_;  ///< rows + 2 each: below the last row is what lies there of the edges.
   std::vector<float> running_, covered_;
   std::vector<std::vector<float>> planes_;
-  int first_row_ = 0, last_row_ = 0, first_column_ = 0, last_column_ = 0;  ///< Bounds of what the layers hold.
+  Range rows_touched_;                                 ///< That the layers' contents are in.
+  std::vector<Range> row_columns_;                     ///< The columns of each row that they are in.
+  bool cut_off_left_ = false, cut_off_right_ = false;  ///< An edge crosses that side of the grid.
 };
 
 }  // namespace lightwell::core

@@ -42,8 +42,8 @@ class MeshTopology {
   void weld(std::span<const Vec3f> positions);
   void pair_edges();
 
-  std::vector<std::uint32_t> indices_;    ///< Of the last build.
-  std::vector<std::uint32_t> first_;      ///< For each vertex, the first one at the same position.
+  std::vector<std::uint32_t> indices_;  ///< Of the last build.
+  std::vector<std::uint32_t> first_;    ///< For each vertex, the first one at the same position.
   std::vector<std::uint32_t> hash_slots_;
   std::vector<std::array<std::uint32_t, 3>> triangles_;
   std::vector<HalfEdge> half_edges_;

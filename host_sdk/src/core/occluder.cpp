@@ -1,6 +1,7 @@
 #include "core/occluder.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -130,15 +131,22 @@ void Occluder::build(const MeshTopology& topology, std::span<const Vec3f> vertic
 void Occluder::compute_facing(std::span<const LightPoint> points) {
   for (std::size_t first = 0; first < facing_.size(); first += kBlock) {
     const float *const nx = normal_x_.data() + first, *const ny = normal_y_.data() + first,
-                *const nz = normal_z_.data() + first, *const d = offset_.data() + first;
-    std::array<std::uint32_t, kBlock> bits{};
+                       *const nz = normal_z_.data() + first, *const d = offset_.data() + first;
+    std::array<std::uint32_t, kBlock> turned_away{};
+    // The sign bit, because compilers vectorise this and not a comparison.
+    const auto mark = [&](std::size_t k, float side, std::uint32_t bit) {
+      turned_away[k] |= static_cast<std::uint32_t>(std::bit_cast<std::int32_t>(side) >> 31) & bit;
+    };
     for (std::size_t j = 0; j < points.size(); ++j) {
       const auto [x, y, z, w] = points[j];
       const std::uint32_t bit = 1U << j;
-      for (std::size_t k = 0; k < kBlock; ++k)
-        bits[k] |= nx[k] * x + ny[k] * y + nz[k] * z + d[k] * w > 0 ? bit : 0U;
+      if (w == 0) {
+        for (std::size_t k = 0; k < kBlock; ++k) mark(k, nx[k] * x + ny[k] * y + nz[k] * z, bit);
+      } else {
+        for (std::size_t k = 0; k < kBlock; ++k) mark(k, nx[k] * x + ny[k] * y + nz[k] * z + d[k], bit);
+      }
     }
-    std::ranges::copy(bits, facing_.begin() + static_cast<std::ptrdiff_t>(first));
+    for (std::size_t k = 0; k < kBlock; ++k) facing_[first + k] = ~turned_away[k];
   }
 }
 

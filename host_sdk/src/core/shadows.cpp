@@ -23,7 +23,7 @@ constexpr int kMaxSamples = 1024;
 constexpr int kMaxCell = 16;
 /// Samples of a light for each texel of the width of its penumbra, and at least. Coverage is exact in area, so that the
 /// edges of neighbouring samples merge where they are a texel or two apart.
-constexpr double kSamplesPerTexel = 1.0;
+constexpr double kSamplesPerTexel = 2.0;
 constexpr int kMinSamples = 6;
 /// A near lamp illuminates what is below this share of its height: what is higher projects to infinity.
 constexpr double kCeiling = 0.98;
@@ -101,9 +101,9 @@ class ShadowCaster::Impl {
  private:
   /// A light as the plane receives it.
   struct ReceivedLight {
-    Vec3d direction;         ///< Unit, in the plane's frame.
+    Vec3d direction;  ///< Unit, in the plane's frame.
     double radius_rad = 0;
-    Irradiance irradiance;   ///< Of the plane, without the object; of a near lamp at the distance 1 m, normal incidence.
+    Irradiance irradiance;  ///< Of the plane, without the object; of a near lamp at the distance 1 m, normal incidence.
     bool near = false;
     Vec3d position;          ///< Of a near lamp, in the plane's frame.
     double lamp_radius = 0;  ///< m
@@ -135,9 +135,9 @@ class ShadowCaster::Impl {
   std::vector<core::LightSample> samples_;
   std::vector<core::LightPoint> points_;
   std::span<const core::HemisphereSample> residual_;
-  Irradiance distant_;   ///< Of the plane, from distant lights and residual, without the object.
+  Irradiance distant_;  ///< Of the plane, from distant lights and residual, without the object.
   Irradiance residual_irradiance_;
-  std::array<std::vector<float>, 3> lost_;   ///< Irradiance that the object takes, by texel.
+  std::array<std::vector<float>, 3> lost_;    ///< Irradiance that the object takes, by texel.
   std::array<std::vector<float>, 3> nearby_;  ///< Irradiance of near lamps without the object; empty if there are none.
   Pose T_plane_lighting_;
   ShadowReceiver receiver_;
@@ -206,8 +206,8 @@ void ShadowCaster::Impl::receive_lights(const Lighting& lighting) {
 
 void ShadowCaster::Impl::receive_residual(const Lighting& lighting) {
   const Quat to_lighting = T_plane_lighting_.rotation.inverse();
-  residual_ = hemisphere_.sample(
-      [&](Vec3d d) { return lighting.radiance(vec_cast<float>(rotate(to_lighting, d)), 0).value; });
+  residual_ =
+      hemisphere_.sample([&](Vec3d d) { return lighting.radiance(vec_cast<float>(rotate(to_lighting, d)), 0).value; });
   residual_irradiance_ = {};
   for (const core::HemisphereSample& s : residual_) residual_irradiance_ += s.irradiance;
   distant_ += residual_irradiance_;
@@ -339,9 +339,7 @@ ShadowSummary ShadowCaster::Impl::cast(const Lighting& lighting, const ShadowRec
   for (const ReceivedLight& light : lights_) {
     light_grid_.reset(receiver.columns, receiver.rows, 1, 1);
     summary.directions += sample_light(light);
-    add_samples(light_grid_, [&](std::size_t k) {
-      return std::array{static_cast<float>(samples_[k].weight)};
-    });
+    add_samples(light_grid_, [&](std::size_t k) { return std::array{static_cast<float>(samples_[k].weight)}; });
     lose_light(light);
   }
   summary.lights = static_cast<int>(lights_.size());
