@@ -92,8 +92,8 @@ void CoverageGrid::add_edge(Layer& layer, Cell from, Cell to, float sign) {
     sign = -sign;
   }
   const auto right = static_cast<float>(columns_), below = static_cast<float>(rows_);
-  // False for NaN.
-  if (!(to.x > from.x && to.x > 0 && from.x < right)) return;
+  // False for NaN. A vertical edge covers nothing, but its rows have to be known.
+  if (!(to.x >= from.x && to.x >= 0 && from.x <= right)) return;
   if (from.x >= 0 && to.x <= right && std::min(from.y, to.y) >= 0 && std::max(from.y, to.y) <= below)
     return add_inside(layer, from.x, from.y, to.x, to.y, sign);
   clip_edge(layer, {from.x, from.y, 0}, {to.x, to.y, 0}, sign);
@@ -110,7 +110,7 @@ void CoverageGrid::clip_edge(Layer& layer, Vec3d from, Vec3d to, float sign) {
   if (from.y >= bottom && to.y >= bottom) return;
   const auto cut = [&](double height) { return std::clamp(from.x + (height - from.y) / slope, from.x, to.x); };
   const auto inside = [&](double x0, double y0, double x1, double y1) {
-    if (x1 > x0)
+    if (x1 >= x0)
       add_inside(layer, static_cast<float>(x0), static_cast<float>(y0), static_cast<float>(x1), static_cast<float>(y1),
                  sign);
   };
@@ -153,9 +153,10 @@ void CoverageGrid::add_inside(Layer& layer, float x0, float y0, float x1, float 
 
 void CoverageGrid::resolve(std::size_t layers, std::span<const float> weights) {
   // In a row, covered cells lie between the edges that cross it, or between these and a side of the grid beyond which
-  // edges were cut off. The last two rows are below the grid.
+  // edges were cut off; from side to side where no edge crosses it. The last two rows are below the grid.
+  const int last_row = cut_off_left_ && cut_off_right_ ? rows_ + 1 : rows_touched_.last;
   std::ranges::fill(running_, 0.0F);
-  for (int row = rows_touched_.first; row <= rows_touched_.last; ++row) {
+  for (int row = rows_touched_.first; row <= last_row; ++row) {
     Range& touched = row_columns_[static_cast<std::size_t>(row)];
     const Range columns{cut_off_left_ ? 0 : touched.first, cut_off_right_ ? columns_ - 1 : touched.last};
     touched = {};

@@ -17,14 +17,27 @@ constexpr int kMaxCandidates = 1 << 14;
 
 Vec3d on_hemisphere(DiscPoint p) { return {p.x, p.y, std::sqrt(std::max(0.0, 1 - p.x * p.x - p.y * p.y))}; }
 
-/// Calls `use(direction)` for directions of equal solid angle that are above the horizon.
+/// The centroid of disc_point().
+DiscPoint centroid(int count) {
+  DiscPoint sum;
+  for (int i = 0; i < count; ++i) {
+    const DiscPoint p = disc_point(i, count);
+    sum.x += p.x / count;
+    sum.y += p.y / count;
+  }
+  return sum;
+}
+
+/// Calls `use(direction)` for directions of equal solid angle that are above the horizon. Without the offset of the
+/// spiral's centroid, 0.5 / count, by which every penumbra would be shifted.
 template <class Use>
 void each_above(Vec3d axis, double radius_rad, int candidates, const Use& use) {
   const auto [u, v] = tangent_basis(axis);
   // Archimedes: a disc of equal areas maps to the cap by 1 - cos(angle) = (1 - cos(radius)) r².
   const double depth = 1 - std::cos(radius_rad);
+  const DiscPoint middle = centroid(candidates);
   for (int i = 0; i < candidates; ++i) {
-    const DiscPoint p = disc_point(i, candidates);
+    const DiscPoint q = disc_point(i, candidates), p{q.x - middle.x, q.y - middle.y};
     const double r2 = p.x * p.x + p.y * p.y, below = depth * r2;
     // sin(angle) / r
     const double s = std::sqrt(depth * std::max(0.0, 2 - below));
@@ -63,9 +76,10 @@ void sample_lamp(Vec3d centre, double radius, Vec3d target, int count, std::vect
   samples.clear();
   if (!(radius > 0)) count = 1;
   const auto [u, v] = tangent_basis(normalized(centre - target));
+  const DiscPoint middle = centroid(count);
   for (int i = 0; i < count; ++i) {
     const DiscPoint p = disc_point(i, count);
-    samples.push_back({centre + u * (radius * p.x) + v * (radius * p.y), 1.0 / count});
+    samples.push_back({centre + u * (radius * (p.x - middle.x)) + v * (radius * (p.y - middle.y)), 1.0 / count});
   }
 }
 
