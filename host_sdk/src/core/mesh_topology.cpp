@@ -74,9 +74,11 @@ void MeshTopology::pair_edges() {
 
 void MeshTopology::update(std::span<const Vec3f> positions, std::span<const std::uint32_t> indices) {
   if (current(positions, indices)) return;
-  indices_.assign(indices.begin(), indices.end());
-  weld(positions);
+  // Until the end nothing is current: memory may run out on the way.
+  indices_.clear();
   triangles_.clear();
+  edges_.clear();
+  weld(positions);
   for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
     const std::array<std::uint32_t, 3> t{first_[indices[i]], first_[indices[i + 1]], first_[indices[i + 2]]};
     if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles_.push_back(t);
@@ -84,6 +86,7 @@ void MeshTopology::update(std::span<const Vec3f> positions, std::span<const std:
   half_edges_.reserve(indices.size());
   edges_.reserve(indices.size());
   pair_edges();
+  indices_.assign(indices.begin(), indices.end());
 }
 
 }  // namespace lightwell::core

@@ -1,8 +1,9 @@
-// lightwell.h and conventions.h are also valid in the oldest supported C++, with the same meaning.
+// lightwell.h, conventions.h and shadows.h are also valid in the oldest supported C++, with the same meaning.
 #include <cstring>
 
 #include <lightwell/conventions.h>
 #include <lightwell/lightwell.h>
+#include <lightwell/shadows.h>
 
 #include "check.h"
 
