@@ -46,7 +46,8 @@ static void a_sheet_hides_the_lamp(lw_shadow_caster* caster, const lw_lighting* 
   CHECK(s.size == sizeof s && s.validity == LW_VALID && strcmp(s.reason, "") == 0 && s.no_light == 0 && s.lights == 1);
   CHECK(s.ignored_triangles == 0 && s.directions > 0);
   for (i = 0; i < FLOATS; ++i) CHECK(ratios[i] >= 0 && ratios[i] <= 1);
-  CHECK(at(ratios, 8, 8) < 0.01F && at(ratios, 0, 0) > 0.99F);
+  /* A tenth of the light is residual, of which the sheet hides a quarter. */
+  CHECK(at(ratios, 8, 8) < 0.12F && at(ratios, 0, 0) > 0.97F);
   /* Tightly packed and without a summary; the sheet moved by its pose. */
   for (i = 0; i < 4; ++i) memcpy(tight[i], interleaved[i], sizeof tight[i]);
   mesh.positions = tight;
@@ -55,7 +56,7 @@ static void a_sheet_hides_the_lamp(lw_shadow_caster* caster, const lw_lighting* 
   CHECK(memcmp(packed, ratios, sizeof packed) == 0);
   mesh.position[0] = 0.06;
   CHECK(lw_shadow_caster_cast(caster, light, &plane, &mesh, packed, FLOATS, NULL) == LW_OK);
-  CHECK(at(packed, 5, 8) > 0.99F && at(packed, 15, 8) < 0.01F);
+  CHECK(at(packed, 2, 8) > 0.97F && at(packed, 15, 8) < 0.12F);
 }
 
 static void arguments_are_checked(lw_shadow_caster* caster, lw_lighting* light) {
@@ -141,17 +142,25 @@ static void without_light_or_object(lw_shadow_caster* caster, const lw_lighting*
 
 /* Light with harmonics and 13 lights, of a probe. */
 static void light_of_a_recording(lw_shadow_caster* caster, const char* recording) {
-  float ratios[FLOATS];
-  const lw_shadow_receiver plane = {.size = sizeof plane, .columns = SIDE, .rows = SIDE, .width = 0.16, .height = 0.16};
+  float ratios[FLOATS], lowest = 1, highest = 0;
+  lw_shadow_receiver plane = {.size = sizeof plane, .columns = SIDE, .rows = SIDE, .width = 0.32, .height = 0.32};
   const lw_shadow_mesh mesh = sheet();
+  int i;
   lw_shadow_summary s = {.size = sizeof s};
   lw_lighting* light = NULL;
   lw_probe* probe;
   CHECK(lw_lighting_create(&light) == LW_OK);
   probe = played(recording, light);
+  /* It faces +Y. */
+  plane.orientation[0] = -sqrt(0.5);
+  plane.orientation[3] = sqrt(0.5);
   CHECK(lw_shadow_caster_cast(caster, light, &plane, &mesh, ratios, FLOATS, &s) == LW_OK);
   CHECK(s.lights > 0 && s.directions >= s.lights + 8 && s.no_light == 0);
-  CHECK(at(ratios, 8, 8) < 0.9F && at(ratios, 8, 8) > 0 && at(ratios, 0, 0) > at(ratios, 8, 8));
+  for (i = 0; i < FLOATS; ++i) {
+    if (!(ratios[i] >= lowest)) lowest = ratios[i];
+    if (!(ratios[i] <= highest)) highest = ratios[i];
+  }
+  CHECK(lowest > 0 && lowest < 0.9F && highest > lowest + 0.1F && highest <= 1);
   lw_lighting_release(light);
   lw_probe_close(probe);
 }
