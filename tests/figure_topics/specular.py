@@ -1,7 +1,7 @@
 """Topic specular: the surface light field of a glossy plane (firmware/estimate/specular), on sequences of the reference
 renderer. Scenes, seeds and lengths are in tests/measure/specular_sequences.cpp.
 
-Capture, separation and re-rendering are measured. Light from the specular part, shadows, guidance, extremes and the
+Capture, separation and re-rendering are measured. Light from the specular part, guidance, extremes and the
 board are not.
 """
 

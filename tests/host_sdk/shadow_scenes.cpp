@@ -47,6 +47,16 @@ reference::TriangleMesh make_object(const std::string& object, int triangles, st
     }
     return out;
   }
+  if (object == "leaves") {
+    reference::TriangleMesh out;
+    for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(triangles); ++k) {
+      const V3 middle = at + 0.05 * V3{uniform(random), uniform(random), 1.2 + uniform(random)};
+      for (int i = 0; i < 3; ++i)
+        out.positions.push_back(middle + 0.002 * V3{uniform(random), uniform(random), uniform(random)});
+      out.triangles.push_back({3 * k, 3 * k + 1, 3 * k + 2});
+    }
+    return out;
+  }
   return reference::make_chair(at, 0.06, uniform(random), along(triangles, 72));
 }
 
@@ -120,29 +130,42 @@ std::vector<ShadowCaseOptions> shadow_cases(int triangles) {
   return out;
 }
 
+ShadowCaseOptions unconnected_case(int triangles) {
+  return {"leaves, lights of 0.5 to 10 deg", "leaves", triangles, {0.5, 2, 5, 10}, 20, 80, 0.4, 1};
+}
+
 reference::PlaneRectangle rectangle_of(const ShadowReceiver& receiver, int column, int row) {
   const double w = receiver.width_m / receiver.columns, h = receiver.height_m / receiver.rows;
   const double left = column * w - receiver.width_m / 2, top = receiver.height_m / 2 - row * h;
   return {left, top - h, left + w, top};
 }
 
-ShadowErrors shadow_errors(const ShadowCase& test_case, const ShadowReceiver& receiver,
-                           const std::vector<LightRatio>& ratios, int texels, int rays) {
+std::vector<TracedTexel> trace_texels(const ShadowCase& test_case, const ShadowReceiver& receiver, int count,
+                                      int rays) {
   const reference::ShadowTracer tracer(test_case.scene);
   std::mt19937_64 random(7);
+  std::vector<TracedTexel> out;
+  for (int n = 0; n < count; ++n) {
+    const int column = static_cast<int>(random() % static_cast<std::uint64_t>(receiver.columns));
+    const int row = static_cast<int>(random() % static_cast<std::uint64_t>(receiver.rows));
+    out.push_back({column, row, tracer.ratio(rectangle_of(receiver, column, row), rays)});
+  }
+  return out;
+}
+
+ShadowErrors shadow_errors(const std::vector<TracedTexel>& truth, const ShadowReceiver& receiver,
+                           const std::vector<LightRatio>& ratios) {
   std::vector<double> errors;
   double sum = 0, sum_shadowed = 0;
   int shadowed = 0;
-  for (int n = 0; n < texels; ++n) {
-    const int column = static_cast<int>(random() % static_cast<std::uint64_t>(receiver.columns));
-    const int row = static_cast<int>(random() % static_cast<std::uint64_t>(receiver.rows));
-    const reference::Rgb truth = tracer.ratio(rectangle_of(receiver, column, row), rays);
-    const LightRatio ratio = ratios[static_cast<std::size_t>(row * receiver.columns + column)];
+  for (const TracedTexel& texel : truth) {
+    const LightRatio ratio = ratios[static_cast<std::size_t>(texel.row * receiver.columns + texel.column)];
     for (int c = 0; c < 3; ++c) {
-      const double error = std::abs(static_cast<double>(ratio[c]) - truth[static_cast<std::size_t>(c)]);
+      const double exact = texel.ratio[static_cast<std::size_t>(c)];
+      const double error = std::abs(static_cast<double>(ratio[c]) - exact);
       errors.push_back(error);
       sum += error * error;
-      if (truth[static_cast<std::size_t>(c)] < 0.995) {
+      if (exact < 0.995) {
         sum_shadowed += error * error;
         ++shadowed;
       }

@@ -47,6 +47,9 @@ struct ShadowCaseOptions {
 /// residual alone, lights alone.
 [[nodiscard]] std::vector<ShadowCaseOptions> shadow_cases(int triangles);
 
+/// Separate triangles in random attitudes: the worst case, of which every edge is an outline.
+[[nodiscard]] ShadowCaseOptions unconnected_case(int triangles);
+
 /// Light of a scene, in the frame in which T_lighting_plane places the plane. Uniform residual radiance.
 [[nodiscard]] Lighting lighting_of(const std::vector<reference::ShadowLight>& lights, reference::Rgb residual,
                                    const Pose& T_lighting_plane);
@@ -59,9 +62,18 @@ struct ShadowErrors {
   double rms_shadowed = 0;  ///< Over those whose true ratio is below 0.995.
 };
 
-/// Compares `texels` random ones of the texture with the ray tracer.
-[[nodiscard]] ShadowErrors shadow_errors(const ShadowCase& test_case, const ShadowReceiver& receiver,
-                                         const std::vector<LightRatio>& ratios, int texels, int rays);
+/// The true ratio of a texel.
+struct TracedTexel {
+  int column = 0, row = 0;
+  reference::Rgb ratio{};
+};
+
+/// Random texels, `count` of them, by the ray tracer.
+[[nodiscard]] std::vector<TracedTexel> trace_texels(const ShadowCase& test_case, const ShadowReceiver& receiver,
+                                                    int count, int rays);
+
+[[nodiscard]] ShadowErrors shadow_errors(const std::vector<TracedTexel>& truth, const ShadowReceiver& receiver,
+                                         const std::vector<LightRatio>& ratios);
 
 /// The rectangle of a texel.
 [[nodiscard]] reference::PlaneRectangle rectangle_of(const ShadowReceiver& receiver, int column, int row);

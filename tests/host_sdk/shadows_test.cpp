@@ -132,7 +132,7 @@ TEST(Shadows, AgreeWithTheRayTracer) {
     std::vector<LightRatio> ratios(256 * 256);
     ShadowCaster caster = make_caster();
     ASSERT_TRUE(caster.cast(test_case.lighting, receiver, test_case.mesh(), ratios).ok());
-    const ShadowErrors errors = shadow_errors(test_case, receiver, ratios, 150, 1024);
+    const ShadowErrors errors = shadow_errors(trace_texels(test_case, receiver, 150, 1024), receiver, ratios);
     EXPECT_LT(errors.rms, 0.012);
     EXPECT_LT(errors.percentile_99, 0.036);
     EXPECT_LT(errors.largest, 0.05);
@@ -143,12 +143,13 @@ TEST(Shadows, MoreSamplesAreMoreExact) {
   ShadowCaseOptions options{"chair", "chair", 2000, {3, 10}, 20, 80, 0.4, 5};
   const ShadowCase test_case = make_shadow_case(options);
   const ShadowReceiver receiver = test_case.receiver(256);
+  const std::vector<TracedTexel> truth = trace_texels(test_case, receiver, 150, 2048);
   double before = 1;
   for (const ShadowOptions setting : {ShadowOptions{4, 16, 4}, ShadowOptions{32, 96, 1}, ShadowOptions{256, 512, 1}}) {
     std::vector<LightRatio> ratios(256 * 256);
     ShadowCaster caster = make_caster(setting);
     ASSERT_TRUE(caster.cast(test_case.lighting, receiver, test_case.mesh(), ratios).ok());
-    const double rms = shadow_errors(test_case, receiver, ratios, 150, 2048).rms;
+    const double rms = shadow_errors(truth, receiver, ratios).rms;
     EXPECT_LT(rms, 0.8 * before);
     before = rms;
   }

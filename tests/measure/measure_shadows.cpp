@@ -79,7 +79,7 @@ double warp_perspective_ms() {
 }
 
 void measure_case(const ShadowCase& shadow_case, const NamedOptions& setting, const bench::MemcpySpeed& copy,
-                  double warp_ms, int texels, int rays) {
+                  double warp_ms, const std::vector<test::TracedTexel>& truth) {
   ShadowCaster caster = require(ShadowCaster::make(setting.options));
   ShadowSummary summary;
   const std::vector<LightRatio> ratios = cast(caster, shadow_case, summary);
@@ -92,9 +92,8 @@ void measure_case(const ShadowCase& shadow_case, const NamedOptions& setting, co
   line["memcpy_ratio"] = line["ms"].get<double>() / (1e3 * copy.seconds_per_copy);
   line["warp_perspective_ratio"] = line["ms"].get<double>() / warp_ms;
   line["memcpy_gb_s"] = copy.gigabytes_per_s;
-  if (texels > 0) {
-    const test::ShadowErrors errors =
-        test::shadow_errors(shadow_case, shadow_case.receiver(kTexels), ratios, texels, rays);
+  if (!truth.empty()) {
+    const test::ShadowErrors errors = test::shadow_errors(truth, shadow_case.receiver(kTexels), ratios);
     line["rms"] = errors.rms;
     line["rms_shadowed"] = errors.rms_shadowed;
     line["percentile_99"] = errors.percentile_99;
@@ -150,15 +149,18 @@ int main(int argc, char** argv) {
   return run_command(app, {argv + 1, argv + argc}, [&] {
     const bench::MemcpySpeed copy = bench::memcpy_speed(std::size_t{640} * 480 * 3);
     const double warp_ms = warp_perspective_ms();
-    for (const test::ShadowCaseOptions& options : test::shadow_cases(kTriangles)) {
+    std::vector<test::ShadowCaseOptions> cases = test::shadow_cases(kTriangles);
+    cases.push_back(test::unconnected_case(kTriangles));
+    for (const test::ShadowCaseOptions& options : cases) {
       if (options.name.find(scene) == std::string::npos) continue;
       const ShadowCase shadow_case = test::make_shadow_case(options);
       if (!picture.empty()) {
         draw(shadow_case, {}, rays, picture);
         return kDone;
       }
-      for (const NamedOptions& setting : settings())
-        measure_case(shadow_case, setting, copy, warp_ms, speed ? 0 : texels, rays);
+      std::vector<test::TracedTexel> truth;
+      if (!speed) truth = test::trace_texels(shadow_case, shadow_case.receiver(kTexels), texels, rays);
+      for (const NamedOptions& setting : settings()) measure_case(shadow_case, setting, copy, warp_ms, truth);
     }
     return kDone;
   });

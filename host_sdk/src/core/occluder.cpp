@@ -25,7 +25,7 @@ Vec3f at_height(Vec3f a, Vec3f b, float height) {
 }
 
 /// The part of the segment between heights 0 and `ceiling`. False if there is none.
-bool clip(Segment& s, float ceiling) {
+bool clip_segment(Segment& s, float ceiling) {
   // An edge on the plane closes the outline of a triangle that stands on it.
   if (std::max(s.a.z, s.b.z) < 0 || std::min(s.a.z, s.b.z) > ceiling) return false;
   const Segment whole = s;
@@ -118,7 +118,7 @@ void Occluder::build(const MeshTopology& topology, std::span<const Vec3f> vertic
       std::swap(sides.left, sides.right);
       std::swap(s.a, s.b);
     }
-    if (absent(sides.left) || !clip(s, ceiling)) continue;
+    if (absent(sides.left) || !clip_segment(s, ceiling)) continue;
     if (absent(sides.right)) sides.right = kNoTriangle;
     segments_.push_back(s);
     sides_.push_back(sides);
