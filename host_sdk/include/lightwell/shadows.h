@@ -17,7 +17,7 @@ typedef struct lw_shadow_caster lw_shadow_caster;
 /* As ShadowOptions. 0 in a field is the default. */
 typedef struct lw_shadow_options {
   uint32_t size;
-  int32_t light_samples;       /* Most directions sampled of one light, 1 to 1024. Default: 48. */
+  int32_t light_samples;       /* Most directions sampled of one light, 1 to 1024. Default: 40. */
   int32_t residual_directions; /* Directions sampled of the residual radiance, 1 to 1024. Default: 96. */
   int32_t residual_cell;       /* Texels along a cell of the residual's occlusion, 1 to 16. Default: 1. */
 } lw_shadow_options;

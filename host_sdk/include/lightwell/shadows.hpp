@@ -46,7 +46,7 @@ struct ShadowMesh {
 struct ShadowOptions {
   /// Most directions sampled of one light, 1 to 1024. A light whose penumbra is narrow gets fewer. Time grows
   /// proportionally, the error of wide penumbrae falls.
-  int light_samples = 48;
+  int light_samples = 40;
   /// Directions sampled of the residual radiance, 1 to 1024. Time grows proportionally.
   int residual_directions = 96;
   /// Texels along the side of one cell in which the residual's occlusion is computed; interpolated between the cells. 1

@@ -308,6 +308,10 @@ void ShadowCaster::Impl::lose_residual() {
     for (std::size_t c = 0; c < 3; ++c) {
       const auto upper = residual_grid_.row(c, top), lower = residual_grid_.row(c, bottom);
       float* const lost = lost_[c].data() + static_cast<std::size_t>(row) * static_cast<std::size_t>(receiver_.columns);
+      if (options_.residual_cell == 1) {
+        for (std::size_t x = 0; x < upper.size(); ++x) lost[x] += upper[x];
+        continue;
+      }
       for (int x = 0; x < receiver_.columns; ++x) {
         int left = 0, right = 0;
         const float along = neighbours(x, columns, left, right);
