@@ -1,5 +1,5 @@
-"""Topic shadows: textures of the shadows that virtual objects cast on a plane (ShadowCaster of host_sdk), against the ray
-tracer of tests/reference. Objects, lights and seeds are in tests/host_sdk/shadow_scenes.cpp.
+"""Topic shadows: textures of the shadows that virtual objects cast on a plane (ShadowCaster of host_sdk), against the
+ray tracer of tests/reference. Objects, lights and seeds are in tests/host_sdk/shadow_scenes.cpp.
 """
 
 from figure_topics.marker import items_of
@@ -25,7 +25,8 @@ def rows_of(line):
     if line["setting"] == "default":
         rows += [reported(what + "RMS error where the object takes light", line.get("rms_shadowed"), "", real),
                  reported(what + "largest error", line.get("largest"), "", real),
-                 reported(what + "time relative to memcpy of a frame of 640x480 RGB", line.get("memcpy_ratio"), "x", real),
+                 reported(what + "time relative to memcpy of a frame of 640x480 RGB", line.get("memcpy_ratio"), "x",
+                          real),
                  reported(what + "time relative to cv::warpPerspective to 256x256", line.get("warp_perspective_ratio"),
                           "x", real)]
     return rows
