@@ -1,8 +1,8 @@
 """Topic specular: the surface light field of a glossy plane (firmware/estimate/specular), on sequences of the reference
 renderer. Scenes, seeds and lengths are in tests/measure/specular_sequences.cpp.
 
-Capture, separation and re-rendering are measured, and aarch64 instructions of a frame are counted. Light from the
-specular part, shadows, guidance and extremes are not.
+Capture, separation, re-rendering and the light found are measured, and aarch64 instructions of a frame are counted.
+Guidance, extremes and the board are not. Shadows: topic shadows.
 """
 
 from figure_topics import aarch64

@@ -15,6 +15,7 @@
 
 #include <lightwell/lightwell.h>
 #include <lightwell/plane_appearance.h>
+#include <lightwell/shadows.h>
 
 namespace lw {
 
@@ -193,6 +194,32 @@ class Lighting {
 static_assert(sizeof(Vec3) == 3 * sizeof(float), "batch queries need tightly packed triples");
 
 class Plane;
+
+/// Computes shadow textures, as lw_shadow_caster. Movable; one thread at a time.
+class ShadowCaster {
+ public:
+  static Result<ShadowCaster> create(const lw_shadow_options& options = sized<lw_shadow_options>()) {
+    lw_shadow_caster* raw = nullptr;
+    if (Status s = status_of(lw_shadow_caster_create(&options, &raw)); !s.ok()) return s;
+    return ShadowCaster(raw);
+  }
+
+  /// `ratios`: `capacity` floats, r, g, b of each texel, rows from the top.
+  Result<lw_shadow_summary> cast(const Lighting& light, const lw_shadow_receiver& receiver, const lw_shadow_mesh& mesh,
+                                 float* ratios, std::size_t capacity) {
+    auto out = sized<lw_shadow_summary>();
+    const lw_status code = lw_shadow_caster_cast(raw_.get(), light.get(), &receiver, &mesh, ratios, capacity, &out);
+    if (Status s = status_of(code); !s.ok()) return s;
+    return out;
+  }
+
+ private:
+  struct Release {
+    void operator()(lw_shadow_caster* raw) const { lw_shadow_caster_release(raw); }
+  };
+  explicit ShadowCaster(lw_shadow_caster* raw) : raw_(raw) {}
+  std::unique_ptr<lw_shadow_caster, Release> raw_;
+};
 
 /// A connection to a probe. Any thread may call any method; destroy it only while no call is in progress.
 class Probe {

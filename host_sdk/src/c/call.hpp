@@ -110,6 +110,12 @@ lw_status fill(const Handle* handle, lw_lighting* into, const Make& make) noexce
 /// As lw_probe_text. invalid_argument for a capacity above 0 with a null pointer.
 Status copy_text(std::string_view from, char* text, std::size_t capacity, std::size_t* length);
 
+/// Static string; empty for Validity::valid.
+[[nodiscard]] const char* reason_of(Validity validity);
+
+/// The LW_FLAG_ bits.
+[[nodiscard]] std::uint32_t bits_of(Flags flags);
+
 /// Length in bytes of the longest prefix of `text` that has at most `most` bytes and ends between two characters.
 [[nodiscard]] std::size_t whole_characters(std::string_view text, std::size_t most);
 

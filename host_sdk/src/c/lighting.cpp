@@ -36,23 +36,6 @@ static_assert(LW_FLAG_UNSEEN == bit(Flag::unseen) && LW_FLAG_CLIPPED == bit(Flag
               LW_FLAG_RECOVERED == bit(Flag::recovered) && LW_FLAG_UNSURE == bit(Flag::unsure) &&
               LW_FLAG_NEWER == bit(Flag::newer));
 
-/// Static string; empty for Validity::valid.
-const char* reason_of(Validity validity) {
-  constexpr const char* kReasons[] = {"", "the nearest descriptor is, or may be, further away than max_age_ns",
-                                      "no descriptor has come yet",
-                                      "the time is before the oldest stored descriptor; options.history stores more",
-                                      "the direction, roughness or rotation is zero or not finite"};
-  return validity <= Validity::invalid_query ? kReasons[static_cast<std::size_t>(validity)] : "unknown";
-}
-
-/// The LW_FLAG_ bits.
-std::uint32_t bits_of(Flags flags) {
-  std::uint32_t bits = 0;
-  for (const Flag flag : kFlags)
-    if (flags.has(flag)) bits |= bit(flag);
-  return bits;
-}
-
 template <class T>
 lw_answer as_c(const Answer<T>& answer, Units units) {
   lw_answer out{};
@@ -233,6 +216,22 @@ lw_status query(const lw_lighting* lighting, const char* name, T* out, const Wor
 }
 
 }  // namespace
+
+const char* reason_of(Validity validity) {
+  constexpr const char* kReasons[] = {"", "the nearest descriptor is, or may be, further away than max_age_ns",
+                                      "no descriptor has come yet",
+                                      "the time is before the oldest stored descriptor; options.history stores more",
+                                      "the direction, roughness or rotation is zero or not finite"};
+  return validity <= Validity::invalid_query ? kReasons[static_cast<std::size_t>(validity)] : "unknown";
+}
+
+std::uint32_t bits_of(Flags flags) {
+  std::uint32_t bits = 0;
+  for (const Flag flag : kFlags)
+    if (flags.has(flag)) bits |= bit(flag);
+  return bits;
+}
+
 }  // namespace lightwell::c
 
 using namespace lightwell;

@@ -1,9 +1,11 @@
 // The functions that a render loop calls do not allocate.
+#include <cmath>
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include <lightwell/lightwell.h>
+#include <lightwell/shadows.h>
 
 #include "support/allocation_counter.hpp"
 
@@ -35,6 +37,24 @@ TEST(CAbiAllocation, ARenderLoopAllocatesNothing) {
   map.size = sizeof map;
   std::size_t count = 0;
   int failed = 0;
+  // A pyramid that crosses the plane, of which one triangle is not finite.
+  float corners[5][3] = {{-0.1F, -0.1F, -0.02F}, {0.1F, -0.1F, 0.05F}, {0, 0.1F, 0.05F}, {0, 0, 0.2F}, {0, 0, NAN}};
+  const std::uint32_t indices[] = {0, 1, 2, 0, 1, 3, 1, 2, 3, 2, 0, 3, 0, 1, 4};
+  lw_shadow_mesh mesh{};
+  mesh.size = sizeof mesh;
+  mesh.positions = corners;
+  mesh.position_count = 5;
+  mesh.indices = indices;
+  mesh.index_count = 15;
+  lw_shadow_receiver plane{};
+  plane.size = sizeof plane;
+  plane.columns = plane.rows = 32;
+  plane.width = plane.height = 0.3;
+  float ratios[3 * 32 * 32];
+  lw_shadow_summary shadows{};
+  shadows.size = sizeof shadows;
+  lw_shadow_caster* caster = nullptr;
+  ASSERT_EQ(lw_shadow_caster_create(nullptr, &caster), LW_OK);
   const auto frame = [&] {
     failed += lw_probe_latest(probe, light) != LW_OK;
     failed += lw_lighting_copy(light, other) != LW_OK;
@@ -45,6 +65,9 @@ TEST(CAbiAllocation, ARenderLoopAllocatesNothing) {
     failed += lw_lighting_harmonics(light, LW_IRRADIANCE, 2, coefficients, nullptr) != LW_OK;
     failed += lw_lighting_lights(light, lights, sizeof *lights, LW_MAX_LIGHTS, &count) != LW_OK;
     failed += lw_lighting_environment(light, &map) != LW_OK;
+    // The object moves, so that its silhouettes change.
+    for (auto& corner : corners) corner[0] += 0.001F;
+    failed += lw_shadow_caster_cast(caster, light, &plane, &mesh, ratios, 3 * 32 * 32, &shadows) != LW_OK;
   };
   frame();  // The thread's cached lobe and error message are created at first use.
   std::size_t allocations = 0;
@@ -58,6 +81,8 @@ TEST(CAbiAllocation, ARenderLoopAllocatesNothing) {
   EXPECT_EQ(failed, 0);
   EXPECT_EQ(info.sequence, 113U);
   EXPECT_EQ(count, 13U);
+  EXPECT_EQ(shadows.ignored_triangles, 1U);
+  EXPECT_GT(shadows.lights, 0);
 
   // The counter covers the library: a rotation allocates.
   const double q[4] = {0, 0, 0, 1};
@@ -67,6 +92,7 @@ TEST(CAbiAllocation, ARenderLoopAllocatesNothing) {
     allocations = counter.value();
   }
   EXPECT_GT(allocations, 0U);
+  lw_shadow_caster_release(caster);
   lw_lighting_release(light);
   lw_lighting_release(other);
   lw_probe_close(probe);

@@ -4,6 +4,7 @@
 
 #include <lightwell/conventions.h>
 #include <lightwell/lightwell.h>
+#include <lightwell/shadows.h>
 
 #include "check.h"
 
@@ -48,6 +49,22 @@ static lw_status past(void) { return lw_probe_at(probe, newest.mid_exposure_ns +
 static lw_status texts(void) {
   char name[64];
   return lw_probe_text(probe, LW_PROBE_CAMERA, name, sizeof name, NULL);
+}
+/* With a caster that failed before at any point. */
+static lw_shadow_caster* caster;
+static float shade[3 * 8 * 8];
+static lw_status shadow(void) {
+  static const float corners[4][3] = {{-1, -1, 0.1F}, {1, -1, 0.1F}, {1, 1, 0.1F}, {-1, 1, -0.1F}};
+  static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
+  lw_shadow_mesh mesh = {.size = sizeof mesh, .positions = corners, .position_count = 4};
+  lw_shadow_receiver plane = {.size = sizeof plane, .columns = 8, .rows = 8, .width = 0.1, .height = 0.1};
+  lw_status status = LW_OK;
+  mesh.indices = indices;
+  mesh.index_count = 6;
+  if (caster == NULL) status = lw_shadow_caster_create(NULL, &caster);
+  if (status == LW_OK) status = lw_shadow_caster_cast(caster, light, &plane, &mesh, shade, 3 * 8 * 8, NULL);
+  CHECK((status == LW_OK) == (shade[0] < 0.5F));
+  return status;
 }
 /* Not of the connection's good end, which starts a thread: glibc takes that for granted. */
 static lw_status connect_nowhere(void) {
@@ -99,6 +116,9 @@ int main(int argc, char** argv) {
   runs_out("lw_lighting_rotated", rotate);
   runs_out("lw_lighting_to_three", convert);
   runs_out("lw_probe_text", texts);
+  shade[0] = 1;
+  runs_out("lw_shadow_caster_cast", shadow);
+  lw_shadow_caster_release(caster);
   runs_out("lw_probe_connect", connect_nowhere);
   /* The previous content is kept after a failed call. */
   CHECK(decode() == LW_OK);

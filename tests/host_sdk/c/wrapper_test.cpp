@@ -61,6 +61,23 @@ int main(int argc, char** argv) {
   CHECK(probe.set_estimator(config).code == LW_FAILED_PRECONDITION);
   CHECK(probe.change_estimator(config, LW_FIELD_EPSILON).code == LW_FAILED_PRECONDITION);
   CHECK(probe.estimator_config().status().code == LW_FAILED_PRECONDITION && !probe.estimator_kind().ok());
+
+  lw::Result<lw::ShadowCaster> caster = lw::ShadowCaster::create();
+  CHECK(caster.ok());
+  const lw::Vec3 corners[3] = {{-9, -9, 0.1F}, {9, -9, 0.1F}, {0, 9, 0.1F}};
+  const std::uint32_t triangle[3] = {0, 1, 2};
+  auto mesh = lw::sized<lw_shadow_mesh>();
+  mesh.positions = corners;
+  mesh.position_count = 3;
+  mesh.indices = triangle;
+  mesh.index_count = 3;
+  auto plane = lw::sized<lw_shadow_receiver>();
+  plane.columns = plane.rows = 2;
+  plane.width = plane.height = 0.01;
+  float ratios[12];
+  const auto summary = caster->cast(*light, plane, mesh, ratios, 12);
+  CHECK(summary.ok() && summary->no_light == 0 && ratios[0] < 0.2F);
+  CHECK(caster->cast(*light, plane, mesh, ratios, 11).status().code == LW_INVALID_ARGUMENT);
   lw::Lighting taken = std::move(*light);
   CHECK(taken.info().sequence == 113U && light->info().validity == LW_INVALID_QUERY);
   CHECK(light->irradiance(lw::Vec3{0, 1, 0}).validity == LW_INVALID_QUERY && light->lights().empty());

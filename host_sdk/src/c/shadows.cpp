@@ -1,0 +1,137 @@
+// C ABI of ShadowCaster.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <lightwell/shadows.h>
+#include <lightwell/shadows.hpp>
+
+#include "c/call.hpp"
+
+namespace lightwell::c {
+
+/// The caster, and vertices copied from memory of any stride.
+struct CasterMemory {
+  ShadowCaster caster;
+  std::vector<Vec3f> positions;
+};
+
+}  // namespace lightwell::c
+
+struct lw_shadow_caster {
+  static constexpr std::uint64_t kKind = 0x776f64616873776cU;  // "lwshadow"
+  static constexpr const char* kRefusal = "this is not an lw_shadow_caster of lw_shadow_caster_create";
+
+  explicit lw_shadow_caster(lightwell::ShadowCaster made) : value{std::move(made), {}} {}
+  lightwell::c::HandleTag tag{kKind};
+  lightwell::c::CasterMemory value;
+};
+
+namespace lightwell::c {
+namespace {
+
+// Ratios are written in place.
+static_assert(sizeof(LightRatio) == 3 * sizeof(float) && std::is_standard_layout_v<LightRatio>);
+
+Pose pose_of(const double (&position)[3], const double (&orientation)[4]) {
+  const auto& [x, y, z, w] = orientation;
+  const bool identity = x == 0 && y == 0 && z == 0 && w == 0;
+  return {identity ? Quat{} : Quat{x, y, z, w}, {position[0], position[1], position[2]}};
+}
+
+Status copy_positions(const lw_shadow_mesh& mesh, std::vector<Vec3f>& positions) {
+  const std::size_t stride = mesh.position_stride == 0 ? sizeof(Vec3f) : mesh.position_stride;
+  if (stride < sizeof(Vec3f))
+    return invalid("lw_shadow_mesh.position_stride is " + std::to_string(stride) +
+                   "; it is in bytes, 12 or more, or 0");
+  if (mesh.position_count > 0 && mesh.positions == nullptr)
+    return invalid("lw_shadow_mesh.positions is NULL, and position_count is not 0");
+  if (mesh.index_count > 0 && mesh.indices == nullptr)
+    return invalid("lw_shadow_mesh.indices is NULL, and index_count is not 0");
+  if (mesh.position_count > UINT32_MAX) return invalid("the mesh has more vertices than a 32-bit index can number");
+  positions.resize(mesh.position_count);
+  const auto* from = static_cast<const unsigned char*>(mesh.positions);
+  for (std::size_t i = 0; i < positions.size(); ++i) std::memcpy(&positions[i], from + i * stride, sizeof(Vec3f));
+  return {};
+}
+
+lw_shadow_summary as_c(const Answer<ShadowSummary>& answer) {
+  lw_shadow_summary out{};
+  out.size = sizeof out;
+  out.validity = static_cast<lw_validity>(answer.validity);
+  out.age_ns = answer.age.ns;
+  out.reason = reason_of(answer.validity);
+  out.error_bound = answer.error_bound;
+  out.flags = bits_of(answer.flags);
+  out.no_light = answer.value.no_light ? 1 : 0;
+  out.lights = answer.value.lights;
+  out.directions = answer.value.directions;
+  out.ignored_triangles = answer.value.ignored_triangles;
+  return out;
+}
+
+}  // namespace
+}  // namespace lightwell::c
+
+using namespace lightwell;
+using namespace lightwell::c;
+
+extern "C" {
+
+lw_status lw_shadow_caster_create(const lw_shadow_options* options, lw_shadow_caster** out) {
+  return call([&]() -> Status {
+    if (out == nullptr) return invalid("out is NULL; pass the address of a pointer for the caster");
+    lw_shadow_options given{};
+    if (options != nullptr)
+      if (Status s = read_sized(options, "lw_shadow_options", given); !s.ok()) return s;
+    ShadowOptions parsed;
+    if (given.light_samples != 0) parsed.light_samples = given.light_samples;
+    if (given.residual_directions != 0) parsed.residual_directions = given.residual_directions;
+    if (given.residual_cell != 0) parsed.residual_cell = given.residual_cell;
+    Result<ShadowCaster> made = ShadowCaster::make(parsed);
+    if (!made.ok()) return made.status();
+    *out = std::make_unique<lw_shadow_caster>(std::move(*made)).release();
+    return {};
+  });
+}
+
+void lw_shadow_caster_release(lw_shadow_caster* caster) {
+  if (good(caster)) delete caster;
+}
+
+lw_status lw_shadow_caster_cast(lw_shadow_caster* caster, const lw_lighting* lighting,
+                                const lw_shadow_receiver* receiver, const lw_shadow_mesh* mesh, float* ratios,
+                                size_t capacity, lw_shadow_summary* summary) {
+  const lw_status status = with_handle(lighting, [&](const Lighting& light) -> Status {
+    if (!good(caster)) return invalid(lw_shadow_caster::kRefusal);
+    lw_shadow_receiver plane{};
+    if (Status s = read_sized(receiver, "lw_shadow_receiver", plane); !s.ok()) return s;
+    lw_shadow_mesh object{};
+    if (Status s = read_sized(mesh, "lw_shadow_mesh", object); !s.ok()) return s;
+    std::uint32_t size = 0;
+    if (summary != nullptr)
+      if (Status s = size_of(summary, "lw_shadow_summary", size); !s.ok()) return s;
+    const ShadowReceiver to{pose_of(plane.position, plane.orientation), plane.width, plane.height,
+                            plane.columns == 0 ? 256 : plane.columns, plane.rows == 0 ? 256 : plane.rows};
+    if (Status s = to.validate(); !s.ok()) return s;
+    const std::size_t texels = static_cast<std::size_t>(to.columns) * static_cast<std::size_t>(to.rows);
+    if (ratios == nullptr || capacity < 3 * texels)
+      return invalid("the ratios need room for " + std::to_string(3 * texels) + " numbers");
+    if (Status s = copy_positions(object, caster->value.positions); !s.ok()) return s;
+    const ShadowMesh from{caster->value.positions, std::span(object.indices, object.index_count),
+                          pose_of(object.position, object.orientation)};
+    const auto answer =
+        caster->value.caster.cast(light, to, from, std::span(reinterpret_cast<LightRatio*>(ratios), texels));
+    if (!answer.ok()) return answer.status();
+    return summary == nullptr ? Status() : write_sized(as_c(*answer), "lw_shadow_summary", summary);
+  });
+  return write_failure(status, "lw_shadow_summary", summary);
+}
+
+}  // extern "C"
