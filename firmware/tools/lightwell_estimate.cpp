@@ -17,6 +17,7 @@
 #include "app/tag_body_finder.hpp"
 #include "estimate/marker/marker_estimator.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
+#include "estimate/specular/specular_estimator.hpp"
 #include "tools/command_line.hpp"
 #include "tools/lens_image.hpp"
 
@@ -30,7 +31,10 @@ constexpr const char* kFooter = R"(Examples:
   lightwell-estimate --calibration RIG.textproto --lens 0 front.exr --lens 1 back.exr --json out.json
   lightwell-estimate --calibration RIG.textproto --exposure-s 0.001 a.png --exposure-s 0.03 b.png --json -
   lightwell-estimate --calibration WEBCAM.textproto --body DODECAHEDRON.textproto photo.png --json -
+  lightwell-estimate --calibration WEBCAM.textproto --plane BOOK.textproto frames/*.png --json -
 
+--plane takes the pictures of a camera that moves around a glossy plane, some hundred of them, in their order; the
+result is that of the last one. A picture in which the plane's tags are not found is left out.
 PNG and JPEG: 8 bits, decoded with the response curve of the calibration. EXR and HDR: linear radiance in relative units
 (divided by the exposure if one is given). Directions in the result are in the probe's frame: +X right, +Y up, -Z
 forward. Meaning of the fields: proto/README.md.
@@ -43,7 +47,7 @@ struct ImageArgument {
 };
 
 struct Arguments {
-  std::string calibration, equirect, body, json, binary;
+  std::string calibration, equirect, body, plane, json, binary;
   std::vector<ImageArgument> images;
   EstimatorConfig config;
 };
@@ -52,7 +56,9 @@ struct Arguments {
 void check(const Arguments& in) {
   if (in.equirect.empty() == in.calibration.empty())
     throw UsageError("give either --calibration with images or --equirect with one");
-  if (!in.equirect.empty() && !in.body.empty()) throw UsageError("--body needs --calibration, that of the camera");
+  if (!in.equirect.empty() && !(in.body + in.plane).empty())
+    throw UsageError("--body and --plane need --calibration, that of the camera");
+  if (!in.body.empty() && !in.plane.empty()) throw UsageError("give either --body or --plane");
   if (!in.equirect.empty() && !in.images.empty())
     throw UsageError("--equirect takes one image; more images need --calibration");
   if (const Status s = in.config.validate(); !s.ok()) throw UsageError(s.message());
@@ -128,7 +134,49 @@ std::unique_ptr<Estimator> make_estimator(const Arguments& arguments, const RigP
   return require(make_marker_estimator(rig, body, require(make_tag_body_finder(rig, body)), options));
 }
 
+/// The descriptor of the last picture of the plane.
+Descriptor plane_descriptor(const Arguments& arguments) {
+  constexpr std::int64_t kInterval_ns = 33'333'333;
+  const RigParameters rig = require(load_calibration(arguments.calibration));
+  const GlossyPlane plane = require(load_glossy_plane(arguments.plane));
+  if (arguments.images.empty()) refuse("no image is given");
+  SpecularOptions options;
+  options.config = arguments.config;
+  options.probe_id = fnv1a_32("lightwell-estimate");
+  const std::unique_ptr<SpecularEstimator> estimator =
+      require(make_specular_estimator(rig, plane, require(make_tag_body_finder(rig, plane.body())), options));
+  Descriptor descriptor;
+  std::size_t found = 0, number = 0;
+  std::optional<std::size_t> last;
+  std::string reason;
+  const auto estimate = [&](std::size_t index) {
+    const ImageArgument& a = arguments.images[index];
+    const Image image = require(read_lens_image(a.path, rig, a.lens));
+    Frame frame;
+    frame.info.sequence = index + 1;
+    frame.info.exposure_s = a.exposure_s > 0 ? a.exposure_s : 1;
+    frame.info.mid_exposure.ns = static_cast<std::int64_t>(number++) * kInterval_ns;
+    frame.add_view(view_of(image, a.lens));
+    const Status status = estimator->estimate({&frame, 1}, descriptor);
+    if (!status.ok() && status.code() != StatusCode::not_found) require(status.in(a.path));
+    if (!status.ok()) reason = status.message();
+    return status.ok();
+  };
+  for (std::size_t k = 0; k < arguments.images.size(); ++k) {
+    if (k > 0 && k % 100 == 0)
+      std::cerr << "lightwell-estimate: picture " << k << " of " << arguments.images.size() << "\n";
+    if (estimate(k)) ++found, last = k;
+  }
+  if (!last) refuse("no picture shows the plane: " + reason);
+  std::cerr << "lightwell-estimate: the plane was found in " << found << " of " << arguments.images.size()
+            << " pictures\n";
+  estimator->finish();
+  if (!estimate(*last)) refuse(arguments.images[*last].path + ": " + reason);
+  return descriptor;
+}
+
 Descriptor descriptor_of(const Arguments& arguments) {
+  if (!arguments.plane.empty()) return plane_descriptor(arguments);
   std::vector<ImageArgument> images = arguments.images;
   RigParameters rig;
   if (!arguments.equirect.empty()) {
@@ -195,6 +243,9 @@ int main(int argc, char** argv) {
           ->check(number_where("above 0", [](double s) { return s > 0; }));
   app.add_option("--body", in.body,
                  "Estimate light from this marker in the picture (the file of lightwell-calibrate marker-sheet)");
+  app.add_option("--plane", in.plane,
+                 "Estimate light from this glossy plane in the pictures (a GlossyPlane, "
+                 "proto/lightwell/v1/glossy_plane.proto)");
   app.add_option("--json", in.json, "Write the descriptor as protobuf JSON; - is standard output");
   app.add_option("--binary", in.binary, "Write the encoded descriptor (wire format)");
   app.add_option("--band", in.config.band, "Highest band of the harmonics, 0 to 6 [4]");

@@ -214,7 +214,7 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
   const std::vector<TrueLight> lights = true_lights(blurred, width);
 
   Descriptor d;
-  int compared = 0, bounded = 0, held = 0, failed = 0;
+  int compared = 0, bounded = 0, held = 0, failed = 0, unsure = 0;
   std::vector<double> ratios, frame_ms, mahalanobis, errors;
   double last_error = 0;
   const auto compare = [&] {
@@ -227,6 +227,9 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
     held += last_error <= bound ? 1 : 0;
     errors.push_back(last_error);
     ratios.push_back(bound / std::max(last_error, 1e-9));
+    // Flagged answers say themselves that directions may be wrong.
+    unsure += d.flags.has(Flag::unsure) ? 1 : 0;
+    if (d.flags.has(Flag::unsure)) return;
     for (const Light& l : d.lights) {
       const ref::V3 w = in_world(d, l.direction);
       double best = 10;
@@ -251,6 +254,7 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
   line["compared"] = compared;
   line["bounded"] = static_cast<double>(bounded) / std::max(compared, 1);
   line["held"] = bounded > 0 ? static_cast<double>(held) / bounded : 0;
+  line["unsure"] = static_cast<double>(unsure) / std::max(bounded, 1);
   line["bound_to_error"] = ratios.empty() ? 0 : median(ratios);
   line["error_median"] = errors.empty() ? 0 : median(errors);
   line["mahalanobis_q95"] = mahalanobis.empty() ? 0 : upper_quantile(mahalanobis, 0.95);

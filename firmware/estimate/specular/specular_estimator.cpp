@@ -17,7 +17,7 @@ namespace {
 
 /// Smallest share of the directions above specular::kGrazing_rad for which a bound is stated, and for which the lights
 /// are complete.
-constexpr double kMinSeen = 0.1, kCompleteSeen = 0.75;
+constexpr double kMinSeen = 0.03, kCompleteSeen = 0.75;
 /// Largest standard deviation of the scale for which the light counts as sure.
 constexpr double kMaxScaleSigma = 0.25;
 /// Error of the irradiance by directions that were not seen, relative to their share. Their total is limited by the

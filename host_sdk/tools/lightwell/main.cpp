@@ -71,7 +71,7 @@ for all clients, and is kept until lightwelld restarts.
 
 constexpr const char* kConfigGetHelp =
     R"(A line NAME=VALUE for each field, as accepted by `config set`, after a line "# estimator: KIND".
-Keys with --json: estimator (panorama, marker), then each field by its name.
+Keys with --json: estimator (panorama, marker, specular), then each field by its name.
 The fields are those of the active estimator. Meanings and limits: proto/lightwell/v1/config.proto.)";
 
 constexpr const char* kConfigSetHelp =
