@@ -136,6 +136,17 @@ std::vector<TrueLight> true_lights(const ref::Panorama& blurred, double lobe_wid
   return out;
 }
 
+double angle_between(const ref::V3& a, const ref::V3& b) { return std::acos(std::clamp(ref::dot(a, b), -1.0, 1.0)); }
+
+/// Null where the descriptor has none.
+const Light* nearest_light(const Descriptor& d, const ref::V3& world) {
+  const Light* out = nullptr;
+  double best = -2;
+  for (const Light& l : d.lights)
+    if (const double cosine = ref::dot(in_world(d, l.direction), world); cosine > best) best = cosine, out = &l;
+  return out;
+}
+
 void print_lights(const std::string& name, const std::vector<TrueLight>& truth, const Descriptor& d) {
   int index = 0;
   for (const TrueLight& light : truth) {
@@ -143,12 +154,9 @@ void print_lights(const std::string& name, const std::vector<TrueLight>& truth, 
     line["sequence"] = name;
     line["light"] = index++;
     line["relative_irradiance"] = light.irradiance / truth.front().irradiance;
-    double best = -1;
-    const Light* nearest = nullptr;
-    for (const Light& l : d.lights)
-      if (const double cosine = ref::dot(in_world(d, l.direction), light.direction); cosine > best)
-        best = cosine, nearest = &l;
-    line["error_deg"] = nearest != nullptr ? std::acos(std::min(best, 1.0)) / kDegree : 180.0;
+    const Light* nearest = nearest_light(d, light.direction);
+    line["error_deg"] =
+        nearest != nullptr ? angle_between(in_world(d, nearest->direction), light.direction) / kDegree : 180.0;
     if (nearest != nullptr) {
       const auto& c = nearest->direction_covariance;
       line["sigma_deg"] = std::sqrt((static_cast<double>(c[0]) + static_cast<double>(c[2])) / 2) / kDegree;
@@ -230,12 +238,14 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
     // Flagged answers say themselves that directions may be wrong.
     unsure += d.flags.has(Flag::unsure) ? 1 : 0;
     if (d.flags.has(Flag::unsure)) return;
-    for (const Light& l : d.lights) {
-      const ref::V3 w = in_world(d, l.direction);
-      double best = 10;
-      for (const TrueLight& t : lights) best = std::min(best, std::acos(std::min(1.0, ref::dot(w, t.direction))));
-      const auto variance = static_cast<double>((l.direction_covariance[0] + l.direction_covariance[2]) / 2);
-      if (best < width + 5 * kDegree) mahalanobis.push_back(best * best / variance);
+    for (const TrueLight& t : lights) {
+      const Light* nearest = nearest_light(d, t.direction);
+      if (nearest == nullptr) continue;
+      const double angle = angle_between(in_world(d, nearest->direction), t.direction);
+      const auto variance =
+          static_cast<double>((nearest->direction_covariance[0] + nearest->direction_covariance[2]) / 2);
+      // A light farther than a lobe was not found; print_lights() counts it.
+      if (angle < width) mahalanobis.push_back(angle * angle / variance);
     }
   };
   for (int k = 0; k < options.frames; ++k) {

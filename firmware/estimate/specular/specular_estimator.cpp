@@ -25,8 +25,9 @@ constexpr double kMaxScaleSigma = 0.25;
 constexpr double kGuessError = 0.25;
 /// Error of the irradiance by the deconvolution: light at the edges of what a lobe resolves.
 constexpr double kDeconvolutionError = 0.03;
-/// Standard deviation of a light's direction: of the alignment and the grid, and relative to the lobe's half width.
-constexpr double kDirectionSigma_rad = 0.009, kLobeSigma = 0.1;
+/// Standard deviation of a light's direction: of the alignment and the grid, relative to the lobe's half width, and
+/// relative to the light's radius (a part of a window may be saturated, or in directions that no frame saw).
+constexpr double kDirectionSigma_rad = 0.009, kLobeSigma = 0.1, kExtentSigma = 0.25;
 
 class SpecularEstimatorImpl final : public SpecularEstimator {
  public:
@@ -167,9 +168,10 @@ void SpecularEstimatorImpl::adjust(const FoundPlane& found, const specular::Glos
   if (!gloss.glossy || found.ambiguous || gloss.scale_sigma > kMaxScaleSigma || gloss.seen < kCompleteSeen)
     out.flags.set(Flag::unsure);
   const double half_width = SpecularBrdf::half_width_rad(gloss.alpha);
-  const double sigma = std::hypot(kDirectionSigma_rad, kLobeSigma * half_width);
   for (Light& light : out.lights) {
     const auto [uu, uv, vv] = direction_covariance(vec_cast<double>(light.direction), found.probe_plane.covariance);
+    const double extent = kExtentSigma * static_cast<double>(light.angular_radius_rad);
+    const double sigma = std::hypot(kDirectionSigma_rad, kLobeSigma * half_width, extent);
     light.direction_covariance[0] += static_cast<float>(uu + sigma * sigma);
     light.direction_covariance[1] += static_cast<float>(uv);
     light.direction_covariance[2] += static_cast<float>(vv + sigma * sigma);
