@@ -101,7 +101,7 @@ void GlossEstimator::solve(const DiffuseRange& diffuse, const WhiteAlbedo& white
     for (int c = 0; c < 3; ++c) irradiance.without_common[c] -= static_cast<float>(irradiance.slope) * common_.value[c];
     irradiance.sigma = std::hypot(kGuessSigma * unsure, clipped);
     common_ = common_radiance(*gloss_, reflected_, diffuse, white, irradiance);
-    estimate_.clipped = total > 0 ? clipped / total : 0;
+    estimate_.clipped = total > 0 ? std::min(clipped / total, 1.0) : 0;
   }
 }
 
@@ -168,7 +168,7 @@ const GlossEstimate* GlossEstimator::estimate(const Lumisphere& lumisphere, cons
     guessed += (1 - static_cast<double>(environment.confidence[cell])) * of_cell;
     all += of_cell;
   }
-  estimate_.guessed = all > 0 ? guessed / all : 1;
+  estimate_.guessed = all > 0 ? std::min(guessed / all, 1.0) : 1;
   // What the diffuse texture reflects and the environment lacks is light that was saturated in the reflection.
   const double total = static_cast<double>(plane_irradiance(environment).luminance());
   const double clipped = estimate_.clipped * total;
