@@ -212,8 +212,9 @@ TEST(Config, FieldsRoundTripThroughText) {
   c.panorama.epsilon = 0.1 + 0.2;
   c.panorama.smoothing = Smoothing::none;
   c.marker.max_faces = 3;
+  c.specular.environment_edge = 64;
   EstimatorUpdate read;
-  for (const EstimatorKind kind : {EstimatorKind::panorama, EstimatorKind::marker}) {
+  for (const EstimatorKind kind : kEstimatorKinds) {
     const std::vector<ConfigField> fields = fields_of({kind, c});
     for (const ConfigField& f : fields) {
       const Status s = set_field(read, f.name, f.value);
@@ -260,6 +261,11 @@ TEST(Config, EstimatorOptionsAreInTheirOwnMessage) {
   ASSERT_TRUE(m.ok()) << m.status().message();
   EXPECT_EQ(m->estimator.marker.decimation, 2);
   EXPECT_EQ(m->estimator.marker.max_faces, 3);
+  const auto s = parse_config(
+      "camera { uri: \"x:\" } plane { plane_file: \"p\" } estimator { specular { environment_edge: 64 } }", "x");
+  ASSERT_TRUE(s.ok()) << s.status().message();
+  EXPECT_EQ(s->estimator.specular.environment_edge, 64);
+  EXPECT_EQ(s->estimator.panorama.environment_edge, 0);
 }
 
 TEST(Config, DeprecatedFieldsMeanThePanoramasAndWarn) {
@@ -296,7 +302,17 @@ TEST(Config, AnOptionOfAnotherEstimatorIsRefusedByName) {
   EXPECT_NE(refusal("camera { uri: \"x:\" } marker { body_file: \"b\" } estimator { setting: SETTING_FAST }")
                 .find("estimator.setting: the marker estimator has no setting fast"),
             std::string::npos);
-  EXPECT_TRUE(EstimatorConfig{}.validate(EstimatorKind::marker).ok()) << "defaults need no option";
+  const std::string specular =
+      refusal("camera { uri: \"x:\" } plane { plane_file: \"p\" } estimator { panorama { environment_edge: 64 } }");
+  EXPECT_NE(specular.find("estimator.panorama.environment_edge: the specular estimator"), std::string::npos)
+      << specular;
+  const std::string edge = refusal("camera { uri: \"x:\" } estimator { specular { environment_edge: 64 } }");
+  EXPECT_NE(edge.find("estimator.specular.environment_edge: the panorama estimator"), std::string::npos) << edge;
+  const std::string size =
+      refusal("camera { uri: \"x:\" } plane { plane_file: \"p\" } estimator { specular { environment_edge: 7 } }");
+  EXPECT_NE(size.find("specular.environment_edge"), std::string::npos) << size;
+  for (const EstimatorKind kind : kEstimatorKinds)
+    EXPECT_TRUE(EstimatorConfig{}.validate(kind).ok()) << "defaults need no option";
 }
 
 TEST(Config, AnEstimatorAnswersWhichOptionsItHas) {
@@ -305,6 +321,36 @@ TEST(Config, AnEstimatorAnswersWhichOptionsItHas) {
   EXPECT_EQ(names, (std::vector<std::string>{"band", "max_lights", "setting", "marker.decimation",
                                              "marker.search_decimation", "marker.max_faces"}));
   EXPECT_EQ(fields_of({EstimatorKind::panorama, {}}).size(), 10U);
+  names.clear();
+  for (const ConfigField& field : fields_of({EstimatorKind::specular, {}})) names.push_back(field.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"band", "max_lights", "setting", "specular.environment_edge"}));
+}
+
+TEST(Config, ParsesTheGlossyPlane) {
+  EXPECT_FALSE(parse_config("camera { uri: \"sim:city\" }", "x")->plane.has_value());
+  const auto c = parse_config("camera { uri: \"v4l2:/dev/video0\" } plane { plane_file: \"book.textproto\" }", "x");
+  ASSERT_TRUE(c.ok()) << c.status().message();
+  ASSERT_TRUE(c->plane.has_value());
+  EXPECT_EQ(c->plane->plane_file, "book.textproto");
+  EXPECT_EQ(c->estimator_kind, EstimatorKind::specular);
+}
+
+TEST(Config, APlaneMayComeAfterTheFile) {
+  auto c = parse_config("camera { uri: \"x:\" }", "x", {}, EstimatorKind::specular);
+  ASSERT_TRUE(c.ok()) << c.status().message();
+  EXPECT_NE(c->validate().message().find("--estimator specular needs a plane"), std::string::npos);
+  c->plane = PlaneConfig{"p"};
+  EXPECT_TRUE(c->validate().ok());
+}
+
+TEST(Config, InvalidPlaneIsRejectedByName) {
+  const std::string missing = refusal("camera { uri: \"x:\" } plane {}");
+  EXPECT_NE(missing.find("plane.plane_file is missing"), std::string::npos) << missing;
+  const std::string both = refusal("camera { uri: \"x:\" } plane { plane_file: \"p\" } marker { body_file: \"b\" }");
+  EXPECT_NE(both.find("plane cannot be combined with marker"), std::string::npos) << both;
+  const std::string patch =
+      refusal("camera { uri: \"x:\" } plane { plane_file: \"p\" } grey_patch { width: 8 height: 8 }");
+  EXPECT_NE(patch.find("grey_patch cannot be combined with plane"), std::string::npos) << patch;
 }
 
 TEST(Config, ParsesTheMarkerBody) {

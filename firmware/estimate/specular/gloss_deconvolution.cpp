@@ -8,8 +8,10 @@ namespace lightwell::specular {
 namespace {
 
 constexpr float kRelativeSigma = 0.02F;
-/// Of the prior, relative to the mean curvature.
+/// Of the prior, relative to the curvature that a cell would have if all of its reflection was seen: bright reflections
+/// have small weights, and their cells small curvatures.
 constexpr float kPrior = 1e-3F;
+constexpr float kMinConfidence = 1e-6F;
 
 /// The nearest node above (towards the pole) that was seen, with the same azimuth; the node itself where it was seen.
 /// The pole where none was.
@@ -43,7 +45,7 @@ GlossDeconvolution::GlossDeconvolution(GlossOperator& gloss, const ReflectedRadi
   const std::size_t size = grid.size();
   environment_ = {grid, std::vector<Radiance>(size), std::vector<float>(size), std::vector<std::uint8_t>(size)};
   for (auto* list : {&start_, &target_, &extrapolated_, &previous_, &scratch_, &gradient_}) list->resize(size);
-  seen_from_.resize(size), weight_.resize(size), curvature_.resize(size);
+  seen_from_.resize(size), weight_.resize(size), curvature_.resize(size), prior_.resize(size);
   // Channel r: what is seen of a cell; channel g: all of it.
   for (std::size_t v = 0; v < size; ++v)
     scratch_[v] = {reflected.seen(v) ? gloss.solid_angle(v) : 0.0F, gloss.solid_angle(v), 0};
@@ -68,10 +70,9 @@ void GlossDeconvolution::start(Radiance common) {
     scratch_[v] = {weight_[v] * gloss_.albedo()[v], 0, 0};
   }
   gloss_.transpose(scratch_, gradient_);
-  double mean = 0;
-  for (std::size_t l = 0; l < size; ++l) curvature_[l] = gradient_[l].r, mean += static_cast<double>(gradient_[l].r);
-  prior_ = kPrior * static_cast<float>(mean / static_cast<double>(size));
   for (std::size_t l = 0; l < size; ++l) {
+    curvature_[l] = gradient_[l].r;
+    prior_[l] = kPrior * curvature_[l] / std::max(environment_.confidence[l], kMinConfidence);
     const std::uint32_t from = seen_from_[l];
     start_[l] = target_[from] * (1 / gloss_.albedo()[from]);
   }
@@ -97,9 +98,9 @@ void GlossDeconvolution::iterate(int iterations) {
     gloss_.transpose(scratch_, gradient_);
     const float next = 0.5F * (1 + std::sqrt(1 + 4 * momentum_ * momentum_)), beta = (momentum_ - 1) / next;
     for (std::size_t l = 0; l < radiance.size(); ++l) {
-      const float curvature = curvature_[l] + prior_;
+      const float curvature = curvature_[l] + prior_[l];
       if (!(curvature > 0)) continue;
-      const Radiance step = gradient_[l] + prior_ * (start_[l] - extrapolated_[l]);
+      const Radiance step = gradient_[l] + prior_[l] * (start_[l] - extrapolated_[l]);
       radiance[l] = at_least_zero(extrapolated_[l] + step * (1 / curvature));
       extrapolated_[l] = at_least_zero(radiance[l] + beta * (radiance[l] - previous_[l]));
       previous_[l] = radiance[l];

@@ -54,8 +54,8 @@ class GlossDeconvolution {
   double irradiance_slope_ = 0;
   std::vector<std::uint32_t> seen_from_;  ///< By cell: the viewing direction whose reflection it starts from.
   std::vector<Radiance> start_, target_, extrapolated_, previous_, scratch_, gradient_;
-  std::vector<float> weight_, curvature_;
-  float prior_ = 0, momentum_ = 1;
+  std::vector<float> weight_, curvature_, prior_;
+  float momentum_ = 1;
 };
 
 }  // namespace lightwell::specular

@@ -21,6 +21,24 @@ Vec3f cell_direction(const HemisphereGrid& grid, std::size_t node) {
   return vec_cast<float>(d.z > lift ? d : normalized(Vec3d{d.x, d.y, lift}));
 }
 
+/// Samples over a cell's arc of azimuth. At grazing angles the lobe is narrower in azimuth than a cell: its
+/// half width is multiplied by the sine of the elevation.
+int azimuth_samples(double arc_rad, double half_width, double sine) {
+  return std::clamp(static_cast<int>(std::ceil(arc_rad / (half_width * sine))), 1, 16);
+}
+
+/// Mean of times_cosine() over the azimuths of a cell around `l`.
+float mean_over_cell(const SpecularBrdf& brdf, Vec3f v, Vec3f l, double width_rad, int samples) {
+  if (samples == 1) return brdf.times_cosine(v, l);
+  float sum = 0;
+  for (int k = 0; k < samples; ++k) {
+    const auto turn = static_cast<float>(((k + 0.5) / samples - 0.5) * width_rad);
+    const float c = std::cos(turn), s = std::sin(turn);
+    sum += brdf.times_cosine(v, {c * l.x - s * l.y, s * l.x + c * l.y, l.z});
+  }
+  return sum / static_cast<float>(samples);
+}
+
 }  // namespace
 
 int GlossOperator::levels_for(double alpha) {
@@ -52,6 +70,7 @@ GlossOperator::GlossOperator(const SpecularBrdf& brdf, int levels)
   }
   for (std::size_t k = 0; k < coarse_.size(); ++k) coarse_direction[k] = cell_direction(coarse_, k);
   const auto near_cosine = static_cast<float>(std::cos(near_angle(static_cast<double>(brdf.alpha))));
+  const double half_width = SpecularBrdf::half_width_rad(static_cast<double>(brdf.alpha));
   far_.reserve(quarter_.size() * coarse_.size());
   for (const std::uint32_t v : quarter_) {
     const std::size_t row = far_.size();
@@ -59,8 +78,11 @@ GlossOperator::GlossOperator(const SpecularBrdf& brdf, int levels)
     const Vec3f mirror{-direction[v].x, -direction[v].y, direction[v].z};
     for (std::size_t l = 0; l < grid_.size(); ++l) {
       if (dot(direction[l], mirror) < near_cosine) continue;
-      near_.push_back(
-          {static_cast<std::uint32_t>(l), brdf.times_cosine(direction[v], direction[l]) - far_[row + parent_[l]]});
+      const double width = 2 * std::numbers::pi / HemisphereGrid::nodes_of(grid_.level_of(l));
+      const auto ring = static_cast<double>(std::hypot(direction[l].x, direction[l].y));
+      const int samples = azimuth_samples(width * ring, half_width, static_cast<double>(direction[v].z));
+      near_.push_back({static_cast<std::uint32_t>(l),
+                       mean_over_cell(brdf, direction[v], direction[l], width, samples) - far_[row + parent_[l]]});
     }
     near_end_.push_back(near_.size());
   }

@@ -194,6 +194,8 @@ Result<std::unique_ptr<SpecularEstimator>> make_specular_estimator(const RigPara
   if (Status s = rig.validate(); !s.ok()) return s;
   if (Status s = plane.validate(); !s.ok()) return s;
   if (Status s = options.config.validate(EstimatorKind::specular); !s.ok()) return s;
+  if (const int edge = options.capture.texels.edge; edge < 8 || edge > 256 || edge % specular::kTileEdge != 0)
+    return invalid_argument("capture.texels.edge must be a multiple of 4, 8 to 256");
   if (options.frames_between_estimates < 1) return invalid_argument("frames_between_estimates must be at least 1");
   SpecularOptions with_size = options;
   with_size.capture.texels.size_m = plane.side_m;

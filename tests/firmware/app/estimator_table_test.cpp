@@ -23,6 +23,15 @@ TEST(EstimatorTable, TheConfiguredEstimatorIsMade) {
   EXPECT_THAT(bodiless.message(), ::testing::HasSubstr("/nonexistent/body.textproto"));
   config.budget_ms = 5;
   EXPECT_THAT(make_estimator(config, {}, {}).status().message(), ::testing::HasSubstr("no cheaper setting"));
+
+  config = {};
+  config.estimator_kind = EstimatorKind::specular;
+  config.plane = PlaneConfig{"/nonexistent/plane.textproto"};
+  const Status planeless = make_estimator(config, {}, {}).status();
+  EXPECT_EQ(planeless.code(), StatusCode::not_found);
+  EXPECT_THAT(planeless.message(), ::testing::HasSubstr("/nonexistent/plane.textproto"));
+  config.budget_ms = 5;
+  EXPECT_THAT(make_estimator(config, {}, {}).status().message(), ::testing::HasSubstr("no cheaper setting"));
 }
 
 }  // namespace

@@ -172,7 +172,8 @@ static void changes_name_their_fields(lw_probe* probe) {
                  {LW_FIELD_ENVIRONMENT_RATE, "environment_rate"},
                  {LW_FIELD_MARKER_DECIMATION, "marker.decimation"},
                  {LW_FIELD_MARKER_SEARCH_DECIMATION, "marker.search_decimation"},
-                 {LW_FIELD_MARKER_MAX_FACES, "marker.max_faces"}};
+                 {LW_FIELD_MARKER_MAX_FACES, "marker.max_faces"},
+                 {LW_FIELD_SPECULAR_ENVIRONMENT_EDGE, "specular.environment_edge"}};
   const lw_estimator_config wrong = {.size = sizeof wrong,
                                      .band = 9,
                                      .max_lights = -1,
@@ -186,7 +187,8 @@ static void changes_name_their_fields(lw_probe* probe) {
                                      .environment_rate = -1,
                                      .marker_decimation = 99,
                                      .marker_search_decimation = 99,
-                                     .marker_max_faces = -1};
+                                     .marker_max_faces = -1,
+                                     .specular_environment_edge = 7};
   lw_estimator_config config = wrong, shorter;
   size_t k;
   for (k = 0; k < sizeof kFields / sizeof kFields[0]; ++k) {

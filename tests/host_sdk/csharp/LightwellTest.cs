@@ -303,7 +303,8 @@ internal static class LightwellTest
             { "environment_rate", new EstimatorUpdate { EnvironmentRate = -1 } },
             { "marker.decimation", new EstimatorUpdate { MarkerDecimation = 9 } },
             { "marker.search_decimation", new EstimatorUpdate { MarkerSearchDecimation = 9 } },
-            { "marker.max_faces", new EstimatorUpdate { MarkerMaxFaces = -1 } }
+            { "marker.max_faces", new EstimatorUpdate { MarkerMaxFaces = -1 } },
+            { "specular.environment_edge", new EstimatorUpdate { SpecularEnvironmentEdge = 7 } }
         };
         foreach (var field in wrong)
             Check(Throws(Status.InvalidArgument, field.Key, () => probe.ChangeEstimator(field.Value)), field.Key);

@@ -263,8 +263,11 @@ class Errors(unittest.TestCase):
                         change(**{name: 2})
                 with self.raises(Status.INVALID_ARGUMENT, "fast, balanced, exact"):
                     change(setting="quick")
+                with self.raises(Status.INVALID_ARGUMENT, "specular.environment_edge"):
+                    change(specular_environment_edge=7)
                 with self.raises(Status.FAILED_PRECONDITION, "recording"):
-                    change(setting="fast", unseen=lightwell.UnseenFill.MIRROR, marker_max_faces=3)
+                    change(setting="fast", unseen=lightwell.UnseenFill.MIRROR, marker_max_faces=3,
+                           specular_environment_edge=64)
             with self.raises(Status.INVALID_ARGUMENT, "no field"):
                 probe.change_estimator()
             with self.raises(Status.FAILED_PRECONDITION, "recording"):
