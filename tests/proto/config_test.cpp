@@ -212,8 +212,9 @@ TEST(Config, FieldsRoundTripThroughText) {
   c.panorama.epsilon = 0.1 + 0.2;
   c.panorama.smoothing = Smoothing::none;
   c.marker.max_faces = 3;
+  c.specular.environment_edge = 32;
   EstimatorUpdate read;
-  for (const EstimatorKind kind : {EstimatorKind::panorama, EstimatorKind::marker}) {
+  for (const EstimatorKind kind : kEstimatorKinds) {
     const std::vector<ConfigField> fields = fields_of({kind, c});
     for (const ConfigField& f : fields) {
       const Status s = set_field(read, f.name, f.value);
