@@ -162,6 +162,9 @@ TEST_F(SpecularTest, TheTextureArrivesWhereImagesAreAllowed) {
   })) << daemon.process().err();
   EXPECT_EQ(probe->plane().texture_edge(), kEdge);
   EXPECT_LT(at(1.5).value.g, 0.3F * at(0.5).value.g);
+  // The paper's radiance in the units of descriptors.
+  const double white = sequence_->options().white / measure::SpecularSequence::kExposure_s;
+  EXPECT_NEAR(at(0.5).value.luminance(), white, 0.15 * white);
   EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0})) << daemon.process().err();
 }
 
