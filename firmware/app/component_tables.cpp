@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdlib>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -100,6 +101,9 @@ Result<std::unique_ptr<Estimator>> make_specular(const Config& config, const Rig
   SpecularOptions options;
   options.config = config.estimator;
   options.probe_id = fnv1a_32(config.probe_name);
+  // A reader that still holds the capture of a former run recognises another number.
+  std::random_device random;
+  options.plane_capture = std::uniform_int_distribution<std::uint32_t>(1)(random);
   Result<std::unique_ptr<SpecularEstimator>> specular =
       make_specular_estimator(rig, *plane, std::move(*finder), options);
   if (!specular) return specular.status();

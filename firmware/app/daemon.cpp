@@ -250,7 +250,9 @@ Status run_daemon(const Config& config) {
                                 components->info.name,
                                 {},
                                 components->mounting};
-  Pipeline pipeline(identity, std::move(components->estimator), config.estimator, config.budget_ms);
+  PlaneEncoderOptions planes;
+  if (config.plane) planes.images = config.plane->images;
+  Pipeline pipeline(identity, std::move(components->estimator), config.estimator, config.budget_ms, planes);
   if (Status s = add_links(config, pipeline, pipeline.publisher()); !s.ok()) return s;
 
   std::unique_ptr<FrameRecorder> recorder;

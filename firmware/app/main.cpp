@@ -147,7 +147,8 @@ int main(int argc, char** argv) {
   if (kind) config.estimator_kind = *kind;
   if (!body.empty()) config.marker = lightwell::MarkerConfig{body};
   if (config.estimator_kind != lightwell::EstimatorKind::marker) config.marker.reset();
-  if (!plane.empty()) config.plane = lightwell::PlaneConfig{plane};
+  if (!plane.empty() && !config.plane) config.plane.emplace();
+  if (!plane.empty()) config.plane->plane_file = plane;
   if (config.estimator_kind != lightwell::EstimatorKind::specular) config.plane.reset();
   if (!mounting.empty()) config.mounting = mounting;
   if (size.width != 0) {

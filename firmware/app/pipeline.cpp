@@ -7,6 +7,13 @@
 #include <lightwell/time.hpp>
 
 namespace lightwell {
+namespace {
+
+/// From one update of a captured plane to the next, at least. Clients know from its key interval, 10 s by default, when
+/// to expect one.
+constexpr std::int64_t kPlaneInterval_ns = 1'000'000'000;
+
+}  // namespace
 
 void BracketSlot::push(Frame frame) {
   Bracket replaced, incomplete;  // Released after the lock, because a backend's release() must not run under it.
@@ -79,8 +86,9 @@ BracketSlot::Counts BracketSlot::counts() const {
 }
 
 Pipeline::Pipeline(StatusSnapshot identity, std::unique_ptr<Estimator> estimator, const EstimatorConfig& config,
-                   double budget_ms)
+                   double budget_ms, const PlaneEncoderOptions& planes)
     : identity_(std::move(identity)),
+      publisher_(planes),
       estimator_(std::move(estimator)),
       kind_(estimator_->kind()),
       governor_(budget_ms, config.setting),
@@ -125,13 +133,25 @@ void Pipeline::run() {
     if (status.ok()) {
       estimates_.fetch_add(1, std::memory_order_release);
     } else {
-      {
-        const std::lock_guard lock(mutex_);
-        health_.last_error = status.message();
-      }
+      keep_error(status);
       failed_.fetch_add(1, std::memory_order_release);
     }
+    publish_plane();
   }
+}
+
+void Pipeline::publish_plane() {
+  const std::int64_t now_ns = monotonic_now_ns();
+  if (plane_published_ns_ && now_ns - *plane_published_ns_ < kPlaneInterval_ns) return;
+  const CapturedPlane* const plane = estimator_->captured_plane();
+  if (plane == nullptr) return;
+  plane_published_ns_ = now_ns;
+  if (const Status s = publisher_.publish_plane(*plane); !s.ok()) keep_error(s);
+}
+
+void Pipeline::keep_error(const Status& status) {
+  const std::lock_guard lock(mutex_);
+  health_.last_error = status.message();
 }
 
 void Pipeline::keep_newest(Descriptor& descriptor) {

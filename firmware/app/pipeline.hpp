@@ -12,6 +12,7 @@
 #include <thread>
 
 #include <lightwell/commands.hpp>
+#include <lightwell/plane_codec.hpp>
 
 #include "app/governor.hpp"
 #include "camera/frame_recorder.hpp"
@@ -81,13 +82,15 @@ class BracketSlot final : public FrameSink {
   bool closed_ = false;
 };
 
-/// The thread that takes brackets from the slot, estimates descriptors and publishes them.
+/// The thread that takes brackets from the slot, estimates descriptors and publishes them. The estimator's captured
+/// plane, if it has one, is published after the first bracket that gave one, and then after the first bracket of every
+/// second.
 class Pipeline final : public Commands {
  public:
   /// `identity`: the probe's status; its counters are ignored. `budget_ms`: time limit of an estimate including
-  /// encoding; config.setting is then the richest setting. 0: no limit.
+  /// encoding; config.setting is then the richest setting. 0: no limit. `planes`: of captured planes.
   Pipeline(StatusSnapshot identity, std::unique_ptr<Estimator> estimator, const EstimatorConfig& config,
-           double budget_ms = 0);
+           double budget_ms = 0, const PlaneEncoderOptions& planes = {});
   ~Pipeline() override;
 
   /// Add links between construction and start(); they need this object as their Commands.
@@ -119,6 +122,8 @@ class Pipeline final : public Commands {
  private:
   void run();
   void configure_estimator();
+  void publish_plane();
+  void keep_error(const Status& status);
   /// Stores the descriptor for report_lux(); unchanged when the call returns.
   void keep_newest(Descriptor& descriptor);
   [[nodiscard]] Result<double> recover_clipped_from_lux(double lux, Vec3d normal);
@@ -129,8 +134,9 @@ class Pipeline final : public Commands {
   Publisher publisher_;
   std::unique_ptr<Estimator> estimator_;
   const EstimatorKind kind_;
-  Governor governor_;  ///< Used by the thread only.
-  Setting used_;       ///< The estimator's present setting; used by the thread only.
+  Governor governor_;                               ///< Used by the thread only.
+  Setting used_;                                    ///< The estimator's present setting; used by the thread only.
+  std::optional<std::int64_t> plane_published_ns_;  ///< CLOCK_MONOTONIC, ns; used by the thread only.
   const FrameRecorder* recorder_ = nullptr;
   std::thread thread_;
   std::atomic<std::uint64_t> estimates_{0}, failed_{0};

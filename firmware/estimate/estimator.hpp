@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include <lightwell/captured_plane.hpp>
 #include <lightwell/descriptor.hpp>
 #include <lightwell/estimator_config.hpp>
 #include <lightwell/result.hpp>
@@ -44,6 +45,10 @@ class Estimator {
   /// `recovery`: the result of recover() for the last estimate's descriptor and clipped_lights(). Takes effect with the
   /// next estimate, and applies to each light as long as it stays clipped in every frame and the scale is unchanged.
   virtual void set_recovery(const Recovery& recovery) { (void)recovery; }
+
+  /// The plane as captured up to the last estimate(), also where that failed; null if the estimator captures none, or
+  /// nothing yet. Takes a few milliseconds. Valid until the next call of a member.
+  [[nodiscard]] virtual const CapturedPlane* captured_plane() { return nullptr; }
 };
 
 namespace estimate {

@@ -143,8 +143,9 @@ Result<std::unique_ptr<SpecularSequence>> SpecularSequence::make(const SpecularS
   for (double& v : out->environment_.rgb) v *= factor;
   out->table_ = std::make_unique<reference::SpecularTable>(out->environment_, reference::Gloss{options.alpha});
   reference::GlossyScene& scene = out->scene_;
-  scene.albedo =
-      options.textured ? reference::book_texture(options.seed, 256) : reference::plain_texture(8, {0.5, 0.5, 0.5});
+  scene.albedo = options.albedo.n > 0 ? options.albedo
+                 : options.textured   ? reference::book_texture(options.seed, 256)
+                                      : reference::plain_texture(8, {0.5, 0.5, 0.5});
   scene.size_m = kPlane_m;
   scene.irradiance = reference::plane_irradiance(out->environment_);
   scene.specular = out->table_.get();

@@ -23,6 +23,7 @@ struct SpecularSequenceOptions {
   std::string environment = "lamps";
   double alpha = 0.1;  ///< Of the plane's gloss.
   bool textured = true;
+  reference::PlaneTexture albedo{};  ///< Of the plane; empty: a printed cover, or grey where `textured` is false.
   std::uint64_t seed = 1;
   int frames = 600;
   double turns = 5;  ///< Of the spiral of its views; held-out views have 5.

@@ -407,6 +407,21 @@ TEST(Config, ParsesTheGreyPatch) {
             std::string::npos);
 }
 
+TEST(Config, NobodyReceivesImagesOfThePlaneUnlessThatIsAskedFor) {
+  const std::string start = "camera { uri: \"x:\" } plane { plane_file: \"book.textproto\" ";
+  const auto images = [&](const std::string& text) {
+    const Result<Config> c = parse_config(start + text + "}", "probe.textproto");
+    EXPECT_TRUE(c.ok() && c->plane) << c.status().message();
+    return c.ok() && c->plane ? std::optional(c->plane->images) : std::nullopt;
+  };
+  EXPECT_EQ(images(""), ImageRecipients::nobody);
+  EXPECT_EQ(images("images: IMAGE_RECIPIENTS_UNSPECIFIED"), ImageRecipients::nobody);
+  EXPECT_EQ(images("images: IMAGE_RECIPIENTS_NOBODY"), ImageRecipients::nobody);
+  EXPECT_EQ(images("images: IMAGE_RECIPIENTS_ALL_CLIENTS"), ImageRecipients::all_clients);
+  EXPECT_NE(refusal(start + "images: EVERYONE }").find("EVERYONE"), std::string::npos);
+  EXPECT_NE(refusal(start + "images: 7 }"), "");
+}
+
 TEST(Config, ParsesMqttAndDiscovery) {
   const Result<Config> c = parse_config(
       "camera { uri: \"sim:city\" }\n"

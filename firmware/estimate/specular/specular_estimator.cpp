@@ -10,6 +10,7 @@
 #include "estimate/common/error_bound.hpp"
 #include "estimate/frames/row_reader.hpp"
 #include "estimate/panorama/panorama_estimator.hpp"
+#include "estimate/specular/captured_plane.hpp"
 #include "estimate/specular/environment_picture.hpp"
 
 namespace lightwell {
@@ -42,6 +43,7 @@ class SpecularEstimatorImpl final : public SpecularEstimator {
         capture_(rig_, options.capture),
         calibration_id_(calibration_identity(rig)) {
     if (plane.white_albedo) white_ = {*plane.white_albedo, kGivenAlbedoSigma};
+    plane_out_.info.capture = options.plane_capture;
     set_scale(rig.nits_per_unit > 0 ? RadianceScale{Units::absolute, rig.nits_per_unit} : RadianceScale{});
   }
 
@@ -56,6 +58,7 @@ class SpecularEstimatorImpl final : public SpecularEstimator {
   }
   void set_scale(RadianceScale scale) override { panorama_->set_scale(scale); }
   RadianceScale scale() const override { return panorama_->scale(); }
+  const CapturedPlane* captured_plane() override;
   const specular::PlaneCapture& capture() const override { return capture_; }
   const specular::GlossEstimate* gloss() const override { return gloss_; }
   void finish() override {
@@ -82,6 +85,7 @@ class SpecularEstimatorImpl final : public SpecularEstimator {
 
   struct FoundPlane {
     UncertainPose probe_plane;
+    ProbeTime mid_exposure;
     int lens = 0;
     bool ambiguous = false;
   };
@@ -101,6 +105,7 @@ class SpecularEstimatorImpl final : public SpecularEstimator {
   specular::EnvironmentPicture picture_;
   specular::WhiteAlbedo white_;
   const specular::GlossEstimate* gloss_ = nullptr;
+  CapturedPlane plane_out_;  ///< Identity, time and pose are set by estimate(), all else by captured_plane().
   std::uint32_t calibration_id_, frames_ = 0;
   int since_estimate_ = 0, sweeps_at_estimate_ = 0;
   double exposure_ =
@@ -112,7 +117,7 @@ Result<SpecularEstimatorImpl::FoundPlane> SpecularEstimatorImpl::find_plane(std:
     for (const View& view : frame.views()) {
       const Result<std::optional<DetectedBody>> found = finder_->find(view, frame.info);
       if (!found) return found.status();
-      if (*found) return FoundPlane{(*found)->probe_body, view.lens, (*found)->ambiguous};
+      if (*found) return FoundPlane{(*found)->probe_body, frame.info.mid_exposure, view.lens, (*found)->ambiguous};
     }
   return Status(StatusCode::not_found, "no pose of the plane '" + plane_.name +
                                            "' was found: its tags are not in the picture, too small, dark or blurred, "
@@ -131,7 +136,10 @@ Status SpecularEstimatorImpl::estimate(std::span<const Frame> bracket, Descripto
   if (!found) return found.status();
   if (exposure_ == 0) exposure_ = bracket.front().info.exposure_s * bracket.front().info.gain;
   // A mirrored attitude would spoil the texture.
-  if (!found->ambiguous) (void)capture_.add(reader_, found->lens, found->probe_plane, frames_, exposure_);
+  if (!found->ambiguous && capture_.add(reader_, found->lens, found->probe_plane, frames_, exposure_).stored) {
+    plane_out_.info.mid_exposure = found->mid_exposure;
+    plane_out_.info.T_probe_plane = found->probe_plane.pose;
+  }
   ++frames_, ++since_estimate_;
   const int sweeps = capture_.separation().sweeps();
   if (sweeps > 0 && sweeps != sweeps_at_estimate_ &&
@@ -153,6 +161,13 @@ Status SpecularEstimatorImpl::estimate(std::span<const Frame> bracket, Descripto
   estimate::fill_header(bracket, {scale().units, options_.probe_id, calibration_id_, options_.config.setting}, out);
   adjust(*found, gloss, out);
   return {};
+}
+
+const CapturedPlane* SpecularEstimatorImpl::captured_plane() {
+  if (!plane_out_.info.T_probe_plane) return nullptr;
+  plane_out_.info.units = scale().units;
+  specular::fill_captured_plane(capture_, gloss_, static_cast<float>(scale().factor / exposure_), plane_out_);
+  return &plane_out_;
 }
 
 /// What the description of the environment's picture does not know: how the environment was found.
@@ -197,6 +212,7 @@ Result<std::unique_ptr<SpecularEstimator>> make_specular_estimator(const RigPara
   if (const int edge = options.capture.texels.edge; edge < 8 || edge > 256 || edge % specular::kTileEdge != 0)
     return invalid_argument("capture.texels.edge must be a multiple of 4, 8 to 256");
   if (options.frames_between_estimates < 1) return invalid_argument("frames_between_estimates must be at least 1");
+  if (options.plane_capture == 0) return invalid_argument("plane_capture must not be 0");
   SpecularOptions with_size = options;
   with_size.capture.texels.size_m = plane.side_m;
   PanoramaOptions panorama;

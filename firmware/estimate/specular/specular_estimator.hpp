@@ -24,10 +24,13 @@ struct SpecularOptions {
   /// Frames from one estimate of the environment to the next, at least; descriptors between them have the environment
   /// of the last one. Fewer cost time: an estimate takes some tenths of a second.
   int frames_between_estimates = 30;
+  std::uint32_t plane_capture = 1;  ///< PlaneInfo::capture of captured_plane(): not 0, random for each run of a probe.
 };
 
 /// estimate() returns not_found where no frame of the bracket shows the plane's tags. Until the environment is known,
 /// light is uniform above the plane, with Flag::unseen. Until then and after a change it allocates memory.
+/// captured_plane() is null until a frame was stored; its time and pose are those of the last stored frame, and its
+/// radiance is in the units of the descriptors.
 class SpecularEstimator : public Estimator {
  public:
   [[nodiscard]] virtual const specular::PlaneCapture& capture() const = 0;

@@ -23,6 +23,7 @@ SurfaceLightField::SurfaceLightField(const PlaneTexels& texels, int levels, std:
       codes_(static_cast<std::size_t>(texels.edge * kTileEdge)),
       nodes_(static_cast<std::size_t>(texels.tiles())),
       measured_(nodes_.size()),
+      visited_(grid_.size()),
       views_(kFrames) {
   first_.reserve(texels.count());
 }
@@ -146,8 +147,10 @@ std::span<const std::uint32_t> SurfaceLightField::add(const TexelImage& image, c
       if (index != 0) __builtin_prefetch(&page(index - 1));
     }
     for (std::size_t i = 0; i < nodes_.size(); ++i)
-      if (measured_[i] != 0)
+      if (measured_[i] != 0) {
+        visited_[nodes_[i]] = 1;
         store(static_cast<std::uint16_t>(first_tile + i), nodes_[i], measured_[i], &codes_[i * kTileEdge], frame);
+      }
   }
   samples_ += first_.size();
   return first_;

@@ -66,6 +66,8 @@ class SurfaceLightField {
     return newest_frame_ - frame < kFrames ? &views_[frame % kFrames] : nullptr;
   }
 
+  /// By node: 1 where a sample was stored, also if it was removed since.
+  [[nodiscard]] std::span<const std::uint8_t> visited() const { return visited_; }
   [[nodiscard]] std::size_t pages() const { return page_count_; }
   [[nodiscard]] std::uint64_t samples() const { return samples_; }
   /// Share of texels and directions that have a sample.
@@ -122,6 +124,7 @@ class SurfaceLightField {
   // measured.
   std::vector<std::uint32_t> codes_;
   std::vector<std::uint16_t> nodes_, measured_;
+  std::vector<std::uint8_t> visited_;
   std::vector<View> views_;  ///< By frame modulo kFrames.
   std::uint32_t newest_frame_ = 0;
   std::uint64_t samples_ = 0, removed_ = 0;

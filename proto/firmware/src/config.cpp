@@ -176,6 +176,13 @@ Result<GreyPatch> grey_patch_of(const v1::GreyPatch& m) {
   return out;
 }
 
+Result<PlaneConfig> plane_of(const v1::PlaneConfig& m) {
+  PlaneConfig out{m.plane_file()};
+  if (!v1::ImageRecipients_IsValid(m.images())) return invalid_argument("plane.images is not known");
+  if (m.images() == v1::IMAGE_RECIPIENTS_ALL_CLIENTS) out.images = ImageRecipients::all_clients;
+  return out;
+}
+
 MqttConfig mqtt_of(const v1::MqttConfig& m) {
   return {m.uri(),
           m.ca_file(),
@@ -224,7 +231,8 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
   if (m.has_grey_patch())
     if (const Status s = grey_patch_of(m.grey_patch()).assign_to(c.grey_patch); !s.ok()) return s.in(name);
   if (m.has_marker()) c.marker = MarkerConfig{m.marker().body_file()};
-  if (m.has_plane()) c.plane = PlaneConfig{m.plane().plane_file()};
+  if (m.has_plane())
+    if (const Status s = plane_of(m.plane()).assign_to(c.plane); !s.ok()) return s.in(name);
   if (m.has_usb_gadget()) {
     c.usb_gadget.emplace();
     if (!m.usb_gadget().functionfs_mount().empty()) c.usb_gadget->functionfs_mount = m.usb_gadget().functionfs_mount();

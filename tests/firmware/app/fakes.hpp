@@ -2,10 +2,15 @@
 #pragma once
 
 #include <atomic>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include <lightwell/captured_plane.hpp>
+#include <lightwell/time.hpp>
 
 #include "estimate/estimator.hpp"
 #include "imaging/frame.hpp"
@@ -47,6 +52,7 @@ struct EstimatorScript {
   Flags flags;       ///< Flags of the descriptors.
   float level = 1;   ///< Radiance before scaling.
   EstimatorConfig configured;
+  std::optional<CapturedPlane> plane;                ///< Result of captured_plane().
   std::vector<std::vector<std::uint64_t>> brackets;  ///< Sequence numbers of the frames of each call.
 };
 
@@ -73,10 +79,17 @@ class FakeEstimator final : public Estimator {
   }
   void set_scale(RadianceScale scale) override { scale_ = scale; }
   RadianceScale scale() const override { return scale_; }
+  const CapturedPlane* captured_plane() override {
+    const std::lock_guard lock(script_.mutex);
+    if (!script_.plane) return nullptr;
+    plane_ = *script_.plane;
+    return &plane_;
+  }
 
  private:
   EstimatorScript& script_;
   RadianceScale scale_;
+  CapturedPlane plane_;
 };
 
 /// Behaviour of FakeLink and a record of its calls. Outlives the link. Any thread.
@@ -85,6 +98,11 @@ struct LinkLog {
   Status start_with;
   bool running = false;
   std::vector<EncodedDescriptor> published;
+  struct PublishedPlane {
+    std::shared_ptr<const EncodedPlane> plane;
+    std::int64_t at_ns = 0;  ///< CLOCK_MONOTONIC.
+  };
+  std::vector<PublishedPlane> planes;
   LinkCounters counters;
 
   [[nodiscard]] std::size_t count() const {
@@ -109,6 +127,10 @@ class FakeLink final : public Link {
   void publish(const EncodedDescriptor& descriptor) override {
     const std::lock_guard lock(log_.mutex);
     log_.published.push_back(descriptor);
+  }
+  void publish_plane(const std::shared_ptr<const EncodedPlane>& plane) override {
+    const std::lock_guard lock(log_.mutex);
+    log_.planes.push_back({plane, monotonic_now_ns()});
   }
   void stop() override {
     const std::lock_guard lock(log_.mutex);

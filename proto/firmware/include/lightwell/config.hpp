@@ -12,6 +12,7 @@
 #include <lightwell/estimator_config.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/mqtt.hpp>
+#include <lightwell/plane_codec.hpp>
 #include <lightwell/result.hpp>
 
 namespace lightwell {
@@ -60,7 +61,8 @@ struct MarkerConfig {
 
 /// Options for estimating light from a glossy plane in view.
 struct PlaneConfig {
-  std::string plane_file;  ///< Path of a GlossyPlane.
+  std::string plane_file;                            ///< Path of a GlossyPlane.
+  ImageRecipients images = ImageRecipients::nobody;  ///< Of the captured texture.
 };
 
 struct UsbGadgetConfig {

@@ -1,6 +1,7 @@
 // Storage of a surface light field.
 #include "estimate/specular/surface_light_field.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <set>
@@ -89,6 +90,8 @@ TEST_F(SurfaceLightFieldTest, StoresOnlyWhatIsMeasured) {
   const auto first = field.add(image, {{0, 0, 0.5}, 0.002}, 0);
   ASSERT_EQ(first.size(), 1U);
   EXPECT_EQ(first[0], 5U);
+  // One tile was seen, from one direction.
+  EXPECT_EQ(std::ranges::count(field.visited(), std::uint8_t{1}), 1);
 }
 
 TEST_F(SurfaceLightFieldTest, WhereMemoryEndsEveryDirectionKeepsSamples) {
@@ -102,6 +105,7 @@ TEST_F(SurfaceLightFieldTest, WhereMemoryEndsEveryDirectionKeepsSamples) {
   }
   EXPECT_GT(field.removed(), 0U);
   EXPECT_EQ(whole.removed(), 0U);
+  EXPECT_TRUE(std::ranges::equal(field.visited(), whole.visited()));
   EXPECT_LT(field.bytes(), SurfaceLightField::kMinBytes + (1U << 20U));
   std::vector<int> samples(field.grid().size()), of_whole(field.grid().size());
   const auto count = [&](const SurfaceLightField& f, std::vector<int>& out) {

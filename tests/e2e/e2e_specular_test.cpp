@@ -1,0 +1,172 @@
+// From pictures of a glossy book with tags at the daemon to its light and its captured plane in the SDK.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <lightwell/glossy_plane.hpp>
+#include <lightwell/plane_appearance.hpp>
+
+#include "e2e/daemon.hpp"
+#include "imaging/image_file.hpp"
+#include "measure/specular_sequences.hpp"
+#include "pose/tag_board.hpp"
+#include "reference/glossy_sequence.hpp"
+#include "support/temp_dir.hpp"
+
+namespace lightwell::test {
+namespace {
+
+/// Texels of the plane's picture along a side, of a tag's cell, and between a tag and the plane's edge.
+constexpr int kEdge = 256, kCell = 5, kMargin = 3;
+constexpr double kTexel_m = measure::SpecularSequence::kPlane_m / kEdge;
+constexpr int kFrames = 80;
+
+/// A book with a tag in each corner.
+GlossyPlane book() {
+  const TagShape shape = shape_of(TagFamily::tag36h11);
+  GlossyPlane out;
+  out.name = "book with tags";
+  out.side_m = measure::SpecularSequence::kPlane_m;
+  out.tag_size_m = shape.edge_cells * kCell * kTexel_m;
+  const double center = out.side_m / 2 - (kMargin + shape.cells * kCell / 2.0) * kTexel_m;
+  for (int id = 0; id < 4; ++id)
+    out.tags.push_back({id, Pose{{}, {id % 2 == 0 ? -center : center, id < 2 ? center : -center, 0}}});
+  return out;
+}
+
+void paint_tag(reference::PlaneTexture& texture, int id) {
+  const Result<TagBitmap> bitmap = tag_bitmap(TagFamily::tag36h11, id);
+  ASSERT_TRUE(bitmap.ok()) << bitmap.status().message();
+  const int size = bitmap->cells * kCell, far = kEdge - kMargin - size;
+  const int left = id % 2 == 0 ? kMargin : far, top = id < 2 ? kMargin : far;
+  for (int row = 0; row < size; ++row)
+    for (int column = 0; column < size; ++column)
+      std::fill_n(texture.rgb.begin() + 3 * ((top + row) * kEdge + left + column), 3,
+                  bitmap->is_dark(column / kCell, row / kCell) ? 0.04 : 0.8);
+}
+
+class SpecularTest : public ::testing::Test {
+ protected:
+  /// Writes the pictures once for all tests: rendering takes most of the time.
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TempDir>();
+    measure::SpecularSequenceOptions options;
+    options.seed = 5;
+    options.albedo = reference::book_texture(5, kEdge);
+    for (int id = 0; id < 4; ++id) ASSERT_NO_FATAL_FAILURE(paint_tag(options.albedo, id));
+    // The views that are played are the upper half of the spiral, where all tags are large enough.
+    options.frames = 2 * kFrames;
+    options.turns = 2;
+    auto sequence = measure::SpecularSequence::make(options);
+    ASSERT_TRUE(sequence.ok()) << sequence.status().message();
+    sequence_ = std::move(*sequence);
+    std::string list = "file,exposure_s,time_s\n";
+    for (int k = 0; k < kFrames; ++k) {
+      const measure::Shot shot = sequence_->frame(k);
+      const std::string name = std::to_string(k) + ".png";
+      const Status s = write_png(folder_->path(name), {640, 480, PixelFormat::rgb8, shot.pixels.front()});
+      ASSERT_TRUE(s.ok()) << s.message();
+      list +=
+          name + "," + std::to_string(measure::SpecularSequence::kExposure_s) + "," + std::to_string(k / 30.0) + "\n";
+    }
+    (void)folder_->write("frames.csv", list);
+    (void)folder_->write("calibration.textproto", calibration_to_text(sequence_->rig()));
+    (void)folder_->write("book.textproto", glossy_plane_to_text(book()));
+  }
+  static void TearDownTestSuite() {
+    sequence_.reset();
+    folder_.reset();
+  }
+
+  static DaemonOptions options(std::vector<std::string> more) {
+    // Every frame is processed, however slow the machine is.
+    return {.camera = "replay:" + folder_->path("") + "?loop=0&pace=fast", .more = std::move(more)};
+  }
+  static Result<Probe> connect(Daemon& daemon) {
+    ProbeOptions options;
+    options.max_age = kAnyAge;
+    options.plane = PlaneReception::receive;
+    return Probe::connect(daemon.uri(), options);
+  }
+
+  static inline std::unique_ptr<TempDir> folder_;
+  static inline std::unique_ptr<measure::SpecularSequence> sequence_;
+};
+
+TEST_F(SpecularTest, LightAndPlaneArriveWithoutImages) {
+  Daemon daemon(options({"--estimator", "specular", "--plane", folder_->path("book.textproto")}));
+  Observer observer(daemon.uri());
+  const Result<Probe> probe = connect(daemon);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  ASSERT_TRUE(observer.gets(kFrames)) << daemon.process().err();
+  std::size_t far = 0;
+  double worst_m = 0, worst_rad = 0;
+  const std::vector<Descriptor> descriptors = observer.descriptors();
+  for (const Descriptor& d : descriptors) {
+    const Pose truth = sequence_->true_pose(static_cast<int>(d.sequence % kFrames));
+    const double shift_m = length(d.T_probe_origin.translation - truth.translation);
+    const Quat turn = d.T_probe_origin.rotation.inverse() * truth.rotation;
+    const double turn_rad = 2 * std::asin(std::min(1.0, length(Vec3d{turn.x, turn.y, turn.z})));
+    worst_m = std::max(worst_m, shift_m), worst_rad = std::max(worst_rad, turn_rad);
+    if (shift_m > 0.004 || turn_rad > 0.02) ++far;
+    EXPECT_GT(d.coverage, 0.4F);
+    EXPECT_EQ(d.units, Units::absolute);
+  }
+  EXPECT_LE(far, descriptors.size() / 20) << "worst: " << worst_m << " m, " << worst_rad << " rad";
+
+  ASSERT_TRUE(becomes_true("the plane is there", [&] { return probe->plane().validity() == Validity::valid; }));
+  const PlaneAppearance first = probe->plane();
+  EXPECT_NE(first.info().capture, 0U);
+  EXPECT_EQ(first.info().size_m, measure::SpecularSequence::kPlane_m);
+  EXPECT_EQ(first.info().units, Units::absolute);
+  ASSERT_TRUE(first.info().T_probe_plane);
+  const PlaneSimilarity& placed = first.info().texture_to_plane;
+  EXPECT_LT(std::hypot(placed.x_m, placed.y_m), 0.003);
+  EXPECT_NEAR(placed.scale, 1, 0.02);
+  const auto seen = [](const PlaneAppearance& plane) {
+    return std::ranges::count(plane.coverage().seen, std::uint8_t{1});
+  };
+  EXPECT_GT(seen(first), 0);
+  EXPECT_EQ(first.texture_edge(), 0);
+  EXPECT_EQ(first.diffuse({}).validity, Validity::none);
+  ASSERT_TRUE(becomes_true("the mirror image is there", [&] {
+    return probe->plane().revision() > first.revision() && probe->plane().info().gloss_alpha;
+  })) << daemon.process().err();
+  const PlaneAppearance later = probe->plane();
+  EXPECT_EQ(later.info().capture, first.info().capture);
+  EXPECT_GE(seen(later), seen(first));
+  EXPECT_EQ(later.info().f0, 0.04F);
+  EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0})) << daemon.process().err();
+}
+
+TEST_F(SpecularTest, TheTextureArrivesWhereImagesAreAllowed) {
+  // The plane of the command line replaces that of the file, whose recipients stay.
+  const std::string config = folder_->write(
+      "probe.textproto", "plane { plane_file: \"other.textproto\" images: IMAGE_RECIPIENTS_ALL_CLIENTS }\n");
+  Daemon daemon(options({"--config", config, "--plane", folder_->path("book.textproto")}));
+  const Result<Probe> probe = connect(daemon);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  // In the middle of a dark cell and of the white rim of the tag at the top left.
+  const auto at = [&](double cells) {
+    const double offset = (kMargin + cells * kCell) * kTexel_m - measure::SpecularSequence::kPlane_m / 2;
+    return probe->plane().diffuse({offset, -offset});
+  };
+  ASSERT_TRUE(becomes_true("the texture is there", [&] {
+    return at(0.5).validity == Validity::valid && !at(0.5).flags.any() && !at(1.5).flags.any() && at(0.5).value.g > 0;
+  })) << daemon.process().err();
+  EXPECT_EQ(probe->plane().texture_edge(), kEdge);
+  EXPECT_LT(at(1.5).value.g, 0.3F * at(0.5).value.g);
+  // The paper's radiance in the units of descriptors.
+  const double white = sequence_->options().white / measure::SpecularSequence::kExposure_s;
+  EXPECT_NEAR(at(0.5).value.luminance(), white, 0.15 * white);
+  EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0})) << daemon.process().err();
+}
+
+}  // namespace
+}  // namespace lightwell::test
