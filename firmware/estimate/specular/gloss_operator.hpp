@@ -24,8 +24,9 @@ class GlossOperator {
   /// `levels` of both hemispheres: levels_for(), or a multiple of it.
   GlossOperator(const SpecularBrdf& brdf, int levels);
 
-  /// Levels at which the lobe's half width at half maximum, 2 atan(0.64 alpha), has about two nodes; 30 to 60. The
-  /// lower limit is for grazing angles, where the lobe is narrower in azimuth.
+  /// Levels at which the lobe's half width at half maximum, 2 atan(0.64 alpha), has about two nodes; 30 to 60. At
+  /// grazing angles the lobe is narrower in azimuth than a cell; coefficients near it are means over the cell's
+  /// azimuths.
   [[nodiscard]] static int levels_for(double alpha);
 
   [[nodiscard]] const HemisphereGrid& grid() const { return grid_; }
