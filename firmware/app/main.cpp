@@ -80,8 +80,10 @@ int main(int argc, char** argv) {
                  "Source of the light: " + estimator_help() +
                      " [marker if a body is named, specular if a plane is, otherwise panorama]")
       ->check(CLI::IsMember(estimator_names()));
-  app.add_option("--plane", plane, "The glossy plane (a GlossyPlane, proto/lightwell/v1/glossy_plane.proto)");
-  app.add_option("--body", body, "The marker's body, as lightwell-calibrate marker-sheet wrote it");
+  CLI::Option* const plane_option =
+      app.add_option("--plane", plane, "The glossy plane (a GlossyPlane, proto/lightwell/v1/glossy_plane.proto)");
+  app.add_option("--body", body, "The marker's body, as lightwell-calibrate marker-sheet wrote it")
+      ->excludes(plane_option);
   app.add_option("--mounting", mounting,
                  "Pose of the probe in the room, as lightwell-calibrate mounting wrote it; clients receive it");
   app.add_option("--size", size, "Size of one lens's picture, WIDTHxHEIGHT [640x480]");
