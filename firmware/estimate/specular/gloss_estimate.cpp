@@ -180,6 +180,7 @@ const GlossEstimate* GlossEstimator::estimate(const Lumisphere& lumisphere, cons
     for (std::size_t cell = 0; cell < environment.radiance.size(); ++cell)
       if (environment.lower_bound[cell] != 0) environment.radiance[cell] = environment.radiance[cell] * scale;
   }
+  estimate_.recovered = missing / std::max(total + missing, 1e-30);
   const double by_common = deconvolution_->irradiance_slope() * static_cast<double>(common_.sigma);
   const double by_white = missing > 0 ? expected * white.sigma / white.value : 0;
   estimate_.scale_sigma = std::hypot(by_common, by_white) / std::max(total + missing, 1e-30);

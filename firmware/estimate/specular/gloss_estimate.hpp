@@ -28,6 +28,9 @@ struct GlossEstimate {
   double seen = 0;
   /// Share of the irradiance that comes from lower bounds, before their scale was determined; 0 to 1.
   double clipped = 0;
+  /// Share of the irradiance that was added to lower bounds, because the diffuse texture shows it; 0 to 1. How it is
+  /// divided among them is a guess.
+  double recovered = 0;
   /// Standard deviation of the environment's scale, relative to the irradiance: common radiance, albedo of white.
   double scale_sigma = 0;
   /// Share of the radiance above the plane, integrated over directions, that is a guess because no frame saw its

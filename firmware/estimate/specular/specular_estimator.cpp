@@ -24,6 +24,10 @@ constexpr double kMaxScaleSigma = 0.25;
 /// Error of the irradiance by directions that were not seen, relative to their share. Their total is limited by the
 /// irradiance that the diffuse texture shows; their distribution is a guess.
 constexpr double kGuessError = 0.25;
+/// Error of the irradiance by the division of recovered light among saturated lights, relative to their share.
+constexpr double kRecoveredError = 0.75;
+/// Largest share of recovered light for which the light counts as sure.
+constexpr double kMaxRecovered = 0.25;
 /// Error of the irradiance by the deconvolution: light at the edges of what a lobe resolves.
 constexpr double kDeconvolutionError = 0.03;
 /// Standard deviation of a light's direction: of the alignment and the grid, relative to the lobe's half width, and
@@ -180,7 +184,8 @@ void SpecularEstimatorImpl::adjust(const FoundPlane& found, const specular::Glos
   out.saturated = static_cast<float>(gloss.clipped);
   if (gloss.seen < kMinSeen || !gloss.glossy) out.flags.set(Flag::unseen);
   if (gloss.clipped > 0) out.flags.set(Flag::clipped), out.flags.set(Flag::recovered);
-  if (!gloss.glossy || found.ambiguous || gloss.scale_sigma > kMaxScaleSigma || gloss.seen < kCompleteSeen)
+  if (!gloss.glossy || found.ambiguous || gloss.scale_sigma > kMaxScaleSigma || gloss.seen < kCompleteSeen ||
+      gloss.recovered > kMaxRecovered)
     out.flags.set(Flag::unsure);
   const double half_width = SpecularBrdf::half_width_rad(gloss.alpha);
   for (Light& light : out.lights) {
@@ -193,7 +198,8 @@ void SpecularEstimatorImpl::adjust(const FoundPlane& found, const specular::Glos
   }
   const ErrorBound& picture = out.bound;
   out.bound = estimate::error_bound({.truncation = static_cast<double>(picture.truncation),
-                                     .sampling = static_cast<double>(picture.sampling) + kGuessError * gloss.guessed,
+                                     .sampling = static_cast<double>(picture.sampling) + kGuessError * gloss.guessed +
+                                                 kRecoveredError * gloss.recovered,
                                      .noise = kDeconvolutionError + gloss.scale_sigma,
                                      .quantization = static_cast<double>(picture.quantization),
                                      .smoothing = static_cast<double>(picture.smoothing)},
