@@ -56,8 +56,8 @@ struct Arguments {
 void check(const Arguments& in) {
   if (in.equirect.empty() == in.calibration.empty())
     throw UsageError("give either --calibration with images or --equirect with one");
-  if (!in.equirect.empty() && !(in.body + in.plane).empty())
-    throw UsageError("--body and --plane need --calibration, that of the camera");
+  if (!in.equirect.empty() && !in.body.empty()) throw UsageError("--body needs --calibration, that of the camera");
+  if (!in.equirect.empty() && !in.plane.empty()) throw UsageError("--plane needs --calibration, that of the camera");
   if (!in.body.empty() && !in.plane.empty()) throw UsageError("give either --body or --plane");
   if (!in.equirect.empty() && !in.images.empty())
     throw UsageError("--equirect takes one image; more images need --calibration");
