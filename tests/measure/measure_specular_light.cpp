@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -31,7 +32,7 @@ namespace {
 namespace ref = reference;
 using measure::SpecularSequence;
 
-constexpr double kDegree = 3.14159265358979 / 180;
+constexpr double kDegree = std::numbers::pi / 180;
 /// Elevation above which the plane can mirror: the paper's circle.
 const double kLowest = std::sin(10 * kDegree);
 constexpr int kMapEdge = 64;

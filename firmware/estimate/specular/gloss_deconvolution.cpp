@@ -16,13 +16,7 @@ constexpr float kMinConfidence = 1e-6F;
 /// The nearest node above (towards the pole) that was seen, with the same azimuth; the node itself where it was seen.
 /// The pole where none was.
 std::size_t seen_above(const ReflectedRadiance& reflected, std::size_t node) {
-  while (!reflected.seen(node) && node != 0) {
-    const int level = reflected.grid.level_of(node);
-    const double turn = static_cast<double>(node - HemisphereGrid::first_of(level)) / HemisphereGrid::nodes_of(level);
-    const int above = HemisphereGrid::nodes_of(level - 1);
-    const auto index = static_cast<std::size_t>(static_cast<int>(std::lround(turn * above)) % above);
-    node = HemisphereGrid::first_of(level - 1) + index;
-  }
+  while (!reflected.seen(node) && node != 0) node = reflected.grid.on_level(node, reflected.grid.level_of(node) - 1);
   return node;
 }
 

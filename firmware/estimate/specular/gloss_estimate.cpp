@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include <lightwell/quantile.hpp>
@@ -28,20 +29,44 @@ constexpr double kSearchGrowth = 0.1;
 
 /// Of an environment without structure.
 constexpr int kUniformLevels = 8;
+/// Largest factor by which saturated lights are brighter than their lower bounds, minus 1.
+constexpr double kMaxRecovery = 30;
 /// Standard deviation of the irradiance of directions that no frame saw, relative to their guess.
 constexpr double kGuessSigma = 0.5;
 
-struct Shares {
-  double seen = 0, all = 0;
+/// Solid angles of the directions above kGrazing_rad, sr.
+struct SeenDirections {
+  double seen = 0, clipped = 0, all = 0;
 };
-/// Solid angles above kGrazing_rad.
-Shares seen_shares(const ReflectedRadiance& reflected, const GlossOperator& gloss) {
-  Shares out;
-  for (std::size_t v = 0; v < gloss.grid().size(); ++v) {
+SeenDirections seen_directions(const ReflectedRadiance& reflected) {
+  SeenDirections out;
+  for (std::size_t v = 0; v < reflected.value.size(); ++v) {
     if (reflected.grid.direction(v).z < std::sin(kGrazing_rad)) continue;
-    const auto sr = static_cast<double>(gloss.solid_angle(v));
+    const double sr = reflected.grid.solid_angle(v);
     out.all += sr;
-    out.seen += reflected.seen(v) ? sr : 0;
+    if (!reflected.seen(v)) continue;
+    out.seen += sr;
+    out.clipped += reflected.lower_bound[v] != 0 ? sr : 0;
+  }
+  return out;
+}
+
+/// Luminance of an environment: its irradiance of the plane, its radiance integrated over directions, and the parts of
+/// them that are guesses or lower bounds.
+struct Parts {
+  double irradiance = 0, guessed_irradiance = 0, clipped_irradiance = 0;
+  double radiance = 0, guessed_radiance = 0;
+};
+Parts parts_of(const GlossEnvironment& environment) {
+  Parts out;
+  for (std::size_t cell = 0; cell < environment.radiance.size(); ++cell) {
+    const double radiance =
+        environment.grid.solid_angle(cell) * static_cast<double>(environment.radiance[cell].luminance());
+    const double irradiance = radiance * environment.grid.direction(cell).z;
+    const double guess = 1 - static_cast<double>(environment.confidence[cell]);
+    out.irradiance += irradiance, out.radiance += radiance;
+    out.guessed_irradiance += guess * irradiance, out.guessed_radiance += guess * radiance;
+    out.clipped_irradiance += environment.lower_bound[cell] != 0 ? irradiance : 0;
   }
   return out;
 }
@@ -87,22 +112,14 @@ void GlossEstimator::solve(const DiffuseRange& diffuse, const WhiteAlbedo& white
     deconvolution_->start(common_.value);
     deconvolution_->iterate(round + 1 == rounds ? kIterations : kIterations / 2);
     if (round + 1 == rounds) return;
-    CommonIrradiance irradiance;
     const GlossEnvironment& environment = deconvolution_->environment();
-    const double total = static_cast<double>(plane_irradiance(environment).luminance());
-    double unsure = 0, clipped = 0;
-    for (std::size_t cell = 0; cell < environment.radiance.size(); ++cell) {
-      const double of_cell = static_cast<double>(gloss_->solid_angle(cell)) * environment.grid.direction(cell).z *
-                             static_cast<double>(environment.radiance[cell].luminance());
-      unsure += (1 - static_cast<double>(environment.confidence[cell])) * of_cell;
-      clipped += environment.lower_bound[cell] != 0 ? of_cell : 0;
-    }
+    const Parts parts = parts_of(environment);
+    CommonIrradiance irradiance;
     irradiance.slope = deconvolution_->irradiance_slope();
     irradiance.without_common = plane_irradiance(environment);
     for (int c = 0; c < 3; ++c) irradiance.without_common[c] -= static_cast<float>(irradiance.slope) * common_.value[c];
-    irradiance.sigma = std::hypot(kGuessSigma * unsure, clipped);
+    irradiance.sigma = std::hypot(kGuessSigma * parts.guessed_irradiance, parts.clipped_irradiance);
     common_ = common_radiance(*gloss_, reflected_, diffuse, white, irradiance);
-    estimate_.clipped = total > 0 ? std::min(clipped / total, 1.0) : 0;
   }
 }
 
@@ -138,9 +155,10 @@ const GlossEstimate* GlossEstimator::estimate(const Lumisphere& lumisphere, cons
   const std::optional<DiffuseRange> range = diffuse_range(diffuse);
   if (!range) return nullptr;
   use_roughness(lumisphere, estimate_.alpha);
-  const Shares shares = seen_shares(reflected_, *gloss_);
-  if (!(shares.seen > 0)) return nullptr;
-  estimate_.seen = shares.seen / shares.all;
+  const SeenDirections directions = seen_directions(reflected_);
+  if (!(directions.seen > 0)) return nullptr;
+  estimate_.seen = directions.seen / directions.all;
+  estimate_.saturated = directions.clipped / directions.seen;
   estimate_.glossy = has_contrast(reflected_, *range);
   if (estimate_.glossy) {
     if (estimate_.seen > seen_at_search_ + kSearchGrowth || seen_at_search_ == 0) {
@@ -150,9 +168,9 @@ const GlossEstimate* GlossEstimator::estimate(const Lumisphere& lumisphere, cons
     solve(*range, white, 3);
     estimate_.misfit = deconvolution_->misfit();
   } else {
-    const double seen = estimate_.seen, alpha = estimate_.alpha;
-    estimate_ = *uniform_estimate(diffuse, white);
-    estimate_.seen = seen, estimate_.alpha = alpha;
+    GlossEstimate matte = *uniform_estimate(diffuse, white);
+    matte.seen = estimate_.seen, matte.saturated = estimate_.saturated, matte.alpha = estimate_.alpha;
+    estimate_ = std::move(matte);
     common_ = {};
     seen_at_search_ = 0;
     return &estimate_;
@@ -163,27 +181,21 @@ const GlossEstimate* GlossEstimator::estimate(const Lumisphere& lumisphere, cons
   const double bright = static_cast<double>((range->bright - common_.value).luminance());
   const double expected = std::numbers::pi * bright / white.value;
   GlossEnvironment& environment = estimate_.environment;
-  double guessed = 0, all = 0;
-  for (std::size_t cell = 0; cell < environment.radiance.size(); ++cell) {
-    const double of_cell = static_cast<double>(gloss_->solid_angle(cell) * environment.radiance[cell].luminance());
-    guessed += (1 - static_cast<double>(environment.confidence[cell])) * of_cell;
-    all += of_cell;
-  }
-  estimate_.guessed = all > 0 ? std::min(guessed / all, 1.0) : 1;
+  const Parts parts = parts_of(environment);
+  estimate_.guessed = parts.radiance > 0 ? std::clamp(parts.guessed_radiance / parts.radiance, 0.0, 1.0) : 1;
   // What the diffuse texture reflects and the environment lacks is light that was saturated in the reflection.
-  const double total = static_cast<double>(plane_irradiance(environment).luminance());
-  const double clipped = estimate_.clipped * total;
   double missing = 0;
-  if (clipped > 0 && expected > total) {
-    missing = std::min(expected - total, 30 * clipped);
-    const auto scale = static_cast<float>(1 + missing / clipped);
+  if (parts.clipped_irradiance > 0 && expected > parts.irradiance) {
+    missing = std::min(expected - parts.irradiance, kMaxRecovery * parts.clipped_irradiance);
+    const auto scale = static_cast<float>(1 + missing / parts.clipped_irradiance);
     for (std::size_t cell = 0; cell < environment.radiance.size(); ++cell)
       if (environment.lower_bound[cell] != 0) environment.radiance[cell] = environment.radiance[cell] * scale;
   }
-  estimate_.recovered = missing / std::max(total + missing, 1e-30);
+  const double total = std::max(parts.irradiance + missing, 1e-30);
+  estimate_.recovered = missing / total;
   const double by_common = deconvolution_->irradiance_slope() * static_cast<double>(common_.sigma);
   const double by_white = missing > 0 ? expected * white.sigma / white.value : 0;
-  estimate_.scale_sigma = std::hypot(by_common, by_white) / std::max(total + missing, 1e-30);
+  estimate_.scale_sigma = std::hypot(by_common, by_white) / total;
   return &estimate_;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <numbers>
 #include <optional>
 
 #include <lightwell/color.hpp>
@@ -14,7 +15,7 @@ namespace lightwell::specular {
 
 /// Elevation below which directions do not count as missing, where no frame saw them: the circle of Jachnik et al.
 /// 2012, figure 8.
-inline constexpr double kGrazing_rad = 10 * 3.14159265358979 / 180;
+inline constexpr double kGrazing_rad = 10 * std::numbers::pi / 180;
 
 struct GlossEstimate {
   /// False: the plane reflects nothing specularly that exceeds the errors. The environment is then uniform, with the
@@ -26,8 +27,8 @@ struct GlossEstimate {
   Radiance plane;   ///< Mean diffuse radiance of the plane.
   /// Share of the directions above kGrazing_rad whose reflection was seen, 0 to 1.
   double seen = 0;
-  /// Share of the irradiance that comes from lower bounds, before their scale was determined; 0 to 1.
-  double clipped = 0;
+  /// Share of the seen directions above kGrazing_rad whose reflection was saturated, 0 to 1.
+  double saturated = 0;
   /// Share of the irradiance that was added to lower bounds, because the diffuse texture shows it; 0 to 1. How it is
   /// divided among them is a guess.
   double recovered = 0;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include <lightwell/specular_brdf.hpp>
+
 namespace lightwell::specular {
 namespace {
 
@@ -12,20 +14,14 @@ std::array<std::size_t, 4> neighbours(const HemisphereGrid& grid, std::size_t no
   const int level = grid.level_of(node), count = HemisphereGrid::nodes_of(level);
   const std::size_t first = HemisphereGrid::first_of(level);
   const auto along = static_cast<int>(node - first);
-  const auto on_level = [&](int other) {
-    if (other < 0 || other > grid.levels()) return node;
-    const int nodes = HemisphereGrid::nodes_of(other);
-    const auto index = static_cast<int>(std::lround(static_cast<double>(along) / count * nodes)) % nodes;
-    return HemisphereGrid::first_of(other) + static_cast<std::size_t>(index);
-  };
+  const auto beside = [&](int other) { return other < 0 || other > grid.levels() ? node : grid.on_level(node, other); };
   return {first + static_cast<std::size_t>((along + 1) % count),
-          first + static_cast<std::size_t>((along + count - 1) % count), on_level(level - 1), on_level(level + 1)};
+          first + static_cast<std::size_t>((along + count - 1) % count), beside(level - 1), beside(level + 1)};
 }
 
 /// Reflectance of a smooth surface towards a node.
 float reflectance(const HemisphereGrid& grid, std::size_t node) {
-  const double m = 1 - grid.direction(node).z;
-  return static_cast<float>(0.04 + 0.96 * m * m * m * m * m);
+  return SpecularBrdf{}.fresnel(static_cast<float>(grid.direction(node).z));
 }
 
 }  // namespace

@@ -112,8 +112,8 @@ class SpecularEstimatorImpl final : public SpecularEstimator {
   CapturedPlane plane_out_;  ///< Identity, time and pose are set by estimate(), all else by captured_plane().
   std::uint32_t calibration_id_, frames_ = 0;
   int since_estimate_ = 0, sweeps_at_estimate_ = 0;
-  double exposure_ =
-      0;  ///< Exposure times gain of the first frame: the unit of the captured radiance is its full scale.
+  /// Exposure (s) times gain of the first frame: the unit of the captured radiance is its full scale.
+  double exposure_ = 0;
 };
 
 Result<SpecularEstimatorImpl::FoundPlane> SpecularEstimatorImpl::find_plane(std::span<const Frame> bracket) {
@@ -181,9 +181,12 @@ void SpecularEstimatorImpl::adjust(const FoundPlane& found, const specular::Glos
   out.flicker = Flicker::unknown;
   // Half of the sphere is the plane.
   out.coverage = static_cast<float>(0.5 + 0.5 * gloss.seen);
-  out.saturated = static_cast<float>(gloss.clipped);
+  out.saturated = static_cast<float>(gloss.saturated * 0.5 * gloss.seen / (0.5 + 0.5 * gloss.seen));
   if (gloss.seen < kMinSeen || !gloss.glossy) out.flags.set(Flag::unseen);
-  if (gloss.clipped > 0) out.flags.set(Flag::clipped), out.flags.set(Flag::recovered);
+  if (gloss.saturated > 0) {
+    out.flags.set(Flag::clipped);
+    if (gloss.glossy) out.flags.set(Flag::recovered);
+  }
   if (!gloss.glossy || found.ambiguous || gloss.scale_sigma > kMaxScaleSigma || gloss.seen < kCompleteSeen ||
       gloss.recovered > kMaxRecovered)
     out.flags.set(Flag::unsure);

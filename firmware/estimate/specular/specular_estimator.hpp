@@ -28,7 +28,8 @@ struct SpecularOptions {
 };
 
 /// estimate() returns not_found where no frame of the bracket shows the plane's tags. Until the environment is known,
-/// light is uniform above the plane, with Flag::unseen. Until then and after a change it allocates memory.
+/// light is uniform above the plane, with Flag::unseen. It allocates memory where the capture grows, and
+/// for an estimate of the environment.
 /// captured_plane() is null until a frame was stored; its time and pose are those of the last stored frame, and its
 /// radiance is in the units of the descriptors.
 class SpecularEstimator : public Estimator {

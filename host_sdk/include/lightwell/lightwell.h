@@ -83,7 +83,7 @@ enum {
   LW_FLAG_DARK = 1 << 4,      /* Only darkness: there is no relative error. */
   LW_FLAG_MOVED = 1 << 5,     /* Something moved between the exposures of a bracket. */
   LW_FLAG_FILLED = 1 << 6,    /* Directions that no pixel sees were filled by choice; the bound excludes them. */
-  LW_FLAG_RECOVERED = 1 << 7, /* The energy of saturated pixels was recovered from a reading. */
+  LW_FLAG_RECOVERED = 1 << 7, /* The energy of saturated pixels was recovered. */
   LW_FLAG_UNSURE = 1 << 8     /* Several lights fit: the direction of the strongest is uncertain or unknown. */
 };
 /* A flag of the probe that this version does not know. No enumerator: in C those are of type int. */

@@ -50,9 +50,11 @@ enum class Flag : std::uint8_t {
   moved = 5,      ///< Something moved between the exposures of a bracket; there the radiance is that of the shortest
                   ///< exposure and of those that agree with it.
   filled = 6,     ///< Directions that no pixel sees were filled as configured (UnseenFill); no error bound covers them.
-  recovered = 7,  ///< The energy of saturated pixels was recovered from a lux meter or from the grey patch.
+  recovered = 7,  ///< The energy of saturated pixels was recovered from a lux meter, from the grey patch, or from
+                  ///< the light that a glossy plane reflects diffusely.
   unsure = 8,     ///< The observations fit several light directions: the strongest light's covariance is wide, the
-                  ///< light may be very near, or it was not observed at all.
+                  ///< light may be very near, or it was not observed at all. Of a glossy plane: too little was seen, or
+                  ///< the scale is too uncertain.
   newer = 31,     ///< Set by the decoder only: the probe set a flag that this version does not know.
 };
 /// The flags that the wire format has.

@@ -45,6 +45,9 @@ class HemisphereGrid {
   [[nodiscard]] static int nodes_of(int level) { return level == 0 ? 1 : 4 * level; }
   [[nodiscard]] int level_of(std::size_t node) const;
 
+  /// The node of a level whose azimuth is nearest to that of `node`. `level`: 0 to levels().
+  [[nodiscard]] std::size_t on_level(std::size_t node, int level) const;
+
   /// Unit vector of a node.
   [[nodiscard]] Vec3d direction(std::size_t node) const;
   /// Solid angle of the directions that are nearer to the level and the azimuth of this node than to others, sr. All
@@ -114,6 +117,12 @@ inline int HemisphereGrid::level_of(std::size_t node) const {
   while (level > 1 && first_of(level) > node) --level;
   while (level < levels_ && first_of(level + 1) <= node) ++level;
   return level;
+}
+
+inline std::size_t HemisphereGrid::on_level(std::size_t node, int level) const {
+  const int from = level_of(node), count = nodes_of(level);
+  const double turn = static_cast<double>(node - first_of(from)) / nodes_of(from);
+  return first_of(level) + static_cast<std::size_t>(static_cast<int>(std::lround(turn * count)) % count);
 }
 
 inline Vec3d HemisphereGrid::direction(std::size_t node) const {

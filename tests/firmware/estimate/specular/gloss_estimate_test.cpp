@@ -69,7 +69,7 @@ double total(const GlossEstimate& estimate) { return double{plane_irradiance(est
 void expect_numbers(const GlossEstimate& e) {
   for (const Radiance& r : e.environment.radiance)
     for (int c = 0; c < 3; ++c) ASSERT_TRUE(std::isfinite(r[c]) && r[c] >= 0);
-  for (const double share : {e.seen, e.clipped, e.guessed}) {
+  for (const double share : {e.seen, e.saturated, e.recovered, e.guessed}) {
     EXPECT_GE(share, 0);
     EXPECT_LE(share, 1);
   }
