@@ -224,7 +224,8 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
 
   Descriptor d;
   int compared = 0, bounded = 0, held = 0, failed = 0, unsure = 0;
-  std::vector<double> ratios, frame_ms, mahalanobis, errors;
+  std::vector<double> ratios, frame_ms, estimate_ms, mahalanobis, errors;
+  double misfit = 0;  // Of the last estimate of the environment: another one has another misfit.
   double last_error = 0;
   const auto compare = [&] {
     const Lighting light = Lighting::of(d);
@@ -255,6 +256,10 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
     const Status status = estimator->estimate(shot.frames, d);
     frame_ms.push_back(bench::thread_time_ms() - start);
     failed += status.ok() ? 0 : 1;
+    if (estimator->gloss() != nullptr && estimator->gloss()->misfit != misfit) {
+      misfit = estimator->gloss()->misfit;
+      estimate_ms.push_back(frame_ms.back());
+    }
     if (status.ok() && k % kCompareEvery == 0) compare();
   }
   nlohmann::ordered_json line;
@@ -270,6 +275,7 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
   line["error_median"] = errors.empty() ? 0 : median(errors);
   line["mahalanobis_q95"] = mahalanobis.empty() ? 0 : upper_quantile(mahalanobis, 0.95);
   line["ms"] = median(frame_ms);
+  line["estimate_ms"] = estimate_ms.empty() ? 0 : median(estimate_ms);
   line["max_ms"] = *std::ranges::max_element(frame_ms);
   // The final answer, with all samples.
   estimator->finish();

@@ -21,7 +21,7 @@ namespace lightwell::specular {
 /// viewing directions of one quarter, and each is used for four turns and three channels. Not thread-safe.
 class GlossOperator {
  public:
-  /// `levels` of both hemispheres: levels_for(), or a multiple of it.
+  /// `levels` of both hemispheres; levels_for() are enough.
   GlossOperator(const SpecularBrdf& brdf, int levels);
 
   /// Levels at which the lobe's half width at half maximum, 2 atan(0.64 alpha), has about two nodes; 30 to 60. At
