@@ -84,7 +84,8 @@ TEST(GlossEstimator, FindsRoughnessScaleAndLamp) {
   ASSERT_NE(e, nullptr);
   expect_numbers(*e);
   EXPECT_TRUE(e->glossy);
-  EXPECT_EQ(e->clipped, 0);
+  EXPECT_EQ(e->saturated, 0);
+  EXPECT_EQ(e->recovered, 0);
   EXPECT_EQ(e->seen, 1);
   // The misfit determines the roughness to some tens of percent.
   EXPECT_GT(e->alpha, kAlpha / 1.5);
@@ -136,7 +137,8 @@ TEST(GlossEstimator, AfterAMattePlaneAGlossyOneIsFound) {
   ASSERT_NE(e, nullptr);
   EXPECT_FALSE(e->glossy);
   EXPECT_EQ(e->common.g, 0);
-  EXPECT_EQ(e->clipped, 0);
+  EXPECT_EQ(e->saturated, 0);
+  EXPECT_EQ(e->recovered, 0);
 }
 
 TEST(GlossEstimator, NothingSeenIsNoEstimate) {
@@ -179,7 +181,8 @@ TEST(GlossEstimator, SaturatedLightIsRecoveredFromTheTexture) {
   const GlossEstimate* e = estimator.estimate(scene.lumisphere, texels(scene.irradiance, scene.common), {0.8, 0.02});
   ASSERT_NE(e, nullptr);
   expect_numbers(*e);
-  EXPECT_GT(e->clipped, 0);
+  EXPECT_GT(e->saturated, 0);
+  EXPECT_GT(e->recovered, 0);
   // The irradiance is that of the white texels; what is left are the errors of the common part.
   EXPECT_NEAR(total(*e), scene.irradiance, 0.15 * scene.irradiance);
 }
