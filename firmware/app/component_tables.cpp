@@ -26,8 +26,10 @@
 #include "camera/backends/libcamera/libcamera_backend.hpp"
 #endif
 #ifdef LIGHTWELL_HAVE_MARKER
-#include "app/tag_body_finder.hpp"
 #include "estimate/marker/marker_estimator.hpp"
+#endif
+#ifdef LIGHTWELL_HAVE_TAG_BODY_FINDER
+#include "app/tag_body_finder.hpp"
 #include "estimate/specular/specular_estimator.hpp"
 #endif
 
@@ -86,7 +88,9 @@ Result<std::unique_ptr<Estimator>> make_marker(const Config& config, const RigPa
   log_info("marker: looking for " + body->name);
   return std::unique_ptr<Estimator>(std::move(*marker));
 }
+#endif
 
+#ifdef LIGHTWELL_HAVE_TAG_BODY_FINDER
 /// Requires config.plane.
 Result<std::unique_ptr<Estimator>> make_specular(const Config& config, const RigParameters& rig,
                                                  const std::optional<UncertainPose>& /*mounting*/) {
@@ -156,6 +160,8 @@ std::span<const EstimatorEntry> estimator_table() {
       EstimatorEntry{EstimatorKind::panorama, "all that the camera sees around it", &make_panorama},
 #ifdef LIGHTWELL_HAVE_MARKER
       EstimatorEntry{EstimatorKind::marker, "a body with tags in the picture", &make_marker},
+#endif
+#ifdef LIGHTWELL_HAVE_TAG_BODY_FINDER
       EstimatorEntry{EstimatorKind::specular, "a glossy plane that the camera moves around", &make_specular},
 #endif
   };

@@ -149,8 +149,10 @@ int main(int argc, char** argv) {
   if (kind) config.estimator_kind = *kind;
   if (!body.empty()) config.marker = lightwell::MarkerConfig{body};
   if (config.estimator_kind != lightwell::EstimatorKind::marker) config.marker.reset();
-  if (!plane.empty() && !config.plane) config.plane.emplace();
-  if (!plane.empty()) config.plane->plane_file = plane;
+  if (!plane.empty()) {
+    if (!config.plane) config.plane.emplace();
+    config.plane->plane_file = plane;
+  }
   if (config.estimator_kind != lightwell::EstimatorKind::specular) config.plane.reset();
   if (!mounting.empty()) config.mounting = mounting;
   if (size.width != 0) {

@@ -29,7 +29,7 @@ Status Publisher::publish(Descriptor& descriptor) {
 }
 
 Status Publisher::publish_plane(const CapturedPlane& plane) {
-  const auto changes = plane_encoder_.encode(plane);
+  const auto changes = plane_encoder_.encode(plane, {monotonic_now_ns()});
   if (!changes) return changes.status();
   auto encoded = std::make_shared<EncodedPlane>();
   encoded->changes.assign(changes->begin(), changes->end());

@@ -78,7 +78,8 @@ class Publisher {
   [[nodiscard]] Status publish(Descriptor& descriptor);
   /// Encodes the changes of a captured plane and passes them to the links; a few milliseconds. From one thread, which
   /// may be another than that of publish(). Call it at least once in each key interval, also if nothing has changed:
-  /// clients take longer silence for a lost probe. Errors: those of PlaneEncoder::encode().
+  /// tiles are repeated by the time of the call, and clients take longer silence for a lost probe. Errors: those of
+  /// PlaneEncoder::encode().
   [[nodiscard]] Status publish_plane(const CapturedPlane& plane);
   /// CLOCK_MONOTONIC, ns, when the last descriptor was encoded, before it was passed to a link.
   [[nodiscard]] std::int64_t encoded_ns() const { return encoded_ns_; }

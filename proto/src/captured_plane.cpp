@@ -3,12 +3,14 @@
 #include <string>
 
 #include <lightwell/captured_plane.hpp>
-#include <lightwell/plane_codec.hpp>
+
+#include "wire_position.hpp"
 
 namespace lightwell {
 namespace {
 
 constexpr double kMinPlane_m = 1e-6, kMaxPlane_m = 1000;
+constexpr double kMaxPlaneRotation_rad = 1000;
 constexpr float kMaxPlaneRadiance = 1e30F;
 
 Status plane_problem(const std::string& what) { return invalid_argument("captured plane: " + what); }
@@ -38,16 +40,10 @@ Status plane_info_problem(const PlaneInfo& info) {
   if (info.units != Units::relative && info.units != Units::absolute) return plane_problem("units are not known");
   if (!(info.size_m >= kMinPlane_m && info.size_m <= kMaxPlane_m))
     return plane_problem("size_m must be within 1e-6 m and 1000 m");
-  if (info.T_probe_plane) {
-    const auto& [q, t] = *info.T_probe_plane;
-    // As for the origin of a descriptor: rotations may be composed of many, positions must fit a float.
-    if (!(std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) < 1e-6))
-      return plane_problem("T_probe_plane has no unit quaternion");
-    if (!(within(t.x, 1e6) && within(t.y, 1e6) && within(t.z, 1e6)))
-      return plane_problem("T_probe_plane: tx, ty, tz must be within 1e6 m");
-  }
+  if (info.T_probe_plane)
+    if (Status pose = wire_pose_problem(*info.T_probe_plane, "captured plane: T_probe_plane"); !pose.ok()) return pose;
   const PlaneSimilarity& s = info.texture_to_plane;
-  if (!(within(s.x_m, kMaxPlane_m) && within(s.y_m, kMaxPlane_m) && within(s.rotation_rad, kMaxPlane_m) &&
+  if (!(within(s.x_m, kMaxPlane_m) && within(s.y_m, kMaxPlane_m) && within(s.rotation_rad, kMaxPlaneRotation_rad) &&
         s.scale >= 0.5 && s.scale <= 2))
     return plane_problem("texture_to_plane is out of range");
   if (!unit_share(info.gloss_alpha)) return plane_problem("gloss_alpha must be 0 to 1");
@@ -71,67 +67,6 @@ Status captured_plane_problem(const CapturedPlane& plane) {
   if (plane.coverage.seen.size() != plane.coverage.grid.size())
     return plane_problem("coverage: the array does not have one element for each node");
   return {};
-}
-
-PlaneTileLayout::PlaneTileLayout(int texture_edge, int lumisphere_levels, int coverage_levels)
-    : edge_(std::clamp(texture_edge, 0, kMaxPlaneTextureEdge)),
-      lumisphere_levels_(std::clamp(lumisphere_levels, 1, kMaxPlaneLevels)),
-      coverage_levels_(std::clamp(coverage_levels, 1, kMaxPlaneLevels)) {}
-
-PlanePart PlaneTileLayout::part(std::size_t tile) const {
-  if (tile < texture_tiles()) return PlanePart::texture;
-  return tile < texture_tiles() + lumisphere_tiles() ? PlanePart::lumisphere : PlanePart::coverage;
-}
-
-std::size_t PlaneTileLayout::columns(std::size_t tile) const {
-  const std::size_t left = tile % across() * kTextureTileEdge;
-  return std::min<std::size_t>(kTextureTileEdge, static_cast<std::size_t>(edge_) - left);
-}
-
-std::size_t PlaneTileLayout::rows(std::size_t tile) const {
-  const std::size_t top = tile / across() * kTextureTileEdge;
-  return std::min<std::size_t>(kTextureTileEdge, static_cast<std::size_t>(edge_) - top);
-}
-
-std::size_t PlaneTileLayout::entries(std::size_t tile) const {
-  switch (part(tile)) {
-    case PlanePart::texture:
-      return columns(tile) * rows(tile);
-    case PlanePart::lumisphere:
-      return std::min(kLumisphereTileNodes, HemisphereGrid(lumisphere_levels_).size() - entry(tile, 0));
-    case PlanePart::coverage:
-      break;
-  }
-  return std::min(kCoverageTileNodes, HemisphereGrid(coverage_levels_).size() - entry(tile, 0));
-}
-
-std::size_t PlaneTileLayout::entry(std::size_t tile, std::size_t k) const {
-  switch (part(tile)) {
-    case PlanePart::texture: {
-      const std::size_t row = tile / across() * kTextureTileEdge + k / columns(tile);
-      const std::size_t column = tile % across() * kTextureTileEdge + k % columns(tile);
-      return row * static_cast<std::size_t>(edge_) + column;
-    }
-    case PlanePart::lumisphere:
-      return (tile - texture_tiles()) * kLumisphereTileNodes + k;
-    case PlanePart::coverage:
-      break;
-  }
-  return (tile - texture_tiles() - lumisphere_tiles()) * kCoverageTileNodes + k;
-}
-
-std::size_t PlaneTileLayout::tile_of(PlanePart part, std::size_t entry) const {
-  switch (part) {
-    case PlanePart::texture: {
-      const std::size_t row = entry / static_cast<std::size_t>(edge_), column = entry % static_cast<std::size_t>(edge_);
-      return row / kTextureTileEdge * across() + column / kTextureTileEdge;
-    }
-    case PlanePart::lumisphere:
-      return texture_tiles() + entry / kLumisphereTileNodes;
-    case PlanePart::coverage:
-      break;
-  }
-  return texture_tiles() + lumisphere_tiles() + entry / kCoverageTileNodes;
 }
 
 }  // namespace lightwell

@@ -41,6 +41,10 @@ constexpr auto within(int low, int high) {
   return [low, high](auto v) { return v >= low && v <= high; };
 }
 constexpr auto kFraction = [](double v) { return v >= 0 && v < 1; };
+constexpr auto kEnvironmentEdge = [](int v) {
+  return v == 0 || (v > 0 && is_environment_edge(static_cast<std::uint64_t>(v)));
+};
+constexpr std::string_view kEnvironmentEdges = "0, 8, 16, 32 or 64";
 
 /// Every option.
 constexpr auto kOptions = std::tuple{
@@ -59,8 +63,7 @@ constexpr auto kOptions = std::tuple{
     Option{"panorama.smoothing", [](auto& c) -> decltype(auto) { return (c.panorama.smoothing); },
            [](Smoothing v) { return v >= Smoothing::none && v <= Smoothing::one_euro; }, ""},
     Option{"panorama.environment_edge", [](auto& c) -> decltype(auto) { return (c.panorama.environment_edge); },
-           [](int v) { return v == 0 || (v > 0 && is_environment_edge(static_cast<std::uint64_t>(v))); },
-           "0, 8, 16, 32 or 64"},
+           kEnvironmentEdge, kEnvironmentEdges},
     Option{"panorama.environment_rate", [](auto& c) -> decltype(auto) { return (c.panorama.environment_rate); },
            [](double v) { return v > 0 && std::isfinite(v); }, "positive and finite"},
     Option{"marker.decimation", [](auto& c) -> decltype(auto) { return (c.marker.decimation); },
@@ -70,8 +73,7 @@ constexpr auto kOptions = std::tuple{
     Option{"marker.max_faces", [](auto& c) -> decltype(auto) { return (c.marker.max_faces); },
            [](int v) { return v >= 0; }, "0 (all) or more"},
     Option{"specular.environment_edge", [](auto& c) -> decltype(auto) { return (c.specular.environment_edge); },
-           [](int v) { return v == 0 || (v > 0 && is_environment_edge(static_cast<std::uint64_t>(v))); },
-           "0, 8, 16, 32 or 64"},
+           kEnvironmentEdge, kEnvironmentEdges},
 };
 
 template <class Visit>

@@ -11,6 +11,7 @@
 
 #include "lightwell/v1/captured_plane.pb.h"
 #include "messages.hpp"
+#include "wire_position.hpp"
 
 namespace lightwell {
 namespace {
@@ -44,10 +45,9 @@ Status read_plane_info(const v1::PlaneUpdate& m, PlaneInfo& info) {
   info.units = static_cast<Units>(m.units());
   info.size_m = m.size_m();
   if (m.has_t_probe_plane()) {
-    Pose pose = pose_from(m.t_probe_plane());
-    if (const Status s = pose_problem(pose); !s.ok()) return s.in("plane update: T_probe_plane");
-    pose.rotation = pose.rotation.normalized();
-    info.T_probe_plane = pose;
+    Result<Pose> pose = wire_pose_from(m.t_probe_plane(), "plane update: T_probe_plane");
+    if (!pose) return pose.status();
+    info.T_probe_plane = *pose;
   }
   if (m.has_texture_to_plane()) {
     const v1::PlaneSimilarity& s = m.texture_to_plane();
@@ -289,7 +289,7 @@ PlaneEncoder::~PlaneEncoder() = default;
 PlaneEncoder::PlaneEncoder(PlaneEncoder&&) noexcept = default;
 PlaneEncoder& PlaneEncoder::operator=(PlaneEncoder&&) noexcept = default;
 
-Result<std::span<const std::vector<std::byte>>> PlaneEncoder::encode(const CapturedPlane& plane) {
+Result<std::span<const std::vector<std::byte>>> PlaneEncoder::encode(const CapturedPlane& plane, ProbeTime now) {
   if (Status s = captured_plane_problem(plane); !s.ok()) return s;
   State& state = *state_;
   const int edge = state.options.images == ImageRecipients::all_clients ? plane.texture.edge : 0;
@@ -299,7 +299,6 @@ Result<std::span<const std::vector<std::byte>>> PlaneEncoder::encode(const Captu
   else if (layout != state.layout)
     return Status(StatusCode::failed_precondition, "captured plane: other sizes need another capture number");
   ++state.revision;
-  const ProbeTime now = plane.info.mid_exposure;
   v1::PlaneUpdate& m = state.message;
   m.clear_tile_revision();
   m.clear_tiles();

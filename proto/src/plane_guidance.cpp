@@ -14,7 +14,7 @@ constexpr std::uint32_t kNoSeed = std::numeric_limits<std::uint32_t>::max();
 
 /// Nodes at the other ends of the edges at a node of the lattice.
 struct Neighbours {
-  std::array<std::uint32_t, 7> node{};
+  std::array<std::uint32_t, 6> node{};
   std::size_t count = 0;
 
   Neighbours(const HemisphereGrid& grid, std::size_t of) {

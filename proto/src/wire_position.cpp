@@ -17,6 +17,7 @@ constexpr double kMaxUnits = std::numeric_limits<std::uint32_t>::max();
 constexpr double kMaxTranslation_m = 1e6;
 /// Of a unit quaternion's squared length, for rotations that were composed of many.
 constexpr double kUnitTolerance = 1e-6;
+constexpr const char* kOrigin = "descriptor: T_probe_origin";
 
 Status invalid(const char* what) { return invalid_argument(std::string("descriptor: ") + what); }
 
@@ -25,14 +26,25 @@ double rounded_up(float sigma_m) { return std::ceil(static_cast<double>(sigma_m)
 
 }  // namespace
 
-Status origin_problem(const Pose& T_probe_origin) {
-  const auto& [q, t] = T_probe_origin;
+Status wire_pose_problem(const Pose& pose, const char* who) {
+  const auto& [q, t] = pose;
   if (!(std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) < kUnitTolerance))
-    return invalid("T_probe_origin has no unit quaternion");
+    return invalid_argument(std::string(who) + " has no unit quaternion");
   for (const double v : {t.x, t.y, t.z})
-    if (!(std::abs(v) <= kMaxTranslation_m)) return invalid("T_probe_origin: tx, ty, tz must be within 1e6 m");
+    if (!(std::abs(v) <= kMaxTranslation_m))
+      return invalid_argument(std::string(who) + ": tx, ty, tz must be within 1e6 m");
   return {};
 }
+
+Result<Pose> wire_pose_from(const v1::Pose& m, const char* who) {
+  Pose out = pose_from(m);
+  if (const Status s = pose_problem(out); !s.ok()) return s.in(who);
+  out.rotation = out.rotation.normalized();
+  if (const Status s = wire_pose_problem(out, who); !s.ok()) return s;
+  return out;
+}
+
+Status origin_problem(const Pose& T_probe_origin) { return wire_pose_problem(T_probe_origin, kOrigin); }
 
 Status distance_problem(const Light& light) {
   if (light.distance_m == 0 && light.distance_sigma_m == 0) return {};
@@ -53,11 +65,7 @@ void fill_distance(const Light& light, v1::Light& m) {
 
 Result<Pose> origin_from(const v1::LightingDescriptor& m) {
   if (!m.has_t_probe_origin()) return Pose{};
-  Pose out = pose_from(m.t_probe_origin());
-  if (const Status s = pose_problem(out); !s.ok()) return s.in("descriptor: T_probe_origin");
-  out.rotation = out.rotation.normalized();
-  if (const Status s = origin_problem(out); !s.ok()) return s;
-  return out;
+  return wire_pose_from(m.t_probe_origin(), kOrigin);
 }
 
 Status read_distance(const v1::Light& m, Light& light) {

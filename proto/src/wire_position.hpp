@@ -1,5 +1,5 @@
-// The origin of a descriptor and the distances of its lights on the wire. Specification: proto/README.md, "Origin and
-// near lamps".
+// Poses on the wire, the origin of a descriptor among them, and the distances of its lights. Specification:
+// proto/README.md, "Origin and near lamps".
 #pragma once
 
 #include <lightwell/descriptor.hpp>
@@ -10,7 +10,13 @@
 
 namespace lightwell {
 
-/// invalid_argument: not a unit quaternion, or a translation that the wire format does not allow.
+/// invalid_argument, beginning with `who`: not a unit quaternion, or a translation that the wire format does not allow.
+[[nodiscard]] Status wire_pose_problem(const Pose& pose, const char* who);
+/// With a unit quaternion. invalid_argument, beginning with `who`: pose_problem(), or wire_pose_problem() of the
+/// result.
+[[nodiscard]] Result<Pose> wire_pose_from(const v1::Pose& m, const char* who);
+
+/// wire_pose_problem() of a descriptor's origin.
 [[nodiscard]] Status origin_problem(const Pose& T_probe_origin);
 /// invalid_argument: only one of distance and standard deviation is set, or one is negative, not finite, or out of the
 /// range of the wire format (1e-4 m to 429 km; a standard deviation may be less than 1e-4 m).

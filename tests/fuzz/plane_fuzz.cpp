@@ -1,12 +1,16 @@
 // A PlaneReader on any messages, with intact ones among them: nothing it answers is out of range, and a reader of the
 // intact ones alone is complete.
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <span>
 #include <vector>
 
 #include <lightwell/plane_appearance.hpp>
 #include <lightwell/plane_codec.hpp>
+#include <lightwell/plane_guidance.hpp>
 
 #include "support/captured_planes.hpp"
 
@@ -40,7 +44,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (k % period == 0) {
       plane.info.mid_exposure.ns += 4'000'000'000;
       plane.texture.radiance[k % plane.texture.count()] = {1, 2, 3};
-      const auto messages = encoder.encode(plane);
+      const auto messages = encoder.encode(plane, plane.info.mid_exposure);
       require(messages.ok());
       for (const auto& m : *messages) {
         (void)reader.take(m, {1000});

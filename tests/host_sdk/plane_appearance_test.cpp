@@ -25,7 +25,7 @@ constexpr HostTime kNow{1'000'000'000};
 PlaneAppearance received(const CapturedPlane& plane, const PlaneEncoderOptions& options = kWithImages) {
   PlaneEncoder encoder(options);
   PlaneReader reader;
-  const auto messages = encoder.encode(plane);
+  const auto messages = encoder.encode(plane, plane.info.mid_exposure);
   EXPECT_TRUE(messages.ok()) << messages.status().message();
   for (const auto& bytes : *messages) EXPECT_TRUE(reader.take(bytes, kNow).ok());
   return reader.snapshot(kNow);

@@ -19,7 +19,7 @@ constexpr PlaneEncoderOptions kWithImages{.images = ImageRecipients::all_clients
 using Messages = std::vector<std::vector<std::byte>>;
 
 Messages encoded(PlaneEncoder& encoder, const CapturedPlane& plane) {
-  const auto messages = encoder.encode(plane);
+  const auto messages = encoder.encode(plane, plane.info.mid_exposure);
   EXPECT_TRUE(messages.ok()) << messages.status().message();
   if (!messages.ok()) return {};
   return {messages->begin(), messages->end()};

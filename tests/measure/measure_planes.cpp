@@ -44,16 +44,17 @@ void measure_levels(int levels) {
   };
   CapturedPlane plane = test::linear_plane(256, levels, 60);
   PlaneEncoder without, encoder({.images = ImageRecipients::all_clients});
-  print("whole_without_texture_bytes", total_bytes(*without.encode(plane)));
-  print("whole_bytes", total_bytes(*encoder.encode(plane)));
-  print("unchanged_bytes", total_bytes(*encoder.encode(plane)));
-  print("encode_unchanged_us", best_us(20, [&](int) { return static_cast<float>(encoder.encode(plane)->size()); }));
+  print("whole_without_texture_bytes", total_bytes(*without.encode(plane, plane.info.mid_exposure)));
+  print("whole_bytes", total_bytes(*encoder.encode(plane, plane.info.mid_exposure)));
+  print("unchanged_bytes", total_bytes(*encoder.encode(plane, plane.info.mid_exposure)));
+  print("encode_unchanged_us",
+        best_us(20, [&](int) { return static_cast<float>(encoder.encode(plane, plane.info.mid_exposure)->size()); }));
   // Each pass changes every texel and node by more than the step.
   print("encode_all_us", best_us(20, [&](int i) {
           const float factor = i % 2 == 0 ? 1.25F : 0.8F;
           for (auto* list : {&plane.texture.radiance, &plane.lumisphere.radiance})
             for (Radiance& v : *list) v = v * factor;
-          return static_cast<float>(encoder.encode(plane)->size());
+          return static_cast<float>(encoder.encode(plane, plane.info.mid_exposure)->size());
         }));
   const auto whole = encoder.whole();
   print("receive_whole_us", best_us(10, [&](int) {

@@ -43,7 +43,7 @@ PlaneAppearance of_figures(const CapturedPlane& plane) {
 lightwell::PlaneAppearance after_the_wire(const CapturedPlane& plane) {
   PlaneEncoder encoder({.images = ImageRecipients::all_clients});
   PlaneReader reader;
-  const auto messages = encoder.encode(plane);
+  const auto messages = encoder.encode(plane, plane.info.mid_exposure);
   EXPECT_TRUE(messages.ok());
   for (const auto& bytes : *messages) EXPECT_TRUE(reader.take(bytes, {}).ok());
   return reader.snapshot({});

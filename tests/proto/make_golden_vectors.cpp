@@ -27,7 +27,7 @@ int main(int argc, char** argv) {
     std::ofstream(stem + ".json") << *json << "\n";
   }
   lightwell::PlaneEncoder planes({.images = lightwell::ImageRecipients::all_clients});
-  const auto messages = planes.encode(lightwell::golden_plane());
+  const auto messages = planes.encode(lightwell::golden_plane(), {});
   if (!messages) {
     std::cerr << messages.status().message() << "\n";
     return 1;

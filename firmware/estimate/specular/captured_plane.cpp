@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cstddef>
 
-#include <lightwell/specular_brdf.hpp>
+#include "estimate/specular/specular_brdf.hpp"
 
 namespace lightwell::specular {
 namespace {
 
-/// NaN stays, and is refused by the encoder.
+/// Negative radiance becomes 0. NaN stays, and is refused by the encoder.
 float positive(float v) { return v < 0 ? 0 : v; }
 Radiance sent(Radiance v, float scale) { return {positive(v.r * scale), positive(v.g * scale), positive(v.b * scale)}; }
 

@@ -160,7 +160,7 @@ typedef struct lw_plane_guidance {
   double seen;      /* Share of the directions that count, 0 to 1. */
   double gap;       /* Angle from `next` to the nearest seen direction, rad. */
   double next[3];   /* Where to move next: unit vector from the plane to the viewer; zero: all was seen. */
-  double probe[3];  /* Where the probe is now: unit vector; zero: not known, or not in front of the plane. */
+  double probe[3];  /* Where the newest frame that contributed was taken: unit vector; zero: not known, or behind. */
   double circle;    /* Radius on the unit disc of the circle of directions that count. */
 } lw_plane_guidance;
 

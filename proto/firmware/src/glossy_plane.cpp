@@ -1,5 +1,3 @@
-#include <cmath>
-
 #include <lightwell/glossy_plane.hpp>
 
 #include "lightwell/v1/glossy_plane.pb.h"
@@ -13,13 +11,9 @@ Status GlossyPlane::validate() const {
     return invalid_argument("side_m must be 0.01 to 10: the side of the square that is captured, in metres");
   if (tags.empty())
     return invalid_argument("no tag: the pose of the plane needs at least one; four around the square are best");
-  for (const PlaneTag& tag : tags) {
-    const std::string who = "tag " + std::to_string(tag.tag_id);
-    if (const Status s = pose_problem(tag.plane_tag); !s.ok()) return s.in(who);
-  }
   if (white_albedo && (!(*white_albedo >= 0.05) || !(*white_albedo <= 0.95)))
     return invalid_argument("white_albedo must be 0.05 to 0.95; leave it out where it is not known");
-  // Family, tag size and numbers.
+  // Family, tag size, numbers and poses.
   return body().validate();
 }
 
@@ -45,11 +39,7 @@ Result<GlossyPlane> parse_glossy_plane(std::string_view text, const std::string&
   for (const v1::PlaneTag& tag : m.tag()) out.tags.push_back({static_cast<int>(tag.tag_id()), pose_from(tag.pose())});
   if (m.has_white_albedo()) out.white_albedo = m.white_albedo();
   if (const Status s = out.validate(); !s.ok()) return s.in(name);
-  for (PlaneTag& tag : out.tags) {
-    const Quat& q = tag.plane_tag.rotation;
-    // Unit quaternions are kept unchanged, so that writing and reading a plane restores it exactly.
-    if (std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) > 1e-12) tag.plane_tag.rotation = q.normalized();
-  }
+  for (PlaneTag& tag : out.tags) tag.plane_tag.rotation = unit_rotation(tag.plane_tag.rotation);
   return out;
 }
 

@@ -140,11 +140,7 @@ Result<MarkerBody> parse_marker_body(std::string_view text, const std::string& n
     if (Status s = albedo_from(m.ball().albedo(), "ball").assign_to(out.ball->albedo); !s.ok()) return s.in(name);
   }
   if (const Status s = out.validate(); !s.ok()) return s.in(name);
-  for (MarkerFace& face : out.faces) {
-    const Quat& q = face.body_face.rotation;
-    // Unit quaternions are kept unchanged, so that writing and reading a body restores it exactly.
-    if (std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) > 1e-12) face.body_face.rotation = q.normalized();
-  }
+  for (MarkerFace& face : out.faces) face.body_face.rotation = unit_rotation(face.body_face.rotation);
   return out;
 }
 

@@ -1,6 +1,7 @@
 // Messages in protobuf text format; parsing with errors that name the position and the nearest known field.
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -8,6 +9,7 @@
 #include <google/protobuf/message.h>
 
 #include <lightwell/files.hpp>
+#include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
 
 namespace lightwell {
@@ -24,6 +26,12 @@ template <class Parse>
   const Result<std::string> text = read_text_file(path);
   if (!text) return text.status();
   return parse(*text, path);
+}
+
+/// Requires a rotation that is finite and not zero. A unit quaternion is returned unchanged, so that writing and
+/// reading a pose restores it exactly.
+[[nodiscard]] inline Quat unit_rotation(const Quat& q) {
+  return std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) > 1e-12 ? q.normalized() : q;
 }
 
 /// Text from which parse_text_message() restores the message.

@@ -84,11 +84,12 @@ struct PlaneInfo {
   std::uint32_t capture = 0;  ///< Number of the capture, not 0; another one for each new capture, random at the start.
   ProbeTime mid_exposure;     ///< Of the newest frame that contributed.
   Units units = Units::relative;
-  double size_m = 0;                  ///< Side of the texture's square in its own frame: 1e-6 to 1000.
+  double size_m = 0;                  ///< Side of the texture's square in its own frame: 1e-6 to 1000 m.
   std::optional<Pose> T_probe_plane;  ///< At mid_exposure, with a unit quaternion. None: not known.
   PlaneSimilarity texture_to_plane;
   std::optional<float> gloss_alpha;  ///< GGX alpha of the gloss, 0 to 1.
-  std::optional<float> f0;           ///< Specular reflectance at normal incidence, 0 to 1.
+  /// Specular reflectance at normal incidence, 0 to 1, as gloss_alpha was estimated with; may be an assumption (0.04).
+  std::optional<float> f0;
 
   friend bool operator==(const PlaneInfo&, const PlaneInfo&) = default;
 };
@@ -100,6 +101,9 @@ struct CapturedPlane {
   PlaneLumisphere lumisphere;
   PlaneCoverage coverage;
 };
+
+/// Who may receive images. The texture of a plane is a photograph.
+enum class ImageRecipients : std::uint8_t { nobody, all_clients };
 
 /// invalid_argument, naming the member, if a value violates the limits above.
 [[nodiscard]] Status plane_info_problem(const PlaneInfo& info);

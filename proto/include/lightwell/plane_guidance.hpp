@@ -1,8 +1,8 @@
 // Guidance of a capture: from how many of the directions that count a plane was seen, and where to move next. Firmware
 // and SDK compute it from the coverage by the same functions.
 //
-// A user sees the hemisphere as a disc, by stereographic() of hemisphere_grid.hpp: seen directions green, the present
-// one red (Jachnik et al. 2012, section 4.3).
+// A user sees the hemisphere as a disc, by stereographic() of hemisphere_grid.hpp: seen directions green, that of the
+// newest frame that contributed red (Jachnik et al. 2012, section 4.3, has the present one).
 #pragma once
 
 #include <numbers>
@@ -43,8 +43,9 @@ struct PlaneGuidance {
 /// Radius on the unit disc of the circle of directions that count: tan((pi/2 - min_elevation_rad) / 2).
 [[nodiscard]] double guidance_disc_radius(const PlaneGuidanceOptions& options = {});
 
-/// Unit vector from the middle of the plane to the probe, in the plane's frame: its present viewing direction. None if
-/// the pose is not known or the probe is not in front of the plane.
+/// Unit vector from the middle of the plane to the probe, in the plane's frame, at info.mid_exposure: the viewing
+/// direction of the newest frame that contributed, which is not the present one while frames contribute nothing. None
+/// if the pose is not known or the probe is not in front of the plane.
 [[nodiscard]] std::optional<Vec3d> probe_direction(const PlaneInfo& info);
 
 }  // namespace lightwell

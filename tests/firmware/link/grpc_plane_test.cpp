@@ -103,49 +103,78 @@ TEST_F(GrpcPlaneTest, StreamsEndWithTheLink) {
   EXPECT_EQ(stream.end().error_code(), grpc::StatusCode::UNAVAILABLE);
 }
 
-TEST_F(GrpcPlaneTest, GarbageInPlaceOfTheRequestIsRefused) {
-  const Reply reply = call(connect(*link_), kStreamPlane, "\xff\xff\xff");
-  EXPECT_EQ(reply.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_EQ(link_->counters().messages_refused, 1U);
-}
-
 /// A link that keeps what it is given.
 class KeepingLink final : public Link {
  public:
+  using Planes = std::vector<std::shared_ptr<const EncodedPlane>>;
+
+  explicit KeepingLink(Planes& planes) : planes_(planes) {}
+
   Status start() override { return {}; }
   void publish(const EncodedDescriptor&) override {}
-  void publish_plane(const std::shared_ptr<const EncodedPlane>& plane) override { planes.push_back(plane); }
+  void publish_plane(const std::shared_ptr<const EncodedPlane>& plane) override { planes_.push_back(plane); }
   void stop() override {}
   LinkCounters counters() const override { return {}; }
   std::string address() const override { return {}; }
 
-  std::vector<std::shared_ptr<const EncodedPlane>> planes;
+ private:
+  Planes& planes_;
 };
 
-TEST(PublishPlane, EncodesOnceAndGivesNobodyImagesByDefault) {
-  const auto publish_twice = [](Publisher& publisher) {
-    auto kept = std::make_unique<KeepingLink>();
-    KeepingLink& link = *kept;
-    publisher.add(std::move(kept));
+/// What two links received of a plane that was published twice.
+struct TwoLinks {
+  explicit TwoLinks(Publisher& publisher) {
+    for (KeepingLink::Planes* planes : {&first, &second}) publisher.add(std::make_unique<KeepingLink>(*planes));
     const CapturedPlane plane = linear_plane();
     EXPECT_TRUE(publisher.publish_plane(plane).ok());
     EXPECT_TRUE(publisher.publish_plane(plane).ok());
     CapturedPlane bad = plane;
     bad.info.size_m = -1;
     EXPECT_EQ(publisher.publish_plane(bad).code(), StatusCode::invalid_argument);
-    return link.planes;
-  };
-  Publisher by_default;
-  for (const auto& plane : publish_twice(by_default))
-    for (const auto* messages : {&plane->changes, &plane->whole})
-      for (const auto& bytes : *messages) EXPECT_EQ(decode_plane_update(bytes)->layout.texture_edge(), 0);
-  Publisher with_images({.images = ImageRecipients::all_clients});
-  const auto planes = publish_twice(with_images);
-  ASSERT_EQ(planes.size(), 2U);
-  ASSERT_EQ(planes[0]->changes.size(), 1U);
-  EXPECT_EQ(decode_plane_update(planes[0]->changes[0])->tiles.size(), 6U);
-  EXPECT_EQ(decode_plane_update(planes[1]->changes[0])->tiles.size(), 0U);
-  EXPECT_EQ(decode_plane_update(planes[1]->whole[0])->tiles.size(), 6U);
+  }
+
+  KeepingLink::Planes first, second;
+};
+
+TEST(PublishPlane, EncodesOnceForAllLinks) {
+  Publisher publisher({.images = ImageRecipients::all_clients, .key_interval = {1'000'000'000'000}});
+  const TwoLinks got(publisher);
+  ASSERT_EQ(got.first.size(), 2U);
+  EXPECT_EQ(got.first, got.second) << "the same objects";
+  ASSERT_EQ(got.first[0]->changes.size(), 1U);
+  EXPECT_EQ(decode_plane_update(got.first[0]->changes[0])->tiles.size(), 6U);
+  ASSERT_EQ(got.first[1]->changes.size(), 1U);
+  EXPECT_EQ(decode_plane_update(got.first[1]->changes[0])->tiles.size(), 0U);
+  ASSERT_EQ(got.first[1]->whole.size(), 1U);
+  EXPECT_EQ(decode_plane_update(got.first[1]->whole[0])->tiles.size(), 6U);
+}
+
+TEST(PublishPlane, GivesNobodyImagesByDefault) {
+  Publisher publisher;
+  const TwoLinks got(publisher);
+  ASSERT_EQ(got.first.size(), 2U);
+  for (const auto& plane : got.first)
+    for (const auto* messages : {&plane->changes, &plane->whole}) {
+      ASSERT_FALSE(messages->empty());
+      for (const auto& bytes : *messages) {
+        const Result<PlaneUpdate> update = decode_plane_update(bytes);
+        ASSERT_TRUE(update.ok()) << update.status().message();
+        EXPECT_EQ(update->layout.texture_edge(), 0);
+      }
+    }
+}
+
+/// Tiles are repeated by the time of the call: the plane's own time stays while no frame contributes.
+TEST(PublishPlane, RepeatsTilesOfAPlaneThatDoesNotChange) {
+  KeepingLink::Planes got;
+  Publisher publisher({.key_interval = {1'000'000}});
+  publisher.add(std::make_unique<KeepingLink>(got));
+  const CapturedPlane plane = linear_plane();
+  ASSERT_TRUE(publisher.publish_plane(plane).ok());
+  EXPECT_TRUE(becomes_true("tiles are repeated", [&] {
+    EXPECT_TRUE(publisher.publish_plane(plane).ok());
+    return decode_plane_update(got.back()->changes.front())->tiles.size() == 2U;
+  }));
 }
 
 }  // namespace

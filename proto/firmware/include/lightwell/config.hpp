@@ -9,10 +9,10 @@
 #include <vector>
 
 #include <lightwell/calibration.hpp>
+#include <lightwell/captured_plane.hpp>
 #include <lightwell/estimator_config.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/mqtt.hpp>
-#include <lightwell/plane_codec.hpp>
 #include <lightwell/result.hpp>
 
 namespace lightwell {
