@@ -8,7 +8,7 @@ from figure_topics.rows import at_most, reported, row
 TARGETS = ["measure_shadows"]
 # A frame of 60 Hz.
 MS = 16
-# As AgreeWithTheRayTracer of tests/host_sdk/shadows_test.cpp, whose scenes have fewer triangles.
+# As AgreeWithTheRayTracer of tests/host_sdk/shadows_accuracy_test.cpp, whose scenes have fewer triangles.
 RMS, PERCENTILE_99 = 0.012, 0.036
 UNCONNECTED = "leaves"
 
