@@ -331,10 +331,9 @@ TEST(Shadows, ANearLightPartlyBelowTheHorizonIsHiddenWhole) {
 TEST(Shadows, LargeSheetsAndSmallTexelsAreExact) {
   // A ceiling of 800 m over a plane of 32 cm: everything is dark. And a texture of one texel.
   Scene scene = scene_of(sheet(-400, -400, 400, 400, 2), {{{0.4, 0.1, 1}, 3 * kDegree, {1, 1, 1}}});
-  EXPECT_LT(lowest(cast(scene)), 1e-4);
   float highest = 0;
-  for (const LightRatio& r : cast(scene).ratios) highest = std::max(highest, r.r);
-  EXPECT_LT(highest, 1e-3);
+  for (const LightRatio& r : cast(scene).ratios) highest = std::max({highest, r.r, r.g, r.b});
+  EXPECT_LT(highest, 1e-4);
   scene.receiver.columns = scene.receiver.rows = 1;
   EXPECT_LT(cast(scene).ratios[0].r, 1e-3);
 }
