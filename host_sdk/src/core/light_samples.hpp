@@ -27,8 +27,8 @@ struct LightSample {
 /// below the horizon. One for radius 0.
 void sample_cap(Vec3d axis, double radius_rad, int count, std::vector<LightSample>& samples);
 
-/// Positions over the disc of `radius_m` around `centre` that faces `target`, m, without those below the horizon. At most
-/// `count`, of equal weights that add up to 1. One for radius 0.
+/// Positions over the disc of `radius_m` around `centre` that faces `target`, m, without those below the horizon. At
+/// most `count`, of equal weights that add up to 1. One for radius 0.
 void sample_near_light(Vec3d centre, double radius_m, Vec3d target, int count, std::vector<LightSample>& samples);
 
 /// A direction of the hemisphere and the irradiance that the radiance around it causes.

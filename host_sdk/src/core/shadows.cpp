@@ -92,7 +92,11 @@ Status ShadowOptions::validate() const {
 class ShadowCaster::Impl {
  public:
   explicit Impl(const ShadowOptions& options) : options_(options), hemisphere_(options.residual_directions) {
+    const auto samples = static_cast<std::size_t>(options.light_samples);
     lights_.reserve(kMaxLights);
+    // A light that is clipped by the horizon may get a few more than it is asked for.
+    samples_.reserve(2 * samples);
+    points_.reserve(std::max(2 * samples, static_cast<std::size_t>(options.residual_directions)));
   }
 
   ShadowSummary cast(const Lighting& lighting, const ShadowReceiver& receiver, const ShadowMesh& mesh,
