@@ -63,8 +63,7 @@ Status pose_problem(const Pose& pose) {
   const double squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
   if (!(squared > 1e-18) || !std::isfinite(squared))
     return invalid_argument("pose has no rotation: qx, qy, qz, qw are zero or not finite");
-  if (!std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z))
-    return invalid_argument("pose: tx, ty, tz must be finite");
+  if (!is_finite(t)) return invalid_argument("pose: tx, ty, tz must be finite");
   return {};
 }
 

@@ -6,9 +6,9 @@ from figure_topics.marker import items_of
 from figure_topics.rows import at_most, reported, row
 
 TARGETS = ["measure_shadows"]
-# A frame of 60 Hz.
+# A little less than a frame of 60 Hz.
 MS = 16
-# As AgreeWithTheRayTracer of tests/host_sdk/shadows_test.cpp, whose scenes have fewer triangles.
+# As AgreeWithTheRayTracer of tests/host_sdk/shadows_accuracy_test.cpp, whose scenes have fewer triangles.
 RMS, PERCENTILE_99 = 0.012, 0.036
 UNCONNECTED = "leaves"
 
@@ -25,6 +25,7 @@ def rows_of(line):
     if line["setting"] == "default":
         rows += [reported(what + "RMS error where the object takes light", line.get("rms_shadowed"), "", real),
                  reported(what + "largest error", line.get("largest"), "", real),
+                 reported(what + "time of a caster's first texture", line.get("first_ms"), "ms", real),
                  reported(what + "time relative to memcpy of a frame of 640x480 RGB", line.get("memcpy_ratio"), "x",
                           real),
                  reported(what + "time relative to cv::warpPerspective to 256x256", line.get("warp_perspective_ratio"),

@@ -68,6 +68,12 @@ class FakeProbe::Service final : public Raw {
     return new Stream(script);  // deletes itself, as gRPC's reactors do
   }
 
+  grpc::Status StreamPlane(grpc::ServerContext*, const v1::StreamPlaneRequest*,
+                           grpc::ServerWriter<v1::PlaneUpdate>*) override {
+    const std::lock_guard lock(mutex);
+    return plane_end;
+  }
+
   grpc::Status SetConfig(grpc::ServerContext*, const v1::SetConfigRequest* request,
                          v1::SetConfigResponse* response) override {
     const std::lock_guard lock(mutex);
@@ -101,6 +107,7 @@ class FakeProbe::Service final : public Raw {
   std::optional<v1::Mounting> mounting;
   Answering answering = Answering::yes;
   Firmware firmware = Firmware::present;
+  grpc::Status plane_end{grpc::StatusCode::UNIMPLEMENTED, {}};
   std::optional<v1::SetConfigRequest> config;
   std::optional<v1::ReportLuxRequest> lux;
 };
@@ -148,6 +155,11 @@ void FakeProbe::set_mounting(const v1::Mounting& mounting) {
 void FakeProbe::set_firmware(Firmware firmware) {
   const std::lock_guard lock(service_->mutex);
   service_->firmware = firmware;
+}
+
+void FakeProbe::set_plane_end(const grpc::Status& end) {
+  const std::lock_guard lock(service_->mutex);
+  service_->plane_end = end;
 }
 
 void FakeProbe::set_answering(Answering answering) {

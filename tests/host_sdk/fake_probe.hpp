@@ -13,6 +13,7 @@
 #include <vector>
 
 #include <grpcpp/server.h>
+#include <grpcpp/support/status.h>
 
 #include <lightwell/v1/probe_service.grpc.pb.h>
 
@@ -43,6 +44,9 @@ class FakeProbe {
   enum class Firmware { present, old };
   /// An old probe has no GetConfig, and does not report the configuration after SetConfig.
   void set_firmware(Firmware firmware);
+
+  /// How each stream of planes ends, at once. UNIMPLEMENTED at first, as of firmware that has none.
+  void set_plane_end(const grpc::Status& end);
 
   enum class Answering { yes, no };
   /// If `no`, Info gets no response and existing streams send nothing, as from a probe that hangs.

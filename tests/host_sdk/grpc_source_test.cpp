@@ -331,6 +331,27 @@ TEST(GrpcSource, AnOldProbeWithoutPlanesStillSendsDescriptors) {
   EXPECT_EQ(probe->plane().validity(), Validity::none);
 }
 
+TEST(GrpcSource, TheEndOfThePlanesStreamIsReported) {
+  struct End {
+    grpc::Status status;
+    const char* message;
+  };
+  for (const End& end :
+       {End{{grpc::StatusCode::RESOURCE_EXHAUSTED, "too many clients"}, "the plane's stream ended: too many clients"},
+        End{grpc::Status::OK, "the plane's stream ended: the probe ended it"}}) {
+    FakeProbe fake;
+    fake.set_plane_end(end.status);
+    fake.set_script({encoded(numbered(5, 1))});
+    ProbeOptions with_plane = options();
+    with_plane.plane = PlaneReception::receive;
+    const Result<Probe> probe = Probe::connect(fake.uri(), with_plane);
+    ASSERT_TRUE(probe.ok()) << probe.status().message();
+    ASSERT_TRUE(eventually([&] { return probe->stats().last_error == end.message; })) << probe->stats().last_error;
+    ASSERT_TRUE(eventually([&] { return probe->stats().received == 1; }));
+    EXPECT_EQ(probe->stats().state, LinkState::connected) << "descriptors go on";
+  }
+}
+
 TEST(GrpcSource, InvalidCommandsAreNotSent) {
   FakeProbe fake;
   Result<Probe> probe = Probe::connect(fake.uri(), options());

@@ -44,19 +44,25 @@ std::vector<NamedOptions> settings() {
           {"256 samples, 512 directions, cells of 1", {256, 512, 1}}};
 }
 
-std::vector<LightRatio> cast(ShadowCaster& caster, const ShadowCase& shadow_case, ShadowSummary& summary) {
-  std::vector<LightRatio> ratios(kTexels * kTexels);
-  summary = require(caster.cast(shadow_case.lighting, shadow_case.receiver(kTexels), shadow_case.mesh(), ratios)).value;
-  return ratios;
+struct Texture {
+  std::vector<LightRatio> ratios = std::vector<LightRatio>(kTexels * kTexels);
+  ShadowSummary summary;
+  double ms = 0;
+};
+
+void cast(ShadowCaster& caster, const ShadowCase& shadow_case, Texture& out) {
+  const ShadowReceiver receiver = shadow_case.receiver(kTexels);
+  const double start = bench::thread_time_ms();
+  out.summary = require(caster.cast(shadow_case.lighting, receiver, shadow_case.mesh(), out.ratios)).value;
+  out.ms = bench::thread_time_ms() - start;
 }
 
-double cast_ms(ShadowCaster& caster, const ShadowCase& shadow_case) {
-  std::vector<LightRatio> ratios(kTexels * kTexels);
+double median_ms(ShadowCaster& caster, const ShadowCase& shadow_case) {
+  Texture texture;
   std::vector<double> times;
   for (int k = 0; k < 30; ++k) {
-    const double start = bench::thread_time_ms();
-    (void)require(caster.cast(shadow_case.lighting, shadow_case.receiver(kTexels), shadow_case.mesh(), ratios));
-    times.push_back(bench::thread_time_ms() - start);
+    cast(caster, shadow_case, texture);
+    times.push_back(texture.ms);
   }
   return median(times);
 }
@@ -81,19 +87,20 @@ double warp_perspective_ms() {
 void measure_case(const ShadowCase& shadow_case, const NamedOptions& setting, const bench::MemcpySpeed& copy,
                   double warp_ms, const std::vector<test::TracedTexel>& truth) {
   ShadowCaster caster = require(ShadowCaster::make(setting.options));
-  ShadowSummary summary;
-  const std::vector<LightRatio> ratios = cast(caster, shadow_case, summary);
+  Texture first;
+  cast(caster, shadow_case, first);
   nlohmann::ordered_json line;
   line["scene"] = shadow_case.name;
   line["setting"] = setting.name;
   line["triangles"] = shadow_case.indices.size() / 3;
-  line["directions"] = summary.directions;
-  line["ms"] = cast_ms(caster, shadow_case);
+  line["directions"] = first.summary.directions;
+  line["first_ms"] = first.ms;
+  line["ms"] = median_ms(caster, shadow_case);
   line["memcpy_ratio"] = line["ms"].get<double>() / (1e3 * copy.seconds_per_copy);
   line["warp_perspective_ratio"] = line["ms"].get<double>() / warp_ms;
   line["memcpy_gb_s"] = copy.gigabytes_per_s;
   if (!truth.empty()) {
-    const test::ShadowErrors errors = test::shadow_errors(truth, shadow_case.receiver(kTexels), ratios);
+    const test::ShadowErrors errors = test::shadow_errors(truth, shadow_case.receiver(kTexels), first.ratios);
     line["rms"] = errors.rms;
     line["rms_shadowed"] = errors.rms_shadowed;
     line["percentile_99"] = errors.percentile_99;
@@ -105,8 +112,8 @@ void measure_case(const ShadowCase& shadow_case, const NamedOptions& setting, co
 /// Truth, result, and eight times their difference around grey, side by side.
 void draw(const ShadowCase& shadow_case, const ShadowOptions& options, int rays, const std::string& path) {
   ShadowCaster caster = require(ShadowCaster::make(options));
-  ShadowSummary summary;
-  const std::vector<LightRatio> ratios = cast(caster, shadow_case, summary);
+  Texture texture;
+  cast(caster, shadow_case, texture);
   const reference::ShadowTracer tracer(shadow_case.scene);
   const ShadowReceiver receiver = shadow_case.receiver(kTexels);
   Image picture{3 * kTexels, kTexels, PixelFormat::rgb8, std::vector<std::byte>(9UL * kTexels * kTexels)};
@@ -118,7 +125,7 @@ void draw(const ShadowCase& shadow_case, const ShadowOptions& options, int rays,
     for (int column = 0; column < kTexels; ++column) {
       const reference::Rgb truth = tracer.ratio(test::rectangle_of(receiver, column, row), rays);
       for (int c = 0; c < 3; ++c) {
-        const double ratio = ratios[static_cast<std::size_t>(row * kTexels + column)][c];
+        const double ratio = texture.ratios[static_cast<std::size_t>(row * kTexels + column)][c];
         const double exact = truth[static_cast<std::size_t>(c)];
         set(column, row, c, exact);
         set(kTexels + column, row, c, ratio);

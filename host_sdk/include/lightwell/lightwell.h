@@ -69,11 +69,8 @@ enum {
   LW_INVALID_QUERY = 4   /* An argument is not a direction, roughness or rotation; the value is zero. */
 };
 
-typedef int32_t lw_units;
-enum {
-  LW_RELATIVE = 1, /* Proportional to cd/m² and lux by one unknown factor. */
-  LW_ABSOLUTE = 2
-};
+typedef int32_t lw_units; /* Relative: proportional to cd/m² and lux by one unknown factor. */
+enum { LW_RELATIVE = 1, LW_ABSOLUTE = 2 };
 
 /* Conditions under which a value may be wrong: bits of `flags`. */
 enum {

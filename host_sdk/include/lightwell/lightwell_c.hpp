@@ -193,8 +193,6 @@ class Lighting {
 };
 static_assert(sizeof(Vec3) == 3 * sizeof(float), "batch queries need tightly packed triples");
 
-class Plane;
-
 /// Computes shadow textures, as lw_shadow_caster. Movable; one thread at a time.
 class ShadowCaster {
  public:
@@ -219,6 +217,88 @@ class ShadowCaster {
   };
   explicit ShadowCaster(lw_shadow_caster* raw) : raw_(raw) {}
   std::unique_ptr<lw_shadow_caster, Release> raw_;
+};
+
+/// One moment of a captured plane. Movable; any number of threads may query it while no thread fills it. Queries of a
+/// moved-from object return LW_INVALID_QUERY.
+class Plane {
+ public:
+  /// The only error is resource_exhausted.
+  static Result<Plane> create() {
+    lw_plane* raw = nullptr;
+    if (Status s = status_of(lw_plane_create(&raw)); !s.ok()) return s;
+    return Plane(raw);
+  }
+
+  [[nodiscard]] lw_plane_info info() const {
+    auto out = sized<lw_plane_info>();
+    (void)lw_plane_get_info(get(), &out);
+    return out;
+  }
+  /// point: x, y, m; eye: m.
+  [[nodiscard]] lw_plane_answer radiance(const std::array<double, 2>& point, const std::array<double, 3>& eye,
+                                         lw_plane_layers layers = LW_PLANE_ALL) const {
+    auto out = sized<lw_plane_answer>();
+    (void)lw_plane_radiance(get(), point.data(), eye.data(), layers, &out);
+    return out;
+  }
+  [[nodiscard]] lw_plane_answer diffuse(const std::array<double, 2>& point) const {
+    auto out = sized<lw_plane_answer>();
+    (void)lw_plane_diffuse(get(), point.data(), &out);
+    return out;
+  }
+  [[nodiscard]] lw_plane_answer specular(const std::array<double, 3>& to_viewer) const {
+    auto out = sized<lw_plane_answer>();
+    (void)lw_plane_specular(get(), to_viewer.data(), &out);
+    return out;
+  }
+  /// rgb: 3 width height floats, rows from the top; pixels that do not show the plane are left alone.
+  lw_plane_rendering render(const lw_plane_camera& camera, lw_plane_layers layers, float* rgb,
+                            std::size_t count) const {
+    auto out = sized<lw_plane_rendering>();
+    (void)lw_plane_render(get(), &camera, layers, rgb, count, nullptr, 0, &out);
+    return out;
+  }
+  [[nodiscard]] lw_plane_guidance guidance() const {
+    auto out = sized<lw_plane_guidance>();
+    (void)lw_plane_get_guidance(get(), nullptr, &out);
+    return out;
+  }
+
+  [[nodiscard]] lw_plane* get() const { return raw_.get(); }
+
+ private:
+  struct Release {
+    void operator()(lw_plane* raw) const { lw_plane_release(raw); }
+  };
+  explicit Plane(lw_plane* raw) : raw_(raw) {}
+  std::unique_ptr<lw_plane, Release> raw_;
+};
+
+/// Collects the messages of one captured plane. One thread at a time.
+class PlaneReader {
+ public:
+  static Result<PlaneReader> create() {
+    lw_plane_reader* raw = nullptr;
+    if (Status s = status_of(lw_plane_reader_create(&raw)); !s.ok()) return s;
+    return PlaneReader(raw);
+  }
+
+  Status take(const void* message, std::size_t length, std::int64_t received_ns) {
+    return status_of(lw_plane_reader_take(get(), message, length, received_ns));
+  }
+  Status snapshot(std::int64_t now_ns, Plane& into) {
+    return status_of(lw_plane_reader_snapshot(get(), now_ns, into.get()));
+  }
+
+  [[nodiscard]] lw_plane_reader* get() const { return raw_.get(); }
+
+ private:
+  struct Release {
+    void operator()(lw_plane_reader* raw) const { lw_plane_reader_release(raw); }
+  };
+  explicit PlaneReader(lw_plane_reader* raw) : raw_(raw) {}
+  std::unique_ptr<lw_plane_reader, Release> raw_;
 };
 
 /// A connection to a probe. Any thread may call any method; destroy it only while no call is in progress.
@@ -292,8 +372,8 @@ class Probe {
     return factor;
   }
 
-  /// Fills a Plane (below) with the newest complete state; needs lw_probe_options.plane. Lock-free, no allocation.
-  Status plane(Plane& into) const;
+  /// Fills it with the newest complete state; needs lw_probe_options.plane. Lock-free, no allocation.
+  Status plane(Plane& into) const { return status_of(lw_probe_plane(get(), into.get())); }
 
   [[nodiscard]] lw_probe* get() const { return raw_.get(); }
 
@@ -303,90 +383,6 @@ class Probe {
   };
   explicit Probe(lw_probe* raw) : raw_(raw) {}
   std::unique_ptr<lw_probe, Close> raw_;
-};
-
-/// One moment of a captured plane. Movable; any number of threads may query it while no thread fills it. Queries of a
-/// moved-from object return LW_INVALID_QUERY.
-class Plane {
- public:
-  /// The only error is resource_exhausted.
-  static Result<Plane> create() {
-    lw_plane* raw = nullptr;
-    if (Status s = status_of(lw_plane_create(&raw)); !s.ok()) return s;
-    return Plane(raw);
-  }
-
-  [[nodiscard]] lw_plane_info info() const {
-    auto out = sized<lw_plane_info>();
-    (void)lw_plane_get_info(get(), &out);
-    return out;
-  }
-  /// point: x, y, m; eye: m.
-  [[nodiscard]] lw_plane_answer radiance(const std::array<double, 2>& point, const std::array<double, 3>& eye,
-                                         lw_plane_layers layers = LW_PLANE_ALL) const {
-    auto out = sized<lw_plane_answer>();
-    (void)lw_plane_radiance(get(), point.data(), eye.data(), layers, &out);
-    return out;
-  }
-  [[nodiscard]] lw_plane_answer diffuse(const std::array<double, 2>& point) const {
-    auto out = sized<lw_plane_answer>();
-    (void)lw_plane_diffuse(get(), point.data(), &out);
-    return out;
-  }
-  [[nodiscard]] lw_plane_answer specular(const std::array<double, 3>& to_viewer) const {
-    auto out = sized<lw_plane_answer>();
-    (void)lw_plane_specular(get(), to_viewer.data(), &out);
-    return out;
-  }
-  /// rgb: 3 width height floats, rows from the top; pixels that do not show the plane are left alone.
-  lw_plane_rendering render(const lw_plane_camera& camera, lw_plane_layers layers, float* rgb,
-                            std::size_t count) const {
-    auto out = sized<lw_plane_rendering>();
-    (void)lw_plane_render(get(), &camera, layers, rgb, count, nullptr, 0, &out);
-    return out;
-  }
-  [[nodiscard]] lw_plane_guidance guidance() const {
-    auto out = sized<lw_plane_guidance>();
-    (void)lw_plane_get_guidance(get(), nullptr, &out);
-    return out;
-  }
-
-  [[nodiscard]] lw_plane* get() const { return raw_.get(); }
-
- private:
-  struct Release {
-    void operator()(lw_plane* raw) const { lw_plane_release(raw); }
-  };
-  explicit Plane(lw_plane* raw) : raw_(raw) {}
-  std::unique_ptr<lw_plane, Release> raw_;
-};
-
-inline Status Probe::plane(Plane& into) const { return status_of(lw_probe_plane(get(), into.get())); }
-
-/// Collects the messages of one captured plane. One thread at a time.
-class PlaneReader {
- public:
-  static Result<PlaneReader> create() {
-    lw_plane_reader* raw = nullptr;
-    if (Status s = status_of(lw_plane_reader_create(&raw)); !s.ok()) return s;
-    return PlaneReader(raw);
-  }
-
-  Status take(const void* message, std::size_t length, std::int64_t received_ns) {
-    return status_of(lw_plane_reader_take(get(), message, length, received_ns));
-  }
-  Status snapshot(std::int64_t now_ns, Plane& into) {
-    return status_of(lw_plane_reader_snapshot(get(), now_ns, into.get()));
-  }
-
-  [[nodiscard]] lw_plane_reader* get() const { return raw_.get(); }
-
- private:
-  struct Release {
-    void operator()(lw_plane_reader* raw) const { lw_plane_reader_release(raw); }
-  };
-  explicit PlaneReader(lw_plane_reader* raw) : raw_(raw) {}
-  std::unique_ptr<lw_plane_reader, Release> raw_;
 };
 
 }  // namespace lw

@@ -121,7 +121,7 @@ typedef struct lw_plane_camera {
   double cx;
   double cy;
   double position[3];    /* Of T_plane_camera, m. */
-  double orientation[4]; /* Of T_plane_camera, x, y, z, w. */
+  double orientation[4]; /* Of T_plane_camera, x, y, z, w. All zero: the identity. */
 } lw_plane_camera;
 
 /* As PlaneRendering. */

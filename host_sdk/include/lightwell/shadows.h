@@ -68,7 +68,8 @@ LW_API void lw_shadow_caster_release(lw_shadow_caster* caster);
 
 /* As ShadowCaster::cast: ratios[3 (row columns + column)] and the two that follow are r, g, b of a texel, 0 to 1.
  * Writes 3 rows columns floats; LW_INVALID_ARGUMENT if `capacity` (floats) is less, or if an index is out of range.
- * `summary` may be NULL. Takes milliseconds. Does not allocate if receiver and mesh are not larger than before. */
+ * `summary` may be NULL. Takes milliseconds. Does not allocate if receiver and mesh are not larger than before, and
+ * after a call with as many lights. */
 LW_API lw_status lw_shadow_caster_cast(lw_shadow_caster* caster, const lw_lighting* lighting,
                                        const lw_shadow_receiver* receiver, const lw_shadow_mesh* mesh, float* ratios,
                                        size_t capacity, lw_shadow_summary* summary);

@@ -66,10 +66,14 @@ struct ShadowSummary {
 };
 
 /// Computes shadow textures. Create it once and reuse it: it keeps its memory, so that a call allocates nothing if
-/// receiver, mesh (its indices, and which vertices coincide) and options are not larger than before. One thread.
+/// receiver and mesh are not larger than before, and after a call with as many lights, near ones and residual included.
+/// One thread.
+///
+/// Triangles are neighbours at an edge whose vertices they share, or have at the same positions. A call looks for
+/// neighbours again if indices changed or vertices that coincided have parted; not if others have come together.
 ///
 /// Method. The shadow that a direction of light casts is the parallel projection of the triangles onto the plane (from
-/// a point of a near lamp: their perspective projection). The winding number of the projected silhouette, the edges
+/// a point of a near light: their perspective projection). The winding number of the projected silhouette, the edges
 /// between triangles that face the light and others (Crow 1977, "Shadow Algorithms for Computer Graphics"), counts the
 /// triangles above a point; it is accumulated with exact areas, so that a texel's value is the mean over its area. Each
 /// light is sampled over its cap, clipped at the plane's horizon and weighted by the cosine; the residual,
@@ -84,12 +88,12 @@ class ShadowCaster {
   ~ShadowCaster();
 
   /// Fills ratios[row * columns + column]; every value is in 0..1. Where no light reaches the plane, in a channel or at
-  /// all, the ratio is 1. What lies below the plane casts no shadow. A near lamp (Lighting::position()) casts from its
-  /// position, falls off with the squared distance, and illuminates what is above it not at all. validity, age,
-  /// error_bound and flags are the lighting's; without light (validity none, before_history, invalid_query) all ratios
-  /// are 1. Degenerate triangles cast nothing. invalid_argument, and nothing written, for a receiver as
-  /// ShadowReceiver::validate(), a pose of the mesh that is not finite, indices out of range or not three for each
-  /// triangle, and a span of another size than rows * columns.
+  /// all, or where a float cannot hold the irradiance, the ratio is 1. What lies below the plane casts no shadow. A
+  /// near light (Lighting::position()) casts from its position, falls off with the squared distance, and illuminates
+  /// what is above it not at all. validity, age, error_bound and flags are the lighting's; without light (validity
+  /// none, before_history, invalid_query) all ratios are 1. Degenerate triangles cast nothing. invalid_argument, and
+  /// nothing written, for a receiver as ShadowReceiver::validate(), a pose of the mesh that is not finite, indices out
+  /// of range or not three for each triangle, and a span of another size than rows * columns.
   [[nodiscard]] Result<Answer<ShadowSummary>> cast(const Lighting& lighting, const ShadowReceiver& receiver,
                                                    const ShadowMesh& mesh, std::span<LightRatio> ratios);
 

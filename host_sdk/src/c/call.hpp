@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <exception>
+#include <memory>
 #include <new>
 #include <string>
 #include <string_view>
@@ -14,6 +15,7 @@
 #include <type_traits>
 #include <utility>
 
+#include <lightwell/geometry.hpp>
 #include <lightwell/lighting.hpp>
 #include <lightwell/lightwell.h>
 #include <lightwell/probe.hpp>
@@ -67,6 +69,7 @@ template <class Handle>
 lw_status failed(StatusCode code, std::string_view message) noexcept;
 
 inline Status invalid(std::string message) { return {StatusCode::invalid_argument, std::move(message)}; }
+inline Status null_argument(const char* name) { return invalid(std::string(name) + " is NULL"); }
 
 /// `work` returns a Status.
 template <class Work>
@@ -86,25 +89,55 @@ lw_status call(const Work& work) noexcept {
   }
 }
 
-/// Checks the handle, then runs `work(object)`, which returns a Status. Messages are literals, so that a successful
-/// call constructs no string.
+/// Creates an object with a default constructor.
+template <class Handle>
+lw_status create(Handle** out) noexcept {
+  return call([&]() -> Status {
+    if (out == nullptr) return invalid("out is NULL; pass the address of a pointer for the object");
+    *out = std::make_unique<Handle>().release();
+    return {};
+  });
+}
+
+/// Checks the handle, then runs `work(object)`, which returns a Status; the object is const if the handle is. Messages
+/// are literals, so that a successful call constructs no string.
 template <class Handle, class Work>
-lw_status with_handle(const Handle* handle, const Work& work) noexcept {
+lw_status with_handle(Handle* handle, const Work& work) noexcept {
   if (!good(handle)) return failed(StatusCode::invalid_argument, Handle::kRefusal);
   return call([&] { return work(handle->value); });
 }
 
-inline Status not_to_be_filled() { return invalid("`into` is not an lw_lighting of lw_lighting_create"); }
+template <class Into>
+Status not_to_be_filled() {
+  return invalid(std::string("`into`: ") + Into::kRefusal);
+}
 
-/// Fills `into` with the lighting that `make(object)` returns, or returns its error.
-template <class Handle, class Make>
-lw_status fill(const Handle* handle, lw_lighting* into, const Make& make) noexcept {
-  return with_handle(handle, [&](const auto& object) {
-    if (!good(into)) return not_to_be_filled();
-    Result<Lighting> made = make(object);
+/// Fills `into` with the value that `make(object)` returns, or returns its error.
+template <class Handle, class Into, class Make>
+lw_status fill(Handle* handle, Into* into, const Make& make) noexcept {
+  return with_handle(handle, [&](auto& object) {
+    if (!good(into)) return not_to_be_filled<Into>();
+    Result<decltype(into->value)> made = make(object);
     if (made.ok()) into->value = std::move(*made);
     return made.status();
   });
+}
+
+/// Bytes of three floats.
+inline constexpr std::size_t kTriple = 3 * sizeof(float);
+
+/// Stride in bytes; 0 means tightly packed. invalid_argument if the entries would overlap.
+inline Status stride_of(std::size_t given, const char* name, std::size_t& stride) {
+  stride = given == 0 ? kTriple : given;
+  if (stride >= kTriple) return {};
+  return invalid(std::string(name) + " is " + std::to_string(given) + "; it is in bytes, 12 or more, or 0");
+}
+
+/// The rotation is x, y, z, w; all zero: the identity.
+inline Pose pose_of(const double (&position)[3], const double (&orientation)[4]) {
+  const auto& [x, y, z, w] = orientation;
+  const bool identity = x == 0 && y == 0 && z == 0 && w == 0;
+  return {identity ? Quat{} : Quat{x, y, z, w}, {position[0], position[1], position[2]}};
 }
 
 /// As lw_probe_text. invalid_argument for a capacity above 0 with a null pointer.

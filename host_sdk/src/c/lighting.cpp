@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
@@ -138,20 +137,12 @@ Status write_level(const Lighting& lighting, std::uint32_t level, T* out, std::s
   return {};
 }
 
-constexpr std::size_t kTriple = 3 * sizeof(float);
 constexpr Vec3f kUp{0, 1, 0};
 
 Vec3f vector_at(const void* from) {
   float xyz[3];
   std::memcpy(xyz, from, sizeof xyz);
   return {xyz[0], xyz[1], xyz[2]};
-}
-
-/// Stride in bytes; 0 means tightly packed. invalid_argument if the entries would overlap.
-Status stride_of(std::size_t given, const char* name, std::size_t& stride) {
-  stride = given == 0 ? kTriple : given;
-  if (stride >= kTriple) return {};
-  return invalid(std::string(name) + " is " + std::to_string(given) + "; it is in bytes, 12 or more, or 0");
 }
 
 struct Batch {
@@ -239,13 +230,7 @@ using namespace lightwell::c;
 
 extern "C" {
 
-lw_status lw_lighting_create(lw_lighting** out) {
-  return call([&]() -> Status {
-    if (out == nullptr) return invalid("out is NULL; pass the address of a pointer for the lighting");
-    *out = std::make_unique<lw_lighting>().release();
-    return {};
-  });
-}
+lw_status lw_lighting_create(lw_lighting** out) { return create(out); }
 
 void lw_lighting_release(lw_lighting* lighting) {
   if (good(lighting)) delete lighting;
@@ -257,7 +242,7 @@ lw_status lw_lighting_copy(const lw_lighting* lighting, lw_lighting* into) {
 
 lw_status lw_lighting_decode(const void* bytes, size_t length, int64_t age_ns, lw_lighting* into) {
   return call([&]() -> Status {
-    if (!good(into)) return not_to_be_filled();
+    if (!good(into)) return not_to_be_filled<lw_lighting>();
     if (bytes == nullptr && length > 0) return invalid("bytes is NULL, and length is not 0");
     if (age_ns < 0) return invalid("age_ns is below zero");
     Result<Descriptor> d = decode_descriptor({static_cast<const std::byte*>(bytes), length});
@@ -293,14 +278,14 @@ lw_status lw_lighting_reason(const lw_lighting* lighting, char* text, size_t cap
 
 lw_status lw_lighting_irradiance(const lw_lighting* lighting, const float* normal, lw_answer* out) {
   return query(lighting, "lw_answer", out, [&](const Lighting& l) {
-    if (normal == nullptr) return invalid("normal is NULL");
+    if (normal == nullptr) return null_argument("normal");
     return write_sized(as_c(l.irradiance(vector_at(normal)), l.units()), "lw_answer", out);
   });
 }
 
 lw_status lw_lighting_radiance(const lw_lighting* lighting, const float* direction, float roughness, lw_answer* out) {
   return query(lighting, "lw_answer", out, [&](const Lighting& l) {
-    if (direction == nullptr) return invalid("direction is NULL");
+    if (direction == nullptr) return null_argument("direction");
     return write_sized(as_c(l.radiance(vector_at(direction), roughness), l.units()), "lw_answer", out);
   });
 }
@@ -336,7 +321,7 @@ lw_status lw_lighting_radiance_batch(const lw_lighting* lighting, const float* d
 lw_status lw_lighting_harmonics(const lw_lighting* lighting, lw_quantity quantity, int32_t max_band,
                                 float* coefficients, int32_t* band) {
   return with_handle(lighting, [&](const Lighting& l) {
-    if (coefficients == nullptr) return invalid("coefficients is NULL");
+    if (coefficients == nullptr) return null_argument("coefficients");
     if (max_band < 0 || max_band > kMaxBand)
       return invalid("max_band is " + std::to_string(max_band) + "; it is 0 to 6");
     const RadianceSh& sh = l.descriptor().radiance;

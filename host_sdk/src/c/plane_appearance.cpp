@@ -1,7 +1,6 @@
 // C ABI of PlaneReader and PlaneAppearance.
 #include <algorithm>
 #include <array>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -40,24 +39,6 @@ static_assert(LW_PLANE_UNSEEN_DIRECTION == flag_bit(PlaneFlag::unseen_direction)
               LW_PLANE_CLIPPED_TEXEL == flag_bit(PlaneFlag::clipped_texel));
 static_assert(LW_CAPTURE_KEEP_MOVING == static_cast<int>(CaptureProgress::keep_moving) &&
               LW_CAPTURE_ENOUGH == static_cast<int>(CaptureProgress::enough));
-
-Status null_argument(const char* name) { return invalid(std::string(name) + " is NULL"); }
-
-template <class Handle>
-lw_status create(Handle** out) noexcept {
-  return call([&]() -> Status {
-    if (out == nullptr) return null_argument("out");
-    *out = std::make_unique<Handle>().release();
-    return {};
-  });
-}
-
-/// As with_handle(), for calls that change the object.
-template <class Handle, class Work>
-lw_status with_mutable(Handle* handle, const Work& work) noexcept {
-  if (!good(handle)) return failed(StatusCode::invalid_argument, Handle::kRefusal);
-  return call([&] { return work(handle->value); });
-}
 
 void put(const Vec3d& v, double* out) { std::ranges::copy(std::array{v.x, v.y, v.z}, out); }
 Vec3d vector_at(const double* from) { return {from[0], from[1], from[2]}; }
@@ -127,18 +108,14 @@ void lw_plane_reader_release(lw_plane_reader* reader) {
 }
 
 lw_status lw_plane_reader_take(lw_plane_reader* reader, const void* message, size_t length, int64_t received_ns) {
-  return with_mutable(reader, [&](PlaneReader& r) {
+  return with_handle(reader, [&](PlaneReader& r) {
     if (message == nullptr && length > 0) return null_argument("message");
     return r.take({static_cast<const std::byte*>(message), length}, {received_ns});
   });
 }
 
 lw_status lw_plane_reader_snapshot(lw_plane_reader* reader, int64_t now_ns, lw_plane* into) {
-  return with_mutable(reader, [&](PlaneReader& r) {
-    if (!good(into)) return invalid(lw_plane::kRefusal);
-    into->value = r.snapshot({now_ns});
-    return Status{};
-  });
+  return fill(reader, into, [&](PlaneReader& r) { return r.snapshot({now_ns}); });
 }
 
 lw_status lw_plane_reader_get_stats(const lw_plane_reader* reader, lw_plane_reader_stats* out) {
@@ -150,11 +127,7 @@ lw_status lw_plane_reader_get_stats(const lw_plane_reader* reader, lw_plane_read
 }
 
 lw_status lw_probe_plane(const lw_probe* probe, lw_plane* into) {
-  return with_handle(probe, [&](const Probe& p) {
-    if (!good(into)) return invalid(lw_plane::kRefusal);
-    into->value = p.plane();
-    return Status{};
-  });
+  return fill(probe, into, [](const Probe& p) { return p.plane(); });
 }
 
 lw_status lw_plane_create(lw_plane** out) { return create(out); }
@@ -164,11 +137,7 @@ void lw_plane_release(lw_plane* plane) {
 }
 
 lw_status lw_plane_copy(const lw_plane* plane, lw_plane* into) {
-  return with_handle(plane, [&](const PlaneAppearance& p) {
-    if (!good(into)) return invalid(lw_plane::kRefusal);
-    into->value = p;
-    return Status{};
-  });
+  return fill(plane, into, [](const PlaneAppearance& p) { return p; });
 }
 
 lw_status lw_plane_get_info(const lw_plane* plane, lw_plane_info* out) {
@@ -213,14 +182,8 @@ lw_status lw_plane_render(const lw_plane* plane, const lw_plane_camera* camera, 
     // Written before the pixels, so that an invalid struct is detected before anything is written.
     if (about != nullptr)
       if (Status s = write_sized(out, "lw_plane_rendering", about); !s.ok()) return s;
-    const double* q = given.orientation;
-    const PlaneCamera made{given.width,
-                           given.height,
-                           given.fx,
-                           given.fy,
-                           given.cx,
-                           given.cy,
-                           {{q[0], q[1], q[2], q[3]}, vector_at(given.position)}};
+    const PlaneCamera made{
+        given.width, given.height, given.fx, given.fy, given.cx, given.cy, pose_of(given.position, given.orientation)};
     const PlaneRendering done = p.render(made, wanted, {rgb, rgb_count}, {flags, flag_count});
     out.validity = static_cast<lw_validity>(done.validity);
     out.flags = done.flags.bits();

@@ -39,17 +39,9 @@ namespace {
 // Ratios are written in place.
 static_assert(sizeof(LightRatio) == 3 * sizeof(float) && std::is_standard_layout_v<LightRatio>);
 
-Pose pose_of(const double (&position)[3], const double (&orientation)[4]) {
-  const auto& [x, y, z, w] = orientation;
-  const bool identity = x == 0 && y == 0 && z == 0 && w == 0;
-  return {identity ? Quat{} : Quat{x, y, z, w}, {position[0], position[1], position[2]}};
-}
-
 Status copy_positions(const lw_shadow_mesh& mesh, std::vector<Vec3f>& positions) {
-  const std::size_t stride = mesh.position_stride == 0 ? sizeof(Vec3f) : mesh.position_stride;
-  if (stride < sizeof(Vec3f))
-    return invalid("lw_shadow_mesh.position_stride is " + std::to_string(stride) +
-                   "; it is in bytes, 12 or more, or 0");
+  std::size_t stride = 0;
+  if (Status s = stride_of(mesh.position_stride, "lw_shadow_mesh.position_stride", stride); !s.ok()) return s;
   if (mesh.position_count > 0 && mesh.positions == nullptr)
     return invalid("lw_shadow_mesh.positions is NULL, and position_count is not 0");
   if (mesh.index_count > 0 && mesh.indices == nullptr)
@@ -117,8 +109,9 @@ lw_status lw_shadow_caster_cast(lw_shadow_caster* caster, const lw_lighting* lig
     std::uint32_t size = 0;
     if (summary != nullptr)
       if (Status s = size_of(summary, "lw_shadow_summary", size); !s.ok()) return s;
-    const ShadowReceiver to{pose_of(plane.position, plane.orientation), plane.width, plane.height,
-                            plane.columns == 0 ? 256 : plane.columns, plane.rows == 0 ? 256 : plane.rows};
+    ShadowReceiver to{pose_of(plane.position, plane.orientation), plane.width, plane.height};
+    if (plane.columns != 0) to.columns = plane.columns;
+    if (plane.rows != 0) to.rows = plane.rows;
     if (Status s = to.validate(); !s.ok()) return s;
     const std::size_t texels = static_cast<std::size_t>(to.columns) * static_cast<std::size_t>(to.rows);
     if (ratios == nullptr || capacity < 3 * texels)

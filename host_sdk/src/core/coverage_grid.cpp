@@ -92,8 +92,11 @@ void CoverageGrid::add_edge(Layer& layer, Cell from, Cell to, float sign) {
     sign = -sign;
   }
   const auto right = static_cast<float>(columns_), below = static_cast<float>(rows_);
-  // False for NaN. A vertical edge covers nothing, but its rows have to be known.
-  if (!(to.x >= from.x && to.x >= 0 && from.x <= right)) return;
+  // Projections overflow where texels are extremely long, or a light extremely far to the side.
+  for (const float v : {from.x, from.y, to.x, to.y})
+    if (!std::isfinite(v)) return;
+  // A vertical edge covers nothing, but its rows have to be known.
+  if (to.x < 0 || from.x > right) return;
   if (from.x >= 0 && to.x <= right && std::min(from.y, to.y) >= 0 && std::max(from.y, to.y) <= below)
     return add_inside(layer, from.x, from.y, to.x, to.y, sign);
   clip_edge(layer, {from.x, from.y, 0}, {to.x, to.y, 0}, sign);

@@ -58,7 +58,7 @@ class CoverageGrid {
   };
 
   [[nodiscard]] std::size_t stride() const { return static_cast<std::size_t>(columns_); }
-  /// An edge of any position; `sign` times.
+  /// An edge of any position; `sign` times. None if it is not finite.
   void add_edge(Layer& layer, Cell from, Cell to, float sign);
   /// An edge that is not within the grid; from.x < to.x.
   void clip_edge(Layer& layer, Vec3d from, Vec3d to, float sign);

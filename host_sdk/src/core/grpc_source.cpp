@@ -148,12 +148,17 @@ class GrpcConnection {
     plane_->StartCall(tag_of(Op::plane_start));
   }
 
-  /// The connection outlives this stream: firmware that is older than it does not have the call.
+  /// The connection outlives this stream, which firmware that is older than it does not have. It starts again with the
+  /// next connection.
   void on_plane_event(Op op, bool ok) {
     if (op == Op::plane_finish) {
       plane_pending_ = false;
+      if (closing_) return;
+      const std::string why = plane_status_.error_message();
       if (plane_status_.error_code() == grpc::StatusCode::UNIMPLEMENTED)
         receiver_.report_error("the probe's firmware is older than this SDK and captures no planes; update lightwelld");
+      else
+        receiver_.report_error("the plane's stream ended: " + (why.empty() ? "the probe ended it" : why));
       return;
     }
     if (op == Op::plane_read && ok) {

@@ -72,15 +72,17 @@ void sample_cap(Vec3d axis, double radius_rad, int count, std::vector<LightSampl
   for (LightSample& s : samples) s.weight /= sum;
 }
 
-void sample_lamp(Vec3d centre, double radius, Vec3d target, int count, std::vector<LightSample>& samples) {
+void sample_near_light(Vec3d centre, double radius_m, Vec3d target, int count, std::vector<LightSample>& samples) {
   samples.clear();
-  if (!(radius > 0)) count = 1;
+  if (!(radius_m > 0)) count = 1;
   const auto [u, v] = tangent_basis(normalized(centre - target));
   const DiscPoint middle = centroid(count);
   for (int i = 0; i < count; ++i) {
     const DiscPoint p = disc_point(i, count);
-    samples.push_back({centre + u * (radius * (p.x - middle.x)) + v * (radius * (p.y - middle.y)), 1.0 / count});
+    const Vec3d position = centre + u * (radius_m * (p.x - middle.x)) + v * (radius_m * (p.y - middle.y));
+    if (position.z > 0) samples.push_back({position, 1});
   }
+  for (LightSample& s : samples) s.weight /= static_cast<double>(samples.size());
 }
 
 HemisphereSampler::HemisphereSampler(int directions) {

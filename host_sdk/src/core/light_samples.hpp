@@ -8,20 +8,18 @@
 
 #include <lightwell/color.hpp>
 #include <lightwell/geometry.hpp>
+#include <lightwell/hemisphere_grid.hpp>
 
 namespace lightwell::core {
 
 /// A direction or a position that stands for a part of a light.
 struct LightSample {
-  Vec3d towards;      ///< Unit direction, z > 0; or a position, m, of a near lamp.
+  Vec3d towards;      ///< Unit direction, z > 0; or a position, m, of a near light.
   double weight = 0;  ///< Share of the light's irradiance of the plane.
 };
 
 /// Point i of `count` in the unit disc, each of the same area: a spiral by the golden angle (Vogel 1979, "A better way
 /// to construct the sunflower head").
-struct DiscPoint {
-  double x = 0, y = 0;
-};
 [[nodiscard]] DiscPoint disc_point(int i, int count);
 
 /// Directions over the cap of angular radius `radius_rad` around the unit vector `axis`: equal solid angles, weighted
@@ -29,8 +27,9 @@ struct DiscPoint {
 /// below the horizon. One for radius 0.
 void sample_cap(Vec3d axis, double radius_rad, int count, std::vector<LightSample>& samples);
 
-/// Positions over the disc of `radius` around `centre` that faces `target`, m.
-void sample_lamp(Vec3d centre, double radius, Vec3d target, int count, std::vector<LightSample>& samples);
+/// Positions over the disc of `radius_m` around `centre` that faces `target`, m, without those below the horizon. At
+/// most `count`, of equal weights that add up to 1. One for radius 0.
+void sample_near_light(Vec3d centre, double radius_m, Vec3d target, int count, std::vector<LightSample>& samples);
 
 /// A direction of the hemisphere and the irradiance that the radiance around it causes.
 struct HemisphereSample {

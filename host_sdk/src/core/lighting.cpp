@@ -167,8 +167,7 @@ Lighting Lighting::in_frame(const Pose& T_b_a) const {
   if (!sample_) return *this;
   const auto& [q, t] = T_b_a;
   const double norm2 = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-  if (!(norm2 > 0) || !std::isfinite(norm2) || !std::isfinite(t.x) || !std::isfinite(t.y) || !std::isfinite(t.z))
-    return {nullptr, Validity::invalid_query, {}, max_age_};
+  if (!(norm2 > 0) || !std::isfinite(norm2) || !is_finite(t)) return {nullptr, Validity::invalid_query, {}, max_age_};
   const Quat turn = q.normalized();
   core::Sample out = *sample_;
   out.descriptor.radiance = lightwell::rotated(out.descriptor.radiance, turn);

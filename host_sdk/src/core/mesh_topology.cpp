@@ -31,10 +31,14 @@ void MeshTopology::weld(std::span<const Vec3f> positions) {
   hash_slots_.assign(slots, kNoTriangle);
   first_.resize(positions.size());
   for (std::uint32_t i = 0; i < positions.size(); ++i) {
+    // A vertex that is NaN equals none, not even itself: in a slot it would lengthen the search for every later one.
+    if (!(positions[i] == positions[i])) {
+      first_[i] = i;
+      continue;
+    }
     std::size_t slot = hash_of(positions[i]) & (slots - 1);
     while (hash_slots_[slot] != kNoTriangle && !(positions[hash_slots_[slot]] == positions[i]))
       slot = (slot + 1) & (slots - 1);
-    // A vertex that is NaN equals none, not even itself.
     if (hash_slots_[slot] == kNoTriangle) hash_slots_[slot] = i;
     first_[i] = hash_slots_[slot];
   }

@@ -15,7 +15,6 @@ constexpr int kMaxPixels = 32768;
 constexpr int kSilentKeyIntervals = 3;
 
 bool finite(double a, double b) { return std::isfinite(a) && std::isfinite(b); }
-bool finite(Vec3d v) { return std::isfinite(v.x) && finite(v.y, v.z); }
 
 /// invalid_query is worse than none, none than stale, stale than valid.
 Validity worse(Validity a, Validity b) {
@@ -99,7 +98,7 @@ PlaneAnswer answer_of(const Sum& sum, Validity base) {
 
 PlaneAnswer no_answer(Validity validity) { return {{}, validity, {}}; }
 
-/// The vector in float, scaled so that no component overflows. Requires finite(v).
+/// The vector in float, scaled so that no component overflows. Requires is_finite(v).
 Vec3f direction_of(Vec3d v) {
   const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   return largest > 0 ? vec_cast<float>(v * (1 / largest)) : Vec3f{};
@@ -108,7 +107,7 @@ Vec3f direction_of(Vec3d v) {
 bool usable(const PlaneCamera& c) {
   const Quat& q = c.T_plane_camera.rotation;
   return c.width >= 1 && c.height >= 1 && c.width <= kMaxPixels && c.height <= kMaxPixels && c.fx > 0 && c.fy > 0 &&
-         finite(c.fx, c.fy) && finite(c.cx, c.cy) && finite(c.T_plane_camera.translation) &&
+         finite(c.fx, c.fy) && finite(c.cx, c.cy) && is_finite(c.T_plane_camera.translation) &&
          std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) < 1e-6;
 }
 
@@ -147,7 +146,7 @@ Validity PlaneAppearance::base_validity(PlaneLayers layers) const {
 }
 
 PlaneAnswer PlaneAppearance::radiance(PlanePoint point, Vec3d eye, PlaneLayers layers) const {
-  if (!finite(point.x, point.y) || !finite(eye) || !(eye.z > 0)) return no_answer(Validity::invalid_query);
+  if (!finite(point.x, point.y) || !is_finite(eye) || !(eye.z > 0)) return no_answer(Validity::invalid_query);
   const Validity base = base_validity(layers);
   if (base == Validity::none) return no_answer(base);
   const PlaneInfo& info = state_->plane.info;
@@ -164,7 +163,7 @@ PlaneAnswer PlaneAppearance::diffuse(PlanePoint point) const {
 }
 
 PlaneAnswer PlaneAppearance::specular(Vec3d to_viewer) const {
-  if (!finite(to_viewer) || !(to_viewer.z > 0)) return no_answer(Validity::invalid_query);
+  if (!is_finite(to_viewer) || !(to_viewer.z > 0)) return no_answer(Validity::invalid_query);
   const Validity base = base_validity(PlaneLayers::specular);
   if (base == Validity::none) return no_answer(base);
   return answer_of(lumisphere_at(*state_, direction_of(to_viewer)), base);

@@ -25,16 +25,14 @@ constexpr int kMaxCell = 16;
 /// edges of neighbouring samples merge where they are a texel or two apart.
 constexpr double kSamplesPerTexel = 2.0;
 constexpr int kMinSamples = 6;
-/// A near lamp illuminates what is below this share of its height: what is higher projects to infinity.
+/// A near light illuminates what is below this share of its height: what is higher projects to infinity.
 constexpr double kCeiling = 0.98;
 constexpr float kNoCeiling = std::numeric_limits<float>::max();
-
-bool finite(Vec3d v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 bool usable(const Pose& pose) {
   const Quat& q = pose.rotation;
   const double norm2 = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-  return norm2 > 0 && std::isfinite(norm2) && finite(pose.translation);
+  return norm2 > 0 && std::isfinite(norm2) && is_finite(pose.translation);
 }
 
 Pose normalized(const Pose& pose) { return {pose.rotation.normalized(), pose.translation}; }
@@ -93,7 +91,13 @@ Status ShadowOptions::validate() const {
 
 class ShadowCaster::Impl {
  public:
-  explicit Impl(const ShadowOptions& options) : options_(options), hemisphere_(options.residual_directions) {}
+  explicit Impl(const ShadowOptions& options) : options_(options), hemisphere_(options.residual_directions) {
+    const auto samples = static_cast<std::size_t>(options.light_samples);
+    lights_.reserve(kMaxLights);
+    // A light that is clipped by the horizon may get a few more than it is asked for.
+    samples_.reserve(2 * samples);
+    points_.reserve(std::max(2 * samples, static_cast<std::size_t>(options.residual_directions)));
+  }
 
   ShadowSummary cast(const Lighting& lighting, const ShadowReceiver& receiver, const ShadowMesh& mesh,
                      std::span<LightRatio> ratios);
@@ -103,10 +107,11 @@ class ShadowCaster::Impl {
   struct ReceivedLight {
     Vec3d direction;  ///< Unit, in the plane's frame.
     double radius_rad = 0;
-    Irradiance irradiance;  ///< Of the plane, without the object; of a near lamp at the distance 1 m, normal incidence.
+    Irradiance irradiance;  ///< Of the plane, without the object; of a near light at the origin, normal incidence.
     bool near = false;
-    Vec3d position;          ///< Of a near lamp, in the plane's frame.
-    double lamp_radius = 0;  ///< m
+    Vec3d position;         ///< Of a near light, in the plane's frame.
+    double distance_m = 0;  ///< Of a near light, from the origin.
+    double radius_m = 0;    ///< Of a near light.
   };
 
   void place_receiver(const ShadowReceiver& receiver, const ShadowMesh& mesh);
@@ -120,6 +125,7 @@ class ShadowCaster::Impl {
   [[nodiscard]] int sample_count(double height, double radius_rad, double cosine) const;
   template <class Weights>
   void add_samples(core::CoverageGrid& grid, const Weights& weights);
+  /// The irradiance of a texel by a near light, relative to that at the origin at normal incidence.
   [[nodiscard]] double near_factor(const ReceivedLight& light, int column, int row) const;
   void lose_light(const ReceivedLight& light);
   void lose_residual();
@@ -137,8 +143,10 @@ class ShadowCaster::Impl {
   std::span<const core::HemisphereSample> residual_;
   Irradiance distant_;  ///< Of the plane, from distant lights and residual, without the object.
   Irradiance residual_irradiance_;
-  std::array<std::vector<float>, 3> lost_;    ///< Irradiance that the object takes, by texel.
-  std::array<std::vector<float>, 3> nearby_;  ///< Irradiance of near lamps without the object; empty if there are none.
+  std::array<std::vector<float>, 3> lost_;  ///< Irradiance that the object takes, by texel.
+  std::array<std::vector<float>, 3>
+      nearby_;                   ///< Irradiance of near lights without the object; empty if there are none.
+  std::vector<double> factors_;  ///< near_factor() of the texels of a row.
   Pose T_plane_lighting_;
   ShadowReceiver receiver_;
   double columns_per_m_ = 0, rows_per_m_ = 0;
@@ -173,6 +181,7 @@ void ShadowCaster::Impl::place_receiver(const ShadowReceiver& receiver, const Sh
     vertices_[i] = vec_cast<float>(in_texels(transformed(T_plane_mesh, vec_cast<double>(mesh.positions[i]))));
   const std::size_t texels = static_cast<std::size_t>(receiver.columns) * static_cast<std::size_t>(receiver.rows);
   for (std::vector<float>& plane : lost_) plane.assign(texels, 0.0F);
+  factors_.resize(static_cast<std::size_t>(receiver.columns));
 }
 
 void ShadowCaster::Impl::receive_lights(const Lighting& lighting) {
@@ -186,12 +195,12 @@ void ShadowCaster::Impl::receive_lights(const Lighting& lighting) {
     out.radius_rad = std::clamp<double>(light.angular_radius_rad, 0, std::numbers::pi / 2);
     if (!(e.luminance() > 0) || !std::isfinite(out.radius_rad) || out.direction == Vec3d{}) continue;
     const std::optional<Vec3d> position = lighting.position(light);
-    if (position && finite(*position)) {
-      const double distance = light.distance_m;
+    if (position) out.position = transformed(T_plane_lighting_, *position);
+    if (position && is_finite(out.position)) {
       out.near = true;
-      out.position = transformed(T_plane_lighting_, *position);
-      out.lamp_radius = distance * std::sin(out.radius_rad);
-      out.irradiance = e * static_cast<float>(distance * distance);
+      out.distance_m = light.distance_m;
+      out.radius_m = out.distance_m * std::sin(out.radius_rad);
+      out.irradiance = e;
       if (!(out.position.z > 0)) continue;
     } else {
       out.irradiance = e * static_cast<float>(cap_irradiance(out.direction.z, out.radius_rad));
@@ -221,8 +230,9 @@ void ShadowCaster::Impl::build_occluder(float ceiling) {
 int ShadowCaster::Impl::sample_count(double height, double radius_rad, double cosine) const {
   // Length of the penumbra on the plane, along the light.
   const double texels = 2 * std::tan(std::min(radius_rad, 1.5)) * height / std::max(cosine * cosine, 1e-4);
-  const double count = std::min(texels * kSamplesPerTexel, 1e6);
-  return std::min(std::max(static_cast<int>(std::ceil(count)), kMinSamples), options_.light_samples);
+  // The least also where that is NaN, from a receiver so large that its positions overflow.
+  const double count = std::max<double>(kMinSamples, std::ceil(texels * kSamplesPerTexel));
+  return static_cast<int>(std::min<double>(count, options_.light_samples));
 }
 
 /// Samples the light over `samples_` and `points_`, and builds the occluder that it meets. Returns the number.
@@ -233,12 +243,11 @@ int ShadowCaster::Impl::sample_light(const ReceivedLight& light) {
     const Vec3d centre = vec_cast<double>(occluder_.centre());
     const Vec3d target{(centre.x - receiver_.columns / 2.0) / columns_per_m_,
                        (receiver_.rows / 2.0 - centre.y) / rows_per_m_, centre.z / columns_per_m_};
-    const Vec3d to_lamp = light.position - target;
-    const double distance = std::max(length(to_lamp), 1e-9);
-    const double radius = std::asin(std::min(light.lamp_radius / distance, 1.0));
-    const double cosine = std::clamp(to_lamp.z / distance, 0.05, 1.0);
-    core::sample_lamp(light.position, light.lamp_radius, target, sample_count(top, radius, cosine), samples_);
-    std::erase_if(samples_, [](const core::LightSample& s) { return !(s.towards.z > 0); });
+    const Vec3d to_light = light.position - target;
+    const double distance = std::max(length(to_light), 1e-9);
+    const double radius = std::asin(std::min(light.radius_m / distance, 1.0));
+    const double cosine = std::clamp(to_light.z / distance, 0.05, 1.0);
+    core::sample_near_light(light.position, light.radius_m, target, sample_count(top, radius, cosine), samples_);
     double lowest = std::numeric_limits<double>::infinity();
     for (const core::LightSample& s : samples_) lowest = std::min(lowest, s.towards.z);
     const double ceiling = kCeiling * lowest * columns_per_m_;
@@ -266,16 +275,18 @@ void ShadowCaster::Impl::add_samples(core::CoverageGrid& grid, const Weights& we
 double ShadowCaster::Impl::near_factor(const ReceivedLight& light, int column, int row) const {
   const double x = (column + 0.5 - receiver_.columns / 2.0) / columns_per_m_,
                y = (receiver_.rows / 2.0 - row - 0.5) / rows_per_m_;
-  const Vec3d to_lamp = light.position - Vec3d{x, y, 0};
-  // A sphere above the horizon: cosine over the squared distance, exactly. Inside of the lamp it would not end.
-  const double r2 = std::max({dot(to_lamp, to_lamp), light.lamp_radius * light.lamp_radius, 1e-12});
-  return to_lamp.z / (r2 * std::sqrt(r2));
+  const Vec3d to_light = light.position - Vec3d{x, y, 0};
+  // A sphere above the horizon: cosine over the squared distance, exactly. Inside of the light it would not end.
+  const double r2 = std::max({dot(to_light, to_light), light.radius_m * light.radius_m, 1e-12});
+  return light.distance_m * light.distance_m / r2 * (to_light.z / std::sqrt(r2));
 }
 
 void ShadowCaster::Impl::lose_light(const ReceivedLight& light) {
   for (int row = 0; row < receiver_.rows; ++row) {
     const std::span<const float> occlusion = light_grid_.row(0, row);
     const std::size_t at = static_cast<std::size_t>(row) * occlusion.size();
+    if (light.near)
+      for (std::size_t x = 0; x < factors_.size(); ++x) factors_[x] = near_factor(light, static_cast<int>(x), row);
     for (int c = 0; c < 3; ++c) {
       float* const lost = lost_[static_cast<std::size_t>(c)].data() + at;
       const float e = light.irradiance[c];
@@ -285,7 +296,7 @@ void ShadowCaster::Impl::lose_light(const ReceivedLight& light) {
       }
       float* const nearby = nearby_[static_cast<std::size_t>(c)].data() + at;
       for (std::size_t x = 0; x < occlusion.size(); ++x) {
-        const float here = e * static_cast<float>(near_factor(light, static_cast<int>(x), row));
+        const auto here = static_cast<float>(e * factors_[x]);
         nearby[x] += here;
         lost[x] += here * occlusion[x];
       }
@@ -328,7 +339,9 @@ void ShadowCaster::Impl::write(std::span<LightRatio> ratios) const {
     const std::vector<float>&lost = lost_[static_cast<std::size_t>(c)], &nearby = nearby_[static_cast<std::size_t>(c)];
     for (std::size_t i = 0; i < ratios.size(); ++i) {
       const float total = distant_[c] + (nearby.empty() ? 0.0F : nearby[i]);
-      ratios[i][c] = total > 0 ? std::clamp(1 - lost[i] / total, 0.0F, 1.0F) : 1.0F;
+      // Sums of huge irradiances may overflow.
+      const bool known = total > 0 && std::isfinite(total) && std::isfinite(lost[i]);
+      ratios[i][c] = known ? std::clamp(1 - lost[i] / total, 0.0F, 1.0F) : 1.0F;
     }
   }
 }

@@ -115,8 +115,7 @@ Status MarkerBody::validate() const {
     }
   }
   if (ball) {
-    if (const Vec3d& c = ball->center; !std::isfinite(c.x) || !std::isfinite(c.y) || !std::isfinite(c.z))
-      return invalid_argument("ball: center_m must be finite");
+    if (!is_finite(ball->center)) return invalid_argument("ball: center_m must be finite");
     if (!(ball->radius_m > 0) || !std::isfinite(ball->radius_m))
       return invalid_argument("ball: radius_m must be positive and finite");
     if (const Status s = validate_albedo(ball->albedo, "ball"); !s.ok()) return s;

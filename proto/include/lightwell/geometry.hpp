@@ -39,6 +39,11 @@ template <class T>
   return std::sqrt(dot(a, a));
 }
 
+template <class T>
+[[nodiscard]] bool is_finite(Vec3<T> a) {
+  return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
+}
+
 /// The unit vector along `a`; zero for zero, NaN or infinite input, so that non-finite values do not propagate.
 template <class T>
 [[nodiscard]] Vec3<T> normalized(Vec3<T> a) {

@@ -97,6 +97,15 @@ static void an_image_shows_the_plane(const lw_plane* plane) {
   CHECK(about.flags & LW_PLANE_CLIPPED_TEXEL);
   CHECK(about.flagged > 0 && about.flagged < about.pixels);
   CHECK(lw_plane_render(plane, &camera, LW_PLANE_ALL, rgb, 3 * 40 * 30, NULL, 0, NULL) == LW_OK);
+  /* An orientation of zeros is the identity; any other is a unit quaternion. */
+  lw_plane_rendering same = {.size = sizeof same};
+  camera.orientation[3] = 0;
+  CHECK(lw_plane_render(plane, &camera, LW_PLANE_ALL, rgb, 3 * 40 * 30, NULL, 0, &same) == LW_OK);
+  CHECK(same.validity == LW_VALID && same.pixels == about.pixels && same.flagged == about.flagged);
+  camera.orientation[3] = 0.5;
+  CHECK(lw_plane_render(plane, &camera, LW_PLANE_ALL, rgb, 3 * 40 * 30, NULL, 0, &same) == LW_OK);
+  CHECK(same.validity == LW_INVALID_QUERY && same.pixels == 0);
+  camera.orientation[3] = 1;
   CHECK(lw_plane_render(plane, &camera, LW_PLANE_ALL, rgb, 40 * 30, NULL, 0, &about) == LW_OK);
   CHECK(about.validity == LW_INVALID_QUERY && about.pixels == 0);
   CHECK(lw_plane_render(plane, &camera, 7, rgb, 3 * 40 * 30, NULL, 0, &about) == LW_INVALID_ARGUMENT);
