@@ -110,8 +110,12 @@ CommonRadiance common_radiance(const GlossOperator& gloss, const ReflectedRadian
     scale = std::clamp(solution[0], 0.1 * mean, 10 * mean);
   }
   CommonRadiance out;
-  const double dark = std::max(0.0, static_cast<double>(diffuse.dark.luminance()));
-  const double common = std::clamp(solution[2], 0.0, dark);
+  const double dark = static_cast<double>(diffuse.dark.luminance()), least_albedo = white.value - white.sigma;
+  // More would light the plane more than its texture shows.
+  const double most =
+      (std::numbers::pi * bright / least_albedo - static_cast<double>(irradiance.without_common.luminance())) /
+      (irradiance.slope + std::numbers::pi / least_albedo);
+  const double common = std::clamp(solution[2], 0.0, std::max(0.0, std::min(dark, most)));
   out.sigma = static_cast<float>(std::sqrt(covariance(2, 2)));
   const double total = static_cast<double>(irradiance.without_common.luminance()) + irradiance.slope * common;
   for (int c = 0; c < 3; ++c) {

@@ -60,8 +60,8 @@ struct CommonIrradiance {
 /// environment, if it changes little with elevation, is reflected in proportion to the gloss' albedo, from its level at
 /// normal incidence to ten times as much at grazing angles; (2) the irradiance of the environment that is reflected
 /// makes the brightest texels as bright as their albedo lets expect; (3) it is at least 0 and at most the darkest
-/// texels' radiance. That is the luminance; its colour is the one with which the plane is lit in the colour of its
-/// brightest texels.
+/// texels' radiance, and the irradiance is at most what texels of an albedo a standard deviation lower would show. That
+/// is the luminance; its colour is the one with which the plane is lit in the colour of its brightest texels.
 [[nodiscard]] CommonRadiance common_radiance(const GlossOperator& gloss, const ReflectedRadiance& reflected,
                                              const DiffuseRange& diffuse, const WhiteAlbedo& white,
                                              const CommonIrradiance& irradiance);
