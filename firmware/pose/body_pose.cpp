@@ -20,6 +20,8 @@ constexpr SolverLimits kPredictedSolverLimits{30, 1e-7};
 constexpr double kMaxPredictionChiSquare = 50;
 /// Mean cost of a corner after the Cauchy loss, in sigma²: a solution with less is in the basin of the right minimum.
 constexpr double kMaxMeanLoss = 15;
+/// The mean squared residual of a tag at which each of its corners has this loss.
+const double kMaxMeanSquare = 4.5 * std::expm1(kMaxMeanLoss / 9);
 
 Status wrong(const std::string& what) { return invalid_argument("body: " + what); }
 
@@ -70,8 +72,14 @@ struct Consensus {
   Quads used;
 };
 
+/// Inliers are consistent among themselves, also where a minimisation that diverged has no small residual.
+bool fit(const Quads& inliers, const Pose& probe_body) {
+  return std::ranges::all_of(
+      inliers, [&](const ObservedTag* quad) { return mean_squared_residual(*quad, probe_body) < kMaxMeanSquare; });
+}
+
 /// The inlier tags and an approximate pose. Starts from the prediction; searches for a start with consensus_pose() if
-/// that leads neither to a majority of the tags nor to a pose near the prediction. No majority: `used` is empty.
+/// that leads neither to a majority of the tags nor to tags that fit near the prediction. No majority: `used` is empty.
 Consensus find_consensus(const Quads& all, const std::optional<BodyPrediction>& prediction,
                          const BodyPoseOptions& options) {
   Consensus out;
@@ -82,7 +90,8 @@ Consensus find_consensus(const Quads& all, const std::optional<BodyPrediction>& 
       const Pose found = out.solution.probe_world();
       out.used = visible_inliers(all, found, options);
       const bool fits = out.solution.cost < kMaxMeanLoss * 4 * static_cast<double>(all.size());
-      if ((fits && is_majority()) || (!out.used.empty() && is_near(prediction, found))) return out;
+      if (fits && is_majority()) return out;
+      if (!out.used.empty() && fit(out.used, found) && is_near(prediction, found)) return out;
     }
   }
   out.solution = consensus_pose(all, std::nullopt, kPredictedSolverLimits);

@@ -366,6 +366,24 @@ TEST(BodyPose, AWrongPredictionDoesNotChangeTheResult) {
   }
 }
 
+// After a second without a picture the extrapolated motion is metres off, and anything is within its covariance.
+TEST(BodyPose, AnUncertainPredictionDoesNotChangeTheResult) {
+  const RigParameters rig = camera_rig();
+  const MarkerBody body = dodecahedron();
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    const Pose truth = body_at({0.02, 0.01, -0.45}, seed);
+    for (const Vec3d place : {Vec3d{-0.7, -3.5, -40}, Vec3d{0.5, 0.3, -0.1}, Vec3d{0, 0, 2}, Vec3d{3, 0, -0.5}}) {
+      BodyPrediction before{{body_at(place, 1000 + seed), {}}, true};
+      for (std::size_t i = 0; i < 6; ++i) before.probe_body.covariance[i][i] = i < 3 ? 400 : 1000;
+      const auto pose =
+          find_body_pose(rig, body, simulate_body_observations(rig, body, truth, 0.1, seed), before, exact_camera());
+      ASSERT_TRUE(pose) << pose.status().message();
+      EXPECT_LT(turn_of(error_of(pose->probe_body.pose, truth)), 0.5 * kDegree) << seed << ", from " << place.z;
+      EXPECT_LT(length(pose->probe_body.pose.translation - truth.translation), 0.005) << seed << ", from " << place.z;
+    }
+  }
+}
+
 TEST(BodyPose, UsesBothLensesOfAPair) {
   RigParameters pair = camera_rig();
   pair.lenses.push_back(pair.lenses[0]);
