@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lightwell/quantile.hpp>
 #include <lightwell/text.hpp>
 
 #include "measure/panorama_truth.hpp"
+#include "reference/bright_region.hpp"
+#include "reference/irradiance.hpp"
 
 namespace lightwell::measure {
 namespace {
@@ -49,6 +52,45 @@ RigParameters pinhole_rig(const SpecularSequenceOptions& o) {
 }
 
 double luminance_of(const reference::Rgb& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
+
+/// The light that irradiates the plane most, of the brightest ones, becomes as dark as what is around it.
+reference::Panorama without_strongest_light(const reference::Panorama& environment) {
+  constexpr double kReach_rad = 0.35;
+  reference::Panorama out = reference::cleaned(environment);
+  reference::V3 strongest{0, 1, 0};
+  double most = 0;
+  for (const reference::BrightRegion& r : reference::bright_regions(out, 20))
+    if (const double e = r.direction.y * luminance_of(r.vector_irradiance); e > most) most = e, strongest = r.direction;
+  const auto near = [&](int i, int j) {
+    return reference::dot(reference::pixel_direction(i, j, out.width, out.height), strongest) > std::cos(kReach_rad);
+  };
+  std::vector<double> around;
+  for (int j = 0; j < out.height; ++j)
+    for (int i = 0; i < out.width; ++i)
+      if (near(i, j)) around.push_back(luminance_of(reference::pixel(out, i, j)));
+  const double limit = median(around);
+  for (int j = 0; j < out.height; ++j)
+    for (int i = 0; i < out.width; ++i) {
+      reference::Rgb p = reference::pixel(out, i, j);
+      const double luminance = luminance_of(p);
+      if (!near(i, j) || !(luminance > limit)) continue;
+      for (double& c : p) c *= limit / luminance;
+      reference::set_pixel(out, i, j, p);
+    }
+  return out;
+}
+
+/// An ellipse of the colour of skin, a third of the picture wide, that moves across it.
+void draw_hand(reference::GlossyView& view, int frame) {
+  const double cx = view.width * (0.3 + 0.02 * (frame % 20)), cy = 0.55 * view.height;
+  const double rx = view.width / 6.0, ry = view.height / 3.0;
+  for (int y = 0; y < view.height; ++y)
+    for (int x = 0; x < view.width; ++x) {
+      if (std::hypot((x - cx) / rx, (y - cy) / ry) > 1) continue;
+      const auto at = static_cast<std::size_t>(3 * (y * view.width + x));
+      view.rgb[at] = 0.35, view.rgb[at + 1] = 0.22, view.rgb[at + 2] = 0.16;
+    }
+}
 
 /// `environment`: as SpecularSequenceOptions, or "room:FILE" of tests/reference/mitsuba/rooms, or "panorama:NAME".
 struct NamedSequence {
@@ -126,36 +168,63 @@ Result<reference::Panorama> load_environment(const std::string& path) {
   return out;
 }
 
+SpecularSequence::LitScene SpecularSequence::lit_by(reference::Panorama environment) const {
+  LitScene out;
+  out.environment = std::move(environment);
+  const auto table = [&](double alpha) {
+    reference::Gloss gloss{alpha};
+    gloss.fresnel = options_.fresnel;
+    return alpha > 0 ? std::make_unique<reference::SpecularTable>(out.environment, gloss) : nullptr;
+  };
+  out.table = table(options_.alpha);
+  reference::GlossyScene& scene = out.scene;
+  scene.albedo = options_.albedo.n > 0 ? options_.albedo
+                 : options_.textured   ? reference::book_texture(options_.seed, 256)
+                                       : reference::plain_texture(8, {0.5, 0.5, 0.5});
+  scene.size_m = kPlane_m;
+  scene.irradiance = reference::plane_irradiance(out.environment);
+  scene.specular = out.table.get();
+  if (options_.right_alpha) {
+    out.right_table = table(*options_.right_alpha);
+    scene.right_half = out.right_table.get();
+  }
+  scene.curl = options_.curl;
+  if (scene.curl != 0) {
+    // By a central difference over the slopes that occur.
+    const auto at = [&](double slope) {
+      return reference::irradiance(out.environment, reference::world_from_plane(reference::normalised({-slope, 0, 1})));
+    };
+    const reference::Rgb up = at(scene.curl), down = at(-scene.curl);
+    for (std::size_t c = 0; c < 3; ++c) scene.irradiance_by_slope[c] = (up[c] - down[c]) / (2 * scene.curl);
+  }
+  scene.background = {0.1, 0.1, 0.1};
+  return out;
+}
+
 Result<std::unique_ptr<SpecularSequence>> SpecularSequence::make(const SpecularSequenceOptions& options) {
   std::unique_ptr<SpecularSequence> out(new SpecularSequence(options));
+  reference::Panorama environment;
   if (options.environment == "lamps") {
-    out->environment_ = reference::random_lamps(options.seed, 512, 256, 4);
+    environment = reference::random_lamps(options.seed, 512, 256, 4);
   } else if (options.environment == "gradient") {
-    out->environment_ = reference::lamps_on_gradient(512, 256, {1, 1, 1.2}, {0.3, 0.25, 0.2}, {});
+    environment = reference::lamps_on_gradient(512, 256, {1, 1, 1.2}, {0.3, 0.25, 0.2}, {});
   } else {
     Result<reference::Panorama> loaded = load_environment(options.environment);
     if (!loaded) return loaded.status();
-    out->environment_ = std::move(*loaded);
+    environment = std::move(*loaded);
   }
-  const double irradiance = luminance_of(reference::plane_irradiance(out->environment_));
+  const double irradiance = luminance_of(reference::plane_irradiance(environment));
   if (!(irradiance > 0)) return invalid_argument(options.environment + ": no light above the plane");
   const double factor = options.white / (0.8 / reference::pi * irradiance);
-  for (double& v : out->environment_.rgb) v *= factor;
-  out->table_ = std::make_unique<reference::SpecularTable>(out->environment_, reference::Gloss{options.alpha});
-  reference::GlossyScene& scene = out->scene_;
-  scene.albedo = options.albedo.n > 0 ? options.albedo
-                 : options.textured   ? reference::book_texture(options.seed, 256)
-                                      : reference::plain_texture(8, {0.5, 0.5, 0.5});
-  scene.size_m = kPlane_m;
-  scene.irradiance = reference::plane_irradiance(out->environment_);
-  scene.specular = out->table_.get();
-  scene.background = {0.1, 0.1, 0.1};
+  for (double& v : environment.rgb) v *= factor;
+  out->lights_.push_back(out->lit_by(environment));
+  if (options.light_out_at) out->lights_.push_back(out->lit_by(without_strongest_light(environment)));
   // The guide asks for all directions but those within 10 degrees of the plane (the paper's circle), which needs views
   // from lower ones. Held-out views are from where their pixels' directions are inside the circle.
   reference::TrajectoryOptions path;
-  path.highest_deg = 82, path.lowest_deg = 8;
+  path.highest_deg = options.highest_deg, path.lowest_deg = options.lowest_deg;
   out->trajectory_ = reference::guided_trajectory(options.seed, options.frames, options.turns, path);
-  path.lowest_deg = 17;
+  path.highest_deg = 82, path.lowest_deg = 17;
   out->held_out_ = reference::guided_trajectory(options.seed + 1000, kHeldOut * 25, 5, path);
   out->camera_ = std::make_unique<Camera>(pinhole_rig(options), options.format);
   return out;
@@ -166,8 +235,9 @@ reference::PinholeCamera SpecularSequence::pinhole() const {
 }
 
 Shot SpecularSequence::frame(int k) const {
-  const reference::GlossyView view =
-      reference::render_view(scene_, pinhole(), trajectory_[static_cast<std::size_t>(k)], 2);
+  reference::GlossyView view =
+      reference::render_view(scene_at(k), pinhole(), trajectory_[static_cast<std::size_t>(k)], 2);
+  if (k >= 50 && k % 100 >= 50 && k % 100 < 50 + options_.hand_frames) draw_hand(view, k % 100 - 50);
   LensRadiance radiance(1);
   radiance[0].reserve(view.rgb.size());
   for (const double v : view.rgb) radiance[0].push_back(static_cast<float>(v / kExposure_s));
@@ -185,6 +255,9 @@ UncertainPose SpecularSequence::tag_pose(int k) const {
   out.pose = pose_of(reference::perturbed(
       trajectory_[static_cast<std::size_t>(k)],
       reference::pose_noise(options_.seed, k, options_.rotation_noise_rad, options_.translation_noise_m)));
+  reference::SplitMix jumps(options_.seed, static_cast<std::uint64_t>(1'000'000 + k));
+  if (jumps.uniform() < options_.jump_share)
+    out.pose = compose(Pose{Quat::about({0, 0, 1}, 5 / 180.0 * reference::pi), {0.02, 0, 0}}, out.pose);
   // The noise w, n of the camera (p -> exp(w) p + n) turns the plane by w and moves its origin t by w × t + n.
   const double turn = std::pow(options_.rotation_noise_rad, 2), shift = std::pow(options_.translation_noise_m, 2);
   const Vec3d t = out.pose.translation;
@@ -203,7 +276,7 @@ UncertainPose SpecularSequence::tag_pose(int k) const {
 Pose SpecularSequence::held_out_pose(int k) const { return pose_of(held_out_[static_cast<std::size_t>(k) * 25 + 12]); }
 
 reference::GlossyView SpecularSequence::held_out_view(int k) const {
-  return reference::render_view(scene_, pinhole(), held_out_[static_cast<std::size_t>(k) * 25 + 12], 3);
+  return reference::render_view(scene(), pinhole(), held_out_[static_cast<std::size_t>(k) * 25 + 12], 3);
 }
 
 }  // namespace lightwell::measure

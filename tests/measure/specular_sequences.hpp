@@ -21,12 +21,22 @@ struct SpecularSequenceOptions {
   std::string name;
   /// "lamps", "gradient", or the path of a panorama of linear radiance.
   std::string environment = "lamps";
-  double alpha = 0.1;  ///< Of the plane's gloss.
+  double alpha = 0.1;  ///< Of the plane's gloss; 0: a matte plane.
+  reference::FresnelTerm fresnel = reference::FresnelTerm::kSchlick;
+  std::optional<double> right_alpha;  ///< Of the half x >= 0, where it is of another material; 0: matte.
+  double curl = 0;                    ///< GlossyScene::curl.
   bool textured = true;
   reference::PlaneTexture albedo{};  ///< Of the plane; empty: a printed cover, or grey where `textured` is false.
   std::uint64_t seed = 1;
   int frames = 600;
-  double turns = 5;  ///< Of the spiral of its views; held-out views have 5.
+  double turns = 5;                         ///< Of the spiral of its views; held-out views have 5.
+  double highest_deg = 82, lowest_deg = 8;  ///< Elevations of the camera. Held-out views are between 82 and 17.
+  /// From this frame on the strongest light is off.
+  std::optional<int> light_out_at;
+  /// Every 100 frames, from the 50th on, the picture shows a hand over the plane for this number of frames.
+  int hand_frames = 0;
+  /// In this share of the frames the tags' pose is that of wrong corners: off by 5 degrees and 2 cm.
+  double jump_share = 0;
   int width = 640, height = 480;
   double focal_px = 560;
   double rotation_noise_rad = 0.3 / 180 * 3.14159265358979, translation_noise_m = 0.001;  ///< Of the tag's poses.
@@ -64,19 +74,28 @@ class SpecularSequence {
   /// Normalised intensity: share of full scale at kExposure_s, not clipped. `coverage` is 1 on the plane.
   [[nodiscard]] reference::GlossyView held_out_view(int k) const;
 
-  /// In the plane's world axes, in the same unit as the pictures' normalised intensity.
-  [[nodiscard]] const reference::Panorama& environment() const { return environment_; }
-  [[nodiscard]] const reference::GlossyScene& scene() const { return scene_; }
+  /// At the end of the sequence. In the plane's world axes, in the same unit as the pictures' normalised intensity.
+  [[nodiscard]] const reference::Panorama& environment() const { return lights_.back().environment; }
+  /// At the end of the sequence.
+  [[nodiscard]] const reference::GlossyScene& scene() const { return lights_.back().scene; }
   [[nodiscard]] reference::PinholeCamera pinhole() const;
 
  private:
   static constexpr int kHeldOut = 24;
   explicit SpecularSequence(const SpecularSequenceOptions& options) : options_(options) {}
 
+  struct LitScene {
+    reference::Panorama environment;
+    std::unique_ptr<reference::SpecularTable> table, right_table;
+    reference::GlossyScene scene;
+  };
+  [[nodiscard]] LitScene lit_by(reference::Panorama environment) const;
+  [[nodiscard]] const reference::GlossyScene& scene_at(int k) const {
+    return options_.light_out_at && k >= *options_.light_out_at ? lights_.back().scene : lights_.front().scene;
+  }
+
   SpecularSequenceOptions options_;
-  reference::Panorama environment_;
-  std::unique_ptr<reference::SpecularTable> table_;
-  reference::GlossyScene scene_;
+  std::vector<LitScene> lights_;  ///< One, or before and after a light is off.
   std::vector<reference::Pose> trajectory_, held_out_;
   std::unique_ptr<Camera> camera_;
 };

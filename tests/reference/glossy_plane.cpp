@@ -39,6 +39,37 @@ Rgb texel(const PlaneTexture& t, int i, int j) {
   return {t.rgb[at], t.rgb[at + 1], t.rgb[at + 2]};
 }
 
+/// dz/dx of the surface.
+double slope_at(const GlossyScene& scene, double x) { return 2 * scene.curl * x / scene.size_m; }
+
+/// The point where the ray eye + t d meets the surface; d points downwards.
+V3 surface_point(const GlossyScene& scene, const V3& eye, const V3& d) {
+  double z = 0;
+  V3 at;
+  // Each step is contracted by the slope over the tangent of the ray's elevation.
+  for (int step = 0; step < (scene.curl == 0 ? 1 : 20); ++step) {
+    at = eye + ((z - eye.z) / d.z) * d;
+    z = scene.curl * at.x * at.x / scene.size_m;
+  }
+  return at;
+}
+
+/// S towards v at a point of the surface.
+Rgb specular_at(const GlossyScene& scene, double x, const V3& v) {
+  const SpecularTable* table = scene.right_half && x >= 0 ? *scene.right_half : scene.specular;
+  if (table == nullptr) return {};
+  if (scene.curl == 0) return table->radiance(v);
+  const V3 n = normalised({-slope_at(scene, x), 0, 1});
+  const V3 mirrored = 2 * dot(n, v) * n - v;
+  return table->radiance({-mirrored.x, -mirrored.y, mirrored.z});
+}
+
+Rgb irradiance_at(const GlossyScene& scene, double x) {
+  Rgb out = scene.irradiance;
+  if (scene.curl != 0) add(out, slope_at(scene, x), scene.irradiance_by_slope);
+  return out;
+}
+
 /// The rays of a camera in the plane's frame.
 class Rays {
  public:
@@ -136,8 +167,9 @@ V3 eye_of(const Pose& T_camera_plane) {
 
 Rgb radiance_towards(const GlossyScene& scene, double x, double y, const V3& v_plane) {
   const Rgb albedo = albedo_at(scene.albedo, scene.size_m, x, y);
-  Rgb value = scene.specular != nullptr ? scene.specular->radiance(v_plane) : Rgb{};
-  for (std::size_t c = 0; c < 3; ++c) value[c] += albedo[c] / pi * scene.irradiance[c];
+  const Rgb irradiance = irradiance_at(scene, x);
+  Rgb value = specular_at(scene, x, v_plane);
+  for (std::size_t c = 0; c < 3; ++c) value[c] += albedo[c] / pi * irradiance[c];
   return value;
 }
 
@@ -153,30 +185,30 @@ GlossyView render_view(const GlossyScene& scene, const PinholeCamera& camera, co
   for (std::size_t at = 0; at < count; ++at) {
     const double x = static_cast<double>(at % static_cast<std::size_t>(camera.width));
     const double y = static_cast<double>(at / static_cast<std::size_t>(camera.width));
-    Rgb albedo{};  // its sum over the samples on the plane
+    Rgb diffuse{};  // the sum of albedo times irradiance over the samples on the plane
     int on_plane = 0;
     for (int b = 0; b < samples_per_axis && eye.z > 0; ++b) {
       for (int a = 0; a < samples_per_axis; ++a) {
         const V3 d = rays.direction(x + sample_offset(a, samples_per_axis), y + sample_offset(b, samples_per_axis));
         if (!(d.z < 0)) continue;
-        const double distance = -eye.z / d.z;
-        const double px = eye.x + distance * d.x, py = eye.y + distance * d.y;
-        if (std::abs(px) > half || std::abs(py) > half) continue;
-        add(albedo, 1, albedo_at(scene.albedo, scene.size_m, px, py));
+        const V3 p = surface_point(scene, eye, d);
+        if (std::abs(p.x) > half || std::abs(p.y) > half) continue;
+        const Rgb albedo = albedo_at(scene.albedo, scene.size_m, p.x, p.y), irradiance = irradiance_at(scene, p.x);
+        for (std::size_t c = 0; c < 3; ++c) diffuse[c] += albedo[c] * irradiance[c];
         ++on_plane;
       }
     }
     const double coverage = on_plane * share;
     Rgb value{};
     for (std::size_t c = 0; c < 3; ++c) {
-      value[c] = share * albedo[c] / pi * scene.irradiance[c] + (1 - coverage) * scene.background[c];
+      value[c] = share * diffuse[c] / pi + (1 - coverage) * scene.background[c];
     }
     for (int k = 0; k < specular_samples_per_axis * specular_samples_per_axis; ++k) {
-      if (on_plane == 0 || scene.specular == nullptr) break;
+      if (on_plane == 0) break;
       const int a = k % specular_samples_per_axis, b = k / specular_samples_per_axis;
       const V3 d = rays.direction(x + sample_offset(a, specular_samples_per_axis),
                                   y + sample_offset(b, specular_samples_per_axis));
-      add(value, coverage * specular_share, scene.specular->radiance(-1.0 * normalised(d)));
+      add(value, coverage * specular_share, specular_at(scene, surface_point(scene, eye, d).x, -1.0 * normalised(d)));
     }
     view.coverage[at] = coverage;
     std::copy(value.begin(), value.end(), view.rgb.begin() + static_cast<std::ptrdiff_t>(3 * at));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "reference/panorama.hpp"
@@ -109,7 +110,14 @@ struct GlossyScene {
   double size_m = 0.2;
   Rgb irradiance{};
   const SpecularTable* specular = nullptr;  ///< null: a matte plane
-  Rgb background{};                         ///< radiance of all that is not the plane, its back included
+  Rgb background{};           ///< radiance of all that is not the plane, its back included
+  /// Where the half x >= 0 is of another material: its table, null for a matte one.
+  std::optional<const SpecularTable*> right_half{};
+  /// A page that curls: the surface is z = x^2 curl / size, so that its slope at the edges is +-curl. Its mirror
+  /// directions are those of the tilted normal; lobe and Fresnel's term are those of a flat plane that mirrors the same
+  /// direction.
+  double curl = 0;
+  Rgb irradiance_by_slope{};  ///< change of the irradiance for a slope dz/dx of 1
 };
 
 /// Linear radiance, row-major, R G B a pixel.

@@ -209,6 +209,45 @@ TEST(GlossyPlane, TextureByHand) {
   EXPECT_EQ(albedo_at(nearest, 0.4, 0.01, -0.01)[0], 0.4);
 }
 
+TEST(GlossyPlane, TheRightHalfMayBeMatte) {
+  const Panorama env = random_lamps(5, 64, 32, 3);
+  const SpecularTable table(env, {0.2});
+  GlossyScene scene{plain_texture(2, {0, 0, 0}), 0.2, plane_irradiance(env), &table};
+  scene.right_half = nullptr;
+  const V3 v = normalised({0.3, 0.2, 0.8});
+  EXPECT_EQ(radiance_towards(scene, -0.01, 0, v), table.radiance(v));
+  EXPECT_EQ(radiance_towards(scene, 0.01, 0, v), Rgb{});
+}
+
+// The sum over the panorama with the BRDF in the frame of the tilted normal.
+TEST(GlossyPlane, ACurledPageMirrorsByItsTiltedNormal) {
+  const Panorama env = random_lamps(5, 256, 128, 3);
+  const Gloss gloss{0.2};
+  const SpecularTable table(env, gloss);
+  GlossyScene scene{plain_texture(2, {0, 0, 0}), 0.2, plane_irradiance(env), &table};
+  scene.curl = std::tan(3 * pi / 180);
+  for (const double x : {-0.1, -0.03, 0.0, 0.1}) {
+    const double tilt = std::atan(2 * scene.curl * x / scene.size_m);
+    const V3 along{std::cos(tilt), 0, std::sin(tilt)}, normal{-std::sin(tilt), 0, std::cos(tilt)};
+    const auto local = [&](const V3& d) { return V3{dot(d, along), d.y, dot(d, normal)}; };
+    for (const V3& towards : {V3{0.3, 0.2, 0.8}, V3{-0.5, 0.4, 0.5}, V3{0, 0, 1}}) {
+      const V3 v = normalised(towards);
+      Rgb expected{};
+      for (int j = 0; j < env.height; ++j)
+        for (int i = 0; i < env.width; ++i) {
+          const V3 l = local(plane_from_world(pixel_direction(i, j, env.width, env.height)));
+          if (!(l.z > 0)) continue;
+          const double weight = gloss_brdf(gloss, local(v), l) * l.z * pixel_solid_angle(j, env.width, env.height);
+          for (std::size_t c = 0; c < 3; ++c) expected[c] += weight * pixel(env, i, j)[c];
+        }
+      const Rgb found = radiance_towards(scene, x, 0, v);
+      // Fresnel's and Smith's terms change by up to 5 % over three degrees; light from below the plane's horizon is not
+      // in the table.
+      for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 0.06 * expected[c]) << x << " " << v.x;
+    }
+  }
+}
+
 TEST(GlossyPlane, ViewFromAboveByHand) {
   const Panorama env = random_lamps(5, 64, 32, 3);
   const SpecularTable table(env, {0.2});
