@@ -33,7 +33,8 @@ PlaneCapture::PlaneCapture(const RigParameters& rig, const CaptureOptions& optio
       warp_(rig, options.texels),
       refiner_(options.texels, options.refiner),
       light_field_(options.texels, options.levels, options.max_bytes),
-      separation_(options.texels, options.lumisphere_levels) {}
+      separation_(options.texels, options.lumisphere_levels),
+      light_change_(options.texels) {}
 
 CapturedFrame PlaneCapture::add(estimate::RowReader& reader, int lens, const UncertainPose& tag_pose,
                                 std::uint32_t frame, double scale) {
@@ -46,6 +47,11 @@ CapturedFrame PlaneCapture::add(estimate::RowReader& reader, int lens, const Unc
     const UncertainPose prior{alignment().texture_pose(tag_pose.pose, lens_now), tag_pose.covariance};
     separation_.predict(lens_now, predicted_);
     out.pose = refiner_.refine(warp_, prior, extrapolated(frame), predicted_, image_);
+    const ViewPoint from{warp_.lens_in_plane(out.pose.probe_plane), warp_.pixel_rad(out.pose.probe_plane)};
+    if (const auto change = light_change_.add(image_, from, separation_.diffuse(), frame)) {
+      restart(*change);
+      return out;
+    }
     if (!agrees(out.pose)) return out;
     if (out.pose.aligned && out.pose.error_after < kMaxAlignedError) add_to_alignment(tag_pose, out.pose.probe_plane);
     track_[0] = track_[1];
@@ -85,6 +91,14 @@ bool PlaneCapture::agrees(const RefinedPose& pose) {
   usual_error_ += (pose.error_after - usual_error_) / memory;
   rejected_ = 0;
   return true;
+}
+
+void PlaneCapture::restart(const LightChange::Change& change) {
+  light_field_.remove_before(change.since);
+  separation_.restart(static_cast<float>(change.gain));
+  usual_error_ = 0;
+  rejected_ = 0;
+  ++restarts_;
 }
 
 Pose TextureAlignment::texture_pose(const Pose& probe_plane, Vec3d lens) const {

@@ -9,6 +9,7 @@
 
 #include <lightwell/uncertain_pose.hpp>
 
+#include "estimate/specular/light_change.hpp"
 #include "estimate/specular/plane_warp.hpp"
 #include "estimate/specular/pose_refiner.hpp"
 #include "estimate/specular/reflectance_separation.hpp"
@@ -60,6 +61,10 @@ class PlaneCapture {
   /// Sweeps of the separation over all samples.
   void solve(int sweeps) { separation_.solve(light_field_, sweeps); }
 
+  /// How often the capture began again because the light had changed. The texture's place and its diffuse part, in the
+  /// new light, are kept.
+  [[nodiscard]] int restarts() const { return restarts_; }
+
   [[nodiscard]] const SurfaceLightField& light_field() const { return light_field_; }
   [[nodiscard]] const ReflectanceSeparation& separation() const { return separation_; }
   /// Refined poses are relative to the texture, whose place is that of the first frames. This is the weighted
@@ -72,12 +77,15 @@ class PlaneCapture {
   [[nodiscard]] std::optional<Pose> extrapolated(std::uint32_t frame) const;
   /// Whether a frame of this relative error is stored. Updates usual_error_ and rejected_.
   [[nodiscard]] bool agrees(const RefinedPose& pose);
+  void restart(const LightChange::Change& change);
 
   CaptureOptions options_;
   PlaneWarp warp_;
   PoseRefiner refiner_;
   SurfaceLightField light_field_;
   ReflectanceSeparation separation_;
+  LightChange light_change_;
+  int restarts_ = 0;
   TexelImage predicted_, image_;
   std::array<std::array<double, 5>, 4> normal_{};  ///< Normal equations of the alignment, right-hand side last.
   struct Tracked {

@@ -260,6 +260,16 @@ void ReflectanceSeparation::solve(const SurfaceLightField& light_field, int swee
   for (int k = 0; k < sweeps; ++k) (void)process(light_field, kAll);
 }
 
+void ReflectanceSeparation::restart(float gain) {
+  std::fill(medians_.begin(), medians_.end(), RunningMedian{});
+  for (TexelRadiance& texel : diffuse_)
+    if (texel.seen()) texel.r *= gain, texel.g *= gain, texel.b *= gain;
+  specular_ = Lumisphere(specular_.grid.levels());
+  next_ = specular_;
+  std::fill(clipped_.begin(), clipped_.end(), ClippedNode{});
+  next_group_ = 0;
+}
+
 void ReflectanceSeparation::sharpen(int iterations, TexelImage& out) const {
   out = diffuse_;
   const auto edge = static_cast<std::size_t>(texels_.edge);

@@ -39,6 +39,9 @@ class ReflectanceSeparation {
   /// Sweeps over all tiles, each with all samples.
   void solve(const SurfaceLightField& light_field, int sweeps);
 
+  /// The light has changed: D is `gain` times that of before until there are samples, S is not known.
+  void restart(float gain);
+
   /// Expected radiance of all texels from a position of the lens (plane frame, m); unseen where a texel has no value.
   void predict(Vec3d lens, TexelImage& out) const;
 

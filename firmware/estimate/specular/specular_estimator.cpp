@@ -111,7 +111,7 @@ class SpecularEstimatorImpl final : public SpecularEstimator {
   const specular::GlossEstimate* gloss_ = nullptr;
   CapturedPlane plane_out_;  ///< Identity, time and pose are set by estimate(), all else by captured_plane().
   std::uint32_t calibration_id_, frames_ = 0;
-  int since_estimate_ = 0, sweeps_at_estimate_ = 0;
+  int since_estimate_ = 0, sweeps_at_estimate_ = 0, restarts_ = 0;
   /// Exposure (s) times gain of the first frame: the unit of the captured radiance is its full scale.
   double exposure_ = 0;
 };
@@ -143,6 +143,13 @@ Status SpecularEstimatorImpl::estimate(std::span<const Frame> bracket, Descripto
   if (!found->ambiguous && capture_.add(reader_, found->lens, found->probe_plane, frames_, exposure_).stored) {
     plane_out_.info.mid_exposure = found->mid_exposure;
     plane_out_.info.T_probe_plane = found->probe_plane.pose;
+  }
+  if (capture_.restarts() != restarts_) {
+    // What was estimated is the former light.
+    restarts_ = capture_.restarts();
+    estimator_ = {};
+    gloss_ = nullptr;
+    sweeps_at_estimate_ = capture_.separation().sweeps();
   }
   ++frames_, ++since_estimate_;
   const int sweeps = capture_.separation().sweeps();

@@ -69,27 +69,43 @@ void SurfaceLightField::grow_table() {
   for (std::uint32_t index = 0; index < page_count_; ++index) link(index);
 }
 
-void SurfaceLightField::thin() {
+template <class Keep>
+void SurfaceLightField::remove_unless(Keep&& keep) {
   std::size_t kept = 0;
   for (std::uint32_t index = 0; index < page_count_; ++index) {
     const LightFieldPage& candidate = page(index);
-    // Another bit of the pattern each time, so that it halves again.
-    const std::uint32_t pattern = (candidate.tile * 0x9E3779B1U + candidate.node * 0x85EBCA77U) >> 16U;
-    const bool keep = newest_frame_ - candidate.frame < kKeptFrames || (pattern >> (thinned_ % 16) & 1U) != 0;
-    if (keep) {
+    if (keep(candidate)) {
       if (kept != index) page(static_cast<std::uint32_t>(kept)) = candidate;
       ++kept;
     } else {
-      const auto removed = static_cast<std::uint64_t>(std::popcount(candidate.filled));
-      samples_ -= removed, removed_ += removed;
+      samples_ -= static_cast<std::uint64_t>(std::popcount(candidate.filled));
     }
   }
   for (std::size_t index = kept; index < page_count_; ++index) page(static_cast<std::uint32_t>(index)) = {};
   page_count_ = kept;
-  ++thinned_;
   std::fill(table_.begin(), table_.end(), 0U);
   std::fill(head_.begin(), head_.end(), 0U);
   for (std::uint32_t index = 0; index < page_count_; ++index) link(index);
+}
+
+void SurfaceLightField::thin() {
+  const std::uint64_t before = samples_;
+  remove_unless([&](const LightFieldPage& candidate) {
+    // Another bit of the pattern each time, so that it halves again.
+    const std::uint32_t pattern = (candidate.tile * 0x9E3779B1U + candidate.node * 0x85EBCA77U) >> 16U;
+    return newest_frame_ - candidate.frame < kKeptFrames || (pattern >> (thinned_ % 16) & 1U) != 0;
+  });
+  removed_ += before - samples_;
+  ++thinned_;
+}
+
+void SurfaceLightField::remove_before(std::uint32_t frame) {
+  std::fill(visited_.begin(), visited_.end(), std::uint8_t{0});
+  remove_unless([&](const LightFieldPage& candidate) {
+    const bool keep = candidate.frame >= frame;
+    if (keep) visited_[candidate.node] = 1;
+    return keep;
+  });
 }
 
 std::uint32_t SurfaceLightField::insert(std::uint16_t tile, std::uint16_t node) {

@@ -66,7 +66,10 @@ class SurfaceLightField {
     return newest_frame_ - frame < kFrames ? &views_[frame % kFrames] : nullptr;
   }
 
-  /// By node: 1 where a sample was stored, also if it was removed since.
+  /// Removes the pages whose last sample is of an earlier frame: the light has changed since.
+  void remove_before(std::uint32_t frame);
+
+  /// By node: 1 where a sample was stored since the last remove_before(), also if memory ended since.
   [[nodiscard]] std::span<const std::uint8_t> visited() const { return visited_; }
   [[nodiscard]] std::size_t pages() const { return page_count_; }
   [[nodiscard]] std::uint64_t samples() const { return samples_; }
@@ -109,6 +112,8 @@ class SurfaceLightField {
   void link(std::uint32_t index);
   /// Removes every other page that is older than kKeptFrames, in a pattern over tiles and directions.
   void thin();
+  template <class Keep>
+  void remove_unless(Keep&& keep);
 
   PlaneTexels texels_;
   HemisphereGrid grid_;

@@ -93,6 +93,50 @@ TEST_F(PlaneCaptureTest, AHandAndAWrongPoseAreNotStored) {
   EXPECT_TRUE(stored_[110]);
 }
 
+TEST_F(PlaneCaptureTest, WhenALightGoesOutTheCaptureBeginsAgain) {
+  measure::SpecularSequenceOptions options = short_sequence();
+  constexpr int kOut = 120;
+  options.light_out_at = kOut;
+  const auto sequence = std::move(*measure::SpecularSequence::make(options));
+  estimate::RowReader reader(sequence->rig());
+  PlaneCapture c(sequence->rig(), coarse());
+  int restarted_at = 0;
+  for (int k = 0; k < 200; ++k) {
+    const measure::Shot shot = sequence->frame(k);
+    ASSERT_TRUE(reader.bind(shot.frames).ok());
+    const std::uint64_t before = c.light_field().samples();
+    (void)c.add(reader, 0, sequence->tag_pose(k), static_cast<std::uint32_t>(k),
+                measure::SpecularSequence::kExposure_s);
+    if (c.restarts() == 0 || restarted_at > 0) continue;
+    restarted_at = k;
+    EXPECT_LT(c.light_field().samples(), before / 4);
+  }
+  EXPECT_EQ(c.restarts(), 1);
+  EXPECT_GE(restarted_at, kOut + LightChange::kFrames - 1);
+  EXPECT_LT(restarted_at, kOut + 2 * LightChange::kFrames);
+  // Diffuse radiance in the new light: albedo / pi times its irradiance, of the texels that the camera sees well.
+  c.solve(3);
+  const reference::GlossyScene& scene = sequence->scene();
+  double found = 0, truth = 0;
+  for (std::size_t k = 0; k < coarse().texels.count(); ++k) {
+    const TexelRadiance& d = c.separation().diffuse()[k];
+    if (!d.seen()) continue;
+    const Vec3d at = coarse().texels.center(k);
+    found += static_cast<double>(d.g);
+    truth += reference::albedo_at(scene.albedo, scene.size_m, at.x, at.y)[1] * scene.irradiance[1] / reference::pi;
+  }
+  // The common part of S, up to a tenth of the diffuse part, is in D.
+  EXPECT_NEAR(found / truth, 1, 0.15);
+}
+
+TEST_F(PlaneCaptureTest, AHandAndGrazingViewsAreNoChangeOfTheLight) {
+  const auto c = capture(coarse(), 300, [](int k, measure::Shot& shot, UncertainPose&) {
+    if (k % 50 < 20)  // Over half of the picture.
+      std::fill_n(shot.pixels[0].begin(), shot.pixels[0].size() / 2, std::byte{40});
+  });
+  EXPECT_EQ(c->restarts(), 0);
+}
+
 TEST_F(PlaneCaptureTest, DarknessIsNoError) {
   const auto c = capture(coarse(), 60, [](int, measure::Shot& shot, UncertainPose&) {
     std::fill(shot.pixels[0].begin(), shot.pixels[0].end(), std::byte{0});

@@ -1,0 +1,50 @@
+// Notices that the light on a plane has changed, from the contrast of its texture.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "estimate/specular/plane_texels.hpp"
+#include "estimate/specular/surface_light_field.hpp"
+
+namespace lightwell::specular {
+
+/// A mirror image is smooth, so differences between neighbouring cells of the texture (16 x 16 of them) are those of
+/// the diffuse part: their ratio to the known ones is the irradiance now, relative to that of the capture. It needs no
+/// knowledge of the mirror image, which directions that were never seen lack. A hand or a wrong pose changes the
+/// pattern, too: then the differences do not correlate.
+class LightChange {
+ public:
+  explicit LightChange(const PlaneTexels& texels);
+
+  struct Change {
+    std::uint32_t since = 0;  ///< The first frame of the new light.
+    double gain = 1;          ///< Irradiance relative to before.
+  };
+  /// A frame at its refined pose, and the diffuse part as captured. A change, after it was seen in kFrames frames of
+  /// those whose pattern is the texture's. nullopt also where there is too little texture, too little of it seen, or
+  /// where the view is so grazing that a pixel is longer than half a cell.
+  std::optional<Change> add(const TexelImage& image, const ViewPoint& from, const TexelImage& diffuse,
+                            std::uint32_t frame);
+
+  /// Smallest change of the irradiance that is noticed, as the absolute value of its logarithm: 18 % less, 22 % more.
+  /// Grazing views, whose pixels are longer than texels, lose up to 14 % of the contrast.
+  static constexpr double kLeast = 0.2;
+  static constexpr int kFrames = 8;
+
+ private:
+  struct Contrast {
+    double gain = 1, correlation = 0;
+  };
+  /// nullopt where there is too little of it.
+  [[nodiscard]] std::optional<Contrast> contrast_of(const TexelImage& image, const TexelImage& diffuse);
+
+  PlaneTexels texels_;
+  int cells_;                                 ///< Along a side.
+  std::vector<float> of_image_, of_diffuse_;  ///< Mean luminance by cell; negative: not known.
+  std::optional<std::uint32_t> since_;
+  std::vector<double> gains_;  ///< Of the frames since then.
+};
+
+}  // namespace lightwell::specular
