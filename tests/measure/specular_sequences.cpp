@@ -235,8 +235,7 @@ reference::PinholeCamera SpecularSequence::pinhole() const {
 }
 
 Shot SpecularSequence::frame(int k) const {
-  reference::GlossyView view =
-      reference::render_view(scene_at(k), pinhole(), trajectory_[static_cast<std::size_t>(k)], 2);
+  reference::GlossyView view = reference::render_view(scene(k), pinhole(), trajectory_[static_cast<std::size_t>(k)], 2);
   if (k >= 50 && k % 100 >= 50 && k % 100 < 50 + options_.hand_frames) draw_hand(view, k % 100 - 50);
   LensRadiance radiance(1);
   radiance[0].reserve(view.rgb.size());

@@ -74,9 +74,11 @@ class SpecularSequence {
   /// Normalised intensity: share of full scale at kExposure_s, not clipped. `coverage` is 1 on the plane.
   [[nodiscard]] reference::GlossyView held_out_view(int k) const;
 
-  /// At the end of the sequence. In the plane's world axes, in the same unit as the pictures' normalised intensity.
+  /// In frame k. In the plane's world axes, in the same unit as the pictures' normalised intensity.
+  [[nodiscard]] const reference::Panorama& environment(int k) const { return lit(k).environment; }
+  [[nodiscard]] const reference::GlossyScene& scene(int k) const { return lit(k).scene; }
+  /// Those of the last frame.
   [[nodiscard]] const reference::Panorama& environment() const { return lights_.back().environment; }
-  /// At the end of the sequence.
   [[nodiscard]] const reference::GlossyScene& scene() const { return lights_.back().scene; }
   [[nodiscard]] reference::PinholeCamera pinhole() const;
 
@@ -90,8 +92,8 @@ class SpecularSequence {
     reference::GlossyScene scene;
   };
   [[nodiscard]] LitScene lit_by(reference::Panorama environment) const;
-  [[nodiscard]] const reference::GlossyScene& scene_at(int k) const {
-    return options_.light_out_at && k >= *options_.light_out_at ? lights_.back().scene : lights_.front().scene;
+  [[nodiscard]] const LitScene& lit(int k) const {
+    return options_.light_out_at && k >= *options_.light_out_at ? lights_.back() : lights_.front();
   }
 
   SpecularSequenceOptions options_;
