@@ -2,14 +2,14 @@
 renderer. Scenes, seeds and lengths are in tests/measure/specular_sequences.cpp.
 
 Capture, separation, re-rendering and the light found are measured, and aarch64 instructions of a frame are counted.
-Guidance, extremes and the board are not. Shadows: topic shadows.
+Guidance and the board are not. Shadows: topic shadows.
 """
 
 from figure_topics import aarch64
 from figure_topics.marker import items_of
-from figure_topics.rows import at_least, at_most, known_short, reported, row
+from figure_topics.rows import at_least, at_most, equals, known_short, reported, row
 
-TARGETS = ["measure_specular", "measure_specular_light"]
+TARGETS = ["measure_specular", "measure_specular_extremes", "measure_specular_light"]
 REAL = ("rendered by tests/reference (compared with Mitsuba), 640x480 8-bit sRGB frames with noise, "
         "poses off by 0.3 deg and 1 mm")
 RMSE = 0.029
@@ -76,6 +76,22 @@ def light(lines):
     return rows or [row("light", "measured", "not measured", "", False, REAL)]
 
 
+def extremes(lines):
+    """Rows of the lines of measure_specular_extremes: an answer that is neither unseen nor unsure, and has a finite
+    bound, must be within its bound, and its strongest light must be one of the scene's."""
+    rows = []
+    for line in lines:
+        what = f"extremes, {line['extreme']}"
+        real = (f"{REAL}; {line['answers']} answers, {line['bounded']} with a bound, {line['sure']} sure; at the end "
+                f"{', '.join(line['flags']) or 'no flag'}")
+        rows += [equals(f"{what}: answers that are not finite", 0, line["not_finite"], "answers", real),
+                 equals(f"{what}: sure, beyond the bound", 0, line["confidently_wrong"], "answers", real),
+                 equals(f"{what}: sure, with a strongest light that the scene does not have", 0, line["false_lights"],
+                        "answers", real),
+                 reported(f"{what}: error of the irradiance in the last answer", 100 * line["last_error"], "%", real)]
+    return rows or [row("extremes", "measured", "not measured", "", False, REAL)]
+
+
 def speed(line):
     real = f"one capture with refined poses, 640x480, one thread; memcpy {line.get('memcpy_gb_s', 0):.1f} GB/s"
     return [at_most("capture of a frame, median", 10, line.get("ms"), "ms", real),
@@ -122,4 +138,5 @@ def measure(programs, say):
     rows += trade(items_of([programs / "measure_specular", "--trade", "--fill", "--sequence", TRADE_SEQUENCE], say))
     rows += light(items_of([programs / "measure_specular_light"], say))
     rows += light(items_of([programs / "measure_specular_light", "--white-given"], say))
+    rows += extremes(items_of([programs / "measure_specular_extremes"], say))
     return rows + views(items_of([programs / "measure_specular"], say)) + instructions(say)
