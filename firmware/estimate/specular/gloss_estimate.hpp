@@ -1,15 +1,16 @@
 // From what was captured of a plane to the light around it: roughness, common radiance, environment.
 #pragma once
 
-#include <memory>
+#include <cstddef>
 #include <numbers>
 #include <optional>
 
 #include <lightwell/color.hpp>
 
 #include "estimate/specular/gloss_deconvolution.hpp"
-#include "estimate/specular/gloss_operator.hpp"
+#include "estimate/specular/gloss_solver.hpp"
 #include "estimate/specular/reflected_radiance.hpp"
+#include "estimate/specular/roughness_search.hpp"
 
 namespace lightwell::specular {
 
@@ -43,28 +44,41 @@ struct GlossEstimate {
 /// An environment that is uniform above the plane, from the brightest texels. nullopt where fewer than 100 were seen.
 [[nodiscard]] std::optional<GlossEstimate> uniform_estimate(const TexelImage& diffuse, const WhiteAlbedo& white);
 
-/// Keeps its memory. Not thread-safe.
+/// Estimates in steps, so that the time of an estimate can be divided among frames. The inputs are copied: what is
+/// captured meanwhile belongs to the next estimate. Not thread-safe.
 class GlossEstimator {
  public:
-  /// Null where fewer than 100 texels or no direction was seen; otherwise valid until the next call. The roughness is
-  /// searched for where the seen share has grown by a tenth since the last search; that takes about ten times as long
-  /// as the rest.
+  /// Begins an estimate; an unfinished one is lost. Ends it at once where the plane is matte, or where fewer than 100
+  /// texels or no direction was seen. Takes the time of about two million operations.
+  void begin(const Lumisphere& lumisphere, const TexelImage& diffuse, const WhiteAlbedo& white);
+  [[nodiscard]] bool running() const { return running_; }
+  /// Continues the estimate until `operations` (WorkBudget) are spent, and at least by one part: an iteration of the
+  /// deconvolution, at most kMaxPart operations, or a row of the operator, which may exceed `operations`. Returns how
+  /// many were spent. The result does not depend on the size of the steps.
+  std::size_t step(std::size_t operations);
+  /// The last finished estimate, valid until the next one ends; null before the first, and where too little was seen.
+  [[nodiscard]] const GlossEstimate* last() const { return estimate_ ? &*estimate_ : nullptr; }
+
+  /// The same in one step. The roughness is searched for where the seen share has grown by a tenth since the last
+  /// search.
   [[nodiscard]] const GlossEstimate* estimate(const Lumisphere& lumisphere, const TexelImage& diffuse,
                                               const WhiteAlbedo& white);
 
- private:
-  /// Sets the operator, the reflected radiance and the deconvolution.
-  void use_roughness(const Lumisphere& lumisphere, double alpha);
-  /// Deconvolves with the common radiance that fits best.
-  void solve(const DiffuseRange& diffuse, const WhiteAlbedo& white, int rounds);
-  void search_roughness(const Lumisphere& lumisphere, const DiffuseRange& diffuse, const WhiteAlbedo& white);
+  /// Operations of an iteration at any roughness.
+  static constexpr std::size_t kMaxPart = 2'700'000;
 
-  std::unique_ptr<GlossOperator> gloss_;
-  ReflectedRadiance reflected_;
-  std::unique_ptr<GlossDeconvolution> deconvolution_;
-  CommonRadiance common_;
-  GlossEstimate estimate_;
-  double seen_at_search_ = 0;
+ private:
+  void continue_search();
+  /// From the solution to the estimate.
+  void finish();
+
+  GlossInput input_;
+  GlossSolver solver_;
+  std::optional<RoughnessSearch> search_;  ///< Empty: the solver has the last roughness.
+  double alpha_ = GlossEstimate().alpha, seen_at_search_ = 0;
+  GlossEstimate next_;
+  std::optional<GlossEstimate> estimate_;
+  bool running_ = false;
 };
 
 }  // namespace lightwell::specular

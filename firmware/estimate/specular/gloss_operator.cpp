@@ -8,6 +8,8 @@ namespace lightwell::specular {
 namespace {
 
 constexpr int kCoarseLevels = 12;
+/// Time of an evaluation of the BRDF, in operations of WorkBudget.
+constexpr std::size_t kEvaluation = 10;
 /// Half angle around the mirror direction with a coefficient for each cell: at least the coarse spacing, and eight half
 /// widths of the lobe.
 double near_angle(double alpha) {
@@ -27,17 +29,25 @@ int azimuth_samples(double arc_rad, double half_width, double sine) {
   return std::clamp(static_cast<int>(std::ceil(arc_rad / (half_width * sine))), 1, 16);
 }
 
-/// Mean of times_cosine() over the azimuths of a cell around `l`.
-float mean_over_cell(const SpecularBrdf& brdf, Vec3f v, Vec3f l, double width_rad, int samples) {
-  if (samples == 1) return brdf.times_cosine(v, l);
-  float sum = 0;
-  for (int k = 0; k < samples; ++k) {
-    const auto turn = static_cast<float>(((k + 0.5) / samples - 0.5) * width_rad);
-    const float c = std::cos(turn), s = std::sin(turn);
-    sum += brdf.times_cosine(v, {c * l.x - s * l.y, s * l.x + c * l.y, l.z});
+/// Samples over the arc of azimuth of a level's cells.
+struct AzimuthSamples {
+  AzimuthSamples(double arc_rad, int samples) : count(static_cast<std::size_t>(samples)) {
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto turn = static_cast<float>(((static_cast<double>(k) + 0.5) / samples - 0.5) * arc_rad);
+      cosine[k] = std::cos(turn), sine[k] = std::sin(turn);
+    }
   }
-  return sum / static_cast<float>(samples);
-}
+  /// Mean of times_cosine() over a cell around `l`.
+  [[nodiscard]] float mean(const SpecularBrdf& brdf, Vec3f v, Vec3f l) const {
+    float sum = 0;
+    for (std::size_t k = 0; k < count; ++k)
+      sum += brdf.times_cosine(v, {cosine[k] * l.x - sine[k] * l.y, sine[k] * l.x + cosine[k] * l.y, l.z});
+    return sum / static_cast<float>(count);
+  }
+
+  std::size_t count;
+  std::array<float, 16> cosine, sine;
+};
 
 }  // namespace
 
@@ -46,21 +56,27 @@ int GlossOperator::levels_for(double alpha) {
   return std::clamp(static_cast<int>(std::lround(std::numbers::pi / std::max(half_width, 1e-3))), 30, 60);
 }
 
-GlossOperator::GlossOperator(const SpecularBrdf& brdf, int levels)
+GlossOperator::GlossOperator(const SpecularBrdf& brdf, int levels) : GlossOperator(brdf, levels, Unbuilt{}) {
+  WorkBudget unlimited(WorkBudget::kUnlimited);
+  build(unlimited);
+}
+
+GlossOperator::GlossOperator(const SpecularBrdf& brdf, int levels, Unbuilt)
     : brdf_(brdf),
       grid_(levels),
       coarse_(kCoarseLevels),
+      direction_(grid_.size()),
+      coarse_direction_(coarse_.size()),
       solid_angle_(grid_.size()),
       albedo_(grid_.size()),
       turned_(4 * grid_.size()),
       parent_(grid_.size()),
       fine_turns_(grid_.size()),
       coarse_turns_(coarse_.size()) {
-  std::vector<Vec3f> direction(grid_.size()), coarse_direction(coarse_.size());
   for (std::size_t node = 0; node < grid_.size(); ++node) {
-    direction[node] = cell_direction(grid_, node);
+    direction_[node] = cell_direction(grid_, node);
     solid_angle_[node] = static_cast<float>(grid_.solid_angle(node));
-    parent_[node] = coarse_.nearest(direction[node]);
+    parent_[node] = coarse_.nearest(direction_[node]);
     const int level = grid_.level_of(node);
     const std::size_t first = HemisphereGrid::first_of(level), along = node - first;
     const auto quarter = static_cast<std::size_t>(level), all = static_cast<std::size_t>(grid_.nodes_of(level));
@@ -68,24 +84,49 @@ GlossOperator::GlossOperator(const SpecularBrdf& brdf, int levels)
       turned_[4 * node + turn] = static_cast<std::uint32_t>(first + (along + turn * quarter) % all);
     if (level == 0 || along < quarter) quarter_.push_back(static_cast<std::uint32_t>(node));
   }
-  for (std::size_t k = 0; k < coarse_.size(); ++k) coarse_direction[k] = cell_direction(coarse_, k);
-  const auto near_cosine = static_cast<float>(std::cos(near_angle(static_cast<double>(brdf.alpha))));
-  const double half_width = SpecularBrdf::half_width_rad(static_cast<double>(brdf.alpha));
-  far_.reserve(quarter_.size() * coarse_.size());
-  for (const std::uint32_t v : quarter_) {
-    const std::size_t row = far_.size();
-    for (const Vec3f& l : coarse_direction) far_.push_back(brdf.times_cosine(direction[v], l));
-    const Vec3f mirror{-direction[v].x, -direction[v].y, direction[v].z};
-    for (std::size_t l = 0; l < grid_.size(); ++l) {
-      if (dot(direction[l], mirror) < near_cosine) continue;
-      const double width = 2 * std::numbers::pi / HemisphereGrid::nodes_of(grid_.level_of(l));
-      const auto ring = static_cast<double>(std::hypot(direction[l].x, direction[l].y));
-      const int samples = azimuth_samples(width * ring, half_width, static_cast<double>(direction[v].z));
-      near_.push_back({static_cast<std::uint32_t>(l),
-                       mean_over_cell(brdf, direction[v], direction[l], width, samples) - far_[row + parent_[l]]});
-    }
-    near_end_.push_back(near_.size());
+  for (std::size_t k = 0; k < coarse_.size(); ++k) coarse_direction_[k] = cell_direction(coarse_, k);
+  const double near_share = 1 - std::cos(near_angle(static_cast<double>(brdf.alpha)));
+  near_.reserve(static_cast<std::size_t>(near_share * static_cast<double>(quarter_.size() * grid_.size())));
+  far_.reserve((quarter_.size() + kRows) * coarse_.size());
+}
+
+bool GlossOperator::build(WorkBudget& budget) {
+  while (runs_end_.size() < quarter_.size()) {
+    if (!budget.has(1)) return false;
+    budget.spend(kEvaluation * add_row(quarter_[runs_end_.size()]));
+    if (runs_end_.size() == quarter_.size()) finish();
   }
+  return true;
+}
+
+std::size_t GlossOperator::add_row(std::uint32_t v) {
+  const double alpha = static_cast<double>(brdf_.alpha), half_width = SpecularBrdf::half_width_rad(alpha);
+  const auto near_cosine = static_cast<float>(std::cos(near_angle(alpha)));
+  const std::size_t row = far_.size(), first_run = runs_.size();
+  std::size_t evaluations = coarse_.size();
+  for (const Vec3f& l : coarse_direction_) far_.push_back(brdf_.times_cosine(direction_[v], l));
+  const Vec3f mirror{-direction_[v].x, -direction_[v].y, direction_[v].z};
+  for (int level = 0; level <= grid_.levels(); ++level) {
+    const std::size_t first = HemisphereGrid::first_of(level), end = HemisphereGrid::first_of(level + 1);
+    const double width = 2 * std::numbers::pi / HemisphereGrid::nodes_of(level);
+    const auto ring = static_cast<double>(std::hypot(direction_[first].x, direction_[first].y));
+    const AzimuthSamples samples(width,
+                                 azimuth_samples(width * ring, half_width, static_cast<double>(direction_[v].z)));
+    for (std::size_t l = first; l < end; ++l) {
+      if (dot(direction_[l], mirror) < near_cosine) continue;
+      if (runs_.size() == first_run || runs_.back().cell + runs_.back().cells != l)
+        runs_.push_back({static_cast<std::uint32_t>(l), 0});
+      ++runs_.back().cells;
+      near_.push_back(samples.mean(brdf_, direction_[v], direction_[l]) - far_[row + parent_[l]]);
+      evaluations += samples.count;
+    }
+  }
+  runs_end_.push_back(runs_.size());
+  return evaluations;
+}
+
+void GlossOperator::finish() {
+  far_.resize((quarter_.size() + kRows - 1) / kRows * kRows * coarse_.size());
   std::vector<Radiance> ones(grid_.size(), Radiance{1, 1, 1}), reflected(grid_.size());
   reflect(ones, reflected);
   for (std::size_t v = 0; v < grid_.size(); ++v) albedo_[v] = reflected[v].r;
@@ -102,37 +143,51 @@ void GlossOperator::reflect(std::span<const Radiance> radiance, std::span<Radian
       fine.v[4 + turn] = value.g * solid_angle_[l];
       fine.v[8 + turn] = value.b * solid_angle_[l];
     }
-    for (std::size_t k = 0; k < 16; ++k) coarse.v[k] += fine.v[k];
+    for (std::size_t k = 0; k < kValues; ++k) coarse.v[k] += fine.v[k];
   }
-  std::size_t at = 0;
-  const float* far = far_.data();
-  for (std::size_t row = 0; row < quarter_.size(); ++row, far += coarse_.size()) {
-    Turns sum;
+  const float *far = far_.data(), *near = near_.data();
+  std::size_t run = 0;
+  for (std::size_t first = 0; first < quarter_.size(); first += kRows, far += kRows * coarse_.size()) {
+    std::array<Turns, kRows> sums;
     for (std::size_t k = 0; k < coarse_.size(); ++k)
-      for (std::size_t n = 0; n < 16; ++n) sum.v[n] += far[k] * coarse_turns_[k].v[n];
-    for (; at < near_end_[row]; ++at)
-      for (std::size_t n = 0; n < 16; ++n) sum.v[n] += near_[at].coefficient * fine_turns_[near_[at].cell].v[n];
-    for (std::size_t turn = 0; turn < 4; ++turn)
-      out[turned(quarter_[row], turn)] = {sum.v[turn], sum.v[4 + turn], sum.v[8 + turn]};
+      for (std::size_t r = 0; r < kRows; ++r)
+        for (std::size_t n = 0; n < kValues; ++n) sums[r].v[n] += far[r * coarse_.size() + k] * coarse_turns_[k].v[n];
+    for (std::size_t r = 0; r < std::min(kRows, quarter_.size() - first); ++r) {
+      Turns sum = sums[r];
+      for (; run < runs_end_[first + r]; ++run)
+        for (const Turns *cell = &fine_turns_[runs_[run].cell], *end = cell + runs_[run].cells; cell != end;
+             ++cell, ++near)
+          for (std::size_t n = 0; n < kValues; ++n) sum.v[n] += *near * cell->v[n];
+      for (std::size_t turn = 0; turn < 4; ++turn)
+        out[turned(quarter_[first + r], turn)] = {sum.v[turn], sum.v[4 + turn], sum.v[8 + turn]};
+    }
   }
 }
 
 void GlossOperator::transpose(std::span<const Radiance> weight, std::span<Radiance> out) {
   std::fill(fine_turns_.begin(), fine_turns_.end(), Turns{});
   std::fill(coarse_turns_.begin(), coarse_turns_.end(), Turns{});
-  std::size_t at = 0;
-  const float* far = far_.data();
-  for (std::size_t row = 0; row < quarter_.size(); ++row, far += coarse_.size()) {
-    Turns of;
-    // The four turns of the pole are the same direction.
-    for (std::size_t turn = 0; turn < (quarter_[row] == 0 ? 1U : 4U); ++turn) {
-      const Radiance& value = weight[turned(quarter_[row], turn)];
-      of.v[turn] = value.r, of.v[4 + turn] = value.g, of.v[8 + turn] = value.b;
+  const float *far = far_.data(), *near = near_.data();
+  std::size_t run = 0;
+  for (std::size_t first = 0; first < quarter_.size(); first += kRows, far += kRows * coarse_.size()) {
+    std::array<Turns, kRows> of;
+    const std::size_t rows = std::min(kRows, quarter_.size() - first);
+    for (std::size_t r = 0; r < rows; ++r)
+      // The four turns of the pole are the same direction.
+      for (std::size_t turn = 0; turn < (quarter_[first + r] == 0 ? 1U : 4U); ++turn) {
+        const Radiance& value = weight[turned(quarter_[first + r], turn)];
+        of[r].v[turn] = value.r, of[r].v[4 + turn] = value.g, of[r].v[8 + turn] = value.b;
+      }
+    for (std::size_t k = 0; k < coarse_.size(); ++k) {
+      Turns sum = coarse_turns_[k];
+      for (std::size_t r = 0; r < kRows; ++r)
+        for (std::size_t n = 0; n < kValues; ++n) sum.v[n] += far[r * coarse_.size() + k] * of[r].v[n];
+      coarse_turns_[k] = sum;
     }
-    for (std::size_t k = 0; k < coarse_.size(); ++k)
-      for (std::size_t n = 0; n < 16; ++n) coarse_turns_[k].v[n] += far[k] * of.v[n];
-    for (; at < near_end_[row]; ++at)
-      for (std::size_t n = 0; n < 16; ++n) fine_turns_[near_[at].cell].v[n] += near_[at].coefficient * of.v[n];
+    for (std::size_t r = 0; r < rows; ++r)
+      for (; run < runs_end_[first + r]; ++run)
+        for (Turns *cell = &fine_turns_[runs_[run].cell], *end = cell + runs_[run].cells; cell != end; ++cell, ++near)
+          for (std::size_t n = 0; n < kValues; ++n) cell->v[n] += *near * of[r].v[n];
   }
   std::fill(out.begin(), out.end(), Radiance{});
   for (std::size_t l = 0; l < grid_.size(); ++l) {

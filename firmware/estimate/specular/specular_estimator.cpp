@@ -64,11 +64,13 @@ class SpecularEstimatorImpl final : public SpecularEstimator {
   RadianceScale scale() const override { return panorama_->scale(); }
   const CapturedPlane* captured_plane() override;
   const specular::PlaneCapture& capture() const override { return capture_; }
-  const specular::GlossEstimate* gloss() const override { return gloss_; }
+  const specular::GlossEstimate* gloss() const override { return estimator_->last(); }
+  bool estimating() const override { return estimator_->running(); }
   void finish() override {
     capture_.solve(kFinalSweeps);
-    estimator_ = {};
-    estimate_gloss();
+    estimator_.emplace();
+    begin_light();
+    estimator_->step(specular::WorkBudget::kUnlimited);
   }
 
   /// The options of the estimator that describes the environment: it has no noise that needs smoothing.
@@ -95,7 +97,9 @@ class SpecularEstimatorImpl final : public SpecularEstimator {
   };
   /// In the first frame of the bracket that shows it.
   [[nodiscard]] Result<FoundPlane> find_plane(std::span<const Frame> bracket);
-  void estimate_gloss();
+  void begin_light();
+  /// A step of the environment's estimate, or the start of another one.
+  void continue_light();
   void adjust(const FoundPlane& found, const specular::GlossEstimate& gloss, Descriptor& out) const;
 
   RigParameters rig_;
@@ -105,13 +109,12 @@ class SpecularEstimatorImpl final : public SpecularEstimator {
   SpecularOptions options_;
   estimate::RowReader reader_;
   specular::PlaneCapture capture_;
-  specular::GlossEstimator estimator_;
+  std::optional<specular::GlossEstimator> estimator_{std::in_place};  ///< Always has a value.
   specular::EnvironmentPicture picture_;
   specular::WhiteAlbedo white_;
-  const specular::GlossEstimate* gloss_ = nullptr;
   CapturedPlane plane_out_;  ///< Identity, time and pose are set by estimate(), all else by captured_plane().
   std::uint32_t calibration_id_, frames_ = 0;
-  int since_estimate_ = 0, sweeps_at_estimate_ = 0, restarts_ = 0;
+  int since_begin_ = 0, sweeps_at_begin_ = 0, restarts_ = 0;
   /// Exposure (s) times gain of the first frame: the unit of the captured radiance is its full scale.
   double exposure_ = 0;
 };
@@ -128,10 +131,21 @@ Result<SpecularEstimatorImpl::FoundPlane> SpecularEstimatorImpl::find_plane(std:
                                            "or they contradict each other");
 }
 
-void SpecularEstimatorImpl::estimate_gloss() {
-  gloss_ = estimator_.estimate(capture_.separation().specular(), capture_.separation().diffuse(), white_);
-  since_estimate_ = 0;
-  sweeps_at_estimate_ = capture_.separation().sweeps();
+void SpecularEstimatorImpl::begin_light() {
+  const specular::ReflectanceSeparation& separation = capture_.separation();
+  estimator_->begin(separation.specular(), separation.diffuse(), white_);
+  since_begin_ = 0;
+  sweeps_at_begin_ = separation.sweeps();
+}
+
+void SpecularEstimatorImpl::continue_light() {
+  ++since_begin_;
+  if (estimator_->running()) {
+    estimator_->step(options_.light_operations);
+    return;
+  }
+  const bool is_new = capture_.separation().sweeps() != sweeps_at_begin_;
+  if (is_new && (gloss() == nullptr || since_begin_ >= options_.frames_between_estimates)) begin_light();
 }
 
 Status SpecularEstimatorImpl::estimate(std::span<const Frame> bracket, Descriptor& out) {
@@ -147,22 +161,19 @@ Status SpecularEstimatorImpl::estimate(std::span<const Frame> bracket, Descripto
   if (capture_.restarts() != restarts_) {
     // What was estimated is the former light.
     restarts_ = capture_.restarts();
-    estimator_ = {};
-    gloss_ = nullptr;
-    sweeps_at_estimate_ = capture_.separation().sweeps();
+    estimator_.emplace();
+    sweeps_at_begin_ = capture_.separation().sweeps();
   }
-  ++frames_, ++since_estimate_;
-  const int sweeps = capture_.separation().sweeps();
-  if (sweeps > 0 && sweeps != sweeps_at_estimate_ &&
-      (gloss_ == nullptr || since_estimate_ >= options_.frames_between_estimates))
-    estimate_gloss();
+  ++frames_;
+  continue_light();
+  const specular::GlossEstimate* estimated = gloss();
   std::optional<specular::GlossEstimate> uniform;
-  if (gloss_ == nullptr) uniform = specular::uniform_estimate(capture_.separation().diffuse(), white_);
-  if (gloss_ == nullptr && !uniform)
+  if (estimated == nullptr) uniform = specular::uniform_estimate(capture_.separation().diffuse(), white_);
+  if (estimated == nullptr && !uniform)
     return Status(StatusCode::not_found, "the plane '" + plane_.name +
                                              "' has not been seen yet: its tags are in the "
                                              "picture, its surface is not, or it is saturated or covered");
-  const specular::GlossEstimate& gloss = gloss_ != nullptr ? *gloss_ : *uniform;
+  const specular::GlossEstimate& gloss = estimated != nullptr ? *estimated : *uniform;
   picture_.render(gloss, found->probe_plane.pose);
   FrameInfo info = bracket.front().info;
   info.exposure_s = exposure_, info.gain = 1, info.row_readout = {};
@@ -177,7 +188,7 @@ Status SpecularEstimatorImpl::estimate(std::span<const Frame> bracket, Descripto
 const CapturedPlane* SpecularEstimatorImpl::captured_plane() {
   if (!plane_out_.info.T_probe_plane) return nullptr;
   plane_out_.info.units = scale().units;
-  specular::fill_captured_plane(capture_, gloss_, static_cast<float>(scale().factor / exposure_), plane_out_);
+  specular::fill_captured_plane(capture_, gloss(), static_cast<float>(scale().factor / exposure_), plane_out_);
   return &plane_out_;
 }
 
@@ -228,6 +239,7 @@ Result<std::unique_ptr<SpecularEstimator>> make_specular_estimator(const RigPara
   if (const int edge = options.capture.texels.edge; edge < 8 || edge > 256 || edge % specular::kTileEdge != 0)
     return invalid_argument("capture.texels.edge must be a multiple of 4, 8 to 256");
   if (options.frames_between_estimates < 1) return invalid_argument("frames_between_estimates must be at least 1");
+  if (options.light_operations < 1) return invalid_argument("light_operations must be at least 1");
   if (options.plane_capture == 0) return invalid_argument("plane_capture must not be 0");
   SpecularOptions with_size = options;
   with_size.capture.texels.size_m = plane.side_m;

@@ -3,6 +3,7 @@
 // descriptor's origin is the middle of the plane, with its axes; directions are in the probe's axes.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 
@@ -21,15 +22,19 @@ struct SpecularOptions {
   EstimatorConfig config;
   std::uint32_t probe_id = 0;
   specular::CaptureOptions capture;  ///< `texels.size_m` is that of the plane.
-  /// Frames from one estimate of the environment to the next, at least; descriptors between them have the environment
-  /// of the last one. Fewer cost time: an estimate takes some tenths of a second.
+  /// Frames from the start of one estimate of the environment to the start of the next, at least. An estimate is
+  /// computed in steps, one after each frame; it starts when the one before has ended. Descriptors have the environment
+  /// of the last one that has ended.
   int frames_between_estimates = 30;
+  /// Operations of a step (specular::WorkBudget): 10 ms on a desktop core. Fewer take less time in each frame and make
+  /// an estimate longer: it has 60 to 360 million operations, and up to 600 million when the roughness is searched for.
+  std::size_t light_operations = 5'000'000;
   std::uint32_t plane_capture = 1;  ///< PlaneInfo::capture of captured_plane(): not 0, random for each run of a probe.
 };
 
 /// estimate() returns not_found where no frame of the bracket shows the plane's tags. Until the environment is known,
 /// light is uniform above the plane, with Flag::unseen. It allocates memory where the capture grows, and
-/// for an estimate of the environment.
+/// for an estimate of the environment. The frames alone determine the answers, not the time that they take.
 /// captured_plane() is null until a frame was stored; its time and pose are those of the last stored frame, and its
 /// radiance is in the units of the descriptors.
 class SpecularEstimator : public Estimator {
@@ -37,6 +42,8 @@ class SpecularEstimator : public Estimator {
   [[nodiscard]] virtual const specular::PlaneCapture& capture() const = 0;
   /// The last estimate of the environment; null before the first.
   [[nodiscard]] virtual const specular::GlossEstimate* gloss() const = 0;
+  /// Whether another estimate of the environment has started and not ended.
+  [[nodiscard]] virtual bool estimating() const = 0;
   /// Separates and estimates with all samples, which takes seconds: for pictures that are not a stream. The next
   /// descriptor contains it.
   virtual void finish() = 0;
