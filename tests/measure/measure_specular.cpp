@@ -1,11 +1,10 @@
-// Measures the surface light field of glossy planes on rendered sequences: errors of re-rendered held-out views, time
-// and memory. One JSON object per line.
+// Measures the surface light field of glossy planes on rendered sequences: errors of re-rendered held-out views, and
+// time. One JSON object per line.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <numeric>
 #include <string>
@@ -103,15 +102,7 @@ void measure_sequence(const SpecularSequenceOptions& options) {
   measure::print_line(line);
 }
 
-/// Peak resident memory of this process, MB.
-double peak_megabytes() {
-  std::ifstream status("/proc/self/status");
-  for (std::string line; std::getline(status, line);)
-    if (line.rfind("VmHWM:", 0) == 0) return std::stod(line.substr(6)) / 1e3;
-  return 0;
-}
-
-/// Time of a frame and growth of memory, of one capture with refined poses.
+/// Time of a frame, of one capture with refined poses.
 void measure_speed(const SpecularSequenceOptions& options) {
   const std::unique_ptr<SpecularSequence> made = require(SpecularSequence::make(options));
   const SpecularSequence& sequence = *made;
@@ -130,7 +121,6 @@ void measure_speed(const SpecularSequenceOptions& options) {
     cv::warpPerspective(picture, rectified, homography, {256, 256});
     warp_ms.push_back(bench::thread_time_ms() - start);
   }
-  const double before = peak_megabytes();
   estimate::RowReader reader(sequence.rig());
   specular::PlaneCapture capture(sequence.rig(), options_of(Poses::refined));
   for (int k = 0; k < options.frames; ++k) {
@@ -151,7 +141,6 @@ void measure_speed(const SpecularSequenceOptions& options) {
   line["memcpy_gb_s"] = copy.gigabytes_per_s;
   line["samples_per_texel"] = static_cast<double>(capture.light_field().samples()) /
                               static_cast<double>(capture.light_field().texels().count());
-  line["peak_growth_mb"] = peak_megabytes() - before;
   measure::print_line(line);
 }
 
@@ -253,7 +242,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Errors of re-rendered views of glossy planes, time and memory of their capture.", "measure_specular"};
   app.add_option("--sequence", names, "Sequences to measure; several may be given [all]")
       ->check(CLI::IsMember(measure::sequence_names()));
-  app.add_flag("--speed", speed, "Measure time and memory instead of errors, with the first sequence");
+  app.add_flag("--speed", speed, "Measure the time of a frame instead of errors, with the first sequence");
   app.add_flag("--trade", trade,
                "Measure time, memory and error for fewer levels, texels and frames, with the first sequence");
   app.add_flag("--fill", fill,

@@ -16,6 +16,8 @@
 #include <lightwell/lighting.hpp>
 #include <lightwell/quantile.hpp>
 
+#include "bench/memcpy_speed.hpp"
+#include "bench/process_memory.hpp"
 #include "bench/thread_time.hpp"
 #include "estimate/specular/specular_estimator.hpp"
 #include "measure/output.hpp"
@@ -198,6 +200,71 @@ void print_balls(const std::string& name, const ref::Panorama& truth, const ref:
   }
 }
 
+/// Of an estimator with all defaults, from its making on.
+void measure_memory(const measure::SpecularSequenceOptions& options) {
+  const std::unique_ptr<SpecularSequence> sequence = require(SpecularSequence::make(options));
+  SpecularOptions estimator_options;
+  estimator_options.config.specular.environment_edge = kMapEdge;
+  measure::Shot shot = sequence->frame(0);
+  Descriptor d;
+  bench::PeakMemory memory;
+  std::unique_ptr<SpecularEstimator> estimator;
+  memory.measure([&] {
+    estimator = require(make_specular_estimator(sequence->rig(), plane_of_sequence(),
+                                                std::make_unique<SequenceFinder>(*sequence), estimator_options));
+  });
+  for (int k = 0; k < options.frames; ++k) {
+    shot = sequence->frame(k);
+    memory.measure([&] {
+      require(estimator->estimate(shot.frames, d));
+      (void)estimator->captured_plane();
+    });
+  }
+  nlohmann::ordered_json line;
+  line["sequence"] = options.name;
+  line["peak_growth_mb"] = memory.growth_mb();
+  line["light_field_mb"] = static_cast<double>(estimator->capture().light_field().bytes()) / 1e6;
+  measure::print_line(line);
+}
+
+/// Repeats the light's part of a SpecularEstimator with an estimator of its own, to measure it apart from the frame.
+class LightTimer {
+ public:
+  explicit LightTimer(const SpecularOptions& options, const specular::WhiteAlbedo& white)
+      : operations_(options.light_operations), white_(white) {}
+
+  /// After each frame.
+  void follow(const SpecularEstimator& estimator) {
+    const double start = bench::thread_time_ms();
+    if (light_.running()) {
+      light_.step(operations_);
+    } else if (estimator.estimating()) {
+      const specular::ReflectanceSeparation& separation = estimator.capture().separation();
+      light_.begin(separation.specular(), separation.diffuse(), white_, specular::RoughnessMode::track);
+      frame_ = 0;
+    } else {
+      return;
+    }
+    ms_.push_back(bench::thread_time_ms() - start);
+    ++frame_;
+    if (!light_.running()) frames_.push_back(frame_);
+    if (light_.running() != estimator.estimating() ||
+        (!light_.running() && light_.last()->misfit != estimator.gloss()->misfit))
+      require(invalid_argument("the repeated estimate of the environment differs from the estimator's"));
+  }
+  /// Of the frames with a part of an estimate.
+  [[nodiscard]] const std::vector<double>& ms() const { return ms_; }
+  /// Of each finished estimate: frames from its start to its end.
+  [[nodiscard]] const std::vector<double>& frames() const { return frames_; }
+
+ private:
+  std::size_t operations_;
+  specular::WhiteAlbedo white_;
+  specular::GlossEstimator light_;
+  std::vector<double> ms_, frames_;
+  int frame_ = 0;  ///< Of the estimate that is under way.
+};
+
 enum class White { assumed, given };
 
 void measure_sequence(const measure::SpecularSequenceOptions& options, White white) {
@@ -224,8 +291,11 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
 
   Descriptor d;
   int compared = 0, bounded = 0, held = 0, failed = 0, unsure = 0;
-  std::vector<double> ratios, frame_ms, estimate_ms, mahalanobis, errors;
-  double misfit = 0;  // Of the last estimate of the environment: another one has another misfit.
+  std::vector<double> ratios, frame_ms, mahalanobis, errors;
+  LightTimer timer(estimator_options, white == White::given
+                                          ? specular::WhiteAlbedo{kWhiteAlbedo, specular::kGivenAlbedoSigma}
+                                          : specular::WhiteAlbedo());
+  const double copy_ms = 1e3 * bench::memcpy_speed(sequence.frame(0).pixels.front().size()).seconds_per_copy;
   double last_error = 0;
   const auto compare = [&] {
     const Lighting light = Lighting::of(d);
@@ -256,10 +326,7 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
     const Status status = estimator->estimate(shot.frames, d);
     frame_ms.push_back(bench::thread_time_ms() - start);
     failed += status.ok() ? 0 : 1;
-    if (estimator->gloss() != nullptr && estimator->gloss()->misfit != misfit) {
-      misfit = estimator->gloss()->misfit;
-      estimate_ms.push_back(frame_ms.back());
-    }
+    timer.follow(*estimator);
     if (status.ok() && k % kCompareEvery == 0) compare();
   }
   nlohmann::ordered_json line;
@@ -275,8 +342,17 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
   line["error_median"] = errors.empty() ? 0 : median(errors);
   line["mahalanobis_q95"] = mahalanobis.empty() ? 0 : upper_quantile(mahalanobis, 0.95);
   line["ms"] = median(frame_ms);
-  line["estimate_ms"] = estimate_ms.empty() ? 0 : median(estimate_ms);
+  line["q95_ms"] = upper_quantile(frame_ms, 0.95);
   line["max_ms"] = *std::ranges::max_element(frame_ms);
+  line["memcpy_ms"] = copy_ms;
+  if (std::vector<double> ms = timer.ms(), frames = timer.frames(); !frames.empty()) {
+    line["light_ms"] = median(ms);
+    line["light_q95_ms"] = upper_quantile(ms, 0.95);
+    line["light_max_ms"] = *std::ranges::max_element(ms);
+    line["estimates"] = frames.size();
+    line["estimate_frames"] = median(frames);
+    line["estimate_max_frames"] = *std::ranges::max_element(frames);
+  }
   // The final answer, with all samples.
   estimator->finish();
   require(estimator->estimate(sequence.frame(options.frames - 1).frames, d));
@@ -309,18 +385,23 @@ int main(int argc, char** argv) {
   using namespace lightwell;
   std::vector<std::string> names;
   double shorter = 1;
-  bool white_given = false;
+  bool white_given = false, memory = false;
   CLI::App app{"Errors of the light that is estimated from glossy planes.", "measure_specular_light"};
   app.add_option("--sequence", names, "Sequences to measure; several may be given [all]")
       ->check(CLI::IsMember(measure::sequence_names()));
   app.add_option("--shorter", shorter, "Divide the number of frames by this [1]")->check(CLI::Range(1.0, 100.0));
   app.add_flag("--white-given", white_given, "The plane's file has the albedo of white");
+  app.add_flag("--memory", memory, "Measure the growth of the estimator's memory instead, with the first sequence");
   app.footer("A sequence takes one to three minutes. Exit status: 0 measured, 1 failed, 2 wrong usage.");
   return run_command(app, {argv + 1, argv + argc}, [&] {
     if (names.empty()) names = measure::sequence_names();
     for (const std::string& name : names) {
       measure::SpecularSequenceOptions options = require(measure::sequence_options(name));
       options.frames = static_cast<int>(options.frames / shorter);
+      if (memory) {
+        measure_memory(options);
+        break;
+      }
       measure_sequence(options, white_given ? White::given : White::assumed);
     }
     return kDone;

@@ -84,23 +84,31 @@ void GlossDeconvolution::compute_differences() {
 }
 
 void GlossDeconvolution::iterate(int iterations) {
-  std::vector<Radiance>& radiance = environment_.radiance;
   for (int k = 0; k < iterations; ++k) {
-    gloss_.reflect(extrapolated_, scratch_);
-    compute_differences();
-    for (std::size_t v = 0; v < scratch_.size(); ++v) scratch_[v] = scratch_[v] * weight_[v];
-    gloss_.transpose(scratch_, gradient_);
-    const float next = 0.5F * (1 + std::sqrt(1 + 4 * momentum_ * momentum_)), beta = (momentum_ - 1) / next;
-    for (std::size_t l = 0; l < radiance.size(); ++l) {
-      const float curvature = curvature_[l] + prior_[l];
-      if (!(curvature > 0)) continue;
-      const Radiance step = gradient_[l] + prior_[l] * (start_[l] - extrapolated_[l]);
-      radiance[l] = at_least_zero(extrapolated_[l] + step * (1 / curvature));
-      extrapolated_[l] = at_least_zero(radiance[l] + beta * (radiance[l] - previous_[l]));
-      previous_[l] = radiance[l];
-    }
-    momentum_ = next;
+    compute_residual();
+    update();
   }
+}
+
+void GlossDeconvolution::compute_residual() {
+  gloss_.reflect(extrapolated_, scratch_);
+  compute_differences();
+  for (std::size_t v = 0; v < scratch_.size(); ++v) scratch_[v] = scratch_[v] * weight_[v];
+}
+
+void GlossDeconvolution::update() {
+  std::vector<Radiance>& radiance = environment_.radiance;
+  gloss_.transpose(scratch_, gradient_);
+  const float next = 0.5F * (1 + std::sqrt(1 + 4 * momentum_ * momentum_)), beta = (momentum_ - 1) / next;
+  for (std::size_t l = 0; l < radiance.size(); ++l) {
+    const float curvature = curvature_[l] + prior_[l];
+    if (!(curvature > 0)) continue;
+    const Radiance step = gradient_[l] + prior_[l] * (start_[l] - extrapolated_[l]);
+    radiance[l] = at_least_zero(extrapolated_[l] + step * (1 / curvature));
+    extrapolated_[l] = at_least_zero(radiance[l] + beta * (radiance[l] - previous_[l]));
+    previous_[l] = radiance[l];
+  }
+  momentum_ = next;
 }
 
 double GlossDeconvolution::misfit() {

@@ -38,6 +38,9 @@ class GlossDeconvolution {
   /// Restarts with this common part.
   void start(Radiance common);
   void iterate(int iterations);
+  /// The two halves of an iteration; each multiplies once by the operator or its transpose.
+  void compute_residual();
+  void update();
   /// RMS over seen viewing directions of the difference in units of sigma.
   [[nodiscard]] double misfit();
 

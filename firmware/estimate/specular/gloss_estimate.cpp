@@ -19,16 +19,17 @@ double misfit_at(double alpha) { return std::clamp(24 * alpha, 0.7, 2.5); }
 /// Contrast of the specular part, relative to the brightest texels, that is not attributed to errors: a matte plane of
 /// 128² texels has 0.011 after 60 frames of 320x240. Even light has above 0.05, by Fresnel's rise towards 20 degrees.
 constexpr double kMinContrast = 0.015;
-/// Share of the seen directions that must have grown for another search.
-constexpr double kSearchGrowth = 0.1;
+/// Seen share from which the roughness is searched for in the stream of frames: with less the answer is off by a factor
+/// of up to five. Another search, from the last answer on, follows each growth of the share.
+constexpr double kSearchSeen = 0.25, kSearchGrowth = 0.05;
+
+/// Deconvolutions of an estimate, between which the common radiance is fitted; one less where it is known.
+constexpr int kRounds = 3;
 
 /// Of an environment without structure.
 constexpr int kUniformLevels = 8;
 /// Largest factor by which saturated lights are brighter than their lower bounds, minus 1.
 constexpr double kMaxRecovery = 30;
-/// Deconvolutions of an estimate: the common radiance is fitted between them. Fewer where an earlier estimate or the
-/// search has fitted it.
-constexpr int kRounds = 3;
 
 /// Solid angles of the directions above kGrazing_rad, sr.
 struct SeenDirections {
@@ -88,9 +89,9 @@ std::optional<GlossEstimate> uniform_estimate(const TexelImage& diffuse, const W
   return out;
 }
 
-void GlossEstimator::begin(const Lumisphere& lumisphere, const TexelImage& diffuse, const WhiteAlbedo& white) {
-  running_ = false, next_ = GlossEstimate();
-  next_.alpha = alpha_;
+void GlossEstimator::begin(const Lumisphere& lumisphere, const TexelImage& diffuse, const WhiteAlbedo& white,
+                           RoughnessMode mode) {
+  running_ = false;
   const std::optional<DiffuseRange> range = diffuse_range(diffuse);
   const ReflectedRadiance reflected = sample(lumisphere, HemisphereGrid(GlossOperator::levels_for(alpha_)));
   const SeenDirections directions = seen_directions(reflected);
@@ -98,81 +99,85 @@ void GlossEstimator::begin(const Lumisphere& lumisphere, const TexelImage& diffu
     estimate_.reset();
     return;
   }
-  next_.seen = directions.seen / directions.all;
-  next_.saturated = directions.clipped / directions.seen;
-  next_.glossy = has_contrast(reflected, *range);
-  if (!next_.glossy) {
+  seen_ = directions.seen / directions.all;
+  saturated_ = directions.clipped / directions.seen;
+  if (!has_contrast(reflected, *range)) {
     estimate_ = *uniform_estimate(diffuse, white);
-    estimate_->seen = next_.seen, estimate_->saturated = next_.saturated, estimate_->alpha = alpha_;
+    estimate_->seen = seen_, estimate_->saturated = saturated_, estimate_->alpha = alpha_;
     solver_.reset_common();
-    seen_at_search_ = 0;
+    search_.reset(), seen_at_search_ = 0;
     return;
   }
-  input_.lumisphere = lumisphere, input_.diffuse = *range, input_.white = white;
-  next_.plane = mean_of(diffuse);
-  running_ = true, search_.reset();
-  if (seen_at_search_ == 0)
+  input_ = {lumisphere, *range, white};
+  mean_diffuse_ = mean_of(diffuse);
+  mode_ = mode;
+  running_ = true;
+  if (mode == RoughnessMode::search) {
     search_ = RoughnessSearch();
-  else if (next_.seen > seen_at_search_ + kSearchGrowth)
-    search_ = RoughnessSearch(alpha_);
-  if (search_)
-    solver_.begin(input_, search_->alpha(), 2);
-  else
-    solver_.begin(input_, alpha_, kRounds);
+    alpha_ = search_->alpha();
+    solver_.begin(input_, alpha_, 2);
+    return;
+  }
+  if (!search_ && seen_at_search_ == 0 && seen_ >= kSearchSeen) search_ = RoughnessSearch();
+  if (!search_ && seen_at_search_ > 0 && seen_ > seen_at_search_ + kSearchGrowth) search_ = RoughnessSearch(alpha_);
+  if (search_) alpha_ = search_->alpha();
+  const bool has_common = estimate_ && estimate_->glossy;
+  solver_.begin(input_, alpha_, has_common ? kRounds - 1 : kRounds);
 }
 
 std::size_t GlossEstimator::step(std::size_t operations) {
   WorkBudget budget(operations);
-  while (running_ && solver_.step(budget)) {
-    if (search_)
-      continue_search();
-    else
-      finish();
-  }
+  while (running_ && solver_.step(budget)) end_solution();
   return budget.spent();
 }
 
-void GlossEstimator::continue_search() {
-  search_->add(solver_.misfit() / misfit_at(search_->alpha()));
-  if (!search_->done()) return solver_.begin(input_, search_->alpha(), 1);
-  alpha_ = search_->alpha(), seen_at_search_ = next_.seen;
-  search_.reset();
-  solver_.begin(input_, alpha_, kRounds);
+void GlossEstimator::end_solution() {
+  const bool tested = search_.has_value();
+  if (tested) search_->add(solver_.misfit() / misfit_at(alpha_));
+  const bool found = tested && search_->done();
+  if (mode_ == RoughnessMode::track || !tested) {
+    estimate_ = conclude();
+    running_ = false;
+  }
+  if (running_ || found) alpha_ = search_->alpha();
+  if (found) seen_at_search_ = seen_, search_.reset();
+  if (running_) solver_.begin(input_, alpha_, found ? kRounds : 1);
 }
 
-void GlossEstimator::finish() {
+GlossEstimate GlossEstimator::conclude() const {
   const WhiteAlbedo& white = input_.white;
-  const CommonRadiance& common = solver_.common();
-  next_.alpha = alpha_;
-  next_.misfit = solver_.misfit();
-  next_.environment = solver_.deconvolution().environment();
-  next_.common = common.value;
-  next_.plane = next_.plane - common.value;
+  const CommonRadiance common = solver_.common();
+  GlossEstimate out;
+  out.glossy = true, out.provisional = seen_at_search_ == 0;
+  out.alpha = alpha_, out.seen = seen_, out.saturated = saturated_;
+  out.misfit = solver_.misfit();
+  out.environment = solver_.deconvolution().environment();
+  out.common = common.value;
+  out.plane = mean_diffuse_ - common.value;
   const double bright = static_cast<double>((input_.diffuse.bright - common.value).luminance());
   const double expected = std::numbers::pi * bright / white.value;
-  GlossEnvironment& environment = next_.environment;
-  const EnvironmentParts parts = parts_of(environment);
-  next_.guessed = parts.radiance > 0 ? std::clamp(parts.guessed_radiance / parts.radiance, 0.0, 1.0) : 1;
+  const EnvironmentParts parts = parts_of(out.environment);
+  out.guessed = parts.radiance > 0 ? std::clamp(parts.guessed_radiance / parts.radiance, 0.0, 1.0) : 1;
   // What the diffuse texture reflects and the environment lacks is light that was saturated in the reflection.
   double missing = 0;
   if (parts.clipped_irradiance > 0 && expected > parts.irradiance) {
     missing = std::min(expected - parts.irradiance, kMaxRecovery * parts.clipped_irradiance);
     const auto scale = static_cast<float>(1 + missing / parts.clipped_irradiance);
-    for (std::size_t cell = 0; cell < environment.radiance.size(); ++cell)
-      if (environment.lower_bound[cell] != 0) environment.radiance[cell] = environment.radiance[cell] * scale;
+    for (std::size_t cell = 0; cell < out.environment.radiance.size(); ++cell)
+      if (out.environment.lower_bound[cell] != 0)
+        out.environment.radiance[cell] = out.environment.radiance[cell] * scale;
   }
   const double total = std::max(parts.irradiance + missing, 1e-30);
-  next_.recovered = missing / total;
+  out.recovered = missing / total;
   const double by_common = solver_.deconvolution().irradiance_slope() * static_cast<double>(common.sigma);
   const double by_white = missing > 0 ? expected * white.sigma / white.value : 0;
-  next_.scale_sigma = std::hypot(by_common, by_white) / total;
-  estimate_ = std::move(next_);
-  running_ = false;
+  out.scale_sigma = std::hypot(by_common, by_white) / total;
+  return out;
 }
 
 const GlossEstimate* GlossEstimator::estimate(const Lumisphere& lumisphere, const TexelImage& diffuse,
                                               const WhiteAlbedo& white) {
-  begin(lumisphere, diffuse, white);
+  begin(lumisphere, diffuse, white, RoughnessMode::search);
   step(WorkBudget::kUnlimited);
   return last();
 }

@@ -22,6 +22,8 @@ struct GlossEstimate {
   /// False: the plane reflects nothing specularly that exceeds the errors. The environment is then uniform, with the
   /// irradiance that the diffuse texture lets expect.
   bool glossy = false;
+  /// True: alpha is a guess, no search for it has ended.
+  bool provisional = false;
   double alpha = 0.1;  ///< Square of the perceptual roughness.
   GlossEnvironment environment;
   Radiance common;  ///< Part of the diffuse texture that is specular.
@@ -44,39 +46,50 @@ struct GlossEstimate {
 /// An environment that is uniform above the plane, from the brightest texels. nullopt where fewer than 100 were seen.
 [[nodiscard]] std::optional<GlossEstimate> uniform_estimate(const TexelImage& diffuse, const WhiteAlbedo& white);
 
+/// How an estimate finds the roughness.
+enum class RoughnessMode {
+  /// For a stream: one roughness for each estimate. While few directions were seen it is 0.1; then successive estimates
+  /// are the evaluations of a search; then it is searched for again, from the last answer on, each time the seen share
+  /// has grown by a twentieth.
+  track,
+  search,  ///< With all evaluations of a search: takes five times as long.
+};
+
 /// Estimates in steps, so that the time of an estimate can be divided among frames. The inputs are copied: what is
 /// captured meanwhile belongs to the next estimate. Not thread-safe.
 class GlossEstimator {
  public:
   /// Begins an estimate; an unfinished one is lost. Ends it at once where the plane is matte, or where fewer than 100
   /// texels or no direction was seen. Takes the time of about two million operations.
-  void begin(const Lumisphere& lumisphere, const TexelImage& diffuse, const WhiteAlbedo& white);
+  void begin(const Lumisphere& lumisphere, const TexelImage& diffuse, const WhiteAlbedo& white, RoughnessMode mode);
   [[nodiscard]] bool running() const { return running_; }
-  /// Continues the estimate until `operations` (WorkBudget) are spent, and at least by one part: an iteration of the
-  /// deconvolution, at most kMaxPart operations, or a row of the operator, which may exceed `operations`. Returns how
-  /// many were spent. The result does not depend on the size of the steps.
+  /// Continues the estimate until `operations` (WorkBudget) are spent, and at least by one part: half of an iteration
+  /// of the deconvolution, at most kMaxPart operations, or a row of the operator, which may exceed `operations`.
+  /// Returns how many were spent. The result does not depend on the size of the steps.
   std::size_t step(std::size_t operations);
-  /// The last finished estimate, valid until the next one ends; null before the first, and where too little was seen.
+  /// The last finished estimate, valid until the next one ends. Null before the first, and where too little was seen.
   [[nodiscard]] const GlossEstimate* last() const { return estimate_ ? &*estimate_ : nullptr; }
 
-  /// The same in one step. The roughness is searched for where the seen share has grown by a tenth since the last
-  /// search.
+  /// Begins an estimate with a search and finishes it.
   [[nodiscard]] const GlossEstimate* estimate(const Lumisphere& lumisphere, const TexelImage& diffuse,
                                               const WhiteAlbedo& white);
 
-  /// Operations of an iteration at any roughness.
-  static constexpr std::size_t kMaxPart = 2'700'000;
+  /// Operations of a part at any roughness.
+  static constexpr std::size_t kMaxPart = 2'800'000;
 
  private:
-  void continue_search();
-  /// From the solution to the estimate.
-  void finish();
+  /// After the solution for a roughness: the estimate, or the next roughness.
+  void end_solution();
+  [[nodiscard]] GlossEstimate conclude() const;
 
   GlossInput input_;
+  double seen_ = 0, saturated_ = 0;  ///< Of the input, as in GlossEstimate.
+  Radiance mean_diffuse_;
+  RoughnessMode mode_ = RoughnessMode::track;
+  std::optional<RoughnessSearch> search_;  ///< Under way.
+  double alpha_ = GlossEstimate().alpha;   ///< Of the solver, or of the next estimate.
+  double seen_at_search_ = 0;              ///< When the last search ended; 0: none has.
   GlossSolver solver_;
-  std::optional<RoughnessSearch> search_;  ///< Empty: the solver has the last roughness.
-  double alpha_ = GlossEstimate().alpha, seen_at_search_ = 0;
-  GlossEstimate next_;
   std::optional<GlossEstimate> estimate_;
   bool running_ = false;
 };

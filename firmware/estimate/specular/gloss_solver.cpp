@@ -52,15 +52,7 @@ bool GlossSolver::step(WorkBudget& budget) {
 
 std::size_t GlossSolver::work_of(Stage stage) const {
   const std::size_t nodes = gloss_->grid().size(), multiplication = gloss_->work() + kElement * nodes;
-  switch (stage) {
-    case Stage::iterate:
-      return 2 * multiplication;
-    case Stage::prepare:
-    case Stage::end_round:
-      return multiplication + kNode * nodes;
-    default:
-      return multiplication;
-  }
+  return stage == Stage::prepare || stage == Stage::end_round ? multiplication + kNode * nodes : multiplication;
 }
 
 GlossSolver::Stage GlossSolver::run(Stage stage) {
@@ -72,10 +64,13 @@ GlossSolver::Stage GlossSolver::run(Stage stage) {
     case Stage::start:
       deconvolution_->start(common_.value);
       iterations_ = rounds_ > 1 ? kIterations / 2 : kIterations;
-      return Stage::iterate;
-    case Stage::iterate:
-      deconvolution_->iterate(1);
-      return --iterations_ > 0 ? Stage::iterate : Stage::end_round;
+      return Stage::residual;
+    case Stage::residual:
+      deconvolution_->compute_residual();
+      return Stage::update;
+    case Stage::update:
+      deconvolution_->update();
+      return --iterations_ > 0 ? Stage::residual : Stage::end_round;
     case Stage::end_round:
       if (--rounds_ > 0) {
         fit_common();

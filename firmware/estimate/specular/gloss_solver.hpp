@@ -51,8 +51,8 @@ class GlossSolver {
   [[nodiscard]] double misfit() const { return misfit_; }
 
  private:
-  enum class Stage { build, prepare, start, iterate, end_round, done };
-  /// Operations of a stage; of the stage `iterate` those of one iteration.
+  enum class Stage { build, prepare, start, residual, update, end_round, done };
+  /// Operations of a stage after `build`.
   [[nodiscard]] std::size_t work_of(Stage stage) const;
   /// Runs a stage after `build`. Returns the next one.
   [[nodiscard]] Stage run(Stage stage);

@@ -48,6 +48,8 @@ struct CommonRadiance {
 struct WhiteAlbedo {
   double value = 0.8, sigma = 0.1;
 };
+/// Of an albedo that is known.
+inline constexpr double kGivenAlbedoSigma = 0.02;
 
 /// Irradiance of the environment that is reflected, as a function of the common radiance c: without_common + slope c.
 struct CommonIrradiance {

@@ -17,15 +17,15 @@ class RoughnessSearch {
 
   /// In the whole range: six evaluations.
   RoughnessSearch() = default;
-  /// From the cell of `alpha`: two evaluations if the answer is still in it.
+  /// From the cell of `alpha`: two evaluations where the answer is still in it.
   explicit RoughnessSearch(double alpha)
-      : low_(std::clamp(static_cast<int>(std::floor(std::log(alpha / kMinAlpha) / width())), 0, kCells - 1)),
+      : low_(std::clamp(static_cast<int>(std::log(alpha / kMinAlpha) / width()), 0, kCells - 1)),
         high_(low_ + 1),
         low_known_(low_ == 0),
         high_known_(high_ == kCells) {}
 
   [[nodiscard]] bool done() const { return low_known_ && high_known_ && high_ - low_ == 1; }
-  /// The next alpha to evaluate; when done, the answer, within 2.5 %.
+  /// The next alpha to evaluate; when done, the answer, to 2.5 %.
   [[nodiscard]] double alpha() const {
     return std::exp(std::log(kMinAlpha) + width() * (done() ? low_ + 0.5 : edge()));
   }
@@ -57,7 +57,7 @@ class RoughnessSearch {
 
   int low_ = 0, high_ = kCells;                ///< Edges around the answer,
   bool low_known_ = true, high_known_ = true;  ///< where they are known to be.
-  int step_ = 1;
+  int step_ = 2;
 };
 
 }  // namespace lightwell::specular

@@ -46,7 +46,7 @@ class SpecularEstimatorImpl final : public SpecularEstimator {
         reader_(rig_),
         capture_(rig_, options.capture),
         calibration_id_(calibration_identity(rig)) {
-    if (plane.white_albedo) white_ = {*plane.white_albedo, kGivenAlbedoSigma};
+    if (plane.white_albedo) white_ = {*plane.white_albedo, specular::kGivenAlbedoSigma};
     plane_out_.info.capture = options.plane_capture;
     set_scale(rig.nits_per_unit > 0 ? RadianceScale{Units::absolute, rig.nits_per_unit} : RadianceScale{});
   }
@@ -69,7 +69,7 @@ class SpecularEstimatorImpl final : public SpecularEstimator {
   void finish() override {
     capture_.solve(kFinalSweeps);
     estimator_.emplace();
-    begin_light();
+    begin_light(specular::RoughnessMode::search);
     estimator_->step(specular::WorkBudget::kUnlimited);
   }
 
@@ -86,7 +86,6 @@ class SpecularEstimatorImpl final : public SpecularEstimator {
   }
 
  private:
-  static constexpr double kGivenAlbedoSigma = 0.02;
   static constexpr int kFinalSweeps = 3;
 
   struct FoundPlane {
@@ -97,7 +96,7 @@ class SpecularEstimatorImpl final : public SpecularEstimator {
   };
   /// In the first frame of the bracket that shows it.
   [[nodiscard]] Result<FoundPlane> find_plane(std::span<const Frame> bracket);
-  void begin_light();
+  void begin_light(specular::RoughnessMode mode);
   /// A step of the environment's estimate, or the start of another one.
   void continue_light();
   void adjust(const FoundPlane& found, const specular::GlossEstimate& gloss, Descriptor& out) const;
@@ -131,9 +130,9 @@ Result<SpecularEstimatorImpl::FoundPlane> SpecularEstimatorImpl::find_plane(std:
                                            "or they contradict each other");
 }
 
-void SpecularEstimatorImpl::begin_light() {
+void SpecularEstimatorImpl::begin_light(specular::RoughnessMode mode) {
   const specular::ReflectanceSeparation& separation = capture_.separation();
-  estimator_->begin(separation.specular(), separation.diffuse(), white_);
+  estimator_->begin(separation.specular(), separation.diffuse(), white_, mode);
   since_begin_ = 0;
   sweeps_at_begin_ = separation.sweeps();
 }
@@ -145,7 +144,8 @@ void SpecularEstimatorImpl::continue_light() {
     return;
   }
   const bool is_new = capture_.separation().sweeps() != sweeps_at_begin_;
-  if (is_new && (gloss() == nullptr || since_begin_ >= options_.frames_between_estimates)) begin_light();
+  if (is_new && (gloss() == nullptr || since_begin_ >= options_.frames_between_estimates))
+    begin_light(specular::RoughnessMode::track);
 }
 
 Status SpecularEstimatorImpl::estimate(std::span<const Frame> bracket, Descriptor& out) {
@@ -205,8 +205,8 @@ void SpecularEstimatorImpl::adjust(const FoundPlane& found, const specular::Glos
     out.flags.set(Flag::clipped);
     if (gloss.glossy) out.flags.set(Flag::recovered);
   }
-  if (!gloss.glossy || found.ambiguous || gloss.scale_sigma > kMaxScaleSigma || gloss.seen < kCompleteSeen ||
-      gloss.recovered > kMaxRecovered)
+  if (!gloss.glossy || gloss.provisional || found.ambiguous || gloss.scale_sigma > kMaxScaleSigma ||
+      gloss.seen < kCompleteSeen || gloss.recovered > kMaxRecovered)
     out.flags.set(Flag::unsure);
   const double half_width = SpecularBrdf::half_width_rad(gloss.alpha);
   for (Light& light : out.lights) {

@@ -143,6 +143,9 @@ TEST_F(SpecularEstimatorTest, RefusesWhatIsInvalid) {
   options.frames_between_estimates = 0;
   EXPECT_THAT(refusal(sequence_->rig(), plane(), finder(), options), HasSubstr("frames_between_estimates"));
   options = {};
+  options.light_operations = 0;
+  EXPECT_THAT(refusal(sequence_->rig(), plane(), finder(), options), HasSubstr("light_operations"));
+  options = {};
   options.config.panorama.epsilon = 0.5;
   EXPECT_THAT(refusal(sequence_->rig(), plane(), finder(), options), HasSubstr("panorama.epsilon"));
   options = {};
@@ -258,6 +261,61 @@ TEST_F(SpecularEstimatorTest, AGlossyPlaneShowsTheLamps) {
   // A lamp is a disc of 2 to 6 degrees; cells are 3 degrees wide.
   EXPECT_LT(angle, 3);
   EXPECT_GT(strongest.direction_covariance[0], 0);
+}
+
+// An estimate is that of the capture at its start, in steps after the next frames; descriptors have the one before.
+TEST_F(SpecularEstimatorTest, AnEstimateIsDividedAmongFrames) {
+  SpecularOptions options = small_options();
+  options.frames_between_estimates = 10;
+  options.light_operations = 3'000'000;
+  make(options);
+  specular::GlossEstimator whole;
+  std::vector<int> frames;
+  double last = 0;
+  for (int k = 0; k < kFrames; ++k) {
+    const bool estimating = estimator_->estimating();
+    ASSERT_TRUE(estimate(sequence_->frame(k), k).ok());
+    if (!estimating && estimator_->estimating()) {
+      const specular::ReflectanceSeparation& separation = estimator_->capture().separation();
+      whole.begin(separation.specular(), separation.diffuse(), {}, specular::RoughnessMode::track);
+      whole.step(specular::WorkBudget::kUnlimited);
+      frames.push_back(0);
+    }
+    if (estimating) ++frames.back();
+    const specular::GlossEstimate* gloss = estimator_->gloss();
+    if (estimating && !estimator_->estimating()) {
+      ASSERT_NE(gloss, nullptr);
+      EXPECT_EQ(gloss->environment.radiance, whole.last()->environment.radiance);
+      last = gloss->misfit;
+    }
+    if (gloss != nullptr && gloss->glossy) {
+      EXPECT_EQ(gloss->misfit, last) << "frame " << k;
+    }
+  }
+  if (estimator_->estimating()) frames.pop_back();
+  ASSERT_GE(frames.size(), 2U);
+  EXPECT_GT(*std::ranges::min_element(frames), 5);
+  // 45 iterations of 0.92 million operations, and the operator.
+  EXPECT_LT(*std::ranges::max_element(frames), 40);
+}
+
+TEST_F(SpecularEstimatorTest, AReplayGivesTheSameDescriptors) {
+  SpecularOptions options = small_options();
+  options.frames_between_estimates = 5;
+  std::vector<Descriptor> first;
+  for (int run = 0; run < 2; ++run) {
+    make(options);
+    for (int k = 0; k < 60; ++k) {
+      ASSERT_TRUE(estimate(sequence_->frame(k), k).ok());
+      if (run == 0) {
+        first.push_back(descriptor_);
+      } else {
+        EXPECT_EQ(descriptor_.radiance.c, first[static_cast<std::size_t>(k)].radiance.c) << "frame " << k;
+        EXPECT_EQ(descriptor_.lights.size(), first[static_cast<std::size_t>(k)].lights.size()) << "frame " << k;
+      }
+    }
+    EXPECT_TRUE(estimator_->gloss() != nullptr && estimator_->gloss()->glossy);
+  }
 }
 
 TEST_F(SpecularEstimatorTest, AnAmbiguousPoseIsUnsureAndNotCaptured) {
