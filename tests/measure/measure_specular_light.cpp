@@ -235,19 +235,24 @@ class LightTimer {
 
   /// After each frame.
   void follow(const SpecularEstimator& estimator) {
+    ++since_start_, ++age_;
     const double start = bench::thread_time_ms();
     if (light_.running()) {
       light_.step(operations_);
     } else if (estimator.estimating()) {
       const specular::ReflectanceSeparation& separation = estimator.capture().separation();
       light_.begin(separation.specular(), separation.diffuse(), white_, specular::RoughnessMode::track);
-      frame_ = 0;
+      since_start_ = 0;
     } else {
+      if (light_.last() != nullptr) ages_.push_back(age_);
       return;
     }
     ms_.push_back(bench::thread_time_ms() - start);
-    ++frame_;
-    if (!light_.running()) frames_.push_back(frame_);
+    if (!light_.running()) {
+      frames_.push_back(since_start_);
+      age_ = since_start_;
+    }
+    if (light_.last() != nullptr) ages_.push_back(age_);
     if (light_.running() != estimator.estimating() ||
         (!light_.running() && light_.last()->misfit != estimator.gloss()->misfit))
       require(invalid_argument("the repeated estimate of the environment differs from the estimator's"));
@@ -256,13 +261,15 @@ class LightTimer {
   [[nodiscard]] const std::vector<double>& ms() const { return ms_; }
   /// Of each finished estimate: frames from its start to its end.
   [[nodiscard]] const std::vector<double>& frames() const { return frames_; }
+  /// Of each frame: frames since the start of the estimate that its descriptor has.
+  [[nodiscard]] const std::vector<double>& ages() const { return ages_; }
 
  private:
   std::size_t operations_;
   specular::WhiteAlbedo white_;
   specular::GlossEstimator light_;
-  std::vector<double> ms_, frames_;
-  int frame_ = 0;  ///< Of the estimate that is under way.
+  std::vector<double> ms_, frames_, ages_;
+  int since_start_ = 0, age_ = 0;
 };
 
 enum class White { assumed, given };
@@ -345,13 +352,15 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
   line["q95_ms"] = upper_quantile(frame_ms, 0.95);
   line["max_ms"] = *std::ranges::max_element(frame_ms);
   line["memcpy_ms"] = copy_ms;
-  if (std::vector<double> ms = timer.ms(), frames = timer.frames(); !frames.empty()) {
+  if (std::vector<double> ms = timer.ms(), frames = timer.frames(), ages = timer.ages(); !frames.empty()) {
     line["light_ms"] = median(ms);
     line["light_q95_ms"] = upper_quantile(ms, 0.95);
     line["light_max_ms"] = *std::ranges::max_element(ms);
     line["estimates"] = frames.size();
     line["estimate_frames"] = median(frames);
     line["estimate_max_frames"] = *std::ranges::max_element(frames);
+    line["age_frames"] = median(ages);
+    line["max_age_frames"] = *std::ranges::max_element(ages);
   }
   // The final answer, with all samples.
   estimator->finish();

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
-#include <utility>
 #include <vector>
 
 #include <lightwell/quantile.hpp>
@@ -132,16 +131,19 @@ std::size_t GlossEstimator::step(std::size_t operations) {
 }
 
 void GlossEstimator::end_solution() {
-  const bool tested = search_.has_value();
-  if (tested) search_->add(solver_.misfit() / misfit_at(alpha_));
-  const bool found = tested && search_->done();
-  if (mode_ == RoughnessMode::track || !tested) {
+  if (search_) search_->add(solver_.misfit() / misfit_at(alpha_));
+  if (search_ && mode_ == RoughnessMode::search) {
+    alpha_ = search_->alpha();
+    solver_.begin(input_, alpha_, search_->done() ? kRounds : 1);
+  } else {
     estimate_ = conclude();
     running_ = false;
   }
-  if (running_ || found) alpha_ = search_->alpha();
-  if (found) seen_at_search_ = seen_, search_.reset();
-  if (running_) solver_.begin(input_, alpha_, found ? kRounds : 1);
+  if (search_ && search_->done()) {
+    alpha_ = search_->alpha();
+    seen_at_search_ = seen_;
+    search_.reset();
+  }
 }
 
 GlossEstimate GlossEstimator::conclude() const {

@@ -63,6 +63,8 @@ class GlossEstimator {
   /// texels or no direction was seen. Takes the time of about two million operations.
   void begin(const Lumisphere& lumisphere, const TexelImage& diffuse, const WhiteAlbedo& white, RoughnessMode mode);
   [[nodiscard]] bool running() const { return running_; }
+  /// A search for the roughness has not ended: the next estimate continues it.
+  [[nodiscard]] bool searching() const { return search_.has_value(); }
   /// Continues the estimate until `operations` (WorkBudget) are spent, and at least by one part: half of an iteration
   /// of the deconvolution, at most kMaxPart operations, or a row of the operator, which may exceed `operations`.
   /// Returns how many were spent. The result does not depend on the size of the steps.

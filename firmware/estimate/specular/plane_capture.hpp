@@ -21,7 +21,7 @@ struct CaptureOptions {
   PlaneTexels texels;
   int levels = 60;                      ///< Of the light field's hemisphere. More need more memory: about the square.
   int lumisphere_levels = 120;          ///< Of the specular part. More need more frames to be filled.
-  std::size_t max_bytes = 184U << 20U;  ///< Of the light field.
+  std::size_t max_bytes = 148U << 20U;  ///< Of the light field. All else of an estimator has 28 to 44 MB.
   bool refine_pose = true;  ///< Costs half of the time of add(); without it errors of the tag's pose blur the texture.
   RefinerOptions refiner;
   /// Samples that the separation processes after each frame. Fewer take less time and let the prediction lag behind.

@@ -144,8 +144,8 @@ void SpecularEstimatorImpl::continue_light() {
     return;
   }
   const bool is_new = capture_.separation().sweeps() != sweeps_at_begin_;
-  if (is_new && (gloss() == nullptr || since_begin_ >= options_.frames_between_estimates))
-    begin_light(specular::RoughnessMode::track);
+  const bool is_due = gloss() == nullptr || since_begin_ >= options_.frames_between_estimates;
+  if (estimator_->searching() || (is_new && is_due)) begin_light(specular::RoughnessMode::track);
 }
 
 Status SpecularEstimatorImpl::estimate(std::span<const Frame> bracket, Descriptor& out) {

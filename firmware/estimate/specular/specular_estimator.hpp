@@ -22,12 +22,13 @@ struct SpecularOptions {
   EstimatorConfig config;
   std::uint32_t probe_id = 0;
   specular::CaptureOptions capture;  ///< `texels.size_m` is that of the plane.
-  /// Frames from the start of one estimate of the environment to the start of the next, at least. An estimate is
-  /// computed in steps, one after each frame; it starts when the one before has ended. Descriptors have the environment
-  /// of the last one that has ended.
+  /// Frames from the start of one estimate of the environment to the start of the next, at least; while the roughness
+  /// is searched for, the next one starts at once. An estimate is computed in steps, one after each frame: it ends 10
+  /// (rough planes) to 38 (smooth ones) frames after its start, and descriptors have that of the last one that has
+  /// ended.
   int frames_between_estimates = 30;
   /// Operations of a step (specular::WorkBudget): 10 ms on a desktop core. Fewer take less time in each frame and make
-  /// an estimate longer: it has 60 to 360 million operations, and up to 600 million when the roughness is searched for.
+  /// an estimate longer, which has 45 to 190 million.
   std::size_t light_operations = 5'000'000;
   std::uint32_t plane_capture = 1;  ///< PlaneInfo::capture of captured_plane(): not 0, random for each run of a probe.
 };

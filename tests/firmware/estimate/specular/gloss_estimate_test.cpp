@@ -300,7 +300,7 @@ TEST_F(GlossEstimatorSteps, AreBounded) {
   }
 }
 
-// The estimator's limit holds at any roughness: the operator has most coefficients where the grid is finest and the
+// The limit of a part holds at any roughness: the operator has most coefficients where the grid is finest and the
 // lobe widest.
 TEST(GlossSolver, PartsOfAnyRoughnessAreBounded) {
   const LampScene scene;
