@@ -235,26 +235,28 @@ class LightTimer {
 
   /// After each frame.
   void follow(const SpecularEstimator& estimator) {
+    if (estimator.capture().restarts() != restarts_) light_.emplace();
+    restarts_ = estimator.capture().restarts();
     ++since_start_, ++age_;
     const double start = bench::thread_time_ms();
-    if (light_.running()) {
-      light_.step(operations_);
+    if (light_->running()) {
+      light_->step(operations_);
     } else if (estimator.estimating()) {
       const specular::ReflectanceSeparation& separation = estimator.capture().separation();
-      light_.begin(separation.specular(), separation.diffuse(), white_, specular::RoughnessMode::track);
+      light_->begin(separation.specular(), separation.diffuse(), white_, specular::RoughnessMode::track);
       since_start_ = 0;
     } else {
-      if (light_.last() != nullptr) ages_.push_back(age_);
+      if (light_->last() != nullptr) ages_.push_back(age_);
       return;
     }
     ms_.push_back(bench::thread_time_ms() - start);
-    if (!light_.running()) {
+    if (!light_->running()) {
       frames_.push_back(since_start_);
       age_ = since_start_;
     }
-    if (light_.last() != nullptr) ages_.push_back(age_);
-    if (light_.running() != estimator.estimating() ||
-        (!light_.running() && light_.last()->misfit != estimator.gloss()->misfit))
+    if (light_->last() != nullptr) ages_.push_back(age_);
+    if (light_->running() != estimator.estimating() ||
+        (!light_->running() && light_->last()->misfit != estimator.gloss()->misfit))
       require(invalid_argument("the repeated estimate of the environment differs from the estimator's"));
   }
   /// Of the frames with a part of an estimate.
@@ -267,9 +269,9 @@ class LightTimer {
  private:
   std::size_t operations_;
   specular::WhiteAlbedo white_;
-  specular::GlossEstimator light_;
+  std::optional<specular::GlossEstimator> light_{std::in_place};
   std::vector<double> ms_, frames_, ages_;
-  int since_start_ = 0, age_ = 0;
+  int since_start_ = 0, age_ = 0, restarts_ = 0;
 };
 
 enum class White { assumed, given };

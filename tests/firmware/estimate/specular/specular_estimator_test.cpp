@@ -299,6 +299,28 @@ TEST_F(SpecularEstimatorTest, AnEstimateIsDividedAmongFrames) {
   EXPECT_LT(*std::ranges::max_element(frames), 40);
 }
 
+TEST_F(SpecularEstimatorTest, AnEstimateOfTheFormerLightIsAbandoned) {
+  SpecularOptions options = small_options();
+  options.capture.refine_pose = true;
+  options.light_operations = 1;  // It would take hundreds of frames.
+  make(options);
+  bool started = false;
+  for (int k = 0; k < kFrames; ++k) {
+    measure::Shot shot = sequence_->frame(k);
+    const bool estimating = estimator_->estimating();
+    // The same pixels after twice the exposure: half of the radiance.
+    if (started) shot.frames[0].info.exposure_s *= 2;
+    started = started || estimating;
+    ASSERT_TRUE(estimate(shot, k).ok());
+    if (estimator_->capture().restarts() == 0) continue;
+    EXPECT_TRUE(estimating);
+    EXPECT_FALSE(estimator_->estimating());
+    EXPECT_EQ(estimator_->gloss(), nullptr);
+    return;
+  }
+  FAIL() << "the change of the light was not noticed";
+}
+
 TEST_F(SpecularEstimatorTest, AReplayGivesTheSameDescriptors) {
   SpecularOptions options = small_options();
   options.frames_between_estimates = 5;
