@@ -110,7 +110,7 @@ struct GlossyScene {
   double size_m = 0.2;
   Rgb irradiance{};
   const SpecularTable* specular = nullptr;  ///< null: a matte plane
-  Rgb background{};           ///< radiance of all that is not the plane, its back included
+  Rgb background{};                         ///< radiance of all that is not the plane, its back included
   /// Where the half x >= 0 is of another material: its table, null for a matte one.
   std::optional<const SpecularTable*> right_half{};
   /// A page that curls: the surface is z = x^2 curl / size, so that its slope at the edges is +-curl. Its mirror

@@ -27,7 +27,9 @@ constexpr int kRounds = 3;
 
 /// Of an environment without structure.
 constexpr int kUniformLevels = 8;
-/// Largest factor by which saturated lights are brighter than their lower bounds, minus 1.
+/// Irradiance beyond what the texture shows, in standard deviations of white's albedo, that is attributed to errors.
+constexpr double kMaxExcess = 3;
+/// Largest factor by which saturated lights are brighter than their lower bounds, minus 1; also of such an excess.
 constexpr double kMaxRecovery = 30;
 
 /// Solid angles of the directions above kGrazing_rad, sr.
@@ -174,6 +176,10 @@ GlossEstimate GlossEstimator::conclude() const {
   const double by_common = solver_.deconvolution().irradiance_slope() * static_cast<double>(common.sigma);
   const double by_white = missing > 0 ? expected * white.sigma / white.value : 0;
   out.scale_sigma = std::hypot(by_common, by_white) / total;
+  // More light than the texture shows: a plane without white, or one that reflects more than specular_brdf.hpp, as
+  // metal does. Which one is not known; the light is between the two.
+  if (const double excess = total / std::max(expected, 1e-30); excess > 1 + kMaxExcess * white.sigma / white.value)
+    out.scale_sigma = std::max(out.scale_sigma, std::min(excess, kMaxRecovery) - 1);
   return out;
 }
 

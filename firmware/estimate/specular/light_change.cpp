@@ -10,13 +10,13 @@ namespace {
 
 constexpr int kMaxCells = 16;
 /// Pairs of neighbouring cells that are needed, of 480.
-constexpr int kLeastPairs = 60;
+constexpr int kMinPairs = 60;
 /// RMS difference of neighbouring cells, relative to their mean, that is needed: less is noise.
-constexpr double kLeastContrast = 0.03;
+constexpr double kMinPatternContrast = 0.03;
 /// Frames of rendered sequences have 0.96 and more, with half of the light 0.9; with a hand 0.5 to 0.7.
-constexpr double kLeastCorrelation = 0.85;
+constexpr double kMinCorrelation = 0.85;
 /// Length of a pixel on the plane, in cells: the poses of more grazing views are off by more.
-constexpr double kLongestPixel = 0.5;
+constexpr double kLongestPixel = 1.0 / 3;
 constexpr float kUnknown = -1;
 
 }  // namespace
@@ -63,7 +63,7 @@ std::optional<LightChange::Contrast> LightChange::contrast_of(const TexelImage& 
       if (row + 1 < cells_) add_pair(row * cells_ + column, (row + 1) * cells_ + column);
     }
   const double mean = sum / std::max(pairs, 1);
-  if (pairs < kLeastPairs || !(squares > pairs * std::pow(kLeastContrast * mean, 2)) || !(squares_of_image > 0))
+  if (pairs < kMinPairs || !(squares > pairs * std::pow(kMinPatternContrast * mean, 2)) || !(squares_of_image > 0))
     return std::nullopt;
   return Contrast{products / squares, products / std::sqrt(squares * squares_of_image)};
 }
@@ -74,11 +74,11 @@ std::optional<LightChange::Change> LightChange::add(const TexelImage& image, con
   const double pixel_m = from.pixel_rad * dot(from.lens, from.lens) / from.lens.z;
   if (!(from.lens.z > 0) || !(pixel_m < kLongestPixel * texels_.size_m / cells_)) return std::nullopt;
   const std::optional<Contrast> contrast = contrast_of(image, diffuse);
-  if (!contrast || !(contrast->correlation > kLeastCorrelation)) return std::nullopt;
+  if (!contrast || !(contrast->correlation > kMinCorrelation)) return std::nullopt;
   const double gain = std::log(contrast->gain);
   const bool other_way = !gains_.empty() && (gain > 0) != (gains_.back() > 1);
-  if (std::abs(gain) < kLeast || other_way) gains_.clear(), since_.reset();
-  if (std::abs(gain) < kLeast) return std::nullopt;
+  if (std::abs(gain) < kMinChange || other_way) gains_.clear(), since_.reset();
+  if (std::abs(gain) < kMinChange) return std::nullopt;
   if (!since_) since_ = frame;
   gains_.push_back(contrast->gain);
   if (gains_.size() < static_cast<std::size_t>(kFrames)) return std::nullopt;

@@ -24,13 +24,13 @@ class LightChange {
   };
   /// A frame at its refined pose, and the diffuse part as captured. A change, after it was seen in kFrames frames of
   /// those whose pattern is the texture's. nullopt also where there is too little texture, too little of it seen, or
-  /// where the view is so grazing that a pixel is longer than half a cell.
+  /// where the view is so grazing that a pixel is longer than a third of a cell.
   std::optional<Change> add(const TexelImage& image, const ViewPoint& from, const TexelImage& diffuse,
                             std::uint32_t frame);
 
   /// Smallest change of the irradiance that is noticed, as the absolute value of its logarithm: 18 % less, 22 % more.
   /// Grazing views, whose pixels are longer than texels, lose up to 14 % of the contrast.
-  static constexpr double kLeast = 0.2;
+  static constexpr double kMinChange = 0.2;
   static constexpr int kFrames = 8;
 
  private:

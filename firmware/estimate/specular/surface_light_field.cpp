@@ -91,9 +91,10 @@ void SurfaceLightField::remove_unless(Keep&& keep) {
 void SurfaceLightField::thin() {
   const std::uint64_t before = samples_;
   remove_unless([&](const LightFieldPage& candidate) {
-    // Another bit of the pattern each time, so that it halves again.
-    const std::uint32_t pattern = (candidate.tile * 0x9E3779B1U + candidate.node * 0x85EBCA77U) >> 16U;
-    return newest_frame_ - candidate.frame < kKeptFrames || (pattern >> (thinned_ % 16) & 1U) != 0;
+    // Others each time: the hash (as in key_of) is of tile, node and the number of times.
+    const std::uint64_t key = std::uint64_t{thinned_} << 32U | std::uint64_t{candidate.tile} << 16U | candidate.node;
+    const std::uint64_t hash = key * 0x9E3779B97F4A7C15ULL;
+    return newest_frame_ - candidate.frame < kKeptFrames || ((hash ^ hash >> 29U) * 0xBF58476D1CE4E5B9ULL >> 62U) != 0;
   });
   removed_ += before - samples_;
   ++thinned_;

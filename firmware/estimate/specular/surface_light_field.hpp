@@ -36,8 +36,8 @@ struct ViewPoint {
 /// Storage is sparse in texels and in directions. A frame's texels are stored by tile: the direction of a tile is that
 /// of its centre (0.2 degrees from its corners at 0.4 m and 0.8 mm texels), so that a page is filled by one frame, and
 /// view_of() gives the directions of its texels exactly. Memory: 80 bytes a page and its share of a hash table. Pages
-/// are allocated in blocks that never move. Where memory ends, every other older page is removed: all directions keep
-/// samples of half of the tiles, and all texels those of half of their directions.
+/// are allocated in blocks that never move. Where memory ends, a quarter of the older pages is removed: all directions
+/// keep samples of most tiles, and all texels those of most of their directions.
 class SurfaceLightField {
  public:
   /// `levels` of the hemisphere: at most 127. `max_bytes`: kMinBytes to kMaxBytes; both are clamped.
@@ -110,7 +110,7 @@ class SurfaceLightField {
   void grow_table();
   /// Links a page into its tile's list and the table.
   void link(std::uint32_t index);
-  /// Removes every other page that is older than kKeptFrames, in a pattern over tiles and directions.
+  /// Removes a quarter of the pages that are older than kKeptFrames, by a hash of tile and direction.
   void thin();
   template <class Keep>
   void remove_unless(Keep&& keep);

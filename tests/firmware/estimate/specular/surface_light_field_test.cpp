@@ -125,8 +125,34 @@ TEST_F(SurfaceLightFieldTest, WhereMemoryEndsEveryDirectionKeepsSamples) {
     lost += of_whole[node] > 100 && samples[node] == 0 ? 1 : 0;
   }
   EXPECT_GT(seen, 3000);
-  // Memory for a tenth of the samples: three halvings leave an eighth of the pages of a direction, or none of a few.
+  // Memory for a tenth of the samples: the oldest directions keep a tenth of their pages, or none of a few.
   EXPECT_LT(lost, seen / 20);
+}
+
+TEST_F(SurfaceLightFieldTest, SamplesBeforeAChangeOfTheLightAreRemoved) {
+  SurfaceLightField field(texels_, 20, kPlenty);
+  (void)field.add(uniform(1), {{0, 0, 0.4}, 0.002}, 3);
+  (void)field.add(uniform(1), {{0.3, 0, 0.3}, 0.002}, 4);
+  const std::uint64_t both = field.samples();
+  // The direction of frame 3 is visited again; those of frame 4 are not.
+  (void)field.add(uniform(2), {{0, 0, 0.4}, 0.002}, 5);
+  EXPECT_EQ(field.samples(), both);
+  field.remove_before(5);
+  EXPECT_EQ(field.samples(), both / 2);
+  EXPECT_EQ(field.removed(), 0U) << "for lack of memory";
+  int pages = 0;
+  for (int tile = 0; tile < texels_.tiles() * texels_.tiles(); ++tile)
+    field.for_each_page(tile, [&](const LightFieldPage& page) {
+      ++pages;
+      EXPECT_EQ(page.frame, 5U);
+      EXPECT_EQ(field.visited()[page.node], 1);
+    });
+  EXPECT_EQ(pages, texels_.tiles() * texels_.tiles());
+  field.remove_before(6);
+  EXPECT_EQ(field.samples(), 0U);
+  EXPECT_EQ(field.pages(), 0U);
+  for (const std::uint8_t visited : field.visited()) EXPECT_EQ(visited, 0);
+  EXPECT_EQ(field.add(uniform(1), {{0, 0, 0.4}, 0.002}, 7).size(), texels_.count());
 }
 
 TEST_F(SurfaceLightFieldTest, KnowsTheLensOfAFrame) {
