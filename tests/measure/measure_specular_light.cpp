@@ -22,122 +22,29 @@
 #include "estimate/specular/specular_estimator.hpp"
 #include "measure/output.hpp"
 #include "measure/panorama_sums.hpp"
-#include "measure/specular_sequences.hpp"
+#include "measure/specular_truth.hpp"
 #include "measure/three_balls.hpp"
-#include "reference/bright_region.hpp"
-#include "reference/irradiance.hpp"
 #include "tools/command_line.hpp"
 
 namespace lightwell {
 namespace {
 
 namespace ref = reference;
+using measure::in_world;
 using measure::SpecularSequence;
+using measure::TrueLight;
 
 constexpr double kDegree = std::numbers::pi / 180;
 /// Elevation above which the plane can mirror: the paper's circle.
-const double kLowest = std::sin(10 * kDegree);
+const double kLowest = std::sin(10 * kDegree);  // As measure::mirrored_part().
 constexpr int kMapEdge = 64;
 /// Every so many frames a descriptor is compared with the truth.
 constexpr int kCompareEvery = 10;
 
-/// Gives the poses of a sequence's tags.
-class SequenceFinder final : public BodyFinder {
- public:
-  explicit SequenceFinder(const SpecularSequence& sequence) : sequence_(sequence) {}
-  void set_decimation(const FinderDecimation&) override {}
-  Result<std::optional<DetectedBody>> find(const View&, const FrameInfo&) override {
-    return std::optional<DetectedBody>({sequence_.tag_pose(frame_++), 4, false, std::nullopt});
-  }
-
- private:
-  const SpecularSequence& sequence_;
-  int frame_ = 0;
-};
-
 /// The albedo of white in the textures of tests/reference.
 constexpr double kWhiteAlbedo = 0.8;
 
-GlossyPlane plane_of_sequence() {
-  GlossyPlane out;
-  out.name = "reference plane", out.side_m = SpecularSequence::kPlane_m, out.tag_size_m = 0.03;
-  out.tags.push_back({0, {}});
-  return out;
-}
-
-/// What surrounds the middle of the plane, world axes: the environment above, the plane's mean diffuse radiance below.
-ref::Panorama surroundings(const SpecularSequence& sequence) {
-  const ref::PlaneTexture& albedo = sequence.scene().albedo;
-  ref::Rgb plane{};
-  for (std::size_t k = 0; k < albedo.rgb.size(); ++k)
-    plane[k % 3] += albedo.rgb[k] / (static_cast<double>(albedo.rgb.size()) / 3);
-  for (std::size_t c = 0; c < 3; ++c) plane[c] *= sequence.scene().irradiance[c] / ref::pi;
-  ref::Panorama out = ref::cleaned(sequence.environment());
-  for (int j = out.height / 2; j < out.height; ++j)
-    for (int i = 0; i < out.width; ++i) ref::set_pixel(out, i, j, plane);
-  return out;
-}
-
-/// The part that the plane can mirror; the rest is black.
-template <class RadianceOf>
-ref::Panorama mirrored_part(int width, int height, const RadianceOf& radiance) {
-  ref::Panorama out{width, height, {}};
-  out.rgb.resize(static_cast<std::size_t>(3 * width * height));
-  for (int j = 0; j < height; ++j)
-    for (int i = 0; i < width; ++i) {
-      const ref::V3 d = ref::pixel_direction(i, j, width, height);
-      ref::set_pixel(out, i, j, d.y > kLowest ? radiance(d) : ref::Rgb{});
-    }
-  return out;
-}
-
-Vec3f in_probe(const Descriptor& d, const ref::V3& world) {
-  const ref::V3 p = ref::plane_from_world(world);
-  return rotate(d.T_probe_origin.rotation,
-                Vec3f{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
-}
-ref::V3 in_world(const Descriptor& d, Vec3f probe) {
-  const Vec3f p = rotate(d.T_probe_origin.rotation.inverse(), probe);
-  return ref::world_from_plane({static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)});
-}
 ref::Rgb rgb(const auto& v) { return {static_cast<double>(v.r), static_cast<double>(v.g), static_cast<double>(v.b)}; }
-
-/// Relative RMS error of the irradiance over normals and channels.
-double irradiance_error(const Descriptor& d, const Lighting& light, const std::vector<ref::V3>& normals,
-                        const std::vector<ref::Rgb>& truth) {
-  double error = 0, whole = 0;
-  for (std::size_t k = 0; k < normals.size(); ++k) {
-    const ref::Rgb e = rgb(light.irradiance(in_probe(d, normals[k])).value);
-    for (std::size_t c = 0; c < 3; ++c) {
-      error += (e[c] - truth[k][c]) * (e[c] - truth[k][c]);
-      whole += truth[k][c] * truth[k][c];
-    }
-  }
-  return std::sqrt(error / whole);
-}
-
-/// A light of the truth as the plane shows it: blurred by the lobe.
-struct TrueLight {
-  ref::V3 direction;
-  double irradiance = 0;
-};
-/// Bright regions in the order of their peaks, without those nearer than two lobe widths to a brighter one (the slopes
-/// of its blur are regions, too); those above a tenth of the strongest, strongest first.
-std::vector<TrueLight> true_lights(const ref::Panorama& blurred, double lobe_width_rad) {
-  constexpr double kMinPeakToMean = 4;
-  std::vector<TrueLight> all, out;
-  for (const ref::BrightRegion& r : ref::bright_regions(blurred, 100)) {
-    if (r.peak_to_mean < kMinPeakToMean) break;
-    const bool apart = std::ranges::all_of(
-        all, [&](const TrueLight& o) { return ref::dot(o.direction, r.direction) < std::cos(2 * lobe_width_rad); });
-    const auto& e = r.vector_irradiance;
-    if (apart) all.push_back({r.direction, luminance_of(e[0], e[1], e[2])});
-  }
-  std::ranges::sort(all, std::greater<>(), &TrueLight::irradiance);
-  for (const TrueLight& light : all)
-    if (light.irradiance >= 0.1 * all.front().irradiance) out.push_back(light);
-  return out;
-}
 
 double angle_between(const ref::V3& a, const ref::V3& b) { return std::acos(std::clamp(ref::dot(a, b), -1.0, 1.0)); }
 
@@ -210,8 +117,8 @@ void measure_memory(const measure::SpecularSequenceOptions& options) {
   bench::PeakMemory memory;
   std::unique_ptr<SpecularEstimator> estimator;
   memory.measure([&] {
-    estimator = require(make_specular_estimator(sequence->rig(), plane_of_sequence(),
-                                                std::make_unique<SequenceFinder>(*sequence), estimator_options));
+    estimator = require(make_specular_estimator(sequence->rig(), measure::plane_of_sequence(),
+                                                measure::make_sequence_finder(*sequence), estimator_options));
   });
   for (int k = 0; k < options.frames; ++k) {
     shot = sequence->frame(k);
@@ -281,22 +188,20 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
   const SpecularSequence& sequence = *made;
   SpecularOptions estimator_options;
   estimator_options.config.specular.environment_edge = kMapEdge;
-  GlossyPlane plane = plane_of_sequence();
+  GlossyPlane plane = measure::plane_of_sequence();
   if (white == White::given) plane.white_albedo = kWhiteAlbedo;
   const std::unique_ptr<SpecularEstimator> estimator = require(
-      make_specular_estimator(sequence.rig(), plane, std::make_unique<SequenceFinder>(sequence), estimator_options));
+      make_specular_estimator(sequence.rig(), plane, measure::make_sequence_finder(sequence), estimator_options));
   // Radiance is relative to full scale at kExposure_s, as the environment's.
   estimator->set_scale({Units::relative, SpecularSequence::kExposure_s});
 
-  const ref::Panorama around = surroundings(sequence);
+  const ref::Panorama around = measure::surroundings(sequence, options.frames - 1);
   const measure::PanoramaSums sums(around);
-  const std::vector<ref::V3> normals = ref::fibonacci_normals(256);
-  std::vector<ref::Rgb> truth;
-  for (const ref::V3& n : normals) truth.push_back(sums.irradiance(n));
+  const auto truth = measure::IrradianceTruth::of(around);
   const double roughness = std::sqrt(options.alpha), width = 2 * SpecularBrdf::half_width_rad(options.alpha);
   const ref::Panorama blurred =
-      mirrored_part(256, 128, [&](const ref::V3& d) { return sums.radiance(d, std::max(0.1, roughness)); });
-  const std::vector<TrueLight> lights = true_lights(blurred, width);
+      measure::mirrored_part(256, 128, [&](const ref::V3& d) { return sums.radiance(d, std::max(0.1, roughness)); });
+  const std::vector<TrueLight> lights = measure::true_lights(blurred, width);
 
   Descriptor d;
   int compared = 0, bounded = 0, held = 0, failed = 0, unsure = 0;
@@ -307,8 +212,7 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
   const double copy_ms = 1e3 * bench::memcpy_speed(sequence.frame(0).pixels.front().size()).seconds_per_copy;
   double last_error = 0;
   const auto compare = [&] {
-    const Lighting light = Lighting::of(d);
-    last_error = irradiance_error(d, light, normals, truth);
+    last_error = truth.error(d);
     const auto bound = static_cast<double>(d.bound.total);
     ++compared;
     if (!std::isfinite(bound)) return;
@@ -383,10 +287,11 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
   std::vector<measure::CapLight> caps;
   for (const Light& l : d.lights)
     caps.push_back({in_world(d, l.direction), static_cast<double>(l.angular_radius_rad), rgb(l.irradiance)});
-  const ref::Panorama answer =
-      measure::answer_environment([&](const ref::V3& w) { return rgb(light.radiance(in_probe(d, w), 0).value); }, caps);
-  print_balls(options.name, blurred,
-              mirrored_part(answer.width, answer.height, [&](const ref::V3& w) { return ref::sample(answer, w); }));
+  const ref::Panorama answer = measure::answer_environment(
+      [&](const ref::V3& w) { return rgb(light.radiance(measure::in_probe(d, w), 0).value); }, caps);
+  print_balls(options.name, blurred, measure::mirrored_part(answer.width, answer.height, [&](const ref::V3& w) {
+                return ref::sample(answer, w);
+              }));
 }
 
 }  // namespace

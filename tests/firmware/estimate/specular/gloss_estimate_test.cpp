@@ -127,6 +127,20 @@ TEST(GlossEstimator, AMattePlaneIsNotGlossy) {
   }
 }
 
+// Metal: it reflects ten times as much as the gloss of specular_brdf.hpp, and its texture shows the true irradiance.
+TEST(GlossEstimator, MoreLightThanTheTextureShowsHasAnUncertainScale) {
+  LampScene scene;
+  for (Radiance& r : scene.lumisphere.value) r = r * 10;
+  GlossEstimator estimator;
+  const GlossEstimate* e = estimator.estimate(scene.lumisphere, texels(scene.irradiance, scene.common), {});
+  ASSERT_NE(e, nullptr);
+  expect_numbers(*e);
+  // Uniform radiance is not in S: of ten times the lamp only what the separation left.
+  EXPECT_GT(total(*e), 3 * scene.irradiance);
+  EXPECT_GT(total(*e) / scene.irradiance - 1, 0.9 * e->scale_sigma);
+  EXPECT_LT(total(*e) / scene.irradiance - 1, 1.2 * e->scale_sigma);
+}
+
 TEST(GlossEstimator, AfterAMattePlaneAGlossyOneIsFound) {
   const LampScene scene;
   const TexelImage diffuse = texels(scene.irradiance, scene.common);
