@@ -1,0 +1,225 @@
+#include "core/mirror_image.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace lightwell::core {
+namespace {
+
+/// Most pixels along the grid; texels of larger grids share a pixel.
+constexpr float kMaxPixelsAlongGrid = 1024;
+/// Width of a pixel outside the grid, relative to the one before it: about 6 % of the distance from the grid.
+constexpr float kGrowth = 1.06F;
+/// Least cosine between a surface and the ray that sees it: the area of a surfel is at most ten times its image.
+constexpr float kMinSurfelCosine = 0.1F;
+
+/// Twice the area, positive if c is on the left of a -> b.
+float doubled_area(float ax, float ay, float bx, float by, float cx, float cy) {
+  return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+}
+
+}  // namespace
+
+void ImageAxis::build(int texels, float texel, float low, float high) {
+  centre_.clear();
+  width_.clear();
+  per_texel_ = 2;
+  while (per_texel_ * static_cast<float>(texels) > kMaxPixelsAlongGrid) per_texel_ /= 2;
+  const float pixel = texel / per_texel_;
+  const auto inside = static_cast<int>(std::ceil(static_cast<float>(texels) * per_texel_));
+  // Those before the grid, from the outermost one.
+  int before = 0;
+  float edge = 0, width = pixel;
+  while (edge > low) {
+    width *= kGrowth;
+    edge -= width;
+    ++before;
+  }
+  origin_ = before;
+  const auto add = [&](float start, float length) {
+    if (start + length < low || start > high) {
+      if (centre_.empty()) --origin_;
+      return;
+    }
+    centre_.push_back(start + length / 2);
+    width_.push_back(length);
+  };
+  for (int k = 0; k < before; ++k) {
+    add(edge, width);
+    edge += width;
+    width /= kGrowth;
+  }
+  for (int k = 0; k < inside; ++k) add(static_cast<float>(k) * pixel, pixel);
+  edge = static_cast<float>(inside) * pixel;
+  width = pixel;
+  while (edge < high) {
+    width *= kGrowth;
+    add(edge, width);
+    edge += width;
+  }
+}
+
+int ImageAxis::first_from(float x) const {
+  return static_cast<int>(std::lower_bound(centre_.begin(), centre_.end(), x) - centre_.begin());
+}
+
+ImageAxis::Range ImageAxis::of_texel(int texel) const {
+  const float first = static_cast<float>(texel) * per_texel_;
+  const int from = origin_ + static_cast<int>(first);
+  const int to = per_texel_ > 1 ? from + static_cast<int>(per_texel_) - 1 : from;
+  return {from, to};
+}
+
+void MirrorImage::build(std::span<const MirrorVertex> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
+                        Vec3f eye, int columns, int rows, float row_height) {
+  vertices_ = vertices;
+  triangles_ = triangles;
+  eye_ = eye;
+  seen_ = false;
+  surfels_.clear();
+  projected_.clear();
+  constexpr float kMax = std::numeric_limits<float>::max();
+  Vec3f low{kMax, kMax, 0}, high{-kMax, -kMax, 0};
+  for (const MirrorVertex& v : vertices) {
+    const Vec3f p = v.position;
+    // Where the line from the mirrored eye to the vertex crosses the plane.
+    const float s = p.z / (eye.z + p.z);
+    projected_.push_back({p.x + (eye.x - p.x) * s, p.y + (eye.y - p.y) * s, eye.z * s});
+    low = {std::min(low.x, projected_.back().x), std::min(low.y, projected_.back().y), 0};
+    high = {std::max(high.x, projected_.back().x), std::max(high.y, projected_.back().y), 0};
+  }
+  x_.build(columns, 1, low.x, high.x);
+  y_.build(rows, row_height, low.y, high.y);
+  pixels_.assign(static_cast<std::size_t>(x_.size()) * static_cast<std::size_t>(y_.size()), {});
+  if (pixels_.empty()) return;
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) rasterize(t);
+  const auto side = static_cast<unsigned>(std::max(x_.size(), y_.size()));
+  seen_ = gather(std::bit_width(side - 1), 0, 0, root_);
+}
+
+void MirrorImage::rasterize(std::uint32_t triangle) {
+  const auto& [ia, ib, ic] = triangles_[triangle];
+  const Projected &a = projected_[ia], &b = projected_[ib], &c = projected_[ic];
+  const float area = doubled_area(a.x, a.y, b.x, b.y, c.x, c.y);
+  if (area == 0 || !std::isfinite(1 / area)) return;
+  const int first_column = x_.first_from(std::min({a.x, b.x, c.x})),
+            first_row = y_.first_from(std::min({a.y, b.y, c.y}));
+  const float right = std::max({a.x, b.x, c.x}), top = std::max({a.y, b.y, c.y});
+  for (int j = first_row; j < y_.size() && y_.centre(j) <= top; ++j)
+    for (int i = first_column; i < x_.size() && x_.centre(i) <= right; ++i) {
+      const float x = x_.centre(i), y = y_.centre(j);
+      const float u = doubled_area(b.x, b.y, c.x, c.y, x, y) / area;
+      const float v = doubled_area(c.x, c.y, a.x, a.y, x, y) / area;
+      const float w = doubled_area(a.x, a.y, b.x, b.y, x, y) / area;
+      if (u < 0 || v < 0 || w < 0) continue;
+      const float depth = u * a.depth + v * b.depth + w * c.depth;
+      Pixel& nearest =
+          pixels_[static_cast<std::size_t>(j) * static_cast<std::size_t>(x_.size()) + static_cast<std::size_t>(i)];
+      if (nearest.triangle == 0 || depth < nearest.depth) nearest = {depth, triangle + 1};
+    }
+}
+
+MirrorImage::Sample MirrorImage::sample(const Pixel& pixel, float x, float y) const {
+  const auto& corners = triangles_[pixel.triangle - 1];
+  const Projected &a = projected_[corners[0]], &b = projected_[corners[1]], &c = projected_[corners[2]];
+  const float share[] = {doubled_area(b.x, b.y, c.x, c.y, x, y), doubled_area(c.x, c.y, a.x, a.y, x, y),
+                         doubled_area(a.x, a.y, b.x, b.y, x, y)};
+  // Linear in space over the distance from the mirrored eye, which is proportional to 1 / (1 - s).
+  Sample out;
+  float sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const MirrorVertex& vertex = vertices_[corners[k]];
+    const float weight = share[k] * (eye_.z / (eye_.z + vertex.position.z));
+    out.position += vertex.position * weight;
+    out.radiance += vertex.radiance * weight;
+    sum += weight;
+  }
+  out.position = out.position * (1 / sum);
+  out.radiance = out.radiance * (1 / sum);
+  return out;
+}
+
+Surfel MirrorImage::leaf(int i, int j) const {
+  const Pixel& seen = pixel(i, j);
+  const float x = x_.centre(i), y = y_.centre(j), dx = x_.width(i), dy = y_.width(j);
+  const Sample at = sample(seen, x, y);
+  const Vec3f ray = normalized(Vec3f{x - eye_.x, y - eye_.y, eye_.z});
+  // From the plane to the surface the image grows by this.
+  const float scale = (eye_.z + at.position.z) / eye_.z;
+  const auto& [ia, ib, ic] = triangles_[seen.triangle - 1];
+  const Vec3f origin = vertices_[ia].position;
+  const Vec3f normal = normalized(cross(vertices_[ib].position - origin, vertices_[ic].position - origin));
+  const float cosine = dot(normal, ray), size = std::max(std::abs(cosine), kMinSurfelCosine);
+  Surfel out;
+  out.position = at.position;
+  out.radiance = at.radiance;
+  out.weight = dx * dy * ray.z * scale * scale;
+  out.area = normal * ((cosine > 0 ? -out.weight : out.weight) / size);
+  // Half of that diagonal which is longer across the ray.
+  const float along = std::abs(std::abs(ray.x) * dx - std::abs(ray.y) * dy);
+  out.radius = scale / 2 * std::sqrt(std::max(0.0F, dx * dx + dy * dy - along * along));
+  return out;
+}
+
+/// Merges the square of 2^level pixels at (i, j) in units of that size; false if nothing is seen in it.
+bool MirrorImage::gather(int level, int i, int j, Surfel& out) {
+  const int size = 1 << level;
+  if (i * size >= x_.size() || j * size >= y_.size()) return false;
+  if (level == 0) {
+    if (pixel(i, j).triangle == 0) return false;
+    out = leaf(i, j);
+    return true;
+  }
+  std::array<Surfel, 4> parts;
+  std::uint32_t count = 0;
+  for (int k = 0; k < 4; ++k)
+    if (gather(level - 1, 2 * i + k % 2, 2 * j + k / 2, parts[count])) ++count;
+  if (count == 0) return false;
+  if (count == 1) {
+    out = parts[0];
+    return true;
+  }
+  out = {};
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const Surfel& part = parts[k];
+    out.weight += part.weight;
+    out.area += part.area;
+    out.position += part.position * part.weight;
+    out.radiance += part.radiance * part.weight;
+  }
+  out.position = out.position * (1 / out.weight);
+  out.radiance = out.radiance * (1 / out.weight);
+  out.children = static_cast<std::uint32_t>(surfels_.size());
+  out.count = count;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    out.radius = std::max(out.radius, length(parts[k].position - out.position) + parts[k].radius);
+    surfels_.push_back(parts[k]);
+  }
+  return true;
+}
+
+MirrorTexel MirrorImage::texel(int column, int row) const {
+  MirrorTexel out;
+  const ImageAxis::Range columns = x_.of_texel(column), rows = y_.of_texel(row);
+  const int pixels = (columns.last - columns.first + 1) * (rows.last - rows.first + 1);
+  int covered = 0;
+  for (int j = std::max(rows.first, 0); j <= std::min(rows.last, y_.size() - 1); ++j)
+    for (int i = std::max(columns.first, 0); i <= std::min(columns.last, x_.size() - 1); ++i) {
+      const Pixel& seen = pixel(i, j);
+      if (seen.triangle == 0) continue;
+      const float x = x_.centre(i), y = y_.centre(j);
+      const Sample at = sample(seen, x, y);
+      out.radiance += at.radiance;
+      out.distance += length(at.position - Vec3f{x, y, 0});
+      ++covered;
+    }
+  if (covered == 0) return {};
+  out.covered = static_cast<float>(covered) / static_cast<float>(pixels);
+  out.radiance = out.radiance * (1 / static_cast<float>(pixels));
+  out.distance /= static_cast<float>(covered);
+  return out;
+}
+
+}  // namespace lightwell::core
