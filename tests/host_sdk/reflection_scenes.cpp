@@ -97,6 +97,8 @@ std::vector<TracedReflectionTexel> trace_reflection(const ReflectionCase& test_c
     TracedReflectionTexel texel{columns(random), rows(random), {}, {}};
     const reference::PlaneRectangle where = rectangle_of(grid, texel.column, texel.row);
     if (tracer.reflection(where, eye, kTrial).hidden < 0.03 && tracer.mirror(where, eye, 4).hidden == 0) continue;
+    const V3 middle{(where.left + where.right) / 2, (where.bottom + where.top) / 2, 0};
+    if (tracer.hides(middle, eye)) continue;
     texel.blurred = tracer.reflection(where, eye, rays);
     texel.sharp = tracer.mirror(where, eye, std::max(rays / 16, 1));
     out.push_back(texel);

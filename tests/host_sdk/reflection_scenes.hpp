@@ -59,7 +59,7 @@ struct TracedReflectionTexel {
   reference::TracedReflection sharp;    ///< Of a mirror.
 };
 
-/// `count` random texels in which the object or its mirror image is seen.
+/// `count` random texels that the eye sees, in which the object or its mirror image is seen.
 [[nodiscard]] std::vector<TracedReflectionTexel> trace_reflection(const ReflectionCase& test_case,
                                                                   const PlaneGrid& grid, int count, int rays);
 

@@ -37,6 +37,9 @@ class ReflectionTracer {
   /// The same for a perfect mirror that reflects the share albedo(n.v) of all light: the unblurred mirror image.
   [[nodiscard]] TracedReflection mirror(const PlaneRectangle& rectangle, V3 eye, int rays) const;
 
+  /// Whether the mesh is between a point of the plane and the eye.
+  [[nodiscard]] bool hides(V3 point, V3 eye) const { return tracer_.hits(point, eye - point, 1); }
+
   /// The integral of f n.l over the hemisphere, v.z > 0.
   [[nodiscard]] double albedo(double v_z) const;
 

@@ -13,6 +13,10 @@ constexpr float kMinAlbedoCosine = 1e-3F;
 /// The lobe is widened by the size of what it is evaluated for: alpha² grows by this times the squared radius in slopes
 /// of the half vector. A disc of uniform density has the variance 1/4 along each axis; single pixels must overlap.
 constexpr float kWidening = 0.25F, kPixelWidening = 1;
+/// A surfel is not divided if its share of the lobe times its change is less than this times tolerance².
+constexpr float kNegligible = 0.02F;
+/// Least squared distance, texels².
+constexpr float kMinSquare = 1e-12F;
 /// Half vectors of the albedo's quadrature: azimuths over half a turn, and slopes.
 constexpr int kAzimuths = 16, kSlopes = 48;
 
@@ -41,6 +45,71 @@ float directional_albedo(const SpecularBrdf& brdf, float cosine) {
   return std::clamp(static_cast<float>(sum / (kSlopes * kAzimuths)), 0.0F, 1.0F);
 }
 
+/// The lobe at a point of the plane, and what is the same for all surfels.
+struct Lobe {
+  Lobe(const SpecularBrdf& brdf, float at_x, float at_y, Vec3f to_viewer)
+      : x(at_x), y(at_y), v(to_viewer), alpha2(square_of(std::max(brdf.alpha, SpecularBrdf::kMinAlpha))), f0(brdf.f0) {
+    masking = std::sqrt(alpha2 + (1 - alpha2) * v.z * v.z);
+    const float ring = std::sqrt(v.x * v.x + v.y * v.y);
+    if (!(ring > 0)) return;
+    along_x = v.x / ring;
+    along_y = v.y / ring;
+  }
+
+  float x, y;
+  Vec3f v;
+  float alpha2, f0;
+  float masking;                   ///< sqrt(alpha² + (1 - alpha²) (n·v)²)
+  float along_x = 1, along_y = 0;  ///< The viewer's azimuth; any direction where the viewer is at the normal.
+
+ private:
+  static float square_of(float value) { return value * value; }
+};
+
+struct GroupShares {
+  std::array<float, 4> share;   ///< f n·l times the solid angle.
+  std::array<float, 4> angle2;  ///< Squared radius over squared distance.
+  std::array<float, 4> width2;  ///< Squared angle of l over which the lobe changes.
+};
+
+/// Without branches, so that it vectorises.
+GroupShares evaluate(const Lobe& lobe, const SurfelGroup& group) {
+  GroupShares out;
+  const float alpha2 = lobe.alpha2, f0 = lobe.f0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const float to_x = group.x[k] - lobe.x, to_y = group.y[k] - lobe.y, to_z = group.z[k];
+    const float square = std::max(to_x * to_x + to_y * to_y + to_z * to_z, kMinSquare);
+    const float inverse = 1 / std::sqrt(square), inverse2 = inverse * inverse;
+    const float l_z = to_z * inverse;
+    const float facing = -(group.area_x[k] * to_x + group.area_y[k] * to_y + group.area_z[k] * to_z) * inverse;
+    // v + l, twice the half vector times its cosine, along the viewer's azimuth and across it.
+    const float sum_x = lobe.v.x + to_x * inverse, sum_y = lobe.v.y + to_y * inverse, sum_z = lobe.v.z + l_z;
+    const float along = sum_x * lobe.along_x + sum_y * lobe.along_y;
+    const float across = sum_y * lobe.along_x - sum_x * lobe.along_y;
+    const float level2 = along * along + across * across, sum_z2 = sum_z * sum_z, sum2 = level2 + sum_z2;
+    // A change of l by an angle, vertically or horizontally, changes the slope of the half vector by that angle over 2
+    // or over sum_z.
+    const float angle2 = group.radius2[k] * inverse2;
+    const float widening = group.children[k] != 0 ? kWidening : kPixelWidening;
+    const float along2 = alpha2 + widening * std::min(1.0F, angle2 * 0.25F);
+    const float across2 = alpha2 + widening * std::min(1.0F, angle2 / sum_z2);
+    // GGX with two widths (Burley 2012, "Physically-Based Shading at Disney", eq. 13), with h.z² = sum_z² / sum2:
+    // sum2² P^1.5 / (pi (along² across2 + across² along2 + P sum_z²)²), P = along2 across2.
+    const float product = along2 * across2;
+    const float d = along * along * across2 + across * across * along2 + product * sum_z2;
+    // As SpecularBrdf: G2 / (4 n·v n·l) and Schlick's term at v·h = sqrt(sum2) / 2.
+    const float masking = l_z * lobe.masking + lobe.v.z * std::sqrt(alpha2 + (1 - alpha2) * l_z * l_z);
+    const float m = std::max(0.0F, 1 - 0.5F * std::sqrt(sum2)), m2 = m * m;
+    const float fresnel = f0 + (1 - f0) * m2 * m2 * m;
+    const float share = sum2 * sum2 * product * std::sqrt(product) * 0.5F * fresnel * l_z * facing * inverse2 /
+                        (std::numbers::pi_v<float> * d * d * masking);
+    out.share[k] = facing > 0 && l_z > 0 ? share : 0.0F;
+    out.angle2[k] = angle2;
+    out.width2[k] = alpha2 * sum_z2 + level2;
+  }
+  return out;
+}
+
 }  // namespace
 
 void GlossGather::set(const SpecularBrdf& brdf) {
@@ -59,51 +128,34 @@ float GlossGather::albedo(float cosine) const {
   return albedo_[static_cast<std::size_t>(k)] * (1 - f) + albedo_[static_cast<std::size_t>(k) + 1] * f;
 }
 
-GlossGather::Sum GlossGather::gather(const Surfel* root, std::span<const Surfel> surfels, float x, float y, Vec3f v,
+GlossGather::Sum GlossGather::gather(std::span<const SurfelGroup> groups, float x, float y, Vec3f v,
                                      float tolerance) const {
   Sum out;
-  if (root == nullptr) return out;
-  const float a2 = std::max(brdf_.alpha, SpecularBrdf::kMinAlpha) * std::max(brdf_.alpha, SpecularBrdf::kMinAlpha);
-  const float tolerance2 = tolerance * tolerance;
-  // Along the viewer's azimuth; any direction where the viewer is at the normal.
-  const float ring = std::sqrt(v.x * v.x + v.y * v.y);
-  const float along_x = ring > 0 ? v.x / ring : 1, along_y = ring > 0 ? v.y / ring : 0;
-  // Of each of at most 22 levels three siblings wait.
-  std::array<const Surfel*, 96> stack{};
+  if (groups.empty()) return out;
+  const Lobe lobe(brdf_, x, y, v);
+  const float all = albedo(v.z);
+  const float tolerance2 = tolerance * tolerance, limit = kNegligible * tolerance2 * all;
+  // Of each of at most 12 levels three groups wait.
+  std::array<std::uint32_t, 64> stack{};
   std::size_t waiting = 0;
-  stack[waiting++] = root;
+  stack[waiting++] = static_cast<std::uint32_t>(groups.size());
   float weight = 0;
   while (waiting > 0) {
-    const Surfel& node = *stack[--waiting];
-    const Vec3f to{node.position.x - x, node.position.y - y, node.position.z};
-    const float square = dot(to, to);
-    const float inverse = square > 0 ? 1 / std::sqrt(square) : 0;
-    const Vec3f l = to * inverse;
-    const Vec3f sum = v + l;
-    // Slope of the half vector along the viewer's azimuth and across it, and by how much it varies over the node: a
-    // change of l by an angle, vertically or horizontally, changes it by that angle over 2 or over 2 n·v.
-    const float along = (sum.x * along_x + sum.y * along_y) / sum.z;
-    const float across = (sum.y * along_x - sum.x * along_y) / sum.z;
-    const float angle = node.radius * inverse, extent = angle / sum.z;
-    const bool inside = node.radius * node.radius >= square;
-    if (node.count > 0 && (inside || extent * extent > tolerance2 * (a2 + along * along + across * across))) {
-      for (std::uint32_t k = 0; k < node.count; ++k) stack[waiting++] = &surfels[node.children + k];
-      continue;
+    const SurfelGroup& group = groups[stack[--waiting] - 1];
+    const GroupShares shares = evaluate(lobe, group);
+    for (std::size_t k = 0; k < 4; ++k) {
+      // The change of the lobe over the surfel is its angle over this width.
+      const float angle2 = shares.angle2[k], width2 = shares.width2[k];
+      const bool divides = angle2 > tolerance2 * width2 && shares.share[k] * angle2 > limit * width2;
+      if (group.children[k] != 0 && (divides || angle2 >= 1)) {
+        stack[waiting++] = group.children[k];
+        continue;
+      }
+      const float share = shares.share[k];
+      weight += share;
+      out.reflected += Radiance{group.red[k], group.green[k], group.blue[k]} * share;
     }
-    const float facing = -dot(node.area, l);
-    if (!(facing > 0) || !(l.z > 0)) continue;
-    const float widening = node.count > 0 ? kWidening : kPixelWidening;
-    const float along2 = a2 + widening * std::min(1.0F, angle * angle / 4);
-    const float across2 = a2 + widening * std::min(1.0F, extent * extent);
-    // GGX with two widths (Burley 2012, "Physically-Based Shading at Disney", eq. 13); h.z² = sum.z² / |sum|².
-    const float d = along * along / along2 + across * across / across2 + 1;
-    const float sum2 = dot(sum, sum), secant2 = sum2 / (sum.z * sum.z);
-    const float distribution = secant2 * secant2 / (std::numbers::pi_v<float> * std::sqrt(along2 * across2) * d * d);
-    const float share = distribution * brdf_.without_distribution(v, l, sum2) * facing * inverse * inverse;
-    weight += share;
-    out.reflected += node.radiance * share;
   }
-  const float all = albedo(v.z);
   if (!(weight > 0) || !std::isfinite(weight) || !(all > 0)) return {};
   out.hidden = weight / all;
   if (out.hidden > 1) {

@@ -27,10 +27,9 @@ class GlossGather {
     Radiance reflected;  ///< The integral of f n·l L over what the tree covers.
     float hidden = 0;    ///< The same for L = 1, divided by the albedo; 0 to 1.
   };
-  /// At the point (x, y) of the plane towards the unit vector v, v.z > 0. `root` may be null. `tolerance`: as
+  /// At the point (x, y) of the plane towards the unit vector v, v.z > 0. `groups`: as MirrorImage. `tolerance`: as
   /// ReflectionOptions.
-  [[nodiscard]] Sum gather(const Surfel* root, std::span<const Surfel> surfels, float x, float y, Vec3f v,
-                           float tolerance) const;
+  [[nodiscard]] Sum gather(std::span<const SurfelGroup> groups, float x, float y, Vec3f v, float tolerance) const;
 
  private:
   static constexpr int kSteps = 64;

@@ -22,6 +22,20 @@ float doubled_area(float ax, float ay, float bx, float by, float cx, float cy) {
 
 }  // namespace
 
+void SurfelGroup::set(std::size_t k, const Surfel& surfel) {
+  x[k] = surfel.position.x;
+  y[k] = surfel.position.y;
+  z[k] = surfel.position.z;
+  radius2[k] = surfel.radius * surfel.radius;
+  area_x[k] = surfel.area.x;
+  area_y[k] = surfel.area.y;
+  area_z[k] = surfel.area.z;
+  red[k] = surfel.radiance.r;
+  green[k] = surfel.radiance.g;
+  blue[k] = surfel.radiance.b;
+  children[k] = surfel.children;
+}
+
 void ImageAxis::build(int texels, float texel, float low, float high) {
   centre_.clear();
   width_.clear();
@@ -77,8 +91,7 @@ void MirrorImage::build(std::span<const MirrorVertex> vertices, std::span<const 
   vertices_ = vertices;
   triangles_ = triangles;
   eye_ = eye;
-  seen_ = false;
-  surfels_.clear();
+  groups_.clear();
   projected_.clear();
   constexpr float kMax = std::numeric_limits<float>::max();
   Vec3f low{kMax, kMax, 0}, high{-kMax, -kMax, 0};
@@ -96,7 +109,9 @@ void MirrorImage::build(std::span<const MirrorVertex> vertices, std::span<const 
   if (pixels_.empty()) return;
   for (std::uint32_t t = 0; t < triangles.size(); ++t) rasterize(t);
   const auto side = static_cast<unsigned>(std::max(x_.size(), y_.size()));
-  seen_ = gather(std::bit_width(side - 1), 0, 0, root_);
+  Surfel root;
+  if (!gather(std::bit_width(side - 1), 0, 0, root)) return;
+  groups_.emplace_back().set(0, root);
 }
 
 void MirrorImage::rasterize(std::uint32_t triangle) {
@@ -191,11 +206,11 @@ bool MirrorImage::gather(int level, int i, int j, Surfel& out) {
   }
   out.position = out.position * (1 / out.weight);
   out.radiance = out.radiance * (1 / out.weight);
-  out.children = static_cast<std::uint32_t>(surfels_.size());
-  out.count = count;
+  SurfelGroup& group = groups_.emplace_back();
+  out.children = static_cast<std::uint32_t>(groups_.size());
   for (std::uint32_t k = 0; k < count; ++k) {
     out.radius = std::max(out.radius, length(parts[k].position - out.position) + parts[k].radius);
-    surfels_.push_back(parts[k]);
+    group.set(k, parts[k]);
   }
   return true;
 }

@@ -23,11 +23,21 @@ struct MirrorVertex {
 struct Surfel {
   Vec3f position;              ///< Mean over its area.
   float radius = 0;            ///< Of a ball around `position` that contains it.
-  Vec3f area;                  ///< Vector area, texels², towards the mirrored eye.
-  float weight = 0;            ///< Area across the ray from the mirrored eye, texels².
+  Vec3f area;                  ///< Vector area, towards the mirrored eye.
+  float weight = 0;            ///< Area across the ray from the mirrored eye.
   Radiance radiance;           ///< Mean.
-  std::uint32_t children = 0;  ///< Index of the first one.
-  std::uint32_t count = 0;     ///< Of children; 0: one pixel.
+  std::uint32_t children = 0;  ///< 1 + index of the group into which it divides; 0: a pixel.
+};
+
+/// Up to four surfels of one part; those that are absent have no area and no children. Arrays, so that loops over the
+/// four vectorise.
+struct SurfelGroup {
+  std::array<float, 4> x{}, y{}, z{}, radius2{};
+  std::array<float, 4> area_x{}, area_y{}, area_z{};
+  std::array<float, 4> red{}, green{}, blue{};
+  std::array<std::uint32_t, 4> children{};
+
+  void set(std::size_t k, const Surfel& surfel);
 };
 
 /// The mirror image within one texel.
@@ -66,9 +76,8 @@ class MirrorImage {
   void build(std::span<const MirrorVertex> vertices, std::span<const std::array<std::uint32_t, 3>> triangles, Vec3f eye,
              int columns, int rows, float row_height);
 
-  /// The tree; empty if nothing is seen.
-  [[nodiscard]] const Surfel* root() const { return seen_ ? &root_ : nullptr; }
-  [[nodiscard]] std::span<const Surfel> surfels() const { return surfels_; }
+  /// The tree of what is seen; the last group is the root. Empty if nothing is seen.
+  [[nodiscard]] std::span<const SurfelGroup> groups() const { return groups_; }
   /// Column from -X, row from -Y.
   [[nodiscard]] MirrorTexel texel(int column, int row) const;
 
@@ -100,9 +109,7 @@ class MirrorImage {
   std::vector<Projected> projected_;
   ImageAxis x_, y_;
   std::vector<Pixel> pixels_;
-  std::vector<Surfel> surfels_;
-  Surfel root_;
-  bool seen_ = false;
+  std::vector<SurfelGroup> groups_;
 };
 
 }  // namespace lightwell::core

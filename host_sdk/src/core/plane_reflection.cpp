@@ -24,7 +24,7 @@ constexpr double kMinEyeHeight = 1e-3, kMaxEyeDistance = 1e7;
 /// Largest radiance: sums of it stay finite.
 constexpr float kMaxRadiance = 1e30F;
 /// Radii of the lobe, texels, between which a texel changes from the mirror image to the sum under the lobe.
-constexpr float kSharp = 0.5F, kBlurred = 2.0F;
+constexpr float kSharp = 0.25F, kBlurred = 1.0F;
 /// Hidden shares below this do not count as reflection in the summary.
 constexpr float kMinHidden = 1e-3F;
 
@@ -147,7 +147,8 @@ void PlaneReflector::Impl::place_object(const RadiantMesh& object, PlaneReflecti
     // False for NaN.
     const bool near =
         std::abs(p.x) <= kMaxCoordinate && std::abs(p.y) <= kMaxCoordinate && std::abs(p.z) <= kMaxCoordinate;
-    placed_.push_back({vec_cast<float>(p), by_vertex ? usable_radiance(object.radiance[k]) : Radiance{}, near, kNotAdded});
+    placed_.push_back(
+        {vec_cast<float>(p), by_vertex ? usable_radiance(object.radiance[k]) : Radiance{}, near, kNotAdded});
   }
   vertices_.clear();
   triangles_.clear();
@@ -199,7 +200,7 @@ Vec3f PlaneReflector::Impl::viewer_at(float x, float y) const {
 }
 
 PlaneReflector::Impl::Texel PlaneReflector::Impl::blurred(float x, float y) const {
-  return gather_.gather(image_.root(), image_.surfels(), x, y, viewer_at(x, y), tolerance_);
+  return gather_.gather(image_.groups(), x, y, viewer_at(x, y), tolerance_);
 }
 
 /// Of a texel of the mirror image.
@@ -220,7 +221,7 @@ PlaneReflector::Impl::Texel PlaneReflector::Impl::shaded(int column, int row) co
   }
   Texel out;
   if (blur > 0) {
-    out = gather_.gather(image_.root(), image_.surfels(), x, y, v, tolerance_);
+    out = gather_.gather(image_.groups(), x, y, v, tolerance_);
     out.reflected = out.reflected * blur;
     out.hidden *= blur;
   }

@@ -40,17 +40,11 @@ struct SpecularBrdf {
     const float across = (sum.x * sum.x + sum.y * sum.y) / square, up = sum.z * sum.z / square;
     const float d = across + a2 * up;
     const float distribution = a2 / (std::numbers::pi_v<float> * d * d);
-    return distribution * without_distribution(v, l, square);
-  }
-
-  /// The same divided by the distribution, for directions above the surface. `square`: |v + l|², above 0.
-  [[nodiscard]] float without_distribution(Vec3f v, Vec3f l, float square) const {
-    const float a2 = std::max(alpha, kMinAlpha) * std::max(alpha, kMinAlpha);
     // G2 / (4 n·v n·l) = 1 / (2 (n·l sqrt(a2 + (1 - a2) (n·v)²) + n·v sqrt(a2 + (1 - a2) (n·l)²)))
     const float visibility =
         0.5F / (l.z * std::sqrt(a2 + (1 - a2) * v.z * v.z) + v.z * std::sqrt(a2 + (1 - a2) * l.z * l.z));
     // v·h = |v + l| / 2.
-    return visibility * fresnel(0.5F * std::sqrt(square)) * l.z;
+    return distribution * visibility * fresnel(0.5F * std::sqrt(square)) * l.z;
   }
 };
 
