@@ -14,7 +14,7 @@ constexpr float kMinAlbedoCosine = 1e-3F;
 /// of the half vector. A disc of uniform density has the variance 1/4 along each axis; single pixels must overlap.
 constexpr float kWidening = 0.25F, kPixelWidening = 1;
 /// A surfel is not divided if its share of the lobe times its change is less than this times tolerance².
-constexpr float kNegligible = 0.02F;
+constexpr float kNegligible = 0.01F;
 /// Least squared distance, texels².
 constexpr float kMinSquare = 1e-12F;
 /// Half vectors of the albedo's quadrature: azimuths over half a turn, and slopes.

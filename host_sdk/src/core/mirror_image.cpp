@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace lightwell::core {
 namespace {
@@ -14,6 +15,11 @@ constexpr float kMaxPixelsAlongGrid = 1024;
 constexpr float kGrowth = 1.06F;
 /// Least cosine between a surface and the ray that sees it: the area of a surfel is at most ten times its image.
 constexpr float kMinSurfelCosine = 0.1F;
+
+/// Lowest position of a surfel.
+constexpr float kMinHeight = 1e-3F;
+/// Triangles that are thinner in the image, relative to their length, are left out: their sides are those of rounding.
+constexpr float kMinAspect = 1e-5F;
 
 /// Twice the area, positive if c is on the left of a -> b.
 float doubled_area(float ax, float ay, float bx, float by, float cx, float cy) {
@@ -86,16 +92,14 @@ ImageAxis::Range ImageAxis::of_texel(int texel) const {
   return {from, to};
 }
 
-void MirrorImage::build(std::span<const MirrorVertex> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
-                        Vec3f eye, int columns, int rows, float row_height) {
-  vertices_ = vertices;
-  triangles_ = triangles;
-  eye_ = eye;
+void MirrorImage::build(const MirrorScene& scene) {
+  scene_ = scene;
+  const Vec3f eye = scene.eye;
   groups_.clear();
   projected_.clear();
   constexpr float kMax = std::numeric_limits<float>::max();
   Vec3f low{kMax, kMax, 0}, high{-kMax, -kMax, 0};
-  for (const MirrorVertex& v : vertices) {
+  for (const MirrorVertex& v : scene.vertices) {
     const Vec3f p = v.position;
     // Where the line from the mirrored eye to the vertex crosses the plane.
     const float s = p.z / (eye.z + p.z);
@@ -103,11 +107,12 @@ void MirrorImage::build(std::span<const MirrorVertex> vertices, std::span<const 
     low = {std::min(low.x, projected_.back().x), std::min(low.y, projected_.back().y), 0};
     high = {std::max(high.x, projected_.back().x), std::max(high.y, projected_.back().y), 0};
   }
-  x_.build(columns, 1, low.x, high.x);
-  y_.build(rows, row_height, low.y, high.y);
+  x_.build(scene.columns, 1, low.x, high.x);
+  y_.build(scene.rows, scene.row_height, low.y, high.y);
   pixels_.assign(static_cast<std::size_t>(x_.size()) * static_cast<std::size_t>(y_.size()), {});
   if (pixels_.empty()) return;
-  for (std::uint32_t t = 0; t < triangles.size(); ++t) rasterize(t);
+  for (std::uint32_t t = 0; t < scene.triangles.size(); ++t) rasterize(t);
+  find_inside();
   const auto side = static_cast<unsigned>(std::max(x_.size(), y_.size()));
   Surfel root;
   if (!gather(std::bit_width(side - 1), 0, 0, root)) return;
@@ -115,13 +120,14 @@ void MirrorImage::build(std::span<const MirrorVertex> vertices, std::span<const 
 }
 
 void MirrorImage::rasterize(std::uint32_t triangle) {
-  const auto& [ia, ib, ic] = triangles_[triangle];
+  const auto& [ia, ib, ic] = scene_.triangles[triangle];
   const Projected &a = projected_[ia], &b = projected_[ib], &c = projected_[ic];
   const float area = doubled_area(a.x, a.y, b.x, b.y, c.x, c.y);
-  if (area == 0 || !std::isfinite(1 / area)) return;
-  const int first_column = x_.first_from(std::min({a.x, b.x, c.x})),
-            first_row = y_.first_from(std::min({a.y, b.y, c.y}));
-  const float right = std::max({a.x, b.x, c.x}), top = std::max({a.y, b.y, c.y});
+  const float left = std::min({a.x, b.x, c.x}), right = std::max({a.x, b.x, c.x});
+  const float bottom = std::min({a.y, b.y, c.y}), top = std::max({a.y, b.y, c.y});
+  const float extent = std::max(right - left, top - bottom);
+  if (!(std::abs(area) > kMinAspect * extent * extent) || !std::isfinite(1 / area)) return;
+  const int first_column = x_.first_from(left), first_row = y_.first_from(bottom);
   for (int j = first_row; j < y_.size() && y_.centre(j) <= top; ++j)
     for (int i = first_column; i < x_.size() && x_.centre(i) <= right; ++i) {
       const float x = x_.centre(i), y = y_.centre(j);
@@ -136,8 +142,32 @@ void MirrorImage::rasterize(std::uint32_t triangle) {
     }
 }
 
+/// The winding number of the section around the centre of each pixel; 0 in rows where the section is not closed.
+void MirrorImage::find_inside() {
+  winding_.clear();
+  if (scene_.section.empty()) return;
+  winding_.assign(pixels_.size(), 0);
+  const auto columns = static_cast<std::size_t>(x_.size());
+  // First the change at the pixel on the right of each crossing of a row.
+  for (const SectionEdge& edge : scene_.section) {
+    const bool up = edge.from_y < edge.to_y;
+    const float low = up ? edge.from_y : edge.to_y, high = up ? edge.to_y : edge.from_y;
+    for (int j = y_.first_from(low); j < y_.size() && y_.centre(j) < high; ++j) {
+      const float t = (y_.centre(j) - edge.from_y) / (edge.to_y - edge.from_y);
+      const int i = x_.first_from(edge.from_x + (edge.to_x - edge.from_x) * t);
+      if (i < x_.size()) winding_[static_cast<std::size_t>(j) * columns + static_cast<std::size_t>(i)] += up ? 1 : -1;
+    }
+  }
+  for (std::size_t row = 0; row < winding_.size(); row += columns) {
+    const auto begin = winding_.begin() + static_cast<std::ptrdiff_t>(row);
+    const auto end = begin + static_cast<std::ptrdiff_t>(columns);
+    std::partial_sum(begin, end, begin);
+    if (*(end - 1) != 0) std::fill(begin, end, std::int32_t{0});
+  }
+}
+
 MirrorImage::Sample MirrorImage::sample(const Pixel& pixel, float x, float y) const {
-  const auto& corners = triangles_[pixel.triangle - 1];
+  const auto& corners = scene_.triangles[pixel.triangle - 1];
   const Projected &a = projected_[corners[0]], &b = projected_[corners[1]], &c = projected_[corners[2]];
   const float share[] = {doubled_area(b.x, b.y, c.x, c.y, x, y), doubled_area(c.x, c.y, a.x, a.y, x, y),
                          doubled_area(a.x, a.y, b.x, b.y, x, y)};
@@ -145,8 +175,8 @@ MirrorImage::Sample MirrorImage::sample(const Pixel& pixel, float x, float y) co
   Sample out;
   float sum = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    const MirrorVertex& vertex = vertices_[corners[k]];
-    const float weight = share[k] * (eye_.z / (eye_.z + vertex.position.z));
+    const MirrorVertex& vertex = scene_.vertices[corners[k]];
+    const float weight = share[k] * (scene_.eye.z / (scene_.eye.z + vertex.position.z));
     out.position += vertex.position * weight;
     out.radiance += vertex.radiance * weight;
     sum += weight;
@@ -160,12 +190,12 @@ Surfel MirrorImage::leaf(int i, int j) const {
   const Pixel& seen = pixel(i, j);
   const float x = x_.centre(i), y = y_.centre(j), dx = x_.width(i), dy = y_.width(j);
   const Sample at = sample(seen, x, y);
-  const Vec3f ray = normalized(Vec3f{x - eye_.x, y - eye_.y, eye_.z});
+  const Vec3f ray = normalized(Vec3f{x - scene_.eye.x, y - scene_.eye.y, scene_.eye.z});
   // From the plane to the surface the image grows by this.
-  const float scale = (eye_.z + at.position.z) / eye_.z;
-  const auto& [ia, ib, ic] = triangles_[seen.triangle - 1];
-  const Vec3f origin = vertices_[ia].position;
-  const Vec3f normal = normalized(cross(vertices_[ib].position - origin, vertices_[ic].position - origin));
+  const float scale = (scene_.eye.z + at.position.z) / scene_.eye.z;
+  const auto& [ia, ib, ic] = scene_.triangles[seen.triangle - 1];
+  const Vec3f origin = scene_.vertices[ia].position;
+  const Vec3f normal = normalized(cross(scene_.vertices[ib].position - origin, scene_.vertices[ic].position - origin));
   const float cosine = dot(normal, ray), size = std::max(std::abs(cosine), kMinSurfelCosine);
   Surfel out;
   out.position = at.position;
@@ -183,9 +213,13 @@ bool MirrorImage::gather(int level, int i, int j, Surfel& out) {
   const int size = 1 << level;
   if (i * size >= x_.size() || j * size >= y_.size()) return false;
   if (level == 0) {
-    if (pixel(i, j).triangle == 0) return false;
+    const std::size_t at =
+        static_cast<std::size_t>(j) * static_cast<std::size_t>(x_.size()) + static_cast<std::size_t>(i);
+    // From inside, what other points of the plane do not see.
+    if (pixels_[at].triangle == 0 || (!winding_.empty() && winding_[at] != 0)) return false;
     out = leaf(i, j);
-    return true;
+    // The plane does not reflect what lies on it.
+    return out.position.z > kMinHeight;
   }
   std::array<Surfel, 4> parts;
   std::uint32_t count = 0;

@@ -19,6 +19,21 @@ struct MirrorVertex {
   Radiance radiance;
 };
 
+/// A part of the line in which the object crosses the plane; all are oriented alike to the object's inside.
+struct SectionEdge {
+  float from_x = 0, from_y = 0, to_x = 0, to_y = 0;
+};
+
+/// What is rendered. The spans must remain until the last call of MirrorImage::texel().
+struct MirrorScene {
+  std::span<const MirrorVertex> vertices;  ///< Finite, not below the plane.
+  std::span<const std::array<std::uint32_t, 3>> triangles;
+  std::span<const SectionEdge> section;
+  Vec3f eye;  ///< z > 0.
+  int columns = 0, rows = 0;
+  float row_height = 1;
+};
+
 /// A part of the object that the mirrored eye sees.
 struct Surfel {
   Vec3f position;              ///< Mean over its area.
@@ -71,10 +86,8 @@ class ImageAxis {
 
 class MirrorImage {
  public:
-  /// The grid has columns x rows texels of 1 x `row_height`. Vertices are finite and not below the plane; eye.z > 0.
-  /// The spans must remain until the last call of texel(). Allocates only if more is seen than before.
-  void build(std::span<const MirrorVertex> vertices, std::span<const std::array<std::uint32_t, 3>> triangles, Vec3f eye,
-             int columns, int rows, float row_height);
+  /// Allocates only if more is seen than before.
+  void build(const MirrorScene& scene);
 
   /// The tree of what is seen; the last group is the root. Empty if nothing is seen.
   [[nodiscard]] std::span<const SurfelGroup> groups() const { return groups_; }
@@ -96,6 +109,7 @@ class MirrorImage {
   };
 
   void rasterize(std::uint32_t triangle);
+  void find_inside();
   [[nodiscard]] Sample sample(const Pixel& pixel, float x, float y) const;
   [[nodiscard]] Surfel leaf(int i, int j) const;
   bool gather(int level, int i, int j, Surfel& out);
@@ -103,12 +117,11 @@ class MirrorImage {
     return pixels_[static_cast<std::size_t>(j) * static_cast<std::size_t>(x_.size()) + static_cast<std::size_t>(i)];
   }
 
-  std::span<const MirrorVertex> vertices_;
-  std::span<const std::array<std::uint32_t, 3>> triangles_;
-  Vec3f eye_;
+  MirrorScene scene_;
   std::vector<Projected> projected_;
   ImageAxis x_, y_;
   std::vector<Pixel> pixels_;
+  std::vector<std::int32_t> winding_;  ///< Of the section around each pixel; empty if there is no section.
   std::vector<SurfelGroup> groups_;
 };
 

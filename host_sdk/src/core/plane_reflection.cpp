@@ -115,6 +115,7 @@ class PlaneReflector::Impl {
   std::vector<PlacedVertex> placed_;
   std::vector<core::MirrorVertex> vertices_;  ///< Of the part above the plane.
   std::vector<std::array<std::uint32_t, 3>> triangles_;
+  std::vector<core::SectionEdge> section_;
   // By texel or cell, rows from -Y.
   std::vector<core::MirrorTexel> mirrored_;
   std::vector<std::uint8_t> single_;  ///< Cells whose texels are computed singly.
@@ -152,6 +153,7 @@ void PlaneReflector::Impl::place_object(const RadiantMesh& object, PlaneReflecti
   }
   vertices_.clear();
   triangles_.clear();
+  section_.clear();
   const std::span<const std::uint32_t> indices = object.mesh.indices;
   for (std::size_t t = 0; t < indices.size() / 3; ++t) {
     std::array<PlacedVertex*, 3> corners{};
@@ -178,6 +180,7 @@ void PlaneReflector::Impl::place_object(const RadiantMesh& object, PlaneReflecti
 void PlaneReflector::Impl::add_triangle(const std::array<PlacedVertex*, 3>& corners) {
   std::array<std::uint32_t, 4> polygon{};
   std::size_t count = 0;
+  core::SectionEdge crossing;
   for (std::size_t k = 0; k < 3; ++k) {
     PlacedVertex& a = *corners[k];
     const PlacedVertex& b = *corners[(k + 1) % 3];
@@ -190,8 +193,20 @@ void PlaneReflector::Impl::add_triangle(const std::array<PlacedVertex*, 3>& corn
     }
     if ((a.position.z >= 0) == (b.position.z >= 0)) continue;
     polygon[count++] = static_cast<std::uint32_t>(vertices_.size());
-    vertices_.push_back(a.position.z < b.position.z ? cut(a, b) : cut(b, a));
+    const bool descends = a.position.z >= 0;
+    vertices_.push_back(descends ? cut(b, a) : cut(a, b));
+    const Vec3f at = vertices_.back().position;
+    if (descends) {
+      crossing.from_x = at.x;
+      crossing.from_y = at.y;
+    } else {
+      crossing.to_x = at.x;
+      crossing.to_y = at.y;
+    }
   }
+  if (count == 0) return;
+  const bool crosses = std::ranges::any_of(corners, [](const PlacedVertex* corner) { return corner->position.z < 0; });
+  if (crosses) section_.push_back(crossing);
   for (std::size_t k = 2; k < count; ++k) triangles_.push_back({polygon[0], polygon[k - 1], polygon[k]});
 }
 
@@ -287,7 +302,7 @@ void PlaneReflector::Impl::render(const SpecularBrdf& brdf, const PlaneGrid& gri
   gather_.set(brdf);
   place_grid(grid, eye);
   place_object(object, about);
-  image_.build(vertices_, triangles_, eye_, columns_, rows_, row_height_);
+  image_.build({vertices_, triangles_, section_, eye_, columns_, rows_, row_height_});
   find_single_cells();
   fill_lattice();
   for (int row = 0; row < rows_; ++row)
