@@ -9,6 +9,7 @@
 
 #include <lightwell/plane_light.hpp>
 
+#include "host_sdk/plane_light_quadrature.hpp"
 #include "host_sdk/reflection_scenes.hpp"
 #include "host_sdk/shadow_scenes.hpp"
 #include "support/captured_planes.hpp"
@@ -17,7 +18,7 @@ namespace lightwell::test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kSide = 0.2;
+constexpr double kSide = kSquareSide_m;
 
 /// D and S are uniform. RGB9E5 holds these values exactly.
 CapturedPlane uniform_plane(Radiance diffuse, Radiance specular) {
@@ -50,22 +51,6 @@ double form_factor(double x, double y, double height) {
   return sum;
 }
 
-/// The integral of L(point, direction to the receiver) n·l cos / r² over the square by n x n midpoints.
-template <class L>
-double quadrature(Vec3d receiver, Vec3d normal, const L& radiance, int n = 400) {
-  double sum = 0;
-  const double step = kSide / n;
-  for (int j = 0; j < n; ++j)
-    for (int i = 0; i < n; ++i) {
-      const Vec3d at{(i + 0.5) * step - kSide / 2, (j + 0.5) * step - kSide / 2, 0};
-      const Vec3d to = receiver - at;
-      const double square = dot(to, to), distance = std::sqrt(square);
-      const double cosine = -dot(normal, to) / distance;
-      if (cosine > 0) sum += step * step * radiance(at, to * (1 / distance)) * cosine * to.z / (square * distance);
-    }
-  return sum;
-}
-
 TEST(PlaneLight, OfAUniformSquareIsTheFormFactor) {
   const PlaneLight light = light_of(uniform_plane({0.5, 1, 2}, {}));
   for (const Vec3d point : {Vec3d{0, 0, 0.1}, {0.03, -0.07, 0.02}, {0.2, 0.05, 0.04}, {0, 0.3, 1}, {0.05, 0, 1e-4}}) {
@@ -83,7 +68,7 @@ TEST(PlaneLight, APartOfTheSquareBelowTheHorizonDoesNotCount) {
   const PlaneLight light = light_of(uniform_plane({1, 1, 1}, {}));
   for (const Vec3d normal : {Vec3d{1, 0, 0}, {0.6, 0, -0.8}, {0, -0.8, 0.6}, {0.48, 0.6, -0.64}})
     for (const Vec3d point : {Vec3d{0, 0, 0.05}, {-0.08, 0.02, 0.1}}) {
-      const double expected = quadrature(point, normal, [](Vec3d, Vec3d) { return 1.0; });
+      const double expected = square_irradiance(point, normal, [](Vec3d, Vec3d) { return 1.0; });
       // The midpoint rule at the horizon.
       EXPECT_NEAR(light.irradiance(point, normal).value.g, expected, 1e-4) << normal.x << " " << point.x;
     }
@@ -91,20 +76,12 @@ TEST(PlaneLight, APartOfTheSquareBelowTheHorizonDoesNotCount) {
 }
 
 TEST(PlaneLight, OfATextureAgreesWithTheQuadrature) {
-  CapturedPlane plane = linear_plane();
-  std::ranges::fill(plane.lumisphere.radiance, Radiance{});
-  // A bright patch of 8 x 8 texels, beside the middle.
-  for (int row = 20; row < 28; ++row)
-    for (int column = 40; column < 48; ++column)
-      plane.texture.radiance[static_cast<std::size_t>(64 * row + column)] = {8, 8, 8};
+  const CapturedPlane plane = plane_with_patch(64);
   const PlaneLight light = light_of(plane);
-  const auto radiance = [&](Vec3d at, Vec3d) {
-    const int column = static_cast<int>((at.x / kSide + 0.5) * 64), row = static_cast<int>((0.5 - at.y / kSide) * 64);
-    return double{plane.texture.radiance[static_cast<std::size_t>(64 * row + column)].g};
-  };
+  const auto radiance = [&](Vec3d at, Vec3d) { return texel_green(plane, at); };
   for (const Vec3d normal : {Vec3d{0, 0, -1}, {1, 0, 0}, {-0.6, 0.48, -0.64}})
     for (const Vec3d point : {Vec3d{0, 0, 0.1}, {0.03, 0.03, 0.01}, {-0.15, 0, 0.03}, {0, 0.3, 0.5}}) {
-      const double expected = quadrature(point, normal, radiance, 640);
+      const double expected = square_irradiance(point, normal, radiance, 640);
       const PlaneLightAnswer answer = light.irradiance(point, normal, PlaneLayers::diffuse);
       // kTileTolerance times pi times the mean radiance 0.5 for each of some tens of tiles, which cancel in part.
       EXPECT_NEAR(answer.value.g, expected, 0.01 * std::max(expected, 0.3)) << normal.x << " " << point.x;
@@ -116,7 +93,7 @@ TEST(PlaneLight, OfTheMirrorImageAgreesWithTheQuadrature) {
   const auto specular = [](Vec3d, Vec3d to_viewer) { return double{linear_specular(std::acos(to_viewer.z)).r}; };
   for (const Vec3d normal : {Vec3d{0, 0, -1}, {0.8, 0, -0.6}})
     for (const Vec3d point : {Vec3d{0, 0, 0.1}, {0.04, 0.03, 0.02}, {-0.02, 0, 0.2}}) {
-      const double expected = quadrature(point, normal, specular);
+      const double expected = square_irradiance(point, normal, specular);
       // 545 beams; the edge of the square cuts some of them.
       EXPECT_NEAR(light.irradiance(point, normal, PlaneLayers::specular).value.r, expected, 0.06 * expected + 0.004);
     }
@@ -160,7 +137,7 @@ TEST(PlaneLight, ReplacesTheLightingInTheDirectionsOfTheSquare) {
   const Vec3d point{0.02, 0.01, 0.05};
   const PlaneLight same = light_of(uniform_plane({0.5, 0.5, 0.5}, {})), dark = light_of(uniform_plane({}, {}));
   for (const Vec3d normal : {Vec3d{0, 0, -1}, {0.8, 0, -0.6}, {0, 0, 1}}) {
-    const double factor = quadrature(point, normal, [](Vec3d, Vec3d) { return 1.0; }) / kPi;
+    const double factor = square_irradiance(point, normal, [](Vec3d, Vec3d) { return 1.0; }) / kPi;
     const PlaneLightAnswer answer = same.irradiance(point, normal, lighting);
     EXPECT_EQ(answer.validity, Validity::valid);
     // The rounding of floats, and of the midpoint rule.
@@ -211,7 +188,7 @@ TEST(PlaneLight, TheEdgeOfATextureNeedBeNoPowerOfTwo) {
   const auto radiance = [](Vec3d at, Vec3d) { return double{linear_diffuse(at.x, at.y).b}; };
   for (const Vec3d point : {Vec3d{0, 0, 0.1}, {0.06, -0.05, 0.03}})
     // Texels of 5 mm are uniform: half a percent of the difference across the square.
-    EXPECT_NEAR(light.irradiance(point, {0, 0, -1}).value.b, quadrature(point, {0, 0, -1}, radiance), 0.006);
+    EXPECT_NEAR(light.irradiance(point, {0, 0, -1}).value.b, square_irradiance(point, {0, 0, -1}, radiance), 0.006);
 }
 
 TEST(PlaneLight, ExtremePointsGiveNumbers) {

@@ -25,6 +25,14 @@ reference::Rgb radiance_at(const V3& p) {
   return {1 + 0.9 * a * b, 1 + 0.9 * b * c, 1 + 0.9 * c * a};
 }
 
+reference::Rgb room_radiance(const V3& d) {
+  // The window is before the eye, where its mirror image is seen.
+  const double elevation = std::asin(std::clamp(d.z, -1.0, 1.0)), azimuth = std::atan2(d.x, d.y);
+  const bool window = std::abs(elevation - 0.7) < 0.35 && std::abs(azimuth + 0.2) < 0.35;
+  const double value = 0.5 + 0.4 * d.x + (window ? 4.5 : 0);
+  return {value, value, 1.2 * value};
+}
+
 }  // namespace
 
 PlaneAppearance received_plane(const CapturedPlane& plane, ImageRecipients images) {
@@ -48,6 +56,7 @@ ReflectionCase make_reflection_case(const ReflectionCaseOptions& options) {
   ReflectionCase out;
   out.name = options.name;
   out.gloss.alpha = options.alpha;
+  out.scene.room = room_radiance;
   out.plane = glossy_plane(static_cast<float>(options.alpha));
   out.scene.mesh = make_shadow_object(options.object, options.triangles, options.seed);
   const double elevation = options.elevation_deg * std::numbers::pi / 180;
@@ -110,7 +119,7 @@ ReflectionErrors reflection_errors(const std::vector<TracedReflectionTexel>& tru
                                    const std::vector<Radiance>& reflected, const std::vector<float>& hidden) {
   ReflectionErrors out;
   std::vector<double> errors;
-  double power = 0;
+  double power = 0, room_power = 0;
   for (const TracedReflectionTexel& texel : truth) {
     const std::size_t at = static_cast<std::size_t>(texel.row) * static_cast<std::size_t>(grid.columns) +
                            static_cast<std::size_t>(texel.column);
@@ -122,6 +131,10 @@ ReflectionErrors reflection_errors(const std::vector<TracedReflectionTexel>& tru
       out.sharp_rms += std::pow(texel.sharp.object[k] - texel.blurred.object[k], 2);
       power += std::pow(texel.blurred.object[k], 2);
     }
+    const double room = texel.blurred.whole_room[1];
+    out.room_rms += std::pow(room * (1 - double{hidden[at]}) - texel.blurred.room[1], 2);
+    out.sharp_room_rms += std::pow(room * (1 - texel.sharp.hidden) - texel.blurred.room[1], 2);
+    room_power += room * room;
     out.hidden_rms += std::pow(double{hidden[at]} - texel.blurred.hidden, 2);
     out.sharp_hidden_rms += std::pow(texel.sharp.hidden - texel.blurred.hidden, 2);
   }
@@ -130,6 +143,8 @@ ReflectionErrors reflection_errors(const std::vector<TracedReflectionTexel>& tru
   out.percentile_99 = upper_quantile(errors, 0.99) / std::sqrt(power / (3 * texels));
   out.rms = std::sqrt(out.rms / power);
   out.sharp_rms = std::sqrt(out.sharp_rms / power);
+  out.room_rms = std::sqrt(out.room_rms / room_power);
+  out.sharp_room_rms = std::sqrt(out.sharp_room_rms / room_power);
   out.hidden_rms = std::sqrt(out.hidden_rms / texels);
   out.sharp_hidden_rms = std::sqrt(out.sharp_hidden_rms / texels);
   return out;

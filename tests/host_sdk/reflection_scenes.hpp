@@ -45,7 +45,8 @@ struct ReflectionCase {
   [[nodiscard]] RadiantMesh object() const { return {{positions, indices, {}}, radiance, RadiancePer::vertex}; }
 };
 
-/// The object's radiance varies over its surface from 0.1 to 1.9, with periods of some centimetres.
+/// The room has a gradient and a window of 40 x 40 degrees, nine times as bright. The object's radiance varies over its
+/// surface from 0.1 to 1.9, with periods of some centimetres.
 [[nodiscard]] ReflectionCase make_reflection_case(const ReflectionCaseOptions& options);
 
 /// The cases whose errors are stated: standing, hovering and composite objects; alpha 0.03, 0.1 and 0.2; the eye at 60,
@@ -71,6 +72,9 @@ struct ReflectionErrors {
   double hidden_rms = 0;
   double sharp_hidden_rms = 0;
   double percentile_99 = 0;  ///< Of the rendered radiance.
+  /// Of what remains of the room's reflection, relative to its RMS without the object: the room is not uniform over the
+  /// lobe.
+  double room_rms = 0, sharp_room_rms = 0;
 };
 [[nodiscard]] ReflectionErrors reflection_errors(const std::vector<TracedReflectionTexel>& truth, const PlaneGrid& grid,
                                                  const std::vector<Radiance>& reflected,

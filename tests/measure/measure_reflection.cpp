@@ -1,19 +1,23 @@
 // Measures PlaneReflector: time of a texture, and the error of its radiance and of the unblurred mirror image against
-// the reference ray tracer. One JSON object per line.
+// the reference ray tracer; PlaneLight: time of a query, and its error against a quadrature. One JSON object per line.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include <lightwell/plane_light.hpp>
 #include <lightwell/plane_reflection.hpp>
 #include <lightwell/quantile.hpp>
 
 #include "bench/memcpy_speed.hpp"
 #include "bench/thread_time.hpp"
+#include "host_sdk/plane_light_quadrature.hpp"
 #include "host_sdk/reflection_scenes.hpp"
 #include "imaging/image_file.hpp"
 #include "measure/output.hpp"
@@ -80,8 +84,58 @@ void measure_case(const ReflectionCase& test_case, const NamedOptions& setting, 
     line["rms"] = errors.rms;
     line["sharp_rms"] = errors.sharp_rms;
     line["percentile_99"] = errors.percentile_99;
+    line["room_rms"] = errors.room_rms;
+    line["sharp_room_rms"] = errors.sharp_room_rms;
     line["hidden_rms"] = errors.hidden_rms;
     line["sharp_hidden_rms"] = errors.sharp_hidden_rms;
+  }
+  measure::print_line(line);
+}
+
+/// At random points up to 0.3 m above a texture of 256 x 256 texels, with random normals.
+void measure_light() {
+  const CapturedPlane captured = test::plane_with_patch(256);
+  const PlaneAppearance plane = test::received_plane(captured);
+  PlaneLight light;
+  const double start = bench::thread_time_ms();
+  light.update(plane);
+  nlohmann::ordered_json line;
+  line["scene"] = "thrown light";
+  line["update_ms"] = bench::thread_time_ms() - start;
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const auto diffuse = [&](Vec3d at, Vec3d) { return test::texel_green(captured, at); };
+  const auto specular = [](Vec3d, Vec3d v) { return double{test::linear_specular(std::acos(v.z)).g}; };
+  struct Errors {
+    double squares = 0, power = 0, largest = 0;
+    void add(double value, double truth) {
+      squares += (value - truth) * (value - truth);
+      power += truth * truth;
+      largest = std::max(largest, std::abs(value - truth));
+    }
+  } of_diffuse, of_specular;
+  std::vector<std::array<Vec3d, 2>> queries;
+  constexpr int kPoints = 100;
+  for (int k = 0; k < kPoints; ++k) {
+    const double height = 0.01 + 0.29 * std::pow(std::abs(uniform(random)), 2);
+    const Vec3d point{0.12 * uniform(random), 0.12 * uniform(random), height};
+    const Vec3d normal = normalized(Vec3d{uniform(random), uniform(random), uniform(random) - 0.5});
+    queries.push_back({point, normal});
+    of_diffuse.add(double{light.irradiance(point, normal, PlaneLayers::diffuse).value.g},
+                   test::square_irradiance(point, normal, diffuse, 512));
+    of_specular.add(double{light.irradiance(point, normal, PlaneLayers::specular).value.g},
+                    test::square_irradiance(point, normal, specular, 512));
+  }
+  line["rms"] = std::sqrt(of_diffuse.squares / of_diffuse.power);
+  line["largest"] = of_diffuse.largest / std::sqrt(of_diffuse.power / kPoints);
+  line["specular_rms"] = std::sqrt(of_specular.squares / of_specular.power);
+  for (const auto& [name, layers] : {std::pair{"diffuse_us", PlaneLayers::diffuse}, {"both_us", PlaneLayers::all}}) {
+    constexpr int kRounds = 50;
+    float sum = 0;
+    const double before = bench::thread_time_ms();
+    for (int round = 0; round < kRounds; ++round)
+      for (const auto& [point, normal] : queries) sum += light.irradiance(point, normal, layers).value.g;
+    line[name] = sum > 0 ? 1e3 * (bench::thread_time_ms() - before) / (kRounds * kPoints) : 0;
   }
   measure::print_line(line);
 }
@@ -131,6 +185,7 @@ int main(int argc, char** argv) {
   app.footer("All scenes take some minutes. Exit status: 0 measured, 1 failed, 2 wrong usage.");
   return run_command(app, {argv + 1, argv + argc}, [&] {
     const bench::MemcpySpeed copy = bench::memcpy_speed(std::size_t{640} * 480 * 3);
+    if (scene.empty() && picture.empty()) measure_light();
     for (const test::ReflectionCaseOptions& options : test::reflection_cases(kTriangles)) {
       if (options.name.find(scene) == std::string::npos) continue;
       const ReflectionCase test_case = test::make_reflection_case(options);

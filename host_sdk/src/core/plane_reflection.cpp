@@ -98,10 +98,10 @@ class PlaneReflector::Impl {
   [[nodiscard]] Texel blurred(float x, float y) const;
   /// At the texel's centre, of the mirror image where that is sharper than a texel.
   [[nodiscard]] Texel shaded(int column, int row) const;
-  [[nodiscard]] Texel interpolated(int column, int row) const;
+  const Texel& corner(int column, int row);
+  [[nodiscard]] Texel interpolated(int column, int row, int step);
   [[nodiscard]] float lobe_radius(const core::MirrorTexel& mirrored) const;
-  void find_single_cells();
-  void fill_lattice();
+  void find_steps();
 
   float tolerance_;
   int cell_;
@@ -118,8 +118,8 @@ class PlaneReflector::Impl {
   std::vector<core::SectionEdge> section_;
   // By texel or cell, rows from -Y.
   std::vector<core::MirrorTexel> mirrored_;
-  std::vector<std::uint8_t> single_;  ///< Cells whose texels are computed singly.
-  std::vector<Texel> lattice_;        ///< At the corners of cells.
+  std::vector<std::uint8_t> steps_;  ///< Of cells: 1, their texels are computed singly, to cell_.
+  std::vector<Texel> corners_;       ///< Of texels; hidden < 0: not computed.
   int cell_columns_ = 0, cell_rows_ = 0;
 };
 
@@ -247,11 +247,13 @@ PlaneReflector::Impl::Texel PlaneReflector::Impl::shaded(int column, int row) co
   return out;
 }
 
-/// Cells beside or in which the blur is narrower than a cell.
-void PlaneReflector::Impl::find_single_cells() {
+/// For each cell, how far apart the points are between which its texels are interpolated: no farther than the blur is
+/// wide there and in the cells around it.
+void PlaneReflector::Impl::find_steps() {
   cell_columns_ = (columns_ + cell_ - 1) / cell_;
   cell_rows_ = (rows_ + cell_ - 1) / cell_;
-  single_.assign(static_cast<std::size_t>(cell_columns_) * static_cast<std::size_t>(cell_rows_), 0);
+  steps_.assign(static_cast<std::size_t>(cell_columns_) * static_cast<std::size_t>(cell_rows_),
+                static_cast<std::uint8_t>(cell_));
   mirrored_.clear();
   for (int row = 0; row < rows_; ++row)
     for (int column = 0; column < columns_; ++column) {
@@ -261,38 +263,36 @@ void PlaneReflector::Impl::find_single_cells() {
       // Across the viewer's azimuth the lobe is narrowest.
       const float cosine =
           viewer_at(static_cast<float>(column) + 0.5F, (static_cast<float>(row) + 0.5F) * row_height_).z;
-      if (lobe_radius(mirrored) * cosine >= static_cast<float>(cell_)) continue;
+      const float width = lobe_radius(mirrored) * cosine;
+      int step = cell_;
+      while (step > 1 && static_cast<float>(step) > width) step /= 2;
       const int i = column / cell_, j = row / cell_;
       for (int b = std::max(j - 1, 0); b <= std::min(j + 1, cell_rows_ - 1); ++b)
-        for (int a = std::max(i - 1, 0); a <= std::min(i + 1, cell_columns_ - 1); ++a)
-          single_[texel_index(a, b, cell_columns_)] = 1;
+        for (int a = std::max(i - 1, 0); a <= std::min(i + 1, cell_columns_ - 1); ++a) {
+          std::uint8_t& least = steps_[texel_index(a, b, cell_columns_)];
+          least = std::min(least, static_cast<std::uint8_t>(step));
+        }
     }
 }
 
-/// Corners of cells that are interpolated.
-void PlaneReflector::Impl::fill_lattice() {
-  const int columns = cell_columns_ + 1;
-  lattice_.assign(static_cast<std::size_t>(columns) * static_cast<std::size_t>(cell_rows_ + 1), {});
-  const auto interpolated = [&](int i, int j) {
-    return i >= 0 && j >= 0 && i < cell_columns_ && j < cell_rows_ && single_[texel_index(i, j, cell_columns_)] == 0;
-  };
-  for (int j = 0; j <= cell_rows_; ++j)
-    for (int i = 0; i <= cell_columns_; ++i)
-      if (interpolated(i, j) || interpolated(i - 1, j) || interpolated(i, j - 1) || interpolated(i - 1, j - 1))
-        lattice_[texel_index(i, j, columns)] =
-            blurred(static_cast<float>(i * cell_), static_cast<float>(j * cell_) * row_height_);
+/// Under the lobe at the corner of a texel, computed once.
+const PlaneReflector::Impl::Texel& PlaneReflector::Impl::corner(int column, int row) {
+  Texel& out = corners_[texel_index(column, row, columns_ + cell_)];
+  if (out.hidden < 0) out = blurred(static_cast<float>(column), static_cast<float>(row) * row_height_);
+  return out;
 }
 
-PlaneReflector::Impl::Texel PlaneReflector::Impl::interpolated(int column, int row) const {
-  const int i = column / cell_, j = row / cell_;
-  const float fx = (static_cast<float>(column % cell_) + 0.5F) / static_cast<float>(cell_);
-  const float fy = (static_cast<float>(row % cell_) + 0.5F) / static_cast<float>(cell_);
+/// Between corners that are `step` texels apart.
+PlaneReflector::Impl::Texel PlaneReflector::Impl::interpolated(int column, int row, int step) {
+  const int i = column % cell_ % step, j = row % cell_ % step;
+  const float fx = (static_cast<float>(i) + 0.5F) / static_cast<float>(step);
+  const float fy = (static_cast<float>(j) + 0.5F) / static_cast<float>(step);
   Texel out;
   for (int k = 0; k < 4; ++k) {
-    const Texel& corner = lattice_[texel_index(i + k % 2, j + k / 2, cell_columns_ + 1)];
+    const Texel& at = corner(column - i + k % 2 * step, row - j + k / 2 * step);
     const float weight = (k % 2 == 0 ? 1 - fx : fx) * (k / 2 == 0 ? 1 - fy : fy);
-    out.reflected += corner.reflected * weight;
-    out.hidden += corner.hidden * weight;
+    out.reflected += at.reflected * weight;
+    out.hidden += at.hidden * weight;
   }
   return out;
 }
@@ -303,12 +303,12 @@ void PlaneReflector::Impl::render(const SpecularBrdf& brdf, const PlaneGrid& gri
   place_grid(grid, eye);
   place_object(object, about);
   image_.build({vertices_, triangles_, section_, eye_, columns_, rows_, row_height_});
-  find_single_cells();
-  fill_lattice();
+  find_steps();
+  corners_.assign(static_cast<std::size_t>(columns_ + cell_) * static_cast<std::size_t>(rows_ + cell_), {{}, -1});
   for (int row = 0; row < rows_; ++row)
     for (int column = 0; column < columns_; ++column) {
-      const bool single = single_[texel_index(column / cell_, row / cell_, cell_columns_)] != 0;
-      const Texel texel = single ? shaded(column, row) : interpolated(column, row);
+      const int step = steps_[texel_index(column / cell_, row / cell_, cell_columns_)];
+      const Texel texel = step == 1 ? shaded(column, row) : interpolated(column, row, step);
       // Row 0 of the texture is at the top.
       const std::size_t at = texel_index(column, rows_ - 1 - row, columns_);
       reflected[at] = texel.reflected;
