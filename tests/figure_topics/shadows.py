@@ -1,6 +1,6 @@
 """Topic shadows: virtual objects on a real plane. Textures of the shadows that they cast (ShadowCaster of host_sdk) and
 of their reflections in a glossy plane (PlaneReflector), against the ray tracers of tests/reference; the light that the
-plane throws onto them (PlaneLight), against a quadrature. Objects, lights and seeds are in
+plane reflects onto them (PlaneLight), against a quadrature. Objects, lights and seeds are in
 tests/host_sdk/shadow_scenes.cpp and reflection_scenes.cpp.
 """
 
@@ -38,10 +38,10 @@ def rows_of(line):
 
 
 def reflection_rows(line):
-    if line["scene"] == "thrown light":
+    if line["scene"] == "light of a plane":
         real = "100 points up to 0.3 m above 256x256 texels, random normals, one thread"
-        return [at_most("light of a plane: RMS error of D's irradiance, relative to its RMS", LIGHT_RMS, line.get("rms"),
-                        "", real),
+        return [at_most("light of a plane: RMS error of D's irradiance, relative to its RMS", LIGHT_RMS,
+                        line.get("rms"), "", real),
                 reported("light of a plane: RMS error of S's irradiance, relative to its RMS", line.get("specular_rms"),
                          "", real),
                 reported("light of a plane: time of a query, D", line.get("diffuse_us"), "us", real),
@@ -70,5 +70,6 @@ def reflection_rows(line):
 def measure(programs, say):
     lines = items_of([programs / "measure_shadows"], say)
     reflections = items_of([programs / "measure_reflection"], say)
-    return [r for line in lines for r in rows_of(line)] + [r for line in reflections for r in reflection_rows(line)] or [
+    rows = [r for line in lines for r in rows_of(line)] + [r for line in reflections for r in reflection_rows(line)]
+    return rows or [
         row("scenes", "measured", "not measured", "", False, "the ray tracer of tests/reference")]

@@ -1,4 +1,4 @@
-// The light that a captured plane throws onto objects, against closed forms and a quadrature in double.
+// The light that a captured plane reflects onto objects, against closed forms and a quadrature in double.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -105,8 +105,8 @@ TEST(PlaneLight, OfTheMirrorImageAgreesWithTheQuadrature) {
               1e-6);
 }
 
-TEST(PlaneLight, AHighlightIsThrownWhereItGoes) {
-  // One direction of S is bright: the plane throws it to points above the square along that direction only.
+TEST(PlaneLight, AHighlightGoesInItsDirection) {
+  // One direction of S is bright: the plane sends it to points above the square along that direction only.
   CapturedPlane plane = uniform_plane({}, {});
   const std::size_t node = plane.lumisphere.grid.nearest({0.6F, 0, 0.8F});
   plane.lumisphere.radiance[node] = {64, 64, 64};

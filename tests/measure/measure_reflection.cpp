@@ -100,7 +100,7 @@ void measure_light() {
   const double start = bench::thread_time_ms();
   light.update(plane);
   nlohmann::ordered_json line;
-  line["scene"] = "thrown light";
+  line["scene"] = "light of a plane";
   line["update_ms"] = bench::thread_time_ms() - start;
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);

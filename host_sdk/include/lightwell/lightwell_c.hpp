@@ -330,7 +330,7 @@ class PlaneReflector {
   std::unique_ptr<lw_plane_reflector, Release> raw_;
 };
 
-/// The light that a captured plane throws onto objects, as lw_plane_light. Movable; one thread at a time updates it.
+/// The light that a captured plane reflects onto objects, as lw_plane_light. Movable; one thread at a time updates it.
 class PlaneLight {
  public:
   using Vector = std::array<double, 3>;

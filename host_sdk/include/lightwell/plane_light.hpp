@@ -1,4 +1,4 @@
-// The light that a captured plane throws onto virtual objects.
+// The light that a captured plane reflects onto virtual objects.
 #pragma once
 
 #include <array>
@@ -47,13 +47,13 @@ class PlaneLight {
 
   /// Irradiance at `point` (m, plane's frame, z at least 0) of a surface that faces `normal`, which need not be
   /// normalised, by what leaves the captured square: D, S, or both. Nothing but the plane hides parts of it; light that
-  /// a virtual object takes from the plane (ShadowCaster) is not subtracted. About 5 us.
+  /// a virtual object takes from the plane (ShadowCaster) is not subtracted. About 13 us.
   [[nodiscard]] PlaneLightAnswer irradiance(Vec3d point, Vec3d normal, PlaneLayers layers = PlaneLayers::all) const;
 
   /// The whole irradiance: that of the lighting, in which the directions that the square covers as seen from the point
   /// have the light of the square (D + S) instead of the lighting's. The lighting's axes are those of the plane:
   /// lighting.rotated(T_plane_lighting.rotation). Without a texture it is the lighting's irradiance alone, and `source`
-  /// is descriptor. About 10 us; more at the first query of a lighting (Lighting::radiance).
+  /// is descriptor. About 20 us; more at the first query of a lighting (Lighting::radiance).
   [[nodiscard]] PlaneLightAnswer irradiance(Vec3d point, Vec3d normal, const Lighting& lighting) const;
 
  private:

@@ -1,5 +1,5 @@
 /* A virtual object on a captured plane, for C: its reflection (plane_reflection.hpp) and the light that the plane
- * throws onto it (plane_light.hpp) through the C ABI, with the rules of lightwell.h. Meanings, limits and errors are
+ * reflects onto it (plane_light.hpp) through the C ABI, with the rules of lightwell.h. Meanings, limits and errors are
  * documented at the types of the same names there. All functions and structs: since LW_ABI_VERSION 0x00010004.
  *
  * Points, eyes and normals are in the plane's frame (plane_appearance.h), m. Colour is linear Rec. 709, three floats r,
@@ -73,7 +73,7 @@ LW_API lw_status lw_plane_reflector_render(lw_plane_reflector* reflector, const 
                                            float* reflected, size_t reflected_capacity, float* hidden,
                                            size_t hidden_capacity, lw_plane_reflection* about);
 
-/* ---- the light that a plane throws ---- */
+/* ---- the light that a plane reflects ---- */
 
 /* What is known of the light of a plane. Any number of threads may query it while none updates it. */
 typedef struct lw_plane_light lw_plane_light;

@@ -90,10 +90,11 @@ class PlaneReflector {
   /// For texel (row, column), at row * columns + column: the radiance from the object by way of the plane's gloss
   /// towards `eye` (m, plane's frame; above 0, never NaN), and the share of the gloss lobe that the object covers, 0
   /// to 1: of S, `hidden` is lost if the room is uniform over the lobe. Gloss and f0 are those of plane.info(). What is
-  /// below the plane is not reflected, and an object that crosses it is taken as solid. What the mirrored eye does not see of the object, because other parts are
-  /// before it, does not contribute. invalid_argument, and nothing written, for a grid as PlaneGrid::validate(), a pose
-  /// of the mesh that is not finite, indices out of range or not three for each triangle, a radiance of another length
-  /// than vertices or triangles, and spans of another size than rows * columns.
+  /// below the plane is not reflected, and an object that crosses it is taken as solid. What the mirrored eye does not
+  /// see of the object, because other parts are before it, does not contribute. invalid_argument, and nothing written,
+  /// for a grid as PlaneGrid::validate(), a pose of the mesh that is not finite, indices out of range or not three for
+  /// each triangle, a radiance of another length than vertices or triangles, and spans of another size than rows *
+  /// columns.
   [[nodiscard]] Result<PlaneReflection> render(const PlaneAppearance& plane, const PlaneGrid& grid,
                                                const RadiantMesh& object, Vec3d eye, std::span<Radiance> reflected,
                                                std::span<float> hidden);

@@ -11,9 +11,9 @@ namespace {
 
 /// A tile is divided if its range of radiance over the solid angle that it has at most is more than this share of the
 /// mean radiance of the texture times pi.
-constexpr double kTileTolerance = 0.002;
+constexpr double kTileTolerance = 0.01;
 /// Receivers are at least this high, in sides of the square: below, the closed form loses its digits.
-constexpr double kMinHeight = 1e-6;
+constexpr double kMinReceiverHeight = 1e-6;
 /// Directions at which S is read, and cells into which it is summed.
 constexpr int kReadLevels = 60, kBeamLevels = 16;
 /// Parts of the square along a side, in which the lighting is read.
@@ -55,7 +55,7 @@ Irradiance from_radiance(Radiance value, double weight) {
   return {value.r * w, value.g * w, value.b * w};
 }
 
-Irradiance not_negative(Irradiance e) {
+Irradiance clamped_at_zero(Irradiance e) {
   for (int c = 0; c < 3; ++c) e[c] = e[c] > 0 ? e[c] : 0;
   return e;
 }
@@ -145,7 +145,7 @@ void PlaneLight::build_tiles(const PlaneAppearance& plane) {
 void PlaneLight::build_beams(const PlaneAppearance& plane) {
   const HemisphereGrid read(kReadLevels), cells(kBeamLevels);
   beams_.assign(cells.size(), {});
-  std::array<float, 1 + 2 * kBeamLevels * (kBeamLevels + 1)> solid{};
+  std::array<float, 1 + 2 * kBeamLevels*(kBeamLevels + 1)> solid{};
   for (std::size_t node = 0; node < read.size(); ++node) {
     const Vec3d direction = read.direction(node);
     const PlaneAnswer answer = plane.specular(direction);
@@ -174,7 +174,7 @@ PlaneLight::Receiver PlaneLight::place(Vec3d point, Vec3d normal) const {
   const PlanePoint at = similarity.texture_point({point.x, point.y});
   const double side = info_.size_m;
   const Quat back = Quat::about({0, 0, 1}, -similarity.rotation_rad);
-  return {{at.x / side, at.y / side, std::max(point.z / (similarity.scale * side), kMinHeight)},
+  return {{at.x / side, at.y / side, std::max(point.z / (similarity.scale * side), kMinReceiverHeight)},
           rotate(back, normalized(normal))};
 }
 
@@ -271,7 +271,7 @@ PlaneLightAnswer PlaneLight::irradiance(Vec3d point, Vec3d normal, PlaneLayers l
   Irradiance sum;
   if (layers != PlaneLayers::specular) sum += diffuse(receiver);
   if (layers != PlaneLayers::diffuse) sum += specular(receiver);
-  return {not_negative(sum), validity, flags_, PlaneLightSource::texture};
+  return {clamped_at_zero(sum), validity, flags_, PlaneLightSource::texture};
 }
 
 PlaneLightAnswer PlaneLight::irradiance(Vec3d point, Vec3d normal, const Lighting& lighting) const {
@@ -279,11 +279,11 @@ PlaneLightAnswer PlaneLight::irradiance(Vec3d point, Vec3d normal, const Lightin
   const Answer<Irradiance> whole = lighting.irradiance(vec_cast<float>(normalized(normal)));
   if (validity == Validity::invalid_query || !is_answer(whole.validity))
     return {{}, validity == Validity::invalid_query ? validity : whole.validity, {}, PlaneLightSource::none};
-  if (!is_answer(validity)) return {not_negative(whole.value), whole.validity, {}, PlaneLightSource::descriptor};
+  if (!is_answer(validity)) return {clamped_at_zero(whole.value), whole.validity, {}, PlaneLightSource::descriptor};
   const Receiver receiver = place(point, normal);
-  const Irradiance around = not_negative(whole.value - covered(receiver, lighting));
+  const Irradiance around = clamped_at_zero(whole.value - covered(receiver, lighting));
   const bool stale = validity == Validity::stale || whole.validity == Validity::stale;
-  return {not_negative(around + diffuse(receiver) + specular(receiver)), stale ? Validity::stale : Validity::valid,
+  return {clamped_at_zero(around + diffuse(receiver) + specular(receiver)), stale ? Validity::stale : Validity::valid,
           flags_, PlaneLightSource::texture};
 }
 

@@ -24,7 +24,7 @@ constexpr double kMinEyeHeight = 1e-3, kMaxEyeDistance = 1e7;
 /// Largest radiance: sums of it stay finite.
 constexpr float kMaxRadiance = 1e30F;
 /// Radii of the lobe, texels, between which a texel changes from the mirror image to the sum under the lobe.
-constexpr float kSharp = 0.25F, kBlurred = 1.0F;
+constexpr float kMirrorRadius = 0.25F, kLobeRadius = 1.0F;
 /// Hidden shares below this do not count as reflection in the summary.
 constexpr float kMinHidden = 1e-3F;
 
@@ -231,7 +231,7 @@ PlaneReflector::Impl::Texel PlaneReflector::Impl::shaded(int column, int row) co
   float blur = 1;
   if (mirrored.covered > 0) {
     // On the plane the lobe is longest along the viewer's azimuth.
-    blur = std::clamp((lobe_radius(mirrored) / v.z - kSharp) / (kBlurred - kSharp), 0.0F, 1.0F);
+    blur = std::clamp((lobe_radius(mirrored) / v.z - kMirrorRadius) / (kLobeRadius - kMirrorRadius), 0.0F, 1.0F);
     blur = blur * blur * (3 - 2 * blur);
   }
   Texel out;

@@ -1,5 +1,5 @@
-// lightwell.h, conventions.h, plane_appearance.h, plane_objects.h and shadows.h are also valid in the oldest supported C++, with the
-// same meaning.
+// lightwell.h, conventions.h, plane_appearance.h, plane_objects.h and shadows.h are also valid in the oldest supported
+// C++, with the same meaning.
 #include <cstring>
 
 #include <lightwell/conventions.h>

@@ -164,7 +164,7 @@ static void arguments_of_reflections_are_checked(lw_plane_reflector* reflector, 
   lw_plane_reflector_release((lw_plane_reflector*)(void*)plane);
 }
 
-static void the_plane_throws_light(lw_plane_light* light, const lw_plane* plane, const lw_lighting* lamp_at_plus_x,
+static void the_plane_reflects_light(lw_plane_light* light, const lw_plane* plane, const lw_lighting* lamp_at_plus_x,
                                    const lw_lighting* recorded) {
   const double at[3] = {0, 0, 0.01}, down[3] = {0, 0, -1}, below[3] = {0, 0, -0.01}, nan[3] = {0, 0, NAN};
   lw_plane_light_answer diffuse = {.size = sizeof diffuse}, all = diffuse, whole = diffuse, bad = diffuse;
@@ -225,7 +225,7 @@ int main(int argc, char** argv) {
   arguments_of_reflections_are_checked(reflector, plane);
   CHECK(lw_lighting_create(&recorded) == LW_OK);
   probe = played(argv[3], recorded);
-  the_plane_throws_light(light, plane, at_plus_x, recorded);
+  the_plane_reflects_light(light, plane, at_plus_x, recorded);
   lw_probe_close(probe);
   lw_lighting_release(recorded);
   lw_plane_reflector_release(reflector);
