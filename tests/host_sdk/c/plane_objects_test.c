@@ -165,7 +165,7 @@ static void arguments_of_reflections_are_checked(lw_plane_reflector* reflector, 
 }
 
 static void the_plane_reflects_light(lw_plane_light* light, const lw_plane* plane, const lw_lighting* lamp_at_plus_x,
-                                   const lw_lighting* recorded) {
+                                     const lw_lighting* recorded) {
   const double at[3] = {0, 0, 0.01}, down[3] = {0, 0, -1}, below[3] = {0, 0, -0.01}, nan[3] = {0, 0, NAN};
   lw_plane_light_answer diffuse = {.size = sizeof diffuse}, all = diffuse, whole = diffuse, bad = diffuse;
   CHECK(lw_plane_light_irradiance(light, at, down, LW_PLANE_ALL, &all) == LW_OK);
