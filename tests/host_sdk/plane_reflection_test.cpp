@@ -235,6 +235,24 @@ TEST(PlaneReflector, APartOfTheGridShowsTheSame) {
   EXPECT_GT(most_hidden(part), 0.8F);
 }
 
+TEST(PlaneReflector, FineAndCoarseGridsAgree) {
+  // Above 512 texels a texel has one pixel instead of four.
+  Object object = object_of(ball_on_the_plane());
+  const PlaneAppearance plane = glossy_plane(0.1F);
+  object.grid = {{}, 0.32, 0.32, 640, 160};
+  const Rendered fine = render(plane, object);
+  object.grid.columns = 320;
+  const Rendered coarse = render(plane, object);
+  double squares = 0;
+  for (std::size_t at = 0; at < coarse.hidden.size(); ++at) {
+    const double mean = (double{fine.hidden[2 * at]} + double{fine.hidden[2 * at + 1]}) / 2;
+    squares += std::pow(mean - double{coarse.hidden[at]}, 2);
+  }
+  // Other squares of pixels are summed as one, and near the contact the lobe is as wide as a pixel.
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(coarse.hidden.size())), 0.01);
+  EXPECT_GT(most_hidden(coarse), 0.9F);
+}
+
 TEST(PlaneReflector, AReusedReflectorAnswersAsANewOne) {
   const PlaneAppearance glossy = glossy_plane(0.1F), rough = glossy_plane(0.4F, 0.1F);
   const Object ball = object_of(ball_on_the_plane()),
@@ -389,7 +407,7 @@ TEST(PlaneReflector, ArgumentsAreChecked) {
   EXPECT_THAT(of_grid({{}, 0.3, double{kNan}, 32, 32}), HasSubstr("from 1e-6 to 1e6"));
   EXPECT_THAT(of_grid({{double{kInf}, 0}, 0.3, 0.3, 32, 32}), HasSubstr("PlaneGrid::centre"));
   EXPECT_THAT(of_grid({{}, 0.3, 0.3, 0, 32}), HasSubstr("PlaneGrid::columns"));
-  EXPECT_THAT(of_grid({{}, 0.3, 0.3, 32, 4097}), HasSubstr("PlaneGrid::rows"));
+  EXPECT_THAT(of_grid({{}, 0.3, 0.3, 32, 1025}), HasSubstr("PlaneGrid::rows"));
   EXPECT_THAT(of_grid({{}, 1000, 0.3, 32, 32}), HasSubstr("times as wide as high"));
   EXPECT_THAT(refusal(good.grid, good.mesh(), 5, 1024), HasSubstr("reflected radiance has 5"));
   EXPECT_THAT(refusal(good.grid, good.mesh(), 1024, 7), HasSubstr("hidden shares has 7"));

@@ -30,8 +30,8 @@ typedef struct lw_reflection_options {
 /* As PlaneGrid: a rectangle of the plane, sides along its X and Y, row 0 at the top (+Y). */
 typedef struct lw_plane_grid {
   uint32_t size;
-  int32_t columns; /* 1 to 4096. 0: 256. */
-  int32_t rows;    /* 1 to 4096. 0: 256. */
+  int32_t columns; /* 1 to 1024. 0: 256. */
+  int32_t rows;    /* 1 to 1024. 0: 256. */
   int32_t reserved;
   double centre[2]; /* x, y, m. */
   double width;     /* Along X, m. */

@@ -23,7 +23,7 @@ struct PlaneGrid {
   int columns = 256;    ///< Texels along X, 1 to kMaxSide. Column 0 is on the side of -X.
   int rows = 256;       ///< Texels along Y, 1 to kMaxSide. Row 0 is at the top, on the side of +Y.
 
-  static constexpr int kMaxSide = 4096;
+  static constexpr int kMaxSide = 1024;
 
   /// invalid_argument for a centre that is not finite, sizes or texels out of range, and texels more than 1000 times as
   /// long in one direction as in the other.

@@ -9,8 +9,8 @@
 namespace lightwell::core {
 namespace {
 
-/// Most pixels along the grid; texels of larger grids share a pixel.
-constexpr float kMaxPixelsAlongGrid = 1024;
+/// Grids with more texels along a side have one pixel for each, others two.
+constexpr int kMaxDividedTexels = 512;
 /// Width of a pixel outside the grid, relative to the one before it: about 6 % of the distance from the grid.
 constexpr float kGrowth = 1.06F;
 /// Least cosine between a surface and the ray that sees it: the area of a surfel is at most ten times its image.
@@ -45,10 +45,9 @@ void SurfelGroup::set(std::size_t k, const Surfel& surfel) {
 void ImageAxis::build(int texels, float texel, float low, float high) {
   centre_.clear();
   width_.clear();
-  per_texel_ = 2;
-  while (per_texel_ * static_cast<float>(texels) > kMaxPixelsAlongGrid) per_texel_ /= 2;
-  const float pixel = texel / per_texel_;
-  const auto inside = static_cast<int>(std::ceil(static_cast<float>(texels) * per_texel_));
+  per_texel_ = texels > kMaxDividedTexels ? 1 : 2;
+  const float pixel = texel / static_cast<float>(per_texel_);
+  const int inside = texels * per_texel_;
   // Those before the grid, from the outermost one.
   int before = 0;
   float edge = 0, width = pixel;
@@ -86,10 +85,8 @@ int ImageAxis::first_from(float x) const {
 }
 
 ImageAxis::Range ImageAxis::of_texel(int texel) const {
-  const float first = static_cast<float>(texel) * per_texel_;
-  const int from = origin_ + static_cast<int>(first);
-  const int to = per_texel_ > 1 ? from + static_cast<int>(per_texel_) - 1 : from;
-  return {from, to};
+  const int first = origin_ + texel * per_texel_;
+  return {first, first + per_texel_ - 1};
 }
 
 void MirrorImage::build(const MirrorScene& scene) {

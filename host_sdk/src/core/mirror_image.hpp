@@ -80,8 +80,8 @@ class ImageAxis {
 
  private:
   std::vector<float> centre_, width_;
-  int origin_ = 0;       ///< Index of the pixel that begins at 0; may be outside of 0 to size().
-  float per_texel_ = 2;  ///< Pixels of a texel: 2, or a power of 1/2 for large grids.
+  int origin_ = 0;     ///< Index of the pixel that begins at 0; may be outside of 0 to size().
+  int per_texel_ = 2;  ///< Pixels of a texel.
 };
 
 class MirrorImage {

@@ -255,6 +255,7 @@ void PlaneReflector::Impl::find_steps() {
   steps_.assign(static_cast<std::size_t>(cell_columns_) * static_cast<std::size_t>(cell_rows_),
                 static_cast<std::uint8_t>(cell_));
   mirrored_.clear();
+  const float longer_side = std::max(1.0F, row_height_);
   for (int row = 0; row < rows_; ++row)
     for (int column = 0; column < columns_; ++column) {
       mirrored_.push_back(image_.texel(column, row));
@@ -265,7 +266,7 @@ void PlaneReflector::Impl::find_steps() {
           viewer_at(static_cast<float>(column) + 0.5F, (static_cast<float>(row) + 0.5F) * row_height_).z;
       const float width = lobe_radius(mirrored) * cosine;
       int step = cell_;
-      while (step > 1 && static_cast<float>(step) > width) step /= 2;
+      while (step > 1 && static_cast<float>(step) * longer_side > width) step /= 2;
       const int i = column / cell_, j = row / cell_;
       for (int b = std::max(j - 1, 0); b <= std::min(j + 1, cell_rows_ - 1); ++b)
         for (int a = std::max(i - 1, 0); a <= std::min(i + 1, cell_columns_ - 1); ++a) {
