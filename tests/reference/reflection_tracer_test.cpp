@@ -60,17 +60,18 @@ TEST(ReflectionTracer, ARoomThatIsUniformIsReflectedByTheAlbedo) {
 }
 
 TEST(ReflectionTracer, TheMirrorShowsTheMirroredPoint) {
-  // The ray from the mirrored eye (0, -0.3, -0.2) by the origin meets the sheet at y = 0.15.
+  // The ray from the mirrored eye (0, -0.3, -0.2) by (0.01, 0, 0) meets the sheet at (0.015, 0.15), beside its
+  // diagonal.
   const ReflectionTracer tracer({sheet(-0.1, 0.1, 0.1, 0.2, 0.1), {{1, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 0, 0}}, {}},
                                 Gloss{0.1});
-  const V3 eye{0, -0.3, 0.2};
-  const TracedReflection traced = tracer.mirror({-1e-9, -1e-9, 1e-9, 1e-9}, eye, 16);
-  EXPECT_NEAR(traced.object[0], 1.5 * tracer.albedo(normalised(eye).z), 1e-6);
+  const V3 eye{0, -0.3, 0.2}, at{0.01, 0, 0};
+  const TracedReflection traced = tracer.mirror({at.x - 1e-9, -1e-9, at.x + 1e-9, 1e-9}, eye, 16);
+  EXPECT_NEAR(traced.object[0], 1.5 * tracer.albedo(normalised(eye - at).z), 1e-6);
   EXPECT_EQ(traced.hidden, 1);
   EXPECT_EQ(tracer.mirror({0, 0.1, 1e-9, 0.1 + 1e-9}, eye, 16).hidden, 0);
   // The sheet is between a point farther away and the eye.
-  EXPECT_TRUE(tracer.hides({0, 0.6, 0}, eye));
-  EXPECT_FALSE(tracer.hides({0, 0, 0}, eye));
+  EXPECT_TRUE(tracer.hides({0.03, 0.6, 0}, eye));
+  EXPECT_FALSE(tracer.hides(at, eye));
 }
 
 TEST(ShadowTracer, FindsTheNearestOfSeveralHits) {
