@@ -86,6 +86,11 @@ Lighting lighting_of(const std::vector<reference::ShadowLight>& lights, referenc
   return Lighting::of(std::move(d));
 }
 
+reference::TriangleMesh make_shadow_object(const std::string& object, int triangles, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  return make_object(object, triangles, random);
+}
+
 ShadowCase make_shadow_case(const ShadowCaseOptions& options) {
   std::mt19937_64 random(options.seed);
   std::uniform_real_distribution<double> uniform(0, 1);

@@ -41,6 +41,8 @@ struct ShadowCaseOptions {
 };
 
 [[nodiscard]] const std::vector<std::string>& shadow_objects();
+/// One of shadow_objects(), or "leaves", on or above the plane.
+[[nodiscard]] reference::TriangleMesh make_shadow_object(const std::string& object, int triangles, std::uint64_t seed);
 [[nodiscard]] ShadowCase make_shadow_case(const ShadowCaseOptions& options);
 
 /// The cases whose errors are stated: every object in four lights of 0.5 to 10 degrees, lights at grazing elevation,

@@ -58,4 +58,13 @@ double integrate(const Function& f, double a, double b, double tolerance) {
   return a == b ? 0.0 : refine(f, a, b, panel(f, a, b), tolerance, deepest);
 }
 
+double radical_inverse(std::uint64_t i, std::uint64_t base) {
+  double out = 0, digit = 1;
+  for (; i > 0; i /= base) {
+    digit /= static_cast<double>(base);
+    out += digit * static_cast<double>(i % base);
+  }
+  return out;
+}
+
 }  // namespace lightwell::reference

@@ -1,6 +1,7 @@
-// Numerical integration in one dimension, in double.
+// Numerical integration in double.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -21,5 +22,8 @@ GaussLegendre gauss_legendre(int n);
 /// measures the coarse value and the fine one is kept, so for smooth f the error is far less.
 /// f should have its kinks at a or b: split there.
 double integrate(const std::function<double(double)>& f, double a, double b, double tolerance);
+
+/// Digits of i in the base, mirrored at the point: element i of a sequence that fills [0, 1) evenly (Halton 1960).
+double radical_inverse(std::uint64_t i, std::uint64_t base);
 
 }  // namespace lightwell::reference

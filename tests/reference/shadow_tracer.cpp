@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "reference/quadrature.hpp"
+
 namespace lightwell::reference {
 namespace {
 
@@ -14,16 +16,6 @@ double component(const V3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v
 
 V3 least(const V3& a, const V3& b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
 V3 greatest(const V3& a, const V3& b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
-
-/// Digits of i in the base, mirrored at the point (Halton 1960).
-double radical_inverse(std::uint64_t i, std::uint64_t base) {
-  double out = 0, digit = 1;
-  for (; i > 0; i /= base) {
-    digit /= static_cast<double>(base);
-    out += digit * static_cast<double>(i % base);
-  }
-  return out;
-}
 
 /// Two vectors that form an orthonormal frame with n.
 std::array<V3, 2> frame_of(const V3& n) {
@@ -81,35 +73,39 @@ std::size_t ShadowTracer::build(std::size_t first, std::size_t count) {
   return index;
 }
 
-bool ShadowTracer::hits_triangle(std::size_t triangle, V3 origin, V3 direction, double limit) const {
+std::optional<RayHit> ShadowTracer::intersection(std::size_t triangle, V3 origin, V3 direction) const {
   // Moeller & Trumbore 1997.
   const V3 a = corner(triangle, 0), e = corner(triangle, 1) - a, f = corner(triangle, 2) - a;
   const V3 p = cross(direction, f);
   const double determinant = dot(e, p);
-  if (determinant == 0) return false;
+  if (determinant == 0) return {};
   const V3 s = origin - a;
   const double u = dot(s, p) / determinant;
-  if (!(u >= 0 && u <= 1)) return false;
+  if (!(u >= 0 && u <= 1)) return {};
   const V3 q = cross(s, e);
   const double v = dot(direction, q) / determinant;
-  if (!(v >= 0 && u + v <= 1)) return false;
+  if (!(v >= 0 && u + v <= 1)) return {};
   const double t = dot(f, q) / determinant;
-  return t > 1e-12 && t < limit;
+  if (!(t > 1e-12)) return {};
+  return RayHit{t, triangle, u, v};
 }
 
 bool ShadowTracer::hits_by_brute_force(V3 origin, V3 direction, double limit) const {
-  for (std::size_t t = 0; t < scene_.mesh.triangles.size(); ++t)
-    if (hits_triangle(t, origin, direction, limit)) return true;
+  for (std::size_t t = 0; t < scene_.mesh.triangles.size(); ++t) {
+    const auto hit = intersection(t, origin, direction);
+    if (hit && hit->distance < limit) return true;
+  }
   return false;
 }
 
-bool ShadowTracer::hits(V3 origin, V3 direction, double limit) const {
-  if (nodes_.empty()) return false;
+template <class Visit>
+void ShadowTracer::traverse(V3 origin, V3 direction, Visit& visit) const {
+  if (nodes_.empty()) return;
   std::array<std::size_t, 128> stack{};
   std::size_t waiting = 1;
   while (waiting > 0) {
     const Node& node = nodes_[stack[--waiting]];
-    double near = 0, far = limit;
+    double near = 0, far = visit.limit;
     for (int axis = 0; axis < 3; ++axis) {
       const double o = component(origin, axis), d = component(direction, axis);
       const double low = component(node.low, axis) - 1e-9, high = component(node.high, axis) + 1e-9;
@@ -128,9 +124,42 @@ bool ShadowTracer::hits(V3 origin, V3 direction, double limit) const {
       continue;
     }
     for (std::size_t i = node.first; i < node.first + node.count; ++i)
-      if (hits_triangle(order_[i], origin, direction, limit)) return true;
+      if (visit(order_[i])) return;
   }
-  return false;
+}
+
+bool ShadowTracer::hits(V3 origin, V3 direction, double limit) const {
+  struct {
+    const ShadowTracer* tracer;
+    V3 origin, direction;
+    double limit;
+    bool found = false;
+    bool operator()(std::size_t triangle) {
+      const auto hit = tracer->intersection(triangle, origin, direction);
+      return found = hit && hit->distance < limit;
+    }
+  } any{this, origin, direction, limit};
+  traverse(origin, direction, any);
+  return any.found;
+}
+
+std::optional<RayHit> ShadowTracer::nearest_hit(V3 origin, V3 direction) const {
+  struct {
+    const ShadowTracer* tracer;
+    V3 origin, direction;
+    double limit = std::numeric_limits<double>::infinity();
+    std::optional<RayHit> found;
+    bool operator()(std::size_t triangle) {
+      const auto hit = tracer->intersection(triangle, origin, direction);
+      if (hit && hit->distance < limit) {
+        found = hit;
+        limit = hit->distance;
+      }
+      return false;
+    }
+  } nearest{this, origin, direction};
+  traverse(origin, direction, nearest);
+  return nearest.found;
 }
 
 Rgb ShadowTracer::ratio(const PlaneRectangle& rectangle, int rays) const {

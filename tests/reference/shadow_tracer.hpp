@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "reference/vector.hpp"
@@ -37,6 +38,13 @@ struct PlaneRectangle {
   double left = 0, bottom = 0, right = 0, top = 0;
 };
 
+/// The point corner(0) (1 - u - v) + corner(1) u + corner(2) v of a triangle, at origin + distance * direction.
+struct RayHit {
+  double distance = 0;
+  std::size_t triangle = 0;
+  double u = 0, v = 0;
+};
+
 /// Casts rays through a tree of bounding boxes.
 class ShadowTracer {
  public:
@@ -50,7 +58,9 @@ class ShadowTracer {
 
   /// Whether the ray hits a triangle at a distance between 0 and `limit`, both excluded.
   [[nodiscard]] bool hits(V3 origin, V3 direction, double limit) const;
-  /// The same by testing every triangle.
+  /// Where the ray first hits a triangle, the nearest one.
+  [[nodiscard]] std::optional<RayHit> nearest_hit(V3 origin, V3 direction) const;
+  /// The same as hits() by testing every triangle.
   [[nodiscard]] bool hits_by_brute_force(V3 origin, V3 direction, double limit) const;
 
  private:
@@ -61,7 +71,10 @@ class ShadowTracer {
   };
 
   [[nodiscard]] std::size_t build(std::size_t first, std::size_t count);
-  [[nodiscard]] bool hits_triangle(std::size_t triangle, V3 origin, V3 direction, double limit) const;
+  [[nodiscard]] std::optional<RayHit> intersection(std::size_t triangle, V3 origin, V3 direction) const;
+  /// Calls visit(triangle) for those whose boxes the ray meets before visit.limit, until it returns true.
+  template <class Visit>
+  void traverse(V3 origin, V3 direction, Visit& visit) const;
   [[nodiscard]] V3 corner(std::size_t triangle, std::size_t k) const;
 
   ShadowScene scene_;

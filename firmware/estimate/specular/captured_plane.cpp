@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "estimate/specular/specular_brdf.hpp"
+#include <lightwell/specular_brdf.hpp>
 
 namespace lightwell::specular {
 namespace {

@@ -9,8 +9,8 @@
 
 #include <lightwell/color.hpp>
 #include <lightwell/hemisphere_grid.hpp>
+#include <lightwell/specular_brdf.hpp>
 
-#include "estimate/specular/specular_brdf.hpp"
 #include "estimate/specular/work_budget.hpp"
 
 namespace lightwell::specular {

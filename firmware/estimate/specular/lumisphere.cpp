@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "estimate/specular/specular_brdf.hpp"
+#include <lightwell/specular_brdf.hpp>
 
 namespace lightwell::specular {
 namespace {

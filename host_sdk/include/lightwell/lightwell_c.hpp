@@ -15,6 +15,7 @@
 
 #include <lightwell/lightwell.h>
 #include <lightwell/plane_appearance.h>
+#include <lightwell/plane_objects.h>
 #include <lightwell/shadows.h>
 
 namespace lw {
@@ -299,6 +300,67 @@ class PlaneReader {
   };
   explicit PlaneReader(lw_plane_reader* raw) : raw_(raw) {}
   std::unique_ptr<lw_plane_reader, Release> raw_;
+};
+
+/// Renders reflections of virtual objects in a captured plane, as lw_plane_reflector. Movable; one thread at a time.
+class PlaneReflector {
+ public:
+  static Result<PlaneReflector> create(const lw_reflection_options& options = sized<lw_reflection_options>()) {
+    lw_plane_reflector* raw = nullptr;
+    if (Status s = status_of(lw_plane_reflector_create(&options, &raw)); !s.ok()) return s;
+    return PlaneReflector(raw);
+  }
+
+  /// `reflected`: r, g, b of each texel, rows from the top; `hidden`: one float a texel.
+  Result<lw_plane_reflection> render(const Plane& plane, const lw_plane_grid& grid, const lw_radiant_mesh& object,
+                                     const std::array<double, 3>& eye, float* reflected, std::size_t reflected_count,
+                                     float* hidden, std::size_t hidden_count) {
+    auto out = sized<lw_plane_reflection>();
+    const lw_status code = lw_plane_reflector_render(raw_.get(), plane.get(), &grid, &object, eye.data(), reflected,
+                                                     reflected_count, hidden, hidden_count, &out);
+    if (Status s = status_of(code); !s.ok()) return s;
+    return out;
+  }
+
+ private:
+  struct Release {
+    void operator()(lw_plane_reflector* raw) const { lw_plane_reflector_release(raw); }
+  };
+  explicit PlaneReflector(lw_plane_reflector* raw) : raw_(raw) {}
+  std::unique_ptr<lw_plane_reflector, Release> raw_;
+};
+
+/// The light that a captured plane reflects onto objects, as lw_plane_light. Movable; one thread at a time updates it.
+class PlaneLight {
+ public:
+  using Vector = std::array<double, 3>;
+  static Result<PlaneLight> create() {
+    lw_plane_light* raw = nullptr;
+    if (Status s = status_of(lw_plane_light_create(&raw)); !s.ok()) return s;
+    return PlaneLight(raw);
+  }
+
+  Status update(const Plane& plane) { return status_of(lw_plane_light_update(raw_.get(), plane.get())); }
+  /// By the captured square alone.
+  [[nodiscard]] lw_plane_light_answer irradiance(const Vector& point, const Vector& normal,
+                                                 lw_plane_layers layers = LW_PLANE_ALL) const {
+    auto out = sized<lw_plane_light_answer>();
+    (void)lw_plane_light_irradiance(raw_.get(), point.data(), normal.data(), layers, &out);
+    return out;
+  }
+  /// The whole irradiance: the lighting's, with the square's light in its directions.
+  [[nodiscard]] lw_plane_light_answer irradiance(const Vector& point, const Vector& normal, const Lighting& in) const {
+    auto out = sized<lw_plane_light_answer>();
+    (void)lw_plane_light_irradiance_in(raw_.get(), point.data(), normal.data(), in.get(), &out);
+    return out;
+  }
+
+ private:
+  struct Release {
+    void operator()(lw_plane_light* raw) const { lw_plane_light_release(raw); }
+  };
+  explicit PlaneLight(lw_plane_light* raw) : raw_(raw) {}
+  std::unique_ptr<lw_plane_light, Release> raw_;
 };
 
 /// A connection to a probe. Any thread may call any method; destroy it only while no call is in progress.

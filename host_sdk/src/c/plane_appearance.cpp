@@ -9,6 +9,7 @@
 #include <lightwell/plane_appearance.hpp>
 
 #include "c/call.hpp"
+#include "c/plane_handle.hpp"
 
 struct lw_plane_reader {
   static constexpr std::uint64_t kKind = 0x64725f6e6c70776cU;  // "lwpln_rd"
@@ -16,14 +17,6 @@ struct lw_plane_reader {
 
   lightwell::c::HandleTag tag{kKind};
   lightwell::PlaneReader value;
-};
-
-struct lw_plane {
-  static constexpr std::uint64_t kKind = 0x656e616c705f776cU;  // "lw_plane"
-  static constexpr const char* kRefusal = "this is not an lw_plane of lw_plane_create";
-
-  lightwell::c::HandleTag tag{kKind};
-  lightwell::PlaneAppearance value;
 };
 
 namespace lightwell::c {
@@ -41,14 +34,6 @@ static_assert(LW_CAPTURE_KEEP_MOVING == static_cast<int>(CaptureProgress::keep_m
               LW_CAPTURE_ENOUGH == static_cast<int>(CaptureProgress::enough));
 
 void put(const Vec3d& v, double* out) { std::ranges::copy(std::array{v.x, v.y, v.z}, out); }
-Vec3d vector_at(const double* from) { return {from[0], from[1], from[2]}; }
-
-Status layers_of(lw_plane_layers given, PlaneLayers& out) {
-  if (given < LW_PLANE_ALL || given > LW_PLANE_SPECULAR)
-    return invalid("layers is " + std::to_string(given) + "; it is LW_PLANE_ALL, _DIFFUSE or _SPECULAR");
-  out = static_cast<PlaneLayers>(given);
-  return {};
-}
 
 Status write_answer(const PlaneAppearance& plane, const PlaneAnswer& answer, lw_plane_answer* to) {
   lw_plane_answer out{};

@@ -1,8 +1,5 @@
 // C ABI of ShadowCaster.
-#include <algorithm>
-#include <array>
 #include <cstddef>
-#include <cstring>
 #include <memory>
 #include <span>
 #include <type_traits>
@@ -13,6 +10,7 @@
 #include <lightwell/shadows.hpp>
 
 #include "c/call.hpp"
+#include "c/mesh_memory.hpp"
 
 namespace lightwell::c {
 
@@ -38,20 +36,6 @@ namespace {
 
 // Ratios are written in place.
 static_assert(sizeof(LightRatio) == 3 * sizeof(float) && std::is_standard_layout_v<LightRatio>);
-
-Status copy_positions(const lw_shadow_mesh& mesh, std::vector<Vec3f>& positions) {
-  std::size_t stride = 0;
-  if (Status s = stride_of(mesh.position_stride, "lw_shadow_mesh.position_stride", stride); !s.ok()) return s;
-  if (mesh.position_count > 0 && mesh.positions == nullptr)
-    return invalid("lw_shadow_mesh.positions is NULL, and position_count is not 0");
-  if (mesh.index_count > 0 && mesh.indices == nullptr)
-    return invalid("lw_shadow_mesh.indices is NULL, and index_count is not 0");
-  if (mesh.position_count > UINT32_MAX) return invalid("the mesh has more vertices than a 32-bit index can number");
-  positions.resize(mesh.position_count);
-  const auto* from = static_cast<const unsigned char*>(mesh.positions);
-  for (std::size_t i = 0; i < positions.size(); ++i) std::memcpy(&positions[i], from + i * stride, sizeof(Vec3f));
-  return {};
-}
 
 lw_shadow_summary as_c(const Answer<ShadowSummary>& answer) {
   lw_shadow_summary out{};
@@ -104,8 +88,6 @@ lw_status lw_shadow_caster_cast(lw_shadow_caster* caster, const lw_lighting* lig
     if (!good(caster)) return invalid(lw_shadow_caster::kRefusal);
     lw_shadow_receiver plane{};
     if (Status s = read_sized(receiver, "lw_shadow_receiver", plane); !s.ok()) return s;
-    lw_shadow_mesh object{};
-    if (Status s = read_sized(mesh, "lw_shadow_mesh", object); !s.ok()) return s;
     std::uint32_t size = 0;
     if (summary != nullptr)
       if (Status s = size_of(summary, "lw_shadow_summary", size); !s.ok()) return s;
@@ -116,9 +98,8 @@ lw_status lw_shadow_caster_cast(lw_shadow_caster* caster, const lw_lighting* lig
     const std::size_t texels = static_cast<std::size_t>(to.columns) * static_cast<std::size_t>(to.rows);
     if (ratios == nullptr || capacity < 3 * texels)
       return invalid("the ratios need room for " + std::to_string(3 * texels) + " numbers");
-    if (Status s = copy_positions(object, caster->value.positions); !s.ok()) return s;
-    const ShadowMesh from{caster->value.positions, std::span(object.indices, object.index_count),
-                          pose_of(object.position, object.orientation)};
+    ShadowMesh from;
+    if (Status s = mesh_of(mesh, caster->value.positions, from); !s.ok()) return s;
     const auto answer =
         caster->value.caster.cast(light, to, from, std::span(reinterpret_cast<LightRatio*>(ratios), texels));
     if (!answer.ok()) return answer.status();

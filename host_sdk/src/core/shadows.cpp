@@ -13,6 +13,7 @@
 
 #include "core/coverage_grid.hpp"
 #include "core/light_samples.hpp"
+#include "core/mesh_arguments.hpp"
 #include "core/mesh_topology.hpp"
 #include "core/occluder.hpp"
 
@@ -29,20 +30,6 @@ constexpr int kMinSamples = 6;
 constexpr double kCeiling = 0.98;
 constexpr float kNoCeiling = std::numeric_limits<float>::max();
 
-bool usable(const Pose& pose) {
-  const Quat& q = pose.rotation;
-  const double norm2 = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-  return norm2 > 0 && std::isfinite(norm2) && is_finite(pose.translation);
-}
-
-Pose normalized(const Pose& pose) { return {pose.rotation.normalized(), pose.translation}; }
-
-Status within(const char* name, int value, int least, int most) {
-  if (value >= least && value <= most) return {};
-  return invalid_argument(std::string(name) + " is " + std::to_string(value) + "; allowed are " +
-                          std::to_string(least) + " to " + std::to_string(most));
-}
-
 /// Irradiance of which nothing is negative, NaN or infinite.
 Irradiance cleaned(Irradiance e) {
   for (int c = 0; c < 3; ++c)
@@ -50,43 +37,24 @@ Irradiance cleaned(Irradiance e) {
   return e;
 }
 
-Status check(const ShadowReceiver& receiver, const ShadowMesh& mesh, std::size_t ratios) {
-  if (Status s = receiver.validate(); !s.ok()) return s;
-  if (!usable(mesh.T_plane_mesh))
-    return invalid_argument("ShadowMesh::T_plane_mesh is not finite, or its rotation is zero");
-  if (mesh.indices.size() % 3 != 0)
-    return invalid_argument(std::to_string(mesh.indices.size()) + " indices are not three for each triangle");
-  if (mesh.positions.size() >= core::kNoTriangle || mesh.indices.size() / 3 >= core::kNoTriangle)
-    return invalid_argument("the mesh has more vertices or triangles than a 32-bit index can number");
-  std::uint32_t largest = 0;
-  for (const std::uint32_t i : mesh.indices) largest = std::max(largest, i);
-  if (!mesh.indices.empty() && largest >= mesh.positions.size())
-    return invalid_argument("the index " + std::to_string(largest) + " is out of range: there are " +
-                            std::to_string(mesh.positions.size()) + " positions");
-  const std::size_t texels = static_cast<std::size_t>(receiver.columns) * static_cast<std::size_t>(receiver.rows);
-  if (ratios != texels)
-    return invalid_argument("the span of ratios has " + std::to_string(ratios) + " texels; the receiver has " +
-                            std::to_string(texels));
-  return {};
-}
-
 }  // namespace
 
 Status ShadowReceiver::validate() const {
-  if (!usable(T_lighting_plane))
+  if (!core::is_usable(T_lighting_plane))
     return invalid_argument("ShadowReceiver::T_lighting_plane is not finite, or its rotation is zero");
   for (const double size : {width_m, height_m})
     if (!(size > 0) || !std::isfinite(size))
       return invalid_argument("the receiver is " + std::to_string(width_m) + " x " + std::to_string(height_m) +
                               " m; both must be above 0 and finite");
-  if (Status s = within("ShadowReceiver::columns", columns, 1, kMaxSide); !s.ok()) return s;
-  return within("ShadowReceiver::rows", rows, 1, kMaxSide);
+  if (Status s = core::check_range("ShadowReceiver::columns", columns, 1, kMaxSide); !s.ok()) return s;
+  return core::check_range("ShadowReceiver::rows", rows, 1, kMaxSide);
 }
 
 Status ShadowOptions::validate() const {
-  if (Status s = within("ShadowOptions::light_samples", light_samples, 1, kMaxSamples); !s.ok()) return s;
-  if (Status s = within("ShadowOptions::residual_directions", residual_directions, 1, kMaxSamples); !s.ok()) return s;
-  return within("ShadowOptions::residual_cell", residual_cell, 1, kMaxCell);
+  if (Status s = core::check_range("ShadowOptions::light_samples", light_samples, 1, kMaxSamples); !s.ok()) return s;
+  if (Status s = core::check_range("ShadowOptions::residual_directions", residual_directions, 1, kMaxSamples); !s.ok())
+    return s;
+  return core::check_range("ShadowOptions::residual_cell", residual_cell, 1, kMaxCell);
 }
 
 class ShadowCaster::Impl {
@@ -171,11 +139,11 @@ core::LightPoint ShadowCaster::Impl::near_point(Vec3d position) const {
 
 void ShadowCaster::Impl::place_receiver(const ShadowReceiver& receiver, const ShadowMesh& mesh) {
   receiver_ = receiver;
-  T_plane_lighting_ = inverse(normalized(receiver.T_lighting_plane));
+  T_plane_lighting_ = inverse(core::with_unit_rotation(receiver.T_lighting_plane));
   columns_per_m_ = receiver.columns / receiver.width_m;
   rows_per_m_ = receiver.rows / receiver.height_m;
   topology_.update(mesh.positions, mesh.indices);
-  const Pose T_plane_mesh = normalized(mesh.T_plane_mesh);
+  const Pose T_plane_mesh = core::with_unit_rotation(mesh.T_plane_mesh);
   vertices_.resize(mesh.positions.size());
   for (std::size_t i = 0; i < vertices_.size(); ++i)
     vertices_[i] = vec_cast<float>(in_texels(transformed(T_plane_mesh, vec_cast<double>(mesh.positions[i]))));
@@ -392,7 +360,9 @@ Result<ShadowCaster> ShadowCaster::make(const ShadowOptions& options) {
 
 Result<Answer<ShadowSummary>> ShadowCaster::cast(const Lighting& lighting, const ShadowReceiver& receiver,
                                                  const ShadowMesh& mesh, std::span<LightRatio> ratios) {
-  if (Status s = check(receiver, mesh, ratios.size()); !s.ok()) return s;
+  if (Status s = receiver.validate(); !s.ok()) return s;
+  if (Status s = core::check_mesh(mesh); !s.ok()) return s;
+  if (Status s = core::check_texels("ratios", ratios.size(), receiver.columns, receiver.rows); !s.ok()) return s;
   Answer<ShadowSummary> out;
   out.validity = lighting.validity();
   out.age = lighting.age();

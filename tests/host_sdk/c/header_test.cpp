@@ -1,10 +1,11 @@
-// lightwell.h, conventions.h, plane_appearance.h and shadows.h are also valid in the oldest supported C++, with the
-// same meaning.
+// lightwell.h, conventions.h, plane_appearance.h, plane_objects.h and shadows.h are also valid in the oldest supported
+// C++, with the same meaning.
 #include <cstring>
 
 #include <lightwell/conventions.h>
 #include <lightwell/lightwell.h>
 #include <lightwell/plane_appearance.h>
+#include <lightwell/plane_objects.h>
 #include <lightwell/shadows.h>
 
 #include "check.h"

@@ -38,8 +38,33 @@ int main(int argc, char** argv) {
   camera.orientation[3] = 1;
   CHECK(plane->render(camera, LW_PLANE_ALL, rgb.data(), rgb.size()).pixels > 300);
   CHECK(plane->guidance().progress == LW_CAPTURE_ENOUGH);
+  lw::Result<lw::PlaneReflector> reflector = lw::PlaneReflector::create();
+  lw::Result<lw::PlaneLight> light = lw::PlaneLight::create();
+  CHECK(reflector.ok() && light.ok() && light->update(*plane).ok());
+  CHECK(light->irradiance({0, 0, 0.05}, {0, 0, -1}).source == LW_PLANE_LIGHT_TEXTURE);
+  auto grid = lw::sized<lw_plane_grid>();
+  grid.columns = grid.rows = 8;
+  grid.width = grid.height = 0.1;
+  const float triangle[] = {-0.05F, 0, 0.02F, 0.05F, 0, 0.02F, 0, 0.05F, 0.02F}, radiance[] = {1, 1, 1};
+  const std::uint32_t corners[] = {0, 1, 2};
+  auto mesh = lw::sized<lw_shadow_mesh>();
+  mesh.positions = triangle;
+  mesh.position_count = 3;
+  mesh.indices = corners;
+  mesh.index_count = 3;
+  auto object = lw::sized<lw_radiant_mesh>();
+  object.radiance_per = LW_RADIANCE_PER_TRIANGLE;
+  object.mesh = &mesh;
+  object.radiance = radiance;
+  object.radiance_count = 1;
+  std::vector<float> reflected(3 * 8 * 8), hidden(8 * 8);
+  const auto about = reflector->render(*plane, grid, object, {0, -0.2, 0.2}, reflected.data(), reflected.size(),
+                                       hidden.data(), hidden.size());
+  CHECK(about.ok() && about->validity == LW_VALID && about->texels > 10);
+  CHECK(reflector->render(*plane, grid, object, {0, -0.2, 0.2}, reflected.data(), 3, hidden.data(), 64).status().code ==
+        LW_INVALID_ARGUMENT);
   const lw::Plane moved = std::move(*plane);
   CHECK(moved.info().validity == LW_VALID);
   CHECK(plane->diffuse({0, 0}).validity == LW_INVALID_QUERY);
-  return checks_failed(12);
+  return checks_failed(16);
 }
