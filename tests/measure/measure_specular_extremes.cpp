@@ -52,8 +52,8 @@ std::vector<Extreme> extremes() {
   };
   add("nothing extreme", [](SpecularSequenceOptions&) {});
   add("matte plane", [](SpecularSequenceOptions& o) { o.alpha = 0; });
-  add("mirror", [](SpecularSequenceOptions& o) {
-    o.alpha = 0.01, o.fresnel = ref::FresnelTerm::kOne, o.albedo = ref::plain_texture(8, {0.02, 0.02, 0.02});
+  add("polished metal", [](SpecularSequenceOptions& o) {
+    o.alpha = 0.02, o.fresnel = ref::FresnelTerm::kOne, o.albedo = ref::plain_texture(8, {0.02, 0.02, 0.02});
   });
   add("glossy and matte half", [](SpecularSequenceOptions& o) { o.right_alpha = 0; });
   add("halves of roughness 0.32 and 0.17", [](SpecularSequenceOptions& o) { o.right_alpha = 0.03; });
