@@ -71,7 +71,7 @@ TEST_F(SpecularTest, LightAndPlaneArriveWithoutImages) {
   double worst_m = 0, worst_rad = 0;
   const std::vector<Descriptor> descriptors = observer.descriptors();
   for (const Descriptor& d : descriptors) {
-    const Pose truth = sequence_->true_pose(static_cast<int>(d.sequence % kFrames));
+    const Pose truth = sequence_->true_pose(measure::replayed_frame(d.sequence, kFrames));
     const double shift_m = length(d.T_probe_origin.translation - truth.translation);
     const Quat turn = d.T_probe_origin.rotation.inverse() * truth.rotation;
     const double turn_rad = 2 * std::asin(std::min(1.0, length(Vec3d{turn.x, turn.y, turn.z})));

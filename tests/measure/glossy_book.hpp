@@ -2,6 +2,7 @@
 // which lightwelld estimates light and captures the book.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -28,9 +29,17 @@ struct TaggedBook {
 /// views still show the tags large enough. The focal length is proportional to the width.
 [[nodiscard]] Result<SpecularSequenceOptions> book_sequence(int frames, int width, int height);
 
-/// Writes the first `frames` of a sequence as PNG, 30 a second, with frames.csv, calibration.textproto and
-/// book.textproto into an existing folder, for replay:FOLDER. Renders on all processors. `progress`: called with the
-/// number of frames written, by one thread at a time; may be empty. The error names the file.
+/// Which frame of write_replay() a loop shows as its number `played`: forth and back, so that the camera never jumps.
+[[nodiscard]] inline int replayed_frame(std::uint64_t played, int frames) {
+  const auto period = static_cast<std::uint64_t>(std::max(1, 2 * frames - 2));
+  const int k = static_cast<int>(played % period);
+  return k < frames ? k : 2 * frames - 2 - k;
+}
+
+/// Writes the first `frames` of a sequence as PNG, played forth and back at 30 a second, with frames.csv,
+/// calibration.textproto and book.textproto into an existing folder, for replay:FOLDER. Renders on all processors.
+/// `progress`: called with the number of frames written, by one thread at a time; may be empty. The error names the
+/// file.
 [[nodiscard]] Status write_replay(const SpecularSequence& sequence, int frames, const GlossyPlane& plane,
                                   const std::string& folder, const std::function<void(int)>& progress = {});
 
