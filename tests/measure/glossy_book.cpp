@@ -65,11 +65,11 @@ Result<SpecularSequenceOptions> book_sequence(int frames, int width, int height)
 }
 
 Status write_replay(const SpecularSequence& sequence, int frames, const GlossyPlane& plane, const std::string& folder,
-                    const std::function<void(int)>& progress) {
+                    double period_s, const std::function<void(int)>& progress) {
   std::string list = "file,exposure_s,time_s\n";
   for (int k = 0; k < std::max(1, 2 * frames - 2); ++k)
     list += std::to_string(replayed_frame(static_cast<std::uint64_t>(k), frames)) + ".png," +
-            std::to_string(SpecularSequence::kExposure_s) + "," + std::to_string(k / 30.0) + "\n";
+            std::to_string(SpecularSequence::kExposure_s) + "," + std::to_string(k * period_s) + "\n";
   Status error = write_text(folder + "/frames.csv", list);
   if (error.ok()) error = write_text(folder + "/calibration.textproto", calibration_to_text(sequence.rig()));
   if (error.ok()) error = write_text(folder + "/book.textproto", glossy_plane_to_text(plane));

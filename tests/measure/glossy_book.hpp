@@ -36,11 +36,12 @@ struct TaggedBook {
   return k < frames ? k : 2 * frames - 2 - k;
 }
 
-/// Writes the first `frames` of a sequence as PNG, played forth and back at 30 a second, with frames.csv,
+/// Writes the first `frames` of a sequence as PNG, played forth and back every `period_s`, with frames.csv,
 /// calibration.textproto and book.textproto into an existing folder, for replay:FOLDER. Renders on all processors.
 /// `progress`: called with the number of frames written, by one thread at a time; may be empty. The error names the
 /// file.
 [[nodiscard]] Status write_replay(const SpecularSequence& sequence, int frames, const GlossyPlane& plane,
-                                  const std::string& folder, const std::function<void(int)>& progress = {});
+                                  const std::string& folder, double period_s = 1 / 30.0,
+                                  const std::function<void(int)>& progress = {});
 
 }  // namespace lightwell::measure

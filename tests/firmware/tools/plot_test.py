@@ -1,4 +1,5 @@
-"""lightwell_plot.py: labels, lines of a stream, exit statuses; the chart of a captured plane. usage: plot_test.py (needs matplotlib)"""
+"""lightwell_plot.py: labels, lines of a stream, exit statuses; the chart of a captured plane. Needs matplotlib.
+usage: plot_test.py"""
 import json
 import math
 import random
