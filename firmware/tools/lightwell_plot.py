@@ -95,12 +95,17 @@ def pareto_figure(document):
     panels = panels_of(document)
     if not panels:
         raise ValueError("it has no rows")
-    figure = Figure(figsize=(15, 1.2 + sum(panel.height for panel in panels)), dpi=100, layout="constrained")
-    FigureCanvasAgg(figure)
-    figure.suptitle(
+    return panels_figure(
+        panels,
         f"Lightwell: what accuracy costs\n{len(document['scenes'])} scenes through a pair of lenses, 2 x 640x480 "
         f"unless said otherwise. One thread; memcpy here {document['memcpy_gb_per_s']:.1f} GB/s.\n"
         "Filled: on the front of time, bytes, error and bound, of one camera. Lines: the best for the cost.")
+
+
+def panels_figure(panels, title):
+    figure = Figure(figsize=(15, 1.2 + sum(panel.height for panel in panels)), dpi=100, layout="constrained")
+    FigureCanvasAgg(figure)
+    figure.suptitle(title)
     all_axes = figure.subplots(len(panels), squeeze=False, gridspec_kw={"height_ratios": [p.height for p in panels]})
     for panel, axes in zip(panels, all_axes[:, 0]):
         draw_panel(axes, panel)

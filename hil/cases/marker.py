@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +32,7 @@ def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
     uri = rig.configure(f'uri: "replay:{_FRAMES}?loop=0"', more=f'marker {{ body_file: "{_BODY}" }}\n')
     body = rig.tools.root / "firmware/estimate/marker/bodies" / BODY
     with rig.desktop_daemon(f"replay:{frames}?loop=0", "--estimator", "marker", "--body", body) as desktop:
-        _record_both(rig, (uri, on_board), (desktop, on_desktop))
+        rig.record_all(_SHOWN_S, (uri, on_board), (desktop, on_desktop))
         info = rig.info(uri)
         lights = [json.loads(line) for line in rig.client(["query", uri, "--lights", "--json"]).splitlines()]
     measured.figure("captures that the board dropped, while it looked for the lamp for the first time",
@@ -56,9 +55,3 @@ def _true_lamp(rig: Rig) -> list[float]:
 def _degrees(a: Sequence[float], b: Sequence[float]) -> float:
     """The angle between two vectors in degrees."""
     return math.degrees(math.acos(max(-1, min(1, sum(x * y for x, y in zip(a, b)) / math.hypot(*a) / math.hypot(*b)))))
-
-
-def _record_both(rig: Rig, *probes: tuple[str, Path]) -> None:
-    with ThreadPoolExecutor() as clients:
-        for recorded in [clients.submit(rig.record, uri, _SHOWN_S, file) for uri, file in probes]:
-            recorded.result()

@@ -31,7 +31,7 @@ NOT_ON_A_BOARD = ("usr/include", "usr/share/doc", "usr/share/perl", "usr/share/p
                   "usr/share/initramfs-tools", "usr/lib/klibc", "usr/lib/gcc", "etc/rc0.d", "boot")
 BOARD_TARGETS = ("lightwelld", "lightwell_cli", "lightwell-calibrate")
 HOST_TARGETS = ("lightwell_cli", "lightwelld", "lightwell-usb-camera", "demo_report", "compare_recordings",
-                "marker_frames")
+                "marker_frames", "book_frames")
 
 
 class ImageError(Exception):

@@ -10,6 +10,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -335,6 +336,12 @@ class Rig:
         file.unlink(missing_ok=True)
         self.client(["record", uri, str(file), "--seconds", str(seconds)], timeout_s=seconds + 60)
 
+    def record_all(self, seconds: float, *probes: tuple[str, Path]) -> None:
+        """Records probes at the same time: the URI of each, and its file."""
+        with ThreadPoolExecutor() as clients:
+            for recorded in [clients.submit(self.record, uri, seconds, file) for uri, file in probes]:
+                recorded.result()
+
     def info(self, uri: str) -> dict[str, Any]:
         """The probe's identity and counters."""
         return json.loads(self.client(["info", uri, "--json", "--no-map"]))
@@ -369,6 +376,13 @@ class Rig:
         hil/report/marker_frames_main.cpp."""
         output_of([self.tools.host / "marker_frames", folder, "--picture", ",".join(pictures), "--noisy", str(noisy),
                    "--period-s", str(period_s)], TestFailure)
+
+    def book_frames(self, folder: Path, *, frames: int, sequence: int, width: int, height: int,
+                    period_s: float) -> None:
+        """Renders the first `frames` of a sequence of a glossy book for the replay camera: see
+        hil/report/book_frames_main.cpp."""
+        output_of([self.tools.host / "book_frames", folder, "--frames", str(frames), "--sequence", str(sequence),
+                   "--width", str(width), "--height", str(height), "--period-s", str(period_s)], TestFailure)
 
     def compare(self, one: Path, other: Path) -> dict[str, float]:
         """Differences between the light of two recordings: see hil/report/compare_main.cpp."""

@@ -6,16 +6,13 @@
 #include <optional>
 #include <vector>
 
-#include <opencv2/imgproc.hpp>
-
 #include <lightwell/cap.hpp>
 #include <lightwell/equirect.hpp>
 #include <lightwell/lobes.hpp>
-#include <lightwell/pixel.hpp>
 #include <lightwell/text.hpp>
 
 #include "calibration/model/camera_model.hpp"
-#include "imaging/image_file.hpp"
+#include "report/page.hpp"
 
 namespace lightwell::hil {
 namespace {
@@ -170,16 +167,6 @@ std::optional<Hit> trace(Vec3f o, Vec3f d) {
 
 bool occluded(Vec3f p, Vec3f d) { return hit_ball(p, d) < kFar || hit_block(p, d).t < kFar || d.y < 0; }
 
-/// Linear radiance, rows from the top; alpha is the coverage, 0 for the background.
-struct LinearPicture {
-  int width = 0, height = 0;
-  std::vector<Radiance> pixels;
-  std::vector<float> alpha;
-
-  LinearPicture(int w, int h)
-      : width(w), height(h), pixels(static_cast<std::size_t>(w) * static_cast<std::size_t>(h)), alpha(pixels.size()) {}
-};
-
 /// A ball of `edge` pixels in orthographic view from +Z; `shade` gets the normal and the mirrored view direction.
 LinearPicture ball(int edge, const std::function<Radiance(Vec3f, Vec3f)>& shade) {
   LinearPicture out(edge, edge);
@@ -254,34 +241,9 @@ Radiance glossy(const std::vector<LightSample>& light, Vec3f direction, double r
 
 constexpr int kMargin = 16, kBallEdge = 170, kStillWidth = 300, kText = 22;
 constexpr float kGlossy = 0.5F;
-const cv::Scalar kPaper(245, 245, 245), kInk(40, 40, 40), kMark(60, 60, 255);
 
-cv::Vec3b tone(const Radiance& l, double exposure) {
-  const auto code = [&](double v) {
-    return static_cast<unsigned char>(std::lround(255 * linear_to_srgb(std::clamp(v * exposure, 0.0, 1.0))));
-  };
-  return {code(l.b), code(l.g), code(l.r)};
-}
-
-void paste(cv::Mat& page, const LinearPicture& p, int x, int y, double exposure) {
-  for (int j = 0; j < p.height; ++j) {
-    for (int i = 0; i < p.width; ++i) {
-      const std::size_t at =
-          static_cast<std::size_t>(j) * static_cast<std::size_t>(p.width) + static_cast<std::size_t>(i);
-      const cv::Vec3b over = tone(p.pixels[at], exposure);
-      cv::Vec3b& under = page.at<cv::Vec3b>(y + j, x + i);
-      for (int k = 0; k < 3; ++k)
-        under[k] = static_cast<unsigned char>(std::lround(over[k] * p.alpha[at] + under[k] * (1 - p.alpha[at])));
-    }
-  }
-}
-
-void write(cv::Mat& page, const std::string& text, int x, int y, double scale = 0.48) {
-  cv::putText(page, text, {x, y}, cv::FONT_HERSHEY_SIMPLEX, scale, kInk, 1, cv::LINE_AA);
-}
-
-/// Draws a ring around each light in the lens's view, numbered from the strongest.
-void mark_lights(cv::Mat& picture, double shrink, const LensParameters& lens, const Lighting& lighting) {
+/// Draws a ring around each light in the lens's view, numbered from the strongest. `x`, `y`: the view's corner.
+void mark_lights(Page& page, int x, int y, double shrink, const LensParameters& lens, const Lighting& lighting) {
   const CameraModel model(lens);
   int number = 0;
   for (const Light& light : lighting.lights()) {
@@ -293,10 +255,8 @@ void mark_lights(cv::Mat& picture, double shrink, const LensParameters& lens, co
     const auto rim =
         model.project(normalized(d) + u * std::tan(std::min(1.0, static_cast<double>(light.angular_radius_rad))));
     const double radius = rim ? std::hypot(rim->x - at->x, rim->y - at->y) * shrink : 0;
-    const cv::Point centre(static_cast<int>(at->x * shrink), static_cast<int>(at->y * shrink));
-    cv::circle(picture, centre, std::max(5, static_cast<int>(radius) + 3), kMark, 1, cv::LINE_AA);
-    cv::putText(picture, std::to_string(number), centre + cv::Point(7, -7), cv::FONT_HERSHEY_SIMPLEX, 0.4, kMark, 1,
-                cv::LINE_AA);
+    page.ring(x + static_cast<int>(at->x * shrink), y + static_cast<int>(at->y * shrink),
+              std::max(5, static_cast<int>(radius) + 3), number);
   }
 }
 
@@ -334,16 +294,6 @@ Row lit_by(const sim::Scene& scene, const sim::SceneState& state) {
           still_life(kStillWidth, kBallEdge, thinned(all, 1200))};
 }
 
-/// The factor that brings the mean luminance of a picture to a quarter of white, which leaves room for highlights.
-double exposure_for(const LinearPicture& p) {
-  double sum = 0, weight = 0;
-  for (std::size_t i = 0; i < p.pixels.size(); ++i) {
-    sum += p.alpha[i] * p.pixels[i].luminance();
-    weight += p.alpha[i];
-  }
-  return sum > 0 ? 0.25 * weight / sum : 1;
-}
-
 }  // namespace
 
 Status draw_report(const std::string& path, const std::string& title, const sim::Scene& scene,
@@ -354,7 +304,7 @@ Status draw_report(const std::string& path, const std::string& title, const sim:
   const LensParameters& first = rig.lenses.front();
   const int lens_height = lens_width * first.height / first.width;
   const int rows_top = kMargin + 2 * kText + lens_height + kMargin;
-  cv::Mat page(rows_top + 2 * (kBallEdge + kText + kMargin) + kText, row_width + 2 * kMargin, CV_8UC3, kPaper);
+  Page page(row_width + 2 * kMargin, rows_top + 2 * (kBallEdge + kText + kMargin) + kText);
 
   std::string map;
   if (const auto environment = lighting.environment()) {
@@ -366,45 +316,37 @@ Status draw_report(const std::string& path, const std::string& title, const sim:
       formatted("%zu light%s, harmonics to band %d%s, %zu bytes; error %.2f %%, bound %.2f %%", lights,
                 lights == 1 ? "" : "s", lighting.descriptor().radiance.band, map.c_str(), descriptor_bytes, 100 * error,
                 100.0 * lighting.descriptor().bound.total);
-  write(page, title + ": what the probe sees, and the lights that it found", kMargin, kMargin + kText / 2);
-  write(page, numbers, kMargin, kMargin + kText / 2 + kText);
+  page.write(title + ": what the probe sees, and the lights that it found", kMargin, kMargin + kText / 2);
+  page.write(numbers, kMargin, kMargin + kText / 2 + kText);
 
   const Row truth = lit_by(scene, state), answer = lit_by(lighting);
   const double exposure = exposure_for(truth.diffuse);
   for (std::size_t k = 0; k < rig.lenses.size(); ++k) {
     const LensParameters& lens = rig.lenses[k];
     const std::vector<float> seen = sim::render_radiance(scene, state, lens);
-    cv::Mat picture(lens.height, lens.width, CV_8UC3);
-    for (int y = 0; y < lens.height; ++y)
-      for (int x = 0; x < lens.width; ++x) {
-        const std::size_t at =
-            3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(lens.width) + static_cast<std::size_t>(x));
-        picture.at<cv::Vec3b>(y, x) = tone({seen[at], seen[at + 1], seen[at + 2]}, exposure);
-      }
-    cv::Mat small;
-    cv::resize(picture, small, {lens_width, lens_height}, 0, 0, cv::INTER_AREA);
-    mark_lights(small, static_cast<double>(lens_width) / lens.width, lens, lighting);
-    small.copyTo(page(cv::Rect(kMargin + static_cast<int>(k) * (lens_width + kMargin), kMargin + 2 * kText, lens_width,
-                               lens_height)));
+    LinearPicture picture(lens.width, lens.height);
+    for (std::size_t at = 0; at < picture.pixels.size(); ++at) {
+      picture.pixels[at] = {seen[3 * at], seen[3 * at + 1], seen[3 * at + 2]};
+      picture.alpha[at] = 1;
+    }
+    const int x = kMargin + static_cast<int>(k) * (lens_width + kMargin), y = kMargin + 2 * kText;
+    page.paste(picture, x, y, exposure, lens_width);
+    mark_lights(page, x, y, static_cast<double>(lens_width) / lens.width, lens, lighting);
   }
   int y = rows_top;
   const auto draw_row = [&](const std::string& caption, const Row& row) {
-    write(page, caption, kMargin, y + kText / 2);
+    page.write(caption, kMargin, y + kText / 2);
     y += kText;
     int x = kMargin;
     for (const LinearPicture* p : {&row.diffuse, &row.glossy, &row.mirror, &row.still}) {
-      paste(page, *p, x, y, exposure);
+      page.paste(*p, x, y, exposure);
       x += p->width + kMargin;
     }
     y += kBallEdge + kMargin;
   };
   draw_row("lit by the descriptor: matte, glossy (roughness 0.5), mirror; an object with its shadow", answer);
   draw_row("lit by the true panorama", truth);
-  cv::cvtColor(page, page, cv::COLOR_BGR2RGB);
-  Image image{page.cols, page.rows, PixelFormat::rgb8, {}};
-  const auto* const bytes = reinterpret_cast<const std::byte*>(page.data);
-  image.data.assign(bytes, bytes + page.total() * page.elemSize());
-  return write_png(path, image);
+  return page.save(path);
 }
 
 }  // namespace lightwell::hil

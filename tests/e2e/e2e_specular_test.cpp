@@ -9,75 +9,37 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <lightwell/glossy_plane.hpp>
 #include <lightwell/plane_appearance.hpp>
 
 #include "e2e/daemon.hpp"
-#include "imaging/image_file.hpp"
-#include "measure/specular_sequences.hpp"
-#include "pose/tag_board.hpp"
-#include "reference/glossy_sequence.hpp"
+#include "measure/glossy_book.hpp"
 #include "support/temp_dir.hpp"
 
 namespace lightwell::test {
 namespace {
 
-/// Texels of the plane's picture along a side, of a tag's cell, and between a tag and the plane's edge.
-constexpr int kEdge = 256, kCell = 5, kMargin = 3;
-constexpr double kTexel_m = measure::SpecularSequence::kPlane_m / kEdge;
+using Book = measure::TaggedBook;
+
 constexpr int kFrames = 80;
-
-/// A book with a tag in each corner.
-GlossyPlane book() {
-  const TagShape shape = shape_of(TagFamily::tag36h11);
-  GlossyPlane out;
-  out.name = "book with tags";
-  out.side_m = measure::SpecularSequence::kPlane_m;
-  out.tag_size_m = shape.edge_cells * kCell * kTexel_m;
-  const double center = out.side_m / 2 - (kMargin + shape.cells * kCell / 2.0) * kTexel_m;
-  for (int id = 0; id < 4; ++id)
-    out.tags.push_back({id, Pose{{}, {id % 2 == 0 ? -center : center, id < 2 ? center : -center, 0}}});
-  return out;
-}
-
-void paint_tag(reference::PlaneTexture& texture, int id) {
-  const Result<TagBitmap> bitmap = tag_bitmap(TagFamily::tag36h11, id);
-  ASSERT_TRUE(bitmap.ok()) << bitmap.status().message();
-  const int size = bitmap->cells * kCell, far = kEdge - kMargin - size;
-  const int left = id % 2 == 0 ? kMargin : far, top = id < 2 ? kMargin : far;
-  for (int row = 0; row < size; ++row)
-    for (int column = 0; column < size; ++column)
-      std::fill_n(texture.rgb.begin() + 3 * ((top + row) * kEdge + left + column), 3,
-                  bitmap->is_dark(column / kCell, row / kCell) ? 0.04 : 0.8);
-}
 
 class SpecularTest : public ::testing::Test {
  protected:
   /// Writes the pictures once for all tests: rendering takes most of the time.
   static void SetUpTestSuite() {
     folder_ = std::make_unique<TempDir>();
+    const auto book = measure::tagged_book(5);
+    ASSERT_TRUE(book.ok()) << book.status().message();
     measure::SpecularSequenceOptions options;
     options.seed = 5;
-    options.albedo = reference::book_texture(5, kEdge);
-    for (int id = 0; id < 4; ++id) ASSERT_NO_FATAL_FAILURE(paint_tag(options.albedo, id));
+    options.albedo = book->albedo;
     // The views that are played are the upper half of the spiral, where all tags are large enough.
     options.frames = 2 * kFrames;
     options.turns = 2;
     auto sequence = measure::SpecularSequence::make(options);
     ASSERT_TRUE(sequence.ok()) << sequence.status().message();
     sequence_ = std::move(*sequence);
-    std::string list = "file,exposure_s,time_s\n";
-    for (int k = 0; k < kFrames; ++k) {
-      const measure::Shot shot = sequence_->frame(k);
-      const std::string name = std::to_string(k) + ".png";
-      const Status s = write_png(folder_->path(name), {640, 480, PixelFormat::rgb8, shot.pixels.front()});
-      ASSERT_TRUE(s.ok()) << s.message();
-      list +=
-          name + "," + std::to_string(measure::SpecularSequence::kExposure_s) + "," + std::to_string(k / 30.0) + "\n";
-    }
-    (void)folder_->write("frames.csv", list);
-    (void)folder_->write("calibration.textproto", calibration_to_text(sequence_->rig()));
-    (void)folder_->write("book.textproto", glossy_plane_to_text(book()));
+    const Status s = measure::write_replay(*sequence_, kFrames, book->plane, folder_->path(""));
+    ASSERT_TRUE(s.ok()) << s.message();
   }
   static void TearDownTestSuite() {
     sequence_.reset();
@@ -109,7 +71,7 @@ TEST_F(SpecularTest, LightAndPlaneArriveWithoutImages) {
   double worst_m = 0, worst_rad = 0;
   const std::vector<Descriptor> descriptors = observer.descriptors();
   for (const Descriptor& d : descriptors) {
-    const Pose truth = sequence_->true_pose(static_cast<int>(d.sequence % kFrames));
+    const Pose truth = sequence_->true_pose(measure::replayed_frame(d.sequence, kFrames));
     const double shift_m = length(d.T_probe_origin.translation - truth.translation);
     const Quat turn = d.T_probe_origin.rotation.inverse() * truth.rotation;
     const double turn_rad = 2 * std::asin(std::min(1.0, length(Vec3d{turn.x, turn.y, turn.z})));
@@ -157,13 +119,14 @@ TEST_F(SpecularTest, TheTextureArrivesWhereImagesAreAllowed) {
   ASSERT_TRUE(probe.ok()) << probe.status().message();
   // In the middle of a dark cell and of the white rim of the tag at the top left.
   const auto at = [&](double cells) {
-    const double offset = (kMargin + cells * kCell) * kTexel_m - measure::SpecularSequence::kPlane_m / 2;
+    const double offset =
+        (Book::kMargin + cells * Book::kCell) * Book::kTexel_m - measure::SpecularSequence::kPlane_m / 2;
     return probe->plane().diffuse({offset, -offset});
   };
   ASSERT_TRUE(becomes_true("the texture is there", [&] {
     return at(0.5).validity == Validity::valid && !at(0.5).flags.any() && !at(1.5).flags.any() && at(0.5).value.g > 0;
   })) << daemon.process().err();
-  EXPECT_EQ(probe->plane().texture_edge(), kEdge);
+  EXPECT_EQ(probe->plane().texture_edge(), Book::kEdge);
   EXPECT_LT(at(1.5).value.g, 0.3F * at(0.5).value.g);
   // The paper's radiance in the units of descriptors.
   const double white = sequence_->options().white / measure::SpecularSequence::kExposure_s;

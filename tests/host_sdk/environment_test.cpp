@@ -193,6 +193,31 @@ TEST_F(EnvironmentReceiver, CountsMapsAndMapsWithoutKey) {
   EXPECT_EQ(latest.radiance({1, 0, 0}, 1).value.r, 6);
 }
 
+TEST_F(EnvironmentReceiver, AMapIsTurnedWithTheOriginThatTheProbeMovesAround) {
+  // The same light in the axes of a probe that turns by 0.5 about +Y: a map with the first descriptor alone.
+  const Quat first = Quat::about(normalized(Vec3d{1, -2, 0.5}), 0.8), turn = Quat::about({0, 1, 0}, 0.5);
+  Descriptor d = with_map(whole_map(), 1, 0);
+  d.T_probe_origin.rotation = first;
+  take(d);
+  const Lighting before = receiver_.latest({0});
+  d = with_map({}, 2, 100);
+  d.T_probe_origin.rotation = turn * first;
+  take(d);
+  const Lighting after = receiver_.latest({100 * kMs});
+  ASSERT_TRUE(after.environment());
+  EXPECT_EQ(after.environment()->sequence, 1U);
+  // The wire rounds rotations.
+  for (const Vec3f v : test::directions())
+    EXPECT_NEAR(after.radiance(rotate(turn, v), 0).value.r, before.radiance(v, 0).value.r, 1e-3);
+  const Vec3f x = rotate(after.environment()->rotation, Vec3f{1, 0, 0});
+  EXPECT_NEAR(length(x - rotate(turn, Vec3f{1, 0, 0})), 0, 1e-4);
+  // Between the two: half of the turn.
+  const Quat half = Quat::about({0, 1, 0}, 0.25);
+  const Lighting between = receiver_.at({50 * kMs});
+  for (const Vec3f v : test::directions())
+    EXPECT_NEAR(between.radiance(rotate(half, v), 0).value.r, before.radiance(v, 0).value.r, 1e-3);
+}
+
 TEST_F(EnvironmentReceiver, QueryInThePastUsesTheMapOfThatTime) {
   take(with_map({}, 1, 0));
   take(with_map(whole_map(), 2, 100));

@@ -223,6 +223,7 @@ Result<std::unique_ptr<SpecularSequence>> SpecularSequence::make(const SpecularS
   // from lower ones. Held-out views are from where their pixels' directions are inside the circle.
   reference::TrajectoryOptions path;
   path.highest_deg = options.highest_deg, path.lowest_deg = options.lowest_deg;
+  path.farthest_m = options.farthest_m;
   out->trajectory_ = reference::guided_trajectory(options.seed, options.frames, options.turns, path);
   path.highest_deg = 82, path.lowest_deg = 17;
   out->held_out_ = reference::guided_trajectory(options.seed + 1000, kHeldOut * 25, 5, path);
@@ -276,6 +277,12 @@ Pose SpecularSequence::held_out_pose(int k) const { return pose_of(held_out_[sta
 
 reference::GlossyView SpecularSequence::held_out_view(int k) const {
   return reference::render_view(scene(), pinhole(), held_out_[static_cast<std::size_t>(k) * 25 + 12], 3);
+}
+
+reference::GlossyView SpecularSequence::held_out_diffuse(int k) const {
+  reference::GlossyScene matte = scene();
+  matte.specular = nullptr, matte.background = {};
+  return reference::render_view(matte, pinhole(), held_out_[static_cast<std::size_t>(k) * 25 + 12], 3);
 }
 
 }  // namespace lightwell::measure

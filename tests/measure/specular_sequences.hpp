@@ -31,6 +31,7 @@ struct SpecularSequenceOptions {
   int frames = 600;
   double turns = 5;                         ///< Of the spiral of its views; held-out views have 5.
   double highest_deg = 82, lowest_deg = 8;  ///< Elevations of the camera. Held-out views are between 82 and 17.
+  double farthest_m = 0.55;                 ///< From the plane's middle, at most.
   /// From this frame on the strongest light is off.
   std::optional<int> light_out_at;
   /// Every 100 frames, from the 50th on, the picture shows a hand over the plane for this number of frames.
@@ -73,6 +74,8 @@ class SpecularSequence {
   [[nodiscard]] Pose held_out_pose(int k) const;
   /// Normalised intensity: share of full scale at kExposure_s, not clipped. `coverage` is 1 on the plane.
   [[nodiscard]] reference::GlossyView held_out_view(int k) const;
+  /// Its diffuse part; black off the plane.
+  [[nodiscard]] reference::GlossyView held_out_diffuse(int k) const;
 
   /// In frame k. In the plane's world axes, in the same unit as the pictures' normalised intensity.
   [[nodiscard]] const reference::Panorama& environment(int k) const { return lit(k).environment; }

@@ -8,8 +8,6 @@
 namespace lightwell::specular {
 namespace {
 
-constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
-
 /// Of the grid that is projected exactly: intervals along a side of the plane. Third differences need three.
 constexpr int kFewestIntervals = 8;
 /// Smallest depth of the plane, relative to its largest, with which positions are weighted by depth.

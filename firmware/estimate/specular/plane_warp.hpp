@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -15,6 +16,9 @@
 #include "estimate/specular/plane_texels.hpp"
 
 namespace lightwell::specular {
+
+/// The luminance where there is none.
+inline constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
 
 /// Reads once the part of a picture that shows the plane, and resamples it at any number of nearby poses. Pixels are
 /// interpolated bilinearly. Positions in the picture are bilinear between the corners of tiles (for a pinhole an eighth

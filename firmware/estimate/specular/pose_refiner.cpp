@@ -16,8 +16,6 @@ constexpr double kPlainDetail = 0.02;
 /// Fewer texels or tiles do not determine six parameters and outliers.
 constexpr int kMinTexels = 64;
 
-constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
-
 /// Texels that are summed side by side, and sums: 21 of the information matrix, 6 of the gradient.
 constexpr std::size_t kLanes = 8, kSums = 21 + 6;
 

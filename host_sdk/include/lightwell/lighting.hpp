@@ -67,9 +67,11 @@ struct Answer {
 /// highlights of the lights itself.
 struct EnvironmentView {
   const EnvironmentMap& map;  ///< Valid as long as the Lighting that returned it, or a copy of that.
-  Quat rotation;              ///< p_lighting = rotation p_map. The identity unless rotated().
-  std::uint64_t sequence;     ///< Sequence number of the descriptor with the map: upload the map when this changes.
-  Duration older_by;          ///< Mid-exposure of this lighting's descriptor minus that of the map's descriptor.
+  /// p_lighting = rotation p_map. The identity unless rotated(), or the probe has turned since the map against a plane
+  /// that it moves around (origin()).
+  Quat rotation;
+  std::uint64_t sequence;  ///< Sequence number of the descriptor with the map: upload the map when this changes.
+  Duration older_by;       ///< Mid-exposure of this lighting's descriptor minus that of the map's descriptor.
 };
 
 /// The lighting of one moment, immutable. Cheap to copy: copies share their state. Any number of threads may query it

@@ -52,6 +52,7 @@ void DescriptorReceiver::receive(std::span<const std::byte> bytes, HostTime rece
   sample->T_world_probe = T_world_probe_;
   const bool understood = environments_.take(sample->descriptor);
   sample->environment = environments_.map_for(sample->descriptor);
+  if (sample->environment) sample->environment_rotation = map_rotation(sample->descriptor, *sample->environment);
   add_reconstruction(*sample);
   const std::shared_ptr<const Sample> shared = std::move(sample);
   const std::shared_ptr<const Sample> before = history_ ? history_->samples.back() : nullptr;

@@ -141,7 +141,7 @@ std::shared_ptr<const Sample> made_of(Descriptor descriptor, const Sample& neare
   made.received = nearer.received;
   made.encoded_bytes = nearer.encoded_bytes;
   made.environment = nearer.environment;
-  made.environment_rotation = nearer.environment_rotation;
+  if (made.environment) made.environment_rotation = map_rotation(made.descriptor, *made.environment);
   made.T_world_probe = nearer.T_world_probe;
   // The nearer sample has no map, and the other one had a map or other units.
   if (!made.reconstruction) add_reconstruction(made);

@@ -13,6 +13,7 @@ bool EnvironmentAssembler::take(const Descriptor& descriptor) {
   kept->units = descriptor.units;
   kept->probe_id = descriptor.probe_id;
   kept->calibration_id = descriptor.calibration_id;
+  kept->probe_origin = descriptor.T_probe_origin.rotation;
   if (came.whole()) {
     kept->map = came;
     key_ = std::move(kept);

@@ -28,7 +28,14 @@ struct EnvironmentSnapshot {
   Units units = Units::relative;
   std::uint32_t probe_id = 0;
   std::uint32_t calibration_id = 0;
+  Quat probe_origin;  ///< Rotation of T_probe_origin.
 };
+
+/// Rotates directions of the map from the probe's axes at its time into those of `descriptor`. A map comes from light
+/// in a room where the origin does not turn: it is the probe itself, or a plane around which the probe moves.
+[[nodiscard]] inline Quat map_rotation(const Descriptor& descriptor, const EnvironmentSnapshot& map) {
+  return descriptor.T_probe_origin.rotation * map.probe_origin.inverse();
+}
 
 /// Assembles the current map of one probe from descriptors with a whole map, with changes, or without a map. One
 /// thread.

@@ -1,4 +1,5 @@
-"""lightwell_plot.py: labels, lines of a stream, exit statuses. usage: plot_test.py (needs matplotlib)"""
+"""lightwell_plot.py: labels, lines of a stream, exit statuses; the chart of a captured plane. Needs matplotlib.
+usage: plot_test.py"""
 import json
 import math
 import random
@@ -9,9 +10,10 @@ import unittest
 from pathlib import Path
 
 SCRIPT = Path(__file__).resolve().parents[3] / "firmware/tools/lightwell_plot.py"
-sys.path.insert(0, str(SCRIPT.parent))
+sys.path[:0] = [str(SCRIPT.parent), str(Path(__file__).resolve().parents[2] / "figure_topics")]
 
 import lightwell_plot  # noqa: E402
+import specular_chart  # noqa: E402
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 
@@ -75,6 +77,29 @@ class Program(unittest.TestCase):
         for wrong in ((), ("--output", "a.jpg"), ("--outptu", "a.png")):
             self.assertEqual(self.run_it("", *wrong).returncode, 2, wrong)
         self.assertIn("lightwell-eval --pareto", self.run_it("", "--help").stdout)
+
+
+def capture(ms, mb, rmse, figure="trade", **more):
+    return {"figure": figure, "sequence": "a room", "levels": 60, "texels": 256, "every": 1, "frames": 100, "ms": ms,
+            "mb": mb, "rmse": rmse, "fill_limit": 0.1, **more}
+
+
+class SpecularChart(unittest.TestCase):
+    def test_the_front_is_of_time_memory_and_error_of_one_spiral(self):
+        best, dominated, less_memory = capture(2, 50, 0.02), capture(2, 60, 0.02), capture(3, 40, 0.03)
+        few_frames = capture(6, 90, 0.05, every=4, frames=25)
+        items = [best, dominated, less_memory, few_frames, capture(9, 90, 0.5, figure="fill")]
+        self.assertEqual([specular_chart.on_front(item, items) for item in items], [True, False, True, True, True])
+
+    def test_draws_each_line(self):
+        items = [capture(2, 50, 0.02), capture(1, 20, 0.04, texels=128), capture(9, 90, 0.01, figure="fill")]
+        time, memory = specular_chart.panels_of(items)
+        self.assertEqual([case.label for case in time.cases], ["default", "128x128", "10 % filled"])
+        self.assertEqual([case.cost for case in time.cases], [0.2, 0.1, 0.9])
+        self.assertEqual([case.cost for case in memory.cases], [50, 20, 90])
+        with tempfile.TemporaryDirectory() as folder:
+            specular_chart.draw(items, Path(folder, "a.png"))
+            self.assertGreater(Path(folder, "a.png").stat().st_size, 10_000)
 
 
 if __name__ == "__main__":
