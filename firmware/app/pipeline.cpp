@@ -11,7 +11,7 @@ namespace {
 
 /// From one update of a captured plane to the next, at least. Clients know from its key interval, 10 s by default, when
 /// to expect one.
-constexpr std::int64_t kPlaneInterval_ns = 1'000'000'000;
+constexpr std::chrono::seconds kPlaneInterval(1);
 
 }  // namespace
 
@@ -57,11 +57,23 @@ bool BracketSlot::take(Bracket& out) {
   out.clear();
   std::unique_lock lock(mutex_);
   ready_.wait(lock, [this] { return closed_ || !whole_.empty(); });
-  if (closed_) return false;
+  return take_locked(lock, out) == Taken::bracket;
+}
+
+BracketSlot::Taken BracketSlot::take_before(std::chrono::steady_clock::time_point limit, Bracket& out) {
+  out.clear();
+  std::unique_lock lock(mutex_);
+  ready_.wait_until(lock, limit, [this] { return closed_ || !whole_.empty(); });
+  return take_locked(lock, out);
+}
+
+BracketSlot::Taken BracketSlot::take_locked(std::unique_lock<std::mutex>& lock, Bracket& out) {
+  if (closed_) return Taken::closed;
+  if (whole_.empty()) return Taken::nothing;
   out = std::move(whole_);
   lock.unlock();
   space_available_.notify_one();
-  return true;
+  return Taken::bracket;
 }
 
 bool BracketSlot::wait_for_space(std::stop_token stop) {
@@ -118,7 +130,7 @@ void Pipeline::run() {
   Bracket bracket;
   Descriptor descriptor;
   descriptor.lights.reserve(kMaxLights);
-  while (slot_.take(bracket)) {
+  while (take(bracket)) {
     configure_estimator();
     const std::int64_t start_ns = monotonic_now_ns();
     Status status = estimator_->estimate(bracket.frames(), descriptor);
@@ -136,16 +148,28 @@ void Pipeline::run() {
       keep_error(status);
       failed_.fetch_add(1, std::memory_order_release);
     }
+    plane_changed_ = true;
     publish_plane();
   }
 }
 
+bool Pipeline::take(Bracket& out) {
+  while (plane_published_ && plane_changed_) {
+    const BracketSlot::Taken taken = slot_.take_before(*plane_published_ + kPlaneInterval, out);
+    if (taken != BracketSlot::Taken::nothing) return taken == BracketSlot::Taken::bracket;
+    plane_changed_ = false;
+    publish_plane();
+  }
+  return slot_.take(out);
+}
+
 void Pipeline::publish_plane() {
-  const std::int64_t now_ns = monotonic_now_ns();
-  if (plane_published_ns_ && now_ns - *plane_published_ns_ < kPlaneInterval_ns) return;
+  const auto now = std::chrono::steady_clock::now();
+  if (plane_published_ && now - *plane_published_ < kPlaneInterval) return;
   const CapturedPlane* const plane = estimator_->captured_plane();
   if (plane == nullptr) return;
-  plane_published_ns_ = now_ns;
+  plane_published_ = now;
+  plane_changed_ = false;
   if (const Status s = publisher_.publish_plane(*plane); !s.ok()) keep_error(s);
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
@@ -60,6 +61,9 @@ class BracketSlot final : public FrameSink {
 
   /// Waits for a complete bracket; false once close() was called.
   [[nodiscard]] bool take(Bracket& out);
+  enum class Taken : std::uint8_t { bracket, nothing, closed };
+  /// The same with a time limit: nothing if there was no bracket until then.
+  [[nodiscard]] Taken take_before(std::chrono::steady_clock::time_point limit, Bracket& out);
   /// Ends take() permanently and releases all frames.
   void close();
 
@@ -69,6 +73,8 @@ class BracketSlot final : public FrameSink {
   [[nodiscard]] Counts counts() const;
 
  private:
+  /// Unlocks where there is a bracket.
+  [[nodiscard]] Taken take_locked(std::unique_lock<std::mutex>& lock, Bracket& out);
   /// Counts each incomplete bracket once. A bracket is identified by the sequence number of its first exposure.
   void count_incomplete(std::uint64_t first_sequence);
 
@@ -84,7 +90,7 @@ class BracketSlot final : public FrameSink {
 
 /// The thread that takes brackets from the slot, estimates descriptors and publishes them. The estimator's captured
 /// plane, if it has one, is published after the first bracket that gave one, and then after the first bracket of every
-/// second.
+/// second; what later brackets of a second have changed is published at its end if no other bracket follows.
 class Pipeline final : public Commands {
  public:
   /// `identity`: the probe's status; its counters are ignored. `budget_ms`: time limit of an estimate including
@@ -122,6 +128,9 @@ class Pipeline final : public Commands {
  private:
   void run();
   void configure_estimator();
+  /// Waits for a bracket, and publishes the plane when it is due. False once the slot was closed.
+  [[nodiscard]] bool take(Bracket& out);
+  /// If a second has passed since the last time.
   void publish_plane();
   void keep_error(const Status& status);
   /// Stores the descriptor for report_lux(); unchanged when the call returns.
@@ -134,9 +143,11 @@ class Pipeline final : public Commands {
   Publisher publisher_;
   std::unique_ptr<Estimator> estimator_;
   const EstimatorKind kind_;
-  Governor governor_;                               ///< Used by the thread only.
-  Setting used_;                                    ///< The estimator's present setting; used by the thread only.
-  std::optional<std::int64_t> plane_published_ns_;  ///< CLOCK_MONOTONIC, ns; used by the thread only.
+  Governor governor_;  ///< Used by the thread only.
+  Setting used_;       ///< The estimator's present setting; used by the thread only.
+  /// Of the last published plane; used by the thread only.
+  std::optional<std::chrono::steady_clock::time_point> plane_published_;
+  bool plane_changed_ = false;  ///< There were brackets since then; used by the thread only.
   const FrameRecorder* recorder_ = nullptr;
   std::thread thread_;
   std::atomic<std::uint64_t> estimates_{0}, failed_{0};

@@ -1,7 +1,9 @@
 // Captured planes from a fake estimator through the pipeline to a fake link.
+#include <chrono>
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -90,6 +92,28 @@ TEST_F(PipelinePlaneTest, UpdatesAreASecondApartAlsoWhereNothingChanges) {
     EXPECT_EQ(update->revision, k + 1);
     EXPECT_EQ(update->info.capture, 0xC0FFEEU);
   }
+}
+
+// A recording ends, or the plane leaves the picture of a camera that stops.
+TEST_F(PipelinePlaneTest, WhatTheLastFramesChangedIsPublishedThoughNoFrameFollows) {
+  set_plane(test::linear_plane(16, 4, 4));
+  ASSERT_NO_FATAL_FAILURE(start());
+  process_one();
+  ASSERT_TRUE(becomes_true("the first update is published", [&] { return planes().size() == 1; }));
+  CapturedPlane changed = test::linear_plane(16, 4, 4);
+  changed.info.gloss_alpha = 0.25F;
+  set_plane(changed);
+  process_one();
+  ASSERT_TRUE(becomes_true("the second update is published", [&] { return planes().size() == 2; }));
+  const auto published = planes();
+  const Result<PlaneUpdate> update = decode_plane_update(published[1].plane->changes.front());
+  ASSERT_TRUE(update.ok()) << update.status().message();
+  EXPECT_EQ(update->info.gloss_alpha, 0.25F);
+  EXPECT_GE(published[1].at_ns - published[0].at_ns, 500'000'000);
+  // Once only, and stop() does not wait for another second.
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  EXPECT_EQ(planes().size(), 2U);
+  pipeline_->stop();
 }
 
 TEST_F(PipelinePlaneTest, APlaneIsAlsoPublishedWhereTheEstimateFails) {
