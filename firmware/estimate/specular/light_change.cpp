@@ -9,12 +9,13 @@ namespace lightwell::specular {
 namespace {
 
 constexpr int kMaxCells = 16;
-/// Pairs of neighbouring cells that are needed, of 480.
-constexpr int kMinPairs = 60;
-/// RMS difference of neighbouring cells, relative to their mean, that is needed: less is noise.
+/// Cells with four neighbours that are needed, of 196.
+constexpr int kMinCells = 40;
+/// RMS detail (a cell minus the mean of its neighbours), relative to the mean, that is needed: less is noise.
 constexpr double kMinPatternContrast = 0.03;
-/// Frames of rendered sequences have 0.96 and more, with half of the light 0.9; with a hand 0.5 to 0.7.
-constexpr double kMinCorrelation = 0.85;
+/// Frames of rendered sequences have 0.98 and more, also with half of the light; with a hand 0.5 to 0.7; with an
+/// unsaturated highlight that is ten times as bright as the plane, and as narrow as three cells, 0.85 to 0.97.
+constexpr double kMinCorrelation = 0.97;
 /// Length of a pixel on the plane, in cells: the poses of more grazing views are off by more.
 constexpr double kLongestPixel = 1.0 / 3;
 constexpr float kUnknown = -1;
@@ -47,23 +48,24 @@ std::optional<LightChange::Contrast> LightChange::contrast_of(const TexelImage& 
       of_diffuse_[cell] = known ? of_diffuse / count : kUnknown;
     }
   double squares = 0, squares_of_image = 0, products = 0, sum = 0;
-  int pairs = 0;
-  const auto add_pair = [&](int from, int to) {
-    const auto a = static_cast<std::size_t>(from), b = static_cast<std::size_t>(to);
-    if (of_diffuse_[a] == kUnknown || of_diffuse_[b] == kUnknown) return;
-    const auto i = static_cast<double>(of_image_[b] - of_image_[a]);
-    const auto d = static_cast<double>(of_diffuse_[b] - of_diffuse_[a]);
-    squares += d * d, squares_of_image += i * i, products += i * d;
-    sum += static_cast<double>(of_diffuse_[a] + of_diffuse_[b]) / 2;
-    ++pairs;
-  };
-  for (int row = 0; row < cells_; ++row)
-    for (int column = 0; column < cells_; ++column) {
-      if (column + 1 < cells_) add_pair(row * cells_ + column, row * cells_ + column + 1);
-      if (row + 1 < cells_) add_pair(row * cells_ + column, (row + 1) * cells_ + column);
+  int count = 0;
+  for (int row = 1; row + 1 < cells_; ++row)
+    for (int column = 1; column + 1 < cells_; ++column) {
+      const auto at = static_cast<std::size_t>(row * cells_ + column), below = static_cast<std::size_t>(cells_);
+      float of_image = of_image_[at], of_diffuse = of_diffuse_[at];
+      bool known = of_diffuse != kUnknown;
+      for (const std::size_t other : {at - 1, at + 1, at - below, at + below}) {
+        known = known && of_diffuse_[other] != kUnknown;
+        of_image -= 0.25F * of_image_[other], of_diffuse -= 0.25F * of_diffuse_[other];
+      }
+      if (!known) continue;
+      const auto i = static_cast<double>(of_image), d = static_cast<double>(of_diffuse);
+      squares += d * d, squares_of_image += i * i, products += i * d;
+      sum += static_cast<double>(of_diffuse_[at]);
+      ++count;
     }
-  const double mean = sum / std::max(pairs, 1);
-  if (pairs < kMinPairs || !(squares > pairs * std::pow(kMinPatternContrast * mean, 2)) || !(squares_of_image > 0))
+  const double mean = sum / std::max(count, 1);
+  if (count < kMinCells || !(squares > count * std::pow(kMinPatternContrast * mean, 2)) || !(squares_of_image > 0))
     return std::nullopt;
   return Contrast{products / squares, products / std::sqrt(squares * squares_of_image)};
 }

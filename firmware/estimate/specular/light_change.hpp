@@ -10,10 +10,10 @@
 
 namespace lightwell::specular {
 
-/// A mirror image is smooth, so differences between neighbouring cells of the texture (16 x 16 of them) are those of
-/// the diffuse part: their ratio to the known ones is the irradiance now, relative to that of the capture. It needs no
-/// knowledge of the mirror image, which directions that were never seen lack. A hand or a wrong pose changes the
-/// pattern, too: then the differences do not correlate.
+/// A mirror image is smooth, so the detail of the texture in 16 x 16 cells (a cell minus the mean of its neighbours) is
+/// that of the diffuse part: its ratio to the known one is the irradiance now, relative to that of the capture. It
+/// needs no knowledge of the mirror image, which directions that were never seen lack. A hand, a wrong pose or a strong
+/// highlight changes the pattern, too: then the details do not correlate.
 class LightChange {
  public:
   explicit LightChange(const PlaneTexels& texels);

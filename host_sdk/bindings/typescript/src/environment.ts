@@ -1,7 +1,7 @@
 // Prefiltered environment map for reflections: octahedral levels, each prefiltered with one GGX lobe, without the
 // lights.
 import type { Descriptor } from "./descriptor.js";
-import { Rgb, Vec3, normalized } from "./vector.js";
+import { Quat, Rgb, Vec3, composed, inverse, normalized, rotate } from "./vector.js";
 import {
   WireReader, byteString, crc32c, fixed32, float, invalid, message, repeatedUint32, sint32, uint32,
 } from "./wire.js";
@@ -27,6 +27,9 @@ export interface EnvironmentMap {
   readonly keyIntervalMs: number;
   /** RGB9E5, red in the lowest bits: level by level, rows from the top. Changes: the changed texels. */
   readonly texels: Uint32Array;
+  /** p_lighting = rotation p_map. Only from EnvironmentKeeper.mapFor(), where the probe has turned since the map against
+   *  a plane that it moves around; `texels` is then that of the map without. */
+  readonly rotation?: Quat;
   /** Changes: run lengths, alternately of unchanged texels and of changed texels (those in `texels`). */
   readonly runs: readonly number[];
 }
@@ -156,14 +159,17 @@ export class EnvironmentKeeper {
   }
 
   /** The newest map if it applies to the descriptor: same probe, calibration and units, not newer, and not older than
-   *  three of its key intervals. */
+   *  three of its key intervals. In the descriptor's axes, by `rotation`. */
   mapFor(descriptor: Descriptor): EnvironmentMap | null {
     if (this.newest === null) return null;
     const { map, from } = this.newest;
     if (from.units !== descriptor.units || from.probeId !== descriptor.probeId ||
         from.calibrationId !== descriptor.calibrationId) return null;
     const older = descriptor.midExposureNs - from.midExposureNs;
-    return older < 0n || older > 3_000_000n * BigInt(map.keyIntervalMs) ? null : map;
+    if (older < 0n || older > 3_000_000n * BigInt(map.keyIntervalMs)) return null;
+    // A map comes from light in a room where the origin does not turn: it is the probe itself, or such a plane.
+    const [now, then] = [descriptor.origin.rotation, from.origin.rotation];
+    return now.every((v, k) => v === then[k]) ? map : { ...map, rotation: composed(now, inverse(then)) };
   }
 }
 
@@ -229,9 +235,10 @@ function bilinear(map: EnvironmentMap, level: number, uv: [number, number]): Rgb
   return [mixed(0), mixed(1), mixed(2)];
 }
 
-/** radiance(d, r) without the lights, in the map's frame. Zero for a direction that is zero or not finite. */
+/** radiance(d, r) without the lights, in the frame of the lighting. Zero for a direction that is zero or not finite. */
 export function environmentRadiance(map: EnvironmentMap, direction: Vec3, roughness: number): Rgb {
-  const d = normalized(direction.map(f) as Vec3, f);
+  const inMap = map.rotation ? rotate(inverse(map.rotation), direction) : direction;
+  const d = normalized(inMap.map(f) as Vec3, f);
   if (d === null || !isWhole(map)) return [0, 0, 0];
   const uv = octahedral(d);
   const r = f(roughness);

@@ -30,6 +30,21 @@ export function dot(a: Vec3, b: Vec3): number {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+/** The rotation that reverses the unit quaternion q. */
+export function inverse([x, y, z, w]: Quat): Quat {
+  return [-x, -y, -z, w];
+}
+
+/** First b, then a. */
+export function composed(a: Quat, b: Quat): Quat {
+  return [
+    a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
+    a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
+    a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3],
+    a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2],
+  ];
+}
+
 /** v rotated by the unit quaternion q. */
 export function rotate(q: Quat, v: Vec3): Vec3 {
   const [x, y, z, w] = q;
