@@ -22,10 +22,10 @@ using namespace lightwell;
 
 enum Exit : int { kOk = 0, kPoor = 1, kUsage = 2, kBadInput = 3 };
 
-/// Between the 0.07 of a short sequence of 320x240, whose pixels are larger than texels, and the 0.11 of poses from
+/// Between the 0.045 of a short sequence of 320x240, whose pixels are larger than texels, and the 0.11 of poses from
 /// tags alone. The paper's figures for real books are 0.029, 0.049 and 0.116 (Jachnik et al. 2012, table 1).
 constexpr double kMaxRmse = 0.08;
-/// From one descriptor to the next; an estimate of the light takes up to some seconds on a busy machine.
+/// From one descriptor to the next.
 constexpr Duration kFrameTimeout{60'000'000'000};
 
 int fail(const Status& s) {

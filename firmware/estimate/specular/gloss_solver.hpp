@@ -37,7 +37,7 @@ class GlossSolver {
   GlossSolver& operator=(const GlossSolver&) = delete;
 
   /// Starts; an unfinished solution is lost. `rounds` deconvolutions, at least 1: all but the last one have half of the
-  /// iterations and are followed by a new common radiance. Refers to `input` until step() returns true.
+  /// iterations and are followed by a new common radiance. `input` must stay valid until step() returns true.
   void begin(const GlossInput& input, double alpha, int rounds);
   /// Continues until the budget is spent. Returns whether the solution is complete.
   bool step(WorkBudget& budget);
@@ -61,7 +61,7 @@ class GlossSolver {
   const GlossInput* input_ = nullptr;
   std::unique_ptr<GlossOperator> gloss_;
   ReflectedRadiance reflected_;
-  std::optional<GlossDeconvolution> deconvolution_;  ///< Refers to both.
+  std::optional<GlossDeconvolution> deconvolution_;  ///< Refers to `*gloss_` and `reflected_`.
   CommonRadiance common_;
   double misfit_ = 0;
   Stage stage_ = Stage::done;

@@ -12,8 +12,8 @@ namespace lightwell::specular {
 
 /// A mirror image is smooth, so the detail of the texture in 16 x 16 cells (a cell minus the mean of its neighbours) is
 /// that of the diffuse part: its ratio to the known one is the irradiance now, relative to that of the capture. It
-/// needs no knowledge of the mirror image, which directions that were never seen lack. A hand, a wrong pose or a strong
-/// highlight changes the pattern, too: then the details do not correlate.
+/// does not need the mirror image, which is unknown in directions that no frame has seen. A hand, a wrong pose or a
+/// strong highlight changes the pattern, too: then the details do not correlate.
 class LightChange {
  public:
   explicit LightChange(const PlaneTexels& texels);
@@ -22,9 +22,10 @@ class LightChange {
     std::uint32_t since = 0;  ///< The first frame of the new light.
     double gain = 1;          ///< Irradiance relative to before.
   };
-  /// A frame at its refined pose, and the diffuse part as captured. A change, after it was seen in kFrames frames of
-  /// those whose pattern is the texture's. nullopt also where there is too little texture, too little of it seen, or
-  /// where the view is so grazing that a pixel is longer than a third of a cell.
+  /// A frame at its refined pose, and the diffuse part as captured. Returns a change after kFrames successive
+  /// usable frames have shown it; a frame is usable if its detail correlates with the texture. nullopt also where there
+  /// is too little texture, too little of it seen, or where the view is so grazing that a pixel is longer than a third
+  /// of a cell.
   std::optional<Change> add(const TexelImage& image, const ViewPoint& from, const TexelImage& diffuse,
                             std::uint32_t frame);
 

@@ -17,7 +17,7 @@ class RoughnessSearch {
 
   /// In the whole range: six evaluations.
   RoughnessSearch() = default;
-  /// From the cell of `alpha`: two evaluations where the answer is still in it.
+  /// From the cell of `alpha`: at most two evaluations where the answer is still in it.
   explicit RoughnessSearch(double alpha)
       : low_(std::clamp(static_cast<int>(std::log(alpha / kMinAlpha) / width()), 0, kCells - 1)),
         high_(low_ + 1),

@@ -15,7 +15,8 @@ class WorkBudget {
 
   explicit WorkBudget(std::size_t operations) : limit_(operations) {}
 
-  /// Whether a part of the computation fits. The first part of a step always does: every step makes progress.
+  /// Whether a part of the computation fits. The first part of a step always does, so that every step makes
+  /// progress; a step exceeds the limit if its first part alone does.
   [[nodiscard]] bool has(std::size_t operations) const {
     return spent_ == 0 || operations <= limit_ - std::min(spent_, limit_);
   }

@@ -47,7 +47,7 @@ struct RadiantMesh {
 /// The trade of time for accuracy. Figures: host_sdk/README.md.
 struct ReflectionOptions {
   /// Largest size of a part of the object that is evaluated as one, relative to the width of the gloss lobe there; 0.1
-  /// to 1. Time grows with its inverse square.
+  /// to 1. Smaller values take more time; measured times: host_sdk/README.md.
   double tolerance = 0.5;
   /// Texels along a cell within which a wide blur is interpolated; 1 to 16. Texels near a contact are computed singly.
   int cell = 4;
@@ -57,8 +57,9 @@ struct ReflectionOptions {
 
 /// What render() computed.
 struct PlaneReflection {
-  /// Of the plane: valid or stale. none: nothing was received, or the probe knows no gloss (a matte plane).
-  /// invalid_query: the eye is not finite or not in front of the plane. For the last two all texels are 0.
+  /// The plane's validity (valid or stale), or one of the following. none: nothing was received, or the probe knows no
+  /// gloss (a matte plane). invalid_query: the eye is not finite or not in front of the plane. For the last two all
+  /// texels are 0.
   Validity validity = Validity::none;
   bool f0_assumed = false;  ///< The probe sends no f0: it is taken as 0.04.
   /// Triangles left out because a vertex is NaN or infinite, or farther than 2^20 texels from the grid's centre.
