@@ -27,8 +27,8 @@ export interface EnvironmentMap {
   readonly keyIntervalMs: number;
   /** RGB9E5, red in the lowest bits: level by level, rows from the top. Changes: the changed texels. */
   readonly texels: Uint32Array;
-  /** p_lighting = rotation p_map. Only from EnvironmentKeeper.mapFor(), where the probe has turned since the map against
-   *  a plane that it moves around; `texels` is then that of the map without. */
+  /** p_lighting = rotation p_map. Only from EnvironmentKeeper.mapFor(), where the probe has turned since the map
+   *  against a plane that it moves around; `texels` is then that of the map without. */
   readonly rotation?: Quat;
   /** Changes: run lengths, alternately of unchanged texels and of changed texels (those in `texels`). */
   readonly runs: readonly number[];
