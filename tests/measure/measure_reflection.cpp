@@ -19,8 +19,8 @@
 #include "bench/thread_time.hpp"
 #include "host_sdk/plane_light_quadrature.hpp"
 #include "host_sdk/reflection_scenes.hpp"
-#include "imaging/image_file.hpp"
 #include "measure/output.hpp"
+#include "measure/texture_picture.hpp"
 #include "tools/command_line.hpp"
 
 namespace lightwell {
@@ -146,25 +146,18 @@ void draw(const ReflectionCase& test_case, int rays, const std::string& path) {
   Texture texture;
   render(reflector, test_case, texture);
   const reference::ReflectionTracer tracer(test_case.scene, test_case.gloss);
-  Image picture{3 * kTexels, kTexels, PixelFormat::rgb8, std::vector<std::byte>(9UL * kTexels * kTexels)};
   const double white = 1.5 * tracer.albedo(normalized(test_case.eye).z);
-  const auto set = [&](int column, int row, int channel, double value) {
-    const double code = 255 * std::pow(std::clamp(value, 0.0, 1.0), 1 / 2.2) + 0.5;
-    picture.data[static_cast<std::size_t>((row * 3 * kTexels + column) * 3 + channel)] = static_cast<std::byte>(code);
-  };
-  for (int row = 0; row < kTexels; ++row)
-    for (int column = 0; column < kTexels; ++column) {
-      const auto truth = tracer.reflection(test::rectangle_of(ReflectionCase::grid(kTexels), column, row),
-                                           {test_case.eye.x, test_case.eye.y, test_case.eye.z}, rays);
-      for (int c = 0; c < 3; ++c) {
-        const double got = texture.reflected[static_cast<std::size_t>(row * kTexels + column)][c] / white;
-        const double exact = truth.object[static_cast<std::size_t>(c)] / white;
-        set(column, row, c, exact);
-        set(kTexels + column, row, c, got);
-        set(2 * kTexels + column, row, c, 0.5 + 4 * (got - exact));
-      }
-    }
-  require(write_png(path, picture));
+  require(measure::write_comparison(path, kTexels, 4, [&](int column, int row) {
+    measure::ComparedTexel out;
+    out.truth = tracer
+                    .reflection(test::rectangle_of(ReflectionCase::grid(kTexels), column, row),
+                                {test_case.eye.x, test_case.eye.y, test_case.eye.z}, rays)
+                    .object;
+    for (double& c : out.truth) c /= white;
+    const Radiance& result = texture.reflected[static_cast<std::size_t>(row * kTexels + column)];
+    for (int c = 0; c < 3; ++c) out.result[static_cast<std::size_t>(c)] = static_cast<double>(result[c]) / white;
+    return out;
+  }));
 }
 
 }  // namespace

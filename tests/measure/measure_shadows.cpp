@@ -17,8 +17,8 @@
 #include "bench/memcpy_speed.hpp"
 #include "bench/thread_time.hpp"
 #include "host_sdk/shadow_scenes.hpp"
-#include "imaging/image_file.hpp"
 #include "measure/output.hpp"
+#include "measure/texture_picture.hpp"
 #include "tools/command_line.hpp"
 
 namespace lightwell {
@@ -116,24 +116,12 @@ void draw(const ShadowCase& shadow_case, const ShadowOptions& options, int rays,
   cast(caster, shadow_case, texture);
   const reference::ShadowTracer tracer(shadow_case.scene);
   const ShadowReceiver receiver = shadow_case.receiver(kTexels);
-  Image picture{3 * kTexels, kTexels, PixelFormat::rgb8, std::vector<std::byte>(9UL * kTexels * kTexels)};
-  const auto set = [&](int column, int row, int channel, double value) {
-    const double code = 255 * std::pow(std::clamp(value, 0.0, 1.0), 1 / 2.2) + 0.5;
-    picture.data[static_cast<std::size_t>((row * 3 * kTexels + column) * 3 + channel)] = static_cast<std::byte>(code);
-  };
-  for (int row = 0; row < kTexels; ++row) {
-    for (int column = 0; column < kTexels; ++column) {
-      const reference::Rgb truth = tracer.ratio(test::rectangle_of(receiver, column, row), rays);
-      for (int c = 0; c < 3; ++c) {
-        const double ratio = texture.ratios[static_cast<std::size_t>(row * kTexels + column)][c];
-        const double exact = truth[static_cast<std::size_t>(c)];
-        set(column, row, c, exact);
-        set(kTexels + column, row, c, ratio);
-        set(2 * kTexels + column, row, c, 0.5 + 8 * (ratio - exact));
-      }
-    }
-  }
-  require(write_png(path, picture));
+  require(measure::write_comparison(path, kTexels, 8, [&](int column, int row) {
+    measure::ComparedTexel out{tracer.ratio(test::rectangle_of(receiver, column, row), rays)};
+    for (int c = 0; c < 3; ++c)
+      out.result[static_cast<std::size_t>(c)] = texture.ratios[static_cast<std::size_t>(row * kTexels + column)][c];
+    return out;
+  }));
 }
 
 }  // namespace

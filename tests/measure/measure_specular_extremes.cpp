@@ -101,7 +101,7 @@ struct Truth {
     const double variance = static_cast<double>(light.direction_covariance[0] + light.direction_covariance[2]) / 2;
     const ref::V3 found = measure::in_world(d, light.direction);
     return std::ranges::none_of(lights, [&](const measure::TrueLight& t) {
-      const double angle = std::acos(std::clamp(ref::dot(t.direction, found), -1.0, 1.0));
+      const double angle = ref::angle_deg(t.direction, found) / 180 * ref::pi;
       return angle < width || angle * angle < kMaxMahalanobis * variance;
     });
   }

@@ -35,8 +35,6 @@ using measure::SpecularSequence;
 using measure::TrueLight;
 
 constexpr double kDegree = std::numbers::pi / 180;
-/// Elevation above which the plane can mirror: the paper's circle.
-const double kLowest = std::sin(10 * kDegree);  // As measure::mirrored_part().
 constexpr int kMapEdge = 64;
 /// Every so many frames a descriptor is compared with the truth.
 constexpr int kCompareEvery = 10;
@@ -45,8 +43,6 @@ constexpr int kCompareEvery = 10;
 constexpr double kWhiteAlbedo = 0.8;
 
 ref::Rgb rgb(const auto& v) { return {static_cast<double>(v.r), static_cast<double>(v.g), static_cast<double>(v.b)}; }
-
-double angle_between(const ref::V3& a, const ref::V3& b) { return std::acos(std::clamp(ref::dot(a, b), -1.0, 1.0)); }
 
 /// Null where the descriptor has none.
 const Light* nearest_light(const Descriptor& d, const ref::V3& world) {
@@ -65,8 +61,7 @@ void print_lights(const std::string& name, const std::vector<TrueLight>& truth, 
     line["light"] = index++;
     line["relative_irradiance"] = light.irradiance / truth.front().irradiance;
     const Light* nearest = nearest_light(d, light.direction);
-    line["error_deg"] =
-        nearest != nullptr ? angle_between(in_world(d, nearest->direction), light.direction) / kDegree : 180.0;
+    line["error_deg"] = nearest != nullptr ? ref::angle_deg(in_world(d, nearest->direction), light.direction) : 180.0;
     if (nearest != nullptr) {
       const auto& c = nearest->direction_covariance;
       line["sigma_deg"] = std::sqrt((static_cast<double>(c[0]) + static_cast<double>(c[2])) / 2) / kDegree;
@@ -89,7 +84,8 @@ void print_balls(const std::string& name, const ref::Panorama& truth, const ref:
     // Only the pixels whose normal (reflection) is in the part that the plane can mirror.
     std::vector<std::size_t> used;
     for (std::size_t k = 0; k < view.normals.size(); ++k)
-      if ((ball == measure::Ball::diffuse ? view.normals : view.reflections)[k].y > kLowest) used.push_back(k);
+      if ((ball == measure::Ball::diffuse ? view.normals : view.reflections)[k].y > measure::kLowestMirrored)
+        used.push_back(k);
     const auto part = [&](const measure::BallPictures& pictures) {
       measure::BallPicture out;
       for (const std::size_t k : used) out.push_back(pictures[b][k]);
@@ -226,7 +222,7 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
     for (const TrueLight& t : lights) {
       const Light* nearest = nearest_light(d, t.direction);
       if (nearest == nullptr) continue;
-      const double angle = angle_between(in_world(d, nearest->direction), t.direction);
+      const double angle = ref::angle_deg(in_world(d, nearest->direction), t.direction) * kDegree;
       const auto variance =
           static_cast<double>((nearest->direction_covariance[0] + nearest->direction_covariance[2]) / 2);
       // A light farther than a lobe was not found; print_lights() counts it.

@@ -48,17 +48,17 @@ struct TrueLight {
 /// Bright regions in the order of their peaks, without those nearer than two lobe widths to a brighter one (the slopes
 /// of its blur are regions, too); those above a tenth of the strongest, strongest first.
 [[nodiscard]] std::vector<TrueLight> true_lights(const reference::Panorama& blurred, double lobe_width_rad);
-/// The part of the sphere that the plane can mirror: above 10 degrees of elevation, the circle of Jachnik et al. 2012,
-/// figure 8. The rest is black.
+/// Least sine of the elevation that the plane can mirror: the circle of Jachnik et al. 2012, figure 8.
+inline const double kLowestMirrored = std::sin(reference::pi / 18);
+/// The part of the sphere that the plane can mirror. The rest is black.
 template <class RadianceOf>
 [[nodiscard]] reference::Panorama mirrored_part(int width, int height, const RadianceOf& radiance) {
-  const double lowest = std::sin(reference::pi / 18);
   reference::Panorama out{width, height, {}};
   out.rgb.resize(static_cast<std::size_t>(3 * width * height));
   for (int j = 0; j < height; ++j)
     for (int i = 0; i < width; ++i) {
       const reference::V3 d = reference::pixel_direction(i, j, width, height);
-      reference::set_pixel(out, i, j, d.y > lowest ? radiance(d) : reference::Rgb{});
+      reference::set_pixel(out, i, j, d.y > kLowestMirrored ? radiance(d) : reference::Rgb{});
     }
   return out;
 }

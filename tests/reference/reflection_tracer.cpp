@@ -58,29 +58,12 @@ void ReflectionTracer::trace(V3 at, V3 direction, double weight, TracedReflectio
 
 template <class Sample>
 TracedReflection ReflectionTracer::mean(const PlaneRectangle& rectangle, V3 eye, int rays, const Sample& sample) const {
-  // Each rectangle has its own shift of the points (Cranley & Patterson 1976).
-  std::uint64_t seed = 0x9e3779b97f4a7c15U;
-  for (const double edge : {rectangle.left, rectangle.bottom})
-    seed = seed * 6364136223846793005U + std::uint64_t(1e9 * (edge + 100));
-  std::array<double, 4> shift{};
-  for (double& s : shift) {
-    seed = seed * 6364136223846793005U + 1442695040888963407U;
-    s = static_cast<double>(seed >> 11) * 0x1p-53;
-  }
-  constexpr std::array<std::uint64_t, 4> bases{2, 3, 5, 7};
   TracedReflection sum;
   double weights = 0;
-  for (int i = 0; i < rays; ++i) {
-    std::array<double, 4> r{};
-    for (std::size_t k = 0; k < 4; ++k) {
-      const double moved = radical_inverse(static_cast<std::uint64_t>(i), bases[k]) + shift[k];
-      r[k] = moved - std::floor(moved);
-    }
-    const V3 at{rectangle.left + r[2] * (rectangle.right - rectangle.left),
-                rectangle.bottom + r[3] * (rectangle.top - rectangle.bottom), 0};
-    const LobeSample ray = sample(normalised(eye - at), r[0], r[1]);
+  RectanglePoints(rectangle).next_set(rays, [&](V3 at, double a, double b) {
+    const LobeSample ray = sample(normalised(eye - at), a, b);
     trace(at, ray.direction, ray.weight, sum, weights);
-  }
+  });
   for (Rgb* value : {&sum.object, &sum.room, &sum.whole_room})
     for (double& channel : *value) channel /= rays;
   sum.hidden = weights > 0 ? sum.hidden / weights : 0;

@@ -164,28 +164,7 @@ std::optional<RayHit> ShadowTracer::nearest_hit(V3 origin, V3 direction) const {
 
 Rgb ShadowTracer::ratio(const PlaneRectangle& rectangle, int rays) const {
   Rgb with{}, without{};
-  // Each rectangle and each light has its own shift of the points (Cranley & Patterson 1976).
-  std::uint64_t seed = 0x9e3779b97f4a7c15U;
-  for (const double v : {rectangle.left, rectangle.bottom})
-    seed = seed * 6364136223846793005U + std::uint64_t(1e9 * (v + 100));
-  const auto next_shift = [&] {
-    seed = seed * 6364136223846793005U + 1442695040888963407U;
-    return static_cast<double>(seed >> 11) * 0x1p-53;
-  };
-  const auto integrate = [&](const auto& sample) {
-    const std::array<double, 4> shift{next_shift(), next_shift(), next_shift(), next_shift()};
-    constexpr std::array<std::uint64_t, 4> bases{2, 3, 5, 7};
-    for (int i = 0; i < rays; ++i) {
-      std::array<double, 4> r{};
-      for (std::size_t k = 0; k < 4; ++k) {
-        const double moved = radical_inverse(static_cast<std::uint64_t>(i), bases[k]) + shift[k];
-        r[k] = moved - std::floor(moved);
-      }
-      const V3 at{rectangle.left + r[2] * (rectangle.right - rectangle.left),
-                  rectangle.bottom + r[3] * (rectangle.top - rectangle.bottom), 0};
-      sample(at, r[0], r[1]);
-    }
-  };
+  RectanglePoints points(rectangle);
   const auto add = [&](V3 at, V3 direction, double limit, const Rgb& weighted_radiance) {
     if (direction.z <= 0) return;
     const bool free = !hits(at, direction, limit);
@@ -200,7 +179,7 @@ Rgb ShadowTracer::ratio(const PlaneRectangle& rectangle, int rays) const {
   for (const ShadowLight& light : scene_.lights) {
     const V3 axis = normalised(light.direction);
     const double sine = std::sin(light.radius_rad);
-    integrate([&](V3 at, double a, double b) {
+    points.next_set(rays, [&](V3 at, double a, double b) {
       // E at normal incidence is pi sin² L, the cap's solid angle 2 pi (1 - cos): L dw of one ray is their ratio.
       if (light.distance == 0) {
         const double k = light.radius_rad > 0 ? 2 * (1 - std::cos(light.radius_rad)) / (sine * sine) : 1.0;
@@ -214,7 +193,7 @@ Rgb ShadowTracer::ratio(const PlaneRectangle& rectangle, int rays) const {
     });
   }
   if (scene_.residual) {
-    integrate([&](V3 at, double a, double b) {
+    points.next_set(rays, [&](V3 at, double a, double b) {
       // Density cos / pi.
       const double r = std::sqrt(a), z = std::sqrt(1 - a);
       const V3 d{r * std::cos(2 * pi * b), r * std::sin(2 * pi * b), z};

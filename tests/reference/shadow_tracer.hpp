@@ -2,12 +2,14 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <vector>
 
+#include "reference/quadrature.hpp"
 #include "reference/vector.hpp"
 
 namespace lightwell::reference {
@@ -36,6 +38,40 @@ struct ShadowScene {
 /// A rectangle of the plane, m.
 struct PlaneRectangle {
   double left = 0, bottom = 0, right = 0, top = 0;
+};
+
+/// Quasi-random points of a rectangle, each with two more coordinates in [0, 1) (Halton 1960). Each rectangle, and each
+/// set of points, has its own shift (Cranley & Patterson 1976).
+class RectanglePoints {
+ public:
+  explicit RectanglePoints(const PlaneRectangle& rectangle) : rectangle_(rectangle) {
+    for (const double edge : {rectangle.left, rectangle.bottom})
+      seed_ = seed_ * 6364136223846793005U + std::uint64_t(1e9 * (edge + 100));
+  }
+  /// Calls sample(point, a, b) for the next set of `count` points.
+  template <class Sample>
+  void next_set(int count, const Sample& sample) {
+    std::array<double, 4> shift{};
+    for (double& s : shift) {
+      seed_ = seed_ * 6364136223846793005U + 1442695040888963407U;
+      s = static_cast<double>(seed_ >> 11) * 0x1p-53;
+    }
+    constexpr std::array<std::uint64_t, 4> bases{2, 3, 5, 7};
+    for (int i = 0; i < count; ++i) {
+      std::array<double, 4> r{};
+      for (std::size_t k = 0; k < 4; ++k) {
+        const double moved = radical_inverse(static_cast<std::uint64_t>(i), bases[k]) + shift[k];
+        r[k] = moved - std::floor(moved);
+      }
+      sample(V3{rectangle_.left + r[2] * (rectangle_.right - rectangle_.left),
+                rectangle_.bottom + r[3] * (rectangle_.top - rectangle_.bottom), 0},
+             r[0], r[1]);
+    }
+  }
+
+ private:
+  PlaneRectangle rectangle_;
+  std::uint64_t seed_ = 0x9e3779b97f4a7c15U;
 };
 
 /// The point corner(0) (1 - u - v) + corner(1) u + corner(2) v of a triangle, at origin + distance * direction.

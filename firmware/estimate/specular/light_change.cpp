@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <lightwell/quantile.hpp>
 
@@ -18,7 +19,7 @@ constexpr double kMinPatternContrast = 0.03;
 constexpr double kMinCorrelation = 0.97;
 /// Length of a pixel on the plane, in cells: the poses of more grazing views are off by more.
 constexpr double kLongestPixel = 1.0 / 3;
-constexpr float kUnknown = -1;
+constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 
 }  // namespace
 
@@ -49,17 +50,12 @@ std::optional<LightChange::Contrast> LightChange::contrast_of(const TexelImage& 
     }
   double squares = 0, squares_of_image = 0, products = 0, sum = 0;
   int count = 0;
-  for (int row = 1; row + 1 < cells_; ++row)
-    for (int column = 1; column + 1 < cells_; ++column) {
-      const auto at = static_cast<std::size_t>(row * cells_ + column), below = static_cast<std::size_t>(cells_);
-      float of_image = of_image_[at], of_diffuse = of_diffuse_[at];
-      bool known = of_diffuse != kUnknown;
-      for (const std::size_t other : {at - 1, at + 1, at - below, at + below}) {
-        known = known && of_diffuse_[other] != kUnknown;
-        of_image -= 0.25F * of_image_[other], of_diffuse -= 0.25F * of_diffuse_[other];
-      }
-      if (!known) continue;
-      const auto i = static_cast<double>(of_image), d = static_cast<double>(of_diffuse);
+  const auto width = static_cast<std::size_t>(cells_);
+  for (std::size_t row = 1; row + 1 < width; ++row)
+    for (std::size_t at = row * width + 1; at + 1 < (row + 1) * width; ++at) {
+      const auto i = static_cast<double>(detail_at(of_image_, width, at));
+      const auto d = static_cast<double>(detail_at(of_diffuse_, width, at));
+      if (std::isnan(i) || std::isnan(d)) continue;
       squares += d * d, squares_of_image += i * i, products += i * d;
       sum += static_cast<double>(of_diffuse_[at]);
       ++count;

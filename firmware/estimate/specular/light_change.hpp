@@ -43,7 +43,7 @@ class LightChange {
 
   PlaneTexels texels_;
   int cells_;                                 ///< Along a side.
-  std::vector<float> of_image_, of_diffuse_;  ///< Mean luminance by cell; negative: not known.
+  std::vector<float> of_image_, of_diffuse_;  ///< Mean luminance by cell; NaN: not known.
   std::optional<std::uint32_t> since_;
   std::vector<double> gains_;  ///< Of the frames since then.
 };

@@ -47,8 +47,7 @@ CapturedFrame PlaneCapture::add(estimate::RowReader& reader, int lens, const Unc
     const UncertainPose prior{alignment().texture_pose(tag_pose.pose, lens_now), tag_pose.covariance};
     separation_.predict(lens_now, predicted_);
     out.pose = refiner_.refine(warp_, prior, extrapolated(frame), predicted_, image_);
-    const ViewPoint from{warp_.lens_in_plane(out.pose.probe_plane), warp_.pixel_rad(out.pose.probe_plane)};
-    if (const auto change = light_change_.add(image_, from, separation_.diffuse(), frame)) {
+    if (const auto change = light_change_.add(image_, view_from(out.pose.probe_plane), separation_.diffuse(), frame)) {
       restart(*change);
       return out;
     }
@@ -60,11 +59,11 @@ CapturedFrame PlaneCapture::add(estimate::RowReader& reader, int lens, const Unc
     warp_.sample(tag_pose.pose, image_);
   }
   out.stored = true;
-  const auto first = light_field_.add(
-      image_, {warp_.lens_in_plane(out.pose.probe_plane), warp_.pixel_rad(out.pose.probe_plane)}, frame);
+  const ViewPoint from = view_from(out.pose.probe_plane);
+  const auto first = light_field_.add(image_, from, frame);
   out.new_samples = first.size();
   separation_.add_to_medians(image_, first);
-  separation_.add_clipped(image_, warp_.lens_in_plane(out.pose.probe_plane));
+  separation_.add_clipped(image_, from.lens);
   (void)separation_.sweep(light_field_, options_.separation_samples);
   return out;
 }

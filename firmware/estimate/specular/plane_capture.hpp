@@ -72,6 +72,10 @@ class PlaneCapture {
   [[nodiscard]] TextureAlignment alignment() const;
 
  private:
+  /// Of the frame that was loaded last, at a pose (T_probe_plane).
+  [[nodiscard]] ViewPoint view_from(const Pose& probe_plane) const {
+    return {warp_.lens_in_plane(probe_plane), warp_.pixel_rad(probe_plane)};
+  }
   void add_to_alignment(const UncertainPose& tag_pose, const Pose& refined);
   /// Pose of the texture in this frame at the velocity of the last two refined poses.
   [[nodiscard]] std::optional<Pose> extrapolated(std::uint32_t frame) const;

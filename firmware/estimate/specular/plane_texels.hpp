@@ -64,4 +64,9 @@ struct alignas(16) TexelRadiance {
 /// Row by row from the top, PlaneTexels::count() elements.
 using TexelImage = std::vector<TexelRadiance>;
 
+/// A value minus the mean of its four neighbours, of an image of that width; `at` is not at its border.
+[[nodiscard]] inline float detail_at(const std::vector<float>& image, std::size_t width, std::size_t at) {
+  return image[at] - 0.25F * (image[at - 1] + image[at + 1] + image[at - width] + image[at + width]);
+}
+
 }  // namespace lightwell::specular

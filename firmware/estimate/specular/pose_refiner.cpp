@@ -19,18 +19,15 @@ constexpr int kMinTexels = 64;
 /// Texels that are summed side by side, and sums: 21 of the information matrix, 6 of the gradient.
 constexpr std::size_t kLanes = 8, kSums = 21 + 6;
 
-/// Difference of detail (value minus mean of the four neighbours), mean absolute, relative to the detail of `predicted`
+/// Difference of detail_at(), mean absolute, relative to the detail of `predicted`
 /// and a share of its brightness. A highlight that is not predicted is smooth and hardly counts. Infinite where nothing
 /// can be compared.
 double relative_error(const std::vector<float>& observed, const std::vector<float>& predicted, int edge) {
   double difference = 0, detail = 0, brightness = 0;
   const auto width = static_cast<std::size_t>(edge);
-  const auto detail_at = [width](const std::vector<float>& v, std::size_t k) {
-    return v[k] - 0.25F * (v[k - 1] + v[k + 1] + v[k - width] + v[k + width]);
-  };
   for (std::size_t j = 1; j + 1 < width; ++j)
     for (std::size_t k = j * width + 1; k + 1 < (j + 1) * width; ++k) {
-      const float of_predicted = detail_at(predicted, k), d = detail_at(observed, k) - of_predicted;
+      const float of_predicted = detail_at(predicted, width, k), d = detail_at(observed, width, k) - of_predicted;
       if (!(d == d)) continue;
       difference += static_cast<double>(std::abs(d));
       detail += static_cast<double>(std::abs(of_predicted));

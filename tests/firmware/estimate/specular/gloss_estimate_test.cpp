@@ -135,7 +135,7 @@ TEST(GlossEstimator, MoreLightThanTheTextureShowsHasAnUncertainScale) {
   const GlossEstimate* e = estimator.estimate(scene.lumisphere, texels(scene.irradiance, scene.common), {});
   ASSERT_NE(e, nullptr);
   expect_numbers(*e);
-  // Uniform radiance is not in S: of ten times the lamp only what the separation left.
+  // Less than ten times: the uniform radiance was subtracted with the least value, and is not multiplied.
   EXPECT_GT(total(*e), 3 * scene.irradiance);
   EXPECT_GT(total(*e) / scene.irradiance - 1, 0.9 * e->scale_sigma);
   EXPECT_LT(total(*e) / scene.irradiance - 1, 1.2 * e->scale_sigma);
