@@ -176,6 +176,8 @@ if(LIGHTWELL_BUILD_TESTS)
     find_program(LIGHTWELL_MONO mono)
     find_program(LIGHTWELL_NODE NAMES node nodejs)
     find_program(LIGHTWELL_TSC tsc)
+    # Debian's node-ws: where Node has no WebSocket of its own, and as the server of tests.
+    find_path(LIGHTWELL_NODE_WS ws/package.json PATHS /usr/share/nodejs)
   endif()
   # umockdev is preloaded (LD_PRELOAD), under qemu-user into the emulator itself, so only native builds use it.
   if(LIGHTWELL_BUILD_FIRMWARE AND NOT CMAKE_CROSSCOMPILING)
