@@ -23,7 +23,7 @@ export type { WebSocketConstructor, WebSocketLike } from "./platform.js";
 export { connect, defaultWebPort } from "./probe.js";
 export type { Probe, ProbeEvents, ProbeInfo, ProbeOptions } from "./probe.js";
 export type { Arrival, LinkState, LinkStats } from "./receiver.js";
-export { readRecording } from "./recording.js";
+export { encodeRecord, readRecording, recordingStart } from "./recording.js";
 export type { RecordedMessage, Recording } from "./recording.js";
 export { toThree } from "./three.js";
 export type { ConvertedToThree, ThreeLighting, ThreeOptions } from "./three.js";

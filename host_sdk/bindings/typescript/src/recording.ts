@@ -1,5 +1,6 @@
 // Recordings of descriptors, as written by `lightwell record`. Format: proto/README.md.
 import { DecodeError, crc32c } from "./wire.js";
+import { WireWriter } from "./wire_writer.js";
 
 export interface RecordedMessage {
   /** CLOCK_MONOTONIC of the recorder at reception, ns. */
@@ -35,4 +36,26 @@ export function readRecording(file: Uint8Array): Recording {
   const header = records.shift();
   if (header === undefined) throw new DecodeError("data_loss", "the recording has no header");
   return { header: header.bytes, messages: records, tornBytes: file.length - at };
+}
+
+/** The first bytes of a recording of descriptors; records follow. `version`: of the program that records. */
+export function recordingStart(probeName: string, version: string): Uint8Array {
+  const header = encodeRecord({
+    timeNs: 0n, bytes: new WireWriter().uint32(1, 1).string(2, probeName).string(3, version).bytes(),
+  });
+  const out = new Uint8Array(magic.length + header.length);
+  out.set(magic);
+  out.set(header, magic.length);
+  return out;
+}
+
+/** One record of a recording. */
+export function encodeRecord({ timeNs, bytes }: RecordedMessage): Uint8Array {
+  const out = new Uint8Array(16 + bytes.length);
+  const view = new DataView(out.buffer);
+  view.setUint32(0, bytes.length, true);
+  view.setBigInt64(8, timeNs, true);
+  out.set(bytes, 16);
+  view.setUint32(4, crc32c(out.subarray(8)), true);
+  return out;
 }
