@@ -8,7 +8,7 @@ import { createRequire } from "node:module";
 export const { WebSocket, WebSocketServer } = createRequire(import.meta.url)(process.env.LIGHTWELL_NODE_WS);
 
 const { LIGHTWELL_PROTOC: protoc, LIGHTWELL_PROTO: proto } = process.env;
-const files = ["link_message", "descriptor"].map((name) => `lightwell/v1/${name}.proto`);
+const files = ["link_message", "descriptor", "captured_plane"].map((name) => `lightwell/v1/${name}.proto`);
 const run = (how, type, input) => execFileSync(protoc, [`-I${proto}`, `--${how}=lightwell.v1.${type}`, ...files],
   { input, stdio: ["pipe", "pipe", "ignore"] });
 

@@ -260,6 +260,19 @@ test("hostile sizes are rejected quickly", () => {
   assert.equal(code(Uint8Array.from({ length: 65536 }, (_, i) => (i % 2 ? 0 : 0x32))), "invalid_argument", "32768 lights");
 });
 
+test("a recording that is written here is read again, also when it is cut", () => {
+  const { recordingStart, encodeRecord } = lightwell;
+  const parts = [recordingStart("attic", "test 1"), ...[5n, -7n].map((timeNs, i) =>
+    encodeRecord({ timeNs, bytes: messages()[i].bytes }))];
+  const file = Buffer.concat(parts);
+  const { messages: read, tornBytes, header } = readRecording(file);
+  assert.deepEqual(read.map(({ timeNs }) => timeNs), [5n, -7n]);
+  assert.deepEqual(Buffer.from(read[1].bytes), Buffer.from(messages()[1].bytes));
+  assert.equal(tornBytes, 0);
+  assert.deepEqual([...header], [8, 1, 0x12, 5, ...Buffer.from("attic"), 0x1a, 6, ...Buffer.from("test 1")]);
+  assert.equal(readRecording(file.subarray(0, -1)).messages.length, 1);
+});
+
 test("three.js conversion with and without an estimate", () => {
   const light = Lighting.decode(messages().at(-2).bytes);
   const half = toThree(light, { color: [0.5, 0, 0, 0, 0.5, 0, 0, 0, 0.5], residual: "left_out" });

@@ -4,12 +4,14 @@ import { ProbeError, connect } from "./sdk/lightwell.js";
 
 const key = "lightwell token";
 const retryMs = 1000;
-const address = location.origin.replace(/^http/, "ws");
+export const address = location.origin.replace(/^http/, "ws");
 
 /** In plain text the probe asks for none, and a token must not be sent. */
 const encrypted = location.protocol === "https:";
 
-const stored = () => sessionStorage.getItem(key) ?? localStorage.getItem(key);
+/** null: no token is sent. */
+export const storedToken = () =>
+  encrypted ? sessionStorage.getItem(key) ?? localStorage.getItem(key) : null;
 
 function forget() {
   sessionStorage.removeItem(key);
@@ -50,7 +52,7 @@ const pause = (ms) => new Promise((resume) => setTimeout(resume, ms));
 
 /** Tries until it succeeds. The form appears when the probe needs a token, and stays until one is accepted. */
 async function connected(error) {
-  let token = encrypted ? stored() : "";
+  let token = encrypted ? storedToken() : "";
   let remember = null;
   for (;;) {
     if (token === null) ({ token, remember } = await askToken(error));

@@ -95,7 +95,7 @@ export class DirectionsView {
     const w = Math.max(1, Math.round(canvas.clientWidth * ratio));
     const h = Math.max(1, Math.round(canvas.clientHeight * ratio));
     if (canvas.width !== w || canvas.height !== h) Object.assign(canvas, { width: w, height: h });
-    const scale = w / 640;
+    const scale = ratio;
     const margin = 22 * scale;
     const [rx, ry] = [w / 2 - margin, h / 2 - margin / 2];
     const at = (d) => {
@@ -116,7 +116,7 @@ export class DirectionsView {
     c.beginPath();
     c.ellipse(w / 2, h / 2, rx, ry, 0, 0, 2 * Math.PI);
     c.stroke();
-    this.drawNames(at, scale, w);
+    this.drawNames(at, scale);
     // The strongest is drawn last, on top.
     [...descriptor.lights.entries()].reverse().forEach(([i, light]) => this.drawLight(light, i, at, scale, w));
     this.describe(descriptor);
@@ -138,9 +138,9 @@ export class DirectionsView {
       line(steps.map((t) => fromAngles((k * Math.PI) / 4, ((2 * t - 1) * Math.PI) / 2)));
   }
 
-  drawNames(at, scale, w) {
+  drawNames(at, scale) {
     const c = this.context;
-    c.font = `600 ${Math.max(11 * scale, w / 46)}px system-ui, sans-serif`;
+    c.font = `600 ${11 * scale}px system-ui, sans-serif`;
     c.textAlign = "center";
     c.textBaseline = "middle";
     c.lineWidth = 3 * scale;
@@ -175,7 +175,7 @@ export class DirectionsView {
     };
     const points = ellipse(light, 2);
     outline([...points, points[0]]);
-    const radius = (7 + 5 * light.share) * Math.max(scale, w / 900);
+    const radius = (7 + 3 * light.share) * scale;
     c.beginPath();
     c.arc(x, y, radius, 0, 2 * Math.PI);
     c.fillStyle = "#ffd67a";

@@ -2,7 +2,7 @@
 //   each descriptor     the table of lights, the measures
 //   each frame drawn    spheres and directions, where something changed
 //   four times a second numbers and tables
-import { run, showState } from "./connection.js";
+import { address, run, showState, storedToken } from "./connection.js";
 import { DirectionsView, withShares } from "./directions.js";
 import { MarkerView } from "./estimator_views.js";
 import { duration, element, percent, put, short, size, spark } from "./format.js";
@@ -17,7 +17,8 @@ import { putConditions, putFaults, putLights, putLink } from "./tables.js";
 
 const textPeriodMs = 250;
 const panoramaPeriodMs = 200;
-const drawPeriodMs = 33;
+/** Pictures take at most half of the time of a slow device. */
+const drawPeriodMs = { min: 33, max: 500 };
 
 const recorder = new Recorder();
 const exposure = new Exposure();
@@ -31,7 +32,7 @@ let counters = new CounterHistory();
 let marker = new MarkerView();
 let plane = null;
 
-const times = { text: 0, panorama: 0, draw: 0 };
+const times = { text: 0, panorama: 0, draw: 0, drawn: 0, period: drawPeriodMs.min };
 let changed = false;
 let newest = null;
 
@@ -74,7 +75,7 @@ async function attach(next) {
   await settings.attach(probe);
   element("marker-view").hidden = settings.kind !== "marker";
   element("plane-view").hidden = settings.kind !== "specular";
-  if (settings.kind === "specular") plane ??= new PlaneView();
+  if (settings.kind === "specular") plane ??= new PlaneView(address, storedToken());
 }
 
 function onInfo(info) {
@@ -167,8 +168,14 @@ function drawPictures(now) {
 function onFrame(now) {
   requestAnimationFrame(onFrame);
   if (!probe) return;
-  if (changed && now >= times.draw + drawPeriodMs) {
-    times.draw = now;
+  if (times.drawn) {
+    // From the start of drawing to the next frame: what WebGL does after the calls have returned is in it.
+    const cost = performance.now() - times.draw;
+    times.period = Math.min(drawPeriodMs.max, Math.max(drawPeriodMs.min, 0.7 * times.period + 0.3 * 2 * cost));
+    times.drawn = 0;
+  }
+  if (changed && now >= times.draw + times.period) {
+    times.draw = times.drawn = now;
     changed = false;
     drawPictures(now);
   }

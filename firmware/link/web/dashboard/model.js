@@ -18,6 +18,7 @@ function measured({ descriptor: d, bytes, midExposureNs, timeUncertaintyNs, rece
   const encoded = d.encodedAfterUs / 1000;
   return {
     at: Number(receivedNs) / 1e6,
+    exposed: Number(d.midExposureNs) / 1e6,
     latency: Number(receivedNs - midExposureNs) / 1e6,
     uncertainty: Number(timeUncertaintyNs) / 1e6,
     camera: delivered,
@@ -53,7 +54,8 @@ export class Measures {
     this.expire(now);
     const { recent } = this;
     const of = (name) => mean(recent.map((sample) => sample[name]));
-    const span = recent.length > 1 ? recent[recent.length - 1].at - recent[0].at : 0;
+    // By the camera's times, which a busy page does not shift.
+    const span = recent.length > 1 ? recent[recent.length - 1].exposed - recent[0].exposed : 0;
     const latency = of("latency");
     const encoded = of("camera") + of("estimate");
     return {

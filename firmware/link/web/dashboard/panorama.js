@@ -28,11 +28,11 @@ export class Exposure {
     this.at = 0;
   }
 
-  /** Factor that maps mean radiance to 0.25; follows changes within a second, so that a lamp's switching is seen. */
+  /** Factor that maps mean radiance to 0.35; follows changes within a second, so that a lamp's switching is seen. */
   factor(descriptor, now) {
     const mean = meanRadiance(descriptor);
     if (mean > 0) {
-      const target = Math.log(0.25 / mean);
+      const target = Math.log(0.35 / mean);
       const share = this.log === null ? 1 : 1 - Math.exp(-(now - this.at) / 1500);
       this.log = (this.log ?? 0) + share * (target - (this.log ?? 0));
       this.at = now;

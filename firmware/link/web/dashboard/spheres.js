@@ -6,14 +6,9 @@ import { toThree } from "./sdk/lightwell.js";
 const release = "111";
 const spacing = 2.25;
 
-/** Finds three.js at three/three.min.js; null where the probe does not serve it or its release is another. */
+/** null where the probe was built without three.js, or with another release. */
 async function loadThree() {
-  try {
-    await import("./three/three.min.js");
-  } catch {
-    return null;
-  }
-  const three = globalThis.THREE;
+  const { three } = await import("./three/load.js");
   return three?.REVISION === release ? three : null;
 }
 
@@ -47,7 +42,7 @@ class ThreeSpheres {
     renderer.shadowMap.enabled = true;
     renderer.shadowMap.type = three.PCFSoftShadowMap;
     renderer.toneMapping = three.ACESFilmicToneMapping;
-    renderer.toneMappingExposure = 1.7;
+    renderer.toneMappingExposure = 1.25;
     this.scene = new three.Scene();
     this.camera = new three.PerspectiveCamera(24, 1.6, 0.1, 60);
     this.camera.position.set(0, 2.4, 14);
@@ -162,5 +157,5 @@ export async function makeSpheres(canvas) {
     }
   }
   const { FlatSpheres } = await import("./spheres_flat.js");
-  return { view: new FlatSpheres(canvas), note: "2-D, without three.js or WebGL" };
+  return { view: new FlatSpheres(canvas), note: "2-D view" };
 }

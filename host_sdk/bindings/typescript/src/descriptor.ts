@@ -216,7 +216,8 @@ class LightMessage {
   }
 }
 
-class PoseMessage {
+/** Parses the fields of a Pose; `get` validates them. */
+export class PoseMessage {
   private readonly numbers = [0, 0, 0, 0, 0, 0, 0];
 
   read(wire: WireReader): this {
@@ -228,8 +229,8 @@ class PoseMessage {
     const [x, y, z, w] = this.numbers;
     const translation = this.numbers.slice(4) as Vec3;
     const squared = x * x + y * y + z * z + w * w;
-    if (!(squared > 1e-18 && squared < Infinity)) throw invalid("T_probe_origin has no rotation");
-    if (!translation.every((v) => Math.abs(v) <= 1e6)) throw invalid("T_probe_origin: tx, ty, tz must be within 1e6 m");
+    if (!(squared > 1e-18 && squared < Infinity)) throw invalid("a pose has no rotation");
+    if (!translation.every((v) => Math.abs(v) <= 1e6)) throw invalid("a pose: tx, ty, tz must be within 1e6 m");
     return { rotation: [x, y, z, w].map((v) => v / Math.sqrt(squared)) as Quat, translation };
   }
 }

@@ -14,7 +14,7 @@ export { settingsOf } from "./estimator_config.js";
 export type { EstimatorConfig, EstimatorKind, EstimatorState, EstimatorUpdate } from "./estimator_config.js";
 export { Lighting } from "./lighting.js";
 export type { Answer, LightingOptions, Validity } from "./lighting.js";
-export { ProbeError } from "./link_message.js";
+export { ProbeError, encodeLinkRequest } from "./link_message.js";
 export type { ProbeCounters, ProbeStatus, StatusCode } from "./link_message.js";
 export {
   GgxLobe, capIrradiance, capRadiance, capZonal, cosineLobe, evaluateHarmonics, harmonicsBasis,
@@ -23,6 +23,8 @@ export type { WebSocketConstructor, WebSocketLike } from "./platform.js";
 export { connect, defaultWebPort } from "./probe.js";
 export type { Probe, ProbeEvents, ProbeInfo, ProbeOptions } from "./probe.js";
 export type { Arrival, LinkState, LinkStats } from "./receiver.js";
+export { PlaneCoverageReader, hemisphereNodes } from "./plane_coverage.js";
+export type { PlaneCoverage } from "./plane_coverage.js";
 export { encodeRecord, readRecording, recordingStart } from "./recording.js";
 export type { RecordedMessage, Recording } from "./recording.js";
 export { toThree } from "./three.js";
