@@ -39,8 +39,8 @@ enum class ProbeCall : std::uint8_t { info, set_config, report_lux, get_config }
 [[nodiscard]] Result<std::string> answer_probe_call(ProbeCall call, std::string_view request, Commands& commands);
 
 /// For a link without (USB, WebSocket): executes a LinkRequest and writes the LinkResponse, at most
-/// kMaxLinkMessageBytes, into `response`. Every LinkRequest has a response, also one that is refused. data_loss if `request` is not a LinkRequest;
-/// `response` is then empty. Calls `commands` on this thread.
+/// kMaxLinkMessageBytes, into `response`. Every LinkRequest has a response, also one that is refused. data_loss if
+/// `request` is not a LinkRequest; `response` is then empty. Calls `commands` on this thread.
 [[nodiscard]] Status answer_link_request(std::span<const std::byte> request, Commands& commands,
                                          std::vector<std::byte>& response);
 
