@@ -59,7 +59,6 @@ elseif(LIGHTWELL_WITH_GRPC)
   endif()
 endif()
 if(gRPC_FOUND)
-  lightwell_find(OpenSSL libssl-dev 3)
   find_program(LIGHTWELL_GRPC_CPP_PLUGIN grpc_cpp_plugin)
   if(NOT LIGHTWELL_GRPC_CPP_PLUGIN)
     lightwell_missing(grpc_cpp_plugin protobuf-compiler-grpc)
@@ -80,9 +79,15 @@ if(LIGHTWELL_BUILD_HOST_SDK)
   lightwell_optional(usb LIBUSB libusb-1.0)
 endif()
 
-# For MQTT and mDNS in the firmware and in the SDK. Without its library each is left out; the summary reports it.
+# For WebSockets, MQTT and mDNS in the firmware and in the SDK. Without its library each is left out; the summary reports it.
 lightwell_optional(mqtt LIBMOSQUITTO libmosquitto)
 lightwell_optional(mdns AVAHI_CLIENT avahi-client)
+lightwell_optional(web LIBWEBSOCKETS libwebsockets)
+
+# For both ends of the two network links.
+if(gRPC_FOUND OR LIBWEBSOCKETS_FOUND)
+  lightwell_find(OpenSSL libssl-dev 3)
+endif()
 
 if(LIGHTWELL_BUILD_FIRMWARE)
   lightwell_find(OpenEXR libopenexr-dev CONFIG)

@@ -92,6 +92,9 @@ Status answer(const v1::LinkRequest& request, Commands& commands, v1::LinkRespon
     case v1::LinkRequest::kGetConfig:
       answer_get_config(commands, *response.mutable_get_config());
       return {};
+    case v1::LinkRequest::kAuthenticate:
+      response.mutable_authenticate();
+      return {};
     case v1::LinkRequest::ASK_NOT_SET:
       break;
   }
@@ -133,6 +136,23 @@ Status answer_link_request(std::span<const std::byte> request, Commands& command
   response.resize(m.ByteSizeLong());
   m.SerializeToArray(response.data(), static_cast<int>(response.size()));
   return {};
+}
+
+std::optional<AuthenticateRequest> decode_authenticate(std::span<const std::byte> request) {
+  v1::LinkRequest m;
+  if (request.size() > kMaxLinkMessageBytes || !m.ParseFromArray(request.data(), static_cast<int>(request.size())) ||
+      !m.has_authenticate())
+    return std::nullopt;
+  return AuthenticateRequest{m.id(), m.authenticate().token()};
+}
+
+void encode_refusal(std::uint32_t id, const Status& status, std::vector<std::byte>& response) {
+  v1::LinkResponse m;
+  m.set_id(id);
+  m.set_code(static_cast<v1::LinkCode>(status.code()));
+  m.set_message(truncated(status.message(), kMaxTextBytes));
+  response.resize(m.ByteSizeLong());
+  m.SerializeToArray(response.data(), static_cast<int>(response.size()));
 }
 
 }  // namespace lightwell

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -37,10 +38,21 @@ enum class ProbeCall : std::uint8_t { info, set_config, report_lux, get_config }
 /// otherwise the error of `commands`, or why they were not called. Calls `commands` on this thread.
 [[nodiscard]] Result<std::string> answer_probe_call(ProbeCall call, std::string_view request, Commands& commands);
 
-/// For a link without (USB): executes a LinkRequest and writes the LinkResponse, at most kMaxLinkMessageBytes, into
-/// `response`. Every LinkRequest has a response, also one that is refused. data_loss if `request` is not a LinkRequest;
-/// `response` is then empty. Calls `commands` on this thread.
+/// For a link without (USB, WebSocket): executes a LinkRequest and writes the LinkResponse, at most
+/// kMaxLinkMessageBytes, into `response`. Every LinkRequest has a response, also one that is refused. data_loss if
+/// `request` is not a LinkRequest; `response` is then empty. Calls `commands` on this thread.
 [[nodiscard]] Status answer_link_request(std::span<const std::byte> request, Commands& commands,
                                          std::vector<std::byte>& response);
+
+/// A LinkRequest `authenticate`. answer_link_request() answers it without a look at the token.
+struct AuthenticateRequest {
+  std::uint32_t id = 0;
+  std::string token;
+};
+/// No value for any other bytes.
+[[nodiscard]] std::optional<AuthenticateRequest> decode_authenticate(std::span<const std::byte> request);
+
+/// A LinkResponse with `status` and no answer: for a request that is refused before it reaches `Commands`.
+void encode_refusal(std::uint32_t id, const Status& status, std::vector<std::byte>& response);
 
 }  // namespace lightwell
