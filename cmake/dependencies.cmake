@@ -89,6 +89,12 @@ if(gRPC_FOUND OR LIBWEBSOCKETS_FOUND)
   lightwell_find(OpenSSL libssl-dev 3)
 endif()
 
+# For the dashboard: architecture-independent files of this machine, in a cross build too.
+if(LIGHTWELL_BUILD_FIRMWARE AND LIBWEBSOCKETS_FOUND)
+  find_program(LIGHTWELL_TSC tsc)
+  find_file(LIGHTWELL_THREE three.min.js PATHS /usr/share/javascript/three NO_CMAKE_FIND_ROOT_PATH)
+endif()
+
 if(LIGHTWELL_BUILD_FIRMWARE)
   lightwell_find(OpenEXR libopenexr-dev CONFIG)
   lightwell_find(JPEG libjpeg-dev)
@@ -183,6 +189,7 @@ if(LIGHTWELL_BUILD_TESTS)
     find_program(LIGHTWELL_TSC tsc)
     # Debian's node-ws: where Node has no WebSocket of its own, and as the server of tests.
     find_path(LIGHTWELL_NODE_WS ws/package.json PATHS /usr/share/nodejs)
+    find_program(LIGHTWELL_CHROMIUM chromium)
   endif()
   # umockdev is preloaded (LD_PRELOAD), under qemu-user into the emulator itself, so only native builds use it.
   if(LIGHTWELL_BUILD_FIRMWARE AND NOT CMAKE_CROSSCOMPILING)

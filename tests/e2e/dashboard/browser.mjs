@@ -86,7 +86,8 @@ export class Page {
   }
 
   async view(width, height, { scheme = "light", mobile = false, scale = 1 } = {}) {
-    await this.connection.send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: scale, mobile });
+    await this.connection.send("Emulation.setDeviceMetricsOverride",
+      { width, height, deviceScaleFactor: scale, mobile });
     await this.connection.send("Emulation.setEmulatedMedia",
       { features: [{ name: "prefers-color-scheme", value: scheme }] });
   }

@@ -5,8 +5,8 @@ import { join } from "node:path";
 
 import { until } from "./browser.mjs";
 
-/** One lamp at azimuth 40°, elevation 30° above even light: at 5 % of its radiance, where sim: switches it to, it is no
- *  light any more, because its peak is below six times the mean. */
+/** One lamp at azimuth 40°, elevation 30° above even light. At 5 % of its radiance, to which sim: switches it, it is
+ *  no light any more, because its peak is below six times the mean. */
 export function writePanorama(file) {
   const [width, height] = [256, 128];
   const pixels = [];

@@ -1,6 +1,6 @@
 // The dashboard in headless Chromium with a real lightwelld.
-// usage: node --test dashboard_test.mjs; environment: that of browser.mjs and daemon.mjs, LIGHTWELL_MODULE (lightwell.js),
-// LIGHTWELL_SCREENSHOTS (folder for pictures of the page)
+// usage: node --test dashboard_test.mjs; environment: that of browser.mjs and daemon.mjs, LIGHTWELL_MODULE
+// (lightwell.js), LIGHTWELL_SCREENSHOTS (folder for pictures of the page)
 import assert from "node:assert/strict";
 import { X509Certificate, createHash } from "node:crypto";
 import { mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
@@ -150,7 +150,8 @@ test("descriptors are recorded, and the file is a recording", async () => {
 test("nothing is wider than a phone, and the pictures are drawn", async () => {
   const views = [
     ["desktop", 1280, 900, {}], ["desktop_dark", 1280, 900, { scheme: "dark" }],
-    ["phone", 390, 844, { mobile: true, scale: 2 }], ["phone_dark", 390, 844, { mobile: true, scale: 2, scheme: "dark" }],
+    ["phone", 390, 844, { mobile: true, scale: 2 }],
+    ["phone_dark", 390, 844, { mobile: true, scale: 2, scheme: "dark" }],
   ];
   for (const [name, width, height, options] of views) {
     await page.view(width, height, options);

@@ -1,6 +1,8 @@
 // connect() of the TypeScript module against a probe's WebSocket link.
 // usage: node --test connection_test.mjs; environment: LIGHTWELL_MODULE (lightwell.js) and that of fake_probe.mjs
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
 import { afterEach, beforeEach, test } from "node:test";
 import { pathToFileURL } from "node:url";
 
@@ -67,6 +69,28 @@ test("events tell descriptors, info and states", async () => {
   assert.equal(probe.stats().gaps, 2);
   probe.close();
   assert.deepEqual(states, ["closed"]);
+});
+
+test("the example of host_sdk/README.md runs", async () => {
+  server.token = "secret";
+  server.newest = descriptor(1, server.clockNow());
+  const readme = readFileSync(join(process.env.LIGHTWELL_PROTO, "../host_sdk/README.md"), "utf8");
+  const [, code] = /```ts\nimport \{ connect \} from "lightwell";\n([^]*?)```/.exec(readme);
+  const shaded = [];
+  const environment = {
+    connect: (address, options) => {
+      assert.equal(address, "wss://probe.local");
+      return open(options);
+    },
+    token: "secret",
+    shade: (value, errorBound) => shaded.push([value, errorBound]),
+    requestAnimationFrame: (callback) => shaded.length < 3 && setTimeout(callback, 5),
+  };
+  const AsyncFunction = (async () => {}).constructor;
+  await new AsyncFunction(...Object.keys(environment), code)(...Object.values(environment));
+  server.publish(descriptor(2, server.clockNow()));
+  await until(() => shaded.length >= 3, "three frames");
+  assert.ok(shaded[0][0][0] > 0 && shaded[0][1] >= 0);
 });
 
 test("a token is the first message, and nothing is asked before the probe accepts it", async () => {
@@ -144,6 +168,29 @@ test("it reconnects by itself to a probe that was restarted, whose sequence and 
   assert.deepEqual([states[0], states.at(-1)], ["waiting", "connected"]);
 });
 
+test("pauses start again at the shortest after a success", async () => {
+  let attempts = 0;
+  const Counting = class extends WebSocket {
+    constructor(...address) {
+      super(...address);
+      ++attempts;
+    }
+  };
+  await open({ WebSocket: Counting, retryMinMs: 20, retryMaxMs: 5000 });
+  const { port } = server;
+  await server.stop();
+  // After 20, 40, 80, 160 and 320 ms, each +-20 %.
+  await until(() => attempts === 6, "five further attempts");
+  server = await FakeProbe.start(port);
+  await until(() => probe.stats().reconnects === 1, "the reconnection");
+  const before = attempts;
+  const begin = performance.now();
+  await server.stop();
+  await until(() => attempts === before + 2, "two further attempts");
+  assert.ok(performance.now() - begin < 500, "60 ms, not a second");
+  server = await FakeProbe.start();
+});
+
 test("a probe that falls silent is given up and asked again", async () => {
   await open({ silenceLimitMs: 100 });
   server.answers = false;
@@ -169,8 +216,9 @@ test("hostile messages are counted, and the last valid descriptor and the connec
   await until(() => probe.stats().received === 1, "a descriptor");
   const cut = descriptor(2, server.clockNow()).subarray(0, -1);
   const wrong = [
-    "text", new Uint8Array(0), Uint8Array.from([0x99]), cut, Uint8Array.from([0x0d]), Uint8Array.from([0x0d, 1, 2, 3, 4]),
-    Uint8Array.from([0x0d, 1, 2, 3, 4, 0x1a, 1, 0xff]), new Uint8Array(8193).fill(0x0d), vector("v1_smallest").map(() => 8),
+    "text", new Uint8Array(0), Uint8Array.from([0x99]), cut, Uint8Array.from([0x0d]),
+    Uint8Array.from([0x0d, 1, 2, 3, 4]), Uint8Array.from([0x0d, 1, 2, 3, 4, 0x1a, 1, 0xff]),
+    new Uint8Array(8193).fill(0x0d), vector("v1_smallest").map(() => 8),
   ];
   for (const message of wrong) server.publish(message);
   await until(() => probe.stats().undecodable === wrong.length, `${wrong.length} refused`);

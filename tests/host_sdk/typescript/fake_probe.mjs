@@ -1,5 +1,5 @@
-// A probe's WebSocket link for tests: protocol of firmware/link/web/README.md, messages made and read by protoc, so that
-// the module's own codec is not its own judge. Environment: LIGHTWELL_PROTOC, LIGHTWELL_PROTO (the folder proto),
+// A probe's WebSocket link for tests: protocol of firmware/link/web/README.md, messages made and read by protoc, so
+// that the module's own codec is not its own judge. Environment: LIGHTWELL_PROTOC, LIGHTWELL_PROTO (the folder proto),
 // LIGHTWELL_NODE_WS (the folder of the package ws).
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";

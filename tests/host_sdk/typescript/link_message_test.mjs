@@ -87,7 +87,8 @@ test("responses: values of a message that protoc wrote", () => {
   const { id, error, info } = decodeLinkResponse(whole);
   assert.deepEqual([id, error, info.clockNowNs, info.status.name], [77, null, 123456789012n, "Küche"]);
   assert.deepEqual([info.status.counters.frames, info.status.counters.clientListFaults], [300, 70000]);
-  const failed = decodeLinkResponse(encode("LinkResponse", 'id: 1 code: LINK_CODE_RESOURCE_EXHAUSTED message: "a\\nb"'));
+  const failed =
+    decodeLinkResponse(encode("LinkResponse", 'id: 1 code: LINK_CODE_RESOURCE_EXHAUSTED message: "a\\nb"'));
   assert.deepEqual([failed.error.code, failed.error.message], ["resource_exhausted", "a?b"]);
   assert.equal(decodeLinkResponse(encode("LinkResponse", "id: 1 code: 99")).error.code, "internal");
 });
@@ -97,7 +98,8 @@ test("responses: an estimator that this version does not know is an error", () =
   assert.equal(of("kind: ESTIMATOR_KIND_MARKER").estimator.config.band, 6);
   for (const text of ["", "kind: 9", "kind: 1 estimator { band: 7 }", "kind: 1 estimator { setting: 4 }",
                       "kind: 1 estimator { setting: 0 }", "kind: 1 estimator { panorama { epsilon: 1 } }",
-                      "kind: 1 estimator { panorama { epsilon: nan } }", "kind: 1 estimator { panorama { smoothing: 3 } }",
+                      "kind: 1 estimator { panorama { epsilon: nan } }",
+                      "kind: 1 estimator { panorama { smoothing: 3 } }",
                       "kind: 1 estimator { marker { max_faces: 1 } }"])
     assert.equal(of(text).error?.code, "data_loss", text);
 });

@@ -28,7 +28,9 @@ test("the coverage is that of the tiles, and stays until a new capture", () => {
   assert.deepEqual([first.sizeM, first.textureEdge, first.levels, first.revision], [0.2, 40, levels, 3n]);
   assert.deepEqual(first.pose, { rotation: [0, 0, 0, 1], translation: [0, 0, -1] });
   assert.equal(count(first), 8192);
-  const second = reader.take(message({ revision: 4, revisions: [1, 1, 1, 1, 1, 2, 4], tiles: tile(6, nodes - 8192, 0x01) }));
+  const second = reader.take(message({
+    revision: 4, revisions: [1, 1, 1, 1, 1, 2, 4], tiles: tile(6, nodes - 8192, 0x01),
+  }));
   assert.equal(count(second), 8192 + Math.ceil((nodes - 8192) / 8));
   assert.equal(second.seen[8192], 1);
   assert.equal(second.seen[8193], 0);
@@ -55,8 +57,9 @@ test("updates that violate the specification are refused, and what was known sta
   reader.take(message({ tiles: tile(5, 8192, 0xff) }));
   const edited = (from, to) => encode("PlaneUpdate", text().replace(from, to));
   const wrong = [
-    edited("wire_version: 1", "wire_version: 2"), edited("capture: 7", "capture: 0"), edited("revision: 3", "revision: 0"),
-    edited("size_m: 0.2", "size_m: nan"), edited("UNITS_ABSOLUTE", "UNITS_UNSPECIFIED"), edited("qw: 2", "qw: 0"),
+    edited("wire_version: 1", "wire_version: 2"), edited("capture: 7", "capture: 0"),
+    edited("revision: 3", "revision: 0"), edited("size_m: 0.2", "size_m: nan"),
+    edited("UNITS_ABSOLUTE", "UNITS_UNSPECIFIED"), edited("qw: 2", "qw: 0"),
     edited("coverage_levels: 70", "coverage_levels: 129"), edited("coverage_levels: 70", "coverage_levels: 0"),
     edited("lumisphere_levels: 4", "lumisphere_levels: 0"), edited("texture_edge: 40", "texture_edge: 257"),
     message({ revisions: [1] }), message({ tiles: tile(7, 8192, 0) }), message({ tiles: tile(5, 8193, 0) }),

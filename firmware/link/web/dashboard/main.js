@@ -124,7 +124,8 @@ function putTiles(lighting, now) {
   put("lux-sub", "irradiance of a table");
   put("coverage", `coverage ${percent(d.coverage)}`);
   if (measures.keepHistory(now, means, lighting))
-    for (const [name, values] of Object.entries(measures.history)) if (values.length > 1) spark(`${name}-spark`, values);
+    for (const [name, values] of Object.entries(measures.history))
+      if (values.length > 1) spark(`${name}-spark`, values);
 }
 
 function putText(now) {
@@ -138,9 +139,13 @@ function putText(now) {
     return;
   }
   const late = lighting.validity !== "valid";
-  notice(late && stats.state === "connected" && settings.kind !== "marker" ?
-    `No descriptor for ${duration(lighting.ageMs)}: the probe is connected, but its camera or estimator gives none.` :
-    late && stats.state !== "connected" ? `This is the light of ${duration(lighting.ageMs)} ago: ${stats.lastError}` : "");
+  const age = duration(lighting.ageMs);
+  if (late && stats.state !== "connected")
+    notice(`This is the light of ${age} ago: ${stats.lastError}`);
+  // Without the marker in view a probe gives no descriptor; the marker's view says so.
+  else if (late && settings.kind !== "marker")
+    notice(`No descriptor for ${age}: the probe is connected, but its camera or estimator gives none.`);
+  else notice("");
   if (stats.state === "connected") showState(late ? "stale" : "connected", late ? "no new light" : "live");
   putTiles(lighting, now);
   putConditions(lighting.descriptor);

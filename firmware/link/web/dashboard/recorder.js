@@ -47,7 +47,8 @@ export class Recorder {
   save() {
     const link = document.createElement("a");
     link.href = URL.createObjectURL(new Blob(this.parts, { type: "application/octet-stream" }));
-    link.download = `${this.name.replace(/[^\w-]+/g, "_")}-${new Date().toISOString().slice(0, 19).replace(/:/g, "")}.lwr`;
+    const date = new Date().toISOString().slice(0, 19).replace(/:/g, "");
+    link.download = `${this.name.replace(/[^\w-]+/g, "_")}-${date}.lwr`;
     link.click();
     // The browser reads the blob after the click.
     setTimeout(() => URL.revokeObjectURL(link.href), 60_000);

@@ -3,6 +3,8 @@ import { toDisplay } from "./panorama.js";
 import { capIrradiance, evaluateHarmonics } from "./sdk/lightwell.js";
 
 const edge = 112;
+const matte = { albedo: [0.9, 0.9, 0.9], shine: 0 };
+const satin = { albedo: [0.76, 0.37, 0.04], shine: 60 };
 
 /** Normals of a sphere seen along -Z, and the directions that a mirror reflects to the viewer. */
 const pixels = Array.from({ length: edge * edge }, (_, i) => {
@@ -29,10 +31,8 @@ export class FlatSpheres {
   draw(lighting, panorama, exposure) {
     const coefficients = lighting.irradianceCoefficients();
     const shades = [
-      ({ normal }, out, at) => this.paintIrradiance(lighting, coefficients, normal, exposure, [0.9, 0.9, 0.9], 0, out, at),
-      ({ normal, mirrored }, out, at) => {
-        this.paintIrradiance(lighting, coefficients, normal, exposure, [0.76, 0.37, 0.04], 60, out, at, mirrored);
-      },
+      (pixel, out, at) => this.paintIrradiance(lighting, coefficients, pixel, exposure, matte, out, at),
+      (pixel, out, at) => this.paintIrradiance(lighting, coefficients, pixel, exposure, satin, out, at),
       ({ mirrored }, out, at) => this.paintMirror(lighting, panorama, mirrored, out, at),
     ];
     this.parts.forEach(({ part, image }, k) => {
@@ -47,7 +47,7 @@ export class FlatSpheres {
   }
 
   /** Lambert's reflection, and for `shine` above 0 the lights' Phong highlights. */
-  paintIrradiance(lighting, coefficients, normal, exposure, albedo, shine, out, at, mirrored) {
+  paintIrradiance(lighting, coefficients, { normal, mirrored }, exposure, { albedo, shine }, out, at) {
     const sum = evaluateHarmonics(coefficients, normal);
     let gloss = 0;
     for (const light of lighting.lights) {

@@ -37,7 +37,8 @@ const harmless = new Set(["recovered"]);
 
 export function putConditions({ flags, flicker, units, saturated }) {
   const lines = [...flags].map((flag) => [harmless.has(flag) ? "good" : "bad", flag, conditions[flag]]);
-  if (!lines.some(([mark]) => mark === "bad")) lines.unshift(["good", "reliable", "the probe reports no fault of this estimate"]);
+  if (!lines.some(([mark]) => mark === "bad"))
+    lines.unshift(["good", "reliable", "the probe reports no fault of this estimate"]);
   if (flicker === "100 Hz" || flicker === "120 Hz") lines.push(["", "flicker", `the light flickers at ${flicker}`]);
   lines.push(["", "units", units === "absolute" ? "absolute, lux and cd/m²" : "relative, by one unknown factor"]);
   if (saturated > 0) lines.push(["", "saturated", `${short(100 * saturated)} % of what is seen`]);
@@ -45,7 +46,8 @@ export function putConditions({ flags, flicker, units, saturated }) {
   const text = lines.map((line) => line.join(" ")).join("|");
   if (list.dataset.text === text) return;
   list.dataset.text = text;
-  list.replaceChildren(...lines.map(([mark, name, what]) => make("li", { className: mark }, make("b", {}, name), ` ${what}`)));
+  list.replaceChildren(...lines.map(([mark, name, what]) =>
+    make("li", { className: mark }, make("b", {}, name), ` ${what}`)));
 }
 
 const faults = [
@@ -84,7 +86,8 @@ export function putLink(probe, info, stats) {
     ["Repeated", whole(stats.replayed)],
     ["Reconnections", whole(stats.reconnects)],
     ["Maps for reflections", whole(stats.maps)],
-    ["Clock of the probe", `± ${short(Number(info.clockUncertaintyNs) / 1e6)} ms, drift ${short(info.clockDriftPpm)} ppm`],
+    ["Clock of the probe",
+     `± ${short(Number(info.clockUncertaintyNs) / 1e6)} ms, drift ${short(info.clockDriftPpm)} ppm`],
     ["Frames of the probe", `${whole(counters.frames)}, ${whole(counters.estimates)} estimates`],
     ["Clients of the probe", whole(counters.clients)],
     ["Last error", stats.lastError || "none"],
