@@ -41,6 +41,7 @@ export class Daemon {
                                 "lightwelld listens", 60_000);
     if (address === "over") throw new Error(`lightwelld ended: ${daemon.log}`);
     daemon.address = address;
+    daemon.grpc = /listening on (grpcs?:\/\/\S+)/.exec(daemon.log)?.[1];
     daemon.page = address.replace(/^ws/, "http");
     daemon.port = Number(new URL(daemon.page).port);
     return daemon;

@@ -32,6 +32,8 @@ function askToken(error) {
   element("sign-in-error").hidden = !error;
   put("sign-in-error", error);
   showState("idle", "not connected");
+  put("probe-name", "Lightwell");
+  put("probe-detail", "a light probe");
   input.focus();
   return new Promise((resolve) => {
     form.addEventListener("submit", (event) => {

@@ -50,12 +50,13 @@ export function toDisplay(linear) {
 
 export class Panorama {
   constructor() {
-    this.linear = new Float32Array(3 * columns * rows);
     this.canvas = document.createElement("canvas");
     this.canvas.width = columns;
     this.canvas.height = rows;
     this.context = this.canvas.getContext("2d");
     this.image = this.context.createImageData(columns, rows);
+    /** Of the present content. */
+    this.version = 0;
   }
 
   /** Radiance without the lights, times `exposure`. Costs milliseconds: 2,048 queries. */
@@ -63,13 +64,11 @@ export class Panorama {
     const { data } = this.image;
     directions.forEach((d, i) => {
       const { value } = lighting.radiance(d, 0);
-      for (let k = 0; k < 3; ++k) {
-        this.linear[3 * i + k] = exposure * value[k];
-        data[4 * i + k] = toDisplay(exposure * value[k]);
-      }
+      for (let k = 0; k < 3; ++k) data[4 * i + k] = toDisplay(exposure * value[k]);
       data[4 * i + 3] = 255;
     });
     this.context.putImageData(this.image, 0, 0);
+    ++this.version;
   }
 
   /** Colour of a display at fractions u, v of the picture, interpolated; written to out at `at`. */

@@ -40,7 +40,7 @@ class ThreeSpheres {
     const renderer = (this.renderer = new three.WebGLRenderer({ canvas, antialias: true, alpha: true }));
     renderer.gammaOutput = true;
     renderer.shadowMap.enabled = true;
-    renderer.shadowMap.type = three.PCFSoftShadowMap;
+    renderer.shadowMap.type = three.PCFShadowMap;
     renderer.toneMapping = three.ACESFilmicToneMapping;
     renderer.toneMappingExposure = 1.25;
     this.scene = new three.Scene();
@@ -50,8 +50,8 @@ class ThreeSpheres {
     this.probe = new three.LightProbe();
     this.sun = new three.DirectionalLight(0xffffff, 0);
     this.sun.castShadow = true;
-    this.sun.shadow.mapSize.set(1024, 1024);
-    this.sun.shadow.radius = 3;
+    this.sun.shadow.mapSize.set(512, 512);
+    this.sun.shadow.radius = 2;
     this.sun.shadow.bias = -0.002;
     Object.assign(this.sun.shadow.camera, { left: -6, right: 6, top: 6, bottom: -6, near: 1, far: 40 });
     this.scene.add(this.probe, this.sun, this.sun.target);
@@ -109,7 +109,7 @@ class ThreeSpheres {
     sun.position.fromArray(value.position.map((v) => 12 * v));
     sun.color.setRGB(...value.color);
     sun.intensity = value.intensity;
-    this.paintPanorama(panorama, lighting.lights);
+    if (this.painted !== panorama.version) this.paintPanorama(panorama, lighting.lights);
     renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1));
     const [w, h] = [canvas.clientWidth, canvas.clientHeight];
     if (this.width !== w || this.height !== h) {
@@ -143,6 +143,7 @@ class ThreeSpheres {
       }
     }
     this.texture.needsUpdate = true;
+    this.painted = panorama.version;
   }
 }
 

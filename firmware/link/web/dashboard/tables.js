@@ -90,6 +90,7 @@ export function putLink(probe, info, stats) {
      `± ${short(Number(info.clockUncertaintyNs) / 1e6)} ms, drift ${short(info.clockDriftPpm)} ppm`],
     ["Frames of the probe", `${whole(counters.frames)}, ${whole(counters.estimates)} estimates`],
     ["Clients of the probe", whole(counters.clients)],
+    ["Calibration", info.calibrationId.toString(16).padStart(8, "0")],
     ["Last error", stats.lastError || "none"],
   ]);
 }

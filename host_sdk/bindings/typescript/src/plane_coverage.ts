@@ -92,8 +92,8 @@ export class PlaneCoverageReader {
       if (states.length !== Math.ceil(entries / 8)) throw invalid("tiles: the length does not match the entries");
     }
     const known = (pose as PoseMessage | null)?.get() ?? null;
-    return this.store({ ...next, pose: known, seen: new Uint8Array(nodes) }, revisions.slice(first),
-                      tiles.filter(({ index }) => index >= first).map((tile) => ({ ...tile, index: tile.index - first })));
+    const coverage = tiles.filter(({ index }) => index >= first).map((t) => ({ ...t, index: t.index - first }));
+    return this.store({ ...next, pose: known, seen: new Uint8Array(nodes) }, revisions.slice(first), coverage);
   }
 
   private store(next: PlaneCoverage, revisions: number[], tiles: readonly Tile[]): PlaneCoverage {
