@@ -78,7 +78,7 @@ bool WebServer::open(const ListenTarget& target) {
 void WebServer::publish(const EncodedDescriptor& descriptor) {
   {
     const std::lock_guard lock(mutex_);
-    if (published_) coalesced_ += descriptor_clients_.load();
+    if (published_) coalesced_ += clients_.load();
     published_ = descriptor;
   }
   lws_cancel_service(context_.get());
@@ -320,14 +320,9 @@ void WebServer::schedule_tick(std::int64_t after_ns) {
 }
 
 void WebServer::count_clients() {
-  std::uint32_t all = 0, of_descriptors = 0;
-  for (const auto& [wsi, connection] : connections_)
-    if (connection->accepted()) {
-      ++all;
-      if (connection->stream == WebStream::descriptors) ++of_descriptors;
-    }
-  clients_ = all;
-  descriptor_clients_ = of_descriptors;
+  clients_ = static_cast<std::uint32_t>(std::ranges::count_if(connections_, [](const auto& entry) {
+    return entry.second->accepted() && entry.second->stream == WebStream::descriptors;
+  }));
 }
 
 }  // namespace lightwell

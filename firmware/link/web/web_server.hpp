@@ -104,7 +104,7 @@ class WebServer {
   EncodedDescriptor published_;
   std::shared_ptr<const EncodedPlane> published_plane_;
 
-  std::atomic<std::uint32_t> clients_{0}, descriptor_clients_{0};
+  std::atomic<std::uint32_t> clients_{0};  ///< Of descriptors.
   std::atomic<std::uint64_t> coalesced_{0}, refused_{0};
   std::atomic<bool> stopping_{false};
   std::thread thread_;

@@ -1,6 +1,7 @@
 // Pending requests of a link whose requests are messages (USB, WebSocket).
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
@@ -55,6 +56,11 @@ class LinkRequests {
       return id;
     }
     return std::nullopt;
+  }
+  /// Whether next() would return a request.
+  [[nodiscard]] bool has_unsent() {
+    const std::lock_guard lock(mutex_);
+    return std::ranges::any_of(requests_, [](const auto& entry) { return !entry.second.sent && !entry.second.answer; });
   }
   void answered(const LinkResponse& response) {
     const std::lock_guard lock(mutex_);

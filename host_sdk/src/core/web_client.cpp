@@ -59,7 +59,11 @@ WebClient::WebClient(WebClientOptions options) : options_(std::move(options)) {
   context_.reset(lws_create_context(&info));
 }
 
-WebClient::~WebClient() { context_.reset(); }
+WebClient::~WebClient() {
+  // Destroying the context has events.
+  for (Socket& socket : sockets_) socket.handler = nullptr;
+  context_.reset();
+}
 
 bool WebClient::open(const char* path, WebHandler& handler) {
   if (!context_) return false;
@@ -111,7 +115,7 @@ int WebClient::on_callback(lws* wsi, lws_callback_reasons reason, void* /*user*/
       return 0;
   }
   auto* const socket = static_cast<Socket*>(lws_get_opaque_user_data(wsi));
-  return self == nullptr || socket == nullptr ? 0 : self->handle(*socket, wsi, reason, in, length);
+  return self == nullptr || socket == nullptr || socket->handler == nullptr ? 0 : self->handle(*socket, wsi, reason, in, length);
 }
 
 int WebClient::handle(Socket& socket, lws* wsi, lws_callback_reasons reason, void* in, std::size_t length) {

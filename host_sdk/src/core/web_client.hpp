@@ -15,7 +15,7 @@
 
 namespace lightwell::core {
 
-/// What one WebSocket calls, from WebClient::run_once() and its destructor.
+/// What one WebSocket calls, from WebClient::open() and run_once().
 class WebHandler {
  public:
   virtual ~WebHandler() = default;
@@ -48,10 +48,10 @@ class WebClient {
   explicit WebClient(WebClientOptions options);
   WebClient(const WebClient&) = delete;
   WebClient& operator=(const WebClient&) = delete;
-  /// Closes all WebSockets.
+  /// Closes all WebSockets, without events.
   ~WebClient();
 
-  /// Starts to connect; the result is an event of `handler`, which outlives the client. False if there is no memory.
+  /// Starts to connect; the result is an event of `handler`, which lives as long as run_once() is called. False if there is no memory.
   [[nodiscard]] bool open(const char* path, WebHandler& handler);
   /// Lets next_message() of the handler be called.
   void write_soon(const WebHandler& handler);

@@ -78,7 +78,7 @@ class WebConnection final : public WebHandler {
     if (!open_) return;
     if (now >= last_received_ + options_.silence_limit)
       on_closed("no data from the probe within silence_limit");
-    else
+    else if ((!info_id_ && now >= next_info_) || requests_.has_unsent())
       client_.write_soon(*this);
   }
 

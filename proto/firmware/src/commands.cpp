@@ -146,13 +146,4 @@ std::optional<AuthenticateRequest> decode_authenticate(std::span<const std::byte
   return AuthenticateRequest{m.id(), m.authenticate().token()};
 }
 
-void encode_refusal(std::uint32_t id, const Status& status, std::vector<std::byte>& response) {
-  v1::LinkResponse m;
-  m.set_id(id);
-  m.set_code(static_cast<v1::LinkCode>(status.code()));
-  m.set_message(truncated(status.message(), kMaxTextBytes));
-  response.resize(m.ByteSizeLong());
-  m.SerializeToArray(response.data(), static_cast<int>(response.size()));
-}
-
 }  // namespace lightwell

@@ -52,7 +52,4 @@ struct AuthenticateRequest {
 /// No value for any other bytes.
 [[nodiscard]] std::optional<AuthenticateRequest> decode_authenticate(std::span<const std::byte> request);
 
-/// A LinkResponse with `status` and no answer: for a request that is refused before it reaches `Commands`.
-void encode_refusal(std::uint32_t id, const Status& status, std::vector<std::byte>& response);
-
 }  // namespace lightwell
