@@ -65,17 +65,24 @@ async function attach(next) {
   probe.on("state", (state) => {
     onState(state);
     // After a restart of the probe its settings are those of its file again.
-    if (state === "connected") settings.attach(probe);
+    if (state === "connected") void showEstimator();
   });
+  probe.on("refused", () => plane?.close());
   probe.on("info", onInfo);
   onInfo(probe.info());
   recorder.attach(probe);
   spheres ??= await makeSpheres(element("spheres"));
   put("spheres-note", spheres.note);
+  await showEstimator();
+}
+
+/** Settings and views of the estimator that runs now. */
+async function showEstimator() {
   await settings.attach(probe);
   element("marker-view").hidden = settings.kind !== "marker";
   element("plane-view").hidden = settings.kind !== "specular";
-  if (settings.kind === "specular") plane ??= new PlaneView(address, storedToken());
+  plane?.close();
+  plane = settings.kind === "specular" ? new PlaneView(address, storedToken()) : null;
 }
 
 function onInfo(info) {

@@ -7,6 +7,8 @@ import { DecodeError, PlaneCoverageReader, encodeLinkRequest, rotate } from "./s
 
 const retryMs = 1000;
 const responseTag = 0x0d;
+/** The probe refuses this client. */
+const policyViolation = 1008;
 /** Directions closer to the plane do not count. As in proto/include/lightwell/plane_guidance.hpp. */
 const minElevation = (10 * Math.PI) / 180;
 const enough = { seen: 0.9, gap: (15 * Math.PI) / 180 };
@@ -18,10 +20,12 @@ class PlaneStream {
   constructor(address, token, onCoverage) {
     Object.assign(this, { address, token, onCoverage });
     this.refused = 0;
+    this.closed = false;
     this.open();
   }
 
   open() {
+    if (this.closed) return;
     const socket = new WebSocket(`${this.address}/v1/planes`, ["lightwell.v1"]);
     const reader = new PlaneCoverageReader();
     socket.binaryType = "arraybuffer";
@@ -38,7 +42,15 @@ class PlaneStream {
         ++this.refused;
       }
     };
-    socket.onclose = () => setTimeout(() => this.open(), retryMs);
+    socket.onclose = ({ code }) => {
+      if (!this.closed && code !== policyViolation) setTimeout(() => this.open(), retryMs);
+    };
+    this.socket = socket;
+  }
+
+  close() {
+    this.closed = true;
+    this.socket.close();
   }
 }
 
@@ -100,6 +112,10 @@ export class PlaneView {
       this.coverage = coverage;
       this.changed = true;
     });
+  }
+
+  close() {
+    this.stream.close();
   }
 
   /** Called a few times a second. */
