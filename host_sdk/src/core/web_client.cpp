@@ -48,6 +48,8 @@ WebClient::WebClient(WebClientOptions options) : options_(std::move(options)) {
   info.user = this;
   info.retry_and_idle_policy = &kIdle;
   info.fd_limit_per_thread = 16;
+  // A probe is on the local network: the empty address keeps libwebsockets from the proxy of the environment variables.
+  info.http_proxy_address = "";
   info.timeout_secs = info.connect_timeout_secs = static_cast<unsigned>(options_.connect_timeout_s);
   info.options = LWS_SERVER_OPTION_DISABLE_OS_CA_CERTS;
   if (options_.tls != nullptr) {
