@@ -11,13 +11,13 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <unistd.h>
 #include <vector>
 
 #include <grpcpp/grpcpp.h>
 #include <netinet/in.h>
 #include <nlohmann/json.hpp>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <lightwell/probe.hpp>
 #include <lightwell/quantile.hpp>

@@ -117,7 +117,9 @@ int WebClient::on_callback(lws* wsi, lws_callback_reasons reason, void* /*user*/
       return 0;
   }
   auto* const socket = static_cast<Socket*>(lws_get_opaque_user_data(wsi));
-  return self == nullptr || socket == nullptr || socket->handler == nullptr ? 0 : self->handle(*socket, wsi, reason, in, length);
+  return self == nullptr || socket == nullptr || socket->handler == nullptr
+             ? 0
+             : self->handle(*socket, wsi, reason, in, length);
 }
 
 int WebClient::handle(Socket& socket, lws* wsi, lws_callback_reasons reason, void* in, std::size_t length) {
