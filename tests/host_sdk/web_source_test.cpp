@@ -207,7 +207,7 @@ TEST(WebSource, InvalidMessagesAreCountedAndTheConnectionStays) {
   const Result<Probe> probe = Probe::connect(server.uri(), options());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
   EXPECT_TRUE(becomes_true("both descriptors arrive", [&] { return probe->stats().received == 2; }));
-  EXPECT_EQ(probe->latest().sequence(), 2U);
+  EXPECT_EQ(probe->latest().descriptor().sequence, 2U);
   EXPECT_EQ(probe->stats().oversized, 1U);
   EXPECT_EQ(probe->stats().undecodable, 3U);
   EXPECT_EQ(server.connections(), 1);
