@@ -90,7 +90,7 @@ class WebSourceTest : public ::testing::Test {
   [[nodiscard]] ::testing::AssertionResult receives(const Probe& probe, std::uint64_t sequence) {
     link_->publish(descriptor(sequence));
     return becomes_true("descriptor " + std::to_string(sequence) + " arrives", [&] {
-      return probe.latest().validity() == Validity::valid && probe.latest().sequence() == sequence;
+      return probe.latest().validity() == Validity::valid && probe.latest().descriptor().sequence == sequence;
     });
   }
 

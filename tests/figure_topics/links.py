@@ -78,25 +78,18 @@ def queries(programs, say):
     return rows
 
 
+def latency_runs(programs, uri, say):
+    """Runs with one client, and with 100 of which 20 never read."""
+    measure = [programs / "measure_latency", uri, "--repeats", "5", "--seconds"]
+    return lines_of([*measure, "4"], say), lines_of([*measure, "6", "--clients", "80", "--stalled", "20"], say)
+
+
 def latency(programs, say):
     rows = []
-    with Probe(programs, "sim:city", "--frame-rate", "60") as probe:
-        one = lines_of([programs / "measure_latency", probe.address, "--seconds", "4", "--repeats", "5"], say)
-        many = lines_of(
-            [
-                programs / "measure_latency",
-                probe.address,
-                "--clients",
-                "80",
-                "--stalled",
-                "20",
-                "--seconds",
-                "6",
-                "--repeats",
-                "5",
-            ],
-            say,
-        )
+    with Probe(programs, "sim:city", "--frame-rate", "60", "--web", "127.0.0.1:0") as probe:
+        web_address = probe.process.stdout.readline().split("listening on ")[1].strip()
+        one, many = latency_runs(programs, probe.address, say)
+        web_one, web_many = latency_runs(programs, web_address, say)
     best = lambda runs, key: min((run[key] for run in runs), default=None)
     speed = lambda runs: f"{PROCESSES}; best of five, memcpy {runs[0]['memcpy_gb_per_s']} GB/s" if runs else PROCESSES
     rows.append(at_most("publisher to latest(), one client, p50", 0.5, best(one, "p50"), "ms", speed(one)))
@@ -110,6 +103,11 @@ def latency(programs, say):
             speed(many),
         )
     )
+    web = lambda runs: speed(runs).replace("gRPC", "WebSocket")
+    rows.append(at_most("the same by WebSocket, one client, p50", 0.5, best(web_one, "p50"), "ms", web(web_one)))
+    rows.append(at_most("the same by WebSocket, one client, p99", 3, best(web_one, "p99"), "ms", web(web_one)))
+    rows.append(at_most("the same by WebSocket, 100 clients of which 20 never read, p99 over all that read", 10,
+                        best(web_many, "p99"), "ms", web(web_many)))
     rows.append(
         at_least(
             "descriptors coalesced for those that never read, least of five runs",

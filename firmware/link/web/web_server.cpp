@@ -87,7 +87,9 @@ void WebServer::publish(const EncodedDescriptor& descriptor) {
 void WebServer::publish_plane(const std::shared_ptr<const EncodedPlane>& plane) {
   {
     const std::lock_guard lock(mutex_);
-    published_plane_ = plane;
+    // Of several, the last two are enough to show sessions a gap.
+    if (published_planes_.size() == 2) published_planes_.erase(published_planes_.begin());
+    published_planes_.push_back(plane);
   }
   lws_cancel_service(context_.get());
 }
@@ -277,20 +279,21 @@ void WebServer::close(lws* wsi, Connection& connection, const WebClose& why) {
 
 void WebServer::distribute() {
   EncodedDescriptor descriptor;
-  std::shared_ptr<const EncodedPlane> plane;
+  std::vector<std::shared_ptr<const EncodedPlane>> planes;
   {
     const std::lock_guard lock(mutex_);
     descriptor.swap(published_);
-    plane.swap(published_plane_);
+    planes.swap(published_planes_);
   }
   if (descriptor) newest_ = descriptor;
-  if (plane) newest_plane_ = plane;
+  if (!planes.empty()) newest_plane_ = planes.back();
   for (const auto& [wsi, connection] : connections_) {
     if (stopping_ && connection->session) close(wsi, *connection, {1001, "the probe is shutting down"});
     if (!connection->accepted() || connection->close) continue;
     if (descriptor && connection->stream == WebStream::descriptors && connection->session->offer(descriptor))
       ++coalesced_;
-    if (plane && connection->stream == WebStream::planes) connection->session->offer(plane);
+    if (connection->stream == WebStream::planes)
+      for (const auto& plane : planes) connection->session->offer(plane);
     if (connection->session->has_next()) lws_callback_on_writable(wsi);
   }
   if (stopping_ && stop_by_ns_ == 0) {

@@ -102,7 +102,7 @@ class WebServer {
 
   std::mutex mutex_;
   EncodedDescriptor published_;
-  std::shared_ptr<const EncodedPlane> published_plane_;
+  std::vector<std::shared_ptr<const EncodedPlane>> published_planes_;
 
   std::atomic<std::uint32_t> clients_{0};  ///< Of descriptors.
   std::atomic<std::uint64_t> coalesced_{0}, refused_{0};

@@ -86,7 +86,8 @@ struct ProbeOptions {
   /// receive: for plane(), over gRPC and WebSocket; other links have no planes.
   PlaneReception plane = PlaneReception::none;
   MqttCredentials mqtt;
-  /// Trust anchors for a grpcs:// or wss:// probe, and this client's identity. Empty: those that `lightwell pair` stored.
+  /// Trust anchors for a grpcs:// or wss:// probe, and this client's identity. Empty: those that `lightwell pair`
+  /// stored.
   ProbeCredentials credentials;
   /// Called for every valid descriptor on the reader thread, which waits for its return: be quick, do not throw, do not
   /// destroy the Probe. Meant for recording; applications call latest().

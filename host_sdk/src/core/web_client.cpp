@@ -48,6 +48,8 @@ WebClient::WebClient(WebClientOptions options) : options_(std::move(options)) {
   info.user = this;
   info.retry_and_idle_policy = &kIdle;
   info.fd_limit_per_thread = 16;
+  // A probe is on the local network: the empty address keeps libwebsockets from the proxy of the environment variables.
+  info.http_proxy_address = "";
   info.timeout_secs = info.connect_timeout_secs = static_cast<unsigned>(options_.connect_timeout_s);
   info.options = LWS_SERVER_OPTION_DISABLE_OS_CA_CERTS;
   if (options_.tls != nullptr) {
@@ -115,7 +117,9 @@ int WebClient::on_callback(lws* wsi, lws_callback_reasons reason, void* /*user*/
       return 0;
   }
   auto* const socket = static_cast<Socket*>(lws_get_opaque_user_data(wsi));
-  return self == nullptr || socket == nullptr || socket->handler == nullptr ? 0 : self->handle(*socket, wsi, reason, in, length);
+  return self == nullptr || socket == nullptr || socket->handler == nullptr
+             ? 0
+             : self->handle(*socket, wsi, reason, in, length);
 }
 
 int WebClient::handle(Socket& socket, lws* wsi, lws_callback_reasons reason, void* in, std::size_t length) {

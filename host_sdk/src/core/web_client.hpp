@@ -51,7 +51,8 @@ class WebClient {
   /// Closes all WebSockets, without events.
   ~WebClient();
 
-  /// Starts to connect; the result is an event of `handler`, which lives as long as run_once() is called. False if there is no memory.
+  /// Starts to connect; the result is an event of `handler`, which lives as long as run_once() is called. False if
+  /// there is no memory.
   [[nodiscard]] bool open(const char* path, WebHandler& handler);
   /// Lets next_message() of the handler be called.
   void write_soon(const WebHandler& handler);

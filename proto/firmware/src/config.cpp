@@ -118,9 +118,10 @@ namespace {
 
 /// Whether `text` is SCHEME://HOST or SCHEME://HOST:PORT, as browsers write an origin.
 bool is_origin(std::string_view text) {
-  const std::string_view scheme = text.substr(0, text.find("://"));
+  const std::size_t separator = text.find("://");
+  if (separator == std::string_view::npos) return false;
+  const std::string_view scheme = text.substr(0, separator), host = text.substr(separator + 3);
   if (scheme != "http" && scheme != "https") return false;
-  const std::string_view host = text.substr(scheme.size() + 3);
   return !host.empty() && host.find_first_of("/?#@ ,") == std::string_view::npos;
 }
 

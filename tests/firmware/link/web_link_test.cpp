@@ -43,7 +43,7 @@ TEST_F(WebLinkTest, ARequestIsAnsweredOnTheSameSocket) {
   client.send_frame(info_request(0x01020304));
   const std::optional<std::string> bytes = client.next();
   ASSERT_TRUE(bytes);
-  EXPECT_EQ(bytes->substr(0, 5), std::string("\x0d\x04\x03\x02\x01")) << "a response is told by its first byte";
+  EXPECT_EQ(bytes->substr(0, 5), std::string("\x0d\x04\x03\x02\x01")) << "the first byte of a response";
   const Result<LinkResponse> info = response_in(bytes);
   ASSERT_TRUE(info.ok() && info->info);
   EXPECT_EQ(info->info->status.probe_name, "attic");

@@ -86,7 +86,7 @@ TEST_F(GuardedWebTest, AWrongTokenInTheHandshakeIsRefused) {
   listen(LinkSecurity::tls);
   const std::string expired = pair_client(-1).credentials.token;
   std::set<std::string> bodies;
-  for (const std::string& value : {"Bearer x", "Bearer ", "Basic abc", "x"}) {
+  for (const std::string value : {"Bearer x", "Bearer ", "Basic abc", "x"}) {
     const HttpReply reply =
         RawWebClient(*link_, trusting()).upgrade("/v1/descriptors", "Authorization: " + value + "\r\n");
     EXPECT_EQ(reply.status, 401) << value;
