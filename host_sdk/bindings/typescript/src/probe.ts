@@ -224,7 +224,7 @@ export class Probe {
     socket.onclose = current(({ code, reason }: { code: number; reason: string }) => {
       if (code === policyViolation && session.roundTrips === 0) return this.refused(reason);
       const why = session.opened ? `the connection ended (${code}${reason ? `, ${reason}` : ""})` :
-        "no connection: the probe is not reachable, or its certificate is not trusted";
+        "no connection: the probe is not reachable, refuses this page, or has a certificate that is not trusted";
       this.lost(why);
     });
     this.attempt.start(this.options.connectTimeoutMs, () => this.lost("no answer within connectTimeoutMs"));
