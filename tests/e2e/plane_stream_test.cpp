@@ -136,7 +136,7 @@ TEST_P(PlaneStreamTest, UpdatesDoNotDisturbQueries) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Links, PlaneStreamTest, ::testing::Values(Via::grpc, Via::web),
-                         [](const auto& info) { return info.param == Via::grpc ? "grpc" : "web"; });
+                         [](const auto& param) { return param.param == Via::grpc ? "grpc" : "web"; });
 
 }  // namespace
 }  // namespace lightwell
