@@ -147,6 +147,14 @@ export class Browser {
     const ended = new Promise((done) => this.process.once("exit", done));
     this.process.kill();
     await ended;
-    rmSync(this.profile, { recursive: true, force: true, maxRetries: 5, retryDelay: 100 });
+    // Chromium's other processes may still write there for a moment.
+    await until(() => {
+      try {
+        rmSync(this.profile, { recursive: true, force: true });
+        return true;
+      } catch {
+        return false;
+      }
+    }, `${this.profile} is removed`).catch(() => {});
   }
 }

@@ -113,7 +113,7 @@ test("it works by keyboard alone", async () => {
     await page.key("Tab");
     const name = await page.evaluate(`{
       const e = document.activeElement;
-      e.id || e.value || e.className || e.getAttribute("aria-label") || e.tagName;
+      e.id || e.value || e.getAttribute("aria-label") || e.className || e.tagName;
     }`);
     if (reached.has(name)) break;
     reached.add(name);
