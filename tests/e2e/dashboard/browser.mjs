@@ -92,11 +92,17 @@ export class Page {
       { features: [{ name: "prefers-color-scheme", value: scheme }] });
   }
 
-  /** A picture of the whole page. */
+  /** A picture of the whole page, as PNG. */
   async screenshot(file) {
     const { cssContentSize: { width, height } } = await this.connection.send("Page.getLayoutMetrics");
     const { data } = await this.connection.send("Page.captureScreenshot",
       { format: "png", captureBeyondViewport: true, clip: { x: 0, y: 0, width, height, scale: 1 } });
+    writeFileSync(file, Buffer.from(data, "base64"));
+  }
+
+  /** What the view shows, as JPEG. */
+  async picture(file) {
+    const { data } = await this.connection.send("Page.captureScreenshot", { format: "jpeg", quality: 85 });
     writeFileSync(file, Buffer.from(data, "base64"));
   }
 

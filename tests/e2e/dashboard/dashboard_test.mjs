@@ -118,7 +118,7 @@ test("it works by keyboard alone", async () => {
     if (reached.has(name)) break;
     reached.add(name);
   }
-  for (const name of ["skip", "Table of lights", "option-common-maxLights", "option-panorama-smoothing", "record"])
+  for (const name of ["skip", "lights-region", "option-common-maxLights", "option-panorama-smoothing", "record"])
     assert.ok(reached.has(name), `${name} of ${[...reached]}`);
   await page.evaluate('document.querySelector("#settings input:checked").focus()');
   const visible = 'getComputedStyle(document.querySelector("#settings input:checked + span")).outlineStyle';
@@ -181,7 +181,7 @@ test("nothing is wider than a phone, and the pictures are drawn", async () => {
 test("it reconnects by itself after the daemon was killed", async () => {
   await daemon.stop("SIGKILL");
   await page.until('document.getElementById("link-state").dataset.state !== "connected"');
-  await page.until('!document.getElementById("notice").hidden');
+  await page.until('/^This is the light of .* ago/.test(document.getElementById("notice").textContent)');
   await page.screenshot(join(pictures, "daemon_gone.png"));
   daemon = await Daemon.start({ camera: switching, web: `127.0.0.1:${daemon.port}` });
   await page.until('document.getElementById("link-state").dataset.state === "connected"');

@@ -104,7 +104,7 @@ function putBound({ bound }) {
 }
 
 function putLatency(means) {
-  const parts = [["camera", means.camera], ["estimate", means.estimate], ["network", means.network]];
+  const parts = [["camera", means.camera], ["estimate", means.estimate], ["to this page", means.network]];
   put("latency", short(means.latency));
   put("latency-sub", `± ${short(means.uncertainty)}; 95 % below ${short(means.latencyHigh)}`);
   put("latency-parts", parts.map(([name, ms]) => `${name} ${short(ms)}`).join(" · "));

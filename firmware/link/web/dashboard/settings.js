@@ -67,7 +67,6 @@ const effects = [
   ["Estimate", "estimate", (v) => `${short(v)} ms`],
   ["Message", "bytes", (v) => `${short(v)} B`],
   ["Error bound", "bound", percent],
-  ["Latency", "latency", (v) => `${short(v)} ms`],
   ["Frame rate", "rate", (v) => `${short(v)} /s`],
   ["Lights", "lights", short],
 ];
@@ -87,13 +86,18 @@ export class SettingsView {
 
   async attach(probe) {
     this.probe = probe;
-    put("settings-message", "");
+    this.say("", false);
     element("effect").hidden = true;
     try {
       this.show(await probe.estimator());
     } catch (error) {
-      put("settings-message", `The settings are not known: ${error.message}`);
+      this.say(`The settings are not known: ${error.message}`, true);
     }
+  }
+
+  say(text, failed) {
+    put("settings-message", text);
+    element("settings-message").className = failed ? "error" : "";
   }
 
   show(state) {
@@ -138,17 +142,17 @@ export class SettingsView {
     const update = field.section ? { [field.section]: { [field.name]: value } } : { [field.name]: value };
     const label = field.label ?? "Setting";
     const before = this.summary();
-    put("settings-message", `${label}: sending …`);
+    this.say(`${label}: sending …`, false);
     try {
       const state = await this.probe.changeEstimator(update);
       this.show(state);
       this.before = { means: before, at: performance.now() };
       const now = input.selectedOptions ? input.selectedOptions[0].text : input.value;
-      put("settings-message", `${label} is now ${now}.`);
+      this.say(`${label} is now ${now}.`, false);
       put("effect-title", `Effect of “${label}”`);
       element("effect").hidden = false;
     } catch (error) {
-      put("settings-message", `${label} was not changed: ${error.message}`);
+      this.say(`${label} was not changed: ${error.message}`, true);
       if (this.state) this.show(this.state);
     }
   }

@@ -18,7 +18,7 @@ export function putLights({ lights, units }) {
   });
   put("irradiance-unit", units === "absolute" ? "Lux" : "Irradiance");
   element("no-lights").hidden = lights.length > 0;
-  element("lights").hidden = lights.length === 0;
+  element("lights-region").hidden = lights.length === 0;
 }
 
 const conditions = {
