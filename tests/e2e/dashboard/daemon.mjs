@@ -27,9 +27,9 @@ export function writePanorama(file) {
 
 export class Daemon {
   /** arguments: further ones. */
-  static async start({ camera, web = "127.0.0.1:0", more = [] }) {
+  static async start({ camera, size = "160x120", web = "127.0.0.1:0", more = [] }) {
     const daemon = new Daemon();
-    daemon.arguments = ["--camera", camera, "--size", "160x120", "--listen", "127.0.0.1:0", "--web", web, ...more];
+    daemon.arguments = ["--camera", camera, "--size", size, "--listen", "127.0.0.1:0", "--web", web, ...more];
     daemon.log = "";
     daemon.process = spawn(process.env.LIGHTWELLD, daemon.arguments, { stdio: ["ignore", "pipe", "pipe"] });
     for (const stream of [daemon.process.stdout, daemon.process.stderr])

@@ -4,13 +4,13 @@ import { Browser } from "./browser.mjs";
 import { Daemon } from "./daemon.mjs";
 
 const [file] = process.argv.slice(2);
-const daemon = await Daemon.start({ camera: "sim:studio", more: ["--size", "640x480", "--name", "studio"] });
+const daemon = await Daemon.start({ camera: "sim:interior", size: "640x480", more: ["--name", "living room"] });
 const browser = await Browser.start();
 try {
   const page = await browser.newPage();
   await page.view(1280, 790, { scale: 1 });
   await page.goto(daemon.page);
-  await page.until('document.querySelector("#rate-spark polyline")?.getAttribute("points").split(" ").length > 60');
+  await page.until('document.querySelector("#rate-spark polyline")?.getAttribute("points").split(" ").length > 30');
   await page.picture(file);
 } finally {
   await browser.stop();
