@@ -15,6 +15,8 @@
 #include <lightwell/status.hpp>
 #include <lightwell/time.hpp>
 
+#include "link/token_bucket.hpp"
+
 namespace lightwell {
 namespace {
 
