@@ -68,6 +68,7 @@ class Conversation {
   [[nodiscard]] const std::string& request() const { return request_; }
   void send(const std::string& bytes) const { (void)!::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
   void accept_upgrade() {
+    if (request_.find("\r\n\r\n") == std::string::npos) return;
     const std::string name = "ec-WebSocket-Key: ";
     const std::size_t at = request_.find(name) + name.size();
     const std::string key = request_.substr(at, request_.find('\r', at) - at) + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
