@@ -352,7 +352,8 @@ Status run_pairing(const Config& config, const std::string& listen) {
                        ? link_address.substr(0, link_address.rfind(':')) + ":" + std::to_string(kDefaultPairingPort)
                        : listen;
   options.probe_name = config.probe_name;
-  options.port = parse_number<int>(link_address.substr(link_address.rfind(':') + 1)).value_or(0);
+  // That of the gRPC link, if paired clients can use it.
+  if (!web_alone) options.port = parse_number<int>(link_address.substr(link_address.rfind(':') + 1)).value_or(0);
   options.client_certificate_days = config.grpc.client_certificate_days;
   const Result<std::unique_ptr<PairingWindow>> opened = PairingWindow::open(options, *keys);
   if (!opened) return opened.status();

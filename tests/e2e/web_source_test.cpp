@@ -142,7 +142,10 @@ TEST_F(WebSourceTest, CommandsAreExecuted) {
 
 TEST_F(WebSourceTest, ReconnectsAfterARestartOfTheProbe) {
   ASSERT_NO_FATAL_FAILURE(start_probe());
-  const Result<Probe> probe = Probe::connect(uri_, options());
+  ProbeOptions o = options();
+  // Long enough to see the reason of the loss before that of the next attempt.
+  o.retry_min = o.retry_max = {500'000'000};
+  const Result<Probe> probe = Probe::connect(uri_, o);
   ASSERT_TRUE(probe.ok()) << probe.status().message();
   ASSERT_TRUE(receives(*probe, 500));
   link_->stop();

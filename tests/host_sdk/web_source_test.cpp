@@ -68,6 +68,7 @@ class Conversation {
   [[nodiscard]] const std::string& request() const { return request_; }
   void send(const std::string& bytes) const { (void)!::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
   void accept_upgrade() {
+    if (request_.find("\r\n\r\n") == std::string::npos) return;
     const std::string name = "ec-WebSocket-Key: ";
     const std::size_t at = request_.find(name) + name.size();
     const std::string key = request_.substr(at, request_.find('\r', at) - at) + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
@@ -209,7 +210,7 @@ TEST(WebSource, InvalidMessagesAreCountedAndTheConnectionStays) {
   EXPECT_TRUE(becomes_true("both descriptors arrive", [&] { return probe->stats().received == 2; }));
   EXPECT_EQ(probe->latest().descriptor().sequence, 2U);
   EXPECT_EQ(probe->stats().oversized, 1U);
-  EXPECT_EQ(probe->stats().undecodable, 3U);
+  EXPECT_EQ(probe->stats().undecodable, 2U) << "an empty message is a response for which nobody waits";
   EXPECT_EQ(server.connections(), 1);
 }
 

@@ -19,10 +19,15 @@ std::string_view authority_of(std::string_view origin) {
   return {};
 }
 
-/// Without a port, and IPv6 addresses without brackets.
+/// Without the port, and an IPv6 address without brackets; empty if `host` is not HOST or HOST:PORT.
 std::string_view host_name(std::string_view host) {
-  if (host.starts_with('[')) return host.substr(1, host.find(']') == std::string_view::npos ? 0 : host.find(']') - 1);
-  return host.substr(0, host.find(':'));
+  const bool bracketed = host.starts_with('[');
+  const std::size_t end = bracketed ? host.find(']') : host.find(':');
+  if (bracketed && end == std::string_view::npos) return {};
+  const std::string_view name = bracketed ? host.substr(1, end - 1) : host.substr(0, end);
+  const std::string_view rest = host.substr(std::min(name.size() + (bracketed ? 2 : 0), host.size()));
+  const bool is_port = rest.empty() || (rest.front() == ':' && rest.find_first_not_of("0123456789", 1) == rest.npos);
+  return is_port ? name : std::string_view();
 }
 
 /// IPv6 addresses have colons and, like IPv4 addresses, no letter beyond f; the last label of a DNS name is not a

@@ -143,9 +143,11 @@ int WebServer::handle(lws* wsi, lws_callback_reasons reason, void* user, void* i
       return connection == nullptr ? -1 : on_body_writable(wsi, *connection);
     case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE:
       return connection == nullptr ? -1 : on_upgrade(wsi, *connection, static_cast<const char*>(in));
+    case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
+      // A client may have offered the name of the other protocol, too.
+      return std::string_view(lws_get_protocol(wsi)->name) == kSubprotocol ? 0 : -1;
     case LWS_CALLBACK_ESTABLISHED:
-      // A client may have offered the name of the other protocol.
-      if (connection == nullptr || std::string_view(lws_get_protocol(wsi)->name) != kSubprotocol) return -1;
+      if (connection == nullptr) return -1;
       on_established(wsi, *connection);
       return 0;
     case LWS_CALLBACK_RECEIVE:

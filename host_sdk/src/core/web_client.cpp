@@ -24,14 +24,23 @@ class KeepSignalDisposition {
   struct sigaction before_ {};
 };
 
-/// libwebsockets' texts, with a remedy where there is one.
-std::string explained(std::string_view error) {
-  const std::string text = printable(error);
-  if (text.find("unauthorized") != std::string::npos || text.find("401") != std::string::npos)
-    return "the probe does not accept this client's token or certificate: pair with it again (`lightwelld --pair` "
-           "there, "
-           "`lightwell pair` here)";
-  return text.empty() ? "the connection failed" : text;
+/// Why a handshake failed: `status` is that of the HTTP response, 0 without one; `error` is libwebsockets' text.
+std::string explained(unsigned status, std::string_view error) {
+  switch (status) {
+    case 401:
+      return "the probe does not accept this client's token or certificate: pair with it again (`lightwelld --pair` "
+             "there, "
+             "`lightwell pair` here)";
+    case 429:
+      return "the probe refused this client's token or certificate too often, and now waits: pair with it again "
+             "(`lightwelld --pair` there, `lightwell pair` here)";
+    case 0:
+    case 101:
+      return error.empty() ? "the connection failed" : printable(error);
+    default:
+      return "the server is no web link of a probe, or does not admit this client: HTTP status " +
+             std::to_string(status);
+  }
 }
 
 }  // namespace
@@ -140,10 +149,10 @@ int WebClient::handle(Socket& socket, lws* wsi, lws_callback_reasons reason, voi
       return 0;
     case LWS_CALLBACK_CLIENT_CONNECTION_ERROR: {
       const std::string rejected = options_.tls == nullptr ? std::string() : options_.tls->rejection();
-      end(socket,
-          rejected.empty()
-              ? explained(in == nullptr ? std::string_view() : std::string_view(static_cast<const char*>(in)))
-              : "the TLS handshake failed: " + rejected + "; if the probe was given new keys, pair with it again");
+      const std::string_view error = in == nullptr ? std::string_view() : static_cast<const char*>(in);
+      end(socket, rejected.empty() ? explained(lws_http_client_http_response(wsi), error)
+                                   : "the TLS handshake failed: " + rejected +
+                                         "; if the probe was given new keys, pair with it again");
       return 0;
     }
     case LWS_CALLBACK_CLIENT_CLOSED:

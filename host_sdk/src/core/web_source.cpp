@@ -150,9 +150,9 @@ class WebConnection final : public WebHandler {
       return;
     }
     requests_.link_up();
-    if (round_trips_ == kRoundTripsBeforeDescriptors) begin();
-    // Last, because this lets connect() return.
     receiver_.describe(probe_info(response.info->status, clock_, received));
+    // After describe(), which lets connect() return: an application may hold back descriptors until then.
+    if (round_trips_ == kRoundTripsBeforeDescriptors) begin();
   }
 
   /// The clock is known.

@@ -112,8 +112,9 @@ TEST(RequestPolicy, ATrustedHostIsNoNameOfPublicDns) {
   for (const char* host : {"127.0.0.1:7443", "[::1]:7443", "[fe80::1]", "localhost:1", "probe", "attic.local",
                            "x.localhost:5", "probe.example:7443"})
     EXPECT_TRUE(is_host_trusted(host, allowed)) << host;
-  for (const char* host : {"", ":7443", "evil.example", "local.evil.example:7443", "127.0.0.1.evil.example",
-                           "probe.example", "[]:1", "[evil.example]", "1.2.3.4.nip.io"})
+  for (const char* host :
+       {"", ":7443", "evil.example", "local.evil.example:7443", "127.0.0.1.evil.example", "probe.example", "[]:1",
+        "[evil.example]", "1.2.3.4.nip.io", "[::1].evil.example", "probe:1.evil.example", "[::1"})
     EXPECT_FALSE(is_host_trusted(host, allowed)) << host;
 }
 
