@@ -59,6 +59,12 @@ test("numbers move, and there is no complaint in the console", async () => {
   assert.deepEqual(page.complaints, []);
 });
 
+test("page and client have less than 200 kB, three.js apart", async () => {
+  const bytes = await page.evaluate(`["navigation", "resource"].flatMap((type) => performance.getEntriesByType(type))
+    .filter(({ name }) => !name.endsWith("three.min.js")).reduce((sum, entry) => sum + entry.decodedBodySize, 0)`);
+  assert.ok(bytes > 100e3 && bytes < 200e3, `${bytes}`);
+});
+
 test("a lamp that is switched off is gone from the page within 100 ms of its descriptor", async () => {
   // Both clocks are those of this machine: time origin plus time since then.
   const wall = () => performance.timeOrigin + performance.now();

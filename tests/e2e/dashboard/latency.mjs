@@ -1,4 +1,4 @@
-// Latency of a native client and of a browser in one table: from the encoded descriptor to its reception, ms.
+// Latency of a native client and of a browser in one table: from mid-exposure to reception, ms.
 // usage: cmake --build build/dev --target web_latency; environment: that of dashboard_test.mjs
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
@@ -19,18 +19,21 @@ async function latencies({ connect }, address, options, ms) {
   // The clock map becomes better with the first round trips.
   await new Promise((resume) => setTimeout(resume, 1000));
   const out = [];
-  probe.on("descriptor", ({ descriptor, midExposureNs, receivedNs }) =>
-    out.push(Number(receivedNs - midExposureNs) / 1e6 - descriptor.encodedAfterUs / 1e3));
+  probe.on("descriptor", ({ midExposureNs, receivedNs }) => out.push(Number(receivedNs - midExposureNs) / 1e6));
   await new Promise((resume) => setTimeout(resume, ms));
   const uncertainty = Number(probe.info().clockUncertaintyNs) / 1e6;
   probe.close();
   return { out, uncertainty };
 }
 
+function print(name, count, p50, p99, uncertainty) {
+  console.log(`| ${[name, count, ...[p50, p99, uncertainty].map((ms) => ms.toFixed(2))].join(" | ")} |`);
+}
+
 function row(name, { out, uncertainty }) {
   const sorted = [...out].sort((a, b) => a - b);
-  const at = (share) => sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))].toFixed(2);
-  console.log(`| ${name} | ${out.length} | ${at(0.5)} | ${at(0.95)} | ${at(0.99)} | ${uncertainty.toFixed(2)} |`);
+  const at = (share) => sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
+  print(name, out.length, at(0.5), at(0.99), uncertainty);
 }
 
 const folder = mkdtempSync(join(tmpdir(), "lightwell-latency-"));
@@ -39,14 +42,14 @@ writePanorama(panorama);
 const daemon = await Daemon.start({ camera: `sim:${panorama}`, more: ["--frame-rate", "60"] });
 const browser = await Browser.start();
 try {
-  console.log("| client | descriptors | p50 | p95 | p99 | clock uncertainty |\n| --- | --- | --- | --- | --- | --- |");
+  console.log("| client | descriptors | p50, ms | p99, ms | clock uncertainty, ms |\n| --- | --- | --- | --- | --- |");
   for (const [name, address] of [["C++ SDK, gRPC", daemon.grpc], ["C++ SDK, WebSocket", daemon.address]]) {
-    // One line for each descriptor's second; the last is the summary, which counts from mid-exposure.
+    // The last line is the summary.
     const lines = execFileSync(process.env.LIGHTWELL_CLI, ["watch", address, "--seconds", String(seconds), "--json"],
                                { encoding: "utf8" });
     const { frames, latency_p50_ms: p50, latency_p99_ms: p99, clock_uncertainty_ms: u } =
       JSON.parse(lines.trim().split("\n").at(-1));
-    console.log(`| ${name}, from mid-exposure | ${frames} | ${p50.toFixed(2)} | | ${p99.toFixed(2)} | ${u.toFixed(2)} |`);
+    print(name, frames, p50, p99, u);
   }
   const module = await import(pathToFileURL(process.env.LIGHTWELL_MODULE).href);
   row("TypeScript SDK, Node", await latencies(module, daemon.address, { WebSocket }, 1000 * seconds));

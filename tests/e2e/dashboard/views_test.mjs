@@ -1,5 +1,5 @@
-// Views of the dashboard that need another estimator, or a probe without three.js: the page with a probe's link that the
-// test plays (tests/host_sdk/typescript/fake_probe.mjs).
+// Views of the dashboard that need another estimator, or a probe without three.js: the page with a probe's link that
+// the test plays (tests/host_sdk/typescript/fake_probe.mjs).
 // usage: as dashboard_test.mjs, with LIGHTWELL_DASHBOARD (the page's folder), LIGHTWELL_PROTOC and LIGHTWELL_PROTO
 import assert from "node:assert/strict";
 import { existsSync, readFileSync } from "node:fs";
