@@ -94,6 +94,7 @@ export class Page {
 
   /** A picture of the whole page, as PNG. */
   async screenshot(file) {
+    await this.evaluate("scrollTo(0, 0)");
     const { cssContentSize: { width, height } } = await this.connection.send("Page.getLayoutMetrics");
     const { data } = await this.connection.send("Page.captureScreenshot",
       { format: "png", captureBeyondViewport: true, clip: { x: 0, y: 0, width, height, scale: 1 } });

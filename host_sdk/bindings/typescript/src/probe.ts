@@ -294,7 +294,11 @@ export class Probe {
       return this.receiver.refuse(cause.message);
     }
     const request = this.pending.get(response.id);
-    if (!request) return this.receiver.refuse("a response to no request");
+    if (!request) {
+      // One that came after its time is no fault of the probe's.
+      if (response.id >= this.nextId) this.receiver.refuse("a response to no request");
+      return;
+    }
     this.pending.delete(response.id);
     request.timer.stop();
     if (response.error) request.reject(response.error);
