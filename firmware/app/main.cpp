@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <lightwell/commands.hpp>
 #include <lightwell/config.hpp>
 
 #include "app/component_tables.hpp"
@@ -55,6 +56,7 @@ int main(int argc, char** argv) {
   lightwell::block_stop_signals();
   // gRPC's own log is off unless the user sets the variable: lightwelld reports errors itself.
   setenv("GRPC_VERBOSITY", "NONE", 0);
+  lightwell::silence_protobuf_log();
 
   CLI::App app{"lightwelld turns a camera's frames into lighting descriptors and serves them to AR applications."};
   app.footer(

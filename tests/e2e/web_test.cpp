@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "e2e/secure_daemon.hpp"
+#include "firmware/link/raw_web_client.hpp"
 
 namespace lightwell::test {
 namespace {
@@ -65,6 +66,18 @@ TEST_F(WebTest, TheConfigurationFileConfiguresIt) {
   Daemon daemon({.more = {"--config", config}});
   const Observer observer(web_uri(daemon));
   EXPECT_TRUE(observer.gets(3));
+}
+
+TEST_F(WebTest, MessagesOfClientsDoNotFillTheLog) {
+  Daemon daemon(with_web({}));
+  RawWebClient client(port_of(web_uri(daemon)));
+  ASSERT_EQ(client.upgrade().status, 101);
+  // A LinkRequest `authenticate` (6) whose token (1) is not UTF-8.
+  client.send_frame(std::string("\x0d\x01\x00\x00\x00\x32\x03\x0a\x01\xff", 10));
+  const std::optional<WebFrame> close = client.close_frame();
+  ASSERT_TRUE(close);
+  EXPECT_EQ(close->close_code(), 1007);
+  EXPECT_THAT(daemon.process().err(), ::testing::Not(HasSubstr("protobuf")));
 }
 
 TEST_F(WebTest, PlainTextOnTheNetworkIsRefusedByCheck) {

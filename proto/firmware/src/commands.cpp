@@ -1,6 +1,8 @@
 #include <cmath>
 #include <utility>
 
+#include <google/protobuf/stubs/logging.h>
+
 #include <lightwell/commands.hpp>
 #include <lightwell/framing.hpp>
 #include <lightwell/text.hpp>
@@ -145,5 +147,7 @@ std::optional<AuthenticateRequest> decode_authenticate(std::span<const std::byte
     return std::nullopt;
   return AuthenticateRequest{m.id(), m.authenticate().token()};
 }
+
+void silence_protobuf_log() { google::protobuf::SetLogHandler(nullptr); }
 
 }  // namespace lightwell

@@ -73,6 +73,11 @@ RawWebClient::~RawWebClient() {
   ::close(socket_);
 }
 
+void RawWebClient::shrink_receive_buffer() const {
+  constexpr int kBytes = 8 * 1024;
+  ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &kBytes, sizeof kBytes);
+}
+
 bool RawWebClient::send(std::string_view bytes) {
   if (tls_ != nullptr) return bytes.empty() || SSL_write(tls_, bytes.data(), static_cast<int>(bytes.size())) > 0;
   while (!bytes.empty()) {

@@ -50,6 +50,8 @@ class RawWebClient {
   RawWebClient& operator=(const RawWebClient&) = delete;
   ~RawWebClient();
 
+  /// Lets the kernel keep little of what is not read.
+  void shrink_receive_buffer() const;
   /// Whether TCP connection and TLS handshake succeeded.
   [[nodiscard]] bool connected() const { return connected_; }
   /// False if the other end has closed the connection.

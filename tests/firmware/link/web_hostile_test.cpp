@@ -190,6 +190,7 @@ TEST_F(WebHostileTest, OfAHundredClientsTwentyNeverRead) {
   std::vector<std::unique_ptr<RawWebClient>> crowd;
   for (std::size_t i = 0; i + 1 < kClients; ++i) {
     crowd.push_back(std::make_unique<RawWebClient>(*link_));
+    if (i < kSilent) crowd.back()->shrink_receive_buffer();
     ASSERT_EQ(crowd.back()->upgrade().status, 101) << i;
   }
   ASSERT_TRUE(clients_become(kClients));
@@ -203,7 +204,7 @@ TEST_F(WebHostileTest, OfAHundredClientsTwentyNeverRead) {
     for (std::size_t i = kSilent; i < crowd.size(); ++i) ASSERT_EQ(crowd[i]->next(), text_of(sent)) << "client " << i;
   }
   EXPECT_GE(link_->counters().coalesced, 20 * kSilent) << "messages were buffered without being read";
-  EXPECT_LE(rounds, 200) << "about 12 MB for each of them";
+  EXPECT_LE(rounds, 30) << "the probe and its kernel hold a few messages for each, not minutes of them";
   ASSERT_NO_FATAL_FAILURE(expect_that_others_are_served(20));
 }
 

@@ -227,9 +227,8 @@ TEST_F(WebLinkTest, AFileThatTheBrowserHasIsNotSentAgain) {
 }
 
 TEST_F(WebLinkTest, OtherPathsAreNotFound) {
-  for (const char* path :
-       {"/secret.key", "/nothing", "/index.html/", "/?x=1", "/healthz?x", "/metrics/", "/v1/descriptors",
-        "/..%2f..%2fetc%2fpasswd", "/../../etc/passwd", "/parts"})
+  for (const char* path : {"/secret.key", "/nothing", "/index.html/", "/?x=1", "/healthz?x", "/metrics/",
+                           "/v1/descriptors", "/..%2f..%2fetc%2fpasswd", "/../../etc/passwd", "/parts"})
     EXPECT_EQ(RawWebClient(*link_).request("GET " + std::string(path) + " HTTP/1.1").status, 404) << path;
   EXPECT_EQ(link_->counters().messages_refused, 0U) << "a missing icon is no attack";
 }

@@ -52,4 +52,8 @@ struct AuthenticateRequest {
 /// No value for any other bytes.
 [[nodiscard]] std::optional<AuthenticateRequest> decode_authenticate(std::span<const std::byte> request);
 
+/// Disables protobuf's own log for this process. It writes to stderr for each message whose text is not UTF-8, so that
+/// clients could fill a daemon's log. Call it once, at the start of a program.
+void silence_protobuf_log();
+
 }  // namespace lightwell
