@@ -8,7 +8,7 @@ const daemon = await Daemon.start({ camera: "sim:interior", size: "640x480", mor
 const browser = await Browser.start();
 try {
   const page = await browser.newPage();
-  await page.view(1280, 790, { scale: 1 });
+  await page.view(1280, 772, { scale: 1 });
   await page.goto(daemon.page);
   await page.until('document.querySelector("#rate-spark polyline")?.getAttribute("points").split(" ").length > 30');
   await page.picture(file);
