@@ -1,6 +1,7 @@
 // The parts of the TypeScript module's connection without a network: clock map, back-off, responses.
 // usage: as connection_test.mjs
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { test } from "node:test";
 import { pathToFileURL } from "node:url";
@@ -91,6 +92,28 @@ test("responses: values of a message that protoc wrote", () => {
     decodeLinkResponse(encode("LinkResponse", 'id: 1 code: LINK_CODE_RESOURCE_EXHAUSTED message: "a\\nb"'));
   assert.deepEqual([failed.error.code, failed.error.message], ["resource_exhausted", "a?b"]);
   assert.equal(decodeLinkResponse(encode("LinkResponse", "id: 1 code: 99")).error.code, "internal");
+});
+
+/** Numbers of the fields of a message by name, deprecated ones left out, read from the .proto file. */
+function fieldsOf(file, message) {
+  const text = readFileSync(join(process.env.LIGHTWELL_PROTO, `lightwell/v1/${file}.proto`), "utf8");
+  const [, body] = new RegExp(`^message ${message} \\{\n([^]*?)^\\}`, "m").exec(text);
+  return Object.fromEntries([...body.matchAll(/^ {2}(?:optional )?\w+ (\w+) = (\d+);/gm)]
+    .map(([, name, number]) => [name, Number(number)]));
+}
+const snake = (name) => name.replace(/[A-Z]/g, (letter) => `_${letter.toLowerCase()}`);
+
+test("every counter and every option of the messages is known", () => {
+  const counters = fieldsOf("probe_service", "Counters");
+  const values = Object.entries(counters).map(([name, number]) => `${name}: ${number}`).join(" ");
+  const { info } = decodeLinkResponse(encode("LinkResponse", `id: 1 info { counters { ${values} } }`));
+  assert.deepEqual(Object.fromEntries(Object.entries(info.status.counters).map(([k, v]) => [snake(k), v])), counters);
+  const { estimator: { config } } =
+    decodeLinkResponse(encode("LinkResponse", "id: 1 get_config { kind: ESTIMATOR_KIND_PANORAMA }"));
+  const names = (part) => Object.keys(part).map(snake).sort();
+  assert.deepEqual(names(config), Object.keys(fieldsOf("config", "EstimatorConfig")).sort());
+  for (const [section, message] of [["panorama", "Panorama"], ["marker", "Marker"], ["specular", "Specular"]])
+    assert.deepEqual(names(config[section]), Object.keys(fieldsOf("config", `${message}EstimatorConfig`)).sort());
 });
 
 test("responses: an estimator that this version does not know is an error", () => {
