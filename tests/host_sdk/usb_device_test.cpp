@@ -274,6 +274,22 @@ TEST(UsbDevice, HostileBytesAreRejectedAndCounted) {
   EXPECT_EQ(probe->latest().descriptor().sequence, 3U);
 }
 
+/// The simulated probe answers as firmware that knows no planes.
+TEST(UsbDevice, OlderFirmwareWithoutPlanesIsReported) {
+  UmockProbe device;
+  ProbeOptions o = options();
+  o.plane = PlaneReception::receive;
+  const Result<Probe> probe = Probe::connect("usb:", o);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  EXPECT_TRUE(becomes_true("the error is reported", [&] {
+    return probe->stats().last_error.find("sends no planes by USB") != std::string::npos;
+  })) << probe->stats().last_error;
+  device.send(encoded(numbered(1, 1)));
+  ASSERT_TRUE(received(*probe, 1));
+  EXPECT_EQ(probe->plane().validity(), Validity::none);
+  EXPECT_EQ(probe->stats().reconnects, 0U);
+}
+
 TEST(UsbDevice, OnlyOneProgramCanOpenIt) {
   UmockProbe device;
   ProbeOptions quick = options();
