@@ -27,10 +27,10 @@ class PlaneQueue {
   [[nodiscard]] std::uint64_t replaced() const { return replaced_; }
 
  private:
-  std::shared_ptr<const EncodedPlane> current_;          ///< Null between two updates.
-  const EncodedPlane::Messages* messages_ = nullptr;     ///< Of current_: its changes or the whole.
-  std::size_t sent_ = 0;                                 ///< Number of messages_ that were taken.
-  std::shared_ptr<const EncodedPlane> next_;             ///< Follows current_; null: none.
+  std::shared_ptr<const EncodedPlane> current_;       ///< Null between two updates.
+  const EncodedPlane::Messages* messages_ = nullptr;  ///< Of current_: its changes or the whole.
+  std::size_t sent_ = 0;                              ///< Number of messages_ that were taken.
+  std::shared_ptr<const EncodedPlane> next_;          ///< Follows current_; null: none.
   bool needs_whole_ = true;
   std::uint64_t replaced_ = 0;
 };

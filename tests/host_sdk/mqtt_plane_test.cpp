@@ -108,8 +108,8 @@ TEST_F(MqttPlaneTest, AForgedCaptureDoesNotLast) {
   plane_.info.mid_exposure = {attic_.now()};
   ASSERT_TRUE(encoder_.encode(plane_, {attic_.now()}).ok());
   for (const auto& message : encoder_.whole()) attic_.client.publish(attic_.topics.plane, text_of(message));
-  EXPECT_TRUE(becomes_true("the probe's is back",
-                           [&] { return probe_->plane().info().capture == plane_.info.capture; }));
+  EXPECT_TRUE(
+      becomes_true("the probe's is back", [&] { return probe_->plane().info().capture == plane_.info.capture; }));
 }
 
 }  // namespace

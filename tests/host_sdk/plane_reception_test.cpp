@@ -13,7 +13,7 @@ using Verdict = PlaneReplayProtection::Verdict;
 using Messages = std::vector<std::vector<std::byte>>;
 
 constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr std::int64_t kSilence = PlaneReplayProtection::kSilence.ns;
+constexpr std::int64_t kCaptureTimeout = PlaneReplayProtection::kCaptureTimeout.ns;
 
 class PlaneReception : public ::testing::Test {
  protected:
@@ -85,8 +85,8 @@ TEST_F(PlaneReception, AForgedRevisionDoesNotLast) {
     receive({all.begin(), all.end()}, at_ns, always_same);
     return plane().revision();
   };
-  EXPECT_EQ(repeated(kSecond + kSilence), 20U);
-  EXPECT_EQ(repeated(kSecond + kSilence + 1), 3U) << "collected anew";
+  EXPECT_EQ(repeated(kSecond + kCaptureTimeout), 20U);
+  EXPECT_EQ(repeated(kSecond + kCaptureTimeout + 1), 3U) << "collected anew";
   EXPECT_NEAR(plane().diffuse({}).value.r, 0.5, 0.003);
 }
 
@@ -96,7 +96,7 @@ TEST_F(PlaneReception, WithoutVerdictsAPauseChangesNothing) {
   CapturedPlane plane_now = test::linear_plane();
   receive(encoded(from, plane_now), 0);
   plane_now.texture.radiance[0] = {9, 9, 9};
-  receive(encoded(from, plane_now), 10 * kSilence);
+  receive(encoded(from, plane_now), 10 * kCaptureTimeout);
   EXPECT_EQ(plane().revision(), 2U);
   EXPECT_EQ(plane().missing_tiles(), 0U);
 }

@@ -88,7 +88,7 @@ TEST(PlaneReplayProtection, RejectsEarlierCapturesAndTheFuture) {
   EXPECT_EQ(gate.admit(7, {kNow + 900 * kMs}, {kNow}, clock), Verdict::refused) << "the former one, again";
 }
 
-/// A forged message of a capture that does not exist excludes the probe's until its next frame, or for kSilence.
+/// A forged message of a capture that does not exist excludes the probe's until its next frame, or for kCaptureTimeout.
 TEST(PlaneReplayProtection, AForgedCaptureIsReplaced) {
   PlaneReplayProtection gate;
   const ClockMap clock = a_second_ahead();
@@ -96,7 +96,7 @@ TEST(PlaneReplayProtection, AForgedCaptureIsReplaced) {
   ASSERT_EQ(gate.admit(7, {kNow + 900 * kMs}, at(0), clock), Verdict::other_capture);
   ASSERT_EQ(gate.admit(666, {kNow + 1'000 * kMs}, at(0), clock), Verdict::other_capture);
   EXPECT_EQ(gate.admit(7, {kNow + 900 * kMs}, at(1'000), clock), Verdict::refused);
-  const std::int64_t silence = PlaneReplayProtection::kSilence.ns / kMs;
+  const std::int64_t silence = PlaneReplayProtection::kCaptureTimeout.ns / kMs;
   EXPECT_EQ(gate.admit(7, {kNow + 900 * kMs}, at(silence), clock), Verdict::refused);
   EXPECT_EQ(gate.admit(7, {kNow + 900 * kMs}, at(silence + 1), clock), Verdict::other_capture);
   // A frame that contributes ends it at once.

@@ -95,8 +95,7 @@ TEST(Framing, OversizedMessagesAreRefusedWithoutUsingASequenceNumber) {
   Bytes out;
   EXPECT_EQ(writer.write(FrameKind::descriptor, Bytes(kMaxDescriptorBytes + 1), out).code(),
             StatusCode::invalid_argument);
-  EXPECT_EQ(writer.write(FrameKind::plane, Bytes(kMaxPlaneMessageBytes + 1), out).code(),
-            StatusCode::invalid_argument);
+  EXPECT_EQ(writer.write(FrameKind::plane, Bytes(kMaxPlaneMessageBytes + 1), out).code(), StatusCode::invalid_argument);
   EXPECT_EQ(writer.write(FrameKind::request, Bytes(kMaxLinkMessageBytes + 1), out).code(),
             StatusCode::invalid_argument);
   EXPECT_EQ(writer.sequence(), 0U);

@@ -75,8 +75,8 @@ class GadgetLink final : public UsbGadgetLink {
     const std::lock_guard lock(mutex_);
     return {.clients = listening_ ? 1U : 0U,
             .coalesced = coalesced_,
-            .messages_refused = counters_.from_host.refused() + counters_.invalid_requests +
-                                counters_.plane_requests_refused};
+            .messages_refused =
+                counters_.from_host.refused() + counters_.invalid_requests + counters_.plane_requests_refused};
   }
   UsbGadgetCounters usb_counters() const override {
     const std::lock_guard lock(mutex_);
@@ -206,8 +206,7 @@ class GadgetLink final : public UsbGadgetLink {
     const std::lock_guard lock(mutex_);
     if (early) {
       ++counters_.plane_requests_refused;
-      return {StatusCode::resource_exhausted, "the plane was requested less than a second ago; wait before another "
-                                              "request"};
+      return {StatusCode::resource_exhausted, "the plane was requested less than a second ago; request it later"};
     }
     plane_requested_ = now;
     plane_wanted_ = true;
@@ -284,7 +283,7 @@ class GadgetLink final : public UsbGadgetLink {
   std::deque<std::vector<std::byte>> responses_;
   std::optional<ProbeTime> last_request_;
   std::optional<ProbeTime> plane_requested_;  ///< When the host's last accepted request of the plane came.
-  FrameKind last_sent_ = FrameKind::plane;     ///< Kind of the last frame that was no response.
+  FrameKind last_sent_ = FrameKind::plane;    ///< Kind of the last frame that was no response.
   FrameKind sending_kind_ = FrameKind::response;
   ProbeTime resume_at_;
   bool enabled_ = false, suspended_ = false, sending_ = false, receiving_ = false;

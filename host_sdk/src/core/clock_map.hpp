@@ -107,7 +107,7 @@ class PlaneReplayProtection {
   enum class Verdict : std::uint8_t { refused, same_capture, other_capture };
   /// A capture of which no message was admitted for this long is replaced by any other, also by an earlier one: a
   /// message that another client forged does not exclude the probe's for longer. Three key intervals of the probe.
-  static constexpr Duration kSilence{30'000'000'000};
+  static constexpr Duration kCaptureTimeout{30'000'000'000};
 
   /// refused: later than `now` by more than the clock uncertainty, or of another capture than the last admitted message
   /// and not later than all of that. clock.known() is required.
@@ -118,7 +118,7 @@ class PlaneReplayProtection {
     const MappedTime mapped = clock.mapped(mid_exposure, now);
     if (mapped.at > now + mapped.uncertainty) return Verdict::refused;
     const bool same = last_ && last_->capture == capture;
-    if (last_ && !same && mid_exposure <= last_->mid_exposure && now - last_->admitted <= kSilence)
+    if (last_ && !same && mid_exposure <= last_->mid_exposure && now - last_->admitted <= kCaptureTimeout)
       return Verdict::refused;
     last_ = {capture, same ? std::max(mid_exposure, last_->mid_exposure) : mid_exposure, now};
     return same ? Verdict::same_capture : Verdict::other_capture;

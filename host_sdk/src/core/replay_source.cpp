@@ -154,7 +154,8 @@ Result<std::unique_ptr<Source>> make_source(const ReplayPath& replay, const Prob
   }
   reader->rewind();
   receiver.describe(info);
-  return std::unique_ptr<Source>(std::make_unique<ReplaySource>(std::move(*reader), replay.speed, options.plane, receiver));
+  return std::unique_ptr<Source>(
+      std::make_unique<ReplaySource>(std::move(*reader), replay.speed, options.plane, receiver));
 }
 
 }  // namespace lightwell::core

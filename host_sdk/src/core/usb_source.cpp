@@ -223,7 +223,9 @@ class UsbSource final : public Source {
     if (c.plane.state == PlaneRequest::State::pending && now >= c.plane.at + kResponseTimeout) retry_plane(c, now);
   }
 
-  static void retry_plane(UsbConnection& c, HostTime now) { c.plane = {PlaneRequest::State::due, 0, now + kPlaneRetry}; }
+  static void retry_plane(UsbConnection& c, HostTime now) {
+    c.plane = {PlaneRequest::State::due, 0, now + kPlaneRetry};
+  }
 
   void send_next(UsbConnection& c) {
     const HostTime now{monotonic_now_ns()};
@@ -334,8 +336,9 @@ class UsbSource final : public Source {
     c.plane.state = PlaneRequest::State::done;
     // The request has no argument, so that it is invalid only for a probe that does not know it.
     if (!status.ok())
-      receiver_.report_error(name() + ": the probe's firmware is older than this SDK and sends no planes by USB; update "
-                                      "lightwelld there");
+      receiver_.report_error(name() +
+                             ": the probe's firmware is older than this SDK and sends no planes by USB; update "
+                             "lightwelld there");
   }
 
   void on_info(UsbConnection& c, const LinkResponse& response, HostTime received) {

@@ -143,8 +143,16 @@ class PlaneAnswers {
       const Vec3d viewer{eye.x - p.x, eye.y - p.y, eye.z};
       out_ << "specular" << doubles(viewer) << answer_of(plane.specular(viewer)) << '\n';
     }
-    for (const Vec3d& d : {Vec3d{0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {-1, 0, 1}, {0, -1, 1}, {1e300, 1, 1e300},
-                           {1, 0, 1e-9}, {0, 0, 0}, {0, 0, -1}, {-0.0, 0.5, 0.5}})
+    for (const Vec3d& d : {Vec3d{0, 0, 1},
+                           {1, 0, 1},
+                           {0, 1, 1},
+                           {-1, 0, 1},
+                           {0, -1, 1},
+                           {1e300, 1, 1e300},
+                           {1, 0, 1e-9},
+                           {0, 0, 0},
+                           {0, 0, -1},
+                           {-0.0, 0.5, 0.5}})
       out_ << "specular" << doubles(d) << answer_of(plane.specular(d)) << '\n';
   }
 

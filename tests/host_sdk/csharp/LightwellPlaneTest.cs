@@ -172,7 +172,7 @@ internal static partial class LightwellTest
                 PlayOut(probe);
                 probe.Plane(plane);
             }
-            Check(plane.Info.Validity == Validity.None && plane.Texture() == null, "only a client that asks has planes");
+            Check(plane.Info.Validity == Validity.None && plane.Texture() == null, "planes only on request");
         }
     }
 }

@@ -95,8 +95,8 @@ class PlaneCoverage:
 
 @dataclass(frozen=True)
 class PlaneGuidance:
-    """From how many directions the plane was seen, and where to move next. Directions are unit vectors from the plane to
-    the viewer, in the plane's frame."""
+    """From how many directions the plane was seen, and where to move next. Directions are unit vectors from the plane
+    to the viewer, in the plane's frame."""
 
     progress: CaptureProgress
     seen: float  # Share of the directions that count, 0 to 1.

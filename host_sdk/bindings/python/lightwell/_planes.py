@@ -24,8 +24,8 @@ class Plane:
     """One moment of a captured plane, from Probe.plane() or PlaneReader.snapshot(). It is not updated.
 
     Points, eyes and directions are in the plane's frame: right-handed, m, origin in the middle of the captured square,
-    +Z its normal on the viewer's side, +X right, +Y to the top of the texture. Colours are linear Rec. 709; luminance is
-    in cd/m² if units are absolute. Any number of threads may query it concurrently, as long as none passes it to
+    +Z its normal on the viewer's side, +X right, +Y to the top of the texture. Colours are linear Rec. 709; luminance
+    is in cd/m² if units are absolute. Any number of threads may query it concurrently, as long as none passes it to
     Probe.plane(into=...) or snapshot(into=...).
     """
 
@@ -98,8 +98,8 @@ class Plane:
         return PlaneAnswer(value.reshape(*shape, 3), validity.reshape(shape), flags.reshape(shape))
 
     def render(self, width, height, fx, fy, cx, cy, position, orientation=(0, 0, 0, 1), layers=PlaneLayers.ALL):
-        """PlaneRendering: the plane as a pinhole camera sees it. Camera frame: +X right, +Y up, -Z forward; the centre of
-        the top left pixel is (0, 0). position (m), orientation (x, y, z, w): of T_plane_camera. Pixels that do not show
+        """PlaneRendering: the plane as a pinhole camera sees it. Camera frame: +X right, +Y up, -Z forward; the centre
+        of the top left pixel is (0, 0). position (m), orientation (x, y, z, w): of T_plane_camera. Pixels that do not show
         the plane are 0."""
         camera = take("lw_plane_camera")
         camera.width, camera.height = width, height
@@ -139,8 +139,8 @@ class Plane:
         return PlaneCoverage(disc, seen.astype(bool))
 
     def guidance(self, min_elevation=0, min_seen=0, max_gap=0):
-        """PlaneGuidance: whether enough was seen, and where to move next. Angles in rad; 0: the default (10 degrees, 0.9,
-        15 degrees). About 1 ms."""
+        """PlaneGuidance: whether enough was seen, and where to move next. Angles in rad; 0: the default (10 degrees,
+        0.9, 15 degrees). About 1 ms."""
         options = take("lw_plane_guidance_options")
         options.min_elevation, options.min_seen, options.max_gap = min_elevation, min_seen, max_gap
         c = take("lw_plane_guidance")
@@ -149,12 +149,13 @@ class Plane:
         def direction(values):
             return _vector(values) if any(values) else None
 
-        return PlaneGuidance(CaptureProgress(c.progress), c.seen, c.gap, direction(c.next), direction(c.probe), c.circle)
+        return PlaneGuidance(CaptureProgress(c.progress), c.seen, c.gap, direction(c.next), direction(c.probe),
+                             c.circle)
 
 
 class PlaneReader:
-    """Collects the messages (PlaneUpdate) of one captured plane that were received without a Probe. Order, duplicates and
-    losses do not matter. One thread at a time."""
+    """Collects the messages (PlaneUpdate) of one captured plane that were received without a Probe. Order, duplicates
+    and losses do not matter. One thread at a time."""
 
     def __init__(self):
         out = ffi.new("lw_plane_reader **")

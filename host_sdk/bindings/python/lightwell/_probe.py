@@ -49,8 +49,8 @@ class Probe:
         """uri: "grpc://host:port", "grpcs://" with TLS, "usb:SERIAL", "mqtt://broker/venue/probe", "mqtts://", or
         "replay:PATH" ("?speed=2", "?speed=0"), a recording of descriptors.
 
-        history: number of descriptors stored for at(), 64 if 0. plane: receives captured planes, for plane(). In seconds, with the defaults of ProbeOptions: max_age,
-        extrapolation (0: the newest is held), connect_timeout, retry_min, retry_max, silence_limit. Strings:
+        history: number of descriptors stored for at(), 64 if 0. plane: receives captured planes, for plane(). In
+        seconds, with the defaults of ProbeOptions: max_age, extrapolation (0: the newest is held), connect_timeout, retry_min, retry_max, silence_limit. Strings:
         credentials_folder (grpcs; as written by `lightwell pair`, looked up by address if not given), and for a broker
         mqtt_ca_file, mqtt_certificate_file, mqtt_key_file, mqtt_user, mqtt_password. Blocks, at most connect_timeout.
         """
@@ -69,7 +69,8 @@ class Probe:
                 setattr(options, name, texts[-1])
                 continue
             if name not in _OPTIONS:
-                raise TypeError(f"connect() has no option {name!r}; it has history, plane, {', '.join((*_OPTIONS, *_TEXTS))}")
+                raise TypeError(f"connect() has no option {name!r}; it has history, plane, "
+                                f"{', '.join((*_OPTIONS, *_TEXTS))}")
             if name == "extrapolation" and value == 0:
                 options.extrapolation_ns = -1
                 continue
@@ -144,8 +145,8 @@ class Probe:
         return self._filled(lambda raw, lighting: lib.lw_probe_at(raw, host_time_ns, lighting))
 
     def plane(self, into=None):
-        """The newest complete state of the Plane that the probe captures; Validity.NONE without the option `plane`, before
-        the first, and for a recording without planes. `into` as latest()."""
+        """The newest complete state of the Plane that the probe captures; Validity.NONE without the option `plane`,
+        before the first, and for a recording without planes. `into` as latest()."""
         into = Plane() if into is None else into
         with self._used() as raw:
             check(lib.lw_probe_plane(raw, into._raw))

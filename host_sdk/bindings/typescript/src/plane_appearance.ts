@@ -11,8 +11,8 @@ const f = Math.fround;
 /** D + S, or one of the two: D alone is what is seen where a virtual object hides the mirror image of the room. */
 export type PlaneLayers = "all" | "diffuse" | "specular";
 
-/** Why a radiance may be wrong: no frame saw the plane from there, or one of the four texels; or they were saturated, and
- *  the radiance is a lower bound. */
+/** Why a radiance may be wrong: no frame saw the plane from there, or one of the four texels; or they were saturated,
+ *  and the radiance is a lower bound. */
 export type PlaneFlag = "unseen_direction" | "clipped_direction" | "unseen_texel" | "clipped_texel";
 /** Bit k of PlaneRendering.flags stands for flag k. */
 export const planeFlags: readonly PlaneFlag[] =
@@ -23,8 +23,8 @@ const unseenTexel = 4;
 const clippedTexel = 8;
 
 /** `validity`: "none", with value 0, if a tile that it needs has not arrived, or D is wanted and the probe sends no
- *  texture; "stale" if the probe has newer data, or was silent for three key intervals; "invalid_query", with value 0, if
- *  an argument is not finite, the point is outside the texture, or the viewer is not in front of the plane. */
+ *  texture; "stale" if the probe has newer data, or was silent for three key intervals; "invalid_query", with value 0,
+ *  if an argument is not finite, the point is outside the texture, or the viewer is not in front of the plane. */
 export interface PlaneAnswer {
   value: Rgb;
   validity: Validity;

@@ -83,8 +83,8 @@ export class PlaneReader {
   refused = 0;
 
   /** One message; `nowMs` is the time by the application's clock, in which snapshot() is asked, too. Throws DecodeError
-   *  for bytes that decodePlaneUpdate() refuses, for a message that contradicts earlier ones of its capture, and for one
-   *  of the four captures before this one; then nothing has changed. */
+   *  for bytes that decodePlaneUpdate() refuses, for a message that contradicts earlier ones of its capture, and for
+   *  one of the four captures before this one; then nothing has changed. */
   take(message: Uint8Array, nowMs: number): void {
     try {
       this.apply(decodePlaneUpdate(message), nowMs);

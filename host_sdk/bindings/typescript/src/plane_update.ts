@@ -24,8 +24,8 @@ export interface PlaneSimilarity {
   scale: number;
 }
 
-/** What holds for the whole plane. Its frame: right-handed, m, origin in the middle of the captured square, +Z the normal
- *  on the viewer's side, +X right, +Y to the top of the texture. */
+/** What holds for the whole plane. Its frame: right-handed, m, origin in the middle of the captured square, +Z the
+ *  normal on the viewer's side, +X right, +Y to the top of the texture. */
 export interface PlaneInfo {
   /** Another number for each new capture. */
   capture: number;
@@ -193,8 +193,8 @@ function infoChecked(info: PlaneInfo): PlaneInfo {
   return info;
 }
 
-/** Throws DecodeError for bytes that are not a message and for a message that violates the specification; unknown fields
- *  are ignored. */
+/** Throws DecodeError for bytes that are not a message and for a message that violates the specification; unknown
+ *  fields are ignored. */
 export function decodePlaneUpdate(bytes: Uint8Array): PlaneUpdate {
   if (bytes.length > maxPlaneMessageBytes) throw new DecodeError("data_loss", "plane update: longer than 64 KiB");
   const plain = { capture: 0, midExposureNs: 0n, size: 0 };
