@@ -1,7 +1,7 @@
 // Captured planes for C#: the part of Lightwell.cs over plane_appearance.h. Needs Lightwell.cs.
 // Points, eyes and directions are in the plane's frame: right-handed, m, origin in the middle of the captured square,
-// +Z its normal on the viewer's side, +X right, +Y to the top of the texture. Colours are linear Rec. 709; luminance is in
-// cd/m² if Units are Absolute.
+// +Z its normal on the viewer's side, +X right, +Y to the top of the texture. Colours are linear Rec. 709; luminance is
+// in cd/m² if Units are Absolute.
 //
 // A render loop creates one Plane and calls probe.Plane(plane) every frame: lock-free, without waiting or garbage. A
 // Plane may be filled only while no other thread uses it.

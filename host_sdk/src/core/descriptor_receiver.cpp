@@ -97,7 +97,8 @@ void DescriptorReceiver::receive_plane(std::span<const std::byte> bytes, HostTim
   const Verdict verdict = update && verdict_of ? verdict_of(update->info) : Verdict::same_capture;
   if (verdict == Verdict::refused)
     return drop(stats_.untimely, "a message of a plane is of an earlier capture, or is dated in the future");
-  const bool stuck = verdict_of && plane_current_ && received - *plane_current_ > PlaneReplayProtection::kCaptureTimeout;
+  const bool stuck =
+      verdict_of && plane_current_ && received - *plane_current_ > PlaneReplayProtection::kCaptureTimeout;
   if (verdict == Verdict::other_capture || stuck) restart_plane();
   if (const Status s = plane_reader_.take(update, received); !s.ok()) return refuse(s.message());
   if (on_plane_) on_plane_({bytes, received});

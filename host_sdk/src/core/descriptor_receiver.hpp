@@ -43,8 +43,8 @@ class DescriptorReceiver {
   void receive(std::span<const std::byte> bytes, HostTime received, const HostTimeOf& host_time_of);
   /// Processes one message of the plane's stream. An invalid one is counted with the undecodable ones, one that
   /// `verdict_of` refuses with the untimely ones. Without `verdict_of` PlaneReader alone decides. With it, a capture is
-  /// collected anew after PlaneReplayProtection::kCaptureTimeout without a current and complete state: a forged message of the
-  /// probe's own capture, whose revisions are above the probe's, has no longer effect than that.
+  /// collected anew after PlaneReplayProtection::kCaptureTimeout without a current and complete state: a forged message
+  /// of the probe's own capture, whose revisions are above the probe's, has no longer effect than that.
   void receive_plane(std::span<const std::byte> bytes, HostTime received, const PlaneVerdictOf& verdict_of = {});
   /// Another stream of the plane begins, which starts with a whole plane. Until that is complete, the former one stays.
   void restart_plane() {

@@ -99,8 +99,8 @@ class Plane:
 
     def render(self, width, height, fx, fy, cx, cy, position, orientation=(0, 0, 0, 1), layers=PlaneLayers.ALL):
         """PlaneRendering: the plane as a pinhole camera sees it. Camera frame: +X right, +Y up, -Z forward; the centre
-        of the top left pixel is (0, 0). position (m), orientation (x, y, z, w): of T_plane_camera. Pixels that do not show
-        the plane are 0."""
+        of the top left pixel is (0, 0). position (m), orientation (x, y, z, w): of T_plane_camera. Pixels that do not
+        show the plane are 0."""
         camera = take("lw_plane_camera")
         camera.width, camera.height = width, height
         camera.fx, camera.fy, camera.cx, camera.cy = fx, fy, cx, cy

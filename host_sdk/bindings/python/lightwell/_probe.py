@@ -50,9 +50,10 @@ class Probe:
         "replay:PATH" ("?speed=2", "?speed=0"), a recording of descriptors.
 
         history: number of descriptors stored for at(), 64 if 0. plane: receives captured planes, for plane(). In
-        seconds, with the defaults of ProbeOptions: max_age, extrapolation (0: the newest is held), connect_timeout, retry_min, retry_max, silence_limit. Strings:
-        credentials_folder (grpcs; as written by `lightwell pair`, looked up by address if not given), and for a broker
-        mqtt_ca_file, mqtt_certificate_file, mqtt_key_file, mqtt_user, mqtt_password. Blocks, at most connect_timeout.
+        seconds, with the defaults of ProbeOptions: max_age, extrapolation (0: the newest is held), connect_timeout,
+        retry_min, retry_max, silence_limit. Strings: credentials_folder (grpcs; as written by `lightwell pair`, looked
+        up by address if not given), and for a broker mqtt_ca_file, mqtt_certificate_file, mqtt_key_file, mqtt_user,
+        mqtt_password. Blocks, at most connect_timeout.
         """
         self._raw = None
         self._lock = threading.Lock()
