@@ -15,7 +15,7 @@ using Messages = std::vector<std::vector<std::byte>>;
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kCaptureTimeout = PlaneReplayProtection::kCaptureTimeout.ns;
 
-class PlaneReception : public ::testing::Test {
+class PlaneReceptionTest : public ::testing::Test {
  protected:
   static PlaneEncoder encoder() { return PlaneEncoder({.images = ImageRecipients::all_clients}); }
   static Messages encoded(PlaneEncoder& encoder, const CapturedPlane& plane) {
@@ -37,7 +37,7 @@ class PlaneReception : public ::testing::Test {
   }()};
 };
 
-TEST_F(PlaneReception, PublishesCompleteStatesAndShowsValidMessages) {
+TEST_F(PlaneReceptionTest, PublishesCompleteStatesAndShowsValidMessages) {
   PlaneEncoder from = encoder();
   const Messages messages = encoded(from, test::linear_plane(256, 60, 60));
   ASSERT_GT(messages.size(), 2U);
@@ -50,7 +50,7 @@ TEST_F(PlaneReception, PublishesCompleteStatesAndShowsValidMessages) {
   EXPECT_EQ(observed_, messages);
 }
 
-TEST_F(PlaneReception, VerdictsAreFollowed) {
+TEST_F(PlaneReceptionTest, VerdictsAreFollowed) {
   PlaneEncoder from = encoder();
   const CapturedPlane some = test::linear_plane();
   receive(encoded(from, some), 0, [](const PlaneInfo&) { return Verdict::refused; });
@@ -68,7 +68,7 @@ TEST_F(PlaneReception, VerdictsAreFollowed) {
 }
 
 /// A forged message of the probe's own capture, with the highest revision: the probe's messages are older from then on.
-TEST_F(PlaneReception, AForgedRevisionDoesNotLast) {
+TEST_F(PlaneReceptionTest, AForgedRevisionDoesNotLast) {
   PlaneEncoder from = encoder(), forger = encoder();
   CapturedPlane genuine = test::linear_plane(), forged = genuine;
   receive(encoded(from, genuine), 0, always_same);
@@ -91,7 +91,7 @@ TEST_F(PlaneReception, AForgedRevisionDoesNotLast) {
 }
 
 /// A link that delivers the probe's messages alone needs no such limit: a pause does not cost the plane.
-TEST_F(PlaneReception, WithoutVerdictsAPauseChangesNothing) {
+TEST_F(PlaneReceptionTest, WithoutVerdictsAPauseChangesNothing) {
   PlaneEncoder from = encoder();
   CapturedPlane plane_now = test::linear_plane();
   receive(encoded(from, plane_now), 0);

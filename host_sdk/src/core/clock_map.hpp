@@ -1,6 +1,7 @@
 // Offset and drift between the probe's and the host's clock, estimated from round trips; replay protection by time.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
