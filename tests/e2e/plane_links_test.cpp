@@ -114,6 +114,7 @@ class OverUsb final : public PlaneLink {
     return client;
   }
   int max_clients() const override { return 1; }
+  UsbCable& cable() { return cable_; }
 
  private:
   struct Client final : PlaneClient {
@@ -138,9 +139,10 @@ struct NamedLink {
   std::function<std::unique_ptr<PlaneLink>()> make;
 };
 
-class PlaneOverEveryLink : public ::testing::TestWithParam<NamedLink> {
+/// A probe and the link to its clients.
+class PlaneLinkTest : public ::testing::Test {
  protected:
-  void SetUp() override { link_ = GetParam().make(); }
+  explicit PlaneLinkTest(std::unique_ptr<PlaneLink> link) : link_(std::move(link)) {}
   void TearDown() override { stop_probe(); }
 
   /// The probe publishes its plane every 20 ms, as a daemon does every second; its key interval is 0.2 s.
@@ -187,6 +189,16 @@ class PlaneOverEveryLink : public ::testing::TestWithParam<NamedLink> {
   std::unique_ptr<Publisher> publisher_;
   std::atomic<bool> publishing_{false};
   std::thread thread_;
+};
+
+class PlaneOverEveryLink : public PlaneLinkTest, public ::testing::WithParamInterface<NamedLink> {
+ protected:
+  PlaneOverEveryLink() : PlaneLinkTest(GetParam().make()) {}
+};
+
+class PlaneOverUsb : public PlaneLinkTest {
+ protected:
+  PlaneOverUsb() : PlaneLinkTest(std::make_unique<OverUsb>()) {}
 };
 
 TEST_P(PlaneOverEveryLink, ALateClientHasTheWholePlaneAndThenChanges) {
@@ -244,6 +256,20 @@ TEST_P(PlaneOverEveryLink, ARestartedProbeCapturesAgain) {
   ASSERT_NO_FATAL_FAILURE(start_probe(ImageRecipients::all_clients, next));
   EXPECT_TRUE(has_plane(*client, 0.5F, 32));
   EXPECT_EQ(client->plane().info().capture, 0xD1FFE7U);
+}
+
+/// Messages that are lost come again, and what the damaged ones hold is never taken.
+TEST_F(PlaneOverUsb, APlaneArrivesThroughADamagingCable) {
+  ASSERT_NO_FATAL_FAILURE(start_probe(ImageRecipients::all_clients, linear_plane(256, 60, 60)));
+  const auto client = link_->connect(PlaneReception::receive);
+  ASSERT_TRUE(client);
+  ASSERT_TRUE(has_plane(*client, 0.5F, 256));
+  static_cast<OverUsb&>(*link_).cable().damage(200);
+  scale_texture(2);
+  EXPECT_TRUE(has_plane(*client, 1, 256));
+  static_cast<OverUsb&>(*link_).cable().damage(0);
+  EXPECT_GT(client->stats().frames_lost, 0U);
+  EXPECT_EQ(client->stats().undecodable, 0U) << client->stats().last_error;
 }
 
 INSTANTIATE_TEST_SUITE_P(Links, PlaneOverEveryLink,
