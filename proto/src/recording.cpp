@@ -54,7 +54,7 @@ void unwrap(Record& record) {
     return;
   const bool plane = m.message_case() == v1::MessageRecord::kPlaneUpdate;
   record.message = plane ? RecordedMessage::plane : RecordedMessage::descriptor;
-  const auto bytes = std::as_bytes(std::span(plane ? m.plane_update() : m.descriptor()));
+  const auto bytes = std::as_bytes(std::span(plane ? m.plane_update() : m.lighting_descriptor()));
   record.payload.assign(bytes.begin(), bytes.end());
 }
 
@@ -100,7 +100,7 @@ Status RecordWriter::append(std::int64_t time_ns, std::span<const std::byte> pay
   v1::MessageRecord record;
   switch (message) {
     case RecordedMessage::descriptor:
-      record.set_descriptor(payload.data(), payload.size());
+      record.set_lighting_descriptor(payload.data(), payload.size());
       break;
     case RecordedMessage::plane:
       record.set_plane_update(payload.data(), payload.size());

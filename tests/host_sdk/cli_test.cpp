@@ -177,7 +177,9 @@ TEST_F(Cli, RecordStoresPlanesOnRequest) {
     ASSERT_TRUE(writer.ok());
     PlaneEncoder encoder({.images = ImageRecipients::all_clients});
     for (std::uint64_t i = 1; i <= 3; ++i) {
-      for (const auto& message : *encoder.encode(test::linear_plane(), {0}))
+      const auto update = encoder.encode(test::linear_plane(), {0});
+      ASSERT_TRUE(update.ok());
+      for (const auto& message : *update)
         ASSERT_TRUE(writer->append(static_cast<std::int64_t>(i), message, RecordedMessage::plane).ok());
       const std::string bytes = test::encoded(test::numbered(i, 10'000'000));
       ASSERT_TRUE(writer->append(static_cast<std::int64_t>(i), test::as_bytes(bytes)).ok());

@@ -192,7 +192,9 @@ class ReplayOfPlanes : public ReplaySource {
     CapturedPlane plane = test::linear_plane();
     std::int64_t time = 777'000 * kMs;
     const auto append_update = [&] {
-      for (const auto& message : *encoder.encode(plane, {time})) {
+      const auto update = encoder.encode(plane, {time});
+      ASSERT_TRUE(update.ok());
+      for (const auto& message : *update) {
         sent_.emplace_back(message);
         ASSERT_TRUE(writer->append(time, message, RecordedMessage::plane).ok());
       }

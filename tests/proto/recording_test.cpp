@@ -158,9 +158,9 @@ TEST_F(Recording, OnlyThoseWithPlanesHaveContainerVersion2) {
   std::filesystem::remove(path_);
   ASSERT_NO_FATAL_FAILURE(write_both(path_, {}));
   EXPECT_EQ(version(), 2);
-  for (const char other : {0, 1, 3}) {
-    std::fstream(path_, std::ios::in | std::ios::out | std::ios::binary).seekp(5).put(other);
-    EXPECT_EQ(RecordReader::open(path_).status().code(), StatusCode::data_loss) << int{other};
+  for (const int other : {0, 1, 3}) {
+    std::fstream(path_, std::ios::in | std::ios::out | std::ios::binary).seekp(5).put(static_cast<char>(other));
+    EXPECT_EQ(RecordReader::open(path_).status().code(), StatusCode::data_loss) << other;
   }
   EXPECT_NE(RecordReader::open(path_).status().message().find("version 3 is not known"), std::string::npos);
 }

@@ -100,7 +100,7 @@ void DescriptorReceiver::receive_plane(std::span<const std::byte> bytes, HostTim
   const bool stuck =
       verdict_of && plane_current_ && received - *plane_current_ > PlaneReplayProtection::kCaptureTimeout;
   if (verdict == Verdict::other_capture || stuck) restart_plane();
-  if (const Status s = plane_reader_.take(update, received); !s.ok()) return refuse(s.message());
+  if (const Status s = plane_reader_.take_update(update, received); !s.ok()) return refuse(s.message());
   if (on_plane_) on_plane_({bytes, received});
   if (!plane_current_) plane_current_ = received;
   // An update is several messages; until they are there, the former state is the better one.

@@ -244,7 +244,7 @@ void write_planes(const std::filesystem::path& folder) {
   answers.take(messages_of(other, next, 2'100)[0], 2'100);
   answers.ask(2'200);
   answers.take(first[0], 2'300);
-  answers.take({}, 2'400);
+  answers.take({std::byte{0xFF}}, 2'400);
   answers.ask(2'500);
   answers.finish();
 }
