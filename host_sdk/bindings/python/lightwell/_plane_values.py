@@ -6,7 +6,7 @@ from typing import Optional
 
 import numpy as np
 
-from ._values import Units, Validity
+from ._values import Flag, Units, Validity
 
 
 class PlaneLayers(IntEnum):
@@ -114,3 +114,47 @@ class PlaneReaderStats:
     refused: int
     tiles: int
     tiles_unused: int
+
+
+@dataclass(frozen=True)
+class ShadowAnswer:
+    """The light that an object leaves on a plane. validity, age, error bound and flags are those of the lighting."""
+
+    ratios: np.ndarray  # float32, (rows, columns, 3): 0 to 1, row 0 at +Y.
+    validity: Validity
+    age_ns: int
+    reason: str
+    error_bound: float
+    flags: Flag
+    no_light: bool  # No light reaches the plane, and all ratios are 1.
+    ignored_triangles: int  # With a vertex that is NaN, infinite or too far away.
+
+
+@dataclass(frozen=True)
+class PlaneReflection:
+    """The reflection of an object in a captured plane."""
+
+    reflected: np.ndarray  # float32, (rows, columns, 3): radiance, row 0 at +Y.
+    hidden: np.ndarray  # float32, (rows, columns): share of the specular part that the object hides, 0 to 1.
+    validity: Validity  # NONE: a matte plane, or none was received. INVALID_QUERY: the eye is not in front of it.
+    f0_assumed: bool  # The probe sends no f0; it is taken as 0.04.
+    texels: int  # With a hidden share above 0.001.
+    ignored_triangles: int
+
+
+class PlaneLightSource(IntEnum):
+    """What the plane's part of an irradiance was computed from."""
+
+    NONE = 0
+    TEXTURE = 1
+    DESCRIPTOR = 2  # The probe sends no texture: the lower hemisphere of the lighting.
+
+
+@dataclass(frozen=True)
+class PlaneLightAnswer:
+    """An irradiance."""
+
+    value: np.ndarray  # float32, (3,): r, g, b; luminance in lux if units are absolute.
+    validity: Validity
+    flags: PlaneFlag
+    source: PlaneLightSource
