@@ -11,7 +11,10 @@
 
 #include <lightwell/plane_appearance.hpp>
 #include <lightwell/plane_codec.hpp>
+#include <lightwell/plane_light.hpp>
+#include <lightwell/plane_reflection.hpp>
 #include <lightwell/recording.hpp>
+#include <lightwell/shadows.hpp>
 #include <lightwell/text.hpp>
 
 #include "host_sdk/answers/mutation.hpp"
@@ -249,6 +252,60 @@ void write_planes(const std::filesystem::path& folder) {
   answers.finish();
 }
 
+/// A triangle above the plane, which faces it, with the radiance of each vertex; the eye at (0, -0.2, 0.3); rectangles
+/// of 0.3 x 0.3 m with 64 x 64 texels.
+void write_objects(const std::filesystem::path& path) {
+  std::mt19937 random(12);
+  std::ofstream out(path);
+  PlaneEncoder encoder = encoder_of(ImageRecipients::all_clients);
+  CapturedPlane captured = random_plane(9, 64, 30, 10, random);
+  captured.info.texture_to_plane = {};
+  PlaneReader reader;
+  for (const auto& message : messages_of(encoder, captured, 0)) {
+    if (!reader.take(message, {0}).ok()) throw std::runtime_error("the plane is not taken");
+    out << "take " << hex_of(text_of(message)) << '\n';
+  }
+  const PlaneAppearance plane = reader.snapshot({0});
+  const std::string descriptor = encoded(one_light({0.3F, -0.2F, 1}, {500, 400, 300}, 0.1F));
+  const Lighting lighting = Lighting::of(*decode_descriptor(as_bytes(descriptor)));
+  out << "lighting " << hex_of(descriptor) << '\n';
+
+  const std::vector<Vec3f> positions = {{0, 0, 0.05F}, {0.06F, 0, 0.05F}, {0, 0.06F, 0.07F}};
+  const std::vector<std::uint32_t> indices = {0, 2, 1};
+  const std::vector<Radiance> radiance = {{5, 4, 3}, {9, 9, 9}, {1, 2, 3}};
+  const ShadowMesh mesh{positions, indices, {}};
+  constexpr std::size_t kTexels = 64 * 64;
+  std::vector<Radiance> reflected(kTexels);
+  std::vector<float> hidden(kTexels);
+  Result<PlaneReflector> reflector = PlaneReflector::make();
+  const Result<PlaneReflection> about =
+      reflector->render(plane, {{0.01, -0.01}, 0.3, 0.3, 64, 64}, {mesh, radiance}, {0, -0.2, 0.3}, reflected, hidden);
+  if (!about || about->texels == 0) throw std::runtime_error("nothing is reflected");
+  out << "reflection " << static_cast<int>(about->validity) << ' ' << about->texels << '\n';
+  std::vector<LightRatio> ratios(kTexels);
+  Result<ShadowCaster> caster = ShadowCaster::make();
+  if (!caster->cast(lighting, {{}, 0.3, 0.3, 64, 64}, mesh, ratios).ok()) throw std::runtime_error("no shadow");
+  for (std::size_t k = 0; k < kTexels; ++k) {
+    if (hidden[k] > 0.01F) out << "reflected " << k << rgb_of(reflected[k]) << floats({hidden[k]}) << '\n';
+    if (ratios[k].g < 0.99F) out << "shadow " << k << floats({ratios[k].r, ratios[k].g, ratios[k].b}) << '\n';
+  }
+
+  PlaneLight light;
+  light.update(plane);
+  const auto answered = [](const PlaneLightAnswer& a) {
+    return " " + std::to_string(static_cast<int>(a.validity)) + " " + std::to_string(int{a.flags.bits()}) + " " +
+           std::to_string(static_cast<int>(a.source)) + floats({a.value.r, a.value.g, a.value.b});
+  };
+  for (const Vec3d& p : {Vec3d{0, 0, 0.05}, {0.1, -0.05, 0.2}, {0.3, 0, 0}, {0, 0, -1}})
+    for (const Vec3d& n : {Vec3d{0, 0, -1}, {-1, 0.5, 0.1}, {0, 0, 0}}) {
+      for (const PlaneLayers layers : {PlaneLayers::all, PlaneLayers::diffuse, PlaneLayers::specular})
+        out << "light" << doubles(p) << doubles(n) << ' ' << static_cast<int>(layers)
+            << answered(light.irradiance(p, n, layers)) << '\n';
+      out << "light_in" << doubles(p) << doubles(n) << answered(light.irradiance(p, n, lighting)) << '\n';
+    }
+  if (!out.flush()) throw std::runtime_error("cannot write " + path.string());
+}
+
 void write_mutant(std::ofstream& out, const std::string& bytes) {
   const Result<PlaneUpdate> update = decode_plane_update(as_bytes(bytes));
   out << "mutant " << to_string(update.status().code()) << ' ' << hex_of(bytes) << '\n';
@@ -286,6 +343,7 @@ void write_mutants(const std::filesystem::path& path) {
 
 void write_plane_answers(const std::filesystem::path& folder) {
   write_planes(folder);
+  write_objects(folder / "plane_objects.txt");
   write_mutants(folder / "plane_mutants.txt");
 }
 

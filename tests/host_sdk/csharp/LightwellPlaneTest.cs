@@ -76,7 +76,7 @@ internal static partial class LightwellTest
                 if (parts[0] == "take")
                 {
                     var at = long.Parse(parts[2]) * 1000000;
-                    Check(StatusOf(() => reader.Take(Bytes(parts[3]), at)) == parts[1], "a message at " + parts[2] + " ms");
+                    Check(StatusOf(() => reader.Take(Bytes(parts[3]), at)) == parts[1], "a message at " + parts[2]);
                     continue;
                 }
                 var v = parts.Skip(1).Select(p => double.Parse(p, CultureInfo.InvariantCulture)).ToArray();

@@ -125,6 +125,55 @@ class Numbers(unittest.TestCase):
             self.assertGreater(n, 300)
 
 
+class Objects(unittest.TestCase):
+    """Virtual objects on a plane; the scene is that of write_objects() in answers/plane_answers.cpp."""
+
+    def setUp(self):
+        self.rows, reader, self.lighting = {}, lightwell.PlaneReader(), None
+        for word, rest in lines("plane_objects.txt"):
+            if word == "take":
+                reader.take(bytes.fromhex(rest[0]), 0)
+            elif word == "lighting":
+                self.lighting = lightwell.Lighting.decode(bytes.fromhex(rest[0]))
+            else:
+                self.rows.setdefault(word, []).append([float(v) for v in rest])
+        self.plane = reader.snapshot(0)
+        self.mesh = lightwell.Mesh([[0, 0, 0.05], [0.06, 0, 0.05], [0, 0.06, 0.07]], [[0, 2, 1]])
+
+    def texels_are(self, image, word):
+        rows = np.array(self.rows[word])
+        self.assertGreater(len(rows), 50)
+        np.testing.assert_array_equal(image.reshape(-1, image.shape[-1])[rows[:, 0].astype(int)],
+                                      rows[:, 1:].astype(np.float32))
+
+    def test_reflections_are_those_of_cpp(self):
+        reflector = lightwell.PlaneReflector()
+        made = reflector.render(self.plane, self.mesh, [[5, 4, 3], [9, 9, 9], [1, 2, 3]], (0, -0.2, 0.3), 0.3, 0.3,
+                                centre=(0.01, -0.01), columns=64, rows=64)
+        self.assertEqual([[made.validity, made.texels]], self.rows["reflection"])
+        self.texels_are(np.concatenate([made.reflected, made.hidden[..., None]], axis=-1), "reflected")
+        with self.assertRaises(ValueError):
+            reflector.render(self.plane, self.mesh, [[1, 1, 1]] * 2, (0, 0, 1), 0.3, 0.3)
+
+    def test_shadows_are_those_of_cpp(self):
+        made = lightwell.ShadowCaster().cast(self.lighting, self.mesh, 0.3, 0.3, columns=64, rows=64)
+        self.assertEqual((made.no_light, made.ignored_triangles), (False, 0))
+        self.texels_are(made.ratios, "shadow")
+
+    def test_the_planes_light_is_that_of_cpp(self):
+        light = lightwell.PlaneLight()
+        light.update(self.plane)
+        for row in self.rows["light"]:
+            answer = light.irradiance(row[:3], row[3:6], PlaneLayers(int(row[6])))
+            self.light_is(answer, row[7:])
+        for row in self.rows["light_in"]:
+            self.light_is(light.irradiance_in(self.lighting, row[:3], row[3:6]), row[6:])
+
+    def light_is(self, answer, row):
+        self.assertEqual([answer.validity, answer.flags, answer.source], row[:3])
+        np.testing.assert_array_equal(answer.value, np.array(row[3:], np.float32))
+
+
 class Features(unittest.TestCase):
     def test_arrays_are_broadcast(self):
         plane = self.plane()

@@ -24,8 +24,8 @@ def _put_pose(struct, pose):
 
 
 class Mesh:
-    """A virtual object: positions (vertices, 3), m; indices (triangles, 3), all with the same winding; pose = (position,
-    orientation): T_plane_mesh, by default the identity. Copies what is not contiguous float32 and uint32."""
+    """A virtual object: positions (vertices, 3), m; indices (triangles, 3), all with the same winding; pose =
+    (position, orientation): T_plane_mesh. Copies what is not contiguous float32 and uint32."""
 
     def __init__(self, positions, indices, pose=_IDENTITY):
         self._positions = _array(positions, np.float32, (-1, 3), "positions")
@@ -56,7 +56,7 @@ class ShadowCaster:
         self._raw = ffi.gc(out[0], lib.lw_shadow_caster_release)
 
     def cast(self, lighting, mesh, width, height, pose=_IDENTITY, columns=256, rows=256):
-        """ShadowAnswer: for each texel of a rectangle of width x height (m) the light that the mesh leaves, from 0 to 1.
+        """ShadowAnswer: for each texel of a rectangle of width x height (m) the light that the mesh leaves, 0 to 1.
         pose: T_lighting_plane; +Z is the normal of the lit side, row 0 is at +Y. Takes milliseconds."""
         receiver = take("lw_shadow_receiver")
         receiver.columns, receiver.rows, receiver.width, receiver.height = columns, rows, width, height
@@ -82,10 +82,10 @@ class PlaneReflector:
         self._raw = ffi.gc(out[0], lib.lw_plane_reflector_release)
 
     def render(self, plane, mesh, radiance, eye, width, height, centre=(0, 0), columns=256, rows=256):
-        """PlaneReflection: for each texel of a rectangle of the plane (width x height around `centre`, m; row 0 at +Y) the
-        radiance that the mesh sends by way of the plane towards `eye` (3,), and the share of the specular part that it
-        hides. radiance: of each vertex or triangle of the mesh, (n, 3); of vertices if both are equally many. A texel's radiance is diffuse + specular
-        (1 - hidden) + reflected. Takes milliseconds."""
+        """PlaneReflection: for each texel of a rectangle of the plane (width x height around `centre`, m; row 0 at +Y)
+        the radiance that the mesh sends by way of the plane towards `eye` (3,), and the share of the specular part that
+        it hides. radiance: of each vertex or triangle of the mesh, (n, 3); of vertices if both are equally many. A
+        texel's radiance is diffuse + specular (1 - hidden) + reflected. Takes milliseconds."""
         rgb = _array(radiance, np.float32, (-1, 3), "radiance")
         per_vertex = len(rgb) == len(mesh._positions)
         if not per_vertex and len(rgb) != len(mesh._indices):
@@ -122,14 +122,14 @@ class PlaneLight:
         check(lib.lw_plane_light_update(self._raw, plane._raw))
 
     def irradiance(self, point, normal, layers=PlaneLayers.ALL):
-        """PlaneLightAnswer: the irradiance at `point` (3,) of a surface that faces `normal` (3,), in the plane's frame, by
-        what leaves the captured square."""
+        """PlaneLightAnswer: the irradiance at `point` (3,) of a surface that faces `normal` (3,), in the plane's frame,
+        by what leaves the captured square."""
         return self._answer(point, normal, lambda p, n, answer: lib.lw_plane_light_irradiance(
             self._raw, p, n, layers, answer))
 
     def irradiance_in(self, lighting, point, normal):
-        """The whole irradiance: that of a Lighting in the plane's axes, with the square's light in the directions of the
-        square."""
+        """The whole irradiance: that of a Lighting in the plane's axes, with the square's light in the directions of
+        the square."""
         return self._answer(point, normal, lambda p, n, answer: lib.lw_plane_light_irradiance_in(
             self._raw, p, n, lighting._raw, answer))
 
