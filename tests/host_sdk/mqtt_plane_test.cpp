@@ -1,9 +1,13 @@
 // Captured planes over MQTT: from a fake probe at a real broker, with other clients that publish on its topic.
+#include <chrono>
+#include <thread>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <lightwell/plane_codec.hpp>
 
+#include "core/clock_map.hpp"
 #include "host_sdk/probe_at_broker.hpp"
 #include "support/captured_planes.hpp"
 
@@ -36,6 +40,9 @@ class MqttPlaneTest : public ::testing::Test {
   ::testing::AssertionResult revision_becomes(std::uint64_t revision) {
     return becomes_true("revision " + std::to_string(revision) + " is there; " + probe_->stats().last_error,
                         [&] { return probe_->plane().revision() == revision; });
+  }
+  static void wait_until_a_capture_can_be_replaced() {
+    std::this_thread::sleep_for(std::chrono::nanoseconds(core::PlaneReplayProtection::kMinCaptureTime.ns));
   }
   /// Waits until the SDK has processed what was published before.
   void settle() {
@@ -103,8 +110,10 @@ TEST_F(MqttPlaneTest, AForgedCaptureDoesNotLast) {
   PlaneEncoder forger(PlaneEncoderOptions{.images = ImageRecipients::all_clients});
   CapturedPlane forged = linear_plane(32, 10, 10);
   forged.info.capture = 0xBAD;
+  wait_until_a_capture_can_be_replaced();
   publish_plane(forger, forged, 100 * kMs, mallory_);
   ASSERT_TRUE(becomes_true("the forged one is there", [&] { return probe_->plane().info().capture == 0xBAD; }));
+  wait_until_a_capture_can_be_replaced();
   plane_.info.mid_exposure = {attic_.now()};
   ASSERT_TRUE(encoder_.encode(plane_, {attic_.now()}).ok());
   for (const auto& message : encoder_.whole()) attic_.client.publish(attic_.topics.plane, text_of(message));

@@ -109,9 +109,11 @@ class PlaneReplayProtection {
   /// A capture of which no message was admitted for this long is replaced by any other, also by an earlier one: a
   /// message that another client forged does not exclude the probe's for longer. Three key intervals of the probe.
   static constexpr Duration kCaptureTimeout{30'000'000'000};
+  /// A capture is replaced after this time at the earliest: each new one costs a reader megabytes of memory to clear.
+  static constexpr Duration kMinCaptureTime{1'000'000'000};
 
-  /// refused: later than `now` by more than the clock uncertainty, or of another capture than the last admitted message
-  /// and not later than all of that. clock.known() is required.
+  /// refused: later than `now` by more than the clock uncertainty; or of another capture than the last admitted
+  /// message, and not later than all of that or within kMinCaptureTime of its first. clock.known() is required.
   [[nodiscard]] Verdict admit(std::uint32_t capture, ProbeTime mid_exposure, HostTime now, const ClockMap& clock) {
     // Prevents overflow of differences.
     constexpr std::int64_t kFar = std::numeric_limits<std::int64_t>::max() / 4;
@@ -119,9 +121,11 @@ class PlaneReplayProtection {
     const MappedTime mapped = clock.mapped(mid_exposure, now);
     if (mapped.at > now + mapped.uncertainty) return Verdict::refused;
     const bool same = last_ && last_->capture == capture;
+    if (last_ && !same && now - last_->began < kMinCaptureTime) return Verdict::refused;
     if (last_ && !same && mid_exposure <= last_->mid_exposure && now - last_->admitted <= kCaptureTimeout)
       return Verdict::refused;
-    last_ = {capture, same ? std::max(mid_exposure, last_->mid_exposure) : mid_exposure, now};
+    last_ = same ? Admitted{capture, std::max(mid_exposure, last_->mid_exposure), last_->began, now}
+                 : Admitted{capture, mid_exposure, now, now};
     return same ? Verdict::same_capture : Verdict::other_capture;
   }
 
@@ -131,8 +135,8 @@ class PlaneReplayProtection {
  private:
   struct Admitted {
     std::uint32_t capture = 0;
-    ProbeTime mid_exposure;  ///< Of the newest message.
-    HostTime admitted;
+    ProbeTime mid_exposure;    ///< Of the newest message.
+    HostTime began, admitted;  ///< When the first and the last message of the capture were admitted.
   };
   std::optional<Admitted> last_;
 };

@@ -215,18 +215,28 @@ TEST_F(MqttLinkTest, PublishesPlanesAndRetainsNone) {
   link->publish(bytes_of("later"));
   ASSERT_TRUE(late.newest(kTopics.descriptor));
   EXPECT_EQ(late.count(kTopics.plane), 0U);
-  // A broker that was away gets the newest whole; subscribers may have missed the rest.
-  broker.stop();
-  EXPECT_TRUE(becomes_true("the loss is detected", [&] { return link->counters().clients == 0; }));
-  link->publish_plane(plane_update(3, 1, 1));
-  broker.start();
-  MqttClient again(broker.port(), {kTopics.plane});
-  EXPECT_TRUE(connects(*link));
-  link->publish_plane(plane_update(4, 1, 1));
-  EXPECT_TRUE(becomes_true("the newest is there", [&] {
-    const std::vector<std::string> names = planes_of(again);
-    return !names.empty() && (names.back() == "change4.0" || names.back() == "whole4.0");
-  }));
+}
+
+/// Subscribers may have missed what was published before.
+TEST_F(MqttLinkTest, ABrokerThatWasAwayGetsTheNewestPlaneWhole) {
+  Broker broker;
+  const auto link = started({.uri = broker.uri("venue/attic")});
+  ASSERT_TRUE(connects(*link));
+  std::vector<std::string> names;
+  // The link pauses before it connects, so that the client is subscribed first; not always on a busy machine.
+  int number = 0;
+  while (names.empty() && number < 20) {
+    broker.stop();
+    EXPECT_TRUE(becomes_true("the loss is detected", [&] { return link->counters().clients == 0; }));
+    link->publish_plane(plane_update(++number, 1, 1));
+    broker.start();
+    const MqttClient client(broker.port(), {kTopics.plane});
+    EXPECT_TRUE(connects(*link));
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    names = planes_of(client);
+  }
+  ASSERT_FALSE(names.empty());
+  EXPECT_EQ(names[0], "whole" + std::to_string(number) + ".0");
 }
 
 TEST_F(MqttLinkTest, AStalledBrokerGetsTheNewestPlaneWholeAndDescriptorsBetween) {
