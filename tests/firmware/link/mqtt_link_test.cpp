@@ -210,6 +210,9 @@ TEST_F(MqttLinkTest, PublishesPlanesAndRetainsNone) {
   link->publish_plane(plane_update(2, 2, 3));
   ASSERT_TRUE(received(4));
   EXPECT_THAT(planes_of(client), ::testing::ElementsAre("whole1.0", "whole1.1", "change2.0", "change2.1"));
+  // One after the other, without a pause: a status is published once a second.
+  link->publish_plane(plane_update(3, 60, 1));
+  ASSERT_TRUE(received(64));
   // The broker keeps no photograph. A retained message would come before the descriptor.
   MqttClient late(broker.port(), {kTopics.plane, kTopics.descriptor});
   link->publish(bytes_of("later"));
@@ -222,9 +225,13 @@ TEST_F(MqttLinkTest, ABrokerThatWasAwayGetsTheNewestPlaneWhole) {
   Broker broker;
   const auto link = started({.uri = broker.uri("venue/attic")});
   ASSERT_TRUE(connects(*link));
+  link->publish_plane(plane_update(0, 1, 1));
+  MqttClient before(broker.port(), {kTopics.plane});
+  link->publish_plane(plane_update(1, 1, 1));
+  ASSERT_TRUE(before.newest(kTopics.plane)) << "later ones are sent as changes";
   std::vector<std::string> names;
   // The link pauses before it connects, so that the client is subscribed first; not always on a busy machine.
-  int number = 0;
+  int number = 1;
   while (names.empty() && number < 20) {
     broker.stop();
     EXPECT_TRUE(becomes_true("the loss is detected", [&] { return link->counters().clients == 0; }));
