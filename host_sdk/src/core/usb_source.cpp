@@ -183,8 +183,6 @@ class UsbSource final : public Source {
   bool run_connection() {
     // An unfinished frame of the last connection is dropped; missing frames are counted by their sequence numbers.
     reader_.begin_stream();
-    // The probe sends the whole plane again. Until that is complete, the former one stays.
-    receiver_.restart_plane();
     UsbConnection c;
     c.last_received = c.next_info = {monotonic_now_ns()};
     while (!c.over && !stopping_) {
@@ -299,7 +297,7 @@ class UsbSource final : public Source {
 
   void on_frame(UsbConnection& c, const LinkFrame& frame, HostTime received) {
     if (frame.session != session_) {
-      // The probe restarted; its clock may have been reset, too.
+      // The probe restarted; its clock may have been reset, too, and the revisions of its plane.
       session_ = frame.session;
       clock_.forget();
       receiver_.reset_sequence();
