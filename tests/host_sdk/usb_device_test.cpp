@@ -12,10 +12,13 @@
 #include <sys/un.h>
 
 #include <lightwell/discover.hpp>
+#include <lightwell/framing.hpp>
+#include <lightwell/plane_codec.hpp>
 #include <lightwell/probe.hpp>
 
 #include "host_sdk/scenes.hpp"
 #include "host_sdk/umock_probe.hpp"
+#include "support/captured_planes.hpp"
 #include "support/child.hpp"
 
 namespace lightwell::test {
@@ -288,6 +291,21 @@ TEST(UsbDevice, OlderFirmwareWithoutPlanesIsReported) {
   ASSERT_TRUE(received(*probe, 1));
   EXPECT_EQ(probe->plane().validity(), Validity::none);
   EXPECT_EQ(probe->stats().reconnects, 0U);
+}
+
+TEST(UsbDevice, PlanesThatWereNotRequestedAreRefused) {
+  UmockProbe device;
+  const Result<Probe> probe = Probe::connect("usb:", options());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  PlaneEncoder encoder;
+  const auto update = encoder.encode(linear_plane(), {0});
+  ASSERT_TRUE(update.ok());
+  FrameWriter writer(0xABCD);
+  std::vector<std::byte> frame;
+  ASSERT_TRUE(writer.write(FrameKind::plane, update->front(), frame).ok());
+  device.send_bytes(frame);
+  EXPECT_TRUE(becomes_true("it is counted", [&] { return probe->stats().frames_refused == 1; }));
+  EXPECT_EQ(probe->plane().validity(), Validity::none);
 }
 
 TEST(UsbDevice, OnlyOneProgramCanOpenIt) {
