@@ -17,7 +17,8 @@ export interface Recording {
   tornBytes: number;
 }
 
-const magic = [0x4c, 0x57, 0x52, 0x45, 0x43];
+const magic = [0x4c, 0x57, 0x52, 0x45, 0x43, 1, 0x0d, 0x0a];
+const versionAt = 5;
 const newestVersion = 2;
 const descriptors = 1;
 const descriptorsAndPlanes = 3;
@@ -45,13 +46,15 @@ function unwrapped(timeNs: bigint, record: Uint8Array): RecordedMessage {
 /** Reads all records before the first incomplete or damaged one. Throws DecodeError if the file is not a recording of
  *  messages. */
 export function readRecording(file: Uint8Array): Recording {
-  if (magic.some((byte, i) => file[i] !== byte)) throw new DecodeError("data_loss", "no Lightwell recording");
-  if (!(file[5] >= 1 && file[5] <= newestVersion))
-    throw new DecodeError("data_loss", `container version ${file[5]} is not known; use a newer lightwell`);
-  if (file[6] !== 0x0d || file[7] !== 0x0a) throw new DecodeError("data_loss", "damaged by a transfer in text mode");
+  const differs = (byte: number, i: number) => i !== versionAt && file[i] !== byte;
+  if (magic.slice(0, versionAt).some(differs)) throw new DecodeError("data_loss", "no Lightwell recording");
+  const version = file[versionAt];
+  if (!(version >= 1 && version <= newestVersion))
+    throw new DecodeError("data_loss", `container version ${version} is not known; use a newer lightwell`);
+  if (magic.some(differs)) throw new DecodeError("data_loss", "damaged by a transfer in text mode");
   const view = new DataView(file.buffer, file.byteOffset, file.byteLength);
   const records: { timeNs: bigint; bytes: Uint8Array }[] = [];
-  let at = 8;
+  let at = magic.length;
   while (file.length - at >= 16) {
     const size = view.getUint32(at, true);
     if (size > file.length - at - 16) break;
