@@ -5,24 +5,12 @@
 
 #include "firmware/link/probe_server.hpp"
 #include "support/captured_planes.hpp"
+#include "support/plane_messages.hpp"
 
 namespace lightwell::test {
 namespace {
 
 constexpr const char* kStreamPlane = "/lightwell.v1.ProbeService/StreamPlane";
-
-std::shared_ptr<const EncodedPlane> update(int number, std::size_t changes, std::size_t whole, std::size_t bytes = 16) {
-  auto out = std::make_shared<EncodedPlane>();
-  const auto text = [&](const char* kind, std::size_t k) {
-    std::string name = kind + std::to_string(number) + "." + std::to_string(k);
-    name.resize(bytes, ' ');
-    const auto raw = std::as_bytes(std::span(name));
-    return std::vector<std::byte>(raw.begin(), raw.end());
-  };
-  for (std::size_t k = 0; k < changes; ++k) out->changes.push_back(text("change", k));
-  for (std::size_t k = 0; k < whole; ++k) out->whole.push_back(text("whole", k));
-  return out;
-}
 
 class GrpcPlaneTest : public GrpcLinkTest {
  protected:
@@ -32,34 +20,34 @@ class GrpcPlaneTest : public GrpcLinkTest {
 };
 
 TEST_F(GrpcPlaneTest, AClientGetsTheWholePlaneAndThenChanges) {
-  link_->publish_plane(update(1, 1, 3));
+  link_->publish_plane(plane_update(1, 1, 3));
   RawStream first(connect(*link_), kStreamPlane);
   EXPECT_EQ(trimmed(first.next()), "whole1.0");
   EXPECT_EQ(trimmed(first.next()), "whole1.1");
   EXPECT_EQ(trimmed(first.next()), "whole1.2");
-  link_->publish_plane(update(2, 2, 3));
+  link_->publish_plane(plane_update(2, 2, 3));
   EXPECT_EQ(trimmed(first.next()), "change2.0");
   EXPECT_EQ(trimmed(first.next()), "change2.1");
   RawStream second(connect(*link_), kStreamPlane);
   EXPECT_EQ(trimmed(second.next()), "whole2.0");
   EXPECT_EQ(trimmed(second.next()), "whole2.1");
   EXPECT_EQ(trimmed(second.next()), "whole2.2");
-  link_->publish_plane(update(3, 1, 3));
+  link_->publish_plane(plane_update(3, 1, 3));
   EXPECT_EQ(trimmed(first.next()), "change3.0");
   EXPECT_EQ(trimmed(second.next()), "change3.0");
   // It is no client of descriptors, and gets none.
   EXPECT_EQ(link_->counters().clients, 0U);
   link_->publish(message(1));
-  link_->publish_plane(update(4, 1, 3));
+  link_->publish_plane(plane_update(4, 1, 3));
   EXPECT_EQ(trimmed(first.next()), "change4.0");
 }
 
 TEST_F(GrpcPlaneTest, ASlowClientMissesUpdatesAndGetsTheNewestWhole) {
-  link_->publish_plane(update(0, 1, 1));
+  link_->publish_plane(plane_update(0, 1, 1));
   RawStream slow(connect(*link_), kStreamPlane);
   ASSERT_EQ(trimmed(slow.next()), "whole0.0");
   // 60 MB: more than gRPC and the kernel hold for a client that does not read.
-  for (int number = 1; number <= 1000; ++number) link_->publish_plane(update(number, 1, 1, 60'000));
+  for (int number = 1; number <= 1000; ++number) link_->publish_plane(plane_update(number, 1, 1, 60'000));
   // Changes without a gap; after a gap a whole plane; the newest at last.
   int last = 0, gaps = 0;
   while (last < 1000) {
@@ -80,12 +68,12 @@ TEST_F(GrpcPlaneTest, ASlowClientMissesUpdatesAndGetsTheNewestWhole) {
 /// No update is lost to a client that reads: the newest one comes without another publish_plane().
 TEST_F(GrpcPlaneTest, TheNewestUpdateAlwaysArrives) {
   RawStream reader(connect(*link_), kStreamPlane);
-  link_->publish_plane(update(0, 1, 1));
+  link_->publish_plane(plane_update(0, 1, 1));
   ASSERT_EQ(trimmed(reader.next()), "whole0.0");
   for (int round = 1; round <= 200; ++round) {
-    link_->publish_plane(update(3 * round, 1, 1));
-    link_->publish_plane(update(3 * round + 1, 1, 1));
-    link_->publish_plane(update(3 * round + 2, 1, 1));
+    link_->publish_plane(plane_update(3 * round, 1, 1));
+    link_->publish_plane(plane_update(3 * round + 1, 1, 1));
+    link_->publish_plane(plane_update(3 * round + 2, 1, 1));
     const std::string newest = std::to_string(3 * round + 2) + ".0";
     std::string got;
     do got = trimmed(reader.next());
@@ -97,7 +85,7 @@ TEST_F(GrpcPlaneTest, TheNewestUpdateAlwaysArrives) {
 TEST_F(GrpcPlaneTest, StreamsEndWithTheLink) {
   RawStream stream(connect(*link_), kStreamPlane);
   // The first message shows that the stream is registered.
-  link_->publish_plane(update(1, 1, 1));
+  link_->publish_plane(plane_update(1, 1, 1));
   ASSERT_EQ(trimmed(stream.next()), "whole1.0");
   link_->stop();
   EXPECT_EQ(stream.end().error_code(), grpc::StatusCode::UNAVAILABLE);

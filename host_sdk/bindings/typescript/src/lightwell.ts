@@ -1,5 +1,5 @@
 // Lightwell for TypeScript: decodes a probe's messages and evaluates irradiance and radiance with the same results as
-// the C++ SDK. No dependencies and no connection: the application provides the bytes of LightingDescriptor messages.
+// the C++ SDK. No dependencies and no connection: the application provides the bytes of the messages.
 //
 //   const keeper = new EnvironmentKeeper();
 //   socket.onmessage = ({ data }) => {
@@ -8,14 +8,28 @@
 //     const light = new Lighting(descriptor, { environment: keeper.mapFor(descriptor) });
 //     const { value, validity, errorBound } = light.irradiance([0, 1, 0]);
 //   };
+//
+// and of captured planes:
+//
+//   const reader = new PlaneReader();
+//   socket.onmessage = ({ data }) => reader.take(new Uint8Array(data), performance.now());   // throws DecodeError
+//   const { value, validity, flags } = reader.snapshot(performance.now()).radiance([0.02, 0.05], eye);
 export * from "./descriptor.js";
 export { EnvironmentKeeper, environmentRadiance, isWhole, levelRadiance, texelRadiance } from "./environment.js";
 export type { EnvironmentLevel, EnvironmentMap } from "./environment.js";
+export { HemisphereGrid } from "./hemisphere_grid.js";
 export { Lighting } from "./lighting.js";
 export type { Answer, LightingOptions, Validity } from "./lighting.js";
 export {
   GgxLobe, capIrradiance, capRadiance, capZonal, cosineLobe, evaluateHarmonics, harmonicsBasis,
 } from "./lobes.js";
+export { PlaneAppearance, planeFlags } from "./plane_appearance.js";
+export type { PlaneAnswer, PlaneCamera, PlaneFlag, PlaneLayers, PlaneRendering } from "./plane_appearance.js";
+export { guidanceDiscRadius, planeGuidance, probeDirection, stereographic } from "./plane_guidance.js";
+export type { PlaneCoverage, PlaneGuidance, PlaneGuidanceOptions } from "./plane_guidance.js";
+export { PlaneReader } from "./plane_reader.js";
+export { PlaneTileLayout, decodePlaneUpdate, maxPlaneMessageBytes } from "./plane_update.js";
+export type { PlaneInfo, PlaneSimilarity, PlaneTile, PlaneUpdate, SampleState } from "./plane_update.js";
 export { readRecording } from "./recording.js";
 export type { RecordedMessage, Recording } from "./recording.js";
 export { toThree } from "./three.js";
