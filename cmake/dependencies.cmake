@@ -59,7 +59,6 @@ elseif(LIGHTWELL_WITH_GRPC)
   endif()
 endif()
 if(gRPC_FOUND)
-  lightwell_find(OpenSSL libssl-dev 3)
   find_program(LIGHTWELL_GRPC_CPP_PLUGIN grpc_cpp_plugin)
   if(NOT LIGHTWELL_GRPC_CPP_PLUGIN)
     lightwell_missing(grpc_cpp_plugin protobuf-compiler-grpc)
@@ -80,9 +79,21 @@ if(LIGHTWELL_BUILD_HOST_SDK)
   lightwell_optional(usb LIBUSB libusb-1.0)
 endif()
 
-# For MQTT and mDNS in the firmware and in the SDK. Without its library each is left out; the summary reports it.
+# For WebSockets, MQTT and mDNS in the firmware and in the SDK. Without its library each is left out; the summary reports it.
 lightwell_optional(mqtt LIBMOSQUITTO libmosquitto)
 lightwell_optional(mdns AVAHI_CLIENT avahi-client)
+lightwell_optional(web LIBWEBSOCKETS libwebsockets)
+
+# For both ends of the two network links.
+if(gRPC_FOUND OR LIBWEBSOCKETS_FOUND)
+  lightwell_find(OpenSSL libssl-dev 3)
+endif()
+
+# For the dashboard: architecture-independent files of this machine, in a cross build too.
+if(LIGHTWELL_BUILD_FIRMWARE AND LIBWEBSOCKETS_FOUND)
+  find_program(LIGHTWELL_TSC tsc)
+  find_file(LIGHTWELL_THREE three.min.js PATHS /usr/share/javascript/three NO_CMAKE_FIND_ROOT_PATH)
+endif()
 
 if(LIGHTWELL_BUILD_FIRMWARE)
   lightwell_find(OpenEXR libopenexr-dev CONFIG)
@@ -176,6 +187,9 @@ if(LIGHTWELL_BUILD_TESTS)
     find_program(LIGHTWELL_MONO mono)
     find_program(LIGHTWELL_NODE NAMES node nodejs)
     find_program(LIGHTWELL_TSC tsc)
+    # Debian's node-ws: where Node has no WebSocket of its own, and as the server of tests.
+    find_path(LIGHTWELL_NODE_WS ws/package.json PATHS /usr/share/nodejs)
+    find_program(LIGHTWELL_CHROMIUM chromium)
   endif()
   # umockdev is preloaded (LD_PRELOAD), under qemu-user into the emulator itself, so only native builds use it.
   if(LIGHTWELL_BUILD_FIRMWARE AND NOT CMAKE_CROSSCOMPILING)

@@ -27,6 +27,9 @@
 #ifdef LIGHTWELL_HAVE_LINK_MQTT
 #include "link/mqtt/mqtt_link.hpp"
 #endif
+#ifdef LIGHTWELL_HAVE_LINK_WEB
+#include "link/web/web_link.hpp"
+#endif
 #ifdef LIGHTWELL_HAVE_DISCOVERY
 #include "link/discovery/advertiser.hpp"
 #endif
@@ -96,6 +99,15 @@ Status add_links(const Config& config, Commands& commands, Publisher& publisher)
     return {StatusCode::failed_precondition,
             "mqtt: this lightwelld was built without MQTT; install libmosquitto-dev and build it again, or leave "
             "`mqtt` out"};
+#endif
+  }
+  if (config.web) {
+#ifdef LIGHTWELL_HAVE_LINK_WEB
+    publisher.add(make_web_link(*config.web, config.web_keys(), config.probe_name, commands, dashboard_files()));
+#else
+    return {StatusCode::failed_precondition,
+            "web: this lightwelld was built without libwebsockets; install libwebsockets-dev and build it again, or "
+            "leave `web` out"};
 #endif
   }
 #ifndef LIGHTWELL_HAVE_DISCOVERY
@@ -236,6 +248,8 @@ bool stop_signal_pending() {
 
 Status check_daemon(const Config& config) {
   if (const Status s = config.grpc.check_bind_policy(); !s.ok()) return s;
+  if (config.web)
+    if (const Status s = config.web->check_bind_policy(); !s.ok()) return s;
   return make_components(config).status();
 }
 
@@ -324,19 +338,22 @@ Status run_daemon(const Config& config) {
 }
 
 Status run_pairing(const Config& config, const std::string& listen) {
-  if (!config.grpc.encrypted())
+  const bool web_alone = !config.grpc.encrypted() && config.web && config.web->encrypted();
+  if (!config.grpc.encrypted() && !web_alone)
     return {StatusCode::failed_precondition,
-            "pairing needs encryption: set grpc.security to LINK_SECURITY_TLS or LINK_SECURITY_MUTUAL_TLS, or use "
-            "--security tls"};
-  const Result<ProbeKeys> keys = load_probe_keys(config.grpc, config.probe_name, std::time(nullptr));
+            "pairing needs encryption: set grpc.security or web.security to LINK_SECURITY_TLS or "
+            "LINK_SECURITY_MUTUAL_TLS, or use --security tls or --web-security tls"};
+  const std::string& link_address = web_alone ? config.web->listen_address : config.grpc.listen_address;
+  const Result<ProbeKeys> keys =
+      load_probe_keys(web_alone ? config.web_keys() : config.grpc, config.probe_name, std::time(nullptr));
   if (!keys) return keys.status();
   PairingWindowOptions options;
-  options.listen = listen.empty() ? config.grpc.listen_address.substr(0, config.grpc.listen_address.rfind(':')) + ":" +
-                                        std::to_string(kDefaultPairingPort)
-                                  : listen;
+  options.listen = listen.empty()
+                       ? link_address.substr(0, link_address.rfind(':')) + ":" + std::to_string(kDefaultPairingPort)
+                       : listen;
   options.probe_name = config.probe_name;
-  options.port =
-      parse_number<int>(config.grpc.listen_address.substr(config.grpc.listen_address.rfind(':') + 1)).value_or(0);
+  // That of the gRPC link, if paired clients can use it.
+  if (!web_alone) options.port = parse_number<int>(link_address.substr(link_address.rfind(':') + 1)).value_or(0);
   options.client_certificate_days = config.grpc.client_certificate_days;
   const Result<std::unique_ptr<PairingWindow>> opened = PairingWindow::open(options, *keys);
   if (!opened) return opened.status();

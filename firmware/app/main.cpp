@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <lightwell/commands.hpp>
 #include <lightwell/config.hpp>
 
 #include "app/component_tables.hpp"
@@ -27,6 +28,11 @@ std::istream& operator>>(std::istream& in, Size& size) {
   if (times != 'x' || size.width <= 0 || size.height <= 0) in.setstate(std::ios::failbit);
   return in;
 }
+
+const std::map<std::string, lightwell::LinkSecurity> kSecurityNames = {
+    {"plain", lightwell::LinkSecurity::plain},
+    {"tls", lightwell::LinkSecurity::tls},
+    {"mutual-tls", lightwell::LinkSecurity::mutual_tls}};
 
 /// The names of all estimators, also of those that this build lacks.
 std::vector<std::string> estimator_names() {
@@ -50,6 +56,7 @@ int main(int argc, char** argv) {
   lightwell::block_stop_signals();
   // gRPC's own log is off unless the user sets the variable: lightwelld reports errors itself.
   setenv("GRPC_VERBOSITY", "NONE", 0);
+  lightwell::silence_protobuf_log();
 
   CLI::App app{"lightwelld turns a camera's frames into lighting descriptors and serves them to AR applications."};
   app.footer(
@@ -62,12 +69,13 @@ int main(int argc, char** argv) {
       "  lightwelld --camera sim:city --budget-ms 3          lowers the setting under load, raises it again later\n"
       "  lightwelld --camera sim:city --listen '[::]:7420' --security tls   on the network, for paired clients\n"
       "  lightwelld --pair --listen '[::]:7420' --security tls              in parallel: pairs one client, then ends\n"
+      "  lightwelld --camera sim:city --web 127.0.0.1:7443   the dashboard at http://127.0.0.1:7443\n"
       "  lightwell watch grpc://127.0.0.1:7420               shows what a client receives\n"
       "Fields of the file: proto/lightwell/v1/config.proto. Options override the file.\n"
       "Exit status: 0 stopped by a signal or at the end of a recording, 1 could not start, 2 wrong usage.");
-  std::string config_path, camera, calibration, estimator, body, plane, mounting, listen, mqtt, record, name, keys,
+  std::string config_path, camera, calibration, estimator, body, plane, mounting, listen, web, mqtt, record, name, keys,
       pair_listen;
-  lightwell::LinkSecurity security = lightwell::LinkSecurity::unspecified;
+  lightwell::LinkSecurity security = lightwell::LinkSecurity::unspecified, web_security = security;
   Size size;
   double frame_rate = -1;
   double budget_ms = -1;
@@ -101,10 +109,12 @@ int main(int argc, char** argv) {
          "--security", security,
          "plain (no authentication), tls (a token or a certificate), mutual-tls (a certificate) [plain on a loopback "
          "address, required otherwise]")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, lightwell::LinkSecurity>{{"plain", lightwell::LinkSecurity::plain},
-                                                         {"tls", lightwell::LinkSecurity::tls},
-                                                         {"mutual-tls", lightwell::LinkSecurity::mutual_tls}}));
+      ->transform(CLI::CheckedTransformer(kSecurityNames));
+  app.add_option("--web", web,
+                 "Serve browsers, too: address of the link by WebSocket and HTTP, with the dashboard, HOST:PORT "
+                 "[with `web` in the file: 127.0.0.1:7443]");
+  app.add_option("--web-security", web_security, "As --security, for --web")
+      ->transform(CLI::CheckedTransformer(kSecurityNames));
   app.add_option("--keys", keys, "Folder of the probe's keys and of the list of its clients [the state folder]");
   app.add_flag(
       "--pair", pair,
@@ -165,6 +175,9 @@ int main(int argc, char** argv) {
   if (!listen.empty()) config.grpc.listen_address = listen;
   if (security != lightwell::LinkSecurity::unspecified) config.grpc.security = security;
   if (!keys.empty()) config.grpc.key_folder = keys;
+  if ((!web.empty() || web_security != lightwell::LinkSecurity::unspecified) && !config.web) config.web.emplace();
+  if (!web.empty()) config.web->listen_address = web;
+  if (web_security != lightwell::LinkSecurity::unspecified) config.web->security = web_security;
   if (!mqtt.empty() && !config.mqtt) config.mqtt.emplace();
   if (!mqtt.empty()) config.mqtt->uri = mqtt;
   if (announce) config.mdns = lightwell::Mdns::on;

@@ -45,7 +45,7 @@ AdvertisedLink advertised_link(std::string_view address) {
   const std::size_t scheme_end = address.find("://");
   if (scheme_end == std::string_view::npos) return {};
   const std::string_view scheme = address.substr(0, scheme_end);
-  const std::string security = scheme.ends_with('s') ? "tls" : "none";
+  const std::string security = scheme != "ws" && scheme.ends_with('s') ? "tls" : "none";
   const std::string_view rest = address.substr(scheme_end + 3);
   // An MQTT broker is another machine; its address is advertised as configured.
   if (scheme.starts_with("mqtt")) return {std::string(address), security};

@@ -1,4 +1,5 @@
-// A captured plane from the firmware's publisher through the gRPC link to the SDK's Probe, in one process.
+// A captured plane from the firmware's publisher through the gRPC link and the web link to the SDK's Probe, in one
+// process.
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -12,6 +13,7 @@
 
 #include "link/grpc/grpc_link.hpp"
 #include "link/link.hpp"
+#include "link/web/web_link.hpp"
 #include "support/captured_planes.hpp"
 #include "support/fake_commands.hpp"
 #include "support/wait.hpp"
@@ -19,16 +21,21 @@
 namespace lightwell {
 namespace {
 
-class PlaneStreamTest : public ::testing::Test {
+enum class Via { grpc, web };
+
+class PlaneStreamTest : public ::testing::TestWithParam<Via> {
  protected:
   /// A probe at the same address each time.
   void start_probe(ImageRecipients images) {
     publisher_ = std::make_unique<Publisher>(PlaneEncoderOptions{.images = images});
-    publisher_->add(make_grpc_link({.listen_address = address_}, "attic", commands_));
+    WebConfig web;
+    web.listen_address = address_;
+    publisher_->add(GetParam() == Via::grpc ? make_grpc_link({.listen_address = address_}, "attic", commands_)
+                                            : make_web_link(web, {}, "attic", commands_, {}));
     // The port of a server that was stopped may not be free at once.
     ASSERT_TRUE(test::becomes_true("the link starts", [&] { return publisher_->start().ok(); }));
     uri_ = publisher_->links()[0]->address();
-    address_ = uri_.substr(7);
+    address_ = uri_.substr(uri_.find("://") + 3);
   }
   void stop_probe() { publisher_->stop(); }
   void TearDown() override { stop_probe(); }
@@ -44,7 +51,7 @@ class PlaneStreamTest : public ::testing::Test {
   std::string address_ = "127.0.0.1:0", uri_;
 };
 
-TEST_F(PlaneStreamTest, ProbeHasTheNewestPlane) {
+TEST_P(PlaneStreamTest, ProbeHasTheNewestPlane) {
   ASSERT_NO_FATAL_FAILURE(start_probe(ImageRecipients::all_clients));
   CapturedPlane plane = test::linear_plane(256, 60, 60);
   ASSERT_TRUE(publisher_->publish_plane(plane).ok());
@@ -73,7 +80,7 @@ TEST_F(PlaneStreamTest, ProbeHasTheNewestPlane) {
   EXPECT_EQ(probe->plane().validity(), Validity::valid);
 }
 
-TEST_F(PlaneStreamTest, WithoutPermissionThereAreNoImages) {
+TEST_P(PlaneStreamTest, WithoutPermissionThereAreNoImages) {
   ASSERT_NO_FATAL_FAILURE(start_probe(ImageRecipients::nobody));
   ASSERT_TRUE(publisher_->publish_plane(test::linear_plane()).ok());
   const Result<Probe> probe = connect();
@@ -84,7 +91,7 @@ TEST_F(PlaneStreamTest, WithoutPermissionThereAreNoImages) {
   EXPECT_EQ(probe->plane().specular({0, 0, 1}).validity, Validity::valid);
 }
 
-TEST_F(PlaneStreamTest, IsReceivedOnRequestOnly) {
+TEST_P(PlaneStreamTest, IsReceivedOnRequestOnly) {
   ASSERT_NO_FATAL_FAILURE(start_probe(ImageRecipients::all_clients));
   const Result<Probe> without = connect(PlaneReception::none), with = connect();
   ASSERT_TRUE(without.ok() && with.ok());
@@ -95,7 +102,7 @@ TEST_F(PlaneStreamTest, IsReceivedOnRequestOnly) {
 }
 
 /// Updates while another thread renders.
-TEST_F(PlaneStreamTest, UpdatesDoNotDisturbQueries) {
+TEST_P(PlaneStreamTest, UpdatesDoNotDisturbQueries) {
   ASSERT_NO_FATAL_FAILURE(start_probe(ImageRecipients::all_clients));
   const Result<Probe> probe = connect();
   ASSERT_TRUE(probe.ok());
@@ -127,6 +134,9 @@ TEST_F(PlaneStreamTest, UpdatesDoNotDisturbQueries) {
   EXPECT_GT(compared, 0);
   EXPECT_EQ(wrong, 0);
 }
+
+INSTANTIATE_TEST_SUITE_P(Links, PlaneStreamTest, ::testing::Values(Via::grpc, Via::web),
+                         [](const auto& param) { return param.param == Via::grpc ? "grpc" : "web"; });
 
 }  // namespace
 }  // namespace lightwell

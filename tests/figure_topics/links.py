@@ -21,17 +21,22 @@ TESTS = [
     ("grpc_security_test", "real gRPC and TLS: tokens and certificates, missing, wrong, expired; hostile messages"),
     ("link_access_test", "real OpenSSL: keys, certificates, lists"),
     ("mqtt_link_test", "real Mosquitto"),
+    ("web_link_test", "real libwebsockets, HTTP and frames written by hand: cut, oversized, slow, flooding"),
+    ("web_security_test", "real TLS: tokens, certificates, the first message of browsers"),
     ("usb_gadget_test", "the gadget's port and link on sockets, without a controller"),
     ("usb_gadget_script_test", "the gadget's script on folders in place of configfs"),
     ("host_sdk_test", "values, conversions against oracles of the engines' documents"),
     ("host_sdk_links_test", "real gRPC, a probe of the test's own"),
     ("mqtt_source_test", "real Mosquitto, hostile publishers"),
+    ("web_source_test", "scripted WebSocket servers"),
     ("usb_device_test", "real libusb, umockdev's device"),
     ("openxr_light_test", "Debian's OpenXR loader, a runtime of the test's own"),
     ("filament_light_test", "Filament's own library"),
     ("e2e_usb_test", "both ends of the USB link on a cable in memory: 10,000 events"),
     ("e2e_wire_test", "real daemon and client behind an impairing proxy; pictures looked for on the wire"),
     ("e2e_security_test", "real daemon, tool and TLS; pairing overheard and stood between"),
+    ("e2e_web_source_test", "both ends of the web link in one process: pins, authorities, reconnection"),
+    ("e2e_web_test", "real daemon and tool by WebSocket, pairing"),
     ("e2e_mqtt_test", "real daemon, Mosquitto and client"),
     ("e2e_discover_test", "real avahi-daemon on a bus of its own, real Mosquitto"),
     ("e2e_clients_test", "real daemon, clients as processes that stall and are killed"),
@@ -78,25 +83,18 @@ def queries(programs, say):
     return rows
 
 
+def latency_runs(programs, uri, say):
+    """Runs with one client, and with 100 of which 20 never read."""
+    measure = [programs / "measure_latency", uri, "--repeats", "5", "--seconds"]
+    return lines_of([*measure, "4"], say), lines_of([*measure, "6", "--clients", "80", "--stalled", "20"], say)
+
+
 def latency(programs, say):
     rows = []
-    with Probe(programs, "sim:city", "--frame-rate", "60") as probe:
-        one = lines_of([programs / "measure_latency", probe.address, "--seconds", "4", "--repeats", "5"], say)
-        many = lines_of(
-            [
-                programs / "measure_latency",
-                probe.address,
-                "--clients",
-                "80",
-                "--stalled",
-                "20",
-                "--seconds",
-                "6",
-                "--repeats",
-                "5",
-            ],
-            say,
-        )
+    with Probe(programs, "sim:city", "--frame-rate", "60", "--web", "127.0.0.1:0") as probe:
+        web_address = probe.process.stdout.readline().split("listening on ")[1].strip()
+        one, many = latency_runs(programs, probe.address, say)
+        web_one, web_many = latency_runs(programs, web_address, say)
     best = lambda runs, key: min((run[key] for run in runs), default=None)
     speed = lambda runs: f"{PROCESSES}; best of five, memcpy {runs[0]['memcpy_gb_per_s']} GB/s" if runs else PROCESSES
     rows.append(at_most("publisher to latest(), one client, p50", 0.5, best(one, "p50"), "ms", speed(one)))
@@ -110,6 +108,11 @@ def latency(programs, say):
             speed(many),
         )
     )
+    web = lambda runs: speed(runs).replace("gRPC", "WebSocket")
+    rows.append(at_most("the same by WebSocket, one client, p50", 0.5, best(web_one, "p50"), "ms", web(web_one)))
+    rows.append(at_most("the same by WebSocket, one client, p99", 3, best(web_one, "p99"), "ms", web(web_one)))
+    rows.append(at_most("the same by WebSocket, 100 clients of which 20 never read, p99 over all that read", 10,
+                        best(web_many, "p99"), "ms", web(web_many)))
     rows.append(
         at_least(
             "descriptors coalesced for those that never read, least of five runs",

@@ -82,7 +82,7 @@ class CredentialStore : public ::testing::Test {
     return folder.ok() ? *folder : std::string();
   }
   static std::string token_for(const std::string& host_port) {
-    const Result<ProbeCredentials> found = credentials_for({}, {host_port, Transport::tls});
+    const Result<ProbeCredentials> found = credentials_for({}, GrpcAddress{host_port, Transport::tls});
     return found.ok() ? found->token : "none: " + found.status().message();
   }
   test::TempDir folder_;
@@ -94,6 +94,17 @@ TEST_F(CredentialStore, AProbeIsFoundByItsAddress) {
   EXPECT_EQ(token_for("attic:7420"), "token-of-attic");
   EXPECT_EQ(token_for("[::1]:7420"), "token-of-cellar");
   EXPECT_THAT(token_for("10.0.0.9:7420"), AllOf(HasSubstr("attic ("), HasSubstr("cellar ("), HasSubstr("credentials")));
+}
+
+TEST_F(CredentialStore, AWebLinkIsFoundByItsHost) {
+  keep(files_of(kAttic, "attic", "attic:7420"));
+  keep(files_of(kCellar, "cellar", "[::1]:7420"));
+  const auto token_of = [](const std::string& host_port) {
+    return credentials_for({}, WebAddress{host_port, Transport::tls})->token;
+  };
+  EXPECT_EQ(token_of("attic:7443"), "token-of-attic");
+  EXPECT_EQ(token_of("[::1]:7443"), "token-of-cellar");
+  EXPECT_FALSE(credentials_for({}, WebAddress{"attic2:7443", Transport::tls}).ok());
 }
 
 TEST_F(CredentialStore, SingleStoredProbeMatchesAnyAddress) {
@@ -140,7 +151,7 @@ TEST_F(CredentialStore, FifoIsRejectedByName) {
   const std::string token = given.folder + "/token";
   std::filesystem::remove(token);
   ASSERT_EQ(::mkfifo(token.c_str(), 0600), 0);
-  EXPECT_THAT(credentials_for(given, {"attic:7420", Transport::tls}).status().message(), HasSubstr(token));
+  EXPECT_THAT(credentials_for(given, GrpcAddress{"attic:7420", Transport::tls}).status().message(), HasSubstr(token));
 }
 
 TEST_F(CredentialStore, AnAddressBelongsToTheLastPairedProbe) {
@@ -185,9 +196,9 @@ TEST_F(CredentialStore, IncompleteFolderIsNamed) {
 
 TEST_F(CredentialStore, CredentialsAreNotSentInPlainText) {
   ProbeCredentials given;
-  EXPECT_TRUE(credentials_for(given, {"attic:7420", Transport::plain}).ok());
+  EXPECT_TRUE(credentials_for(given, GrpcAddress{"attic:7420", Transport::plain}).ok());
   given.token = "x";
-  const Status s = credentials_for(given, {"attic:7420", Transport::plain}).status();
+  const Status s = credentials_for(given, GrpcAddress{"attic:7420", Transport::plain}).status();
   EXPECT_EQ(s.code(), StatusCode::invalid_argument);
   EXPECT_THAT(s.message(), HasSubstr("grpcs://attic:7420"));
 }

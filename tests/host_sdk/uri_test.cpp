@@ -40,6 +40,17 @@ TEST(ProbeUri, ParsesTls) {
   EXPECT_EQ(address("grpcs://[::1]:7000/"), "[::1]:7000");
 }
 
+TEST(ProbeUri, ParsesTheWebLink) {
+  const auto web = [](std::string_view uri) { return std::get<WebAddress>(*parse_probe_uri(uri)); };
+  EXPECT_EQ(web("ws://attic:80").host_port, "attic:80");
+  EXPECT_EQ(web("ws://attic").transport, Transport::plain);
+  EXPECT_EQ(web("wss://attic/").host_port, "attic:7443");
+  EXPECT_EQ(web("wss://[::1]").host_port, "[::1]:7443");
+  EXPECT_EQ(web("wss://attic").transport, Transport::tls);
+  for (const char* bad : {"ws://", "wss://attic/v1/descriptors", "wss://a:b:c", "ws://x:0"})
+    EXPECT_EQ(parse_probe_uri(bad).status().code(), StatusCode::invalid_argument) << bad;
+}
+
 TEST(ProbeUri, PairingNeedsTlsAndHasItsOwnPort) {
   EXPECT_EQ(parse_pairing_uri("grpcs://attic")->host_port, "attic:7421");
   EXPECT_EQ(parse_pairing_uri("grpcs://[fe80::2]:9")->host_port, "[fe80::2]:9");

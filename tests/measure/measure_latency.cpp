@@ -11,10 +11,13 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <unistd.h>
 #include <vector>
 
 #include <grpcpp/grpcpp.h>
+#include <netinet/in.h>
 #include <nlohmann/json.hpp>
+#include <sys/socket.h>
 
 #include <lightwell/probe.hpp>
 #include <lightwell/quantile.hpp>
@@ -22,6 +25,7 @@
 
 #include "bench/memcpy_speed.hpp"
 #include "measure/output.hpp"
+#include "support/loopback.hpp"
 #include "tools/command_line.hpp"
 
 namespace {
@@ -33,10 +37,40 @@ using namespace lightwell;
   std::exit(1);
 }
 
-/// Opens a stream and never reads from it.
+/// A client that never reads.
 class Stalled {
  public:
-  explicit Stalled(const std::string& host_port) {
+  Stalled() = default;
+  Stalled(const Stalled&) = delete;
+  Stalled& operator=(const Stalled&) = delete;
+  virtual ~Stalled() = default;
+};
+
+/// Opens a WebSocket by hand; its socket is never read.
+class StalledWebSocket final : public Stalled {
+ public:
+  explicit StalledWebSocket(int port) {
+    const sockaddr_in to = test::loopback(port);
+    const std::string request =
+        "GET /v1/descriptors HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+        "Sec-WebSocket-Protocol: lightwell.v1\r\n\r\n";
+    constexpr int kSmall = 1024;
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &kSmall, sizeof kSmall);
+    if (::connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0 ||
+        ::send(socket_, request.data(), request.size(), MSG_NOSIGNAL) < 0)
+      fail("a WebSocket that is not read cannot be opened");
+  }
+  ~StalledWebSocket() override { ::close(socket_); }
+
+ private:
+  const int socket_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+};
+
+/// Opens a stream of gRPC and never reads from it.
+class StalledStream final : public Stalled {
+ public:
+  explicit StalledStream(const std::string& host_port) {
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     // A small buffer for a few descriptors, so that the stream stalls within a second instead of after 64 kB.
@@ -46,7 +80,7 @@ class Stalled {
         v1::ProbeService::NewStub(grpc::CreateCustomChannel(host_port, grpc::InsecureChannelCredentials(), arguments));
     stream_ = stub_->StreamDescriptors(&context_, {});
   }
-  ~Stalled() {
+  ~StalledStream() override {
     context_.TryCancel();
     v1::LightingDescriptor rest;
     while (stream_->Read(&rest)) {
@@ -80,13 +114,15 @@ int main(int argc, char** argv) {
   std::string uri;
   CLI::App app{"Age of descriptors when latest() returns them, for clients of a running lightwelld on this machine.",
                "measure_latency"};
-  app.add_option("URI", uri, "grpc://HOST:PORT")->required();
+  app.add_option("URI", uri, "grpc://HOST:PORT or ws://127.0.0.1:PORT")->required();
   app.add_option("--clients", clients, "Number of clients that read [1]")->check(CLI::PositiveNumber);
   app.add_option("--stalled", stalled, "Number of clients that never read [0]")->check(CLI::NonNegativeNumber);
   app.add_option("--seconds", seconds, "Duration of a measurement [5]")->check(CLI::PositiveNumber);
   app.add_option("--repeats", repeats, "Number of measurements [1]")->check(CLI::PositiveNumber);
   if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
-  if (!uri.starts_with("grpc://")) return wrong_usage(app, "'" + uri + "' is not grpc://HOST:PORT");
+  const bool web = uri.starts_with("ws://127.0.0.1:");
+  if (!uri.starts_with("grpc://") && !web)
+    return wrong_usage(app, "'" + uri + "' is not grpc://HOST:PORT or ws://127.0.0.1:PORT");
   const double memcpy_gb_per_s = bench::memcpy_speed(4 << 20).gigabytes_per_s;
 
   std::atomic<bool> counting{false};
@@ -109,7 +145,12 @@ int main(int argc, char** argv) {
     probes.push_back(std::move(*probe));
   }
   std::vector<std::unique_ptr<Stalled>> rude;
-  for (int i = 0; i < stalled; ++i) rude.push_back(std::make_unique<Stalled>(uri.substr(std::strlen("grpc://"))));
+  for (int i = 0; i < stalled; ++i) {
+    if (web)
+      rude.push_back(std::make_unique<StalledWebSocket>(std::stoi(uri.substr(uri.rfind(':') + 1))));
+    else
+      rude.push_back(std::make_unique<StalledStream>(uri.substr(std::strlen("grpc://"))));
+  }
   std::this_thread::sleep_for(std::chrono::seconds(2));
 
   for (int repeat = 0; repeat < repeats; ++repeat) {

@@ -86,6 +86,8 @@ TEST(Advertisement, AdvertisesLinksAsOtherMachinesReachThem) {
   EXPECT_EQ(advertised_link("grpc://0.0.0.0:7420"), (AdvertisedLink{"grpc://:7420", "none"}));
   EXPECT_EQ(advertised_link("grpcs://[::]:7420"), (AdvertisedLink{"grpcs://:7420", "tls"}));
   EXPECT_EQ(advertised_link("grpc://10.0.0.7:7420"), (AdvertisedLink{"grpc://10.0.0.7:7420", "none"}));
+  EXPECT_EQ(advertised_link("ws://10.0.0.7:7443"), (AdvertisedLink{"ws://10.0.0.7:7443", "none"}));
+  EXPECT_EQ(advertised_link("wss://[::]:7443"), (AdvertisedLink{"wss://:7443", "tls"}));
   EXPECT_EQ(advertised_link("mqtts://broker:8883/a"), (AdvertisedLink{"mqtts://broker:8883/a", "tls"}));
   for (const char* nobody_else : {"grpc://127.0.0.1:7420", "grpc://[::1]:7420", "grpc://localhost:1", "usb"})
     EXPECT_EQ(advertised_link(nobody_else).uri, "") << nobody_else;

@@ -312,6 +312,48 @@ TEST(Config, ALoginGoesOverPlainTextOnlyWhereThatIsAskedForByName) {
     EXPECT_FALSE(parsed(bad).ok()) << bad;
 }
 
+TEST(Config, ParsesTheWebLink) {
+  EXPECT_FALSE(parse_config("camera { uri: \"sim:city\" }", "x")->web);
+  const auto plain = parse_config("camera { uri: \"sim:city\" } web {}", "x");
+  ASSERT_TRUE(plain.ok() && plain->web);
+  EXPECT_EQ(plain->web->listen_address, "127.0.0.1:7443");
+  EXPECT_EQ(plain->web->security, LinkSecurity::unspecified);
+  EXPECT_EQ(plain->web->dashboard, Dashboard::on);
+  EXPECT_TRUE(plain->web->check_bind_policy().ok());
+  const auto c = parse_config(
+      "camera { uri: \"sim:city\" } grpc { security: LINK_SECURITY_TLS key_folder: \"k\" certificate: \"g.pem\" key: "
+      "\"g_key.pem\" client_ca: \"ca.pem\" }\nweb { listen_address: \"[::]:7443\" security: LINK_SECURITY_MUTUAL_TLS "
+      "certificate: \"w.pem\" key: \"w_key.pem\" dashboard: DASHBOARD_OFF allowed_origins: \"https://a.example\" "
+      "allowed_origins: \"http://b.example:8080\" }",
+      "x");
+  ASSERT_TRUE(c.ok()) << c.status().message();
+  EXPECT_EQ(c->web->listen_address, "[::]:7443");
+  EXPECT_EQ(c->web->dashboard, Dashboard::off);
+  EXPECT_EQ(c->web->allowed_origins, (std::vector<std::string>{"https://a.example", "http://b.example:8080"}));
+  // Its own certificate; all else of the keys is that of the gRPC link.
+  const GrpcConfig keys = c->web_keys();
+  EXPECT_EQ(keys.security, LinkSecurity::mutual_tls);
+  EXPECT_EQ(keys.certificate, "w.pem");
+  EXPECT_EQ(keys.key, "w_key.pem");
+  EXPECT_EQ(keys.client_ca, "ca.pem");
+  EXPECT_EQ(keys.key_folder, "k");
+}
+
+TEST(Config, InvalidWebConfigIsRejectedByField) {
+  const auto with = [](const std::string& web) { return refusal("camera { uri: \"sim:city\" } web { " + web + " }"); };
+  EXPECT_NE(with("security: LINK_SECURITY_TLS certificate: \"c.pem\"").find("web.key"), std::string::npos);
+  EXPECT_NE(with("client_ca: \"c.pem\"").find("web.security"), std::string::npos);
+  EXPECT_NE(with("security: 9").find("web.security"), std::string::npos);
+  EXPECT_NE(with("dashboard: 7").find("web.dashboard"), std::string::npos);
+  for (const std::string origin :
+       {"a.example", "https", "https://", "https://a.example/", "ftp://a.example", "https://a b", "*", ""})
+    EXPECT_NE(with("allowed_origins: \"" + origin + "\"").find("web.allowed_origins: '" + origin), std::string::npos)
+        << origin;
+  std::string many;
+  for (int i = 0; i < 17; ++i) many += " allowed_origins: \"https://a.example\"";
+  EXPECT_NE(with(many).find("at most 16"), std::string::npos);
+}
+
 TEST(Config, ParsesTheUsbGadget) {
   EXPECT_FALSE(parse_config("camera { uri: \"x:\" }", "x")->usb_gadget.has_value());
   EXPECT_EQ(parse_config("camera { uri: \"x:\" } usb_gadget {}", "x")->usb_gadget->functionfs_mount,

@@ -21,6 +21,11 @@ Bytes bytes_of(const v1::LinkRequest& m) {
   return out;
 }
 
+std::vector<std::byte> bytes_of_text(const std::string& text) {
+  const auto raw = std::as_bytes(std::span(text));
+  return {raw.begin(), raw.end()};
+}
+
 LinkResponse asked(std::span<const std::byte> request, Commands& commands) {
   Bytes response;
   const Status answered = answer_link_request(request, commands, response);
@@ -158,6 +163,27 @@ TEST(LinkMessage, InvalidRequestsAreRefusedWithTheReason) {
   EXPECT_EQ(commands.estimator().band, 6);
   fixed.mutable_set_config()->clear_config();
   EXPECT_EQ(asked(bytes_of(fixed), commands).status.code(), StatusCode::invalid_argument);
+}
+
+TEST(LinkMessage, AuthenticateIsAnsweredWithoutALookAtTheToken) {
+  // id 7 (field 1, fixed32), authenticate (field 6) with the token "abc" (field 1).
+  const std::vector<std::byte> request =
+      bytes_of_text(std::string("\x0d\x07\x00\x00\x00\x32\x05\x0a\x03"
+                                "abc",
+                                12));
+  const std::optional<AuthenticateRequest> decoded = decode_authenticate(request);
+  ASSERT_TRUE(decoded);
+  EXPECT_EQ(decoded->id, 7U);
+  EXPECT_EQ(decoded->token, "abc");
+  test::FakeCommands commands;
+  const LinkResponse response = asked(request, commands);
+  EXPECT_TRUE(response.status.ok());
+  EXPECT_EQ(response.id, 7U);
+  std::vector<std::byte> other;
+  encode_info_request(7, other);
+  EXPECT_FALSE(decode_authenticate(other));
+  EXPECT_FALSE(decode_authenticate({}));
+  EXPECT_FALSE(decode_authenticate(std::vector<std::byte>(20, std::byte{0xff})));
 }
 
 TEST(LinkMessage, BytesThatAreNotAMessageAreRejectedByBothSides) {

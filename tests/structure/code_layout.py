@@ -17,7 +17,7 @@ from pathlib import Path
 
 FOLDERS = ("proto", "firmware", "host_sdk", "tests", "hil")
 CPP = (".cpp", ".hpp", ".h", ".c")
-WIDE = CPP + (".py", ".ts", ".cs", ".proto")
+WIDE = CPP + (".py", ".ts", ".js", ".mjs", ".cs", ".proto")
 COLUMNS = 120
 
 

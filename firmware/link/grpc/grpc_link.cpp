@@ -14,7 +14,8 @@
 #include <grpcpp/health_check_service_interface.h>
 
 #include "lightwell/v1/probe_service.grpc.pb.h"
-#include "link/access/client_list.hpp"
+#include "link/access/link_access.hpp"
+#include "link/access/listen_address.hpp"
 #include "link/grpc/transport.hpp"
 #include "link/plane_queue.hpp"
 
@@ -348,16 +349,13 @@ class GrpcLink final : public Link {
 
   LinkCounters counters() const override {
     LinkCounters c = service_.counters();
-    if (authorizer_) c.authentication_failures = authorizer_->refused();
-    if (clients_) c.client_list_faults = clients_->faults();
+    if (!access_) return c;
+    c.authentication_failures = access_->authorizer->refused();
+    c.client_list_faults = access_->clients->faults();
     return c;
   }
 
-  std::string error_message() const override {
-    if (!keys_) return {};
-    const std::string keys = keys_->error_message(), clients = clients_->error_message();
-    return keys + (keys.empty() || clients.empty() ? "" : "; ") + clients;
-  }
+  std::string error_message() const override { return access_ ? access_->error_message() : std::string(); }
 
   std::string address() const override {
     return (config_.encrypted() ? "grpcs://" : "grpc://") +
@@ -370,25 +368,17 @@ class GrpcLink final : public Link {
   }
 
   Result<std::shared_ptr<grpc::ServerCredentials>> make_tls_credentials() {
-    keys_ = std::make_shared<ReloadingKeys>(config_, probe_name_, clock_);
-    const Result<ProbeKeys> keys = keys_->load();
-    if (!keys) return keys.status();
-    clients_ = std::make_shared<ClientList>(keys->client_list);
-    if (const Status s = clients_->load(); !s.ok()) return s;
+    if (const Status s = LinkAccess::open(config_, probe_name_, clock_).assign_to(access_); !s.ok()) return s;
     const bool required = config_.security == LinkSecurity::mutual_tls;
-    authorizer_ = std::make_shared<CallAuthorizer>(
-        clients_, keys->issues_client_certificates() ? CertificatePolicy::listed : CertificatePolicy::any);
-    return reloading_tls_credentials(keys_, required ? ClientCertificates::required : ClientCertificates::optional,
-                                     authorizer_);
+    return reloading_tls_credentials(
+        access_->keys, required ? ClientCertificates::required : ClientCertificates::optional, access_->authorizer);
   }
 
   const GrpcConfig config_;
   const std::string probe_name_;
   const WallClock clock_;
   ProbeService service_;
-  std::shared_ptr<ReloadingKeys> keys_;
-  std::shared_ptr<ClientList> clients_;
-  std::shared_ptr<CallAuthorizer> authorizer_;
+  std::optional<LinkAccess> access_;  ///< With TLS.
   std::unique_ptr<grpc::Server> server_;
   int port_ = 0;
 };

@@ -11,6 +11,7 @@
 #include <lightwell/secrets.hpp>
 
 #include "lightwell/v1/pairing.grpc.pb.h"
+#include "link/access/listen_address.hpp"
 #include "link/grpc/transport.hpp"
 
 namespace lightwell {

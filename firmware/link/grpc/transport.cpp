@@ -1,18 +1,13 @@
 #include "link/grpc/transport.hpp"
 
-#include <ctime>
 #include <optional>
 
 #include <grpc/grpc.h>
 #include <grpc/grpc_security.h>
 
-#include <lightwell/secrets.hpp>
-#include <lightwell/text.hpp>
-
 namespace lightwell {
 namespace {
 
-constexpr std::string_view kBearer = "Bearer ";
 constexpr std::string_view kHealth = "/grpc.health.v1.Health/";
 /// gRPC refuses larger messages without reading them. The services have smaller limits and count what they refuse.
 constexpr int kMaxWireMessageBytes = 64 * 1024;
@@ -64,10 +59,11 @@ class ReloadingTlsCredentials final : public grpc::ServerCredentials {
 
   static void process(void* state, grpc_auth_context* context, const grpc_metadata* metadata, std::size_t count,
                       grpc_process_auth_metadata_done_cb done, void* user_data) {
+    std::string_view path;
     CallCredentials call;
     for (std::size_t i = 0; i < count; ++i) {
       const std::string_view name = view_of(metadata[i].key), value = view_of(metadata[i].value);
-      if (name == ":path") call.path = value;
+      if (name == ":path") path = value;
       // The first of several headers is used.
       if (name == "authorization" && call.authorization.empty()) call.authorization = value;
     }
@@ -75,7 +71,9 @@ class ReloadingTlsCredentials final : public grpc::ServerCredentials {
         grpc_auth_context_find_properties_by_name(context, GRPC_X509_PEM_CERT_PROPERTY_NAME);
     if (const grpc_auth_property* const shown = grpc_auth_property_iterator_next(&properties))
       call.certificate = {shown->value, shown->value_length};
-    const char* const denial_reason = static_cast<Parts*>(state)->authorizer->denial_reason(call);
+    // The health service is for everyone.
+    const char* const denial_reason =
+        path.starts_with(kHealth) ? nullptr : static_cast<Parts*>(state)->authorizer->denial_reason(call);
     done(user_data, nullptr, 0, nullptr, 0, denial_reason == nullptr ? GRPC_STATUS_OK : GRPC_STATUS_UNAUTHENTICATED,
          denial_reason);
   }
@@ -84,27 +82,6 @@ class ReloadingTlsCredentials final : public grpc::ServerCredentials {
 };
 
 }  // namespace
-
-bool CallAuthorizer::accepts_certificate(std::string_view pem, std::int64_t now_s) const {
-  if (pem.empty()) return false;
-  if (policy_ == CertificatePolicy::any) return true;
-  const Result<std::string> digest = certificate_digest(pem);
-  return digest && clients_->accepts_certificate(to_hex(*digest), now_s);
-}
-
-const char* CallAuthorizer::denial_reason(const CallCredentials& call) {
-  if (call.path.starts_with(kHealth)) return nullptr;
-  const std::int64_t now_s = std::time(nullptr);
-  const std::string_view token =
-      call.authorization.starts_with(kBearer) ? call.authorization.substr(kBearer.size()) : std::string_view();
-  // Both are always evaluated, so that the time does not reveal which of them the call had.
-  const bool by_token = clients_->accepts_token(token, now_s);
-  const bool by_certificate = accepts_certificate(call.certificate, now_s);
-  if (by_token || by_certificate) return nullptr;
-  refused_.fetch_add(1, std::memory_order_relaxed);
-  return "the call has no valid token or certificate of this probe: pair with it (`lightwelld --pair` there, "
-         "`lightwell pair` here)";
-}
 
 std::shared_ptr<grpc::ServerCredentials> tls_credentials(const ProbeKeys& keys) {
   grpc::SslServerCredentialsOptions options(GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE);
@@ -136,13 +113,6 @@ void set_limits(grpc::ServerBuilder& builder) {
   builder.SetMaxReceiveMessageSize(kMaxWireMessageBytes);
 }
 
-bool is_host_and_port(std::string_view listen) {
-  const std::size_t colon = listen.rfind(':');
-  if (colon == std::string_view::npos || colon == 0) return false;
-  const auto port = parse_number<unsigned>(listen.substr(colon + 1));
-  return port && *port <= 65535;
-}
-
 grpc::Status rpc_status(const Status& s) {
   // In the order of StatusCode.
   constexpr grpc::StatusCode kCodes[] = {grpc::StatusCode::OK,
@@ -154,14 +124,6 @@ grpc::Status rpc_status(const Status& s) {
                                          grpc::StatusCode::RESOURCE_EXHAUSTED,
                                          grpc::StatusCode::INTERNAL};
   return {kCodes[static_cast<std::size_t>(s.code())], s.message()};
-}
-
-Status listen_error(const std::string& listen, const std::string& options) {
-  return {StatusCode::resource_exhausted,
-          "cannot listen on '" + listen +
-              "': the address is malformed (HOST:PORT), not of this machine, or its port is in use by another "
-              "program (find it with `ss -ltnp`); choose another with " +
-              options + ", port 0 takes any"};
 }
 
 }  // namespace lightwell

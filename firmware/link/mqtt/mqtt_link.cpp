@@ -16,6 +16,7 @@
 #include <lightwell/time.hpp>
 
 #include "link/plane_queue.hpp"
+#include "link/token_bucket.hpp"
 
 namespace lightwell {
 namespace {
@@ -24,23 +25,6 @@ constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kStatusPeriod = kSecond;
 /// Rate limit: a thousand clients that connect at once have their first round trip within two seconds.
 constexpr double kClockAnswersPerSecond = 500;
-
-/// Rate limiter for kClockAnswersPerSecond. One thread.
-class TokenBucket {
- public:
-  [[nodiscard]] bool take(std::int64_t now_ns) {
-    left_ = std::min(kClockAnswersPerSecond,
-                     left_ + static_cast<double>(now_ns - last_ns_) * 1e-9 * kClockAnswersPerSecond);
-    last_ns_ = now_ns;
-    if (left_ < 1) return false;
-    left_ -= 1;
-    return true;
-  }
-
- private:
-  double left_ = kClockAnswersPerSecond;
-  std::int64_t last_ns_ = monotonic_now_ns();
-};
 
 /// The state that the thread uses. It may outlive the link while the system's name resolver blocks.
 class Worker {
@@ -205,7 +189,7 @@ class Worker {
 
   const MqttTopics topics_;
   Commands& commands_;
-  TokenBucket rate_limit_;
+  TokenBucket rate_limit_{kClockAnswersPerSecond, kClockAnswersPerSecond};
   std::int64_t next_status_ns_ = 0;
   bool descriptor_was_last_ = false;  ///< The last message other than a status.
   std::atomic<bool> stopping_{false};

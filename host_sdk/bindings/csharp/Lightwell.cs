@@ -548,8 +548,8 @@ namespace Lightwell
 
         private Probe(ProbeHandle handle) => this.handle = handle;
 
-        /// <summary>uri: "grpc://host:port", "grpcs://" with TLS, "usb:SERIAL", "mqtt://broker/venue/probe",
-        /// "mqtts://", or "replay:PATH", a recording of descriptors. Blocks, at most
+        /// <summary>uri: "grpc://host:port", "grpcs://" with TLS, "ws://host:port" (WebSocket), "wss://",
+        /// "usb:SERIAL", "mqtt://broker/venue/probe", "mqtts://", or "replay:PATH", a recording of descriptors. Blocks, at most
         /// ConnectTimeout.</summary>
         public static Probe Connect(string uri, ProbeOptions options = null)
         {

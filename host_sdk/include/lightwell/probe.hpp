@@ -28,6 +28,8 @@ namespace lightwell {
 
 /// Default port of a grpc:// or grpcs:// URI.
 inline constexpr int kDefaultPort = 7420;
+/// Default port of a ws:// or wss:// URI.
+inline constexpr int kDefaultWebPort = 7443;
 
 /// One received descriptor. Spans and references are valid during the call.
 struct Arrival {
@@ -87,11 +89,12 @@ struct ProbeOptions {
   /// the probe reports (ProbeInfo::T_world_probe, in the frame of the room). For a moving probe call
   /// latest().in_world(pose) with the current pose.
   std::optional<UncertainPose> T_world_probe;
-  /// receive: for plane(). Over MQTT a whole plane arrives within the probe's key interval, 10 s; over gRPC and USB at
-  /// once. A recording has planes if it was made with them (`lightwell record --plane`).
+  /// receive: for plane(). Over MQTT a whole plane arrives within the probe's key interval, 10 s; over the other links
+  /// at once. A recording has planes if it was made with them (`lightwell record --plane`).
   PlaneReception plane = PlaneReception::none;
   MqttCredentials mqtt;
-  /// Trust anchors for a grpcs:// probe, and this client's identity. Empty: those that `lightwell pair` stored.
+  /// Trust anchors for a grpcs:// or wss:// probe, and this client's identity. Empty: those that `lightwell pair`
+  /// stored.
   ProbeCredentials credentials;
   /// Called for every valid descriptor on the reader thread, which waits for its return: be quick, do not throw, do not
   /// destroy the Probe. Meant for recording; applications call latest().
@@ -164,6 +167,7 @@ class Probe {
  public:
   /// uri: one of
   ///   grpc://host:port    default port 7420; IPv6 as `grpc://[::1]:7420`; `grpcs://` with TLS (credentials)
+  ///   ws://host:port      the probe's link by WebSocket, default port 7443; `wss://` with TLS (credentials)
   ///   usb:SERIAL          or `usb:` for the only probe on USB
   ///   replay:PATH         a recording of descriptors at its original speed; `?speed=2` twice as fast, `?speed=0` as
   ///                       fast as it can be read
@@ -171,7 +175,8 @@ class Probe {
   /// invalid_argument: the URI or the options; the message says what is allowed. unavailable: no response within
   /// connect_timeout, or a certificate was rejected; over MQTT, that the probe is offline or does not report its clock,
   /// without which no age is known. not_found, data_loss: the recording. not_found: no credentials for this probe, or a
-  /// file of MqttCredentials is missing. failed_precondition: the SDK was built without libusb, MQTT or gRPC.
+  /// file of MqttCredentials is missing. failed_precondition: the SDK was built without libusb, MQTT,
+  /// libwebsockets or gRPC.
   [[nodiscard]] static Result<Probe> connect(std::string_view uri, ProbeOptions options = {});
 
   Probe(Probe&&) noexcept;

@@ -25,6 +25,13 @@ Result<PairedProbe> pair_with_probe(std::string_view uri, std::string_view, cons
 }
 #endif
 
+#ifndef LIGHTWELL_HAVE_WEB
+Result<std::unique_ptr<core::Source>> core::make_source(const WebAddress&, ProbeOptions, DescriptorReceiver&) {
+  return Status(StatusCode::failed_precondition,
+                "this SDK was built without WebSocket; install libwebsockets-dev and build it again");
+}
+#endif
+
 #ifndef LIGHTWELL_HAVE_MQTT
 Result<std::unique_ptr<core::Source>> core::make_source(const MqttAddress&, const ProbeOptions&, DescriptorReceiver&) {
   return Status(StatusCode::failed_precondition,

@@ -59,11 +59,17 @@ std::vector<fs::path> folders_of(const std::string& store) {
   return out;
 }
 
-Result<ProbeCredentials> look_up(const std::string& host_port) {
+/// Which part of a stored address must be that of the probe.
+enum class Match { host_and_port, host };
+
+Result<ProbeCredentials> look_up(const std::string& host_port, Match match) {
   const std::string store = default_credential_store();
   const std::vector<fs::path> folders = folders_of(store);
+  const auto matched = [match](const std::string& address) {
+    return match == Match::host ? address.substr(0, address.rfind(':')) : address;
+  };
   for (const fs::path& folder : folders)
-    if (line_of(folder / kAddress) == host_port) return read_folder(folder);
+    if (matched(line_of(folder / kAddress)) == matched(host_port)) return read_folder(folder);
   if (folders.size() == 1) return read_folder(folders.front());
   std::string known;
   for (const fs::path& folder : folders)
@@ -74,6 +80,17 @@ Result<ProbeCredentials> look_up(const std::string& host_port) {
                               : "none of the paired probes has this address: give its folder as "
                                 "credentials; there are " +
                                     known);
+}
+
+Result<ProbeCredentials> select_credentials(const ProbeCredentials& given, const std::string& host_port,
+                                            Transport transport, const char* tls_scheme, Match match) {
+  if (transport == Transport::plain) {
+    if (given.empty()) return given;
+    return Status(StatusCode::invalid_argument, std::string("credentials are not sent in plain text; use ") +
+                                                    tls_scheme + host_port + " for the same probe over TLS");
+  }
+  if (!given.folder.empty()) return read_folder(given.folder);
+  return given.empty() ? look_up(host_port, match) : Result<ProbeCredentials>(given);
 }
 
 /// The host name in the probe's certificate, for clients that can verify names but not pinned keys.
@@ -102,13 +119,11 @@ Status write_files(const fs::path& folder, const PairedFiles& files) {
 }  // namespace
 
 Result<ProbeCredentials> credentials_for(const ProbeCredentials& given, const GrpcAddress& address) {
-  if (address.transport == Transport::plain) {
-    if (given.empty()) return given;
-    return Status(StatusCode::invalid_argument, "credentials are not sent in plain text; use grpcs://" +
-                                                    address.host_port + " for the same probe over TLS");
-  }
-  if (!given.folder.empty()) return read_folder(given.folder);
-  return given.empty() ? look_up(address.host_port) : Result<ProbeCredentials>(given);
+  return select_credentials(given, address.host_port, address.transport, "grpcs://", Match::host_and_port);
+}
+
+Result<ProbeCredentials> credentials_for(const ProbeCredentials& given, const WebAddress& address) {
+  return select_credentials(given, address.host_port, address.transport, "wss://", Match::host);
 }
 
 Result<std::string> keep_credentials(const std::string& store, const PairedFiles& files) {

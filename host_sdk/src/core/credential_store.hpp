@@ -15,6 +15,8 @@ namespace lightwell::core {
 /// remedy, if the address uses TLS and there are no credentials for the probe; invalid_argument if credentials would be
 /// sent in plain text.
 [[nodiscard]] Result<ProbeCredentials> credentials_for(const ProbeCredentials& given, const GrpcAddress& address);
+/// Pairing stores the address of the probe's gRPC link, so those of the same host count.
+[[nodiscard]] Result<ProbeCredentials> credentials_for(const ProbeCredentials& given, const WebAddress& address);
 
 /// The result of a pairing.
 struct PairedFiles {

@@ -37,6 +37,13 @@ ErrorText error_text(std::string_view uri, const core::GrpcAddress& address) {
           : "; is lightwelld running there, and is its grpc.listen_address an address that this machine can reach?"};
 }
 
+ErrorText error_text(std::string_view uri, const core::WebAddress& address) {
+  return {std::string(uri) + ": ",
+          address.transport == core::Transport::tls
+              ? "; is lightwelld running there with web.security, and was it paired (`lightwell pair`)?"
+              : "; is lightwelld running there with `web` (--web), at an address that this machine can reach?"};
+}
+
 }  // namespace
 
 std::string_view version() { return LIGHTWELL_VERSION; }

@@ -96,9 +96,12 @@ inline constexpr int kFirstRoundTrips = 8;
 }
 
 /// Starts to connect; DescriptorReceiver::describe() reports success, for a recording at once. The receiver must
-/// outlive the source. Errors of gRPC: those of credentials_for(); of USB: those of make_libusb_transport(); of MQTT: a
-/// login in plain text; of a recording: those of opening it. failed_precondition if the SDK was built without the link.
+/// outlive the source. Errors of gRPC and WebSocket: those of credentials_for(); of USB: those of
+/// make_libusb_transport(); of MQTT: a login in plain text; of a recording: those of opening it. failed_precondition if
+/// the SDK was built without the link.
 [[nodiscard]] Result<std::unique_ptr<Source>> make_source(const GrpcAddress& address, ProbeOptions options,
+                                                          DescriptorReceiver& receiver);
+[[nodiscard]] Result<std::unique_ptr<Source>> make_source(const WebAddress& address, ProbeOptions options,
                                                           DescriptorReceiver& receiver);
 [[nodiscard]] Result<std::unique_ptr<Source>> make_source(const UsbAddress& address, const ProbeOptions& options,
                                                           DescriptorReceiver& receiver);

@@ -12,6 +12,8 @@ namespace {
 
 constexpr std::string_view kGrpc = "grpc://";
 constexpr std::string_view kGrpcs = "grpcs://";
+constexpr std::string_view kWs = "ws://";
+constexpr std::string_view kWss = "wss://";
 constexpr std::string_view kReplay = "replay:";
 constexpr std::string_view kUsb = "usb:";
 constexpr std::string_view kSpeed = "?speed=";
@@ -21,25 +23,35 @@ Status refused(std::string_view uri, std::string_view why) {
           "'" + std::string(uri) + "' is not a valid address of a probe: " + std::string(why)};
 }
 
-Result<GrpcAddress> parse_grpc(std::string_view uri, Transport transport, int default_port) {
-  std::string_view rest = uri.substr((transport == Transport::tls ? kGrpcs : kGrpc).size());
+/// "host:port" of an address that begins with `scheme`.
+Result<std::string> parse_host_port(std::string_view uri, std::string_view scheme, int default_port) {
+  const std::string example = std::string(scheme) + "HOST:PORT";
+  std::string_view rest = uri.substr(scheme.size());
   if (rest.ends_with('/')) rest.remove_suffix(1);
   // The colon before a port follows the brackets of an IPv6 address.
   const std::size_t bracket = rest.rfind(']');
   const std::size_t from = bracket == std::string_view::npos ? 0 : bracket;
   const std::size_t colon = rest.find(':', from);
   const std::string_view host = rest.substr(0, colon);
-  if (host.empty() || host == "[]") return refused(uri, "the host is missing; write grpc://HOST:PORT");
+  if (host.empty() || host == "[]") return refused(uri, "the host is missing; write " + example);
   if (host.find_first_of("/?#@ ") != std::string_view::npos)
-    return refused(uri, "only a host and a port are allowed; write grpc://HOST:PORT");
+    return refused(uri, "only a host and a port are allowed; write " + example);
   if (bracket == std::string_view::npos && colon != std::string_view::npos &&
       rest.find(':', colon + 1) != std::string_view::npos)
-    return refused(uri, "an IPv6 address needs brackets, grpc://[::1]:7420");
-  if (colon == std::string_view::npos)
-    return GrpcAddress{std::string(host) + ":" + std::to_string(default_port), transport};
+    return refused(uri,
+                   "an IPv6 address needs brackets, " + std::string(scheme) + "[::1]:" + std::to_string(default_port));
+  if (colon == std::string_view::npos) return std::string(host) + ":" + std::to_string(default_port);
   const std::optional<int> port = parse_number<int>(rest.substr(colon + 1));
   if (!port || *port < 1 || *port > 65535) return refused(uri, "the port must be a number from 1 to 65535");
-  return GrpcAddress{std::string(host) + ":" + std::to_string(*port), transport};
+  return std::string(host) + ":" + std::to_string(*port);
+}
+
+/// The address that begins with `scheme`.
+template <class Address>
+Result<Address> parse_network(std::string_view uri, std::string_view scheme, Transport transport, int default_port) {
+  Result<std::string> host_port = parse_host_port(uri, scheme, default_port);
+  if (!host_port.ok()) return host_port.status();
+  return Address{std::move(*host_port), transport};
 }
 
 Result<ProbeUri> parse_replay(std::string_view uri) {
@@ -77,20 +89,21 @@ Result<ProbeUri> parse_probe_uri(std::string_view uri) {
     if (!address.ok()) return address.status();
     return ProbeUri(std::move(*address));
   }
-  const bool tls = uri.starts_with(kGrpcs);
-  if (!tls && !uri.starts_with(kGrpc))
-    return refused(
-        uri,
-        "known are grpc://HOST:PORT, grpcs://HOST:PORT, usb:SERIAL, mqtt://BROKER:PORT/TOPIC (mqtts:// with TLS) and "
-        "replay:PATH");
-  Result<GrpcAddress> address = parse_grpc(uri, tls ? Transport::tls : Transport::plain, kDefaultPort);
-  if (!address.ok()) return address.status();
-  return ProbeUri(std::move(*address));
+  const auto as_uri = [](auto address) {
+    return address.ok() ? Result<ProbeUri>(ProbeUri(std::move(*address))) : address.status();
+  };
+  if (uri.starts_with(kGrpc)) return as_uri(parse_network<GrpcAddress>(uri, kGrpc, Transport::plain, kDefaultPort));
+  if (uri.starts_with(kGrpcs)) return as_uri(parse_network<GrpcAddress>(uri, kGrpcs, Transport::tls, kDefaultPort));
+  if (uri.starts_with(kWs)) return as_uri(parse_network<WebAddress>(uri, kWs, Transport::plain, kDefaultWebPort));
+  if (uri.starts_with(kWss)) return as_uri(parse_network<WebAddress>(uri, kWss, Transport::tls, kDefaultWebPort));
+  return refused(uri,
+                 "known are grpc://HOST:PORT, grpcs://HOST:PORT, ws://HOST:PORT, wss://HOST:PORT, usb:SERIAL, "
+                 "mqtt://BROKER:PORT/TOPIC (mqtts:// with TLS) and replay:PATH");
 }
 
 Result<GrpcAddress> parse_pairing_uri(std::string_view uri) {
   if (!uri.starts_with(kGrpcs)) return refused(uri, "pairing needs TLS; write grpcs://HOST or grpcs://HOST:PORT");
-  return parse_grpc(uri, Transport::tls, kDefaultPairingPort);
+  return parse_network<GrpcAddress>(uri, kGrpcs, Transport::tls, kDefaultPairingPort);
 }
 
 }  // namespace lightwell::core

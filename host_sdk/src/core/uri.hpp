@@ -18,6 +18,12 @@ struct GrpcAddress {
   Transport transport = Transport::plain;
 };
 
+/// `ws://host:port`, over TLS `wss://host:port`: the probe's link by WebSocket.
+struct WebAddress {
+  std::string host_port;  ///< As that of GrpcAddress.
+  Transport transport = Transport::plain;
+};
+
 /// `replay:PATH?speed=S`.
 struct ReplayPath {
   std::string path;
@@ -29,7 +35,7 @@ struct UsbAddress {
   std::string serial;  ///< Empty: the only probe on USB.
 };
 
-using ProbeUri = std::variant<GrpcAddress, ReplayPath, UsbAddress, MqttAddress>;
+using ProbeUri = std::variant<GrpcAddress, ReplayPath, UsbAddress, MqttAddress, WebAddress>;
 
 /// invalid_argument says what is allowed.
 [[nodiscard]] Result<ProbeUri> parse_probe_uri(std::string_view uri);

@@ -2,10 +2,6 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
-#include <functional>
-#include <map>
-#include <mutex>
 #include <optional>
 #include <random>
 #include <string>
@@ -17,6 +13,7 @@
 #include <lightwell/framing.hpp>
 #include <lightwell/link_message.hpp>
 
+#include "core/link_requests.hpp"
 #include "core/source.hpp"
 #include "core/usb_transport.hpp"
 
@@ -25,78 +22,6 @@ namespace {
 
 /// A response takes a few milliseconds; after this time the frame of the request or of the response counts as lost.
 constexpr Duration kResponseTimeout{250'000'000};
-
-/// Pending requests. Shared by any threads, which make requests and wait, and one reader thread, which sends them and
-/// receives responses.
-class UsbRequests {
- public:
-  /// Queues a request and waits for the response. unavailable if there is none within `timeout`, or the link is down or
-  /// breaks. `wake` notifies the reader thread.
-  [[nodiscard]] Result<LinkResponse> send_request(const LinkCommand& command, Duration timeout,
-                                                  const std::function<void()>& wake) {
-    std::unique_lock lock(mutex_);
-    if (!up_) return Status(StatusCode::unavailable, "not connected");
-    const std::uint32_t id = next_id_++;
-    PendingRequest& pending = requests_[id];
-    encode_link_request(id, command, pending.request);
-    lock.unlock();
-    wake();
-    lock.lock();
-    (void)changed_.wait_for(lock, std::chrono::nanoseconds(timeout.ns), [&] { return pending.answer.has_value(); });
-    const std::optional<Result<LinkResponse>> answer = std::move(pending.answer);
-    requests_.erase(id);
-    return answer ? *answer : Status(StatusCode::unavailable, "the probe did not respond in time");
-  }
-
-  // Called by the reader thread.
-
-  [[nodiscard]] std::uint32_t new_id() {
-    const std::lock_guard lock(mutex_);
-    return next_id_++;
-  }
-  /// Writes the next unsent request into `out` and returns its id; no value if there is none.
-  [[nodiscard]] std::optional<std::uint32_t> next(std::vector<std::byte>& out) {
-    const std::lock_guard lock(mutex_);
-    for (auto& [id, q] : requests_) {
-      if (q.sent || q.answer) continue;
-      q.sent = true;
-      out = q.request;
-      return id;
-    }
-    return std::nullopt;
-  }
-  void answered(const LinkResponse& response) {
-    const std::lock_guard lock(mutex_);
-    const auto found = requests_.find(response.id);
-    if (found != requests_.end() && found->second.sent && !found->second.answer) found->second.answer = response;
-    changed_.notify_all();
-  }
-  void link_up() {
-    const std::lock_guard lock(mutex_);
-    up_ = true;
-  }
-  /// All pending requests fail. It is unknown whether the probe executed those that were sent.
-  void link_down() {
-    const std::lock_guard lock(mutex_);
-    up_ = false;
-    for (auto& [id, q] : requests_)
-      if (!q.answer) q.answer = Status(StatusCode::unavailable, "the connection was lost before the probe responded");
-    changed_.notify_all();
-  }
-
- private:
-  struct PendingRequest {
-    std::vector<std::byte> request;
-    bool sent = false;
-    std::optional<Result<LinkResponse>> answer;
-  };
-
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::map<std::uint32_t, PendingRequest> requests_;  ///< By id; at most one per waiting thread.
-  std::uint32_t next_id_ = 1;
-  bool up_ = false;
-};
 
 /// The request of the stream of captured planes, of one connection.
 struct PlaneRequest {
@@ -358,7 +283,7 @@ class UsbSource final : public Source {
   const UsbAddress address_;
   const ProbeOptions options_;
   DescriptorReceiver& receiver_;
-  UsbRequests requests_;
+  LinkRequests requests_;
 
   // Used by the reader thread only.
   Backoff backoff_;

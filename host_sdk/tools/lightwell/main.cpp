@@ -12,9 +12,9 @@ using namespace lightwell::tool;
 
 constexpr const char* kAbout = R"(The lighting at a place, as measured by a Lightwell probe.
 
-URI is grpc://HOST:PORT (default port 7420), grpcs://HOST:PORT for a paired probe, usb:SERIAL,
-mqtt://BROKER/TOPIC or replay:FILE, a recording of descriptors; ?speed=2 plays it twice as fast,
-?speed=0 as fast as it can be read.)";
+URI is grpc://HOST:PORT (default port 7420), grpcs://HOST:PORT for a paired probe, ws://HOST:PORT
+(default port 7443) and wss:// for its web link, usb:SERIAL, mqtt://BROKER/TOPIC or replay:FILE, a
+recording of descriptors; ?speed=2 plays it twice as fast, ?speed=0 as fast as it can be read.)";
 
 constexpr const char* kExamples = R"(Examples:
   lightwell watch grpc://probe.local                     one line per second
@@ -109,7 +109,7 @@ void add_commands(CLI::App& app, Options& options, int& exit_code) {
   const auto add_uri = [&](CLI::App* command) {
     command
         ->add_option("URI", options.uri,
-                     "grpc://HOST:PORT, grpcs://HOST:PORT, usb:SERIAL, mqtt://BROKER/TOPIC or replay:FILE")
+                     "grpc(s)://HOST:PORT, ws(s)://HOST:PORT, usb:SERIAL, mqtt://BROKER/TOPIC or replay:FILE")
         ->required();
     command->add_option("--credentials", options.credentials,
                         "Folder that `lightwell pair` made, for a paired probe whose address changed");

@@ -1,6 +1,8 @@
 #include <cmath>
 #include <utility>
 
+#include <google/protobuf/stubs/logging.h>
+
 #include <lightwell/commands.hpp>
 #include <lightwell/framing.hpp>
 #include <lightwell/text.hpp>
@@ -93,6 +95,9 @@ Status answer(const v1::LinkRequest& request, Commands& commands, const StartPla
     case v1::LinkRequest::kGetConfig:
       answer_get_config(commands, *response.mutable_get_config());
       return {};
+    case v1::LinkRequest::kAuthenticate:
+      response.mutable_authenticate();
+      return {};
     case v1::LinkRequest::kStreamPlane:
       if (start_plane_stream) return start_plane_stream();
       break;
@@ -139,5 +144,15 @@ Status answer_link_request(std::span<const std::byte> request, Commands& command
   m.SerializeToArray(response.data(), static_cast<int>(response.size()));
   return {};
 }
+
+std::optional<AuthenticateRequest> decode_authenticate(std::span<const std::byte> request) {
+  v1::LinkRequest m;
+  if (request.size() > kMaxLinkMessageBytes || !m.ParseFromArray(request.data(), static_cast<int>(request.size())) ||
+      !m.has_authenticate())
+    return std::nullopt;
+  return AuthenticateRequest{m.id(), m.authenticate().token()};
+}
+
+void silence_protobuf_log() { google::protobuf::SetLogHandler(nullptr); }
 
 }  // namespace lightwell

@@ -97,7 +97,71 @@ Status Config::validate() const {
     if (Status s = mqtt->validate(); !s.ok()) return s;
   if (mdns < Mdns::off || mdns > Mdns::on) return invalid_argument("discovery.mdns is not known");
   if (const Status s = grpc.validate(); !s.ok()) return s;
+  if (web)
+    if (const Status s = web->validate(); !s.ok()) return s;
   return estimator.validate();
+}
+
+GrpcConfig Config::web_keys() const {
+  GrpcConfig out = grpc;
+  if (!web) return out;
+  out.security = web->security;
+  if (!web->certificate.empty()) {
+    out.certificate = web->certificate;
+    out.key = web->key;
+  }
+  if (!web->client_ca.empty()) out.client_ca = web->client_ca;
+  return out;
+}
+
+namespace {
+
+/// Whether `text` is SCHEME://HOST or SCHEME://HOST:PORT, as browsers write an origin.
+bool is_origin(std::string_view text) {
+  const std::size_t separator = text.find("://");
+  if (separator == std::string_view::npos) return false;
+  const std::string_view scheme = text.substr(0, separator), host = text.substr(separator + 3);
+  if (scheme != "http" && scheme != "https") return false;
+  return !host.empty() && host.find_first_of("/?#@ ,") == std::string_view::npos;
+}
+
+/// GrpcConfig::check_bind_policy() of the message `name` of the configuration.
+Status check_plain_text(const std::string& listen_address, LinkSecurity security, const std::string& name,
+                        const std::string& options) {
+  std::string_view host = std::string_view(listen_address).substr(0, listen_address.rfind(':'));
+  if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
+  if (security != LinkSecurity::unspecified || is_loopback_host(host)) return {};
+  return {StatusCode::failed_precondition,
+          "listening on '" + listen_address +
+              "' in plain text would let everyone on the network watch and command this probe: set " + name +
+              ".security to LINK_SECURITY_TLS or LINK_SECURITY_MUTUAL_TLS (" + options +
+              " tls) and pair the clients with `lightwelld --pair`; or, on a network that you trust, to "
+              "LINK_SECURITY_PLAIN (" +
+              options + " plain); or listen on 127.0.0.1"};
+}
+
+}  // namespace
+
+Status WebConfig::validate() const {
+  if (security > LinkSecurity::mutual_tls) return invalid_argument("web.security is not known");
+  if (certificate.empty() != key.empty())
+    return invalid_argument("web.certificate and web.key belong together: name both files, or neither");
+  if (!encrypted() && (!certificate.empty() || !client_ca.empty()))
+    return invalid_argument(
+        "web.certificate, web.key and web.client_ca need web.security: LINK_SECURITY_TLS or LINK_SECURITY_MUTUAL_TLS");
+  if (dashboard < Dashboard::off || dashboard > Dashboard::on) return invalid_argument("web.dashboard is not known");
+  if (allowed_origins.size() > kMaxAllowedOrigins)
+    return invalid_argument("web.allowed_origins has " + std::to_string(allowed_origins.size()) +
+                            " entries; at most 16 are allowed");
+  for (const std::string& origin : allowed_origins)
+    if (!is_origin(origin))
+      return invalid_argument("web.allowed_origins: '" + origin +
+                              "' is not an origin; write https://HOST or https://HOST:PORT, without a path");
+  return {};
+}
+
+Status WebConfig::check_bind_policy() const {
+  return check_plain_text(listen_address, security, "web", "--web-security");
 }
 
 Status GrpcConfig::validate() const {
@@ -116,15 +180,7 @@ Status GrpcConfig::validate() const {
 }
 
 Status GrpcConfig::check_bind_policy() const {
-  std::string_view host = std::string_view(listen_address).substr(0, listen_address.rfind(':'));
-  if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
-  if (security != LinkSecurity::unspecified || is_loopback_host(host)) return {};
-  return {StatusCode::failed_precondition,
-          "listening on '" + listen_address +
-              "' in plain text would let everyone on the network watch and command this probe: set grpc.security to "
-              "LINK_SECURITY_TLS or LINK_SECURITY_MUTUAL_TLS (--security tls) and pair the clients with `lightwelld "
-              "--pair`; "
-              "or, on a network that you trust, to LINK_SECURITY_PLAIN (--security plain); or listen on 127.0.0.1"};
+  return check_plain_text(listen_address, security, "grpc", "--security");
 }
 
 Status GreyPatch::validate(const RigParameters& rig) const {
@@ -193,6 +249,18 @@ MqttConfig mqtt_of(const v1::MqttConfig& m) {
           static_cast<LinkSecurity>(m.security())};
 }
 
+WebConfig web_of(const v1::WebConfig& m) {
+  WebConfig out;
+  if (!m.listen_address().empty()) out.listen_address = m.listen_address();
+  out.security = static_cast<LinkSecurity>(m.security());
+  out.certificate = m.certificate();
+  out.key = m.key();
+  out.client_ca = m.client_ca();
+  if (m.dashboard() != 0) out.dashboard = static_cast<Dashboard>(m.dashboard());
+  out.allowed_origins.assign(m.allowed_origins().begin(), m.allowed_origins().end());
+  return out;
+}
+
 /// The paths that are relative to the configuration's folder.
 std::vector<std::string*> paths_of(Config& c) {
   std::vector<std::string*> paths = {&c.calibration,      &c.mounting, &c.grpc.key_folder,
@@ -201,6 +269,7 @@ std::vector<std::string*> paths_of(Config& c) {
   if (c.plane) paths.push_back(&c.plane->plane_file);
   if (c.mqtt)
     paths.insert(paths.end(), {&c.mqtt->ca_file, &c.mqtt->certificate_file, &c.mqtt->key_file, &c.mqtt->login_file});
+  if (c.web) paths.insert(paths.end(), {&c.web->certificate, &c.web->key, &c.web->client_ca});
   return paths;
 }
 
@@ -238,6 +307,7 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
     if (!m.usb_gadget().functionfs_mount().empty()) c.usb_gadget->functionfs_mount = m.usb_gadget().functionfs_mount();
   }
   if (m.has_mqtt()) c.mqtt = mqtt_of(m.mqtt());
+  if (m.has_web()) c.web = web_of(m.web());
   if (m.discovery().mdns() != 0) c.mdns = static_cast<Mdns>(m.discovery().mdns());
   if (const Status s = c.validate(); !s.ok()) return s.in(name);
   if (const Status s = c.estimator.validate(kind); !s.ok()) return s.in(name);

@@ -1,8 +1,5 @@
 #include "firmware/link/client.hpp"
 
-#include <algorithm>
-#include <span>
-
 #include <grpc/grpc_security_constants.h>
 
 namespace lightwell::test {
@@ -109,17 +106,6 @@ grpc::Status RawStream::end() {
   call_->Finish(&status, kTag);
   if (!await(kTestTimeout, ok)) return {grpc::StatusCode::DEADLINE_EXCEEDED, "no status came"};
   return status;
-}
-
-EncodedDescriptor message(int number, std::size_t bytes) {
-  std::string text = std::to_string(number);
-  text.resize(std::max(bytes, text.size()), '.');
-  const auto raw = std::as_bytes(std::span(text));
-  return std::make_shared<const std::vector<std::byte>>(raw.begin(), raw.end());
-}
-
-std::string text_of(const EncodedDescriptor& descriptor) {
-  return {reinterpret_cast<const char*>(descriptor->data()), descriptor->size()};
 }
 
 }  // namespace lightwell::test

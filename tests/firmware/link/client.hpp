@@ -11,6 +11,7 @@
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 
+#include "firmware/link/link_messages.hpp"
 #include "link/link.hpp"
 #include "support/wait.hpp"
 
@@ -64,9 +65,5 @@ class RawStream {
   grpc::ByteBuffer buffer_;
   bool reading_ = false, ended_ = false;
 };
-
-/// Bytes in place of an encoded descriptor: the number as text, padded to the given length.
-[[nodiscard]] EncodedDescriptor message(int number, std::size_t bytes = 16);
-[[nodiscard]] std::string text_of(const EncodedDescriptor& descriptor);
 
 }  // namespace lightwell::test

@@ -14,9 +14,7 @@ constexpr const char* kStreamPlane = "/lightwell.v1.ProbeService/StreamPlane";
 
 class GrpcPlaneTest : public GrpcLinkTest {
  protected:
-  static std::string trimmed(const std::optional<std::string>& text) {
-    return text ? text->substr(0, text->find(' ')) : "nothing";
-  }
+  static std::string trimmed(const std::optional<std::string>& text) { return plane_message_name(text); }
 };
 
 TEST_F(GrpcPlaneTest, AClientGetsTheWholePlaneAndThenChanges) {

@@ -19,7 +19,8 @@ const number = (text) => (text === "inf" ? Infinity : Number(text));
 function messages() {
   const out = [];
   for (const [word, ...rest] of lines("answers.txt")) {
-    if (word === "message" || word === "final") out.push({ bytes: word === "final" ? null : bytesOf(rest[0]), rows: [] });
+    if (word === "message" || word === "final")
+      out.push({ bytes: word === "final" ? null : bytesOf(rest[0]), rows: [] });
     else if (word === "engine") out.at(-1).rows.push([word, [rest[0], ...rest.slice(1).map(number)]]);
     else out.at(-1).rows.push([word, word === "info" ? [rest[0], ...rest.slice(1).map(number)] : rest.map(number)]);
   }
@@ -62,7 +63,9 @@ function threeAgrees(light, [lights, mainLight, validity, residual, ...numbers],
 }
 let threeCompared = 0;
 
-const flagBit = { unseen: 2, clipped: 4, cleaned: 8, dark: 16, moved: 32, filled: 64, recovered: 128, unsure: 256, newer: 2 ** 31 };
+const flagBit = {
+  unseen: 2, clipped: 4, cleaned: 8, dark: 16, moved: 32, filled: 64, recovered: 128, unsure: 256, newer: 2 ** 31,
+};
 const bitsOf = (flags) => [...flags].reduce((sum, flag) => sum + flagBit[flag], 0);
 
 function agrees(light, rows) {
@@ -228,8 +231,8 @@ test("damaged messages are accepted and rejected as in C++", () => {
 
 test("unknown fields of every wire type are ignored", () => {
   const [{ bytes, rows }] = messages();
-  const future = [0xc0, 0x3e, 0x05, 0xc9, 0x3e, 1, 2, 3, 4, 5, 6, 7, 8, 0xd2, 0x3e, 2, 9, 9, 0xd3, 0x3e, 0x08, 0x01, 0xd4,
-                  0x3e, 0xdd, 0x3e, 1, 2, 3, 4];
+  const future = [0xc0, 0x3e, 0x05, 0xc9, 0x3e, 1, 2, 3, 4, 5, 6, 7, 8, 0xd2, 0x3e, 2, 9, 9, 0xd3, 0x3e, 0x08, 0x01,
+                  0xd4, 0x3e, 0xdd, 0x3e, 1, 2, 3, 4];
   agrees(Lighting.decode(Uint8Array.from([...bytes, ...future])), rows);
   agrees(Lighting.decode(Uint8Array.from([...future, ...bytes])), rows);
 });
@@ -258,7 +261,21 @@ test("hostile sizes are rejected quickly", () => {
   assert.equal(code(Uint8Array.from([0x2a, 0xfa, 0xff, 0xff, 0xff, 0x0f])), "data_loss", "a length that leads back");
   assert.equal(code(Uint8Array.from([0x2a, 0x80, 0x80, 0x80, 0x80, 0x80, 0])), "data_loss", "a length of six bytes");
   assert.equal(code(new Uint8Array(60000).fill(0xa3)), "data_loss", "groups without end");
-  assert.equal(code(Uint8Array.from({ length: 65536 }, (_, i) => (i % 2 ? 0 : 0x32))), "invalid_argument", "32768 lights");
+  const lights = Uint8Array.from({ length: 65536 }, (_, i) => (i % 2 ? 0 : 0x32));
+  assert.equal(code(lights), "invalid_argument", "32768 lights");
+});
+
+test("a recording that is written here is read again, also when it is cut", () => {
+  const { recordingStart, encodeRecord } = lightwell;
+  const parts = [recordingStart("attic", "test 1"), ...[5n, -7n].map((timeNs, i) =>
+    encodeRecord({ timeNs, bytes: messages()[i].bytes }))];
+  const file = Buffer.concat(parts);
+  const { messages: read, tornBytes, header } = readRecording(file);
+  assert.deepEqual(read.map(({ timeNs }) => timeNs), [5n, -7n]);
+  assert.deepEqual(Buffer.from(read[1].bytes), Buffer.from(messages()[1].bytes));
+  assert.equal(tornBytes, 0);
+  assert.deepEqual([...header], [8, 1, 0x12, 5, ...Buffer.from("attic"), 0x1a, 6, ...Buffer.from("test 1")]);
+  assert.equal(readRecording(file.subarray(0, -1)).messages.length, 1);
 });
 
 test("three.js conversion with and without an estimate", () => {

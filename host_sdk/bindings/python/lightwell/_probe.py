@@ -46,8 +46,8 @@ class Probe:
     """
 
     def __init__(self, uri, *, history=0, plane=False, **more):
-        """uri: "grpc://host:port", "grpcs://" with TLS, "usb:SERIAL", "mqtt://broker/venue/probe", "mqtts://", or
-        "replay:PATH" ("?speed=2", "?speed=0"), a recording of descriptors.
+        """uri: "grpc://host:port", "grpcs://" with TLS, "ws://host:port" (WebSocket), "wss://", "usb:SERIAL",
+        "mqtt://broker/venue/probe", "mqtts://", or "replay:PATH" ("?speed=2", "?speed=0"), a recording of descriptors.
 
         history: number of descriptors stored for at(), 64 if 0. plane: receives captured planes, for plane(). In
         seconds, with the defaults of ProbeOptions: max_age, extrapolation (0: the newest is held), connect_timeout,

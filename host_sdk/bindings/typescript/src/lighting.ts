@@ -36,6 +36,8 @@ export interface LightingOptions {
 const noFlags: ReadonlySet<Flag> = new Set();
 const mirrorLobe = { roughness: 0, lobe: null, factors: [1, 1, 1, 1, 1, 1, 1] };
 const zero = (): Rgb => [0, 0, 0];
+/** Of all instances for one descriptor, because a connection makes one for every frame that is drawn. */
+const reconstructions = new WeakMap<Descriptor, RadianceReconstruction>();
 
 /** The lighting of one moment, immutable. Directions and normals: right-handed, +X right, +Y up, -Z forward; any
  *  length. */
@@ -45,7 +47,6 @@ export class Lighting {
   /** Why this is not valid; empty if it is. */
   readonly reason: string;
   readonly ageMs: number;
-  private reconstruction: RadianceReconstruction | null = null;
   private lobe: { roughness: number; lobe: GgxLobe; factors: number[] } | null = null;
 
   /** null: no descriptor has been received yet. */
@@ -126,7 +127,9 @@ export class Lighting {
 
   /** Computed at the first query that needs it, in milliseconds; not needed with a map or for irradiance. */
   private reconstructed(descriptor: Descriptor): RadianceReconstruction {
-    return (this.reconstruction ??= reconstruct(descriptor.radiance));
+    let found = reconstructions.get(descriptor);
+    if (!found) reconstructions.set(descriptor, (found = reconstruct(descriptor.radiance)));
+    return found;
   }
 
   /** The last lobe is cached, because shading usually evaluates many directions at one roughness. */

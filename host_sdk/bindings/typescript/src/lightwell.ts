@@ -1,15 +1,12 @@
-// Lightwell for TypeScript: decodes a probe's messages and evaluates irradiance and radiance with the same results as
-// the C++ SDK. No dependencies and no connection: the application provides the bytes of the messages.
+// Lightwell for TypeScript: connects to a probe from a browser or Node, decodes its messages and evaluates irradiance
+// and radiance with the same results as the C++ SDK. No dependencies.
 //
-//   const keeper = new EnvironmentKeeper();
-//   socket.onmessage = ({ data }) => {
-//     const descriptor = decodeDescriptor(new Uint8Array(data));     // throws DecodeError
-//     keeper.take(descriptor);
-//     const light = new Lighting(descriptor, { environment: keeper.mapFor(descriptor) });
-//     const { value, validity, errorBound } = light.irradiance([0, 1, 0]);
-//   };
+//   const probe = await connect("wss://probe.local", { token });      // rejects with ProbeError
+//   // In the render loop:
+//   const light = probe.latest();
+//   const { value, validity, errorBound } = light.irradiance([0, 1, 0]);
 //
-// and of captured planes:
+// Messages from elsewhere: decodeDescriptor (throws DecodeError), EnvironmentKeeper, Lighting; of captured planes:
 //
 //   const reader = new PlaneReader();
 //   socket.onmessage = ({ data }) => reader.take(new Uint8Array(data), performance.now());   // throws DecodeError
@@ -17,9 +14,13 @@
 export * from "./descriptor.js";
 export { EnvironmentKeeper, environmentRadiance, isWhole, levelRadiance, texelRadiance } from "./environment.js";
 export type { EnvironmentLevel, EnvironmentMap } from "./environment.js";
+export { settingsOf } from "./estimator_config.js";
+export type { EstimatorConfig, EstimatorKind, EstimatorState, EstimatorUpdate } from "./estimator_config.js";
 export { HemisphereGrid } from "./hemisphere_grid.js";
 export { Lighting } from "./lighting.js";
 export type { Answer, LightingOptions, Validity } from "./lighting.js";
+export { ProbeError, encodeLinkRequest } from "./link_message.js";
+export type { ProbeCounters, ProbeStatus, StatusCode } from "./link_message.js";
 export {
   GgxLobe, capIrradiance, capRadiance, capZonal, cosineLobe, evaluateHarmonics, harmonicsBasis,
 } from "./lobes.js";
@@ -30,7 +31,11 @@ export type { PlaneCoverage, PlaneGuidance, PlaneGuidanceOptions } from "./plane
 export { PlaneReader } from "./plane_reader.js";
 export { PlaneTileLayout, decodePlaneUpdate, maxPlaneMessageBytes } from "./plane_update.js";
 export type { PlaneInfo, PlaneSimilarity, PlaneTile, PlaneUpdate, SampleState } from "./plane_update.js";
-export { readRecording } from "./recording.js";
+export type { WebSocketConstructor, WebSocketLike } from "./platform.js";
+export { connect, defaultWebPort } from "./probe.js";
+export type { Probe, ProbeEvents, ProbeInfo, ProbeOptions } from "./probe.js";
+export type { Arrival, LinkState, LinkStats } from "./receiver.js";
+export { encodeRecord, readRecording, recordingStart } from "./recording.js";
 export type { RecordedMessage, Recording } from "./recording.js";
 export { toThree } from "./three.js";
 export type { ConvertedToThree, ThreeLighting, ThreeOptions } from "./three.js";

@@ -1,5 +1,6 @@
 // Recordings of descriptors and captured planes, as written by `lightwell record`. Format: proto/README.md.
 import { DecodeError, WireReader, byteString, crc32c, uint32 } from "./wire.js";
+import { WireWriter } from "./wire_writer.js";
 
 export interface RecordedMessage {
   /** CLOCK_MONOTONIC of the recorder at reception, ns. */
@@ -71,4 +72,26 @@ export function readRecording(file: Uint8Array): Recording {
   const messages = records.map(({ timeNs, bytes }): RecordedMessage =>
     kind === descriptors ? { timeNs, kind: "descriptor", bytes } : unwrapped(timeNs, bytes));
   return { header: header.bytes, messages, tornBytes: file.length - at };
+}
+
+/** The first bytes of a recording of descriptors; records follow. `version`: of the program that records. */
+export function recordingStart(probeName: string, version: string): Uint8Array {
+  const header = encodeRecord({
+    timeNs: 0n, bytes: new WireWriter().uint32(1, 1).string(2, probeName).string(3, version).bytes(),
+  });
+  const out = new Uint8Array(magic.length + header.length);
+  out.set(magic);
+  out.set(header, magic.length);
+  return out;
+}
+
+/** One record of a recording. */
+export function encodeRecord({ timeNs, bytes }: Pick<RecordedMessage, "timeNs" | "bytes">): Uint8Array {
+  const out = new Uint8Array(16 + bytes.length);
+  const view = new DataView(out.buffer);
+  view.setUint32(0, bytes.length, true);
+  view.setBigInt64(8, timeNs, true);
+  out.set(bytes, 16);
+  view.setUint32(4, crc32c(out.subarray(8)), true);
+  return out;
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -42,12 +43,24 @@ enum class ProbeCall : std::uint8_t { info, set_config, report_lux, get_config }
 /// request.
 using StartPlaneStream = std::function<Status()>;
 
-/// For a link without (USB): executes a LinkRequest and writes the LinkResponse, at most kMaxLinkMessageBytes, into
+/// For a link without (USB, WebSocket): executes a LinkRequest and writes the LinkResponse, at most kMaxLinkMessageBytes, into
 /// `response`. Every LinkRequest has a response, also one that is refused. data_loss if `request` is not a LinkRequest;
 /// `response` is then empty. Calls `commands` and `start_plane_stream` on this thread; an empty `start_plane_stream`:
 /// the link has no such stream, and the request is refused as one that is not known.
 [[nodiscard]] Status answer_link_request(std::span<const std::byte> request, Commands& commands,
                                          std::vector<std::byte>& response,
                                          const StartPlaneStream& start_plane_stream = {});
+
+/// A LinkRequest `authenticate`. answer_link_request() answers it without a look at the token.
+struct AuthenticateRequest {
+  std::uint32_t id = 0;
+  std::string token;
+};
+/// No value for any other bytes.
+[[nodiscard]] std::optional<AuthenticateRequest> decode_authenticate(std::span<const std::byte> request);
+
+/// Disables protobuf's own log for this process. It writes to stderr for each message whose text is not UTF-8, so that
+/// clients could fill a daemon's log. Call it once, at the start of a program.
+void silence_protobuf_log();
 
 }  // namespace lightwell

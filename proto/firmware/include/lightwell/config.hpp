@@ -104,6 +104,26 @@ struct GrpcConfig {
   [[nodiscard]] bool encrypted() const { return security == LinkSecurity::tls || security == LinkSecurity::mutual_tls; }
 };
 
+/// Whether the web link serves the dashboard's page.
+enum class Dashboard : std::uint8_t { off = 1, on = 2 };
+
+/// The link by WebSocket and HTTP. Meanings and defaults: config.proto.
+struct WebConfig {
+  static constexpr std::size_t kMaxAllowedOrigins = 16;
+
+  std::string listen_address = "127.0.0.1:7443";
+  LinkSecurity security = LinkSecurity::unspecified;
+  std::string certificate{}, key{};
+  std::string client_ca{};
+  Dashboard dashboard = Dashboard::on;
+  std::vector<std::string> allowed_origins{};
+
+  /// As those of GrpcConfig.
+  [[nodiscard]] Status validate() const;
+  [[nodiscard]] Status check_bind_policy() const;
+  [[nodiscard]] bool encrypted() const { return security == LinkSecurity::tls || security == LinkSecurity::mutual_tls; }
+};
+
 struct Config {
   std::string probe_name = "lightwell";
   CameraConfig camera;
@@ -118,10 +138,13 @@ struct Config {
   std::optional<PlaneConfig> plane;    ///< The specular estimator needs it.
   std::optional<UsbGadgetConfig> usb_gadget;
   std::optional<MqttConfig> mqtt;
+  std::optional<WebConfig> web;
   Mdns mdns = Mdns::off;
   std::vector<std::string> warnings;  ///< Warnings about the file: deprecated and renamed fields.
 
   [[nodiscard]] Status validate() const;
+  /// The keys and authorities of the web link: those of `grpc`, but for what `web` names itself.
+  [[nodiscard]] GrpcConfig web_keys() const;
 };
 
 /// Reads a Config in protobuf text format. Errors name file, line and, for an unknown field, the nearest known one.
