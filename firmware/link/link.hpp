@@ -15,8 +15,10 @@
 
 namespace lightwell {
 
-/// One encoded descriptor, immutable and shared by all links.
-using EncodedDescriptor = std::shared_ptr<const std::vector<std::byte>>;
+/// One encoded message, immutable and shared by all links.
+using EncodedMessage = std::shared_ptr<const std::vector<std::byte>>;
+/// One encoded descriptor.
+using EncodedDescriptor = EncodedMessage;
 
 /// One update of a captured plane, immutable and shared by all links.
 struct EncodedPlane {
@@ -47,7 +49,8 @@ class Link {
   /// thread, between start() and stop().
   virtual void publish(const EncodedDescriptor& descriptor) = 0;
   /// Queues the update of a captured plane and returns. A slow client misses updates and then receives the newest one
-  /// whole. Called from one thread, between start() and stop(). Links without a stream of planes ignore it.
+  /// whole (a broker that is slow, or was away, too). Called from one thread, between start() and stop(). Links without
+  /// a stream of planes ignore it.
   virtual void publish_plane(const std::shared_ptr<const EncodedPlane>& /*plane*/) {}
   /// Ends the service of all clients; returns within a second.
   virtual void stop() = 0;

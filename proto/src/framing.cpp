@@ -18,6 +18,7 @@ constexpr std::size_t kVersionAt = 4, kKindAt = 5, kSessionAt = 8, kLengthAt = 1
 
 /// Limit of the payload. An unknown kind has the largest limit.
 std::size_t limit_of(FrameKind kind) {
+  if (kind == FrameKind::plane) return kMaxPlaneMessageBytes;
   return kind == FrameKind::request || kind == FrameKind::response ? kMaxLinkMessageBytes : kMaxDescriptorBytes;
 }
 
@@ -134,7 +135,7 @@ void FrameReader::deliver(const Header& header, std::span<const std::byte> paylo
     ++counters_.replayed;
     return;
   }
-  if (header.version != kFrameVersion || header.kind < FrameKind::descriptor || header.kind > FrameKind::response) {
+  if (header.version != kFrameVersion || header.kind < FrameKind::descriptor || header.kind > FrameKind::plane) {
     ++counters_.unknown;
     return;
   }

@@ -97,6 +97,13 @@ void encode_info_request(std::uint32_t id, std::vector<std::byte>& out) {
   write(m, out);
 }
 
+void encode_plane_request(std::uint32_t id, std::vector<std::byte>& out) {
+  v1::LinkRequest m;
+  m.set_id(id);
+  m.mutable_stream_plane();
+  write(m, out);
+}
+
 void encode_link_request(std::uint32_t id, const LinkCommand& command, std::vector<std::byte>& out) {
   v1::LinkRequest m = request_of(command);
   m.set_id(id);

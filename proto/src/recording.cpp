@@ -13,6 +13,8 @@ namespace {
 
 // "LWREC", the container's version, and bytes that reveal a transfer in text mode (as in PNG).
 constexpr std::array<unsigned char, 8> kMagic = {'L', 'W', 'R', 'E', 'C', 1, '\r', '\n'};
+constexpr std::size_t kVersionAt = 5;
+constexpr unsigned char kNewestVersion = 2;
 constexpr std::size_t kRecordHead = 16;  // size u32, crc32c u32, time i64; little-endian.
 
 std::uint32_t record_crc(const unsigned char* time, std::span<const std::byte> payload) {
@@ -28,6 +30,32 @@ Result<std::string> encode_header(const RecordingHeader& h) {
   if (h.calibration && !m.mutable_calibration()->ParseFromString(*h.calibration))
     return invalid_argument("the calibration is not a RigCalibration");
   return m.SerializeAsString();
+}
+
+/// Magic of a container. Version 2 has the layout of version 1; readers that know only version 1 refuse it by its
+/// number, because they do not know the kind of recording.
+std::array<unsigned char, 8> magic_of(RecordingKind kind) {
+  std::array<unsigned char, 8> out = kMagic;
+  if (kind == RecordingKind::descriptors_and_planes) out[kVersionAt] = 2;
+  return out;
+}
+
+bool is_known(v1::RecordingHeader::Kind kind, unsigned char version) {
+  return kind == v1::RecordingHeader::DESCRIPTORS || kind == v1::RecordingHeader::FRAMES ||
+         (version >= 2 && kind == v1::RecordingHeader::DESCRIPTORS_AND_PLANES);
+}
+
+/// Replaces the payload, a MessageRecord, by the message in it.
+void unwrap(Record& record) {
+  v1::MessageRecord m;
+  record.message = RecordedMessage::unknown;
+  if (!m.ParseFromArray(record.payload.data(), static_cast<int>(record.payload.size())) ||
+      m.message_case() == v1::MessageRecord::MESSAGE_NOT_SET)
+    return;
+  const bool plane = m.message_case() == v1::MessageRecord::kPlaneUpdate;
+  record.message = plane ? RecordedMessage::plane : RecordedMessage::descriptor;
+  const auto bytes = std::as_bytes(std::span(plane ? m.plane_update() : m.lighting_descriptor()));
+  record.payload.assign(bytes.begin(), bytes.end());
 }
 
 Status write_error(const std::string& what) {
@@ -55,16 +83,36 @@ Result<RecordWriter> RecordWriter::open(const std::string& path, const Recording
     while (old->next(skipped)) {
     }
     if (const Status s = truncate_file(old->file_.get(), old->good_bytes()); !s.ok()) return s.in(path);
-    return RecordWriter(std::move(old->file_));
+    return RecordWriter(std::move(old->file_), header.kind);
   }
-  RecordWriter writer(std::move(*file));
-  if (std::fwrite(kMagic.data(), 1, kMagic.size(), writer.file_.get()) != kMagic.size()) return write_error(path);
-  if (const Status s = writer.append(0, std::as_bytes(std::span(*message))); !s.ok()) return s.in(path);
+  RecordWriter writer(std::move(*file), header.kind);
+  const auto magic = magic_of(header.kind);
+  if (std::fwrite(magic.data(), 1, magic.size(), writer.file_.get()) != magic.size()) return write_error(path);
+  if (const Status s = writer.append_record(0, std::as_bytes(std::span(*message))); !s.ok()) return s.in(path);
   if (const Status s = writer.flush(); !s.ok()) return s.in(path);
   return writer;
 }
 
-Status RecordWriter::append(std::int64_t time_ns, std::span<const std::byte> payload) {
+Status RecordWriter::append(std::int64_t time_ns, std::span<const std::byte> payload, RecordedMessage message) {
+  if (kind_ != RecordingKind::descriptors_and_planes)
+    return message == RecordedMessage::descriptor ? append_record(time_ns, payload)
+                                                  : invalid_argument("the recording was made for descriptors alone");
+  v1::MessageRecord record;
+  switch (message) {
+    case RecordedMessage::descriptor:
+      record.set_lighting_descriptor(payload.data(), payload.size());
+      break;
+    case RecordedMessage::plane:
+      record.set_plane_update(payload.data(), payload.size());
+      break;
+    case RecordedMessage::unknown:
+      return invalid_argument("a message that is neither a descriptor nor of a plane is not recorded");
+  }
+  const std::string bytes = record.SerializeAsString();
+  return append_record(time_ns, std::as_bytes(std::span(bytes)));
+}
+
+Status RecordWriter::append_record(std::int64_t time_ns, std::span<const std::byte> payload) {
   if (payload.size() > kMaxRecordBytes) return invalid_argument("a record is larger than 1 GiB");
   unsigned char head[kRecordHead];
   put_le(head, static_cast<std::uint32_t>(payload.size()));
@@ -95,16 +143,17 @@ Result<RecordReader> RecordReader::read_header(FilePointer file, const std::stri
   std::array<unsigned char, 8> magic{};
   if (std::fread(magic.data(), 1, magic.size(), f) != magic.size() || std::memcmp(magic.data(), kMagic.data(), 5) != 0)
     return Status(StatusCode::data_loss, path + ": not a Lightwell recording (its first bytes are not \"LWREC\")");
-  if (magic[5] != kMagic[5])
+  const unsigned char version = magic[kVersionAt];
+  if (version < 1 || version > kNewestVersion)
     return Status(StatusCode::data_loss,
-                  path + ": container version " + std::to_string(magic[5]) + " is not known; use a newer lightwell");
-  if (magic != kMagic)
+                  path + ": container version " + std::to_string(version) + " is not known; use a newer lightwell");
+  if (magic[6] != kMagic[6] || magic[7] != kMagic[7])
     return Status(StatusCode::data_loss, path + ": damaged by a transfer in text mode; copy it again in binary mode");
   reader.good_bytes_ = kMagic.size();
   Record first;
   v1::RecordingHeader m;
   if (!reader.read(first) || !m.ParseFromArray(first.payload.data(), static_cast<int>(first.payload.size())) ||
-      (m.kind() != v1::RecordingHeader::DESCRIPTORS && m.kind() != v1::RecordingHeader::FRAMES))
+      !is_known(m.kind(), version))
     return Status(StatusCode::data_loss, path + ": the recording's header is damaged");
   reader.header_.kind = static_cast<RecordingKind>(m.kind());
   reader.header_.probe_name = m.probe_name();
@@ -132,7 +181,12 @@ bool RecordReader::read(Record& out) {
   return true;
 }
 
-bool RecordReader::next(Record& out) { return torn_bytes_ == 0 && read(out); }
+bool RecordReader::next(Record& out) {
+  if (torn_bytes_ != 0 || !read(out)) return false;
+  out.message = RecordedMessage::descriptor;
+  if (header_.kind == RecordingKind::descriptors_and_planes) unwrap(out);
+  return true;
+}
 
 void RecordReader::rewind() {
   std::fseek(file_.get(), static_cast<long>(first_), SEEK_SET);

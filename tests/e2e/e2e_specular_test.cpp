@@ -131,6 +131,21 @@ TEST_F(SpecularTest, TheTextureArrivesWhereImagesAreAllowed) {
   // The paper's radiance in the units of descriptors.
   const double white = sequence_->options().white / measure::SpecularSequence::kExposure_s;
   EXPECT_NEAR(at(0.5).value.luminance(), white, 0.15 * white);
+
+  // A recording has the same plane.
+  const std::string file = folder_->path("book.lwr");
+  Child tool(tool_command({"record", daemon.uri(), file, "--plane", "--seconds", "2"}));
+  ASSERT_EQ(tool.wait(), (ExitStatus{0, 0})) << tool.err();
+  ProbeOptions with_plane;
+  with_plane.plane = PlaneReception::receive;
+  const Result<Probe> replayed = Probe::connect("replay:" + file + "?speed=0", with_plane);
+  ASSERT_TRUE(replayed.ok()) << replayed.status().message();
+  ASSERT_TRUE(becomes_true("it is played", [&] { return replayed->stats().state == LinkState::ended; }));
+  EXPECT_EQ(replayed->plane().validity(), Validity::valid);
+  EXPECT_EQ(replayed->plane().info().capture, probe->plane().info().capture);
+  EXPECT_EQ(replayed->plane().texture_edge(), Book::kEdge);
+  EXPECT_NEAR(replayed->plane().diffuse({}).value.luminance(), probe->plane().diffuse({}).value.luminance(),
+              0.05 * white);
   EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0})) << daemon.process().err();
 }
 

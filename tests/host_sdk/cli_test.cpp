@@ -8,9 +8,11 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <lightwell/plane_codec.hpp>
 #include <lightwell/recording.hpp>
 
 #include "host_sdk/scenes.hpp"
+#include "support/captured_planes.hpp"
 #include "support/temp_dir.hpp"
 
 namespace lightwell {
@@ -165,6 +167,51 @@ TEST_F(Cli, RecordStoresTheReceivedBytes) {
     EXPECT_EQ(x.payload, y.payload);
   }
   EXPECT_FALSE(b->next(y));
+}
+
+TEST_F(Cli, RecordStoresPlanesOnRequest) {
+  const std::string planes = copy() + ".planes", again = copy() + ".again", without = copy() + ".without";
+  {
+    Result<RecordWriter> writer =
+        RecordWriter::open(planes, {RecordingKind::descriptors_and_planes, "attic", "0.0.2", {}});
+    ASSERT_TRUE(writer.ok());
+    PlaneEncoder encoder({.images = ImageRecipients::all_clients});
+    for (std::uint64_t i = 1; i <= 3; ++i) {
+      const auto update = encoder.encode(test::linear_plane(), {0});
+      ASSERT_TRUE(update.ok());
+      for (const auto& message : *update)
+        ASSERT_TRUE(writer->append(static_cast<std::int64_t>(i), message, RecordedMessage::plane).ok());
+      const std::string bytes = test::encoded(test::numbered(i, 10'000'000));
+      ASSERT_TRUE(writer->append(static_cast<std::int64_t>(i), test::as_bytes(bytes)).ok());
+    }
+    ASSERT_TRUE(writer->flush().ok());
+  }
+  const Outcome result = run("record 'replay:" + planes + "?speed=0' " + again + " --plane");
+  EXPECT_EQ(result.code, 0) << result.out;
+  EXPECT_THAT(result.out, HasSubstr("3 descriptors"));
+  EXPECT_THAT(result.out, HasSubstr("3 messages of planes"));
+  Result<RecordReader> a = RecordReader::open(planes), b = RecordReader::open(again);
+  ASSERT_TRUE(a.ok() && b.ok());
+  Record x, y;
+  while (a->next(x)) {
+    ASSERT_TRUE(b->next(y));
+    EXPECT_EQ(x.payload, y.payload);
+    EXPECT_EQ(x.message, y.message);
+  }
+  EXPECT_FALSE(b->next(y));
+  const Outcome text = run("replay " + again), json = run("replay " + again + " --json");
+  EXPECT_EQ(text.code, 0) << text.out;
+  EXPECT_EQ(lines(text.out), 6) << text.out;
+  EXPECT_THAT(text.out, HasSubstr("plane 00c0ffee"));
+  EXPECT_THAT(text.out, HasSubstr("revision 1  tiles 6 of 6  texture 64"));
+  EXPECT_THAT(json.out, HasSubstr(R"("plane":{"capture":12648430,"revision":3,"tiles":0,"texture_edge":64})"));
+
+  EXPECT_EQ(run("record 'replay:" + planes + "?speed=0' " + without).code, 0);
+  Result<RecordReader> c = RecordReader::open(without);
+  ASSERT_TRUE(c.ok());
+  EXPECT_EQ(c->header().kind, RecordingKind::descriptors);
+  // A recording of another kind is not continued.
+  EXPECT_NE(run("record 'replay:" + planes + "?speed=0' " + without + " --plane").code, 0);
 }
 
 TEST_F(Cli, ReplayListsDescriptors) {

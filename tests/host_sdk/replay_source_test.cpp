@@ -6,10 +6,12 @@
 
 #include <gtest/gtest.h>
 
+#include <lightwell/plane_codec.hpp>
 #include <lightwell/probe.hpp>
 #include <lightwell/recording.hpp>
 
 #include "host_sdk/scenes.hpp"
+#include "support/captured_planes.hpp"
 #include "support/temp_dir.hpp"
 
 namespace lightwell {
@@ -174,6 +176,115 @@ TEST_F(ReplaySource, DamagedRecordsAreCountedAndSkipped) {
   ASSERT_TRUE(probe.ok()) << probe.status().message();
   (void)play_out(*probe);
   EXPECT_EQ(probe->stats().received, 3U);
+  EXPECT_EQ(probe->stats().undecodable, 1U);
+  EXPECT_EQ(probe->stats().oversized, 1U);
+  EXPECT_NE(probe->stats().last_error.find("truncated"), std::string::npos);
+}
+
+/// Two descriptors, and between them two updates of a plane, `period_ns` apart each.
+class ReplayOfPlanes : public ReplaySource {
+ protected:
+  void record_planes(std::int64_t period_ns) {
+    Result<RecordWriter> writer =
+        RecordWriter::open(path(), {RecordingKind::descriptors_and_planes, "attic", "0.0.2", {}});
+    ASSERT_TRUE(writer.ok()) << writer.status().message();
+    PlaneEncoder encoder({.images = ImageRecipients::all_clients});
+    CapturedPlane plane = test::linear_plane();
+    std::int64_t time = 777'000 * kMs;
+    const auto append_update = [&] {
+      const auto update = encoder.encode(plane, {time});
+      ASSERT_TRUE(update.ok());
+      for (const auto& message : *update) {
+        sent_.emplace_back(message);
+        ASSERT_TRUE(writer->append(time, message, RecordedMessage::plane).ok());
+      }
+      time += period_ns;
+    };
+    append_update();
+    ASSERT_TRUE(writer->append(time, test::as_bytes(messages(1)[0])).ok());
+    time += period_ns;
+    for (Radiance& v : plane.texture.radiance) v = v * 2;
+    append_update();
+    ASSERT_TRUE(writer->append(time, test::as_bytes(messages(2)[1])).ok());
+    ASSERT_TRUE(writer->flush().ok());
+  }
+  [[nodiscard]] Result<Probe> connect(PlaneReception plane) const {
+    ProbeOptions options;
+    options.plane = plane;
+    return Probe::connect("replay:" + path() + "?speed=0", options);
+  }
+
+  std::vector<std::vector<std::byte>> sent_;
+};
+
+TEST_F(ReplayOfPlanes, PlaysThemBesideDescriptors) {
+  ASSERT_NO_FATAL_FAILURE(record_planes(20 * kMs));
+  std::vector<std::vector<std::byte>> got;
+  {
+    ProbeOptions options;
+    options.plane = PlaneReception::receive;
+    options.on_plane = [&](const PlaneArrival& a) { got.emplace_back(a.bytes.begin(), a.bytes.end()); };
+    const Result<Probe> probe = Probe::connect("replay:" + path() + "?speed=0", options);
+    ASSERT_TRUE(probe.ok()) << probe.status().message();
+    EXPECT_EQ(probe->info().id, 7U) << "the first record is no descriptor";
+    (void)play_out(*probe);
+    EXPECT_EQ(probe->plane().revision(), 2U);
+    EXPECT_EQ(probe->plane().validity(), Validity::valid);
+    EXPECT_NEAR(probe->plane().diffuse({}).value.r, 1, 0.003);
+    EXPECT_EQ(probe->stats().received, 2U);
+    EXPECT_EQ(probe->stats().undecodable, 0U);
+  }
+  EXPECT_EQ(got, sent_);
+  const Result<Probe> without = connect(PlaneReception::none);
+  ASSERT_TRUE(without.ok());
+  (void)play_out(*without);
+  EXPECT_EQ(without->plane().validity(), Validity::none);
+  EXPECT_EQ(without->stats().received, 2U);
+}
+
+TEST_F(ReplayOfPlanes, PlaysThemAtTheirTime) {
+  ASSERT_NO_FATAL_FAILURE(record_planes(60 * kMs));
+  std::string order;
+  std::vector<std::int64_t> times;
+  ProbeOptions options;
+  options.plane = PlaneReception::receive;
+  options.on_plane = [&](const PlaneArrival& a) {
+    order += 'p';
+    times.push_back(a.received.ns);
+  };
+  options.on_descriptor = [&](const Arrival& a) {
+    order += 'd';
+    times.push_back(a.received.ns);
+  };
+  const std::int64_t start = monotonic_now_ns();
+  {
+    const Result<Probe> probe = Probe::connect("replay:" + path(), options);
+    ASSERT_TRUE(probe.ok()) << probe.status().message();
+    (void)play_out(*probe);
+  }
+  EXPECT_EQ(order, "pdpd");
+  for (std::size_t k = 0; k < times.size(); ++k)
+    EXPECT_GE(times[k] - start, static_cast<std::int64_t>(k) * 60 * kMs) << "message " << k << " came early";
+}
+
+TEST_F(ReplayOfPlanes, DamageIsReportedAsThatOfDescriptors) {
+  ASSERT_NO_FATAL_FAILURE(record_planes(0));
+  {
+    Result<RecordWriter> writer =
+        RecordWriter::open(path(), {RecordingKind::descriptors_and_planes, "attic", "0.0.2", {}});
+    ASSERT_TRUE(writer.ok());
+    const std::vector<std::byte> garbage(50, std::byte{0xFF}), large(70'000);
+    ASSERT_TRUE(writer->append(777'000 * kMs, garbage, RecordedMessage::plane).ok());
+    ASSERT_TRUE(writer->append(777'000 * kMs, large, RecordedMessage::plane).ok());
+    ASSERT_TRUE(writer->flush().ok());
+    std::ofstream torn(path(), std::ios::app | std::ios::binary);
+    torn << "torn";
+  }
+  const Result<Probe> probe = connect(PlaneReception::receive);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  (void)play_out(*probe);
+  EXPECT_EQ(probe->plane().revision(), 2U);
+  EXPECT_EQ(probe->stats().received, 2U);
   EXPECT_EQ(probe->stats().undecodable, 1U);
   EXPECT_EQ(probe->stats().oversized, 1U);
   EXPECT_NE(probe->stats().last_error.find("truncated"), std::string::npos);

@@ -12,10 +12,13 @@
 #include <sys/un.h>
 
 #include <lightwell/discover.hpp>
+#include <lightwell/framing.hpp>
+#include <lightwell/plane_codec.hpp>
 #include <lightwell/probe.hpp>
 
 #include "host_sdk/scenes.hpp"
 #include "host_sdk/umock_probe.hpp"
+#include "support/captured_planes.hpp"
 #include "support/child.hpp"
 
 namespace lightwell::test {
@@ -272,6 +275,37 @@ TEST(UsbDevice, HostileBytesAreRejectedAndCounted) {
   EXPECT_GE(stats.frames_refused, 1U);
   EXPECT_EQ(stats.reconnects, 0U);
   EXPECT_EQ(probe->latest().descriptor().sequence, 3U);
+}
+
+/// The simulated probe answers as firmware that knows no planes.
+TEST(UsbDevice, OlderFirmwareWithoutPlanesIsReported) {
+  UmockProbe device;
+  ProbeOptions o = options();
+  o.plane = PlaneReception::receive;
+  const Result<Probe> probe = Probe::connect("usb:", o);
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  EXPECT_TRUE(becomes_true("the error is reported", [&] {
+    return probe->stats().last_error.find("sends no planes by USB") != std::string::npos;
+  })) << probe->stats().last_error;
+  device.send(encoded(numbered(1, 1)));
+  ASSERT_TRUE(received(*probe, 1));
+  EXPECT_EQ(probe->plane().validity(), Validity::none);
+  EXPECT_EQ(probe->stats().reconnects, 0U);
+}
+
+TEST(UsbDevice, PlanesThatWereNotRequestedAreRefused) {
+  UmockProbe device;
+  const Result<Probe> probe = Probe::connect("usb:", options());
+  ASSERT_TRUE(probe.ok()) << probe.status().message();
+  PlaneEncoder encoder;
+  const auto update = encoder.encode(linear_plane(), {0});
+  ASSERT_TRUE(update.ok());
+  FrameWriter writer(0xABCD);
+  std::vector<std::byte> frame;
+  ASSERT_TRUE(writer.write(FrameKind::plane, update->front(), frame).ok());
+  device.send_bytes(frame);
+  EXPECT_TRUE(becomes_true("it is counted", [&] { return probe->stats().frames_refused == 1; }));
+  EXPECT_EQ(probe->plane().validity(), Validity::none);
 }
 
 TEST(UsbDevice, OnlyOneProgramCanOpenIt) {

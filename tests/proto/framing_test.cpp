@@ -95,13 +95,15 @@ TEST(Framing, OversizedMessagesAreRefusedWithoutUsingASequenceNumber) {
   Bytes out;
   EXPECT_EQ(writer.write(FrameKind::descriptor, Bytes(kMaxDescriptorBytes + 1), out).code(),
             StatusCode::invalid_argument);
+  EXPECT_EQ(writer.write(FrameKind::plane, Bytes(kMaxPlaneMessageBytes + 1), out).code(), StatusCode::invalid_argument);
   EXPECT_EQ(writer.write(FrameKind::request, Bytes(kMaxLinkMessageBytes + 1), out).code(),
             StatusCode::invalid_argument);
   EXPECT_EQ(writer.sequence(), 0U);
   Listener listener;
   listener.push(frame_of(writer, Bytes(kMaxDescriptorBytes)));
   listener.push(frame_of(writer, Bytes(kMaxLinkMessageBytes), FrameKind::request));
-  EXPECT_EQ(listener.numbers(), (std::vector<std::uint64_t>{1, 2}));
+  listener.push(frame_of(writer, Bytes(kMaxPlaneMessageBytes), FrameKind::plane));
+  EXPECT_EQ(listener.numbers(), (std::vector<std::uint64_t>{1, 2, 3}));
 }
 
 TEST(Framing, AFlippedBitLosesOnlyItsFrame) {

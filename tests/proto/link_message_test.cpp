@@ -50,6 +50,29 @@ TEST(LinkMessage, InfoReportsStatusAndClock) {
   EXPECT_LE(r.info->clock_now.ns, monotonic_now_ns());
 }
 
+TEST(LinkMessage, AStreamOfPlanesIsStartedByTheLink) {
+  test::FakeCommands commands;
+  Bytes request, response;
+  encode_plane_request(5, request);
+  const auto status_of = [&](const StartPlaneStream& start) {
+    EXPECT_TRUE(answer_link_request(request, commands, response, start).ok());
+    const Result<LinkResponse> out = decode_link_response(response);
+    EXPECT_TRUE(out.ok() && out->id == 5 && !out->info && !out->estimator && !out->scale);
+    return out->status;
+  };
+  int started = 0;
+  EXPECT_TRUE(status_of([&] {
+                ++started;
+                return Status();
+              }).ok());
+  EXPECT_EQ(started, 1);
+  const Status often = status_of([] { return Status(StatusCode::resource_exhausted, "too often"); });
+  EXPECT_EQ(often.code(), StatusCode::resource_exhausted);
+  EXPECT_EQ(often.message(), "too often");
+  // A link without planes answers as firmware that does not know the request.
+  EXPECT_EQ(status_of({}).code(), StatusCode::invalid_argument);
+}
+
 TEST(LinkMessage, CommandsAreExecutedAndErrorsReturned) {
   test::FakeCommands commands;
   Bytes request;

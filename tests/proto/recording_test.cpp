@@ -88,6 +88,83 @@ TEST_F(Recording, DoesNotContinueAnotherKind) {
   EXPECT_FALSE(RecordWriter::open(path_, {RecordingKind::frames, "probe", "1", std::nullopt}).ok());
 }
 
+/// A recording of descriptors and planes with these messages.
+void write_both(const std::string& path, const std::vector<std::pair<RecordedMessage, std::string>>& messages) {
+  auto writer = RecordWriter::open(path, {RecordingKind::descriptors_and_planes, "probe", "1", std::nullopt});
+  ASSERT_TRUE(writer.ok()) << writer.status().message();
+  for (const auto& [message, text] : messages)
+    ASSERT_TRUE(writer->append(1, std::as_bytes(std::span(text)), message).ok());
+  ASSERT_TRUE(writer->flush().ok());
+}
+
+TEST_F(Recording, KeepsWhichMessagesAreOfPlanes) {
+  using enum RecordedMessage;
+  const std::vector<std::pair<RecordedMessage, std::string>> all = {
+      {plane, "p1"}, {descriptor, "d1"}, {plane, ""}, {descriptor, ""}, {plane, std::string(64 * 1024, 'x')}};
+  ASSERT_NO_FATAL_FAILURE(write_both(path_, all));
+  ASSERT_NO_FATAL_FAILURE(write_both(path_, {{descriptor, "continued"}}));
+  auto reader = RecordReader::open(path_);
+  ASSERT_TRUE(reader.ok()) << reader.status().message();
+  EXPECT_EQ(reader->header().kind, RecordingKind::descriptors_and_planes);
+  std::vector<std::pair<RecordedMessage, std::string>> got;
+  for (Record r; reader->next(r);)
+    got.emplace_back(r.message, std::string(reinterpret_cast<const char*>(r.payload.data()), r.payload.size()));
+  auto expected = all;
+  expected.emplace_back(descriptor, "continued");
+  EXPECT_EQ(got, expected);
+}
+
+TEST_F(Recording, ARecordThatIsNoKnownMessageIsUnknown) {
+  ASSERT_NO_FATAL_FAILURE(write_both(path_, {}));
+  // Records that no writer of this version makes: a field of the future, no field, no protobuf message.
+  std::ofstream file(path_, std::ios::app | std::ios::binary);
+  for (const std::string& payload : {std::string("\x1A\x01x"), std::string(), std::string("\x0A\x05x")}) {
+    unsigned char head[16] = {};
+    put_le(head, static_cast<std::uint32_t>(payload.size()));
+    const std::uint32_t time_crc = crc32c(std::as_bytes(std::span(head).subspan(8)));
+    put_le(head + 4, crc32c(std::as_bytes(std::span(payload)), time_crc));
+    file.write(reinterpret_cast<const char*>(head), sizeof head);
+    file << payload;
+  }
+  file.close();
+  auto reader = RecordReader::open(path_);
+  ASSERT_TRUE(reader.ok()) << reader.status().message();
+  int unknown = 0;
+  for (Record r; reader->next(r);) unknown += r.message == RecordedMessage::unknown ? 1 : 0;
+  EXPECT_EQ(unknown, 3);
+  EXPECT_EQ(reader->torn_bytes(), 0U);
+}
+
+TEST_F(Recording, PlanesNeedARecordingOfTheirKind) {
+  write({"a"});
+  auto writer = RecordWriter::open(path_, {RecordingKind::descriptors, "probe", "1", std::nullopt});
+  ASSERT_TRUE(writer.ok());
+  EXPECT_EQ(writer->append(1, bytes("p"), RecordedMessage::plane).code(), StatusCode::invalid_argument);
+  EXPECT_EQ(
+      RecordWriter::open(path_, {RecordingKind::descriptors_and_planes, "probe", "1", std::nullopt}).status().code(),
+      StatusCode::failed_precondition);
+}
+
+/// Readers that know only container version 1 refuse a recording with planes by the version; all other recordings stay
+/// as they were.
+TEST_F(Recording, OnlyThoseWithPlanesHaveContainerVersion2) {
+  const auto version = [&] {
+    std::ifstream file(path_, std::ios::binary);
+    file.seekg(5);
+    return file.get();
+  };
+  write({"a"});
+  EXPECT_EQ(version(), 1);
+  std::filesystem::remove(path_);
+  ASSERT_NO_FATAL_FAILURE(write_both(path_, {}));
+  EXPECT_EQ(version(), 2);
+  for (const int other : {0, 1, 3}) {
+    std::fstream(path_, std::ios::in | std::ios::out | std::ios::binary).seekp(5).put(static_cast<char>(other));
+    EXPECT_EQ(RecordReader::open(path_).status().code(), StatusCode::data_loss) << other;
+  }
+  EXPECT_NE(RecordReader::open(path_).status().message().find("version 3 is not known"), std::string::npos);
+}
+
 TEST_F(Recording, HeaderKeepsTheCalibration) {
   RigParameters rig;
   rig.nits_per_unit = 3;

@@ -17,6 +17,7 @@
 #include "link/access/link_access.hpp"
 #include "link/access/listen_address.hpp"
 #include "link/grpc/transport.hpp"
+#include "link/plane_queue.hpp"
 
 namespace lightwell {
 namespace {
@@ -117,17 +118,15 @@ class ProbeService final {
       const std::lock_guard lock(mutex_);
       if (finished_) return;
       if (!writing_) return write(descriptor);
-      if (!queue_.empty()) service_.coalesced_.fetch_add(1, std::memory_order_relaxed);
-      queue_.assign(1, descriptor);
+      if (descriptor_) service_.coalesced_.fetch_add(1, std::memory_order_relaxed);
+      descriptor_ = descriptor;
     }
 
     /// Sends an update of the plane, or keeps it while the one before is being sent.
     void enqueue_plane(const std::shared_ptr<const EncodedPlane>& plane) {
       const std::lock_guard lock(mutex_);
       if (finished_) return;
-      // The kept one is never sent, so changes to it are no use to the client.
-      if (plane_) needs_whole_plane_ = true;
-      plane_ = plane;
+      plane_.put(plane);
       if (!writing_) write_next();
     }
 
@@ -158,25 +157,20 @@ class ProbeService final {
     }
 
    private:
-    void write(const grpc::ByteBuffer& descriptor) {
-      current_ = descriptor;
+    void write(const grpc::ByteBuffer& message) {
+      current_ = message;
       writing_ = true;
       StartWrite(&current_);
     }
 
     void write_next() {
-      if (queue_.empty() && plane_) {
-        const EncodedPlane::Messages& messages = needs_whole_plane_ ? plane_->whole : plane_->changes;
-        for (auto m = messages.rbegin(); m != messages.rend(); ++m) {
-          const grpc::Slice slice(m->data(), m->size());
-          queue_.emplace_back(&slice, 1);
-        }
-        needs_whole_plane_ = false;
-        plane_.reset();
+      if (descriptor_) {
+        write(*descriptor_);
+        descriptor_.reset();
+      } else if (const EncodedMessage message = plane_.take()) {
+        const grpc::Slice slice(message->data(), message->size());
+        write({&slice, 1});
       }
-      if (queue_.empty()) return;
-      write(queue_.back());
-      queue_.pop_back();
     }
 
     void finish_locked(const grpc::Status& status) {
@@ -190,11 +184,10 @@ class ProbeService final {
     grpc::ByteBuffer request_;
     std::mutex mutex_;
     grpc::ByteBuffer current_;
-    std::vector<grpc::ByteBuffer> queue_;  ///< To be sent after current_, from the last to the first.
+    // To be sent after current_: of a stream of descriptors, or of planes.
+    std::optional<grpc::ByteBuffer> descriptor_;
+    PlaneQueue plane_;
     bool writing_ = false, finished_ = false;
-    // Of a stream of planes.
-    std::shared_ptr<const EncodedPlane> plane_;  ///< To be sent after queue_; null: none.
-    bool needs_whole_plane_ = true;              ///< The client lacks an update before.
   };
 
   /// Receives the calls of all methods that no other service of the server has.

@@ -15,6 +15,7 @@
 #include <lightwell/status.hpp>
 #include <lightwell/time.hpp>
 
+#include "link/plane_queue.hpp"
 #include "link/token_bucket.hpp"
 
 namespace lightwell {
@@ -34,7 +35,7 @@ class Worker {
   void run() {
     while (!stopping_) {
       // While a message is being sent, nothing else is due.
-      session_.run_once({session_.idle() ? next_status_ns_ - monotonic_now_ns() : kSecond});
+      session_.run_once({session_.idle() ? until_due_ns() : kSecond});
       if (stopping_) break;
       if (session_.idle()) publish_due();
     }
@@ -52,6 +53,15 @@ class Worker {
       const std::lock_guard lock(mutex_);
       if (next_) ++counters_.coalesced;
       next_ = descriptor;
+    }
+    session_.wake();
+  }
+
+  void publish_plane(const std::shared_ptr<const EncodedPlane>& plane) {
+    {
+      const std::lock_guard lock(mutex_);
+      newest_plane_ = plane;
+      planes_.put(plane);
     }
     session_.wake();
   }
@@ -76,7 +86,7 @@ class Worker {
   /// Why the broker is not connected, for people; empty while it is.
   [[nodiscard]] std::string error_message() const {
     const std::lock_guard lock(mutex_);
-    return error_message_;
+    return error_message_.empty() ? plane_error_message_ : error_message_;
   }
 
  private:
@@ -96,6 +106,7 @@ class Worker {
       // Publish the status at once, before any descriptor: it replaces the retained last will.
       next_status_ns_ = 1;
       set_error_message({});
+      restart_planes();
     };
     options.on_lost = [this](const std::string& why) { set_error_message(why); };
     options.on_message = [this](const MqttMessage& message) { publish_clock(message); };
@@ -107,7 +118,23 @@ class Worker {
     error_message_ = error_message;
   }
 
-  /// Publishes the status if it is due, and then the newest descriptor, unless the status is still being sent.
+  /// Time until something is to be published, unless wake() is called before.
+  [[nodiscard]] std::int64_t until_due_ns() const {
+    const std::lock_guard lock(mutex_);
+    return next_ || !planes_.empty() ? 0 : next_status_ns_ - monotonic_now_ns();
+  }
+
+  /// Subscribers may lack what was published before.
+  void restart_planes() {
+    const std::lock_guard lock(mutex_);
+    plane_error_message_.clear();
+    planes_.clear();
+    if (newest_plane_) planes_.put(newest_plane_);
+  }
+
+  /// Publishes the status if it is due, and then one other message, unless the status is still being sent. A message of
+  /// a plane goes between two descriptors, so that a descriptor waits for one such message at most, and a slow broker
+  /// gets both.
   void publish_due() {
     const std::int64_t now = monotonic_now_ns();
     if (now >= next_status_ns_) {
@@ -116,15 +143,31 @@ class Worker {
       session_.publish(topics_.status, std::as_bytes(std::span(status)), true);
       if (!session_.idle()) return;
     }
-    EncodedDescriptor descriptor;
+    EncodedMessage descriptor, plane;
     {
       const std::lock_guard lock(mutex_);
-      descriptor = std::exchange(next_, nullptr);
+      if (!next_ || descriptor_was_last_) plane = planes_.take();
+      if (!plane) descriptor = std::exchange(next_, nullptr);
     }
+    descriptor_was_last_ = descriptor != nullptr;
+    if (plane) publish_plane_message(*plane);
     if (!descriptor || session_.publish(topics_.descriptor, *descriptor, true)) return;
     // The descriptor exceeds the broker's maximum size, or the connection was lost: both count as coalesced.
     const std::lock_guard lock(mutex_);
     ++counters_.coalesced;
+  }
+
+  /// Not retained: a broker would keep a photograph after its owner has forbidden it, and after the probe has left.
+  void publish_plane_message(std::span<const std::byte> message) {
+    const bool sent = session_.publish(topics_.plane, message, false), connected = session_.connected();
+    const std::lock_guard lock(mutex_);
+    plane_error_message_.clear();
+    if (sent) return;
+    planes_.require_whole();
+    if (connected)
+      plane_error_message_ = "the broker accepts no message of " + std::to_string(message.size()) +
+                             " bytes, so clients lack captured planes: allow packets of 70000 bytes (mosquitto: "
+                             "max_packet_size)";
   }
 
   /// Answers a clock request, or refuses it: a delayed answer would give a wrong time, and the client repeats the
@@ -148,14 +191,17 @@ class Worker {
   Commands& commands_;
   TokenBucket rate_limit_{kClockAnswersPerSecond, kClockAnswersPerSecond};
   std::int64_t next_status_ns_ = 0;
+  bool descriptor_was_last_ = false;  ///< The last message other than a status.
   std::atomic<bool> stopping_{false};
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   EncodedDescriptor next_;
+  std::shared_ptr<const EncodedPlane> newest_plane_;  ///< Null: none yet.
+  PlaneQueue planes_;
   LinkCounters counters_;
   bool ended_ = false;
-  std::string error_message_ = "not connected yet";
+  std::string error_message_ = "not connected yet", plane_error_message_;
 
   MqttSession session_;  // Last, because its callbacks use the other members.
 };
@@ -208,6 +254,10 @@ class MqttLink final : public Link {
 
   void publish(const EncodedDescriptor& descriptor) override {
     if (worker_) worker_->publish(descriptor);
+  }
+
+  void publish_plane(const std::shared_ptr<const EncodedPlane>& plane) override {
+    if (worker_) worker_->publish_plane(plane);
   }
 
   void stop() override {

@@ -1,4 +1,5 @@
-// The MQTT link: publishes descriptors and status as retained messages with a last will, and answers clock requests.
+// The MQTT link: publishes descriptors and status as retained messages with a last will, and messages of captured
+// planes, and answers clock requests.
 // Topics: proto/README.md.
 #pragma once
 

@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "link/plane_queue.hpp"
 #include "link/usb_gadget/ffs_port.hpp"
 
 namespace lightwell {
@@ -48,6 +49,17 @@ class GadgetLink final : public UsbGadgetLink {
     port_->wake();
   }
 
+  void publish_plane(const std::shared_ptr<const EncodedPlane>& plane) override {
+    {
+      const std::lock_guard lock(mutex_);
+      newest_plane_ = plane;
+      if (!plane_wanted_) return;
+      plane_queue_.put(plane);
+      counters_.planes_replaced = plane_queue_.replaced();
+    }
+    port_->wake();
+  }
+
   void stop() override {
     if (!thread_.joinable()) return;
     stopping_ = true;
@@ -63,7 +75,8 @@ class GadgetLink final : public UsbGadgetLink {
     const std::lock_guard lock(mutex_);
     return {.clients = listening_ ? 1U : 0U,
             .coalesced = coalesced_,
-            .messages_refused = counters_.from_host.refused() + counters_.invalid_requests};
+            .messages_refused =
+                counters_.from_host.refused() + counters_.invalid_requests + counters_.plane_requests_refused};
   }
   UsbGadgetCounters usb_counters() const override {
     const std::lock_guard lock(mutex_);
@@ -128,6 +141,7 @@ class GadgetLink final : public UsbGadgetLink {
   void end_stream() {
     reader_.begin_stream();
     responses_.clear();
+    plane_requested_.reset();
     last_request_.reset();
     set_listening(HostListening::no);
   }
@@ -138,6 +152,10 @@ class GadgetLink final : public UsbGadgetLink {
     if (!listening_ && newest_) {
       newest_.reset();
       ++counters_.descriptors_without_listener;
+    }
+    if (!listening_) {
+      plane_wanted_ = false;
+      plane_queue_.clear();
     }
     counters_.from_host = reader_.counters();
   }
@@ -165,7 +183,8 @@ class GadgetLink final : public UsbGadgetLink {
   void handle_request(const LinkFrame& frame) {
     std::vector<std::byte> response;
     const bool request = frame.kind == FrameKind::request;
-    if (!request || !answer_link_request(frame.payload, commands_, response).ok()) {
+    const StartPlaneStream start_planes = [this] { return start_plane_stream(); };
+    if (!request || !answer_link_request(frame.payload, commands_, response, start_planes).ok()) {
       const std::lock_guard lock(mutex_);
       ++counters_.invalid_requests;
       return;
@@ -180,6 +199,22 @@ class GadgetLink final : public UsbGadgetLink {
     listening_ = true;
   }
 
+  /// The host gets the plane that is known, whole, and then every update.
+  Status start_plane_stream() {
+    const ProbeTime now{monotonic_now_ns()};
+    const bool early = plane_requested_ && now - *plane_requested_ < kPlaneRepeat;
+    const std::lock_guard lock(mutex_);
+    if (early) {
+      ++counters_.plane_requests_refused;
+      return {StatusCode::resource_exhausted, "the plane was requested less than a second ago; request it later"};
+    }
+    plane_requested_ = now;
+    plane_wanted_ = true;
+    plane_queue_.clear();
+    if (newest_plane_) plane_queue_.put(newest_plane_);
+    return {};
+  }
+
   /// Starts transfers in idle directions.
   void serve() {
     if (!enabled_ || ProbeTime{monotonic_now_ns()} < resume_at_) return;
@@ -191,28 +226,38 @@ class GadgetLink final : public UsbGadgetLink {
     if (!sending_ && !suspended_) send_next();
   }
 
-  /// Responses before descriptors, because the host measures the round-trip time.
+  /// Responses first, because the host measures the round-trip time. A message of a plane goes between two descriptors,
+  /// so that a descriptor waits for one such message at most, and a host that reads slowly gets both.
   void send_next() {
     if (!responses_.empty()) {
       begin_send(FrameKind::response, responses_.front());
       responses_.pop_front();
       return;
     }
-    EncodedDescriptor descriptor;
+    EncodedMessage message;
+    FrameKind kind = FrameKind::plane;
     {
       const std::lock_guard lock(mutex_);
-      descriptor.swap(newest_);
+      if (!newest_ || last_sent_ == FrameKind::descriptor) message = plane_queue_.take();
+      if (!message) {
+        kind = FrameKind::descriptor;
+        message.swap(newest_);
+      }
     }
-    if (descriptor) begin_send(FrameKind::descriptor, *descriptor);
+    if (message) begin_send(kind, *message);
   }
 
   void begin_send(FrameKind kind, std::span<const std::byte> message) {
-    // Both kinds are within the size limits. A message that is not would use no sequence number.
+    // All kinds are within the size limits. A message that is not would use no sequence number.
     if (!writer_.write(kind, message, frame_).ok()) return;
+    // A response between two descriptors changes nothing about whose turn it is.
+    if (kind != FrameKind::response) last_sent_ = kind;
+    sending_kind_ = kind;
     {
       const std::lock_guard lock(mutex_);
       counters_.frames_begun = writer_.sequence();
       if (kind == FrameKind::descriptor) ++counters_.descriptors_begun;
+      if (kind == FrameKind::plane) ++counters_.plane_messages_begun;
     }
     sending_ = port_->begin_send(frame_);
     if (sending_) return;
@@ -223,6 +268,7 @@ class GadgetLink final : public UsbGadgetLink {
     pause();
     const std::lock_guard lock(mutex_);
     ++counters_.frames_failed;
+    if (sending_kind_ == FrameKind::plane) plane_queue_.require_whole();
   }
 
   void pause() { resume_at_ = ProbeTime{monotonic_now_ns()} + kPause; }
@@ -236,11 +282,17 @@ class GadgetLink final : public UsbGadgetLink {
   std::vector<std::byte> received_, frame_;  ///< Owned by the port while a transfer is in progress.
   std::deque<std::vector<std::byte>> responses_;
   std::optional<ProbeTime> last_request_;
+  std::optional<ProbeTime> plane_requested_;  ///< When the host's last accepted request of the plane came.
+  FrameKind last_sent_ = FrameKind::plane;    ///< Kind of the last frame that was no response.
+  FrameKind sending_kind_ = FrameKind::response;
   ProbeTime resume_at_;
   bool enabled_ = false, suspended_ = false, sending_ = false, receiving_ = false;
 
   mutable std::mutex mutex_;
   EncodedDescriptor newest_;
+  std::shared_ptr<const EncodedPlane> newest_plane_;  ///< For a host that requests it later; null: none.
+  PlaneQueue plane_queue_;                            ///< Empty while no host wants planes.
+  bool plane_wanted_ = false;
   bool listening_ = false;
   std::uint64_t coalesced_ = 0;
   UsbGadgetCounters counters_;

@@ -64,6 +64,9 @@ struct UsbGadgetCounters {
   std::uint64_t frames_failed = 0;      ///< Of frames_begun, those that ended with an error (cable unplugged).
   std::uint64_t descriptors_begun = 0;  ///< Of frames_begun, those with a descriptor.
   std::uint64_t descriptors_without_listener = 0;  ///< Descriptors published while no host was listening.
+  std::uint64_t plane_messages_begun = 0;          ///< Of frames_begun, those with a message of a captured plane.
+  std::uint64_t planes_replaced = 0;               ///< Updates of a plane that a slow host missed.
+  std::uint64_t plane_requests_refused = 0;        ///< Requests of the whole plane within kPlaneRepeat.
 };
 
 /// A Link with USB-specific counters.
@@ -76,6 +79,9 @@ class UsbGadgetLink : public Link {
 /// Descriptors are sent only if the host's last request came within this time. Otherwise a descriptor could stay in the
 /// controller and reach the next host much later.
 inline constexpr Duration kListenerTimeout{10'000'000'000};
+
+/// A host that receives planes can request the whole plane again after this time.
+inline constexpr Duration kPlaneRepeat{1'000'000'000};
 
 /// The link on FunctionFS. `commands` must outlive the link and is called from its one thread.
 [[nodiscard]] std::unique_ptr<UsbGadgetLink> make_usb_gadget_link(const UsbGadgetConfig& config, Commands& commands);

@@ -1,5 +1,5 @@
-// Lightwell for C#: one file over the C ABI (lightwell.h), for Unity and other applications.
-// Put it into the project with liblightwell.so beside it (Unity: Assets/Plugins). C# 7.2 and .NET Standard 2.0 are
+// Lightwell for C# over the C ABI (lightwell.h), for Unity and other applications. Put this file and LightwellPlanes.cs
+// into the project with liblightwell.so beside them (Unity: Assets/Plugins). C# 7.2 and .NET Standard 2.0 are
 // enough; there is no unsafe code. Directions and normals are in the probe's frame: right-handed, +X right, +Y up,
 // -Z forward, metres; they need not be normalised. UNITY'S AXES DIFFER: Lighting.ToUnity returns values in Unity's
 // axes, and a normal (x, y, z) of Unity is (x, y, -z) here. Colours are linear Rec. 709, D65: the luminance of
@@ -261,6 +261,8 @@ namespace Lightwell
         public string CredentialsFolder;
         /// <summary>Credentials for a broker; files are PEM.</summary>
         public string MqttCaFile, MqttCertificateFile, MqttKeyFile, MqttUser, MqttPassword;
+        /// <summary>Receives captured planes, for Probe.Plane (LightwellPlanes.cs).</summary>
+        public bool Plane;
     }
 
     /// <summary>Fields and defaults of EstimatorConfig in proto/lightwell/v1/config.proto.</summary>
@@ -537,7 +539,7 @@ namespace Lightwell
 
     /// <summary>A connection to one probe, from Connect to Dispose. Dispose does not wait for calls of other threads:
     /// the connection is closed when the last one returns.</summary>
-    public sealed class Probe : IDisposable
+    public sealed partial class Probe : IDisposable
     {
         /// <summary>Period in which a blocking wait checks for Dispose.</summary>
         private const long SliceNs = 100000000;
@@ -563,7 +565,8 @@ namespace Lightwell
                 connectTimeout = Ns(options.ConnectTimeout),
                 retryMin = Ns(options.RetryMin),
                 retryMax = Ns(options.RetryMax),
-                silenceLimit = Ns(options.SilenceLimit)
+                silenceLimit = Ns(options.SilenceLimit),
+                plane = options.Plane ? 1 : 0
             };
             var bytes = Encoding.UTF8.GetBytes(uri);
             var texts = new List<GCHandle>();
@@ -708,12 +711,12 @@ namespace Lightwell
     }
 
     /// <summary>The functions of lightwell.h. Arrays of plain structs are pinned, not copied.</summary>
-    internal static class Native
+    internal static partial class Native
     {
         private const string Library = "lightwell";
 
         /// <summary>LW_ABI_VERSION of the header for which this file is written.</summary>
-        private const uint AbiVersion = 0x00010002;
+        private const uint AbiVersion = 0x00010003;
 
         internal static readonly uint SizeOfAnswer = (uint)Marshal.SizeOf(typeof(Answer));
         internal static readonly uint SizeOfLightingInfo = (uint)Marshal.SizeOf(typeof(LightingInfo));
@@ -725,6 +728,7 @@ namespace Lightwell
             internal int history;
             internal long maxAge, extrapolation, connectTimeout, retryMin, retryMax, silenceLimit;
             internal IntPtr credentialsFolder, mqttCaFile, mqttCertificateFile, mqttKeyFile, mqttUser, mqttPassword;
+            internal int plane, reserved;
         }
 
         [StructLayout(LayoutKind.Sequential)]

@@ -22,6 +22,8 @@
 
 namespace lightwell {
 
+struct PlaneUpdate;
+
 namespace core {
 struct PlaneState;
 }
@@ -165,6 +167,8 @@ class PlaneReader {
   /// that contradicts earlier ones of its capture, and for one of the four captures before this one. After an error
   /// nothing has changed.
   Status take(std::span<const std::byte> message, HostTime received);
+  /// The same for the result of decode_plane_update(), for the SDK.
+  Status take_update(const Result<PlaneUpdate>& update, HostTime received);
 
   /// Whether a message was received, and no tile of the newest update is missing.
   [[nodiscard]] bool complete() const;

@@ -40,6 +40,12 @@ struct Arrival {
   HostTime stored;        ///< From when Probe::latest() returned it.
 };
 
+/// One received message of a captured plane (PlaneUpdate). The span is valid during the call.
+struct PlaneArrival {
+  std::span<const std::byte> bytes;  ///< Exactly as received, unknown fields included.
+  HostTime received;                 ///< When the message was received.
+};
+
 /// Credentials for an MQTT broker (mqtt:// and mqtts:// only). Files are PEM; an empty path means none.
 struct MqttCredentials {
   /// Certification authorities for the broker's certificate. Empty: the system's. The certificate must be valid for the
@@ -83,7 +89,8 @@ struct ProbeOptions {
   /// the probe reports (ProbeInfo::T_world_probe, in the frame of the room). For a moving probe call
   /// latest().in_world(pose) with the current pose.
   std::optional<UncertainPose> T_world_probe;
-  /// receive: for plane(), over gRPC and WebSocket; other links have no planes.
+  /// receive: for plane(). Over MQTT a whole plane arrives within the probe's key interval, 10 s; over the other links
+  /// at once. A recording has planes if it was made with them (`lightwell record --plane`).
   PlaneReception plane = PlaneReception::none;
   MqttCredentials mqtt;
   /// Trust anchors for a grpcs:// or wss:// probe, and this client's identity. Empty: those that `lightwell pair`
@@ -92,6 +99,8 @@ struct ProbeOptions {
   /// Called for every valid descriptor on the reader thread, which waits for its return: be quick, do not throw, do not
   /// destroy the Probe. Meant for recording; applications call latest().
   std::function<void(const Arrival&)> on_descriptor;
+  /// The same for every valid message of a plane. Needs `plane`.
+  std::function<void(const PlaneArrival&)> on_plane;
 
   /// invalid_argument names the field.
   [[nodiscard]] Status validate() const;
@@ -134,14 +143,14 @@ struct LinkStats {
   std::uint64_t bytes = 0;        ///< Total size of the valid descriptors.
   std::uint64_t gaps = 0;         ///< Missing captures: gaps in the sequence numbers.
   std::uint64_t oversized = 0;    ///< Messages above kMaxDescriptorBytes, dropped without decoding.
-  std::uint64_t undecodable = 0;  ///< Messages that are not valid descriptors; the last valid one is kept.
+  std::uint64_t undecodable = 0;  ///< Messages that are not valid; the last valid descriptor and plane are kept.
   std::uint64_t replayed = 0;     ///< Descriptors that were received again after a newer one: dropped.
   /// USB only, where each message is a numbered frame: frames that were not received (in flight when the cable was
   /// pulled), and frames that were damaged, malformed, too large or repeated.
   std::uint64_t frames_lost = 0;
   std::uint64_t frames_refused = 0;
-  /// Descriptors rejected as replays: not newer than an earlier one, or dated in the future. Counted for MQTT, where
-  /// other clients of the broker may publish.
+  /// Descriptors rejected as replays: not newer than an earlier one, or dated in the future; messages of a plane that
+  /// are dated in the future or of an earlier capture. Counted for MQTT, where other clients of the broker may publish.
   std::uint64_t untimely = 0;
   std::uint64_t reconnects = 0;  ///< Number of reconnections.
   std::uint64_t maps = 0;        ///< Environment maps received, whole or as changes.
@@ -193,7 +202,7 @@ class Probe {
   [[nodiscard]] Lighting at(HostTime time) const;
 
   /// The newest complete state of the plane that the probe captures. For render threads: as latest(). Validity::none
-  /// without ProbeOptions::plane, before the first, and over other links than gRPC and WebSocket.
+  /// without ProbeOptions::plane, before the first, and for a recording without planes.
   [[nodiscard]] PlaneAppearance plane() const;
 
   /// For tools: waits until the newest descriptor has a sequence number other than `seen` (nullopt: any) and returns

@@ -1,6 +1,7 @@
 // Offset and drift between the probe's and the host's clock, estimated from round trips; replay protection by time.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -98,6 +99,46 @@ class ReplayProtection {
 
  private:
   std::optional<ProbeTime> last_;
+};
+
+/// Replay protection for the messages of captured planes, of which many have the same mid-exposure. The order within a
+/// capture is checked by PlaneReader. One thread at a time.
+class PlaneReplayProtection {
+ public:
+  enum class Verdict : std::uint8_t { refused, same_capture, other_capture };
+  /// A capture of which no message was admitted for this long is replaced by any other, also by an earlier one: a
+  /// message that another client forged does not exclude the probe's for longer. Three key intervals of the probe.
+  static constexpr Duration kCaptureTimeout{30'000'000'000};
+  /// A capture is replaced after this time at the earliest: each new one costs a reader megabytes of memory to clear.
+  static constexpr Duration kMinCaptureTime{1'000'000'000};
+
+  /// refused: later than `now` by more than the clock uncertainty; or of another capture than the last admitted
+  /// message, and not later than all of that or within kMinCaptureTime of its first. clock.known() is required.
+  [[nodiscard]] Verdict admit(std::uint32_t capture, ProbeTime mid_exposure, HostTime now, const ClockMap& clock) {
+    // Prevents overflow of differences.
+    constexpr std::int64_t kFar = std::numeric_limits<std::int64_t>::max() / 4;
+    if (mid_exposure.ns < 0 || mid_exposure.ns > kFar) return Verdict::refused;
+    const MappedTime mapped = clock.mapped(mid_exposure, now);
+    if (mapped.at > now + mapped.uncertainty) return Verdict::refused;
+    const bool same = last_ && last_->capture == capture;
+    if (last_ && !same && now - last_->began < kMinCaptureTime) return Verdict::refused;
+    if (last_ && !same && mid_exposure <= last_->mid_exposure && now - last_->admitted <= kCaptureTimeout)
+      return Verdict::refused;
+    last_ = same ? Admitted{capture, std::max(mid_exposure, last_->mid_exposure), last_->began, now}
+                 : Admitted{capture, mid_exposure, now, now};
+    return same ? Verdict::same_capture : Verdict::other_capture;
+  }
+
+  /// Call it after a reset of the probe's clock.
+  void forget() { last_.reset(); }
+
+ private:
+  struct Admitted {
+    std::uint32_t capture = 0;
+    ProbeTime mid_exposure;    ///< Of the newest message.
+    HostTime began, admitted;  ///< When the first and the last message of the capture were admitted.
+  };
+  std::optional<Admitted> last_;
 };
 
 }  // namespace lightwell::core

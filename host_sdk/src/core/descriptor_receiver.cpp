@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <lightwell/codec.hpp>
+#include <lightwell/plane_codec.hpp>
 #include <lightwell/text.hpp>
 
 #include "core/sample.hpp"
@@ -23,7 +24,8 @@ DescriptorReceiver::DescriptorReceiver(const ProbeOptions& options)
     : capacity_(static_cast<std::size_t>(options.history)),
       max_age_(options.max_age),
       extrapolation_(options.extrapolation),
-      on_descriptor_(options.on_descriptor) {}
+      on_descriptor_(options.on_descriptor),
+      on_plane_(options.on_plane) {}
 
 void DescriptorReceiver::describe(const ProbeInfo& info) {
   if (!info.T_world_probe)
@@ -88,10 +90,24 @@ void DescriptorReceiver::count(const Descriptor& descriptor, std::size_t bytes, 
   changed_.notify_all();
 }
 
-void DescriptorReceiver::receive_plane(std::span<const std::byte> bytes, HostTime received) {
-  if (const Status s = plane_reader_.take(bytes, received); !s.ok()) return refuse(s.message());
+void DescriptorReceiver::receive_plane(std::span<const std::byte> bytes, HostTime received,
+                                       const PlaneVerdictOf& verdict_of) {
+  using Verdict = PlaneReplayProtection::Verdict;
+  const Result<PlaneUpdate> update = decode_plane_update(bytes);
+  const Verdict verdict = update && verdict_of ? verdict_of(update->info) : Verdict::same_capture;
+  if (verdict == Verdict::refused)
+    return drop(stats_.untimely, "a message of a plane is of an earlier capture, or is dated in the future");
+  const bool stuck =
+      verdict_of && plane_current_ && received - *plane_current_ > PlaneReplayProtection::kCaptureTimeout;
+  if (verdict == Verdict::other_capture || stuck) restart_plane();
+  if (const Status s = plane_reader_.take_update(update, received); !s.ok()) return refuse(s.message());
+  if (on_plane_) on_plane_({bytes, received});
+  if (!plane_current_) plane_current_ = received;
   // An update is several messages; until they are there, the former state is the better one.
-  if (plane_reader_.complete()) planes_.publish(plane_reader_.state());
+  if (!plane_reader_.complete()) return;
+  const std::shared_ptr<const PlaneState> state = plane_reader_.state();
+  if (state->revision == update->revision) plane_current_ = received;
+  planes_.publish(state);
 }
 
 void DescriptorReceiver::refuse_oversized(std::size_t bytes) {

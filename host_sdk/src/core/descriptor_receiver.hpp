@@ -24,6 +24,10 @@ namespace lightwell::core {
 /// (ReplayProtection).
 using HostTimeOf = std::function<std::optional<MappedTime>(const CaptureTime&)>;
 
+/// Whether a message of a captured plane may be taken (PlaneReplayProtection); other_capture: after all of the former
+/// captures are forgotten.
+using PlaneVerdictOf = std::function<PlaneReplayProtection::Verdict(const PlaneInfo&)>;
+
 /// Also takes the messages of the plane that the probe captures. Shared by one connection's reader thread, which
 /// writes, and any number of threads, which query.
 class DescriptorReceiver {
@@ -37,10 +41,16 @@ class DescriptorReceiver {
   /// Processes the bytes of one descriptor. An undecodable or untimely descriptor, or a duplicate (by sequence number
   /// and time), is counted and dropped; the last valid one is kept.
   void receive(std::span<const std::byte> bytes, HostTime received, const HostTimeOf& host_time_of);
-  /// Processes one message of the plane's stream. An invalid one is counted with the undecodable ones.
-  void receive_plane(std::span<const std::byte> bytes, HostTime received);
+  /// Processes one message of the plane's stream. An invalid one is counted with the undecodable ones, one that
+  /// `verdict_of` refuses with the untimely ones. Without `verdict_of` PlaneReader alone decides. With it, a capture is
+  /// collected anew after PlaneReplayProtection::kCaptureTimeout without a current and complete state: a forged message
+  /// of the probe's own capture, whose revisions are above the probe's, has no longer effect than that.
+  void receive_plane(std::span<const std::byte> bytes, HostTime received, const PlaneVerdictOf& verdict_of = {});
   /// Another stream of the plane begins, which starts with a whole plane. Until that is complete, the former one stays.
-  void restart_plane() { plane_reader_ = {}; }
+  void restart_plane() {
+    plane_reader_ = {};
+    plane_current_.reset();
+  }
   /// Counts a message of that size that was dropped without decoding.
   void refuse_oversized(std::size_t bytes);
   /// Sets the numbers of lost and rejected link frames since the start of the link.
@@ -85,6 +95,7 @@ class DescriptorReceiver {
   const Duration max_age_;
   const Duration extrapolation_;
   const std::function<void(const Arrival&)> on_descriptor_;
+  const std::function<void(const PlaneArrival&)> on_plane_;
 
   // Used by the reader thread only.
   EnvironmentAssembler environments_;
@@ -94,6 +105,8 @@ class DescriptorReceiver {
   ReconstructAhead reconstruct_ahead_;
   LatestStore<History> store_;
   PlaneReader plane_reader_;
+  /// When plane_reader_ last held the update of the message that it took, complete; at first: when it took one.
+  std::optional<HostTime> plane_current_;
   LatestStore<PlaneState> planes_;
 
   mutable std::mutex mutex_;

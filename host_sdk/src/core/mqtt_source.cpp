@@ -20,6 +20,7 @@
 #include <lightwell/codec.hpp>
 #include <lightwell/mqtt.hpp>
 #include <lightwell/mqtt_session.hpp>
+#include <lightwell/plane_codec.hpp>
 #include <lightwell/status.hpp>
 #include <lightwell/text.hpp>
 
@@ -99,6 +100,7 @@ class SubscriberThread {
     out.login = login_of(options.mqtt);
     // The reply topic first, so that no response to an early request is missed.
     out.subscriptions = {reply_topic_, topics_.status, topics_.descriptor};
+    if (options.plane == PlaneReception::receive) out.subscriptions.push_back(topics_.plane);
     out.retry_min = options.retry_min;
     out.retry_max = options.retry_max;
     out.connect_timeout = options.connect_timeout;
@@ -132,6 +134,8 @@ class SubscriberThread {
     const HostTime received{monotonic_now_ns()};
     if (message.topic == topics_.descriptor) {
       on_descriptor(message.payload, received);
+    } else if (message.topic == topics_.plane) {
+      on_plane(message.payload, received);
     } else if (message.topic == topics_.status) {
       on_status(message.payload, received);
     } else if (message.topic == reply_topic_) {
@@ -150,6 +154,16 @@ class SubscriberThread {
       held_.assign(bytes.begin(), bytes.end());
       held_received_ = received;
     }
+  }
+
+  void on_plane(std::span<const std::byte> bytes, HostTime received) {
+    if (bytes.size() > kMaxPlaneMessageBytes) return receiver_.refuse_oversized(bytes.size());
+    // The probe repeats what was missed.
+    if (!clock_synchronized_) return;
+    last_received_ = received;
+    receiver_.receive_plane(bytes, received, [&](const PlaneInfo& info) {
+      return plane_replay_protection_.admit(info.capture, info.mid_exposure, received, clock_);
+    });
   }
 
   void admit(std::span<const std::byte> bytes, HostTime received) {
@@ -210,6 +224,7 @@ class SubscriberThread {
     // The probe's clock was reset: it rebooted, or was replaced by another probe.
     if (before && std::llabs((clock_.offset(received) - *before).ns) > uncertainty.ns) {
       replay_protection_.forget();
+      plane_replay_protection_.forget();
       receiver_.reset_sequence();
     }
     pending_request_.reset();
@@ -309,6 +324,7 @@ class SubscriberThread {
   std::optional<PendingRequest> pending_request_;
   int round_trips_ = 0;
   ReplayProtection replay_protection_;
+  PlaneReplayProtection plane_replay_protection_;
   std::vector<std::byte> held_;  ///< The last descriptor received while the clock was unknown.
   HostTime held_received_;
 

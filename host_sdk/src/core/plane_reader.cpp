@@ -77,7 +77,10 @@ PlaneReader::PlaneReader(PlaneReader&&) noexcept = default;
 PlaneReader& PlaneReader::operator=(PlaneReader&&) noexcept = default;
 
 Status PlaneReader::take(std::span<const std::byte> message, HostTime received) {
-  Result<PlaneUpdate> update = decode_plane_update(message);
+  return take_update(decode_plane_update(message), received);
+}
+
+Status PlaneReader::take_update(const Result<PlaneUpdate>& update, HostTime received) {
   Status problem = update.status();
   const bool begins = problem.ok() && (!state_ || update->info.capture != state_->plane.info.capture);
   if (begins && std::ranges::find(former_captures_, update->info.capture) != former_captures_.end())

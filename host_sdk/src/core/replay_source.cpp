@@ -1,4 +1,4 @@
-// Replay of a recording of descriptors, through the same DescriptorReceiver as network connections.
+// Replay of a recording of descriptors and captured planes, through the same DescriptorReceiver as network connections.
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
@@ -54,10 +54,13 @@ class ReplayClock {
 
 class ReplaySource final : public Source {
  public:
-  ReplaySource(RecordReader reader, double speed, DescriptorReceiver& receiver)
-      : Source("recording"), reader_(std::move(reader)), speed_(speed), receiver_(receiver), thread_([this] {
-          play();
-        }) {}
+  ReplaySource(RecordReader reader, double speed, PlaneReception plane, DescriptorReceiver& receiver)
+      : Source("recording"),
+        reader_(std::move(reader)),
+        speed_(speed),
+        plane_(plane),
+        receiver_(receiver),
+        thread_([this] { play(); }) {}
 
   ~ReplaySource() override {
     {
@@ -80,21 +83,34 @@ class ReplaySource final : public Source {
     Record record;
     while (reader_.next(record)) {
       if (stopped_before(clock.due(record.time_ns))) return;
-      if (record.payload.size() > kMaxDescriptorBytes) {
+      if (record.payload.size() > kMaxDescriptorBytes)
         receiver_.refuse_oversized(record.payload.size());
-        continue;
-      }
-      const HostTime received{monotonic_now_ns()};
-      // The probe may have restarted during the recording; a file needs no replay protection.
-      receiver_.reset_sequence();
-      receiver_.receive(record.payload, received, [&](const CaptureTime& time) {
-        return MappedTime{clock.host_time(time, received), {}};
-      });
+      else
+        deliver(record, clock);
     }
     if (reader_.torn_bytes() > 0)
       receiver_.report_error("the recording is truncated: its last " + std::to_string(reader_.torn_bytes()) +
                              " bytes are not a complete record");
     receiver_.set_state(LinkState::ended);
+  }
+
+  void deliver(const Record& record, ReplayClock& clock) {
+    const HostTime received{monotonic_now_ns()};
+    switch (record.message) {
+      case RecordedMessage::descriptor:
+        // The probe may have restarted during the recording; a file needs no replay protection.
+        receiver_.reset_sequence();
+        receiver_.receive(record.payload, received, [&](const CaptureTime& time) {
+          return MappedTime{clock.host_time(time, received), {}};
+        });
+        break;
+      case RecordedMessage::plane:
+        if (plane_ == PlaneReception::receive) receiver_.receive_plane(record.payload, received);
+        break;
+      case RecordedMessage::unknown:
+        receiver_.refuse("a record that is neither a descriptor nor a message of a plane");
+        break;
+    }
   }
 
   /// Sleeps until `due`; true if the destructor was called before.
@@ -106,6 +122,7 @@ class ReplaySource final : public Source {
 
   RecordReader reader_;
   const double speed_;
+  const PlaneReception plane_;
   DescriptorReceiver& receiver_;
   std::mutex mutex_;
   std::condition_variable wake_;
@@ -115,12 +132,12 @@ class ReplaySource final : public Source {
 
 }  // namespace
 
-Result<std::unique_ptr<Source>> make_source(const ReplayPath& replay, const ProbeOptions&,
+Result<std::unique_ptr<Source>> make_source(const ReplayPath& replay, const ProbeOptions& options,
                                             DescriptorReceiver& receiver) {
   Result<RecordReader> reader = RecordReader::open(replay.path);
   if (!reader.ok()) return reader.status();
   const RecordingHeader& header = reader->header();
-  if (header.kind != RecordingKind::descriptors)
+  if (header.kind == RecordingKind::frames)
     return invalid_argument(replay.path +
                             " holds a camera's frames, not descriptors; lightwelld plays it as the camera replay:PATH");
   ProbeInfo info;
@@ -128,14 +145,17 @@ Result<std::unique_ptr<Source>> make_source(const ReplayPath& replay, const Prob
   info.version = header.version;
   info.camera = "replay:" + replay.path;
   Record first;
-  if (reader->next(first))
-    if (const Result<Descriptor> descriptor = decode_descriptor(first.payload); descriptor.ok()) {
-      info.id = descriptor->probe_id;
-      info.calibration_id = descriptor->calibration_id;
-    }
+  while (reader->next(first) && first.message == RecordedMessage::plane) {
+  }
+  if (const Result<Descriptor> descriptor = decode_descriptor(first.payload);
+      first.message == RecordedMessage::descriptor && descriptor.ok()) {
+    info.id = descriptor->probe_id;
+    info.calibration_id = descriptor->calibration_id;
+  }
   reader->rewind();
   receiver.describe(info);
-  return std::unique_ptr<Source>(std::make_unique<ReplaySource>(std::move(*reader), replay.speed, receiver));
+  return std::unique_ptr<Source>(
+      std::make_unique<ReplaySource>(std::move(*reader), replay.speed, options.plane, receiver));
 }
 
 }  // namespace lightwell::core

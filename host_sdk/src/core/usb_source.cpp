@@ -23,6 +23,20 @@ namespace {
 /// A response takes a few milliseconds; after this time the frame of the request or of the response counts as lost.
 constexpr Duration kResponseTimeout{250'000'000};
 
+/// The request of the stream of captured planes, of one connection.
+struct PlaneRequest {
+  enum class State : std::uint8_t {
+    due,      ///< To be sent at `at`.
+    pending,  ///< Sent at `at`.
+    done,     ///< Accepted, or refused for good.
+  };
+  State state = State::due;
+  std::uint32_t id = 0;  ///< While pending.
+  HostTime at;
+};
+/// Pause before another request of planes after one that failed; the probe accepts one a second.
+constexpr Duration kPlaneRetry{1'000'000'000};
+
 /// State of one connection, from open() to close().
 struct UsbConnection {
   HostTime last_received;
@@ -30,6 +44,7 @@ struct UsbConnection {
   std::optional<std::uint32_t> info_id;  ///< Identifier of the pending Info request.
   std::uint32_t sent_id = 0;             ///< Identifier of the request that is being sent.
   HostTime info_sent;
+  PlaneRequest plane;
   int round_trips = 0;
   bool sending = false, over = false;
 };
@@ -107,7 +122,16 @@ class UsbSource final : public Source {
 
   [[nodiscard]] HostTime due(const UsbConnection& c) const {
     const HostTime silent = c.last_received + options_.silence_limit;
-    return std::min(silent, c.info_id ? c.info_sent + kResponseTimeout : c.next_info);
+    const HostTime info = c.info_id ? c.info_sent + kResponseTimeout : c.next_info;
+    const bool pending = c.plane.state == PlaneRequest::State::pending;
+    // While a transfer is in progress, its end is awaited.
+    if (!wants_plane(c) || (c.sending && !pending)) return std::min(silent, info);
+    return std::min({silent, info, pending ? c.plane.at + kResponseTimeout : c.plane.at});
+  }
+
+  /// Planes are requested when the probe is known to respond.
+  [[nodiscard]] bool wants_plane(const UsbConnection& c) const {
+    return options_.plane == PlaneReception::receive && c.round_trips > 0 && c.plane.state != PlaneRequest::State::done;
   }
 
   void on_time(UsbConnection& c, HostTime now) {
@@ -119,6 +143,11 @@ class UsbSource final : public Source {
       c.info_id.reset();
       c.next_info = now;
     }
+    if (c.plane.state == PlaneRequest::State::pending && now >= c.plane.at + kResponseTimeout) retry_plane(c, now);
+  }
+
+  static void retry_plane(UsbConnection& c, HostTime now) {
+    c.plane = {PlaneRequest::State::due, 0, now + kPlaneRetry};
   }
 
   void send_next(UsbConnection& c) {
@@ -129,6 +158,10 @@ class UsbSource final : public Source {
       c.info_sent = now;
       c.sent_id = *c.info_id;
       encode_info_request(*c.info_id, message_);
+    } else if (wants_plane(c) && c.plane.state == PlaneRequest::State::due && now >= c.plane.at) {
+      c.plane = {PlaneRequest::State::pending, requests_.new_id(), now};
+      c.sent_id = c.plane.id;
+      encode_plane_request(c.plane.id, message_);
     } else if (const auto id = requests_.next(message_)) {
       c.sent_id = *id;
     } else {
@@ -166,6 +199,8 @@ class UsbSource final : public Source {
 
   void on_not_sent(UsbConnection& c, const std::string& error) {
     receiver_.report_error(name() + ": " + error);
+    if (c.plane.state == PlaneRequest::State::pending && c.plane.id == c.sent_id)
+      return retry_plane(c, {monotonic_now_ns()});
     if (c.info_id != c.sent_id) {
       requests_.answered({c.sent_id, Status(StatusCode::unavailable, error), {}, {}, {}});
       return;
@@ -187,10 +222,12 @@ class UsbSource final : public Source {
 
   void on_frame(UsbConnection& c, const LinkFrame& frame, HostTime received) {
     if (frame.session != session_) {
-      // The probe restarted; its clock may have been reset, too.
+      // The probe restarted; its clock may have been reset, too, and the revisions of its plane.
       session_ = frame.session;
       clock_.forget();
       receiver_.reset_sequence();
+      receiver_.restart_plane();
+      c.plane = {};
     }
     if (frame.kind == FrameKind::descriptor) {
       // A probe responds before it sends descriptors, so only the first descriptors can arrive while the clock is
@@ -200,6 +237,8 @@ class UsbSource final : public Source {
                           [&](const CaptureTime& time) { return clock_.mapped(time.mid_exposure, received); });
       return;
     }
+    if (frame.kind == FrameKind::plane && options_.plane == PlaneReception::receive)
+      return receiver_.receive_plane(frame.payload, received);
     if (frame.kind != FrameKind::response) {
       ++misplaced_;
       return;
@@ -209,8 +248,20 @@ class UsbSource final : public Source {
       ++misplaced_;
     else if (c.info_id == response->id)
       on_info(c, *response, received);
+    else if (c.plane.state == PlaneRequest::State::pending && c.plane.id == response->id)
+      on_plane_response(c, response->status, received);
     else
       requests_.answered(*response);
+  }
+
+  void on_plane_response(UsbConnection& c, const Status& status, HostTime received) {
+    if (status.code() == StatusCode::resource_exhausted) return retry_plane(c, received);
+    c.plane.state = PlaneRequest::State::done;
+    // The request has no argument, so that it is invalid only for a probe that does not know it.
+    if (!status.ok())
+      receiver_.report_error(name() +
+                             ": the probe's firmware is older than this SDK and sends no planes by USB; update "
+                             "lightwelld there");
   }
 
   void on_info(UsbConnection& c, const LinkResponse& response, HostTime received) {
@@ -240,7 +291,7 @@ class UsbSource final : public Source {
   FrameWriter writer_;
   ClockMap clock_;
   std::optional<std::uint32_t> session_;
-  std::uint64_t misplaced_ = 0;  ///< Intact frames of a kind that a probe must not send.
+  std::uint64_t misplaced_ = 0;  ///< Intact frames of a kind that the probe must not send.
   std::vector<std::byte> message_, frame_;
 
   std::atomic<bool> stopping_{false};

@@ -76,11 +76,14 @@ MqttCredentials broker_login() {
   return out;
 }
 
-Probe connect(const Options& options, std::function<void(const Arrival&)> on_descriptor) {
+Probe connect(const Options& options, std::function<void(const Arrival&)> on_descriptor,
+              std::function<void(const PlaneArrival&)> on_plane) {
   ProbeOptions how;
   how.mqtt = broker_login();
   how.credentials.folder = options.credentials;
   how.on_descriptor = std::move(on_descriptor);
+  if (on_plane) how.plane = PlaneReception::receive;
+  how.on_plane = std::move(on_plane);
   return require(Probe::connect(options.uri, std::move(how)));
 }
 

@@ -22,6 +22,7 @@ struct Options {
   bool json = false;
   double seconds = 0;             ///< watch, record; 0: until the recording ends or the tool is interrupted.
   std::string file;               ///< watch, record: to write; replay: to read.
+  bool plane = false;             ///< record: captured planes, too.
   std::string normal, direction;  ///< query: "x,y,z".
   double roughness = 1;
   bool lights = false;
@@ -83,8 +84,9 @@ void print_json(const nlohmann::ordered_json& document);
 /// Reads user (the first line of the file) and password (the second). not_found, invalid_argument.
 [[nodiscard]] Status read_login(const std::string& path, MqttCredentials& credentials);
 
-/// Connects to the probe of the options, with broker_login().
-[[nodiscard]] Probe connect(const Options& options, std::function<void(const Arrival&)> on_descriptor = {});
+/// Connects to the probe of the options, with broker_login(). Planes are received if there is an `on_plane`.
+[[nodiscard]] Probe connect(const Options& options, std::function<void(const Arrival&)> on_descriptor = {},
+                            std::function<void(const PlaneArrival&)> on_plane = {});
 
 /// Limit of the wait for a map, which a probe sends about once a second, or never.
 inline constexpr Duration kMapTimeout{1'500'000'000};

@@ -140,13 +140,17 @@ void add_commands(CLI::App& app, Options& options, int& exit_code) {
   add_json(query);
 
   CLI::App* record = add(app, "record", "Write descriptors to a file, byte for byte as received", run_record,
-                         "Example: lightwell record grpc://probe.local evening.lwr --seconds 60");
+                         "Example: lightwell record grpc://probe.local evening.lwr --seconds 60\n"
+                         "A recording with --plane is refused by readers that know no planes. It holds the texture,\n"
+                         "which is a photograph, if the probe sends it (plane.images).");
   add_uri(record);
   record->add_option("FILE", options.file, "New file, or a recording to continue")->required();
+  record->add_flag("--plane", options.plane, "Also the captured planes of the probe");
   add_seconds(record);
 
-  CLI::App* replay = add(app, "replay", "Content of a recording, one descriptor per line", run_replay,
-                         "Keys with --json: seconds (since the first), bytes, descriptor (protobuf JSON).\n"
+  CLI::App* replay = add(app, "replay", "Content of a recording, one message per line", run_replay,
+                         "Keys with --json: seconds (since the first), bytes, descriptor (protobuf JSON);\n"
+                         "of a captured plane: plane (capture, revision, tiles, texture_edge).\n"
                          "To play one at its original speed: lightwell watch replay:FILE");
   replay->add_option("FILE", options.file, "A recording of descriptors")->required();
   add_json(replay);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -13,6 +14,7 @@
 
 #include <lightwell/codec.hpp>
 #include <lightwell/lighting.hpp>
+#include <lightwell/plane_codec.hpp>
 #include <lightwell/quantile.hpp>
 #include <lightwell/recording.hpp>
 #include <lightwell/text.hpp>
@@ -39,13 +41,16 @@ class Feed {
     std::signal(SIGINT, on_signal);
     std::signal(SIGTERM, on_signal);
     const std::lock_guard lock(mutex_);  // Descriptors wait until the file is open.
-    probe_.emplace(connect(options, [this](const Arrival& arrival) { put(arrival); }));
+    std::function<void(const PlaneArrival&)> put_planes;
+    if (options.plane) put_planes = [this](const PlaneArrival& arrival) { put_plane(arrival); };
+    probe_.emplace(connect(
+        options, [this](const Arrival& arrival) { put(arrival); }, put_planes));
     start_ = HostTime{monotonic_now_ns()};
     if (options.seconds > 0) end_ = start_ + Duration::from_seconds(options.seconds);
+    const RecordingKind kind = options.plane ? RecordingKind::descriptors_and_planes : RecordingKind::descriptors;
     if (!file_.empty())
-      writer_.emplace(require(
-          RecordWriter::open(file_, {RecordingKind::descriptors, probe_->info().name, std::string(version()), {}}),
-          kFile));
+      writer_.emplace(
+          require(RecordWriter::open(file_, {kind, probe_->info().name, std::string(version()), {}}), kFile));
   }
 
   [[nodiscard]] const Probe& probe() const { return *probe_; }
@@ -53,6 +58,9 @@ class Feed {
   [[nodiscard]] HostTime start() const { return start_; }
   /// When --seconds are over.
   [[nodiscard]] HostTime end() const { return end_; }
+
+  /// Number of recorded messages of planes.
+  [[nodiscard]] std::uint64_t planes() const { return planes_; }
 
   /// Waits until `until`; false if there are no more descriptors, at end() at the latest.
   [[nodiscard]] bool wait(HostTime until) {
@@ -85,8 +93,18 @@ class Feed {
     const std::lock_guard lock(mutex_);
     if (closed_ || !written_.ok()) return;
     take_(arrival);
-    if (!writer_) return;
-    written_ = writer_->append(arrival.received.ns, arrival.bytes);
+    if (writer_) write(arrival.received, arrival.bytes, RecordedMessage::descriptor);
+  }
+
+  void put_plane(const PlaneArrival& arrival) {
+    const std::lock_guard lock(mutex_);
+    if (closed_ || !written_.ok() || !writer_) return;
+    write(arrival.received, arrival.bytes, RecordedMessage::plane);
+    ++planes_;
+  }
+
+  void write(HostTime received, std::span<const std::byte> bytes, RecordedMessage message) {
+    written_ = writer_->append(received.ns, bytes, message);
     // Each record goes to the file at once: a killed process loses none that it received.
     if (written_.ok()) written_ = writer_->flush();
     written_ = written_.in(file_);
@@ -98,6 +116,7 @@ class Feed {
   std::optional<RecordWriter> writer_;
   Status written_;
   bool closed_ = false;
+  std::atomic<std::uint64_t> planes_{0};
   HostTime start_, end_{std::numeric_limits<std::int64_t>::max()};
   std::optional<Probe> probe_;  // Last, because its thread uses the members above.
 };
@@ -185,6 +204,42 @@ void print_descriptor(double seconds, std::size_t bytes, const Descriptor& descr
       bound_text(descriptor.bound.total).c_str(), flags_text(descriptor.flags).c_str());
 }
 
+/// A line of `lightwell replay` for a message of a captured plane.
+void print_plane(double seconds, std::size_t bytes, const PlaneUpdate& update, bool json) {
+  if (json)
+    return print_json({{"seconds", seconds},
+                       {"bytes", bytes},
+                       {"plane",
+                        {{"capture", update.info.capture},
+                         {"revision", update.revision},
+                         {"tiles", update.tiles.size()},
+                         {"texture_edge", update.layout.texture_edge()}}}});
+  std::printf("plane %08x  %8.3f s  %zu B  revision %llu  tiles %zu of %zu  texture %d\n", update.info.capture, seconds,
+              bytes, static_cast<unsigned long long>(update.revision), update.tiles.size(), update.layout.size(),
+              update.layout.texture_edge());
+}
+
+/// A line of `lightwell replay`. An error, and no line, if the record holds no valid message.
+Status print_record(double seconds, const Record& record, bool json) {
+  if (record.message == RecordedMessage::unknown)
+    return {StatusCode::data_loss, "neither a descriptor nor a message of a plane"};
+  if (record.message == RecordedMessage::plane) {
+    const Result<PlaneUpdate> update = decode_plane_update(record.payload);
+    if (update) print_plane(seconds, record.payload.size(), *update, json);
+    return update.status();
+  }
+  const Result<Descriptor> descriptor = decode_descriptor(record.payload);
+  if (!descriptor) return descriptor.status();
+  if (!json) {
+    print_descriptor(seconds, record.payload.size(), *descriptor);
+    return {};
+  }
+  const std::string text = require(descriptor_to_json(record.payload), kFile);
+  print_json(
+      {{"seconds", seconds}, {"bytes", record.payload.size()}, {"descriptor", nlohmann::ordered_json::parse(text)}});
+  return {};
+}
+
 }  // namespace
 
 int run_watch(const Options& options) {
@@ -222,16 +277,18 @@ int run_record(const Options& options) {
   });
   static_cast<void>(feed.wait(feed.end()));
   require(feed.close(), kFile);
-  if (count == 0) fail(kNothingReceived, options.uri + ": no descriptor was received");
-  std::printf("%s: %llu descriptors, %llu bytes, %llu gaps\n", options.file.c_str(),
+  if (count + feed.planes() == 0) fail(kNothingReceived, options.uri + ": nothing was received");
+  std::printf("%s: %llu descriptors, %llu bytes, %llu gaps", options.file.c_str(),
               static_cast<unsigned long long>(count), static_cast<unsigned long long>(bytes),
               static_cast<unsigned long long>(feed.probe().stats().gaps));
+  if (options.plane) std::printf(", %llu messages of planes", static_cast<unsigned long long>(feed.planes()));
+  std::printf("\n");
   return kOk;
 }
 
 int run_replay(const Options& options) {
   RecordReader reader = require(RecordReader::open(options.file), kFile);
-  if (reader.header().kind != RecordingKind::descriptors)
+  if (reader.header().kind == RecordingKind::frames)
     fail(kFile,
          options.file + " holds a camera's frames, not descriptors; lightwelld plays it as the camera replay:PATH");
   std::size_t count = 0, bad = 0;
@@ -240,25 +297,16 @@ int run_replay(const Options& options) {
   while (reader.next(record)) {
     ++count;
     if (!first_ns) first_ns = record.time_ns;
-    const Result<Descriptor> descriptor = decode_descriptor(record.payload);
-    if (!descriptor.ok()) {
-      ++bad;
-      warn("record " + std::to_string(count) + ": " + descriptor.status().message());
-      continue;
-    }
     const double seconds = Duration{record.time_ns - *first_ns}.seconds();
-    if (!options.json) {
-      print_descriptor(seconds, record.payload.size(), *descriptor);
-      continue;
+    if (const Status s = print_record(seconds, record, options.json); !s.ok()) {
+      ++bad;
+      warn("record " + std::to_string(count) + ": " + s.message());
     }
-    const std::string json = require(descriptor_to_json(record.payload), kFile);
-    print_json(
-        {{"seconds", seconds}, {"bytes", record.payload.size()}, {"descriptor", nlohmann::ordered_json::parse(json)}});
   }
   if (reader.torn_bytes() > 0)
     warn(options.file + " is truncated: its last " + std::to_string(reader.torn_bytes()) +
          " bytes are not a complete record");
-  if (count == 0) fail(kNothingReceived, options.file + " contains no descriptor");
+  if (count == 0) fail(kNothingReceived, options.file + " contains no message");
   return bad > 0 ? kFile : kOk;
 }
 

@@ -76,7 +76,8 @@ Result<double> answer_report_lux(const v1::ReportLuxRequest& request, Commands& 
 /// Longer texts are truncated, so that the response keeps its size limit, whatever name a camera has.
 constexpr std::size_t kMaxTextBytes = 1024;
 
-Status answer(const v1::LinkRequest& request, Commands& commands, v1::LinkResponse& response) {
+Status answer(const v1::LinkRequest& request, Commands& commands, const StartPlaneStream& start_plane_stream,
+              v1::LinkResponse& response) {
   switch (request.ask_case()) {
     case v1::LinkRequest::kInfo:
       answer_info(commands.status(), *response.mutable_info());
@@ -97,6 +98,9 @@ Status answer(const v1::LinkRequest& request, Commands& commands, v1::LinkRespon
     case v1::LinkRequest::kAuthenticate:
       response.mutable_authenticate();
       return {};
+    case v1::LinkRequest::kStreamPlane:
+      if (start_plane_stream) return start_plane_stream();
+      break;
     case v1::LinkRequest::ASK_NOT_SET:
       break;
   }
@@ -115,11 +119,12 @@ Result<std::string> answer_probe_call(ProbeCall call, std::string_view request, 
   if (!alternative(link_request)->ParseFromArray(request.data(), static_cast<int>(request.size())))
     return Status(StatusCode::data_loss, "the request is not a message of proto/lightwell/v1/probe_service.proto");
   v1::LinkResponse response;
-  if (Status done = answer(link_request, commands, response); !done.ok()) return done;
+  if (Status done = answer(link_request, commands, {}, response); !done.ok()) return done;
   return alternative(response)->SerializeAsString();
 }
 
-Status answer_link_request(std::span<const std::byte> request, Commands& commands, std::vector<std::byte>& response) {
+Status answer_link_request(std::span<const std::byte> request, Commands& commands, std::vector<std::byte>& response,
+                           const StartPlaneStream& start_plane_stream) {
   response.clear();
   v1::LinkRequest link_request;
   if (request.size() > kMaxLinkMessageBytes ||
@@ -127,7 +132,7 @@ Status answer_link_request(std::span<const std::byte> request, Commands& command
     return {StatusCode::data_loss, "not a LinkRequest"};
   v1::LinkResponse m;
   m.set_id(link_request.id());
-  const Status done = answer(link_request, commands, m);
+  const Status done = answer(link_request, commands, start_plane_stream, m);
   // The numbers are equal: src/link_message.cpp asserts it.
   m.set_code(static_cast<v1::LinkCode>(done.code()));
   m.set_message(truncated(done.message(), kMaxTextBytes));

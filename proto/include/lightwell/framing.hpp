@@ -10,15 +10,18 @@
 #include <vector>
 
 #include <lightwell/codec.hpp>
+#include <lightwell/plane_codec.hpp>
 
 namespace lightwell {
 
 inline constexpr std::uint8_t kFrameVersion = 1;
 inline constexpr std::size_t kFrameHeaderBytes = 32;
-/// Limit of a request or a response; a descriptor's limit is kMaxDescriptorBytes.
+/// Limit of a request or a response; that of a descriptor is kMaxDescriptorBytes, that of a captured plane's message
+/// kMaxPlaneMessageBytes.
 inline constexpr std::size_t kMaxLinkMessageBytes = 8 * 1024;
 /// The longest frame, including the padding byte that may follow it.
 inline constexpr std::size_t kMaxFrameBytes = kFrameHeaderBytes + kMaxDescriptorBytes + 1;
+static_assert(kMaxPlaneMessageBytes <= kMaxDescriptorBytes);
 /// A frame whose length is a multiple of this is followed by one zero byte. All packet sizes of bulk endpoints (64,
 /// 512, 1024) are multiples of it, so that a transfer of one frame always ends with a short packet.
 inline constexpr std::size_t kFrameGranule = 64;
@@ -27,6 +30,7 @@ enum class FrameKind : std::uint8_t {
   descriptor = 1,  ///< A LightingDescriptor, to the host.
   request = 2,     ///< A LinkRequest, to the probe.
   response = 3,    ///< A LinkResponse, to the host.
+  plane = 4,       ///< A PlaneUpdate, to a host that requested them.
 };
 
 struct LinkFrame {

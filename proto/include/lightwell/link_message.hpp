@@ -27,6 +27,8 @@ using LinkCommand = std::variant<GetConfig, EstimatorUpdate, ReportLux>;
 
 /// A LinkRequest, written into `out`, whose memory is reused.
 void encode_info_request(std::uint32_t id, std::vector<std::byte>& out);
+/// Requests the stream of captured planes; its response has a status and nothing else.
+void encode_plane_request(std::uint32_t id, std::vector<std::byte>& out);
 void encode_link_request(std::uint32_t id, const LinkCommand& command, std::vector<std::byte>& out);
 
 struct LinkResponse {

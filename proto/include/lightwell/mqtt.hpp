@@ -59,11 +59,13 @@ enum class MqttBase : std::uint8_t { needed, optional };
 struct MqttTopics {
   explicit MqttTopics(const std::string& base)
       : descriptor(base + "/descriptor"),
+        plane(base + "/plane"),
         status(base + "/status"),
         clock(base + "/clock"),
         replies(base + "/clock/reply/") {}
 
   std::string descriptor;  ///< Retained: the newest descriptor, encoded as on every link.
+  std::string plane;       ///< Not retained: the messages of captured planes.
   std::string status;      ///< Retained: an InfoResponse without clock, or kMqttGone.
   std::string clock;       ///< Requests: empty, with a response topic below `replies` and correlation data.
   std::string replies;     ///< Prefix of one topic per client, for an InfoResponse that holds only the clock.

@@ -17,7 +17,14 @@ namespace lightwell {
 /// A larger record counts as damaged.
 inline constexpr std::size_t kMaxRecordBytes = std::size_t{1} << 30;
 
-enum class RecordingKind : std::uint8_t { descriptors = 1, frames = 2 };
+enum class RecordingKind : std::uint8_t { descriptors = 1, frames = 2, descriptors_and_planes = 3 };
+
+/// What a record of a recording of messages holds; the payload of a record of frames is a FrameRecord.
+enum class RecordedMessage : std::uint8_t {
+  descriptor,  ///< A LightingDescriptor.
+  plane,       ///< A PlaneUpdate; only in a recording of descriptors_and_planes.
+  unknown,     ///< Neither: damaged before it was recorded, or of a later version.
+};
 
 struct RecordingHeader {
   RecordingKind kind = RecordingKind::descriptors;
@@ -34,23 +41,28 @@ class RecordWriter {
   [[nodiscard]] static Result<RecordWriter> open(const std::string& path, const RecordingHeader& header);
 
   /// time_ns: CLOCK_MONOTONIC of the writer when the record was received. resource_exhausted if the disk is full.
-  [[nodiscard]] Status append(std::int64_t time_ns, std::span<const std::byte> payload);
+  /// invalid_argument for a message that is not a descriptor, unless it is a plane and the recording has planes.
+  [[nodiscard]] Status append(std::int64_t time_ns, std::span<const std::byte> payload,
+                              RecordedMessage message = RecordedMessage::descriptor);
   [[nodiscard]] Status flush();
 
  private:
-  explicit RecordWriter(FilePointer file) : file_(std::move(file)) {}
+  RecordWriter(FilePointer file, RecordingKind kind) : file_(std::move(file)), kind_(kind) {}
+  [[nodiscard]] Status append_record(std::int64_t time_ns, std::span<const std::byte> payload);
   FilePointer file_;
+  RecordingKind kind_;
 };
 
 struct Record {
   std::int64_t time_ns = 0;
-  std::vector<std::byte> payload;
+  std::vector<std::byte> payload;  ///< The message as received, byte for byte.
+  RecordedMessage message = RecordedMessage::descriptor;
 };
 
 /// Reads records in order. An incomplete or damaged record ends the reading; its bytes are counted.
 class RecordReader {
  public:
-  /// data_loss, naming what was found, if the file is not a recording.
+  /// data_loss, naming what was found, if the file is not a recording, or one of a later version.
   [[nodiscard]] static Result<RecordReader> open(const std::string& path);
 
   [[nodiscard]] const RecordingHeader& header() const { return header_; }

@@ -5,6 +5,7 @@
 
 #include "firmware/link/probe_server.hpp"
 #include "support/captured_planes.hpp"
+#include "support/plane_messages.hpp"
 
 namespace lightwell::test {
 namespace {

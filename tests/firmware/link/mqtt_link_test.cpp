@@ -16,6 +16,7 @@
 #include "support/broker.hpp"
 #include "support/fake_commands.hpp"
 #include "support/mqtt_client.hpp"
+#include "support/plane_messages.hpp"
 
 namespace lightwell::test {
 namespace {
@@ -186,6 +187,104 @@ TEST_F(MqttLinkTest, AStalledBrokerDoesNotBlockThePublisher) {
   EXPECT_TRUE(becomes_true("the newest descriptor arrives", [&] {
     return client.count(kTopics.descriptor) > 0 && client.newest(kTopics.descriptor)->payload == last;
   }));
+}
+
+/// Names of the messages of planes that a client received, in order.
+std::vector<std::string> planes_of(const MqttClient& client) {
+  std::vector<std::string> names;
+  for (const BrokerMessage& message : client.messages())
+    if (message.topic == kTopics.plane) names.push_back(plane_name(bytes(message.payload)));
+  return names;
+}
+
+TEST_F(MqttLinkTest, PublishesPlanesAndRetainsNone) {
+  Broker broker;
+  const auto link = started({.uri = broker.uri("venue/attic")});
+  MqttClient client(broker.port(), {kTopics.plane});
+  ASSERT_TRUE(connects(*link));
+  const auto received = [&](std::size_t count) {
+    return becomes_true("the messages are there", [&] { return client.count(kTopics.plane) == count; });
+  };
+  link->publish_plane(plane_update(1, 1, 2));
+  ASSERT_TRUE(received(2));
+  link->publish_plane(plane_update(2, 2, 3));
+  ASSERT_TRUE(received(4));
+  EXPECT_THAT(planes_of(client), ::testing::ElementsAre("whole1.0", "whole1.1", "change2.0", "change2.1"));
+  // One after the other, without a pause: a status is published once a second.
+  link->publish_plane(plane_update(3, 60, 1));
+  ASSERT_TRUE(received(64));
+  // The broker keeps no photograph. A retained message would come before the descriptor.
+  MqttClient late(broker.port(), {kTopics.plane, kTopics.descriptor});
+  link->publish(bytes_of("later"));
+  ASSERT_TRUE(late.newest(kTopics.descriptor));
+  EXPECT_EQ(late.count(kTopics.plane), 0U);
+}
+
+/// Subscribers may have missed what was published before.
+TEST_F(MqttLinkTest, ABrokerThatWasAwayGetsTheNewestPlaneWhole) {
+  Broker broker;
+  const auto link = started({.uri = broker.uri("venue/attic")});
+  ASSERT_TRUE(connects(*link));
+  link->publish_plane(plane_update(0, 1, 1));
+  MqttClient before(broker.port(), {kTopics.plane});
+  link->publish_plane(plane_update(1, 1, 1));
+  ASSERT_TRUE(before.newest(kTopics.plane)) << "later ones are sent as changes";
+  std::vector<std::string> names;
+  // The link pauses before it connects, so that the client is subscribed first; not always on a busy machine.
+  int number = 1;
+  while (names.empty() && number < 20) {
+    broker.stop();
+    EXPECT_TRUE(becomes_true("the loss is detected", [&] { return link->counters().clients == 0; }));
+    link->publish_plane(plane_update(++number, 1, 1));
+    broker.start();
+    const MqttClient client(broker.port(), {kTopics.plane});
+    EXPECT_TRUE(connects(*link));
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    names = planes_of(client);
+  }
+  ASSERT_FALSE(names.empty());
+  EXPECT_EQ(names[0], "whole" + std::to_string(number) + ".0");
+}
+
+TEST_F(MqttLinkTest, AStalledBrokerGetsTheNewestPlaneWholeAndDescriptorsBetween) {
+  Broker broker;
+  const auto link = started({.uri = broker.uri("venue/attic")});
+  ASSERT_TRUE(connects(*link));
+  MqttClient client(broker.port(), {kTopics.plane, kTopics.descriptor});
+  link->publish_plane(plane_update(0, 1, 1));
+  ASSERT_TRUE(client.newest(kTopics.plane));
+  broker.process().signal(SIGSTOP);
+  constexpr int kLast = 400;
+  for (int number = 1; number <= kLast; ++number) {
+    link->publish_plane(plane_update(number, 3, 3, kMaxPlaneMessageBytes));
+    link->publish(bytes_of("descriptor " + std::to_string(number)));
+  }
+  broker.process().signal(SIGCONT);
+  const std::string last = "whole" + std::to_string(kLast) + ".2";
+  EXPECT_TRUE(becomes_true("the newest plane is there, whole", [&] { return planes_of(client).back() == last; }))
+      << planes_of(client).back();
+  EXPECT_TRUE(becomes_true("the newest descriptor is there", [&] {
+    return client.newest(kTopics.descriptor)->payload == "descriptor " + std::to_string(kLast);
+  }));
+  EXPECT_LT(client.count(kTopics.plane), 1000U) << "80 MB were queued for a broker that does not read";
+}
+
+TEST_F(MqttLinkTest, ABrokerWithATooSmallLimitIsReported) {
+  Broker broker({.more = "max_packet_size 20000\n"});
+  const auto link = started({.uri = broker.uri("venue/attic")});
+  ASSERT_TRUE(connects(*link));
+  link->publish_plane(plane_update(1, 1, 1, 30'000));
+  EXPECT_TRUE(becomes_true("the limit is reported", [&] {
+    return link->error_message().find("max_packet_size") != std::string::npos;
+  })) << link->error_message();
+  EXPECT_EQ(link->counters().clients, 1U) << "descriptors are published";
+  MqttClient client(broker.port(), {kTopics.plane, kTopics.descriptor});
+  link->publish(bytes_of("small"));
+  EXPECT_EQ(client.newest(kTopics.descriptor)->payload, "small");
+  link->publish_plane(plane_update(2, 1, 1, 10'000));
+  ASSERT_TRUE(client.newest(kTopics.plane));
+  EXPECT_EQ(planes_of(client).back(), "whole2.0");
+  EXPECT_EQ(link->error_message(), "");
 }
 
 TEST_F(MqttLinkTest, StopsWithinASecondAlsoWithAStalledBroker) {

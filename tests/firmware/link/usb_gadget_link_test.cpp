@@ -11,6 +11,7 @@
 #include <lightwell/link_message.hpp>
 
 #include "support/fake_commands.hpp"
+#include "support/plane_messages.hpp"
 #include "support/wait.hpp"
 
 namespace lightwell::test {
@@ -119,6 +120,12 @@ class UsbGadgetLinkTest : public ::testing::Test {
     EXPECT_TRUE(host_.write(FrameKind::request, message, frame).ok());
     return frame;
   }
+  Bytes plane_request() {
+    Bytes message, frame;
+    encode_plane_request(++requests_, message);
+    EXPECT_TRUE(host_.write(FrameKind::request, message, frame).ok());
+    return frame;
+  }
   static EncodedDescriptor descriptor(int number) {
     return std::make_shared<const Bytes>(100, static_cast<std::byte>(number));
   }
@@ -127,6 +134,24 @@ class UsbGadgetLinkTest : public ::testing::Test {
     port_->emit({Kind::enabled});
     port_->deliver(request());
     EXPECT_EQ(next().kind, FrameKind::response);
+  }
+  /// A host connects and requests planes.
+  void connect_host_with_planes() {
+    connect_host();
+    port_->deliver(plane_request());
+    EXPECT_EQ(next().kind, FrameKind::response);
+  }
+  /// The name of the plane's message in the next frame.
+  std::string next_plane() {
+    const ReceivedFrame frame = next();
+    return frame.kind == FrameKind::plane ? plane_name(frame.payload) : "a frame of another kind";
+  }
+  /// The status of the response in the next frame.
+  StatusCode next_status() {
+    const ReceivedFrame frame = next();
+    const Result<LinkResponse> response = decode_link_response(frame.payload);
+    EXPECT_TRUE(frame.kind == FrameKind::response && response.ok());
+    return response->status.code();
   }
   struct ReceivedFrame {
     FrameKind kind{};
@@ -284,6 +309,95 @@ TEST_F(UsbGadgetLinkTest, StopsSendingToAHostWithoutRequests) {
       std::chrono::milliseconds(kListenerTimeout.ns / 1'000'000 + 20'000)));
   link_->publish(descriptor(1));
   EXPECT_EQ(link_->usb_counters().descriptors_without_listener, 1U);
+}
+
+TEST_F(UsbGadgetLinkTest, PlanesAreSentOnRequestOnly) {
+  connect_host();
+  link_->publish_plane(plane_update(1, 1, 2));
+  link_->publish(descriptor(1));
+  EXPECT_EQ(next().payload, *descriptor(1));
+  EXPECT_FALSE(port_->sends());
+  // What is known is sent at once, whole.
+  port_->deliver(plane_request());
+  EXPECT_EQ(next_status(), StatusCode::ok);
+  EXPECT_EQ(next_plane(), "whole1.0");
+  EXPECT_EQ(next_plane(), "whole1.1");
+  link_->publish_plane(plane_update(2, 1, 2));
+  EXPECT_EQ(next_plane(), "change2.0");
+  EXPECT_EQ(link_->usb_counters().plane_messages_begun, 3U);
+  EXPECT_EQ(link_->usb_counters().descriptors_begun, 1U);
+
+  // The next host gets none without a request of its own.
+  port_->emit({Kind::enabled});
+  connect_host();
+  link_->publish_plane(plane_update(3, 1, 2));
+  link_->publish(descriptor(2));
+  EXPECT_EQ(next().payload, *descriptor(2));
+  EXPECT_FALSE(port_->sends());
+}
+
+TEST_F(UsbGadgetLinkTest, APlaneDelaysADescriptorByOneMessageAtMost) {
+  connect_host_with_planes();
+  link_->publish_plane(plane_update(1, 7, 7, kMaxPlaneMessageBytes));
+  ASSERT_TRUE(becomes_true("the first message is in progress", [&] { return port_->sends(); }));
+  for (int k = 0; k < 6; ++k) {
+    link_->publish(descriptor(k));
+    port_->deliver(request());
+    ASSERT_TRUE(becomes_true("the request was received",
+                             [&] { return link_->usb_counters().requests == static_cast<unsigned>(k + 3); }));
+    EXPECT_EQ(next_plane(), "whole1." + std::to_string(k)) << "it was in progress";
+    EXPECT_EQ(next().kind, FrameKind::response);
+    EXPECT_EQ(next().payload, *descriptor(k));
+    ASSERT_TRUE(becomes_true("the next message is in progress", [&] { return port_->sends(); }));
+  }
+  EXPECT_EQ(next_plane(), "whole1.6");
+}
+
+/// A host that reads more slowly than descriptors come gets the plane all the same.
+TEST_F(UsbGadgetLinkTest, DescriptorsDoNotStarveAPlane) {
+  connect_host_with_planes();
+  link_->publish_plane(plane_update(1, 3, 3));
+  int planes = 0;
+  for (int k = 0; k < 8; ++k) {
+    ASSERT_TRUE(becomes_true("a transfer is in progress", [&] { return port_->sends(); }));
+    link_->publish(descriptor(k));
+    planes += next().kind == FrameKind::plane ? 1 : 0;
+  }
+  EXPECT_EQ(planes, 3);
+}
+
+TEST_F(UsbGadgetLinkTest, ASlowHostGetsTheNewestPlaneWhole) {
+  connect_host_with_planes();
+  link_->publish_plane(plane_update(1, 1, 2));
+  ASSERT_TRUE(becomes_true("the first message is in progress", [&] { return port_->sends(); }));
+  for (int number = 2; number <= 9; ++number) link_->publish_plane(plane_update(number, 1, 2));
+  EXPECT_EQ(link_->usb_counters().planes_replaced, 7U);
+  EXPECT_EQ(next_plane(), "whole1.0");
+  EXPECT_EQ(next_plane(), "whole1.1");
+  EXPECT_EQ(next_plane(), "whole9.0");
+  EXPECT_EQ(next_plane(), "whole9.1");
+  // So does one whose transfer failed.
+  link_->publish_plane(plane_update(10, 1, 1));
+  port_->fail();
+  link_->publish_plane(plane_update(11, 1, 1));
+  EXPECT_EQ(next_plane(), "whole11.0");
+}
+
+TEST_F(UsbGadgetLinkTest, RequestsOfPlanesAreLimited) {
+  connect_host_with_planes();
+  link_->publish_plane(plane_update(1, 1, 1));
+  EXPECT_EQ(next_plane(), "whole1.0");
+  for (int k = 0; k < 3; ++k) {
+    port_->deliver(plane_request());
+    EXPECT_EQ(next_status(), StatusCode::resource_exhausted);
+  }
+  EXPECT_FALSE(port_->sends()) << "the plane is not sent again";
+  EXPECT_EQ(link_->usb_counters().plane_requests_refused, 3U);
+  EXPECT_EQ(link_->counters().messages_refused, 3U);
+  std::this_thread::sleep_for(std::chrono::nanoseconds(kPlaneRepeat.ns));
+  port_->deliver(plane_request());
+  EXPECT_EQ(next_status(), StatusCode::ok);
+  EXPECT_EQ(next_plane(), "whole1.0");
 }
 
 TEST(UsbGadgetLinkStart, FailsWithThePortsReason) {

@@ -3,6 +3,7 @@
 //   FOLDER/answers.lwrec    the messages of one probe among them as a recording
 //   FOLDER/mutants.txt      damaged messages, and whether C++ accepts them
 //   FOLDER/threads.lwrec    3,000 descriptors in 1.5 s, whose light encodes their sequence number
+// and what plane_answers.hpp describes.
 //
 // A line is a word and numbers, %.9g, which gives every float back:
 //   message HEX                          the bytes that the following lines are about
@@ -45,6 +46,8 @@
 #include <lightwell/recording.hpp>
 #include <lightwell/text.hpp>
 
+#include "host_sdk/answers/mutation.hpp"
+#include "host_sdk/answers/plane_answers.hpp"
 #include "host_sdk/scenes.hpp"
 #include "support/read_file.hpp"
 
@@ -199,12 +202,6 @@ void write_answers(std::ostream& out, const Lighting& light) {
   write_engines(out, light);
 }
 
-std::string hex_of(const std::string& bytes) {
-  std::string out;
-  for (const char c : bytes) out += formatted("%02x", static_cast<unsigned>(static_cast<unsigned char>(c)));
-  return out;
-}
-
 void write_message(std::ostream& out, const std::string& bytes) {
   out << "message " << hex_of(bytes) << '\n';
   Result<Descriptor> d = decode_descriptor(as_bytes(bytes));
@@ -289,64 +286,6 @@ std::string covariance_message() {
   return bytes;
 }
 
-/// One fault, or one unusual but valid encoding: a repeated field, an unknown field.
-std::string mutated(std::string bytes, const std::string& other, std::mt19937& random) {
-  const auto below = [&](std::size_t n) { return n == 0 ? 0 : std::size_t{random()} % n; };
-  const auto any_byte = [&] { return static_cast<char>(random() & 255U); };
-  switch (below(9)) {
-    case 0:
-      bytes[below(bytes.size())] = any_byte();
-      break;
-    case 1:
-      bytes[below(bytes.size())] ^= static_cast<char>(1U << below(8));
-      break;
-    case 2:
-      bytes.resize(below(bytes.size()));
-      break;
-    case 3:
-      bytes.insert(below(bytes.size()), 1, any_byte());
-      break;
-    case 4:
-      bytes.erase(below(bytes.size()), 1 + below(3));
-      break;
-    case 5:
-      bytes += bytes.substr(below(bytes.size()), below(40));
-      break;
-    case 6:
-      bytes += other;
-      break;  // Two concatenated messages: protobuf merges them.
-    case 7:
-      bytes += std::string("\xA3\x06\x08\x01\x1B\x10\x07\x1C\xA4\x06", 10);
-      break;  // A group in a group.
-    default:
-      for (int k = 0; k < 3; ++k) bytes[below(bytes.size())] = any_byte();
-  }
-  return bytes;
-}
-
-/// Nested groups with the number 100.
-std::string nested_groups(std::size_t depth) {
-  std::string bytes;
-  for (std::size_t k = 0; k < depth; ++k) bytes += "\xA3\x06";
-  for (std::size_t k = 0; k < depth; ++k) bytes += "\xA4\x06";
-  return bytes;
-}
-
-/// Messages with groups nested up to the limit of readers and deeper, at the top level and in the field `time`.
-std::vector<std::string> nested_mutants(const std::string& message) {
-  constexpr char kTimeTag = 3 * 8 + 2;
-  std::vector<std::string> mutants;
-  for (const std::size_t depth : {1, 60, 62, 63, 98, 99, 100, 101, 102, 1000}) {
-    mutants.push_back(message + nested_groups(depth));
-    const std::string inner = nested_groups(depth);
-    std::string length;
-    std::size_t rest = inner.size();
-    for (; rest >= 128; rest >>= 7) length += static_cast<char>(rest % 128 + 128);
-    mutants.push_back(message + kTimeTag + length + static_cast<char>(rest) + inner);
-  }
-  return mutants;
-}
-
 void write_mutant(std::ofstream& out, const std::string& bytes, Vec3f n) {
   Result<Descriptor> d = decode_descriptor(as_bytes(bytes));
   out << "mutant " << to_string(d.status().code()) << ' ' << hex_of(bytes) << '\n';
@@ -361,6 +300,7 @@ void write_mutant(std::ofstream& out, const std::string& bytes, Vec3f n) {
 
 void write_mutants(const std::string& path, const std::vector<std::string>& messages) {
   constexpr std::size_t kLongest = 1000, kOfEach = 400;
+  constexpr int kTimeField = 3;
   std::ofstream out(path);
   std::mt19937 random(77);
   for (std::size_t m = 0; m < messages.size(); ++m) {
@@ -369,7 +309,7 @@ void write_mutants(const std::string& path, const std::vector<std::string>& mess
       const std::string bytes = mutated(messages[m], messages[k % messages.size()], random);
       write_mutant(out, bytes, directions()[k % 10]);
     }
-    for (const std::string& bytes : nested_mutants(messages[m])) write_mutant(out, bytes, directions()[0]);
+    for (const std::string& bytes : nested_mutants(messages[m], kTimeField)) write_mutant(out, bytes, directions()[0]);
   }
   if (!out.flush()) throw std::runtime_error("cannot write " + path);
 }
@@ -439,6 +379,7 @@ int main(int argc, char** argv) {
   try {
     lightwell::test::write_all(argv[1], argv[2]);
     lightwell::test::write_many(std::string(argv[1]) + "/threads.lwrec");
+    lightwell::test::write_plane_answers(argv[1]);
   } catch (const std::exception& e) {
     std::cerr << "make_answers: " << e.what() << '\n';
     return 1;

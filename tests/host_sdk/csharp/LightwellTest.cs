@@ -8,7 +8,7 @@ using System.Linq;
 using System.Threading;
 using Lightwell;
 
-internal static class LightwellTest
+internal static partial class LightwellTest
 {
     private static readonly TimeSpan Patience = TimeSpan.FromSeconds(60);
     private static int checks, wrong;
@@ -387,6 +387,9 @@ internal static class LightwellTest
         FailuresSayHow(arguments[0]);
         ALoopMakesNoGarbage(arguments[0]);
         ThreadsAndTheCollector(arguments[0]);
+        PlanesAreThoseOfCpp(arguments[0]);
+        DamagedPlanesAreRefusedAsInCpp(arguments[0]);
+        AProbeHasThePlaneOfARecording(arguments[0]);
         Console.WriteLine(checks + " checks, " + wrong + " wrong");
         return wrong == 0 ? 0 : 1;
     }

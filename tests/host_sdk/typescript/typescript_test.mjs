@@ -153,6 +153,7 @@ test("a recording with map changes gives the last lighting of C++", () => {
   const keeper = new EnvironmentKeeper();
   let light = null;
   for (const message of recording.messages) {
+    assert.equal(message.kind, "descriptor");
     const descriptor = decodeDescriptor(message.bytes);
     assert.ok(keeper.take(descriptor));
     light = new Lighting(descriptor, { environment: keeper.mapFor(descriptor) });

@@ -14,6 +14,11 @@ Frames: right-handed, +X right, +Y up, -Z forward, metres. Colours: linear Rec. 
 from ._abi import ffi as _ffi, lib as _lib
 from ._conventions import MainLight, OpenXrHarmonics, Residual, ShSigns, ThreeLights, UnityPipeline
 from ._lighting import Lighting
+from ._plane_objects import Mesh, PlaneLight, PlaneReflector, ShadowCaster
+from ._plane_values import (CaptureProgress, PlaneAnswer, PlaneCoverage, PlaneFlag, PlaneGuidance, PlaneInfo,
+                            PlaneLayers, PlaneLightAnswer, PlaneLightSource, PlaneReaderStats, PlaneReflection,
+                            PlaneRendering, PlaneTexture, ShadowAnswer)
+from ._planes import Plane, PlaneReader
 from ._probe import Probe
 from ._values import (Answer, Derivation, Environment, EnvironmentLevel, Error, EstimatorConfig, EstimatorKind, Flag,
                       Light, LightingInfo, LinkState, LinkStats, ProbeInfo, Setting, Smoothing, Status, Units,
@@ -27,7 +32,10 @@ def connect(uri, **options):
     return Probe(uri, **options)
 
 
-__all__ = ["Answer", "Derivation", "Environment", "EnvironmentLevel", "Error", "EstimatorConfig", "EstimatorKind",
-           "Flag", "Light", "Lighting", "LightingInfo", "LinkState", "LinkStats", "MainLight", "OpenXrHarmonics",
-           "Probe", "ProbeInfo", "Residual", "Setting", "ShSigns", "Smoothing", "Status", "ThreeLights", "Units",
-           "UnityPipeline", "UnseenFill", "Validity", "connect"]
+__all__ = ["Answer", "CaptureProgress", "Derivation", "Environment", "EnvironmentLevel", "Error", "EstimatorConfig",
+           "EstimatorKind", "Flag", "Light", "Lighting", "LightingInfo", "LinkState", "LinkStats", "MainLight",
+           "Mesh", "OpenXrHarmonics", "Plane", "PlaneAnswer", "PlaneCoverage", "PlaneFlag", "PlaneGuidance",
+           "PlaneInfo", "PlaneLayers", "PlaneLight", "PlaneLightAnswer", "PlaneLightSource", "PlaneReader",
+           "PlaneReaderStats", "PlaneReflection", "PlaneReflector", "PlaneRendering", "PlaneTexture", "Probe",
+           "ProbeInfo", "Residual", "Setting", "ShSigns", "ShadowAnswer", "ShadowCaster", "Smoothing", "Status",
+           "ThreeLights", "Units", "UnityPipeline", "UnseenFill", "Validity", "connect"]

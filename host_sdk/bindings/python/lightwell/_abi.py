@@ -48,7 +48,7 @@ def _library():
 
 
 ffi = cffi.FFI()
-for _name in ("lightwell.h", "conventions.h"):
+for _name in ("lightwell.h", "conventions.h", "plane_appearance.h", "shadows.h", "plane_objects.h"):
     ffi.cdef(_declarations(_header(_name)))
 try:
     lib = ffi.dlopen(_library())

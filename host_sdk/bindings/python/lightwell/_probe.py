@@ -8,6 +8,7 @@ import numpy as np
 
 from ._abi import check, ffi, lib, take, text
 from ._lighting import Lighting, record
+from ._planes import Plane
 from ._values import (Error, EstimatorConfig, EstimatorKind, LinkState, LinkStats, ProbeInfo, Setting, Smoothing,
                       Status, UnseenFill)
 
@@ -44,20 +45,22 @@ class Probe:
     `status` is the kind of the failure.
     """
 
-    def __init__(self, uri, *, history=0, **more):
+    def __init__(self, uri, *, history=0, plane=False, **more):
         """uri: "grpc://host:port", "grpcs://" with TLS, "ws://host:port" (WebSocket), "wss://", "usb:SERIAL",
         "mqtt://broker/venue/probe", "mqtts://", or "replay:PATH" ("?speed=2", "?speed=0"), a recording of descriptors.
 
-        history: number of descriptors stored for at(), 64 if 0. In seconds, with the defaults of ProbeOptions: max_age,
-        extrapolation (0: the newest is held), connect_timeout, retry_min, retry_max, silence_limit. Strings:
-        credentials_folder (grpcs; as written by `lightwell pair`, looked up by address if not given), and for a broker
-        mqtt_ca_file, mqtt_certificate_file, mqtt_key_file, mqtt_user, mqtt_password. Blocks, at most connect_timeout.
+        history: number of descriptors stored for at(), 64 if 0. plane: receives captured planes, for plane(). In
+        seconds, with the defaults of ProbeOptions: max_age, extrapolation (0: the newest is held), connect_timeout,
+        retry_min, retry_max, silence_limit. Strings: credentials_folder (grpcs; as written by `lightwell pair`, looked
+        up by address if not given), and for a broker mqtt_ca_file, mqtt_certificate_file, mqtt_key_file, mqtt_user,
+        mqtt_password. Blocks, at most connect_timeout.
         """
         self._raw = None
         self._lock = threading.Lock()
         self._calls = 0
         options = take("lw_probe_options")
         options.history = history
+        options.plane = 1 if plane else 0
         texts = []  # Keeps cffi's buffers alive.
         for name, value in more.items():
             if name in _TEXTS:
@@ -67,7 +70,8 @@ class Probe:
                 setattr(options, name, texts[-1])
                 continue
             if name not in _OPTIONS:
-                raise TypeError(f"connect() has no option {name!r}; it has history, {', '.join((*_OPTIONS, *_TEXTS))}")
+                raise TypeError(f"connect() has no option {name!r}; it has history, plane, "
+                                f"{', '.join((*_OPTIONS, *_TEXTS))}")
             if name == "extrapolation" and value == 0:
                 options.extrapolation_ns = -1
                 continue
@@ -140,6 +144,14 @@ class Probe:
         """The lighting at a time of time.monotonic_ns(): interpolated between two descriptors; after the newest, see
         info().derivation."""
         return self._filled(lambda raw, lighting: lib.lw_probe_at(raw, host_time_ns, lighting))
+
+    def plane(self, into=None):
+        """The newest complete state of the Plane that the probe captures; Validity.NONE without the option `plane`,
+        before the first, and for a recording without planes. `into` as latest()."""
+        into = Plane() if into is None else into
+        with self._used() as raw:
+            check(lib.lw_probe_plane(raw, into._raw))
+        return into
 
     def _filled(self, fill, into=None):
         """`into`, or a new Lighting, after a function of the C ABI has filled it."""

@@ -2,10 +2,11 @@
 //   Descriptor, Light, ErrorBound   values
 //   decodeDescriptor                bytes -> Descriptor, fully validated
 import { EnvironmentMap, EnvironmentMessage } from "./environment.js";
-import { Pose, Quat, Rgb, Vec3, normalized } from "./vector.js";
+import { PoseMessage } from "./pose_message.js";
+import { Pose, Rgb, Vec3, normalized } from "./vector.js";
 import {
-  DecodeError, WireReader, double, fixed32, fixed64, float, invalid, message, repeatedSint32, repeatedUint32, sint32,
-  uint32, uint64,
+  DecodeError, WireReader, fixed32, fixed64, float, invalid, message, repeatedSint32, repeatedUint32, sint32, uint32,
+  uint64,
 } from "./wire.js";
 
 export const wireVersion = 1;
@@ -216,25 +217,6 @@ class LightMessage {
   }
 }
 
-/** Parses the fields of a Pose; `get` validates them. */
-export class PoseMessage {
-  private readonly numbers = [0, 0, 0, 0, 0, 0, 0];
-
-  read(wire: WireReader): this {
-    wire.fields(Object.fromEntries(this.numbers.map((_, i) => [i + 1, double((v) => (this.numbers[i] = v))])));
-    return this;
-  }
-
-  get(): Pose {
-    const [x, y, z, w] = this.numbers;
-    const translation = this.numbers.slice(4) as Vec3;
-    const squared = x * x + y * y + z * z + w * w;
-    if (!(squared > 1e-18 && squared < Infinity)) throw invalid("a pose has no rotation");
-    if (!translation.every((v) => Math.abs(v) <= 1e6)) throw invalid("a pose: tx, ty, tz must be within 1e6 m");
-    return { rotation: [x, y, z, w].map((v) => v / Math.sqrt(squared)) as Quat, translation };
-  }
-}
-
 function boundOf(millionths: readonly number[]): ErrorBound {
   const [total, truncation, sampling, noise, quantization, smoothing] = millionths.map((v) =>
     v === 0xffffffff ? Infinity : fround(v * 1e-6));
@@ -290,7 +272,7 @@ export function decodeDescriptor(bytes: Uint8Array): Descriptor {
   if (raw.clock !== 1) throw invalid("time.clock is not known");
   if (raw.units !== 1 && raw.units !== 2) throw invalid("units are not known");
   if (lights.length > maxLights) throw invalid("more than 64 lights");
-  const origin = (pose as PoseMessage | null)?.get() ?? identity;
+  const origin = (pose as PoseMessage | null)?.get("T_probe_origin", invalid) ?? identity;
   return {
     ...plain,
     units: raw.units === 1 ? "relative" : "absolute",

@@ -1,8 +1,8 @@
-// Reader of protobuf's binary form, as far as descriptors need it, as strict as protobuf's own parser: unknown fields
-// are ignored, and invalid messages throw.
+// Reader of protobuf's binary form, as far as descriptors and captured planes need it, as strict as protobuf's own
+// parser: unknown fields are ignored, and invalid messages throw.
 
-/** Bytes that are not a descriptor. `code` as in C++: "data_loss" if they are not a message, "invalid_argument", with
- *  the field's name in the message, if the message violates the specification. */
+/** Bytes that are not a message of a probe. `code` as in C++: "data_loss" if they are not a message,
+ *  "invalid_argument", with the field's name in the message, if the message violates the specification. */
 export class DecodeError extends Error {
   constructor(readonly code: "data_loss" | "invalid_argument", message: string) {
     super(message);
@@ -14,8 +14,6 @@ export class DecodeError extends Error {
 export function invalid(what: string): DecodeError {
   return new DecodeError("invalid_argument", `descriptor: ${what}`);
 }
-
-const noMessage = () => new DecodeError("data_loss", "descriptor: not a protobuf message");
 
 const enum WireType {
   varint = 0,
@@ -39,6 +37,7 @@ export class WireReader {
 
   constructor(
     readonly bytes: Uint8Array, public at = 0, readonly end = bytes.length, private readonly depth = 0,
+    private readonly what = "descriptor",
   ) {
     this.view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   }
@@ -60,7 +59,7 @@ export class WireReader {
       if (k < 5) value += (byte & 127) * unit;
       if (byte < 128) return value;
     }
-    throw noMessage();
+    throw this.noMessage();
   }
 
   longVarint(): bigint {
@@ -70,13 +69,13 @@ export class WireReader {
       value |= BigInt(byte & 127) << (7n * k);
       if (byte < 128) return BigInt.asUintN(64, value);
     }
-    throw noMessage();
+    throw this.noMessage();
   }
 
   /** Position of the next `size` bytes, which are consumed. */
   take(size: number): number {
     const start = this.at;
-    if (size > this.end - start) throw noMessage();
+    if (size > this.end - start) throw this.noMessage();
     this.at = start + size;
     return start;
   }
@@ -84,18 +83,22 @@ export class WireReader {
   nested(): WireReader {
     const size = this.length();
     const start = this.take(size);
-    return new WireReader(this.bytes, start, start + size, this.depth + 1);
+    return new WireReader(this.bytes, start, start + size, this.depth + 1, this.what);
+  }
+
+  private noMessage(): DecodeError {
+    return new DecodeError("data_loss", `${this.what}: not a protobuf message`);
   }
 
   private length(): number {
     const size = this.varint(5);
-    if (size >= 2 ** 31) throw noMessage();
+    if (size >= 2 ** 31) throw this.noMessage();
     return size;
   }
 
   private tag(): number {
     const tag = this.varint(5) >>> 0;
-    if (tag >>> 3 === 0) throw noMessage();
+    if (tag >>> 3 === 0) throw this.noMessage();
     return tag;
   }
 
@@ -105,15 +108,15 @@ export class WireReader {
     else if (type === WireType.bytes) this.take(this.length());
     else if (type === WireType.fixed32) this.take(4);
     else if (type === WireType.startGroup) this.skipGroup(number, depth);
-    else throw noMessage();
+    else throw this.noMessage();
   }
 
   private skipGroup(number: number, depth: number): void {
-    if (depth >= maxDepth) throw noMessage();
+    if (depth >= maxDepth) throw this.noMessage();
     for (;;) {
       const tag = this.tag();
       if ((tag & 7) === WireType.endGroup) {
-        if (tag >>> 3 !== number) throw noMessage();
+        if (tag >>> 3 !== number) throw this.noMessage();
         return;
       }
       this.skip(tag & 7, tag >>> 3, depth + 1);
@@ -147,6 +150,12 @@ export const repeatedUint32 = (add: (value: number) => void): FieldReader => (wi
   if (wire.type !== WireType.bytes) return uint32(add)(wire);
   const packed = wire.nested();
   while (packed.at < packed.end) add(packed.varint() >>> 0);
+  return true;
+};
+export const repeatedUint64 = (add: (value: bigint) => void): FieldReader => (wire) => {
+  if (wire.type !== WireType.bytes) return uint64(add)(wire);
+  const packed = wire.nested();
+  while (packed.at < packed.end) add(packed.longVarint());
   return true;
 };
 export const repeatedSint32 = (add: (value: number) => void) => repeatedUint32((v) => add(zigzag(v)));

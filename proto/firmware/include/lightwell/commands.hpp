@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -38,11 +39,17 @@ enum class ProbeCall : std::uint8_t { info, set_config, report_lux, get_config }
 /// otherwise the error of `commands`, or why they were not called. Calls `commands` on this thread.
 [[nodiscard]] Result<std::string> answer_probe_call(ProbeCall call, std::string_view request, Commands& commands);
 
-/// For a link without (USB, WebSocket): executes a LinkRequest and writes the LinkResponse, at most
-/// kMaxLinkMessageBytes, into `response`. Every LinkRequest has a response, also one that is refused. data_loss if
-/// `request` is not a LinkRequest; `response` is then empty. Calls `commands` on this thread.
+/// Begins the stream of captured planes to the client of a link, or repeats the whole plane. An error refuses the
+/// request.
+using StartPlaneStream = std::function<Status()>;
+
+/// For a link without (USB, WebSocket): executes a LinkRequest and writes the LinkResponse, at most kMaxLinkMessageBytes, into
+/// `response`. Every LinkRequest has a response, also one that is refused. data_loss if `request` is not a LinkRequest;
+/// `response` is then empty. Calls `commands` and `start_plane_stream` on this thread; an empty `start_plane_stream`:
+/// the link has no such stream, and the request is refused as one that is not known.
 [[nodiscard]] Status answer_link_request(std::span<const std::byte> request, Commands& commands,
-                                         std::vector<std::byte>& response);
+                                         std::vector<std::byte>& response,
+                                         const StartPlaneStream& start_plane_stream = {});
 
 /// A LinkRequest `authenticate`. answer_link_request() answers it without a look at the token.
 struct AuthenticateRequest {
