@@ -549,8 +549,8 @@ namespace Lightwell
         private Probe(ProbeHandle handle) => this.handle = handle;
 
         /// <summary>uri: "grpc://host:port", "grpcs://" with TLS, "ws://host:port" (WebSocket), "wss://",
-        /// "usb:SERIAL", "mqtt://broker/venue/probe", "mqtts://", or "replay:PATH", a recording of descriptors. Blocks, at most
-        /// ConnectTimeout.</summary>
+        /// "usb:SERIAL", "mqtt://broker/venue/probe", "mqtts://", or "replay:PATH", a recording of descriptors.
+        /// Blocks, at most ConnectTimeout.</summary>
         public static Probe Connect(string uri, ProbeOptions options = null)
         {
             if (uri == null) throw new ArgumentNullException("uri");

@@ -237,8 +237,9 @@ enum {
 
 /* As Probe::connect: URIs are `grpc://host:port`, `grpcs://` with TLS, `ws://host:port` (WebSocket), `wss://`,
  * `usb:SERIAL`, `mqtt://broker/venue/probe`, `mqtts://` and `replay:PATH` (`?speed=2`, `?speed=0`). options: NULL for
- * the defaults. Release *out with lw_probe_close. Blocks, at most connect_timeout_ns. LW_INVALID_ARGUMENT names what is wrong in the URI or the
- * options. LW_UNAVAILABLE: no response. LW_NOT_FOUND, LW_DATA_LOSS: the recording, or a file of credentials. */
+ * the defaults. Release *out with lw_probe_close. Blocks, at most connect_timeout_ns. LW_INVALID_ARGUMENT names what is
+ * wrong in the URI or the options. LW_UNAVAILABLE: no response. LW_NOT_FOUND, LW_DATA_LOSS: the recording, or a file of
+ * credentials. */
 LW_API lw_status lw_probe_connect(const char* uri, size_t uri_length, const lw_probe_options* options, lw_probe** out);
 
 /* Closes the connection and joins its thread; blocks for less than a second. Lightings stay valid. Ignores NULL. */

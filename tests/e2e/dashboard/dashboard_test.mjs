@@ -49,7 +49,7 @@ test("numbers move, and there is no complaint in the console", async () => {
   await until(async () => Number(await page.text("latency")) > 0, "a latency");
   assert.ok(Number(await page.text("bytes")) > 50);
   assert.match(await page.text("bound-sub"), /of the irradiance/);
-  assert.match(await page.text("probe-detail"), /lamp\.hdr.*panorama.*firmware/);
+  await until(async () => /lamp\.hdr.*panorama.*firmware/.test(await page.text("probe-detail")), "what the probe is");
   await page.until('document.querySelector("#rate-spark polyline")?.getAttribute("points").split(" ").length > 3');
   await page.until(`${rows} === 1`);
   // Where the lamp is: azimuth 40°, elevation 30°.
@@ -212,7 +212,8 @@ test("over TLS it shows nothing without a token, refuses a wrong one, and forget
   const certificate = new X509Certificate(readFileSync(join(keys, "probe.pem")));
   const spki = createHash("sha256").update(certificate.publicKey.export({ type: "spki", format: "der" }))
     .digest("base64");
-  const trusting = await Browser.start([`--ignore-certificate-errors-spki-list=${spki}`]);
+  // And it has no WebGL.
+  const trusting = await Browser.start([`--ignore-certificate-errors-spki-list=${spki}`, "--disable-3d-apis"]);
   try {
     const guest = await trusting.newPage();
     await guest.goto(secure.page);
@@ -233,6 +234,7 @@ test("over TLS it shows nothing without a token, refuses a wrong one, and forget
     await guest.key("Enter", "\r");
     await guest.until('document.getElementById("link-state").dataset.state === "connected"');
     await guest.until(`${rows} >= 0 && document.getElementById("rate").textContent > "0"`);
+    await guest.until('document.getElementById("spheres-note").textContent === "2-D view"');
     // Kept for this tab.
     await guest.goto(secure.page);
     await guest.until('document.getElementById("link-state").dataset.state === "connected"');

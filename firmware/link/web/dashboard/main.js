@@ -71,24 +71,29 @@ async function attach(next) {
   probe.on("info", onInfo);
   onInfo(probe.info());
   recorder.attach(probe);
+  void showEstimator();
   spheres ??= await makeSpheres(element("spheres"));
   put("spheres-note", spheres.note);
-  await showEstimator();
 }
 
 /** Settings and views of the estimator that runs now. */
 async function showEstimator() {
   await settings.attach(probe);
+  putIdentity(probe.info());
   element("marker-view").hidden = settings.kind !== "marker";
   element("plane-view").hidden = settings.kind !== "specular";
   plane?.close();
   plane = settings.kind === "specular" ? new PlaneView(address, storedToken()) : null;
 }
 
-function onInfo(info) {
+function putIdentity(info) {
   document.title = `${info.name} – Lightwell`;
   put("probe-name", info.name);
   put("probe-detail", [info.camera, settings.kind, `firmware ${info.version}`].filter(Boolean).join(" · "));
+}
+
+function onInfo(info) {
+  putIdentity(info);
   counters.add(performance.now(), info.counters);
   putFaults(info.counters, counters);
 }
@@ -179,7 +184,8 @@ function drawPictures(now) {
 
 function onFrame(now) {
   requestAnimationFrame(onFrame);
-  if (!probe) return;
+  // Without a width nothing is laid out: before the style sheet has come, and while the page asks for a token.
+  if (!probe || element("directions").clientWidth < 64) return;
   if (times.drawn) {
     // From the start of drawing to the next frame: what WebGL does after the calls have returned is in it.
     const cost = performance.now() - times.draw;

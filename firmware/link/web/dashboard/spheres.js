@@ -6,8 +6,10 @@ import { toThree } from "./sdk/lightwell.js";
 const release = "111";
 const spacing = 2.25;
 
-/** null where the probe was built without three.js, or with another release. */
+/** null where there is no WebGL, and where the probe was built without three.js or with another release. */
 async function loadThree() {
+  // Asked on another canvas, because three.js would complain in the console.
+  if (!document.createElement("canvas").getContext("webgl")) return null;
   const { three } = await import("./three/load.js");
   return three?.REVISION === release ? three : null;
 }
@@ -150,13 +152,7 @@ class ThreeSpheres {
 /** The best view of the spheres that this browser and this probe allow; `note` says which one it is. */
 export async function makeSpheres(canvas) {
   const three = await loadThree();
-  if (three) {
-    try {
-      return { view: new ThreeSpheres(canvas, three), note: "three.js" };
-    } catch {
-      // No WebGL. A canvas that failed to give one context may still give another.
-    }
-  }
+  if (three) return { view: new ThreeSpheres(canvas, three), note: "three.js" };
   const { FlatSpheres } = await import("./spheres_flat.js");
   return { view: new FlatSpheres(canvas), note: "2-D view" };
 }
