@@ -171,6 +171,9 @@ RefinedPose PoseRefiner::refine(PlaneWarp& warp, const UncertainPose& prior, con
     const Step now = step(cell, warp.lens_in_plane(best));
     if (now.texels < kMinTexels) break;
     out.texels = now.texels;
+    for (std::size_t r = 0; r < 6; ++r)
+      for (std::size_t c = 0; c < 6; ++c)
+        out.information[r][c] = now.information(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
     // The prior pulls the total motion back to zero.
     const Vector6 total = logarithm(compose(inverse(prior.pose), best));
     const Vector6 motion = (now.information + information).ldlt().solve(-now.gradient - information * total);

@@ -25,6 +25,9 @@ struct RefinedPose {
   /// relative to the prediction's detail, before and after; infinite where nothing can be compared.
   double error_before = kInfinity, error_after = kInfinity;
   int texels = 0;  ///< That were compared in the last step.
+  /// Inverse covariance of the pose, as a motion in the plane's frame (plane_motion.hpp), by these texels alone,
+  /// without the prior. Zero where nothing was compared.
+  PoseCovariance information{};
   /// False: the error grew, the pose is that from which the refinement started.
   bool aligned = false;
 };
