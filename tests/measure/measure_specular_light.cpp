@@ -6,6 +6,7 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +20,8 @@
 #include "bench/memcpy_speed.hpp"
 #include "bench/process_memory.hpp"
 #include "bench/thread_time.hpp"
+#include "estimate/panorama/panorama_estimator.hpp"
+#include "estimate/specular/environment_picture.hpp"
 #include "estimate/specular/specular_estimator.hpp"
 #include "measure/output.hpp"
 #include "measure/panorama_sums.hpp"
@@ -53,7 +56,39 @@ const Light* nearest_light(const Descriptor& d, const ref::V3& world) {
   return out;
 }
 
-void print_lights(const std::string& name, const std::vector<TrueLight>& truth, const Descriptor& d) {
+double nearest_deg(const std::vector<TrueLight>& lights, const ref::V3& world) {
+  double out = 180;
+  for (const TrueLight& l : lights) out = std::min(out, ref::angle_deg(l.direction, world));
+  return out;
+}
+
+/// What the description alone does to directions: the panorama estimator's answer to the true environment.
+Descriptor described(const ref::Panorama& environment) {
+  PanoramaOptions options;
+  options.config.panorama.smoothing = Smoothing::none;
+  options.config.panorama.epsilon = 0;
+  const std::unique_ptr<Estimator> estimator =
+      require(make_panorama_estimator(specular::EnvironmentPicture::rig(), options));
+  std::vector<float> pixels;
+  for (int j = 0; j < specular::EnvironmentPicture::kHeight; ++j)
+    for (int i = 0; i < specular::EnvironmentPicture::kWidth; ++i) {
+      const ref::V3 d =
+          ref::pixel_direction(i, j, specular::EnvironmentPicture::kWidth, specular::EnvironmentPicture::kHeight);
+      for (const double v : ref::sample(environment, d)) pixels.push_back(static_cast<float>(v));
+    }
+  Frame frame;
+  frame.info.exposure_s = 1;
+  frame.add_view({0, PixelFormat::rgb_f32, specular::EnvironmentPicture::kWidth, specular::EnvironmentPicture::kHeight,
+                  specular::EnvironmentPicture::kWidth * 3 * sizeof(float), std::as_bytes(std::span(pixels))});
+  Descriptor out;
+  require(estimator->estimate({&frame, 1}, out));
+  return out;
+}
+
+/// `mirrored`: the lights in the answer as the plane shows it, as `truth` of the true environment. `control`: the
+/// description of the true environment, world axes.
+void print_lights(const std::string& name, const std::vector<TrueLight>& truth, const Descriptor& d,
+                  const std::vector<TrueLight>& mirrored, const Descriptor& control) {
   int index = 0;
   for (const TrueLight& light : truth) {
     nlohmann::ordered_json line;
@@ -62,6 +97,14 @@ void print_lights(const std::string& name, const std::vector<TrueLight>& truth, 
     line["relative_irradiance"] = light.irradiance / truth.front().irradiance;
     const Light* nearest = nearest_light(d, light.direction);
     line["error_deg"] = nearest != nullptr ? ref::angle_deg(in_world(d, nearest->direction), light.direction) : 180.0;
+    line["mirrored_error_deg"] = nearest_deg(mirrored, light.direction);
+    double of_control = 180;
+    for (const Light& l : control.lights)
+      of_control =
+          std::min(of_control, ref::angle_deg({static_cast<double>(l.direction.x), static_cast<double>(l.direction.y),
+                                               static_cast<double>(l.direction.z)},
+                                              light.direction));
+    line["control_error_deg"] = of_control;
     if (nearest != nullptr) {
       const auto& c = nearest->direction_covariance;
       line["sigma_deg"] = std::sqrt((static_cast<double>(c[0]) + static_cast<double>(c[2])) / 2) / kDegree;
@@ -195,8 +238,10 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
   const measure::PanoramaSums sums(around);
   const auto truth = measure::IrradianceTruth::of(around);
   const double roughness = std::sqrt(options.alpha), width = 2 * SpecularBrdf::half_width_rad(options.alpha);
-  const ref::Panorama blurred =
-      measure::mirrored_part(256, 128, [&](const ref::V3& d) { return sums.radiance(d, std::max(0.1, roughness)); });
+  const auto blur = [&](const measure::PanoramaSums& of) {
+    return measure::mirrored_part(256, 128, [&](const ref::V3& d) { return of.radiance(d, std::max(0.1, roughness)); });
+  };
+  const ref::Panorama blurred = blur(sums);
   const std::vector<TrueLight> lights = measure::true_lights(blurred, width);
 
   Descriptor d;
@@ -278,13 +323,14 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
   line["scale_sigma"] = estimator->gloss()->scale_sigma;
   line["lights"] = d.lights.size();
   measure::print_line(line);
-  print_lights(options.name, lights, d);
   const Lighting light = Lighting::of(d);
   std::vector<measure::CapLight> caps;
   for (const Light& l : d.lights)
     caps.push_back({in_world(d, l.direction), static_cast<double>(l.angular_radius_rad), rgb(l.irradiance)});
   const ref::Panorama answer = measure::answer_environment(
       [&](const ref::V3& w) { return rgb(light.radiance(measure::in_probe(d, w), 0).value); }, caps);
+  print_lights(options.name, lights, d, measure::true_lights(blur(measure::PanoramaSums(answer)), width),
+               described(around));
   print_balls(options.name, blurred, measure::mirrored_part(answer.width, answer.height, [&](const ref::V3& w) {
                 return ref::sample(answer, w);
               }));

@@ -13,9 +13,19 @@ constexpr float kRelativeSigma = 0.02F;
 constexpr float kPrior = 1e-3F;
 constexpr float kMinConfidence = 1e-6F;
 
-/// The nearest node above (towards the pole) that was seen, with the same azimuth; the node itself where it was seen.
-/// The pole where none was.
-std::size_t seen_above(const ReflectedRadiance& reflected, std::size_t node) {
+/// Whether a direction is known, or lies between known ones: some direction below it, of the same azimuth, was seen.
+bool seen_below(const ReflectedRadiance& reflected, std::size_t node) {
+  const HemisphereGrid& grid = reflected.grid;
+  for (int level = grid.level_of(node); level <= grid.levels(); ++level)
+    if (reflected.seen(grid.on_level(node, level))) return true;
+  return false;
+}
+
+/// The node whose reflection is the first guess of a cell: its own where that is known, or filled in from both sides.
+/// Below all directions of this azimuth that were seen, where the values filled in rise with Fresnel's term and with
+/// the errors of grazing views: the lowest that was seen; the pole where none was.
+std::size_t guessed_from(const ReflectedRadiance& reflected, std::size_t node) {
+  if (seen_below(reflected, node)) return node;
   while (!reflected.seen(node) && node != 0) node = reflected.grid.on_level(node, reflected.grid.level_of(node) - 1);
   return node;
 }
@@ -47,7 +57,7 @@ GlossDeconvolution::GlossDeconvolution(GlossOperator& gloss, const ReflectedRadi
   for (std::size_t l = 0; l < size; ++l) {
     const Vec3d d = grid.direction(l);
     const std::uint32_t mirror = grid.nearest(vec_cast<float>(Vec3d{-d.x, -d.y, d.z}));
-    seen_from_[l] = static_cast<std::uint32_t>(seen_above(reflected, mirror));
+    seen_from_[l] = static_cast<std::uint32_t>(guessed_from(reflected, mirror));
     environment_.lower_bound[l] = reflected.lower_bound[mirror];
     if (gradient_[l].g > 0) environment_.confidence[l] = std::clamp(gradient_[l].r / gradient_[l].g, 0.0F, 1.0F);
     irradiance_slope_ +=

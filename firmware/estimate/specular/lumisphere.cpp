@@ -40,13 +40,15 @@ void fill_unseen(Lumisphere& lumisphere) {
     for (std::size_t node = 0; node < size; ++node) {
       if (known[node] != 0) continue;
       Radiance sum;
-      float count = 0;
+      float count = 0, clipped = 0;
       for (const std::size_t other : neighbours(lumisphere.grid, node)) {
         if (known[other] == 0) continue;
         sum += lumisphere.value[other] * (1 / reflectance(lumisphere.grid, other));
+        clipped += static_cast<float>(lumisphere.clipped[other]);
         ++count;
       }
       if (!(count > 0)) continue;
+      lumisphere.clipped[node] = 2 * clipped > count ? 1 : 0;
       lumisphere.value[node] = sum * (reflectance(lumisphere.grid, node) / count);
       filled.push_back(node);
     }

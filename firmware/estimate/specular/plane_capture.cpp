@@ -19,8 +19,9 @@ constexpr double kMaxErrorRatio = 1.5;
 constexpr double kErrorMargin = 0.2;
 /// or after so many others that were not (five seconds): the light or the plane has changed.
 constexpr int kMaxRejected = 150;
-/// Largest relative error of frames from which the texture's alignment is estimated. Grazing views have more.
-constexpr double kMaxAlignedError = 0.35;
+/// Errors of refined poses: their squares are 10 to 20 times those of RefinedPose::information below 40 degrees of
+/// elevation; above, where these are tiny, at least the other two.
+constexpr double kVarianceFactor = 10, kMinRotation_rad = 5e-4, kMinTranslation_m = 1e-4;
 /// Frames without a refined pose after which it is not extrapolated.
 constexpr std::uint32_t kMaxGap = 3;
 /// Frames over which the usual error is averaged.
@@ -52,7 +53,7 @@ CapturedFrame PlaneCapture::add(estimate::RowReader& reader, int lens, const Unc
       return out;
     }
     if (!agrees(out.pose)) return out;
-    if (out.pose.aligned && out.pose.error_after < kMaxAlignedError) add_to_alignment(tag_pose, out.pose.probe_plane);
+    if (out.pose.aligned && std::isfinite(out.pose.error_after)) add_to_alignment(tag_pose, out.pose);
     track_[0] = track_[1];
     track_[1] = {out.pose.probe_plane, frame, true};
   } else {
@@ -63,7 +64,7 @@ CapturedFrame PlaneCapture::add(estimate::RowReader& reader, int lens, const Unc
   const auto first = light_field_.add(image_, from, frame);
   out.new_samples = first.size();
   separation_.add_to_medians(image_, first);
-  separation_.add_clipped(image_, from.lens);
+  separation_.add_clipped(image_, from);
   (void)separation_.sweep(light_field_, options_.separation_samples);
   return out;
 }
@@ -106,36 +107,43 @@ Pose TextureAlignment::texture_pose(const Pose& probe_plane, Vec3d lens) const {
   return compose(probe_plane, exponential(motion));
 }
 
-void PlaneCapture::add_to_alignment(const UncertainPose& tag_pose, const Pose& refined) {
-  const Vector6 motion = logarithm(compose(inverse(tag_pose.pose), refined));
-  // Without correlations: those of a tag's rotation and translation are strong, and would turn a refined tilt that is
-  // off by 0.05 degrees into a position that is off by 0.4 mm.
-  const Matrix6 information = motion_covariance(tag_pose).diagonal().cwiseInverse().asDiagonal();
-  const Vec3d lens = warp_.lens_in_plane(refined);
-  // A scaled texture is seen from a distance scaled by the inverse: the plane moves along the ray from the lens.
-  Eigen::Matrix<double, 6, 4> design = Eigen::Matrix<double, 6, 4>::Zero();
-  design(3, 0) = design(4, 1) = design(2, 2) = 1;
+void PlaneCapture::add_to_alignment(const UncertainPose& tag_pose, const RefinedPose& refined) {
+  Matrix6 covariance = Matrix6::Identity();
+  for (Eigen::Index r = 0; r < 6; ++r)
+    for (Eigen::Index c = 0; c < 6; ++c)
+      covariance(r, c) +=
+          refined.information[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] / kVarianceFactor;
+  covariance = covariance.inverse() + motion_covariance(tag_pose);
+  for (Eigen::Index k = 0; k < 3; ++k)
+    covariance(k, k) += kMinRotation_rad * kMinRotation_rad,
+        covariance(k + 3, k + 3) += kMinTranslation_m * kMinTranslation_m;
+  const Vector6 motion = logarithm(compose(inverse(tag_pose.pose), refined.probe_plane));
+  const Vec3d lens = warp_.lens_in_plane(refined.probe_plane);
+  // A scaled texture is seen from a distance scaled by the inverse: the plane moves along the ray from the lens. The
+  // last two unknowns are the tilt: a tag's rotation and translation are correlated, and without them a tilt of all
+  // refined poses by 0.02 degrees would be taken for an error of all tag poses that displaces them by 0.2 mm.
+  Matrix6 design = Matrix6::Zero();
+  design(3, 0) = design(4, 1) = design(2, 2) = design(0, 4) = design(1, 5) = 1;
   design(3, 3) = lens.x, design(4, 3) = lens.y, design(5, 3) = lens.z;
-  const Eigen::Matrix4d a = design.transpose() * information * design;
-  const Eigen::Vector4d b = design.transpose() * information * motion;
-  for (int r = 0; r < 4; ++r) {
-    auto& row = normal_[static_cast<std::size_t>(r)];
-    for (int c = 0; c < 4; ++c) row[static_cast<std::size_t>(c)] += a(r, c);
-    row[4] += b[r];
+  const Matrix6 weighted = design.transpose() * covariance.inverse();
+  const Matrix6 a = weighted * design;
+  const Vector6 b = weighted * motion;
+  for (std::size_t r = 0; r < 6; ++r) {
+    for (std::size_t c = 0; c < 6; ++c) normal_[r][c] += a(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
+    normal_[r][6] += b[static_cast<Eigen::Index>(r)];
   }
 }
 
 TextureAlignment PlaneCapture::alignment() const {
-  Eigen::Matrix4d a;
-  Eigen::Vector4d b;
-  for (int r = 0; r < 4; ++r) {
-    const auto& row = normal_[static_cast<std::size_t>(r)];
-    for (int c = 0; c < 4; ++c) a(r, c) = row[static_cast<std::size_t>(c)];
-    b[r] = row[4];
+  Matrix6 a;
+  Vector6 b;
+  for (std::size_t r = 0; r < 6; ++r) {
+    for (std::size_t c = 0; c < 6; ++c) a(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) = normal_[r][c];
+    b[static_cast<Eigen::Index>(r)] = normal_[r][6];
   }
   const auto solver = a.ldlt();
   if (!solver.isPositive() || !(solver.rcond() > 1e-12)) return {};
-  const Eigen::Vector4d x = solver.solve(b);
+  const Vector6 x = solver.solve(b);
   return {x[0], x[1], x[2], x[3]};
 }
 

@@ -76,7 +76,7 @@ class PlaneCapture {
   [[nodiscard]] ViewPoint view_from(const Pose& probe_plane) const {
     return {warp_.lens_in_plane(probe_plane), warp_.pixel_rad(probe_plane)};
   }
-  void add_to_alignment(const UncertainPose& tag_pose, const Pose& refined);
+  void add_to_alignment(const UncertainPose& tag_pose, const RefinedPose& refined);
   /// Pose of the texture in this frame at the velocity of the last two refined poses.
   [[nodiscard]] std::optional<Pose> extrapolated(std::uint32_t frame) const;
   /// Whether a frame of this relative error is stored. Updates usual_error_ and rejected_.
@@ -91,7 +91,8 @@ class PlaneCapture {
   LightChange light_change_;
   int restarts_ = 0;
   TexelImage predicted_, image_;
-  std::array<std::array<double, 5>, 4> normal_{};  ///< Normal equations of the alignment, right-hand side last.
+  /// Normal equations of the alignment and of a tilt that all refined poses share, right-hand side last.
+  std::array<std::array<double, 7>, 6> normal_{};
   struct Tracked {
     Pose pose;
     std::uint32_t frame = 0;

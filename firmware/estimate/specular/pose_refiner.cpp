@@ -16,6 +16,11 @@ constexpr double kPlainDetail = 0.02;
 /// Fewer texels or tiles do not determine six parameters and outliers.
 constexpr int kMinTexels = 64;
 
+/// Largest squared Mahalanobis distance of a pose from the prior: of a normal distribution of six dimensions one in
+/// 10,000 is beyond 28. Twice that, because the texture's own place is as uncertain as the prior's at first. Where the
+/// picture is saturated but for a few texels, these may agree with a pose that is centimetres off.
+constexpr double kMaxSquaredDistance = 56;
+
 /// Texels that are summed side by side, and sums: 21 of the information matrix, 6 of the gradient.
 constexpr std::size_t kLanes = 8, kSums = 21 + 6;
 
@@ -152,7 +157,12 @@ RefinedPose PoseRefiner::refine(PlaneWarp& warp, const UncertainPose& prior, con
   warp.sample_luminance(prior.pose, kTileEdge, observed_);
   out.error_before = relative_error(observed_, predicted_, texels_.tiles());
   out.probe_plane = prior.pose;
-  if (other) {
+  const Matrix6 information = motion_covariance(prior).inverse();
+  const auto is_near_prior = [&](const Pose& pose) {
+    const Vector6 motion = logarithm(compose(inverse(prior.pose), pose));
+    return motion.dot(information * motion) < kMaxSquaredDistance;
+  };
+  if (other && is_near_prior(*other)) {
     warp.sample_luminance(*other, kTileEdge, observed_);
     const double error = relative_error(observed_, predicted_, texels_.tiles());
     if (error < out.error_before) {
@@ -160,7 +170,6 @@ RefinedPose PoseRefiner::refine(PlaneWarp& warp, const UncertainPose& prior, con
       out.probe_plane = *other;
     }
   }
-  const Matrix6 information = motion_covariance(prior).inverse();
   const int fine = detail_cell(warp.pixel_on_plane(prior.pose), texels_.texel_m());
   Pose best = out.probe_plane;
   int reduced = kTileEdge;
@@ -171,6 +180,9 @@ RefinedPose PoseRefiner::refine(PlaneWarp& warp, const UncertainPose& prior, con
     const Step now = step(cell, warp.lens_in_plane(best));
     if (now.texels < kMinTexels) break;
     out.texels = now.texels;
+    for (std::size_t r = 0; r < 6; ++r)
+      for (std::size_t c = 0; c < 6; ++c)
+        out.information[r][c] = now.information(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
     // The prior pulls the total motion back to zero.
     const Vector6 total = logarithm(compose(inverse(prior.pose), best));
     const Vector6 motion = (now.information + information).ldlt().solve(-now.gradient - information * total);
@@ -181,7 +193,7 @@ RefinedPose PoseRefiner::refine(PlaneWarp& warp, const UncertainPose& prior, con
   if (reduced != kTileEdge) reduce(kTileEdge);
   warp.sample_luminance(best, kTileEdge, observed_);
   out.error_after = relative_error(observed_, predicted_, texels_.tiles());
-  out.aligned = out.error_after <= out.error_before;
+  out.aligned = out.error_after <= out.error_before && is_near_prior(best);
   if (out.aligned) {
     out.probe_plane = best;
   } else {
