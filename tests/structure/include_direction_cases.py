@@ -154,6 +154,7 @@ BROKEN = [
     ("firmware/link/b.cpp", ["<grpcpp/grpcpp.h>"], ["gRPC in the two network links"]),
     ("firmware/link/c.cpp", ["<grpc/grpc.h>"], ["gRPC in the two network links"]),
     ("proto/src/files.cpp", ["<poll.h>"], ["POSIX file functions"]),
+    ("firmware/link/mqtt/w.cpp", ["<libwebsockets.h>"], ["libwebsockets in the two ends"]),
     ("firmware/link/mqtt/d.cpp", ["<mosquitto.h>"], ["libmosquitto in the one session"]),
     ("host_sdk/src/core/mqtt_e.cpp", ["<mqtt_protocol.h>"], ["libmosquitto in the one session"]),
     ("firmware/link/f.cpp", ["<avahi-common/error.h>"], ["Avahi in the two ends"]),

@@ -43,10 +43,10 @@ enum class ProbeCall : std::uint8_t { info, set_config, report_lux, get_config }
 /// request.
 using StartPlaneStream = std::function<Status()>;
 
-/// For a link without (USB, WebSocket): executes a LinkRequest and writes the LinkResponse, at most kMaxLinkMessageBytes, into
-/// `response`. Every LinkRequest has a response, also one that is refused. data_loss if `request` is not a LinkRequest;
-/// `response` is then empty. Calls `commands` and `start_plane_stream` on this thread; an empty `start_plane_stream`:
-/// the link has no such stream, and the request is refused as one that is not known.
+/// For a link without (USB, WebSocket): executes a LinkRequest and writes the LinkResponse, at most
+/// kMaxLinkMessageBytes, into `response`. Every LinkRequest has a response, also one that is refused. data_loss if
+/// `request` is not a LinkRequest; `response` is then empty. Calls `commands` and `start_plane_stream` on this thread;
+/// an empty `start_plane_stream`: the link has no such stream, and the request is refused as one that is not known.
 [[nodiscard]] Status answer_link_request(std::span<const std::byte> request, Commands& commands,
                                          std::vector<std::byte>& response,
                                          const StartPlaneStream& start_plane_stream = {});
