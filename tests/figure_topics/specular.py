@@ -85,7 +85,12 @@ def light(lines):
                              11.83, line["mahalanobis_q95"], "", real)]
             rows += light_times(what, line)
         elif line.get("light") == 0:
-            rows.append(at_most(f"{what}: direction of the strongest light", 2, line["error_deg"], "deg", REAL))
+            strongest = f"{what}: direction of the strongest light"
+            rows += [at_most(strongest, 2, line["error_deg"], "deg", REAL),
+                     at_most(f"{strongest}, answer and truth both blurred by the lobe", 2, line["mirrored_error_deg"],
+                             "deg", REAL),
+                     reported(f"{strongest}, of a descriptor made from the true environment",
+                              line["control_error_deg"], "deg", REAL)]
         elif "light" in line:
             share = f"{100 * line['relative_irradiance']:.0f} % of the strongest"
             rows.append(at_most(f"{what}: direction of light {line['light']}", 5, line["error_deg"], "deg",

@@ -5,7 +5,6 @@
 
 #include "firmware/link/probe_server.hpp"
 #include "support/captured_planes.hpp"
-#include "support/plane_messages.hpp"
 
 namespace lightwell::test {
 namespace {

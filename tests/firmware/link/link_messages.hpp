@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "link/link.hpp"
+#include "support/plane_messages.hpp"
 
 namespace lightwell::test {
 
@@ -22,21 +23,7 @@ namespace lightwell::test {
   return {reinterpret_cast<const char*>(descriptor->data()), descriptor->size()};
 }
 
-/// In place of an update of a plane: messages "changeN.0", "wholeN.0" and so on, padded with spaces to `bytes`.
-[[nodiscard]] inline std::shared_ptr<const EncodedPlane> plane_update(int number, std::size_t changes,
-                                                                      std::size_t whole, std::size_t bytes = 16) {
-  auto out = std::make_shared<EncodedPlane>();
-  const auto text = [&](const char* kind, std::size_t k) {
-    std::string name = kind + std::to_string(number) + "." + std::to_string(k);
-    name.resize(bytes, ' ');
-    const auto raw = std::as_bytes(std::span(name));
-    return std::vector<std::byte>(raw.begin(), raw.end());
-  };
-  for (std::size_t k = 0; k < changes; ++k) out->changes.push_back(text("change", k));
-  for (std::size_t k = 0; k < whole; ++k) out->whole.push_back(text("whole", k));
-  return out;
-}
-/// The name of such a message; "nothing" without one.
+/// The name of a message of plane_update(); "nothing" without one.
 template <class OptionalText>
 [[nodiscard]] std::string plane_message_name(const OptionalText& text) {
   return text ? text->substr(0, text->find(' ')) : "nothing";

@@ -34,11 +34,12 @@ class PoseRefinerTest : public ::testing::Test {
     return out;
   }
 
-  RefinedPose refine(const PlanePicture& picture, const UncertainPose& prior, const TexelImage& predicted) {
+  RefinedPose refine(const PlanePicture& picture, const UncertainPose& prior, const TexelImage& predicted,
+                     const std::optional<Pose>& other = std::nullopt) {
     EXPECT_TRUE(reader_.bind(picture.bracket()).ok());
     EXPECT_TRUE(warp_.load(reader_, 0, prior.pose, 24, 1));
     TexelImage image;
-    return refiner_.refine(warp_, prior, std::nullopt, predicted, image);
+    return refiner_.refine(warp_, prior, other, predicted, image);
   }
 
   /// Largest distance between where two poses put the plane's corners, as seen across the line of sight, m.
@@ -84,6 +85,22 @@ TEST_F(PoseRefinerTest, AHighlightAndAHandAreOutliers) {
   const RefinedPose refined = refine(picture, wrong(truth, 3), texture_);
   EXPECT_TRUE(refined.aligned);
   EXPECT_LT(displacement(truth, refined.probe_plane), 4e-4);
+}
+
+TEST_F(PoseRefinerTest, APoseThatContradictsThePriorIsNotUsed) {
+  // The picture agrees with a pose 17 mm away, half a period of the texture: 8.5 standard deviations of the prior.
+  const UncertainPose prior = wrong(looking_at_plane(55 * kDegree, 1, 0.4), 2);
+  const Pose far = compose(prior.pose, Pose{{}, {0.017, 0, 0}});
+  PlanePicture picture(far, [](Vec3d p, Vec3d) { return smooth_texture(p); });
+  const RefinedPose refined = refine(picture, prior, texture_, far);
+  EXPECT_LT(displacement(prior.pose, refined.probe_plane), 0.01);
+  EXPECT_GT(refined.error_after, 0.5);
+  // It is used where the prior allows it.
+  UncertainPose wide = prior;
+  for (std::size_t n = 3; n < 6; ++n) wide.covariance[n][n] = 9e-4;
+  const RefinedPose allowed = refine(picture, wide, texture_, far);
+  EXPECT_LT(displacement(far, allowed.probe_plane), 2e-3);
+  EXPECT_LT(allowed.error_after, 0.1);
 }
 
 TEST_F(PoseRefinerTest, WithoutTextureThePriorStays) {
