@@ -64,7 +64,7 @@ CapturedFrame PlaneCapture::add(estimate::RowReader& reader, int lens, const Unc
   const auto first = light_field_.add(image_, from, frame);
   out.new_samples = first.size();
   separation_.add_to_medians(image_, first);
-  separation_.add_clipped(image_, from);
+  separation_.add_clipped(image_, from.lens);
   (void)separation_.sweep(light_field_, options_.separation_samples);
   return out;
 }

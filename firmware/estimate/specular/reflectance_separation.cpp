@@ -19,12 +19,6 @@ constexpr float kMinRelativeDeviation = 0.004F;
 constexpr int kMeanSteps = 2;
 /// Every so many texels of a tile are examined for saturation: those of its diagonal.
 constexpr int kClippedStride = kTileEdge + 1;
-/// A pixel's reach, in its own length: bilinear interpolation, and half of a pixel. Within this distance from the
-/// plane's border, samples may show what is beside the plane; they do not count in S. Directions at the fringe of what
-/// was seen have no other samples.
-constexpr double kBorder_px = 1.5;
-/// The same, texels, where a pixel's length is not known any more.
-constexpr float kUnknownBorder = 8;
 /// Of the refined poses, texels².
 constexpr float kRegistrationVariance = 0.04F;
 /// Nodes with less than this share of the mean weight have a few samples at edges of the texture; their values are off
@@ -65,11 +59,9 @@ void ReflectanceSeparation::add_to_medians(const TexelImage& image, std::span<co
   }
 }
 
-void ReflectanceSeparation::add_clipped(const TexelImage& image, const ViewPoint& from) {
-  const Vec3f eye = vec_cast<float>(from.lens);
-  const double pixel_texels = from.pixel_rad * dot(from.lens, from.lens) / (from.lens.z * texels_.texel_m());
+void ReflectanceSeparation::add_clipped(const TexelImage& image, Vec3d lens) {
+  const Vec3f eye = vec_cast<float>(lens);
   for (int tile = 0; tile < texels_.tiles() * texels_.tiles(); ++tile) {
-    if (border_distance(tile, 0) < kBorder_px * pixel_texels) continue;
     ClippedNode& node = clipped_[specular_.grid.nearest(eye - vec_cast<float>(texels_.tile_center(tile)))];
     for (int k = 0; k < kTileTexels; k += kClippedStride) {
       const std::size_t texel = texels_.texel_of(tile, k);
@@ -90,19 +82,12 @@ void ReflectanceSeparation::add_clipped(const TexelImage& image, const ViewPoint
   }
 }
 
-float ReflectanceSeparation::border_distance(int tile, int k) const {
-  const auto texel = static_cast<int>(texels_.texel_of(tile, k));
-  const int i = texel % texels_.edge, j = texel / texels_.edge;
-  return static_cast<float>(std::min({i, j, texels_.edge - 1 - i, texels_.edge - 1 - j})) + 0.5F;
-}
-
 void ReflectanceSeparation::gather(const SurfaceLightField& light_field, int tile) {
   samples_.clear();
   const auto inverse_texel = static_cast<float>(1 / texels_.texel_m());
   const HemisphereGrid grid = specular_.grid;
-  std::array<float, kTileTexels> x, y, border;
+  std::array<float, kTileTexels> x, y;
   for (int k = 0; k < kTileTexels; ++k) {
-    border[static_cast<std::size_t>(k)] = border_distance(tile, k);
     const Vec3f center = vec_cast<float>(texels_.center(texels_.texel_of(tile, k)));
     x[static_cast<std::size_t>(k)] = center.x, y[static_cast<std::size_t>(k)] = center.y;
   }
@@ -111,14 +96,13 @@ void ReflectanceSeparation::gather(const SurfaceLightField& light_field, int til
     if (view == nullptr) {
       const auto where = grid.interpolate(vec_cast<float>(light_field.grid().direction(page.node)));
       for (std::uint32_t k = 0; k < kTileTexels; ++k)
-        if ((page.filled >> k & 1U) != 0)
-          samples_.push_back({decoded(page.sample[k]), where, k, 0, border[k] < kUnknownBorder ? 0.0F : 1.0F, 0});
+        if ((page.filled >> k & 1U) != 0) samples_.push_back({decoded(page.sample[k]), where, k, 0, 0});
       return;
     }
     // Of all texels, in arrays, so that the loop vectorises; texels without a sample are left out after it.
     std::array<std::array<std::uint32_t, kTileTexels>, 3> node;
     std::array<std::array<float, kTileTexels>, 3> weight;
-    std::array<float, kTileTexels> weight_in_diffuse, weight_in_specular, blur;
+    std::array<float, kTileTexels> weight_in_diffuse, blur;
     const SurfaceLightField::View v = *view;
     const float texels_per_pixel = v.pixel_rad * inverse_texel, square_scale = texels_per_pixel * texels_per_pixel;
     for (std::size_t k = 0; k < kTileTexels; ++k) {
@@ -131,8 +115,6 @@ void ReflectanceSeparation::gather(const SurfaceLightField& light_field, int til
       const float across = square_scale * square, density = 1 / (across * inverse_cosine);
       weight_in_diffuse[k] = density * density;
       blur[k] = 0.125F * across * (1 + inverse_cosine * inverse_cosine);
-      const float reach = static_cast<float>(kBorder_px) * inverse_cosine;
-      weight_in_specular[k] = border[k] * border[k] < reach * reach * across ? 0.0F : 1.0F;
     }
     for (unsigned texels = page.filled; texels != 0; texels &= texels - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(texels));
@@ -140,7 +122,6 @@ void ReflectanceSeparation::gather(const SurfaceLightField& light_field, int til
                           {{node[0][k], node[1][k], node[2][k]}, {weight[0][k], weight[1][k], weight[2][k]}},
                           static_cast<std::uint32_t>(k),
                           weight_in_diffuse[k],
-                          weight_in_specular[k],
                           blur[k]});
     }
   });
@@ -187,7 +168,6 @@ void ReflectanceSeparation::update_tile(int tile) {
     if (texel.seen()) texel = {mean[k].r, mean[k].g, mean[k].b, 0};
   }
   for (const Sample& s : samples_) {
-    if (!(s.weight_in_specular > 0)) continue;
     const Radiance specular = s.radiance - mean[s.k] + specular_.at(s.where);
     const float square = specular.luminance() * specular.luminance();
     for (std::size_t n = 0; n < 3; ++n) {

@@ -31,7 +31,7 @@ class ReflectanceSeparation {
 
   /// Notes saturated texels of a frame: where most texels in a direction are saturated, S is the 90 % quantile of the
   /// lower bounds that they give (the darkest texels give the highest ones; some are wrong, at edges of the texture).
-  void add_clipped(const TexelImage& image, const ViewPoint& from);
+  void add_clipped(const TexelImage& image, Vec3d lens);
 
   /// Processes the next tiles until they have `samples` samples or a sweep ends; then S is replaced. A sweep passes all
   /// tiles, or a part of them where there are many samples: another part in every sweep. Returns whether it ended.
@@ -60,15 +60,12 @@ class ReflectanceSeparation {
   struct Sample {
     Radiance radiance;
     HemisphereGrid::Interpolation where;
-    std::uint32_t k;           ///< Texel of the tile.
-    float weight;              ///< In D: the squared number of pixels per area of the plane, up to a factor.
-    float weight_in_specular;  ///< 0 where its pixel may reach beyond the plane's border, otherwise 1.
-    float blur;                ///< Variance of a pixel's footprint along an axis, mean of both axes, texels².
+    std::uint32_t k;  ///< Texel of the tile.
+    float weight;     ///< In D: the squared number of pixels per area of the plane, up to a factor.
+    float blur;       ///< Variance of a pixel's footprint along an axis, mean of both axes, texels².
   };
   bool process(const SurfaceLightField& light_field, std::size_t samples);
   void gather(const SurfaceLightField& light_field, int tile);
-  /// From the middle of a texel of a tile to the border of the plane, texels.
-  [[nodiscard]] float border_distance(int tile, int k) const;
   void update_tile(int tile);
   void finish_sweep();
   /// The 2 % quantile of next_ over nodes with enough samples.
