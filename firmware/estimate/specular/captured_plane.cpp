@@ -35,9 +35,9 @@ void fill_lumisphere(const Lumisphere& specular, float scale, PlaneLumisphere& o
     for (int k = 0; k < HemisphereGrid::nodes_of(level); ++k, ++node) {
       const std::size_t from = first + step * static_cast<std::size_t>(k);
       out.radiance[node] = sent(specular.value[from], scale);
-      out.state[node] = specular.clipped[from] != 0 ? SampleState::clipped
-                        : specular.weight[from] > 0 ? SampleState::measured
-                                                    : SampleState::unseen;
+      out.state[node] = !(specular.weight[from] > 0)  ? SampleState::unseen
+                        : specular.clipped[from] != 0 ? SampleState::clipped
+                                                      : SampleState::measured;
     }
   }
 }

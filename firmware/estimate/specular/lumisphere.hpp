@@ -18,7 +18,7 @@ struct Lumisphere {
   std::vector<float> weight;    ///< By node: sum of the weights of the samples around it; 0: never seen.
   /// By node: standard deviation of the luminance of the samples around it: blur at edges of the texture, wrong poses.
   std::vector<float> sigma;
-  /// By node: 1 where most samples were saturated; the value is a lower bound.
+  /// By node: 1 where most samples were saturated; the value is a lower bound. Where the weight is 0: fill_unseen().
   std::vector<std::uint8_t> clipped;
 
   explicit Lumisphere(int levels = 120)
@@ -35,7 +35,7 @@ struct Lumisphere {
 
 /// Gives nodes that were never seen a value from their neighbours, from the seen ones outwards: as if the light that
 /// they mirror were the neighbours' mean, with Schlick's Fresnel term of a refractive index of 1.5, which rises at
-/// grazing angles. Nothing where no node was seen. Weights stay 0.
+/// grazing angles; `clipped` where most of them are. Nothing where no node was seen. Weights stay 0.
 void fill_unseen(Lumisphere& lumisphere);
 
 }  // namespace lightwell::specular

@@ -25,8 +25,8 @@ struct RefinedPose {
   /// relative to the prediction's detail, before and after; infinite where nothing can be compared.
   double error_before = kInfinity, error_after = kInfinity;
   int texels = 0;  ///< That were compared in the last step.
-  /// Inverse covariance of the pose, as a motion in the plane's frame (plane_motion.hpp), by these texels alone,
-  /// without the prior. Zero where nothing was compared.
+  /// Inverse covariance of the pose, as a motion in the plane's frame (plane_motion.hpp; 1/rad², 1/m²), by these texels
+  /// alone, without the prior. Zero where nothing was compared.
   PoseCovariance information{};
   /// False: the error grew, or the pose contradicts the prior. The pose is that from which the refinement started.
   bool aligned = false;
@@ -39,9 +39,9 @@ class PoseRefiner {
  public:
   PoseRefiner(const PlaneTexels& texels, const RefinerOptions& options) : texels_(texels), options_(options) {}
 
-  /// `warp` must be loaded. Starts from the pose of `prior` or from `other`, whichever agrees better with
-  /// the picture, but not from one that contradicts the prior's covariance. `predicted`:
-  /// texels that are not measured() are ignored. `image` receives the texels at the returned pose.
+  /// `warp` must be loaded. Starts from the pose of `prior` or from `other`, whichever agrees better with the picture,
+  /// but not from one that contradicts the prior's covariance. `predicted`: texels that are not measured() are ignored.
+  /// `image` receives the texels at the returned pose.
   [[nodiscard]] RefinedPose refine(PlaneWarp& warp, const UncertainPose& prior, const std::optional<Pose>& other,
                                    const TexelImage& predicted, TexelImage& image);
 

@@ -19,20 +19,18 @@
 #include <lightwell/files.hpp>
 
 #include "link/access/client_list.hpp"
+#include "link/access/openssl.hpp"
 
 namespace lightwell {
 namespace {
 
-using Bio = std::unique_ptr<BIO, Deleter<BIO_free_all>>;
+using access::Bio;
+using access::Certificate;
+using access::Key;
+using access::no_password;
+using access::reader_of;
 using BigNumber = std::unique_ptr<BIGNUM, Deleter<BN_free>>;
-using Key = std::unique_ptr<EVP_PKEY, Deleter<EVP_PKEY_free>>;
-using Certificate = std::unique_ptr<X509, Deleter<X509_free>>;
 using Extension = std::unique_ptr<X509_EXTENSION, Deleter<X509_EXTENSION_free>>;
-
-Bio reader_of(const std::string& pem) { return Bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size()))); }
-
-/// Password callback that fails, so that an encrypted file is an error instead of a prompt.
-int no_password(char*, int, int, void*) { return 0; }
 
 Certificate certificate_of(const std::string& pem) {
   const Bio in = reader_of(pem);

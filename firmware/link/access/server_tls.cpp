@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include <openssl/bio.h>
 #include <openssl/err.h>
 #include <openssl/pem.h>
 #include <openssl/ssl.h>
@@ -13,23 +12,22 @@
 
 #include <lightwell/deleter.hpp>
 
+#include "link/access/openssl.hpp"
+
 namespace lightwell {
 namespace {
 
-using TextBio = std::unique_ptr<BIO, Deleter<BIO_free_all>>;
-using PrivateKey = std::unique_ptr<EVP_PKEY, Deleter<EVP_PKEY_free>>;
+using access::Bio;
+using access::Certificate;
+using access::no_password;
+using access::reader_of;
 using TrustStore = std::unique_ptr<X509_STORE, Deleter<X509_STORE_free>>;
-using X509Certificate = std::unique_ptr<X509, Deleter<X509_free>>;
 
-TextBio reader_of(std::string_view text) {
-  return TextBio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
-}
-
-std::vector<X509Certificate> read_certificates(std::string_view pem) {
-  std::vector<X509Certificate> out;
-  const TextBio text = reader_of(pem);
+std::vector<Certificate> read_certificates(std::string_view pem) {
+  std::vector<Certificate> out;
+  const Bio text = reader_of(pem);
   while (text) {
-    X509Certificate next(PEM_read_bio_X509(text.get(), nullptr, nullptr, nullptr));
+    Certificate next(PEM_read_bio_X509(text.get(), nullptr, no_password, nullptr));
     if (!next) break;
     out.push_back(std::move(next));
   }
@@ -41,9 +39,9 @@ std::vector<X509Certificate> read_certificates(std::string_view pem) {
 }  // namespace
 
 struct ServerTls::Keys {
-  std::vector<X509Certificate> chain;        ///< The probe's certificate first.
-  std::vector<X509Certificate> authorities;  ///< Of clients.
-  PrivateKey key;
+  std::vector<Certificate> chain;        ///< The probe's certificate first.
+  std::vector<Certificate> authorities;  ///< Of clients.
+  access::Key key;
   TrustStore trust;  ///< `authorities`.
 
   /// Null if OpenSSL cannot read them.
@@ -51,11 +49,11 @@ struct ServerTls::Keys {
     auto out = std::make_unique<Keys>();
     out->chain = read_certificates(keys.certificate);
     out->authorities = read_certificates(keys.client_ca);
-    const TextBio text = reader_of(keys.key);
-    if (text) out->key.reset(PEM_read_bio_PrivateKey(text.get(), nullptr, nullptr, nullptr));
+    const Bio text = reader_of(keys.key);
+    if (text) out->key.reset(PEM_read_bio_PrivateKey(text.get(), nullptr, no_password, nullptr));
     out->trust.reset(X509_STORE_new());
     if (out->chain.empty() || out->authorities.empty() || !out->key || !out->trust) return nullptr;
-    for (const X509Certificate& authority : out->authorities)
+    for (const Certificate& authority : out->authorities)
       if (X509_STORE_add_cert(out->trust.get(), authority.get()) != 1) return nullptr;
     return out;
   }
@@ -100,15 +98,15 @@ int ServerTls::use_current_keys(ssl_st* connection) {
     if (SSL_add1_chain_cert(connection, keys_->chain[i].get()) != 1) return 0;
   STACK_OF(X509_NAME)* const names = sk_X509_NAME_new_null();
   if (names == nullptr) return 0;
-  for (const X509Certificate& authority : keys_->authorities)
+  for (const Certificate& authority : keys_->authorities)
     if (X509_NAME* const name = X509_NAME_dup(X509_get_subject_name(authority.get()))) sk_X509_NAME_push(names, name);
   SSL_set_client_CA_list(connection, names);
   return 1;
 }
 
 std::string ServerTls::client_certificate(const ssl_st* connection) {
-  const X509Certificate shown(SSL_get1_peer_certificate(connection));
-  const TextBio text(BIO_new(BIO_s_mem()));
+  const Certificate shown(SSL_get1_peer_certificate(connection));
+  const Bio text(BIO_new(BIO_s_mem()));
   if (!shown || !text || SSL_get_verify_result(connection) != X509_V_OK ||
       PEM_write_bio_X509(text.get(), shown.get()) != 1)
     return {};

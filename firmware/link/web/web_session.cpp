@@ -51,11 +51,6 @@ bool WebSession::offer(const EncodedDescriptor& descriptor) {
   return replaced;
 }
 
-void WebSession::offer(const std::shared_ptr<const EncodedPlane>& plane) {
-  if (plane_) needs_whole_plane_ = true;
-  plane_ = plane;
-}
-
 std::span<const std::byte> WebSession::next() {
   if (!responses_.empty()) {
     sending_response_ = std::move(responses_.front());
@@ -66,14 +61,8 @@ std::span<const std::byte> WebSession::next() {
     sending_descriptor_ = std::exchange(descriptor_, nullptr);
     return *sending_descriptor_;
   }
-  if (sending_plane_.empty() && plane_) {
-    held_plane_ = std::exchange(plane_, nullptr);
-    sending_plane_ = std::exchange(needs_whole_plane_, false) ? held_plane_->whole : held_plane_->changes;
-  }
-  if (sending_plane_.empty()) return {};
-  const std::span<const std::byte> message = sending_plane_.front();
-  sending_plane_ = sending_plane_.subspan(1);
-  return message;
+  sending_plane_ = planes_.take();
+  return sending_plane_ ? std::span<const std::byte>(*sending_plane_) : std::span<const std::byte>();
 }
 
 }  // namespace lightwell

@@ -16,6 +16,7 @@
 #include <lightwell/commands.hpp>
 
 #include "link/link.hpp"
+#include "link/plane_queue.hpp"
 #include "link/token_bucket.hpp"
 
 namespace lightwell {
@@ -74,13 +75,11 @@ class WebSession {
   bool offer(const EncodedDescriptor& descriptor);
   /// To be sent when the update before is sent. If another one waits, the client lacks that, and receives this one
   /// whole.
-  void offer(const std::shared_ptr<const EncodedPlane>& plane);
+  void offer(const std::shared_ptr<const EncodedPlane>& plane) { planes_.put(plane); }
 
   /// The next message to be sent, empty if there is none. Valid until the next call.
   [[nodiscard]] std::span<const std::byte> next();
-  [[nodiscard]] bool has_next() const {
-    return !responses_.empty() || descriptor_ || plane_ || !sending_plane_.empty();
-  }
+  [[nodiscard]] bool has_next() const { return !responses_.empty() || descriptor_ || !planes_.empty(); }
 
   /// Number of requests that were refused: too large, too frequent, malformed, or text.
   [[nodiscard]] std::uint64_t refused() const { return refused_; }
@@ -98,10 +97,8 @@ class WebSession {
   std::deque<std::vector<std::byte>> responses_;
   std::vector<std::byte> sending_response_;
   EncodedDescriptor descriptor_, sending_descriptor_;
-  std::shared_ptr<const EncodedPlane> plane_;  ///< To be sent after sending_plane_.
-  bool needs_whole_plane_ = true;              ///< The client lacks an update before plane_.
-  std::shared_ptr<const EncodedPlane> held_plane_;
-  std::span<const std::vector<std::byte>> sending_plane_;  ///< What is left of held_plane_.
+  PlaneQueue planes_;
+  EncodedMessage sending_plane_;
   std::uint64_t refused_ = 0;
 };
 

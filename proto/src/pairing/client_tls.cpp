@@ -15,6 +15,7 @@ namespace {
 using Context = std::unique_ptr<SSL_CTX, Deleter<SSL_CTX_free>>;
 using pairing::Bio;
 using pairing::Certificate;
+using pairing::no_password;
 
 std::string pem_of(X509* certificate) {
   const Bio text(BIO_new(BIO_s_mem()));
@@ -29,7 +30,7 @@ bool trust(SSL_CTX* context, const std::string& pem) {
   const Bio text(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
   bool any = false;
   while (text) {
-    const Certificate next(PEM_read_bio_X509(text.get(), nullptr, nullptr, nullptr));
+    const Certificate next(PEM_read_bio_X509(text.get(), nullptr, no_password, nullptr));
     if (!next) break;
     any = X509_STORE_add_cert(SSL_CTX_get_cert_store(context), next.get()) == 1;
     if (!any) break;
@@ -44,13 +45,13 @@ bool show(SSL_CTX* context, const std::string& certificate, const std::string& k
   const Bio text(BIO_new_mem_buf(certificate.data(), static_cast<int>(certificate.size())));
   const Bio key_text(BIO_new_mem_buf(key.data(), static_cast<int>(key.size())));
   if (!text || !key_text) return false;
-  const Certificate own(PEM_read_bio_X509(text.get(), nullptr, nullptr, nullptr));
-  const pairing::Key private_key(PEM_read_bio_PrivateKey(key_text.get(), nullptr, nullptr, nullptr));
+  const Certificate own(PEM_read_bio_X509(text.get(), nullptr, no_password, nullptr));
+  const pairing::Key private_key(PEM_read_bio_PrivateKey(key_text.get(), nullptr, no_password, nullptr));
   if (!own || !private_key || SSL_CTX_use_certificate(context, own.get()) != 1 ||
       SSL_CTX_use_PrivateKey(context, private_key.get()) != 1 || SSL_CTX_check_private_key(context) != 1)
     return false;
   while (true) {
-    const Certificate next(PEM_read_bio_X509(text.get(), nullptr, nullptr, nullptr));
+    const Certificate next(PEM_read_bio_X509(text.get(), nullptr, no_password, nullptr));
     if (!next) break;
     if (SSL_CTX_add1_chain_cert(context, next.get()) != 1) return false;
   }

@@ -24,6 +24,9 @@ using Point = std::unique_ptr<EC_POINT, Deleter<EC_POINT_clear_free>>;
 using Key = std::unique_ptr<EVP_PKEY, Deleter<EVP_PKEY_free>>;
 using Certificate = std::unique_ptr<X509, Deleter<X509_free>>;
 
+/// Password callback that fails, so that an encrypted file is an error instead of a prompt.
+inline int no_password(char*, int, int, void*) { return 0; }
+
 [[nodiscard]] inline const unsigned char* bytes_of(std::string_view text) {
   return reinterpret_cast<const unsigned char*>(text.data());
 }

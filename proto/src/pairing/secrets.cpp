@@ -53,12 +53,9 @@ std::string text_of(BIO* bio) {
   return size > 0 ? std::string(data, static_cast<std::size_t>(size)) : std::string();
 }
 
-/// Pass phrase callback that rejects encrypted files instead of prompting.
-int no_phrase(char*, int, int, void*) { return 0; }
-
 Certificate first_certificate(std::string_view pem) {
   const Bio bio(BIO_new_mem_buf(pem.data(), static_cast<int>(pem.size())));
-  return Certificate(bio ? PEM_read_bio_X509(bio.get(), nullptr, no_phrase, nullptr) : nullptr);
+  return Certificate(bio ? PEM_read_bio_X509(bio.get(), nullptr, no_password, nullptr) : nullptr);
 }
 
 std::string host_of(X509* certificate) {

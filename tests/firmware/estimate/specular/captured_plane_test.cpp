@@ -104,6 +104,38 @@ TEST_F(CapturedPlaneTest, EveryNodeHasTheSpecularRadianceOfItsDirection) {
   EXPECT_GT(negative, 0U) << "the case of negative radiance does not occur";
 }
 
+TEST_F(CapturedPlaneTest, AGuessBetweenSaturatedDirectionsIsUnseen) {
+  CaptureOptions options;
+  options.texels.edge = 64, options.levels = 20, options.lumisphere_levels = 40, options.refine_pose = false;
+  PlaneCapture capture(rig_, options);
+  estimate::RowReader reader(rig_);
+  // Above what a float frame may hold, which counts as saturated.
+  constexpr double kSaturated = 1e31;
+  std::uint32_t frame = 0;
+  const auto add = [&](double elevation, double azimuth, double specular) {
+    const Pose pose = looking_at_plane(elevation, azimuth, 0.4);
+    const PlanePicture picture(pose, [=](Vec3d p, Vec3d) {
+      return smooth_texture(p) + Vec3d{specular, specular, specular};
+    });
+    ASSERT_TRUE(reader.bind(picture.bracket()).ok());
+    (void)capture.add(reader, 0, UncertainPose{pose, {}}, frame++, 1);
+  };
+  for (int k = 0; k < 20; ++k) add(1.3, 0.3 * k, 0);
+  for (int k = 0; k < 10; ++k)
+    for (const double elevation : {1.0, 0.4}) add(elevation, 0.05 * k, kSaturated);
+  capture.solve(2);
+  CapturedPlane plane;
+  fill_captured_plane(capture, nullptr, 1, plane);
+  const Lumisphere& specular = capture.separation().specular();
+  int guessed = 0;
+  for (std::size_t n = 0; n < plane.lumisphere.grid.size(); ++n) {
+    ASSERT_EQ(plane.lumisphere.state[n] == SampleState::unseen, !(specular.weight[n] > 0)) << "node " << n;
+    guessed += specular.clipped[n] != 0 && !(specular.weight[n] > 0) ? 1 : 0;
+  }
+  EXPECT_GT(guessed, 0) << "no gap between saturated directions";
+  EXPECT_GT(std::ranges::count(plane.lumisphere.state, SampleState::clipped), 0);
+}
+
 TEST_F(CapturedPlaneTest, CoverageIsTheNodesOfTheLightField) {
   const CapturedPlane plane = filled();
   std::vector<std::uint8_t> expected(capture_->light_field().grid().size());
