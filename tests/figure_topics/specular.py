@@ -23,6 +23,9 @@ PUBLISHED_RMSE = (0.0292, 0.0489, 0.1160)
 def views(lines):
     rows = []
     for line in lines:
+        if "alignment_error_mm" in line:
+            rows.append(reported(f"{line['sequence']}: error of the texture's place on the plane",
+                                 line["alignment_error_mm"], "mm", REAL))
         if "method" not in line:
             continue
         what = f"{line['sequence']}: {line['method']} poses: "

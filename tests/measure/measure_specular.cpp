@@ -71,14 +71,14 @@ void measure_sequence(const SpecularSequenceOptions& options) {
   std::vector<std::unique_ptr<specular::PlaneCapture>> captures;
   for (const Poses poses : kPoses)
     captures.push_back(std::make_unique<specular::PlaneCapture>(sequence.rig(), options_of(poses)));
-  int stored = 0;
+  std::vector<measure::RefinedFrame> stored;
   for (int k = 0; k < options.frames; ++k) {
     const measure::Shot shot = sequence.frame(k);
     require(reader.bind(shot.frames));
     for (std::size_t n = 0; n < captures.size(); ++n) {
       const auto frame = captures[n]->add(reader, 0, pose_of(sequence, kPoses[n], k), static_cast<std::uint32_t>(k),
                                           SpecularSequence::kExposure_s);
-      if (kPoses[n] == Poses::refined) stored += frame.stored ? 1 : 0;
+      if (kPoses[n] == Poses::refined && frame.stored) stored.push_back({k, frame.pose});
     }
   }
   std::vector<measure::HeldOutView> views = measure::held_out_views(sequence);
@@ -91,11 +91,19 @@ void measure_sequence(const SpecularSequenceOptions& options) {
     print_errors(options.name, std::string("ours, ") + name_of(kPoses[n]),
                  measure::view_errors(sequence, views, measure::appearance_of(capture)));
   }
+  // The last capture is that of refined poses.
+  const measure::RefinementTruth truth = measure::refinement_truth(sequence, stored);
+  measure::PlaneAppearance placed = measure::appearance_of(*captures.back());
+  const double alignment_error_mm = measure::distance_mm(placed.alignment, truth.alignment);
+  placed.alignment = truth.alignment;
+  print_errors(options.name, "ours, refined, at the true place", measure::view_errors(sequence, views, placed));
   const specular::SurfaceLightField& field = captures.back()->light_field();
   nlohmann::ordered_json line;
   line["sequence"] = options.name;
   line["frames"] = options.frames;
-  line["stored"] = stored;
+  line["stored"] = stored.size();
+  line["alignment_error_mm"] = alignment_error_mm;
+  line["variance_factor"] = truth.variance_factor;
   line["samples_per_texel"] = static_cast<double>(field.samples()) / static_cast<double>(field.texels().count());
   line["fill"] = field.fill();
   line["removed_samples"] = field.removed();

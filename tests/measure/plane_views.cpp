@@ -6,7 +6,12 @@
 #include <cstddef>
 #include <limits>
 
+#include <Eigen/Dense>
+
 #include <lightwell/pixel.hpp>
+#include <lightwell/quantile.hpp>
+
+#include "estimate/specular/plane_motion.hpp"
 
 namespace lightwell::measure {
 namespace {
@@ -161,6 +166,52 @@ ViewErrors view_errors(const SpecularSequence& sequence, const std::vector<HeldO
   out.rmse_seen = std::sqrt(seen_squares / (3 * std::max(count - out.unseen, 1.0)));
   out.saturated /= n, out.unseen /= n;
   return out;
+}
+
+RefinementTruth refinement_truth(const SpecularSequence& sequence, const std::vector<RefinedFrame>& frames) {
+  constexpr double kCorner_m = 0.08;
+  const auto lens_of = [&](const Pose& plane) {
+    return inverse(compose(inverse(sequence.rig().lenses[0].pose_cv), plane)).translation;
+  };
+  const auto height_of = [](Vec3d lens) { return lens.z / length(lens); };
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  for (const RefinedFrame& f : frames) {
+    const Pose truth = sequence.true_pose(f.frame), plane_texture = compose(inverse(truth), f.pose.probe_plane);
+    const Vec3d eye = lens_of(truth);
+    if (height_of(eye) < std::sin(20 * reference::pi / 180)) continue;
+    for (const double x : {-kCorner_m, kCorner_m})
+      for (const double y : {-kCorner_m, kCorner_m}) {
+        const Vec3d point = transformed(plane_texture, {x, y, 0}), ray = point - eye;
+        const Vec3d seen = eye - ray * (eye.z / ray.z);
+        Eigen::Matrix<double, 2, 4> design;
+        design << 1, 0, -y, x, 0, 1, x, y;
+        normal += design.transpose() * design;
+        right += design.transpose() * Eigen::Vector2d(seen.x - x, seen.y - y);
+      }
+  }
+  RefinementTruth out;
+  const Eigen::Vector4d x = normal.ldlt().solve(right);
+  out.alignment = {x[0], x[1], x[2], x[3]};
+  std::vector<double> distances;
+  for (const RefinedFrame& f : frames) {
+    const Pose truth = sequence.true_pose(f.frame);
+    const Vec3d eye = lens_of(truth);
+    if (height_of(eye) > std::sin(40 * reference::pi / 180)) continue;
+    const specular::Vector6 error =
+        specular::logarithm(compose(inverse(out.alignment.texture_pose(truth, eye)), f.pose.probe_plane));
+    double sum = 0;
+    for (std::size_t r = 0; r < 6; ++r)
+      for (std::size_t c = 0; c < 6; ++c)
+        sum += error[static_cast<Eigen::Index>(r)] * f.pose.information[r][c] * error[static_cast<Eigen::Index>(c)];
+    distances.push_back(sum / 6);
+  }
+  if (!distances.empty()) out.variance_factor = median(distances);
+  return out;
+}
+
+double distance_mm(const specular::TextureAlignment& a, const specular::TextureAlignment& b) {
+  return 1e3 * std::hypot(a.x_m - b.x_m, a.y_m - b.y_m);
 }
 
 }  // namespace lightwell::measure

@@ -44,4 +44,25 @@ struct ViewErrors {
 [[nodiscard]] ViewErrors view_errors(const SpecularSequence& sequence, const std::vector<HeldOutView>& views,
                                      const PlaneAppearance& appearance);
 
+/// A frame of a sequence, and its refined pose (T_probe_texture).
+struct RefinedFrame {
+  int frame = 0;
+  specular::RefinedPose pose;
+};
+
+/// What the true poses say of refined ones.
+struct RefinementTruth {
+  /// Where the captured texture lies on the plane: least squares of where the frames above 20 degrees of elevation see
+  /// four of its points.
+  specular::TextureAlignment alignment;
+  /// Of the frames below 40 degrees: error of the pose as a squared distance by RefinedPose::information, divided by
+  /// its six dimensions, median. 1 if the information was right.
+  double variance_factor = 0;
+};
+[[nodiscard]] RefinementTruth refinement_truth(const SpecularSequence& sequence,
+                                               const std::vector<RefinedFrame>& frames);
+
+/// Distance between two alignments at the middle of the texture, mm.
+[[nodiscard]] double distance_mm(const specular::TextureAlignment& a, const specular::TextureAlignment& b);
+
 }  // namespace lightwell::measure
