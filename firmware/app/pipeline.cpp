@@ -247,7 +247,20 @@ StatusSnapshot Pipeline::status() const {
     s.counters.frames_recorded = recorder_->recorded();
     s.counters.recording_faults = recorder_->faults() + recorder_->skipped();
   }
+  if (recordings_ != nullptr) s.recording = recordings_->status();
   return s;
+}
+
+void Pipeline::set_recordings(ProbeRecorder* recordings) {
+  recordings_ = recordings;
+  if (recordings != nullptr) publisher_.add_sink(*recordings);
+}
+
+Result<RecordingStatus> Pipeline::control_recording(RecordingAction action) {
+  if (recordings_ != nullptr) return recordings_->control(action);
+  return Status(StatusCode::failed_precondition,
+                "this probe records nothing, because its owner has configured no folder for that: set recordings { "
+                "folder: \"FOLDER\" } in its configuration (or --recordings) and restart lightwelld");
 }
 
 EstimatorConfig Pipeline::estimator() const {

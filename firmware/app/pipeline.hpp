@@ -20,6 +20,7 @@
 #include "estimate/estimator.hpp"
 #include "imaging/frame.hpp"
 #include "link/link.hpp"
+#include "link/recordings/probe_recorder.hpp"
 
 namespace lightwell {
 
@@ -105,6 +106,8 @@ class Pipeline final : public Commands {
   FrameSink& sink() { return slot_; }
   /// Includes the recorder's counters in the status; may be null.
   void watch_recorder(const FrameRecorder* recorder) { recorder_ = recorder; }
+  /// Lets clients record what is published; before start(). May be null, and then they cannot.
+  void set_recordings(ProbeRecorder* recordings);
 
   [[nodiscard]] Status start();
   /// Ends the thread, then the links. Call it after the camera has stopped.
@@ -124,6 +127,7 @@ class Pipeline final : public Commands {
   [[nodiscard]] EstimatorKind estimator_kind() const override { return kind_; }
   [[nodiscard]] Status update_estimator(const EstimatorUpdate& update) override;
   [[nodiscard]] Result<double> report_lux(double lux, Vec3d normal) override;
+  [[nodiscard]] Result<RecordingStatus> control_recording(RecordingAction action) override;
 
  private:
   void run();
@@ -149,6 +153,7 @@ class Pipeline final : public Commands {
   std::optional<std::chrono::steady_clock::time_point> plane_published_;
   bool plane_changed_ = false;  ///< There were brackets since then; used by the thread only.
   const FrameRecorder* recorder_ = nullptr;
+  ProbeRecorder* recordings_ = nullptr;
   std::thread thread_;
   std::atomic<std::uint64_t> estimates_{0}, failed_{0};
 

@@ -29,6 +29,10 @@ void fill_config(const EstimatorUpdate& update, v1::EstimatorConfig& m);
 void fill_status(const StatusSnapshot& status, v1::InfoResponse& m);
 [[nodiscard]] StatusSnapshot status_of(const v1::InfoResponse& m);
 
+/// Truncates texts above 256 bytes.
+void fill_recording(const RecordingStatus& recording, v1::RecordingStatus& m);
+[[nodiscard]] RecordingStatus recording_from(const v1::RecordingStatus& m);
+
 /// Does not normalise the rotation.
 [[nodiscard]] Pose pose_from(const v1::Pose& m);
 void fill_pose(const Pose& pose, v1::Pose& m);

@@ -2,6 +2,7 @@
 #include <limits>
 
 #include <lightwell/status.hpp>
+#include <lightwell/text.hpp>
 
 #include "messages.hpp"
 
@@ -89,6 +90,20 @@ v1::Mounting mounting_to(const UncertainPose& T_world_probe) {
   return m;
 }
 
+void fill_recording(const RecordingStatus& recording, v1::RecordingStatus& m) {
+  m.set_running(recording.running);
+  m.set_file(truncated(recording.file, kMaxText));
+  m.set_bytes(recording.bytes);
+  m.set_descriptors(recording.descriptors);
+  m.set_lost(recording.lost);
+  m.set_end_reason(truncated(recording.end_reason, kMaxText));
+  m.set_faults(recording.faults);
+}
+
+RecordingStatus recording_from(const v1::RecordingStatus& m) {
+  return {m.running(), m.file(), m.bytes(), m.descriptors(), m.lost(), m.end_reason(), m.faults()};
+}
+
 void fill_status(const StatusSnapshot& status, v1::InfoResponse& m) {
   m.set_probe_name(status.probe_name);
   m.set_probe_id(status.probe_id);
@@ -101,6 +116,7 @@ void fill_status(const StatusSnapshot& status, v1::InfoResponse& m) {
     counters.GetReflection()->SetUInt64(&counters, field, status.counters.*counter);
   });
   if (status.T_world_probe) *m.mutable_mounting() = mounting_to(*status.T_world_probe);
+  if (status.recording) fill_recording(*status.recording, *m.mutable_recording());
 }
 
 StatusSnapshot status_of(const v1::InfoResponse& m) {
@@ -118,6 +134,7 @@ StatusSnapshot status_of(const v1::InfoResponse& m) {
   if (m.has_mounting())
     if (const Result<UncertainPose> mounting = mounting_from(m.mounting()); mounting.ok())
       out.T_world_probe = *mounting;
+  if (m.has_recording()) out.recording = recording_from(m.recording());
   return out;
 }
 
@@ -133,6 +150,8 @@ Result<StatusSnapshot> decode_status(std::span<const std::byte> bytes) {
   if (m.probe_name().empty() || m.probe_name().size() > kMaxName) return wrong("probe_name must have 1 to 64 bytes");
   if (m.version().size() > kMaxText) return wrong("version is longer than 256 bytes");
   if (m.camera().size() > kMaxText) return wrong("camera is longer than 256 bytes");
+  if (m.recording().file().size() > kMaxText) return wrong("recording.file is longer than 256 bytes");
+  if (m.recording().end_reason().size() > kMaxText) return wrong("recording.end_reason is longer than 256 bytes");
   return status_of(m);
 }
 

@@ -203,6 +203,7 @@ class ProbeService final {
           {"/lightwell.v1.ProbeService/SetConfig", &ProbeService::answer<ProbeCall::set_config>},
           {"/lightwell.v1.ProbeService/ReportLux", &ProbeService::answer<ProbeCall::report_lux>},
           {"/lightwell.v1.ProbeService/GetConfig", &ProbeService::answer<ProbeCall::get_config>},
+          {"/lightwell.v1.ProbeService/ControlRecording", &ProbeService::answer<ProbeCall::control_recording>},
           {"/lightwell.v1.ProbeService/StreamPlane", &ProbeService::stream_plane}};
       for (const auto& [path, method] : kMethods)
         if (context->method() == path) return new Call(service_, method);
