@@ -3,7 +3,7 @@
 // (lightwell.js), LIGHTWELL_SCREENSHOTS (folder for pictures of the page)
 import assert from "node:assert/strict";
 import { X509Certificate, createHash } from "node:crypto";
-import { mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { mkdirSync, mkdtempSync, readFileSync, renameSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -14,20 +14,22 @@ import { Browser, until } from "./browser.mjs";
 import { Daemon, pairedToken, writePanorama } from "./daemon.mjs";
 
 const { WebSocket } = createRequire(import.meta.url)(process.env.LIGHTWELL_NODE_WS);
-const { connect } = await import(pathToFileURL(process.env.LIGHTWELL_MODULE).href);
+const { connect, decodeDescriptor, readRecording } = await import(pathToFileURL(process.env.LIGHTWELL_MODULE).href);
 const pictures = process.env.LIGHTWELL_SCREENSHOTS;
 mkdirSync(pictures, { recursive: true });
 
 const folder = mkdtempSync(join(tmpdir(), "lightwell-dashboard-"));
 const panorama = join(folder, "lamp.hdr");
 writePanorama(panorama);
+const recordings = join(folder, "recordings");
 const switching = `sim:${panorama}?lamp_switch=1s`;
 
 let daemon;
 let browser;
 let page;
 before(async () => {
-  daemon = await Daemon.start({ camera: switching });
+  mkdirSync(recordings);
+  daemon = await Daemon.start({ camera: switching, more: ["--recordings", recordings] });
   browser = await Browser.start();
   page = await browser.newPage();
   await page.goto(daemon.page);
@@ -127,7 +129,8 @@ test("it works by keyboard alone", async () => {
     if (reached.has(name)) break;
     reached.add(name);
   }
-  for (const name of ["skip", "lights-region", "option-common-maxLights", "option-panorama-smoothing", "record"])
+  for (const name of ["skip", "lights-region", "option-common-maxLights", "option-panorama-smoothing", "record",
+                      "probe-record"])
     assert.ok(reached.has(name), `${name} of ${[...reached]}`);
   await page.evaluate('document.querySelector("#settings input:checked").focus()');
   const visible = 'getComputedStyle(document.querySelector("#settings input:checked + span")).outlineStyle';
@@ -148,12 +151,50 @@ test("descriptors are recorded, and the file is a recording", async () => {
   await page.until('/[1-9]\\d descriptors/.test(document.getElementById("record-state").textContent)');
   await page.evaluate('document.getElementById("record").click()');
   const bytes = await page.evaluate("saved.arrayBuffer().then((buffer) => Array.from(new Uint8Array(buffer)))");
-  const { readRecording, decodeDescriptor } = await import(pathToFileURL(process.env.LIGHTWELL_MODULE).href);
   const { messages, tornBytes } = readRecording(Uint8Array.from(bytes));
   assert.equal(tornBytes, 0);
   assert.ok(messages.length >= 10);
   const sequences = messages.map((message) => decodeDescriptor(message.bytes).sequence);
   assert.ok(sequences.every((v, i) => i === 0 || v > sequences[i - 1]));
+});
+
+test("the probe records on its own disk, started here, and the SDK reads the file", async () => {
+  const state = 'document.getElementById("probe-record-state").textContent';
+  const click = () => page.evaluate('document.getElementById("probe-record").click()');
+  assert.equal(await page.evaluate(state), "");
+  await click();
+  await page.until(`/^● Recording [1-9]\\d+ descriptors, .* in \\d{8}T\\d{6}Z-0001.lwr$/.test(${state})`);
+  // Another client sees it, and cannot start a second one.
+  const probe = await connect(daemon.address, { WebSocket });
+  assert.equal(probe.info().recording.running, true);
+  await assert.rejects(probe.startRecording(), { code: "failed_precondition", message: /runs on the probe already/ });
+  await page.screenshot(join(pictures, "recording.png"));
+  await click();
+  await page.until(`/^Recorded /.test(${state})`);
+  await assert.rejects(probe.stopRecording(), { code: "failed_precondition", message: /no recording runs/ });
+  const { file } = probe.info().recording;
+  probe.close();
+  const { messages, tornBytes } = readRecording(new Uint8Array(readFileSync(join(recordings, file))));
+  assert.equal(tornBytes, 0);
+  assert.ok((await page.evaluate(state)).startsWith(`Recorded ${messages.length} descriptors`));
+  const sequences = messages.map((message) => decodeDescriptor(message.bytes).sequence);
+  assert.ok(sequences.every((v, i) => i === 0 || v > sequences[i - 1]));
+});
+
+test("a recording that the probe refuses or ends is explained", async () => {
+  const error = 'document.getElementById("probe-record-error")';
+  const click = () => page.evaluate('document.getElementById("probe-record").click()');
+  renameSync(recordings, `${recordings}-away`);
+  await click();
+  await page.until(`/^The recording was not started: .*change recordings.folder$/.test(${error}.textContent)`);
+  renameSync(`${recordings}-away`, recordings);
+  await click();
+  await page.until('document.getElementById("probe-record").textContent === "Stop on the probe"');
+  assert.equal(await page.evaluate(`${error}.hidden`), true);
+  rmSync(recordings, { recursive: true });
+  await page.until(`/^The recording has ended: .*removed$/.test(${error}.textContent)`);
+  assert.equal(await page.text("probe-record"), "Start on the probe");
+  mkdirSync(recordings);
 });
 
 test("nothing is wider than a phone, and the pictures are drawn", async () => {

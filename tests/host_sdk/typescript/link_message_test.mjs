@@ -12,7 +12,7 @@ const dist = dirname(process.env.LIGHTWELL_MODULE);
 const module = (name) => import(pathToFileURL(join(dist, `${name}.js`)).href);
 const { ClockMap } = await module("clock_map");
 const { Backoff } = await module("backoff");
-const { decodeLinkResponse } = await module("link_message");
+const { decodeLinkResponse, encodeLinkRequest } = await module("link_message");
 const { DecodeError } = await module("wire");
 
 const ms = 1_000_000n;
@@ -114,6 +114,28 @@ test("every counter and every option of the messages is known", () => {
   assert.deepEqual(names(config), Object.keys(fieldsOf("config", "EstimatorConfig")).sort());
   for (const [section, message] of [["panorama", "Panorama"], ["marker", "Marker"], ["specular", "Specular"]])
     assert.deepEqual(names(config[section]), Object.keys(fieldsOf("config", `${message}EstimatorConfig`)).sort());
+});
+
+const recordingOf = (fields) => `${fields} file: "a\\nb.lwr" bytes: 5000000000 descriptors: 2 lost: 3 end_reason: "full" ` +
+  "faults: 4";
+
+test("the recording of a probe: in its status and after a start or a stop", () => {
+  const expected =
+    { running: true, file: "a?b.lwr", bytes: 5e9, descriptors: 2, lost: 3, endReason: "full", faults: 4 };
+  const of = (text) => decodeLinkResponse(encode("LinkResponse", `id: 1 ${text}`));
+  assert.deepEqual(of(`info { recording { ${recordingOf("running: true")} } }`).info.status.recording, expected);
+  assert.equal(of("info {}").info.status.recording, null);
+  assert.deepEqual(of(`control_recording { recording { ${recordingOf("running: true")} } }`).recording, expected);
+  assert.equal(of("control_recording {}").recording.running, false);
+  assert.equal(of("info {}").recording, undefined);
+  assert.match(decode("LinkRequest", encodeLinkRequest(7, { ask: "control_recording", action: "start" })),
+               /id: 7[^]*control_recording[^]*RECORDING_ACTION_START/);
+  assert.match(decode("LinkRequest", encodeLinkRequest(7, { ask: "control_recording", action: "stop" })),
+               /RECORDING_ACTION_STOP/);
+  // Of alternatives the last one counts.
+  const both = Buffer.concat([encode("LinkResponse", `id: 1 control_recording { recording { ${recordingOf("")} } }`),
+                              encode("LinkResponse", "report_lux { scale: 2 }")]);
+  assert.deepEqual([decodeLinkResponse(both).recording, decodeLinkResponse(both).scale], [undefined, 2]);
 });
 
 test("responses: an estimator that this version does not know is an error", () => {

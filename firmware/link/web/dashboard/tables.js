@@ -1,7 +1,7 @@
 // Tables of lights, conditions, faults and the connection.
 import { anglesOf, directionSigma } from "./directions.js";
 import { degrees, element, make, put, putPairs, short, size, whole } from "./format.js";
-import { luminance } from "./sdk/lightwell.js";
+import { luminance } from "./sdk/vector.js";
 
 /** One row a light, as many as the descriptor has. */
 export function putLights({ lights, units }) {

@@ -20,7 +20,7 @@ export { HemisphereGrid } from "./hemisphere_grid.js";
 export { Lighting } from "./lighting.js";
 export type { Answer, LightingOptions, Validity } from "./lighting.js";
 export { ProbeError, encodeLinkRequest } from "./link_message.js";
-export type { ProbeCounters, ProbeStatus, StatusCode } from "./link_message.js";
+export type { ProbeCounters, ProbeStatus, RecordingStatus, StatusCode } from "./link_message.js";
 export {
   GgxLobe, capIrradiance, capRadiance, capZonal, cosineLobe, evaluateHarmonics, harmonicsBasis,
 } from "./lobes.js";

@@ -50,6 +50,21 @@ const counterNames: readonly (keyof ProbeCounters)[] = [
   "messagesRefused", "authenticationFailures", "clientListFaults",
 ];
 
+/** The probe's own recording: the one that runs, otherwise the last one. */
+export interface RecordingStatus {
+  running: boolean;
+  /** Name in the probe's folder; empty before the first recording. */
+  file: string;
+  bytes: number;
+  descriptors: number;
+  /** Messages that came while the probe's disk was too slow, and are missing in the file. */
+  lost: number;
+  /** Why it ended although no client stopped it: a limit or a fault; otherwise empty. */
+  endReason: string;
+  /** Recordings that a fault or a limit ended, since the probe's start. */
+  faults: number;
+}
+
 /** What a probe reports of itself. */
 export interface ProbeStatus {
   name: string;
@@ -59,6 +74,8 @@ export interface ProbeStatus {
   version: string;
   camera: string;
   counters: ProbeCounters;
+  /** null: the probe has no folder for recordings, or firmware that is too old for them. */
+  recording: RecordingStatus | null;
 }
 
 export type LinkCommand =
@@ -66,7 +83,8 @@ export type LinkCommand =
   | { ask: "authenticate"; token: string }
   | { ask: "get_config" }
   | { ask: "set_config"; update: EstimatorUpdate }
-  | { ask: "report_lux"; lux: number; normal: Vec3 };
+  | { ask: "report_lux"; lux: number; normal: Vec3 }
+  | { ask: "control_recording"; action: "start" | "stop" };
 
 export interface LinkResponse {
   id: number;
@@ -77,6 +95,8 @@ export interface LinkResponse {
   estimator?: EstimatorState;
   /** Response to report_lux: the factor that was applied to radiance. */
   scale?: number;
+  /** Response to control_recording: the state after the action. */
+  recording?: RecordingStatus;
 }
 
 /** A LinkRequest. Throws TypeError for an update that is none. */
@@ -93,15 +113,40 @@ export function encodeLinkRequest(id: number, command: LinkCommand): Uint8Array 
         command.normal.forEach((v, k) => report.double(2 + k, v));
       }).bytes();
     case "get_config": return out.message(5, () => {}).bytes();
+    case "control_recording":
+      return out.message(8, (part) => part.uint32(1, command.action === "start" ? 1 : 2)).bytes();
     case "authenticate": return out.message(6, (part) => part.string(1, command.token)).bytes();
   }
 }
 
 const string = (set: (value: string) => void): FieldReader => byteString((bytes) => set(decodeUtf8(bytes)));
 
+class RecordingMessage {
+  private readonly status: RecordingStatus =
+    { running: false, file: "", bytes: 0, descriptors: 0, lost: 0, endReason: "", faults: 0 };
+
+  read(wire: WireReader): void {
+    const { status } = this;
+    wire.fields({
+      1: uint64((v) => (status.running = v !== 0n)),
+      2: string((v) => (status.file = printable(v))),
+      3: uint64((v) => (status.bytes = Number(v))),
+      4: uint64((v) => (status.descriptors = Number(v))),
+      5: uint64((v) => (status.lost = Number(v))),
+      6: string((v) => (status.endReason = printable(v))),
+      7: uint64((v) => (status.faults = Number(v))),
+    });
+  }
+
+  get(): RecordingStatus {
+    return { ...this.status };
+  }
+}
+
 class InfoMessage {
   private clockNowNs = 0n;
   private readonly status = { name: "", id: 0, calibrationId: 0, version: "", camera: "" };
+  private recording: RecordingMessage | null = null;
   private readonly counters = Object.fromEntries(counterNames.map((name) => [name, 0])) as unknown as ProbeCounters;
 
   read(wire: WireReader): void {
@@ -115,11 +160,13 @@ class InfoMessage {
       6: fixed64((v) => (this.clockNowNs = BigInt.asIntN(64, v))),
       7: message((part) => part.fields(Object.fromEntries(counterNames.map((name, k) =>
         [k + 1, uint64((v) => (counters[name] = Number(v)))])))),
+      9: message((part) => (this.recording ??= new RecordingMessage()).read(part)),
     });
   }
 
   get() {
-    return { status: { ...this.status, counters: this.counters }, clockNowNs: this.clockNowNs };
+    const recording = this.recording?.get() ?? null;
+    return { status: { ...this.status, counters: this.counters, recording }, clockNowNs: this.clockNowNs };
   }
 }
 
@@ -143,11 +190,13 @@ function decoded(bytes: Uint8Array): LinkResponse {
   let info: InfoMessage | null = null;
   let estimator: EstimatorStateMessage | null = null;
   let scale: number | null = null;
+  let recording: RecordingMessage | null = null;
   // Of alternatives the last one counts; parts of the same one are merged.
   const only = (kept: unknown) => {
     if (kept !== info) info = null;
     if (kept !== estimator) estimator = null;
     if (kept !== scale) scale = null;
+    if (kept !== recording) recording = null;
   };
   new WireReader(bytes).fields({
     1: fixed32((v) => (out.id = v)),
@@ -169,6 +218,11 @@ function decoded(bytes: Uint8Array): LinkResponse {
       only(estimator ??= new EstimatorStateMessage());
       (estimator as EstimatorStateMessage).read(part);
     }),
+    9: message((part) => {
+      const control = (recording ??= new RecordingMessage());
+      only(control);
+      part.fields({ 1: message((status) => control.read(status)) });
+    }),
   });
   if (code !== 0) {
     // An unknown code of a later version is still an error.
@@ -177,6 +231,7 @@ function decoded(bytes: Uint8Array): LinkResponse {
   }
   if (info) out.info = (info as InfoMessage).get();
   if (scale !== null) out.scale = scale;
+  if (recording) out.recording = (recording as RecordingMessage).get();
   if (estimator)
     try {
       out.estimator = (estimator as EstimatorStateMessage).get();

@@ -4,7 +4,7 @@ import { ClockMap } from "./clock_map.js";
 import { EstimatorState, EstimatorUpdate } from "./estimator_config.js";
 import { Lighting } from "./lighting.js";
 import {
-  LinkCommand, LinkResponse, ProbeError, ProbeStatus, decodeLinkResponse, encodeLinkRequest, printable,
+  LinkCommand, LinkResponse, ProbeError, ProbeStatus, RecordingStatus, decodeLinkResponse, encodeLinkRequest, printable,
 } from "./link_message.js";
 import {
   Timer, WebSocketConstructor, WebSocketLike, hostNowNs, hostResolutionNs, platformWebSocket,
@@ -181,11 +181,28 @@ export class Probe {
     return scale ?? this.unexpected();
   }
 
+  /** Starts a recording of all descriptors by the probe, in the folder that its owner has configured (`recordings`); the
+   *  file stays there. Rejects with failed_precondition if there is no folder, or a recording runs already, and with
+   *  resource_exhausted at a limit of the folder or of the disk. Resolves with the state after it. */
+  async startRecording(): Promise<RecordingStatus> {
+    return this.controlRecording("start");
+  }
+
+  /** Ends it. Rejects with failed_precondition if none runs. */
+  async stopRecording(): Promise<RecordingStatus> {
+    return this.controlRecording("stop");
+  }
+
   /** Ends the connection. latest() keeps the last light, with its growing age. */
   close(): void {
     if (this.receiver.stats.state === "closed") return;
     this.drop();
     this.setState("closed");
+  }
+
+  private async controlRecording(action: "start" | "stop"): Promise<RecordingStatus> {
+    const { recording } = await this.request({ ask: "control_recording", action });
+    return recording ?? this.unexpected();
   }
 
   private unexpected(): never {
