@@ -213,7 +213,7 @@ test("nothing is wider than a phone, and the pictures are drawn", async () => {
     const colours = await page.evaluate(`{
       const copy = document.createElement("canvas");
       copy.width = copy.height = 64;
-      const c = copy.getContext("2d");
+      const c = copy.getContext("2d", { willReadFrequently: true });
       // WebGL shows its picture only until it is composed, so it is read in the frame that drew it.
       new Promise((done) => requestAnimationFrame(function look() {
         c.drawImage(document.getElementById("${id}"), 0, 0, 64, 64);
