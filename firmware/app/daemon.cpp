@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <optional>
@@ -19,6 +20,7 @@
 
 #include "app/component_tables.hpp"
 #include "app/pipeline.hpp"
+#include "app/temperature.hpp"
 #include "camera/frame_recorder.hpp"
 #include "link/access/probe_keys.hpp"
 #include "link/grpc/grpc_link.hpp"
@@ -309,6 +311,7 @@ Status run_daemon(const Config& config) {
   const std::unique_ptr<ProbeRecorder> probe_recorder = make_probe_recorder(config);
   Pipeline pipeline(identity, std::move(components->estimator), config.estimator, config.budget_ms, planes);
   pipeline.set_recordings(probe_recorder.get());
+  pipeline.set_calibration(summary_of(components->rig, std::filesystem::path(config.calibration).filename().string()));
   if (Status s = add_links(config, pipeline, pipeline.publisher()); !s.ok()) return s;
 
   std::unique_ptr<FrameRecorder> recorder;
@@ -338,6 +341,7 @@ Status run_daemon(const Config& config) {
   bool logged_end = false, logged_over_budget = false, logged_lost = false;
   Setting logged_setting = config.estimator.setting;
   while (!wait_for_stop_signal()) {
+    pipeline.set_temperature(read_temperature());
     const StatusSnapshot status = pipeline.status();
     notify_systemd("WATCHDOG=1", status_line(status));
     network.poll();

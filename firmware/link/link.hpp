@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <lightwell/codec.hpp>
@@ -67,6 +68,8 @@ class Link : public MessageSink {
   [[nodiscard]] virtual LinkCounters counters() const = 0;
   /// The address for clients, for example "grpc://127.0.0.1:7420". Valid after start().
   [[nodiscard]] virtual std::string address() const = 0;
+  /// The kind of link: its field in Config ("grpc").
+  [[nodiscard]] virtual std::string_view name() const = 0;
   /// The present fault as text for people, empty without one. A link that depends on a third party (a broker) starts
   /// without it and reports it here; a link whose files are damaged continues with their last valid content and reports
   /// that here.

@@ -40,6 +40,8 @@ void fill(const ReportLux& report, v1::LinkRequest& m) {
   request.set_normal_z(report.normal.z);
 }
 
+void fill(const GetCalibration&, v1::LinkRequest& m) { m.mutable_get_calibration(); }
+
 void fill(RecordingAction action, v1::LinkRequest& m) {
   m.mutable_control_recording()->set_action(static_cast<v1::RecordingAction>(action));
 }
@@ -52,7 +54,7 @@ v1::LinkRequest request_of(const LinkCommand& command) {
 
 /// The alternative of a LinkRequest or a LinkResponse: a message of ProbeService.
 google::protobuf::Message& alternative(const LinkCommand& command, google::protobuf::Message& m) {
-  constexpr std::array kNames = {"get_config", "set_config", "report_lux", "control_recording"};
+  constexpr std::array kNames = {"get_config", "set_config", "report_lux", "control_recording", "get_calibration"};
   return *m.GetReflection()->MutableMessage(&m, m.GetDescriptor()->FindFieldByName(kNames[command.index()]));
 }
 
@@ -91,6 +93,7 @@ LinkResponse response_of(const v1::LinkResponse& m) {
       out.status = state.status();
   }
   if (m.has_control_recording()) out.recording = recording_from(m.control_recording().recording());
+  if (m.has_get_calibration()) out.calibration = calibration_from(m.get_calibration());
   if (m.has_report_lux()) out.scale = m.report_lux().scale();
   return out;
 }

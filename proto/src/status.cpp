@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -11,6 +12,7 @@ namespace {
 
 constexpr std::size_t kMaxName = 64;
 constexpr std::size_t kMaxText = 256;
+constexpr std::size_t kMaxLinks = 8;
 
 bool parse(std::span<const std::byte> bytes, v1::InfoResponse& m) {
   return bytes.size() <= std::numeric_limits<int>::max() &&
@@ -116,6 +118,16 @@ void fill_status(const StatusSnapshot& status, v1::InfoResponse& m) {
     counters.GetReflection()->SetUInt64(&counters, field, status.counters.*counter);
   });
   if (status.T_world_probe) *m.mutable_mounting() = mounting_to(*status.T_world_probe);
+  if (status.temperature_c) m.set_temperature_c(*status.temperature_c);
+  for (const LinkStatus& link : std::span(status.links).first(std::min(status.links.size(), kMaxLinks))) {
+    v1::LinkStatus& out = *m.add_links();
+    out.set_name(truncated(link.name, kMaxName));
+    out.set_clients(link.clients);
+    out.set_descriptors_coalesced(link.descriptors_coalesced);
+    out.set_messages_refused(link.messages_refused);
+    out.set_authentication_failures(link.authentication_failures);
+    out.set_fault(link.fault);
+  }
   if (status.recording) fill_recording(*status.recording, *m.mutable_recording());
 }
 
@@ -134,6 +146,12 @@ StatusSnapshot status_of(const v1::InfoResponse& m) {
   if (m.has_mounting())
     if (const Result<UncertainPose> mounting = mounting_from(m.mounting()); mounting.ok())
       out.T_world_probe = *mounting;
+  if (m.has_temperature_c()) out.temperature_c = m.temperature_c();
+  for (int i = 0; i < std::min(m.links_size(), static_cast<int>(kMaxLinks)); ++i) {
+    const v1::LinkStatus& link = m.links(i);
+    out.links.push_back({truncated(link.name(), kMaxName), link.clients(), link.descriptors_coalesced(),
+                         link.messages_refused(), link.authentication_failures(), link.fault()});
+  }
   if (m.has_recording()) out.recording = recording_from(m.recording());
   return out;
 }

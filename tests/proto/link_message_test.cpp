@@ -123,6 +123,17 @@ TEST(LinkMessage, ARecordingIsStartedAndStopped) {
   }
 }
 
+TEST(LinkMessage, TheCalibrationIsReported) {
+  test::FakeCommands commands;
+  Bytes request;
+  encode_link_request(9, GetCalibration{}, request);
+  EXPECT_EQ(asked(request, commands).calibration, commands.calibration());
+  const Result<std::string> rpc =
+      answer_probe_call(ProbeCall::get_calibration, encode_rpc_request(GetCalibration{}), commands);
+  ASSERT_TRUE(rpc.ok()) << rpc.status().message();
+  EXPECT_EQ(decode_rpc_response(GetCalibration{}, bytes_of_text(*rpc))->calibration, commands.calibration());
+}
+
 TEST(LinkMessage, ConfigurationIsReportedAndChanged) {
   test::FakeCommands commands;
   commands.kind_ = EstimatorKind::marker;

@@ -266,7 +266,7 @@ class GrpcSource final : public Source {
   /// Makes a unary call. Runs on the caller's thread, which gRPC allows concurrently with the reader thread's calls on
   /// the same channel.
   [[nodiscard]] Result<LinkResponse> request(const LinkCommand& command) override {
-    constexpr std::array kMethods = {"GetConfig", "SetConfig", "ReportLux", "ControlRecording"};
+    constexpr std::array kMethods = {"GetConfig", "SetConfig", "ReportLux", "ControlRecording", "GetCalibration"};
     const std::shared_ptr<grpc::Channel> channel = [this] {
       const std::lock_guard lock(channel_mutex_);
       return channel_;

@@ -57,6 +57,12 @@ class Source {
     if (!response->recording) return unexpected_response();
     return *response->recording;
   }
+  [[nodiscard]] Result<CalibrationSummary> calibration() {
+    const Result<LinkResponse> response = request(GetCalibration{});
+    if (!response) return response.status();
+    if (!response->calibration) return unexpected_response();
+    return *response->calibration;
+  }
 
  protected:
   /// `name` begins the messages of errors.
@@ -99,6 +105,8 @@ inline constexpr int kFirstRoundTrips = 8;
           .clock_drift_ppm = 1e6 * clock.drift(),
           .counters = status.counters,
           .T_world_probe = status.T_world_probe,
+          .temperature_c = status.temperature_c,
+          .links = status.links,
           .recording = status.recording};
 }
 

@@ -81,6 +81,13 @@ set or none; they take effect with the next capture.
   lightwell config set usb: band=2 max_lights=4 panorama.unseen_fill=mirror
 Exit codes: 2 unknown field or value, 3 unreachable, 4 refused by the probe.)";
 
+constexpr const char* kCalibrationHelp =
+    R"(What the probe's calibration covers, and how well; it does not change while the probe runs.
+Keys with --json: id, file (empty: the camera's own), absolute (cd/m2 are known), lenses (width, height,
+model, max_angle_deg, response, vignetting, noise); report, if lightwell-calibrate wrote one:
+geometry_time_s, photometry_time_s (seconds since 1970, 0: not known), rms_px, points, seen_deg and
+direction_3_sigma_deg of each lens.)";
+
 constexpr const char* kRecordingHelp =
     R"(A recording by the probe itself, of all descriptors as it sends them, in the folder that its owner
 has configured (recordings { folder: "..." }, lightwelld --recordings). The probe chooses the name; the
@@ -182,6 +189,11 @@ void add_commands(CLI::App& app, Options& options, int& exit_code) {
   CLI::App* set = add(*config, "set", "Change some fields, keep the others", run_config_set, kConfigSetHelp);
   add_uri(set);
   set->add_option("NAME=VALUE", options.fields, "Fields to change, as `config get` prints them")->required();
+
+  CLI::App* calibration =
+      add(app, "calibration", "What the probe's calibration covers, and how well", run_calibration, kCalibrationHelp);
+  add_uri(calibration);
+  add_json(calibration);
 
   CLI::App* recording = app.add_subcommand("recording", "Start or stop a recording by the probe, on its own disk");
   recording->require_subcommand(1);

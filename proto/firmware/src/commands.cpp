@@ -110,6 +110,9 @@ Status answer(const v1::LinkRequest& request, Commands& commands, const StartPla
       if (!done.ok()) response.clear_control_recording();
       return done;
     }
+    case v1::LinkRequest::kGetCalibration:
+      fill_calibration(commands.calibration(), *response.mutable_get_calibration());
+      return {};
     case v1::LinkRequest::kAuthenticate:
       response.mutable_authenticate();
       return {};
@@ -126,7 +129,8 @@ Status answer(const v1::LinkRequest& request, Commands& commands, const StartPla
 
 Result<std::string> answer_probe_call(ProbeCall call, std::string_view request, Commands& commands) {
   // The requests and responses of ProbeService are the alternatives of LinkRequest and LinkResponse.
-  constexpr const char* kNames[] = {"info", "set_config", "report_lux", "get_config", "control_recording"};
+  constexpr const char* kNames[] = {"info",       "set_config",        "report_lux",
+                                    "get_config", "control_recording", "get_calibration"};
   const auto alternative = [name = kNames[static_cast<std::size_t>(call)]](google::protobuf::Message& m) {
     return m.GetReflection()->MutableMessage(&m, m.GetDescriptor()->FindFieldByName(name));
   };

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <lightwell/result.hpp>
 #include <lightwell/time.hpp>
@@ -52,6 +53,18 @@ struct RecordingStatus {
   friend bool operator==(const RecordingStatus&, const RecordingStatus&) = default;
 };
 
+/// One link of the probe. Counters: since the start of the daemon.
+struct LinkStatus {
+  std::string name;           ///< "grpc", "web", "usb_gadget" or "mqtt".
+  std::uint32_t clients = 0;  ///< Now.
+  std::uint64_t descriptors_coalesced = 0;
+  std::uint64_t messages_refused = 0;
+  std::uint64_t authentication_failures = 0;
+  bool fault = false;  ///< It has a fault now; the probe's log says which.
+
+  friend bool operator==(const LinkStatus&, const LinkStatus&) = default;
+};
+
 struct StatusSnapshot {
   std::string probe_name;
   std::uint32_t probe_id = 0;
@@ -60,7 +73,9 @@ struct StatusSnapshot {
   std::string camera;
   Counters counters{};
   std::optional<UncertainPose> T_world_probe{};  ///< Mounting of the probe in its room, if configured.
-  std::optional<RecordingStatus> recording{};    ///< If the probe has a folder for recordings.
+  std::optional<float> temperature_c{};          ///< Of the hottest thermal zone, if the machine has a sensor.
+  std::vector<LinkStatus> links{};
+  std::optional<RecordingStatus> recording{};  ///< If the probe has a folder for recordings.
 
   friend bool operator==(const StatusSnapshot&, const StatusSnapshot&) = default;
 };

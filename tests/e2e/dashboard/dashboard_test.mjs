@@ -197,6 +197,20 @@ test("a recording that the probe refuses or ends is explained", async () => {
   mkdirSync(recordings);
 });
 
+test("the calibration and the counters of each link are shown", async () => {
+  const facts = await page.evaluate(`Object.fromEntries([...document.querySelectorAll("#calibration-facts dt")].map(
+    (dt) => [dt.textContent, dt.nextSibling.textContent]))`);
+  assert.equal(facts.File, "the camera’s own");
+  assert.match(facts["Lens 1"], /^160 × 120, Kannala-Brandt up to .*; response linear, vignetting not corrected, /);
+  assert.deepEqual([facts["Lens 2"] !== undefined, facts.Report], [true, "none in the file"]);
+  const probe = await connect(daemon.address, { WebSocket });
+  assert.equal(facts.Identity, probe.info().calibrationId.toString(16).padStart(8, "0"));
+  const links = '[...document.querySelectorAll("#links tbody tr")].map((row) => [...row.cells].map((c) => c.textContent))';
+  await page.until(`JSON.stringify(${links}.map(([name, clients]) => [name, clients])) ===
+    '[["gRPC","0"],["Browsers","2"]]'`);
+  probe.close();
+});
+
 test("nothing is wider than a phone, and the pictures are drawn", async () => {
   const views = [
     ["desktop", 1280, 900, {}], ["desktop_dark", 1280, 900, { scheme: "dark" }],

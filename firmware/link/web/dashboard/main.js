@@ -2,6 +2,7 @@
 //   each descriptor     the table of lights, the measures
 //   each frame drawn    spheres and directions, where something changed
 //   four times a second numbers and tables
+import { putCalibration } from "./calibration.js";
 import { address, run, showState, storedToken } from "./connection.js";
 import { DirectionsView, withShares } from "./directions.js";
 import { MarkerView } from "./estimator_views.js";
@@ -13,7 +14,7 @@ import { Recorder } from "./recorder.js";
 import { luminance } from "./sdk/vector.js";
 import { SettingsView } from "./settings.js";
 import { makeSpheres } from "./spheres.js";
-import { putConditions, putFaults, putLights, putLink } from "./tables.js";
+import { putConditions, putFaults, putLights, putLink, putLinks } from "./tables.js";
 
 const textPeriodMs = 250;
 const panoramaPeriodMs = 200;
@@ -68,7 +69,9 @@ async function attach(next) {
   probe.on("state", (state) => {
     onState(state);
     // After a restart of the probe its settings are those of its file again.
-    if (state === "connected") void showEstimator();
+    if (state !== "connected") return;
+    void showEstimator();
+    void showCalibration();
   });
   probe.on("refused", () => plane?.close());
   probe.on("info", onInfo);
@@ -76,6 +79,7 @@ async function attach(next) {
   recorder.attach(probe);
   probeRecording.attach(probe);
   void showEstimator();
+  void showCalibration();
   spheres ??= await makeSpheres(element("spheres"));
   put("spheres-note", spheres.note);
 }
@@ -95,6 +99,11 @@ async function showEstimator() {
   if (current === shown) plane = new PlaneView(address, storedToken());
 }
 
+async function showCalibration() {
+  // Older firmware does not know the request.
+  putCalibration(await probe.calibration().catch(() => null));
+}
+
 function putIdentity(info) {
   document.title = `${info.name} – Lightwell`;
   put("probe-name", info.name);
@@ -105,6 +114,7 @@ function onInfo(info) {
   putIdentity(info);
   counters.add(performance.now(), info.counters);
   putFaults(info.counters, counters);
+  putLinks(info.links);
   probeRecording.show(info.recording);
 }
 
