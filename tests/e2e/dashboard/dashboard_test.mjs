@@ -118,6 +118,9 @@ test("a setting that is changed here changes the probe, and its effect is shown"
 });
 
 test("it works by keyboard alone", async () => {
+  // The table of lights is hidden while the lamp is off: the lamp has just been switched on.
+  await page.until('document.getElementById("lights-region").hidden');
+  await page.until('!document.getElementById("lights-region").hidden');
   await page.evaluate("document.activeElement.blur(); scrollTo(0, 0)");
   const reached = new Set();
   for (let i = 0; i < 40; ++i) {
