@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMaxName = 64;
 constexpr std::size_t kMaxText = 256;
-constexpr std::size_t kMaxLinks = 8;
+constexpr std::size_t kMaxReportedLinks = 8;
 
 bool parse(std::span<const std::byte> bytes, v1::InfoResponse& m) {
   return bytes.size() <= std::numeric_limits<int>::max() &&
@@ -119,7 +119,7 @@ void fill_status(const StatusSnapshot& status, v1::InfoResponse& m) {
   });
   if (status.T_world_probe) *m.mutable_mounting() = mounting_to(*status.T_world_probe);
   if (status.temperature_c) m.set_temperature_c(*status.temperature_c);
-  for (const LinkStatus& link : std::span(status.links).first(std::min(status.links.size(), kMaxLinks))) {
+  for (const LinkStatus& link : std::span(status.links).first(std::min(status.links.size(), kMaxReportedLinks))) {
     v1::LinkStatus& out = *m.add_links();
     out.set_name(truncated(link.name, kMaxName));
     out.set_clients(link.clients);
@@ -147,7 +147,7 @@ StatusSnapshot status_of(const v1::InfoResponse& m) {
     if (const Result<UncertainPose> mounting = mounting_from(m.mounting()); mounting.ok())
       out.T_world_probe = *mounting;
   if (m.has_temperature_c()) out.temperature_c = m.temperature_c();
-  for (int i = 0; i < std::min(m.links_size(), static_cast<int>(kMaxLinks)); ++i) {
+  for (int i = 0; i < std::min(m.links_size(), static_cast<int>(kMaxReportedLinks)); ++i) {
     const v1::LinkStatus& link = m.links(i);
     out.links.push_back({truncated(link.name(), kMaxName), link.clients(), link.descriptors_coalesced(),
                          link.messages_refused(), link.authentication_failures(), link.fault()});
