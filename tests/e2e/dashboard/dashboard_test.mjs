@@ -208,9 +208,8 @@ test("the calibration and the counters of each link are shown", async () => {
   assert.deepEqual([facts["Lens 2"] !== undefined, facts.Report], [true, "none in the file"]);
   const probe = await connect(daemon.address, { WebSocket });
   assert.equal(facts.Identity, probe.info().calibrationId.toString(16).padStart(8, "0"));
-  const links = '[...document.querySelectorAll("#links tbody tr")].map((row) => [...row.cells].map((c) => c.textContent))';
-  await page.until(`JSON.stringify(${links}.map(([name, clients]) => [name, clients])) ===
-    '[["gRPC","0"],["Browsers","2"]]'`);
+  await page.until(`JSON.stringify([...document.querySelectorAll("#links tbody tr")].map(({ cells }) =>
+    [cells[0].textContent, cells[1].textContent])) === '[["gRPC","0"],["Browsers","2"]]'`);
   probe.close();
 });
 

@@ -116,7 +116,8 @@ test("a plane: the share of the directions that was seen, and where to move next
 
 test("calibration with its report, temperature, and a fault of a link", async () => {
   const { page } = await serve("ESTIMATOR_KIND_PANORAMA", {
-    info: 'temperature_c: 61.25 links { name: "web" clients: 3 } links { name: "mqtt" messages_refused: 7 fault: true }',
+    info: 'temperature_c: 61.25 links { name: "web" clients: 3 } ' +
+      'links { name: "mqtt" messages_refused: 7 fault: true }',
     calibration: 'calibration_id: 0xab file: "<b>rig" absolute: true lens { width: 640 height: 480 ' +
       'model: "kannala_brandt" max_angle_deg: 95 response: TABLE vignetting: true noise: true } ' +
       "report { geometry_time_s: 1700000000 rms_px: 0.125 points: 4321 seen_deg: 88.5 direction_3_sigma_deg: 0.02 }",
