@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <optional>
@@ -19,10 +20,12 @@
 
 #include "app/component_tables.hpp"
 #include "app/pipeline.hpp"
+#include "app/temperature.hpp"
 #include "camera/frame_recorder.hpp"
 #include "link/access/probe_keys.hpp"
 #include "link/grpc/grpc_link.hpp"
 #include "link/grpc/pairing_window.hpp"
+#include "link/recordings/probe_recorder.hpp"
 #include "link/usb_gadget/usb_gadget_link.hpp"
 #ifdef LIGHTWELL_HAVE_LINK_MQTT
 #include "link/mqtt/mqtt_link.hpp"
@@ -175,6 +178,42 @@ class NetworkMonitor {
   std::int64_t logged_refused_ns_ = 0;
 };
 
+/// The recorder of the folder in `config`; null without a folder. A folder that cannot be used now is logged: it may be
+/// on a disk that comes later.
+std::unique_ptr<ProbeRecorder> make_probe_recorder(const Config& config) {
+  if (!config.recordings) return nullptr;
+  // Planes hold a photograph, which is stored only if the owner lets clients have it.
+  const bool planes = config.plane && config.plane->images == ImageRecipients::all_clients;
+  const RecordingKind kind = planes ? RecordingKind::descriptors_and_planes : RecordingKind::descriptors;
+  auto recorder = std::make_unique<ProbeRecorder>(
+      *config.recordings, RecordingHeader{kind, config.probe_name, std::string(kFirmwareVersion), {}});
+  if (const Status s = recorder->check_folder(); !s.ok())
+    log_error("recordings in " + config.recordings->folder + ": " + s.message());
+  return recorder;
+}
+
+/// Logs when a recording of clients starts, ends or fails.
+class RecordingMonitor {
+ public:
+  explicit RecordingMonitor(std::string folder) : folder_(std::move(folder)) {}
+
+  /// Call it about once a second.
+  void poll(const std::optional<RecordingStatus>& now) {
+    if (!now) return;
+    const std::string file = folder_ + "/" + now->file;
+    if (now->running && (now->file != logged_.file || !logged_.running)) log_info("recording to " + file);
+    if (now->faults != logged_.faults)
+      log_error("recording to " + file + " has ended: " + now->end_reason);
+    else if (!now->running && logged_.running)
+      log_info("recorded " + std::to_string(now->descriptors) + " descriptors in " + file);
+    logged_ = *now;
+  }
+
+ private:
+  const std::string folder_;
+  RecordingStatus logged_;
+};
+
 sigset_t stop_signals() {
   sigset_t set;
   sigemptyset(&set);
@@ -250,6 +289,9 @@ Status check_daemon(const Config& config) {
   if (const Status s = config.grpc.check_bind_policy(); !s.ok()) return s;
   if (config.web)
     if (const Status s = config.web->check_bind_policy(); !s.ok()) return s;
+  if (config.recordings)
+    if (const Status s = ProbeRecorder(*config.recordings, {}).check_folder(); !s.ok())
+      return s.in("recordings in " + config.recordings->folder);
   return make_components(config).status();
 }
 
@@ -266,7 +308,10 @@ Status run_daemon(const Config& config) {
                                 components->mounting};
   PlaneEncoderOptions planes;
   if (config.plane) planes.images = config.plane->images;
+  const std::unique_ptr<ProbeRecorder> probe_recorder = make_probe_recorder(config);
   Pipeline pipeline(identity, std::move(components->estimator), config.estimator, config.budget_ms, planes);
+  pipeline.set_recordings(probe_recorder.get());
+  pipeline.set_calibration(summary_of(components->rig, std::filesystem::path(config.calibration).filename().string()));
   if (Status s = add_links(config, pipeline, pipeline.publisher()); !s.ok()) return s;
 
   std::unique_ptr<FrameRecorder> recorder;
@@ -289,15 +334,18 @@ Status run_daemon(const Config& config) {
     std::cout << "lightwelld: listening on " << link->address() << std::endl;
   notify_systemd("READY=1", "looking");
   NetworkMonitor network(config, pipeline.status(), pipeline.publisher());
+  RecordingMonitor recordings(config.recordings ? config.recordings->folder : "");
 
   std::string logged_error;
   std::uint64_t logged_faults = 0;
   bool logged_end = false, logged_over_budget = false, logged_lost = false;
   Setting logged_setting = config.estimator.setting;
   while (!wait_for_stop_signal()) {
+    pipeline.set_temperature(read_temperature());
     const StatusSnapshot status = pipeline.status();
     notify_systemd("WATCHDOG=1", status_line(status));
     network.poll();
+    recordings.poll(status.recording);
     const Pipeline::Health health = pipeline.health();
     if (health.last_error != logged_error) {
       log_error(health.last_error);

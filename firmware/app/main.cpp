@@ -73,8 +73,8 @@ int main(int argc, char** argv) {
       "  lightwell watch grpc://127.0.0.1:7420               shows what a client receives\n"
       "Fields of the file: proto/lightwell/v1/config.proto. Options override the file.\n"
       "Exit status: 0 stopped by a signal or at the end of a recording, 1 could not start, 2 wrong usage.");
-  std::string config_path, camera, calibration, estimator, body, plane, mounting, listen, web, mqtt, record, name, keys,
-      pair_listen;
+  std::string config_path, camera, calibration, estimator, body, plane, mounting, listen, web, mqtt, record, recordings,
+      name, keys, pair_listen;
   lightwell::LinkSecurity security = lightwell::LinkSecurity::unspecified, web_security = security;
   Size size;
   double frame_rate = -1;
@@ -124,6 +124,8 @@ int main(int argc, char** argv) {
                  "Publish at an MQTT broker, too: mqtt://BROKER:1883/venue/probe; files for TLS: --config");
   app.add_flag("--announce", announce, "Let `lightwell discover` find this probe (mDNS)");
   app.add_option("--record", record, "Record frames with metadata to this file");
+  app.add_option("--recordings", recordings,
+                 "Let clients record descriptors in this folder of the probe (lightwell recording start)");
   app.add_option("--name", name, "Name of the probe [lightwell]");
   app.add_flag("--cameras", list_cameras, "List the camera backends of this build and exit");
   app.add_flag("--check", check, "Check configuration, camera and calibration, and exit");
@@ -182,6 +184,8 @@ int main(int argc, char** argv) {
   if (!mqtt.empty()) config.mqtt->uri = mqtt;
   if (announce) config.mdns = lightwell::Mdns::on;
   if (!record.empty()) config.record_path = record;
+  if (!recordings.empty() && !config.recordings) config.recordings.emplace();
+  if (!recordings.empty()) config.recordings->folder = recordings;
   if (!name.empty()) config.probe_name = name;
   // Pairing needs no camera.
   if (pair && config.camera.uri.empty()) config.camera.uri = "none";

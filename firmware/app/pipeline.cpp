@@ -242,12 +242,36 @@ StatusSnapshot Pipeline::status() const {
     s.counters.setting_moves = governor_counts_.moves;
     s.counters.estimates_late = governor_counts_.late;
     s.counters.estimates_late_at_fast = governor_counts_.late_at_fast;
+    s.temperature_c = temperature_c_;
   }
   if (recorder_ != nullptr) {
     s.counters.frames_recorded = recorder_->recorded();
     s.counters.recording_faults = recorder_->faults() + recorder_->skipped();
   }
+  for (const auto& link : publisher_.links()) {
+    const LinkCounters c = link->counters();
+    s.links.push_back({std::string(link->name()), c.clients, c.coalesced, c.messages_refused, c.authentication_failures,
+                       !link->error_message().empty()});
+  }
+  if (recordings_ != nullptr) s.recording = recordings_->status();
   return s;
+}
+
+void Pipeline::set_temperature(std::optional<float> temperature_c) {
+  const std::lock_guard lock(mutex_);
+  temperature_c_ = temperature_c;
+}
+
+void Pipeline::set_recordings(ProbeRecorder* recordings) {
+  recordings_ = recordings;
+  if (recordings != nullptr) publisher_.add_sink(*recordings);
+}
+
+Result<RecordingStatus> Pipeline::control_recording(RecordingAction action) {
+  if (recordings_ != nullptr) return recordings_->control(action);
+  return Status(StatusCode::failed_precondition,
+                "this probe records nothing, because its owner has configured no folder for that: set recordings { "
+                "folder: \"FOLDER\" } in its configuration (or --recordings) and restart lightwelld");
 }
 
 EstimatorConfig Pipeline::estimator() const {

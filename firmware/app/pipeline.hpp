@@ -20,6 +20,7 @@
 #include "estimate/estimator.hpp"
 #include "imaging/frame.hpp"
 #include "link/link.hpp"
+#include "link/recordings/probe_recorder.hpp"
 
 namespace lightwell {
 
@@ -105,6 +106,13 @@ class Pipeline final : public Commands {
   FrameSink& sink() { return slot_; }
   /// Includes the recorder's counters in the status; may be null.
   void watch_recorder(const FrameRecorder* recorder) { recorder_ = recorder; }
+  /// Lets clients record what is published; before start(). May be null, and then they cannot.
+  void set_recordings(ProbeRecorder* recordings);
+  /// Reports it to clients; before start().
+  void set_calibration(CalibrationSummary calibration) { calibration_ = std::move(calibration); }
+
+  /// Reports it to clients; no value: not known. Any thread.
+  void set_temperature(std::optional<float> temperature_c);
 
   [[nodiscard]] Status start();
   /// Ends the thread, then the links. Call it after the camera has stopped.
@@ -124,6 +132,8 @@ class Pipeline final : public Commands {
   [[nodiscard]] EstimatorKind estimator_kind() const override { return kind_; }
   [[nodiscard]] Status update_estimator(const EstimatorUpdate& update) override;
   [[nodiscard]] Result<double> report_lux(double lux, Vec3d normal) override;
+  [[nodiscard]] CalibrationSummary calibration() const override { return calibration_; }
+  [[nodiscard]] Result<RecordingStatus> control_recording(RecordingAction action) override;
 
  private:
   void run();
@@ -139,6 +149,7 @@ class Pipeline final : public Commands {
   void update_governor(double ms);
 
   const StatusSnapshot identity_;
+  CalibrationSummary calibration_;
   BracketSlot slot_;
   Publisher publisher_;
   std::unique_ptr<Estimator> estimator_;
@@ -149,6 +160,7 @@ class Pipeline final : public Commands {
   std::optional<std::chrono::steady_clock::time_point> plane_published_;
   bool plane_changed_ = false;  ///< There were brackets since then; used by the thread only.
   const FrameRecorder* recorder_ = nullptr;
+  ProbeRecorder* recordings_ = nullptr;
   std::thread thread_;
   std::atomic<std::uint64_t> estimates_{0}, failed_{0};
 
@@ -164,6 +176,7 @@ class Pipeline final : public Commands {
   bool has_newest_ = false;
   Health health_;
   Governor::Counts governor_counts_;
+  std::optional<float> temperature_c_;
 };
 
 }  // namespace lightwell

@@ -25,6 +25,7 @@ Status Publisher::publish(Descriptor& descriptor) {
   encoded_ns_ = monotonic_now_ns();
   const auto shared = std::make_shared<const std::vector<std::byte>>(bytes->begin(), bytes->end());
   for (const auto& link : links_) link->publish(shared);
+  for (MessageSink* const sink : sinks_) sink->publish(shared);
   return {};
 }
 
@@ -36,6 +37,7 @@ Status Publisher::publish_plane(const CapturedPlane& plane) {
   const auto whole = plane_encoder_.whole();
   encoded->whole.assign(whole.begin(), whole.end());
   for (const auto& link : links_) link->publish_plane(encoded);
+  for (MessageSink* const sink : sinks_) sink->publish_plane(encoded);
   return {};
 }
 

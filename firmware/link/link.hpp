@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <lightwell/codec.hpp>
@@ -39,25 +40,36 @@ struct LinkCounters {
   std::uint64_t client_list_faults = 0;       ///< Changes of the client list that could not be read.
 };
 
-class Link {
+/// Receives each message that the publisher has encoded.
+class MessageSink {
  public:
-  virtual ~Link() = default;
+  virtual ~MessageSink() = default;
 
+  /// Keeps the descriptor and returns, without waiting for a network or a disk. Called from one publishing thread.
+  virtual void publish(const EncodedDescriptor& descriptor) = 0;
+  /// The same for the update of a captured plane. Called from one thread. By default ignored.
+  virtual void publish_plane(const std::shared_ptr<const EncodedPlane>& /*plane*/) {}
+};
+
+class Link : public MessageSink {
+ public:
   /// resource_exhausted or unavailable: the port or device cannot be used; the message names it and the remedy.
   [[nodiscard]] virtual Status start() = 0;
   /// Queues the descriptor and returns; a full queue drops its oldest entry and counts it. Called from one publishing
   /// thread, between start() and stop().
-  virtual void publish(const EncodedDescriptor& descriptor) = 0;
+  void publish(const EncodedDescriptor& descriptor) override = 0;
   /// Queues the update of a captured plane and returns. A slow client misses updates and then receives the newest one
   /// whole (a broker that is slow, or was away, too). Called from one thread, between start() and stop(). Links without
   /// a stream of planes ignore it.
-  virtual void publish_plane(const std::shared_ptr<const EncodedPlane>& /*plane*/) {}
+  void publish_plane(const std::shared_ptr<const EncodedPlane>& /*plane*/) override {}
   /// Ends the service of all clients; returns within a second.
   virtual void stop() = 0;
 
   [[nodiscard]] virtual LinkCounters counters() const = 0;
   /// The address for clients, for example "grpc://127.0.0.1:7420". Valid after start().
   [[nodiscard]] virtual std::string address() const = 0;
+  /// The kind of link: its field in Config ("grpc").
+  [[nodiscard]] virtual std::string_view name() const = 0;
   /// The present fault as text for people, empty without one. A link that depends on a third party (a broker) starts
   /// without it and reports it here; a link whose files are damaged continues with their last valid content and reports
   /// that here.
@@ -71,6 +83,8 @@ class Publisher {
   explicit Publisher(const PlaneEncoderOptions& planes = {}) : plane_encoder_(planes) {}
 
   void add(std::unique_ptr<Link> link) { links_.push_back(std::move(link)); }
+  /// A sink that is no link, which receives messages after all links. It must outlive the last publish().
+  void add_sink(MessageSink& sink) { sinks_.push_back(&sink); }
 
   /// Starts all links in order. If one fails, stops those already started and returns its status.
   [[nodiscard]] Status start();
@@ -96,6 +110,7 @@ class Publisher {
   PlaneEncoder plane_encoder_;
   std::int64_t encoded_ns_ = 0;
   std::vector<std::unique_ptr<Link>> links_;
+  std::vector<MessageSink*> sinks_;
 };
 
 }  // namespace lightwell

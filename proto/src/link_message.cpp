@@ -17,6 +17,8 @@ static_assert(static_cast<int>(StatusCode::failed_precondition) == v1::LINK_CODE
 static_assert(static_cast<int>(StatusCode::unavailable) == v1::LINK_CODE_UNAVAILABLE);
 static_assert(static_cast<int>(StatusCode::resource_exhausted) == v1::LINK_CODE_RESOURCE_EXHAUSTED);
 static_assert(static_cast<int>(StatusCode::internal) == v1::LINK_CODE_INTERNAL);
+static_assert(static_cast<int>(RecordingAction::start) == v1::RECORDING_ACTION_START);
+static_assert(static_cast<int>(RecordingAction::stop) == v1::RECORDING_ACTION_STOP);
 static_assert(static_cast<int>(kEstimatorKinds.back()) == v1::EstimatorKind_MAX);
 
 void write(const v1::LinkRequest& m, std::vector<std::byte>& out) {
@@ -38,6 +40,12 @@ void fill(const ReportLux& report, v1::LinkRequest& m) {
   request.set_normal_z(report.normal.z);
 }
 
+void fill(const GetCalibration&, v1::LinkRequest& m) { m.mutable_get_calibration(); }
+
+void fill(RecordingAction action, v1::LinkRequest& m) {
+  m.mutable_control_recording()->set_action(static_cast<v1::RecordingAction>(action));
+}
+
 v1::LinkRequest request_of(const LinkCommand& command) {
   v1::LinkRequest m;
   std::visit([&](const auto& c) { fill(c, m); }, command);
@@ -46,7 +54,7 @@ v1::LinkRequest request_of(const LinkCommand& command) {
 
 /// The alternative of a LinkRequest or a LinkResponse: a message of ProbeService.
 google::protobuf::Message& alternative(const LinkCommand& command, google::protobuf::Message& m) {
-  constexpr std::array kNames = {"get_config", "set_config", "report_lux"};
+  constexpr std::array kNames = {"get_config", "set_config", "report_lux", "control_recording", "get_calibration"};
   return *m.GetReflection()->MutableMessage(&m, m.GetDescriptor()->FindFieldByName(kNames[command.index()]));
 }
 
@@ -84,6 +92,8 @@ LinkResponse response_of(const v1::LinkResponse& m) {
     else
       out.status = state.status();
   }
+  if (m.has_control_recording()) out.recording = recording_from(m.control_recording().recording());
+  if (m.has_get_calibration()) out.calibration = calibration_from(m.get_calibration());
   if (m.has_report_lux()) out.scale = m.report_lux().scale();
   return out;
 }

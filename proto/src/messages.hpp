@@ -2,8 +2,10 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include <lightwell/calibration_summary.hpp>
 #include <lightwell/estimator_config.hpp>
 #include <lightwell/result.hpp>
 #include <lightwell/status.hpp>
@@ -28,6 +30,18 @@ void fill_config(const EstimatorUpdate& update, v1::EstimatorConfig& m);
 /// All fields except the clock.
 void fill_status(const StatusSnapshot& status, v1::InfoResponse& m);
 [[nodiscard]] StatusSnapshot status_of(const v1::InfoResponse& m);
+
+/// Truncates texts above 256 bytes.
+void fill_recording(const RecordingStatus& recording, v1::RecordingStatus& m);
+[[nodiscard]] RecordingStatus recording_from(const v1::RecordingStatus& m);
+
+void fill_report(const CalibrationReport& report, v1::CalibrationReport& m);
+[[nodiscard]] CalibrationReport report_from(const v1::CalibrationReport& m);
+/// Truncates the file's name above 256 bytes.
+void fill_calibration(const CalibrationSummary& calibration, v1::GetCalibrationResponse& m);
+[[nodiscard]] CalibrationSummary calibration_from(const v1::GetCalibrationResponse& m);
+/// "linear", "srgb", ...; "unknown" for a kind of a later version.
+[[nodiscard]] std::string_view response_name(v1::Response::Kind kind);
 
 /// Does not normalise the rotation.
 [[nodiscard]] Pose pose_from(const v1::Pose& m);

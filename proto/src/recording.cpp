@@ -127,6 +127,8 @@ Status RecordWriter::append_record(std::int64_t time_ns, std::span<const std::by
 
 Status RecordWriter::flush() { return std::fflush(file_.get()) == 0 ? Status() : write_error("recording"); }
 
+std::uint64_t RecordWriter::bytes() const { return static_cast<std::uint64_t>(std::max(0L, std::ftell(file_.get()))); }
+
 Result<RecordReader> RecordReader::open(const std::string& path) {
   FilePointer file(std::fopen(path.c_str(), "rb"));
   if (!file) return Status(StatusCode::not_found, path + ": " + std::strerror(errno));

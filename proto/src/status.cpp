@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include <lightwell/status.hpp>
+#include <lightwell/text.hpp>
 
 #include "messages.hpp"
 
@@ -10,6 +12,7 @@ namespace {
 
 constexpr std::size_t kMaxName = 64;
 constexpr std::size_t kMaxText = 256;
+constexpr std::size_t kMaxReportedLinks = 8;
 
 bool parse(std::span<const std::byte> bytes, v1::InfoResponse& m) {
   return bytes.size() <= std::numeric_limits<int>::max() &&
@@ -89,6 +92,20 @@ v1::Mounting mounting_to(const UncertainPose& T_world_probe) {
   return m;
 }
 
+void fill_recording(const RecordingStatus& recording, v1::RecordingStatus& m) {
+  m.set_running(recording.running);
+  m.set_file(truncated(recording.file, kMaxText));
+  m.set_bytes(recording.bytes);
+  m.set_descriptors(recording.descriptors);
+  m.set_lost(recording.lost);
+  m.set_end_reason(truncated(recording.end_reason, kMaxText));
+  m.set_faults(recording.faults);
+}
+
+RecordingStatus recording_from(const v1::RecordingStatus& m) {
+  return {m.running(), m.file(), m.bytes(), m.descriptors(), m.lost(), m.end_reason(), m.faults()};
+}
+
 void fill_status(const StatusSnapshot& status, v1::InfoResponse& m) {
   m.set_probe_name(status.probe_name);
   m.set_probe_id(status.probe_id);
@@ -101,6 +118,17 @@ void fill_status(const StatusSnapshot& status, v1::InfoResponse& m) {
     counters.GetReflection()->SetUInt64(&counters, field, status.counters.*counter);
   });
   if (status.T_world_probe) *m.mutable_mounting() = mounting_to(*status.T_world_probe);
+  if (status.temperature_c) m.set_temperature_c(*status.temperature_c);
+  for (const LinkStatus& link : std::span(status.links).first(std::min(status.links.size(), kMaxReportedLinks))) {
+    v1::LinkStatus& out = *m.add_links();
+    out.set_name(truncated(link.name, kMaxName));
+    out.set_clients(link.clients);
+    out.set_descriptors_coalesced(link.descriptors_coalesced);
+    out.set_messages_refused(link.messages_refused);
+    out.set_authentication_failures(link.authentication_failures);
+    out.set_fault(link.fault);
+  }
+  if (status.recording) fill_recording(*status.recording, *m.mutable_recording());
 }
 
 StatusSnapshot status_of(const v1::InfoResponse& m) {
@@ -118,6 +146,13 @@ StatusSnapshot status_of(const v1::InfoResponse& m) {
   if (m.has_mounting())
     if (const Result<UncertainPose> mounting = mounting_from(m.mounting()); mounting.ok())
       out.T_world_probe = *mounting;
+  if (m.has_temperature_c()) out.temperature_c = m.temperature_c();
+  for (int i = 0; i < std::min(m.links_size(), static_cast<int>(kMaxReportedLinks)); ++i) {
+    const v1::LinkStatus& link = m.links(i);
+    out.links.push_back({truncated(link.name(), kMaxName), link.clients(), link.descriptors_coalesced(),
+                         link.messages_refused(), link.authentication_failures(), link.fault()});
+  }
+  if (m.has_recording()) out.recording = recording_from(m.recording());
   return out;
 }
 
@@ -133,6 +168,8 @@ Result<StatusSnapshot> decode_status(std::span<const std::byte> bytes) {
   if (m.probe_name().empty() || m.probe_name().size() > kMaxName) return wrong("probe_name must have 1 to 64 bytes");
   if (m.version().size() > kMaxText) return wrong("version is longer than 256 bytes");
   if (m.camera().size() > kMaxText) return wrong("camera is longer than 256 bytes");
+  if (m.recording().file().size() > kMaxText) return wrong("recording.file is longer than 256 bytes");
+  if (m.recording().end_reason().size() > kMaxText) return wrong("recording.end_reason is longer than 256 bytes");
   return status_of(m);
 }
 

@@ -310,8 +310,10 @@ TEST(GrpcSource, WhatAnOldProbeDoesNotKnowIsSaid) {
   Result<Probe> probe = Probe::connect(fake.uri(), options());
   ASSERT_TRUE(probe.ok()) << probe.status().message();
   EXPECT_TRUE(probe->change_estimator({.band = 2, .setting = Setting::fast}).ok());
-  for (const Status& old : {probe->estimator_config().status(), probe->estimator_kind().status(),
-                            probe->change_estimator({.panorama = {.epsilon = 0.02}}), probe->set_estimator({})}) {
+  for (const Status& old :
+       {probe->estimator_config().status(), probe->estimator_kind().status(),
+        probe->change_estimator({.panorama = {.epsilon = 0.02}}), probe->set_estimator({}),
+        probe->start_recording().status(), probe->stop_recording().status(), probe->calibration().status()}) {
     EXPECT_EQ(old.code(), StatusCode::failed_precondition);
     EXPECT_NE(old.message().find("firmware is older"), std::string::npos) << old.message();
     EXPECT_NE(old.message().find("update lightwelld"), std::string::npos) << old.message();

@@ -121,6 +121,8 @@ class NoCommands final : public Commands {
   [[nodiscard]] EstimatorKind estimator_kind() const override { return EstimatorKind::panorama; }
   [[nodiscard]] Status update_estimator(const EstimatorUpdate&) override { return {}; }
   [[nodiscard]] Result<double> report_lux(double, Vec3d) override { return 1.0; }
+  [[nodiscard]] CalibrationSummary calibration() const override { return {}; }
+  [[nodiscard]] Result<RecordingStatus> control_recording(RecordingAction) override { return RecordingStatus{}; }
 };
 
 /// A synthetic descriptor: the sun moves, and the numbers of lights and bands vary.

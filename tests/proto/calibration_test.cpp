@@ -29,6 +29,47 @@ std::string refusal(const std::string& text) {
   return c.status().message();
 }
 
+TEST(Calibration, AReportIsKeptAndIsNoPartOfTheIdentity) {
+  const auto rig = parse_calibration(kPair, "x");
+  const auto reported = parse_calibration(std::string(kPair) +
+                                              "report { geometry_time_s: 1700000000 rms_px: 0.125 points: 4321 "
+                                              "seen_deg: [88.5, 87.5] direction_3_sigma_deg: [0.02, 0.03] "
+                                              "photometry_time_s: 1700000001 }",
+                                          "x");
+  ASSERT_TRUE(rig && reported) << reported.status().message();
+  EXPECT_FALSE(rig->report);
+  const CalibrationReport expected{1'700'000'000, 0.125, 4321, {88.5, 87.5}, {0.02, 0.03}, 1'700'000'001};
+  EXPECT_EQ(reported->report, expected);
+  EXPECT_EQ(parse_calibration(calibration_to_text(*reported), "x")->report, expected);
+  EXPECT_EQ(calibration_identity(*reported), calibration_identity(*rig));
+  EXPECT_EQ(encode_calibration(*reported), encode_calibration(*rig));
+}
+
+TEST(Calibration, ASummaryTellsWhatIsCalibrated) {
+  const auto rig = parse_calibration(kPair, "x");
+  ASSERT_TRUE(rig);
+  const CalibrationSummary s = summary_of(*rig, "rig.textproto");
+  EXPECT_EQ(s.id, calibration_identity(*rig));
+  EXPECT_EQ(s.file, "rig.textproto");
+  EXPECT_TRUE(s.absolute);
+  EXPECT_FALSE(s.report);
+  ASSERT_EQ(s.lenses.size(), 2U);
+  EXPECT_EQ(s.lenses[0].model, "kannala_brandt");
+  EXPECT_EQ(s.lenses[0].width, 640U);
+  EXPECT_EQ(s.lenses[0].height, 480U);
+  EXPECT_NEAR(s.lenses[0].max_angle_deg, 95, 1e-9);
+  EXPECT_EQ(s.lenses[0].response, "linear");
+  EXPECT_FALSE(s.lenses[0].vignetting || s.lenses[0].noise);
+  EXPECT_EQ(s.lenses[1].model, "double_sphere");
+  EXPECT_EQ(s.lenses[1].response, "srgb");
+  EXPECT_TRUE(s.lenses[1].vignetting);
+  RigParameters noisy = *rig;
+  noisy.lenses[0].photometry.shot_noise = 1e-4;
+  noisy.nits_per_unit = 0;
+  EXPECT_TRUE(summary_of(noisy, "").lenses[0].noise);
+  EXPECT_FALSE(summary_of(noisy, "").absolute);
+}
+
 TEST(Calibration, ParsesWithDefaults) {
   const auto rig = parse_calibration(kPair, "x");
   ASSERT_TRUE(rig.ok()) << rig.status().message();

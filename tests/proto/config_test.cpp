@@ -258,6 +258,26 @@ TEST(Config, NobodyReceivesImagesOfThePlaneUnlessThatIsAskedFor) {
   EXPECT_NE(refusal(start + "images: 7 }"), "");
 }
 
+TEST(Config, ClientsRecordNothingUnlessAFolderIsNamed) {
+  const std::string camera = "camera { uri: \"x:\" } ";
+  EXPECT_FALSE(parse_config(camera, "x")->recordings);
+  const auto plain = parse_config(camera + "recordings { folder: \"r\" }", "x");
+  ASSERT_TRUE(plain.ok()) << plain.status().message();
+  EXPECT_EQ(plain->recordings->folder, "r");
+  EXPECT_EQ(plain->recordings->max_bytes, 1'000'000'000U);
+  EXPECT_EQ(plain->recordings->max_files, 100U);
+  EXPECT_EQ(plain->recordings->min_free_bytes, 200'000'000U);
+  const auto all =
+      parse_config(camera + "recordings { folder: \"r\" max_bytes: 7 max_files: 8 min_free_bytes: 9 }", "x");
+  ASSERT_TRUE(all.ok()) << all.status().message();
+  EXPECT_EQ(all->recordings->max_bytes, 7U);
+  EXPECT_EQ(all->recordings->max_files, 8U);
+  EXPECT_EQ(all->recordings->min_free_bytes, 9U);
+  EXPECT_NE(refusal(camera + "recordings {}").find("recordings.folder"), std::string::npos);
+  EXPECT_NE(refusal(camera + "recordings { folder: \"r\" max_files: 10001 }").find("recordings.max_files"),
+            std::string::npos);
+}
+
 TEST(Config, ParsesMqttAndDiscovery) {
   const Result<Config> c = parse_config(
       "camera { uri: \"sim:city\" }\n"
@@ -386,11 +406,13 @@ TEST(Config, PathsAreRelativeToTheFile) {
   const Result<Config> c =
       load_config(folder.write("probe.textproto",
                                "camera { uri: \"x:\" } calibration: \"rig.textproto\" mounting: \"/room.textproto\" "
+                               "recordings { folder: \"evenings\" } "
                                "marker { body_file: \"b\" } mqtt { uri: \"mqtts://broker/a\" ca_file: \"ca.pem\" }"));
   ASSERT_TRUE(c.ok()) << c.status().message();
   EXPECT_EQ(c->calibration, folder.path("rig.textproto"));
   EXPECT_EQ(c->mounting, "/room.textproto");
   EXPECT_EQ(c->marker->body_file, folder.path("b"));
+  EXPECT_EQ(c->recordings->folder, folder.path("evenings"));
   EXPECT_EQ(c->mqtt->ca_file, folder.path("ca.pem"));
   EXPECT_EQ(c->mqtt->login_file, "") << "no path";
 }

@@ -98,6 +98,42 @@ TEST(LinkMessage, CommandsAreExecutedAndErrorsReturned) {
   EXPECT_EQ(commands.normal_.y, 1) << "normalised on the way";
 }
 
+TEST(LinkMessage, ARecordingIsStartedAndStopped) {
+  test::FakeCommands commands;
+  for (const RecordingAction action : {RecordingAction::start, RecordingAction::stop}) {
+    Bytes request;
+    encode_link_request(8, action, request);
+    const LinkResponse r = asked(request, commands);
+    EXPECT_EQ(commands.action_, action);
+    RecordingStatus expected = *commands.status().recording;
+    expected.running = action == RecordingAction::start;
+    EXPECT_EQ(r.recording, expected);
+    const Result<std::string> rpc =
+        answer_probe_call(ProbeCall::control_recording, encode_rpc_request(action), commands);
+    ASSERT_TRUE(rpc.ok()) << rpc.status().message();
+    EXPECT_EQ(decode_rpc_response(action, bytes_of_text(*rpc))->recording, expected);
+  }
+  commands.action_.reset();
+  for (const int unknown : {0, 3, -1}) {
+    v1::LinkRequest m;
+    m.mutable_control_recording()->set_action(static_cast<v1::RecordingAction>(unknown));
+    const LinkResponse refused = asked(bytes_of(m), commands);
+    EXPECT_EQ(refused.status.code(), StatusCode::invalid_argument) << unknown;
+    EXPECT_FALSE(refused.recording || commands.action_) << unknown;
+  }
+}
+
+TEST(LinkMessage, TheCalibrationIsReported) {
+  test::FakeCommands commands;
+  Bytes request;
+  encode_link_request(9, GetCalibration{}, request);
+  EXPECT_EQ(asked(request, commands).calibration, commands.calibration());
+  const Result<std::string> rpc =
+      answer_probe_call(ProbeCall::get_calibration, encode_rpc_request(GetCalibration{}), commands);
+  ASSERT_TRUE(rpc.ok()) << rpc.status().message();
+  EXPECT_EQ(decode_rpc_response(GetCalibration{}, bytes_of_text(*rpc))->calibration, commands.calibration());
+}
+
 TEST(LinkMessage, ConfigurationIsReportedAndChanged) {
   test::FakeCommands commands;
   commands.kind_ = EstimatorKind::marker;

@@ -86,6 +86,27 @@ TEST(StatusMessage, RoundTripsIdentityAndCounters) {
   EXPECT_EQ(*decode_status(bytes(encode_status(s))), s);
 }
 
+TEST(StatusMessage, TextsOfTheRecordingAreLimited) {
+  StatusSnapshot s = test::FakeCommands().status();
+  s.recording->end_reason.assign(1000, 'x');
+  EXPECT_EQ(decode_status(bytes(encode_status(s)))->recording->end_reason, std::string(256, 'x')) << "cut by the probe";
+  // InfoResponse { probe_name: "attic" recording { file or end_reason } } with a text of `size` bytes.
+  const auto forged = [](int field, std::size_t size) {
+    const auto nested = [](int number, const std::string& text) {
+      const auto byte = [](std::size_t v) { return static_cast<char>(v); };
+      const std::size_t size_low = text.size() & 0x7F;
+      return std::string{static_cast<char>(number * 8 + 2), byte(0x80 | size_low), byte(text.size() >> 7)} + text;
+    };
+    return nested(1, "attic") + nested(9, nested(field, std::string(size, 'x')));
+  };
+  for (const int field : {2, 6}) {
+    EXPECT_TRUE(decode_status(bytes(forged(field, 256))).ok());
+    EXPECT_EQ(decode_status(bytes(forged(field, 257))).status().code(), StatusCode::invalid_argument);
+  }
+  s.recording.reset();
+  EXPECT_EQ(*decode_status(bytes(encode_status(s))), s);
+}
+
 TEST(StatusMessage, InvalidMountingIsDropped) {
   StatusSnapshot s = test::FakeCommands().status();
   s.T_world_probe->pose.rotation = {0, 0, 0, 0};

@@ -35,6 +35,9 @@ class FakeCommands : public Commands {
                   .messages_refused = 114,
                   .authentication_failures = 115,
                   .client_list_faults = 116};
+    s.temperature_c = 47.5F;
+    s.links = {{"grpc", 121, 122, 123, 124, false}, {"mqtt", 125, 126, 127, 128, true}};
+    s.recording = RecordingStatus{true, "20260101T120000Z-0001.lwr", 117, 118, 119, "full", 120};
     s.T_world_probe = UncertainPose{{{0.6, 0, 0, 0.8}, {1, 2, 3}}, {}};
     s.T_world_probe->covariance[0][0] = 1e-4;
     s.T_world_probe->covariance[0][5] = s.T_world_probe->covariance[5][0] = 1e-5;
@@ -59,10 +62,27 @@ class FakeCommands : public Commands {
     normal_ = normal;
     return 2 * lux;
   }
+  CalibrationSummary calibration() const override {
+    const CalibrationReport report{1'700'000'000, 0.125, 4321, {88.5, 87.5}, {0.02, 0.03}, 1'700'000'001};
+    return {12,
+            "rig.textproto",
+            true,
+            {{640, 480, "kannala_brandt", 95, "table", true, true}, {320, 240, "mei", 90, "srgb", false, false}},
+            report};
+  }
+  /// The recording of status(), running or not.
+  Result<RecordingStatus> control_recording(RecordingAction action) override {
+    const std::lock_guard lock(mutex_);
+    action_ = action;
+    RecordingStatus recording = *FakeCommands::status().recording;
+    recording.running = action == RecordingAction::start;
+    return recording;
+  }
 
   EstimatorKind kind_ = EstimatorKind::panorama;
   std::optional<double> lux_;
   Vec3d normal_;
+  std::optional<RecordingAction> action_;
 
  private:
   mutable std::mutex mutex_;

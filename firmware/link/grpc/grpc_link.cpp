@@ -203,6 +203,8 @@ class ProbeService final {
           {"/lightwell.v1.ProbeService/SetConfig", &ProbeService::answer<ProbeCall::set_config>},
           {"/lightwell.v1.ProbeService/ReportLux", &ProbeService::answer<ProbeCall::report_lux>},
           {"/lightwell.v1.ProbeService/GetConfig", &ProbeService::answer<ProbeCall::get_config>},
+          {"/lightwell.v1.ProbeService/ControlRecording", &ProbeService::answer<ProbeCall::control_recording>},
+          {"/lightwell.v1.ProbeService/GetCalibration", &ProbeService::answer<ProbeCall::get_calibration>},
           {"/lightwell.v1.ProbeService/StreamPlane", &ProbeService::stream_plane}};
       for (const auto& [path, method] : kMethods)
         if (context->method() == path) return new Call(service_, method);
@@ -357,6 +359,7 @@ class GrpcLink final : public Link {
 
   std::string error_message() const override { return access_ ? access_->error_message() : std::string(); }
 
+  std::string_view name() const override { return "grpc"; }
   std::string address() const override {
     return (config_.encrypted() ? "grpcs://" : "grpc://") +
            config_.listen_address.substr(0, config_.listen_address.rfind(':')) + ":" + std::to_string(port_);

@@ -267,6 +267,7 @@ class MqttLink final : public Link {
   }
 
   LinkCounters counters() const override { return worker_ ? worker_->counters() : LinkCounters{}; }
+  std::string_view name() const override { return "mqtt"; }
   std::string address() const override { return address_; }
   std::string error_message() const override { return worker_ ? worker_->error_message() : "not started"; }
 

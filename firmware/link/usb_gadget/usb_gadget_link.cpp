@@ -82,6 +82,7 @@ class GadgetLink final : public UsbGadgetLink {
     const std::lock_guard lock(mutex_);
     return counters_;
   }
+  std::string_view name() const override { return "usb_gadget"; }
   std::string address() const override { return "usb:"; }
 
  private:

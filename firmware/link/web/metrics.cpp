@@ -49,6 +49,19 @@ std::string metrics_text(const StatusSnapshot& s) {
   std::string out =
       "# HELP lightwell_info The probe.\n# TYPE lightwell_info gauge\nlightwell_info{name=" + quoted(s.probe_name) +
       ",version=" + quoted(s.version) + ",camera=" + quoted(s.camera) + "} 1\n";
+  if (s.temperature_c)
+    out +=
+        "# HELP lightwell_temperature_celsius Temperature of the probe's machine.\n"
+        "# TYPE lightwell_temperature_celsius gauge\nlightwell_temperature_celsius " +
+        std::to_string(*s.temperature_c) + "\n";
+  if (s.recording)
+    out +=
+        "# HELP lightwell_recording Whether the probe records what it sends.\n# TYPE lightwell_recording gauge\n"
+        "lightwell_recording " +
+        std::to_string(static_cast<int>(s.recording->running)) +
+        "\n# HELP lightwell_recording_ends_total Recordings that a fault or a limit ended.\n"
+        "# TYPE lightwell_recording_ends_total counter\nlightwell_recording_ends_total " +
+        std::to_string(s.recording->faults) + "\n";
   for (const Family& f : families)
     out += "# HELP lightwell_" + std::string(f.name) + " " + std::string(f.help) + "\n# TYPE lightwell_" +
            std::string(f.name) + " " + std::string(f.type) + "\nlightwell_" + std::string(f.name) + " " +

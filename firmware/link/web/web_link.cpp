@@ -52,6 +52,7 @@ class WebLink final : public Link {
     return c;
   }
   std::string error_message() const override { return access_ ? access_->error_message() : std::string(); }
+  std::string_view name() const override { return "web"; }
   std::string address() const override {
     return (config_.encrypted() ? "wss://" : "ws://") +
            config_.listen_address.substr(0, config_.listen_address.rfind(':')) + ":" +

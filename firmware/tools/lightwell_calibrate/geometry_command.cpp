@@ -2,6 +2,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <iostream>
 #include <numbers>
 #include <string>
@@ -76,10 +77,24 @@ LensParameters guess(const LensSize& size, const ModelParameters& model, double 
   return {size.width, size.height, model, max_angle_rad, {upright_lens_cv(), {}}, {}};
 }
 
+CalibrationReport report_of(const GeometryFit& fit, const RigParameters* before) {
+  CalibrationReport out;
+  out.geometry_time_s = std::time(nullptr);
+  out.rms_px = fit.bundle.rms_px;
+  out.points = static_cast<std::uint32_t>(fit.bundle.residuals.size());
+  for (const LensFit& lens : fit.lenses) {
+    out.seen_deg.push_back(lens.max_observed_angle_rad / kDegree);
+    out.direction_3_sigma_deg.push_back(lens.direction_uncertainty_rad / kDegree);
+  }
+  if (before != nullptr && before->report) out.photometry_time_s = before->report->photometry_time_s;
+  return out;
+}
+
 RigParameters rig_of(const GeometryFit& fit, const std::vector<LensSize>& sizes, double field_rad,
                      const RigParameters* before) {
   RigParameters rig;
   if (before != nullptr) rig.nits_per_unit = before->nits_per_unit;
+  rig.report = report_of(fit, before);
   for (std::size_t k = 0; k < fit.lenses.size(); ++k) {
     const LensFit& lens = fit.lenses[k];
     // Without --field-deg the field of view is limited to the observed angles.

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ctime>
 #include <iostream>
 #include <numbers>
 #include <string>
@@ -264,7 +265,9 @@ int photometry_command(const std::vector<std::string>& arguments) {
     if (in.dark.empty() && in.response.empty() && in.flat.empty() && in.lamp.empty() && in.grey.empty())
       throw UsageError("nothing to measure: give --dark, --response, --flat, --lamp or --grey");
 
-    const PhotometryRun run = calibrate_photometry(require(load_calibration(calibration)), in);
+    PhotometryRun run = calibrate_photometry(require(load_calibration(calibration)), in);
+    if (!run.rig.report) run.rig.report.emplace();
+    run.rig.report->photometry_time_s = std::time(nullptr);
     require(write_output(output, calibration_to_text(run.rig)));
     for (const std::string& note : run.notes) std::cerr << app.get_name() << ": " << note << "\n";
     std::cout << (json ? json_text(json_of(run)) + "\n" : to_text(run)) << std::flush;

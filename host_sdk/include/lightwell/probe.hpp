@@ -9,7 +9,9 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include <lightwell/calibration_summary.hpp>
 #include <lightwell/credentials.hpp>
 #include <lightwell/descriptor.hpp>
 #include <lightwell/estimator_config.hpp>
@@ -122,6 +124,13 @@ struct ProbeInfo {
   Counters counters;  ///< The probe's counters since its start; at most about a second old.
   /// The probe's pose in the frame of its room, if it was configured (lightwelld --mounting).
   std::optional<UncertainPose> T_world_probe;
+  /// Of the hottest thermal zone of the probe's machine, degrees Celsius; no value if it has no sensor.
+  std::optional<float> temperature_c;
+  /// The probe's links, with their counters; empty with older firmware.
+  std::vector<LinkStatus> links;
+  /// The probe's own recording; at most about a second old. No value if the probe has no folder for recordings, or
+  /// firmware that is too old for them.
+  std::optional<RecordingStatus> recording;
 };
 
 enum class LinkState : std::uint8_t {
@@ -234,6 +243,16 @@ class Probe {
   /// normalised): from then on its units are absolute. Returns the factor that was applied to radiance. Blocks and
   /// fails as change_estimator().
   [[nodiscard]] Result<double> report_lux(double lux, Vec3f normal);
+
+  /// What the probe's calibration covers, and how well. Blocks and fails as estimator_config().
+  [[nodiscard]] Result<CalibrationSummary> calibration() const;
+
+  /// Starts, or stops, a recording of all descriptors by the probe, in the folder that its owner has configured
+  /// (`recordings`); the file stays there. Returns the state after it. Blocks and fails as change_estimator(), also:
+  /// failed_precondition if the probe has no such folder or cannot write there, if a recording runs already, or none
+  /// does. resource_exhausted: a limit of the folder or of the disk, or too many starts.
+  [[nodiscard]] Result<RecordingStatus> start_recording();
+  [[nodiscard]] Result<RecordingStatus> stop_recording();
 
  private:
   struct Impl;

@@ -266,7 +266,7 @@ class GrpcSource final : public Source {
   /// Makes a unary call. Runs on the caller's thread, which gRPC allows concurrently with the reader thread's calls on
   /// the same channel.
   [[nodiscard]] Result<LinkResponse> request(const LinkCommand& command) override {
-    constexpr std::array kMethods = {"GetConfig", "SetConfig", "ReportLux"};
+    constexpr std::array kMethods = {"GetConfig", "SetConfig", "ReportLux", "ControlRecording", "GetCalibration"};
     const std::shared_ptr<grpc::Channel> channel = [this] {
       const std::lock_guard lock(channel_mutex_);
       return channel_;
@@ -280,8 +280,12 @@ class GrpcSource final : public Source {
         channel.get(),
         grpc::internal::RpcMethod(path_of(kMethods[command.index()]).c_str(), grpc::internal::RpcMethod::NORMAL_RPC),
         &context, buffer_of(encode_rpc_request(command)), &response);
-    if (ended.error_code() == grpc::StatusCode::UNIMPLEMENTED && std::holds_alternative<GetConfig>(command))
-      return no_get_config();
+    if (ended.error_code() == grpc::StatusCode::UNIMPLEMENTED)
+      return std::holds_alternative<GetConfig>(command)
+                 ? no_get_config()
+                 : Status(StatusCode::failed_precondition,
+                          name() + ": the probe's firmware is older than this SDK and does not have the call " +
+                              kMethods[command.index()] + "; update lightwelld there");
     std::vector<std::byte> bytes;
     const Result<LinkResponse> answer =
         ended.ok() ? decode_rpc_response(command, bytes_of(response, bytes)) : status_of(ended);

@@ -189,4 +189,9 @@ Result<double> Probe::report_lux(double lux, Vec3f normal) {
   return impl_->source->report_lux(lux, unit);
 }
 
+Result<CalibrationSummary> Probe::calibration() const { return impl_->source->calibration(); }
+
+Result<RecordingStatus> Probe::start_recording() { return impl_->source->control_recording(RecordingAction::start); }
+Result<RecordingStatus> Probe::stop_recording() { return impl_->source->control_recording(RecordingAction::stop); }
+
 }  // namespace lightwell

@@ -51,6 +51,18 @@ class Source {
     if (!response->scale) return unexpected_response();
     return *response->scale;
   }
+  [[nodiscard]] Result<RecordingStatus> control_recording(RecordingAction action) {
+    const Result<LinkResponse> response = request(action);
+    if (!response) return response.status();
+    if (!response->recording) return unexpected_response();
+    return *response->recording;
+  }
+  [[nodiscard]] Result<CalibrationSummary> calibration() {
+    const Result<LinkResponse> response = request(GetCalibration{});
+    if (!response) return response.status();
+    if (!response->calibration) return unexpected_response();
+    return *response->calibration;
+  }
 
  protected:
   /// `name` begins the messages of errors.
@@ -92,7 +104,10 @@ inline constexpr int kFirstRoundTrips = 8;
           .clock_uncertainty = clock.uncertainty(now),
           .clock_drift_ppm = 1e6 * clock.drift(),
           .counters = status.counters,
-          .T_world_probe = status.T_world_probe};
+          .T_world_probe = status.T_world_probe,
+          .temperature_c = status.temperature_c,
+          .links = status.links,
+          .recording = status.recording};
 }
 
 /// Starts to connect; DescriptorReceiver::describe() reports success, for a recording at once. The receiver must

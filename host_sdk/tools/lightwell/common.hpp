@@ -42,6 +42,10 @@ int run_replay(const Options& options);
 int run_info(const Options& options);
 int run_config_get(const Options& options);
 int run_config_set(const Options& options);
+int run_calibration(const Options& options);
+int run_recording_start(const Options& options);
+int run_recording_stop(const Options& options);
+int run_recording_status(const Options& options);
 int run_discover(const Options& options);
 int run_pair(const Options& options);
 

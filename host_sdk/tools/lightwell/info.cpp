@@ -35,6 +35,15 @@ nlohmann::ordered_json json_of(const ProbeInfo& info, const std::optional<Enviro
                                 {"messages_refused", counters.messages_refused},
                                 {"authentication_failures", counters.authentication_failures},
                                 {"client_list_faults", counters.client_list_faults}};
+  if (info.temperature_c) out["temperature_c"] = *info.temperature_c;
+  out["links"] = nlohmann::ordered_json::array();
+  for (const LinkStatus& link : info.links)
+    out["links"].push_back({{"name", link.name},
+                            {"clients", link.clients},
+                            {"descriptors_coalesced", link.descriptors_coalesced},
+                            {"messages_refused", link.messages_refused},
+                            {"authentication_failures", link.authentication_failures},
+                            {"fault", link.fault}});
   if (!no_map) {
     out["environment_edge"] = environment ? environment->map.levels.front().edge : 0;
     out["environment_levels"] = environment ? environment->map.levels.size() : 0;
@@ -83,6 +92,12 @@ int run_info(const Options& options) {
               wide(counters.client_list_faults));
   std::printf("recorded     %llu frames, faults %llu\n", wide(counters.frames_recorded),
               wide(counters.recording_faults));
+  if (info.temperature_c) std::printf("temperature  %.1f degrees Celsius\n", static_cast<double>(*info.temperature_c));
+  for (const LinkStatus& link : info.links)
+    std::printf("link         %s: %u clients, coalesced %llu, refused %llu, unauthenticated %llu%s\n",
+                printable(link.name).c_str(), link.clients, wide(link.descriptors_coalesced),
+                wide(link.messages_refused), wide(link.authentication_failures),
+                link.fault ? "; it has a fault, see the probe's log" : "");
   if (environment) {
     const EnvironmentMap& map = environment->map;
     std::printf("environment  %dx%d, %zu levels, roughness %.2g to %.2g, key %08x\n", map.levels.front().edge,

@@ -24,6 +24,7 @@ constexpr const char* kExamples = R"(Examples:
   lightwell record grpc://probe.local evening.lwr --seconds 60
   lightwell query replay:evening.lwr --lights --json
   lightwell config set grpc://probe.local setting=fast   for all clients of the probe
+  lightwell recording start grpc://probe.local           a recording on the probe's own disk
   lightwell discover                                     lists the available probes
   lightwell pair grpcs://probe.local --code 123456       with the code that the probe shows
   lightwell watch grpcs://probe.local                    after pairing
@@ -79,6 +80,25 @@ constexpr const char* kConfigSetHelp =
 set or none; they take effect with the next capture.
   lightwell config set usb: band=2 max_lights=4 panorama.unseen_fill=mirror
 Exit codes: 2 unknown field or value, 3 unreachable, 4 refused by the probe.)";
+
+constexpr const char* kCalibrationHelp =
+    R"(What the probe's calibration covers, and how well; it does not change while the probe runs.
+Keys with --json: id, file (empty: the camera's own), absolute (cd/m2 are known), lenses (width, height,
+model, max_angle_deg, response, vignetting, noise); report, if lightwell-calibrate wrote one:
+geometry_time_s, photometry_time_s (seconds since 1970, 0: not known), rms_px, points, seen_deg and
+direction_3_sigma_deg of each lens.)";
+
+constexpr const char* kRecordingHelp =
+    R"(A recording by the probe itself, of all descriptors as it sends them, in the folder that its owner
+has configured (recordings { folder: "..." }, lightwelld --recordings). The probe chooses the name; the
+file stays there. With a captured plane whose images all clients receive, also of that plane.
+`lightwell record` writes a file on this machine instead.
+  lightwell recording start grpc://probe.local
+  lightwell recording status grpc://probe.local --json
+  lightwell recording stop grpc://probe.local
+Keys with --json: running, file, bytes, descriptors, lost (messages that the probe's disk was too slow
+for), end_reason (why it ended, if no client stopped it), faults (recordings that ended so).
+Exit codes: 3 unreachable, 4 refused by the probe.)";
 
 constexpr const char* kDiscoverHelp =
     R"(Finds probes by multicast DNS (if `discovery` of their configuration is on), on USB, and, with
@@ -169,6 +189,22 @@ void add_commands(CLI::App& app, Options& options, int& exit_code) {
   CLI::App* set = add(*config, "set", "Change some fields, keep the others", run_config_set, kConfigSetHelp);
   add_uri(set);
   set->add_option("NAME=VALUE", options.fields, "Fields to change, as `config get` prints them")->required();
+
+  CLI::App* calibration =
+      add(app, "calibration", "What the probe's calibration covers, and how well", run_calibration, kCalibrationHelp);
+  add_uri(calibration);
+  add_json(calibration);
+
+  CLI::App* recording = app.add_subcommand("recording", "Start or stop a recording by the probe, on its own disk");
+  recording->require_subcommand(1);
+  recording->footer(kRecordingHelp);
+  for (CLI::App* command :
+       {add(*recording, "start", "Start a recording on the probe", run_recording_start, kRecordingHelp),
+        add(*recording, "stop", "Stop the recording on the probe", run_recording_stop, kRecordingHelp),
+        add(*recording, "status", "State of the recording on the probe", run_recording_status, kRecordingHelp)}) {
+    add_uri(command);
+    add_json(command);
+  }
 
   CLI::App* discover =
       add(app, "discover", "List available probes with versions, calibrations and links", run_discover, kDiscoverHelp);

@@ -108,6 +108,7 @@ Status photometry_problem(const PhotometricCalibration& p, double max_angle_rad)
 RigParameters rig_from(const v1::RigCalibration& m) {
   RigParameters rig;
   rig.nits_per_unit = m.nits_per_unit();
+  if (m.has_report()) rig.report = report_from(m.report());
   for (const v1::LensCalibration& in : m.lens()) {
     LensParameters lens;
     lens.width = static_cast<int>(in.width());
@@ -145,6 +146,7 @@ RigParameters rig_from(const v1::RigCalibration& m) {
 v1::RigCalibration rig_to(const RigParameters& rig) {
   v1::RigCalibration m;
   m.set_nits_per_unit(rig.nits_per_unit);
+  if (rig.report) fill_report(*rig.report, *m.mutable_report());
   for (const LensParameters& lens : rig.lenses) {
     v1::LensCalibration& out = *m.add_lens();
     out.set_width(static_cast<std::uint32_t>(lens.width));
@@ -222,7 +224,26 @@ Result<RigParameters> load_calibration(const std::string& path) { return load_te
 std::string calibration_to_text(const RigParameters& rig) { return text_of(rig_to(rig)); }
 
 // Equal values have equal bytes, because the message has no field of type map.
-std::string encode_calibration(const RigParameters& rig) { return rig_to(rig).SerializeAsString(); }
+std::string encode_calibration(const RigParameters& rig) {
+  v1::RigCalibration m = rig_to(rig);
+  m.clear_report();
+  return m.SerializeAsString();
+}
+
+CalibrationSummary summary_of(const RigParameters& rig, std::string file) {
+  CalibrationSummary out{calibration_identity(rig), std::move(file), rig.nits_per_unit > 0, {}, rig.report};
+  const v1::RigCalibration m = rig_to(rig);
+  for (const v1::LensCalibration& lens : m.lens()) {
+    const v1::Photometry& p = lens.photometry();
+    const auto* model = lens.GetReflection()->GetOneofFieldDescriptor(lens, lens.GetDescriptor()->oneof_decl(0));
+    const auto corrects = [](double v) { return v != 0; };
+    out.lenses.push_back({lens.width(), lens.height(), model->name(), lens.max_angle_deg(),
+                          std::string(response_name(p.response().kind())),
+                          std::any_of(p.vignetting().begin(), p.vignetting().end(), corrects),
+                          p.read_noise() > 0 || p.shot_noise() > 0});
+  }
+  return out;
+}
 
 Result<RigParameters> decode_calibration(std::string_view bytes) {
   v1::RigCalibration m;

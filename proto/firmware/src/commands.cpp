@@ -73,6 +73,15 @@ Result<double> answer_report_lux(const v1::ReportLuxRequest& request, Commands& 
   return commands.report_lux(request.lux(), normal);
 }
 
+Status answer_control_recording(const v1::ControlRecordingRequest& request, Commands& commands,
+                                v1::ControlRecordingResponse& response) {
+  if (request.action() != v1::RECORDING_ACTION_START && request.action() != v1::RECORDING_ACTION_STOP)
+    return invalid_argument("action: it must be RECORDING_ACTION_START or RECORDING_ACTION_STOP");
+  const Result<RecordingStatus> recording = commands.control_recording(static_cast<RecordingAction>(request.action()));
+  if (recording) fill_recording(*recording, *response.mutable_recording());
+  return recording.status();
+}
+
 /// Longer texts are truncated, so that the response keeps its size limit, whatever name a camera has.
 constexpr std::size_t kMaxTextBytes = 1024;
 
@@ -95,6 +104,15 @@ Status answer(const v1::LinkRequest& request, Commands& commands, const StartPla
     case v1::LinkRequest::kGetConfig:
       answer_get_config(commands, *response.mutable_get_config());
       return {};
+    case v1::LinkRequest::kControlRecording: {
+      Status done =
+          answer_control_recording(request.control_recording(), commands, *response.mutable_control_recording());
+      if (!done.ok()) response.clear_control_recording();
+      return done;
+    }
+    case v1::LinkRequest::kGetCalibration:
+      fill_calibration(commands.calibration(), *response.mutable_get_calibration());
+      return {};
     case v1::LinkRequest::kAuthenticate:
       response.mutable_authenticate();
       return {};
@@ -111,7 +129,8 @@ Status answer(const v1::LinkRequest& request, Commands& commands, const StartPla
 
 Result<std::string> answer_probe_call(ProbeCall call, std::string_view request, Commands& commands) {
   // The requests and responses of ProbeService are the alternatives of LinkRequest and LinkResponse.
-  constexpr const char* kNames[] = {"info", "set_config", "report_lux", "get_config"};
+  constexpr const char* kNames[] = {"info",       "set_config",        "report_lux",
+                                    "get_config", "control_recording", "get_calibration"};
   const auto alternative = [name = kNames[static_cast<std::size_t>(call)]](google::protobuf::Message& m) {
     return m.GetReflection()->MutableMessage(&m, m.GetDescriptor()->FindFieldByName(name));
   };

@@ -99,6 +99,8 @@ Status Config::validate() const {
   if (const Status s = grpc.validate(); !s.ok()) return s;
   if (web)
     if (const Status s = web->validate(); !s.ok()) return s;
+  if (recordings)
+    if (const Status s = recordings->validate(); !s.ok()) return s;
   return estimator.validate();
 }
 
@@ -157,6 +159,14 @@ Status WebConfig::validate() const {
     if (!is_origin(origin))
       return invalid_argument("web.allowed_origins: '" + origin +
                               "' is not an origin; write https://HOST or https://HOST:PORT, without a path");
+  return {};
+}
+
+Status RecordingsConfig::validate() const {
+  if (folder.empty())
+    return invalid_argument("recordings.folder is missing: name a folder in which lightwelld may write");
+  if (max_files > kMaxFiles)
+    return invalid_argument("recordings.max_files is " + std::to_string(max_files) + "; it must be 1 to 10000");
   return {};
 }
 
@@ -261,6 +271,14 @@ WebConfig web_of(const v1::WebConfig& m) {
   return out;
 }
 
+RecordingsConfig recordings_of(const v1::RecordingsConfig& m) {
+  RecordingsConfig out{m.folder()};
+  if (m.max_bytes() != 0) out.max_bytes = m.max_bytes();
+  if (m.max_files() != 0) out.max_files = m.max_files();
+  if (m.min_free_bytes() != 0) out.min_free_bytes = m.min_free_bytes();
+  return out;
+}
+
 /// The paths that are relative to the configuration's folder.
 std::vector<std::string*> paths_of(Config& c) {
   std::vector<std::string*> paths = {&c.calibration,      &c.mounting, &c.grpc.key_folder,
@@ -270,6 +288,7 @@ std::vector<std::string*> paths_of(Config& c) {
   if (c.mqtt)
     paths.insert(paths.end(), {&c.mqtt->ca_file, &c.mqtt->certificate_file, &c.mqtt->key_file, &c.mqtt->login_file});
   if (c.web) paths.insert(paths.end(), {&c.web->certificate, &c.web->key, &c.web->client_ca});
+  if (c.recordings) paths.push_back(&c.recordings->folder);
   return paths;
 }
 
@@ -308,6 +327,7 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
   }
   if (m.has_mqtt()) c.mqtt = mqtt_of(m.mqtt());
   if (m.has_web()) c.web = web_of(m.web());
+  if (m.has_recordings()) c.recordings = recordings_of(m.recordings());
   if (m.discovery().mdns() != 0) c.mdns = static_cast<Mdns>(m.discovery().mdns());
   if (const Status s = c.validate(); !s.ok()) return s.in(name);
   if (const Status s = c.estimator.validate(kind); !s.ok()) return s.in(name);

@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include <lightwell/calibration_summary.hpp>
 #include <lightwell/estimator_config.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
@@ -18,12 +19,14 @@
 namespace lightwell {
 
 struct GetConfig {};
+struct GetCalibration {};
 struct ReportLux {
   double lux = 0;
   Vec3d normal;  ///< Probe frame, need not be normalised.
 };
-/// A request other than Info. EstimatorUpdate stands for SetConfig.
-using LinkCommand = std::variant<GetConfig, EstimatorUpdate, ReportLux>;
+/// A request other than Info. EstimatorUpdate stands for SetConfig, RecordingAction for
+/// ControlRecording.
+using LinkCommand = std::variant<GetConfig, EstimatorUpdate, ReportLux, RecordingAction, GetCalibration>;
 
 /// A LinkRequest, written into `out`, whose memory is reused.
 void encode_info_request(std::uint32_t id, std::vector<std::byte>& out);
@@ -39,6 +42,8 @@ struct LinkResponse {
   /// Response to GetConfig and SetConfig: the configuration, in SetConfig after the change. No value from older
   /// firmware, which ignores EstimatorUpdate::panorama and marker.
   std::optional<EstimatorState> estimator;
+  std::optional<RecordingStatus> recording{};       ///< Response to ControlRecording: the state after the action.
+  std::optional<CalibrationSummary> calibration{};  ///< Response to GetCalibration.
 };
 
 /// data_loss if `bytes` are not a LinkResponse.

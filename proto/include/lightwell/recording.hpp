@@ -45,6 +45,8 @@ class RecordWriter {
   [[nodiscard]] Status append(std::int64_t time_ns, std::span<const std::byte> payload,
                               RecordedMessage message = RecordedMessage::descriptor);
   [[nodiscard]] Status flush();
+  /// Size of the file, with what is not flushed yet.
+  [[nodiscard]] std::uint64_t bytes() const;
 
  private:
   RecordWriter(FilePointer file, RecordingKind kind) : file_(std::move(file)), kind_(kind) {}

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <lightwell/result.hpp>
 #include <lightwell/time.hpp>
@@ -36,6 +37,34 @@ struct Counters {
   friend bool operator==(const Counters&, const Counters&) = default;
 };
 
+/// What a client asks of the probe's own recording.
+enum class RecordingAction : std::uint8_t { start = 1, stop = 2 };
+
+/// The probe's own recording of what it sends: the one that runs, otherwise the last one.
+struct RecordingStatus {
+  bool running = false;
+  std::string file;  ///< Name in the probe's folder, without the folder; empty before the first recording.
+  std::uint64_t bytes = 0;
+  std::uint64_t descriptors = 0;
+  std::uint64_t lost = 0;    ///< Messages that came while the disk was too slow, and are missing in the file.
+  std::string end_reason;    ///< Why it ended although no client stopped it: a limit or a fault; otherwise empty.
+  std::uint64_t faults = 0;  ///< Recordings that a fault or a limit ended, since the start of the daemon.
+
+  friend bool operator==(const RecordingStatus&, const RecordingStatus&) = default;
+};
+
+/// One link of the probe. Counters: since the start of the daemon.
+struct LinkStatus {
+  std::string name;           ///< "grpc", "web", "usb_gadget" or "mqtt".
+  std::uint32_t clients = 0;  ///< Now.
+  std::uint64_t descriptors_coalesced = 0;
+  std::uint64_t messages_refused = 0;
+  std::uint64_t authentication_failures = 0;
+  bool fault = false;  ///< It has a fault now; the probe's log says which.
+
+  friend bool operator==(const LinkStatus&, const LinkStatus&) = default;
+};
+
 struct StatusSnapshot {
   std::string probe_name;
   std::uint32_t probe_id = 0;
@@ -44,6 +73,9 @@ struct StatusSnapshot {
   std::string camera;
   Counters counters{};
   std::optional<UncertainPose> T_world_probe{};  ///< Mounting of the probe in its room, if configured.
+  std::optional<float> temperature_c{};          ///< Of the hottest thermal zone, if the machine has a sensor.
+  std::vector<LinkStatus> links{};
+  std::optional<RecordingStatus> recording{};  ///< If the probe has a folder for recordings.
 
   friend bool operator==(const StatusSnapshot&, const StatusSnapshot&) = default;
 };
@@ -60,7 +92,7 @@ struct InfoAnswer {
 [[nodiscard]] std::string encode_status(const StatusSnapshot& status);
 
 /// data_loss for bytes that are not an InfoResponse. invalid_argument, naming the field, for one with values that no
-/// probe sends: an empty name, a name above 64 bytes, a version or a camera above 256 bytes.
+/// probe sends: an empty name, a name above 64 bytes, a version, a camera or a text of the recording above 256 bytes.
 [[nodiscard]] Result<StatusSnapshot> decode_status(std::span<const std::byte> bytes);
 
 /// InfoResponse in binary form with only clock_now_ns.

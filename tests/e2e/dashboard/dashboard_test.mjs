@@ -3,7 +3,7 @@
 // (lightwell.js), LIGHTWELL_SCREENSHOTS (folder for pictures of the page)
 import assert from "node:assert/strict";
 import { X509Certificate, createHash } from "node:crypto";
-import { mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { mkdirSync, mkdtempSync, readFileSync, renameSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -14,20 +14,22 @@ import { Browser, until } from "./browser.mjs";
 import { Daemon, pairedToken, writePanorama } from "./daemon.mjs";
 
 const { WebSocket } = createRequire(import.meta.url)(process.env.LIGHTWELL_NODE_WS);
-const { connect } = await import(pathToFileURL(process.env.LIGHTWELL_MODULE).href);
+const { connect, decodeDescriptor, readRecording } = await import(pathToFileURL(process.env.LIGHTWELL_MODULE).href);
 const pictures = process.env.LIGHTWELL_SCREENSHOTS;
 mkdirSync(pictures, { recursive: true });
 
 const folder = mkdtempSync(join(tmpdir(), "lightwell-dashboard-"));
 const panorama = join(folder, "lamp.hdr");
 writePanorama(panorama);
+const recordings = join(folder, "recordings");
 const switching = `sim:${panorama}?lamp_switch=1s`;
 
 let daemon;
 let browser;
 let page;
 before(async () => {
-  daemon = await Daemon.start({ camera: switching });
+  mkdirSync(recordings);
+  daemon = await Daemon.start({ camera: switching, more: ["--recordings", recordings] });
   browser = await Browser.start();
   page = await browser.newPage();
   await page.goto(daemon.page);
@@ -116,6 +118,9 @@ test("a setting that is changed here changes the probe, and its effect is shown"
 });
 
 test("it works by keyboard alone", async () => {
+  // The table of lights is hidden while the lamp is off: the lamp has just been switched on.
+  await page.until('document.getElementById("lights-region").hidden');
+  await page.until('!document.getElementById("lights-region").hidden');
   await page.evaluate("document.activeElement.blur(); scrollTo(0, 0)");
   const reached = new Set();
   for (let i = 0; i < 40; ++i) {
@@ -127,7 +132,8 @@ test("it works by keyboard alone", async () => {
     if (reached.has(name)) break;
     reached.add(name);
   }
-  for (const name of ["skip", "lights-region", "option-common-maxLights", "option-panorama-smoothing", "record"])
+  for (const name of ["skip", "lights-region", "option-common-maxLights", "option-panorama-smoothing", "record",
+                      "probe-record"])
     assert.ok(reached.has(name), `${name} of ${[...reached]}`);
   await page.evaluate('document.querySelector("#settings input:checked").focus()');
   const visible = 'getComputedStyle(document.querySelector("#settings input:checked + span")).outlineStyle';
@@ -148,12 +154,63 @@ test("descriptors are recorded, and the file is a recording", async () => {
   await page.until('/[1-9]\\d descriptors/.test(document.getElementById("record-state").textContent)');
   await page.evaluate('document.getElementById("record").click()');
   const bytes = await page.evaluate("saved.arrayBuffer().then((buffer) => Array.from(new Uint8Array(buffer)))");
-  const { readRecording, decodeDescriptor } = await import(pathToFileURL(process.env.LIGHTWELL_MODULE).href);
   const { messages, tornBytes } = readRecording(Uint8Array.from(bytes));
   assert.equal(tornBytes, 0);
   assert.ok(messages.length >= 10);
   const sequences = messages.map((message) => decodeDescriptor(message.bytes).sequence);
   assert.ok(sequences.every((v, i) => i === 0 || v > sequences[i - 1]));
+});
+
+test("the probe records on its own disk, started here, and the SDK reads the file", async () => {
+  const state = 'document.getElementById("probe-record-state").textContent';
+  const click = () => page.evaluate('document.getElementById("probe-record").click()');
+  assert.equal(await page.evaluate(state), "");
+  await click();
+  await page.until(`/^● Recording [1-9]\\d+ descriptors, .* in \\d{8}T\\d{6}Z-0001.lwr$/.test(${state})`);
+  // Another client sees it, and cannot start a second one.
+  const probe = await connect(daemon.address, { WebSocket });
+  assert.equal(probe.info().recording.running, true);
+  await assert.rejects(probe.startRecording(), { code: "failed_precondition", message: /runs on the probe already/ });
+  await page.screenshot(join(pictures, "recording.png"));
+  await click();
+  await page.until(`/^Recorded /.test(${state})`);
+  await assert.rejects(probe.stopRecording(), { code: "failed_precondition", message: /no recording runs/ });
+  const { file } = probe.info().recording;
+  probe.close();
+  const { messages, tornBytes } = readRecording(new Uint8Array(readFileSync(join(recordings, file))));
+  assert.equal(tornBytes, 0);
+  assert.ok((await page.evaluate(state)).startsWith(`Recorded ${messages.length} descriptors`));
+  const sequences = messages.map((message) => decodeDescriptor(message.bytes).sequence);
+  assert.ok(sequences.every((v, i) => i === 0 || v > sequences[i - 1]));
+});
+
+test("a recording that the probe refuses or ends is explained", async () => {
+  const error = 'document.getElementById("probe-record-error")';
+  const click = () => page.evaluate('document.getElementById("probe-record").click()');
+  renameSync(recordings, `${recordings}-away`);
+  await click();
+  await page.until(`/^The recording was not started: .*change recordings.folder$/.test(${error}.textContent)`);
+  renameSync(`${recordings}-away`, recordings);
+  await click();
+  await page.until('document.getElementById("probe-record").textContent === "Stop on the probe"');
+  assert.equal(await page.evaluate(`${error}.hidden`), true);
+  rmSync(recordings, { recursive: true });
+  await page.until(`/^The recording has ended: .*removed$/.test(${error}.textContent)`);
+  assert.equal(await page.text("probe-record"), "Start on the probe");
+  mkdirSync(recordings);
+});
+
+test("the calibration and the counters of each link are shown", async () => {
+  const facts = await page.evaluate(`Object.fromEntries([...document.querySelectorAll("#calibration-facts dt")].map(
+    (dt) => [dt.textContent, dt.nextSibling.textContent]))`);
+  assert.equal(facts.File, "the camera’s own");
+  assert.match(facts["Lens 1"], /^160 × 120, Kannala-Brandt up to .*; response linear, vignetting not corrected, /);
+  assert.deepEqual([facts["Lens 2"] !== undefined, facts.Report], [true, "none in the file"]);
+  const probe = await connect(daemon.address, { WebSocket });
+  assert.equal(facts.Identity, probe.info().calibrationId.toString(16).padStart(8, "0"));
+  await page.until(`JSON.stringify([...document.querySelectorAll("#links tbody tr")].map(({ cells }) =>
+    [cells[0].textContent, cells[1].textContent])) === '[["gRPC","0"],["Browsers","2"]]'`);
+  probe.close();
 });
 
 test("nothing is wider than a phone, and the pictures are drawn", async () => {
@@ -172,7 +229,7 @@ test("nothing is wider than a phone, and the pictures are drawn", async () => {
     const colours = await page.evaluate(`{
       const copy = document.createElement("canvas");
       copy.width = copy.height = 64;
-      const c = copy.getContext("2d");
+      const c = copy.getContext("2d", { willReadFrequently: true });
       // WebGL shows its picture only until it is composed, so it is read in the frame that drew it.
       new Promise((done) => requestAnimationFrame(function look() {
         c.drawImage(document.getElementById("${id}"), 0, 0, 64, 64);

@@ -26,8 +26,9 @@ after(async () => {
   }
 });
 
-/** The page and a link whose estimator is of this kind. */
-async function serve(kind, planeUpdate) {
+/** The page and a link whose estimator is of this kind. info: further fields of InfoResponse; calibration: a
+ *  GetCalibrationResponse, without which the probe does not know the request. */
+async function serve(kind, { planeUpdate, info = "", calibration = null } = {}) {
   const probe = new FakeProbe();
   const http = createServer(({ url }, response) => {
     const file = url.startsWith("/sdk/") ? join(sdk, url.slice(5)) :
@@ -41,8 +42,10 @@ async function serve(kind, planeUpdate) {
     request.url === "/v1/planes" ? socket.send(planeUpdate) : probe.accept(socket, request));
   const respond = probe.respond.bind(probe);
   probe.respond = (id, text) => text.includes("get_config") ?
-    encode("LinkResponse", `id: ${id} get_config { kind: ${kind} }`) : respond(id, text);
-  probe.info = infoOf("attic");
+    encode("LinkResponse", `id: ${id} get_config { kind: ${kind} }`) :
+    text.includes("get_calibration") && calibration !== null ?
+      encode("LinkResponse", `id: ${id} get_calibration { ${calibration} }`) : respond(id, text);
+  probe.info = infoOf("attic", info);
   servers.push(http);
   await new Promise((listening) => http.listen(0, "127.0.0.1", listening));
   const page = await browser.newPage();
@@ -84,7 +87,7 @@ test("a plane: the share of the directions that was seen, and where to move next
   const update = encode("PlaneUpdate", `wire_version: 1 capture: 5 revision: 9 units: UNITS_RELATIVE size_m: 0.21 ` +
     `lumisphere_levels: 1 coverage_levels: 60 key_interval_ms: 1000 gloss_alpha: 0.04 ` +
     `T_probe_plane { qw: 1 tz: -0.5 } tile_revision: 1 tile_revision: 1 tiles { index: 1 states: "${states}" }`);
-  const { probe, page } = await serve("ESTIMATOR_KIND_SPECULAR", update);
+  const { probe, page } = await serve("ESTIMATOR_KIND_SPECULAR", { planeUpdate: update });
   let sequence = 0;
   const timer = setInterval(() => probe.publish(descriptor(++sequence, probe.clockNow())), 50);
   try {
@@ -99,10 +102,55 @@ test("a plane: the share of the directions that was seen, and where to move next
     assert.ok(Math.abs(parseFloat(facts["Largest gap"]) - 34.5) < 3, facts["Largest gap"]);
     assert.equal(facts.Capture, "keep moving");
     assert.equal(facts.Texture, "stays in the probe");
+    // The page of the estimator that needs most modules.
+    const loaded = await page.evaluate(`["navigation", "resource"].flatMap((type) =>
+      performance.getEntriesByType(type)).map(({ name }) => new URL(name).pathname)`);
+    assert.ok(loaded.includes("/plane_view.js") && loaded.includes("/sdk/plane_reader.js"), `${loaded}`);
     assert.equal(await page.evaluate('document.getElementById("marker-view").hidden'), true);
   } finally {
     clearInterval(timer);
   }
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test("calibration with its report, temperature, and a fault of a link", async () => {
+  const { page } = await serve("ESTIMATOR_KIND_PANORAMA", {
+    info: 'temperature_c: 61.25 links { name: "web" clients: 3 } ' +
+      'links { name: "mqtt" messages_refused: 7 fault: true }',
+    calibration: 'calibration_id: 0xab file: "<b>rig" absolute: true lens { width: 640 height: 480 ' +
+      'model: "kannala_brandt" max_angle_deg: 95 response: TABLE vignetting: true noise: true } ' +
+      "report { geometry_time_s: 1700000000 rms_px: 0.125 points: 4321 seen_deg: 88.5 direction_3_sigma_deg: 0.02 }",
+  });
+  const facts = await until(async () => {
+    const found = await page.evaluate(pairs("calibration-facts"));
+    return found.File && found;
+  }, "the calibration");
+  assert.deepEqual(facts, {
+    File: "<b>rig", Identity: "000000ab", Units: "absolute, lux and cd/m²",
+    Lens: "640 × 480, Kannala-Brandt up to 95.0°; response table, vignetting corrected, noise known",
+    Geometry: "2023-11-14: 0.13 px RMS over 4,321 points", "Lens, boards": "seen up to 88.5°, directions ± 0.02° (3 σ)",
+    Photometry: "not reported",
+  });
+  await until(async () => (await page.evaluate(pairs("link-facts")))["Temperature of the probe"] === "61.3 °C",
+              "the temperature");
+  const links = await page.evaluate(
+    '[...document.querySelectorAll("#links tbody tr")].map((row) => [...row.cells].map((cell) => cell.textContent))');
+  assert.deepEqual(links, [["Browsers", "3", "0", "0", "0"], ["MQTT – fault, see the log", "0", "0", "7", "0"]]);
+  await page.screenshot(join(process.env.LIGHTWELL_SCREENSHOTS, "calibration.png"));
+  await page.view(390, 844, { mobile: true, scale: 2 });
+  assert.equal(await page.evaluate("document.documentElement.scrollWidth"), 390);
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
+
+test("an older probe, which knows none of these: nothing of them is shown", async () => {
+  const { page } = await serve("ESTIMATOR_KIND_PANORAMA");
+  await until(async () => (await page.evaluate(pairs("link-facts")))["Clients of the probe"] === "2", "the connection");
+  assert.equal((await page.evaluate(pairs("link-facts")))["Temperature of the probe"], undefined);
+  for (const id of ["calibration", "links", "probe-record"])
+    assert.equal(await page.evaluate(`document.getElementById("${id}").hidden`), true, id);
+  assert.equal(await page.evaluate('document.getElementById("probe-record-none").hidden'), false);
   assert.deepEqual(page.complaints, []);
   await page.close();
 });

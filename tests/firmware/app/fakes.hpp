@@ -140,6 +140,7 @@ class FakeLink final : public Link {
     const std::lock_guard lock(log_.mutex);
     return log_.counters;
   }
+  std::string_view name() const override { return "fake"; }
   std::string address() const override { return "fake://here"; }
 
  private:

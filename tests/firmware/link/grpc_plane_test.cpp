@@ -100,6 +100,7 @@ class KeepingLink final : public Link {
   void publish_plane(const std::shared_ptr<const EncodedPlane>& plane) override { planes_.push_back(plane); }
   void stop() override {}
   LinkCounters counters() const override { return {}; }
+  std::string_view name() const override { return "keeping"; }
   std::string address() const override { return {}; }
 
  private:

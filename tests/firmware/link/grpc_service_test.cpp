@@ -79,7 +79,7 @@ TEST_F(GrpcServiceTest, EveryMethodOfTheSchemaIsServed) {
   const google::protobuf::ServiceDescriptor* const service =
       v1::InfoRequest::descriptor()->file()->FindServiceByName("ProbeService");
   ASSERT_NE(service, nullptr);
-  ASSERT_EQ(service->method_count(), 7);
+  ASSERT_EQ(service->method_count(), 9);
   for (int i = 0; i < service->method_count(); ++i) {
     const std::string name = service->method(i)->name();
     // A malformed request, so that no method has an effect.

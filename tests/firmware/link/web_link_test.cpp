@@ -185,17 +185,28 @@ TEST_F(WebLinkTest, MetricsAreThoseOfTheStatus) {
   const HttpReply reply = RawWebClient(*link_).request("GET /metrics HTTP/1.1");
   EXPECT_EQ(reply.status, 200);
   EXPECT_THAT(reply.head, HasSubstr("text/plain; version=0.0.4"));
-  for (const char* line :
-       {"lightwell_info{name=\"attic\",version=\"0.1.0\",camera=\"fake camera\"} 1\n", "\nlightwell_frames_total 5\n",
-        "\nlightwell_captures_dropped_total 102\n", "\nlightwell_brackets_incomplete_total 103\n",
-        "\nlightwell_estimates_total 104\n", "\nlightwell_estimates_failed_total 105\n",
-        "\nlightwell_descriptors_coalesced_total 106\n", "\nlightwell_clients 107\n",
-        "\nlightwell_frames_recorded_total 108\n", "\nlightwell_recording_faults_total 3\n",
-        "\nlightwell_frames_lost_total 110\n", "\nlightwell_setting_moves_total 111\n",
-        "\nlightwell_estimates_late_total 112\n", "\nlightwell_estimates_late_at_fast_total 113\n",
-        "\nlightwell_messages_refused_total 114\n", "\nlightwell_authentication_failures_total 115\n",
-        "\nlightwell_client_list_faults_total 116\n", "# TYPE lightwell_clients gauge\n",
-        "# TYPE lightwell_frames_total counter\n"})
+  for (const char* line : {"lightwell_info{name=\"attic\",version=\"0.1.0\",camera=\"fake camera\"} 1\n",
+                           "\nlightwell_frames_total 5\n",
+                           "\nlightwell_captures_dropped_total 102\n",
+                           "\nlightwell_brackets_incomplete_total 103\n",
+                           "\nlightwell_estimates_total 104\n",
+                           "\nlightwell_estimates_failed_total 105\n",
+                           "\nlightwell_descriptors_coalesced_total 106\n",
+                           "\nlightwell_clients 107\n",
+                           "\nlightwell_frames_recorded_total 108\n",
+                           "\nlightwell_recording_faults_total 3\n",
+                           "\nlightwell_frames_lost_total 110\n",
+                           "\nlightwell_setting_moves_total 111\n",
+                           "\nlightwell_estimates_late_total 112\n",
+                           "\nlightwell_estimates_late_at_fast_total 113\n",
+                           "\nlightwell_messages_refused_total 114\n",
+                           "\nlightwell_authentication_failures_total 115\n",
+                           "\nlightwell_client_list_faults_total 116\n",
+                           "# TYPE lightwell_clients gauge\n",
+                           "# TYPE lightwell_frames_total counter\n",
+                           "\nlightwell_temperature_celsius 47.5",
+                           "\nlightwell_recording 1\n",
+                           "\nlightwell_recording_ends_total 120\n"})
     EXPECT_THAT(reply.body, HasSubstr(line));
 }
 

@@ -1,5 +1,6 @@
 // lightwell-calibrate geometry and coverage: from pictures of a printed board to a lens model and light directions.
 #include <cmath>
+#include <ctime>
 #include <numbers>
 #include <string>
 
@@ -119,6 +120,13 @@ TEST(CalibrateGeometry, RecoversTheLensParameters) {
   const Result<Image> report = read_image(test::plotted(out, result.out, "report.png"));
   ASSERT_TRUE(report) << report.status().message();
   EXPECT_GT(report->width, 400);
+  ASSERT_TRUE(rig->report) << "the file has a report for the probe";
+  EXPECT_NEAR(rig->report->rms_px, json["rms_px"].get<double>(), 1e-6);
+  EXPECT_EQ(rig->report->points, points);
+  ASSERT_EQ(rig->report->seen_deg.size(), 1U);
+  EXPECT_NEAR(rig->report->seen_deg[0], json["lenses"].at(0)["seen_deg"].get<double>(), 1e-6);
+  EXPECT_NEAR(static_cast<double>(rig->report->geometry_time_s), static_cast<double>(std::time(nullptr)), 600);
+  EXPECT_EQ(rig->report->photometry_time_s, 0);
 
   // A lamp of one degree, rendered through the true lens and estimated with the calibrated one.
   for (const double theta : {5.0, 45.0, 80.0}) {

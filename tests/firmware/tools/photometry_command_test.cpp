@@ -1,6 +1,7 @@
 // lightwell-calibrate photometry: accuracy of the calibration from folders of pictures, and errors, which replace
 // nothing.
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <numbers>
@@ -150,6 +151,8 @@ TEST_F(PhotometryCommand, MeasuresAllParametersOfACamera) {
     EXPECT_NEAR(p.white_balance[c], wanted.white_balance[c], 0.005 * wanted.white_balance[c]);
   EXPECT_EQ(p.white_balance[1], 1);
   EXPECT_NEAR(found->nits_per_unit, 1, 0.01);
+  ASSERT_TRUE(found->report);
+  EXPECT_NEAR(static_cast<double>(found->report->photometry_time_s), static_cast<double>(std::time(nullptr)), 600);
   EXPECT_EQ(found->lenses.size(), 2U);
   EXPECT_EQ(found->lenses[1].photometry.read_noise, 0) << "the other lens is unchanged";
 

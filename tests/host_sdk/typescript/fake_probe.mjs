@@ -37,9 +37,11 @@ const config = "kind: ESTIMATOR_KIND_PANORAMA estimator { band: 4 max_lights: 3 
   "max_faces: 0 } specular { environment_edge: 0 } }";
 const clockMark = 0x1122334455667788n;
 const response = (id, text) => encode("LinkResponse", `id: ${id} ${text}`);
-/** A response to Info, in which id and clock are replaced for each request. */
-export const infoOf = (name) => response(0x01020304, `info { probe_name: "${name}" probe_id: 5 calibration_id: 6 ` +
-  `version: "0.1.0" camera: "fake" clock_now_ns: ${clockMark} counters { frames: 9 clients: 2 estimates_failed: 4 } }`);
+/** A response to Info, in which id and clock are replaced for each request. more: further fields. */
+export const infoOf = (name, more = "") => response(0x01020304,
+  `info { probe_name: "${name}" probe_id: 5 calibration_id: 6 ` +
+  `version: "0.1.0" camera: "fake" clock_now_ns: ${clockMark} counters { frames: 9 clients: 2 estimates_failed: 4 } ` +
+  `${more} }`);
 
 /** Replaces a number of fixed width by another. */
 function patched(bytes, mark, value, size) {

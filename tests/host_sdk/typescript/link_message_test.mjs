@@ -12,7 +12,7 @@ const dist = dirname(process.env.LIGHTWELL_MODULE);
 const module = (name) => import(pathToFileURL(join(dist, `${name}.js`)).href);
 const { ClockMap } = await module("clock_map");
 const { Backoff } = await module("backoff");
-const { decodeLinkResponse } = await module("link_message");
+const { decodeLinkResponse, encodeLinkRequest } = await module("link_message");
 const { DecodeError } = await module("wire");
 
 const ms = 1_000_000n;
@@ -114,6 +114,60 @@ test("every counter and every option of the messages is known", () => {
   assert.deepEqual(names(config), Object.keys(fieldsOf("config", "EstimatorConfig")).sort());
   for (const [section, message] of [["panorama", "Panorama"], ["marker", "Marker"], ["specular", "Specular"]])
     assert.deepEqual(names(config[section]), Object.keys(fieldsOf("config", `${message}EstimatorConfig`)).sort());
+});
+
+const recordingOf = (fields) =>
+  `${fields} file: "a\\nb.lwr" bytes: 5000000000 descriptors: 2 lost: 3 end_reason: "full" faults: 4`;
+
+test("the recording of a probe: in its status and after a start or a stop", () => {
+  const expected =
+    { running: true, file: "a?b.lwr", bytes: 5e9, descriptors: 2, lost: 3, endReason: "full", faults: 4 };
+  const of = (text) => decodeLinkResponse(encode("LinkResponse", `id: 1 ${text}`));
+  assert.deepEqual(of(`info { recording { ${recordingOf("running: true")} } }`).info.status.recording, expected);
+  assert.equal(of("info {}").info.status.recording, null);
+  assert.deepEqual(of(`control_recording { recording { ${recordingOf("running: true")} } }`).recording, expected);
+  assert.equal(of("control_recording {}").recording.running, false);
+  assert.equal(of("info {}").recording, undefined);
+  assert.match(decode("LinkRequest", encodeLinkRequest(7, { ask: "control_recording", action: "start" })),
+               /id: 7[^]*control_recording[^]*RECORDING_ACTION_START/);
+  assert.match(decode("LinkRequest", encodeLinkRequest(7, { ask: "control_recording", action: "stop" })),
+               /RECORDING_ACTION_STOP/);
+  // Of alternatives the last one counts.
+  const both = Buffer.concat([encode("LinkResponse", `id: 1 control_recording { recording { ${recordingOf("")} } }`),
+                              encode("LinkResponse", "report_lux { scale: 2 }")]);
+  assert.deepEqual([decodeLinkResponse(both).recording, decodeLinkResponse(both).scale], [undefined, 2]);
+});
+
+test("temperature and links of a probe", () => {
+  const of = (text) => decodeLinkResponse(encode("LinkResponse", `id: 1 info { ${text} }`)).info.status;
+  assert.deepEqual([of("").temperatureC, of("").links, of("temperature_c: 47.5").temperatureC], [null, [], 47.5]);
+  const link = 'links { name: "mq\\ntt" clients: 1 descriptors_coalesced: 2 messages_refused: 3 ' +
+    "authentication_failures: 4 fault: true } ";
+  assert.deepEqual(of(link).links, [{ name: "mq?tt", clients: 1, descriptorsCoalesced: 2, messagesRefused: 3,
+                                      authenticationFailures: 4, fault: true }]);
+  assert.equal(of(link.repeat(20)).links.length, 8);
+});
+
+test("the calibration of a probe", () => {
+  const of = (text) =>
+    decodeLinkResponse(encode("LinkResponse", `id: 1 get_calibration { ${text} }`)).calibration;
+  assert.deepEqual(of(""), { id: 0, file: "", absolute: false, lenses: [], report: null });
+  const lens = 'lens { width: 640 height: 480 model: "mei" max_angle_deg: 95 response: TABLE vignetting: true ' +
+    "noise: true } ";
+  const whole = of(`calibration_id: 12 file: "rig.textproto" absolute: true ${lens} lens { response: 9 } ` +
+    "report { geometry_time_s: 1700000000 rms_px: 0.125 points: 4321 seen_deg: [88.5, 87.5] " +
+    "direction_3_sigma_deg: [0.02, 0.03] photometry_time_s: -1 }");
+  assert.deepEqual(whole, {
+    id: 12, file: "rig.textproto", absolute: true,
+    lenses: [
+      { width: 640, height: 480, model: "mei", maxAngleDeg: 95, response: "table", vignetting: true, noise: true },
+      { width: 0, height: 0, model: "", maxAngleDeg: 0, response: "unknown", vignetting: false, noise: false },
+    ],
+    report: { geometryTimeS: 1_700_000_000, rmsPx: 0.125, points: 4321, seenDeg: [88.5, 87.5],
+              direction3SigmaDeg: [0.02, 0.03], photometryTimeS: -1 },
+  });
+  assert.equal(of(lens.repeat(20)).lenses.length, 2);
+  assert.match(decode("LinkRequest", encodeLinkRequest(7, { ask: "get_calibration" })), /get_calibration/);
 });
 
 test("responses: an estimator that this version does not know is an error", () => {

@@ -1,6 +1,7 @@
 // From the address of this page to a connected probe: asks for a token where the link is encrypted.
 import { element, put } from "./format.js";
-import { ProbeError, connect } from "./sdk/lightwell.js";
+import { ProbeError } from "./sdk/link_message.js";
+import { connect } from "./sdk/probe.js";
 
 const key = "lightwell token";
 const retryMs = 1000;

@@ -1,7 +1,7 @@
 // The sphere of directions in Hammer's equal-area projection: radiance, a grid, lights as dots with their 2 sigma
 // ellipses.
 import { degrees } from "./format.js";
-import { luminance } from "./sdk/lightwell.js";
+import { luminance } from "./sdk/vector.js";
 
 const width = 384;
 const height = 192;

@@ -1,6 +1,6 @@
 // What one kind of estimator alone has: the pose of a marker, the coverage of a plane.
 import { degrees, element, put, putPairs, short } from "./format.js";
-import { rotate } from "./sdk/lightwell.js";
+import { rotate } from "./sdk/vector.js";
 
 const trailLength = 90;
 

@@ -2,18 +2,19 @@
 //   each descriptor     the table of lights, the measures
 //   each frame drawn    spheres and directions, where something changed
 //   four times a second numbers and tables
+import { putCalibration } from "./calibration.js";
 import { address, run, showState, storedToken } from "./connection.js";
 import { DirectionsView, withShares } from "./directions.js";
 import { MarkerView } from "./estimator_views.js";
 import { duration, element, percent, put, short, size, spark } from "./format.js";
 import { CounterHistory, Measures } from "./model.js";
 import { Exposure, Panorama } from "./panorama.js";
-import { PlaneView } from "./plane_view.js";
+import { ProbeRecording } from "./probe_recording.js";
 import { Recorder } from "./recorder.js";
-import { luminance } from "./sdk/lightwell.js";
+import { luminance } from "./sdk/vector.js";
 import { SettingsView } from "./settings.js";
 import { makeSpheres } from "./spheres.js";
-import { putConditions, putFaults, putLights, putLink } from "./tables.js";
+import { putConditions, putFaults, putLights, putLink, putLinks } from "./tables.js";
 
 const textPeriodMs = 250;
 const panoramaPeriodMs = 200;
@@ -21,6 +22,7 @@ const panoramaPeriodMs = 200;
 const drawPeriodMs = { min: 33, max: 500 };
 
 const recorder = new Recorder();
+const probeRecording = new ProbeRecording();
 const exposure = new Exposure();
 const panorama = new Panorama();
 const directions = new DirectionsView(element("directions"));
@@ -31,6 +33,8 @@ let probe = null;
 let counters = new CounterHistory();
 let marker = new MarkerView();
 let plane = null;
+/** Counts the estimators that were shown. */
+let shown = 0;
 
 const times = { text: 0, panorama: 0, draw: 0, drawn: 0, period: drawPeriodMs.min };
 let changed = false;
@@ -65,25 +69,39 @@ async function attach(next) {
   probe.on("state", (state) => {
     onState(state);
     // After a restart of the probe its settings are those of its file again.
-    if (state === "connected") void showEstimator();
+    if (state !== "connected") return;
+    void showEstimator();
+    void showCalibration();
   });
   probe.on("refused", () => plane?.close());
   probe.on("info", onInfo);
   onInfo(probe.info());
   recorder.attach(probe);
+  probeRecording.attach(probe);
   void showEstimator();
+  void showCalibration();
   spheres ??= await makeSpheres(element("spheres"));
   put("spheres-note", spheres.note);
 }
 
 /** Settings and views of the estimator that runs now. */
 async function showEstimator() {
+  const current = ++shown;
   await settings.attach(probe);
   putIdentity(probe.info());
   element("marker-view").hidden = settings.kind !== "marker";
   element("plane-view").hidden = settings.kind !== "specular";
   plane?.close();
-  plane = settings.kind === "specular" ? new PlaneView(address, storedToken()) : null;
+  plane = null;
+  if (settings.kind !== "specular") return;
+  // A page of other estimators does without these modules.
+  const { PlaneView } = await import("./plane_view.js");
+  if (current === shown) plane = new PlaneView(address, storedToken());
+}
+
+async function showCalibration() {
+  // Older firmware does not know the request.
+  putCalibration(await probe.calibration().catch(() => null));
 }
 
 function putIdentity(info) {
@@ -96,6 +114,8 @@ function onInfo(info) {
   putIdentity(info);
   counters.add(performance.now(), info.counters);
   putFaults(info.counters, counters);
+  putLinks(info.links);
+  probeRecording.show(info.recording);
 }
 
 const boundParts = ["truncation", "sampling", "noise", "quantization", "smoothing"];

@@ -1,5 +1,5 @@
 // What the tiles show: means over the last two seconds, and their history of a minute.
-import { luminance } from "./sdk/lightwell.js";
+import { luminance } from "./sdk/vector.js";
 
 const windowMs = 2000;
 const historyPeriodMs = 500;

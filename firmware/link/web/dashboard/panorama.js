@@ -1,7 +1,7 @@
 // A small picture of all directions, for the map of directions and for the mirror sphere.
 //   Exposure       how bright pictures are, adapted slowly
 //   Panorama       radiance on an equirectangular grid, and as bytes of a display
-import { luminance } from "./sdk/lightwell.js";
+import { luminance } from "./sdk/vector.js";
 
 export const columns = 64;
 export const rows = 32;

@@ -3,9 +3,10 @@
 //   PlaneView     numbers and the disc
 import { cleared } from "./estimator_views.js";
 import { element, percent, putPairs, short, whole } from "./format.js";
-import {
-  DecodeError, PlaneReader, encodeLinkRequest, guidanceDiscRadius, probeDirection, stereographic,
-} from "./sdk/lightwell.js";
+import { encodeLinkRequest } from "./sdk/link_message.js";
+import { guidanceDiscRadius, probeDirection, stereographic } from "./sdk/plane_guidance.js";
+import { PlaneReader } from "./sdk/plane_reader.js";
+import { DecodeError } from "./sdk/wire.js";
 
 const retryMs = 1000;
 const responseTag = 0x0d;

@@ -1,6 +1,6 @@
 // Records the descriptors that arrive, and saves them as a file.
 import { duration, element, put, size } from "./format.js";
-import { encodeRecord, recordingStart } from "./sdk/lightwell.js";
+import { encodeRecord, recordingStart } from "./sdk/recording.js";
 
 /** A minute at 60 descriptors a second with maps is some 20 MB; a tab has memory for this. */
 const maxBytes = 128e6;

@@ -1,6 +1,6 @@
 // The estimator's settings as a form, and the effect of the last change.
 import { element, make, percent, put, short } from "./format.js";
-import { settingsOf } from "./sdk/lightwell.js";
+import { settingsOf } from "./sdk/estimator_config.js";
 
 const edges = [[0, "none"], [8, "8"], [16, "16"], [32, "32"], [64, "64"]];
 

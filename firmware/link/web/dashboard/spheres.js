@@ -1,7 +1,7 @@
 // Spheres lit by three.js (release 111, Debian's libjs-three) with the values of toThree(). Without three.js or WebGL:
 // spheres_flat.js.
 import { columns, rows } from "./panorama.js";
-import { toThree } from "./sdk/lightwell.js";
+import { toThree } from "./sdk/three.js";
 
 const release = "111";
 const spacing = 2.25;

@@ -1,6 +1,6 @@
 // Spheres on a plain canvas, shaded pixel by pixel from the queries of the SDK: where there is no three.js or no WebGL.
 import { toDisplay } from "./panorama.js";
-import { capIrradiance, evaluateHarmonics } from "./sdk/lightwell.js";
+import { capIrradiance, evaluateHarmonics } from "./sdk/lobes.js";
 
 const edge = 112;
 const matte = { albedo: [0.9, 0.9, 0.9], shine: 0 };

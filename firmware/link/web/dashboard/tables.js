@@ -1,7 +1,7 @@
 // Tables of lights, conditions, faults and the connection.
 import { anglesOf, directionSigma } from "./directions.js";
 import { degrees, element, make, put, putPairs, short, size, whole } from "./format.js";
-import { luminance } from "./sdk/lightwell.js";
+import { luminance } from "./sdk/vector.js";
 
 /** One row a light, as many as the descriptor has. */
 export function putLights({ lights, units }) {
@@ -77,6 +77,26 @@ export function putFaults(counters, history) {
   });
 }
 
+const linkNames = { grpc: "gRPC", web: "Browsers", usb_gadget: "USB", mqtt: "MQTT" };
+
+/** One row for each link of the probe; a fault as a mark and a word. */
+export function putLinks(links) {
+  element("links").hidden = element("links-title").hidden = links.length === 0;
+  const body = element("links").tBodies[0];
+  while (body.rows.length > links.length) body.deleteRow(-1);
+  links.forEach((link, i) => {
+    const row = body.rows[i] ?? body.appendChild(make("tr", {}, make("th", { scope: "row" }, make("span")),
+      ...Array.from({ length: 4 }, () => make("td", { className: "num" }))));
+    const name = row.cells[0].firstChild;
+    put(name, (linkNames[link.name] ?? link.name) + (link.fault ? " – fault, see the log" : ""));
+    name.className = link.fault ? "raised" : "";
+    [link.clients, link.descriptorsCoalesced, link.messagesRefused, link.authenticationFailures].forEach((v, k) => {
+      put(row.cells[k + 1], whole(v));
+      row.cells[k + 1].className = v > 0 ? "num" : "num zero";
+    });
+  });
+}
+
 export function putLink(probe, info, stats) {
   const { counters } = info;
   putPairs(element("link-facts"), [
@@ -90,7 +110,7 @@ export function putLink(probe, info, stats) {
      `± ${short(Number(info.clockUncertaintyNs) / 1e6)} ms, drift ${short(info.clockDriftPpm)} ppm`],
     ["Frames of the probe", `${whole(counters.frames)}, ${whole(counters.estimates)} estimates`],
     ["Clients of the probe", whole(counters.clients)],
-    ["Calibration", info.calibrationId.toString(16).padStart(8, "0")],
+    ...(info.temperatureC === null ? [] : [["Temperature of the probe", `${info.temperatureC.toFixed(1)} °C`]]),
     ["Last error", stats.lastError || "none"],
   ]);
 }

@@ -20,7 +20,7 @@ export { HemisphereGrid } from "./hemisphere_grid.js";
 export { Lighting } from "./lighting.js";
 export type { Answer, LightingOptions, Validity } from "./lighting.js";
 export { ProbeError, encodeLinkRequest } from "./link_message.js";
-export type { ProbeCounters, ProbeStatus, StatusCode } from "./link_message.js";
+export type { StatusCode } from "./link_message.js";
 export {
   GgxLobe, capIrradiance, capRadiance, capZonal, cosineLobe, evaluateHarmonics, harmonicsBasis,
 } from "./lobes.js";
@@ -35,6 +35,9 @@ export type { WebSocketConstructor, WebSocketLike } from "./platform.js";
 export { connect, defaultWebPort } from "./probe.js";
 export type { Probe, ProbeEvents, ProbeInfo, ProbeOptions } from "./probe.js";
 export type { Arrival, LinkState, LinkStats } from "./receiver.js";
+export type {
+  CalibrationReport, LensSummary, LinkStatus, ProbeCalibration, ProbeCounters, ProbeStatus, RecordingStatus,
+} from "./probe_status.js";
 export { encodeRecord, readRecording, recordingStart } from "./recording.js";
 export type { RecordedMessage, Recording } from "./recording.js";
 export { toThree } from "./three.js";

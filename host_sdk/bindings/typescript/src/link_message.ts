@@ -1,10 +1,10 @@
 // A host's requests and the probe's responses: messages of proto/lightwell/v1/link_message.proto.
 import { EstimatorState, EstimatorStateMessage, EstimatorUpdate, writeEstimatorUpdate } from "./estimator_config.js";
-import { decodeUtf8 } from "./platform.js";
-import type { Vec3 } from "./vector.js";
 import {
-  DecodeError, FieldReader, WireReader, byteString, double, fixed32, fixed64, message, uint32, uint64,
-} from "./wire.js";
+  CalibrationMessage, InfoMessage, ProbeCalibration, ProbeStatus, RecordingMessage, RecordingStatus, printable, string,
+} from "./probe_status.js";
+import type { Vec3 } from "./vector.js";
+import { DecodeError, WireReader, double, fixed32, message, uint32 } from "./wire.js";
 import { WireWriter } from "./wire_writer.js";
 
 export const maxLinkMessageBytes = 8192;
@@ -24,49 +24,14 @@ export class ProbeError extends Error {
   }
 }
 
-/** The probe's counters since its start; meanings: `Counters` of proto/lightwell/v1/probe_service.proto. */
-export interface ProbeCounters {
-  frames: number;
-  capturesDropped: number;
-  bracketsIncomplete: number;
-  estimates: number;
-  estimatesFailed: number;
-  descriptorsCoalesced: number;
-  clients: number;
-  framesRecorded: number;
-  recordingFaults: number;
-  framesLost: number;
-  settingMoves: number;
-  estimatesLate: number;
-  estimatesLateAtFast: number;
-  messagesRefused: number;
-  authenticationFailures: number;
-  clientListFaults: number;
-}
-/** In the order of their field numbers, from 1. */
-const counterNames: readonly (keyof ProbeCounters)[] = [
-  "frames", "capturesDropped", "bracketsIncomplete", "estimates", "estimatesFailed", "descriptorsCoalesced", "clients",
-  "framesRecorded", "recordingFaults", "framesLost", "settingMoves", "estimatesLate", "estimatesLateAtFast",
-  "messagesRefused", "authenticationFailures", "clientListFaults",
-];
-
-/** What a probe reports of itself. */
-export interface ProbeStatus {
-  name: string;
-  id: number;
-  calibrationId: number;
-  /** Firmware version. */
-  version: string;
-  camera: string;
-  counters: ProbeCounters;
-}
-
 export type LinkCommand =
   | { ask: "info" }
   | { ask: "authenticate"; token: string }
   | { ask: "get_config" }
   | { ask: "set_config"; update: EstimatorUpdate }
-  | { ask: "report_lux"; lux: number; normal: Vec3 };
+  | { ask: "report_lux"; lux: number; normal: Vec3 }
+  | { ask: "control_recording"; action: "start" | "stop" }
+  | { ask: "get_calibration" };
 
 export interface LinkResponse {
   id: number;
@@ -77,6 +42,10 @@ export interface LinkResponse {
   estimator?: EstimatorState;
   /** Response to report_lux: the factor that was applied to radiance. */
   scale?: number;
+  /** Response to control_recording: the state after the action. */
+  recording?: RecordingStatus;
+  /** Response to get_calibration. */
+  calibration?: ProbeCalibration;
 }
 
 /** A LinkRequest. Throws TypeError for an update that is none. */
@@ -93,33 +62,10 @@ export function encodeLinkRequest(id: number, command: LinkCommand): Uint8Array 
         command.normal.forEach((v, k) => report.double(2 + k, v));
       }).bytes();
     case "get_config": return out.message(5, () => {}).bytes();
+    case "control_recording":
+      return out.message(8, (part) => part.uint32(1, command.action === "start" ? 1 : 2)).bytes();
+    case "get_calibration": return out.message(9, () => {}).bytes();
     case "authenticate": return out.message(6, (part) => part.string(1, command.token)).bytes();
-  }
-}
-
-const string = (set: (value: string) => void): FieldReader => byteString((bytes) => set(decodeUtf8(bytes)));
-
-class InfoMessage {
-  private clockNowNs = 0n;
-  private readonly status = { name: "", id: 0, calibrationId: 0, version: "", camera: "" };
-  private readonly counters = Object.fromEntries(counterNames.map((name) => [name, 0])) as unknown as ProbeCounters;
-
-  read(wire: WireReader): void {
-    const { status, counters } = this;
-    wire.fields({
-      1: string((v) => (status.name = v)),
-      2: fixed32((v) => (status.id = v)),
-      3: fixed32((v) => (status.calibrationId = v)),
-      4: string((v) => (status.version = v)),
-      5: string((v) => (status.camera = v)),
-      6: fixed64((v) => (this.clockNowNs = BigInt.asIntN(64, v))),
-      7: message((part) => part.fields(Object.fromEntries(counterNames.map((name, k) =>
-        [k + 1, uint64((v) => (counters[name] = Number(v)))])))),
-    });
-  }
-
-  get() {
-    return { status: { ...this.status, counters: this.counters }, clockNowNs: this.clockNowNs };
   }
 }
 
@@ -143,11 +89,15 @@ function decoded(bytes: Uint8Array): LinkResponse {
   let info: InfoMessage | null = null;
   let estimator: EstimatorStateMessage | null = null;
   let scale: number | null = null;
+  let recording: RecordingMessage | null = null;
+  let calibration: CalibrationMessage | null = null;
   // Of alternatives the last one counts; parts of the same one are merged.
   const only = (kept: unknown) => {
     if (kept !== info) info = null;
     if (kept !== estimator) estimator = null;
     if (kept !== scale) scale = null;
+    if (kept !== recording) recording = null;
+    if (kept !== calibration) calibration = null;
   };
   new WireReader(bytes).fields({
     1: fixed32((v) => (out.id = v)),
@@ -169,6 +119,15 @@ function decoded(bytes: Uint8Array): LinkResponse {
       only(estimator ??= new EstimatorStateMessage());
       (estimator as EstimatorStateMessage).read(part);
     }),
+    9: message((part) => {
+      const control = (recording ??= new RecordingMessage());
+      only(control);
+      part.fields({ 1: message((status) => control.read(status)) });
+    }),
+    10: message((part) => {
+      only(calibration ??= new CalibrationMessage());
+      (calibration as CalibrationMessage).read(part);
+    }),
   });
   if (code !== 0) {
     // An unknown code of a later version is still an error.
@@ -177,6 +136,8 @@ function decoded(bytes: Uint8Array): LinkResponse {
   }
   if (info) out.info = (info as InfoMessage).get();
   if (scale !== null) out.scale = scale;
+  if (calibration) out.calibration = (calibration as CalibrationMessage).get();
+  if (recording) out.recording = (recording as RecordingMessage).get();
   if (estimator)
     try {
       out.estimator = (estimator as EstimatorStateMessage).get();
@@ -185,9 +146,4 @@ function decoded(bytes: Uint8Array): LinkResponse {
       out.error = new ProbeError("data_loss", cause.message);
     }
   return out;
-}
-
-/** Text of a peer without control characters, at most 500 characters. */
-export function printable(text: string): string {
-  return text.slice(0, 500).replace(/[\u0000-\u001f\u007f-\u009f\u2028\u2029]/g, "?");
 }

@@ -3,12 +3,11 @@ import { Backoff } from "./backoff.js";
 import { ClockMap } from "./clock_map.js";
 import { EstimatorState, EstimatorUpdate } from "./estimator_config.js";
 import { Lighting } from "./lighting.js";
-import {
-  LinkCommand, LinkResponse, ProbeError, ProbeStatus, decodeLinkResponse, encodeLinkRequest, printable,
-} from "./link_message.js";
+import { LinkCommand, LinkResponse, ProbeError, decodeLinkResponse, encodeLinkRequest } from "./link_message.js";
 import {
   Timer, WebSocketConstructor, WebSocketLike, hostNowNs, hostResolutionNs, platformWebSocket,
 } from "./platform.js";
+import { ProbeCalibration, ProbeStatus, RecordingStatus, printable } from "./probe_status.js";
 import { Arrival, DescriptorReceiver, LinkState, LinkStats } from "./receiver.js";
 import type { Vec3 } from "./vector.js";
 import { DecodeError } from "./wire.js";
@@ -181,11 +180,34 @@ export class Probe {
     return scale ?? this.unexpected();
   }
 
+  /** What the probe's calibration covers, and how well. It does not change while the probe runs. */
+  async calibration(): Promise<ProbeCalibration> {
+    const { calibration } = await this.request({ ask: "get_calibration" });
+    return calibration ?? this.unexpected();
+  }
+
+  /** Starts a recording of all descriptors by the probe, in the folder that its owner has configured (`recordings`);
+   *  the file stays there. Rejects with failed_precondition if there is no folder, or a recording runs already, and
+   *  with resource_exhausted at a limit of the folder or of the disk. Resolves with the state after it. */
+  async startRecording(): Promise<RecordingStatus> {
+    return this.controlRecording("start");
+  }
+
+  /** Ends it. Rejects with failed_precondition if none runs. */
+  async stopRecording(): Promise<RecordingStatus> {
+    return this.controlRecording("stop");
+  }
+
   /** Ends the connection. latest() keeps the last light, with its growing age. */
   close(): void {
     if (this.receiver.stats.state === "closed") return;
     this.drop();
     this.setState("closed");
+  }
+
+  private async controlRecording(action: "start" | "stop"): Promise<RecordingStatus> {
+    const { recording } = await this.request({ ask: "control_recording", action });
+    return recording ?? this.unexpected();
   }
 
   private unexpected(): never {

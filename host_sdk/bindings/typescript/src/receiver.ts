@@ -4,7 +4,7 @@ import { ClockMap } from "./clock_map.js";
 import { Descriptor, decodeDescriptor, maxDescriptorBytes } from "./descriptor.js";
 import { EnvironmentKeeper, EnvironmentMap } from "./environment.js";
 import { Lighting } from "./lighting.js";
-import { printable } from "./link_message.js";
+import { printable } from "./probe_status.js";
 import { DecodeError } from "./wire.js";
 
 export type LinkState =

@@ -158,6 +158,12 @@ export const repeatedUint64 = (add: (value: bigint) => void): FieldReader => (wi
   while (packed.at < packed.end) add(packed.longVarint());
   return true;
 };
+export const repeatedDouble = (add: (value: number) => void): FieldReader => (wire) => {
+  if (wire.type !== WireType.bytes) return double(add)(wire);
+  const packed = wire.nested();
+  while (packed.at < packed.end) add(packed.view.getFloat64(packed.take(8), true));
+  return true;
+};
 export const repeatedSint32 = (add: (value: number) => void) => repeatedUint32((v) => add(zigzag(v)));
 
 function zigzag(v: number): number {

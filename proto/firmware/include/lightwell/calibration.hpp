@@ -3,11 +3,14 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
 
+#include <lightwell/calibration_summary.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
 #include <lightwell/uncertain_pose.hpp>
@@ -61,6 +64,7 @@ struct LensParameters {
 struct RigParameters {
   std::vector<LensParameters> lenses;  ///< One or two.
   double nits_per_unit = 0;  ///< cd/m² per unit of linear value / (exposure_s gain vignetting). 0: relative units.
+  std::optional<CalibrationReport> report{};  ///< If the file has one.
 
   /// invalid_argument, naming the lens and the field: no lens or more than two, an impossible size, focal length or
   /// field of view, a response that is not increasing.
@@ -74,12 +78,15 @@ struct RigParameters {
 [[nodiscard]] Result<RigParameters> load_calibration(const std::string& path);
 [[nodiscard]] Result<RigParameters> parse_calibration(std::string_view text, const std::string& name);
 [[nodiscard]] std::string calibration_to_text(const RigParameters& rig);
-/// A RigCalibration in binary form: RecordingHeader::calibration. Equal values have equal bytes.
+/// A RigCalibration in binary form, without its report: RecordingHeader::calibration. Equal values have equal bytes.
 [[nodiscard]] std::string encode_calibration(const RigParameters& rig);
 /// data_loss for bytes that are not a RigCalibration, otherwise the error of RigParameters::validate().
 [[nodiscard]] Result<RigParameters> decode_calibration(std::string_view bytes);
 /// Hash of the bytes of encode_calibration(): equal values have equal identities, whatever the layout of the file.
 [[nodiscard]] std::uint32_t calibration_identity(const RigParameters& rig);
+
+/// `file`: the name, without its folder; empty: the camera's own calibration.
+[[nodiscard]] CalibrationSummary summary_of(const RigParameters& rig, std::string file);
 
 /// Reads a Mounting in protobuf text format, T_world_probe with its covariance, and normalises its rotation.
 /// invalid_argument, naming the field: a rotation that is zero or not finite, a translation that is not finite, a

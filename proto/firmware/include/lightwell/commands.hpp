@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include <lightwell/calibration_summary.hpp>
 #include <lightwell/estimator_config.hpp>
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
@@ -31,9 +32,14 @@ class Commands {
   [[nodiscard]] virtual Status update_estimator(const EstimatorUpdate& update) = 0;
   /// Scales radiance so that the irradiance at `normal` (unit, probe frame) is `lux`; returns the factor.
   [[nodiscard]] virtual Result<double> report_lux(double lux, Vec3d normal) = 0;
+  /// Does not change.
+  [[nodiscard]] virtual CalibrationSummary calibration() const = 0;
+  /// Starts or stops the probe's own recording; its state after the action. failed_precondition, resource_exhausted: as
+  /// ControlRecording of probe_service.proto. unavailable: the disk does not respond. Returns within a second.
+  [[nodiscard]] virtual Result<RecordingStatus> control_recording(RecordingAction action) = 0;
 };
 
-enum class ProbeCall : std::uint8_t { info, set_config, report_lux, get_config };
+enum class ProbeCall : std::uint8_t { info, set_config, report_lux, get_config, control_recording, get_calibration };
 
 /// For a link with its own RPC: the response in binary form. data_loss if `request` is not a request of this call;
 /// otherwise the error of `commands`, or why they were not called. Calls `commands` on this thread.

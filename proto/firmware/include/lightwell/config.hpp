@@ -124,6 +124,19 @@ struct WebConfig {
   [[nodiscard]] bool encrypted() const { return security == LinkSecurity::tls || security == LinkSecurity::mutual_tls; }
 };
 
+/// The folder of recordings that clients start. Meanings: config.proto.
+struct RecordingsConfig {
+  static constexpr std::uint32_t kMaxFiles = 10'000;
+
+  std::string folder;
+  std::uint64_t max_bytes = 1'000'000'000;
+  std::uint32_t max_files = 100;
+  std::uint64_t min_free_bytes = 200'000'000;
+
+  /// invalid_argument names the field.
+  [[nodiscard]] Status validate() const;
+};
+
 struct Config {
   std::string probe_name = "lightwell";
   CameraConfig camera;
@@ -139,6 +152,7 @@ struct Config {
   std::optional<UsbGadgetConfig> usb_gadget;
   std::optional<MqttConfig> mqtt;
   std::optional<WebConfig> web;
+  std::optional<RecordingsConfig> recordings;
   Mdns mdns = Mdns::off;
   std::vector<std::string> warnings;  ///< Warnings about the file: deprecated and renamed fields.
 

@@ -11,6 +11,7 @@ class CountLinkImpl final : public CountLink {
   void publish(const EncodedDescriptor& /*descriptor*/) override { ++count_; }
   void stop() override {}
   LinkCounters counters() const override { return {}; }
+  std::string_view name() const override { return "count"; }
   std::string address() const override { return address_; }
   std::uint64_t count() const override { return count_; }
 
