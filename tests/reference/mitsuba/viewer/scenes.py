@@ -125,3 +125,12 @@ def truth(t: Trial) -> dict:
     """A line of trials.jsonl."""
     return asdict(t) | {"lamp": list(t.lamp()), "lamp_radiance": list(t.lamp_radiance()),
                         "probe_top": list(PROBE_TOP), "probe_away": list(t.probe_away()), "shadow_m": t.shadow_m()}
+
+
+def setup() -> dict:
+    """Content of setup.json: what all trials share."""
+    return {"camera": CAMERA, "T_world_camera": camera_pose(), "object_height_m": OBJECT_HEIGHT_M,
+            "object_diameter_m": OBJECT_DIAMETER_M, "object_albedo": list(OBJECT_ALBEDO), "table_m": list(TABLE_M),
+            "table_albedo": list(TABLE_ALBEDO),
+            "tag": {"family": "tag36h11", "id": TAG_ID, "size_m": TAG_SIZE_M,
+                    "position": [TAG_PLACE[0], 0.0, TAG_PLACE[1]]}}
