@@ -5,6 +5,7 @@
 //   coefficients answer "reflections"   with an environment map of 32x32, and the lights and bands that glossy surfaces
 //   need
 //   answer "map_64"        the same with a map of 64x64
+//   answer "map_64_alone"  the same with max_lights 0: the lights are in the map
 //   answer "exact_64"      mirror alone: a map of 64x64 texels that are exact means of the panorama, lights included
 // Values: rmse, si_rmse, angular_deg in linear light; *_published by the protocol of the literature; si_rmse_clipped by
 // clipped_si_rmse(); bytes.
@@ -149,11 +150,12 @@ int main() {
                            {"bytes", bytes}});
     };
 
-    for (const std::string_view answer_name : {"irradiance", "as_sent", "reflections", "map_64"}) {
+    for (const std::string_view answer_name : {"irradiance", "as_sent", "reflections", "map_64", "map_64_alone"}) {
       EstimatorConfig config;
-      if (answer_name == "reflections" || answer_name == "map_64") {
-        config.panorama.environment_edge = answer_name == "map_64" ? kLargeMap : kSmallMap;
+      if (answer_name != "irradiance" && answer_name != "as_sent") {
+        config.panorama.environment_edge = answer_name == "reflections" ? kSmallMap : kLargeMap;
         config.panorama.radiance_epsilon = kRadianceEpsilon;
+        if (answer_name == "map_64_alone") config.max_lights = 0;
       }
       measure::Delivered answer = deliver(rig, shot, config);
       const Lighting light = Lighting::of(std::move(answer.descriptor));
