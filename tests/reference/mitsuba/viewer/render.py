@@ -37,7 +37,7 @@ mi.set_variant("llvm_ad_rgb")
 mi.set_log_level(mi.LogLevel.Error)
 
 PANORAMA = (1024, 512)
-SAMPLES = {"picture": 24, "shadow": 96, "panorama": 48}  # "shadow": the part of the picture around object and shadow
+SAMPLES = {"picture": 12, "shadow": 64, "panorama": 24}  # "shadow": the part of the picture around object and shadow
 PASS_SAMPLES = 8e6
 MAX_DEPTH = 6
 JPEG_QUALITY = 90
