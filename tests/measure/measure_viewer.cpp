@@ -11,7 +11,8 @@
 //     shadow_ and outline_ values above, and
 //     shading_error, shadow_error       mean absolute difference to the path-traced picture: of the object's pixels
 //                                       relative to their mean; of the light ratio on the table around it
-// Methods: constant, s0 (Algorithm 1 of CubeMap360), main_light_and_sh9, full. Definitions: README.md of the scenes.
+// --trial NAME: one trial alone. Methods: constant, s0 (Algorithm 1 of CubeMap360), main_light_and_sh9, full.
+// Definitions: README.md of the scenes.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -183,10 +184,18 @@ void add_direction_errors(const ViewerTrial& trial, const Lighting& light, order
   line["azimuth_error_deg"] = angle_difference_deg(std::atan2(d.x, d.z) / kDegree, trial.azimuth_deg);
 }
 
-void estimate_trials(const TrialSetup& setup, const std::string& folder) {
+/// All trials, or the one of that name.
+std::vector<ViewerTrial> chosen_trials(const std::string& name) {
+  std::vector<ViewerTrial> trials = require(load_viewer_trials(kTrials));
+  if (!name.empty()) std::erase_if(trials, [&](const ViewerTrial& trial) { return trial.name != name; });
+  if (trials.empty()) refuse("there is no trial " + name + " in " + kTrials + "/trials.jsonl");
+  return trials;
+}
+
+void estimate_trials(const TrialSetup& setup, const std::vector<ViewerTrial>& trials, const std::string& folder) {
   Probe probe;
   TableShadow table(setup);
-  for (const ViewerTrial& trial : require(load_viewer_trials(kTrials))) {
+  for (const ViewerTrial& trial : trials) {
     const RealPictures real(setup, trial);
     for (const std::string place : {"top", "away"}) {
       const ProbeLight light = probe.light_of(kTrials + "/" + trial.name + "_" + place + ".exr");
@@ -228,8 +237,8 @@ double shadow_error(const GreyPicture& real, const GreyPicture& made) {
   return sum / count;
 }
 
-void compare(const TrialSetup& setup, const std::string& folder) {
-  for (const ViewerTrial& trial : require(load_viewer_trials(kTrials))) {
+void compare(const TrialSetup& setup, const std::vector<ViewerTrial>& trials, const std::string& folder) {
+  for (const ViewerTrial& trial : trials) {
     const RealPictures real(setup, trial);
     for (const std::string place : {"top", "away"})
       for (const std::string_view method : kViewerMethods) {
@@ -254,15 +263,16 @@ void compare(const TrialSetup& setup, const std::string& folder) {
 
 int main(int argc, char** argv) {
   CLI::App app{"Virtual objects beside real ones in path-traced trials.", "measure_viewer"};
-  std::string write_to, compare_in;
+  std::string write_to, compare_in, trial;
   app.add_option("--write", write_to, "also write scenes for ar_viewer to this folder, which must exist");
   app.add_option("--compare", compare_in, "compare the pictures that ar_viewer made of the scenes in this folder");
+  app.add_option("--trial", trial, "one trial alone, by its name [all]");
   return run_command(app, {argv + 1, argv + argc}, [&] {
     const TrialSetup setup = require(load_trial_setup(kTrials));
     if (compare_in.empty())
-      estimate_trials(setup, write_to);
+      estimate_trials(setup, chosen_trials(trial), write_to);
     else
-      compare(setup, compare_in);
+      compare(setup, chosen_trials(trial), compare_in);
     return 0;
   });
 }
