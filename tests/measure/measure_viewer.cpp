@@ -6,7 +6,8 @@
 //     shadow_elevation_error_deg, shadow_azimuth_error_deg          of the shadow of the SDK's ShadowCaster against the
 //                                       real one, by the place of the tip and the centroid
 //     outline_median_px, outline_95_px  distance between the outlines of both
-//     With --write: FOLDER/TRIAL_PLACE_METHOD.json, scenes for ar_viewer, and the descriptors.
+//     With --write: FOLDER/TRIAL_PLACE_METHOD.json, scenes for ar_viewer, the descriptors, and turning.lwrec, a light
+//     that changes in each of 60 frames.
 //   measure_viewer --compare FOLDER     the pictures that ar_viewer made of them, in FOLDER/TRIAL_PLACE_METHOD/: the
 //     shadow_ and outline_ values above, and
 //     shading_error, shadow_error       mean absolute difference to the path-traced picture: of the object's pixels
@@ -48,6 +49,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kMapEdge = 64;
 constexpr int kTexels = 1024;
 constexpr int kSides = 96;
+constexpr int kTurningFrames = 60;
 
 const std::string kTrials = LIGHTWELL_VIEWER_TRIALS;
 
@@ -208,21 +210,24 @@ void estimate_trials(const TrialSetup& setup, const std::vector<ViewerTrial>& tr
           table.seen(light.lighting.in_world(T_world_probe), 2 * shadow_reach_m(trial.shadow_m), real.ratio);
       add_shadow_errors(real.shadow, shadow_of(setup, made), line);
       print_line(line);
-      if (!folder.empty())
-        require(write_viewer_scenes({setup, trial, place, T_world_probe, light.lighting, light.message, light.panorama},
-                                    kTrials, folder));
+      if (folder.empty()) continue;
+      require(write_viewer_scenes({setup, trial, place, T_world_probe, light.lighting, light.message, light.panorama},
+                                  kTrials, folder));
+      if (&trial == &trials.front() && place == "top")
+        require(write_turning_light(light.lighting.descriptor(), kTurningFrames, folder));
     }
   }
 }
 
-/// Mean absolute difference of two pictures on the object, relative to the mean of the real one.
+/// Mean absolute difference of two pictures on the object, relative to the mean of the real one, which is clipped at 1.
 double shading_error(const TrialSetup& setup, const ColorPicture& real, const ColorPicture& made) {
   const std::vector<Seen> seen = seen_by(setup);
   double difference = 0, sum = 0;
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (seen[i] != Seen::object) continue;
     for (std::size_t c = 0; c < 3; ++c) {
-      difference += std::abs(static_cast<double>(made.values[i][c]) - static_cast<double>(real.values[i][c]));
+      const double shown = std::min(static_cast<double>(made.values[i][c]), 1.0);
+      difference += std::abs(shown - static_cast<double>(real.values[i][c]));
       sum += static_cast<double>(real.values[i][c]);
     }
   }

@@ -7,8 +7,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include <lightwell/codec.hpp>
 #include <lightwell/color.hpp>
+#include <lightwell/harmonics.hpp>
 #include <lightwell/quantile.hpp>
+#include <lightwell/recording.hpp>
 
 #include "bench/alhakamy2019.hpp"
 
@@ -108,6 +111,28 @@ Status write_viewer_scenes(const ViewerScene& scene, const std::string& trials, 
     if (Status w = written(path, out.dump(1) + "\n"); !w.ok()) return w;
   }
   return {};
+}
+
+Status write_turning_light(Descriptor descriptor, int frames, const std::string& folder) {
+  constexpr double kStep_rad = 0.1 * 3.14159265358979 / 180;
+  constexpr std::int64_t kInterval_ns = 16'000'000;
+  std::filesystem::remove(folder + "/turning.lwrec");  // The writer would continue it.
+  Result<RecordWriter> writer =
+      RecordWriter::open(folder + "/turning.lwrec", {RecordingKind::descriptors, "measured", "0", {}});
+  if (!writer) return writer.status();
+  Encoder encoder;
+  const Quat step = Quat::about({0, 1, 0}, kStep_rad);
+  for (int i = 0; i < frames; ++i) {
+    const auto bytes = encoder.encode(descriptor);
+    if (!bytes) return bytes.status();
+    if (Status s = writer->append(descriptor.time.mid_exposure.ns, *bytes); !s.ok()) return s;
+    ++descriptor.sequence;
+    descriptor.time.mid_exposure.ns += kInterval_ns;
+    descriptor.environment.reset();
+    descriptor.radiance = rotated(descriptor.radiance, step);
+    for (Light& light : descriptor.lights) light.direction = normalized(rotate(step, light.direction));
+  }
+  return writer->flush();
 }
 
 }  // namespace lightwell::measure

@@ -43,4 +43,8 @@ struct ViewerScene {
 [[nodiscard]] Status write_viewer_scenes(const ViewerScene& scene, const std::string& trials,
                                          const std::string& folder);
 
+/// FOLDER/turning.lwrec: descriptors of a light that turns about +Y by 0.1 degrees in each, 16 ms apart; the map is in
+/// the first. To measure what a frame costs where the light changes in each.
+[[nodiscard]] Status write_turning_light(Descriptor descriptor, int frames, const std::string& folder);
+
 }  // namespace lightwell::measure

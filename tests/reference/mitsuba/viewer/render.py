@@ -37,7 +37,7 @@ mi.set_variant("llvm_ad_rgb")
 mi.set_log_level(mi.LogLevel.Error)
 
 PANORAMA = (1024, 512)
-SAMPLES = {"picture": 12, "shadow": 64, "panorama": 24}  # "shadow": the part of the picture around object and shadow
+SAMPLES = {"picture": 8, "shadow": 48, "panorama": 16}  # "shadow": the part of the picture around object and shadow
 PASS_SAMPLES = 8e6
 MAX_DEPTH = 6
 JPEG_QUALITY = 90
@@ -81,7 +81,8 @@ def box(center, size, color, turn_deg=0.0):
 
 
 def tag_texture() -> np.ndarray:
-    cells = 1 - np.array(bodies.cells_of(scenes.TAG_ID), float)
+    # Row 0 of a bitmap is at the bottom of the rectangle.
+    cells = 1 - np.array(bodies.cells_of(scenes.TAG_ID), float)[::-1]
     return np.repeat((0.04 + 0.76 * cells)[..., None], 3, 2)
 
 
@@ -89,7 +90,8 @@ def room(t: scenes.Trial) -> dict:
     """Two walls that meet behind the table as seen from the lamp, with shelves and pictures, and a floor."""
     turn, out = t.room_azimuth_deg - 45, {}
     colors = [[scenes.number(f"{t.name}.wall{k}{c}", 0.2, 0.8) for c in "rgb"] for k in range(7)]
-    shapes = [box((0, 0.75, 3.55), (7.2, 3.0, 0.1), colors[0], turn), box((3.55, 0.75, 0), (0.1, 3.0, 7.2), colors[1], turn)]
+    shapes = [box((0, 0.75, 3.55), (7.2, 3.0, 0.1), colors[0], turn),
+              box((3.55, 0.75, 0), (0.1, 3.0, 7.2), colors[1], turn)]
     for k in range(5):
         x, y, w, h = (scenes.number(f"{t.name}.picture{k}{c}", *r) for c, r in
                       (("x", (-2.5, 2.5)), ("y", (-0.2, 1.7)), ("w", (0.3, 1.2)), ("h", (0.3, 0.9))))
@@ -115,11 +117,10 @@ def scene_of(t: scenes.Trial, with_object: bool):
          "table": box((0, -0.015, 0), (scenes.TABLE_M[0], 0.03, scenes.TABLE_M[1]), scenes.TABLE_ALBEDO)}
     # Ten cells, of which the black border and what it encloses are the tag's size.
     half = scenes.TAG_SIZE_M * 10 / 8 / 2
-    d["tag"] = {"type": "rectangle",
-                "to_world": at().translate([scenes.TAG_PLACE[0], 2e-4, scenes.TAG_PLACE[1]]).rotate([1, 0, 0], -90).scale(
-                    [half, half, 1]),
-                "bsdf": {"type": "diffuse", "reflectance": {"type": "bitmap", "bitmap": bitmap(tag_texture()), "raw": True,
-                                                            "filter_type": "nearest"}}}
+    place = at().translate([scenes.TAG_PLACE[0], 2e-4, scenes.TAG_PLACE[1]]).rotate([1, 0, 0], -90).scale(
+        [half, half, 1])
+    cells = {"type": "bitmap", "bitmap": bitmap(tag_texture()), "raw": True, "filter_type": "nearest"}
+    d["tag"] = {"type": "rectangle", "to_world": place, "bsdf": {"type": "diffuse", "reflectance": cells}}
     if with_object:
         r, h, skin = scenes.OBJECT_DIAMETER_M / 2, scenes.OBJECT_HEIGHT_M, matte(scenes.OBJECT_ALBEDO)
         d["object"] = {"type": "cylinder", "p0": [0, 0, 0], "p1": [0, h, 0], "radius": r, "bsdf": skin}
