@@ -35,7 +35,7 @@ constexpr std::array<FaceAxes, kFaces> kFaceAxes = {{{{1, 0, 0}, {0, 0, -1}, {0,
 double corner_solid_angle(double a, double b) { return std::atan2(a * b, std::sqrt(1 + a * a + b * b)); }
 
 /// A texel of a face, or the samples inside of it.
-struct Texel {
+struct CubeTexel {
   int face = 0, column = 0, row = 0;
   int edge = 1;
 
@@ -61,7 +61,7 @@ struct Texel {
 /// Calls visit(direction, weight) for `count` x `count` places in a texel. Weights are solid angles and sum up to
 /// about that of the texel.
 template <class Visit>
-void sample(const Texel& texel, int count, const Visit& visit) {
+void sample(const CubeTexel& texel, int count, const Visit& visit) {
   const FaceAxes& axes = kFaceAxes[static_cast<std::size_t>(texel.face)];
   const float step = 2 / static_cast<float>(texel.edge * count);
   for (int j = 0; j < count; ++j) {
@@ -79,7 +79,7 @@ template <class Visit>
 void for_each_texel(int edge, const Visit& visit) {
   for (int face = 0; face < kFaces; ++face)
     for (int row = 0; row < edge; ++row)
-      for (int column = 0; column < edge; ++column) visit(Texel{face, column, row, edge});
+      for (int column = 0; column < edge; ++column) visit(CubeTexel{face, column, row, edge});
 }
 
 /// Number of the texel in the order of for_each_texel() that contains a direction.
@@ -107,12 +107,12 @@ class SpreadLight {
         cos_rho_(std::cos(static_cast<double>(light.angular_radius_rad))),
         // Radiance times solid angle of a cap whose vector irradiance is pi sin²(rho) times its radiance.
         energy_(light.irradiance * static_cast<float>(2 / (1 + cos_rho_))) {
-    const double rho = static_cast<double>(light.angular_radius_rad), texel = Texel{0, 0, 0, edge}.radius();
+    const double rho = static_cast<double>(light.angular_radius_rad), texel = CubeTexel{0, 0, 0, edge}.radius();
     cos_outside_ = rho + texel < std::numbers::pi ? std::cos(rho + texel) : -1;
     cos_inside_ = rho > texel ? std::cos(rho - texel) : 2;
   }
 
-  void add(const Texel& texel, Vec3d center) { covered_ += covered_solid_angle(texel, center); }
+  void add(const CubeTexel& texel, Vec3d center) { covered_ += covered_solid_angle(texel, center); }
 
   void finish(int edge) {
     if (covered_ > 0)
@@ -122,7 +122,7 @@ class SpreadLight {
   }
 
   /// Mean over the texel, number `index` of for_each_texel().
-  [[nodiscard]] Radiance mean_radiance(const Texel& texel, Vec3d center, int index) const {
+  [[nodiscard]] Radiance mean_radiance(const CubeTexel& texel, Vec3d center, int index) const {
     const double covered = point_in_ < 0 ? covered_solid_angle(texel, center) : index == point_in_ ? 1 : 0;
     if (covered == 0) return {};
     const Irradiance e = energy_ * static_cast<float>(covered / texel.solid_angle());
@@ -130,7 +130,7 @@ class SpreadLight {
   }
 
  private:
-  [[nodiscard]] double covered_solid_angle(const Texel& texel, Vec3d center) const {
+  [[nodiscard]] double covered_solid_angle(const CubeTexel& texel, Vec3d center) const {
     const double c = dot(axis_, center);
     if (c < cos_outside_) return 0;
     if (c > cos_inside_) return texel.solid_angle();
@@ -217,7 +217,7 @@ Answer<std::size_t> cube_map(const Lighting& light, const CubeMapOptions& option
       spread[lights++] = SpreadLight(one, options.edge);
   const std::span<SpreadLight> caps = std::span(spread).first(lights);
   if (!caps.empty())
-    for_each_texel(options.edge, [&](const Texel& texel) {
+    for_each_texel(options.edge, [&](const CubeTexel& texel) {
       const Vec3d center = texel.center();
       for (SpreadLight& cap : caps) cap.add(texel, center);
     });
@@ -225,7 +225,7 @@ Answer<std::size_t> cube_map(const Lighting& light, const CubeMapOptions& option
 
   const std::size_t stride = bytes / (static_cast<std::size_t>(kFaces * options.edge) * options.edge);
   int index = 0;
-  for_each_texel(options.edge, [&](const Texel& texel) {
+  for_each_texel(options.edge, [&](const CubeTexel& texel) {
     Radiance sum;
     float weights = 0;
     sample(texel, samples, [&](Vec3f d, float weight) {
