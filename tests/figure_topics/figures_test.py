@@ -17,7 +17,7 @@ from unittest import mock
 TESTS = pathlib.Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(TESTS))
-from figure_topics import structure  # noqa: E402
+from figure_topics import structure, viewer  # noqa: E402
 from figure_topics.marker import lines_of  # noqa: E402
 from figure_topics.rows import at_most, known_short  # noqa: E402
 
@@ -38,6 +38,31 @@ def run(*rows):
             mock.patch.object(figures.importlib, "import_module", return_value=topic), \
             contextlib.redirect_stdout(printed):
         return figures.main(), printed.getvalue()
+
+
+class Viewer(unittest.TestCase):
+    def lines(self, error):
+        return [{"distance_m": (1.0, 3.0, 60.0)[i % 3], "e": error, "a": error} for i in range(viewer.TRIALS)]
+
+    def rows(self, lines, place="top"):
+        return viewer.direction_rows(lines, place, "light", ("e", "a"), "")
+
+    def test_directions_are_limited_at_the_object_alone(self):
+        self.assertTrue(all(r["holds"] for r in self.rows(self.lines(0.29))))
+        self.assertFalse(any(r["holds"] for r in self.rows(self.lines(0.31))))
+        self.assertTrue(all(r["asked"] == "reported" for r in self.rows(self.lines(9.0), "away")))
+
+    def test_a_trial_that_lacks_or_shows_no_shadow_does_not_hold(self):
+        self.assertFalse(self.rows(self.lines(0.1)[1:])[0]["holds"])
+        lines = self.lines(0.1)
+        lines[4]["e"] = None
+        self.assertFalse(self.rows(lines)[0]["holds"])
+
+    def test_latency_is_read_from_the_table(self):
+        table = "noise\n| client | descriptors | p50, ms | p99, ms | clock uncertainty, ms |\n| --- | --- | --- |\n" \
+                "| C++ SDK, gRPC | 584 | 1.62 | 25.45 | 0.31 |\n"
+        self.assertEqual([r["measured"] for r in viewer.latency_rows(table)], [1.62, 25.45])
+        self.assertFalse(viewer.latency_rows("failed")[0]["holds"])
 
 
 class Figures(unittest.TestCase):

@@ -4,7 +4,11 @@
 //   answer "as_sent"       the same descriptor; instead of the reconstruction, the sum K_l c_lm Y_lm of its
 //   coefficients answer "reflections"   with an environment map of 32x32, and the lights and bands that glossy surfaces
 //   need
-// Values: rmse, si_rmse, angular_deg in linear light; *_published by the protocol of the literature; bytes.
+//   answer "map_64"        the same with a map of 64x64
+//   answer "map_64_alone"  the same with max_lights 0: the lights are in the map
+//   answer "exact_64"      mirror alone: a map of 64x64 texels that are exact means of the panorama, lights included
+// Values: rmse, si_rmse, angular_deg in linear light; *_published by the protocol of the literature; si_rmse_clipped by
+// clipped_si_rmse(); bytes.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -20,6 +24,7 @@
 #include <lightwell/reconstruction.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
+#include "measure/exact_map.hpp"
 #include "measure/output.hpp"
 #include "measure/panorama_truth.hpp"
 #include "measure/shots.hpp"
@@ -33,7 +38,7 @@ using namespace lightwell;
 namespace ref = reference;
 
 constexpr int kViewSize = 64;
-constexpr int kMapEdge = 32;
+constexpr int kSmallMap = 32, kLargeMap = 64;
 constexpr double kRadianceEpsilon = 0.01;
 /// Minimum radius of a light in a mirror reflection: a pixel of the view.
 constexpr double kSmallestDiscRad = 0.02;
@@ -126,11 +131,31 @@ int main() {
         measure::ball_pictures(view, measure::PanoramaSums(measure::published_environment(truth->sums.panorama())));
     const double exposure = measure::exposure(truth->sums.panorama());
 
-    for (const std::string_view answer_name : {"irradiance", "as_sent", "reflections"}) {
+    const auto print = [&](std::string_view answer, measure::Ball ball, const measure::BallPictures& ours,
+                           const measure::BallPictures& ours_published, std::size_t bytes) {
+      const auto b = static_cast<std::size_t>(ball);
+      const measure::BallError e = measure::ball_error(linear[b], ours[b], exposure);
+      const measure::BallError p = measure::ball_error(published[b], ours_published[b], 1);
+      measure::print_line({{"scene", truth->name},
+                           {"ball", measure::ball_name(ball)},
+                           {"answer", answer},
+                           {"rmse", e.rmse},
+                           {"si_rmse", e.si_rmse},
+                           {"angular_deg", e.angular_deg},
+                           {"truth_rms", e.truth_rms},
+                           {"rmse_published", p.rmse},
+                           {"si_rmse_published", p.si_rmse},
+                           {"angular_deg_published", p.angular_deg},
+                           {"si_rmse_clipped", measure::clipped_si_rmse(linear[b], ours[b])},
+                           {"bytes", bytes}});
+    };
+
+    for (const std::string_view answer_name : {"irradiance", "as_sent", "reflections", "map_64", "map_64_alone"}) {
       EstimatorConfig config;
-      if (answer_name == "reflections") {
-        config.panorama.environment_edge = kMapEdge;
+      if (answer_name != "irradiance" && answer_name != "as_sent") {
+        config.panorama.environment_edge = answer_name == "reflections" ? kSmallMap : kLargeMap;
         config.panorama.radiance_epsilon = kRadianceEpsilon;
+        if (answer_name == "map_64_alone") config.max_lights = 0;
       }
       measure::Delivered answer = deliver(rig, shot, config);
       const Lighting light = Lighting::of(std::move(answer.descriptor));
@@ -155,23 +180,18 @@ int main() {
           measure::answer_environment([&](const ref::V3& d) { return radiance(d, 0); }, caps);
       const measure::BallPictures ours_published =
           measure::ball_pictures(view, measure::PanoramaSums(measure::published_environment(environment)));
-      for (const measure::Ball ball : measure::kBalls) {
-        const auto b = static_cast<std::size_t>(ball);
-        const measure::BallError e = measure::ball_error(linear[b], ours[b], exposure);
-        const measure::BallError p = measure::ball_error(published[b], ours_published[b], 1);
-        measure::print_line({{"scene", truth->name},
-                             {"ball", measure::ball_name(ball)},
-                             {"answer", answer_name},
-                             {"rmse", e.rmse},
-                             {"si_rmse", e.si_rmse},
-                             {"angular_deg", e.angular_deg},
-                             {"truth_rms", e.truth_rms},
-                             {"rmse_published", p.rmse},
-                             {"si_rmse_published", p.si_rmse},
-                             {"angular_deg_published", p.angular_deg},
-                             {"bytes", answer.bytes}});
-      }
+      for (const measure::Ball ball : measure::kBalls) print(answer_name, ball, ours, ours_published, answer.bytes);
     }
+
+    const measure::ExactMap exact(truth->sums.panorama(), kLargeMap);
+    const auto black = [](const ref::V3&) { return ref::Rgb{}; };
+    const auto mirrored = [&](const ref::V3& d, double roughness) {
+      return roughness == 0 ? exact.radiance(d) : ref::Rgb{};
+    };
+    const ref::Panorama environment =
+        measure::answer_environment([&](const ref::V3& d) { return exact.radiance(d); }, {});
+    print("exact_64", measure::Ball::mirror, measure::ball_pictures(view, black, mirrored),
+          measure::ball_pictures(view, measure::PanoramaSums(measure::published_environment(environment))), 0);
   }
   return 0;
 }

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include <lightwell/quantile.hpp>
 
 namespace lightwell::measure {
 
@@ -10,6 +13,7 @@ namespace ref = reference;
 namespace {
 
 constexpr double kAlbedo = 0.8;
+constexpr double kWhitePercentile = 0.999;
 constexpr int kProtocolWidth = 256, kProtocolHeight = 128;
 constexpr double kProtocolGamma = 2.4, kProtocolMedian = 0.5;
 
@@ -126,6 +130,19 @@ BallError ball_error(const BallPicture& truth, const BallPicture& answer, double
   error.angular_deg = degrees / pixels;
   error.truth_rms = exposure * std::sqrt(tt / pixels);
   return error;
+}
+
+double clipped_si_rmse(const BallPicture& truth, const BallPicture& answer) {
+  std::vector<double> values;
+  for (const ref::Rgb& v : truth) values.insert(values.end(), v.begin(), v.end());
+  const double white = lower_quantile(values, kWhitePercentile);
+  if (!(white > 0)) return std::numeric_limits<double>::quiet_NaN();
+  const auto clipped = [white](BallPicture picture) {
+    for (ref::Rgb& v : picture)
+      for (double& c : v) c = std::clamp(c / white, 0.0, 1.0);
+    return picture;
+  };
+  return ball_error(clipped(truth), clipped(answer), 1).si_rmse;
 }
 
 double exposure(const ref::Panorama& panorama) {

@@ -78,6 +78,10 @@ struct BallError {
 /// Errors between two images of one view, both multiplied by `exposure`; all errors but the angular one scale with it.
 [[nodiscard]] BallError ball_error(const BallPicture& truth, const BallPicture& answer, double exposure);
 
+/// si-RMSE after both images were divided by the 99.9th percentile of the truth's values and clipped to 0..1: lamps, of
+/// which a display shows no more than white, do not outweigh all else. NaN for a black truth.
+[[nodiscard]] double clipped_si_rmse(const BallPicture& truth, const BallPicture& answer);
+
 /// The factor that brings the median of the positive values of a panorama (at 256x128, all channels) to 0.5: the
 /// protocol's tone mapping without its gamma. Use the same factor for truth and estimate, so that RMSE includes errors
 /// of scale.

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "measure/exact_map.hpp"
+
 namespace lightwell::measure {
 namespace {
 
@@ -67,6 +69,30 @@ TEST(BallPictures, RougherIsSmoother) {
   EXPECT_GT(peak(Ball::matte_silver), peak(Ball::mirror_50));
   // A lamp of 0.1 rad straight ahead: E = pi sin^2, so 0.8 sin^2(0.1) at the middle of the diffuse ball.
   EXPECT_NEAR(peak(Ball::diffuse), 0.8 * std::pow(std::sin(0.1), 2), 2e-5);
+}
+
+TEST(BallError, ClippedIsOfWhatADisplayShows) {
+  // A thousand pixels of 1 in green, and a lamp of 100 in one of them, which is beyond the 99.9th percentile.
+  BallPicture truth(1000, {0, 1, 0}), answer = truth;
+  truth[7] = {100, 100, 100};
+  answer[7] = {3, 3, 3};
+  EXPECT_NEAR(clipped_si_rmse(truth, answer), 0, 1e-12) << "both show white";
+  EXPECT_GT(ball_error(truth, answer, 1).si_rmse, 1);
+  answer[7] = {0, 1, 0};
+  EXPECT_NEAR(clipped_si_rmse(truth, answer), std::sqrt(2.0 / 1000), 1e-12) << "a lamp is missing in two channels";
+  EXPECT_TRUE(std::isnan(clipped_si_rmse(BallPicture(3), answer)));
+}
+
+TEST(ExactMap, TexelsAreMeansOfThePanorama) {
+  const ExactMap constant(ref::constant(256, 128, {1, 2, 3}), 16);
+  for (const ref::V3 d : {ref::V3{0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {-0.6, -0.48, 0.64}})
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(constant.radiance(d)[c], static_cast<double>(c) + 1, 1e-9);
+  // Light of one side alone: the map shows it there, across the edge of the square, too.
+  const ref::V3 below = ref::normalised({0.1, -0.9, -0.5});
+  const ExactMap lamp(ref::disc_lamp(256, 128, below, 0.3, {1, 1, 1}, 4), 32);
+  EXPECT_NEAR(lamp.radiance(below)[0], 1, 1e-6);
+  EXPECT_NEAR(lamp.radiance(ref::normalised({0.1, 0.9, -0.5}))[0], 0, 1e-9);
+  EXPECT_NEAR(lamp.radiance(ref::normalised({-0.5, -0.9, 0.1}))[0], 0, 1e-9);
 }
 
 TEST(BallError, ByHand) {
