@@ -71,6 +71,7 @@ struct Object {
   Anchor anchor = Anchor::world;
   Pose T_anchor_object;
   Material material;
+  bool material_given = false;  ///< Otherwise a file's own materials are used.
 };
 
 /// How the light of the descriptor is used: all of it, or less, to compare.

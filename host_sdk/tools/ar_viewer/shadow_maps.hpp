@@ -1,0 +1,43 @@
+// The uniform block of the lights, and a shadow map for each of them.
+#pragma once
+
+#include <functional>
+#include <span>
+
+#include <glm/glm.hpp>
+
+#include <lightwell/result.hpp>
+
+#include "tools/ar_viewer/gl_objects.hpp"
+#include "tools/ar_viewer/light_state.hpp"
+#include "tools/ar_viewer/shader_program.hpp"
+
+namespace lightwell::viewer {
+
+/// A sphere around all that casts shadows; radius 0: nothing does.
+struct CasterBounds {
+  Vec3d centre;
+  double radius_m = 0;
+};
+
+class ShadowMaps {
+ public:
+  /// Texels along a map's edge. Larger: finer edges of hard shadows, more time.
+  static constexpr int kEdge = 1024;
+
+  [[nodiscard]] static Result<ShadowMaps> make();
+
+  /// Fills the uniform block and draws the maps. draw(program) draws the casters; it sets world_object.
+  void update(std::span<const ShadedLight> lights, float exposure, const CasterBounds& casters,
+              const std::function<void(const ShaderProgram&)>& draw) const;
+
+ private:
+  explicit ShadowMaps(ShaderProgram program);
+
+  ShaderProgram program_;
+  GlBuffer block_;
+  GlTexture maps_;
+  GlFramebuffer framebuffer_;
+};
+
+}  // namespace lightwell::viewer
