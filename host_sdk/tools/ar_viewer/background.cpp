@@ -22,14 +22,15 @@ struct Background::Impl {
   void find_undistortion() {
     if (std::all_of(camera.distortion.begin(), camera.distortion.end(), [](double k) { return k == 0; })) return;
     const cv::Mat k = (cv::Mat_<double>(3, 3) << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
-    cv::initUndistortRectifyMap(k, std::vector<double>(camera.distortion.begin(), camera.distortion.end()), cv::noArray(),
-                                k, {camera.width, camera.height}, CV_32FC1, map_x, map_y);
+    cv::initUndistortRectifyMap(k, std::vector<double>(camera.distortion.begin(), camera.distortion.end()),
+                                cv::noArray(), k, {camera.width, camera.height}, CV_32FC1, map_x, map_y);
   }
 
   [[nodiscard]] Status check_size(int width, int height) const {
     if (width == camera.width && height == camera.height) return {};
     return invalid_argument(name + ": the background has " + std::to_string(width) + "x" + std::to_string(height) +
-                            " pixels, the camera " + std::to_string(camera.width) + "x" + std::to_string(camera.height) +
+                            " pixels, the camera " + std::to_string(camera.width) + "x" +
+                            std::to_string(camera.height) +
                             "; set camera.width and camera.height to those of the background");
   }
 
@@ -71,7 +72,8 @@ struct Background::Impl {
       if (!linear.ok()) return linear.status();
       if (Status status = check_size(linear->width, linear->height); !status.ok()) return status;
       picture = std::move(*linear);
-      for (std::size_t i = 0; i < picture.rgba.size(); ++i) picture.rgba[i] = i % 4 == 3 ? 0 : picture.rgba[i] * exposure;
+      for (std::size_t i = 0; i < picture.rgba.size(); ++i)
+        picture.rgba[i] = i % 4 == 3 ? 0 : picture.rgba[i] * exposure;
       finish();
       return {};
     }

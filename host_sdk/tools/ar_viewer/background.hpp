@@ -13,8 +13,8 @@ namespace lightwell::viewer {
 
 class Background {
  public:
-  /// invalid_argument if a picture does not have the camera's size, the errors of read_bytes() and read_exr(), not_found
-  /// for a video or a camera that cannot be opened.
+  /// invalid_argument if a picture does not have the camera's size, the errors of read_bytes() and read_exr(),
+  /// not_found for a video or a camera that cannot be opened.
   [[nodiscard]] static Result<Background> open(const Scene& scene);
   Background(Background&&) noexcept;
   Background& operator=(Background&&) noexcept;

@@ -43,7 +43,8 @@ void FrameTarget::read(Picture& out) const {
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadPixels(0, 0, width_, height_, GL_RGBA, GL_FLOAT, out.rgba.data());
   for (int row = 0; row < height_ / 2; ++row)
-    std::swap_ranges(out.at(0, row), out.at(0, row) + 4 * static_cast<std::size_t>(width_), out.at(0, height_ - 1 - row));
+    std::swap_ranges(out.at(0, row), out.at(0, row) + 4 * static_cast<std::size_t>(width_),
+                     out.at(0, height_ - 1 - row));
 }
 
 }  // namespace lightwell::viewer

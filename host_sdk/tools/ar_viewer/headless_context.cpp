@@ -30,9 +30,10 @@ HeadlessContext::~HeadlessContext() = default;
 
 Result<HeadlessContext> HeadlessContext::make() {
   const auto failed = [](const char* what) {
-    return Status(StatusCode::failed_precondition, std::string(what) +
-                                                       ": rendering without a display needs Mesa's software renderer; install "
-                                                       "libegl-mesa0 and libgl1-mesa-dri");
+    return Status(StatusCode::failed_precondition,
+                  std::string(what) +
+                      ": rendering without a display needs Mesa's software renderer; install "
+                      "libegl-mesa0 and libgl1-mesa-dri");
   };
   if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless"))
     return failed("EGL has no surfaceless platform");
@@ -47,13 +48,9 @@ Result<HeadlessContext> HeadlessContext::make() {
   EGLint configs = 0;
   if (eglChooseConfig(egl->display, kWanted.data(), &config, 1, &configs) != EGL_TRUE || configs == 0)
     return failed("EGL has no configuration for OpenGL");
-  constexpr std::array<EGLint, 7> kVersion = {EGL_CONTEXT_MAJOR_VERSION,
-                                              3,
-                                              EGL_CONTEXT_MINOR_VERSION,
-                                              3,
-                                              EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                              EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                              EGL_NONE};
+  constexpr std::array<EGLint, 7> kVersion = {
+      EGL_CONTEXT_MAJOR_VERSION,           3,       EGL_CONTEXT_MINOR_VERSION, 3, EGL_CONTEXT_OPENGL_PROFILE_MASK,
+      EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
   egl->context = eglCreateContext(egl->display, config, EGL_NO_CONTEXT, kVersion.data());
   if (egl->context == EGL_NO_CONTEXT ||
       eglMakeCurrent(egl->display, EGL_NO_SURFACE, EGL_NO_SURFACE, egl->context) != EGL_TRUE)

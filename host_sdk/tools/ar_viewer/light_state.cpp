@@ -20,9 +20,8 @@ void add_cap(const Light& light, RadianceSh& sh) {
   for (int l = 0; l <= sh.band; ++l) {
     const double zonal = cap_zonal(l, static_cast<double>(light.angular_radius_rad));
     for (int i = l * l; i < sh_count(l); ++i)
-      sh.c[static_cast<std::size_t>(i)] +=
-          Radiance{light.irradiance.r, light.irradiance.g, light.irradiance.b} *
-          static_cast<float>(zonal * basis[static_cast<std::size_t>(i)]);
+      sh.c[static_cast<std::size_t>(i)] += Radiance{light.irradiance.r, light.irradiance.g, light.irradiance.b} *
+                                           static_cast<float>(zonal * basis[static_cast<std::size_t>(i)]);
   }
 }
 
@@ -72,7 +71,8 @@ Radiance mean_radiance(const Descriptor& d) {
   Radiance mean = d.radiance.c[0] * kConstantBasis;
   for (const Light& light : d.lights)
     mean += Radiance{light.irradiance.r, light.irradiance.g, light.irradiance.b} *
-            (kConstantBasis * kConstantBasis * static_cast<float>(cap_zonal(0, static_cast<double>(light.angular_radius_rad))));
+            (kConstantBasis * kConstantBasis *
+             static_cast<float>(cap_zonal(0, static_cast<double>(light.angular_radius_rad))));
   return mean;
 }
 

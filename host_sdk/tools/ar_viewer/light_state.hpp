@@ -25,7 +25,7 @@ struct ShadedLight {
 
 /// In the world. Without the discrete lights `residual` answers irradiance() and radiance().
 struct LightState {
-  Shading shading = Shading::off;  ///< off also if there is no light to show.
+  Shading shading = Shading::off;   ///< off also if there is no light to show.
   std::vector<ShadedLight> lights;  ///< Strongest first, at most kMaxShadedLights.
   Lighting residual;
   /// With full shading the light as it came; reflections take its environment(), or else residual.radiance().
@@ -35,7 +35,8 @@ struct LightState {
   Pose T_world_origin;
 };
 
-/// 1 for light that is not stale; else falls from 1 to 0 in fade_s after it became stale, seconds_stale ago. Either is in s.
+/// 1 for light that is not stale; else falls from 1 to 0 in fade_s after it became stale, seconds_stale ago. Either is
+/// in s.
 [[nodiscard]] float stale_presence(Validity validity, double seconds_stale, double fade_s);
 
 /// `world`: the lighting in the world (Lighting::in_world).

@@ -39,7 +39,9 @@ int main(int argc, char** argv) {
   bool headless = false, linear = false, json = false;
   app.add_option("SCENE", path, "The scene file")->required();
   CLI::Option* without_window = app.add_flag("--headless", headless, "Write pictures, without a display");
-  app.add_option("--frames", options.frames, "Number of frames [1]")->check(CLI::Range(1, 1'000'000))->needs(without_window);
+  app.add_option("--frames", options.frames, "Number of frames [1]")
+      ->check(CLI::Range(1, 1'000'000))
+      ->needs(without_window);
   app.add_option("--out", options.folder, "Folder of the pictures [.]")->needs(without_window);
   app.add_flag("--linear", linear, "Also linear pictures and the shadow, .exr")->needs(without_window);
   app.add_flag("--json", json, "Times of each frame on standard output")->needs(without_window);

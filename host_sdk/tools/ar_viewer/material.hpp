@@ -1,5 +1,5 @@
-// The look of an object: a weighted sum of the reflection models of CubeMap360 (Alhakamy & Tuceryan 2019, section III-C)
-// and a metal-rough material as of glTF 2.0.
+// The look of an object: a weighted sum of the reflection models of CubeMap360 (Alhakamy & Tuceryan 2019, section
+// III-C) and a metal-rough material as of glTF 2.0.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ struct Material {
   float blinn_phong = 0;  ///< Weight of the lights' highlight (Blinn 1977), normalised by (shininess + 8) / (8 pi).
   float shininess = 64;   ///< 1 to 10000.
 
-  float anisotropic = 0;     ///< Weight of the lights' highlight of Ashikhmin & Shirley 2000, eq. 4.
+  float anisotropic = 0;      ///< Weight of the lights' highlight of Ashikhmin & Shirley 2000, eq. 4.
   float n_u = 10, n_v = 400;  ///< Its exponents along tangent and bitangent, 0 to 10000.
 
   float reflection = 0;  ///< Weight of radiance(mirrored eye, roughness), lights included.
@@ -38,9 +38,9 @@ struct Material {
   float metallic = 0;     ///< 0 to 1.
   float roughness = 0;    ///< Perceptual roughness of reflection, refraction and metal-rough, 0 to 1.
 
-  std::string texture;      ///< Picture (sRGB) that multiplies base_color; empty: none.
-  std::string normal_map;   ///< Tangent-space normals, picture as glTF's; empty: none.
-  float normal_scale = 1;   ///< Of x and y of the normal map, 0 to 10.
+  std::string texture;     ///< Picture (sRGB) that multiplies base_color; empty: none.
+  std::string normal_map;  ///< Tangent-space normals, picture as glTF's; empty: none.
+  float normal_scale = 1;  ///< Of x and y of the normal map, 0 to 10.
   LightingRate lighting = LightingRate::fragment;
 };
 

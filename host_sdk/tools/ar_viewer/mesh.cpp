@@ -37,17 +37,18 @@ Result<Model> load_model(const std::string& mesh) {
   model.parts.resize(1);
   Mesh& made = model.parts[0].mesh;
   if (mesh == "sphere")
-    made = make_sphere(64, 128);
+    made = make_sphere(32, 64);
   else if (mesh == "box")
     made = make_box();
   else if (mesh == "cylinder")
-    made = make_cylinder(96);
+    made = make_cylinder(64);
   else if (mesh == "teapot")
-    made = make_teapot(12);
+    made = make_teapot(7);
   else if (mesh == "cloth")
-    made = make_cloth(96);
+    made = make_cloth(20);
   else
-    return invalid_argument("mesh '" + mesh + "' is not known; it is sphere, box, cylinder, teapot, cloth, or a .glb or .gltf file");
+    return invalid_argument("mesh '" + mesh +
+                            "' is not known; it is sphere, box, cylinder, teapot, cloth, or a .glb or .gltf file");
   stand_on_origin(model);
   return model;
 }
@@ -68,8 +69,7 @@ void scale_to(Model& model, const std::vector<double>& size_m) {
       v.position = {v.position.x * scale.x, v.position.y * scale.y, v.position.z * scale.z};
       // A normal is transformed by the inverse transpose.
       v.normal = normalized(Vec3f{v.normal.x / scale.x, v.normal.y / scale.y, v.normal.z / scale.z});
-      const Vec3f t =
-          normalized(Vec3f{v.tangent[0] * scale.x, v.tangent[1] * scale.y, v.tangent[2] * scale.z});
+      const Vec3f t = normalized(Vec3f{v.tangent[0] * scale.x, v.tangent[1] * scale.y, v.tangent[2] * scale.z});
       v.tangent = {t.x, t.y, t.z, v.tangent[3]};
     }
 }
@@ -102,7 +102,8 @@ void compute_normals(Mesh& mesh) {
   for (Vertex& v : mesh.vertices) v.normal = {};
   for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
     const Vec3f a = mesh.vertices[mesh.indices[i]].position;
-    const Vec3f n = cross(mesh.vertices[mesh.indices[i + 1]].position - a, mesh.vertices[mesh.indices[i + 2]].position - a);
+    const Vec3f n =
+        cross(mesh.vertices[mesh.indices[i + 1]].position - a, mesh.vertices[mesh.indices[i + 2]].position - a);
     for (std::size_t k = 0; k < 3; ++k) mesh.vertices[mesh.indices[i + k]].normal += n;
   }
   for (Vertex& v : mesh.vertices) v.normal = normalized(v.normal);

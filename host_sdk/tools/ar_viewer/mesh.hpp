@@ -19,7 +19,8 @@ struct Vertex {
   Vec3f position;
   Vec3f normal;  ///< Unit.
   std::array<float, 2> uv{};
-  std::array<float, 4> tangent{1, 0, 0, 1};  ///< As glTF: unit, along increasing u; w: the bitangent is w (normal x tangent).
+  std::array<float, 4> tangent{1, 0, 0,
+                               1};  ///< As glTF: unit, along increasing u; w: the bitangent is w (normal x tangent).
 };
 
 /// Three indices for each triangle.
@@ -53,8 +54,8 @@ inline constexpr std::size_t kMaxModelBytes = std::size_t{256} << 20;
 [[nodiscard]] Mesh make_cloth(int n);
 
 /// sphere, box, cylinder, teapot or cloth, with the middle of its bottom at the origin, or a .glb or .gltf file.
-/// invalid_argument for another name, not_found and data_loss for a file; resource_exhausted for one above kMaxModelBytes
-/// or kMaxModelVertices.
+/// invalid_argument for another name, not_found and data_loss for a file; resource_exhausted for one above
+/// kMaxModelBytes or kMaxModelVertices.
 [[nodiscard]] Result<Model> load_model(const std::string& mesh);
 /// A glTF 2.0 file: triangles of the scene's nodes with their base colour, normal map, metallic and roughness factors.
 [[nodiscard]] Result<Model> load_gltf(const std::string& path);

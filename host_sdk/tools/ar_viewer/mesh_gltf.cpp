@@ -1,6 +1,4 @@
 // glTF 2.0 by tinygltf, which checks the JSON; the ranges of buffers are checked here.
-#include <tiny_gltf.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <tiny_gltf.h>
 
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -35,7 +34,9 @@ struct Elements {
   [[nodiscard]] std::uint32_t index(std::size_t element) const {
     const unsigned char* at = first + element * stride;
     std::uint32_t value = 0;
-    std::memcpy(&value, at, static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_type))));
+    std::memcpy(
+        &value, at,
+        static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_type))));
     return value;  // Little-endian, as the file and every machine that this runs on.
   }
 };
@@ -55,13 +56,15 @@ std::optional<Elements> elements_of(const tinygltf::Model& file, int accessor_in
   const tinygltf::Buffer* buffer = view == nullptr ? nullptr : element_of(file.buffers, view->buffer);
   if (buffer == nullptr) return std::nullopt;
   const int stride = accessor->ByteStride(*view);
-  const auto size = static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor->componentType)) *
-                                             tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type)));
+  const auto size =
+      static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor->componentType)) *
+                               tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type)));
   if (stride <= 0 || accessor->count == 0 || accessor->count > kMaxModelVertices * 8) return std::nullopt;
   const std::size_t begin = view->byteOffset + accessor->byteOffset;
   const std::size_t need = (accessor->count - 1) * static_cast<std::size_t>(stride) + size;
   if (begin > buffer->data.size() || need > buffer->data.size() - begin) return std::nullopt;
-  return Elements{buffer->data.data() + begin, accessor->count, static_cast<std::size_t>(stride), accessor->componentType};
+  return Elements{buffer->data.data() + begin, accessor->count, static_cast<std::size_t>(stride),
+                  accessor->componentType};
 }
 
 BytePicture picture_of(const tinygltf::Model& file, int texture_index) {
@@ -160,7 +163,8 @@ class Reader {
       v.position = {p.x, p.y, p.z};
       if (!is_finite(v.position)) return damaged("a vertex is NaN or infinite");
       if (normals && i < normals->count) {
-        const glm::vec3 n = normal_matrix * glm::vec3(normals->number(i, 0), normals->number(i, 1), normals->number(i, 2));
+        const glm::vec3 n =
+            normal_matrix * glm::vec3(normals->number(i, 0), normals->number(i, 1), normals->number(i, 2));
         v.normal = normalized(Vec3f{n.x, n.y, n.z});
       }
       if (uvs && i < uvs->count) v.uv = {uvs->number(i, 0), uvs->number(i, 1)};
@@ -181,7 +185,8 @@ class Reader {
     const auto indices = elements_of(file_, primitive.indices, TINYGLTF_TYPE_SCALAR,
                                      {TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,
                                       TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT});
-    if (!indices) return damaged("the indices of a primitive are not readable (unsigned, not sparse, within their buffer)");
+    if (!indices)
+      return damaged("the indices of a primitive are not readable (unsigned, not sparse, within their buffer)");
     mesh.indices.resize(indices->count / 3 * 3);
     for (std::size_t i = 0; i < mesh.indices.size(); ++i) {
       mesh.indices[i] = indices->index(i);
@@ -215,7 +220,8 @@ Result<Model> load_gltf(const std::string& path) {
   Reader reader(file, path);
   for (const int node : scene->nodes)
     if (Status status = reader.read_node(node, glm::mat4(1), 0); !status.ok()) return status;
-  if (reader.model.parts.empty()) return Status(StatusCode::data_loss, path + ": the scene of the file has no triangles");
+  if (reader.model.parts.empty())
+    return Status(StatusCode::data_loss, path + ": the scene of the file has no triangles");
   return std::move(reader.model);
 }
 

@@ -16,8 +16,8 @@ void add_grid(Mesh& mesh, int rows, int columns, const At& at) {
   const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
   for (int r = 0; r <= rows; ++r)
     for (int c = 0; c <= columns; ++c)
-      mesh.vertices.push_back(at(static_cast<float>(c) / static_cast<float>(columns),
-                                 static_cast<float>(r) / static_cast<float>(rows)));
+      mesh.vertices.push_back(
+          at(static_cast<float>(c) / static_cast<float>(columns), static_cast<float>(r) / static_cast<float>(rows)));
   const auto width = static_cast<std::uint32_t>(columns) + 1;
   for (std::uint32_t r = 0; r < static_cast<std::uint32_t>(rows); ++r)
     for (std::uint32_t c = 0; c < static_cast<std::uint32_t>(columns); ++c) {
@@ -83,7 +83,8 @@ Mesh make_cloth(int n) {
     if (along < kFlat) return Vec3f{kFlat / 2 - along, 2 * kRadius, 0};
     along -= kFlat;
     if (along < kBend)
-      return Vec3f{-kFlat / 2 - kRadius * std::sin(along / kRadius), 3 * kRadius - kRadius * std::cos(along / kRadius), 0};
+      return Vec3f{-kFlat / 2 - kRadius * std::sin(along / kRadius), 3 * kRadius - kRadius * std::cos(along / kRadius),
+                   0};
     along -= kBend;
     return Vec3f{-kFlat / 2 + along, 4 * kRadius, 0};
   };
@@ -93,6 +94,7 @@ Mesh make_cloth(int n) {
     const float z = t - 0.5F, height = p.y / (4 * kRadius);
     p.z = 0.7F * z;
     p.x += 0.02F * std::sin(7 * z) * height;
+    p.y += 0.012F * std::sin(9 * p.x + 5 * z);
     p.y += 0.03F * height * std::sin(9 * z + 4 * p.x) + 0.02F * height * std::cos(5 * p.x - 3 * z);
     return Vertex{p, {}, {3 * s, t}};
   });

@@ -64,8 +64,8 @@ void ObjectReflections::draw_map(std::size_t i, const ObjectSet& objects, const 
   glViewport(0, 0, edge_, edge_);
   glClearColor(0, 0, 0, 0);
   for (int face = 0; face < 6; ++face) {
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_CUBE_MAP_POSITIVE_X + static_cast<GLenum>(face),
-                           maps_[i]->cube.name(), 0);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
+                           GL_TEXTURE_CUBE_MAP_POSITIVE_X + static_cast<GLenum>(face), maps_[i]->cube.name(), 0);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     const Viewpoint from{
         clip_of_face(face, eye, static_cast<float>(0.05 * own.radius_m), static_cast<float>(1.01 * far)), eye};

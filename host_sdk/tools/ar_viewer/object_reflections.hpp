@@ -9,8 +9,8 @@
 
 namespace lightwell::viewer {
 
-/// Premultiplied radiance of the other objects from the middle of this one; A is their coverage, the room shows where it is
-/// 0. Parallax within the object is left out. Objects in these maps reflect the room alone.
+/// Premultiplied radiance of the other objects from the middle of this one; A is their coverage, the room shows where
+/// it is 0. Parallax within the object is left out. Objects in these maps reflect the room alone.
 class ObjectReflections {
  public:
   /// edge: texels along a face's edge; 0: no maps.

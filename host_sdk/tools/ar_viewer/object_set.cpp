@@ -16,8 +16,8 @@ void set_material(const ShaderProgram& program, const Material& m, bool has_norm
         std::pair{"anisotropic", m.anisotropic}, std::pair{"n_u", m.n_u}, std::pair{"n_v", m.n_v},
         std::pair{"reflection", m.reflection}, std::pair{"refraction", m.refraction}, std::pair{"ior", m.ior},
         std::pair{"fresnel", m.fresnel}, std::pair{"fresnel_power", m.fresnel_power},
-        std::pair{"metal_rough", m.metal_rough}, std::pair{"metallic", m.metallic},
-        std::pair{"roughness", m.roughness}, std::pair{"normal_scale", has_normal_map ? m.normal_scale : 0.0F}})
+        std::pair{"metal_rough", m.metal_rough}, std::pair{"metallic", m.metallic}, std::pair{"roughness", m.roughness},
+        std::pair{"normal_scale", has_normal_map ? m.normal_scale : 0.0F}})
     program.set(name, value);
 }
 
@@ -55,8 +55,10 @@ Result<ObjectSet::Placed> ObjectSet::load(const Object& object) {
     const auto first = static_cast<std::uint32_t>(placed.positions.size());
     for (const Vertex& v : part.mesh.vertices) {
       placed.positions.push_back(v.position);
-      low = {std::min<double>(low.x, v.position.x), std::min<double>(low.y, v.position.y), std::min<double>(low.z, v.position.z)};
-      high = {std::max<double>(high.x, v.position.x), std::max<double>(high.y, v.position.y), std::max<double>(high.z, v.position.z)};
+      low = {std::min<double>(low.x, v.position.x), std::min<double>(low.y, v.position.y),
+             std::min<double>(low.z, v.position.z)};
+      high = {std::max<double>(high.x, v.position.x), std::max<double>(high.y, v.position.y),
+              std::max<double>(high.z, v.position.z)};
     }
     for (const std::uint32_t index : part.mesh.indices) placed.indices.push_back(first + index);
     const Material material = part.material && !object.material_given ? *part.material : object.material;
@@ -89,8 +91,8 @@ void ObjectSet::place(const Pose& T_world_body) {
   indices_.clear();
   Vec3d low{1e30, 1e30, 1e30}, high = -low;
   for (Placed& object : objects_) {
-    object.T_world_object = object.anchor == Anchor::world ? object.T_anchor_object
-                                                           : compose(T_world_body, object.T_anchor_object);
+    object.T_world_object =
+        object.anchor == Anchor::world ? object.T_anchor_object : compose(T_world_body, object.T_anchor_object);
     const auto first = static_cast<std::uint32_t>(positions_.size());
     for (const Vec3f& p : object.positions) {
       const Vec3d q = transformed(object.T_world_object, vec_cast<double>(p));

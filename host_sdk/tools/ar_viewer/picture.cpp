@@ -8,12 +8,12 @@
 #include <iterator>
 #include <utility>
 
-#include <ImfChannelList.h>
-#include <ImfFrameBuffer.h>
-#include <ImfHeader.h>
-#include <ImfInputFile.h>
-#include <ImfOutputFile.h>
-#include <ImfRgbaFile.h>
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfRgbaFile.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -66,7 +66,8 @@ Result<BytePicture> read_bytes(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return Status(StatusCode::not_found, path + ": the picture cannot be opened");
   const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
-  Result<BytePicture> picture = decode_bytes(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());  // NOLINT
+  Result<BytePicture> picture =
+      decode_bytes(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());  // NOLINT
   if (!picture.ok()) return picture.status().in(path);
   return picture;
 }
@@ -96,7 +97,8 @@ Result<Picture> read_exr(const std::string& path) {
     picture.resize(width, height);
     const std::size_t row = 4 * sizeof(float) * static_cast<std::size_t>(width);
     // OpenEXR addresses pixels by their coordinates in the data window.
-    char* origin = reinterpret_cast<char*>(picture.rgba.data()) - 4 * sizeof(float) * static_cast<std::ptrdiff_t>(window.min.x) -
+    char* origin = reinterpret_cast<char*>(picture.rgba.data()) -
+                   4 * sizeof(float) * static_cast<std::ptrdiff_t>(window.min.x) -
                    static_cast<std::ptrdiff_t>(row) * window.min.y;  // NOLINT
     Imf::FrameBuffer buffer;
     for (std::size_t c = 0; c < 4; ++c)

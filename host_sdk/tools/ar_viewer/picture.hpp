@@ -21,7 +21,8 @@ struct Picture {
     rgba.resize(4 * static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
   }
   [[nodiscard]] const float* at(int column, int row) const {
-    return rgba.data() + 4 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column));
+    return rgba.data() +
+           4 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column));
   }
   [[nodiscard]] float* at(int column, int row) {
     return const_cast<float*>(static_cast<const Picture&>(*this).at(column, row));  // NOLINT: of this object
@@ -36,8 +37,8 @@ struct BytePicture {
   [[nodiscard]] bool empty() const { return rgb.empty(); }
 };
 
-/// IEC 61966-2-1. The code of a linear value, 0 to 1, rounded, and the linear value of a code: srgb_code(srgb_linear(c)) is
-/// c.
+/// IEC 61966-2-1. The code of a linear value, 0 to 1, rounded, and the linear value of a code:
+/// srgb_code(srgb_linear(c)) is c.
 [[nodiscard]] std::uint8_t srgb_code(float linear);
 [[nodiscard]] float srgb_linear(std::uint8_t code);
 

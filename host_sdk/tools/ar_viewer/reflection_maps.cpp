@@ -20,7 +20,8 @@ template <class F>
 void for_texels(int edge, const F& f) {
   for (int face = 0; face < 6; ++face)
     for (int row = 0; row < edge; ++row)
-      for (int column = 0; column < edge; ++column) f(cube_direction(face, coordinate(column, edge), coordinate(row, edge)));
+      for (int column = 0; column < edge; ++column)
+        f(cube_direction(face, coordinate(column, edge), coordinate(row, edge)));
 }
 
 void upload(int level, int edge, const float* texels) {

@@ -102,7 +102,9 @@ Result<DrawTimes> Renderer::prepare(const LightState& light) {
   objects_.place(light.T_world_origin);
   // Phones' constant light has no shadow; its objects are not shaded by each other either.
   const CasterBounds casters = light.shading == Shading::constant ? CasterBounds{} : objects_.bounds();
-  shadow_maps_.update(light.lights, scene_->exposure, casters,
+  casters_.clear();
+  for (std::size_t i = 0; i < objects_.size(); ++i) casters_.push_back(objects_.bounds(i));
+  shadow_maps_.update(light.lights, scene_->exposure, casters_, casters,
                       [this](const ShaderProgram& program) { objects_.draw_depth(program); });
   const Clock::time_point light_start = Clock::now();
   reflection_maps_.update(light, scene_->exposure);

@@ -33,8 +33,8 @@ struct DrawTimes {
 /// Needs a current context, the same until it is destroyed.
 class Renderer {
  public:
-  /// `scene` must outlive it. Its members exposure and shadow may change between frames, camera, objects and ground must
-  /// not. Errors of ObjectSet::make(); internal for a shader that does not compile.
+  /// `scene` must outlive it. Its members exposure and shadow may change between frames, camera, objects and ground
+  /// must not. Errors of ObjectSet::make(); internal for a shader that does not compile.
   [[nodiscard]] static Result<Renderer> make(const Scene& scene);
 
   void set_background(const Picture& picture);
@@ -69,6 +69,7 @@ class Renderer {
   const Scene* scene_;
   Programs programs_;
   ObjectSet objects_;
+  std::vector<CasterBounds> casters_;
   ShadowMaps shadow_maps_;
   ResidualShadow residual_shadow_;
   ResidualShadow::Square residual_square_;

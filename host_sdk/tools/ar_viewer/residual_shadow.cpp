@@ -21,7 +21,8 @@ ResidualShadow::ResidualShadow(ShadowCaster caster) : caster_(std::move(caster))
   glBindTexture(GL_TEXTURE_2D, texture_.name());
   for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
     glTexParameteri(GL_TEXTURE_2D, filter, GL_LINEAR);
-  for (const GLenum side : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T}) glTexParameteri(GL_TEXTURE_2D, side, GL_CLAMP_TO_EDGE);
+  for (const GLenum side : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
+    glTexParameteri(GL_TEXTURE_2D, side, GL_CLAMP_TO_EDGE);
 }
 
 Result<ResidualShadow> ResidualShadow::make() {
@@ -58,8 +59,7 @@ Result<ResidualShadow::Square> ResidualShadow::update(const LightState& light, c
   square_.centre_x = (low.x + high.x) / 2;
   square_.centre_z = (low.z + high.z) / 2;
   square_.half_m = kReach / 2 * std::max({high.x - low.x, high.y, high.z - low.z});
-  const Pose T_world_square =
-      compose(ground.T_world_plane, Pose{kUpright, {square_.centre_x, 0, square_.centre_z}});
+  const Pose T_world_square = compose(ground.T_world_plane, Pose{kUpright, {square_.centre_x, 0, square_.centre_z}});
   const ShadowReceiver receiver{T_world_square, 2 * square_.half_m, 2 * square_.half_m, kEdge, kEdge};
   const auto cast = caster_.cast(light.residual, receiver, {positions, indices, inverse(T_world_square)}, ratios_);
   if (!cast.ok()) return cast.status();

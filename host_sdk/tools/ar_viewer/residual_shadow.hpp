@@ -1,5 +1,5 @@
-// Ambient occlusion of the objects on the real plane: what remains of the irradiance of the residual, which is the light
-// without the discrete lights.
+// Ambient occlusion of the objects on the real plane: what remains of the irradiance of the residual, which is the
+// light without the discrete lights.
 #pragma once
 
 #include <optional>

@@ -150,7 +150,8 @@ Result<Scene> read_scene(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (error || !file) return Status(StatusCode::not_found, path + ": the scene cannot be opened");
   if (bytes > kMaxSceneBytes)
-    return Status(StatusCode::resource_exhausted, path + ": larger than 1 MiB; a scene names files, it does not hold them");
+    return Status(StatusCode::resource_exhausted,
+                  path + ": larger than 1 MiB; a scene names files, it does not hold them");
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   nlohmann::json json;
   try {

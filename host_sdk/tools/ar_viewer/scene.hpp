@@ -22,9 +22,9 @@ namespace lightwell::viewer {
 /// frame (-Z forward, +Y up) without distortion: (cx - fx x / z, cy + fy y / z); the centre of the top left pixel is
 /// (0, 0).
 struct CameraModel {
-  int width = 640, height = 360;  ///< Pixels, 16 to 4096.
-  double fx = 500, fy = 500;      ///< Pixels.
-  double cx = 319.5, cy = 179.5;  ///< Pixels.
+  int width = 640, height = 360;       ///< Pixels, 16 to 4096.
+  double fx = 500, fy = 500;           ///< Pixels.
+  double cx = 319.5, cy = 179.5;       ///< Pixels.
   std::array<double, 5> distortion{};  ///< k1, k2, p1, p2, k3. The background is resampled without it.
 
   static constexpr int kMinSide = 16, kMaxSide = 4096;
@@ -66,7 +66,8 @@ enum class Anchor : std::uint8_t {
 
 struct Object {
   std::string mesh = "sphere";  ///< sphere, box, cylinder, teapot, cloth, or the path of a .glb or .gltf file.
-  /// Extents, m. One: the largest extent, the shape is kept. Three: those along X, Y, Z. None: as in the file, or 0.1 m.
+  /// Extents, m. One: the largest extent, the shape is kept. Three: those along X, Y, Z. None: as in the file, or 0.1
+  /// m.
   std::vector<double> size_m;
   Anchor anchor = Anchor::world;
   Pose T_anchor_object;
@@ -95,8 +96,8 @@ enum class ShadowDisplay : std::uint8_t {
 
 struct ShadowStyle {
   ShadowDisplay display = ShadowDisplay::ratio;
-  float strength = 1;        ///< 0 (no shadow) to 1: the ratio becomes 1 - strength (1 - ratio).
-  float gain = 1;            ///< 0 to 10: exponent of the ratio before that.
+  float strength = 1;         ///< 0 (no shadow) to 1: the ratio becomes 1 - strength (1 - ratio).
+  float gain = 1;             ///< 0 to 10: exponent of the ratio before that.
   float alpha_cutoff = 0.5F;  ///< 0 to 1.
   /// Stale light fades to its mean, without shadows, within this time after it became stale, s. 0: at once.
   double stale_fade_s = 2;
@@ -118,8 +119,8 @@ struct ReflectionStyle {
 
 struct Scene {
   CameraModel camera;
-  std::string background;  ///< A picture, a video or a camera device; empty: black.
-  float exposure = 1;      ///< Linear picture value = exposure * radiance; also of an EXR background.
+  std::string background;               ///< A picture, a video or a camera device; empty: black.
+  float exposure = 1;                   ///< Linear picture value = exposure * radiance; also of an EXR background.
   std::variant<Pose, TrackedTag> pose;  ///< T_world_camera, or the tag that gives it.
   /// Of the probe. None: as the probe reports it, or the identity.
   std::optional<Pose> T_world_probe;
@@ -136,8 +137,8 @@ struct Scene {
 };
 
 /// Reads a scene file. Relative paths become relative to the folder of the file. not_found or data_loss if the file
-/// cannot be read; invalid_argument names file, field and remedy: bad JSON, a field that is not known, a value that is out
-/// of range.
+/// cannot be read; invalid_argument names file, field and remedy: bad JSON, a field that is not known, a value that is
+/// out of range.
 [[nodiscard]] Result<Scene> read_scene(const std::string& path);
 
 }  // namespace lightwell::viewer

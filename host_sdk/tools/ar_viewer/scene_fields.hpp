@@ -55,7 +55,8 @@ class Fields {
   [[nodiscard]] Status& status() { return status_; }
 
  private:
-  void read_numbers(const char* name, std::size_t count, Range range, const std::function<void(std::size_t, double)>& take);
+  void read_numbers(const char* name, std::size_t count, Range range,
+                    const std::function<void(std::size_t, double)>& take);
 
   const nlohmann::json& object_;
   std::string where_;

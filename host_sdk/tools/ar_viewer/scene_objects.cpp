@@ -55,7 +55,8 @@ Light read_discrete_light(const nlohmann::json& json, const std::string& where, 
   return light;
 }
 
-Material read_material(const nlohmann::json& json, const std::string& where, const std::string& folder, Status& status) {
+Material read_material(const nlohmann::json& json, const std::string& where, const std::string& folder,
+                       Status& status) {
   const auto preset = [&](const std::string& name, const std::string& field) {
     const auto found = material_preset(name);
     std::string known;
@@ -71,12 +72,11 @@ Material read_material(const nlohmann::json& json, const std::string& where, con
   fields.read("preset", name);
   if (!name.empty()) m = preset(name, fields.path_of("preset"));
   fields.read("base_color", std::span<float>(m.base_color), kUnitRange);
-  for (const auto& [field, weight] :
-       {std::pair{"lambert", &m.lambert}, std::pair{"blinn_phong", &m.blinn_phong},
-        std::pair{"anisotropic", &m.anisotropic}, std::pair{"reflection", &m.reflection},
-        std::pair{"refraction", &m.refraction}, std::pair{"fresnel", &m.fresnel},
-        std::pair{"metal_rough", &m.metal_rough}, std::pair{"metallic", &m.metallic},
-        std::pair{"roughness", &m.roughness}})
+  for (const auto& [field, weight] : {std::pair{"lambert", &m.lambert}, std::pair{"blinn_phong", &m.blinn_phong},
+                                      std::pair{"anisotropic", &m.anisotropic}, std::pair{"reflection", &m.reflection},
+                                      std::pair{"refraction", &m.refraction}, std::pair{"fresnel", &m.fresnel},
+                                      std::pair{"metal_rough", &m.metal_rough}, std::pair{"metallic", &m.metallic},
+                                      std::pair{"roughness", &m.roughness}})
     fields.read(field, *weight, kUnitRange);
   fields.read("shininess", m.shininess, Range{1, 1e4});
   fields.read("n_u", m.n_u, Range{0, 1e4});
@@ -159,7 +159,8 @@ std::vector<Object> read_objects(const nlohmann::json& json, const std::string& 
   std::vector<Object> objects;
   if (!json.is_array() || json.size() > Scene::kMaxObjects) {
     if (status.ok())
-      status = invalid_argument("objects: must be a list of at most " + std::to_string(Scene::kMaxObjects) + " objects");
+      status =
+          invalid_argument("objects: must be a list of at most " + std::to_string(Scene::kMaxObjects) + " objects");
     return objects;
   }
   for (std::size_t i = 0; i < json.size(); ++i)

@@ -9,7 +9,6 @@
 namespace lightwell::viewer {
 namespace {
 
-
 Status compile(GLuint shader, std::string_view file, std::string_view defines) {
   const std::array<std::string_view, 5> parts = {"#version 330 core\n", defines, shader_source("lights.glsl"),
                                                  shader_source("reflectance.glsl"), shader_source(file)};
@@ -35,7 +34,8 @@ Result<ShaderProgram> ShaderProgram::make(std::string_view vertex_file, std::str
                                           std::string_view defines) {
   ShaderProgram result;
   const GLuint program = result.program_.name();
-  for (const auto& [kind, file] : {std::pair{GL_VERTEX_SHADER, vertex_file}, std::pair{GL_FRAGMENT_SHADER, fragment_file}}) {
+  for (const auto& [kind, file] :
+       {std::pair{GL_VERTEX_SHADER, vertex_file}, std::pair{GL_FRAGMENT_SHADER, fragment_file}}) {
     const GLuint shader = glCreateShader(static_cast<GLenum>(kind));
     const Status status = compile(shader, file, defines);
     if (status.ok()) glAttachShader(program, shader);

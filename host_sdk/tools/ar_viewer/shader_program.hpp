@@ -22,8 +22,8 @@ enum class Unit : int { background, shadow_maps, environment, irradiance, object
 /// A linked program. Uniforms that the program does not use are ignored, as OpenGL does.
 class ShaderProgram {
  public:
-  /// Each stage is version, `defines`, lights.glsl, reflectance.glsl, and its file. internal, with the compiler's log, if one does not
-  /// compile.
+  /// Each stage is version, `defines`, lights.glsl, reflectance.glsl, and its file. internal, with the compiler's log,
+  /// if one does not compile.
   [[nodiscard]] static Result<ShaderProgram> make(std::string_view vertex_file, std::string_view fragment_file,
                                                   std::string_view defines = "");
 

@@ -25,8 +25,9 @@ struct LightEntry {
 struct LightBlock {
   std::array<LightEntry, kMaxShadedLights> lights;
   std::array<glm::vec4, kTaps> disc;
-  std::int32_t count = 0;
-  std::array<std::int32_t, 3> padding{};
+  std::array<glm::vec4, Scene::kMaxObjects> casters;
+  std::int32_t count = 0, caster_count = 0;
+  std::array<std::int32_t, 2> padding{};
 };
 static_assert(sizeof(LightEntry) == 8 * 16 && offsetof(LightBlock, disc) == kMaxShadedLights * 8 * 16);
 
@@ -35,7 +36,8 @@ std::array<glm::vec4, kTaps> disc_taps() {
   std::array<glm::vec4, kTaps> taps{};
   const float golden_angle = std::numbers::pi_v<float> * (3 - std::sqrt(5.0F));
   for (std::size_t i = 0; i < kTaps; ++i) {
-    const float radius = std::sqrt((static_cast<float>(i) + 0.5F) / kTaps), angle = golden_angle * static_cast<float>(i);
+    const float radius = std::sqrt((static_cast<float>(i) + 0.5F) / kTaps),
+                angle = golden_angle * static_cast<float>(i);
     taps[i] = {radius * std::cos(angle), radius * std::sin(angle), 0, 0};
   }
   return taps;
@@ -101,13 +103,16 @@ Result<ShadowMaps> ShadowMaps::make() {
   return ShadowMaps(std::move(*program));
 }
 
-void ShadowMaps::update(std::span<const ShadedLight> lights, float exposure, const CasterBounds& casters,
-                        const std::function<void(const ShaderProgram&)>& draw) const {
+void ShadowMaps::update(std::span<const ShadedLight> lights, float exposure, std::span<const CasterBounds> casters,
+                        const CasterBounds& all, const std::function<void(const ShaderProgram&)>& draw) const {
   LightBlock block;
   block.disc = disc_taps();
   block.count = static_cast<std::int32_t>(std::min(lights.size(), kMaxShadedLights));
   for (std::size_t i = 0; i < static_cast<std::size_t>(block.count); ++i)
-    block.lights[i] = entry_of(lights[i], exposure, casters);
+    block.lights[i] = entry_of(lights[i], exposure, all);
+  block.caster_count = static_cast<std::int32_t>(std::min(casters.size(), Scene::kMaxObjects));
+  for (std::size_t i = 0; i < static_cast<std::size_t>(block.caster_count); ++i)
+    block.casters[i] = glm::vec4(to_glm(casters[i].centre), static_cast<float>(casters[i].radius_m));
   glBindBuffer(GL_UNIFORM_BUFFER, block_.name());
   glBufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, block_.name());
@@ -116,7 +121,7 @@ void ShadowMaps::update(std::span<const ShadedLight> lights, float exposure, con
   glViewport(0, 0, kEdge, kEdge);
   glEnable(GL_DEPTH_TEST);
   program_.use();
-  for (std::int32_t i = 0; i < block.count && casters.radius_m > 0; ++i) {
+  for (std::int32_t i = 0; i < block.count && all.radius_m > 0; ++i) {
     glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, maps_.name(), 0, i);
     glClear(GL_DEPTH_BUFFER_BIT);
     program_.set("index", i);

@@ -27,9 +27,10 @@ class ShadowMaps {
 
   [[nodiscard]] static Result<ShadowMaps> make();
 
-  /// Fills the uniform block and draws the maps. draw(program) draws the casters; it sets world_object.
-  void update(std::span<const ShadedLight> lights, float exposure, const CasterBounds& casters,
-              const std::function<void(const ShaderProgram&)>& draw) const;
+  /// Fills the uniform block and draws the maps. casters: a sphere around each object, at most Scene::kMaxObjects; all:
+  /// one around all of them. draw(program) draws the objects; it sets world_object.
+  void update(std::span<const ShadedLight> lights, float exposure, std::span<const CasterBounds> casters,
+              const CasterBounds& all, const std::function<void(const ShaderProgram&)>& draw) const;
 
  private:
   explicit ShadowMaps(ShaderProgram program);

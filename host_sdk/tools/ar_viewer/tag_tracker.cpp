@@ -110,7 +110,8 @@ Result<TagTracker> TagTracker::make(const TrackedTag& tag, const CameraModel& ca
 
 std::optional<Pose> TagTracker::find(std::span<const std::uint8_t> grey) {
   const CameraModel& camera = impl_->camera;
-  if (grey.size() != static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height)) return std::nullopt;
+  if (grey.size() != static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height))
+    return std::nullopt;
   // libapriltag does not write to it.
   image_u8_t image{camera.width, camera.height, camera.width, const_cast<std::uint8_t*>(grey.data())};  // NOLINT
   zarray_t* detections = apriltag_detector_detect(impl_->detector, &image);

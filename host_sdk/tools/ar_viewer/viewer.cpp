@@ -74,7 +74,8 @@ Result<Viewer> Viewer::make(Scene scene, const std::string& source) {
   if (Status status = impl->open_source(source); !status.ok()) return status;
   if (Status status = Background::open(impl->scene).assign_to(impl->background); !status.ok()) return status;
   if (const auto* tag = std::get_if<TrackedTag>(&impl->scene.pose)) {
-    if (Status status = TagTracker::make(*tag, impl->scene.camera).assign_to(impl->tracker); !status.ok()) return status;
+    if (Status status = TagTracker::make(*tag, impl->scene.camera).assign_to(impl->tracker); !status.ok())
+      return status;
   }
   if (Status status = Renderer::make(impl->scene).assign_to(impl->renderer); !status.ok()) return status;
   return Viewer(std::move(impl));

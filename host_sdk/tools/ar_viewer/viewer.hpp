@@ -22,8 +22,8 @@ struct FrameReport {
 /// Needs a current context of OpenGL 3.3 core until it is destroyed.
 class Viewer {
  public:
-  /// Errors of Background::open(), Renderer::make() and open_light_source(); invalid_argument for a source that the scene
-  /// does not have.
+  /// Errors of Background::open(), Renderer::make() and open_light_source(); invalid_argument for a source that the
+  /// scene does not have.
   [[nodiscard]] static Result<Viewer> make(Scene scene, const std::string& source = "light");
   Viewer(Viewer&&) noexcept;
   Viewer& operator=(Viewer&&) noexcept;

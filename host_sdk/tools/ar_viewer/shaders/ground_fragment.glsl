@@ -14,7 +14,7 @@ out vec4 factor;
 void main() {
   vec3 n = normalize(world_plane[1].xyz);
   if (alpha_test != 0) {
-    float visible = light_count > 0 ? visibility(0, at, n) : 1.0;
+    float visible = light_count > 0 ? visibility(0, at, n, incident(0, at)) : 1.0;
     factor = vec4(vec3(visible < alpha_cutoff ? 1.0 - strength : 1.0), 1.0);
     return;
   }
@@ -30,7 +30,7 @@ void main() {
     Incident light = incident(i, at);
     vec3 e = light.irradiance * cap_irradiance(dot(n, light.towards), light.radius);
     whole += e;
-    if (max(e.r, max(e.g, e.b)) > 0.0) left += e * visibility(i, at, n);
+    if (max(e.r, max(e.g, e.b)) > 0.0) left += e * visibility(i, at, n, light);
   }
   vec3 ratio = mix(vec3(1.0), left / max(whole, vec3(1e-20)), greaterThan(whole, vec3(1e-20)));
   factor = vec4(1.0 - strength * (1.0 - pow(max(ratio, 0.0), vec3(gain))), 1.0);

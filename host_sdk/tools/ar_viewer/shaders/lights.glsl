@@ -1,6 +1,7 @@
 // Discrete lights, their visibility, and the irradiance of a surface. World frame, metres; irradiances are times the
 // exposure.
 const int kMaxLights = 8;
+const int kMaxCasters = 64;
 const int kTaps = 64;
 const float kPi = 3.14159265358979;
 
@@ -15,7 +16,8 @@ struct ViewerLight {
 layout(std140) uniform Lights {
   ViewerLight lights[kMaxLights];
   vec4 disc[kTaps];  // xy: points of the unit disc, of equal areas, in the order of a spiral.
-  int light_count;
+  vec4 casters[kMaxCasters];  // Spheres around the objects: centre, radius.
+  int light_count, caster_count;
 };
 
 uniform sampler2DArray shadow_maps;  // A layer for each light: depth / (largest - least); 1: empty.
@@ -63,44 +65,69 @@ float cap_irradiance(float cosine, float radius) {
   return max(part / full, 0.0);
 }
 
+// Least depth, in the light's axes, of a caster that can hide a part of the light from p; the depth of p itself if there is
+// none.
+float least_caster_depth(mat4 view, vec3 p, float depth, vec3 towards, float radius) {
+  float nearest = depth, cos_r = cos(radius), sin_r = sin(radius);
+  for (int k = 0; k < caster_count; ++k) {
+    vec4 c = casters[k];
+    vec3 v = c.xyz - p;
+    float d = length(v);
+    if (d > c.w) {
+      // Outside the cone of the light, widened by the sphere.
+      float sine = c.w / d, cosine = sqrt(1.0 - sine * sine);
+      if (dot(v, towards) < d * (cosine * cos_r - sine * sin_r)) continue;
+    }
+    nearest = min(nearest, (view * vec4(c.xyz, 1.0)).z - c.w);
+  }
+  return nearest;
+}
+
+// Depth in the map, m; a large one where it is empty.
+float map_depth(int i, vec2 at, vec4 map) {
+  ivec2 texel = ivec2(floor((0.5 + 0.5 * at / map.x) * float(textureSize(shadow_maps, 0).x)));
+  if (any(lessThan(texel, ivec2(0))) || any(greaterThanEqual(texel, textureSize(shadow_maps, 0).xy))) return 1e9;
+  float depth = texelFetch(shadow_maps, ivec3(texel, i), 0).r;
+  return depth < 1.0 ? mix(map.y, map.z, depth) : 1e9;
+}
+
 // Share of the light that reaches p, whose surface there has the normal n. Percentage-closer soft shadows (Fernando 2005):
 // mean depth of the casters, then the share of the disc that they cover at that depth. Taps are compared with the plane of
 // the surface, so that it does not shadow itself.
-float visibility(int i, vec3 p, vec3 n) {
-  ViewerLight light = lights[i];
-  if (light.map.w == 0.0) return 1.0;
-  vec3 q = (light.view * vec4(p, 1.0)).xyz;
-  vec3 m = mat3(light.view) * n;
-  m.z = min(m.z, -0.15);
-  bool near = light.irradiance_distance.w > 0.0;
-  float half_extent = light.map.x, least = light.map.y, largest = light.map.z;
+float visibility(int i, vec3 p, vec3 n, Incident light) {
+  vec4 map = lights[i].map;
+  if (map.w == 0.0) return 1.0;
+  vec3 q = (lights[i].view * vec4(p, 1.0)).xyz;
+  bool near = lights[i].irradiance_distance.w > 0.0;
+  float least = max(least_caster_depth(lights[i].view, p, q.z, light.towards, light.radius), map.y);
   if (q.z <= least) return 1.0;
   vec2 centre = near ? q.xy / q.z : q.xy;
-  float source = near ? light.irradiance_distance.w * sin(light.towards_radius.w) : tan(light.towards_radius.w);
-  float texel = 2.0 * half_extent / float(textureSize(shadow_maps, 0).x);
-  float search = max(near ? source * (q.z - least) / (q.z * least) : source * (q.z - least), texel);
-  if (any(greaterThan(abs(centre), vec2(half_extent + search)))) return 1.0;
+  // Radius of the disc in the map per depth between caster and p; a near light's is divided by both depths.
+  float source = near ? lights[i].irradiance_distance.w * sin(lights[i].towards_radius.w) : tan(light.radius);
+  float texel = 2.0 * map.x / float(textureSize(shadow_maps, 0).x);
+  float search = max(source * (q.z - least) / (near ? q.z * least : 1.0), texel);
+  vec3 m = mat3(lights[i].view) * n;
+  m.z = min(m.z, -0.15);
   float offset = dot(m, q), bias = (near ? q.z : 1.0) * texel * (0.75 + length(m.xy) / -m.z);
   float sum = 0.0, found = 0.0;
   for (int k = 0; k < kTaps; k += 2) {
     vec2 at = centre + search * disc[k].xy;
-    float depth = textureLod(shadow_maps, vec3(0.5 + 0.5 * at / half_extent, float(i)), 0.0).r;
-    float plane = near ? offset / min(m.x * at.x + m.y * at.y + m.z, -0.05) : (offset - m.x * at.x - m.y * at.y) / m.z;
-    float z = mix(least, largest, depth);
-    if (depth < 1.0 && z < plane - bias) {
+    float z = map_depth(i, at, map);
+    float plane = near ? offset / min(dot(m, vec3(at, 1.0)), -0.05) : (offset - dot(m.xy, at)) / m.z;
+    if (z < plane - bias) {
       sum += z;
       found += 1.0;
     }
   }
   if (found == 0.0) return 1.0;
+  if (found == float(kTaps / 2)) return 0.0;
   float caster = sum / found;
-  float radius = max(near ? source * (q.z - caster) / (q.z * caster) : source * (q.z - caster), 0.75 * texel);
+  float radius = max(source * (q.z - caster) / (near ? q.z * caster : 1.0), 0.75 * texel);
   float blocked = 0.0;
   for (int k = 0; k < kTaps; ++k) {
     vec2 at = centre + radius * disc[k].xy;
-    float depth = textureLod(shadow_maps, vec3(0.5 + 0.5 * at / half_extent, float(i)), 0.0).r;
-    float plane = near ? offset / min(m.x * at.x + m.y * at.y + m.z, -0.05) : (offset - m.x * at.x - m.y * at.y) / m.z;
-    if (depth < 1.0 && mix(least, largest, depth) < plane - bias) blocked += 1.0;
+    float plane = near ? offset / min(dot(m, vec3(at, 1.0)), -0.05) : (offset - dot(m.xy, at)) / m.z;
+    if (map_depth(i, at, map) < plane - bias) blocked += 1.0;
   }
   return 1.0 - blocked / float(kTaps);
 }

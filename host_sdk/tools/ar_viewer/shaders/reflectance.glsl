@@ -70,7 +70,7 @@ vec3 shade(vec3 p, vec3 n, vec3 plane, vec3 u, vec3 eye, vec3 base) {
     Incident light = incident(i, p);
     float received = cap_irradiance(dot(n, light.towards), light.radius);
     if (received <= 0.0) continue;
-    visible[i] = visibility(i, p, plane);
+    visible[i] = visibility(i, p, plane, light);
     vec3 e = light.irradiance * (received * visible[i]);
     irradiance += e;
     vec3 h = normalize(light.towards + to_eye);
