@@ -185,7 +185,7 @@ void add_patch(Mesh& mesh, const Patch& patch, int n, float sign_x, float sign_y
         along_u += c * (v.value[i] * u.slope[k]);
         along_v += c * (v.slope[i] * u.value[k]);
       }
-    return Vertex{p, normalized(cross(along_v, along_u) * (sign_x * sign_y)), {s, t}};
+    return Vertex{p, normalized(cross(along_u, along_v) * (sign_x * sign_y)), {s, t}};
   };
   for (int i = 0; i <= n; ++i)
     for (int k = 0; k <= n; ++k) {
@@ -198,7 +198,7 @@ void add_patch(Mesh& mesh, const Patch& patch, int n, float sign_x, float sign_y
   for (std::uint32_t i = 0; i < side; ++i)
     for (std::uint32_t k = 0; k < side; ++k) {
       const std::uint32_t a = first + i * (side + 1) + k, b = a + 1, c = a + side + 1, d = c + 1;
-      if (sign_x * sign_y > 0)
+      if (sign_x * sign_y < 0)
         mesh.indices.insert(mesh.indices.end(), {a, c, d, a, d, b});
       else
         mesh.indices.insert(mesh.indices.end(), {a, d, c, a, b, d});

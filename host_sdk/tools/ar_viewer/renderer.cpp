@@ -43,7 +43,8 @@ Renderer::Renderer(const Scene& scene, Programs programs, ObjectSet objects, Sha
       residual_shadow_(std::move(residual_shadow)),
       reflection_maps_(scene.reflection),
       object_reflections_(scene.reflection.objects_edge),
-      target_(scene.camera.width, scene.camera.height) {
+      target_(scene.camera.width, scene.camera.height),
+      split_sum_(make_split_sum_table()) {
   constexpr std::array<float, 8> kCorners = {-1, -1, -1, 1, 1, -1, 1, 1};
   glBindVertexArray(ground_.name());
   glBindBuffer(GL_ARRAY_BUFFER, ground_corners_.name());
@@ -108,6 +109,8 @@ Result<DrawTimes> Renderer::prepare(const LightState& light) {
                       [this](const ShaderProgram& program) { objects_.draw_depth(program); });
   const Clock::time_point light_start = Clock::now();
   reflection_maps_.update(light, scene_->exposure);
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(Unit::split_sum));
+  glBindTexture(GL_TEXTURE_2D, split_sum_.name());
   times.light_ms = milliseconds_since(light_start);
   if (scene_->ground) {
     const Clock::time_point shadow_start = Clock::now();

@@ -16,6 +16,7 @@
 #include "tools/ar_viewer/scene.hpp"
 #include "tools/ar_viewer/shader_program.hpp"
 #include "tools/ar_viewer/shadow_maps.hpp"
+#include "tools/ar_viewer/split_sum.hpp"
 
 namespace lightwell::viewer {
 
@@ -76,7 +77,7 @@ class Renderer {
   ReflectionMaps reflection_maps_;
   ObjectReflections object_reflections_;
   FrameTarget target_;
-  GlTexture background_;
+  GlTexture background_, split_sum_;
   GlVertexArray screen_, ground_;
   GlBuffer ground_corners_;
 };

@@ -156,7 +156,7 @@ Result<Scene> read_scene(const std::string& path) {
   nlohmann::json json;
   try {
     json = nlohmann::json::parse(text);
-  } catch (const nlohmann::json::parse_error& e) {
+  } catch (const nlohmann::json::exception& e) {
     return invalid_argument(path + ": not JSON: " + e.what());
   }
   Scene scene;

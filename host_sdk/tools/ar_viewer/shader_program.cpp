@@ -57,7 +57,8 @@ Result<ShaderProgram> ShaderProgram::make(std::string_view vertex_file, std::str
       std::pair{"background_picture", Unit::background}, std::pair{"shadow_maps", Unit::shadow_maps},
       std::pair{"environment_map", Unit::environment},   std::pair{"irradiance_map", Unit::irradiance},
       std::pair{"objects_map", Unit::objects},           std::pair{"residual_ratio", Unit::residual},
-      std::pair{"color_texture", Unit::color},           std::pair{"normal_texture", Unit::normal}};
+      std::pair{"color_texture", Unit::color},           std::pair{"normal_texture", Unit::normal},
+      std::pair{"split_sum_table", Unit::split_sum}};
   for (const auto& [name, unit] : kSamplers) result.set(name, static_cast<int>(unit));
   return result;
 }

@@ -14,7 +14,7 @@
 namespace lightwell::viewer {
 
 /// Texture units, the same in every program.
-enum class Unit : int { background, shadow_maps, environment, irradiance, objects, residual, color, normal };
+enum class Unit : int { background, shadow_maps, environment, irradiance, objects, residual, color, normal, split_sum };
 
 /// The content of a file of shaders/, part of the program; empty if there is none of that name.
 [[nodiscard]] std::string_view shader_source(std::string_view file);

@@ -114,8 +114,9 @@ TEST(ViewerShading, MainLightAndNineCoefficientsKeepTheMeanAndLoseTheSize) {
   const Lighting expected = Lighting::of(reduced);
   const Rendered picture = render(scene);
   for_sphere_pixels(scene, kCentre, kRadius, 0.05, [&](int column, int row, Vec3d, Vec3d normal) {
+    // Facets: 0.02 of the largest irradiance, as above.
     const Radiance e = reflected_radiance(expected.irradiance(vec_cast<float>(normal)).value, {0.8F, 0.8F, 0.8F});
-    for (int c = 0; c < 3; ++c) ASSERT_NEAR(picture.frame.at(column, row)[c], std::max(e[c], 0.0F), 0.01);
+    for (int c = 0; c < 3; ++c) ASSERT_NEAR(picture.frame.at(column, row)[c], std::max(e[c], 0.0F), 0.02);
   });
 }
 
@@ -176,7 +177,7 @@ TEST(ViewerShading, AMirrorShowsALampAsADiscOfItsRadiance) {
     const double value = static_cast<double>(picture.frame.at(column, row)[0]);
     // Half a degree at the edge of the disc is left out: it has the width of a pixel there.
     if (angle < 5.3) {
-      EXPECT_NEAR(value, radiance, 0.03 * radiance) << angle;
+      EXPECT_NEAR(value, radiance, 0.04 * radiance) << angle;
       ++inside;
     } else if (angle > 7) {
       EXPECT_LT(value, 0.01 * radiance) << angle;

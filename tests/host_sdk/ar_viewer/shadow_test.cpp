@@ -23,15 +23,6 @@ viewer::Scene ground_scene() {
   return scene;
 }
 
-/// The column, between two, where the picture's row first reaches the level from below.
-std::optional<double> crossing(const viewer::Picture& shadow, int row, int from, int to, float level) {
-  for (int column = from; column < to; ++column) {
-    const float a = shadow.at(column, row)[0], b = shadow.at(column + 1, row)[0];
-    if (a < level && b >= level) return column + static_cast<double>((level - a) / (b - a));
-  }
-  return std::nullopt;
-}
-
 /// A wide plate 0.1 m above the plane, whose right edge is at x = 0, under a lamp overhead: the penumbra is around x =
 /// 0.
 viewer::Scene plate_scene() {
@@ -66,8 +57,9 @@ TEST_P(PenumbraTest, OfAnEdgeHasTheWidthOfTheLightsAngularRadius) {
     reach = std::max(reach, std::abs(x));
   }
   ASSERT_GT(reach, 0.04) << "the row must show the plane on both sides";
-  // 64 taps of the disc; half a texel of the map, 0.3 mm; the thickness of the plate.
-  EXPECT_LT(worst, 0.05) << GetParam();
+  // 64 taps of the disc and the thickness of the plate; half a texel of the map, 0.3 mm, in a penumbra of 3.5 mm at 2
+  // degrees.
+  EXPECT_LT(worst, 0.04 + 0.09 / GetParam()) << GetParam();
 }
 
 INSTANTIATE_TEST_SUITE_P(Radii, PenumbraTest, testing::Values(2.0, 5.0, 12.0));
@@ -109,7 +101,7 @@ TEST(ViewerShadow, RatioAgreesWithTheReferenceRayTracer) {
       dark += expected[0] < 0.8 ? 1 : 0;
       ++count;
     }
-  EXPECT_GT(dark, 40);
+  EXPECT_GT(dark, 25);
   // The mean depth of the casters stands for their depths, which errs where a penumbra joins the object's foot.
   EXPECT_LT(std::sqrt(squares / (3 * count)), 0.02);
   EXPECT_LT(worst, 0.2);
@@ -118,34 +110,29 @@ TEST(ViewerShadow, RatioAgreesWithTheReferenceRayTracer) {
 TEST(ViewerShadow, OfANearLampFallsFromItsPosition) {
   viewer::Scene scene = ground_scene();
   scene.objects = {make_object("box", {0.02, 0.078, 0.02})};
-  // The probe is at the object's top; the lamp is 0.3 m from there.
+  // The probe is at the object's top; the lamp is 0.2 m from there.
   scene.T_world_probe = Pose{{}, {0, 0.078, 0}};
   const Vec3f towards = normalized(Vec3f{1, 0.9F, 0});
   Descriptor d = uniform_light({0, 0, 0});
-  d.lights = {make_light(towards, {1, 1, 1}, 0.2, 0.3F)};
+  d.lights = {make_light(towards, {1, 1, 1}, 0.2, 0.2F)};
   set_light(scene, d);
   const Rendered picture = render(scene);
-  const Vec3d lamp = Vec3d{0, 0.078, 0} + vec_cast<double>(towards) * static_cast<double>(0.3F);
+  const Vec3d lamp = Vec3d{0, 0.078, 0} + vec_cast<double>(towards) * static_cast<double>(0.2F);
   // The shadow's tip: where the ray from the lamp over the far upper edge meets the plane.
   const Vec3d edge{-0.01, 0.078, 0};
   const Vec3d tip = lamp + (edge - lamp) * (lamp.y / (lamp.y - edge.y));
   const PixelPoint expected = pixel_of(scene, tip);
-  const auto found = crossing(picture.shadow, static_cast<int>(std::lround(expected.row)),
-                              static_cast<int>(expected.column) - 30, static_cast<int>(expected.column) + 30, 0.5F);
-  // Towards the object the row is dark, beyond the tip (to the left) it is lit: seen from the left it falls.
-  const auto mirrored = [&]() -> std::optional<double> {
-    const int row = static_cast<int>(std::lround(expected.row));
-    for (int column = static_cast<int>(expected.column) + 30; column > static_cast<int>(expected.column) - 30; --column)
-      if (picture.shadow.at(column, row)[0] < 0.5F && picture.shadow.at(column - 1, row)[0] >= 0.5F)
-        return column - 0.5;
-    return std::nullopt;
-  }();
-  EXPECT_FALSE(found.has_value() && !mirrored.has_value());
-  ASSERT_TRUE(mirrored.has_value());
-  EXPECT_NEAR(*mirrored, expected.column, 1.5);
+  // To the left of the tip the row is lit.
+  std::optional<double> found;
+  const int row = static_cast<int>(std::lround(expected.row));
+  for (int column = static_cast<int>(expected.column) - 30; column < static_cast<int>(expected.column) + 30; ++column)
+    if (!found && picture.shadow.at(column, row)[0] >= 0.5F && picture.shadow.at(column + 1, row)[0] < 0.5F)
+      found = column + 0.5;
+  ASSERT_TRUE(found.has_value());
+  EXPECT_NEAR(*found, expected.column, 1.5);
   // A distant light from there would end the shadow elsewhere.
   const Vec3d distant_tip = edge - vec_cast<double>(towards) * (0.078 / static_cast<double>(towards.y));
-  EXPECT_GT(std::abs(pixel_of(scene, distant_tip).column - expected.column), 10);
+  EXPECT_GT(std::abs(pixel_of(scene, distant_tip).column - expected.column), 6);
 }
 
 TEST(ViewerShadow, StrengthAndGainChangeTheRatioAsDocumented) {

@@ -8,15 +8,23 @@ uniform samplerCube environment_map;  // Level l: radiance(d, l / environment_le
 uniform float environment_levels;     // Index of the last level; 0: one level for every roughness, and the lights are in it.
 uniform samplerCube objects_map;      // The other objects from this one's middle; premultiplied, A: coverage.
 uniform float objects_edge;           // Texels; 0: no map.
+uniform sampler2D split_sum_table;    // Factor of F0 and offset, by cosine and roughness.
 
-// radiance(d, roughness) of a cap per vector irradiance, sr^-1. The GGX lobe at the nearest direction of the cap (Karis
-// 2013, "representative point"), normalised over the sphere for small angles: a disc of 1 / (pi radius²) for a mirror, the
-// lobe for a point.
+// radiance(d, roughness) of a cap of uniform radiance per vector irradiance, sr^-1. In the stereographic projection around d,
+// t = tan(angle / 2), the GGX lobe is cos(angle) / (alpha² + t²)² per area, and caps are discs. A second stereographic
+// projection, of t / alpha, makes the integral of the fraction the share of the sphere that a cap of radius psi / 2 covers;
+// the cosine is replaced by its mean over the cap.
 float cap_radiance(float angle, float radius, float alpha) {
-  float a = max(alpha, 1e-3), outside = max(angle - radius, 0.0);
-  if (angle > 0.5 * kPi + radius) return 0.0;
-  float a2 = a * a, d = a2 + 0.25 * outside * outside;
-  return a2 * a2 / (d * d) / (kPi * radius * radius + kPi * kPi * radius * a + 4.0 * kPi * a2);
+  float a = clamp(alpha, 1e-3, 0.98), rho = max(radius, 1e-3);
+  float cosine = cap_irradiance(cos(angle), rho);
+  float low = 0.5 * (angle - rho), high = 0.5 * min(angle + rho, 3.1);
+  float psi = atan((tan(high) - tan(low)) * a, a * a + tan(high) * tan(low));
+  float covered = sin(0.5 * psi) * sin(0.5 * psi);
+  // Integral of the lobe over the sphere: 2 pi x / (alpha² + beta (1 - x))² for x from 0 to 1.
+  float a2 = a * a, beta = 0.5 * (1.0 - a2), whole = a2 + beta;
+  float norm = 2.0 * kPi * ((1.0 / a2 - 1.0 / whole) / beta - (log(whole / a2) + a2 / whole - 1.0) / (beta * beta));
+  // cosine / (2 pi (1 - cos rho)) is the mean cosine times the radiance of the cap.
+  return 4.0 * kPi / a2 * covered * cosine / (norm * 4.0 * kPi * sin(0.5 * rho) * sin(0.5 * rho));
 }
 
 // Radiance from the direction d at this roughness; visible[i]: share of light i that arrives.
@@ -39,14 +47,6 @@ vec3 environment(vec3 p, vec3 d, float r, float visible[kMaxLights]) {
 }
 
 float schlick(float f0, float cosine, float power) { return f0 + (1.0 - f0) * pow(clamp(1.0 - cosine, 0.0, 1.0), power); }
-
-// Approximate integral of the split sum for GGX: factor of F0, and offset (Karis 2014, "Physically Based Shading on
-// Mobile").
-vec2 split_sum(float nv) {
-  vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
-  float a = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
-  return vec2(-1.04, 1.04) * a + r.zw;
-}
 
 // Ashikhmin & Shirley 2000, "An Anisotropic Phong BRDF Model", eq. 4, per F.
 float anisotropic_brdf(vec3 n, vec3 u, vec3 to_light, vec3 to_eye) {
@@ -86,7 +86,7 @@ vec3 shade(vec3 p, vec3 n, vec3 plane, vec3 u, vec3 eye, vec3 base) {
   float f = schlick(pow((ior - 1.0) / (ior + 1.0), 2.0), nv, fresnel_power);
   if (reflection > 0.0 || metal_rough > 0.0) {
     vec3 radiance = environment(p, mirrored, roughness, visible);
-    vec2 split = split_sum(nv);
+    vec2 split = textureLod(split_sum_table, vec2(nv, roughness), 0.0).rg;
     sum += (reflection * mix(1.0, f, fresnel) + metal_rough * (f0 * split.x + split.y)) * radiance;
   }
   if (refraction > 0.0) {
