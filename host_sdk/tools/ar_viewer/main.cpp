@@ -6,6 +6,7 @@
 
 #include "tools/ar_viewer/headless.hpp"
 #include "tools/ar_viewer/scene.hpp"
+#include "tools/ar_viewer/window.hpp"
 
 namespace {
 
@@ -17,6 +18,7 @@ SCENE is a JSON file: camera, background, light, real plane, objects. Its fields
 README, host_sdk/tools/ar_viewer.)";
 
 constexpr const char* kExamples = R"(Examples:
+  ar_viewer scene.json                                 a window; its panel names the keys
   ar_viewer scene.json --headless --frames 1 --out pictures --linear --json
 
 With --json a line for each frame: frame, sdk_ms (queries of the SDK), shadow_ms (the SDK's
@@ -42,7 +44,7 @@ int main(int argc, char** argv) {
   app.add_option("--frames", options.frames, "Number of frames [1]")
       ->check(CLI::Range(1, 1'000'000))
       ->needs(without_window);
-  app.add_option("--out", options.folder, "Folder of the pictures [.]")->needs(without_window);
+  app.add_option("--out", options.folder, "Folder of pictures, screenshots and videos [.]");
   app.add_flag("--linear", linear, "Also linear pictures and the shadow, .exr")->needs(without_window);
   app.add_flag("--json", json, "Times of each frame on standard output")->needs(without_window);
   app.add_option("--source", options.source, "A light of the scene's sources by name [light]");
@@ -55,6 +57,7 @@ int main(int argc, char** argv) {
   options.report = json ? ReportOutput::json : ReportOutput::none;
   lightwell::Result<Scene> scene = read_scene(path);
   if (!scene.ok()) return fail(scene.status());
-  const lightwell::Status status = run_headless(std::move(*scene), options);
+  const lightwell::Status status = headless ? run_headless(std::move(*scene), options)
+                                            : run_window(std::move(*scene), {options.folder, options.source});
   return status.ok() ? 0 : fail(status);
 }
