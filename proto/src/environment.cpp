@@ -24,13 +24,24 @@ std::size_t texel_at(int edge, int i, int j) {
   return static_cast<std::size_t>(j) * static_cast<std::size_t>(edge) + static_cast<std::size_t>(i);
 }
 
+/// c 2^exponent. In double: 2^-150 is below the range of float, though the product may be within it.
+Radiance scaled(Radiance c, int exponent) {
+  const double unit = std::ldexp(1.0, exponent);
+  const auto times = [unit](float v) { return static_cast<float>(static_cast<double>(v) * unit); };
+  return {times(c.r), times(c.g), times(c.b)};
+}
+
 Radiance bilinear(std::span<const std::uint32_t> texels, int edge, OctUv uv, int exponent) {
   const float x = uv.u * static_cast<float>(edge) - 0.5F, y = uv.v * static_cast<float>(edge) - 0.5F;
   const float left = std::floor(x), top = std::floor(y);
   const float fx = x - left, fy = y - top;
   const int i = static_cast<int>(left), j = static_cast<int>(top);
-  const auto at = [&](int di, int dj) { return texel_radiance(texels[texel_at(edge, i + di, j + dj)], exponent); };
-  return (at(0, 0) * (1 - fx) + at(1, 0) * fx) * (1 - fy) + (at(0, 1) * (1 - fx) + at(1, 1) * fx) * fy;
+  const auto at = [&](int di, int dj) {
+    const std::array<float, 3> c = rgb9e5_decode(texels[texel_at(edge, i + di, j + dj)]);
+    return Radiance{c[0], c[1], c[2]};
+  };
+  const Radiance c = (at(0, 0) * (1 - fx) + at(1, 0) * fx) * (1 - fy) + (at(0, 1) * (1 - fx) + at(1, 1) * fx) * fy;
+  return scaled(c, exponent);
 }
 
 Status invalid_map(const std::string& what) { return invalid_argument("descriptor: environment." + what); }
@@ -129,9 +140,7 @@ Vec3f texel_direction(int edge, int i, int j) {
 
 Radiance texel_radiance(std::uint32_t texel, int exponent) {
   const std::array<float, 3> c = rgb9e5_decode(texel);
-  // In double: 2^-150 is below the range of float, though the product may be within it.
-  const double unit = std::ldexp(1.0, exponent);
-  return {static_cast<float>(c[0] * unit), static_cast<float>(c[1] * unit), static_cast<float>(c[2] * unit)};
+  return scaled({c[0], c[1], c[2]}, exponent);
 }
 
 Radiance environment_radiance(const EnvironmentMap& whole, Vec3f direction, float perceptual_roughness) {

@@ -5,6 +5,8 @@
 //     irradiance_ns.bandL.N          one normal, N lights, over normals of the whole sphere
 //     normals_per_s.bandL.N          batches in arrays larger than a core's caches, in millions
 //     radiance_ns, at_ns, rotated_ns the same for the other queries
+//     cube_map_ms.FROM.N             a cube map of edge 64, RGBA16F, from the environment map or the harmonics, N
+//     lights
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -20,6 +22,8 @@
 #include <nlohmann/json.hpp>
 
 #include <lightwell/codec.hpp>
+#include <lightwell/cube_map.hpp>
+#include <lightwell/pixel.hpp>
 #include <lightwell/probe.hpp>
 #include <lightwell/recording.hpp>
 
@@ -160,6 +164,29 @@ void others() {
   kept = sum;
 }
 
+/// A level of 64 x 64 texels, the finest that a map can have.
+EnvironmentMap environment_map() {
+  EnvironmentMap map;
+  map.levels = {{64, 0}, {8, 1}};
+  map.key_interval_ms = 1000;
+  for (std::uint32_t i = 0; i < texel_count(map.levels); ++i)
+    map.texels.push_back(rgb9e5_encode(static_cast<float>(i % 7), 2, static_cast<float>(i % 5)));
+  map.key = environment_key(map);
+  return map;
+}
+
+void cube_maps() {
+  std::vector<std::byte> texels(cube_map_bytes(kMaxCubeEdge, CubeFormat::rgba16f));
+  for (const bool with_map : {false, true})
+    for (const int lights : {0, 8}) {
+      Descriptor d = scene(4, lights);
+      if (with_map) d.environment = environment_map();
+      const Lighting lighting = Lighting::of(std::move(d));
+      const double s = seconds_of_one(20, [&](std::size_t) { (void)cube_map(lighting, {}, texels); });
+      print(std::string("cube_map_ms.") + (with_map ? "map." : "harmonics.") + std::to_string(lights), 1e3 * s);
+    }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -175,4 +202,5 @@ int main(int argc, char** argv) {
   for (const int band : {2, 4, 6})
     for (const int lights : {0, 2, 8}) one_normal(band, lights), many_normals(band, lights);
   others();
+  cube_maps();
 }

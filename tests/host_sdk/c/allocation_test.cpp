@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <lightwell/cube_map.h>
 #include <lightwell/lightwell.h>
 #include <lightwell/shadows.h>
 
@@ -35,6 +36,10 @@ TEST(CAbiAllocation, ARenderLoopAllocatesNothing) {
   float coefficients[3 * LW_MAX_COEFFICIENTS];
   lw_environment map{};
   map.size = sizeof map;
+  lw_cube_map_options cube{};
+  cube.size = sizeof cube;
+  cube.edge = 8;
+  std::uint16_t cube_texels[6 * 8 * 8 * 4];
   std::size_t count = 0;
   int failed = 0;
   // A pyramid that crosses the plane, of which one triangle is not finite.
@@ -65,6 +70,7 @@ TEST(CAbiAllocation, ARenderLoopAllocatesNothing) {
     failed += lw_lighting_harmonics(light, LW_IRRADIANCE, 2, coefficients, nullptr) != LW_OK;
     failed += lw_lighting_lights(light, lights, sizeof *lights, LW_MAX_LIGHTS, &count) != LW_OK;
     failed += lw_lighting_environment(light, &map) != LW_OK;
+    failed += lw_lighting_cube_map(light, &cube, cube_texels, sizeof cube_texels, nullptr) != LW_OK;
     // The object moves, so that its silhouettes change.
     for (auto& corner : corners) corner[0] += 0.001F;
     failed += lw_shadow_caster_cast(caster, light, &plane, &mesh, ratios, 3 * 32 * 32, &shadows) != LW_OK;

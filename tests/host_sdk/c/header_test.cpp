@@ -1,8 +1,9 @@
-// lightwell.h, conventions.h, plane_appearance.h, plane_objects.h and shadows.h are also valid in the oldest supported
-// C++, with the same meaning.
+// lightwell.h, conventions.h, cube_map.h, plane_appearance.h, plane_objects.h and shadows.h are also valid in the
+// oldest supported C++, with the same meaning.
 #include <cstring>
 
 #include <lightwell/conventions.h>
+#include <lightwell/cube_map.h>
 #include <lightwell/lightwell.h>
 #include <lightwell/plane_appearance.h>
 #include <lightwell/plane_objects.h>

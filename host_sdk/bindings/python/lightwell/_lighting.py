@@ -172,3 +172,22 @@ class Lighting(Conversions):
             levels.append(EnvironmentLevel(struct.roughness[k], rgb))
         return Environment(tuple(levels), struct.sequence, struct.older_by_ns,
                            np.array(list(struct.rotation), np.float64), struct.key)
+
+    def cube_map(self, edge=64, lights=True, scale=1.0, dtype=np.float16):
+        """Six faces of radiance, array of shape (6, edge, edge, 4) in the order +X, -X, +Y, -Y, +Z, -Z with the
+        orientation of OpenGL, Vulkan and WebGPU: r, g, b, 1. A texel is scale times the mean over its solid angle.
+        edge: 1 to 64. lights: whether the discrete lights are included, as caps of uniform radiance. dtype: float16 or
+        float32. Values above the range of float16 become 65504."""
+        formats = {np.dtype(np.float16): lib.LW_CUBE_RGBA16F, np.dtype(np.float32): lib.LW_CUBE_RGBA32F}
+        if np.dtype(dtype) not in formats:
+            raise ValueError(f"dtype is {np.dtype(dtype)}; it is float16 or float32")
+        if not 1 <= edge <= lib.LW_MAX_CUBE_EDGE:
+            raise ValueError(f"edge is {edge}; it is 1 to {lib.LW_MAX_CUBE_EDGE}")
+        if not scale > 0:
+            raise ValueError(f"scale is {scale}; it is above 0")
+        options = take("lw_cube_map_options")
+        options.edge, options.format, options.scale = edge, formats[np.dtype(dtype)], scale
+        options.lights = lib.LW_CUBE_WITH_LIGHTS if lights else lib.LW_CUBE_WITHOUT_LIGHTS
+        out = np.empty((6, edge, edge, 4), dtype)
+        check(lib.lw_lighting_cube_map(self._raw, options, ffi.from_buffer(out), out.nbytes, ffi.NULL))
+        return out
