@@ -99,12 +99,13 @@ LightState make_light_state(const Lighting& world, Shading shading, float presen
     limit_lights(d);
   }
   if (presence < 1) fade(d, state.mean, presence);
-  const Lighting all = Lighting::of(d);
+  state.all = Lighting::of(d);
   for (const Light& light : d.lights)
     state.lights.push_back(
-        {light.direction, light.irradiance, light.angular_radius_rad, all.position(light), light.distance_m});
+        {light.direction, light.irradiance, light.angular_radius_rad, state.all.position(light), light.distance_m});
   d.lights.clear();
   state.residual = Lighting::of(std::move(d));
+  if (shading == Shading::full && presence >= 1) state.all = world;  // With its map.
   return state;
 }
 

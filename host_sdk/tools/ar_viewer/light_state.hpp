@@ -28,6 +28,7 @@ struct LightState {
   Shading shading = Shading::off;   ///< off also if there is no light to show.
   std::vector<ShadedLight> lights;  ///< Strongest first, at most kMaxShadedLights.
   Lighting residual;
+  Lighting all;  ///< With the lights, for cube_map().
   /// With full shading the light as it came; reflections take its environment(), or else residual.radiance().
   Lighting measured;
   Radiance mean;       ///< Of all light over the sphere.

@@ -105,7 +105,8 @@ void Panel::draw_light(Viewer& viewer, const FrameReport& report) {
   }
   ImGui::Text("light %s, camera %s", std::string(to_string(report.validity)).c_str(),
               report.camera_found ? "found" : "not found: show the tag");
-  ImGui::Text("SDK %.2f ms, shadow %.1f ms, rendering %.1f ms", report.sdk_ms, report.shadow_ms, report.render_ms);
+  ImGui::TextWrapped("SDK %.2f ms, shadow %.1f ms, rendering %.1f ms", report.sdk_ms, report.shadow_ms,
+                     report.render_ms);
 }
 
 void Panel::draw_shadow(Scene& scene) {
@@ -137,7 +138,9 @@ PanelRequests Panel::draw(Viewer& viewer, const FrameReport& report, const std::
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
   ImGui::NewFrame();
-  ImGui::SetNextWindowSize({360, 0}, ImGuiCond_FirstUseEver);
+  ImGui::SetNextWindowPos({8, 8}, ImGuiCond_FirstUseEver);
+  ImGui::SetNextWindowSize({300, 0}, ImGuiCond_FirstUseEver);
+  ImGui::SetNextWindowBgAlpha(0.7F);
   ImGui::Begin("ar_viewer");
   if (ImGui::CollapsingHeader("Light", ImGuiTreeNodeFlags_DefaultOpen)) draw_light(viewer, report);
   if (ImGui::CollapsingHeader("Shadow")) draw_shadow(viewer.scene());
@@ -147,7 +150,7 @@ PanelRequests Panel::draw(Viewer& viewer, const FrameReport& report, const std::
   requests.toggle_video = ImGui::Button("video (V)");
   const std::string& shown = error_.empty() ? message : error_;
   if (!shown.empty()) ImGui::TextWrapped("%s", shown.c_str());
-  ImGui::TextUnformatted("1-4 shading, S side by side, N source, F1 panel, Esc ends");
+  ImGui::TextWrapped("1-4 shading, S side by side, N source, F1 panel, Esc ends");
   ImGui::End();
   ImGui::Render();
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());

@@ -1,10 +1,10 @@
 #include "tools/ar_viewer/reflection_maps.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
+#include <cstddef>
+#include <utility>
 
-#include <lightwell/cap.hpp>
+#include <lightwell/cube_map.hpp>
 
 #include "tools/ar_viewer/shader_program.hpp"
 
@@ -14,7 +14,7 @@ namespace {
 /// Edge of the coarsest prefiltered level.
 constexpr int kLastEdge = 4;
 
-float coordinate(int i, int edge) { return (2 * static_cast<float>(i) + 1) / static_cast<float>(edge) - 1; }
+float coordinate(int i, int edge) { return (static_cast<float>(i) + 0.5F) / static_cast<float>(edge); }
 
 template <class F>
 void for_texels(int edge, const F& f) {
@@ -24,11 +24,12 @@ void for_texels(int edge, const F& f) {
         f(cube_direction(face, coordinate(column, edge), coordinate(row, edge)));
 }
 
-void upload(int level, int edge, const float* texels) {
+void upload(int level, int edge, GLenum format, const float* texels) {
+  const std::ptrdiff_t face_size = static_cast<std::ptrdiff_t>(edge) * edge * (format == GL_RGB ? 3 : 4);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   for (int face = 0; face < 6; ++face)
-    glTexImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + static_cast<GLenum>(face), level, GL_RGB32F, edge, edge, 0, GL_RGB,
-                 GL_FLOAT, texels + 3 * static_cast<std::ptrdiff_t>(face) * edge * edge);
+    glTexImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + static_cast<GLenum>(face), level, GL_RGB32F, edge, edge, 0, format,
+                 GL_FLOAT, texels + face * face_size);
 }
 
 void set_filters(GLenum minification) {
@@ -39,12 +40,6 @@ void set_filters(GLenum minification) {
 }
 
 }  // namespace
-
-Vec3f cube_direction(int face, float s, float t) {
-  // OpenGL 3.3, table 3.19.
-  const std::array<Vec3f, 6> d = {Vec3f{1, -t, -s}, {-1, -t, s}, {s, 1, t}, {s, -1, -t}, {s, -t, 1}, {-s, -t, -1}};
-  return normalized(d[static_cast<std::size_t>(face)]);
-}
 
 ReflectionMaps::ReflectionMaps(const ReflectionStyle& style) : style_(style) {
   if (style.source == ReflectionSource::prefiltered)
@@ -66,37 +61,27 @@ Radiance ReflectionMaps::radiance(const LightState& light, const std::optional<E
          light.mean * (1 - light.presence);
 }
 
-Radiance ReflectionMaps::caps(const LightState& light, Vec3f direction, float texel_rad) {
-  Radiance sum;
-  for (const ShadedLight& each : light.lights) {
-    // A cap narrower than a texel is spread over it.
-    const float radius = std::max(each.angular_radius_rad, 0.5F * texel_rad);
-    const float share = std::clamp((radius - angle_between(direction, each.direction)) / texel_rad + 0.5F, 0.0F, 1.0F);
-    const Radiance uniform{each.irradiance.r, each.irradiance.g, each.irradiance.b};
-    sum += uniform * (share / static_cast<float>(cap_vector_irradiance(static_cast<double>(radius))));
-  }
-  return sum;
-}
-
 void ReflectionMaps::fill_irradiance(const LightState& light, float exposure) {
   (void)light.residual.irradiance(normals_, irradiances_);
   for (Irradiance& e : irradiances_) e = e * exposure;
-  upload(0, kIrradianceEdge, &irradiances_.front().r);
+  upload(0, kIrradianceEdge, GL_RGB, &irradiances_.front().r);
 }
 
-void ReflectionMaps::fill_environment(const LightState& light, float exposure) {
+void ReflectionMaps::fill_prefiltered(const LightState& light, float exposure) {
   const std::optional<EnvironmentView> map = light.measured.environment();
   for (int level = 0, edge = style_.edge; level < levels_; ++level, edge /= 2) {
-    const float roughness = levels_ > 1 ? static_cast<float>(level) / static_cast<float>(levels_ - 1) : 0;
+    const float roughness = static_cast<float>(level) / static_cast<float>(std::max(levels_ - 1, 1));
     texels_.clear();
-    for_texels(edge, [&](Vec3f d) {
-      Radiance texel = radiance(light, map, d, roughness);
-      if (style_.source == ReflectionSource::cube_map)
-        texel += caps(light, d, std::numbers::pi_v<float> / 2 / static_cast<float>(edge));
-      texels_.push_back(texel * exposure);
-    });
-    upload(level, edge, &texels_.front().r);
+    for_texels(edge, [&](Vec3f d) { texels_.push_back(radiance(light, map, d, roughness) * exposure); });
+    upload(level, edge, GL_RGB, &texels_.front().r);
   }
+}
+
+void ReflectionMaps::fill_cube_map(const LightState& light, float exposure) {
+  const CubeMapOptions options{style_.edge, CubeFormat::rgba32f, LightsIncluded::yes, exposure};
+  cube_map_.resize(cube_map_bytes(options.edge, options.format));
+  (void)cube_map(light.all, options, cube_map_);
+  upload(0, style_.edge, GL_RGBA, reinterpret_cast<const float*>(cube_map_.data()));  // NOLINT: rgba32f
 }
 
 void ReflectionMaps::update(const LightState& light, float exposure) {
@@ -118,7 +103,12 @@ void ReflectionMaps::update(const LightState& light, float exposure) {
   glBindTexture(GL_TEXTURE_CUBE_MAP, environment_map_.name());
   const bool due = style_.source == ReflectionSource::prefiltered || frames_ % style_.every_frames == 0;
   ++frames_;
-  if (changed && due) fill_environment(light, exposure);
+  if (changed && due) {
+    if (style_.source == ReflectionSource::prefiltered)
+      fill_prefiltered(light, exposure);
+    else
+      fill_cube_map(light, exposure);
+  }
   if (due) content_ = std::move(now);
 }
 

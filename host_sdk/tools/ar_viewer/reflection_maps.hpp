@@ -1,7 +1,7 @@
 // Cube maps of the light: irradiance by normal, and radiance for reflections.
 #pragma once
 
-#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -10,9 +10,6 @@
 #include "tools/ar_viewer/light_state.hpp"
 
 namespace lightwell::viewer {
-
-/// Unit vector of a texel of an OpenGL cube map (GL_TEXTURE_CUBE_MAP_POSITIVE_X + face); s, t: -1 to 1 across the face.
-[[nodiscard]] Vec3f cube_direction(int face, float s, float t);
 
 /// Uploaded only if the light has changed. In the world's axes.
 class ReflectionMaps {
@@ -36,12 +33,11 @@ class ReflectionMaps {
     friend bool operator==(const Content&, const Content&) = default;
   };
   void fill_irradiance(const LightState& light, float exposure);
-  void fill_environment(const LightState& light, float exposure);
+  void fill_prefiltered(const LightState& light, float exposure);
+  void fill_cube_map(const LightState& light, float exposure);
   /// Without the lights.
   [[nodiscard]] static Radiance radiance(const LightState& light, const std::optional<EnvironmentView>& map,
                                          Vec3f direction, float roughness);
-  /// Radiance of the lights as caps in a texel around `direction` of this angular size, rad.
-  [[nodiscard]] static Radiance caps(const LightState& light, Vec3f direction, float texel_rad);
 
   /// Texels along an edge of the irradiance map: the error of interpolation is below 0.1 % of the mean irradiance.
   static constexpr int kIrradianceEdge = 32;
@@ -53,6 +49,7 @@ class ReflectionMaps {
   std::vector<Vec3f> normals_;
   std::vector<Irradiance> irradiances_;
   std::vector<Radiance> texels_;
+  std::vector<std::byte> cube_map_;
   std::optional<Content> content_;
 };
 

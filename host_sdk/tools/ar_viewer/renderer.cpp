@@ -35,13 +35,12 @@ glm::mat4 clip_of(const CameraModel& camera) {
 }  // namespace
 
 Renderer::Renderer(const Scene& scene, Programs programs, ObjectSet objects, ShadowMaps shadow_maps,
-                   ResidualShadow residual_shadow)
+                   std::array<LightMaps, 2> light_maps)
     : scene_(&scene),
       programs_(std::move(programs)),
       objects_(std::move(objects)),
       shadow_maps_(std::move(shadow_maps)),
-      residual_shadow_(std::move(residual_shadow)),
-      reflection_maps_(scene.reflection),
+      light_maps_(std::move(light_maps)),
       object_reflections_(scene.reflection.objects_edge),
       target_(scene.camera.width, scene.camera.height),
       split_sum_(make_split_sum_table()) {
@@ -64,10 +63,13 @@ Result<Renderer> Renderer::make(const Scene& scene) {
   if (!objects.ok()) return objects.status();
   Result<ShadowMaps> shadow_maps = ShadowMaps::make();
   if (!shadow_maps.ok()) return shadow_maps.status();
-  Result<ResidualShadow> residual_shadow = ResidualShadow::make();
-  if (!residual_shadow.ok()) return residual_shadow.status();
+  Result<ResidualShadow> left = ResidualShadow::make(), right = ResidualShadow::make();
+  if (!left.ok()) return left.status();
+  if (!right.ok()) return right.status();
   return Renderer(scene, {std::move(*object_programs), std::move(*ground), std::move(*background)}, std::move(*objects),
-                  std::move(*shadow_maps), std::move(*residual_shadow));
+                  std::move(*shadow_maps),
+                  {LightMaps{std::move(*left), ReflectionMaps(scene.reflection)},
+                   LightMaps{std::move(*right), ReflectionMaps(scene.reflection)}});
 }
 
 void Renderer::set_background(const Picture& picture) {
@@ -79,7 +81,7 @@ void Renderer::set_background(const Picture& picture) {
 }
 
 void Renderer::set_reflection(const ReflectionStyle& style) {
-  reflection_maps_ = ReflectionMaps(style);
+  for (LightMaps& maps : light_maps_) maps.reflection_maps = ReflectionMaps(style);
   object_reflections_ = ObjectReflections(style.objects_edge);
 }
 
@@ -98,7 +100,7 @@ void Renderer::draw_background() {
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-Result<DrawTimes> Renderer::prepare(const LightState& light) {
+Result<DrawTimes> Renderer::prepare(const LightState& light, LightMaps& maps) {
   DrawTimes times;
   objects_.place(light.T_world_origin);
   // Phones' constant light has no shadow; its objects are not shaded by each other either.
@@ -108,13 +110,13 @@ Result<DrawTimes> Renderer::prepare(const LightState& light) {
   shadow_maps_.update(light.lights, scene_->exposure, casters_, casters,
                       [this](const ShaderProgram& program) { objects_.draw_depth(program); });
   const Clock::time_point light_start = Clock::now();
-  reflection_maps_.update(light, scene_->exposure);
+  maps.reflection_maps.update(light, scene_->exposure);
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(Unit::split_sum));
   glBindTexture(GL_TEXTURE_2D, split_sum_.name());
   times.light_ms = milliseconds_since(light_start);
   if (scene_->ground) {
     const Clock::time_point shadow_start = Clock::now();
-    const auto square = residual_shadow_.update(light, *scene_->ground, objects_.positions(), objects_.indices());
+    const auto square = maps.residual_shadow.update(light, *scene_->ground, objects_.positions(), objects_.indices());
     if (!square.ok()) return square.status();
     residual_square_ = *square;
     times.shadow_ms = milliseconds_since(shadow_start);
@@ -139,13 +141,14 @@ void Renderer::draw_ground(const Viewpoint& from) {
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
 }
 
-Result<DrawTimes> Renderer::draw(const LightState& light, const Pose& T_world_camera, Columns columns) {
+Result<DrawTimes> Renderer::draw(const LightState& light, const Pose& T_world_camera, Columns columns, Half half) {
+  LightMaps& maps = light_maps_[static_cast<std::size_t>(half)];
   DrawTimes times;
   if (light.shading != Shading::off) {
-    const Result<DrawTimes> prepared = prepare(light);
+    const Result<DrawTimes> prepared = prepare(light, maps);
     if (!prepared.ok()) return prepared.status();
     times = *prepared;
-    object_reflections_.update(objects_, programs_.objects, reflection_maps_.last_level());
+    object_reflections_.update(objects_, programs_.objects, maps.reflection_maps.last_level());
   }
   glEnable(GL_SCISSOR_TEST);
   glScissor(columns.first, 0, columns.count, target_.height());
@@ -161,7 +164,7 @@ Result<DrawTimes> Renderer::draw(const LightState& light, const Pose& T_world_ca
       glDisable(GL_BLEND);
     }
     for (std::size_t i = 0; i < objects_.size(); ++i)
-      objects_.draw(i, programs_.objects, from, reflection_maps_.last_level(), object_reflections_.bind(i));
+      objects_.draw(i, programs_.objects, from, maps.reflection_maps.last_level(), object_reflections_.bind(i));
   }
   glDisable(GL_SCISSOR_TEST);
   return times;
@@ -170,7 +173,7 @@ Result<DrawTimes> Renderer::draw(const LightState& light, const Pose& T_world_ca
 Status Renderer::draw_shadow(const LightState& light, const Pose& T_world_camera) {
   const bool casts = light.shading != Shading::off && light.shading != Shading::constant && scene_->ground;
   if (casts) {
-    const Result<DrawTimes> prepared = prepare(light);
+    const Result<DrawTimes> prepared = prepare(light, light_maps_[0]);
     if (!prepared.ok()) return prepared.status();
   }
   target_.bind();

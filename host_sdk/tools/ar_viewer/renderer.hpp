@@ -1,6 +1,7 @@
 // Draws a frame: background, shadow on the real plane, objects.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -25,6 +26,9 @@ struct Columns {
   int first = 0, count = 0;
 };
 
+/// The part of the picture that draw() fills. Each keeps the maps of its own light.
+enum class Half : std::uint8_t { left, right };
+
 /// Time of a part of the drawing, ms.
 struct DrawTimes {
   double light_ms = 0;   ///< Queries of the SDK that fill the maps of the light.
@@ -46,7 +50,8 @@ class Renderer {
   /// The background alone.
   void draw_background();
   /// All in these columns. Light with Shading::off: the background alone.
-  [[nodiscard]] Result<DrawTimes> draw(const LightState& light, const Pose& T_world_camera, Columns columns);
+  [[nodiscard]] Result<DrawTimes> draw(const LightState& light, const Pose& T_world_camera, Columns columns,
+                                       Half half = Half::left);
   /// The factor of the real plane instead of the picture, 1 beside it, without objects in front.
   [[nodiscard]] Status draw_shadow(const LightState& light, const Pose& T_world_camera);
 
@@ -59,12 +64,17 @@ class Renderer {
     ObjectPrograms objects;
     ShaderProgram ground, background;
   };
+  /// Made from a light, and kept while it stays.
+  struct LightMaps {
+    ResidualShadow residual_shadow;
+    ReflectionMaps reflection_maps;
+  };
   Renderer(const Scene& scene, Programs programs, ObjectSet objects, ShadowMaps shadow_maps,
-           ResidualShadow residual_shadow);
+           std::array<LightMaps, 2> light_maps);
 
   [[nodiscard]] Viewpoint viewpoint(const Pose& T_world_camera) const;
   /// Maps of the light and of its shadows.
-  [[nodiscard]] Result<DrawTimes> prepare(const LightState& light);
+  [[nodiscard]] Result<DrawTimes> prepare(const LightState& light, LightMaps& maps);
   void draw_ground(const Viewpoint& from);
 
   const Scene* scene_;
@@ -72,9 +82,8 @@ class Renderer {
   ObjectSet objects_;
   std::vector<CasterBounds> casters_;
   ShadowMaps shadow_maps_;
-  ResidualShadow residual_shadow_;
+  std::array<LightMaps, 2> light_maps_;  ///< By Half.
   ResidualShadow::Square residual_square_;
-  ReflectionMaps reflection_maps_;
   ObjectReflections object_reflections_;
   FrameTarget target_;
   GlTexture background_, split_sum_;

@@ -103,16 +103,16 @@ Result<FrameReport> Viewer::draw_next() {
 
   const int width = impl.scene.camera.width, left = beside ? width / 2 : width;
   const Pose pose = impl.T_world_camera.value_or(Pose{});
-  const auto draw = [&](const LightState& light, Columns columns) {
-    const Result<DrawTimes> times = impl.renderer->draw(light, pose, columns);
+  const auto draw = [&](const LightState& light, Columns columns, Half half) {
+    const Result<DrawTimes> times = impl.renderer->draw(light, pose, columns, half);
     if (!times.ok()) return times.status();
     report.sdk_ms += times->light_ms;
     report.shadow_ms += times->shadow_ms;
     return Status();
   };
   if (beside)
-    if (Status status = draw(*beside, {left, width - left}); !status.ok()) return status;
-  if (Status status = draw(impl.shown, {0, left}); !status.ok()) return status;
+    if (Status status = draw(*beside, {left, width - left}, Half::right); !status.ok()) return status;
+  if (Status status = draw(impl.shown, {0, left}, Half::left); !status.ok()) return status;
   impl.renderer->finish();
   glFinish();
   report.render_ms = elapsed_ms(start) - report.sdk_ms - report.shadow_ms;
