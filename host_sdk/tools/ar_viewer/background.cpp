@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/background.hpp"
+#include "ar_viewer/background.hpp"
 
 #include <algorithm>
 #include <cstring>

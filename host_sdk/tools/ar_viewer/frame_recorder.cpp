@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/frame_recorder.hpp"
+#include "ar_viewer/frame_recorder.hpp"
 
 #include <array>
 #include <cstdio>

@@ -6,7 +6,7 @@
 
 #include <lightwell/result.hpp>
 
-#include "tools/ar_viewer/picture.hpp"
+#include "ar_viewer/picture.hpp"
 
 namespace lightwell::viewer {
 

@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/frame_target.hpp"
+#include "ar_viewer/frame_target.hpp"
 
 #include <algorithm>
 #include <vector>

@@ -1,8 +1,8 @@
 // The picture that is drawn into: linear float, four samples a pixel.
 #pragma once
 
-#include "tools/ar_viewer/gl_objects.hpp"
-#include "tools/ar_viewer/picture.hpp"
+#include "ar_viewer/gl_objects.hpp"
+#include "ar_viewer/picture.hpp"
 
 namespace lightwell::viewer {
 

@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/gpu_mesh.hpp"
+#include "ar_viewer/gpu_mesh.hpp"
 
 #include <cstddef>
 #include <cstdint>

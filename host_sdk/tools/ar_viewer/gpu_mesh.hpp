@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "tools/ar_viewer/gl_objects.hpp"
-#include "tools/ar_viewer/mesh.hpp"
+#include "ar_viewer/gl_objects.hpp"
+#include "ar_viewer/mesh.hpp"
 
 namespace lightwell::viewer {
 

@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/headless.hpp"
+#include "ar_viewer/headless.hpp"
 
 #include <array>
 #include <cstdio>
@@ -8,8 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tools/ar_viewer/headless_context.hpp"
-#include "tools/ar_viewer/viewer.hpp"
+#include "ar_viewer/headless_context.hpp"
+#include "ar_viewer/viewer.hpp"
 
 namespace lightwell::viewer {
 namespace {

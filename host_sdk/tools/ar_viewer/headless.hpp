@@ -5,7 +5,7 @@
 
 #include <lightwell/result.hpp>
 
-#include "tools/ar_viewer/scene.hpp"
+#include "ar_viewer/scene.hpp"
 
 namespace lightwell::viewer {
 

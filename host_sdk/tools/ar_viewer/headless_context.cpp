@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/headless_context.hpp"
+#include "ar_viewer/headless_context.hpp"
 
 #include <array>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/light_source.hpp"
+#include "ar_viewer/light_source.hpp"
 
 #include <filesystem>
 #include <fstream>

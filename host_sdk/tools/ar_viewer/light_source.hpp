@@ -6,7 +6,7 @@
 #include <lightwell/lighting.hpp>
 #include <lightwell/result.hpp>
 
-#include "tools/ar_viewer/scene.hpp"
+#include "ar_viewer/scene.hpp"
 
 namespace lightwell::viewer {
 

@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/light_state.hpp"
+#include "ar_viewer/light_state.hpp"
 
 #include <algorithm>
 #include <array>

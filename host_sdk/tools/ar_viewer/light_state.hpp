@@ -7,7 +7,7 @@
 
 #include <lightwell/lighting.hpp>
 
-#include "tools/ar_viewer/scene.hpp"
+#include "ar_viewer/scene.hpp"
 
 namespace lightwell::viewer {
 

@@ -4,9 +4,9 @@
 
 #include <CLI/CLI.hpp>
 
-#include "tools/ar_viewer/headless.hpp"
-#include "tools/ar_viewer/scene.hpp"
-#include "tools/ar_viewer/window.hpp"
+#include "ar_viewer/headless.hpp"
+#include "ar_viewer/scene.hpp"
+#include "ar_viewer/window.hpp"
 
 namespace {
 

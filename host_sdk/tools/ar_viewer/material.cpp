@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/material.hpp"
+#include "ar_viewer/material.hpp"
 
 #include <algorithm>
 

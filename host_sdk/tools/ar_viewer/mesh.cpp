@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/mesh.hpp"
+#include "ar_viewer/mesh.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -10,8 +10,8 @@
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
 
-#include "tools/ar_viewer/material.hpp"
-#include "tools/ar_viewer/picture.hpp"
+#include "ar_viewer/material.hpp"
+#include "ar_viewer/picture.hpp"
 
 namespace lightwell::viewer {
 

@@ -12,7 +12,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
-#include "tools/ar_viewer/mesh.hpp"
+#include "ar_viewer/mesh.hpp"
 
 namespace lightwell::viewer {
 namespace {

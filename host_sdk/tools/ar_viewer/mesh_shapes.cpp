@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tools/ar_viewer/mesh.hpp"
+#include "ar_viewer/mesh.hpp"
 
 namespace lightwell::viewer {
 namespace {

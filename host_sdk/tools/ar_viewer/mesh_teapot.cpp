@@ -3,7 +3,7 @@
 #include <array>
 #include <cstddef>
 
-#include "tools/ar_viewer/mesh.hpp"
+#include "ar_viewer/mesh.hpp"
 
 namespace lightwell::viewer {
 namespace {

@@ -1,11 +1,11 @@
-#include "tools/ar_viewer/object_reflections.hpp"
+#include "ar_viewer/object_reflections.hpp"
 
 #include <algorithm>
 #include <array>
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "tools/ar_viewer/glm_values.hpp"
+#include "ar_viewer/glm_values.hpp"
 
 namespace lightwell::viewer {
 namespace {

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "tools/ar_viewer/gl_objects.hpp"
-#include "tools/ar_viewer/object_set.hpp"
+#include "ar_viewer/gl_objects.hpp"
+#include "ar_viewer/object_set.hpp"
 
 namespace lightwell::viewer {
 

@@ -1,10 +1,10 @@
-#include "tools/ar_viewer/object_set.hpp"
+#include "ar_viewer/object_set.hpp"
 
 #include <algorithm>
 #include <string>
 #include <utility>
 
-#include "tools/ar_viewer/glm_values.hpp"
+#include "ar_viewer/glm_values.hpp"
 
 namespace lightwell::viewer {
 namespace {

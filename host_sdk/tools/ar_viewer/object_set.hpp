@@ -9,10 +9,10 @@
 
 #include <lightwell/result.hpp>
 
-#include "tools/ar_viewer/gpu_mesh.hpp"
-#include "tools/ar_viewer/scene.hpp"
-#include "tools/ar_viewer/shader_program.hpp"
-#include "tools/ar_viewer/shadow_maps.hpp"
+#include "ar_viewer/gpu_mesh.hpp"
+#include "ar_viewer/scene.hpp"
+#include "ar_viewer/shader_program.hpp"
+#include "ar_viewer/shadow_maps.hpp"
 
 namespace lightwell::viewer {
 

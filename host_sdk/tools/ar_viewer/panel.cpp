@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/panel.hpp"
+#include "ar_viewer/panel.hpp"
 
 #include <array>
 #include <imgui.h>

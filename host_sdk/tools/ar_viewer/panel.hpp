@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "tools/ar_viewer/viewer.hpp"
+#include "ar_viewer/viewer.hpp"
 
 struct GLFWwindow;
 

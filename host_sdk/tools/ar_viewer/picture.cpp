@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/picture.hpp"
+#include "ar_viewer/picture.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/reflection_maps.hpp"
+#include "ar_viewer/reflection_maps.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -6,7 +6,7 @@
 
 #include <lightwell/cube_map.hpp>
 
-#include "tools/ar_viewer/shader_program.hpp"
+#include "ar_viewer/shader_program.hpp"
 
 namespace lightwell::viewer {
 namespace {

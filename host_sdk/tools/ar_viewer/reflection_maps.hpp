@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "tools/ar_viewer/gl_objects.hpp"
-#include "tools/ar_viewer/light_state.hpp"
+#include "ar_viewer/gl_objects.hpp"
+#include "ar_viewer/light_state.hpp"
 
 namespace lightwell::viewer {
 

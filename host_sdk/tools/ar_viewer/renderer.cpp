@@ -1,16 +1,16 @@
-#include "tools/ar_viewer/renderer.hpp"
+#include "ar_viewer/renderer.hpp"
 
 #include <array>
 #include <chrono>
 #include <utility>
 
-#include "tools/ar_viewer/glm_values.hpp"
+#include "ar_viewer/glm_values.hpp"
 
 namespace lightwell::viewer {
 namespace {
 
 /// Nearest and farthest distance that is drawn, m.
-constexpr float kNear = 0.01F, kFar = 100;
+constexpr float kNearPlane = 0.01F, kFarPlane = 100;
 
 using Clock = std::chrono::steady_clock;
 double milliseconds_since(Clock::time_point start) {
@@ -26,9 +26,9 @@ glm::mat4 clip_of(const CameraModel& camera) {
   // The centre of pixel 0 is half a pixel from the edge.
   m[2][0] = static_cast<float>(1 - 2 * (camera.cx + 0.5) / w);
   m[2][1] = static_cast<float>(2 * (camera.cy + 0.5) / h - 1);
-  m[2][2] = -(kFar + kNear) / (kFar - kNear);
+  m[2][2] = -(kFarPlane + kNearPlane) / (kFarPlane - kNearPlane);
   m[2][3] = -1;
-  m[3][2] = -2 * kFar * kNear / (kFar - kNear);
+  m[3][2] = -2 * kFarPlane * kNearPlane / (kFarPlane - kNearPlane);
   return m;
 }
 

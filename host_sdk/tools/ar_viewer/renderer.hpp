@@ -8,16 +8,16 @@
 
 #include <lightwell/result.hpp>
 
-#include "tools/ar_viewer/frame_target.hpp"
-#include "tools/ar_viewer/light_state.hpp"
-#include "tools/ar_viewer/object_reflections.hpp"
-#include "tools/ar_viewer/object_set.hpp"
-#include "tools/ar_viewer/reflection_maps.hpp"
-#include "tools/ar_viewer/residual_shadow.hpp"
-#include "tools/ar_viewer/scene.hpp"
-#include "tools/ar_viewer/shader_program.hpp"
-#include "tools/ar_viewer/shadow_maps.hpp"
-#include "tools/ar_viewer/split_sum.hpp"
+#include "ar_viewer/frame_target.hpp"
+#include "ar_viewer/light_state.hpp"
+#include "ar_viewer/object_reflections.hpp"
+#include "ar_viewer/object_set.hpp"
+#include "ar_viewer/reflection_maps.hpp"
+#include "ar_viewer/residual_shadow.hpp"
+#include "ar_viewer/scene.hpp"
+#include "ar_viewer/shader_program.hpp"
+#include "ar_viewer/shadow_maps.hpp"
+#include "ar_viewer/split_sum.hpp"
 
 namespace lightwell::viewer {
 

@@ -1,10 +1,10 @@
-#include "tools/ar_viewer/residual_shadow.hpp"
+#include "ar_viewer/residual_shadow.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "tools/ar_viewer/shader_program.hpp"
+#include "ar_viewer/shader_program.hpp"
 
 namespace lightwell::viewer {
 namespace {

@@ -1,12 +1,12 @@
 // The scene file but for its objects and lights.
-#include "tools/ar_viewer/scene.hpp"
+#include "ar_viewer/scene.hpp"
 
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 
-#include "tools/ar_viewer/scene_fields.hpp"
-#include "tools/ar_viewer/scene_objects.hpp"
+#include "ar_viewer/scene_fields.hpp"
+#include "ar_viewer/scene_objects.hpp"
 
 namespace lightwell::viewer {
 namespace {

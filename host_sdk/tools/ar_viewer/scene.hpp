@@ -14,7 +14,7 @@
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
 
-#include "tools/ar_viewer/material.hpp"
+#include "ar_viewer/material.hpp"
 
 namespace lightwell::viewer {
 

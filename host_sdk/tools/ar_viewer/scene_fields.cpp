@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/scene_fields.hpp"
+#include "ar_viewer/scene_fields.hpp"
 
 #include <cmath>
 #include <utility>

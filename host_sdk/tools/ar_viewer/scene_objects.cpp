@@ -1,10 +1,10 @@
-#include "tools/ar_viewer/scene_objects.hpp"
+#include "ar_viewer/scene_objects.hpp"
 
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "tools/ar_viewer/scene_fields.hpp"
+#include "ar_viewer/scene_fields.hpp"
 
 namespace lightwell::viewer {
 namespace {

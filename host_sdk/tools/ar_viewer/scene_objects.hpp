@@ -6,7 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "tools/ar_viewer/scene.hpp"
+#include "ar_viewer/scene.hpp"
 
 namespace lightwell::viewer {
 

@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/shader_program.hpp"
+#include "ar_viewer/shader_program.hpp"
 
 #include <array>
 #include <vector>

@@ -9,7 +9,7 @@
 
 #include <lightwell/result.hpp>
 
-#include "tools/ar_viewer/gl_objects.hpp"
+#include "ar_viewer/gl_objects.hpp"
 
 namespace lightwell::viewer {
 

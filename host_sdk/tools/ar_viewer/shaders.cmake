@@ -10,7 +10,7 @@ endforeach()
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${shader_files})
 file(CONFIGURE OUTPUT "${shader_source}" @ONLY CONTENT [=[
 // Made by shaders.cmake from shaders/*.glsl.
-#include "tools/ar_viewer/shader_program.hpp"
+#include "ar_viewer/shader_program.hpp"
 
 namespace lightwell::viewer {
 

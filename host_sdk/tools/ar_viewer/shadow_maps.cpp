@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/shadow_maps.hpp"
+#include "ar_viewer/shadow_maps.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-#include "tools/ar_viewer/glm_values.hpp"
+#include "ar_viewer/glm_values.hpp"
 
 namespace lightwell::viewer {
 namespace {

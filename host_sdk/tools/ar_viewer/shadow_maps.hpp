@@ -8,9 +8,9 @@
 
 #include <lightwell/result.hpp>
 
-#include "tools/ar_viewer/gl_objects.hpp"
-#include "tools/ar_viewer/light_state.hpp"
-#include "tools/ar_viewer/shader_program.hpp"
+#include "ar_viewer/gl_objects.hpp"
+#include "ar_viewer/light_state.hpp"
+#include "ar_viewer/shader_program.hpp"
 
 namespace lightwell::viewer {
 

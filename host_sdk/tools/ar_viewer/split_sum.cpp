@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/split_sum.hpp"
+#include "ar_viewer/split_sum.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "tools/ar_viewer/gl_objects.hpp"
+#include "ar_viewer/gl_objects.hpp"
 
 namespace lightwell::viewer {
 

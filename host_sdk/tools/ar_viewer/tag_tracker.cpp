@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/tag_tracker.hpp"
+#include "ar_viewer/tag_tracker.hpp"
 
 #include <array>
 #include <cmath>

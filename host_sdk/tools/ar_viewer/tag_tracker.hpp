@@ -9,7 +9,7 @@
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
 
-#include "tools/ar_viewer/scene.hpp"
+#include "ar_viewer/scene.hpp"
 
 namespace lightwell::viewer {
 

@@ -1,13 +1,13 @@
-#include "tools/ar_viewer/viewer.hpp"
+#include "ar_viewer/viewer.hpp"
 
 #include <chrono>
 #include <optional>
 #include <utility>
 
-#include "tools/ar_viewer/background.hpp"
-#include "tools/ar_viewer/light_source.hpp"
-#include "tools/ar_viewer/light_state.hpp"
-#include "tools/ar_viewer/tag_tracker.hpp"
+#include "ar_viewer/background.hpp"
+#include "ar_viewer/light_source.hpp"
+#include "ar_viewer/light_state.hpp"
+#include "ar_viewer/tag_tracker.hpp"
 
 namespace lightwell::viewer {
 namespace {

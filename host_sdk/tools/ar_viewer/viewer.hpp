@@ -6,8 +6,8 @@
 
 #include <lightwell/result.hpp>
 
-#include "tools/ar_viewer/renderer.hpp"
-#include "tools/ar_viewer/scene.hpp"
+#include "ar_viewer/renderer.hpp"
+#include "ar_viewer/scene.hpp"
 
 namespace lightwell::viewer {
 

@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/window.hpp"
+#include "ar_viewer/window.hpp"
 
 #include <array>
 #include <iterator>
@@ -11,9 +11,9 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
-#include "tools/ar_viewer/frame_recorder.hpp"
-#include "tools/ar_viewer/panel.hpp"
-#include "tools/ar_viewer/viewer.hpp"
+#include "ar_viewer/frame_recorder.hpp"
+#include "ar_viewer/panel.hpp"
+#include "ar_viewer/viewer.hpp"
 
 namespace lightwell::viewer {
 namespace {

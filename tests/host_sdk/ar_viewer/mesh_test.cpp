@@ -1,4 +1,4 @@
-#include "tools/ar_viewer/mesh.hpp"
+#include "ar_viewer/mesh.hpp"
 
 #include <algorithm>
 #include <array>
@@ -86,7 +86,8 @@ std::string triangle_glb(std::uint32_t last_index) {
   std::string json =
       R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0,"translation":[0,0,5]}],)"
       R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]}],)"
-      R"("materials":[{"pbrMetallicRoughness":{"baseColorFactor":[0.9,0.6,0.3,1],"metallicFactor":1,"roughnessFactor":0.25}}],)"
+      R"("materials":[{"pbrMetallicRoughness":{"baseColorFactor":[0.9,0.6,0.3,1],)"
+      R"("metallicFactor":1,"roughnessFactor":0.25}}],)"
       R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[2,2,0]},)"
       R"({"bufferView":1,"componentType":5125,"count":3,"type":"SCALAR"}],)"
       R"("bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":12}],)"

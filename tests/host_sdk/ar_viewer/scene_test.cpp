@@ -1,5 +1,5 @@
 // The scene file and the program.
-#include "tools/ar_viewer/scene.hpp"
+#include "ar_viewer/scene.hpp"
 
 #include <array>
 #include <cstdio>
@@ -10,8 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "ar_viewer/picture.hpp"
 #include "support/temp_dir.hpp"
-#include "tools/ar_viewer/picture.hpp"
 
 namespace lightwell::test {
 namespace {
@@ -19,8 +19,8 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-const std::string kCamera =
-    R"("camera": {"width": 64, "height": 36, "fx": 50, "fy": 50, "cx": 31.5, "cy": 17.5}, "T_world_camera": {"position": [0, 0.2, 0.5]}, )";
+const std::string kCamera = R"("camera": {"width": 64, "height": 36, "fx": 50, "fy": 50, "cx": 31.5, "cy": 17.5}, )"
+                            R"("T_world_camera": {"position": [0, 0.2, 0.5]}, )";
 const std::string kLight = R"("light": {"constant": [0.5, 0.5, 0.5]})";
 
 class SceneFile : public testing::Test {
@@ -42,12 +42,14 @@ TEST_F(SceneFile, HasTheValuesOfItsFields) {
   const auto scene = viewer::read_scene(
       write("{" + kCamera + R"("exposure": 0.25, "background": "b.png", "T_world_probe": {"rotation": [0, 0, 2, 0]},
       "light": {"harmonics": [[1, 2, 3], [0, 0, 0], [4, 5, 6], [0, 0, 0]],
-                "lights": [{"direction": [0, 2, 0], "irradiance": [7, 8, 9], "angular_radius_deg": 90, "distance_m": 2}]},
+                "lights": [{"direction": [0, 2, 0], "irradiance": [7, 8, 9], "angular_radius_deg": 90,
+                            "distance_m": 2}]},
       "sources": {"probe": "grpc://host", "file": "a.lwr"},
       "ground": {"size_m": [2, 3]}, "shading": "constant", "side_by_side": "off",
       "shadow": {"strength": 0.5, "gain": 2, "stale_fade_s": 1, "display": "alpha_test", "alpha_cutoff": 0.25},
       "reflection": {"source": "cube_map", "every_frames": 5, "edge": 32, "objects_edge": 0},
-      "objects": [{"mesh": "box", "size_m": [1, 2, 3], "anchor": "marker_body", "T_body_object": {"position": [1, 2, 3]},
+      "objects": [{"mesh": "box", "size_m": [1, 2, 3], "anchor": "marker_body",
+                   "T_body_object": {"position": [1, 2, 3]},
                    "material": {"preset": "glass", "ior": 1.33, "lighting": "vertex"}}]})"));
   ASSERT_TRUE(scene.ok()) << scene.status().message();
   EXPECT_EQ(scene->exposure, 0.25F);

@@ -7,10 +7,10 @@
 
 #include <gtest/gtest.h>
 
+#include "ar_viewer/light_state.hpp"
 #include "host_sdk/ar_viewer/viewer_scenes.hpp"
 #include "host_sdk/shadow_scenes.hpp"
 #include "reference/shadow_tracer.hpp"
-#include "tools/ar_viewer/light_state.hpp"
 
 namespace lightwell::test {
 namespace {

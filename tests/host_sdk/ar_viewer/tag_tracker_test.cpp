@@ -1,5 +1,5 @@
 // The camera's pose from a picture of a tag that is drawn by rays, not by OpenGL.
-#include "tools/ar_viewer/tag_tracker.hpp"
+#include "ar_viewer/tag_tracker.hpp"
 
 #include <cmath>
 #include <cstdlib>

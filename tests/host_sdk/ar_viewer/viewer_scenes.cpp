@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tools/ar_viewer/headless_context.hpp"
+#include "ar_viewer/headless_context.hpp"
 
 namespace lightwell::test {
 

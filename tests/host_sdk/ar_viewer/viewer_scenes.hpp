@@ -8,9 +8,9 @@
 #include <lightwell/geometry.hpp>
 #include <lightwell/lighting.hpp>
 
-#include "tools/ar_viewer/picture.hpp"
-#include "tools/ar_viewer/scene.hpp"
-#include "tools/ar_viewer/viewer.hpp"
+#include "ar_viewer/picture.hpp"
+#include "ar_viewer/scene.hpp"
+#include "ar_viewer/viewer.hpp"
 
 namespace lightwell::test {
 

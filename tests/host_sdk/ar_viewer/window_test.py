@@ -50,7 +50,8 @@ class WindowTest(unittest.TestCase):
         # Xvfb chooses a free display and writes its number.
         read, write = os.pipe()
         self.server = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(write), "-screen", "0", "640x480x24"], pass_fds=[write], stderr=subprocess.DEVNULL)
+            ["Xvfb", "-displayfd", str(write), "-screen", "0", "640x480x24"], pass_fds=[write],
+            stderr=subprocess.DEVNULL)
         self.addCleanup(self.server.wait)
         self.addCleanup(self.server.terminate)
         os.close(write)
@@ -96,7 +97,8 @@ class WindowTest(unittest.TestCase):
 
     def test_without_a_display_it_says_so(self):
         environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
-        done = subprocess.run([PROGRAM, str(self.folder / "scene.json")], env=environment, capture_output=True, text=True)
+        scene = str(self.folder / "scene.json")
+        done = subprocess.run([PROGRAM, scene], env=environment, capture_output=True, text=True)
         self.assertEqual(done.returncode, 4)
         self.assertIn("--headless", done.stderr)
 
