@@ -42,8 +42,6 @@ void set_filters(GLenum minification) {
 }  // namespace
 
 ReflectionMaps::ReflectionMaps(const ReflectionStyle& style) : style_(style) {
-  if (style.source == ReflectionSource::prefiltered)
-    for (int edge = style.edge; edge > kLastEdge; edge /= 2) ++levels_;
   glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
   for_texels(kIrradianceEdge, [this](Vec3f d) { normals_.push_back(d); });
   irradiances_.resize(normals_.size());
@@ -51,7 +49,7 @@ ReflectionMaps::ReflectionMaps(const ReflectionStyle& style) : style_(style) {
   set_filters(GL_LINEAR);
   glBindTexture(GL_TEXTURE_CUBE_MAP, environment_map_.name());
   set_filters(GL_LINEAR_MIPMAP_LINEAR);
-  glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, levels_ - 1);
+  glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, 0);
 }
 
 Radiance ReflectionMaps::radiance(const LightState& light, const std::optional<EnvironmentView>& map, Vec3f direction,
@@ -69,7 +67,11 @@ void ReflectionMaps::fill_irradiance(const LightState& light, float exposure) {
 
 void ReflectionMaps::fill_prefiltered(const LightState& light, float exposure) {
   const std::optional<EnvironmentView> map = light.measured.environment();
-  for (int level = 0, edge = style_.edge; level < levels_; ++level, edge /= 2) {
+  int edge = map ? style_.edge : std::min(style_.edge, kHarmonicsEdge);
+  levels_ = 1;
+  for (int e = edge; e > kLastEdge; e /= 2) ++levels_;
+  glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, levels_ - 1);
+  for (int level = 0; level < levels_; ++level, edge /= 2) {
     const float roughness = static_cast<float>(level) / static_cast<float>(std::max(levels_ - 1, 1));
     texels_.clear();
     for_texels(edge, [&](Vec3f d) { texels_.push_back(radiance(light, map, d, roughness) * exposure); });
@@ -84,32 +86,42 @@ void ReflectionMaps::fill_cube_map(const LightState& light, float exposure) {
   upload(0, style_.edge, GL_RGBA, reinterpret_cast<const float*>(cube_map_.data()));  // NOLINT: rgba32f
 }
 
-void ReflectionMaps::update(const LightState& light, float exposure) {
-  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(Unit::irradiance));
-  glBindTexture(GL_TEXTURE_CUBE_MAP, irradiance_map_.name());
-  Content now;
-  now.residual = light.residual.descriptor().radiance;
-  for (const ShadedLight& each : light.lights) now.lights.push_back(each.irradiance);
+ReflectionMaps::EnvironmentContent ReflectionMaps::environment_content(const LightState& light, float exposure) const {
+  EnvironmentContent now;
   if (const auto map = light.measured.environment()) {
     now.map_key = map->map.key;
     now.map_sequence = map->sequence;
     now.map_rotation = map->rotation;
+    if (light.presence < 1) now.mean = light.mean;
+  } else {
+    now.residual = light.residual.descriptor().radiance;
   }
+  if (style_.source == ReflectionSource::cube_map) now.lights = light.all.descriptor().lights;
   now.presence = light.presence;
   now.exposure = exposure;
-  const bool changed = content_ != now;
-  if (changed) fill_irradiance(light, exposure);
+  return now;
+}
+
+void ReflectionMaps::update(const LightState& light, float exposure) {
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(Unit::irradiance));
+  glBindTexture(GL_TEXTURE_CUBE_MAP, irradiance_map_.name());
+  IrradianceContent irradiance{light.residual.descriptor().radiance, exposure};
+  if (irradiance_content_ != irradiance) {
+    fill_irradiance(light, exposure);
+    irradiance_content_ = std::move(irradiance);
+  }
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(Unit::environment));
   glBindTexture(GL_TEXTURE_CUBE_MAP, environment_map_.name());
   const bool due = style_.source == ReflectionSource::prefiltered || frames_ % style_.every_frames == 0;
   ++frames_;
-  if (changed && due) {
-    if (style_.source == ReflectionSource::prefiltered)
-      fill_prefiltered(light, exposure);
-    else
-      fill_cube_map(light, exposure);
-  }
-  if (due) content_ = std::move(now);
+  if (!due) return;
+  EnvironmentContent environment = environment_content(light, exposure);
+  if (environment_content_ == environment) return;
+  if (style_.source == ReflectionSource::prefiltered)
+    fill_prefiltered(light, exposure);
+  else
+    fill_cube_map(light, exposure);
+  environment_content_ = std::move(environment);
 }
 
 }  // namespace lightwell::viewer

@@ -22,16 +22,24 @@ class ReflectionMaps {
   [[nodiscard]] float last_level() const { return static_cast<float>(levels_ - 1); }
 
  private:
-  /// What the maps were made from.
-  struct Content {
+  /// What the irradiance map was made from.
+  struct IrradianceContent {
     RadianceSh residual;
-    std::vector<Irradiance> lights;
+    float exposure = 1;
+    friend bool operator==(const IrradianceContent&, const IrradianceContent&) = default;
+  };
+  /// What the other one was made from: the probe's map or, without one, the harmonics; the lights where they are in it.
+  struct EnvironmentContent {
     std::uint32_t map_key = 0;
     std::uint64_t map_sequence = 0;
     Quat map_rotation;
+    RadianceSh residual;
+    std::vector<Light> lights;
+    Radiance mean;
     float presence = 1, exposure = 1;
-    friend bool operator==(const Content&, const Content&) = default;
+    friend bool operator==(const EnvironmentContent&, const EnvironmentContent&) = default;
   };
+  [[nodiscard]] EnvironmentContent environment_content(const LightState& light, float exposure) const;
   void fill_irradiance(const LightState& light, float exposure);
   void fill_prefiltered(const LightState& light, float exposure);
   void fill_cube_map(const LightState& light, float exposure);
@@ -41,6 +49,8 @@ class ReflectionMaps {
 
   /// Texels along an edge of the irradiance map: the error of interpolation is below 0.1 % of the mean irradiance.
   static constexpr int kIrradianceEdge = 32;
+  /// Of level 0 where the harmonics stand for a map: their bands need no more.
+  static constexpr int kHarmonicsEdge = 32;
 
   ReflectionStyle style_;
   int levels_ = 1;
@@ -50,7 +60,8 @@ class ReflectionMaps {
   std::vector<Irradiance> irradiances_;
   std::vector<Radiance> texels_;
   std::vector<std::byte> cube_map_;
-  std::optional<Content> content_;
+  std::optional<IrradianceContent> irradiance_content_;
+  std::optional<EnvironmentContent> environment_content_;
 };
 
 }  // namespace lightwell::viewer
