@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <utility>
@@ -65,6 +66,10 @@ float srgb_linear(std::uint8_t code) {
 Result<BytePicture> read_bytes(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return Status(StatusCode::not_found, path + ": the picture cannot be opened");
+  std::error_code error;
+  if (std::filesystem::file_size(path, error) > kMaxPictureBytes || error)
+    return Status(StatusCode::resource_exhausted,
+                  path + ": no file of at most " + std::to_string(kMaxPictureBytes >> 20U) + " MiB");
   const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
   Result<BytePicture> picture =
       decode_bytes(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());  // NOLINT

@@ -1,6 +1,7 @@
 // Pictures in memory and in files. Rows from the top.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -44,8 +45,10 @@ struct BytePicture {
 
 /// Largest width and height of a picture that is read.
 inline constexpr int kMaxPictureSide = 16384;
+/// Largest file of a PNG or JPEG picture.
+inline constexpr std::size_t kMaxPictureBytes = std::size_t{256} << 20U;
 
-// not_found, data_loss or invalid_argument name the file.
+// not_found, data_loss, resource_exhausted or invalid_argument name the file.
 /// PNG or JPEG, 8 bit.
 [[nodiscard]] Result<BytePicture> read_bytes(const std::string& path);
 /// The same from memory, for textures in files.
