@@ -4,8 +4,8 @@
 usage: picture.py [--build DIR] [--trial NAME] [--output FILE]
 
 The picture with the real object and the panorama at its top are those of tests/reference/mitsuba/viewer. measure_viewer
-estimates the light from the panorama, ar_viewer draws the objects in it: left with all of the light, right with its mean
-alone. Needs python3-pil (python3-matplotlib brings it)."""
+estimates the light from the panorama, ar_viewer draws the objects in it: left with all of the light, right with its
+mean alone. Needs python3-pil (python3-matplotlib brings it)."""
 import argparse
 import json
 import pathlib

@@ -103,7 +103,7 @@ void Renderer::draw_background() {
 Result<DrawTimes> Renderer::prepare(const LightState& light, LightMaps& maps) {
   DrawTimes times;
   objects_.place(light.T_world_origin);
-  // Phones' constant light has no shadow; its objects are not shaded by each other either.
+  // Constant light has no shadow; objects do not shade each other either.
   const CasterBounds casters = light.shading == Shading::constant ? CasterBounds{} : objects_.bounds();
   casters_.clear();
   for (std::size_t i = 0; i < objects_.size(); ++i) casters_.push_back(objects_.bounds(i));
@@ -114,7 +114,7 @@ Result<DrawTimes> Renderer::prepare(const LightState& light, LightMaps& maps) {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(Unit::split_sum));
   glBindTexture(GL_TEXTURE_2D, split_sum_.name());
   times.light_ms = milliseconds_since(light_start);
-  if (scene_->ground) {
+  if (scene_->ground && light.shading != Shading::constant) {
     const Clock::time_point shadow_start = Clock::now();
     const auto square = maps.residual_shadow.update(light, *scene_->ground, objects_.positions(), objects_.indices());
     if (!square.ok()) return square.status();

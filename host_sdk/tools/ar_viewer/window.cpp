@@ -80,7 +80,7 @@ struct Session {
   bool panel_shown = true;
   std::string message;
 
-  void tell(const Result<std::string>& file) { message = file.ok() ? *file : file.status().message(); }
+  void report_file(const Result<std::string>& file) { message = file.ok() ? *file : file.status().message(); }
 };
 
 /// Applies a key; screenshot and video go into `requests`.
@@ -117,9 +117,9 @@ Status run_loop(GLFWwindow* window, Viewer& viewer, FrameRecorder& recorder) {
     for (const int key : keys.take())
       if (!panel.wants_keyboard()) apply_key(key, window, viewer, session, requests);
     const FrameTarget& target = viewer.renderer().target();
-    if (requests.toggle_video) session.tell(recorder.toggle_video(target.width(), target.height()));
+    if (requests.toggle_video) session.report_file(recorder.toggle_video(target.width(), target.height()));
     if (requests.screenshot || recorder.records_video()) target.read(picture);
-    if (requests.screenshot) session.tell(recorder.write_screenshot(picture));
+    if (requests.screenshot) session.report_file(recorder.write_screenshot(picture));
     if (recorder.records_video()) recorder.add(picture);
     glfwSwapBuffers(window);
   }

@@ -124,7 +124,7 @@ TEST(ViewerShading, MainLightAndNineCoefficientsKeepTheMeanAndLoseTheSize) {
   });
 }
 
-/// A map whose texels at roughness 0 tell their direction, in an exponent that RGB9E5 holds without loss for 1/256
+/// A map whose texels at roughness 0 encode their direction, in an exponent that RGB9E5 holds without loss for 1/256
 /// steps.
 Descriptor light_with_map() {
   Descriptor d = uniform_light({0.5F, 0.5F, 0.5F});
