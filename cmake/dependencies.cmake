@@ -137,6 +137,19 @@ elseif(LIGHTWELL_BUILD_HOST_SDK)
 endif()
 
 if(LIGHTWELL_BUILD_HOST_SDK)
+  # For host_sdk/tools/ar_viewer. Without one of them the viewer is left out; the summary reports it.
+  lightwell_optional(ar_viewer EPOXY epoxy)
+  lightwell_optional(ar_viewer TINYGLTF tinygltf)
+  lightwell_optional(ar_viewer GLFW glfw3)
+  lightwell_optional(ar_viewer IMGUI imgui)
+  # Where lightwell_find_opencv_drawing() has defined two of OpenCV's targets, its package file cannot define all of them.
+  if(EPOXY_FOUND AND TINYGLTF_FOUND AND GLFW_FOUND AND IMGUI_FOUND AND (TARGET opencv_calib3d OR NOT TARGET opencv_core))
+    find_package(glm CONFIG QUIET)
+    find_package(apriltag CONFIG QUIET)
+    find_package(OpenEXR CONFIG QUIET)
+    find_package(OpenCV QUIET COMPONENTS core imgproc imgcodecs videoio calib3d)
+  endif()
+
   # For host_sdk/examples/openxr_light. Without it the example is left out; the summary reports it.
   find_package(OpenXR CONFIG QUIET)
 endif()

@@ -20,7 +20,7 @@ SCANNED = ("proto", "firmware", "host_sdk", "tests", "hil")
 SUFFIXES = (".hpp", ".h", ".cpp", ".c")
 # The folders that #include lines may be relative to, besides the file's own.
 INCLUDE_ROOTS = ("firmware", "host_sdk/include", "proto/include", "proto/firmware/include", "host_sdk/src", "proto/src",
-                 "tests", "hil", "")
+                 "host_sdk/tools", "tests", "hil", "")
 
 SECTIONS = ("arrows", "apart", "owners", "everywhere", "closed")
 

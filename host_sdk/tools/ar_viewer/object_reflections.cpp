@@ -1,0 +1,87 @@
+#include "ar_viewer/object_reflections.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "ar_viewer/glm_values.hpp"
+
+namespace lightwell::viewer {
+namespace {
+
+/// World to clip space of a face of OpenGL's cube map.
+glm::mat4 clip_of_face(int face, const glm::vec3& eye, float near, float far) {
+  constexpr std::array<std::array<glm::vec3, 2>, 6> kAxes = {{{{{1, 0, 0}, {0, -1, 0}}},
+                                                              {{{-1, 0, 0}, {0, -1, 0}}},
+                                                              {{{0, 1, 0}, {0, 0, 1}}},
+                                                              {{{0, -1, 0}, {0, 0, -1}}},
+                                                              {{{0, 0, 1}, {0, -1, 0}}},
+                                                              {{{0, 0, -1}, {0, -1, 0}}}}};
+  const auto& [forward, up] = kAxes[static_cast<std::size_t>(face)];
+  return glm::perspective(glm::radians(90.0F), 1.0F, near, far) * glm::lookAt(eye, eye + forward, up);
+}
+
+}  // namespace
+
+void ObjectReflections::update(const ObjectSet& objects, const ObjectPrograms& programs, float environment_levels) {
+  maps_.resize(objects.size());
+  if (edge_ == 0 || objects.size() < 2) return;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (objects.reflects(i))
+      draw_map(i, objects, programs, environment_levels);
+    else
+      maps_[i].reset();
+  }
+}
+
+void ObjectReflections::draw_map(std::size_t i, const ObjectSet& objects, const ObjectPrograms& programs,
+                                 float environment_levels) {
+  if (!framebuffer_) {
+    framebuffer_.emplace();
+    depth_.emplace();
+    glBindRenderbuffer(GL_RENDERBUFFER, depth_->name());
+    glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, edge_, edge_);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_->name());
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth_->name());
+  }
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(Unit::objects));
+  if (!maps_[i]) {
+    maps_[i].emplace();
+    glBindTexture(GL_TEXTURE_CUBE_MAP, maps_[i]->cube.name());
+    for (GLenum face = 0; face < 6; ++face)
+      glTexImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + face, 0, GL_RGBA16F, edge_, edge_, 0, GL_RGBA, GL_FLOAT, nullptr);
+    glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+    glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  }
+  const CasterBounds own = objects.bounds(i);
+  const glm::vec3 eye = to_glm(own.centre);
+  double far = own.radius_m;
+  for (std::size_t k = 0; k < objects.size(); ++k)
+    far = std::max(far, length(objects.bounds(k).centre - own.centre) + objects.bounds(k).radius_m);
+  glBindTexture(GL_TEXTURE_CUBE_MAP, 0);  // Not read while it is drawn.
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_->name());
+  glViewport(0, 0, edge_, edge_);
+  glClearColor(0, 0, 0, 0);
+  for (int face = 0; face < 6; ++face) {
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
+                           GL_TEXTURE_CUBE_MAP_POSITIVE_X + static_cast<GLenum>(face), maps_[i]->cube.name(), 0);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    const Viewpoint from{
+        clip_of_face(face, eye, static_cast<float>(0.05 * own.radius_m), static_cast<float>(1.01 * far)), eye};
+    for (std::size_t k = 0; k < objects.size(); ++k)
+      if (k != i) objects.draw(k, programs, from, environment_levels, 0);
+  }
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(Unit::objects));
+  glBindTexture(GL_TEXTURE_CUBE_MAP, maps_[i]->cube.name());
+  glGenerateMipmap(GL_TEXTURE_CUBE_MAP);
+}
+
+float ObjectReflections::bind(std::size_t i) const {
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(Unit::objects));
+  const bool has_map = i < maps_.size() && maps_[i].has_value();
+  glBindTexture(GL_TEXTURE_CUBE_MAP, has_map ? maps_[i]->cube.name() : 0);
+  return has_map ? static_cast<float>(edge_) : 0;
+}
+
+}  // namespace lightwell::viewer
