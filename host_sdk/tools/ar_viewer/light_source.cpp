@@ -85,7 +85,7 @@ Result<std::unique_ptr<LightSource>> open_file(const std::string& path) {
 
 Result<std::unique_ptr<LightSource>> open_probe(const std::string& uri) {
   Result<Probe> probe = Probe::connect(uri);
-  if (!probe.ok()) return probe.status().in(uri);
+  if (!probe.ok()) return probe.status();  // It names the address.
   const Result<Lighting> first = probe->wait_for_next(std::nullopt, kFirstDescriptorTimeout);
   if (!first.ok()) return first.status().in(uri);
   return std::unique_ptr<LightSource>(std::make_unique<LiveLight>(std::move(*probe)));

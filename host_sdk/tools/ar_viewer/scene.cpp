@@ -108,7 +108,8 @@ void read_pose(Fields& fields, Scene& scene, Status& status) {
   const nlohmann::json* tag = fields.member("tag");
   if (tag != nullptr) scene.pose = read_tag(*tag, status);
   if (fields.has("T_world_camera") == fields.has("tag"))
-    fields.fail("T_world_camera", "the scene needs either T_world_camera or tag");
+    fields.fail("T_world_camera", fields.has("tag") ? "tag gives the camera's pose, too; remove one of them"
+                                                    : "the scene needs either T_world_camera or tag");
 }
 
 void read_fields(const nlohmann::json& json, const std::string& folder, Scene& scene, Status& status) {

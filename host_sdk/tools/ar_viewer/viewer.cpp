@@ -36,7 +36,7 @@ struct Viewer::Impl {
     if (found == scene.lights.end()) {
       std::string known;
       for (const auto& [each, description] : scene.lights) known += (known.empty() ? "" : ", ") + each;
-      return invalid_argument("source '" + name + "': the scene has " + known);
+      return invalid_argument("source '" + name + "' is not in the scene, which has " + known);
     }
     Result<std::unique_ptr<LightSource>> opened = open_light_source(found->second);
     if (!opened.ok()) return opened.status();
