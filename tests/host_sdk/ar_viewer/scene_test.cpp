@@ -103,7 +103,7 @@ TEST_F(SceneFile, ThatIsWrongIsRefusedWithFileFieldAndRemedy) {
   EXPECT_THAT(error_of("{" + kCamera + R"("light": {"lights": [{"direction": [0,0,0], "irradiance": [1,1,1]}]}})"),
               AllOf(HasSubstr("light.lights[0].direction"), HasSubstr("zero")));
   EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "tag": {"id": 1, "size_m": 0.1}})"),
-              HasSubstr("either T_world_camera or tag"));
+              HasSubstr("remove one of them"));
   EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "T_world_probe": {"rotation": [0, 0, 0, 0]}})"),
               AllOf(HasSubstr("T_world_probe.rotation"), HasSubstr("zero")));
   EXPECT_THAT(std::string(viewer::read_scene(folder.path("none.json")).status().message()), HasSubstr("none.json"));
