@@ -39,8 +39,6 @@ SDK_SHARE, SDK_FRAMES = 1.0, 60
 CUBE_MAPS_PER_SECOND = 30
 CAPS = "a light is a uniform cap, a bright region is not; blocks of 3.2 deg blur the map: tests/README.md, Mirror balls"
 NEW_LIGHT = "a changed light needs new maps of irradiance and reflection, which are queries of the SDK"
-PENUMBRA = ("noise of the rendered pictures moves the tip of a penumbra of 30 px, of lamps of 20 cm a metre away: "
-            "tests/reference/mitsuba/viewer/README.md, Results")
 
 TRACED = "path-traced pictures of 1280x960, simulated 8-bit pair of 1280x960, three exposures, encoded descriptor"
 
@@ -64,9 +62,8 @@ def direction_rows(lines, place, what, keys, real):
                                   for d, name in DISTANCES.items()]
         for suffix, chosen in groups:
             values = [l.get(key) for l in chosen] if len(lines) == TRIALS else None
-            made = figure(f"{what}, RMS error of {angle}{suffix}, {PLACES[place]}", RMS_DEG, rms(values), "deg", real)
-            noisy = not made["holds"] and what.startswith("shadow") and suffix == f", lamps {DISTANCES[1.0]}"
-            rows.append(known_short(made, PENUMBRA) if noisy else made)
+            rows.append(figure(f"{what}, RMS error of {angle}{suffix}, {PLACES[place]}", RMS_DEG, rms(values), "deg",
+                               real))
     return rows
 
 

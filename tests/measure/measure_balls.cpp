@@ -3,16 +3,18 @@
 //   answer "irradiance"    the default descriptor, with the bands and lights that irradiance needs
 //   answer "as_sent"       the same descriptor; instead of the reconstruction, the sum K_l c_lm Y_lm of its
 //   coefficients answer "reflections"   with an environment map of 32x32, and the lights and bands that glossy surfaces
-//   need
-//   answer "map_64"        the same with a map of 64x64
-//   answer "map_64_alone"  the same with max_lights 0: the lights are in the map
-//   answer "exact_64"      mirror alone: a map of 64x64 texels that are exact means of the panorama, lights included
+//   need answer "map_64"        the same with a map of 64x64 answer "map_64_alone"  the same with max_lights 0: the
+//   lights are in the map answer "exact_64"      mirror alone: a map of 64x64 texels that are exact means of the
+//   panorama, lights included
 // Values: rmse, si_rmse, angular_deg in linear light; *_published by the protocol of the literature; si_rmse_clipped by
 // clipped_si_rmse(); bytes.
+// --block-edge PIXELS: blocks of the estimator (PanoramaOptions::block_edge). --panorama NAME: one panorama alone.
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -31,6 +33,7 @@
 #include "measure/three_balls.hpp"
 #include "sim/panorama.hpp"
 #include "sim/sensor.hpp"
+#include "tools/command_line.hpp"
 
 namespace {
 
@@ -100,9 +103,7 @@ class Reflections {
   std::array<double, kMaxBand + 1> lobe_{};
 };
 
-measure::Delivered deliver(const RigParameters& rig, const measure::Shot& shot, const EstimatorConfig& config) {
-  PanoramaOptions options;
-  options.config = config;
+measure::Delivered deliver(const RigParameters& rig, const measure::Shot& shot, const PanoramaOptions& options) {
   auto estimator = make_panorama_estimator(rig, options);
   if (!estimator) fail(estimator.status());
   Result<measure::Delivered> delivered = measure::deliver(**estimator, shot);
@@ -110,11 +111,13 @@ measure::Delivered deliver(const RigParameters& rig, const measure::Shot& shot, 
   return std::move(*delivered);
 }
 
-}  // namespace
-
-int main() {
-  const Result<std::vector<std::string>> paths = measure::all_panoramas();
+/// `only`: the name of a panorama, or empty for all.
+int measure_panoramas(const std::string& only, int block_edge) {
+  Result<std::vector<std::string>> paths = measure::all_panoramas();
   if (!paths) fail(paths.status());
+  if (!only.empty())
+    std::erase_if(*paths, [&](const std::string& path) { return std::filesystem::path(path).stem() != only; });
+  if (paths->empty()) fail({StatusCode::not_found, "there is no panorama " + only});
   const RigParameters rig = *sim::make_rig("pair", 640, 480, PixelFormat::rgb_f32);
   measure::Camera camera(rig, PixelFormat::rgb_f32);
   const measure::BallView view(kViewSize);
@@ -151,13 +154,15 @@ int main() {
     };
 
     for (const std::string_view answer_name : {"irradiance", "as_sent", "reflections", "map_64", "map_64_alone"}) {
-      EstimatorConfig config;
+      PanoramaOptions options;
+      options.block_edge = block_edge;
+      EstimatorConfig& config = options.config;
       if (answer_name != "irradiance" && answer_name != "as_sent") {
         config.panorama.environment_edge = answer_name == "reflections" ? kSmallMap : kLargeMap;
         config.panorama.radiance_epsilon = kRadianceEpsilon;
         if (answer_name == "map_64_alone") config.max_lights = 0;
       }
-      measure::Delivered answer = deliver(rig, shot, config);
+      measure::Delivered answer = deliver(rig, shot, options);
       const Lighting light = Lighting::of(std::move(answer.descriptor));
       Reflections reflections(light);
       const auto radiance = [&](const ref::V3& d, double roughness) {
@@ -194,4 +199,17 @@ int main() {
           measure::ball_pictures(view, measure::PanoramaSums(measure::published_environment(environment))), 0);
   }
   return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Three balls lit by descriptors of real panoramas, against balls lit by the panoramas.",
+               "measure_balls"};
+  std::string only;
+  int block_edge = 0;
+  app.add_option("--panorama", only, "one panorama alone, by the name of its file without extension [all]");
+  app.add_option("--block-edge", block_edge, "blocks of the estimator, pixels: 1, 2, 4, 8 or 16 [chosen by it]")
+      ->check(CLI::IsMember({1, 2, 4, 8, 16}));
+  return run_command(app, {argv + 1, argv + argc}, [&] { return measure_panoramas(only, block_edge); });
 }

@@ -4,12 +4,14 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 
 #include <nlohmann/json.hpp>
 
 #include <lightwell/codec.hpp>
 #include <lightwell/color.hpp>
 #include <lightwell/harmonics.hpp>
+#include <lightwell/pixel.hpp>
 #include <lightwell/quantile.hpp>
 #include <lightwell/recording.hpp>
 
@@ -31,8 +33,7 @@ ordered_json pose_of(const Pose& pose) {
 }
 
 std::uint8_t to_srgb(double v) {
-  v = std::clamp(v, 0.0, 1.0);
-  return static_cast<std::uint8_t>(255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055) + 0.5);
+  return static_cast<std::uint8_t>(255 * linear_to_srgb(std::clamp(v, 0.0, 1.0)) + 0.5);
 }
 
 /// The picture of a 360° camera with automatic exposure.
@@ -52,8 +53,7 @@ ordered_json mean_radiance(const Lighting& light) {
   for (const Vec3f n :
        {Vec3f{1, 0, 0}, Vec3f{-1, 0, 0}, Vec3f{0, 1, 0}, Vec3f{0, -1, 0}, Vec3f{0, 0, 1}, Vec3f{0, 0, -1}})
     sum += light.irradiance(n).value;
-  constexpr float kPi = 3.14159265F;
-  return array_of(sum * (1 / (6 * kPi)));
+  return array_of(sum * (1 / (6 * std::numbers::pi_v<float>)));
 }
 
 ordered_json algorithm_1(const ViewerScene& scene) {
@@ -61,7 +61,7 @@ ordered_json algorithm_1(const ViewerScene& scene) {
   const bench::AlhakamyResult found = bench::alhakamy_detect(
       {scene.panorama.width, scene.panorama.height, picture, 3 * static_cast<std::size_t>(scene.panorama.width)});
   const Irradiance table = scene.light.irradiance({0, 1, 0}).value;
-  constexpr float kPi = 3.14159265F;
+  constexpr float kPi = std::numbers::pi_v<float>;
   if (found.lights.empty()) return {{"constant", array_of(table * (1 / kPi))}};
   const bench::AlhakamyLight& main = found.lights.front();
   const Vec3d d{main.direction[0], main.direction[1], main.direction[2]};
@@ -86,7 +86,7 @@ std::string viewer_scene_name(const std::string& folder, const ViewerTrial& tria
   return folder + "/" + trial.name + "_" + place + "_" + std::string(method);
 }
 
-Status write_viewer_scenes(const ViewerScene& scene, const std::string& trials, const std::string& folder) {
+Status write_viewer_scenes(const ViewerScene& scene, const std::string& folder) {
   const TrialSetup& s = scene.setup;
   const std::string descriptor = scene.trial.name + "_" + scene.place + ".descriptor";
   const std::string_view bytes(reinterpret_cast<const char*>(scene.message.data()), scene.message.size());
@@ -94,7 +94,7 @@ Status write_viewer_scenes(const ViewerScene& scene, const std::string& trials, 
   for (const std::string_view method : kViewerMethods) {
     ordered_json out = {
         {"camera", {{"width", s.width}, {"height", s.height}, {"fx", s.fx}, {"fy", s.fy}, {"cx", s.cx}, {"cy", s.cy}}},
-        {"background", std::filesystem::absolute(trials + "/" + scene.trial.name + "_without.jpg").string()},
+        {"background", std::filesystem::absolute(s.folder + "/" + scene.trial.name + "_without.jpg").string()},
         {"exposure", scene.trial.gain},
         {"T_world_camera", pose_of(s.T_world_camera)},
         {"T_world_probe", pose_of(scene.T_world_probe)},
@@ -114,7 +114,7 @@ Status write_viewer_scenes(const ViewerScene& scene, const std::string& trials, 
 }
 
 Status write_turning_light(Descriptor descriptor, int frames, const std::string& folder) {
-  constexpr double kStep_rad = 0.1 * 3.14159265358979 / 180;
+  constexpr double kStep_rad = 0.1 * std::numbers::pi / 180;
   constexpr std::int64_t kInterval_ns = 16'000'000;
   std::filesystem::remove(folder + "/turning.lwrec");  // The writer would continue it.
   Result<RecordWriter> writer =

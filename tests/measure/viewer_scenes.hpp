@@ -39,9 +39,8 @@ struct ViewerScene {
 [[nodiscard]] std::string viewer_scene_name(const std::string& folder, const ViewerTrial& trial,
                                             const std::string& place, std::string_view method);
 
-/// Writes a scene for each method, and the descriptor. `trials`: the folder of the pictures.
-[[nodiscard]] Status write_viewer_scenes(const ViewerScene& scene, const std::string& trials,
-                                         const std::string& folder);
+/// Writes a scene for each method, and the descriptor.
+[[nodiscard]] Status write_viewer_scenes(const ViewerScene& scene, const std::string& folder);
 
 /// FOLDER/turning.lwrec: descriptors of a light that turns about +Y by 0.1 degrees in each, 16 ms apart; the map is in
 /// the first. To measure what a frame costs where the light changes in each.

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <lightwell/color.hpp>
+#include <lightwell/pixel.hpp>
 #include <lightwell/quantile.hpp>
 
 #include "imaging/image_file.hpp"
@@ -21,7 +22,8 @@ using nlohmann::json;
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kLeastDepth = 0.03;
-/// Around the object's foot, where it takes light of the sky, too: not counted for the centroid.
+/// Around the object's foot, where it takes light of the sky, too: not counted for the centroid, in whose direction the
+/// tip is searched.
 constexpr double kFootMargin_m = 0.005;
 constexpr int kEdgePx = 2;
 /// How much of the shadow counts as its tip, in radii of the object, and how often the axis is aligned with it.
@@ -54,11 +56,6 @@ double luminance(const std::array<float, 3>& c) {
 }
 
 double azimuth_of(const Vec3d& d) { return std::atan2(d.x, d.z) / kDegree; }
-
-float from_srgb(std::byte code) {
-  const float v = static_cast<float>(std::to_integer<int>(code)) / 255;
-  return v <= 0.04045F ? v / 12.92F : std::pow((v + 0.055F) / 1.055F, 2.4F);
-}
 
 /// Centre of the shadow of the object's top: a disc, of any size where the lamp is near. From the outline's farthest
 /// place along the shadow's axis and its sides near there.
@@ -115,6 +112,7 @@ Result<TrialSetup> load_trial_setup(const std::string& folder) {
   const Result<std::string> text = text_of(path);
   if (!text) return text.status();
   TrialSetup out;
+  out.folder = folder;
   const Status status = parsed(path, [&] {
     const json from = json::parse(*text);
     const json& camera = from.at("camera");
@@ -160,7 +158,8 @@ Result<ColorPicture> read_color_picture(const std::string& path) {
     return out;
   }
   std::array<float, 256> linear{};
-  for (int k = 0; k < 256; ++k) linear[static_cast<std::size_t>(k)] = from_srgb(static_cast<std::byte>(k));
+  for (std::size_t k = 0; k < linear.size(); ++k)
+    linear[k] = static_cast<float>(srgb_to_linear(static_cast<double>(k) / 255));
   for (std::size_t i = 0; i < out.values.size(); ++i)
     for (std::size_t c = 0; c < 3; ++c) out.values[i][c] = linear[std::to_integer<std::size_t>(image->data[3 * i + c])];
   return out;

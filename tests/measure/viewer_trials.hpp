@@ -16,6 +16,7 @@ namespace lightwell::measure {
 
 /// What all trials share. World: +Y up, the table is y = 0; the object is an upright cylinder in the origin.
 struct TrialSetup {
+  std::string folder;  ///< Of the pictures.
   int width = 0, height = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< px; the centre of the top left pixel is (0, 0).
   Pose T_world_camera;                    ///< Camera: +X right, +Y up, -Z forward.

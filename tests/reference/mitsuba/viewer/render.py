@@ -4,6 +4,7 @@
     render.py [--minutes 30] [NAME...]   what is missing of trials.jsonl; writes, for each trial,
         NAME_without.jpg, NAME_with.jpg  the camera's picture without and with the object, sRGB, gain as in the truth
         NAME_top.exr, NAME_away.exr      the panorama at the object's top and a metre away, without the object
+    render.py --seed N --out FOLDER      the same with other noise, elsewhere
     render.py --check                    the table's irradiance below one lamp against the closed form; the lamp's
                                          centroid in a panorama
 
@@ -217,8 +218,8 @@ def lines_of(path: Path) -> dict[str, dict]:
     return {item["name"]: item for item in map(json.loads, path.read_text().splitlines())}
 
 
-def render(t: scenes.Trial, out: Path) -> dict:
-    seed = 100_000 * (int(t.name) + 1)
+def render(t: scenes.Trial, out: Path, seed: int) -> dict:
+    seed += 100_000 * (int(t.name) + 1)
     without, with_object = scene_of(t, False), scene_of(t, True)
     window = shadow_window(t)
     bare = picture(without, window, seed)
@@ -259,6 +260,7 @@ def main() -> int:
     parser.add_argument("names", nargs="*")
     parser.add_argument("--minutes", type=float, default=60)
     parser.add_argument("--out", type=Path, default=HERE)
+    parser.add_argument("--seed", type=int, default=0, help="another one gives other noise: multiples of 10000000")
     parser.add_argument("--check", action="store_true")
     args = parser.parse_args()
     if args.check:
@@ -273,7 +275,7 @@ def main() -> int:
             print("stopped: the time is over; the rest is rendered by the next run")
             break
         began = time.time()
-        items[t.name] = render(t, args.out)
+        items[t.name] = render(t, args.out, args.seed)
         path.write_text("".join(json.dumps(items[name], separators=(",", ":")) + "\n" for name in sorted(items)))
         size = sum(f.stat().st_size for f in args.out.glob(f"{t.name}_*"))
         print(f"{t.name}: {time.time() - began:.0f} s, {size / 1000:.0f} kB", flush=True)
