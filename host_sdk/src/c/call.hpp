@@ -149,6 +149,19 @@ Status copy_text(std::string_view from, char* text, std::size_t capacity, std::s
 /// The LW_FLAG_ bits.
 [[nodiscard]] std::uint32_t bits_of(Flags flags);
 
+/// A C struct with what all answers have; the caller adds the value.
+template <class Out, class T>
+[[nodiscard]] Out start_answer(const Answer<T>& answer) {
+  Out out{};
+  out.size = sizeof out;
+  out.validity = static_cast<lw_validity>(answer.validity);
+  out.age_ns = answer.age.ns;
+  out.reason = reason_of(answer.validity);
+  out.error_bound = answer.error_bound;
+  out.flags = bits_of(answer.flags);
+  return out;
+}
+
 /// Length in bytes of the longest prefix of `text` that has at most `most` bytes and ends between two characters.
 [[nodiscard]] std::size_t whole_characters(std::string_view text, std::size_t most);
 

@@ -34,13 +34,7 @@ Status parse(const lw_cube_map_options& given, CubeMapOptions& to) {
 }
 
 lw_cube_map_summary as_c(const Answer<std::size_t>& answer) {
-  lw_cube_map_summary out{};
-  out.size = sizeof out;
-  out.validity = static_cast<lw_validity>(answer.validity);
-  out.age_ns = answer.age.ns;
-  out.reason = reason_of(answer.validity);
-  out.error_bound = answer.error_bound;
-  out.flags = bits_of(answer.flags);
+  auto out = start_answer<lw_cube_map_summary>(answer);
   out.clamped = answer.value;
   return out;
 }

@@ -37,14 +37,8 @@ static_assert(LW_FLAG_UNSEEN == bit(Flag::unseen) && LW_FLAG_CLIPPED == bit(Flag
 
 template <class T>
 lw_answer as_c(const Answer<T>& answer, Units units) {
-  lw_answer out{};
-  out.size = sizeof out;
-  out.validity = static_cast<lw_validity>(answer.validity);
-  out.age_ns = answer.age.ns;
-  out.reason = reason_of(answer.validity);
+  auto out = start_answer<lw_answer>(answer);
   for (int k = 0; k < 3; ++k) out.value[k] = answer.value[k];
-  out.error_bound = answer.error_bound;
-  out.flags = bits_of(answer.flags);
   out.lights_included = answer.lights == LightsIncluded::yes ? 1 : 0;
   out.units = static_cast<lw_units>(units);
   out.refused = answer.validity == Validity::invalid_query ? 1 : 0;

@@ -38,13 +38,7 @@ namespace {
 static_assert(sizeof(LightRatio) == 3 * sizeof(float) && std::is_standard_layout_v<LightRatio>);
 
 lw_shadow_summary as_c(const Answer<ShadowSummary>& answer) {
-  lw_shadow_summary out{};
-  out.size = sizeof out;
-  out.validity = static_cast<lw_validity>(answer.validity);
-  out.age_ns = answer.age.ns;
-  out.reason = reason_of(answer.validity);
-  out.error_bound = answer.error_bound;
-  out.flags = bits_of(answer.flags);
+  auto out = start_answer<lw_shadow_summary>(answer);
   out.no_light = answer.value.no_light ? 1 : 0;
   out.lights = answer.value.lights;
   out.directions = answer.value.directions;

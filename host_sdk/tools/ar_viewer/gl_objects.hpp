@@ -76,4 +76,12 @@ using GlVertexArray = GlObject<gl_kind::VertexArray>;
 using GlFramebuffer = GlObject<gl_kind::Framebuffer>;
 using GlRenderbuffer = GlObject<gl_kind::Renderbuffer>;
 
+/// Sampling of the texture that is bound to `target`.
+inline void set_sampling(GLenum target, GLenum minification, GLenum magnification, GLenum wrap) {
+  glTexParameteri(target, GL_TEXTURE_MIN_FILTER, static_cast<GLint>(minification));
+  glTexParameteri(target, GL_TEXTURE_MAG_FILTER, static_cast<GLint>(magnification));
+  for (const GLenum side : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
+    glTexParameteri(target, side, static_cast<GLint>(wrap));
+}
+
 }  // namespace lightwell::viewer

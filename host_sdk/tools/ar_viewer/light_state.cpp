@@ -43,8 +43,7 @@ void reduce_to_main_light(Descriptor& d) {
 
 void reduce_to_constant(Descriptor& d) {
   const Radiance mean = mean_radiance(d);
-  set_band(d.radiance, 0);
-  d.radiance.c[0] = mean * (1 / kConstantBasis);
+  d.radiance = uniform_radiance(mean);
   d.lights.clear();
 }
 
@@ -60,12 +59,18 @@ void limit_lights(Descriptor& d) {
 
 void fade(Descriptor& d, Radiance mean, float presence) {
   for (Radiance& c : d.radiance.c) c = c * presence;
-  d.radiance.c[0] += mean * ((1 - presence) / kConstantBasis);
+  d.radiance.c[0] += uniform_radiance(mean * (1 - presence)).c[0];
   for (Light& light : d.lights) light.irradiance = light.irradiance * presence;
   if (!(presence > 0)) d.lights.clear();
 }
 
 }  // namespace
+
+RadianceSh uniform_radiance(Radiance radiance) {
+  RadianceSh sh;
+  sh.c[0] = radiance * (1 / kConstantBasis);
+  return sh;
+}
 
 Radiance mean_radiance(const Descriptor& d) {
   Radiance mean = d.radiance.c[0] * kConstantBasis;

@@ -43,6 +43,9 @@ struct LightState {
 /// `world`: the lighting in the world (Lighting::in_world).
 [[nodiscard]] LightState make_light_state(const Lighting& world, Shading shading, float presence = 1);
 
+/// Harmonics of the same radiance in all directions.
+[[nodiscard]] RadianceSh uniform_radiance(Radiance radiance);
+
 /// Mean radiance over the sphere of all light.
 [[nodiscard]] Radiance mean_radiance(const Descriptor& descriptor);
 

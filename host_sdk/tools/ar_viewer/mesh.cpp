@@ -1,30 +1,22 @@
 #include "ar_viewer/mesh.hpp"
 
 #include <algorithm>
-#include <limits>
+
+#include "ar_viewer/box.hpp"
 
 namespace lightwell::viewer {
 namespace {
 
-struct Bounds {
-  Vec3f low{std::numeric_limits<float>::max(), std::numeric_limits<float>::max(), std::numeric_limits<float>::max()};
-  Vec3f high{-low.x, -low.y, -low.z};
-  [[nodiscard]] Vec3f extent() const { return high - low; }
-};
-
-Bounds bounds_of(const Model& model) {
-  Bounds b;
+Box<float> box_of(const Model& model) {
+  Box<float> box;
   for (const ModelPart& part : model.parts)
-    for (const Vertex& v : part.mesh.vertices) {
-      b.low = {std::min(b.low.x, v.position.x), std::min(b.low.y, v.position.y), std::min(b.low.z, v.position.z)};
-      b.high = {std::max(b.high.x, v.position.x), std::max(b.high.y, v.position.y), std::max(b.high.z, v.position.z)};
-    }
-  return b;
+    for (const Vertex& v : part.mesh.vertices) box.add(v.position);
+  return box;
 }
 
 void stand_on_origin(Model& model) {
-  const Bounds b = bounds_of(model);
-  const Vec3f foot{(b.low.x + b.high.x) / 2, b.low.y, (b.low.z + b.high.z) / 2};
+  const Box<float> box = box_of(model);
+  const Vec3f foot{box.center().x, box.low.y, box.center().z};
   for (ModelPart& part : model.parts)
     for (Vertex& v : part.mesh.vertices) v.position = v.position - foot;
 }
@@ -55,7 +47,7 @@ Result<Model> load_model(const std::string& mesh) {
 
 void scale_to(Model& model, const std::vector<double>& size_m) {
   if (size_m.empty()) return;
-  const Vec3f extent = bounds_of(model).extent();
+  const Vec3f extent = box_of(model).extent();
   const auto factor = [](double size, float of) { return of > 0 ? static_cast<float>(size) / of : 1.0F; };
   Vec3f scale;
   if (size_m.size() == 1) {

@@ -5,7 +5,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "ar_viewer/glm_values.hpp"
+#include <lightwell/glm.hpp>
 
 namespace lightwell::viewer {
 namespace {
@@ -51,8 +51,7 @@ void ObjectReflections::draw_map(std::size_t i, const ObjectSet& objects, const 
     glBindTexture(GL_TEXTURE_CUBE_MAP, maps_[i]->cube.name());
     for (GLenum face = 0; face < 6; ++face)
       glTexImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + face, 0, GL_RGBA16F, edge_, edge_, 0, GL_RGBA, GL_FLOAT, nullptr);
-    glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
-    glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    set_sampling(GL_TEXTURE_CUBE_MAP, GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR, GL_CLAMP_TO_EDGE);
   }
   const CasterBounds own = objects.bounds(i);
   const glm::vec3 eye = to_glm(own.centre);

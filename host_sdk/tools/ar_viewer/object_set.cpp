@@ -4,7 +4,9 @@
 #include <string>
 #include <utility>
 
-#include "ar_viewer/glm_values.hpp"
+#include <lightwell/glm.hpp>
+
+#include "ar_viewer/box.hpp"
 
 namespace lightwell::viewer {
 namespace {
@@ -50,15 +52,12 @@ Result<ObjectSet::Placed> ObjectSet::load(const Object& object) {
   Placed placed;
   placed.anchor = object.anchor;
   placed.T_anchor_object = object.T_anchor_object;
-  Vec3d low{1e30, 1e30, 1e30}, high = -low;
+  Box<double> box;
   for (ModelPart& part : model->parts) {
     const auto first = static_cast<std::uint32_t>(placed.positions.size());
     for (const Vertex& v : part.mesh.vertices) {
       placed.positions.push_back(v.position);
-      low = {std::min<double>(low.x, v.position.x), std::min<double>(low.y, v.position.y),
-             std::min<double>(low.z, v.position.z)};
-      high = {std::max<double>(high.x, v.position.x), std::max<double>(high.y, v.position.y),
-              std::max<double>(high.z, v.position.z)};
+      box.add(vec_cast<double>(v.position));
     }
     for (const std::uint32_t index : part.mesh.indices) placed.indices.push_back(first + index);
     const Material material = part.material && !object.material_given ? *part.material : object.material;
@@ -69,7 +68,7 @@ Result<ObjectSet::Placed> ObjectSet::load(const Object& object) {
     placed.parts.push_back({GpuMesh(part.mesh), material, make_texture(*color, TextureContent::color),
                             make_texture(*normal, TextureContent::vectors), !normal->empty()});
   }
-  placed.centre = (low + high) * 0.5;
+  if (!placed.positions.empty()) placed.centre = box.center();
   for (const Vec3f& p : placed.positions)
     placed.radius_m = std::max(placed.radius_m, length(vec_cast<double>(p) - placed.centre));
   return placed;
@@ -89,7 +88,7 @@ Result<ObjectSet> ObjectSet::make(const std::vector<Object>& objects) {
 void ObjectSet::place(const Pose& T_world_body) {
   positions_.clear();
   indices_.clear();
-  Vec3d low{1e30, 1e30, 1e30}, high = -low;
+  Box<double> box;
   for (Placed& object : objects_) {
     object.T_world_object =
         object.anchor == Anchor::world ? object.T_anchor_object : compose(T_world_body, object.T_anchor_object);
@@ -97,14 +96,13 @@ void ObjectSet::place(const Pose& T_world_body) {
     for (const Vec3f& p : object.positions) {
       const Vec3d q = transformed(object.T_world_object, vec_cast<double>(p));
       positions_.push_back(vec_cast<float>(q));
-      low = {std::min(low.x, q.x), std::min(low.y, q.y), std::min(low.z, q.z)};
-      high = {std::max(high.x, q.x), std::max(high.y, q.y), std::max(high.z, q.z)};
+      box.add(q);
     }
     for (const std::uint32_t index : object.indices) indices_.push_back(first + index);
   }
   bounds_ = {};
   if (positions_.empty()) return;
-  bounds_.centre = (low + high) * 0.5;
+  bounds_.centre = box.center();
   for (const Vec3f& p : positions_)
     bounds_.radius_m = std::max(bounds_.radius_m, length(vec_cast<double>(p) - bounds_.centre));
   // Texels of a map at the very edge belong to the objects.
@@ -129,7 +127,7 @@ CasterBounds ObjectSet::bounds(std::size_t i) const {
 
 void ObjectSet::draw_depth(const ShaderProgram& program) const {
   for (const Placed& object : objects_) {
-    program.set("world_object", to_glm(object.T_world_object));
+    program.set("world_object", glm::mat4(to_glm(object.T_world_object)));
     for (const Part& part : object.parts) part.mesh.draw();
   }
 }
@@ -143,7 +141,7 @@ void ObjectSet::draw(std::size_t i, const ObjectPrograms& programs, const Viewpo
     program.use();
     program.set("clip_world", from.clip_world);
     program.set("eye", from.eye);
-    program.set("world_object", to_glm(object.T_world_object));
+    program.set("world_object", glm::mat4(to_glm(object.T_world_object)));
     program.set("world_normal", glm::mat3(to_glm(object.T_world_object)));
     program.set("environment_levels", environment_levels);
     program.set("objects_edge", objects_edge);

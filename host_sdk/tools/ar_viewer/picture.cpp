@@ -14,9 +14,10 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
-#include <OpenEXR/ImfRgbaFile.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include <lightwell/pixel.hpp>
 
 namespace lightwell::viewer {
 namespace {
@@ -46,18 +47,15 @@ Result<BytePicture> bytes_of(cv::Mat decoded) {
 }  // namespace
 
 std::uint8_t srgb_code(float linear) {
-  const float c = std::clamp(linear, 0.0F, 1.0F);
-  const float encoded = c <= 0.0031308F ? 12.92F * c : 1.055F * std::pow(c, 1 / 2.4F) - 0.055F;
-  return static_cast<std::uint8_t>(std::lround(255 * encoded));
+  return static_cast<std::uint8_t>(
+      std::lround(255 * linear_to_srgb(std::clamp(static_cast<double>(linear), 0.0, 1.0))));
 }
 
 float srgb_linear(std::uint8_t code) {
   static const std::array<float, 256> kTable = [] {
     std::array<float, 256> table{};
-    for (std::size_t i = 0; i < table.size(); ++i) {
-      const double c = static_cast<double>(i) / 255;
-      table[i] = static_cast<float>(c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
-    }
+    for (std::size_t i = 0; i < table.size(); ++i)
+      table[i] = static_cast<float>(srgb_to_linear(static_cast<double>(i) / 255));
     return table;
   }();
   return kTable[code];
@@ -91,12 +89,11 @@ Result<Picture> read_exr(const std::string& path) {
   if (!std::ifstream(path)) return Status(StatusCode::not_found, path + ": the picture cannot be opened");
   Picture picture;
   const Status status = without_exceptions(path, [&]() -> Status {
-    Imf::RgbaInputFile probe(path.c_str());
-    const Imath::Box2i window = probe.dataWindow();
+    Imf::InputFile file(path.c_str());
+    const Imath::Box2i window = file.header().dataWindow();
     const int width = window.max.x - window.min.x + 1, height = window.max.y - window.min.y + 1;
     if (width < 1 || height < 1 || width > kMaxPictureSide || height > kMaxPictureSide)
       return invalid_argument(path + ": the picture is larger than " + std::to_string(kMaxPictureSide) + " pixels");
-    Imf::InputFile file(path.c_str());
     if (file.header().channels().findChannel("R") == nullptr)
       return invalid_argument(path + ": the picture has no channel R; write R, G and B");
     picture.resize(width, height);

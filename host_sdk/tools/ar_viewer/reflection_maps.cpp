@@ -32,13 +32,6 @@ void upload(int level, int edge, GLenum format, const float* texels) {
                  GL_FLOAT, texels + face * face_size);
 }
 
-void set_filters(GLenum minification) {
-  glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MIN_FILTER, static_cast<GLint>(minification));
-  glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  for (const GLenum side : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
-    glTexParameteri(GL_TEXTURE_CUBE_MAP, side, GL_CLAMP_TO_EDGE);
-}
-
 }  // namespace
 
 ReflectionMaps::ReflectionMaps(const ReflectionStyle& style) : style_(style) {
@@ -46,9 +39,9 @@ ReflectionMaps::ReflectionMaps(const ReflectionStyle& style) : style_(style) {
   for_texels(kIrradianceEdge, [this](Vec3f d) { normals_.push_back(d); });
   irradiances_.resize(normals_.size());
   glBindTexture(GL_TEXTURE_CUBE_MAP, irradiance_map_.name());
-  set_filters(GL_LINEAR);
+  set_sampling(GL_TEXTURE_CUBE_MAP, GL_LINEAR, GL_LINEAR, GL_CLAMP_TO_EDGE);
   glBindTexture(GL_TEXTURE_CUBE_MAP, environment_map_.name());
-  set_filters(GL_LINEAR_MIPMAP_LINEAR);
+  set_sampling(GL_TEXTURE_CUBE_MAP, GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR, GL_CLAMP_TO_EDGE);
   glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, 0);
 }
 

@@ -1,21 +1,17 @@
 #include "ar_viewer/renderer.hpp"
 
 #include <array>
-#include <chrono>
 #include <utility>
 
-#include "ar_viewer/glm_values.hpp"
+#include <lightwell/glm.hpp>
+
+#include "ar_viewer/stopwatch.hpp"
 
 namespace lightwell::viewer {
 namespace {
 
 /// Nearest and farthest distance that is drawn, m.
 constexpr float kNearPlane = 0.01F, kFarPlane = 100;
-
-using Clock = std::chrono::steady_clock;
-double milliseconds_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 /// Camera frame to clip space.
 glm::mat4 clip_of(const CameraModel& camera) {
@@ -76,8 +72,7 @@ void Renderer::set_background(const Picture& picture) {
   glBindTexture(GL_TEXTURE_2D, background_.name());
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, picture.width, picture.height, 0, GL_RGBA, GL_FLOAT, picture.rgba.data());
-  for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
-    glTexParameteri(GL_TEXTURE_2D, filter, GL_NEAREST);
+  set_sampling(GL_TEXTURE_2D, GL_NEAREST, GL_NEAREST, GL_CLAMP_TO_EDGE);
 }
 
 void Renderer::set_reflection(const ReflectionStyle& style) {
@@ -86,7 +81,8 @@ void Renderer::set_reflection(const ReflectionStyle& style) {
 }
 
 Viewpoint Renderer::viewpoint(const Pose& T_world_camera) const {
-  return {clip_of(scene_->camera) * to_glm(inverse(T_world_camera)), to_glm(T_world_camera.translation)};
+  return {clip_of(scene_->camera) * glm::mat4(to_glm(inverse(T_world_camera))),
+          glm::vec3(to_glm(T_world_camera.translation))};
 }
 
 void Renderer::draw_background() {
@@ -109,17 +105,17 @@ Result<DrawTimes> Renderer::prepare(const LightState& light, LightMaps& maps) {
   for (std::size_t i = 0; i < objects_.size(); ++i) casters_.push_back(objects_.bounds(i));
   shadow_maps_.update(light.lights, scene_->exposure, casters_, casters,
                       [this](const ShaderProgram& program) { objects_.draw_depth(program); });
-  const Clock::time_point light_start = Clock::now();
+  const Stopwatch light_time;
   maps.reflection_maps.update(light, scene_->exposure);
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(Unit::split_sum));
   glBindTexture(GL_TEXTURE_2D, split_sum_.name());
-  times.light_ms = milliseconds_since(light_start);
+  times.light_ms = light_time.ms();
   if (scene_->ground && light.shading != Shading::constant) {
-    const Clock::time_point shadow_start = Clock::now();
+    const Stopwatch shadow_time;
     const auto square = maps.residual_shadow.update(light, *scene_->ground, objects_.positions(), objects_.indices());
     if (!square.ok()) return square.status();
     residual_square_ = *square;
-    times.shadow_ms = milliseconds_since(shadow_start);
+    times.shadow_ms = shadow_time.ms();
   }
   return times;
 }
@@ -129,7 +125,7 @@ void Renderer::draw_ground(const Viewpoint& from) {
   const ShaderProgram& program = programs_.ground;
   program.use();
   program.set("clip_world", from.clip_world);
-  program.set("world_plane", to_glm(ground.T_world_plane));
+  program.set("world_plane", glm::mat4(to_glm(ground.T_world_plane)));
   program.set("half_size", glm::vec2(ground.width_m / 2, ground.depth_m / 2));
   program.set("residual_centre", glm::vec2(residual_square_.centre_x, residual_square_.centre_z));
   program.set("residual_half", static_cast<float>(residual_square_.half_m));

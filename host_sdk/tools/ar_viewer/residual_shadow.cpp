@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "ar_viewer/box.hpp"
 #include "ar_viewer/shader_program.hpp"
 
 namespace lightwell::viewer {
@@ -19,10 +20,7 @@ const Quat kUpright = Quat::about({1, 0, 0}, -1.5707963267948966);
 ResidualShadow::ResidualShadow(ShadowCaster caster) : caster_(std::move(caster)) {
   ratios_.resize(static_cast<std::size_t>(kEdge) * kEdge);
   glBindTexture(GL_TEXTURE_2D, texture_.name());
-  for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
-    glTexParameteri(GL_TEXTURE_2D, filter, GL_LINEAR);
-  for (const GLenum side : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
-    glTexParameteri(GL_TEXTURE_2D, side, GL_CLAMP_TO_EDGE);
+  set_sampling(GL_TEXTURE_2D, GL_LINEAR, GL_LINEAR, GL_CLAMP_TO_EDGE);
 }
 
 Result<ResidualShadow> ResidualShadow::make() {
@@ -50,15 +48,11 @@ Result<ResidualShadow::Square> ResidualShadow::update(const LightState& light, c
   if (unchanged(light, positions)) return square_;
 
   const Pose T_plane_world = inverse(ground.T_world_plane);
-  Vec3d low{1e30, 1e30, 1e30}, high = -low;
-  for (const Vec3f& p : positions) {
-    const Vec3d q = transformed(T_plane_world, vec_cast<double>(p));
-    low = {std::min(low.x, q.x), std::min(low.y, q.y), std::min(low.z, q.z)};
-    high = {std::max(high.x, q.x), std::max(high.y, q.y), std::max(high.z, q.z)};
-  }
-  square_.centre_x = (low.x + high.x) / 2;
-  square_.centre_z = (low.z + high.z) / 2;
-  square_.half_m = kReach / 2 * std::max({high.x - low.x, high.y, high.z - low.z});
+  Box<double> box;
+  for (const Vec3f& p : positions) box.add(transformed(T_plane_world, vec_cast<double>(p)));
+  square_.centre_x = box.center().x;
+  square_.centre_z = box.center().z;
+  square_.half_m = kReach / 2 * std::max({box.extent().x, box.high.y, box.extent().z});
   const Pose T_world_square = compose(ground.T_world_plane, Pose{kUpright, {square_.centre_x, 0, square_.centre_z}});
   const ShadowReceiver receiver{T_world_square, 2 * square_.half_m, 2 * square_.half_m, kEdge, kEdge};
   const auto cast = caster_.cast(light.residual, receiver, {positions, indices, inverse(T_world_square)}, ratios_);

@@ -34,10 +34,7 @@ TrackedTag read_tag(const nlohmann::json& json, Status& status) {
   Fields fields(json, "tag", status);
   fields.require("id");
   fields.require("size_m");
-  constexpr std::array<std::string_view, 4> kFamilies = {"tag36h11", "tagStandard41h12", "tag25h9", "tag16h5"};
-  std::size_t family = 0;
-  fields.read_choice("family", kFamilies, family);
-  tag.family = kFamilies[family];
+  fields.read_choice("family", kTagFamilies, tag.family);
   fields.read("id", tag.id, Range{0, 65535});
   fields.read("size_m", tag.size_m, Range{1e-3, 100});
   fields.read("T_world_tag", tag.T_world_tag);
@@ -67,9 +64,7 @@ ShadowStyle read_shadow(const nlohmann::json& json, Status& status) {
   ShadowStyle style;
   Fields fields(json, "shadow", status);
   constexpr std::array<std::string_view, 2> kDisplays = {"ratio", "alpha_test"};
-  std::size_t display = 0;
-  fields.read_choice("display", kDisplays, display);
-  style.display = static_cast<ShadowDisplay>(display);
+  fields.read_choice("display", kDisplays, style.display);
   fields.read("strength", style.strength, kUnitRange);
   fields.read("gain", style.gain, Range{0, 10});
   fields.read("alpha_cutoff", style.alpha_cutoff, kUnitRange);
@@ -82,23 +77,13 @@ ReflectionStyle read_reflection(const nlohmann::json& json, Status& status) {
   ReflectionStyle style;
   Fields fields(json, "reflection", status);
   constexpr std::array<std::string_view, 2> kSources = {"prefiltered", "cube_map"};
-  std::size_t source = 0;
-  fields.read_choice("source", kSources, source);
-  style.source = static_cast<ReflectionSource>(source);
+  fields.read_choice("source", kSources, style.source);
   fields.read("every_frames", style.every_frames, Range{1, 1000});
   fields.read("edge", style.edge, Range{8, 64});
   if (!is_environment_edge(static_cast<std::uint64_t>(style.edge))) fields.fail("edge", "must be 8, 16, 32 or 64");
   fields.read("objects_edge", style.objects_edge, Range{0, 256});
   fields.refuse_others();
   return style;
-}
-
-Shading shading_of(Fields& fields, const char* name, Shading otherwise) {
-  std::array<std::string_view, kShadings.size()> names{};
-  for (std::size_t i = 0; i < names.size(); ++i) names[i] = to_string(kShadings[i]);
-  auto index = static_cast<std::size_t>(otherwise);
-  fields.read_choice(name, names, index);
-  return kShadings[index];
 }
 
 void read_pose(Fields& fields, Scene& scene, Status& status) {
@@ -132,8 +117,9 @@ void read_fields(const nlohmann::json& json, const std::string& folder, Scene& s
   }
   if (const auto* ground = fields.member("ground")) scene.ground = read_ground(*ground, status);
   if (const auto* objects = fields.member("objects")) scene.objects = read_objects(*objects, folder, status);
-  scene.shading = shading_of(fields, "shading", Shading::full);
-  if (fields.has("side_by_side")) scene.side_by_side = shading_of(fields, "side_by_side", Shading::full);
+  fields.read_choice("shading", kShadingNames, scene.shading);
+  if (fields.has("side_by_side"))
+    fields.read_choice("side_by_side", kShadingNames, scene.side_by_side.emplace(Shading::full));
   if (const auto* shadow = fields.member("shadow")) scene.shadow = read_shadow(*shadow, status);
   if (const auto* reflection = fields.member("reflection")) scene.reflection = read_reflection(*reflection, status);
   fields.refuse_others();

@@ -30,10 +30,14 @@ struct CameraModel {
   static constexpr int kMinSide = 16, kMaxSide = 4096;
 };
 
+enum class TagFamily : std::uint8_t { tag36h11, tag_standard41h12, tag25h9, tag16h5 };
+/// Names in a scene file, by TagFamily.
+inline constexpr std::array<std::string_view, 4> kTagFamilies = {"tag36h11", "tagStandard41h12", "tag25h9", "tag16h5"};
+
 /// A tag in the picture, by which the camera's pose is found in every frame. The tag's frame: origin in its centre, +Z
 /// towards the viewer, +X right, +Y up.
 struct TrackedTag {
-  std::string family = "tag36h11";
+  TagFamily family = TagFamily::tag36h11;
   int id = 0;
   double size_m = 0;  ///< Edge between the detected corners: of tag36h11 the outside of the black frame.
   Pose T_world_tag;
@@ -83,9 +87,10 @@ enum class Shading : std::uint8_t {
   full,
 };
 inline constexpr std::array kShadings = {Shading::off, Shading::constant, Shading::main_light_and_sh9, Shading::full};
+inline constexpr std::array<std::string_view, kShadings.size()> kShadingNames = {"off", "constant",
+                                                                                 "main_light_and_sh9", "full"};
 [[nodiscard]] constexpr std::string_view to_string(Shading shading) {
-  constexpr std::string_view kNames[] = {"off", "constant", "main_light_and_sh9", "full"};
-  return kNames[static_cast<std::size_t>(shading)];
+  return kShadingNames[static_cast<std::size_t>(shading)];
 }
 
 /// How the real plane shows shadows.

@@ -107,16 +107,14 @@ void Fields::read(const char* name, Pose& value) {
   value = {q.normalized(), {position[0], position[1], position[2]}};
 }
 
-void Fields::read_choice(const char* name, std::span<const std::string_view> names, std::size_t& index) {
+std::optional<std::size_t> Fields::choice(const char* name, std::span<const std::string_view> names) {
   std::string text;
   read(name, text);
-  if (text.empty()) return;
+  if (text.empty()) return std::nullopt;
   for (std::size_t i = 0; i < names.size(); ++i)
-    if (names[i] == text) {
-      index = i;
-      return;
-    }
+    if (names[i] == text) return i;
   fail(name, "'" + text + "' is not known; it is one of " + joined(names));
+  return std::nullopt;
 }
 
 void Fields::refuse_others() {

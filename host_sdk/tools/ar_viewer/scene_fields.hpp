@@ -41,8 +41,11 @@ class Fields {
   /// A list of exactly so many numbers.
   void read(const char* name, std::span<double> values, Range range);
   void read(const char* name, std::span<float> values, Range range);
-  /// One of `names`; its index.
-  void read_choice(const char* name, std::span<const std::string_view> names, std::size_t& index);
+  /// One of `names`, which are those of the enumerators from 0 on.
+  template <class Enum>
+  void read_choice(const char* name, std::span<const std::string_view> names, Enum& value) {
+    if (const std::optional<std::size_t> index = choice(name, names)) value = static_cast<Enum>(*index);
+  }
   /// A member that the caller reads: null if absent.
   [[nodiscard]] const nlohmann::json* member(const char* name);
   void require(const char* name);
@@ -55,6 +58,7 @@ class Fields {
   [[nodiscard]] Status& status() { return status_; }
 
  private:
+  [[nodiscard]] std::optional<std::size_t> choice(const char* name, std::span<const std::string_view> names);
   void read_numbers(const char* name, std::size_t count, Range range,
                     const std::function<void(std::size_t, double)>& take);
 

@@ -4,14 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "ar_viewer/light_state.hpp"
 #include "ar_viewer/scene_fields.hpp"
 
 namespace lightwell::viewer {
 namespace {
 
 constexpr Range kRadiance{0, 1e9};
-/// Y_00.
-constexpr float kConstantBasis = 0.28209479F;
 
 bool is_uri(const std::string& text) {
   return text.find("://") != std::string::npos || text.starts_with("usb:") || text.starts_with("replay:");
@@ -112,9 +111,7 @@ Object read_object(const nlohmann::json& json, const std::string& where, const s
       fields.read("size_m", object.size_m[0], size);
   }
   constexpr std::array<std::string_view, 2> kAnchors = {"world", "marker_body"};
-  std::size_t anchor = 0;
-  fields.read_choice("anchor", kAnchors, anchor);
-  object.anchor = static_cast<Anchor>(anchor);
+  fields.read_choice("anchor", kAnchors, object.anchor);
   fields.read(object.anchor == Anchor::world ? "T_world_object" : "T_body_object", object.T_anchor_object);
   object.material_given = fields.has("material");
   if (const auto* material = fields.member("material"))
@@ -137,7 +134,7 @@ LightDescription read_light(const nlohmann::json& json, const std::string& where
   std::array<float, 3> constant{};
   fields.read("constant", std::span<float>(constant), kRadiance);
   RadianceSh& sh = values.descriptor.radiance;
-  sh.c[0] = Radiance{constant[0], constant[1], constant[2]} * (1 / kConstantBasis);
+  sh = uniform_radiance({constant[0], constant[1], constant[2]});
   if (const auto* harmonics = fields.member("harmonics")) {
     if (fields.has("constant")) fields.fail("harmonics", "give either constant or harmonics");
     read_harmonics(*harmonics, fields, sh);

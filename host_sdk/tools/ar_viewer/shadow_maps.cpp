@@ -7,13 +7,13 @@
 #include <numbers>
 #include <utility>
 
-#include "ar_viewer/glm_values.hpp"
+#include <lightwell/glm.hpp>
 
 namespace lightwell::viewer {
 namespace {
 
 constexpr std::size_t kTaps = 64;
-/// Tangent of the largest half angle of a near light's map: a lamp between the objects does not see all of them.
+/// Tangent of the largest half angle of a near light's map: a light between the objects does not see all of them.
 constexpr float kMaxTangent = 4;
 
 /// ViewerLight of lights.glsl, in std140.
@@ -51,7 +51,7 @@ glm::mat4 view_along(Vec3f travel, Vec3d origin) {
     const auto at = [column](Vec3f a) { return column == 0 ? a.x : column == 1 ? a.y : a.z; };
     m[column] = glm::vec4(at(u), at(v), at(travel), 0);
   }
-  m[3] = m * glm::vec4(-to_glm(origin), 0);
+  m[3] = m * glm::vec4(-glm::vec3(to_glm(origin)), 0);
   m[3].w = 1;
   return m;
 }
@@ -66,7 +66,7 @@ LightEntry entry_of(const ShadedLight& light, float exposure, const CasterBounds
     e.map = {radius, -radius, radius, radius > 0 ? 1 : 0};
     return e;
   }
-  e.position = glm::vec4(to_glm(*light.position), 1);
+  e.position = glm::vec4(glm::vec3(to_glm(*light.position)), 1);
   const Vec3d travel = casters.centre - *light.position;
   const auto distance = static_cast<float>(length(travel));
   const Vec3f axis = distance > 0 ? vec_cast<float>(normalized(travel)) : -light.direction;
@@ -84,10 +84,7 @@ ShadowMaps::ShadowMaps(ShaderProgram program) : program_(std::move(program)) {
   glBindTexture(GL_TEXTURE_2D_ARRAY, maps_.name());
   glTexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_DEPTH_COMPONENT32F, kEdge, kEdge, static_cast<GLsizei>(kMaxShadedLights), 0,
                GL_DEPTH_COMPONENT, GL_FLOAT, nullptr);
-  for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
-    glTexParameteri(GL_TEXTURE_2D_ARRAY, filter, GL_NEAREST);
-  for (const GLenum side : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
-    glTexParameteri(GL_TEXTURE_2D_ARRAY, side, GL_CLAMP_TO_BORDER);
+  set_sampling(GL_TEXTURE_2D_ARRAY, GL_NEAREST, GL_NEAREST, GL_CLAMP_TO_BORDER);
   constexpr std::array<float, 4> kEmpty{1, 1, 1, 1};
   glTexParameterfv(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_BORDER_COLOR, kEmpty.data());
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
@@ -112,7 +109,7 @@ void ShadowMaps::update(std::span<const ShadedLight> lights, float exposure, std
     block.lights[i] = entry_of(lights[i], exposure, all);
   block.caster_count = static_cast<std::int32_t>(std::min(casters.size(), Scene::kMaxObjects));
   for (std::size_t i = 0; i < static_cast<std::size_t>(block.caster_count); ++i)
-    block.casters[i] = glm::vec4(to_glm(casters[i].centre), static_cast<float>(casters[i].radius_m));
+    block.casters[i] = glm::vec4(glm::vec3(to_glm(casters[i].centre)), static_cast<float>(casters[i].radius_m));
   glBindBuffer(GL_UNIFORM_BUFFER, block_.name());
   glBufferSubData(GL_UNIFORM_BUFFER, 0, sizeof block, &block);
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, block_.name());

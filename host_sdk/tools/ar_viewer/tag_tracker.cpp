@@ -7,6 +7,8 @@
 
 #include <opencv2/calib3d.hpp>
 
+#include <lightwell/glm.hpp>
+
 extern "C" {
 #include <apriltag/apriltag.h>
 #include <apriltag/tag16h5.h>
@@ -22,32 +24,16 @@ namespace {
 constexpr double kApriltagCenter = 0.5;
 
 struct Family {
-  std::string_view name;
   apriltag_family_t* (*create)();
   void (*destroy)(apriltag_family_t*);
 };
-constexpr std::array<Family, 4> kFamilies = {{
-    {"tag36h11", &tag36h11_create, &tag36h11_destroy},
-    {"tagStandard41h12", &tagStandard41h12_create, &tagStandard41h12_destroy},
-    {"tag25h9", &tag25h9_create, &tag25h9_destroy},
-    {"tag16h5", &tag16h5_create, &tag16h5_destroy},
+/// By TagFamily.
+constexpr std::array<Family, kTagFamilies.size()> kFamilies = {{
+    {&tag36h11_create, &tag36h11_destroy},
+    {&tagStandard41h12_create, &tagStandard41h12_destroy},
+    {&tag25h9_create, &tag25h9_destroy},
+    {&tag16h5_create, &tag16h5_destroy},
 }};
-
-/// A rotation matrix as a quaternion (Shepperd 1978: from the largest component).
-Quat quaternion_of(const std::array<std::array<double, 3>, 3>& m) {
-  const double trace = m[0][0] + m[1][1] + m[2][2];
-  Quat q;
-  if (trace > 0) {
-    q = {m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1], 1 + trace};
-  } else if (m[0][0] >= m[1][1] && m[0][0] >= m[2][2]) {
-    q = {1 + m[0][0] - m[1][1] - m[2][2], m[0][1] + m[1][0], m[0][2] + m[2][0], m[2][1] - m[1][2]};
-  } else if (m[1][1] >= m[2][2]) {
-    q = {m[0][1] + m[1][0], 1 + m[1][1] - m[0][0] - m[2][2], m[1][2] + m[2][1], m[0][2] - m[2][0]};
-  } else {
-    q = {m[0][2] + m[2][0], m[1][2] + m[2][1], 1 + m[2][2] - m[0][0] - m[1][1], m[1][0] - m[0][1]};
-  }
-  return q.normalized();
-}
 
 }  // namespace
 
@@ -78,35 +64,29 @@ struct TagTracker::Impl {
     cv::solvePnP(corners, pixels, k, cv::noArray(), rotation_vector, translation, false, cv::SOLVEPNP_IPPE_SQUARE);
     cv::solvePnPRefineLM(corners, pixels, k, cv::noArray(), rotation_vector, translation);
     cv::Rodrigues(rotation_vector, rotation);
+    glm::dmat4 T_cv_tag(1);
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) T_cv_tag[column][row] = rotation.at<double>(row, column);
+      T_cv_tag[3][row] = translation.at<double>(row);
+    }
     // From OpenCV's camera (x right, y down, z forward) to ours: half a turn about x.
-    std::array<std::array<double, 3>, 3> r{};
-    for (int i = 0; i < 3; ++i)
-      for (int c = 0; c < 3; ++c)
-        r[static_cast<std::size_t>(i)][static_cast<std::size_t>(c)] = rotation.at<double>(i, c) * (i == 0 ? 1 : -1);
-    const Pose T_camera_tag{quaternion_of(r),
-                            {translation.at<double>(0), -translation.at<double>(1), -translation.at<double>(2)}};
-    return inverse(T_camera_tag);
+    const Pose T_camera_cv{{1, 0, 0, 0}, {}};
+    return inverse(compose(T_camera_cv, from_glm(T_cv_tag)));
   }
 };
 
-TagTracker::TagTracker(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+TagTracker::TagTracker(const TrackedTag& tag, const CameraModel& camera) : impl_(std::make_unique<Impl>()) {
+  impl_->tag = tag;
+  impl_->camera = camera;
+  impl_->kind = &kFamilies[static_cast<std::size_t>(tag.family)];
+  impl_->family = impl_->kind->create();
+  impl_->detector = apriltag_detector_create();
+  impl_->detector->quad_decimate = 1;
+  apriltag_detector_add_family(impl_->detector, impl_->family);
+}
 TagTracker::TagTracker(TagTracker&&) noexcept = default;
 TagTracker& TagTracker::operator=(TagTracker&&) noexcept = default;
 TagTracker::~TagTracker() = default;
-
-Result<TagTracker> TagTracker::make(const TrackedTag& tag, const CameraModel& camera) {
-  auto impl = std::make_unique<Impl>();
-  impl->tag = tag;
-  impl->camera = camera;
-  for (const Family& family : kFamilies)
-    if (family.name == tag.family) impl->kind = &family;
-  if (impl->kind == nullptr) return invalid_argument("tag.family: '" + tag.family + "' is not known");
-  impl->family = impl->kind->create();
-  impl->detector = apriltag_detector_create();
-  impl->detector->quad_decimate = 1;
-  apriltag_detector_add_family(impl->detector, impl->family);
-  return TagTracker(std::move(impl));
-}
 
 std::optional<Pose> TagTracker::find(std::span<const std::uint8_t> grey) {
   const CameraModel& camera = impl_->camera;

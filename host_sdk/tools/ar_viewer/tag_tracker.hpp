@@ -7,7 +7,6 @@
 #include <span>
 
 #include <lightwell/geometry.hpp>
-#include <lightwell/result.hpp>
 
 #include "ar_viewer/scene.hpp"
 
@@ -15,8 +14,7 @@ namespace lightwell::viewer {
 
 class TagTracker {
  public:
-  /// invalid_argument for a family that libapriltag does not have.
-  [[nodiscard]] static Result<TagTracker> make(const TrackedTag& tag, const CameraModel& camera);
+  TagTracker(const TrackedTag& tag, const CameraModel& camera);
   TagTracker(TagTracker&&) noexcept;
   TagTracker& operator=(TagTracker&&) noexcept;
   ~TagTracker();
@@ -28,7 +26,6 @@ class TagTracker {
 
  private:
   struct Impl;
-  explicit TagTracker(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

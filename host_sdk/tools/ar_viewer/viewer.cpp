@@ -1,24 +1,15 @@
 #include "ar_viewer/viewer.hpp"
 
-#include <chrono>
 #include <optional>
 #include <utility>
 
 #include "ar_viewer/background.hpp"
 #include "ar_viewer/light_source.hpp"
 #include "ar_viewer/light_state.hpp"
+#include "ar_viewer/stopwatch.hpp"
 #include "ar_viewer/tag_tracker.hpp"
 
 namespace lightwell::viewer {
-namespace {
-
-using ViewerClock = std::chrono::steady_clock;
-
-double elapsed_ms(ViewerClock::time_point start) {
-  return std::chrono::duration<double, std::milli>(ViewerClock::now() - start).count();
-}
-
-}  // namespace
 
 struct Viewer::Impl {
   Scene scene;
@@ -27,7 +18,7 @@ struct Viewer::Impl {
   std::unique_ptr<LightSource> light;
   std::string source;
   std::optional<Renderer> renderer;
-  std::optional<ViewerClock::time_point> stale_since;
+  std::optional<Stopwatch> stale_for;
   std::optional<Pose> T_world_camera;
   LightState shown;
 
@@ -42,7 +33,7 @@ struct Viewer::Impl {
     if (!opened.ok()) return opened.status();
     light = std::move(*opened);
     source = name;
-    stale_since.reset();
+    stale_for.reset();
     return {};
   }
 
@@ -55,11 +46,11 @@ struct Viewer::Impl {
 
   float presence_of(Validity validity) {
     if (validity != Validity::stale) {
-      stale_since.reset();
+      stale_for.reset();
       return 1;
     }
-    if (!stale_since) stale_since = ViewerClock::now();
-    return stale_presence(validity, elapsed_ms(*stale_since) / 1000, scene.shadow.stale_fade_s);
+    if (!stale_for) stale_for.emplace();
+    return stale_presence(validity, stale_for->ms() / 1000, scene.shadow.stale_fade_s);
   }
 };
 
@@ -73,10 +64,7 @@ Result<Viewer> Viewer::make(Scene scene, const std::string& source) {
   impl->scene = std::move(scene);
   if (Status status = impl->open_source(source); !status.ok()) return status;
   if (Status status = Background::open(impl->scene).assign_to(impl->background); !status.ok()) return status;
-  if (const auto* tag = std::get_if<TrackedTag>(&impl->scene.pose)) {
-    if (Status status = TagTracker::make(*tag, impl->scene.camera).assign_to(impl->tracker); !status.ok())
-      return status;
-  }
+  if (const auto* tag = std::get_if<TrackedTag>(&impl->scene.pose)) impl->tracker.emplace(*tag, impl->scene.camera);
   if (Status status = Renderer::make(impl->scene).assign_to(impl->renderer); !status.ok()) return status;
   return Viewer(std::move(impl));
 }
@@ -85,13 +73,13 @@ Result<FrameReport> Viewer::draw_next() {
   Impl& impl = *impl_;
   FrameReport report;
   if (Status status = impl.background->next(); !status.ok()) return status;
-  const ViewerClock::time_point start = ViewerClock::now();
+  const Stopwatch time;
   if (impl.background->changed()) {
     impl.renderer->set_background(impl.background->picture());
     impl.T_world_camera = impl.tracker ? impl.tracker->find(impl.background->grey()) : std::get<Pose>(impl.scene.pose);
   }
   report.camera_found = impl.T_world_camera.has_value();
-  const ViewerClock::time_point light_start = ViewerClock::now();
+  const Stopwatch light_time;
   const Lighting world = impl.world_of(impl.light->next());
   report.validity = world.validity();
   const float presence = impl.presence_of(report.validity);
@@ -99,7 +87,7 @@ Result<FrameReport> Viewer::draw_next() {
   std::optional<LightState> beside;
   if (impl.scene.side_by_side)
     beside = make_light_state(world, report.camera_found ? *impl.scene.side_by_side : Shading::off, presence);
-  report.sdk_ms = elapsed_ms(light_start);
+  report.sdk_ms = light_time.ms();
 
   const int width = impl.scene.camera.width, left = beside ? width / 2 : width;
   const Pose pose = impl.T_world_camera.value_or(Pose{});
@@ -115,7 +103,7 @@ Result<FrameReport> Viewer::draw_next() {
   if (Status status = draw(impl.shown, {0, left}, Half::left); !status.ok()) return status;
   impl.renderer->finish();
   glFinish();
-  report.render_ms = elapsed_ms(start) - report.sdk_ms - report.shadow_ms;
+  report.render_ms = time.ms() - report.sdk_ms - report.shadow_ms;
   return report;
 }
 

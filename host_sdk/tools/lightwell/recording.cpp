@@ -10,8 +10,8 @@
 namespace lightwell::tool {
 namespace {
 
-int print(const RecordingStatus& recording, bool json) {
-  if (json) {
+int print(const RecordingStatus& recording, const Options& options) {
+  if (options.json) {
     print_json({{"running", recording.running},
                 {"file", recording.file},
                 {"bytes", recording.bytes},
@@ -34,13 +34,9 @@ int print(const RecordingStatus& recording, bool json) {
 
 }  // namespace
 
-int run_recording_start(const Options& options) {
-  return print(require(connect(options).start_recording()), options.json);
-}
+int run_recording_start(const Options& options) { return print(require(connect(options).start_recording()), options); }
 
-int run_recording_stop(const Options& options) {
-  return print(require(connect(options).stop_recording()), options.json);
-}
+int run_recording_stop(const Options& options) { return print(require(connect(options).stop_recording()), options); }
 
 int run_recording_status(const Options& options) {
   const Probe probe = connect(options);
@@ -49,7 +45,7 @@ int run_recording_status(const Options& options) {
     fail(kFile, options.uri +
                     ": the probe has no folder for recordings (`recordings` in its configuration), or its firmware is "
                     "too old for them");
-  return print(*recording, options.json);
+  return print(*recording, options);
 }
 
 }  // namespace lightwell::tool

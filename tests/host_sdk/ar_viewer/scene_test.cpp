@@ -104,6 +104,8 @@ TEST_F(SceneFile, ThatIsWrongIsRefusedWithFileFieldAndRemedy) {
               AllOf(HasSubstr("light.lights[0].direction"), HasSubstr("zero")));
   EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "tag": {"id": 1, "size_m": 0.1}})"),
               HasSubstr("remove one of them"));
+  EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "tag": {"id": 1, "size_m": 0.1, "family": "tag9h1"}})"),
+              AllOf(HasSubstr("tag.family"), HasSubstr("tag25h9")));
   EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "T_world_probe": {"rotation": [0, 0, 0, 0]}})"),
               AllOf(HasSubstr("T_world_probe.rotation"), HasSubstr("zero")));
   EXPECT_THAT(std::string(viewer::read_scene(folder.path("none.json")).status().message()), HasSubstr("none.json"));
