@@ -5,11 +5,13 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
+#include <span>
 
 #include <nlohmann/json.hpp>
 
 #include <lightwell/codec.hpp>
 #include <lightwell/color.hpp>
+#include <lightwell/environment.hpp>
 #include <lightwell/harmonics.hpp>
 #include <lightwell/pixel.hpp>
 #include <lightwell/quantile.hpp>
@@ -79,6 +81,17 @@ Status written(const std::string& path, std::string_view content) {
   return {};
 }
 
+/// Another map of the same size: the texels of each level move on by one.
+void renew_texels(EnvironmentMap& map) {
+  auto first = map.texels.begin();
+  for (const EnvironmentLevel& level : map.levels) {
+    const auto last = first + static_cast<std::ptrdiff_t>(texel_count(std::span(&level, 1)));
+    std::rotate(first, first + 1, last);
+    first = last;
+  }
+  map.key = environment_key(map);
+}
+
 }  // namespace
 
 std::string viewer_scene_name(const std::string& folder, const ViewerTrial& trial, const std::string& place,
@@ -128,7 +141,7 @@ Status write_turning_light(Descriptor descriptor, int frames, const std::string&
     if (Status s = writer->append(descriptor.time.mid_exposure.ns, *bytes); !s.ok()) return s;
     ++descriptor.sequence;
     descriptor.time.mid_exposure.ns += kInterval_ns;
-    descriptor.environment.reset();
+    if (descriptor.environment) renew_texels(*descriptor.environment);
     descriptor.radiance = rotated(descriptor.radiance, step);
     for (Light& light : descriptor.lights) light.direction = normalized(rotate(step, light.direction));
   }

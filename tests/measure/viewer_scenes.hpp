@@ -42,8 +42,8 @@ struct ViewerScene {
 /// Writes a scene for each method, and the descriptor.
 [[nodiscard]] Status write_viewer_scenes(const ViewerScene& scene, const std::string& folder);
 
-/// FOLDER/turning.lwrec: descriptors of a light that turns about +Y by 0.1 degrees in each, 16 ms apart; the map is in
-/// the first. To measure what a frame costs where the light changes in each.
+/// FOLDER/turning.lwrec: descriptors of a light that turns about +Y by 0.1 degrees in each, 16 ms apart, each with
+/// another map. To measure what a frame costs where all of the light changes in each.
 [[nodiscard]] Status write_turning_light(Descriptor descriptor, int frames, const std::string& folder);
 
 }  // namespace lightwell::measure

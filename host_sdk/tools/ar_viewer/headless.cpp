@@ -47,6 +47,7 @@ Status run_headless(Scene scene, const HeadlessOptions& options) {
     if (Status status = write_frame(*viewer, options, frame, picture); !status.ok()) return status;
     if (options.report == ReportOutput::none) continue;
     const nlohmann::ordered_json line = {{"frame", frame},
+                                         {"renderer", context->renderer()},
                                          {"sdk_ms", report->sdk_ms},
                                          {"shadow_ms", report->shadow_ms},
                                          {"render_ms", report->render_ms},

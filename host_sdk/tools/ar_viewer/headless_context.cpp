@@ -28,19 +28,36 @@ HeadlessContext::HeadlessContext(HeadlessContext&&) noexcept = default;
 HeadlessContext& HeadlessContext::operator=(HeadlessContext&&) noexcept = default;
 HeadlessContext::~HeadlessContext() = default;
 
+namespace {
+
+/// Mesa's surfaceless platform, or else the first device of EGL, as drivers without that platform have it.
+EGLDisplay open_display() {
+  const auto opened = [](EGLenum platform, void* native) {
+    const EGLDisplay display = eglGetPlatformDisplayEXT(platform, native, nullptr);
+    return display != EGL_NO_DISPLAY && eglInitialize(display, nullptr, nullptr) == EGL_TRUE ? display : EGL_NO_DISPLAY;
+  };
+  EGLDisplay display = EGL_NO_DISPLAY;
+  if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless"))
+    display = opened(EGL_PLATFORM_SURFACELESS_MESA, nullptr);
+  if (display != EGL_NO_DISPLAY || !epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_device")) return display;
+  EGLDeviceEXT device = EGL_NO_DEVICE_EXT;
+  EGLint devices = 0;
+  if (eglQueryDevicesEXT(1, &device, &devices) != EGL_TRUE || devices == 0) return EGL_NO_DISPLAY;
+  return opened(EGL_PLATFORM_DEVICE_EXT, device);
+}
+
+}  // namespace
+
 Result<HeadlessContext> HeadlessContext::make() {
   const auto failed = [](const char* what) {
     return Status(StatusCode::failed_precondition,
                   std::string(what) +
-                      ": rendering without a display needs Mesa's software renderer; install "
+                      ": rendering without a display needs a graphics driver with EGL; Mesa's software renderer is in "
                       "libegl-mesa0 and libgl1-mesa-dri");
   };
-  if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless"))
-    return failed("EGL has no surfaceless platform");
   auto egl = std::make_unique<Egl>();
-  egl->display = eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr);
-  if (egl->display == EGL_NO_DISPLAY || eglInitialize(egl->display, nullptr, nullptr) != EGL_TRUE)
-    return failed("EGL cannot be initialised");
+  egl->display = open_display();
+  if (egl->display == EGL_NO_DISPLAY) return failed("EGL has no platform without a display");
   if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE) return failed("EGL has no OpenGL");
   constexpr std::array<EGLint, 5> kWanted = {EGL_SURFACE_TYPE, EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT,
                                              EGL_NONE};

@@ -8,8 +8,8 @@
 
 namespace lightwell::viewer {
 
-/// OpenGL 3.3 core through EGL, on Mesa's surfaceless platform, current in the thread that made it until it is
-/// destroyed.
+/// OpenGL 3.3 core through EGL, on the surfaceless platform or on a device, current in the thread that made it until it
+/// is destroyed.
 class HeadlessContext {
  public:
   /// failed_precondition, with the packages to install, if there is no such context.

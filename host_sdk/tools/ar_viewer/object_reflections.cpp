@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include <lightwell/glm.hpp>
@@ -10,16 +11,28 @@
 namespace lightwell::viewer {
 namespace {
 
-/// World to clip space of a face of OpenGL's cube map.
-glm::mat4 clip_of_face(int face, const glm::vec3& eye, float near, float far) {
-  constexpr std::array<std::array<glm::vec3, 2>, 6> kAxes = {{{{{1, 0, 0}, {0, -1, 0}}},
-                                                              {{{-1, 0, 0}, {0, -1, 0}}},
-                                                              {{{0, 1, 0}, {0, 0, 1}}},
-                                                              {{{0, -1, 0}, {0, 0, -1}}},
-                                                              {{{0, 0, 1}, {0, -1, 0}}},
-                                                              {{{0, 0, -1}, {0, -1, 0}}}}};
-  const auto& [forward, up] = kAxes[static_cast<std::size_t>(face)];
-  return glm::perspective(glm::radians(90.0F), 1.0F, near, far) * glm::lookAt(eye, eye + forward, up);
+struct FaceAxes {
+  glm::vec3 forward, up;
+};
+/// Of OpenGL's cube map.
+constexpr std::array<FaceAxes, 6> kFaces = {{{{1, 0, 0}, {0, -1, 0}},
+                                             {{-1, 0, 0}, {0, -1, 0}},
+                                             {{0, 1, 0}, {0, 0, 1}},
+                                             {{0, -1, 0}, {0, 0, -1}},
+                                             {{0, 0, 1}, {0, -1, 0}},
+                                             {{0, 0, -1}, {0, -1, 0}}}};
+
+/// World to clip space of a face.
+glm::mat4 clip_of_face(const FaceAxes& face, const glm::vec3& eye, float near, float far) {
+  return glm::perspective(glm::radians(90.0F), 1.0F, near, far) * glm::lookAt(eye, eye + face.forward, face.up);
+}
+
+/// Whether a sphere reaches into the pyramid of a face. `centre`: from the eye.
+bool shows(const FaceAxes& face, const glm::vec3& centre, float radius) {
+  const glm::vec3 right = glm::cross(face.forward, face.up);
+  for (const glm::vec3& side : {right, -right, face.up, -face.up})
+    if (glm::dot(centre, face.forward + side) < -glm::root_two<float>() * radius) return false;
+  return true;
 }
 
 }  // namespace
@@ -62,14 +75,18 @@ void ObjectReflections::draw_map(std::size_t i, const ObjectSet& objects, const 
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_->name());
   glViewport(0, 0, edge_, edge_);
   glClearColor(0, 0, 0, 0);
-  for (int face = 0; face < 6; ++face) {
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0,
-                           GL_TEXTURE_CUBE_MAP_POSITIVE_X + static_cast<GLenum>(face), maps_[i]->cube.name(), 0);
+  for (GLenum face = 0; face < kFaces.size(); ++face) {
+    const FaceAxes& axes = kFaces[face];
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_CUBE_MAP_POSITIVE_X + face,
+                           maps_[i]->cube.name(), 0);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     const Viewpoint from{
-        clip_of_face(face, eye, static_cast<float>(0.05 * own.radius_m), static_cast<float>(1.01 * far)), eye};
-    for (std::size_t k = 0; k < objects.size(); ++k)
-      if (k != i) objects.draw(k, programs, from, environment_levels, 0);
+        clip_of_face(axes, eye, static_cast<float>(0.05 * own.radius_m), static_cast<float>(1.01 * far)), eye};
+    for (std::size_t k = 0; k < objects.size(); ++k) {
+      const CasterBounds other = objects.bounds(k);
+      if (k != i && shows(axes, glm::vec3(to_glm(other.centre - own.centre)), static_cast<float>(other.radius_m)))
+        objects.draw(k, programs, from, environment_levels, 0);
+    }
   }
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(Unit::objects));
   glBindTexture(GL_TEXTURE_CUBE_MAP, maps_[i]->cube.name());

@@ -24,17 +24,35 @@ void for_texels(int edge, const F& f) {
         f(cube_direction(face, coordinate(column, edge), coordinate(row, edge)));
 }
 
-void upload(int level, int edge, GLenum format, const float* texels) {
+int levels_from(int edge) {
+  int levels = 1;
+  for (int e = edge; e > kLastEdge; e /= 2) ++levels;
+  return levels;
+}
+
+float roughness_of(int level, int levels) {
+  return static_cast<float>(level) / static_cast<float>(std::max(levels - 1, 1));
+}
+
+/// Returns the texels after those of this level. nullptr: memory that is drawn to later.
+const float* upload(int level, int edge, GLenum format, const float* texels) {
   const std::ptrdiff_t face_size = static_cast<std::ptrdiff_t>(edge) * edge * (format == GL_RGB ? 3 : 4);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  for (int face = 0; face < 6; ++face)
-    glTexImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + static_cast<GLenum>(face), level, GL_RGB32F, edge, edge, 0, format,
-                 GL_FLOAT, texels + face * face_size);
+  for (GLenum face = 0; face < 6; ++face) {
+    glTexImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + face, level, GL_RGBA32F, edge, edge, 0, format, GL_FLOAT, texels);
+    if (texels != nullptr) texels += face_size;
+  }
+  return texels;
+}
+
+void activate(Unit unit, const GlTexture& cube) {
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+  glBindTexture(GL_TEXTURE_CUBE_MAP, cube.name());
 }
 
 }  // namespace
 
-ReflectionMaps::ReflectionMaps(const ReflectionStyle& style) : style_(style) {
+ReflectionMaps::ReflectionMaps(EnvironmentPass pass) : pass_(std::move(pass)) {
   glEnable(GL_TEXTURE_CUBE_MAP_SEAMLESS);
   for_texels(kIrradianceEdge, [this](Vec3f d) { normals_.push_back(d); });
   irradiances_.resize(normals_.size());
@@ -42,41 +60,44 @@ ReflectionMaps::ReflectionMaps(const ReflectionStyle& style) : style_(style) {
   set_sampling(GL_TEXTURE_CUBE_MAP, GL_LINEAR, GL_LINEAR, GL_CLAMP_TO_EDGE);
   glBindTexture(GL_TEXTURE_CUBE_MAP, environment_map_.name());
   set_sampling(GL_TEXTURE_CUBE_MAP, GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR, GL_CLAMP_TO_EDGE);
-  glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, 0);
 }
 
-Radiance ReflectionMaps::radiance(const LightState& light, const std::optional<EnvironmentView>& map, Vec3f direction,
-                                  float roughness) {
-  if (!map) return light.residual.radiance(direction, roughness).value;
-  return environment_radiance(map->map, rotate(map->rotation.inverse(), direction), roughness) * light.presence +
-         light.mean * (1 - light.presence);
+Result<ReflectionMaps> ReflectionMaps::make(const ReflectionStyle& style) {
+  Result<EnvironmentPass> pass = EnvironmentPass::make();
+  if (!pass.ok()) return pass.status();
+  ReflectionMaps maps(std::move(*pass));
+  maps.style_ = style;
+  return maps;
 }
 
-void ReflectionMaps::fill_irradiance(const LightState& light, float exposure) {
+void ReflectionMaps::set_style(const ReflectionStyle& style) {
+  style_ = style;
+  frames_ = 0;
+  environment_content_.reset();
+}
+
+int ReflectionMaps::prefiltered_edge(const LightState& light) const {
+  return light.measured.environment() ? style_.edge : std::min(style_.edge, kHarmonicsEdge);
+}
+
+void ReflectionMaps::query_irradiance(const LightState& light, float exposure) {
   (void)light.residual.irradiance(normals_, irradiances_);
   for (Irradiance& e : irradiances_) e = e * exposure;
-  upload(0, kIrradianceEdge, GL_RGB, &irradiances_.front().r);
 }
 
-void ReflectionMaps::fill_prefiltered(const LightState& light, float exposure) {
-  const std::optional<EnvironmentView> map = light.measured.environment();
-  int edge = map ? style_.edge : std::min(style_.edge, kHarmonicsEdge);
-  levels_ = 1;
-  for (int e = edge; e > kLastEdge; e /= 2) ++levels_;
-  glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, levels_ - 1);
-  for (int level = 0; level < levels_; ++level, edge /= 2) {
-    const float roughness = static_cast<float>(level) / static_cast<float>(std::max(levels_ - 1, 1));
-    texels_.clear();
-    for_texels(edge, [&](Vec3f d) { texels_.push_back(radiance(light, map, d, roughness) * exposure); });
-    upload(level, edge, GL_RGB, &texels_.front().r);
-  }
+void ReflectionMaps::query_harmonics(const LightState& light, float exposure) {
+  const int edge = prefiltered_edge(light), levels = levels_from(edge);
+  texels_.clear();
+  for (int level = 0; level < levels; ++level)
+    for_texels(edge >> level, [&](Vec3f d) {
+      texels_.push_back(light.residual.radiance(d, roughness_of(level, levels)).value * exposure);
+    });
 }
 
-void ReflectionMaps::fill_cube_map(const LightState& light, float exposure) {
+void ReflectionMaps::query_cube_map(const LightState& light, float exposure) {
   const CubeMapOptions options{style_.edge, CubeFormat::rgba32f, LightsIncluded::yes, exposure};
   cube_map_.resize(cube_map_bytes(options.edge, options.format));
   (void)cube_map(light.all, options, cube_map_);
-  upload(0, style_.edge, GL_RGBA, reinterpret_cast<const float*>(cube_map_.data()));  // NOLINT: rgba32f
 }
 
 ReflectionMaps::EnvironmentContent ReflectionMaps::environment_content(const LightState& light, float exposure) const {
@@ -95,26 +116,53 @@ ReflectionMaps::EnvironmentContent ReflectionMaps::environment_content(const Lig
   return now;
 }
 
-void ReflectionMaps::update(const LightState& light, float exposure) {
-  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(Unit::irradiance));
-  glBindTexture(GL_TEXTURE_CUBE_MAP, irradiance_map_.name());
+void ReflectionMaps::query(const LightState& light, float exposure) {
   IrradianceContent irradiance{light.residual.descriptor().radiance, exposure};
   if (irradiance_content_ != irradiance) {
-    fill_irradiance(light, exposure);
+    query_irradiance(light, exposure);
     irradiance_content_ = std::move(irradiance);
+    irradiance_changed_ = true;
   }
-  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(Unit::environment));
-  glBindTexture(GL_TEXTURE_CUBE_MAP, environment_map_.name());
   const bool due = style_.source == ReflectionSource::prefiltered || frames_ % style_.every_frames == 0;
   ++frames_;
   if (!due) return;
   EnvironmentContent environment = environment_content(light, exposure);
   if (environment_content_ == environment) return;
-  if (style_.source == ReflectionSource::prefiltered)
-    fill_prefiltered(light, exposure);
-  else
-    fill_cube_map(light, exposure);
+  if (style_.source == ReflectionSource::cube_map)
+    query_cube_map(light, exposure);
+  else if (!light.measured.environment())
+    query_harmonics(light, exposure);
   environment_content_ = std::move(environment);
+  environment_changed_ = true;
+}
+
+void ReflectionMaps::draw_environment(const LightState& light) {
+  levels_ = 1;
+  if (style_.source == ReflectionSource::cube_map) {
+    activate(Unit::environment, environment_map_);
+    upload(0, style_.edge, GL_RGBA, reinterpret_cast<const float*>(cube_map_.data()));  // NOLINT: rgba32f
+  } else {
+    const int edge = prefiltered_edge(light);
+    levels_ = levels_from(edge);
+    const std::optional<EnvironmentView> map = light.measured.environment();
+    const float exposure = environment_content_->exposure;
+    if (map) pass_.upload(*map, {exposure * light.presence, light.mean * (exposure * (1 - light.presence))});
+    const float* texels = map ? nullptr : &texels_.front().r;
+    for (int level = 0; level < levels_; ++level) {
+      activate(Unit::environment, environment_map_);
+      texels = upload(level, edge >> level, GL_RGB, texels);
+      if (map) pass_.draw(map->map, environment_map_.name(), level, edge >> level, roughness_of(level, levels_));
+    }
+  }
+  activate(Unit::environment, environment_map_);
+  glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, levels_ - 1);
+}
+
+void ReflectionMaps::draw(const LightState& light) {
+  activate(Unit::irradiance, irradiance_map_);
+  if (std::exchange(irradiance_changed_, false)) upload(0, kIrradianceEdge, GL_RGB, &irradiances_.front().r);
+  if (std::exchange(environment_changed_, false)) draw_environment(light);
+  activate(Unit::environment, environment_map_);
 }
 
 }  // namespace lightwell::viewer

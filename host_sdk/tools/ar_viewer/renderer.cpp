@@ -62,10 +62,14 @@ Result<Renderer> Renderer::make(const Scene& scene) {
   Result<ResidualShadow> left = ResidualShadow::make(), right = ResidualShadow::make();
   if (!left.ok()) return left.status();
   if (!right.ok()) return right.status();
-  return Renderer(scene, {std::move(*object_programs), std::move(*ground), std::move(*background)}, std::move(*objects),
-                  std::move(*shadow_maps),
-                  {LightMaps{std::move(*left), ReflectionMaps(scene.reflection)},
-                   LightMaps{std::move(*right), ReflectionMaps(scene.reflection)}});
+  Result<ReflectionMaps> left_maps = ReflectionMaps::make(scene.reflection);
+  if (!left_maps.ok()) return left_maps.status();
+  Result<ReflectionMaps> right_maps = ReflectionMaps::make(scene.reflection);
+  if (!right_maps.ok()) return right_maps.status();
+  return Renderer(
+      scene, {std::move(*object_programs), std::move(*ground), std::move(*background)}, std::move(*objects),
+      std::move(*shadow_maps),
+      {LightMaps{std::move(*left), std::move(*left_maps)}, LightMaps{std::move(*right), std::move(*right_maps)}});
 }
 
 void Renderer::set_background(const Picture& picture) {
@@ -76,7 +80,7 @@ void Renderer::set_background(const Picture& picture) {
 }
 
 void Renderer::set_reflection(const ReflectionStyle& style) {
-  for (LightMaps& maps : light_maps_) maps.reflection_maps = ReflectionMaps(style);
+  for (LightMaps& maps : light_maps_) maps.reflection_maps.set_style(style);
   object_reflections_ = ObjectReflections(style.objects_edge);
 }
 
@@ -106,10 +110,11 @@ Result<DrawTimes> Renderer::prepare(const LightState& light, LightMaps& maps) {
   shadow_maps_.update(light.lights, scene_->exposure, casters_, casters,
                       [this](const ShaderProgram& program) { objects_.draw_depth(program); });
   const Stopwatch light_time;
-  maps.reflection_maps.update(light, scene_->exposure);
+  maps.reflection_maps.query(light, scene_->exposure);
+  times.light_ms = light_time.ms();
+  maps.reflection_maps.draw(light);
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(Unit::split_sum));
   glBindTexture(GL_TEXTURE_2D, split_sum_.name());
-  times.light_ms = light_time.ms();
   if (scene_->ground && light.shading != Shading::constant) {
     const Stopwatch shadow_time;
     const auto square = maps.residual_shadow.update(light, *scene_->ground, objects_.positions(), objects_.indices());

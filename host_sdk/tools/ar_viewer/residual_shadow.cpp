@@ -10,8 +10,9 @@
 namespace lightwell::viewer {
 namespace {
 
-/// A change of the residual below this share of its mean is not visible in the occlusion.
-constexpr float kTolerance = 0.005F;
+/// A change of the residual below this share of its mean is not visible in the occlusion: a step of an 8-bit picture is
+/// about 1 % of a medium grey.
+constexpr float kTolerance = 0.01F;
 /// Rotation of the caster's plane, whose normal is +Z, into ours, whose normal is +Y: its +Y is our -Z.
 const Quat kUpright = Quat::about({1, 0, 0}, -1.5707963267948966);
 

@@ -19,7 +19,7 @@ namespace lightwell::viewer {
 class ResidualShadow {
  public:
   /// Texels along the edge of the square, which is kReach times as wide as the objects are.
-  static constexpr int kEdge = 160;
+  static constexpr int kEdge = 96;
   static constexpr double kReach = 4;
 
   [[nodiscard]] static Result<ResidualShadow> make();

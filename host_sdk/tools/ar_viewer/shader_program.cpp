@@ -58,7 +58,7 @@ Result<ShaderProgram> ShaderProgram::make(std::string_view vertex_file, std::str
       std::pair{"environment_map", Unit::environment},   std::pair{"irradiance_map", Unit::irradiance},
       std::pair{"objects_map", Unit::objects},           std::pair{"residual_ratio", Unit::residual},
       std::pair{"color_texture", Unit::color},           std::pair{"normal_texture", Unit::normal},
-      std::pair{"split_sum_table", Unit::split_sum}};
+      std::pair{"split_sum_table", Unit::split_sum},     std::pair{"map_texels", Unit::map_texels}};
   for (const auto& [name, unit] : kSamplers) result.set(name, static_cast<int>(unit));
   return result;
 }
@@ -71,6 +71,9 @@ GLint ShaderProgram::location(const char* uniform) const {
 
 void ShaderProgram::set(const char* uniform, int value) const { glUniform1i(location(uniform), value); }
 void ShaderProgram::set(const char* uniform, float value) const { glUniform1f(location(uniform), value); }
+void ShaderProgram::set(const char* uniform, const glm::ivec2& value) const {
+  glUniform2iv(location(uniform), 1, glm::value_ptr(value));
+}
 void ShaderProgram::set(const char* uniform, const glm::vec2& value) const {
   glUniform2fv(location(uniform), 1, glm::value_ptr(value));
 }

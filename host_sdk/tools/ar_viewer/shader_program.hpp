@@ -14,7 +14,18 @@
 namespace lightwell::viewer {
 
 /// Texture units, the same in every program.
-enum class Unit : int { background, shadow_maps, environment, irradiance, objects, residual, color, normal, split_sum };
+enum class Unit : int {
+  background,
+  shadow_maps,
+  environment,
+  irradiance,
+  objects,
+  residual,
+  color,
+  normal,
+  split_sum,
+  map_texels
+};
 
 /// The content of a file of shaders/, part of the program; empty if there is none of that name.
 [[nodiscard]] std::string_view shader_source(std::string_view file);
@@ -31,6 +42,7 @@ class ShaderProgram {
   // The program must be in use.
   void set(const char* uniform, int value) const;
   void set(const char* uniform, float value) const;
+  void set(const char* uniform, const glm::ivec2& value) const;
   void set(const char* uniform, const glm::vec2& value) const;
   void set(const char* uniform, const glm::vec3& value) const;
   void set(const char* uniform, const glm::mat3& value) const;

@@ -79,8 +79,11 @@ Result<FrameReport> Viewer::draw_next() {
     impl.T_world_camera = impl.tracker ? impl.tracker->find(impl.background->grey()) : std::get<Pose>(impl.scene.pose);
   }
   report.camera_found = impl.T_world_camera.has_value();
+  const Stopwatch reading;
+  const Lighting lighting = impl.light->next();
+  const double reading_ms = reading.ms();
   const Stopwatch light_time;
-  const Lighting world = impl.world_of(impl.light->next());
+  const Lighting world = impl.world_of(lighting);
   report.validity = world.validity();
   const float presence = impl.presence_of(report.validity);
   impl.shown = make_light_state(world, report.camera_found ? impl.scene.shading : Shading::off, presence);
@@ -103,7 +106,7 @@ Result<FrameReport> Viewer::draw_next() {
   if (Status status = draw(impl.shown, {0, left}, Half::left); !status.ok()) return status;
   impl.renderer->finish();
   glFinish();
-  report.render_ms = time.ms() - report.sdk_ms - report.shadow_ms;
+  report.render_ms = time.ms() - reading_ms - report.sdk_ms - report.shadow_ms;
   return report;
 }
 
