@@ -1,7 +1,9 @@
 // The tool as used by scripts: exit codes, one-line errors, JSON.
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdio>
+#include <span>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -13,6 +15,7 @@
 
 #include "host_sdk/scenes.hpp"
 #include "support/captured_planes.hpp"
+#include "support/read_file.hpp"
 #include "support/temp_dir.hpp"
 
 namespace lightwell {
@@ -26,9 +29,9 @@ struct Outcome {
   std::string out;  ///< Both streams.
 };
 
-Outcome run(const std::string& arguments) {
+Outcome run_program(const std::string& command) {
   Outcome result;
-  std::FILE* pipe = popen((std::string(LIGHTWELL_CLI) + " " + arguments + " 2>&1").c_str(), "r");
+  std::FILE* pipe = popen((command + " 2>&1").c_str(), "r");
   if (pipe == nullptr) return result;
   std::array<char, 4096> buffer{};
   while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe)) result.out.append(buffer.data(), n);
@@ -36,6 +39,8 @@ Outcome run(const std::string& arguments) {
   result.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   return result;
 }
+
+Outcome run(const std::string& arguments) { return run_program(std::string(LIGHTWELL_CLI) + " " + arguments); }
 
 long lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
 
@@ -48,6 +53,23 @@ class Cli : public ::testing::Test {
       const auto time = static_cast<std::int64_t>(i) * 10'000'000;
       const std::string bytes = test::encoded(test::numbered(i == 20 ? 25 : i, time));
       ASSERT_TRUE(writer->append(time, test::as_bytes(bytes)).ok());
+    }
+    ASSERT_TRUE(writer->flush().ok());
+  }
+
+  /// Three descriptors and three messages of a plane.
+  static void write_planes(const std::string& path) {
+    Result<RecordWriter> writer =
+        RecordWriter::open(path, {RecordingKind::descriptors_and_planes, "attic", "0.0.2", {}});
+    ASSERT_TRUE(writer.ok());
+    PlaneEncoder encoder({.images = ImageRecipients::all_clients});
+    for (std::uint64_t i = 1; i <= 3; ++i) {
+      const auto update = encoder.encode(test::linear_plane(), {0});
+      ASSERT_TRUE(update.ok());
+      for (const auto& message : *update)
+        ASSERT_TRUE(writer->append(static_cast<std::int64_t>(i), message, RecordedMessage::plane).ok());
+      const std::string bytes = test::encoded(test::numbered(i, 10'000'000));
+      ASSERT_TRUE(writer->append(static_cast<std::int64_t>(i), test::as_bytes(bytes)).ok());
     }
     ASSERT_TRUE(writer->flush().ok());
   }
@@ -169,23 +191,56 @@ TEST_F(Cli, RecordStoresTheReceivedBytes) {
   EXPECT_FALSE(b->next(y));
 }
 
+std::string hex(std::span<const std::byte> bytes) {
+  std::string text;
+  for (const std::byte b : bytes) {
+    std::array<char, 3> digits{};
+    std::snprintf(digits.data(), digits.size(), "%02x", std::to_integer<unsigned>(b));
+    text += digits.data();
+  }
+  return text;
+}
+
+TEST_F(Cli, RecordWritesMcapThatIsReadByItsOwnSchema) {
+  const std::string planes = copy() + ".planes", file = copy() + ".mcap";
+  write_planes(planes);
+  ASSERT_EQ(run("record 'replay:" + planes + "?speed=0' " + file + " --plane --mcap").code, 0);
+  const Outcome messages = run_program(PYTHON " " MCAP_MESSAGES " " + file);
+  ASSERT_EQ(messages.code, 0) << messages.out;
+  // The bytes and the order of each kind are those of the recording.
+  Result<RecordReader> reader = RecordReader::open(planes);
+  ASSERT_TRUE(reader.ok());
+  Record record;
+  std::size_t at_descriptor = 0, at_plane = 0;
+  while (reader->next(record)) {
+    std::size_t& at = record.message == RecordedMessage::plane ? at_plane : at_descriptor;
+    at = messages.out.find("\"bytes\": \"" + hex(record.payload) + "\"", at);
+    ASSERT_NE(at, std::string::npos);
+    ++at;
+  }
+  EXPECT_EQ(lines(messages.out), 6) << messages.out;
+  EXPECT_THAT(messages.out,
+              HasSubstr(R"("topic": "lightwell/descriptor", "schema": "lightwell.v1.LightingDescriptor")"));
+  EXPECT_THAT(messages.out, HasSubstr(R"("topic": "lightwell/plane", "schema": "lightwell.v1.PlaneUpdate")"));
+  EXPECT_THAT(messages.out, HasSubstr(R"("sequence": "3")")) << "decoded by the file's schema";
+}
+
+TEST_F(Cli, RecordRefusesToContinueAnMcapFile) {
+  const std::string file = copy() + ".mcap", record = "record 'replay:" + recording() + "?speed=0' " + file + " --mcap";
+  ASSERT_EQ(run(record).code, 0);
+  const std::string before = test::read_file(file);
+  const Outcome again = run(record);
+  EXPECT_EQ(again.code, 4);
+  EXPECT_THAT(again.out, HasSubstr("choose another name"));
+  EXPECT_EQ(test::read_file(file), before);
+  const Outcome full = run("record 'replay:" + recording() + "?speed=0' /dev/full --mcap");
+  EXPECT_EQ(full.code, 4);
+  EXPECT_THAT(full.out, HasSubstr("No space left")) << full.out;
+}
+
 TEST_F(Cli, RecordStoresPlanesOnRequest) {
   const std::string planes = copy() + ".planes", again = copy() + ".again", without = copy() + ".without";
-  {
-    Result<RecordWriter> writer =
-        RecordWriter::open(planes, {RecordingKind::descriptors_and_planes, "attic", "0.0.2", {}});
-    ASSERT_TRUE(writer.ok());
-    PlaneEncoder encoder({.images = ImageRecipients::all_clients});
-    for (std::uint64_t i = 1; i <= 3; ++i) {
-      const auto update = encoder.encode(test::linear_plane(), {0});
-      ASSERT_TRUE(update.ok());
-      for (const auto& message : *update)
-        ASSERT_TRUE(writer->append(static_cast<std::int64_t>(i), message, RecordedMessage::plane).ok());
-      const std::string bytes = test::encoded(test::numbered(i, 10'000'000));
-      ASSERT_TRUE(writer->append(static_cast<std::int64_t>(i), test::as_bytes(bytes)).ok());
-    }
-    ASSERT_TRUE(writer->flush().ok());
-  }
+  write_planes(planes);
   const Outcome result = run("record 'replay:" + planes + "?speed=0' " + again + " --plane");
   EXPECT_EQ(result.code, 0) << result.out;
   EXPECT_THAT(result.out, HasSubstr("3 descriptors"));

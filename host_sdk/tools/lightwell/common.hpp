@@ -23,6 +23,7 @@ struct Options {
   double seconds = 0;             ///< watch, record; 0: until the recording ends or the tool is interrupted.
   std::string file;               ///< watch, record: to write; replay: to read.
   bool plane = false;             ///< record: captured planes, too.
+  bool mcap = false;              ///< record: as an MCAP file.
   std::string normal, direction;  ///< query: "x,y,z".
   double roughness = 1;
   bool lights = false;

@@ -162,10 +162,15 @@ void add_commands(CLI::App& app, Options& options, int& exit_code) {
   CLI::App* record = add(app, "record", "Write descriptors to a file, byte for byte as received", run_record,
                          "Example: lightwell record grpc://probe.local evening.lwr --seconds 60\n"
                          "A recording with --plane is refused by readers that know no planes. It holds the texture,\n"
-                         "which is a photograph, if the probe sends it (plane.images).");
+                         "which is a photograph, if the probe sends it (plane.images).\n"
+                         "With --mcap the messages are in the topics lightwell/descriptor and lightwell/plane, with\n"
+                         "their protobuf schemas; publish_time is the middle of the exposure, log_time the reception,\n"
+                         "both UTC. A recording is converted by: lightwell record replay:evening.lwr?speed=0 "
+                         "evening.mcap --mcap");
   add_uri(record);
   record->add_option("FILE", options.file, "New file, or a recording to continue")->required();
   record->add_flag("--plane", options.plane, "Also the captured planes of the probe");
+  record->add_flag("--mcap", options.mcap, "A new MCAP file, which other programs' viewers open; it holds the schema");
   add_seconds(record);
 
   CLI::App* replay = add(app, "replay", "Content of a recording, one message per line", run_replay,

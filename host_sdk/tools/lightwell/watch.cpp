@@ -20,6 +20,7 @@
 #include <lightwell/text.hpp>
 
 #include "common.hpp"
+#include "mcap_writer.hpp"
 
 namespace lightwell::tool {
 namespace {
@@ -29,6 +30,13 @@ constexpr Duration kSecond{1'000'000'000};
 volatile std::sig_atomic_t signal_seen = 0;
 
 void on_signal(int) { signal_seen = 1; }
+
+/// What to add to a time of the host's monotonic clock, now: somebody may set the clock.
+std::int64_t utc_minus_monotonic_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+             .count() -
+         monotonic_now_ns();
+}
 
 /// Passes the descriptors of a probe to `take` and to the recording, until --seconds are over, a played recording ends,
 /// or SIGINT or SIGTERM arrives, which do not end the process, so that a summary is printed. No descriptor is dropped
@@ -48,7 +56,9 @@ class Feed {
     start_ = HostTime{monotonic_now_ns()};
     if (options.seconds > 0) end_ = start_ + Duration::from_seconds(options.seconds);
     const RecordingKind kind = options.plane ? RecordingKind::descriptors_and_planes : RecordingKind::descriptors;
-    if (!file_.empty())
+    if (options.mcap)
+      mcap_.emplace(require(McapWriter::create(file_, probe_->info().name), kFile));
+    else if (!file_.empty())
       writer_.emplace(
           require(RecordWriter::open(file_, {kind, probe_->info().name, std::string(version()), {}}), kFile));
   }
@@ -84,7 +94,7 @@ class Feed {
   /// Ends the recording; no descriptor is passed any more. An error names the file.
   [[nodiscard]] Status close() {
     const std::lock_guard lock(mutex_);
-    closed_ = true;
+    if (!std::exchange(closed_, true) && mcap_ && written_.ok()) written_ = mcap_->finish().in(file_);
     return written_;
   }
 
@@ -93,20 +103,28 @@ class Feed {
     const std::lock_guard lock(mutex_);
     if (closed_ || !written_.ok()) return;
     take_(arrival);
-    if (writer_) write(arrival.received, arrival.bytes, RecordedMessage::descriptor);
+    write(arrival.mid_exposure, arrival.received, arrival.bytes, RecordedMessage::descriptor);
   }
 
   void put_plane(const PlaneArrival& arrival) {
     const std::lock_guard lock(mutex_);
-    if (closed_ || !written_.ok() || !writer_) return;
-    write(arrival.received, arrival.bytes, RecordedMessage::plane);
+    if (closed_ || !written_.ok()) return;
+    write(arrival.received, arrival.received, arrival.bytes, RecordedMessage::plane);
     ++planes_;
   }
 
-  void write(HostTime received, std::span<const std::byte> bytes, RecordedMessage message) {
-    written_ = writer_->append(received.ns, bytes, message);
-    // Each record goes to the file at once: a killed process loses none that it received.
-    if (written_.ok()) written_ = writer_->flush();
+  /// published: when it was measured, if that is known.
+  void write(HostTime published, HostTime received, std::span<const std::byte> bytes, RecordedMessage message) {
+    if (mcap_) {
+      const std::int64_t utc_ns = utc_minus_monotonic_ns();
+      written_ = mcap_->append(
+          {static_cast<std::uint64_t>(published.ns + utc_ns), static_cast<std::uint64_t>(received.ns + utc_ns)}, bytes,
+          message);
+    } else if (writer_) {
+      written_ = writer_->append(received.ns, bytes, message);
+      // Each record goes to the file at once: a killed process loses none that it received.
+      if (written_.ok()) written_ = writer_->flush();
+    }
     written_ = written_.in(file_);
   }
 
@@ -114,6 +132,7 @@ class Feed {
   const std::string file_;
   const std::function<void(const Arrival&)> take_;
   std::optional<RecordWriter> writer_;
+  std::optional<McapWriter> mcap_;
   Status written_;
   bool closed_ = false;
   std::atomic<std::uint64_t> planes_{0};
