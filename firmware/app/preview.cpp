@@ -45,7 +45,7 @@ Result<PreviewJpeg> Preview::request() {
   bool encode = false;
   {
     const std::lock_guard copy_lock(copy_mutex_);
-    encode = std::exchange(is_new_, false) && now - newest_time_ < kInterval;
+    encode = std::exchange(is_new_, false) && now - newest_time_ < kMaxAge;
     if (encode) {
       std::swap(newest_, encoding_);
       jpeg_time_ = newest_time_;
@@ -57,9 +57,9 @@ Result<PreviewJpeg> Preview::request() {
     if (!jpeg) return jpeg.status();
     jpeg_ = std::make_shared<const std::vector<std::byte>>(std::move(*jpeg));
   }
-  if (jpeg_ && now - jpeg_time_ < kInterval) return jpeg_;
+  if (jpeg_ && now - jpeg_time_ < kMaxAge) return jpeg_;
   jpeg_.reset();
-  requested_.store(true, std::memory_order_relaxed);
+  if (now - jpeg_time_ >= kInterval) requested_.store(true, std::memory_order_relaxed);
   return PreviewJpeg();
 }
 

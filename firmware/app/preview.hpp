@@ -16,7 +16,9 @@ namespace lightwell {
 class Preview {
  public:
   /// Between the frames of two pictures, at least.
-  static constexpr std::chrono::seconds kInterval{1};
+  static constexpr std::chrono::milliseconds kInterval{1000};
+  /// Of a picture that a request gets; requests later than that wait for the next one.
+  static constexpr std::chrono::milliseconds kMaxAge{100};
 
   explicit Preview(const RigParameters& rig);
 

@@ -64,6 +64,14 @@ Linear linear_at(const View& view, int x, int y, const std::vector<float>& table
   return {};
 }
 
+/// The pixels along a side of `size` that are read: up to kSamples, spread evenly, in each of `small` equal parts.
+std::vector<int> sample_positions(int size, int small) {
+  const long long n = static_cast<long long>(std::min(kSamples, std::max(1, size / small))) * small;
+  std::vector<int> out;
+  for (long long k = 0; k < n; ++k) out.push_back(static_cast<int>((2 * k + 1) * size / (2 * n)));
+  return out;
+}
+
 /// Of linear values from 0 to 1; adjacent entries differ by less than a code above 0.001.
 constexpr std::size_t kCurveSteps = 4096;
 const std::array<std::uint8_t, kCurveSteps + 1>& srgb_codes() {
@@ -98,13 +106,14 @@ PictureReducer::PictureReducer(const RigParameters& rig) {
   const double factor =
       std::min({1.0, static_cast<double>(lens_width) / width, static_cast<double>(kSmallPictureHeight) / height});
   for (const LensParameters& from : rig.lenses) {
-    Lens lens{from.width,
-              from.height,
-              width_,
-              std::max(1, static_cast<int>(from.width * factor)),
-              std::max(1, static_cast<int>(from.height * factor)),
-              {},
-              {}};
+    Lens lens;
+    lens.width = from.width;
+    lens.height = from.height;
+    lens.x = width_;
+    lens.small_width = std::max(1, static_cast<int>(from.width * factor));
+    lens.small_height = std::max(1, static_cast<int>(from.height * factor));
+    lens.columns = sample_positions(from.width, lens.small_width);
+    lens.rows = sample_positions(from.height, lens.small_height);
     for (std::size_t c = 0; c < 3; ++c) lens.white_balance[c] = static_cast<float>(from.photometry.white_balance[c]);
     for (const int bits : kCodeBits) lens.tables.push_back(linear_table(from.photometry, 1 << bits));
     width_ += lens.small_width;
@@ -131,25 +140,20 @@ void PictureReducer::reduce_lens(const View& view, const Lens& lens, SmallPictur
   const PixelLayout& layout = pixel_layout(view.format);
   if (layout.is_float()) out.white = 0;
   const std::vector<float>& table = lens.tables[layout.depth_index()];
-  // Sample k of n within small pixel i of `small` along a side of `size` pixels.
-  const auto position = [](int i, int k, int n, int small, int size) {
-    return static_cast<int>((2LL * (static_cast<long long>(i) * n + k) + 1) * size / (2LL * small * n));
-  };
-  const int nx = std::min(kSamples, std::max(1, lens.width / lens.small_width));
-  const int ny = std::min(kSamples, std::max(1, lens.height / lens.small_height));
-  for (int j = 0; j < lens.small_height; ++j)
-    for (int i = 0; i < lens.small_width; ++i) {
+  const std::size_t nx = lens.columns.size() / static_cast<std::size_t>(lens.small_width);
+  const std::size_t ny = lens.rows.size() / static_cast<std::size_t>(lens.small_height);
+  for (std::size_t j = 0; j < static_cast<std::size_t>(lens.small_height); ++j) {
+    float* to = out.rgb.data() + 3 * (j * static_cast<std::size_t>(width_) + static_cast<std::size_t>(lens.x));
+    for (std::size_t i = 0; i < static_cast<std::size_t>(lens.small_width); ++i, to += 3) {
       Linear sum{};
-      for (int kj = 0; kj < ny; ++kj)
-        for (int ki = 0; ki < nx; ++ki) {
-          const Linear v = linear_at(view, position(i, ki, nx, lens.small_width, lens.width),
-                                     position(j, kj, ny, lens.small_height, lens.height), table);
+      for (std::size_t row = j * ny; row < (j + 1) * ny; ++row)
+        for (std::size_t column = i * nx; column < (i + 1) * nx; ++column) {
+          const Linear v = linear_at(view, lens.columns[column], lens.rows[row], table);
           for (std::size_t c = 0; c < 3; ++c) sum[c] += v[c];
         }
-      float* const to = out.rgb.data() + 3 * (static_cast<std::size_t>(j) * static_cast<std::size_t>(width_) +
-                                              static_cast<std::size_t>(lens.x + i));
       for (std::size_t c = 0; c < 3; ++c) to[c] = sum[c] * lens.white_balance[c] / static_cast<float>(nx * ny);
     }
+  }
 }
 
 Image encode_srgb(const SmallPicture& picture, int width, int height) {

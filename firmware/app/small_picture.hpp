@@ -43,6 +43,7 @@ class PictureReducer {
     int width = 0, height = 0;  ///< Of its picture.
     int x = 0;                  ///< Column of its left edge in the small picture.
     int small_width = 0, small_height = 0;
+    std::vector<int> columns, rows;  ///< Those that are read, in order; equally many for each small pixel.
     std::array<float, 3> white_balance{1, 1, 1};
     std::vector<std::vector<float>> tables;  ///< Linear value by code, by index in kCodeBits.
   };

@@ -32,7 +32,7 @@ constexpr std::size_t kFileChunk = 16 * 1024;
 constexpr int kSendBufferBytes = 16 * 1024;
 constexpr std::int64_t kStopNs = 300'000'000;
 /// How often a request that waits for the preview looks for it, and how long it waits.
-constexpr std::int64_t kPreviewPollNs = 20'000'000, kMaxPreviewWaitNs = 2 * kSecondNs;
+constexpr std::int64_t kPreviewPollNs = 20'000'000, kMaxPreviewWaitNs = 3 * kSecondNs;
 
 }  // namespace
 
@@ -216,7 +216,7 @@ int WebServer::on_preview_writable(lws* wsi, Connection& connection) {
   } else if (*jpeg) {
     page = WebPages::picture(request.method, *jpeg);
   } else if (monotonic_now_ns() - asked_ns > kMaxPreviewWaitNs) {
-    page = WebPages::refusal(request, 503, "the camera has delivered no frame for two seconds; try again later");
+    page = WebPages::refusal(request, 503, "the camera has delivered no frame for three seconds; try again later");
   } else {
     if (!std::exchange(polling_preview_, true)) schedule_preview_poll();
     return 0;

@@ -162,7 +162,7 @@ void add_commands(CLI::App& app, Options& options, int& exit_code) {
   CLI::App* record = add(app, "record", "Write descriptors to a file, byte for byte as received", run_record,
                          "Example: lightwell record grpc://probe.local evening.lwr --seconds 60\n"
                          "A recording with --plane is refused by readers that know no planes. It holds the texture,\n"
-                         "which is a photograph, if the probe sends it (plane.images).");
+                         "which is a photograph, if the probe sends it (`images` of its configuration).");
   add_uri(record);
   record->add_option("FILE", options.file, "New file, or a recording to continue")->required();
   record->add_flag("--plane", options.plane, "Also the captured planes of the probe");

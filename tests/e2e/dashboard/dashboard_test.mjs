@@ -250,7 +250,8 @@ test("without the owner's consent no picture leaves the probe, and the page says
     ".cells[3].textContent"));
   const before = await refused();
   await page.evaluate('document.getElementById("preview-toggle").click()');
-  await page.until('/owner.*images: IMAGE_RECIPIENTS_ALL_CLIENTS/.test(document.getElementById("preview-error").textContent)');
+  const remedy = /owner.*images: IMAGE_RECIPIENTS_ALL_CLIENTS/;
+  await until(async () => remedy.test(await page.text("preview-error")), "the remedy");
   assert.equal(await page.evaluate('document.getElementById("preview-picture").hidden'), true);
   assert.equal(await page.text("preview-toggle"), "Show the picture");
   await until(async () => (await refused()) !== before, "the refusal is counted");

@@ -13,7 +13,8 @@ const pictures = process.env.LIGHTWELL_SCREENSHOTS;
 mkdirSync(pictures, { recursive: true });
 const folder = mkdtempSync(join(tmpdir(), "lightwell-preview-"));
 const panorama = join(folder, "lamp.hdr");
-writePanorama(panorama);
+// More than one percent of the picture, so that its radiance, and not that of the sky, is shown as white.
+writePanorama(panorama, 0.35);
 const config = join(folder, "probe.textproto");
 writeFileSync(config, "images: IMAGE_RECIPIENTS_ALL_CLIENTS\n");
 
@@ -21,9 +22,10 @@ let daemon;
 let browser;
 let page;
 before(async () => {
-  // A stitched camera whose picture is the panorama, turned by 20° a second.
-  daemon = await Daemon.start({ camera: `sim:${panorama}?rig=equirect&yaw_rate=20deg/s`, size: "320x160",
-                                more: ["--config", config] });
+  // A stitched camera, whose picture is the panorama, turned by 60° a second, forth and back.
+  daemon = await Daemon.start({
+    camera: `sim:${panorama}?rig=equirect&yaw_rate=60deg/s&frames=180`, size: "320x160", more: ["--config", config],
+  });
   browser = await Browser.start();
   page = await browser.newPage();
   await page.goto(daemon.page);
@@ -36,8 +38,9 @@ after(async () => {
 });
 
 /** Column (0 to 1) of the brightest pixels of the picture that the page shows, its size, and which picture it is. */
-const shown = () => page.evaluate(`{
+const shown = () => page.evaluate(`(async () => {
   const picture = document.getElementById("preview-picture");
+  await picture.decode();
   const copy = document.createElement("canvas");
   [copy.width, copy.height] = [picture.naturalWidth, picture.naturalHeight];
   const context = copy.getContext("2d");
@@ -50,9 +53,9 @@ const shown = () => page.evaluate(`{
       sine += Math.sin(phi);
       cosine += Math.cos(phi);
     }
-  ({ column: (Math.atan2(sine, cosine) / (2 * Math.PI) + 1) % 1, width: copy.width, height: copy.height,
-     source: picture.src, light: Number(document.querySelectorAll("#lights tbody td")[1]?.textContent.slice(0, -1)) });
-}`);
+  return { column: (Math.atan2(sine, cosine) / (2 * Math.PI) + 1) % 1, width: copy.width, height: copy.height,
+     source: picture.src, light: Number(document.querySelectorAll("#lights tbody td")[1]?.textContent.slice(0, -1)) };
+})()`);
 
 const isShown = '(picture => !picture.hidden && picture.complete && picture.naturalWidth > 0)' +
   '(document.getElementById("preview-picture"))';
@@ -76,15 +79,16 @@ test("the picture is shown, and a lamp that moves in the scene moves in it", asy
     if (now.source !== source) {
       source = now.source;
       columns.push(now.column);
-      // The page's own measurement of the lamp, up to a second younger than the picture: the camera turns by 20° then.
+      // The page's own measurement of the lamp, which is younger than the picture.
       const expected = (now.light / 360 + 0.5 + 1) % 1;
       const turned = Math.abs(((now.column - expected + 1.5) % 1) - 0.5);
-      assert.ok(turned < 30 / 360, `lamp in column ${now.column}, measured at ${now.light}°`);
+      assert.ok(turned < 50 / 360, `lamp in column ${now.column}, measured at ${now.light}°`);
     }
     return columns.length > 3;
   }, "four pictures");
-  const steps = columns.slice(1).map((v, i) => ((v - columns[i] + 1.5) % 1) - 0.5);
-  assert.ok(steps.every((v) => Math.abs(v) > 5 / 360 && Math.sign(v) === Math.sign(steps[0])), `${steps}`);
+  // The camera turns forth and back by 180°.
+  const moved = columns.map((v) => Math.abs(((v - columns[0] + 1.5) % 1) - 0.5));
+  assert.ok(Math.max(...moved) > 40 / 360, `columns ${columns}`);
   assert.deepEqual(page.complaints, []);
 });
 
@@ -109,7 +113,7 @@ test("it fits desktop and phone", async () => {
   await page.view(1280, 900);
 });
 
-test("the camera's sequence is not held up, and hiding stops the requests", async () => {
+test("hiding the picture stops the requests", async () => {
   await page.evaluate('document.getElementById("preview-toggle").click()');
   assert.equal(await page.evaluate(isShown), false);
   await new Promise((resume) => setTimeout(resume, 1500));

@@ -41,9 +41,9 @@ class Commands {
   /// Starts or stops the probe's own recording; its state after the action. failed_precondition, resource_exhausted: as
   /// ControlRecording of probe_service.proto. unavailable: the disk does not respond. Returns within a second.
   [[nodiscard]] virtual Result<RecordingStatus> control_recording(RecordingAction action) = 0;
-  /// A small picture of what the camera sees, at most 320 x 160, sRGB; at most one second old and a new one at most
-  /// once a second. It does not wait: if there is none yet, it asks the pipeline for the next frame's and returns null,
-  /// and the link calls again. failed_precondition, with the remedy: the owner lets nobody have pictures.
+  /// A small picture of what the camera sees, at most 320 x 160, sRGB, not older than 0.1 s; there is a new one at most
+  /// once a second. It does not wait: where there is none, it requests one of a next frame and returns null, and the
+  /// link calls again soon. failed_precondition, with the remedy: the owner lets nobody have pictures.
   [[nodiscard]] virtual Result<PreviewJpeg> preview() = 0;
 };
 
