@@ -1,8 +1,8 @@
 // The light as a cube map for OpenGL, Vulkan and WebGPU: the texels of C++'s cube_map() (cube_map.hpp).
 import type { Light } from "./descriptor.js";
-import { environmentRadiance } from "./environment.js";
+import { EnvironmentMap, levelRadiance, octahedral, texelAt } from "./environment.js";
 import type { Answer, Lighting } from "./lighting.js";
-import { Vec3, dot, normalized } from "./vector.js";
+import { Vec3, dot, inverse, normalized, rotate } from "./vector.js";
 
 export const maxCubeEdge = 64;
 
@@ -86,22 +86,34 @@ class Texel {
       cornerSolidAngle(left, top);
   }
 
-  /** Calls visit(direction, weight) for `count` x `count` places; weights are solid angles. In floats as in C++, so that
-   *  the border of a light runs between the same samples. `direction` is valid during the call. */
-  sample(count: number, visit: (direction: Vec3, weight: number) => void): void {
-    const { forward, right, down } = faceAxes[this.face];
-    const step = f(2 / (this.edge * count));
-    const place = (k: number) => f(f(f(k + 0.5) * step) - 1);
-    const direction: Vec3 = [0, 0, 0];
-    const line: Vec3 = [0, 0, 0];
+}
+
+/** Places in a texel: x, y, z of the direction and the solid angle of each. In floats as in C++, so that the border of a
+ *  light runs between the same samples. */
+class Samples {
+  readonly values: Float32Array;
+
+  constructor(readonly count: number) {
+    this.values = new Float32Array(4 * count * count);
+  }
+
+  fill(texel: Texel): void {
+    const { count, values } = this;
+    const { forward, right, down } = faceAxes[texel.face];
+    const step = f(2 / (texel.edge * count));
+    let at = 0;
     for (let j = 0; j < count; ++j) {
-      const b = place(this.row * count + j);
-      for (let k = 0; k < 3; ++k) line[k] = f(forward[k] + f(down[k] * b));
-      for (let i = 0; i < count; ++i) {
-        const a = place(this.column * count + i);
+      const b = f(f(f(texel.row * count + j + 0.5) * step) - 1);
+      const x = f(forward[0] + f(down[0] * b));
+      const y = f(forward[1] + f(down[1] * b));
+      const z = f(forward[2] + f(down[2] * b));
+      for (let i = 0; i < count; ++i, at += 4) {
+        const a = f(f(f(texel.column * count + i + 0.5) * step) - 1);
         const reciprocal = f(1 / f(Math.sqrt(f(f(1 + f(a * a)) + f(b * b)))));
-        for (let k = 0; k < 3; ++k) direction[k] = f(f(line[k] + f(right[k] * a)) * reciprocal);
-        visit(direction, f(f(f(f(step * step) * reciprocal) * reciprocal) * reciprocal));
+        values[at] = f(x + f(right[0] * a)) * reciprocal;
+        values[at + 1] = f(y + f(right[1] * a)) * reciprocal;
+        values[at + 2] = f(z + f(right[2] * a)) * reciprocal;
+        values[at + 3] = f(f(f(step * step) * reciprocal) * reciprocal) * reciprocal;
       }
     }
   }
@@ -119,56 +131,107 @@ function texelWith(d: Vec3, edge: number): number {
   return (face * edge + index(down)) * edge + index(right);
 }
 
-/** A light, spread over the texels that its cap covers, with all of its energy. */
+/** A light, spread over the texels that its cap covers, with all of its energy: first cover() of every texel, then
+ *  finish(), then addTo(). */
 class SpreadLight {
   private readonly axis: Vec3;
   private readonly cosRho: number;
   private readonly cosOutside: number;
   private readonly cosInside: number;
-  private readonly covered = new Map<number, number>();
+  private readonly covered: Float64Array;
+  private sum = 0;
   /** Radiance times solid angle of the light, per covered solid angle. */
-  private readonly energy: Vec3;
+  private energy: Vec3;
 
-  constructor(light: Light, texels: readonly Texel[]) {
-    const { edge } = texels[0];
+  constructor(light: Light, edge: number) {
     const rho = light.angularRadius;
     const radius = Math.SQRT2 / edge;
     this.axis = normalized(light.direction)!;
     this.cosRho = Math.cos(rho);
     this.cosOutside = rho + radius < Math.PI ? Math.cos(rho + radius) : -1;
     this.cosInside = rho > radius ? Math.cos(rho - radius) : 2;
-    let sum = 0;
-    for (const texel of texels) {
-      const solidAngle = this.coveredSolidAngle(texel);
-      if (solidAngle === 0) continue;
-      this.covered.set(texel.index, solidAngle);
-      sum += solidAngle;
-    }
-    // Between two samples: all in the texel around it.
-    if (sum === 0) this.covered.set(texelWith(this.axis, edge), (sum = 1));
+    this.covered = new Float64Array(faces * edge * edge);
     // Radiance times solid angle of a cap whose vector irradiance is pi sin²(rho) times its radiance.
-    const factor = 2 / (1 + this.cosRho) / sum;
-    this.energy = light.irradiance.map((v) => v * factor) as Vec3;
+    this.energy = light.irradiance.map((v) => (v * 2) / (1 + this.cosRho)) as Vec3;
   }
 
-  /** Adds its mean radiance over the texel to `sum`. */
-  addTo(sum: Vec3, texel: Texel): void {
-    const covered = this.covered.get(texel.index);
-    if (covered === undefined) return;
-    const share = covered / texel.solidAngle;
-    for (let k = 0; k < 3; ++k) sum[k] += this.energy[k] * share;
-  }
-
-  private coveredSolidAngle(texel: Texel): number {
+  /** "border": the texel is partly covered, and cover() needs its samples. */
+  place(texel: Texel): "outside" | "inside" | "border" {
     const c = dot(this.axis, texel.center);
-    if (c < this.cosOutside) return 0;
-    if (c > this.cosInside) return texel.solidAngle;
-    let sum = 0;
-    texel.sample(lightSamples, (d, weight) => {
-      if (dot(this.axis, d) >= this.cosRho) sum += weight;
-    });
-    return sum;
+    return c < this.cosOutside ? "outside" : c > this.cosInside ? "inside" : "border";
   }
+
+  cover(texel: Texel, samples: Samples | null): void {
+    let solidAngle = 0;
+    if (samples === null) solidAngle = texel.solidAngle;
+    else {
+      const { values } = samples;
+      const [x, y, z] = this.axis;
+      for (let i = 0; i < values.length; i += 4)
+        if (x * values[i] + y * values[i + 1] + z * values[i + 2] >= this.cosRho) solidAngle += values[i + 3];
+    }
+    this.covered[texel.index] = solidAngle;
+    this.sum += solidAngle;
+  }
+
+  finish(edge: number): void {
+    // Between two samples: all in the texel around it.
+    if (this.sum === 0) this.covered[texelWith(this.axis, edge)] = this.sum = 1;
+    this.energy = this.energy.map((v) => v / this.sum) as Vec3;
+  }
+
+  /** Adds its mean radiance over the texel to `mean`. */
+  addTo(mean: Vec3, texel: Texel): void {
+    const covered = this.covered[texel.index];
+    if (covered === 0) return;
+    const share = covered / texel.solidAngle;
+    for (let k = 0; k < 3; ++k) mean[k] += this.energy[k] * share;
+  }
+}
+
+function spreadLights(lights: readonly Light[], texels: readonly Texel[]): SpreadLight[] {
+  const { edge } = texels[0];
+  const spread = lights.map((light) => new SpreadLight(light, edge));
+  const samples = new Samples(lightSamples);
+  for (const texel of texels) {
+    let filled = false;
+    for (const light of spread) {
+      const place = light.place(texel);
+      if (place === "outside") continue;
+      if (place === "border" && !filled) {
+        samples.fill(texel);
+        filled = true;
+      }
+      light.cover(texel, place === "border" ? samples : null);
+    }
+  }
+  for (const light of spread) light.finish(edge);
+  return spread;
+}
+
+/** radiance(d, 0) of a map, as environmentRadiance(), from texels that are decoded once. */
+function mapSampler(map: EnvironmentMap): (d: Vec3) => Vec3 {
+  const { edge } = map.levels[0];
+  const texels = levelRadiance(map, 0);
+  const toMap = map.rotation ? inverse(map.rotation) : null;
+  const out: Vec3 = [0, 0, 0];
+  return (d) => {
+    const uv = octahedral(normalized((toMap ? rotate(toMap, d) : d).map(f) as Vec3, f)!);
+    const x = f(f(uv[0] * edge) - 0.5);
+    const y = f(f(uv[1] * edge) - 0.5);
+    const i = Math.floor(x);
+    const j = Math.floor(y);
+    const fx = x - i;
+    const fy = y - j;
+    const a = 3 * texelAt(edge, i, j);
+    const b = 3 * texelAt(edge, i + 1, j);
+    const c = 3 * texelAt(edge, i, j + 1);
+    const e = 3 * texelAt(edge, i + 1, j + 1);
+    for (let k = 0; k < 3; ++k)
+      out[k] = (texels[a + k] * (1 - fx) + texels[b + k] * fx) * (1 - fy) +
+        (texels[c + k] * (1 - fx) + texels[e + k] * fx) * fy;
+    return out;
+  };
 }
 
 const bits = new DataView(new ArrayBuffer(4));
@@ -212,21 +275,23 @@ export function cubeMap(light: Lighting, options: CubeMapOptions = {}): CubeMap 
   if (!(scale > 0) || !Number.isFinite(scale)) throw new RangeError(`scale is ${scale}; it is finite and above 0`);
   const count = faces * edge * edge;
   const all = Array.from({ length: count }, (_, index) => new Texel(index, edge));
-  const spread = lights === "included" ? light.lights.map((one) => new SpreadLight(one, all)) : [];
+  const spread = lights === "included" ? spreadLights(light.lights, all) : [];
   const { environment } = light;
-  const sharp = (d: Vec3) => environment ? environmentRadiance(environment, d, 0) : light.radiance(d, 0).value;
-  const samples = Math.ceil((environment ? mapSamples : harmonicsSamples) / edge);
+  const sharp = environment ? mapSampler(environment) : (d: Vec3) => light.radiance(d, 0).value;
+  const samples = new Samples(Math.ceil((environment ? mapSamples : harmonicsSamples) / edge));
   const texels = format === "rgba16f" ? new Uint16Array(4 * count)
     : format === "rgba32f" ? new Float32Array(4 * count) : new Uint32Array(count);
   let clamped = 0;
   for (const texel of all) {
     const mean: Vec3 = [0, 0, 0];
     let weights = 0;
-    texel.sample(samples, (d, weight) => {
-      const value = sharp(d);
-      for (let k = 0; k < 3; ++k) mean[k] += value[k] * weight;
-      weights += weight;
-    });
+    samples.fill(texel);
+    const { values } = samples;
+    for (let i = 0; i < values.length; i += 4) {
+      const value = sharp([values[i], values[i + 1], values[i + 2]]);
+      for (let k = 0; k < 3; ++k) mean[k] += value[k] * values[i + 3];
+      weights += values[i + 3];
+    }
     for (let k = 0; k < 3; ++k) mean[k] /= weights;
     for (const one of spread) one.addTo(mean, texel);
     let above = false;
