@@ -49,8 +49,8 @@ namespace Lightwell
     public sealed partial class Lighting
     {
         /// <summary>Writes options.Bytes bytes of texels: faces +X, -X, +Y, -Y, +Z, -Z with the orientation of OpenGL,
-        /// Vulkan and WebGPU, rows from t = 0, r, g, b and 1 (Rgb9E5: one number). A texel is the mean radiance over its
-        /// solid angle, times the scale. Axes are the probe's, not Unity's. Takes milliseconds, makes no garbage.
+        /// Vulkan and WebGPU, rows from t = 0, r, g, b and 1 (Rgb9E5: one number). A texel is the mean radiance over
+        /// its solid angle, times the scale. Axes are the probe's, not Unity's. Takes milliseconds, makes no garbage.
         /// InvalidArgument: an option, or too few bytes.</summary>
         public CubeMapSummary CubeMap(CubeMapOptions options, byte[] texels)
         {

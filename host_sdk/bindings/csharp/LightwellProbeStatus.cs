@@ -80,8 +80,8 @@ namespace Lightwell
             Recorded((ref Native.CRecording r) => Native.lw_probe_get_recording(handle, ref r));
 
         /// <summary>Starts a recording of all descriptors by the probe, in the folder that its owner has configured;
-        /// the file stays there. Blocks until the probe responds. FailedPrecondition: no such folder, or one runs already.
-        /// ResourceExhausted: the owner's limits.</summary>
+        /// the file stays there. Blocks until the probe responds. FailedPrecondition: no such folder, or one runs
+        /// already. ResourceExhausted: the owner's limits.</summary>
         public Recording StartRecording() =>
             Recorded((ref Native.CRecording r) => Native.lw_probe_start_recording(handle, ref r));
 

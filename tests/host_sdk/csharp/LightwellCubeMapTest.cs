@@ -37,8 +37,8 @@ internal static partial class LightwellTest
         }
         Check(maps > 20, "there are cube maps");
         Check(new CubeMapOptions().Bytes == 6 * 64 * 64 * 8, "64 texels of half floats by default");
-        Check(Throws(Status.InvalidArgument, "edge", () => light.CubeMap(new CubeMapOptions { Edge = 65 }, new byte[9])),
-              "an edge of 65");
+        Check(Throws(Status.InvalidArgument, "edge",
+              () => light.CubeMap(new CubeMapOptions { Edge = 65 }, new byte[9])), "an edge of 65");
         Check(Throws(Status.InvalidArgument, "room for", () => light.CubeMap(new CubeMapOptions(), new byte[9])),
               "too few bytes");
         Check(Throws(Status.InvalidArgument, "room for", () => light.CubeMap(new CubeMapOptions(), null)), "no bytes");

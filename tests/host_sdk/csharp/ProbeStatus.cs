@@ -1,4 +1,5 @@
-// Prints the calibration of a probe, and what starting and stopping a recording gives: tests/e2e/bindings_status_test.cpp.
+// Prints the calibration of a probe, and what starting and stopping a recording gives:
+// tests/e2e/bindings_status_test.cpp.
 using System;
 using System.Linq;
 using Lightwell;
@@ -40,7 +41,8 @@ internal static class ProbeStatus
                 foreach (var l in c.Lenses)
                     Console.WriteLine("lens " + l.Width + " " + l.Height + " " + l.Model + " " + Micro(l.MaxAngleDeg) +
                         " " + l.Response + " " + Flag(l.Vignetting) + " " + Flag(l.Noise) + " " +
-                        (l.SeenDeg.HasValue ? Micro(l.SeenDeg.Value) + " " + Micro(l.Direction3SigmaDeg.Value) : "none"));
+                        (l.SeenDeg.HasValue ? Micro(l.SeenDeg.Value) + " " + Micro(l.Direction3SigmaDeg.Value)
+                                            : "none"));
                 var r = c.Report;
                 Console.WriteLine(r == null ? "report none" : "report " + r.GeometryTimeS + " " + Micro(r.RmsPx) + " " +
                                   r.Points + " " + r.PhotometryTimeS);

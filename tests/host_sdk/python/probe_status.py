@@ -1,4 +1,5 @@
-"""Prints the calibration of a probe, and what starting and stopping a recording gives: tests/e2e/bindings_status_test.cpp.
+"""Prints the calibration of a probe, and what starting and stopping a recording gives:
+tests/e2e/bindings_status_test.cpp.
 
 usage: probe_status.py URI
 """

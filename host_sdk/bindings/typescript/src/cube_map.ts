@@ -88,8 +88,8 @@ class Texel {
 
 }
 
-/** Places in a texel: x, y, z of the direction and the solid angle of each. In floats as in C++, so that the border of a
- *  light runs between the same samples. */
+/** Places in a texel: x, y, z of the direction and the solid angle of each. In floats as in C++, so that the border of
+ *  a light runs between the same samples. */
 class Samples {
   readonly values: Float32Array;
 
