@@ -37,10 +37,12 @@ after(async () => {
   rmSync(folder, { recursive: true, force: true });
 });
 
-/** Column (0 to 1) of the brightest pixels of the picture that the page shows, its size, and which picture it is. */
+/** Column (0 to 1) of the brightest pixels of the picture that the page shows, its size, and which picture it is; null:
+ *  ask again. */
 const shown = () => page.evaluate(`(async () => {
   const picture = document.getElementById("preview-picture");
-  await picture.decode();
+  // Rejected where the page sets the next picture meanwhile.
+  if (!(await picture.decode().then(() => true, () => false))) return null;
   const copy = document.createElement("canvas");
   [copy.width, copy.height] = [picture.naturalWidth, picture.naturalHeight];
   const context = copy.getContext("2d");
@@ -70,22 +72,24 @@ test("nothing is fetched before a person asks", async () => {
 test("the picture is shown, and a lamp that moves in the scene moves in it", async () => {
   await page.evaluate('document.getElementById("preview-toggle").click()');
   await page.until(isShown);
-  const first = await shown();
+  const first = await until(shown, "a picture");
   assert.deepEqual([first.width, first.height], [320, 160]);
   const columns = [];
   let source;
+  let agreed = 0;
   await until(async () => {
     const now = await shown();
-    if (now.source !== source) {
+    if (now !== null && now.source !== source) {
       source = now.source;
       columns.push(now.column);
-      // The page's own measurement of the lamp, which is younger than the picture.
+      // The page's own measurement of the lamp, which is younger than the picture: on a busy machine by
+      // more than the tolerance now and then.
       const expected = (now.light / 360 + 0.5 + 1) % 1;
       const turned = Math.abs(((now.column - expected + 1.5) % 1) - 0.5);
-      assert.ok(turned < 50 / 360, `lamp in column ${now.column}, measured at ${now.light}°`);
+      if (turned < 50 / 360) ++agreed;
     }
-    return columns.length > 3;
-  }, "four pictures");
+    return columns.length > 3 && agreed > 2;
+  }, "pictures with the lamp where it is measured");
   // The camera turns forth and back by 180°.
   const moved = columns.map((v) => Math.abs(((v - columns[0] + 1.5) % 1) - 0.5));
   assert.ok(Math.max(...moved) > 40 / 360, `columns ${columns}`);
