@@ -183,7 +183,7 @@ class NetworkMonitor {
 std::unique_ptr<ProbeRecorder> make_probe_recorder(const Config& config) {
   if (!config.recordings) return nullptr;
   // Planes hold a photograph, which is stored only if the owner lets clients have it.
-  const bool planes = config.plane && config.plane->images == ImageRecipients::all_clients;
+  const bool planes = config.plane && config.texture_recipients() == ImageRecipients::all_clients;
   const RecordingKind kind = planes ? RecordingKind::descriptors_and_planes : RecordingKind::descriptors;
   auto recorder = std::make_unique<ProbeRecorder>(
       *config.recordings, RecordingHeader{kind, config.probe_name, std::string(kFirmwareVersion), {}});
@@ -307,10 +307,13 @@ Status run_daemon(const Config& config) {
                                 {},
                                 components->mounting};
   PlaneEncoderOptions planes;
-  if (config.plane) planes.images = config.plane->images;
+  planes.images = config.texture_recipients();
   const std::unique_ptr<ProbeRecorder> probe_recorder = make_probe_recorder(config);
+  const std::unique_ptr<Preview> preview =
+      config.images == ImageRecipients::all_clients ? std::make_unique<Preview>(components->rig) : nullptr;
   Pipeline pipeline(identity, std::move(components->estimator), config.estimator, config.budget_ms, planes);
   pipeline.set_recordings(probe_recorder.get());
+  pipeline.set_preview(preview.get());
   pipeline.set_calibration(summary_of(components->rig, std::filesystem::path(config.calibration).filename().string()));
   if (Status s = add_links(config, pipeline, pipeline.publisher()); !s.ok()) return s;
 

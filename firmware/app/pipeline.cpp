@@ -139,6 +139,8 @@ void Pipeline::run() {
       keep_newest(descriptor);
       status = publisher_.publish(descriptor);
     }
+    // After the descriptor was sent; also where there is none, because the picture shows why.
+    if (preview_ != nullptr) preview_->offer(bracket.frames());
     bracket.clear();
     if (status.ok()) update_governor(static_cast<double>(publisher_.encoded_ns() - start_ns) * 1e-6);
     // The counters are incremented last, so that a reader of the count also sees its result.
@@ -272,6 +274,13 @@ Result<RecordingStatus> Pipeline::control_recording(RecordingAction action) {
   return Status(StatusCode::failed_precondition,
                 "this probe records nothing, because its owner has configured no folder for that: set recordings { "
                 "folder: \"FOLDER\" } in its configuration (or --recordings) and restart lightwelld");
+}
+
+Result<PreviewJpeg> Pipeline::preview() {
+  if (preview_ != nullptr) return preview_->request();
+  return Status(StatusCode::failed_precondition,
+                "this probe shows no pictures, because its owner lets nobody have them: set images: "
+                "IMAGE_RECIPIENTS_ALL_CLIENTS in its configuration and restart lightwelld");
 }
 
 EstimatorConfig Pipeline::estimator() const {

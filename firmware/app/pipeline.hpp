@@ -16,6 +16,7 @@
 #include <lightwell/plane_codec.hpp>
 
 #include "app/governor.hpp"
+#include "app/preview.hpp"
 #include "camera/frame_recorder.hpp"
 #include "estimate/estimator.hpp"
 #include "imaging/frame.hpp"
@@ -108,6 +109,8 @@ class Pipeline final : public Commands {
   void watch_recorder(const FrameRecorder* recorder) { recorder_ = recorder; }
   /// Lets clients record what is published; before start(). May be null, and then they cannot.
   void set_recordings(ProbeRecorder* recordings);
+  /// Lets clients have pictures of the camera's frames; before start(). May be null, and then they cannot.
+  void set_preview(Preview* preview) { preview_ = preview; }
   /// Reports it to clients; before start().
   void set_calibration(CalibrationSummary calibration) { calibration_ = std::move(calibration); }
 
@@ -134,6 +137,7 @@ class Pipeline final : public Commands {
   [[nodiscard]] Result<double> report_lux(double lux, Vec3d normal) override;
   [[nodiscard]] CalibrationSummary calibration() const override { return calibration_; }
   [[nodiscard]] Result<RecordingStatus> control_recording(RecordingAction action) override;
+  [[nodiscard]] Result<PreviewJpeg> preview() override;
 
  private:
   void run();
@@ -161,6 +165,7 @@ class Pipeline final : public Commands {
   bool plane_changed_ = false;  ///< There were brackets since then; used by the thread only.
   const FrameRecorder* recorder_ = nullptr;
   ProbeRecorder* recordings_ = nullptr;
+  Preview* preview_ = nullptr;
   std::thread thread_;
   std::atomic<std::uint64_t> estimates_{0}, failed_{0};
 

@@ -71,7 +71,7 @@ Result<Received> receive(const std::string& uri, int frames) {
     return Status(StatusCode::failed_precondition,
                   uri +
                       " sent no plane with its texture; lightwelld needs --estimator specular and, in its "
-                      "configuration, plane { images: IMAGE_RECIPIENTS_ALL_CLIENTS }");
+                      "configuration, images: IMAGE_RECIPIENTS_ALL_CLIENTS");
   return out;
 }
 

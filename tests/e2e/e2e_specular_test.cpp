@@ -113,7 +113,7 @@ TEST_F(SpecularTest, LightAndPlaneArriveWithoutImages) {
 TEST_F(SpecularTest, TheTextureArrivesWhereImagesAreAllowed) {
   // The plane of the command line replaces that of the file, whose recipients stay.
   const std::string config = folder_->write(
-      "probe.textproto", "plane { plane_file: \"other.textproto\" images: IMAGE_RECIPIENTS_ALL_CLIENTS }\n");
+      "probe.textproto", "images: IMAGE_RECIPIENTS_ALL_CLIENTS plane { plane_file: \"other.textproto\" }\n");
   Daemon daemon(options({"--config", config, "--plane", folder_->path("book.textproto")}));
   const Result<Probe> probe = connect(daemon);
   ASSERT_TRUE(probe.ok()) << probe.status().message();

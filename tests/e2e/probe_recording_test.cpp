@@ -84,6 +84,9 @@ TEST_F(ProbeRecordingTest, TheToolStartsAndStopsIt) {
   EXPECT_THAT(tool("start", 0), HasSubstr("recording 2"));
   EXPECT_THAT(tool("start", 4), HasSubstr("runs on the probe already"));
   EXPECT_THAT(tool("status", 0), HasSubstr("recording 2"));
+  Child info(tool_command({"info", daemon.uri(), "--no-map"}));
+  EXPECT_EQ(info.wait(), (ExitStatus{0, 0})) << info.err();
+  EXPECT_THAT(info.out(), HasSubstr("recording    recording 2"));
   EXPECT_THAT(tool("stop", 0), HasSubstr("recorded 2"));
   EXPECT_EQ(files(), 1U);
   EXPECT_EQ(daemon.stop(), (ExitStatus{0, 0}));

@@ -21,6 +21,7 @@
 namespace lightwell {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -113,6 +114,9 @@ TEST_F(Cli, UnreachableIsExitCodeThree) {
 TEST_F(Cli, AConfigurationOfNoProbeIsFourAndOfAnAbsentOneThree) {
   EXPECT_THAT(run("config set --help").out, HasSubstr("NAME=VALUE"));
   EXPECT_EQ(run("config get replay:" + recording()).code, 4);
+  const Outcome status = run("recording status replay:" + recording());
+  EXPECT_EQ(status.code, 4);
+  EXPECT_THAT(status.out, AllOf(HasSubstr("a file of descriptors"), HasSubstr("grpc://HOST:PORT")));
   EXPECT_EQ(run("config set replay:" + recording() + " band=2").code, 4);
   EXPECT_EQ(run("config set grpc://127.0.0.1:1 band=2").code, 3);
 }
@@ -326,7 +330,11 @@ TEST_F(Cli, InfoReportsIdentity) {
   const Outcome json = run("info replay:" + recording() + " --json");
   EXPECT_EQ(json.code, 0);
   EXPECT_THAT(json.out, HasSubstr("\"name\":\"attic\""));
-  EXPECT_EQ(run("info replay:" + recording()).code, 0);
+  EXPECT_THAT(json.out, HasSubstr("\"recording\":null"));
+  const Outcome text = run("info replay:" + recording());
+  EXPECT_EQ(text.code, 0);
+  EXPECT_THAT(text.out,
+              AllOf(HasSubstr("frames of the camera by lightwelld --record"), HasSubstr("clients cannot record")));
 }
 
 }  // namespace

@@ -123,6 +123,7 @@ class NoCommands final : public Commands {
   [[nodiscard]] Result<double> report_lux(double, Vec3d) override { return 1.0; }
   [[nodiscard]] CalibrationSummary calibration() const override { return {}; }
   [[nodiscard]] Result<RecordingStatus> control_recording(RecordingAction) override { return RecordingStatus{}; }
+  [[nodiscard]] Result<PreviewJpeg> preview() override { return PreviewJpeg(); }
 };
 
 /// A synthetic descriptor: the sun moves, and the numbers of lights and bands vary.

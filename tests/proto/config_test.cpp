@@ -243,19 +243,41 @@ TEST(Config, ParsesTheGreyPatch) {
             std::string::npos);
 }
 
-TEST(Config, NobodyReceivesImagesOfThePlaneUnlessThatIsAskedFor) {
-  const std::string start = "camera { uri: \"x:\" } plane { plane_file: \"book.textproto\" ";
-  const auto images = [&](const std::string& text) {
-    const Result<Config> c = parse_config(start + text + "}", "probe.textproto");
-    EXPECT_TRUE(c.ok() && c->plane) << c.status().message();
-    return c.ok() && c->plane ? std::optional(c->plane->images) : std::nullopt;
+TEST(Config, NobodyReceivesPicturesUnlessThatIsAskedFor) {
+  const auto parsed = [](const std::string& text) {
+    const Result<Config> c = parse_config("camera { uri: \"x:\" } " + text, "probe.textproto");
+    EXPECT_TRUE(c.ok()) << c.status().message();
+    return c.ok() ? *c : Config();
   };
-  EXPECT_EQ(images(""), ImageRecipients::nobody);
-  EXPECT_EQ(images("images: IMAGE_RECIPIENTS_UNSPECIFIED"), ImageRecipients::nobody);
-  EXPECT_EQ(images("images: IMAGE_RECIPIENTS_NOBODY"), ImageRecipients::nobody);
-  EXPECT_EQ(images("images: IMAGE_RECIPIENTS_ALL_CLIENTS"), ImageRecipients::all_clients);
-  EXPECT_NE(refusal(start + "images: EVERYONE }").find("EVERYONE"), std::string::npos);
-  EXPECT_NE(refusal(start + "images: 7 }"), "");
+  for (const char* text : {"", "images: IMAGE_RECIPIENTS_UNSPECIFIED", "images: IMAGE_RECIPIENTS_NOBODY"}) {
+    EXPECT_EQ(parsed(text).images, ImageRecipients::nobody) << text;
+    EXPECT_EQ(parsed(text).texture_recipients(), ImageRecipients::nobody) << text;
+  }
+  const Config all = parsed("images: IMAGE_RECIPIENTS_ALL_CLIENTS");
+  EXPECT_EQ(all.images, ImageRecipients::all_clients);
+  EXPECT_EQ(all.texture_recipients(), ImageRecipients::all_clients);
+  EXPECT_TRUE(all.warnings.empty());
+  EXPECT_NE(refusal("camera { uri: \"x:\" } images: 7").find("images is not known"), std::string::npos);
+}
+
+TEST(Config, TheFormerConsentToTheTextureIsNoConsentToOtherPictures) {
+  const std::string start = "camera { uri: \"x:\" } plane { plane_file: \"book.textproto\" ";
+  const auto parsed = [&](const std::string& text) {
+    const Result<Config> c = parse_config(start + text, "probe.textproto");
+    EXPECT_TRUE(c.ok()) << c.status().message();
+    return c.ok() ? *c : Config();
+  };
+  const Config former = parsed("images: IMAGE_RECIPIENTS_ALL_CLIENTS }");
+  EXPECT_EQ(former.texture_recipients(), ImageRecipients::all_clients);
+  EXPECT_EQ(former.images, ImageRecipients::nobody);
+  ASSERT_EQ(former.warnings.size(), 1U);
+  EXPECT_NE(former.warnings[0].find("plane.images is deprecated"), std::string::npos);
+  EXPECT_EQ(parsed("images: IMAGE_RECIPIENTS_NOBODY }").texture_recipients(), ImageRecipients::nobody);
+  EXPECT_EQ(parsed("}").texture_recipients(), ImageRecipients::nobody);
+  EXPECT_EQ(parsed("images: IMAGE_RECIPIENTS_ALL_CLIENTS } images: IMAGE_RECIPIENTS_NOBODY").texture_recipients(),
+            ImageRecipients::nobody)
+      << "`images` has precedence";
+  EXPECT_NE(refusal(start + "images: 7 }").find("plane.images is not known"), std::string::npos);
 }
 
 TEST(Config, ClientsRecordNothingUnlessAFolderIsNamed) {

@@ -79,6 +79,20 @@ class FakeCommands : public Commands {
     return recording;
   }
 
+  Result<PreviewJpeg> preview() override {
+    const std::lock_guard lock(mutex_);
+    ++preview_calls_;
+    return preview_;
+  }
+  void set_preview(Result<PreviewJpeg> preview) {
+    const std::lock_guard lock(mutex_);
+    preview_ = std::move(preview);
+  }
+  int preview_calls() const {
+    const std::lock_guard lock(mutex_);
+    return preview_calls_;
+  }
+
   EstimatorKind kind_ = EstimatorKind::panorama;
   std::optional<double> lux_;
   Vec3d normal_;
@@ -87,6 +101,8 @@ class FakeCommands : public Commands {
  private:
   mutable std::mutex mutex_;
   EstimatorConfig config_;
+  Result<PreviewJpeg> preview_ = Status(StatusCode::failed_precondition, "no pictures");
+  int preview_calls_ = 0;
 };
 
 }  // namespace lightwell::test

@@ -29,7 +29,14 @@ WebPage WebPages::refusal(const WebRequest& request, int status, std::string_vie
                                                  : "";
   return {response(request.method, status, kText, std::string(text) + "\n", std::string(kNoStore).append(extra)),
           {},
-          status};
+          status,
+          {}};
+}
+
+WebPage WebPages::picture(WebMethod method, const PreviewJpeg& jpeg) {
+  WebPage out{response_head(200, "image/jpeg", jpeg->size(), kNoStore), {}, 200, jpeg};
+  if (method == WebMethod::get) out.file = *jpeg;
+  return out;
 }
 
 WebPage WebPages::answer(const WebRequest& request) const {
@@ -47,7 +54,8 @@ WebPage WebPages::answer(const WebRequest& request) const {
   WebPage out{response_head(current ? 304 : 200, content_type_of(path), file.bytes.size(),
                             "etag: " + file.etag + "\r\ncache-control: no-cache\r\n"),
               {},
-              current ? 304 : 200};
+              current ? 304 : 200,
+              {}};
   if (!current && request.method == WebMethod::get) out.file = file.bytes;
   return out;
 }

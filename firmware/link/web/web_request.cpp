@@ -19,9 +19,15 @@ std::string header_of(lws* wsi, lws_token_indexes token) {
 }
 
 std::string_view phrase_of(int status) {
-  static constexpr std::pair<int, std::string_view> kPhrases[] = {
-      {200, "OK"},        {304, "Not Modified"}, {400, "Bad Request"},        {401, "Unauthorized"},
-      {403, "Forbidden"}, {404, "Not Found"},    {405, "Method Not Allowed"}, {429, "Too Many Requests"}};
+  static constexpr std::pair<int, std::string_view> kPhrases[] = {{200, "OK"},
+                                                                  {304, "Not Modified"},
+                                                                  {400, "Bad Request"},
+                                                                  {401, "Unauthorized"},
+                                                                  {403, "Forbidden"},
+                                                                  {404, "Not Found"},
+                                                                  {405, "Method Not Allowed"},
+                                                                  {429, "Too Many Requests"},
+                                                                  {503, "Service Unavailable"}};
   for (const auto& [number, phrase] : kPhrases)
     if (number == status) return phrase;
   return "Error";

@@ -31,6 +31,8 @@ constexpr std::size_t kFileChunk = 16 * 1024;
 /// The kernel's buffer for a client: a slow client receives the newest descriptor, not those of the last minutes.
 constexpr int kSendBufferBytes = 16 * 1024;
 constexpr std::int64_t kStopNs = 300'000'000;
+/// How often a request that waits for the preview looks for it, and how long it waits.
+constexpr std::int64_t kPreviewPollNs = 20'000'000, kMaxPreviewWaitNs = 3 * kSecondNs;
 
 }  // namespace
 
@@ -67,7 +69,7 @@ bool WebServer::open(const ListenTarget& target) {
   }
   port_ = lws_get_vhost_listen_port(host);
   thread_ = std::thread([this] {
-    tick_.server = this;
+    tick_.server = preview_poll_.server = this;
     schedule_tick(kSecondNs);
     while (stop_by_ns_ == 0 || (!connections_.empty() && monotonic_now_ns() < stop_by_ns_))
       if (lws_service(context_.get(), 0) < 0) break;
@@ -140,7 +142,8 @@ int WebServer::handle(lws* wsi, lws_callback_reasons reason, void* user, void* i
     case LWS_CALLBACK_HTTP:
       return connection == nullptr ? -1 : on_request(wsi, *connection);
     case LWS_CALLBACK_HTTP_WRITEABLE:
-      return connection == nullptr ? -1 : on_body_writable(wsi, *connection);
+      if (connection == nullptr) return -1;
+      return connection->preview ? on_preview_writable(wsi, *connection) : on_body_writable(wsi, *connection);
     case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE:
       return connection == nullptr ? -1 : on_upgrade(wsi, *connection, static_cast<const char*>(in));
     case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
@@ -179,6 +182,7 @@ int WebServer::write(lws* wsi, Connection& connection, WebPage page) {
   if (page.status >= 400 && page.status != 404) ++refused_;
   if (!write_http(wsi, page.head_and_text) || page.file.empty()) return 1;
   connection.body = page.file;
+  connection.body_owner = std::move(page.owner);
   lws_callback_on_writable(wsi);
   return 0;
 }
@@ -188,7 +192,43 @@ int WebServer::on_request(lws* wsi, Connection& connection) {
   if (WebPages::needs_authentication(request))
     if (const WebDecision d = check(wsi, request, LateToken::refused); d.status != 200)
       return write(wsi, connection, WebPages::refusal(request, d.status, d.text));
+  if (WebPages::is_preview(request)) return on_preview_request(wsi, connection, request);
   return write(wsi, connection, pages_.answer(request));
+}
+
+int WebServer::on_preview_request(lws* wsi, Connection& connection, const WebRequest& request) {
+  const std::int64_t now = monotonic_now_ns();
+  if (!preview_limit_.take(now))
+    return write(
+        wsi, connection,
+        WebPages::refusal(request, 429, "too many requests for the preview; a new picture comes once a second"));
+  connection.preview = PreviewRequest{request, now};
+  return on_preview_writable(wsi, connection);
+}
+
+int WebServer::on_preview_writable(lws* wsi, Connection& connection) {
+  const auto& [request, asked_ns] = *connection.preview;
+  const Result<PreviewJpeg> jpeg = commands_.preview();
+  WebPage page;
+  if (!jpeg) {
+    page = WebPages::refusal(request, jpeg.status().code() == StatusCode::failed_precondition ? 403 : 503,
+                             jpeg.status().message());
+  } else if (*jpeg) {
+    page = WebPages::picture(request.method, *jpeg);
+  } else if (monotonic_now_ns() - asked_ns > kMaxPreviewWaitNs) {
+    page = WebPages::refusal(request, 503, "the camera has delivered no frame for three seconds; try again later");
+  } else {
+    if (!std::exchange(polling_preview_, true)) schedule_preview_poll();
+    return 0;
+  }
+  connection.preview.reset();
+  return write(wsi, connection, std::move(page));
+}
+
+void WebServer::on_preview_poll() {
+  polling_preview_ = false;
+  for (const auto& [wsi, connection] : connections_)
+    if (connection->preview) lws_callback_on_writable(wsi);
 }
 
 int WebServer::on_body_writable(lws* wsi, Connection& connection) {
@@ -322,6 +362,13 @@ void WebServer::schedule_tick(std::int64_t after_ns) {
   lws_sul_schedule(
       context_.get(), 0, &tick_.list,
       [](lws_sorted_usec_list_t* list) { lws_container_of(list, Tick, list)->server->on_tick(); }, after_ns / 1000);
+}
+
+void WebServer::schedule_preview_poll() {
+  lws_sul_schedule(
+      context_.get(), 0, &preview_poll_.list,
+      [](lws_sorted_usec_list_t* list) { lws_container_of(list, Tick, list)->server->on_preview_poll(); },
+      kPreviewPollNs / 1000);
 }
 
 void WebServer::count_clients() {

@@ -19,6 +19,7 @@
 #include "link/access/listen_address.hpp"
 #include "link/access/server_tls.hpp"
 #include "link/link.hpp"
+#include "link/token_bucket.hpp"
 #include "link/web/web_authorizer.hpp"
 #include "link/web/web_pages.hpp"
 #include "link/web/web_session.hpp"
@@ -49,6 +50,11 @@ class WebServer {
   }
 
  private:
+  /// A request for the preview, until the picture is there.
+  struct PreviewRequest {
+    WebRequest request;
+    std::int64_t asked_ns = 0;
+  };
   /// One TCP connection. Valid until libwebsockets destroys its socket.
   struct Connection {
     std::int64_t opened_ns = 0;  ///< Of the TCP connection, then of the WebSocket.
@@ -56,8 +62,10 @@ class WebServer {
     WebStream stream = WebStream::descriptors;
     WebAdmission admission = WebAdmission::pending;
     std::unique_ptr<WebSession> session;
-    std::optional<WebClose> close;      ///< To be sent, then the connection ends.
-    std::span<const std::byte> body{};  ///< Of an HTTP response, as far as it is not written.
+    std::optional<WebClose> close;          ///< To be sent, then the connection ends.
+    std::optional<PreviewRequest> preview;  ///< A request that waits for the picture.
+    std::span<const std::byte> body{};      ///< Of an HTTP response, as far as it is not written.
+    std::shared_ptr<const void> body_owner{};
     [[nodiscard]] bool accepted() const { return session && session->accepted(); }
   };
   struct Tick {
@@ -74,6 +82,10 @@ class WebServer {
   int on_received(lws* wsi, Connection& connection, const WebFragment& fragment);
   int on_writable(lws* wsi, Connection& connection);
   int on_body_writable(lws* wsi, Connection& connection);
+  int on_preview_request(lws* wsi, Connection& connection, const WebRequest& request);
+  int on_preview_writable(lws* wsi, Connection& connection);
+  void on_preview_poll();
+  void schedule_preview_poll();
   void on_established(lws* wsi, Connection& connection);
   void on_tick();
   void schedule_tick(std::int64_t after_ns);
@@ -97,7 +109,9 @@ class WebServer {
   EncodedDescriptor newest_;
   std::shared_ptr<const EncodedPlane> newest_plane_;
   std::vector<unsigned char> send_buffer_;
-  Tick tick_;
+  Tick tick_, preview_poll_;
+  bool polling_preview_ = false;
+  TokenBucket preview_limit_{20, 20};
   std::int64_t stop_by_ns_ = 0;  ///< 0: not stopping.
 
   std::mutex mutex_;

@@ -1,9 +1,10 @@
-// Lightwell for C# over the C ABI (lightwell.h), for Unity and other applications. Put this file and LightwellPlanes.cs
-// into the project with liblightwell.so beside them (Unity: Assets/Plugins). C# 7.2 and .NET Standard 2.0 are
-// enough; there is no unsafe code. Directions and normals are in the probe's frame: right-handed, +X right, +Y up,
-// -Z forward, metres; they need not be normalised. UNITY'S AXES DIFFER: Lighting.ToUnity returns values in Unity's
-// axes, and a normal (x, y, z) of Unity is (x, y, -z) here. Colours are linear Rec. 709, D65: the luminance of
-// irradiance is in lux and of radiance in cd/m² if Units are Absolute.
+// Lightwell for C# over the C ABI (lightwell.h), for Unity and other applications. Put this file, and of
+// LightwellPlanes.cs, LightwellProbeStatus.cs and LightwellCubeMap.cs what is needed, into the project with
+// liblightwell.so beside them (Unity: Assets/Plugins). C# 7.2 and .NET Standard 2.0 are enough; there is no unsafe
+// code. Directions and normals are in the probe's frame: right-handed, +X right, +Y up, -Z forward, metres; they need
+// not be normalised. UNITY'S AXES DIFFER: Lighting.ToUnity returns values in Unity's axes, and a normal (x, y, z) of
+// Unity is (x, y, -z) here. Colours are linear Rec. 709, D65: the luminance of irradiance is in lux and of radiance in
+// cd/m² if Units are Absolute.
 //
 // A render loop creates one Lighting and calls probe.Latest(light) every frame: lock-free, without waiting or garbage.
 // Any thread may call anything, but a Lighting may be filled only while no other thread uses it.
@@ -364,7 +365,7 @@ namespace Lightwell
     }
 
     /// <summary>The lighting of one moment. It is not updated automatically: Probe.Latest fills it again.</summary>
-    public sealed class Lighting : IDisposable
+    public sealed partial class Lighting : IDisposable
     {
         public const int MaxBand = 6, MaxLights = 64;
 
@@ -716,7 +717,7 @@ namespace Lightwell
         private const string Library = "lightwell";
 
         /// <summary>LW_ABI_VERSION of the header for which this file is written.</summary>
-        private const uint AbiVersion = 0x00010003;
+        private const uint AbiVersion = 0x00010006;
 
         internal static readonly uint SizeOfAnswer = (uint)Marshal.SizeOf(typeof(Answer));
         internal static readonly uint SizeOfLightingInfo = (uint)Marshal.SizeOf(typeof(LightingInfo));

@@ -30,12 +30,16 @@ Status write_frame(Viewer& viewer, const HeadlessOptions& options, int frame, Pi
   return write_exr(numbered(options.folder, "shadow", frame, "exr"), picture);
 }
 
+Status make_folder(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return {StatusCode::failed_precondition, folder + ": " + error.message() + "; name another with --out"};
+  return {};
+}
+
 }  // namespace
 
 Status run_headless(Scene scene, const HeadlessOptions& options) {
-  std::error_code error;
-  std::filesystem::create_directories(options.folder, error);
-  if (error) return {StatusCode::failed_precondition, options.folder + ": " + error.message()};
   const Result<HeadlessContext> context = HeadlessContext::make();
   if (!context.ok()) return context.status();
   Result<Viewer> viewer = Viewer::make(std::move(scene), options.source);
@@ -44,6 +48,9 @@ Status run_headless(Scene scene, const HeadlessOptions& options) {
   for (int frame = 0; frame < options.frames; ++frame) {
     const Result<FrameReport> report = viewer->draw_next();
     if (!report.ok()) return report.status();
+    // With the first picture, so that a scene that cannot be drawn leaves nothing.
+    if (frame == 0)
+      if (Status status = make_folder(options.folder); !status.ok()) return status;
     if (Status status = write_frame(*viewer, options, frame, picture); !status.ok()) return status;
     if (options.report == ReportOutput::none) continue;
     const nlohmann::ordered_json line = {{"frame", frame},

@@ -80,7 +80,8 @@ ReflectionStyle read_reflection(const nlohmann::json& json, Status& status) {
   fields.read_choice("source", kSources, style.source);
   fields.read("every_frames", style.every_frames, Range{1, 1000});
   fields.read("edge", style.edge, Range{8, 64});
-  if (!is_environment_edge(static_cast<std::uint64_t>(style.edge))) fields.fail("edge", "must be 8, 16, 32 or 64");
+  if (!is_environment_edge(static_cast<std::uint64_t>(style.edge)))
+    fields.fail("edge", "it is " + std::to_string(style.edge) + "; write 8, 16, 32 or 64");
   fields.read("objects_edge", style.objects_edge, Range{0, 256});
   fields.refuse_others();
   return style;
@@ -102,8 +103,7 @@ void read_fields(const nlohmann::json& json, const std::string& folder, Scene& s
   fields.require("camera");
   fields.require("light");
   if (const auto* camera = fields.member("camera")) scene.camera = read_camera(*camera, status);
-  fields.read("background", scene.background);
-  if (!scene.background.empty()) scene.background = path_beside(folder, scene.background);
+  fields.read_path("background", folder, scene.background);
   fields.read("exposure", scene.exposure, Range{1e-12, 1e12});
   read_pose(fields, scene, status);
   if (fields.has("T_world_probe")) fields.read("T_world_probe", scene.T_world_probe.emplace());
@@ -113,7 +113,7 @@ void read_fields(const nlohmann::json& json, const std::string& folder, Scene& s
     for (const auto& [name, light] : sources->items())
       if (each.member(name.c_str()) != nullptr)
         scene.lights[name] = read_light(light, "sources." + name, folder, status);
-    if (sources->contains("light")) each.fail("light", "is the name of the field light; choose another");
+    if (sources->contains("light")) each.fail("light", "the field `light` of the scene has this name; choose another");
   }
   if (const auto* ground = fields.member("ground")) scene.ground = read_ground(*ground, status);
   if (const auto* objects = fields.member("objects")) scene.objects = read_objects(*objects, folder, status);
@@ -126,10 +126,6 @@ void read_fields(const nlohmann::json& json, const std::string& folder, Scene& s
 }
 
 }  // namespace
-
-std::string path_beside(const std::string& folder, const std::string& path) {
-  return std::filesystem::path(path).is_absolute() ? path : (std::filesystem::path(folder) / path).string();
-}
 
 Result<Scene> read_scene(const std::string& path) {
   std::error_code error;

@@ -25,6 +25,13 @@ struct Range {
 inline constexpr Range kAnyLength{-1e4, 1e4};
 inline constexpr Range kUnitRange{0, 1};
 
+/// A value of the file for a message, at most 40 characters of ASCII.
+[[nodiscard]] std::string excerpt(const nlohmann::json& value);
+/// A path that is relative to `folder`, unless it is absolute.
+[[nodiscard]] std::string path_beside(const std::string& folder, const std::string& path);
+/// What is wrong if there is no such file, and the remedy; otherwise empty.
+[[nodiscard]] std::string missing_file(const std::string& path);
+
 /// The fields of one object of a scene file. The first error is kept; then nothing is read any more.
 class Fields {
  public:
@@ -38,6 +45,8 @@ class Fields {
   void read(const char* name, int& value, Range range);
   void read(const char* name, std::string& value);
   void read(const char* name, Pose& value);
+  /// The path of a file that must exist, relative to `folder`.
+  void read_path(const char* name, const std::string& folder, std::string& value);
   /// A list of exactly so many numbers.
   void read(const char* name, std::span<double> values, Range range);
   void read(const char* name, std::span<float> values, Range range);
@@ -52,7 +61,7 @@ class Fields {
 
   /// Call it last: an error for a field that was never read, with the known ones.
   void refuse_others();
-  /// An error in a field of this object: "where.name: problem".
+  /// An error in a field of this object: "field where.name: problem".
   void fail(const std::string& name, const std::string& problem);
   [[nodiscard]] std::string path_of(const std::string& name) const;
   [[nodiscard]] Status& status() { return status_; }

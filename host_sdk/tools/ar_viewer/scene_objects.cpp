@@ -21,14 +21,16 @@ void read_harmonics(const nlohmann::json& list, Fields& fields, RadianceSh& sh) 
   int band = 0;
   while (band < kMaxBand && sh_count(band) < static_cast<int>(count)) ++band;
   if (sh_count(band) != static_cast<int>(count))
-    return fields.fail("harmonics", "must be a list of 1, 4, 9, 16, 25, 36 or 49 coefficients [r, g, b]");
+    return fields.fail("harmonics",
+                       "it is " + excerpt(list) + "; write a list of 1, 4, 9, 16, 25, 36 or 49 coefficients [r, g, b]");
   sh.band = band;
   for (std::size_t i = 0; i < count; ++i)
     for (std::size_t c = 0; c < 3; ++c) {
       const bool given = list[i].is_array() && list[i].size() == 3 && list[i][c].is_number();
       const double value = given ? list[i][c].get<double>() : 0;
       if (!given || !(std::abs(value) <= kRadiance.most))
-        return fields.fail("harmonics[" + std::to_string(i) + "]", "must be three numbers, at most 1e9");
+        return fields.fail("harmonics[" + std::to_string(i) + "]",
+                           "it is " + excerpt(list[i]) + "; write three numbers from -1e9 to 1e9");
       sh.c[i][static_cast<int>(c)] = static_cast<float>(value);
     }
 }
@@ -46,7 +48,7 @@ Light read_discrete_light(const nlohmann::json& json, const std::string& where, 
   fields.read("distance_m", light.distance_m, Range{1e-3, 1e4});
   fields.refuse_others();
   light.direction = normalized(Vec3f{direction[0], direction[1], direction[2]});
-  if (length(light.direction) == 0) fields.fail("direction", "must not be zero");
+  if (length(light.direction) == 0) fields.fail("direction", "it is zero; write a vector towards the light");
   light.irradiance = {irradiance[0], irradiance[1], irradiance[2]};
   light.angular_radius_rad = static_cast<float>(radius_deg * std::numbers::pi / 180);
   // The SDK has a standard deviation wherever it has a distance.
@@ -61,7 +63,7 @@ Material read_material(const nlohmann::json& json, const std::string& where, con
     std::string known;
     for (const std::string_view each : material_presets()) known += (known.empty() ? "" : ", ") + std::string(each);
     if (!found && status.ok())
-      status = invalid_argument(field + ": '" + name + "' is not known; it is one of " + known);
+      status = invalid_argument("field " + field + ": '" + name + "' is not known; write one of " + known);
     return found.value_or(Material{});
   };
   if (json.is_string()) return preset(json.get<std::string>(), where);
@@ -84,8 +86,7 @@ Material read_material(const nlohmann::json& json, const std::string& where, con
   fields.read("fresnel_power", m.fresnel_power, Range{1, 10});
   fields.read("normal_scale", m.normal_scale, Range{0, 10});
   for (const auto& [field, path] : {std::pair{"texture", &m.texture}, std::pair{"normal_map", &m.normal_map}}) {
-    fields.read(field, *path);
-    if (!path->empty()) *path = path_beside(folder, *path);
+    fields.read_path(field, folder, *path);
   }
   constexpr std::array<std::string_view, 2> kRates = {"fragment", "vertex"};
   auto rate = static_cast<std::size_t>(m.lighting);
@@ -100,7 +101,7 @@ Object read_object(const nlohmann::json& json, const std::string& where, const s
   Fields fields(json, where, status);
   fields.read("mesh", object.mesh);
   const bool from_file = object.mesh.ends_with(".glb") || object.mesh.ends_with(".gltf");
-  if (from_file) object.mesh = path_beside(folder, object.mesh);
+  if (from_file) fields.read_path("mesh", folder, object.mesh);
   if (!from_file) object.size_m = {0.1};
   const Range size{1e-4, 1e3};
   if (fields.has("size_m")) {
@@ -127,7 +128,10 @@ LightDescription read_light(const nlohmann::json& json, const std::string& where
   if (json.is_string()) {
     const auto text = json.get<std::string>();
     if (is_uri(text)) return LightUri{text};
-    return LightFile{path_beside(folder, text)};
+    const std::string path = path_beside(folder, text);
+    if (const std::string problem = missing_file(path); status.ok() && !problem.empty())
+      status = invalid_argument("field " + where + ": " + problem);
+    return LightFile{path};
   }
   LightValues values;
   Fields fields(json, where, status);
@@ -136,12 +140,13 @@ LightDescription read_light(const nlohmann::json& json, const std::string& where
   RadianceSh& sh = values.descriptor.radiance;
   sh = uniform_radiance({constant[0], constant[1], constant[2]});
   if (const auto* harmonics = fields.member("harmonics")) {
-    if (fields.has("constant")) fields.fail("harmonics", "give either constant or harmonics");
+    if (fields.has("constant")) fields.fail("harmonics", "`constant` gives the same light; remove one of them");
     read_harmonics(*harmonics, fields, sh);
   }
   if (const auto* lights = fields.member("lights")) {
     if (!lights->is_array() || lights->size() > kMaxLights)
-      fields.fail("lights", "must be a list of at most " + std::to_string(kMaxLights) + " lights");
+      fields.fail("lights",
+                  "it is " + excerpt(*lights) + "; write a list of at most " + std::to_string(kMaxLights) + " lights");
     else
       for (std::size_t i = 0; i < lights->size(); ++i)
         values.descriptor.lights.push_back(
@@ -156,8 +161,8 @@ std::vector<Object> read_objects(const nlohmann::json& json, const std::string& 
   std::vector<Object> objects;
   if (!json.is_array() || json.size() > Scene::kMaxObjects) {
     if (status.ok())
-      status =
-          invalid_argument("objects: must be a list of at most " + std::to_string(Scene::kMaxObjects) + " objects");
+      status = invalid_argument("field objects: it is " + excerpt(json) + "; write a list of at most " +
+                                std::to_string(Scene::kMaxObjects) + " objects");
     return objects;
   }
   for (std::size_t i = 0; i < json.size(); ++i)

@@ -14,7 +14,4 @@ namespace lightwell::viewer {
 [[nodiscard]] LightDescription read_light(const nlohmann::json& json, const std::string& where,
                                           const std::string& folder, Status& status);
 [[nodiscard]] std::vector<Object> read_objects(const nlohmann::json& json, const std::string& folder, Status& status);
-/// `path` if it is absolute, else in `folder`.
-[[nodiscard]] std::string path_beside(const std::string& folder, const std::string& path);
-
 }  // namespace lightwell::viewer

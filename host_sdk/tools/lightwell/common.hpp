@@ -50,6 +50,10 @@ int run_recording_status(const Options& options);
 int run_discover(const Options& options);
 int run_pair(const Options& options);
 
+/// The probe's own recording in one line, and as JSON with the names of RecordingStatus.
+[[nodiscard]] std::string recording_text(const RecordingStatus& recording);
+[[nodiscard]] nlohmann::ordered_json recording_json(const RecordingStatus& recording);
+
 enum ExitCode : int { kOk = 0, kNothingReceived = 1, kUsage = 2, kUnreachable = 3, kFile = 4 };
 
 /// Writes "lightwell: ..." to stderr.

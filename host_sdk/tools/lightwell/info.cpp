@@ -35,6 +35,7 @@ nlohmann::ordered_json json_of(const ProbeInfo& info, const std::optional<Enviro
                                 {"messages_refused", counters.messages_refused},
                                 {"authentication_failures", counters.authentication_failures},
                                 {"client_list_faults", counters.client_list_faults}};
+  out["recording"] = info.recording ? recording_json(*info.recording) : nlohmann::ordered_json();
   if (info.temperature_c) out["temperature_c"] = *info.temperature_c;
   out["links"] = nlohmann::ordered_json::array();
   for (const LinkStatus& link : info.links)
@@ -90,8 +91,10 @@ int run_info(const Options& options) {
   std::printf("refused      %llu messages, %llu unauthenticated calls, %llu invalid client lists\n",
               wide(counters.messages_refused), wide(counters.authentication_failures),
               wide(counters.client_list_faults));
-  std::printf("recorded     %llu frames, faults %llu\n", wide(counters.frames_recorded),
-              wide(counters.recording_faults));
+  std::printf("recorded     %llu frames of the camera by lightwelld --record, faults %llu\n",
+              wide(counters.frames_recorded), wide(counters.recording_faults));
+  std::printf("recording    %s\n", info.recording ? recording_text(*info.recording).c_str()
+                                                  : "clients cannot record: the probe has no folder for it");
   if (info.temperature_c) std::printf("temperature  %.1f degrees Celsius\n", static_cast<double>(*info.temperature_c));
   for (const LinkStatus& link : info.links)
     std::printf("link         %s: %u clients, coalesced %llu, refused %llu, unauthenticated %llu%s\n",

@@ -162,7 +162,7 @@ void add_commands(CLI::App& app, Options& options, int& exit_code) {
   CLI::App* record = add(app, "record", "Write descriptors to a file, byte for byte as received", run_record,
                          "Example: lightwell record grpc://probe.local evening.lwr --seconds 60\n"
                          "A recording with --plane is refused by readers that know no planes. It holds the texture,\n"
-                         "which is a photograph, if the probe sends it (plane.images).\n"
+                         "which is a photograph, if the probe sends it (`images` of its configuration).\n"
                          "With --mcap the messages are in the topics lightwell/descriptor and lightwell/plane, with\n"
                          "their protobuf schemas; publish_time is the middle of the exposure, log_time the reception,\n"
                          "both UTC. A recording is converted by: lightwell record replay:evening.lwr?speed=0 "

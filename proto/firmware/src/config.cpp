@@ -104,6 +104,8 @@ Status Config::validate() const {
   return estimator.validate();
 }
 
+ImageRecipients Config::texture_recipients() const { return plane ? std::max(images, plane->images) : images; }
+
 GrpcConfig Config::web_keys() const {
   GrpcConfig out = grpc;
   if (!web) return out;
@@ -242,11 +244,24 @@ Result<GreyPatch> grey_patch_of(const v1::GreyPatch& m) {
   return out;
 }
 
-Result<PlaneConfig> plane_of(const v1::PlaneConfig& m) {
-  PlaneConfig out{m.plane_file()};
-  if (!v1::ImageRecipients_IsValid(m.images())) return invalid_argument("plane.images is not known");
-  if (m.images() == v1::IMAGE_RECIPIENTS_ALL_CLIENTS) out.images = ImageRecipients::all_clients;
-  return out;
+Result<ImageRecipients> recipients_of(v1::ImageRecipients m, const std::string& field) {
+  if (!v1::ImageRecipients_IsValid(m))
+    return invalid_argument(field + " is not known: write IMAGE_RECIPIENTS_NOBODY or IMAGE_RECIPIENTS_ALL_CLIENTS");
+  return m == v1::IMAGE_RECIPIENTS_ALL_CLIENTS ? ImageRecipients::all_clients : ImageRecipients::nobody;
+}
+
+/// Reads `images` and the deprecated plane.images, which counts only without `images`: it was consent to the texture
+/// alone, and does not become consent to other pictures.
+Status read_images(const v1::Config& m, const std::string& name, Config& out) {
+  if (const Status s = recipients_of(m.images(), "images").assign_to(out.images); !s.ok()) return s;
+  ImageRecipients of_texture = ImageRecipients::nobody;
+  if (const Status s = recipients_of(m.plane().images(), "plane.images").assign_to(of_texture); !s.ok()) return s;
+  if (m.plane().images() == v1::IMAGE_RECIPIENTS_UNSPECIFIED) return {};
+  if (m.images() == v1::IMAGE_RECIPIENTS_UNSPECIFIED) out.plane->images = of_texture;
+  out.warnings.push_back(name +
+                         ": plane.images is deprecated and concerns the texture alone; write `images` outside of "
+                         "`plane`, which concerns all pictures");
+  return {};
 }
 
 MqttConfig mqtt_of(const v1::MqttConfig& m) {
@@ -319,8 +334,8 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
   if (m.has_grey_patch())
     if (const Status s = grey_patch_of(m.grey_patch()).assign_to(c.grey_patch); !s.ok()) return s.in(name);
   if (m.has_marker()) c.marker = MarkerConfig{m.marker().body_file()};
-  if (m.has_plane())
-    if (const Status s = plane_of(m.plane()).assign_to(c.plane); !s.ok()) return s.in(name);
+  if (m.has_plane()) c.plane = PlaneConfig{m.plane().plane_file()};
+  if (const Status s = read_images(m, name, c); !s.ok()) return s.in(name);
   if (m.has_usb_gadget()) {
     c.usb_gadget.emplace();
     if (!m.usb_gadget().functionfs_mount().empty()) c.usb_gadget->functionfs_mount = m.usb_gadget().functionfs_mount();

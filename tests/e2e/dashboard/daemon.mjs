@@ -7,7 +7,7 @@ import { until } from "./browser.mjs";
 
 /** One lamp at azimuth 40°, elevation 30° above even light. At 5 % of its radiance, to which sim: switches it, it is
  *  no light any more, because its peak is below six times the mean. */
-export function writePanorama(file) {
+export function writePanorama(file, radiusRad = 0.09) {
   const [width, height] = [256, 128];
   const pixels = [];
   const [azimuth, elevation] = [(40 * Math.PI) / 180, Math.PI / 6];
@@ -17,7 +17,7 @@ export function writePanorama(file) {
       const phi = 2 * Math.PI * ((i + 0.5) / width - 0.5);
       const theta = Math.PI * (0.5 - (j + 0.5) / height);
       const d = [Math.cos(theta) * Math.sin(phi), Math.sin(theta), -Math.cos(theta) * Math.cos(phi)];
-      const inside = d[0] * lamp[0] + d[1] * lamp[1] + d[2] * lamp[2] > Math.cos(0.09);
+      const inside = d[0] * lamp[0] + d[1] * lamp[1] + d[2] * lamp[2] > Math.cos(radiusRad);
       // RGBE of Radiance's .hdr: 0.5 to 1 times 2^(e - 128), here radiance 1, warm from below, and 90 in the lamp.
       pixels.push(...(inside ? [180, 170, 150, 135] : d[1] > 0 ? [120, 126, 140, 129] : [130, 110, 90, 129]));
     }

@@ -244,6 +244,24 @@ test("nothing is wider than a phone, and the pictures are drawn", async () => {
   assert.deepEqual(page.complaints, []);
 });
 
+test("without the owner's consent no picture leaves the probe, and the page says what to do", async () => {
+  const refused = async () => (await page.evaluate(
+    '[...document.querySelectorAll("#links tbody tr")].find(({ cells }) => cells[0].textContent === "Browsers")' +
+    ".cells[3].textContent"));
+  const before = await refused();
+  await page.evaluate('document.getElementById("preview-toggle").click()');
+  const remedy = /owner.*images: IMAGE_RECIPIENTS_ALL_CLIENTS/;
+  await until(async () => remedy.test(await page.text("preview-error")), "the remedy");
+  assert.equal(await page.evaluate('document.getElementById("preview-picture").hidden'), true);
+  assert.equal(await page.text("preview-toggle"), "Show the picture");
+  await until(async () => (await refused()) !== before, "the refusal is counted");
+  const response = await fetch(`${daemon.page}/v1/preview.jpg`);
+  assert.equal(response.status, 403);
+  assert.match(response.headers.get("content-type"), /^text\/plain/);
+  // The browser writes each answer 403 to the console.
+  page.complaints = page.complaints.filter((text) => !/403/.test(text));
+});
+
 test("it reconnects by itself after the daemon was killed", async () => {
   await daemon.stop("SIGKILL");
   await page.until('document.getElementById("link-state").dataset.state !== "connected"');

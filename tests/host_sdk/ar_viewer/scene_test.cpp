@@ -18,6 +18,7 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 const std::string kCamera = R"("camera": {"width": 64, "height": 36, "fx": 50, "fy": 50, "cx": 31.5, "cy": 17.5}, )"
                             R"("T_world_camera": {"position": [0, 0.2, 0.5]}, )";
@@ -39,6 +40,8 @@ class SceneFile : public testing::Test {
 };
 
 TEST_F(SceneFile, HasTheValuesOfItsFields) {
+  folder.write("b.png", "");
+  folder.write("a.lwr", "");
   const auto scene = viewer::read_scene(
       write("{" + kCamera + R"("exposure": 0.25, "background": "b.png", "T_world_probe": {"rotation": [0, 0, 2, 0]},
       "light": {"harmonics": [[1, 2, 3], [0, 0, 0], [4, 5, 6], [0, 0, 0]],
@@ -82,13 +85,13 @@ TEST_F(SceneFile, ThatIsWrongIsRefusedWithFileFieldAndRemedy) {
   const std::string good = "{" + kCamera + kLight + "}";
   EXPECT_EQ(error_of(good), "accepted");
   EXPECT_THAT(error_of("{"), AllOf(HasSubstr("scene.json"), HasSubstr("not JSON")));
-  EXPECT_THAT(error_of("[]"), HasSubstr("must be an object"));
+  EXPECT_THAT(error_of("[]"), HasSubstr("scene.json: the scene: it is []; write an object"));
   EXPECT_THAT(error_of("{" + kLight + R"(, "T_world_camera": {}})"), AllOf(HasSubstr("camera"), HasSubstr("missing")));
   EXPECT_THAT(error_of("{" + kCamera + R"("light": 3})"), AllOf(HasSubstr("light"), HasSubstr("object")));
   EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "shadows": {}})"),
-              AllOf(HasSubstr("scene.json: shadows"), HasSubstr("not a field"), HasSubstr("shadow,")));
+              AllOf(HasSubstr("scene.json: field shadows: "), HasSubstr("not known"), HasSubstr("shadow,")));
   EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "shadow": {"strength": 2}})"),
-              AllOf(HasSubstr("shadow.strength"), HasSubstr("0 to 1")));
+              HasSubstr("scene.json: field shadow.strength: it is 2; write a number from 0 to 1"));
   EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "shading": "best"})"),
               AllOf(HasSubstr("shading"), HasSubstr("main_light_and_sh9")));
   EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "objects": [{}, {"material": "wood"}]})"),
@@ -97,7 +100,15 @@ TEST_F(SceneFile, ThatIsWrongIsRefusedWithFileFieldAndRemedy) {
               AllOf(HasSubstr("objects[0].material.rough"), HasSubstr("roughness")));
   EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "reflection": {"edge": 48}})"), HasSubstr("reflection.edge"));
   EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "exposure": "1"})"),
-              AllOf(HasSubstr("exposure"), HasSubstr("number")));
+              HasSubstr("scene.json: field exposure: it is \"1\"; write a number from "));
+  EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "objects": [{"size_m": [1, 2, 0]}]})"),
+              HasSubstr("scene.json: field objects[0].size_m[2]: it is 0; write a number from 0.0001 to 1000"));
+  EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "objects": [{"mesh": "none.glb"}]})"),
+              AllOf(HasSubstr("scene.json: field objects[0].mesh: there is no "), HasSubstr("none.glb; name ")));
+  EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "sources": {"old": "none.lwr"}})"),
+              HasSubstr("scene.json: field sources.old: there is no "));
+  EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "shadow": {"gain": ")" + std::string(90, 'x') + R"("}})"),
+              AllOf(HasSubstr("it is \"" + std::string(39, 'x') + "...;"), Not(HasSubstr(std::string(40, 'x')))));
   EXPECT_THAT(error_of("{" + kCamera + kLight + R"(, "exposure": 1e400})"), HasSubstr("scene.json"));
   EXPECT_THAT(error_of("{" + kCamera + R"("light": {"harmonics": [[1,1,1],[1,1,1]]}})"), HasSubstr("light.harmonics"));
   EXPECT_THAT(error_of("{" + kCamera + R"("light": {"lights": [{"direction": [0,0,0], "irradiance": [1,1,1]}]}})"),
@@ -144,11 +155,12 @@ TEST_F(SceneFile, ThatTheProgramCannotDrawEndsWithItsReason) {
   const std::string missing = write("{" + kCamera + R"("background": "none.png", )" + kLight + "}");
   const Exit no_background = run(missing + " --headless --out " + folder.path("out"));
   EXPECT_EQ(no_background.code, 4);
-  EXPECT_THAT(no_background.output, AllOf(HasSubstr("ar_viewer: "), HasSubstr("none.png")));
+  EXPECT_THAT(no_background.output, AllOf(HasSubstr("scene.json: field background: "), HasSubstr("none.png")));
   const std::string good = write("{" + kCamera + kLight + "}");
   const Exit no_source = run(good + " --headless --source moon --out " + folder.path("out"));
   EXPECT_EQ(no_source.code, 4);
   EXPECT_THAT(no_source.output, AllOf(HasSubstr("moon"), HasSubstr("light")));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("out"))) << "what failed leaves no folder";
   EXPECT_EQ(run(good + " --headless --frames 0").code, 2);
   EXPECT_EQ(run(good + " --linear").code, 2) << "without --headless";
   EXPECT_EQ(run("--help").code, 0);

@@ -1,5 +1,6 @@
 /* Cube maps through the C ABI: values, defaults, errors. */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <lightwell/cube_map.h>
@@ -101,9 +102,52 @@ static void of_a_recording(const char* recording) {
   lw_probe_close(probe);
 }
 
+/* The map of a line of cube_answers.hpp after the word `cube`. */
+static void check_line(const lw_lighting* light, char* line) {
+  static float texels[FLOATS];
+  lw_cube_map_options options = {.size = sizeof options, .format = LW_CUBE_RGBA32F};
+  lw_cube_map_summary s = {.size = sizeof s};
+  char* end = line;
+  uint64_t clamped;
+  int32_t i;
+  options.edge = (int32_t)strtol(end, &end, 10);
+  options.lights = strtol(end, &end, 10) == 1 ? LW_CUBE_WITH_LIGHTS : LW_CUBE_WITHOUT_LIGHTS;
+  options.scale = strtof(end, &end);
+  clamped = strtoull(end, &end, 10);
+  CHECK(options.edge > 0 && options.edge <= EDGE);
+  CHECK(lw_lighting_cube_map(light, &options, texels, sizeof texels, &s) == LW_OK && s.clamped == clamped);
+  for (i = 0; i < 24 * options.edge * options.edge; ++i)
+    CHECK(i % 4 == 3 ? texels[i] == 1 : texels[i] == strtof(end, &end));
+}
+
+static void those_of_cpp(const char* path) {
+  static char line[1 << 20];
+  static unsigned char bytes[1 << 19];
+  FILE* file = fopen(path, "r");
+  lw_lighting* light = NULL;
+  int maps = 0;
+  CHECK(file != NULL && lw_lighting_create(&light) == LW_OK);
+  if (file == NULL) return;
+  while (fgets(line, sizeof line, file) != NULL) {
+    if (strncmp(line, "message ", 8) == 0) {
+      size_t n = 0;
+      unsigned value;
+      for (; sscanf(line + 8 + 2 * n, "%2x", &value) == 1; ++n) bytes[n] = (unsigned char)value;
+      CHECK(lw_lighting_decode(bytes, n, 0, light) == LW_OK);
+    } else if (strncmp(line, "cube ", 5) == 0) {
+      check_line(light, line + 5);
+      ++maps;
+    }
+  }
+  CHECK(maps > 20);
+  lw_lighting_release(light);
+  fclose(file);
+}
+
 int main(int argc, char** argv) {
   lw_lighting* light;
-  if (argc != 3) return 2;
+  if (argc != 4) return 2;
+  those_of_cpp(argv[3]);
   light = lamp(argv[1]);
   the_lamp_is_on_its_face(light);
   defaults_are_64_half_floats(light);

@@ -1,5 +1,5 @@
-// lightwell.h, conventions.h, cube_map.h, plane_appearance.h, plane_objects.h and shadows.h are also valid in the
-// oldest supported C++, with the same meaning.
+// lightwell.h, conventions.h, cube_map.h, plane_appearance.h, plane_objects.h, probe_status.h and shadows.h are also
+// valid in the oldest supported C++, with the same meaning.
 #include <cstring>
 
 #include <lightwell/conventions.h>
@@ -7,6 +7,7 @@
 #include <lightwell/lightwell.h>
 #include <lightwell/plane_appearance.h>
 #include <lightwell/plane_objects.h>
+#include <lightwell/probe_status.h>
 #include <lightwell/shadows.h>
 
 #include "check.h"

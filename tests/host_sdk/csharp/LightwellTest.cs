@@ -382,11 +382,13 @@ internal static partial class LightwellTest
 
     private static int Main(string[] arguments)
     {
+        if (arguments[0] == "--status") return ProbeStatus.Print(arguments[1]);
         NumbersAreThoseOfCpp(arguments[0]);
         BatchesAndBadQuestions(arguments[0]);
         FailuresSayHow(arguments[0]);
         ALoopMakesNoGarbage(arguments[0]);
         ThreadsAndTheCollector(arguments[0]);
+        CubeMapsAreThoseOfCpp(arguments[0]);
         PlanesAreThoseOfCpp(arguments[0]);
         DamagedPlanesAreRefusedAsInCpp(arguments[0]);
         AProbeHasThePlaneOfARecording(arguments[0]);

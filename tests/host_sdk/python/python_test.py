@@ -113,21 +113,6 @@ class Numbers(unittest.TestCase):
             self.assertIsNotNone(probe.latest().environment())
 
 
-class CubeMap(unittest.TestCase):
-    def test_lamp_is_in_the_middle_of_its_face(self):
-        light = lightwell.Lighting.decode((VECTORS / "v1_lamp_at_plus_x.bin").read_bytes())
-        texels = light.cube_map(edge=9, dtype=np.float32)
-        self.assertEqual((texels.shape, texels.dtype), ((6, 9, 9, 4), np.float32))
-        self.assertEqual(np.unravel_index(texels[..., 0].argmax(), texels.shape[:3]), (0, 4, 4))
-        self.assertLess(light.cube_map(edge=9, lights=False)[0, 4, 4, 0], texels[0, 4, 4, 0] / 2)
-        np.testing.assert_allclose(light.cube_map(edge=9, scale=0.5), texels * [0.5, 0.5, 0.5, 1], rtol=1e-3)
-
-    def test_bad_arguments_are_named(self):
-        for name, value in (("edge", 0), ("edge", 65), ("scale", 0), ("scale", float("nan")), ("dtype", np.int32)):
-            with self.assertRaisesRegex(ValueError, name):
-                lightwell.Lighting().cube_map(**{name: value})
-
-
 class World(unittest.TestCase):
     def test_near_lamp_is_placed_in_it(self):
         message = (VECTORS / "v1_near_lamp.bin").read_bytes()

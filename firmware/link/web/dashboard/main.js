@@ -9,6 +9,7 @@ import { MarkerView } from "./estimator_views.js";
 import { duration, element, percent, put, short, size, spark } from "./format.js";
 import { CounterHistory, Measures } from "./model.js";
 import { Exposure, Panorama } from "./panorama.js";
+import { Preview } from "./preview.js";
 import { ProbeRecording } from "./probe_recording.js";
 import { Recorder } from "./recorder.js";
 import { luminance } from "./sdk/vector.js";
@@ -23,6 +24,7 @@ const drawPeriodMs = { min: 33, max: 500 };
 
 const recorder = new Recorder();
 const probeRecording = new ProbeRecording();
+const preview = new Preview();
 const exposure = new Exposure();
 const panorama = new Panorama();
 const directions = new DirectionsView(element("directions"));
@@ -73,7 +75,10 @@ async function attach(next) {
     void showEstimator();
     void showCalibration();
   });
-  probe.on("refused", () => plane?.close());
+  probe.on("refused", () => {
+    plane?.close();
+    preview.hide("");
+  });
   probe.on("info", onInfo);
   onInfo(probe.info());
   recorder.attach(probe);

@@ -20,9 +20,9 @@ from ._plane_values import (CaptureProgress, PlaneAnswer, PlaneCoverage, PlaneFl
                             PlaneRendering, PlaneTexture, ShadowAnswer)
 from ._planes import Plane, PlaneReader
 from ._probe import Probe
-from ._values import (Answer, Derivation, Environment, EnvironmentLevel, Error, EstimatorConfig, EstimatorKind, Flag,
-                      Light, LightingInfo, LinkState, LinkStats, ProbeInfo, Setting, Smoothing, Status, Units,
-                      UnseenFill, Validity)
+from ._values import (Answer, Calibration, CalibrationReport, Derivation, Environment, EnvironmentLevel, Error,
+                      EstimatorConfig, EstimatorKind, Flag, Lens, Light, LightingInfo, LinkState, LinkStats, ProbeInfo,
+                      Recording, Setting, Smoothing, Status, Units, UnseenFill, Validity)
 
 __version__ = _ffi.string(_lib.lw_version()).decode()
 
@@ -32,10 +32,11 @@ def connect(uri, **options):
     return Probe(uri, **options)
 
 
-__all__ = ["Answer", "CaptureProgress", "Derivation", "Environment", "EnvironmentLevel", "Error", "EstimatorConfig",
-           "EstimatorKind", "Flag", "Light", "Lighting", "LightingInfo", "LinkState", "LinkStats", "MainLight",
-           "Mesh", "OpenXrHarmonics", "Plane", "PlaneAnswer", "PlaneCoverage", "PlaneFlag", "PlaneGuidance",
-           "PlaneInfo", "PlaneLayers", "PlaneLight", "PlaneLightAnswer", "PlaneLightSource", "PlaneReader",
-           "PlaneReaderStats", "PlaneReflection", "PlaneReflector", "PlaneRendering", "PlaneTexture", "Probe",
-           "ProbeInfo", "Residual", "Setting", "ShSigns", "ShadowAnswer", "ShadowCaster", "Smoothing", "Status",
-           "ThreeLights", "Units", "UnityPipeline", "UnseenFill", "Validity", "connect"]
+__all__ = ["Answer", "Calibration", "CalibrationReport", "CaptureProgress", "Derivation", "Environment",
+           "EnvironmentLevel", "Error", "EstimatorConfig", "EstimatorKind", "Flag", "Lens", "Light", "Lighting",
+           "LightingInfo", "LinkState", "LinkStats", "MainLight", "Mesh", "OpenXrHarmonics", "Plane", "PlaneAnswer",
+           "PlaneCoverage", "PlaneFlag", "PlaneGuidance", "PlaneInfo", "PlaneLayers", "PlaneLight", "PlaneLightAnswer",
+           "PlaneLightSource", "PlaneReader", "PlaneReaderStats", "PlaneReflection", "PlaneReflector",
+           "PlaneRendering", "PlaneTexture", "Probe", "ProbeInfo", "Recording", "Residual", "Setting", "ShSigns",
+           "ShadowAnswer", "ShadowCaster", "Smoothing", "Status", "ThreeLights", "Units", "UnityPipeline",
+           "UnseenFill", "Validity", "connect"]

@@ -9,8 +9,8 @@ import numpy as np
 from ._abi import check, ffi, lib, take, text
 from ._lighting import Lighting, record
 from ._planes import Plane
-from ._values import (Error, EstimatorConfig, EstimatorKind, LinkState, LinkStats, ProbeInfo, Setting, Smoothing,
-                      Status, UnseenFill)
+from ._values import (Calibration, CalibrationReport, Error, EstimatorConfig, EstimatorKind, Lens, LinkState, LinkStats,
+                      ProbeInfo, Recording, Setting, Smoothing, Status, UnseenFill)
 
 # Period in which a blocking wait checks for signals and for close().
 _SLICE_NS = 100_000_000
@@ -32,6 +32,28 @@ def _number(name, value):
             return word
     raise Error(Status.INVALID_ARGUMENT,
                 f"{name} is {value!r}; it is " + (", ".join(w.name.lower() for w in words) if words else "a number"))
+
+
+# More lenses than a rig has.
+_MAX_LENSES = 16
+
+
+def _chars(array):
+    return ffi.string(array).decode("utf-8", "replace")
+
+
+def _recording(struct):
+    """The Recording of an lw_recording, or None."""
+    if not struct.available:
+        return None
+    return record(Recording, struct, running=struct.running == 1, file=_chars(struct.file),
+                  end_reason=_chars(struct.end_reason))
+
+
+def _lens(struct, has_report):
+    report = {name: getattr(struct, name) if has_report else None for name in ("seen_deg", "direction_3_sigma_deg")}
+    return record(Lens, struct, model=_chars(struct.model), response=_chars(struct.response),
+                  vignetting=struct.vignetting == 1, noise=struct.noise == 1, **report)
 
 
 def _ns(seconds):
@@ -192,6 +214,36 @@ class Probe:
             check(lib.lw_probe_get_stats(raw, struct))
             last_error = self._text(raw, lib.LW_PROBE_LAST_ERROR)
         return record(LinkStats, struct, state=LinkState(struct.state), last_error=last_error)
+
+    def recording(self):
+        """The Recording that runs on the probe, otherwise its last one; None if the probe has no folder for
+        recordings. At most about a second old. Blocks briefly."""
+        return self._recorded(lib.lw_probe_get_recording)
+
+    def start_recording(self):
+        """Starts a recording of all descriptors by the probe, in the folder that its owner has configured; the file
+        stays there. Returns the Recording. Blocks until the probe responds. FAILED_PRECONDITION: no such folder, or one
+        runs already. RESOURCE_EXHAUSTED: the owner's limits."""
+        return self._recorded(lib.lw_probe_start_recording)
+
+    def stop_recording(self):
+        """Ends it. Returns the Recording. FAILED_PRECONDITION: none runs."""
+        return self._recorded(lib.lw_probe_stop_recording)
+
+    def _recorded(self, call):
+        struct = take("lw_recording")
+        with self._used() as raw:
+            check(call(raw, struct))
+        return _recording(struct)
+
+    def calibration(self):
+        """What the probe's calibration covers: Calibration. Blocks and fails as estimator_config()."""
+        struct, lenses = take("lw_calibration"), ffi.new("lw_lens[]", _MAX_LENSES)
+        with self._used() as raw:
+            check(lib.lw_probe_get_calibration(raw, struct, lenses, ffi.sizeof("lw_lens"), _MAX_LENSES))
+        report = record(CalibrationReport, struct) if struct.has_report else None
+        return record(Calibration, struct, file=_chars(struct.file), absolute=struct.absolute == 1, report=report,
+                      lenses=tuple(_lens(lenses[k], report) for k in range(min(struct.lens_count, _MAX_LENSES))))
 
     @staticmethod
     def _text(raw, kind):

@@ -227,6 +227,55 @@ class ProbeInfo:
 
 
 @dataclass(frozen=True)
+class Recording:
+    """The recording that runs on the probe, otherwise its last one."""
+
+    running: bool
+    file: str  # Name in the probe's folder; empty before the first recording.
+    bytes: int
+    descriptors: int
+    lost: int  # Messages that are missing in the file, because the disk was too slow.
+    end_reason: str  # Why it ended although no client stopped it; otherwise empty.
+    faults: int  # Recordings that a fault or a limit ended, since the start of the daemon.
+
+
+@dataclass(frozen=True)
+class Lens:
+    """What the calibration of a lens covers."""
+
+    width: int  # Of the picture that it is for, px.
+    height: int
+    model: str  # "kannala_brandt".
+    max_angle_deg: float  # Half the field of view.
+    response: str  # "linear", "srgb", "table" or "gamma".
+    vignetting: bool  # It is corrected.
+    noise: bool  # Read or shot noise is known.
+    seen_deg: Optional[float]  # Largest angle from the axis at which boards were seen; None without a report.
+    direction_3_sigma_deg: Optional[float]  # Largest uncertainty of a direction up to it; None without a report.
+
+
+@dataclass(frozen=True)
+class CalibrationReport:
+    """How a calibration was measured."""
+
+    geometry_time_s: int  # Seconds since 1970 (UTC), 0: not known.
+    rms_px: float  # RMS of the residuals of both coordinates.
+    points: int
+    photometry_time_s: int
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What a probe's calibration covers, and how well."""
+
+    id: int  # LightingInfo.calibration_id.
+    file: str  # Name without its folder; empty: the camera's own calibration.
+    absolute: bool  # cd/m² of a pixel value are known.
+    lenses: Tuple[Lens, ...]
+    report: Optional[CalibrationReport]  # None: the file has none.
+
+
+@dataclass(frozen=True)
 class EstimatorConfig:
     """Configuration of a probe's estimator. Meanings: proto/lightwell/v1/config.proto."""
 

@@ -192,7 +192,7 @@ export function levelRadiance(map: EnvironmentMap, level: number): Float32Array 
 
 /** Octahedral coordinates, 0 to 1, with the map's centre at +Y (Cigolle et al. 2014, listing 1). Rounded to float as in
  *  C++, because between texels that differ much the interpolation is sensitive to the coordinates. */
-function octahedral(d: Vec3): [number, number] {
+export function octahedral(d: Vec3): [number, number] {
   const sum = f(f(Math.abs(d[0]) + Math.abs(d[1])) + Math.abs(d[2]));
   let a = f(d[0] / sum);
   let b = f(d[2] / sum);
@@ -206,7 +206,7 @@ function octahedral(d: Vec3): [number, number] {
 }
 
 /** Beyond an edge of the square the sphere continues at the same edge with the order of texels reversed. */
-function texelAt(edge: number, i: number, j: number): number {
+export function texelAt(edge: number, i: number, j: number): number {
   if (i < 0 || i >= edge) {
     i = i < 0 ? -1 - i : 2 * edge - 1 - i;
     j = edge - 1 - j;

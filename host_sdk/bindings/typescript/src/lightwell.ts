@@ -11,6 +11,8 @@
 //   const reader = new PlaneReader();
 //   socket.onmessage = ({ data }) => reader.take(new Uint8Array(data), performance.now());   // throws DecodeError
 //   const { value, validity, flags } = reader.snapshot(performance.now()).radiance([0.02, 0.05], eye);
+export { cubeDirection, cubeMap, maxCubeEdge } from "./cube_map.js";
+export type { CubeFormat, CubeMap, CubeMapOptions } from "./cube_map.js";
 export * from "./descriptor.js";
 export { EnvironmentKeeper, environmentRadiance, isWhole, levelRadiance, texelRadiance } from "./environment.js";
 export type { EnvironmentLevel, EnvironmentMap } from "./environment.js";

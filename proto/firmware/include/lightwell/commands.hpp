@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -17,6 +18,9 @@
 #include <lightwell/status.hpp>
 
 namespace lightwell {
+
+/// The bytes of a JPEG picture; null: none.
+using PreviewJpeg = std::shared_ptr<const std::vector<std::byte>>;
 
 /// Commands that links receive from clients. Called from any of a link's threads.
 class Commands {
@@ -37,6 +41,10 @@ class Commands {
   /// Starts or stops the probe's own recording; its state after the action. failed_precondition, resource_exhausted: as
   /// ControlRecording of probe_service.proto. unavailable: the disk does not respond. Returns within a second.
   [[nodiscard]] virtual Result<RecordingStatus> control_recording(RecordingAction action) = 0;
+  /// A small picture of what the camera sees, at most 320 x 160, sRGB, not older than 0.1 s; there is a new one at most
+  /// once a second. It does not wait: where there is none, it requests one of a next frame and returns null, and the
+  /// link calls again soon. failed_precondition, with the remedy: the owner lets nobody have pictures.
+  [[nodiscard]] virtual Result<PreviewJpeg> preview() = 0;
 };
 
 enum class ProbeCall : std::uint8_t { info, set_config, report_lux, get_config, control_recording, get_calibration };

@@ -62,7 +62,7 @@ struct MarkerConfig {
 /// Options for estimating light from a glossy plane in view.
 struct PlaneConfig {
   std::string plane_file;                            ///< Path of a GlossyPlane.
-  ImageRecipients images = ImageRecipients::nobody;  ///< Of the captured texture.
+  ImageRecipients images = ImageRecipients::nobody;  ///< The deprecated field; Config::texture_recipients().
 };
 
 struct UsbGadgetConfig {
@@ -154,9 +154,12 @@ struct Config {
   std::optional<WebConfig> web;
   std::optional<RecordingsConfig> recordings;
   Mdns mdns = Mdns::off;
-  std::vector<std::string> warnings;  ///< Warnings about the file: deprecated and renamed fields.
+  ImageRecipients images = ImageRecipients::nobody;  ///< Of pictures of what the camera sees.
+  std::vector<std::string> warnings;                 ///< Warnings about the file: deprecated and renamed fields.
 
   [[nodiscard]] Status validate() const;
+  /// Of the captured plane's texture: `images`, or the deprecated consent of `plane` to the texture alone.
+  [[nodiscard]] ImageRecipients texture_recipients() const;
   /// The keys and authorities of the web link: those of `grpc`, but for what `web` names itself.
   [[nodiscard]] GrpcConfig web_keys() const;
 };
