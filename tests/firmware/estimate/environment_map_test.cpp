@@ -132,8 +132,10 @@ TEST(PanoramaMap, OneHotPixelAndInvalidPixelsStayFinite) {
       const Descriptor d = estimated(*estimator, picture);
       std::fill_n(hot, 3, 1.0F);
       ASSERT_TRUE(d.environment && d.environment->whole()) << value;
-      const std::size_t opposite = 64 * 32 + 48;
-      EXPECT_NEAR(green(d, opposite), 1, 0.01) << value << ' ' << pixel;
+      // The texel of +X; beside 1e20 it is below the range of RGB9E5.
+      if (!(value > 1e6F) || std::isinf(value)) {
+        EXPECT_NEAR(green(d, 64 * 32 + 48), 1, 0.01) << value << ' ' << pixel;
+      }
       for (std::size_t k = 0; k < d.environment->texels.size(); ++k) ASSERT_TRUE(std::isfinite(green(d, k)));
     }
   }
