@@ -37,7 +37,7 @@ PROTOCOLS = {"si_rmse": "linear light", "si_rmse_published": "the literature's p
              "clipped at the 99.9th percentile"}
 SDK_SHARE, SDK_FRAMES = 1.0, 60
 CUBE_MAPS_PER_SECOND = 30
-CAPS = "a light is a uniform cap, a bright region is not, and a map holds nothing negative: tests/README.md, Mirror balls"
+CAPS = "a light is a uniform cap, a bright region is not; maps hold nothing negative: tests/README.md, Mirror balls"
 NEW_LIGHT = "a changed light needs new maps of irradiance and reflection, which are queries of the SDK"
 
 TRACED = "path-traced pictures of 1280x960, simulated 8-bit pair of 1280x960, three exposures, encoded descriptor"

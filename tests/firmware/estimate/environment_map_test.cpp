@@ -7,6 +7,7 @@
 #include <lightwell/cap.hpp>
 #include <lightwell/environment.hpp>
 
+#include "brackets.hpp"
 #include "estimate/common/environment_updates.hpp"
 #include "scenes.hpp"
 
@@ -54,6 +55,23 @@ TEST(PanoramaMap, TexelsAreTheMeansOfTheirPixels) {
     // wide as texels have 0.15.
     EXPECT_LT(std::sqrt(squares / static_cast<double>(expected.size())), 0.04) << kind;
   }
+}
+
+TEST(PanoramaMap, TexelsOfABracketAreTheMeansOfItsScene) {
+  const RigParameters rig = rig_of("pair", 640, 480, PixelFormat::rgb8);
+  const Result<RigTable> table = make_rig_table(rig);
+  ASSERT_TRUE(table.ok());
+  // Of the brighter half, the longer exposure is saturated.
+  const RadianceOf scenes[] = {halves, halves};
+  const double exposures[] = {0.002, 0.008};
+  const Bracket bracket = bracket_of(rig, *table, PixelFormat::rgb8, scenes, exposures);
+  Descriptor d;
+  ASSERT_TRUE(estimator_of(rig, with_map(64, 0))->estimate(bracket.frames, d).ok());
+  ASSERT_TRUE(d.environment && d.environment->whole());
+  const std::vector<double> expected = means_of(64, halves);
+  double squares = 0;
+  for (std::size_t k = 0; k < expected.size(); ++k) squares += std::pow(green(d, k) - expected[k], 2);
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(expected.size())), 0.05);
 }
 
 TEST(PanoramaMap, ConstantSphereRemainsConstant) {
