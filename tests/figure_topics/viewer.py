@@ -37,7 +37,7 @@ PROTOCOLS = {"si_rmse": "linear light", "si_rmse_published": "the literature's p
              "clipped at the 99.9th percentile"}
 SDK_SHARE, SDK_FRAMES = 1.0, 60
 CUBE_MAPS_PER_SECOND = 30
-CAPS = "a light is a uniform cap, a bright region is not; blocks of 3.2 deg blur the map: tests/README.md, Mirror balls"
+CAPS = "a light is a uniform cap, a bright region is not; maps hold nothing negative: tests/README.md, Mirror balls"
 NEW_LIGHT = "a changed light needs a new map of irradiance and new occlusion of the plane, which are queries of the SDK"
 
 TRACED = "path-traced pictures of 1280x960, simulated 8-bit pair of 1280x960, three exposures, encoded descriptor"

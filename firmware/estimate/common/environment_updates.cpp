@@ -198,13 +198,20 @@ EnvironmentFilter::EnvironmentFilter(std::span<const Vec3f> direction, std::span
     lobes_.push_back(lobe_rows(base_, pyramid_, levels_[k].edge, static_cast<double>(levels_[k].roughness)));
 }
 
-std::span<const Rgbx> EnvironmentFilter::run(std::span<const CellSum> sums) {
+std::span<const Rgbx> EnvironmentFilter::run(std::span<const CellSum> sums, std::span<const Rgbx> measured) {
   const auto clean = [](float v) { return v > 0 && v <= kMaxCellSum ? v : 0.0F; };
   for (std::size_t c = 0; c < light_.size(); ++c) {
     const CellSum s = c < sums.size() ? sums[c] : CellSum{};
     light_[c].v = {clean(s.r), clean(s.g), clean(s.b), 0};
   }
   splat_.apply(light_, std::span(means_).first(splat_.rows()));
+  for (std::size_t texel = 0; texel < std::min(measured.size(), splat_.rows()); ++texel) {
+    const float weight = measured[texel].v[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float mean = (1 - weight) * means_[texel].v[k] + weight * measured[texel].v[k];
+      means_[texel].v[k] = std::isfinite(mean) ? mean : 0;
+    }
+  }
   pyramid_.apply(means_);
   if (levels_.empty()) return {};
   const auto sharp = std::find_if(pyramid_.layers().begin(), pyramid_.layers().end(),
@@ -215,6 +222,8 @@ std::span<const Rgbx> EnvironmentFilter::run(std::span<const CellSum> sums) {
     rows.apply(means_, std::span(texels_).subspan(next, rows.rows()));
     next += rows.rows();
   }
+  for (Rgbx& texel : texels_)
+    for (float& v : texel.v) v = v > 0 ? v : 0;
   return texels_;
 }
 

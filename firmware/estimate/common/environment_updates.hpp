@@ -154,18 +154,22 @@ class EnvironmentFilter {
   EnvironmentFilter(std::span<const Vec3f> direction, std::span<const float> solid_angle, int edge);
 
   [[nodiscard]] std::span<const EnvironmentLevel> levels() const { return levels_; }
+  /// The grid from which lobes are integrated: twice the map's edge, at most 64.
+  [[nodiscard]] const OctahedralGrid& grid() const { return base_; }
 
   /// Returns the texels of all levels in the order of EnvironmentMap::texels: radiance in units of the sums per sr,
-  /// never negative or NaN. Sums that are negative, NaN, above kMaxCellSum or missing count as 0. Allocates nothing;
-  /// the result is valid until the next call.
-  [[nodiscard]] std::span<const Rgbx> run(std::span<const CellSum> sums);
+  /// never negative or NaN. Sums that are negative, NaN, above kMaxCellSum or missing count as 0. `measured`: empty, or
+  /// for each texel of grid() a mean radiance, which may be negative, and as fourth channel the weight, 0 to 1, with
+  /// which it replaces that of the cells; where it is not finite, the texel is dark. Allocates nothing; the result is
+  /// valid until the next call.
+  [[nodiscard]] std::span<const Rgbx> run(std::span<const CellSum> sums, std::span<const Rgbx> measured = {});
 
   /// Largest valid sum; products with all weights stay in the range of float.
   static constexpr float kMaxCellSum = 1e24F;
 
  private:
   std::vector<EnvironmentLevel> levels_;
-  OctahedralGrid base_;  ///< Grid from which lobes are integrated: twice the map's edge, at most 64.
+  OctahedralGrid base_;
   MeanPyramid pyramid_;
   SparseRows splat_;
   std::vector<SparseRows> lobes_;  ///< Of the levels after the first.
@@ -229,17 +233,20 @@ class EnvironmentMapper {
 
   /// Whether update() reads the sums in this frame. With a factor other than that of the last map, it always does.
   [[nodiscard]] bool due(ProbeTime mid_exposure) const { return updates_.due(mid_exposure); }
+  /// That of EnvironmentFilter.
+  [[nodiscard]] const OctahedralGrid& grid() const { return filter_.grid(); }
 
   /// Sets `out` to a map where one is due, otherwise to nullopt. `sums`: integral of radiance over each cell without
-  /// the lights, in the constructor's order of cells; ignored where no map is due. `factor`: descriptor radiance per
-  /// unit of radiance in `sums`; where it has changed, a whole map is sent, because readers use the last map with newer
-  /// descriptors. Allocates nothing where `out` is that of the previous call.
-  void update(std::span<const CellSum> sums, double factor, ProbeTime mid_exposure,
+  /// the lights, in the constructor's order of cells; ignored where no map is due. `measured`: as for
+  /// EnvironmentFilter::run(), without the lights. `factor`: descriptor radiance per unit of radiance in `sums`; where
+  /// it has changed, a whole map is sent, because readers use the last map with newer descriptors. Allocates nothing
+  /// where `out` is that of the previous call.
+  void update(std::span<const CellSum> sums, std::span<const Rgbx> measured, double factor, ProbeTime mid_exposure,
               std::optional<EnvironmentMap>& out) {
     if (factor != factor_) updates_.restart();
     factor_ = factor;
     if (!updates_.due(mid_exposure)) return updates_.reclaim(out);
-    updates_.update(filter_.run(sums), factor, mid_exposure, out);
+    updates_.update(filter_.run(sums, measured), factor, mid_exposure, out);
   }
 
  private:

@@ -55,7 +55,7 @@ struct BlockSums {
 };
 
 /// Result of SphereIntegrator::integrate(). Sums are radiance (linear value / (exposure_s * gain * vignetting)) times
-/// solid angle. Only LightFinder, GreyPatchReader and, of brackets, RowProfiler read pixels again.
+/// solid angle. Only LightFinder, GreyPatchReader, TexelSums and, of brackets, RowProfiler read pixels again.
 struct FrameIntegral {
   BlockSums blocks;             ///< By block of the rig. The blocks of a missing lens are filled, or zero.
   std::vector<CellSum> unseen;  ///< By cell that no lens of the rig sees: filled, or zero.

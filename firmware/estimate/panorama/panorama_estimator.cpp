@@ -9,6 +9,7 @@
 
 #include "calibration/model/lens_table.hpp"
 #include "estimate/common/descriptor_optimizer.hpp"
+#include "estimate/common/environment_lights.hpp"
 #include "estimate/common/environment_updates.hpp"
 #include "estimate/common/error_bound.hpp"
 #include "estimate/common/light_tracker.hpp"
@@ -18,6 +19,7 @@
 #include "estimate/panorama/light_finder.hpp"
 #include "estimate/panorama/row_profiler.hpp"
 #include "estimate/panorama/sphere_integrator.hpp"
+#include "estimate/panorama/texel_sums.hpp"
 
 namespace lightwell {
 namespace {
@@ -203,7 +205,7 @@ class PanoramaEstimator final : public Estimator {
   [[nodiscard]] OptimizerOptions limits(const RelativeErrors& errors) const;
   [[nodiscard]] Flicker detect_flicker(std::span<const Frame> bracket, const BlockSums& blocks);
   void reset_mapper();
-  void update_map(const FrameIntegral& integral, const DetectedLights& found, Descriptor& out);
+  void update_map(const FrameIntegral& integral, std::size_t exposures, const DetectedLights& found, Descriptor& out);
   double recover_clipped(Descriptor& out);
 
   RigParameters rig_;
@@ -214,6 +216,8 @@ class PanoramaEstimator final : public Estimator {
   RowProfiler profiler_;
   double constant_sampling_;
   std::optional<EnvironmentMapper> mapper_;
+  std::optional<TexelSums> texel_sums_;  ///< Of the mapper's texels, where pixels resolve them.
+  std::optional<LightSubtraction> light_subtraction_;
   bool mapper_is_new_ = true;  ///< None of its maps was sent yet.
   std::vector<CellSum> residual_sums_;
   FlickerDetector flicker_;
@@ -259,7 +263,7 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
   out.radiance_step = optimized_.step;
   describe_measurement(integral, scene, scale_.factor, errors, out);
   out.flicker = detect_flicker(bracket, integral.blocks);
-  update_map(integral, found, out);
+  update_map(integral, bracket.size(), found, out);
   const double recovery_uncertainty = recover_clipped(out);
   out.bound = error_bound(out, errors, optimized_, smoothed, recovery_uncertainty);
   return {};
@@ -288,28 +292,39 @@ Flicker PanoramaEstimator::detect_flicker(std::span<const Frame> bracket, const 
 }
 
 void PanoramaEstimator::reset_mapper() {
+  light_subtraction_.reset();
+  texel_sums_.reset();
   mapper_.reset();
   mapper_is_new_ = true;
   if (config_.panorama.environment_edge == 0) return;
   mapper_.emplace(integrator_->cell_directions(), integrator_->cell_solid_angles(), config_.panorama.environment_edge,
                   EnvironmentUpdateOptions{.rate_hz = config_.panorama.environment_rate});
+  if (!TexelSums::resolved(table_, mapper_->grid())) return;
+  texel_sums_.emplace(table_, integrator_->layout(), mapper_->grid());
+  light_subtraction_.emplace(mapper_->grid());
 }
 
-/// The map shows the cells without the lights that are sent.
-void PanoramaEstimator::update_map(const FrameIntegral& integral, const DetectedLights& found, Descriptor& out) {
+/// The map shows the texels without the lights that are sent, and the cells where no pixels fill a texel.
+void PanoramaEstimator::update_map(const FrameIntegral& integral, std::size_t exposures, const DetectedLights& found,
+                                   Descriptor& out) {
   // Changes refer to maps of the same mapper.
   if (!mapper_ || mapper_is_new_) out.environment.reset();
   if (!mapper_) return;
   mapper_is_new_ = false;
   residual_sums_.clear();
+  std::span<Rgbx> texels;
   if (mapper_->due(out.time.mid_exposure)) {
     residual_sums_ = integral.blocks.sum;
     for (std::size_t k = 0; k < lights_.size(); ++k)
       if (std::ranges::find(out.lights, lights_[k].track, &Light::track) != out.lights.end())
         found.subtract(k, residual_sums_);
     residual_sums_.insert(residual_sums_.end(), integral.unseen.begin(), integral.unseen.end());
+    if (texel_sums_) {
+      texels = texel_sums_->run(reader_, exposures);
+      light_subtraction_->apply(out.lights, static_cast<float>(1 / scale_.factor), texels);
+    }
   }
-  mapper_->update(residual_sums_, scale_.factor, out.time.mid_exposure, out.environment);
+  mapper_->update(residual_sums_, texels, scale_.factor, out.time.mid_exposure, out.environment);
 }
 
 /// Sets clipped_, and the irradiance of clipped lights where it is known. Returns its uncertainty, see RecoveryResult.
