@@ -22,7 +22,7 @@ bool is(const char* name, std::string_view other) { return name != nullptr && na
 struct Extensions {
   std::vector<const char*> below;
   Extension light_estimation = Extension::disabled, cubemap = Extension::disabled;
-  Extension messages = Extension::disabled, time = Extension::disabled;
+  Extension time = Extension::disabled;
 };
 
 Extensions read_extensions(const XrInstanceCreateInfo& info) {
@@ -37,7 +37,6 @@ Extensions read_extensions(const XrInstanceCreateInfo& info) {
       out.cubemap = Extension::enabled;
       continue;
     }
-    if (is(name, XR_EXT_DEBUG_UTILS_EXTENSION_NAME)) out.messages = Extension::enabled;
     if (is(name, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME)) out.time = Extension::enabled;
     out.below.push_back(name);
   }
@@ -75,7 +74,8 @@ Runtime load_runtime(XrInstance instance, PFN_xrGetInstanceProcAddr get_proc, co
     load(out, "xrConvertTimeToTimespecTimeKHR", out.to_timespec);
     if (out.to_xr_time == nullptr || out.to_timespec == nullptr) out.to_xr_time = nullptr, out.to_timespec = nullptr;
   }
-  if (extensions.messages == Extension::enabled) load(out, "xrSubmitDebugUtilsMessageEXT", out.submit_message);
+  load(out, "xrCreateDebugUtilsMessengerEXT", out.create_messenger);
+  load(out, "xrSubmitDebugUtilsMessageEXT", out.submit_message);
   return out;
 }
 
@@ -173,6 +173,15 @@ XRAPI_ATTR XrResult XRAPI_CALL destroy_session(XrSession session) {
   return instance->runtime.destroy_session(session);
 }
 
+XRAPI_ATTR XrResult XRAPI_CALL create_messenger(XrInstance handle, const XrDebugUtilsMessengerCreateInfoEXT* info,
+                                                XrDebugUtilsMessengerEXT* out) {
+  const std::shared_ptr<Instance> instance = Registry::get().instance(handle);
+  if (!instance) return XR_ERROR_HANDLE_INVALID;
+  const XrResult result = instance->runtime.create_messenger(handle, info, out);
+  if (XR_SUCCEEDED(result)) instance->messages.use_messengers();
+  return result;
+}
+
 template <class Function>
 PFN_xrVoidFunction untyped_function(Function function) {
   return reinterpret_cast<PFN_xrVoidFunction>(function);
@@ -193,6 +202,8 @@ XRAPI_ATTR XrResult XRAPI_CALL get_instance_proc_addr(XrInstance handle, const c
     *out = untyped_function(PFN_xrCreateSession{create_session});
   else if (instance->serves() && is(name, "xrDestroySession"))
     *out = untyped_function(PFN_xrDestroySession{destroy_session});
+  else if (instance->runtime.create_messenger != nullptr && is(name, "xrCreateDebugUtilsMessengerEXT"))
+    *out = untyped_function(PFN_xrCreateDebugUtilsMessengerEXT{create_messenger});
   else
     *out = light_estimation_function(*instance, name);
   return *out != nullptr ? XR_SUCCESS : instance->runtime.get_proc(handle, name, out);

@@ -16,7 +16,7 @@ void Messages::error(const char* function, const std::string& text) {
     if (reported_.size() >= kMaxReported || std::ranges::find(reported_, text) != reported_.end()) return;
     reported_.push_back(text);
   }
-  if (runtime_.submit_message == nullptr) {
+  if (!has_messenger_ || runtime_.submit_message == nullptr) {
     std::fprintf(stderr, "%s: %s: %s\n", kLayerName, function, text.c_str());
     return;
   }

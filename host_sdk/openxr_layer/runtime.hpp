@@ -22,6 +22,7 @@ struct Runtime {
   PFN_xrLocateSpace locate_space = nullptr;
   PFN_xrConvertTimespecTimeToTimeKHR to_xr_time = nullptr;
   PFN_xrConvertTimeToTimespecTimeKHR to_timespec = nullptr;
+  PFN_xrCreateDebugUtilsMessengerEXT create_messenger = nullptr;
   PFN_xrSubmitDebugUtilsMessageEXT submit_message = nullptr;
 };
 
