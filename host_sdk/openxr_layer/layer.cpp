@@ -43,20 +43,6 @@ Extensions read_extensions(const XrInstanceCreateInfo& info) {
   return out;
 }
 
-bool runtime_has(PFN_xrGetInstanceProcAddr get_proc, std::string_view extension) {
-  Runtime none;
-  none.get_proc = get_proc;
-  PFN_xrEnumerateInstanceExtensionProperties enumerate = nullptr;
-  load(none, "xrEnumerateInstanceExtensionProperties", enumerate);
-  std::uint32_t count = 0;
-  if (enumerate == nullptr || XR_FAILED(enumerate(nullptr, 0, &count, nullptr))) return false;
-  XrExtensionProperties empty{};
-  empty.type = XR_TYPE_EXTENSION_PROPERTIES;
-  std::vector<XrExtensionProperties> all(count, empty);
-  if (XR_FAILED(enumerate(nullptr, count, &count, all.data()))) return false;
-  return std::ranges::any_of(all, [&](const auto& e) { return extension == e.extensionName; });
-}
-
 Runtime load_runtime(XrInstance instance, PFN_xrGetInstanceProcAddr get_proc, const Extensions& extensions) {
   Runtime out;
   out.instance = instance;
@@ -98,26 +84,35 @@ XrResult create_instance(const XrInstanceCreateInfo* info, const XrApiLayerCreat
   if (info == nullptr || out == nullptr || (info->enabledExtensionCount > 0 && info->enabledExtensionNames == nullptr))
     return XR_ERROR_VALIDATION_FAILURE;
 
+  Extensions extensions = read_extensions(*info);
+  // It depends on XR_ANDROID_light_estimation.
+  if (extensions.cubemap == Extension::enabled && extensions.light_estimation == Extension::disabled)
+    return XR_ERROR_VALIDATION_FAILURE;
+  Configuration configuration;
+  if (extensions.light_estimation == Extension::enabled) configuration = read_configuration();
+
   XrApiLayerCreateInfo layer_below = *layer;
   layer_below.nextInfo = next.next;
   XrInstanceCreateInfo info_below = *info;
-  Extensions extensions = read_extensions(*info);
-  Configuration configuration;
-  if (extensions.light_estimation == Extension::enabled) {
-    configuration = read_configuration();
-    if (extensions.time == Extension::disabled &&
-        runtime_has(next.nextGetInstanceProcAddr, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME)) {
-      extensions.time = Extension::enabled;
-      extensions.below.push_back(XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME);
-    }
+  const auto create_below = [&] {
     info_below.enabledExtensionCount = static_cast<std::uint32_t>(extensions.below.size());
     info_below.enabledExtensionNames = extensions.below.data();
-  } else if (extensions.cubemap == Extension::enabled) {
-    // It depends on XR_ANDROID_light_estimation.
-    return XR_ERROR_VALIDATION_FAILURE;
+    return next.nextCreateApiLayerInstance(&info_below, &layer_below, out);
+  };
+  XrResult result = XR_ERROR_EXTENSION_NOT_PRESENT;
+  if (extensions.light_estimation == Extension::disabled) {
+    result = next.nextCreateApiLayerInstance(info, &layer_below, out);
+  } else if (extensions.time == Extension::enabled) {
+    result = create_below();
+  } else {
+    // Not every layer below answers the question which extensions there are before there is an instance.
+    extensions.below.push_back(XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME);
+    result = create_below();
+    if (result == XR_SUCCESS) extensions.time = Extension::enabled;
+    extensions.below.pop_back();
+    if (result == XR_ERROR_EXTENSION_NOT_PRESENT) result = create_below();
   }
-
-  if (const XrResult r = next.nextCreateApiLayerInstance(&info_below, &layer_below, out); XR_FAILED(r)) return r;
+  if (XR_FAILED(result)) return result;
   const auto instance = std::make_shared<Instance>(load_runtime(*out, next.nextGetInstanceProcAddr, extensions),
                                                    std::move(configuration));
   instance->light_estimation = extensions.light_estimation;
@@ -152,10 +147,12 @@ XRAPI_ATTR XrResult XRAPI_CALL get_system_properties(XrInstance handle, XrSystem
                                                      XrSystemProperties* properties) {
   const std::shared_ptr<Instance> instance = Registry::get().instance(handle);
   if (!instance) return XR_ERROR_HANDLE_INVALID;
+  if (properties == nullptr) return instance->runtime.get_system_properties(handle, system, properties);
+  SystemPropertiesChain chain(*instance, *properties);
+  if (chain.is_loop()) return XR_ERROR_VALIDATION_FAILURE;
   const XrResult result = instance->runtime.get_system_properties(handle, system, properties);
-  if (XR_FAILED(result) || properties == nullptr) return result;
-  const XrResult filled = fill_system_properties(*instance, *properties);
-  return XR_FAILED(filled) ? filled : result;
+  if (XR_SUCCEEDED(result)) chain.fill();
+  return result;
 }
 
 XRAPI_ATTR XrResult XRAPI_CALL create_session(XrInstance handle, const XrSessionCreateInfo* info, XrSession* out) {

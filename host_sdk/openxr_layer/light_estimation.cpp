@@ -193,15 +193,41 @@ PFN_xrVoidFunction light_estimation_function(const Instance& instance, std::stri
   return nullptr;
 }
 
-XrResult fill_system_properties(const Instance& instance, XrSystemProperties& properties) {
-  const XrBool32 supported = instance.supported() ? XR_TRUE : XR_FALSE;
-  return for_each_chained(properties.next, [&](XrBaseOutStructure& s) {
-    if (s.type == XR_TYPE_SYSTEM_LIGHT_ESTIMATION_PROPERTIES_ANDROID)
-      reinterpret_cast<XrSystemLightEstimationPropertiesANDROID&>(s).supportsLightEstimation = supported;
-    if (s.type == XR_TYPE_SYSTEM_CUBEMAP_LIGHT_ESTIMATION_PROPERTIES_ANDROID && instance.serves_cubemap())
-      reinterpret_cast<XrSystemCubemapLightEstimationPropertiesANDROID&>(s).supportsCubemapLightEstimation = supported;
-    return XR_SUCCESS;
-  });
+SystemPropertiesChain::SystemPropertiesChain(const Instance& instance, XrSystemProperties& properties)
+    : instance_(instance) {
+  auto** slot = reinterpret_cast<XrBaseOutStructure**>(&properties.next);
+  for (int visited = 0; *slot != nullptr; ++visited) {
+    XrBaseOutStructure& s = **slot;
+    const bool ours =
+        s.type == XR_TYPE_SYSTEM_LIGHT_ESTIMATION_PROPERTIES_ANDROID ||
+        (s.type == XR_TYPE_SYSTEM_CUBEMAP_LIGHT_ESTIMATION_PROPERTIES_ANDROID && instance.serves_cubemap());
+    is_loop_ = visited == kMaxChained || (ours && count_ == removed_.size());
+    if (is_loop_) return;
+    if (ours) {
+      removed_[count_++] = {slot, &s};
+      *slot = s.next;
+    } else {
+      slot = &s.next;
+    }
+  }
+}
+
+SystemPropertiesChain::~SystemPropertiesChain() {
+  while (count_ > 0) {
+    --count_;
+    *removed_[count_].slot = removed_[count_].structure;
+  }
+}
+
+void SystemPropertiesChain::fill() const {
+  const XrBool32 supported = instance_.supported() ? XR_TRUE : XR_FALSE;
+  for (std::size_t i = 0; i < count_; ++i) {
+    XrBaseOutStructure* const s = removed_[i].structure;
+    if (s->type == XR_TYPE_SYSTEM_LIGHT_ESTIMATION_PROPERTIES_ANDROID)
+      reinterpret_cast<XrSystemLightEstimationPropertiesANDROID*>(s)->supportsLightEstimation = supported;
+    else
+      reinterpret_cast<XrSystemCubemapLightEstimationPropertiesANDROID*>(s)->supportsCubemapLightEstimation = supported;
+  }
 }
 
 }  // namespace lightwell::xr

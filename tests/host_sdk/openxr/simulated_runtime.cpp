@@ -124,9 +124,10 @@ XRAPI_ATTR XrResult XRAPI_CALL create_instance(const XrInstanceCreateInfo* info,
     const std::string_view name = info->enabledExtensionNames[i];
     names += " " + std::string(name);
     // As real runtimes do, so that a layer has to remove what it adds. The loader passes on debug_utils.
-    if (name != XR_MND_HEADLESS_EXTENSION_NAME && name != XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME &&
-        name != XR_EXT_DEBUG_UTILS_EXTENSION_NAME)
-      return XR_ERROR_EXTENSION_NOT_PRESENT;
+    const bool present = (name == XR_MND_HEADLESS_EXTENSION_NAME && !lacks("headless")) ||
+                         (name == XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME && !lacks("timespec")) ||
+                         name == XR_EXT_DEBUG_UTILS_EXTENSION_NAME;
+    if (!present) return XR_ERROR_EXTENSION_NOT_PRESENT;
   }
   trace("xrCreateInstance" + names + chained(info->next));
   const std::lock_guard lock(state().mutex);
