@@ -10,8 +10,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kInterval{100}, kFollowed{2'000};
-constexpr double kLargestTurn = std::numbers::pi / 180;
+constexpr milliseconds kInterval{100}, kRequestLifetime{2'000};
+constexpr double kMaxTurn = std::numbers::pi / 180;
 
 bool is_half(XrCubemapLightingColorFormatANDROID format) {
   return format == XR_CUBEMAP_LIGHTING_COLOR_FORMAT_R16G16B16A16_SFLOAT_ANDROID;
@@ -72,7 +72,7 @@ std::int64_t CubeRenderer::copy(const Pose& T_space_probe, XrCubemapLightingData
   wake_.notify_all();
   if (front_ns_ == 0 || lw_now_ns() - front_ns_ > kMaxMapAgeNs || out.imageBufferSize < face_bytes()) return 0;
   const Quat& now = T_space_probe.rotation;
-  if (info_.reproject && angle(now, front_pose_.rotation) > kLargestTurn) return 0;
+  if (info_.reproject && angle(now, front_pose_.rotation) > kMaxTurn) return 0;
   // The front of OpenXR is -Z.
   std::uint8_t* const buffers[] = {out.imageBufferRight,  out.imageBufferLeft, out.imageBufferTop,
                                    out.imageBufferBottom, out.imageBufferBack, out.imageBufferFront};
@@ -120,7 +120,7 @@ void CubeRenderer::run() {
   std::unique_lock lock(mutex_);
   for (;;) {
     wake_.wait(lock, [this] {
-      return phase_ == Phase::stopping || (requested_ && std::chrono::steady_clock::now() - requested_at_ < kFollowed);
+      return phase_ == Phase::stopping || (requested_ && std::chrono::steady_clock::now() - requested_at_ < kRequestLifetime);
     });
     if (phase_ == Phase::stopping) return;
     const Pose pose = *requested_;
@@ -134,7 +134,7 @@ void CubeRenderer::run() {
     }
     wake_.wait_for(lock, kInterval, [&] {
       return phase_ == Phase::stopping ||
-             (info_.reproject && angle(requested_->rotation, front_pose_.rotation) > kLargestTurn && rendered_ns != 0);
+             (info_.reproject && angle(requested_->rotation, front_pose_.rotation) > kMaxTurn && rendered_ns != 0);
     });
   }
 }

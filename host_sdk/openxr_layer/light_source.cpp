@@ -12,7 +12,7 @@ using std::chrono::milliseconds;
 
 /// Pauses between attempts to connect for the first time; they double. A probe that is switched on late is found within
 /// the longest one.
-constexpr milliseconds kFirstPause{250}, kLongestPause{4'000};
+constexpr milliseconds kFirstPause{250}, kMaxPause{4'000};
 /// How often the mounting and the link's state are read.
 constexpr milliseconds kWatchInterval{500};
 /// So long may the end of an instance take.
@@ -108,7 +108,7 @@ void LightSource::run() {
     lock.lock();
     if (!probe) {
       wake_.wait_for(lock, pause, idle);
-      pause = std::min(2 * pause, kLongestPause);
+      pause = std::min(2 * pause, kMaxPause);
       continue;
     }
     pause = kFirstPause;
