@@ -120,7 +120,8 @@ void CubeRenderer::run() {
   std::unique_lock lock(mutex_);
   for (;;) {
     wake_.wait(lock, [this] {
-      return phase_ == Phase::stopping || (requested_ && std::chrono::steady_clock::now() - requested_at_ < kRequestLifetime);
+      return phase_ == Phase::stopping ||
+             (requested_ && std::chrono::steady_clock::now() - requested_at_ < kRequestLifetime);
     });
     if (phase_ == Phase::stopping) return;
     const Pose pose = *requested_;
