@@ -32,9 +32,9 @@ constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kFrameNs = 11'111'111;
 constexpr ExitStatus kDone{0, 0};
 
-/// A quarter turn to the left about the up axis, beside the origin.
-constexpr const char* kPose = "LIGHTWELL_XR_POSE=0.5,1,-2,0,0.7071067811865476,0,0.7071067811865476";
-const Pose kTLocalProbe{Quat{0, 0.7071067811865476, 0, 0.7071067811865476}.normalized(), {0.5, 1, -2}};
+/// Turned about no axis of a space, so that the order of rotations matters.
+constexpr const char* kPose = "LIGHTWELL_XR_POSE=0.5,1,-2,0.1825741858,0.3651483717,0.5477225575,0.7302967433";
+const Pose kTLocalProbe{Quat{0.1825741858, 0.3651483717, 0.5477225575, 0.7302967433}.normalized(), {0.5, 1, -2}};
 
 /// What a client sees of one estimate, as the bits of its floats in the order of LightLine.
 std::vector<std::uint32_t> bits(const std::array<float, 6>& directional, const std::array<float, 6>& ambient,
