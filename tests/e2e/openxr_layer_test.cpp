@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <optional>
 #include <set>
 
@@ -56,6 +57,14 @@ std::vector<std::uint32_t> bits_of(const OpenXrLightEstimate& e) {
   std::array<float, 27> coefficients{};
   for (std::size_t k = 0; k < 27; ++k) coefficients[k] = e.sphericalHarmonics.coefficients[k / 3][k % 3];
   return bits({i[0], i[1], i[2], d[0], d[1], d[2]}, {a[0], a[1], a[2], c[0], c[1], c[2]}, coefficients);
+}
+
+template <class Items, class Value>
+std::int64_t median_of(const Items& items, const Value& value) {
+  std::vector<std::int64_t> all;
+  for (const auto& item : items) all.push_back(value(item));
+  std::ranges::sort(all);
+  return all.at(all.size() / 2);
 }
 
 Pose pose_of(const LightLine& line) {
@@ -227,8 +236,11 @@ TEST_F(OpenXrLayer, LightArrivesWithinAFrameOfItsPublication) {
   }
   ASSERT_GE(delays.size(), 30U) << o.out;
   // The median, because other processes may delay this one. A frame, and a millisecond between the two clients.
-  std::ranges::nth_element(delays, delays.begin() + static_cast<std::ptrdiff_t>(delays.size() / 2));
-  EXPECT_LT(delays[delays.size() / 2], kFrameNs + kMs);
+  const std::int64_t delay_ns = median_of(delays, std::identity{});
+  EXPECT_LT(delay_ns, kFrameNs + kMs);
+  // For tests/figures reach.
+  RecordProperty("publication_to_query_us", std::to_string(delay_ns / 1000));
+  RecordProperty("query_us", std::to_string(median_of(o.light, [](const LightLine& l) { return l.took_ns; }) / 1000));
 }
 
 TEST_F(OpenXrLayer, TheLastUpdatedTimeChangesOnlyWithTheEstimate) {
@@ -299,6 +311,8 @@ TEST_F(OpenXrLayer, AProbeThatIsGoneIsInvalidWithinHalfASecond) {
     }
   }
   EXPECT_THAT(o.out, HasSubstr("message xrGetLightEstimateANDROID: the probe was lost: "));
+  const auto last = std::ranges::find_if(o.light.rbegin(), o.light.rend(), &LightLine::valid);
+  RecordProperty("invalid_after_ms", std::to_string((last->host_ns - gone_ns) / kMs));
 }
 
 TEST_F(OpenXrLayer, AProbeThatStartsLaterIsFound) {
@@ -336,10 +350,9 @@ TEST_F(OpenXrLayer, AQueryDoesNotWaitForAProbeThatDoesNotAnswer) {
   // 192.0.2.0/24 is reserved for documentation (RFC 5737): no answer, or at once the error that there is no route.
   const Output o = run("grpc://192.0.2.1:7420", {"--frames", "200"});
   EXPECT_EQ(o.valid(), 0U);
-  std::vector<std::int64_t> intervals;
-  for (std::size_t i = 1; i < o.light.size(); ++i) intervals.push_back(o.light[i].host_ns - o.light[i - 1].host_ns);
-  std::ranges::sort(intervals);
-  EXPECT_LT(intervals[intervals.size() / 2], 3 * kFrameNs);
+  ASSERT_EQ(o.light.size(), 200U);
+  // The median, because other processes may delay single calls; an attempt to connect takes a second.
+  EXPECT_LT(median_of(o.light, [](const LightLine& l) { return l.took_ns; }), kMs);
 }
 
 TEST_F(OpenXrLayer, CredentialsAreThoseOfTheFolderAndAWrongTokenIsReported) {

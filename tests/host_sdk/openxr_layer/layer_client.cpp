@@ -78,7 +78,7 @@ std::vector<LightLine> light_lines(const std::string& out) {
   for (const std::string& text : lines_of(out, "light")) {
     LightLine l;
     Words words(text);
-    words >> l.session >> l.host_ns >> l.time >> l.result >> l.state >> l.updated >> l.T_space_local >>
+    words >> l.session >> l.host_ns >> l.took_ns >> l.time >> l.result >> l.state >> l.updated >> l.T_space_local >>
         l.directional_state >> l.directional >> l.ambient_state >> l.ambient >> l.harmonics_state >> l.coefficients;
     EXPECT_TRUE(words.whole()) << text;
     lines.push_back(l);

@@ -37,6 +37,7 @@ struct LayerSetup {
 struct LightLine {
   int session = -1;
   std::int64_t host_ns = 0;  ///< When it called xrGetLightEstimateANDROID.
+  std::int64_t took_ns = 0;  ///< The call.
   std::int64_t time = 0;     ///< XrTime that it asked for.
   int result = -1;
   int state = -1;  ///< 0 VALID, 1 INVALID.

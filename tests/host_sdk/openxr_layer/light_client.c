@@ -6,7 +6,7 @@
  *
  * --plain: without the extension. --instances: one after the other. --messages: with XR_EXT_debug_utils.
  * Lines: listed LIGHT CUBE | supported LIGHT CUBE | message TEXT | created RESULT | for each frame
- *   light SESSION HOST_NS TIME RESULT STATE UPDATED POSE[7] DIRECTIONAL_STATE INTENSITY[3] DIRECTION[3]
+ *   light SESSION HOST_NS TOOK_NS TIME RESULT STATE UPDATED POSE[7] DIRECTIONAL_STATE INTENSITY[3] DIRECTION[3]
  *         AMBIENT_STATE INTENSITY[3] CORRECTION[3] HARMONICS_STATE COEFFICIENTS[27]
  *   cube SESSION STATE CENTER_EXPOSURE ROTATION[4] HASH   (FNV-1a, 64 bits, of right, left, top, bottom, front, back)
  */
@@ -155,8 +155,9 @@ static void print_light(int index, const struct session* s, const struct options
   check("xrLocateSpace", xrLocateSpace(s->local, s->space, time, &location));
   const int64_t now_ns = host_now_ns();
   const XrResult result = get(s->estimator, &info, &estimate);
-  printf("light %d %" PRId64 " %" PRId64 " %d %d %" PRId64, index, now_ns, time, (int)result, (int)estimate.state,
-         estimate.lastUpdatedTime);
+  const int64_t took_ns = host_now_ns() - now_ns;
+  printf("light %d %" PRId64 " %" PRId64 " %" PRId64 " %d %d %" PRId64, index, now_ns, took_ns, time, (int)result,
+         (int)estimate.state, estimate.lastUpdatedTime);
   print_bits(&location.pose.orientation.x, 4);
   print_bits(&location.pose.position.x, 3);
   printf(" %d", (int)directional.state);
