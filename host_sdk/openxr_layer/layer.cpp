@@ -2,13 +2,13 @@
 // not here or in light_estimation.cpp are those of the next layer.
 #include <algorithm>
 #include <cstring>
-#include <exception>
 #include <memory>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "android_light_estimation.h"
+#include "guarded.hpp"
 #include "light_estimation.hpp"
 #include "loader_negotiation.h"
 #include "registry.hpp"
@@ -58,16 +58,47 @@ Runtime load_runtime(XrInstance instance, PFN_xrGetInstanceProcAddr get_proc, co
   if (extensions.time == Extension::enabled) {
     load(out, "xrConvertTimespecTimeToTimeKHR", out.to_xr_time);
     load(out, "xrConvertTimeToTimespecTimeKHR", out.to_timespec);
-    if (out.to_xr_time == nullptr || out.to_timespec == nullptr) out.to_xr_time = nullptr, out.to_timespec = nullptr;
+    // One without the other is of no use.
+    if (out.to_xr_time == nullptr) out.to_timespec = nullptr;
+    if (out.to_timespec == nullptr) out.to_xr_time = nullptr;
   }
   load(out, "xrCreateDebugUtilsMessengerEXT", out.create_messenger);
   load(out, "xrSubmitDebugUtilsMessageEXT", out.submit_message);
   return out;
 }
 
-bool is_complete(const Runtime& r) {
-  return r.get_system_properties != nullptr && r.create_session != nullptr && r.destroy_session != nullptr &&
-         r.create_reference_space != nullptr && r.destroy_space != nullptr && r.locate_space != nullptr;
+/// Whether all that the layer needs is there.
+bool is_complete(const Runtime& r, Extension light_estimation) {
+  if (r.destroy_instance == nullptr) return false;
+  return light_estimation == Extension::disabled ||
+         (r.get_system_properties != nullptr && r.create_session != nullptr && r.destroy_session != nullptr &&
+          r.create_reference_space != nullptr && r.destroy_space != nullptr && r.locate_space != nullptr);
+}
+
+/// Creates the instance below with the application's extensions, without those of the layer, and with the conversion of
+/// times where it is there. It is tried, because not every layer below answers before there is an instance which
+/// extensions there are.
+XrResult create_below(const XrInstanceCreateInfo& info, const XrApiLayerCreateInfo& layer, Extensions& extensions,
+                      XrInstance* out) {
+  const XrApiLayerNextInfo& next = *layer.nextInfo;
+  XrApiLayerCreateInfo layer_below = layer;
+  layer_below.nextInfo = next.next;
+  if (extensions.light_estimation == Extension::disabled)
+    return next.nextCreateApiLayerInstance(&info, &layer_below, out);
+  std::vector<const char*> names = extensions.below;
+  XrInstanceCreateInfo info_below = info;
+  const auto attempt = [&] {
+    info_below.enabledExtensionCount = static_cast<std::uint32_t>(names.size());
+    info_below.enabledExtensionNames = names.data();
+    return next.nextCreateApiLayerInstance(&info_below, &layer_below, out);
+  };
+  if (extensions.time == Extension::enabled) return attempt();
+  names.push_back(XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME);
+  const XrResult result = attempt();
+  if (XR_SUCCEEDED(result)) extensions.time = Extension::enabled;
+  if (result != XR_ERROR_EXTENSION_NOT_PRESENT) return result;
+  names.pop_back();
+  return attempt();
 }
 
 XrResult create_instance(const XrInstanceCreateInfo* info, const XrApiLayerCreateInfo* layer, XrInstance* out) {
@@ -91,56 +122,33 @@ XrResult create_instance(const XrInstanceCreateInfo* info, const XrApiLayerCreat
   Configuration configuration;
   if (extensions.light_estimation == Extension::enabled) configuration = read_configuration();
 
-  XrApiLayerCreateInfo layer_below = *layer;
-  layer_below.nextInfo = next.next;
-  XrInstanceCreateInfo info_below = *info;
-  const auto create_below = [&] {
-    info_below.enabledExtensionCount = static_cast<std::uint32_t>(extensions.below.size());
-    info_below.enabledExtensionNames = extensions.below.data();
-    return next.nextCreateApiLayerInstance(&info_below, &layer_below, out);
-  };
-  XrResult result = XR_ERROR_EXTENSION_NOT_PRESENT;
-  if (extensions.light_estimation == Extension::disabled) {
-    result = next.nextCreateApiLayerInstance(info, &layer_below, out);
-  } else if (extensions.time == Extension::enabled) {
-    result = create_below();
-  } else {
-    // Not every layer below answers the question which extensions there are before there is an instance.
-    extensions.below.push_back(XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME);
-    result = create_below();
-    if (result == XR_SUCCESS) extensions.time = Extension::enabled;
-    extensions.below.pop_back();
-    if (result == XR_ERROR_EXTENSION_NOT_PRESENT) result = create_below();
-  }
-  if (XR_FAILED(result)) return result;
-  const auto instance = std::make_shared<Instance>(load_runtime(*out, next.nextGetInstanceProcAddr, extensions),
-                                                   std::move(configuration));
-  instance->light_estimation = extensions.light_estimation;
-  instance->cubemap = extensions.cubemap;
-  if (instance->serves() && !is_complete(instance->runtime)) {
-    if (instance->runtime.destroy_instance != nullptr) instance->runtime.destroy_instance(*out);
+  if (const XrResult r = create_below(*info, *layer, extensions, out); XR_FAILED(r)) return r;
+  const Runtime runtime = load_runtime(*out, next.nextGetInstanceProcAddr, extensions);
+  if (!is_complete(runtime, extensions.light_estimation)) {
+    if (runtime.destroy_instance != nullptr) runtime.destroy_instance(*out);
     return XR_ERROR_INITIALIZATION_FAILED;
   }
+  const auto instance = std::make_shared<Instance>(runtime, std::move(configuration));
+  instance->light_estimation = extensions.light_estimation;
+  instance->cubemap = extensions.cubemap;
   Registry::get().add(instance);
   return XR_SUCCESS;
 }
 
 XRAPI_ATTR XrResult XRAPI_CALL create_api_layer_instance(const XrInstanceCreateInfo* info,
                                                          const XrApiLayerCreateInfo* layer, XrInstance* out) {
-  try {
-    return create_instance(info, layer, out);
-  } catch (const std::exception&) {
-    return XR_ERROR_OUT_OF_MEMORY;
-  }
+  return guarded([&] { return create_instance(info, layer, out); });
 }
 
 XRAPI_ATTR XrResult XRAPI_CALL destroy_instance(XrInstance handle) {
-  std::shared_ptr<Instance> instance = Registry::get().remove(handle);
-  if (!instance) return XR_ERROR_HANDLE_INVALID;
-  const PFN_xrDestroyInstance below = instance->runtime.destroy_instance;
-  // Ends its thread, which may send messages to the instance.
-  instance.reset();
-  return below(handle);
+  return guarded([&] {
+    std::shared_ptr<Instance> instance = Registry::get().remove(handle);
+    if (!instance) return XR_ERROR_HANDLE_INVALID;
+    const PFN_xrDestroyInstance below = instance->runtime.destroy_instance;
+    // Ends its thread, which may send messages to the instance.
+    instance.reset();
+    return below(handle);
+  });
 }
 
 XRAPI_ATTR XrResult XRAPI_CALL get_system_properties(XrInstance handle, XrSystemId system,
@@ -156,18 +164,22 @@ XRAPI_ATTR XrResult XRAPI_CALL get_system_properties(XrInstance handle, XrSystem
 }
 
 XRAPI_ATTR XrResult XRAPI_CALL create_session(XrInstance handle, const XrSessionCreateInfo* info, XrSession* out) {
-  const std::shared_ptr<Instance> instance = Registry::get().instance(handle);
-  if (!instance) return XR_ERROR_HANDLE_INVALID;
-  const XrResult result = instance->runtime.create_session(handle, info, out);
-  if (XR_SUCCEEDED(result)) Registry::get().add(*out, handle);
-  return result;
+  return guarded([&] {
+    const std::shared_ptr<Instance> instance = Registry::get().instance(handle);
+    if (!instance) return XR_ERROR_HANDLE_INVALID;
+    const XrResult result = instance->runtime.create_session(handle, info, out);
+    if (XR_SUCCEEDED(result)) Registry::get().add(*out, handle);
+    return result;
+  });
 }
 
 XRAPI_ATTR XrResult XRAPI_CALL destroy_session(XrSession session) {
-  const std::shared_ptr<Instance> instance = Registry::get().instance_of(session);
-  if (!instance) return XR_ERROR_HANDLE_INVALID;
-  Registry::get().remove(session);
-  return instance->runtime.destroy_session(session);
+  return guarded([&] {
+    const std::shared_ptr<Instance> instance = Registry::get().instance_of(session);
+    if (!instance) return XR_ERROR_HANDLE_INVALID;
+    Registry::get().remove(session);
+    return instance->runtime.destroy_session(session);
+  });
 }
 
 XRAPI_ATTR XrResult XRAPI_CALL create_messenger(XrInstance handle, const XrDebugUtilsMessengerCreateInfoEXT* info,

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <exception>
 #include <memory>
-#include <new>
 #include <span>
 #include <string>
 
 #include "android_light_estimation.h"
 #include "chain.hpp"
 #include "estimator.hpp"
+#include "guarded.hpp"
 #include "registry.hpp"
 
 namespace lightwell::xr {
@@ -18,18 +17,6 @@ namespace {
 
 constexpr const char* kCreate = "xrCreateLightEstimatorANDROID";
 constexpr const char* kGet = "xrGetLightEstimateANDROID";
-
-/// No exception leaves the layer: standard containers and threads may throw.
-template <class Work>
-XrResult guarded(const Work& work) noexcept {
-  try {
-    return work();
-  } catch (const std::bad_alloc&) {
-    return XR_ERROR_OUT_OF_MEMORY;
-  } catch (const std::exception&) {
-    return XR_ERROR_RUNTIME_FAILURE;
-  }
-}
 
 XrResult invalid(Instance& instance, const char* function, const std::string& text) {
   instance.messages.error(function, text);
