@@ -1,5 +1,7 @@
-"""Topic reach: Lightwell's light in applications, languages and systems that were never changed for it. Rows of parts that do
-not exist yet are not measured."""
+"""Topic reach: Lightwell's light in applications, languages and systems that were never changed for it.
+
+Rows of parts that do not exist yet are not measured.
+"""
 import json
 import pathlib
 import subprocess
