@@ -150,7 +150,7 @@ if(LIGHTWELL_BUILD_HOST_SDK)
     find_package(OpenCV QUIET COMPONENTS core imgproc imgcodecs videoio calib3d)
   endif()
 
-  # For host_sdk/examples/openxr_light. Without it the example is left out; the summary reports it.
+  # For host_sdk/examples/openxr_light and host_sdk/openxr_layer. Without it both are left out; the summary reports it.
   find_package(OpenXR CONFIG QUIET)
 endif()
 

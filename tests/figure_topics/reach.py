@@ -1,0 +1,75 @@
+"""Topic reach: Lightwell's light in applications, languages and systems that were never changed for it.
+
+Rows of parts that do not exist yet are not measured.
+"""
+import json
+import pathlib
+import subprocess
+import tempfile
+
+from figure_topics.rows import at_most, equals, reported
+from figure_topics.tests import BUILD, run_test
+
+# The layer, the client and the runtime are loaded by the tests.
+TEST_TARGETS = ["e2e_openxr_layer_test", "openxr_layer_process_test", "openxr_layer_calls_test"]
+
+LAYER = "C program, Debian's OpenXR loader, real daemon over gRPC; the runtime is simulated"
+FRAME_MS = 1000 / 90
+# What a row of OpenXR asks, the test program, and the tests that check it.
+OPENXR = [
+    ("OpenXR: what to_openxr gives, bit for bit: both kinds, spaces, mounting, scale, sessions, cube maps",
+     "e2e_openxr_layer_test", "*ToOpenxr:*Total*:*RequestedSpace:*Mounting*:*Scale*:*Sessions*:*CubeMaps*"),
+    ("OpenXR: times are honoured, lastUpdatedTime changes with the estimate alone",
+     "e2e_openxr_layer_test", "*LastUpdatedTime*:*PastTime*:*BeforeTheHistory*:*ConversionOfTimes*"),
+    ("OpenXR: without the extension no call of the runtime changes", "openxr_layer_process_test", "*ChangesNothing*"),
+    ("OpenXR: calls of the layer pass Khronos' validation layer", "openxr_layer_process_test", "LayerValidation.*"),
+    ("OpenXR: unknown probe, wrong address, wrong token, no answer: each a clear error",
+     "e2e_openxr_layer_test", "*UnknownProbe*:*WrongAddress*:*WrongToken*:*DoesNotAnswer*"),
+    ("OpenXR: bad arguments, chains, handles, versions of the interface", "openxr_layer_calls_test", "*"),
+]
+MISSING = [
+    "damaged messages and golden vectors: Linux, musl, Windows under Wine, Python wheel, C#, TypeScript agree",
+    "WebXR: pixels of XREstimatedLight lit by the probe, within 2 % of toThree",
+    "pip install of the wheel, eight lines print the light",
+    "npm install of the tarball, twenty lines show the light",
+    "Unity-style C# without a native library prints the light under Mono",
+    "C++ program under Wine prints the light",
+    "WebSocket against gRPC, 10,000 messages interleaved, p99: at most 1 ms above",
+]
+
+
+def measured_properties(names, say):
+    """The values that e2e_openxr_layer_test records, as numbers; without those that it did not record."""
+    say("e2e_openxr_layer_test, times")
+    with tempfile.TemporaryDirectory() as folder:
+        out = pathlib.Path(folder) / "properties.json"
+        program = BUILD / "tests/e2e/e2e_openxr_layer_test"
+        if not program.exists():
+            return {}
+        subprocess.run([program, "--gtest_filter=*WithinAFrame*:*WithinHalfASecond*", f"--gtest_output=json:{out}"],
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        suites = json.loads(out.read_text())["testsuites"] if out.exists() else []
+    tests = [test for suite in suites for test in suite["testsuite"]]
+    return {name: float(test[name]) for test in tests for name in names if name in test}
+
+
+def thousandth(value):
+    return None if value is None else value / 1000
+
+
+def openxr(say):
+    rows = []
+    for name, program, chosen in OPENXR:
+        say(f"{program} {chosen}")
+        rows.append(equals(name, 1, run_test(program, chosen)["passed"], "", LAYER))
+    found = measured_properties(("publication_to_query_us", "invalid_after_ms", "query_us"), say)
+    rows += [at_most("OpenXR: publication to the first query that shows it, median, at 90 frames a second", FRAME_MS,
+                     thousandth(found.get("publication_to_query_us")), "ms", LAYER),
+             at_most("OpenXR: last VALID estimate after the end of the probe", 500, found.get("invalid_after_ms"), "ms",
+                     LAYER + ", killed"),
+             reported("OpenXR: time of xrGetLightEstimateANDROID, median", found.get("query_us"), "us", LAYER)]
+    return rows
+
+
+def measure(programs, say):
+    return openxr(say) + [equals(name, 1, None, "", "not built yet") for name in MISSING]
