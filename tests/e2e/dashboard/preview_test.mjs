@@ -22,9 +22,10 @@ let daemon;
 let browser;
 let page;
 before(async () => {
-  // A stitched camera, whose picture is the panorama, turned by 60° a second, forth and back.
+  // A stitched camera, whose picture is the panorama, turned by 6° a second: in the seconds for which a
+  // picture is shown on a busy machine the lamp moves by less than the tolerance of the test.
   daemon = await Daemon.start({
-    camera: `sim:${panorama}?rig=equirect&yaw_rate=60deg/s&frames=180`, size: "320x160", more: ["--config", config],
+    camera: `sim:${panorama}?rig=equirect&yaw_rate=6deg/s&frames=900`, size: "320x160", more: ["--config", config],
   });
   browser = await Browser.start();
   page = await browser.newPage();
@@ -82,17 +83,14 @@ test("the picture is shown, and a lamp that moves in the scene moves in it", asy
     if (now !== null && now.source !== source) {
       source = now.source;
       columns.push(now.column);
-      // The page's own measurement of the lamp, which is younger than the picture: on a busy machine by
-      // more than the tolerance now and then.
+      // The page's own measurement of the lamp, which is younger than the picture.
       const expected = (now.light / 360 + 0.5 + 1) % 1;
       const turned = Math.abs(((now.column - expected + 1.5) % 1) - 0.5);
       if (turned < 50 / 360) ++agreed;
     }
-    return columns.length > 3 && agreed > 2;
-  }, "pictures with the lamp where it is measured");
-  // The camera turns forth and back by 180°.
-  const moved = columns.map((v) => Math.abs(((v - columns[0] + 1.5) % 1) - 0.5));
-  assert.ok(Math.max(...moved) > 40 / 360, `columns ${columns}`);
+    const moved = columns.map((v) => Math.abs(((v - columns[0] + 1.5) % 1) - 0.5));
+    return columns.length > 3 && agreed > 2 && Math.max(...moved) > 40 / 360;
+  }, "pictures with the lamp where it is measured, which moves");
   assert.deepEqual(page.complaints, []);
 });
 
