@@ -9,8 +9,7 @@
 namespace lightwell {
 namespace {
 
-/// Of libjpeg: 320 x 160 pixels take 5 to 25 kB.
-constexpr int kQuality = 80;
+constexpr JpegOptions kJpeg{.quality = 80};
 
 /// The frame with the median exposure; of an even number the shorter of the two. `bracket` is not empty.
 const Frame& middle_exposure(std::span<const Frame> bracket) {
@@ -52,8 +51,8 @@ Result<PreviewJpeg> Preview::request() {
     }
   }
   if (encode) {
-    Result<std::vector<std::byte>> jpeg =
-        encode_jpeg(encode_srgb(encoding_, reducer_.width(), reducer_.height()), kQuality);
+    const Image picture = encode_srgb(encoding_, reducer_.width(), reducer_.height());
+    Result<std::vector<std::byte>> jpeg = encode_jpeg(picture.data, picture.width, picture.height, kJpeg);
     if (!jpeg) return jpeg.status();
     jpeg_ = std::make_shared<const std::vector<std::byte>>(std::move(*jpeg));
   }

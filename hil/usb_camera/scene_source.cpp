@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <csetjmp>
-#include <cstdlib>
 #include <utility>
 
-#include "imaging/jpeg_errors.hpp"
+#include "imaging/jpeg_encoder.hpp"
 #include "imaging/uri.hpp"
 
 namespace lightwell::usb_camera {
@@ -40,40 +38,6 @@ std::array<double, 3> planckian_rgb(double kelvin) {
           0.0557 * big_x - 0.2040 + 1.0570 * big_z};
 }
 
-/// Encodes at one quality. `memory`: allocated by libjpeg, `bytes`: its size. This function has no objects with
-/// destructors, because libjpeg's errors leave it by longjmp().
-bool compress(const std::byte* rgb, FrameSize size, int quality, JpegErrors& errors, unsigned char** memory,
-              unsigned long* bytes) {
-  jpeg_compress_struct info{};
-  info.err = errors.install();
-  if (setjmp(errors.jump) != 0) {
-    jpeg_destroy_compress(&info);
-    return false;
-  }
-  jpeg_create_compress(&info);
-  jpeg_mem_dest(&info, memory, bytes);
-  info.image_width = static_cast<JDIMENSION>(size.width);
-  info.image_height = static_cast<JDIMENSION>(size.height);
-  info.input_components = 3;
-  info.in_color_space = JCS_RGB;
-  jpeg_set_defaults(&info);
-  jpeg_set_quality(&info, quality, TRUE);
-  info.comp_info[0].h_samp_factor = 2;
-  info.comp_info[0].v_samp_factor = 1;
-  // The integer DCT gives identical bits on all machines.
-  info.dct_method = JDCT_ISLOW;
-  jpeg_start_compress(&info, TRUE);
-  while (info.next_scanline < info.image_height) {
-    // libjpeg does not write to its input, although the parameter is not const.
-    auto* row = reinterpret_cast<JSAMPROW>(const_cast<std::byte*>(rgb)) +
-                3 * static_cast<std::size_t>(info.next_scanline) * static_cast<std::size_t>(size.width);
-    jpeg_write_scanlines(&info, &row, 1);
-  }
-  jpeg_finish_compress(&info);
-  jpeg_destroy_compress(&info);
-  return true;
-}
-
 }  // namespace
 
 std::array<double, 3> white_balance(double kelvin) {
@@ -82,19 +46,12 @@ std::array<double, 3> white_balance(double kelvin) {
   return {seen[0] / neutral[0] / green, 1.0, seen[2] / neutral[2] / green};
 }
 
-Result<std::vector<std::byte>> encode_jpeg(std::span<const std::byte> rgb, FrameSize size, int quality,
-                                           std::size_t max_bytes) {
+Result<std::vector<std::byte>> encode_mjpeg(std::span<const std::byte> rgb, FrameSize size, int quality,
+                                            std::size_t max_bytes) {
   for (;; quality -= 5) {
-    JpegErrors errors;
-    unsigned char* memory = nullptr;
-    unsigned long bytes = 0;
-    const bool done = compress(rgb.data(), size, quality, errors, &memory, &bytes);
-    const auto* const begin = reinterpret_cast<const std::byte*>(memory);
-    std::vector<std::byte> out;
-    if (done && bytes <= max_bytes) out.assign(begin, begin + bytes);
-    std::free(memory);
-    if (!done) return Status(StatusCode::internal, std::string("JPEG: ") + errors.message.data());
-    if (!out.empty()) return out;
+    Result<std::vector<std::byte>> jpeg =
+        encode_jpeg(rgb, size.width, size.height, {.quality = quality, .chroma = ChromaSampling::yuv422});
+    if (!jpeg || jpeg->size() <= max_bytes) return jpeg;
     if (quality <= 5)
       return Status(StatusCode::internal,
                     "JPEG: the image exceeds " + std::to_string(max_bytes) + " bytes even at the lowest quality");
@@ -200,7 +157,7 @@ Result<std::vector<std::byte>> SceneRenderer::render(std::uint64_t picture, cons
   std::vector<std::byte> out(chip->bytes());
   chip->expose(seen, {settings.exposure_s, settings.gain, picture, static_cast<int>(lens_)}, out);
   if (format_.encoding != Encoding::mjpeg) return out;
-  return encode_jpeg(out, format_.size, jpeg_quality_, largest_frame(Encoding::mjpeg, format_.size));
+  return encode_mjpeg(out, format_.size, jpeg_quality_, largest_frame(Encoding::mjpeg, format_.size));
 }
 
 Result<std::unique_ptr<SceneSource>> SceneSource::open(SceneOptions options, std::function<void()> ready) {

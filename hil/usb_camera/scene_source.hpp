@@ -31,10 +31,10 @@ namespace lightwell::usb_camera {
 [[nodiscard]] std::array<double, 3> white_balance(double kelvin);
 
 /// Baseline JPEG, 4:2:2, as USB cameras send it. `rgb`: 3 bytes per pixel, rows without padding. `quality`: libjpeg's,
-/// 1 to 95; it is lowered in steps of 5 until the image has at most `max_bytes` bytes. internal: libjpeg fails, or no
-/// quality suffices.
-[[nodiscard]] Result<std::vector<std::byte>> encode_jpeg(std::span<const std::byte> rgb, FrameSize size, int quality,
-                                                         std::size_t max_bytes);
+/// 1 to 95; it is lowered in steps of 5 until the image has at most `max_bytes` bytes. Errors of encode_jpeg()
+/// (imaging/jpeg_encoder.hpp); internal: no quality suffices.
+[[nodiscard]] Result<std::vector<std::byte>> encode_mjpeg(std::span<const std::byte> rgb, FrameSize size, int quality,
+                                                          std::size_t max_bytes);
 
 /// Renders one scene in one format: from the number of an image and the sensor settings to bytes. render() may be
 /// called from any thread; the rest is constant.

@@ -143,27 +143,27 @@ Radiance texel_radiance(std::uint32_t texel, int exponent) {
   return scaled({c[0], c[1], c[2]}, exponent);
 }
 
+EnvironmentLevelPair levels_around(std::span<const EnvironmentLevel> levels, float perceptual_roughness) {
+  // The negated comparisons select the last level for NaN.
+  std::size_t upper = 0;
+  while (upper + 1 < levels.size() && !(perceptual_roughness <= levels[upper].roughness)) ++upper;
+  if (upper == 0 || !(perceptual_roughness < levels[upper].roughness)) return {upper, upper, 0};
+  const float low = levels[upper - 1].roughness, high = levels[upper].roughness;
+  return {upper - 1, upper, (perceptual_roughness - low) / (high - low)};
+}
+
 Radiance environment_radiance(const EnvironmentMap& whole, Vec3f direction, float perceptual_roughness) {
   const Vec3f d = normalized(direction);
   if (!whole.whole() || d == Vec3f{}) return {};
   const OctUv uv = oct_encode(d);
-  const auto& levels = whole.levels;
-  // The negated comparison selects the last level for NaN.
-  std::size_t upper = 0, offset = 0, lower_offset = 0;
-  const auto texels_of = [&](std::size_t k) { return texel_count(std::span(levels).subspan(k, 1)); };
-  while (upper + 1 < levels.size() && !(perceptual_roughness <= levels[upper].roughness)) {
-    lower_offset = offset;
-    offset += texels_of(upper);
-    ++upper;
-  }
-  const std::span<const std::uint32_t> texels = whole.texels;
-  const auto value = [&](std::size_t k, std::size_t from) {
-    return bilinear(texels.subspan(from, texels_of(k)), levels[k].edge, uv, whole.exponent);
+  const std::span levels(whole.levels);
+  const EnvironmentLevelPair pair = levels_around(levels, perceptual_roughness);
+  const auto value = [&](std::size_t k) {
+    return bilinear(std::span(whole.texels).subspan(texel_count(levels.first(k)), texel_count(levels.subspan(k, 1))),
+                    levels[k].edge, uv, whole.exponent);
   };
-  if (upper == 0 || !(perceptual_roughness < levels[upper].roughness)) return value(upper, offset);
-  const float low = levels[upper - 1].roughness, high = levels[upper].roughness;
-  const float f = (perceptual_roughness - low) / (high - low);
-  return value(upper - 1, lower_offset) * (1 - f) + value(upper, offset) * f;
+  if (pair.lower == pair.upper) return value(pair.upper);
+  return value(pair.lower) * (1 - pair.upper_share) + value(pair.upper) * pair.upper_share;
 }
 
 }  // namespace lightwell

@@ -32,8 +32,8 @@ class LightSubtraction {
  private:
   struct Near {
     std::uint32_t texel;
-    float angle;  ///< Between its centre and the light, rad.
-    float removed[3];
+    float angle;       ///< Between its centre and the light, rad.
+    float removed[3];  ///< Radiance to subtract, in units of the texels.
   };
   void find_near(Vec3f direction, float reach_rad);
   void remove_excess(const Light& light, float radiance_per_unit, float share, std::span<const Rgbx> texels);

@@ -16,24 +16,6 @@ namespace {
 /// Texels in a row of the texture. Each level has a multiple of them.
 constexpr GLsizei kRow = 64;
 
-/// The two levels between which a roughness is, as environment_radiance() chooses them.
-struct LevelPair {
-  glm::ivec2 edges{}, first_texels{};
-  float upper_share = 0;
-};
-
-LevelPair levels_around(std::span<const EnvironmentLevel> levels, float roughness) {
-  std::size_t upper = 0;
-  while (upper + 1 < levels.size() && !(roughness <= levels[upper].roughness)) ++upper;
-  const std::size_t lower = upper > 0 && roughness < levels[upper].roughness ? upper - 1 : upper;
-  LevelPair pair;
-  pair.edges = {levels[lower].edge, levels[upper].edge};
-  pair.first_texels = {texel_count(levels.first(lower)), texel_count(levels.first(upper))};
-  if (lower < upper)
-    pair.upper_share = (roughness - levels[lower].roughness) / (levels[upper].roughness - levels[lower].roughness);
-  return pair;
-}
-
 /// Maps x, y (-1 to 1 along columns and rows of a face) and 1 to a direction.
 glm::mat3 axes_of_face(int face) {
   const glm::vec3 center = to_glm(cube_direction(face, 0.5F, 0.5F));
@@ -71,12 +53,14 @@ void EnvironmentPass::upload(const EnvironmentView& map, const EnvironmentScale&
 }
 
 void EnvironmentPass::draw(const EnvironmentMap& map, GLuint cube, int level, int edge, float roughness) const {
-  const LevelPair pair = levels_around(map.levels, roughness);
+  const std::span levels(map.levels);
+  const EnvironmentLevelPair pair = levels_around(levels, roughness);
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(Unit::map_texels));
   glBindTexture(GL_TEXTURE_2D, texels_.name());
   program_.use();
-  program_.set("edges", pair.edges);
-  program_.set("first_texels", pair.first_texels);
+  program_.set("edges", glm::ivec2(levels[pair.lower].edge, levels[pair.upper].edge));
+  program_.set("first_texels",
+               glm::ivec2(texel_count(levels.first(pair.lower)), texel_count(levels.first(pair.upper))));
   program_.set("upper_share", pair.upper_share);
   program_.set("face_edge", edge);
   for (const GLenum state : {GL_DEPTH_TEST, GL_BLEND, GL_SCISSOR_TEST}) glDisable(state);

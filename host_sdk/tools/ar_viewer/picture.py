@@ -1,12 +1,13 @@
 #!/usr/bin/python3
 """Draws ar_viewer.jpg of the README: virtual objects around the real one of a path-traced trial.
 
-usage: picture.py [--build DIR] [--trial NAME] [--output FILE]
+usage: picture.py [--build DIR] [--trial NAME] [--output FILE] [--keep DIR]
 
 The picture with the real object and the panorama at its top are those of tests/reference/mitsuba/viewer. measure_viewer
 estimates the light from the panorama, ar_viewer draws the objects in it: left with all of the light, right with its
 mean alone. Needs python3-pil (python3-matplotlib brings it)."""
 import argparse
+import contextlib
 import json
 import pathlib
 import subprocess
@@ -40,7 +41,7 @@ def draw(build, folder, trial, shading):
     scene["ground"] = {"size_m": [1.2, 0.9]}
     scene["objects"] = OBJECTS
     scene["shading"] = shading
-    path = folder / "picture.json"
+    path = folder / f"picture_{shading}.json"
     path.write_text(json.dumps(scene))
     subprocess.run([build / "bin/ar_viewer", path, "--headless", "--out", folder], check=True)
     picture = Image.open(folder / "frame_0000.png").crop(CROP)
@@ -52,8 +53,11 @@ def main():
     parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build/dev", help="[build/dev]")
     parser.add_argument("--trial", default="01", help="[01]")
     parser.add_argument("--output", type=pathlib.Path, default=pathlib.Path(__file__).parent / "ar_viewer.jpg")
+    parser.add_argument("--keep", type=pathlib.Path, help="keep the scenes and their files in this new folder")
     arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as name:
+    if arguments.keep:
+        arguments.keep.mkdir(parents=True)
+    with contextlib.nullcontext(arguments.keep) if arguments.keep else tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         subprocess.run([arguments.build / "bin/measure_viewer", "--trial", arguments.trial, "--write", folder],
                        check=True, stdout=subprocess.DEVNULL)

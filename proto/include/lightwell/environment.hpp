@@ -57,7 +57,8 @@ inline constexpr int kMinEnvironmentExponent = -150, kMaxEnvironmentExponent = 1
 }
 
 /// A square of edge x edge texels in the octahedral mapping: column i increases with u, row j with v,
-/// texel centres are at (i + 0.5) / edge. Each texel holds radiance(d, roughness) at its centre, without the lights.
+/// texel centres are at (i + 0.5) / edge. Each texel holds radiance(d, roughness) at its centre, without the lights:
+/// minus their caps, and zero where a cap is brighter than what is there.
 struct EnvironmentLevel {
   int edge = 0;         ///< 8, 16, 32 or 64.
   float roughness = 0;  ///< Perceptual roughness, 0 to 1. At 0 a texel holds the mean over its solid angle.
@@ -100,6 +101,15 @@ struct EnvironmentMap {
 /// false and leaves `out` unchanged if the changes belong to another map or exceed the size of this one. `out` must not
 /// alias either argument.
 [[nodiscard]] bool apply_changes(const EnvironmentMap& whole, const EnvironmentMap& changes, EnvironmentMap& out);
+
+/// The two levels between which a roughness is: radiance = (1 - upper_share) * of `lower` + upper_share * of `upper`.
+/// One level, twice, where the roughness is outside of those of the map or NaN.
+struct EnvironmentLevelPair {
+  std::size_t lower = 0, upper = 0;  ///< Indices of levels.
+  float upper_share = 0;
+};
+/// `levels`: of a whole map, not empty.
+[[nodiscard]] EnvironmentLevelPair levels_around(std::span<const EnvironmentLevel> levels, float perceptual_roughness);
 
 /// Unit vector towards the centre of the texel in column i, row j of a level with this edge.
 [[nodiscard]] Vec3f texel_direction(int edge, int i, int j);

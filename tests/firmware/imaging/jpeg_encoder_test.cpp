@@ -2,10 +2,14 @@
 #include "imaging/jpeg_encoder.hpp"
 
 #include <cstdlib>
+#include <span>
+#include <tuple>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+
+#include "imaging/image_file.hpp"
 
 namespace lightwell {
 namespace {
@@ -19,9 +23,14 @@ Image gradient(int width, int height) {
 }
 
 TEST(JpegEncoder, AnotherDecoderReadsThePicture) {
-  for (const auto& [width, height] : {std::pair{320, 160}, {317, 159}, {1, 1}, {320, 1}}) {
+  for (const auto& [width, height, chroma] : {std::tuple{320, 160, ChromaSampling::yuv420},
+                                              {317, 159, ChromaSampling::yuv420},
+                                              {1, 1, ChromaSampling::yuv420},
+                                              {320, 1, ChromaSampling::yuv420},
+                                              {317, 159, ChromaSampling::yuv422}}) {
     const Image image = gradient(width, height);
-    const Result<std::vector<std::byte>> jpeg = encode_jpeg(image, 90);
+    const Result<std::vector<std::byte>> jpeg =
+        encode_jpeg(image.data, width, height, {.quality = 90, .chroma = chroma});
     ASSERT_TRUE(jpeg.ok()) << jpeg.status().message();
     const cv::Mat bytes(1, static_cast<int>(jpeg->size()), CV_8U, const_cast<std::byte*>(jpeg->data()));
     const cv::Mat decoded = cv::imdecode(bytes, cv::IMREAD_COLOR);
@@ -42,18 +51,21 @@ TEST(JpegEncoder, NoiseAtFullQualityFits) {
   Image image = gradient(320, 160);
   std::srand(1);
   for (std::byte& v : image.data) v = static_cast<std::byte>(std::rand());
-  const Result<std::vector<std::byte>> jpeg = encode_jpeg(image, 100);
+  const Result<std::vector<std::byte>> jpeg = encode_jpeg(image.data, image.width, image.height, {.quality = 100});
   ASSERT_TRUE(jpeg.ok()) << jpeg.status().message();
   EXPECT_GT(jpeg->size(), 50'000U);
 }
 
-TEST(JpegEncoder, OtherPicturesAreRefused) {
-  Image floats = gradient(4, 4);
-  floats.format = PixelFormat::rgb_f32;
-  Image cut = gradient(4, 4);
-  cut.data.pop_back();
-  for (const Image& image : {floats, cut, Image{}, Image{-1, 4, PixelFormat::rgb8, {}}})
-    EXPECT_EQ(encode_jpeg(image, 80).status().code(), StatusCode::invalid_argument);
+TEST(JpegEncoder, OtherSizesAreRefused) {
+  const Image image = gradient(4, 4);
+  const auto code = [&](std::size_t bytes, int width, int height) {
+    return encode_jpeg(std::span(image.data).first(bytes), width, height, {}).status().code();
+  };
+  EXPECT_EQ(code(48, 4, 4), StatusCode::ok);
+  EXPECT_EQ(code(47, 4, 4), StatusCode::invalid_argument) << "cut";
+  EXPECT_EQ(code(48, 3, 4), StatusCode::invalid_argument) << "too many";
+  EXPECT_EQ(code(0, 0, 0), StatusCode::invalid_argument);
+  EXPECT_EQ(code(48, -4, -4), StatusCode::invalid_argument);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ std::vector<std::byte> ramp(FrameSize size, bool noisy) {
 TEST(JpegEncoder, DecodesToNearlyTheSameImage) {
   const FrameSize size{96, 64};
   const std::vector<std::byte> rgb = ramp(size, false);
-  const auto jpeg = encode_jpeg(rgb, size, 90, 1 << 20);
+  const auto jpeg = encode_mjpeg(rgb, size, 90, 1 << 20);
   ASSERT_TRUE(jpeg) << jpeg.status().message();
   std::vector<std::byte> back(rgb.size());
   JpegDecoder decoder;
@@ -42,17 +42,17 @@ TEST(JpegEncoder, DecodesToNearlyTheSameImage) {
 TEST(JpegEncoder, LowersTheQualityUntilItFits) {
   const FrameSize size{96, 64};
   const std::vector<std::byte> noise = ramp(size, true);
-  const auto large = encode_jpeg(noise, size, 95, 1 << 20);
+  const auto large = encode_mjpeg(noise, size, 95, 1 << 20);
   ASSERT_TRUE(large);
   const std::size_t most = large->size() / 2;
-  const auto small = encode_jpeg(noise, size, 95, most);
+  const auto small = encode_mjpeg(noise, size, 95, most);
   ASSERT_TRUE(small);
   EXPECT_LE(small->size(), most);
-  EXPECT_FALSE(encode_jpeg(noise, size, 95, 100));
+  EXPECT_FALSE(encode_mjpeg(noise, size, 95, 100));
 }
 
-TEST(JpegEncoder, ReportsErrorsOfLibjpeg) {
-  const auto none = encode_jpeg({}, {0, 0}, 90, 1000);
+TEST(JpegEncoder, ReportsErrorsOfTheEncoder) {
+  const auto none = encode_mjpeg({}, {0, 0}, 90, 1000);
   EXPECT_FALSE(none);
   EXPECT_NE(none.status().message().find("JPEG"), std::string::npos);
 }

@@ -1,6 +1,6 @@
 // The light as a cube map for OpenGL, Vulkan and WebGPU: the texels of C++'s cube_map() (cube_map.hpp).
 import type { Light } from "./descriptor.js";
-import { EnvironmentMap, levelRadiance, octahedral, texelAt } from "./environment.js";
+import { EnvironmentMap, cornersAround, levelRadiance, octahedral } from "./environment.js";
 import type { Answer, Lighting } from "./lighting.js";
 import { Vec3, dot, inverse, normalized, rotate } from "./vector.js";
 
@@ -217,19 +217,10 @@ function mapSampler(map: EnvironmentMap): (d: Vec3) => Vec3 {
   const out: Vec3 = [0, 0, 0];
   return (d) => {
     const uv = octahedral(normalized((toMap ? rotate(toMap, d) : d).map(f) as Vec3, f)!);
-    const x = f(f(uv[0] * edge) - 0.5);
-    const y = f(f(uv[1] * edge) - 0.5);
-    const i = Math.floor(x);
-    const j = Math.floor(y);
-    const fx = x - i;
-    const fy = y - j;
-    const a = 3 * texelAt(edge, i, j);
-    const b = 3 * texelAt(edge, i + 1, j);
-    const c = 3 * texelAt(edge, i, j + 1);
-    const e = 3 * texelAt(edge, i + 1, j + 1);
+    const { texels: [a, b, c, e], fx, fy } = cornersAround(edge, uv);
     for (let k = 0; k < 3; ++k)
-      out[k] = (texels[a + k] * (1 - fx) + texels[b + k] * fx) * (1 - fy) +
-        (texels[c + k] * (1 - fx) + texels[e + k] * fx) * fy;
+      out[k] = (texels[3 * a + k] * (1 - fx) + texels[3 * b + k] * fx) * (1 - fy) +
+        (texels[3 * c + k] * (1 - fx) + texels[3 * e + k] * fx) * fy;
     return out;
   };
 }
@@ -263,8 +254,8 @@ function rgb9e5([r, g, b]: Vec3): number {
 }
 
 /** Six faces of radiance(d, 0) with the lights, each texel the mean over its solid angle. Axes are those of `light`.
- *  Tens of milliseconds; no DOM, so that a worker can call it. Throws RangeError for an option that is not allowed.
- *  Without light all texels are 0. */
+ *  It takes many frames at edge 64; no DOM, so that a worker can call it. Throws RangeError for an option that is
+ *  not allowed. Without light all texels are 0. */
 export function cubeMap(light: Lighting, options: CubeMapOptions = {}): CubeMap {
   const { edge = maxCubeEdge, format = "rgba16f", lights = "included", scale = 1 } = options;
   if (!Number.isInteger(edge) || edge < 1 || edge > maxCubeEdge)

@@ -206,7 +206,7 @@ export function octahedral(d: Vec3): [number, number] {
 }
 
 /** Beyond an edge of the square the sphere continues at the same edge with the order of texels reversed. */
-export function texelAt(edge: number, i: number, j: number): number {
+function texelAt(edge: number, i: number, j: number): number {
   if (i < 0 || i >= edge) {
     i = i < 0 ? -1 - i : 2 * edge - 1 - i;
     j = edge - 1 - j;
@@ -218,18 +218,32 @@ export function texelAt(edge: number, i: number, j: number): number {
   return j * edge + i;
 }
 
-function bilinear(map: EnvironmentMap, level: number, uv: [number, number]): Rgb {
-  const first = texelCount(map.levels.slice(0, level));
-  const { edge } = map.levels[level];
+/** Four texels (their numbers in a level) around a place on the square, left before right and upper before lower, and
+ *  how far the place is from the first to the second and from the first to the third, 0 to 1. */
+export interface TexelCorners {
+  texels: readonly [number, number, number, number];
+  fx: number;
+  fy: number;
+}
+
+export function cornersAround(edge: number, uv: readonly [number, number]): TexelCorners {
   const x = f(f(uv[0] * edge) - 0.5);
   const y = f(f(uv[1] * edge) - 0.5);
   const i = Math.floor(x);
   const j = Math.floor(y);
   const fx = x - i;
   const fy = y - j;
-  const at = (di: number, dj: number) =>
-    texelRadiance(map.texels[first + texelAt(edge, i + di, j + dj)], map.exponent);
-  const corners = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
+  return {
+    texels: [texelAt(edge, i, j), texelAt(edge, i + 1, j), texelAt(edge, i, j + 1), texelAt(edge, i + 1, j + 1)],
+    fx,
+    fy,
+  };
+}
+
+function bilinear(map: EnvironmentMap, level: number, uv: [number, number]): Rgb {
+  const first = texelCount(map.levels.slice(0, level));
+  const { texels, fx, fy } = cornersAround(map.levels[level].edge, uv);
+  const corners = texels.map((k) => texelRadiance(map.texels[first + k], map.exponent));
   const mixed = (k: number) =>
     (corners[0][k] * (1 - fx) + corners[1][k] * fx) * (1 - fy) + (corners[2][k] * (1 - fx) + corners[3][k] * fx) * fy;
   return [mixed(0), mixed(1), mixed(2)];
