@@ -376,21 +376,24 @@ def kernels(items, machine):
 
 
 def instructions(folder, say):
-    def counted_row(rig, format, setting):
+    def counted_row(rig, format, setting, map_edge=0):
         name = f"aarch64 (NEON) instructions a pixel, {setting}, {FORMAT_NAMES[format]}, {RIGS[rig]}"
+        name += f", a map of {map_edge} texels in every frame" if map_edge else ""
         say(name)
         counted = None
         if folder:
             command = [folder / "measure_instructions", "--frames", "{}", rig, format, setting]
+            command += ["--map", str(map_edge)] if map_edge else []
             counted = aarch64.instructions(command, WORK)
         value = None if counted is None else counted / COUNTED[rig]
         real = "city.exr, g++ -O3, qemu-user Cortex-A72, frame to encoded descriptor"
-        limit = MOST_INSTRUCTIONS.get(format) if setting == "fast" else None
+        limit = MOST_INSTRUCTIONS.get(format) if setting == "fast" and not map_edge else None
         return reported(name, value, "", real) if limit is None else at_most(name, limit, value, "", real)
 
     # Start-up takes half a minute a run, so the whole sphere is counted only for the formats with a limit.
     cases = [(rig, format, setting) for rig, formats in (("single", FORMAT_NAMES), ("equirect", MOST_INSTRUCTIONS))
              for format in formats for setting in SETTINGS]
+    cases += [("single", "rgb8_linear", "fast", edge) for edge in (8, 64)]
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(lambda case: counted_row(*case), cases))
 
