@@ -200,11 +200,29 @@ Status read_light(const v1::Light& m, Light& light) {
   return read_distance(m, light);
 }
 
+void pack_texels(std::span<const std::uint32_t> texels, std::string& out) {
+  out.resize(4 * texels.size());
+  for (std::size_t i = 0; i < texels.size(); ++i) put_le(&out[4 * i], texels[i]);
+}
+
+/// `name`: of the field.
+Status unpack_texels(const std::string& bytes, const char* name, std::vector<std::uint32_t>& out) {
+  if (bytes.size() % 4 != 0)
+    return invalid("environment." + std::string(name) + ": the length is not a multiple of 4 bytes");
+  out.resize(bytes.size() / 4);
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = get_le<std::uint32_t>(&bytes[4 * i]);
+  return {};
+}
+
 /// Reserves memory for the largest map, so that fill_environment() allocates nothing.
 void reserve_environment(v1::EnvironmentMap& m) {
   for (std::size_t k = 0; k < kMaxEnvironmentLevels; ++k) m.add_levels();
   m.mutable_texels()->reserve(4 * kMaxEnvironmentTexels);
   m.mutable_runs()->Reserve(static_cast<int>(kMaxEnvironmentTexels));
+  constexpr std::size_t kFirstLevel = kMaxEnvironmentEdge * kMaxEnvironmentEdge;
+  m.mutable_light_tracks()->Reserve(static_cast<int>(kMaxLights));
+  m.mutable_light_runs()->Reserve(static_cast<int>(kFirstLevel));
+  m.mutable_light_texels()->reserve(4 * kFirstLevel);
   m.Clear();
 }
 
@@ -219,16 +237,16 @@ void fill_environment(const EnvironmentMap& map, v1::EnvironmentMap& m) {
   }
   m.set_exponent(map.exponent);
   m.set_key_interval_ms(map.key_interval_ms);
-  std::string& texels = *m.mutable_texels();
-  texels.resize(4 * map.texels.size());
-  for (std::size_t i = 0; i < map.texels.size(); ++i) put_le(&texels[4 * i], map.texels[i]);
+  pack_texels(map.texels, *m.mutable_texels());
   m.mutable_runs()->Add(map.runs.begin(), map.runs.end());
+  m.mutable_light_tracks()->Add(map.light_tracks.begin(), map.light_tracks.end());
+  m.mutable_light_runs()->Add(map.light_runs.begin(), map.light_runs.end());
+  pack_texels(map.light_texels, *m.mutable_light_texels());
 }
 
 /// Checks only what the value type cannot represent; environment_problem() checks the rest.
 Status read_environment(const v1::EnvironmentMap& m, EnvironmentMap& map) {
   if (m.encoding() != v1::EnvironmentMap::RGB9E5) return invalid("environment.encoding is not known");
-  if (m.texels().size() % 4 != 0) return invalid("environment.texels: the length is not a multiple of 4 bytes");
   map.key = m.key();
   map.levels.clear();
   for (const v1::EnvironmentMap::Level& level : m.levels()) {
@@ -237,10 +255,11 @@ Status read_environment(const v1::EnvironmentMap& m, EnvironmentMap& map) {
   }
   map.exponent = m.exponent();
   map.key_interval_ms = m.key_interval_ms();
-  map.texels.resize(m.texels().size() / 4);
-  for (std::size_t i = 0; i < map.texels.size(); ++i) map.texels[i] = get_le<std::uint32_t>(&m.texels()[4 * i]);
   map.runs.assign(m.runs().begin(), m.runs().end());
-  return {};
+  map.light_tracks.assign(m.light_tracks().begin(), m.light_tracks().end());
+  map.light_runs.assign(m.light_runs().begin(), m.light_runs().end());
+  if (const Status s = unpack_texels(m.texels(), "texels", map.texels); !s.ok()) return s;
+  return unpack_texels(m.light_texels(), "light_texels", map.light_texels);
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <functional>
 #include <string>
 
 #include <lightwell/bytes.hpp>
+#include <lightwell/descriptor.hpp>
 #include <lightwell/environment.hpp>
 #include <lightwell/pixel.hpp>
 
@@ -32,16 +34,11 @@ Radiance scaled(Radiance c, int exponent) {
 }
 
 Radiance bilinear(std::span<const std::uint32_t> texels, int edge, OctUv uv, int exponent) {
-  const float x = uv.u * static_cast<float>(edge) - 0.5F, y = uv.v * static_cast<float>(edge) - 0.5F;
-  const float left = std::floor(x), top = std::floor(y);
-  const float fx = x - left, fy = y - top;
-  const int i = static_cast<int>(left), j = static_cast<int>(top);
-  const auto at = [&](int di, int dj) {
-    const std::array<float, 3> c = rgb9e5_decode(texels[texel_at(edge, i + di, j + dj)]);
+  const auto value = [&](std::size_t texel) {
+    const std::array<float, 3> c = rgb9e5_decode(texels[texel]);
     return Radiance{c[0], c[1], c[2]};
   };
-  const Radiance c = (at(0, 0) * (1 - fx) + at(1, 0) * fx) * (1 - fy) + (at(0, 1) * (1 - fx) + at(1, 1) * fx) * fy;
-  return scaled(c, exponent);
+  return scaled(corners_around(edge, uv).bilinear(value), exponent);
 }
 
 Status invalid_map(const std::string& what) { return invalid_argument("descriptor: environment." + what); }
@@ -57,6 +54,51 @@ struct RunTotals {
     }
   }
 };
+
+/// Whether the runs reach no further than `count` texels and change as many as there are in `texels`.
+bool fit(std::span<const std::uint32_t> runs, std::span<const std::uint32_t> texels, std::size_t count) {
+  const RunTotals totals(runs);
+  return totals.reach <= count && totals.changed == texels.size();
+}
+
+/// Writes `texels` to those of `out` that the runs change. Requires fit().
+void replace_runs(std::span<const std::uint32_t> runs, std::span<const std::uint32_t> texels,
+                  std::span<std::uint32_t> out) {
+  std::size_t at = 0, from = 0;
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const std::size_t run = runs[k];
+    if (k % 2 == 1) {
+      std::copy_n(texels.begin() + static_cast<std::ptrdiff_t>(from), run,
+                  out.begin() + static_cast<std::ptrdiff_t>(at));
+      from += run;
+    }
+    at += run;
+  }
+}
+
+/// `name`: of the field with the runs. `limit`: most texels over which they may reach.
+Status problem_of_runs(const std::string& name, std::span<const std::uint32_t> runs, std::size_t limit) {
+  if (runs.size() % 2 != 0) return invalid_map(name + ": the number is odd; they are pairs");
+  // Canonical form: only the first run may be empty.
+  if (runs.size() > 1 && std::ranges::find(runs.begin() + 1, runs.end(), 0U) != runs.end())
+    return invalid_map(name + ": one is empty");
+  if (RunTotals(runs).reach > limit) return invalid_map(name + ": they exceed the size of any map");
+  return {};
+}
+
+/// `limit`: number of texels of the first level, or of the largest that there can be.
+Status problem_of_lights(const EnvironmentMap& map, std::size_t limit) {
+  const std::vector<std::uint32_t>& tracks = map.light_tracks;
+  if (tracks.size() > kMaxLights) return invalid_map("light_tracks: there are more than 64");
+  if (!tracks.empty() && tracks.front() == 0) return invalid_map("light_tracks: 0 is not a track");
+  if (std::ranges::adjacent_find(tracks, std::greater_equal<>()) != tracks.end())
+    return invalid_map("light_tracks: they must ascend");
+  if (const Status s = problem_of_runs("light_runs", map.light_runs, limit); !s.ok()) return s;
+  if (!fit(map.light_runs, map.light_texels, limit))
+    return invalid_map("light_texels: the length does not match light_runs");
+  if (tracks.empty() != map.light_texels.empty()) return invalid_map("light_tracks and light_texels: one is empty");
+  return {};
+}
 
 Status problem_of_whole(const EnvironmentMap& map) {
   if (map.levels.size() > kMaxEnvironmentLevels) return invalid_map("levels: there are more than 8");
@@ -75,6 +117,7 @@ Status problem_of_whole(const EnvironmentMap& map) {
   if (map.exponent < kMinEnvironmentExponent || map.exponent > kMaxEnvironmentExponent)
     return invalid_map("exponent is out of range");
   if (!map.runs.empty()) return invalid_map("runs: not allowed in a whole map");
+  if (const Status s = problem_of_lights(map, texel_count(std::span(map.levels).first(1))); !s.ok()) return s;
   if (map.key != environment_key(map)) return invalid_map("key does not match the content of the map");
   return {};
 }
@@ -82,14 +125,10 @@ Status problem_of_whole(const EnvironmentMap& map) {
 Status problem_of_changes(const EnvironmentMap& map) {
   if (map.exponent != 0) return invalid_map("exponent: not allowed in changes");
   if (map.key_interval_ms != 0) return invalid_map("key_interval_ms: not allowed in changes");
-  if (map.runs.size() % 2 != 0) return invalid_map("runs: the number is odd; they are pairs");
-  // Canonical form: only the first run may be empty.
-  if (map.runs.size() > 1 && std::ranges::find(map.runs.begin() + 1, map.runs.end(), 0U) != map.runs.end())
-    return invalid_map("runs: one is empty");
-  const RunTotals totals(map.runs);
-  if (totals.reach > kMaxEnvironmentTexels) return invalid_map("runs: they exceed the size of any map");
-  if (map.texels.size() != totals.changed) return invalid_map("texels: the length does not match the runs");
-  return {};
+  if (const Status s = problem_of_runs("runs", map.runs, kMaxEnvironmentTexels); !s.ok()) return s;
+  if (!fit(map.runs, map.texels, kMaxEnvironmentTexels))
+    return invalid_map("texels: the length does not match the runs");
+  return problem_of_lights(map, kMaxEnvironmentEdge * kMaxEnvironmentEdge);
 }
 
 }  // namespace
@@ -117,20 +156,35 @@ std::uint32_t environment_key(const EnvironmentMap& whole) {
 
 bool apply_changes(const EnvironmentMap& whole, const EnvironmentMap& changes, EnvironmentMap& out) {
   if (!whole.whole() || changes.whole() || changes.key != whole.key) return false;
-  const RunTotals totals(changes.runs);
-  if (totals.reach > whole.texels.size() || totals.changed != changes.texels.size()) return false;
+  if (!fit(changes.runs, changes.texels, whole.texels.size()) ||
+      !fit(changes.light_runs, changes.light_texels, texel_count(std::span(whole.levels).first(1))))
+    return false;
   out = whole;
-  std::size_t at = 0, from = 0;
-  for (std::size_t k = 0; k < changes.runs.size(); ++k) {
-    const std::size_t run = changes.runs[k];
-    if (k % 2 == 1) {
-      std::copy_n(changes.texels.begin() + static_cast<std::ptrdiff_t>(from), run,
-                  out.texels.begin() + static_cast<std::ptrdiff_t>(at));
-      from += run;
-    }
-    at += run;
-  }
+  replace_runs(changes.runs, changes.texels, out.texels);
+  out.light_tracks = changes.light_tracks;
+  out.light_runs = changes.light_runs;
+  out.light_texels = changes.light_texels;
   return true;
+}
+
+EnvironmentMap first_level_with_lights(const EnvironmentMap& whole) {
+  EnvironmentMap out;
+  if (!whole.whole()) return out;
+  out.levels = {whole.levels.front()};
+  out.exponent = whole.exponent;
+  out.texels.assign(whole.texels.begin(), whole.texels.begin() + static_cast<std::ptrdiff_t>(texel_count(out.levels)));
+  if (fit(whole.light_runs, whole.light_texels, out.texels.size()))
+    replace_runs(whole.light_runs, whole.light_texels, out.texels);
+  return out;
+}
+
+TexelCorners corners_around(int edge, OctUv uv) {
+  const float x = uv.u * static_cast<float>(edge) - 0.5F, y = uv.v * static_cast<float>(edge) - 0.5F;
+  const float left = std::floor(x), top = std::floor(y);
+  const int i = static_cast<int>(left), j = static_cast<int>(top);
+  return {{texel_at(edge, i, j), texel_at(edge, i + 1, j), texel_at(edge, i, j + 1), texel_at(edge, i + 1, j + 1)},
+          x - left,
+          y - top};
 }
 
 Vec3f texel_direction(int edge, int i, int j) {
@@ -150,6 +204,12 @@ EnvironmentLevelPair levels_around(std::span<const EnvironmentLevel> levels, flo
   if (upper == 0 || !(perceptual_roughness < levels[upper].roughness)) return {upper, upper, 0};
   const float low = levels[upper - 1].roughness, high = levels[upper].roughness;
   return {upper - 1, upper, (perceptual_roughness - low) / (high - low)};
+}
+
+float first_level_share(std::span<const EnvironmentLevel> levels, float perceptual_roughness) {
+  const EnvironmentLevelPair pair = levels_around(levels, perceptual_roughness);
+  if (pair.lower != 0) return 0;
+  return pair.upper == 0 ? 1 : 1 - pair.upper_share;
 }
 
 Radiance environment_radiance(const EnvironmentMap& whole, Vec3f direction, float perceptual_roughness) {

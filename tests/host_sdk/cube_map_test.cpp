@@ -162,6 +162,18 @@ TEST(CubeMap, LightsKeepTheirEnergyAndPlace) {
     }
 }
 
+TEST(CubeMap, AWindowThatTexelsShowIsNoCap) {
+  Descriptor scene = random_map_scene(16);
+  scene.lights = {test::light({0, 0, 1}, {900, 900, 900}, 0.3F)};
+  scene.lights[0].track = 5;
+  scene.environment->light_tracks = {5};
+  scene.environment->light_runs = {0, 256};
+  scene.environment->light_texels.assign(256, rgb9e5_encode(64, 64, 64));
+  const Lighting light = Lighting::of(scene);
+  for (const auto& texel : cube_of(light, options_of(8))) EXPECT_NEAR(texel[0], 64, 1e-3);
+  for (const auto& texel : cube_of(light, options_of(8, LightsIncluded::no))) EXPECT_LT(texel[0], 10);
+}
+
 TEST(CubeMap, TheInsideOfALargeLightHasItsRadiance) {
   const Vec3d towards = normalized(Vec3d{0.3, 0.55, -0.9});
   const double rho = 0.5, radiance = 20 / cap_vector_irradiance(rho);

@@ -142,6 +142,103 @@ TEST(LightingEnvironment, RadianceComesFromTheMapAndTheLights) {
   EXPECT_NEAR(lighting.irradiance({0, -1, 0}).value.r, 9 * 3.14159265, 1e-3);
 }
 
+/// whole_map() in which texels show the light with the track 5: a square window of radiance 50 around +Z.
+EnvironmentMap map_with_window() {
+  EnvironmentMap map = whole_map();
+  map.light_tracks = {5};
+  std::uint32_t same = 0;
+  for (int j = 0; j < 32; ++j)
+    for (int i = 0; i < 32; ++i) {
+      const Vec3f d = texel_direction(32, i, j);
+      if (d.z < 0.8F) {
+        ++same;
+        continue;
+      }
+      map.light_runs.insert(map.light_runs.end(), {same, 1});
+      same = 0;
+      map.light_texels.push_back(rgb9e5_encode(50, 50, 50));
+    }
+  // Neighbours are one run.
+  for (std::size_t k = 2; k < map.light_runs.size();)
+    if (map.light_runs[k] == 0) {
+      map.light_runs[k - 1] += map.light_runs[k + 1];
+      map.light_runs.erase(map.light_runs.begin() + static_cast<std::ptrdiff_t>(k),
+                           map.light_runs.begin() + static_cast<std::ptrdiff_t>(k) + 2);
+    } else {
+      k += 2;
+    }
+  return map;
+}
+
+Descriptor window_and_lamp() {
+  Descriptor d = with_map(map_with_window(), 1, 0);
+  d.lights = {test::light({0, 0, 1}, {60, 60, 60}, 0.6F), test::light({0, 1, 0}, {3, 2, 1}, 0.1F)};
+  d.lights[0].track = 5;
+  d.lights[1].track = 6;
+  return d;
+}
+
+TEST(LightingEnvironment, AMirrorShowsAWindowAsTexelsAndALampAsACap) {
+  const Lighting lighting = Lighting::of(window_and_lamp());
+  const auto view = lighting.environment();
+  ASSERT_TRUE(view);
+  EXPECT_NEAR(environment_radiance(view->mirror, {0, 0, 1}, 0).r, 50, 0.1);
+  EXPECT_NEAR(environment_radiance(view->map, {0, 0, 1}, 0).r, 2, 0.1);
+  EXPECT_NEAR(environment_radiance(view->mirror, {0, 1, 0}, 0).r, 2, 0.1);
+  EXPECT_TRUE(view->shown_in_mirror(lighting.lights()[0]));
+  EXPECT_FALSE(view->shown_in_mirror(lighting.lights()[1]));
+  // radiance() leaves all lights out at roughness 0.
+  EXPECT_NEAR(lighting.radiance({0, 0, 1}, 0).value.r, 2, 0.1);
+}
+
+TEST(LightingEnvironment, AWindowTurnsFromTexelsToACapWithRoughness) {
+  const Descriptor d = window_and_lamp();
+  const Lighting lighting = Lighting::of(d);
+  for (const Vec3f v : test::directions())
+    for (const float r : {0.05F, 0.3F, 0.7F, 1.0F}) {
+      const GgxLobe lobe(static_cast<double>(r));
+      const Vec3f unit = normalized(v);
+      const float texels = environment_radiance(lighting.environment()->mirror, unit, 0).r;
+      const float window = lights_radiance(std::span(d.lights).first(1), v, lobe).r,
+                  lamp = lights_radiance(std::span(d.lights).last(1), v, lobe).r;
+      const float expected = (1 - r) * texels + r * (5 + window) + lamp;
+      EXPECT_NEAR(lighting.radiance(v, r).value.r, expected, 1e-4 * expected) << r;
+    }
+}
+
+TEST(LightingEnvironment, AWindowThatBecameDarkLeavesMirrorsAtOnce) {
+  core::EnvironmentAssembler assembler;
+  ASSERT_TRUE(assembler.take(window_and_lamp()));
+  Descriptor later = with_map({}, 2, 33);
+  later.lights = {window_and_lamp().lights[1]};
+  core::Sample sample = sample_of(later);
+  sample.environment = assembler.map_for(later);
+  const Lighting lighting(std::make_shared<const core::Sample>(std::move(sample)), Validity::valid, {}, {});
+  const auto view = lighting.environment();
+  ASSERT_TRUE(view);
+  EXPECT_EQ(&view->mirror, &view->map);
+  EXPECT_NEAR(environment_radiance(view->mirror, {0, 0, 1}, 0).r, 2, 0.1);
+}
+
+TEST(EnvironmentAssembler, LightsInTexelsBelongToOneMessage) {
+  EnvironmentAssembler assembler;
+  ASSERT_TRUE(assembler.take(window_and_lamp()));
+  ASSERT_TRUE(assembler.take(with_map(changes(whole_map(), 6), 2, 100)));
+  const auto kept = assembler.map_for(with_map({}, 3, 133));
+  ASSERT_TRUE(kept);
+  EXPECT_TRUE(kept->map.light_tracks.empty() && !kept->mirror.whole());
+  EnvironmentMap again = changes(whole_map(), 7);
+  const EnvironmentMap window = map_with_window();
+  again.light_tracks = {8};
+  again.light_runs = window.light_runs;
+  again.light_texels = window.light_texels;
+  ASSERT_TRUE(assembler.take(with_map(again, 4, 200)));
+  EXPECT_NEAR(environment_radiance(assembler.map_for(with_map({}, 5, 233))->mirror, {0, 0, 1}, 0).r, 50, 0.1);
+  // Of a larger map: they exceed the first level of this one.
+  again.light_runs[0] += 32 * 32;
+  EXPECT_FALSE(assembler.take(with_map(again, 6, 300)));
+}
+
 TEST(LightingEnvironment, WithoutAMapRadianceComesFromTheHarmonics) {
   EXPECT_FALSE(Lighting::of(with_map({}, 1, 0)).environment());
   EXPECT_NEAR(Lighting::of(with_map({}, 1, 0)).radiance({1, 0, 0}, 0.4F).value.r, 9, 1e-4);

@@ -14,9 +14,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -43,8 +45,9 @@ namespace ref = reference;
 constexpr int kViewSize = 64;
 constexpr int kSmallMap = 32, kLargeMap = 64;
 constexpr double kRadianceEpsilon = 0.01;
-/// Minimum radius of a light in a mirror reflection: a pixel of the view.
-constexpr double kSmallestDiscRad = 0.02;
+/// Minimum radius of a light in a mirror reflection: that of ar_viewer (shaders/reflectance.glsl). Pixels of both views
+/// are samples in one direction, so that a larger disc would be seen where the panorama's lamp is not.
+constexpr double kSmallestDiscRad = 1e-3;
 
 [[noreturn]] void fail(const Status& s) {
   std::fprintf(stderr, "measure_balls: %s\n", s.message().c_str());
@@ -165,7 +168,12 @@ int measure_panoramas(const std::string& only, int block_edge) {
       measure::Delivered answer = deliver(rig, shot, options);
       const Lighting light = Lighting::of(std::move(answer.descriptor));
       Reflections reflections(light);
+      const std::optional<EnvironmentView> map = light.environment();
+      std::vector<Light> drawn;
+      for (const Light& l : light.lights())
+        if (!map || !map->shown_in_mirror(l)) drawn.push_back(l);
       const auto radiance = [&](const ref::V3& d, double roughness) {
+        if (map && roughness == 0) return rgb(environment_radiance(map->mirror, vec(d), 0));
         return answer_name == "as_sent" ? reflections.as_sent(d, roughness) : reflections.radiance(d, roughness);
       };
       const measure::BallPictures ours = measure::ball_pictures(
@@ -173,13 +181,13 @@ int measure_panoramas(const std::string& only, int block_edge) {
           [&](const ref::V3& d, double roughness) {
             ref::Rgb v = radiance(d, roughness);
             if (roughness == 0) {
-              const ref::Rgb lamps = discs(light.lights(), d);
+              const ref::Rgb lamps = discs(drawn, d);
               for (std::size_t c = 0; c < 3; ++c) v[c] += lamps[c];
             }
             return v;
           });
       std::vector<measure::CapLight> caps;
-      for (const Light& l : light.lights())
+      for (const Light& l : drawn)
         caps.push_back({{l.direction.x, l.direction.y, l.direction.z}, l.angular_radius_rad, rgb(l.irradiance)});
       const ref::Panorama environment =
           measure::answer_environment([&](const ref::V3& d) { return radiance(d, 0); }, caps);

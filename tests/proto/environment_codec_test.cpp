@@ -35,6 +35,13 @@ EnvironmentMap changes_of(const EnvironmentMap& whole) {
   return map;
 }
 
+EnvironmentMap with_lights(EnvironmentMap map) {
+  map.light_tracks = {3, 70000};
+  map.light_runs = {5, 2, 248, 1};
+  map.light_texels = {7, 8, 0xFFFFFFFF};
+  return map;
+}
+
 Result<Descriptor> there_and_back(const Descriptor& d, std::size_t* bytes = nullptr) {
   Encoder encoder;
   const auto encoded = encoder.encode(d);
@@ -47,7 +54,7 @@ TEST(EnvironmentCodec, RoundTripsWholeMapsAndChanges) {
   const EnvironmentMap whole = small_map();
   EnvironmentMap nothing;
   nothing.key = whole.key;
-  for (const EnvironmentMap& map : {whole, changes_of(whole), nothing}) {
+  for (const EnvironmentMap& map : {whole, changes_of(whole), nothing, with_lights(whole), with_lights(nothing)}) {
     Descriptor d;
     d.environment = map;
     const auto back = there_and_back(d);
@@ -60,12 +67,24 @@ TEST(EnvironmentCodec, LargestDescriptorWithTheLargestMapFits) {
   Descriptor d = golden_vectors().back().descriptor;
   d.environment = random_map({{64, 0}, {64, 1}});
   ASSERT_EQ(d.environment->texels.size(), kMaxEnvironmentTexels);
+  // Lights in every texel, and worse: in every other one.
+  for (std::uint32_t track = 1; track <= kMaxLights; ++track)
+    d.environment->light_tracks.push_back(0xFFFFFF00U + track);
   std::size_t bytes = 0;
-  EXPECT_TRUE(there_and_back(d, &bytes).ok());
-  EXPECT_LE(bytes, kMaxDescriptorBytes);
+  for (const std::uint32_t run : {4096U, 1U}) {
+    d.environment->light_runs.clear();
+    for (std::uint32_t at = 0; at < 4096; at += 2 * run)
+      d.environment->light_runs.insert(d.environment->light_runs.end(), {run == 1 ? 1U : 0U, run});
+    d.environment->light_texels.assign(run == 1 ? 2048 : 4096, 0xFFFFFFFF);
+    EXPECT_TRUE(there_and_back(d, &bytes).ok());
+    EXPECT_LE(bytes, kMaxDescriptorBytes);
+  }
   // Worst case of changes: every other texel.
   EnvironmentMap worst;
   worst.key = d.environment->key;
+  worst.light_tracks = d.environment->light_tracks;
+  worst.light_runs = d.environment->light_runs;
+  worst.light_texels = d.environment->light_texels;
   for (std::size_t k = 0; k < kMaxEnvironmentTexels / 2; ++k) {
     worst.runs.insert(worst.runs.end(), {1, 1});
     worst.texels.push_back(0xFFFFFFFF);
@@ -138,6 +157,29 @@ TEST(EnvironmentCodec, RejectsEncodingAndDecodingOfInvalidMaps) {
       {"does not match the runs", [](EnvironmentMap& m) { m.texels.pop_back(); }, false},
       {"does not match the runs", [](EnvironmentMap& m) { m.texels.push_back(0); }, false},
   };
+  const std::vector<Refusal> of_lights = {
+      {"light_tracks: there are more",
+       [](EnvironmentMap& m) {
+         for (std::uint32_t track = 70001; m.light_tracks.size() <= kMaxLights; ++track)
+           m.light_tracks.push_back(track);
+       },
+       false},
+      {"light_tracks: 0", [](EnvironmentMap& m) { m.light_tracks[0] = 0; }, false},
+      {"light_tracks: they must", [](EnvironmentMap& m) { std::swap(m.light_tracks[0], m.light_tracks[1]); }, false},
+      {"light_tracks: they must", [](EnvironmentMap& m) { m.light_tracks[1] = m.light_tracks[0]; }, false},
+      {"light_runs: the number", [](EnvironmentMap& m) { m.light_runs.push_back(1); }, false},
+      {"light_runs: one is empty", [](EnvironmentMap& m) { m.light_runs[2] = 0; }, false},
+      {"light_runs: they exceed", [](EnvironmentMap& m) { m.light_runs[0] = 4096; }, false},
+      {"light_runs: they exceed", [](EnvironmentMap& m) { m.light_runs[0] = m.light_runs[2] = 0xFFFFFFFF; }, false},
+      {"light_texels: the length does not match", [](EnvironmentMap& m) { m.light_texels.pop_back(); }, false},
+      {"one is empty", [](EnvironmentMap& m) { m.light_tracks.clear(); }, false},
+      {"one is empty",
+       [](EnvironmentMap& m) {
+         m.light_runs.clear();
+         m.light_texels.clear();
+       },
+       false},
+  };
   const auto expect_refused = [](const EnvironmentMap& good, const Refusal& r) {
     EnvironmentMap bad = good;
     r.spoil(bad);
@@ -167,6 +209,10 @@ TEST(EnvironmentCodec, RejectsEncodingAndDecodingOfInvalidMaps) {
     for (const std::uint32_t t : bad.texels)
       for (int k = 0; k < 4; ++k) map.mutable_texels()->push_back(static_cast<char>(t >> (8 * k) & 255U));
     for (const std::uint32_t n : bad.runs) map.add_runs(n);
+    for (const std::uint32_t n : bad.light_tracks) map.add_light_tracks(n);
+    for (const std::uint32_t n : bad.light_runs) map.add_light_runs(n);
+    for (const std::uint32_t t : bad.light_texels)
+      for (int k = 0; k < 4; ++k) map.mutable_light_texels()->push_back(static_cast<char>(t >> (8 * k) & 255U));
     const std::string message = m.SerializeAsString();
     const auto read = decode_descriptor(std::as_bytes(std::span(message)));
     EXPECT_EQ(read.status().code(), StatusCode::invalid_argument) << r.name;
@@ -175,6 +221,10 @@ TEST(EnvironmentCodec, RejectsEncodingAndDecodingOfInvalidMaps) {
   const EnvironmentMap whole = small_map();
   for (const Refusal& r : of_whole) expect_refused(whole, r);
   for (const Refusal& r : of_changes) expect_refused(changes_of(whole), r);
+  for (const Refusal& r : of_lights)
+    for (const EnvironmentMap& map : {whole, changes_of(whole)}) expect_refused(with_lights(map), r);
+  // Within any map, but not within the first level of this one.
+  expect_refused(with_lights(whole), {"light_runs: they exceed", [](EnvironmentMap& m) { ++m.light_runs[0]; }, false});
 }
 
 TEST(EnvironmentCodec, RejectsWhatOnlyTheWireCanRepresent) {

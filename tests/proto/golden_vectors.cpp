@@ -83,6 +83,21 @@ Descriptor environment_changes() {
   return d;
 }
 
+/// A map of which texels show one of two lights, a window.
+Descriptor window_in_texels() {
+  Descriptor d = lamp_at_plus_x();
+  Light window = d.lights[0];
+  window.direction = {0, 0, -1};
+  window.angular_radius_rad = 0.25F;
+  window.track = 9;
+  d.lights.push_back(window);
+  d.environment = whole_map();
+  d.environment->light_tracks = {9};
+  d.environment->light_runs = {20, 2, 5, 1};
+  d.environment->light_texels = {0x90000101U, 0x90020200U, 0x90040000U};
+  return d;
+}
+
 /// Every field set, every number at its maximum.
 Descriptor fullest() {
   Descriptor d = base();
@@ -119,6 +134,7 @@ std::vector<GoldenVector> golden_vectors() {
           {"v1_lamp_at_plus_x", lamp_at_plus_x()},
           {"v1_near_lamp", near_lamp()},
           {"v1_environment_changes", environment_changes()},
+          {"v1_window_in_texels", window_in_texels()},
           {"v1_fullest", fullest()}};
 }
 

@@ -53,7 +53,8 @@ SCHEMA = {
     "EnvironmentMap": {
         1: ("key", "fixed32", False), 2: ("encoding", "enum", False), 3: ("levels", "Level", True),
         4: ("exponent", "sint32", False), 5: ("key_interval_ms", "uint32", False), 6: ("texels", "bytes", False),
-        7: ("runs", "uint32", True)},
+        7: ("runs", "uint32", True), 8: ("light_tracks", "uint32", True), 9: ("light_runs", "uint32", True),
+        10: ("light_texels", "bytes", False)},
     "Level": {1: ("edge", "uint32", False), 2: ("roughness", "float", False)},
     "ErrorBound": {
         1: ("total", "uint32", False), 2: ("truncation", "uint32", False), 3: ("sampling", "uint32", False),
@@ -294,6 +295,14 @@ def _texels(data, exponent):
     return result
 
 
+def _require_runs(runs, texels, limit):
+    """runs: of texels that stay and of those that change, by turns; texels: the bytes of the latter."""
+    _require(len(runs) % 2 == 0, "runs that are not in pairs")
+    _require(0 not in runs[1:], "a run of 0 that is not the first")
+    _require(sum(runs) <= limit, f"runs that reach as far as {sum(runs)} texels")
+    _require(len(texels) == 4 * sum(runs[1::2]), f"{len(texels)} bytes for {sum(runs[1::2])} changed texels")
+
+
 def _environment(fields):
     """A whole map (levels is not empty) or changes to one; see decode()."""
     _require(fields["key"] != 0, "a map with the key 0")
@@ -317,12 +326,16 @@ def _environment(fields):
     else:
         _require(exponent == 0, "changes to a map with an exponent")
         _require(fields["key_interval_ms"] == 0, "changes to a map with an interval of keys")
-        _require(len(runs) % 2 == 0, "runs that are not in pairs")
-        _require(0 not in runs[1:], "a run of 0 that is not the first")
-        _require(sum(runs) <= TEXELS, f"runs that reach as far as {sum(runs)} texels")
-        _require(len(texels) == 4 * sum(runs[1::2]), f"{len(texels)} bytes for {sum(runs[1::2])} changed texels")
+        _require_runs(runs, texels, TEXELS)
+    tracks, light_texels = fields["light_tracks"], fields["light_texels"]
+    _require(len(tracks) <= LIGHTS, f"{len(tracks)} tracks of lights in texels")
+    _require(tracks == sorted(set(tracks)) and 0 not in tracks, f"the tracks {tracks} of lights in texels")
+    _require_runs(fields["light_runs"], light_texels, levels[0][0] ** 2 if levels else max(EDGES) ** 2)
+    _require(bool(tracks) == bool(light_texels), "tracks without texels, or texels without tracks")
     return {"key": fields["key"], "levels": levels, "exponent": exponent,
-            "key_interval_ms": fields["key_interval_ms"], "texels": _texels(texels, exponent), "runs": runs}
+            "key_interval_ms": fields["key_interval_ms"], "texels": _texels(texels, exponent), "runs": runs,
+            "light_tracks": tracks, "light_runs": fields["light_runs"],
+            "light_texels": _texels(light_texels, exponent)}
 
 
 def decode(message):
@@ -336,7 +349,8 @@ def decode(message):
         pi/2), covariance [uu, uv, vv] (rad²), track (0 is none), distance_m and distance_sigma_m (0: not known)
     T_probe_origin: dict: rotation [x, y, z, w] (unit quaternion), translation [x, y, z] (m); the identity if not sent
     environment: None or dict: key, levels [[edge, roughness], ...], exponent, key_interval_ms, texels [[r, g, b], ...]
-        (of a whole map radiance; of changes without the factor 2^exponent of their whole map), runs
+        (of a whole map radiance; of changes without the factor 2^exponent of their whole map), runs, light_tracks,
+        light_runs, light_texels (scaled as texels)
     unseen, saturated: float, shares of 0 to 1
     bound: dict of float, relative (0.01 is 1 %), math.inf where infinite
     """

@@ -1,6 +1,7 @@
 // Takes the lights of a descriptor out of a map that contains them: readers add every light to the map as a cap.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -25,16 +26,21 @@ class LightSubtraction {
   /// Refers to `grid`.
   explicit LightSubtraction(const OctahedralGrid& grid);
 
-  /// `texels`: mean radiance of each texel of the grid, lights included. `radiance_per_unit`: radiance of `texels` per
-  /// radiance of the lights. Allocates nothing.
-  void apply(std::span<const Light> lights, float radiance_per_unit, std::span<Rgbx> texels);
+  struct Removal {
+    std::uint32_t texel;
+    float angle;                   ///< Between its centre and the light, rad.
+    std::array<float, 3> removed;  ///< Radiance to subtract, in units of the texels; may exceed theirs.
+  };
+
+  /// What to subtract for a light. `texels`: mean radiance of each texel of the grid, this light and weaker ones
+  /// included. `radiance_per_unit`: radiance of `texels` per radiance of the light. Valid until the next call.
+  /// Allocates nothing.
+  [[nodiscard]] std::span<const Removal> removal(const Light& light, float radiance_per_unit,
+                                                 std::span<const Rgbx> texels);
+
+  static void subtract(std::span<const Removal> removal, std::span<Rgbx> texels);
 
  private:
-  struct Near {
-    std::uint32_t texel;
-    float angle;       ///< Between its centre and the light, rad.
-    float removed[3];  ///< Radiance to subtract, in units of the texels.
-  };
   void find_near(Vec3f direction, float reach_rad);
   void remove_excess(const Light& light, float radiance_per_unit, float share, std::span<const Rgbx> texels);
   void remove_cap(const Light& light, float radiance_per_unit, float share);
@@ -42,7 +48,7 @@ class LightSubtraction {
   const OctahedralGrid& grid_;
   float texel_rad_;            ///< Edge of a square with a texel's mean solid angle.
   std::vector<Vec3f> centre_;  ///< By texel.
-  std::vector<Near> near_;     ///< Texels around the current light.
+  std::vector<Removal> near_;  ///< Texels around the current light.
 };
 
 }  // namespace lightwell::estimate

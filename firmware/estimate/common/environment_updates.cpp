@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include <lightwell/descriptor.hpp>
 #include <lightwell/lobes.hpp>
 #include <lightwell/pixel.hpp>
 
@@ -137,10 +138,35 @@ std::uint32_t encode_texel(const Rgbx& c, double unit) {
   return rgb9e5_encode(in_units(c.v[0]), in_units(c.v[1]), in_units(c.v[2]));
 }
 
-void reserve(EnvironmentMap& map, std::size_t texels, std::size_t levels) {
-  map.levels.reserve(levels);
+/// Appends run lengths, alternately of texels that are unchanged and of those that are sent.
+class Runs {
+ public:
+  explicit Runs(std::vector<std::uint32_t>& out) : out_(out) {}
+  void add(bool sent) {
+    if (!sent) finish();
+    ++(sent ? sent_ : unchanged_);
+  }
+  void finish() {
+    if (sent_ == 0) return;
+    out_.push_back(unchanged_);
+    out_.push_back(sent_);
+    unchanged_ = sent_ = 0;
+  }
+
+ private:
+  std::vector<std::uint32_t>& out_;
+  std::uint32_t unchanged_ = 0, sent_ = 0;
+};
+
+void reserve(EnvironmentMap& map, std::span<const EnvironmentLevel> levels) {
+  const std::size_t texels = texel_count(levels),
+                    first = texel_count(levels.first(std::min<std::size_t>(levels.size(), 1)));
+  map.levels.reserve(levels.size());
   map.texels.reserve(texels);
   map.runs.reserve(texels + 1);
+  map.light_tracks.reserve(kMaxLights);
+  map.light_runs.reserve(first + 1);
+  map.light_texels.reserve(first);
 }
 
 }  // namespace
@@ -193,7 +219,10 @@ EnvironmentFilter::EnvironmentFilter(std::span<const Vec3f> direction, std::span
       splat_(splat_rows(direction, solid_angle, base_)),
       light_(std::min(direction.size(), solid_angle.size())),
       means_(pyramid_.size()),
-      texels_(texel_count(levels_)) {
+      texels_(texel_count(levels_)),
+      weight_(base_.texels()),
+      added_(base_.texels() + base_.texels() / 4),
+      first_level_(levels_.empty() ? 0 : texel_count(std::span(levels_).first(1))) {
   for (std::size_t k = 1; k < levels_.size(); ++k)
     lobes_.push_back(lobe_rows(base_, pyramid_, levels_[k].edge, static_cast<double>(levels_[k].roughness)));
 }
@@ -205,8 +234,9 @@ std::span<const Rgbx> EnvironmentFilter::run(std::span<const CellSum> sums, std:
     light_[c].v = {clean(s.r), clean(s.g), clean(s.b), 0};
   }
   splat_.apply(light_, std::span(means_).first(splat_.rows()));
+  std::fill(weight_.begin(), weight_.end(), 0.0F);
   for (std::size_t texel = 0; texel < std::min(measured.size(), splat_.rows()); ++texel) {
-    const float weight = measured[texel].v[3];
+    const float weight = weight_[texel] = measured[texel].v[3];
     for (std::size_t k = 0; k < 3; ++k) {
       const float mean = (1 - weight) * means_[texel].v[k] + weight * measured[texel].v[k];
       means_[texel].v[k] = std::isfinite(mean) ? mean : 0;
@@ -227,10 +257,27 @@ std::span<const Rgbx> EnvironmentFilter::run(std::span<const CellSum> sums, std:
   return texels_;
 }
 
+std::span<const Rgbx> EnvironmentFilter::first_level_with(std::span<const Rgbx> added) {
+  for (std::size_t texel = 0; texel < std::min(added.size(), weight_.size()); ++texel)
+    for (std::size_t k = 0; k < 3; ++k) added_[texel].v[k] = weight_[texel] * added[texel].v[k];
+  std::size_t first = 0;
+  if (!levels_.empty() && levels_[0].edge != base_.edge) {
+    const MeanPyramid::Layer& half = pyramid_.layers()[1];
+    first = half.first;
+    half.means.apply(added_, std::span(added_).subspan(first, half.texels()));
+  }
+  for (std::size_t texel = 0; texel < first_level_.size(); ++texel)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float v = means_[first + texel].v[k] + added_[first + texel].v[k];
+      first_level_[texel].v[k] = std::isfinite(v) && v > 0 ? v : 0;
+    }
+  return first_level_;
+}
+
 EnvironmentUpdates::EnvironmentUpdates(std::vector<EnvironmentLevel> levels, EnvironmentUpdateOptions options)
     : options_(options) {
   const std::size_t texels = texel_count(levels);
-  for (EnvironmentMap* map : {&key_, &changes_, &spare_}) reserve(*map, texels, levels.size());
+  for (EnvironmentMap* map : {&key_, &changes_, &spare_}) reserve(*map, levels);
   key_.levels.assign(levels.begin(), levels.end());
   key_.texels.resize(texels);
 }
@@ -244,17 +291,20 @@ bool EnvironmentUpdates::fits_key(float most) const {
 }
 
 void EnvironmentUpdates::reclaim(std::optional<EnvironmentMap>& out) {
-  if (out && out->texels.capacity() >= spare_.texels.capacity() && out->runs.capacity() >= spare_.runs.capacity())
+  const auto keeps = [&](const auto& member) { return ((*out).*member).capacity() >= (spare_.*member).capacity(); };
+  if (out && keeps(&EnvironmentMap::texels) && keeps(&EnvironmentMap::runs) && keeps(&EnvironmentMap::light_tracks) &&
+      keeps(&EnvironmentMap::light_runs) && keeps(&EnvironmentMap::light_texels))
     std::swap(*out, spare_);
   out.reset();
 }
 
-void EnvironmentUpdates::update(std::span<const Rgbx> texels, double factor, ProbeTime time,
-                                std::optional<EnvironmentMap>& out) {
+void EnvironmentUpdates::update(std::span<const Rgbx> texels, const FirstLevel& with_lights, double factor,
+                                ProbeTime time, std::optional<EnvironmentMap>& out) {
   reclaim(out);
   if (!due(time) || texels.size() != key_.texels.size() || !(factor > 0) || !std::isfinite(factor)) return;
   float most = 0;
   for (const Rgbx& c : texels) most = std::max(most, largest(c));
+  for (const Rgbx& c : with_lights.texels) most = std::max(most, largest(c));
   most = static_cast<float>(std::min(most * factor, 1e35));
   bool whole = key_due(time) || !fits_key(most);
   if (!whole) {
@@ -275,6 +325,24 @@ void EnvironmentUpdates::update(std::span<const Rgbx> texels, double factor, Pro
   // Copies into the memory of the vectors.
   *out = whole ? key_ : changes_;
   out->key = key_.key;
+  add_lights(texels, with_lights, factor, *out);
+}
+
+/// The map's exponent is set.
+void EnvironmentUpdates::add_lights(std::span<const Rgbx> texels, const FirstLevel& with_lights, double factor,
+                                    EnvironmentMap& out) const {
+  out.light_tracks.clear();
+  out.light_runs.clear();
+  out.light_texels.clear();
+  const double unit = std::ldexp(factor, -key_.exponent);
+  Runs runs(out.light_runs);
+  for (std::size_t k = 0; k < with_lights.texels.size(); ++k) {
+    const bool differs = with_lights.texels[k].v != texels[k].v;
+    if (differs) out.light_texels.push_back(encode_texel(with_lights.texels[k], unit));
+    runs.add(differs);
+  }
+  runs.finish();
+  if (!out.light_texels.empty()) out.light_tracks.assign(with_lights.tracks.begin(), with_lights.tracks.end());
 }
 
 void EnvironmentUpdates::make_key(std::span<const Rgbx> texels, double factor, float most, ProbeTime time) {
@@ -293,13 +361,7 @@ void EnvironmentUpdates::find_changes(std::span<const Rgbx> texels, double facto
   changes_.texels.clear();
   changes_.runs.clear();
   const double unit = std::ldexp(factor, -key_.exponent);
-  std::uint32_t same = 0, changed = 0;
-  const auto end_run = [&] {
-    if (changed == 0) return;
-    changes_.runs.push_back(same);
-    changes_.runs.push_back(changed);
-    same = changed = 0;
-  };
+  Runs runs(changes_.runs);
   std::size_t at = 0;
   for (const EnvironmentLevel& level : key_.levels) {
     const std::size_t count = texel_count(std::span(&level, 1));
@@ -313,16 +375,12 @@ void EnvironmentUpdates::find_changes(std::span<const Rgbx> texels, double facto
       for (std::size_t k = 0; k < 3; ++k)
         differs = differs || std::abs(std::min(unit * texels[at].v[k], kMaxTexel) - old[k]) > min_difference;
       const std::uint32_t now = differs ? encode_texel(texels[at], unit) : 0;
-      if (differs && now != key_.texels[at]) {
-        ++changed;
-        changes_.texels.push_back(now);
-      } else {
-        end_run();
-        ++same;
-      }
+      const bool sent = differs && now != key_.texels[at];
+      if (sent) changes_.texels.push_back(now);
+      runs.add(sent);
     }
   }
-  end_run();
+  runs.finish();
 }
 
 }  // namespace lightwell::estimate

@@ -109,6 +109,13 @@ struct OctahedralGrid {
   std::vector<Sample> sample;       ///< per_texel() for each texel, in the order of texels.
 };
 
+/// Lights that a mirror shows as texels, not as caps.
+struct LightsInTexels {
+  std::span<const std::uint32_t> tracks;  ///< Ascending; empty: there are none.
+  /// By texel of a grid or of a map's first level, what these lights add to its radiance. Empty where there are none.
+  std::span<const Rgbx> added;
+};
+
 /// Resamples cells to an octahedral map: rows that convert the cells' integrals of radiance to the mean radiance of
 /// each texel. A smooth kernel of about twice the cell's radius fills texels between the centres of coarse cells. The
 /// weights are then balanced alternately (Sinkhorn & Knopp 1967, "Concerning nonnegative matrices and doubly stochastic
@@ -164,6 +171,10 @@ class EnvironmentFilter {
   /// valid until the next call.
   [[nodiscard]] std::span<const Rgbx> run(std::span<const CellSum> sums, std::span<const Rgbx> measured = {});
 
+  /// After run(): the first level with `added` in it, by texel of grid(), as far as pixels were measured there. Valid
+  /// until the next call of either function.
+  [[nodiscard]] std::span<const Rgbx> first_level_with(std::span<const Rgbx> added);
+
   /// Largest valid sum; products with all weights stay in the range of float.
   static constexpr float kMaxCellSum = 1e24F;
 
@@ -176,6 +187,9 @@ class EnvironmentFilter {
   std::vector<Rgbx> light_;        ///< Valid sums of the cells.
   std::vector<Rgbx> means_;        ///< All layers of the pyramid.
   std::vector<Rgbx> texels_;
+  std::vector<float> weight_;  ///< By texel of grid(), that of `measured`.
+  std::vector<Rgbx> added_;    ///< The first layers of the pyramid: of the grid and of half its edge.
+  std::vector<Rgbx> first_level_;
 };
 
 struct EnvironmentUpdateOptions {
@@ -199,10 +213,17 @@ class EnvironmentUpdates {
   /// Makes the next map due at once and whole. For changes of the scale.
   void restart() { key_.key = 0; }
 
+  /// The first level with lights, in units of the texels. Empty where there are none.
+  struct FirstLevel {
+    std::span<const std::uint32_t> tracks;  ///< Of these lights, ascending.
+    std::span<const Rgbx> texels;
+  };
+
   /// Where due(): sets `out` to the map of `texels` (descriptor radiance / factor, level by level), whole or as
   /// changes. Otherwise sets it to nullopt. Reuses the memory in `out`, which should hold the result of the previous
   /// call. Radiance outside of the encodable range is clamped.
-  void update(std::span<const Rgbx> texels, double factor, ProbeTime time, std::optional<EnvironmentMap>& out);
+  void update(std::span<const Rgbx> texels, const FirstLevel& with_lights, double factor, ProbeTime time,
+              std::optional<EnvironmentMap>& out);
 
   /// Takes over the memory of `out` and sets it to nullopt.
   void reclaim(std::optional<EnvironmentMap>& out);
@@ -214,6 +235,8 @@ class EnvironmentUpdates {
   [[nodiscard]] bool fits_key(float largest) const;
   void make_key(std::span<const Rgbx> texels, double factor, float largest, ProbeTime time);
   void find_changes(std::span<const Rgbx> texels, double factor);
+  void add_lights(std::span<const Rgbx> texels, const FirstLevel& with_lights, double factor,
+                  EnvironmentMap& out) const;
 
   EnvironmentUpdateOptions options_;
   EnvironmentMap key_;      ///< The last whole map; key 0 where there is none.
@@ -238,15 +261,18 @@ class EnvironmentMapper {
 
   /// Sets `out` to a map where one is due, otherwise to nullopt. `sums`: integral of radiance over each cell without
   /// the lights, in the constructor's order of cells; ignored where no map is due. `measured`: as for
-  /// EnvironmentFilter::run(), without the lights. `factor`: descriptor radiance per unit of radiance in `sums`; where
-  /// it has changed, a whole map is sent, because readers use the last map with newer descriptors. Allocates nothing
-  /// where `out` is that of the previous call.
-  void update(std::span<const CellSum> sums, std::span<const Rgbx> measured, double factor, ProbeTime mid_exposure,
-              std::optional<EnvironmentMap>& out) {
+  /// EnvironmentFilter::run(), without the lights. `lights`: by texel of grid(). `factor`: descriptor radiance per unit
+  /// of radiance in `sums`; where it has changed, a whole map is sent, because readers use the last map with newer
+  /// descriptors. Allocates nothing where `out` is that of the previous call.
+  void update(std::span<const CellSum> sums, std::span<const Rgbx> measured, const LightsInTexels& lights,
+              double factor, ProbeTime mid_exposure, std::optional<EnvironmentMap>& out) {
     if (factor != factor_) updates_.restart();
     factor_ = factor;
     if (!updates_.due(mid_exposure)) return updates_.reclaim(out);
-    updates_.update(filter_.run(sums, measured), factor, mid_exposure, out);
+    const std::span<const Rgbx> texels = filter_.run(sums, measured);
+    EnvironmentUpdates::FirstLevel with_lights;
+    if (!lights.tracks.empty()) with_lights = {lights.tracks, filter_.first_level_with(lights.added)};
+    updates_.update(texels, with_lights, factor, mid_exposure, out);
   }
 
  private:

@@ -17,6 +17,7 @@
 #include "estimate/frames/flicker.hpp"
 #include "estimate/frames/row_reader.hpp"
 #include "estimate/panorama/light_finder.hpp"
+#include "estimate/panorama/light_texels.hpp"
 #include "estimate/panorama/row_profiler.hpp"
 #include "estimate/panorama/sphere_integrator.hpp"
 #include "estimate/panorama/texel_sums.hpp"
@@ -218,6 +219,7 @@ class PanoramaEstimator final : public Estimator {
   std::optional<EnvironmentMapper> mapper_;
   std::optional<TexelSums> texel_sums_;  ///< Of the mapper's texels, where pixels resolve them.
   std::optional<LightSubtraction> light_subtraction_;
+  std::optional<LightTexels> light_texels_;
   bool mapper_is_new_ = true;  ///< None of its maps was sent yet.
   std::vector<CellSum> residual_sums_;
   FlickerDetector flicker_;
@@ -292,6 +294,7 @@ Flicker PanoramaEstimator::detect_flicker(std::span<const Frame> bracket, const 
 }
 
 void PanoramaEstimator::reset_mapper() {
+  light_texels_.reset();
   light_subtraction_.reset();
   texel_sums_.reset();
   mapper_.reset();
@@ -302,6 +305,8 @@ void PanoramaEstimator::reset_mapper() {
   if (!TexelSums::resolved(table_, mapper_->grid())) return;
   texel_sums_.emplace(table_, integrator_->layout(), mapper_->grid());
   light_subtraction_.emplace(mapper_->grid());
+  light_texels_.emplace(table_, integrator_->layout(), integrator_->grid(), mapper_->grid(),
+                        config_.panorama.environment_edge);
 }
 
 /// The map shows the texels without the lights that are sent, and the cells where no pixels fill a texel.
@@ -313,6 +318,7 @@ void PanoramaEstimator::update_map(const FrameIntegral& integral, std::size_t ex
   mapper_is_new_ = false;
   residual_sums_.clear();
   std::span<Rgbx> texels;
+  LightsInTexels shown;
   if (mapper_->due(out.time.mid_exposure)) {
     residual_sums_ = integral.blocks.sum;
     for (std::size_t k = 0; k < lights_.size(); ++k)
@@ -321,10 +327,20 @@ void PanoramaEstimator::update_map(const FrameIntegral& integral, std::size_t ex
     residual_sums_.insert(residual_sums_.end(), integral.unseen.begin(), integral.unseen.end());
     if (texel_sums_) {
       texels = texel_sums_->run(reader_, exposures);
-      light_subtraction_->apply(out.lights, static_cast<float>(1 / scale_.factor), texels);
+      light_texels_->begin(texels);
+      const bool recovers = patch_.has_value() || recovery_.count > 0;
+      const auto per_unit = static_cast<float>(1 / scale_.factor);
+      for (const Light& light : out.lights) {
+        const auto removal = light_subtraction_->removal(light, per_unit, texels);
+        // Texels do not hold what was recovered of saturated pixels.
+        if (!recovers || std::ranges::find(clipped_tracks_, light.track) == clipped_tracks_.end())
+          light_texels_->add(light, per_unit, removal, reader_);
+        LightSubtraction::subtract(removal, texels);
+      }
+      shown = light_texels_->chosen();
     }
   }
-  mapper_->update(residual_sums_, texels, scale_.factor, out.time.mid_exposure, out.environment);
+  mapper_->update(residual_sums_, texels, shown, scale_.factor, out.time.mid_exposure, out.environment);
 }
 
 /// Sets clipped_, and the irradiance of clipped lights where it is known. Returns its uncertainty, see RecoveryResult.

@@ -1,6 +1,7 @@
 // The lighting at a probe at one moment: an immutable value returned by Probe.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -64,7 +65,8 @@ struct Answer {
 
 /// A prefiltered environment map for reflections, without the lights. For texels, levels and exponent see
 /// EnvironmentMap; here the map is always whole, with changes applied. A renderer that samples the map must add the
-/// highlights of the lights itself.
+/// highlights of the lights itself. One that draws a mirror samples `mirror`, and draws as caps the lights that are not
+/// shown_in_mirror().
 struct EnvironmentView {
   const EnvironmentMap& map;  ///< Valid as long as the Lighting that returned it, or a copy of that.
   /// p_lighting = rotation p_map. The identity unless rotated(), or the probe has turned since the map against a plane
@@ -72,6 +74,13 @@ struct EnvironmentView {
   Quat rotation;
   std::uint64_t sequence;  ///< Sequence number of the descriptor with the map: upload the map when this changes.
   Duration older_by;       ///< Mid-exposure of this lighting's descriptor minus that of the map's descriptor.
+  /// A map of one level, the first one of `map` with the lights that texels show better than caps do, a window for
+  /// example. `map` itself where there are none, or where one of them is no longer in lights().
+  const EnvironmentMap& mirror;
+
+  [[nodiscard]] bool shown_in_mirror(const Light& light) const {
+    return &mirror != &map && std::ranges::binary_search(map.light_tracks, light.track);
+  }
 };
 
 /// The lighting of one moment, immutable. Cheap to copy: copies share their state. Any number of threads may query it
@@ -138,11 +147,12 @@ class Lighting {
   /// GGX-weighted mean with N = V = R = direction. Luminance in cd/m² if units() are absolute. Roughness above 1 is
   /// clamped to 1, between 0 and GgxLobe::kMinRoughness to the latter, below 0 to 0. At 0 (a mirror) the discrete
   /// lights are excluded, because a point light has no radiance, and `lights` is no. With an environment() this is
-  /// environment_radiance() plus the lights as caps under the GGX lobe. Without one the harmonics replace the map:
-  /// blurred at low roughness, non-negative, with the weakest window that prevents ringing and with an estimate of the
-  /// bands that were not sent (reconstruction.hpp). invalid_query for a direction that is zero, NaN or infinite and
-  /// for a roughness that is not finite. Each thread caches the lobe of its last roughness: many directions at one
-  /// roughness are cheaper than many roughnesses.
+  /// environment_radiance() plus the lights as caps under the GGX lobe; as far as the first level has a share in it,
+  /// lights that its texels show better than caps do (EnvironmentView::mirror) are these texels. Without one the
+  /// harmonics replace the map: blurred at low roughness, non-negative, with the weakest window that prevents ringing
+  /// and with an estimate of the bands that were not sent (reconstruction.hpp). invalid_query for a direction that is
+  /// zero, NaN or infinite and for a roughness that is not finite. Each thread caches the lobe of its last roughness:
+  /// many directions at one roughness are cheaper than many roughnesses.
   [[nodiscard]] Answer<Radiance> radiance(Vec3f direction, float perceptual_roughness) const;
 
   /// Strongest first. Valid as long as this object or a copy of it.

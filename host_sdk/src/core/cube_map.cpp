@@ -203,8 +203,10 @@ Answer<std::size_t> cube_map(const Lighting& light, const CubeMapOptions& option
   }
   const std::optional<EnvironmentView> view = light.environment();
   const Quat to_map = view ? view->rotation.inverse() : Quat{};
+  const bool with_lights = options.lights == LightsIncluded::yes;
   const auto sharp = [&](Vec3f d) {
-    return view ? environment_radiance(view->map, rotate(to_map, d), 0) : light.radiance(d, 0).value;
+    if (!view) return light.radiance(d, 0).value;
+    return environment_radiance(with_lights ? view->mirror : view->map, rotate(to_map, d), 0);
   };
   const int wanted = view ? kMapSamples : kHarmonicsSamples;
   const int samples = (wanted + options.edge - 1) / options.edge;
@@ -212,9 +214,9 @@ Answer<std::size_t> cube_map(const Lighting& light, const CubeMapOptions& option
   // No message has more lights.
   std::array<SpreadLight, kMaxLights> spread;
   std::size_t lights = 0;
-  if (options.lights == LightsIncluded::yes)
+  if (with_lights)
     for (const Light& one : light.lights().first(std::min(light.lights().size(), spread.size())))
-      spread[lights++] = SpreadLight(one, options.edge);
+      if (!view || !view->shown_in_mirror(one)) spread[lights++] = SpreadLight(one, options.edge);
   const std::span<SpreadLight> caps = std::span(spread).first(lights);
   if (!caps.empty())
     for_each_texel(options.edge, [&](const CubeTexel& texel) {

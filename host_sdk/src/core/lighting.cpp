@@ -38,6 +38,16 @@ const RoughnessLobe& lobe_of(float roughness) {
   return last;
 }
 
+/// What changes where the first level of a map shows some lights as texels instead of caps, as far as it has a share.
+Radiance shown_lights(const EnvironmentView& view, std::span<const Light> lights, Vec3f d, const RoughnessLobe& rough,
+                      float share) {
+  const Vec3f in_map = rotate(view.rotation.inverse(), d);
+  Radiance sum = environment_radiance(view.mirror, in_map, 0) - environment_radiance(view.map, in_map, 0);
+  for (const Light& light : lights)
+    if (view.shown_in_mirror(light)) sum = sum - lights_radiance(std::span(&light, 1), d, rough.lobe);
+  return sum * share;
+}
+
 }  // namespace
 
 Lighting::Lighting(std::shared_ptr<const core::Sample> sample, Validity validity, Duration age, Duration max_age,
@@ -87,8 +97,13 @@ std::span<const Light> Lighting::lights() const { return descriptor().lights; }
 std::optional<EnvironmentView> Lighting::environment() const {
   if (!sample_ || !sample_->environment) return std::nullopt;
   const core::EnvironmentSnapshot& kept = *sample_->environment;
+  // A lamp that was switched off since the map must not stay in mirrors.
+  const bool all_shine = std::ranges::all_of(kept.map.light_tracks, [this](std::uint32_t track) {
+    return std::ranges::find(lights(), track, &Light::track) != lights().end();
+  });
   return EnvironmentView{kept.map, sample_->environment_rotation, kept.sequence,
-                         sample_->descriptor.time.mid_exposure - kept.mid_exposure};
+                         sample_->descriptor.time.mid_exposure - kept.mid_exposure,
+                         kept.mirror.whole() && all_shine ? kept.mirror : kept.map};
 }
 
 std::optional<Light> Lighting::primary_light() const {
@@ -156,6 +171,11 @@ Answer<Radiance> Lighting::radiance(Vec3f direction, float perceptual_roughness)
   const RoughnessLobe& rough = lobe_of(std::clamp(perceptual_roughness, smallest, 1.0F));
   out.value = without_lights(rough.roughness, rough.band_factor);
   out.value += lights_radiance(sample_->descriptor.lights, direction, rough.lobe);
+  if (kept != nullptr && kept->mirror.whole()) {
+    const float share = first_level_share(kept->map.levels, rough.roughness);
+    if (share > 0) out.value += shown_lights(*environment(), lights(), d, rough, share);
+    for (int c = 0; c < 3; ++c) out.value[c] = std::max(out.value[c], 0.0F);  // Rounding.
+  }
   return out;
 }
 

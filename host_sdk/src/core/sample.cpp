@@ -14,14 +14,13 @@ bool EnvironmentAssembler::take(const Descriptor& descriptor) {
   kept->probe_id = descriptor.probe_id;
   kept->calibration_id = descriptor.calibration_id;
   kept->probe_origin = descriptor.T_probe_origin.rotation;
-  if (came.whole()) {
+  if (came.whole())
     kept->map = came;
-    key_ = std::move(kept);
-    newest_ = key_;
-    return true;
-  }
-  if (!key_ || !apply_changes(key_->map, came, kept->map)) return false;
+  else if (!key_ || !apply_changes(key_->map, came, kept->map))
+    return false;
+  if (!kept->map.light_tracks.empty()) kept->mirror = first_level_with_lights(kept->map);
   newest_ = std::move(kept);
+  if (came.whole()) key_ = newest_;
   return true;
 }
 

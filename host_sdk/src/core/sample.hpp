@@ -23,6 +23,7 @@ namespace lightwell::core {
 /// A whole map and the descriptor to which it belongs.
 struct EnvironmentSnapshot {
   EnvironmentMap map;
+  EnvironmentMap mirror;  ///< first_level_with_lights(map) where it has lights in texels; otherwise without levels.
   std::uint64_t sequence = 0;
   ProbeTime mid_exposure;
   Units units = Units::relative;

@@ -45,6 +45,9 @@ void EnvironmentPass::upload(const EnvironmentView& map, const EnvironmentScale&
   glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB9_E5, kRow, static_cast<GLsizei>(map.map.texels.size()) / kRow, 0, GL_RGB,
                GL_UNSIGNED_INT_5_9_9_9_REV, map.map.texels.data());
+  if (&map.mirror != &map.map)
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kRow, static_cast<GLsizei>(map.mirror.texels.size()) / kRow, GL_RGB,
+                    GL_UNSIGNED_INT_5_9_9_9_REV, map.mirror.texels.data());
   program_.use();
   program_.set("map_world", glm::mat3_cast(to_glm(map.rotation.inverse())));
   // In double: 2^-150 is below the range of float.

@@ -21,7 +21,7 @@ class EnvironmentPass {
   /// internal for a shader that does not compile.
   [[nodiscard]] static Result<EnvironmentPass> make();
 
-  /// Makes the map the one that draw() reads.
+  /// Makes the map the one that draw() reads, its first level with the lights that it shows (EnvironmentView::mirror).
   void upload(const EnvironmentView& map, const EnvironmentScale& scale);
   /// Fills level `level`, edge x edge texels a face, of `cube`, which must have it in a format that can be drawn to.
   /// Axes of the cube: the world's. Changes the framebuffer, the viewport, and what is enabled.

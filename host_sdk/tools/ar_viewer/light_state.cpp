@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
+#include <span>
 #include <utility>
 
 #include <lightwell/cap.hpp>
@@ -57,6 +59,12 @@ void limit_lights(Descriptor& d) {
   d.lights.resize(kMaxShadedLights);
 }
 
+/// Of one level alone, no roughness is above its share.
+std::array<float, 2> first_level_range(std::span<const EnvironmentLevel> levels) {
+  if (levels.size() < 2) return {2, 3};
+  return {levels[0].roughness, levels[1].roughness};
+}
+
 void fade(Descriptor& d, Radiance mean, float presence) {
   for (Radiance& c : d.radiance.c) c = c * presence;
   d.radiance.c[0] += uniform_radiance(mean * (1 - presence)).c[0];
@@ -105,9 +113,11 @@ LightState make_light_state(const Lighting& world, Shading shading, float presen
   }
   if (presence < 1) fade(d, state.mean, presence);
   state.all = Lighting::of(d);
+  const std::optional<EnvironmentView> map = state.measured.environment();
   for (const Light& light : d.lights)
-    state.lights.push_back(
-        {light.direction, light.irradiance, light.angular_radius_rad, state.all.position(light), light.distance_m});
+    state.lights.push_back({light.direction, light.irradiance, light.angular_radius_rad, state.all.position(light),
+                            light.distance_m, map && map->shown_in_mirror(light)});
+  if (map) state.first_level = first_level_range(map->map.levels);
   d.lights.clear();
   state.residual = Lighting::of(std::move(d));
   if (shading == Shading::full && presence >= 1) state.all = world;  // With its map.

@@ -1,6 +1,7 @@
 // The light of one frame, as the shading uses it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -21,6 +22,7 @@ struct ShadedLight {
   float angular_radius_rad = 0;   ///< At the origin.
   std::optional<Vec3d> position;  ///< Of a near light, m.
   float distance_m = 0;           ///< From the origin; 0 without a position.
+  bool shown_in_mirror = false;   ///< By texels of the map instead of a cap (EnvironmentView::mirror).
 };
 
 /// In the world. Without the discrete lights `residual` answers irradiance() and radiance().
@@ -31,6 +33,9 @@ struct LightState {
   Lighting all;  ///< With the lights, for cube_map().
   /// With full shading the light as it came; reflections take its environment(), or else residual.radiance().
   Lighting measured;
+  /// Of the map's levels, the roughness up to which reflections are the first one alone, and that from which it has no
+  /// share. Caps of lights shown_in_mirror have the share of the other levels.
+  std::array<float, 2> first_level{0, 1};
   Radiance mean;       ///< Of all light over the sphere.
   float presence = 1;  ///< 0 to 1: what is left of stale light; the rest of the map is `mean`.
   Pose T_world_origin;

@@ -45,6 +45,9 @@ const float* upload(int level, int edge, GLenum format, const float* texels) {
   return texels;
 }
 
+/// Of the cube map that is bound.
+void set_last_level(int level) { glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, level); }
+
 void activate(Unit unit, const GlTexture& cube) {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
   glBindTexture(GL_TEXTURE_CUBE_MAP, cube.name());
@@ -106,6 +109,7 @@ ReflectionMaps::EnvironmentContent ReflectionMaps::environment_content(const Lig
     now.map_key = map->map.key;
     now.map_sequence = map->sequence;
     now.map_rotation = map->rotation;
+    now.map_shows_lights = &map->mirror != &map->map;
     if (light.presence < 1) now.mean = light.mean;
   } else {
     now.residual = light.residual.descriptor().radiance;
@@ -148,14 +152,15 @@ void ReflectionMaps::draw_environment(const LightState& light) {
     const float exposure = environment_content_->exposure;
     if (map) pass_.upload(*map, {exposure * light.presence, light.mean * (exposure * (1 - light.presence))});
     const float* texels = map ? nullptr : &texels_.front().r;
-    for (int level = 0; level < levels_; ++level) {
-      activate(Unit::environment, environment_map_);
-      texels = upload(level, edge >> level, GL_RGB, texels);
-      if (map) pass_.draw(map->map, environment_map_.name(), level, edge >> level, roughness_of(level, levels_));
-    }
+    activate(Unit::environment, environment_map_);
+    for (int level = 0; level < levels_; ++level) texels = upload(level, edge >> level, GL_RGB, texels);
+    // Levels after the first can be drawn to when all are there (OpenGL 3.3, 4.4.4: mipmap cube complete).
+    set_last_level(levels_ - 1);
+    for (int level = 0; map && level < levels_; ++level)
+      pass_.draw(map->map, environment_map_.name(), level, edge >> level, roughness_of(level, levels_));
   }
   activate(Unit::environment, environment_map_);
-  glTexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAX_LEVEL, levels_ - 1);
+  set_last_level(levels_ - 1);
 }
 
 void ReflectionMaps::draw(const LightState& light) {

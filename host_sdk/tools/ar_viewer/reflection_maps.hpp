@@ -40,6 +40,7 @@ class ReflectionMaps {
     std::uint32_t map_key = 0;
     std::uint64_t map_sequence = 0;
     Quat map_rotation;
+    bool map_shows_lights = false;
     RadianceSh residual;
     std::vector<Light> lights;
     Radiance mean;

@@ -107,7 +107,7 @@ Result<DrawTimes> Renderer::prepare(const LightState& light, LightMaps& maps) {
   const CasterBounds casters = light.shading == Shading::constant ? CasterBounds{} : objects_.bounds();
   casters_.clear();
   for (std::size_t i = 0; i < objects_.size(); ++i) casters_.push_back(objects_.bounds(i));
-  shadow_maps_.update(light.lights, scene_->exposure, casters_, casters,
+  shadow_maps_.update(light, scene_->exposure, casters_, casters,
                       [this](const ShaderProgram& program) { objects_.draw_depth(program); });
   const Stopwatch light_time;
   maps.reflection_maps.query(light, scene_->exposure);

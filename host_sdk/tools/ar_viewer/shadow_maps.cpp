@@ -27,7 +27,7 @@ struct LightBlock {
   std::array<glm::vec4, kTaps> disc;
   std::array<glm::vec4, Scene::kMaxObjects> casters;
   std::int32_t count = 0, caster_count = 0;
-  std::array<std::int32_t, 2> padding{};
+  std::array<float, 2> first_level{};
 };
 static_assert(sizeof(LightEntry) == 8 * 16 && offsetof(LightBlock, disc) == kMaxShadedLights * 8 * 16);
 
@@ -60,13 +60,14 @@ LightEntry entry_of(const ShadedLight& light, float exposure, const CasterBounds
   LightEntry e;
   e.towards_radius = glm::vec4(to_glm(light.direction), light.angular_radius_rad);
   e.irradiance_distance = glm::vec4(to_glm(light.irradiance) * exposure, light.position ? light.distance_m : 0);
+  e.position.w = light.shown_in_mirror ? 1 : 0;
   const auto radius = static_cast<float>(casters.radius_m);
   if (!light.position) {
     e.view = view_along(-light.direction, casters.centre);
     e.map = {radius, -radius, radius, radius > 0 ? 1 : 0};
     return e;
   }
-  e.position = glm::vec4(glm::vec3(to_glm(*light.position)), 1);
+  e.position = glm::vec4(glm::vec3(to_glm(*light.position)), e.position.w);
   const Vec3d travel = casters.centre - *light.position;
   const auto distance = static_cast<float>(length(travel));
   const Vec3f axis = distance > 0 ? vec_cast<float>(normalized(travel)) : -light.direction;
@@ -100,9 +101,11 @@ Result<ShadowMaps> ShadowMaps::make() {
   return ShadowMaps(std::move(*program));
 }
 
-void ShadowMaps::update(std::span<const ShadedLight> lights, float exposure, std::span<const CasterBounds> casters,
+void ShadowMaps::update(const LightState& light, float exposure, std::span<const CasterBounds> casters,
                         const CasterBounds& all, const std::function<void(const ShaderProgram&)>& draw) const {
+  const std::vector<ShadedLight>& lights = light.lights;
   LightBlock block;
+  block.first_level = light.first_level;
   block.disc = disc_taps();
   block.count = static_cast<std::int32_t>(std::min(lights.size(), kMaxShadedLights));
   for (std::size_t i = 0; i < static_cast<std::size_t>(block.count); ++i)

@@ -29,8 +29,8 @@ class ShadowMaps {
 
   /// Fills the uniform block and draws the maps. casters: a sphere around each object, at most Scene::kMaxObjects; all:
   /// one around all of them. draw(program) draws the objects; it sets world_object.
-  void update(std::span<const ShadedLight> lights, float exposure, std::span<const CasterBounds> casters,
-              const CasterBounds& all, const std::function<void(const ShaderProgram&)>& draw) const;
+  void update(const LightState& light, float exposure, std::span<const CasterBounds> casters, const CasterBounds& all,
+              const std::function<void(const ShaderProgram&)>& draw) const;
 
  private:
   explicit ShadowMaps(ShaderProgram program);

@@ -2,6 +2,7 @@
 // lights.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -49,6 +50,7 @@ inline void fold_lower_half(float& a, float& b) {
 /// Limit that leaves room for the rest of a descriptor in a message of 64 KiB.
 inline constexpr std::size_t kMaxEnvironmentTexels = 8192;
 inline constexpr std::size_t kMaxEnvironmentLevels = 8;
+inline constexpr std::size_t kMaxEnvironmentEdge = 64;
 /// RGB9E5 itself spans 2^-24 to 2^16; with these exponents a map can hold every finite float radiance.
 inline constexpr int kMinEnvironmentExponent = -150, kMaxEnvironmentExponent = 100;
 
@@ -79,6 +81,10 @@ struct EnvironmentMap {
   std::vector<std::uint32_t> texels;
   /// Changes: run lengths, alternately of unchanged texels and of changed texels (those in `texels`).
   std::vector<std::uint32_t> runs;
+  /// Tracks of the lights that texels show better than caps, ascending. The other two say what the first level is with
+  /// these lights in it: run lengths, alternately of texels that are as in the map and of those in `light_texels`. They
+  /// belong to this moment, also in changes: they do not refer to those of another map. All three are empty or none is.
+  std::vector<std::uint32_t> light_tracks, light_runs, light_texels;
 
   [[nodiscard]] bool whole() const { return !levels.empty(); }
   friend bool operator==(const EnvironmentMap&, const EnvironmentMap&) = default;
@@ -97,10 +103,13 @@ struct EnvironmentMap {
 /// A hash of the content of a whole map, never 0.
 [[nodiscard]] std::uint32_t environment_key(const EnvironmentMap& whole);
 
-/// Writes `whole` with `changes` applied into `out`, whose memory is reused; the key stays that of `whole`. Returns
-/// false and leaves `out` unchanged if the changes belong to another map or exceed the size of this one. `out` must not
-/// alias either argument.
+/// Writes `whole` with `changes` applied into `out`, whose memory is reused; the key stays that of `whole`, the lights
+/// in the first level are those of `changes`. Returns false and leaves `out` unchanged if the changes belong to another
+/// map or exceed the size of this one. `out` must not alias either argument.
 [[nodiscard]] bool apply_changes(const EnvironmentMap& whole, const EnvironmentMap& changes, EnvironmentMap& out);
+
+/// The first level of a whole map with the lights of `light_tracks` in it, as a map of one level without a key.
+[[nodiscard]] EnvironmentMap first_level_with_lights(const EnvironmentMap& whole);
 
 /// The two levels between which a roughness is: radiance = (1 - upper_share) * of `lower` + upper_share * of `upper`.
 /// One level, twice, where the roughness is outside of those of the map or NaN.
@@ -110,6 +119,25 @@ struct EnvironmentLevelPair {
 };
 /// `levels`: of a whole map, not empty.
 [[nodiscard]] EnvironmentLevelPair levels_around(std::span<const EnvironmentLevel> levels, float perceptual_roughness);
+
+/// Share of the first level in radiance(d, r): 1 up to its roughness, 0 from that of the second. `levels`: not empty.
+[[nodiscard]] float first_level_share(std::span<const EnvironmentLevel> levels, float perceptual_roughness);
+
+/// Four texels around a place on the square, numbered within their level, left before right and upper before lower, and
+/// how far the place is from the first to the second and from the first to the third, 0 to 1. Across an edge of the
+/// square the neighbours are the adjacent texels on the sphere.
+struct TexelCorners {
+  std::array<std::size_t, 4> texel;
+  float fx, fy;
+
+  /// Interpolates `value(texel)` bilinearly.
+  template <class Value>
+  [[nodiscard]] auto bilinear(const Value& value) const {
+    return (value(texel[0]) * (1 - fx) + value(texel[1]) * fx) * (1 - fy) +
+           (value(texel[2]) * (1 - fx) + value(texel[3]) * fx) * fy;
+  }
+};
+[[nodiscard]] TexelCorners corners_around(int edge, OctUv uv);
 
 /// Unit vector towards the centre of the texel in column i, row j of a level with this edge.
 [[nodiscard]] Vec3f texel_direction(int edge, int i, int j);

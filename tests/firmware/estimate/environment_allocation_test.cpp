@@ -30,7 +30,7 @@ TEST(EnvironmentAllocation, NothingIsAllocatedAfterConstruction) {
       for (std::size_t c = 0; c < sums.size(); c += 7)
         sums[c].g = 1 + 0.02F * static_cast<float>((static_cast<std::size_t>(frame) + c) % 5);
       const double factor = frame < 100 ? 1 : 2;
-      mapper.update(sums, {}, factor, {frame * std::int64_t{33'333'333}}, d.environment);
+      mapper.update(sums, {}, {}, factor, {frame * std::int64_t{33'333'333}}, d.environment);
       ++(d.environment ? d.environment->whole() ? whole : changes : none);
       if (!encoder.encode(d).ok()) break;
     }
@@ -48,12 +48,12 @@ TEST(EnvironmentMapper, SendsAWholeMapAtOnceWhenTheScaleChanges) {
   EnvironmentMapper mapper(direction, solid_angle, 8, {.rate_hz = 1});
   const std::vector<CellSum> sums(6, {1, 1, 1});
   std::optional<EnvironmentMap> out;
-  mapper.update(sums, {}, 1, {0}, out);
+  mapper.update(sums, {}, {}, 1, {0}, out);
   ASSERT_TRUE(out && out->whole());
   const float before = environment_radiance(*out, {1, 1, 1}, 1).r;
-  mapper.update(sums, {}, 1, {1'000'000}, out);
+  mapper.update(sums, {}, {}, 1, {1'000'000}, out);
   EXPECT_FALSE(out);
-  mapper.update(sums, {}, 3, {2'000'000}, out);
+  mapper.update(sums, {}, {}, 3, {2'000'000}, out);
   ASSERT_TRUE(out && out->whole());
   EXPECT_NEAR(environment_radiance(*out, {1, 1, 1}, 1).r / before, 3, 0.02);
 }

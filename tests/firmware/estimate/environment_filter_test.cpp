@@ -270,6 +270,33 @@ TEST(EnvironmentFilter, IsLinearFrom1em8To1e8) {
   for (const Rgbx& c : levels_of(32, fine_cells().sums([](V3) { return 0.0; }))) ASSERT_EQ(c.v[0], 0);
 }
 
+TEST(EnvironmentFilter, TheFirstLevelWithLightsIsTheSumOfBoth) {
+  for (const int edge : {8, 32, 64}) {
+    EnvironmentFilter& filter = filter_of(edge);
+    // Pixels see a part of the sphere. There a cap that is brighter than its region leaves less than nothing.
+    std::vector<Rgbx> measured(filter.grid().texels()), added(measured.size());
+    for (std::size_t k = 0; k < measured.size(); ++k) {
+      measured[k].v = {3, 2, -1, k % 64 < 32 ? 1.0F : 0.0F};
+      added[k].v = {10, 0, 1.5F, 0};
+    }
+    const std::vector<Rgbx> without = [&] {
+      const auto texels = filter.run(fine_cells().sums([](V3) { return 1.0; }), measured);
+      return std::vector<Rgbx>(texels.begin(), texels.end());
+    }();
+    const auto with = filter.first_level_with(added);
+    ASSERT_EQ(with.size(), texel_count(filter.levels().first(1)));
+    for (std::size_t k = 0; k < with.size(); ++k) {
+      const double share = (static_cast<double>(without[k].v[0]) - 1) / 2;  // Of measured texels in this one.
+      EXPECT_NEAR(with[k].v[0], without[k].v[0] + 10 * share, 0.01) << edge;
+      EXPECT_EQ(with[k].v[1], without[k].v[1]);
+      if (share > 0.999) {
+        EXPECT_EQ(without[k].v[2], 0);
+        EXPECT_NEAR(with[k].v[2], 0.5, 1e-5);
+      }
+    }
+  }
+}
+
 TEST(EnvironmentFilter, InvalidSumsAreDarkAndDoNotSpread) {
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   const auto clean = levels_of(16, fine_cells().sums([](V3) { return 1.0; }));

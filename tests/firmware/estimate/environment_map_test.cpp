@@ -1,6 +1,7 @@
 // The map of the panorama estimator: texels are means of pixels, lights included once.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 
@@ -114,6 +115,65 @@ TEST(PanoramaMap, MapAndLightsAddUpToAWindow) {
   }
   // The ends of the window, which the cap does not reach, stay in the map.
   EXPECT_GT(brightest, 20);
+}
+
+/// A window of 40 x 16 degrees and a lamp of 0.5 degrees, whose light is as strong.
+Radiance window_and_lamp(Vec3d d) {
+  float v = d.z < 0 && std::abs(d.x) < 0.34 && std::abs(d.y) < 0.14 ? 30.0F : 1.0F;
+  if (dot(d, normalized(Vec3d{0.6, 0.7, 0.4})) > std::cos(0.25 * std::numbers::pi / 180)) v = 80'000;
+  return {v, v, v};
+}
+
+/// Root of the mean squared difference between a mirror as a reader draws it and the scene, over directions within
+/// 30 degrees of `axis`.
+double mirror_error(const EnvironmentMap& mirror, std::span<const Light> caps, const RadianceOf& scene, Vec3f axis) {
+  const estimate::OctahedralGrid places(64, 8);
+  double squares = 0, count = 0;
+  for (const auto& sample : places.sample) {
+    if (dot(sample.direction, axis) < 0.87F) continue;
+    double shown = environment_radiance(mirror, sample.direction, 0).g;
+    for (const Light& cap : caps)
+      if (dot(sample.direction, cap.direction) > std::cos(cap.angular_radius_rad))
+        shown += cap.irradiance.g / cap_vector_irradiance(cap.angular_radius_rad);
+    squares += std::pow(shown - static_cast<double>(scene(vec_cast<double>(sample.direction)).g), 2);
+    ++count;
+  }
+  return std::sqrt(squares / count);
+}
+
+TEST(PanoramaMap, AWindowIsShownByTexelsAndALampByACap) {
+  for (const int edge : {32, 64}) {
+    const Descriptor d = estimated(rig_of("pair", 1280, 960), window_and_lamp, with_map(edge, 8));
+    ASSERT_TRUE(d.environment);
+    ASSERT_EQ(d.lights.size(), 2U);
+    const Light& window = d.lights[0].angular_radius_rad > 0.1F ? d.lights[0] : d.lights[1];
+    EXPECT_EQ(d.environment->light_tracks, std::vector<std::uint32_t>{window.track}) << edge;
+    const EnvironmentMap mirror = first_level_with_lights(*d.environment);
+    // Bilinear interpolation over the edge of the window is the rest; the cap adds to it what it has beside the window.
+    const double as_texels = mirror_error(mirror, {}, window_and_lamp, {0, 0, -1}),
+                 as_cap = mirror_error(*d.environment, {&window, 1}, window_and_lamp, {0, 0, -1});
+    EXPECT_LT(as_texels, 0.6 * as_cap) << edge;
+  }
+}
+
+TEST(PanoramaMap, ALightKeepsItsChoiceWhileBothAreAboutAsGood) {
+  // A disc of two texels' radius that grows and shrinks by a tenth.
+  const RigParameters rig = rig_of("pair", 640, 480);
+  const auto estimator = estimator_of(rig, with_map(64, 1));
+  std::vector<bool> as_texels;
+  for (int frame = 0; frame < 20; ++frame) {
+    const double radius = 0.1 * (1 + 0.1 * std::sin(frame));
+    const auto disc = [radius](Vec3d d) {
+      const float v = d.x > std::cos(radius) ? 50.0F : 1.0F;
+      return Radiance{v, v, v};
+    };
+    Picture picture = picture_of(rig, disc);
+    picture.frame.info.mid_exposure = {frame * std::int64_t{200'000'000}};
+    const Descriptor d = estimated(*estimator, picture);
+    ASSERT_TRUE(d.environment);
+    as_texels.push_back(!d.environment->light_tracks.empty());
+  }
+  EXPECT_TRUE(std::adjacent_find(as_texels.begin(), as_texels.end(), std::not_equal_to<>()) == as_texels.end());
 }
 
 TEST(PanoramaMap, DirectionsOfAMissingLensAreDark) {

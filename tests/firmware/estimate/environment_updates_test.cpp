@@ -26,7 +26,7 @@ struct Sender {
   std::int64_t time_ms = 0;
 
   const EnvironmentMap& send(const std::vector<Rgbx>& texels, double factor = 1) {
-    updates.update(texels, factor, {time_ms * kMs}, out);
+    updates.update(texels, {}, factor, {time_ms * kMs}, out);
     time_ms += 100;
     EXPECT_TRUE(out.has_value());
     return *out;
@@ -83,6 +83,40 @@ TEST(EnvironmentUpdates, AreWholeWhereRadianceExceedsTheExponent) {
   EXPECT_NEAR(texel_radiance(map.texels[3], map.exponent).r, 2000, 4);
 }
 
+TEST(EnvironmentUpdates, SendsTheTexelsInWhichLightsAre) {
+  EnvironmentUpdates updates(kLevels, {.rate_hz = 10, .key_interval_s = 1});
+  std::optional<EnvironmentMap> out;
+  const std::vector<Rgbx> texels = flat(1);
+  std::vector<Rgbx> first(texels.begin(), texels.begin() + 256);
+  for (const std::size_t k : {40U, 41U, 255U}) first[k].v = {30'000, 3, 1, 0};
+  const std::vector<std::uint32_t> tracks = {4, 9};
+  std::optional<EnvironmentMap> key;
+  for (int n = 0; n < 3; ++n) {
+    // The third map has no lights.
+    const EnvironmentUpdates::FirstLevel lights =
+        n < 2 ? EnvironmentUpdates::FirstLevel{tracks, first} : EnvironmentUpdates::FirstLevel{};
+    updates.update(texels, lights, 1, {n * 100 * kMs}, out);
+    ASSERT_TRUE(out);
+    EXPECT_TRUE(environment_problem(*out).ok()) << environment_problem(*out).message();
+    if (n == 0) key = out;
+    EXPECT_EQ(out->whole(), n == 0);
+    EXPECT_EQ(out->light_tracks, n < 2 ? tracks : std::vector<std::uint32_t>{});
+    EXPECT_EQ(out->light_texels.size(), n < 2 ? 3U : 0U);
+    EnvironmentMap applied;
+    if (n == 1) {
+      ASSERT_TRUE(apply_changes(*key, *out, applied));
+    } else {
+      applied = *out;
+    }
+    if (n == 2) continue;
+    const EnvironmentMap shown = first_level_with_lights(applied);
+    // Far brighter than the map: the exponent holds both.
+    EXPECT_NEAR(texel_radiance(shown.texels[255], shown.exponent).r, 30'000, 60);
+    EXPECT_NEAR(texel_radiance(shown.texels[254], shown.exponent).r, 1, 0.01);
+    EXPECT_NEAR(texel_radiance(applied.texels[255], applied.exponent).r, 1, 0.01);
+  }
+}
+
 TEST(EnvironmentUpdates, KeepsTheMeanRateAndTheKeyInterval) {
   for (const double fps : {30.0, 33.3, 7.0, 4.0}) {
     EnvironmentUpdates updates(kLevels, {.rate_hz = 5, .key_interval_s = 1});
@@ -92,7 +126,7 @@ TEST(EnvironmentUpdates, KeepsTheMeanRateAndTheKeyInterval) {
     for (double t = 0; t < 60; t += 1 / fps) {
       const ProbeTime time{static_cast<std::int64_t>(1e9 * t)};
       const bool due = updates.due(time);
-      updates.update(flat(1), 1, time, out);
+      updates.update(flat(1), {}, 1, time, out);
       EXPECT_EQ(due, out.has_value());
       if (!out) continue;
       ++maps;
@@ -108,12 +142,12 @@ TEST(EnvironmentUpdates, KeepsTheMeanRateAndTheKeyInterval) {
 TEST(EnvironmentUpdates, ContinuesAfterAPauseAndAClockRestart) {
   EnvironmentUpdates updates(kLevels, {.rate_hz = 5, .key_interval_s = 1});
   std::optional<EnvironmentMap> out;
-  updates.update(flat(1), 1, {100'000 * kMs}, out);
-  updates.update(flat(1), 1, {160'000 * kMs}, out);
+  updates.update(flat(1), {}, 1, {100'000 * kMs}, out);
+  updates.update(flat(1), {}, 1, {160'000 * kMs}, out);
   EXPECT_TRUE(out && out->whole());
-  updates.update(flat(1), 1, {160'100 * kMs}, out);
+  updates.update(flat(1), {}, 1, {160'100 * kMs}, out);
   EXPECT_FALSE(out) << "no burst after a pause";
-  updates.update(flat(1), 1, {10 * kMs}, out);
+  updates.update(flat(1), {}, 1, {10 * kMs}, out);
   EXPECT_TRUE(out && out->whole());
 }
 
@@ -123,7 +157,7 @@ TEST(EnvironmentUpdates, EncodesEveryMagnitudeAndRefusesInvalidFactors) {
   for (const float radiance : {0.0F, 1e-38F, 1e-8F, 1.0F, 1e8F, 1e30F, 3e38F})
     for (const double factor : {1e-8, 1.0, 1e8}) {
       EnvironmentUpdates updates(kLevels, {});
-      updates.update(flat(radiance), factor, {0}, d.environment);
+      updates.update(flat(radiance), {}, factor, {0}, d.environment);
       ASSERT_TRUE(d.environment);
       ASSERT_TRUE(encoder.encode(d).ok()) << encoder.encode(d).status().message();
       const double wanted = std::min(factor * radiance, 65408 * std::ldexp(1.0, kMaxEnvironmentExponent));
@@ -133,7 +167,7 @@ TEST(EnvironmentUpdates, EncodesEveryMagnitudeAndRefusesInvalidFactors) {
     }
   EnvironmentUpdates updates(kLevels, {});
   for (const double factor : {0.0, -1.0, std::numeric_limits<double>::infinity(), std::nan("")}) {
-    updates.update(flat(1), factor, {0}, d.environment);
+    updates.update(flat(1), {}, factor, {0}, d.environment);
     EXPECT_FALSE(d.environment);
   }
 }

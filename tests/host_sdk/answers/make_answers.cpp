@@ -219,6 +219,10 @@ EnvironmentMap some_map() {
   for (std::size_t i = 0; i < texel_count(map.levels); ++i)
     map.texels.push_back(static_cast<std::uint32_t>(random() & 0x07FFFFFFU) | 0x70000000U);
   map.key = environment_key(map);
+  map.light_tracks = {2, 3};
+  map.light_runs = {100, 40, 60, 9};
+  for (int i = 0; i < 49; ++i)
+    map.light_texels.push_back(static_cast<std::uint32_t>(random() & 0x07FFFFFFU) | 0x90000000U);
   return map;
 }
 
@@ -257,6 +261,9 @@ std::vector<Descriptor> scenes() {
       changes.key = whole.key;
       changes.runs = {5, 2, 200, 1};
       changes.texels = {0x80000001U, 0x80000200U, 0x80040000U};
+      changes.light_tracks = {1, 2, 8};
+      changes.light_runs = {0, 3, 20, 1};
+      changes.light_texels = {0x90000001U, 0x90000200U, 0x90040000U, 0x9FFFFFFFU};
       d.environment = changes;
     }
     out.push_back(std::move(d));

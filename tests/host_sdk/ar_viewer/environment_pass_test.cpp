@@ -65,7 +65,7 @@ TEST_P(EnvironmentPassTest, DrawsTheRadianceOfTheSdkInTheAxesOfTheWorld) {
   const EnvironmentMap map = random_map(GetParam().levels, GetParam().exponent);
   const Quat rotation = Quat::about(normalized(Vec3d{1, 2, 3}), 1.1);
   const viewer::EnvironmentScale scale = GetParam().scale;
-  pass->upload({map, rotation, 1, {}}, scale);
+  pass->upload({map, rotation, 1, {}, map}, scale);
   for (const float roughness : {0.0F, 0.21F, 0.5F, 0.8F, 1.0F})
     for (const int edge : {4, 32}) {
       const std::vector<float> texels = drawn(*pass, map, edge, roughness);
@@ -91,13 +91,40 @@ INSTANTIATE_TEST_SUITE_P(Maps, EnvironmentPassTest,
                                          Case{{{64, 0}}, 12, {0.01F, {0.5F, 0.25F, 0}}},
                                          Case{{{16, 0.2F}, {16, 0.4F}}, -40, {2, {}}}, Case{{{8, 0.5F}}, 90, {1, {}}}));
 
+TEST(EnvironmentPass, TheFirstLevelIsThatOfMirrors) {
+  const auto context = HeadlessContext::make();
+  ASSERT_TRUE(context.ok()) << context.status().message();
+  auto pass = EnvironmentPass::make();
+  ASSERT_TRUE(pass.ok()) << pass.status().message();
+  EnvironmentMap map = random_map({{16, 0}, {16, 0.4F}}, 0);
+  map.light_tracks = {1};
+  map.light_runs = {30, 100};
+  map.light_texels.assign(100, rgb9e5_encode(7, 8, 9));
+  const EnvironmentMap mirror = first_level_with_lights(map);
+  pass->upload({map, {}, 1, {}, mirror}, {});
+  for (const float roughness : {0.0F, 0.1F, 0.4F}) {
+    const std::vector<float> texels = drawn(*pass, map, 16, roughness);
+    for (int face = 0, k = 0; face < 6; ++face)
+      for (int row = 0; row < 16; ++row)
+        for (int column = 0; column < 16; ++column, k += 4) {
+          const Vec3f d =
+              cube_direction(face, (static_cast<float>(column) + 0.5F) / 16, (static_cast<float>(row) + 0.5F) / 16);
+          const float share = 1 - roughness / 0.4F;
+          const Radiance expected =
+              environment_radiance(mirror, d, 0) * share + environment_radiance(map, d, 0.4F) * (1 - share);
+          for (int c = 0; c < 3; ++c)
+            ASSERT_NEAR(texels[static_cast<std::size_t>(k + c)], expected[c], 3e-3F) << roughness;
+        }
+  }
+}
+
 TEST(EnvironmentPass, RadianceBelowTheRangeOfFloatIsDark) {
   const auto context = HeadlessContext::make();
   ASSERT_TRUE(context.ok()) << context.status().message();
   auto pass = EnvironmentPass::make();
   ASSERT_TRUE(pass.ok()) << pass.status().message();
   const EnvironmentMap map = random_map({{8, 0}}, kMinEnvironmentExponent);
-  pass->upload({map, {}, 1, {}}, {1, {}});
+  pass->upload({map, {}, 1, {}, map}, {1, {}});
   for (const float v : drawn(*pass, map, 8, 0)) ASSERT_TRUE(v == 1 || (v >= 0 && v < 1e-38F)) << v;
 }
 

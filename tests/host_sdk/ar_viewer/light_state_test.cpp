@@ -54,6 +54,26 @@ TEST(LightState, FullLightIsTheDescriptors) {
   }
 }
 
+TEST(LightState, KnowsTheLightsThatTexelsOfTheMapShow) {
+  Descriptor d = uniform_light({0.2F, 0.3F, 0.4F});
+  d.lights = {make_light({0, 1, 0.2F}, {1, 2, 3}, 3), make_light({1, 0, 0}, {1, 1, 1}, 20)};
+  d.lights[0].track = 1;
+  d.lights[1].track = 2;
+  EnvironmentMap map;
+  map.levels = {{8, 0.1F}, {8, 0.5F}};
+  map.texels.assign(128, 0);
+  map.key = environment_key(map);
+  map.light_tracks = {2};
+  map.light_runs = {3, 1};
+  map.light_texels = {0x80000001U};
+  d.environment = map;
+  const viewer::LightState state = viewer::make_light_state(Lighting::of(d), viewer::Shading::full);
+  ASSERT_EQ(state.lights.size(), 2U);
+  EXPECT_FALSE(state.lights[0].shown_in_mirror);
+  EXPECT_TRUE(state.lights[1].shown_in_mirror);
+  EXPECT_EQ(state.first_level, (std::array{0.1F, 0.5F}));
+}
+
 TEST(LightState, WithoutLightIsOff) {
   EXPECT_EQ(viewer::make_light_state(Lighting(), viewer::Shading::full).shading, viewer::Shading::off);
 }

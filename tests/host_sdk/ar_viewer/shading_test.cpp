@@ -163,6 +163,38 @@ TEST(ViewerShading, AMirrorShowsTheMapInTheMirroredDirectionOfATurnedProbe) {
   EXPECT_LT(worst, 0.03);
 }
 
+TEST(ViewerShading, ALightThatTexelsShowIsTheseTexelsAndNoDisc) {
+  viewer::Material mirror;
+  mirror.lambert = 0;
+  mirror.reflection = 1;
+  Descriptor d = light_with_map();
+  d.lights = {make_light({0.3F, 0.9F, 0.8F}, {3, 3, 3}, 20)};
+  d.lights[0].track = 5;
+  d.environment->light_tracks = {5};
+  d.environment->light_runs = {0, 64 * 64};
+  d.environment->light_texels.assign(64 * 64, rgb9e5_encode(2, 2, 2));
+  const Lighting lighting = Lighting::of(d);
+  const auto expected_at = [&](Vec3f to, float roughness) {
+    return roughness > 0 ? lighting.radiance(to, roughness).value.g
+                         : environment_radiance(lighting.environment()->mirror, to, 0).g;
+  };
+  for (const float roughness : {0.0F, 0.3F, 0.6F}) {
+    mirror.roughness = roughness;
+    viewer::Scene scene = sphere_scene(mirror);
+    set_light(scene, d);
+    const Rendered picture = render(scene);
+    double largest = 0;
+    for_sphere_pixels(scene, kCentre, kRadius, 0.05, [&](int column, int row, Vec3d, Vec3d normal) {
+      const Vec3d ray = ray_of(scene, column, row);
+      const float expected = expected_at(vec_cast<float>(ray - normal * (2 * dot(ray, normal))), roughness);
+      // Levels of the cube map are as far apart as 0.2; the lobe in closed form and facets.
+      ASSERT_NEAR(picture.frame.at(column, row)[1], expected, 0.06F * (1 + expected)) << roughness;
+      largest = std::max(largest, static_cast<double>(expected));
+    });
+    EXPECT_GT(largest, roughness > 0 ? 2.1 : 1.9) << "the cap has a share in rough reflections";
+  }
+}
+
 TEST(ViewerShading, AMirrorShowsALampAsADiscOfItsRadiance) {
   viewer::Material mirror;
   mirror.lambert = 0;

@@ -1,6 +1,6 @@
 // The light as a cube map for OpenGL, Vulkan and WebGPU: the texels of C++'s cube_map() (cube_map.hpp).
 import type { Light } from "./descriptor.js";
-import { EnvironmentMap, cornersAround, levelRadiance, octahedral } from "./environment.js";
+import { EnvironmentMap, cornersAround, levelRadiance, mirrorMap, octahedral } from "./environment.js";
 import type { Answer, Lighting } from "./lighting.js";
 import { Vec3, dot, inverse, normalized, rotate } from "./vector.js";
 
@@ -266,9 +266,11 @@ export function cubeMap(light: Lighting, options: CubeMapOptions = {}): CubeMap 
   if (!(scale > 0) || !Number.isFinite(scale)) throw new RangeError(`scale is ${scale}; it is finite and above 0`);
   const count = faces * edge * edge;
   const all = Array.from({ length: count }, (_, index) => new Texel(index, edge));
-  const spread = lights === "included" ? spreadLights(light.lights, all) : [];
   const { environment } = light;
-  const sharp = environment ? mapSampler(environment) : (d: Vec3) => light.radiance(d, 0).value;
+  const mirror = environment && lights === "included" ? mirrorMap(environment, light.lights) : null;
+  const caps = mirror ? light.lights.filter((one) => !mirror.lightTracks.includes(one.track)) : light.lights;
+  const spread = lights === "included" ? spreadLights(caps, all) : [];
+  const sharp = environment ? mapSampler(mirror ?? environment) : (d: Vec3) => light.radiance(d, 0).value;
   const samples = new Samples(Math.ceil((environment ? mapSamples : harmonicsSamples) / edge));
   const texels = format === "rgba16f" ? new Uint16Array(4 * count)
     : format === "rgba32f" ? new Float32Array(4 * count) : new Uint32Array(count);

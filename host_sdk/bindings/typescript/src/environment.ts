@@ -8,6 +8,7 @@ import {
 
 export const maxEnvironmentTexels = 8192;
 export const maxEnvironmentLevels = 8;
+export const maxEnvironmentEdge = 64;
 
 /** edge x edge texels: +Y at the centre, column i increases with x, row j with z, centres at (i + 0.5) / edge. */
 export interface EnvironmentLevel {
@@ -32,6 +33,12 @@ export interface EnvironmentMap {
   readonly rotation?: Quat;
   /** Changes: run lengths, alternately of unchanged texels and of changed texels (those in `texels`). */
   readonly runs: readonly number[];
+  /** Tracks of the lights that texels show better than caps, ascending; empty where there are none. The other two say
+   *  what the first level is with these lights in it: run lengths, alternately of texels as in `texels` and of those in
+   *  `lightTexels`. */
+  readonly lightTracks: readonly number[];
+  readonly lightRuns: readonly number[];
+  readonly lightTexels: Uint32Array;
 }
 
 export function isWhole(map: EnvironmentMap): boolean {
@@ -59,9 +66,11 @@ function keyOf(map: EnvironmentMap): number {
 export class EnvironmentMessage {
   private readonly map = {
     key: 0, levels: [] as { edge: number; roughness: number }[], exponent: 0, keyIntervalMs: 0, runs: [] as number[],
+    lightTracks: [] as number[], lightRuns: [] as number[],
   };
   private encoding = 0;
   private texels = new Uint8Array(0);
+  private lightTexels = new Uint8Array(0);
 
   read(wire: WireReader): void {
     wire.fields({
@@ -76,20 +85,55 @@ export class EnvironmentMessage {
       5: uint32((v) => (this.map.keyIntervalMs = v)),
       6: byteString((v) => (this.texels = v)),
       7: repeatedUint32((v) => this.map.runs.push(v)),
+      8: repeatedUint32((v) => this.map.lightTracks.push(v)),
+      9: repeatedUint32((v) => this.map.lightRuns.push(v)),
+      10: byteString((v) => (this.lightTexels = v)),
     });
   }
 
   get(): EnvironmentMap {
     if (this.encoding !== 1) throw invalid("environment.encoding is not known");
-    if (this.texels.length % 4 !== 0) throw invalid("environment.texels: the length is not a multiple of 4 bytes");
-    const view = new DataView(this.texels.buffer, this.texels.byteOffset, this.texels.byteLength);
-    const texels = Uint32Array.from({ length: this.texels.length / 4 }, (_, i) => view.getUint32(4 * i, true));
-    const map: EnvironmentMap = { ...this.map, texels };
+    const texels = unpackedTexels(this.texels, "texels");
+    const map: EnvironmentMap = { ...this.map, texels, lightTexels: unpackedTexels(this.lightTexels, "light_texels") };
     if (map.key === 0) throw invalid("environment.key is 0");
     if (isWhole(map)) checkWhole(map);
     else checkChanges(map);
     return map;
   }
+}
+
+function unpackedTexels(bytes: Uint8Array, name: string): Uint32Array {
+  if (bytes.length % 4 !== 0) throw invalid(`environment.${name}: the length is not a multiple of 4 bytes`);
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  return Uint32Array.from({ length: bytes.length / 4 }, (_, i) => view.getUint32(4 * i, true));
+}
+
+/** `name`: of the field with the runs. `limit`: most texels over which they may reach. */
+function checkRuns(name: string, runs: readonly number[], limit: number): void {
+  if (runs.length % 2 !== 0) throw invalid(`environment.${name}: the number is odd; they are pairs`);
+  if (runs.some((run, k) => run === 0 && k > 0)) throw invalid(`environment.${name}: one is empty`);
+  if (sum(runs) > limit) throw invalid(`environment.${name}: they exceed the size of any map`);
+}
+
+function sum(runs: readonly number[]): number {
+  return runs.reduce((total, run) => total + run, 0);
+}
+
+/** Texels that the runs change. */
+function changedBy(runs: readonly number[]): number {
+  return sum(runs.filter((_, k) => k % 2 === 1));
+}
+
+function checkLights({ lightTracks, lightRuns, lightTexels }: EnvironmentMap, limit: number): void {
+  if (lightTracks.length > 64) throw invalid("environment.light_tracks: there are more than 64");
+  if (lightTracks[0] === 0) throw invalid("environment.light_tracks: 0 is not a track");
+  if (lightTracks.some((track, k) => k > 0 && track <= lightTracks[k - 1]))
+    throw invalid("environment.light_tracks: they must ascend");
+  checkRuns("light_runs", lightRuns, limit);
+  if (lightTexels.length !== changedBy(lightRuns))
+    throw invalid("environment.light_texels: the length does not match light_runs");
+  if ((lightTracks.length === 0) !== (lightTexels.length === 0))
+    throw invalid("environment.light_tracks and light_texels: one is empty");
 }
 
 function checkWhole(map: EnvironmentMap): void {
@@ -108,37 +152,64 @@ function checkWhole(map: EnvironmentMap): void {
   if (map.texels.length !== count) throw invalid("environment.texels: the length does not match the levels");
   if (map.exponent < -150 || map.exponent > 100) throw invalid("environment.exponent is out of range");
   if (map.runs.length > 0) throw invalid("environment.runs: not allowed in a whole map");
+  checkLights(map, texelCount(map.levels.slice(0, 1)));
   if (map.key !== keyOf(map)) throw invalid("environment.key does not match the content of the map");
 }
 
 function checkChanges(map: EnvironmentMap): void {
   if (map.exponent !== 0) throw invalid("environment.exponent: not allowed in changes");
   if (map.keyIntervalMs !== 0) throw invalid("environment.key_interval_ms: not allowed in changes");
-  if (map.runs.length % 2 !== 0) throw invalid("environment.runs: the number is odd; they are pairs");
-  let reach = 0;
-  let taken = 0;
-  map.runs.forEach((run, k) => {
-    if (run === 0 && k > 0) throw invalid("environment.runs: one is empty");
-    reach += run;
-    if (k % 2 === 1) taken += run;
-    if (reach > maxEnvironmentTexels) throw invalid("environment.runs: they exceed the size of any map");
-  });
-  if (map.texels.length !== taken) throw invalid("environment.texels: the length does not match the runs");
+  checkRuns("runs", map.runs, maxEnvironmentTexels);
+  if (map.texels.length !== changedBy(map.runs))
+    throw invalid("environment.texels: the length does not match the runs");
+  checkLights(map, maxEnvironmentEdge ** 2);
 }
 
-function changedMap(whole: EnvironmentMap, changes: EnvironmentMap): EnvironmentMap | null {
-  if (changes.key !== whole.key || changes.runs.reduce((sum, run) => sum + run, 0) > whole.texels.length) return null;
-  const texels = whole.texels.slice();
+/** Writes `texels` to those of `out` that the runs change. */
+function replaceRuns(runs: readonly number[], texels: Uint32Array, out: Uint32Array): void {
   let at = 0;
   let from = 0;
-  changes.runs.forEach((run, k) => {
+  runs.forEach((run, k) => {
     if (k % 2 === 1) {
-      texels.set(changes.texels.subarray(from, from + run), at);
+      out.set(texels.subarray(from, from + run), at);
       from += run;
     }
     at += run;
   });
-  return { ...whole, texels };
+}
+
+function changedMap(whole: EnvironmentMap, changes: EnvironmentMap): EnvironmentMap | null {
+  if (changes.key !== whole.key || sum(changes.runs) > whole.texels.length ||
+      sum(changes.lightRuns) > texelCount(whole.levels.slice(0, 1))) return null;
+  const texels = whole.texels.slice();
+  replaceRuns(changes.runs, changes.texels, texels);
+  const { lightTracks, lightRuns, lightTexels } = changes;
+  return { ...whole, texels, lightTracks, lightRuns, lightTexels };
+}
+
+const mirrors = new WeakMap<EnvironmentMap, EnvironmentMap>();
+
+/** The first level of a whole map with the lights that its texels show better than caps do, a window for example, as a
+ *  map of one level. null where there are none, or where one of them is no longer in `lights`. A renderer that draws a
+ *  mirror samples it instead of the map, and draws as caps the lights whose track is not in `map.lightTracks`. */
+export function mirrorMap(map: EnvironmentMap, lights: readonly { readonly track: number }[]): EnvironmentMap | null {
+  if (map.lightTracks.length === 0) return null;
+  if (!map.lightTracks.every((track) => lights.some((light) => light.track === track))) return null;
+  let mirror = mirrors.get(map);
+  if (!mirror) {
+    const levels = map.levels.slice(0, 1);
+    const texels = map.texels.slice(0, texelCount(levels));
+    replaceRuns(map.lightRuns, map.lightTexels, texels);
+    mirrors.set(map, (mirror = { ...map, levels, texels }));
+  }
+  return mirror;
+}
+
+/** Share of the first level in environmentRadiance(): 1 up to its roughness, 0 from that of the second. */
+export function firstLevelShare({ levels }: EnvironmentMap, roughness: number): number {
+  const r = f(roughness);
+  if (levels.length < 2 || r <= levels[0].roughness) return 1;
+  return Math.max(0, 1 - (r - levels[0].roughness) / (levels[1].roughness - levels[0].roughness));
 }
 
 /** Assembles the current map of one probe from descriptors with a whole map, with changes, or without a map. */

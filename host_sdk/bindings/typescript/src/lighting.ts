@@ -1,6 +1,8 @@
 // The lighting of one moment: the queries of C++'s Lighting, with the same results.
 import { Descriptor, Flag, Light, Units, decodeDescriptor } from "./descriptor.js";
-import { EnvironmentKeeper, EnvironmentMap, environmentRadiance } from "./environment.js";
+import {
+  EnvironmentKeeper, EnvironmentMap, environmentRadiance, firstLevelShare, mirrorMap,
+} from "./environment.js";
 import { GgxLobe, bandOf, capIrradiance, capRadiance, cosineLobe, evaluateHarmonics } from "./lobes.js";
 import { RadianceReconstruction, radianceAt, reconstruct } from "./reconstruction.js";
 import { Rgb, Vec3, dot, normalized } from "./vector.js";
@@ -98,8 +100,26 @@ export class Lighting {
       mirror ? mirrorLobe : this.lobeOf(Math.min(Math.max(roughness, GgxLobe.minRoughness), 1));
     const value = this.environment ? environmentRadiance(this.environment, direction, r)
                                    : radianceAt(this.reconstructed(this.descriptor), d, r, factors);
-    if (lobe) addLights(value, this.descriptor.lights, d, (cosine, radius) => capRadiance(cosine, radius, lobe));
+    if (lobe) {
+      const cap = (cosine: number, radius: number) => capRadiance(cosine, radius, lobe);
+      addLights(value, this.descriptor.lights, d, cap);
+      if (this.environment) this.showLights(value, this.environment, d, r, cap);
+    }
     return this.answer(value, true, !mirror);
+  }
+
+  /** As far as the first level of the map has a share in `value`, lights that its texels show (mirrorMap()) become
+   *  these texels. */
+  private showLights(value: Rgb, map: EnvironmentMap, d: Vec3, r: number,
+                     cap: (cosine: number, radius: number) => number): void {
+    const share = firstLevelShare(map, r);
+    const mirror = share > 0 ? mirrorMap(map, this.lights) : null;
+    if (mirror === null) return;
+    const caps = zero();
+    addLights(caps, this.lights.filter((light) => map.lightTracks.includes(light.track)), d, cap);
+    const shown = environmentRadiance(mirror, d, 0);
+    const without = environmentRadiance(map, d, 0);
+    for (let k = 0; k < 3; ++k) value[k] = Math.max(0, value[k] + share * (shown[k] - without[k] - caps[k]));
   }
 
   /** Spherical harmonics of the irradiance without the lights: descriptor.radiance times A_l. */

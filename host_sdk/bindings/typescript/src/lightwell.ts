@@ -14,7 +14,9 @@
 export { cubeDirection, cubeMap, maxCubeEdge } from "./cube_map.js";
 export type { CubeFormat, CubeMap, CubeMapOptions } from "./cube_map.js";
 export * from "./descriptor.js";
-export { EnvironmentKeeper, environmentRadiance, isWhole, levelRadiance, texelRadiance } from "./environment.js";
+export {
+  EnvironmentKeeper, environmentRadiance, isWhole, levelRadiance, mirrorMap, texelRadiance,
+} from "./environment.js";
 export type { EnvironmentLevel, EnvironmentMap } from "./environment.js";
 export { settingsOf } from "./estimator_config.js";
 export type { EstimatorConfig, EstimatorKind, EstimatorState, EstimatorUpdate } from "./estimator_config.js";

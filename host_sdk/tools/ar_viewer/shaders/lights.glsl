@@ -8,7 +8,7 @@ const float kPi = 3.14159265358979;
 struct ViewerLight {
   vec4 towards_radius;       // xyz: unit direction towards it from the origin; w: angular radius there, rad.
   vec4 irradiance_distance;  // rgb: at normal incidence at the origin; w: distance from the origin, 0: distant.
-  vec4 position;             // xyz of a near light.
+  vec4 position;             // xyz of a near light; w: 1: texels of the environment map show it.
   mat4 view;                 // World to the light's axes: +Z along its travel. Origin: the middle of the objects; the near light.
   vec4 map;                  // x: half extent of the map, m (near light: tangent); y, z: least and largest depth, m; w: 0: no map.
 };
@@ -18,6 +18,7 @@ layout(std140) uniform Lights {
   vec4 disc[kTaps];  // xy: points of the unit disc, of equal areas, in the order of a spiral.
   vec4 casters[kMaxCasters];  // Spheres around the objects: centre, radius.
   int light_count, caster_count;
+  vec2 first_level;  // LightState::first_level.
 };
 
 uniform sampler2DArray shadow_maps;  // A layer for each light: depth / (largest - least); 1: empty.

@@ -4,7 +4,7 @@ uniform float lambert, blinn_phong, shininess, anisotropic, n_u, n_v;
 uniform float reflection, refraction, ior, fresnel, fresnel_power;
 uniform float metal_rough, metallic, roughness;
 
-uniform samplerCube environment_map;  // Level l: radiance(d, l / environment_levels), without the lights.
+uniform samplerCube environment_map;  // Level l: radiance(d, l / environment_levels), without the lights, or with those that its texels show.
 uniform float environment_levels;     // Index of the last level; 0: one level for every roughness, and the lights are in it.
 uniform samplerCube objects_map;      // The other objects from this one's middle; premultiplied, A: coverage.
 uniform float objects_edge;           // Texels; 0: no map.
@@ -32,10 +32,12 @@ vec3 environment(vec3 p, vec3 d, float r, float visible[kMaxLights]) {
   float alpha = r * r;
   vec3 sum = textureLod(environment_map, d, r * environment_levels).rgb;
   if (environment_levels > 0.0) {
+    float other_levels = clamp((r - first_level.x) / (first_level.y - first_level.x), 0.0, 1.0);
     for (int i = 0; i < light_count; ++i) {
       Incident light = incident(i, p);
       float angle = acos(clamp(dot(d, light.towards), -1.0, 1.0));
-      sum += light.irradiance * visible[i] * cap_radiance(angle, light.radius, alpha);
+      float share = lights[i].position.w > 0.0 ? other_levels : 1.0;
+      sum += light.irradiance * (visible[i] * share * cap_radiance(angle, light.radius, alpha));
     }
   }
   if (objects_edge > 0.0) {
