@@ -15,7 +15,7 @@ import tempfile
 from collections import defaultdict
 
 from figure_topics.marker import items_of
-from figure_topics.rows import at_most, equals, known_short, reported, row
+from figure_topics.rows import at_most, equals, reported, row
 from figure_topics.tests import ROOT, run_test
 
 ALL_PANORAMAS = True
@@ -37,7 +37,6 @@ PROTOCOLS = {"si_rmse": "linear light", "si_rmse_published": "the literature's p
              "clipped at the 99.9th percentile"}
 SDK_SHARE, SDK_FRAMES = 1.0, 60
 CUBE_MAPS_PER_SECOND = 30
-CAPS = "a light is a uniform cap, a bright region is not; maps hold nothing negative: tests/README.md, Mirror balls"
 
 TRACED = "path-traced pictures of 1280x960, simulated 8-bit pair of 1280x960, three exposures, encoded descriptor"
 
@@ -195,7 +194,7 @@ def balls(lines):
             rows.append(reported(what + ", median", middle(ratios), "x", real))
             largest = max(ratios, default=None)
             if answer == "map_64":
-                rows.append(short(at_most(what + ", largest", MIRROR_OF_EXACT, largest, "x", real)))
+                rows.append(at_most(what + ", largest", MIRROR_OF_EXACT, largest, "x", real))
             else:
                 rows.append(reported(what + ", largest", largest, "x", real))
     for answer, name in (("map_64", "map of 64x64 and lights"), ("map_64_alone", "map of 64x64 alone, max_lights 0"),
@@ -218,10 +217,6 @@ def balls(lines):
                 rows.append(reported(f"{ball} ball, {name}, si-RMSE, {protocol}, median",
                                      middle(values) if len(values) == PANORAMAS else None, "", real))
     return rows
-
-
-def short(figure):
-    return figure if figure["holds"] else known_short(figure, CAPS)
 
 
 def cube_maps(lines):

@@ -66,16 +66,18 @@ void LightTexels::begin(std::span<const Rgbx> texels) {
 void LightTexels::add(const Light& light, float radiance_per_unit, std::span<const LightSubtraction::Removal> removal,
                       RowReader& reader) {
   near_.clear();
-  std::size_t more = 0;
-  bool observed = true;
   for (const LightSubtraction::Removal& r : removal) {
     const std::size_t level = level_texel(r.texel);
     const auto share = static_cast<float>(grid_.solid_angle[r.texel] / solid_angle_[level]);
     for (std::size_t c = 0; c < 3; ++c) without_[level].v[c] -= share * r.removed[c];
     near_.push_back(static_cast<std::uint32_t>(level));
-    more += used_[level] == 0 ? 1 : 0;
-    observed = observed && with_[level].v[3] >= kObserved;
   }
+  std::ranges::sort(near_);
+  near_.erase(std::ranges::unique(near_).begin(), near_.end());
+  const auto more =
+      static_cast<std::size_t>(std::ranges::count_if(near_, [this](std::uint32_t level) { return used_[level] == 0; }));
+  const bool observed =
+      std::ranges::all_of(near_, [this](std::uint32_t level) { return with_[level].v[3] >= kObserved; });
   for (const std::uint32_t level : near_)
     for (float& v : without_[level].v) v = std::max(v, 0.0F);
   const bool fits =
@@ -87,12 +89,10 @@ void LightTexels::add(const Light& light, float radiance_per_unit, std::span<con
   if (!fits || !observed || cap_is_better(light, radiance_per_unit, factor, reader)) {
     if (caps_.size() < kMaxLights) caps_.push_back(light.track);
   } else {
-    for (const LightSubtraction::Removal& r : removal) {
+    for (const LightSubtraction::Removal& r : removal)
       for (std::size_t c = 0; c < 3; ++c) added_[r.texel].v[c] += r.removed[c];
-      std::uint8_t& used = used_[level_texel(r.texel)];
-      used_count_ += used == 0 ? 1 : 0;
-      used = 1;
-    }
+    for (const std::uint32_t level : near_) used_[level] = 1;
+    used_count_ += more;
     tracks_.insert(std::ranges::upper_bound(tracks_, light.track), light.track);
   }
   for (const std::uint32_t level : near_) without_[level] = with_[level];
