@@ -14,6 +14,7 @@
 
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 
 #include <lightwell/files.hpp>
 
@@ -330,9 +331,12 @@ Status replace_folder(const std::string& made, const std::string& path) {
   const Result<Place> from = find(made, FinalLink::refuse), to = find(path, FinalLink::refuse);
   if (!from || !to) return from ? to.status() : from.status();
   const auto rename = [&](unsigned flags) {
-    return ::renameat2(from->folder.get(), from->name.c_str(), to->folder.get(), to->name.c_str(), flags) == 0;
+    // Some C libraries have no renameat2() (musl before 1.2.6, Android before API level 30).
+    return ::syscall(SYS_renameat2, from->folder.get(), from->name.c_str(), to->folder.get(), to->name.c_str(),
+                     flags) == 0;
   };
-  const bool exchanged = rename(RENAME_EXCHANGE);
+  constexpr unsigned kExchange = 2;  // RENAME_EXCHANGE of linux/fs.h.
+  const bool exchanged = rename(kExchange);
   // If there is nothing to exchange, it is renamed, which replaces at most an empty folder.
   if (!exchanged && (errno != ENOENT || !rename(0))) return failed(path, "cannot be replaced");
   if (!flush_folder(to->folder)) return failed(path, "is in its place, but the disk did not confirm it");
