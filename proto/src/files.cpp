@@ -1,7 +1,6 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 
 #include <lightwell/files.hpp>
@@ -9,7 +8,7 @@
 namespace lightwell {
 
 Result<std::string> read_text_file(const std::string& path) {
-  std::ifstream in(std::filesystem::path(path), std::ios::binary);
+  std::ifstream in(path_of(path), std::ios::binary);
   if (!in) return Status(StatusCode::not_found, path + ": cannot be opened: " + std::strerror(errno));
   std::string text;
   for (std::array<char, 8192> part; in.read(part.data(), part.size()) || in.gcount() > 0;)

@@ -44,7 +44,7 @@ namespace fs = std::filesystem;
 
 std::vector<std::string> names_in(const std::string& folder) {
   std::vector<std::string> out;
-  for (const auto& entry : fs::directory_iterator(folder)) out.push_back(entry.path().filename().string());
+  for (const auto& entry : fs::directory_iterator(folder)) out.push_back(text_of(entry.path().filename()));
   return out;
 }
 
@@ -100,7 +100,7 @@ TEST_F(PlatformFiles, AboveOneMebibyteAreNotRead) {
 TEST_F(PlatformFiles, PathsAreUtf8) {
   const std::string path = private_ + "/Glühlampe ☀ 照明";
   ASSERT_TRUE(write_atomically(path, "light", FileMode::umask).ok());
-  EXPECT_TRUE(fs::exists(fs::path(reinterpret_cast<const char8_t*>(path.c_str()))));
+  EXPECT_THAT(names_in(private_), ElementsAre("Glühlampe ☀ 照明"));
   EXPECT_EQ(read_named_file(path).value(), "light");
   EXPECT_EQ(read_text_file(path).value(), "light");
   EXPECT_TRUE(open_for_update(path).ok());

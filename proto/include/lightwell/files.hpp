@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -43,6 +44,16 @@ class FileDescriptor {
  private:
   int number_ = -1;
 };
+
+/// A path of this API as one of the standard library, which takes the characters of a std::string in the locale's
+/// encoding on Windows.
+[[nodiscard]] inline std::filesystem::path path_of(std::string_view utf8) {
+  return {std::u8string(utf8.begin(), utf8.end())};
+}
+[[nodiscard]] inline std::string text_of(const std::filesystem::path& path) {
+  const std::u8string utf8 = path.u8string();
+  return {utf8.begin(), utf8.end()};
+}
 
 /// Creates the folder (mode 0700) and missing parents. failed_precondition if it is a symbolic link, belongs to another
 /// user (root may use any user's), or is writable by others.

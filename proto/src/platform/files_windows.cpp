@@ -25,8 +25,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMaxFileBytes = std::size_t{1} << 20;
 constexpr int kAttempts = 100;
 
-/// libstdc++ takes the characters of a path as UTF-8.
-std::wstring wide(const std::string& path) { return fs::path(path).wstring(); }
+std::wstring wide(const std::string& path) { return path_of(path).wstring(); }
 
 Status failed(const std::string& path, const char* what, DWORD error = ::GetLastError()) {
   const StatusCode code = error == ERROR_DISK_FULL || error == ERROR_HANDLE_DISK_FULL ? StatusCode::resource_exhausted
@@ -118,10 +117,10 @@ bool is_missing(DWORD error) { return error == ERROR_FILE_NOT_FOUND || error == 
 /// A temporary name, unique within this process. CREATE_NEW and CreateDirectory() detect a collision with another one.
 std::string beside(const std::string& path) {
   static std::atomic<unsigned> count{0};
-  const fs::path whole(path);
-  const std::string name = "." + whole.filename().string().substr(0, 200) + "." +
-                           std::to_string(::GetCurrentProcessId()) + "." + std::to_string(count++);
-  return (whole.parent_path() / name).string();
+  const fs::path whole = path_of(path);
+  const std::wstring name = L"." + whole.filename().wstring().substr(0, 200) + L"." +
+                            std::to_wstring(::GetCurrentProcessId()) + L"." + std::to_wstring(count++);
+  return text_of(whole.parent_path() / name);
 }
 
 bool write_all(const Handle& file, std::string_view bytes) {
@@ -173,7 +172,7 @@ Status make_private_folder(const std::string& path) {
   OwnerOnly owner;
   if (!owner) return failed(path, "cannot be created, its access list cannot be made");
   std::error_code error;
-  if (const fs::path parent = fs::path(path).parent_path(); !parent.empty()) fs::create_directories(parent, error);
+  if (const fs::path parent = path_of(path).parent_path(); !parent.empty()) fs::create_directories(parent, error);
   const bool made = ::CreateDirectoryW(wide(path).c_str(), owner.get()) != 0;
   if (!made && ::GetLastError() != ERROR_ALREADY_EXISTS) return failed(path, "cannot be created");
   const DWORD attributes = ::GetFileAttributesW(wide(path).c_str());
@@ -243,7 +242,7 @@ bool is_disk_full(int error) { return error == ENOSPC || error == EFBIG; }
 
 std::string configuration_folder() {
   const wchar_t* const value = ::_wgetenv(L"LOCALAPPDATA");
-  return value == nullptr ? std::string() : fs::path(value).string();
+  return value == nullptr ? std::string() : text_of(value);
 }
 
 Status truncate_file(std::FILE* file, std::uint64_t bytes) {
@@ -276,7 +275,7 @@ Status replace_folder(const std::string& made, const std::string& path) {
     return s;
   }
   std::error_code ignored;
-  if (moved) fs::remove_all(old, ignored);
+  if (moved) fs::remove_all(path_of(old), ignored);
   return {};
 }
 
