@@ -1,7 +1,7 @@
 """Rows of topic reach: the SDK built for other systems (presets windows and musl).
 
-The builds and their tests are those of tests/run. A row of a system whose sysroot cannot be had (cmake/sysroot_sdk) is not
-measured.
+The builds and their tests are those of tests/run. A row of a system whose sysroot cannot be had (cmake/sysroot_sdk)
+is not measured.
 """
 import pathlib
 import re
@@ -13,11 +13,12 @@ from figure_topics.tests import BUILD, ROOT, run_test
 
 # The tests of this machine that write the answers, and the programs that the tests of another system use.
 NATIVE_TARGETS = ["make_answers", "lightwelld", "lightwell_cli"]
-TARGETS = ["lightwell_c", "c_answers_test", "c_mutants_test", "c_cube_map_test", "c_plane_test", "codec_test", "print_light"]
+TARGETS = ["lightwell_c", "c_answers_test", "c_mutants_test", "c_cube_map_test", "codec_test", "print_light"]
 
 SYSTEMS = {"windows": ("Windows", "mingw-w64, Wine 8"), "musl": ("Linux with musl", "zig, musl's loader")}
 # What a row asks, and the tests that check it.
-TESTS = [("answers of 7,560 damaged descriptors and 6,120 damaged planes are those of Linux with glibc", ["c_mutants_test"]),
+TESTS = [("answers of 7,560 damaged descriptors and 6,120 damaged planes are those of Linux with glibc",
+          ["c_mutants_test"]),
          ("answers to golden vectors and scenes are those of Linux with glibc, rounded to float",
           ["c_answers_test", "c_cube_map_test"]),
          ("golden vectors are encoded byte for byte", ["codec_test"])]
@@ -55,10 +56,10 @@ def stripped_bytes(path):
 
 
 def own_bytes(build_folder):
-    """Code and data of all objects that liblightwell is linked from, but those of other projects: an upper bound, because the
-    linker leaves out what is not used."""
+    """Code and data of all objects that liblightwell is linked from, but those of other projects: an upper bound,
+    because the linker leaves out what is not used."""
     tool = "x86_64-w64-mingw32-size" if build_folder.name == "windows" else "size"
-    archives = [path for path in build_folder.glob("*/liblightwell_*.a") if not path.stem.endswith("_firmware")]
+    archives = [path for path in build_folder.glob("*/liblightwell_*.a") if not path.stem.endswith("firmware")]
     objects = [*build_folder.glob("host_sdk/src/c/CMakeFiles/lightwell_c.dir/*.o*")]
     listed = subprocess.run([tool, "--totals", *archives, *objects], capture_output=True, text=True, check=True).stdout
     text, data = listed.splitlines()[-1].split()[:2]
@@ -73,16 +74,16 @@ def needed(path):
 
 
 def needed_row(system, path, real):
-    count = at_most(f"{system}: libraries that liblightwell names as needed", MOST_NEEDED, len(needed(path)) if path else None,
-                    "", real)
+    count = at_most(f"{system}: libraries that liblightwell names as needed", MOST_NEEDED,
+                    len(needed(path)) if path else None, "", real)
     return count if count["holds"] else known_short(count, ALL_LINKS)
 
 
 def size_rows(system, build_folder, real):
     """Of a library with the libraries of other projects inside."""
     path = library(build_folder) if build_folder else None
-    return [at_most(f"{system}: bytes of liblightwell itself", LARGEST_BYTES, own_bytes(build_folder) if path else None, "",
-                    "size of the project's objects"),
+    return [at_most(f"{system}: bytes of liblightwell itself", LARGEST_BYTES,
+                    own_bytes(build_folder) if path else None, "", "size of the project's objects"),
             reported(f"{system}: bytes of the library's file, stripped", stripped_bytes(path), "", real),
             needed_row(system, path, real)]
 
@@ -108,8 +109,8 @@ def measure(say):
             rows.append(equals(f"{system}: {name}", 1, None if None in passed else min(passed), "", tools))
         say(f"{preset}: print_light_test")
         passed = run_test("print_light_test", build=folder)["passed"] if folder else None
-        rows.append(equals(f"{system}: a C++ program of {lines_of_example()} lines prints the light, by ws:// and wss://", 1,
-                           passed, "", f"{tools}; real lightwelld, simulated camera"))
+        name = f"{system}: a C++ program of {lines_of_example()} lines prints the light, by ws:// and wss://"
+        rows.append(equals(name, 1, passed, "", f"{tools}; real lightwelld, simulated camera"))
         rows += size_rows(system, folder, f"{tools}; protobuf, OpenSSL and libwebsockets inside")
     return rows + glibc_rows()
 

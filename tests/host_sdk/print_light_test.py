@@ -34,8 +34,9 @@ class Daemon:
         # A file never blocks the daemon as a pipe would.
         self.log = pathlib.Path(folder) / "lightwelld.log"
         with self.log.open("w") as log:
-            self.process = subprocess.Popen([NATIVE / "lightwelld", "--camera", "sim:city", "--size", "160x120", *options],
-                                            stdout=log, stderr=subprocess.STDOUT)
+            self.process = subprocess.Popen(
+                [NATIVE / "lightwelld", "--camera", "sim:city", "--size", "160x120", *options], stdout=log,
+                stderr=subprocess.STDOUT)
 
     def text_after(self, pattern):
         """Waits for a line of the daemon that matches; returns the pattern's groups."""

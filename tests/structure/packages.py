@@ -33,7 +33,8 @@ class Packages(unittest.TestCase):
         self.assertLess(self.names("demo"), self.names("specular"))
 
     def test_the_whole_list_is_the_union_of_all_purposes(self) -> None:
-        demo, tests, board, windows = (self.names(purpose) for purpose in ("demo", "tests", "board", "windows"))
+        demo, tests, board = self.names("demo"), self.names("tests"), self.names("board")
+        windows = self.names("windows")
         self.assertEqual(self.names(), demo | tests | board | windows)
         for purpose in (demo, tests, board, windows):
             self.assertLess(purpose, self.names())
@@ -43,7 +44,8 @@ class Packages(unittest.TestCase):
     def test_marks_are_known(self) -> None:
         for number, line in enumerate((self.root / "cmake/packages.txt").read_text(encoding="utf-8").splitlines(), 1):
             marks = line.split("#")[0].split()[1:]
-            self.assertRegex(" ".join(marks), r"^((board|guest|amd64)( |$))?(for:d?t?b?s?w?)?$", f"line {number}: {line}")
+            self.assertRegex(" ".join(marks), r"^((board|guest|amd64)( |$))?(for:d?t?b?s?w?)?$",
+                             f"line {number}: {line}")
             self.assertFalse("guest" in marks and len(marks) > 1, f"line {number}: a guest is not for this machine")
 
     def test_usage(self) -> None:

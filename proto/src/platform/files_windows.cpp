@@ -91,11 +91,11 @@ enum class Names : std::uint8_t { any, one };
 
 Handle open_file(const std::string& path, DWORD access, DWORD creation, FinalLink link,
                  SECURITY_ATTRIBUTES* security = nullptr) {
-  constexpr DWORD kShare = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
+  constexpr DWORD kSharing = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
   // Without FILE_FLAG_BACKUP_SEMANTICS a folder cannot be opened, and the error would not say that it is one.
   const DWORD flags = FILE_ATTRIBUTE_NORMAL | FILE_FLAG_BACKUP_SEMANTICS |
                       (link == FinalLink::refuse ? FILE_FLAG_OPEN_REPARSE_POINT : 0U);
-  return Handle(::CreateFileW(wide(path).c_str(), access, kShare, security, creation, flags, nullptr));
+  return Handle(::CreateFileW(wide(path).c_str(), access, kSharing, security, creation, flags, nullptr));
 }
 
 /// Checks that `file` is a regular file; with Names::one, also that it has one hard link.
