@@ -11,6 +11,5 @@ set(ANDROID_PLATFORM android-26 CACHE STRING "")
 # One file to ship.
 set(ANDROID_STL c++_static CACHE STRING "")
 set(LIGHTWELL_SDK_TARGET android CACHE STRING "")
-set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES LIGHTWELL_SDK_TARGET)
 include("$ENV{ANDROID_NDK_HOME}/build/cmake/android.toolchain.cmake")
 include("${CMAKE_CURRENT_LIST_DIR}/sdk_sysroot.cmake")

@@ -69,7 +69,7 @@ static void check_light(const lw_lighting* light, const char* word, const char* 
     for (k = 0; k < 3; ++k) scale = fmax(scale, fabs(v[3 + k]));
     for (k = 0; k < 3; ++k) CHECK(near_to(answer.value[k], v[3 + k], scale));
   } else {
-    CHECK(!"a line of a known kind");
+    CHECK(strcmp(word, "a line of a known kind") == 0);
   }
 }
 
