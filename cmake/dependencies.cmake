@@ -87,6 +87,9 @@ lightwell_optional(web LIBWEBSOCKETS libwebsockets)
 # For both ends of the two network links.
 if(gRPC_FOUND OR LIBWEBSOCKETS_FOUND)
   lightwell_find(OpenSSL libssl-dev 3)
+  if(WIN32)
+    set_property(TARGET OpenSSL::Crypto APPEND PROPERTY INTERFACE_LINK_LIBRARIES ws2_32 crypt32)
+  endif()
 endif()
 
 # For the dashboard: architecture-independent files of this machine, in a cross build too.

@@ -22,7 +22,7 @@ target_compile_options(lightwell_options INTERFACE
   # GCC 12 for aarch64 inlines more and then reports an empty std::optional as uninitialised memory
   # (GCC bug 80635); the native build keeps the warning. psabi: a note that GCC 9 and later versions
   # pass some arguments differently.
-  $<$<BOOL:${CMAKE_CROSSCOMPILING}>:-Wno-maybe-uninitialized>
+  $<$<AND:$<BOOL:${CMAKE_CROSSCOMPILING}>,$<CXX_COMPILER_ID:GNU>>:-Wno-maybe-uninitialized>
   $<$<BOOL:${CMAKE_CROSSCOMPILING}>:-Wno-psabi>
   # In a unity build GCC warns as if the anonymous namespaces of source files stood in a header.
   $<$<BOOL:${CMAKE_UNITY_BUILD}>:-Wno-subobject-linkage>
@@ -127,7 +127,7 @@ function(lightwell_test name)
              OUTPUT_VARIABLE folder)
   list(APPEND arg_LABELS "${folder}")
   list(REMOVE_DUPLICATES arg_LABELS)
-  if(CMAKE_CROSSCOMPILING)
+  if(CMAKE_CROSSCOMPILING AND CMAKE_SYSTEM_PROCESSOR STREQUAL "aarch64")
     lightwell_emulated(${name})
   endif()
   add_executable(${name} ${arg_SOURCES})

@@ -1,16 +1,11 @@
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <mosquitto.h>
 #include <mqtt_protocol.h>
-#include <poll.h>
 #include <random>
 #include <utility>
-
-#include <sys/eventfd.h>
-#include <sys/socket.h>
 
 #include <lightwell/deleter.hpp>
 #include <lightwell/mqtt_session.hpp>
@@ -94,9 +89,7 @@ struct MqttSession::Callbacks {
 void MqttSession::Free::operator()(mosquitto* client) const { mosquitto_destroy(client); }
 
 MqttSession::MqttSession(Options options)
-    : options_(std::move(options)),
-      wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
-      backoff_(options_.retry_min, options_.retry_max, std::random_device{}()) {
+    : options_(std::move(options)), backoff_(options_.retry_min, options_.retry_max, std::random_device{}()) {
   // Once per process, without cleanup, because other parts of the process may use the library.
   static const int initialised = mosquitto_lib_init();
   (void)initialised;
@@ -151,7 +144,7 @@ void MqttSession::attempt(std::int64_t now_ns) {
     return handle_disconnect(library_error_.empty() ? system : library_error_);
   }
   const int socket = mosquitto_socket(client_.get()), bytes = options_.send_buffer_bytes;
-  if (socket >= 0 && bytes > 0) ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
+  if (socket >= 0 && bytes > 0) set_send_buffer(socket, bytes);
 }
 
 void MqttSession::handle_disconnect(std::string why) {
@@ -165,45 +158,31 @@ void MqttSession::handle_disconnect(std::string why) {
 
 bool MqttSession::idle() const { return connected_ && client_ && !mosquitto_want_write(client_.get()); }
 
-void MqttSession::wake() const {
-  // It fails only if the counter is full, and then the other thread wakes anyway.
-  (void)::eventfd_write(wake_.get(), 1);
-}
-
-void MqttSession::wait_for_wake(std::int64_t timeout_ns) const {
-  pollfd fd{wake_.get(), POLLIN, 0};
-  ::poll(&fd, 1, timeout_ns <= 0 ? 0 : static_cast<int>(timeout_ns / 1'000'000 + 1));
-  eventfd_t ignored = 0;
-  (void)::eventfd_read(wake_.get(), &ignored);
-}
+void MqttSession::wake() const { wait_.wake(); }
 
 void MqttSession::run_once(Duration timeout) {
   const std::int64_t now = monotonic_now_ns();
   if (!client_ && now >= next_attempt_ns_) attempt(now);
-  if (!client_) return wait_for_wake(std::min(timeout.ns, next_attempt_ns_ - monotonic_now_ns()));
-
-  const short wanted = static_cast<short>(POLLIN | (mosquitto_want_write(client_.get()) ? POLLOUT : 0));
-  std::array<pollfd, 2> fds{{{wake_.get(), POLLIN, 0}, {mosquitto_socket(client_.get()), wanted, 0}}};
-  const std::int64_t wait = std::clamp<std::int64_t>(timeout.ns, 0, kSecond);
-  ::poll(fds.data(), fds.size(), wait == 0 ? 0 : static_cast<int>(wait / 1'000'000 + 1));
-  if ((fds[0].revents & POLLIN) != 0) wait_for_wake(0);
-  serve(fds[1].revents);
+  if (!client_) {
+    (void)wait_.wait(-1, {}, {std::min(timeout.ns, next_attempt_ns_ - monotonic_now_ns())});
+    return;
+  }
+  const SocketEvents wanted{.writable = mosquitto_want_write(client_.get())};
+  serve(wait_.wait(mosquitto_socket(client_.get()), wanted, {std::min(timeout.ns, kSecond)}));
   if (disconnected_.empty() && !connected_ && monotonic_now_ns() - attempt_ns_ > options_.connect_timeout.ns)
     disconnected_ = "the broker does not respond";
   if (!disconnected_.empty()) handle_disconnect(std::exchange(disconnected_, {}));
 }
 
-void MqttSession::serve(short events) {
+void MqttSession::serve(SocketEvents events) {
   mosquitto* const client = client_.get();
-  if ((events & (POLLERR | POLLHUP)) != 0) {
-    int error = 0;
-    socklen_t size = sizeof error;
-    if (::getsockopt(mosquitto_socket(client), SOL_SOCKET, SO_ERROR, &error, &size) == 0 && error != 0) {
-      disconnected_ = std::strerror(error);
+  if (events.failed) {
+    if (std::string error = take_socket_error(mosquitto_socket(client)); !error.empty()) {
+      disconnected_ = std::move(error);
       return;
     }
   }
-  if ((events & (POLLIN | POLLERR | POLLHUP)) != 0) mosquitto_loop_read(client, 1);
+  if (events.readable || events.failed) mosquitto_loop_read(client, 1);
   if (mosquitto_socket(client) >= 0 && mosquitto_want_write(client)) mosquitto_loop_write(client, 1);
   if (mosquitto_socket(client) >= 0) mosquitto_loop_misc(client);
   if (mosquitto_socket(client) < 0 && disconnected_.empty())
@@ -243,10 +222,9 @@ void MqttSession::close(Duration timeout) {
   const std::int64_t end = monotonic_now_ns() + timeout.ns;
   const auto flush = [&](auto&& done) {
     while (client_ && !done() && monotonic_now_ns() < end) {
-      pollfd fd{mosquitto_socket(client_.get()), static_cast<short>(POLLIN | POLLOUT), 0};
-      if (fd.fd < 0) return;
-      ::poll(&fd, 1, 20);
-      serve(fd.revents);
+      const int socket = mosquitto_socket(client_.get());
+      if (socket < 0) return;
+      serve(wait_.wait(socket, {.writable = true}, {20'000'000}));
       if (!disconnected_.empty()) return;
     }
   };

@@ -59,8 +59,9 @@ void unwrap(Record& record) {
 }
 
 Status write_error(const std::string& what) {
-  const bool full = errno == ENOSPC || errno == EFBIG || errno == EDQUOT;
-  return {full ? StatusCode::resource_exhausted : StatusCode::data_loss, what + ": " + std::strerror(errno)};
+  const int error = errno;
+  return {is_disk_full(error) ? StatusCode::resource_exhausted : StatusCode::data_loss,
+          what + ": " + std::strerror(error)};
 }
 
 }  // namespace
@@ -71,7 +72,7 @@ Result<RecordWriter> RecordWriter::open(const std::string& path, const Recording
   Result<FilePointer> file = open_for_update(path);
   if (!file) return file.status();
   std::fseek(file->get(), 0, SEEK_END);
-  if (std::ftell(file->get()) != 0) {
+  if (file_position(file->get()) != 0) {
     Result<RecordReader> old = RecordReader::read_header(std::move(*file), path);
     if (!old)
       return Status(StatusCode::failed_precondition,
@@ -127,12 +128,12 @@ Status RecordWriter::append_record(std::int64_t time_ns, std::span<const std::by
 
 Status RecordWriter::flush() { return std::fflush(file_.get()) == 0 ? Status() : write_error("recording"); }
 
-std::uint64_t RecordWriter::bytes() const { return static_cast<std::uint64_t>(std::max(0L, std::ftell(file_.get()))); }
+std::uint64_t RecordWriter::bytes() const { return file_position(file_.get()); }
 
 Result<RecordReader> RecordReader::open(const std::string& path) {
-  FilePointer file(std::fopen(path.c_str(), "rb"));
-  if (!file) return Status(StatusCode::not_found, path + ": " + std::strerror(errno));
-  return read_header(std::move(file), path);
+  Result<FilePointer> file = open_for_reading(path);
+  if (!file) return file.status();
+  return read_header(std::move(*file), path);
 }
 
 Result<RecordReader> RecordReader::read_header(FilePointer file, const std::string& path) {
@@ -140,7 +141,7 @@ Result<RecordReader> RecordReader::read_header(FilePointer file, const std::stri
   reader.file_ = std::move(file);
   std::FILE* f = reader.file_.get();
   std::fseek(f, 0, SEEK_END);
-  reader.file_bytes_ = static_cast<std::uint64_t>(std::max(0L, std::ftell(f)));
+  reader.file_bytes_ = file_position(f);
   std::fseek(f, 0, SEEK_SET);
   std::array<unsigned char, 8> magic{};
   if (std::fread(magic.data(), 1, magic.size(), f) != magic.size() || std::memcmp(magic.data(), kMagic.data(), 5) != 0)

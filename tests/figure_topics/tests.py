@@ -11,7 +11,7 @@ PRESET = "dev"
 BUILD = ROOT / "build" / PRESET
 
 
-def run_test(name, chosen=None):
+def run_test(name, chosen=None, build=BUILD):
     """Runs the ctest of that name; `chosen` is a Google Test filter that selects tests of the program.
 
     Returns a dict. "passed": 1 if it ran and passed (with a filter: at least one test ran and none was skipped), 0 if
@@ -20,7 +20,7 @@ def run_test(name, chosen=None):
     with tempfile.TemporaryDirectory() as folder:
         report, counts = pathlib.Path(folder) / "junit.xml", pathlib.Path(folder) / "gtest.json"
         environment = os.environ | {"GTEST_OUTPUT": f"json:{counts}"} | ({"GTEST_FILTER": chosen} if chosen else {})
-        subprocess.run(["ctest", "--test-dir", BUILD, "-R", f"^{name}$", "--output-junit", report], env=environment,
+        subprocess.run(["ctest", "--test-dir", build, "-R", f"^{name}$", "--output-junit", report], env=environment,
                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         cases = list(xml.etree.ElementTree.parse(report).getroot().iter("testcase")) if report.exists() else []
         if not cases:

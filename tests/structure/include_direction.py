@@ -22,7 +22,7 @@ SUFFIXES = (".hpp", ".h", ".cpp", ".c")
 INCLUDE_ROOTS = ("firmware", "host_sdk/include", "proto/include", "proto/firmware/include", "host_sdk/src", "proto/src",
                  "host_sdk/tools", "tests", "hil", "")
 
-SECTIONS = ("arrows", "apart", "owners", "everywhere", "closed")
+SECTIONS = ("arrows", "apart", "owners", "systems", "everywhere", "closed")
 
 STANDARD = frozenset("""
 algorithm any array atomic barrier bit bitset charconv chrono codecvt compare complex concepts
@@ -126,10 +126,10 @@ class Checker:
                 break
 
     def owners_broken(self, path, name):
-        """Yields the [owners] and [everywhere] rules that reserve this header for other files."""
+        """Yields the [owners], [systems] and [everywhere] rules that reserve this header for other files."""
         sections = ["everywhere"]
         if path.split("/")[0] not in ("tests", "hil"):
-            sections.append("owners")
+            sections += ["owners", "systems"]
         for section in sections:
             for rule in self.rules[section]:
                 if matches(name, rule.left):

@@ -34,8 +34,9 @@ class Packages(unittest.TestCase):
 
     def test_the_whole_list_is_the_union_of_all_purposes(self) -> None:
         demo, tests, board = self.names("demo"), self.names("tests"), self.names("board")
-        self.assertEqual(self.names(), demo | tests | board)
-        for purpose in (demo, tests, board):
+        windows = self.names("windows")
+        self.assertEqual(self.names(), demo | tests | board | windows)
+        for purpose in (demo, tests, board, windows):
             self.assertLess(purpose, self.names())
         self.assertIn("qemu-system-arm", board - tests)
         self.assertIn("clang-format", tests - board)
@@ -43,14 +44,15 @@ class Packages(unittest.TestCase):
     def test_marks_are_known(self) -> None:
         for number, line in enumerate((self.root / "cmake/packages.txt").read_text(encoding="utf-8").splitlines(), 1):
             marks = line.split("#")[0].split()[1:]
-            self.assertRegex(" ".join(marks), r"^((board|guest|amd64)( |$))?(for:d?t?b?s?)?$", f"line {number}: {line}")
+            self.assertRegex(" ".join(marks), r"^((board|guest|amd64)( |$))?(for:d?t?b?s?w?)?$",
+                             f"line {number}: {line}")
             self.assertFalse("guest" in marks and len(marks) > 1, f"line {number}: a guest is not for this machine")
 
     def test_usage(self) -> None:
         for wrong in (("demon",), ("--demo",), ("demo", "tests"), ("demo", "--list", "--check")):
             done = self.setup(*wrong)
             self.assertEqual(done.returncode, 2, wrong)
-            self.assertRegex(done.stderr, re.escape("usage: cmake/setup [demo | specular | tests | board]"))
+            self.assertRegex(done.stderr, re.escape("usage: cmake/setup [demo | specular | tests | board | windows]"))
         self.assertEqual(self.setup("board", "--help").returncode, 0)
 
     def test_missing_packages_are_part_of_the_list(self) -> None:

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <span>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include <gtest/gtest.h>
 
@@ -16,9 +17,13 @@ namespace lightwell::test {
 class TempDir {
  public:
   TempDir() {
-    std::string name = (std::filesystem::temp_directory_path() / "lightwell_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) ADD_FAILURE() << "no temporary folder " << name;
-    folder_ = name;
+    std::random_device random;
+    std::error_code error;
+    do {
+      folder_ = std::filesystem::temp_directory_path() / ("lightwell_" + std::to_string(random()));
+    } while (!std::filesystem::create_directory(folder_, error) && !error);
+    if (error) ADD_FAILURE() << "no temporary folder " << folder_ << ": " << error.message();
+    std::filesystem::permissions(folder_, std::filesystem::perms::owner_all, error);
   }
   TempDir(const TempDir&) = delete;
   TempDir& operator=(const TempDir&) = delete;

@@ -28,7 +28,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(__GNUC__) && !defined(_WIN32)
+#if defined(_WIN32) && defined(LW_BUILDS_LIBRARY)
+#define LW_API __declspec(dllexport)
+#elif defined(_WIN32)
+#define LW_API __declspec(dllimport)
+#elif defined(__GNUC__)
 #define LW_API __attribute__((visibility("default")))
 #else
 #define LW_API

@@ -17,7 +17,8 @@ constexpr const char* kBuiltWithoutGrpc =
 
 Result<std::unique_ptr<core::Source>> core::make_source(const GrpcAddress&, ProbeOptions, DescriptorReceiver&) {
   return Status(StatusCode::failed_precondition,
-                std::string(kBuiltWithoutGrpc) + ", or reach the probe at usb: or mqtt://BROKER/TOPIC");
+                std::string(kBuiltWithoutGrpc) +
+                    ", or reach the probe at ws://HOST:7443 (`lightwelld --web`), usb: or mqtt://BROKER/TOPIC");
 }
 
 Result<PairedProbe> pair_with_probe(std::string_view uri, std::string_view, const PairOptions&) {

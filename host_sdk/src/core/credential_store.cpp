@@ -28,7 +28,7 @@ std::string first_line(const std::string& text) { return text.substr(0, text.fin
 
 /// First line of a file; empty if it cannot be read.
 std::string line_of(const fs::path& path) {
-  const Result<std::optional<std::string>> text = read_named_file(path.string());
+  const Result<std::optional<std::string>> text = read_named_file(text_of(path));
   return text.ok() && *text ? first_line(**text) : std::string();
 }
 
@@ -37,24 +37,24 @@ Result<ProbeCredentials> read_folder(const fs::path& folder) {
   for (const auto& [name, into] :
        {std::pair(kPinned, &out.pinned), std::pair(kClientCertificate, &out.client_certificate),
         std::pair(kClientKey, &out.client_key), std::pair(kToken, &out.token)}) {
-    Result<std::optional<std::string>> text = read_named_file((folder / name).string());
+    Result<std::optional<std::string>> text = read_named_file(text_of(folder / name));
     if (!text.ok()) return text.status();
     if (*text) *into = std::move(**text);
   }
   out.token = first_line(out.token);
   if (out.pinned.empty())
     return Status(StatusCode::not_found,
-                  (folder / kPinned).string() + ": there is no such file; `lightwell pair` writes it");
+                  text_of(folder / kPinned) + ": there is no such file; `lightwell pair` writes it");
   if (const Status s = out.validate(); !s.ok())
-    return Status(StatusCode::data_loss, folder.string() + ": " + s.message());
+    return Status(StatusCode::data_loss, text_of(folder) + ": " + s.message());
   return out;
 }
 
 std::vector<fs::path> folders_of(const std::string& store) {
   std::vector<fs::path> out;
   std::error_code error;
-  for (fs::directory_iterator it(store, error), end; !error && it != end; it.increment(error))
-    if (it->is_directory(error) && !it->path().filename().string().starts_with('.')) out.push_back(it->path());
+  for (fs::directory_iterator it(path_of(store), error), end; !error && it != end; it.increment(error))
+    if (it->is_directory(error) && !text_of(it->path().filename()).starts_with('.')) out.push_back(it->path());
   std::sort(out.begin(), out.end());
   return out;
 }
@@ -73,7 +73,7 @@ Result<ProbeCredentials> look_up(const std::string& host_port, Match match) {
   if (folders.size() == 1) return read_folder(folders.front());
   std::string known;
   for (const fs::path& folder : folders)
-    known += (known.empty() ? "" : ", ") + line_of(folder / kName) + " (" + folder.string() + ")";
+    known += (known.empty() ? "" : ", ") + line_of(folder / kName) + " (" + text_of(folder) + ")";
   return Status(StatusCode::not_found,
                 known.empty() ? "no credentials in " + store +
                                     ": pair with the probe (`lightwelld --pair` there, `lightwell pair` here)"
@@ -89,7 +89,7 @@ Result<ProbeCredentials> select_credentials(const ProbeCredentials& given, const
     return Status(StatusCode::invalid_argument, std::string("credentials are not sent in plain text; use ") +
                                                     tls_scheme + host_port + " for the same probe over TLS");
   }
-  if (!given.folder.empty()) return read_folder(given.folder);
+  if (!given.folder.empty()) return read_folder(path_of(given.folder));
   return given.empty() ? look_up(host_port, match) : Result<ProbeCredentials>(given);
 }
 
@@ -111,7 +111,7 @@ Status write_files(const fs::path& folder, const PairedFiles& files) {
         std::pair(kAddress, files.address), std::pair(kHost, host_named_by(c.pinned))}) {
     if (text.empty()) continue;
     const std::string line = text.ends_with('\n') ? text : text + "\n";
-    if (Status s = write_atomically((folder / file).string(), line, FileMode::owner); !s.ok()) return s;
+    if (Status s = write_atomically(text_of(folder / file), line, FileMode::owner); !s.ok()) return s;
   }
   return {};
 }
@@ -130,21 +130,21 @@ Result<std::string> keep_credentials(const std::string& store, const PairedFiles
   const Result<std::string> digest = certificate_digest(files.credentials.pinned);
   if (!digest.ok()) return digest.status();
   std::error_code error;
-  fs::create_directories(store, error);
+  fs::create_directories(path_of(store), error);
   if (error) return Status(StatusCode::failed_precondition, store + ": cannot be created: " + error.message());
-  const fs::path folder = fs::path(store) / to_hex(*digest).substr(0, 16);
-  const Result<std::string> made = make_folder_beside(folder.string());
+  const fs::path folder = path_of(store) / to_hex(*digest).substr(0, 16);
+  const Result<std::string> made = make_folder_beside(text_of(folder));
   if (!made.ok()) return made.status();
-  Status kept = write_files(*made, files);
-  if (kept.ok()) kept = replace_folder(*made, folder.string());
+  Status kept = write_files(path_of(*made), files);
+  if (kept.ok()) kept = replace_folder(*made, text_of(folder));
   if (!kept.ok()) {
-    fs::remove_all(*made, error);
+    fs::remove_all(path_of(*made), error);
     return kept;
   }
   for (const fs::path& other : folders_of(store))
     if (other != folder && !files.address.empty() && line_of(other / kAddress) == files.address)
       fs::remove(other / kAddress, error);
-  return folder.string();
+  return text_of(folder);
 }
 
 }  // namespace lightwell::core

@@ -1,7 +1,5 @@
 // Client side of pairing: proto/lightwell/v1/pairing.proto.
-#include <array>
 #include <memory>
-#include <unistd.h>
 #include <utility>
 
 #include <grpc/grpc_security_constants.h>
@@ -9,6 +7,7 @@
 #include <grpcpp/security/auth_context.h>
 
 #include <lightwell/credentials.hpp>
+#include <lightwell/host_names.hpp>
 #include <lightwell/pair.hpp>
 #include <lightwell/pairing.hpp>
 #include <lightwell/secrets.hpp>
@@ -31,12 +30,6 @@ Result<std::string> digits_of(std::string_view code) {
   if (out.size() != kCodeDigits || out.find_first_not_of("0123456789") != std::string::npos)
     return Status(StatusCode::invalid_argument, "the code must be the six digits that the probe shows");
   return out;
-}
-
-std::string host_name() {
-  std::array<char, 256> name{};
-  if (gethostname(name.data(), name.size() - 1) != 0) return "client";
-  return name.data();
 }
 
 /// Digest of the certificate that the server presented in this call.

@@ -13,11 +13,11 @@
 #include <avahi-common/error.h>
 #include <avahi-common/simple-watch.h>
 #include <avahi-common/strlst.h>
-#include <net/if.h>
 #endif
 
 #include <lightwell/advertisement.hpp>
 #include <lightwell/deleter.hpp>
+#include <lightwell/host_names.hpp>
 #include <lightwell/text.hpp>
 #include <lightwell/time.hpp>
 
@@ -77,9 +77,8 @@ struct Answers {
     }
     self.v6 = text.data();
     // A link-local address needs a zone index, the interface (RFC 4007, 11).
-    std::array<char, IF_NAMESIZE> name{};
-    if (self.v6.starts_with("fe80:") && if_indextoname(static_cast<unsigned>(interface), name.data()) != nullptr)
-      self.v6 += std::string("%") + name.data();
+    const std::string name = interface_name(static_cast<unsigned>(interface));
+    if (self.v6.starts_with("fe80:") && !name.empty()) self.v6 += "%" + name;
   }
 };
 

@@ -5,6 +5,7 @@
 #include <utility>
 #include <variant>
 
+#include <lightwell/files.hpp>
 #include <lightwell/probe.hpp>
 
 #include "core/descriptor_receiver.hpp"
@@ -105,13 +106,8 @@ Status ProbeCredentials::validate() const {
 }
 
 std::string default_credential_store() {
-  const auto set = [](const char* name) {
-    const char* const value = std::getenv(name);
-    return std::string(value == nullptr ? "" : value);
-  };
-  if (const std::string config = set("XDG_CONFIG_HOME"); !config.empty()) return config + "/lightwell/probes";
-  if (const std::string home = set("HOME"); !home.empty()) return home + "/.config/lightwell/probes";
-  return {};
+  const std::string folder = configuration_folder();
+  return folder.empty() ? std::string() : folder + "/lightwell/probes";
 }
 
 struct Probe::Impl {

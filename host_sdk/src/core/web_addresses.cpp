@@ -4,37 +4,17 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
-#include <netdb.h>
 #include <optional>
 #include <thread>
 #include <utility>
 
-#include <sys/socket.h>
-
-#include <lightwell/deleter.hpp>
+#include <lightwell/host_names.hpp>
 #include <lightwell/text.hpp>
 
 #include "core/discovery_backends.hpp"
 
 namespace lightwell::core {
 namespace {
-
-/// The resolver's addresses; empty if there is none.
-std::vector<std::string> look_up_name(const std::string& host, int flags) {
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = flags;
-  addrinfo* first = nullptr;
-  if (getaddrinfo(host.c_str(), nullptr, &hints, &first) != 0) return {};
-  const std::unique_ptr<addrinfo, Deleter<freeaddrinfo>> found(first);
-  std::vector<std::string> out;
-  for (const addrinfo* a = first; a != nullptr; a = a->ai_next) {
-    char numeric[NI_MAXHOST] = {};
-    if (getnameinfo(a->ai_addr, a->ai_addrlen, numeric, sizeof numeric, nullptr, 0, NI_NUMERICHOST) == 0)
-      out.emplace_back(numeric);
-  }
-  return out;
-}
 
 /// What a thread inside the resolver shares with the one that waits, and may have left.
 struct Lookup {
@@ -55,14 +35,14 @@ HostAndPort split_host_port(const std::string& host_port) {
 
 Result<std::vector<std::string>> addresses_of(const std::string& host_port, const std::atomic<bool>& stopping) {
   const std::string host = split_host_port(host_port).host;
-  if (std::vector<std::string> numeric = look_up_name(host, AI_NUMERICHOST); !numeric.empty()) return numeric;
+  if (std::vector<std::string> numeric = numeric_addresses(host, HostForm::numeric); !numeric.empty()) return numeric;
   if (is_mdns_name(host_port))
     if (const std::optional<std::string> found = mdns_address(host_port, &stopping))
       return std::vector<std::string>{split_host_port(*found).host};
   const auto lookup = std::make_shared<Lookup>();
   // The resolver cannot be interrupted.
   std::thread([lookup, host] {
-    std::vector<std::string> found = look_up_name(host, AI_ADDRCONFIG);
+    std::vector<std::string> found = numeric_addresses(host, HostForm::any);
     const std::lock_guard lock(lookup->mutex);
     lookup->addresses = std::move(found);
     lookup->changed.notify_all();

@@ -1,28 +1,16 @@
 #include "core/web_client.hpp"
 
 #include <algorithm>
-#include <csignal>
 #include <cstring>
 #include <utility>
 
+#include <lightwell/pipe_signal.hpp>
 #include <lightwell/text.hpp>
 
 namespace lightwell::core {
 namespace {
 
 constexpr const char* kSubprotocol = "lightwell.v1";
-
-/// libwebsockets sets SIGPIPE to be ignored for the whole process; this restores the application's choice.
-class KeepSignalDisposition {
- public:
-  KeepSignalDisposition() { sigaction(SIGPIPE, nullptr, &before_); }
-  KeepSignalDisposition(const KeepSignalDisposition&) = delete;
-  KeepSignalDisposition& operator=(const KeepSignalDisposition&) = delete;
-  ~KeepSignalDisposition() { sigaction(SIGPIPE, &before_, nullptr); }
-
- private:
-  struct sigaction before_ {};
-};
 
 /// Why a handshake failed: `status` is that of the HTTP response, 0 without one; `error` is libwebsockets' text.
 std::string explained(unsigned status, std::string_view error) {
@@ -66,8 +54,8 @@ WebClient::WebClient(WebClientOptions options) : options_(std::move(options)) {
     info.provided_client_ssl_ctx = options_.tls->context();
     info.alpn = "http/1.1";
   }
-  const KeepSignalDisposition keep;
-  context_.reset(lws_create_context(&info));
+  // libwebsockets sets SIGPIPE to be ignored for the whole process.
+  keep_pipe_signal([&] { context_.reset(lws_create_context(&info)); });
 }
 
 WebClient::~WebClient() {

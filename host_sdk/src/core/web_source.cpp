@@ -3,7 +3,6 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
-#include <csignal>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -17,6 +16,7 @@
 #include <lightwell/client_tls.hpp>
 #include <lightwell/codec.hpp>
 #include <lightwell/link_message.hpp>
+#include <lightwell/pipe_signal.hpp>
 
 #include "core/credential_store.hpp"
 #include "core/link_requests.hpp"
@@ -211,10 +211,7 @@ class WebSource final : public Source {
 
   void follow() {
     // OpenSSL writes to sockets whose other end may be closed.
-    sigset_t pipe_signal;
-    sigemptyset(&pipe_signal);
-    sigaddset(&pipe_signal, SIGPIPE);
-    pthread_sigmask(SIG_BLOCK, &pipe_signal, nullptr);
+    block_pipe_signal();
     while (!stopping_) {
       receiver_.set_state(LinkState::connecting);
       if (connect()) backoff_.reset();

@@ -4,10 +4,15 @@
 // A path is resolved one component at a time with openat(), relative to the folder opened before, so that no component
 // can be exchanged in between. A symbolic link is followed if root or this process's user made it and refused
 // otherwise, because another user could direct root to any file.
+//
+// Windows: a path is UTF-8. What only its owner may access has an access list of this user, the administrators and the
+// system in place of a mode. Making a link takes a privilege there, so a path is resolved as a whole; a link in the
+// last place is refused where it is refused elsewhere, too.
 #pragma once
 
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,7 +23,7 @@
 
 namespace lightwell {
 
-/// A POSIX file descriptor, closed with the object. A negative number is no descriptor.
+/// A file descriptor of the C library, closed with the object. A negative number is no descriptor.
 class FileDescriptor {
  public:
   FileDescriptor() = default;
@@ -39,6 +44,16 @@ class FileDescriptor {
  private:
   int number_ = -1;
 };
+
+/// A path of this API as one of the standard library, which takes the characters of a std::string in the locale's
+/// encoding on Windows.
+[[nodiscard]] inline std::filesystem::path path_of(std::string_view utf8) {
+  return {std::u8string(utf8.begin(), utf8.end())};
+}
+[[nodiscard]] inline std::string text_of(const std::filesystem::path& path) {
+  const std::u8string utf8 = path.u8string();
+  return {utf8.begin(), utf8.end()};
+}
 
 /// Creates the folder (mode 0700) and missing parents. failed_precondition if it is a symbolic link, belongs to another
 /// user (root may use any user's), or is writable by others.
@@ -70,14 +85,25 @@ using FilePointer = std::unique_ptr<std::FILE, CloseFile>;
 /// Opens a file for reading and writing, or creates an empty one. failed_precondition if it is neither a regular file
 /// nor a character device, or has a second hard link, which may be another user's file.
 [[nodiscard]] Result<FilePointer> open_for_update(const std::string& path);
+/// Opens a file for reading; not_found if that fails.
+[[nodiscard]] Result<FilePointer> open_for_reading(const std::string& path);
+/// Bytes from the beginning of the file to the position of reading and writing; files may be larger than 2 GiB.
+[[nodiscard]] std::uint64_t file_position(std::FILE* file);
+/// Whether `error`, of errno, means that the disk or this user's share of it is full, or the file may not be larger.
+[[nodiscard]] bool is_disk_full(int error);
 /// Truncates the file to `bytes` and sets the write position there.
 [[nodiscard]] Status truncate_file(std::FILE* file, std::uint64_t bytes);
 
 /// Creates a folder with an unpredictable name beside `path`, accessible to its owner only.
 [[nodiscard]] Result<std::string> make_folder_beside(const std::string& path);
 /// Replaces `path` by the folder `made`, whose files were written by write_atomically(), and removes the old content.
-/// Readers, also after a power failure, see either the old or the new folder.
+/// Readers, also after a power failure, see either the old or the new folder. Windows cannot exchange two folders: for
+/// a moment there is none.
 [[nodiscard]] Status replace_folder(const std::string& made, const std::string& path);
+
+/// The folder in which programs keep what this user configured: XDG_CONFIG_HOME or ~/.config, on Windows LOCALAPPDATA.
+/// Empty if the environment names none.
+[[nodiscard]] std::string configuration_folder();
 
 /// Exclusive lock of a folder among processes, held from construction to destruction; take() waits for it.
 class FolderLock {

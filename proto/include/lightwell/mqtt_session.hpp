@@ -13,8 +13,8 @@
 #include <vector>
 
 #include <lightwell/backoff.hpp>
-#include <lightwell/files.hpp>
 #include <lightwell/mqtt.hpp>
+#include <lightwell/socket_wait.hpp>
 #include <lightwell/time.hpp>
 
 struct mosquitto;
@@ -94,14 +94,13 @@ class MqttSession {
   void attempt(std::int64_t now_ns);
   [[nodiscard]] std::string configure(mosquitto* client) const;
   void handle_disconnect(std::string why);
-  void serve(short events);
-  void wait_for_wake(std::int64_t timeout_ns) const;
+  void serve(SocketEvents events);
   /// An empty response topic or correlation means none.
   bool send(const std::string& topic, std::span<const std::byte> payload, bool retained,
             const std::string& response_topic, std::span<const std::byte> correlation);
 
   const Options options_;
-  FileDescriptor wake_;  ///< eventfd
+  SocketWait wait_;
   Backoff backoff_;
   std::int64_t attempt_ns_ = 0, next_attempt_ns_ = 0;
   std::atomic<bool> connected_{false}, resolving_{false};

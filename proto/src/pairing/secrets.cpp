@@ -1,4 +1,5 @@
 #include <array>
+#include <chrono>
 #include <ctime>
 
 #include <openssl/core_names.h>
@@ -154,6 +155,21 @@ Result<std::string> certificate_digest(std::string_view pem) {
   return out;
 }
 
+namespace {
+
+/// Seconds since 1970 in UTC; 0 for a time that is not valid.
+std::int64_t unix_seconds(const ASN1_TIME* time) {
+  std::tm t{};
+  if (ASN1_TIME_to_tm(time, &t) != 1) return 0;
+  const std::chrono::year_month_day date(std::chrono::year(t.tm_year + 1900),
+                                         std::chrono::month(static_cast<unsigned>(t.tm_mon + 1)),
+                                         std::chrono::day(static_cast<unsigned>(t.tm_mday)));
+  const auto day = std::chrono::sys_days(date).time_since_epoch();
+  return std::chrono::seconds(day).count() + (t.tm_hour * 60 + t.tm_min) * 60 + t.tm_sec;
+}
+
+}  // namespace
+
 Result<CertificateIdentity> identify_certificate(std::string_view pem) {
   const pairing::Certificate held = pairing::first_certificate(pem);
   const pairing::Bio text(BIO_new(BIO_s_mem()));
@@ -172,7 +188,7 @@ Result<CertificateIdentity> identify_certificate(std::string_view pem) {
   // X509_cmp_current_time() returns 0 for an invalid time.
   out.is_in_date = X509_cmp_current_time(X509_get0_notBefore(held.get())) < 0 &&
                    X509_cmp_current_time(X509_get0_notAfter(held.get())) > 0;
-  if (std::tm end{}; ASN1_TIME_to_tm(X509_get0_notAfter(held.get()), &end) == 1) out.expires_s = timegm(&end);
+  out.expires_s = unix_seconds(X509_get0_notAfter(held.get()));
   out.host = pairing::host_of(held.get());
   return out;
 }

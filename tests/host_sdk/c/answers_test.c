@@ -229,7 +229,7 @@ static void check_line(const lw_lighting* light, lw_lighting* turned, const char
     CHECK(lw_lighting_irradiance(turned, normal, &a) == LW_OK);
     for (int k = 0; k < 3; ++k) CHECK(fabs(a.value[k] - v[7 + k]) <= 1e-5 * (fabs(v[7 + k]) + 1e4));
   } else {
-    CHECK(!"a line of a known kind");
+    CHECK(strcmp(word, "a line of a known kind") == 0);
   }
 }
 

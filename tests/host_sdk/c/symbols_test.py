@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""What liblightwell.so exports is what its headers declare: nothing is missing, and nothing of gRPC, protobuf or
-the C++ inside is shown.
+"""What liblightwell.so (lightwell.dll) exports is what its headers declare: nothing is missing, and nothing of gRPC,
+protobuf or the C++ inside is shown.
 
-usage: symbols_test.py NM LIBRARY HEADER...
+usage: symbols_test.py NM liblightwell.so HEADER...
+       symbols_test.py OBJDUMP lightwell.dll HEADER...
 """
 
 import re
@@ -10,12 +11,23 @@ import subprocess
 import sys
 
 
-def main():
-    nm, library, *headers = sys.argv[1:]
-    listed = subprocess.run([nm, "-D", "--defined-only", library], check=True, capture_output=True, text=True).stdout
-    symbols = [line.split() for line in listed.splitlines()]
+def output(*command):
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+def exported_symbols(tool, library):
+    if library.endswith(".dll"):
+        # Lines of a number in brackets and a name.
+        table = output(tool, "-p", library).partition("[Ordinal/Name Pointer] Table")[2].partition("\n\n")[0]
+        return set(re.findall(r"^\s*\[ *\d+\](?: \+base\[ *\d+\])?(?: +[0-9a-f]+)? +(\S+)$", table, re.MULTILINE))
+    symbols = [line.split() for line in output(tool, "-D", "--defined-only", library).splitlines()]
     # A is the name of the version itself.
-    exported = {name.split("@")[0] for *_, kind, name in symbols if kind != "A"}
+    return {name.split("@")[0] for *_, kind, name in symbols if kind != "A"}
+
+
+def main():
+    tool, library, *headers = sys.argv[1:]
+    exported = exported_symbols(tool, library)
     declared = set()
     for header in headers:
         with open(header, encoding="utf-8") as file:
