@@ -13,7 +13,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-SNIPPET = re.compile(r"^<!-- copy of (?P<file>\S+) -->\n(?P<fence>```\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
+SNIPPET = re.compile(r"^<!-- copy of (?P<file>\S+) -->\n(?P<fence>```\w*)\n(?P<text>.*?)^```$",
+                     re.MULTILINE | re.DOTALL)
 MARK = re.compile(r"^<!-- copy of ", re.MULTILINE)
 FOLDERS = ("proto", "firmware", "host_sdk", "tests", "hil")
 

@@ -47,7 +47,8 @@ test("the tarball has the compiled module with its types, the README and the lic
 });
 
 test("nothing but the package is installed", () => {
-  assert.deepEqual(readdirSync(join(application, "node_modules")).filter((name) => !name.startsWith(".")), ["lightwell"]);
+  const installed = readdirSync(join(application, "node_modules")).filter((name) => !name.startsWith("."));
+  assert.deepEqual(installed, ["lightwell"]);
   const { dependencies, peerDependencies, scripts } =
     JSON.parse(readFileSync(join(application, "node_modules/lightwell/package.json"), "utf8"));
   assert.deepEqual([dependencies, peerDependencies, scripts.install, scripts.postinstall],
@@ -103,7 +104,8 @@ test("its types serve a program in TypeScript", () => {
   const compile = (text, name, ...options) => {
     writeFileSync(join(application, name), text);
     try {
-      execFileSync(process.env.LIGHTWELL_TSC, ["--strict", "--noEmit", "--target", "es2020", ...options, name], { cwd: application, encoding: "utf8" });
+      execFileSync(process.env.LIGHTWELL_TSC, ["--strict", "--noEmit", "--target", "es2020", ...options, name],
+                   { cwd: application, encoding: "utf8" });
       return "";
     } catch ({ stdout }) {
       return stdout;
