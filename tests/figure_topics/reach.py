@@ -4,6 +4,7 @@ Rows of parts that do not exist yet are not measured.
 """
 import json
 import pathlib
+import re
 import subprocess
 import tempfile
 
@@ -11,7 +12,8 @@ from figure_topics.rows import at_most, equals, reported
 from figure_topics.tests import BUILD, run_test
 
 # The layer, the client and the runtime are loaded by the tests.
-TEST_TARGETS = ["e2e_openxr_layer_test", "openxr_layer_process_test", "openxr_layer_calls_test", "lightwelld"]
+TEST_TARGETS = ["e2e_openxr_layer_test", "openxr_layer_process_test", "openxr_layer_calls_test", "lightwelld",
+                "lightwell_cli"]
 
 LAYER = "C program, Debian's OpenXR loader, real daemon over gRPC; the runtime is simulated"
 FRAME_MS = 1000 / 90
@@ -34,7 +36,6 @@ NODE = [
 ]
 MISSING = [
     "damaged messages and golden vectors: Linux, musl, Windows under Wine, Python wheel, C#, TypeScript agree",
-    "WebXR: pixels of XREstimatedLight lit by the probe, within 2 % of toThree",
     "pip install of the wheel, eight lines print the light",
     "Unity-style C# without a native library prints the light under Mono",
     "C++ program under Wine prints the light",
@@ -75,6 +76,27 @@ def openxr(say):
     return rows
 
 
+WEBXR = "real lightwelld; headless Chromium, npm's three.js 0.187, device emulated by IWER"
+PIXELS = [("lamp switched", "a lamp that is switched"), ("probe turns", "a probe that turns"),
+          ("mirror", "the mirror of the environment map"), ("mirror, turned", "that mirror, the probe hung turned"),
+          ("the README's page, matt", "the README's page, screenshot, matt ball"),
+          ("the README's page, mirror", "the same, mirror")]
+
+
+def webxr(say):
+    """Pixels that e2e_webxr_pixels_test prints, `# NAME: RMS P %`; then its calls."""
+    say("e2e_webxr_pixels_test")
+    done = subprocess.run(["ctest", "--test-dir", BUILD, "-R", "^e2e_webxr_pixels_test$", "-V"],
+                          stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    rms = dict(re.findall(r"# (\S[^:#]*): RMS ([\d.]+) %", done.stdout))
+    rows = [at_most(f"WebXR: pixels lit through XREstimatedLight against toThree, RMS: {what}", 2,
+                    float(rms[name]) if name in rms else None, "%", WEBXR) for name, what in PIXELS]
+    say("e2e_webxr_api_test")
+    rows.append(equals("WebXR: feature, spaces, formats, privacy, age; no probe, wrong token, newer wire, misuse: errors",
+                       1, run_test("e2e_webxr_api_test")["passed"], "", WEBXR))
+    return rows
+
+
 def node(say):
     rows = []
     for name, test, real in NODE:
@@ -84,4 +106,4 @@ def node(say):
 
 
 def measure(programs, say):
-    return openxr(say) + node(say) + [equals(name, 1, None, "", "not built yet") for name in MISSING]
+    return openxr(say) + webxr(say) + node(say) + [equals(name, 1, None, "", "not built yet") for name in MISSING]

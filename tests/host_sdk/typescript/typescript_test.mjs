@@ -6,8 +6,9 @@ import { test } from "node:test";
 import { pathToFileURL } from "node:url";
 
 const lightwell = await import(pathToFileURL(process.env.LIGHTWELL_MODULE).href);
-const { toWebXr } = await import(new URL("webxr/webxr.js", pathToFileURL(process.env.LIGHTWELL_MODULE)).href);
-const { rotatedLighting } = await import(new URL("webxr/rotation.js", pathToFileURL(process.env.LIGHTWELL_MODULE)).href);
+const part = (name) => import(new URL(name, pathToFileURL(process.env.LIGHTWELL_MODULE)).href);
+const { toWebXr } = await part("webxr/webxr.js");
+const { rotatedLighting } = await part("webxr/rotation.js");
 const { DecodeError, EnvironmentKeeper, Lighting, decodeDescriptor, levelRadiance, readRecording, toThree } = lightwell;
 const folder = process.env.LIGHTWELL_ANSWERS;
 
