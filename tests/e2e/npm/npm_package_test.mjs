@@ -117,6 +117,10 @@ test("its types serve a program in TypeScript", () => {
       return light.irradiance([0, 1, 0]).value[0];
     }`;
   assert.equal(compile(good, "program.mts", "--module", "node16"), "");
+  const webXr = `import { provideLightEstimation, type LightEstimation } from "lightwell/webxr";
+    export const start = (address: string): Promise<LightEstimation> => provideLightEstimation(address, { scale: 2 });`;
+  assert.equal(compile(webXr, "webxr.mts", "--module", "node16"), "");
+  assert.equal(compile(webXr, "webxr.ts", "--module", "es2020", "--moduleResolution", "node"), "");
   assert.equal(compile(good, "program.ts", "--module", "es2020", "--moduleResolution", "node"), "");
   assert.match(compile(good.replace("[0, 1, 0]", '"up"'), "program.mts", "--module", "node16"), /TS2345.*Vec3/);
 });
