@@ -2,7 +2,7 @@
 // pixels of balls lit through XREstimatedLight. usage: node --test webxr_pixels_test.mjs; environment: that of
 // webxr_page.mjs
 import assert from "node:assert/strict";
-import { writeFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 
@@ -73,7 +73,9 @@ test("a mirror reflects the environment map", async () => {
   await page.close();
 });
 
-test("the page of the README shows the same as toThree()", async () => {
+test("the page of the README, of sixty lines at most, shows the same as toThree()", async () => {
+  const text = readFileSync(join(process.env.LIGHTWELL_TYPESCRIPT, "examples/webxr.html"), "utf8");
+  assert.ok(text.trimEnd().split("\n").length <= 60);
   const daemon = await pages.daemon("");
   const example = await pages.browser.newPage();
   await example.view(800, 600);

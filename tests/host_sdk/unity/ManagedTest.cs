@@ -185,20 +185,22 @@ internal static class ManagedTest
     {
         var file = File.ReadAllBytes(path);
         var keeper = new EnvironmentKeeper();
-        Descriptor last = null;
+        var all = new List<Descriptor>();
         var record = 0;
         for (var at = 8; at < file.Length; ++record)
         {
             var size = BitConverter.ToInt32(file, at);
             if (record > 0)
             {
-                last = Descriptor.Decode(file.Skip(at + 16).Take(size).ToArray());
-                Check(keeper.Take(last), "a map that is understood");
+                all.Add(Descriptor.Decode(file.Skip(at + 16).Take(size).ToArray()));
+                Check(keeper.Take(all.Last()), "a map that is understood");
             }
             at += 16 + size;
         }
-        Check(record == 15, "fourteen messages");
-        return new Lighting(last, 0, 250, keeper.MapFor(last));
+        Check(all.Count == 14, "fourteen messages");
+        Check(keeper.MapFor(all[0]) == null, "a map that is newer than the light does not apply");
+        Check(!new EnvironmentKeeper().Take(all[9]), "changes without their whole map");
+        return new Lighting(all.Last(), 0, 250, keeper.MapFor(all.Last()));
     }
 
     private static void DamagedMessagesAreRefusedAsInCpp(string folder)

@@ -134,10 +134,10 @@ export function installProvider(xr: XRSystemLike, options: SessionOptions, nativ
     const own = Object.getOwnPropertyDescriptor(xr, name);
     const original = xr[name];
     if (!original) return () => {};
-    const request = async (mode: string, init: XRSessionInitLike = {}) => {
-      const required = listOf(init.requiredFeatures);
-      const optional = listOf(init.optionalFeatures);
-      if (!required.includes(feature) && !optional.includes(feature)) return original.call(xr, mode, init);
+    const request = async (mode: string, init?: XRSessionInitLike | null) => {
+      const required = listOf(init?.requiredFeatures);
+      const optional = listOf(init?.optionalFeatures);
+      if (!required.includes(feature) && !optional.includes(feature)) return original.call(xr, mode, init ?? {});
       const { state, lastError } = options.probe.stats();
       if (required.includes(feature) && state !== "connected")
         throw failure("NotSupportedError", `'${feature}' is required, and the probe cannot be reached: ${lastError}`);

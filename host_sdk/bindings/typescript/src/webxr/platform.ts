@@ -92,7 +92,6 @@ export type GL = Record<
   isContextLost(): boolean;
   getParameter(name: number): unknown;
   createTexture(): object | null;
-  deleteTexture(texture: object): void;
   bindTexture(target: number, texture: object | null): void;
   bindBuffer(target: number, buffer: unknown): void;
   pixelStorei(name: number, value: unknown): void;

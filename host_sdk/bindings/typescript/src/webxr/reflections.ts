@@ -77,10 +77,10 @@ export class Reflections {
     return texture;
   }
 
+  /** Textures stay, because the page may still draw with them. */
   end(): void {
     this.worker?.terminate();
     this.texels = null;
-    for (const [gl, { texture }] of this.textures) gl.deleteTexture(texture);
     this.textures.clear();
   }
 }
